@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace crsm {
+
+inline constexpr std::uint8_t kFreeByte = 255;
+inline constexpr std::uint8_t kUnexploredByte = 127;  ///< and of no explored cell
+inline constexpr std::uint8_t kOccupiedByte = 0;
+
+/// The explored part of a map as one rectangle, for pictures and metrics.
+struct DenseGrid {
+  int width_cells = 0;
+  int height_cells = 0;
+  int origin_x_cells = 0;      ///< of the lower left cell; the map's origin is the lower left corner of cell (0, 0)
+  int origin_y_cells = 0;
+  double cell_size_m = 0.0;
+  std::vector<std::uint8_t> cells;  ///< row by row from the lower left, y up: 255 free .. 0 occupied, 127 unexplored
+};
+
+}  // namespace crsm

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/map_delta.hpp"
+#include "common/map_geometry.hpp"
+#include "common/pose2.hpp"
+#include "common/tile_grid.hpp"
+
+namespace crsm {
+
+/// The largest score of one ray: it and its four neighbours on cells of value 0 (section 5.2, line 10).
+inline constexpr int kFullScore = (10 + 4) * 255;
+
+/// Rays in the laser's frame, in cells, ready to be put on the map.
+struct RaysInCells {
+  Eigen::ArrayXf x;
+  Eigen::ArrayXf y;
+
+  Eigen::Index size() const { return x.size(); }
+};
+
+/// hits_m: 2 x N, laser frame.
+RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry);
+
+/// What a ray scores that ends in a given cell, kept up to date with the map: one read a ray instead of five.
+/// Source: section 5.2, lines 6 to 10.
+class FitnessField {
+ public:
+  /// unexplored_score: for a ray that ends in an unexplored cell; the paper's is -100.
+  FitnessField(double unexplored_score, bool interpolate);
+
+  /// Takes over the tiles that changed, from the map after the change.
+  void Refresh(const ByteMap& map, const std::vector<TileIndex>& changed);
+
+  /// Fitness of rays seen from a pose: [0, 1], below 0 where much is unexplored and that is punished. The laser is
+  /// `T_map_laser`, rays and pose within the limits of the map. Returns 0 without rays. The same on every machine.
+  double Evaluate(const RaysInCells& rays, const Pose2& T_map_laser, const MapGeometry& geometry) const;
+
+ private:
+  // One more column and row than the tile has: the four cells around any point of the tile lie in one array.
+  static constexpr int kSide = kTileSide + 1;
+  struct Tile {
+    std::array<std::int16_t, kSide * kSide> score;
+  };
+
+  void RefreshTile(const ByteMap& map, TileIndex index);
+
+  std::int16_t unexplored_score_;
+  bool interpolate_;
+  Tile unexplored_;  ///< stands for every tile that is not there
+  TileGrid<Tile> tiles_;
+};
+
+}  // namespace crsm

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cmath>
+
+#include "common/tile_grid.hpp"
+
+namespace crsm {
+
+/// The one place where metres become cells.
+class MapGeometry {
+ public:
+  explicit MapGeometry(double cell_size_m) : cell_size_m_(cell_size_m) {}
+
+  double cell_size_m() const { return cell_size_m_; }
+
+  /// A length or a coordinate in cells, whole and parts. The centre of cell (0, 0) is at (0.5, 0.5).
+  double ToCells(double length_m) const { return length_m / cell_size_m_; }
+
+  /// The cell that holds a point of the map frame. The point must lie within the limits of the map.
+  Cell CellAt(double x_m, double y_m) const {
+    return {static_cast<int>(std::floor(ToCells(x_m))), static_cast<int>(std::floor(ToCells(y_m)))};
+  }
+
+  /// Whether a point and all that lies within `reach_m` of it is within the limits of the map.
+  bool InLimits(double x_m, double y_m, double reach_m) const {
+    const double limit_m = kMaxCell * cell_size_m_ - reach_m;
+    return std::abs(x_m) < limit_m && std::abs(y_m) < limit_m;  // false for NaN
+  }
+
+ private:
+  double cell_size_m_;
+};
+
+}  // namespace crsm

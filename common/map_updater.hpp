@@ -1,0 +1,59 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "common/laser_scan.hpp"
+#include "common/map_delta.hpp"
+#include "common/map_geometry.hpp"
+#include "common/parameters.hpp"
+#include "common/scan_match.hpp"
+#include "common/valid_rays.hpp"
+
+namespace crsm {
+
+/// The owner of the map: draws matched scans into it. Source: section 6.
+class MapUpdater {
+ public:
+  MapUpdater(const ScanParameters& scan, const UpdateParameters& update);
+  ~MapUpdater();
+
+  /// Draws a scan that was taken at `match.T_map_laser`, and says what changed. The map's version rises by one with
+  /// every call, also when nothing changes: a lost scan, one without rays, or too little motion since the last drawn.
+  /// Throws std::invalid_argument if the scan reaches beyond the limits of the map or is not the one that was matched.
+  MapDelta Update(const LaserScan& scan, const ScanMatch& match);
+
+  /// Answers a match whose scan never came: a version in which nothing changes.
+  MapDelta UpdateWithoutScan();
+
+  std::int64_t version() const { return version_; }
+  const MapGeometry& geometry() const { return geometry_; }
+
+  /// Tiles in the order of their creation.
+  std::size_t num_tiles() const { return tiles_.entries().size(); }
+
+  /// A whole tile, for a replica that lacks it; nothing if it has not changed since `version`.
+  std::optional<TileChange> TileSince(std::size_t tile, std::int64_t version) const;
+
+ private:
+  struct Tile;
+
+  bool MovedEnough(const Pose2& T_map_laser) const;
+  void Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vector<TileChange>& changes);
+  void MarkRay(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
+  void MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
+  void Mark(Cell cell, std::uint8_t mark);
+  void Blend(Tile& tile, float intensity) const;
+
+  ScanParameters scan_parameters_;
+  UpdateParameters parameters_;
+  MapGeometry geometry_;
+  TileGrid<Tile> tiles_;
+  std::vector<TileIndex> marked_;  ///< tiles that the scan at hand touches
+  Tile* marking_ = nullptr;        ///< the one it touched last ...
+  TileIndex marking_index_;        ///< ... and where that is
+  std::int64_t version_ = 0;
+  std::optional<Pose2> T_map_last_drawn_;
+};
+
+}  // namespace crsm

@@ -1,0 +1,137 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string_view>
+
+namespace crsm {
+
+/// Which beams of a scan count as measurements.
+struct ScanParameters {
+  double range_min_m = 0.05;
+  double range_max_m = 30.0;
+};
+
+enum class SelectionMethod { kAll, kUniform, kDensity, kSegments };
+enum class DensityScaleMode { kScan, kPrevious };
+
+/// Which rays of a scan are matched. Source: section 4.
+struct SelectionParameters {
+  SelectionMethod method = SelectionMethod::kSegments;
+  int uniform_step = 5;            ///< SkipStep of Eq. 1
+  int density_rays = 40;           ///< N of Eq. 4
+  double edge_threshold_m = 0.5;   ///< D_THRES
+  int gap_threshold_rays = 10;     ///< RAY_THRES
+  int rays_min = 60;
+  int rays_max = 90;
+  DensityScaleMode density_scale_mode = DensityScaleMode::kScan;
+  bool limit_edges = true;
+};
+
+enum class ClimbMode { kFixed, kShrinking };
+
+/// How the pose is searched. Source: section 5.
+struct MatchParameters {
+  std::uint64_t seed = 1;
+  int num_evaluations = 4000;          ///< N_HC
+  double satisfying_fitness = 1.0;     ///< the search stops here
+  double window_m = 0.4;               ///< re-initialisation bound, +- in x and y
+  double window_rad = 0.25;            ///< re-initialisation bound, +- in yaw
+  double mutation_m = 0.1;             ///< mutation bound, +- in x and y
+  double mutation_rad = 0.1;           ///< mutation bound, +- in yaw
+  double unexplored_score = 0.0;       ///< for a ray that ends in an unexplored cell
+  ClimbMode climb = ClimbMode::kShrinking;
+  bool interpolate = true;
+  bool velocity_model = true;
+  bool final_climb = true;
+  double lost_ratio = 0.0;
+};
+
+/// How a scan changes the map. Source: section 6.
+struct UpdateParameters {
+  double cell_size_m = 0.05;
+  double occupied_density = 6.0;       ///< Dens_occu
+  bool sparseness_intensity = true;
+  double intensity = 0.1;              ///< where it does not follow the sparseness
+  bool join_hits = true;
+  double join_max_m = 0.8;
+  double update_distance_m = 0.2;
+  double update_angle_rad = 0.17;
+};
+
+struct Parameters {
+  ScanParameters scan;
+  SelectionParameters selection;
+  MatchParameters match;
+  UpdateParameters update;
+};
+
+/// Which programs a parameter concerns.
+enum class ParameterGroup { kScan, kSelection, kMatch, kUpdate };
+
+struct ParameterInfo {
+  ParameterGroup group;
+  const char* key;   ///< in a configuration file; the flag is the same with dashes
+  const char* help;  ///< one line with the unit and the source
+};
+
+/// Calls `visit(info, value, low, high)` for every number, `visit(info, flag)` for every switch and
+/// `visit(info, choice, names)` for every choice. The one list of all parameters: flags, configuration files,
+/// presets, summaries and checks are made from it.
+template <class Visitor>
+void VisitParameters(Parameters& p, Visitor&& visit) {
+  using enum ParameterGroup;
+  constexpr std::array<std::string_view, 4> kMethods{"all", "uniform", "density", "segments"};
+  constexpr std::array<std::string_view, 2> kScaleModes{"scan", "previous"};
+  constexpr std::array<std::string_view, 2> kClimbs{"fixed", "shrinking"};
+
+  ScanParameters& scan = p.scan;
+  visit({kScan, "range_min_m", "shorter readings are no measurements [m]"}, scan.range_min_m, 0.0, 10.0);
+  visit({kScan, "range_max_m", "maximum range of the laser [m]; readings beyond 95 % of it are no measurements (section 4)"},
+        scan.range_max_m, 0.1, 1000.0);
+
+  SelectionParameters& selection = p.selection;
+  visit({kSelection, "method", "how critical rays are picked (section 4)"}, selection.method, kMethods);
+  visit({kSelection, "uniform_step", "uniform: every n-th ray (SkipStep, Eq. 1)"}, selection.uniform_step, 1, 4096);
+  visit({kSelection, "density_rays", "density: rays to pick (N, Eq. 4)"}, selection.density_rays, 2, 4096);
+  visit({kSelection, "edge_threshold_m", "segments: a larger step between neighbouring hits is an edge [m] (D_THRES)"},
+        selection.edge_threshold_m, 0.01, 100.0);
+  visit({kSelection, "gap_threshold_rays", "segments: no more rays than this between picked ones (RAY_THRES)"},
+        selection.gap_threshold_rays, 1, 4096);
+  visit({kSelection, "rays_min", "segments: fewest rays to pick"}, selection.rays_min, 2, 4096);
+  visit({kSelection, "rays_max", "segments: most rays to pick"}, selection.rays_max, 2, 4096);
+  visit({kSelection, "density_scale_mode",
+         "segments: P is found for each scan, or follows the count of the previous scan as in the paper"},
+        selection.density_scale_mode, kScaleModes);
+  visit({kSelection, "limit_edges", "segments: edges may take half of rays_max, the widest first"}, selection.limit_edges);
+
+  MatchParameters& match = p.match;
+  visit({kMatch, "seed", "of the random numbers"}, match.seed, std::uint64_t{0}, ~std::uint64_t{0});
+  visit({kMatch, "num_evaluations", "most evaluations of the fitness for a scan (N_HC)"}, match.num_evaluations, 1, 10000000);
+  visit({kMatch, "satisfying_fitness", "the search stops at this fitness, 0 to 1"}, match.satisfying_fitness, 0.0, 1.0);
+  visit({kMatch, "window_m", "re-initialisation bound in x and y [m]"}, match.window_m, 0.001, 10.0);
+  visit({kMatch, "window_rad", "re-initialisation bound in yaw [rad]"}, match.window_rad, 0.001, 3.2);
+  visit({kMatch, "mutation_m", "mutation bound in x and y [m]"}, match.mutation_m, 0.001, 10.0);
+  visit({kMatch, "mutation_rad", "mutation bound in yaw [rad]"}, match.mutation_rad, 0.0001, 3.2);
+  visit({kMatch, "unexplored_score", "for a ray that ends in an unexplored cell, where a full hit scores 3570"},
+        match.unexplored_score, -3570.0, 3570.0);
+  visit({kMatch, "climb", "mutations keep their bound (the paper), or shrink when they fail"}, match.climb, kClimbs);
+  visit({kMatch, "interpolate", "fitness between cells by bilinear interpolation"}, match.interpolate);
+  visit({kMatch, "velocity_model", "start from the last motion repeated, not from the last pose"}, match.velocity_model);
+  visit({kMatch, "final_climb", "end with a climb that uses all valid rays"}, match.final_climb);
+  visit({kMatch, "lost_ratio", "a scan is lost below this share of the usual fitness"}, match.lost_ratio, 0.0, 1.0);
+
+  UpdateParameters& update = p.update;
+  visit({kUpdate, "cell_size_m", "side of a map cell [m]"}, update.cell_size_m, 0.005, 1.0);
+  visit({kUpdate, "occupied_density", "how much more an occupied cell is updated than a free one (Dens_occu)"},
+        update.occupied_density, 1.0, 100.0);
+  visit({kUpdate, "sparseness_intensity", "the intensity of the update follows the scan's mean sparseness"},
+        update.sparseness_intensity);
+  visit({kUpdate, "intensity", "of the update where it does not follow the sparseness"}, update.intensity, 0.001, 1.0);
+  visit({kUpdate, "join_hits", "neighbouring hits on one surface become a line of occupied cells"}, update.join_hits);
+  visit({kUpdate, "join_max_m", "hits further apart than this are never joined [m]"}, update.join_max_m, 0.0, 10.0);
+  visit({kUpdate, "update_distance_m", "the map is updated after this much motion [m] ..."}, update.update_distance_m, 0.0, 10.0);
+  visit({kUpdate, "update_angle_rad", "... or this much turning [rad]"}, update.update_angle_rad, 0.0, 3.2);
+}
+
+}  // namespace crsm

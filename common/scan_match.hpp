@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+
+#include "common/pose2.hpp"
+
+namespace crsm {
+
+enum class MatchState : std::int8_t {
+  kFirst = 0,  ///< the map was empty: the pose is the origin of the map frame
+  kOk = 1,     ///< matched: the scan goes into the map
+  kLost = 2,   ///< no pose explains the scan: the pose is a guess, the scan stays out of the map
+};
+
+/// Where the laser stood when it took a scan, and how that was found.
+struct ScanMatch {
+  std::int64_t utime = 0;  ///< the scan's
+  Pose2 T_map_laser;
+  double fitness = 0.0;           ///< of the critical rays at that pose, [0, 1]
+  std::int32_t evaluations = 0;   ///< fitness evaluations spent
+  std::int32_t num_critical = 0;  ///< critical rays matched
+  std::int64_t map_version = 0;   ///< of the map that the scan was matched against; 0 = the empty map
+  MatchState state = MatchState::kFirst;
+
+  friend bool operator==(const ScanMatch&, const ScanMatch&) = default;
+};
+
+}  // namespace crsm

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <vector>
+
+#include "common/laser_scan.hpp"
+#include "common/map_updater.hpp"
+#include "common/parameters.hpp"
+#include "common/rrhc_matcher.hpp"
+
+namespace crsm {
+
+/// The whole algorithm in one process: what the five processes do together, step by step and bit for bit.
+class Slam {
+ public:
+  explicit Slam(const Parameters& parameters);
+
+  /// Selects the critical rays of a scan, matches them to the map so far, and draws the scan into the map.
+  /// Scans come in the order in which they were taken; no utime may come twice.
+  ScanMatch Process(const LaserScan& scan);
+
+  const std::vector<ScanMatch>& history() const { return history_; }
+  const ByteMap& map() const { return matcher_.map(); }
+  const MapGeometry& geometry() const { return updater_.geometry(); }
+
+ private:
+  Parameters parameters_;
+  RrhcMatcher matcher_;
+  MapUpdater updater_;
+  double density_scale_ = kFirstDensityScale;
+  std::vector<ScanMatch> history_;
+};
+
+}  // namespace crsm

@@ -1,0 +1,103 @@
+#pragma once
+
+#include <algorithm>
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+namespace crsm {
+
+inline constexpr int kTileSide = 64;                           ///< cells
+inline constexpr int kTileCells = kTileSide * kTileSide;       ///< cells in a tile
+inline constexpr int kMaxTile = 1024;                          ///< tiles run from -kMaxTile to kMaxTile - 1 on each axis
+inline constexpr int kMaxCell = kMaxTile * kTileSide;          ///< and cells from -kMaxCell to kMaxCell - 1
+
+/// A cell of the map. Cell (0, 0) has its lower left corner at the map's origin; x right, y up.
+struct Cell {
+  int x = 0;
+  int y = 0;
+  friend bool operator==(const Cell&, const Cell&) = default;
+};
+
+struct TileIndex {
+  int x = 0;
+  int y = 0;
+  friend auto operator<=>(const TileIndex&, const TileIndex&) = default;
+};
+
+inline bool InMapLimits(Cell cell) {
+  return cell.x >= -kMaxCell && cell.x < kMaxCell && cell.y >= -kMaxCell && cell.y < kMaxCell;
+}
+inline bool InMapLimits(TileIndex tile) {
+  return tile.x >= -kMaxTile && tile.x < kMaxTile && tile.y >= -kMaxTile && tile.y < kMaxTile;
+}
+/// The tile of a cell. Right shifts of negative numbers round down (C++20).
+inline TileIndex TileOf(Cell cell) { return {cell.x >> 6, cell.y >> 6}; }
+/// Where a cell lies in its tile: row by row from the lower left.
+inline int OffsetInTile(Cell cell) { return (cell.y & 63) * kTileSide + (cell.x & 63); }
+
+/// Tiles of cells that come into being where they are first touched: memory follows the explored area, and the map
+/// grows in any direction. A directory over the bounding box of the tiles makes a look-up two comparisons and a
+/// load, whatever the map's size.
+template <class Tile>
+class TileGrid {
+ public:
+  struct Entry {
+    TileIndex index;
+    std::unique_ptr<Tile> tile;
+  };
+
+  /// The tile, or nullptr where nothing was touched.
+  Tile* Find(TileIndex index) const {
+    const auto column = static_cast<unsigned>(index.x - origin_.x);
+    const auto row = static_cast<unsigned>(index.y - origin_.y);
+    if (column >= width_ || row >= height_) return nullptr;
+    return directory_[std::size_t{row} * width_ + column];
+  }
+
+  /// The tile, made now if need be. Throws std::out_of_range beyond the map's limits.
+  Tile& Touch(TileIndex index) {
+    if (Tile* tile = Find(index)) return *tile;
+    if (!InMapLimits(index)) throw std::out_of_range("TileGrid: a tile beyond the limits of the map");
+    GrowTo(index);
+    entries_.push_back({index, std::make_unique<Tile>()});
+    return *(Slot(index) = entries_.back().tile.get());
+  }
+
+  /// All tiles in the order in which they were made.
+  const std::vector<Entry>& entries() const { return entries_; }
+
+ private:
+  Tile*& Slot(TileIndex index) {
+    return directory_[static_cast<std::size_t>(index.y - origin_.y) * width_ +
+                      static_cast<std::size_t>(index.x - origin_.x)];
+  }
+
+  void GrowTo(TileIndex index) {
+    if (static_cast<unsigned>(index.x - origin_.x) < width_ && static_cast<unsigned>(index.y - origin_.y) < height_) return;
+    // Room ahead in steps of eight, so that a straight drive does not rebuild the directory at every tile.
+    const auto Down = [](int value) { return value & ~7; };
+    const auto Up = [](int value) { return (value | 7) + 1; };
+    const bool empty = width_ == 0;
+    const TileIndex low{Down(empty ? index.x : std::min(origin_.x, index.x)),
+                        Down(empty ? index.y : std::min(origin_.y, index.y))};
+    const TileIndex high{empty ? Up(index.x) : std::max(origin_.x + static_cast<int>(width_), Up(index.x)),
+                         empty ? Up(index.y) : std::max(origin_.y + static_cast<int>(height_), Up(index.y))};
+    origin_ = low;
+    width_ = static_cast<unsigned>(high.x - low.x);
+    height_ = static_cast<unsigned>(high.y - low.y);
+    directory_.assign(std::size_t{width_} * height_, nullptr);
+    for (const Entry& entry : entries_) Slot(entry.index) = entry.tile.get();
+  }
+
+  TileIndex origin_;
+  unsigned width_ = 0;
+  unsigned height_ = 0;
+  std::vector<Tile*> directory_;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace crsm

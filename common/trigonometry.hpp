@@ -1,0 +1,25 @@
+#pragma once
+
+namespace crsm {
+
+inline constexpr double kPi = 3.14159265358979323846;
+
+struct SinCos {
+  double sin;
+  double cos;
+};
+
+/// Sine and cosine of `angle_rad` to within 4e-16 for |angle_rad| <= 1e6.
+///
+/// Made of additions and multiplications only, which IEEE 754 rounds alike everywhere. The C library's own may
+/// differ in the last bit between CPUs, and one bit is enough to send a hill climb elsewhere: nothing that
+/// decides about a pose or a cell calls it.
+SinCos ComputeSinCos(double angle_rad);
+
+/// e^x to within 1e-15 relative for |x| <= 700, by the same means and for the same reason.
+double ComputeExp(double x);
+
+/// The angle brought to [-pi, pi]. Throws std::invalid_argument if it is not finite.
+double WrapAngle(double angle_rad);
+
+}  // namespace crsm

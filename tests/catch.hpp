@@ -1,0 +1,9 @@
+#pragma once
+
+// Catch2 version 3 (Ubuntu 24.04) and version 2 (Debian 12, Ubuntu 22.04) differ in where things live.
+#if __has_include(<catch2/catch_all.hpp>)
+#include <catch2/catch_all.hpp>
+using Catch::Approx;
+#else
+#include <catch2/catch.hpp>
+#endif
