@@ -2,7 +2,11 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
 
 namespace crsm {
 
@@ -67,7 +71,7 @@ struct Parameters {
 };
 
 /// Which programs a parameter concerns.
-enum class ParameterGroup { kScan, kSelection, kMatch, kUpdate };
+enum class ParameterGroup { kSeed, kScan, kSelection, kMatch, kUpdate };
 
 struct ParameterInfo {
   ParameterGroup group;
@@ -106,7 +110,7 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
   visit({kSelection, "limit_edges", "segments: edges may take half of rays_max, the widest first"}, selection.limit_edges);
 
   MatchParameters& match = p.match;
-  visit({kMatch, "seed", "of the random numbers"}, match.seed, std::uint64_t{0}, ~std::uint64_t{0});
+  visit({kSeed, "seed", "of the random numbers"}, match.seed, std::uint64_t{0}, ~std::uint64_t{0});
   visit({kMatch, "num_evaluations", "most evaluations of the fitness for a scan (N_HC)"}, match.num_evaluations, 1, 10000000);
   visit({kMatch, "satisfying_fitness", "the search stops at this fitness, 0 to 1"}, match.satisfying_fitness, 0.0, 1.0);
   visit({kMatch, "window_m", "re-initialisation bound in x and y [m]"}, match.window_m, 0.001, 10.0);
@@ -133,5 +137,10 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
   visit({kUpdate, "update_distance_m", "the map is updated after this much motion [m] ..."}, update.update_distance_m, 0.0, 10.0);
   visit({kUpdate, "update_angle_rad", "... or this much turning [rad]"}, update.update_angle_rad, 0.0, 3.2);
 }
+
+using ParameterValue = std::variant<bool, std::int64_t, std::uint64_t, double, std::string>;
+
+/// Every parameter by its key, in the order of VisitParameters.
+std::vector<std::pair<std::string, ParameterValue>> ListParameters(const Parameters& parameters);
 
 }  // namespace crsm

@@ -1,0 +1,174 @@
+#include "common/results/pictures.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "common/map_geometry.hpp"
+#include "common/valid_rays.hpp"
+
+namespace crsm {
+
+namespace {
+
+constexpr int kWantedSide = 1600;    // pixels on the longer side of an enlarged map
+constexpr int kMaxSide = 4000;       // pixels: larger maps are shrunk to this
+constexpr int kMaxEnlargement = 16;  // pixels a cell: a map of few cells stays small
+constexpr int kStripHeight = 44;     // pixels, of the caption
+constexpr int kMinWidth = 640;       // pixels: the caption's text fits
+constexpr int kSubpixelBits = 4;     // OpenCV draws to 1/16 of a pixel
+
+// Blue, green, red.
+const cv::Scalar kPathColour(210, 100, 20);
+const cv::Scalar kStartColour(50, 160, 30);
+const cv::Scalar kEndColour(40, 30, 220);
+const cv::Scalar kLostColour(0, 130, 255);
+const cv::Scalar kHitColour(200, 30, 200);
+const cv::Scalar kInk(40, 40, 40);
+const cv::Scalar kPaper(255, 255, 255);
+
+std::string EncodePng(const cv::Mat& image) {
+  std::vector<uchar> bytes;
+  // Named, so that another version's defaults do not change the bytes.
+  cv::imencode(".png", image, bytes,
+               {cv::IMWRITE_PNG_COMPRESSION, 6, cv::IMWRITE_PNG_STRATEGY, cv::IMWRITE_PNG_STRATEGY_DEFAULT});
+  return {bytes.begin(), bytes.end()};
+}
+
+/// The map as a picture, y up.
+cv::Mat ToPicture(const DenseGrid& grid) {
+  // OpenCV takes no const data; the flip copies it.
+  const cv::Mat rows(grid.height_cells, grid.width_cells, CV_8UC1, const_cast<std::uint8_t*>(grid.cells.data()));
+  cv::Mat picture;
+  cv::flip(rows, picture, 0);
+  return picture;
+}
+
+double ComputePixelsPerCell(const DenseGrid& grid) {
+  const int longer_side = std::max(grid.width_cells, grid.height_cells);
+  if (longer_side > kMaxSide) return static_cast<double>(kMaxSide) / longer_side;
+  return std::clamp(kWantedSide / longer_side, 1, kMaxEnlargement);
+}
+
+/// The overview while it is drawn.
+class Canvas {
+ public:
+  explicit Canvas(const DenseGrid& grid)
+      : geometry_(grid.cell_size_m),
+        pixels_per_cell_(ComputePixelsPerCell(grid)),
+        left_cells_(grid.origin_x_cells),
+        top_cells_(grid.origin_y_cells + grid.height_cells) {
+    cv::Mat map;
+    const auto ToPixels = [&](int cells) {
+      return std::max(1, static_cast<int>(std::lround(cells * pixels_per_cell_)));
+    };
+    cv::resize(ToPicture(grid), map, {ToPixels(grid.width_cells), ToPixels(grid.height_cells)}, 0.0, 0.0,
+               pixels_per_cell_ < 1.0 ? cv::INTER_AREA : cv::INTER_NEAREST);
+    image_ = cv::Mat(map.rows + kStripHeight, std::max(map.cols, kMinWidth), CV_8UC3, kPaper);
+    map_ = image_(cv::Rect(0, 0, map.cols, map.rows));
+    cv::cvtColor(map, map_, cv::COLOR_GRAY2BGR);
+  }
+
+  const cv::Mat& image() const { return image_; }
+
+  void DrawPath(const std::vector<cv::Point2d>& path_m) {
+    std::vector<cv::Point> points;
+    for (const cv::Point2d& point_m : path_m) points.push_back(ToSubpixels(point_m));
+    cv::polylines(map_, points, false, kPathColour, 2, cv::LINE_AA, kSubpixelBits);
+  }
+
+  void DrawDisc(const cv::Point2d& centre_m, double radius_pixels, const cv::Scalar& colour) {
+    const auto radius = static_cast<int>(std::lround(radius_pixels * (1 << kSubpixelBits)));
+    cv::circle(map_, ToSubpixels(centre_m), radius, colour, cv::FILLED, cv::LINE_AA, kSubpixelBits);
+  }
+
+  /// A bar of 1, 2 or 5 times a power of ten metres, as long as a fifth of the picture at most.
+  void DrawScaleBar() {
+    const double pixels_per_m = geometry_.ToCells(1.0) * pixels_per_cell_;
+    const double longest_m = 0.2 * image_.cols / pixels_per_m;
+    const double decade_m = std::pow(10.0, std::floor(std::log10(longest_m)));
+    const double factor = longest_m >= 5.0 * decade_m ? 5.0 : longest_m >= 2.0 * decade_m ? 2.0 : 1.0;
+    const double length_m = factor * decade_m;
+    const int right = kMargin + static_cast<int>(std::lround(length_m * pixels_per_m));
+    const int y = map_.rows + kStripHeight / 2;
+    cv::line(image_, {kMargin, y}, {right, y}, kInk, 2);
+    for (const int x : {kMargin, right}) cv::line(image_, {x, y - 6}, {x, y + 6}, kInk, 2);
+    caption_x_ = right + kMargin;
+    AddCaption(fmt::format("{:g} m", length_m), kInk);
+  }
+
+  /// Adds words to the strip, from left to right.
+  void AddCaption(const std::string& text, const cv::Scalar& colour) {
+    constexpr double kTextScale = 0.5;
+    cv::putText(image_, text, {caption_x_, map_.rows + kStripHeight / 2 + 5}, cv::FONT_HERSHEY_SIMPLEX, kTextScale,
+                colour, 1, cv::LINE_AA);
+    caption_x_ += cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, kTextScale, 1, nullptr).width + kMargin;
+  }
+
+ private:
+  static constexpr int kMargin = 14;  // pixels, in the strip
+
+  cv::Point ToSubpixels(const cv::Point2d& point_m) const {
+    // The limit keeps a point far outside within OpenCV's integers. A pixel's centre is at its whole number.
+    const auto ToInteger = [](double pixels) {
+      return static_cast<int>(std::lround((std::clamp(pixels, -1e5, 1e5) - 0.5) * (1 << kSubpixelBits)));
+    };
+    return {ToInteger((geometry_.ToCells(point_m.x) - left_cells_) * pixels_per_cell_),
+            ToInteger((top_cells_ - geometry_.ToCells(point_m.y)) * pixels_per_cell_)};
+  }
+
+  MapGeometry geometry_;
+  double pixels_per_cell_;
+  int left_cells_;
+  int top_cells_;
+  cv::Mat image_;
+  cv::Mat map_;  // the upper part of image_
+  int caption_x_ = 0;
+};
+
+void DrawLastScan(const Results& results, Canvas& canvas) {
+  const auto match = std::find_if(results.matches.rbegin(), results.matches.rend(),
+                                  [&](const ScanMatch& m) { return m.utime == results.last_scan.utime; });
+  if (match == results.matches.rend()) return;
+  const Eigen::Matrix2Xd hits_m = ComputeHits(FindValidRays(results.last_scan, results.scan_parameters));
+  for (const auto& hit_m : hits_m.colwise()) {
+    const Pose2 T_map_hit = match->T_map_laser * Pose2{hit_m.x(), hit_m.y(), 0.0};
+    canvas.DrawDisc({T_map_hit.x_m, T_map_hit.y_m}, 2.0, kHitColour);
+  }
+}
+
+}  // namespace
+
+std::string EncodeMap(const DenseGrid& grid) { return EncodePng(ToPicture(grid)); }
+
+std::string EncodeOverview(const Results& results) {
+  std::vector<cv::Point2d> path_m;
+  std::vector<cv::Point2d> lost_m;
+  for (const ScanMatch& match : results.matches) {
+    const cv::Point2d point_m(match.T_map_laser.x_m, match.T_map_laser.y_m);
+    (match.state == MatchState::kLost ? lost_m : path_m).push_back(point_m);
+  }
+
+  Canvas canvas(results.grid);
+  canvas.DrawPath(path_m);
+  for (const cv::Point2d& point_m : lost_m) canvas.DrawDisc(point_m, 3.0, kLostColour);
+  DrawLastScan(results, canvas);
+  if (!path_m.empty()) {
+    canvas.DrawDisc(path_m.front(), 7.0, kStartColour);
+    canvas.DrawDisc(path_m.back(), 7.0, kEndColour);
+  }
+
+  canvas.DrawScaleBar();
+  canvas.AddCaption(fmt::format("{} scans, {} lost", results.matches.size(), lost_m.size()), kInk);
+  canvas.AddCaption("path", kPathColour);
+  canvas.AddCaption("start", kStartColour);
+  canvas.AddCaption("end", kEndColour);
+  canvas.AddCaption("lost", kLostColour);
+  canvas.AddCaption("last scan", kHitColour);
+  return EncodePng(canvas.image());
+}
+
+}  // namespace crsm

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+#include "common/dense_grid.hpp"
+#include "common/results/results.hpp"
+
+namespace crsm {
+
+/// A grid as PNG bytes: 8-bit grey, a pixel a cell, top row = highest y. At least one cell.
+std::string EncodeMap(const DenseGrid& grid);
+
+/// The map enlarged, with the trajectory from green to red, lost scans orange, the last scan's hits magenta, and below
+/// it a strip with a scale bar, the number of scans and the meaning of the colours, as PNG bytes. At least one cell;
+/// all poses finite.
+std::string EncodeOverview(const Results& results);
+
+}  // namespace crsm

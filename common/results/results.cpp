@@ -1,0 +1,94 @@
+#include "common/results/results.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <string_view>
+#include <system_error>
+
+#include "common/results/pictures.hpp"
+#include "common/trajectory.hpp"
+
+namespace crsm {
+
+namespace {
+
+/// Writes all the bytes and brings them to the disk. False, with errno set, if that fails.
+bool WriteAndSync(int descriptor, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return fsync(descriptor) == 0;
+}
+
+/// The temporary file bears the process id, so that two processes with the same folder never mix their bytes.
+void WriteAtomically(const std::filesystem::path& path, std::string_view bytes) {
+  const std::string temporary = path.parent_path() / fmt::format(".{}.{}.tmp", path.filename().string(), getpid());
+  const auto Fail = [&](int error) {
+    unlink(temporary.c_str());
+    throw std::runtime_error(fmt::format("cannot write {}: {}", path.string(), std::strerror(error)));
+  };
+  const int descriptor = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (descriptor < 0) Fail(errno);
+  const int error = WriteAndSync(descriptor, bytes) ? 0 : errno;
+  close(descriptor);
+  if (error != 0) Fail(error);
+  if (rename(temporary.c_str(), path.c_str()) != 0) Fail(errno);
+}
+
+void CheckSize(const DenseGrid& grid) {
+  const bool negative = grid.width_cells < 0 || grid.height_cells < 0;
+  const auto num_cells = static_cast<std::size_t>(grid.width_cells) * static_cast<std::size_t>(grid.height_cells);
+  if (negative || num_cells != grid.cells.size() || (num_cells > 0 && !(grid.cell_size_m > 0.0))) {
+    throw std::invalid_argument(fmt::format("WriteResults: a grid of {} x {} cells of {} m cannot hold {} cells",
+                                            grid.width_cells, grid.height_cells, grid.cell_size_m, grid.cells.size()));
+  }
+}
+
+DenseGrid MakeUnexploredCell(double cell_size_m) {
+  return {1, 1, 0, 0, cell_size_m > 0.0 ? cell_size_m : 1.0, {kUnexploredByte}};
+}
+
+std::string FormatMapYaml(const DenseGrid& grid) {
+  // map_server takes (255 - byte) / 255 for the probability that a cell is occupied.
+  return fmt::format(
+      "image: map.png\n"
+      "resolution: {}\n"
+      "origin: [{:.6f}, {:.6f}, 0.0]\n"
+      "negate: 0\n"
+      "occupied_thresh: 0.65\n"
+      "free_thresh: 0.196\n",
+      grid.cell_size_m, grid.origin_x_cells * grid.cell_size_m, grid.origin_y_cells * grid.cell_size_m);
+}
+
+}  // namespace
+
+void WriteResults(const std::filesystem::path& dir, const Results& results) {
+  CheckSize(results.grid);
+  if (results.grid.cells.empty()) {
+    Results drawable = results;
+    drawable.grid = MakeUnexploredCell(results.grid.cell_size_m);
+    return WriteResults(dir, drawable);
+  }
+  Trajectory trajectory;
+  for (const ScanMatch& match : results.matches) trajectory.push_back({match.utime, match.T_map_laser});
+  const std::string trajectory_text = FormatTrajectory(trajectory);
+
+  std::error_code error;
+  std::filesystem::create_directories(dir, error);
+  if (error) throw std::runtime_error(fmt::format("cannot make the folder {}: {}", dir.string(), error.message()));
+  WriteAtomically(dir / "map.png", EncodeMap(results.grid));
+  WriteAtomically(dir / "map.yaml", FormatMapYaml(results.grid));
+  WriteAtomically(dir / "overview.png", EncodeOverview(results));
+  WriteAtomically(dir / "trajectory.tum", trajectory_text);
+  WriteAtomically(dir / "summary.json", results.summary_json);
+}
+
+}  // namespace crsm

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/dense_grid.hpp"
+#include "common/laser_scan.hpp"
+#include "common/parameters.hpp"
+#include "common/scan_match.hpp"
+
+namespace crsm {
+
+/// What a run leaves behind, or has so far.
+struct Results {
+  DenseGrid grid;                  ///< may be empty
+  std::vector<ScanMatch> matches;  ///< of every scan, lost ones too, in order of arrival
+  LaserScan last_scan;             ///< drawn if `matches` has its pose
+  ScanParameters scan_parameters;  ///< which of its beams are measurements
+  std::string summary_json;        ///< made by FormatSummary
+};
+
+/// Writes into `dir`, which is made if need be:
+/// - map.png: 8-bit grey, a pixel a cell, the cell's byte as it is, y up in the picture; equal grids give equal bytes
+///   from one build. An empty grid gives one unexplored cell, of 1 m if the grid does not know its cell size.
+/// - map.yaml: the map_server convention; origin is the lower left corner [m, m, rad]
+/// - overview.png: the map with trajectory and last scan, for people
+/// - trajectory.tum: T_map_laser of every scan
+/// - summary.json
+///
+/// Each file is replaced as a whole, so a reader never sees half of one; a reader in between may see the new map.png
+/// beside the old map.yaml. Throws std::runtime_error that names the path and the reason, std::invalid_argument if the
+/// grid's size is not that of its cells or a pose is not finite.
+void WriteResults(const std::filesystem::path& dir, const Results& results);
+
+}  // namespace crsm

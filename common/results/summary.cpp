@@ -1,0 +1,59 @@
+#include "common/results/summary.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace crsm {
+
+Summary Summarize(const std::vector<ScanMatch>& matches, const DenseGrid& grid) {
+  Summary summary;
+  summary.scans = static_cast<std::int64_t>(matches.size());
+
+  const Pose2* previous = nullptr;
+  std::int64_t matched = 0;
+  double fitness_sum = 0.0;
+  for (const ScanMatch& match : matches) {
+    if (match.state == MatchState::kLost) {
+      ++summary.lost;
+      continue;
+    }
+    const Pose2& pose = match.T_map_laser;
+    if (previous) summary.path_length_m += std::hypot(pose.x_m - previous->x_m, pose.y_m - previous->y_m);
+    previous = &pose;
+    if (match.state == MatchState::kFirst) continue;  // there was nothing to match
+    ++matched;
+    fitness_sum += match.fitness;
+  }
+  if (matched > 0) summary.mean_fitness = fitness_sum / static_cast<double>(matched);
+
+  const auto unexplored = std::count(grid.cells.begin(), grid.cells.end(), kUnexploredByte);
+  const auto explored = static_cast<std::ptrdiff_t>(grid.cells.size()) - unexplored;
+  summary.explored_area_m2 = static_cast<double>(explored) * grid.cell_size_m * grid.cell_size_m;
+  return summary;
+}
+
+std::string FormatSummary(const Summary& summary) {
+  using Json = nlohmann::ordered_json;
+  Json json = {{"version", summary.version},
+               {"scans", summary.scans},
+               {"lost", summary.lost},
+               {"map_version", summary.map_version},
+               {"path_length_m", summary.path_length_m},
+               {"explored_area_m2", summary.explored_area_m2},
+               {"mean_fitness", summary.mean_fitness},
+               {"counts", Json::object()},
+               {"timings", Json::object()},
+               {"parameters", Json::object()}};
+  for (const auto& [name, count] : summary.counts) json["counts"][name] = count;
+  for (const auto& [stage, timing] : summary.timings) {
+    json["timings"][stage] = {{"p50_ms", timing.p50_ms}, {"p99_ms", timing.p99_ms}, {"max_ms", timing.max_ms}};
+  }
+  for (const auto& [key, value] : summary.parameters) {
+    std::visit([&json, &key = key](const auto& plain) { json["parameters"][key] = plain; }, value);
+  }
+  // File names are bytes and may be no UTF-8: such bytes are replaced, a run's summary is not lost for them.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace crsm

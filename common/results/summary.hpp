@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "common/dense_grid.hpp"
+#include "common/scan_match.hpp"
+
+namespace crsm {
+
+using SummaryValue = std::variant<bool, std::int64_t, std::uint64_t, double, std::string>;
+
+/// How long one stage took a scan.
+struct StageTiming {
+  double p50_ms = 0.0;
+  double p99_ms = 0.0;
+  double max_ms = 0.0;
+};
+
+/// What a run came to, for summary.json.
+struct Summary {
+  std::string version;
+  std::vector<std::pair<std::string, SummaryValue>> parameters;  ///< in the order in which they are written
+  std::int64_t scans = 0;
+  std::int64_t lost = 0;
+  std::int64_t map_version = 0;
+  double path_length_m = 0.0;  ///< from each scan that was not lost to the next one
+  double explored_area_m2 = 0.0;
+  double mean_fitness = 0.0;                   ///< of the matched scans (the paper's MFV), [0, 1]; 0 if there are none
+  std::map<std::string, std::int64_t> counts;  ///< drops, resends, bad messages ..., by name
+  std::map<std::string, StageTiming> timings;  ///< by stage
+};
+
+/// A summary in which all that follows from poses and map is filled in: scans, lost, path_length_m, mean_fitness and
+/// explored_area_m2.
+Summary Summarize(const std::vector<ScanMatch>& matches, const DenseGrid& grid);
+
+/// As JSON text that ends in a newline. Numbers that are not finite become null.
+std::string FormatSummary(const Summary& summary);
+
+}  // namespace crsm

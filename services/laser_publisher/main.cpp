@@ -1,0 +1,153 @@
+// laser_publisher: a log or a simulated world -> LASER, in real time, N times that, or in lockstep with the map. With a
+// file:// URL it is the converter to an LCM log.
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "services/laser_publisher/log_writer.hpp"
+#include "services/runtime/conversions.hpp"
+#include "services/runtime/progress.hpp"
+#include "services/runtime/service.hpp"
+#include "services/sources/open_laser_source.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr double kAsFastAsMapped = 0.0;
+
+/// The factor to real time that --rate says. Throws std::runtime_error if it says none.
+double ParseRate(const std::string& text) {
+  if (text == "max") return kAsFastAsMapped;
+  double rate = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), rate);
+  if (error != std::errc() || end != text.data() + text.size() || !(rate > 0.0 && rate <= 1e6)) {
+    throw std::runtime_error(fmt::format("--rate: '{}' is neither max nor a number above 0", text));
+  }
+  return rate;
+}
+
+void PrintCounts(const std::string& program, const LaserSource& source) {
+  for (const auto& [name, count] : source.Counts()) {
+    if (count > 0) fmt::print(stderr, "{}: {}: {}\n", program, name, count);
+  }
+}
+
+class LaserPublisher {
+ public:
+  LaserPublisher(const CommandLine& command_line, LaserSource& source)
+      : rate_(ParseRate(command_line.settings().rate)),
+        resend_(command_line.settings().resend_s),
+        source_(source),
+        service_(command_line),
+        progress_(command_line.program()) {
+    service_.bus().Subscribe<map_delta_t>(kMapDeltaChannel, [this](const map_delta_t& delta) {
+      if (delta.recipient == 0) mapped_utime_ = delta.utime;
+    });
+  }
+
+  void Run() {
+    fmt::print(stderr, "{}: ready\n", service_.name());
+    service_.SetState("publishing");
+    std::int64_t last_utime = 0;
+    while (const auto scan = source_.Next()) {
+      if (StopRequested()) break;
+      if (rate_ == kAsFastAsMapped) {
+        PublishUntilMapped(*scan);
+      } else {
+        if (num_scans_ > 0) SleepUntilDue(scan->utime - last_utime);
+        Publish(*scan);
+      }
+      last_utime = scan->utime;
+      progress_.Show(source_.Progress(), num_scans_);
+    }
+    if (rate_ != kAsFastAsMapped) AwaitMap(last_utime);
+    progress_.Finish(num_scans_);
+  }
+
+ private:
+  void Publish(const LaserScan& scan) {
+    const auto start = Clock::now();
+    service_.bus().Publish(kLaserChannel, ToMessage(scan));
+    service_.RecordLatency(start);
+    service_.counters().Add("published");
+    ++num_scans_;
+  }
+
+  /// Lockstep: sends the scan again and again until its map has come. A message lost on the way, or a process that is
+  /// started anew, costs time and nothing else.
+  void PublishUntilMapped(const LaserScan& scan) {
+    constexpr auto kComplainAfter = std::chrono::seconds(10);
+    Publish(scan);
+    auto resend_at = Clock::now() + resend_;
+    auto complain_at = Clock::now() + kComplainAfter;
+    while (mapped_utime_ != scan.utime && !StopRequested()) {
+      service_.Spin(20);
+      if (mapped_utime_ == scan.utime) return;
+      if (Clock::now() >= resend_at) {
+        service_.bus().Publish(kLaserChannel, ToMessage(scan));
+        service_.counters().Add("resent");
+        resend_at = Clock::now() + resend_;
+      }
+      if (Clock::now() >= complain_at) {
+        fmt::print(stderr, "{}: no map of scan {} for 10 s; are ray_selector, rrhc_matcher and map_updater running?\n",
+                   service_.name(), num_scans_);
+        complain_at = Clock::now() + kComplainAfter;
+      }
+    }
+  }
+
+  /// Live: the time between two scans as it was recorded, over the rate. No time difference is trusted unchecked: one
+  /// that goes back is none, and a recorder that paused is not waited for.
+  void SleepUntilDue(std::int64_t gap_us) {
+    constexpr double kLongestGapS = 5.0;
+    const double gap_s = std::clamp(static_cast<double>(gap_us) * 1e-6, 0.0, kLongestGapS);
+    due_ = std::max(due_, Clock::now() - std::chrono::seconds(1));  // a publisher that fell far behind does not rush
+    due_ += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(gap_s / rate_));
+    while (Clock::now() < due_ && !StopRequested()) {
+      const auto left = std::chrono::ceil<std::chrono::milliseconds>(due_ - Clock::now()).count();
+      service_.Spin(static_cast<int>(std::clamp<std::int64_t>(left, 0, 50)));
+    }
+  }
+
+  /// Gives the stages behind the time to finish the last scan.
+  void AwaitMap(std::int64_t utime) {
+    const auto give_up = Clock::now() + std::chrono::seconds(2);
+    while (mapped_utime_ != utime && Clock::now() < give_up && !StopRequested()) service_.Spin(20);
+  }
+
+  double rate_;
+  std::chrono::duration<double> resend_;
+  LaserSource& source_;
+  Service service_;
+  Progress progress_;
+  std::int64_t num_scans_ = 0;
+  std::int64_t mapped_utime_ = -1;  ///< of the last scan whose map came
+  Clock::time_point due_ = Clock::now();
+};
+
+}  // namespace
+}  // namespace crsm
+
+int main(int argc, char** argv) {
+  crsm::CommandLine command_line("laser_publisher",
+                                 "Publishes the scans of a log or of a simulated world on LASER. With --lcm-url "
+                                 "\"file://run.lcm?mode=w\" it writes them to an LCM log.",
+                                 {crsm::ParameterGroup::kSeed},
+                                 {"lcm_url", "channel_prefix", "rate", "resend_s", "laser_channel"});
+  std::string name;
+  command_line.app().add_option("SOURCE", name, "CARMEN log or LCM log, gzip or not; sim:NAME or sim:FILE")->required();
+  if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
+  return crsm::RunMain(command_line.program(), [&] {
+    const crsm::Settings& settings = command_line.settings();
+    const auto source = crsm::OpenLaserSource(name, {command_line.parameters().match.seed, settings.laser_channel});
+    if (settings.lcm_url.rfind("file://", 0) == 0) {
+      crsm::WriteLog(*source, settings.lcm_url, settings.channel_prefix);
+    } else {
+      crsm::LaserPublisher(command_line, *source).Run();
+    }
+    crsm::PrintCounts(command_line.program(), *source);
+  });
+}

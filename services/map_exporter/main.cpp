@@ -1,0 +1,128 @@
+// map_exporter: MAP_DELTA -> pictures and files. Holds a replica of the map and writes it now and then, and at the end.
+
+#include <fmt/core.h>
+
+#include "common/map_delta.hpp"
+#include "common/results/results.hpp"
+#include "common/results/summary.hpp"
+#include "services/runtime/conversions.hpp"
+#include "services/runtime/map_follower.hpp"
+#include "services/runtime/service.hpp"
+#include "services/runtime/version.hpp"
+
+namespace crsm {
+namespace {
+
+class MapExporter {
+ public:
+  explicit MapExporter(const CommandLine& command_line)
+      : command_line_(command_line),
+        service_(command_line),
+        map_follower_(
+            service_, [this](std::span<const TileChange> changes) { Apply(changes); }, [this] { map_ = ByteMap(); }) {
+    Bus& bus = service_.bus();
+    bus.Subscribe<bot_core::planar_lidar_t>(
+        kLaserChannel, [this](const bot_core::planar_lidar_t& message) { last_scan_ = FromMessage(message); });
+    bus.Subscribe<service_status_t>(kServiceStatusChannel,
+                                    [this](const service_status_t& status) { statuses_[status.name] = status; });
+  }
+
+  void Run() {
+    Write();  // what cannot be written is said before the robot drives
+    service_.Run([this] {
+      map_follower_.Poll();
+      WriteNowAndThen();
+      return true;
+    });
+    CatchUp();
+    Write();
+  }
+
+ private:
+  void Apply(std::span<const TileChange> changes) {
+    for (const TileChange& change : changes) {
+      if (!map_.Apply(change)) service_.counters().Add("tile_malformed");
+    }
+  }
+
+  void WriteNowAndThen() {
+    const MapReplica& replica = map_follower_.replica();
+    if (Clock::now() < next_write_ || !replica.synced() || replica.version() == written_version_) return;
+    const auto start = Clock::now();
+    try {
+      Write();
+      service_.SetState("exporting");
+    } catch (const std::runtime_error& error) {  // the disk may have room again later
+      service_.counters().Add("write_failed");
+      if (service_.MakeStatus().state != error.what()) fmt::print(stderr, "{}: {}\n", service_.name(), error.what());
+      service_.SetState(error.what());
+    }
+    service_.RecordLatency(start);
+    next_write_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                     std::chrono::duration<double>(command_line_.settings().export_period_s));
+  }
+
+  /// At the end: whatever of the map has not come yet.
+  void CatchUp() {
+    const auto give_up = Clock::now() + std::chrono::seconds(3);
+    map_follower_.Doubt();
+    while (!map_follower_.replica().synced() && Clock::now() < give_up) {
+      map_follower_.Poll();
+      service_.Spin(10);
+    }
+    if (!map_follower_.replica().synced() && map_follower_.replica().version() > 0) {
+      fmt::print(stderr, "{}: map_updater does not answer; the newest scans may be missing\n", service_.name());
+    }
+  }
+
+  void Write() {
+    const MapReplica& replica = map_follower_.replica();
+    Results results;
+    results.grid = map_.ToDenseGrid(replica.cell_size_m());
+    results.matches = replica.matches();
+    results.last_scan = last_scan_;
+    results.scan_parameters = command_line_.parameters().scan;
+    results.summary_json = FormatSummary(MakeSummary(results));
+    WriteResults(command_line_.settings().out, results);
+    written_version_ = replica.version();
+  }
+
+  Summary MakeSummary(const Results& results) {
+    Summary summary = Summarize(results.matches, results.grid);
+    summary.version = kVersion;
+    summary.parameters = ListParameters(command_line_.parameters());
+    summary.map_version = map_follower_.replica().version();
+    statuses_[service_.name()] = service_.MakeStatus();
+    for (const auto& [name, status] : statuses_) {
+      for (std::size_t i = 0; i < status.counter_name.size(); ++i) {
+        summary.counts[name + "." + status.counter_name[i]] = status.counter_value[i];
+      }
+      summary.timings[name] = {status.latency_p50_ms, status.latency_p99_ms, status.latency_max_ms};
+    }
+    return summary;
+  }
+
+  const CommandLine& command_line_;
+  Service service_;
+  ByteMap map_;
+  MapFollower map_follower_;
+  LaserScan last_scan_;
+  std::map<std::string, service_status_t> statuses_;
+  std::int64_t written_version_ = 0;
+  Clock::time_point next_write_{};
+};
+
+}  // namespace
+}  // namespace crsm
+
+int main(int argc, char** argv) {
+  crsm::CommandLine command_line("map_exporter",
+                                 "Writes the map, the trajectory and pictures of them to a folder, now and then and at "
+                                 "the end: MAP_DELTA -> map.png, map.yaml, overview.png, trajectory.tum, summary.json.",
+                                 {}, {"lcm_url", "channel_prefix", "out", "export_period_s"});
+  if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
+  return crsm::RunMain(command_line.program(), [&] {
+    if (command_line.settings().out.empty()) throw std::runtime_error("--out is missing: the folder for the results");
+    crsm::MapExporter(command_line).Run();
+  });
+}

@@ -1,0 +1,138 @@
+// rrhc_matcher: CRITICAL_RAYS and the map so far -> SCAN_MATCH and POSE.
+//
+// All that a match depends on comes with messages: the rays, the map and the earlier matches from the map's owner, the
+// seed from the command line. A matcher that is started anew goes on where the last one stood.
+
+#include <unordered_set>
+
+#include "common/rrhc_matcher.hpp"
+#include "services/runtime/conversions.hpp"
+#include "services/runtime/map_follower.hpp"
+#include "services/runtime/scan_queue.hpp"
+#include "services/runtime/service.hpp"
+
+namespace crsm {
+namespace {
+
+class RrhcMatcherService {
+ public:
+  explicit RrhcMatcherService(const CommandLine& command_line)
+      : parameters_(command_line.parameters().match),
+        settings_(command_line.settings()),
+        service_(command_line),
+        scans_(service_.counters()),
+        matcher_(parameters_),
+        map_(
+            service_, [this](std::span<const TileChange> changes) { ApplyChanges(changes); },
+            [this] { matcher_ = RrhcMatcher(parameters_); }) {
+    service_.bus().Subscribe<critical_rays_t>(
+        kCriticalRaysChannel, [this](const critical_rays_t& message) { scans_.Push(FromMessage(message)); });
+  }
+
+  void Run() {
+    service_.Run([this] { return Step(); }, 20);
+  }
+
+ private:
+  bool Step() {
+    while (!scans_.empty() && Answer(scans_.front())) scans_.Pop();
+    map_.Poll();
+    return true;
+  }
+
+  /// Answers a scan if it can be answered now.
+  bool Answer(const CriticalRays& scan) {
+    if (last_match_ && last_match_->utime == scan.utime) {
+      service_.counters().Add("resent");
+      Publish(*last_match_);
+      return true;
+    }
+    if (!MapIsCurrent()) return false;
+    const std::vector<ScanMatch>& history = map_.replica().matches();
+    if (!history.empty() && history.back().utime == scan.utime) {  // answered before this process was started
+      Publish(history.back());
+      return true;
+    }
+    if (WasAnswered(scan.utime)) {
+      service_.counters().Add("utime_repeated");
+      return true;
+    }
+    Match(scan);
+    return true;
+  }
+
+  /// Whether the map that the last match made is here, or has been waited for long enough.
+  bool MapIsCurrent() {
+    const MapReplica& replica = map_.replica();
+    const auto now = Clock::now();
+    const bool answered = !last_match_ || WasAnswered(last_match_->utime);
+    if (replica.synced() && answered) return true;
+    if (replica.synced() && now - last_match_time_ > kPatience) map_.Doubt();
+    if (settings_.lockstep || replica.cell_size_m() == 0.0) return false;
+    if (now - last_match_time_ < std::chrono::duration<double>(settings_.map_wait_s)) return false;
+    service_.counters().Add("map_late");
+    return true;
+  }
+
+  bool WasAnswered(std::int64_t utime) {
+    const std::vector<ScanMatch>& history = map_.replica().matches();
+    if (history.size() < num_known_) known_utimes_.clear(), num_known_ = 0;  // the owner began a new map
+    for (; num_known_ < history.size(); ++num_known_) known_utimes_.insert(history[num_known_].utime);
+    return known_utimes_.count(utime) > 0;
+  }
+
+  void Match(const CriticalRays& scan) {
+    const auto start = Clock::now();
+    const MapReplica& replica = map_.replica();
+    std::span<const ScanMatch> history = replica.matches();
+    std::vector<ScanMatch> with_unanswered;
+    if (last_match_ && !WasAnswered(last_match_->utime)) {  // the map is late: the last pose counts all the same
+      with_unanswered.assign(history.begin(), history.end());
+      with_unanswered.push_back(*last_match_);
+      history = with_unanswered;
+    }
+    last_match_ = matcher_.Match(scan.utime, scan.rays, scan.critical, history, MapGeometry(replica.cell_size_m()),
+                                 replica.version());
+    last_match_time_ = Clock::now();
+    service_.RecordLatency(start);
+    service_.counters().Add("handled");
+    if (last_match_->state == MatchState::kLost) service_.counters().Add("lost");
+    service_.SetState(last_match_->state == MatchState::kLost ? "lost" : "matching");
+    Publish(*last_match_);
+  }
+
+  void Publish(const ScanMatch& match) {
+    service_.bus().Publish(kScanMatchChannel, ToMessage(match));
+    service_.bus().Publish(kPoseChannel, ToPoseMessage(match));
+  }
+
+  void ApplyChanges(std::span<const TileChange> changes) {
+    if (!matcher_.ApplyChanges(changes)) service_.counters().Add("tile_malformed");
+  }
+
+  static constexpr auto kPatience = std::chrono::milliseconds(100);
+
+  const MatchParameters& parameters_;
+  const Settings& settings_;
+  Service service_;
+  ScanQueue<CriticalRays> scans_;
+  RrhcMatcher matcher_;
+  MapFollower map_;
+  std::optional<ScanMatch> last_match_;  ///< sent once more when its scan comes once more
+  Clock::time_point last_match_time_{};
+  std::unordered_set<std::int64_t> known_utimes_;  ///< of the first num_known_ answered matches
+  std::size_t num_known_ = 0;
+};
+
+}  // namespace
+}  // namespace crsm
+
+int main(int argc, char** argv) {
+  crsm::CommandLine command_line("rrhc_matcher",
+                                 "Matches each scan to the whole map so far by random restart hill climbing: "
+                                 "CRITICAL_RAYS, MAP_DELTA -> SCAN_MATCH, POSE.",
+                                 {crsm::ParameterGroup::kSeed, crsm::ParameterGroup::kMatch},
+                                 {"lcm_url", "channel_prefix", "lockstep", "map_wait_s"});
+  if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
+  return crsm::RunMain(command_line.program(), [&] { crsm::RrhcMatcherService(command_line).Run(); });
+}

@@ -1,0 +1,81 @@
+#include "services/runtime/bus.hpp"
+
+#include <fmt/core.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdlib>
+#include <stdexcept>
+
+namespace crsm {
+namespace {
+
+constexpr const char* kReceiveBuffer = "recv_buf_size=2097152";  // [bytes]; a burst of map parts fits
+
+/// The URL as LCM is to see it: checked, because LCM turns some mistakes into another transport in silence, and with
+/// the receive buffer that it asks for only when told.
+std::string CompleteUrl(std::string url) {
+  if (url.empty()) {
+    const char* environment = std::getenv("LCM_DEFAULT_URL");
+    url = environment && *environment ? environment : "udpm://239.255.76.67:7667?ttl=0";
+  }
+  constexpr std::array kTransports{"udpm://", "tcpq://", "memq://"};
+  bool known = false;
+  for (const std::string transport : kTransports) known = known || url.rfind(transport, 0) == 0;
+  if (!known) {
+    throw std::runtime_error(
+        fmt::format("--lcm-url {}: not a bus; one is like udpm://239.255.76.67:7667?ttl=0 or tcpq://localhost:7700", url));
+  }
+  if (url.rfind("udpm://", 0) == 0 && url.find("recv_buf_size") == std::string::npos) {
+    url += (url.find('?') == std::string::npos ? "?" : "&") + std::string(kReceiveBuffer);
+  }
+  return url;
+}
+
+std::string EscapeForRegex(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    if (std::string("\\^$.|?*+()[]{}").find(c) != std::string::npos) escaped += '\\';
+    escaped += c;
+  }
+  return escaped;
+}
+
+}  // namespace
+
+Bus::Bus(const std::string& url, const std::string& channel_prefix, Counters& counters)
+    : lcm_(CompleteUrl(url)), prefix_(channel_prefix), counters_(counters) {
+  const std::string complete = CompleteUrl(url);
+  if (!lcm_.good()) {
+    throw std::runtime_error(fmt::format("--lcm-url {}: LCM cannot open it; is the address right, and its server up?", complete));
+  }
+}
+
+void Bus::Subscription::Handle(const lcm::ReceiveBuffer* buffer, const std::string&) {
+  try {
+    handler({static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
+  } catch (const std::exception&) {  // would poison the LCM handle
+    counters->Add("handler_failed");
+  }
+}
+
+void Bus::SubscribeRaw(const char* channel, std::function<void(std::span<const std::uint8_t>)> handler) {
+  constexpr int kQueueCapacity = 1000;  // messages; LCM drops the newest of more, and does not say so
+  subscriptions_.push_back(std::make_unique<Subscription>(Subscription{std::move(handler), &counters_}));
+  lcm::Subscription* subscription =
+      lcm_.subscribe(EscapeForRegex(prefix_ + channel), &Subscription::Handle, subscriptions_.back().get());
+  if (!subscription || lcm_.getFileno() < 0) {
+    throw std::runtime_error(
+        "no multicast route for LCM; as root: ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo");
+  }
+  subscription->setQueueCapacity(kQueueCapacity);
+}
+
+void Bus::Wait(int timeout_ms) {
+  errno = 0;
+  int handled = lcm_.handleTimeout(timeout_ms);
+  while (handled > 0) handled = lcm_.handleTimeout(0);
+  if (handled < 0 && errno != EINTR) throw std::runtime_error("the bus is gone: LCM can receive no more");
+}
+
+}  // namespace crsm

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <functional>
+#include <lcm/lcm-cpp.hpp>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "services/runtime/status.hpp"
+#include "services/runtime/wire.hpp"
+
+namespace crsm {
+
+// The channels, and what travels on them.
+inline constexpr const char* kLaserChannel = "LASER";                    // bot_core.planar_lidar_t
+inline constexpr const char* kCriticalRaysChannel = "CRITICAL_RAYS";     // crsm.critical_rays_t
+inline constexpr const char* kScanMatchChannel = "SCAN_MATCH";           // crsm.scan_match_t
+inline constexpr const char* kPoseChannel = "POSE";                      // bot_core.pose_t
+inline constexpr const char* kMapDeltaChannel = "MAP_DELTA";             // crsm.map_delta_t
+inline constexpr const char* kMapRequestChannel = "MAP_REQUEST";         // crsm.map_request_t
+inline constexpr const char* kServiceStatusChannel = "SERVICE_STATUS";   // crsm.service_status_t
+
+/// The thin seam over LCM: checked messages in, messages out, no exception into C code.
+class Bus {
+ public:
+  /// url: empty for LCM's default. Throws std::runtime_error in one line if the bus cannot be reached.
+  Bus(const std::string& url, const std::string& channel_prefix, Counters& counters);
+
+  /// Calls `handler` for each well-formed message; others are counted as CHANNEL_malformed and dropped.
+  template <class Message>
+  void Subscribe(const char* channel, std::function<void(const Message&)> handler) {
+    SubscribeRaw(channel, [this, channel, handler = std::move(handler)](std::span<const std::uint8_t> bytes) {
+      if (const auto message = Decode<Message>(bytes)) {
+        handler(*message);
+      } else {
+        counters_.Add(std::string(channel) + "_malformed");
+      }
+    });
+  }
+
+  template <class Message>
+  void Publish(const char* channel, const Message& message) {
+    lcm_.publish(prefix_ + channel, &message);
+  }
+
+  /// Handles all messages that are there, waiting for the first no longer than `timeout_ms`. Throws
+  /// std::runtime_error if the bus is gone.
+  void Wait(int timeout_ms);
+
+ private:
+  struct Subscription {
+    std::function<void(std::span<const std::uint8_t>)> handler;
+    Counters* counters;
+    void Handle(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+  };
+
+  void SubscribeRaw(const char* channel, std::function<void(std::span<const std::uint8_t>)> handler);
+
+  lcm::LCM lcm_;
+  std::string prefix_;
+  Counters& counters_;
+  std::vector<std::unique_ptr<Subscription>> subscriptions_;
+};
+
+}  // namespace crsm

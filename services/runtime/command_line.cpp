@@ -1,0 +1,238 @@
+#include "services/runtime/command_line.hpp"
+
+#include <fmt/core.h>
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <type_traits>
+
+#include "services/runtime/presets.hpp"
+#include "services/runtime/version.hpp"
+
+namespace crsm {
+namespace {
+
+/// A value as somebody wrote it: on a command line, where all is text, or in a file, where its type shows.
+struct WrittenValue {
+  enum class Kind { kFlag, kNumber, kBoolean, kString, kOther } kind;
+  std::string text;
+};
+
+template <class Number>
+std::optional<Number> ParseNumber(const std::string& text) {
+  Number number{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return number;
+}
+
+template <class Number>
+std::string RangeText(Number low, Number high) {
+  if constexpr (std::is_same_v<Number, std::uint64_t>) {
+    if (high == ~std::uint64_t{0}) return "a whole number from 0";
+  }
+  return fmt::format("a{} number from {} to {}", std::is_integral_v<Number> ? " whole" : "", low, high);
+}
+
+/// Gives one key a value; throws std::runtime_error that names the key and says what would be right.
+class Setter {
+ public:
+  Setter(std::string key, WrittenValue value) : key_(std::move(key)), value_(std::move(value)) {}
+
+  template <class... Rest>
+  void operator()(const ParameterInfo& info, Rest&&... rest) {
+    if (key_ == info.key) Set(std::forward<Rest>(rest)...);
+  }
+  template <class... Rest>
+  void operator()(const char* key, const char*, Rest&&... rest) {
+    if (key_ == key) Set(std::forward<Rest>(rest)...);
+  }
+
+  bool found() const { return found_; }
+
+ private:
+  using Kind = WrittenValue::Kind;
+
+  template <class Number>
+    requires std::is_arithmetic_v<Number>
+  void Set(Number& number, Number low, Number high) {
+    const std::optional<Number> parsed = ParseNumber<Number>(value_.text);
+    if (!Is(Kind::kNumber) || !parsed || !(*parsed >= low && *parsed <= high)) Refuse(RangeText(low, high));
+    number = *parsed;
+  }
+  void Set(bool& flag) {
+    if (!Is(Kind::kBoolean) || (value_.text != "true" && value_.text != "false")) Refuse("true or false");
+    flag = value_.text == "true";
+  }
+  void Set(std::string& text) {
+    if (!Is(Kind::kString)) Refuse("a string in quotes");
+    text = value_.text;
+  }
+  template <class Enum, std::size_t N>
+  void Set(Enum& choice, const std::array<std::string_view, N>& names) {
+    const auto name = std::find(names.begin(), names.end(), value_.text);
+    if (!Is(Kind::kString) || name == names.end()) Refuse(fmt::format("one of {}", fmt::join(names, ", ")));
+    choice = static_cast<Enum>(name - names.begin());
+  }
+
+  bool Is(Kind kind) {
+    found_ = true;
+    return value_.kind == Kind::kFlag || value_.kind == kind;
+  }
+  [[noreturn]] void Refuse(const std::string& expected) const {
+    throw std::runtime_error(fmt::format("{}: '{}' is not {}", key_, value_.text, expected));
+  }
+
+  std::string key_;
+  WrittenValue value_;
+  bool found_ = false;
+};
+
+void SetValue(const std::string& key, const WrittenValue& value, Parameters& parameters, Settings& settings) {
+  Setter setter(key, value);
+  VisitParameters(parameters, setter);
+  VisitSettings(settings, setter);
+  if (!setter.found()) throw std::runtime_error(fmt::format("{}: no such key; --help of each program lists them", key));
+}
+
+WrittenValue ToWrittenValue(const toml::node& node) {
+  using Kind = WrittenValue::Kind;
+  if (const auto* string = node.as_string()) return {Kind::kString, string->get()};
+  if (const auto* integer = node.as_integer()) return {Kind::kNumber, fmt::format("{}", integer->get())};
+  if (const auto* number = node.as_floating_point()) return {Kind::kNumber, fmt::format("{}", number->get())};
+  if (const auto* boolean = node.as_boolean()) return {Kind::kBoolean, boolean->get() ? "true" : "false"};
+  return {Kind::kOther, "(a table or a list)"};
+}
+
+template <std::size_t N>
+std::vector<std::string> Names(const BuiltInConfig (&configs)[N]) {
+  std::vector<std::string> names;
+  for (const BuiltInConfig& config : configs) names.emplace_back(config.name);
+  return names;
+}
+
+template <std::size_t N>
+std::string FindBuiltIn(const BuiltInConfig (&configs)[N], const std::string& kind, const std::string& name) {
+  for (const BuiltInConfig& config : configs) {
+    if (config.name == name) return std::string(config.toml);
+  }
+  throw std::runtime_error(fmt::format("--{}: '{}' is not one of {}", kind, name, fmt::join(Names(configs), ", ")));
+}
+
+std::string ReadConfig(const std::string& path) {
+  std::ifstream file(path);
+  std::stringstream text;
+  if (!(file && text << file.rdbuf())) throw std::runtime_error(fmt::format("{}: cannot be read, or is empty", path));
+  return text.str();
+}
+
+std::string FlagOf(std::string key) {
+  std::replace(key.begin(), key.end(), '_', '-');
+  return "--" + key;
+}
+
+}  // namespace
+
+CommandLine::CommandLine(const std::string& program, const std::string& description, std::vector<ParameterGroup> groups,
+                         std::vector<std::string> settings)
+    : program_(program), app_(description, program) {
+  app_.set_version_flag("--version", fmt::format("{} {}", program, kVersion));
+  app_.add_option("--config", config_, "TOML file with keys named as the flags, with _ for -; one file serves all programs")
+      ->type_name("FILE");
+  app_.add_option("--preset", preset_, fmt::format("laser: {}", fmt::join(Names(kPresets), ", ")))->type_name("NAME");
+  app_.add_option("--profile", profile_, fmt::format("algorithm: default, {}", fmt::join(Names(kProfiles), ", ")))
+      ->type_name("NAME");
+  AddFlags(groups, settings);
+}
+
+void CommandLine::AddFlags(const std::vector<ParameterGroup>& groups, const std::vector<std::string>& settings) {
+  const auto AddOption = [this](const std::string& key, const std::string& help, const std::string& type) {
+    app_.add_option_function<std::string>(
+            FlagOf(key), [this, key](const std::string& text) { flags_.emplace_back(key, text); }, help)
+        ->type_name(type);
+  };
+  const auto AddFlag = [this](const std::string& key, const std::string& help) {
+    const std::string flag = FlagOf(key);
+    app_.add_flag_function(
+        flag + ",!--no-" + flag.substr(2),
+        [this, key](std::int64_t count) { flags_.emplace_back(key, count > 0 ? "true" : "false"); }, help);
+  };
+  const auto Wanted = [&]<class Key>(const Key& key) {
+    if constexpr (std::is_same_v<Key, ParameterGroup>) {
+      return std::find(groups.begin(), groups.end(), key) != groups.end();
+    } else {
+      return std::find(settings.begin(), settings.end(), key) != settings.end();
+    }
+  };
+  const auto Add = [&]<class T, class... Rest>(const std::string& key, const std::string& help, const T& value,
+                                               const Rest&... rest) {
+    if constexpr (std::is_same_v<T, bool>) {
+      AddFlag(key, fmt::format("{} [{}]", help, value));
+    } else if constexpr (std::is_same_v<T, std::string>) {
+      AddOption(key, value.empty() ? help : fmt::format("{} [{}]", help, value), "TEXT");
+    } else if constexpr (std::is_enum_v<T>) {
+      const auto& names = std::get<0>(std::tie(rest...));
+      AddOption(key, fmt::format("{} [{}]", help, names.at(static_cast<std::size_t>(value))),
+                fmt::format("{}", fmt::join(names, "|")));
+    } else {
+      AddOption(key, fmt::format("{} [{}]", help, value), std::is_integral_v<T> ? "INT" : "NUMBER");
+    }
+  };
+  VisitSettings(settings_, [&](const char* key, const char* help, auto& value, auto... range) {
+    if (Wanted(std::string(key))) Add(key, help, value, range...);
+  });
+  VisitParameters(parameters_, [&](const ParameterInfo& info, auto& value, const auto&... range) {
+    if (Wanted(info.group)) Add(info.key, info.help, value, range...);
+  });
+}
+
+std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
+  try {
+    app_.parse(argc, argv);
+    if (profile_ != "default") ApplyConfig(FindBuiltIn(kProfiles, "profile", profile_), profile_);
+    if (!preset_.empty()) ApplyConfig(FindBuiltIn(kPresets, "preset", preset_), preset_);
+    if (!config_.empty()) ApplyConfig(ReadConfig(config_), config_);
+    for (const auto& [key, text] : flags_) {
+      try {
+        SetValue(key, {WrittenValue::Kind::kFlag, text}, parameters_, settings_);
+      } catch (const std::runtime_error& error) {
+        throw std::runtime_error(FlagOf(key) + std::string(error.what()).substr(key.size()));
+      }
+    }
+    const SelectionParameters& selection = parameters_.selection;
+    if (selection.rays_min > selection.rays_max) {
+      throw std::runtime_error(
+          fmt::format("rays_min: {} is more than rays_max, {}", selection.rays_min, selection.rays_max));
+    }
+    return std::nullopt;
+  } catch (const CLI::Success& wanted) {  // --help, --version
+    return app_.exit(wanted);
+  } catch (const CLI::ParseError& error) {
+    fmt::print(stderr, "{}: {}; --help lists the flags\n", program_, error.what());
+  } catch (const std::runtime_error& error) {
+    fmt::print(stderr, "{}: {}\n", program_, error.what());
+  }
+  return 2;
+}
+
+void CommandLine::ApplyConfig(const std::string& text, const std::string& name) {
+  try {
+    const toml::table table = toml::parse(text, name);
+    for (const auto& [key, node] : table) {
+      try {
+        SetValue(std::string(std::string_view(key)), ToWrittenValue(node), parameters_, settings_);
+      } catch (const std::runtime_error& error) {
+        throw std::runtime_error(fmt::format("{}:{}: {}", name, node.source().begin.line, error.what()));
+      }
+    }
+  } catch (const toml::parse_error& error) {
+    throw std::runtime_error(fmt::format("{}:{}: {}", name, error.source().begin.line, error.description()));
+  }
+}
+
+}  // namespace crsm

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/laser_scan.hpp"
+#include "common/map_delta.hpp"
+#include "common/ray_selection.hpp"
+#include "common/scan_match.hpp"
+#include "common/valid_rays.hpp"
+#include "services/runtime/wire.hpp"
+
+namespace crsm {
+
+// Messages to and from the types of common/. Messages are checked ones (Decode), so nothing here fails.
+
+LaserScan FromMessage(const bot_core::planar_lidar_t& message);
+bot_core::planar_lidar_t ToMessage(const LaserScan& scan);
+
+ScanMatch FromMessage(const scan_match_t& message);
+scan_match_t ToMessage(const ScanMatch& match);
+
+TileChange FromMessage(const map_tile_t& message);
+map_tile_t ToMessage(const TileChange& change);
+
+/// A scan's valid rays and which of them are critical.
+struct CriticalRays {
+  std::int64_t utime = 0;
+  ValidRays rays;
+  std::vector<int> critical;
+};
+CriticalRays FromMessage(const critical_rays_t& message);
+critical_rays_t ToMessage(std::int64_t utime, const ValidRays& rays, const RaySelection& selection);
+
+/// The same pose for other people's viewers.
+bot_core::pose_t ToPoseMessage(const ScanMatch& match);
+
+}  // namespace crsm

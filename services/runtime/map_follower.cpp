@@ -1,0 +1,33 @@
+#include "services/runtime/map_follower.hpp"
+
+#include <random>
+
+namespace crsm {
+namespace {
+
+/// Tells this replica from all others on the network. Nothing that is computed depends on it.
+std::int64_t DrawRequester() {
+  std::random_device device;
+  return (std::int64_t{device()} << 31 | std::int64_t{device() >> 1}) + 1;
+}
+
+}  // namespace
+
+MapFollower::MapFollower(Service& service, MapReplica::ApplyChanges apply, MapReplica::Clear clear)
+    : service_(service), replica_(DrawRequester(), std::move(apply), std::move(clear)) {
+  service_.bus().Subscribe<map_delta_t>(kMapDeltaChannel, [this](const map_delta_t& delta) {
+    replica_.Handle(delta);
+    if (delta.recipient != 0) next_request_ = Clock::now();  // the next page at once
+  });
+}
+
+void MapFollower::Poll() {
+  constexpr auto kPatience = std::chrono::milliseconds(100);
+  const auto request = replica_.NextRequest();
+  if (!request || Clock::now() < next_request_) return;
+  next_request_ = Clock::now() + kPatience;
+  service_.counters().Add("map_requests");
+  service_.bus().Publish(kMapRequestChannel, *request);
+}
+
+}  // namespace crsm

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "services/runtime/map_replica.hpp"
+#include "services/runtime/service.hpp"
+
+namespace crsm {
+
+/// A MapReplica on the bus: listens to MAP_DELTA and asks for what is missing.
+class MapFollower {
+ public:
+  MapFollower(Service& service, MapReplica::ApplyChanges apply, MapReplica::Clear clear);
+
+  const MapReplica& replica() const { return replica_; }
+  void Doubt() { replica_.Doubt(); }
+
+  /// Sends the request that is due, if any; to be called often.
+  void Poll();
+
+ private:
+  Service& service_;
+  MapReplica replica_;
+  Clock::time_point next_request_{};
+};
+
+}  // namespace crsm

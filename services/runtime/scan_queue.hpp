@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <utility>
+
+#include "services/runtime/status.hpp"
+
+namespace crsm {
+
+/// Scans that wait for a stage. A stage that falls behind drops the oldest, so that its answers stay fresh, and counts
+/// each as dropped_overload. A scan that is sent again while it waits is the same scan.
+template <class Item>
+class ScanQueue {
+ public:
+  explicit ScanQueue(Counters& counters) : counters_(counters) {}
+
+  void Push(Item item) {
+    for (const Item& waiting : items_) {
+      if (waiting.utime == item.utime) return counters_.Add("resent");
+    }
+    if (items_.size() == kCapacity) {
+      items_.pop_front();
+      counters_.Add("dropped_overload");
+    }
+    items_.push_back(std::move(item));
+  }
+
+  bool empty() const { return items_.empty(); }
+  const Item& front() const { return items_.front(); }
+  void Pop() { items_.pop_front(); }
+
+ private:
+  static constexpr std::size_t kCapacity = 20;  // half a second of a 40 Hz laser
+
+  Counters& counters_;
+  std::deque<Item> items_;
+};
+
+}  // namespace crsm

@@ -1,0 +1,94 @@
+#include "services/runtime/service.hpp"
+
+#include <fmt/core.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "services/runtime/version.hpp"
+
+namespace crsm {
+namespace {
+
+volatile sig_atomic_t stop_requested = 0;
+
+void RequestStop(int) { stop_requested = 1; }
+
+double ResidentMb() {
+  std::ifstream statm("/proc/self/statm");
+  double total_pages = 0.0;
+  double resident_pages = 0.0;
+  statm >> total_pages >> resident_pages;
+  return resident_pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+}  // namespace
+
+void CatchSignals() {
+  struct sigaction action {};
+  action.sa_handler = RequestStop;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+bool StopRequested() { return stop_requested != 0; }
+
+Service::Service(const CommandLine& command_line)
+    : name_(command_line.program()),
+      bus_(command_line.settings().lcm_url, command_line.settings().channel_prefix, counters_) {}
+
+void Service::RecordLatency(Clock::time_point start) {
+  latency_.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+}
+
+void Service::Run(const std::function<bool()>& step, int period_ms) {
+  fmt::print(stderr, "{}: ready\n", name_);
+  while (!StopRequested()) {
+    Spin(period_ms);
+    if (!step()) break;
+  }
+}
+
+void Service::Spin(int timeout_ms) {
+  bus_.Wait(timeout_ms);
+  const auto now = Clock::now();
+  if (now < next_status_) return;
+  next_status_ = now + std::chrono::seconds(1);
+  bus_.Publish(kServiceStatusChannel, MakeStatus());
+}
+
+service_status_t Service::MakeStatus() const {
+  using std::chrono::duration_cast;
+  using std::chrono::microseconds;
+  service_status_t status;
+  status.utime = duration_cast<microseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  status.name = name_;
+  status.version = kVersion;
+  status.pid = getpid();
+  status.state = state_;
+  status.num_counters = static_cast<std::int32_t>(counters_.counts().size());
+  for (const auto& [name, count] : counters_.counts()) {
+    status.counter_name.push_back(name);
+    status.counter_value.push_back(count);
+  }
+  status.num_latencies = latency_.num_recorded();
+  status.latency_p50_ms = latency_.Percentile(0.5);
+  status.latency_p99_ms = latency_.Percentile(0.99);
+  status.latency_max_ms = latency_.max_ms();
+  status.resident_mb = ResidentMb();
+  return status;
+}
+
+int RunMain(const std::string& program, const std::function<void()>& body) {
+  CatchSignals();
+  try {
+    body();
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}: {}\n", program, error.what());
+    return 1;
+  }
+}
+
+}  // namespace crsm

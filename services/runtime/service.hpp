@@ -1,0 +1,54 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <string>
+
+#include "services/runtime/bus.hpp"
+#include "services/runtime/command_line.hpp"
+#include "services/runtime/status.hpp"
+
+namespace crsm {
+
+using Clock = std::chrono::steady_clock;
+
+/// From now on SIGINT and SIGTERM only ask the process to finish.
+void CatchSignals();
+bool StopRequested();
+
+/// What every process is around its own work: a bus, counters, a status once a second, an end on request.
+class Service {
+ public:
+  explicit Service(const CommandLine& command_line);
+
+  Bus& bus() { return bus_; }
+  Counters& counters() { return counters_; }
+
+  /// What the process does or waits for, in words, for SERVICE_STATUS.
+  void SetState(const std::string& state) { state_ = state; }
+  /// One message was worked on since `start`.
+  void RecordLatency(Clock::time_point start);
+
+  /// Handles messages, and calls `step` after each batch and at least every `period_ms`, until a signal asks to end or
+  /// `step` returns false.
+  void Run(const std::function<bool()>& step, int period_ms = 50);
+
+  /// One turn of Run, for those with a loop of their own.
+  void Spin(int timeout_ms);
+
+  const std::string& name() const { return name_; }
+  crsm::service_status_t MakeStatus() const;
+
+ private:
+  std::string name_;
+  Counters counters_;
+  Latency latency_;
+  std::string state_ = "waiting for messages";
+  Bus bus_;
+  Clock::time_point next_status_;
+};
+
+/// The main function of a process: catches signals, runs `body`, turns an exception into one line on stderr.
+int RunMain(const std::string& program, const std::function<void()>& body);
+
+}  // namespace crsm

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+
+#include "common/parameters.hpp"
+
+namespace crsm {
+
+/// What a process is told besides the parameters of the algorithm.
+struct Settings {
+  std::string lcm_url;
+  std::string channel_prefix;
+  std::string out;
+  std::string rate = "1";
+  std::string laser_channel;
+  bool lockstep = false;
+  double map_wait_s = 0.2;
+  double resend_s = 0.25;
+  double export_period_s = 5.0;
+};
+
+/// The one list of all settings, as VisitParameters is of the parameters.
+template <class Visitor>
+void VisitSettings(Settings& s, Visitor&& visit) {
+  visit("lcm_url", "where messages go; the environment's LCM_DEFAULT_URL or LCM's own default if empty", s.lcm_url);
+  visit("channel_prefix", "before every channel name, e.g. robot1/", s.channel_prefix);
+  visit("out", "folder for the results", s.out);
+  visit("rate", "1: as fast as it was recorded, N: N times that, max: as fast as the map is made, nothing lost", s.rate);
+  visit("laser_channel", "of an LCM log with several lasers; the first one if empty", s.laser_channel);
+  visit("lockstep", "wait for whatever is missing, instead of going on without it", s.lockstep);
+  visit("map_wait_s", "without --lockstep: longest wait for the map of the last scan [s]", s.map_wait_s, 0.0, 60.0);
+  visit("resend_s", "rate max: a scan is sent again when its map has not come by then [s]", s.resend_s, 0.01, 60.0);
+  visit("export_period_s", "between two writings of the results [s]", s.export_period_s, 0.1, 3600.0);
+}
+
+}  // namespace crsm

@@ -1,0 +1,120 @@
+#include "services/runtime/wire.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/laser_scan.hpp"
+#include "common/map_delta.hpp"
+#include "common/scan_match.hpp"
+#include "common/tile_grid.hpp"
+#include "common/trigonometry.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr auto kMostBeams = static_cast<std::int32_t>(kMaxBeams);
+constexpr std::int32_t kMostTiles = 4096;
+constexpr std::int32_t kMostMatches = 1024;
+constexpr std::int32_t kMostParts = 4096;
+constexpr std::int32_t kMostCounters = 64;
+constexpr std::size_t kScanMatchBytes = 8 + 4 * 8 + 4 + 4 + 8 + 1;
+constexpr double kLargestCoordinateM = 1e6;
+constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single precision
+
+bool IsAngle(double angle_rad) { return std::abs(angle_rad) <= kFullTurn; }  // false for NaN
+
+}  // namespace
+
+void Walk(WireReader& reader, const bot_core::planar_lidar_t*) {
+  reader.Skip(8);
+  reader.Array(reader.Count(kMostBeams), 4);
+  reader.Array(reader.Count(kMostBeams), 4);
+  reader.Skip(4 + 4);
+}
+
+void Walk(WireReader& reader, const bot_core::pose_t*) { reader.Skip(8 + 16 * 8); }
+
+void Walk(WireReader& reader, const critical_rays_t*) {
+  reader.Skip(8);
+  reader.Array(reader.Count(kMostBeams), 4 + 4);
+  reader.Array(reader.Count(kMostBeams), 2);
+  reader.Skip(8 + 8);
+}
+
+void Walk(WireReader& reader, const scan_match_t*) { reader.Skip(kScanMatchBytes); }
+
+void Walk(WireReader& reader, const map_delta_t*) {
+  reader.Skip(3 * 8 + 8 + 4 + 4 + 8 + 4 + 4);
+  const std::int32_t num_tiles = reader.Count(kMostTiles);
+  for (std::int32_t i = 0; i < num_tiles; ++i) {
+    reader.Skip(2 + 2);
+    reader.Array(reader.Count(static_cast<std::int32_t>(kMaxRunBytes)), 1);
+  }
+  reader.Array(reader.Count(kMostMatches), kScanMatchBytes);
+}
+
+void Walk(WireReader& reader, const map_request_t*) { reader.Skip(8 + 8 + 4 + 4); }
+
+void Walk(WireReader& reader, const service_status_t*) {
+  reader.Skip(8);
+  reader.String();
+  reader.String();
+  reader.Skip(4);
+  reader.String();
+  const std::int32_t num_counters = reader.Count(kMostCounters);
+  for (std::int32_t i = 0; i < num_counters; ++i) reader.String();
+  reader.Array(num_counters, 8);
+  reader.Skip(8 + 4 * 8);
+}
+
+bool ValuesInRange(const bot_core::planar_lidar_t& message) {
+  const double sweep_rad = static_cast<double>(message.radstep) * std::max(0, message.nranges - 1);
+  return message.utime >= 0 && message.nranges >= static_cast<std::int32_t>(kMinBeams) && IsAngle(message.rad0) &&
+         IsAngle(sweep_rad) && message.radstep != 0.0f &&
+         (message.nintensities == 0 || message.nintensities == message.nranges);
+}
+
+bool ValuesInRange(const bot_core::pose_t& message) {
+  const auto Finite = [](double value) { return std::isfinite(value); };
+  return message.utime >= 0 && std::all_of(message.pos, message.pos + 3, Finite) &&
+         std::all_of(message.orientation, message.orientation + 4, Finite);
+}
+
+bool ValuesInRange(const critical_rays_t& message) {
+  const auto IsRange = [](float range_m) { return range_m > 0.0f && range_m <= kLargestCoordinateM; };
+  const auto IsRayAngle = [](float angle_rad) { return std::abs(angle_rad) <= 2.0 * kFullTurn; };
+  const bool in_order = std::adjacent_find(message.critical.begin(), message.critical.end(),
+                                           std::greater_equal<>()) == message.critical.end();
+  return message.utime >= 0 && std::all_of(message.range_m.begin(), message.range_m.end(), IsRange) &&
+         std::all_of(message.angle_rad.begin(), message.angle_rad.end(), IsRayAngle) &&
+         std::is_sorted(message.angle_rad.begin(), message.angle_rad.end()) && in_order &&
+         (message.critical.empty() || (message.critical.front() >= 0 && message.critical.back() < message.num_rays)) &&
+         message.density_scale >= 0.0 && std::isfinite(message.density_scale) && message.mean_sparseness_m >= 0.0 &&
+         std::isfinite(message.mean_sparseness_m);
+}
+
+bool ValuesInRange(const scan_match_t& message) {
+  return message.utime >= 0 && std::abs(message.x_m) <= kLargestCoordinateM &&
+         std::abs(message.y_m) <= kLargestCoordinateM && IsAngle(message.yaw_rad) && message.fitness >= 0.0 &&
+         message.fitness <= 1.0 && message.evaluations >= 0 && message.num_critical >= 0 &&
+         message.num_critical <= kMostBeams && message.map_version >= 0 && message.state >= scan_match_t::FIRST &&
+         message.state <= scan_match_t::LOST;
+}
+
+bool ValuesInRange(const map_delta_t& message) {
+  const auto InLimits = [](const map_tile_t& tile) { return InMapLimits(TileIndex{tile.tile_x, tile.tile_y}); };
+  return message.utime >= 0 && message.base_version >= 0 && message.version >= message.base_version &&
+         message.cell_size_m >= 0.001 && message.cell_size_m <= 10.0 && message.part >= 0 &&
+         message.num_parts <= kMostParts && message.part < message.num_parts && message.next_tile >= -1 &&
+         message.next_match >= 0 && std::all_of(message.tiles.begin(), message.tiles.end(), InLimits) &&
+         std::all_of(message.matches.begin(), message.matches.end(),
+                     [](const scan_match_t& match) { return ValuesInRange(match); });
+}
+
+bool ValuesInRange(const map_request_t& message) {
+  return message.requester != 0 && message.base_version >= 0 && message.first_tile >= 0 && message.first_match >= 0;
+}
+
+bool ValuesInRange(const service_status_t& message) { return message.utime >= 0; }
+
+}  // namespace crsm

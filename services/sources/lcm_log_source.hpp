@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <unordered_set>
+
+#include "common/laser_source.hpp"
+#include "services/sources/lcm_event_log.hpp"
+
+namespace crsm {
+
+/// Scans of an LCM log, plain or compressed by gzip, in the log's order. A message is a laser's by its type, whatever
+/// its channel: bot_core.planar_lidar_t, or botlab.lidar_t of either spelling.
+///
+/// botlab's beams have angles of their own, clockwise and uneven. Each goes to the nearest of 1440 beams, 0.25 deg
+/// apart and counter-clockwise from -180 deg: its angle is off by 0.125 deg at most. Of two on one beam the nearer
+/// counts; beams that nothing falls on are 0 = no return.
+///
+/// Counted and skipped: "bad_message" (arrays that do not fill the message, beams outside 2..4096, angles that are
+/// none, a message on the laser's channel that is no laser's), "utime_repeated" (the utime of an earlier scan),
+/// "other_channel" (a laser's message on a channel other than the chosen), "bad_event" (damaged stretches of the log).
+/// Also counted: "truncated" (the log ends within an event; what was whole is used).
+class LcmLogSource : public LaserSource {
+ public:
+  /// channel: whose scans to take; empty for the first channel that has a laser's message. Throws std::runtime_error if
+  /// there is no such channel, with the channels that there are.
+  LcmLogSource(const std::string& path, const std::string& channel);
+
+  std::optional<LaserScan> Next() override;
+  double Progress() const override { return log_.Progress(); }
+  std::map<std::string, std::int64_t> Counts() const override;
+
+ private:
+  LcmEventLog log_;
+  std::string channel_;
+  std::map<std::string, std::int64_t> counts_;
+  std::unordered_set<std::int64_t> utimes_;  ///< given out so far
+};
+
+}  // namespace crsm

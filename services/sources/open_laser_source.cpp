@@ -1,0 +1,47 @@
+#include "services/sources/open_laser_source.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <stdexcept>
+
+#include "common/carmen_log.hpp"
+#include "common/gzip_file.hpp"
+#include "common/simulator.hpp"
+#include "services/sources/lcm_event_log.hpp"
+#include "services/sources/lcm_log_source.hpp"
+
+namespace crsm {
+
+std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options) {
+  constexpr std::string_view kSimulated = "sim:";
+  if (name.starts_with(kSimulated)) {
+    return std::make_unique<Simulator>(LoadWorld(name.substr(kSimulated.size())), options.seed);
+  }
+
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(name, error);
+  if (!std::filesystem::exists(status)) throw std::runtime_error(fmt::format("there is no file {}", name));
+  if (std::filesystem::is_directory(status)) {
+    throw std::runtime_error(fmt::format("{} is a directory, must be a CARMEN or LCM log", name));
+  }
+  if (!std::filesystem::is_regular_file(status)) {
+    throw std::runtime_error(fmt::format("{} is no regular file, must be a CARMEN or LCM log", name));
+  }
+
+  constexpr std::size_t kSearchedBytes = std::size_t{1} << 16;
+  constexpr int kSearchedLines = 10000;
+  GzipFile file(name);
+  const std::string_view start = file.Peek(kSearchedBytes).substr(0, kSearchedBytes);
+  if (start.empty()) {
+    throw std::runtime_error(
+        fmt::format("{} is {}, must be a CARMEN or LCM log", name, file.truncated() ? "a damaged gzip file" : "empty"));
+  }
+  if (HasLcmSync(start)) return std::make_unique<LcmLogSource>(name, options.channel);
+  if (HasCarmenLaser(file, kSearchedLines)) return std::make_unique<CarmenLog>(name);
+  throw std::runtime_error(
+      fmt::format("{} is neither a CARMEN log (no FLASER or ROBOTLASER1 line in its first {} lines) nor an LCM log",
+                  name, kSearchedLines));
+}
+
+}  // namespace crsm

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "common/laser_source.hpp"
+
+namespace crsm {
+
+struct SourceOptions {
+  std::uint64_t seed = 0;  ///< of the simulator's noise
+  std::string channel;     ///< of an LCM log; empty for the first that has a laser
+};
+
+/// Opens what `name` says: "sim:NAME" a built-in world, "sim:FILE" a world file, else a CARMEN or LCM log. Which kind
+/// of log it is, and whether gzip has compressed it, is found from its content. Throws std::runtime_error, one line, if
+/// there is no such thing, if it has no laser, or if the world file is wrong.
+std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options);
+
+}  // namespace crsm

@@ -1,0 +1,161 @@
+// scripts/run_stack on stand-ins of the five programs, which write down what happens to them.
+
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "catch.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Takes 0.5 s over its work if it is the publisher, else waits for SIGINT; the exporter then takes 0.3 s to finish.
+constexpr const char* kStandIn = R"(#!/usr/bin/env bash
+name=$(basename "$0")
+say() { echo "$name $*" >>"$EVENTS"; }
+finish() { [[ $name != map_exporter ]] || sleep 0.3; say finished; exit 0; }
+trap finish INT TERM
+say started "$@"
+[[ $UNREADY == "$name" ]] || echo "$name: ready" >&2
+[[ $DYING != "$name" ]] || { sleep 0.5; echo "$name: out of luck" >&2; exit 3; }
+[[ $name != laser_publisher ]] || { sleep 0.5; finish; }
+while :; do sleep 0.05; done
+)";
+
+/// A folder with the stand-ins, a bus of its own, and what became of the last run.
+class Stack {
+ public:
+  Stack() {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+    for (const char* name : {"laser_publisher", "ray_selector", "rrhc_matcher", "map_updater", "map_exporter"}) {
+      std::ofstream(folder_ / name) << kStandIn;
+      fs::permissions(folder_ / name, fs::perms::owner_all);
+    }
+  }
+  ~Stack() { fs::remove_all(folder_); }
+
+  /// Runs a shell command in which $run_stack stands for the script, and keeps what it said.
+  void Run(const std::string& command, const std::string& environment = "") {
+    const std::string all =
+        "export CRSM_BIN_DIR=" + folder_.string() + " TMPDIR=" + folder_.string() + " EVENTS=" + Path("events") +
+        " UNREADY= DYING= LCM_DEFAULT_URL='udpm://239.255.76.67:7797?ttl=0' " + environment +
+        "; run_stack=" + CRSM_SOURCE_DIR + "/scripts/run_stack; out=" + Path("out") + "; exec 2>&1; " + command;
+    FILE* pipe = popen(all.c_str(), "r");
+    REQUIRE(pipe);
+    output.clear();
+    for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) output += static_cast<char>(c);
+    const int status = pclose(pipe);
+    exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  /// The line number of an event, counted from 0, or -1.
+  int Find(const std::string& event) const {
+    std::ifstream file(folder_ / "events");
+    std::string line;
+    for (int number = 0; std::getline(file, line); ++number) {
+      if (line.rfind(event, 0) == 0) return number;
+    }
+    return -1;
+  }
+
+  bool Said(const std::string& text) const { return output.find(text) != std::string::npos; }
+
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+
+  std::string output;
+  int exit_code = -1;
+
+ private:
+  fs::path folder_ = fs::temp_directory_path() / "crsm_run_stack_test";
+};
+
+}  // namespace
+
+TEST_CASE("run_stack starts the publisher last and ends the exporter before those that it asks") {
+  Stack stack;
+  stack.Run("$run_stack some.log --out $out --seed 7");
+  INFO(stack.output);
+  CHECK(stack.exit_code == 0);
+  CHECK(stack.Find("laser_publisher started some.log --rate max --lockstep --seed 7") == 4);
+  CHECK(stack.Find("map_updater started --lockstep --seed 7") >= 0);
+  CHECK(stack.Find("map_exporter started --out " + stack.Path("out") + " --seed 7") >= 0);
+  CHECK(stack.Find("laser_publisher finished") == 5);
+  CHECK(stack.Find("map_exporter finished") == 6);
+  CHECK(stack.Find("map_updater finished") > 6);
+  CHECK(stack.Find("rrhc_matcher finished") > 6);
+  CHECK(stack.Find("ray_selector finished") > 6);
+}
+
+TEST_CASE("run_stack without lockstep keeps the pace that was asked for") {
+  Stack stack;
+  stack.Run("$run_stack sim:demo --out $out --rate 2");
+  CHECK(stack.exit_code == 0);
+  CHECK(stack.Find("laser_publisher started sim:demo --rate 2") == 4);
+  CHECK(stack.Find("rrhc_matcher started --lockstep") == -1);
+}
+
+TEST_CASE("run_stack names a service that dies, shows its last words and ends the others") {
+  Stack stack;
+  stack.Run("$run_stack live --out $out", "DYING=rrhc_matcher");
+  CHECK(stack.exit_code == 1);
+  CHECK(stack.Said("rrhc_matcher ended in the middle of the work (exit code 3)"));
+  CHECK(stack.Said("rrhc_matcher: out of luck"));
+  CHECK(stack.Find("map_exporter finished") >= 0);
+  CHECK(stack.Find("map_updater finished") > stack.Find("map_exporter finished"));
+}
+
+TEST_CASE("run_stack names a service that does not get ready") {
+  Stack stack;
+  stack.Run("$run_stack some.log --out $out", "UNREADY=map_updater");
+  CHECK(stack.exit_code == 1);
+  CHECK(stack.Said("map_updater was not ready within 10 s"));
+  CHECK(stack.Find("laser_publisher started") == -1);
+  CHECK(stack.Find("map_updater finished") >= 0);
+}
+
+TEST_CASE("run_stack says which process failed when the publisher cannot go on") {
+  Stack stack;
+  stack.Run("$run_stack some.log --out $out", "DYING=laser_publisher");
+  CHECK(stack.exit_code == 1);
+  CHECK(stack.Said("laser_publisher failed (exit code 3)"));
+  CHECK(stack.Find("map_exporter finished") >= 0);
+}
+
+TEST_CASE("an interrupted run_stack lets the exporter finish and succeeds") {
+  Stack stack;
+  stack.Run("timeout --preserve-status --signal=INT 1 $run_stack live --out $out");
+  INFO(stack.output);
+  CHECK(stack.exit_code == 0);
+  CHECK(stack.Find("map_exporter finished") == 4);
+  CHECK(stack.Find("map_updater finished") > 4);
+}
+
+TEST_CASE("a second run_stack on the same port is refused, on another one it runs") {
+  Stack stack;
+  stack.Run("$run_stack some.log --out $out & sleep 0.3; $run_stack some.log --out $out.2; code=$?; wait; exit $code");
+  CHECK(stack.exit_code == 1);
+  CHECK(stack.Said("another stack runs on port 7797"));
+  stack.Run(
+      "$run_stack some.log --out $out & "
+      "$run_stack some.log --out $out.2 --lcm-url 'udpm://239.255.76.67:7798?ttl=0'; code=$?; wait; exit $code");
+  CHECK(stack.exit_code == 0);
+}
+
+TEST_CASE("run_stack refuses what it does not know, in one line") {
+  Stack stack;
+  stack.Run("$run_stack some.log --out $out --ratio 3");
+  CHECK(stack.exit_code == 1);
+  CHECK(stack.output == "run_stack: unknown flag '--ratio', see --help\n");
+  stack.Run("$run_stack some.log");
+  CHECK(stack.output == "run_stack: needs a source and --out DIR, see --help\n");
+  stack.Run("$run_stack some.log --out");
+  CHECK(stack.output == "run_stack: --out needs a value\n");
+  stack.Run("$run_stack one.log two.log --out $out");
+  CHECK(stack.output == "run_stack: one source, please: 'one.log' or 'two.log'\n");
+  CHECK(stack.Find("") == -1);
+}

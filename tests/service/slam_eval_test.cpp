@@ -1,0 +1,120 @@
+#include <sys/wait.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "catch.hpp"
+
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Output {
+  int exit_code = 0;
+  std::string text;
+};
+
+/// Runs slam_eval in the shell; `arguments` may redirect.
+Output RunEval(const std::string& arguments) {
+  FILE* pipe = popen((CRSM_BIN_DIR "/slam_eval " + arguments).c_str(), "r");
+  REQUIRE(pipe);
+  Output output;
+  std::array<char, 4096> buffer;
+  while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe))
+    output.text.append(buffer.data(), count);
+  output.exit_code = WEXITSTATUS(pclose(pipe));
+  return output;
+}
+
+/// A folder with a trajectory that turns left by 90 degrees, and a relation that it misses by 5 cm and no angle.
+struct Fixture {
+  const fs::path folder = MakeFolder();
+  const std::string trajectory = folder / "trajectory.tum";
+  const std::string relations = folder / "known.relations";
+
+  Fixture() {
+    std::ofstream(trajectory) << "1.000000 0 0 0 0 0 0 1\n2.000000 2 0 0 0 0 0.707106781 0.707106781\n";
+    std::ofstream(relations) << "1 2 2.03 0.04 0 0 0 1.570796327\n1 9 0 0 0 0 0 0\n";
+  }
+  ~Fixture() { fs::remove_all(folder); }
+
+  static fs::path MakeFolder() {
+    std::string name = fs::temp_directory_path() / "crsm_slam_eval_test_XXXXXX";
+    REQUIRE(mkdtemp(name.data()));
+    return name;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("slam_eval relations prints a table, from the file or from the folder that holds it") {
+  const Fixture fixture;
+  const Output file = RunEval("relations " + fixture.trajectory + " " + fixture.relations);
+  CHECK(file.exit_code == 0);
+  CHECK(file.text ==
+        "relations used 1, missing 1\n"
+        "error                  mean       std    median       max\n"
+        "translation [m]      0.0500    0.0000    0.0500    0.0500\n"
+        "rotation [rad]       0.0000    0.0000    0.0000    0.0000\n"
+        "rotation [deg]       0.0000    0.0000    0.0000    0.0000\n");
+  CHECK(RunEval("relations " + fixture.folder.string() + " " + fixture.relations).text == file.text);
+}
+
+TEST_CASE("slam_eval relations shifts the laser's poses to the robot's centre and prints JSON") {
+  const Fixture fixture;
+  // A laser 0.1 m behind the centre: the robot goes from (0.1, 0) to (2, 0.1), so from its start by (1.9, 0.1).
+  const Output output =
+      RunEval("relations " + fixture.trajectory + " " + fixture.relations + " --laser-x-m -0.1 --json");
+  CHECK(output.exit_code == 0);
+  const auto json = nlohmann::json::parse(output.text);
+  CHECK(json["relations_used"] == 1);
+  CHECK(json["relations_missing"] == 1);
+  const double expected_m = std::hypot(2.03 - 1.9, 0.04 - 0.1);
+  for (const char* name : {"mean", "median", "max"}) {
+    CHECK(json["translation_m"][name].get<double>() == Approx(expected_m).margin(1e-6));  // the file's decimals
+    CHECK(json["rotation_rad"][name].get<double>() == Approx(0.0).margin(1e-6));
+  }
+  CHECK(json["translation_m"]["std"] == 0.0);
+}
+
+TEST_CASE("slam_eval says what is wrong in one line and exits 1") {
+  const Fixture fixture;
+  const std::string bad = fixture.folder / "bad.relations";
+  std::ofstream(bad) << "1 2 3\n";
+  const auto Check = [](const std::string& arguments, const std::string& expected) {
+    INFO(arguments);
+    const Output output = RunEval(arguments + " 2>&1 >/dev/null");
+    CHECK(output.exit_code == 1);
+    CHECK(output.text.find(expected) != std::string::npos);
+    CHECK(output.text.rfind("slam_eval: ", 0) == 0);
+    CHECK(output.text.find('\n') == output.text.size() - 1);
+  };
+  Check("", "subcommand");
+  Check("nonsense", "subcommand");
+  Check("relations " + fixture.trajectory, "RELATIONS");
+  Check("relations /no/such.tum " + fixture.relations, "/no/such.tum");
+  Check("relations " + fixture.trajectory + " /no/such.relations", "/no/such.relations");
+  Check("relations " + fixture.trajectory + " " + bad, "bad.relations:1: must be the eight numbers");
+  const std::string empty = fixture.folder / "empty.relations";
+  std::ofstream(empty).flush();
+  Check("relations " + fixture.trajectory + " " + empty, "none of the 0 relations");
+  Check("relations " + fixture.trajectory + " " + fixture.relations + " --laser-x-m nan", "--laser-x-m");
+  Check("relations " + fixture.trajectory + " " + fixture.relations + " --laser-x-m 11", "within -10 and 10");
+  Check("relations " + fixture.trajectory + " " + fixture.relations + " --laser-x-m near", "--laser-x-m");
+}
+
+TEST_CASE("slam_eval tells its help and version") {
+  const Output help = RunEval("--help");
+  CHECK(help.exit_code == 0);
+  CHECK(help.text.find("relations") != std::string::npos);
+  CHECK(RunEval("relations --help").exit_code == 0);
+  const Output version = RunEval("--version");
+  CHECK(version.exit_code == 0);
+  CHECK(version.text.rfind("slam_eval ", 0) == 0);
+}
