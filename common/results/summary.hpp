@@ -4,15 +4,13 @@
 #include <map>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "common/dense_grid.hpp"
+#include "common/parameters.hpp"
 #include "common/scan_match.hpp"
 
 namespace crsm {
-
-using SummaryValue = std::variant<bool, std::int64_t, std::uint64_t, double, std::string>;
 
 /// How long one stage took a scan.
 struct StageTiming {
@@ -24,7 +22,7 @@ struct StageTiming {
 /// What a run came to, for summary.json.
 struct Summary {
   std::string version;
-  std::vector<std::pair<std::string, SummaryValue>> parameters;  ///< in the order in which they are written
+  std::vector<std::pair<std::string, ParameterValue>> parameters;  ///< in the order in which they are written
   std::int64_t scans = 0;
   std::int64_t lost = 0;
   std::int64_t map_version = 0;

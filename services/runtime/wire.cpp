@@ -23,6 +23,18 @@ constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single preci
 
 bool IsAngle(double angle_rad) { return std::abs(angle_rad) <= kFullTurn; }  // false for NaN
 
+// Both of botlab's types have the same fields in the same order; only the name of the count differs.
+void WalkBotlabLidar(WireReader& reader) {
+  reader.Skip(8);
+  reader.Array(reader.Count(kMostBeams), 4 + 4 + 8 + 4);
+}
+
+template <class BotlabLidar>
+bool BotlabValuesInRange(const BotlabLidar& message) {
+  return message.utime >= 0 && message.ranges.size() >= kMinBeams &&
+         std::all_of(message.thetas.begin(), message.thetas.end(), IsAngle);
+}
+
 }  // namespace
 
 void Walk(WireReader& reader, const bot_core::planar_lidar_t*) {
@@ -33,6 +45,10 @@ void Walk(WireReader& reader, const bot_core::planar_lidar_t*) {
 }
 
 void Walk(WireReader& reader, const bot_core::pose_t*) { reader.Skip(8 + 16 * 8); }
+
+void Walk(WireReader& reader, const botlab::lidar_t*) { WalkBotlabLidar(reader); }
+
+void Walk(WireReader& reader, const botlab::lidar_nranges_t*) { WalkBotlabLidar(reader); }
 
 void Walk(WireReader& reader, const critical_rays_t*) {
   reader.Skip(8);
@@ -79,6 +95,10 @@ bool ValuesInRange(const bot_core::pose_t& message) {
   return message.utime >= 0 && std::all_of(message.pos, message.pos + 3, Finite) &&
          std::all_of(message.orientation, message.orientation + 4, Finite);
 }
+
+bool ValuesInRange(const botlab::lidar_t& message) { return BotlabValuesInRange(message); }
+
+bool ValuesInRange(const botlab::lidar_nranges_t& message) { return BotlabValuesInRange(message); }
 
 bool ValuesInRange(const critical_rays_t& message) {
   const auto IsRange = [](float range_m) { return range_m > 0.0f && range_m <= kLargestCoordinateM; };

@@ -2,6 +2,8 @@
 
 #include <bot_core/planar_lidar_t.hpp>
 #include <bot_core/pose_t.hpp>
+#include <botlab/lidar_nranges_t.hpp>
+#include <botlab/lidar_t.hpp>
 #include <crsm/critical_rays_t.hpp>
 #include <crsm/map_delta_t.hpp>
 #include <crsm/map_request_t.hpp>
@@ -60,6 +62,8 @@ class WireReader {
 // For each type: whether its counts fit the bytes, and whether the values of a decoded message are in range.
 void Walk(WireReader& reader, const bot_core::planar_lidar_t*);
 void Walk(WireReader& reader, const bot_core::pose_t*);
+void Walk(WireReader& reader, const botlab::lidar_t*);
+void Walk(WireReader& reader, const botlab::lidar_nranges_t*);
 void Walk(WireReader& reader, const critical_rays_t*);
 void Walk(WireReader& reader, const scan_match_t*);
 void Walk(WireReader& reader, const map_delta_t*);
@@ -67,19 +71,26 @@ void Walk(WireReader& reader, const map_request_t*);
 void Walk(WireReader& reader, const service_status_t*);
 bool ValuesInRange(const bot_core::planar_lidar_t& message);
 bool ValuesInRange(const bot_core::pose_t& message);
+bool ValuesInRange(const botlab::lidar_t& message);
+bool ValuesInRange(const botlab::lidar_nranges_t& message);
 bool ValuesInRange(const critical_rays_t& message);
 bool ValuesInRange(const scan_match_t& message);
 bool ValuesInRange(const map_delta_t& message);
 bool ValuesInRange(const map_request_t& message);
 bool ValuesInRange(const service_status_t& message);
 
+/// What type a message says it is: its first eight bytes; 0 if it is shorter.
+inline std::uint64_t Fingerprint(std::span<const std::uint8_t> bytes) {
+  std::uint64_t fingerprint = 0;
+  for (std::size_t i = 0; i < 8 && bytes.size() >= 8; ++i) fingerprint = fingerprint << 8 | bytes[i];
+  return fingerprint;
+}
+
 /// Decodes a message that anybody may have sent: nothing if its fingerprint, a count or a value is wrong.
 template <class Message>
 std::optional<Message> Decode(std::span<const std::uint8_t> bytes) {
   if (bytes.size() < 8 || bytes.size() > std::numeric_limits<std::int32_t>::max()) return std::nullopt;
-  std::uint64_t fingerprint = 0;
-  for (int i = 0; i < 8; ++i) fingerprint = fingerprint << 8 | bytes[static_cast<std::size_t>(i)];
-  if (fingerprint != static_cast<std::uint64_t>(Message::getHash())) return std::nullopt;
+  if (Fingerprint(bytes) != static_cast<std::uint64_t>(Message::getHash())) return std::nullopt;
   WireReader reader(bytes);
   Walk(reader, static_cast<const Message*>(nullptr));
   if (!reader.Whole()) return std::nullopt;

@@ -3,74 +3,25 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bot_core/planar_lidar_t.hpp>
-#include <botlab/lidar_nranges_t.hpp>
-#include <botlab/lidar_t.hpp>
 #include <cmath>
 #include <stdexcept>
 #include <string_view>
 
 #include "common/trigonometry.hpp"
+#include "services/runtime/conversions.hpp"
 
 namespace crsm {
 namespace {
 
-constexpr double kMaxAngle_rad = 100.0;  // no laser's geometry is beyond it
-constexpr std::size_t kCountAt = 16;     // of the first array's size: after the fingerprint and the utime
-constexpr std::size_t kArraysAt = 20;
-
-std::int64_t Fingerprint(std::string_view message) {
-  return message.size() < 8 ? 0 : static_cast<std::int64_t>(ReadBigEndian(message, 0, 8));
-}
-
-bool IsLaser(std::string_view message) {
-  const std::int64_t fingerprint = Fingerprint(message);
-  return fingerprint == bot_core::planar_lidar_t::getHash() || fingerprint == botlab::lidar_t::getHash() ||
-         fingerprint == botlab::lidar_nranges_t::getHash();
-}
-
-/// Beams of a message whose arrays begin with `count` beams of `bytes_per_beam`; nothing if they cannot be there.
-/// The generated decoders believe the counts, so that these are checked against the message before they run.
-std::optional<std::size_t> CheckedBeams(std::string_view message, std::size_t bytes_per_beam) {
-  if (message.size() < kArraysAt) return std::nullopt;
-  const std::uint64_t count = ReadBigEndian(message, kCountAt, 4);
-  if (count < kMinBeams || count > kMaxBeams || message.size() < kArraysAt + count * bytes_per_beam)
-    return std::nullopt;
-  return count;
-}
-
-bool IsAngle(double angle_rad) { return std::abs(angle_rad) <= kMaxAngle_rad; }  // not so for NaN
-
-std::optional<LaserScan> DecodePlanarLidar(std::string_view message) {
-  const auto num_beams = CheckedBeams(message, sizeof(float));
-  if (!num_beams) return std::nullopt;
-  const std::size_t intensities_at = kArraysAt + *num_beams * sizeof(float) + 4;
-  if (message.size() < intensities_at) return std::nullopt;
-  const std::uint64_t num_intensities = ReadBigEndian(message, intensities_at - 4, 4);
-  if (num_intensities > kMaxBeams) return std::nullopt;
-  if (message.size() != intensities_at + (num_intensities + 2) * sizeof(float)) return std::nullopt;
-
-  bot_core::planar_lidar_t lidar;
-  if (lidar.decode(message.data(), 0, static_cast<int>(message.size())) < 0) return std::nullopt;
-  if (!IsAngle(lidar.rad0) || !IsAngle(lidar.radstep) || lidar.radstep == 0.0f) return std::nullopt;
-  return LaserScan{lidar.utime, lidar.rad0, lidar.radstep, lidar.ranges};
-}
-
-/// botlab_lidar_t: botlab::lidar_t or botlab::lidar_nranges_t.
-template <class botlab_lidar_t>
-std::optional<LaserScan> DecodeBotlabLidar(std::string_view message) {
-  constexpr std::size_t kBytesPerBeam = 3 * sizeof(float) + sizeof(std::int64_t);
-  const auto num_beams = CheckedBeams(message, kBytesPerBeam);
-  if (!num_beams || message.size() != kArraysAt + *num_beams * kBytesPerBeam) return std::nullopt;
-  botlab_lidar_t lidar;
-  if (lidar.decode(message.data(), 0, static_cast<int>(message.size())) < 0) return std::nullopt;
-
+/// The beams have angles of their own, clockwise and not evenly spaced: each goes to the nearest place on an even grid
+/// of a quarter of a degree, the nearer one where two fall on one.
+template <class BotlabLidar>
+LaserScan ToScan(const BotlabLidar& lidar) {
   constexpr int kGridBeams = 1440;
   constexpr double kStep_rad = 2.0 * kPi / kGridBeams;
   LaserScan scan{lidar.utime, static_cast<float>(-kPi), static_cast<float>(kStep_rad),
                  std::vector<float>(kGridBeams, 0.0f)};
-  for (std::size_t i = 0; i < *num_beams; ++i) {
-    if (!IsAngle(lidar.thetas[i])) return std::nullopt;
+  for (std::size_t i = 0; i < lidar.ranges.size(); ++i) {
     const float range_m = lidar.ranges[i];
     if (!(range_m > 0.0f)) continue;
     const double angle_rad = WrapAngle(-static_cast<double>(lidar.thetas[i]));
@@ -81,12 +32,34 @@ std::optional<LaserScan> DecodeBotlabLidar(std::string_view message) {
   return scan;
 }
 
-std::optional<LaserScan> DecodeLaser(std::string_view message) {
-  const std::int64_t fingerprint = Fingerprint(message);
-  if (fingerprint == bot_core::planar_lidar_t::getHash()) return DecodePlanarLidar(message);
-  if (fingerprint == botlab::lidar_t::getHash()) return DecodeBotlabLidar<botlab::lidar_t>(message);
-  if (fingerprint == botlab::lidar_nranges_t::getHash()) return DecodeBotlabLidar<botlab::lidar_nranges_t>(message);
-  return std::nullopt;
+LaserScan ToScan(const bot_core::planar_lidar_t& lidar) { return FromMessage(lidar); }
+
+template <class Message>
+bool Is(std::span<const std::uint8_t> bytes) {
+  return Fingerprint(bytes) == static_cast<std::uint64_t>(Message::getHash());
+}
+
+template <class Message>
+std::optional<LaserScan> DecodeAs(std::span<const std::uint8_t> bytes) {
+  const auto message = Decode<Message>(bytes);
+  if (!message) return std::nullopt;
+  return ToScan(*message);
+}
+
+std::span<const std::uint8_t> Bytes(std::string_view data) {
+  return {reinterpret_cast<const std::uint8_t*>(data.data()), data.size()};
+}
+
+bool IsLaser(std::string_view data) {
+  const auto bytes = Bytes(data);
+  return Is<bot_core::planar_lidar_t>(bytes) || Is<botlab::lidar_t>(bytes) || Is<botlab::lidar_nranges_t>(bytes);
+}
+
+std::optional<LaserScan> DecodeLaser(std::string_view data) {
+  const auto bytes = Bytes(data);
+  if (Is<botlab::lidar_t>(bytes)) return DecodeAs<botlab::lidar_t>(bytes);
+  if (Is<botlab::lidar_nranges_t>(bytes)) return DecodeAs<botlab::lidar_nranges_t>(bytes);
+  return DecodeAs<bot_core::planar_lidar_t>(bytes);
 }
 
 /// "ENCODERS (12), LASER (3, laser)", at most 20 channels.
@@ -138,7 +111,7 @@ std::optional<LaserScan> LcmLogSource::Next() {
       continue;
     }
     std::optional<LaserScan> scan = DecodeLaser(event->data);
-    if (!scan || scan->utime < 0) {
+    if (!scan) {
       ++counts_["bad_message"];
     } else if (!utimes_.insert(scan->utime).second) {
       ++counts_["utime_repeated"];

@@ -81,9 +81,9 @@ TEST_CASE("run_stack starts the publisher last and ends the exporter before thos
   stack.Run("$run_stack some.log --out $out --seed 7");
   INFO(stack.output);
   CHECK(stack.exit_code == 0);
-  CHECK(stack.Find("laser_publisher started some.log --rate max --lockstep --seed 7") == 4);
-  CHECK(stack.Find("map_updater started --lockstep --seed 7") >= 0);
-  CHECK(stack.Find("map_exporter started --out " + stack.Path("out") + " --seed 7") >= 0);
+  CHECK(stack.Find("laser_publisher started some.log --rate max --seed 7") == 4);
+  CHECK(stack.Find("map_updater started --lockstep") >= 0);
+  CHECK(stack.Find("map_exporter started --out " + stack.Path("out")) >= 0);
   CHECK(stack.Find("laser_publisher finished") == 5);
   CHECK(stack.Find("map_exporter finished") == 6);
   CHECK(stack.Find("map_updater finished") > 6);
