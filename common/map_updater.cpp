@@ -135,6 +135,7 @@ void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vect
     changes.push_back({index, std::move(runs)});
   }
   marked_.clear();
+  marking_ = nullptr;
 }
 
 void MapUpdater::MarkRay(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {

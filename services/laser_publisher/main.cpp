@@ -58,12 +58,14 @@ class LaserPublisher {
         PublishUntilMapped(*scan);
       } else {
         if (num_scans_ > 0) SleepUntilDue(scan->utime - last_utime);
+        if (StopRequested()) break;  // the scan is not due
         Publish(*scan);
       }
       last_utime = scan->utime;
       progress_.Show(source_.Progress(), num_scans_);
     }
     if (rate_ != kAsFastAsMapped) AwaitMap(last_utime);
+    service_.PublishStatus();  // the last counts
     progress_.Finish(num_scans_);
   }
 
@@ -144,7 +146,7 @@ int main(int argc, char** argv) {
     const crsm::Settings& settings = command_line.settings();
     const auto source = crsm::OpenLaserSource(name, {command_line.parameters().match.seed, settings.laser_channel});
     if (settings.lcm_url.rfind("file://", 0) == 0) {
-      crsm::WriteLog(*source, settings.lcm_url, settings.channel_prefix);
+      crsm::WriteLog(*source, name, settings.lcm_url, settings.channel_prefix);
     } else {
       crsm::LaserPublisher(command_line, *source).Run();
     }

@@ -23,12 +23,11 @@ class MapExporter {
     Bus& bus = service_.bus();
     bus.Subscribe<bot_core::planar_lidar_t>(
         kLaserChannel, [this](const bot_core::planar_lidar_t& message) { last_scan_ = FromMessage(message); });
-    bus.Subscribe<service_status_t>(kServiceStatusChannel,
-                                    [this](const service_status_t& status) { statuses_[status.name] = status; });
+    bus.Subscribe<service_status_t>(kServiceStatusChannel, [this](const service_status_t& status) { Keep(status); });
   }
 
   void Run() {
-    Write();  // what cannot be written is said before the robot drives
+    PrepareFolder(command_line_.settings().out);
     service_.Run([this] {
       map_follower_.Poll();
       WriteNowAndThen();
@@ -39,6 +38,15 @@ class MapExporter {
   }
 
  private:
+  /// Of a few services only: the names come from the network.
+  void Keep(const service_status_t& status) {
+    constexpr std::size_t kMostServices = 64;
+    if (statuses_.size() == kMostServices && statuses_.count(status.name) == 0) {
+      return service_.counters().Add("status_ignored");
+    }
+    statuses_[status.name] = status;
+  }
+
   void Apply(std::span<const TileChange> changes) {
     for (const TileChange& change : changes) {
       if (!map_.Apply(change)) service_.counters().Add("tile_malformed");
@@ -62,11 +70,12 @@ class MapExporter {
                                      std::chrono::duration<double>(command_line_.settings().export_period_s));
   }
 
-  /// At the end: whatever of the map has not come yet.
+  /// At the end: whatever of the map has not come yet, and the last counts of the other processes.
   void CatchUp() {
+    const auto one_status = Clock::now() + std::chrono::milliseconds(1100);
     const auto give_up = Clock::now() + std::chrono::seconds(3);
     map_follower_.Doubt();
-    while (!map_follower_.replica().synced() && Clock::now() < give_up) {
+    while (Clock::now() < (map_follower_.replica().synced() ? one_status : give_up)) {
       map_follower_.Poll();
       service_.Spin(10);
     }
@@ -119,10 +128,7 @@ int main(int argc, char** argv) {
   crsm::CommandLine command_line("map_exporter",
                                  "Writes the map, the trajectory and pictures of them to a folder, now and then and at "
                                  "the end: MAP_DELTA -> map.png, map.yaml, overview.png, trajectory.tum, summary.json.",
-                                 {}, {"lcm_url", "channel_prefix", "out", "export_period_s"});
+                                 {crsm::ParameterGroup::kSeed}, {"lcm_url", "channel_prefix", "out", "export_period_s"});
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
-  return crsm::RunMain(command_line.program(), [&] {
-    if (command_line.settings().out.empty()) throw std::runtime_error("--out is missing: the folder for the results");
-    crsm::MapExporter(command_line).Run();
-  });
+  return crsm::RunMain(command_line.program(), [&] { crsm::MapExporter(command_line).Run(); });
 }

@@ -7,8 +7,9 @@
 namespace crsm {
 namespace {
 
-constexpr std::size_t kPartBytes = 28000;   // with one tile more still under 32 KiB
-constexpr std::size_t kPageMatches = 256;   // about 15 KB
+constexpr std::size_t kPartBytes = 28000;  // with one tile more still under 32 KiB
+constexpr std::size_t kPageMatches = 256;  // about 15 KB
+constexpr std::size_t kTileHeaderBytes = 8;
 
 void Add(const ScanMatch& match, map_delta_t& message) {
   message.matches.push_back(ToMessage(match));
@@ -38,7 +39,7 @@ std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match
       size = 0;
     }
     Add(change, parts.back());
-    size += change.runs.size();
+    size += kTileHeaderBytes + change.runs.size();
   }
   for (std::size_t i = 0; i < parts.size(); ++i) {
     parts[i].part = static_cast<std::int32_t>(i);
@@ -66,7 +67,7 @@ map_delta_t MakePage(const map_request_t& request, const MapUpdater& updater, st
     const auto change = updater.TileSince(tile, request.base_version);
     if (!change) continue;
     Add(*change, page);
-    size += change->runs.size();
+    size += kTileHeaderBytes + change->runs.size();
   }
   page.next_tile = tile < updater.num_tiles() ? static_cast<std::int32_t>(tile) : -1;
   return page;

@@ -1,10 +1,13 @@
 // map_updater: LASER and SCAN_MATCH -> MAP_DELTA. The owner of the map: draws each matched scan into it and tells the
 // replicas what changed.
 
+#include <fmt/core.h>
+
 #include <unordered_set>
 
 #include "common/map_updater.hpp"
 #include "services/map_updater/answers.hpp"
+#include "services/map_updater/journal.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
@@ -19,9 +22,10 @@ class MapUpdaterService {
         service_(command_line),
         matches_(service_.counters()),
         updater_(command_line.parameters().scan, command_line.parameters().update) {
+    OpenJournal();
     Bus& bus = service_.bus();
     bus.Subscribe<bot_core::planar_lidar_t>(
-        kLaserChannel, [this](const bot_core::planar_lidar_t& message) { Keep(FromMessage(message)); });
+        kLaserChannel, [this](const bot_core::planar_lidar_t& message) { Hold(FromMessage(message)); });
     bus.Subscribe<scan_match_t>(kScanMatchChannel,
                                 [this](const scan_match_t& message) { matches_.Push(FromMessage(message)); });
     bus.Subscribe<map_request_t>(kMapRequestChannel, [this](const map_request_t& request) {
@@ -38,7 +42,7 @@ class MapUpdaterService {
   }
 
  private:
-  void Keep(LaserScan scan) {
+  void Hold(LaserScan scan) {
     constexpr std::size_t kMostScans = 64;
     for (const LaserScan& kept : scans_) {
       if (kept.utime == scan.utime) return;
@@ -63,18 +67,51 @@ class MapUpdaterService {
     }
     try {
       if (scan == scans_.end()) service_.counters().Add("scan_missing");
-      const MapDelta delta = scan == scans_.end() ? updater_.UpdateWithoutScan() : updater_.Update(*scan, match);
-      last_answer_ = MakeParts(delta, match, updater_.geometry());
+      Draw(scan == scans_.end() ? nullptr : &*scan, match);
     } catch (const std::invalid_argument&) {
       return service_.counters().Add("match_out_of_limits");
     }
-    history_.push_back(match);
-    answered_utimes_.insert(match.utime);
+    if (journal_) Keep(scan == scans_.end() ? nullptr : &*scan, match);
     if (scan != scans_.end()) scans_.erase(scans_.begin(), scan + 1);
     service_.counters().Add("handled");
     service_.SetState("mapping");
     service_.RecordLatency(start);
     PublishLastAnswer();
+  }
+
+  /// scan: nullptr where it never came; the match is answered all the same.
+  void Draw(const LaserScan* scan, const ScanMatch& match) {
+    const MapDelta delta = scan ? updater_.Update(*scan, match) : updater_.UpdateWithoutScan();
+    last_answer_ = MakeParts(delta, match, updater_.geometry());
+    history_.push_back(match);
+    answered_utimes_.insert(match.utime);
+  }
+
+  void OpenJournal() {
+    if (settings_.journal.empty()) {
+      if (settings_.resume) throw std::runtime_error("--resume needs --journal DIR: where the map is to come from");
+      return;
+    }
+    if (!settings_.resume) {
+      journal_.emplace(settings_.journal);
+      return;
+    }
+    journal_.emplace(settings_.journal, [this](const LaserScan* scan, const ScanMatch& match) { Draw(scan, match); });
+    fmt::print(stderr, "map_updater: went on from {} scans in {}", history_.size(), settings_.journal);
+    const auto cut = journal_->num_cut_bytes();
+    fmt::print(stderr, "{}\n", cut > 0 ? fmt::format("; cut off {} bytes of a torn tail", cut) : "");
+  }
+
+  /// A journal that cannot be written is no reason to stop mapping, but it ends there: no map is made from one with a
+  /// hole.
+  void Keep(const LaserScan* scan, const ScanMatch& match) {
+    try {
+      journal_->Append(scan, match);
+    } catch (const std::runtime_error& error) {
+      fmt::print(stderr, "map_updater: {}; mapping goes on without a journal\n", error.what());
+      service_.counters().Add("journal_failed");
+      journal_.reset();
+    }
   }
 
   void PublishLastAnswer() {
@@ -89,6 +126,7 @@ class MapUpdaterService {
   std::vector<ScanMatch> history_;
   std::unordered_set<std::int64_t> answered_utimes_;
   std::vector<map_delta_t> last_answer_;
+  std::optional<Journal> journal_;
 };
 
 }  // namespace
@@ -97,7 +135,7 @@ class MapUpdaterService {
 int main(int argc, char** argv) {
   using enum crsm::ParameterGroup;
   crsm::CommandLine command_line("map_updater", "Owns the map: LASER, SCAN_MATCH -> MAP_DELTA.", {kScan, kUpdate},
-                                 {"lcm_url", "channel_prefix", "lockstep"});
+                                 {"lcm_url", "channel_prefix", "lockstep", "journal", "resume"});
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::MapUpdaterService(command_line).Run(); });
 }

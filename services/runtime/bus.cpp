@@ -5,12 +5,24 @@
 #include <array>
 #include <cerrno>
 #include <cstdlib>
+#include <regex>
 #include <stdexcept>
 
 namespace crsm {
 namespace {
 
 constexpr const char* kReceiveBuffer = "recv_buf_size=2097152";  // [bytes]; a burst of map parts fits
+
+/// Whether LCM will take all of a udpm:// URL as it is meant: it passes over options that it does not know or cannot
+/// read.
+bool IsMulticastUrl(const std::string& url) {
+  static const std::regex kForm(R"(udpm://(?:2(?:2[4-9]|3[0-9])(?:\.[0-9]{1,3}){3}(?::([0-9]{1,5}))?)?)"
+                                R"((?:\?(?:ttl|recv_buf_size)=[0-9]+(?:&(?:ttl|recv_buf_size)=[0-9]+)*)?)");
+  std::smatch parts;
+  if (!std::regex_match(url, parts, kForm)) return false;
+  const int port = parts[1].matched ? std::stoi(parts[1]) : 7667;
+  return port >= 1 && port <= 65535;
+}
 
 /// The URL as LCM is to see it: checked, because LCM turns some mistakes into another transport in silence, and with
 /// the receive buffer that it asks for only when told.
@@ -22,11 +34,12 @@ std::string CompleteUrl(std::string url) {
   constexpr std::array kTransports{"udpm://", "tcpq://", "memq://"};
   bool known = false;
   for (const std::string transport : kTransports) known = known || url.rfind(transport, 0) == 0;
-  if (!known) {
-    throw std::runtime_error(
-        fmt::format("--lcm-url {}: not a bus; one is like udpm://239.255.76.67:7667?ttl=0 or tcpq://localhost:7700", url));
+  const bool multicast = url.rfind("udpm://", 0) == 0;
+  if (!known || (multicast && !IsMulticastUrl(url))) {
+    throw std::runtime_error(fmt::format(
+        "--lcm-url {}: not a bus; one is like udpm://239.255.76.67:7667?ttl=0 or tcpq://localhost:7700", url));
   }
-  if (url.rfind("udpm://", 0) == 0 && url.find("recv_buf_size") == std::string::npos) {
+  if (multicast && url.find("recv_buf_size") == std::string::npos) {
     url += (url.find('?') == std::string::npos ? "?" : "&") + std::string(kReceiveBuffer);
   }
   return url;
@@ -47,7 +60,8 @@ Bus::Bus(const std::string& url, const std::string& channel_prefix, Counters& co
     : lcm_(CompleteUrl(url)), prefix_(channel_prefix), counters_(counters) {
   const std::string complete = CompleteUrl(url);
   if (!lcm_.good()) {
-    throw std::runtime_error(fmt::format("--lcm-url {}: LCM cannot open it; is the address right, and its server up?", complete));
+    throw std::runtime_error(
+        fmt::format("--lcm-url {}: LCM cannot open it; is the address right, and its server up?", complete));
   }
 }
 
@@ -72,9 +86,10 @@ void Bus::SubscribeRaw(const char* channel, std::function<void(std::span<const s
 }
 
 void Bus::Wait(int timeout_ms) {
+  constexpr int kMostMessages = 100;  // who sends faster than they are read does not keep a stage from its work
   errno = 0;
   int handled = lcm_.handleTimeout(timeout_ms);
-  while (handled > 0) handled = lcm_.handleTimeout(0);
+  for (int i = 1; handled > 0 && i < kMostMessages; ++i) handled = lcm_.handleTimeout(0);
   if (handled < 0 && errno != EINTR) throw std::runtime_error("the bus is gone: LCM can receive no more");
 }
 

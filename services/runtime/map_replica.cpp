@@ -1,5 +1,6 @@
 #include "services/runtime/map_replica.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "services/runtime/conversions.hpp"
@@ -59,7 +60,9 @@ void MapReplica::HandleBroadcast(const map_delta_t& delta) {
 void MapReplica::HandlePage(const map_delta_t& page) {
   cell_size_m_ = page.cell_size_m;
   if (synced_ || page.base_version != version_) return;  // an answer to an earlier question
-  if (page.version < version_) return Reset();           // the owner lost its map and began anew
+  // Older than what was heard already, also on the pages under way: the owner lost its map and began anew.
+  const auto newest_heard = std::max(static_cast<std::int64_t>(matches_.size()), pages_version_.value_or(0));
+  if (page.version < newest_heard) return Reset();
   if (!pages_version_) pages_version_ = page.version;
 
   // A page asked for twice comes twice; tiles are whole, so that applying one again does no harm.

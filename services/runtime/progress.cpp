@@ -3,6 +3,8 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include <algorithm>
+
 namespace crsm {
 namespace {
 
@@ -15,11 +17,12 @@ Progress::Progress(std::string program) : program_(std::move(program)), terminal
 }
 
 void Progress::Show(double share, std::int64_t num_scans) {
+  share_ = std::max(share_, share);  // a source that reads ahead in blocks may step back a little
   const auto now = Clock::now();
   if (now < next_) return;
   next_ = now + (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(5));
   const double rate_hz = static_cast<double>(num_scans) / Seconds(now - start_).count();
-  Print(fmt::format("{}: {:3.0f} %, {} scans, {:.0f} scans/s", program_, 100.0 * share, num_scans, rate_hz), false);
+  Print(fmt::format("{}: {:3.0f} %, {} scans, {:.0f} scans/s", program_, 100.0 * share_, num_scans, rate_hz), false);
 }
 
 void Progress::Finish(std::int64_t num_scans) {

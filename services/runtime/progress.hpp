@@ -23,6 +23,7 @@ class Progress {
 
   std::string program_;
   bool terminal_;
+  double share_ = 0.0;
   Clock::time_point start_ = Clock::now();
   Clock::time_point next_;
 };

@@ -4,7 +4,11 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
 #include <fstream>
+#include <stdexcept>
 
 #include "services/runtime/version.hpp"
 
@@ -34,6 +38,16 @@ void CatchSignals() {
 
 bool StopRequested() { return stop_requested != 0; }
 
+void PrepareFolder(const std::string& out) {
+  if (out.empty()) throw std::runtime_error("--out is missing: the folder for the results");
+  std::error_code error;
+  std::filesystem::create_directories(out, error);
+  if (error || access(out.c_str(), W_OK) != 0) {
+    throw std::runtime_error(
+        fmt::format("--out {}: cannot be written: {}", out, error ? error.message() : std::strerror(errno)));
+  }
+}
+
 Service::Service(const CommandLine& command_line)
     : name_(command_line.program()),
       bus_(command_line.settings().lcm_url, command_line.settings().channel_prefix, counters_) {}
@@ -52,9 +66,11 @@ void Service::Run(const std::function<bool()>& step, int period_ms) {
 
 void Service::Spin(int timeout_ms) {
   bus_.Wait(timeout_ms);
-  const auto now = Clock::now();
-  if (now < next_status_) return;
-  next_status_ = now + std::chrono::seconds(1);
+  if (Clock::now() >= next_status_) PublishStatus();
+}
+
+void Service::PublishStatus() {
+  next_status_ = Clock::now() + std::chrono::seconds(1);
   bus_.Publish(kServiceStatusChannel, MakeStatus());
 }
 

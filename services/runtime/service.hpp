@@ -16,6 +16,10 @@ using Clock = std::chrono::steady_clock;
 void CatchSignals();
 bool StopRequested();
 
+/// Makes the folder for the results, if need be. What cannot be written is said before the work, not after it: throws
+/// std::runtime_error that names --out.
+void PrepareFolder(const std::string& out);
+
 /// What every process is around its own work: a bus, counters, a status once a second, an end on request.
 class Service {
  public:
@@ -35,6 +39,7 @@ class Service {
 
   /// One turn of Run, for those with a loop of their own.
   void Spin(int timeout_ms);
+  void PublishStatus();
 
   const std::string& name() const { return name_; }
   crsm::service_status_t MakeStatus() const;

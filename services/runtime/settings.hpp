@@ -16,6 +16,8 @@ struct Settings {
   bool lockstep = false;
   double map_wait_s = 0.2;
   double resend_s = 0.25;
+  std::string journal;
+  bool resume = false;
   double export_period_s = 5.0;
 };
 
@@ -30,6 +32,8 @@ void VisitSettings(Settings& s, Visitor&& visit) {
   visit("lockstep", "wait for whatever is missing, instead of going on without it", s.lockstep);
   visit("map_wait_s", "without --lockstep: longest wait for the map of the last scan [s]", s.map_wait_s, 0.0, 60.0);
   visit("resend_s", "rate max: a scan is sent again when its map has not come by then [s]", s.resend_s, 0.01, 60.0);
+  visit("journal", "folder in which every scan that is mapped is kept, so that the map can be made again", s.journal);
+  visit("resume", "begin with the map of the journal", s.resume);
   visit("export_period_s", "between two writings of the results [s]", s.export_period_s, 0.1, 3600.0);
 }
 

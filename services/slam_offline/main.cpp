@@ -17,8 +17,8 @@ namespace {
 void MapLog(const CommandLine& command_line, const std::string& name) {
   const Settings& settings = command_line.settings();
   const Parameters& parameters = command_line.parameters();
-  if (settings.out.empty()) throw std::runtime_error("--out is missing: the folder for the results");
   const auto source = OpenLaserSource(name, {parameters.match.seed, settings.laser_channel});
+  PrepareFolder(settings.out);
 
   Slam slam(parameters);
   Results results;

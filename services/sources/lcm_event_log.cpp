@@ -43,18 +43,19 @@ std::optional<LcmEventLog::Event> LcmEventLog::Next() {
       const bool another_inside = !followed && ahead.substr(0, *size).find(kSync, 1) != std::string_view::npos;
       if (!another_inside && ahead.size() >= *size) {
         const std::size_t channel_bytes = ReadBigEndian(ahead, kChannelLengthAt, 4);
-        file_.Skip(*size);
+        Skip(*size);
+        whole_bytes_ = taken_bytes_;
         return Event{std::string(ahead.substr(kHeaderBytes, channel_bytes)),
                      ahead.substr(kHeaderBytes + channel_bytes, *size - kHeaderBytes - channel_bytes)};
       }
       if (!another_inside) {
         torn_tail_ = true;
-        file_.Skip(ahead.size());
+        Skip(ahead.size());
         return std::nullopt;
       }
     } else if (ahead.size() < kHeaderBytes && ahead.starts_with(kSync.substr(0, ahead.size()))) {
       torn_tail_ = true;
-      file_.Skip(ahead.size());
+      Skip(ahead.size());
       return std::nullopt;
     }
     ++num_bad_events_;
@@ -62,14 +63,19 @@ std::optional<LcmEventLog::Event> LcmEventLog::Next() {
   }
 }
 
+void LcmEventLog::Skip(std::size_t size) {
+  file_.Skip(size);
+  taken_bytes_ += size;
+}
+
 void LcmEventLog::SkipToSync() {
-  file_.Skip(1);
+  Skip(1);
   while (true) {
     const std::string_view ahead = file_.Peek(kHeaderBytes);
     const std::size_t sync = ahead.find(kSync);
-    if (sync != std::string_view::npos) return file_.Skip(sync);
+    if (sync != std::string_view::npos) return Skip(sync);
     // The end of a stretch may be the beginning of a sync word.
-    file_.Skip(ahead.size() < kHeaderBytes ? ahead.size() : ahead.size() - kSync.size() + 1);
+    Skip(ahead.size() < kHeaderBytes ? ahead.size() : ahead.size() - kSync.size() + 1);
     if (ahead.size() < kHeaderBytes) return;
   }
 }

@@ -30,12 +30,16 @@ class LcmEventLog {
   double Progress() const { return file_.Progress(); }
 
   std::int64_t num_bad_events() const { return num_bad_events_; }     ///< damaged stretches passed over
+  std::uint64_t whole_bytes() const { return whole_bytes_; }          ///< of the log up to the last event given
   bool truncated() const { return torn_tail_ || file_.truncated(); }  ///< the log ends within an event, or its gzip
 
  private:
   void SkipToSync();
+  void Skip(std::size_t size);
 
   GzipFile file_;
+  std::uint64_t taken_bytes_ = 0;
+  std::uint64_t whole_bytes_ = 0;
   std::int64_t num_bad_events_ = 0;
   bool torn_tail_ = false;
 };

@@ -99,11 +99,12 @@ TEST_CASE("run_stack without lockstep keeps the pace that was asked for") {
   CHECK(stack.Find("rrhc_matcher started --lockstep") == -1);
 }
 
-TEST_CASE("run_stack names a service that dies, shows its last words and ends the others") {
+TEST_CASE("run_stack starts a dead service again, and after five deaths shows its last words and ends the others") {
   Stack stack;
   stack.Run("$run_stack live --out $out", "DYING=rrhc_matcher");
   CHECK(stack.exit_code == 1);
-  CHECK(stack.Said("rrhc_matcher ended in the middle of the work (exit code 3)"));
+  CHECK(stack.Said("rrhc_matcher ended in the middle of the work (exit code 3): started again"));
+  CHECK(stack.Said("rrhc_matcher ended in the middle of the work for the fifth time (exit code 3)"));
   CHECK(stack.Said("rrhc_matcher: out of luck"));
   CHECK(stack.Find("map_exporter finished") >= 0);
   CHECK(stack.Find("map_updater finished") > stack.Find("map_exporter finished"));

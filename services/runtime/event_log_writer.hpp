@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <lcm/lcm-cpp.hpp>
+#include <string>
+#include <vector>
+
+namespace crsm {
+
+/// Writes messages to an LCM log that lcm-logplayer plays at the pace of their own times: an event carries its message's
+/// utime, and where that goes back the last one. The same messages give the same bytes.
+class EventLogWriter {
+ public:
+  enum class Mode { kNew, kAppend };
+
+  /// last_utime: with kAppend, of the last event in the log [us]. Throws std::runtime_error if it cannot be written.
+  EventLogWriter(const std::string& path, Mode mode, std::int64_t last_utime = 0);
+
+  /// Throws std::runtime_error if it cannot be written on.
+  template <class Message>
+  void Write(const std::string& channel, const Message& message) {
+    bytes_.resize(static_cast<std::size_t>(message.getEncodedSize()));
+    message.encode(bytes_.data(), 0, static_cast<int>(bytes_.size()));
+    WriteBytes(channel, message.utime);
+  }
+
+  /// Hands everything to the operating system: it survives the end of the process. Throws as Write.
+  void Flush();
+
+ private:
+  void WriteBytes(const std::string& channel, std::int64_t utime);
+  [[noreturn]] void Fail() const;
+
+  std::string path_;
+  lcm::LogFile log_;
+  std::int64_t last_utime_;
+  std::vector<std::uint8_t> bytes_;
+};
+
+}  // namespace crsm

@@ -1,0 +1,299 @@
+// Process replay: recorded inputs go to one process alone, and what it says is compared bit by bit with what the
+// algorithm computes from the same inputs in the process of the test.
+
+#include <csignal>
+
+#include "catch.hpp"
+#include "common/map_updater.hpp"
+#include "common/results/results.hpp"
+#include "common/rrhc_matcher.hpp"
+#include "processes.hpp"
+#include "services/runtime/conversions.hpp"
+
+using namespace crsm;
+
+namespace {
+
+/// What the algorithm makes of one scan.
+struct Step {
+  LaserScan scan;
+  critical_rays_t critical_rays;
+  ScanMatch match;
+  MapDelta delta;
+};
+
+struct Recording {
+  std::vector<Step> steps;
+  std::vector<ScanMatch> history;
+  DenseGrid map;  ///< after the last step
+};
+
+/// The loop of Slam::Process with all that passes from stage to stage kept.
+Recording Record(const std::vector<LaserScan>& scans, const Parameters& parameters) {
+  Recording recording;
+  RrhcMatcher matcher(parameters.match);
+  MapUpdater updater(parameters.scan, parameters.update);
+  double density_scale = kFirstDensityScale;
+  for (const LaserScan& scan : scans) {
+    const ValidRays rays = FindValidRays(scan, parameters.scan);
+    const RaySelection selection = SelectRays(rays, parameters.selection, density_scale);
+    density_scale = NextDensityScale(density_scale, selection.critical.size(), parameters.selection);
+    const ScanMatch match =
+        matcher.Match(scan.utime, rays, selection.critical, recording.history, updater.geometry(), updater.version());
+    const MapDelta delta = updater.Update(scan, match);
+    matcher.ApplyChanges(delta.tiles);
+    recording.history.push_back(match);
+    recording.steps.push_back({scan, ToMessage(scan.utime, rays, selection), match, delta});
+  }
+  recording.map = matcher.map().ToDenseGrid(parameters.update.cell_size_m);
+  return recording;
+}
+
+map_delta_t MakeDelta(const Step& step, double cell_size_m) {
+  map_delta_t delta{};
+  delta.utime = step.scan.utime;
+  delta.version = step.delta.version;
+  delta.base_version = step.delta.version - 1;
+  delta.cell_size_m = cell_size_m;
+  return delta;
+}
+
+/// The owner of the map as a replica sees it. It sends every tile in a message of its own, unlike map_updater.
+class MapOwner {
+ public:
+  MapOwner(TestBus& bus, const Parameters& parameters) : bus_(bus), updater_(parameters.scan, parameters.update) {
+    bus_->Subscribe<map_request_t>(kMapRequestChannel, [this](const map_request_t& request) { Answer(request); });
+  }
+
+  /// Draws a scan into the map and tells everybody.
+  void Update(const Step& step) {
+    const std::vector<TileChange> tiles = updater_.Update(step.scan, step.match).tiles;
+    history_.push_back(ToMessage(step.match));
+    map_delta_t part = MakeDelta(step, updater_.geometry().cell_size_m());
+    part.num_parts = static_cast<std::int32_t>(std::max<std::size_t>(1, tiles.size()));
+    part.num_matches = 1;
+    part.matches = {history_.back()};
+    for (; part.part < part.num_parts; ++part.part) {
+      part.tiles.clear();
+      if (!tiles.empty()) part.tiles = {ToMessage(tiles[static_cast<std::size_t>(part.part)])};
+      part.num_tiles = static_cast<std::int32_t>(part.tiles.size());
+      bus_->Publish(kMapDeltaChannel, part);
+      part.matches.clear();
+      part.num_matches = 0;
+    }
+  }
+
+  int num_answered() const { return num_answered_; }
+
+ private:
+  void Answer(const map_request_t& request) {
+    map_delta_t page{};
+    page.version = updater_.version();
+    page.base_version = request.base_version;
+    page.cell_size_m = updater_.geometry().cell_size_m();
+    page.num_parts = 1;
+    page.recipient = request.requester;
+    page.matches.assign(history_.begin() + request.first_match, history_.end());
+    page.num_matches = static_cast<std::int32_t>(page.matches.size());
+    page.next_match = static_cast<std::int32_t>(history_.size());
+    const auto tile = static_cast<std::size_t>(request.first_tile);
+    page.next_tile = tile + 1 < updater_.num_tiles() ? request.first_tile + 1 : -1;
+    const auto change = tile < updater_.num_tiles() ? updater_.TileSince(tile, request.base_version) : std::nullopt;
+    if (change) page.tiles = {ToMessage(*change)};
+    page.num_tiles = static_cast<std::int32_t>(page.tiles.size());
+    bus_->Publish(kMapDeltaChannel, page);
+    ++num_answered_;
+  }
+
+  TestBus& bus_;
+  MapUpdater updater_;
+  std::vector<scan_match_t> history_;
+  int num_answered_ = 0;
+};
+
+std::vector<std::vector<std::string>> Profiles() { return {{}, {"--profile", "paper"}}; }
+
+std::vector<std::string> With(std::vector<std::string> flags, const std::vector<std::string>& more) {
+  flags.insert(flags.end(), more.begin(), more.end());
+  return flags;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "ray_selector answers each recorded scan with the rays that the algorithm selects, and once more when asked") {
+  for (const auto& profile : Profiles()) {
+    const Recording recording = Record(TakeScans("sim:demo", 30, 10), ParametersOf(profile));
+    const TemporaryFolder folder;
+    const std::string url = MakeBusUrl();
+    Process selector("ray_selector", With({"--lcm-url", url}, profile), folder / "log");
+    REQUIRE(selector.AwaitReady());
+    TestBus bus(url);
+    std::vector<critical_rays_t> answers;
+    bus->Subscribe<critical_rays_t>(kCriticalRaysChannel,
+                                    [&](const critical_rays_t& answer) { answers.push_back(answer); });
+
+    for (const Step& step : recording.steps) {
+      for (int time = 0; time < 2; ++time) {
+        answers.clear();
+        bus->Publish(kLaserChannel, ToMessage(step.scan));
+        REQUIRE(bus.Await([&] { return !answers.empty(); }));
+        CHECK(Encode(answers.front()) == Encode(step.critical_rays));
+      }
+    }
+    CHECK(selector.Interrupt() == 0);
+  }
+}
+
+TEST_CASE(
+    "rrhc_matcher answers recorded rays and maps with the pose that the algorithm finds, and once more when asked") {
+  for (const auto& profile : Profiles()) {
+    const Parameters parameters = ParametersOf(profile);
+    const Recording recording = Record(TakeScans("sim:demo", 20, 10), parameters);
+    const TemporaryFolder folder;
+    const std::string url = MakeBusUrl();
+    Process matcher("rrhc_matcher", With({"--lcm-url", url, "--lockstep"}, profile), folder / "log");
+    REQUIRE(matcher.AwaitReady());
+    TestBus bus(url);
+    MapOwner owner(bus, parameters);
+    std::vector<scan_match_t> answers;
+    std::vector<bot_core::pose_t> poses;
+    bus->Subscribe<scan_match_t>(kScanMatchChannel, [&](const scan_match_t& answer) { answers.push_back(answer); });
+    bus->Subscribe<bot_core::pose_t>(kPoseChannel, [&](const bot_core::pose_t& pose) { poses.push_back(pose); });
+    REQUIRE(bus.Await([&] { return owner.num_answered() > 0; }));
+
+    for (const Step& step : recording.steps) {
+      for (int time = 0; time < 2; ++time) {
+        answers.clear();
+        poses.clear();
+        bus->Publish(kCriticalRaysChannel, step.critical_rays);
+        REQUIRE(bus.Await([&] { return !answers.empty() && !poses.empty(); }));
+        CHECK(Encode(answers.front()) == Encode(ToMessage(step.match)));
+        CHECK(poses.front().utime == step.scan.utime);
+        CHECK(poses.front().pos[0] == step.match.T_map_laser.x_m);
+        CHECK(poses.front().pos[1] == step.match.T_map_laser.y_m);
+      }
+      owner.Update(step);
+    }
+    CHECK(matcher.Interrupt() == 0);
+  }
+}
+
+TEST_CASE("map_updater answers recorded scans and poses with the change of the map, and tells a newcomer all of it") {
+  for (const auto& profile : Profiles()) {
+    const Parameters parameters = ParametersOf(profile);
+    const Recording recording = Record(TakeScans("sim:demo", 60, 10), parameters);
+    const TemporaryFolder folder;
+    const std::string url = MakeBusUrl();
+    Process updater("map_updater", With({"--lcm-url", url}, profile), folder / "log");
+    REQUIRE(updater.AwaitReady());
+    TestBus bus(url);
+    std::vector<map_delta_t> parts;
+    bus->Subscribe<map_delta_t>(kMapDeltaChannel, [&](const map_delta_t& part) { parts.push_back(part); });
+    const auto HasAllParts = [&] {
+      return !parts.empty() && static_cast<std::int32_t>(parts.size()) == parts.front().num_parts;
+    };
+
+    for (const Step& step : recording.steps) {
+      for (int time = 0; time < 2; ++time) {
+        parts.clear();
+        bus->Publish(kLaserChannel, ToMessage(step.scan));
+        bus->Publish(kScanMatchChannel, ToMessage(step.match));
+        REQUIRE(bus.Await(HasAllParts));
+        // The parts one behind the other are the change; the match stands in the first of them.
+        map_delta_t whole = MakeDelta(step, parameters.update.cell_size_m);
+        for (const TileChange& change : step.delta.tiles) whole.tiles.push_back(ToMessage(change));
+        whole.num_tiles = static_cast<std::int32_t>(whole.tiles.size());
+        whole.matches = {ToMessage(step.match)};
+        whole.num_matches = 1;
+        map_delta_t joined = parts.front();
+        for (std::size_t i = 1; i < parts.size(); ++i) {
+          CHECK(parts[i].part == static_cast<std::int32_t>(i));
+          CHECK(parts[i].version == step.delta.version);
+          CHECK(parts[i].num_matches == 0);
+          joined.tiles.insert(joined.tiles.end(), parts[i].tiles.begin(), parts[i].tiles.end());
+        }
+        joined.num_tiles = static_cast<std::int32_t>(joined.tiles.size());
+        joined.num_parts = 0;
+        CHECK(Encode(joined) == Encode(whole));
+      }
+    }
+
+    ByteMap map;
+    std::vector<ScanMatch> history;
+    map_request_t request{};
+    request.requester = 77;
+    while (request.first_tile >= 0) {
+      parts.clear();
+      bus->Publish(kMapRequestChannel, request);
+      REQUIRE(bus.Await(HasAllParts));
+      CHECK(parts.front().recipient == request.requester);
+      CHECK(Encode(parts.front()).size() < 40000);
+      for (const map_tile_t& tile : parts.front().tiles) CHECK(map.Apply(FromMessage(tile)));
+      for (const scan_match_t& match : parts.front().matches) history.push_back(FromMessage(match));
+      request.first_tile = parts.front().next_tile;
+      request.first_match = parts.front().next_match;
+    }
+    CHECK(history == recording.history);
+    CHECK(map.ToDenseGrid(parameters.update.cell_size_m).cells == recording.map.cells);
+    CHECK(updater.Interrupt() == 0);
+  }
+}
+
+TEST_CASE("map_exporter writes the files that belong to the recorded changes of the map") {
+  const Parameters parameters;
+  const Recording recording = Record(TakeScans("sim:demo", 40, 10), parameters);
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Process exporter("map_exporter", {"--lcm-url", url, "--out", folder / "out"}, folder / "log");
+  REQUIRE(exporter.AwaitReady());
+  TestBus bus(url);
+  MapOwner owner(bus, parameters);
+  REQUIRE(bus.Await([&] { return owner.num_answered() > 0; }));
+  for (const Step& step : recording.steps) {
+    bus->Publish(kLaserChannel, ToMessage(step.scan));
+    owner.Update(step);
+  }
+  exporter.Signal(SIGINT);
+  REQUIRE(bus.Await([&] { return !exporter.IsRunning(); }));  // at the end it asks for what it may lack
+  CHECK(exporter.AwaitExit() == 0);
+
+  Results expected;
+  expected.grid = recording.map;
+  expected.matches = recording.history;
+  expected.last_scan = recording.steps.back().scan;
+  expected.scan_parameters = parameters.scan;
+  WriteResults(folder / "expected", expected);
+  for (const char* file : {"map.png", "map.yaml", "overview.png", "trajectory.tum"}) {
+    INFO(file);
+    CHECK(ReadFile(folder / "out" / file) == ReadFile(folder / "expected" / file));
+  }
+  CHECK(ReadFile(folder / "out/summary.json").find("\"scans\": 40,") != std::string::npos);
+}
+
+TEST_CASE(
+    "laser_publisher at rate max sends a scan again until its map has come, and all scans in the source's order") {
+  const std::vector<LaserScan> scans = TakeScans("sim:demo", 20, 10);
+  const TemporaryFolder folder;
+  WriteScans(scans, folder / "run.lcm");
+  const std::string url = MakeBusUrl();
+  TestBus bus(url);
+  std::vector<bot_core::planar_lidar_t> sent;
+  bus->Subscribe<bot_core::planar_lidar_t>(kLaserChannel,
+                                           [&](const bot_core::planar_lidar_t& message) { sent.push_back(message); });
+  Process publisher("laser_publisher", {folder / "run.lcm", "--lcm-url", url, "--rate", "max", "--resend-s", "0.05"},
+                    folder / "log");
+  for (std::size_t i = 0; i < scans.size(); ++i) {
+    // No map comes for the fourth scan, so that it is sent three times.
+    REQUIRE(bus.Await([&] { return sent.size() >= (i == 3 ? 3 : 1); }));
+    for (const auto& message : sent) CHECK(Encode(message) == Encode(ToMessage(scans[i])));
+    sent.clear();
+    map_delta_t delta{};
+    delta.utime = scans[i].utime;
+    delta.version = static_cast<std::int64_t>(i) + 1;
+    delta.cell_size_m = 0.05;
+    delta.num_parts = 1;
+    bus->Publish(kMapDeltaChannel, delta);
+  }
+  CHECK(publisher.AwaitExit() == 0);
+}

@@ -1,0 +1,204 @@
+// The five processes together, against the same algorithm in one process: same log, same seed, same files.
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <limits>
+
+#include "catch.hpp"
+#include "processes.hpp"
+
+using namespace crsm;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::vector<std::string> kMapFiles{"map.png", "map.yaml", "trajectory.tum"};
+
+void CheckSameFiles(const fs::path& folder, const fs::path& expected, const std::vector<std::string>& files) {
+  for (const std::string& file : files) {
+    INFO(file);
+    const std::string content = ReadFile(folder / file);
+    CHECK_FALSE(content.empty());
+    CHECK(content == ReadFile(expected / file));
+  }
+}
+
+/// Maps scans in one process. Returns the folder of the results.
+fs::path MapOffline(const std::vector<LaserScan>& scans, const fs::path& folder, std::vector<std::string> flags = {}) {
+  fs::create_directories(folder);
+  WriteScans(scans, folder / "run.lcm");
+  flags.insert(flags.end(), {(folder / "run.lcm").string(), "--out", folder.string()});
+  REQUIRE(Run("slam_offline", flags, folder / "log") == 0);
+  return folder;
+}
+
+const std::string kRunStack = CRSM_SOURCE_DIR "/scripts/run_stack";
+
+std::size_t CountLines(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+}  // namespace
+
+TEST_CASE("five processes in lockstep make the files that one process makes, in each profile") {
+  for (const std::string profile : {"default", "paper"}) {
+    INFO(profile);
+    const TemporaryFolder folder;
+    const fs::path offline = MapOffline(TakeScans("sim:demo", 250, 2), folder / "offline", {"--profile", profile});
+    const fs::path out = folder / "out";
+    CHECK(Run(kRunStack,
+              {(offline / "run.lcm").string(), "--out", out.string(), "--profile", profile, "--lcm-url", MakeBusUrl()},
+              folder / "log") == 0);
+    CheckSameFiles(out, offline, {"map.png", "map.yaml", "trajectory.tum", "overview.png"});
+    CHECK(CountLines(ReadFile(out / "trajectory.tum")) == 250);
+  }
+}
+
+TEST_CASE("five processes in lockstep make the files that one process makes from a real log") {
+  const fs::path log = CRSM_SOURCE_DIR "/../shared/data/radish/fr079.clf.gz";
+  if (!fs::exists(log)) {
+    WARN("skipped: there is no " << log);
+    return;
+  }
+  const TemporaryFolder folder;
+  const fs::path offline = MapOffline(TakeScans(log.string(), 400), folder / "offline", {"--preset", "sick"});
+  Stack stack({MakeBusUrl(), folder / "out", {"--preset", "sick"}});
+  REQUIRE(stack.StartServices());
+  REQUIRE(stack.StartPublisher((offline / "run.lcm").string(), "max"));
+  CHECK(stack.Finish());
+  CheckSameFiles(folder / "out", offline, {"map.png", "map.yaml", "trajectory.tum", "overview.png"});
+}
+
+TEST_CASE(
+    "a log that lcm-logplayer plays into the running services gives the map of lockstep, and no scan is dropped") {
+  const TemporaryFolder folder;
+  if (Run("/usr/bin/env", {"which", "lcm-logplayer"}, folder / "log") != 0) {
+    WARN("skipped: lcm-logplayer is not installed");
+    return;
+  }
+  // A light search and a patient matcher: what a slow machine makes of the time is no concern of this test.
+  std::ofstream(folder / "light.toml") << "num_evaluations = 200\nmap_wait_s = 60.0\n";
+  const std::vector<std::string> flags{"--config", folder / "light.toml"};
+  const std::vector<LaserScan> scans = TakeScans("sim:demo", 40);  // 10 Hz, 4 s
+  const fs::path offline = MapOffline(scans, folder / "offline", flags);
+  const std::string converted = folder / "converted.lcm";
+  REQUIRE(Run("laser_publisher", {(offline / "run.lcm").string(), "--lcm-url", "file://" + converted + "?mode=w"},
+              folder / "log") == 0);
+  CHECK(ReadFile(converted) == ReadFile(offline / "run.lcm"));
+
+  for (const std::string speed : {"1", "4"}) {
+    INFO("speed " << speed);
+    const std::string url = MakeBusUrl();
+    const fs::path out = folder / ("out" + speed);
+    Stack stack({url, out, flags, false});
+    REQUIRE(stack.StartServices());
+    MapWatcher watcher(url);
+    CHECK(Run("/usr/bin/env", {"lcm-logplayer", "-s", speed, "-l", url, converted}, folder / "log") == 0);
+    CHECK(watcher.AwaitScan(scans.back().utime));
+    CHECK(stack.Finish());
+    CheckSameFiles(out, offline, kMapFiles);
+    CHECK(ReadFile(out / "summary.json").find("dropped") == std::string::npos);
+  }
+}
+
+TEST_CASE("a scan whose rays all measured nothing is answered, counted, and leaves no trace on the map") {
+  std::vector<LaserScan> scans = TakeScans("sim:demo", 20, 4);
+  for (std::size_t i = 0; i < scans[10].ranges_m.size(); ++i) {
+    scans[10].ranges_m[i] = i % 2 ? std::numeric_limits<float>::quiet_NaN() : std::numeric_limits<float>::infinity();
+  }
+  const TemporaryFolder folder;
+  const fs::path offline = MapOffline(scans, folder / "offline");
+  const std::string url = MakeBusUrl();
+  Stack stack({url, folder / "out", {}});
+  REQUIRE(stack.StartServices());
+  TestBus bus(url);
+  std::map<std::string, std::int64_t> counts;
+  bus->Subscribe<service_status_t>(kServiceStatusChannel, [&](const service_status_t& status) {
+    for (std::size_t i = 0; i < status.counter_name.size(); ++i) {
+      counts[status.name + "." + status.counter_name[i]] = status.counter_value[i];
+    }
+  });
+  REQUIRE(stack.StartPublisher((offline / "run.lcm").string(), "max"));
+  CHECK(bus.Await([&] { return counts["ray_selector.handled"] == 20; }));
+  CHECK(bus.Await([&] { return counts["rrhc_matcher.handled"] == 20; }));
+  CHECK(counts["ray_selector.scan_without_rays"] == 1);
+  CHECK(counts["rrhc_matcher.lost"] == 1);
+  CHECK(stack.Finish());
+  CheckSameFiles(folder / "out", offline, kMapFiles);
+}
+
+TEST_CASE("an exporter that starts in the middle of a run gets the whole map") {
+  const TemporaryFolder folder;
+  const fs::path offline = MapOffline(TakeScans("sim:demo", 300, 2), folder / "offline");
+  const std::string url = MakeBusUrl();
+  MapWatcher watcher(url);
+  Stack stack({url, folder / "out", {}});
+  REQUIRE((stack.Start("map_updater") && stack.Start("rrhc_matcher") && stack.Start("ray_selector")));
+  REQUIRE(stack.StartPublisher((offline / "run.lcm").string(), "max"));
+  REQUIRE(watcher.AwaitVersion(100));
+  REQUIRE(stack.Start("map_exporter"));
+  CHECK(stack.Finish());
+  CheckSameFiles(folder / "out", offline, kMapFiles);
+}
+
+TEST_CASE("matcher, selector and exporter that are killed and started anew in the middle of a run change nothing") {
+  const TemporaryFolder folder;
+  const fs::path offline = MapOffline(TakeScans("sim:demo", 400, 2), folder / "offline");
+  const std::string url = MakeBusUrl();
+  MapWatcher watcher(url);
+  Stack stack({url, folder / "out", {}});
+  REQUIRE(stack.StartServices());
+  REQUIRE(stack.StartPublisher((offline / "run.lcm").string(), "max"));
+  std::int64_t version = 0;
+  for (const std::string service : {"rrhc_matcher", "ray_selector", "map_exporter", "rrhc_matcher"}) {
+    REQUIRE(watcher.AwaitVersion(version += 60));
+    INFO(service);
+    CHECK(stack.Start(service));
+  }
+  CHECK(stack.Finish());
+  CheckSameFiles(folder / "out", offline, kMapFiles);
+}
+
+TEST_CASE("Ctrl-C in the middle of run_stack leaves all files, and the map of the scans that the trajectory has") {
+  const TemporaryFolder folder;
+  const std::vector<LaserScan> scans = TakeScans("sim:demo", 3000);
+  WriteScans(scans, folder / "run.lcm");
+  const std::string url = MakeBusUrl();
+  MapWatcher watcher(url);
+  const fs::path out = folder / "out";
+  Process run_stack(kRunStack, {folder / "run.lcm", "--out", out.string(), "--lcm-url", url}, folder / "log");
+  REQUIRE(watcher.AwaitVersion(150));
+  CHECK(run_stack.Interrupt() == 0);
+
+  const std::size_t num_mapped = CountLines(ReadFile(out / "trajectory.tum"));
+  INFO(run_stack.errors());
+  REQUIRE(num_mapped >= 150);
+  REQUIRE(num_mapped < scans.size());
+  const fs::path offline =
+      MapOffline({scans.begin(), scans.begin() + static_cast<std::ptrdiff_t>(num_mapped)}, folder / "offline");
+  CheckSameFiles(out, offline, kMapFiles);
+  CHECK(fs::file_size(out / "overview.png") > 0);
+  CHECK(ReadFile(out / "summary.json").find("\"scans\": " + std::to_string(num_mapped) + ",") != std::string::npos);
+}
+
+TEST_CASE("two stacks on one bus with channel prefixes of their own do not disturb each other") {
+  const TemporaryFolder folder;
+  const fs::path offline_1 = MapOffline(TakeScans("sim:demo", 150, 4), folder / "offline_1");
+  const fs::path offline_2 = MapOffline(TakeScans("sim:corridor", 150, 4), folder / "offline_2");
+  const std::string url = MakeBusUrl();
+  Stack robot_1({url, folder / "out_1", {"--channel-prefix", "robot1/"}});
+  Stack robot_2({url, folder / "out_2", {"--channel-prefix", "robot1"}});  // as similar as can be
+  REQUIRE(robot_1.StartServices());
+  REQUIRE(robot_2.StartServices());
+  REQUIRE(robot_1.StartPublisher((offline_1 / "run.lcm").string(), "max"));
+  REQUIRE(robot_2.StartPublisher((offline_2 / "run.lcm").string(), "max"));
+  CHECK(robot_1.Finish());
+  CHECK(robot_2.Finish());
+  CheckSameFiles(folder / "out_1", offline_1, kMapFiles);
+  CheckSameFiles(folder / "out_2", offline_2, kMapFiles);
+  for (const char* file : {"out_1/summary.json", "out_2/summary.json"}) {
+    CHECK(ReadFile(folder / file).find("malformed") == std::string::npos);
+  }
+}

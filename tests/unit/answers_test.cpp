@@ -1,0 +1,136 @@
+#include "services/map_updater/answers.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "catch.hpp"
+#include "map_owner.hpp"
+#include "services/runtime/conversions.hpp"
+#include "wire_messages.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr std::size_t kLargestMessageBytes = 32 * 1024 + 512;  // "about 32 KB"
+
+const MapGeometry kGeometry(0.05);
+
+/// A delta of whole tiles, or of tiles with one changed cell each.
+MapDelta MakeDelta(int num_tiles, bool whole) {
+  MapDelta delta{8, {}};
+  for (int i = 0; i < num_tiles; ++i) {
+    TileChange change{{i % 64, i / 64}, {0, 0, 0, 1, 9}};
+    if (whole) change.runs.assign(kMaxRunBytes, 16);
+    delta.tiles.push_back(std::move(change));
+  }
+  return delta;
+}
+
+map_request_t Ask(std::int64_t base_version, std::int32_t first_tile, std::int32_t first_match) {
+  return {77, base_version, first_tile, first_match};
+}
+
+}  // namespace
+
+TEST_CASE("a match that changed nothing is answered by one empty part") {
+  const ScanMatch match{5, {1.0, 2.0, 0.5}, 0.9, 10, 20, 7, MatchState::kLost};
+  const auto parts = MakeParts({8, {}}, match, kGeometry);
+  REQUIRE(parts.size() == 1);
+  CHECK(parts[0].utime == 5);
+  CHECK(parts[0].version == 8);
+  CHECK(parts[0].base_version == 7);
+  CHECK(parts[0].cell_size_m == 0.05);
+  CHECK(parts[0].num_parts == 1);
+  CHECK(parts[0].recipient == 0);
+  CHECK(parts[0].num_tiles == 0);
+  REQUIRE(parts[0].num_matches == 1);
+  CHECK(FromMessage(parts[0].matches[0]) == match);
+  CHECK(Decode<map_delta_t>(Encode(parts[0])));
+}
+
+TEST_CASE("a large change is split into well-formed parts of about 32 KB that hold each tile once, in order") {
+  for (const bool whole : {true, false}) {
+    for (const int num_tiles : {1, 7, 100, 6000}) {
+      const MapDelta delta = MakeDelta(whole ? std::min(num_tiles, 100) : num_tiles, whole);
+      const auto parts = MakeParts(delta, {5, {}, 0.9, 1, 1, 7, MatchState::kOk}, kGeometry);
+      CAPTURE(whole, num_tiles, parts.size());
+      std::size_t next = 0;
+      int num_wrong = 0;
+      for (std::size_t i = 0; i < parts.size(); ++i) {
+        const auto bytes = Encode(parts[i]);
+        CHECK(bytes.size() <= kLargestMessageBytes);
+        CHECK(Decode<map_delta_t>(bytes));
+        CHECK(parts[i].part == static_cast<int>(i));
+        CHECK(parts[i].num_parts == static_cast<int>(parts.size()));
+        CHECK(parts[i].num_matches == (i == 0 ? 1 : 0));
+        for (const map_tile_t& tile : parts[i].tiles)
+          num_wrong += FromMessage(tile).index != delta.tiles.at(next++).index;
+      }
+      CHECK(num_wrong == 0);
+      CHECK(next == delta.tiles.size());
+    }
+  }
+}
+
+TEST_CASE("the page of an empty map is empty and the last") {
+  const MapOwner owner;
+  const map_delta_t page = owner.Page(Ask(0, 0, 0));
+  CHECK(page.recipient == 77);
+  CHECK(page.version == 0);
+  CHECK(page.num_tiles == 0);
+  CHECK(page.num_matches == 0);
+  CHECK(page.next_tile == -1);
+  CHECK(page.next_match == 0);
+  CHECK(Decode<map_delta_t>(Encode(page)));
+}
+
+TEST_CASE("page by page the whole map and all matches are given, each tile once") {
+  MapOwner owner;
+  for (int i = 0; i < 5; ++i) owner.Answer();
+  for (int i = 0; i < 600; ++i) owner.Answer(MatchState::kLost);
+  ByteMap map;
+  std::vector<ScanMatch> matches;
+  std::size_t num_tiles = 0;
+  int num_pages = 0;
+  for (map_delta_t page = owner.Page(Ask(0, 0, 0));; page = owner.Page(Ask(0, page.next_tile, page.next_match))) {
+    REQUIRE(++num_pages < 100);
+    const auto bytes = Encode(page);
+    CHECK(bytes.size() <= kLargestMessageBytes);
+    CHECK(Decode<map_delta_t>(bytes));
+    CHECK(page.version == 605);
+    num_tiles += page.tiles.size();
+    for (const map_tile_t& tile : page.tiles) CHECK(map.Apply(FromMessage(tile)));
+    for (const scan_match_t& match : page.matches) matches.push_back(FromMessage(match));
+    if (page.next_tile < 0) break;
+  }
+  CHECK(num_pages > 1);
+  CHECK(num_tiles == owner.num_tiles());
+  CHECK(matches == owner.history);
+  CHECK(map.ToDenseGrid(0.02).cells == owner.map.ToDenseGrid(0.02).cells);
+}
+
+TEST_CASE("a replica that holds a version is given only what changed since") {
+  MapOwner owner;
+  owner.Answer();
+  owner.Answer(MatchState::kLost);
+  const map_delta_t page = owner.Page(Ask(1, 0, 1));
+  CHECK(page.num_tiles == 0);
+  CHECK(page.next_tile == -1);
+  CHECK(page.num_matches == 1);
+  CHECK(page.next_match == 2);
+}
+
+TEST_CASE("a request beyond what there is gets nothing") {
+  MapOwner owner;
+  owner.Answer();
+  const std::int32_t far = std::numeric_limits<std::int32_t>::max();
+  const map_delta_t page = owner.Page(Ask(far, far, far));
+  CHECK(page.num_tiles == 0);
+  CHECK(page.num_matches == 0);
+  CHECK(page.next_tile == -1);
+  CHECK(page.next_match == 1);
+}
+
+}  // namespace crsm
+
+#include "services/map_updater/answers.cpp"  // in no library: it is map_updater's own

@@ -1,0 +1,86 @@
+#include "services/runtime/conversions.hpp"
+
+#include <cmath>
+
+#include "catch.hpp"
+#include "synthetic_scans.hpp"
+#include "wire_messages.hpp"
+
+namespace crsm {
+namespace {
+
+/// What the other side gets.
+template <class Message>
+Message Send(const Message& message) {
+  const auto received = Decode<Message>(Encode(message));
+  REQUIRE(received);
+  return *received;
+}
+
+}  // namespace
+
+TEST_CASE("a scan comes over the wire as it was") {
+  for (const int num_beams : {2, 360, 4096}) {
+    const LaserScan scan = ScanRoom({0.1, 0.2, 0.3}, 123456789012345, num_beams);
+    CHECK(FromMessage(Send(ToMessage(scan))) == scan);
+  }
+}
+
+TEST_CASE("a match comes over the wire as it was") {
+  for (const MatchState state : {MatchState::kFirst, MatchState::kOk, MatchState::kLost}) {
+    const ScanMatch match{123, {1.1, -2.2, 3.1}, 0.87, 4001, 73, 122, state};
+    CHECK(FromMessage(Send(ToMessage(match))) == match);
+  }
+  CHECK(ToMessage(ScanMatch{}).state == scan_match_t::FIRST);
+  CHECK(static_cast<std::int8_t>(MatchState::kOk) == scan_match_t::OK);
+  CHECK(static_cast<std::int8_t>(MatchState::kLost) == scan_match_t::LOST);
+}
+
+TEST_CASE("a tile's change comes over the wire as it was, at all four ends of the map and when it is whole") {
+  for (const TileIndex index : {TileIndex{-kMaxTile, kMaxTile - 1}, {kMaxTile - 1, -kMaxTile}, {0, 0}}) {
+    TileBytes before;
+    TileBytes after;
+    before.fill(1);
+    after.fill(2);
+    const TileChange change{index, PackRuns(before, after)};
+    map_delta_t message = MapDeltaMessage();
+    message.tiles = {ToMessage(change)};
+    message.num_tiles = 1;
+    const TileChange received = FromMessage(Send(message).tiles.at(0));
+    CHECK(received.index == change.index);
+    CHECK(received.runs == change.runs);
+  }
+}
+
+TEST_CASE("rays and which of them are critical come over the wire as they were") {
+  const Parameters parameters = TestParameters();
+  for (const int num_beams : {2, 360, 4096}) {
+    const ValidRays rays = FindValidRays(ScanRoom({}, 5, num_beams), parameters.scan);
+    const RaySelection selection = SelectRays(rays, parameters.selection);
+    const critical_rays_t message = Send(ToMessage(5, rays, selection));
+    CHECK(message.density_scale == selection.density_scale);
+    CHECK(message.mean_sparseness_m == ComputeMeanSparseness(rays));
+    const CriticalRays received = FromMessage(message);
+    CHECK(received.utime == 5);
+    CHECK(received.rays == rays);
+    CHECK(received.critical == selection.critical);
+  }
+  CHECK(FromMessage(Send(ToMessage(6, {}, {}))).rays.size() == 0);
+}
+
+TEST_CASE("a pose for other viewers is turned about the z axis") {
+  const bot_core::pose_t pose = Send(ToPoseMessage({9, {1.0, 2.0, kPi / 2.0}, 0.9, 1, 1, 1, MatchState::kOk}));
+  CHECK(pose.utime == 9);
+  CHECK(pose.pos[0] == 1.0);
+  CHECK(pose.pos[1] == 2.0);
+  CHECK(pose.pos[2] == 0.0);
+  CHECK(pose.orientation[0] == Approx(std::sqrt(0.5)));  // w
+  CHECK(pose.orientation[1] == 0.0);
+  CHECK(pose.orientation[2] == 0.0);
+  CHECK(pose.orientation[3] == Approx(std::sqrt(0.5)));  // z
+  CHECK(pose.vel[0] == 0.0);
+  CHECK(pose.rotation_rate[2] == 0.0);
+  CHECK(pose.accel[1] == 0.0);
+}
+
+}  // namespace crsm

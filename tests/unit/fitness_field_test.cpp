@@ -1,0 +1,177 @@
+#include "common/fitness_field.hpp"
+
+#include <cmath>
+
+#include "catch.hpp"
+#include "common/random.hpp"
+#include "synthetic_scans.hpp"
+
+namespace crsm {
+namespace {
+
+const MapGeometry kGeometry(0.05);
+
+/// A pseudo-random byte for each cell, a fifth of them unexplored.
+std::uint8_t Noise(Cell cell) {
+  const auto hash = Random(1, static_cast<std::uint64_t>(cell.x) << 32 ^ static_cast<std::uint32_t>(cell.y)).Next();
+  return hash % 5 == 0 ? kUnexploredByte : static_cast<std::uint8_t>(hash >> 8);
+}
+
+template <class Paint>
+ByteMap Map(Paint&& paint) {
+  ByteMap map;
+  for (const TileChange& change : PaintTiles(-2, 1, paint)) REQUIRE(map.Apply(change));
+  return map;
+}
+
+std::vector<TileIndex> AllTiles(const ByteMap& map) {
+  std::vector<TileIndex> tiles;
+  for (const auto& entry : map.tiles().entries()) tiles.push_back(entry.index);
+  return tiles;
+}
+
+FitnessField Field(const ByteMap& map, double unexplored_score, bool interpolate) {
+  FitnessField field(unexplored_score, interpolate);
+  field.Refresh(map, AllTiles(map));
+  return field;
+}
+
+/// Rays of up to `reach_m` to all sides.
+Eigen::Matrix2Xd DrawHits(int num_rays, double reach_m, std::uint64_t seed) {
+  Random random(seed);
+  Eigen::Matrix2Xd hits_m(2, num_rays);
+  for (int i = 0; i < num_rays; ++i)
+    hits_m.col(i) << random.Uniform(-reach_m, reach_m), random.Uniform(-reach_m, reach_m);
+  return hits_m;
+}
+
+/// Lines 6 to 10 of section 5.2 for a ray that ends in this cell.
+double ScoreLiterally(const ByteMap& map, Cell cell, double unexplored_score) {
+  if (map.At(cell) == 127) return unexplored_score;
+  return 10.0 * (255 - map.At(cell)) + (255 - map.At({cell.x - 1, cell.y})) + (255 - map.At({cell.x + 1, cell.y})) +
+         (255 - map.At({cell.x, cell.y - 1})) + (255 - map.At({cell.x, cell.y + 1}));
+}
+
+/// Section 5.2 line by line on the bytes of the map, divided by the largest sum.
+double EvaluateLiterally(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& pose,
+                         double unexplored_score) {
+  double fitness_value = 0.0;
+  for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
+    const double x_m = std::cos(pose.yaw_rad) * hits_m(0, i) - std::sin(pose.yaw_rad) * hits_m(1, i) + pose.x_m;
+    const double y_m = std::sin(pose.yaw_rad) * hits_m(0, i) + std::cos(pose.yaw_rad) * hits_m(1, i) + pose.y_m;
+    const Cell cell{static_cast<int>(std::floor(x_m / 0.05)), static_cast<int>(std::floor(y_m / 0.05))};
+    fitness_value += ScoreLiterally(map, cell, unexplored_score);
+  }
+  return fitness_value / (3570.0 * static_cast<double>(hits_m.cols()));
+}
+
+}  // namespace
+
+TEST_CASE("no rays fit nowhere") {
+  const ByteMap map = Map(Noise);
+  CHECK(Field(map, -100.0, true).Evaluate(ToCells(Eigen::Matrix2Xd(2, 0), kGeometry), {}, kGeometry) == 0.0);
+}
+
+TEST_CASE("rays on cells of value 0 amid such cells fit perfectly, on cells of value 255 not at all") {
+  const RaysInCells rays = ToCells(DrawHits(100, 2.0, 1), kGeometry);
+  for (const bool interpolate : {false, true}) {
+    for (const Pose2& pose : {Pose2{}, {-0.1, -3.0, 2.0}, {-3.2, 0.0, -1.0}}) {
+      CHECK(Field(Map([](Cell) { return kOccupiedByte; }), -100.0, interpolate).Evaluate(rays, pose, kGeometry) == 1.0);
+      CHECK(Field(Map([](Cell) { return kFreeByte; }), -100.0, interpolate).Evaluate(rays, pose, kGeometry) == 0.0);
+    }
+  }
+}
+
+TEST_CASE("a ray on an unexplored cell scores -100 of 3570, on an empty map and beyond its tiles too") {
+  const RaysInCells rays = ToCells(DrawHits(10, 1.0, 2), kGeometry);
+  for (const bool interpolate : {false, true}) {
+    const FitnessField empty(-100.0, interpolate);
+    CHECK(empty.Evaluate(rays, {}, kGeometry) == Approx(-100.0 / 3570.0));
+    const FitnessField far = Field(Map(Noise), -100.0, interpolate);
+    CHECK(far.Evaluate(rays, {100.0, -200.0, 0.5}, kGeometry) == Approx(-100.0 / 3570.0));
+    CHECK(FitnessField(0.0, interpolate).Evaluate(rays, {}, kGeometry) == 0.0);
+  }
+}
+
+TEST_CASE("without interpolation the fitness is section 5.2 to the letter") {
+  const ByteMap map = Map(Noise);
+  for (const double unexplored_score : {-100.0, 0.0, 35.0}) {
+    const FitnessField field = Field(map, unexplored_score, false);
+    Random random(3);
+    for (std::uint64_t i = 0; i < 40; ++i) {
+      const Eigen::Matrix2Xd hits_m = DrawHits(50, 4.0, i);
+      const Pose2 pose{random.Uniform(-4.0, 4.0), random.Uniform(-4.0, 4.0), random.Uniform(-kPi, kPi)};
+      // Single precision could put a ray into the next cell if it ended within 1e-6 m of it: none of these does.
+      CHECK(field.Evaluate(ToCells(hits_m, kGeometry), pose, kGeometry) ==
+            Approx(EvaluateLiterally(map, hits_m, pose, unexplored_score)).margin(1e-12));
+    }
+  }
+}
+
+TEST_CASE("with interpolation the fitness of one ray is bilinear between the centres of four cells") {
+  const ByteMap map = Map(Noise);
+  const FitnessField field = Field(map, -100.0, true);
+  Random random(4);
+  for (int i = 0; i < 500; ++i) {
+    // Points of the 1/128 lattice on which rays are placed, in cells; all tiles and their seams.
+    const double x = std::floor(random.Uniform(-128.0, 127.0) * 128.0) / 128.0;
+    const double y = std::floor(random.Uniform(-128.0, 127.0) * 128.0) / 128.0;
+    const Cell cell{static_cast<int>(std::floor(x - 0.5)), static_cast<int>(std::floor(y - 0.5))};
+    const double right = x - 0.5 - cell.x;
+    const double up = y - 0.5 - cell.y;
+    const auto Score = [&](int dx, int dy) { return ScoreLiterally(map, {cell.x + dx, cell.y + dy}, -100.0); };
+    const double expected = ((Score(0, 0) * (1 - right) + Score(1, 0) * right) * (1 - up) +
+                             (Score(0, 1) * (1 - right) + Score(1, 1) * right) * up) /
+                            3570.0;
+    const RaysInCells ray{Eigen::ArrayXf::Constant(1, static_cast<float>(x)),
+                          Eigen::ArrayXf::Constant(1, static_cast<float>(y))};
+    CAPTURE(x, y);
+    CHECK(field.Evaluate(ray, {}, kGeometry) == Approx(expected).margin(1e-12));
+  }
+}
+
+TEST_CASE("a field that follows changes is the field of the changed map, also across the seams of tiles") {
+  ByteMap map = Map(Noise);
+  FitnessField following = Field(map, -100.0, true);
+  const Cell corners[] = {{-1, -1}, {0, 0}, {63, -64}, {-64, 63}, {20, -65}, {127, 10}, {128, 128}};
+  for (const Cell corner : corners) {  // cells at the edges of tiles, some in tiles that are new
+    const TileIndex tile = TileOf(corner);
+    const int offset = OffsetInTile(corner);
+    const auto byte = static_cast<std::uint8_t>(map.At(corner) == 0 ? 255 : 0);
+    REQUIRE(map.Apply(
+        {tile, {static_cast<std::uint8_t>(offset >> 8), static_cast<std::uint8_t>(offset & 255), 0, 1, byte}}));
+    following.Refresh(map, {tile});
+  }
+  const FitnessField anew = Field(map, -100.0, true);
+  for (const Cell corner : corners) {
+    for (int y = -3; y <= 3; ++y) {
+      for (int x = -3; x <= 3; ++x) {
+        const RaysInCells ray{Eigen::ArrayXf::Constant(1, static_cast<float>(corner.x + x) + 0.25f),
+                              Eigen::ArrayXf::Constant(1, static_cast<float>(corner.y + y) + 0.75f)};
+        CHECK(following.Evaluate(ray, {}, kGeometry) == anew.Evaluate(ray, {}, kGeometry));
+      }
+    }
+  }
+}
+
+TEST_CASE("the order of the rays does not matter") {
+  const FitnessField field = Field(Map(Noise), -100.0, true);
+  const Eigen::Matrix2Xd hits_m = DrawHits(200, 3.0, 5);
+  CHECK(field.Evaluate(ToCells(hits_m.rowwise().reverse(), kGeometry), {0.1, 0.2, 0.3}, kGeometry) ==
+        field.Evaluate(ToCells(hits_m, kGeometry), {0.1, 0.2, 0.3}, kGeometry));
+}
+
+TEST_CASE("4096 rays at the far end of the map are weighed without overflow") {
+  ByteMap map;
+  TileBytes cells;
+  cells.fill(kUnexploredByte);
+  TileBytes occupied{};
+  for (int y = 1020; y < 1023; ++y) {
+    for (int x = -1023; x < -1020; ++x) REQUIRE(map.Apply({{x, y}, PackRuns(cells, occupied)}));
+  }
+  const FitnessField field = Field(map, -100.0, true);
+  const Pose2 pose{(-1022 * 64 + 32) * 0.05, (1021 * 64 + 32) * 0.05, 0.0};
+  CHECK(field.Evaluate(ToCells(DrawHits(4096, 1.5, 6), kGeometry), pose, kGeometry) == 1.0);
+}
+
+}  // namespace crsm

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <vector>
+
+#include "common/map_updater.hpp"
+#include "services/map_updater/answers.hpp"
+#include "synthetic_scans.hpp"
+
+namespace crsm {
+
+/// What map_updater is to its replicas: answers matches for everybody and requests page by page.
+class MapOwner {
+ public:
+  MapOwner() : updater_(parameters_.scan, parameters_.update) {}
+
+  /// Answers the next scan, taken a little further on.
+  std::vector<map_delta_t> Answer(MatchState state = MatchState::kOk) {
+    const auto k = static_cast<double>(history.size());
+    const ScanMatch match{100 + static_cast<std::int64_t>(history.size()),
+                          {0.03 * k, 0.01 * k, 0.0},
+                          0.9,
+                          1,
+                          1,
+                          updater_.version(),
+                          state};
+    const MapDelta delta = state == MatchState::kLost
+                               ? updater_.UpdateWithoutScan()
+                               : updater_.Update(ScanRoom(match.T_map_laser, match.utime, 180), match);
+    for (const TileChange& change : delta.tiles) map.Apply(change);
+    history.push_back(match);
+    return MakeParts(delta, match, updater_.geometry());
+  }
+
+  map_delta_t Page(const map_request_t& request) const { return MakePage(request, updater_, history); }
+
+  std::int64_t version() const { return updater_.version(); }
+  std::size_t num_tiles() const { return updater_.num_tiles(); }
+
+  std::vector<ScanMatch> history;
+  ByteMap map;  ///< what all deltas together make
+
+ private:
+  /// A fine grid: the room is about forty tiles, several messages large.
+  static Parameters FineParameters() {
+    Parameters parameters = TestParameters();
+    parameters.update.cell_size_m = 0.02;
+    return parameters;
+  }
+
+  Parameters parameters_ = FineParameters();
+  MapUpdater updater_;
+};
+
+}  // namespace crsm

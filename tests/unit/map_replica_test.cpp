@@ -1,0 +1,247 @@
+#include "services/runtime/map_replica.hpp"
+
+#include <algorithm>
+
+#include "catch.hpp"
+#include "map_owner.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr std::int64_t kRequester = 77;
+
+/// A replica and the map that it keeps.
+class TestReplica {
+ public:
+  void Handle(const std::vector<map_delta_t>& parts) {
+    for (const map_delta_t& part : parts) replica.Handle(part);
+  }
+
+  /// Asks the owner until nothing is left to ask; how many pages that took.
+  int Ask(const MapOwner& owner) {
+    int num_pages = 0;
+    for (; const auto request = replica.NextRequest(); ++num_pages) {
+      REQUIRE(num_pages < 1000);
+      replica.Handle(owner.Page(*request));
+    }
+    return num_pages;
+  }
+
+  void CheckSameAs(const MapOwner& owner) const {
+    CHECK(replica.synced());
+    CHECK(replica.version() == owner.version());
+    CHECK(replica.matches() == owner.history);
+    CHECK(map.ToDenseGrid(0.02).cells == owner.map.ToDenseGrid(0.02).cells);
+  }
+
+  ByteMap map;
+  int num_clears = 0;
+  MapReplica replica{kRequester,
+                     [this](std::span<const TileChange> changes) {
+                       for (const TileChange& change : changes) CHECK(map.Apply(change));
+                     },
+                     [this] {
+                       map = ByteMap();
+                       ++num_clears;
+                     }};
+};
+
+/// A replica in step with an owner that has drawn a few scans.
+void Begin(TestReplica& replica, MapOwner& owner, int num_scans = 3) {
+  for (int i = 0; i < num_scans; ++i) owner.Answer();
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
+}
+
+}  // namespace
+
+TEST_CASE("a new replica asks for everything, and again until it is answered") {
+  TestReplica replica;
+  CHECK_FALSE(replica.replica.synced());
+  CHECK(replica.replica.cell_size_m() == 0.0);
+  for (int i = 0; i < 2; ++i) {
+    const auto request = replica.replica.NextRequest();
+    REQUIRE(request);
+    CHECK(request->requester == kRequester);
+    CHECK(request->base_version == 0);
+    CHECK(request->first_tile == 0);
+    CHECK(request->first_match == 0);
+  }
+}
+
+TEST_CASE("a replica from the start follows the owner delta by delta") {
+  MapOwner owner;
+  TestReplica replica;
+  CHECK(replica.Ask(owner) == 1);
+  CHECK(replica.replica.cell_size_m() == 0.02);
+  for (int i = 0; i < 10; ++i) {
+    replica.Handle(owner.Answer(i % 4 == 3 ? MatchState::kLost : MatchState::kOk));
+    replica.CheckSameAs(owner);
+    CHECK_FALSE(replica.replica.NextRequest());
+  }
+}
+
+TEST_CASE("a late joiner gets the map page by page") {
+  MapOwner owner;
+  for (int i = 0; i < 5; ++i) owner.Answer();
+  for (int i = 0; i < 600; ++i) owner.Answer(MatchState::kLost);
+  TestReplica replica;
+  CHECK(replica.Ask(owner) > 1);
+  replica.CheckSameAs(owner);
+  replica.Handle(owner.Answer());
+  replica.CheckSameAs(owner);
+}
+
+TEST_CASE("a map that changes while its pages are under way is whole in the end") {
+  MapOwner owner;
+  for (int i = 0; i < 5; ++i) owner.Answer();
+  TestReplica replica;
+  int num_pages = 0;
+  for (; const auto request = replica.replica.NextRequest(); ++num_pages) {
+    REQUIRE(num_pages < 1000);
+    const map_delta_t page = owner.Page(*request);
+    if (num_pages < 20) replica.Handle(owner.Answer());  // overtakes the page
+    replica.replica.Handle(page);
+  }
+  replica.CheckSameAs(owner);
+}
+
+TEST_CASE("a lost version is noticed with the next one and healed") {
+  MapOwner owner;
+  TestReplica replica;
+  Begin(replica, owner);
+  owner.Answer();
+  const auto next = owner.Answer();
+  replica.Handle(next);
+  CHECK_FALSE(replica.replica.synced());
+  CHECK(replica.replica.version() == 3);
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
+}
+
+TEST_CASE("any lost part keeps the version out; the part sent again completes it") {
+  MapOwner reference;
+  const std::size_t num_parts = reference.Answer().size();
+  REQUIRE(num_parts > 1);
+  for (std::size_t lost = 0; lost < num_parts; ++lost) {
+    MapOwner owner;
+    TestReplica replica;
+    replica.Ask(owner);
+    const auto parts = owner.Answer();
+    for (std::size_t i = 0; i < num_parts; ++i) {
+      if (i != lost) replica.replica.Handle(parts[i]);
+    }
+    CHECK(replica.replica.version() == 0);
+    CHECK(replica.map.tiles().entries().empty());
+    replica.Handle(parts);
+    replica.CheckSameAs(owner);
+  }
+}
+
+TEST_CASE("a lost part is healed by pages too, when the replica doubts or the next version comes") {
+  for (const bool doubt : {true, false}) {
+    MapOwner owner;
+    TestReplica replica;
+    replica.Ask(owner);
+    replica.replica.Handle(owner.Answer().front());
+    if (doubt) {
+      replica.replica.Doubt();
+    } else {
+      replica.Handle(owner.Answer());
+    }
+    CHECK_FALSE(replica.replica.synced());
+    replica.Ask(owner);
+    replica.CheckSameAs(owner);
+  }
+}
+
+TEST_CASE("parts in any order make the same version") {
+  MapOwner owner;
+  TestReplica replica;
+  replica.Ask(owner);
+  auto parts = owner.Answer();
+  std::reverse(parts.begin(), parts.end());
+  replica.Handle(parts);
+  replica.CheckSameAs(owner);
+}
+
+TEST_CASE("messages that come twice change nothing") {
+  MapOwner owner;
+  TestReplica replica;
+  for (int i = 0; i < 2; ++i) owner.Answer();
+  while (const auto request = replica.replica.NextRequest()) {
+    const map_delta_t page = owner.Page(*request);
+    for (int i = 0; i < 3; ++i) replica.replica.Handle(page);
+  }
+  replica.CheckSameAs(owner);
+  const auto parts = owner.Answer();
+  for (int i = 0; i < 3; ++i) replica.Handle(parts);
+  replica.CheckSameAs(owner);
+}
+
+TEST_CASE("an old page that comes late does no harm") {
+  MapOwner owner;
+  TestReplica replica;
+  for (int i = 0; i < 5; ++i) owner.Answer();
+  std::vector<map_delta_t> pages;
+  for (int i = 0; i < 100 && replica.replica.NextRequest(); ++i) {
+    pages.push_back(owner.Page(*replica.replica.NextRequest()));
+    if (i % 2 == 1) replica.replica.Handle(pages.front());
+    replica.replica.Handle(pages.back());
+  }
+  replica.CheckSameAs(owner);
+  for (const map_delta_t& page : pages) replica.replica.Handle(page);
+  replica.CheckSameAs(owner);
+}
+
+TEST_CASE("pages for another replica are not its own") {
+  MapOwner owner;
+  TestReplica replica;
+  for (int i = 0; i < 5; ++i) owner.Answer();
+  replica.replica.Handle(owner.Page({kRequester + 1, 0, 0, 0}));
+  CHECK(replica.map.tiles().entries().empty());
+  CHECK(replica.replica.matches().empty());
+  CHECK_FALSE(replica.replica.synced());
+}
+
+TEST_CASE("an owner that lost its map is followed from the start of the new one") {
+  MapOwner owner;
+  TestReplica replica;
+  Begin(replica, owner);
+  MapOwner anew;
+  replica.Handle(anew.Answer());
+  CHECK_FALSE(replica.replica.synced());
+  replica.Ask(anew);
+  CHECK(replica.num_clears == 1);
+  replica.CheckSameAs(anew);
+  replica.Handle(anew.Answer());
+  replica.CheckSameAs(anew);
+}
+
+TEST_CASE("an owner that lost its map while pages were under way is followed too") {
+  MapOwner owner;
+  TestReplica replica;
+  for (int i = 0; i < 5; ++i) owner.Answer();
+  for (int i = 0; i < 2; ++i) replica.replica.Handle(owner.Page(*replica.replica.NextRequest()));
+  REQUIRE_FALSE(replica.replica.synced());
+  REQUIRE_FALSE(replica.replica.matches().empty());
+  MapOwner anew;
+  anew.Answer();
+  replica.Ask(anew);
+  replica.CheckSameAs(anew);
+}
+
+TEST_CASE("a version with the wrong number of matches makes the replica begin again") {
+  MapOwner owner;
+  TestReplica replica;
+  Begin(replica, owner);
+  auto parts = owner.Answer();
+  parts.front().matches.push_back(parts.front().matches.front());
+  parts.front().num_matches = 2;
+  replica.Handle(parts);
+  CHECK_FALSE(replica.replica.synced());
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
+}
+
+}  // namespace crsm

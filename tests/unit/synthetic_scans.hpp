@@ -1,0 +1,110 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "common/laser_scan.hpp"
+#include "common/map_delta.hpp"
+#include "common/parameters.hpp"
+#include "common/scan_match.hpp"
+
+namespace crsm {
+
+// A room without doors, seen from the inside, in the map frame. Its sides run through the middle of cells of 0.05 m.
+inline constexpr double kRoomLeftM = -3.025;
+inline constexpr double kRoomRightM = 4.025;
+inline constexpr double kRoomBottomM = -2.025;
+inline constexpr double kRoomTopM = 3.025;
+
+/// How far it is from a point in the room to its wall: the nearest of the lines through its four sides.
+inline double RangeInRoom(double x_m, double y_m, double angle_rad) {
+  const double dx = std::cos(angle_rad);
+  const double dy = std::sin(angle_rad);
+  double range_m = std::numeric_limits<double>::infinity();
+  if (dx > 1e-12) range_m = std::min(range_m, (kRoomRightM - x_m) / dx);
+  if (dx < -1e-12) range_m = std::min(range_m, (kRoomLeftM - x_m) / dx);
+  if (dy > 1e-12) range_m = std::min(range_m, (kRoomTopM - y_m) / dy);
+  if (dy < -1e-12) range_m = std::min(range_m, (kRoomBottomM - y_m) / dy);
+  return range_m;
+}
+
+/// The room all round, without noise.
+inline LaserScan ScanRoom(const Pose2& T_map_laser, std::int64_t utime = 1, int num_beams = 360) {
+  LaserScan scan{utime, static_cast<float>(-kPi), static_cast<float>(2.0 * kPi / num_beams), {}};
+  for (int beam = 0; beam < num_beams; ++beam) {
+    const double angle_rad = scan.angle_min_rad + static_cast<float>(beam) * scan.angle_step_rad;
+    scan.ranges_m.push_back(
+        static_cast<float>(RangeInRoom(T_map_laser.x_m, T_map_laser.y_m, T_map_laser.yaw_rad + angle_rad)));
+  }
+  return scan;
+}
+
+/// The map of the room in cells of 0.05 m, as perfect as it can be.
+inline std::uint8_t RoomByte(Cell cell) {
+  constexpr Cell kLow{-61, -41};
+  constexpr Cell kHigh{80, 60};
+  if (cell.x < kLow.x || cell.x > kHigh.x || cell.y < kLow.y || cell.y > kHigh.y) return kUnexploredByte;
+  const bool on_wall = cell.x == kLow.x || cell.x == kHigh.x || cell.y == kLow.y || cell.y == kHigh.y;
+  return on_wall ? kOccupiedByte : kFreeByte;
+}
+
+/// Tiles from (low, low) to (high, high), each cell as `paint` says.
+template <class Paint>
+std::vector<TileChange> PaintTiles(int low, int high, Paint&& paint) {
+  TileBytes unexplored;
+  unexplored.fill(kUnexploredByte);
+  std::vector<TileChange> changes;
+  for (int y = low; y <= high; ++y) {
+    for (int x = low; x <= high; ++x) {
+      TileBytes cells;
+      for (int i = 0; i < kTileCells; ++i) {
+        cells[static_cast<std::size_t>(i)] = paint(Cell{x * kTileSide + i % kTileSide, y * kTileSide + i / kTileSide});
+      }
+      changes.push_back({{x, y}, PackRuns(unexplored, cells)});
+    }
+  }
+  return changes;
+}
+
+/// A plain and quick set-up whose numbers do not follow the defaults.
+inline Parameters TestParameters() {
+  Parameters p;
+  p.scan.range_min_m = 0.05;
+  p.scan.range_max_m = 20.0;
+  p.selection.method = SelectionMethod::kSegments;
+  p.selection.uniform_step = 5;
+  p.selection.density_rays = 40;
+  p.selection.edge_threshold_m = 0.5;
+  p.selection.gap_threshold_rays = 10;
+  p.selection.rays_min = 60;
+  p.selection.rays_max = 90;
+  p.selection.density_scale_mode = DensityScaleMode::kScan;
+  p.selection.limit_edges = true;
+  p.match.seed = 1;
+  p.match.num_evaluations = 2000;
+  p.match.satisfying_fitness = 1.0;
+  p.match.window_m = 0.4;
+  p.match.window_rad = 0.25;
+  p.match.mutation_m = 0.1;
+  p.match.mutation_rad = 0.1;
+  p.match.unexplored_score = 0.0;
+  p.match.climb = ClimbMode::kShrinking;
+  p.match.interpolate = true;
+  p.match.velocity_model = true;
+  p.match.final_climb = true;
+  p.match.lost_ratio = 0.0;
+  p.update.cell_size_m = 0.05;
+  p.update.occupied_density = 2.0;
+  p.update.sparseness_intensity = false;
+  p.update.intensity = 0.1;
+  p.update.join_hits = false;
+  p.update.join_max_m = 0.8;
+  p.update.update_distance_m = 0.0;
+  p.update.update_angle_rad = 0.0;
+  return p;
+}
+
+}  // namespace crsm

@@ -1,0 +1,109 @@
+#include "common/tile_grid.hpp"
+
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "catch.hpp"
+#include "common/map_geometry.hpp"
+#include "common/random.hpp"
+
+namespace crsm {
+namespace {
+
+struct Tile {
+  int number = 0;
+};
+
+}  // namespace
+
+TEST_CASE("cells left of and below the origin belong to tiles with negative numbers") {
+  CHECK(TileOf({0, 0}) == TileIndex{0, 0});
+  CHECK(TileOf({63, 64}) == TileIndex{0, 1});
+  CHECK(TileOf({-1, -64}) == TileIndex{-1, -1});
+  CHECK(TileOf({-65, 128}) == TileIndex{-2, 2});
+}
+
+TEST_CASE("every cell of a tile has a place of its own, row by row from the lower left") {
+  std::set<int> offsets;
+  for (int y = -64; y < 0; ++y) {
+    for (int x = -64; x < 0; ++x) offsets.insert(OffsetInTile({x, y}));
+  }
+  CHECK(offsets.size() == kTileCells);
+  CHECK(OffsetInTile({-64, -64}) == 0);
+  CHECK(OffsetInTile({-63, -64}) == 1);
+  CHECK(OffsetInTile({-64, -63}) == kTileSide);
+  CHECK(OffsetInTile({-1, -1}) == kTileCells - 1);
+}
+
+TEST_CASE("an empty grid holds no tile anywhere") {
+  const TileGrid<Tile> grid;
+  CHECK(grid.Find({0, 0}) == nullptr);
+  CHECK(grid.Find({-kMaxTile, kMaxTile - 1}) == nullptr);
+  CHECK(grid.entries().empty());
+}
+
+TEST_CASE("a grid grows in any direction and loses nothing") {
+  TileGrid<Tile> grid;
+  std::map<TileIndex, Tile*> reference;
+  Random random(1);
+  for (int i = 0; i < 300; ++i) {
+    const TileIndex index{static_cast<int>(random.Uniform(-60.0, 60.0)), static_cast<int>(random.Uniform(-60.0, 60.0))};
+    Tile& tile = grid.Touch(index);
+    const auto [known, is_new] = reference.emplace(index, &tile);
+    CHECK(known->second == &tile);
+    if (is_new) tile.number = i;
+  }
+  CHECK(grid.entries().size() == reference.size());
+  int num_wrong = 0;
+  for (int y = -70; y < 70; ++y) {
+    for (int x = -70; x < 70; ++x) {
+      const auto found = reference.find({x, y});
+      num_wrong += grid.Find({x, y}) != (found == reference.end() ? nullptr : found->second);
+    }
+  }
+  CHECK(num_wrong == 0);
+}
+
+TEST_CASE("entries stand in the order in which their tiles were made") {
+  TileGrid<Tile> grid;
+  for (const TileIndex index : {TileIndex{5, 5}, {-9, 0}, {5, 5}, {0, 40}}) grid.Touch(index);
+  REQUIRE(grid.entries().size() == 3);
+  CHECK(grid.entries()[0].index == TileIndex{5, 5});
+  CHECK(grid.entries()[1].index == TileIndex{-9, 0});
+  CHECK(grid.entries()[2].index == TileIndex{0, 40});
+}
+
+TEST_CASE("the grid ends at the limits of the map") {
+  TileGrid<Tile> grid;
+  Tile& low = grid.Touch({-kMaxTile, -kMaxTile});
+  Tile& high = grid.Touch({kMaxTile - 1, kMaxTile - 1});
+  CHECK(grid.Find({-kMaxTile, -kMaxTile}) == &low);
+  CHECK(grid.Find({kMaxTile - 1, kMaxTile - 1}) == &high);
+  for (const TileIndex beyond : {TileIndex{kMaxTile, 0}, {-kMaxTile - 1, 0}, {0, kMaxTile}, {0, -kMaxTile - 1}}) {
+    CHECK_THROWS_AS(grid.Touch(beyond), std::out_of_range);
+    CHECK(grid.Find(beyond) == nullptr);
+    CHECK_FALSE(InMapLimits(beyond));
+  }
+  CHECK(InMapLimits(Cell{-kMaxCell, kMaxCell - 1}));
+  CHECK_FALSE(InMapLimits(Cell{kMaxCell, 0}));
+}
+
+TEST_CASE("a point belongs to the cell whose lower left corner is before it") {
+  const MapGeometry geometry(0.05);
+  CHECK(geometry.CellAt(0.0, 0.0) == Cell{0, 0});
+  CHECK(geometry.CellAt(0.049, -0.001) == Cell{0, -1});
+  CHECK(geometry.CellAt(-0.051, 1.001) == Cell{-2, 20});
+  CHECK(geometry.ToCells(0.125) == Approx(2.5));
+}
+
+TEST_CASE("a point near the limits of the map is within them with its reach or not at all") {
+  const MapGeometry geometry(0.05);
+  const double limit_m = 65536 * 0.05;
+  CHECK(geometry.InLimits(limit_m - 10.1, 0.0, 10.0));
+  CHECK_FALSE(geometry.InLimits(limit_m - 9.9, 0.0, 10.0));
+  CHECK_FALSE(geometry.InLimits(0.0, 9.9 - limit_m, 10.0));
+  CHECK_FALSE(geometry.InLimits(std::nan(""), 0.0, 10.0));
+}
+
+}  // namespace crsm

@@ -1,0 +1,222 @@
+#include "services/runtime/wire.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "catch.hpp"
+#include "wire_messages.hpp"
+
+namespace crsm {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr float kNanFloat = std::numeric_limits<float>::quiet_NaN();
+
+template <class Message>
+bool IsDecoded(const Bytes& bytes) {
+  return Decode<Message>(bytes).has_value();
+}
+
+/// Whether the message is still accepted after `change`.
+template <class Message, class Change>
+bool IsDecoded(Message message, Change change) {
+  change(message);
+  return IsDecoded<Message>(Encode(message));
+}
+
+/// What holds for every type, whatever is in it.
+template <class Message>
+void CheckType(const Message& message) {
+  CAPTURE(Message::getTypeName());
+  const Bytes bytes = Encode(message);
+  const auto decoded = Decode<Message>(bytes);
+  REQUIRE(decoded);
+  CHECK(Encode(*decoded) == bytes);
+
+  for (std::size_t size = 0; size < bytes.size(); ++size) {  // a copy, so that reading beyond it is an error
+    CAPTURE(size);
+    CHECK_FALSE(IsDecoded<Message>(Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size))));
+  }
+  Bytes longer = bytes;
+  longer.push_back(0);
+  CHECK_FALSE(IsDecoded<Message>(longer));
+  for (std::size_t i = 0; i < 8; ++i) {
+    Bytes other_type = bytes;
+    other_type[i] ^= 1;
+    CHECK_FALSE(IsDecoded<Message>(other_type));
+  }
+  // Any byte may be anything: refused or taken, but read within its bounds.
+  for (std::size_t i = 8; i < bytes.size(); ++i) {
+    for (const int byte : {0x00, 0x01, 0x7f, 0x80, 0xff}) {
+      Bytes hostile = bytes;
+      hostile[i] = static_cast<std::uint8_t>(byte);
+      const auto taken = Decode<Message>(hostile);
+      if (taken) CHECK(taken->getEncodedSize() == static_cast<int>(hostile.size()));
+    }
+  }
+}
+
+/// Puts hostile numbers where the type has a count.
+template <class Message>
+void CheckCount(const Message& message, std::size_t offset, std::int32_t count_there) {
+  CAPTURE(Message::getTypeName(), offset);
+  Bytes bytes = Encode(message);
+  const auto Put = [&](std::int32_t count) {
+    for (std::size_t i = 0; i < 4; ++i)
+      bytes[offset + i] = static_cast<std::uint8_t>(static_cast<std::uint32_t>(count) >> (24 - 8 * i));
+  };
+  Put(count_there);
+  REQUIRE(bytes == Encode(message));  // the offset is right
+  for (const std::int32_t count :
+       {-1, std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max(), 1 << 30, 1 << 29,
+        1000000, count_there + 1, count_there - 1}) {
+    CAPTURE(count);
+    Put(count);
+    CHECK_FALSE(IsDecoded<Message>(bytes));
+  }
+}
+
+}  // namespace
+
+TEST_CASE(
+    "every type comes through whole, and cut, lengthened, of another type or with any byte changed does no harm") {
+  CheckType(LidarMessage());
+  CheckType(BotlabLidarMessage());
+  CheckType(BotlabLidarNrangesMessage());
+  CheckType(PoseMessage());
+  CheckType(CriticalRaysMessage());
+  CheckType(ScanMatchMessage());
+  CheckType(MapDeltaMessage());
+  CheckType(MapRequestMessage());
+  CheckType(ServiceStatusMessage());
+}
+
+TEST_CASE("a hostile count is refused wherever a type has one") {
+  CheckCount(LidarMessage(), 16, 3);
+  CheckCount(LidarMessage(), 16 + 4 + 3 * 4, 3);
+  CheckCount(BotlabLidarMessage(), 16, 2);
+  CheckCount(BotlabLidarNrangesMessage(), 16, 2);
+  CheckCount(CriticalRaysMessage(), 16, 3);
+  CheckCount(CriticalRaysMessage(), 16 + 4 + 3 * 8, 2);
+  const std::size_t tiles = 8 + 32 + 8 + 8 + 8;
+  CheckCount(MapDeltaMessage(), tiles, 2);
+  CheckCount(MapDeltaMessage(), tiles + 4 + 4, 5);
+  CheckCount(MapDeltaMessage(), tiles + 4 + 8 + 5 + 8, 1);
+  CheckCount(ServiceStatusMessage(), 16, 12);  // length of a string, with its NUL
+}
+
+TEST_CASE("a million beams are refused although the bytes for them are there") {
+  bot_core::planar_lidar_t message = LidarMessage();
+  message.nranges = 1000000;
+  message.ranges.assign(1000000, 1.0f);
+  message.nintensities = 0;
+  message.intensities.clear();
+  CHECK_FALSE(IsDecoded<bot_core::planar_lidar_t>(Encode(message)));
+  message.nranges = 4096;
+  message.ranges.resize(4096);
+  message.radstep = 0.001f;
+  CHECK(IsDecoded<bot_core::planar_lidar_t>(Encode(message)));
+}
+
+TEST_CASE("a lidar message is the one that the LCM world knows") {
+  const Bytes bytes = Encode(LidarMessage());
+  CHECK(Bytes(bytes.begin(), bytes.begin() + 8) == Bytes{0xe3, 0xd1, 0x74, 0x23, 0x18, 0x0b, 0x5e, 0x8d});
+  CHECK(Fingerprint(bytes) == 0xe3d17423180b5e8dULL);
+  CHECK(Fingerprint({bytes.data(), 7}) == 0);
+  // utime, then nranges, high bytes first, then 1.0f.
+  CHECK(Bytes(bytes.begin() + 8, bytes.begin() + 24) == Bytes{0, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 3, 0x3f, 0x80, 0, 0});
+  CHECK(bytes.size() == 8 + 8 + 4 + 12 + 4 + 12 + 8);
+}
+
+TEST_CASE("a pose message holds 16 doubles behind its time") {
+  const Bytes bytes = Encode(PoseMessage());
+  CHECK(bytes.size() == 8 + 8 + 16 * 8);
+  const auto pose = Decode<bot_core::pose_t>(bytes);
+  REQUIRE(pose);
+  CHECK(pose->utime == 5);
+  CHECK(pose->pos[2] == 3.0);
+  CHECK(pose->vel[0] == 4.0);
+  CHECK(pose->orientation[3] == 0.5);
+  CHECK(pose->rotation_rate[1] == 8.0);
+  CHECK(pose->accel[2] == 12.0);
+}
+
+TEST_CASE("a lidar message may hold ranges that are none, but no angle or time that is none") {
+  using Message = bot_core::planar_lidar_t;
+  CHECK(IsDecoded(LidarMessage(), [](Message& m) { m.ranges = {kNanFloat, -1.0f, 1e30f}; }));
+  CHECK(IsDecoded(LidarMessage(), [](Message& m) { m.nintensities = 0, m.intensities.clear(); }));
+  CHECK(IsDecoded(LidarMessage(), [](Message& m) { m.radstep = -0.25f; }));
+  CHECK_FALSE(IsDecoded(LidarMessage(), [](Message& m) { m.rad0 = kNanFloat; }));
+  CHECK_FALSE(IsDecoded(LidarMessage(), [](Message& m) { m.radstep = kNanFloat; }));
+  CHECK_FALSE(IsDecoded(LidarMessage(), [](Message& m) { m.radstep = 0.0f; }));
+  CHECK_FALSE(IsDecoded(LidarMessage(), [](Message& m) { m.radstep = 4.0f; }));  // 8 rad between the first and the last
+  CHECK_FALSE(IsDecoded(LidarMessage(), [](Message& m) { m.utime = -1; }));
+  CHECK_FALSE(IsDecoded(LidarMessage(), [](Message& m) { m.nintensities = 2, m.intensities.pop_back(); }));
+  CHECK_FALSE(IsDecoded(LidarMessage(), [](Message& m) { m.nranges = 1, m.ranges.resize(1); }));
+  CHECK_FALSE(IsDecoded(LidarMessage(), [](Message& m) { m.nranges = 0, m.ranges.clear(); }));
+}
+
+TEST_CASE("a botlab lidar message needs an angle for each beam") {
+  CHECK_FALSE(IsDecoded(BotlabLidarMessage(), [](botlab::lidar_t& m) { m.thetas[1] = kNanFloat; }));
+  CHECK_FALSE(IsDecoded(BotlabLidarNrangesMessage(), [](botlab::lidar_nranges_t& m) { m.thetas[0] = 100.0f; }));
+  CHECK_FALSE(IsDecoded(BotlabLidarMessage(), [](botlab::lidar_t& m) { m.utime = -1; }));
+}
+
+TEST_CASE("a pose that is not finite is refused") {
+  CHECK_FALSE(IsDecoded(PoseMessage(), [](bot_core::pose_t& m) { m.pos[1] = kNan; }));
+  CHECK_FALSE(IsDecoded(PoseMessage(), [](bot_core::pose_t& m) { m.orientation[2] = HUGE_VAL; }));
+}
+
+TEST_CASE("critical rays are rising indices into rays that are measurements") {
+  using Message = critical_rays_t;
+  CHECK(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.num_critical = 0, m.critical.clear(); }));
+  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.critical = {0, 3}; }));
+  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.critical = {-1, 2}; }));
+  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.critical = {2, 0}; }));
+  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.critical = {1, 1}; }));
+  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.range_m[1] = kNanFloat; }));
+  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.range_m[1] = 0.0f; }));
+  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.angle_rad[1] = kNanFloat; }));
+  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.angle_rad[1] = 1.0f; }));
+  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.density_scale = kNan; }));
+  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.mean_sparseness_m = HUGE_VAL; }));
+}
+
+TEST_CASE("a match is a finite pose with a fitness from 0 to 1 and a state that there is") {
+  using Message = scan_match_t;
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.x_m = kNan; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.y_m = 1e300; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.yaw_rad = HUGE_VAL; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.fitness = 1.01; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.fitness = kNan; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.evaluations = -1; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.map_version = -1; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.state = 3; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.state = -1; }));
+}
+
+TEST_CASE("a map delta leads forwards, in parts that there are, to tiles that there can be") {
+  using Message = map_delta_t;
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.version = 6; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.base_version = -1; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.part = 1; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.part = -1; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_parts = 1 << 30; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.cell_size_m = kNan; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.cell_size_m = 0.0; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.next_tile = -2; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.next_match = -1; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.tiles[0].tile_x = 1024; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.matches[0].x_m = kNan; }));
+}
+
+TEST_CASE("a map request comes from somebody and asks from a place that there can be") {
+  CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.requester = 0; }));
+  CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.base_version = -1; }));
+  CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_tile = -1; }));
+  CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = -1; }));
+}
+
+}  // namespace crsm
