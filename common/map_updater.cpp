@@ -71,7 +71,7 @@ MapUpdater::~MapUpdater() = default;
 MapDelta MapUpdater::Update(const LaserScan& scan, const ScanMatch& match) {
   if (scan.utime != match.utime) throw std::invalid_argument("MapUpdater: the match is of another scan");
   const Pose2& pose = match.T_map_laser;
-  if (!geometry_.InLimits(pose.x_m, pose.y_m, scan_parameters_.range_max_m)) {
+  if (!InLimits(match)) {
     throw std::invalid_argument("MapUpdater: the scan reaches beyond the limits of the map");
   }
   MapDelta delta = UpdateWithoutScan();
@@ -81,6 +81,10 @@ MapDelta MapUpdater::Update(const LaserScan& scan, const ScanMatch& match) {
   Draw(rays, pose, delta.tiles);
   T_map_last_drawn_ = pose;
   return delta;
+}
+
+bool MapUpdater::InLimits(const ScanMatch& match) const {
+  return geometry_.InLimits(match.T_map_laser.x_m, match.T_map_laser.y_m, scan_parameters_.range_max_m);
 }
 
 MapDelta MapUpdater::UpdateWithoutScan() { return {++version_, {}}; }

@@ -23,7 +23,10 @@ class MapUpdater {
   /// Throws std::invalid_argument if the scan reaches beyond the limits of the map or is not the one that was matched.
   MapDelta Update(const LaserScan& scan, const ScanMatch& match);
 
-  /// Answers a match whose scan never came: a version in which nothing changes.
+  /// Whether all of a scan that was taken there would lie within the limits of the map.
+  bool InLimits(const ScanMatch& match) const;
+
+  /// Answers a match whose scan cannot be drawn: a version in which nothing changes.
   MapDelta UpdateWithoutScan();
 
   std::int64_t version() const { return version_; }

@@ -60,26 +60,27 @@ class MapUpdaterService {
     }
     if (answered_utimes_.count(match.utime) > 0) return service_.counters().Add("utime_repeated");
 
-    const auto scan = std::find_if(scans_.begin(), scans_.end(),
-                                   [&](const LaserScan& kept) { return kept.utime == match.utime; });
-    if (scan == scans_.end() && settings_.lockstep) {
+    const auto held = std::find_if(scans_.begin(), scans_.end(),
+                                   [&](const LaserScan& scan) { return scan.utime == match.utime; });
+    if (held == scans_.end() && settings_.lockstep) {
       return service_.counters().Add("scan_awaited");  // it will be sent again, and the match with it
     }
-    try {
-      if (scan == scans_.end()) service_.counters().Add("scan_missing");
-      Draw(scan == scans_.end() ? nullptr : &*scan, match);
-    } catch (const std::invalid_argument&) {
-      return service_.counters().Add("match_out_of_limits");
+    const LaserScan* scan = held == scans_.end() ? nullptr : &*held;
+    if (!scan) service_.counters().Add("scan_missing");
+    if (scan && !updater_.InLimits(match)) {
+      service_.counters().Add("match_out_of_limits");
+      scan = nullptr;
     }
-    if (journal_) Keep(scan == scans_.end() ? nullptr : &*scan, match);
-    if (scan != scans_.end()) scans_.erase(scans_.begin(), scan + 1);
+    Draw(scan, match);
+    if (journal_) Keep(scan, match);
+    if (held != scans_.end()) scans_.erase(scans_.begin(), held + 1);
     service_.counters().Add("handled");
     service_.SetState("mapping");
     service_.RecordLatency(start);
     PublishLastAnswer();
   }
 
-  /// scan: nullptr where it never came; the match is answered all the same.
+  /// scan: nullptr where there is none to draw; the match is answered all the same.
   void Draw(const LaserScan* scan, const ScanMatch& match) {
     const MapDelta delta = scan ? updater_.Update(*scan, match) : updater_.UpdateWithoutScan();
     last_answer_ = MakeParts(delta, match, updater_.geometry());

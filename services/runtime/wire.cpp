@@ -19,6 +19,7 @@ constexpr std::int32_t kMostParts = 4096;
 constexpr std::int32_t kMostCounters = 64;
 constexpr std::size_t kScanMatchBytes = 8 + 4 * 8 + 4 + 4 + 8 + 1;
 constexpr double kLargestCoordinateM = 1e6;
+constexpr float kLongestRangeM = 1000.0f;  // the most that range_max_m can be
 constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single precision
 
 bool IsAngle(double angle_rad) { return std::abs(angle_rad) <= kFullTurn; }  // false for NaN
@@ -101,7 +102,7 @@ bool ValuesInRange(const botlab::lidar_t& message) { return BotlabValuesInRange(
 bool ValuesInRange(const botlab::lidar_nranges_t& message) { return BotlabValuesInRange(message); }
 
 bool ValuesInRange(const critical_rays_t& message) {
-  const auto IsRange = [](float range_m) { return range_m > 0.0f && range_m <= kLargestCoordinateM; };
+  const auto IsRange = [](float range_m) { return range_m > 0.0f && range_m <= kLongestRangeM; };
   const auto IsRayAngle = [](float angle_rad) { return std::abs(angle_rad) <= 2.0 * kFullTurn; };
   const bool in_order = std::adjacent_find(message.critical.begin(), message.critical.end(),
                                            std::greater_equal<>()) == message.critical.end();
