@@ -13,7 +13,7 @@ inline constexpr std::uint8_t kOccupiedByte = 0;
 struct DenseGrid {
   int width_cells = 0;
   int height_cells = 0;
-  int origin_x_cells = 0;      ///< of the lower left cell; the map's origin is the lower left corner of cell (0, 0)
+  int origin_x_cells = 0;  ///< of the lower left cell; the map's origin is the lower left corner of cell (0, 0)
   int origin_y_cells = 0;
   double cell_size_m = 0.0;
   std::vector<std::uint8_t> cells;  ///< row by row from the lower left, y up: 255 free .. 0 occupied, 127 unexplored

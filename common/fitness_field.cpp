@@ -58,7 +58,8 @@ void FitnessField::RefreshTile(const ByteMap& map, TileIndex index) {
       const int y_high = std::min(kTileSide + 2, (tile_y + 1) * kTileSide);
       for (int y = y_low; y < y_high; ++y) {
         const auto* row = tile->cells.data() + (y & 63) * kTileSide;
-        std::copy(row + (x_low & 63), row + (x_low & 63) + (x_high - x_low), bytes.data() + (y + 1) * kPadded + x_low + 1);
+        std::copy(row + (x_low & 63), row + (x_low & 63) + (x_high - x_low),
+                  bytes.data() + (y + 1) * kPadded + x_low + 1);
       }
     }
   }
@@ -70,7 +71,7 @@ void FitnessField::RefreshTile(const ByteMap& map, TileIndex index) {
       const std::uint8_t* cell = row + x;
       const int around = cell[-1] + cell[1] + cell[-kPadded] + cell[kPadded];
       field.score[static_cast<std::size_t>(y * kSide + x)] =
-          *cell == kUnexploredByte ? unexplored_score_                                              // lines 6 to 9
+          *cell == kUnexploredByte ? unexplored_score_                                             // lines 6 to 9
                                    : static_cast<std::int16_t>(kFullScore - 10 * *cell - around);  // line 10
     }
   }

@@ -12,10 +12,10 @@ inline constexpr std::size_t kMaxBeams = 4096;
 /// One sweep of a planar laser, as it is measured and as it travels: single precision, so that a scan read from a
 /// file and one that came over the wire are the same scan.
 struct LaserScan {
-  std::int64_t utime = 0;      ///< identity of the scan [us since the epoch of the log]
-  float angle_min_rad = 0.0f;  ///< of beam 0, laser frame, counter-clockwise from x
-  float angle_step_rad = 0.0f; ///< from a beam to the next; negative for lasers that turn clockwise
-  std::vector<float> ranges_m; ///< along each beam; <= 0, NaN or beyond the laser's reach: no return
+  std::int64_t utime = 0;       ///< identity of the scan [us since the epoch of the log]
+  float angle_min_rad = 0.0f;   ///< of beam 0, laser frame, counter-clockwise from x
+  float angle_step_rad = 0.0f;  ///< from a beam to the next; negative for lasers that turn clockwise
+  std::vector<float> ranges_m;  ///< along each beam; <= 0, NaN or beyond the laser's reach: no return
 
   friend bool operator==(const LaserScan&, const LaserScan&) = default;
 };

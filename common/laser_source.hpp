@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/laser_scan.hpp"
+#include "common/pose2.hpp"
 
 namespace crsm {
 
@@ -17,6 +18,9 @@ class LaserSource {
   /// The next scan, in the order of the source; nothing at its end. Bad entries are counted and skipped.
   /// Throws std::runtime_error if the source cannot be read on.
   virtual std::optional<LaserScan> Next() = 0;
+
+  /// Where the laser truly stood at the last scan given, seen from where it stood at the first: of simulated worlds.
+  virtual std::optional<Pose2> TruePose() const { return std::nullopt; }
 
   /// How much of the source has been read, [0, 1].
   virtual double Progress() const = 0;

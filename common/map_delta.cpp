@@ -31,7 +31,9 @@ bool RunsFit(std::span<const std::uint8_t> runs) {
 
 std::vector<std::uint8_t> PackRuns(const TileBytes& before, const TileBytes& after) {
   std::vector<std::uint8_t> runs;
-  const auto Differ = [&](int cell) { return before[static_cast<std::size_t>(cell)] != after[static_cast<std::size_t>(cell)]; };
+  const auto Differ = [&](int cell) {
+    return before[static_cast<std::size_t>(cell)] != after[static_cast<std::size_t>(cell)];
+  };
   int end_of_last = 0;
   for (int cell = 0; cell < kTileCells; ++cell) {
     if (!Differ(cell)) continue;
@@ -55,7 +57,8 @@ bool UnpackRuns(std::span<const std::uint8_t> runs, TileBytes& cells) {
     cell += runs[at] * 256u + runs[at + 1];
     const std::size_t count = runs[at + 2] * 256u + runs[at + 3];
     at += 4;
-    std::copy_n(runs.begin() + static_cast<std::ptrdiff_t>(at), count, cells.begin() + static_cast<std::ptrdiff_t>(cell));
+    std::copy_n(runs.begin() + static_cast<std::ptrdiff_t>(at), count,
+                cells.begin() + static_cast<std::ptrdiff_t>(cell));
     at += count;
     cell += count;
   }

@@ -51,7 +51,7 @@ void WalkCells(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cell
 }  // namespace
 
 struct MapUpdater::Tile {
-  std::array<float, kTileCells> p_free;         // exact; the wire carries it rounded to a byte
+  std::array<float, kTileCells> p_free;          // exact; the wire carries it rounded to a byte
   std::array<std::uint8_t, kTileCells> marks{};  // of the scan at hand
   bool marked = false;                           // by it
   TileBytes bytes;

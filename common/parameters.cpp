@@ -8,7 +8,7 @@ namespace {
 class Lister {
  public:
   template <class Number>
-    requires std::is_arithmetic_v<Number>
+  requires std::is_arithmetic_v<Number>
   void operator()(const ParameterInfo& info, Number& value, Number, Number) {
     if constexpr (std::is_same_v<Number, int>) {
       list.emplace_back(info.key, std::int64_t{value});

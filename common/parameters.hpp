@@ -22,10 +22,10 @@ enum class DensityScaleMode { kScan, kPrevious };
 /// Which rays of a scan are matched. Source: section 4.
 struct SelectionParameters {
   SelectionMethod method = SelectionMethod::kSegments;
-  int uniform_step = 5;            ///< SkipStep of Eq. 1
-  int density_rays = 40;           ///< N of Eq. 4
-  double edge_threshold_m = 0.5;   ///< D_THRES
-  int gap_threshold_rays = 10;     ///< RAY_THRES
+  int uniform_step = 5;           ///< SkipStep of Eq. 1
+  int density_rays = 40;          ///< N of Eq. 4
+  double edge_threshold_m = 0.5;  ///< D_THRES
+  int gap_threshold_rays = 10;    ///< RAY_THRES
   int rays_min = 60;
   int rays_max = 90;
   DensityScaleMode density_scale_mode = DensityScaleMode::kScan;
@@ -37,26 +37,31 @@ enum class ClimbMode { kFixed, kShrinking };
 /// How the pose is searched. Source: section 5.
 struct MatchParameters {
   std::uint64_t seed = 1;
-  int num_evaluations = 4000;          ///< N_HC
-  double satisfying_fitness = 1.0;     ///< the search stops here
-  double window_m = 0.4;               ///< re-initialisation bound, +- in x and y
-  double window_rad = 0.25;            ///< re-initialisation bound, +- in yaw
-  double mutation_m = 0.1;             ///< mutation bound, +- in x and y
-  double mutation_rad = 0.1;           ///< mutation bound, +- in yaw
-  double unexplored_score = 0.0;       ///< for a ray that ends in an unexplored cell
+  int num_evaluations = 2000;       ///< N_HC
+  double satisfying_fitness = 1.0;  ///< the search stops here
+  double window_m = 0.4;            ///< re-initialisation bound, +- in x and y
+  double window_rad = 0.25;         ///< re-initialisation bound, +- in yaw
+  double mutation_m = 0.1;          ///< mutation bound, +- in x and y
+  double mutation_rad = 0.1;        ///< mutation bound, +- in yaw
+  double unexplored_score = 0.0;    ///< for a ray that ends in an unexplored cell
   ClimbMode climb = ClimbMode::kShrinking;
   bool interpolate = true;
   bool velocity_model = true;
   bool final_climb = true;
-  double lost_ratio = 0.0;
+  double pull_per_m2 = 0.5;  ///< weight of the distance from the presumed pose
+  double good_ratio = 0.95;  ///< of the usual fitness: the search stops here
+  double lost_ratio = 0.75;  ///< ... below here the wide window is searched, and then the scan is lost
+  int wide_evaluations = 10000;
+  double wide_window_m = 0.6;    ///< +- in x and y
+  double wide_window_rad = 1.2;  ///< +- in yaw
 };
 
 /// How a scan changes the map. Source: section 6.
 struct UpdateParameters {
   double cell_size_m = 0.05;
-  double occupied_density = 6.0;       ///< Dens_occu
+  double occupied_density = 6.0;  ///< Dens_occu
   bool sparseness_intensity = true;
-  double intensity = 0.1;              ///< where it does not follow the sparseness
+  double intensity = 0.1;  ///< where it does not follow the sparseness
   bool join_hits = true;
   double join_max_m = 0.8;
   double update_distance_m = 0.2;
@@ -91,7 +96,8 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
 
   ScanParameters& scan = p.scan;
   visit({kScan, "range_min_m", "shorter readings are no measurements [m]"}, scan.range_min_m, 0.0, 10.0);
-  visit({kScan, "range_max_m", "maximum range of the laser [m]; readings beyond 95 % of it are no measurements (section 4)"},
+  visit({kScan, "range_max_m",
+         "maximum range of the laser [m]; readings beyond 95 % of it are no measurements (section 4)"},
         scan.range_max_m, 0.1, 1000.0);
 
   SelectionParameters& selection = p.selection;
@@ -107,11 +113,13 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
   visit({kSelection, "density_scale_mode",
          "segments: P is found for each scan, or follows the count of the previous scan as in the paper"},
         selection.density_scale_mode, kScaleModes);
-  visit({kSelection, "limit_edges", "segments: edges may take half of rays_max, the widest first"}, selection.limit_edges);
+  visit({kSelection, "limit_edges", "segments: edges may take half of rays_max, the widest first"},
+        selection.limit_edges);
 
   MatchParameters& match = p.match;
   visit({kSeed, "seed", "of the random numbers"}, match.seed, std::uint64_t{0}, ~std::uint64_t{0});
-  visit({kMatch, "num_evaluations", "most evaluations of the fitness for a scan (N_HC)"}, match.num_evaluations, 1, 10000000);
+  visit({kMatch, "num_evaluations", "most evaluations of the fitness for a scan (N_HC)"}, match.num_evaluations, 1,
+        10000000);
   visit({kMatch, "satisfying_fitness", "the search stops at this fitness, 0 to 1"}, match.satisfying_fitness, 0.0, 1.0);
   visit({kMatch, "window_m", "re-initialisation bound in x and y [m]"}, match.window_m, 0.001, 10.0);
   visit({kMatch, "window_rad", "re-initialisation bound in yaw [rad]"}, match.window_rad, 0.001, 3.2);
@@ -121,9 +129,22 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
         match.unexplored_score, -3570.0, 3570.0);
   visit({kMatch, "climb", "mutations keep their bound (the paper), or shrink when they fail"}, match.climb, kClimbs);
   visit({kMatch, "interpolate", "fitness between cells by bilinear interpolation"}, match.interpolate);
-  visit({kMatch, "velocity_model", "start from the last motion repeated, not from the last pose"}, match.velocity_model);
+  visit({kMatch, "velocity_model", "start from the last motions repeated, not from the last pose"},
+        match.velocity_model);
   visit({kMatch, "final_climb", "end with a climb that uses all valid rays"}, match.final_climb);
-  visit({kMatch, "lost_ratio", "a scan is lost below this share of the usual fitness"}, match.lost_ratio, 0.0, 1.0);
+  visit({kMatch, "pull_per_m2", "fitness lost per squared distance from the presumed pose [1/m^2]; 0 = the paper"},
+        match.pull_per_m2, 0.0, 100.0);
+  visit({kMatch, "good_ratio", "the search stops at this share of the fitness of the last scans; 100 = the paper"},
+        match.good_ratio, 0.0, 100.0);
+  visit(
+      {kMatch, "lost_ratio", "below this share the wide window is searched, and then the scan is lost; 0 = the paper"},
+      match.lost_ratio, 0.0, 1.0);
+  visit({kMatch, "wide_evaluations", "most evaluations of the fitness in the wide window"}, match.wide_evaluations, 1,
+        10000000);
+  visit({kMatch, "wide_window_m", "bound of the wide window in x and y [m], wider while the robot is lost"},
+        match.wide_window_m, 0.001, 10.0);
+  visit({kMatch, "wide_window_rad", "bound of the wide window in yaw [rad], wider while the robot is lost"},
+        match.wide_window_rad, 0.001, 3.2);
 
   UpdateParameters& update = p.update;
   visit({kUpdate, "cell_size_m", "side of a map cell [m]"}, update.cell_size_m, 0.005, 1.0);
@@ -134,7 +155,8 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
   visit({kUpdate, "intensity", "of the update where it does not follow the sparseness"}, update.intensity, 0.001, 1.0);
   visit({kUpdate, "join_hits", "neighbouring hits on one surface become a line of occupied cells"}, update.join_hits);
   visit({kUpdate, "join_max_m", "hits further apart than this are never joined [m]"}, update.join_max_m, 0.0, 10.0);
-  visit({kUpdate, "update_distance_m", "the map is updated after this much motion [m] ..."}, update.update_distance_m, 0.0, 10.0);
+  visit({kUpdate, "update_distance_m", "the map is updated after this much motion [m] ..."}, update.update_distance_m,
+        0.0, 10.0);
   visit({kUpdate, "update_angle_rad", "... or this much turning [rad]"}, update.update_angle_rad, 0.0, 3.2);
 }
 

@@ -21,7 +21,8 @@ std::vector<int> SelectAll(std::size_t num_rays) {
 
 std::vector<int> SelectUniform(std::size_t num_rays, int step) {
   std::vector<int> picked;
-  for (std::size_t i = 0; i < num_rays; i += static_cast<std::size_t>(step)) picked.push_back(static_cast<int>(i));  // Eq. 1
+  for (std::size_t i = 0; i < num_rays; i += static_cast<std::size_t>(step))
+    picked.push_back(static_cast<int>(i));  // Eq. 1
   return picked;
 }
 
@@ -85,13 +86,13 @@ class SegmentedScan {
   void SelectInSegment(int start, int end, double density_scale, std::vector<int>& picked) const {
     if (end - start < 2) return;
     const auto first = displacements_.begin() + start;
-    const double sparseness_m = std::accumulate(first, first + (end - start), 0.0) / (end - start);  // Eq. 5
-    double local_density = 0.0;                                                                     // line 1
-    for (int i = start; i < end; ++i) {                                                             // line 2
-      local_density += displacements_[static_cast<std::size_t>(i)];                                 // line 3
+    const double sparseness_m = std::accumulate(first, first + (end - start), 0.0) / (end - start);        // Eq. 5
+    double local_density = 0.0;                                                                            // line 1
+    for (int i = start; i < end; ++i) {                                                                    // line 2
+      local_density += displacements_[static_cast<std::size_t>(i)];                                        // line 3
       if (local_density < density_scale * sparseness_m * damping_[static_cast<std::size_t>(i)]) continue;  // line 4
-      picked.push_back(i);                                                                          // line 5
-      local_density = 0.0;                                                                          // line 6
+      picked.push_back(i);                                                                                 // line 5
+      local_density = 0.0;                                                                                 // line 6
     }
   }
 
@@ -108,8 +109,8 @@ class SegmentedScan {
 
   std::vector<double> displacements_;  // RaysDisplacement, Eq. 2
   const SelectionParameters& parameters_;
-  std::vector<int> edges_;             // FeatureEdges
-  std::vector<double> damping_;        // 1 / e^(S[i] / sqrt(Max))
+  std::vector<int> edges_;       // FeatureEdges
+  std::vector<double> damping_;  // 1 / e^(S[i] / sqrt(Max))
 };
 
 /// Finds the P whose count of rays falls in the wanted band: the count falls as P rises, so P is bisected.
@@ -138,10 +139,14 @@ RaySelection SelectBySegments(const SegmentedScan& scan, const SelectionParamete
 RaySelection SelectRays(const ValidRays& rays, const SelectionParameters& parameters, double density_scale) {
   if (rays.size() < 2) return {SelectAll(rays.size()), 0.0};
   switch (parameters.method) {
-    case SelectionMethod::kAll: return {SelectAll(rays.size()), 0.0};
-    case SelectionMethod::kUniform: return {SelectUniform(rays.size(), parameters.uniform_step), 0.0};
-    case SelectionMethod::kDensity: return {SelectByDensity(ComputeDisplacements(rays), parameters.density_rays), 0.0};
-    case SelectionMethod::kSegments: break;
+    case SelectionMethod::kAll:
+      return {SelectAll(rays.size()), 0.0};
+    case SelectionMethod::kUniform:
+      return {SelectUniform(rays.size(), parameters.uniform_step), 0.0};
+    case SelectionMethod::kDensity:
+      return {SelectByDensity(ComputeDisplacements(rays), parameters.density_rays), 0.0};
+    case SelectionMethod::kSegments:
+      break;
   }
   const SegmentedScan scan(rays, parameters);
   if (parameters.density_scale_mode == DensityScaleMode::kPrevious) return {scan.Select(density_scale), density_scale};

@@ -9,8 +9,8 @@ namespace crsm {
 
 /// The critical rays of a scan and how they came about.
 struct RaySelection {
-  std::vector<int> critical;      ///< indices into the valid rays, rising, no repeats
-  double density_scale = 0.0;     ///< the P that picked them; 0 where the method has none
+  std::vector<int> critical;   ///< indices into the valid rays, rising, no repeats
+  double density_scale = 0.0;  ///< the P that picked them; 0 where the method has none
 };
 
 inline constexpr double kFirstDensityScale = 100.0;  ///< P of the first scan, section 4.3

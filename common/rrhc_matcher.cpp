@@ -20,7 +20,9 @@ struct Bounds {
   double x_m;  ///< and y
   double yaw_rad;
 
-  friend Bounds operator*(double factor, const Bounds& bounds) { return {factor * bounds.x_m, factor * bounds.yaw_rad}; }
+  friend Bounds operator*(double factor, const Bounds& bounds) {
+    return {factor * bounds.x_m, factor * bounds.yaw_rad};
+  }
 };
 
 Pose2 Mutate(const Pose2& pose, const Bounds& bounds, Random& random) {
@@ -39,11 +41,14 @@ class Search {
       : parameters_(parameters), fitness_(std::move(fitness)), random_(random) {}
 
   /// Climbs from the presumed pose, then again and again from random ones around it (section 5.3).
-  Individual Run(const Pose2& presumed) {
-    const Bounds window{parameters_.window_m, parameters_.window_rad};
+  /// Ends when `num_evaluations` are spent, or when the best of the first few climbs and all later ones is good
+  /// `enough`. Each random climb starts from the best of `num_draws` poses.
+  Individual Run(const Pose2& presumed, const Bounds& window, int num_draws, int num_evaluations, double enough) {
+    constexpr int kMinClimbs = 3;
+    last_evaluation_ = evaluations_ + num_evaluations;
     Individual best = Climb(Evaluate(presumed));
-    while (!Finished(best)) {
-      const Individual climbed = Climb(Evaluate(Mutate(presumed, window, random_)));
+    for (int climbs = 1; !Finished(best) && (climbs < kMinClimbs || best.fitness < enough); ++climbs) {
+      const Individual climbed = Climb(Draw(presumed, window, num_draws));
       if (climbed.fitness > best.fitness) best = climbed;
     }
     return best;
@@ -52,6 +57,15 @@ class Search {
   int evaluations() const { return evaluations_; }
 
  private:
+  Individual Draw(const Pose2& presumed, const Bounds& window, int num_draws) {
+    Individual best = Evaluate(Mutate(presumed, window, random_));
+    for (int i = 1; i < num_draws && !Finished(best); ++i) {
+      const Individual drawn = Evaluate(Mutate(presumed, window, random_));
+      if (drawn.fitness > best.fitness) best = drawn;
+    }
+    return best;
+  }
+
   Individual Climb(Individual individual) {
     return parameters_.climb == ClimbMode::kFixed ? ClimbFixed(individual) : ClimbShrinking(individual);
   }
@@ -84,7 +98,7 @@ class Search {
   }
 
   bool Finished(const Individual& best) const {
-    return evaluations_ >= parameters_.num_evaluations || best.fitness >= parameters_.satisfying_fitness;
+    return evaluations_ >= last_evaluation_ || best.fitness >= parameters_.satisfying_fitness;
   }
 
   Individual Evaluate(const Pose2& pose) {
@@ -96,6 +110,7 @@ class Search {
   Fitness fitness_;
   Random random_;
   int evaluations_ = 0;
+  int last_evaluation_ = 0;
 };
 
 /// Climbs to the nearest summit by steps along each axis that halve when none leads up.
@@ -128,18 +143,60 @@ Eigen::Matrix2Xd Columns(const Eigen::Matrix2Xd& all, std::span<const int> picke
   return columns;
 }
 
+/// Mean fitness of the last scans that were matched; 0 when there are none among the last thousand.
+double ComputeUsualFitness(std::span<const ScanMatch> history) {
+  constexpr int kScans = 10;
+  history = history.last(std::min<std::size_t>(history.size(), 1000));
+  double sum = 0.0;
+  int num = 0;
+  for (auto match = history.rbegin(); match != history.rend() && num < kScans; ++match) {
+    if (match->state != MatchState::kOk) continue;
+    sum += match->fitness;
+    ++num;
+  }
+  return num == 0 ? 0.0 : sum / num;
+}
+
+/// How many of the last scans were lost in a row, up to `most`.
+int CountLost(std::span<const ScanMatch> history, int most) {
+  int num = 0;
+  for (auto match = history.rbegin(); match != history.rend() && num < most; ++match, ++num) {
+    if (match->state != MatchState::kLost) break;
+  }
+  return num;
+}
+
+/// Share of the hits that lie in explored cells when the laser stands at `T_map_laser`.
+double ComputeExploredShare(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser,
+                            const MapGeometry& geometry) {
+  int num = 0;
+  for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
+    const Pose2 hit = T_map_laser * Pose2{hits_m(0, i), hits_m(1, i), 0.0};
+    if (map.At(geometry.CellAt(hit.x_m, hit.y_m)) != kUnexploredByte) ++num;
+  }
+  return static_cast<double>(num) / static_cast<double>(hits_m.cols());
+}
+
 }  // namespace
 
-Pose2 PredictPose(std::span<const ScanMatch> history, std::int64_t utime, const MatchParameters& parameters) {
-  const ScanMatch& last = history.back();
-  if (!parameters.velocity_model || history.size() < 2) return last.T_map_laser;
-  const ScanMatch& before = history[history.size() - 2];
-  const Pose2 motion = Inverse(before.T_map_laser) * last.T_map_laser;
-  constexpr double kMaxRatio = 3.0;
-  const double ratio = static_cast<double>(utime - last.utime) / static_cast<double>(last.utime - before.utime);
-  const bool believable = ratio > 1.0 / kMaxRatio && ratio < kMaxRatio;  // false for NaN
-  const double share = believable ? ratio : 1.0;
-  return last.T_map_laser * Pose2{share * motion.x_m, share * motion.y_m, share * motion.yaw_rad};
+Pose2 PredictPose(std::span<const ScanMatch> history, const MatchParameters& parameters) {
+  // The way is the mean of some motions, because along a corridor no single one is known well. The turn is the last
+  // one: it is always known well, and soon another.
+  constexpr std::size_t kMotions = 4;
+  Pose2 sum;
+  std::size_t num = 0;
+  for (; parameters.velocity_model && num < kMotions && num + 1 < history.size(); ++num) {
+    const ScanMatch& to = history[history.size() - 1 - num];
+    const ScanMatch& from = history[history.size() - 2 - num];
+    if (from.state == MatchState::kLost || to.state == MatchState::kLost) break;
+    const Pose2 motion = Inverse(from.T_map_laser) * to.T_map_laser;
+    sum.x_m += motion.x_m;
+    sum.y_m += motion.y_m;
+    if (num == 0) sum.yaw_rad = motion.yaw_rad;
+  }
+  if (num == 0) return history.back().T_map_laser;
+  const double share = 1.0 / static_cast<double>(num);
+  return history.back().T_map_laser * Pose2{share * sum.x_m, share * sum.y_m, sum.yaw_rad};
 }
 
 RrhcMatcher::RrhcMatcher(const MatchParameters& parameters)
@@ -168,29 +225,68 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   match.map_version = map_version;
   if (history.empty()) return match;
 
-  const Pose2 presumed = PredictPose(history, utime, parameters_);
+  const Pose2 presumed = PredictPose(history, parameters_);
   match.T_map_laser = presumed;
   match.state = MatchState::kLost;
   if (critical.empty()) return match;
 
   const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
-  const RaysInCells critical_rays = ToCells(Columns(hits_m, critical), geometry);
-  const auto CriticalFitness = [&](const Pose2& pose) { return field_.Evaluate(critical_rays, pose, geometry); };
+  const Eigen::Matrix2Xd critical_hits_m = Columns(hits_m, critical);
+  const RaysInCells critical_rays = ToCells(critical_hits_m, geometry);
+  // Where the walls do not tell, as along a corridor, the presumed pose does.
+  double pull = parameters_.pull_per_m2;
+  const auto Fitness = [&](const RaysInCells& seen, const Pose2& pose) {
+    const double dx_m = pose.x_m - presumed.x_m;
+    const double dy_m = pose.y_m - presumed.y_m;
+    return field_.Evaluate(seen, pose, geometry) - pull * (dx_m * dx_m + dy_m * dy_m);
+  };
+  const auto CriticalFitness = [&](const Pose2& pose) { return Fitness(critical_rays, pose); };
+
+  // What a good match has: as much as usual; of a scan that looks into the unknown only what the rest can give.
+  const double usual = ComputeUsualFitness(history);
+  const double enough = usual > 0.0 ? parameters_.good_ratio * usual : parameters_.satisfying_fitness;
+  const auto Quality = [&](const Individual& found) {
+    constexpr double kMinShare = 0.8;  // who looks into nothing but the unknown has no match
+    const double share = ComputeExploredShare(map_, critical_hits_m, found.pose, geometry);
+    const double expected = usual * std::max(share, kMinShare);
+    return expected > 0.0 ? found.fitness / expected : 1.0;
+  };
+
+  // Lost once is better than a wrong wall in the map; lost for long, the scene may have changed, and less will do.
+  const int num_lost = CountLost(history, 12);
+  double acceptable = parameters_.lost_ratio;
+  for (int i = 0; i < std::min(num_lost, 4); ++i) acceptable *= 0.9;
+
   Search search(parameters_, CriticalFitness, Random(parameters_.seed, static_cast<std::uint64_t>(utime)));
-  Individual best = search.Run(presumed);
+  Individual best =
+      search.Run(presumed, {parameters_.window_m, parameters_.window_rad}, 1, parameters_.num_evaluations, enough);
+  if (Quality(best) < acceptable) {
+    // The robot turned or was pushed: look further, the more so the longer it is lost, and presume nothing.
+    const double scale = 1.0 + 0.25 * num_lost;
+    const Bounds wide = scale * Bounds{parameters_.wide_window_m, parameters_.wide_window_rad};
+    constexpr int kWideDraws = 30;  // most poses in so wide a window are not worth a climb
+    pull = 0.0;
+    best.fitness = CriticalFitness(best.pose);
+    const Individual other = search.Run(presumed, wide, kWideDraws, parameters_.wide_evaluations, enough);
+    if (other.fitness > best.fitness && Quality(other) >= acceptable) best = other;
+  }
   match.evaluations = search.evaluations();
 
   if (parameters_.final_climb) {
     const RaysInCells all_rays = ToCells(hits_m, geometry);
-    const auto AllFitness = [&](const Pose2& pose) { return field_.Evaluate(all_rays, pose, geometry); };
+    const auto AllFitness = [&](const Pose2& pose) { return Fitness(all_rays, pose); };
     const Bounds first_step{geometry.cell_size_m(), 0.01};
     constexpr int kHalvings = 6;
     best = ClimbToSummit({best.pose, AllFitness(best.pose)}, first_step, kHalvings, AllFitness, match.evaluations);
-    best.fitness = CriticalFitness(best.pose);
+  }
+  best.fitness = field_.Evaluate(critical_rays, best.pose, geometry);
+  match.fitness = std::clamp(best.fitness, 0.0, 1.0);
+  if (Quality(best) < acceptable) {
+    match.T_map_laser = history.back().T_map_laser;
+    return match;
   }
 
   match.T_map_laser = {best.pose.x_m, best.pose.y_m, WrapAngle(best.pose.yaw_rad)};
-  match.fitness = std::clamp(best.fitness, 0.0, 1.0);
   match.state = MatchState::kOk;
   return match;
 }

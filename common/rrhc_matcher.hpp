@@ -11,12 +11,12 @@
 
 namespace crsm {
 
-/// Where to look for a scan before it is matched: the last pose, or the last motion repeated (section 5.3,
+/// Where to look for a scan before it is matched: the last pose, or the last motions repeated (section 5.3,
 /// "the presumed new robot transformation, based on the speed or the kinematic model").
 ///
-/// history: the matches so far, oldest first; at least one. No time difference is trusted unchecked: where the ratio of
-/// the last two is not believable, the motion is repeated as it was.
-Pose2 PredictPose(std::span<const ScanMatch> history, std::int64_t utime, const MatchParameters& parameters);
+/// history: the matches so far, oldest first; at least one. Lasers turn steadily and loggers stamp unsteadily: a motion
+/// is one from scan to scan, whatever the times say. The pose of a lost scan is a guess and tells no speed.
+Pose2 PredictPose(std::span<const ScanMatch> history, const MatchParameters& parameters);
 
 /// Finds the pose of a scan on the map by random restart hill climbing. Source: section 5.
 class RrhcMatcher {
@@ -29,7 +29,10 @@ class RrhcMatcher {
   /// Matches a scan to the map as it is now. The result depends on the arguments, the map and the seed only.
   ///
   /// history: all matches so far, oldest first; when it is empty the scan becomes the origin of the map frame.
-  /// Without rays the scan is lost.
+  ///
+  /// The search is short where the first climbs lead to a fitness as good as that of the last scans, and goes on in a
+  /// wider window where it stays poor. A scan that nothing explains, or one without rays, is lost: its pose is then
+  /// the last one, a guess.
   ScanMatch Match(std::int64_t utime, const ValidRays& rays, std::span<const int> critical,
                   std::span<const ScanMatch> history, const MapGeometry& geometry, std::int64_t map_version) const;
 

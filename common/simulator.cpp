@@ -19,6 +19,18 @@ double HeadingOf(double x, double y) {
   return WrapAngle(yaw_rad);
 }
 
+/// Where somebody who walks to and fro is after `time_s`.
+Point PlaceOf(const Person& person, double time_s) {
+  const double dx_m = person.to.x_m - person.from.x_m;
+  const double dy_m = person.to.y_m - person.from.y_m;
+  const double length_m = std::sqrt(dx_m * dx_m + dy_m * dy_m);
+  if (length_m == 0.0) return person.from;
+  const double lengths = person.speed_m_s * time_s / length_m;
+  const double on_round_trip = lengths - 2.0 * std::floor(lengths / 2.0);
+  const double done = on_round_trip <= 1.0 ? on_round_trip : 2.0 - on_round_trip;
+  return {person.from.x_m + done * dx_m, person.from.y_m + done * dy_m};
+}
+
 }  // namespace
 
 Simulator::Simulator(const World& world, std::uint64_t seed) : world_(world), random_(seed) {
@@ -52,7 +64,7 @@ std::optional<LaserScan> Simulator::Next() {
   T_start_laser_ = Inverse(legs_.front().T_world_from) * T_world_laser;
   ++num_scans_;
 
-  LaserScan scan = Scan(T_world_laser);
+  LaserScan scan = Scan(T_world_laser, time_s);
   scan.utime = 1'000'000 + std::llround(time_s * 1e6);
   return scan;
 }
@@ -61,17 +73,27 @@ double Simulator::Progress() const {
   return std::min(static_cast<double>(num_scans_) / world_.laser.rate_hz / end_s_, 1.0);
 }
 
-LaserScan Simulator::Scan(const Pose2& T_world_laser) {
+LaserScan Simulator::Scan(const Pose2& T_world_laser, double time_s) {
   const World::Laser& laser = world_.laser;
   LaserScan scan;
   scan.angle_min_rad = static_cast<float>(-laser.fov_rad / 2.0);
   scan.angle_step_rad = static_cast<float>(laser.fov_rad / laser.beams);
+  std::vector<Point> people;
+  for (const Person& person : world_.people) people.push_back(PlaceOf(person, time_s));
+  const Point origin{T_world_laser.x_m, T_world_laser.y_m};
   for (int beam = 0; beam < laser.beams; ++beam) {
     const double angle_rad = scan.angle_min_rad + beam * static_cast<double>(scan.angle_step_rad);
-    double range_m =
-        CastRay(world_.walls, {T_world_laser.x_m, T_world_laser.y_m}, ComputeSinCos(T_world_laser.yaw_rad + angle_rad));
+    const SinCos direction = ComputeSinCos(T_world_laser.yaw_rad + angle_rad);
+    double range_m = CastRay(world_.walls, origin, direction);
+    for (const Point& person : people) {
+      range_m = std::min(range_m, CastRayAtDisc(person, kPersonRadius_m, origin, direction));
+    }
     range_m += laser.noise_m * random_.Gaussian();
-    scan.ranges_m.push_back(range_m > 0.0 && range_m <= laser.range_max_m ? static_cast<float>(range_m) : 0.0f);
+    if (laser.quantum_m > 0.0) range_m = laser.quantum_m * std::floor(range_m / laser.quantum_m + 0.5);
+    // No number is drawn where there are no drop-outs: the other ranges of a seed stay what they are.
+    const bool dropped = laser.dropout > 0.0 && random_.Uniform(0.0, 1.0) < laser.dropout;
+    const bool seen = !dropped && range_m > 0.0 && range_m <= laser.range_max_m;
+    scan.ranges_m.push_back(seen ? static_cast<float>(range_m) : 0.0f);
   }
   return scan;
 }

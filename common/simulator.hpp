@@ -15,8 +15,8 @@ namespace crsm {
 
 /// Drives a laser through a world: it turns on the spot towards the next waypoint and goes straight to it, at the
 /// world's speeds, and takes a scan every 1 / rate seconds, each in an instant. The first scan is at 1 s, the last one
-/// at the end of the path. Ranges have Gaussian noise; 0 is no return. The same world and seed give the same bytes
-/// everywhere.
+/// at the end of the path. Ranges have Gaussian noise, then drop-outs and steps if the world says so; 0 is no return.
+/// The same world and seed give the same bytes everywhere.
 class Simulator : public LaserSource {
  public:
   Simulator(const World& world, std::uint64_t seed);
@@ -26,7 +26,7 @@ class Simulator : public LaserSource {
   std::map<std::string, std::int64_t> Counts() const override { return {}; }
 
   /// Where the laser truly stood at the last scan given, seen from where it started; the origin before the first.
-  const Pose2& TruePose() const { return T_start_laser_; }
+  std::optional<Pose2> TruePose() const override { return T_start_laser_; }
 
  private:
   /// A turn on the spot or a straight way.
@@ -38,7 +38,7 @@ class Simulator : public LaserSource {
   };
 
   void AddLeg(const Pose2& T_world_from, double forward_m, double turn_rad);
-  LaserScan Scan(const Pose2& T_world_laser);
+  LaserScan Scan(const Pose2& T_world_laser, double time_s);
 
   World world_;
   Random random_;

@@ -10,8 +10,8 @@ ScanMatch Slam::Process(const LaserScan& scan) {
   const RaySelection selection = SelectRays(rays, parameters_.selection, density_scale_);
   density_scale_ = NextDensityScale(density_scale_, selection.critical.size(), parameters_.selection);
 
-  const ScanMatch match = matcher_.Match(scan.utime, rays, selection.critical, history_, updater_.geometry(),
-                                         updater_.version());
+  const ScanMatch match =
+      matcher_.Match(scan.utime, rays, selection.critical, history_, updater_.geometry(), updater_.version());
   const MapDelta delta = updater_.Update(scan, match);
   matcher_.ApplyChanges(delta.tiles);
   history_.push_back(match);

@@ -7,8 +7,8 @@ namespace crsm {
 
 /// Which neighbouring hits lie on one surface: result[i] speaks of hits i and i + 1.
 ///
-/// hits_m: 2 x N. Two hits less than `near_m` apart are joined; up to `max_m` apart they are joined if the hit before or
-/// the hit after continues their line: a wall seen at a grazing angle, whose hits are far apart, and not the jump
+/// hits_m: 2 x N. Two hits less than `near_m` apart are joined; up to `max_m` apart they are joined if the hit before
+/// or the hit after continues their line: a wall seen at a grazing angle, whose hits are far apart, and not the jump
 /// from a near edge to what lies behind it.
 std::vector<bool> FindSurfaces(const Eigen::Matrix2Xd& hits_m, double near_m, double max_m);
 

@@ -10,10 +10,10 @@
 
 namespace crsm {
 
-inline constexpr int kTileSide = 64;                           ///< cells
-inline constexpr int kTileCells = kTileSide * kTileSide;       ///< cells in a tile
-inline constexpr int kMaxTile = 1024;                          ///< tiles run from -kMaxTile to kMaxTile - 1 on each axis
-inline constexpr int kMaxCell = kMaxTile * kTileSide;          ///< and cells from -kMaxCell to kMaxCell - 1
+inline constexpr int kTileSide = 64;                      ///< cells
+inline constexpr int kTileCells = kTileSide * kTileSide;  ///< cells in a tile
+inline constexpr int kMaxTile = 1024;                     ///< tiles run from -kMaxTile to kMaxTile - 1 on each axis
+inline constexpr int kMaxCell = kMaxTile * kTileSide;     ///< and cells from -kMaxCell to kMaxCell - 1
 
 /// A cell of the map. Cell (0, 0) has its lower left corner at the map's origin; x right, y up.
 struct Cell {
@@ -77,7 +77,8 @@ class TileGrid {
   }
 
   void GrowTo(TileIndex index) {
-    if (static_cast<unsigned>(index.x - origin_.x) < width_ && static_cast<unsigned>(index.y - origin_.y) < height_) return;
+    if (static_cast<unsigned>(index.x - origin_.x) < width_ && static_cast<unsigned>(index.y - origin_.y) < height_)
+      return;
     // Room ahead in steps of eight, so that a straight drive does not rebuild the directory at every tile.
     const auto Down = [](int value) { return value & ~7; };
     const auto Up = [](int value) { return (value | 7) + 1; };

@@ -26,10 +26,14 @@ SinCos ComputeSinCos(double angle_rad) {
   cos = 1.0 + r2 * cos;
 
   switch (static_cast<long long>(quadrant) & 3) {
-    case 0: return {sin, cos};
-    case 1: return {cos, -sin};
-    case 2: return {-sin, -cos};
-    default: return {-cos, sin};
+    case 0:
+      return {sin, cos};
+    case 1:
+      return {cos, -sin};
+    case 2:
+      return {-sin, -cos};
+    default:
+      return {-cos, sin};
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -13,147 +14,11 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "common/built_in_worlds.hpp"
 #include "common/laser_scan.hpp"
 
 namespace crsm {
 namespace {
-
-constexpr const char* kDemo = R"(# A flat of six rooms around a loop of corridors, 14 x 10 m.
-laser 270 270 9.5 10 0.01
-speed 0.3 0.5
-
-box 0 0 14 10
-box 5.2 4.2 3.6 1.6         # the block inside the loop
-wall 4 0 4 3.2              # west side of the loop, doors to bedroom and bathroom
-wall 4 4.2 4 5.8
-wall 4 6.8 4 10
-wall 10 0 10 3.3            # east side, doors to living room and study
-wall 10 4.3 10 5.7
-wall 10 6.7 10 10
-wall 4 3 6.6 3              # south side, door to the kitchen
-wall 7.6 3 10 3
-wall 4 7 5.6 7              # north side, door to the dining room
-wall 6.6 7 10 7
-wall 0 4.8 4 4.8            # bedroom | bathroom
-wall 10 5.2 14 5.2          # living room | study
-
-box 7.6 5.8 0.6 0.15        # corridor: shelf
-box 0.2 0.2 1.4 1           # bedroom: bed, wardrobe, desk
-box 3.3 0.3 0.6 1.6
-box 0.1 4 1.2 0.7
-box 8.6 0.1 1.3 1.4         # kitchen: counter, table, fridge
-box 4.2 2.2 0.8 0.6
-box 4.1 0.1 0.7 0.7
-box 13 2.4 0.9 1.9          # living room: sofa, cupboard, table
-box 10.1 0.6 0.4 1.5
-box 11 2 0.5 0.5
-box 13.1 5.4 0.8 1.6        # study: desk, shelf, cabinet
-box 10.1 9.4 2.2 0.5
-box 10.1 7.4 0.6 0.9
-box 6.9 7.4 0.9 0.5         # dining room: table, cupboard, sideboard
-box 4.1 8.8 0.5 1.1
-box 8.9 7.2 1 0.5
-box 0.1 4.9 1.7 0.7         # bathroom: tub, shower, basin
-box 3.1 8.9 0.8 1
-box 0.1 6.9 0.4 0.6
-
-waypoint 4.6 5
-waypoint 4.6 3.7
-waypoint 2.6 3.7            # bedroom
-waypoint 1.2 2.2
-waypoint 2.6 1.2
-waypoint 2.6 3.7
-waypoint 4.6 3.7
-waypoint 7.1 3.6
-waypoint 7.1 1.6            # kitchen
-waypoint 5.4 1.4
-waypoint 7.1 1.6
-waypoint 7.1 3.6
-waypoint 9.4 3.7
-waypoint 12 3.8             # living room
-waypoint 12.4 1.6
-waypoint 12 3.8
-waypoint 9.4 3.7
-waypoint 9.4 6.2
-waypoint 11.8 6.2           # study
-waypoint 12.2 8.4
-waypoint 11.8 6.2
-waypoint 9.4 6.2
-waypoint 6.1 6.4
-waypoint 6.1 8.2            # dining room
-waypoint 8.2 8.6
-waypoint 6.1 8.2
-waypoint 6.1 6.4
-waypoint 4.6 6.3
-waypoint 2.2 6.3            # bathroom
-waypoint 1.4 8.4
-waypoint 2.2 6.3
-waypoint 4.6 6.3
-waypoint 4.6 5
-)";
-
-constexpr const char* kCorridor =
-    R"(# A corridor of 1.6 m with four bends, niches and pillars: wherever the laser stands, it
-# sees walls along the corridor and walls across it.
-laser 240 240 5.6 10 0.01
-speed 0.3 0.5
-
-wall -0.8 -0.8 -0.8 0.8     # west end
-wall -0.8 0.8 1.5 0.8       # left wall
-wall 1.5 0.8 1.5 1.3
-wall 1.5 1.3 2.4 1.3
-wall 2.4 1.3 2.4 0.8
-wall 2.4 0.8 5.2 0.8
-wall 5.2 0.8 5.2 2.4
-wall 5.2 2.4 4.7 2.4
-wall 4.7 2.4 4.7 3.3
-wall 4.7 3.3 5.2 3.3
-wall 5.2 3.3 5.2 5.8
-wall 5.2 5.8 8.2 5.8
-wall 8.2 5.8 8.2 6.3
-wall 8.2 6.3 9.2 6.3
-wall 9.2 6.3 9.2 5.8
-wall 9.2 5.8 11.8 5.8
-wall 11.8 5.8 12.8 4.8
-wall 12.8 4.8 12.8 3.4
-wall 12.8 3.4 13.3 3.4
-wall 13.3 3.4 13.3 2.5
-wall 13.3 2.5 12.8 2.5
-wall 12.8 2.5 12.8 0.8
-wall 12.8 0.8 15 0.8
-wall 15 0.8 15 1.3
-wall 15 1.3 15.8 1.3
-wall 15.8 1.3 15.8 0.8
-wall 15.8 0.8 17.8 0.8
-wall 17.8 0.8 17.8 -0.8     # east end
-wall 17.8 -0.8 11.2 -0.8    # right wall
-wall 11.2 -0.8 11.2 4.2
-wall 11.2 4.2 6.8 4.2
-wall 6.8 4.2 6.8 -0.8
-wall 6.8 -0.8 4.4 -0.8
-wall 4.4 -0.8 4.4 -1.3
-wall 4.4 -1.3 3.4 -1.3
-wall 3.4 -1.3 3.4 -0.8
-wall 3.4 -0.8 -0.8 -0.8
-box 0.4 -0.8 0.3 0.25       # pillars
-box 6.4 1.2 0.4 0.4
-box 9.9 4.2 0.4 0.3
-box 11.2 1.4 0.25 0.4
-box 13.9 -0.8 0.3 0.3
-box 16.6 0.5 0.3 0.3
-
-waypoint 0 0
-waypoint 6 0
-waypoint 6 5
-waypoint 12 5
-waypoint 12 0
-waypoint 17 0
-)";
-
-const std::map<std::string, const char*>& BuiltInWorlds() {
-  static const std::map<std::string, const char*> kWorlds = {{"demo", kDemo}, {"corridor", kCorridor}};
-  return kWorlds;
-}
 
 struct Field {
   const char* name;
@@ -178,6 +43,13 @@ const Keys& KnownKeys() {
         {"width_m", kSmallest, kReach_m},
         {"height_m", kSmallest, kReach_m}}},
       {"waypoint", {{"x_m", -kReach_m, kReach_m}, {"y_m", -kReach_m, kReach_m}}},
+      {"corner", {{"x_m", -kReach_m, kReach_m}, {"y_m", -kReach_m, kReach_m}}},
+      {"person",
+       {{"x1_m", -kReach_m, kReach_m},
+        {"y1_m", -kReach_m, kReach_m},
+        {"x2_m", -kReach_m, kReach_m},
+        {"y2_m", -kReach_m, kReach_m},
+        {"speed_m_s", kSmallest, 10.0}}},
       {"laser",
        {{"fov_deg", 1.0, 360.0},
         {"beams", kMinBeams, kMaxBeams},
@@ -189,8 +61,14 @@ const Keys& KnownKeys() {
   return kKeys;
 }
 
+/// What may stand after the numbers of a laser, each with one number.
+const std::vector<Field>& LaserOptions() {
+  static const std::vector<Field> kOptions = {{"dropout", 0.0, 1.0}, {"quantum_m", 0.0, 1.0}};
+  return kOptions;
+}
+
 std::string Usage(const std::string& key) {
-  std::string usage = key;
+  std::string usage = key == "corner" ? "corner NAME" : key;
   for (const Field& field : KnownKeys().at(key)) usage += fmt::format(" {}", field.name);
   return usage;
 }
@@ -211,28 +89,57 @@ std::optional<double> ToNumber(const std::string& word) {
   return number;
 }
 
+double ReadNumber(const std::string& place, const std::string& key, const Field& field, const std::string& word) {
+  const std::optional<double> number = ToNumber(word);
+  if (!number || !(*number >= field.min && *number <= field.max)) {
+    throw std::runtime_error(fmt::format("{}: {} {} is '{}', must be a number from {} to {}", place, key, field.name,
+                                         word, field.min, field.max));
+  }
+  return *number;
+}
+
 /// The numbers after `key`, each in its range. `place` is file:line.
-std::vector<double> ReadNumbers(const std::string& place, const std::string& key, std::istringstream& words) {
+std::vector<double> ReadNumbers(const std::string& place, const std::string& key,
+                                const std::vector<std::string>& words) {
   const auto known = KnownKeys().find(key);
   if (known == KnownKeys().end()) {
     throw std::runtime_error(fmt::format("{}: '{}' is none of {}", place, key, ListOf(NamesOf(KnownKeys()))));
   }
-  const std::vector<std::string> found{std::istream_iterator<std::string>(words), {}};
-  if (found.size() != known->second.size()) {
-    throw std::runtime_error(fmt::format("{}: {} numbers after '{}', must be {}: {}", place, found.size(), key,
+  if (words.size() != known->second.size()) {
+    throw std::runtime_error(fmt::format("{}: {} numbers after '{}', must be {}: {}", place, words.size(), key,
                                          known->second.size(), Usage(key)));
   }
   std::vector<double> numbers;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    const Field& field = known->second[i];
-    const std::optional<double> number = ToNumber(found[i]);
-    if (!number || !(*number >= field.min && *number <= field.max)) {
-      throw std::runtime_error(fmt::format("{}: {} {} is '{}', must be a number from {} to {}", place, key, field.name,
-                                           found[i], field.min, field.max));
-    }
-    numbers.push_back(*number);
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    numbers.push_back(ReadNumber(place, key, known->second[i], words[i]));
   }
   return numbers;
+}
+
+/// Takes `name number` from the end of a laser's line for as long as there are any.
+void TakeLaserOptions(const std::string& place, std::vector<std::string>& words, World::Laser& laser) {
+  const std::size_t num_numbers = KnownKeys().at("laser").size();
+  for (; words.size() > num_numbers + 1; words.resize(words.size() - 2)) {
+    const std::string& name = words[words.size() - 2];
+    const auto option = std::find_if(LaserOptions().begin(), LaserOptions().end(),
+                                     [&](const Field& field) { return name == field.name; });
+    if (option == LaserOptions().end()) {
+      throw std::runtime_error(
+          fmt::format("{}: laser option '{}' is neither dropout nor quantum_m, each with a number", place, name));
+    }
+    (name == "dropout" ? laser.dropout : laser.quantum_m) = ReadNumber(place, "laser", *option, words.back());
+  }
+}
+
+/// Takes the name from the front of a corner's line.
+std::string TakeName(const std::string& place, std::vector<std::string>& words, const std::vector<Corner>& known) {
+  if (words.empty()) throw std::runtime_error(fmt::format("{}: a corner needs a name: {}", place, Usage("corner")));
+  const std::string name = words.front();
+  if (std::any_of(known.begin(), known.end(), [&](const Corner& corner) { return corner.name == name; })) {
+    throw std::runtime_error(fmt::format("{}: a second corner '{}'; each needs a name of its own", place, name));
+  }
+  words.erase(words.begin());
+  return name;
 }
 
 void AddBox(const Point& lower_left, const Point& size, std::vector<Wall>& walls) {
@@ -266,7 +173,11 @@ World ParseWorld(const std::string& text, const std::string& name) {
     std::string key;
     if (!(words >> key)) continue;
     const std::string place = fmt::format("{}:{}", name, line_number);
-    const std::vector<double> numbers = ReadNumbers(place, key, words);
+    std::vector<std::string> rest{std::istream_iterator<std::string>(words), {}};
+    World::Laser options;
+    if (key == "laser") TakeLaserOptions(place, rest, options);
+    const std::string corner_name = key == "corner" ? TakeName(place, rest, world.corners) : "";
+    const std::vector<double> numbers = ReadNumbers(place, key, rest);
     ++counts[key];
     if (key == "wall") {
       world.walls.push_back({{numbers[0], numbers[1]}, {numbers[2], numbers[3]}});
@@ -275,13 +186,19 @@ World ParseWorld(const std::string& text, const std::string& name) {
     } else if (key == "waypoint") {
       world.path.push_back({numbers[0], numbers[1]});
       waypoint_places.push_back(place);
+    } else if (key == "corner") {
+      world.corners.push_back({corner_name, {numbers[0], numbers[1]}});
+    } else if (key == "person") {
+      world.people.push_back({{numbers[0], numbers[1]}, {numbers[2], numbers[3]}, numbers[4]});
     } else if (counts[key] > 1) {
       throw std::runtime_error(fmt::format("{}: a second '{}' line; there must be one", place, key));
     } else if (key == "laser") {
       if (numbers[1] != std::floor(numbers[1])) {
         throw std::runtime_error(fmt::format("{}: laser beams is {}, must be a whole number", place, numbers[1]));
       }
-      world.laser = {numbers[0] * kPi / 180.0, static_cast<int>(numbers[1]), numbers[2], numbers[3], numbers[4]};
+      world.laser = {
+          numbers[0] * kPi / 180.0, static_cast<int>(numbers[1]), numbers[2], numbers[3], numbers[4], options.dropout,
+          options.quantum_m};
     } else {
       world.linear_m_s = numbers[0];
       world.angular_rad_s = numbers[1];
@@ -301,9 +218,9 @@ World ParseWorld(const std::string& text, const std::string& name) {
   return world;
 }
 
-World LoadWorld(const std::string& name) {
+std::string LoadWorldText(const std::string& name) {
   const auto built_in = BuiltInWorlds().find(name);
-  if (built_in != BuiltInWorlds().end()) return ParseWorld(built_in->second, name);
+  if (built_in != BuiltInWorlds().end()) return built_in->second;
   if (!std::filesystem::is_regular_file(name)) {
     throw std::runtime_error(
         fmt::format("there is no world file {} and no built-in world of that name; built in are {}", name,
@@ -311,8 +228,10 @@ World LoadWorld(const std::string& name) {
   }
   std::ifstream file(name, std::ios::binary);
   if (!file) throw std::runtime_error(fmt::format("cannot read {}", name));
-  return ParseWorld({std::istreambuf_iterator<char>(file), {}}, name);
+  return {std::istreambuf_iterator<char>(file), {}};
 }
+
+World LoadWorld(const std::string& name) { return ParseWorld(LoadWorldText(name), name); }
 
 double CastRay(const std::vector<Wall>& walls, const Point& origin, const SinCos& direction) {
   // Walls are a hair longer than they are, so that no ray slips through where two of them meet.
@@ -331,6 +250,16 @@ double CastRay(const std::vector<Wall>& walls, const Point& origin, const SinCos
     if (distance_m < nearest_m) nearest_m = distance_m;
   }
   return nearest_m;
+}
+
+double CastRayAtDisc(const Point& centre, double radius_m, const Point& origin, const SinCos& direction) {
+  const double to_x_m = centre.x_m - origin.x_m;
+  const double to_y_m = centre.y_m - origin.y_m;
+  const double along_m = direction.cos * to_x_m + direction.sin * to_y_m;
+  const double beside_m = direction.cos * to_y_m - direction.sin * to_x_m;
+  const double half_chord_m = std::sqrt(std::max(0.0, radius_m * radius_m - beside_m * beside_m));
+  const bool hit = half_chord_m > 0.0 && along_m > half_chord_m;
+  return hit ? along_m - half_chord_m : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace crsm

@@ -88,6 +88,7 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
   WriteAtomically(dir / "map.yaml", FormatMapYaml(results.grid));
   WriteAtomically(dir / "overview.png", EncodeOverview(results));
   WriteAtomically(dir / "trajectory.tum", trajectory_text);
+  if (!results.truth.empty()) WriteAtomically(dir / "truth.tum", FormatTrajectory(results.truth));
   WriteAtomically(dir / "summary.json", results.summary_json);
 }
 

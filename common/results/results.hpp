@@ -8,6 +8,7 @@
 #include "common/laser_scan.hpp"
 #include "common/parameters.hpp"
 #include "common/scan_match.hpp"
+#include "common/trajectory.hpp"
 
 namespace crsm {
 
@@ -15,6 +16,7 @@ namespace crsm {
 struct Results {
   DenseGrid grid;                  ///< may be empty
   std::vector<ScanMatch> matches;  ///< of every scan, lost ones too, in order of arrival
+  Trajectory truth;                ///< where the laser truly stood, from its first pose; empty if nobody knows
   LaserScan last_scan;             ///< drawn if `matches` has its pose
   ScanParameters scan_parameters;  ///< which of its beams are measurements
   std::string summary_json;        ///< made by FormatSummary
@@ -26,6 +28,7 @@ struct Results {
 /// - map.yaml: the map_server convention; origin is the lower left corner [m, m, rad]
 /// - overview.png: the map with trajectory and last scan, for people
 /// - trajectory.tum: T_map_laser of every scan
+/// - truth.tum: the true poses, if there are any
 /// - summary.json
 ///
 /// Each file is replaced as a whole, so a reader never sees half of one; a reader in between may see the new map.png

@@ -37,6 +37,8 @@ void WriteLog(LaserSource& source, const std::string& source_name, const std::st
   while (const auto scan = source.Next()) {
     if (StopRequested()) break;
     log.Write(channel_prefix + kLaserChannel, ToMessage(*scan));
+    if (const auto T_map_laser = source.TruePose())
+      log.Write(channel_prefix + kTruePoseChannel, ToPoseMessage(scan->utime, *T_map_laser));
     progress.Show(source.Progress(), ++num_scans);
   }
   log.Flush();

@@ -73,6 +73,9 @@ class LaserPublisher {
   void Publish(const LaserScan& scan) {
     const auto start = Clock::now();
     service_.bus().Publish(kLaserChannel, ToMessage(scan));
+    if (const auto T_map_laser = source_.TruePose()) {
+      service_.bus().Publish(kTruePoseChannel, ToPoseMessage(scan.utime, *T_map_laser));
+    }
     service_.RecordLatency(start);
     service_.counters().Add("published");
     ++num_scans_;

@@ -128,7 +128,8 @@ int main(int argc, char** argv) {
   crsm::CommandLine command_line("map_exporter",
                                  "Writes the map, the trajectory and pictures of them to a folder, now and then and at "
                                  "the end: MAP_DELTA -> map.png, map.yaml, overview.png, trajectory.tum, summary.json.",
-                                 {crsm::ParameterGroup::kSeed}, {"lcm_url", "channel_prefix", "out", "export_period_s"});
+                                 {crsm::ParameterGroup::kSeed},
+                                 {"lcm_url", "channel_prefix", "out", "export_period_s"});
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::MapExporter(command_line).Run(); });
 }

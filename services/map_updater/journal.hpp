@@ -21,8 +21,8 @@ class Journal {
   using Visit = std::function<void(const LaserScan* scan, const ScanMatch& match)>;
 
   /// Reads the journal in `folder` from its beginning, then goes on writing at its end. A tail that was torn by a crash
-  /// is cut off after the last whole event; `num_cut_bytes` then says how much. Throws std::runtime_error if there is no
-  /// journal, if it is damaged elsewhere, or if it cannot be written.
+  /// is cut off after the last whole event; `num_cut_bytes` then says how much. Throws std::runtime_error if there is
+  /// no journal, if it is damaged elsewhere, or if it cannot be written.
   Journal(const std::filesystem::path& folder, const Visit& visit);
 
   std::uintmax_t num_cut_bytes() const { return num_cut_bytes_; }

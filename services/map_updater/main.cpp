@@ -60,8 +60,8 @@ class MapUpdaterService {
     }
     if (answered_utimes_.count(match.utime) > 0) return service_.counters().Add("utime_repeated");
 
-    const auto held = std::find_if(scans_.begin(), scans_.end(),
-                                   [&](const LaserScan& scan) { return scan.utime == match.utime; });
+    const auto held =
+        std::find_if(scans_.begin(), scans_.end(), [&](const LaserScan& scan) { return scan.utime == match.utime; });
     if (held == scans_.end() && settings_.lockstep) {
       return service_.counters().Add("scan_awaited");  // it will be sent again, and the match with it
     }

@@ -12,13 +12,14 @@
 namespace crsm {
 
 // The channels, and what travels on them.
-inline constexpr const char* kLaserChannel = "LASER";                    // bot_core.planar_lidar_t
-inline constexpr const char* kCriticalRaysChannel = "CRITICAL_RAYS";     // crsm.critical_rays_t
-inline constexpr const char* kScanMatchChannel = "SCAN_MATCH";           // crsm.scan_match_t
-inline constexpr const char* kPoseChannel = "POSE";                      // bot_core.pose_t
-inline constexpr const char* kMapDeltaChannel = "MAP_DELTA";             // crsm.map_delta_t
-inline constexpr const char* kMapRequestChannel = "MAP_REQUEST";         // crsm.map_request_t
-inline constexpr const char* kServiceStatusChannel = "SERVICE_STATUS";   // crsm.service_status_t
+inline constexpr const char* kLaserChannel = "LASER";                   // bot_core.planar_lidar_t
+inline constexpr const char* kCriticalRaysChannel = "CRITICAL_RAYS";    // crsm.critical_rays_t
+inline constexpr const char* kScanMatchChannel = "SCAN_MATCH";          // crsm.scan_match_t
+inline constexpr const char* kPoseChannel = "POSE";                     // bot_core.pose_t
+inline constexpr const char* kTruePoseChannel = "TRUE_POSE";            // bot_core.pose_t, of simulated worlds
+inline constexpr const char* kMapDeltaChannel = "MAP_DELTA";            // crsm.map_delta_t
+inline constexpr const char* kMapRequestChannel = "MAP_REQUEST";        // crsm.map_request_t
+inline constexpr const char* kServiceStatusChannel = "SERVICE_STATUS";  // crsm.service_status_t
 
 /// The thin seam over LCM: checked messages in, messages out, no exception into C code.
 class Bus {

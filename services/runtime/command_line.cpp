@@ -59,7 +59,7 @@ class Setter {
   using Kind = WrittenValue::Kind;
 
   template <class Number>
-    requires std::is_arithmetic_v<Number>
+  requires std::is_arithmetic_v<Number>
   void Set(Number& number, Number low, Number high) {
     const std::optional<Number> parsed = ParseNumber<Number>(value_.text);
     if (!Is(Kind::kNumber) || !parsed || !(*parsed >= low && *parsed <= high)) Refuse(RangeText(low, high));
@@ -142,7 +142,8 @@ CommandLine::CommandLine(const std::string& program, const std::string& descript
                          std::vector<std::string> settings)
     : program_(program), app_(description, program) {
   app_.set_version_flag("--version", fmt::format("{} {}", program, kVersion));
-  app_.add_option("--config", config_, "TOML file with keys named as the flags, with _ for -; one file serves all programs")
+  app_.add_option("--config", config_,
+                  "TOML file with keys named as the flags, with _ for -; one file serves all programs")
       ->type_name("FILE");
   app_.add_option("--preset", preset_, fmt::format("laser: {}", fmt::join(Names(kPresets), ", ")))->type_name("NAME");
   app_.add_option("--profile", profile_, fmt::format("algorithm: default, {}", fmt::join(Names(kProfiles), ", ")))
@@ -194,8 +195,8 @@ void CommandLine::AddFlags(const std::vector<ParameterGroup>& groups, const std:
 std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
   try {
     app_.parse(argc, argv);
-    if (profile_ != "default") ApplyConfig(FindBuiltIn(kProfiles, "profile", profile_), profile_);
     if (!preset_.empty()) ApplyConfig(FindBuiltIn(kPresets, "preset", preset_), preset_);
+    if (profile_ != "default") ApplyConfig(FindBuiltIn(kProfiles, "profile", profile_), profile_);
     if (!config_.empty()) ApplyConfig(ReadConfig(config_), config_);
     for (const auto& [key, text] : flags_) {
       try {

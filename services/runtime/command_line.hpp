@@ -14,7 +14,7 @@ namespace crsm {
 /// The command line that all programs share: --help, --version, --preset, --profile, --config FILE, and a flag for each
 /// parameter and setting that the program uses.
 ///
-/// Later wins: defaults, profile, preset, configuration file, flags. A configuration file serves all programs: keys of
+/// Later wins: defaults, preset, profile, configuration file, flags. A configuration file serves all programs: keys of
 /// others are checked and kept; a key that none knows, or a value out of range, stops the program in one line.
 class CommandLine {
  public:

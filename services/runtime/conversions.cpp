@@ -18,8 +18,12 @@ bot_core::planar_lidar_t ToMessage(const LaserScan& scan) {
 }
 
 ScanMatch FromMessage(const scan_match_t& message) {
-  return {message.utime,       {message.x_m, message.y_m, message.yaw_rad}, message.fitness,
-          message.evaluations, message.num_critical,                        message.map_version,
+  return {message.utime,
+          {message.x_m, message.y_m, message.yaw_rad},
+          message.fitness,
+          message.evaluations,
+          message.num_critical,
+          message.map_version,
           static_cast<MatchState>(message.state)};
 }
 
@@ -67,9 +71,11 @@ critical_rays_t ToMessage(std::int64_t utime, const ValidRays& rays, const RaySe
   return message;
 }
 
-bot_core::pose_t ToPoseMessage(const ScanMatch& match) {
-  const auto half = ComputeSinCos(0.5 * match.T_map_laser.yaw_rad);
-  return {match.utime, {match.T_map_laser.x_m, match.T_map_laser.y_m, 0.0}, {}, {half.cos, 0.0, 0.0, half.sin}, {}, {}};
+bot_core::pose_t ToPoseMessage(std::int64_t utime, const Pose2& T_map_laser) {
+  const auto half = ComputeSinCos(0.5 * T_map_laser.yaw_rad);
+  return {utime, {T_map_laser.x_m, T_map_laser.y_m, 0.0}, {}, {half.cos, 0.0, 0.0, half.sin}, {}, {}};
 }
+
+bot_core::pose_t ToPoseMessage(const ScanMatch& match) { return ToPoseMessage(match.utime, match.T_map_laser); }
 
 }  // namespace crsm

@@ -32,7 +32,8 @@ struct CriticalRays {
 CriticalRays FromMessage(const critical_rays_t& message);
 critical_rays_t ToMessage(std::int64_t utime, const ValidRays& rays, const RaySelection& selection);
 
-/// The same pose for other people's viewers.
+/// A pose for other people's viewers, and a match's.
+bot_core::pose_t ToPoseMessage(std::int64_t utime, const Pose2& T_map_laser);
 bot_core::pose_t ToPoseMessage(const ScanMatch& match);
 
 }  // namespace crsm

@@ -7,8 +7,8 @@
 
 namespace crsm {
 
-/// Writes messages to an LCM log that lcm-logplayer plays at the pace of their own times: an event carries its message's
-/// utime, and where that goes back the last one. The same messages give the same bytes.
+/// Writes messages to an LCM log that lcm-logplayer plays at the pace of their own times: an event carries its
+/// message's utime, and where that goes back the last one. The same messages give the same bytes.
 class EventLogWriter {
  public:
   enum class Mode { kNew, kAppend };

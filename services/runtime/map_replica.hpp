@@ -57,9 +57,9 @@ class MapReplica {
   std::vector<ScanMatch> matches_;
   double cell_size_m_ = 0.0;
 
-  std::int32_t next_tile_ = 0;                  ///< of the pages under way
-  std::optional<std::int64_t> pages_version_;   ///< the owner's when the first of them came
-  std::map<std::int32_t, map_delta_t> parts_;   ///< of version + 1, by number
+  std::int32_t next_tile_ = 0;                 ///< of the pages under way
+  std::optional<std::int64_t> pages_version_;  ///< the owner's when the first of them came
+  std::map<std::int32_t, map_delta_t> parts_;  ///< of version + 1, by number
 };
 
 }  // namespace crsm

@@ -27,7 +27,8 @@ void VisitSettings(Settings& s, Visitor&& visit) {
   visit("lcm_url", "where messages go; the environment's LCM_DEFAULT_URL or LCM's own default if empty", s.lcm_url);
   visit("channel_prefix", "before every channel name, e.g. robot1/", s.channel_prefix);
   visit("out", "folder for the results", s.out);
-  visit("rate", "1: as fast as it was recorded, N: N times that, max: as fast as the map is made, nothing lost", s.rate);
+  visit("rate", "1: as fast as it was recorded, N: N times that, max: as fast as the map is made, nothing lost",
+        s.rate);
   visit("laser_channel", "of an LCM log with several lasers; the first one if empty", s.laser_channel);
   visit("lockstep", "wait for whatever is missing, instead of going on without it", s.lockstep);
   visit("map_wait_s", "without --lockstep: longest wait for the map of the last scan [s]", s.map_wait_s, 0.0, 60.0);

@@ -19,7 +19,7 @@ constexpr std::int32_t kMostParts = 4096;
 constexpr std::int32_t kMostCounters = 64;
 constexpr std::size_t kScanMatchBytes = 8 + 4 * 8 + 4 + 4 + 8 + 1;
 constexpr double kLargestCoordinateM = 1e6;
-constexpr float kLongestRangeM = 1000.0f;  // the most that range_max_m can be
+constexpr float kLongestRangeM = 1000.0f;       // the most that range_max_m can be
 constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single precision
 
 bool IsAngle(double angle_rad) { return std::abs(angle_rad) <= kFullTurn; }  // false for NaN
@@ -104,8 +104,8 @@ bool ValuesInRange(const botlab::lidar_nranges_t& message) { return BotlabValues
 bool ValuesInRange(const critical_rays_t& message) {
   const auto IsRange = [](float range_m) { return range_m > 0.0f && range_m <= kLongestRangeM; };
   const auto IsRayAngle = [](float angle_rad) { return std::abs(angle_rad) <= 2.0 * kFullTurn; };
-  const bool in_order = std::adjacent_find(message.critical.begin(), message.critical.end(),
-                                           std::greater_equal<>()) == message.critical.end();
+  const bool in_order = std::adjacent_find(message.critical.begin(), message.critical.end(), std::greater_equal<>()) ==
+                        message.critical.end();
   return message.utime >= 0 && std::all_of(message.range_m.begin(), message.range_m.end(), IsRange) &&
          std::all_of(message.angle_rad.begin(), message.angle_rad.end(), IsRayAngle) &&
          std::is_sorted(message.angle_rad.begin(), message.angle_rad.end()) && in_order &&

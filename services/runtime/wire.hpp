@@ -95,7 +95,8 @@ std::optional<Message> Decode(std::span<const std::uint8_t> bytes) {
   Walk(reader, static_cast<const Message*>(nullptr));
   if (!reader.Whole()) return std::nullopt;
   Message message;
-  if (message.decode(bytes.data(), 0, static_cast<int>(bytes.size())) != static_cast<int>(bytes.size())) return std::nullopt;
+  if (message.decode(bytes.data(), 0, static_cast<int>(bytes.size())) != static_cast<int>(bytes.size()))
+    return std::nullopt;
   if (!ValuesInRange(message)) return std::nullopt;
   return message;
 }

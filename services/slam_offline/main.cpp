@@ -29,6 +29,7 @@ void MapLog(const CommandLine& command_line, const std::string& name) {
     const auto start = Clock::now();
     slam.Process(*scan);
     latency.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+    if (const auto T_map_laser = source->TruePose()) results.truth.push_back({scan->utime, *T_map_laser});
     results.last_scan = std::move(*scan);
     progress.Show(source->Progress(), latency.num_recorded());
   }

@@ -79,7 +79,7 @@ Process::Process(const std::string& program, const std::vector<std::string>& arg
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   // A freed block that AddressSanitizer keeps for a while would look like a leak.
-  setenv("ASAN_OPTIONS", "quarantine_size_mb=1:thread_local_quarantine_size_kb=0", 0);
+  setenv("ASAN_OPTIONS", "quarantine_size_mb=1", 0);
   setenv("CRSM_BIN_DIR", CRSM_BIN_DIR, 1);
   pid_ = fork();
   if (pid_ == 0) Execute(path.c_str(), argv.data(), output_.c_str(), errors_.c_str());

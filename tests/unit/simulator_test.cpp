@@ -27,9 +27,9 @@ TEST_CASE("the first scan shows the room from where the path begins") {
   // Looking up: behind is the floor's lower edge, then the right wall, the upper, the left one. Single precision.
   const double expected_m[] = {1.0, 3.0, 2.0, 1.0};
   for (std::size_t i = 0; i < 4; ++i) CHECK(scan->ranges_m[i] == Approx(expected_m[i]).epsilon(1e-6));
-  CHECK(simulator.TruePose().x_m == Approx(0.0).margin(1e-12));
-  CHECK(simulator.TruePose().y_m == Approx(0.0).margin(1e-12));
-  CHECK(simulator.TruePose().yaw_rad == 0.0);
+  CHECK(simulator.TruePose()->x_m == Approx(0.0).margin(1e-12));
+  CHECK(simulator.TruePose()->y_m == Approx(0.0).margin(1e-12));
+  CHECK(simulator.TruePose()->yaw_rad == 0.0);
 }
 
 TEST_CASE("what is beyond the laser's reach is no return") {
@@ -47,7 +47,7 @@ TEST_CASE("the laser drives straight, turns on the spot and drives on, at the wo
   while (const auto scan = simulator.Next()) {
     CHECK(scan->utime == utime);
     utime += 100000;
-    poses.push_back(simulator.TruePose());
+    poses.push_back(*simulator.TruePose());
   }
   // 10 s ahead, pi / 2 s of turning, 10 s ahead: scans at 0.0 to 21.5 s, and one at the end.
   REQUIRE(poses.size() == 217);
@@ -74,7 +74,7 @@ TEST_CASE("the laser faces its way in every direction") {
     // Towards the upper right or lower left corner and so on: what the beam ahead meets tells the heading.
     CHECK(first->ranges_m[2] == Approx(CastRay(world.walls, {2.0, 1.5}, {std::sin(yaw_rad), std::cos(yaw_rad)})));
     ReadAll(simulator);
-    const Pose2 last = simulator.TruePose();
+    const Pose2 last = *simulator.TruePose();
     CHECK(std::cos(last.yaw_rad) == Approx(std::cos(-yaw_rad)).margin(1e-12));
     CHECK(std::sin(last.yaw_rad) == Approx(std::sin(-yaw_rad)).margin(1e-12));
     CHECK(last.x_m == Approx(0.5 * std::cos(yaw_rad)).margin(1e-12));
@@ -94,7 +94,7 @@ TEST_CASE("every hit of a scan lies on a wall when it is seen from the true pose
     for (std::size_t i = 0; i < scan->ranges_m.size(); i += 10) {
       if (scan->ranges_m[i] <= 0.0f) continue;
       const double angle_rad = scan->angle_min_rad + static_cast<double>(i) * scan->angle_step_rad;
-      const Pose2 hit = T_world_start * simulator.TruePose() *
+      const Pose2 hit = T_world_start * *simulator.TruePose() *
                         Pose2{scan->ranges_m[i] * std::cos(angle_rad), scan->ranges_m[i] * std::sin(angle_rad), 0.0};
       double nearest_m = 1.0;
       for (const Wall& wall : world.walls) {  // all walls of the demo run along an axis
@@ -135,6 +135,42 @@ TEST_CASE("ranges are as noisy as the world says") {
   }
   CHECK(sum / 4096.0 == Approx(0.0).margin(4.0 * 0.02 / 64.0));                   // four sigma of a mean of 4096
   CHECK(std::sqrt(sum_of_squares / 4096.0) == Approx(0.02).epsilon(4.0 / 90.5));  // and of their deviation
+}
+
+TEST_CASE("ranges come in steps, and as many are dropped as the world says") {
+  const std::string path = "waypoint 1 1\nwaypoint 1.01 1\n";
+  Simulator exact(Room(path, "laser 360 4096 8 10 0.02\n"), 3);
+  Simulator stepped(Room(path, "laser 360 4096 8 10 0.02 quantum_m 0.05\n"), 3);
+  Simulator dropping(Room(path, "laser 360 4096 8 10 0 dropout 0.2\n"), 3);
+  const auto exact_scan = exact.Next();
+  const auto stepped_scan = stepped.Next();
+  double largest = 0.0;
+  for (std::size_t i = 0; i < 4096; ++i) {
+    const double range_m = stepped_scan->ranges_m[i];
+    CHECK(range_m / 0.05 == Approx(std::round(range_m / 0.05)).margin(1e-4));
+    largest = std::max(largest, std::abs(range_m - exact_scan->ranges_m[i]));
+  }
+  CHECK(largest <= 0.025 + 1e-6);
+  const auto dropped_scan = dropping.Next();
+  const auto dropped = std::count(dropped_scan->ranges_m.begin(), dropped_scan->ranges_m.end(), 0.0f);
+  CHECK(static_cast<double>(dropped) == Approx(0.2 * 4096).margin(4.0 * std::sqrt(0.2 * 0.8 * 4096)));  // four sigma
+}
+
+TEST_CASE("somebody who walks to and fro stands in the way, and the truth knows nothing of it") {
+  // 4 cm a scan on a way of 0.8 m; the beam ahead runs along it, from 1 m before its start.
+  Simulator simulator(Room("waypoint 1 1\nwaypoint 1.5 1\nperson 2 1 2.8 1 0.4\n"), 1);
+  const auto Ahead = [&] {
+    const auto scan = simulator.Next();
+    return static_cast<double>(scan->ranges_m[2]) + simulator.TruePose()->x_m;
+  };
+  const double first_m = 1.0 - kPersonRadius_m;
+  CHECK(Ahead() == Approx(first_m));
+  CHECK(Ahead() == Approx(first_m + 0.04));
+  for (int i = 2; i < 20; ++i) Ahead();
+  CHECK(Ahead() == Approx(first_m + 0.8));
+  CHECK(Ahead() == Approx(first_m + 0.76));
+  for (int i = 22; i < 40; ++i) Ahead();
+  CHECK(Ahead() == Approx(first_m));
 }
 
 TEST_CASE("the simulator's progress rises to 1, and then it ends for good") {

@@ -80,7 +80,7 @@ TEST_CASE("a world is read from its text, comments and all") {
 
 TEST_CASE("an error in a world names the file, the line and what would be right") {
   const std::vector<std::pair<std::string, std::string>> errors = {
-      {"wal 0 0 1 1\n" + kRoom, "w:1: 'wal' is none of box, laser, speed, wall, waypoint"},
+      {"wal 0 0 1 1\n" + kRoom, "w:1: 'wal' is none of box, corner, laser, person, speed, wall, waypoint"},
       {"# one\nbox 0 0 4\n" + kRest, "w:2: 3 numbers after 'box', must be 4: box x_m y_m width_m height_m"},
       {"wall 0 0 1 2 3\n" + kRest, "w:1: 5 numbers after 'wall', must be 4: wall x1_m y1_m x2_m y2_m"},
       {"wall 0 0 1 nan\n" + kRest, "w:1: wall y2_m is 'nan', must be a number from -1000 to 1000"},
@@ -90,6 +90,16 @@ TEST_CASE("an error in a world names the file, the line and what would be right"
       {"laser 180 2.5 8 10 0\n", "w:1: laser beams is 2.5, must be a whole number"},
       {"laser 361 180 8 10 0\n", "w:1: laser fov_deg is '361', must be a number from 1 to 360"},
       {"speed 0 1\n", "w:1: speed linear_m_s is '0', must be a number from 0.001 to 10"},
+      {"laser 180 181 8 10 0 dropout 1.5\n", "w:1: laser dropout is '1.5', must be a number from 0 to 1"},
+      {"laser 180 181 8 10 0 quantum_m -1\n", "w:1: laser quantum_m is '-1', must be a number from 0 to 1"},
+      {"laser 180 181 8 10 0 drop 0.1\n",
+       "w:1: laser option 'drop' is neither dropout nor quantum_m, each with a number"},
+      {"laser 180 181 8 10 0 dropout\n",
+       "w:1: 6 numbers after 'laser', must be 5: laser fov_deg beams range_max_m rate_hz noise_m"},
+      {"corner\n", "w:1: a corner needs a name: corner NAME x_m y_m"},
+      {"corner a 1\n", "w:1: 1 numbers after 'corner', must be 2: corner NAME x_m y_m"},
+      {"corner a 1 1\ncorner a 2 2\n", "w:2: a second corner 'a'; each needs a name of its own"},
+      {"person 1 1 2 2 0\n", "w:1: person speed_m_s is '0', must be a number from 0.001 to 10"},
       {kRoom + "speed 1 1\n", "w:6: a second 'speed' line; there must be one"},
       {"", "w: no line 'laser fov_deg beams range_max_m rate_hz noise_m'"},
       {"laser 180 181 8 10 0\n", "w: no line 'speed linear_m_s angular_rad_s'"},
@@ -109,8 +119,62 @@ TEST_CASE("a world is loaded by its name or from its file") {
   CHECK(LoadWorld(file.path()).walls.size() == 4);
   const ScratchFile wrong("box 1\n");
   CHECK(ErrorOf([&] { LoadWorld(wrong.path()); }).find(wrong.path() + ":1: ") == 0);
+  CHECK(LoadWorldText(file.path()) == kRoom);
   CHECK(ErrorOf([] { LoadWorld("no_such"); }) ==
-        "there is no world file no_such and no built-in world of that name; built in are corridor, demo");
+        "there is no world file no_such and no built-in world of that name; built in are corridor, demo, env1, env2, "
+        "env3, env4");
+}
+
+TEST_CASE("corners, people and the laser's options are read") {
+  const World world = ParseWorld(
+      "box 0 0 4 3\nspeed 1 1\nwaypoint 1 1\nwaypoint 3 1\ncorner left 0 3\nperson 1 2 3 2.5 0.7\n"
+      "laser 180 181 8 10 0.01 quantum_m 0.005 dropout 0.1\n",
+      "w");
+  REQUIRE(world.corners.size() == 1);
+  CHECK(world.corners[0].name == "left");
+  CHECK(world.corners[0].at.y_m == 3.0);
+  REQUIRE(world.people.size() == 1);
+  CHECK(world.people[0].to.y_m == 2.5);
+  CHECK(world.people[0].speed_m_s == 0.7);
+  CHECK(world.laser.noise_m == 0.01);
+  CHECK(world.laser.dropout == 0.1);
+  CHECK(world.laser.quantum_m == 0.005);
+}
+
+TEST_CASE("the environments have the paper's areas, laser and speeds, and walls meet at their corners") {
+  const std::vector<std::pair<std::string, double>> areas_m2 = {{"env1", 420.0}, {"env2", 264.0}, {"env3", 170.0}};
+  for (const auto& [name, area_m2] : areas_m2) {
+    CAPTURE(name);
+    const World world = LoadWorld(name);
+    const Point& upper_right = world.walls[1].to;  // of the box around it all, which is the first line
+    CHECK(upper_right.x_m * upper_right.y_m == Approx(area_m2));
+    CHECK(world.laser.beams == 270);
+    CHECK(world.laser.fov_rad == Approx(1.5 * kPi));
+    CHECK(world.laser.range_max_m == 9.5);
+    CHECK(world.linear_m_s == 0.15);
+    CHECK(world.angular_rad_s == 0.12);
+    CHECK(world.corners.size() >= 10);
+    for (const Corner& corner : world.corners) {
+      CAPTURE(corner.name);
+      int along_x = 0;
+      int along_y = 0;
+      for (const Wall& wall : world.walls) {
+        if (DistanceToWall(wall, corner.at) > 1e-9) continue;
+        (std::abs(wall.to.x_m - wall.from.x_m) > std::abs(wall.to.y_m - wall.from.y_m) ? along_x : along_y) += 1;
+      }
+      CHECK(along_x > 0);
+      CHECK(along_y > 0);
+    }
+  }
+}
+
+TEST_CASE("a ray meets a disc where the circle's equation says") {
+  const Point centre{3.0, 1.0};
+  CHECK(CastRayAtDisc(centre, 0.5, {0.0, 1.0}, {0.0, 1.0}) == Approx(2.5));
+  CHECK(CastRayAtDisc(centre, 0.5, {0.0, 1.3}, {0.0, 1.0}) == Approx(3.0 - 0.4));  // 3-4-5
+  CHECK(std::isinf(CastRayAtDisc(centre, 0.5, {0.0, 1.6}, {0.0, 1.0})));           // passes beside
+  CHECK(std::isinf(CastRayAtDisc(centre, 0.5, {0.0, 1.0}, {0.0, -1.0})));          // behind
+  CHECK(std::isinf(CastRayAtDisc(centre, 0.5, {3.1, 1.0}, {0.0, 1.0})));           // from within
 }
 
 TEST_CASE("a ray in a room ends at the wall in front of it") {
@@ -161,7 +225,7 @@ TEST_CASE("rays in the demo world end where walking in safe steps ends") {
 }
 
 TEST_CASE("the paths of the built-in worlds keep 0.25 m from every wall") {
-  for (const char* name : {"demo", "corridor"}) {
+  for (const char* name : {"demo", "corridor", "env1", "env2", "env3", "env4"}) {
     CAPTURE(name);
     const World world = LoadWorld(name);
     double nearest_m = 1.0;

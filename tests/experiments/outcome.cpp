@@ -1,0 +1,111 @@
+#include "tests/experiments/outcome.hpp"
+
+#include <fmt/format.h>
+#include <time.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "common/map_metrics.hpp"
+#include "common/relations.hpp"
+#include "common/results/results.hpp"
+#include "common/results/summary.hpp"
+#include "common/slam.hpp"
+#include "services/runtime/command_line.hpp"
+#include "services/sources/open_laser_source.hpp"
+
+namespace crsm {
+namespace {
+
+Parameters ParametersOf(const Run& run) {
+  using enum ParameterGroup;
+  CommandLine command_line("experiments", "", {kSeed, kScan, kSelection, kMatch, kUpdate}, {});
+  const std::vector<std::string> flags = FlagsOf(run);
+  std::vector<const char*> arguments = {"experiments"};
+  for (const std::string& flag : flags) arguments.push_back(flag.c_str());
+  if (command_line.Parse(static_cast<int>(arguments.size()), arguments.data())) {
+    throw std::runtime_error(fmt::format("{}: slam_offline would not take these flags", NameOf(run)));
+  }
+  return command_line.parameters();
+}
+
+/// Of this thread: what else the machine does is not counted.
+double CpuSeconds() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+std::string LogOf(const Run& run, const std::filesystem::path& radish) {
+  const std::filesystem::path plain = radish / (run.source + ".clf");
+  return std::filesystem::exists(plain) ? plain.string() : plain.string() + ".gz";
+}
+
+void CompareWithRelations(const Trajectory& trajectory, const Run& run, const std::filesystem::path& radish,
+                          Outcome& outcome) {
+  // fr079's relations are of the robot's centre; its laser stands 4 cm behind that.
+  const Pose2 T_robot_laser{run.source == "fr079" ? -0.04 : 0.0, 0.0, 0.0};
+  const auto relations = ReadRelations((radish / (run.source + ".relations")).string());
+  const RelationErrors errors = EvaluateRelations(relations, trajectory, T_robot_laser);
+  outcome.relations_m = errors.translation_m.mean;
+  outcome.relations_std_m = errors.translation_m.standard_deviation;
+  outcome.relations_deg = errors.rotation_rad.mean * 180.0 / kPi;
+  outcome.relations_std_deg = errors.rotation_rad.standard_deviation * 180.0 / kPi;
+}
+
+void CompareWithWorld(const Results& results, const Trajectory& trajectory, const Run& run, Outcome& outcome) {
+  const World world = LoadWorld(run.source);
+  const TrajectoryError error = EvaluateTrajectory(trajectory, results.truth);
+  outcome.ate_mean_m = error.mean_m;
+  outcome.ate_max_m = error.max_m;
+  if (world.corners.empty()) return;  // environment 4: the paper measures no map there
+  outcome.omse_px2 = EvaluateObstacles(results.grid, world).omse_px2;
+  const CornerError corners = EvaluateCorners(results.grid, world);
+  outcome.cmse_px2 = corners.cmse_px2;
+  outcome.missing_corners = static_cast<double>(corners.num_missing);
+}
+
+}  // namespace
+
+Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::filesystem::path& folder) {
+  const Parameters parameters = ParametersOf(run);
+  const bool simulated = run.source.starts_with("env");
+  const auto source =
+      OpenLaserSource(simulated ? "sim:" + run.source : LogOf(run, radish), {static_cast<std::uint64_t>(run.seed), ""});
+  Slam slam(parameters);
+  Results results;
+  Trajectory trajectory;
+  Outcome outcome;
+  double cpu_s = 0.0;
+  while (auto scan = source->Next()) {
+    const double start_s = CpuSeconds();
+    const ScanMatch match = slam.Process(*scan);
+    cpu_s += CpuSeconds() - start_s;
+    trajectory.push_back({match.utime, match.T_map_laser});
+    if (const auto T_map_laser = source->TruePose()) results.truth.push_back({scan->utime, *T_map_laser});
+    outcome.rays += match.num_critical;
+    const int bin = (match.best_evaluation - 1) * kNumBins / parameters.match.num_evaluations;
+    if (match.best_evaluation > 0) ++outcome.best_at.at(static_cast<std::size_t>(std::min(bin, kNumBins - 1)));
+    results.last_scan = std::move(*scan);
+  }
+  results.grid = slam.map().ToDenseGrid(slam.geometry().cell_size_m());
+  results.matches = slam.history();
+  results.scan_parameters = parameters.scan;
+  Summary summary = Summarize(results.matches, results.grid);
+  summary.parameters = ListParameters(parameters);
+  results.summary_json = FormatSummary(summary);
+
+  outcome.scans = static_cast<double>(summary.scans);
+  outcome.mfv = summary.mean_fitness;
+  outcome.rays /= outcome.scans;
+  outcome.cpu_ms = 1000.0 * cpu_s / outcome.scans;
+  if (!folder.empty()) WriteResults(folder, results);
+  if (simulated) {
+    CompareWithWorld(results, trajectory, run, outcome);
+  } else {
+    CompareWithRelations(trajectory, run, radish, outcome);
+  }
+  return outcome;
+}
+
+}  // namespace crsm
