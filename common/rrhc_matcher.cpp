@@ -55,6 +55,7 @@ class Search {
   }
 
   int evaluations() const { return evaluations_; }
+  int best_evaluation() const { return best_evaluation_; }
 
  private:
   Individual Draw(const Pose2& presumed, const Bounds& window, int num_draws) {
@@ -103,13 +104,20 @@ class Search {
 
   Individual Evaluate(const Pose2& pose) {
     ++evaluations_;
-    return {pose, fitness_(pose)};
+    const double fitness = fitness_(pose);
+    if (fitness > best_fitness_) {
+      best_fitness_ = fitness;
+      best_evaluation_ = evaluations_;
+    }
+    return {pose, fitness};
   }
 
   const MatchParameters& parameters_;
   Fitness fitness_;
   Random random_;
   int evaluations_ = 0;
+  int best_evaluation_ = 0;  // the one that found the best pose so far
+  double best_fitness_ = -HUGE_VAL;
   int last_evaluation_ = 0;
 };
 
@@ -271,6 +279,7 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
     if (other.fitness > best.fitness && Quality(other) >= acceptable) best = other;
   }
   match.evaluations = search.evaluations();
+  match.best_evaluation = search.best_evaluation();
 
   if (parameters_.final_climb) {
     const RaysInCells all_rays = ToCells(hits_m, geometry);

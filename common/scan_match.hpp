@@ -21,7 +21,7 @@ struct ScanMatch {
   std::int32_t num_critical = 0;  ///< critical rays matched
   std::int64_t map_version = 0;   ///< of the map that the scan was matched against; 0 = the empty map
   MatchState state = MatchState::kFirst;
-  std::int32_t best_evaluation = 0;  ///< which evaluation of the search found the best pose (Fig. 24); not on the wire
+  std::int32_t best_evaluation = 0;  ///< the one that found the best pose; 0 where none was needed
 
   friend bool operator==(const ScanMatch&, const ScanMatch&) = default;
 };

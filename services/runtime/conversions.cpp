@@ -24,7 +24,8 @@ ScanMatch FromMessage(const scan_match_t& message) {
           message.evaluations,
           message.num_critical,
           message.map_version,
-          static_cast<MatchState>(message.state)};
+          static_cast<MatchState>(message.state),
+          message.best_evaluation};
 }
 
 scan_match_t ToMessage(const ScanMatch& match) {
@@ -35,6 +36,7 @@ scan_match_t ToMessage(const ScanMatch& match) {
   message.yaw_rad = match.T_map_laser.yaw_rad;
   message.fitness = match.fitness;
   message.evaluations = match.evaluations;
+  message.best_evaluation = match.best_evaluation;
   message.num_critical = match.num_critical;
   message.map_version = match.map_version;
   message.state = static_cast<std::int8_t>(match.state);

@@ -5,6 +5,9 @@
 namespace crsm {
 
 /// Each adds one command of slam_eval, which runs within `app.parse` and throws std::exception if it fails.
+void AddMapCommand(CLI::App& app);
 void AddRelationsCommand(CLI::App& app);
+void AddTrajectoryCommand(CLI::App& app);
+void AddWorldCommand(CLI::App& app);
 
 }  // namespace crsm

@@ -12,7 +12,10 @@ int main(int argc, char** argv) {
   CLI::App app("Measures how good a map or a trajectory is.", "slam_eval");
   app.set_version_flag("--version", std::string("slam_eval ") + crsm::kVersion);
   app.require_subcommand(1);
+  crsm::AddMapCommand(app);
+  crsm::AddTrajectoryCommand(app);
   crsm::AddRelationsCommand(app);
+  crsm::AddWorldCommand(app);
   try {
     app.parse(argc, argv);
     return 0;

@@ -6,10 +6,12 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "catch.hpp"
+#include "common/world.hpp"
 
 namespace fs = std::filesystem;
 
@@ -19,6 +21,11 @@ struct Output {
   int exit_code = 0;
   std::string text;
 };
+
+std::string ReadFile(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
 
 /// Runs slam_eval in the shell; `arguments` may redirect.
 Output RunEval(const std::string& arguments) {
@@ -83,6 +90,51 @@ TEST_CASE("slam_eval relations shifts the laser's poses to the robot's centre an
   CHECK(json["translation_m"]["std"] == 0.0);
 }
 
+TEST_CASE("slam_eval world prints the text of a world, which is a world again, and draws it") {
+  const Fixture fixture;
+  const Output text = RunEval("world env2");
+  CHECK(text.exit_code == 0);
+  CHECK(text.text == crsm::LoadWorldText("env2"));
+  const std::string file = fixture.folder / "edited.world";
+  std::ofstream(file) << text.text << "person 11 3 11 9 0.5\n";
+  const std::string picture = fixture.folder / "world.png";
+  CHECK(RunEval("world " + file + " --out " + picture).exit_code == 0);
+  CHECK(ReadFile(picture).substr(1, 3) == "PNG");
+}
+
+TEST_CASE("slam_eval map and trajectory measure what slam_offline leaves of a simulated world") {
+  const Fixture fixture;
+  const std::string world = fixture.folder / "room.world";
+  std::ofstream(world) << "box 0 0 5 4\nbox 2 2.4 0.8 0.7\nbox 3.4 0 0.5 0.6\nlaser 270 270 9.5 5 0.01\nspeed 0.3 0.5\n"
+                          "waypoint 1 1.4\nwaypoint 2.4 1.4\ncorner box 2 2.4\ncorner room 5 4\n";
+  const std::string out = fixture.folder / "out";
+  const std::string offline = CRSM_BIN_DIR "/slam_offline sim:" + world + " --preset paper --out " + out;
+  REQUIRE(std::system((offline + " >/dev/null 2>&1").c_str()) == 0);
+
+  const auto map = nlohmann::json::parse(RunEval("map " + out + " " + world + " --json").text);
+  CHECK(map["omse_px2"] < 2.0);  // a wall's cells are off by one or so: the noise is half a cell
+  CHECK(map["cmse_px2"] < 3.5);
+  CHECK(map["obstacles"] > 100);
+  CHECK(map["corners"].size() == 2);
+  CHECK(map["corners"][0]["name"] == "box");
+  CHECK(map["mean_fitness"] == nlohmann::json::parse(ReadFile(out + "/summary.json"))["mean_fitness"]);
+  CHECK(RunEval("map " + out + " " + world).text.rfind("OMSE ", 0) == 0);
+
+  const auto trajectory = nlohmann::json::parse(RunEval("trajectory " + out + " --json").text);
+  CHECK(trajectory["poses"] > 20);
+  CHECK(trajectory["mean_m"] < 0.04);
+  CHECK(RunEval("trajectory " + out + "/truth.tum").text.find("mean 0.0000") != std::string::npos);
+  CHECK(RunEval("trajectory " + out + "/trajectory.tum " + out + "/truth.tum --json").text ==
+        RunEval("trajectory " + out + " --json").text);
+
+  // A corner where nothing is: the map is not given a figure.
+  std::ofstream(world, std::ios::app) << "box 20 20 1 1\ncorner nowhere 20 20\n";
+  const Output missing = RunEval("map " + out + " " + world + " 2>&1");
+  CHECK(missing.exit_code == 1);
+  CHECK(missing.text.find("1 of the 3 corners of " + world + " are not in the map of " + out + ": nowhere") !=
+        std::string::npos);
+}
+
 TEST_CASE("slam_eval says what is wrong in one line and exits 1") {
   const Fixture fixture;
   const std::string bad = fixture.folder / "bad.relations";
@@ -98,6 +150,15 @@ TEST_CASE("slam_eval says what is wrong in one line and exits 1") {
   Check("", "subcommand");
   Check("nonsense", "subcommand");
   Check("relations " + fixture.trajectory, "RELATIONS");
+  Check("world nowhere", "there is no world file nowhere");
+  Check("world env1 --out /no/such/folder/w.png", "cannot write /no/such/folder/w.png");
+  Check("world env1 --cell-size-m nan --out /dev/null", "--cell-size-m");
+  Check("trajectory " + fixture.trajectory, "truth.tum");
+  Check("map " + fixture.folder.string() + " env1", "map.yaml");
+  std::ofstream(fixture.folder / "map.yaml") << "resolution: 0.05\n";
+  Check("map " + fixture.folder.string() + " env1", "map.yaml: must have lines");
+  std::ofstream(fixture.folder / "map.yaml") << "resolution: 0.05\norigin: [0, 0, 0]\n";
+  Check("map " + fixture.folder.string() + " env1", "map.png: cannot be read");
   Check("relations /no/such.tum " + fixture.relations, "/no/such.tum");
   Check("relations " + fixture.trajectory + " /no/such.relations", "/no/such.relations");
   Check("relations " + fixture.trajectory + " " + bad, "bad.relations:1: must be the eight numbers");

@@ -1,0 +1,48 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "common/map_metrics.hpp"
+#include "services/slam_eval/commands.hpp"
+
+namespace crsm {
+
+namespace {
+
+struct TrajectoryOptions {
+  std::string trajectory;
+  std::string truth;
+  bool json = false;
+};
+
+void RunTrajectory(const TrajectoryOptions& options) {
+  const std::filesystem::path path(options.trajectory);
+  const bool folder = std::filesystem::is_directory(path);
+  const std::filesystem::path beside = (folder ? path : path.parent_path()) / "truth.tum";
+  const std::string truth = options.truth.empty() ? beside.string() : options.truth;
+  const TrajectoryError error = EvaluateTrajectory(
+      ReadTrajectory(folder ? (path / "trajectory.tum").string() : options.trajectory), ReadTrajectory(truth));
+  if (options.json) {
+    fmt::print("{{\"poses\": {}, \"mean_m\": {}, \"median_m\": {}, \"max_m\": {}, \"rmse_m\": {}, \"max_rad\": {}}}\n",
+               error.num_poses, error.mean_m, error.median_m, error.max_m, error.rmse_m, error.max_rad);
+  } else {
+    fmt::print("error of {} poses: mean {:.4f}, median {:.4f}, max {:.4f}, rmse {:.4f} m; max {:.4f} rad\n",
+               error.num_poses, error.mean_m, error.median_m, error.max_m, error.rmse_m, error.max_rad);
+  }
+}
+
+}  // namespace
+
+void AddTrajectoryCommand(CLI::App& app) {
+  const auto options = std::make_shared<TrajectoryOptions>();
+  CLI::App* command = app.add_subcommand("trajectory", "Absolute error against the true poses; nothing is aligned");
+  command->add_option("TRAJECTORY", options->trajectory, "TUM file, or a folder that holds trajectory.tum")->required();
+  command->add_option("TRUTH", options->truth, "TUM file; truth.tum beside the trajectory if it is left out");
+  command->add_flag("--json", options->json, "print one JSON object");
+  command->callback([options] { RunTrajectory(*options); });
+}
+
+}  // namespace crsm
