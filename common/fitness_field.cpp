@@ -19,7 +19,22 @@ int FloorToInt(float value) {
 
 RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry) {
   const Eigen::Matrix2Xf hits = (hits_m / geometry.cell_size_m()).cast<float>();
-  return {hits.row(0).transpose(), hits.row(1).transpose()};
+  return {hits.row(0).transpose(), hits.row(1).transpose(), Eigen::ArrayXi::Ones(hits.cols())};
+}
+
+Eigen::ArrayXi ComputeWeights(const ValidRays& rays, double cap_m) {
+  constexpr double kSteps = 20.0;
+  Eigen::ArrayXi weights = Eigen::ArrayXi::Ones(static_cast<Eigen::Index>(rays.size()));
+  if (cap_m <= 0.0) return weights;
+  const std::vector<double> displacements = ComputeDisplacements(rays);
+  const auto Capped = [&](Eigen::Index i) {
+    const bool inside = i >= 0 && i < static_cast<Eigen::Index>(displacements.size());
+    return inside ? std::min(displacements[static_cast<std::size_t>(i)], cap_m) / cap_m : 0.0;
+  };
+  for (Eigen::Index i = 0; i < weights.size(); ++i) {
+    weights[i] += static_cast<int>(0.5 * kSteps * (Capped(i - 1) + Capped(i)));
+  }
+  return weights;
 }
 
 FitnessField::FitnessField(double unexplored_score, bool interpolate)
@@ -102,17 +117,17 @@ double FitnessField::Evaluate(const RaysInCells& rays, const Pose2& T_map_laser,
     if (!tile) tile = &unexplored_;
     const std::int16_t* score = tile->score.data() + (cell.y & 63) * kSide + (cell.x & 63);
     if (!interpolate_) {
-      sum += *score * (kFractions * kFractions);
+      sum += std::int64_t{rays.weight[i]} * *score * (kFractions * kFractions);
       continue;
     }
     const int right = fixed_x & (kFractions - 1);
     const int up = fixed_y & (kFractions - 1);
     const int low_row = score[0] * (kFractions - right) + score[1] * right;
     const int high_row = score[kSide] * (kFractions - right) + score[kSide + 1] * right;
-    sum += low_row * (kFractions - up) + high_row * up;
+    sum += std::int64_t{rays.weight[i]} * (low_row * (kFractions - up) + high_row * up);
   }
   constexpr double kFullSum = double{kFullScore} * kFractions * kFractions;
-  return static_cast<double>(sum) / (kFullSum * static_cast<double>(rays.size()));
+  return static_cast<double>(sum) / (kFullSum * rays.weight.sum());
 }
 
 }  // namespace crsm

@@ -9,6 +9,7 @@
 #include "common/map_geometry.hpp"
 #include "common/pose2.hpp"
 #include "common/tile_grid.hpp"
+#include "common/valid_rays.hpp"
 
 namespace crsm {
 
@@ -19,12 +20,18 @@ inline constexpr int kFullScore = (10 + 4) * 255;
 struct RaysInCells {
   Eigen::ArrayXf x;
   Eigen::ArrayXf y;
+  Eigen::ArrayXi weight;  ///< how much each ray counts, >= 1; whole numbers, so that sums are exact
 
   Eigen::Index size() const { return x.size(); }
 };
 
-/// hits_m: 2 x N, laser frame.
+/// hits_m: 2 x N, laser frame. All rays count alike.
 RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry);
+
+/// Weights by the length of outline that each ray stands for: half the distance to its neighbours on either side, of
+/// which no more than `cap_m` counts; 1 to 21. Along a corridor most rays end on its near walls, which do not tell how
+/// far the robot went; the few that do lie far apart. cap_m = 0: all alike.
+Eigen::ArrayXi ComputeWeights(const ValidRays& rays, double cap_m);
 
 /// What a ray scores that ends in a given cell, kept up to date with the map: one read a ray instead of five.
 /// Source: section 5.2, lines 6 to 10.
@@ -36,8 +43,9 @@ class FitnessField {
   /// Takes over the tiles that changed, from the map after the change.
   void Refresh(const ByteMap& map, const std::vector<TileIndex>& changed);
 
-  /// Fitness of rays seen from a pose: [0, 1], below 0 where much is unexplored and that is punished. The laser is
-  /// `T_map_laser`, rays and pose within the limits of the map. Returns 0 without rays. The same on every machine.
+  /// Fitness of rays seen from a pose, their weighted mean: [0, 1], below 0 where much is unexplored and that is
+  /// punished. The laser is `T_map_laser`, rays and pose within the limits of the map. Returns 0 without rays. The same
+  /// on every machine.
   double Evaluate(const RaysInCells& rays, const Pose2& T_map_laser, const MapGeometry& geometry) const;
 
  private:

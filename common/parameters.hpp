@@ -48,6 +48,7 @@ struct MatchParameters {
   bool interpolate = true;
   bool velocity_model = true;
   bool final_climb = true;
+  double spacing_cap_m = 0.1;
   double pull_per_m2 = 0.5;  ///< weight of the distance from the presumed pose
   double good_ratio = 0.95;  ///< of the usual fitness: the search stops here
   double lost_ratio = 0.75;  ///< ... below here the wide window is searched, and then the scan is lost
@@ -132,6 +133,9 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
   visit({kMatch, "velocity_model", "start from the last motions repeated, not from the last pose"},
         match.velocity_model);
   visit({kMatch, "final_climb", "end with a climb that uses all valid rays"}, match.final_climb);
+  visit({kMatch, "spacing_cap_m",
+         "in the final climb a ray counts by its distance from its neighbours, up to this [m]; 0: all alike"},
+        match.spacing_cap_m, 0.0, 100.0);
   visit({kMatch, "pull_per_m2", "fitness lost per squared distance from the presumed pose [1/m^2]; 0 = the paper"},
         match.pull_per_m2, 0.0, 100.0);
   visit({kMatch, "good_ratio", "the search stops at this share of the fitness of the last scans; 100 = the paper"},

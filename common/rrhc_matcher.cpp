@@ -282,7 +282,8 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   match.best_evaluation = search.best_evaluation();
 
   if (parameters_.final_climb) {
-    const RaysInCells all_rays = ToCells(hits_m, geometry);
+    RaysInCells all_rays = ToCells(hits_m, geometry);
+    all_rays.weight = ComputeWeights(rays, parameters_.spacing_cap_m);
     const auto AllFitness = [&](const Pose2& pose) { return Fitness(all_rays, pose); };
     const Bounds first_step{geometry.cell_size_m(), 0.01};
     constexpr int kHalvings = 6;

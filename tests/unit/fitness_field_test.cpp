@@ -124,7 +124,7 @@ TEST_CASE("with interpolation the fitness of one ray is bilinear between the cen
                              (Score(0, 1) * (1 - right) + Score(1, 1) * right) * up) /
                             3570.0;
     const RaysInCells ray{Eigen::ArrayXf::Constant(1, static_cast<float>(x)),
-                          Eigen::ArrayXf::Constant(1, static_cast<float>(y))};
+                          Eigen::ArrayXf::Constant(1, static_cast<float>(y)), Eigen::ArrayXi::Ones(1)};
     CAPTURE(x, y);
     CHECK(field.Evaluate(ray, {}, kGeometry) == Approx(expected).margin(1e-12));
   }
@@ -147,7 +147,8 @@ TEST_CASE("a field that follows changes is the field of the changed map, also ac
     for (int y = -3; y <= 3; ++y) {
       for (int x = -3; x <= 3; ++x) {
         const RaysInCells ray{Eigen::ArrayXf::Constant(1, static_cast<float>(corner.x + x) + 0.25f),
-                              Eigen::ArrayXf::Constant(1, static_cast<float>(corner.y + y) + 0.75f)};
+                              Eigen::ArrayXf::Constant(1, static_cast<float>(corner.y + y) + 0.75f),
+                              Eigen::ArrayXi::Ones(1)};
         CHECK(following.Evaluate(ray, {}, kGeometry) == anew.Evaluate(ray, {}, kGeometry));
       }
     }
@@ -172,6 +173,37 @@ TEST_CASE("4096 rays at the far end of the map are weighed without overflow") {
   const FitnessField field = Field(map, -100.0, true);
   const Pose2 pose{(-1022 * 64 + 32) * 0.05, (1021 * 64 + 32) * 0.05, 0.0};
   CHECK(field.Evaluate(ToCells(DrawHits(4096, 1.5, 6), kGeometry), pose, kGeometry) == 1.0);
+}
+
+TEST_CASE("a ray weighs by half the way to its neighbours, up to the cap") {
+  // A wall 1 m ahead, seen at 0, 0.1 and 0.4 m beside the axis: steps of 0.1 m and 0.3 m, in twentieths of the cap.
+  ValidRays rays;
+  for (const double y_m : {0.0, 0.1, 0.4}) {
+    rays.angle_rad.push_back(static_cast<float>(std::atan2(y_m, 1.0)));
+    rays.range_m.push_back(static_cast<float>(std::hypot(1.0, y_m)));
+  }
+  const Eigen::ArrayXi weights = ComputeWeights(rays, 0.21);
+  CHECK(weights[0] == 1 + 4);   // 10 * 0.1 / 0.21 = 4.8
+  CHECK(weights[1] == 1 + 14);  // ... + 10 of the capped step
+  CHECK(weights[2] == 1 + 10);
+  CHECK((ComputeWeights(rays, 0.0) == 1).all());
+  CHECK(ComputeWeights({}, 0.2).size() == 0);
+}
+
+TEST_CASE("the fitness is the mean of the rays' scores by their weights") {
+  ByteMap map;
+  TileBytes before;
+  before.fill(kUnexploredByte);
+  TileBytes after;
+  after.fill(kOccupiedByte);
+  REQUIRE(map.Apply({{0, 0}, PackRuns(before, after)}));
+  FitnessField field(0.0, false);
+  field.Refresh(map, {{0, 0}});
+  RaysInCells rays{Eigen::ArrayXf(2), Eigen::ArrayXf(2), Eigen::ArrayXi(2)};
+  rays.x << 10.0f, -10.0f;  // one in the tile, one in the unexplored
+  rays.y << 10.0f, 10.0f;
+  rays.weight << 3, 1;
+  CHECK(field.Evaluate(rays, {0.0, 0.0, 0.0}, MapGeometry(0.05)) == Approx(0.75));
 }
 
 }  // namespace crsm
