@@ -1,6 +1,7 @@
 // scripts/run_stack on stand-ins of the five programs, which write down what happens to them.
 
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -71,7 +72,7 @@ class Stack {
   int exit_code = -1;
 
  private:
-  fs::path folder_ = fs::temp_directory_path() / "crsm_run_stack_test";
+  fs::path folder_ = fs::temp_directory_path() / ("crsm_run_stack_test_" + std::to_string(getpid()));
 };
 
 }  // namespace
@@ -113,6 +114,7 @@ TEST_CASE("run_stack starts a dead service again, and after five deaths shows it
 TEST_CASE("run_stack names a service that does not get ready") {
   Stack stack;
   stack.Run("$run_stack some.log --out $out", "UNREADY=map_updater");
+  INFO(stack.output);
   CHECK(stack.exit_code == 1);
   CHECK(stack.Said("map_updater was not ready within 10 s"));
   CHECK(stack.Find("laser_publisher started") == -1);
