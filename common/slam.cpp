@@ -12,7 +12,7 @@ ScanMatch Slam::Process(const LaserScan& scan) {
 
   const ScanMatch match =
       matcher_.Match(scan.utime, rays, selection.critical, history_, updater_.geometry(), updater_.version());
-  const MapDelta delta = updater_.Update(scan, match);
+  const MapDelta delta = updater_.InLimits(match) ? updater_.Update(scan, match) : updater_.UpdateWithoutScan();
   matcher_.ApplyChanges(delta.tiles);
   history_.push_back(match);
   return match;
