@@ -2,17 +2,30 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 namespace crsm {
 namespace {
 
-constexpr int kFractionBits = 7;  // a point is placed to 1/128 of a cell
-constexpr int kFractions = 1 << kFractionBits;
+/// A coordinate split into its cell and the rest, which is in [0, 1).
+struct SplitCoordinate {
+  int cell;
+  double rest;
+};
 
-/// std::floor is a function call on the x86-64 that every machine has.
-int FloorToInt(float value) {
-  const int truncated = static_cast<int>(value);
-  return truncated - (value < static_cast<float>(truncated) ? 1 : 0);
+/// What lies far beyond the limits of the map is brought nearer, where all is as unexplored, so that no sum overflows.
+SplitCoordinate Split(double cells) {
+  constexpr double kFar = 8.0 * kMaxCell;
+  const double near = std::clamp(cells, -kFar, kFar);
+  const int truncated = static_cast<int>(near);
+  const int cell = truncated - (near < truncated ? 1 : 0);  // std::floor is a function call on old processors
+  return {cell, near - cell};
+}
+
+std::unique_ptr<FitnessTile> MakeTile(std::int16_t score) {
+  auto tile = std::make_unique<FitnessTile>();
+  tile->pairs.fill({score, score});
+  return tile;
 }
 
 }  // namespace
@@ -37,10 +50,11 @@ Eigen::ArrayXi ComputeWeights(const ValidRays& rays, double cap_m) {
   return weights;
 }
 
-FitnessField::FitnessField(double unexplored_score, bool interpolate)
-    : unexplored_score_(static_cast<std::int16_t>(std::lround(unexplored_score))), interpolate_(interpolate) {
-  unexplored_.score.fill(unexplored_score_);
-}
+FitnessField::FitnessField(double unexplored_score, bool interpolate, FitnessKernel kernel)
+    : unexplored_score_(static_cast<std::int16_t>(std::lround(unexplored_score))),
+      interpolate_(interpolate),
+      kernel_(kernel),
+      tiles_(MakeTile(unexplored_score_)) {}
 
 void FitnessField::Refresh(const ByteMap& map, const std::vector<TileIndex>& changed) {
   // A cell's score depends on its neighbours, and a tile holds the first row and column of the next: a change reaches
@@ -79,15 +93,19 @@ void FitnessField::RefreshTile(const ByteMap& map, TileIndex index) {
     }
   }
 
-  Tile& field = tiles_.Touch(index);
-  for (int y = 0; y < kSide; ++y) {
+  // Each score goes into two pairs: its own and, as the one above, that of the row below.
+  FitnessTile& field = tiles_.Touch(index);
+  for (int y = 0; y <= kTileSide; ++y) {
     const std::uint8_t* row = bytes.data() + (y + 1) * kPadded + 1;
-    for (int x = 0; x < kSide; ++x) {
+    for (int x = 0; x <= kTileSide; ++x) {
       const std::uint8_t* cell = row + x;
       const int around = cell[-1] + cell[1] + cell[-kPadded] + cell[kPadded];
-      field.score[static_cast<std::size_t>(y * kSide + x)] =
-          *cell == kUnexploredByte ? unexplored_score_                                             // lines 6 to 9
-                                   : static_cast<std::int16_t>(kFullScore - 10 * *cell - around);  // line 10
+      const std::int16_t score = *cell == kUnexploredByte
+                                     ? unexplored_score_                                             // lines 6 to 9
+                                     : static_cast<std::int16_t>(kFullScore - 10 * *cell - around);  // line 10
+      const auto pair = static_cast<std::size_t>(y * FitnessTile::kPairsInRow + x);
+      if (y < kTileSide) field.pairs[pair].here = score;
+      if (y > 0) field.pairs[pair - FitnessTile::kPairsInRow].above = score;
     }
   }
 }
@@ -95,37 +113,27 @@ void FitnessField::RefreshTile(const ByteMap& map, TileIndex index) {
 double FitnessField::Evaluate(const RaysInCells& rays, const Pose2& T_map_laser, const MapGeometry& geometry) const {
   if (rays.size() == 0) return 0.0;
   // Points are placed relative to the laser's cell, where single precision is exact to 1/128 of a cell.
-  const double laser_x = geometry.ToCells(T_map_laser.x_m);
-  const double laser_y = geometry.ToCells(T_map_laser.y_m);
-  const Cell anchor{static_cast<int>(std::floor(laser_x)), static_cast<int>(std::floor(laser_y))};
+  const SplitCoordinate laser_x = Split(geometry.ToCells(T_map_laser.x_m));
+  const SplitCoordinate laser_y = Split(geometry.ToCells(T_map_laser.y_m));
   // Interpolation is between the centres of cells, which lie half a cell up and right of their corners.
   const double centre = interpolate_ ? 0.5 : 0.0;
-  const auto offset_x = static_cast<float>(laser_x - anchor.x - centre);
-  const auto offset_y = static_cast<float>(laser_y - anchor.y - centre);
-  const auto rotation = ComputeSinCos(T_map_laser.yaw_rad);
-  const auto sin = static_cast<float>(rotation.sin);
-  const auto cos = static_cast<float>(rotation.cos);
+  const SinCos rotation = ComputeSinCos(T_map_laser.yaw_rad);
 
-  std::int64_t sum = 0;  // whole numbers: the order of the rays does not matter
-  for (Eigen::Index i = 0; i < rays.size(); ++i) {
-    const float x = cos * rays.x[i] - sin * rays.y[i] + offset_x;  // line 5
-    const float y = sin * rays.x[i] + cos * rays.y[i] + offset_y;
-    const int fixed_x = FloorToInt(x * kFractions);
-    const int fixed_y = FloorToInt(y * kFractions);
-    const Cell cell{anchor.x + (fixed_x >> kFractionBits), anchor.y + (fixed_y >> kFractionBits)};
-    const Tile* tile = tiles_.Find(TileOf(cell));
-    if (!tile) tile = &unexplored_;
-    const std::int16_t* score = tile->score.data() + (cell.y & 63) * kSide + (cell.x & 63);
-    if (!interpolate_) {
-      sum += std::int64_t{rays.weight[i]} * *score * (kFractions * kFractions);
-      continue;
-    }
-    const int right = fixed_x & (kFractions - 1);
-    const int up = fixed_y & (kFractions - 1);
-    const int low_row = score[0] * (kFractions - right) + score[1] * right;
-    const int high_row = score[kSide] * (kFractions - right) + score[kSide + 1] * right;
-    sum += std::int64_t{rays.weight[i]} * (low_row * (kFractions - up) + high_row * up);
-  }
+  FitnessTask task;
+  task.x = rays.x.data();
+  task.y = rays.y.data();
+  task.weight = rays.weight.data();
+  task.num_rays = static_cast<int>(rays.size());
+  task.sin = static_cast<float>(rotation.sin) * kFractions;
+  task.cos = static_cast<float>(rotation.cos) * kFractions;
+  task.offset_x = static_cast<float>(laser_x.rest - centre) * kFractions;
+  task.offset_y = static_cast<float>(laser_y.rest - centre) * kFractions;
+  task.directory = tiles_.directory();
+  task.corner_x = (laser_x.cell - task.directory.origin.x * kTileSide) * kFractions;
+  task.corner_y = (laser_y.cell - task.directory.origin.y * kTileSide) * kFractions;
+  task.fraction_mask = interpolate_ ? kFractions - 1 : 0;
+  const std::int64_t sum = kernel_(task);
+
   constexpr double kFullSum = double{kFullScore} * kFractions * kFractions;
   return static_cast<double>(sum) / (kFullSum * rays.weight.sum());
 }

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <vector>
 
+#include "common/fitness_kernel.hpp"
 #include "common/map_delta.hpp"
 #include "common/map_geometry.hpp"
 #include "common/pose2.hpp"
@@ -38,7 +38,8 @@ Eigen::ArrayXi ComputeWeights(const ValidRays& rays, double cap_m);
 class FitnessField {
  public:
   /// unexplored_score: for a ray that ends in an unexplored cell; the paper's is -100.
-  FitnessField(double unexplored_score, bool interpolate);
+  /// kernel: how scores are summed, all of which give the same.
+  FitnessField(double unexplored_score, bool interpolate, FitnessKernel kernel = FindFitnessKernels().back());
 
   /// Takes over the tiles that changed, from the map after the change.
   void Refresh(const ByteMap& map, const std::vector<TileIndex>& changed);
@@ -49,18 +50,12 @@ class FitnessField {
   double Evaluate(const RaysInCells& rays, const Pose2& T_map_laser, const MapGeometry& geometry) const;
 
  private:
-  // One more column and row than the tile has: the four cells around any point of the tile lie in one array.
-  static constexpr int kSide = kTileSide + 1;
-  struct Tile {
-    std::array<std::int16_t, kSide * kSide> score;
-  };
-
   void RefreshTile(const ByteMap& map, TileIndex index);
 
   std::int16_t unexplored_score_;
   bool interpolate_;
-  Tile unexplored_;  ///< stands for every tile that is not there
-  TileGrid<Tile> tiles_;
+  FitnessKernel kernel_;
+  TileGrid<FitnessTile> tiles_;
 };
 
 }  // namespace crsm

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 namespace crsm {
@@ -41,7 +42,7 @@ inline int OffsetInTile(Cell cell) { return (cell.y & 63) * kTileSide + (cell.x 
 
 /// Tiles of cells that come into being where they are first touched: memory follows the explored area, and the map
 /// grows in any direction. A directory over the bounding box of the tiles makes a look-up two comparisons and a
-/// load, whatever the map's size.
+/// load, whatever the map's size. Move-only.
 template <class Tile>
 class TileGrid {
  public:
@@ -50,17 +51,28 @@ class TileGrid {
     std::unique_ptr<Tile> tile;
   };
 
-  /// The tile, or nullptr where nothing was touched.
+  /// The tiles of a rectangle row by row, with one more column and row of absent tiles: who looks beyond the rectangle
+  /// comes to those by limiting the column to `width` and the row to `height`, as unsigned numbers.
+  struct Directory {
+    Tile* const* tiles;  ///< (width + 1) x (height + 1)
+    TileIndex origin;
+    unsigned width;
+    unsigned height;
+  };
+
+  /// absent: what stands for every tile that was not touched.
+  explicit TileGrid(std::unique_ptr<Tile> absent = nullptr) : absent_(std::move(absent)), directory_{absent_.get()} {}
+
+  /// The tile; where nothing was touched the absent one, by default nullptr.
   Tile* Find(TileIndex index) const {
-    const auto column = static_cast<unsigned>(index.x - origin_.x);
-    const auto row = static_cast<unsigned>(index.y - origin_.y);
-    if (column >= width_ || row >= height_) return nullptr;
-    return directory_[std::size_t{row} * width_ + column];
+    const auto column = std::min(static_cast<unsigned>(index.x - origin_.x), width_);
+    const auto row = std::min(static_cast<unsigned>(index.y - origin_.y), height_);
+    return directory_[std::size_t{row} * (width_ + 1) + column];
   }
 
   /// The tile, made now if need be. Throws std::out_of_range beyond the map's limits.
   Tile& Touch(TileIndex index) {
-    if (Tile* tile = Find(index)) return *tile;
+    if (Tile* tile = Find(index); tile != absent_.get()) return *tile;
     if (!InMapLimits(index)) throw std::out_of_range("TileGrid: a tile beyond the limits of the map");
     GrowTo(index);
     entries_.push_back({index, std::make_unique<Tile>()});
@@ -70,9 +82,12 @@ class TileGrid {
   /// All tiles in the order in which they were made.
   const std::vector<Entry>& entries() const { return entries_; }
 
+  /// For look-ups of many cells at a time. Valid until the next Touch.
+  Directory directory() const { return {directory_.data(), origin_, width_, height_}; }
+
  private:
   Tile*& Slot(TileIndex index) {
-    return directory_[static_cast<std::size_t>(index.y - origin_.y) * width_ +
+    return directory_[static_cast<std::size_t>(index.y - origin_.y) * (width_ + 1) +
                       static_cast<std::size_t>(index.x - origin_.x)];
   }
 
@@ -90,10 +105,11 @@ class TileGrid {
     origin_ = low;
     width_ = static_cast<unsigned>(high.x - low.x);
     height_ = static_cast<unsigned>(high.y - low.y);
-    directory_.assign(std::size_t{width_} * height_, nullptr);
+    directory_.assign(std::size_t{width_ + 1} * (height_ + 1), absent_.get());
     for (const Entry& entry : entries_) Slot(entry.index) = entry.tile.get();
   }
 
+  std::unique_ptr<Tile> absent_;
   TileIndex origin_;
   unsigned width_ = 0;
   unsigned height_ = 0;

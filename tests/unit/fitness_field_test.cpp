@@ -155,6 +155,57 @@ TEST_CASE("a field that follows changes is the field of the changed map, also ac
   }
 }
 
+TEST_CASE("all kernels give the same fitness, bit by bit") {
+  Random random(7);
+  const auto Draw = [&](double low, double high) { return random.Uniform(low, high); };
+  for (int i = 0; i < 300; ++i) {
+    // Tiles here and there, some of them at the limits of the map.
+    const int edge = i % 3 == 0 ? 0 : (i % 3 == 1 ? kMaxTile - 4 : -kMaxTile);
+    ByteMap map;
+    for (const TileChange& change : PaintTiles(edge, edge + 3, Noise)) {
+      if (Draw(0.0, 1.0) < 0.7) REQUIRE(map.Apply(change));
+    }
+    const double unexplored_score = std::floor(Draw(-3570.0, 3570.0));
+    const bool interpolate = i % 2 == 0;
+
+    RaysInCells rays =
+        ToCells(DrawHits(static_cast<int>(Draw(1.0, 200.0)), Draw(0.01, 12.0), random.Next()), kGeometry);
+    for (Eigen::Index ray = 0; ray < rays.size(); ++ray) {
+      rays.x[ray] = Draw(0.0, 1.0) < 0.1 ? std::round(rays.x[ray]) : rays.x[ray];  // on the corners of cells too
+      rays.weight[ray] = i % 4 < 2 ? 1 : static_cast<int>(Draw(1.0, 22.0));
+    }
+    const double middle_m = (edge + 2) * kTileSide * 0.05;
+    std::vector<Pose2> poses{{middle_m, middle_m, 0.0}, {1e9, -1e9, 1.0}, {-1e300, 0.0, 1.0}};
+    for (int k = 0; k < 20; ++k) {
+      poses.push_back({middle_m + Draw(-9.0, 9.0), middle_m + Draw(-9.0, 9.0), Draw(-7.0, 7.0)});
+    }
+
+    FitnessField reference(unexplored_score, interpolate, SumScores);
+    reference.Refresh(map, AllTiles(map));
+    for (const FitnessKernel kernel : FindFitnessKernels()) {
+      FitnessField field(unexplored_score, interpolate, kernel);
+      field.Refresh(map, AllTiles(map));
+      for (const Pose2& pose : poses) {
+        CHECK(field.Evaluate(rays, pose, kGeometry) == reference.Evaluate(rays, pose, kGeometry));
+      }
+    }
+  }
+}
+
+TEST_CASE("all kernels sum the largest weights and scores without overflow") {
+  ByteMap map;
+  for (const TileChange& change : PaintTiles(-1, 1, [](Cell) { return kOccupiedByte; })) REQUIRE(map.Apply(change));
+  RaysInCells rays = ToCells(DrawHits(4096, 1.0, 8), kGeometry);
+  for (const FitnessKernel kernel : FindFitnessKernels()) {
+    FitnessField field(-100.0, true, kernel);
+    field.Refresh(map, AllTiles(map));
+    for (const int weight : {1, 21, 500000}) {
+      rays.weight.setConstant(weight);
+      CHECK(field.Evaluate(rays, {1.0, 1.0, 0.5}, kGeometry) == 1.0);
+    }
+  }
+}
+
 TEST_CASE("the order of the rays does not matter") {
   const FitnessField field = Field(Map(Noise), -100.0, true);
   const Eigen::Matrix2Xd hits_m = DrawHits(200, 3.0, 5);

@@ -43,6 +43,19 @@ TEST_CASE("an empty grid holds no tile anywhere") {
   CHECK(grid.entries().empty());
 }
 
+TEST_CASE("an absent tile stands for all that were not touched, inside the directory and around it") {
+  TileGrid<Tile> grid(std::make_unique<Tile>(Tile{-1}));
+  CHECK(grid.Find({3, 4})->number == -1);
+  CHECK(grid.directory().tiles[0]->number == -1);
+  grid.Touch({3, 4}).number = 7;
+  CHECK(grid.Find({3, 4})->number == 7);
+  for (const TileIndex index : {TileIndex{4, 4}, {3, 3}, {-1000, 4}, {3, 1000}}) CHECK(grid.Find(index)->number == -1);
+  const auto [tiles, origin, width, height] = grid.directory();
+  for (unsigned column = 0; column <= width; ++column) CHECK(tiles[height * (width + 1) + column]->number == -1);
+  for (unsigned row = 0; row <= height; ++row) CHECK(tiles[row * (width + 1) + width]->number == -1);
+  CHECK(tiles[static_cast<unsigned>(4 - origin.y) * (width + 1) + static_cast<unsigned>(3 - origin.x)]->number == 7);
+}
+
 TEST_CASE("a grid grows in any direction and loses nothing") {
   TileGrid<Tile> grid;
   std::map<TileIndex, Tile*> reference;

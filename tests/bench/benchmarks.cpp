@@ -1,0 +1,48 @@
+#include <benchmark/benchmark.h>
+
+#include "bench/workloads.hpp"
+
+namespace crsm::bench {
+namespace {
+
+void FitnessByRays(benchmark::State& state) {
+  const Site site(1, 1);
+  const RaysInCells rays = site.PickRays(static_cast<int>(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(site.Evaluate(rays));
+  state.SetItemsProcessed(state.iterations() * state.range(0));
+  state.SetComplexityN(state.range(0));
+}
+BENCHMARK(FitnessByRays)->RangeMultiplier(2)->Range(10, 1080)->Complexity(benchmark::oN);
+
+void MatchByEvaluations(benchmark::State& state) {
+  const Site site(1, static_cast<int>(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(site.Match(40));
+  state.SetItemsProcessed(state.iterations() * state.range(0));
+  state.SetComplexityN(state.range(0));
+}
+BENCHMARK(MatchByEvaluations)->RangeMultiplier(10)->Range(100, 100000)->Complexity(benchmark::oN);
+
+/// Match, update and the matcher's copy of the map: constant whatever the map's size.
+void ScanByRoomsInMap(benchmark::State& state) {
+  Site site(static_cast<int>(state.range(0)), 2000);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(site.Match(80));
+    site.Apply(site.Update());
+  }
+  state.SetComplexityN(state.range(0));
+}
+BENCHMARK(ScanByRoomsInMap)->RangeMultiplier(4)->Range(1, 256)->Complexity(benchmark::o1);
+
+}  // namespace
+}  // namespace crsm::bench
+
+int main(int argc, char** argv) {
+  for (const crsm::bench::Workload& workload : crsm::bench::MakeWorkloads()) {
+    benchmark::RegisterBenchmark(workload.name.c_str(), [run = workload.run](benchmark::State& state) {
+      for (auto _ : state) run();
+    });
+  }
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+}

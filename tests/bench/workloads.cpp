@@ -1,0 +1,95 @@
+#include "bench/workloads.hpp"
+
+#include <memory>
+
+#include "unit/synthetic_scans.hpp"
+
+namespace crsm::bench {
+namespace {
+
+constexpr int kBeams = 1080;
+const Pose2 kPose{0.13, -0.08, 0.05};
+
+Parameters BenchParameters(int num_evaluations) {
+  Parameters parameters = TestParameters();
+  parameters.match.num_evaluations = num_evaluations;
+  parameters.match.final_climb = false;  // so that evaluations are those asked for
+  return parameters;
+}
+
+ByteMap PaintRoom() {
+  ByteMap map;
+  for (const TileChange& change : PaintTiles(-2, 1, RoomByte)) map.Apply(change);
+  return map;
+}
+
+}  // namespace
+
+Site::Site(int num_rooms, int num_evaluations)
+    : parameters_(BenchParameters(num_evaluations)),
+      matcher_(parameters_.match),
+      updater_(parameters_.scan, parameters_.update),
+      field_(parameters_.match.unexplored_score, parameters_.match.interpolate),
+      scan_(ScanRoom(kPose, 1, kBeams)),
+      rays_(FindValidRays(scan_, parameters_.scan)) {
+  constexpr double kRoomPitchM = 8.0;
+  constexpr int kRoomsInRow = 16;
+  for (int room = 0; room < num_rooms; ++room) {
+    ScanMatch match;
+    match.utime = 1;
+    match.T_map_laser = {room % kRoomsInRow * kRoomPitchM, room / kRoomsInRow * kRoomPitchM, 0.0};
+    Apply(updater_.Update(ScanRoom({}, 1, kBeams), match));
+  }
+  std::vector<TileIndex> tiles;
+  for (const auto& entry : matcher_.map().tiles().entries()) tiles.push_back(entry.index);
+  field_.Refresh(matcher_.map(), tiles);
+}
+
+RaySelection Site::Select() const { return SelectRays(rays_, parameters_.selection); }
+
+ScanMatch Site::Match(int num_rays) const {
+  const std::vector<ScanMatch> history(1);  // at the origin
+  return matcher_.Match(scan_.utime, rays_, PickIndices(num_rays), history, updater_.geometry(), updater_.version());
+}
+
+MapDelta Site::Update() {
+  ScanMatch match;
+  match.utime = scan_.utime;
+  match.T_map_laser = kPose;
+  match.state = MatchState::kOk;
+  return updater_.Update(scan_, match);
+}
+
+double Site::Evaluate(const RaysInCells& rays) const { return field_.Evaluate(rays, kPose, updater_.geometry()); }
+
+RaysInCells Site::PickRays(int num_rays) const {
+  const Eigen::Matrix2Xd hits_m = ComputeHits(rays_);
+  return ToCells(hits_m(Eigen::all, PickIndices(num_rays)), updater_.geometry());
+}
+
+std::vector<int> Site::PickIndices(int num_rays) const {
+  std::vector<int> indices;
+  for (int i = 0; i < num_rays; ++i) indices.push_back(i * static_cast<int>(rays_.size()) / num_rays);
+  return indices;
+}
+
+std::vector<Workload> MakeWorkloads() {
+  const auto site = std::make_shared<Site>(1, 10000);
+  const auto tile = std::make_shared<TileBytes>(PaintRoom().tiles().Find({0, 0})->cells);
+  const auto blank = std::make_shared<TileBytes>();
+  blank->fill(kUnexploredByte);
+  const auto change = std::make_shared<TileChange>(TileChange{{0, 0}, PackRuns(*blank, *tile)});
+  const auto map = std::make_shared<ByteMap>();
+  const auto delta = std::make_shared<MapDelta>(Site(1, 1).Update());
+  return {
+      {"selection", [=] { site->Select(); }},
+      {"fitness_40_rays", [=, rays = site->PickRays(40)] { site->Evaluate(rays); }},
+      {"match_10000_evaluations_40_rays", [=] { site->Match(40); }},
+      {"update", [=] { site->Update(); }},
+      {"delta_encode", [=] { PackRuns(*blank, *tile); }},
+      {"delta_apply", [=] { map->Apply(*change); }},
+      {"matcher_apply", [=] { site->Apply(*delta); }},
+  };
+}
+
+}  // namespace crsm::bench

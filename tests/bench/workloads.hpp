@@ -1,0 +1,51 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "common/fitness_field.hpp"
+#include "common/rrhc_matcher.hpp"
+#include "common/slam.hpp"
+
+namespace crsm::bench {
+
+/// Rooms side by side with a scan taken in the middle of each, the first one's at the origin: a map of any size on
+/// which the work for one scan stays the same.
+class Site {
+ public:
+  /// num_rooms: >= 1. num_evaluations: spent on every match, no more and no fewer.
+  Site(int num_rooms, int num_evaluations);
+
+  /// What the pipeline does for one scan, each step alone. All at a pose a little off the origin.
+  RaySelection Select() const;
+  ScanMatch Match(int num_rays) const;
+  MapDelta Update();
+  double Evaluate(const RaysInCells& rays) const;
+
+  /// So many rays of the scan, evenly spread.
+  RaysInCells PickRays(int num_rays) const;
+
+  void Apply(const MapDelta& delta) { matcher_.ApplyChanges(delta.tiles); }
+
+ private:
+  std::vector<int> PickIndices(int num_rays) const;
+
+  Parameters parameters_;
+  RrhcMatcher matcher_;
+  MapUpdater updater_;
+  FitnessField field_;
+  LaserScan scan_;
+  ValidRays rays_;
+};
+
+/// A fixed piece of work: the same instructions at every run.
+struct Workload {
+  std::string name;
+  std::function<void()> run;
+};
+
+/// One for each step of the pipeline.
+std::vector<Workload> MakeWorkloads();
+
+}  // namespace crsm::bench
