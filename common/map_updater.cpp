@@ -123,16 +123,15 @@ void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vect
   }
 
   // "The intensity of the update is proportionate to the mean sparseness of the current scan."
-  constexpr double kMinIntensity = 0.04;
-  constexpr double kMaxIntensity = 0.2;
-  const double intensity = parameters_.sparseness_intensity
-                               ? std::clamp(ComputeMeanSparseness(rays), kMinIntensity, kMaxIntensity)
-                               : parameters_.intensity;
+  const double intensity =
+      parameters_.sparseness_intensity
+          ? std::min(std::max(ComputeMeanSparseness(rays), parameters_.intensity_min), parameters_.intensity_max)
+          : parameters_.intensity;
   std::sort(marked_.begin(), marked_.end());
   for (const TileIndex index : marked_) {
     Tile& tile = *tiles_.Find(index);
     const TileBytes before = tile.bytes;
-    Blend(tile, static_cast<float>(intensity));
+    Blend(tile, intensity);
     std::vector<std::uint8_t> runs = PackRuns(before, tile.bytes);
     if (runs.empty()) continue;
     tile.changed_in_version = version_;
@@ -164,16 +163,22 @@ void MapUpdater::Mark(Cell cell, std::uint8_t mark) {
 }
 
 /// The asymptotic rule of section 6 on every marked cell; the marks are cleared.
-void MapUpdater::Blend(Tile& tile, float intensity) const {
-  constexpr float kMaxIntensity = 0.95f;  // asymptotic: no cell is ever certain
-  const float occupied_intensity =
-      std::min(kMaxIntensity, intensity * static_cast<float>(parameters_.occupied_density));
+///
+/// A cell seen for the first time is believed more readily: what was just explored would else score nearly as well as a
+/// wall, wall or not, and draw the next scans back to where the last ones ended.
+void MapUpdater::Blend(Tile& tile, double intensity) const {
+  constexpr double kMaxIntensity = 0.95;  // asymptotic: no cell is ever certain
+  const auto Limited = [&](double value) { return static_cast<float>(std::min(kMaxIntensity, value)); };
+  const float free = Limited(intensity);
+  const float occupied = Limited(intensity * parameters_.occupied_density);
+  const auto first = static_cast<float>(parameters_.first_intensity);
   tile.marked = false;
   for (std::size_t i = 0; i < kTileCells; ++i) {
     const std::uint8_t mark = tile.marks[i];
     if (mark == 0) continue;
     float& c = tile.p_free[i];
-    c = mark == kFreeMark ? c + (1.0f - c) * intensity : c - c * occupied_intensity;
+    const float least = tile.bytes[i] == kUnexploredByte ? first : 0.0f;
+    c = mark == kFreeMark ? c + (1.0f - c) * std::max(free, least) : c - c * std::max(occupied, least);
     tile.bytes[i] = ToByte(c);
     tile.marks[i] = 0;
   }

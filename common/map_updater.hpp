@@ -46,7 +46,7 @@ class MapUpdater {
   void MarkRay(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void Mark(Cell cell, std::uint8_t mark);
-  void Blend(Tile& tile, float intensity) const;
+  void Blend(Tile& tile, double intensity) const;
 
   ScanParameters scan_parameters_;
   UpdateParameters parameters_;

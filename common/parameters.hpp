@@ -63,6 +63,9 @@ struct UpdateParameters {
   double occupied_density = 6.0;  ///< Dens_occu
   bool sparseness_intensity = true;
   double intensity = 0.1;  ///< where it does not follow the sparseness
+  double intensity_min = 0.04;
+  double intensity_max = 0.2;
+  double first_intensity = 0.6;  ///< of a cell's first update, at least
   bool join_hits = true;
   double join_max_m = 0.8;
   double update_distance_m = 0.2;
@@ -157,6 +160,10 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
   visit({kUpdate, "sparseness_intensity", "the intensity of the update follows the scan's mean sparseness"},
         update.sparseness_intensity);
   visit({kUpdate, "intensity", "of the update where it does not follow the sparseness"}, update.intensity, 0.001, 1.0);
+  visit({kUpdate, "intensity_min", "... and where it does, never below this"}, update.intensity_min, 0.0, 1.0);
+  visit({kUpdate, "intensity_max", "... nor above this"}, update.intensity_max, 0.0, 1.0);
+  visit({kUpdate, "first_intensity", "the first update of an unexplored cell is at least this intense; 0 = the paper"},
+        update.first_intensity, 0.0, 0.95);
   visit({kUpdate, "join_hits", "neighbouring hits on one surface become a line of occupied cells"}, update.join_hits);
   visit({kUpdate, "join_max_m", "hits further apart than this are never joined [m]"}, update.join_max_m, 0.0, 10.0);
   visit({kUpdate, "update_distance_m", "the map is updated after this much motion [m] ..."}, update.update_distance_m,

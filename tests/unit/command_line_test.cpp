@@ -131,6 +131,9 @@ TEST_CASE("the profile paper is the text of the paper") {
   CHECK(p.match.mutation_rad == 0.1);
   CHECK(p.update.occupied_density > 1.0);
   CHECK(p.update.sparseness_intensity);
+  CHECK(p.update.intensity_min == 0.0);
+  CHECK(p.update.intensity_max == 1.0);
+  CHECK(p.update.first_intensity == 0.0);
   CHECK(p.update.update_distance_m == 0.0);
 }
 

@@ -140,6 +140,30 @@ TEST_CASE("the intensity of the update is the scan's mean sparseness") {
   CHECK(sparser.At(10, 0) > kFreeOnce);
 }
 
+TEST_CASE("the first update of a cell is more intense than the next ones") {
+  Parameters parameters = TestParameters();
+  parameters.update.first_intensity = 0.6;
+  TestMap map(parameters);
+  double free = 0.5 + 0.5 * 0.6;
+  double occupied = 0.5 - 0.5 * 0.6;
+  for (int scan = 0; scan < 5; ++scan) {
+    map.Draw(Beam(1.0f), kInCell);
+    CHECK(std::abs(map.At(10, 0) - 255.0 * free) <= 0.51);
+    CHECK(std::abs(map.At(20, 0) - 255.0 * occupied) <= 0.51);
+    free += (1.0 - free) * 0.1;
+    occupied -= occupied * 0.2;
+  }
+}
+
+TEST_CASE("an update more intense than the first one has to be is not held back") {
+  Parameters parameters = TestParameters();
+  parameters.update.occupied_density = 8.0;
+  parameters.update.first_intensity = 0.6;
+  TestMap map(parameters);
+  map.Draw(Beam(1.0f), kInCell);
+  CHECK(std::abs(map.At(20, 0) - 255.0 * 0.5 * (1.0 - 0.8)) <= 0.51);
+}
+
 TEST_CASE("the map grows in every direction") {
   TestMap map;
   map.Draw({1, 0.0f, static_cast<float>(kPi / 2.0), {10.0f, 11.0f, 12.0f, 13.0f}}, {-0.02, -0.02, 0.0});

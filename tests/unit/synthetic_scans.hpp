@@ -101,6 +101,7 @@ inline Parameters TestParameters() {
   p.match.lost_ratio = 0.0;
   p.update.cell_size_m = 0.05;
   p.update.occupied_density = 2.0;
+  p.update.first_intensity = 0.0;
   p.update.sparseness_intensity = false;
   p.update.intensity = 0.1;
   p.update.join_hits = false;
