@@ -31,7 +31,7 @@ double ParseRate(const std::string& text) {
 
 void PrintCounts(const std::string& program, const LaserSource& source) {
   for (const auto& [name, count] : source.Counts()) {
-    if (count > 0) fmt::print(stderr, "{}: {}: {}\n", program, name, count);
+    if (count > 0) Say(fmt::format("{}: {}: {}", program, name, count));
   }
 }
 
@@ -49,7 +49,7 @@ class LaserPublisher {
   }
 
   void Run() {
-    fmt::print(stderr, "{}: ready\n", service_.name());
+    Say(service_.name() + ": ready");
     service_.SetState("publishing");
     std::int64_t last_utime = 0;
     while (const auto scan = source_.Next()) {
@@ -97,8 +97,8 @@ class LaserPublisher {
         resend_at = Clock::now() + resend_;
       }
       if (Clock::now() >= complain_at) {
-        fmt::print(stderr, "{}: no map of scan {} for 10 s; are ray_selector, rrhc_matcher and map_updater running?\n",
-                   service_.name(), num_scans_);
+        Say(fmt::format("{}: no map of scan {} for 10 s; are ray_selector, rrhc_matcher and map_updater running?",
+                        service_.name(), num_scans_));
         complain_at = Clock::now() + kComplainAfter;
       }
     }

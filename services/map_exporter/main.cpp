@@ -48,6 +48,7 @@ class MapExporter {
   }
 
   void Apply(std::span<const TileChange> changes) {
+    last_change_ = Clock::now();
     for (const TileChange& change : changes) {
       if (!map_.Apply(change)) service_.counters().Add("tile_malformed");
     }
@@ -62,7 +63,7 @@ class MapExporter {
       service_.SetState("exporting");
     } catch (const std::runtime_error& error) {  // the disk may have room again later
       service_.counters().Add("write_failed");
-      if (service_.MakeStatus().state != error.what()) fmt::print(stderr, "{}: {}\n", service_.name(), error.what());
+      if (service_.MakeStatus().state != error.what()) Say(fmt::format("{}: {}", service_.name(), error.what()));
       service_.SetState(error.what());
     }
     service_.RecordLatency(start);
@@ -72,15 +73,18 @@ class MapExporter {
 
   /// At the end: whatever of the map has not come yet, and the last counts of the other processes.
   void CatchUp() {
+    constexpr auto kPatience = std::chrono::seconds(3);
     const auto one_status = Clock::now() + std::chrono::milliseconds(1100);
-    const auto give_up = Clock::now() + std::chrono::seconds(3);
+    const auto give_up = Clock::now() + 10 * kPatience;
+    last_change_ = Clock::now();
     map_follower_.Doubt();
-    while (Clock::now() < (map_follower_.replica().synced() ? one_status : give_up)) {
+    while (Clock::now() <
+           (map_follower_.replica().synced() ? one_status : std::min(last_change_ + kPatience, give_up))) {
       map_follower_.Poll();
       service_.Spin(10);
     }
     if (!map_follower_.replica().synced() && map_follower_.replica().version() > 0) {
-      fmt::print(stderr, "{}: map_updater does not answer; the newest scans may be missing\n", service_.name());
+      Say(service_.name() + ": map_updater does not answer; the newest scans may be missing");
     }
   }
 
@@ -119,6 +123,7 @@ class MapExporter {
   std::map<std::string, service_status_t> statuses_;
   std::int64_t written_version_ = 0;
   Clock::time_point next_write_{};
+  Clock::time_point last_change_{};
 };
 
 }  // namespace

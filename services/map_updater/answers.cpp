@@ -7,40 +7,51 @@
 namespace crsm {
 namespace {
 
-constexpr std::size_t kPartBytes = 28000;  // with one tile more still under 32 KiB
-constexpr std::size_t kPageMatches = 256;  // about 15 KB
-constexpr std::size_t kTileHeaderBytes = 8;
+/// A message that grows, and its size on the wire.
+struct Part {
+  explicit Part(const map_delta_t& blank) : message(blank), size(static_cast<std::size_t>(blank.getEncodedSize())) {}
 
-void Add(const ScanMatch& match, map_delta_t& message) {
-  message.matches.push_back(ToMessage(match));
-  ++message.num_matches;
-}
+  void Add(const ScanMatch& match) {
+    message.matches.push_back(ToMessage(match));
+    ++message.num_matches;
+    size += static_cast<std::size_t>(message.matches.back()._getEncodedSizeNoHash());
+  }
 
-void Add(const TileChange& change, map_delta_t& message) {
-  message.tiles.push_back(ToMessage(change));
-  ++message.num_tiles;
-}
+  /// False, and nothing is added, if the message would be larger than `most_bytes`. The first tile always fits.
+  bool Add(const TileChange& change, std::size_t most_bytes) {
+    map_tile_t tile = ToMessage(change);
+    const auto tile_size = static_cast<std::size_t>(tile._getEncodedSizeNoHash());
+    if (message.num_tiles > 0 && size + tile_size > most_bytes) return false;
+    message.tiles.push_back(std::move(tile));
+    ++message.num_tiles;
+    size += tile_size;
+    return true;
+  }
+
+  map_delta_t message;
+  std::size_t size;
+};
 
 }  // namespace
 
-std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match, const MapGeometry& geometry) {
+std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match, const MapGeometry& geometry,
+                                   std::size_t most_bytes) {
   map_delta_t blank{};
   blank.utime = match.utime;
   blank.version = delta.version;
   blank.base_version = delta.version - 1;
   blank.cell_size_m = geometry.cell_size_m();
 
-  std::vector<map_delta_t> parts{blank};
-  Add(match, parts.front());
-  std::size_t size = 0;
+  std::vector<map_delta_t> parts;
+  Part part(blank);
+  part.Add(match);
   for (const TileChange& change : delta.tiles) {
-    if (size >= kPartBytes) {
-      parts.push_back(blank);
-      size = 0;
-    }
-    Add(change, parts.back());
-    size += kTileHeaderBytes + change.runs.size();
+    if (part.Add(change, most_bytes)) continue;
+    parts.push_back(std::move(part.message));
+    part = Part(blank);
+    part.Add(change, most_bytes);
   }
+  parts.push_back(std::move(part.message));
   for (std::size_t i = 0; i < parts.size(); ++i) {
     parts[i].part = static_cast<std::int32_t>(i);
     parts[i].num_parts = static_cast<std::int32_t>(parts.size());
@@ -48,29 +59,28 @@ std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match
   return parts;
 }
 
-map_delta_t MakePage(const map_request_t& request, const MapUpdater& updater, std::span<const ScanMatch> history) {
-  map_delta_t page{};
-  page.utime = history.empty() ? 0 : history.back().utime;
-  page.version = updater.version();
-  page.base_version = request.base_version;
-  page.cell_size_m = updater.geometry().cell_size_m();
-  page.num_parts = 1;
-  page.recipient = request.requester;
+map_delta_t MakePage(const map_request_t& request, const MapUpdater& updater, std::span<const ScanMatch> history,
+                     std::size_t most_bytes) {
+  map_delta_t blank{};
+  blank.utime = history.empty() ? 0 : history.back().utime;
+  blank.version = updater.version();
+  blank.base_version = request.base_version;
+  blank.cell_size_m = updater.geometry().cell_size_m();
+  blank.num_parts = 1;
+  blank.recipient = request.requester;
+  Part page(blank);
 
   std::size_t match = std::min(static_cast<std::size_t>(request.first_match), history.size());
-  for (; match < history.size() && page.matches.size() < kPageMatches; ++match) Add(history[match], page);
-  page.next_match = static_cast<std::int32_t>(match);
+  for (; match < history.size() && page.size < most_bytes / 2; ++match) page.Add(history[match]);
+  page.message.next_match = static_cast<std::int32_t>(match);
 
-  std::size_t size = page.matches.size() * 64;
   auto tile = static_cast<std::size_t>(request.first_tile);
-  for (; tile < updater.num_tiles() && size < kPartBytes; ++tile) {
+  for (; tile < updater.num_tiles(); ++tile) {
     const auto change = updater.TileSince(tile, request.base_version);
-    if (!change) continue;
-    Add(*change, page);
-    size += kTileHeaderBytes + change->runs.size();
+    if (change && !page.Add(*change, most_bytes)) break;
   }
-  page.next_tile = tile < updater.num_tiles() ? static_cast<std::int32_t>(tile) : -1;
-  return page;
+  page.message.next_tile = tile < updater.num_tiles() ? static_cast<std::int32_t>(tile) : -1;
+  return page.message;
 }
 
 }  // namespace crsm

@@ -8,12 +8,14 @@
 
 namespace crsm {
 
-/// What a match changed in the map, for everybody: one message, or more where it would be larger than about 32 KB (the
-/// kernel's default receive buffer holds 200 KB).
-std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match, const MapGeometry& geometry);
+/// What a match changed in the map, for everybody: one message, or more where it would be larger than `most_bytes` on
+/// the wire. A tile stays whole: a message of one tile is as large as it is, 4.3 KB at most.
+std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match, const MapGeometry& geometry,
+                                   std::size_t most_bytes);
 
 /// The next page of what a replica lacks: tiles that changed since its version, whole, and matches that it does not
-/// have. history: all matches answered so far.
-map_delta_t MakePage(const map_request_t& request, const MapUpdater& updater, std::span<const ScanMatch> history);
+/// have. history: all matches answered so far. most_bytes: as of MakeParts.
+map_delta_t MakePage(const map_request_t& request, const MapUpdater& updater, std::span<const ScanMatch> history,
+                     std::size_t most_bytes);
 
 }  // namespace crsm

@@ -28,8 +28,11 @@ Journal::Journal(const std::filesystem::path& folder) {
     throw std::runtime_error(
         fmt::format("{} is there already: --resume goes on with it; or choose another folder", path));
   }
-  std::error_code error;  // a folder that cannot be made shows in the file that cannot be written
+  std::error_code error;
   std::filesystem::create_directories(folder, error);
+  if (error) {
+    throw std::runtime_error(fmt::format("--journal {}: cannot be written: {}", folder.string(), error.message()));
+  }
   log_.emplace(path, EventLogWriter::Mode::kNew);
 }
 

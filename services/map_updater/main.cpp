@@ -30,20 +30,22 @@ class MapUpdaterService {
                                 [this](const scan_match_t& message) { matches_.Push(FromMessage(message)); });
     bus.Subscribe<map_request_t>(kMapRequestChannel, [this](const map_request_t& request) {
       service_.counters().Add("map_requests");
-      service_.bus().Publish(kMapDeltaChannel, MakePage(request, updater_, history_));
+      service_.bus().Publish(kMapDeltaChannel, MakePage(request, updater_, history_, MostBytes()));
     });
   }
 
   void Run() {
     service_.Run([this] {
-      for (; !matches_.empty(); matches_.Pop()) Answer(matches_.front());
-      return true;
+      if (matches_.empty()) return true;
+      Answer(matches_.front());
+      matches_.Pop();
+      return matches_.empty();
     });
   }
 
  private:
   void Hold(LaserScan scan) {
-    constexpr std::size_t kMostScans = 64;
+    constexpr std::size_t kMostScans = 512;  // those that came while the matcher worked on as many as it lets wait
     for (const LaserScan& kept : scans_) {
       if (kept.utime == scan.utime) return;
     }
@@ -75,7 +77,7 @@ class MapUpdaterService {
     if (journal_) Keep(scan, match);
     if (held != scans_.end()) scans_.erase(scans_.begin(), held + 1);
     service_.counters().Add("handled");
-    service_.SetState("mapping");
+    service_.SetState(journal_ || settings_.journal.empty() ? "mapping" : "mapping, but the journal cannot be written");
     service_.RecordLatency(start);
     PublishLastAnswer();
   }
@@ -83,7 +85,7 @@ class MapUpdaterService {
   /// scan: nullptr where there is none to draw; the match is answered all the same.
   void Draw(const LaserScan* scan, const ScanMatch& match) {
     const MapDelta delta = scan ? updater_.Update(*scan, match) : updater_.UpdateWithoutScan();
-    last_answer_ = MakeParts(delta, match, updater_.geometry());
+    last_answer_ = MakeParts(delta, match, updater_.geometry(), MostBytes());
     history_.push_back(match);
     answered_utimes_.insert(match.utime);
   }
@@ -98,9 +100,9 @@ class MapUpdaterService {
       return;
     }
     journal_.emplace(settings_.journal, [this](const LaserScan* scan, const ScanMatch& match) { Draw(scan, match); });
-    fmt::print(stderr, "map_updater: went on from {} scans in {}", history_.size(), settings_.journal);
     const auto cut = journal_->num_cut_bytes();
-    fmt::print(stderr, "{}\n", cut > 0 ? fmt::format("; cut off {} bytes of a torn tail", cut) : "");
+    Say(fmt::format("map_updater: went on from {} scans in {}{}", history_.size(), settings_.journal,
+                    cut > 0 ? fmt::format("; cut off {} bytes of a torn tail", cut) : ""));
   }
 
   /// A journal that cannot be written is no reason to stop mapping, but it ends there: no map is made from one with a
@@ -109,11 +111,13 @@ class MapUpdaterService {
     try {
       journal_->Append(scan, match);
     } catch (const std::runtime_error& error) {
-      fmt::print(stderr, "map_updater: {}; mapping goes on without a journal\n", error.what());
+      Say(fmt::format("map_updater: {}; mapping goes on without a journal", error.what()));
       service_.counters().Add("journal_failed");
       journal_.reset();
     }
   }
+
+  std::size_t MostBytes() const { return static_cast<std::size_t>(settings_.part_bytes); }
 
   void PublishLastAnswer() {
     for (const map_delta_t& part : last_answer_) service_.bus().Publish(kMapDeltaChannel, part);
@@ -136,7 +140,7 @@ class MapUpdaterService {
 int main(int argc, char** argv) {
   using enum crsm::ParameterGroup;
   crsm::CommandLine command_line("map_updater", "Owns the map: LASER, SCAN_MATCH -> MAP_DELTA.", {kScan, kUpdate},
-                                 {"lcm_url", "channel_prefix", "lockstep", "journal", "resume"});
+                                 {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "part_bytes"});
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::MapUpdaterService(command_line).Run(); });
 }

@@ -18,15 +18,21 @@ class RaySelector {
 
   void Run() {
     service_.Run([this] {
-      for (; !scans_.empty(); scans_.Pop()) Answer(scans_.front());
-      return true;
+      if (scans_.empty()) return true;
+      Answer(scans_.front());
+      scans_.Pop();
+      return scans_.empty();
     });
   }
 
  private:
   void Answer(const LaserScan& scan) {
     const auto start = Clock::now();
-    if (!last_answer_ || last_answer_->utime != scan.utime) Select(scan);
+    if (last_answer_ && last_answer_->utime == scan.utime) {
+      service_.counters().Add("resent");
+    } else {
+      Select(scan);
+    }
     service_.bus().Publish(kCriticalRaysChannel, *last_answer_);
     service_.RecordLatency(start);
   }

@@ -12,6 +12,7 @@ namespace crsm {
 namespace {
 
 constexpr const char* kReceiveBuffer = "recv_buf_size=2097152";  // [bytes]; a burst of map parts fits
+constexpr int kQueueCapacity = 1000;  // messages; LCM drops the newest of more, and does not say so
 
 /// Whether LCM will take all of a udpm:// URL as it is meant: it passes over options that it does not know or cannot
 /// read.
@@ -74,7 +75,6 @@ void Bus::Subscription::Handle(const lcm::ReceiveBuffer* buffer, const std::stri
 }
 
 void Bus::SubscribeRaw(const char* channel, std::function<void(std::span<const std::uint8_t>)> handler) {
-  constexpr int kQueueCapacity = 1000;  // messages; LCM drops the newest of more, and does not say so
   subscriptions_.push_back(std::make_unique<Subscription>(Subscription{std::move(handler), &counters_}));
   lcm::Subscription* subscription =
       lcm_.subscribe(EscapeForRegex(prefix_ + channel), &Subscription::Handle, subscriptions_.back().get());
@@ -86,7 +86,9 @@ void Bus::SubscribeRaw(const char* channel, std::function<void(std::span<const s
 }
 
 void Bus::Wait(int timeout_ms) {
-  constexpr int kMostMessages = 100;  // who sends faster than they are read does not keep a stage from its work
+  // All that LCM holds for one subscription, so that what a stage works on is fresh; but who sends faster than they
+  // are read does not keep it from its work.
+  constexpr int kMostMessages = kQueueCapacity;
   errno = 0;
   int handled = lcm_.handleTimeout(timeout_ms);
   for (int i = 1; handled > 0 && i < kMostMessages; ++i) handled = lcm_.handleTimeout(0);

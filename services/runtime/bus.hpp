@@ -44,7 +44,7 @@ class Bus {
     lcm_.publish(prefix_ + channel, &message);
   }
 
-  /// Handles the messages that are there, 100 at most, waiting for the first no longer than `timeout_ms`. Throws
+  /// Handles the messages that are there, 1000 at most, waiting for the first no longer than `timeout_ms`. Throws
   /// std::runtime_error if the bus is gone.
   void Wait(int timeout_ms);
 

@@ -14,15 +14,15 @@ std::int64_t DrawRequester() {
 }  // namespace
 
 MapFollower::MapFollower(Service& service, MapReplica::ApplyChanges apply, MapReplica::Clear clear)
-    : service_(service), replica_(DrawRequester(), std::move(apply), std::move(clear)) {
+    : service_(service), requester_(DrawRequester()), replica_(requester_, std::move(apply), std::move(clear)) {
   service_.bus().Subscribe<map_delta_t>(kMapDeltaChannel, [this](const map_delta_t& delta) {
     replica_.Handle(delta);
-    if (delta.recipient != 0) next_request_ = Clock::now();  // the next page at once
+    if (delta.recipient == requester_) next_request_ = Clock::now();  // the next page at once
   });
 }
 
 void MapFollower::Poll() {
-  constexpr auto kPatience = std::chrono::milliseconds(100);
+  constexpr auto kPatience = std::chrono::milliseconds(50);
   const auto request = replica_.NextRequest();
   if (!request || Clock::now() < next_request_) return;
   next_request_ = Clock::now() + kPatience;

@@ -18,6 +18,7 @@ class MapFollower {
 
  private:
   Service& service_;
+  std::int64_t requester_;
   MapReplica replica_;
   Clock::time_point next_request_{};
 };

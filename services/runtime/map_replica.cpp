@@ -1,6 +1,7 @@
 #include "services/runtime/map_replica.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "services/runtime/conversions.hpp"
@@ -70,7 +71,7 @@ void MapReplica::HandlePage(const map_delta_t& page) {
   if (first_match != static_cast<std::int64_t>(matches_.size())) return;
   apply_(Changes(page));
   for (const scan_match_t& match : page.matches) matches_.push_back(FromMessage(match));
-  if (page.next_tile >= 0) next_tile_ = page.next_tile;
+  next_tile_ = page.next_tile >= 0 ? page.next_tile : std::numeric_limits<std::int32_t>::max();
   if (page.next_tile >= 0 || page.next_match < page.version) return;
 
   // All tiles were seen once. Those that changed meanwhile are asked for again, from where this round began.

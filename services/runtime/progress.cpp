@@ -36,7 +36,7 @@ void Progress::Print(const std::string& text, bool last) {
   if (terminal_) {
     fmt::print(stderr, "\r\033[K{}{}", text, last ? "\n" : "");
   } else {
-    fmt::print(stderr, "{}\n", text);
+    Say(text);
   }
 }
 

@@ -9,13 +9,15 @@
 namespace crsm {
 
 /// Scans that wait for a stage. A stage that falls behind drops the oldest, so that its answers stay fresh, and counts
-/// each as dropped_overload. A scan that is sent again while it waits is the same scan.
+/// each as dropped_overload. A scan that is sent again while it waits is the same scan. All that come are counted as
+/// received: what was sent and is not among them was lost on the way.
 template <class Item>
 class ScanQueue {
  public:
   explicit ScanQueue(Counters& counters) : counters_(counters) {}
 
   void Push(Item item) {
+    counters_.Add("received");
     for (const Item& waiting : items_) {
       if (waiting.utime == item.utime) return counters_.Add("resent");
     }

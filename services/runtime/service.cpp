@@ -5,9 +5,11 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <stdexcept>
 
 #include "services/runtime/version.hpp"
@@ -25,6 +27,18 @@ double ResidentMb() {
   double resident_pages = 0.0;
   statm >> total_pages >> resident_pages;
   return resident_pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+/// What a process that was killed while it wrote results (WriteResults) has left: .NAME.PID.tmp
+void RemoveLeftovers(const std::string& out) {
+  static const std::regex kLeftover(R"(\.(?:map|overview|trajectory|truth|summary)\.[a-z]+\.([0-9]{1,9})\.tmp)");
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(out, error)) {
+    const std::string name = entry.path().filename().string();
+    std::smatch parts;
+    if (!std::regex_match(name, parts, kLeftover)) continue;
+    if (kill(std::stoi(parts[1]), 0) != 0 && errno == ESRCH) std::filesystem::remove(entry.path(), error);
+  }
 }
 
 }  // namespace
@@ -46,7 +60,10 @@ void PrepareFolder(const std::string& out) {
     throw std::runtime_error(
         fmt::format("--out {}: cannot be written: {}", out, error ? error.message() : std::strerror(errno)));
   }
+  RemoveLeftovers(out);
 }
+
+void Say(const std::string& line) { std::fputs((line + '\n').c_str(), stderr); }
 
 Service::Service(const CommandLine& command_line)
     : name_(command_line.program()),
@@ -57,10 +74,11 @@ void Service::RecordLatency(Clock::time_point start) {
 }
 
 void Service::Run(const std::function<bool()>& step, int period_ms) {
-  fmt::print(stderr, "{}: ready\n", name_);
+  Say(name_ + ": ready");
+  bool idle = true;
   while (!StopRequested()) {
-    Spin(period_ms);
-    if (!step()) break;
+    Spin(idle ? period_ms : 0);
+    idle = step();
   }
 }
 
@@ -102,7 +120,7 @@ int RunMain(const std::string& program, const std::function<void()>& body) {
     body();
     return 0;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: {}\n", program, error.what());
+    Say(fmt::format("{}: {}", program, error.what()));
     return 1;
   }
 }

@@ -17,8 +17,11 @@ void CatchSignals();
 bool StopRequested();
 
 /// Makes the folder for the results, if need be. What cannot be written is said before the work, not after it: throws
-/// std::runtime_error that names --out.
+/// std::runtime_error that names --out. Removes files that a killed process left half written.
 void PrepareFolder(const std::string& out);
+
+/// Says a line on stderr. A log that cannot be written, on a full disk say, is no reason to stop.
+void Say(const std::string& line);
 
 /// What every process is around its own work: a bus, counters, a status once a second, an end on request.
 class Service {
@@ -33,8 +36,9 @@ class Service {
   /// One message was worked on since `start`.
   void RecordLatency(Clock::time_point start);
 
-  /// Handles messages, and calls `step` after each batch and at least every `period_ms`, until a signal asks to end or
-  /// `step` returns false.
+  /// Handles messages, and calls `step` after each batch, until a signal asks to end. A step that returns true has no
+  /// work left and is called again when messages have come, or after `period_ms`; else at once, after the messages that
+  /// have come meanwhile.
   void Run(const std::function<bool()>& step, int period_ms = 50);
 
   /// One turn of Run, for those with a loop of their own.

@@ -100,7 +100,9 @@ TEST_CASE("run_stack without lockstep keeps the pace that was asked for") {
   CHECK(stack.Find("rrhc_matcher started --lockstep") == -1);
 }
 
-TEST_CASE("run_stack starts a dead service again, and after five deaths shows its last words and ends the others") {
+TEST_CASE(
+    "run_stack starts a dead service again, and after five deaths without a scan mapped shows its last words and ends "
+    "the others") {
   Stack stack;
   stack.Run("$run_stack live --out $out", "DYING=rrhc_matcher");
   CHECK(stack.exit_code == 1);
@@ -109,6 +111,22 @@ TEST_CASE("run_stack starts a dead service again, and after five deaths shows it
   CHECK(stack.Said("rrhc_matcher: out of luck"));
   CHECK(stack.Find("map_exporter finished") >= 0);
   CHECK(stack.Find("map_updater finished") > stack.Find("map_exporter finished"));
+}
+
+TEST_CASE("run_stack starts a service again and again while scans are mapped") {
+  Stack stack;
+  stack.Run(
+      "mkdir -p $out/journal; (while sleep 0.1; do echo >>$out/journal/journal.lcm; done) & "
+      "timeout --signal=INT 7 $run_stack live --out $out; kill $!",
+      "DYING=rrhc_matcher");
+  INFO(stack.output);
+  CHECK_FALSE(stack.Said("fifth time"));
+  std::size_t num_starts = 0;
+  for (auto at = stack.output.find("started again"); at != std::string::npos;
+       at = stack.output.find("started again", at + 1)) {
+    ++num_starts;
+  }
+  CHECK(num_starts >= 6);
 }
 
 TEST_CASE("run_stack names a service that does not get ready") {
@@ -151,6 +169,8 @@ TEST_CASE("a second run_stack on the same port is refused, on another one it run
 
 TEST_CASE("run_stack refuses what it does not know, in one line") {
   Stack stack;
+  stack.Run("touch $out; $run_stack some.log --out $out/below; rm $out");
+  CHECK(stack.output == "run_stack: --out " + stack.Path("out/below") + ": cannot be written: Not a directory\n");
   stack.Run("$run_stack some.log --out $out --ratio 3");
   CHECK(stack.exit_code == 1);
   CHECK(stack.output == "run_stack: unknown flag '--ratio', see --help\n");

@@ -183,6 +183,29 @@ TEST_CASE("Ctrl-C in the middle of run_stack leaves all files, and the map of th
   CHECK(ReadFile(out / "summary.json").find("\"scans\": " + std::to_string(num_mapped) + ",") != std::string::npos);
 }
 
+TEST_CASE("run_stack --part-bytes makes smaller messages of the same map") {
+  const TemporaryFolder folder;
+  const fs::path offline = MapOffline(TakeScans("sim:demo", 60, 8), folder / "offline");
+  const std::string url = MakeBusUrl();
+  TestBus bus(url);
+  std::size_t largest_bytes = 0;
+  std::int32_t most_parts = 0;
+  bus->Subscribe<map_delta_t>(kMapDeltaChannel, [&](const map_delta_t& delta) {
+    most_parts = std::max(most_parts, delta.num_parts);
+    if (delta.num_tiles > 1) largest_bytes = std::max(largest_bytes, Encode(delta).size());  // a tile stays whole
+  });
+  const fs::path out = folder / "out";
+  Process run_stack(kRunStack,
+                    {(offline / "run.lcm").string(), "--out", out.string(), "--part-bytes", "1400", "--lcm-url", url},
+                    folder / "log");
+  CHECK(bus.Await([&] { return !run_stack.IsRunning(); }));
+  CHECK(run_stack.AwaitExit() == 0);
+  CHECK(most_parts > 2);
+  CHECK(largest_bytes > 700);
+  CHECK(largest_bytes <= 1400);
+  CheckSameFiles(out, offline, kMapFiles);
+}
+
 TEST_CASE("two stacks on one bus with channel prefixes of their own do not disturb each other") {
   const TemporaryFolder folder;
   const fs::path offline_1 = MapOffline(TakeScans("sim:demo", 150, 4), folder / "offline_1");

@@ -11,7 +11,8 @@
 namespace crsm {
 namespace {
 
-constexpr std::size_t kLargestMessageBytes = 32 * 1024 + 512;  // "about 32 KB"
+constexpr std::size_t kMostBytes = MapOwner::kMostBytes;
+constexpr std::size_t kLargestTileMessageBytes = kMaxRunBytes + 200;
 
 const MapGeometry kGeometry(0.05);
 
@@ -34,7 +35,7 @@ map_request_t Ask(std::int64_t base_version, std::int32_t first_tile, std::int32
 
 TEST_CASE("a match that changed nothing is answered by one empty part") {
   const ScanMatch match{5, {1.0, 2.0, 0.5}, 0.9, 10, 20, 7, MatchState::kLost};
-  const auto parts = MakeParts({8, {}}, match, kGeometry);
+  const auto parts = MakeParts({8, {}}, match, kGeometry, kMostBytes);
   REQUIRE(parts.size() == 1);
   CHECK(parts[0].utime == 5);
   CHECK(parts[0].version == 8);
@@ -48,17 +49,18 @@ TEST_CASE("a match that changed nothing is answered by one empty part") {
   CHECK(Decode<map_delta_t>(Encode(parts[0])));
 }
 
-TEST_CASE("a large change is split into well-formed parts of about 32 KB that hold each tile once, in order") {
+TEST_CASE("a large change is split into well-formed parts of a size that hold each tile once, in order") {
+  const auto most_bytes = GENERATE(as<std::size_t>{}, 32000, 1400, 48000);
   for (const bool whole : {true, false}) {
     for (const int num_tiles : {1, 7, 100, 6000}) {
       const MapDelta delta = MakeDelta(whole ? std::min(num_tiles, 100) : num_tiles, whole);
-      const auto parts = MakeParts(delta, {5, {}, 0.9, 1, 1, 7, MatchState::kOk}, kGeometry);
-      CAPTURE(whole, num_tiles, parts.size());
+      const auto parts = MakeParts(delta, {5, {}, 0.9, 1, 1, 7, MatchState::kOk}, kGeometry, most_bytes);
+      CAPTURE(most_bytes, whole, num_tiles, parts.size());
       std::size_t next = 0;
       int num_wrong = 0;
       for (std::size_t i = 0; i < parts.size(); ++i) {
         const auto bytes = Encode(parts[i]);
-        CHECK(bytes.size() <= kLargestMessageBytes);
+        CHECK(bytes.size() <= (parts[i].num_tiles == 1 ? std::max(most_bytes, kLargestTileMessageBytes) : most_bytes));
         CHECK(Decode<map_delta_t>(bytes));
         CHECK(parts[i].part == static_cast<int>(i));
         CHECK(parts[i].num_parts == static_cast<int>(parts.size()));
@@ -95,7 +97,7 @@ TEST_CASE("page by page the whole map and all matches are given, each tile once"
   for (map_delta_t page = owner.Page(Ask(0, 0, 0));; page = owner.Page(Ask(0, page.next_tile, page.next_match))) {
     REQUIRE(++num_pages < 100);
     const auto bytes = Encode(page);
-    CHECK(bytes.size() <= kLargestMessageBytes);
+    CHECK(bytes.size() <= kMostBytes);
     CHECK(Decode<map_delta_t>(bytes));
     CHECK(page.version == 605);
     num_tiles += page.tiles.size();

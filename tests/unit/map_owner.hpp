@@ -28,16 +28,18 @@ class MapOwner {
                                : updater_.Update(ScanRoom(match.T_map_laser, match.utime, 180), match);
     for (const TileChange& change : delta.tiles) map.Apply(change);
     history.push_back(match);
-    return MakeParts(delta, match, updater_.geometry());
+    return MakeParts(delta, match, updater_.geometry(), kMostBytes);
   }
 
-  map_delta_t Page(const map_request_t& request) const { return MakePage(request, updater_, history); }
+  map_delta_t Page(const map_request_t& request) const { return MakePage(request, updater_, history, kMostBytes); }
 
   std::int64_t version() const { return updater_.version(); }
   std::size_t num_tiles() const { return updater_.num_tiles(); }
 
   std::vector<ScanMatch> history;
   ByteMap map;  ///< what all deltas together make
+
+  static constexpr std::size_t kMostBytes = 32000;  // of a message
 
  private:
   /// A fine grid: the room is about forty tiles, several messages large.

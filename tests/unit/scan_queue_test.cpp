@@ -28,7 +28,8 @@ TEST_CASE("scans leave the queue in the order in which they came, whatever their
     queue.Pop();
   }
   CHECK(queue.empty());
-  CHECK(counters.counts().empty());
+  CHECK(CountOf(counters, "received") == 3);
+  CHECK(CountOf(counters, "dropped_overload") == 0);
 }
 
 TEST_CASE("a scan that comes again while it waits is the same scan; once it has left it is a new one") {
@@ -54,6 +55,7 @@ TEST_CASE("a stage that falls behind drops the oldest scans and counts them") {
   CHECK(queue.front().utime == num_dropped);
   std::int64_t num_left = 0;
   for (; !queue.empty(); queue.Pop()) ++num_left;
+  CHECK(CountOf(counters, "received") == 1000);
   CHECK(num_left + num_dropped == 1000);
   CHECK(num_left > 0);
   CHECK(num_left < 100);  // stays fresh: a few seconds of the fastest laser at most

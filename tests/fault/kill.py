@@ -1,0 +1,53 @@
+"""Services are killed (SIGKILL) at random moments of a run in lockstep: the map is the one of an undisturbed run."""
+
+import os
+import random
+import signal
+
+from faults import SERVICES, await_condition, check, check_same_results, child, run, run_stack, start_stack
+from faults import publisher_seconds
+
+
+def journal_bytes(out):
+    path = out / "journal/journal.lcm"
+    return path.stat().st_size if path.exists() else 0
+
+
+def map_and_kill(log, out, flags, moments, end_bytes):
+    """Kills services as the journal grows: moments are (share of the journal's bytes at the end, service)."""
+    stack = start_stack(log, out, flags)
+    for share, service in sorted(moments):
+        await_condition(lambda: stack.popen.poll() is not None or
+                        (journal_bytes(out) >= share * end_bytes and child(stack.pid, service)), 120, 0.001)
+        check(stack.popen.poll() is None, f"run_stack ended early: {stack.errors()[-1000:]}")
+        os.kill(child(stack.pid, service), signal.SIGKILL)
+    check(stack.wait() == 0, f"run_stack failed: {stack.errors()[-1000:]}")
+    return publisher_seconds(stack.errors())
+
+
+def test(case):
+    randomness = random.Random(1)
+    num_runs, num_kills_in_storm = (3, 5) if case.quick else (20, 20)
+    for name, log, flags in case.logs():
+        undisturbed = case.folder("undisturbed")
+        alone_s = run_stack(log, undisturbed, flags)
+        end_bytes = journal_bytes(undisturbed)
+
+        def disturb(what, kills_each):
+            out = case.folder("disturbed")
+            moments = [(0.98 * randomness.random(), service) for service in SERVICES for _ in range(kills_each)]
+            took_s = map_and_kill(log, out, flags, moments, end_bytes)
+            check_same_results(out, undisturbed)
+            left = [path.name for path in out.glob(".*.tmp")]
+            check(not left, f"{name}, {what}: left behind in the results: {left}")
+            return took_s
+
+        times_s = [disturb(f"run {number + 1}", 1) for number in range(num_runs)]
+        case.say(f"{name}: {alone_s:.1f} s undisturbed; {num_runs} runs in which each of the 4 services is killed "
+                 f"once: same map, {min(times_s):.1f} to {max(times_s):.1f} s")
+        storm_s = disturb("storm", num_kills_in_storm)
+        case.say(f"{name}: each of the 4 services killed {num_kills_in_storm} times in one run: same map, "
+                 f"{storm_s:.1f} s")
+
+
+run(test)

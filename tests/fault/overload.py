@@ -1,0 +1,117 @@
+"""A laser ten times as fast as the scans are mapped, live: no memory grows, poses stay fresh, each loss is counted."""
+
+import itertools
+import multiprocessing
+import os
+import pathlib
+import socket
+import struct
+import time
+
+from faults import GROUP, SERVICES, Listener, Program, bus_url, check, may_grow_bytes, num_descriptors, percentile
+from faults import port_of, publisher_seconds, read_log, resident_bytes, run, run_stack, to_and_fro, with_utime
+
+OVERLOAD = 10
+MOST_AGE_S = 2.0  # of a pose: when the laser stops, 20 scans still wait, here for a match of 0.03 s each
+LCM_BYTES = 1.4e6  # LCM's own buffer grows until it has held its longest queue once: 1000 scans of 1.4 KB
+
+
+def drive_laser(port, scans, rate_hz, duration_s, num_sent):
+    """Publishes as a driver does: each scan with the wall clock as its utime."""
+    bus = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    bus.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+    bus.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1 << 22)
+    # The robot drives as fast as in the log, so that each of its scans is taken OVERLOAD times.
+    course = itertools.chain.from_iterable(itertools.repeat(scan, OVERLOAD) for scan in to_and_fro(scans))
+    begin = time.monotonic()
+    sent = 0
+    last_utime = 0
+    while (elapsed_s := time.monotonic() - begin) < duration_s:
+        while sent < elapsed_s * rate_hz:
+            last_utime = max(last_utime + 1, int(1e6 * time.time()))
+            header = struct.pack(">II", 0x4C433032, sent & 0xFFFFFFFF) + b"LASER\0"
+            bus.sendto(header + with_utime(next(course), last_utime), (GROUP, port))
+            sent += 1
+        time.sleep(0.001)
+    num_sent.value = sent
+
+
+def kernel_drops(port, listener):
+    """Datagrams that found the receive buffer full, summed over the sockets on the port but the listener's own."""
+    own = str(os.fstat(listener.socket.fileno()).st_ino)
+    sockets = [line.split() for line in pathlib.Path("/proc/net/udp").read_text().splitlines()[1:]]
+    return sum(int(fields[-1]) for fields in sockets
+               if int(fields[1].split(":")[1], 16) == port and fields[9] != own)
+
+
+def overload(case, name, scans, flags, rate_hz, matcher_flags=()):
+    out = case.folder(name)
+    url = bus_url()
+    common = ["--lcm-url", url, *flags]
+    own_flags = {"rrhc_matcher": matcher_flags, "map_exporter": ["--out", out, "--export-period-s", "1"]}
+    services = {program: Program([program, *own_flags.get(program, []), *common], out / f"{program}.log")
+                for program in SERVICES}
+    for service in services.values():
+        service.await_ready()
+    listener = Listener(port_of(url))
+
+    duration_s = 10 if case.quick else 60
+    num_sent = multiprocessing.Value("q", 0)
+    laser = multiprocessing.Process(target=drive_laser, args=(port_of(url), scans, rate_hz, duration_s, num_sent))
+    laser.start()
+    time.sleep(duration_s / 2)
+    settled = {program: (resident_bytes(service.pid), num_descriptors(service.pid), listener.statuses[program])
+               for program, service in services.items()}
+    laser.join()
+    grown = {program: resident_bytes(service.pid) - settled[program][0] for program, service in services.items()}
+    drops = kernel_drops(port_of(url), listener)
+    time.sleep(3)  # what is under way is finished, and counted in a last status
+    counts = dict(listener.statuses)
+    for program, service in services.items():
+        check(num_descriptors(service.pid) == settled[program][1], f"{program} opened more files")
+    for program in reversed(SERVICES):
+        check(services[program].interrupt() == 0, f"{program} failed: {services[program].errors()[-500:]}")
+
+    def of(program, counter):
+        return counts[program].get(counter, 0)
+
+    sent = num_sent.value
+    case.say(f"{name}: {sent} scans sent in {duration_s} s, {sent / duration_s:.0f} scans/s; "
+             f"{of('map_updater', 'handled')} mapped; {drops} packets lost by receive buffers of the kernel")
+    flow = {"ray_selector": sent, "rrhc_matcher": of("ray_selector", "handled"),
+            "map_updater": of("rrhc_matcher", "handled")}
+    for program, sent_to_it in flow.items():
+        received, handled, dropped = (of(program, counter) for counter in ("received", "handled", "dropped_overload"))
+        lost = sent_to_it - received
+        case.say(f"  {program}: {sent_to_it} sent to it = {received} received + {lost} lost on the way; received = "
+                 f"{handled} handled + {dropped} dropped")
+        check(received == handled + dropped, f"{program}: {received} received, {handled} handled, {dropped} dropped")
+        check(0 <= lost <= drops, f"{program}: {lost} lost on the way, but the kernel lost {drops} packets")
+    undrawn = of("map_updater", "scan_missing")
+    case.say(f"  poses without a scan to draw: {undrawn}; lost poses: {of('rrhc_matcher', 'lost')}; "
+             f"late maps: {of('rrhc_matcher', 'map_late')}")
+    check(undrawn <= 0.01 * of("map_updater", "handled"), f"{undrawn} poses came without their scan")
+    ages_ms = [1000 * age_s for age_s in listener.ages_s]
+    case.say(f"  age of the pose: median {percentile(ages_ms, 0.5):.1f} ms, 99 % {percentile(ages_ms, 0.99):.1f} ms, "
+             f"oldest {max(ages_ms):.1f} ms")
+    num_since = of("map_updater", "handled") - settled["map_updater"][2]["handled"]
+    for program, (bytes_then, _, _) in settled.items():
+        case.say(f"  {program}: {bytes_then / 1e6:.1f} MB after half the time, {grown[program] / 1e6:+.2f} MB since")
+        check(grown[program] <= may_grow_bytes(program, bytes_then, num_since) + LCM_BYTES,
+              f"{program} grew by {grown[program]} bytes over {num_since} scans mapped")
+    check(max(ages_ms) <= 1000 * MOST_AGE_S, f"a pose was {max(ages_ms):.0f} ms old")
+
+
+def test(case):
+    log = case.convert("demo", "sim:demo")
+    scans = read_log(log)
+    heavy = ["--good-ratio", "100", "--num-evaluations", "60000"]
+    out = case.folder("sustained")
+    run_stack(log, out, [])
+    rate_hz = len(scans) / publisher_seconds((out / "run_stack.log").read_text())
+    case.say(f"sustained in lockstep: {rate_hz:.0f} scans/s")
+    overload(case, "fast_laser", scans, [], OVERLOAD * rate_hz)
+    overload(case, "slow_matcher", scans, [], 400.0, heavy)
+
+
+run(test)
