@@ -260,10 +260,12 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
     return expected > 0.0 ? found.fitness / expected : 1.0;
   };
 
-  // Lost once is better than a wrong wall in the map; lost for long, the scene may have changed, and less will do.
+  // Lost once or twice, as when people pass close by, is better than a wrong wall in the map; lost for longer, the
+  // scene may have changed, and less will do.
+  constexpr int kPatience = 2;
   const int num_lost = CountLost(history, 12);
   double acceptable = parameters_.lost_ratio;
-  for (int i = 0; i < std::min(num_lost, 4); ++i) acceptable *= 0.9;
+  for (int i = 0; i < std::clamp(num_lost - kPatience, 0, 4); ++i) acceptable *= 0.9;
 
   Search search(parameters_, CriticalFitness, Random(parameters_.seed, static_cast<std::uint64_t>(utime)));
   Individual best =
