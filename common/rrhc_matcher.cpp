@@ -260,19 +260,19 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
     return expected > 0.0 ? found.fitness / expected : 1.0;
   };
 
-  // Lost once or twice, as when people pass close by, is better than a wrong wall in the map; lost for longer, the
-  // scene may have changed, and less will do.
-  constexpr int kPatience = 2;
+  // Lost once is better than a wrong wall in the map; lost for long, the scene may have changed, and less will do.
   const int num_lost = CountLost(history, 12);
   double acceptable = parameters_.lost_ratio;
-  for (int i = 0; i < std::clamp(num_lost - kPatience, 0, 4); ++i) acceptable *= 0.9;
+  for (int i = 0; i < std::min(num_lost, 4); ++i) acceptable *= 0.9;
 
   Search search(parameters_, CriticalFitness, Random(parameters_.seed, static_cast<std::uint64_t>(utime)));
   Individual best =
       search.Run(presumed, {parameters_.window_m, parameters_.window_rad}, 1, parameters_.num_evaluations, enough);
   if (Quality(best) < acceptable) {
-    // The robot turned or was pushed: look further, the more so the longer it is lost, and presume nothing.
-    const double scale = 1.0 + 0.25 * num_lost;
+    // The robot turned or was pushed: look further, and presume nothing. Lost for a scan or two, as when people pass
+    // close by, it cannot have gone far; lost for longer, it can.
+    constexpr int kPatience = 2;
+    const double scale = 1.0 + 0.25 * std::max(0, num_lost - kPatience);
     const Bounds wide = scale * Bounds{parameters_.wide_window_m, parameters_.wide_window_rad};
     constexpr int kWideDraws = 30;  // most poses in so wide a window are not worth a climb
     pull = 0.0;
