@@ -1,7 +1,9 @@
 #include "common/pose_uncertainty.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "common/surface.hpp"
