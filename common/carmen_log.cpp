@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <system_error>
+#include <utility>
 
 #include "common/trigonometry.hpp"
 
@@ -64,6 +65,13 @@ class Fields {
     for (std::size_t i = 0; i < count; ++i) Read<double>();
   }
 
+  Pose2 ReadPose() {
+    const auto x_m = Read<double>();
+    const auto y_m = Read<double>();
+    const auto yaw_rad = Read<double>();
+    return {x_m, y_m, yaw_rad};
+  }
+
   /// ipc_timestamp, host, logger_timestamp, and the line is over: a wrong number of beams shows here.
   std::int64_t ReadUtimeAndEnd() {
     const std::optional<std::int64_t> utime = ParseUtime(Word());
@@ -94,19 +102,28 @@ double FlaserStep(std::size_t num_beams) {
   }
 }
 
-LaserScan ReadFlaser(Fields& fields) {
+/// A line of a laser: a scan, and where the robot stood by its odometry.
+struct Line {
   LaserScan scan;
+  Pose2 T_odom_robot;
+};
+
+Line ReadFlaser(Fields& fields) {
+  Line line;
+  LaserScan& scan = line.scan;
   const std::size_t num_beams = fields.ReadCount(kMinBeams, kMaxBeams);
   scan.angle_min_rad = static_cast<float>(-90.0 * kDegree);
   scan.angle_step_rad = static_cast<float>(FlaserStep(num_beams));
   scan.ranges_m = fields.ReadRanges(num_beams);
-  fields.SkipNumbers(6);  // the poses of the laser and of the robot
+  fields.SkipNumbers(3);  // the pose of the laser
+  line.T_odom_robot = fields.ReadPose();
   scan.utime = fields.ReadUtimeAndEnd();
-  return scan;
+  return line;
 }
 
-std::optional<LaserScan> ReadRobotLaser(Fields& fields) {
-  LaserScan scan;
+std::optional<Line> ReadRobotLaser(Fields& fields) {
+  Line line;
+  LaserScan& scan = line.scan;
   fields.SkipNumbers(1);  // type
   scan.angle_min_rad = static_cast<float>(fields.ReadAngle());
   fields.SkipNumbers(1);  // field of view
@@ -115,21 +132,23 @@ std::optional<LaserScan> ReadRobotLaser(Fields& fields) {
   fields.SkipNumbers(2);  // accuracy, remission mode
   scan.ranges_m = fields.ReadRanges(fields.ReadCount(kMinBeams, kMaxBeams));
   fields.SkipNumbers(fields.ReadCount(0, kMaxBeams));  // remissions
-  fields.SkipNumbers(11);                              // the poses of the laser and of the robot, speeds, safety
+  fields.SkipNumbers(3);                               // the pose of the laser
+  line.T_odom_robot = fields.ReadPose();
+  fields.SkipNumbers(5);  // speeds, safety
   scan.utime = fields.ReadUtimeAndEnd();
   if (scan.angle_step_rad == 0.0f) return std::nullopt;
 
   if (!(max_range_m > 0.0f)) max_range_m = std::numeric_limits<float>::infinity();  // the log does not know it
   std::replace_if(
       scan.ranges_m.begin(), scan.ranges_m.end(), [&](float range_m) { return range_m >= max_range_m; }, 0.0f);
-  return scan;
+  return line;
 }
 
 bool IsLaser(std::string_view kind) { return kind == "FLASER" || kind == "ROBOTLASER1"; }
 
-std::optional<LaserScan> ReadScan(std::string_view kind, Fields& fields) {
-  std::optional<LaserScan> scan = kind == "FLASER" ? ReadFlaser(fields) : ReadRobotLaser(fields);
-  return fields.good() ? scan : std::nullopt;
+std::optional<Line> ReadLaser(std::string_view kind, Fields& fields) {
+  std::optional<Line> line = kind == "FLASER" ? ReadFlaser(fields) : ReadRobotLaser(fields);
+  return fields.good() ? line : std::nullopt;
 }
 
 }  // namespace
@@ -139,13 +158,15 @@ std::optional<LaserScan> CarmenLog::Next() {
     Fields fields(line->text);
     const std::string_view kind = fields.Word();
     if (!line->too_long && !IsLaser(kind)) continue;
-    std::optional<LaserScan> scan = line->too_long ? std::nullopt : ReadScan(kind, fields);
-    if (!scan) {
+    std::optional<Line> laser = line->too_long ? std::nullopt : ReadLaser(kind, fields);
+    if (!laser) {
       ++counts_["bad_line"];
-    } else if (!utimes_.insert(scan->utime).second) {
+    } else if (!utimes_.insert(laser->scan.utime).second) {
       ++counts_["utime_repeated"];
     } else {
-      return scan;
+      T_odom_robot_ = RoundOdometry(laser->T_odom_robot);
+      if (!T_odom_robot_) ++counts_["bad_odometry"];
+      return std::move(laser->scan);
     }
   }
   if (file_.truncated()) counts_["truncated"] = 1;

@@ -17,18 +17,20 @@ namespace crsm {
 /// FLASER: beam 0 looks at -90 deg, counter-clockwise; the step is 1 deg for 180 or 181 beams, 0.5 deg for 360 or 361,
 /// 0.25 deg for 720 or 721, and 180 deg / (n - 1) for any other number. ROBOTLASER1: start angle and step stand in the
 /// line; a reading at or beyond its max_range, where that is positive, becomes 0 = no return.
-/// Both take the utime from ipc_timestamp; the poses in the lines are not used.
+/// Both take the utime from ipc_timestamp, and the odometry from the robot's pose, which is that scan's. The laser's
+/// pose is not used: in logs that somebody corrected it is no odometry.
 ///
 /// Counted: "bad_line" (a number that is none, too few or too many fields, beams outside 2..4096, a line longer than
 /// 1 MiB, a last line cut short), "utime_repeated" (the utime of an earlier scan), "truncated" (the gzip stream is cut
-/// short or damaged; what was whole is used). All but the last are skipped. Other kinds of lines are no concern of
-/// ours.
+/// short or damaged; what was whole is used). All of these but the last are skipped. Also counted: "bad_odometry" (a
+/// pose that is none; the scan is used). Other kinds of lines are no concern of ours.
 class CarmenLog : public LaserSource {
  public:
   /// Throws std::runtime_error if the file cannot be opened.
   explicit CarmenLog(const std::string& path) : file_(path) {}
 
   std::optional<LaserScan> Next() override;
+  std::optional<Pose2> Odometry() const override { return T_odom_robot_; }
   double Progress() const override { return file_.Progress(); }
   std::map<std::string, std::int64_t> Counts() const override { return counts_; }
 
@@ -36,6 +38,7 @@ class CarmenLog : public LaserSource {
   GzipFile file_;
   std::map<std::string, std::int64_t> counts_;
   std::unordered_set<std::int64_t> utimes_;  ///< given out so far
+  std::optional<Pose2> T_odom_robot_;        ///< of the last scan given out
 };
 
 /// Whether one of the next `max_lines` lines of the file is a laser's.

@@ -22,6 +22,10 @@ class LaserSource {
   /// Where the laser truly stood at the last scan given, seen from where it stood at the first: of simulated worlds.
   virtual std::optional<Pose2> TruePose() const { return std::nullopt; }
 
+  /// Where the robot stood at the last scan given, by its wheels (T_odom_robot), as RoundOdometry leaves it; nothing
+  /// where the source has none.
+  virtual std::optional<Pose2> Odometry() const { return std::nullopt; }
+
   /// How much of the source has been read, [0, 1].
   virtual double Progress() const = 0;
 

@@ -47,6 +47,7 @@ struct MatchParameters {
   ClimbMode climb = ClimbMode::kShrinking;
   bool interpolate = true;
   bool velocity_model = true;
+  bool odometry = false;
   bool final_climb = true;
   double spacing_cap_m = 0.1;
   double pull_per_m2 = 0.5;  ///< weight of the distance from the presumed pose
@@ -80,7 +81,7 @@ struct Parameters {
 };
 
 /// Which programs a parameter concerns.
-enum class ParameterGroup { kSeed, kScan, kSelection, kMatch, kUpdate };
+enum class ParameterGroup { kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate };
 
 struct ParameterInfo {
   ParameterGroup group;
@@ -122,6 +123,8 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
 
   MatchParameters& match = p.match;
   visit({kSeed, "seed", "of the random numbers"}, match.seed, std::uint64_t{0}, ~std::uint64_t{0});
+  visit({kOdometry, "odometry", "start from the motion by odometry, where the source has some that can be trusted"},
+        match.odometry);
   visit({kMatch, "num_evaluations", "most evaluations of the fitness for a scan (N_HC)"}, match.num_evaluations, 1,
         10000000);
   visit({kMatch, "satisfying_fitness", "the search stops at this fitness, 0 to 1"}, match.satisfying_fitness, 0.0, 1.0);

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
 #include "common/trigonometry.hpp"
 
 namespace crsm {
@@ -24,6 +28,19 @@ inline Pose2 operator*(const Pose2& T_a_b, const Pose2& T_b_c) {
 inline Pose2 Inverse(const Pose2& T_a_b) {
   const auto [sin, cos] = ComputeSinCos(T_a_b.yaw_rad);
   return {-cos * T_a_b.x_m - sin * T_a_b.y_m, sin * T_a_b.x_m - cos * T_a_b.y_m, -T_a_b.yaw_rad};
+}
+
+/// A pose as odometry gives it, to whole micrometres and microradians; nothing where that is no pose: a number that is
+/// none, or beyond 1e6. Rounded, a pose is the same to the last bit whether its heading comes as an angle, as in CARMEN
+/// logs, or as a quaternion, as on the wire.
+inline std::optional<Pose2> RoundOdometry(const Pose2& pose) {
+  constexpr double kLargest = 1e6;
+  const auto in_range = [](double value) { return std::abs(value) <= kLargest; };  // false for NaN
+  if (!in_range(pose.x_m) || !in_range(pose.y_m) || !in_range(pose.yaw_rad)) return std::nullopt;
+  const auto round = [](double value) { return std::round(value * 1e6) / 1e6 + 0.0; };  // + 0.0: never -0.0
+  constexpr double kLargestYaw_rad = 3.141592;  // the largest that stays where it is when it is wrapped
+  return Pose2{round(pose.x_m), round(pose.y_m),
+               std::clamp(round(WrapAngle(pose.yaw_rad)), -kLargestYaw_rad, kLargestYaw_rad)};
 }
 
 }  // namespace crsm

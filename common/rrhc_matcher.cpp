@@ -186,6 +186,38 @@ double ComputeExploredShare(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, 
   return static_cast<double>(num) / static_cast<double>(hits_m.cols());
 }
 
+/// How far two motions are apart [m]; turns count at 1 m from the laser.
+double ComputeDistance(const Pose2& a, const Pose2& b) {
+  return std::abs(a.x_m - b.x_m) + std::abs(a.y_m - b.y_m) + std::abs(WrapAngle(a.yaw_rad - b.yaw_rad));
+}
+
+/// Whether a robot can move so far from one scan to the next: odometry that was reset, or not sent for a while, jumps.
+bool IsMotion(const Pose2& motion) {
+  constexpr double kFarthest_m = 1.0;
+  constexpr double kWidest_rad = 1.5;
+  return std::abs(motion.x_m) <= kFarthest_m && std::abs(motion.y_m) <= kFarthest_m &&
+         std::abs(motion.yaw_rad) <= kWidest_rad;
+}
+
+/// Whether odometry told the last motions that were matched no worse than the velocity model would have.
+bool OdometryHolds(std::span<const ScanMatch> history, const MatchParameters& parameters) {
+  constexpr std::size_t kMotions = 5;
+  constexpr double kTolerance_m = 0.02;  // for each motion: what a good match may be off
+  double excess_m = 0.0;
+  for (std::size_t i = 0; i < kMotions && i + 1 < history.size(); ++i) {
+    const ScanMatch& to = history[history.size() - 1 - i];
+    const ScanMatch& from = history[history.size() - 2 - i];
+    if (from.state == MatchState::kLost || to.state == MatchState::kLost) continue;
+    if (!from.T_odom_robot || !to.T_odom_robot) continue;
+    const Pose2 presumed = PredictPose(history.first(history.size() - 1 - i), parameters);
+    excess_m +=
+        ComputeDistance(Inverse(*from.T_odom_robot) * *to.T_odom_robot, Inverse(from.T_map_laser) * to.T_map_laser) -
+        ComputeDistance(Inverse(from.T_map_laser) * presumed, Inverse(from.T_map_laser) * to.T_map_laser) -
+        kTolerance_m;
+  }
+  return excess_m <= 0.0;
+}
+
 }  // namespace
 
 Pose2 PredictPose(std::span<const ScanMatch> history, const MatchParameters& parameters) {
@@ -208,6 +240,14 @@ Pose2 PredictPose(std::span<const ScanMatch> history, const MatchParameters& par
   return history.back().T_map_laser * Pose2{share * sum.x_m, share * sum.y_m, sum.yaw_rad};
 }
 
+std::optional<Pose2> PredictPoseByOdometry(std::span<const ScanMatch> history, const std::optional<Pose2>& T_odom_robot,
+                                           const MatchParameters& parameters) {
+  if (!T_odom_robot || !history.back().T_odom_robot) return std::nullopt;
+  const Pose2 motion = Inverse(*history.back().T_odom_robot) * *T_odom_robot;
+  if (!IsMotion(motion) || !OdometryHolds(history, parameters)) return std::nullopt;
+  return history.back().T_map_laser * motion;
+}
+
 RrhcMatcher::RrhcMatcher(const MatchParameters& parameters)
     : parameters_(parameters), field_(parameters.unexplored_score, parameters.interpolate) {}
 
@@ -226,15 +266,17 @@ bool RrhcMatcher::ApplyChanges(std::span<const TileChange> changes) {
 }
 
 ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::span<const int> critical,
-                             std::span<const ScanMatch> history, const MapGeometry& geometry,
-                             std::int64_t map_version) const {
+                             std::span<const ScanMatch> history, const MapGeometry& geometry, std::int64_t map_version,
+                             const std::optional<Pose2>& T_odom_robot) const {
   ScanMatch match;
   match.utime = utime;
   match.num_critical = static_cast<std::int32_t>(critical.size());
   match.map_version = map_version;
+  if (parameters_.odometry) match.T_odom_robot = T_odom_robot;
   if (history.empty()) return match;
 
-  const Pose2 presumed = PredictPose(history, parameters_);
+  const std::optional<Pose2> by_odometry = PredictPoseByOdometry(history, match.T_odom_robot, parameters_);
+  Pose2 presumed = by_odometry ? *by_odometry : PredictPose(history, parameters_);
   match.T_map_laser = presumed;
   match.state = MatchState::kLost;
   if (critical.empty()) return match;
@@ -242,6 +284,14 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
   const Eigen::Matrix2Xd critical_hits_m = Columns(hits_m, critical);
   const RaysInCells critical_rays = ToCells(critical_hits_m, geometry);
+  if (by_odometry) {
+    constexpr double kClearly = 1.1;  // less is what two poses that are equally good may differ by
+    const Pose2 repeated = PredictPose(history, parameters_);
+    if (field_.Evaluate(critical_rays, repeated, geometry) >
+        kClearly * field_.Evaluate(critical_rays, presumed, geometry)) {
+      presumed = repeated;
+    }
+  }
   // Where the walls do not tell, as along a corridor, the presumed pose does.
   double pull = parameters_.pull_per_m2;
   const auto Fitness = [&](const RaysInCells& seen, const Pose2& pose) {
@@ -295,7 +345,7 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   best.fitness = field_.Evaluate(critical_rays, best.pose, geometry);
   match.fitness = std::clamp(best.fitness, 0.0, 1.0);
   if (Quality(best) < acceptable) {
-    match.T_map_laser = history.back().T_map_laser;
+    match.T_map_laser = by_odometry ? presumed : history.back().T_map_laser;
     return match;
   }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "common/fitness_field.hpp"
@@ -18,6 +19,14 @@ namespace crsm {
 /// is one from scan to scan, whatever the times say. The pose of a lost scan is a guess and tells no speed.
 Pose2 PredictPose(std::span<const ScanMatch> history, const MatchParameters& parameters);
 
+/// The same by odometry: the last pose and the motion of the wheels since. Nothing if that is not to be trusted: when
+/// there was no odometry at either scan, when it jumps, or when it told the last motions worse than PredictPose did.
+///
+/// T_odom_robot: odometry of the scan. The laser is taken to stand at the robot's centre; what that costs is its
+/// distance from there times the turn between two scans.
+std::optional<Pose2> PredictPoseByOdometry(std::span<const ScanMatch> history, const std::optional<Pose2>& T_odom_robot,
+                                           const MatchParameters& parameters);
+
 /// Finds the pose of a scan on the map by random restart hill climbing. Source: section 5.
 class RrhcMatcher {
  public:
@@ -29,12 +38,16 @@ class RrhcMatcher {
   /// Matches a scan to the map as it is now. The result depends on the arguments, the map and the seed only.
   ///
   /// history: all matches so far, oldest first; when it is empty the scan becomes the origin of the map frame.
+  /// T_odom_robot: odometry of the scan, if there is some; of use only where the parameters say so. The match keeps it
+  /// for the next one.
   ///
   /// The search is short where the first climbs lead to a fitness as good as that of the last scans, and goes on in a
-  /// wider window where it stays poor. A scan that nothing explains, or one without rays, is lost: its pose is then
-  /// the last one, a guess.
+  /// wider window where it stays poor. It starts from the pose that odometry tells, unless the velocity model's fits
+  /// clearly better. A scan that nothing explains, or one without rays, is lost: its pose is then a guess, the last one
+  /// or by odometry.
   ScanMatch Match(std::int64_t utime, const ValidRays& rays, std::span<const int> critical,
-                  std::span<const ScanMatch> history, const MapGeometry& geometry, std::int64_t map_version) const;
+                  std::span<const ScanMatch> history, const MapGeometry& geometry, std::int64_t map_version,
+                  const std::optional<Pose2>& T_odom_robot = std::nullopt) const;
 
   const ByteMap& map() const { return map_; }
 

@@ -15,8 +15,9 @@ class Slam {
   explicit Slam(const Parameters& parameters);
 
   /// Selects the critical rays of a scan, matches them to the map so far, and draws the scan into the map.
-  /// Scans come in the order in which they were taken; no utime may come twice.
-  ScanMatch Process(const LaserScan& scan);
+  /// Scans come in the order in which they were taken; no utime may come twice. T_odom_robot: the odometry of the scan,
+  /// where there is some.
+  ScanMatch Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot = std::nullopt);
 
   const std::vector<ScanMatch>& history() const { return history_; }
   const ByteMap& map() const { return matcher_.map(); }

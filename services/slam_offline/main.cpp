@@ -27,7 +27,7 @@ void MapLog(const CommandLine& command_line, const std::string& name) {
   while (auto scan = source->Next()) {
     if (StopRequested()) break;
     const auto start = Clock::now();
-    slam.Process(*scan);
+    slam.Process(*scan, source->Odometry());
     latency.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
     if (const auto T_map_laser = source->TruePose()) results.truth.push_back({scan->utime, *T_map_laser});
     results.last_scan = std::move(*scan);
@@ -56,7 +56,7 @@ void MapLog(const CommandLine& command_line, const std::string& name) {
 int main(int argc, char** argv) {
   using enum crsm::ParameterGroup;
   crsm::CommandLine command_line("slam_offline", "Maps a log or a simulated world in one process.",
-                                 {kSeed, kScan, kSelection, kMatch, kUpdate}, {"out", "laser_channel"});
+                                 {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate}, {"out", "laser_channel"});
   std::string name;
   command_line.app().add_option("SOURCE", name, "CARMEN log or LCM log, gzip or not; sim:NAME or sim:FILE")->required();
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;

@@ -89,6 +89,38 @@ TEST_CASE("a ROBOTLASER1 line that does not know its maximum range keeps all rea
   CHECK(scan->ranges_m == std::vector<float>{1.5f, 50.0f});
 }
 
+TEST_CASE("odometry is the robot's pose of the scan's own line, to a millionth, whatever the laser's says") {
+  const ScratchFile file("FLASER 2 1 1 9 9 9 1.25 -2.5 0.1 1.5 host 7.5\nODOM 5 5 0.5 0 0 0 1.6 host 7.5\n" +
+                         RobotLaser("-1 2 1 9", "2 1 2") + "FLASER 2 1 1 0 0 0 1.0000004 1e6 7 2.5 host 7.5\n");
+  CarmenLog log(file.path());
+  CHECK_FALSE(log.Odometry());
+  REQUIRE(log.Next());
+  CHECK(log.Odometry() == Pose2{1.25, -2.5, 0.1});
+  REQUIRE(log.Next());
+  CHECK(log.Odometry() == Pose2{1.0, 2.0, 3.0});
+  REQUIRE(log.Next());
+  CHECK(log.Odometry() == Pose2{1.0, 1e6, 0.716815});  // 7 rad less a turn
+  CHECK(CountOf(log, "bad_odometry") == 0);
+}
+
+TEST_CASE("a scan whose odometry is no pose is used without it, and that is counted") {
+  std::string lines;
+  int second = 1;
+  for (const char* pose : {"nan 0 0", "0 inf 0", "0 0 -inf", "0 0 1e300", "1000001 0 0", "0 0 nan"}) {
+    lines += "FLASER 2 1 1 0 0 0 " + std::string(pose) + " " + std::to_string(second++) + ".5 host 7.5\n";
+  }
+  const ScratchFile file(kGood + lines);
+  CarmenLog log(file.path());
+  REQUIRE(log.Next());
+  CHECK(log.Odometry());
+  for (int i = 0; i < 6; ++i) {
+    REQUIRE(log.Next());
+    CHECK_FALSE(log.Odometry());
+  }
+  CHECK(CountOf(log, "bad_odometry") == 6);
+  CHECK(CountOf(log, "bad_line") == 0);
+}
+
 TEST_CASE("remissions in a ROBOTLASER1 line are passed over") {
   const ScratchFile file("ROBOTLASER1 0 -1 2 1 9 0.01 1 2 1 2 2 77 78 1 2 3 1 2 3 0 0 0 0 0 12.25 host 7.5\n");
   CarmenLog log(file.path());
