@@ -25,7 +25,7 @@ std::string PathOf(const std::string& url) {
 }  // namespace
 
 void WriteLog(LaserSource& source, const std::string& source_name, const std::string& url,
-              const std::string& channel_prefix) {
+              const std::string& channel_prefix, bool with_odometry) {
   const std::string path = PathOf(url);
   std::error_code not_there;
   if (std::filesystem::equivalent(path, source_name, not_there)) {
@@ -36,6 +36,9 @@ void WriteLog(LaserSource& source, const std::string& source_name, const std::st
   std::int64_t num_scans = 0;
   while (const auto scan = source.Next()) {
     if (StopRequested()) break;
+    if (with_odometry) {
+      log.Write(channel_prefix + kOdometryChannel, ToMessage(Odometry{scan->utime, source.Odometry()}));
+    }
     log.Write(channel_prefix + kLaserChannel, ToMessage(*scan));
     if (const auto T_map_laser = source.TruePose())
       log.Write(channel_prefix + kTruePoseChannel, ToPoseMessage(scan->utime, *T_map_laser));

@@ -1,5 +1,5 @@
-// laser_publisher: a log or a simulated world -> LASER, in real time, N times that, or in lockstep with the map. With a
-// file:// URL it is the converter to an LCM log.
+// laser_publisher: a log or a simulated world -> LASER, and ODOMETRY where it is asked for, in real time, N times that,
+// or in lockstep with the map. With a file:// URL it is the converter to an LCM log.
 
 #include <fmt/core.h>
 
@@ -38,7 +38,8 @@ void PrintCounts(const std::string& program, const LaserSource& source) {
 class LaserPublisher {
  public:
   LaserPublisher(const CommandLine& command_line, LaserSource& source)
-      : rate_(ParseRate(command_line.settings().rate)),
+      : with_odometry_(command_line.parameters().match.odometry),
+        rate_(ParseRate(command_line.settings().rate)),
         resend_(command_line.settings().resend_s),
         source_(source),
         service_(command_line),
@@ -72,13 +73,19 @@ class LaserPublisher {
  private:
   void Publish(const LaserScan& scan) {
     const auto start = Clock::now();
-    service_.bus().Publish(kLaserChannel, ToMessage(scan));
+    Send(scan);
     if (const auto T_map_laser = source_.TruePose()) {
       service_.bus().Publish(kTruePoseChannel, ToPoseMessage(scan.utime, *T_map_laser));
     }
     service_.RecordLatency(start);
     service_.counters().Add("published");
     ++num_scans_;
+  }
+
+  /// The odometry goes first: it is there when the rays of the scan come.
+  void Send(const LaserScan& scan) {
+    if (with_odometry_) service_.bus().Publish(kOdometryChannel, ToMessage(Odometry{scan.utime, source_.Odometry()}));
+    service_.bus().Publish(kLaserChannel, ToMessage(scan));
   }
 
   /// Lockstep: sends the scan again and again until its map has come. A message lost on the way, or a process that is
@@ -92,7 +99,7 @@ class LaserPublisher {
       service_.Spin(20);
       if (mapped_utime_ == scan.utime) return;
       if (Clock::now() >= resend_at) {
-        service_.bus().Publish(kLaserChannel, ToMessage(scan));
+        Send(scan);
         service_.counters().Add("resent");
         resend_at = Clock::now() + resend_;
       }
@@ -123,6 +130,7 @@ class LaserPublisher {
     while (mapped_utime_ != utime && Clock::now() < give_up && !StopRequested()) service_.Spin(20);
   }
 
+  bool with_odometry_;
   double rate_;
   std::chrono::duration<double> resend_;
   LaserSource& source_;
@@ -140,7 +148,7 @@ int main(int argc, char** argv) {
   crsm::CommandLine command_line("laser_publisher",
                                  "Publishes the scans of a log or of a simulated world on LASER. With --lcm-url "
                                  "\"file://run.lcm?mode=w\" it writes them to an LCM log.",
-                                 {crsm::ParameterGroup::kSeed},
+                                 {crsm::ParameterGroup::kSeed, crsm::ParameterGroup::kOdometry},
                                  {"lcm_url", "channel_prefix", "rate", "resend_s", "laser_channel"});
   std::string name;
   command_line.app().add_option("SOURCE", name, "CARMEN log or LCM log, gzip or not; sim:NAME or sim:FILE")->required();
@@ -149,7 +157,8 @@ int main(int argc, char** argv) {
     const crsm::Settings& settings = command_line.settings();
     const auto source = crsm::OpenLaserSource(name, {command_line.parameters().match.seed, settings.laser_channel});
     if (settings.lcm_url.rfind("file://", 0) == 0) {
-      crsm::WriteLog(*source, name, settings.lcm_url, settings.channel_prefix);
+      crsm::WriteLog(*source, name, settings.lcm_url, settings.channel_prefix,
+                     command_line.parameters().match.odometry);
     } else {
       crsm::LaserPublisher(command_line, *source).Run();
     }

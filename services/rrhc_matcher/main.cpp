@@ -1,8 +1,11 @@
-// rrhc_matcher: CRITICAL_RAYS and the map so far -> SCAN_MATCH and POSE.
+// rrhc_matcher: CRITICAL_RAYS, the map so far and, with --odometry, ODOMETRY -> SCAN_MATCH and POSE.
 //
-// All that a match depends on comes with messages: the rays, the map and the earlier matches from the map's owner, the
-// seed from the command line. A matcher that is started anew goes on where the last one stood.
+// All that a match depends on comes with messages: the rays, its odometry, the map and the earlier matches with theirs
+// from the map's owner, the seed from the command line. A matcher that is started anew goes on where the last one
+// stood.
 
+#include <algorithm>
+#include <deque>
 #include <unordered_set>
 
 #include "common/rrhc_matcher.hpp"
@@ -27,6 +30,9 @@ class RrhcMatcherService {
             [this] { matcher_ = RrhcMatcher(parameters_); }) {
     service_.bus().Subscribe<critical_rays_t>(
         kCriticalRaysChannel, [this](const critical_rays_t& message) { scans_.Push(FromMessage(message)); });
+    if (!parameters_.odometry) return;
+    service_.bus().Subscribe<bot_core::pose_t>(kOdometryChannel,
+                                               [this](const bot_core::pose_t& message) { Hold(FromMessage(message)); });
   }
 
   void Run() {
@@ -57,8 +63,27 @@ class RrhcMatcherService {
       service_.counters().Add("utime_repeated");
       return true;
     }
-    Match(scan);
+    const auto odometry = std::find_if(odometry_.begin(), odometry_.end(),
+                                       [&](const Odometry& held) { return held.utime == scan.utime; });
+    if (odometry != odometry_.end()) {
+      Match(scan, odometry->T_odom_robot);
+    } else if (parameters_.odometry && settings_.lockstep) {
+      service_.counters().Add("odometry_awaited");  // it will be sent again, and the scan with it
+      service_.SetState("waiting for ODOMETRY: is it on for the publisher?");
+    } else {
+      if (parameters_.odometry) service_.counters().Add("odometry_missing");
+      Match(scan, std::nullopt);
+    }
     return true;
+  }
+
+  void Hold(const Odometry& odometry) {
+    constexpr std::size_t kMost = 64;
+    for (const Odometry& held : odometry_) {
+      if (held.utime == odometry.utime) return;
+    }
+    if (odometry_.size() == kMost) odometry_.pop_front();
+    odometry_.push_back(odometry);
   }
 
   /// Whether the map that the last match made is here, or has been waited for long enough.
@@ -81,7 +106,7 @@ class RrhcMatcherService {
     return known_utimes_.count(utime) > 0;
   }
 
-  void Match(const CriticalRays& scan) {
+  void Match(const CriticalRays& scan, const std::optional<Pose2>& T_odom_robot) {
     const auto start = Clock::now();
     const MapReplica& replica = map_.replica();
     std::span<const ScanMatch> history = replica.matches();
@@ -92,7 +117,7 @@ class RrhcMatcherService {
       history = with_unanswered;
     }
     last_match_ = matcher_.Match(scan.utime, scan.rays, scan.critical, history, MapGeometry(replica.cell_size_m()),
-                                 replica.version());
+                                 replica.version(), T_odom_robot);
     last_match_time_ = Clock::now();
     service_.RecordLatency(start);
     service_.counters().Add("handled");
@@ -120,6 +145,7 @@ class RrhcMatcherService {
   const Settings& settings_;
   Service service_;
   ScanQueue<CriticalRays> scans_;
+  std::deque<Odometry> odometry_;  ///< of the last scans
   RrhcMatcher matcher_;
   MapFollower map_;
   std::optional<ScanMatch> last_match_;  ///< sent once more when its scan comes once more
@@ -132,11 +158,12 @@ class RrhcMatcherService {
 }  // namespace crsm
 
 int main(int argc, char** argv) {
-  crsm::CommandLine command_line("rrhc_matcher",
-                                 "Matches each scan to the whole map so far by random restart hill climbing: "
-                                 "CRITICAL_RAYS, MAP_DELTA -> SCAN_MATCH, POSE.",
-                                 {crsm::ParameterGroup::kSeed, crsm::ParameterGroup::kMatch},
-                                 {"lcm_url", "channel_prefix", "lockstep", "map_wait_s"});
+  crsm::CommandLine command_line(
+      "rrhc_matcher",
+      "Matches each scan to the whole map so far by random restart hill climbing: "
+      "CRITICAL_RAYS, MAP_DELTA -> SCAN_MATCH, POSE.",
+      {crsm::ParameterGroup::kSeed, crsm::ParameterGroup::kOdometry, crsm::ParameterGroup::kMatch},
+      {"lcm_url", "channel_prefix", "lockstep", "map_wait_s"});
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::RrhcMatcherService(command_line).Run(); });
 }

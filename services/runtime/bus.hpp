@@ -13,6 +13,7 @@ namespace crsm {
 
 // The channels, and what travels on them.
 inline constexpr const char* kLaserChannel = "LASER";                   // bot_core.planar_lidar_t
+inline constexpr const char* kOdometryChannel = "ODOMETRY";             // bot_core.pose_t, of a scan, before it
 inline constexpr const char* kCriticalRaysChannel = "CRITICAL_RAYS";    // crsm.critical_rays_t
 inline constexpr const char* kScanMatchChannel = "SCAN_MATCH";          // crsm.scan_match_t
 inline constexpr const char* kPoseChannel = "POSE";                     // bot_core.pose_t

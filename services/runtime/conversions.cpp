@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace crsm {
 
@@ -21,6 +22,7 @@ bot_core::planar_lidar_t ToMessage(const LaserScan& scan) {
 }
 
 ScanMatch FromMessage(const scan_match_t& message) {
+  const Pose2 T_odom_robot{message.odometry_x_m, message.odometry_y_m, message.odometry_yaw_rad};
   return {message.utime,
           {message.x_m, message.y_m, message.yaw_rad},
           message.fitness,
@@ -30,7 +32,8 @@ ScanMatch FromMessage(const scan_match_t& message) {
           static_cast<MatchState>(message.state),
           message.best_evaluation,
           std::to_array(message.covariance),
-          std::to_array(message.degenerate_axis)};
+          std::to_array(message.degenerate_axis),
+          message.has_odometry ? std::optional(T_odom_robot) : std::nullopt};
 }
 
 scan_match_t ToMessage(const ScanMatch& match) {
@@ -47,6 +50,11 @@ scan_match_t ToMessage(const ScanMatch& match) {
   std::copy(match.covariance.begin(), match.covariance.end(), message.covariance);
   std::copy(match.degenerate_axis.begin(), match.degenerate_axis.end(), message.degenerate_axis);
   message.state = static_cast<std::int8_t>(match.state);
+  message.has_odometry = match.T_odom_robot ? 1 : 0;
+  const Pose2 T_odom_robot = match.T_odom_robot.value_or(Pose2{});
+  message.odometry_x_m = T_odom_robot.x_m;
+  message.odometry_y_m = T_odom_robot.y_m;
+  message.odometry_yaw_rad = T_odom_robot.yaw_rad;
   return message;
 }
 
@@ -83,6 +91,19 @@ critical_rays_t ToMessage(std::int64_t utime, const ValidRays& rays, const RaySe
 bot_core::pose_t ToPoseMessage(std::int64_t utime, const Pose2& T_map_laser) {
   const auto half = ComputeSinCos(0.5 * T_map_laser.yaw_rad);
   return {utime, {T_map_laser.x_m, T_map_laser.y_m, 0.0}, {}, {half.cos, 0.0, 0.0, half.sin}, {}, {}};
+}
+
+Odometry FromMessage(const bot_core::pose_t& message) {
+  const auto& [w, x, y, z] = message.orientation;
+  const double square = w * w + x * x + y * y + z * z;
+  if (square == 0.0) return {message.utime, std::nullopt};
+  const double yaw_rad = std::atan2(2.0 * (w * z + x * y), square - 2.0 * (y * y + z * z));
+  return {message.utime, RoundOdometry({message.pos[0], message.pos[1], yaw_rad})};
+}
+
+bot_core::pose_t ToMessage(const Odometry& odometry) {
+  if (!odometry.T_odom_robot) return {odometry.utime, {}, {}, {}, {}, {}};
+  return ToPoseMessage(odometry.utime, *odometry.T_odom_robot);
 }
 
 bot_core::pose_t ToPoseMessage(const ScanMatch& match) { return ToPoseMessage(match.utime, match.T_map_laser); }

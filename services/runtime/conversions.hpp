@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -35,5 +37,13 @@ critical_rays_t ToMessage(std::int64_t utime, const ValidRays& rays, const RaySe
 /// A pose for other people's viewers, and a match's.
 bot_core::pose_t ToPoseMessage(std::int64_t utime, const Pose2& T_map_laser);
 bot_core::pose_t ToPoseMessage(const ScanMatch& match);
+
+/// What ODOMETRY says of a scan. A message of its own says that there is none: a matcher in lockstep waits for it.
+struct Odometry {
+  std::int64_t utime = 0;  ///< the scan's
+  std::optional<Pose2> T_odom_robot = std::nullopt;
+};
+Odometry FromMessage(const bot_core::pose_t& message);
+bot_core::pose_t ToMessage(const Odometry& odometry);
 
 }  // namespace crsm

@@ -17,7 +17,7 @@ constexpr std::int32_t kMostTiles = 4096;
 constexpr std::int32_t kMostMatches = 1024;
 constexpr std::int32_t kMostParts = 4096;
 constexpr std::int32_t kMostCounters = 64;
-constexpr std::size_t kScanMatchBytes = 8 + 4 * 8 + 4 + 4 + 4 + 8 + 6 * 8 + 2 * 8 + 1;
+constexpr std::size_t kScanMatchBytes = 8 + 4 * 8 + 4 + 4 + 4 + 8 + 6 * 8 + 2 * 8 + 1 + 1 + 3 * 8;
 constexpr double kLargestCoordinateM = 1e6;
 constexpr float kLongestRangeM = 1000.0f;       // the most that range_max_m can be
 constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single precision
@@ -92,9 +92,11 @@ bool ValuesInRange(const bot_core::planar_lidar_t& message) {
 }
 
 bool ValuesInRange(const bot_core::pose_t& message) {
-  const auto Finite = [](double value) { return std::isfinite(value); };
-  return message.utime >= 0 && std::all_of(message.pos, message.pos + 3, Finite) &&
-         std::all_of(message.orientation, message.orientation + 4, Finite);
+  const auto InRange = [](double value) { return std::abs(value) <= kLargestCoordinateM; };
+  double square = 0.0;
+  for (const double part : message.orientation) square += part * part;
+  const bool is_rotation = std::abs(square - 1.0) <= 0.01;  // false for NaN
+  return message.utime >= 0 && std::all_of(message.pos, message.pos + 3, InRange) && (is_rotation || square == 0.0);
 }
 
 bool ValuesInRange(const botlab::lidar_t& message) { return BotlabValuesInRange(message); }
@@ -125,7 +127,9 @@ bool ValuesInRange(const scan_match_t& message) {
          message.fitness <= 1.0 && message.evaluations >= 0 && message.best_evaluation >= 0 &&
          message.num_critical >= 0 && message.num_critical <= kMostBeams && message.map_version >= 0 &&
          covariance_in_range && axis_in_range && message.state >= scan_match_t::FIRST &&
-         message.state <= scan_match_t::DEGENERATE;
+         message.state <= scan_match_t::DEGENERATE && (message.has_odometry == 0 || message.has_odometry == 1) &&
+         std::abs(message.odometry_x_m) <= kLargestCoordinateM &&
+         std::abs(message.odometry_y_m) <= kLargestCoordinateM && IsAngle(message.odometry_yaw_rad);
 }
 
 bool ValuesInRange(const map_delta_t& message) {

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <stdexcept>
 #include <string_view>
 
 #include "common/trigonometry.hpp"
+#include "services/runtime/bus.hpp"
 #include "services/runtime/conversions.hpp"
 
 namespace crsm {
@@ -99,13 +101,26 @@ std::string FindLaserChannel(const std::string& path, const std::string& channel
                   wanted, ListChannels(num_events, num_lasers)));
 }
 
+/// "robot1/ODOMETRY" for "robot1/LASER".
+std::string OdometryChannel(const std::string& laser_channel) {
+  const std::string_view laser = kLaserChannel;
+  const bool is_ours = laser_channel.ends_with(laser);
+  return (is_ours ? laser_channel.substr(0, laser_channel.size() - laser.size()) : "") + kOdometryChannel;
+}
+
 }  // namespace
 
 LcmLogSource::LcmLogSource(const std::string& path, const std::string& channel)
-    : log_(path), channel_(FindLaserChannel(path, channel)) {}
+    : log_(path), channel_(FindLaserChannel(path, channel)), odometry_channel_(OdometryChannel(channel_)) {}
 
 std::optional<LaserScan> LcmLogSource::Next() {
   while (const auto event = log_.Next()) {
+    if (event->channel == odometry_channel_ && Is<bot_core::pose_t>(Bytes(event->data))) {
+      const auto message = Decode<bot_core::pose_t>(Bytes(event->data));
+      if (!message) ++counts_["bad_odometry"];
+      last_odometry_ = message ? std::optional(FromMessage(*message)) : std::nullopt;
+      continue;
+    }
     if (event->channel != channel_) {
       if (IsLaser(event->data)) ++counts_["other_channel"];
       continue;
@@ -116,10 +131,17 @@ std::optional<LaserScan> LcmLogSource::Next() {
     } else if (!utimes_.insert(scan->utime).second) {
       ++counts_["utime_repeated"];
     } else {
+      T_odom_robot_ = OdometryAt(scan->utime);
       return scan;
     }
   }
   return std::nullopt;
+}
+
+std::optional<Pose2> LcmLogSource::OdometryAt(std::int64_t utime) const {
+  constexpr std::int64_t kFurthest_us = 100'000;
+  if (!last_odometry_ || std::abs(last_odometry_->utime - utime) > kFurthest_us) return std::nullopt;
+  return last_odometry_->T_odom_robot;
 }
 
 std::map<std::string, std::int64_t> LcmLogSource::Counts() const {

@@ -7,6 +7,7 @@
 #include <unordered_set>
 
 #include "common/laser_source.hpp"
+#include "services/runtime/conversions.hpp"
 #include "services/sources/lcm_event_log.hpp"
 
 namespace crsm {
@@ -18,9 +19,13 @@ namespace crsm {
 /// apart and counter-clockwise from -180 deg: its angle is off by 0.125 deg at most. Of two on one beam the nearer
 /// counts; beams that nothing falls on are 0 = no return.
 ///
+/// Odometry: the last ODOMETRY message (bot_core.pose_t) before the scan, on the channel with the laser's prefix,
+/// unless it is more than 0.1 s from the scan.
+///
 /// Counted and skipped: "bad_message" (arrays that do not fill the message, beams outside 2..4096, angles that are
 /// none, a message on the laser's channel that is no laser's), "utime_repeated" (the utime of an earlier scan),
-/// "other_channel" (a laser's message on a channel other than the chosen), "bad_event" (damaged stretches of the log).
+/// "other_channel" (a laser's message on a channel other than the chosen), "bad_odometry" (numbers that are none),
+/// "bad_event" (damaged stretches of the log).
 /// Also counted: "truncated" (the log ends within an event; what was whole is used).
 class LcmLogSource : public LaserSource {
  public:
@@ -29,14 +34,20 @@ class LcmLogSource : public LaserSource {
   LcmLogSource(const std::string& path, const std::string& channel);
 
   std::optional<LaserScan> Next() override;
+  std::optional<Pose2> Odometry() const override { return T_odom_robot_; }
   double Progress() const override { return log_.Progress(); }
   std::map<std::string, std::int64_t> Counts() const override;
 
  private:
+  std::optional<Pose2> OdometryAt(std::int64_t utime) const;
+
   LcmEventLog log_;
   std::string channel_;
+  std::string odometry_channel_;
+  std::optional<crsm::Odometry> last_odometry_;  ///< in the log's order
   std::map<std::string, std::int64_t> counts_;
   std::unordered_set<std::int64_t> utimes_;  ///< given out so far
+  std::optional<Pose2> T_odom_robot_;        ///< of the last scan given out
 };
 
 }  // namespace crsm

@@ -136,6 +136,15 @@ std::vector<Channel> MakeChannels() {
   channels.back().malformed.push_back(Changed(MakeLaser(), [](auto& laser) { laser.radstep = 0.0f; }));
   channels.back().malformed.push_back(Changed(MakeLaser(), [](auto& laser) { laser.utime = -1; }));
 
+  const bot_core::pose_t odometry = ToPoseMessage(kUtime, {});
+  channels.push_back({kOdometryChannel, Damage(Encode(odometry), {})});
+  for (const double value : {double{kNan}, double{kInfinity}, double{-kInfinity}, 1e30}) {
+    Append(channels.back().malformed, {Changed(odometry, [&](auto& pose) { pose.pos[0] = value; }),
+                                       Changed(odometry, [&](auto& pose) { pose.pos[2] = value; }),
+                                       Changed(odometry, [&](auto& pose) { pose.orientation[0] = value; }),
+                                       Changed(odometry, [&](auto& pose) { pose.orientation[3] = value; })});
+  }
+  channels.back().malformed.push_back(Changed(odometry, [](auto& pose) { pose.utime = -1; }));
   channels.push_back({kCriticalRaysChannel, Damage(Encode(MakeRays()), {16, 20 + 4 * 8})});
   for (const float value : {kNan, kInfinity, -kInfinity, -1.0f}) {
     Append(channels.back().malformed, {Changed(MakeRays(), [&](auto& rays) { rays.range_m[1] = value; }),
@@ -261,7 +270,7 @@ class StatusWatcher {
 const std::map<std::string, std::vector<std::string>> kListensTo{
     {"laser_publisher", {kMapDeltaChannel}},
     {"ray_selector", {kLaserChannel}},
-    {"rrhc_matcher", {kCriticalRaysChannel, kMapDeltaChannel}},
+    {"rrhc_matcher", {kOdometryChannel, kCriticalRaysChannel, kMapDeltaChannel}},
     {"map_updater", {kLaserChannel, kScanMatchChannel, kMapRequestChannel}},
     {"map_exporter", {kLaserChannel, kMapDeltaChannel, kServiceStatusChannel}}};
 
@@ -281,7 +290,8 @@ TEST_CASE("malformed messages are counted one by one, take no memory and stop no
   const std::string url = MakeBusUrl();
   MapWatcher map(url);
   StatusWatcher statuses(url);
-  Stack stack({url, folder / "out", {}, false});
+  std::ofstream(folder / "odometry.toml") << "odometry = true\n";
+  Stack stack({url, folder / "out", {"--config", folder / "odometry.toml"}, false});
   REQUIRE(stack.StartServices());
   REQUIRE(stack.StartPublisher(folder / "run.lcm", "0.0001"));  // after the first scan it waits for hours
   REQUIRE(map.AwaitVersion(1));

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "catch.hpp"
+#include "common/random.hpp"
 #include "synthetic_scans.hpp"
 #include "wire_messages.hpp"
 
@@ -31,6 +32,9 @@ TEST_CASE("a match comes over the wire as it was") {
     const ScanMatch match{123,        {1.1, -2.2, 3.1}, 0.87, 4001, 73, 122, state, 7, {0.1, 0.2, 0.3, 0.4, 0.5, 0.6},
                           {0.6, -0.8}};
     CHECK(FromMessage(Send(ToMessage(match))) == match);
+    ScanMatch with_odometry = match;
+    with_odometry.T_odom_robot = Pose2{4.4, 5.5, -0.6};
+    CHECK(FromMessage(Send(ToMessage(with_odometry))) == with_odometry);
   }
   CHECK(ToMessage(ScanMatch{}).state == scan_match_t::FIRST);
   CHECK(static_cast<std::int8_t>(MatchState::kOk) == scan_match_t::OK);
@@ -68,6 +72,22 @@ TEST_CASE("rays and which of them are critical come over the wire as they were")
     CHECK(received.critical == selection.critical);
   }
   CHECK(FromMessage(Send(ToMessage(6, {}, {}))).rays.size() == 0);
+}
+
+TEST_CASE("odometry comes over the wire as it was to the last bit, at every heading, and so does that there is none") {
+  Random random(1);
+  for (int i = 0; i < 10000; ++i) {
+    // Headings all around, and close to where they wrap.
+    const double yaw_rad = i % 2 ? random.Uniform(-4.0, 4.0) : random.Uniform(kPi - 3e-6, kPi + 3e-6);
+    const auto pose = RoundOdometry({random.Uniform(-1e3, 1e3), random.Uniform(-1e-5, 1e-5), yaw_rad});
+    REQUIRE(pose);
+    const Odometry received = FromMessage(Send(ToMessage(Odometry{5, pose})));
+    REQUIRE(received.T_odom_robot == pose);
+    REQUIRE(received.utime == 5);
+  }
+  CHECK(FromMessage(Send(ToMessage(Odometry{7, Pose2{}}))).T_odom_robot == Pose2{});
+  CHECK(FromMessage(Send(ToMessage(Odometry{7, std::nullopt}))).utime == 7);
+  CHECK_FALSE(FromMessage(Send(ToMessage(Odometry{7, std::nullopt}))).T_odom_robot);
 }
 
 TEST_CASE("a pose for other viewers is turned about the z axis") {

@@ -10,6 +10,7 @@
 
 #include "catch.hpp"
 #include "common/trigonometry.hpp"
+#include "services/runtime/conversions.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "source_helpers.hpp"
 
@@ -92,6 +93,28 @@ TEST_CASE("a planar lidar message is read as it was sent, plain and compressed")
   CHECK(Read(log).scans == std::vector<LaserScan>{expected});
   CHECK(Read(Compress(log)).scans == std::vector<LaserScan>{expected});
   CHECK(Read(log).counts == std::map<std::string, std::int64_t>{{"bad_event", 0}, {"truncated", 0}});
+}
+
+TEST_CASE(
+    "a scan has the odometry that came last before it, and none that is long past, is none or is another robot's") {
+  const auto OdometryEvent = [](std::int64_t utime, double x_m, const std::string& channel = "robot1/ODOMETRY") {
+    return Event(channel, Encode(ToMessage(Odometry{utime, Pose2{x_m, 2.0, -3.0}})));
+  };
+  const std::string none = Event("robot1/ODOMETRY", Encode(ToMessage(Odometry{1'000'300, std::nullopt})));
+  const std::string log = PlanarEvent(1'000'000, "robot1/LASER") + OdometryEvent(1'000'000, 1.0) +
+                          OdometryEvent(1'000'000, 9.0, "ODOMETRY") + PlanarEvent(1'000'001, "robot1/LASER") +
+                          PlanarEvent(1'100'000, "robot1/LASER") + PlanarEvent(1'100'001, "robot1/LASER") +
+                          OdometryEvent(1'000'200, std::nan("")) + PlanarEvent(1'000'200, "robot1/LASER") +
+                          OdometryEvent(1'000'300, 7.0) + none + PlanarEvent(1'000'300, "robot1/LASER");
+  const ScratchFile file(log);
+  LcmLogSource source(file.path(), "");
+  const Pose2 pose{1.0, 2.0, -3.0};
+  for (const auto& expected : {std::optional<Pose2>(), std::optional(pose), std::optional(pose), std::optional<Pose2>(),
+                               std::optional<Pose2>(), std::optional<Pose2>()}) {
+    REQUIRE(source.Next());
+    CHECK(source.Odometry() == expected);
+  }
+  CHECK(source.Counts().at("bad_odometry") == 1);
 }
 
 TEST_CASE("botlab's clockwise beams go to the nearest beam of a counter-clockwise grid") {

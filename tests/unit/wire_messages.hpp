@@ -55,7 +55,9 @@ inline scan_match_t ScanMatchMessage() {
           0.75,        4000,
           3000,        70,
           12,          {4e-4, 0.0, 0.0, 9e-4, 0.0, 1e-5},
-          {0.6, -0.8}, scan_match_t::DEGENERATE};
+          {0.6, -0.8}, scan_match_t::DEGENERATE,
+          1,           3.0,
+          4.0,         -0.5};
 }
 
 inline map_delta_t MapDeltaMessage() {

@@ -167,6 +167,8 @@ TEST_CASE("a botlab lidar message needs an angle for each beam") {
 TEST_CASE("a pose that is not finite is refused") {
   CHECK_FALSE(IsDecoded(PoseMessage(), [](bot_core::pose_t& m) { m.pos[1] = kNan; }));
   CHECK_FALSE(IsDecoded(PoseMessage(), [](bot_core::pose_t& m) { m.orientation[2] = HUGE_VAL; }));
+  CHECK_FALSE(IsDecoded(PoseMessage(), [](bot_core::pose_t& m) { m.orientation[2] = 0.9; }));  // no rotation
+  CHECK_FALSE(IsDecoded(PoseMessage(), [](bot_core::pose_t& m) { m.pos[0] = 1e7; }));
 }
 
 TEST_CASE("critical rays are rising indices into rays that are measurements") {
@@ -195,6 +197,9 @@ TEST_CASE("a match is a finite pose with a fitness from 0 to 1 and a state that 
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.map_version = -1; }));
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.state = 4; }));
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.state = -1; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.has_odometry = 2; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.odometry_x_m = kNan; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.odometry_yaw_rad = 1e3; }));
 }
 
 TEST_CASE("a match has a finite covariance with variances that are not negative, and a unit vector's axis") {
