@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "common/pose_uncertainty.hpp"
 #include "common/random.hpp"
 
 namespace crsm {
@@ -158,7 +159,7 @@ double ComputeUsualFitness(std::span<const ScanMatch> history) {
   double sum = 0.0;
   int num = 0;
   for (auto match = history.rbegin(); match != history.rend() && num < kScans; ++match) {
-    if (match->state != MatchState::kOk) continue;
+    if (match->state != MatchState::kOk && match->state != MatchState::kDegenerate) continue;
     sum += match->fitness;
     ++num;
   }
@@ -299,7 +300,11 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   }
 
   match.T_map_laser = {best.pose.x_m, best.pose.y_m, WrapAngle(best.pose.yaw_rad)};
-  match.state = MatchState::kOk;
+  const PoseUncertainty uncertainty = ComputeUncertainty(hits_m, match.T_map_laser, map_, geometry);
+  const Eigen::Matrix3d& c = uncertainty.covariance;
+  match.covariance = {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)};
+  match.state = uncertainty.degenerate ? MatchState::kDegenerate : MatchState::kOk;
+  if (uncertainty.degenerate) match.degenerate_axis = {uncertainty.degenerate->x(), uncertainty.degenerate->y()};
   return match;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "common/pose2.hpp"
@@ -7,9 +8,10 @@
 namespace crsm {
 
 enum class MatchState : std::int8_t {
-  kFirst = 0,  ///< the map was empty: the pose is the origin of the map frame
-  kOk = 1,     ///< matched: the scan goes into the map
-  kLost = 2,   ///< no pose explains the scan: the pose is a guess, the scan stays out of the map
+  kFirst = 0,       ///< the map was empty: the pose is the origin of the map frame
+  kOk = 1,          ///< matched: the scan goes into the map
+  kLost = 2,        ///< no pose explains the scan: the pose is a guess, the scan stays out of the map
+  kDegenerate = 3,  ///< matched, but nothing seen holds the position along one axis, as in a bare corridor
 };
 
 /// Where the laser stood when it took a scan, and how that was found.
@@ -21,7 +23,9 @@ struct ScanMatch {
   std::int32_t num_critical = 0;  ///< critical rays matched
   std::int64_t map_version = 0;   ///< of the map that the scan was matched against; 0 = the empty map
   MatchState state = MatchState::kFirst;
-  std::int32_t best_evaluation = 0;  ///< the one that found the best pose; 0 where none was needed
+  std::int32_t best_evaluation = 0;    ///< the one that found the best pose; 0 where none was needed
+  std::array<double, 6> covariance{};  ///< xx, xy, x yaw, yy, y yaw, yaw yaw [m^2, m rad, rad^2]; 0 if first or lost
+  std::array<double, 2> degenerate_axis{};  ///< unit vector, map frame, where the state is kDegenerate; else 0
 
   friend bool operator==(const ScanMatch&, const ScanMatch&) = default;
 };

@@ -18,6 +18,7 @@ Summary Summarize(const std::vector<ScanMatch>& matches, const DenseGrid& grid) 
       ++summary.lost;
       continue;
     }
+    if (match.state == MatchState::kDegenerate) ++summary.degenerate;
     const Pose2& pose = match.T_map_laser;
     if (previous) summary.path_length_m += std::hypot(pose.x_m - previous->x_m, pose.y_m - previous->y_m);
     previous = &pose;
@@ -38,6 +39,7 @@ std::string FormatSummary(const Summary& summary) {
   Json json = {{"version", summary.version},
                {"scans", summary.scans},
                {"lost", summary.lost},
+               {"degenerate", summary.degenerate},
                {"map_version", summary.map_version},
                {"path_length_m", summary.path_length_m},
                {"explored_area_m2", summary.explored_area_m2},

@@ -25,6 +25,7 @@ struct Summary {
   std::vector<std::pair<std::string, ParameterValue>> parameters;  ///< in the order in which they are written
   std::int64_t scans = 0;
   std::int64_t lost = 0;
+  std::int64_t degenerate = 0;
   std::int64_t map_version = 0;
   double path_length_m = 0.0;  ///< from each scan that was not lost to the next one
   double explored_area_m2 = 0.0;
@@ -33,7 +34,7 @@ struct Summary {
   std::map<std::string, StageTiming> timings;  ///< by stage
 };
 
-/// A summary in which all that follows from poses and map is filled in: scans, lost, path_length_m, mean_fitness and
+/// A summary in which all that follows from poses and map is filled in: scans, lost, degenerate, path_length_m, mean_fitness and
 /// explored_area_m2.
 Summary Summarize(const std::vector<ScanMatch>& matches, const DenseGrid& grid);
 

@@ -9,7 +9,7 @@
 namespace crsm {
 
 /// What a match changed in the map, for everybody: one message, or more where it would be larger than `most_bytes` on
-/// the wire. A tile stays whole: a message of one tile is as large as it is, 4.3 KB at most.
+/// the wire. A tile stays whole: a message of one tile is as large as it is, 4.4 KB at most.
 std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match, const MapGeometry& geometry,
                                    std::size_t most_bytes);
 

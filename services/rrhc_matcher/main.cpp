@@ -96,8 +96,12 @@ class RrhcMatcherService {
     last_match_time_ = Clock::now();
     service_.RecordLatency(start);
     service_.counters().Add("handled");
-    if (last_match_->state == MatchState::kLost) service_.counters().Add("lost");
-    service_.SetState(last_match_->state == MatchState::kLost ? "lost" : "matching");
+    const MatchState state = last_match_->state;
+    if (state == MatchState::kLost) service_.counters().Add("lost");
+    if (state == MatchState::kDegenerate) service_.counters().Add("degenerate");
+    service_.SetState(state == MatchState::kLost         ? "lost"
+                      : state == MatchState::kDegenerate ? "degenerate"
+                                                         : "matching");
     Publish(*last_match_);
   }
 

@@ -1,5 +1,8 @@
 #include "services/runtime/conversions.hpp"
 
+#include <algorithm>
+#include <array>
+
 namespace crsm {
 
 LaserScan FromMessage(const bot_core::planar_lidar_t& message) {
@@ -25,7 +28,9 @@ ScanMatch FromMessage(const scan_match_t& message) {
           message.num_critical,
           message.map_version,
           static_cast<MatchState>(message.state),
-          message.best_evaluation};
+          message.best_evaluation,
+          std::to_array(message.covariance),
+          std::to_array(message.degenerate_axis)};
 }
 
 scan_match_t ToMessage(const ScanMatch& match) {
@@ -39,6 +44,8 @@ scan_match_t ToMessage(const ScanMatch& match) {
   message.best_evaluation = match.best_evaluation;
   message.num_critical = match.num_critical;
   message.map_version = match.map_version;
+  std::copy(match.covariance.begin(), match.covariance.end(), message.covariance);
+  std::copy(match.degenerate_axis.begin(), match.degenerate_axis.end(), message.degenerate_axis);
   message.state = static_cast<std::int8_t>(match.state);
   return message;
 }

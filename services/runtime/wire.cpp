@@ -17,7 +17,7 @@ constexpr std::int32_t kMostTilesInMessage = 4096;
 constexpr std::int32_t kMostMatches = 1024;
 constexpr std::int32_t kMostParts = 4096;
 constexpr std::int32_t kMostCounters = 64;
-constexpr std::size_t kScanMatchBytes = 8 + 4 * 8 + 4 + 4 + 4 + 8 + 1;
+constexpr std::size_t kScanMatchBytes = 8 + 4 * 8 + 4 + 4 + 4 + 8 + 6 * 8 + 2 * 8 + 1;
 constexpr double kLargestCoordinateM = 1e6;
 constexpr float kLongestRangeM = 1000.0f;       // the most that range_max_m can be
 constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single precision
@@ -115,11 +115,17 @@ bool ValuesInRange(const critical_rays_t& message) {
 }
 
 bool ValuesInRange(const scan_match_t& message) {
+  const auto* covariance = message.covariance;
+  const bool covariance_in_range =
+      std::all_of(covariance, covariance + 6, [](double value) { return std::isfinite(value); }) &&
+      covariance[0] >= 0.0 && covariance[3] >= 0.0 && covariance[5] >= 0.0;
+  const bool axis_in_range = std::abs(message.degenerate_axis[0]) <= 1.0 && std::abs(message.degenerate_axis[1]) <= 1.0;
   return message.utime >= 0 && std::abs(message.x_m) <= kLargestCoordinateM &&
          std::abs(message.y_m) <= kLargestCoordinateM && IsAngle(message.yaw_rad) && message.fitness >= 0.0 &&
          message.fitness <= 1.0 && message.evaluations >= 0 && message.best_evaluation >= 0 &&
          message.num_critical >= 0 && message.num_critical <= kMostBeams && message.map_version >= 0 &&
-         message.state >= scan_match_t::FIRST && message.state <= scan_match_t::LOST;
+         covariance_in_range && axis_in_range && message.state >= scan_match_t::FIRST &&
+         message.state <= scan_match_t::DEGENERATE;
 }
 
 bool ValuesInRange(const map_delta_t& message) {

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <fstream>
 #include <mutex>
 #include <sstream>
@@ -22,6 +23,22 @@ struct Options {
   int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 };
 
+/// The figures of a run that say how it went.
+std::string Describe(const Outcome& outcome) {
+  std::string text;
+  const auto Add = [&](const char* name, double value, int decimals, const char* unit) {
+    if (!std::isnan(value)) text += fmt::format("{} {:.{}f}{}, ", name, value, decimals, unit);
+  };
+  Add("OMSE", outcome.omse_px2, 2, " px2");
+  Add("CMSE", outcome.cmse_px2, 2, " px2");
+  Add("ATE", outcome.ate_mean_m, 3, " m");
+  Add("relations error", outcome.relations_m, 3, " m");
+  Add("search missed", outcome.missed, 2, "");
+  Add("map misled", outcome.misled, 2, "");
+  Add("ms a scan", outcome.cpu_ms, 1, "");
+  return text;
+}
+
 /// runs.csv: a line a run, appended when it has ended, so that a run that is stopped goes on where it was.
 class RunsFile {
  public:
@@ -33,7 +50,12 @@ class RunsFile {
     std::string line;
     if (std::getline(file, line)) {
       if (line != header) throw std::runtime_error(fmt::format("{} has other columns; start over with --fresh", path_));
-      while (std::getline(file, line)) Read(line);
+      bool ended = true;
+      while (std::getline(file, line)) {
+        Read(line);
+        ended = !file.eof();
+      }
+      if (!ended) std::ofstream(path_, std::ios::app) << "\n";  // after a line that was cut short
     } else {
       std::ofstream(path_) << header << "\n";
     }
@@ -41,7 +63,8 @@ class RunsFile {
 
   void Append(const std::string& name, const Outcome& outcome) {
     std::string line = name;
-    VisitFigures(outcome, [&](const char*, double value) { line += fmt::format(",{}", value); });
+    VisitFigures(outcome,
+                 [&](const char*, double value) { line += std::isnan(value) ? ",-" : fmt::format(",{}", value); });
     std::ofstream file(path_, std::ios::app);
     if (!(file << line << "\n" && file.flush())) throw std::runtime_error(fmt::format("cannot write {}", path_));
     outcomes_[name] = outcome;
@@ -60,7 +83,7 @@ class RunsFile {
     VisitFigures(outcome, [&](const char*, double& value) {
       std::string word;
       whole = whole && std::getline(words, word, ',') && !word.empty();
-      if (whole) value = std::strtod(word.c_str(), nullptr);
+      if (whole) value = word == "-" ? NAN : std::strtod(word.c_str(), nullptr);
     });
     if (whole) outcomes_[name] = outcome;
   }
@@ -91,19 +114,17 @@ void RunAll(const Options& options) {
     for (std::size_t i = next++; i < runs.size(); i = next++) {
       const Run& run = runs[i];
       try {
-        // Of each kind of run the first seed's map is kept.
-        const auto folder = run.seed == 1 ? options.out / "maps" / NameOf(run) : std::filesystem::path();
+        // Of each kind of run but the ablation's the first seed's map is kept.
+        const bool keep = run.seed == 1 && run.changed.empty() && run.measured == Measured::kRun;
+        const auto folder = keep ? options.out / "maps" / NameOf(run) : std::filesystem::path();
         const Outcome outcome = Measure(run, options.radish, folder);
         const std::lock_guard lock(mutex);
         runs_file.Append(NameOf(run), outcome);
         cost_done += CostOf(run);
         cost_left -= CostOf(run);
         const double elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        fmt::print(
-            stderr,
-            "[{:3}/{}] {}: OMSE {:.2f}, CMSE {:.2f} px2, ATE {:.3f} m, {:.1f} ms a scan; about {:.0f} min left\n",
-            ++num_done, runs.size(), NameOf(run), outcome.omse_px2, outcome.cmse_px2, outcome.ate_mean_m,
-            outcome.cpu_ms, elapsed_s / cost_done * cost_left / 60.0);
+        fmt::print(stderr, "[{:3}/{}] {}: {}about {:.0f} min left\n", ++num_done, runs.size(), NameOf(run),
+                   Describe(outcome), elapsed_s / cost_done * cost_left / 60.0);
       } catch (const std::exception& error) {
         const std::lock_guard lock(mutex);
         failure = fmt::format("{}: {}", NameOf(run), error.what());

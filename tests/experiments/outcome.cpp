@@ -15,7 +15,6 @@
 #include "services/sources/open_laser_source.hpp"
 
 namespace crsm {
-namespace {
 
 Parameters ParametersOf(const Run& run) {
   using enum ParameterGroup;
@@ -28,6 +27,8 @@ Parameters ParametersOf(const Run& run) {
   }
   return command_line.parameters();
 }
+
+namespace {
 
 /// Of this thread: what else the machine does is not counted.
 double CpuSeconds() {
@@ -68,6 +69,7 @@ void CompareWithWorld(const Results& results, const Trajectory& trajectory, cons
 }  // namespace
 
 Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::filesystem::path& folder) {
+  if (run.measured != Measured::kRun) return MeasureMatches(run);
   const Parameters parameters = ParametersOf(run);
   const bool simulated = run.source.starts_with("env");
   const auto source =
@@ -76,6 +78,8 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
   Results results;
   Trajectory trajectory;
   Outcome outcome;
+  double rays = 0.0;
+  double evaluations = 0.0;
   double cpu_s = 0.0;
   while (auto scan = source->Next()) {
     const double start_s = CpuSeconds();
@@ -83,9 +87,10 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
     cpu_s += CpuSeconds() - start_s;
     trajectory.push_back({match.utime, match.T_map_laser});
     if (const auto T_map_laser = source->TruePose()) results.truth.push_back({scan->utime, *T_map_laser});
-    outcome.rays += match.num_critical;
+    rays += match.num_critical;
+    evaluations += match.evaluations;
     const int bin = (match.best_evaluation - 1) * kNumBins / parameters.match.num_evaluations;
-    if (match.best_evaluation > 0) ++outcome.best_at.at(static_cast<std::size_t>(std::min(bin, kNumBins - 1)));
+    if (match.best_evaluation > 0) ++outcome.bins.at(static_cast<std::size_t>(std::min(bin, kNumBins - 1)));
     results.last_scan = std::move(*scan);
   }
   results.grid = slam.map().ToDenseGrid(slam.geometry().cell_size_m());
@@ -97,7 +102,8 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
 
   outcome.scans = static_cast<double>(summary.scans);
   outcome.mfv = summary.mean_fitness;
-  outcome.rays /= outcome.scans;
+  outcome.rays = rays / outcome.scans;
+  outcome.evaluations = evaluations / outcome.scans;
   outcome.cpu_ms = 1000.0 * cpu_s / outcome.scans;
   if (!folder.empty()) WriteResults(folder, results);
   if (simulated) {

@@ -7,13 +7,46 @@
 
 namespace crsm {
 
+const std::vector<Change> kChanges = {
+    {"velocity model", {"--no-velocity-model"}, {"--no-velocity-model"}},
+    {"walls joined between hits", {"--join-hits"}, {"--no-join-hits"}},
+    {"shrinking climb", {"--climb", "shrinking"}, {"--climb", "fixed"}},
+    {"final climb", {"--final-climb", "--spacing-cap-m", "0.1"}, {"--no-final-climb"}},
+    {"interpolation", {"--interpolate"}, {"--no-interpolate"}},
+    {"unexplored scores 0", {"--unexplored-score", "0"}, {"--unexplored-score", "-100"}},
+    {"pull to the presumed pose", {"--pull-per-m2", "0.5"}, {"--pull-per-m2", "0"}},
+    {"sparse updates",
+     {"--update-distance-m", "0.2", "--update-angle-rad", "0.17"},
+     {"--update-distance-m", "0", "--update-angle-rad", "0"}},
+    {"early stop and lost scans",
+     {"--good-ratio", "0.95", "--lost-ratio", "0.75"},
+     {"--good-ratio", "100", "--lost-ratio", "0"}},
+    {"60 to 90 rays",
+     {"--rays-min", "60", "--rays-max", "90", "--gap-threshold-rays", "10", "--density-scale-mode", "scan",
+      "--limit-edges"},
+     {"--rays-min", "30", "--rays-max", "50", "--gap-threshold-rays", "25", "--density-scale-mode", "previous",
+      "--no-limit-edges"}},
+    {"first update intense", {"--first-intensity", "0.6"}, {"--first-intensity", "0"}},
+    {"intensity from 0.04 to 0.2",
+     {"--intensity-min", "0.04", "--intensity-max", "0.2"},
+     {"--intensity-min", "0", "--intensity-max", "1"}},
+    {"obstacles six times as intense", {"--occupied-density", "6"}, {"--occupied-density", "2"}},
+    {"walls joined and final climb",
+     {"--join-hits", "--final-climb", "--spacing-cap-m", "0.1"},
+     {"--no-join-hits", "--no-final-climb"}}};
+
 bool Plan::Has(const std::string& experiment) const {
   return std::find(experiments.begin(), experiments.end(), experiment) != experiments.end();
 }
 
 std::string NameOf(const Run& run) {
-  return fmt::format("{}_{}_{}_{}_{}_{}", run.source, run.profile, run.method, run.num_evaluations, run.update,
-                     run.seed);
+  std::string name =
+      fmt::format("{}_{}_{}_{}_{}_{}", run.source, run.profile, run.method, run.num_evaluations, run.update, run.seed);
+  if (run.measured == Measured::kRightMap) name += "_right map";
+  if (run.measured == Measured::kOwnMap) name += "_own map";
+  if (!run.changed.empty()) name += "_" + run.changed;
+  std::replace(name.begin(), name.end(), ' ', '-');
+  return name;
 }
 
 std::vector<std::string> FlagsOf(const Run& run) {
@@ -30,20 +63,26 @@ std::vector<std::string> FlagsOf(const Run& run) {
   if (run.source == "env4") Add("--cell-size-m", "0.02");  // the paper's, as in the other environments
   if (run.update != "both") Add("--occupied-density", "1");
   if (run.update == "none") flags.push_back("--no-sparseness-intensity");
+  for (const Change& change : kChanges) {
+    if (change.name != run.changed) continue;
+    const auto& changed = run.profile == "paper" ? change.of_paper : change.of_default;
+    flags.insert(flags.end(), changed.begin(), changed.end());
+  }
   return flags;
 }
 
 std::vector<Run> ListRuns(const Plan& plan) {
   std::map<std::string, Run> runs;
-  const auto Add = [&](Run run) {
+  const auto AddSeeds = [&](Run run, int num_seeds) {
     for (const std::string& profile : kProfiles) {
-      for (int seed = 1; seed <= plan.num_seeds; ++seed) {
+      for (int seed = 1; seed <= num_seeds; ++seed) {
         run.profile = profile;
         run.seed = seed;
         runs.emplace(NameOf(run), run);
       }
     }
   };
+  const auto Add = [&](const Run& run) { AddSeeds(run, plan.num_seeds); };
   const int standard = plan.standard_evaluations;
   const bool curves = plan.Has("fig21") || plan.Has("fig22") || plan.Has("fig23");
   for (const std::string number : {"1", "2", "3", "4"}) {
@@ -62,6 +101,18 @@ std::vector<Run> ListRuns(const Plan& plan) {
   for (const std::string& update : kUpdates) {
     if (plan.Has("fig25")) Add({"env2", "", "segments", standard, update});
   }
+  for (const std::string& world : kMapped) {
+    if (plan.Has("matches")) {
+      // From the last pose: how far the robot drove is for the search to find.
+      AddSeeds({world, "", "segments", standard, "both", 1, "velocity model", Measured::kRightMap}, 1);
+      AddSeeds({world, "", "segments", standard, "both", 1, "", Measured::kOwnMap}, 1);
+    }
+    if (!plan.Has("ablation")) continue;
+    Add({world, "", "segments", standard});
+    for (const Change& change : kChanges) {
+      AddSeeds({world, "", "segments", standard, "both", 1, change.name}, plan.num_ablation_seeds());
+    }
+  }
   for (const std::string& log : kRadishLogs) {
     if (plan.Has("radish")) Add({log, "", "segments", standard});
   }
@@ -72,9 +123,12 @@ std::vector<Run> ListRuns(const Plan& plan) {
 }
 
 double CostOf(const Run& run) {
+  constexpr int kEarly = 1000;  // evaluations after which a search that may stop has mostly stopped
   const double rays = run.method == "all" ? (run.source == "env4" ? 600.0 : 270.0) : 60.0;
   const double scans = run.source == "intel" ? 13.6 : run.source == "fr079" ? 4.9 : run.source == "env4" ? 1.5 : 2.4;
-  return scans * (rays * run.num_evaluations + 1e5);  // the rest of a scan's work costs about as much as 1e5 rays
+  const bool stops_early = run.profile == "default" && !run.changed.starts_with("early stop");
+  const double evaluations = stops_early ? std::min(run.num_evaluations, kEarly) : run.num_evaluations;
+  return scans * (rays * evaluations + 3e5);  // the rest of a scan's work costs about as much as 3e5 rays
 }
 
 }  // namespace crsm

@@ -5,6 +5,13 @@
 
 namespace crsm {
 
+/// What is measured on a simulated world or a log.
+enum class Measured {
+  kRun,       ///< the whole run: its map and its path
+  kRightMap,  ///< single matches, each from the true last pose, on the map that the true poses make
+  kOwnMap,    ///< single matches on the map that the run makes of its own poses
+};
+
 /// One run of the algorithm on one source.
 struct Run {
   std::string source;   ///< "env1" to "env4", or a log of the Radish repository: "intel", "fr079"
@@ -13,16 +20,28 @@ struct Run {
   int num_evaluations = 10000;
   std::string update = "both";  ///< of the adjustments of section 6: "both", "sparseness" or "none"
   int seed = 1;
+  std::string changed = "";  ///< the name of one Change to the profile; empty: none
+  Measured measured = Measured::kRun;
+};
+
+/// A setting in which the profiles differ, or what takes out one that they share.
+struct Change {
+  std::string name;
+  std::vector<std::string> of_paper;    ///< flags that put it into the paper profile, as the default profile has it
+  std::vector<std::string> of_default;  ///< flags that take it out of the default profile
 };
 
 inline const std::vector<std::string> kProfiles = {"paper", "default"};
+inline const std::vector<std::string> kMapped = {"env1", "env2", "env3"};
 inline const std::vector<std::string> kSelectionMethods = {"all", "uniform", "density", "segments"};
 inline const std::vector<std::string> kUpdates = {"both", "none", "sparseness"};  // as Fig. 25 shows them
 inline const std::vector<std::string> kRadishLogs = {"intel", "fr079"};
+extern const std::vector<Change> kChanges;
 
 /// What there is to choose from.
-inline const std::vector<std::string> kExperiments = {"table1", "table2", "table3", "table4", "table5", "table6",
-                                                      "fig21",  "fig22",  "fig23",  "fig24",  "fig25",  "radish"};
+inline const std::vector<std::string> kExperiments = {"table1", "table2",  "table3",   "table4", "table5",
+                                                      "table6", "fig21",   "fig22",    "fig23",  "fig24",
+                                                      "fig25",  "matches", "ablation", "radish"};
 
 struct Plan {
   std::vector<std::string> experiments = kExperiments;
@@ -31,6 +50,9 @@ struct Plan {
   int standard_evaluations = 10000;                                            ///< and of all others
 
   bool Has(const std::string& experiment) const;
+
+  /// The ablation has many kinds of runs, whose differences are large.
+  int num_ablation_seeds() const { return num_seeds < 3 ? num_seeds : 3; }
 };
 
 /// A name that no other run has, and that is a file name.

@@ -166,7 +166,7 @@ std::vector<Channel> MakeChannels() {
       damaged.push_back(Put([&](scan_match_t& match) { match.fitness = value; }));
     }
     damaged.push_back(Put([](scan_match_t& match) { match.utime = -1; }));
-    damaged.push_back(Put([](scan_match_t& match) { match.state = 3; }));
+    damaged.push_back(Put([](scan_match_t& match) { match.state = 4; }));
     damaged.push_back(Put([](scan_match_t& match) { match.state = -1; }));
     damaged.push_back(Put([](scan_match_t& match) { match.num_critical = 1'000'000; }));
     damaged.push_back(Put([](scan_match_t& match) { match.map_version = -1; }));

@@ -12,7 +12,7 @@ namespace crsm {
 namespace {
 
 constexpr std::size_t kMostBytes = MapOwner::kMostBytes;
-constexpr std::size_t kLargestTileMessageBytes = kMaxRunBytes + 200;
+constexpr std::size_t kLargestTileMessageBytes = kMaxRunBytes + 300;
 
 const MapGeometry kGeometry(0.05);
 

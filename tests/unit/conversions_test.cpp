@@ -27,13 +27,15 @@ TEST_CASE("a scan comes over the wire as it was") {
 }
 
 TEST_CASE("a match comes over the wire as it was") {
-  for (const MatchState state : {MatchState::kFirst, MatchState::kOk, MatchState::kLost}) {
-    const ScanMatch match{123, {1.1, -2.2, 3.1}, 0.87, 4001, 73, 122, state};
+  for (const MatchState state : {MatchState::kFirst, MatchState::kOk, MatchState::kLost, MatchState::kDegenerate}) {
+    const ScanMatch match{123,        {1.1, -2.2, 3.1}, 0.87, 4001, 73, 122, state, 7, {0.1, 0.2, 0.3, 0.4, 0.5, 0.6},
+                          {0.6, -0.8}};
     CHECK(FromMessage(Send(ToMessage(match))) == match);
   }
   CHECK(ToMessage(ScanMatch{}).state == scan_match_t::FIRST);
   CHECK(static_cast<std::int8_t>(MatchState::kOk) == scan_match_t::OK);
   CHECK(static_cast<std::int8_t>(MatchState::kLost) == scan_match_t::LOST);
+  CHECK(static_cast<std::int8_t>(MatchState::kDegenerate) == scan_match_t::DEGENERATE);
 }
 
 TEST_CASE("a tile's change comes over the wire as it was, at all four ends of the map and when it is whole") {

@@ -49,7 +49,14 @@ inline critical_rays_t CriticalRaysMessage() {
   return {5, 3, {-0.5f, 0.0f, 0.5f}, {1.0f, 2.0f, 3.0f}, 2, {0, 2}, 100.0, 0.25};
 }
 
-inline scan_match_t ScanMatchMessage() { return {5, 1.0, -2.0, 0.5, 0.75, 4000, 3000, 70, 12, scan_match_t::OK}; }
+inline scan_match_t ScanMatchMessage() {
+  return {5,           1.0,
+          -2.0,        0.5,
+          0.75,        4000,
+          3000,        70,
+          12,          {4e-4, 0.0, 0.0, 9e-4, 0.0, 1e-5},
+          {0.6, -0.8}, scan_match_t::DEGENERATE};
+}
 
 inline map_delta_t MapDeltaMessage() {
   map_delta_t message{};

@@ -203,8 +203,21 @@ TEST_CASE("a match is a finite pose with a fitness from 0 to 1 and a state that 
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.fitness = kNan; }));
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.evaluations = -1; }));
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.map_version = -1; }));
-  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.state = 3; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.state = 4; }));
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.state = -1; }));
+}
+
+TEST_CASE("a match has a finite covariance with variances that are not negative, and a unit vector's axis") {
+  using Message = scan_match_t;
+  for (int i = 0; i < 6; ++i) {
+    CHECK_FALSE(IsDecoded(ScanMatchMessage(), [i](Message& m) { m.covariance[i] = kNan; }));
+    CHECK_FALSE(IsDecoded(ScanMatchMessage(), [i](Message& m) { m.covariance[i] = HUGE_VAL; }));
+  }
+  for (const int variance : {0, 3, 5}) {
+    CHECK_FALSE(IsDecoded(ScanMatchMessage(), [variance](Message& m) { m.covariance[variance] = -1e-9; }));
+  }
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.degenerate_axis[0] = 1.1; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.degenerate_axis[1] = kNan; }));
 }
 
 TEST_CASE("a map delta leads forwards, in parts that there are, to tiles that there can be") {

@@ -1,0 +1,137 @@
+// Single matches whose true pose is known: whether the search misses it, or the map misleads it.
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/fitness_field.hpp"
+#include "common/random.hpp"
+#include "common/slam.hpp"
+#include "services/sources/open_laser_source.hpp"
+#include "tests/experiments/outcome.hpp"
+
+namespace crsm {
+namespace {
+
+/// Adds up what single matches show.
+class Matches {
+ public:
+  explicit Matches(const Parameters& parameters)
+      : parameters_(parameters), field_(parameters.match.unexplored_score, parameters.match.interpolate) {}
+
+  void Refresh(const ByteMap& map, const std::vector<TileChange>& changes) {
+    std::vector<TileIndex> changed;
+    for (const TileChange& change : changes) changed.push_back(change.index);
+    field_.Refresh(map, changed);
+  }
+
+  /// `last`, `truth`: the pose of the last scan, and from there as the robot truly moved.
+  void Add(const ValidRays& rays, std::span<const int> critical, const Pose2& last, const Pose2& truth,
+           const ScanMatch& match, const MapGeometry& geometry) {
+    const Pose2 motion = Inverse(last) * truth;
+    const double length_m = std::hypot(motion.x_m, motion.y_m);
+    if (length_m < 0.5 * geometry.cell_size_m() || critical.empty()) return;  // it turns on the spot
+    const Eigen::Matrix2Xd all_hits_m = ComputeHits(rays);
+    Eigen::Matrix2Xd hits_m(2, static_cast<Eigen::Index>(critical.size()));
+    for (Eigen::Index i = 0; i < hits_m.cols(); ++i)
+      hits_m.col(i) = all_hits_m.col(critical[static_cast<std::size_t>(i)]);
+    const RaysInCells seen = ToCells(hits_m, geometry);
+    const auto Fitness = [&](const Pose2& pose) { return field_.Evaluate(seen, pose, geometry); };
+
+    const double last_fitness = Fitness(last);
+    const double true_fitness = Fitness(truth);
+    const double found_fitness = Fitness(match.T_map_laser);
+    const Pose2 error = Inverse(truth) * match.T_map_laser;
+    const Pose2 found = Inverse(last) * match.T_map_laser;
+    const double error_m = std::hypot(error.x_m, error.y_m);
+    const bool off = error_m > geometry.cell_size_m();
+    last_fitness_ += last_fitness;
+    true_fitness_ += true_fitness;
+    found_fitness_ += found_fitness;
+    if (off) (found_fitness < true_fitness ? missed_ : misled_) += 1.0;
+    way_m_ += (found.x_m * motion.x_m + found.y_m * motion.y_m) / length_m;
+    true_way_m_ += length_m;
+    const double bin = std::floor(std::log10(std::max(error_m, 1e-9) / 0.001) / 0.15);
+    ++outcome_.bins.at(static_cast<std::size_t>(std::clamp(bin, 0.0, kNumBins - 1.0)));
+    if (std::fmod(num_++, 50.0) == 0.0) Draw(Fitness, last, last_fitness, static_cast<std::uint64_t>(match.utime));
+  }
+
+  Outcome Result() const {
+    Outcome outcome = outcome_;
+    outcome.last_fitness = last_fitness_ / num_;
+    outcome.true_fitness = true_fitness_ / num_;
+    outcome.found_fitness = found_fitness_ / num_;
+    outcome.missed = missed_ / num_;
+    outcome.misled = misled_ / num_;
+    outcome.way = way_m_ / true_way_m_;
+    outcome.draws = better_draws_ / draws_;
+    return outcome;
+  }
+
+ private:
+  /// Counts how many random poses of the window fit better than the last pose.
+  template <class Fitness>
+  void Draw(Fitness&& fitness, const Pose2& last, double last_fitness, std::uint64_t stream) {
+    constexpr int kDraws = 20000;
+    const MatchParameters& match = parameters_.match;
+    Random random(1, stream);
+    for (int i = 0; i < kDraws; ++i) {
+      const double dx_m = random.Uniform(-match.window_m, match.window_m);
+      const double dy_m = random.Uniform(-match.window_m, match.window_m);
+      const double dyaw_rad = random.Uniform(-match.window_rad, match.window_rad);
+      if (fitness(Pose2{last.x_m + dx_m, last.y_m + dy_m, last.yaw_rad + dyaw_rad}) > last_fitness) ++better_draws_;
+    }
+    draws_ += kDraws;
+  }
+
+  const Parameters& parameters_;
+  FitnessField field_;
+  Outcome outcome_;
+  double num_ = 0.0;
+  double last_fitness_ = 0.0;
+  double true_fitness_ = 0.0;
+  double found_fitness_ = 0.0;
+  double missed_ = 0.0;
+  double misled_ = 0.0;
+  double way_m_ = 0.0;
+  double true_way_m_ = 0.0;
+  double better_draws_ = 0.0;
+  double draws_ = 0.0;
+};
+
+}  // namespace
+
+Outcome MeasureMatches(const Run& run) {
+  const Parameters parameters = ParametersOf(run);
+  const auto source = OpenLaserSource("sim:" + run.source, {static_cast<std::uint64_t>(run.seed), ""});
+  RrhcMatcher matcher(parameters.match);
+  MapUpdater updater(parameters.scan, parameters.update);
+  Matches matches(parameters);
+  std::vector<ScanMatch> history;
+  double density_scale = kFirstDensityScale;
+  Pose2 T_map_laser_before;  // the true one of the scan before
+  while (const auto scan = source->Next()) {
+    const Pose2 T_map_laser = *source->TruePose();
+    const ValidRays rays = FindValidRays(*scan, parameters.scan);
+    const RaySelection selection = SelectRays(rays, parameters.selection, density_scale);
+    density_scale = NextDensityScale(density_scale, selection.critical.size(), parameters.selection);
+    ScanMatch match =
+        matcher.Match(scan->utime, rays, selection.critical, history, updater.geometry(), updater.version());
+    if (!history.empty()) {
+      const Pose2& last = history.back().T_map_laser;
+      const Pose2 truth = last * (Inverse(T_map_laser_before) * T_map_laser);
+      matches.Add(rays, selection.critical, last, truth, match, updater.geometry());
+    }
+    T_map_laser_before = T_map_laser;
+    if (run.measured == Measured::kRightMap) {
+      match.T_map_laser = T_map_laser;
+      if (!history.empty()) match.state = MatchState::kOk;
+    }
+    const MapDelta delta = updater.InLimits(match) ? updater.Update(*scan, match) : updater.UpdateWithoutScan();
+    matcher.ApplyChanges(delta.tiles);
+    matches.Refresh(matcher.map(), delta.tiles);
+    history.push_back(match);
+  }
+  return matches.Result();
+}
+
+}  // namespace crsm
