@@ -69,7 +69,13 @@ void FitnessField::Refresh(const ByteMap& map, const std::vector<TileIndex>& cha
   }
   std::sort(stale.begin(), stale.end());
   stale.erase(std::unique(stale.begin(), stale.end()), stale.end());
-  for (const TileIndex index : stale) RefreshTile(map, index);
+  const auto InMap = [&](TileIndex index) { return map.tiles().Find(index) != nullptr; };
+  for (const TileIndex index : stale) {
+    // Its scores are those of its own cells and of the first ones of the next tiles.
+    const bool explored = InMap(index) || InMap({index.x + 1, index.y}) || InMap({index.x, index.y + 1}) ||
+                          InMap({index.x + 1, index.y + 1});
+    if (explored) RefreshTile(map, index);
+  }
 }
 
 void FitnessField::RefreshTile(const ByteMap& map, TileIndex index) {

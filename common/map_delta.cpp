@@ -71,7 +71,8 @@ std::uint8_t ByteMap::At(Cell cell) const {
 }
 
 bool ByteMap::Apply(const TileChange& change) {
-  if (!InMapLimits(change.index) || !RunsFit(change.runs)) return false;
+  if (!tiles_.HasRoomFor(change.index) || !RunsFit(change.runs)) return false;
+  if (change.runs.empty()) return true;
   return UnpackRuns(change.runs, tiles_.Touch(change.index).cells);
 }
 

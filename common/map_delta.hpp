@@ -47,12 +47,13 @@ class ByteMap {
   /// 127 where nothing was explored.
   std::uint8_t At(Cell cell) const;
 
-  /// Applies one tile's change. False, with nothing changed, if it is malformed or beyond the limits of the map.
+  /// Applies one tile's change. False, with nothing changed, if it is malformed, beyond the limits of the map, or if
+  /// the map has no room for the tile.
   bool Apply(const TileChange& change);
 
   const TileGrid<Tile>& tiles() const { return tiles_; }
 
-  /// The explored cells and the rectangle around them; empty (0 x 0) while nothing is explored.
+  /// The explored cells and the rectangle around them; empty (0 x 0) while nothing is explored. 2^28 cells at most.
   DenseGrid ToDenseGrid(double cell_size_m) const;
 
  private:

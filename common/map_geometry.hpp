@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/tile_grid.hpp"
@@ -16,9 +17,13 @@ class MapGeometry {
   /// A length or a coordinate in cells, whole and parts. The centre of cell (0, 0) is at (0.5, 0.5).
   double ToCells(double length_m) const { return length_m / cell_size_m_; }
 
-  /// The cell that holds a point of the map frame. The point must lie within the limits of the map.
+  /// The cell that holds a point of the map frame; for a point beyond the limits of the map some cell beyond them.
   Cell CellAt(double x_m, double y_m) const {
-    return {static_cast<int>(std::floor(ToCells(x_m))), static_cast<int>(std::floor(ToCells(y_m)))};
+    constexpr double kFar = 2.0 * kMaxCell;
+    const auto Index = [&](double length_m) {
+      return static_cast<int>(std::floor(std::clamp(ToCells(length_m), -kFar, kFar)));
+    };
+    return {Index(x_m), Index(y_m)};
   }
 
   /// Whether a point and all that lies within `reach_m` of it is within the limits of the map.

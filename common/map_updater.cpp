@@ -139,6 +139,7 @@ void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vect
   }
   marked_.clear();
   marking_ = nullptr;
+  if (std::exchange(cut_, false)) ++num_scans_cut_;
 }
 
 void MapUpdater::MarkRay(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {
@@ -154,12 +155,24 @@ void MapUpdater::MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vec
 void MapUpdater::Mark(Cell cell, std::uint8_t mark) {
   const TileIndex index = TileOf(cell);
   if (!marking_ || index != marking_index_) {
-    marking_ = &tiles_.Touch(index);
+    marking_ = MarkTile(index);
     marking_index_ = index;
-    if (!std::exchange(marking_->marked, true)) marked_.push_back(index);
   }
+  if (!marking_) return;
   std::uint8_t& slot = marking_->marks[static_cast<std::size_t>(OffsetInTile(cell))];
   slot = std::max(slot, mark);
+}
+
+/// The tile, on the list of those that the scan touches; nullptr if there is no room for it.
+MapUpdater::Tile* MapUpdater::MarkTile(TileIndex index) {
+  Tile* tile = tiles_.Find(index);
+  if (!tile && tiles_.HasRoomFor(index)) tile = &tiles_.Touch(index);
+  if (!tile) {
+    cut_ = true;
+  } else if (!std::exchange(tile->marked, true)) {
+    marked_.push_back(index);
+  }
+  return tile;
 }
 
 /// The asymptotic rule of section 6 on every marked cell; the marks are cleared.

@@ -32,6 +32,9 @@ class MapUpdater {
   std::int64_t version() const { return version_; }
   const MapGeometry& geometry() const { return geometry_; }
 
+  /// Scans of which a part was left out of the map, because it has no room for more tiles.
+  std::int64_t num_scans_cut() const { return num_scans_cut_; }
+
   /// Tiles in the order of their creation.
   std::size_t num_tiles() const { return tiles_.entries().size(); }
 
@@ -46,6 +49,7 @@ class MapUpdater {
   void MarkRay(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void Mark(Cell cell, std::uint8_t mark);
+  Tile* MarkTile(TileIndex index);
   void Blend(Tile& tile, double intensity) const;
 
   ScanParameters scan_parameters_;
@@ -53,8 +57,10 @@ class MapUpdater {
   MapGeometry geometry_;
   TileGrid<Tile> tiles_;
   std::vector<TileIndex> marked_;  ///< tiles that the scan at hand touches
-  Tile* marking_ = nullptr;        ///< the one it touched last ...
+  Tile* marking_ = nullptr;        ///< the one it touched last, nullptr if there is no room for it ...
   TileIndex marking_index_;        ///< ... and where that is
+  bool cut_ = false;               ///< there was no room for all of it
+  std::int64_t num_scans_cut_ = 0;
   std::int64_t version_ = 0;
   std::optional<Pose2> T_map_last_drawn_;
 };

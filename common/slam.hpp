@@ -21,6 +21,8 @@ class Slam {
 
   const std::vector<ScanMatch>& history() const { return history_; }
   const ByteMap& map() const { return matcher_.map(); }
+  /// As of MapUpdater.
+  std::int64_t num_scans_cut() const { return updater_.num_scans_cut(); }
   const MapGeometry& geometry() const { return updater_.geometry(); }
 
  private:

@@ -16,6 +16,10 @@ inline constexpr int kTileCells = kTileSide * kTileSide;  ///< cells in a tile
 inline constexpr int kMaxTile = 1024;                     ///< tiles run from -kMaxTile to kMaxTile - 1 on each axis
 inline constexpr int kMaxCell = kMaxTile * kTileSide;     ///< and cells from -kMaxCell to kMaxCell - 1
 
+// What a map may take of memory. With cells of 0.05 m: 0.17 km2 explored, in a rectangle of 0.67 km2.
+inline constexpr std::size_t kMostTiles = std::size_t{1} << 14;
+inline constexpr std::int64_t kMostTilesInRectangle = std::int64_t{1} << 16;  ///< around all tiles
+
 /// A cell of the map. Cell (0, 0) has its lower left corner at the map's origin; x right, y up.
 struct Cell {
   int x = 0;
@@ -70,11 +74,22 @@ class TileGrid {
     return directory_[std::size_t{row} * (width_ + 1) + column];
   }
 
+  /// Whether the tile is there, or a map may have it besides those that it has.
+  bool HasRoomFor(TileIndex index) const {
+    if (!InMapLimits(index)) return false;
+    if (entries_.empty() || Find(index) != absent_.get()) return true;
+    const std::int64_t width = std::max(high_.x, index.x) - std::min(low_.x, index.x) + 1;
+    const std::int64_t height = std::max(high_.y, index.y) - std::min(low_.y, index.y) + 1;
+    return entries_.size() < kMostTiles && width * height <= kMostTilesInRectangle;
+  }
+
   /// The tile, made now if need be. Throws std::out_of_range beyond the map's limits.
   Tile& Touch(TileIndex index) {
     if (Tile* tile = Find(index); tile != absent_.get()) return *tile;
     if (!InMapLimits(index)) throw std::out_of_range("TileGrid: a tile beyond the limits of the map");
     GrowTo(index);
+    low_ = {std::min(low_.x, index.x), std::min(low_.y, index.y)};
+    high_ = {std::max(high_.x, index.x), std::max(high_.y, index.y)};
     entries_.push_back({index, std::make_unique<Tile>()});
     return *(Slot(index) = entries_.back().tile.get());
   }
@@ -110,6 +125,8 @@ class TileGrid {
   }
 
   std::unique_ptr<Tile> absent_;
+  TileIndex low_{kMaxTile, kMaxTile};  ///< the rectangle around all tiles, both ends included
+  TileIndex high_{-kMaxTile - 1, -kMaxTile - 1};
   TileIndex origin_;
   unsigned width_ = 0;
   unsigned height_ = 0;

@@ -19,7 +19,8 @@ class MapExporter {
       : command_line_(command_line),
         service_(command_line),
         map_follower_(
-            service_, [this](std::span<const TileChange> changes) { Apply(changes); }, [this] { map_ = ByteMap(); }) {
+            service_, [this](std::span<const TileChange> changes) { return Apply(changes); },
+            [this] { map_ = ByteMap(); }) {
     Bus& bus = service_.bus();
     bus.Subscribe<bot_core::planar_lidar_t>(
         kLaserChannel, [this](const bot_core::planar_lidar_t& message) { last_scan_ = FromMessage(message); });
@@ -47,11 +48,11 @@ class MapExporter {
     statuses_[status.name] = status;
   }
 
-  void Apply(std::span<const TileChange> changes) {
+  bool Apply(std::span<const TileChange> changes) {
     last_change_ = Clock::now();
-    for (const TileChange& change : changes) {
-      if (!map_.Apply(change)) service_.counters().Add("tile_malformed");
-    }
+    bool all_applied = true;
+    for (const TileChange& change : changes) all_applied = map_.Apply(change) && all_applied;
+    return all_applied;
   }
 
   void WriteNowAndThen() {

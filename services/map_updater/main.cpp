@@ -84,7 +84,12 @@ class MapUpdaterService {
 
   /// scan: nullptr where there is none to draw; the match is answered all the same.
   void Draw(const LaserScan* scan, const ScanMatch& match) {
+    const std::int64_t num_cut_before = updater_.num_scans_cut();
     const MapDelta delta = scan ? updater_.Update(*scan, match) : updater_.UpdateWithoutScan();
+    if (updater_.num_scans_cut() > num_cut_before) {
+      if (num_cut_before == 0) Say(fmt::format("map_updater: {}", kMapIsFull));
+      service_.counters().Add("scan_cut");
+    }
     last_answer_ = MakeParts(delta, match, updater_.geometry(), MostBytes());
     history_.push_back(match);
     answered_utimes_.insert(match.utime);

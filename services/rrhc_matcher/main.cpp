@@ -26,7 +26,7 @@ class RrhcMatcherService {
         scans_(service_.counters()),
         matcher_(parameters_),
         map_(
-            service_, [this](std::span<const TileChange> changes) { ApplyChanges(changes); },
+            service_, [this](std::span<const TileChange> changes) { return matcher_.ApplyChanges(changes); },
             [this] { matcher_ = RrhcMatcher(parameters_); }) {
     service_.bus().Subscribe<critical_rays_t>(
         kCriticalRaysChannel, [this](const critical_rays_t& message) { scans_.Push(FromMessage(message)); });
@@ -133,10 +133,6 @@ class RrhcMatcherService {
   void Publish(const ScanMatch& match) {
     service_.bus().Publish(kScanMatchChannel, ToMessage(match));
     service_.bus().Publish(kPoseChannel, ToPoseMessage(match));
-  }
-
-  void ApplyChanges(std::span<const TileChange> changes) {
-    if (!matcher_.ApplyChanges(changes)) service_.counters().Add("tile_malformed");
   }
 
   static constexpr auto kPatience = std::chrono::milliseconds(100);

@@ -13,12 +13,27 @@ std::int64_t DrawRequester() {
 
 }  // namespace
 
-MapFollower::MapFollower(Service& service, MapReplica::ApplyChanges apply, MapReplica::Clear clear)
-    : service_(service), requester_(DrawRequester()), replica_(requester_, std::move(apply), std::move(clear)) {
+MapFollower::MapFollower(Service& service, ApplyChanges apply, MapReplica::Clear clear)
+    : service_(service),
+      requester_(DrawRequester()),
+      replica_(
+          requester_,
+          [this, apply = std::move(apply)](std::span<const TileChange> changes) {
+            if (!apply(changes)) CountRefused();
+          },
+          std::move(clear)) {
   service_.bus().Subscribe<map_delta_t>(kMapDeltaChannel, [this](const map_delta_t& delta) {
     replica_.Handle(delta);
     if (delta.recipient == requester_) next_request_ = Clock::now();  // the next page at once
   });
+}
+
+void MapFollower::CountRefused() {
+  constexpr const char* kCounter = "tiles_refused";
+  if (service_.counters().counts().count(kCounter) == 0) {
+    Say(service_.name() + ": a MAP_DELTA has tiles that are malformed or more than a map may have; they are left out");
+  }
+  service_.counters().Add(kCounter);
 }
 
 void MapFollower::Poll() {

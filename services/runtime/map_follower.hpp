@@ -8,7 +8,10 @@ namespace crsm {
 /// A MapReplica on the bus: listens to MAP_DELTA and asks for what is missing.
 class MapFollower {
  public:
-  MapFollower(Service& service, MapReplica::ApplyChanges apply, MapReplica::Clear clear);
+  /// Takes over changed tiles. False if some of them are malformed, or if the map has no room for them.
+  using ApplyChanges = std::function<bool(std::span<const TileChange>)>;
+
+  MapFollower(Service& service, ApplyChanges apply, MapReplica::Clear clear);
 
   const MapReplica& replica() const { return replica_; }
   void Doubt() { replica_.Doubt(); }
@@ -17,6 +20,8 @@ class MapFollower {
   void Poll();
 
  private:
+  void CountRefused();
+
   Service& service_;
   std::int64_t requester_;
   MapReplica replica_;

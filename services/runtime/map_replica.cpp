@@ -15,6 +15,12 @@ std::vector<TileChange> Changes(const map_delta_t& delta) {
   return changes;
 }
 
+std::size_t NumTilesAndMatches(const std::map<std::int32_t, map_delta_t>& parts) {
+  std::size_t num = 0;
+  for (const auto& [number, part] : parts) num += part.tiles.size() + part.matches.size();
+  return num;
+}
+
 }  // namespace
 
 MapReplica::MapReplica(std::int64_t requester, ApplyChanges apply, Clear clear)
@@ -47,6 +53,11 @@ void MapReplica::HandleBroadcast(const map_delta_t& delta) {
   if (!synced_) return;  // pages are under way and will bring it
   if (!parts_.empty() && parts_.begin()->second.num_parts != delta.num_parts) parts_.clear();
   parts_[delta.part] = delta;
+  if (NumTilesAndMatches(parts_) > kMostTiles) {  // not the owner's: no map has so many
+    parts_.clear();
+    synced_ = false;
+    return;
+  }
   if (static_cast<std::int32_t>(parts_.size()) < delta.num_parts) return;
 
   for (const auto& [number, part] : parts_) {

@@ -59,7 +59,7 @@ class MapReplica {
 
   std::int32_t next_tile_ = 0;                 ///< of the pages under way
   std::optional<std::int64_t> pages_version_;  ///< the owner's when the first of them came
-  std::map<std::int32_t, map_delta_t> parts_;  ///< of version + 1, by number
+  std::map<std::int32_t, map_delta_t> parts_;  ///< of version + 1, by number; together no larger than a map
 };
 
 }  // namespace crsm

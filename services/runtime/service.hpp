@@ -23,6 +23,10 @@ void PrepareFolder(const std::string& out);
 /// Says a line on stderr. A log that cannot be written, on a full disk say, is no reason to stop.
 void Say(const std::string& line);
 
+/// What to say when the map has no room for more tiles.
+inline constexpr const char* kMapIsFull =
+    "the map is as large as it may be; what lies beyond is left out; larger cells (--cell-size-m) take in more";
+
 /// What every process is around its own work: a bus, counters, a status once a second, an end on request.
 class Service {
  public:

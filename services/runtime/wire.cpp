@@ -13,7 +13,7 @@ namespace crsm {
 namespace {
 
 constexpr auto kMostBeams = static_cast<std::int32_t>(kMaxBeams);
-constexpr std::int32_t kMostTiles = 4096;
+constexpr std::int32_t kMostTilesInMessage = 4096;
 constexpr std::int32_t kMostMatches = 1024;
 constexpr std::int32_t kMostParts = 4096;
 constexpr std::int32_t kMostCounters = 64;
@@ -62,7 +62,7 @@ void Walk(WireReader& reader, const scan_match_t*) { reader.Skip(kScanMatchBytes
 
 void Walk(WireReader& reader, const map_delta_t*) {
   reader.Skip(3 * 8 + 8 + 4 + 4 + 8 + 4 + 4);
-  const std::int32_t num_tiles = reader.Count(kMostTiles);
+  const std::int32_t num_tiles = reader.Count(kMostTilesInMessage);
   for (std::int32_t i = 0; i < num_tiles; ++i) {
     reader.Skip(2 + 2);
     reader.Array(reader.Count(static_cast<std::int32_t>(kMaxRunBytes)), 1);
@@ -134,7 +134,9 @@ bool ValuesInRange(const scan_match_t& message) {
 
 bool ValuesInRange(const map_delta_t& message) {
   const auto InLimits = [](const map_tile_t& tile) { return InMapLimits(TileIndex{tile.tile_x, tile.tile_y}); };
-  return message.utime >= 0 && message.base_version >= 0 && message.version >= message.base_version &&
+  // A page repeats what was asked for: the asker may be ahead of an owner that lost its map.
+  const bool onward = message.version >= message.base_version || message.recipient != 0;
+  return message.utime >= 0 && message.base_version >= 0 && message.version >= 0 && onward &&
          message.cell_size_m >= 0.001 && message.cell_size_m <= 10.0 && message.part >= 0 &&
          message.num_parts <= kMostParts && message.part < message.num_parts && message.next_tile >= -1 &&
          message.next_match >= 0 && std::all_of(message.tiles.begin(), message.tiles.end(), InLimits) &&

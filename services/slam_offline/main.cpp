@@ -43,6 +43,8 @@ void MapLog(const CommandLine& command_line, const std::string& name) {
   summary.parameters = ListParameters(parameters);
   summary.map_version = static_cast<std::int64_t>(slam.history().size());
   summary.counts = source->Counts();
+  summary.counts["scan_cut"] = slam.num_scans_cut();
+  if (slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", command_line.program(), kMapIsFull));
   summary.timings["slam_offline"] = {latency.Percentile(0.5), latency.Percentile(0.99), latency.max_ms()};
   results.summary_json = FormatSummary(summary);
   WriteResults(settings.out, results);

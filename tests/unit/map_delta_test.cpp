@@ -114,6 +114,21 @@ TEST_CASE("a change beyond the limits of the map is refused") {
   CHECK(map.Apply({{-kMaxTile, kMaxTile - 1}, {0, 0, 0, 1, 9}}));
 }
 
+TEST_CASE("a tile so far away that the rectangle around the map would not fit into memory is refused") {
+  ByteMap map;
+  CHECK(map.Apply({{-kMaxTile, -kMaxTile}, {0, 0, 0, 1, 9}}));
+  CHECK_FALSE(map.Apply({{kMaxTile - 1, kMaxTile - 1}, {0, 0, 0, 1, 9}}));
+  CHECK(map.Apply({{-kMaxTile + 1, -kMaxTile}, {0, 0, 0, 1, 9}}));
+  CHECK(map.tiles().entries().size() == 2);
+  CHECK(map.ToDenseGrid(0.05).cells.size() == kTileSide + 1);
+}
+
+TEST_CASE("a change that changes nothing makes no tile") {
+  ByteMap map;
+  CHECK(map.Apply({{3, 4}, {}}));
+  CHECK(map.tiles().entries().empty());
+}
+
 TEST_CASE("an unexplored map is a grid without cells") {
   ByteMap map;
   CHECK(map.ToDenseGrid(0.05).cells.empty());

@@ -4,6 +4,7 @@
 
 #include "catch.hpp"
 #include "map_owner.hpp"
+#include "wire_messages.hpp"
 
 namespace crsm {
 namespace {
@@ -22,7 +23,9 @@ class TestReplica {
     int num_pages = 0;
     for (; const auto request = replica.NextRequest(); ++num_pages) {
       REQUIRE(num_pages < 1000);
-      replica.Handle(owner.Page(*request));
+      const auto page = Decode<map_delta_t>(Encode(owner.Page(*request)));
+      REQUIRE(page);
+      replica.Handle(*page);
     }
     return num_pages;
   }
@@ -229,6 +232,22 @@ TEST_CASE("an owner that lost its map while pages were under way is followed too
   anew.Answer();
   replica.Ask(anew);
   replica.CheckSameAs(anew);
+}
+
+TEST_CASE("parts that together have more tiles than a map are dropped, and the owner is asked") {
+  MapOwner owner;
+  TestReplica replica;
+  Begin(replica, owner);
+  map_delta_t part = owner.Answer().front();
+  part.num_parts = 4096;
+  part.matches.clear();
+  part.tiles.assign(4096, {0, 0, 5, {0, 0, 0, 1, 9}});
+  for (part.part = 1; part.part <= 4; ++part.part) replica.replica.Handle(part);
+  CHECK_FALSE(replica.replica.NextRequest());
+  replica.replica.Handle(part);
+  CHECK(replica.replica.NextRequest());
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
 }
 
 TEST_CASE("a version with the wrong number of matches makes the replica begin again") {

@@ -229,6 +229,19 @@ TEST_CASE("a scan that is not the match's or reaches beyond the map is refused a
   map.Draw(Beam(1.0f), {limit_m - 20.1, 0.0, 0.0});
 }
 
+TEST_CASE("what the map has no room for is left out and counted, and mapping goes on") {
+  TestMap map;
+  map.Draw(Beam(1.0f), {-3000.0, -3000.0, 0.0});
+  CHECK(map.updater.num_scans_cut() == 0);
+  const MapDelta far = map.Draw(Beam(1.0f), {3000.0, 3000.0, 0.0});
+  CHECK(far.version == 2);
+  CHECK(far.tiles.empty());
+  CHECK(map.updater.num_scans_cut() == 1);
+  CHECK(map.updater.num_tiles() == 1);
+  CHECK(map.Draw(Beam(1.0f), {-3000.0, -3000.0, 0.0}).tiles.size() == 1);
+  CHECK(map.updater.num_scans_cut() == 1);
+}
+
 TEST_CASE("a replica that missed versions is healed by whole tiles") {
   TestMap map;
   map.Draw(ScanRoom(kInCell), kInCell);

@@ -102,12 +102,44 @@ TEST_CASE("the grid ends at the limits of the map") {
   CHECK_FALSE(InMapLimits(Cell{kMaxCell, 0}));
 }
 
+TEST_CASE("a grid has room for so many tiles, and for those that it has") {
+  TileGrid<Tile> grid;
+  constexpr int kSide = 128;
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      REQUIRE(grid.HasRoomFor({x, y}));
+      grid.Touch({x, y});
+    }
+  }
+  REQUIRE(grid.entries().size() == kMostTiles);
+  CHECK(grid.HasRoomFor({0, 0}));
+  CHECK(grid.HasRoomFor({kSide - 1, kSide - 1}));
+  CHECK_FALSE(grid.HasRoomFor({kSide, 0}));
+}
+
+TEST_CASE("a grid has room in a rectangle of so many tiles, wherever it is and of whatever shape") {
+  TileGrid<Tile> grid;
+  CHECK(grid.HasRoomFor({-kMaxTile, kMaxTile - 1}));
+  CHECK_FALSE(grid.HasRoomFor({-kMaxTile - 1, 0}));
+  grid.Touch({-5, 7});
+  for (const TileIndex corner : {TileIndex{-5 + 255, 7 + 255}, {-5 - 255, 7 - 255}, {-5 + 511, 7 - 127}}) {
+    CHECK(grid.HasRoomFor(corner));
+  }
+  for (const TileIndex corner : {TileIndex{-5 + 256, 7 + 255}, {-5 - 255, 7 - 256}, {-kMaxTile, kMaxTile - 1}}) {
+    CHECK_FALSE(grid.HasRoomFor(corner));
+  }
+  grid.Touch({-5 + 255, 7 + 255});
+  CHECK(grid.HasRoomFor({-5, 7 + 255}));
+  CHECK_FALSE(grid.HasRoomFor({-6, 7}));
+}
+
 TEST_CASE("a point belongs to the cell whose lower left corner is before it") {
   const MapGeometry geometry(0.05);
   CHECK(geometry.CellAt(0.0, 0.0) == Cell{0, 0});
   CHECK(geometry.CellAt(0.049, -0.001) == Cell{0, -1});
   CHECK(geometry.CellAt(-0.051, 1.001) == Cell{-2, 20});
   CHECK(geometry.ToCells(0.125) == Approx(2.5));
+  for (const double far_m : {4000.0, -4000.0, 1e6, -3e6, HUGE_VAL}) CHECK_FALSE(InMapLimits(geometry.CellAt(0, far_m)));
 }
 
 TEST_CASE("a point near the limits of the map is within them with its reach or not at all") {

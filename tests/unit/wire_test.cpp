@@ -120,6 +120,16 @@ TEST_CASE("a million beams are refused although the bytes for them are there") {
   CHECK(IsDecoded<bot_core::planar_lidar_t>(Encode(message)));
 }
 
+TEST_CASE("a page for a replica that is ahead of an owner that lost its map is taken, such a delta for all is not") {
+  map_delta_t message = MapDeltaMessage();
+  message.version = message.base_version - 1;
+  CHECK_FALSE(IsDecoded<map_delta_t>(Encode(message)));
+  message.recipient = 77;
+  CHECK(IsDecoded<map_delta_t>(Encode(message)));
+  message.version = -1;
+  CHECK_FALSE(IsDecoded<map_delta_t>(Encode(message)));
+}
+
 TEST_CASE("a lidar message is the one that the LCM world knows") {
   const Bytes bytes = Encode(LidarMessage());
   CHECK(Bytes(bytes.begin(), bytes.begin() + 8) == Bytes{0xe3, 0xd1, 0x74, 0x23, 0x18, 0x0b, 0x5e, 0x8d});

@@ -1,0 +1,24 @@
+// CARMEN and LCM logs, plain or compressed, as laser_publisher takes them. What it publishes must be believed.
+
+#include <stdexcept>
+
+#include "input.hpp"
+#include "services/runtime/conversions.hpp"
+#include "services/sources/open_laser_source.hpp"
+#include "wire_messages.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace crsm;
+  const MemoryFile file({data, size});
+  try {
+    const auto source = OpenLaserSource(file.path(), {});
+    while (const auto scan = source->Next()) {
+      if (scan->ranges_m.size() < kMinBeams || scan->ranges_m.size() > kMaxBeams) std::abort();
+      FindValidRays(*scan, {});
+    }
+    source->Progress();
+    source->Counts();
+  } catch (const std::runtime_error&) {  // is how a log is refused
+  }
+  return 0;
+}

@@ -1,0 +1,39 @@
+// MAP_DELTA and SERVICE_STATUS, as map_exporter takes them: replica, rectangle and summary.
+
+#include "common/results/summary.hpp"
+#include "input.hpp"
+#include "services/runtime/conversions.hpp"
+#include "services/runtime/map_replica.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace crsm;
+  ByteMap map;
+  MapReplica replica(
+      77,
+      [&](std::span<const TileChange> changes) {
+        for (const TileChange& change : changes) map.Apply(change);
+      },
+      [&] { map = ByteMap(); });
+  Summary summary;
+  MessageReader messages({data, size});
+  while (const auto bytes = messages.Next()) {
+    if (const auto delta = Decode<map_delta_t>(*bytes)) {
+      replica.Handle(*delta);
+      replica.NextRequest();
+    } else if (const auto status = Decode<service_status_t>(*bytes)) {
+      for (std::size_t i = 0; i < status->counter_name.size(); ++i) {
+        summary.counts[status->name + "." + status->counter_name[i]] = status->counter_value[i];
+      }
+      summary.timings[status->name] = {status->latency_p50_ms, status->latency_p99_ms, status->latency_max_ms};
+    }
+  }
+  // The largest rectangle takes a good part of a second: more than there is to learn from it.
+  const auto directory = map.tiles().directory();
+  const bool large = directory.width * directory.height > 2048;
+  const DenseGrid grid = large ? DenseGrid{} : map.ToDenseGrid(replica.cell_size_m());
+  Summary of_map = Summarize(replica.matches(), grid);
+  of_map.counts = summary.counts;
+  of_map.timings = summary.timings;
+  FormatSummary(of_map);
+  return 0;
+}

@@ -1,0 +1,43 @@
+// LASER, SCAN_MATCH and MAP_REQUEST, as map_updater takes them: its answers must be ones that replicas believe.
+
+#include <cstdlib>
+
+#include "common/map_updater.hpp"
+#include "input.hpp"
+#include "services/map_updater/answers.cpp"  // in no library: it is map_updater's own
+#include "services/runtime/conversions.hpp"
+#include "wire_messages.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr std::size_t kMostBytes = 1400;
+
+void Check(const map_delta_t& answer) {
+  if (!Decode<map_delta_t>(Encode(answer))) std::abort();
+}
+
+}  // namespace
+}  // namespace crsm
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace crsm;
+  MapUpdater updater({}, {});
+  std::vector<ScanMatch> history;
+  std::optional<LaserScan> scan;
+  MessageReader messages({data, size});
+  while (const auto bytes = messages.Next()) {
+    if (const auto laser = Decode<bot_core::planar_lidar_t>(*bytes)) {
+      scan = FromMessage(*laser);
+    } else if (const auto message = Decode<scan_match_t>(*bytes)) {
+      const ScanMatch match = FromMessage(*message);
+      const bool drawn = scan && scan->utime == match.utime && updater.InLimits(match);
+      const MapDelta delta = drawn ? updater.Update(*scan, match) : updater.UpdateWithoutScan();
+      history.push_back(match);
+      for (const map_delta_t& part : MakeParts(delta, match, updater.geometry(), kMostBytes)) Check(part);
+    } else if (const auto request = Decode<map_request_t>(*bytes)) {
+      Check(MakePage(*request, updater, history, kMostBytes));
+    }
+  }
+  return 0;
+}

@@ -1,0 +1,23 @@
+// LASER, as ray_selector takes it: its answer must be one that rrhc_matcher believes.
+
+#include <cstdlib>
+
+#include "common/ray_selection.hpp"
+#include "services/runtime/conversions.hpp"
+#include "wire_messages.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace crsm;
+  const auto laser = Decode<bot_core::planar_lidar_t>({data, size});
+  if (!laser) return 0;
+  const LaserScan scan = FromMessage(*laser);
+  const ValidRays rays = FindValidRays(scan, {});
+  for (const auto method :
+       {SelectionMethod::kAll, SelectionMethod::kUniform, SelectionMethod::kDensity, SelectionMethod::kSegments}) {
+    SelectionParameters parameters;
+    parameters.method = method;
+    const critical_rays_t answer = ToMessage(scan.utime, rays, SelectRays(rays, parameters));
+    if (!Decode<critical_rays_t>(Encode(answer))) std::abort();
+  }
+  return 0;
+}

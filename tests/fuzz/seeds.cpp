@@ -1,0 +1,186 @@
+// Writes what each fuzz target starts from: FOLDER/TARGET/NAME. All of it is made by the project's own encoders.
+
+#include <zlib.h>
+
+#include <filesystem>
+#include <iostream>
+
+#include "common/built_in_worlds.hpp"
+#include "common/random.hpp"
+#include "common/ray_selection.hpp"
+#include "input.hpp"
+#include "map_owner.hpp"
+#include "services/map_updater/answers.cpp"  // in no library: it is map_updater's own
+#include "services/runtime/event_log_writer.hpp"
+#include "services/runtime/presets.hpp"
+#include "wire_messages.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr std::int64_t kRequester = 77;  // as in the targets
+
+class Seeds {
+ public:
+  explicit Seeds(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  std::filesystem::path PathOf(const std::string& target, const std::string& name) const {
+    std::filesystem::create_directories(folder_ / target);
+    return folder_ / target / name;
+  }
+  void Write(const std::string& target, const std::string& name, std::string_view content) const {
+    std::ofstream(PathOf(target, name), std::ios::binary) << content;
+  }
+  void Write(const std::string& target, const std::string& name, const Bytes& content) const {
+    Write(target, name, std::string_view(reinterpret_cast<const char*>(content.data()), content.size()));
+  }
+  void Write(const std::string& target, const std::string& name, const std::vector<Bytes>& messages) const {
+    Bytes input;
+    for (const Bytes& message : messages) AppendMessage(input, message);
+    Write(target, name, input);
+  }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+LaserScan Scan(std::int64_t utime, int num_beams = 90) { return ScanRoom({0.1, 0.2, 0.3}, utime, num_beams); }
+
+Bytes RaysOf(const LaserScan& scan) {
+  const ValidRays rays = FindValidRays(scan, {});
+  return Encode(ToMessage(scan.utime, rays, SelectRays(rays, {})));
+}
+
+Bytes MatchOf(const LaserScan& scan, const Pose2& pose, MatchState state = MatchState::kOk) {
+  return Encode(ToMessage(ScanMatch{scan.utime, pose, 0.9, 1, 1, 0, state}));
+}
+
+/// The first page of a small map, for a replica that has nothing.
+map_delta_t FirstPage() {
+  map_delta_t page = MapDeltaMessage();
+  page.recipient = kRequester;
+  page.version = 1;
+  page.base_version = 0;
+  page.next_tile = -1;
+  page.next_match = 1;
+  page.tiles.clear();
+  const auto changes = PaintTiles(-1, 0, RoomByte);
+  for (const TileChange& change : changes) page.tiles.push_back(ToMessage(change));
+  page.num_tiles = static_cast<std::int32_t>(page.tiles.size());
+  return page;
+}
+
+/// The next version after FirstPage, with one small change.
+map_delta_t NextDelta() {
+  map_delta_t delta = MapDeltaMessage();
+  delta.version = 2;
+  delta.base_version = 1;
+  delta.matches[0].utime = 6;
+  delta.matches[0].x_m = 1.1;
+  return delta;
+}
+
+/// A page of as many tiles as fit, each with one cell, as far from each other as the map is large.
+map_delta_t ScatteredPage() {
+  map_delta_t page = FirstPage();
+  page.tiles.clear();
+  Random random(1);
+  for (int i = 0; i < 4096; ++i) {
+    const auto Draw = [&] { return static_cast<std::int16_t>(random.Uniform(-kMaxTile, kMaxTile)); };
+    page.tiles.push_back({Draw(), Draw(), 5, {0, 0, 0, 1, 0}});
+  }
+  page.num_tiles = 4096;
+  return page;
+}
+
+/// One delta after FirstPage in far more parts than come.
+std::vector<Bytes> ManyParts() {
+  std::vector<Bytes> messages{Encode(FirstPage())};
+  map_delta_t delta = NextDelta();
+  delta.num_parts = 4096;
+  for (delta.part = 0; delta.part < 20; ++delta.part) messages.push_back(Encode(delta));
+  return messages;
+}
+
+void WriteMessages(const Seeds& seeds) {
+  const std::vector<std::pair<const char*, Bytes>> messages{
+      {"planar_lidar", Encode(LidarMessage())},          {"pose", Encode(PoseMessage())},
+      {"lidar", Encode(BotlabLidarMessage())},           {"lidar_nranges", Encode(BotlabLidarNrangesMessage())},
+      {"critical_rays", Encode(CriticalRaysMessage())},  {"scan_match", Encode(ScanMatchMessage())},
+      {"map_delta", Encode(MapDeltaMessage())},          {"map_request", Encode(MapRequestMessage())},
+      {"service_status", Encode(ServiceStatusMessage())}};
+  for (const auto& [name, message] : messages) seeds.Write("wire", name, message);
+  for (const int num_beams : {2, 30, 180, 4096}) {
+    seeds.Write("ray_selector", std::to_string(num_beams), Encode(ToMessage(Scan(1, num_beams))));
+  }
+
+  const Bytes page = Encode(FirstPage());
+  const Bytes delta = Encode(NextDelta());
+  const Bytes rays = RaysOf(Scan(7));
+  seeds.Write("rrhc_matcher", "match", std::vector<Bytes>{page, rays, delta, rays});
+  seeds.Write("rrhc_matcher", "small", std::vector<Bytes>{page, Encode(CriticalRaysMessage())});
+  seeds.Write("rrhc_matcher", "scattered", std::vector<Bytes>{Encode(ScatteredPage()), rays});
+  seeds.Write("map_exporter", "status", std::vector<Bytes>{page, Encode(ServiceStatusMessage()), delta});
+  seeds.Write("map_exporter", "scattered", std::vector<Bytes>{Encode(ScatteredPage())});
+  seeds.Write("map_exporter", "parts", ManyParts());
+
+  MapOwner owner;
+  std::vector<Bytes> pages;
+  for (const map_delta_t& part : owner.Answer()) pages.push_back(Encode(part));
+  seeds.Write("map_exporter", "owner", pages);
+
+  const Bytes request = Encode(map_request_t{kRequester, 0, 0, 0});
+  std::vector<Bytes> drive;
+  for (const std::int64_t utime : {1, 2, 3}) {
+    drive.push_back(Encode(ToMessage(Scan(utime, 20))));
+    drive.push_back(MatchOf(Scan(utime), {static_cast<double>(utime), 0.0, 0.1}));
+  }
+  drive.push_back(request);
+  seeds.Write("map_updater", "drive", drive);
+  std::vector<Bytes> jumps;
+  for (const std::int64_t utime : {1, 2, 3, 4, 5, 6}) {
+    const double far_m = utime % 2 == 0 ? 3200.0 : -3200.0;
+    jumps.push_back(Encode(ToMessage(Scan(utime, 4))));
+    jumps.push_back(MatchOf(Scan(utime), {far_m, -far_m, 0.0}));
+  }
+  seeds.Write("map_updater", "jumps", jumps);
+}
+
+void WriteLogs(const Seeds& seeds) {
+  {
+    EventLogWriter log(seeds.PathOf("logs", "lcm").string(), EventLogWriter::Mode::kNew);
+    log.Write("LASER", ToMessage(Scan(1, 20)));
+    log.Write("BOTLAB", BotlabLidarMessage());
+    log.Write("BOTLAB_OLD", BotlabLidarNrangesMessage());
+    log.Write("LASER", ToMessage(Scan(2, 20)));
+  }
+  const std::string carmen =
+      "# comment\nODOM 0 0 0 0 0 0 1.0 host 1.0\n"
+      "FLASER 3 1.0 2.5 81.9 0 0 0 0 0 0 976052905.167303 host 0.5\n"
+      "ROBOTLASER1 0 -1.57 3.14 0.0174 8.1 0.01 0 3 1.0 2.0 9.0 1 7 0 0 0 0 0 0 0 0 0 0 0 2.5 host 0.5\n";
+  seeds.Write("logs", "carmen", carmen);
+  gzFile compressed = gzopen(seeds.PathOf("logs", "carmen_gz").c_str(), "wb");
+  gzwrite(compressed, carmen.data(), static_cast<unsigned>(carmen.size()));
+  gzclose(compressed);
+}
+
+void WriteTexts(const Seeds& seeds) {
+  for (const auto& [name, text] : BuiltInWorlds()) seeds.Write("world", name, std::string_view(text));
+  for (const BuiltInConfig& preset : kPresets) seeds.Write("config", std::string(preset.name), preset.toml);
+  for (const BuiltInConfig& profile : kProfiles) seeds.Write("config", std::string(profile.name), profile.toml);
+  seeds.Write("config", "kinds", "seed = 7\nout = \"a\"\nlockstep = true\n[table]\nlist = [1, {a = 1979-05-27}]\n");
+}
+
+}  // namespace
+}  // namespace crsm
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::cerr << "usage: fuzz_seeds FOLDER\n";
+    return 2;
+  }
+  const crsm::Seeds seeds(argv[1]);
+  crsm::WriteMessages(seeds);
+  crsm::WriteLogs(seeds);
+  crsm::WriteTexts(seeds);
+}
