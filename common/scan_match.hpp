@@ -26,7 +26,7 @@ struct ScanMatch {
   MatchState state = MatchState::kFirst;
   std::int32_t best_evaluation = 0;    ///< the one that found the best pose; 0 where none was needed
   std::array<double, 6> covariance{};  ///< xx, xy, x yaw, yy, y yaw, yaw yaw [m^2, m rad, rad^2]; 0 if first or lost
-  std::array<double, 2> degenerate_axis{};  ///< unit vector, map frame, where the state is kDegenerate; else 0
+  std::array<double, 2> degenerate_axis{};           ///< unit vector, map frame, where the state is kDegenerate; else 0
   std::optional<Pose2> T_odom_robot = std::nullopt;  ///< by odometry, where there is some and it is to be used
 
   friend bool operator==(const ScanMatch&, const ScanMatch&) = default;

@@ -34,8 +34,8 @@ struct Summary {
   std::map<std::string, StageTiming> timings;  ///< by stage
 };
 
-/// A summary in which all that follows from poses and map is filled in: scans, lost, degenerate, path_length_m, mean_fitness and
-/// explored_area_m2.
+/// A summary in which all that follows from poses and map is filled in: scans, lost, degenerate, path_length_m,
+/// mean_fitness and explored_area_m2.
 Summary Summarize(const std::vector<ScanMatch>& matches, const DenseGrid& grid);
 
 /// As JSON text that ends in a newline. Numbers that are not finite become null.
