@@ -17,10 +17,16 @@ def map_and_kill(log, out, flags, moments, end_bytes):
     """Kills services as the journal grows: moments are (share of the journal's bytes at the end, service)."""
     stack = start_stack(log, out, flags)
     for share, service in sorted(moments):
-        await_condition(lambda: stack.popen.poll() is not None or
-                        (journal_bytes(out) >= share * end_bytes and child(stack.pid, service)), 120, 0.001)
+        pid = None
+
+        def is_due():
+            nonlocal pid  # found once: the list of children has gaps while others come and go
+            pid = child(stack.pid, service)
+            return stack.popen.poll() is not None or (journal_bytes(out) >= share * end_bytes and pid)
+
+        await_condition(is_due, 120, 0.001)
         check(stack.popen.poll() is None, f"run_stack ended early: {stack.errors()[-1000:]}")
-        os.kill(child(stack.pid, service), signal.SIGKILL)
+        os.kill(pid, signal.SIGKILL)
     check(stack.wait() == 0, f"run_stack failed: {stack.errors()[-1000:]}")
     return publisher_seconds(stack.errors())
 
