@@ -28,20 +28,44 @@ bool WriteAndSync(int descriptor, std::string_view bytes) {
   return fsync(descriptor) == 0;
 }
 
-/// The temporary file bears the process id, so that two processes with the same folder never mix their bytes.
-void WriteAtomically(const std::filesystem::path& path, std::string_view bytes) {
-  const std::string temporary = path.parent_path() / fmt::format(".{}.{}.tmp", path.filename().string(), getpid());
-  const auto Fail = [&](int error) {
-    unlink(temporary.c_str());
-    throw std::runtime_error(fmt::format("cannot write {}: {}", path.string(), std::strerror(error)));
-  };
-  const int descriptor = open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (descriptor < 0) Fail(errno);
-  const int error = WriteAndSync(descriptor, bytes) ? 0 : errno;
-  close(descriptor);
-  if (error != 0) Fail(error);
-  if (rename(temporary.c_str(), path.c_str()) != 0) Fail(errno);
-}
+/// Files of a folder that take the place of older ones together, once all of them are on the disk: one that fills up
+/// leaves the older ones as they were.
+class Replacement {
+ public:
+  explicit Replacement(std::filesystem::path dir) : dir_(std::move(dir)) {}
+  Replacement(const Replacement&) = delete;
+  ~Replacement() {
+    for (const std::string& name : names_) unlink(Temporary(name).c_str());
+  }
+
+  void Write(const std::string& name, std::string_view bytes) {
+    names_.push_back(name);
+    const int descriptor = open(Temporary(name).c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (descriptor < 0) Fail(name, errno);
+    const int error = WriteAndSync(descriptor, bytes) ? 0 : errno;
+    close(descriptor);
+    if (error != 0) Fail(name, error);
+  }
+
+  void Rename() {
+    for (const std::string& name : names_) {
+      if (rename(Temporary(name).c_str(), (dir_ / name).c_str()) != 0) Fail(name, errno);
+    }
+    names_.clear();
+  }
+
+ private:
+  /// Bears the process id, so that two processes with the same folder never mix their bytes.
+  std::filesystem::path Temporary(const std::string& name) const {
+    return dir_ / fmt::format(".{}.{}.tmp", name, getpid());
+  }
+  [[noreturn]] void Fail(const std::string& name, int error) const {
+    throw std::runtime_error(fmt::format("cannot write {}: {}", (dir_ / name).string(), std::strerror(error)));
+  }
+
+  std::filesystem::path dir_;
+  std::vector<std::string> names_;  ///< of temporary files
+};
 
 void CheckSize(const DenseGrid& grid) {
   const bool negative = grid.width_cells < 0 || grid.height_cells < 0;
@@ -84,12 +108,14 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
   std::error_code error;
   std::filesystem::create_directories(dir, error);
   if (error) throw std::runtime_error(fmt::format("cannot make the folder {}: {}", dir.string(), error.message()));
-  WriteAtomically(dir / "map.png", EncodeMap(results.grid));
-  WriteAtomically(dir / "map.yaml", FormatMapYaml(results.grid));
-  WriteAtomically(dir / "overview.png", EncodeOverview(results));
-  WriteAtomically(dir / "trajectory.tum", trajectory_text);
-  if (!results.truth.empty()) WriteAtomically(dir / "truth.tum", FormatTrajectory(results.truth));
-  WriteAtomically(dir / "summary.json", results.summary_json);
+  Replacement files(dir);
+  files.Write("map.png", EncodeMap(results.grid));
+  files.Write("map.yaml", FormatMapYaml(results.grid));
+  files.Write("overview.png", EncodeOverview(results));
+  files.Write("trajectory.tum", trajectory_text);
+  if (!results.truth.empty()) files.Write("truth.tum", FormatTrajectory(results.truth));
+  files.Write("summary.json", results.summary_json);
+  files.Rename();
 }
 
 }  // namespace crsm
