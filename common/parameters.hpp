@@ -10,6 +10,8 @@
 
 namespace crsm {
 
+inline constexpr double kLongestRangeM = 1000.0;  ///< that any laser may have
+
 /// Which beams of a scan count as measurements.
 struct ScanParameters {
   double range_min_m = 0.05;
@@ -103,7 +105,7 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
   visit({kScan, "range_min_m", "shorter readings are no measurements [m]"}, scan.range_min_m, 0.0, 10.0);
   visit({kScan, "range_max_m",
          "maximum range of the laser [m]; readings beyond 95 % of it are no measurements (section 4)"},
-        scan.range_max_m, 0.1, 1000.0);
+        scan.range_max_m, 0.1, kLongestRangeM);
 
   SelectionParameters& selection = p.selection;
   visit({kSelection, "method", "how critical rays are picked (section 4)"}, selection.method, kMethods);

@@ -5,6 +5,7 @@
 
 #include "common/laser_scan.hpp"
 #include "common/map_delta.hpp"
+#include "common/parameters.hpp"
 #include "common/scan_match.hpp"
 #include "common/tile_grid.hpp"
 #include "common/trigonometry.hpp"
@@ -19,7 +20,6 @@ constexpr std::int32_t kMostParts = 4096;
 constexpr std::int32_t kMostCounters = 64;
 constexpr std::size_t kScanMatchBytes = 8 + 4 * 8 + 4 + 4 + 4 + 8 + 6 * 8 + 2 * 8 + 1 + 1 + 3 * 8;
 constexpr double kLargestCoordinateM = 1e6;
-constexpr float kLongestRangeM = 1000.0f;       // the most that range_max_m can be
 constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single precision
 
 bool IsAngle(double angle_rad) { return std::abs(angle_rad) <= kFullTurn; }  // false for NaN
