@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <array>
 #include <cerrno>
 #include <cstdlib>
 #include <regex>
@@ -32,13 +31,12 @@ std::string CompleteUrl(std::string url) {
     const char* environment = std::getenv("LCM_DEFAULT_URL");
     url = environment && *environment ? environment : "udpm://239.255.76.67:7667?ttl=0";
   }
-  constexpr std::array kTransports{"udpm://", "tcpq://", "memq://"};
-  bool known = false;
-  for (const std::string transport : kTransports) known = known || url.rfind(transport, 0) == 0;
   const bool multicast = url.rfind("udpm://", 0) == 0;
-  if (!known || (multicast && !IsMulticastUrl(url))) {
-    throw std::runtime_error(fmt::format(
-        "--lcm-url {}: not a bus; one is like udpm://239.255.76.67:7667?ttl=0 or tcpq://localhost:7700", url));
+  if (multicast ? !IsMulticastUrl(url) : url.rfind("tcpq://", 0) != 0) {
+    throw std::runtime_error(
+        fmt::format("--lcm-url {}: not a bus between processes; one is like udpm://239.255.76.67:7667?ttl=0 or "
+                    "tcpq://localhost:7700",
+                    url));
   }
   if (multicast && url.find("recv_buf_size") == std::string::npos) {
     url += (url.find('?') == std::string::npos ? "?" : "&") + std::string(kReceiveBuffer);
@@ -57,12 +55,11 @@ std::string EscapeForRegex(const std::string& text) {
 
 }  // namespace
 
-Bus::Bus(const std::string& url, const std::string& channel_prefix, Counters& counters)
-    : lcm_(CompleteUrl(url)), prefix_(channel_prefix), counters_(counters) {
-  const std::string complete = CompleteUrl(url);
+Bus::Bus(std::string url, const std::string& channel_prefix, Counters& counters)
+    : lcm_(url = CompleteUrl(url)), prefix_(channel_prefix), counters_(counters) {
   if (!lcm_.good()) {
     throw std::runtime_error(
-        fmt::format("--lcm-url {}: LCM cannot open it; is the address right, and its server up?", complete));
+        fmt::format("--lcm-url {}: LCM cannot open it; is the address right, and its server up?", url));
   }
 }
 

@@ -26,7 +26,7 @@ inline constexpr const char* kServiceStatusChannel = "SERVICE_STATUS";  // crsm.
 class Bus {
  public:
   /// url: empty for LCM's default. Throws std::runtime_error in one line if the bus cannot be reached.
-  Bus(const std::string& url, const std::string& channel_prefix, Counters& counters);
+  Bus(std::string url, const std::string& channel_prefix, Counters& counters);
 
   /// Calls `handler` for each well-formed message; others are counted as CHANNEL_malformed and dropped.
   template <class Message>

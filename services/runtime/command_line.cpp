@@ -146,7 +146,7 @@ CommandLine::CommandLine(const std::string& program, const std::string& descript
                   "TOML file with keys named as the flags, with _ for -; one file serves all programs")
       ->type_name("FILE");
   app_.add_option("--preset", preset_, fmt::format("laser: {}", fmt::join(Names(kPresets), ", ")))->type_name("NAME");
-  app_.add_option("--profile", profile_, fmt::format("algorithm: default, {}", fmt::join(Names(kProfiles), ", ")))
+  app_.add_option("--profile", profile_, fmt::format("algorithm: {}", fmt::join(Names(kProfiles), ", ")))
       ->type_name("NAME");
   AddFlags(groups, settings);
 }
@@ -196,7 +196,7 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
   try {
     app_.parse(argc, argv);
     if (!preset_.empty()) ApplyConfig(FindBuiltIn(kPresets, "preset", preset_), preset_);
-    if (profile_ != "default") ApplyConfig(FindBuiltIn(kProfiles, "profile", profile_), profile_);
+    ApplyConfig(FindBuiltIn(kProfiles, "profile", profile_), profile_);
     if (!config_.empty()) ApplyConfig(ReadConfig(config_), config_);
     for (const auto& [key, text] : flags_) {
       try {

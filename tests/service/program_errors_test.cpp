@@ -75,7 +75,7 @@ TEST_CASE("a URL that is no bus stops every service") {
     arguments.push_back("--lcm-url");
     for (const std::string url : {"garbage", "nosuch://239.255.76.67:7667", "udpm://no.such.host:7667",
                                   "udpm://127.0.0.1:7667", "udpm://239.255.76.67:0", "udpm://239.255.76.67:99999",
-                                  "udpm://239.255.76.67:7667?ttl=abc", "udpm://239.255.76.67:7667?tll=1"}) {
+                                  "udpm://239.255.76.67:7667?ttl=abc", "udpm://239.255.76.67:7667?tll=1", "memq://"}) {
       arguments.push_back(url);
       files.CheckRefused(program, arguments, "--lcm-url " + url + ": not a bus");
       arguments.pop_back();

@@ -75,7 +75,7 @@ TEST_CASE("without flags the defaults hold") {
 
 TEST_CASE("every kind of flag sets its value") {
   const Program program({"--cell-size-m", "0.07", "--num-evaluations=123", "--method", "density", "--no-interpolate",
-                         "--limit-edges", "--seed", "18446744073709551615", "--lcm-url", "memq://", "--lockstep",
+                         "--limit-edges", "--seed", "18446744073709551615", "--lcm-url", "tcpq://localhost", "--lockstep",
                          "--map-wait-s", "1.5", "--unexplored-score", "-100"});
   CHECK_FALSE(program.exit_code);
   CHECK(program.said.empty());
@@ -86,7 +86,7 @@ TEST_CASE("every kind of flag sets its value") {
   CHECK(program.parameters().selection.limit_edges);
   CHECK(program.parameters().match.seed == ~std::uint64_t{0});
   CHECK(program.parameters().match.unexplored_score == -100.0);
-  CHECK(program.line.settings().lcm_url == "memq://");
+  CHECK(program.line.settings().lcm_url == "tcpq://localhost");
   CHECK(program.line.settings().lockstep);
   CHECK(program.line.settings().map_wait_s == 1.5);
 }
@@ -195,7 +195,7 @@ TEST_CASE("a flag that is wrong is refused in one line that names it and the men
   CheckRefused(Program({"--seed", "-1"}), "--seed: '-1' is not a whole number from 0");
   CheckRefused(Program({"--method", "best"}), "--method: 'best' is not one of all, uniform, density, segments");
   CheckRefused(Program({"--preset", "pocket"}), "--preset: 'pocket' is not one of paper, sick, urg-04lx, utm-30lx");
-  CheckRefused(Program({"--profile", "best"}), "--profile: 'best' is not one of");
+  CheckRefused(Program({"--profile", "best"}), "--profile: 'best' is not one of default, paper");
   CheckRefused(Program({"--rays-min", "50", "--rays-max", "40"}), "rays_min: 50 is more than rays_max, 40");
 }
 
