@@ -58,7 +58,8 @@ void MapLog(const CommandLine& command_line, const std::string& name) {
 int main(int argc, char** argv) {
   using enum crsm::ParameterGroup;
   crsm::CommandLine command_line("slam_offline", "Maps a log or a simulated world in one process.",
-                                 {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate}, {"out", "laser_channel"});
+                                 {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate},
+                                 {"lcm_url", "channel_prefix", "out", "laser_channel"});
   std::string name;
   command_line.app().add_option("SOURCE", name, "CARMEN log or LCM log, gzip or not; sim:NAME or sim:FILE")->required();
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;

@@ -56,6 +56,18 @@ TEST_CASE("five processes in lockstep make the files that one process makes, in 
   }
 }
 
+TEST_CASE("slam_offline takes what the services are told of their bus, and what it maps is the same") {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "all.toml") << "seed = 3\nlcm_url = \"tcpq://localhost\"\nchannel_prefix = \"robot1/\"\n"
+                                        "rate = \"max\"\nlockstep = true\nexport_period_s = 2.0\n";
+  const std::vector<LaserScan> scans = TakeScans("sim:demo", 50);
+  const fs::path alone = MapOffline(scans, folder / "alone", {"--seed", "3"});
+  const fs::path shared =
+      MapOffline(scans, folder / "shared",
+                 {"--config", folder / "all.toml", "--lcm-url", MakeBusUrl(), "--channel-prefix", "robot2/"});
+  CheckSameFiles(shared, alone, kMapFiles);
+}
+
 TEST_CASE("five processes in lockstep make the files that one process makes from a real log") {
   const fs::path log = CRSM_SOURCE_DIR "/../shared/data/radish/fr079.clf.gz";
   if (!fs::exists(log)) {
