@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -165,6 +166,25 @@ TEST_CASE("a second run_stack on the same port is refused, on another one it run
       "$run_stack some.log --out $out & "
       "$run_stack some.log --out $out.2 --lcm-url 'udpm://239.255.76.67:7798?ttl=0'; code=$?; wait; exit $code");
   CHECK(stack.exit_code == 0);
+}
+
+TEST_CASE("of stacks that start and end all the time on one port no two run at once, and no lock is left") {
+  Stack stack;
+  const std::string twice =
+      "(n=0; for j in $(seq 3000); do [ $n = 2 ] || { $run_stack some.log --out $out.$i && n=$((n + 1)); }; done)";
+  stack.Run("for i in 1 2 3; do " + twice + " & done; wait");
+  std::ifstream events(stack.Path("events"));
+  int num_updaters = 0;
+  int num_stacks = 0;
+  int most_updaters = 0;
+  for (std::string line; std::getline(events, line);) {
+    if (line.rfind("map_updater started", 0) == 0) ++num_stacks, ++num_updaters;
+    if (line == "map_updater finished") --num_updaters;
+    most_updaters = std::max(most_updaters, num_updaters);
+  }
+  CHECK(num_stacks == 6);
+  CHECK(most_updaters == 1);
+  for (const auto& entry : fs::directory_iterator(stack.Path(""))) CHECK(entry.path().extension() != ".lock");
 }
 
 TEST_CASE("run_stack refuses what it does not know, in one line") {
