@@ -1,0 +1,81 @@
+// The units in scripts/systemd, as they are installed.
+
+#include <algorithm>
+#include <fstream>
+
+#include "catch.hpp"
+#include "processes.hpp"
+
+using namespace crsm;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::vector<std::string> kUnits{"crsm-ray-selector.service", "crsm-rrhc-matcher.service",
+                                      "crsm-map-updater.service", "crsm-map-exporter.service", "crsm.target"};
+
+/// What systemd-analyze says about the units in a folder, if its programs are in `programs`.
+std::string Verify(const fs::path& units, const fs::path& programs, const fs::path& logs) {
+  std::string script = "cd " + units.string() + " && sed -i 's,^ExecStart=.*/,ExecStart=,; s,^ExecStart=,&" +
+                       programs.string() + "/,' *.service && SYSTEMD_UNIT_PATH=" + units.string() +
+                       ": exec systemd-analyze verify --man=no";
+  for (const std::string& unit : kUnits) script += " " + unit;
+  Process process("/bin/sh", {"-c", script}, logs);
+  process.AwaitExit();
+  return process.errors();
+}
+
+/// The value of a key that stands once in a unit; empty if it does not stand there.
+std::string ValueOf(const std::string& key, const std::string& unit) {
+  std::ifstream file(fs::path(CRSM_SOURCE_DIR "/scripts/systemd") / unit);
+  for (std::string line; std::getline(file, line);) {
+    if (line.rfind(key + "=", 0) == 0) return line.substr(key.size() + 1);
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("what is installed has the programs and units that systemd finds nothing wrong with") {
+  const TemporaryFolder folder;
+  const fs::path prefix = folder / "usr";
+  REQUIRE(Run("/usr/bin/env", {"cmake", "--install", CRSM_BIN_DIR "/..", "--prefix", prefix.string()},
+              folder / "log") == 0);
+  CHECK(Run(prefix / "bin/map_updater", {"--version"}, folder / "log") == 0);
+  const fs::path units = prefix / "lib/systemd/system";
+  CHECK(fs::exists(units / "crsm-.service.d/common.conf"));
+  if (Run("/usr/bin/env", {"systemd-analyze", "--version"}, folder / "log") != 0) {
+    WARN("skipped: systemd-analyze is not installed");
+    return;
+  }
+  CHECK(Verify(units, "/nowhere", folder / "log").find("/nowhere/map_updater is not exec") != std::string::npos);
+  const std::string said = Verify(units, prefix / "bin", folder / "log");
+  INFO(said);
+  CHECK(said.find("crsm") == std::string::npos);
+}
+
+TEST_CASE("the command of each unit starts its service, the updater's without and with a journal") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  for (const std::string service : {"ray_selector", "rrhc_matcher", "map_updater", "map_exporter", "map_updater"}) {
+    std::string unit = "crsm-" + service + ".service";
+    std::replace(unit.begin(), unit.end(), '_', '-');
+    const fs::path state = folder / ValueOf("StateDirectory", unit);
+    fs::create_directories(state);
+    const std::string start_before = ValueOf("ExecStartPre", unit);
+    Process process("/bin/sh",
+                    {"-ec", "export LCM_DEFAULT_URL='" + url +
+                                "' CRSM_FLAGS='--preset sick --channel-prefix robot1/'; "
+                                "export STATE_DIRECTORY=" +
+                                state.string() + "; " + start_before + (start_before.empty() ? "" : "; ") +
+                                "exec " CRSM_BIN_DIR "/" + ValueOf("ExecStart", unit)},
+                    folder / "log");
+    WaitUntil([&] { return process.errors().find(": ready") != std::string::npos || !process.IsRunning(); });
+    INFO(service << ": " << process.errors());
+    CHECK(process.IsRunning());
+    CHECK(process.Interrupt() == 0);
+  }
+  CHECK(fs::exists(folder / "crsm/journal/journal.lcm"));
+  CHECK(fs::exists(folder / "crsm/map/map.png"));
+}
