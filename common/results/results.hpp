@@ -32,8 +32,9 @@ struct Results {
 /// - summary.json
 ///
 /// Each file is replaced as a whole, so a reader never sees half of one, and none before all are written: where one
-/// cannot be, the older ones stay. A reader in the middle may see the new map.png beside the old map.yaml. Throws std::runtime_error that names the path and the reason, std::invalid_argument if the
-/// grid's size is not that of its cells or a pose is not finite.
+/// cannot be, the older ones stay. A reader in the middle may see the new map.png beside the old map.yaml. Throws
+/// std::runtime_error that names the path and the reason, std::invalid_argument if the grid's size is not that of its
+/// cells or a pose is not finite.
 void WriteResults(const std::filesystem::path& dir, const Results& results);
 
 }  // namespace crsm
