@@ -30,8 +30,9 @@ GROUP = "239.255.76.67"
 SKIPPED = 77  # exit code
 
 # What a process keeps of each scan for good, at most [bytes]: the match (160), as much again where the vector was before
-# it grew, and the utime in a hash table (40). The exporter copies it all and makes it text when it writes.
-HISTORY_BYTES = {"map_updater": 360, "rrhc_matcher": 360, "ray_selector": 0, "map_exporter": 600,
+# it grew, and the utime in a hash table (40). The exporter, when it writes, also copies the matches (160), and makes poses
+# (40) and text (66) of them in memory that doubles as it grows.
+HISTORY_BYTES = {"map_updater": 360, "rrhc_matcher": 360, "ray_selector": 0, "map_exporter": 700,
                  "laser_publisher": 100}
 
 
@@ -189,6 +190,11 @@ def child(parent, name):
 
 def resident_bytes(pid):
     return int(pathlib.Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+
+
+def peak_bytes(pid):
+    """The most that was resident so far."""
+    return 1024 * int(re.search(r"VmHWM:\s*(\d+) kB", pathlib.Path(f"/proc/{pid}/status").read_text()).group(1))
 
 
 def num_descriptors(pid):

@@ -9,7 +9,7 @@ import struct
 import time
 
 from faults import GROUP, SERVICES, Listener, Program, bus_url, check, may_grow_bytes, num_descriptors, percentile
-from faults import port_of, publisher_seconds, read_log, resident_bytes, run, run_stack, to_and_fro, with_utime
+from faults import peak_bytes, port_of, publisher_seconds, read_log, run, run_stack, to_and_fro, with_utime
 
 OVERLOAD = 10
 MOST_AGE_S = 2.0  # of a pose: when the laser stops, 20 scans still wait, here for a match of 0.03 s each
@@ -60,10 +60,10 @@ def overload(case, name, scans, flags, rate_hz, matcher_flags=()):
     laser = multiprocessing.Process(target=drive_laser, args=(port_of(url), scans, rate_hz, duration_s, num_sent))
     laser.start()
     time.sleep(duration_s / 2)
-    settled = {program: (resident_bytes(service.pid), num_descriptors(service.pid), listener.statuses[program])
+    settled = {program: (peak_bytes(service.pid), num_descriptors(service.pid), listener.statuses[program])
                for program, service in services.items()}
     laser.join()
-    grown = {program: resident_bytes(service.pid) - settled[program][0] for program, service in services.items()}
+    grown = {program: peak_bytes(service.pid) - settled[program][0] for program, service in services.items()}
     drops = kernel_drops(port_of(url), listener)
     time.sleep(3)  # what is under way is finished, and counted in a last status
     counts = dict(listener.statuses)
@@ -96,7 +96,7 @@ def overload(case, name, scans, flags, rate_hz, matcher_flags=()):
              f"oldest {max(ages_ms):.1f} ms")
     num_since = of("map_updater", "handled") - settled["map_updater"][2]["handled"]
     for program, (bytes_then, _, _) in settled.items():
-        case.say(f"  {program}: {bytes_then / 1e6:.1f} MB after half the time, {grown[program] / 1e6:+.2f} MB since")
+        case.say(f"  {program}: {bytes_then / 1e6:.1f} MB at most in half the time, {grown[program] / 1e6:+.2f} MB since")
         check(grown[program] <= may_grow_bytes(program, bytes_then, num_since) + LCM_BYTES,
               f"{program} grew by {grown[program]} bytes over {num_since} scans mapped")
     check(max(ages_ms) <= 1000 * MOST_AGE_S, f"a pose was {max(ages_ms):.0f} ms old")
