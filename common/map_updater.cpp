@@ -10,8 +10,9 @@
 namespace crsm {
 namespace {
 
+// Marks of the cells that a scan touches: free, or from there on occupied by this share.
 constexpr std::uint8_t kFreeMark = 1;
-constexpr std::uint8_t kOccupiedMark = 2;
+constexpr std::uint8_t kOccupiedMark = 255;
 constexpr double kNearHitsCells = 2.0;  // hits this close are neighbours in the map whatever they lie on
 
 /// One byte of the wire for the probability of being free; 127 is kept for unexplored cells.
@@ -21,12 +22,16 @@ std::uint8_t ToByte(float p_free) {
   return static_cast<std::uint8_t>(byte);
 }
 
+Cell CellOf(const Eigen::Vector2d& point_cells) {
+  return {static_cast<int>(std::floor(point_cells.x())), static_cast<int>(std::floor(point_cells.y()))};
+}
+
 /// Visits the cells on the straight line from one point to another, both ends included, each step crossing one side of
 /// a cell (Amanatides and Woo 1987).
 template <class Visit>
 void WalkCells(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells, Visit&& visit) {
-  Cell cell{static_cast<int>(std::floor(from_cells.x())), static_cast<int>(std::floor(from_cells.y()))};
-  const Cell last{static_cast<int>(std::floor(to_cells.x())), static_cast<int>(std::floor(to_cells.y()))};
+  Cell cell = CellOf(from_cells);
+  const Cell last = CellOf(to_cells);
   const Eigen::Vector2d way = to_cells - from_cells;
   const Cell step{way.x() < 0 ? -1 : 1, way.y() < 0 ? -1 : 1};
   // Parts of the way from one side of a cell to the next, and to the first one.
@@ -143,15 +148,42 @@ void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vect
 }
 
 void MapUpdater::MarkRay(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {
-  const Cell hit{static_cast<int>(std::floor(to_cells.x())), static_cast<int>(std::floor(to_cells.y()))};
-  WalkCells(from_cells, to_cells, [&](Cell cell) { Mark(cell, cell == hit ? kOccupiedMark : kFreeMark); });
+  const Cell hit = CellOf(to_cells);
+  WalkCells(from_cells, to_cells, [&](Cell cell) {
+    if (cell != hit) Mark(cell, kFreeMark);
+  });
+  MarkHit(to_cells);
 }
 
 void MapUpdater::MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {
-  WalkCells(from_cells, to_cells, [&](Cell cell) { Mark(cell, kOccupiedMark); });
+  if (parameters_.hit_spread == 0.0) {
+    return WalkCells(from_cells, to_cells, [&](Cell cell) { Mark(cell, kOccupiedMark); });
+  }
+  constexpr double kStepCells = 0.25;
+  const Eigen::Vector2d way = to_cells - from_cells;
+  const auto num_steps = static_cast<int>(std::sqrt(way.squaredNorm()) / kStepCells) + 1;
+  for (int i = 1; i < num_steps; ++i) MarkHit(from_cells + way * (static_cast<double>(i) / num_steps));
 }
 
-/// Each cell counts once a scan, and an occupied one wins over a free one.
+/// A hit occupies the cells around it, each by how near it is: so the map knows where in a cell a wall stands, and a
+/// match is finer than the cells.
+void MapUpdater::MarkHit(const Eigen::Vector2d& at_cells) {
+  if (parameters_.hit_spread == 0.0) return Mark(CellOf(at_cells), kOccupiedMark);
+  const Eigen::Vector2d from_centre = at_cells.array() - 0.5;
+  const Cell low = CellOf(from_centre);
+  const double right = from_centre.x() - low.x;
+  const double up = from_centre.y() - low.y;
+  const auto MarkShare = [&](int dx, int dy, double share) {
+    const auto mark = static_cast<std::uint8_t>(std::min(1.0, parameters_.hit_spread * share) * kOccupiedMark);
+    if (mark > kFreeMark) Mark({low.x + dx, low.y + dy}, mark);
+  };
+  MarkShare(0, 0, (1.0 - right) * (1.0 - up));
+  MarkShare(1, 0, right * (1.0 - up));
+  MarkShare(0, 1, (1.0 - right) * up);
+  MarkShare(1, 1, right * up);
+}
+
+/// Each cell counts once a scan, by the largest share that an obstacle has in it.
 void MapUpdater::Mark(Cell cell, std::uint8_t mark) {
   const TileIndex index = TileOf(cell);
   if (!marking_ || index != marking_index_) {
@@ -175,7 +207,8 @@ MapUpdater::Tile* MapUpdater::MarkTile(TileIndex index) {
   return tile;
 }
 
-/// The asymptotic rule of section 6 on every marked cell; the marks are cleared.
+/// The asymptotic rule of section 6 on every marked cell; the marks are cleared. A cell that an obstacle fills in part
+/// goes towards that part, by an intensity between that of a free cell and that of an occupied one.
 ///
 /// A cell seen for the first time is believed more readily: what was just explored would else score nearly as well as a
 /// wall, wall or not, and draw the next scans back to where the last ones ended.
@@ -191,7 +224,8 @@ void MapUpdater::Blend(Tile& tile, double intensity) const {
     if (mark == 0) continue;
     float& c = tile.p_free[i];
     const float least = tile.bytes[i] == kUnexploredByte ? first : 0.0f;
-    c = mark == kFreeMark ? c + (1.0f - c) * std::max(free, least) : c - c * std::max(occupied, least);
+    const float share = mark == kFreeMark ? 0.0f : static_cast<float>(mark) / kOccupiedMark;  // of an obstacle
+    c += (1.0f - share - c) * std::max(free + (occupied - free) * share, least);
     tile.bytes[i] = ToByte(c);
     tile.marks[i] = 0;
   }

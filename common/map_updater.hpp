@@ -48,6 +48,7 @@ class MapUpdater {
   void Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vector<TileChange>& changes);
   void MarkRay(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
+  void MarkHit(const Eigen::Vector2d& at_cells);
   void Mark(Cell cell, std::uint8_t mark);
   Tile* MarkTile(TileIndex index);
   void Blend(Tile& tile, double intensity) const;

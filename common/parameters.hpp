@@ -51,7 +51,7 @@ struct MatchParameters {
   bool velocity_model = true;
   bool odometry = false;
   bool final_climb = true;
-  double spacing_cap_m = 0.1;
+  double spacing_cap_m = 0.3;
   double pull_per_m2 = 0.5;  ///< weight of the distance from the presumed pose
   double good_ratio = 0.95;  ///< of the usual fitness: the search stops here
   double lost_ratio = 0.75;  ///< ... below here the wide window is searched, and then the scan is lost
@@ -68,11 +68,12 @@ struct UpdateParameters {
   double intensity = 0.1;  ///< where it does not follow the sparseness
   double intensity_min = 0.04;
   double intensity_max = 0.2;
-  double first_intensity = 0.6;  ///< of a cell's first update, at least
+  double first_intensity = 0.4;  ///< of a cell's first update, at least
+  double hit_spread = 2.5;       ///< how much of the cells around it a hit occupies
   bool join_hits = true;
   double join_max_m = 0.8;
-  double update_distance_m = 0.2;
-  double update_angle_rad = 0.17;
+  double update_distance_m = 0.3;
+  double update_angle_rad = 0.25;
 };
 
 struct Parameters {
@@ -169,6 +170,9 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
   visit({kUpdate, "intensity_max", "... nor above this"}, update.intensity_max, 0.0, 1.0);
   visit({kUpdate, "first_intensity", "the first update of an unexplored cell is at least this intense; 0 = the paper"},
         update.first_intensity, 0.0, 0.95);
+  visit({kUpdate, "hit_spread",
+         "a hit occupies the four cells around it, each by this times its bilinear share; 0: its own only, the paper"},
+        update.hit_spread, 0.0, 4.0);
   visit({kUpdate, "join_hits", "neighbouring hits on one surface become a line of occupied cells"}, update.join_hits);
   visit({kUpdate, "join_max_m", "hits further apart than this are never joined [m]"}, update.join_max_m, 0.0, 10.0);
   visit({kUpdate, "update_distance_m", "the map is updated after this much motion [m] ..."}, update.update_distance_m,

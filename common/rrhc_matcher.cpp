@@ -276,20 +276,22 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   if (history.empty()) return match;
 
   const std::optional<Pose2> by_odometry = PredictPoseByOdometry(history, match.T_odom_robot, parameters_);
-  Pose2 presumed = by_odometry ? *by_odometry : PredictPose(history, parameters_);
-  match.T_map_laser = presumed;
+  match.T_map_laser = by_odometry ? *by_odometry : PredictPose(history, parameters_);
   match.state = MatchState::kLost;
   if (critical.empty()) return match;
 
   const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
   const Eigen::Matrix2Xd critical_hits_m = Columns(hits_m, critical);
   const RaysInCells critical_rays = ToCells(critical_hits_m, geometry);
+  Pose2 presumed = PredictPose(history, parameters_);
   if (by_odometry) {
-    constexpr double kClearly = 1.1;  // less is what two poses that are equally good may differ by
-    const Pose2 repeated = PredictPose(history, parameters_);
-    if (field_.Evaluate(critical_rays, repeated, geometry) >
-        kClearly * field_.Evaluate(critical_rays, presumed, geometry)) {
-      presumed = repeated;
+    // Motions that were matched are known better than those of wheels, unless they could not be matched well.
+    constexpr double kClearly = 1.05;  // less is what two poses that are equally good may differ by
+    const MatchState last = history.back().state;
+    if (last == MatchState::kDegenerate || last == MatchState::kLost ||
+        field_.Evaluate(critical_rays, *by_odometry, geometry) >
+            kClearly * field_.Evaluate(critical_rays, presumed, geometry)) {
+      presumed = *by_odometry;
     }
   }
   // Where the walls do not tell, as along a corridor, the presumed pose does.
@@ -345,7 +347,7 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   best.fitness = field_.Evaluate(critical_rays, best.pose, geometry);
   match.fitness = std::clamp(best.fitness, 0.0, 1.0);
   if (Quality(best) < acceptable) {
-    match.T_map_laser = by_odometry ? presumed : history.back().T_map_laser;
+    match.T_map_laser = by_odometry ? *by_odometry : history.back().T_map_laser;
     return match;
   }
 

@@ -42,9 +42,9 @@ class RrhcMatcher {
   /// for the next one.
   ///
   /// The search is short where the first climbs lead to a fitness as good as that of the last scans, and goes on in a
-  /// wider window where it stays poor. It starts from the pose that odometry tells, unless the velocity model's fits
-  /// clearly better. A scan that nothing explains, or one without rays, is lost: its pose is then a guess, the last one
-  /// or by odometry.
+  /// wider window where it stays poor. It starts from the pose that the velocity model tells, or from odometry's where
+  /// that fits clearly better or the last match was degenerate or lost. A scan that nothing explains, or one without
+  /// rays, is lost: its pose is then a guess, the last one or by odometry.
   ScanMatch Match(std::int64_t utime, const ValidRays& rays, std::span<const int> critical,
                   std::span<const ScanMatch> history, const MapGeometry& geometry, std::int64_t map_version,
                   const std::optional<Pose2>& T_odom_robot = std::nullopt) const;

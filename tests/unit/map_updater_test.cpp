@@ -187,6 +187,47 @@ TEST_CASE("neighbouring hits on one surface become a line where that is wanted")
   }
 }
 
+TEST_CASE("a hit that spreads occupies the cells around it by how near they are") {
+  Parameters parameters = TestParameters();
+  parameters.update.hit_spread = 1.0;
+  parameters.update.occupied_density = 1.0;
+  TestMap map(parameters);
+  // It ends 0.3 of the way from the centre of cell (20, 0) to that of (21, 0), and 0.4 from row 0 to row 1.
+  map.Draw(Beam(0.985f), {0.055, 0.045, 0.0});
+  const auto Once = [](double share) { return 255.0 * (0.5 + 0.1 * (1.0 - share - 0.5)); };
+  CHECK(std::abs(map.At(20, 0) - Once(0.7 * 0.6)) <= 1.0);
+  CHECK(std::abs(map.At(21, 0) - Once(0.3 * 0.6)) <= 1.0);
+  CHECK(std::abs(map.At(20, 1) - Once(0.7 * 0.4)) <= 1.0);
+  CHECK(std::abs(map.At(21, 1) - Once(0.3 * 0.4)) <= 1.0);
+  CHECK(map.At(10, 0) == kFreeOnce);
+  for (const auto& [x, y] : {Cell{22, 0}, {21, 2}, {20, -1}, {19, 1}}) CHECK(map.At(x, y) == kUnexploredByte);
+}
+
+TEST_CASE("the spread of hits makes up for walls between cells, up to whole cells") {
+  Parameters parameters = TestParameters();
+  parameters.update.hit_spread = 2.0;
+  TestMap map(parameters);
+  map.Draw(Beam(1.0f), {0.05, 0.025, 0.0});  // ends between cells 20 and 21
+  CHECK(map.At(20, 0) == kOccupiedOnce);
+  CHECK(map.At(21, 0) == kOccupiedOnce);
+  CHECK(map.At(19, 0) == kFreeOnce);
+  CHECK(map.At(22, 0) == kUnexploredByte);
+}
+
+TEST_CASE("a wall seen again and again is as strong in a cell as its share there") {
+  Parameters parameters = TestParameters();
+  parameters.update.hit_spread = 1.0;
+  parameters.update.join_hits = true;
+  TestMap map(parameters);
+  LaserScan scan{1, -0.3f, 0.02f, {}};  // the wall x = 3.04 m, 0.3 of the way from the centre of cell 60 to that of 61
+  for (int i = 0; i <= 30; ++i) scan.ranges_m.push_back(static_cast<float>(3.015 / std::cos(-0.3 + 0.02 * i)));
+  for (int i = 0; i < 200; ++i) map.Draw(scan, {0.025, 0.025, 0.0});
+  for (int y = -10; y <= 10; ++y) {
+    CHECK(std::abs(map.At(60, y) - 255 * 0.3) < 255 * 0.12);  // a sample is up to an eighth of a cell off its row
+    CHECK(std::abs(map.At(61, y) - 255 * 0.7) < 255 * 0.12);
+  }
+}
+
 TEST_CASE("every call makes a version, also when nothing changes") {
   TestMap map;
   CHECK(map.updater.version() == 0);

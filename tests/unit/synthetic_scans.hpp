@@ -104,6 +104,7 @@ inline Parameters TestParameters() {
   p.update.first_intensity = 0.0;
   p.update.sparseness_intensity = false;
   p.update.intensity = 0.1;
+  p.update.hit_spread = 0.0;
   p.update.join_hits = false;
   p.update.join_max_m = 0.8;
   p.update.update_distance_m = 0.0;
