@@ -124,8 +124,9 @@ void WriteMessages(const Seeds& seeds) {
   finished.next_match = 0;
   finished.num_matches = 0;
   finished.matches.clear();
-  seeds.Write("rrhc_matcher", "finished", std::vector<Bytes>{Encode(finished), rays, Encode(CriticalRaysMessage())});
+  seeds.Write("global_search", "finished", std::vector<Bytes>{Encode(finished), rays, Encode(CriticalRaysMessage())});
   seeds.Write("rrhc_matcher", "scattered", std::vector<Bytes>{Encode(ScatteredPage()), rays});
+  seeds.Write("global_search", "scattered", std::vector<Bytes>{Encode(ScatteredPage()), rays});
   seeds.Write("map_exporter", "status", std::vector<Bytes>{page, Encode(ServiceStatusMessage()), delta});
   map_delta_t anew = FirstPage();
   anew.epoch = 100;
