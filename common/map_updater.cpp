@@ -80,7 +80,7 @@ MapDelta MapUpdater::Update(const LaserScan& scan, const ScanMatch& match) {
     throw std::invalid_argument("MapUpdater: the scan reaches beyond the limits of the map");
   }
   MapDelta delta = UpdateWithoutScan();
-  if (match.state == MatchState::kLost || !MovedEnough(pose)) return delta;
+  if (frozen_ || match.state == MatchState::kLost || !MovedEnough(pose)) return delta;
   const ValidRays rays = FindValidRays(scan, scan_parameters_);
   if (rays.size() == 0) return delta;
   Draw(rays, pose, delta.tiles);
@@ -93,6 +93,12 @@ bool MapUpdater::InLimits(const ScanMatch& match) const {
 }
 
 MapDelta MapUpdater::UpdateWithoutScan() { return {++version_, {}}; }
+
+void MapUpdater::Freeze() {
+  frozen_ = true;
+  version_ = 0;
+  for (const auto& entry : tiles_.entries()) entry.tile->changed_in_version = 1;
+}
 
 std::optional<TileChange> MapUpdater::TileSince(std::size_t tile, std::int64_t version) const {
   const auto& entry = tiles_.entries().at(tile);

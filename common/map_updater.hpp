@@ -29,6 +29,10 @@ class MapUpdater {
   /// Answers a match whose scan cannot be drawn: a version in which nothing changes.
   MapDelta UpdateWithoutScan();
 
+  /// From now on the map stays as it is: what comes is answered and not drawn. Versions start over at 0, and a replica
+  /// that holds version 0 lacks the whole map.
+  void Freeze();
+
   std::int64_t version() const { return version_; }
   const MapGeometry& geometry() const { return geometry_; }
 
@@ -63,6 +67,7 @@ class MapUpdater {
   bool cut_ = false;               ///< there was no room for all of it
   std::int64_t num_scans_cut_ = 0;
   std::int64_t version_ = 0;
+  bool frozen_ = false;
   std::optional<Pose2> T_map_last_drawn_;
 };
 

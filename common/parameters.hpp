@@ -2,11 +2,14 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
+
+#include "common/pose2.hpp"
 
 namespace crsm {
 
@@ -56,8 +59,9 @@ struct MatchParameters {
   double good_ratio = 0.95;  ///< of the usual fitness: the search stops here
   double lost_ratio = 0.75;  ///< ... below here the wide window is searched, and then the scan is lost
   int wide_evaluations = 10000;
-  double wide_window_m = 0.6;    ///< +- in x and y
-  double wide_window_rad = 1.2;  ///< +- in yaw
+  double wide_window_m = 0.6;                 ///< +- in x and y
+  double wide_window_rad = 1.2;               ///< +- in yaw
+  std::optional<Pose2> start = std::nullopt;  ///< T_map_laser of the first scan on a finished map, if it is known
 };
 
 /// How a scan changes the map. Source: section 6.

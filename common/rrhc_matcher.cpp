@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 
+#include "common/global_search.hpp"
 #include "common/pose_uncertainty.hpp"
 #include "common/random.hpp"
 
@@ -175,6 +176,20 @@ int CountLost(std::span<const ScanMatch> history, int most) {
   return num;
 }
 
+/// Whether the map was there before the first of these scans: the first one of a map that grows is kFirst.
+bool IsFinishedMap(std::span<const ScanMatch> history) {
+  return history.empty() || history.front().state != MatchState::kFirst;
+}
+
+/// Whether a scan is to be looked for on all of a finished map: the first ones until one is found, later every tenth
+/// after ten were lost in a row.
+bool IsGlobalSearchDue(std::span<const ScanMatch> history) {
+  constexpr int kPatience = 10;
+  const int num = static_cast<int>(std::min<std::size_t>(history.size(), kPatience));
+  if (!IsFinishedMap(history) || CountLost(history, num) < num) return false;
+  return num < kPatience || history.size() % kPatience == 0;
+}
+
 /// Share of the hits that lie in explored cells when the laser stands at `T_map_laser`.
 double ComputeExploredShare(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser,
                             const MapGeometry& geometry) {
@@ -273,17 +288,20 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   match.num_critical = static_cast<std::int32_t>(critical.size());
   match.map_version = map_version;
   if (parameters_.odometry) match.T_odom_robot = T_odom_robot;
-  if (history.empty()) return match;
+  if (map_.tiles().entries().empty()) return match;
 
-  const std::optional<Pose2> by_odometry = PredictPoseByOdometry(history, match.T_odom_robot, parameters_);
-  match.T_map_laser = by_odometry ? *by_odometry : PredictPose(history, parameters_);
+  const bool first = history.empty();
+  const Pose2 repeated = first ? parameters_.start.value_or(Pose2{}) : PredictPose(history, parameters_);
+  const std::optional<Pose2> by_odometry =
+      first ? std::nullopt : PredictPoseByOdometry(history, match.T_odom_robot, parameters_);
+  match.T_map_laser = by_odometry.value_or(repeated);
   match.state = MatchState::kLost;
   if (critical.empty()) return match;
 
   const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
   const Eigen::Matrix2Xd critical_hits_m = Columns(hits_m, critical);
   const RaysInCells critical_rays = ToCells(critical_hits_m, geometry);
-  Pose2 presumed = PredictPose(history, parameters_);
+  Pose2 presumed = repeated;
   if (by_odometry) {
     // Motions that were matched are known better than those of wheels, unless they could not be matched well.
     constexpr double kClearly = 1.05;  // less is what two poses that are equally good may differ by
@@ -294,6 +312,21 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
       presumed = *by_odometry;
     }
   }
+  // On a finished map nobody may know where the robot is, nor what fitness is usual there.
+  const bool finished = IsFinishedMap(history);
+  double usual = ComputeUsualFitness(history);
+  const bool unknown = finished && usual == 0.0;
+  const bool global = IsGlobalSearchDue(history) && !(first && parameters_.start);
+  if (global) {
+    const GlobalMatch found = SearchWholeMap(map_, field_, hits_m, critical_hits_m, geometry);
+    match.evaluations = found.evaluations;
+    if (!found.IsConvincing()) return match;
+    presumed = found.T_map_laser;
+  } else if (unknown && !first) {
+    return match;
+  }
+  if (unknown) usual = 0.6;
+
   // Where the walls do not tell, as along a corridor, the presumed pose does.
   double pull = parameters_.pull_per_m2;
   const auto Fitness = [&](const RaysInCells& seen, const Pose2& pose) {
@@ -304,7 +337,6 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   const auto CriticalFitness = [&](const Pose2& pose) { return Fitness(critical_rays, pose); };
 
   // What a good match has: as much as usual; of a scan that looks into the unknown only what the rest can give.
-  const double usual = ComputeUsualFitness(history);
   const double enough = usual > 0.0 ? parameters_.good_ratio * usual : parameters_.satisfying_fitness;
   const auto Quality = [&](const Individual& found) {
     constexpr double kMinShare = 0.8;  // who looks into nothing but the unknown has no match
@@ -313,15 +345,17 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
     return expected > 0.0 ? found.fitness / expected : 1.0;
   };
 
-  // Lost once is better than a wrong wall in the map; lost for long, the scene may have changed, and less will do.
+  // Lost once is better than a wrong wall in the map; lost for long, the scene may have changed, and less will do. On a
+  // finished map the robot was carried away.
   const int num_lost = CountLost(history, 12);
   double acceptable = parameters_.lost_ratio;
-  for (int i = 0; i < std::min(num_lost, 4); ++i) acceptable *= 0.9;
+  for (int i = 0; i < std::min(num_lost, 4) && !finished; ++i) acceptable *= 0.9;
 
   Search search(parameters_, CriticalFitness, Random(parameters_.seed, static_cast<std::uint64_t>(utime)));
-  Individual best =
-      search.Run(presumed, {parameters_.window_m, parameters_.window_rad}, 1, parameters_.num_evaluations, enough);
-  if (Quality(best) < acceptable) {
+  Individual best = global ? Individual{presumed, CriticalFitness(presumed)}
+                           : search.Run(presumed, {parameters_.window_m, parameters_.window_rad}, 1,
+                                        parameters_.num_evaluations, enough);
+  if (!global && Quality(best) < acceptable) {
     // The robot turned or was pushed: look further, and presume nothing. Lost for a scan or two, as when people pass
     // close by, it cannot have gone far; lost for longer, it can.
     constexpr int kPatience = 2;
@@ -333,7 +367,7 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
     const Individual other = search.Run(presumed, wide, kWideDraws, parameters_.wide_evaluations, enough);
     if (other.fitness > best.fitness && Quality(other) >= acceptable) best = other;
   }
-  match.evaluations = search.evaluations();
+  match.evaluations += search.evaluations();
   match.best_evaluation = search.best_evaluation();
 
   if (parameters_.final_climb) {
@@ -346,8 +380,10 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   }
   best.fitness = field_.Evaluate(critical_rays, best.pose, geometry);
   match.fitness = std::clamp(best.fitness, 0.0, 1.0);
-  if (Quality(best) < acceptable) {
-    match.T_map_laser = by_odometry ? *by_odometry : history.back().T_map_laser;
+  const bool explained = global || unknown ? ScorePlace(map_, field_, hits_m, best.pose, geometry) >= kLeastScore
+                                           : Quality(best) >= acceptable;
+  if (!explained) {
+    match.T_map_laser = first ? repeated : by_odometry.value_or(history.back().T_map_laser);
     return match;
   }
 

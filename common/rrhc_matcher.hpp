@@ -37,7 +37,7 @@ class RrhcMatcher {
 
   /// Matches a scan to the map as it is now. The result depends on the arguments, the map and the seed only.
   ///
-  /// history: all matches so far, oldest first; when it is empty the scan becomes the origin of the map frame.
+  /// history: all matches so far, oldest first. When the map is empty the scan becomes the origin of the map frame.
   /// T_odom_robot: odometry of the scan, if there is some; of use only where the parameters say so. The match keeps it
   /// for the next one.
   ///
@@ -45,6 +45,10 @@ class RrhcMatcher {
   /// wider window where it stays poor. It starts from the pose that the velocity model tells, or from odometry's where
   /// that fits clearly better or the last match was degenerate or lost. A scan that nothing explains, or one without
   /// rays, is lost: its pose is then a guess, the last one or by odometry.
+  ///
+  /// A map that was there before the first scan of the history is a finished one: where the first scan was taken is
+  /// searched around the start that the parameters name, or on the whole map, and there again after ten scans were lost
+  /// in a row.
   ScanMatch Match(std::int64_t utime, const ValidRays& rays, std::span<const int> critical,
                   std::span<const ScanMatch> history, const MapGeometry& geometry, std::int64_t map_version,
                   const std::optional<Pose2>& T_odom_robot = std::nullopt) const;

@@ -22,7 +22,7 @@ struct ScanMatch {
   double fitness = 0.0;           ///< of the critical rays at that pose, [0, 1]
   std::int32_t evaluations = 0;   ///< fitness evaluations spent
   std::int32_t num_critical = 0;  ///< critical rays matched
-  std::int64_t map_version = 0;   ///< of the map that the scan was matched against; 0 = the empty map
+  std::int64_t map_version = 0;   ///< of the map that the scan was matched against; 0 = empty, or a finished map
   MatchState state = MatchState::kFirst;
   std::int32_t best_evaluation = 0;    ///< the one that found the best pose; 0 where none was needed
   std::array<double, 6> covariance{};  ///< xx, xy, x yaw, yy, y yaw, yaw yaw [m^2, m rad, rad^2]; 0 if first or lost

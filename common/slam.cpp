@@ -12,10 +12,20 @@ ScanMatch Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_odo
 
   const ScanMatch match = matcher_.Match(scan.utime, rays, selection.critical, history_, updater_.geometry(),
                                          updater_.version(), T_odom_robot);
-  const MapDelta delta = updater_.InLimits(match) ? updater_.Update(scan, match) : updater_.UpdateWithoutScan();
+  Restore(&scan, match);
+  return match;
+}
+
+void Slam::Restore(const LaserScan* scan, const ScanMatch& match) {
+  const bool drawn = scan && updater_.InLimits(match);
+  const MapDelta delta = drawn ? updater_.Update(*scan, match) : updater_.UpdateWithoutScan();
   matcher_.ApplyChanges(delta.tiles);
   history_.push_back(match);
-  return match;
+}
+
+void Slam::Freeze() {
+  updater_.Freeze();
+  history_.clear();
 }
 
 }  // namespace crsm

@@ -19,6 +19,14 @@ class Slam {
   /// where there is some.
   ScanMatch Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot = std::nullopt);
 
+  /// Takes over a scan of an earlier session as it was matched then; nullptr where its match had none. All of them one
+  /// after the other make the same map, and the next scan is matched as it would have been then.
+  void Restore(const LaserScan* scan, const ScanMatch& match);
+
+  /// Finishes the map: from now on scans are localised on it and change nothing. The history begins anew, and where the
+  /// first of them was taken is searched on the whole map.
+  void Freeze();
+
   const std::vector<ScanMatch>& history() const { return history_; }
   const ByteMap& map() const { return matcher_.map(); }
   /// As of MapUpdater.

@@ -20,7 +20,10 @@ class MapExporter {
         service_(command_line),
         map_follower_(
             service_, [this](std::span<const TileChange> changes) { return Apply(changes); },
-            [this] { map_ = ByteMap(); }) {
+            [this] {
+              map_ = ByteMap();
+              written_version_ = 0;
+            }) {
     Bus& bus = service_.bus();
     bus.Subscribe<bot_core::planar_lidar_t>(
         kLaserChannel, [this](const bot_core::planar_lidar_t& message) { last_scan_ = FromMessage(message); });

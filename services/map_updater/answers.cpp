@@ -35,9 +35,10 @@ struct Part {
 }  // namespace
 
 std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match, const MapGeometry& geometry,
-                                   std::size_t most_bytes) {
+                                   const AnswerOptions& options) {
   map_delta_t blank{};
   blank.utime = match.utime;
+  blank.epoch = options.epoch;
   blank.version = delta.version;
   blank.base_version = delta.version - 1;
   blank.cell_size_m = geometry.cell_size_m();
@@ -46,10 +47,10 @@ std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match
   Part part(blank);
   part.Add(match);
   for (const TileChange& change : delta.tiles) {
-    if (part.Add(change, most_bytes)) continue;
+    if (part.Add(change, options.most_bytes)) continue;
     parts.push_back(std::move(part.message));
     part = Part(blank);
-    part.Add(change, most_bytes);
+    part.Add(change, options.most_bytes);
   }
   parts.push_back(std::move(part.message));
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -59,10 +60,24 @@ std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match
   return parts;
 }
 
-map_delta_t MakePage(const map_request_t& request, const MapUpdater& updater, std::span<const ScanMatch> history,
-                     std::size_t most_bytes) {
+map_delta_t MakeEmptyAnswer(std::int64_t utime, const MapUpdater& updater, const AnswerOptions& options) {
+  map_delta_t answer{};
+  answer.utime = utime;
+  answer.epoch = options.epoch;
+  answer.version = updater.version();
+  answer.base_version = updater.version();
+  answer.cell_size_m = updater.geometry().cell_size_m();
+  answer.num_parts = 1;
+  return answer;
+}
+
+map_delta_t MakePage(const map_request_t& asked, const MapUpdater& updater, std::span<const ScanMatch> history,
+                     const AnswerOptions& options) {
+  const map_request_t request =
+      asked.epoch == options.epoch ? asked : map_request_t{asked.requester, options.epoch, 0, 0, 0};
   map_delta_t blank{};
   blank.utime = history.empty() ? 0 : history.back().utime;
+  blank.epoch = options.epoch;
   blank.version = updater.version();
   blank.base_version = request.base_version;
   blank.cell_size_m = updater.geometry().cell_size_m();
@@ -71,13 +86,13 @@ map_delta_t MakePage(const map_request_t& request, const MapUpdater& updater, st
   Part page(blank);
 
   std::size_t match = std::min(static_cast<std::size_t>(request.first_match), history.size());
-  for (; match < history.size() && page.size < most_bytes / 2; ++match) page.Add(history[match]);
+  for (; match < history.size() && page.size < options.most_bytes / 2; ++match) page.Add(history[match]);
   page.message.next_match = static_cast<std::int32_t>(match);
 
   auto tile = static_cast<std::size_t>(request.first_tile);
   for (; tile < updater.num_tiles(); ++tile) {
     const auto change = updater.TileSince(tile, request.base_version);
-    if (change && !page.Add(*change, most_bytes)) break;
+    if (change && !page.Add(*change, options.most_bytes)) break;
   }
   page.message.next_tile = tile < updater.num_tiles() ? static_cast<std::int32_t>(tile) : -1;
   return page.message;

@@ -8,14 +8,22 @@
 
 namespace crsm {
 
-/// What a match changed in the map, for everybody: one message, or more where it would be larger than `most_bytes` on
-/// the wire. A tile stays whole: a message of one tile is as large as it is, 4.4 KB at most.
+/// What all answers of an owner have in common.
+struct AnswerOptions {
+  std::int64_t epoch = 0;          ///< of its map
+  std::size_t most_bytes = 32000;  ///< of a message; a tile stays whole: one alone makes 4.4 KB at most
+};
+
+/// What a match changed in the map, for everybody: one message, or more where it would be too large.
 std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match, const MapGeometry& geometry,
-                                   std::size_t most_bytes);
+                                   const AnswerOptions& options);
+
+/// The answer to a match that comes once more after others were answered: the version that there is, and nothing else.
+map_delta_t MakeEmptyAnswer(std::int64_t utime, const MapUpdater& updater, const AnswerOptions& options);
 
 /// The next page of what a replica lacks: tiles that changed since its version, whole, and matches that it does not
-/// have. history: all matches answered so far. most_bytes: as of MakeParts.
+/// have; everything, for a replica of another map. history: all matches answered so far.
 map_delta_t MakePage(const map_request_t& request, const MapUpdater& updater, std::span<const ScanMatch> history,
-                     std::size_t most_bytes);
+                     const AnswerOptions& options);
 
 }  // namespace crsm

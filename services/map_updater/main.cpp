@@ -7,10 +7,10 @@
 
 #include "common/map_updater.hpp"
 #include "services/map_updater/answers.hpp"
-#include "services/map_updater/journal.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
+#include "services/sources/journal.hpp"
 
 namespace crsm {
 namespace {
@@ -22,6 +22,7 @@ class MapUpdaterService {
         service_(command_line),
         matches_(service_.counters()),
         updater_(command_line.parameters().scan, command_line.parameters().update) {
+    LoadFinishedMap();
     OpenJournal();
     Bus& bus = service_.bus();
     bus.Subscribe<bot_core::planar_lidar_t>(
@@ -30,7 +31,7 @@ class MapUpdaterService {
                                 [this](const scan_match_t& message) { matches_.Push(FromMessage(message)); });
     bus.Subscribe<map_request_t>(kMapRequestChannel, [this](const map_request_t& request) {
       service_.counters().Add("map_requests");
-      service_.bus().Publish(kMapDeltaChannel, MakePage(request, updater_, history_, MostBytes()));
+      service_.bus().Publish(kMapDeltaChannel, MakePage(request, updater_, history_, options_));
     });
   }
 
@@ -46,6 +47,7 @@ class MapUpdaterService {
  private:
   void Hold(LaserScan scan) {
     constexpr std::size_t kMostScans = 512;  // those that came while the matcher worked on as many as it lets wait
+    if (answered_utimes_.count(scan.utime) > 0) return;
     for (const LaserScan& kept : scans_) {
       if (kept.utime == scan.utime) return;
     }
@@ -60,8 +62,10 @@ class MapUpdaterService {
       service_.counters().Add("resent");
       return PublishLastAnswer();
     }
-    if (answered_utimes_.count(match.utime) > 0) return service_.counters().Add("utime_repeated");
-
+    if (answered_utimes_.count(match.utime) > 0) {
+      service_.counters().Add("utime_repeated");
+      return service_.bus().Publish(kMapDeltaChannel, MakeEmptyAnswer(match.utime, updater_, options_));
+    }
     const auto held =
         std::find_if(scans_.begin(), scans_.end(), [&](const LaserScan& scan) { return scan.utime == match.utime; });
     if (held == scans_.end() && settings_.lockstep) {
@@ -69,15 +73,13 @@ class MapUpdaterService {
     }
     const LaserScan* scan = held == scans_.end() ? nullptr : &*held;
     if (!scan) service_.counters().Add("scan_missing");
-    if (scan && !updater_.InLimits(match)) {
-      service_.counters().Add("match_out_of_limits");
-      scan = nullptr;
-    }
+    if (scan && !updater_.InLimits(match)) service_.counters().Add("match_out_of_limits");
     Draw(scan, match);
     if (journal_) Keep(scan, match);
     if (held != scans_.end()) scans_.erase(scans_.begin(), held + 1);
     service_.counters().Add("handled");
-    service_.SetState(journal_ || settings_.journal.empty() ? "mapping" : "mapping, but the journal cannot be written");
+    const std::string work = settings_.localize.empty() ? "mapping" : "localising on a finished map";
+    service_.SetState(journal_ || settings_.journal.empty() ? work : work + ", but the journal cannot be written");
     service_.RecordLatency(start);
     PublishLastAnswer();
   }
@@ -85,14 +87,29 @@ class MapUpdaterService {
   /// scan: nullptr where there is none to draw; the match is answered all the same.
   void Draw(const LaserScan* scan, const ScanMatch& match) {
     const std::int64_t num_cut_before = updater_.num_scans_cut();
-    const MapDelta delta = scan ? updater_.Update(*scan, match) : updater_.UpdateWithoutScan();
+    const bool drawn = scan && updater_.InLimits(match);
+    const MapDelta delta = drawn ? updater_.Update(*scan, match) : updater_.UpdateWithoutScan();
     if (updater_.num_scans_cut() > num_cut_before) {
       if (num_cut_before == 0) Say(fmt::format("map_updater: {}", kMapIsFull));
       service_.counters().Add("scan_cut");
     }
-    last_answer_ = MakeParts(delta, match, updater_.geometry(), MostBytes());
+    last_answer_ = MakeParts(delta, match, updater_.geometry(), options_);
     history_.push_back(match);
     answered_utimes_.insert(match.utime);
+  }
+
+  /// Makes the map of --localize, which then stays as it is; what comes now is a history of its own.
+  void LoadFinishedMap() {
+    if (settings_.localize.empty()) return;
+    ReadJournal(JournalFolder(settings_.localize), {updater_.geometry().cell_size_m(), false},
+                [this](const LaserScan* scan, const ScanMatch& match) { Draw(scan, match); });
+    if (updater_.num_tiles() == 0) {
+      throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings_.localize));
+    }
+    Say(fmt::format("map_updater: a finished map of {} scans from {}", history_.size(), settings_.localize));
+    updater_.Freeze();
+    history_.clear();
+    answered_utimes_.clear();
   }
 
   void OpenJournal() {
@@ -100,18 +117,27 @@ class MapUpdaterService {
       if (settings_.resume) throw std::runtime_error("--resume needs --journal DIR: where the map is to come from");
       return;
     }
+    const JournalSubject subject{updater_.geometry().cell_size_m(), !settings_.localize.empty()};
     if (!settings_.resume) {
-      journal_.emplace(settings_.journal);
-      return;
+      journal_.emplace(settings_.journal, subject);
+      return SetEpoch(journal_->epoch());
     }
-    journal_.emplace(settings_.journal, [this](const LaserScan* scan, const ScanMatch& match) { Draw(scan, match); });
+    journal_.emplace(settings_.journal, subject,
+                     [this](const LaserScan* scan, const ScanMatch& match) { Draw(scan, match); });
+    SetEpoch(journal_->epoch());
     const auto cut = journal_->num_cut_bytes();
     Say(fmt::format("map_updater: went on from {} scans in {}{}", history_.size(), settings_.journal,
                     cut > 0 ? fmt::format("; cut off {} bytes of a torn tail", cut) : ""));
   }
 
+  /// The last answer may be asked for again.
+  void SetEpoch(std::int64_t epoch) {
+    options_.epoch = epoch;
+    for (map_delta_t& part : last_answer_) part.epoch = epoch;
+  }
+
   /// A journal that cannot be written is no reason to stop mapping, but it ends there: no map is made from one with a
-  /// hole.
+  /// hole. The map is another one from here on than the one that the journal will give.
   void Keep(const LaserScan* scan, const ScanMatch& match) {
     try {
       journal_->Append(scan, match);
@@ -119,10 +145,9 @@ class MapUpdaterService {
       Say(fmt::format("map_updater: {}; mapping goes on without a journal", error.what()));
       service_.counters().Add("journal_failed");
       journal_.reset();
+      SetEpoch(DrawIdentity());
     }
   }
-
-  std::size_t MostBytes() const { return static_cast<std::size_t>(settings_.part_bytes); }
 
   void PublishLastAnswer() {
     for (const map_delta_t& part : last_answer_) service_.bus().Publish(kMapDeltaChannel, part);
@@ -132,6 +157,7 @@ class MapUpdaterService {
   Service service_;
   ScanQueue<ScanMatch> matches_;
   MapUpdater updater_;
+  AnswerOptions options_{DrawIdentity(), static_cast<std::size_t>(settings_.part_bytes)};
   std::deque<LaserScan> scans_;  ///< whose match has not come yet, in the order in which they came
   std::vector<ScanMatch> history_;
   std::unordered_set<std::int64_t> answered_utimes_;
@@ -144,8 +170,9 @@ class MapUpdaterService {
 
 int main(int argc, char** argv) {
   using enum crsm::ParameterGroup;
-  crsm::CommandLine command_line("map_updater", "Owns the map: LASER, SCAN_MATCH -> MAP_DELTA.", {kScan, kUpdate},
-                                 {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "part_bytes"});
+  crsm::CommandLine command_line(
+      "map_updater", "Owns the map: LASER, SCAN_MATCH -> MAP_DELTA.", {kScan, kUpdate},
+      {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "localize", "part_bytes"});
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::MapUpdaterService(command_line).Run(); });
 }

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <deque>
-#include <unordered_set>
+#include <unordered_map>
 
 #include "common/rrhc_matcher.hpp"
 #include "services/runtime/conversions.hpp"
@@ -27,7 +27,10 @@ class RrhcMatcherService {
         matcher_(parameters_),
         map_(
             service_, [this](std::span<const TileChange> changes) { return matcher_.ApplyChanges(changes); },
-            [this] { matcher_ = RrhcMatcher(parameters_); }) {
+            [this] {
+              matcher_ = RrhcMatcher(parameters_);
+              last_match_.reset();
+            }) {
     service_.bus().Subscribe<critical_rays_t>(
         kCriticalRaysChannel, [this](const critical_rays_t& message) { scans_.Push(FromMessage(message)); });
     if (!parameters_.odometry) return;
@@ -59,8 +62,9 @@ class RrhcMatcherService {
       Publish(history.back());
       return true;
     }
-    if (WasAnswered(scan.utime)) {
+    if (WasAnswered(scan.utime)) {  // in an earlier session, say; POSE does not go back to it
       service_.counters().Add("utime_repeated");
+      service_.bus().Publish(kScanMatchChannel, ToMessage(history[known_.at(scan.utime)]));
       return true;
     }
     const auto odometry = std::find_if(odometry_.begin(), odometry_.end(),
@@ -93,7 +97,8 @@ class RrhcMatcherService {
     const bool answered = !last_match_ || WasAnswered(last_match_->utime);
     if (replica.synced() && answered) return true;
     if (replica.synced() && now - last_match_time_ > kPatience) map_.Doubt();
-    if (settings_.lockstep || replica.cell_size_m() == 0.0) return false;
+    const bool has_map = replica.synced() || replica.version() > 0;  // whole, be it an old one
+    if (settings_.lockstep || !has_map) return false;
     if (now - last_match_time_ < std::chrono::duration<double>(settings_.map_wait_s)) return false;
     service_.counters().Add("map_late");
     return true;
@@ -101,9 +106,13 @@ class RrhcMatcherService {
 
   bool WasAnswered(std::int64_t utime) {
     const std::vector<ScanMatch>& history = map_.replica().matches();
-    if (history.size() < num_known_) known_utimes_.clear(), num_known_ = 0;  // the owner began a new map
-    for (; num_known_ < history.size(); ++num_known_) known_utimes_.insert(history[num_known_].utime);
-    return known_utimes_.count(utime) > 0;
+    if (map_.replica().epoch() != known_epoch_ || history.size() < num_known_) {  // the owner began a new map
+      known_.clear();
+      num_known_ = 0;
+      known_epoch_ = map_.replica().epoch();
+    }
+    for (; num_known_ < history.size(); ++num_known_) known_.emplace(history[num_known_].utime, num_known_);
+    return known_.count(utime) > 0;
   }
 
   void Match(const CriticalRays& scan, const std::optional<Pose2>& T_odom_robot) {
@@ -146,8 +155,9 @@ class RrhcMatcherService {
   MapFollower map_;
   std::optional<ScanMatch> last_match_;  ///< sent once more when its scan comes once more
   Clock::time_point last_match_time_{};
-  std::unordered_set<std::int64_t> known_utimes_;  ///< of the first num_known_ answered matches
+  std::unordered_map<std::int64_t, std::size_t> known_;  ///< of the first num_known_ answered matches, by utime
   std::size_t num_known_ = 0;
+  std::int64_t known_epoch_ = 0;
 };
 
 }  // namespace
@@ -159,7 +169,7 @@ int main(int argc, char** argv) {
       "Matches each scan to the whole map so far by random restart hill climbing: "
       "CRITICAL_RAYS, MAP_DELTA -> SCAN_MATCH, POSE.",
       {crsm::ParameterGroup::kSeed, crsm::ParameterGroup::kOdometry, crsm::ParameterGroup::kMatch},
-      {"lcm_url", "channel_prefix", "lockstep", "map_wait_s"});
+      {"lcm_url", "channel_prefix", "lockstep", "map_wait_s", "start"});
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::RrhcMatcherService(command_line).Run(); });
 }

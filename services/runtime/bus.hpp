@@ -21,6 +21,9 @@ inline constexpr const char* kTruePoseChannel = "TRUE_POSE";            // bot_c
 inline constexpr const char* kMapDeltaChannel = "MAP_DELTA";            // crsm.map_delta_t
 inline constexpr const char* kMapRequestChannel = "MAP_REQUEST";        // crsm.map_request_t
 inline constexpr const char* kServiceStatusChannel = "SERVICE_STATUS";  // crsm.service_status_t
+// In journals only: an empty crsm.map_delta_t, that says of which map the journal is, and whether it is a finished one.
+inline constexpr const char* kMapEpochChannel = "MAP_EPOCH";
+inline constexpr const char* kFrozenMapEpochChannel = "FROZEN_MAP_EPOCH";
 
 /// The thin seam over LCM: checked messages in, messages out, no exception into C code.
 class Bus {

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
@@ -131,6 +132,22 @@ std::string ReadConfig(const std::string& path) {
   return text.str();
 }
 
+/// X,Y,YAW; nothing where there is no text.
+std::optional<Pose2> ParseStart(const std::string& text) {
+  constexpr double kFarthest = 1e6;
+  if (text.empty()) return std::nullopt;
+  std::vector<double> numbers;
+  std::stringstream parts(text + ",");
+  for (std::string part; std::getline(parts, part, ',');) {
+    const auto number = ParseNumber<double>(part);
+    if (number && std::abs(*number) <= kFarthest) numbers.push_back(*number);  // false for NaN
+  }
+  if (numbers.size() != 3 || std::count(text.begin(), text.end(), ',') != 2) {
+    throw std::runtime_error(fmt::format("--start: '{}' is not X,Y,YAW [m, m, rad], as in 3.5,-2,1.57", text));
+  }
+  return Pose2{numbers[0], numbers[1], WrapAngle(numbers[2])};
+}
+
 std::string FlagOf(std::string key) {
   std::replace(key.begin(), key.end(), '_', '-');
   return "--" + key;
@@ -205,6 +222,7 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
         throw std::runtime_error(FlagOf(key) + std::string(error.what()).substr(key.size()));
       }
     }
+    parameters_.match.start = ParseStart(settings_.start);
     const SelectionParameters& selection = parameters_.selection;
     if (selection.rays_min > selection.rays_max) {
       throw std::runtime_error(

@@ -16,6 +16,8 @@ class EventLogWriter {
   /// last_utime: with kAppend, of the last event in the log [us]. Throws std::runtime_error if it cannot be written.
   EventLogWriter(const std::string& path, Mode mode, std::int64_t last_utime = 0);
 
+  EventLogWriter(const EventLogWriter&) = delete;  // lcm::LogFile closes its file, and would copy all the same
+
   /// Throws std::runtime_error if it cannot be written on.
   template <class Message>
   void Write(const std::string& channel, const Message& message) {

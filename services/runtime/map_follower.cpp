@@ -1,21 +1,10 @@
 #include "services/runtime/map_follower.hpp"
 
-#include <random>
-
 namespace crsm {
-namespace {
-
-/// Tells this replica from all others on the network. Nothing that is computed depends on it.
-std::int64_t DrawRequester() {
-  std::random_device device;
-  return (std::int64_t{device()} << 31 | std::int64_t{device() >> 1}) + 1;
-}
-
-}  // namespace
 
 MapFollower::MapFollower(Service& service, ApplyChanges apply, MapReplica::Clear clear)
     : service_(service),
-      requester_(DrawRequester()),
+      requester_(DrawIdentity()),
       replica_(
           requester_,
           [this, apply = std::move(apply)](std::span<const TileChange> changes) {

@@ -38,6 +38,7 @@ std::optional<map_request_t> MapReplica::NextRequest() const {
   if (synced_) return std::nullopt;
   map_request_t request;
   request.requester = requester_;
+  request.epoch = epoch_;
   request.base_version = version_;
   request.first_tile = next_tile_;
   request.first_match = static_cast<std::int32_t>(matches_.size());
@@ -45,8 +46,8 @@ std::optional<map_request_t> MapReplica::NextRequest() const {
 }
 
 void MapReplica::HandleBroadcast(const map_delta_t& delta) {
-  if (delta.version == version_ && synced_) return;  // the last answer, sent again
-  if (delta.version != version_ + 1 || delta.base_version != version_) {
+  if (delta.epoch == epoch_ && delta.version == version_ && synced_) return;  // the last answer, sent again
+  if (delta.epoch != epoch_ || delta.version != version_ + 1 || delta.base_version != version_) {
     synced_ = false;  // a version was missed, or the owner began anew
     return;
   }
@@ -70,9 +71,13 @@ void MapReplica::HandleBroadcast(const map_delta_t& delta) {
 }
 
 void MapReplica::HandlePage(const map_delta_t& page) {
+  if (page.epoch != epoch_) {
+    if (epoch_ != 0) Reset();
+    epoch_ = page.epoch;
+  }
   cell_size_m_ = page.cell_size_m;
   if (synced_ || page.base_version != version_) return;  // an answer to an earlier question
-  // Older than what was heard already, also on the pages under way: the owner lost its map and began anew.
+  // Older than what was heard of this map already: a power cut took the end of the owner's journal.
   const auto newest_heard = std::max(static_cast<std::int64_t>(matches_.size()), pages_version_.value_or(0));
   if (page.version < newest_heard) return Reset();
   if (!pages_version_) pages_version_ = page.version;

@@ -17,7 +17,9 @@ namespace crsm {
 ///
 /// Deltas for everybody lead from one version to the next and are applied when all their parts are there. When one is
 /// missing, and at the start, the replica asks the owner page by page (MAP_REQUEST) until it holds a whole version
-/// again. It touches neither network nor clock: messages go in, and NextRequest says what to send.
+/// again. Of which map the versions are says their epoch: when a delta has another, the owner is asked, and when it has
+/// begun a new map, the replica does too. It touches neither network nor clock: messages go in, and NextRequest says
+/// what to send.
 class MapReplica {
  public:
   using ApplyChanges = std::function<void(std::span<const TileChange>)>;
@@ -31,6 +33,8 @@ class MapReplica {
 
   /// Whether a whole version is held, so far as the replica knows.
   bool synced() const { return synced_; }
+  /// Of the map that is held; 0 before the owner was heard.
+  std::int64_t epoch() const { return epoch_; }
   std::int64_t version() const { return version_; }
   /// All matches that the owner has answered, oldest first; as many as `version` when synced.
   const std::vector<ScanMatch>& matches() const { return matches_; }
@@ -53,6 +57,7 @@ class MapReplica {
   Clear clear_;
 
   bool synced_ = false;
+  std::int64_t epoch_ = 0;
   std::int64_t version_ = 0;
   std::vector<ScanMatch> matches_;
   double cell_size_m_ = 0.0;

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <random>
 #include <regex>
 #include <stdexcept>
 
@@ -64,6 +65,11 @@ void PrepareFolder(const std::string& out) {
 }
 
 void Say(const std::string& line) { std::fputs((line + '\n').c_str(), stderr); }
+
+std::int64_t DrawIdentity() {
+  std::random_device device;
+  return (std::int64_t{device()} << 31 | std::int64_t{device() >> 1}) + 1;
+}
 
 Service::Service(const CommandLine& command_line)
     : name_(command_line.program()),

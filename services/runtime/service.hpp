@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -22,6 +23,9 @@ void PrepareFolder(const std::string& out);
 
 /// Says a line on stderr. A log that cannot be written, on a full disk say, is no reason to stop.
 void Say(const std::string& line);
+
+/// A number that no other process draws, not 0. Nothing that is computed depends on it.
+std::int64_t DrawIdentity();
 
 /// What to say when the map has no room for more tiles.
 inline constexpr const char* kMapIsFull =

@@ -18,6 +18,8 @@ struct Settings {
   double resend_s = 0.05;
   std::string journal;
   bool resume = false;
+  std::string localize;
+  std::string start;
   int part_bytes = 32000;
   double export_period_s = 5.0;
 };
@@ -36,6 +38,8 @@ void VisitSettings(Settings& s, Visitor&& visit) {
   visit("resend_s", "rate max: a scan is sent again when its map has not come by then [s]", s.resend_s, 0.01, 60.0);
   visit("journal", "folder in which every scan that is mapped is kept, so that the map can be made again", s.journal);
   visit("resume", "begin with the map of the journal", s.resume);
+  visit("localize", "folder of an earlier run (its --out): localise on its map, which stays as it is", s.localize);
+  visit("start", "X,Y,YAW of the laser on a finished map [m, m, rad]; searched on all of it if empty", s.start);
   visit("part_bytes", "largest MAP_DELTA [bytes], but a tile stays whole; about 1400 on a network that loses packets",
         s.part_bytes, 200, 48000);
   visit("export_period_s", "between two writings of the results [s]", s.export_period_s, 0.1, 3600.0);

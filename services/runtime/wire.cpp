@@ -61,7 +61,7 @@ void Walk(WireReader& reader, const critical_rays_t*) {
 void Walk(WireReader& reader, const scan_match_t*) { reader.Skip(kScanMatchBytes); }
 
 void Walk(WireReader& reader, const map_delta_t*) {
-  reader.Skip(3 * 8 + 8 + 4 + 4 + 8 + 4 + 4);
+  reader.Skip(4 * 8 + 8 + 4 + 4 + 8 + 4 + 4);
   const std::int32_t num_tiles = reader.Count(kMostTilesInMessage);
   for (std::int32_t i = 0; i < num_tiles; ++i) {
     reader.Skip(2 + 2);
@@ -70,7 +70,7 @@ void Walk(WireReader& reader, const map_delta_t*) {
   reader.Array(reader.Count(kMostMatches), kScanMatchBytes);
 }
 
-void Walk(WireReader& reader, const map_request_t*) { reader.Skip(8 + 8 + 4 + 4); }
+void Walk(WireReader& reader, const map_request_t*) { reader.Skip(3 * 8 + 4 + 4); }
 
 void Walk(WireReader& reader, const service_status_t*) {
   reader.Skip(8);
@@ -136,7 +136,7 @@ bool ValuesInRange(const map_delta_t& message) {
   const auto InLimits = [](const map_tile_t& tile) { return InMapLimits(TileIndex{tile.tile_x, tile.tile_y}); };
   // A page repeats what was asked for: the asker may be ahead of an owner that lost its map.
   const bool onward = message.version >= message.base_version || message.recipient != 0;
-  return message.utime >= 0 && message.base_version >= 0 && message.version >= 0 && onward &&
+  return message.utime >= 0 && message.epoch != 0 && message.base_version >= 0 && message.version >= 0 && onward &&
          message.cell_size_m >= 0.001 && message.cell_size_m <= 10.0 && message.part >= 0 &&
          message.num_parts <= kMostParts && message.part < message.num_parts && message.next_tile >= -1 &&
          message.next_match >= 0 && std::all_of(message.tiles.begin(), message.tiles.end(), InLimits) &&

@@ -92,11 +92,11 @@ class Case:
         for name, source, flags in courses:
             yield name, self.convert(name.replace(":", "_"), source), flags
 
-    def convert(self, name, source):
+    def convert(self, name, source, seed=1):
         """An LCM log of what the publisher reads from `source`."""
         path = self.out / f"{name}.lcm"
-        subprocess.run([BIN / "laser_publisher", source, "--lcm-url", f"file://{path}?mode=w"], check=True,
-                       stderr=subprocess.DEVNULL)
+        subprocess.run([BIN / "laser_publisher", source, "--seed", str(seed), "--lcm-url", f"file://{path}?mode=w"],
+                       check=True, stderr=subprocess.DEVNULL)
         return path
 
     def convert_long(self, course, num_scans, rate_hz=10):
@@ -227,6 +227,11 @@ def run_stack(log, out, flags, host=None):
     stack = start_stack(log, out, flags, host)
     check(stack.wait() == 0, f"run_stack failed: {stack.errors()[-1000:]}")
     return publisher_seconds(stack.errors())
+
+
+def run_offline(log, out, flags):
+    """Maps a log in one process."""
+    subprocess.run([BIN / "slam_offline", log, "--out", out, *flags], check=True, capture_output=True, text=True)
 
 
 def publisher_seconds(text):

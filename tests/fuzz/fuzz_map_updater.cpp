@@ -11,7 +11,7 @@
 namespace crsm {
 namespace {
 
-constexpr std::size_t kMostBytes = 1400;
+constexpr AnswerOptions kOptions{99, 1400};
 
 void Check(const map_delta_t& answer) {
   if (!Decode<map_delta_t>(Encode(answer))) std::abort();
@@ -34,9 +34,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       const bool drawn = scan && scan->utime == match.utime && updater.InLimits(match);
       const MapDelta delta = drawn ? updater.Update(*scan, match) : updater.UpdateWithoutScan();
       history.push_back(match);
-      for (const map_delta_t& part : MakeParts(delta, match, updater.geometry(), kMostBytes)) Check(part);
+      for (const map_delta_t& part : MakeParts(delta, match, updater.geometry(), kOptions)) Check(part);
+      Check(MakeEmptyAnswer(match.utime, updater, kOptions));
     } else if (const auto request = Decode<map_request_t>(*bytes)) {
-      Check(MakePage(*request, updater, history, kMostBytes));
+      Check(MakePage(*request, updater, history, kOptions));
     }
   }
   return 0;

@@ -119,8 +119,18 @@ void WriteMessages(const Seeds& seeds) {
   const Bytes rays = RaysOf(Scan(7));
   seeds.Write("rrhc_matcher", "match", std::vector<Bytes>{page, rays, delta, rays});
   seeds.Write("rrhc_matcher", "small", std::vector<Bytes>{page, Encode(CriticalRaysMessage())});
+  map_delta_t finished = FirstPage();  // a map without a history: the scan is looked for on all of it
+  finished.version = 0;
+  finished.next_match = 0;
+  finished.num_matches = 0;
+  finished.matches.clear();
+  seeds.Write("global_search", "finished", std::vector<Bytes>{Encode(finished), rays, Encode(CriticalRaysMessage())});
   seeds.Write("rrhc_matcher", "scattered", std::vector<Bytes>{Encode(ScatteredPage()), rays});
+  seeds.Write("global_search", "scattered", std::vector<Bytes>{Encode(ScatteredPage()), rays});
   seeds.Write("map_exporter", "status", std::vector<Bytes>{page, Encode(ServiceStatusMessage()), delta});
+  map_delta_t anew = FirstPage();
+  anew.epoch = 100;
+  seeds.Write("map_exporter", "anew", std::vector<Bytes>{page, Encode(anew), delta, page});
   seeds.Write("map_exporter", "scattered", std::vector<Bytes>{Encode(ScatteredPage())});
   seeds.Write("map_exporter", "parts", ManyParts());
 
@@ -129,13 +139,14 @@ void WriteMessages(const Seeds& seeds) {
   for (const map_delta_t& part : owner.Answer()) pages.push_back(Encode(part));
   seeds.Write("map_exporter", "owner", pages);
 
-  const Bytes request = Encode(map_request_t{kRequester, 0, 0, 0});
+  const Bytes request = Encode(map_request_t{kRequester, 0, 0, 0, 0});
   std::vector<Bytes> drive;
   for (const std::int64_t utime : {1, 2, 3}) {
     drive.push_back(Encode(ToMessage(Scan(utime, 20))));
     drive.push_back(MatchOf(Scan(utime), {static_cast<double>(utime), 0.0, 0.1}));
   }
   drive.push_back(request);
+  drive.push_back(Encode(map_request_t{kRequester, 99, 1, 0, 1}));  // the target's own epoch
   seeds.Write("map_updater", "drive", drive);
   std::vector<Bytes> jumps;
   for (const std::int64_t utime : {1, 2, 3, 4, 5, 6}) {

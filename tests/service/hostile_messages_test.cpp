@@ -51,6 +51,7 @@ scan_match_t MakeMatch() {
 map_delta_t MakeDelta() {
   map_delta_t delta{};
   delta.utime = kUtime;
+  delta.epoch = 7;
   delta.version = 1;
   delta.cell_size_m = 0.05;
   delta.num_parts = 1;
@@ -185,11 +186,12 @@ std::vector<Channel> MakeChannels() {
   Append(channels.back().malformed, DamageMatch([](auto change) { return Changed(MakeMatch(), change); }));
 
   const std::size_t num_matches_at = Encode(MakeDelta()).size() - 4 - (Encode(MakeMatch()).size() - 8);
-  channels.push_back({kMapDeltaChannel, Damage(Encode(MakeDelta()), {64, 72, num_matches_at})});
+  channels.push_back({kMapDeltaChannel, Damage(Encode(MakeDelta()), {72, 80, num_matches_at})});
   Append(channels.back().malformed,
          DamageMatch([](auto change) { return Changed(MakeDelta(), [&](auto& delta) { change(delta.matches[0]); }); }));
   Append(channels.back().malformed, {Changed(MakeDelta(), [](auto& delta) { delta.cell_size_m = kNan; }),
                                      Changed(MakeDelta(), [](auto& delta) { delta.cell_size_m = 0.0; }),
+                                     Changed(MakeDelta(), [](auto& delta) { delta.epoch = 0; }),
                                      Changed(MakeDelta(), [](auto& delta) { delta.num_parts = 0; }),
                                      Changed(MakeDelta(), [](auto& delta) { delta.num_parts = 1'000'000; }),
                                      Changed(MakeDelta(), [](auto& delta) { delta.part = 1; }),
@@ -350,6 +352,8 @@ TEST_CASE("well-formed messages that mean nothing do not change the map of a run
       {kMapDeltaChannel, Changed(MakeDelta(), [](auto& delta) { delta.version = kFar; })},
       {kMapDeltaChannel, Changed(MakeDelta(), [](auto& delta) { delta.version = delta.base_version = kFar; })},
       {kMapDeltaChannel, Changed(MakeDelta(), [](auto& delta) { delta.recipient = 42; })},
+      {kMapDeltaChannel, Changed(MakeDelta(), [](auto& delta) { delta.epoch = -1; })},
+      {kMapRequestChannel, Changed(MakeRequest(), [](auto& request) { request.epoch = kFar; })},
       {kScanMatchChannel, Changed(MakeMatch(), [](auto& match) { match.utime = 123; })},
       {kScanMatchChannel, Changed(MakeMatch(), [&](auto& match) { match.utime = scans[0].utime; })},
       {kCriticalRaysChannel, Changed(MakeRays(), [&](auto& rays) { rays.utime = scans[0].utime; })},

@@ -49,8 +49,11 @@ Recording Record(const std::vector<LaserScan>& scans, const Parameters& paramete
   return recording;
 }
 
+constexpr std::int64_t kEpoch = 3;
+
 map_delta_t MakeDelta(const Step& step, double cell_size_m) {
   map_delta_t delta{};
+  delta.epoch = kEpoch;
   delta.utime = step.scan.utime;
   delta.version = step.delta.version;
   delta.base_version = step.delta.version - 1;
@@ -88,6 +91,7 @@ class MapOwner {
  private:
   void Answer(const map_request_t& request) {
     map_delta_t page{};
+    page.epoch = kEpoch;
     page.version = updater_.version();
     page.base_version = request.base_version;
     page.cell_size_m = updater_.geometry().cell_size_m();
@@ -215,6 +219,8 @@ TEST_CASE("map_updater answers recorded scans and poses with the change of the m
         }
         joined.num_tiles = static_cast<std::int32_t>(joined.tiles.size());
         joined.num_parts = 0;
+        CHECK(joined.epoch != 0);
+        joined.epoch = whole.epoch;  // drawn
         CHECK(Encode(joined) == Encode(whole));
       }
     }
@@ -223,6 +229,7 @@ TEST_CASE("map_updater answers recorded scans and poses with the change of the m
     std::vector<ScanMatch> history;
     map_request_t request{};
     request.requester = 77;
+    request.epoch = parts.front().epoch;
     while (request.first_tile >= 0) {
       parts.clear();
       bus->Publish(kMapRequestChannel, request);
@@ -290,6 +297,7 @@ TEST_CASE(
     sent.clear();
     map_delta_t delta{};
     delta.utime = scans[i].utime;
+    delta.epoch = 1;
     delta.version = static_cast<std::int64_t>(i) + 1;
     delta.cell_size_m = 0.05;
     delta.num_parts = 1;

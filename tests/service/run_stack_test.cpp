@@ -130,6 +130,39 @@ TEST_CASE("run_stack starts a service again and again while scans are mapped") {
   CHECK(num_starts >= 6);
 }
 
+TEST_CASE("run_stack begins anew, unless it is told to go on with an earlier run, whose journal it then has") {
+  Stack stack;
+  const std::string make_earlier =
+      "mkdir -p $out/journal $out.1/journal; echo old >$out/journal/journal.lcm; echo 1 >$out.1/journal/journal.lcm; ";
+  stack.Run(make_earlier + "$run_stack some.log --out $out; cat $out/journal/journal.lcm");
+  CHECK(stack.Said("No such file"));
+  CHECK(stack.Find("map_updater started --lockstep --journal " + stack.Path("out/journal")) >= 0);
+  stack.Run("rm $EVENTS; " + make_earlier +
+            "$run_stack some.log --out $out --resume $out.1; cat $out/journal/* $out.1/journal/*");
+  CHECK(stack.exit_code == 0);
+  CHECK(stack.output.substr(stack.output.size() - 4) == "1\n1\n");
+  CHECK(stack.Find("map_updater started --lockstep --journal " + stack.Path("out/journal") + " --resume") >= 0);
+  stack.Run(make_earlier + "$run_stack some.log --out $out --resume $out; cat $out/journal/*");
+  CHECK(stack.output.substr(stack.output.size() - 4) == "old\n");
+}
+
+TEST_CASE("run_stack localises with a map_updater that has the earlier map, also when it is started again") {
+  Stack stack;
+  stack.Run(
+      "mkdir -p $out.1/journal $out/journal; echo 1 >$out.1/journal/journal.lcm; "
+      "(sleep 0.4; echo 2 >$out/journal/journal.lcm) & "
+      "timeout --preserve-status --signal=INT 3 $run_stack live --out $out --localize $out.1 --start 1,2,3",
+      "DYING=map_updater");
+  INFO(stack.output);
+  const std::string command =
+      "map_updater started --localize " + stack.Path("out.1") + " --journal " + stack.Path("out/journal");
+  CHECK(stack.Find(command) >= 0);
+  CHECK(stack.Find(command + " --resume") > 0);
+  CHECK(stack.Find("rrhc_matcher started --start 1,2,3") >= 0);
+  stack.Run("rm -r $out.1; $run_stack live --out $out --localize $out.1");
+  CHECK(stack.output == "run_stack: there is no file " + stack.Path("out.1") + "/journal/journal.lcm\n");
+}
+
 TEST_CASE("run_stack names a service that does not get ready") {
   Stack stack;
   stack.Run("$run_stack some.log --out $out", "UNREADY=map_updater");

@@ -14,7 +14,13 @@ namespace {
 constexpr std::size_t kMostBytes = MapOwner::kMostBytes;
 constexpr std::size_t kLargestTileMessageBytes = kMaxRunBytes + 300;
 
+constexpr std::int64_t kEpoch = 5;
 const MapGeometry kGeometry(0.05);
+
+/// The owner of the map that is asked for.
+struct Owner : MapOwner {
+  Owner() { epoch = kEpoch; }
+};
 
 /// A delta of whole tiles, or of tiles with one changed cell each.
 MapDelta MakeDelta(int num_tiles, bool whole) {
@@ -28,16 +34,17 @@ MapDelta MakeDelta(int num_tiles, bool whole) {
 }
 
 map_request_t Ask(std::int64_t base_version, std::int32_t first_tile, std::int32_t first_match) {
-  return {77, base_version, first_tile, first_match};
+  return {77, kEpoch, base_version, first_tile, first_match};
 }
 
 }  // namespace
 
 TEST_CASE("a match that changed nothing is answered by one empty part") {
   const ScanMatch match{5, {1.0, 2.0, 0.5}, 0.9, 10, 20, 7, MatchState::kLost};
-  const auto parts = MakeParts({8, {}}, match, kGeometry, kMostBytes);
+  const auto parts = MakeParts({8, {}}, match, kGeometry, {kEpoch, kMostBytes});
   REQUIRE(parts.size() == 1);
   CHECK(parts[0].utime == 5);
+  CHECK(parts[0].epoch == kEpoch);
   CHECK(parts[0].version == 8);
   CHECK(parts[0].base_version == 7);
   CHECK(parts[0].cell_size_m == 0.05);
@@ -54,7 +61,7 @@ TEST_CASE("a large change is split into well-formed parts of a size that hold ea
   for (const bool whole : {true, false}) {
     for (const int num_tiles : {1, 7, 100, 6000}) {
       const MapDelta delta = MakeDelta(whole ? std::min(num_tiles, 100) : num_tiles, whole);
-      const auto parts = MakeParts(delta, {5, {}, 0.9, 1, 1, 7, MatchState::kOk}, kGeometry, most_bytes);
+      const auto parts = MakeParts(delta, {5, {}, 0.9, 1, 1, 7, MatchState::kOk}, kGeometry, {kEpoch, most_bytes});
       CAPTURE(most_bytes, whole, num_tiles, parts.size());
       std::size_t next = 0;
       int num_wrong = 0;
@@ -75,7 +82,7 @@ TEST_CASE("a large change is split into well-formed parts of a size that hold ea
 }
 
 TEST_CASE("the page of an empty map is empty and the last") {
-  const MapOwner owner;
+  const Owner owner;
   const map_delta_t page = owner.Page(Ask(0, 0, 0));
   CHECK(page.recipient == 77);
   CHECK(page.version == 0);
@@ -87,7 +94,7 @@ TEST_CASE("the page of an empty map is empty and the last") {
 }
 
 TEST_CASE("page by page the whole map and all matches are given, each tile once") {
-  MapOwner owner;
+  Owner owner;
   for (int i = 0; i < 5; ++i) owner.Answer();
   for (int i = 0; i < 600; ++i) owner.Answer(MatchState::kLost);
   ByteMap map;
@@ -112,7 +119,7 @@ TEST_CASE("page by page the whole map and all matches are given, each tile once"
 }
 
 TEST_CASE("a replica that holds a version is given only what changed since") {
-  MapOwner owner;
+  Owner owner;
   owner.Answer();
   owner.Answer(MatchState::kLost);
   const map_delta_t page = owner.Page(Ask(1, 0, 1));
@@ -122,8 +129,32 @@ TEST_CASE("a replica that holds a version is given only what changed since") {
   CHECK(page.next_match == 2);
 }
 
+TEST_CASE("a replica of another map, or of none, is given everything from the start") {
+  Owner owner;
+  for (int i = 0; i < 3; ++i) owner.Answer();
+  map_request_t request = Ask(2, 5, 2);
+  for (const std::int64_t epoch : {std::int64_t{0}, kEpoch + 1}) {
+    request.epoch = epoch;
+    CHECK(Encode(owner.Page(request)) == Encode(owner.Page(Ask(0, 0, 0))));
+  }
+}
+
+TEST_CASE("an answer given again after others says which version there is, and changes nothing") {
+  Owner owner;
+  for (int i = 0; i < 3; ++i) owner.Answer();
+  const auto answer = Decode<map_delta_t>(Encode(owner.AnswerAgain(101)));
+  REQUIRE(answer);
+  CHECK(answer->utime == 101);
+  CHECK(answer->epoch == kEpoch);
+  CHECK(answer->version == 3);
+  CHECK(answer->base_version == 3);
+  CHECK(answer->recipient == 0);
+  CHECK(answer->num_tiles == 0);
+  CHECK(answer->num_matches == 0);
+}
+
 TEST_CASE("a request beyond what there is gets nothing") {
-  MapOwner owner;
+  Owner owner;
   owner.Answer();
   const std::int32_t far = std::numeric_limits<std::int32_t>::max();
   const map_delta_t page = owner.Page(Ask(far, far, far));

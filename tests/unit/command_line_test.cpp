@@ -20,7 +20,8 @@ class Program {
                    std::vector<ParameterGroup> groups = {ParameterGroup::kSeed, ParameterGroup::kScan,
                                                          ParameterGroup::kSelection, ParameterGroup::kMatch,
                                                          ParameterGroup::kUpdate})
-      : line("program", "What it does.", std::move(groups), {"lcm_url", "channel_prefix", "lockstep", "map_wait_s"}) {
+      : line("program", "What it does.", std::move(groups),
+             {"lcm_url", "channel_prefix", "lockstep", "map_wait_s", "start"}) {
     std::vector<const char*> argv{"program"};
     for (const std::string& word : words) argv.push_back(word.c_str());
     said = Capture([&] { exit_code = line.Parse(static_cast<int>(argv.size()), argv.data()); });
@@ -197,6 +198,17 @@ TEST_CASE("a flag that is wrong is refused in one line that names it and the men
   CheckRefused(Program({"--preset", "pocket"}), "--preset: 'pocket' is not one of paper, sick, urg-04lx, utm-30lx");
   CheckRefused(Program({"--profile", "best"}), "--profile: 'best' is not one of default, paper");
   CheckRefused(Program({"--rays-min", "50", "--rays-max", "40"}), "rays_min: 50 is more than rays_max, 40");
+}
+
+TEST_CASE("a start is three numbers, or none") {
+  CHECK_FALSE(Program({}).parameters().match.start);
+  CHECK_FALSE(Program({"--start", ""}).parameters().match.start);
+  const Program program({"--start", "3.5,-2,1.5"});
+  REQUIRE(program.parameters().match.start);
+  CHECK(*program.parameters().match.start == Pose2{3.5, -2.0, 1.5});
+  for (const std::string text : {"1,2", "1,2,3,4", "1,2,", ",,", "1,2,x", "1;2;3", "nan,0,0", "1e9,0,0", "0,0,inf"}) {
+    CheckRefused(Program({"--start", text}), "--start: '" + text + "' is not X,Y,YAW [m, m, rad]");
+  }
 }
 
 TEST_CASE("a flag of another program is unknown here") {

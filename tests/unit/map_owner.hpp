@@ -28,20 +28,26 @@ class MapOwner {
                                : updater_.Update(ScanRoom(match.T_map_laser, match.utime, 180), match);
     for (const TileChange& change : delta.tiles) map.Apply(change);
     history.push_back(match);
-    return MakeParts(delta, match, updater_.geometry(), kMostBytes);
+    return MakeParts(delta, match, updater_.geometry(), {epoch, kMostBytes});
   }
 
-  map_delta_t Page(const map_request_t& request) const { return MakePage(request, updater_, history, kMostBytes); }
+  map_delta_t Page(const map_request_t& request) const {
+    return MakePage(request, updater_, history, {epoch, kMostBytes});
+  }
+  map_delta_t AnswerAgain(std::int64_t utime) const { return MakeEmptyAnswer(utime, updater_, {epoch, kMostBytes}); }
 
   std::int64_t version() const { return updater_.version(); }
   std::size_t num_tiles() const { return updater_.num_tiles(); }
 
+  std::int64_t epoch = ++last_epoch;  ///< each owner begins a map of its own
   std::vector<ScanMatch> history;
   ByteMap map;  ///< what all deltas together make
 
   static constexpr std::size_t kMostBytes = 32000;  // of a message
 
  private:
+  static inline std::int64_t last_epoch = 0;
+
   /// A fine grid: the room is about forty tiles, several messages large.
   static Parameters FineParameters() {
     Parameters parameters = TestParameters();

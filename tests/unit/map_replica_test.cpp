@@ -66,6 +66,7 @@ TEST_CASE("a new replica asks for everything, and again until it is answered") {
     const auto request = replica.replica.NextRequest();
     REQUIRE(request);
     CHECK(request->requester == kRequester);
+    CHECK(request->epoch == 0);
     CHECK(request->base_version == 0);
     CHECK(request->first_tile == 0);
     CHECK(request->first_match == 0);
@@ -201,7 +202,7 @@ TEST_CASE("pages for another replica are not its own") {
   MapOwner owner;
   TestReplica replica;
   for (int i = 0; i < 5; ++i) owner.Answer();
-  replica.replica.Handle(owner.Page({kRequester + 1, 0, 0, 0}));
+  replica.replica.Handle(owner.Page({kRequester + 1, 0, 0, 0, 0}));
   CHECK(replica.map.tiles().entries().empty());
   CHECK(replica.replica.matches().empty());
   CHECK_FALSE(replica.replica.synced());
@@ -219,6 +220,78 @@ TEST_CASE("an owner that lost its map is followed from the start of the new one"
   replica.CheckSameAs(anew);
   replica.Handle(anew.Answer());
   replica.CheckSameAs(anew);
+}
+
+TEST_CASE("an owner that began anew and overtook the replica is told from the old one") {
+  for (const int num_scans : {3, 4, 5, 8}) {  // behind, level, the very next version, far ahead
+    MapOwner owner;
+    TestReplica replica;
+    Begin(replica, owner, 4);
+    MapOwner anew;
+    for (int i = 1; i < num_scans; ++i) anew.Answer(MatchState::kLost);
+    replica.Handle(anew.Answer());
+    CHECK_FALSE(replica.replica.synced());
+    CHECK(replica.replica.matches() == owner.history);  // nothing is thrown away before the owner has said so
+    replica.Ask(anew);
+    CHECK(replica.num_clears == 1);
+    CHECK(replica.replica.epoch() == anew.epoch);
+    replica.CheckSameAs(anew);
+  }
+}
+
+TEST_CASE("a delta of a map that nobody owns makes the replica ask, and changes nothing") {
+  MapOwner owner;
+  TestReplica replica;
+  Begin(replica, owner);
+  for (const std::int64_t version : {0, 3, 4, 1000}) {
+    map_delta_t delta = owner.AnswerAgain(5);
+    delta.epoch = owner.epoch + 1000;
+    delta.version = delta.base_version = version;
+    replica.replica.Handle(delta);
+    CHECK_FALSE(replica.replica.synced());
+    CHECK(replica.Ask(owner) == 1);
+    CHECK(replica.num_clears == 0);
+    replica.CheckSameAs(owner);
+  }
+}
+
+TEST_CASE("a late page of the old map does no lasting harm") {
+  MapOwner owner;
+  TestReplica replica;
+  Begin(replica, owner);
+  const map_delta_t late = owner.Page({kRequester, owner.epoch, 1, 0, 1});
+  MapOwner anew;
+  replica.Handle(anew.Answer());
+  replica.Ask(anew);
+  replica.replica.Handle(late);
+  replica.Ask(anew);
+  replica.CheckSameAs(anew);
+}
+
+TEST_CASE("an answer given again after others changes nothing; who lacks its version asks") {
+  MapOwner owner;
+  TestReplica replica;
+  Begin(replica, owner);
+  replica.replica.Handle(owner.AnswerAgain(100));
+  replica.CheckSameAs(owner);
+  owner.Answer();
+  replica.replica.Handle(owner.AnswerAgain(100));
+  CHECK_FALSE(replica.replica.synced());
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
+}
+
+TEST_CASE("an owner whose map is an older state of the same is followed back") {
+  MapOwner owner;
+  TestReplica replica;
+  for (int i = 0; i < 2; ++i) owner.Answer();
+  MapOwner ahead;
+  ahead.epoch = owner.epoch;
+  Begin(replica, ahead, 5);
+  replica.Handle(owner.Answer());
+  CHECK_FALSE(replica.replica.synced());
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
 }
 
 TEST_CASE("an owner that lost its map while pages were under way is followed too") {

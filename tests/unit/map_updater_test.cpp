@@ -301,4 +301,26 @@ TEST_CASE("a replica that missed versions is healed by whole tiles") {
   CHECK(replica.ToDenseGrid(0.05).cells == map.bytes.ToDenseGrid(0.05).cells);
 }
 
+TEST_CASE("a frozen map answers and does not change, and its versions start over") {
+  TestMap map;
+  map.Draw(ScanRoom(kInCell), kInCell);
+  map.Draw(Beam(1.0f, 0.3f), kInCell);
+  const DenseGrid before = map.bytes.ToDenseGrid(0.05);
+  map.updater.Freeze();
+  CHECK(map.updater.version() == 0);
+  for (std::int64_t version = 1; version <= 3; ++version) {
+    const MapDelta delta = map.Draw(Beam(2.0f, 0.1f), kInCell);
+    CHECK(delta.version == version);
+    CHECK(delta.tiles.empty());
+  }
+  ByteMap replica;
+  for (std::size_t tile = 0; tile < map.updater.num_tiles(); ++tile) {
+    CHECK_FALSE(map.updater.TileSince(tile, 1));  // who holds a version of this epoch has them all
+    const auto whole = map.updater.TileSince(tile, 0);
+    REQUIRE(whole);
+    CHECK(replica.Apply(*whole));
+  }
+  CHECK(replica.ToDenseGrid(0.05).cells == before.cells);
+}
+
 }  // namespace crsm

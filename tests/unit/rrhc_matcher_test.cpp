@@ -29,6 +29,25 @@ MatchParameters PaperLike() {
   return parameters;
 }
 
+/// Matches a scan of the room with the block, taken at a pose, to a perfect map of it.
+ScanMatch MatchInNiche(const LaserScan& scan, const MatchParameters& parameters,
+                       const std::vector<ScanMatch>& history = {}) {
+  RrhcMatcher matcher(parameters);
+  REQUIRE(matcher.ApplyChanges(PaintTiles(-1, 1, NicheByte)));
+  const ValidRays rays = FindValidRays(scan, TestParameters().scan);
+  const RaySelection selection = SelectRays(rays, TestParameters().selection);
+  return matcher.Match(scan.utime, rays, selection.critical, history, kGeometry, 7);
+}
+
+/// Parameters as they are used, with lost scans.
+MatchParameters Usual() { return MatchParameters{}; }
+
+std::vector<ScanMatch> LostScans(int num) {
+  std::vector<ScanMatch> history;
+  for (int k = 0; k < num; ++k) history.push_back({k, {}, 0.0, 0, 0, k, MatchState::kLost});
+  return history;
+}
+
 /// Matches a scan of the room, taken at a pose, to a perfect map of the room.
 ScanMatch MatchInRoom(const Pose2& truth, const MatchParameters& parameters,
                       const std::vector<ScanMatch>& history = kAtOrigin, std::int64_t utime = 2) {
@@ -85,7 +104,9 @@ TEST_CASE("a final climb over all rays comes to a fifth of a cell") {
 }
 
 TEST_CASE("the first scan is the origin of the map") {
-  const ScanMatch match = MatchInRoom({0.1, 0.2, 0.3}, Shrinking(), {});
+  const ValidRays rays = FindValidRays(ScanRoom({0.1, 0.2, 0.3}, 2), TestParameters().scan);
+  const RaySelection selection = SelectRays(rays, TestParameters().selection);
+  const ScanMatch match = RrhcMatcher(Shrinking()).Match(2, rays, selection.critical, {}, kGeometry, 0);
   CHECK(match.state == MatchState::kFirst);
   CHECK(match.T_map_laser == Pose2{});
   CHECK(match.utime == 2);
@@ -94,6 +115,7 @@ TEST_CASE("the first scan is the origin of the map") {
 
 TEST_CASE("a scan without rays is lost where it was presumed") {
   RrhcMatcher matcher(PaperLike());
+  REQUIRE(matcher.ApplyChanges(PaintTiles(-1, 1, RoomByte)));
   const std::vector<ScanMatch> history{MatchedAt(1, {1.0, 2.0, 0.5})};
   const ScanMatch match = matcher.Match(9, {}, {}, history, kGeometry, 3);
   CHECK(match.state == MatchState::kLost);
@@ -101,6 +123,76 @@ TEST_CASE("a scan without rays is lost where it was presumed") {
   CHECK(match.utime == 9);
   CHECK(match.map_version == 3);
   CHECK(match.evaluations == 0);
+}
+
+TEST_CASE("on a finished map the first scan is found wherever it was taken") {
+  for (const Pose2& truth : {Pose2{}, {-2.2, 1.9, 2.5}, {3.1, -1.2, -1.6}, {1.0, 2.0, 0.7}}) {
+    CAPTURE(truth.x_m, truth.y_m, truth.yaw_rad);
+    const ScanMatch match = MatchInNiche(ScanNiche(truth), Usual());
+    CHECK(match.state == MatchState::kOk);
+    CheckPose(match.T_map_laser, truth, 0.025);
+    CHECK(match.evaluations > 100000);
+    CHECK(match.fitness > 0.8);
+  }
+}
+
+TEST_CASE("on a finished map a room that is alike from both ends loses the first scan, unless its start is told") {
+  const Pose2 truth{-2.2, 1.9, 2.5};
+  MatchParameters parameters = Usual();
+  CHECK(MatchInRoom(truth, parameters, {}).state == MatchState::kLost);
+  parameters.start = Pose2{-2.0, 1.7, 2.3};
+  const ScanMatch match = MatchInRoom(truth, parameters, {});
+  CHECK(match.state == MatchState::kOk);
+  CheckPose(match.T_map_laser, truth, 0.025);
+  const Pose2 turned{1.0 - truth.x_m, 1.0 - truth.y_m, WrapAngle(truth.yaw_rad + kPi)};  // about the room's centre
+  parameters.start = turned;
+  CheckPose(MatchInRoom(truth, parameters, {}).T_map_laser, turned, 0.025);
+}
+
+TEST_CASE("a start that is wrong is not believed, and the next scan is looked for everywhere") {
+  const Pose2 truth{-2.2, 1.9, 2.5};
+  MatchParameters parameters = Usual();
+  parameters.start = Pose2{-2.0, -1.2, 0.0};
+  const ScanMatch first = MatchInNiche(ScanNiche(truth, 1), parameters);
+  CHECK(first.state == MatchState::kLost);
+  const ScanMatch second = MatchInNiche(ScanNiche(truth, 2), parameters, {first});
+  CHECK(second.state == MatchState::kOk);
+  CheckPose(second.T_map_laser, truth, 0.025);
+}
+
+TEST_CASE("a robot that is carried away on a finished map is found after ten to nineteen lost scans") {
+  const Pose2 truth{-2.2, 1.9, 2.5};
+  for (const int num_before : {1, 4, 10, 57}) {
+    std::vector<ScanMatch> history;
+    for (int k = 0; k < num_before; ++k) history.push_back(MatchedAt(k, {30.0, 30.0, 0.0}));  // beyond the map
+    int num_lost = 0;
+    while (num_lost < 30) {
+      const ScanMatch match = MatchInNiche(ScanNiche(truth, num_before + num_lost), Usual(), history);
+      history.push_back(match);
+      if (match.state != MatchState::kLost) break;
+      ++num_lost;
+    }
+    CAPTURE(num_before, num_lost);
+    CHECK(num_lost >= 10);
+    CHECK(num_lost <= 19);
+    CheckPose(history.back().T_map_laser, truth, 0.025);
+  }
+}
+
+TEST_CASE("a scan that was found nowhere yet is looked for each time at first, then each tenth time") {
+  const LaserScan elsewhere = ScanNiche({2.2, -1.0, 0.0});
+  const auto Evaluations = [&](int num_lost) {
+    return MatchInNiche(elsewhere, Usual(), LostScans(num_lost)).evaluations;
+  };
+  for (const int num_lost : {0, 1, 9, 10, 20, 1500}) CHECK(Evaluations(num_lost) > 100000);
+  for (const int num_lost : {11, 19, 1501}) CHECK(Evaluations(num_lost) == 0);
+}
+
+TEST_CASE("on a map that grows nothing is looked for on all of it") {
+  std::vector<ScanMatch> history = LostScans(20);
+  history.front().state = MatchState::kFirst;
+  const ScanMatch match = MatchInNiche(ScanNiche({-2.2, 1.9, 2.5}), Usual(), history);
+  CHECK(match.evaluations < 50000);
 }
 
 TEST_CASE("a match says how it came about") {

@@ -97,4 +97,47 @@ TEST_CASE("a first scan that sees nothing does not keep the next ones from makin
   CHECK_FALSE(slam.map().tiles().entries().empty());
 }
 
+TEST_CASE("a drive that goes on in a later session gives the poses and the map of one without a break") {
+  Slam whole(SlamParameters());
+  const auto history = Drive(whole);
+  for (const int cut : {0, 1, 12, 25}) {
+    CAPTURE(cut);
+    Slam later(SlamParameters());
+    for (int k = 0; k < cut; ++k) {
+      const LaserScan scan = ScanRoom(TruePose(k), 1000 + 100 * k, 180);
+      later.Restore(&scan, history[static_cast<std::size_t>(k)]);
+    }
+    for (int k = cut; k < 25; ++k) later.Process(ScanRoom(TruePose(k), 1000 + 100 * k, 180));
+    CHECK(later.history() == history);
+    CHECK(later.map().ToDenseGrid(0.05).cells == whole.map().ToDenseGrid(0.05).cells);
+  }
+}
+
+TEST_CASE("a match whose scan is missing is restored and draws nothing") {
+  Slam slam(SlamParameters());
+  slam.Restore(nullptr, {5, {}, 0.0, 0, 0, 0, MatchState::kFirst});
+  CHECK(slam.history().size() == 1);
+  CHECK(slam.map().tiles().entries().empty());
+}
+
+TEST_CASE("on a finished map a drive is followed from wherever it begins, and the map stays as it is") {
+  Parameters parameters;
+  parameters.update.cell_size_m = 0.05;
+  Slam slam(parameters);
+  for (int k = 0; k < 40; ++k) slam.Process(ScanNiche(TruePose(k), 1000 + 100 * k));
+  const DenseGrid before = slam.map().ToDenseGrid(0.05);
+  slam.Freeze();
+  CHECK(slam.history().empty());
+  for (int k = 0; k < 20; ++k) {
+    const Pose2 truth{-1.5 + 0.05 * k, 1.5 - 0.02 * k, 2.0 + 0.03 * k};
+    const ScanMatch match = slam.Process(ScanNiche(truth, 500 + k));  // utimes of the first drive do not matter
+    CAPTURE(k);
+    CHECK(match.state == MatchState::kOk);
+    CHECK(match.map_version == k);
+    CheckSamePose(match.T_map_laser, truth, 0.05);
+  }
+  CHECK(slam.history().size() == 20);
+  CHECK(slam.map().ToDenseGrid(0.05).cells == before.cells);
+}
+
 }  // namespace crsm

@@ -51,6 +51,39 @@ inline std::uint8_t RoomByte(Cell cell) {
   return on_wall ? kOccupiedByte : kFreeByte;
 }
 
+// The same room with its upper right corner cut off by a block: no place in it is like another.
+inline constexpr double kBlockLeftM = 2.025;
+inline constexpr double kBlockBottomM = 1.025;
+
+/// As RangeInRoom: the nearest of the room's sides and of the block's two.
+inline double RangeInNiche(double x_m, double y_m, double angle_rad) {
+  const double dx = std::cos(angle_rad);
+  const double dy = std::sin(angle_rad);
+  double range_m = RangeInRoom(x_m, y_m, angle_rad);
+  const double to_left_m = (kBlockLeftM - x_m) / dx;
+  const double to_bottom_m = (kBlockBottomM - y_m) / dy;
+  if (dx > 1e-12 && to_left_m > 0 && y_m + to_left_m * dy >= kBlockBottomM) range_m = std::min(range_m, to_left_m);
+  if (dy > 1e-12 && to_bottom_m > 0 && x_m + to_bottom_m * dx >= kBlockLeftM) range_m = std::min(range_m, to_bottom_m);
+  return range_m;
+}
+
+inline LaserScan ScanNiche(const Pose2& T_map_laser, std::int64_t utime = 1, int num_beams = 360) {
+  LaserScan scan{utime, static_cast<float>(-kPi), static_cast<float>(2.0 * kPi / num_beams), {}};
+  for (int beam = 0; beam < num_beams; ++beam) {
+    const double angle_rad = scan.angle_min_rad + static_cast<float>(beam) * scan.angle_step_rad;
+    scan.ranges_m.push_back(
+        static_cast<float>(RangeInNiche(T_map_laser.x_m, T_map_laser.y_m, T_map_laser.yaw_rad + angle_rad)));
+  }
+  return scan;
+}
+
+inline std::uint8_t NicheByte(Cell cell) {
+  constexpr Cell kBlock{40, 20};
+  if (cell.x > kBlock.x && cell.y > kBlock.y) return kUnexploredByte;
+  const bool on_block = (cell.x == kBlock.x && cell.y >= kBlock.y) || (cell.y == kBlock.y && cell.x >= kBlock.x);
+  return on_block && RoomByte(cell) != kUnexploredByte ? kOccupiedByte : RoomByte(cell);
+}
+
 /// Tiles from (low, low) to (high, high), each cell as `paint` says.
 template <class Paint>
 std::vector<TileChange> PaintTiles(int low, int high, Paint&& paint) {

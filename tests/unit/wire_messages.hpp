@@ -63,6 +63,7 @@ inline scan_match_t ScanMatchMessage() {
 inline map_delta_t MapDeltaMessage() {
   map_delta_t message{};
   message.utime = 5;
+  message.epoch = 99;
   message.version = 8;
   message.base_version = 7;
   message.cell_size_m = 0.05;
@@ -74,7 +75,7 @@ inline map_delta_t MapDeltaMessage() {
   return message;
 }
 
-inline map_request_t MapRequestMessage() { return {77, 8, 2, 3}; }
+inline map_request_t MapRequestMessage() { return {77, 99, 8, 2, 3}; }
 
 inline service_status_t ServiceStatusMessage() {
   return {5, "map_updater", "1.0", 42, "", 2, {"handled", "lost"}, {9, 1}, 9, 1.0, 2.0, 3.0, 40.0};

@@ -100,7 +100,7 @@ TEST_CASE("a hostile count is refused wherever a type has one") {
   CheckCount(BotlabLidarNrangesMessage(), 16, 2);
   CheckCount(CriticalRaysMessage(), 16, 3);
   CheckCount(CriticalRaysMessage(), 16 + 4 + 3 * 8, 2);
-  const std::size_t tiles = 8 + 32 + 8 + 8 + 8;
+  const std::size_t tiles = 8 + 40 + 8 + 8 + 8;
   CheckCount(MapDeltaMessage(), tiles, 2);
   CheckCount(MapDeltaMessage(), tiles + 4 + 4, 5);
   CheckCount(MapDeltaMessage(), tiles + 4 + 8 + 5 + 8, 1);
@@ -227,6 +227,8 @@ TEST_CASE("a match has a finite covariance with variances that are not negative,
 
 TEST_CASE("a map delta leads forwards, in parts that there are, to tiles that there can be") {
   using Message = map_delta_t;
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.epoch = 0; }));
+  CHECK(IsDecoded(MapDeltaMessage(), [](Message& m) { m.epoch = -1; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.version = 6; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.base_version = -1; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.part = 1; }));
@@ -241,6 +243,7 @@ TEST_CASE("a map delta leads forwards, in parts that there are, to tiles that th
 }
 
 TEST_CASE("a map request comes from somebody and asks from a place that there can be") {
+  CHECK(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.epoch = 0; }));
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.requester = 0; }));
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.base_version = -1; }));
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_tile = -1; }));
