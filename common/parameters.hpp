@@ -55,6 +55,7 @@ struct MatchParameters {
   bool odometry = false;
   bool final_climb = true;
   double spacing_cap_m = 0.3;
+  double summit_rad = 0.02;  ///< half the width of the summit in whose middle the yaw is
   double pull_per_m2 = 0.5;  ///< weight of the distance from the presumed pose
   double good_ratio = 0.95;  ///< of the usual fitness: the search stops here
   double lost_ratio = 0.75;  ///< ... below here the wide window is searched, and then the scan is lost
@@ -149,6 +150,9 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
   visit({kMatch, "spacing_cap_m",
          "in the final climb a ray counts by its distance from its neighbours, up to this [m]; 0: all alike"},
         match.spacing_cap_m, 0.0, 100.0);
+  visit({kMatch, "summit_rad",
+         "after the final climb the yaw goes to the middle of the summit, so far to either side [rad]; 0: to its top"},
+        match.summit_rad, 0.0, 0.2);
   visit({kMatch, "pull_per_m2", "fitness lost per squared distance from the presumed pose [1/m^2]; 0 = the paper"},
         match.pull_per_m2, 0.0, 100.0);
   visit({kMatch, "good_ratio", "the search stops at this share of the fitness of the last scans; 100 = the paper"},

@@ -147,6 +147,20 @@ Individual ClimbToSummit(Individual individual, Bounds bounds, int num_halvings,
   return individual;
 }
 
+/// Puts the yaw into the middle of its summit, from the fitness `width_rad` to either side: which point of a rough
+/// summit is its highest is chance, and on the way through a building the errors of yaw are those that add up.
+template <class Fitness>
+Pose2 CentreYaw(const Individual& top, double width_rad, Fitness&& fitness, int& evaluations) {
+  constexpr double kLeastFall = 0.01;  // a summit as flat as this has no middle
+  const auto Turned = [&](double turn_rad) { return Pose2{top.pose.x_m, top.pose.y_m, top.pose.yaw_rad + turn_rad}; };
+  const double left = fitness(Turned(width_rad));
+  const double right = fitness(Turned(-width_rad));
+  evaluations += 2;
+  const double fall = 2.0 * top.fitness - left - right;
+  if (fall < kLeastFall) return top.pose;
+  return Turned(std::clamp(0.5 * (left - right) / fall, -1.0, 1.0) * width_rad);
+}
+
 Eigen::Matrix2Xd Columns(const Eigen::Matrix2Xd& all, std::span<const int> picked) {
   Eigen::Matrix2Xd columns(2, static_cast<Eigen::Index>(picked.size()));
   for (std::size_t i = 0; i < picked.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = all.col(picked[i]);
@@ -305,12 +319,10 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   if (by_odometry) {
     // Motions that were matched are known better than those of wheels, unless they could not be matched well.
     constexpr double kClearly = 1.05;  // less is what two poses that are equally good may differ by
+    const auto FitnessAt = [&](const Pose2& pose) { return field_.Evaluate(critical_rays, pose, geometry); };
     const MatchState last = history.back().state;
-    if (last == MatchState::kDegenerate || last == MatchState::kLost ||
-        field_.Evaluate(critical_rays, *by_odometry, geometry) >
-            kClearly * field_.Evaluate(critical_rays, presumed, geometry)) {
-      presumed = *by_odometry;
-    }
+    const bool in_doubt = last == MatchState::kDegenerate || last == MatchState::kLost;
+    if (in_doubt || FitnessAt(*by_odometry) > kClearly * FitnessAt(repeated)) presumed = *by_odometry;
   }
   // On a finished map nobody may know where the robot is, nor what fitness is usual there.
   const bool finished = IsFinishedMap(history);
@@ -377,6 +389,9 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
     const Bounds first_step{geometry.cell_size_m(), 0.01};
     constexpr int kHalvings = 6;
     best = ClimbToSummit({best.pose, AllFitness(best.pose)}, first_step, kHalvings, AllFitness, match.evaluations);
+    if (parameters_.summit_rad > 0.0) {
+      best.pose = CentreYaw(best, parameters_.summit_rad, AllFitness, match.evaluations);
+    }
   }
   best.fitness = field_.Evaluate(critical_rays, best.pose, geometry);
   match.fitness = std::clamp(best.fitness, 0.0, 1.0);

@@ -129,6 +129,7 @@ inline Parameters TestParameters() {
   p.match.velocity_model = true;
   p.match.final_climb = true;
   p.match.spacing_cap_m = 0.0;
+  p.match.summit_rad = 0.0;
   p.match.pull_per_m2 = 0.0;
   p.match.good_ratio = 100.0;
   p.match.lost_ratio = 0.0;
