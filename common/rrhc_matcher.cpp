@@ -317,12 +317,11 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   const RaysInCells critical_rays = ToCells(critical_hits_m, geometry);
   Pose2 presumed = repeated;
   if (by_odometry) {
-    // Motions that were matched are known better than those of wheels, unless they could not be matched well.
-    constexpr double kClearly = 1.05;  // less is what two poses that are equally good may differ by
+    // Motions that were matched are known better than those of wheels, unless the robot moves in another way now.
+    constexpr double kClearly = 1.2;  // less is what two poses that are equally good may differ by
     const auto FitnessAt = [&](const Pose2& pose) { return field_.Evaluate(critical_rays, pose, geometry); };
-    const MatchState last = history.back().state;
-    const bool in_doubt = last == MatchState::kDegenerate || last == MatchState::kLost;
-    if (in_doubt || FitnessAt(*by_odometry) > kClearly * FitnessAt(repeated)) presumed = *by_odometry;
+    const bool lost = history.back().state == MatchState::kLost;
+    if (lost || FitnessAt(*by_odometry) > kClearly * FitnessAt(repeated)) presumed = *by_odometry;
   }
   // On a finished map nobody may know where the robot is, nor what fitness is usual there.
   const bool finished = IsFinishedMap(history);

@@ -43,7 +43,7 @@ class RrhcMatcher {
   ///
   /// The search is short where the first climbs lead to a fitness as good as that of the last scans, and goes on in a
   /// wider window where it stays poor. It starts from the pose that the velocity model tells, or from odometry's where
-  /// that fits clearly better or the last match was degenerate or lost. A scan that nothing explains, or one without
+  /// that fits clearly better or the last scan was lost. A scan that nothing explains, or one without
   /// rays, is lost: its pose is then a guess, the last one or by odometry.
   ///
   /// A map that was there before the first scan of the history is a finished one: where the first scan was taken is
