@@ -161,6 +161,16 @@ Pose2 CentreYaw(const Individual& top, double width_rad, Fitness&& fitness, int&
   return Turned(std::clamp(0.5 * (left - right) / fall, -1.0, 1.0) * width_rad);
 }
 
+/// The summit next to a pose, to a fraction of a cell.
+template <class Fitness>
+Pose2 FindSummit(const Pose2& from, double cell_size_m, double width_rad, int& evaluations, Fitness&& fitness) {
+  constexpr double kFirstStep_rad = 0.01;
+  constexpr int kHalvings = 6;
+  const Individual top =
+      ClimbToSummit({from, fitness(from)}, {cell_size_m, kFirstStep_rad}, kHalvings, fitness, evaluations);
+  return width_rad > 0.0 ? CentreYaw(top, width_rad, fitness, evaluations) : top.pose;
+}
+
 Eigen::Matrix2Xd Columns(const Eigen::Matrix2Xd& all, std::span<const int> picked) {
   Eigen::Matrix2Xd columns(2, static_cast<Eigen::Index>(picked.size()));
   for (std::size_t i = 0; i < picked.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = all.col(picked[i]);
@@ -247,6 +257,13 @@ bool OdometryHolds(std::span<const ScanMatch> history, const MatchParameters& pa
   return excess_m <= 0.0;
 }
 
+void SetUncertainty(ScanMatch& match, const PoseUncertainty& uncertainty) {
+  const Eigen::Matrix3d& c = uncertainty.covariance;
+  match.covariance = {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)};
+  match.state = uncertainty.degenerate ? MatchState::kDegenerate : MatchState::kOk;
+  if (uncertainty.degenerate) match.degenerate_axis = {uncertainty.degenerate->x(), uncertainty.degenerate->y()};
+}
+
 }  // namespace
 
 Pose2 PredictPose(std::span<const ScanMatch> history, const MatchParameters& parameters) {
@@ -323,12 +340,12 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
     const bool lost = history.back().state == MatchState::kLost;
     if (lost || FitnessAt(*by_odometry) > kClearly * FitnessAt(repeated)) presumed = *by_odometry;
   }
-  // On a finished map nobody may know where the robot is, nor what fitness is usual there.
+  // On a finished map it may be that nobody knows where the robot is, nor what fitness is usual there.
   const bool finished = IsFinishedMap(history);
   double usual = ComputeUsualFitness(history);
   const bool unknown = finished && usual == 0.0;
-  const bool global = IsGlobalSearchDue(history) && !(first && parameters_.start);
-  if (global) {
+  const bool everywhere = IsGlobalSearchDue(history) && !(first && parameters_.start);
+  if (everywhere) {
     const GlobalMatch found = SearchWholeMap(map_, field_, hits_m, critical_hits_m, geometry);
     match.evaluations = found.evaluations;
     if (!found.IsConvincing()) return match;
@@ -336,7 +353,8 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   } else if (unknown && !first) {
     return match;
   }
-  if (unknown) usual = 0.6;
+  constexpr double kUsualFitness = 0.6;  // of a map that is of the same building still
+  if (unknown) usual = kUsualFitness;
 
   // Where the walls do not tell, as along a corridor, the presumed pose does.
   double pull = parameters_.pull_per_m2;
@@ -363,10 +381,10 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   for (int i = 0; i < std::min(num_lost, 4) && !finished; ++i) acceptable *= 0.9;
 
   Search search(parameters_, CriticalFitness, Random(parameters_.seed, static_cast<std::uint64_t>(utime)));
-  Individual best = global ? Individual{presumed, CriticalFitness(presumed)}
-                           : search.Run(presumed, {parameters_.window_m, parameters_.window_rad}, 1,
-                                        parameters_.num_evaluations, enough);
-  if (!global && Quality(best) < acceptable) {
+  Individual best = everywhere ? Individual{presumed, CriticalFitness(presumed)}
+                               : search.Run(presumed, {parameters_.window_m, parameters_.window_rad}, 1,
+                                            parameters_.num_evaluations, enough);
+  if (!everywhere && Quality(best) < acceptable) {
     // The robot turned or was pushed: look further, and presume nothing. Lost for a scan or two, as when people pass
     // close by, it cannot have gone far; lost for longer, it can.
     constexpr int kPatience = 2;
@@ -384,29 +402,20 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   if (parameters_.final_climb) {
     RaysInCells all_rays = ToCells(hits_m, geometry);
     all_rays.weight = ComputeWeights(rays, parameters_.spacing_cap_m);
-    const auto AllFitness = [&](const Pose2& pose) { return Fitness(all_rays, pose); };
-    const Bounds first_step{geometry.cell_size_m(), 0.01};
-    constexpr int kHalvings = 6;
-    best = ClimbToSummit({best.pose, AllFitness(best.pose)}, first_step, kHalvings, AllFitness, match.evaluations);
-    if (parameters_.summit_rad > 0.0) {
-      best.pose = CentreYaw(best, parameters_.summit_rad, AllFitness, match.evaluations);
-    }
+    best.pose = FindSummit(best.pose, geometry.cell_size_m(), parameters_.summit_rad, match.evaluations,
+                           [&](const Pose2& pose) { return Fitness(all_rays, pose); });
   }
   best.fitness = field_.Evaluate(critical_rays, best.pose, geometry);
   match.fitness = std::clamp(best.fitness, 0.0, 1.0);
-  const bool explained = global || unknown ? ScorePlace(map_, field_, hits_m, best.pose, geometry) >= kLeastScore
-                                           : Quality(best) >= acceptable;
+  const bool explained = everywhere || unknown ? ScorePlace(map_, field_, hits_m, best.pose, geometry) >= kLeastScore
+                                               : Quality(best) >= acceptable;
   if (!explained) {
     match.T_map_laser = first ? repeated : by_odometry.value_or(history.back().T_map_laser);
     return match;
   }
 
   match.T_map_laser = {best.pose.x_m, best.pose.y_m, WrapAngle(best.pose.yaw_rad)};
-  const PoseUncertainty uncertainty = ComputeUncertainty(hits_m, match.T_map_laser, map_, geometry);
-  const Eigen::Matrix3d& c = uncertainty.covariance;
-  match.covariance = {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)};
-  match.state = uncertainty.degenerate ? MatchState::kDegenerate : MatchState::kOk;
-  if (uncertainty.degenerate) match.degenerate_axis = {uncertainty.degenerate->x(), uncertainty.degenerate->y()};
+  SetUncertainty(match, ComputeUncertainty(hits_m, match.T_map_laser, map_, geometry));
   return match;
 }
 
