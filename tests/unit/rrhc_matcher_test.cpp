@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "catch.hpp"
+#include "common/map_updater.hpp"
+#include "common/random.hpp"
 #include "synthetic_scans.hpp"
 
 namespace crsm {
@@ -101,6 +103,39 @@ TEST_CASE("a scan shifted and turned within the window is matched back, by the p
 
 TEST_CASE("a final climb over all rays comes to a fifth of a cell") {
   CheckPose(MatchInRoom({0.12, 0.07, 0.05}, Shrinking()).T_map_laser, {0.12, 0.07, 0.05}, 0.01);
+}
+
+TEST_CASE("the yaw in the middle of a rough summit is no further from the truth than that of its top") {
+  RrhcMatcher by_top(Shrinking());
+  MatchParameters parameters = Shrinking();
+  parameters.summit_rad = 0.02;
+  RrhcMatcher by_middle(parameters);
+  const Pose2 T_map_room{0.012, 0.017, 0.4};  // walls that are not along the cells, as drawn from a few scans
+  MapUpdater updater(TestParameters().scan, UpdateParameters{});
+  for (int k = 0; k < 5; ++k) {
+    const Pose2 pose{0.3 * k, 0.1 * k, 0.3 * k};
+    const MapDelta delta = updater.Update(ScanRoom(pose, k), {k, T_map_room * pose, 1.0, 0, 0, k, MatchState::kOk});
+    for (RrhcMatcher* matcher : {&by_top, &by_middle}) REQUIRE(matcher->ApplyChanges(delta.tiles));
+  }
+
+  const std::vector<ScanMatch> history{{1, T_map_room, 0.0, 0, 0, 0, MatchState::kFirst}};
+  Random random(1);
+  double top_rad2 = 0.0;
+  double middle_rad2 = 0.0;
+  for (int k = 2; k < 102; ++k) {
+    const Pose2 truth{random.Uniform(-0.1, 0.1), random.Uniform(-0.1, 0.1), random.Uniform(-0.1, 0.1)};
+    LaserScan scan = ScanRoom(truth, k, 90);
+    for (float& range_m : scan.ranges_m) range_m += static_cast<float>(random.Uniform(-0.05, 0.05));
+    const ValidRays rays = FindValidRays(scan, TestParameters().scan);
+    const RaySelection selection = SelectRays(rays, TestParameters().selection);
+    const auto YawError = [&](const RrhcMatcher& matcher) {
+      const ScanMatch match = matcher.Match(k, rays, selection.critical, history, kGeometry, 7);
+      return match.T_map_laser.yaw_rad - (T_map_room * truth).yaw_rad;
+    };
+    top_rad2 += std::pow(YawError(by_top), 2);
+    middle_rad2 += std::pow(YawError(by_middle), 2);
+  }
+  CHECK(middle_rad2 < top_rad2);
 }
 
 TEST_CASE("the first scan is the origin of the map") {
