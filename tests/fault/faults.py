@@ -179,11 +179,12 @@ def await_condition(condition, timeout_s, period_s=0.005):
 
 
 def child(parent, name):
-    """Process id of the child with this name; None if there is none."""
+    """Process id of the living child with this name; None if there is none."""
     with contextlib.suppress(OSError):
         for pid in pathlib.Path(f"/proc/{parent}/task/{parent}/children").read_text().split():
             with contextlib.suppress(OSError):
-                if pathlib.Path(f"/proc/{pid}/comm").read_text().strip() == name[:15]:
+                comm, rest = pathlib.Path(f"/proc/{pid}/stat").read_text().partition("(")[2].rsplit(") ", 1)
+                if comm == name[:15] and not rest.startswith("Z"):
                     return int(pid)
     return None
 

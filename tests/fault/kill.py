@@ -1,5 +1,6 @@
 """Services are killed (SIGKILL) at random moments of a run in lockstep: the map is the one of an undisturbed run."""
 
+import contextlib
 import os
 import random
 import signal
@@ -20,19 +21,19 @@ def map_and_kill(log, out, flags, moments, end_bytes):
     stack = start_stack(log, out, flags)
     killed_at_bytes = {}
     for share, service in sorted(moments):
-        pid = None
-
-        def is_due():
-            nonlocal pid  # found once: the list of children has gaps while others come and go
-            pid = child(stack.pid, service)
+        def kill_if_due():
             mapped_bytes = journal_bytes(out)
-            is_time = mapped_bytes >= share * end_bytes and mapped_bytes != killed_at_bytes.get(service)
-            return stack.popen.poll() is not None or (is_time and pid)
+            if mapped_bytes >= share * end_bytes and mapped_bytes != killed_at_bytes.get(service):
+                pid = child(stack.pid, service)  # none while it is started again
+                with contextlib.suppress(ProcessLookupError):  # it was dying from the last time
+                    if pid:
+                        os.kill(pid, signal.SIGKILL)
+                        killed_at_bytes[service] = mapped_bytes
+                        return True
+            return stack.popen.poll() is not None
 
-        await_condition(is_due, 120, 0.001)
+        await_condition(kill_if_due, 120, 0.001)
         check(stack.popen.poll() is None, f"run_stack ended early: {stack.errors()[-1000:]}")
-        killed_at_bytes[service] = journal_bytes(out)
-        os.kill(pid, signal.SIGKILL)
     check(stack.wait() == 0, f"run_stack failed: {stack.errors()[-1000:]}")
     return publisher_seconds(stack.errors())
 
