@@ -9,6 +9,9 @@ inline constexpr std::uint8_t kFreeByte = 255;
 inline constexpr std::uint8_t kUnexploredByte = 127;  ///< and of no explored cell
 inline constexpr std::uint8_t kOccupiedByte = 0;
 
+inline bool IsFree(std::uint8_t byte) { return byte > kUnexploredByte; }
+inline bool IsOccupied(std::uint8_t byte) { return byte < kUnexploredByte; }
+
 /// The explored part of a map as one rectangle, for pictures and metrics.
 struct DenseGrid {
   int width_cells = 0;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "common/summit.hpp"
+
 namespace crsm {
 namespace {
 
@@ -14,15 +16,7 @@ constexpr int kMostRays = 180;  ///< of a scan; more tell no more
 constexpr std::size_t kMostClimbs = 5000;
 constexpr std::size_t kMostFinalists = 50;
 
-bool IsFree(std::uint8_t byte) { return byte > kUnexploredByte; }
-bool IsOccupied(std::uint8_t byte) { return byte < kUnexploredByte; }
-
-struct Candidate {
-  Pose2 pose;
-  double score = 0.0;
-};
-
-bool Better(const Candidate& a, const Candidate& b) { return a.score > b.score; }
+bool Better(const Individual& a, const Individual& b) { return a.fitness > b.fitness; }
 
 /// Whether two poses are of one place.
 bool AreNear(const Pose2& a, const Pose2& b) {
@@ -89,10 +83,10 @@ std::vector<Pose2> FindFreePlaces(const CoarseMap& coarse) {
 }
 
 /// The best poses on the coarse map, those that the neighbouring directions do not beat.
-std::vector<Candidate> TryEverywhere(const CoarseMap& coarse, const std::vector<Pose2>& places,
-                                     const Eigen::Matrix2Xd& hits_m, int& evaluations) {
+std::vector<Individual> TryEverywhere(const CoarseMap& coarse, const std::vector<Pose2>& places,
+                                      const Eigen::Matrix2Xd& hits_m, int& evaluations) {
   const RaysInCells rays = ToCells(hits_m, coarse.geometry());
-  std::vector<Candidate> best;
+  std::vector<Individual> best;
   std::array<double, kDirections> scores;
   for (const Pose2& place : places) {
     const auto At = [&](int direction) {
@@ -115,39 +109,14 @@ std::vector<Candidate> TryEverywhere(const CoarseMap& coarse, const std::vector<
   return best;
 }
 
-/// Climbs to the nearest summit by steps along each axis that halve when none leads up.
-template <class Score>
-Candidate Climb(const Pose2& from, double step_m, double step_rad, int num_halvings, Score&& score) {
-  Candidate best{from, score(from)};
-  for (int halving = 0; halving < num_halvings;) {
-    bool climbed = false;
-    for (const Pose2& step : {Pose2{step_m, 0, 0}, Pose2{0, step_m, 0}, Pose2{0, 0, step_rad}}) {
-      for (const double sign : {1.0, -1.0}) {
-        const Pose2 next{best.pose.x_m + sign * step.x_m, best.pose.y_m + sign * step.y_m,
-                         best.pose.yaw_rad + sign * step.yaw_rad};
-        const double there = score(next);
-        if (there <= best.score) continue;
-        best = {next, there};
-        climbed = true;
-        break;
-      }
-    }
-    if (climbed) continue;
-    step_m *= 0.5;
-    step_rad *= 0.5;
-    ++halving;
-  }
-  return best;
-}
-
 /// The best of each place, best first; `most` of them.
-std::vector<Candidate> KeepDistinct(std::vector<Candidate> candidates, std::size_t most) {
+std::vector<Individual> KeepDistinct(std::vector<Individual> candidates, std::size_t most) {
   std::stable_sort(candidates.begin(), candidates.end(), Better);
-  std::vector<Candidate> distinct;
-  for (const Candidate& candidate : candidates) {
+  std::vector<Individual> distinct;
+  for (const Individual& candidate : candidates) {
     if (distinct.size() == most) break;
     const bool known = std::any_of(distinct.begin(), distinct.end(),
-                                   [&](const Candidate& other) { return AreNear(candidate.pose, other.pose); });
+                                   [&](const Individual& other) { return AreNear(candidate.pose, other.pose); });
     if (!known) distinct.push_back(candidate);
   }
   return distinct;
@@ -205,15 +174,15 @@ GlobalMatch SearchWholeMap(const ByteMap& map, const FitnessField& field, const 
     places = FindFreePlaces(coarse);
   }
   const Eigen::Matrix2Xd few_hits_m = Thin(critical_hits_m);
-  std::vector<Candidate> candidates = TryEverywhere(coarse, places, few_hits_m, match.evaluations);
+  std::vector<Individual> candidates = TryEverywhere(coarse, places, few_hits_m, match.evaluations);
 
   // Each of them climbs on finer and finer maps.
   double step_rad = kPi / kDirections;
   const auto ClimbOn = [&](const FitnessField& there, const MapGeometry& cells, const Eigen::Matrix2Xd& seen_m,
-                           int num_halvings, std::vector<Candidate>& climbers) {
+                           int num_halvings, std::vector<Individual>& climbers) {
     const RaysInCells rays = ToCells(seen_m, cells);
-    for (Candidate& climber : climbers) {
-      climber = Climb(climber.pose, cells.cell_size_m(), step_rad, num_halvings, [&](const Pose2& pose) {
+    for (Individual& climber : climbers) {
+      climber = ClimbToSummit(climber.pose, cells.cell_size_m(), step_rad, num_halvings, [&](const Pose2& pose) {
         ++match.evaluations;
         return there.Evaluate(rays, pose, cells);
       });
@@ -227,14 +196,14 @@ GlobalMatch SearchWholeMap(const ByteMap& map, const FitnessField& field, const 
   ClimbOn(field, geometry, few_hits_m, 2, candidates);
 
   // The highest climb on with all rays, and are looked at more closely.
-  std::vector<Candidate> finalists = KeepDistinct(std::move(candidates), kMostFinalists);
+  std::vector<Individual> finalists = KeepDistinct(std::move(candidates), kMostFinalists);
   ClimbOn(field, geometry, Thin(hits_m), 4, finalists);
-  for (Candidate& finalist : finalists) finalist.score = ScorePlace(map, field, hits_m, finalist.pose, geometry);
+  for (Individual& finalist : finalists) finalist.fitness = ScorePlace(map, field, hits_m, finalist.pose, geometry);
   finalists = KeepDistinct(std::move(finalists), 2);
   if (finalists.empty()) return match;
   match.T_map_laser = finalists[0].pose;
-  match.score = finalists[0].score;
-  match.runner_up = finalists.size() > 1 ? finalists[1].score : 0.0;
+  match.score = finalists[0].fitness;
+  match.runner_up = finalists.size() > 1 ? finalists[1].fitness : 0.0;
   return match;
 }
 

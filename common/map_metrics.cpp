@@ -15,8 +15,6 @@ namespace {
 
 constexpr float kFar = std::numeric_limits<float>::max();
 
-bool IsObstacle(std::uint8_t byte) { return byte < kUnexploredByte; }
-
 std::size_t IndexOf(const DenseGrid& grid, int column, int row) {
   return static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.width_cells) + static_cast<std::size_t>(column);
 }
@@ -281,7 +279,7 @@ DenseGrid DrawWorld(const World& world, double cell_size_m) {
 
 std::vector<float> ComputeSquaredDistances(const DenseGrid& grid) {
   std::vector<float> distances(grid.cells.size());
-  for (std::size_t i = 0; i < distances.size(); ++i) distances[i] = IsObstacle(grid.cells[i]) ? 0.0f : kFar;
+  for (std::size_t i = 0; i < distances.size(); ++i) distances[i] = IsOccupied(grid.cells[i]) ? 0.0f : kFar;
   LowerEnvelope envelope;
   std::vector<double> line;
   const auto Sweep = [&](int num_lines, int length, auto index) {
@@ -305,7 +303,7 @@ ObstacleError EvaluateObstacles(const DenseGrid& map, const World& world) {
   ObstacleError error;
   double sum_px2 = 0.0;
   for (std::size_t i = 0; i < covered.cells.size(); ++i) {
-    if (!IsObstacle(covered.cells[i])) continue;
+    if (!IsOccupied(covered.cells[i])) continue;
     ++error.num_obstacles;
     sum_px2 += static_cast<double>(distances[i]);
   }

@@ -45,7 +45,7 @@ Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size
 }
 
 bool IsOnWall(const ByteMap& map, Cell cell) {
-  const auto Occupied = [&](int x, int y) { return map.At({x, y}) < kUnexploredByte; };
+  const auto Occupied = [&](int x, int y) { return IsOccupied(map.At({x, y})); };
   return Occupied(cell.x, cell.y) || Occupied(cell.x - 1, cell.y) || Occupied(cell.x + 1, cell.y) ||
          Occupied(cell.x, cell.y - 1) || Occupied(cell.x, cell.y + 1);
 }

@@ -7,15 +7,10 @@
 #include "common/global_search.hpp"
 #include "common/pose_uncertainty.hpp"
 #include "common/random.hpp"
+#include "common/summit.hpp"
 
 namespace crsm {
 namespace {
-
-/// A pose and how well the rays fit there.
-struct Individual {
-  Pose2 pose;
-  double fitness = 0.0;
-};
 
 /// Bounds of a random change of the genome [Dx, Dy, Dtheta] (section 5.1).
 struct Bounds {
@@ -123,39 +118,14 @@ class Search {
   int last_evaluation_ = 0;
 };
 
-/// Climbs to the nearest summit by steps along each axis that halve when none leads up.
-template <class Fitness>
-Individual ClimbToSummit(Individual individual, Bounds bounds, int num_halvings, Fitness&& fitness, int& evaluations) {
-  for (int halving = 0; halving < num_halvings;) {
-    bool climbed = false;
-    for (const Pose2 step : {Pose2{bounds.x_m, 0, 0}, Pose2{0, bounds.x_m, 0}, Pose2{0, 0, bounds.yaw_rad}}) {
-      for (const double sign : {1.0, -1.0}) {
-        const Pose2& at = individual.pose;
-        const Pose2 next{at.x_m + sign * step.x_m, at.y_m + sign * step.y_m, at.yaw_rad + sign * step.yaw_rad};
-        ++evaluations;
-        const double value = fitness(next);
-        if (value <= individual.fitness) continue;
-        individual = {next, value};
-        climbed = true;
-        break;
-      }
-    }
-    if (climbed) continue;
-    bounds = 0.5 * bounds;
-    ++halving;
-  }
-  return individual;
-}
-
 /// Puts the yaw into the middle of its summit, from the fitness `width_rad` to either side: which point of a rough
 /// summit is its highest is chance, and on the way through a building the errors of yaw are those that add up.
 template <class Fitness>
-Pose2 CentreYaw(const Individual& top, double width_rad, Fitness&& fitness, int& evaluations) {
+Pose2 CentreYaw(const Individual& top, double width_rad, Fitness&& fitness) {
   constexpr double kLeastFall = 0.01;  // a summit as flat as this has no middle
   const auto Turned = [&](double turn_rad) { return Pose2{top.pose.x_m, top.pose.y_m, top.pose.yaw_rad + turn_rad}; };
   const double left = fitness(Turned(width_rad));
   const double right = fitness(Turned(-width_rad));
-  evaluations += 2;
   const double fall = 2.0 * top.fitness - left - right;
   if (fall < kLeastFall) return top.pose;
   return Turned(std::clamp(0.5 * (left - right) / fall, -1.0, 1.0) * width_rad);
@@ -163,12 +133,11 @@ Pose2 CentreYaw(const Individual& top, double width_rad, Fitness&& fitness, int&
 
 /// The summit next to a pose, to a fraction of a cell.
 template <class Fitness>
-Pose2 FindSummit(const Pose2& from, double cell_size_m, double width_rad, int& evaluations, Fitness&& fitness) {
+Pose2 FindSummit(const Pose2& from, double cell_size_m, double width_rad, Fitness&& fitness) {
   constexpr double kFirstStep_rad = 0.01;
   constexpr int kHalvings = 6;
-  const Individual top =
-      ClimbToSummit({from, fitness(from)}, {cell_size_m, kFirstStep_rad}, kHalvings, fitness, evaluations);
-  return width_rad > 0.0 ? CentreYaw(top, width_rad, fitness, evaluations) : top.pose;
+  const Individual top = ClimbToSummit(from, cell_size_m, kFirstStep_rad, kHalvings, fitness);
+  return width_rad > 0.0 ? CentreYaw(top, width_rad, fitness) : top.pose;
 }
 
 Eigen::Matrix2Xd Columns(const Eigen::Matrix2Xd& all, std::span<const int> picked) {
@@ -402,8 +371,10 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   if (parameters_.final_climb) {
     RaysInCells all_rays = ToCells(hits_m, geometry);
     all_rays.weight = ComputeWeights(rays, parameters_.spacing_cap_m);
-    best.pose = FindSummit(best.pose, geometry.cell_size_m(), parameters_.summit_rad, match.evaluations,
-                           [&](const Pose2& pose) { return Fitness(all_rays, pose); });
+    best.pose = FindSummit(best.pose, geometry.cell_size_m(), parameters_.summit_rad, [&](const Pose2& pose) {
+      ++match.evaluations;
+      return Fitness(all_rays, pose);
+    });
   }
   best.fitness = field_.Evaluate(critical_rays, best.pose, geometry);
   match.fitness = std::clamp(best.fitness, 0.0, 1.0);
