@@ -76,11 +76,8 @@ MapUpdater::~MapUpdater() = default;
 MapDelta MapUpdater::Update(const LaserScan& scan, const ScanMatch& match) {
   if (scan.utime != match.utime) throw std::invalid_argument("MapUpdater: the match is of another scan");
   const Pose2& pose = match.T_map_laser;
-  if (!InLimits(match)) {
-    throw std::invalid_argument("MapUpdater: the scan reaches beyond the limits of the map");
-  }
   MapDelta delta = UpdateWithoutScan();
-  if (frozen_ || match.state == MatchState::kLost || !MovedEnough(pose)) return delta;
+  if (frozen_ || match.state == MatchState::kLost || !InLimits(match) || !MovedEnough(pose)) return delta;
   const ValidRays rays = FindValidRays(scan, scan_parameters_);
   if (rays.size() == 0) return delta;
   Draw(rays, pose, delta.tiles);

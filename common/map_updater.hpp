@@ -19,14 +19,14 @@ class MapUpdater {
   ~MapUpdater();
 
   /// Draws a scan that was taken at `match.T_map_laser`, and says what changed. The map's version rises by one with
-  /// every call, also when nothing changes: a lost scan, one without rays, or too little motion since the last drawn.
-  /// Throws std::invalid_argument if the scan reaches beyond the limits of the map or is not the one that was matched.
+  /// every call, also when nothing changes: a lost scan, one without rays or beyond the limits of the map, or too
+  /// little motion since the last drawn. Throws std::invalid_argument if the scan is not the one that was matched.
   MapDelta Update(const LaserScan& scan, const ScanMatch& match);
 
   /// Whether all of a scan that was taken there would lie within the limits of the map.
   bool InLimits(const ScanMatch& match) const;
 
-  /// Answers a match whose scan cannot be drawn: a version in which nothing changes.
+  /// Answers a match that has no scan: a version in which nothing changes.
   MapDelta UpdateWithoutScan();
 
   /// From now on the map stays as it is: what comes is answered and not drawn. Versions start over at 0, and a replica

@@ -17,8 +17,7 @@ ScanMatch Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_odo
 }
 
 void Slam::Restore(const LaserScan* scan, const ScanMatch& match) {
-  const bool drawn = scan && updater_.InLimits(match);
-  const MapDelta delta = drawn ? updater_.Update(*scan, match) : updater_.UpdateWithoutScan();
+  const MapDelta delta = scan ? updater_.Update(*scan, match) : updater_.UpdateWithoutScan();
   matcher_.ApplyChanges(delta.tiles);
   history_.push_back(match);
 }

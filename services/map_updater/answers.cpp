@@ -32,17 +32,24 @@ struct Part {
   std::size_t size;
 };
 
+/// A message with nothing in it, the only part of its version.
+map_delta_t MakeBlank(std::int64_t utime, std::int64_t version, std::int64_t base_version, const MapGeometry& geometry,
+                      const AnswerOptions& options) {
+  map_delta_t blank{};
+  blank.utime = utime;
+  blank.epoch = options.epoch;
+  blank.version = version;
+  blank.base_version = base_version;
+  blank.cell_size_m = geometry.cell_size_m();
+  blank.num_parts = 1;
+  return blank;
+}
+
 }  // namespace
 
 std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match, const MapGeometry& geometry,
                                    const AnswerOptions& options) {
-  map_delta_t blank{};
-  blank.utime = match.utime;
-  blank.epoch = options.epoch;
-  blank.version = delta.version;
-  blank.base_version = delta.version - 1;
-  blank.cell_size_m = geometry.cell_size_m();
-
+  const map_delta_t blank = MakeBlank(match.utime, delta.version, delta.version - 1, geometry, options);
   std::vector<map_delta_t> parts;
   Part part(blank);
   part.Add(match);
@@ -61,29 +68,16 @@ std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match
 }
 
 map_delta_t MakeEmptyAnswer(std::int64_t utime, const MapUpdater& updater, const AnswerOptions& options) {
-  map_delta_t answer{};
-  answer.utime = utime;
-  answer.epoch = options.epoch;
-  answer.version = updater.version();
-  answer.base_version = updater.version();
-  answer.cell_size_m = updater.geometry().cell_size_m();
-  answer.num_parts = 1;
-  return answer;
+  return MakeBlank(utime, updater.version(), updater.version(), updater.geometry(), options);
 }
 
 map_delta_t MakePage(const map_request_t& asked, const MapUpdater& updater, std::span<const ScanMatch> history,
                      const AnswerOptions& options) {
   const map_request_t request =
       asked.epoch == options.epoch ? asked : map_request_t{asked.requester, options.epoch, 0, 0, 0};
-  map_delta_t blank{};
-  blank.utime = history.empty() ? 0 : history.back().utime;
-  blank.epoch = options.epoch;
-  blank.version = updater.version();
-  blank.base_version = request.base_version;
-  blank.cell_size_m = updater.geometry().cell_size_m();
-  blank.num_parts = 1;
-  blank.recipient = request.requester;
-  Part page(blank);
+  const std::int64_t utime = history.empty() ? 0 : history.back().utime;
+  Part page(MakeBlank(utime, updater.version(), request.base_version, updater.geometry(), options));
+  page.message.recipient = request.requester;
 
   std::size_t match = std::min(static_cast<std::size_t>(request.first_match), history.size());
   for (; match < history.size() && page.size < options.most_bytes / 2; ++match) page.Add(history[match]);

@@ -8,6 +8,7 @@
 #include "common/map_updater.hpp"
 #include "services/map_updater/answers.hpp"
 #include "services/runtime/conversions.hpp"
+#include "services/runtime/held_by_utime.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
 #include "services/sources/journal.hpp"
@@ -46,13 +47,7 @@ class MapUpdaterService {
 
  private:
   void Hold(LaserScan scan) {
-    constexpr std::size_t kMostScans = 512;  // those that came while the matcher worked on as many as it lets wait
-    if (answered_utimes_.count(scan.utime) > 0) return;
-    for (const LaserScan& kept : scans_) {
-      if (kept.utime == scan.utime) return;
-    }
-    if (scans_.size() == kMostScans) scans_.pop_front();
-    scans_.push_back(std::move(scan));
+    if (answered_utimes_.count(scan.utime) == 0) scans_.Hold(std::move(scan));
   }
 
   /// Every match is answered by exactly one version of the map. A match that comes again gets its answer again.
@@ -66,17 +61,15 @@ class MapUpdaterService {
       service_.counters().Add("utime_repeated");
       return service_.bus().Publish(kMapDeltaChannel, MakeEmptyAnswer(match.utime, updater_, options_));
     }
-    const auto held =
-        std::find_if(scans_.begin(), scans_.end(), [&](const LaserScan& scan) { return scan.utime == match.utime; });
-    if (held == scans_.end() && settings_.lockstep) {
+    const LaserScan* scan = scans_.Find(match.utime);
+    if (!scan && settings_.lockstep) {
       return service_.counters().Add("scan_awaited");  // it will be sent again, and the match with it
     }
-    const LaserScan* scan = held == scans_.end() ? nullptr : &*held;
     if (!scan) service_.counters().Add("scan_missing");
     if (scan && !updater_.InLimits(match)) service_.counters().Add("match_out_of_limits");
     Draw(scan, match);
     if (journal_) Keep(scan, match);
-    if (held != scans_.end()) scans_.erase(scans_.begin(), held + 1);
+    scans_.DropThrough(match.utime);
     service_.counters().Add("handled");
     const std::string work = settings_.localize.empty() ? "mapping" : "localising on a finished map";
     service_.SetState(journal_ || settings_.journal.empty() ? work : work + ", but the journal cannot be written");
@@ -87,8 +80,7 @@ class MapUpdaterService {
   /// scan: nullptr where there is none to draw; the match is answered all the same.
   void Draw(const LaserScan* scan, const ScanMatch& match) {
     const std::int64_t num_cut_before = updater_.num_scans_cut();
-    const bool drawn = scan && updater_.InLimits(match);
-    const MapDelta delta = drawn ? updater_.Update(*scan, match) : updater_.UpdateWithoutScan();
+    const MapDelta delta = scan ? updater_.Update(*scan, match) : updater_.UpdateWithoutScan();
     if (updater_.num_scans_cut() > num_cut_before) {
       if (num_cut_before == 0) Say(fmt::format("map_updater: {}", kMapIsFull));
       service_.counters().Add("scan_cut");
@@ -158,7 +150,8 @@ class MapUpdaterService {
   ScanQueue<ScanMatch> matches_;
   MapUpdater updater_;
   AnswerOptions options_{DrawIdentity(), static_cast<std::size_t>(settings_.part_bytes)};
-  std::deque<LaserScan> scans_;  ///< whose match has not come yet, in the order in which they came
+  HeldByUtime<LaserScan, 512>
+      scans_;  ///< whose match has not come yet: as many as the matcher may lag behind, and more
   std::vector<ScanMatch> history_;
   std::unordered_set<std::int64_t> answered_utimes_;
   std::vector<map_delta_t> last_answer_;

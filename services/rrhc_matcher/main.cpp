@@ -4,12 +4,11 @@
 // from the map's owner, the seed from the command line. A matcher that is started anew goes on where the last one
 // stood.
 
-#include <algorithm>
-#include <deque>
 #include <unordered_map>
 
 #include "common/rrhc_matcher.hpp"
 #include "services/runtime/conversions.hpp"
+#include "services/runtime/held_by_utime.hpp"
 #include "services/runtime/map_follower.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
@@ -34,8 +33,8 @@ class RrhcMatcherService {
     service_.bus().Subscribe<critical_rays_t>(
         kCriticalRaysChannel, [this](const critical_rays_t& message) { scans_.Push(FromMessage(message)); });
     if (!parameters_.odometry) return;
-    service_.bus().Subscribe<bot_core::pose_t>(kOdometryChannel,
-                                               [this](const bot_core::pose_t& message) { Hold(FromMessage(message)); });
+    service_.bus().Subscribe<bot_core::pose_t>(
+        kOdometryChannel, [this](const bot_core::pose_t& message) { odometry_.Hold(FromMessage(message)); });
   }
 
   void Run() {
@@ -67,9 +66,7 @@ class RrhcMatcherService {
       service_.bus().Publish(kScanMatchChannel, ToMessage(history[known_.at(scan.utime)]));
       return true;
     }
-    const auto odometry = std::find_if(odometry_.begin(), odometry_.end(),
-                                       [&](const Odometry& held) { return held.utime == scan.utime; });
-    if (odometry != odometry_.end()) {
+    if (const Odometry* odometry = odometry_.Find(scan.utime)) {
       Match(scan, odometry->T_odom_robot);
     } else if (parameters_.odometry && settings_.lockstep) {
       service_.counters().Add("odometry_awaited");  // it will be sent again, and the scan with it
@@ -79,15 +76,6 @@ class RrhcMatcherService {
       Match(scan, std::nullopt);
     }
     return true;
-  }
-
-  void Hold(const Odometry& odometry) {
-    constexpr std::size_t kMost = 64;
-    for (const Odometry& held : odometry_) {
-      if (held.utime == odometry.utime) return;
-    }
-    if (odometry_.size() == kMost) odometry_.pop_front();
-    odometry_.push_back(odometry);
   }
 
   /// Whether the map that the last match made is here, or has been waited for long enough.
@@ -150,7 +138,7 @@ class RrhcMatcherService {
   const Settings& settings_;
   Service service_;
   ScanQueue<CriticalRays> scans_;
-  std::deque<Odometry> odometry_;  ///< of the last scans
+  HeldByUtime<Odometry, 64> odometry_;
   RrhcMatcher matcher_;
   MapFollower map_;
   std::optional<ScanMatch> last_match_;  ///< sent once more when its scan comes once more

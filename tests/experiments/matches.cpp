@@ -126,7 +126,7 @@ Outcome MeasureMatches(const Run& run) {
       match.T_map_laser = T_map_laser;
       if (!history.empty()) match.state = MatchState::kOk;
     }
-    const MapDelta delta = updater.InLimits(match) ? updater.Update(*scan, match) : updater.UpdateWithoutScan();
+    const MapDelta delta = updater.Update(*scan, match);
     matcher.ApplyChanges(delta.tiles);
     matches.Refresh(matcher.map(), delta.tiles);
     history.push_back(match);

@@ -31,8 +31,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       scan = FromMessage(*laser);
     } else if (const auto message = Decode<scan_match_t>(*bytes)) {
       const ScanMatch match = FromMessage(*message);
-      const bool drawn = scan && scan->utime == match.utime && updater.InLimits(match);
-      const MapDelta delta = drawn ? updater.Update(*scan, match) : updater.UpdateWithoutScan();
+      const bool matched = scan && scan->utime == match.utime;
+      const MapDelta delta = matched ? updater.Update(*scan, match) : updater.UpdateWithoutScan();
       history.push_back(match);
       for (const map_delta_t& part : MakeParts(delta, match, updater.geometry(), kOptions)) Check(part);
       Check(MakeEmptyAnswer(match.utime, updater, kOptions));

@@ -23,9 +23,7 @@ class MapOwner {
                           1,
                           updater_.version(),
                           state};
-    const MapDelta delta = state == MatchState::kLost
-                               ? updater_.UpdateWithoutScan()
-                               : updater_.Update(ScanRoom(match.T_map_laser, match.utime, 180), match);
+    const MapDelta delta = updater_.Update(ScanRoom(match.T_map_laser, match.utime, 180), match);
     for (const TileChange& change : delta.tiles) map.Apply(change);
     history.push_back(match);
     return MakeParts(delta, match, updater_.geometry(), {epoch, kMostBytes});
