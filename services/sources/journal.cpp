@@ -3,9 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <span>
 #include <stdexcept>
-#include <string_view>
 
 #include "services/runtime/bus.hpp"
 #include "services/runtime/conversions.hpp"
@@ -16,10 +14,6 @@ namespace crsm {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::span<const std::uint8_t> Bytes(std::string_view data) {
-  return {reinterpret_cast<const std::uint8_t*>(data.data()), data.size()};
-}
 
 fs::path PathIn(const fs::path& folder) { return folder / "journal.lcm"; }
 

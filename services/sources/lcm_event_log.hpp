@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -43,6 +44,11 @@ class LcmEventLog {
   std::int64_t num_bad_events_ = 0;
   bool torn_tail_ = false;
 };
+
+/// As the decoders of messages take it.
+inline std::span<const std::uint8_t> Bytes(std::string_view data) {
+  return {reinterpret_cast<const std::uint8_t*>(data.data()), data.size()};
+}
 
 /// Whether an LCM event begins anywhere in `bytes`.
 bool HasLcmSync(std::string_view bytes);

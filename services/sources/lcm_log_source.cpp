@@ -48,10 +48,6 @@ std::optional<LaserScan> DecodeAs(std::span<const std::uint8_t> bytes) {
   return ToScan(*message);
 }
 
-std::span<const std::uint8_t> Bytes(std::string_view data) {
-  return {reinterpret_cast<const std::uint8_t*>(data.data()), data.size()};
-}
-
 bool IsLaser(std::string_view data) {
   const auto bytes = Bytes(data);
   return Is<bot_core::planar_lidar_t>(bytes) || Is<botlab::lidar_t>(bytes) || Is<botlab::lidar_nranges_t>(bytes);

@@ -31,15 +31,20 @@ inline double RangeInRoom(double x_m, double y_m, double angle_rad) {
   return range_m;
 }
 
-/// The room all round, without noise.
-inline LaserScan ScanRoom(const Pose2& T_map_laser, std::int64_t utime = 1, int num_beams = 360) {
+/// All round from a place, without noise; `range` tells how far it is from (x_m, y_m) at an angle of the map frame.
+template <class Range>
+LaserScan ScanAllRound(Range&& range, const Pose2& T_map_laser, std::int64_t utime, int num_beams) {
   LaserScan scan{utime, static_cast<float>(-kPi), static_cast<float>(2.0 * kPi / num_beams), {}};
   for (int beam = 0; beam < num_beams; ++beam) {
     const double angle_rad = scan.angle_min_rad + static_cast<float>(beam) * scan.angle_step_rad;
     scan.ranges_m.push_back(
-        static_cast<float>(RangeInRoom(T_map_laser.x_m, T_map_laser.y_m, T_map_laser.yaw_rad + angle_rad)));
+        static_cast<float>(range(T_map_laser.x_m, T_map_laser.y_m, T_map_laser.yaw_rad + angle_rad)));
   }
   return scan;
+}
+
+inline LaserScan ScanRoom(const Pose2& T_map_laser, std::int64_t utime = 1, int num_beams = 360) {
+  return ScanAllRound(RangeInRoom, T_map_laser, utime, num_beams);
 }
 
 /// The map of the room in cells of 0.05 m, as perfect as it can be.
@@ -68,13 +73,7 @@ inline double RangeInNiche(double x_m, double y_m, double angle_rad) {
 }
 
 inline LaserScan ScanNiche(const Pose2& T_map_laser, std::int64_t utime = 1, int num_beams = 360) {
-  LaserScan scan{utime, static_cast<float>(-kPi), static_cast<float>(2.0 * kPi / num_beams), {}};
-  for (int beam = 0; beam < num_beams; ++beam) {
-    const double angle_rad = scan.angle_min_rad + static_cast<float>(beam) * scan.angle_step_rad;
-    scan.ranges_m.push_back(
-        static_cast<float>(RangeInNiche(T_map_laser.x_m, T_map_laser.y_m, T_map_laser.yaw_rad + angle_rad)));
-  }
-  return scan;
+  return ScanAllRound(RangeInNiche, T_map_laser, utime, num_beams);
 }
 
 inline std::uint8_t NicheByte(Cell cell) {
