@@ -32,6 +32,7 @@ public class SpyScreenshot {
       Object type = cell(table, row, "Type");
       System.out.printf("%-20s %-20s %6s messages, %s undecodable%n", cell(table, row, "Channel"), type,
                         cell(table, row, "Num Msgs"), cell(table, row, "Undecodable"));
+      if (cell(table, row, "Channel").equals("LCM_SELF_TEST")) continue;  // no message: each program greets itself so
       good &= !type.toString().startsWith("??") && "0".equals(cell(table, row, "Undecodable").toString());
       if (!opened && type.equals("planar_lidar_t")) {
         Rectangle box = table.getCellRect(row, 0, false);
