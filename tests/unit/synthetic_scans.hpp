@@ -83,6 +83,10 @@ inline std::uint8_t NicheByte(Cell cell) {
   return on_block && RoomByte(cell) != kUnexploredByte ? kOccupiedByte : RoomByte(cell);
 }
 
+inline ScanMatch MatchedAt(std::int64_t utime, const Pose2& pose) {
+  return {utime, pose, 1.0, 1, 1, 0, MatchState::kOk};
+}
+
 /// Tiles from (low, low) to (high, high), each cell as `paint` says.
 template <class Paint>
 std::vector<TileChange> PaintTiles(int low, int high, Paint&& paint) {
