@@ -78,7 +78,7 @@ PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Pose2& 
     const auto p = arms_m.col(i);
     if (n.isZero() || !IsOnWall(map, geometry.CellAt(T_map_laser.x_m + p.x(), T_map_laser.y_m + p.y()))) continue;
     const Eigen::Vector3d row(n.x(), n.y(), p.x() * n.y() - p.y() * n.x());
-    information += row * row.transpose();
+    information += row.lazyProduct(row.transpose());  // without a temporary matrix
   }
 
   // In units of one ray: what is told of the position when the yaw is not known either.

@@ -2,144 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 
 #include "common/global_search.hpp"
 #include "common/motion_prediction.hpp"
 #include "common/pose_uncertainty.hpp"
-#include "common/random.hpp"
+#include "common/rrhc_search.hpp"
 #include "common/summit.hpp"
 
 namespace crsm {
 namespace {
-
-/// Bounds of a random change of the genome [Dx, Dy, Dtheta] (section 5.1).
-struct Bounds {
-  double x_m;  ///< and y
-  double yaw_rad;
-
-  friend Bounds operator*(double factor, const Bounds& bounds) {
-    return {factor * bounds.x_m, factor * bounds.yaw_rad};
-  }
-};
-
-Pose2 Mutate(const Pose2& pose, const Bounds& bounds, Random& random) {
-  const double dx_m = random.Uniform(-bounds.x_m, bounds.x_m);
-  const double dy_m = random.Uniform(-bounds.x_m, bounds.x_m);
-  const double dyaw_rad = random.Uniform(-bounds.yaw_rad, bounds.yaw_rad);
-  return {pose.x_m + dx_m, pose.y_m + dy_m, pose.yaw_rad + dyaw_rad};
-}
-
-/// One search for the pose of one scan.
-class Search {
- public:
-  using Fitness = std::function<double(const Pose2&)>;
-
-  Search(const MatchParameters& parameters, Fitness fitness, Random random)
-      : parameters_(parameters), fitness_(std::move(fitness)), random_(random) {}
-
-  /// Climbs from the presumed pose, then again and again from random ones around it (section 5.3).
-  /// Ends when `num_evaluations` are spent, or when the best of the first few climbs and all later ones is good
-  /// `enough`. Each random climb starts from the best of `num_draws` poses.
-  Individual Run(const Pose2& presumed, const Bounds& window, int num_draws, int num_evaluations, double enough) {
-    constexpr int kMinClimbs = 3;
-    last_evaluation_ = evaluations_ + num_evaluations;
-    Individual best = Climb(Evaluate(presumed));
-    for (int climbs = 1; !Finished(best) && (climbs < kMinClimbs || best.fitness < enough); ++climbs) {
-      const Individual climbed = Climb(Draw(presumed, window, num_draws));
-      if (climbed.fitness > best.fitness) best = climbed;
-    }
-    return best;
-  }
-
-  int evaluations() const { return evaluations_; }
-  int best_evaluation() const { return best_evaluation_; }
-
- private:
-  Individual Draw(const Pose2& presumed, const Bounds& window, int num_draws) {
-    Individual best = Evaluate(Mutate(presumed, window, random_));
-    for (int i = 1; i < num_draws && !Finished(best); ++i) {
-      const Individual drawn = Evaluate(Mutate(presumed, window, random_));
-      if (drawn.fitness > best.fitness) best = drawn;
-    }
-    return best;
-  }
-
-  Individual Climb(Individual individual) {
-    return parameters_.climb == ClimbMode::kFixed ? ClimbFixed(individual) : ClimbShrinking(individual);
-  }
-
-  /// Mutates for as long as every child beats its parent: the text of the paper.
-  Individual ClimbFixed(Individual individual) {
-    const Bounds bounds{parameters_.mutation_m, parameters_.mutation_rad};
-    while (!Finished(individual)) {
-      const Individual child = Evaluate(Mutate(individual.pose, bounds, random_));
-      if (child.fitness <= individual.fitness) break;
-      individual = child;
-    }
-    return individual;
-  }
-
-  /// Mutates with smaller and smaller steps: each child that fails to beat its parent narrows the bounds.
-  Individual ClimbShrinking(Individual individual) {
-    constexpr double kShrink = 0.85;
-    constexpr double kSmallest = 0.02;
-    const Bounds bounds{parameters_.mutation_m, parameters_.mutation_rad};
-    for (double scale = 1.0; scale > kSmallest && !Finished(individual);) {
-      const Individual child = Evaluate(Mutate(individual.pose, scale * bounds, random_));
-      if (child.fitness > individual.fitness) {
-        individual = child;
-      } else {
-        scale *= kShrink;
-      }
-    }
-    return individual;
-  }
-
-  bool Finished(const Individual& best) const {
-    return evaluations_ >= last_evaluation_ || best.fitness >= parameters_.satisfying_fitness;
-  }
-
-  Individual Evaluate(const Pose2& pose) {
-    ++evaluations_;
-    const double fitness = fitness_(pose);
-    if (fitness > best_fitness_) {
-      best_fitness_ = fitness;
-      best_evaluation_ = evaluations_;
-    }
-    return {pose, fitness};
-  }
-
-  const MatchParameters& parameters_;
-  Fitness fitness_;
-  Random random_;
-  int evaluations_ = 0;
-  int best_evaluation_ = 0;  // the one that found the best pose so far
-  double best_fitness_ = -HUGE_VAL;
-  int last_evaluation_ = 0;
-};
-
-/// Puts the yaw into the middle of its summit, from the fitness `width_rad` to either side: which point of a rough
-/// summit is its highest is chance, and on the way through a building the errors of yaw are those that add up.
-template <class Fitness>
-Pose2 CentreYaw(const Individual& top, double width_rad, Fitness&& fitness) {
-  constexpr double kLeastFall = 0.01;  // a summit as flat as this has no middle
-  const auto Turned = [&](double turn_rad) { return Pose2{top.pose.x_m, top.pose.y_m, top.pose.yaw_rad + turn_rad}; };
-  const double left = fitness(Turned(width_rad));
-  const double right = fitness(Turned(-width_rad));
-  const double fall = 2.0 * top.fitness - left - right;
-  if (fall < kLeastFall) return top.pose;
-  return Turned(std::clamp(0.5 * (left - right) / fall, -1.0, 1.0) * width_rad);
-}
-
-/// The summit next to a pose, to a fraction of a cell.
-template <class Fitness>
-Pose2 FindSummit(const Pose2& from, double cell_size_m, double width_rad, Fitness&& fitness) {
-  constexpr double kFirstStep_rad = 0.01;
-  constexpr int kHalvings = 6;
-  const Individual top = ClimbToSummit(from, cell_size_m, kFirstStep_rad, kHalvings, fitness);
-  return width_rad > 0.0 ? CentreYaw(top, width_rad, fitness) : top.pose;
-}
 
 Eigen::Matrix2Xd Columns(const Eigen::Matrix2Xd& all, std::span<const int> picked) {
   Eigen::Matrix2Xd columns(2, static_cast<Eigen::Index>(picked.size()));
@@ -267,11 +138,11 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   if (unknown) usual = kUsualFitness;
 
   // Where the walls do not tell, as along a corridor, the presumed pose does.
-  double pull = parameters_.pull_per_m2;
+  double pull_per_m2 = parameters_.pull_per_m2;
   const auto Fitness = [&](const RaysInCells& seen, const Pose2& pose) {
     const double dx_m = pose.x_m - presumed.x_m;
     const double dy_m = pose.y_m - presumed.y_m;
-    return field_.Evaluate(seen, pose, geometry) - pull * (dx_m * dx_m + dy_m * dy_m);
+    return field_.Evaluate(seen, pose, geometry) - pull_per_m2 * (dx_m * dx_m + dy_m * dy_m);
   };
   const auto CriticalFitness = [&](const Pose2& pose) { return Fitness(critical_rays, pose); };
 
@@ -290,7 +161,7 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   double acceptable = parameters_.lost_ratio;
   for (int i = 0; i < std::min(num_lost, 4) && !finished; ++i) acceptable *= 0.9;
 
-  Search search(parameters_, CriticalFitness, Random(parameters_.seed, static_cast<std::uint64_t>(utime)));
+  RrhcSearch search(parameters_, CriticalFitness, Random(parameters_.seed, static_cast<std::uint64_t>(utime)));
   Individual best = everywhere ? Individual{presumed, CriticalFitness(presumed)}
                                : search.Run(presumed, {parameters_.window_m, parameters_.window_rad}, 1,
                                             parameters_.num_evaluations, enough);
@@ -299,9 +170,9 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
     // close by, it cannot have gone far; lost for longer, it can.
     constexpr int kPatience = 2;
     const double scale = 1.0 + 0.25 * std::max(0, num_lost - kPatience);
-    const Bounds wide = scale * Bounds{parameters_.wide_window_m, parameters_.wide_window_rad};
+    const MotionBounds wide = scale * MotionBounds{parameters_.wide_window_m, parameters_.wide_window_rad};
     constexpr int kWideDraws = 30;  // most poses in so wide a window are not worth a climb
-    pull = 0.0;
+    pull_per_m2 = 0.0;
     best.fitness = CriticalFitness(best.pose);
     const Individual other = search.Run(presumed, wide, kWideDraws, parameters_.wide_evaluations, enough);
     if (other.fitness > best.fitness && Quality(other) >= acceptable) best = other;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+
 #include "common/pose2.hpp"
 
 namespace crsm {
@@ -36,6 +38,28 @@ Individual ClimbToSummit(const Pose2& from, double step_m, double step_rad, int 
     ++halving;
   }
   return best;
+}
+
+/// Puts the yaw into the middle of its summit, from the fitness `width_rad` to either side: which point of a rough
+/// summit is its highest is chance, and on the way through a building the errors of yaw are those that add up.
+template <class Fitness>
+Pose2 CentreYaw(const Individual& top, double width_rad, Fitness&& fitness) {
+  constexpr double kLeastFall = 0.01;  // a summit as flat as this has no middle
+  const auto Turned = [&](double turn_rad) { return Pose2{top.pose.x_m, top.pose.y_m, top.pose.yaw_rad + turn_rad}; };
+  const double left = fitness(Turned(width_rad));
+  const double right = fitness(Turned(-width_rad));
+  const double fall = 2.0 * top.fitness - left - right;
+  if (fall < kLeastFall) return top.pose;
+  return Turned(std::clamp(0.5 * (left - right) / fall, -1.0, 1.0) * width_rad);
+}
+
+/// The summit next to a pose, to a fraction of a cell.
+template <class Fitness>
+Pose2 FindSummit(const Pose2& from, double cell_size_m, double width_rad, Fitness&& fitness) {
+  constexpr double kFirstStep_rad = 0.01;
+  constexpr int kHalvings = 6;
+  const Individual top = ClimbToSummit(from, cell_size_m, kFirstStep_rad, kHalvings, fitness);
+  return width_rad > 0.0 ? CentreYaw(top, width_rad, fitness) : top.pose;
 }
 
 }  // namespace crsm
