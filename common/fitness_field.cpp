@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <new>
+#include <utility>
 
 namespace crsm {
 namespace {
@@ -22,17 +24,45 @@ SplitCoordinate Split(double cells) {
   return {cell, near - cell};
 }
 
-std::unique_ptr<FitnessTile> MakeTile(std::int16_t score) {
-  auto tile = std::make_unique<FitnessTile>();
-  tile->pairs.fill({score, score});
-  return tile;
+/// All 0. The system gives memory only to those that are written to.
+ScorePair* MakeBlankTiles(const TileRectangle& rectangle) {
+  void* pairs = std::calloc(rectangle.num_places(), kPairsInTile * sizeof(ScorePair));
+  if (!pairs) throw std::bad_alloc();
+  return static_cast<ScorePair*>(pairs);
+}
+
+/// Tiles with scores that depend on the given ones. A cell's score depends on its neighbours, and a tile holds the
+/// first row and column of the next: a change reaches the tiles around it, but those that hold no cell of the map.
+std::vector<TileIndex> FindStale(const ByteMap& map, const std::vector<TileIndex>& changed) {
+  const auto InMap = [&](TileIndex index) { return map.tiles().Find(index) != nullptr; };
+  std::vector<TileIndex> stale;
+  for (const TileIndex index : changed) {
+    for (int y = index.y - 1; y <= index.y + 1; ++y) {
+      for (int x = index.x - 1; x <= index.x + 1; ++x) {
+        if (InMap({x, y}) || InMap({x + 1, y}) || InMap({x, y + 1}) || InMap({x + 1, y + 1})) stale.push_back({x, y});
+      }
+    }
+  }
+  std::sort(stale.begin(), stale.end());
+  stale.erase(std::unique(stale.begin(), stale.end()), stale.end());
+  return stale;
 }
 
 }  // namespace
 
-RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry) {
+RaysInCells::RaysInCells(Eigen::ArrayXf x, Eigen::ArrayXf y, Eigen::ArrayXi weight)
+    : x_(std::move(x)),
+      y_(std::move(y)),
+      weight_(std::move(weight)),
+      total_weight_(weight_.cast<std::int64_t>().sum()) {}
+
+RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry, const Eigen::ArrayXi& weight) {
   const Eigen::Matrix2Xf hits = (hits_m / geometry.cell_size_m()).cast<float>();
-  return {hits.row(0).transpose(), hits.row(1).transpose(), Eigen::ArrayXi::Ones(hits.cols())};
+  return {hits.row(0).transpose(), hits.row(1).transpose(), weight};
+}
+
+RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry) {
+  return ToCells(hits_m, geometry, Eigen::ArrayXi::Ones(hits_m.cols()));
 }
 
 Eigen::ArrayXi ComputeWeights(const ValidRays& rays, double cap_m) {
@@ -54,28 +84,22 @@ FitnessField::FitnessField(double unexplored_score, bool interpolate, FitnessKer
     : unexplored_score_(static_cast<std::int16_t>(std::lround(unexplored_score))),
       interpolate_(interpolate),
       kernel_(kernel),
-      tiles_(MakeTile(unexplored_score_)) {}
+      pairs_(MakeBlankTiles(rectangle_)) {}
 
 void FitnessField::Refresh(const ByteMap& map, const std::vector<TileIndex>& changed) {
-  // A cell's score depends on its neighbours, and a tile holds the first row and column of the next: a change reaches
-  // the tiles around it.
-  std::vector<TileIndex> stale;
-  for (const TileIndex index : changed) {
-    for (int y = -1; y <= 1; ++y) {
-      for (int x = -1; x <= 1; ++x) {
-        if (InMapLimits(TileIndex{index.x + x, index.y + y})) stale.push_back({index.x + x, index.y + y});
-      }
-    }
-  }
-  std::sort(stale.begin(), stale.end());
-  stale.erase(std::unique(stale.begin(), stale.end()), stale.end());
-  const auto InMap = [&](TileIndex index) { return map.tiles().Find(index) != nullptr; };
+  std::vector<TileIndex> stale = FindStale(map, changed);
+  TileRectangle grown = rectangle_;
   for (const TileIndex index : stale) {
-    // Its scores are those of its own cells and of the first ones of the next tiles.
-    const bool explored = InMap(index) || InMap({index.x + 1, index.y}) || InMap({index.x, index.y + 1}) ||
-                          InMap({index.x + 1, index.y + 1});
-    if (explored) RefreshTile(map, index);
+    if (!grown.Contains(index)) grown = grown.GrownTo(index);
   }
+  if (grown.num_places() != rectangle_.num_places()) {  // all tiles move: each is made anew
+    pairs_.reset(MakeBlankTiles(grown));
+    rectangle_ = grown;
+    std::vector<TileIndex> all;
+    for (const auto& entry : map.tiles().entries()) all.push_back(entry.index);
+    stale = FindStale(map, all);
+  }
+  for (const TileIndex index : stale) RefreshTile(map, index);
 }
 
 void FitnessField::RefreshTile(const ByteMap& map, TileIndex index) {
@@ -85,14 +109,14 @@ void FitnessField::RefreshTile(const ByteMap& map, TileIndex index) {
   bytes.fill(kUnexploredByte);
   for (int tile_y = -1; tile_y <= 1; ++tile_y) {
     for (int tile_x = -1; tile_x <= 1; ++tile_x) {
-      const ByteMap::Tile* tile = map.tiles().Find({index.x + tile_x, index.y + tile_y});
-      if (!tile) continue;
+      const ByteMap::Tile* part = map.tiles().Find({index.x + tile_x, index.y + tile_y});
+      if (!part) continue;
       const int x_low = std::max(-1, tile_x * kTileSide);
       const int x_high = std::min(kTileSide + 2, (tile_x + 1) * kTileSide);
       const int y_low = std::max(-1, tile_y * kTileSide);
       const int y_high = std::min(kTileSide + 2, (tile_y + 1) * kTileSide);
       for (int y = y_low; y < y_high; ++y) {
-        const auto* row = tile->cells.data() + (y & 63) * kTileSide;
+        const auto* row = part->cells.data() + (y & 63) * kTileSide;
         std::copy(row + (x_low & 63), row + (x_low & 63) + (x_high - x_low),
                   bytes.data() + (y + 1) * kPadded + x_low + 1);
       }
@@ -100,18 +124,18 @@ void FitnessField::RefreshTile(const ByteMap& map, TileIndex index) {
   }
 
   // Each score goes into two pairs: its own and, as the one above, that of the row below.
-  FitnessTile& field = tiles_.Touch(index);
+  ScorePair* tile = pairs_.get() + rectangle_.Place(index) * kPairsInTile;
   for (int y = 0; y <= kTileSide; ++y) {
     const std::uint8_t* row = bytes.data() + (y + 1) * kPadded + 1;
     for (int x = 0; x <= kTileSide; ++x) {
       const std::uint8_t* cell = row + x;
       const int around = cell[-1] + cell[1] + cell[-kPadded] + cell[kPadded];
-      const std::int16_t score = *cell == kUnexploredByte
-                                     ? unexplored_score_                                             // lines 6 to 9
-                                     : static_cast<std::int16_t>(kFullScore - 10 * *cell - around);  // line 10
-      const auto pair = static_cast<std::size_t>(y * FitnessTile::kPairsInRow + x);
-      if (y < kTileSide) field.pairs[pair].here = score;
-      if (y > 0) field.pairs[pair - FitnessTile::kPairsInRow].above = score;
+      const int score = *cell == kUnexploredByte ? unexplored_score_                  // lines 6 to 9
+                                                 : kFullScore - 10 * *cell - around;  // line 10
+      const auto more = static_cast<std::int16_t>(score - unexplored_score_);
+      ScorePair* pair = tile + y * kPairsInRow + x;
+      if (y < kTileSide) pair->here = more;
+      if (y > 0) (pair - kPairsInRow)->above = more;
     }
   }
 }
@@ -126,22 +150,24 @@ double FitnessField::Evaluate(const RaysInCells& rays, const Pose2& T_map_laser,
   const SinCos rotation = ComputeSinCos(T_map_laser.yaw_rad);
 
   FitnessTask task;
-  task.x = rays.x.data();
-  task.y = rays.y.data();
-  task.weight = rays.weight.data();
+  task.x = rays.x().data();
+  task.y = rays.y().data();
+  task.weight = rays.weight().data();
   task.num_rays = static_cast<int>(rays.size());
   task.sin = static_cast<float>(rotation.sin) * kFractions;
   task.cos = static_cast<float>(rotation.cos) * kFractions;
   task.offset_x = static_cast<float>(laser_x.rest - centre) * kFractions;
   task.offset_y = static_cast<float>(laser_y.rest - centre) * kFractions;
-  task.directory = tiles_.directory();
-  task.corner_x = (laser_x.cell - task.directory.origin.x * kTileSide) * kFractions;
-  task.corner_y = (laser_y.cell - task.directory.origin.y * kTileSide) * kFractions;
+  task.corner_x = (laser_x.cell - rectangle_.origin.x * kTileSide) * kFractions;
+  task.corner_y = (laser_y.cell - rectangle_.origin.y * kTileSide) * kFractions;
   task.fraction_mask = interpolate_ ? kFractions - 1 : 0;
-  const std::int64_t sum = kernel_(task);
+  task.tiles = rectangle_;
+  task.pairs = pairs_.get();
 
-  constexpr double kFullSum = double{kFullScore} * kFractions * kFractions;
-  return static_cast<double>(sum) / (kFullSum * rays.weight.sum());
+  constexpr std::int64_t kUnit = kFractions * kFractions;
+  const std::int64_t unexplored_sum = unexplored_score_ * kUnit * rays.total_weight();
+  return static_cast<double>(kernel_(task) + unexplored_sum) /
+         static_cast<double>(kFullScore * kUnit * rays.total_weight());
 }
 
 }  // namespace crsm

@@ -2,13 +2,14 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <cstdlib>
+#include <memory>
 #include <vector>
 
 #include "common/fitness_kernel.hpp"
 #include "common/map_delta.hpp"
 #include "common/map_geometry.hpp"
 #include "common/pose2.hpp"
-#include "common/tile_grid.hpp"
 #include "common/valid_rays.hpp"
 
 namespace crsm {
@@ -17,15 +18,26 @@ namespace crsm {
 inline constexpr int kFullScore = (10 + 4) * 255;
 
 /// Rays in the laser's frame, in cells, ready to be put on the map.
-struct RaysInCells {
-  Eigen::ArrayXf x;
-  Eigen::ArrayXf y;
-  Eigen::ArrayXi weight;  ///< how much each ray counts, >= 1; whole numbers, so that sums are exact
+class RaysInCells {
+ public:
+  /// x, y: where they end. weight: how much each counts, >= 1; whole numbers, so that sums are exact. All of one size.
+  RaysInCells(Eigen::ArrayXf x, Eigen::ArrayXf y, Eigen::ArrayXi weight);
 
-  Eigen::Index size() const { return x.size(); }
+  Eigen::Index size() const { return x_.size(); }
+  const Eigen::ArrayXf& x() const { return x_; }
+  const Eigen::ArrayXf& y() const { return y_; }
+  const Eigen::ArrayXi& weight() const { return weight_; }
+  std::int64_t total_weight() const { return total_weight_; }
+
+ private:
+  Eigen::ArrayXf x_;
+  Eigen::ArrayXf y_;
+  Eigen::ArrayXi weight_;
+  std::int64_t total_weight_;
 };
 
-/// hits_m: 2 x N, laser frame. All rays count alike.
+/// hits_m: 2 x N, laser frame. weight: of N rays; without, all count alike.
+RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry, const Eigen::ArrayXi& weight);
 RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry);
 
 /// Weights by the length of outline that each ray stands for: half the distance to its neighbours on either side, of
@@ -50,12 +62,17 @@ class FitnessField {
   double Evaluate(const RaysInCells& rays, const Pose2& T_map_laser, const MapGeometry& geometry) const;
 
  private:
+  struct Free {
+    void operator()(ScorePair* pairs) const { std::free(pairs); }
+  };
+
   void RefreshTile(const ByteMap& map, TileIndex index);
 
   std::int16_t unexplored_score_;
   bool interpolate_;
   FitnessKernel kernel_;
-  TileGrid<FitnessTile> tiles_;
+  TileRectangle rectangle_;
+  std::unique_ptr<ScorePair[], Free> pairs_;  ///< scores less unexplored_score_: what is unexplored holds 0
 };
 
 }  // namespace crsm

@@ -27,8 +27,8 @@ CRSM_AVX2 inline __m256i Weigh(__m256i scores, __m256i weights) {
                           _mm256_mul_epi32(_mm256_srli_epi64(scores, 32), _mm256_srli_epi64(weights, 32)));
 }
 
-/// Eight rays at a time. Their tiles and scores are fetched one by one, which is faster than to gather them. The places
-/// of many are computed before the first is fetched, so that the processor need not wait for them.
+/// Eight rays at a time. Their scores are fetched one by one, which is faster than to gather them. The places of many
+/// are computed before the first is fetched, so that the processor need not wait for them.
 __attribute__((target("avx2"))) std::int64_t SumScoresAvx2(const FitnessTask& task) {
   constexpr int kLanes = 8;
   constexpr int kBlock = 64;
@@ -38,16 +38,15 @@ __attribute__((target("avx2"))) std::int64_t SumScoresAvx2(const FitnessTask& ta
   const __m256 offset_y = _mm256_set1_ps(task.offset_y);
   const __m256i corner_x = _mm256_set1_epi32(task.corner_x);
   const __m256i corner_y = _mm256_set1_epi32(task.corner_y);
-  const __m256i end_x = _mm256_set1_epi32(static_cast<int>(task.directory.width << kTileBits));
-  const __m256i end_y = _mm256_set1_epi32(static_cast<int>(task.directory.height << kTileBits));
-  const __m256i tiles_in_row = _mm256_set1_epi32(static_cast<int>(task.directory.width + 1));
-  const __m256i pairs_in_row = _mm256_set1_epi32(FitnessTile::kPairsInRow);
+  const __m256i end_x = _mm256_set1_epi32(static_cast<int>(task.tiles.width << kTileBits));
+  const __m256i end_y = _mm256_set1_epi32(static_cast<int>(task.tiles.height << kTileBits));
+  const __m256i pairs_in_tile_row = _mm256_set1_epi32(static_cast<int>((task.tiles.width + 1) * kPairsInTile));
+  const __m256i pairs_in_tile_and_row = _mm256_set1_epi32(kPairsInTile << 16 | kPairsInRow);  // of 16 bits each
   const __m256i cell_mask = _mm256_set1_epi32(kTileSide - 1);
   const __m256i fraction_mask = _mm256_set1_epi32(task.fraction_mask);
   const __m256i one = _mm256_set1_epi32(kFractions);
 
-  alignas(32) std::uint32_t tile[kBlock];  // in the directory
-  alignas(32) std::uint32_t pair[kBlock];  // in the tile
+  alignas(32) std::uint32_t pair[kBlock];
   alignas(32) std::int32_t right[kBlock];  // of the pair [1/128 cell]
   alignas(32) std::int32_t up[kBlock];
   const auto Place = [&](int i, __m256 ray_x, __m256 ray_y) CRSM_AVX2 {
@@ -58,18 +57,20 @@ __attribute__((target("avx2"))) std::int64_t SumScoresAvx2(const FitnessTask& ta
     const __m256i x = _mm256_min_epu32(_mm256_add_epi32(corner_x, _mm256_cvttps_epi32(whole_x)), end_x);
     const __m256i y = _mm256_min_epu32(_mm256_add_epi32(corner_y, _mm256_cvttps_epi32(whole_y)), end_y);
 
-    const __m256i tile_row = _mm256_mullo_epi32(_mm256_srli_epi32(y, kTileBits), tiles_in_row);
+    const __m256i tile_row = _mm256_mullo_epi32(_mm256_srli_epi32(y, kTileBits), pairs_in_tile_row);
+    const __m256i tile_x = _mm256_srli_epi32(x, kTileBits);
     const __m256i cell_x = _mm256_and_si256(_mm256_srli_epi32(x, kFractionBits), cell_mask);
     const __m256i cell_y = _mm256_and_si256(_mm256_srli_epi32(y, kFractionBits), cell_mask);
+    const __m256i tile_and_row =
+        _mm256_madd_epi16(_mm256_or_si256(_mm256_slli_epi32(tile_x, 16), cell_y), pairs_in_tile_and_row);
     const auto Store = [i](auto* to, __m256i value)
                            CRSM_AVX2 { _mm256_store_si256(reinterpret_cast<__m256i*>(to + i), value); };
-    Store(tile, _mm256_add_epi32(tile_row, _mm256_srli_epi32(x, kTileBits)));
-    Store(pair, _mm256_add_epi32(_mm256_mullo_epi32(cell_y, pairs_in_row), cell_x));
+    Store(pair, _mm256_add_epi32(_mm256_add_epi32(tile_row, tile_and_row), cell_x));
     Store(right, _mm256_and_si256(x, fraction_mask));
     Store(up, _mm256_and_si256(y, fraction_mask));
   };
   const auto Score = [&](int i) CRSM_AVX2 {
-    const auto Fetch = [&](int ray) { return &task.directory.tiles[tile[i + ray]]->pairs[pair[i + ray]]; };
+    const auto Fetch = [&](int ray) { return task.pairs + pair[i + ray]; };
     const auto FetchTwo = [&](int ray) CRSM_AVX2 {
       const __m128i first = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(Fetch(ray)));
       return _mm_loadh_pi(_mm_castsi128_ps(first), reinterpret_cast<const __m64*>(Fetch(ray + 1)));
@@ -117,21 +118,21 @@ __attribute__((target("avx2"))) std::int64_t SumScoresAvx2(const FitnessTask& ta
 }  // namespace
 
 std::int64_t SumScores(const FitnessTask& task) {
-  const auto& directory = task.directory;
+  const TileRectangle& tiles = task.tiles;
   std::int64_t sum = 0;
   for (int i = 0; i < task.num_rays; ++i) {
-    // Line 5 of section 5.2. As unsigned numbers, points left of or below the directory lie beyond its end.
+    // Line 5 of section 5.2. As unsigned numbers, points left of or below the rectangle lie beyond its end.
     const int from_corner_x = FloorToInt(task.cos * task.x[i] - task.sin * task.y[i] + task.offset_x);
     const int from_corner_y = FloorToInt(task.sin * task.x[i] + task.cos * task.y[i] + task.offset_y);
-    const unsigned x = std::min(static_cast<unsigned>(task.corner_x) + static_cast<unsigned>(from_corner_x),
-                                directory.width << kTileBits);
+    const unsigned x =
+        std::min(static_cast<unsigned>(task.corner_x) + static_cast<unsigned>(from_corner_x), tiles.width << kTileBits);
     const unsigned y = std::min(static_cast<unsigned>(task.corner_y) + static_cast<unsigned>(from_corner_y),
-                                directory.height << kTileBits);
+                                tiles.height << kTileBits);
 
-    const FitnessTile& tile = *directory.tiles[(y >> kTileBits) * (directory.width + 1) + (x >> kTileBits)];
+    const ScorePair* tile = task.pairs + ((y >> kTileBits) * (tiles.width + 1) + (x >> kTileBits)) * kPairsInTile;
     const unsigned cell_x = (x >> kFractionBits) % kTileSide;
     const unsigned cell_y = (y >> kFractionBits) % kTileSide;
-    const ScorePair* pair = &tile.pairs[cell_y * FitnessTile::kPairsInRow + cell_x];
+    const ScorePair* pair = &tile[cell_y * kPairsInRow + cell_x];
     const int right = static_cast<int>(x) & task.fraction_mask;
     const int up = static_cast<int>(y) & task.fraction_mask;
     const int left_column = pair[0].here * (kFractions - up) + pair[0].above * up;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -8,18 +7,16 @@
 
 namespace crsm {
 
-/// What a ray scores that ends in a cell, and in the one above it.
+/// What a ray scores that ends in a cell, and in the one above it; counted from the score of unexplored cells.
 struct ScorePair {
   std::int16_t here;
   std::int16_t above;
 };
 
-/// The scores of one tile's cells, row by row. Each row has one more pair than the tile has columns: the four scores
-/// around any point of the tile lie side by side, in a pair and the next.
-struct FitnessTile {
-  static constexpr int kPairsInRow = kTileSide + 1;
-  std::array<ScorePair, kPairsInRow * kTileSide> pairs;
-};
+// The scores of one tile's cells, row by row. Each row has one more pair than the tile has columns: the four scores
+// around any point of the tile lie side by side, in a pair and the next.
+inline constexpr int kPairsInRow = kTileSide + 1;
+inline constexpr int kPairsInTile = kPairsInRow * kTileSide;
 
 inline constexpr int kFractionBits = 7;
 inline constexpr int kFractions = 1 << kFractionBits;  ///< a point is placed to 1/128 of a cell
@@ -35,11 +32,12 @@ struct FitnessTask {
   float cos;
   float offset_x;  ///< of the laser from the corner of its cell [1/128 cell]
   float offset_y;
-  int corner_x;  ///< of that cell from the corner of the directory [1/128 cell]
+  int corner_x;  ///< of that cell from the corner of the rectangle [1/128 cell]
   int corner_y;
   int fraction_mask;  ///< kFractions - 1: between cells; 0: the score of the cell alone
 
-  TileGrid<FitnessTile>::Directory directory;  ///< none of its tiles is nullptr
+  TileRectangle tiles;
+  const ScorePair* pairs;  ///< tiles.num_places() x kPairsInTile
 };
 
 /// Sum of what the rays score, weighted, times kFractions^2.

@@ -181,8 +181,7 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   match.best_evaluation = search.best_evaluation();
 
   if (parameters_.final_climb) {
-    RaysInCells all_rays = ToCells(hits_m, geometry);
-    all_rays.weight = ComputeWeights(rays, parameters_.spacing_cap_m);
+    const RaysInCells all_rays = ToCells(hits_m, geometry, ComputeWeights(rays, parameters_.spacing_cap_m));
     best.pose = FindSummit(best.pose, geometry.cell_size_m(), parameters_.summit_rad, [&](const Pose2& pose) {
       ++match.evaluations;
       return Fitness(all_rays, pose);

@@ -28,8 +28,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
   }
   // The largest rectangle takes a good part of a second: more than there is to learn from it.
-  const auto directory = map.tiles().directory();
-  const bool large = directory.width * directory.height > 2048;
+  const bool large = map.tiles().rectangle().num_places() > 2048;
   const DenseGrid grid = large ? DenseGrid{} : map.ToDenseGrid(replica.cell_size_m());
   Summary of_map = Summarize(replica.matches(), grid);
   of_map.counts = summary.counts;

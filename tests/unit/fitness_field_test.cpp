@@ -1,6 +1,9 @@
 #include "common/fitness_field.hpp"
 
+#include <unistd.h>
+
 #include <cmath>
+#include <fstream>
 
 #include "catch.hpp"
 #include "common/random.hpp"
@@ -168,12 +171,15 @@ TEST_CASE("all kernels give the same fitness, bit by bit") {
     const double unexplored_score = std::floor(Draw(-3570.0, 3570.0));
     const bool interpolate = i % 2 == 0;
 
-    RaysInCells rays =
-        ToCells(DrawHits(static_cast<int>(Draw(1.0, 200.0)), Draw(0.01, 12.0), random.Next()), kGeometry);
-    for (Eigen::Index ray = 0; ray < rays.size(); ++ray) {
-      rays.x[ray] = Draw(0.0, 1.0) < 0.1 ? std::round(rays.x[ray]) : rays.x[ray];  // on the corners of cells too
-      rays.weight[ray] = i % 4 < 2 ? 1 : static_cast<int>(Draw(1.0, 22.0));
+    const auto num_rays = static_cast<int>(Draw(1.0, 200.0));
+    const RaysInCells drawn = ToCells(DrawHits(num_rays, Draw(0.01, 12.0), random.Next()), kGeometry);
+    Eigen::ArrayXf x = drawn.x();
+    Eigen::ArrayXi weight = drawn.weight();
+    for (Eigen::Index ray = 0; ray < num_rays; ++ray) {
+      x[ray] = Draw(0.0, 1.0) < 0.1 ? std::round(x[ray]) : x[ray];  // on the corners of cells too
+      weight[ray] = i % 4 < 2 ? 1 : static_cast<int>(Draw(1.0, 22.0));
     }
+    const RaysInCells rays(x, drawn.y(), weight);
     const double middle_m = (edge + 2) * kTileSide * 0.05;
     std::vector<Pose2> poses{{middle_m, middle_m, 0.0}, {1e9, -1e9, 1.0}, {-1e300, 0.0, 1.0}};
     for (int k = 0; k < 20; ++k) {
@@ -195,12 +201,12 @@ TEST_CASE("all kernels give the same fitness, bit by bit") {
 TEST_CASE("all kernels sum the largest weights and scores without overflow") {
   ByteMap map;
   for (const TileChange& change : PaintTiles(-1, 1, [](Cell) { return kOccupiedByte; })) REQUIRE(map.Apply(change));
-  RaysInCells rays = ToCells(DrawHits(4096, 1.0, 8), kGeometry);
+  const Eigen::Matrix2Xd hits_m = DrawHits(4096, 1.0, 8);
   for (const FitnessKernel kernel : FindFitnessKernels()) {
     FitnessField field(-100.0, true, kernel);
     field.Refresh(map, AllTiles(map));
     for (const int weight : {1, 21, 500000}) {
-      rays.weight.setConstant(weight);
+      const RaysInCells rays = ToCells(hits_m, kGeometry, Eigen::ArrayXi::Constant(4096, weight));
       CHECK(field.Evaluate(rays, {1.0, 1.0, 0.5}, kGeometry) == 1.0);
     }
   }
@@ -224,6 +230,23 @@ TEST_CASE("4096 rays at the far end of the map are weighed without overflow") {
   const FitnessField field = Field(map, -100.0, true);
   const Pose2 pose{(-1022 * 64 + 32) * 0.05, (1021 * 64 + 32) * 0.05, 0.0};
   CHECK(field.Evaluate(ToCells(DrawHits(4096, 1.5, 6), kGeometry), pose, kGeometry) == 1.0);
+}
+
+TEST_CASE("a field takes memory for what is explored, however far apart that lies") {
+  const auto ResidentMb = [] {
+    long total_pages = 0, resident_pages = 0;
+    std::ifstream("/proc/self/statm") >> total_pages >> resident_pages;
+    return static_cast<double>(resident_pages * sysconf(_SC_PAGESIZE)) / 1e6;
+  };
+  ByteMap map;
+  for (const int corner : {0, 255}) {  // of the largest rectangle
+    for (const TileChange& change : PaintTiles(corner, corner, Noise)) REQUIRE(map.Apply(change));
+  }
+  const double before_mb = ResidentMb();
+  const FitnessField field = Field(map, -100.0, true);
+  const Pose2 pose{255.5 * kTileSide * 0.05, 255.5 * kTileSide * 0.05, 0.0};
+  CHECK(field.Evaluate(ToCells(DrawHits(100, 1.0, 9), kGeometry), pose, kGeometry) > 0.1);
+  CHECK(ResidentMb() - before_mb < 20.0);
 }
 
 TEST_CASE("a ray weighs by half the way to its neighbours, up to the cap") {
@@ -250,11 +273,11 @@ TEST_CASE("the fitness is the mean of the rays' scores by their weights") {
   REQUIRE(map.Apply({{0, 0}, PackRuns(before, after)}));
   FitnessField field(0.0, false);
   field.Refresh(map, {{0, 0}});
-  RaysInCells rays{Eigen::ArrayXf(2), Eigen::ArrayXf(2), Eigen::ArrayXi(2)};
-  rays.x << 10.0f, -10.0f;  // one in the tile, one in the unexplored
-  rays.y << 10.0f, 10.0f;
-  rays.weight << 3, 1;
-  CHECK(field.Evaluate(rays, {0.0, 0.0, 0.0}, MapGeometry(0.05)) == Approx(0.75));
+  Eigen::Matrix2Xd hits_m(2, 2);  // one in the tile, one in the unexplored
+  hits_m << 0.5, -0.5,            //
+      0.5, 0.5;
+  const RaysInCells rays = ToCells(hits_m, kGeometry, Eigen::Array2i(3, 1));
+  CHECK(field.Evaluate(rays, {0.0, 0.0, 0.0}, kGeometry) == Approx(0.75));
 }
 
 }  // namespace crsm

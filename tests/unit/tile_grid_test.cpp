@@ -43,17 +43,30 @@ TEST_CASE("an empty grid holds no tile anywhere") {
   CHECK(grid.entries().empty());
 }
 
-TEST_CASE("an absent tile stands for all that were not touched, inside the directory and around it") {
-  TileGrid<Tile> grid(std::make_unique<Tile>(Tile{-1}));
-  CHECK(grid.Find({3, 4})->number == -1);
-  CHECK(grid.directory().tiles[0]->number == -1);
-  grid.Touch({3, 4}).number = 7;
-  CHECK(grid.Find({3, 4})->number == 7);
-  for (const TileIndex index : {TileIndex{4, 4}, {3, 3}, {-1000, 4}, {3, 1000}}) CHECK(grid.Find(index)->number == -1);
-  const auto [tiles, origin, width, height] = grid.directory();
-  for (unsigned column = 0; column <= width; ++column) CHECK(tiles[height * (width + 1) + column]->number == -1);
-  for (unsigned row = 0; row <= height; ++row) CHECK(tiles[row * (width + 1) + width]->number == -1);
-  CHECK(tiles[static_cast<unsigned>(4 - origin.y) * (width + 1) + static_cast<unsigned>(3 - origin.x)]->number == 7);
+TEST_CASE("a rectangle grows to hold a tile, and what it held; what lies beyond has a place of its own") {
+  TileRectangle rectangle;
+  CHECK(rectangle.num_places() == 1);
+  CHECK(rectangle.Place({3, 4}) == 0);
+  for (const TileIndex index : {TileIndex{3, 4}, {-20, 5}, {40, -7}}) {
+    CHECK_FALSE(rectangle.Contains(index));
+    const TileRectangle before = rectangle;
+    rectangle = rectangle.GrownTo(index);
+    CHECK(rectangle.Contains(index));
+    if (before.width > 0) CHECK(rectangle.Contains(before.origin));
+  }
+  std::set<std::size_t> places;
+  for (int y = 0; y < static_cast<int>(rectangle.height); ++y) {
+    for (int x = 0; x < static_cast<int>(rectangle.width); ++x) {
+      places.insert(rectangle.Place({rectangle.origin.x + x, rectangle.origin.y + y}));
+    }
+  }
+  CHECK(places.size() == std::size_t{rectangle.width} * rectangle.height);
+  CHECK(*places.rbegin() < rectangle.num_places());
+  for (const TileIndex beyond : {TileIndex{-1000, 4}, {3, 1000}, {1000, -1000}, {rectangle.origin.x - 1, 0}}) {
+    CHECK_FALSE(rectangle.Contains(beyond));
+    CHECK(rectangle.Place(beyond) < rectangle.num_places());
+    CHECK(places.count(rectangle.Place(beyond)) == 0);
+  }
 }
 
 TEST_CASE("a grid grows in any direction and loses nothing") {
