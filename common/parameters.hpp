@@ -15,10 +15,11 @@ namespace crsm {
 
 inline constexpr double kLongestRangeM = 1000.0;  ///< that any laser may have
 
-/// Which beams of a scan count as measurements.
+/// Which beams of a scan count as measurements, and where they point.
 struct ScanParameters {
   double range_min_m = 0.05;
   double range_max_m = 30.0;
+  double angle_scale = 1.0;  ///< of beams' angles from the laser's x axis, against the nominal ones
 };
 
 enum class SelectionMethod { kAll, kUniform, kDensity, kSegments };
@@ -112,6 +113,8 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
   visit({kScan, "range_max_m",
          "maximum range of the laser [m]; readings beyond 95 % of it are no measurements (section 4)"},
         scan.range_max_m, 0.1, kLongestRangeM);
+  visit({kScan, "angle_scale", "the angle of a beam from straight ahead, as a share of the nominal one"},
+        scan.angle_scale, 0.9, 1.1);
 
   SelectionParameters& selection = p.selection;
   visit({kSelection, "method", "how critical rays are picked (section 4)"}, selection.method, kMethods);

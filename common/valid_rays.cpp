@@ -11,12 +11,13 @@ namespace crsm {
 ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters) {
   constexpr double kUsableShare = 0.95;  // section 4, "for safety reasons"
   const double max_m = kUsableShare * parameters.range_max_m;
+  const auto angle_scale = static_cast<float>(parameters.angle_scale);
 
   ValidRays rays;
   for (std::size_t beam = 0; beam < scan.ranges_m.size(); ++beam) {
     const float range_m = scan.ranges_m[beam];
     if (!std::isfinite(range_m) || range_m <= 0.0f || range_m < parameters.range_min_m || range_m > max_m) continue;
-    rays.angle_rad.push_back(scan.angle_min_rad + static_cast<float>(beam) * scan.angle_step_rad);
+    rays.angle_rad.push_back(angle_scale * (scan.angle_min_rad + static_cast<float>(beam) * scan.angle_step_rad));
     rays.range_m.push_back(range_m);
   }
   if (scan.angle_step_rad < 0.0f) {

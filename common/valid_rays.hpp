@@ -18,7 +18,8 @@ struct ValidRays {
 };
 
 /// Keeps the beams that measured something: finite, at least `range_min_m`, and at most 95 % of the laser's maximum
-/// range (section 4). Descending scans are turned round. An empty scan gives no rays.
+/// range (section 4), at their angles times `angle_scale`. Descending scans are turned round. An empty scan gives no
+/// rays.
 ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters);
 
 /// Where the rays end. 2 x N, laser frame, metres.

@@ -63,6 +63,18 @@ TEST_CASE("a clockwise scan gives the same rays as its counter-clockwise twin") 
   CHECK(FindValidRays(descending, kLaser) == FindValidRays(ascending, kLaser));
 }
 
+TEST_CASE("the angle scale turns beams towards straight ahead, or away from it") {
+  for (const double scale : {0.9, 1.0, 1.1}) {
+    ScanParameters laser = kLaser;
+    laser.angle_scale = scale;
+    const ValidRays rays = FindValidRays(Scan({1.0f, 1.0f, 1.0f, 1.0f}), laser);
+    REQUIRE(rays.size() == 4);
+    for (std::size_t i = 0; i < 4; ++i) {
+      CHECK(rays.angle_rad[i] == Approx(scale * (-0.5 + 0.25 * static_cast<double>(i))).margin(1e-6));
+    }
+  }
+}
+
 TEST_CASE("hits lie along their beams at their ranges") {
   const ValidRays rays{{0.0f, static_cast<float>(kPi / 2.0), 3.0f}, {2.0f, 3.0f, 1.5f}};
   const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
