@@ -36,9 +36,12 @@ HISTORY_BYTES = {"map_updater": 360, "rrhc_matcher": 360, "ray_selector": 0, "ma
                  "laser_publisher": 100}
 
 
+LCM_RING_BYTES = 204800  # LCM's buffer for what it received: its pages are taken when a queue first gets that long
+
+
 def may_grow_bytes(program, settled_bytes, num_scans):
-    """By how much the memory of a process may grow over some scans: 1 %, at least a few pages, and the history."""
-    return max(0.01 * settled_bytes, 1e5) + HISTORY_BYTES[program] * num_scans
+    """By how much the memory of a process may grow over some scans: 1 %, at least a few pages; LCM; the history."""
+    return max(0.01 * settled_bytes, 1e5) + LCM_RING_BYTES + HISTORY_BYTES[program] * num_scans
 
 
 class Failure(Exception):
