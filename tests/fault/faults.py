@@ -34,8 +34,6 @@ SKIPPED = 77  # exit code
 # (40) and text (66) of them in memory that doubles as it grows.
 HISTORY_BYTES = {"map_updater": 360, "rrhc_matcher": 360, "ray_selector": 0, "map_exporter": 700,
                  "laser_publisher": 100}
-
-
 LCM_RING_BYTES = 204800  # LCM's buffer for what it received: its pages are taken when a queue first gets that long
 
 
