@@ -145,8 +145,10 @@ double FitnessField::Evaluate(const RaysInCells& rays, const Pose2& T_map_laser,
   // Points are placed relative to the laser's cell, where single precision is exact to 1/128 of a cell.
   const SplitCoordinate laser_x = Split(geometry.ToCells(T_map_laser.x_m));
   const SplitCoordinate laser_y = Split(geometry.ToCells(T_map_laser.y_m));
-  // Interpolation is between the centres of cells, which lie half a cell up and right of their corners.
-  const double centre = interpolate_ ? 0.5 : 0.0;
+  // Interpolation is between the centres of cells, which lie half a cell up and right of their corners. It begins at
+  // the nearest 1/128 of a cell, where kernels round down: a bias of each match, however small, adds up from scan to
+  // scan.
+  const double shift = interpolate_ ? 0.5 / kFractions - 0.5 : 0.0;
   const SinCos rotation = ComputeSinCos(T_map_laser.yaw_rad);
 
   FitnessTask task;
@@ -156,8 +158,8 @@ double FitnessField::Evaluate(const RaysInCells& rays, const Pose2& T_map_laser,
   task.num_rays = static_cast<int>(rays.size());
   task.sin = static_cast<float>(rotation.sin) * kFractions;
   task.cos = static_cast<float>(rotation.cos) * kFractions;
-  task.offset_x = static_cast<float>(laser_x.rest - centre) * kFractions;
-  task.offset_y = static_cast<float>(laser_y.rest - centre) * kFractions;
+  task.offset_x = static_cast<float>(laser_x.rest + shift) * kFractions;
+  task.offset_y = static_cast<float>(laser_y.rest + shift) * kFractions;
   task.corner_x = (laser_x.cell - rectangle_.origin.x * kTileSide) * kFractions;
   task.corner_y = (laser_y.cell - rectangle_.origin.y * kTileSide) * kFractions;
   task.fraction_mask = interpolate_ ? kFractions - 1 : 0;

@@ -126,8 +126,10 @@ TEST_CASE("with interpolation the fitness of one ray is bilinear between the cen
     const double expected = ((Score(0, 0) * (1 - right) + Score(1, 0) * right) * (1 - up) +
                              (Score(0, 1) * (1 - right) + Score(1, 1) * right) * up) /
                             3570.0;
-    const RaysInCells ray{Eigen::ArrayXf::Constant(1, static_cast<float>(x)),
-                          Eigen::ArrayXf::Constant(1, static_cast<float>(y)), Eigen::ArrayXi::Ones(1)};
+    // A ray that ends somewhere around the point, where no other is nearer.
+    const auto Around = [&](double cells) { return static_cast<float>(cells + random.Uniform(-0.45, 0.45) / 128.0); };
+    const RaysInCells ray{Eigen::ArrayXf::Constant(1, Around(x)), Eigen::ArrayXf::Constant(1, Around(y)),
+                          Eigen::ArrayXi::Ones(1)};
     CAPTURE(x, y);
     CHECK(field.Evaluate(ray, {}, kGeometry) == Approx(expected).margin(1e-12));
   }
