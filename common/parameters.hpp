@@ -56,10 +56,11 @@ struct MatchParameters {
   bool odometry = false;
   bool final_climb = true;
   double spacing_cap_m = 0.3;
-  double summit_rad = 0.02;  ///< half the width of the summit in whose middle the yaw is
-  double pull_per_m2 = 0.5;  ///< weight of the distance from the presumed pose
-  double good_ratio = 0.95;  ///< of the usual fitness: the search stops here
-  double lost_ratio = 0.75;  ///< ... below here the wide window is searched, and then the scan is lost
+  double summit_rad = 0.02;    ///< half the width of the summit in whose middle the yaw is
+  double pull_per_m2 = 0.5;    ///< weight of the distance from the presumed pose
+  double axis_window_m = 1.0;  ///< +- along an axis that the walls leave open
+  double good_ratio = 0.95;    ///< of the usual fitness: the search stops here
+  double lost_ratio = 0.75;    ///< ... below here the wide window is searched, and then the scan is lost
   int wide_evaluations = 10000;
   double wide_window_m = 0.6;                 ///< +- in x and y
   double wide_window_rad = 1.2;               ///< +- in yaw
@@ -158,6 +159,10 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
         match.summit_rad, 0.0, 0.2);
   visit({kMatch, "pull_per_m2", "fitness lost per squared distance from the presumed pose [1/m^2]; 0 = the paper"},
         match.pull_per_m2, 0.0, 100.0);
+  visit({kMatch, "axis_window_m",
+         "where the walls leave the position open along an axis, a better one is looked for so far along it [m]; 0: "
+         "none"},
+        match.axis_window_m, 0.0, 10.0);
   visit({kMatch, "good_ratio", "the search stops at this share of the fitness of the last scans; 100 = the paper"},
         match.good_ratio, 0.0, 100.0);
   visit(

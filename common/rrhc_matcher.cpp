@@ -115,11 +115,12 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   const RaysInCells critical_rays = ToCells(critical_hits_m, geometry);
   Pose2 presumed = repeated;
   if (by_odometry) {
-    // Motions that were matched are known better than those of wheels, unless the robot moves in another way now.
+    // Motions that were matched are known better than those of wheels, unless the robot moves in another way now, or
+    // the walls do not tell how far.
     constexpr double kClearly = 1.2;  // less is what two poses that are equally good may differ by
     const auto FitnessAt = [&](const Pose2& pose) { return field_.Evaluate(critical_rays, pose, geometry); };
-    const bool lost = history.back().state == MatchState::kLost;
-    if (lost || FitnessAt(*by_odometry) > kClearly * FitnessAt(repeated)) presumed = *by_odometry;
+    const bool known = history.back().state == MatchState::kOk;
+    if (!known || FitnessAt(*by_odometry) > kClearly * FitnessAt(repeated)) presumed = *by_odometry;
   }
   // On a finished map it may be that nobody knows where the robot is, nor what fitness is usual there.
   const bool finished = IsFinishedMap(history);
@@ -180,12 +181,27 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   match.evaluations += search.evaluations();
   match.best_evaluation = search.best_evaluation();
 
-  if (parameters_.final_climb) {
-    const RaysInCells all_rays = ToCells(hits_m, geometry, ComputeWeights(rays, parameters_.spacing_cap_m));
-    best.pose = FindSummit(best.pose, geometry.cell_size_m(), parameters_.summit_rad, [&](const Pose2& pose) {
-      ++match.evaluations;
-      return Fitness(all_rays, pose);
-    });
+  const RaysInCells all_rays = ToCells(hits_m, geometry, ComputeWeights(rays, parameters_.spacing_cap_m));
+  const auto AllFitness = [&](const Pose2& pose) {
+    ++match.evaluations;
+    return Fitness(all_rays, pose);
+  };
+  const auto ClimbWithAll = [&](const Pose2& from) {
+    return FindSummit(from, geometry.cell_size_m(), parameters_.summit_rad, AllFitness);
+  };
+  if (parameters_.final_climb) best.pose = ClimbWithAll(best.pose);
+  PoseUncertainty uncertainty = ComputeUncertainty(hits_m, best.pose, map_, geometry);
+  if (uncertainty.degenerate && parameters_.axis_window_m > 0.0) {
+    // Along a corridor a pose that was presumed too far back stays there, and each one after it, unless the few rays
+    // that tell better are asked by themselves. Where nothing is wrong no place is better by so much.
+    constexpr double kClearly = 0.02;
+    pull_per_m2 = 0.0;
+    const Pose2 better = LookAlong(best.pose, *uncertainty.degenerate, parameters_.axis_window_m,
+                                   geometry.cell_size_m(), kClearly, AllFitness);
+    if (better != best.pose) {
+      best.pose = ClimbWithAll(better);
+      uncertainty = ComputeUncertainty(hits_m, best.pose, map_, geometry);
+    }
   }
   best.fitness = field_.Evaluate(critical_rays, best.pose, geometry);
   match.fitness = std::clamp(best.fitness, 0.0, 1.0);
@@ -197,7 +213,7 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   }
 
   match.T_map_laser = {best.pose.x_m, best.pose.y_m, WrapAngle(best.pose.yaw_rad)};
-  SetUncertainty(match, ComputeUncertainty(hits_m, match.T_map_laser, map_, geometry));
+  SetUncertainty(match, uncertainty);
   return match;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 
 #include "common/pose2.hpp"
@@ -38,6 +39,23 @@ Individual ClimbToSummit(const Pose2& from, double step_m, double step_rad, int 
     ++halving;
   }
   return best;
+}
+
+/// The best of the poses along an axis, `reach_m` to either side in steps of `step_m`, if it is better by at least
+/// `least_gain`; otherwise the pose itself.
+///
+/// axis: a unit vector in the frame in which the pose is given.
+template <class Fitness>
+Pose2 LookAlong(const Pose2& from, const Eigen::Vector2d& axis, double reach_m, double step_m, double least_gain,
+                Fitness&& fitness) {
+  Individual best{from, fitness(from) + least_gain};
+  const int num_steps = static_cast<int>(reach_m / step_m);
+  for (int i = -num_steps; i <= num_steps; ++i) {
+    const Pose2 pose{from.x_m + i * step_m * axis.x(), from.y_m + i * step_m * axis.y(), from.yaw_rad};
+    const double there = fitness(pose);
+    if (there > best.fitness) best = {pose, there};
+  }
+  return best.pose;
 }
 
 /// Puts the yaw into the middle of its summit, from the fitness `width_rad` to either side: which point of a rough

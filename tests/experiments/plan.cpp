@@ -15,6 +15,7 @@ const std::vector<Change> kChanges = {
     {"interpolation", {"--interpolate"}, {"--no-interpolate"}},
     {"unexplored scores 0", {"--unexplored-score", "0"}, {"--unexplored-score", "-100"}},
     {"pull to the presumed pose", {"--pull-per-m2", "0.5"}, {"--pull-per-m2", "0"}},
+    {"look along corridors", {"--axis-window-m", "1"}, {"--axis-window-m", "0"}},
     {"sparse updates",
      {"--update-distance-m", "0.2", "--update-angle-rad", "0.17"},
      {"--update-distance-m", "0", "--update-angle-rad", "0"}},

@@ -6,6 +6,7 @@
 #include "check_pose.hpp"
 #include "common/map_updater.hpp"
 #include "common/random.hpp"
+#include "common/world.hpp"
 #include "synthetic_scans.hpp"
 
 namespace crsm {
@@ -63,6 +64,43 @@ ScanMatch MatchInRoom(const Pose2& truth, const MatchParameters& parameters,
 
 const Pose2 kOdometryStart{100.0, -50.0, 2.0};
 
+/// A corridor with pillars on its walls; the laser does not see as far as its ends.
+const World kCorridor = ParseWorld(
+    "box -20 -1 40 2\nbox -2.9 0.85 0.15 0.15\nbox -1.6 0.85 0.15 0.15\nbox -0.8 -1 0.15 0.15\nbox 1.7 0.85 0.15 0.15\n"
+    "box 2.1 -1 0.15 0.15\nbox 3.1 -1 0.15 0.15\n"
+    "laser 360 360 8 5 0\nspeed 1 1\nwaypoint 0 0\nwaypoint 1 0\n",
+    "corridor with pillars");
+
+LaserScan ScanCorridor(double x_m, std::int64_t utime) {
+  const auto Range = [](double from_x_m, double from_y_m, double angle_rad) {
+    const double range_m = CastRay(kCorridor.walls, {from_x_m, from_y_m}, ComputeSinCos(angle_rad));
+    return range_m < kCorridor.laser.range_max_m ? range_m : 0.0;
+  };
+  return ScanAllRound(Range, {x_m, 0.0, 0.0}, utime, 360);
+}
+
+/// Matches a scan of the corridor, taken so far from where it is presumed, to a map of it.
+ScanMatch MatchInCorridor(double way_m, const MatchParameters& parameters, const std::optional<double>& told_way_m = {},
+                          MatchState last_state = MatchState::kDegenerate) {
+  RrhcMatcher matcher(parameters);
+  MapUpdater updater(TestParameters().scan, UpdateParameters{});
+  std::vector<ScanMatch> history;
+  for (int k = 0; k < 12; ++k) {
+    const ScanMatch match = MatchedAt(k, {0.5 * k - 3.0, 0.0, 0.0});
+    REQUIRE(matcher.ApplyChanges(updater.Update(ScanCorridor(match.T_map_laser.x_m, k), match).tiles));
+  }
+  for (int k = 12; k < 20; ++k) {  // it stands
+    history.push_back({k, {}, 0.8, 1, 1, k, last_state, 0, {}, {}, kOdometryStart});
+  }
+  history.front().state = MatchState::kFirst;
+  const LaserScan scan = ScanCorridor(way_m, 20);
+  const ValidRays rays = FindValidRays(scan, TestParameters().scan);
+  const RaySelection selection = SelectRays(rays, TestParameters().selection);
+  std::optional<Pose2> T_odom_robot;
+  if (told_way_m) T_odom_robot = kOdometryStart * Pose2{*told_way_m, 0.0, 0.0};
+  return matcher.Match(20, rays, selection.critical, history, kGeometry, 7, T_odom_robot);
+}
+
 }  // namespace
 
 TEST_CASE("a scan shifted 0.10 m in x is matched back within half a cell") {
@@ -114,6 +152,27 @@ TEST_CASE("the yaw in the middle of a rough summit is no further from the truth 
     middle_rad2 += std::pow(YawError(by_middle), 2);
   }
   CHECK(middle_rad2 < top_rad2);
+}
+
+TEST_CASE("in a corridor a pose that was presumed too far back is found by the few rays that tell") {
+  MatchParameters parameters = Usual();
+  for (const double way_m : {-0.9, -0.6, 0.0, 0.6, 0.9}) {
+    CAPTURE(way_m);
+    const ScanMatch match = MatchInCorridor(way_m, parameters);
+    CHECK(match.state == MatchState::kDegenerate);
+    CheckPose(match.T_map_laser, {way_m, 0.0, 0.0}, 0.03);
+  }
+  parameters.axis_window_m = 0.0;
+  CHECK(std::abs(MatchInCorridor(0.9, parameters).T_map_laser.x_m) < 0.5);
+}
+
+TEST_CASE("where the walls did not tell how far, the search starts from odometry") {
+  MatchParameters parameters = Usual();
+  parameters.odometry = true;
+  parameters.axis_window_m = 0.0;
+  const auto MatchAfter = [&](MatchState last) { return MatchInCorridor(0.9, parameters, 0.9, last).T_map_laser; };
+  CheckPose(MatchAfter(MatchState::kDegenerate), {0.9, 0.0, 0.0}, 0.03);
+  CHECK(std::abs(MatchAfter(MatchState::kOk).x_m) < 0.5);
 }
 
 TEST_CASE("the first scan is the origin of the map") {
