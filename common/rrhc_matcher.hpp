@@ -28,8 +28,9 @@ class RrhcMatcher {
   ///
   /// The search is short where the first climbs lead to a fitness as good as that of the last scans, and goes on in a
   /// wider window where it stays poor. It starts from the pose that the velocity model tells, or from odometry's where
-  /// that fits clearly better or the last scan was lost. A scan that nothing explains, or one without
-  /// rays, is lost: its pose is then a guess, the last one or by odometry.
+  /// that fits clearly better, or the last scan was lost or left open how far the robot went. Where the walls leave the
+  /// position open along an axis, a pose along it that fits clearly better is taken instead. A scan that nothing
+  /// explains, or one without rays, is lost: its pose is then a guess, the last one or by odometry.
   ///
   /// A map that was there before the first scan of the history is a finished one: where the first scan was taken is
   /// searched around the start that the parameters name, or on the whole map, and there again after ten scans were lost

@@ -150,8 +150,9 @@ class MapUpdaterService {
   ScanQueue<ScanMatch> matches_;
   MapUpdater updater_;
   AnswerOptions options_{DrawIdentity(), static_cast<std::size_t>(settings_.part_bytes)};
-  HeldByUtime<LaserScan, 512>
-      scans_;  ///< whose match has not come yet: as many as the matcher may lag behind, and more
+  /// Whose match has not come yet: as many as the matcher may lag behind, and those that come meanwhile of a laser that
+  /// is ten times too fast.
+  HeldByUtime<LaserScan, 2048> scans_;
   std::vector<ScanMatch> history_;
   std::unordered_set<std::int64_t> answered_utimes_;
   std::vector<map_delta_t> last_answer_;

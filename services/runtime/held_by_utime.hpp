@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <utility>
 
 namespace crsm {
@@ -13,7 +14,8 @@ template <class Item, std::size_t kMost>
 class HeldByUtime {
  public:
   void Hold(Item item) {
-    if (Find(item.utime)) return;
+    if (item.utime <= newest_utime_ && Find(item.utime)) return;  // newer than all so far, it is surely not there
+    newest_utime_ = std::max(newest_utime_, item.utime);
     if (items_.size() == kMost) items_.pop_front();
     items_.push_back(std::move(item));
   }
@@ -34,6 +36,7 @@ class HeldByUtime {
 
  private:
   std::deque<Item> items_;
+  std::int64_t newest_utime_ = std::numeric_limits<std::int64_t>::min();  ///< of all that were ever held
 };
 
 }  // namespace crsm

@@ -14,10 +14,17 @@ def journal_bytes(out):
     return path.stat().st_size if path.exists() else 0
 
 
+def hold_log(stack, held):
+    """Stops the publisher, or lets it go on."""
+    publisher = child(stack.pid, "laser_publisher")
+    if publisher:
+        os.kill(publisher, signal.SIGSTOP if held else signal.SIGCONT)
+
+
 def map_and_kill(log, out, flags, moments, end_bytes):
     """Kills services as the journal grows: moments are (share of the journal's bytes at the end, service). No service is
-    killed twice while no scan is mapped: run_stack gives up one that dies five times so, and on a busy machine several
-    moments may have gone by before it is there again."""
+    killed twice while no scan is mapped: run_stack gives up one that dies five times so. The log waits for a service that
+    is to be killed and is not there again, or it would end before the last are killed."""
     stack = start_stack(log, out, flags)
     killed_at_bytes = {}
     for share, service in sorted(moments):
@@ -26,6 +33,7 @@ def map_and_kill(log, out, flags, moments, end_bytes):
             if mapped_bytes >= share * end_bytes and mapped_bytes != killed_at_bytes.get(service):
                 pid = child(stack.pid, service)  # none while it is started again
                 with contextlib.suppress(ProcessLookupError):  # it was dying from the last time
+                    hold_log(stack, held=not pid)
                     if pid:
                         os.kill(pid, signal.SIGKILL)
                         killed_at_bytes[service] = mapped_bytes
