@@ -194,10 +194,10 @@ ScanMatch RrhcMatcher::Match(std::int64_t utime, const ValidRays& rays, std::spa
   if (uncertainty.degenerate && parameters_.axis_window_m > 0.0) {
     // Along a corridor a pose that was presumed too far back stays there, and each one after it, unless the few rays
     // that tell better are asked by themselves. Where nothing is wrong no place is better by so much.
-    constexpr double kClearly = 0.02;
+    constexpr double kLeastGain = 0.02;
     pull_per_m2 = 0.0;
     const Pose2 better = LookAlong(best.pose, *uncertainty.degenerate, parameters_.axis_window_m,
-                                   geometry.cell_size_m(), kClearly, AllFitness);
+                                   geometry.cell_size_m(), kLeastGain, AllFitness);
     if (better != best.pose) {
       best.pose = ClimbWithAll(better);
       uncertainty = ComputeUncertainty(hits_m, best.pose, map_, geometry);

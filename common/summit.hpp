@@ -41,7 +41,7 @@ Individual ClimbToSummit(const Pose2& from, double step_m, double step_rad, int 
   return best;
 }
 
-/// The best of the poses along an axis, `reach_m` to either side in steps of `step_m`, if it is better by at least
+/// The best of the poses along an axis, `reach_m` to either side in steps of `step_m`, if it is better by more than
 /// `least_gain`; otherwise the pose itself.
 ///
 /// axis: a unit vector in the frame in which the pose is given.

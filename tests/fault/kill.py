@@ -30,14 +30,14 @@ def map_and_kill(log, out, flags, moments, end_bytes):
     for share, service in sorted(moments):
         def kill_if_due():
             mapped_bytes = journal_bytes(out)
-            if mapped_bytes >= share * end_bytes and mapped_bytes != killed_at_bytes.get(service):
-                pid = child(stack.pid, service)  # none while it is started again
-                with contextlib.suppress(ProcessLookupError):  # it was dying from the last time
-                    hold_log(stack, held=not pid)
-                    if pid:
-                        os.kill(pid, signal.SIGKILL)
-                        killed_at_bytes[service] = mapped_bytes
-                        return True
+            due = mapped_bytes >= share * end_bytes and mapped_bytes != killed_at_bytes.get(service)
+            pid = child(stack.pid, service)  # none while it is started again
+            with contextlib.suppress(ProcessLookupError):  # it was dying from the last time
+                hold_log(stack, held=due and not pid)
+                if due and pid:
+                    os.kill(pid, signal.SIGKILL)
+                    killed_at_bytes[service] = mapped_bytes
+                    return True
             return stack.popen.poll() is not None
 
         await_condition(kill_if_due, 120, 0.001)

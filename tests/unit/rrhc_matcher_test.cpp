@@ -33,14 +33,19 @@ MatchParameters PaperLike() {
   return parameters;
 }
 
+ScanMatch MatchScan(const RrhcMatcher& matcher, const LaserScan& scan, const std::vector<ScanMatch>& history,
+                    const std::optional<Pose2>& T_odom_robot = {}) {
+  const ValidRays rays = FindValidRays(scan, TestParameters().scan);
+  const RaySelection selection = SelectRays(rays, TestParameters().selection);
+  return matcher.Match(scan.utime, rays, selection.critical, history, kGeometry, 7, T_odom_robot);
+}
+
 /// Matches a scan of the room with the block, taken at a pose, to a perfect map of it.
 ScanMatch MatchInNiche(const LaserScan& scan, const MatchParameters& parameters,
                        const std::vector<ScanMatch>& history = {}) {
   RrhcMatcher matcher(parameters);
   REQUIRE(matcher.ApplyChanges(PaintTiles(-1, 1, NicheByte)));
-  const ValidRays rays = FindValidRays(scan, TestParameters().scan);
-  const RaySelection selection = SelectRays(rays, TestParameters().selection);
-  return matcher.Match(scan.utime, rays, selection.critical, history, kGeometry, 7);
+  return MatchScan(matcher, scan, history);
 }
 
 /// Parameters as they are used, with lost scans.
@@ -57,9 +62,7 @@ ScanMatch MatchInRoom(const Pose2& truth, const MatchParameters& parameters,
                       const std::vector<ScanMatch>& history = kAtOrigin, std::int64_t utime = 2) {
   RrhcMatcher matcher(parameters);
   REQUIRE(matcher.ApplyChanges(PaintTiles(-1, 1, RoomByte)));
-  const ValidRays rays = FindValidRays(ScanRoom(truth, utime), TestParameters().scan);
-  const RaySelection selection = SelectRays(rays, TestParameters().selection);
-  return matcher.Match(utime, rays, selection.critical, history, kGeometry, 7);
+  return MatchScan(matcher, ScanRoom(truth, utime), history);
 }
 
 const Pose2 kOdometryStart{100.0, -50.0, 2.0};
@@ -93,12 +96,9 @@ ScanMatch MatchInCorridor(double way_m, const MatchParameters& parameters, const
     history.push_back({k, {}, 0.8, 1, 1, k, last_state, 0, {}, {}, kOdometryStart});
   }
   history.front().state = MatchState::kFirst;
-  const LaserScan scan = ScanCorridor(way_m, 20);
-  const ValidRays rays = FindValidRays(scan, TestParameters().scan);
-  const RaySelection selection = SelectRays(rays, TestParameters().selection);
   std::optional<Pose2> T_odom_robot;
   if (told_way_m) T_odom_robot = kOdometryStart * Pose2{*told_way_m, 0.0, 0.0};
-  return matcher.Match(20, rays, selection.critical, history, kGeometry, 7, T_odom_robot);
+  return MatchScan(matcher, ScanCorridor(way_m, 20), history, T_odom_robot);
 }
 
 }  // namespace
@@ -142,10 +142,8 @@ TEST_CASE("the yaw in the middle of a rough summit is no further from the truth 
     const Pose2 truth{random.Uniform(-0.1, 0.1), random.Uniform(-0.1, 0.1), random.Uniform(-0.1, 0.1)};
     LaserScan scan = ScanRoom(truth, k, 90);
     for (float& range_m : scan.ranges_m) range_m += static_cast<float>(random.Uniform(-0.05, 0.05));
-    const ValidRays rays = FindValidRays(scan, TestParameters().scan);
-    const RaySelection selection = SelectRays(rays, TestParameters().selection);
     const auto YawError = [&](const RrhcMatcher& matcher) {
-      const ScanMatch match = matcher.Match(k, rays, selection.critical, history, kGeometry, 7);
+      const ScanMatch match = MatchScan(matcher, scan, history);
       return match.T_map_laser.yaw_rad - (T_map_room * truth).yaw_rad;
     };
     top_rad2 += std::pow(YawError(by_top), 2);
@@ -325,9 +323,7 @@ TEST_CASE("a match keeps the odometry of its scan if it is to be used, and start
     parameters.lost_ratio = 0.0;
     RrhcMatcher matcher(parameters);
     REQUIRE(matcher.ApplyChanges(PaintTiles(-1, 1, RoomByte)));
-    const ValidRays rays = FindValidRays(ScanRoom(truth, 2), TestParameters().scan);
-    const RaySelection selection = SelectRays(rays, TestParameters().selection);
-    return matcher.Match(2, rays, selection.critical, history, kGeometry, 7, kOdometryStart * truth);
+    return MatchScan(matcher, ScanRoom(truth, 2), history, kOdometryStart * truth);
   };
   const ScanMatch match = Match(true);
   CheckPose(match.T_map_laser, truth, 0.025);

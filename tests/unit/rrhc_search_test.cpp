@@ -5,6 +5,7 @@
 
 #include "catch.hpp"
 #include "check_pose.hpp"
+#include "hill.hpp"
 #include "synthetic_scans.hpp"
 
 namespace crsm {
@@ -12,14 +13,6 @@ namespace {
 
 const MotionBounds kWindow{0.5, 0.3};
 constexpr double kNever = 10.0;  // more than any fitness
-
-/// A round hill around `top`, as high as `height`.
-double Hill(const Pose2& pose, const Pose2& top, double height) {
-  const double dx_m = pose.x_m - top.x_m;
-  const double dy_m = pose.y_m - top.y_m;
-  const double dyaw_rad = pose.yaw_rad - top.yaw_rad;
-  return height - 10.0 * (dx_m * dx_m + dy_m * dy_m + dyaw_rad * dyaw_rad);
-}
 
 /// The parameters of a search that only its budget ends.
 MatchParameters Endless(ClimbMode climb = ClimbMode::kShrinking) {
@@ -47,9 +40,7 @@ struct TestSearch {
   std::vector<Pose2> asked;
 };
 
-const Pose2 kTop{0.21, -0.33, 0.14};
 const Pose2 kNear{0.2, -0.3, 0.1};
-double OneHill(const Pose2& pose) { return Hill(pose, kTop, 1.0); }
 
 }  // namespace
 

@@ -1,22 +1,13 @@
 #include "common/summit.hpp"
 
-#include <cmath>
+#include <algorithm>
 
 #include "catch.hpp"
 #include "check_pose.hpp"
+#include "hill.hpp"
 
 namespace crsm {
 namespace {
-
-const Pose2 kTop{0.21, -0.33, 0.14};
-
-/// As high as `height` at `top`, and half of that a width away.
-double Hill(const Pose2& pose, const Pose2& top, double height, double width_m = 0.3) {
-  const double dx_m = pose.x_m - top.x_m;
-  const double dy_m = pose.y_m - top.y_m;
-  const double dyaw_rad = pose.yaw_rad - top.yaw_rad;
-  return height / (1.0 + (dx_m * dx_m + dy_m * dy_m + dyaw_rad * dyaw_rad) / (width_m * width_m));
-}
 
 /// Another hill, 0.6 m along an axis from the first.
 const Eigen::Vector2d kAxis(0.8, -0.6);
@@ -25,7 +16,6 @@ const Pose2 kOther{kTop.x_m + 0.6 * kAxis.x(), kTop.y_m + 0.6 * kAxis.y(), kTop.
 }  // namespace
 
 TEST_CASE("a climb by halving steps ends within the last of them of the summit") {
-  const auto OneHill = [](const Pose2& pose) { return Hill(pose, kTop, 1.0); };
   const Individual top = ClimbToSummit({0.3, -0.2, 0.1}, 0.05, 0.01, 6, OneHill);
   CheckPose(top.pose, kTop, 0.001);
   CHECK(top.fitness == OneHill(top.pose));
@@ -44,9 +34,7 @@ TEST_CASE("the yaw goes to the middle of its summit, and not beyond the width, n
 }
 
 TEST_CASE("along an axis a higher hill is found within reach") {
-  const auto TwoHills = [](const Pose2& pose) {
-    return std::max(Hill(pose, kTop, 0.7, 0.1), Hill(pose, kOther, 0.8, 0.1));
-  };
+  const auto TwoHills = [](const Pose2& pose) { return std::max(Hill(pose, kTop, 0.7), Hill(pose, kOther, 0.8)); };
   const auto Look = [&](const Eigen::Vector2d& axis, double reach_m, double least_gain) {
     return LookAlong(kTop, axis, reach_m, 0.05, least_gain, TwoHills);
   };
