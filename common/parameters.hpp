@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-#include "common/pose2.hpp"
+#include "common/math/pose2.hpp"
 
 namespace crsm {
 

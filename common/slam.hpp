@@ -2,10 +2,10 @@
 
 #include <vector>
 
-#include "common/laser_scan.hpp"
-#include "common/map_updater.hpp"
+#include "common/map/map_updater.hpp"
+#include "common/match/rrhc_matcher.hpp"
 #include "common/parameters.hpp"
-#include "common/rrhc_matcher.hpp"
+#include "common/scan/laser_scan.hpp"
 
 namespace crsm {
 

@@ -7,8 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "common/map_geometry.hpp"
-#include "common/valid_rays.hpp"
+#include "common/map/map_geometry.hpp"
+#include "common/scan/valid_rays.hpp"
 
 namespace crsm {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "common/dense_grid.hpp"
+#include "common/map/dense_grid.hpp"
 #include "common/results/results.hpp"
 
 namespace crsm {

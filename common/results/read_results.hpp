@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "common/dense_grid.hpp"
+#include "common/map/dense_grid.hpp"
 
 namespace crsm {
 

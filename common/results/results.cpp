@@ -10,8 +10,8 @@
 #include <string_view>
 #include <system_error>
 
+#include "common/metrics/trajectory.hpp"
 #include "common/results/pictures.hpp"
-#include "common/trajectory.hpp"
 
 namespace crsm {
 

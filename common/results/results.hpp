@@ -4,11 +4,11 @@
 #include <string>
 #include <vector>
 
-#include "common/dense_grid.hpp"
-#include "common/laser_scan.hpp"
+#include "common/map/dense_grid.hpp"
+#include "common/metrics/trajectory.hpp"
 #include "common/parameters.hpp"
-#include "common/scan_match.hpp"
-#include "common/trajectory.hpp"
+#include "common/scan/laser_scan.hpp"
+#include "common/scan/scan_match.hpp"
 
 namespace crsm {
 

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/dense_grid.hpp"
+#include "common/map/dense_grid.hpp"
 #include "common/parameters.hpp"
-#include "common/scan_match.hpp"
+#include "common/scan/scan_match.hpp"
 
 namespace crsm {
 

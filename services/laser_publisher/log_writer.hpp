@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "common/laser_source.hpp"
+#include "common/logs/laser_source.hpp"
 
 namespace crsm {
 

@@ -2,7 +2,7 @@
 
 #include <fmt/core.h>
 
-#include "common/map_delta.hpp"
+#include "common/map/map_delta.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "services/runtime/conversions.hpp"

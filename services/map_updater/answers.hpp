@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "common/map_updater.hpp"
+#include "common/map/map_updater.hpp"
 #include "services/runtime/wire.hpp"
 
 namespace crsm {

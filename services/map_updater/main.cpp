@@ -5,7 +5,7 @@
 
 #include <unordered_set>
 
-#include "common/map_updater.hpp"
+#include "common/map/map_updater.hpp"
 #include "services/map_updater/answers.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/held_by_utime.hpp"

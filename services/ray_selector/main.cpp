@@ -1,6 +1,6 @@
 // ray_selector: LASER -> CRITICAL_RAYS. Keeps the measurements of each scan and says which of them are critical.
 
-#include "common/ray_selection.hpp"
+#include "common/scan/ray_selection.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"

@@ -6,7 +6,7 @@
 
 #include <unordered_map>
 
-#include "common/rrhc_matcher.hpp"
+#include "common/match/rrhc_matcher.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/held_by_utime.hpp"
 #include "services/runtime/map_follower.hpp"

@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
-#include "common/laser_scan.hpp"
-#include "common/map_delta.hpp"
-#include "common/ray_selection.hpp"
-#include "common/scan_match.hpp"
-#include "common/valid_rays.hpp"
+#include "common/map/map_delta.hpp"
+#include "common/scan/laser_scan.hpp"
+#include "common/scan/ray_selection.hpp"
+#include "common/scan/scan_match.hpp"
+#include "common/scan/valid_rays.hpp"
 #include "services/runtime/wire.hpp"
 
 namespace crsm {

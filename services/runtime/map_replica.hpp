@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "common/map_delta.hpp"
-#include "common/scan_match.hpp"
+#include "common/map/map_delta.hpp"
+#include "common/scan/scan_match.hpp"
 #include "services/runtime/wire.hpp"
 
 namespace crsm {

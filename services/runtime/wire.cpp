@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/laser_scan.hpp"
-#include "common/map_delta.hpp"
+#include "common/map/map_delta.hpp"
+#include "common/map/tile_grid.hpp"
+#include "common/math/trigonometry.hpp"
 #include "common/parameters.hpp"
-#include "common/scan_match.hpp"
-#include "common/tile_grid.hpp"
-#include "common/trigonometry.hpp"
+#include "common/scan/laser_scan.hpp"
+#include "common/scan/scan_match.hpp"
 
 namespace crsm {
 namespace {

@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "common/relations.hpp"
-#include "common/trajectory.hpp"
+#include "common/metrics/relations.hpp"
+#include "common/metrics/trajectory.hpp"
 #include "services/slam_eval/commands.hpp"
 
 namespace crsm {

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "common/map_metrics.hpp"
+#include "common/metrics/map_metrics.hpp"
 #include "services/slam_eval/commands.hpp"
 
 namespace crsm {

@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "common/map_metrics.hpp"
+#include "common/metrics/map_metrics.hpp"
 #include "common/results/pictures.hpp"
-#include "common/simulator.hpp"
+#include "common/worlds/simulator.hpp"
 #include "services/slam_eval/commands.hpp"
 
 namespace crsm {

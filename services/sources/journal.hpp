@@ -4,8 +4,8 @@
 #include <functional>
 #include <optional>
 
-#include "common/laser_scan.hpp"
-#include "common/scan_match.hpp"
+#include "common/scan/laser_scan.hpp"
+#include "common/scan/scan_match.hpp"
 #include "services/runtime/event_log_writer.hpp"
 
 namespace crsm {

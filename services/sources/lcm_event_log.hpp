@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "common/gzip_file.hpp"
+#include "common/logs/gzip_file.hpp"
 
 namespace crsm {
 

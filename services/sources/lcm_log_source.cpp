@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "common/trigonometry.hpp"
+#include "common/math/trigonometry.hpp"
 #include "services/runtime/bus.hpp"
 #include "services/runtime/conversions.hpp"
 

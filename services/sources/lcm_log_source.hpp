@@ -6,7 +6,7 @@
 #include <string>
 #include <unordered_set>
 
-#include "common/laser_source.hpp"
+#include "common/logs/laser_source.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/sources/lcm_event_log.hpp"
 

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "common/carmen_log.hpp"
-#include "common/gzip_file.hpp"
-#include "common/simulator.hpp"
+#include "common/logs/carmen_log.hpp"
+#include "common/logs/gzip_file.hpp"
+#include "common/worlds/simulator.hpp"
 #include "services/sources/lcm_event_log.hpp"
 #include "services/sources/lcm_log_source.hpp"
 

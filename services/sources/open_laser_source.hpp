@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "common/laser_source.hpp"
+#include "common/logs/laser_source.hpp"
 
 namespace crsm {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "common/fitness_field.hpp"
-#include "common/rrhc_matcher.hpp"
+#include "common/match/fitness_field.hpp"
+#include "common/match/rrhc_matcher.hpp"
 #include "common/slam.hpp"
 
 namespace crsm::bench {

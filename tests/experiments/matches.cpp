@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/fitness_field.hpp"
-#include "common/random.hpp"
+#include "common/match/fitness_field.hpp"
+#include "common/math/random.hpp"
 #include "common/slam.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "tests/experiments/outcome.hpp"

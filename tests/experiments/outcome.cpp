@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "common/map_metrics.hpp"
-#include "common/relations.hpp"
+#include "common/metrics/map_metrics.hpp"
+#include "common/metrics/relations.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "common/slam.hpp"

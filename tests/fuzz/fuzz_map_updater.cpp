@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "common/map_updater.hpp"
+#include "common/map/map_updater.hpp"
 #include "input.hpp"
 #include "services/map_updater/answers.cpp"  // in no library: it is map_updater's own
 #include "services/runtime/conversions.hpp"

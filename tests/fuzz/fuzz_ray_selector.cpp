@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "common/ray_selection.hpp"
+#include "common/scan/ray_selection.hpp"
 #include "services/runtime/conversions.hpp"
 #include "wire_messages.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <stdexcept>
 
-#include "common/simulator.hpp"
+#include "common/worlds/simulator.hpp"
 #include "input.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "common/rrhc_matcher.hpp"
+#include "common/match/rrhc_matcher.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/map_replica.hpp"
 #include "wire_messages.hpp"

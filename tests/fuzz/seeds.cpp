@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <iostream>
 
-#include "common/built_in_worlds.hpp"
-#include "common/random.hpp"
-#include "common/ray_selection.hpp"
+#include "common/math/random.hpp"
+#include "common/scan/ray_selection.hpp"
+#include "common/worlds/built_in_worlds.hpp"
 #include "input.hpp"
 #include "map_owner.hpp"
 #include "services/map_updater/answers.cpp"  // in no library: it is map_updater's own

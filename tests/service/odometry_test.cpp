@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "catch.hpp"
-#include "common/random.hpp"
+#include "common/math/random.hpp"
 #include "processes.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/sources/open_laser_source.hpp"

@@ -4,9 +4,9 @@
 #include <csignal>
 
 #include "catch.hpp"
-#include "common/map_updater.hpp"
+#include "common/map/map_updater.hpp"
+#include "common/match/rrhc_matcher.hpp"
 #include "common/results/results.hpp"
-#include "common/rrhc_matcher.hpp"
 #include "processes.hpp"
 #include "services/runtime/conversions.hpp"
 

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "common/laser_scan.hpp"
 #include "common/parameters.hpp"
+#include "common/scan/laser_scan.hpp"
 #include "services/runtime/bus.hpp"
 
 namespace crsm {

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "catch.hpp"
-#include "common/world.hpp"
+#include "common/worlds/world.hpp"
 
 namespace fs = std::filesystem;
 

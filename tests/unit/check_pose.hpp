@@ -1,7 +1,7 @@
 #pragma once
 
 #include "catch.hpp"
-#include "common/pose2.hpp"
+#include "common/math/pose2.hpp"
 
 namespace crsm {
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "common/map_updater.hpp"
+#include "common/map/map_updater.hpp"
 #include "services/map_updater/answers.hpp"
 #include "synthetic_scans.hpp"
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "common/laser_source.hpp"
+#include "common/logs/laser_source.hpp"
 
 namespace crsm {
 

@@ -6,10 +6,10 @@
 #include <limits>
 #include <vector>
 
-#include "common/laser_scan.hpp"
-#include "common/map_delta.hpp"
+#include "common/map/map_delta.hpp"
 #include "common/parameters.hpp"
-#include "common/scan_match.hpp"
+#include "common/scan/laser_scan.hpp"
+#include "common/scan/scan_match.hpp"
 
 namespace crsm {
 

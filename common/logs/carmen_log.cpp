@@ -1,0 +1,204 @@
+#include "common/logs/carmen_log.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <system_error>
+#include <utility>
+
+#include "common/math/trigonometry.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr double kDegree = kPi / 180.0;
+constexpr double kMaxAngle_rad = 100.0;  // no laser's geometry is beyond it
+
+/// The blank-separated fields of a line, one after the other. The first that is missing or wrong makes `good` false for
+/// good, so that a line is read straight through and judged at its end.
+class Fields {
+ public:
+  explicit Fields(std::string_view line) : rest_(line) {}
+
+  bool good() const { return good_; }
+
+  std::string_view Word() {
+    constexpr std::string_view kBlanks = " \t\r";
+    const std::size_t begin = std::min(rest_.find_first_not_of(kBlanks), rest_.size());
+    const std::size_t end = std::min(rest_.find_first_of(kBlanks, begin), rest_.size());
+    const std::string_view word = rest_.substr(begin, end - begin);
+    rest_.remove_prefix(end);
+    if (word.empty()) good_ = false;
+    return word;
+  }
+
+  template <class Number>
+  Number Read() {
+    const std::string_view word = Word();
+    Number number{};
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+    if (error != std::errc{} || end != word.data() + word.size()) good_ = false;
+    return number;
+  }
+
+  /// An angle that a laser can have, in radians.
+  double ReadAngle() {
+    const auto angle_rad = Read<double>();
+    if (!(std::abs(angle_rad) <= kMaxAngle_rad)) good_ = false;
+    return angle_rad;
+  }
+
+  std::size_t ReadCount(std::size_t min, std::size_t max) {
+    const auto count = Read<std::size_t>();
+    if (count < min || count > max) good_ = false;
+    return good_ ? count : 0;
+  }
+
+  std::vector<float> ReadRanges(std::size_t count) {
+    std::vector<float> ranges_m(count);
+    for (float& range_m : ranges_m) range_m = Read<float>();
+    return ranges_m;
+  }
+
+  void SkipNumbers(std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) Read<double>();
+  }
+
+  Pose2 ReadPose() {
+    const auto x_m = Read<double>();
+    const auto y_m = Read<double>();
+    const auto yaw_rad = Read<double>();
+    return {x_m, y_m, yaw_rad};
+  }
+
+  /// ipc_timestamp, host, logger_timestamp, and the line is over: a wrong number of beams shows here.
+  std::int64_t ReadUtimeAndEnd() {
+    const std::optional<std::int64_t> utime = ParseUtime(Word());
+    Word();
+    Word();
+    if (!utime || rest_.find_first_not_of(" \t\r") != std::string_view::npos) good_ = false;
+    return utime.value_or(0);
+  }
+
+ private:
+  std::string_view rest_;
+  bool good_ = true;
+};
+
+double FlaserStep(std::size_t num_beams) {
+  switch (num_beams) {
+    case 180:
+    case 181:
+      return 1.0 * kDegree;
+    case 360:
+    case 361:
+      return 0.5 * kDegree;
+    case 720:
+    case 721:
+      return 0.25 * kDegree;
+    default:
+      return 180.0 * kDegree / (static_cast<double>(num_beams) - 1.0);
+  }
+}
+
+/// A line of a laser: a scan, and where the robot stood by its odometry.
+struct Line {
+  LaserScan scan;
+  Pose2 T_odom_robot;
+};
+
+Line ReadFlaser(Fields& fields) {
+  Line line;
+  LaserScan& scan = line.scan;
+  const std::size_t num_beams = fields.ReadCount(kMinBeams, kMaxBeams);
+  scan.angle_min_rad = static_cast<float>(-90.0 * kDegree);
+  scan.angle_step_rad = static_cast<float>(FlaserStep(num_beams));
+  scan.ranges_m = fields.ReadRanges(num_beams);
+  fields.SkipNumbers(3);  // the pose of the laser
+  line.T_odom_robot = fields.ReadPose();
+  scan.utime = fields.ReadUtimeAndEnd();
+  return line;
+}
+
+std::optional<Line> ReadRobotLaser(Fields& fields) {
+  Line line;
+  LaserScan& scan = line.scan;
+  fields.SkipNumbers(1);  // type
+  scan.angle_min_rad = static_cast<float>(fields.ReadAngle());
+  fields.SkipNumbers(1);  // field of view
+  scan.angle_step_rad = static_cast<float>(fields.ReadAngle());
+  auto max_range_m = fields.Read<float>();
+  fields.SkipNumbers(2);  // accuracy, remission mode
+  scan.ranges_m = fields.ReadRanges(fields.ReadCount(kMinBeams, kMaxBeams));
+  fields.SkipNumbers(fields.ReadCount(0, kMaxBeams));  // remissions
+  fields.SkipNumbers(3);                               // the pose of the laser
+  line.T_odom_robot = fields.ReadPose();
+  fields.SkipNumbers(5);  // speeds, safety
+  scan.utime = fields.ReadUtimeAndEnd();
+  if (scan.angle_step_rad == 0.0f) return std::nullopt;
+
+  if (!(max_range_m > 0.0f)) max_range_m = std::numeric_limits<float>::infinity();  // the log does not know it
+  std::replace_if(
+      scan.ranges_m.begin(), scan.ranges_m.end(), [&](float range_m) { return range_m >= max_range_m; }, 0.0f);
+  return line;
+}
+
+bool IsLaser(std::string_view kind) { return kind == "FLASER" || kind == "ROBOTLASER1"; }
+
+std::optional<Line> ReadLaser(std::string_view kind, Fields& fields) {
+  std::optional<Line> line = kind == "FLASER" ? ReadFlaser(fields) : ReadRobotLaser(fields);
+  return fields.good() ? line : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<LaserScan> CarmenLog::Next() {
+  while (const auto line = file_.ReadLine()) {
+    Fields fields(line->text);
+    const std::string_view kind = fields.Word();
+    if (!line->too_long && !IsLaser(kind)) continue;
+    std::optional<Line> laser = line->too_long ? std::nullopt : ReadLaser(kind, fields);
+    if (!laser) {
+      ++counts_["bad_line"];
+    } else if (!utimes_.insert(laser->scan.utime).second) {
+      ++counts_["utime_repeated"];
+    } else {
+      T_odom_robot_ = RoundOdometry(laser->T_odom_robot);
+      if (!T_odom_robot_) ++counts_["bad_odometry"];
+      return std::move(laser->scan);
+    }
+  }
+  if (file_.truncated()) counts_["truncated"] = 1;
+  return std::nullopt;
+}
+
+bool HasCarmenLaser(GzipFile& file, int max_lines) {
+  for (int i = 0; i < max_lines; ++i) {
+    const auto line = file.ReadLine();
+    if (!line || line->too_long) return false;
+    if (IsLaser(Fields(line->text).Word())) return true;
+  }
+  return false;
+}
+
+std::optional<std::int64_t> ParseUtime(std::string_view seconds) {
+  const std::size_t point = std::min(seconds.find('.'), seconds.size());
+  const std::string_view whole = seconds.substr(0, point);
+  const std::string_view fraction = point < seconds.size() ? seconds.substr(point + 1) : "0";
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  if (whole.empty() || fraction.empty()) return std::nullopt;
+  if (!std::all_of(whole.begin(), whole.end(), is_digit)) return std::nullopt;
+  if (!std::all_of(fraction.begin(), fraction.end(), is_digit)) return std::nullopt;
+
+  constexpr std::int64_t kMaxSeconds = 9'000'000'000'000;
+  std::int64_t utime = 0;
+  for (const char digit : whole) {
+    utime = 10 * utime + (digit - '0');
+    if (utime > kMaxSeconds) return std::nullopt;
+  }
+  for (std::size_t i = 0; i < 6; ++i) utime = 10 * utime + (i < fraction.size() ? fraction[i] - '0' : 0);
+  return utime + (fraction.size() > 6 && fraction[6] >= '5' ? 1 : 0);
+}
+
+}  // namespace crsm

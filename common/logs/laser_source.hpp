@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "common/math/pose2.hpp"
+#include "common/scan/laser_scan.hpp"
+
+namespace crsm {
+
+/// Where scans come from: a log or a simulated world.
+class LaserSource {
+ public:
+  virtual ~LaserSource() = default;
+
+  /// The next scan, in the order of the source; nothing at its end. Bad entries are counted and skipped.
+  /// Throws std::runtime_error if the source cannot be read on.
+  virtual std::optional<LaserScan> Next() = 0;
+
+  /// Where the laser truly stood at the last scan given, seen from where it stood at the first: of simulated worlds.
+  virtual std::optional<Pose2> TruePose() const { return std::nullopt; }
+
+  /// Where the robot stood at the last scan given, by its wheels (T_odom_robot), as RoundOdometry leaves it; nothing
+  /// where the source has none.
+  virtual std::optional<Pose2> Odometry() const { return std::nullopt; }
+
+  /// How much of the source has been read, [0, 1].
+  virtual double Progress() const = 0;
+
+  /// What was counted on the way, by name ("bad_line", "utime_repeated", ...). Names with a count of 0 may be missing.
+  virtual std::map<std::string, std::int64_t> Counts() const = 0;
+};
+
+}  // namespace crsm

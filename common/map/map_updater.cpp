@@ -1,0 +1,237 @@
+#include "common/map/map_updater.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include "common/scan/surface.hpp"
+
+namespace crsm {
+namespace {
+
+// Marks of the cells that a scan touches: free, or from there on occupied by this share.
+constexpr std::uint8_t kFreeMark = 1;
+constexpr std::uint8_t kOccupiedMark = 255;
+constexpr double kNearHitsCells = 2.0;  // hits this close are neighbours in the map whatever they lie on
+
+/// One byte of the wire for the probability of being free; 127 is kept for unexplored cells.
+std::uint8_t ToByte(float p_free) {
+  const int byte = static_cast<int>(p_free * 255.0f + 0.5f);
+  if (byte == kUnexploredByte) return p_free < 0.5f ? kUnexploredByte - 1 : kUnexploredByte + 1;
+  return static_cast<std::uint8_t>(byte);
+}
+
+Cell CellOf(const Eigen::Vector2d& point_cells) {
+  return {static_cast<int>(std::floor(point_cells.x())), static_cast<int>(std::floor(point_cells.y()))};
+}
+
+/// Visits the cells on the straight line from one point to another, both ends included, each step crossing one side of
+/// a cell (Amanatides and Woo 1987).
+template <class Visit>
+void WalkCells(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells, Visit&& visit) {
+  Cell cell = CellOf(from_cells);
+  const Cell last = CellOf(to_cells);
+  const Eigen::Vector2d way = to_cells - from_cells;
+  const Cell step{way.x() < 0 ? -1 : 1, way.y() < 0 ? -1 : 1};
+  // Parts of the way from one side of a cell to the next, and to the first one.
+  const Eigen::Vector2d per_cell = way.cwiseAbs().cwiseInverse();  // infinite on an axis without motion
+  const auto ToFirstSide = [](double from, int at, int toward) { return toward > 0 ? at + 1 - from : from - at; };
+  double next_x = way.x() == 0.0 ? HUGE_VAL : ToFirstSide(from_cells.x(), cell.x, step.x) * per_cell.x();
+  double next_y = way.y() == 0.0 ? HUGE_VAL : ToFirstSide(from_cells.y(), cell.y, step.y) * per_cell.y();
+  const int num_steps = std::abs(last.x - cell.x) + std::abs(last.y - cell.y);
+  visit(cell);
+  for (int i = 0; i < num_steps; ++i) {
+    if (cell.y == last.y || (cell.x != last.x && next_x < next_y)) {
+      cell.x += step.x;
+      next_x += per_cell.x();
+    } else {
+      cell.y += step.y;
+      next_y += per_cell.y();
+    }
+    visit(cell);
+  }
+}
+
+}  // namespace
+
+struct MapUpdater::Tile {
+  std::array<float, kTileCells> p_free;          // exact; the wire carries it rounded to a byte
+  std::array<std::uint8_t, kTileCells> marks{};  // of the scan at hand
+  bool marked = false;                           // by it
+  TileBytes bytes;
+  std::int64_t changed_in_version = 0;
+
+  Tile() {
+    p_free.fill(0.5f);
+    bytes.fill(kUnexploredByte);
+  }
+};
+
+MapUpdater::MapUpdater(const ScanParameters& scan, const UpdateParameters& update)
+    : scan_parameters_(scan), parameters_(update), geometry_(update.cell_size_m) {}
+
+MapUpdater::~MapUpdater() = default;
+
+MapDelta MapUpdater::Update(const LaserScan& scan, const ScanMatch& match) {
+  if (scan.utime != match.utime) throw std::invalid_argument("MapUpdater: the match is of another scan");
+  const Pose2& pose = match.T_map_laser;
+  MapDelta delta = UpdateWithoutScan();
+  if (frozen_ || match.state == MatchState::kLost || !InLimits(match) || !MovedEnough(pose)) return delta;
+  const ValidRays rays = FindValidRays(scan, scan_parameters_);
+  if (rays.size() == 0) return delta;
+  Draw(rays, pose, delta.tiles);
+  T_map_last_drawn_ = pose;
+  return delta;
+}
+
+bool MapUpdater::InLimits(const ScanMatch& match) const {
+  return geometry_.InLimits(match.T_map_laser.x_m, match.T_map_laser.y_m, scan_parameters_.range_max_m);
+}
+
+MapDelta MapUpdater::UpdateWithoutScan() { return {++version_, {}}; }
+
+void MapUpdater::Freeze() {
+  frozen_ = true;
+  version_ = 0;
+  for (const auto& entry : tiles_.entries()) entry.tile->changed_in_version = 1;
+}
+
+std::optional<TileChange> MapUpdater::TileSince(std::size_t tile, std::int64_t version) const {
+  const auto& entry = tiles_.entries().at(tile);
+  if (entry.tile->changed_in_version <= version) return std::nullopt;
+  TileBytes other;  // differs in every cell, so that the whole tile is packed
+  std::transform(entry.tile->bytes.begin(), entry.tile->bytes.end(), other.begin(),
+                 [](std::uint8_t byte) { return static_cast<std::uint8_t>(~byte); });
+  return TileChange{entry.index, PackRuns(other, entry.tile->bytes)};
+}
+
+bool MapUpdater::MovedEnough(const Pose2& T_map_laser) const {
+  if (!T_map_last_drawn_) return true;
+  const Pose2 motion = Inverse(*T_map_last_drawn_) * T_map_laser;
+  return std::sqrt(motion.x_m * motion.x_m + motion.y_m * motion.y_m) >= parameters_.update_distance_m ||
+         std::abs(motion.yaw_rad) >= parameters_.update_angle_rad;
+}
+
+void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vector<TileChange>& changes) {
+  const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
+  const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
+  Eigen::Matrix2d rotation;
+  rotation << cos, -sin, sin, cos;
+  const Eigen::Vector2d laser_cells(geometry_.ToCells(T_map_laser.x_m), geometry_.ToCells(T_map_laser.y_m));
+  const Eigen::Matrix2Xd hits_cells = (rotation * hits_m / geometry_.cell_size_m()).colwise() + laser_cells;
+
+  for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) MarkRay(laser_cells, hits_cells.col(i));
+  if (parameters_.join_hits) {
+    const auto joined = FindSurfaces(hits_m, kNearHitsCells * geometry_.cell_size_m(), parameters_.join_max_m);
+    for (std::size_t i = 0; i < joined.size(); ++i) {
+      const auto column = static_cast<Eigen::Index>(i);
+      if (joined[i]) MarkSurface(hits_cells.col(column), hits_cells.col(column + 1));
+    }
+  }
+
+  // "The intensity of the update is proportionate to the mean sparseness of the current scan."
+  const double intensity =
+      parameters_.sparseness_intensity
+          ? std::min(std::max(ComputeMeanSparseness(rays), parameters_.intensity_min), parameters_.intensity_max)
+          : parameters_.intensity;
+  std::sort(marked_.begin(), marked_.end());
+  for (const TileIndex index : marked_) {
+    Tile& tile = *tiles_.Find(index);
+    const TileBytes before = tile.bytes;
+    Blend(tile, intensity);
+    std::vector<std::uint8_t> runs = PackRuns(before, tile.bytes);
+    if (runs.empty()) continue;
+    tile.changed_in_version = version_;
+    changes.push_back({index, std::move(runs)});
+  }
+  marked_.clear();
+  marking_ = nullptr;
+  if (std::exchange(cut_, false)) ++num_scans_cut_;
+}
+
+void MapUpdater::MarkRay(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {
+  const Cell hit = CellOf(to_cells);
+  WalkCells(from_cells, to_cells, [&](Cell cell) {
+    if (cell != hit) Mark(cell, kFreeMark);
+  });
+  MarkHit(to_cells);
+}
+
+void MapUpdater::MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {
+  if (parameters_.hit_spread == 0.0) {
+    return WalkCells(from_cells, to_cells, [&](Cell cell) { Mark(cell, kOccupiedMark); });
+  }
+  constexpr double kStepCells = 0.25;
+  const Eigen::Vector2d way = to_cells - from_cells;
+  const auto num_steps = static_cast<int>(std::sqrt(way.squaredNorm()) / kStepCells) + 1;
+  for (int i = 1; i < num_steps; ++i) MarkHit(from_cells + way * (static_cast<double>(i) / num_steps));
+}
+
+/// A hit occupies the cells around it, each by how near it is: so the map knows where in a cell a wall stands, and a
+/// match is finer than the cells.
+void MapUpdater::MarkHit(const Eigen::Vector2d& at_cells) {
+  if (parameters_.hit_spread == 0.0) return Mark(CellOf(at_cells), kOccupiedMark);
+  const Eigen::Vector2d from_centre = at_cells.array() - 0.5;
+  const Cell low = CellOf(from_centre);
+  const double right = from_centre.x() - low.x;
+  const double up = from_centre.y() - low.y;
+  const auto MarkShare = [&](int dx, int dy, double share) {
+    const auto mark = static_cast<std::uint8_t>(std::min(1.0, parameters_.hit_spread * share) * kOccupiedMark);
+    if (mark > kFreeMark) Mark({low.x + dx, low.y + dy}, mark);
+  };
+  MarkShare(0, 0, (1.0 - right) * (1.0 - up));
+  MarkShare(1, 0, right * (1.0 - up));
+  MarkShare(0, 1, (1.0 - right) * up);
+  MarkShare(1, 1, right * up);
+}
+
+/// Each cell counts once a scan, by the largest share that an obstacle has in it.
+void MapUpdater::Mark(Cell cell, std::uint8_t mark) {
+  const TileIndex index = TileOf(cell);
+  if (!marking_ || index != marking_index_) {
+    marking_ = MarkTile(index);
+    marking_index_ = index;
+  }
+  if (!marking_) return;
+  std::uint8_t& slot = marking_->marks[static_cast<std::size_t>(OffsetInTile(cell))];
+  slot = std::max(slot, mark);
+}
+
+/// The tile, on the list of those that the scan touches; nullptr if there is no room for it.
+MapUpdater::Tile* MapUpdater::MarkTile(TileIndex index) {
+  Tile* tile = tiles_.Find(index);
+  if (!tile && tiles_.HasRoomFor(index)) tile = &tiles_.Touch(index);
+  if (!tile) {
+    cut_ = true;
+  } else if (!std::exchange(tile->marked, true)) {
+    marked_.push_back(index);
+  }
+  return tile;
+}
+
+/// The asymptotic rule of section 6 on every marked cell; the marks are cleared. A cell that an obstacle fills in part
+/// goes towards that part, by an intensity between that of a free cell and that of an occupied one.
+///
+/// A cell seen for the first time is believed more readily: what was just explored would else score nearly as well as a
+/// wall, wall or not, and draw the next scans back to where the last ones ended.
+void MapUpdater::Blend(Tile& tile, double intensity) const {
+  constexpr double kMaxIntensity = 0.95;  // asymptotic: no cell is ever certain
+  const auto Limited = [&](double value) { return static_cast<float>(std::min(kMaxIntensity, value)); };
+  const float free = Limited(intensity);
+  const float occupied = Limited(intensity * parameters_.occupied_density);
+  const auto first = static_cast<float>(parameters_.first_intensity);
+  tile.marked = false;
+  for (std::size_t i = 0; i < kTileCells; ++i) {
+    const std::uint8_t mark = tile.marks[i];
+    if (mark == 0) continue;
+    float& c = tile.p_free[i];
+    const float least = tile.bytes[i] == kUnexploredByte ? first : 0.0f;
+    const float share = mark == kFreeMark ? 0.0f : static_cast<float>(mark) / kOccupiedMark;  // of an obstacle
+    c += (1.0f - share - c) * std::max(free + (occupied - free) * share, least);
+    tile.bytes[i] = ToByte(c);
+    tile.marks[i] = 0;
+  }
+}
+
+}  // namespace crsm

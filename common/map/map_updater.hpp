@@ -1,0 +1,74 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "common/map/map_delta.hpp"
+#include "common/map/map_geometry.hpp"
+#include "common/parameters.hpp"
+#include "common/scan/laser_scan.hpp"
+#include "common/scan/scan_match.hpp"
+#include "common/scan/valid_rays.hpp"
+
+namespace crsm {
+
+/// The owner of the map: draws matched scans into it. Source: section 6.
+class MapUpdater {
+ public:
+  MapUpdater(const ScanParameters& scan, const UpdateParameters& update);
+  ~MapUpdater();
+
+  /// Draws a scan that was taken at `match.T_map_laser`, and says what changed. The map's version rises by one with
+  /// every call, also when nothing changes: a lost scan, one without rays or beyond the limits of the map, or too
+  /// little motion since the last drawn. Throws std::invalid_argument if the scan is not the one that was matched.
+  MapDelta Update(const LaserScan& scan, const ScanMatch& match);
+
+  /// Whether all of a scan that was taken there would lie within the limits of the map.
+  bool InLimits(const ScanMatch& match) const;
+
+  /// Answers a match that has no scan: a version in which nothing changes.
+  MapDelta UpdateWithoutScan();
+
+  /// From now on the map stays as it is: what comes is answered and not drawn. Versions start over at 0, and a replica
+  /// that holds version 0 lacks the whole map.
+  void Freeze();
+
+  std::int64_t version() const { return version_; }
+  const MapGeometry& geometry() const { return geometry_; }
+
+  /// Scans of which a part was left out of the map, because it has no room for more tiles.
+  std::int64_t num_scans_cut() const { return num_scans_cut_; }
+
+  /// Tiles in the order of their creation.
+  std::size_t num_tiles() const { return tiles_.entries().size(); }
+
+  /// A whole tile, for a replica that lacks it; nothing if it has not changed since `version`.
+  std::optional<TileChange> TileSince(std::size_t tile, std::int64_t version) const;
+
+ private:
+  struct Tile;
+
+  bool MovedEnough(const Pose2& T_map_laser) const;
+  void Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vector<TileChange>& changes);
+  void MarkRay(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
+  void MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
+  void MarkHit(const Eigen::Vector2d& at_cells);
+  void Mark(Cell cell, std::uint8_t mark);
+  Tile* MarkTile(TileIndex index);
+  void Blend(Tile& tile, double intensity) const;
+
+  ScanParameters scan_parameters_;
+  UpdateParameters parameters_;
+  MapGeometry geometry_;
+  TileGrid<Tile> tiles_;
+  std::vector<TileIndex> marked_;  ///< tiles that the scan at hand touches
+  Tile* marking_ = nullptr;        ///< the one it touched last, nullptr if there is no room for it ...
+  TileIndex marking_index_;        ///< ... and where that is
+  bool cut_ = false;               ///< there was no room for all of it
+  std::int64_t num_scans_cut_ = 0;
+  std::int64_t version_ = 0;
+  bool frozen_ = false;
+  std::optional<Pose2> T_map_last_drawn_;
+};
+
+}  // namespace crsm

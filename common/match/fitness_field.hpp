@@ -1,0 +1,78 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <vector>
+
+#include "common/map/map_delta.hpp"
+#include "common/map/map_geometry.hpp"
+#include "common/match/fitness_kernel.hpp"
+#include "common/math/pose2.hpp"
+#include "common/scan/valid_rays.hpp"
+
+namespace crsm {
+
+/// The largest score of one ray: it and its four neighbours on cells of value 0 (section 5.2, line 10).
+inline constexpr int kFullScore = (10 + 4) * 255;
+
+/// Rays in the laser's frame, in cells, ready to be put on the map.
+class RaysInCells {
+ public:
+  /// x, y: where they end. weight: how much each counts, >= 1; whole numbers, so that sums are exact. All of one size.
+  RaysInCells(Eigen::ArrayXf x, Eigen::ArrayXf y, Eigen::ArrayXi weight);
+
+  Eigen::Index size() const { return x_.size(); }
+  const Eigen::ArrayXf& x() const { return x_; }
+  const Eigen::ArrayXf& y() const { return y_; }
+  const Eigen::ArrayXi& weight() const { return weight_; }
+  std::int64_t total_weight() const { return total_weight_; }
+
+ private:
+  Eigen::ArrayXf x_;
+  Eigen::ArrayXf y_;
+  Eigen::ArrayXi weight_;
+  std::int64_t total_weight_;
+};
+
+/// hits_m: 2 x N, laser frame. weight: of N rays; without, all count alike.
+RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry, const Eigen::ArrayXi& weight);
+RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry);
+
+/// Weights by the length of outline that each ray stands for: half the distance to its neighbours on either side, of
+/// which no more than `cap_m` counts; 1 to 21. Along a corridor most rays end on its near walls, which do not tell how
+/// far the robot went; the few that do lie far apart. cap_m = 0: all alike.
+Eigen::ArrayXi ComputeWeights(const ValidRays& rays, double cap_m);
+
+/// What a ray scores that ends in a given cell, kept up to date with the map: one read a ray instead of five.
+/// Source: section 5.2, lines 6 to 10.
+class FitnessField {
+ public:
+  /// unexplored_score: for a ray that ends in an unexplored cell; the paper's is -100.
+  /// kernel: how scores are summed, all of which give the same.
+  FitnessField(double unexplored_score, bool interpolate, FitnessKernel kernel = FindFitnessKernels().back());
+
+  /// Takes over the tiles that changed, from the map after the change.
+  void Refresh(const ByteMap& map, const std::vector<TileIndex>& changed);
+
+  /// Fitness of rays seen from a pose, their weighted mean: [0, 1], below 0 where much is unexplored and that is
+  /// punished. The laser is `T_map_laser`, rays and pose within the limits of the map. Returns 0 without rays. The same
+  /// on every machine.
+  double Evaluate(const RaysInCells& rays, const Pose2& T_map_laser, const MapGeometry& geometry) const;
+
+ private:
+  struct Free {
+    void operator()(ScorePair* pairs) const { std::free(pairs); }
+  };
+
+  void RefreshTile(const ByteMap& map, TileIndex index);
+
+  std::int16_t unexplored_score_;
+  bool interpolate_;
+  FitnessKernel kernel_;
+  TileRectangle rectangle_;
+  std::unique_ptr<ScorePair[], Free> pairs_;  ///< scores less unexplored_score_: what is unexplored holds 0
+};
+
+}  // namespace crsm

@@ -1,0 +1,153 @@
+#include "common/match/fitness_kernel.hpp"
+
+#include <algorithm>
+
+#ifdef __x86_64__
+#include <immintrin.h>
+#endif
+
+namespace crsm {
+namespace {
+
+constexpr unsigned kTileBits = 6 + kFractionBits;  // a coordinate in 1/128 cell, shifted by these, is a tile's
+
+/// std::floor is a function call on the x86-64 that every machine has.
+int FloorToInt(float value) {
+  const int truncated = static_cast<int>(value);
+  return truncated - (value < static_cast<float>(truncated) ? 1 : 0);
+}
+
+#ifdef __x86_64__
+
+#define CRSM_AVX2 __attribute__((target("avx2"), always_inline))
+
+/// Products of eight scores and weights, summed in pairs to 64 bits.
+CRSM_AVX2 inline __m256i Weigh(__m256i scores, __m256i weights) {
+  return _mm256_add_epi64(_mm256_mul_epi32(scores, weights),
+                          _mm256_mul_epi32(_mm256_srli_epi64(scores, 32), _mm256_srli_epi64(weights, 32)));
+}
+
+/// Eight rays at a time. Their scores are fetched one by one, which is faster than to gather them. The places of many
+/// are computed before the first is fetched, so that the processor need not wait for them.
+__attribute__((target("avx2"))) std::int64_t SumScoresAvx2(const FitnessTask& task) {
+  constexpr int kLanes = 8;
+  constexpr int kBlock = 64;
+  const __m256 sin = _mm256_set1_ps(task.sin);
+  const __m256 cos = _mm256_set1_ps(task.cos);
+  const __m256 offset_x = _mm256_set1_ps(task.offset_x);
+  const __m256 offset_y = _mm256_set1_ps(task.offset_y);
+  const __m256i corner_x = _mm256_set1_epi32(task.corner_x);
+  const __m256i corner_y = _mm256_set1_epi32(task.corner_y);
+  const __m256i end_x = _mm256_set1_epi32(static_cast<int>(task.tiles.width << kTileBits));
+  const __m256i end_y = _mm256_set1_epi32(static_cast<int>(task.tiles.height << kTileBits));
+  const __m256i pairs_in_tile_row = _mm256_set1_epi32(static_cast<int>((task.tiles.width + 1) * kPairsInTile));
+  const __m256i pairs_in_tile_and_row = _mm256_set1_epi32(kPairsInTile << 16 | kPairsInRow);  // of 16 bits each
+  const __m256i cell_mask = _mm256_set1_epi32(kTileSide - 1);
+  const __m256i fraction_mask = _mm256_set1_epi32(task.fraction_mask);
+  const __m256i one = _mm256_set1_epi32(kFractions);
+
+  alignas(32) std::uint32_t pair[kBlock];
+  alignas(32) std::int32_t right[kBlock];  // of the pair [1/128 cell]
+  alignas(32) std::int32_t up[kBlock];
+  const auto Place = [&](int i, __m256 ray_x, __m256 ray_y) CRSM_AVX2 {
+    const __m256 turned_x = _mm256_sub_ps(_mm256_mul_ps(cos, ray_x), _mm256_mul_ps(sin, ray_y));
+    const __m256 turned_y = _mm256_add_ps(_mm256_mul_ps(sin, ray_x), _mm256_mul_ps(cos, ray_y));
+    const __m256 whole_x = _mm256_floor_ps(_mm256_add_ps(turned_x, offset_x));
+    const __m256 whole_y = _mm256_floor_ps(_mm256_add_ps(turned_y, offset_y));
+    const __m256i x = _mm256_min_epu32(_mm256_add_epi32(corner_x, _mm256_cvttps_epi32(whole_x)), end_x);
+    const __m256i y = _mm256_min_epu32(_mm256_add_epi32(corner_y, _mm256_cvttps_epi32(whole_y)), end_y);
+
+    const __m256i tile_row = _mm256_mullo_epi32(_mm256_srli_epi32(y, kTileBits), pairs_in_tile_row);
+    const __m256i tile_x = _mm256_srli_epi32(x, kTileBits);
+    const __m256i cell_x = _mm256_and_si256(_mm256_srli_epi32(x, kFractionBits), cell_mask);
+    const __m256i cell_y = _mm256_and_si256(_mm256_srli_epi32(y, kFractionBits), cell_mask);
+    const __m256i tile_and_row =
+        _mm256_madd_epi16(_mm256_or_si256(_mm256_slli_epi32(tile_x, 16), cell_y), pairs_in_tile_and_row);
+    const auto Store = [i](auto* to, __m256i value)
+                           CRSM_AVX2 { _mm256_store_si256(reinterpret_cast<__m256i*>(to + i), value); };
+    Store(pair, _mm256_add_epi32(_mm256_add_epi32(tile_row, tile_and_row), cell_x));
+    Store(right, _mm256_and_si256(x, fraction_mask));
+    Store(up, _mm256_and_si256(y, fraction_mask));
+  };
+  const auto Score = [&](int i) CRSM_AVX2 {
+    const auto Fetch = [&](int ray) { return task.pairs + pair[i + ray]; };
+    const auto FetchTwo = [&](int ray) CRSM_AVX2 {
+      const __m128i first = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(Fetch(ray)));
+      return _mm_loadh_pi(_mm_castsi128_ps(first), reinterpret_cast<const __m64*>(Fetch(ray + 1)));
+    };
+    const __m256 rays_0145 = _mm256_insertf128_ps(_mm256_castps128_ps256(FetchTwo(0)), FetchTwo(4), 1);
+    const __m256 rays_2367 = _mm256_insertf128_ps(_mm256_castps128_ps256(FetchTwo(2)), FetchTwo(6), 1);
+    const __m256i left_pairs = _mm256_castps_si256(_mm256_shuffle_ps(rays_0145, rays_2367, 0x88));
+    const __m256i right_pairs = _mm256_castps_si256(_mm256_shuffle_ps(rays_0145, rays_2367, 0xdd));
+
+    const __m256i u = _mm256_load_si256(reinterpret_cast<const __m256i*>(up + i));
+    const __m256i shares = _mm256_or_si256(_mm256_sub_epi32(one, u), _mm256_slli_epi32(u, 16));
+    const __m256i left = _mm256_madd_epi16(left_pairs, shares);
+    const __m256i rise = _mm256_sub_epi32(_mm256_madd_epi16(right_pairs, shares), left);
+    const __m256i r = _mm256_load_si256(reinterpret_cast<const __m256i*>(right + i));
+    return _mm256_add_epi32(_mm256_slli_epi32(left, kFractionBits), _mm256_mullo_epi32(rise, r));
+  };
+
+  __m256i sums = _mm256_setzero_si256();
+  for (int begin = 0; begin < task.num_rays; begin += kBlock) {
+    const int num = std::min(kBlock, task.num_rays - begin);
+    const int num_full = num / kLanes * kLanes;
+    const __m256i in_rest =
+        _mm256_cmpgt_epi32(_mm256_set1_epi32(num - num_full), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+    const float* ray_x = task.x + begin;
+    const float* ray_y = task.y + begin;
+    for (int i = 0; i < num_full; i += kLanes) Place(i, _mm256_loadu_ps(ray_x + i), _mm256_loadu_ps(ray_y + i));
+    if (num_full < num) {  // what is no ray is placed at the laser, and weighs 0
+      Place(num_full, _mm256_maskload_ps(ray_x + num_full, in_rest), _mm256_maskload_ps(ray_y + num_full, in_rest));
+    }
+    const int* weight = task.weight + begin;
+    for (int i = 0; i < num_full; i += kLanes) {
+      const __m256i weights = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(weight + i));
+      sums = _mm256_add_epi64(sums, Weigh(Score(i), weights));
+    }
+    if (num_full < num) {
+      sums = _mm256_add_epi64(sums, Weigh(Score(num_full), _mm256_maskload_epi32(weight + num_full, in_rest)));
+    }
+  }
+  const __m128i halves = _mm_add_epi64(_mm256_castsi256_si128(sums), _mm256_extracti128_si256(sums, 1));
+  return _mm_extract_epi64(halves, 0) + _mm_extract_epi64(halves, 1);
+}
+
+#endif
+
+}  // namespace
+
+std::int64_t SumScores(const FitnessTask& task) {
+  const TileRectangle& tiles = task.tiles;
+  std::int64_t sum = 0;
+  for (int i = 0; i < task.num_rays; ++i) {
+    // Line 5 of section 5.2. As unsigned numbers, points left of or below the rectangle lie beyond its end.
+    const int from_corner_x = FloorToInt(task.cos * task.x[i] - task.sin * task.y[i] + task.offset_x);
+    const int from_corner_y = FloorToInt(task.sin * task.x[i] + task.cos * task.y[i] + task.offset_y);
+    const unsigned x =
+        std::min(static_cast<unsigned>(task.corner_x) + static_cast<unsigned>(from_corner_x), tiles.width << kTileBits);
+    const unsigned y = std::min(static_cast<unsigned>(task.corner_y) + static_cast<unsigned>(from_corner_y),
+                                tiles.height << kTileBits);
+
+    const ScorePair* tile = task.pairs + ((y >> kTileBits) * (tiles.width + 1) + (x >> kTileBits)) * kPairsInTile;
+    const unsigned cell_x = (x >> kFractionBits) % kTileSide;
+    const unsigned cell_y = (y >> kFractionBits) % kTileSide;
+    const ScorePair* pair = &tile[cell_y * kPairsInRow + cell_x];
+    const int right = static_cast<int>(x) & task.fraction_mask;
+    const int up = static_cast<int>(y) & task.fraction_mask;
+    const int left_column = pair[0].here * (kFractions - up) + pair[0].above * up;
+    const int right_column = pair[1].here * (kFractions - up) + pair[1].above * up;
+    sum += std::int64_t{task.weight[i]} * (left_column * (kFractions - right) + right_column * right);
+  }
+  return sum;
+}
+
+std::vector<FitnessKernel> FindFitnessKernels() {
+  std::vector<FitnessKernel> kernels{SumScores};
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx2")) kernels.push_back(SumScoresAvx2);
+#endif
+  return kernels;
+}
+
+}  // namespace crsm

@@ -1,0 +1,70 @@
+#include "common/match/motion_prediction.hpp"
+
+#include <cmath>
+
+namespace crsm {
+namespace {
+
+/// How far two motions are apart [m]; turns count at 1 m from the laser.
+double ComputeDistance(const Pose2& a, const Pose2& b) {
+  return std::abs(a.x_m - b.x_m) + std::abs(a.y_m - b.y_m) + std::abs(WrapAngle(a.yaw_rad - b.yaw_rad));
+}
+
+/// Whether a robot can move so far from one scan to the next: odometry that was reset, or not sent for a while, jumps.
+bool IsMotion(const Pose2& motion) {
+  constexpr double kFarthest_m = 1.0;
+  constexpr double kWidest_rad = 1.5;
+  return std::abs(motion.x_m) <= kFarthest_m && std::abs(motion.y_m) <= kFarthest_m &&
+         std::abs(motion.yaw_rad) <= kWidest_rad;
+}
+
+/// Whether odometry told the last motions that were matched no worse than the velocity model would have.
+bool OdometryHolds(std::span<const ScanMatch> history, const MatchParameters& parameters) {
+  constexpr std::size_t kMotions = 5;
+  constexpr double kTolerance_m = 0.02;  // for each motion: what a good match may be off
+  double excess_m = 0.0;
+  for (std::size_t i = 0; i < kMotions && i + 1 < history.size(); ++i) {
+    const ScanMatch& to = history[history.size() - 1 - i];
+    const ScanMatch& from = history[history.size() - 2 - i];
+    if (from.state == MatchState::kLost || to.state == MatchState::kLost) continue;
+    if (!from.T_odom_robot || !to.T_odom_robot) continue;
+    const Pose2 presumed = PredictPose(history.first(history.size() - 1 - i), parameters);
+    excess_m +=
+        ComputeDistance(Inverse(*from.T_odom_robot) * *to.T_odom_robot, Inverse(from.T_map_laser) * to.T_map_laser) -
+        ComputeDistance(Inverse(from.T_map_laser) * presumed, Inverse(from.T_map_laser) * to.T_map_laser) -
+        kTolerance_m;
+  }
+  return excess_m <= 0.0;
+}
+
+}  // namespace
+
+Pose2 PredictPose(std::span<const ScanMatch> history, const MatchParameters& parameters) {
+  // The way is the mean of some motions, because along a corridor no single one is known well. The turn is the last
+  // one: it is always known well, and soon another.
+  constexpr std::size_t kMotions = 4;
+  Pose2 sum;
+  std::size_t num = 0;
+  for (; parameters.velocity_model && num < kMotions && num + 1 < history.size(); ++num) {
+    const ScanMatch& to = history[history.size() - 1 - num];
+    const ScanMatch& from = history[history.size() - 2 - num];
+    if (from.state == MatchState::kLost || to.state == MatchState::kLost) break;
+    const Pose2 motion = Inverse(from.T_map_laser) * to.T_map_laser;
+    sum.x_m += motion.x_m;
+    sum.y_m += motion.y_m;
+    if (num == 0) sum.yaw_rad = motion.yaw_rad;
+  }
+  if (num == 0) return history.back().T_map_laser;
+  const double share = 1.0 / static_cast<double>(num);
+  return history.back().T_map_laser * Pose2{share * sum.x_m, share * sum.y_m, sum.yaw_rad};
+}
+
+std::optional<Pose2> PredictPoseByOdometry(std::span<const ScanMatch> history, const std::optional<Pose2>& T_odom_robot,
+                                           const MatchParameters& parameters) {
+  if (!T_odom_robot || !history.back().T_odom_robot) return std::nullopt;
+  const Pose2 motion = Inverse(*history.back().T_odom_robot) * *T_odom_robot;
+  if (!IsMotion(motion) || !OdometryHolds(history, parameters)) return std::nullopt;
+  return history.back().T_map_laser * motion;
+}
+
+}  // namespace crsm

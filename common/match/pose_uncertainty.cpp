@@ -1,0 +1,105 @@
+#include "common/match/pose_uncertainty.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "common/scan/surface.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr double kNearCells = 2.0;  // hits this close lie on one surface
+constexpr double kMaxGapM = 0.8;
+constexpr double kChordM =
+    0.4;  // a shorter piece of wall does not tell its direction: hits are a centimetre or two off
+
+constexpr double kRaySigmaCells = 1.0;  // of one ray; neighbouring rays err alike
+constexpr double kMapCells = 1.0;       // what the map is good for
+constexpr double kMapRad = 0.005;
+constexpr double kUnknownM = 1.0;  // where nothing is told: as far as one gets between scans
+constexpr double kUnknownRad = 0.3;
+
+/// Unit normals of the surfaces on which the hits lie; zero where that is not known. Surfaces are joined hits, their
+/// direction the chord from some hits before to some hits after.
+Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size_m) {
+  const std::vector<bool> joined = FindSurfaces(hits_m, kNearCells * cell_size_m, kMaxGapM);
+  const auto num = static_cast<int>(hits_m.cols());
+  Eigen::Matrix2Xd normals = Eigen::Matrix2Xd::Zero(2, num);
+  for (int i = 0; i < num; ++i) {
+    int first = i;
+    int last = i;
+    Eigen::Vector2d chord = Eigen::Vector2d::Zero();
+    for (bool grows = true; grows && chord.norm() < kChordM;) {
+      grows = false;
+      if (first > 0 && joined[static_cast<std::size_t>(first) - 1]) --first, grows = true;
+      if (last + 1 < num && joined[static_cast<std::size_t>(last)]) ++last, grows = true;
+      chord = hits_m.col(last) - hits_m.col(first);
+    }
+    if (last - first < 2 || chord.norm() < kChordM) continue;
+    normals.col(i) = Eigen::Vector2d(-chord.y(), chord.x()).normalized();
+  }
+  return normals;
+}
+
+bool IsOnWall(const ByteMap& map, Cell cell) {
+  const auto Occupied = [&](int x, int y) { return IsOccupied(map.At({x, y})); };
+  return Occupied(cell.x, cell.y) || Occupied(cell.x - 1, cell.y) || Occupied(cell.x + 1, cell.y) ||
+         Occupied(cell.x, cell.y - 1) || Occupied(cell.x, cell.y + 1);
+}
+
+/// Unit eigenvector of the smaller eigenvalue of a symmetric matrix, and that eigenvalue.
+std::pair<double, Eigen::Vector2d> FindWeakest(const Eigen::Matrix2d& a) {
+  const double mean = 0.5 * (a(0, 0) + a(1, 1));
+  const double half = 0.5 * (a(0, 0) - a(1, 1));
+  const double radius = std::sqrt(half * half + a(0, 1) * a(0, 1));
+  // Of the two ways to write the vector the one without cancellation.
+  const Eigen::Vector2d axis =
+      half > 0.0 ? Eigen::Vector2d(-a(0, 1), radius + half) : Eigen::Vector2d(radius - half, -a(0, 1));
+  const double norm = axis.norm();
+  return {mean - radius, norm > 0.0 ? Eigen::Vector2d(axis / norm) : Eigen::Vector2d::UnitX()};
+}
+
+}  // namespace
+
+PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser, const ByteMap& map,
+                                   const MapGeometry& geometry) {
+  const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
+  Eigen::Matrix2d rotation;
+  rotation << cos, -sin, sin, cos;
+  const Eigen::Matrix2Xd normals = rotation * ComputeNormals(hits_m, geometry.cell_size_m());
+  const Eigen::Matrix2Xd arms_m = rotation * hits_m;
+
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
+    const auto n = normals.col(i);
+    const auto p = arms_m.col(i);
+    if (n.isZero() || !IsOnWall(map, geometry.CellAt(T_map_laser.x_m + p.x(), T_map_laser.y_m + p.y()))) continue;
+    const Eigen::Vector3d row(n.x(), n.y(), p.x() * n.y() - p.y() * n.x());
+    information += row.lazyProduct(row.transpose());  // without a temporary matrix
+  }
+
+  // In units of one ray: what is told of the position when the yaw is not known either.
+  const double yaw_information = std::max(information(2, 2), 1e-9);
+  const Eigen::Vector2d coupling = information.topRightCorner<2, 1>();
+  const Eigen::Matrix2d position =
+      information.topLeftCorner<2, 2>() - coupling * coupling.transpose() / yaw_information;
+  const auto [weakest, axis] = FindWeakest(position);
+  // A few rays, or that share of all which the noise of the normals alone makes of a straight wall.
+  constexpr double kFewRays = 3.0;
+  constexpr double kNoiseShare = 0.02;
+  PoseUncertainty uncertainty;
+  if (weakest < kFewRays + kNoiseShare * (position.trace() - weakest)) uncertainty.degenerate = axis;
+
+  const double sigma_m = kRaySigmaCells * geometry.cell_size_m();
+  Eigen::Matrix3d prior = Eigen::Matrix3d::Zero();
+  prior.diagonal() << 1.0 / (kUnknownM * kUnknownM), 1.0 / (kUnknownM * kUnknownM), 1.0 / (kUnknownRad * kUnknownRad);
+  uncertainty.covariance = (information / (sigma_m * sigma_m) + prior).inverse();
+  const double map_m = kMapCells * geometry.cell_size_m();
+  uncertainty.covariance.diagonal() += Eigen::Vector3d(map_m * map_m, map_m * map_m, kMapRad * kMapRad);
+  return uncertainty;
+}
+
+}  // namespace crsm

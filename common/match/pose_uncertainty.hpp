@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "common/map/map_delta.hpp"
+#include "common/map/map_geometry.hpp"
+#include "common/math/pose2.hpp"
+
+namespace crsm {
+
+/// How well a scan tells where it was taken on the map.
+struct PoseUncertainty {
+  Eigen::Matrix3d covariance;                 ///< of x [m], y [m] and yaw [rad], map frame
+  std::optional<Eigen::Vector2d> degenerate;  ///< unit vector, map frame: nothing seen holds the position along it
+};
+
+/// Each hit on a mapped wall tells how far the laser is from that wall: across it, not along it. The covariance is the
+/// inverse of what all of them tell together (Censi 2007), no less than what the map itself is good for. It is of the
+/// pose on this map; how far the map has drifted from the building since its start no scan can tell.
+///
+/// hits_m: 2 x N, laser frame, in order of rising angle.
+PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser, const ByteMap& map,
+                                   const MapGeometry& geometry);
+
+}  // namespace crsm

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "common/math/pose2.hpp"
+
+namespace crsm {
+
+enum class MatchState : std::int8_t {
+  kFirst = 0,       ///< the map was empty: the pose is the origin of the map frame
+  kOk = 1,          ///< matched: the scan goes into the map
+  kLost = 2,        ///< no pose explains the scan: the pose is a guess, the scan stays out of the map
+  kDegenerate = 3,  ///< matched, but nothing seen holds the position along one axis, as in a bare corridor
+};
+
+/// Where the laser stood when it took a scan, and how that was found.
+struct ScanMatch {
+  std::int64_t utime = 0;  ///< the scan's
+  Pose2 T_map_laser;
+  double fitness = 0.0;           ///< of the critical rays at that pose, [0, 1]
+  std::int32_t evaluations = 0;   ///< fitness evaluations spent
+  std::int32_t num_critical = 0;  ///< critical rays matched
+  std::int64_t map_version = 0;   ///< of the map that the scan was matched against; 0 = empty, or a finished map
+  MatchState state = MatchState::kFirst;
+  std::int32_t best_evaluation = 0;    ///< the one that found the best pose; 0 where none was needed
+  std::array<double, 6> covariance{};  ///< xx, xy, x yaw, yy, y yaw, yaw yaw [m^2, m rad, rad^2]; 0 if first or lost
+  std::array<double, 2> degenerate_axis{};           ///< unit vector, map frame, where the state is kDegenerate; else 0
+  std::optional<Pose2> T_odom_robot = std::nullopt;  ///< by odometry, where there is some and it is to be used
+
+  friend bool operator==(const ScanMatch&, const ScanMatch&) = default;
+};
+
+}  // namespace crsm

@@ -1,0 +1,33 @@
+#include "common/scan/surface.hpp"
+
+namespace crsm {
+namespace {
+
+/// Whether `c` goes on where the step from `a` to `b` points: within about 15 degrees of it, and not much further away
+/// than the hits of a plane can be from one beam to the next.
+bool Continues(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
+  constexpr double kMinCosine = 0.966;
+  constexpr double kMaxGrowth = 3.0;
+  const Eigen::Vector2d step = b - a;
+  const Eigen::Vector2d next = c - b;
+  const double step_length = step.norm();
+  const double next_length = next.norm();
+  if (next_length > kMaxGrowth * step_length || step_length > kMaxGrowth * next_length) return false;
+  return step.dot(next) >= kMinCosine * step_length * next_length;
+}
+
+}  // namespace
+
+std::vector<bool> FindSurfaces(const Eigen::Matrix2Xd& hits_m, double near_m, double max_m) {
+  const Eigen::Index num_hits = hits_m.cols();
+  std::vector<bool> joined;
+  for (Eigen::Index i = 0; i + 1 < num_hits; ++i) {
+    const double gap_m = (hits_m.col(i + 1) - hits_m.col(i)).norm();
+    const bool continued = (i > 0 && Continues(hits_m.col(i - 1), hits_m.col(i), hits_m.col(i + 1))) ||
+                           (i + 2 < num_hits && Continues(hits_m.col(i + 2), hits_m.col(i + 1), hits_m.col(i)));
+    joined.push_back(gap_m <= near_m || (gap_m <= max_m && continued));
+  }
+  return joined;
+}
+
+}  // namespace crsm

@@ -1,0 +1,56 @@
+#include "common/scan/valid_rays.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "common/math/trigonometry.hpp"
+
+namespace crsm {
+
+ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters) {
+  constexpr double kUsableShare = 0.95;  // section 4, "for safety reasons"
+  const double max_m = kUsableShare * parameters.range_max_m;
+  const auto angle_scale = static_cast<float>(parameters.angle_scale);
+
+  ValidRays rays;
+  for (std::size_t beam = 0; beam < scan.ranges_m.size(); ++beam) {
+    const float range_m = scan.ranges_m[beam];
+    if (!std::isfinite(range_m) || range_m <= 0.0f || range_m < parameters.range_min_m || range_m > max_m) continue;
+    rays.angle_rad.push_back(angle_scale * (scan.angle_min_rad + static_cast<float>(beam) * scan.angle_step_rad));
+    rays.range_m.push_back(range_m);
+  }
+  if (scan.angle_step_rad < 0.0f) {
+    std::reverse(rays.angle_rad.begin(), rays.angle_rad.end());
+    std::reverse(rays.range_m.begin(), rays.range_m.end());
+  }
+  return rays;
+}
+
+Eigen::Matrix2Xd ComputeHits(const ValidRays& rays) {
+  Eigen::Matrix2Xd hits(2, static_cast<Eigen::Index>(rays.size()));
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const auto [sin, cos] = ComputeSinCos(rays.angle_rad[i]);
+    hits.col(static_cast<Eigen::Index>(i)) << rays.range_m[i] * cos, rays.range_m[i] * sin;
+  }
+  return hits;
+}
+
+std::vector<double> ComputeDisplacements(const ValidRays& rays) {
+  std::vector<double> displacements;
+  for (std::size_t i = 0; i + 1 < rays.size(); ++i) {
+    const double a = rays.range_m[i];
+    const double b = rays.range_m[i + 1];
+    const double cos = ComputeSinCos(static_cast<double>(rays.angle_rad[i + 1]) - rays.angle_rad[i]).cos;
+    displacements.push_back(std::sqrt(std::max(0.0, a * a + b * b - 2.0 * a * b * cos)));
+  }
+  return displacements;
+}
+
+double ComputeMeanSparseness(const ValidRays& rays) {
+  if (rays.size() < 2) return 0.0;
+  const std::vector<double> displacements = ComputeDisplacements(rays);
+  return std::accumulate(displacements.begin(), displacements.end(), 0.0) / static_cast<double>(displacements.size());
+}
+
+}  // namespace crsm

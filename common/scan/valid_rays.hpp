@@ -1,0 +1,35 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "common/parameters.hpp"
+#include "common/scan/laser_scan.hpp"
+
+namespace crsm {
+
+/// The measurements of a scan, in order of rising angle.
+struct ValidRays {
+  std::vector<float> angle_rad;  ///< laser frame, counter-clockwise from x
+  std::vector<float> range_m;    ///< > 0
+
+  std::size_t size() const { return range_m.size(); }
+  friend bool operator==(const ValidRays&, const ValidRays&) = default;
+};
+
+/// Keeps the beams that measured something: finite, at least `range_min_m`, and at most 95 % of the laser's maximum
+/// range (section 4), at their angles times `angle_scale`. Descending scans are turned round. An empty scan gives no
+/// rays.
+ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters);
+
+/// Where the rays end. 2 x N, laser frame, metres.
+Eigen::Matrix2Xd ComputeHits(const ValidRays& rays);
+
+/// Distance from each hit to the next [m], N - 1 of them, by the cosine law in the triangle with the laser (Eq. 2).
+/// The angle is the true one between the two rays, which is larger where beams between them were discarded.
+std::vector<double> ComputeDisplacements(const ValidRays& rays);
+
+/// Mean distance between neighbouring hits [m]; 0 with fewer than two rays.
+double ComputeMeanSparseness(const ValidRays& rays);
+
+}  // namespace crsm

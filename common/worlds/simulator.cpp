@@ -1,0 +1,101 @@
+#include "common/worlds/simulator.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace crsm {
+namespace {
+
+/// The direction of (x, y), which is not the origin: atan2 made of ComputeSinCos, because the C library's own may
+/// differ between CPUs. Each step subtracts the sine of the error, which leaves its cube / 6: six take pi / 2 to
+/// rounding.
+double HeadingOf(double x, double y) {
+  const double length = std::sqrt(x * x + y * y);
+  double yaw_rad = x >= 0.0 ? 0.0 : kPi;
+  for (int i = 0; i < 6; ++i) {
+    const auto [sin, cos] = ComputeSinCos(yaw_rad);
+    yaw_rad += (cos * y - sin * x) / length;
+  }
+  return WrapAngle(yaw_rad);
+}
+
+/// Where somebody who walks to and fro is after `time_s`.
+Point PlaceOf(const Person& person, double time_s) {
+  const double dx_m = person.to.x_m - person.from.x_m;
+  const double dy_m = person.to.y_m - person.from.y_m;
+  const double length_m = std::sqrt(dx_m * dx_m + dy_m * dy_m);
+  if (length_m == 0.0) return person.from;
+  const double lengths = person.speed_m_s * time_s / length_m;
+  const double on_round_trip = lengths - 2.0 * std::floor(lengths / 2.0);
+  const double done = on_round_trip <= 1.0 ? on_round_trip : 2.0 - on_round_trip;
+  return {person.from.x_m + done * dx_m, person.from.y_m + done * dy_m};
+}
+
+}  // namespace
+
+Simulator::Simulator(const World& world, std::uint64_t seed) : world_(world), random_(seed) {
+  for (std::size_t i = 1; i < world_.path.size(); ++i) {
+    const Point& from = world_.path[i - 1];
+    const Point& to = world_.path[i];
+    const double dx_m = to.x_m - from.x_m;
+    const double dy_m = to.y_m - from.y_m;
+    const double yaw_rad = HeadingOf(dx_m, dy_m);
+    const double turn_rad = legs_.empty() ? 0.0 : WrapAngle(yaw_rad - legs_.back().T_world_from.yaw_rad);
+    AddLeg({from.x_m, from.y_m, WrapAngle(yaw_rad - turn_rad)}, 0.0, turn_rad);
+    AddLeg({from.x_m, from.y_m, yaw_rad}, std::sqrt(dx_m * dx_m + dy_m * dy_m), 0.0);
+  }
+}
+
+void Simulator::AddLeg(const Pose2& T_world_from, double forward_m, double turn_rad) {
+  const double duration_s = forward_m / world_.linear_m_s + std::abs(turn_rad) / world_.angular_rad_s;
+  if (duration_s == 0.0) return;
+  legs_.push_back({T_world_from, {forward_m, 0.0, turn_rad}, end_s_, duration_s});
+  end_s_ += duration_s;
+}
+
+std::optional<LaserScan> Simulator::Next() {
+  const double time_s = static_cast<double>(num_scans_) / world_.laser.rate_hz;
+  if (time_s >= end_s_ + 1.0 / world_.laser.rate_hz) return std::nullopt;
+  while (leg_ + 1 < legs_.size() && time_s >= legs_[leg_ + 1].start_s) ++leg_;
+
+  const Leg& leg = legs_[leg_];
+  const double done = std::min((time_s - leg.start_s) / leg.duration_s, 1.0);
+  const Pose2 T_world_laser = leg.T_world_from * Pose2{done * leg.T_from_to.x_m, 0.0, done * leg.T_from_to.yaw_rad};
+  T_start_laser_ = Inverse(legs_.front().T_world_from) * T_world_laser;
+  ++num_scans_;
+
+  LaserScan scan = Scan(T_world_laser, time_s);
+  scan.utime = 1'000'000 + std::llround(time_s * 1e6);
+  return scan;
+}
+
+double Simulator::Progress() const {
+  return std::min(static_cast<double>(num_scans_) / world_.laser.rate_hz / end_s_, 1.0);
+}
+
+LaserScan Simulator::Scan(const Pose2& T_world_laser, double time_s) {
+  const World::Laser& laser = world_.laser;
+  LaserScan scan;
+  scan.angle_min_rad = static_cast<float>(-laser.fov_rad / 2.0);
+  scan.angle_step_rad = static_cast<float>(laser.fov_rad / laser.beams);
+  std::vector<Point> people;
+  for (const Person& person : world_.people) people.push_back(PlaceOf(person, time_s));
+  const Point origin{T_world_laser.x_m, T_world_laser.y_m};
+  for (int beam = 0; beam < laser.beams; ++beam) {
+    const double angle_rad = scan.angle_min_rad + beam * static_cast<double>(scan.angle_step_rad);
+    const SinCos direction = ComputeSinCos(T_world_laser.yaw_rad + angle_rad);
+    double range_m = CastRay(world_.walls, origin, direction);
+    for (const Point& person : people) {
+      range_m = std::min(range_m, CastRayAtDisc(person, kPersonRadius_m, origin, direction));
+    }
+    range_m += laser.noise_m * random_.Gaussian();
+    if (laser.quantum_m > 0.0) range_m = laser.quantum_m * std::floor(range_m / laser.quantum_m + 0.5);
+    // No number is drawn where there are no drop-outs: the other ranges of a seed stay what they are.
+    const bool dropped = laser.dropout > 0.0 && random_.Uniform(0.0, 1.0) < laser.dropout;
+    const bool seen = !dropped && range_m > 0.0 && range_m <= laser.range_max_m;
+    scan.ranges_m.push_back(seen ? static_cast<float>(range_m) : 0.0f);
+  }
+  return scan;
+}
+
+}  // namespace crsm

@@ -1,0 +1,265 @@
+#include "common/worlds/world.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+#include "common/scan/laser_scan.hpp"
+#include "common/worlds/built_in_worlds.hpp"
+
+namespace crsm {
+namespace {
+
+struct Field {
+  const char* name;
+  double min;
+  double max;
+};
+
+using Keys = std::map<std::string, std::vector<Field>>;
+
+const Keys& KnownKeys() {
+  constexpr double kReach_m = 1000.0;
+  constexpr double kSmallest = 0.001;
+  static const Keys kKeys = {
+      {"wall",
+       {{"x1_m", -kReach_m, kReach_m},
+        {"y1_m", -kReach_m, kReach_m},
+        {"x2_m", -kReach_m, kReach_m},
+        {"y2_m", -kReach_m, kReach_m}}},
+      {"box",
+       {{"x_m", -kReach_m, kReach_m},
+        {"y_m", -kReach_m, kReach_m},
+        {"width_m", kSmallest, kReach_m},
+        {"height_m", kSmallest, kReach_m}}},
+      {"waypoint", {{"x_m", -kReach_m, kReach_m}, {"y_m", -kReach_m, kReach_m}}},
+      {"corner", {{"x_m", -kReach_m, kReach_m}, {"y_m", -kReach_m, kReach_m}}},
+      {"person",
+       {{"x1_m", -kReach_m, kReach_m},
+        {"y1_m", -kReach_m, kReach_m},
+        {"x2_m", -kReach_m, kReach_m},
+        {"y2_m", -kReach_m, kReach_m},
+        {"speed_m_s", kSmallest, 10.0}}},
+      {"laser",
+       {{"fov_deg", 1.0, 360.0},
+        {"beams", kMinBeams, kMaxBeams},
+        {"range_max_m", 0.1, kReach_m},
+        {"rate_hz", 0.1, kReach_m},
+        {"noise_m", 0.0, 1.0}}},
+      {"speed", {{"linear_m_s", kSmallest, 10.0}, {"angular_rad_s", kSmallest, 10.0}}},
+  };
+  return kKeys;
+}
+
+/// What may stand after the numbers of a laser, each with one number.
+const std::vector<Field>& LaserOptions() {
+  static const std::vector<Field> kOptions = {{"dropout", 0.0, 1.0}, {"quantum_m", 0.0, 1.0}};
+  return kOptions;
+}
+
+std::string Usage(const std::string& key) {
+  std::string usage = key == "corner" ? "corner NAME" : key;
+  for (const Field& field : KnownKeys().at(key)) usage += fmt::format(" {}", field.name);
+  return usage;
+}
+
+std::string ListOf(const std::vector<std::string>& names) { return fmt::format("{}", fmt::join(names, ", ")); }
+
+template <class Map>
+std::vector<std::string> NamesOf(const Map& map) {
+  std::vector<std::string> names;
+  for (const auto& entry : map) names.push_back(entry.first);
+  return names;
+}
+
+std::optional<double> ToNumber(const std::string& word) {
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+  if (error != std::errc{} || end != word.data() + word.size()) return std::nullopt;
+  return number;
+}
+
+double ReadNumber(const std::string& place, const std::string& key, const Field& field, const std::string& word) {
+  const std::optional<double> number = ToNumber(word);
+  if (!number || !(*number >= field.min && *number <= field.max)) {
+    throw std::runtime_error(fmt::format("{}: {} {} is '{}', must be a number from {} to {}", place, key, field.name,
+                                         word, field.min, field.max));
+  }
+  return *number;
+}
+
+/// The numbers after `key`, each in its range. `place` is file:line.
+std::vector<double> ReadNumbers(const std::string& place, const std::string& key,
+                                const std::vector<std::string>& words) {
+  const auto known = KnownKeys().find(key);
+  if (known == KnownKeys().end()) {
+    throw std::runtime_error(fmt::format("{}: '{}' is none of {}", place, key, ListOf(NamesOf(KnownKeys()))));
+  }
+  if (words.size() != known->second.size()) {
+    throw std::runtime_error(fmt::format("{}: {} numbers after '{}', must be {}: {}", place, words.size(), key,
+                                         known->second.size(), Usage(key)));
+  }
+  std::vector<double> numbers;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    numbers.push_back(ReadNumber(place, key, known->second[i], words[i]));
+  }
+  return numbers;
+}
+
+/// Takes `name number` from the end of a laser's line for as long as there are any.
+void TakeLaserOptions(const std::string& place, std::vector<std::string>& words, World::Laser& laser) {
+  const std::size_t num_numbers = KnownKeys().at("laser").size();
+  for (; words.size() > num_numbers + 1; words.resize(words.size() - 2)) {
+    const std::string& name = words[words.size() - 2];
+    const auto option = std::find_if(LaserOptions().begin(), LaserOptions().end(),
+                                     [&](const Field& field) { return name == field.name; });
+    if (option == LaserOptions().end()) {
+      throw std::runtime_error(
+          fmt::format("{}: laser option '{}' is neither dropout nor quantum_m, each with a number", place, name));
+    }
+    (name == "dropout" ? laser.dropout : laser.quantum_m) = ReadNumber(place, "laser", *option, words.back());
+  }
+}
+
+/// Takes the name from the front of a corner's line.
+std::string TakeName(const std::string& place, std::vector<std::string>& words, const std::vector<Corner>& known) {
+  if (words.empty()) throw std::runtime_error(fmt::format("{}: a corner needs a name: {}", place, Usage("corner")));
+  const std::string name = words.front();
+  if (std::any_of(known.begin(), known.end(), [&](const Corner& corner) { return corner.name == name; })) {
+    throw std::runtime_error(fmt::format("{}: a second corner '{}'; each needs a name of its own", place, name));
+  }
+  words.erase(words.begin());
+  return name;
+}
+
+void AddBox(const Point& lower_left, const Point& size, std::vector<Wall>& walls) {
+  const double right_m = lower_left.x_m + size.x_m;
+  const double top_m = lower_left.y_m + size.y_m;
+  const Point corners[] = {lower_left, {right_m, lower_left.y_m}, {right_m, top_m}, {lower_left.x_m, top_m}};
+  for (std::size_t i = 0; i < 4; ++i) walls.push_back({corners[i], corners[(i + 1) % 4]});
+}
+
+/// Throws unless the laser can drive straight from one point to the other.
+void CheckLeg(const std::vector<Wall>& walls, const Point& from, const Point& to, const std::string& place) {
+  const double dx_m = to.x_m - from.x_m;
+  const double dy_m = to.y_m - from.y_m;
+  const double length_m = std::sqrt(dx_m * dx_m + dy_m * dy_m);
+  if (length_m == 0.0) throw std::runtime_error(fmt::format("{}: the waypoint is the one before it again", place));
+  if (CastRay(walls, from, {dy_m / length_m, dx_m / length_m}) <= length_m) {
+    throw std::runtime_error(fmt::format("{}: the way to this waypoint goes through a wall; go around it", place));
+  }
+}
+
+}  // namespace
+
+World ParseWorld(const std::string& text, const std::string& name) {
+  World world;
+  std::vector<std::string> waypoint_places;
+  std::map<std::string, int> counts;
+  std::istringstream lines(text);
+  std::string line;
+  for (int line_number = 1; std::getline(lines, line); ++line_number) {
+    std::istringstream words(line.substr(0, line.find('#')));
+    std::string key;
+    if (!(words >> key)) continue;
+    const std::string place = fmt::format("{}:{}", name, line_number);
+    std::vector<std::string> rest{std::istream_iterator<std::string>(words), {}};
+    World::Laser options;
+    if (key == "laser") TakeLaserOptions(place, rest, options);
+    const std::string corner_name = key == "corner" ? TakeName(place, rest, world.corners) : "";
+    const std::vector<double> numbers = ReadNumbers(place, key, rest);
+    ++counts[key];
+    if (key == "wall") {
+      world.walls.push_back({{numbers[0], numbers[1]}, {numbers[2], numbers[3]}});
+    } else if (key == "box") {
+      AddBox({numbers[0], numbers[1]}, {numbers[2], numbers[3]}, world.walls);
+    } else if (key == "waypoint") {
+      world.path.push_back({numbers[0], numbers[1]});
+      waypoint_places.push_back(place);
+    } else if (key == "corner") {
+      world.corners.push_back({corner_name, {numbers[0], numbers[1]}});
+    } else if (key == "person") {
+      world.people.push_back({{numbers[0], numbers[1]}, {numbers[2], numbers[3]}, numbers[4]});
+    } else if (counts[key] > 1) {
+      throw std::runtime_error(fmt::format("{}: a second '{}' line; there must be one", place, key));
+    } else if (key == "laser") {
+      if (numbers[1] != std::floor(numbers[1])) {
+        throw std::runtime_error(fmt::format("{}: laser beams is {}, must be a whole number", place, numbers[1]));
+      }
+      world.laser = {
+          numbers[0] * kPi / 180.0, static_cast<int>(numbers[1]), numbers[2], numbers[3], numbers[4], options.dropout,
+          options.quantum_m};
+    } else {
+      world.linear_m_s = numbers[0];
+      world.angular_rad_s = numbers[1];
+    }
+  }
+  for (const char* key : {"laser", "speed"}) {
+    if (counts[key] == 0) throw std::runtime_error(fmt::format("{}: no line '{}'", name, Usage(key)));
+  }
+  if (world.walls.empty())
+    throw std::runtime_error(fmt::format("{}: no wall and no box; there is nothing to see", name));
+  if (world.path.size() < 2) {
+    throw std::runtime_error(fmt::format("{}: {} waypoints, must be two or more", name, world.path.size()));
+  }
+  for (std::size_t i = 1; i < world.path.size(); ++i) {
+    CheckLeg(world.walls, world.path[i - 1], world.path[i], waypoint_places[i]);
+  }
+  return world;
+}
+
+std::string LoadWorldText(const std::string& name) {
+  const auto built_in = BuiltInWorlds().find(name);
+  if (built_in != BuiltInWorlds().end()) return built_in->second;
+  if (!std::filesystem::is_regular_file(name)) {
+    throw std::runtime_error(
+        fmt::format("there is no world file {} and no built-in world of that name; built in are {}", name,
+                    ListOf(NamesOf(BuiltInWorlds()))));
+  }
+  std::ifstream file(name, std::ios::binary);
+  if (!file) throw std::runtime_error(fmt::format("cannot read {}", name));
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+World LoadWorld(const std::string& name) { return ParseWorld(LoadWorldText(name), name); }
+
+double CastRay(const std::vector<Wall>& walls, const Point& origin, const SinCos& direction) {
+  // Walls are a hair longer than they are, so that no ray slips through where two of them meet.
+  constexpr double kHair = 1e-9;
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const Wall& wall : walls) {
+    const double wall_x_m = wall.to.x_m - wall.from.x_m;
+    const double wall_y_m = wall.to.y_m - wall.from.y_m;
+    const double denominator = direction.cos * wall_y_m - direction.sin * wall_x_m;
+    if (denominator == 0.0) continue;  // the ray runs along the wall
+    const double to_x_m = wall.from.x_m - origin.x_m;
+    const double to_y_m = wall.from.y_m - origin.y_m;
+    const double along_wall = (to_x_m * direction.sin - to_y_m * direction.cos) / denominator;
+    const double distance_m = (to_x_m * wall_y_m - to_y_m * wall_x_m) / denominator;
+    if (along_wall < -kHair || along_wall > 1.0 + kHair || distance_m < 0.0) continue;
+    if (distance_m < nearest_m) nearest_m = distance_m;
+  }
+  return nearest_m;
+}
+
+double CastRayAtDisc(const Point& centre, double radius_m, const Point& origin, const SinCos& direction) {
+  const double to_x_m = centre.x_m - origin.x_m;
+  const double to_y_m = centre.y_m - origin.y_m;
+  const double along_m = direction.cos * to_x_m + direction.sin * to_y_m;
+  const double beside_m = direction.cos * to_y_m - direction.sin * to_x_m;
+  const double half_chord_m = std::sqrt(std::max(0.0, radius_m * radius_m - beside_m * beside_m));
+  const bool hit = half_chord_m > 0.0 && along_m > half_chord_m;
+  return hit ? along_m - half_chord_m : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace crsm

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/math/trigonometry.hpp"
+
+namespace crsm {
+
+struct Point {
+  double x_m = 0.0;
+  double y_m = 0.0;
+};
+
+struct Wall {
+  Point from;
+  Point to;
+};
+
+/// A place that is found again in a map, for CMSE.
+struct Corner {
+  std::string name;
+  Point at;
+};
+
+inline constexpr double kPersonRadius_m = 0.2;
+
+/// Somebody who walks to and fro, as a disc; from `from` on when the first scan is taken.
+struct Person {
+  Point from;
+  Point to;
+  double speed_m_s = 0.0;
+};
+
+/// A flat world of straight walls, the laser in it and the path that it is driven along.
+struct World {
+  struct Laser {
+    double fov_rad = 0.0;  ///< beam i looks at -fov / 2 + i * fov / beams, counter-clockwise from straight ahead
+    int beams = 0;         ///< 2 to 4096
+    double range_max_m = 0.0;
+    double rate_hz = 0.0;
+    double noise_m = 0.0;    ///< standard deviation of a range
+    double dropout = 0.0;    ///< share of the beams that have no return, though there is something
+    double quantum_m = 0.0;  ///< ranges are whole multiples of it; 0 for exact ones
+  };
+
+  std::vector<Wall> walls;
+  std::vector<Point> path;  ///< two points or more, each different from the one before; no leg touches a wall
+  std::vector<Corner> corners;
+  std::vector<Person> people;
+  Laser laser;
+  double linear_m_s = 0.0;
+  double angular_rad_s = 0.0;
+};
+
+/// A world from its text. A line each, in any order but that of the waypoints, `#` begins a comment:
+///
+///     wall x1_m y1_m x2_m y2_m
+///     box x_m y_m width_m height_m                       from its lower left corner; four walls
+///     waypoint x_m y_m                                   two or more: the laser drives from one to the next
+///     laser fov_deg beams range_max_m rate_hz noise_m    once; may end in `dropout SHARE` and `quantum_m STEP`
+///     speed linear_m_s angular_rad_s                     once
+///     corner NAME x_m y_m                                where walls meet, seen from both sides: what CMSE looks for
+///     person x1_m y1_m x2_m y2_m speed_m_s               somebody who walks to and fro
+///
+/// Throws std::runtime_error that names `name`, the line and what would be right.
+World ParseWorld(const std::string& text, const std::string& name);
+
+/// A built-in world ("demo": a flat of six rooms around a loop of corridors; "corridor": a twisted corridor; "env1" to
+/// "env4": those of the paper's experiments), or else the world in the file of that name. Throws std::runtime_error if
+/// there is neither, and as ParseWorld.
+World LoadWorld(const std::string& name);
+
+/// The text of the same.
+std::string LoadWorldText(const std::string& name);
+
+/// How far it is from `origin` along `direction` to the nearest wall [m]; infinity if there is none.
+double CastRay(const std::vector<Wall>& walls, const Point& origin, const SinCos& direction);
+
+/// The same for a disc; infinity from within it.
+double CastRayAtDisc(const Point& centre, double radius_m, const Point& origin, const SinCos& direction);
+
+}  // namespace crsm

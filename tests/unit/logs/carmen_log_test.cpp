@@ -1,0 +1,309 @@
+#include "common/logs/carmen_log.hpp"
+
+#include "catch.hpp"
+#include "common/math/trigonometry.hpp"
+#include "source_helpers.hpp"
+
+namespace crsm {
+namespace {
+
+std::string Repeat(const std::string& word, int count) {
+  std::string words;
+  for (int i = 0; i < count; ++i) words += word;
+  return words;
+}
+
+std::string Flaser(int count, const std::string& ranges, const std::string& time_s) {
+  return "FLASER " + std::to_string(count) + ranges + " 1 2 0.1 1 2 0.1 " + time_s + " host 7.5\n";
+}
+
+std::string RobotLaser(const std::string& geometry, const std::string& beams) {
+  return "ROBOTLASER1 0 " + geometry + " 0.01 0 " + beams + " 0 1 2 3 1 2 3 0 0 0.4 0.4 1e9 12.25 host 7.5\n";
+}
+
+const std::string kGood = Flaser(3, " 1.5 0 81.83", "10.5");
+
+}  // namespace
+
+TEST_CASE("a timestamp becomes microseconds exactly") {
+  CHECK(ParseUtime("1211.520329") == 1211520329);
+  CHECK(ParseUtime("976052905.167303") == 976052905167303);
+  CHECK(ParseUtime("0.000001") == 1);
+  CHECK(ParseUtime("12") == 12000000);
+  CHECK(ParseUtime("12.5") == 12500000);
+  CHECK(ParseUtime("9000000000000.000001") == 9000000000000000001);
+}
+
+TEST_CASE("digits of a timestamp beyond the microsecond are rounded, and carry") {
+  CHECK(ParseUtime("1.0000004") == 1000000);
+  CHECK(ParseUtime("1.0000005") == 1000001);
+  CHECK(ParseUtime("1.99999951234") == 2000000);
+}
+
+TEST_CASE("a timestamp that is not plain decimal is none") {
+  for (const char* text : {"", ".", ".5", "5.", "-1.5", "+1", "1e9", "1.2.3", "nan", "inf", "0x10", "1,5", " 1",
+                           "9000000000001", "99999999999999999999999"}) {
+    CAPTURE(text);
+    CHECK_FALSE(ParseUtime(text));
+  }
+}
+
+TEST_CASE("a FLASER line begins at -90 deg, and its step follows from the number of beams") {
+  const std::vector<std::pair<int, double>> steps_deg = {{180, 1.0}, {181, 1.0},  {360, 0.5},
+                                                         {361, 0.5}, {720, 0.25}, {721, 0.25},
+                                                         {2, 180.0}, {19, 10.0},  {4096, 180.0 / 4095.0}};
+  for (const auto& [count, step_deg] : steps_deg) {
+    CAPTURE(count);
+    const ScratchFile file(Flaser(count, Repeat(" 2.5", count), "10.5"));
+    CarmenLog log(file.path());
+    const auto scan = log.Next();
+    REQUIRE(scan);
+    CHECK(scan->utime == 10500000);
+    CHECK(scan->angle_min_rad == static_cast<float>(-kPi / 2.0));
+    CHECK(scan->angle_step_rad == Approx(step_deg * kPi / 180.0).epsilon(1e-6));  // single precision
+    CHECK(scan->ranges_m == std::vector<float>(static_cast<std::size_t>(count), 2.5f));
+    CHECK_FALSE(log.Next());
+    CHECK(CountOf(log, "bad_line") == 0);
+  }
+}
+
+TEST_CASE("a ROBOTLASER1 line brings its own angles, and a reading at its maximum range or beyond is no return") {
+  const ScratchFile file(RobotLaser("-2.0 4.0 0.5 4.0", "5 0.007 3.999 4.0 5.24 nan"));
+  CarmenLog log(file.path());
+  const auto scan = log.Next();
+  REQUIRE(scan);
+  CHECK(scan->utime == 12250000);
+  CHECK(scan->angle_min_rad == -2.0f);
+  CHECK(scan->angle_step_rad == 0.5f);
+  REQUIRE(scan->ranges_m.size() == 5);
+  CHECK(std::vector<float>(scan->ranges_m.begin(), scan->ranges_m.begin() + 4) ==
+        std::vector<float>{0.007f, 3.999f, 0.0f, 0.0f});
+  CHECK(std::isnan(scan->ranges_m[4]));
+}
+
+TEST_CASE("a ROBOTLASER1 line that does not know its maximum range keeps all readings") {
+  const ScratchFile file(RobotLaser("-2.0 4.0 0.5 0.0", "2 1.5 50"));
+  CarmenLog log(file.path());
+  const auto scan = log.Next();
+  REQUIRE(scan);
+  CHECK(scan->ranges_m == std::vector<float>{1.5f, 50.0f});
+}
+
+TEST_CASE("odometry is the robot's pose of the scan's own line, to a millionth, whatever the laser's says") {
+  const ScratchFile file("FLASER 2 1 1 9 9 9 1.25 -2.5 0.1 1.5 host 7.5\nODOM 5 5 0.5 0 0 0 1.6 host 7.5\n" +
+                         RobotLaser("-1 2 1 9", "2 1 2") + "FLASER 2 1 1 0 0 0 1.0000004 1e6 7 2.5 host 7.5\n");
+  CarmenLog log(file.path());
+  CHECK_FALSE(log.Odometry());
+  REQUIRE(log.Next());
+  CHECK(log.Odometry() == Pose2{1.25, -2.5, 0.1});
+  REQUIRE(log.Next());
+  CHECK(log.Odometry() == Pose2{1.0, 2.0, 3.0});
+  REQUIRE(log.Next());
+  CHECK(log.Odometry() == Pose2{1.0, 1e6, 0.716815});  // 7 rad less a turn
+  CHECK(CountOf(log, "bad_odometry") == 0);
+}
+
+TEST_CASE("a scan whose odometry is no pose is used without it, and that is counted") {
+  std::string lines;
+  int second = 1;
+  for (const char* pose : {"nan 0 0", "0 inf 0", "0 0 -inf", "0 0 1e300", "1000001 0 0", "0 0 nan"}) {
+    lines += "FLASER 2 1 1 0 0 0 " + std::string(pose) + " " + std::to_string(second++) + ".5 host 7.5\n";
+  }
+  const ScratchFile file(kGood + lines);
+  CarmenLog log(file.path());
+  REQUIRE(log.Next());
+  CHECK(log.Odometry());
+  for (int i = 0; i < 6; ++i) {
+    REQUIRE(log.Next());
+    CHECK_FALSE(log.Odometry());
+  }
+  CHECK(CountOf(log, "bad_odometry") == 6);
+  CHECK(CountOf(log, "bad_line") == 0);
+}
+
+TEST_CASE("remissions in a ROBOTLASER1 line are passed over") {
+  const ScratchFile file("ROBOTLASER1 0 -1 2 1 9 0.01 1 2 1 2 2 77 78 1 2 3 1 2 3 0 0 0 0 0 12.25 host 7.5\n");
+  CarmenLog log(file.path());
+  const auto scan = log.Next();
+  REQUIRE(scan);
+  CHECK(scan->utime == 12250000);
+  CHECK(scan->ranges_m == std::vector<float>{1.0f, 2.0f});
+}
+
+TEST_CASE("a log reads the same plain, compressed and with DOS line ends") {
+  const std::string text =
+      "# comment\nPARAM robot_name x\n" + kGood + "ODOM 1 2 3\n\n" + RobotLaser("0 1 1 4", "2 1 2");
+  std::string dos_text;
+  for (const char c : text) dos_text += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  const ScratchFile plain(text);
+  const ScratchFile compressed(Compress(text));
+  const ScratchFile dos(dos_text);
+  CarmenLog plain_log(plain.path());
+  CarmenLog compressed_log(compressed.path());
+  CarmenLog dos_log(dos.path());
+  const auto scans = ReadAll(plain_log);
+  CHECK(scans.size() == 2);
+  CHECK(ReadAll(compressed_log) == scans);
+  CHECK(ReadAll(dos_log) == scans);
+  CHECK(CountOf(dos_log, "bad_line") == 0);
+}
+
+TEST_CASE("scans come in the log's order though their time goes back") {
+  const ScratchFile file(Flaser(2, " 1 1", "3.0") + Flaser(2, " 1 1", "1.0") + Flaser(2, " 1 1", "2.0"));
+  CarmenLog log(file.path());
+  std::vector<std::int64_t> utimes;
+  for (const LaserScan& scan : ReadAll(log)) utimes.push_back(scan.utime);
+  CHECK(utimes == std::vector<std::int64_t>{3000000, 1000000, 2000000});
+}
+
+TEST_CASE("a scan with the time of any earlier one is skipped and counted") {
+  const ScratchFile file(Flaser(2, " 1 1", "3.0") + Flaser(2, " 2 2", "1.0") + Flaser(2, " 3 3", "3.0"));
+  CarmenLog log(file.path());
+  CHECK(ReadAll(log).size() == 2);
+  CHECK(CountOf(log, "utime_repeated") == 1);
+}
+
+TEST_CASE("a malformed line is counted and skipped, and the next one is read") {
+  const std::vector<std::string> bad_lines = {
+      "FLASER\n",
+      "FLASER three 1 1 1 0 0 0 0 0 0 1.5 host 1.5\n",
+      Flaser(1, " 1", "1.5"),  // too few beams
+      Flaser(0, "", "1.5"),
+      Flaser(-3, " 1 1 1", "1.5"),
+      Flaser(4097, Repeat(" 1", 4097), "1.5"),  // too many
+      Flaser(2147483647, " 1 1", "1.5"),
+      Flaser(3, " 1 1", "1.5"),      // fewer ranges than said
+      Flaser(3, " 1 1 1 1", "1.5"),  // more
+      Flaser(3, " 1 1.2.3 1", "1.5"),
+      Flaser(3, " 1 x 1", "1.5"),
+      Flaser(3, " 1 1e99 1", "1.5"),  // no single precision
+      Flaser(3, " 1 1 1", "-1.5"),
+      Flaser(3, " 1 1 1", "nan"),
+      "FLASER 3 1 1 1 0 0 0 0 0 zero 1.5 host 1.5\n",
+      "FLASER 3 1 1 1 0 0 0 0 0 0 1.5\n",  // no host
+      "ROBOTLASER1\n",
+      RobotLaser("nan 4.0 0.5 4.0", "2 1 1"),
+      RobotLaser("-2 4.0 nan 4.0", "2 1 1"),
+      RobotLaser("-2 4.0 0 4.0", "2 1 1"),  // all beams in one direction
+      RobotLaser("1e30 4.0 0.5 4.0", "2 1 1"),
+      RobotLaser("-2 4.0 0.5 4.0", "1 1"),
+      RobotLaser("-2 4.0 0.5 4.0", "3 1 1"),
+      "FLASER 2 1 1 " + Repeat("0 ", 1 << 19) + "\n",  // longer than 1 MiB
+      "FLASER 2 1 1 " + Repeat("0 ", 3 << 20) + "\n",
+      Flaser(3, std::string(" 1 \0 1", 6), "1.5"),
+  };
+  for (const std::string& bad_line : bad_lines) {
+    CAPTURE(bad_line.substr(0, 80));
+    const ScratchFile file(bad_line + kGood);
+    CarmenLog log(file.path());
+    const auto scan = log.Next();
+    REQUIRE(scan);
+    CHECK(scan->utime == 10500000);
+    CHECK_FALSE(log.Next());
+    CHECK(CountOf(log, "bad_line") == 1);
+  }
+}
+
+TEST_CASE("a last line cut short anywhere costs itself at most, and never brings a wrong scan") {
+  const std::string second = Flaser(3, " 7.25 8.5 9.75", "20.5");
+  for (std::size_t cut = 0; cut < second.size(); ++cut) {
+    CAPTURE(cut);
+    const ScratchFile file(kGood + second.substr(0, cut));
+    CarmenLog log(file.path());
+    const auto scans = ReadAll(log);
+    const bool has_logger_time = cut > second.find("7.5\n");  // the last field; it is not used
+    CHECK(scans.size() == (has_logger_time ? 2 : 1));
+    CHECK(CountOf(log, "bad_line") == (!has_logger_time && cut >= 6 ? 1 : 0));
+    if (scans.size() == 2) CHECK(scans[1].utime == 20500000);
+  }
+}
+
+TEST_CASE("of a gzip stream cut short, what was whole is used") {
+  std::string text;
+  for (int i = 0; i < 2000; ++i) {
+    text += Flaser(3, " 1." + std::to_string(i * 7919 % 1000) + " 2 3", std::to_string(i) + ".5");
+  }
+  const std::string compressed = Compress(text);
+  for (const std::size_t cut : {compressed.size() - 1, compressed.size() - 9, compressed.size() / 2}) {
+    CAPTURE(cut);
+    const ScratchFile file(compressed.substr(0, cut));
+    CarmenLog log(file.path());
+    const auto scans = ReadAll(log);
+    CHECK(scans.size() > 500);
+    CHECK(scans.size() <= 2000);
+    for (std::size_t i = 0; i < scans.size(); ++i) {
+      REQUIRE(scans[i].utime == static_cast<std::int64_t>(i) * 1000000 + 500000);
+    }
+    CHECK(CountOf(log, "truncated") == 1);
+  }
+}
+
+TEST_CASE("a damaged gzip stream ends the log and is counted") {
+  std::string compressed = Compress(Repeat(kGood, 5000));
+  compressed[compressed.size() / 2] = static_cast<char>(compressed[compressed.size() / 2] ^ 0x55);
+  const ScratchFile file(compressed);
+  CarmenLog log(file.path());
+  ReadAll(log);
+  CHECK(CountOf(log, "truncated") == 1);
+}
+
+TEST_CASE("an empty log has no scans") {
+  const ScratchFile file("");
+  CarmenLog log(file.path());
+  CHECK_FALSE(log.Next());
+  CHECK_FALSE(log.Next());
+  CHECK(log.Progress() == 1.0);
+}
+
+TEST_CASE("progress rises from 0 to 1") {
+  std::string text;
+  for (int i = 0; i < 100; ++i) text += Flaser(2, " 1 1", std::to_string(i));
+  const ScratchFile file(text);
+  CarmenLog log(file.path());
+  CHECK(log.Progress() == 0.0);
+  for (int i = 0; i < 50; ++i) log.Next();
+  CHECK(log.Progress() == Approx(0.5).margin(0.02));  // the first ten lines are a byte shorter than the others
+  ReadAll(log);
+  CHECK(log.Progress() == 1.0);
+}
+
+TEST_CASE("a log that is not there is an error that names it") {
+  CHECK(ErrorOf([] { CarmenLog("no_such.log"); }) == "cannot read no_such.log: No such file or directory");
+}
+
+TEST_CASE("a directory is no log") {
+  CHECK(ErrorOf([] { CarmenLog(std::filesystem::temp_directory_path().string()).Next(); }).find("cannot read ") == 0);
+}
+
+TEST_CASE("the real CARMEN logs have the scans that their description says") {
+  struct RealCarmenLog {
+    std::string name;
+    std::size_t num_scans;
+    std::size_t num_beams;
+  };
+  for (const RealCarmenLog& real : {RealCarmenLog{"radish/intel.clf.gz", 13631, 180},
+                                    {"radish/fr079.clf.gz", 4934, 360},
+                                    {"radish/aces.clf.gz", 7374, 180},
+                                    {"urg04lx/exp1.clf.gz", 756, 683},
+                                    {"urg04lx/exp3.clf.gz", 525, 683}}) {
+    if (RealLog(real.name).empty()) {
+      WARN("skipped: no " << real.name << " beside the project");
+      continue;
+    }
+    CAPTURE(real.name);
+    CarmenLog log(RealLog(real.name));
+    const auto scans = ReadAll(log);
+    CHECK(scans.size() == real.num_scans);
+    std::size_t num_whole = 0;
+    std::int64_t num_back = 0;
+    for (std::size_t i = 0; i < scans.size(); ++i) {
+      num_whole += scans[i].ranges_m.size() == real.num_beams ? 1u : 0u;
+      num_back += i > 0 && scans[i].utime < scans[i - 1].utime ? 1 : 0;
+    }
+    CHECK(num_whole == real.num_scans);
+    CHECK(num_back == (real.name == "radish/intel.clf.gz" ? 631 : 0));
+    CHECK(log.Counts().empty());
+  }
+}
+
+}  // namespace crsm

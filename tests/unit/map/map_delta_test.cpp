@@ -1,0 +1,155 @@
+#include "common/map/map_delta.hpp"
+
+#include "catch.hpp"
+#include "common/math/random.hpp"
+
+namespace crsm {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+TileBytes Unexplored() {
+  TileBytes cells;
+  cells.fill(kUnexploredByte);
+  return cells;
+}
+
+TileBytes With(TileBytes cells, std::initializer_list<std::size_t> places, std::uint8_t byte) {
+  for (const std::size_t place : places) cells[place] = byte;
+  return cells;
+}
+
+}  // namespace
+
+TEST_CASE("a tile that did not change packs into nothing, and nothing changes no tile") {
+  CHECK(PackRuns(Unexplored(), Unexplored()).empty());
+  TileBytes cells = Unexplored();
+  CHECK(UnpackRuns({}, cells));
+  CHECK(cells == Unexplored());
+}
+
+TEST_CASE("one changed cell packs into its place, a count of one and its byte") {
+  CHECK(PackRuns(Unexplored(), With(Unexplored(), {300}, 9)) == Bytes{1, 44, 0, 1, 9});  // 300 = 256 + 44
+}
+
+TEST_CASE("the second run skips from the end of the first") {
+  CHECK(PackRuns(Unexplored(), With(Unexplored(), {2, 20}, 9)) == Bytes{0, 2, 0, 1, 9, 0, 17, 0, 1, 9});
+}
+
+TEST_CASE("a gap of four cells is sent along, a gap of five is not") {
+  CHECK(PackRuns(Unexplored(), With(Unexplored(), {0, 5}, 9)) == Bytes{0, 0, 0, 6, 9, 127, 127, 127, 127, 9});
+  CHECK(PackRuns(Unexplored(), With(Unexplored(), {0, 6}, 9)) == Bytes{0, 0, 0, 1, 9, 0, 5, 0, 1, 9});
+}
+
+TEST_CASE("a whole tile packs into its cells and one header") {
+  TileBytes cells;
+  cells.fill(7);
+  const Bytes runs = PackRuns(Unexplored(), cells);
+  CHECK(runs.size() == kMaxRunBytes);
+  CHECK(Bytes(runs.begin(), runs.begin() + 5) == Bytes{0, 0, 16, 0, 7});
+}
+
+TEST_CASE("what is packed unpacks to the same tile and is never larger than a whole one") {
+  Random random(1);
+  for (const double share : {0.0005, 0.01, 0.1, 0.2, 0.5, 0.99}) {
+    TileBytes before;
+    TileBytes after;
+    for (std::size_t i = 0; i < kTileCells; ++i) {
+      before[i] = static_cast<std::uint8_t>(random.Next());
+      after[i] = random.Uniform(0.0, 1.0) < share ? static_cast<std::uint8_t>(random.Next()) : before[i];
+    }
+    const Bytes runs = PackRuns(before, after);
+    CAPTURE(share);
+    CHECK(runs.size() <= kMaxRunBytes);
+    CHECK(UnpackRuns(runs, before));
+    CHECK(before == after);
+  }
+}
+
+TEST_CASE("every second to sixth cell changed packs into no more than a whole tile") {
+  for (std::size_t step = 2; step <= 6; ++step) {
+    TileBytes cells = Unexplored();
+    for (std::size_t i = 0; i < kTileCells; i += step) cells[i] = 0;
+    CHECK(PackRuns(Unexplored(), cells).size() <= kMaxRunBytes);
+  }
+}
+
+TEST_CASE("malformed runs are refused and leave the tile as it was") {
+  const std::vector<Bytes> malformed{
+      {0},                                 // a header cut short
+      {0, 0, 0},                           //
+      {0, 0, 0, 1},                        // no cells
+      {0, 0, 0, 2, 9},                     // one cell too few
+      {0, 0, 0, 0},                        // a run of none
+      {0, 0, 0, 1, 9, 7},                  // bytes left over
+      {16, 0, 0, 1, 9},                    // begins behind the last cell
+      {15, 255, 0, 2, 9, 9},               // ends behind it
+      {255, 255, 255, 255, 9},             //
+      {15, 255, 0, 1, 9, 0, 0, 0, 1, 9},   // the second begins behind it
+      {0, 0, 0, 1, 9, 255, 255, 0, 1, 9},  //
+  };
+  for (const Bytes& runs : malformed) {
+    TileBytes cells = Unexplored();
+    CHECK_FALSE(UnpackRuns(runs, cells));
+    CHECK(cells == Unexplored());
+    ByteMap map;
+    CHECK_FALSE(map.Apply({{0, 0}, runs}));
+    CHECK(map.tiles().entries().empty());
+  }
+}
+
+TEST_CASE("a map is unexplored until a change comes, and then only there") {
+  ByteMap map;
+  CHECK(map.At({0, 0}) == kUnexploredByte);
+  CHECK(map.Apply({{-2, 1}, {0, 65, 0, 1, 9}}));  // cell (1, 1) of the tile
+  CHECK(map.At({-127, 65}) == 9);
+  CHECK(map.At({-126, 65}) == kUnexploredByte);
+  CHECK(map.At({127, 65}) == kUnexploredByte);
+}
+
+TEST_CASE("a change beyond the limits of the map is refused") {
+  ByteMap map;
+  CHECK_FALSE(map.Apply({{kMaxTile, 0}, {0, 0, 0, 1, 9}}));
+  CHECK_FALSE(map.Apply({{0, -kMaxTile - 1}, {0, 0, 0, 1, 9}}));
+  CHECK(map.Apply({{-kMaxTile, kMaxTile - 1}, {0, 0, 0, 1, 9}}));
+}
+
+TEST_CASE("a tile so far away that the rectangle around the map would not fit into memory is refused") {
+  ByteMap map;
+  CHECK(map.Apply({{-kMaxTile, -kMaxTile}, {0, 0, 0, 1, 9}}));
+  CHECK_FALSE(map.Apply({{kMaxTile - 1, kMaxTile - 1}, {0, 0, 0, 1, 9}}));
+  CHECK(map.Apply({{-kMaxTile + 1, -kMaxTile}, {0, 0, 0, 1, 9}}));
+  CHECK(map.tiles().entries().size() == 2);
+  CHECK(map.ToDenseGrid(0.05).cells.size() == kTileSide + 1);
+}
+
+TEST_CASE("a change that changes nothing makes no tile") {
+  ByteMap map;
+  CHECK(map.Apply({{3, 4}, {}}));
+  CHECK(map.tiles().entries().empty());
+}
+
+TEST_CASE("an unexplored map is a grid without cells") {
+  ByteMap map;
+  CHECK(map.ToDenseGrid(0.05).cells.empty());
+  CHECK(map.Apply({{0, 0}, {0, 0, 0, 1, kUnexploredByte}}));
+  const DenseGrid grid = map.ToDenseGrid(0.05);
+  CHECK(grid.width_cells == 0);
+  CHECK(grid.height_cells == 0);
+  CHECK(grid.cells.empty());
+  CHECK(grid.cell_size_m == 0.05);
+}
+
+TEST_CASE("a dense grid is the rectangle around the explored cells, row by row from the lower left") {
+  ByteMap map;
+  CHECK(map.Apply({{-1, -1}, {15, 255, 0, 1, 5}}));  // cell (-1, -1)
+  CHECK(map.Apply({{0, 0}, {0, 66, 0, 1, 6}}));      // cell (2, 1)
+  const DenseGrid grid = map.ToDenseGrid(0.1);
+  CHECK(grid.origin_x_cells == -1);
+  CHECK(grid.origin_y_cells == -1);
+  CHECK(grid.width_cells == 4);
+  CHECK(grid.height_cells == 3);
+  CHECK(grid.cells == Bytes{5, 127, 127, 127, 127, 127, 127, 127, 127, 127, 127, 6});
+}
+
+}  // namespace crsm

@@ -1,0 +1,331 @@
+#include "common/map/map_updater.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+#include "catch.hpp"
+#include "common/math/random.hpp"
+#include "synthetic_scans.hpp"
+
+namespace crsm {
+namespace {
+
+// From 0.5 with intensity 0.1 and Dens_occu 2: 0.5 + 0.5 * 0.1 and 0.5 - 0.5 * 0.2, in 255ths.
+constexpr int kFreeOnce = 140;
+constexpr int kOccupiedOnce = 102;
+
+/// A map and the replica that its deltas make.
+class TestMap {
+ public:
+  explicit TestMap(const Parameters& parameters = TestParameters()) : updater(parameters.scan, parameters.update) {}
+
+  MapDelta Draw(const LaserScan& scan, const Pose2& T_map_laser = {}, MatchState state = MatchState::kOk) {
+    MapDelta delta = updater.Update(scan, {scan.utime, T_map_laser, 1.0, 1, 1, updater.version(), state});
+    for (const TileChange& change : delta.tiles) REQUIRE(bytes.Apply(change));
+    return delta;
+  }
+  int At(int x, int y) const { return bytes.At({x, y}); }
+
+  MapUpdater updater;
+  ByteMap bytes;
+};
+
+LaserScan Beam(float range_m, float angle_rad = 0.0f) { return {1, angle_rad, 0.01f, {range_m}}; }
+
+// Off the sides of cells, so that rounding decides nothing.
+constexpr Pose2 kInCell{0.02, 0.02, 0.0};
+
+}  // namespace
+
+TEST_CASE("a beam frees the cells on its way and occupies the one in which it ends") {
+  TestMap map;
+  const MapDelta delta = map.Draw(Beam(1.0f), kInCell);
+  for (int x = 0; x < 20; ++x) CHECK(map.At(x, 0) == kFreeOnce);
+  CHECK(map.At(20, 0) == kOccupiedOnce);
+  for (const auto& [x, y] : {Cell{-1, 0}, {21, 0}, {5, 1}, {5, -1}}) CHECK(map.At(x, y) == kUnexploredByte);
+  CHECK(delta.version == 1);
+  CHECK(delta.tiles.size() == 1);
+}
+
+TEST_CASE("a beam visits the cells that its line crosses and no others") {
+  Random random(1);
+  for (int i = 0; i < 50; ++i) {
+    TestMap map;
+    const Pose2 pose{random.Uniform(-2.0, 2.0), random.Uniform(-2.0, 2.0), random.Uniform(-kPi, kPi)};
+    const double range_m = random.Uniform(0.1, 3.0);
+    map.Draw(Beam(static_cast<float>(range_m)), pose);
+    const Eigen::Vector2d way(std::cos(pose.yaw_rad), std::sin(pose.yaw_rad));
+    std::set<std::pair<int, int>> crossed;
+    for (double m = 0.0; m < range_m; m += 1e-4) {
+      crossed.insert({static_cast<int>(std::floor((pose.x_m + m * way.x()) / 0.05)),
+                      static_cast<int>(std::floor((pose.y_m + m * way.y()) / 0.05))});
+    }
+    for (const auto& [x, y] : crossed) CHECK(map.At(x, y) != kUnexploredByte);
+    const DenseGrid grid = map.bytes.ToDenseGrid(0.05);
+    const auto num_explored =
+        grid.cells.size() - static_cast<std::size_t>(std::count(grid.cells.begin(), grid.cells.end(), kUnexploredByte));
+    CHECK(num_explored <= crossed.size() + 2);  // corners cut by less than the 0.1 mm of this test
+    CHECK(std::count(grid.cells.begin(), grid.cells.end(), kOccupiedOnce) == 1);
+  }
+}
+
+TEST_CASE("each cell is updated once a scan, however many beams cross it") {
+  TestMap map;
+  map.Draw(ScanRoom(kInCell), kInCell);
+  CHECK(map.At(0, 0) == kFreeOnce);
+  CHECK(map.At(3, 2) == kFreeOnce);
+  const DenseGrid grid = map.bytes.ToDenseGrid(0.05);
+  for (const int byte : grid.cells) REQUIRE((byte == kFreeOnce || byte == kOccupiedOnce || byte == kUnexploredByte));
+}
+
+TEST_CASE("an occupied cell wins over a free one within a scan") {
+  for (const bool far_first : {true, false}) {
+    TestMap map;
+    const std::vector<float> ranges_m = far_first ? std::vector<float>{3.0f, 1.0f} : std::vector<float>{1.0f, 3.0f};
+    map.Draw({1, 0.0f, 0.001f, ranges_m}, kInCell);
+    CHECK(map.At(20, 0) == kOccupiedOnce);
+    CHECK(map.At(30, 0) == kFreeOnce);
+  }
+}
+
+TEST_CASE("cells follow the asymptotic rule of the paper") {
+  Parameters parameters = TestParameters();
+  parameters.update.intensity = 0.07;
+  parameters.update.occupied_density = 3.0;
+  TestMap map(parameters);
+  double free = 0.5;
+  double occupied = 0.5;
+  for (int scan = 0; scan < 60; ++scan) {
+    map.Draw(Beam(1.0f), kInCell);
+    free = free + (1.0 - free) * 0.07;
+    occupied = occupied - occupied * 0.07 * 3.0;
+    CHECK(std::abs(map.At(10, 0) - 255.0 * free) <= 0.51);  // rounded, in single precision
+    CHECK(std::abs(map.At(20, 0) - 255.0 * occupied) <= 0.51);
+  }
+}
+
+TEST_CASE("no cell is ever certain: what changed in the world changes in the map") {
+  TestMap map;
+  for (int scan = 0; scan < 3000; ++scan) map.Draw(Beam(1.0f), kInCell);
+  CHECK(map.At(10, 0) == kFreeByte);
+  CHECK(map.At(20, 0) == kOccupiedByte);
+  for (int scan = 0; scan < 10; ++scan) map.Draw(Beam(0.5f), kInCell);
+  CHECK(map.At(10, 0) < 30);  // 0.8^10 = 0.107
+  for (int scan = 0; scan < 10; ++scan) map.Draw(Beam(2.0f), kInCell);
+  CHECK(map.At(20, 0) > 150);  // 1 - 0.9^10 = 0.65
+}
+
+TEST_CASE("no explored cell has the byte of an unexplored one") {
+  Parameters parameters = TestParameters();
+  parameters.update.intensity = 0.001;  // 0.5 +- 0.0005 is 127.6 and 127.4 in 255ths
+  parameters.update.occupied_density = 1.0;
+  TestMap map(parameters);
+  for (int scan = 0; scan < 300; ++scan) {  // crosses the middle upwards and downwards
+    map.Draw(Beam(scan < 20 || scan > 100 ? 1.0f : 2.0f), kInCell);
+    REQUIRE(map.At(10, 0) != kUnexploredByte);
+    REQUIRE(map.At(20, 0) != kUnexploredByte);
+  }
+}
+
+TEST_CASE("the intensity of the update is the scan's mean sparseness") {
+  Parameters parameters = TestParameters();
+  parameters.update.sparseness_intensity = true;
+  TestMap map(parameters);
+  map.Draw({1, 0.0f, 0.05f, std::vector<float>(60, 2.0f)}, kInCell);  // chord: 4 sin(0.025) = 0.1
+  CHECK(map.At(10, 0) == kFreeOnce);
+  TestMap sparser(parameters);
+  sparser.Draw({1, 0.0f, 0.075f, std::vector<float>(40, 2.0f)}, kInCell);
+  CHECK(sparser.At(10, 0) > kFreeOnce);
+}
+
+TEST_CASE("the first update of a cell is more intense than the next ones") {
+  Parameters parameters = TestParameters();
+  parameters.update.first_intensity = 0.6;
+  TestMap map(parameters);
+  double free = 0.5 + 0.5 * 0.6;
+  double occupied = 0.5 - 0.5 * 0.6;
+  for (int scan = 0; scan < 5; ++scan) {
+    map.Draw(Beam(1.0f), kInCell);
+    CHECK(std::abs(map.At(10, 0) - 255.0 * free) <= 0.51);
+    CHECK(std::abs(map.At(20, 0) - 255.0 * occupied) <= 0.51);
+    free += (1.0 - free) * 0.1;
+    occupied -= occupied * 0.2;
+  }
+}
+
+TEST_CASE("an update more intense than the first one has to be is not held back") {
+  Parameters parameters = TestParameters();
+  parameters.update.occupied_density = 8.0;
+  parameters.update.first_intensity = 0.6;
+  TestMap map(parameters);
+  map.Draw(Beam(1.0f), kInCell);
+  CHECK(std::abs(map.At(20, 0) - 255.0 * 0.5 * (1.0 - 0.8)) <= 0.51);
+}
+
+TEST_CASE("the map grows in every direction") {
+  TestMap map;
+  map.Draw({1, 0.0f, static_cast<float>(kPi / 2.0), {10.0f, 11.0f, 12.0f, 13.0f}}, {-0.02, -0.02, 0.0});
+  CHECK(map.At(199, -1) == kOccupiedOnce);
+  CHECK(map.At(-1, 219) == kOccupiedOnce);
+  CHECK(map.At(-241, -1) == kOccupiedOnce);
+  CHECK(map.At(-1, -261) == kOccupiedOnce);
+}
+
+TEST_CASE("neighbouring hits on one surface become a line where that is wanted") {
+  for (const bool join : {false, true}) {
+    Parameters parameters = TestParameters();
+    parameters.update.join_hits = join;
+    TestMap map(parameters);
+    LaserScan scan{1, -0.3f, 0.1f, {}};  // the wall x = 3.001 m, a hit every six cells
+    for (int i = 0; i < 7; ++i) scan.ranges_m.push_back(static_cast<float>(2.981 / std::cos(-0.3 + 0.1 * i)));
+    map.Draw(scan, kInCell);
+    int num_occupied = 0;
+    for (int y = -30; y <= 30; ++y) num_occupied += map.At(60, y) == kOccupiedOnce;
+    CHECK(num_occupied == (join ? 38 : 7));  // from y = 0.02 - 0.922 m to 0.02 + 0.922 m, cells -19 to 18
+  }
+}
+
+TEST_CASE("a hit that spreads occupies the cells around it by how near they are") {
+  Parameters parameters = TestParameters();
+  parameters.update.hit_spread = 1.0;
+  parameters.update.occupied_density = 1.0;
+  TestMap map(parameters);
+  // It ends 0.3 of the way from the centre of cell (20, 0) to that of (21, 0), and 0.4 from row 0 to row 1.
+  map.Draw(Beam(0.985f), {0.055, 0.045, 0.0});
+  const auto Once = [](double share) { return 255.0 * (0.5 + 0.1 * (1.0 - share - 0.5)); };
+  CHECK(std::abs(map.At(20, 0) - Once(0.7 * 0.6)) <= 1.0);
+  CHECK(std::abs(map.At(21, 0) - Once(0.3 * 0.6)) <= 1.0);
+  CHECK(std::abs(map.At(20, 1) - Once(0.7 * 0.4)) <= 1.0);
+  CHECK(std::abs(map.At(21, 1) - Once(0.3 * 0.4)) <= 1.0);
+  CHECK(map.At(10, 0) == kFreeOnce);
+  for (const auto& [x, y] : {Cell{22, 0}, {21, 2}, {20, -1}, {19, 1}}) CHECK(map.At(x, y) == kUnexploredByte);
+}
+
+TEST_CASE("the spread of hits makes up for walls between cells, up to whole cells") {
+  Parameters parameters = TestParameters();
+  parameters.update.hit_spread = 2.0;
+  TestMap map(parameters);
+  map.Draw(Beam(1.0f), {0.05, 0.025, 0.0});  // ends between cells 20 and 21
+  CHECK(map.At(20, 0) == kOccupiedOnce);
+  CHECK(map.At(21, 0) == kOccupiedOnce);
+  CHECK(map.At(19, 0) == kFreeOnce);
+  CHECK(map.At(22, 0) == kUnexploredByte);
+}
+
+TEST_CASE("a wall seen again and again is as strong in a cell as its share there") {
+  Parameters parameters = TestParameters();
+  parameters.update.hit_spread = 1.0;
+  parameters.update.join_hits = true;
+  TestMap map(parameters);
+  LaserScan scan{1, -0.3f, 0.02f, {}};  // the wall x = 3.04 m, 0.3 of the way from the centre of cell 60 to that of 61
+  for (int i = 0; i <= 30; ++i) scan.ranges_m.push_back(static_cast<float>(3.015 / std::cos(-0.3 + 0.02 * i)));
+  for (int i = 0; i < 200; ++i) map.Draw(scan, {0.025, 0.025, 0.0});
+  for (int y = -10; y <= 10; ++y) {
+    CHECK(std::abs(map.At(60, y) - 255 * 0.3) < 255 * 0.12);  // a sample is up to an eighth of a cell off its row
+    CHECK(std::abs(map.At(61, y) - 255 * 0.7) < 255 * 0.12);
+  }
+}
+
+TEST_CASE("every call makes a version, also when nothing changes") {
+  TestMap map;
+  CHECK(map.updater.version() == 0);
+  CHECK(map.Draw(Beam(1.0f)).version == 1);
+  const MapDelta lost = map.Draw(Beam(1.0f), {}, MatchState::kLost);
+  CHECK(lost.version == 2);
+  CHECK(lost.tiles.empty());
+  const MapDelta blind = map.Draw({1, 0.0f, 0.1f, {0.0f, 0.0f}});
+  CHECK(blind.version == 3);
+  CHECK(blind.tiles.empty());
+  const MapDelta without = map.updater.UpdateWithoutScan();
+  CHECK(without.version == 4);
+  CHECK(without.tiles.empty());
+  CHECK(map.updater.version() == 4);
+}
+
+TEST_CASE("a scan is drawn after enough motion or enough turning since the last that was drawn") {
+  Parameters parameters = TestParameters();
+  parameters.update.update_distance_m = 0.2;
+  parameters.update.update_angle_rad = 0.1;
+  TestMap map(parameters);
+  CHECK_FALSE(map.Draw(Beam(1.0f)).tiles.empty());
+  CHECK(map.Draw(Beam(1.0f), {0.15, 0.0, 0.0}).tiles.empty());
+  CHECK_FALSE(map.Draw(Beam(1.0f), {0.15, 0.15, 0.0}).tiles.empty());
+  CHECK(map.Draw(Beam(1.0f), {0.15, 0.15, 0.09}).tiles.empty());
+  CHECK_FALSE(map.Draw(Beam(1.0f), {0.15, 0.15, 0.11}).tiles.empty());
+  CHECK(map.Draw(Beam(1.0f), {0.15, 0.15, 0.02}).tiles.empty());
+  CHECK_FALSE(map.Draw(Beam(1.0f), {0.15, 0.15, 0.0}).tiles.empty());
+}
+
+TEST_CASE("a scan that is not the match's is refused and makes no version") {
+  TestMap map;
+  CHECK_THROWS_AS(map.updater.Update(Beam(1.0f), {2, {}, 1.0, 1, 1, 0, MatchState::kOk}), std::invalid_argument);
+  CHECK(map.updater.version() == 0);
+}
+
+TEST_CASE("a scan that reaches beyond the map is answered and not drawn") {
+  TestMap map;
+  const double limit_m = kMaxCell * 0.05;
+  for (const Pose2& pose :
+       {Pose2{limit_m - 19.0, 0.0, 0.0}, {0.0, -limit_m, 0.0}, {1e300, 0.0, 0.0}, {NAN, 0.0, 0.0}}) {
+    CHECK(map.Draw(Beam(1.0f), pose).tiles.empty());
+  }
+  CHECK(map.updater.version() == 4);
+  CHECK_FALSE(map.Draw(Beam(1.0f), {limit_m - 20.1, 0.0, 0.0}).tiles.empty());
+}
+
+TEST_CASE("what the map has no room for is left out and counted, and mapping goes on") {
+  TestMap map;
+  map.Draw(Beam(1.0f), {-3000.0, -3000.0, 0.0});
+  CHECK(map.updater.num_scans_cut() == 0);
+  const MapDelta far = map.Draw(Beam(1.0f), {3000.0, 3000.0, 0.0});
+  CHECK(far.version == 2);
+  CHECK(far.tiles.empty());
+  CHECK(map.updater.num_scans_cut() == 1);
+  CHECK(map.updater.num_tiles() == 1);
+  CHECK(map.Draw(Beam(1.0f), {-3000.0, -3000.0, 0.0}).tiles.size() == 1);
+  CHECK(map.updater.num_scans_cut() == 1);
+}
+
+TEST_CASE("a replica that missed versions is healed by whole tiles") {
+  TestMap map;
+  map.Draw(ScanRoom(kInCell), kInCell);
+  const std::int64_t old_version = map.updater.version();
+  map.Draw(Beam(1.0f, 0.3f), kInCell);  // changes one tile
+  int num_tiles = 0;
+  ByteMap replica;
+  for (std::size_t tile = 0; tile < map.updater.num_tiles(); ++tile) {
+    num_tiles += map.updater.TileSince(tile, old_version).has_value();
+    CHECK_FALSE(map.updater.TileSince(tile, map.updater.version()));
+    const auto whole = map.updater.TileSince(tile, 0);
+    REQUIRE(whole);
+    CHECK(replica.Apply(*whole));
+  }
+  CHECK(num_tiles == 1);
+  CHECK(replica.ToDenseGrid(0.05).cells == map.bytes.ToDenseGrid(0.05).cells);
+}
+
+TEST_CASE("a frozen map answers and does not change, and its versions start over") {
+  TestMap map;
+  map.Draw(ScanRoom(kInCell), kInCell);
+  map.Draw(Beam(1.0f, 0.3f), kInCell);
+  const DenseGrid before = map.bytes.ToDenseGrid(0.05);
+  map.updater.Freeze();
+  CHECK(map.updater.version() == 0);
+  for (std::int64_t version = 1; version <= 3; ++version) {
+    const MapDelta delta = map.Draw(Beam(2.0f, 0.1f), kInCell);
+    CHECK(delta.version == version);
+    CHECK(delta.tiles.empty());
+  }
+  ByteMap replica;
+  for (std::size_t tile = 0; tile < map.updater.num_tiles(); ++tile) {
+    CHECK_FALSE(map.updater.TileSince(tile, 1));  // who holds a version of this epoch has them all
+    const auto whole = map.updater.TileSince(tile, 0);
+    REQUIRE(whole);
+    CHECK(replica.Apply(*whole));
+  }
+  CHECK(replica.ToDenseGrid(0.05).cells == before.cells);
+}
+
+}  // namespace crsm

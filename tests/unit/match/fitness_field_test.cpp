@@ -1,0 +1,285 @@
+#include "common/match/fitness_field.hpp"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "catch.hpp"
+#include "common/math/random.hpp"
+#include "synthetic_scans.hpp"
+
+namespace crsm {
+namespace {
+
+const MapGeometry kGeometry(0.05);
+
+/// A pseudo-random byte for each cell, a fifth of them unexplored.
+std::uint8_t Noise(Cell cell) {
+  const auto hash = Random(1, static_cast<std::uint64_t>(cell.x) << 32 ^ static_cast<std::uint32_t>(cell.y)).Next();
+  return hash % 5 == 0 ? kUnexploredByte : static_cast<std::uint8_t>(hash >> 8);
+}
+
+template <class Paint>
+ByteMap Map(Paint&& paint) {
+  ByteMap map;
+  for (const TileChange& change : PaintTiles(-2, 1, paint)) REQUIRE(map.Apply(change));
+  return map;
+}
+
+std::vector<TileIndex> AllTiles(const ByteMap& map) {
+  std::vector<TileIndex> tiles;
+  for (const auto& entry : map.tiles().entries()) tiles.push_back(entry.index);
+  return tiles;
+}
+
+FitnessField Field(const ByteMap& map, double unexplored_score, bool interpolate) {
+  FitnessField field(unexplored_score, interpolate);
+  field.Refresh(map, AllTiles(map));
+  return field;
+}
+
+/// Rays of up to `reach_m` to all sides.
+Eigen::Matrix2Xd DrawHits(int num_rays, double reach_m, std::uint64_t seed) {
+  Random random(seed);
+  Eigen::Matrix2Xd hits_m(2, num_rays);
+  for (int i = 0; i < num_rays; ++i)
+    hits_m.col(i) << random.Uniform(-reach_m, reach_m), random.Uniform(-reach_m, reach_m);
+  return hits_m;
+}
+
+/// Lines 6 to 10 of section 5.2 for a ray that ends in this cell.
+double ScoreLiterally(const ByteMap& map, Cell cell, double unexplored_score) {
+  if (map.At(cell) == 127) return unexplored_score;
+  return 10.0 * (255 - map.At(cell)) + (255 - map.At({cell.x - 1, cell.y})) + (255 - map.At({cell.x + 1, cell.y})) +
+         (255 - map.At({cell.x, cell.y - 1})) + (255 - map.At({cell.x, cell.y + 1}));
+}
+
+/// Section 5.2 line by line on the bytes of the map, divided by the largest sum.
+double EvaluateLiterally(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& pose,
+                         double unexplored_score) {
+  double fitness_value = 0.0;
+  for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
+    const double x_m = std::cos(pose.yaw_rad) * hits_m(0, i) - std::sin(pose.yaw_rad) * hits_m(1, i) + pose.x_m;
+    const double y_m = std::sin(pose.yaw_rad) * hits_m(0, i) + std::cos(pose.yaw_rad) * hits_m(1, i) + pose.y_m;
+    const Cell cell{static_cast<int>(std::floor(x_m / 0.05)), static_cast<int>(std::floor(y_m / 0.05))};
+    fitness_value += ScoreLiterally(map, cell, unexplored_score);
+  }
+  return fitness_value / (3570.0 * static_cast<double>(hits_m.cols()));
+}
+
+}  // namespace
+
+TEST_CASE("no rays fit nowhere") {
+  const ByteMap map = Map(Noise);
+  CHECK(Field(map, -100.0, true).Evaluate(ToCells(Eigen::Matrix2Xd(2, 0), kGeometry), {}, kGeometry) == 0.0);
+}
+
+TEST_CASE("rays on cells of value 0 amid such cells fit perfectly, on cells of value 255 not at all") {
+  const RaysInCells rays = ToCells(DrawHits(100, 2.0, 1), kGeometry);
+  for (const bool interpolate : {false, true}) {
+    for (const Pose2& pose : {Pose2{}, {-0.1, -3.0, 2.0}, {-3.2, 0.0, -1.0}}) {
+      CHECK(Field(Map([](Cell) { return kOccupiedByte; }), -100.0, interpolate).Evaluate(rays, pose, kGeometry) == 1.0);
+      CHECK(Field(Map([](Cell) { return kFreeByte; }), -100.0, interpolate).Evaluate(rays, pose, kGeometry) == 0.0);
+    }
+  }
+}
+
+TEST_CASE("a ray on an unexplored cell scores -100 of 3570, on an empty map and beyond its tiles too") {
+  const RaysInCells rays = ToCells(DrawHits(10, 1.0, 2), kGeometry);
+  for (const bool interpolate : {false, true}) {
+    const FitnessField empty(-100.0, interpolate);
+    CHECK(empty.Evaluate(rays, {}, kGeometry) == Approx(-100.0 / 3570.0));
+    const FitnessField far = Field(Map(Noise), -100.0, interpolate);
+    CHECK(far.Evaluate(rays, {100.0, -200.0, 0.5}, kGeometry) == Approx(-100.0 / 3570.0));
+    CHECK(FitnessField(0.0, interpolate).Evaluate(rays, {}, kGeometry) == 0.0);
+  }
+}
+
+TEST_CASE("without interpolation the fitness is section 5.2 to the letter") {
+  const ByteMap map = Map(Noise);
+  for (const double unexplored_score : {-100.0, 0.0, 35.0}) {
+    const FitnessField field = Field(map, unexplored_score, false);
+    Random random(3);
+    for (std::uint64_t i = 0; i < 40; ++i) {
+      const Eigen::Matrix2Xd hits_m = DrawHits(50, 4.0, i);
+      const Pose2 pose{random.Uniform(-4.0, 4.0), random.Uniform(-4.0, 4.0), random.Uniform(-kPi, kPi)};
+      // Single precision could put a ray into the next cell if it ended within 1e-6 m of it: none of these does.
+      CHECK(field.Evaluate(ToCells(hits_m, kGeometry), pose, kGeometry) ==
+            Approx(EvaluateLiterally(map, hits_m, pose, unexplored_score)).margin(1e-12));
+    }
+  }
+}
+
+TEST_CASE("with interpolation the fitness of one ray is bilinear between the centres of four cells") {
+  const ByteMap map = Map(Noise);
+  const FitnessField field = Field(map, -100.0, true);
+  Random random(4);
+  for (int i = 0; i < 500; ++i) {
+    // Points of the 1/128 lattice on which rays are placed, in cells; all tiles and their seams.
+    const double x = std::floor(random.Uniform(-128.0, 127.0) * 128.0) / 128.0;
+    const double y = std::floor(random.Uniform(-128.0, 127.0) * 128.0) / 128.0;
+    const Cell cell{static_cast<int>(std::floor(x - 0.5)), static_cast<int>(std::floor(y - 0.5))};
+    const double right = x - 0.5 - cell.x;
+    const double up = y - 0.5 - cell.y;
+    const auto Score = [&](int dx, int dy) { return ScoreLiterally(map, {cell.x + dx, cell.y + dy}, -100.0); };
+    const double expected = ((Score(0, 0) * (1 - right) + Score(1, 0) * right) * (1 - up) +
+                             (Score(0, 1) * (1 - right) + Score(1, 1) * right) * up) /
+                            3570.0;
+    // A ray that ends somewhere around the point, where no other is nearer.
+    const auto Around = [&](double cells) { return static_cast<float>(cells + random.Uniform(-0.45, 0.45) / 128.0); };
+    const RaysInCells ray{Eigen::ArrayXf::Constant(1, Around(x)), Eigen::ArrayXf::Constant(1, Around(y)),
+                          Eigen::ArrayXi::Ones(1)};
+    CAPTURE(x, y);
+    CHECK(field.Evaluate(ray, {}, kGeometry) == Approx(expected).margin(1e-12));
+  }
+}
+
+TEST_CASE("a field that follows changes is the field of the changed map, also across the seams of tiles") {
+  ByteMap map = Map(Noise);
+  FitnessField following = Field(map, -100.0, true);
+  const Cell corners[] = {{-1, -1}, {0, 0}, {63, -64}, {-64, 63}, {20, -65}, {127, 10}, {128, 128}};
+  for (const Cell corner : corners) {  // cells at the edges of tiles, some in tiles that are new
+    const TileIndex tile = TileOf(corner);
+    const int offset = OffsetInTile(corner);
+    const auto byte = static_cast<std::uint8_t>(map.At(corner) == 0 ? 255 : 0);
+    REQUIRE(map.Apply(
+        {tile, {static_cast<std::uint8_t>(offset >> 8), static_cast<std::uint8_t>(offset & 255), 0, 1, byte}}));
+    following.Refresh(map, {tile});
+  }
+  const FitnessField anew = Field(map, -100.0, true);
+  for (const Cell corner : corners) {
+    for (int y = -3; y <= 3; ++y) {
+      for (int x = -3; x <= 3; ++x) {
+        const RaysInCells ray{Eigen::ArrayXf::Constant(1, static_cast<float>(corner.x + x) + 0.25f),
+                              Eigen::ArrayXf::Constant(1, static_cast<float>(corner.y + y) + 0.75f),
+                              Eigen::ArrayXi::Ones(1)};
+        CHECK(following.Evaluate(ray, {}, kGeometry) == anew.Evaluate(ray, {}, kGeometry));
+      }
+    }
+  }
+}
+
+TEST_CASE("all kernels give the same fitness, bit by bit") {
+  Random random(7);
+  const auto Draw = [&](double low, double high) { return random.Uniform(low, high); };
+  for (int i = 0; i < 300; ++i) {
+    // Tiles here and there, some of them at the limits of the map.
+    const int edge = i % 3 == 0 ? 0 : (i % 3 == 1 ? kMaxTile - 4 : -kMaxTile);
+    ByteMap map;
+    for (const TileChange& change : PaintTiles(edge, edge + 3, Noise)) {
+      if (Draw(0.0, 1.0) < 0.7) REQUIRE(map.Apply(change));
+    }
+    const double unexplored_score = std::floor(Draw(-3570.0, 3570.0));
+    const bool interpolate = i % 2 == 0;
+
+    const auto num_rays = static_cast<int>(Draw(1.0, 200.0));
+    const RaysInCells drawn = ToCells(DrawHits(num_rays, Draw(0.01, 12.0), random.Next()), kGeometry);
+    Eigen::ArrayXf x = drawn.x();
+    Eigen::ArrayXi weight = drawn.weight();
+    for (Eigen::Index ray = 0; ray < num_rays; ++ray) {
+      x[ray] = Draw(0.0, 1.0) < 0.1 ? std::round(x[ray]) : x[ray];  // on the corners of cells too
+      weight[ray] = i % 4 < 2 ? 1 : static_cast<int>(Draw(1.0, 22.0));
+    }
+    const RaysInCells rays(x, drawn.y(), weight);
+    const double middle_m = (edge + 2) * kTileSide * 0.05;
+    std::vector<Pose2> poses{{middle_m, middle_m, 0.0}, {1e9, -1e9, 1.0}, {-1e300, 0.0, 1.0}};
+    for (int k = 0; k < 20; ++k) {
+      poses.push_back({middle_m + Draw(-9.0, 9.0), middle_m + Draw(-9.0, 9.0), Draw(-7.0, 7.0)});
+    }
+
+    FitnessField reference(unexplored_score, interpolate, SumScores);
+    reference.Refresh(map, AllTiles(map));
+    for (const FitnessKernel kernel : FindFitnessKernels()) {
+      FitnessField field(unexplored_score, interpolate, kernel);
+      field.Refresh(map, AllTiles(map));
+      for (const Pose2& pose : poses) {
+        CHECK(field.Evaluate(rays, pose, kGeometry) == reference.Evaluate(rays, pose, kGeometry));
+      }
+    }
+  }
+}
+
+TEST_CASE("all kernels sum the largest weights and scores without overflow") {
+  ByteMap map;
+  for (const TileChange& change : PaintTiles(-1, 1, [](Cell) { return kOccupiedByte; })) REQUIRE(map.Apply(change));
+  const Eigen::Matrix2Xd hits_m = DrawHits(4096, 1.0, 8);
+  for (const FitnessKernel kernel : FindFitnessKernels()) {
+    FitnessField field(-100.0, true, kernel);
+    field.Refresh(map, AllTiles(map));
+    for (const int weight : {1, 21, 500000}) {
+      const RaysInCells rays = ToCells(hits_m, kGeometry, Eigen::ArrayXi::Constant(4096, weight));
+      CHECK(field.Evaluate(rays, {1.0, 1.0, 0.5}, kGeometry) == 1.0);
+    }
+  }
+}
+
+TEST_CASE("the order of the rays does not matter") {
+  const FitnessField field = Field(Map(Noise), -100.0, true);
+  const Eigen::Matrix2Xd hits_m = DrawHits(200, 3.0, 5);
+  CHECK(field.Evaluate(ToCells(hits_m.rowwise().reverse(), kGeometry), {0.1, 0.2, 0.3}, kGeometry) ==
+        field.Evaluate(ToCells(hits_m, kGeometry), {0.1, 0.2, 0.3}, kGeometry));
+}
+
+TEST_CASE("4096 rays at the far end of the map are weighed without overflow") {
+  ByteMap map;
+  TileBytes cells;
+  cells.fill(kUnexploredByte);
+  TileBytes occupied{};
+  for (int y = 1020; y < 1023; ++y) {
+    for (int x = -1023; x < -1020; ++x) REQUIRE(map.Apply({{x, y}, PackRuns(cells, occupied)}));
+  }
+  const FitnessField field = Field(map, -100.0, true);
+  const Pose2 pose{(-1022 * 64 + 32) * 0.05, (1021 * 64 + 32) * 0.05, 0.0};
+  CHECK(field.Evaluate(ToCells(DrawHits(4096, 1.5, 6), kGeometry), pose, kGeometry) == 1.0);
+}
+
+TEST_CASE("a field takes memory for what is explored, however far apart that lies") {
+  const auto ResidentMb = [] {
+    long total_pages = 0, resident_pages = 0;
+    std::ifstream("/proc/self/statm") >> total_pages >> resident_pages;
+    return static_cast<double>(resident_pages * sysconf(_SC_PAGESIZE)) / 1e6;
+  };
+  ByteMap map;
+  for (const int corner : {0, 255}) {  // of the largest rectangle
+    for (const TileChange& change : PaintTiles(corner, corner, Noise)) REQUIRE(map.Apply(change));
+  }
+  const double before_mb = ResidentMb();
+  const FitnessField field = Field(map, -100.0, true);
+  const Pose2 pose{255.5 * kTileSide * 0.05, 255.5 * kTileSide * 0.05, 0.0};
+  CHECK(field.Evaluate(ToCells(DrawHits(100, 1.0, 9), kGeometry), pose, kGeometry) > 0.1);
+  CHECK(ResidentMb() - before_mb < 20.0);
+}
+
+TEST_CASE("a ray weighs by half the way to its neighbours, up to the cap") {
+  // A wall 1 m ahead, seen at 0, 0.1 and 0.4 m beside the axis: steps of 0.1 m and 0.3 m, in twentieths of the cap.
+  ValidRays rays;
+  for (const double y_m : {0.0, 0.1, 0.4}) {
+    rays.angle_rad.push_back(static_cast<float>(std::atan2(y_m, 1.0)));
+    rays.range_m.push_back(static_cast<float>(std::hypot(1.0, y_m)));
+  }
+  const Eigen::ArrayXi weights = ComputeWeights(rays, 0.21);
+  CHECK(weights[0] == 1 + 4);   // 10 * 0.1 / 0.21 = 4.8
+  CHECK(weights[1] == 1 + 14);  // ... + 10 of the capped step
+  CHECK(weights[2] == 1 + 10);
+  CHECK((ComputeWeights(rays, 0.0) == 1).all());
+  CHECK(ComputeWeights({}, 0.2).size() == 0);
+}
+
+TEST_CASE("the fitness is the mean of the rays' scores by their weights") {
+  ByteMap map;
+  TileBytes before;
+  before.fill(kUnexploredByte);
+  TileBytes after;
+  after.fill(kOccupiedByte);
+  REQUIRE(map.Apply({{0, 0}, PackRuns(before, after)}));
+  FitnessField field(0.0, false);
+  field.Refresh(map, {{0, 0}});
+  Eigen::Matrix2Xd hits_m(2, 2);  // one in the tile, one in the unexplored
+  hits_m << 0.5, -0.5,            //
+      0.5, 0.5;
+  const RaysInCells rays = ToCells(hits_m, kGeometry, Eigen::Array2i(3, 1));
+  CHECK(field.Evaluate(rays, {0.0, 0.0, 0.0}, kGeometry) == Approx(0.75));
+}
+
+}  // namespace crsm

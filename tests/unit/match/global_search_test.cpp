@@ -1,0 +1,150 @@
+#include "common/match/global_search.hpp"
+
+#include <cmath>
+
+#include "catch.hpp"
+#include "common/math/random.hpp"
+#include "common/scan/ray_selection.hpp"
+#include "synthetic_scans.hpp"
+
+namespace crsm {
+namespace {
+
+const MapGeometry kGeometry(0.05);
+
+/// A map and its field.
+struct TestMap {
+  template <class Paint>
+  TestMap(int low, int high, Paint&& paint) {
+    std::vector<TileIndex> changed;
+    for (const TileChange& change : PaintTiles(low, high, paint)) {
+      REQUIRE(map.Apply(change));
+      changed.push_back(change.index);
+    }
+    field.Refresh(map, changed);
+  }
+
+  GlobalMatch Search(const LaserScan& scan, const MapGeometry& geometry = kGeometry) const {
+    const ValidRays rays = FindValidRays(scan, TestParameters().scan);
+    const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
+    const std::vector<int> critical = SelectRays(rays, TestParameters().selection).critical;
+    Eigen::Matrix2Xd critical_hits_m(2, static_cast<Eigen::Index>(critical.size()));
+    for (std::size_t i = 0; i < critical.size(); ++i) {
+      critical_hits_m.col(static_cast<Eigen::Index>(i)) = hits_m.col(critical[i]);
+    }
+    return SearchWholeMap(map, field, hits_m, critical_hits_m, geometry);
+  }
+
+  ByteMap map;
+  FitnessField field{0.0, true};
+};
+
+TestMap Niche() { return TestMap(-1, 1, NicheByte); }
+TestMap Room() { return TestMap(-1, 1, RoomByte); }
+
+Eigen::Matrix2Xd Hits(const LaserScan& scan) { return ComputeHits(FindValidRays(scan, TestParameters().scan)); }
+
+}  // namespace
+
+TEST_CASE("a scan taken anywhere in a room that is like no other is found within half a cell") {
+  const TestMap map = Niche();
+  Random random(3);
+  for (int i = 0; i < 30; ++i) {
+    const Pose2 truth{random.Uniform(-2.7, 1.7), random.Uniform(-1.7, 2.7), random.Uniform(-kPi, kPi)};
+    CAPTURE(truth.x_m, truth.y_m, truth.yaw_rad);
+    const GlobalMatch match = map.Search(ScanNiche(truth));
+    CHECK(match.IsConvincing());
+    CHECK(match.T_map_laser.x_m == Approx(truth.x_m).margin(0.025));
+    CHECK(match.T_map_laser.y_m == Approx(truth.y_m).margin(0.025));
+    CHECK(std::abs(WrapAngle(match.T_map_laser.yaw_rad - truth.yaw_rad)) < 0.01);  // 0.025 m at the walls
+  }
+}
+
+TEST_CASE("half the beams of a scan suffice, where they see enough") {
+  LaserScan scan = ScanNiche({0.5, 0.5, 1.0});
+  for (std::size_t i = 0; i < scan.ranges_m.size() / 2; ++i) scan.ranges_m[i] = 0.0f;
+  const GlobalMatch match = Niche().Search(scan);
+  CHECK(match.T_map_laser.x_m == Approx(0.5).margin(0.025));
+  CHECK(match.T_map_laser.y_m == Approx(0.5).margin(0.025));
+}
+
+TEST_CASE("a room that is alike from both ends convinces nobody, and the runner-up is the other end") {
+  const GlobalMatch match = Room().Search(ScanRoom({-2.0, 1.0, 0.3}));
+  CHECK_FALSE(match.IsConvincing());
+  CHECK(match.score > 0.7);
+  CHECK(match.runner_up == Approx(match.score).epsilon(0.05));
+}
+
+TEST_CASE("a scan of another building convinces nobody") {
+  CHECK_FALSE(Room().Search(ScanNiche({0.5, 0.5, 1.0})).IsConvincing());
+  LaserScan circle = ScanNiche({});
+  circle.ranges_m.assign(circle.ranges_m.size(), 1.3f);
+  CHECK_FALSE(Niche().Search(circle).IsConvincing());
+}
+
+TEST_CASE("the same arguments give the same match") {
+  const TestMap map = Niche();
+  const GlobalMatch match = map.Search(ScanNiche({-1.0, 1.0, 2.0}));
+  const GlobalMatch again = map.Search(ScanNiche({-1.0, 1.0, 2.0}));
+  CHECK(match.T_map_laser == again.T_map_laser);
+  CHECK(match.score == again.score);
+  CHECK(match.runner_up == again.runner_up);
+  CHECK(match.evaluations == again.evaluations);
+}
+
+TEST_CASE("without rays, or without a free place, nothing is found") {
+  CHECK(Niche().Search({1, -1.0f, 0.5f, {0.0f, 0.0f}}).score == 0.0);
+  CHECK(TestMap(-1, 0, [](Cell) { return kOccupiedByte; }).Search(ScanNiche({})).score == 0.0);
+  CHECK(TestMap(0, -1, NicheByte).Search(ScanNiche({})).score == 0.0);  // no tile
+}
+
+TEST_CASE("one ray has no place of its own") {
+  LaserScan scan = ScanNiche({});
+  for (std::size_t i = 1; i < scan.ranges_m.size(); ++i) scan.ranges_m[i] = 0.0f;
+  CHECK_FALSE(Niche().Search(scan).IsConvincing());
+}
+
+TEST_CASE("the search takes a bounded number of evaluations on the largest places") {
+  const TestMap field(-4, 3, [](Cell cell) { return cell.x % 50 == 0 ? kOccupiedByte : kFreeByte; });  // 512 x 512
+  const GlobalMatch match = field.Search(ScanNiche({}), MapGeometry(0.2));
+  CHECK(match.evaluations > 1000000);
+  CHECK(match.evaluations < 10000 * 120 + 5000 * 1000);
+}
+
+TEST_CASE("cells from half a centimetre to a metre are searched") {
+  const TestMap map = Niche();  // 7 m as 0.7 m, and as 140 m
+  for (const double cell_size_m : {0.005, 1.0}) {
+    const double scale = cell_size_m / 0.05;
+    LaserScan scan = ScanNiche({0.5, -0.5, 1.0});
+    for (float& range_m : scan.ranges_m) range_m *= static_cast<float>(scale);
+    ScanParameters all;
+    all.range_max_m = 1000.0;
+    const Eigen::Matrix2Xd hits_m = ComputeHits(FindValidRays(scan, all));
+    const GlobalMatch match = SearchWholeMap(map.map, map.field, hits_m, hits_m, MapGeometry(cell_size_m));
+    CHECK(match.score >= 0.0);
+    CHECK(match.score <= 1.0);
+  }
+}
+
+TEST_CASE("agreement is the share of rays that reach the wall that they measured, and no other") {
+  const TestMap map = Niche();
+  const Pose2 pose{-1.0, 0.5, 0.4};
+  const LaserScan scan = ScanNiche(pose);
+  CHECK(ComputeAgreement(map.map, Hits(scan), pose, kGeometry) > 0.98);
+  CHECK(ComputeAgreement(map.map, Eigen::Matrix2Xd(2, 0), pose, kGeometry) == 0.0);
+
+  LaserScan short_of = scan;  // every other ray ends in the free
+  for (std::size_t i = 0; i < scan.ranges_m.size(); i += 2) short_of.ranges_m[i] *= 0.5f;
+  CHECK(ComputeAgreement(map.map, Hits(short_of), pose, kGeometry) == Approx(0.5).margin(0.02));
+
+  LaserScan beyond = scan;  // every ray goes on behind the wall
+  for (float& range_m : beyond.ranges_m) range_m += 0.5f;
+  CHECK(ComputeAgreement(map.map, Hits(beyond), pose, kGeometry) < 0.02);
+
+  // A scan of the whole room goes through the block where there is one: where rays end, it is unexplored.
+  const TestMap room = Room();
+  CHECK(ComputeAgreement(room.map, Hits(ScanRoom(pose)), pose, kGeometry) > 0.98);
+  CHECK(ComputeAgreement(map.map, Hits(ScanRoom(pose)), pose, kGeometry) < 0.95);
+}
+
+}  // namespace crsm

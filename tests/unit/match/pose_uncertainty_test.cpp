@@ -1,0 +1,113 @@
+#include "common/match/pose_uncertainty.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "catch.hpp"
+#include "common/slam.hpp"
+#include "common/worlds/simulator.hpp"
+#include "synthetic_scans.hpp"
+
+namespace crsm {
+namespace {
+
+/// A drive through a world: how often the true pose was within three standard deviations, and how large they were.
+struct Drive {
+  int num_matched = 0;
+  int num_inside = 0;
+  int num_degenerate = 0;
+  std::vector<double> sigma_m;  ///< of the match, the larger one of x and y
+  ScanMatch last;
+};
+
+Drive DriveThrough(const World& world, const Parameters& parameters) {
+  Simulator simulator(world, 7);
+  Slam slam(parameters);
+  Drive drive;
+  while (const auto scan = simulator.Next()) {
+    drive.last = slam.Process(*scan);
+    const ScanMatch& match = drive.last;
+    if (match.state != MatchState::kOk && match.state != MatchState::kDegenerate) continue;
+    const Pose2 truth = *simulator.TruePose();
+    const Pose2& found = match.T_map_laser;
+    const double errors[] = {found.x_m - truth.x_m, found.y_m - truth.y_m, WrapAngle(found.yaw_rad - truth.yaw_rad)};
+    const double variances[] = {match.covariance[0], match.covariance[3], match.covariance[5]};
+    bool inside = true;
+    for (int i = 0; i < 3; ++i) inside = inside && errors[i] * errors[i] <= 9.0 * variances[i];
+    ++drive.num_matched;
+    drive.num_inside += inside;
+    drive.num_degenerate += match.state == MatchState::kDegenerate;
+    drive.sigma_m.push_back(std::sqrt(std::max(variances[0], variances[1])));
+  }
+  std::sort(drive.sigma_m.begin(), drive.sigma_m.end());
+  return drive;
+}
+
+const MapGeometry kGeometry(0.05);
+
+PoseUncertainty UncertaintyInRoom(const Pose2& T_map_laser, const ByteMap& map) {
+  const ValidRays rays = FindValidRays(ScanRoom(T_map_laser), TestParameters().scan);
+  return ComputeUncertainty(ComputeHits(rays), T_map_laser, map, kGeometry);
+}
+
+ByteMap RoomMap() {
+  ByteMap map;
+  for (const TileChange& change : PaintTiles(-2, 1, RoomByte)) REQUIRE(map.Apply(change));
+  return map;
+}
+
+}  // namespace
+
+TEST_CASE("in a room the pose is known to about a cell, wherever the laser looks") {
+  const ByteMap map = RoomMap();
+  for (const double yaw_rad : {0.0, 0.7, -2.5}) {
+    const PoseUncertainty uncertainty = UncertaintyInRoom({0.5, 0.3, yaw_rad}, map);
+    CHECK_FALSE(uncertainty.degenerate);
+    CHECK(std::sqrt(uncertainty.covariance(0, 0)) < 0.055);
+    CHECK(std::sqrt(uncertainty.covariance(1, 1)) < 0.055);
+    CHECK(std::sqrt(uncertainty.covariance(2, 2)) < 0.02);
+    CHECK(uncertainty.covariance.isApprox(uncertainty.covariance.transpose()));
+  }
+}
+
+TEST_CASE("walls that are not on the map tell nothing") {
+  const PoseUncertainty uncertainty = UncertaintyInRoom({0.5, 0.3, 0.0}, ByteMap());
+  CHECK(uncertainty.degenerate);
+  CHECK(std::sqrt(uncertainty.covariance(0, 0)) > 0.9);
+}
+
+TEST_CASE("without hits nothing is known") {
+  const PoseUncertainty uncertainty = ComputeUncertainty(Eigen::Matrix2Xd(2, 0), {}, RoomMap(), kGeometry);
+  CHECK(uncertainty.degenerate);
+  CHECK(uncertainty.covariance.allFinite());
+}
+
+TEST_CASE("in a bare corridor the position along it is not known, and the axis says so") {
+  // 40 m long, at 30 degrees on the map because the laser looks that way at the start; its ends are out of reach.
+  const World world = ParseWorld(
+      "box 0 0 40 2\nspeed 0.3 0.5\nlaser 270 270 9.5 5 0.01\nwaypoint 18 0.5\nwaypoint 18.866 1\nwaypoint 20 1\n",
+      "bare corridor");
+  const Drive drive = DriveThrough(world, TestParameters());
+  REQUIRE(drive.last.state == MatchState::kDegenerate);
+  // The path begins along (0.866, 0.5), so that the corridor lies along (0.866, -0.5) of the map.
+  const auto& axis = drive.last.degenerate_axis;
+  CHECK(std::abs(axis[0] * 0.866 - axis[1] * 0.5) > 0.99);
+  CHECK(drive.num_degenerate > 9 * drive.num_matched / 10);
+  CHECK(drive.sigma_m.back() > 0.05);
+}
+
+TEST_CASE("the true pose lies within three standard deviations in 99 % of the scans, and these are no boast") {
+  for (const char* name : {"demo", "env1", "env3"}) {
+    CAPTURE(name);
+    Parameters parameters;
+    const bool papers = std::string(name) != "demo";
+    if (papers) parameters.update.cell_size_m = 0.02;  // as the preset for the paper's worlds
+    if (papers) parameters.scan.range_max_m = 9.5;
+    const Drive drive = DriveThrough(LoadWorld(name), parameters);
+    CHECK(drive.num_inside >= 0.99 * drive.num_matched);
+    CHECK(drive.num_degenerate < 0.1 * drive.num_matched);
+    CHECK(drive.sigma_m.at(drive.sigma_m.size() / 2) < 1.1 * parameters.update.cell_size_m);
+  }
+}
+
+}  // namespace crsm

@@ -1,0 +1,335 @@
+#include "common/match/rrhc_matcher.hpp"
+
+#include <cmath>
+
+#include "catch.hpp"
+#include "check_pose.hpp"
+#include "common/map/map_updater.hpp"
+#include "common/math/random.hpp"
+#include "common/worlds/world.hpp"
+#include "synthetic_scans.hpp"
+
+namespace crsm {
+namespace {
+
+const MapGeometry kGeometry(0.05);
+const std::vector<ScanMatch> kAtOrigin{{1, {}, 0.0, 0, 0, 0, MatchState::kFirst}};
+
+// As many evaluations as make every seed find the pose: these tests are of the search, not of its luck.
+MatchParameters Shrinking() {
+  MatchParameters parameters = TestParameters().match;
+  parameters.num_evaluations = 10000;
+  return parameters;
+}
+
+MatchParameters PaperLike() {
+  MatchParameters parameters = TestParameters().match;
+  parameters.num_evaluations = 50000;
+  parameters.unexplored_score = -100.0;
+  parameters.climb = ClimbMode::kFixed;
+  parameters.interpolate = false;
+  parameters.velocity_model = false;
+  parameters.final_climb = false;
+  return parameters;
+}
+
+ScanMatch MatchScan(const RrhcMatcher& matcher, const LaserScan& scan, const std::vector<ScanMatch>& history,
+                    const std::optional<Pose2>& T_odom_robot = {}) {
+  const ValidRays rays = FindValidRays(scan, TestParameters().scan);
+  const RaySelection selection = SelectRays(rays, TestParameters().selection);
+  return matcher.Match(scan.utime, rays, selection.critical, history, kGeometry, 7, T_odom_robot);
+}
+
+/// Matches a scan of the room with the block, taken at a pose, to a perfect map of it.
+ScanMatch MatchInNiche(const LaserScan& scan, const MatchParameters& parameters,
+                       const std::vector<ScanMatch>& history = {}) {
+  RrhcMatcher matcher(parameters);
+  REQUIRE(matcher.ApplyChanges(PaintTiles(-1, 1, NicheByte)));
+  return MatchScan(matcher, scan, history);
+}
+
+/// Parameters as they are used, with lost scans.
+MatchParameters Usual() { return MatchParameters{}; }
+
+std::vector<ScanMatch> LostScans(int num) {
+  std::vector<ScanMatch> history;
+  for (int k = 0; k < num; ++k) history.push_back({k, {}, 0.0, 0, 0, k, MatchState::kLost});
+  return history;
+}
+
+/// Matches a scan of the room, taken at a pose, to a perfect map of the room.
+ScanMatch MatchInRoom(const Pose2& truth, const MatchParameters& parameters,
+                      const std::vector<ScanMatch>& history = kAtOrigin, std::int64_t utime = 2) {
+  RrhcMatcher matcher(parameters);
+  REQUIRE(matcher.ApplyChanges(PaintTiles(-1, 1, RoomByte)));
+  return MatchScan(matcher, ScanRoom(truth, utime), history);
+}
+
+const Pose2 kOdometryStart{100.0, -50.0, 2.0};
+
+/// A corridor with pillars on its walls; the laser does not see as far as its ends.
+const World kCorridor = ParseWorld(
+    "box -20 -1 40 2\nbox -2.9 0.85 0.15 0.15\nbox -1.6 0.85 0.15 0.15\nbox -0.8 -1 0.15 0.15\nbox 1.7 0.85 0.15 0.15\n"
+    "box 2.1 -1 0.15 0.15\nbox 3.1 -1 0.15 0.15\n"
+    "laser 360 360 8 5 0\nspeed 1 1\nwaypoint 0 0\nwaypoint 1 0\n",
+    "corridor with pillars");
+
+LaserScan ScanCorridor(double x_m, std::int64_t utime) {
+  const auto Range = [](double from_x_m, double from_y_m, double angle_rad) {
+    const double range_m = CastRay(kCorridor.walls, {from_x_m, from_y_m}, ComputeSinCos(angle_rad));
+    return range_m < kCorridor.laser.range_max_m ? range_m : 0.0;
+  };
+  return ScanAllRound(Range, {x_m, 0.0, 0.0}, utime, 360);
+}
+
+/// Matches a scan of the corridor, taken so far from where it is presumed, to a map of it.
+ScanMatch MatchInCorridor(double way_m, const MatchParameters& parameters, const std::optional<double>& told_way_m = {},
+                          MatchState last_state = MatchState::kDegenerate) {
+  RrhcMatcher matcher(parameters);
+  MapUpdater updater(TestParameters().scan, UpdateParameters{});
+  std::vector<ScanMatch> history;
+  for (int k = 0; k < 12; ++k) {
+    const ScanMatch match = MatchedAt(k, {0.5 * k - 3.0, 0.0, 0.0});
+    REQUIRE(matcher.ApplyChanges(updater.Update(ScanCorridor(match.T_map_laser.x_m, k), match).tiles));
+  }
+  for (int k = 12; k < 20; ++k) {  // it stands
+    history.push_back({k, {}, 0.8, 1, 1, k, last_state, 0, {}, {}, kOdometryStart});
+  }
+  history.front().state = MatchState::kFirst;
+  std::optional<Pose2> T_odom_robot;
+  if (told_way_m) T_odom_robot = kOdometryStart * Pose2{*told_way_m, 0.0, 0.0};
+  return MatchScan(matcher, ScanCorridor(way_m, 20), history, T_odom_robot);
+}
+
+}  // namespace
+
+TEST_CASE("a scan shifted 0.10 m in x is matched back within half a cell") {
+  const ScanMatch match = MatchInRoom({0.10, 0.0, 0.0}, Shrinking());
+  CHECK(match.state == MatchState::kOk);
+  CheckPose(match.T_map_laser, {0.10, 0.0, 0.0}, 0.025);
+}
+
+TEST_CASE("a scan shifted and turned within the window is matched back, by the paper's coarser steps within a cell") {
+  for (const Pose2& truth : {Pose2{}, {-0.3, 0.25, 0.15}, {0.2, -0.35, -0.2}, {0.0, 0.0, 0.24}}) {
+    CAPTURE(truth.x_m, truth.y_m, truth.yaw_rad);
+    CheckPose(MatchInRoom(truth, Shrinking()).T_map_laser, truth, 0.025);
+    CheckPose(MatchInRoom(truth, PaperLike()).T_map_laser, truth, 0.05);
+  }
+}
+
+TEST_CASE("a final climb over all rays comes to a fifth of a cell") {
+  CheckPose(MatchInRoom({0.12, 0.07, 0.05}, Shrinking()).T_map_laser, {0.12, 0.07, 0.05}, 0.01);
+}
+
+TEST_CASE("the yaw in the middle of a rough summit is no further from the truth than that of its top") {
+  RrhcMatcher by_top(Shrinking());
+  MatchParameters parameters = Shrinking();
+  parameters.summit_rad = 0.02;
+  RrhcMatcher by_middle(parameters);
+  const Pose2 T_map_room{0.012, 0.017, 0.4};  // walls that are not along the cells, as drawn from a few scans
+  MapUpdater updater(TestParameters().scan, UpdateParameters{});
+  for (int k = 0; k < 5; ++k) {
+    const Pose2 pose{0.3 * k, 0.1 * k, 0.3 * k};
+    const MapDelta delta = updater.Update(ScanRoom(pose, k), {k, T_map_room * pose, 1.0, 0, 0, k, MatchState::kOk});
+    for (RrhcMatcher* matcher : {&by_top, &by_middle}) REQUIRE(matcher->ApplyChanges(delta.tiles));
+  }
+
+  const std::vector<ScanMatch> history{{1, T_map_room, 0.0, 0, 0, 0, MatchState::kFirst}};
+  Random random(1);
+  double top_rad2 = 0.0;
+  double middle_rad2 = 0.0;
+  for (int k = 2; k < 102; ++k) {
+    const Pose2 truth{random.Uniform(-0.1, 0.1), random.Uniform(-0.1, 0.1), random.Uniform(-0.1, 0.1)};
+    LaserScan scan = ScanRoom(truth, k, 90);
+    for (float& range_m : scan.ranges_m) range_m += static_cast<float>(random.Uniform(-0.05, 0.05));
+    const auto YawError = [&](const RrhcMatcher& matcher) {
+      const ScanMatch match = MatchScan(matcher, scan, history);
+      return match.T_map_laser.yaw_rad - (T_map_room * truth).yaw_rad;
+    };
+    top_rad2 += std::pow(YawError(by_top), 2);
+    middle_rad2 += std::pow(YawError(by_middle), 2);
+  }
+  CHECK(middle_rad2 < top_rad2);
+}
+
+TEST_CASE("in a corridor a pose that was presumed too far back is found by the few rays that tell") {
+  MatchParameters parameters = Usual();
+  for (const double way_m : {-0.9, -0.6, 0.0, 0.6, 0.9}) {
+    CAPTURE(way_m);
+    const ScanMatch match = MatchInCorridor(way_m, parameters);
+    CHECK(match.state == MatchState::kDegenerate);
+    CheckPose(match.T_map_laser, {way_m, 0.0, 0.0}, 0.03);
+  }
+  parameters.axis_window_m = 0.0;
+  CHECK(std::abs(MatchInCorridor(0.9, parameters).T_map_laser.x_m) < 0.5);
+}
+
+TEST_CASE("where the walls did not tell how far, the search starts from odometry") {
+  MatchParameters parameters = Usual();
+  parameters.odometry = true;
+  parameters.axis_window_m = 0.0;
+  const auto MatchAfter = [&](MatchState last) { return MatchInCorridor(0.9, parameters, 0.9, last).T_map_laser; };
+  CheckPose(MatchAfter(MatchState::kDegenerate), {0.9, 0.0, 0.0}, 0.03);
+  CHECK(std::abs(MatchAfter(MatchState::kOk).x_m) < 0.5);
+}
+
+TEST_CASE("the first scan is the origin of the map") {
+  const ValidRays rays = FindValidRays(ScanRoom({0.1, 0.2, 0.3}, 2), TestParameters().scan);
+  const RaySelection selection = SelectRays(rays, TestParameters().selection);
+  const ScanMatch match = RrhcMatcher(Shrinking()).Match(2, rays, selection.critical, {}, kGeometry, 0);
+  CHECK(match.state == MatchState::kFirst);
+  CHECK(match.T_map_laser == Pose2{});
+  CHECK(match.utime == 2);
+  CHECK(match.num_critical > 0);
+}
+
+TEST_CASE("a scan without rays is lost where it was presumed") {
+  RrhcMatcher matcher(PaperLike());
+  REQUIRE(matcher.ApplyChanges(PaintTiles(-1, 1, RoomByte)));
+  const std::vector<ScanMatch> history{MatchedAt(1, {1.0, 2.0, 0.5})};
+  const ScanMatch match = matcher.Match(9, {}, {}, history, kGeometry, 3);
+  CHECK(match.state == MatchState::kLost);
+  CHECK(match.T_map_laser == Pose2{1.0, 2.0, 0.5});
+  CHECK(match.utime == 9);
+  CHECK(match.map_version == 3);
+  CHECK(match.evaluations == 0);
+}
+
+TEST_CASE("on a finished map the first scan is found wherever it was taken") {
+  for (const Pose2& truth : {Pose2{}, {-2.2, 1.9, 2.5}, {3.1, -1.2, -1.6}, {1.0, 2.0, 0.7}}) {
+    CAPTURE(truth.x_m, truth.y_m, truth.yaw_rad);
+    const ScanMatch match = MatchInNiche(ScanNiche(truth), Usual());
+    CHECK(match.state == MatchState::kOk);
+    CheckPose(match.T_map_laser, truth, 0.025);
+    CHECK(match.evaluations > 100000);
+    CHECK(match.fitness > 0.8);
+  }
+}
+
+TEST_CASE("on a finished map a room that is alike from both ends loses the first scan, unless its start is told") {
+  const Pose2 truth{-2.2, 1.9, 2.5};
+  MatchParameters parameters = Usual();
+  CHECK(MatchInRoom(truth, parameters, {}).state == MatchState::kLost);
+  parameters.start = Pose2{-2.0, 1.7, 2.3};
+  const ScanMatch match = MatchInRoom(truth, parameters, {});
+  CHECK(match.state == MatchState::kOk);
+  CheckPose(match.T_map_laser, truth, 0.025);
+  const Pose2 turned{1.0 - truth.x_m, 1.0 - truth.y_m, WrapAngle(truth.yaw_rad + kPi)};  // about the room's centre
+  parameters.start = turned;
+  CheckPose(MatchInRoom(truth, parameters, {}).T_map_laser, turned, 0.025);
+}
+
+TEST_CASE("a start that is wrong is not believed, and the next scan is looked for everywhere") {
+  const Pose2 truth{-2.2, 1.9, 2.5};
+  MatchParameters parameters = Usual();
+  parameters.start = Pose2{-2.0, -1.2, 0.0};
+  const ScanMatch first = MatchInNiche(ScanNiche(truth, 1), parameters);
+  CHECK(first.state == MatchState::kLost);
+  const ScanMatch second = MatchInNiche(ScanNiche(truth, 2), parameters, {first});
+  CHECK(second.state == MatchState::kOk);
+  CheckPose(second.T_map_laser, truth, 0.025);
+}
+
+TEST_CASE("a robot that is carried away on a finished map is found after ten to nineteen lost scans") {
+  const Pose2 truth{-2.2, 1.9, 2.5};
+  for (const int num_before : {1, 4, 10, 57}) {
+    std::vector<ScanMatch> history;
+    for (int k = 0; k < num_before; ++k) history.push_back(MatchedAt(k, {30.0, 30.0, 0.0}));  // beyond the map
+    int num_lost = 0;
+    while (num_lost < 30) {
+      const ScanMatch match = MatchInNiche(ScanNiche(truth, num_before + num_lost), Usual(), history);
+      history.push_back(match);
+      if (match.state != MatchState::kLost) break;
+      ++num_lost;
+    }
+    CAPTURE(num_before, num_lost);
+    CHECK(num_lost >= 10);
+    CHECK(num_lost <= 19);
+    CheckPose(history.back().T_map_laser, truth, 0.025);
+  }
+}
+
+TEST_CASE("a scan that was found nowhere yet is looked for each time at first, then each tenth time") {
+  const LaserScan elsewhere = ScanNiche({2.2, -1.0, 0.0});
+  const auto Evaluations = [&](int num_lost) {
+    return MatchInNiche(elsewhere, Usual(), LostScans(num_lost)).evaluations;
+  };
+  for (const int num_lost : {0, 1, 9, 10, 20, 1500}) CHECK(Evaluations(num_lost) > 100000);
+  for (const int num_lost : {11, 19, 1501}) CHECK(Evaluations(num_lost) == 0);
+}
+
+TEST_CASE("on a map that grows nothing is looked for on all of it") {
+  std::vector<ScanMatch> history = LostScans(20);
+  history.front().state = MatchState::kFirst;
+  const ScanMatch match = MatchInNiche(ScanNiche({-2.2, 1.9, 2.5}), Usual(), history);
+  CHECK(match.evaluations < 50000);
+}
+
+TEST_CASE("a match says how it came about") {
+  const ScanMatch match = MatchInRoom({0.05, 0.0, 0.0}, PaperLike());
+  CHECK(match.utime == 2);
+  CHECK(match.map_version == 7);
+  CHECK(match.evaluations == 50000);
+  CHECK(match.num_critical >= 60);
+  CHECK(match.num_critical <= 90);
+  CHECK(match.fitness > 0.85);  // a wall cell has two wall cells, a free and an unexplored one beside it: 3188 of 3570
+  CHECK(match.fitness <= 1.0);
+}
+
+TEST_CASE("the search stops where the fitness satisfies") {
+  MatchParameters parameters = PaperLike();
+  parameters.satisfying_fitness = 0.3;
+  CHECK(MatchInRoom({}, parameters).evaluations < 100);
+}
+
+TEST_CASE("the same seed gives the same match, bit for bit, and another seed one within a cell") {
+  for (MatchParameters parameters : {Shrinking(), PaperLike()}) {
+    const ScanMatch match = MatchInRoom({0.1, -0.1, 0.1}, parameters);
+    CHECK(MatchInRoom({0.1, -0.1, 0.1}, parameters) == match);
+    parameters.seed = 2;
+    const ScanMatch other = MatchInRoom({0.1, -0.1, 0.1}, parameters);
+    CHECK_FALSE(other == match);
+    CheckPose(other.T_map_laser, match.T_map_laser, 0.05);
+  }
+}
+
+TEST_CASE("a match on an empty map is a pose within the window, with fitness 0") {
+  RrhcMatcher matcher(PaperLike());
+  const ValidRays rays = FindValidRays(ScanRoom({}), TestParameters().scan);
+  const std::vector<int> critical{0, 10, 20};
+  const ScanMatch match = matcher.Match(2, rays, critical, kAtOrigin, kGeometry, 0);
+  CHECK(match.fitness == 0.0);
+  CHECK(std::abs(match.T_map_laser.x_m) <= 0.5);  // window and one mutation
+  CHECK(std::abs(match.T_map_laser.y_m) <= 0.5);
+}
+
+TEST_CASE("a malformed change is reported, and the others are applied") {
+  RrhcMatcher matcher(PaperLike());
+  const std::vector<TileChange> changes{{{0, 0}, {0, 0, 0, 1, 9}}, {{1, 0}, {0, 0, 0}}, {{2, 0}, {0, 0, 0, 1, 8}}};
+  CHECK_FALSE(matcher.ApplyChanges(changes));
+  CHECK(matcher.map().At({0, 0}) == 9);
+  CHECK(matcher.map().At({64, 0}) == kUnexploredByte);
+  CHECK(matcher.map().At({128, 0}) == 8);
+}
+
+TEST_CASE("a match keeps the odometry of its scan if it is to be used, and starts from it beyond the window") {
+  const Pose2 truth{0.7, -0.6, 0.3};
+  const std::vector<ScanMatch> history{{1, {}, 0.0, 0, 0, 0, MatchState::kFirst, 0, {}, {}, kOdometryStart}};
+  const auto Match = [&](bool with_odometry) {
+    MatchParameters parameters = Shrinking();
+    parameters.odometry = with_odometry;
+    parameters.num_evaluations = 300;
+    parameters.window_m = parameters.mutation_m = 0.05;
+    parameters.lost_ratio = 0.0;
+    RrhcMatcher matcher(parameters);
+    REQUIRE(matcher.ApplyChanges(PaintTiles(-1, 1, RoomByte)));
+    return MatchScan(matcher, ScanRoom(truth, 2), history, kOdometryStart * truth);
+  };
+  const ScanMatch match = Match(true);
+  CheckPose(match.T_map_laser, truth, 0.025);
+  CHECK(match.T_odom_robot == kOdometryStart * truth);
+  CHECK_FALSE(Match(false).T_odom_robot);
+  CHECK(std::abs(Match(false).T_map_laser.x_m - truth.x_m) > 0.2);
+}
+
+}  // namespace crsm

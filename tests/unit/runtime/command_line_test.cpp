@@ -1,0 +1,232 @@
+#include "services/runtime/command_line.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+
+#include "catch.hpp"
+#include "source_helpers.hpp"
+
+namespace crsm {
+namespace {
+
+/// How a program with all parameters and settings fares with these words.
+class Program {
+ public:
+  explicit Program(const std::vector<std::string>& words,
+                   std::vector<ParameterGroup> groups = {ParameterGroup::kSeed, ParameterGroup::kScan,
+                                                         ParameterGroup::kSelection, ParameterGroup::kMatch,
+                                                         ParameterGroup::kUpdate})
+      : line("program", "What it does.", std::move(groups),
+             {"lcm_url", "channel_prefix", "lockstep", "map_wait_s", "start"}) {
+    std::vector<const char*> argv{"program"};
+    for (const std::string& word : words) argv.push_back(word.c_str());
+    said = Capture([&] { exit_code = line.Parse(static_cast<int>(argv.size()), argv.data()); });
+  }
+
+  const Parameters& parameters() const { return line.parameters(); }
+  bool Says(const std::string& text) const { return said.find(text) != std::string::npos; }
+
+  CommandLine line;
+  std::optional<int> exit_code;
+  std::string said;  ///< on stderr and stdout
+
+ private:
+  template <class Call>
+  static std::string Capture(Call call) {
+    const ScratchFile file("");
+    std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::fopen(file.path().c_str(), "w"), &std::fclose);
+    const auto Flush = [] { std::cout.flush(), std::fflush(stdout), std::fflush(stderr); };
+    Flush();
+    const int kept_out = dup(STDOUT_FILENO);
+    const int kept_err = dup(STDERR_FILENO);
+    dup2(fileno(out.get()), STDOUT_FILENO);
+    dup2(fileno(out.get()), STDERR_FILENO);
+    call();
+    Flush();
+    dup2(kept_out, STDOUT_FILENO);
+    dup2(kept_err, STDERR_FILENO);
+    close(kept_out);
+    close(kept_err);
+    std::ifstream in(file.path());
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+};
+
+/// Refuses in one line that names the program and holds `text`.
+void CheckRefused(const Program& program, const std::string& text) {
+  CAPTURE(text, program.said);
+  CHECK(program.exit_code == 2);
+  CHECK(program.said.rfind("program: ", 0) == 0);
+  CHECK(program.Says(text));
+  CHECK(std::count(program.said.begin(), program.said.end(), '\n') == 1);
+}
+
+}  // namespace
+
+TEST_CASE("without flags the defaults hold") {
+  const Program program({});
+  CHECK_FALSE(program.exit_code);
+  CHECK(program.said.empty());
+  CHECK(ListParameters(program.parameters()) == ListParameters(Parameters()));
+}
+
+TEST_CASE("every kind of flag sets its value") {
+  const Program program({"--cell-size-m", "0.07", "--num-evaluations=123", "--method", "density", "--no-interpolate",
+                         "--limit-edges", "--seed", "18446744073709551615", "--lcm-url", "tcpq://localhost",
+                         "--lockstep", "--map-wait-s", "1.5", "--unexplored-score", "-100"});
+  CHECK_FALSE(program.exit_code);
+  CHECK(program.said.empty());
+  CHECK(program.parameters().update.cell_size_m == 0.07);
+  CHECK(program.parameters().match.num_evaluations == 123);
+  CHECK(program.parameters().selection.method == SelectionMethod::kDensity);
+  CHECK_FALSE(program.parameters().match.interpolate);
+  CHECK(program.parameters().selection.limit_edges);
+  CHECK(program.parameters().match.seed == ~std::uint64_t{0});
+  CHECK(program.parameters().match.unexplored_score == -100.0);
+  CHECK(program.line.settings().lcm_url == "tcpq://localhost");
+  CHECK(program.line.settings().lockstep);
+  CHECK(program.line.settings().map_wait_s == 1.5);
+}
+
+TEST_CASE("a flag wins over the file, the file over the preset") {
+  const ScratchFile config("range_max_m = 7.0\nseed = 5\n");
+  const Program preset({"--preset", "paper"});
+  CHECK(preset.parameters().scan.range_max_m == 9.5);     // section 4: "up to 9.5 meters"
+  CHECK(preset.parameters().update.cell_size_m == 0.02);  // section 5.3: "one pixel has a side of 0.02 m"
+  const Program file({"--preset", "paper", "--config", config.path()});
+  CHECK(file.parameters().scan.range_max_m == 7.0);
+  CHECK(file.parameters().update.cell_size_m == 0.02);
+  const Program flag({"--range-max-m", "8", "--config", config.path(), "--preset", "paper"});
+  CHECK(flag.parameters().scan.range_max_m == 8.0);
+  CHECK(flag.parameters().match.seed == 5);
+}
+
+TEST_CASE("the file and flags win over the profile, and the preset leaves the profile's own alone") {
+  const ScratchFile config("num_evaluations = 77\n");
+  const Program program({"--profile", "paper", "--preset", "sick", "--config", config.path(), "--rays-max", "49"});
+  CHECK_FALSE(program.exit_code);
+  CHECK(program.parameters().match.num_evaluations == 77);
+  CHECK(program.parameters().selection.rays_max == 49);
+  CHECK(program.parameters().selection.rays_min == 30);
+}
+
+TEST_CASE("the profile paper is the text of the paper") {
+  const Program program({"--profile", "paper"});
+  CHECK_FALSE(program.exit_code);
+  const Parameters& p = program.parameters();
+  CHECK(p.selection.method == SelectionMethod::kSegments);
+  CHECK(p.selection.rays_min == 30);
+  CHECK(p.selection.rays_max == 50);
+  CHECK(p.selection.density_scale_mode == DensityScaleMode::kPrevious);
+  CHECK(p.match.num_evaluations == 10000);
+  CHECK(p.match.unexplored_score == -100.0);
+  CHECK(p.match.climb == ClimbMode::kFixed);
+  CHECK_FALSE(p.match.interpolate);
+  CHECK(p.match.window_m == Approx(20 * 0.02));  // "bounded in [-20, 20] pixels"
+  CHECK(p.match.window_rad == 0.25);
+  CHECK(p.match.mutation_m == Approx(5 * 0.02));
+  CHECK(p.match.mutation_rad == 0.1);
+  CHECK(p.update.occupied_density > 1.0);
+  CHECK(p.update.sparseness_intensity);
+  CHECK(p.update.intensity_min == 0.0);
+  CHECK(p.update.intensity_max == 1.0);
+  CHECK(p.update.first_intensity == 0.0);
+  CHECK(p.update.update_distance_m == 0.0);
+}
+
+TEST_CASE("every preset and profile is well-formed") {
+  for (const char* preset : {"sick", "urg-04lx", "utm-30lx", "paper"}) {
+    CHECK_FALSE(Program({"--preset", preset, "--profile", "default"}).exit_code);
+  }
+}
+
+TEST_CASE("a file may hold what is another program's, and it is checked all the same") {
+  const ScratchFile good(
+      "# for all\nnum_evaluations = 9\nexport_period_s = 2\ninterpolate = false\nmethod = \"all\"\nout = \"a\"\n");
+  const Program program({"--config", good.path()}, {ParameterGroup::kScan});
+  CHECK_FALSE(program.exit_code);
+  CHECK(program.parameters().match.num_evaluations == 9);
+  CHECK(program.line.settings().export_period_s == 2.0);
+  const ScratchFile bad("\nnum_evaluations = 0\n");
+  CheckRefused(Program({"--config", bad.path()}, {ParameterGroup::kScan}),
+               bad.path() + ":2: num_evaluations: '0' is not a whole number from 1");
+}
+
+TEST_CASE("a file that is wrong is refused in one line that names the file, the line, the key and the mend") {
+  const std::pair<const char*, const char*> cases[] = {
+      {"seed = 1\nsed = 2\n", ":2: sed: no such key"},
+      {"cell_size_m = 5.0\n", ":1: cell_size_m: '5' is not a number from 0.005 to 1"},
+      {"cell_size_m = nan\n", ":1: cell_size_m: 'nan' is not a number from 0.005 to 1"},
+      {"cell_size_m = \"0.05\"\n", ":1: cell_size_m: '0.05' is not a number"},
+      {"num_evaluations = 1.5\n", ":1: num_evaluations: '1.5' is not a whole number"},
+      {"num_evaluations = 99999999999\n", ":1: num_evaluations: '99999999999' is not a whole number"},
+      {"seed = -1\n", ":1: seed: '-1' is not a whole number from 0"},
+      {"interpolate = 1\n", ":1: interpolate: '1' is not true or false"},
+      {"interpolate = \"true\"\n", ":1: interpolate: 'true' is not true or false"},
+      {"method = \"best\"\n", ":1: method: 'best' is not one of all, uniform, density, segments"},
+      {"method = 2\n", ":1: method: '2' is not one of all, uniform, density, segments"},
+      {"channel_prefix = 3\n", ":1: channel_prefix: '3' is not a string in quotes"},
+      {"\n\nseed = [1, 2]\n", ":3: seed: '(a table or a list)' is not a whole number"},
+      {"[match]\nseed = 1\n", ":1: match: no such key"},
+      {"seed = 1\nseed == 2\n", ":2: "},
+      {"seed = 1\nseed = 2\n", ":2: "},
+  };
+  for (const auto& [text, expected] : cases) {
+    const ScratchFile config(text);
+    CheckRefused(Program({"--config", config.path()}), config.path() + expected);
+  }
+}
+
+TEST_CASE("a file that is not there or is empty is refused") {
+  const ScratchFile empty("");
+  CheckRefused(Program({"--config", empty.path()}), empty.path() + ": cannot be read, or is empty");
+  CheckRefused(Program({"--config", "/nowhere/a.toml"}), "/nowhere/a.toml: cannot be read");
+}
+
+TEST_CASE("a flag that is wrong is refused in one line that names it and the mend") {
+  CheckRefused(Program({"--no-such-flag"}), "--no-such-flag");
+  CheckRefused(Program({"--cell-size-m", "5"}), "--cell-size-m: '5' is not a number from 0.005 to 1");
+  CheckRefused(Program({"--cell-size-m", "small"}), "--cell-size-m: 'small' is not a number from 0.005 to 1");
+  CheckRefused(Program({"--cell-size-m", "0.05m"}), "--cell-size-m: '0.05m' is not a number");
+  CheckRefused(Program({"--cell-size-m"}), "--cell-size-m");
+  CheckRefused(Program({"--seed", "-1"}), "--seed: '-1' is not a whole number from 0");
+  CheckRefused(Program({"--method", "best"}), "--method: 'best' is not one of all, uniform, density, segments");
+  CheckRefused(Program({"--preset", "pocket"}), "--preset: 'pocket' is not one of paper, sick, urg-04lx, utm-30lx");
+  CheckRefused(Program({"--profile", "best"}), "--profile: 'best' is not one of default, paper");
+  CheckRefused(Program({"--rays-min", "50", "--rays-max", "40"}), "rays_min: 50 is more than rays_max, 40");
+}
+
+TEST_CASE("a start is three numbers, or none") {
+  CHECK_FALSE(Program({}).parameters().match.start);
+  CHECK_FALSE(Program({"--start", ""}).parameters().match.start);
+  const Program program({"--start", "3.5,-2,1.5"});
+  REQUIRE(program.parameters().match.start);
+  CHECK(*program.parameters().match.start == Pose2{3.5, -2.0, 1.5});
+  for (const std::string text : {"1,2", "1,2,3,4", "1,2,", ",,", "1,2,x", "1;2;3", "nan,0,0", "1e9,0,0", "0,0,inf"}) {
+    CheckRefused(Program({"--start", text}), "--start: '" + text + "' is not X,Y,YAW [m, m, rad]");
+  }
+}
+
+TEST_CASE("a flag of another program is unknown here") {
+  CheckRefused(Program({"--num-evaluations", "5"}, {ParameterGroup::kScan}), "--num-evaluations");
+}
+
+TEST_CASE("help lists the flags with their defaults, and the program ends well") {
+  const Program help({"--help"});
+  CHECK(help.exit_code == 0);
+  for (const char* text :
+       {"What it does.", "--cell-size-m", "--method", "all|uniform|density|segments", "--lcm-url", "--preset"}) {
+    CAPTURE(text);
+    CHECK(help.Says(text));
+  }
+  CHECK_FALSE(help.Says("--export-period-s"));
+  const Program version({"--version"});
+  CHECK(version.exit_code == 0);
+  CHECK(version.Says("program "));
+}
+
+}  // namespace crsm

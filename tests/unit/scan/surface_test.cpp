@@ -1,0 +1,72 @@
+#include "common/scan/surface.hpp"
+
+#include <cmath>
+
+#include "catch.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr double kNearM = 0.1;
+constexpr double kMaxM = 0.8;
+
+Eigen::Matrix2Xd Hits(std::initializer_list<Eigen::Vector2d> points_m) {
+  Eigen::Matrix2Xd hits_m(2, static_cast<Eigen::Index>(points_m.size()));
+  Eigen::Index column = 0;
+  for (const auto& point_m : points_m) hits_m.col(column++) = point_m;
+  return hits_m;
+}
+
+}  // namespace
+
+TEST_CASE("no hit and one hit have no neighbours") {
+  CHECK(FindSurfaces(Hits({}), kNearM, kMaxM).empty());
+  CHECK(FindSurfaces(Hits({{1.0, 0.0}}), kNearM, kMaxM).empty());
+}
+
+TEST_CASE("two hits are joined if they are near, whatever lies around them") {
+  CHECK(FindSurfaces(Hits({{1.0, 0.0}, {1.0, 0.09}}), kNearM, kMaxM) == std::vector<bool>{true});
+  CHECK(FindSurfaces(Hits({{1.0, 0.0}, {1.0, 0.11}}), kNearM, kMaxM) == std::vector<bool>{false});
+}
+
+TEST_CASE("a wall seen at a grazing angle is one surface up to the largest gap") {
+  // The wall y = 1 m, hit by a beam every degree: its hits are 1 / sin^2(angle) degrees apart.
+  Eigen::Matrix2Xd hits_m(2, 20);
+  for (int i = 0; i < 20; ++i) hits_m.col(i) << 1.0 / std::tan((25 - i) * 3.14159265 / 180.0), 1.0;
+  const auto joined = FindSurfaces(hits_m, kNearM, kMaxM);
+  REQUIRE(joined.size() == 19);
+  for (int i = 0; i < 19; ++i) {
+    CAPTURE(i);
+    CHECK(joined[static_cast<std::size_t>(i)] == (hits_m(0, i + 1) - hits_m(0, i) <= kMaxM));
+  }
+  CHECK(joined.front());
+  CHECK_FALSE(joined.back());
+}
+
+TEST_CASE("a near edge and what lies behind it are not joined") {
+  // A cupboard's front at x = 1 m, then the wall at x = 1.6 m.
+  const auto joined =
+      FindSurfaces(Hits({{1.0, 0.0}, {1.0, 0.05}, {1.0, 0.1}, {1.6, 0.2}, {1.6, 0.28}, {1.6, 0.36}}), kNearM, kMaxM);
+  CHECK(joined == std::vector<bool>{true, true, false, true, true});
+}
+
+TEST_CASE("a lone hit between two surfaces is joined to neither") {
+  const auto joined =
+      FindSurfaces(Hits({{1.0, 0.0}, {1.0, 0.05}, {1.4, 0.06}, {1.6, 0.5}, {1.6, 0.58}}), kNearM, kMaxM);
+  CHECK(joined == std::vector<bool>{true, false, false, true});
+}
+
+TEST_CASE("both sides of a corner are joined up to it, and to each other where they meet near") {
+  const auto joined = FindSurfaces(Hits({{1.0, 0.7}, {1.0, 0.9}, {0.95, 1.0}, {0.75, 1.0}, {0.55, 1.0}}), 0.12, kMaxM);
+  CHECK(joined[0] == false);  // 0.2 m, and the next hit turns away by 27 degrees
+  CHECK(joined[1]);
+  CHECK(joined[2]);
+  CHECK(joined[3]);
+}
+
+TEST_CASE("hits in one place are joined and continue no line") {
+  const auto joined = FindSurfaces(Hits({{1.0, 0.0}, {1.0, 0.0}, {1.0, 0.5}}), kNearM, kMaxM);
+  CHECK(joined == std::vector<bool>{true, false});
+}
+
+}  // namespace crsm

@@ -1,0 +1,378 @@
+#include "services/sources/lcm_log_source.hpp"
+
+#include <sys/stat.h>
+
+#include <bot_core/planar_lidar_t.hpp>
+#include <botlab/lidar_nranges_t.hpp>
+#include <botlab/lidar_t.hpp>
+#include <cmath>
+#include <limits>
+
+#include "catch.hpp"
+#include "common/math/trigonometry.hpp"
+#include "services/runtime/conversions.hpp"
+#include "services/sources/open_laser_source.hpp"
+#include "source_helpers.hpp"
+
+namespace crsm {
+namespace {
+
+template <class Message>
+std::string Encode(const Message& message) {
+  std::string bytes(static_cast<std::size_t>(message.getEncodedSize()), '\0');
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
+std::string BigEndian(std::uint64_t value, int count) {
+  std::string bytes;
+  for (int i = count - 1; i >= 0; --i) bytes += static_cast<char>(value >> (8 * i) & 0xff);
+  return bytes;
+}
+
+std::string Event(const std::string& channel, const std::string& data) {
+  return BigEndian(0xEDA1DA01, 4) + BigEndian(0, 8) + BigEndian(0, 8) + BigEndian(channel.size(), 4) +
+         BigEndian(data.size(), 4) + channel + data;
+}
+
+bot_core::planar_lidar_t PlanarLidar(std::int64_t utime) {
+  bot_core::planar_lidar_t lidar;
+  lidar.utime = utime;
+  lidar.ranges = {1.0f, 2.5f, 0.0f, std::numeric_limits<float>::infinity()};
+  lidar.nranges = 4;
+  lidar.intensities = {7.0f, 8.0f, 9.0f, 10.0f};
+  lidar.nintensities = 4;
+  lidar.rad0 = -1.5f;
+  lidar.radstep = 0.25f;
+  return lidar;
+}
+
+std::string PlanarEvent(std::int64_t utime, const std::string& channel = "LASER") {
+  return Event(channel, Encode(PlanarLidar(utime)));
+}
+
+/// Beams at clockwise angles, each with a range.
+botlab::lidar_t BotlabLidar(const std::vector<std::pair<double, float>>& beams) {
+  botlab::lidar_t lidar;
+  lidar.utime = 5;
+  lidar.num_ranges = static_cast<int>(beams.size());
+  for (const auto& [theta_rad, range_m] : beams) {
+    lidar.thetas.push_back(static_cast<float>(theta_rad));
+    lidar.ranges.push_back(range_m);
+    lidar.times.push_back(5);
+    lidar.intensities.push_back(1.0f);
+  }
+  return lidar;
+}
+
+struct Result {
+  std::vector<LaserScan> scans;
+  std::map<std::string, std::int64_t> counts;
+
+  std::vector<std::int64_t> utimes() const {
+    std::vector<std::int64_t> utimes;
+    for (const LaserScan& scan : scans) utimes.push_back(scan.utime);
+    return utimes;
+  }
+};
+
+Result Read(const std::string& log, const std::string& channel = "") {
+  const ScratchFile file(log);
+  LcmLogSource source(file.path(), channel);
+  auto scans = ReadAll(source);
+  return {std::move(scans), source.Counts()};
+}
+
+using Utimes = std::vector<std::int64_t>;
+
+}  // namespace
+
+TEST_CASE("a planar lidar message is read as it was sent, plain and compressed") {
+  const LaserScan expected{11, -1.5f, 0.25f, {1.0f, 2.5f, 0.0f, std::numeric_limits<float>::infinity()}};
+  const std::string log = Event("ODOMETRY", "something else") + PlanarEvent(11);
+  CHECK(Read(log).scans == std::vector<LaserScan>{expected});
+  CHECK(Read(Compress(log)).scans == std::vector<LaserScan>{expected});
+  CHECK(Read(log).counts == std::map<std::string, std::int64_t>{{"bad_event", 0}, {"truncated", 0}});
+}
+
+TEST_CASE(
+    "a scan has the odometry that came last before it, and none that is long past, is none or is another robot's") {
+  const auto OdometryEvent = [](std::int64_t utime, double x_m, const std::string& channel = "robot1/ODOMETRY") {
+    return Event(channel, Encode(ToMessage(Odometry{utime, Pose2{x_m, 2.0, -3.0}})));
+  };
+  const std::string none = Event("robot1/ODOMETRY", Encode(ToMessage(Odometry{1'000'300, std::nullopt})));
+  const std::string log = PlanarEvent(1'000'000, "robot1/LASER") + OdometryEvent(1'000'000, 1.0) +
+                          OdometryEvent(1'000'000, 9.0, "ODOMETRY") + PlanarEvent(1'000'001, "robot1/LASER") +
+                          PlanarEvent(1'100'000, "robot1/LASER") + PlanarEvent(1'100'001, "robot1/LASER") +
+                          OdometryEvent(1'000'200, std::nan("")) + PlanarEvent(1'000'200, "robot1/LASER") +
+                          OdometryEvent(1'000'300, 7.0) + none + PlanarEvent(1'000'300, "robot1/LASER");
+  const ScratchFile file(log);
+  LcmLogSource source(file.path(), "");
+  const Pose2 pose{1.0, 2.0, -3.0};
+  for (const auto& expected : {std::optional<Pose2>(), std::optional(pose), std::optional(pose), std::optional<Pose2>(),
+                               std::optional<Pose2>(), std::optional<Pose2>()}) {
+    REQUIRE(source.Next());
+    CHECK(source.Odometry() == expected);
+  }
+  CHECK(source.Counts().at("bad_odometry") == 1);
+}
+
+TEST_CASE("botlab's clockwise beams go to the nearest beam of a counter-clockwise grid") {
+  const double step_rad = kPi / 720.0;
+  const auto scans = Read(Event("LIDAR", Encode(BotlabLidar({{0.0, 1.0f},
+                                                             {kPi / 2.0, 2.0f},
+                                                             {1.5 * kPi, 3.0f},
+                                                             {kPi, 4.0f},
+                                                             {10.4 * step_rad, 5.0f},
+                                                             {2.0 * kPi - 7.6 * step_rad, 6.0f},
+                                                             {2.0, 0.0f}}))))
+                         .scans;
+  REQUIRE(scans.size() == 1);
+  const LaserScan& scan = scans[0];
+  CHECK(scan.utime == 5);
+  CHECK(scan.angle_min_rad == static_cast<float>(-kPi));
+  CHECK(scan.angle_step_rad == static_cast<float>(step_rad));
+  std::vector<float> expected(1440, 0.0f);
+  expected[720] = 1.0f;       // ahead
+  expected[360] = 2.0f;       // a quarter turn clockwise: to the right, -90 deg
+  expected[1080] = 3.0f;      // to the left
+  expected[0] = 4.0f;         // behind
+  expected[720 - 10] = 5.0f;  // rounded to the nearest
+  expected[720 + 8] = 6.0f;
+  CHECK(scan.ranges_m == expected);
+}
+
+TEST_CASE("of two botlab beams on one grid beam the nearer counts") {
+  const auto scans =
+      Read(Event("LIDAR", Encode(BotlabLidar({{0.0, 3.0f}, {0.001, 2.0f}, {0.0011, 2.5f}, {0.0012, 0.0f}})))).scans;
+  REQUIRE(scans.size() == 1);
+  CHECK(scans[0].ranges_m[720] == 2.0f);
+}
+
+TEST_CASE("both spellings of botlab's lidar type are read") {
+  const botlab::lidar_t lidar = BotlabLidar({{0.5, 1.0f}, {1.0, 2.0f}});
+  botlab::lidar_nranges_t other;
+  other.utime = lidar.utime;
+  other.nranges = lidar.num_ranges;
+  other.ranges = lidar.ranges;
+  other.thetas = lidar.thetas;
+  other.times = lidar.times;
+  other.intensities = lidar.intensities;
+  const auto scans = Read(Event("LIDAR", Encode(lidar))).scans;
+  CHECK(scans.size() == 1);
+  CHECK(Read(Event("LIDAR", Encode(other))).scans == scans);
+}
+
+TEST_CASE("of several lasers the first one's scans are taken, or those of the channel asked for") {
+  const std::string log = PlanarEvent(1, "FRONT") + PlanarEvent(2, "REAR") + PlanarEvent(3, "FRONT");
+  CHECK(Read(log).utimes() == Utimes{1, 3});
+  CHECK(Read(log).counts.at("other_channel") == 1);
+  CHECK(Read(log, "REAR").utimes() == Utimes{2});
+  CHECK(Read(log, "REAR").counts.at("other_channel") == 2);
+}
+
+TEST_CASE("a repeated utime is skipped and counted, one that goes back is kept") {
+  const Result result = Read(PlanarEvent(3) + PlanarEvent(1) + PlanarEvent(3) + PlanarEvent(2));
+  CHECK(result.utimes() == Utimes{3, 1, 2});
+  CHECK(result.counts.at("utime_repeated") == 1);
+}
+
+TEST_CASE("a bad laser message is counted and skipped before anything is decoded from its counts") {
+  const std::string planar = Encode(PlanarLidar(2));
+  const std::string lidar = Encode(BotlabLidar({{0.5, 1.0f}, {1.0, 2.0f}}));
+  const std::size_t intensities_at = 20 + 4 * 4;
+  std::vector<std::string> bad_messages = {planar.substr(0, 8),
+                                           planar.substr(0, 19),
+                                           planar.substr(0, planar.size() - 1),
+                                           planar + '\0',
+                                           lidar.substr(0, 20),
+                                           lidar.substr(0, lidar.size() - 1),
+                                           lidar + '\0',
+                                           "short",
+                                           ""};
+  for (const std::uint64_t count :
+       {0ull, 1ull, 3ull, 5ull, 4097ull, 0x40000000ull, 0x7fffffffull, 0x80000000ull, 0xffffffffull}) {
+    bad_messages.push_back(std::string(planar).replace(16, 4, BigEndian(count, 4)));
+    bad_messages.push_back(std::string(planar).replace(intensities_at, 4, BigEndian(count, 4)));
+    bad_messages.push_back(std::string(lidar).replace(16, 4, BigEndian(count, 4)));
+  }
+  for (const float angle_rad :
+       {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30f}) {
+    bot_core::planar_lidar_t bad = PlanarLidar(2);
+    bad.rad0 = angle_rad;
+    bad_messages.push_back(Encode(bad));
+    bad = PlanarLidar(2);
+    bad.radstep = angle_rad;
+    bad_messages.push_back(Encode(bad));
+    bad_messages.push_back(Encode(BotlabLidar({{0.5, 1.0f}, {angle_rad, 2.0f}})));
+  }
+  bot_core::planar_lidar_t bad = PlanarLidar(2);
+  bad.radstep = 0.0f;
+  bad_messages.push_back(Encode(bad));
+  bad_messages.push_back(Encode(PlanarLidar(-2)));
+  bad = PlanarLidar(2);
+  bad.ranges.resize(4097);
+  bad.nranges = 4097;
+  bad_messages.push_back(Encode(bad));
+
+  for (std::size_t i = 0; i < bad_messages.size(); ++i) {
+    CAPTURE(i);
+    const Result result = Read(PlanarEvent(1) + Event("LASER", bad_messages[i]) + PlanarEvent(3));
+    CHECK(result.utimes() == Utimes{1, 3});
+    CHECK(result.counts.at("bad_message") == 1);
+    CHECK(result.counts.at("bad_event") == 0);
+  }
+}
+
+TEST_CASE("a damaged stretch of a log costs the events that it touches and no other") {
+  const std::string first = PlanarEvent(1);
+  const std::string second = PlanarEvent(2);
+  const std::string third = PlanarEvent(3);
+  const std::size_t event_bytes = first.size();
+
+  const Result inserted = Read(first + "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx\xED\xA1\xDA" + second);
+  CHECK(inserted.utimes() == Utimes{1, 2});
+  CHECK(inserted.counts.at("bad_event") == 1);
+  CHECK(Read("garbage" + first + second).utimes() == Utimes{1, 2});
+
+  struct Damage {
+    std::size_t at;
+    std::string bytes;
+  };
+  for (const Damage& damage : {Damage{0, "\xED\xA1\xDA\x02"},  // no sync word
+                               Damage{20, BigEndian(0, 4)},    // channel lengths
+                               Damage{20, BigEndian(1001, 4)}, Damage{20, BigEndian(0xffffffff, 4)},
+                               Damage{24, BigEndian(event_bytes + 20, 4)},  // data lengths: into the next event
+                               Damage{24, BigEndian(1 << 20, 4)},           // past the end
+                               Damage{24, BigEndian(0x04000001, 4)},        // beyond 64 MiB
+                               Damage{24, BigEndian(0xffffffff, 4)}}) {
+    std::string damaged = second;
+    damaged.replace(damage.at, 4, damage.bytes);
+    CAPTURE(damage.at);
+    const Result result = Read(first + damaged + third);
+    CHECK(result.utimes() == Utimes{1, 3});
+    CHECK(result.counts.at("bad_event") == 1);
+    CHECK(result.counts.at("truncated") == 0);
+  }
+}
+
+TEST_CASE("a log cut short anywhere gives the events that are whole") {
+  const std::string first = PlanarEvent(1);
+  const std::string second = PlanarEvent(2);
+  for (std::size_t cut = 0; cut <= second.size(); ++cut) {
+    CAPTURE(cut);
+    const Result result = Read(first + second.substr(0, cut));
+    CHECK(result.utimes() == (cut == second.size() ? Utimes{1, 2} : Utimes{1}));
+    CHECK(result.counts.at("truncated") == (cut > 0 && cut < second.size() ? 1 : 0));
+    CHECK(result.counts.at("bad_event") == 0);
+  }
+}
+
+TEST_CASE("of a compressed log cut short, what was whole is used") {
+  std::string log;
+  for (int i = 0; i < 500; ++i) log += PlanarEvent(i * 7919);
+  const std::string compressed = Compress(log);
+  const Result result = Read(compressed.substr(0, compressed.size() / 2));
+  CHECK(result.scans.size() > 100);
+  CHECK(result.scans.size() < 500);
+  CHECK(result.counts.at("truncated") == 1);
+}
+
+TEST_CASE("a file of nothing but headers that promise much is read in no time") {
+  std::string hostile = PlanarEvent(1);
+  const std::string header =
+      BigEndian(0xEDA1DA01, 4) + std::string(16, '\0') + BigEndian(4, 4) + BigEndian(64 << 20, 4);
+  for (int i = 0; i < 100000; ++i) hostile += header;
+  const Result result = Read(hostile + PlanarEvent(2));
+  CHECK(result.utimes() == Utimes{1, 2});
+}
+
+TEST_CASE("a log without a laser is an error that lists its channels") {
+  const std::string log = Event("IMU", "12345678") + Event("ODO\nMETRY", "") + Event("IMU", "1");
+  const ScratchFile none(log);
+  CHECK(ErrorOf([&] { LcmLogSource(none.path(), ""); }) ==
+        none.path() +
+            " has no laser messages (bot_core.planar_lidar_t or botlab.lidar_t); its channels: IMU (2), ODO?METRY (1)");
+  const ScratchFile other(log + PlanarEvent(1, "FRONT"));
+  CHECK(ErrorOf([&] { LcmLogSource(other.path(), "REAR"); }) ==
+        other.path() +
+            " has no laser messages (bot_core.planar_lidar_t or botlab.lidar_t) on channel REAR; its channels: "
+            "FRONT (1, laser), IMU (2), ODO?METRY (1)");
+  std::string many;
+  for (int i = 0; i < 3000; ++i) many += Event("C" + std::to_string(10000 + i), "x");
+  const ScratchFile crowd(many);
+  const std::string error = ErrorOf([&] { LcmLogSource(crowd.path(), ""); });
+  CHECK(error.find("C10019 (1), and 980 more") != std::string::npos);
+  const ScratchFile torn(PlanarEvent(1).substr(0, 50));
+  CHECK(ErrorOf([&] { LcmLogSource(torn.path(), ""); }).find("its channels: none") != std::string::npos);
+}
+
+TEST_CASE("the kind of a log is found from its content, not from its name") {
+  const std::string carmen = "# a log\nODOM 1\nFLASER 2 1 1 0 0 0 0 0 0 1.5 host 1.5\n";
+  for (const std::string& content : {carmen, Compress(carmen)}) {
+    const ScratchFile file(content);
+    const auto source = OpenLaserSource(file.path(), {});
+    CHECK(ReadAll(*source).at(0).utime == 1500000);
+  }
+  for (const std::string& content : {PlanarEvent(8), Compress(PlanarEvent(8)), "damage" + PlanarEvent(8)}) {
+    const ScratchFile file(content);
+    const auto source = OpenLaserSource(file.path(), {});
+    CHECK(ReadAll(*source).at(0).utime == 8);
+  }
+}
+
+TEST_CASE("the options of a source reach it") {
+  const ScratchFile file(PlanarEvent(1, "FRONT") + PlanarEvent(2, "REAR"));
+  CHECK(ReadAll(*OpenLaserSource(file.path(), {0, "REAR"})).at(0).utime == 2);
+  CHECK(OpenLaserSource("sim:demo", {1, ""})->Next() == OpenLaserSource("sim:demo", {1, ""})->Next());
+  CHECK(OpenLaserSource("sim:demo", {1, ""})->Next() != OpenLaserSource("sim:demo", {2, ""})->Next());
+}
+
+TEST_CASE("a world file is opened as a source") {
+  const ScratchFile file("box 0 0 4 3\nspeed 1 1\nlaser 90 10 8 10 0\nwaypoint 1 1\nwaypoint 2 1\n");
+  CHECK(OpenLaserSource("sim:" + file.path(), {})->Next()->ranges_m.size() == 10);
+}
+
+TEST_CASE("a source that cannot be opened is an error of one line") {
+  const auto error_of = [](const std::string& name) { return ErrorOf([&] { OpenLaserSource(name, {}); }); };
+  CHECK(error_of("no_such.log") == "there is no file no_such.log");
+  const std::string directory = std::filesystem::temp_directory_path().string();
+  CHECK(error_of(directory) == directory + " is a directory, must be a CARMEN or LCM log");
+  const std::string pipe = ScratchFile("").path();
+  REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+  CHECK(error_of(pipe) == pipe + " is no regular file, must be a CARMEN or LCM log");
+  std::filesystem::remove(pipe);
+  for (const std::string& content : {std::string(), Compress("")}) {
+    const ScratchFile empty(content);
+    CHECK(error_of(empty.path()) == empty.path() + " is empty, must be a CARMEN or LCM log");
+  }
+  const ScratchFile torn(Compress("FLASER").substr(0, 10));
+  CHECK(error_of(torn.path()) == torn.path() + " is a damaged gzip file, must be a CARMEN or LCM log");
+  for (const std::string& content :
+       {std::string("hello\n"), std::string("# FLASER\n XFLASER 2\n"), std::string(3 << 20, '\0')}) {
+    const ScratchFile text(content);
+    CHECK(error_of(text.path()) ==
+          text.path() +
+              " is neither a CARMEN log (no FLASER or ROBOTLASER1 line in its first 10000 lines) "
+              "nor an LCM log");
+  }
+  CHECK(error_of("sim:no_such").find("built in are corridor, demo") != std::string::npos);
+}
+
+TEST_CASE("the real LCM log has the sweeps that its description says") {
+  const std::string path = RealLog("lcm/mbot_convex.lcmlog.gz");
+  if (path.empty()) {
+    WARN("skipped: no lcm/mbot_convex.lcmlog.gz beside the project");
+    return;
+  }
+  LcmLogSource source(path, "");
+  const auto scans = ReadAll(source);
+  CHECK(scans.size() == 459);
+  CHECK(source.Counts() == std::map<std::string, std::int64_t>{{"bad_event", 0}, {"truncated", 0}});
+  // Its first beams, as another LCM decoder shows them: 0.90125 m at 6.26873 rad, 0.9015 m at 0.00790852 rad.
+  CHECK(scans[0].utime == 1447367745557463);
+  CHECK(scans[0].ranges_m[723] == 0.90125f);
+  CHECK(scans[0].ranges_m[718] == 0.9015f);
+}
+
+}  // namespace crsm

@@ -1,0 +1,187 @@
+#include "common/worlds/simulator.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "catch.hpp"
+#include "source_helpers.hpp"
+
+namespace crsm {
+namespace {
+
+/// A room of 4 x 3 m with a quiet laser that looks at -180, -90, 0 and 90 deg; the speeds make 1 cm or 0.1 rad a scan.
+World Room(const std::string& waypoints, const std::string& laser = "laser 360 4 8 10 0\n") {
+  return ParseWorld("box 0 0 4 3\nspeed 0.1 1\n" + laser + waypoints, "room");
+}
+
+}  // namespace
+
+TEST_CASE("the first scan shows the room from where the path begins") {
+  Simulator simulator(Room("waypoint 1 1\nwaypoint 1 2\n"), 1);
+  const auto scan = simulator.Next();
+  REQUIRE(scan);
+  CHECK(scan->utime == 1000000);
+  CHECK(scan->angle_min_rad == static_cast<float>(-kPi));
+  CHECK(scan->angle_step_rad == static_cast<float>(kPi / 2.0));
+  REQUIRE(scan->ranges_m.size() == 4);
+  // Looking up: behind is the floor's lower edge, then the right wall, the upper, the left one. Single precision.
+  const double expected_m[] = {1.0, 3.0, 2.0, 1.0};
+  for (std::size_t i = 0; i < 4; ++i) CHECK(scan->ranges_m[i] == Approx(expected_m[i]).epsilon(1e-6));
+  CHECK(simulator.TruePose()->x_m == Approx(0.0).margin(1e-12));
+  CHECK(simulator.TruePose()->y_m == Approx(0.0).margin(1e-12));
+  CHECK(simulator.TruePose()->yaw_rad == 0.0);
+}
+
+TEST_CASE("what is beyond the laser's reach is no return") {
+  Simulator simulator(Room("waypoint 1 1\nwaypoint 1 2\n", "laser 360 4 2.5 10 0\n"), 1);
+  const auto scan = simulator.Next();
+  REQUIRE(scan);
+  CHECK(scan->ranges_m[1] == 0.0f);
+  CHECK(scan->ranges_m[2] == Approx(2.0));
+}
+
+TEST_CASE("the laser drives straight, turns on the spot and drives on, at the world's speeds") {
+  Simulator simulator(Room("waypoint 1 1\nwaypoint 2 1\nwaypoint 2 2\n"), 1);
+  std::vector<Pose2> poses;
+  std::int64_t utime = 1000000;
+  while (const auto scan = simulator.Next()) {
+    CHECK(scan->utime == utime);
+    utime += 100000;
+    poses.push_back(*simulator.TruePose());
+  }
+  // 10 s ahead, pi / 2 s of turning, 10 s ahead: scans at 0.0 to 21.5 s, and one at the end.
+  REQUIRE(poses.size() == 217);
+  CHECK(poses[50].x_m == Approx(0.5));
+  CHECK(poses[50].yaw_rad == 0.0);
+  CHECK(poses[110].x_m == Approx(1.0));
+  CHECK(poses[110].y_m == Approx(0.0).margin(1e-12));
+  CHECK(poses[110].yaw_rad == Approx(1.0));
+  CHECK(poses[200].y_m == Approx(0.1 * (20.0 - 10.0 - kPi / 2.0)));
+  CHECK(poses[216].x_m == Approx(1.0));
+  CHECK(poses[216].y_m == Approx(1.0));
+  CHECK(poses[216].yaw_rad == Approx(kPi / 2.0));
+}
+
+TEST_CASE("the laser faces its way in every direction") {
+  for (int degrees = -180; degrees < 180; degrees += 15) {
+    CAPTURE(degrees);
+    const double yaw_rad = degrees * kPi / 180.0;
+    World world = Room("waypoint 2 1.5\nwaypoint 3 1.5\n");
+    const Point middle{2.0 + 0.5 * std::cos(yaw_rad), 1.5 + 0.5 * std::sin(yaw_rad)};
+    world.path = {{2.0, 1.5}, middle, {2.0, 1.5}, {2.5, 1.5}};
+    Simulator simulator(world, 1);
+    const auto first = simulator.Next();
+    // Towards the upper right or lower left corner and so on: what the beam ahead meets tells the heading.
+    CHECK(first->ranges_m[2] == Approx(CastRay(world.walls, {2.0, 1.5}, {std::sin(yaw_rad), std::cos(yaw_rad)})));
+    ReadAll(simulator);
+    const Pose2 last = *simulator.TruePose();
+    CHECK(std::cos(last.yaw_rad) == Approx(std::cos(-yaw_rad)).margin(1e-12));
+    CHECK(std::sin(last.yaw_rad) == Approx(std::sin(-yaw_rad)).margin(1e-12));
+    CHECK(last.x_m == Approx(0.5 * std::cos(yaw_rad)).margin(1e-12));
+    CHECK(last.y_m == Approx(-0.5 * std::sin(yaw_rad)).margin(1e-12));
+  }
+}
+
+TEST_CASE("every hit of a scan lies on a wall when it is seen from the true pose") {
+  World world = LoadWorld("demo");
+  world.laser.noise_m = 0.0;
+  Simulator simulator(world, 1);
+  const Pose2 T_world_start{4.6, 5.0, -kPi / 2.0};
+  double farthest_m = 0.0;
+  for (int k = 0; k < 300; ++k) {
+    const auto scan = simulator.Next();
+    REQUIRE(scan);
+    for (std::size_t i = 0; i < scan->ranges_m.size(); i += 10) {
+      if (scan->ranges_m[i] <= 0.0f) continue;
+      const double angle_rad = scan->angle_min_rad + static_cast<double>(i) * scan->angle_step_rad;
+      const Pose2 hit = T_world_start * *simulator.TruePose() *
+                        Pose2{scan->ranges_m[i] * std::cos(angle_rad), scan->ranges_m[i] * std::sin(angle_rad), 0.0};
+      double nearest_m = 1.0;
+      for (const Wall& wall : world.walls) {  // all walls of the demo run along an axis
+        const double beside_x_m = std::max(
+            {std::min(wall.from.x_m, wall.to.x_m) - hit.x_m, hit.x_m - std::max(wall.from.x_m, wall.to.x_m), 0.0});
+        const double beside_y_m = std::max(
+            {std::min(wall.from.y_m, wall.to.y_m) - hit.y_m, hit.y_m - std::max(wall.from.y_m, wall.to.y_m), 0.0});
+        nearest_m = std::min(nearest_m, std::hypot(beside_x_m, beside_y_m));
+      }
+      farthest_m = std::max(farthest_m, nearest_m);
+    }
+  }
+  CHECK(farthest_m < 1e-5);  // single precision over 10 m
+}
+
+TEST_CASE("the same seed gives the same scans, another seed other ones") {
+  const World world = LoadWorld("corridor");
+  Simulator a(world, 7);
+  Simulator b(world, 7);
+  Simulator c(world, 8);
+  const auto scans = ReadAll(a);
+  CHECK(scans.size() > 900);
+  CHECK(ReadAll(b) == scans);
+  CHECK(ReadAll(c) != scans);
+}
+
+TEST_CASE("ranges are as noisy as the world says") {
+  Simulator simulator(Room("waypoint 1 1\nwaypoint 1.01 1\n", "laser 360 4096 8 10 0.02\n"), 3);
+  Simulator quiet(Room("waypoint 1 1\nwaypoint 1.01 1\n", "laser 360 4096 8 10 0\n"), 3);
+  const auto noisy_scan = simulator.Next();
+  const auto quiet_scan = quiet.Next();
+  double sum = 0.0;
+  double sum_of_squares = 0.0;
+  for (std::size_t i = 0; i < 4096; ++i) {
+    const double error_m = noisy_scan->ranges_m[i] - quiet_scan->ranges_m[i];
+    sum += error_m;
+    sum_of_squares += error_m * error_m;
+  }
+  CHECK(sum / 4096.0 == Approx(0.0).margin(4.0 * 0.02 / 64.0));                   // four sigma of a mean of 4096
+  CHECK(std::sqrt(sum_of_squares / 4096.0) == Approx(0.02).epsilon(4.0 / 90.5));  // and of their deviation
+}
+
+TEST_CASE("ranges come in steps, and as many are dropped as the world says") {
+  const std::string path = "waypoint 1 1\nwaypoint 1.01 1\n";
+  Simulator exact(Room(path, "laser 360 4096 8 10 0.02\n"), 3);
+  Simulator stepped(Room(path, "laser 360 4096 8 10 0.02 quantum_m 0.05\n"), 3);
+  Simulator dropping(Room(path, "laser 360 4096 8 10 0 dropout 0.2\n"), 3);
+  const auto exact_scan = exact.Next();
+  const auto stepped_scan = stepped.Next();
+  double largest = 0.0;
+  for (std::size_t i = 0; i < 4096; ++i) {
+    const double range_m = stepped_scan->ranges_m[i];
+    CHECK(range_m / 0.05 == Approx(std::round(range_m / 0.05)).margin(1e-4));
+    largest = std::max(largest, std::abs(range_m - exact_scan->ranges_m[i]));
+  }
+  CHECK(largest <= 0.025 + 1e-6);
+  const auto dropped_scan = dropping.Next();
+  const auto dropped = std::count(dropped_scan->ranges_m.begin(), dropped_scan->ranges_m.end(), 0.0f);
+  CHECK(static_cast<double>(dropped) == Approx(0.2 * 4096).margin(4.0 * std::sqrt(0.2 * 0.8 * 4096)));  // four sigma
+}
+
+TEST_CASE("somebody who walks to and fro stands in the way, and the truth knows nothing of it") {
+  // 4 cm a scan on a way of 0.8 m; the beam ahead runs along it, from 1 m before its start.
+  Simulator simulator(Room("waypoint 1 1\nwaypoint 1.5 1\nperson 2 1 2.8 1 0.4\n"), 1);
+  const auto Ahead = [&] {
+    const auto scan = simulator.Next();
+    return static_cast<double>(scan->ranges_m[2]) + simulator.TruePose()->x_m;
+  };
+  const double first_m = 1.0 - kPersonRadius_m;
+  CHECK(Ahead() == Approx(first_m));
+  CHECK(Ahead() == Approx(first_m + 0.04));
+  for (int i = 2; i < 20; ++i) Ahead();
+  CHECK(Ahead() == Approx(first_m + 0.8));
+  CHECK(Ahead() == Approx(first_m + 0.76));
+  for (int i = 22; i < 40; ++i) Ahead();
+  CHECK(Ahead() == Approx(first_m));
+}
+
+TEST_CASE("the simulator's progress rises to 1, and then it ends for good") {
+  Simulator simulator(Room("waypoint 1 1\nwaypoint 2 1\n"), 1);
+  CHECK(simulator.Progress() == 0.0);
+  for (int i = 0; i < 50; ++i) simulator.Next();
+  CHECK(simulator.Progress() == Approx(0.5));
+  ReadAll(simulator);
+  CHECK(simulator.Progress() == 1.0);
+  CHECK_FALSE(simulator.Next());
+  CHECK(simulator.Counts().empty());
+}
+
+}  // namespace crsm
