@@ -10,10 +10,11 @@
 #include <vector>
 
 #include "common/math/pose2.hpp"
+#include "common/scan/surface.hpp"
 
 namespace crsm {
 
-inline constexpr double kLongestRangeM = 1000.0;  ///< that any laser may have
+inline constexpr double kLongestRange_m = 1000.0;  ///< that any laser may have
 
 /// Which beams of a scan count as measurements, and where they point.
 struct ScanParameters {
@@ -78,7 +79,7 @@ struct UpdateParameters {
   double first_intensity = 0.4;  ///< of a cell's first update, at least
   double hit_spread = 2.5;       ///< how much of the cells around it a hit occupies
   bool join_hits = true;
-  double join_max_m = 0.8;
+  double join_max_m = kLargestSurfaceGap_m;
   double update_distance_m = 0.3;
   double update_angle_rad = 0.25;
 };
@@ -113,7 +114,7 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
   visit({kScan, "range_min_m", "shorter readings are no measurements [m]"}, scan.range_min_m, 0.0, 10.0);
   visit({kScan, "range_max_m",
          "maximum range of the laser [m]; readings beyond 95 % of it are no measurements (section 4)"},
-        scan.range_max_m, 0.1, kLongestRangeM);
+        scan.range_max_m, 0.1, kLongestRange_m);
   visit({kScan, "angle_scale", "the angle of a beam from straight ahead, as a share of the nominal one"},
         scan.angle_scale, 0.9, 1.1);
 

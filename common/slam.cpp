@@ -1,30 +1,35 @@
 #include "common/slam.hpp"
 
+#include "common/match/rrhc_matcher.hpp"
+
 namespace crsm {
 
 Slam::Slam(const Parameters& parameters)
-    : parameters_(parameters), matcher_(parameters.match), updater_(parameters.scan, parameters.update) {}
+    : Slam(parameters,
+           [&](double cell_size_m) { return std::make_unique<RrhcMatcher>(parameters.match, cell_size_m); }) {}
 
-ScanMatch Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot) {
-  const ValidRays rays = FindValidRays(scan, parameters_.scan);
-  const RaySelection selection = SelectRays(rays, parameters_.selection, density_scale_);
-  density_scale_ = NextDensityScale(density_scale_, selection.critical.size(), parameters_.selection);
+Slam::Slam(const Parameters& parameters, const MakeMatcher& make_matcher)
+    : selector_(parameters), matcher_(make_matcher(parameters.update.cell_size_m)), updater_(parameters.update) {}
 
-  const ScanMatch match = matcher_.Match(scan.utime, rays, selection.critical, history_, updater_.geometry(),
-                                         updater_.version(), T_odom_robot);
-  Restore(&scan, match);
-  return match;
+Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot) {
+  Step step;
+  step.scan = selector_.Select(scan);
+  step.match = matcher_->Match(step.scan, tracking_, T_odom_robot);
+  step.match.map_version = updater_.version();
+  step.drawn = Integrate(&step.scan, step.match);
+  return step;
 }
 
-void Slam::Restore(const LaserScan* scan, const ScanMatch& match) {
+bool Slam::Integrate(const CriticalRays* scan, const ScanMatch& match) {
   const MapDelta delta = scan ? updater_.Update(*scan, match) : updater_.UpdateWithoutScan();
-  matcher_.ApplyChanges(delta.tiles);
-  history_.push_back(match);
+  matcher_->Apply(delta.tiles);
+  tracking_.Add(match);
+  return delta.drawn;
 }
 
-void Slam::Freeze() {
-  updater_.Freeze();
-  history_.clear();
+void Slam::FinishMap() {
+  updater_.Finish();
+  tracking_ = TrackingState::OnFinishedMap();
 }
 
 }  // namespace crsm

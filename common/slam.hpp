@@ -1,44 +1,55 @@
 #pragma once
 
-#include <vector>
+#include <memory>
+#include <optional>
 
 #include "common/map/map_updater.hpp"
-#include "common/match/rrhc_matcher.hpp"
+#include "common/match/matcher.hpp"
 #include "common/parameters.hpp"
-#include "common/scan/laser_scan.hpp"
+#include "common/scan/ray_selector.hpp"
 
 namespace crsm {
 
 /// The whole algorithm in one process: what the five processes do together, step by step and bit for bit.
 class Slam {
  public:
+  /// With the RrhcMatcher.
   explicit Slam(const Parameters& parameters);
+  /// With another one.
+  Slam(const Parameters& parameters, const MakeMatcher& make_matcher);
+
+  /// What became of a scan.
+  struct Step {
+    CriticalRays scan;
+    ScanMatch match;
+    bool drawn = false;  ///< into the map
+  };
 
   /// Selects the critical rays of a scan, matches them to the map so far, and draws the scan into the map.
   /// Scans come in the order in which they were taken; no utime may come twice. T_odom_robot: the odometry of the scan,
   /// where there is some.
-  ScanMatch Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot = std::nullopt);
+  Step Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot = std::nullopt);
 
-  /// Takes over a scan of an earlier session as it was matched then; nullptr where its match had none. All of them one
-  /// after the other make the same map, and the next scan is matched as it would have been then.
-  void Restore(const LaserScan* scan, const ScanMatch& match);
+  /// Draws a matched scan into the map and remembers the match; true if the map was drawn. Also for scans of an earlier
+  /// session, nullptr where one was not drawn: all of them one after the other make the same map, and the next scan is
+  /// matched as it would have been then.
+  bool Integrate(const CriticalRays* scan, const ScanMatch& match);
 
-  /// Finishes the map: from now on scans are localised on it and change nothing. The history begins anew, and where the
-  /// first of them was taken is searched on the whole map.
-  void Freeze();
+  /// Finishes the map: from now on scans are localised on it and change nothing. Where the first of them was taken is
+  /// searched on the whole map.
+  void FinishMap();
 
-  const std::vector<ScanMatch>& history() const { return history_; }
-  const ByteMap& map() const { return matcher_.map(); }
+  const ByteMap& map() const { return matcher_->map(); }
+  const TrackingState& tracking() const { return tracking_; }
+  std::int64_t map_version() const { return updater_.version(); }
   /// As of MapUpdater.
   std::int64_t num_scans_cut() const { return updater_.num_scans_cut(); }
-  const MapGeometry& geometry() const { return updater_.geometry(); }
 
  private:
-  Parameters parameters_;
-  RrhcMatcher matcher_;
+  RaySelector selector_;
+  std::unique_ptr<Matcher> matcher_;
   MapUpdater updater_;
-  double density_scale_ = kFirstDensityScale;
-  std::vector<ScanMatch> history_;
+  TrackingState tracking_;
 };
 
 }  // namespace crsm

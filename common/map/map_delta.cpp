@@ -1,7 +1,6 @@
 #include "common/map/map_delta.hpp"
 
 #include <algorithm>
-#include <climits>
 
 namespace crsm {
 namespace {
@@ -12,6 +11,8 @@ void PushTwoBytes(std::vector<std::uint8_t>& bytes, int value) {
   bytes.push_back(static_cast<std::uint8_t>(value >> 8));
   bytes.push_back(static_cast<std::uint8_t>(value & 0xff));
 }
+
+}  // namespace
 
 bool RunsFit(std::span<const std::uint8_t> runs) {
   std::size_t cell = 0;
@@ -26,8 +27,6 @@ bool RunsFit(std::span<const std::uint8_t> runs) {
   }
   return true;
 }
-
-}  // namespace
 
 std::vector<std::uint8_t> PackRuns(const TileBytes& before, const TileBytes& after) {
   std::vector<std::uint8_t> runs;
@@ -63,49 +62,6 @@ bool UnpackRuns(std::span<const std::uint8_t> runs, TileBytes& cells) {
     cell += count;
   }
   return true;
-}
-
-std::uint8_t ByteMap::At(Cell cell) const {
-  const Tile* tile = tiles_.Find(TileOf(cell));
-  return tile ? tile->cells[static_cast<std::size_t>(OffsetInTile(cell))] : kUnexploredByte;
-}
-
-bool ByteMap::Apply(const TileChange& change) {
-  if (!tiles_.HasRoomFor(change.index) || !RunsFit(change.runs)) return false;
-  if (change.runs.empty()) return true;
-  return UnpackRuns(change.runs, tiles_.Touch(change.index).cells);
-}
-
-DenseGrid ByteMap::ToDenseGrid(double cell_size_m) const {
-  DenseGrid grid;
-  grid.cell_size_m = cell_size_m;
-  Cell low{INT_MAX, INT_MAX};
-  Cell high{INT_MIN, INT_MIN};
-  const auto ForEachExplored = [&](auto&& visit) {
-    for (const auto& [index, tile] : tiles_.entries()) {
-      for (int offset = 0; offset < kTileCells; ++offset) {
-        const std::uint8_t byte = tile->cells[static_cast<std::size_t>(offset)];
-        if (byte == kUnexploredByte) continue;
-        visit(Cell{index.x * kTileSide + offset % kTileSide, index.y * kTileSide + offset / kTileSide}, byte);
-      }
-    }
-  };
-  ForEachExplored([&](Cell cell, std::uint8_t) {
-    low = {std::min(low.x, cell.x), std::min(low.y, cell.y)};
-    high = {std::max(high.x, cell.x), std::max(high.y, cell.y)};
-  });
-  if (low.x > high.x) return grid;
-
-  grid.origin_x_cells = low.x;
-  grid.origin_y_cells = low.y;
-  grid.width_cells = high.x - low.x + 1;
-  grid.height_cells = high.y - low.y + 1;
-  const auto width = static_cast<std::size_t>(grid.width_cells);
-  grid.cells.assign(width * static_cast<std::size_t>(grid.height_cells), kUnexploredByte);
-  ForEachExplored([&](Cell cell, std::uint8_t byte) {
-    grid.cells[static_cast<std::size_t>(cell.y - low.y) * width + static_cast<std::size_t>(cell.x - low.x)] = byte;
-  });
-  return grid;
 }
 
 }  // namespace crsm

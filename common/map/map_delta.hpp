@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "common/map/dense_grid.hpp"
 #include "common/map/tile_grid.hpp"
 
 namespace crsm {
@@ -22,6 +21,7 @@ struct TileChange {
 /// What one scan changed in the map: from version - 1 to version.
 struct MapDelta {
   std::int64_t version = 0;
+  bool drawn = false;  ///< the scan was drawn; else there are no changes
   std::vector<TileChange> tiles;
 };
 
@@ -33,31 +33,10 @@ inline constexpr std::size_t kMaxRunBytes = kTileCells + 4;
 /// Packs the cells in which `after` differs from `before`. Empty when there are none.
 std::vector<std::uint8_t> PackRuns(const TileBytes& before, const TileBytes& after);
 
+/// Whether runs are well-formed and stay within a tile.
+bool RunsFit(std::span<const std::uint8_t> runs);
+
 /// Unpacks runs onto the cells of a tile. False, with `cells` untouched, if they are malformed.
 bool UnpackRuns(std::span<const std::uint8_t> runs, TileBytes& cells);
-
-/// The map as it travels: one byte a cell, 255 free .. 0 occupied, 127 unexplored. What matcher and exporter hold.
-class ByteMap {
- public:
-  struct Tile {
-    TileBytes cells;
-    Tile() { cells.fill(kUnexploredByte); }
-  };
-
-  /// 127 where nothing was explored.
-  std::uint8_t At(Cell cell) const;
-
-  /// Applies one tile's change. False, with nothing changed, if it is malformed, beyond the limits of the map, or if
-  /// the map has no room for the tile.
-  bool Apply(const TileChange& change);
-
-  const TileGrid<Tile>& tiles() const { return tiles_; }
-
-  /// The explored cells and the rectangle around them; empty (0 x 0) while nothing is explored. 2^28 cells at most.
-  DenseGrid ToDenseGrid(double cell_size_m) const;
-
- private:
-  TileGrid<Tile> tiles_;
-};
 
 }  // namespace crsm

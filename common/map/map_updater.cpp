@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/map/dense_grid.hpp"
 #include "common/scan/surface.hpp"
 
 namespace crsm {
@@ -68,31 +69,33 @@ struct MapUpdater::Tile {
   }
 };
 
-MapUpdater::MapUpdater(const ScanParameters& scan, const UpdateParameters& update)
-    : scan_parameters_(scan), parameters_(update), geometry_(update.cell_size_m) {}
+MapUpdater::MapUpdater(const UpdateParameters& parameters)
+    : parameters_(parameters), geometry_(parameters.cell_size_m) {}
 
 MapUpdater::~MapUpdater() = default;
 
-MapDelta MapUpdater::Update(const LaserScan& scan, const ScanMatch& match) {
+MapDelta MapUpdater::Update(const CriticalRays& scan, const ScanMatch& match) {
   if (scan.utime != match.utime) throw std::invalid_argument("MapUpdater: the match is of another scan");
-  const Pose2& pose = match.T_map_laser;
   MapDelta delta = UpdateWithoutScan();
-  if (frozen_ || match.state == MatchState::kLost || !InLimits(match) || !MovedEnough(pose)) return delta;
-  const ValidRays rays = FindValidRays(scan, scan_parameters_);
-  if (rays.size() == 0) return delta;
-  Draw(rays, pose, delta.tiles);
+  const Pose2& pose = match.T_map_laser;
+  if (finished_ || match.state == MatchState::kLost || !MovedEnough(pose)) return delta;
+  if (scan.rays.size() == 0 || !InLimits(scan.rays, pose)) return delta;
+  Draw(scan.rays, pose, delta.tiles);
+  delta.drawn = true;
   T_map_last_drawn_ = pose;
   return delta;
 }
 
-bool MapUpdater::InLimits(const ScanMatch& match) const {
-  return geometry_.InLimits(match.T_map_laser.x_m, match.T_map_laser.y_m, scan_parameters_.range_max_m);
+bool MapUpdater::InLimits(const ValidRays& rays, const Pose2& T_map_laser) const {
+  const auto longest = std::max_element(rays.range_m.begin(), rays.range_m.end());
+  const double reach_m = longest == rays.range_m.end() ? 0.0 : *longest;
+  return geometry_.InLimits(T_map_laser.x_m, T_map_laser.y_m, reach_m);
 }
 
-MapDelta MapUpdater::UpdateWithoutScan() { return {++version_, {}}; }
+MapDelta MapUpdater::UpdateWithoutScan() { return {++version_, false, {}}; }
 
-void MapUpdater::Freeze() {
-  frozen_ = true;
+void MapUpdater::Finish() {
+  finished_ = true;
   version_ = 0;
   for (const auto& entry : tiles_.entries()) entry.tile->changed_in_version = 1;
 }

@@ -6,32 +6,31 @@
 #include "common/map/map_delta.hpp"
 #include "common/map/map_geometry.hpp"
 #include "common/parameters.hpp"
-#include "common/scan/laser_scan.hpp"
+#include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
-#include "common/scan/valid_rays.hpp"
 
 namespace crsm {
 
 /// The owner of the map: draws matched scans into it. Source: section 6.
 class MapUpdater {
  public:
-  MapUpdater(const ScanParameters& scan, const UpdateParameters& update);
+  explicit MapUpdater(const UpdateParameters& parameters);
   ~MapUpdater();
 
   /// Draws a scan that was taken at `match.T_map_laser`, and says what changed. The map's version rises by one with
   /// every call, also when nothing changes: a lost scan, one without rays or beyond the limits of the map, or too
   /// little motion since the last drawn. Throws std::invalid_argument if the scan is not the one that was matched.
-  MapDelta Update(const LaserScan& scan, const ScanMatch& match);
+  MapDelta Update(const CriticalRays& scan, const ScanMatch& match);
 
-  /// Whether all of a scan that was taken there would lie within the limits of the map.
-  bool InLimits(const ScanMatch& match) const;
+  /// Whether all of a scan that was taken there lies within the limits of the map.
+  bool InLimits(const ValidRays& rays, const Pose2& T_map_laser) const;
 
   /// Answers a match that has no scan: a version in which nothing changes.
   MapDelta UpdateWithoutScan();
 
-  /// From now on the map stays as it is: what comes is answered and not drawn. Versions start over at 0, and a replica
-  /// that holds version 0 lacks the whole map.
-  void Freeze();
+  /// The map is finished and stays as it is: what comes is answered and not drawn. Versions start over at 0, and a
+  /// replica that holds version 0 lacks the whole map.
+  void Finish();
 
   std::int64_t version() const { return version_; }
   const MapGeometry& geometry() const { return geometry_; }
@@ -57,7 +56,6 @@ class MapUpdater {
   Tile* MarkTile(TileIndex index);
   void Blend(Tile& tile, double intensity) const;
 
-  ScanParameters scan_parameters_;
   UpdateParameters parameters_;
   MapGeometry geometry_;
   TileGrid<Tile> tiles_;
@@ -67,7 +65,7 @@ class MapUpdater {
   bool cut_ = false;               ///< there was no room for all of it
   std::int64_t num_scans_cut_ = 0;
   std::int64_t version_ = 0;
-  bool frozen_ = false;
+  bool finished_ = false;
   std::optional<Pose2> T_map_last_drawn_;
 };
 

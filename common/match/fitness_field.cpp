@@ -80,8 +80,9 @@ Eigen::ArrayXi ComputeWeights(const ValidRays& rays, double cap_m) {
   return weights;
 }
 
-FitnessField::FitnessField(double unexplored_score, bool interpolate, FitnessKernel kernel)
-    : unexplored_score_(static_cast<std::int16_t>(std::lround(unexplored_score))),
+FitnessField::FitnessField(const MapGeometry& geometry, double unexplored_score, bool interpolate, FitnessKernel kernel)
+    : geometry_(geometry),
+      unexplored_score_(static_cast<std::int16_t>(std::lround(unexplored_score))),
       interpolate_(interpolate),
       kernel_(kernel),
       pairs_(MakeBlankTiles(rectangle_)) {}
@@ -140,11 +141,11 @@ void FitnessField::RefreshTile(const ByteMap& map, TileIndex index) {
   }
 }
 
-double FitnessField::Evaluate(const RaysInCells& rays, const Pose2& T_map_laser, const MapGeometry& geometry) const {
+double FitnessField::Evaluate(const RaysInCells& rays, const Pose2& T_map_laser) const {
   if (rays.size() == 0) return 0.0;
   // Points are placed relative to the laser's cell, where single precision is exact to 1/128 of a cell.
-  const SplitCoordinate laser_x = Split(geometry.ToCells(T_map_laser.x_m));
-  const SplitCoordinate laser_y = Split(geometry.ToCells(T_map_laser.y_m));
+  const SplitCoordinate laser_x = Split(geometry_.ToCells(T_map_laser.x_m));
+  const SplitCoordinate laser_y = Split(geometry_.ToCells(T_map_laser.y_m));
   // Interpolation is between the centres of cells, which lie half a cell up and right of their corners. It begins at
   // the nearest 1/128 of a cell, where kernels round down: a bias of each match, however small, adds up from scan to
   // scan.

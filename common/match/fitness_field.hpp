@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "common/map/map_delta.hpp"
+#include "common/map/byte_map.hpp"
 #include "common/map/map_geometry.hpp"
 #include "common/match/fitness_kernel.hpp"
 #include "common/math/pose2.hpp"
@@ -49,9 +49,10 @@ Eigen::ArrayXi ComputeWeights(const ValidRays& rays, double cap_m);
 /// Source: section 5.2, lines 6 to 10.
 class FitnessField {
  public:
-  /// unexplored_score: for a ray that ends in an unexplored cell; the paper's is -100.
+  /// geometry: of the map's cells. unexplored_score: for a ray that ends in an unexplored cell; the paper's is -100.
   /// kernel: how scores are summed, all of which give the same.
-  FitnessField(double unexplored_score, bool interpolate, FitnessKernel kernel = FindFitnessKernels().back());
+  FitnessField(const MapGeometry& geometry, double unexplored_score, bool interpolate,
+               FitnessKernel kernel = FindFitnessKernels().back());
 
   /// Takes over the tiles that changed, from the map after the change.
   void Refresh(const ByteMap& map, const std::vector<TileIndex>& changed);
@@ -59,7 +60,7 @@ class FitnessField {
   /// Fitness of rays seen from a pose, their weighted mean: [0, 1], below 0 where much is unexplored and that is
   /// punished. The laser is `T_map_laser`, rays and pose within the limits of the map. Returns 0 without rays. The same
   /// on every machine.
-  double Evaluate(const RaysInCells& rays, const Pose2& T_map_laser, const MapGeometry& geometry) const;
+  double Evaluate(const RaysInCells& rays, const Pose2& T_map_laser) const;
 
  private:
   struct Free {
@@ -68,6 +69,7 @@ class FitnessField {
 
   void RefreshTile(const ByteMap& map, TileIndex index);
 
+  MapGeometry geometry_;
   std::int16_t unexplored_score_;
   bool interpolate_;
   FitnessKernel kernel_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "common/match/summit.hpp"
 
@@ -16,7 +17,7 @@ constexpr int kMostRays = 180;  ///< of a scan; more tell no more
 constexpr std::size_t kMostClimbs = 5000;
 constexpr std::size_t kMostFinalists = 50;
 
-bool Better(const Individual& a, const Individual& b) { return a.fitness > b.fitness; }
+bool Better(const ScoredPose& a, const ScoredPose& b) { return a.fitness > b.fitness; }
 
 /// Whether two poses are of one place.
 bool AreNear(const Pose2& a, const Pose2& b) {
@@ -28,51 +29,28 @@ bool AreNear(const Pose2& a, const Pose2& b) {
 
 /// The map in larger cells, of `factor` x `factor`: occupied where one of them is, free where one is and none is
 /// occupied.
-class CoarseMap {
- public:
-  CoarseMap(const ByteMap& map, const MapGeometry& geometry, int factor)
-      : geometry_(factor * geometry.cell_size_m()), field_(0.0, true) {
-    std::map<TileIndex, TileBytes> tiles;
-    const auto Down = [factor](int cell) { return cell >= 0 ? cell / factor : -((-cell - 1) / factor) - 1; };
-    for (const auto& [index, tile] : map.tiles().entries()) {
-      for (int offset = 0; offset < kTileCells; ++offset) {
-        const std::uint8_t byte = tile->cells[static_cast<std::size_t>(offset)];
-        if (byte == kUnexploredByte) continue;
-        const Cell cell{Down(index.x * kTileSide + offset % kTileSide), Down(index.y * kTileSide + offset / kTileSide)};
-        auto coarse = tiles.find(TileOf(cell));
-        if (coarse == tiles.end()) {
-          coarse = tiles.emplace(TileOf(cell), TileBytes{}).first;
-          coarse->second.fill(kUnexploredByte);
-        }
-        std::uint8_t& whole = coarse->second[static_cast<std::size_t>(OffsetInTile(cell))];
-        if (IsOccupied(byte)) whole = kOccupiedByte;
-        if (IsFree(byte) && whole == kUnexploredByte) whole = kFreeByte;
-      }
+ScoredMap MakeCoarse(const ByteMap& map, int factor) {
+  ByteMap coarse(factor * map.geometry().cell_size_m());
+  const auto Down = [factor](int cell) { return cell >= 0 ? cell / factor : -((-cell - 1) / factor) - 1; };
+  for (const auto& [index, tile] : map.tiles().entries()) {
+    for (int offset = 0; offset < kTileCells; ++offset) {
+      const std::uint8_t byte = tile->cells[static_cast<std::size_t>(offset)];
+      if (byte == kUnexploredByte) continue;
+      const Cell fine{index.x * kTileSide + offset % kTileSide, index.y * kTileSide + offset / kTileSide};
+      const Cell cell{Down(fine.x), Down(fine.y)};
+      if (IsOccupied(byte)) coarse.Set(cell, kOccupiedByte);
+      if (IsFree(byte) && coarse.At(cell) == kUnexploredByte) coarse.Set(cell, kFreeByte);
     }
-    TileBytes unexplored;
-    unexplored.fill(kUnexploredByte);
-    std::vector<TileIndex> changed;
-    for (const auto& [index, bytes] : tiles) {
-      map_.Apply({index, PackRuns(unexplored, bytes)});
-      changed.push_back(index);
-    }
-    field_.Refresh(map_, changed);
   }
+  return ScoredMap(std::move(coarse), 0.0, true);
+}
 
-  const ByteMap& map() const { return map_; }
-  const MapGeometry& geometry() const { return geometry_; }
-  const FitnessField& field() const { return field_; }
-
- private:
-  ByteMap map_;
-  MapGeometry geometry_;
-  FitnessField field_;
-};
-
-std::vector<Pose2> FindFreePlaces(const CoarseMap& coarse) {
+std::vector<Pose2> FindFreePlaces(const ByteMap& coarse) {
   std::vector<Pose2> places;
   const double cell_m = coarse.geometry().cell_size_m();
-  for (const auto& [index, tile] : coarse.map().tiles().entries()) {
+  std::map<TileIndex, const ByteMap::Tile*> in_order;  // by place: not by when a tile was explored
+  for (const auto& [index, tile] : coarse.tiles().entries()) in_order.emplace(index, tile.get());
+  for (const auto& [index, tile] : in_order) {
     for (int offset = 0; offset < kTileCells; ++offset) {
       if (tile->cells[static_cast<std::size_t>(offset)] != kFreeByte) continue;
       places.push_back({(index.x * kTileSide + offset % kTileSide + 0.5) * cell_m,
@@ -83,17 +61,17 @@ std::vector<Pose2> FindFreePlaces(const CoarseMap& coarse) {
 }
 
 /// The best poses on the coarse map, those that the neighbouring directions do not beat.
-std::vector<Individual> TryEverywhere(const CoarseMap& coarse, const std::vector<Pose2>& places,
+std::vector<ScoredPose> TryEverywhere(const ScoredMap& coarse, const std::vector<Pose2>& places,
                                       const Eigen::Matrix2Xd& hits_m, int& evaluations) {
-  const RaysInCells rays = ToCells(hits_m, coarse.geometry());
-  std::vector<Individual> best;
+  const RaysInCells rays = coarse.InCells(hits_m);
+  std::vector<ScoredPose> best;
   std::array<double, kDirections> scores;
   for (const Pose2& place : places) {
     const auto At = [&](int direction) {
       return Pose2{place.x_m, place.y_m, 2.0 * kPi * direction / kDirections - kPi};
     };
     for (int i = 0; i < kDirections; ++i) {
-      scores[static_cast<std::size_t>(i)] = coarse.field().Evaluate(rays, At(i), coarse.geometry());
+      scores[static_cast<std::size_t>(i)] = coarse.Fitness(rays, At(i));
     }
     for (int i = 0; i < kDirections; ++i) {
       const auto Score = [&](int direction) { return scores[static_cast<std::size_t>(direction % kDirections)]; };
@@ -110,13 +88,13 @@ std::vector<Individual> TryEverywhere(const CoarseMap& coarse, const std::vector
 }
 
 /// The best of each place, best first; `most` of them.
-std::vector<Individual> KeepDistinct(std::vector<Individual> candidates, std::size_t most) {
+std::vector<ScoredPose> KeepDistinct(std::vector<ScoredPose> candidates, std::size_t most) {
   std::stable_sort(candidates.begin(), candidates.end(), Better);
-  std::vector<Individual> distinct;
-  for (const Individual& candidate : candidates) {
+  std::vector<ScoredPose> distinct;
+  for (const ScoredPose& candidate : candidates) {
     if (distinct.size() == most) break;
     const bool known = std::any_of(distinct.begin(), distinct.end(),
-                                   [&](const Individual& other) { return AreNear(candidate.pose, other.pose); });
+                                   [&](const ScoredPose& other) { return AreNear(candidate.pose, other.pose); });
     if (!known) distinct.push_back(candidate);
   }
   return distinct;
@@ -133,10 +111,10 @@ Eigen::Matrix2Xd Thin(const Eigen::Matrix2Xd& all) {
 
 }  // namespace
 
-double ComputeAgreement(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser,
-                        const MapGeometry& geometry) {
+double ComputeAgreement(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser) {
   constexpr double kNear_m = 0.3;  // what stands so near was there for a moment
   constexpr double kMostSteps = 4000.0;
+  const MapGeometry& geometry = map.geometry();
   const double cell_m = geometry.cell_size_m();
   const double tolerance_m = std::max(0.15, 1.5 * cell_m);
   if (hits_m.cols() == 0) return 0.0;
@@ -156,49 +134,45 @@ double ComputeAgreement(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, cons
   return static_cast<double>(num_agreeing) / static_cast<double>(hits_m.cols());
 }
 
-double ScorePlace(const ByteMap& map, const FitnessField& field, const Eigen::Matrix2Xd& hits_m,
-                  const Pose2& T_map_laser, const MapGeometry& geometry) {
+double ScorePlace(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser) {
   const Eigen::Matrix2Xd thinned_m = Thin(hits_m);
-  return field.Evaluate(ToCells(thinned_m, geometry), T_map_laser, geometry) *
-         ComputeAgreement(map, thinned_m, T_map_laser, geometry);
+  return map.Fitness(map.InCells(thinned_m), T_map_laser) * ComputeAgreement(map.cells(), thinned_m, T_map_laser);
 }
 
-GlobalMatch SearchWholeMap(const ByteMap& map, const FitnessField& field, const Eigen::Matrix2Xd& hits_m,
-                           const Eigen::Matrix2Xd& critical_hits_m, const MapGeometry& geometry) {
+GlobalMatch SearchWholeMap(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m,
+                           const Eigen::Matrix2Xd& critical_hits_m) {
   GlobalMatch match;
-  int factor = std::max(1, static_cast<int>(std::lround(kFirstCell_m / geometry.cell_size_m())));
-  CoarseMap coarse(map, geometry, factor);
-  std::vector<Pose2> places = FindFreePlaces(coarse);
+  int factor = std::max(1, static_cast<int>(std::lround(kFirstCell_m / map.geometry().cell_size_m())));
+  ScoredMap coarse = MakeCoarse(map.cells(), factor);
+  std::vector<Pose2> places = FindFreePlaces(coarse.cells());
   while (places.size() > kMostPlaces) {
-    coarse = CoarseMap(map, geometry, factor *= 2);
-    places = FindFreePlaces(coarse);
+    coarse = MakeCoarse(map.cells(), factor *= 2);
+    places = FindFreePlaces(coarse.cells());
   }
   const Eigen::Matrix2Xd few_hits_m = Thin(critical_hits_m);
-  std::vector<Individual> candidates = TryEverywhere(coarse, places, few_hits_m, match.evaluations);
+  std::vector<ScoredPose> candidates = TryEverywhere(coarse, places, few_hits_m, match.evaluations);
 
   // Each of them climbs on finer and finer maps.
   double step_rad = kPi / kDirections;
-  const auto ClimbOn = [&](const FitnessField& there, const MapGeometry& cells, const Eigen::Matrix2Xd& seen_m,
-                           int num_halvings, std::vector<Individual>& climbers) {
-    const RaysInCells rays = ToCells(seen_m, cells);
-    for (Individual& climber : climbers) {
-      climber = ClimbToSummit(climber.pose, cells.cell_size_m(), step_rad, num_halvings, [&](const Pose2& pose) {
-        ++match.evaluations;
-        return there.Evaluate(rays, pose, cells);
-      });
+  const auto ClimbOn = [&](const ScoredMap& there, const Eigen::Matrix2Xd& seen_m, int num_halvings,
+                           std::vector<ScoredPose>& climbers) {
+    const RaysInCells rays = there.InCells(seen_m);
+    for (ScoredPose& climber : climbers) {
+      climber =
+          ClimbToSummit(climber.pose, there.geometry().cell_size_m(), step_rad, num_halvings, [&](const Pose2& pose) {
+            ++match.evaluations;
+            return there.Fitness(rays, pose);
+          });
     }
     step_rad *= 0.5;
   };
-  while ((factor /= 2) > 1) {
-    const CoarseMap finer(map, geometry, factor);
-    ClimbOn(finer.field(), finer.geometry(), few_hits_m, 2, candidates);
-  }
-  ClimbOn(field, geometry, few_hits_m, 2, candidates);
+  while ((factor /= 2) > 1) ClimbOn(MakeCoarse(map.cells(), factor), few_hits_m, 2, candidates);
+  ClimbOn(map, few_hits_m, 2, candidates);
 
   // The highest climb on with all rays, and are looked at more closely.
-  std::vector<Individual> finalists = KeepDistinct(std::move(candidates), kMostFinalists);
-  ClimbOn(field, geometry, Thin(hits_m), 4, finalists);
-  for (Individual& finalist : finalists) finalist.fitness = ScorePlace(map, field, hits_m, finalist.pose, geometry);
+  std::vector<ScoredPose> finalists = KeepDistinct(std::move(candidates), kMostFinalists);
+  ClimbOn(map, Thin(hits_m), 4, finalists);
+  for (ScoredPose& finalist : finalists) finalist.fitness = ScorePlace(map, hits_m, finalist.pose);
   finalists = KeepDistinct(std::move(finalists), 2);
   if (finalists.empty()) return match;
   match.T_map_laser = finalists[0].pose;

@@ -2,25 +2,21 @@
 
 #include <Eigen/Core>
 
-#include "common/map/map_delta.hpp"
-#include "common/map/map_geometry.hpp"
-#include "common/match/fitness_field.hpp"
+#include "common/match/scored_map.hpp"
 #include "common/math/pose2.hpp"
 
 namespace crsm {
 
 // Where on a map a scan was taken, when nothing is known of that. Each is a function of its arguments, without chance.
-// hits_m: 2 x N, laser frame, in order of rising angle. field: of the map.
+// hits_m: 2 x N, laser frame, in order of rising angle.
 
 /// Share of the rays that go through the map as they went through the building, [0, 1]: over cells that are not
 /// occupied, to an occupied one. Fitness asks only where rays end; this tells a room from another one that has its
 /// walls and more. 0 without rays.
-double ComputeAgreement(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser,
-                        const MapGeometry& geometry);
+double ComputeAgreement(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser);
 
 /// How well a scan fits a place: its fitness there times its agreement, [0, 1].
-double ScorePlace(const ByteMap& map, const FitnessField& field, const Eigen::Matrix2Xd& hits_m,
-                  const Pose2& T_map_laser, const MapGeometry& geometry);
+double ScorePlace(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser);
 
 /// Less is no place of the scan. Of 780 searches for scans in maps of other buildings one was convincing; of 660 in
 /// maps of their own 7 % of those that found the place scored less, and none was convincing elsewhere.
@@ -44,7 +40,7 @@ struct GlobalMatch {
 /// through the map. Where there are more than 10,000 places, on 400 m2, the first cells are larger, 0.4 m and so on, so
 /// that it takes no longer: two million evaluations, a quarter of a second. Cells of 0.4 m found as much as those of
 /// 0.2 m on three maps of buildings; cells of 0.8 and 1.6 m found a tenth less.
-GlobalMatch SearchWholeMap(const ByteMap& map, const FitnessField& field, const Eigen::Matrix2Xd& hits_m,
-                           const Eigen::Matrix2Xd& critical_hits_m, const MapGeometry& geometry);
+GlobalMatch SearchWholeMap(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m,
+                           const Eigen::Matrix2Xd& critical_hits_m);
 
 }  // namespace crsm

@@ -19,16 +19,16 @@ bool IsMotion(const Pose2& motion) {
 }
 
 /// Whether odometry told the last motions that were matched no worse than the velocity model would have.
-bool OdometryHolds(std::span<const ScanMatch> history, const MatchParameters& parameters) {
+bool OdometryHolds(std::span<const ScanMatch> recent, const MatchParameters& parameters) {
   constexpr std::size_t kMotions = 5;
   constexpr double kTolerance_m = 0.02;  // for each motion: what a good match may be off
   double excess_m = 0.0;
-  for (std::size_t i = 0; i < kMotions && i + 1 < history.size(); ++i) {
-    const ScanMatch& to = history[history.size() - 1 - i];
-    const ScanMatch& from = history[history.size() - 2 - i];
+  for (std::size_t i = 0; i < kMotions && i + 1 < recent.size(); ++i) {
+    const ScanMatch& to = recent[recent.size() - 1 - i];
+    const ScanMatch& from = recent[recent.size() - 2 - i];
     if (from.state == MatchState::kLost || to.state == MatchState::kLost) continue;
     if (!from.T_odom_robot || !to.T_odom_robot) continue;
-    const Pose2 presumed = PredictPose(history.first(history.size() - 1 - i), parameters);
+    const Pose2 presumed = PredictPose(recent.first(recent.size() - 1 - i), parameters);
     excess_m +=
         ComputeDistance(Inverse(*from.T_odom_robot) * *to.T_odom_robot, Inverse(from.T_map_laser) * to.T_map_laser) -
         ComputeDistance(Inverse(from.T_map_laser) * presumed, Inverse(from.T_map_laser) * to.T_map_laser) -
@@ -39,32 +39,32 @@ bool OdometryHolds(std::span<const ScanMatch> history, const MatchParameters& pa
 
 }  // namespace
 
-Pose2 PredictPose(std::span<const ScanMatch> history, const MatchParameters& parameters) {
+Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchParameters& parameters) {
   // The way is the mean of some motions, because along a corridor no single one is known well. The turn is the last
   // one: it is always known well, and soon another.
   constexpr std::size_t kMotions = 4;
   Pose2 sum;
   std::size_t num = 0;
-  for (; parameters.velocity_model && num < kMotions && num + 1 < history.size(); ++num) {
-    const ScanMatch& to = history[history.size() - 1 - num];
-    const ScanMatch& from = history[history.size() - 2 - num];
+  for (; parameters.velocity_model && num < kMotions && num + 1 < recent.size(); ++num) {
+    const ScanMatch& to = recent[recent.size() - 1 - num];
+    const ScanMatch& from = recent[recent.size() - 2 - num];
     if (from.state == MatchState::kLost || to.state == MatchState::kLost) break;
     const Pose2 motion = Inverse(from.T_map_laser) * to.T_map_laser;
     sum.x_m += motion.x_m;
     sum.y_m += motion.y_m;
     if (num == 0) sum.yaw_rad = motion.yaw_rad;
   }
-  if (num == 0) return history.back().T_map_laser;
+  if (num == 0) return recent.back().T_map_laser;
   const double share = 1.0 / static_cast<double>(num);
-  return history.back().T_map_laser * Pose2{share * sum.x_m, share * sum.y_m, sum.yaw_rad};
+  return recent.back().T_map_laser * Pose2{share * sum.x_m, share * sum.y_m, sum.yaw_rad};
 }
 
-std::optional<Pose2> PredictPoseByOdometry(std::span<const ScanMatch> history, const std::optional<Pose2>& T_odom_robot,
+std::optional<Pose2> PredictPoseByOdometry(std::span<const ScanMatch> recent, const std::optional<Pose2>& T_odom_robot,
                                            const MatchParameters& parameters) {
-  if (!T_odom_robot || !history.back().T_odom_robot) return std::nullopt;
-  const Pose2 motion = Inverse(*history.back().T_odom_robot) * *T_odom_robot;
-  if (!IsMotion(motion) || !OdometryHolds(history, parameters)) return std::nullopt;
-  return history.back().T_map_laser * motion;
+  if (!T_odom_robot || !recent.back().T_odom_robot) return std::nullopt;
+  const Pose2 motion = Inverse(*recent.back().T_odom_robot) * *T_odom_robot;
+  if (!IsMotion(motion) || !OdometryHolds(recent, parameters)) return std::nullopt;
+  return recent.back().T_map_laser * motion;
 }
 
 }  // namespace crsm

@@ -11,16 +11,17 @@ namespace crsm {
 /// Where to look for a scan before it is matched: the last pose, or the last motions repeated (section 5.3,
 /// "the presumed new robot transformation, based on the speed or the kinematic model").
 ///
-/// history: the matches so far, oldest first; at least one. Lasers turn steadily and loggers stamp unsteadily: a motion
-/// is one from scan to scan, whatever the times say. The pose of a lost scan is a guess and tells no speed.
-Pose2 PredictPose(std::span<const ScanMatch> history, const MatchParameters& parameters);
+/// recent: the last matches, oldest first; at least one, and more than five change nothing. Lasers turn steadily and
+/// loggers stamp unsteadily: a motion is one from scan to scan, whatever the times say. The pose of a lost scan is a
+/// guess and tells no speed.
+Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchParameters& parameters);
 
 /// The same by odometry: the last pose and the motion of the wheels since. Nothing if that is not to be trusted: when
 /// there was no odometry at either scan, when it jumps, or when it told the last motions worse than PredictPose did.
 ///
-/// T_odom_robot: odometry of the scan. The laser is taken to stand at the robot's centre; what that costs is its
-/// distance from there times the turn between two scans.
-std::optional<Pose2> PredictPoseByOdometry(std::span<const ScanMatch> history, const std::optional<Pose2>& T_odom_robot,
+/// recent: as of PredictPose; more than ten change nothing. T_odom_robot: odometry of the scan. The laser is taken to
+/// stand at the robot's centre; what that costs is its distance from there times the turn between two scans.
+std::optional<Pose2> PredictPoseByOdometry(std::span<const ScanMatch> recent, const std::optional<Pose2>& T_odom_robot,
                                            const MatchParameters& parameters);
 
 }  // namespace crsm

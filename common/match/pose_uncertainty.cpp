@@ -12,33 +12,31 @@ namespace crsm {
 namespace {
 
 constexpr double kNearCells = 2.0;  // hits this close lie on one surface
-constexpr double kMaxGapM = 0.8;
-constexpr double kChordM =
-    0.4;  // a shorter piece of wall does not tell its direction: hits are a centimetre or two off
+constexpr double kChord_m = 0.4;    // a shorter piece of wall does not tell its direction: hits are a centimetre off
 
 constexpr double kRaySigmaCells = 1.0;  // of one ray; neighbouring rays err alike
 constexpr double kMapCells = 1.0;       // what the map is good for
-constexpr double kMapRad = 0.005;
-constexpr double kUnknownM = 1.0;  // where nothing is told: as far as one gets between scans
-constexpr double kUnknownRad = 0.3;
+constexpr double kMap_rad = 0.005;
+constexpr double kUnknown_m = 1.0;  // where nothing is told: as far as one gets between scans
+constexpr double kUnknown_rad = 0.3;
 
 /// Unit normals of the surfaces on which the hits lie; zero where that is not known. Surfaces are joined hits, their
 /// direction the chord from some hits before to some hits after.
 Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size_m) {
-  const std::vector<bool> joined = FindSurfaces(hits_m, kNearCells * cell_size_m, kMaxGapM);
+  const std::vector<bool> joined = FindSurfaces(hits_m, kNearCells * cell_size_m, kLargestSurfaceGap_m);
   const auto num = static_cast<int>(hits_m.cols());
   Eigen::Matrix2Xd normals = Eigen::Matrix2Xd::Zero(2, num);
   for (int i = 0; i < num; ++i) {
     int first = i;
     int last = i;
     Eigen::Vector2d chord = Eigen::Vector2d::Zero();
-    for (bool grows = true; grows && chord.norm() < kChordM;) {
+    for (bool grows = true; grows && chord.norm() < kChord_m;) {
       grows = false;
       if (first > 0 && joined[static_cast<std::size_t>(first) - 1]) --first, grows = true;
       if (last + 1 < num && joined[static_cast<std::size_t>(last)]) ++last, grows = true;
       chord = hits_m.col(last) - hits_m.col(first);
     }
-    if (last - first < 2 || chord.norm() < kChordM) continue;
+    if (last - first < 2 || chord.norm() < kChord_m) continue;
     normals.col(i) = Eigen::Vector2d(-chord.y(), chord.x()).normalized();
   }
   return normals;
@@ -64,8 +62,8 @@ std::pair<double, Eigen::Vector2d> FindWeakest(const Eigen::Matrix2d& a) {
 
 }  // namespace
 
-PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser, const ByteMap& map,
-                                   const MapGeometry& geometry) {
+PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser, const ByteMap& map) {
+  const MapGeometry& geometry = map.geometry();
   const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
   Eigen::Matrix2d rotation;
   rotation << cos, -sin, sin, cos;
@@ -95,10 +93,11 @@ PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Pose2& 
 
   const double sigma_m = kRaySigmaCells * geometry.cell_size_m();
   Eigen::Matrix3d prior = Eigen::Matrix3d::Zero();
-  prior.diagonal() << 1.0 / (kUnknownM * kUnknownM), 1.0 / (kUnknownM * kUnknownM), 1.0 / (kUnknownRad * kUnknownRad);
+  prior.diagonal() << 1.0 / (kUnknown_m * kUnknown_m), 1.0 / (kUnknown_m * kUnknown_m),
+      1.0 / (kUnknown_rad * kUnknown_rad);
   uncertainty.covariance = (information / (sigma_m * sigma_m) + prior).inverse();
   const double map_m = kMapCells * geometry.cell_size_m();
-  uncertainty.covariance.diagonal() += Eigen::Vector3d(map_m * map_m, map_m * map_m, kMapRad * kMapRad);
+  uncertainty.covariance.diagonal() += Eigen::Vector3d(map_m * map_m, map_m * map_m, kMap_rad * kMap_rad);
   return uncertainty;
 }
 

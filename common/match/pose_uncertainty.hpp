@@ -3,8 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include "common/map/map_delta.hpp"
-#include "common/map/map_geometry.hpp"
+#include "common/map/byte_map.hpp"
 #include "common/math/pose2.hpp"
 
 namespace crsm {
@@ -20,7 +19,6 @@ struct PoseUncertainty {
 /// pose on this map; how far the map has drifted from the building since its start no scan can tell.
 ///
 /// hits_m: 2 x N, laser frame, in order of rising angle.
-PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser, const ByteMap& map,
-                                   const MapGeometry& geometry);
+PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser, const ByteMap& map);
 
 }  // namespace crsm

@@ -3,48 +3,57 @@
 #include <optional>
 #include <span>
 
-#include "common/map/map_delta.hpp"
-#include "common/match/fitness_field.hpp"
+#include "common/match/matcher.hpp"
+#include "common/match/scored_map.hpp"
 #include "common/parameters.hpp"
-#include "common/scan/ray_selection.hpp"
-#include "common/scan/scan_match.hpp"
-#include "common/scan/valid_rays.hpp"
 
 namespace crsm {
 
-/// Finds the pose of a scan on the map by random restart hill climbing. Source: section 5.
-class RrhcMatcher {
+/// Finds the pose of a scan on the map by random restart hill climbing. Source: section 5, and what was added to it: a
+/// presumed pose from the last motions or odometry, a wider search where the first one fails, a climb with all rays,
+/// and the courage to say that a scan is lost.
+class RrhcMatcher : public Matcher {
  public:
-  explicit RrhcMatcher(const MatchParameters& parameters);
+  RrhcMatcher(const MatchParameters& parameters, double cell_size_m)
+      : parameters_(parameters), map_(cell_size_m, parameters.unexplored_score, parameters.interpolate) {}
 
-  /// Takes over what changed in the map. False if a change is malformed; the others are applied.
-  bool ApplyChanges(std::span<const TileChange> changes);
+  bool Apply(std::span<const TileChange> changes) override { return map_.Apply(changes); }
 
-  /// Matches a scan to the map as it is now. The result depends on the arguments, the map and the seed only.
+  /// When the map is empty the scan becomes the origin of the map frame. Otherwise four steps:
   ///
-  /// history: all matches so far, oldest first. When the map is empty the scan becomes the origin of the map frame.
-  /// T_odom_robot: odometry of the scan, if there is some; of use only where the parameters say so. The match keeps it
-  /// for the next one.
+  /// 1. Presume where the robot may be: by the velocity model, or by odometry where that fits clearly better, or the
+  ///    last scan was lost or left open how far the robot went. On a map that was there before the first scan: at the
+  ///    start that the parameters name, or where a search of the whole map finds the first scan, and again after ten
+  ///    scans were lost in a row.
+  /// 2. Search there by RRHC with the critical rays, short where the first climbs fit as well as the last scans did; in
+  ///    a wider window where nothing fits.
+  /// 3. Refine with all rays; where the walls leave the position open along an axis, a pose along it that fits clearly
+  ///    better is taken instead.
+  /// 4. Judge: OK, DEGENERATE (open along an axis), or LOST: nothing explains the scan, or it has no rays. Its pose is
+  ///    then a guess, the last one or by odometry.
   ///
-  /// The search is short where the first climbs lead to a fitness as good as that of the last scans, and goes on in a
-  /// wider window where it stays poor. It starts from the pose that the velocity model tells, or from odometry's where
-  /// that fits clearly better, or the last scan was lost or left open how far the robot went. Where the walls leave the
-  /// position open along an axis, a pose along it that fits clearly better is taken instead. A scan that nothing
-  /// explains, or one without rays, is lost: its pose is then a guess, the last one or by odometry.
-  ///
-  /// A map that was there before the first scan of the history is a finished one: where the first scan was taken is
-  /// searched around the start that the parameters name, or on the whole map, and there again after ten scans were lost
-  /// in a row.
-  ScanMatch Match(std::int64_t utime, const ValidRays& rays, std::span<const int> critical,
-                  std::span<const ScanMatch> history, const MapGeometry& geometry, std::int64_t map_version,
-                  const std::optional<Pose2>& T_odom_robot = std::nullopt) const;
+  /// T_odom_robot is of use only where the parameters say so. The match keeps it for the next one.
+  ScanMatch Match(const CriticalRays& scan, const TrackingState& tracking,
+                  const std::optional<Pose2>& T_odom_robot) const override;
 
-  const ByteMap& map() const { return map_; }
+  const ByteMap& map() const override { return map_.cells(); }
 
  private:
+  struct Rays;
+  struct Guess;
+  struct Presumption;
+  struct Found;
+  struct Refined;
+
+  Guess GuessPose(const TrackingState& tracking, const std::optional<Pose2>& T_odom_robot) const;
+  Presumption Presume(const Rays& rays, const Guess& guess, const TrackingState& tracking) const;
+  Found Search(const Rays& rays, const Presumption& presumed, const TrackingState& tracking, std::int64_t utime) const;
+  Refined Refine(const Rays& rays, const Found& found) const;
+  void Judge(const Rays& rays, const Presumption& presumed, const Refined& refined, const TrackingState& tracking,
+             ScanMatch& match) const;
+
   MatchParameters parameters_;
-  ByteMap map_;
-  FitnessField field_;
+  ScoredMap map_;
 };
 
 }  // namespace crsm

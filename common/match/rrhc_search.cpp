@@ -12,60 +12,61 @@ Pose2 Mutate(const Pose2& pose, const MotionBounds& bounds, Random& random) {
 
 }  // namespace
 
-Individual RrhcSearch::Run(const Pose2& presumed, const MotionBounds& window, int num_draws, int num_evaluations,
-                           double enough) {
-  constexpr int kMinClimbs = 3;
-  last_evaluation_ = evaluations_ + num_evaluations;
-  Individual best = Climb(Evaluate(presumed));
-  for (int climbs = 1; !Finished(best) && (climbs < kMinClimbs || best.fitness < enough); ++climbs) {
-    const Individual climbed = Climb(Draw(presumed, window, num_draws));
+SearchResult RrhcSearch::Run(const SearchTask& task) {
+  constexpr int kMinClimbs = 3;  // one climb alone may end on a summit beside the highest, and be good enough there
+  evaluations_ = best_evaluation_ = 0;
+  best_fitness_ = -HUGE_VAL;
+  last_evaluation_ = task.num_evaluations;
+  ScoredPose best = Climb(Evaluate(task.presumed));
+  for (int climbs = 1; !Finished(best) && (climbs < kMinClimbs || best.fitness < task.enough); ++climbs) {
+    const ScoredPose climbed = Climb(Draw(task.presumed, task.window, task.num_draws));
     if (climbed.fitness > best.fitness) best = climbed;
   }
-  return best;
+  return {best, evaluations_, best_evaluation_};
 }
 
 /// The best of some random poses around one.
-Individual RrhcSearch::Draw(const Pose2& pose, const MotionBounds& bounds, int num_draws) {
-  Individual best = Evaluate(Mutate(pose, bounds, random_));
+ScoredPose RrhcSearch::Draw(const Pose2& pose, const MotionBounds& bounds, int num_draws) {
+  ScoredPose best = Evaluate(Mutate(pose, bounds, random_));
   for (int i = 1; i < num_draws && !Finished(best); ++i) {
-    const Individual drawn = Evaluate(Mutate(pose, bounds, random_));
+    const ScoredPose drawn = Evaluate(Mutate(pose, bounds, random_));
     if (drawn.fitness > best.fitness) best = drawn;
   }
   return best;
 }
 
-Individual RrhcSearch::Climb(const Individual& start) {
+ScoredPose RrhcSearch::Climb(const ScoredPose& start) {
   return parameters_.climb == ClimbMode::kFixed ? ClimbFixed(start) : ClimbShrinking(start);
 }
 
 /// Mutates for as long as every child beats its parent: the text of the paper.
-Individual RrhcSearch::ClimbFixed(Individual individual) {
+ScoredPose RrhcSearch::ClimbFixed(ScoredPose climber) {
   const MotionBounds bounds{parameters_.mutation_m, parameters_.mutation_rad};
-  while (!Finished(individual)) {
-    const Individual child = Evaluate(Mutate(individual.pose, bounds, random_));
-    if (child.fitness <= individual.fitness) break;
-    individual = child;
+  while (!Finished(climber)) {
+    const ScoredPose child = Evaluate(Mutate(climber.pose, bounds, random_));
+    if (child.fitness <= climber.fitness) break;
+    climber = child;
   }
-  return individual;
+  return climber;
 }
 
 /// Mutates with smaller and smaller steps: each child that fails to beat its parent narrows the bounds.
-Individual RrhcSearch::ClimbShrinking(Individual individual) {
+ScoredPose RrhcSearch::ClimbShrinking(ScoredPose climber) {
   constexpr double kShrink = 0.85;
   constexpr double kSmallest = 0.02;
   const MotionBounds bounds{parameters_.mutation_m, parameters_.mutation_rad};
-  for (double scale = 1.0; scale > kSmallest && !Finished(individual);) {
-    const Individual child = Evaluate(Mutate(individual.pose, scale * bounds, random_));
-    if (child.fitness > individual.fitness) {
-      individual = child;
+  for (double scale = 1.0; scale > kSmallest && !Finished(climber);) {
+    const ScoredPose child = Evaluate(Mutate(climber.pose, scale * bounds, random_));
+    if (child.fitness > climber.fitness) {
+      climber = child;
     } else {
       scale *= kShrink;
     }
   }
-  return individual;
+  return climber;
 }
 
-Individual RrhcSearch::Evaluate(const Pose2& pose) {
+ScoredPose RrhcSearch::Evaluate(const Pose2& pose) {
   ++evaluations_;
   const double fitness = fitness_(pose);
   if (fitness > best_fitness_) {
@@ -75,7 +76,7 @@ Individual RrhcSearch::Evaluate(const Pose2& pose) {
   return {pose, fitness};
 }
 
-bool RrhcSearch::Finished(const Individual& best) const {
+bool RrhcSearch::Finished(const ScoredPose& best) const {
   return evaluations_ >= last_evaluation_ || best.fitness >= parameters_.satisfying_fitness;
 }
 

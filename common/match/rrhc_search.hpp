@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <functional>
-#include <utility>
 
 #include "common/match/summit.hpp"
 #include "common/math/random.hpp"
@@ -20,35 +19,45 @@ struct MotionBounds {
   }
 };
 
+/// Where to search, and when to stop.
+struct SearchTask {
+  Pose2 presumed;       ///< the first climb starts here
+  MotionBounds window;  ///< the later ones somewhere in here around it ...
+  int num_draws;        ///< ... each from the best of so many random poses, >= 1
+  int num_evaluations;  ///< the search ends when they are spent, >= 1 ...
+  double enough;        ///< ... or when the best of the first few climbs and all later ones is as good as this
+};
+
+/// What a search has found, and how.
+struct SearchResult {
+  ScoredPose best;
+  int evaluations = 0;
+  int best_evaluation = 0;  ///< the one that found the best pose, counted from 1
+};
+
 /// Random restart hill climbing: the search for the pose of one scan. Source: section 5.3.
 class RrhcSearch {
  public:
   using Fitness = std::function<double(const Pose2&)>;
 
-  /// parameters: outlive the search.
-  RrhcSearch(const MatchParameters& parameters, Fitness fitness, Random random)
+  /// parameters, random: outlive the search. The numbers that it draws are the next ones of `random`.
+  RrhcSearch(const MatchParameters& parameters, Fitness fitness, Random& random)
       : parameters_(parameters), fitness_(std::move(fitness)), random_(random) {}
 
   /// Climbs from the presumed pose, then again and again from random ones in a window around it.
-  ///
-  /// Ends when `num_evaluations` (>= 1) are spent, or when the best of the first few climbs and all later ones is good
-  /// `enough`. Each random climb starts from the best of `num_draws` poses.
-  Individual Run(const Pose2& presumed, const MotionBounds& window, int num_draws, int num_evaluations, double enough);
-
-  int evaluations() const { return evaluations_; }          ///< of all runs
-  int best_evaluation() const { return best_evaluation_; }  ///< the one that found the best pose so far
+  SearchResult Run(const SearchTask& task);
 
  private:
-  Individual Draw(const Pose2& pose, const MotionBounds& bounds, int num_draws);
-  Individual Climb(const Individual& start);
-  Individual ClimbFixed(Individual individual);
-  Individual ClimbShrinking(Individual individual);
-  Individual Evaluate(const Pose2& pose);
-  bool Finished(const Individual& best) const;
+  ScoredPose Draw(const Pose2& pose, const MotionBounds& bounds, int num_draws);
+  ScoredPose Climb(const ScoredPose& start);
+  ScoredPose ClimbFixed(ScoredPose climber);
+  ScoredPose ClimbShrinking(ScoredPose climber);
+  ScoredPose Evaluate(const Pose2& pose);
+  bool Finished(const ScoredPose& best) const;
 
   const MatchParameters& parameters_;
   Fitness fitness_;
-  Random random_;
+  Random& random_;
   int evaluations_ = 0;
   int last_evaluation_ = 0;
   int best_evaluation_ = 0;

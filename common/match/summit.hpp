@@ -8,7 +8,7 @@
 namespace crsm {
 
 /// A pose and how well the rays fit there.
-struct Individual {
+struct ScoredPose {
   Pose2 pose;
   double fitness = 0.0;
 };
@@ -18,8 +18,8 @@ struct Individual {
 /// step_m, step_rad: the first steps along x and y, and of the yaw. num_halvings: after so many the climb ends.
 /// fitness: of a pose; finite, or the climb has no end.
 template <class Fitness>
-Individual ClimbToSummit(const Pose2& from, double step_m, double step_rad, int num_halvings, Fitness&& fitness) {
-  Individual best{from, fitness(from)};
+ScoredPose ClimbToSummit(const Pose2& from, double step_m, double step_rad, int num_halvings, Fitness&& fitness) {
+  ScoredPose best{from, fitness(from)};
   for (int halving = 0; halving < num_halvings;) {
     bool climbed = false;
     for (const Pose2& step : {Pose2{step_m, 0, 0}, Pose2{0, step_m, 0}, Pose2{0, 0, step_rad}}) {
@@ -48,7 +48,7 @@ Individual ClimbToSummit(const Pose2& from, double step_m, double step_rad, int 
 template <class Fitness>
 Pose2 LookAlong(const Pose2& from, const Eigen::Vector2d& axis, double reach_m, double step_m, double least_gain,
                 Fitness&& fitness) {
-  Individual best{from, fitness(from) + least_gain};
+  ScoredPose best{from, fitness(from) + least_gain};
   const int num_steps = static_cast<int>(reach_m / step_m);
   for (int i = -num_steps; i <= num_steps; ++i) {
     const Pose2 pose{from.x_m + i * step_m * axis.x(), from.y_m + i * step_m * axis.y(), from.yaw_rad};
@@ -61,7 +61,7 @@ Pose2 LookAlong(const Pose2& from, const Eigen::Vector2d& axis, double reach_m, 
 /// Puts the yaw into the middle of its summit, from the fitness `width_rad` to either side: which point of a rough
 /// summit is its highest is chance, and on the way through a building the errors of yaw are those that add up.
 template <class Fitness>
-Pose2 CentreYaw(const Individual& top, double width_rad, Fitness&& fitness) {
+Pose2 CentreYaw(const ScoredPose& top, double width_rad, Fitness&& fitness) {
   constexpr double kLeastFall = 0.01;  // a summit as flat as this has no middle
   const auto Turned = [&](double turn_rad) { return Pose2{top.pose.x_m, top.pose.y_m, top.pose.yaw_rad + turn_rad}; };
   const double left = fitness(Turned(width_rad));
@@ -76,7 +76,7 @@ template <class Fitness>
 Pose2 FindSummit(const Pose2& from, double cell_size_m, double width_rad, Fitness&& fitness) {
   constexpr double kFirstStep_rad = 0.01;
   constexpr int kHalvings = 6;
-  const Individual top = ClimbToSummit(from, cell_size_m, kFirstStep_rad, kHalvings, fitness);
+  const ScoredPose top = ClimbToSummit(from, cell_size_m, kFirstStep_rad, kHalvings, fitness);
   return width_rad > 0.0 ? CentreYaw(top, width_rad, fitness) : top.pose;
 }
 

@@ -24,6 +24,9 @@ using Trajectory = std::vector<StampedPose>;
 /// Throws std::invalid_argument if a pose is not finite.
 std::string FormatTrajectory(const Trajectory& trajectory);
 
+/// Appends one line of it.
+void AppendPose(const StampedPose& pose, std::string& text);
+
 /// Reads a TUM file; of each pose it keeps x, y and the yaw. Utimes come back exact to +-4e15 us (the year 2096).
 /// Throws std::runtime_error that names the file and the line.
 Trajectory ReadTrajectory(const std::string& path);

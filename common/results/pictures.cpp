@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "common/map/map_geometry.hpp"
 #include "common/scan/valid_rays.hpp"
@@ -74,10 +75,13 @@ class Canvas {
 
   const cv::Mat& image() const { return image_; }
 
-  void DrawPath(const std::vector<cv::Point2d>& path_m) {
-    std::vector<cv::Point> points;
-    for (const cv::Point2d& point_m : path_m) points.push_back(ToSubpixels(point_m));
-    cv::polylines(map_, points, false, kPathColour, 2, cv::LINE_AA, kSubpixelBits);
+  /// Draws the path on to its next point, if that is elsewhere in the picture: a robot that stands costs nothing.
+  void GoTo(const cv::Point2d& point_m) {
+    const cv::Point point = ToSubpixels(point_m);
+    if (path_end_ && *path_end_ != point) {
+      cv::line(map_, *path_end_, point, kPathColour, 2, cv::LINE_AA, kSubpixelBits);
+    }
+    path_end_ = point;
   }
 
   void DrawDisc(const cv::Point2d& centre_m, double radius_pixels, const cv::Scalar& colour) {
@@ -127,15 +131,13 @@ class Canvas {
   cv::Mat image_;
   cv::Mat map_;  // the upper part of image_
   int caption_x_ = 0;
+  std::optional<cv::Point> path_end_;  // in subpixels
 };
 
-void DrawLastScan(const Results& results, Canvas& canvas) {
-  const auto match = std::find_if(results.matches.rbegin(), results.matches.rend(),
-                                  [&](const ScanMatch& m) { return m.utime == results.last_scan.utime; });
-  if (match == results.matches.rend()) return;
-  const Eigen::Matrix2Xd hits_m = ComputeHits(FindValidRays(results.last_scan, results.scan_parameters));
+void DrawScan(const ValidRays& rays, const Pose2& T_map_laser, Canvas& canvas) {
+  const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
   for (const auto& hit_m : hits_m.colwise()) {
-    const Pose2 T_map_hit = match->T_map_laser * Pose2{hit_m.x(), hit_m.y(), 0.0};
+    const Pose2 T_map_hit = T_map_laser * Pose2{hit_m.x(), hit_m.y(), 0.0};
     canvas.DrawDisc({T_map_hit.x_m, T_map_hit.y_m}, 2.0, kHitColour);
   }
 }
@@ -145,24 +147,34 @@ void DrawLastScan(const Results& results, Canvas& canvas) {
 std::string EncodeMap(const DenseGrid& grid) { return EncodePng(ToPicture(grid)); }
 
 std::string EncodeOverview(const Results& results) {
-  std::vector<cv::Point2d> path_m;
-  std::vector<cv::Point2d> lost_m;
-  for (const ScanMatch& match : results.matches) {
-    const cv::Point2d point_m(match.T_map_laser.x_m, match.T_map_laser.y_m);
-    (match.state == MatchState::kLost ? lost_m : path_m).push_back(point_m);
-  }
-
   Canvas canvas(results.grid);
-  canvas.DrawPath(path_m);
-  for (const cv::Point2d& point_m : lost_m) canvas.DrawDisc(point_m, 3.0, kLostColour);
-  DrawLastScan(results, canvas);
-  if (!path_m.empty()) {
-    canvas.DrawDisc(path_m.front(), 7.0, kStartColour);
-    canvas.DrawDisc(path_m.back(), 7.0, kEndColour);
+  std::int64_t num_scans = 0;
+  std::int64_t num_lost = 0;
+  std::optional<cv::Point2d> start_m;
+  cv::Point2d end_m;
+  std::optional<Pose2> last_pose;
+  const auto PointOf = [](const ScanMatch& match) { return cv::Point2d(match.T_map_laser.x_m, match.T_map_laser.y_m); };
+  results.matches.ForEach([&](const ScanMatch& match) {
+    ++num_scans;
+    if (match.utime == results.last_scan.utime) last_pose = match.T_map_laser;
+    if (match.state == MatchState::kLost) return;
+    end_m = PointOf(match);
+    if (!start_m) start_m = end_m;
+    canvas.GoTo(end_m);
+  });
+  results.matches.ForEach([&](const ScanMatch& match) {  // over the whole path
+    if (match.state != MatchState::kLost) return;
+    ++num_lost;
+    canvas.DrawDisc(PointOf(match), 3.0, kLostColour);
+  });
+  if (last_pose) DrawScan(results.last_scan.rays, *last_pose, canvas);
+  if (start_m) {
+    canvas.DrawDisc(*start_m, 7.0, kStartColour);
+    canvas.DrawDisc(end_m, 7.0, kEndColour);
   }
 
   canvas.DrawScaleBar();
-  canvas.AddCaption(fmt::format("{} scans, {} lost", results.matches.size(), lost_m.size()), kInk);
+  canvas.AddCaption(fmt::format("{} scans, {} lost", num_scans, num_lost), kInk);
   canvas.AddCaption("path", kPathColour);
   canvas.AddCaption("start", kStartColour);
   canvas.AddCaption("end", kEndColour);

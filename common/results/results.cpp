@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <functional>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
@@ -17,16 +18,19 @@ namespace crsm {
 
 namespace {
 
-/// Writes all the bytes and brings them to the disk. False, with errno set, if that fails.
-bool WriteAndSync(int descriptor, std::string_view bytes) {
+/// Writes all the bytes. False, with errno set, if that fails.
+bool WriteAll(int descriptor, std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t written = write(descriptor, bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) return false;
     bytes.remove_prefix(static_cast<std::size_t>(written));
   }
-  return fsync(descriptor) == 0;
+  return true;
 }
+
+/// Takes the next piece of a file; false when there was an error, and no more is needed.
+using Sink = std::function<bool(std::string_view)>;
 
 /// Files of a folder that take the place of older ones together, once all of them are on the disk: one that fills up
 /// leaves the older ones as they were.
@@ -39,10 +43,20 @@ class Replacement {
   }
 
   void Write(const std::string& name, std::string_view bytes) {
+    Write(name, [bytes](const Sink& sink) { sink(bytes); });
+  }
+
+  /// A file that is made piece by piece, so that it need not fit into memory.
+  void Write(const std::string& name, const std::function<void(const Sink&)>& produce) {
     names_.push_back(name);
     const int descriptor = open(Temporary(name).c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
     if (descriptor < 0) Fail(name, errno);
-    const int error = WriteAndSync(descriptor, bytes) ? 0 : errno;
+    int error = 0;
+    produce([&](std::string_view bytes) {
+      if (error == 0 && !WriteAll(descriptor, bytes)) error = errno;
+      return error == 0;
+    });
+    if (error == 0 && fsync(descriptor) != 0) error = errno;
     close(descriptor);
     if (error != 0) Fail(name, error);
   }
@@ -101,10 +115,6 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
     drawable.grid = MakeUnexploredCell(results.grid.cell_size_m);
     return WriteResults(dir, drawable);
   }
-  Trajectory trajectory;
-  for (const ScanMatch& match : results.matches) trajectory.push_back({match.utime, match.T_map_laser});
-  const std::string trajectory_text = FormatTrajectory(trajectory);
-
   std::error_code error;
   std::filesystem::create_directories(dir, error);
   if (error) throw std::runtime_error(fmt::format("cannot make the folder {}: {}", dir.string(), error.message()));
@@ -112,7 +122,17 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
   files.Write("map.png", EncodeMap(results.grid));
   files.Write("map.yaml", FormatMapYaml(results.grid));
   files.Write("overview.png", EncodeOverview(results));
-  files.Write("trajectory.tum", trajectory_text);
+  files.Write("trajectory.tum", [&](const Sink& sink) {
+    constexpr std::size_t kPieceBytes = std::size_t{1} << 16;
+    std::string piece;
+    results.matches.ForEach([&](const ScanMatch& match) {
+      AppendPose({match.utime, match.T_map_laser}, piece);
+      if (piece.size() < kPieceBytes) return;
+      sink(piece);
+      piece.clear();
+    });
+    sink(piece);
+  });
   if (!results.truth.empty()) files.Write("truth.tum", FormatTrajectory(results.truth));
   files.Write("summary.json", results.summary_json);
   files.Rename();

@@ -6,20 +6,18 @@
 
 #include "common/map/dense_grid.hpp"
 #include "common/metrics/trajectory.hpp"
-#include "common/parameters.hpp"
-#include "common/scan/laser_scan.hpp"
-#include "common/scan/scan_match.hpp"
+#include "common/results/match_sequence.hpp"
+#include "common/scan/critical_rays.hpp"
 
 namespace crsm {
 
 /// What a run leaves behind, or has so far.
 struct Results {
-  DenseGrid grid;                  ///< may be empty
-  std::vector<ScanMatch> matches;  ///< of every scan, lost ones too, in order of arrival
-  Trajectory truth;                ///< where the laser truly stood, from its first pose; empty if nobody knows
-  LaserScan last_scan;             ///< drawn if `matches` has its pose
-  ScanParameters scan_parameters;  ///< which of its beams are measurements
-  std::string summary_json;        ///< made by FormatSummary
+  DenseGrid grid;            ///< may be empty
+  MatchSequence matches;     ///< of every scan, lost ones too
+  Trajectory truth;          ///< where the laser truly stood, from its first pose; empty if nobody knows
+  CriticalRays last_scan;    ///< drawn if `matches` has its pose
+  std::string summary_json;  ///< made by FormatSummary
 };
 
 /// Writes into `dir`, which is made if need be:

@@ -3,29 +3,29 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 namespace crsm {
 
-Summary Summarize(const std::vector<ScanMatch>& matches, const DenseGrid& grid) {
+Summary Summarize(const MatchSequence& matches, const DenseGrid& grid) {
   Summary summary;
-  summary.scans = static_cast<std::int64_t>(matches.size());
-
-  const Pose2* previous = nullptr;
+  std::optional<Pose2> previous;
   std::int64_t matched = 0;
   double fitness_sum = 0.0;
-  for (const ScanMatch& match : matches) {
+  matches.ForEach([&](const ScanMatch& match) {
+    ++summary.scans;
     if (match.state == MatchState::kLost) {
       ++summary.lost;
-      continue;
+      return;
     }
     if (match.state == MatchState::kDegenerate) ++summary.degenerate;
     const Pose2& pose = match.T_map_laser;
     if (previous) summary.path_length_m += std::hypot(pose.x_m - previous->x_m, pose.y_m - previous->y_m);
-    previous = &pose;
-    if (match.state == MatchState::kFirst) continue;  // there was nothing to match
+    previous = pose;
+    if (match.state == MatchState::kFirst) return;  // there was nothing to match
     ++matched;
     fitness_sum += match.fitness;
-  }
+  });
   if (matched > 0) summary.mean_fitness = fitness_sum / static_cast<double>(matched);
 
   const auto unexplored = std::count(grid.cells.begin(), grid.cells.end(), kUnexploredByte);

@@ -8,7 +8,7 @@
 
 #include "common/map/dense_grid.hpp"
 #include "common/parameters.hpp"
-#include "common/scan/scan_match.hpp"
+#include "common/results/match_sequence.hpp"
 
 namespace crsm {
 
@@ -36,7 +36,7 @@ struct Summary {
 
 /// A summary in which all that follows from poses and map is filled in: scans, lost, degenerate, path_length_m,
 /// mean_fitness and explored_area_m2.
-Summary Summarize(const std::vector<ScanMatch>& matches, const DenseGrid& grid);
+Summary Summarize(const MatchSequence& matches, const DenseGrid& grid);
 
 /// As JSON text that ends in a newline. Numbers that are not finite become null.
 std::string FormatSummary(const Summary& summary);

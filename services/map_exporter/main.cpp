@@ -1,12 +1,14 @@
 // map_exporter: MAP_DELTA -> pictures and files. Holds a replica of the map and writes it now and then, and at the end.
+// The matches wait on the disk: their number has no end.
 
 #include <fmt/core.h>
 
-#include "common/map/map_delta.hpp"
+#include "common/map/byte_map.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/map_follower.hpp"
+#include "services/runtime/match_store.hpp"
 #include "services/runtime/service.hpp"
 #include "services/runtime/version.hpp"
 
@@ -18,15 +20,12 @@ class MapExporter {
   explicit MapExporter(const CommandLine& command_line)
       : command_line_(command_line),
         service_(command_line),
-        map_follower_(
-            service_, [this](std::span<const TileChange> changes) { return Apply(changes); },
-            [this] {
-              map_ = ByteMap();
-              written_version_ = 0;
-            }) {
+        map_follower_(service_, {[this](double cell_size_m) { Begin(cell_size_m); },
+                                 [this](std::span<const TileChange> changes) { return Apply(changes); },
+                                 [this](const ScanMatch& match) { matches_.Append(match); }}) {
     Bus& bus = service_.bus();
-    bus.Subscribe<bot_core::planar_lidar_t>(
-        kLaserChannel, [this](const bot_core::planar_lidar_t& message) { last_scan_ = FromMessage(message); });
+    bus.Subscribe<critical_rays_t>(kCriticalRaysChannel,
+                                   [this](const critical_rays_t& message) { last_scan_ = FromMessage(message); });
     bus.Subscribe<service_status_t>(kServiceStatusChannel, [this](const service_status_t& status) { Keep(status); });
   }
 
@@ -51,10 +50,16 @@ class MapExporter {
     statuses_[status.name] = status;
   }
 
+  void Begin(double cell_size_m) {
+    map_.emplace(cell_size_m);
+    matches_ = MatchStore();
+    written_version_ = 0;
+  }
+
   bool Apply(std::span<const TileChange> changes) {
     last_change_ = Clock::now();
     bool all_applied = true;
-    for (const TileChange& change : changes) all_applied = map_.Apply(change) && all_applied;
+    for (const TileChange& change : changes) all_applied = map_->Apply(change) && all_applied;
     return all_applied;
   }
 
@@ -95,10 +100,9 @@ class MapExporter {
   void Write() {
     const MapReplica& replica = map_follower_.replica();
     Results results;
-    results.grid = map_.ToDenseGrid(replica.cell_size_m());
-    results.matches = replica.matches();
+    if (map_) results.grid = map_->ToDenseGrid();
+    results.matches = matches_.Sequence();
     results.last_scan = last_scan_;
-    results.scan_parameters = command_line_.parameters().scan;
     results.summary_json = FormatSummary(MakeSummary(results));
     WriteResults(command_line_.settings().out, results);
     written_version_ = replica.version();
@@ -121,9 +125,10 @@ class MapExporter {
 
   const CommandLine& command_line_;
   Service service_;
-  ByteMap map_;
+  std::optional<ByteMap> map_;  ///< none before the map's owner was heard
+  MatchStore matches_;
   MapFollower map_follower_;
-  LaserScan last_scan_;
+  CriticalRays last_scan_;
   std::map<std::string, service_status_t> statuses_;
   std::int64_t written_version_ = 0;
   Clock::time_point next_write_{};

@@ -17,6 +17,18 @@ struct Part {
     size += static_cast<std::size_t>(message.matches.back()._getEncodedSizeNoHash());
   }
 
+  void AddAsked(const ScanMatch& match) {
+    message.asked.push_back(ToMessage(match));
+    message.num_asked = 1;
+    size += static_cast<std::size_t>(message.asked.back()._getEncodedSizeNoHash());
+  }
+
+  void Add(const TrackingState& tracking) {
+    message.tracking.push_back(ToMessage(tracking));
+    message.num_tracking = 1;
+    size += static_cast<std::size_t>(message.tracking.back()._getEncodedSizeNoHash());
+  }
+
   /// False, and nothing is added, if the message would be larger than `most_bytes`. The first tile always fits.
   bool Add(const TileChange& change, std::size_t most_bytes) {
     map_tile_t tile = ToMessage(change);
@@ -42,6 +54,7 @@ map_delta_t MakeBlank(std::int64_t utime, std::int64_t version, std::int64_t bas
   blank.base_version = base_version;
   blank.cell_size_m = geometry.cell_size_m();
   blank.num_parts = 1;
+  blank.asked_utime = -1;
   return blank;
 }
 
@@ -71,24 +84,40 @@ map_delta_t MakeEmptyAnswer(std::int64_t utime, const MapUpdater& updater, const
   return MakeBlank(utime, updater.version(), updater.version(), updater.geometry(), options);
 }
 
-map_delta_t MakePage(const map_request_t& asked, const MapUpdater& updater, std::span<const ScanMatch> history,
+map_delta_t MakePage(const map_request_t& asked, const MapUpdater& updater, const Answered& answered,
                      const AnswerOptions& options) {
-  const map_request_t request =
-      asked.epoch == options.epoch ? asked : map_request_t{asked.requester, options.epoch, 0, 0, 0};
-  const std::int64_t utime = history.empty() ? 0 : history.back().utime;
-  Part page(MakeBlank(utime, updater.version(), request.base_version, updater.geometry(), options));
+  map_request_t request = asked;
+  if (asked.epoch != options.epoch) {  // of another map: everything, from the start
+    request.base_version = 0;
+    request.first_tile = 0;
+    request.first_match = std::min(asked.first_match, 0);
+  }
+  const auto recent = answered.tracking.recent();
+  Part page(MakeBlank(recent.empty() ? 0 : recent.back().utime, updater.version(), request.base_version,
+                      updater.geometry(), options));
   page.message.recipient = request.requester;
+  page.message.asked_utime = request.asked_utime;
+  if (request.asked_utime >= 0) {
+    if (const auto match = answered.matches.Find(request.asked_utime)) page.AddAsked(*match);
+  }
 
-  std::size_t match = std::min(static_cast<std::size_t>(request.first_match), history.size());
-  for (; match < history.size() && page.size < options.most_bytes / 2; ++match) page.Add(history[match]);
-  page.message.next_match = static_cast<std::int32_t>(match);
+  page.message.next_match = -1;
+  if (request.first_match >= 0) {
+    std::int64_t match = std::min<std::int64_t>(request.first_match, answered.matches.size());
+    for (; match < answered.matches.size() && page.size < options.most_bytes / 2; ++match) {
+      page.Add(answered.matches.At(match));
+    }
+    page.message.next_match = static_cast<std::int32_t>(match);
+  }
 
   auto tile = static_cast<std::size_t>(request.first_tile);
   for (; tile < updater.num_tiles(); ++tile) {
     const auto change = updater.TileSince(tile, request.base_version);
     if (change && !page.Add(*change, options.most_bytes)) break;
   }
-  page.message.next_tile = tile < updater.num_tiles() ? static_cast<std::int32_t>(tile) : -1;
+  const bool last = tile >= updater.num_tiles();
+  page.message.next_tile = last ? -1 : static_cast<std::int32_t>(tile);
+  if (last && request.first_match < 0) page.Add(answered.tracking);
   return page.message;
 }
 

@@ -1,9 +1,10 @@
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "common/map/map_updater.hpp"
+#include "common/match/tracking_state.hpp"
+#include "services/runtime/match_store.hpp"
 #include "services/runtime/wire.hpp"
 
 namespace crsm {
@@ -21,9 +22,16 @@ std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match
 /// The answer to a match that comes once more after others were answered: the version that there is, and nothing else.
 map_delta_t MakeEmptyAnswer(std::int64_t utime, const MapUpdater& updater, const AnswerOptions& options);
 
+/// What an owner has besides its map.
+struct Answered {
+  const MatchStore& matches;      ///< all that were answered so far
+  const TrackingState& tracking;  ///< after them
+};
+
 /// The next page of what a replica lacks: tiles that changed since its version, whole, and matches that it does not
-/// have; everything, for a replica of another map. history: all matches answered so far.
-map_delta_t MakePage(const map_request_t& request, const MapUpdater& updater, std::span<const ScanMatch> history,
+/// have, or the tracking state in the last page; everything, for a replica of another map. With it the answer to what
+/// it asks about a scan.
+map_delta_t MakePage(const map_request_t& request, const MapUpdater& updater, const Answered& answered,
                      const AnswerOptions& options);
 
 }  // namespace crsm

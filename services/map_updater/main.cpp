@@ -1,9 +1,7 @@
-// map_updater: LASER and SCAN_MATCH -> MAP_DELTA. The owner of the map: draws each matched scan into it and tells the
-// replicas what changed.
+// map_updater: CRITICAL_RAYS and SCAN_MATCH -> MAP_DELTA. The owner of the map: draws each matched scan into it and
+// tells the replicas what changed.
 
 #include <fmt/core.h>
-
-#include <unordered_set>
 
 #include "common/map/map_updater.hpp"
 #include "services/map_updater/answers.hpp"
@@ -22,17 +20,17 @@ class MapUpdaterService {
       : settings_(command_line.settings()),
         service_(command_line),
         matches_(service_.counters()),
-        updater_(command_line.parameters().scan, command_line.parameters().update) {
+        updater_(command_line.parameters().update) {
     LoadFinishedMap();
     OpenJournal();
     Bus& bus = service_.bus();
-    bus.Subscribe<bot_core::planar_lidar_t>(
-        kLaserChannel, [this](const bot_core::planar_lidar_t& message) { Hold(FromMessage(message)); });
+    bus.Subscribe<critical_rays_t>(kCriticalRaysChannel,
+                                   [this](const critical_rays_t& message) { Hold(FromMessage(message)); });
     bus.Subscribe<scan_match_t>(kScanMatchChannel,
                                 [this](const scan_match_t& message) { matches_.Push(FromMessage(message)); });
     bus.Subscribe<map_request_t>(kMapRequestChannel, [this](const map_request_t& request) {
       service_.counters().Add("map_requests");
-      service_.bus().Publish(kMapDeltaChannel, MakePage(request, updater_, history_, options_));
+      service_.bus().Publish(kMapDeltaChannel, MakePage(request, updater_, {answered_, tracking_}, options_));
     });
   }
 
@@ -46,29 +44,30 @@ class MapUpdaterService {
   }
 
  private:
-  void Hold(LaserScan scan) {
-    if (answered_utimes_.count(scan.utime) == 0) scans_.Hold(std::move(scan));
+  /// What waits for its match. One of a scan that was answered long ago waits in vain, and gives way to newer ones.
+  void Hold(CriticalRays scan) {
+    if (!tracking_.FindRecent(scan.utime)) scans_.Hold(std::move(scan));
   }
 
   /// Every match is answered by exactly one version of the map. A match that comes again gets its answer again.
   void Answer(const ScanMatch& match) {
     const auto start = Clock::now();
-    if (!history_.empty() && history_.back().utime == match.utime) {
+    if (!tracking_.empty() && tracking_.recent().back().utime == match.utime) {
       service_.counters().Add("resent");
       return PublishLastAnswer();
     }
-    if (answered_utimes_.count(match.utime) > 0) {
+    if (match.utime <= tracking_.newest_utime() && answered_.Find(match.utime)) {
       service_.counters().Add("utime_repeated");
       return service_.bus().Publish(kMapDeltaChannel, MakeEmptyAnswer(match.utime, updater_, options_));
     }
-    const LaserScan* scan = scans_.Find(match.utime);
+    const CriticalRays* scan = scans_.Find(match.utime);
     if (!scan && settings_.lockstep) {
       return service_.counters().Add("scan_awaited");  // it will be sent again, and the match with it
     }
     if (!scan) service_.counters().Add("scan_missing");
-    if (scan && !updater_.InLimits(match)) service_.counters().Add("match_out_of_limits");
-    Draw(scan, match);
-    if (journal_) Keep(scan, match);
+    if (scan && !updater_.InLimits(scan->rays, match.T_map_laser)) service_.counters().Add("match_out_of_limits");
+    const bool drawn = Draw(scan, match);
+    if (journal_) Keep(drawn ? scan : nullptr, match);
     scans_.DropThrough(match.utime);
     service_.counters().Add("handled");
     const std::string work = settings_.localize.empty() ? "mapping" : "localising on a finished map";
@@ -77,8 +76,8 @@ class MapUpdaterService {
     PublishLastAnswer();
   }
 
-  /// scan: nullptr where there is none to draw; the match is answered all the same.
-  void Draw(const LaserScan* scan, const ScanMatch& match) {
+  /// scan: nullptr where there is none to draw; the match is answered all the same. Whether the scan was drawn.
+  bool Draw(const CriticalRays* scan, const ScanMatch& match) {
     const std::int64_t num_cut_before = updater_.num_scans_cut();
     const MapDelta delta = scan ? updater_.Update(*scan, match) : updater_.UpdateWithoutScan();
     if (updater_.num_scans_cut() > num_cut_before) {
@@ -86,22 +85,23 @@ class MapUpdaterService {
       service_.counters().Add("scan_cut");
     }
     last_answer_ = MakeParts(delta, match, updater_.geometry(), options_);
-    history_.push_back(match);
-    answered_utimes_.insert(match.utime);
+    answered_.Append(match);
+    tracking_.Add(match);
+    return delta.drawn;
   }
 
   /// Makes the map of --localize, which then stays as it is; what comes now is a history of its own.
   void LoadFinishedMap() {
     if (settings_.localize.empty()) return;
     ReadJournal(JournalFolder(settings_.localize), {updater_.geometry().cell_size_m(), false},
-                [this](const LaserScan* scan, const ScanMatch& match) { Draw(scan, match); });
+                [this](const CriticalRays* scan, const ScanMatch& match) { Draw(scan, match); });
     if (updater_.num_tiles() == 0) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings_.localize));
     }
-    Say(fmt::format("map_updater: a finished map of {} scans from {}", history_.size(), settings_.localize));
-    updater_.Freeze();
-    history_.clear();
-    answered_utimes_.clear();
+    Say(fmt::format("map_updater: a finished map of {} scans from {}", answered_.size(), settings_.localize));
+    updater_.Finish();
+    answered_ = MatchStore();
+    tracking_ = TrackingState::OnFinishedMap();
   }
 
   void OpenJournal() {
@@ -115,10 +115,10 @@ class MapUpdaterService {
       return SetEpoch(journal_->epoch());
     }
     journal_.emplace(settings_.journal, subject,
-                     [this](const LaserScan* scan, const ScanMatch& match) { Draw(scan, match); });
+                     [this](const CriticalRays* scan, const ScanMatch& match) { Draw(scan, match); });
     SetEpoch(journal_->epoch());
     const auto cut = journal_->num_cut_bytes();
-    Say(fmt::format("map_updater: went on from {} scans in {}{}", history_.size(), settings_.journal,
+    Say(fmt::format("map_updater: went on from {} scans in {}{}", answered_.size(), settings_.journal,
                     cut > 0 ? fmt::format("; cut off {} bytes of a torn tail", cut) : ""));
   }
 
@@ -130,7 +130,7 @@ class MapUpdaterService {
 
   /// A journal that cannot be written is no reason to stop mapping, but it ends there: no map is made from one with a
   /// hole. The map is another one from here on than the one that the journal will give.
-  void Keep(const LaserScan* scan, const ScanMatch& match) {
+  void Keep(const CriticalRays* scan, const ScanMatch& match) {
     try {
       journal_->Append(scan, match);
     } catch (const std::runtime_error& error) {
@@ -152,9 +152,9 @@ class MapUpdaterService {
   AnswerOptions options_{DrawIdentity(), static_cast<std::size_t>(settings_.part_bytes)};
   /// Whose match has not come yet: as many as the matcher may lag behind, and those that come meanwhile of a laser that
   /// is ten times too fast.
-  HeldByUtime<LaserScan, 2048> scans_;
-  std::vector<ScanMatch> history_;
-  std::unordered_set<std::int64_t> answered_utimes_;
+  HeldByUtime<CriticalRays, 2048> scans_;
+  MatchStore answered_;
+  TrackingState tracking_;  ///< after those
   std::vector<map_delta_t> last_answer_;
   std::optional<Journal> journal_;
 };
@@ -165,7 +165,7 @@ class MapUpdaterService {
 int main(int argc, char** argv) {
   using enum crsm::ParameterGroup;
   crsm::CommandLine command_line(
-      "map_updater", "Owns the map: LASER, SCAN_MATCH -> MAP_DELTA.", {kScan, kUpdate},
+      "map_updater", "Owns the map: CRITICAL_RAYS, SCAN_MATCH -> MAP_DELTA.", {kUpdate},
       {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "localize", "part_bytes"});
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::MapUpdaterService(command_line).Run(); });

@@ -23,7 +23,7 @@ inline constexpr const char* kMapRequestChannel = "MAP_REQUEST";        // crsm.
 inline constexpr const char* kServiceStatusChannel = "SERVICE_STATUS";  // crsm.service_status_t
 // In journals only: an empty crsm.map_delta_t, that says of which map the journal is, and whether it is a finished one.
 inline constexpr const char* kMapEpochChannel = "MAP_EPOCH";
-inline constexpr const char* kFrozenMapEpochChannel = "FROZEN_MAP_EPOCH";
+inline constexpr const char* kFinishedMapEpochChannel = "FINISHED_MAP_EPOCH";
 
 /// The thin seam over LCM: checked messages in, messages out, no exception into C code.
 class Bus {

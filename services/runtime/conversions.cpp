@@ -75,16 +75,34 @@ CriticalRays FromMessage(const critical_rays_t& message) {
           std::vector<int>(message.critical.begin(), message.critical.end())};
 }
 
-critical_rays_t ToMessage(std::int64_t utime, const ValidRays& rays, const RaySelection& selection) {
+critical_rays_t ToMessage(const CriticalRays& scan) {
   critical_rays_t message;
-  message.utime = utime;
-  message.num_rays = static_cast<std::int32_t>(rays.size());
-  message.angle_rad = rays.angle_rad;
-  message.range_m = rays.range_m;
-  message.num_critical = static_cast<std::int32_t>(selection.critical.size());
-  message.critical.assign(selection.critical.begin(), selection.critical.end());
-  message.density_scale = selection.density_scale;
-  message.mean_sparseness_m = ComputeMeanSparseness(rays);
+  message.utime = scan.utime;
+  message.num_rays = static_cast<std::int32_t>(scan.rays.size());
+  message.angle_rad = scan.rays.angle_rad;
+  message.range_m = scan.rays.range_m;
+  message.num_critical = static_cast<std::int32_t>(scan.critical.size());
+  message.critical.assign(scan.critical.begin(), scan.critical.end());
+  return message;
+}
+
+TrackingState FromMessage(const tracking_state_t& message) {
+  TrackingState::Parts parts{
+      message.num_scans, message.num_lost, message.newest_utime, message.on_finished_map == 1, message.fitness, {}};
+  for (const scan_match_t& match : message.recent) parts.recent.push_back(FromMessage(match));
+  return TrackingState(std::move(parts));
+}
+
+tracking_state_t ToMessage(const TrackingState& tracking) {
+  tracking_state_t message;
+  message.num_scans = tracking.num_scans();
+  message.num_lost = tracking.num_lost();
+  message.newest_utime = tracking.newest_utime();
+  message.on_finished_map = tracking.on_finished_map() ? 1 : 0;
+  message.fitness.assign(tracking.fitnesses().begin(), tracking.fitnesses().end());
+  message.num_fitnesses = static_cast<std::int32_t>(message.fitness.size());
+  for (const ScanMatch& match : tracking.recent()) message.recent.push_back(ToMessage(match));
+  message.num_recent = static_cast<std::int32_t>(message.recent.size());
   return message;
 }
 

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "common/map/map_delta.hpp"
+#include "common/match/tracking_state.hpp"
+#include "common/scan/critical_rays.hpp"
 #include "common/scan/laser_scan.hpp"
-#include "common/scan/ray_selection.hpp"
 #include "common/scan/scan_match.hpp"
-#include "common/scan/valid_rays.hpp"
 #include "services/runtime/wire.hpp"
 
 namespace crsm {
@@ -25,14 +25,11 @@ scan_match_t ToMessage(const ScanMatch& match);
 TileChange FromMessage(const map_tile_t& message);
 map_tile_t ToMessage(const TileChange& change);
 
-/// A scan's valid rays and which of them are critical.
-struct CriticalRays {
-  std::int64_t utime = 0;
-  ValidRays rays;
-  std::vector<int> critical;
-};
 CriticalRays FromMessage(const critical_rays_t& message);
-critical_rays_t ToMessage(std::int64_t utime, const ValidRays& rays, const RaySelection& selection);
+critical_rays_t ToMessage(const CriticalRays& scan);
+
+TrackingState FromMessage(const tracking_state_t& message);
+tracking_state_t ToMessage(const TrackingState& tracking);
 
 /// A pose for other people's viewers, and a match's.
 bot_core::pose_t ToPoseMessage(std::int64_t utime, const Pose2& T_map_laser);

@@ -2,15 +2,14 @@
 
 namespace crsm {
 
-MapFollower::MapFollower(Service& service, ApplyChanges apply, MapReplica::Clear clear)
+MapFollower::MapFollower(Service& service, Keeper keeper)
     : service_(service),
       requester_(DrawIdentity()),
-      replica_(
-          requester_,
-          [this, apply = std::move(apply)](std::span<const TileChange> changes) {
-            if (!apply(changes)) CountRefused();
-          },
-          std::move(clear)) {
+      replica_(requester_, {std::move(keeper.begin),
+                            [this, apply = std::move(keeper.apply)](std::span<const TileChange> changes) {
+                              if (!apply(changes)) CountRefused();
+                            },
+                            std::move(keeper.add)}) {
   service_.bus().Subscribe<map_delta_t>(kMapDeltaChannel, [this](const map_delta_t& delta) {
     replica_.Handle(delta);
     if (delta.recipient == requester_) next_request_ = Clock::now();  // the next page at once

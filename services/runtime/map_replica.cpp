@@ -23,8 +23,7 @@ std::size_t NumTilesAndMatches(const std::map<std::int32_t, map_delta_t>& parts)
 
 }  // namespace
 
-MapReplica::MapReplica(std::int64_t requester, ApplyChanges apply, Clear clear)
-    : requester_(requester), apply_(std::move(apply)), clear_(std::move(clear)) {}
+MapReplica::MapReplica(std::int64_t requester, Keeper keeper) : requester_(requester), keeper_(std::move(keeper)) {}
 
 void MapReplica::Handle(const map_delta_t& delta) {
   if (delta.recipient == 0) {
@@ -35,14 +34,25 @@ void MapReplica::Handle(const map_delta_t& delta) {
 }
 
 std::optional<map_request_t> MapReplica::NextRequest() const {
-  if (synced_) return std::nullopt;
+  if (synced_ && asked_utime_ < 0) return std::nullopt;
   map_request_t request;
   request.requester = requester_;
   request.epoch = epoch_;
   request.base_version = version_;
   request.first_tile = next_tile_;
-  request.first_match = static_cast<std::int32_t>(matches_.size());
+  request.first_match = wants_matches() ? static_cast<std::int32_t>(num_matches_) : -1;
+  request.asked_utime = asked_utime_;
   return request;
+}
+
+void MapReplica::AskAbout(std::int64_t utime) {
+  if (asked_utime_ == utime || AnswerAbout(utime)) return;
+  asked_utime_ = utime;
+  answer_.reset();
+}
+
+const MapReplica::Answer* MapReplica::AnswerAbout(std::int64_t utime) const {
+  return answer_ && answer_->utime == utime ? &*answer_ : nullptr;
 }
 
 void MapReplica::HandleBroadcast(const map_delta_t& delta) {
@@ -62,33 +72,35 @@ void MapReplica::HandleBroadcast(const map_delta_t& delta) {
   if (static_cast<std::int32_t>(parts_.size()) < delta.num_parts) return;
 
   for (const auto& [number, part] : parts_) {
-    apply_(Changes(part));
-    for (const scan_match_t& match : part.matches) matches_.push_back(FromMessage(match));
+    keeper_.apply(Changes(part));
+    for (const scan_match_t& message : part.matches) {
+      const ScanMatch match = FromMessage(message);
+      wants_matches() ? keeper_.add(match) : tracking_.Add(match);
+      ++num_matches_;
+    }
   }
   parts_.clear();
   ++version_;
-  if (static_cast<std::int64_t>(matches_.size()) != version_) Reset();  // not the owner's: begin again
+  if (num_matches_ != version_) Begin(epoch_, cell_size_m_);  // not the owner's: begin again
 }
 
 void MapReplica::HandlePage(const map_delta_t& page) {
-  if (page.epoch != epoch_) {
-    if (epoch_ != 0) Reset();
-    epoch_ = page.epoch;
+  if (page.epoch != epoch_) Begin(page.epoch, page.cell_size_m);
+  if (page.cell_size_m != cell_size_m_) return;  // not the owner's: a map keeps its cells
+  if (asked_utime_ >= 0 && page.asked_utime == asked_utime_) {
+    answer_ = Answer{std::exchange(asked_utime_, -1), std::nullopt};
+    if (!page.asked.empty()) answer_->match = FromMessage(page.asked.front());
   }
-  cell_size_m_ = page.cell_size_m;
   if (synced_ || page.base_version != version_) return;  // an answer to an earlier question
   // Older than what was heard of this map already: a power cut took the end of the owner's journal.
-  const auto newest_heard = std::max(static_cast<std::int64_t>(matches_.size()), pages_version_.value_or(0));
-  if (page.version < newest_heard) return Reset();
+  if (page.version < std::max(num_matches_, pages_version_.value_or(0))) return Begin(epoch_, cell_size_m_);
   if (!pages_version_) pages_version_ = page.version;
 
   // A page asked for twice comes twice; tiles are whole, so that applying one again does no harm.
-  const auto first_match = static_cast<std::int64_t>(page.next_match) - page.num_matches;
-  if (first_match != static_cast<std::int64_t>(matches_.size())) return;
-  apply_(Changes(page));
-  for (const scan_match_t& match : page.matches) matches_.push_back(FromMessage(match));
+  if (!TakeMatches(page)) return;
+  keeper_.apply(Changes(page));
   next_tile_ = page.next_tile >= 0 ? page.next_tile : std::numeric_limits<std::int32_t>::max();
-  if (page.next_tile >= 0 || page.next_match < page.version) return;
+  if (page.next_tile >= 0 || (wants_matches() && page.next_match < page.version)) return;
 
   // All tiles were seen once. Those that changed meanwhile are asked for again, from where this round began.
   version_ = *std::exchange(pages_version_, std::nullopt);
@@ -97,11 +109,29 @@ void MapReplica::HandlePage(const map_delta_t& page) {
   synced_ = version_ == page.version;
 }
 
-void MapReplica::Reset() {
-  clear_();
+/// What a page says of the matches. False if it is not what was asked for.
+bool MapReplica::TakeMatches(const map_delta_t& page) {
+  if (!wants_matches()) {
+    if (page.next_tile >= 0) return true;  // the tracking state comes with the last page
+    if (page.tracking.empty() || page.tracking.front().num_scans != page.version) return false;
+    tracking_ = FromMessage(page.tracking.front());
+    num_matches_ = tracking_.num_scans();
+    return true;
+  }
+  if (static_cast<std::int64_t>(page.next_match) - page.num_matches != num_matches_) return false;
+  for (const scan_match_t& match : page.matches) keeper_.add(FromMessage(match));
+  num_matches_ += page.num_matches;
+  return true;
+}
+
+void MapReplica::Begin(std::int64_t epoch, double cell_size_m) {
+  epoch_ = epoch;
+  cell_size_m_ = cell_size_m;
+  keeper_.begin(cell_size_m);
   synced_ = false;
   version_ = 0;
-  matches_.clear();
+  num_matches_ = 0;
+  tracking_ = TrackingState();
   next_tile_ = 0;
   pages_version_.reset();
   parts_.clear();

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/map/map_delta.hpp"
+#include "common/match/tracking_state.hpp"
 #include "common/scan/scan_match.hpp"
 #include "services/runtime/wire.hpp"
 
@@ -20,14 +21,29 @@ namespace crsm {
 /// again. Of which map the versions are says their epoch: when a delta has another, the owner is asked, and when it has
 /// begun a new map, the replica does too. It touches neither network nor clock: messages go in, and NextRequest says
 /// what to send.
+///
+/// Of the matches it holds none: who wants them all gets each once, in order, and must keep them; for the others there
+/// is the tracking state that follows from them.
 class MapReplica {
  public:
-  using ApplyChanges = std::function<void(std::span<const TileChange>)>;
-  using Clear = std::function<void()>;
+  /// Who keeps the map.
+  struct Keeper {
+    /// Begins a map with cells of that size; what was held goes.
+    std::function<void(double cell_size_m)> begin;
+    /// Takes over changed tiles.
+    std::function<void(std::span<const TileChange>)> apply;
+    /// Takes over the next match; empty where no matches are wanted.
+    std::function<void(const ScanMatch&)> add = {};
+  };
 
-  /// requester: a number of this replica's own, not 0. apply: takes over changed tiles. clear: drops all tiles, because
-  /// the owner has begun a new map.
-  MapReplica(std::int64_t requester, ApplyChanges apply, Clear clear);
+  /// What the owner said of a scan.
+  struct Answer {
+    std::int64_t utime = 0;
+    std::optional<ScanMatch> match;  ///< nothing: it is not in the map
+  };
+
+  /// requester: a number of this replica's own, not 0.
+  MapReplica(std::int64_t requester, Keeper keeper);
 
   void Handle(const map_delta_t& delta);
 
@@ -36,35 +52,45 @@ class MapReplica {
   /// Of the map that is held; 0 before the owner was heard.
   std::int64_t epoch() const { return epoch_; }
   std::int64_t version() const { return version_; }
-  /// All matches that the owner has answered, oldest first; as many as `version` when synced.
-  const std::vector<ScanMatch>& matches() const { return matches_; }
-  /// Side of a cell [m]; 0 before the owner was heard.
-  double cell_size_m() const { return cell_size_m_; }
+  /// After the scans that the owner has answered; kept where no matches are wanted.
+  const TrackingState& tracking() const { return tracking_; }
 
   /// Doubts that the version held is the last: the owner is to be asked.
   void Doubt() { synced_ = false; }
 
-  /// What to ask the owner; nothing when synced.
+  /// Asks the owner whether a scan is in the map already; once answered, AnswerAbout has it until something else is
+  /// asked, or it is forgotten.
+  void AskAbout(std::int64_t utime);
+  const Answer* AnswerAbout(std::int64_t utime) const;
+  /// What was answered is true no longer: the scan has just been matched.
+  void ForgetAnswer() { answer_.reset(); }
+
+  /// What to ask the owner; nothing when synced and not asking.
   std::optional<map_request_t> NextRequest() const;
 
  private:
   void HandlePage(const map_delta_t& page);
   void HandleBroadcast(const map_delta_t& delta);
-  void Reset();
+  bool TakeMatches(const map_delta_t& page);
+  void Begin(std::int64_t epoch, double cell_size_m);
+  bool wants_matches() const { return static_cast<bool>(keeper_.add); }
 
   std::int64_t requester_;
-  ApplyChanges apply_;
-  Clear clear_;
+  Keeper keeper_;
 
   bool synced_ = false;
   std::int64_t epoch_ = 0;
   std::int64_t version_ = 0;
-  std::vector<ScanMatch> matches_;
   double cell_size_m_ = 0.0;
+  std::int64_t num_matches_ = 0;  ///< taken over, as such or within the tracking state
+  TrackingState tracking_;
 
   std::int32_t next_tile_ = 0;                 ///< of the pages under way
   std::optional<std::int64_t> pages_version_;  ///< the owner's when the first of them came
   std::map<std::int32_t, map_delta_t> parts_;  ///< of version + 1, by number; together no larger than a map
+
+  std::int64_t asked_utime_ = -1;  ///< not answered yet
+  std::optional<Answer> answer_;
 };
 
 }  // namespace crsm

@@ -15,10 +15,17 @@ namespace {
 
 constexpr auto kMostBeams = static_cast<std::int32_t>(kMaxBeams);
 constexpr std::int32_t kMostParts = 4096;
-constexpr double kLargestCoordinateM = 1e6;
+constexpr double kLargestCoordinate_m = 1e6;
 constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single precision
 
+bool IsShare(double value) { return value >= 0.0 && value <= 1.0; }  // false for NaN
+
 bool IsAngle(double angle_rad) { return std::abs(angle_rad) <= kFullTurn; }  // false for NaN
+
+template <class Message>
+bool AllInRange(const std::vector<Message>& messages) {
+  return std::all_of(messages.begin(), messages.end(), [](const Message& message) { return ValuesInRange(message); });
+}
 
 template <class BotlabLidar>
 bool BotlabValuesInRange(const BotlabLidar& message) {
@@ -38,7 +45,7 @@ bool ValuesInRange(const bot_core::planar_lidar_t& message) {
 
 template <>
 bool ValuesInRange(const bot_core::pose_t& message) {
-  const auto InRange = [](double value) { return std::abs(value) <= kLargestCoordinateM; };
+  const auto InRange = [](double value) { return std::abs(value) <= kLargestCoordinate_m; };
   double square = 0.0;
   for (const double part : message.orientation) square += part * part;
   const bool is_rotation = std::abs(square - 1.0) <= 0.01;  // false for NaN
@@ -57,16 +64,14 @@ bool ValuesInRange(const botlab::lidar_nranges_t& message) {
 
 template <>
 bool ValuesInRange(const critical_rays_t& message) {
-  const auto IsRange = [](float range_m) { return range_m > 0.0f && range_m <= kLongestRangeM; };
+  const auto IsRange = [](float range_m) { return range_m > 0.0f && range_m <= kLongestRange_m; };
   const auto IsRayAngle = [](float angle_rad) { return std::abs(angle_rad) <= 2.0 * kFullTurn; };
   const bool in_order = std::adjacent_find(message.critical.begin(), message.critical.end(), std::greater_equal<>()) ==
                         message.critical.end();
   return message.utime >= 0 && std::all_of(message.range_m.begin(), message.range_m.end(), IsRange) &&
          std::all_of(message.angle_rad.begin(), message.angle_rad.end(), IsRayAngle) &&
          std::is_sorted(message.angle_rad.begin(), message.angle_rad.end()) && in_order &&
-         (message.critical.empty() || (message.critical.front() >= 0 && message.critical.back() < message.num_rays)) &&
-         message.density_scale >= 0.0 && std::isfinite(message.density_scale) && message.mean_sparseness_m >= 0.0 &&
-         std::isfinite(message.mean_sparseness_m);
+         (message.critical.empty() || (message.critical.front() >= 0 && message.critical.back() < message.num_rays));
 }
 
 template <>
@@ -76,14 +81,23 @@ bool ValuesInRange(const scan_match_t& message) {
       std::all_of(covariance, covariance + 6, [](double value) { return std::isfinite(value); }) &&
       covariance[0] >= 0.0 && covariance[3] >= 0.0 && covariance[5] >= 0.0;
   const bool axis_in_range = std::abs(message.degenerate_axis[0]) <= 1.0 && std::abs(message.degenerate_axis[1]) <= 1.0;
-  return message.utime >= 0 && std::abs(message.x_m) <= kLargestCoordinateM &&
-         std::abs(message.y_m) <= kLargestCoordinateM && IsAngle(message.yaw_rad) && message.fitness >= 0.0 &&
-         message.fitness <= 1.0 && message.evaluations >= 0 && message.best_evaluation >= 0 &&
-         message.num_critical >= 0 && message.num_critical <= kMostBeams && message.map_version >= 0 &&
-         covariance_in_range && axis_in_range && message.state >= scan_match_t::FIRST &&
-         message.state <= scan_match_t::DEGENERATE && (message.has_odometry == 0 || message.has_odometry == 1) &&
-         std::abs(message.odometry_x_m) <= kLargestCoordinateM &&
-         std::abs(message.odometry_y_m) <= kLargestCoordinateM && IsAngle(message.odometry_yaw_rad);
+  return message.utime >= 0 && std::abs(message.x_m) <= kLargestCoordinate_m &&
+         std::abs(message.y_m) <= kLargestCoordinate_m && IsAngle(message.yaw_rad) && IsShare(message.fitness) &&
+         message.evaluations >= 0 && message.best_evaluation >= 0 && message.num_critical >= 0 &&
+         message.num_critical <= kMostBeams && message.map_version >= 0 && covariance_in_range && axis_in_range &&
+         message.state >= scan_match_t::FIRST && message.state <= scan_match_t::DEGENERATE &&
+         (message.has_odometry == 0 || message.has_odometry == 1) &&
+         std::abs(message.odometry_x_m) <= kLargestCoordinate_m &&
+         std::abs(message.odometry_y_m) <= kLargestCoordinate_m && IsAngle(message.odometry_yaw_rad);
+}
+
+template <>
+bool ValuesInRange(const tracking_state_t& message) {
+  return message.num_scans >= 0 && message.num_lost >= 0 && message.num_lost <= message.num_scans &&
+         message.newest_utime >= -1 && (message.on_finished_map == 0 || message.on_finished_map == 1) &&
+         std::all_of(message.fitness.begin(), message.fitness.end(), IsShare) && AllInRange(message.recent) &&
+         std::cmp_less_equal(message.num_recent, message.num_scans) &&
+         (message.num_scans == 0) == message.recent.empty();
 }
 
 template <>
@@ -94,14 +108,15 @@ bool ValuesInRange(const map_delta_t& message) {
   return message.utime >= 0 && message.epoch != 0 && message.base_version >= 0 && message.version >= 0 && onward &&
          message.cell_size_m >= 0.001 && message.cell_size_m <= 10.0 && message.part >= 0 &&
          message.num_parts <= kMostParts && message.part < message.num_parts && message.next_tile >= -1 &&
-         message.next_match >= 0 && std::all_of(message.tiles.begin(), message.tiles.end(), InLimits) &&
-         std::all_of(message.matches.begin(), message.matches.end(),
-                     [](const scan_match_t& match) { return ValuesInRange(match); });
+         message.next_match >= -1 && message.asked_utime >= -1 &&
+         std::all_of(message.tiles.begin(), message.tiles.end(), InLimits) && AllInRange(message.matches) &&
+         AllInRange(message.asked) && AllInRange(message.tracking);
 }
 
 template <>
 bool ValuesInRange(const map_request_t& message) {
-  return message.requester != 0 && message.base_version >= 0 && message.first_tile >= 0 && message.first_match >= 0;
+  return message.requester != 0 && message.base_version >= 0 && message.first_tile >= 0 && message.first_match >= -1 &&
+         message.asked_utime >= -1;
 }
 
 template <>

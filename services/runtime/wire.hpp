@@ -9,8 +9,10 @@
 #include <crsm/map_request_t.hpp>
 #include <crsm/scan_match_t.hpp>
 #include <crsm/service_status_t.hpp>
+#include <crsm/tracking_state_t.hpp>
 
 #include "common/map/map_delta.hpp"
+#include "common/match/tracking_state.hpp"
 #include "common/scan/laser_scan.hpp"
 #include "services/runtime/wire_reader.hpp"
 
@@ -57,7 +59,7 @@ constexpr auto FieldsOf<critical_rays_t>() {
   using T = critical_rays_t;
   return std::tuple(&T::utime, &T::num_rays, Array(&T::angle_rad, &T::num_rays, kMaxBeams),
                     Array(&T::range_m, &T::num_rays, kMaxBeams), &T::num_critical,
-                    Array(&T::critical, &T::num_critical, kMaxBeams), &T::density_scale, &T::mean_sparseness_m);
+                    Array(&T::critical, &T::num_critical, kMaxBeams));
 }
 
 template <>
@@ -75,18 +77,27 @@ constexpr auto FieldsOf<map_tile_t>() {
 }
 
 template <>
+constexpr auto FieldsOf<tracking_state_t>() {
+  using T = tracking_state_t;
+  return std::tuple(&T::num_scans, &T::num_lost, &T::newest_utime, &T::on_finished_map, &T::num_fitnesses,
+                    Array(&T::fitness, &T::num_fitnesses, TrackingState::kUsual), &T::num_recent,
+                    Array(&T::recent, &T::num_recent, TrackingState::kRecent));
+}
+
+template <>
 constexpr auto FieldsOf<map_delta_t>() {
   using T = map_delta_t;
   return std::tuple(&T::utime, &T::epoch, &T::version, &T::base_version, &T::cell_size_m, &T::part, &T::num_parts,
-                    &T::recipient, &T::next_tile, &T::next_match, &T::num_tiles,
+                    &T::recipient, &T::next_tile, &T::next_match, &T::asked_utime, &T::num_tiles,
                     Array(&T::tiles, &T::num_tiles, kMostTilesInMessage), &T::num_matches,
-                    Array(&T::matches, &T::num_matches, kMostMatchesInMessage));
+                    Array(&T::matches, &T::num_matches, kMostMatchesInMessage), &T::num_asked,
+                    Array(&T::asked, &T::num_asked, 1), &T::num_tracking, Array(&T::tracking, &T::num_tracking, 1));
 }
 
 template <>
 constexpr auto FieldsOf<map_request_t>() {
   using T = map_request_t;
-  return std::tuple(&T::requester, &T::epoch, &T::base_version, &T::first_tile, &T::first_match);
+  return std::tuple(&T::requester, &T::epoch, &T::base_version, &T::first_tile, &T::first_match, &T::asked_utime);
 }
 
 template <>
@@ -110,6 +121,8 @@ template <>
 bool ValuesInRange(const critical_rays_t& message);
 template <>
 bool ValuesInRange(const scan_match_t& message);
+template <>
+bool ValuesInRange(const tracking_state_t& message);
 template <>
 bool ValuesInRange(const map_delta_t& message);
 template <>

@@ -19,38 +19,50 @@
 namespace crsm {
 namespace {
 
-/// Makes the map of an earlier run, where there is one to begin with, and opens the journal of this one. The last scan
-/// of the map goes to `last_scan`.
-std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::string& log, const std::string& resume,
-                               Slam& slam, LaserScan& last_scan) {
-  const Settings& settings = command_line.settings();
-  const JournalSubject subject{slam.geometry().cell_size_m(), !settings.localize.empty()};
-  const auto Restore = [&](const LaserScan* scan, const ScanMatch& match) {
-    slam.Restore(scan, match);
+/// What a run has come to so far.
+struct Run {
+  explicit Run(const Parameters& parameters) : slam(parameters) {}
+
+  void Restore(const CriticalRays* scan, const ScanMatch& match) {
+    slam.Integrate(scan, match);
+    matches.push_back(match);
     if (scan) last_scan = *scan;
-  };
+  }
+
+  Slam slam;
+  std::vector<ScanMatch> matches;
+  CriticalRays last_scan;
+};
+
+/// Makes the map of an earlier run, where there is one to begin with, and opens the journal of this one.
+std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::string& log, const std::string& resume,
+                               Run& run) {
+  const Settings& settings = command_line.settings();
+  const JournalSubject subject{run.slam.map().geometry().cell_size_m(), !settings.localize.empty()};
+  const auto Restore = [&](const CriticalRays* scan, const ScanMatch& match) { run.Restore(scan, match); };
   if (!resume.empty()) {
-    if (subject.localization) {
+    if (subject.finished_map) {
       throw std::runtime_error("--resume goes on with a map and --localize leaves it as it is: one of them, please");
     }
     TakeOverJournal(resume, settings.out);
     auto journal = std::make_unique<Journal>(JournalFolder(settings.out), subject, Restore);
-    Say(fmt::format("{}: went on from {} scans in {}", command_line.program(), slam.history().size(), resume));
+    Say(fmt::format("{}: went on from {} scans in {}", command_line.program(), run.matches.size(), resume));
     return journal;
   }
-  if (subject.localization) {
+  if (subject.finished_map) {
     std::error_code error;
     if (std::filesystem::equivalent(settings.localize, settings.out, error)) {
       throw std::runtime_error(
           fmt::format("--localize {}: its map stays as it is: choose another --out", settings.localize));
     }
     ReadJournal(JournalFolder(settings.localize), {subject.cell_size_m, false}, Restore);
-    if (slam.map().tiles().entries().empty()) {
+    if (run.slam.map().empty()) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings.localize));
     }
-    Say(fmt::format("{}: a finished map of {} scans from {}", command_line.program(), slam.history().size(),
+    Say(fmt::format("{}: a finished map of {} scans from {}", command_line.program(), run.matches.size(),
                     settings.localize));
-    slam.Freeze();
+    run.slam.FinishMap();
+    run.matches.clear();
   }
   RemoveJournal(settings.out, log);
   return std::make_unique<Journal>(JournalFolder(settings.out), subject);
@@ -62,11 +74,11 @@ void MapLog(const CommandLine& command_line, const std::string& name, const std:
   const auto source = OpenLaserSource(name, {parameters.match.seed, settings.laser_channel});
   PrepareFolder(settings.out);
 
-  Slam slam(parameters);
+  Run run(parameters);
   Results results;
-  const std::unique_ptr<Journal> journal = Begin(command_line, name, resume, slam, results.last_scan);
+  const std::unique_ptr<Journal> journal = Begin(command_line, name, resume, run);
   std::unordered_set<std::int64_t> mapped_utimes;
-  for (const ScanMatch& match : slam.history()) mapped_utimes.insert(match.utime);
+  for (const ScanMatch& match : run.matches) mapped_utimes.insert(match.utime);
   std::int64_t num_repeated = 0;
   Latency latency;
   Progress progress(command_line.program());
@@ -74,33 +86,34 @@ void MapLog(const CommandLine& command_line, const std::string& name, const std:
     if (StopRequested()) break;
     if (mapped_utimes.insert(scan->utime).second) {
       const auto start = Clock::now();
-      const ScanMatch match = slam.Process(*scan, source->Odometry());
+      Slam::Step step = run.slam.Process(*scan, source->Odometry());
       latency.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
-      journal->Append(&*scan, match);
+      journal->Append(step.drawn ? &step.scan : nullptr, step.match);
+      run.matches.push_back(step.match);
+      run.last_scan = std::move(step.scan);
     } else {
       ++num_repeated;
     }
     if (const auto T_map_laser = source->TruePose()) results.truth.push_back({scan->utime, *T_map_laser});
-    results.last_scan = std::move(*scan);
     progress.Show(source->Progress(), latency.num_recorded());
   }
   progress.Finish(latency.num_recorded());
 
-  results.grid = slam.map().ToDenseGrid(slam.geometry().cell_size_m());
-  results.matches = slam.history();
-  results.scan_parameters = parameters.scan;
+  results.grid = run.slam.map().ToDenseGrid();
+  results.matches = run.matches;
+  results.last_scan = run.last_scan;
   Summary summary = Summarize(results.matches, results.grid);
   summary.version = kVersion;
   summary.parameters = ListParameters(parameters);
-  summary.map_version = static_cast<std::int64_t>(slam.history().size());
+  summary.map_version = run.slam.map_version();
   summary.counts = source->Counts();
   summary.counts["utime_repeated"] += num_repeated;
-  summary.counts["scan_cut"] = slam.num_scans_cut();
+  summary.counts["scan_cut"] = run.slam.num_scans_cut();
   if (num_repeated > 0) {
     Say(fmt::format("{}: {} scans were in the map already and are not mapped twice (utime_repeated)",
                     command_line.program(), num_repeated));
   }
-  if (slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", command_line.program(), kMapIsFull));
+  if (run.slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", command_line.program(), kMapIsFull));
   summary.timings["slam_offline"] = {latency.Percentile(0.5), latency.Percentile(0.99), latency.max_ms()};
   results.summary_json = FormatSummary(summary);
   WriteResults(settings.out, results);

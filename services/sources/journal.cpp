@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 fs::path PathIn(const fs::path& folder) { return folder / "journal.lcm"; }
 
-const char* EpochChannel(bool localization) { return localization ? kFrozenMapEpochChannel : kMapEpochChannel; }
+const char* EpochChannel(bool finished_map) { return finished_map ? kFinishedMapEpochChannel : kMapEpochChannel; }
 
 /// What was read of a journal besides its entries.
 struct Contents {
@@ -28,9 +28,9 @@ struct Contents {
 
 void CheckSubject(const std::string& path, const std::string& channel, const map_delta_t& head,
                   const JournalSubject& subject) {
-  if (channel != EpochChannel(subject.localization)) {
+  if (channel != EpochChannel(subject.finished_map)) {
     throw std::runtime_error(
-        subject.localization
+        subject.finished_map
             ? fmt::format("{} is of a run that made a map: a localization needs a journal of its own", path)
             : fmt::format("{} is of a run that localised on the map of another folder: name that folder", path));
   }
@@ -43,11 +43,11 @@ void CheckSubject(const std::string& path, const std::string& channel, const map
 
 Contents Read(const std::string& path, const JournalSubject& subject, const VisitJournal& visit) {
   LcmEventLog log(path);
-  std::optional<LaserScan> scan;
+  std::optional<CriticalRays> scan;
   Contents contents;
   while (const auto event = log.Next()) {
-    if (auto laser = Decode<bot_core::planar_lidar_t>(Bytes(event->data))) {
-      scan = FromMessage(*laser);
+    if (const auto rays = Decode<critical_rays_t>(Bytes(event->data))) {
+      scan = FromMessage(*rays);
     } else if (const auto message = Decode<scan_match_t>(Bytes(event->data))) {
       const ScanMatch match = FromMessage(*message);
       visit(scan && scan->utime == match.utime ? &*scan : nullptr, match);
@@ -91,17 +91,18 @@ Journal::Journal(const fs::path& folder, const JournalSubject& subject, const Vi
   log_.emplace(path.string(), EventLogWriter::Mode::kAppend, contents.last_utime);
 }
 
-void Journal::Append(const LaserScan* scan, const ScanMatch& match) {
+void Journal::Append(const CriticalRays* scan, const ScanMatch& match) {
   if (!epoch_written_) {  // with a scan's utime, so that lcm-logplayer does not wait for decades after it
     map_delta_t head{};
     head.utime = match.utime;
     head.epoch = epoch_;
     head.cell_size_m = subject_.cell_size_m;
     head.num_parts = 1;
-    log_->Write(EpochChannel(subject_.localization), head);
+    head.asked_utime = -1;
+    log_->Write(EpochChannel(subject_.finished_map), head);
     epoch_written_ = true;
   }
-  if (scan) log_->Write(kLaserChannel, ToMessage(*scan));
+  if (scan) log_->Write(kCriticalRaysChannel, ToMessage(*scan));
   log_->Write(kScanMatchChannel, ToMessage(match));
   log_->Flush();
 }

@@ -4,7 +4,7 @@
 #include <functional>
 #include <optional>
 
-#include "common/scan/laser_scan.hpp"
+#include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
 #include "services/runtime/event_log_writer.hpp"
 
@@ -13,15 +13,16 @@ namespace crsm {
 /// What a journal is to be of; one of something else is refused.
 struct JournalSubject {
   double cell_size_m = 0.0;   ///< of the map
-  bool localization = false;  ///< on a finished map, that of another journal; else the map is made of this journal
+  bool finished_map = false;  ///< localization on the map of another journal; else the map is made of this one
 };
 
-/// Called for each entry of a journal; the scan is nullptr where none came.
-using VisitJournal = std::function<void(const LaserScan* scan, const ScanMatch& match)>;
+/// Called for each entry of a journal; the scan is nullptr where none was drawn.
+using VisitJournal = std::function<void(const CriticalRays* scan, const ScanMatch& match)>;
 
 /// Everything that a map is made of, on the disk as it happens: FOLDER/journal.lcm, an LCM log that lcm-logplayer and
-/// lcm-spy read too. First an empty map_delta_t that says the map's epoch (MAP_EPOCH; FROZEN_MAP_EPOCH where the
-/// journal is of a localization), then for every match the scan (LASER) if there was one, and the match (SCAN_MATCH).
+/// lcm-spy read too. First an empty map_delta_t that says the map's epoch (MAP_EPOCH; FINISHED_MAP_EPOCH where the
+/// journal is of a localization), then for every match the scan (CRITICAL_RAYS) if it was drawn, and the match
+/// (SCAN_MATCH).
 class Journal {
  public:
   /// Begins a new journal, of a new epoch. Throws std::runtime_error if there is one already, or if it cannot be
@@ -37,9 +38,9 @@ class Journal {
   std::int64_t epoch() const { return epoch_; }
   std::uintmax_t num_cut_bytes() const { return num_cut_bytes_; }
 
-  /// Keeps one match, handed to the operating system when this returns: it survives the end of the process. Throws
-  /// std::runtime_error if it cannot be written.
-  void Append(const LaserScan* scan, const ScanMatch& match);
+  /// Keeps one match, and its scan where it was drawn (else nullptr), handed to the operating system when this returns:
+  /// it survives the end of the process. Throws std::runtime_error if it cannot be written.
+  void Append(const CriticalRays* scan, const ScanMatch& match);
 
  private:
   JournalSubject subject_;

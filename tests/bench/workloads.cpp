@@ -17,39 +17,33 @@ Parameters BenchParameters(int num_evaluations) {
   return parameters;
 }
 
-ByteMap PaintRoom() {
-  ByteMap map;
-  for (const TileChange& change : PaintTiles(-2, 1, RoomByte)) map.Apply(change);
-  return map;
-}
+ByteMap PaintRoom() { return PaintMap(-2, 1, RoomByte); }
 
 }  // namespace
 
 Site::Site(int num_rooms, int num_evaluations)
     : parameters_(BenchParameters(num_evaluations)),
-      matcher_(parameters_.match),
-      updater_(parameters_.scan, parameters_.update),
-      field_(parameters_.match.unexplored_score, parameters_.match.interpolate),
+      matcher_(parameters_.match, parameters_.update.cell_size_m),
+      updater_(parameters_.update),
+      map_(parameters_.update.cell_size_m, parameters_.match.unexplored_score, parameters_.match.interpolate),
       scan_(ScanRoom(kPose, 1, kBeams)),
-      rays_(FindValidRays(scan_, parameters_.scan)) {
+      rays_(AllRays(scan_, parameters_.scan)) {
   constexpr double kRoomPitchM = 8.0;
   constexpr int kRoomsInRow = 16;
   for (int room = 0; room < num_rooms; ++room) {
     ScanMatch match;
     match.utime = 1;
     match.T_map_laser = {room % kRoomsInRow * kRoomPitchM, room / kRoomsInRow * kRoomPitchM, 0.0};
-    Apply(updater_.Update(ScanRoom({}, 1, kBeams), match));
+    const MapDelta delta = updater_.Update(AllRays(ScanRoom({}, 1, kBeams)), match);
+    Apply(delta);
+    map_.Apply(delta.tiles);
   }
-  std::vector<TileIndex> tiles;
-  for (const auto& entry : matcher_.map().tiles().entries()) tiles.push_back(entry.index);
-  field_.Refresh(matcher_.map(), tiles);
 }
 
-RaySelection Site::Select() const { return SelectRays(rays_, parameters_.selection); }
+RaySelection Site::Select() const { return SelectRays(rays_.rays, parameters_.selection); }
 
 ScanMatch Site::Match(int num_rays) const {
-  const std::vector<ScanMatch> history(1);  // at the origin
-  return matcher_.Match(scan_.utime, rays_, PickIndices(num_rays), history, updater_.geometry(), updater_.version());
+  return matcher_.Match({scan_.utime, rays_.rays, PickIndices(num_rays)}, After({ScanMatch{}}), {});
 }
 
 MapDelta Site::Update() {
@@ -57,19 +51,19 @@ MapDelta Site::Update() {
   match.utime = scan_.utime;
   match.T_map_laser = kPose;
   match.state = MatchState::kOk;
-  return updater_.Update(scan_, match);
+  return updater_.Update(rays_, match);
 }
 
-double Site::Evaluate(const RaysInCells& rays) const { return field_.Evaluate(rays, kPose, updater_.geometry()); }
+double Site::Evaluate(const RaysInCells& rays) const { return map_.Fitness(rays, kPose); }
 
 RaysInCells Site::PickRays(int num_rays) const {
-  const Eigen::Matrix2Xd hits_m = ComputeHits(rays_);
-  return ToCells(hits_m(Eigen::all, PickIndices(num_rays)), updater_.geometry());
+  const Eigen::Matrix2Xd hits_m = ComputeHits(rays_.rays);
+  return map_.InCells(hits_m(Eigen::all, PickIndices(num_rays)));
 }
 
 std::vector<int> Site::PickIndices(int num_rays) const {
   std::vector<int> indices;
-  for (int i = 0; i < num_rays; ++i) indices.push_back(i * static_cast<int>(rays_.size()) / num_rays);
+  for (int i = 0; i < num_rays; ++i) indices.push_back(i * static_cast<int>(rays_.rays.size()) / num_rays);
   return indices;
 }
 
@@ -79,7 +73,7 @@ std::vector<Workload> MakeWorkloads() {
   const auto blank = std::make_shared<TileBytes>();
   blank->fill(kUnexploredByte);
   const auto change = std::make_shared<TileChange>(TileChange{{0, 0}, PackRuns(*blank, *tile)});
-  const auto map = std::make_shared<ByteMap>();
+  const auto map = std::make_shared<ByteMap>(0.05);
   const auto delta = std::make_shared<MapDelta>(Site(1, 1).Update());
   return {
       {"selection", [=] { site->Select(); }},

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "common/match/fitness_field.hpp"
 #include "common/match/rrhc_matcher.hpp"
+#include "common/match/scored_map.hpp"
 #include "common/slam.hpp"
 
 namespace crsm::bench {
@@ -26,7 +26,7 @@ class Site {
   /// So many rays of the scan, evenly spread.
   RaysInCells PickRays(int num_rays) const;
 
-  void Apply(const MapDelta& delta) { matcher_.ApplyChanges(delta.tiles); }
+  void Apply(const MapDelta& delta) { matcher_.Apply(delta.tiles); }
 
  private:
   std::vector<int> PickIndices(int num_rays) const;
@@ -34,9 +34,9 @@ class Site {
   Parameters parameters_;
   RrhcMatcher matcher_;
   MapUpdater updater_;
-  FitnessField field_;
+  ScoredMap map_;
   LaserScan scan_;
-  ValidRays rays_;
+  CriticalRays rays_;
 };
 
 /// A fixed piece of work: the same instructions at every run.

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/match/fitness_field.hpp"
+#include "common/match/rrhc_matcher.hpp"
+#include "common/match/scored_map.hpp"
 #include "common/math/random.hpp"
 #include "common/slam.hpp"
 #include "services/sources/open_laser_source.hpp"
@@ -16,26 +17,23 @@ namespace {
 class Matches {
  public:
   explicit Matches(const Parameters& parameters)
-      : parameters_(parameters), field_(parameters.match.unexplored_score, parameters.match.interpolate) {}
+      : parameters_(parameters),
+        map_(parameters.update.cell_size_m, parameters.match.unexplored_score, parameters.match.interpolate) {}
 
-  void Refresh(const ByteMap& map, const std::vector<TileChange>& changes) {
-    std::vector<TileIndex> changed;
-    for (const TileChange& change : changes) changed.push_back(change.index);
-    field_.Refresh(map, changed);
-  }
+  void Apply(const std::vector<TileChange>& changes) { map_.Apply(changes); }
 
   /// `last`, `truth`: the pose of the last scan, and from there as the robot truly moved.
-  void Add(const ValidRays& rays, std::span<const int> critical, const Pose2& last, const Pose2& truth,
-           const ScanMatch& match, const MapGeometry& geometry) {
+  void Add(const CriticalRays& scan, const Pose2& last, const Pose2& truth, const ScanMatch& match) {
+    const double cell_size_m = map_.geometry().cell_size_m();
     const Pose2 motion = Inverse(last) * truth;
     const double length_m = std::hypot(motion.x_m, motion.y_m);
-    if (length_m < 0.5 * geometry.cell_size_m() || critical.empty()) return;  // it turns on the spot
-    const Eigen::Matrix2Xd all_hits_m = ComputeHits(rays);
-    Eigen::Matrix2Xd hits_m(2, static_cast<Eigen::Index>(critical.size()));
+    if (length_m < 0.5 * cell_size_m || scan.critical.empty()) return;  // it turns on the spot
+    const Eigen::Matrix2Xd all_hits_m = ComputeHits(scan.rays);
+    Eigen::Matrix2Xd hits_m(2, static_cast<Eigen::Index>(scan.critical.size()));
     for (Eigen::Index i = 0; i < hits_m.cols(); ++i)
-      hits_m.col(i) = all_hits_m.col(critical[static_cast<std::size_t>(i)]);
-    const RaysInCells seen = ToCells(hits_m, geometry);
-    const auto Fitness = [&](const Pose2& pose) { return field_.Evaluate(seen, pose, geometry); };
+      hits_m.col(i) = all_hits_m.col(scan.critical[static_cast<std::size_t>(i)]);
+    const RaysInCells seen = map_.InCells(hits_m);
+    const auto Fitness = [&](const Pose2& pose) { return map_.Fitness(seen, pose); };
 
     const double last_fitness = Fitness(last);
     const double true_fitness = Fitness(truth);
@@ -43,7 +41,7 @@ class Matches {
     const Pose2 error = Inverse(truth) * match.T_map_laser;
     const Pose2 found = Inverse(last) * match.T_map_laser;
     const double error_m = std::hypot(error.x_m, error.y_m);
-    const bool off = error_m > geometry.cell_size_m();
+    const bool off = error_m > cell_size_m;
     last_fitness_ += last_fitness;
     true_fitness_ += true_fitness;
     found_fitness_ += found_fitness;
@@ -84,7 +82,7 @@ class Matches {
   }
 
   const Parameters& parameters_;
-  FitnessField field_;
+  ScoredMap map_;
   Outcome outcome_;
   double num_ = 0.0;
   double last_fitness_ = 0.0;
@@ -103,33 +101,30 @@ class Matches {
 Outcome MeasureMatches(const Run& run) {
   const Parameters parameters = ParametersOf(run);
   const auto source = OpenLaserSource("sim:" + run.source, {static_cast<std::uint64_t>(run.seed), ""});
-  RrhcMatcher matcher(parameters.match);
-  MapUpdater updater(parameters.scan, parameters.update);
+  RaySelector selector(parameters);
+  RrhcMatcher matcher(parameters.match, parameters.update.cell_size_m);
+  MapUpdater updater(parameters.update);
   Matches matches(parameters);
-  std::vector<ScanMatch> history;
-  double density_scale = kFirstDensityScale;
+  TrackingState tracking;
   Pose2 T_map_laser_before;  // the true one of the scan before
   while (const auto scan = source->Next()) {
     const Pose2 T_map_laser = *source->TruePose();
-    const ValidRays rays = FindValidRays(*scan, parameters.scan);
-    const RaySelection selection = SelectRays(rays, parameters.selection, density_scale);
-    density_scale = NextDensityScale(density_scale, selection.critical.size(), parameters.selection);
-    ScanMatch match =
-        matcher.Match(scan->utime, rays, selection.critical, history, updater.geometry(), updater.version());
-    if (!history.empty()) {
-      const Pose2& last = history.back().T_map_laser;
+    const CriticalRays rays = selector.Select(*scan);
+    ScanMatch match = matcher.Match(rays, tracking, {});
+    if (!tracking.empty()) {
+      const Pose2& last = tracking.recent().back().T_map_laser;
       const Pose2 truth = last * (Inverse(T_map_laser_before) * T_map_laser);
-      matches.Add(rays, selection.critical, last, truth, match, updater.geometry());
+      matches.Add(rays, last, truth, match);
     }
     T_map_laser_before = T_map_laser;
     if (run.measured == Measured::kRightMap) {
       match.T_map_laser = T_map_laser;
-      if (!history.empty()) match.state = MatchState::kOk;
+      if (!tracking.empty()) match.state = MatchState::kOk;
     }
-    const MapDelta delta = updater.Update(*scan, match);
-    matcher.ApplyChanges(delta.tiles);
-    matches.Refresh(matcher.map(), delta.tiles);
-    history.push_back(match);
+    const MapDelta delta = updater.Update(rays, match);
+    matcher.Apply(delta.tiles);
+    matches.Apply(delta.tiles);
+    tracking.Add(match);
   }
   return matches.Result();
 }

@@ -76,6 +76,7 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
       OpenLaserSource(simulated ? "sim:" + run.source : LogOf(run, radish), {static_cast<std::uint64_t>(run.seed), ""});
   Slam slam(parameters);
   Results results;
+  std::vector<ScanMatch> matches;
   Trajectory trajectory;
   Outcome outcome;
   double rays = 0.0;
@@ -83,7 +84,8 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
   double cpu_s = 0.0;
   while (auto scan = source->Next()) {
     const double start_s = CpuSeconds();
-    const ScanMatch match = slam.Process(*scan);
+    const Slam::Step step = slam.Process(*scan);
+    const ScanMatch& match = step.match;
     cpu_s += CpuSeconds() - start_s;
     trajectory.push_back({match.utime, match.T_map_laser});
     if (const auto T_map_laser = source->TruePose()) results.truth.push_back({scan->utime, *T_map_laser});
@@ -91,11 +93,11 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
     evaluations += match.evaluations;
     const int bin = (match.best_evaluation - 1) * kNumBins / parameters.match.num_evaluations;
     if (match.best_evaluation > 0) ++outcome.bins.at(static_cast<std::size_t>(std::min(bin, kNumBins - 1)));
-    results.last_scan = std::move(*scan);
+    matches.push_back(match);
+    results.last_scan = step.scan;
   }
-  results.grid = slam.map().ToDenseGrid(slam.geometry().cell_size_m());
-  results.matches = slam.history();
-  results.scan_parameters = parameters.scan;
+  results.grid = slam.map().ToDenseGrid();
+  results.matches = matches;
   Summary summary = Summarize(results.matches, results.grid);
   summary.parameters = ListParameters(parameters);
   results.summary_json = FormatSummary(summary);

@@ -11,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (const auto delta = Decode<map_delta_t>(*bytes)) matcher.Handle(*delta);
     const auto scan = Decode<critical_rays_t>(*bytes);
     if (!scan || !matcher.has_map()) continue;
-    matcher.Match(*scan, {});
+    matcher.Match(*scan, TrackingState::OnFinishedMap());
     break;  // it takes a second with the sanitizers, more of them would teach no more
   }
   return 0;

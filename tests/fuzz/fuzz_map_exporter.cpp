@@ -1,5 +1,6 @@
 // MAP_DELTA and SERVICE_STATUS, as map_exporter takes them: replica, rectangle and summary.
 
+#include "common/map/byte_map.hpp"
 #include "common/results/summary.hpp"
 #include "input.hpp"
 #include "services/runtime/conversions.hpp"
@@ -7,13 +8,16 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace crsm;
-  ByteMap map;
-  MapReplica replica(
-      77,
-      [&](std::span<const TileChange> changes) {
-        for (const TileChange& change : changes) map.Apply(change);
-      },
-      [&] { map = ByteMap(); });
+  ByteMap map(1.0);
+  std::vector<ScanMatch> matches;
+  MapReplica replica(77, {[&](double cell_size_m) {
+                            map = ByteMap(cell_size_m);
+                            matches.clear();
+                          },
+                          [&](std::span<const TileChange> changes) {
+                            for (const TileChange& change : changes) map.Apply(change);
+                          },
+                          [&](const ScanMatch& match) { matches.push_back(match); }});
   Summary summary;
   MessageReader messages({data, size});
   while (const auto bytes = messages.Next()) {
@@ -29,8 +33,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   // The largest rectangle takes a good part of a second: more than there is to learn from it.
   const bool large = map.tiles().rectangle().num_places() > 2048;
-  const DenseGrid grid = large ? DenseGrid{} : map.ToDenseGrid(replica.cell_size_m());
-  Summary of_map = Summarize(replica.matches(), grid);
+  const DenseGrid grid = large ? DenseGrid{} : map.ToDenseGrid();
+  Summary of_map = Summarize(matches, grid);
   of_map.counts = summary.counts;
   of_map.timings = summary.timings;
   FormatSummary(of_map);

@@ -15,8 +15,8 @@ MatchParameters QuickParameters() {
 }
 
 /// Whether the scan would be looked for on the whole map.
-bool IsLostFromTheStart(std::span<const ScanMatch> history) {
-  return !history.empty() && history.front().state == MatchState::kLost && history.back().state == MatchState::kLost;
+bool IsLostFromTheStart(const TrackingState& tracking) {
+  return tracking.on_finished_map() && tracking.num_lost() == tracking.num_scans() && !tracking.empty();
 }
 
 }  // namespace
@@ -29,8 +29,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   while (const auto bytes = messages.Next()) {
     if (const auto delta = Decode<map_delta_t>(*bytes)) matcher.Handle(*delta);
     const auto scan = Decode<critical_rays_t>(*bytes);
-    if (!scan || !matcher.has_map() || IsLostFromTheStart(matcher.history())) continue;
-    matcher.Match(*scan, matcher.history());
+    if (!scan || !matcher.has_map() || IsLostFromTheStart(matcher.tracking())) continue;
+    matcher.Match(*scan, matcher.tracking());
   }
   return 0;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdlib>
+#include <optional>
 
 #include "common/match/rrhc_matcher.hpp"
 #include "services/runtime/conversions.hpp"
@@ -14,27 +15,23 @@ class MatcherReplica {
  public:
   explicit MatcherReplica(const MatchParameters& parameters)
       : parameters_(parameters),
-        matcher_(parameters),
-        replica_(
-            77, [this](std::span<const TileChange> changes) { matcher_.ApplyChanges(changes); },
-            [this] { matcher_ = RrhcMatcher(parameters_); }) {}
+        replica_(77, {[this](double cell_size_m) { matcher_.emplace(parameters_, cell_size_m); },
+                      [this](std::span<const TileChange> changes) { matcher_->Apply(changes); }}) {}
 
-  bool has_map() const { return replica_.cell_size_m() > 0.0; }
-  std::span<const ScanMatch> history() const { return replica_.matches(); }
+  bool has_map() const { return matcher_.has_value(); }
+  const TrackingState& tracking() const { return replica_.tracking(); }
 
   void Handle(const map_delta_t& delta) { replica_.Handle(delta); }
 
   /// The answer must be one that map_updater believes.
-  void Match(const critical_rays_t& message, std::span<const ScanMatch> history) const {
-    const CriticalRays scan = FromMessage(message);
-    const ScanMatch match = matcher_.Match(scan.utime, scan.rays, scan.critical, history,
-                                           MapGeometry(replica_.cell_size_m()), replica_.version());
+  void Match(const critical_rays_t& message, const TrackingState& tracking) const {
+    const ScanMatch match = matcher_->Match(FromMessage(message), tracking, {});
     if (!Decode<scan_match_t>(Encode(ToMessage(match)))) std::abort();
   }
 
  private:
   MatchParameters parameters_;
-  RrhcMatcher matcher_;
+  std::optional<RrhcMatcher> matcher_;
   MapReplica replica_;
 };
 

@@ -6,7 +6,6 @@
 #include <iostream>
 
 #include "common/math/random.hpp"
-#include "common/scan/ray_selection.hpp"
 #include "common/worlds/built_in_worlds.hpp"
 #include "input.hpp"
 #include "map_owner.hpp"
@@ -46,10 +45,7 @@ class Seeds {
 
 LaserScan Scan(std::int64_t utime, int num_beams = 90) { return ScanRoom({0.1, 0.2, 0.3}, utime, num_beams); }
 
-Bytes RaysOf(const LaserScan& scan) {
-  const ValidRays rays = FindValidRays(scan, {});
-  return Encode(ToMessage(scan.utime, rays, SelectRays(rays, {})));
-}
+Bytes EncodeRays(const LaserScan& scan) { return Encode(ToMessage(RaySelector({}).Select(scan))); }
 
 Bytes MatchOf(const LaserScan& scan, const Pose2& pose, MatchState state = MatchState::kOk) {
   return Encode(ToMessage(ScanMatch{scan.utime, pose, 0.9, 1, 1, 0, state}));
@@ -63,6 +59,7 @@ map_delta_t FirstPage() {
   page.base_version = 0;
   page.next_tile = -1;
   page.next_match = 1;
+  page.tracking[0] = ToMessage(After({FromMessage(page.matches[0])}));
   page.tiles.clear();
   const auto changes = PaintTiles(-1, 0, RoomByte);
   for (const TileChange& change : changes) page.tiles.push_back(ToMessage(change));
@@ -116,7 +113,7 @@ void WriteMessages(const Seeds& seeds) {
 
   const Bytes page = Encode(FirstPage());
   const Bytes delta = Encode(NextDelta());
-  const Bytes rays = RaysOf(Scan(7));
+  const Bytes rays = EncodeRays(Scan(7));
   seeds.Write("rrhc_matcher", "match", std::vector<Bytes>{page, rays, delta, rays});
   seeds.Write("rrhc_matcher", "small", std::vector<Bytes>{page, Encode(CriticalRaysMessage())});
   map_delta_t finished = FirstPage();  // a map without a history: the scan is looked for on all of it
@@ -124,6 +121,7 @@ void WriteMessages(const Seeds& seeds) {
   finished.next_match = 0;
   finished.num_matches = 0;
   finished.matches.clear();
+  finished.tracking[0] = ToMessage(TrackingState::OnFinishedMap());
   seeds.Write("global_search", "finished", std::vector<Bytes>{Encode(finished), rays, Encode(CriticalRaysMessage())});
   seeds.Write("rrhc_matcher", "scattered", std::vector<Bytes>{Encode(ScatteredPage()), rays});
   seeds.Write("global_search", "scattered", std::vector<Bytes>{Encode(ScatteredPage()), rays});
@@ -139,19 +137,19 @@ void WriteMessages(const Seeds& seeds) {
   for (const map_delta_t& part : owner.Answer()) pages.push_back(Encode(part));
   seeds.Write("map_exporter", "owner", pages);
 
-  const Bytes request = Encode(map_request_t{kRequester, 0, 0, 0, 0});
+  const Bytes request = Encode(map_request_t{kRequester, 0, 0, 0, 0, -1});
   std::vector<Bytes> drive;
   for (const std::int64_t utime : {1, 2, 3}) {
-    drive.push_back(Encode(ToMessage(Scan(utime, 20))));
+    drive.push_back(EncodeRays(Scan(utime, 20)));
     drive.push_back(MatchOf(Scan(utime), {static_cast<double>(utime), 0.0, 0.1}));
   }
   drive.push_back(request);
-  drive.push_back(Encode(map_request_t{kRequester, 99, 1, 0, 1}));  // the target's own epoch
+  drive.push_back(Encode(map_request_t{kRequester, 99, 1, 0, -1, 2}));  // the target's own epoch
   seeds.Write("map_updater", "drive", drive);
   std::vector<Bytes> jumps;
   for (const std::int64_t utime : {1, 2, 3, 4, 5, 6}) {
     const double far_m = utime % 2 == 0 ? 3200.0 : -3200.0;
-    jumps.push_back(Encode(ToMessage(Scan(utime, 4))));
+    jumps.push_back(EncodeRays(Scan(utime, 4)));
     jumps.push_back(MatchOf(Scan(utime), {far_m, -far_m, 0.0}));
   }
   seeds.Write("map_updater", "jumps", jumps);

@@ -148,9 +148,7 @@ std::vector<Channel> MakeChannels() {
   channels.back().malformed.push_back(Changed(odometry, [](auto& pose) { pose.utime = -1; }));
   channels.push_back({kCriticalRaysChannel, Damage(Encode(MakeRays()), {16, 20 + 4 * 8})});
   for (const float value : {kNan, kInfinity, -kInfinity, -1.0f}) {
-    Append(channels.back().malformed, {Changed(MakeRays(), [&](auto& rays) { rays.range_m[1] = value; }),
-                                       Changed(MakeRays(), [&](auto& rays) { rays.density_scale = value; }),
-                                       Changed(MakeRays(), [&](auto& rays) { rays.mean_sparseness_m = value; })});
+    Append(channels.back().malformed, {Changed(MakeRays(), [&](auto& rays) { rays.range_m[1] = value; })});
   }
   Append(channels.back().malformed, {Changed(MakeRays(), [](auto& rays) { rays.angle_rad[1] = kNan; }),
                                      Changed(MakeRays(), [](auto& rays) { rays.angle_rad[1] = 0.7f; }),
@@ -185,8 +183,11 @@ std::vector<Channel> MakeChannels() {
   channels.push_back({kScanMatchChannel, Damage(Encode(MakeMatch()), {})});
   Append(channels.back().malformed, DamageMatch([](auto change) { return Changed(MakeMatch(), change); }));
 
-  const std::size_t num_matches_at = Encode(MakeDelta()).size() - 4 - (Encode(MakeMatch()).size() - 8);
-  channels.push_back({kMapDeltaChannel, Damage(Encode(MakeDelta()), {72, 80, num_matches_at})});
+  // Behind the matches stand two more counts.
+  const std::size_t num_matches_at = Encode(MakeDelta()).size() - 4 - 4 - 4 - (Encode(MakeMatch()).size() - 8);
+  channels.push_back(
+      {kMapDeltaChannel,
+       Damage(Encode(MakeDelta()), {80, 88, num_matches_at, num_matches_at + 4 + Encode(MakeMatch()).size() - 8})});
   Append(channels.back().malformed,
          DamageMatch([](auto change) { return Changed(MakeDelta(), [&](auto& delta) { change(delta.matches[0]); }); }));
   Append(channels.back().malformed, {Changed(MakeDelta(), [](auto& delta) { delta.cell_size_m = kNan; }),
@@ -197,7 +198,8 @@ std::vector<Channel> MakeChannels() {
                                      Changed(MakeDelta(), [](auto& delta) { delta.part = 1; }),
                                      Changed(MakeDelta(), [](auto& delta) { delta.part = -1; }),
                                      Changed(MakeDelta(), [](auto& delta) { delta.next_tile = -2; }),
-                                     Changed(MakeDelta(), [](auto& delta) { delta.next_match = -1; }),
+                                     Changed(MakeDelta(), [](auto& delta) { delta.next_match = -2; }),
+                                     Changed(MakeDelta(), [](auto& delta) { delta.asked_utime = -2; }),
                                      Changed(MakeDelta(), [](auto& delta) { delta.base_version = 2; }),
                                      Changed(MakeDelta(), [](auto& delta) { delta.tiles[0].tile_x = 2000; })});
 
@@ -205,7 +207,8 @@ std::vector<Channel> MakeChannels() {
   Append(channels.back().malformed, {Changed(MakeRequest(), [](auto& request) { request.requester = 0; }),
                                      Changed(MakeRequest(), [](auto& request) { request.base_version = -1; }),
                                      Changed(MakeRequest(), [](auto& request) { request.first_tile = -1; }),
-                                     Changed(MakeRequest(), [](auto& request) { request.first_match = -1; })});
+                                     Changed(MakeRequest(), [](auto& request) { request.first_match = -2; }),
+                                     Changed(MakeRequest(), [](auto& request) { request.asked_utime = -2; })});
 
   // The lengths of the name, the version and the state, and the number of counters.
   channels.push_back({kServiceStatusChannel, Damage(Encode(MakeStatus()), {16, 29, 39, 51})});
@@ -273,8 +276,8 @@ const std::map<std::string, std::vector<std::string>> kListensTo{
     {"laser_publisher", {kMapDeltaChannel}},
     {"ray_selector", {kLaserChannel}},
     {"rrhc_matcher", {kOdometryChannel, kCriticalRaysChannel, kMapDeltaChannel}},
-    {"map_updater", {kLaserChannel, kScanMatchChannel, kMapRequestChannel}},
-    {"map_exporter", {kLaserChannel, kMapDeltaChannel, kServiceStatusChannel}}};
+    {"map_updater", {kCriticalRaysChannel, kScanMatchChannel, kMapRequestChannel}},
+    {"map_exporter", {kCriticalRaysChannel, kMapDeltaChannel, kServiceStatusChannel}}};
 
 /// What memory may grow by between 1,000 messages on each channel and 10,000: the allocator's slack, in which one kept
 /// block of a hundred bytes a message, 0.9 MB, would not hide. The sanitizers keep freed blocks for a while.

@@ -7,6 +7,7 @@
 #include "common/map/map_updater.hpp"
 #include "common/match/rrhc_matcher.hpp"
 #include "common/results/results.hpp"
+#include "common/scan/ray_selector.hpp"
 #include "processes.hpp"
 #include "services/runtime/conversions.hpp"
 
@@ -17,7 +18,7 @@ namespace {
 /// What the algorithm makes of one scan.
 struct Step {
   LaserScan scan;
-  critical_rays_t critical_rays;
+  CriticalRays rays;
   ScanMatch match;
   MapDelta delta;
 };
@@ -31,21 +32,21 @@ struct Recording {
 /// The loop of Slam::Process with all that passes from stage to stage kept.
 Recording Record(const std::vector<LaserScan>& scans, const Parameters& parameters) {
   Recording recording;
-  RrhcMatcher matcher(parameters.match);
-  MapUpdater updater(parameters.scan, parameters.update);
-  double density_scale = kFirstDensityScale;
+  RaySelector selector(parameters);
+  RrhcMatcher matcher(parameters.match, parameters.update.cell_size_m);
+  MapUpdater updater(parameters.update);
+  TrackingState tracking;
   for (const LaserScan& scan : scans) {
-    const ValidRays rays = FindValidRays(scan, parameters.scan);
-    const RaySelection selection = SelectRays(rays, parameters.selection, density_scale);
-    density_scale = NextDensityScale(density_scale, selection.critical.size(), parameters.selection);
-    const ScanMatch match =
-        matcher.Match(scan.utime, rays, selection.critical, recording.history, updater.geometry(), updater.version());
-    const MapDelta delta = updater.Update(scan, match);
-    matcher.ApplyChanges(delta.tiles);
+    const CriticalRays rays = selector.Select(scan);
+    ScanMatch match = matcher.Match(rays, tracking, {});
+    match.map_version = updater.version();
+    const MapDelta delta = updater.Update(rays, match);
+    matcher.Apply(delta.tiles);
+    tracking.Add(match);
     recording.history.push_back(match);
-    recording.steps.push_back({scan, ToMessage(scan.utime, rays, selection), match, delta});
+    recording.steps.push_back({scan, rays, match, delta});
   }
-  recording.map = matcher.map().ToDenseGrid(parameters.update.cell_size_m);
+  recording.map = matcher.map().ToDenseGrid();
   return recording;
 }
 
@@ -58,20 +59,22 @@ map_delta_t MakeDelta(const Step& step, double cell_size_m) {
   delta.version = step.delta.version;
   delta.base_version = step.delta.version - 1;
   delta.cell_size_m = cell_size_m;
+  delta.asked_utime = -1;
   return delta;
 }
 
 /// The owner of the map as a replica sees it. It sends every tile in a message of its own, unlike map_updater.
 class MapOwner {
  public:
-  MapOwner(TestBus& bus, const Parameters& parameters) : bus_(bus), updater_(parameters.scan, parameters.update) {
+  MapOwner(TestBus& bus, const Parameters& parameters) : bus_(bus), updater_(parameters.update) {
     bus_->Subscribe<map_request_t>(kMapRequestChannel, [this](const map_request_t& request) { Answer(request); });
   }
 
   /// Draws a scan into the map and tells everybody.
   void Update(const Step& step) {
-    const std::vector<TileChange> tiles = updater_.Update(step.scan, step.match).tiles;
+    const std::vector<TileChange> tiles = updater_.Update(step.rays, step.match).tiles;
     history_.push_back(ToMessage(step.match));
+    tracking_.Add(step.match);
     map_delta_t part = MakeDelta(step, updater_.geometry().cell_size_m());
     part.num_parts = static_cast<std::int32_t>(std::max<std::size_t>(1, tiles.size()));
     part.num_matches = 1;
@@ -97,9 +100,16 @@ class MapOwner {
     page.cell_size_m = updater_.geometry().cell_size_m();
     page.num_parts = 1;
     page.recipient = request.requester;
-    page.matches.assign(history_.begin() + request.first_match, history_.end());
-    page.num_matches = static_cast<std::int32_t>(page.matches.size());
-    page.next_match = static_cast<std::int32_t>(history_.size());
+    page.asked_utime = request.asked_utime;
+    page.next_match = -1;
+    if (request.first_match >= 0) {
+      page.matches.assign(history_.begin() + request.first_match, history_.end());
+      page.num_matches = static_cast<std::int32_t>(page.matches.size());
+      page.next_match = static_cast<std::int32_t>(history_.size());
+    } else {
+      page.tracking = {ToMessage(tracking_)};
+      page.num_tracking = 1;
+    }
     const auto tile = static_cast<std::size_t>(request.first_tile);
     page.next_tile = tile + 1 < updater_.num_tiles() ? request.first_tile + 1 : -1;
     const auto change = tile < updater_.num_tiles() ? updater_.TileSince(tile, request.base_version) : std::nullopt;
@@ -112,6 +122,7 @@ class MapOwner {
   TestBus& bus_;
   MapUpdater updater_;
   std::vector<scan_match_t> history_;
+  TrackingState tracking_;
   int num_answered_ = 0;
 };
 
@@ -142,7 +153,7 @@ TEST_CASE(
         answers.clear();
         bus->Publish(kLaserChannel, ToMessage(step.scan));
         REQUIRE(bus.Await([&] { return !answers.empty(); }));
-        CHECK(Encode(answers.front()) == Encode(step.critical_rays));
+        CHECK(Encode(answers.front()) == Encode(ToMessage(step.rays)));
       }
     }
     CHECK(selector.Interrupt() == 0);
@@ -170,7 +181,7 @@ TEST_CASE(
       for (int time = 0; time < 2; ++time) {
         answers.clear();
         poses.clear();
-        bus->Publish(kCriticalRaysChannel, step.critical_rays);
+        bus->Publish(kCriticalRaysChannel, ToMessage(step.rays));
         REQUIRE(bus.Await([&] { return !answers.empty() && !poses.empty(); }));
         CHECK(Encode(answers.front()) == Encode(ToMessage(step.match)));
         CHECK(poses.front().utime == step.scan.utime);
@@ -201,7 +212,7 @@ TEST_CASE("map_updater answers recorded scans and poses with the change of the m
     for (const Step& step : recording.steps) {
       for (int time = 0; time < 2; ++time) {
         parts.clear();
-        bus->Publish(kLaserChannel, ToMessage(step.scan));
+        bus->Publish(kCriticalRaysChannel, ToMessage(step.rays));
         bus->Publish(kScanMatchChannel, ToMessage(step.match));
         REQUIRE(bus.Await(HasAllParts));
         // The parts one behind the other are the change; the match stands in the first of them.
@@ -225,10 +236,11 @@ TEST_CASE("map_updater answers recorded scans and poses with the change of the m
       }
     }
 
-    ByteMap map;
+    ByteMap map(parameters.update.cell_size_m);
     std::vector<ScanMatch> history;
     map_request_t request{};
     request.requester = 77;
+    request.asked_utime = -1;
     request.epoch = parts.front().epoch;
     while (request.first_tile >= 0) {
       parts.clear();
@@ -242,7 +254,7 @@ TEST_CASE("map_updater answers recorded scans and poses with the change of the m
       request.first_match = parts.front().next_match;
     }
     CHECK(history == recording.history);
-    CHECK(map.ToDenseGrid(parameters.update.cell_size_m).cells == recording.map.cells);
+    CHECK(map.ToDenseGrid().cells == recording.map.cells);
     CHECK(updater.Interrupt() == 0);
   }
 }
@@ -258,7 +270,7 @@ TEST_CASE("map_exporter writes the files that belong to the recorded changes of 
   MapOwner owner(bus, parameters);
   REQUIRE(bus.Await([&] { return owner.num_answered() > 0; }));
   for (const Step& step : recording.steps) {
-    bus->Publish(kLaserChannel, ToMessage(step.scan));
+    bus->Publish(kCriticalRaysChannel, ToMessage(step.rays));
     owner.Update(step);
   }
   exporter.Signal(SIGINT);
@@ -268,8 +280,7 @@ TEST_CASE("map_exporter writes the files that belong to the recorded changes of 
   Results expected;
   expected.grid = recording.map;
   expected.matches = recording.history;
-  expected.last_scan = recording.steps.back().scan;
-  expected.scan_parameters = parameters.scan;
+  expected.last_scan = recording.steps.back().rays;
   WriteResults(folder / "expected", expected);
   for (const char* file : {"map.png", "map.yaml", "overview.png", "trajectory.tum"}) {
     INFO(file);

@@ -1,6 +1,8 @@
 #include "common/slam.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "catch.hpp"
 #include "synthetic_scans.hpp"
@@ -18,9 +20,16 @@ Parameters SlamParameters() {
   return parameters;
 }
 
+std::vector<Slam::Step> DriveSteps(Slam& slam, int num_scans = 25) {
+  std::vector<Slam::Step> steps;
+  for (int k = 0; k < num_scans; ++k) steps.push_back(slam.Process(ScanRoom(TruePose(k), 1000 + 100 * k, 180)));
+  return steps;
+}
+
 std::vector<ScanMatch> Drive(Slam& slam, int num_scans = 25) {
-  for (int k = 0; k < num_scans; ++k) slam.Process(ScanRoom(TruePose(k), 1000 + 100 * k, 180));
-  return slam.history();
+  std::vector<ScanMatch> matches;
+  for (const Slam::Step& step : DriveSteps(slam, num_scans)) matches.push_back(step.match);
+  return matches;
 }
 
 void CheckSamePose(const Pose2& a, const Pose2& b, double margin_m) {
@@ -43,11 +52,11 @@ TEST_CASE("a drive around a room is followed to within a cell, and its map is th
     CHECK(match.map_version == k);
     CheckSamePose(match.T_map_laser, TruePose(k), 0.05);
   }
-  const DenseGrid grid = slam.map().ToDenseGrid(0.05);
+  const DenseGrid grid = slam.map().ToDenseGrid();
   CHECK(std::abs(grid.width_cells - 142) <= 2);  // the room's, and a cell at each wall
   CHECK(std::abs(grid.height_cells - 102) <= 2);
   CHECK(slam.map().At({0, 0}) > 200);
-  CHECK(slam.geometry().cell_size_m() == 0.05);
+  CHECK(grid.cell_size_m == 0.05);
 }
 
 TEST_CASE("the same seed draws the same map bit for bit, another seed the same drive within a cell") {
@@ -58,7 +67,7 @@ TEST_CASE("the same seed draws the same map bit for bit, another seed the same d
   Slam other(parameters);
   const auto history = Drive(first);
   CHECK(Drive(again) == history);
-  CHECK(again.map().ToDenseGrid(0.05).cells == first.map().ToDenseGrid(0.05).cells);
+  CHECK(again.map().ToDenseGrid().cells == first.map().ToDenseGrid().cells);
   const auto other_history = Drive(other);
   CHECK(other_history != history);
   CheckSamePose(other_history.back().T_map_laser, history.back().T_map_laser, 0.05);
@@ -82,8 +91,8 @@ TEST_CASE("a scan that sees nothing is lost, and the next one is matched again")
   Slam slam(SlamParameters());
   Drive(slam, 5);
   const LaserScan blind{5000, -1.0f, 0.5f, {0.0f, 0.0f, 0.0f}};
-  CHECK(slam.Process(blind).state == MatchState::kLost);
-  const ScanMatch match = slam.Process(ScanRoom(TruePose(5), 6000, 180));
+  CHECK(slam.Process(blind).match.state == MatchState::kLost);
+  const ScanMatch match = slam.Process(ScanRoom(TruePose(5), 6000, 180)).match;
   CHECK(match.state == MatchState::kOk);
   CHECK(match.map_version == 6);
   CheckSamePose(match.T_map_laser, TruePose(5), 0.05);
@@ -91,33 +100,65 @@ TEST_CASE("a scan that sees nothing is lost, and the next one is matched again")
 
 TEST_CASE("a first scan that sees nothing does not keep the next ones from making a map") {
   Slam slam(SlamParameters());
-  CHECK(slam.Process({1, -1.0f, 0.5f, {0.0f, 0.0f}}).T_map_laser == Pose2{});
-  CHECK(slam.map().tiles().entries().empty());
+  CHECK(slam.Process({1, -1.0f, 0.5f, {0.0f, 0.0f}}).match.T_map_laser == Pose2{});
+  CHECK(slam.map().empty());
   Drive(slam, 3);
-  CHECK_FALSE(slam.map().tiles().entries().empty());
+  CHECK_FALSE(slam.map().empty());
 }
 
 TEST_CASE("a drive that goes on in a later session gives the poses and the map of one without a break") {
-  Slam whole(SlamParameters());
-  const auto history = Drive(whole);
-  for (const int cut : {0, 1, 12, 25}) {
+  Parameters parameters = SlamParameters();
+  parameters.update.update_distance_m = 0.1;  // some scans are drawn: those alone are kept
+  parameters.update.update_angle_rad = 1.0;
+  Slam whole(parameters);
+  const std::vector<Slam::Step> steps = DriveSteps(whole);
+  for (const std::size_t cut : {0, 1, 12, 25}) {
     CAPTURE(cut);
-    Slam later(SlamParameters());
-    for (int k = 0; k < cut; ++k) {
-      const LaserScan scan = ScanRoom(TruePose(k), 1000 + 100 * k, 180);
-      later.Restore(&scan, history[static_cast<std::size_t>(k)]);
+    Slam later(parameters);
+    int num_drawn = 0;
+    for (std::size_t k = 0; k < cut; ++k) {
+      CHECK(later.Integrate(steps[k].drawn ? &steps[k].scan : nullptr, steps[k].match) == steps[k].drawn);
+      num_drawn += steps[k].drawn;
     }
-    for (int k = cut; k < 25; ++k) later.Process(ScanRoom(TruePose(k), 1000 + 100 * k, 180));
-    CHECK(later.history() == history);
-    CHECK(later.map().ToDenseGrid(0.05).cells == whole.map().ToDenseGrid(0.05).cells);
+    if (cut == 12) CHECK((num_drawn > 1 && num_drawn < 12));
+    for (std::size_t k = cut; k < 25; ++k) {
+      const auto i = static_cast<int>(k);
+      CHECK(later.Process(ScanRoom(TruePose(i), 1000 + 100 * i, 180)).match == steps[k].match);
+    }
+    CHECK(later.tracking() == whole.tracking());
+    CHECK(later.map().ToDenseGrid().cells == whole.map().ToDenseGrid().cells);
   }
 }
 
-TEST_CASE("a match whose scan is missing is restored and draws nothing") {
+TEST_CASE("a match whose scan was not drawn is remembered and draws nothing") {
   Slam slam(SlamParameters());
-  slam.Restore(nullptr, {5, {}, 0.0, 0, 0, 0, MatchState::kFirst});
-  CHECK(slam.history().size() == 1);
-  CHECK(slam.map().tiles().entries().empty());
+  CHECK_FALSE(slam.Integrate(nullptr, {5, {}, 0.0, 0, 0, 0, MatchState::kFirst}));
+  CHECK(slam.tracking().num_scans() == 1);
+  CHECK(slam.map_version() == 1);
+  CHECK(slam.map().empty());
+}
+
+TEST_CASE("another matcher takes the place of ours") {
+  class Standing : public Matcher {  // the robot never moves
+   public:
+    explicit Standing(double cell_size_m) : map_(cell_size_m) {}
+    bool Apply(std::span<const TileChange> changes) override {
+      return std::all_of(changes.begin(), changes.end(), [&](const TileChange& change) { return map_.Apply(change); });
+    }
+    ScanMatch Match(const CriticalRays& scan, const TrackingState&, const std::optional<Pose2>&) const override {
+      ScanMatch match;
+      match.utime = scan.utime;
+      match.state = MatchState::kOk;
+      return match;
+    }
+    const ByteMap& map() const override { return map_; }
+
+   private:
+    ByteMap map_;
+  };
+  Slam slam(SlamParameters(), [](double cell_size_m) { return std::make_unique<Standing>(cell_size_m); });
+  for (const ScanMatch& match : Drive(slam)) CHECK(match.T_map_laser == Pose2{});
+  CHECK_FALSE(slam.map().empty());
 }
 
 TEST_CASE("on a finished map a drive is followed from wherever it begins, and the map stays as it is") {
@@ -125,19 +166,19 @@ TEST_CASE("on a finished map a drive is followed from wherever it begins, and th
   parameters.update.cell_size_m = 0.05;
   Slam slam(parameters);
   for (int k = 0; k < 40; ++k) slam.Process(ScanNiche(TruePose(k), 1000 + 100 * k));
-  const DenseGrid before = slam.map().ToDenseGrid(0.05);
-  slam.Freeze();
-  CHECK(slam.history().empty());
+  const DenseGrid before = slam.map().ToDenseGrid();
+  slam.FinishMap();
+  CHECK(slam.tracking().empty());
   for (int k = 0; k < 20; ++k) {
     const Pose2 truth{-1.5 + 0.05 * k, 1.5 - 0.02 * k, 2.0 + 0.03 * k};
-    const ScanMatch match = slam.Process(ScanNiche(truth, 500 + k));  // utimes of the first drive do not matter
+    const ScanMatch match = slam.Process(ScanNiche(truth, 500 + k)).match;  // utimes of the first drive do not matter
     CAPTURE(k);
     CHECK(match.state == MatchState::kOk);
     CHECK(match.map_version == k);
     CheckSamePose(match.T_map_laser, truth, 0.05);
   }
-  CHECK(slam.history().size() == 20);
-  CHECK(slam.map().ToDenseGrid(0.05).cells == before.cells);
+  CHECK(slam.tracking().num_scans() == 20);
+  CHECK(slam.map().ToDenseGrid().cells == before.cells);
 }
 
 }  // namespace crsm

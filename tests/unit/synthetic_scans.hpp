@@ -6,9 +6,12 @@
 #include <limits>
 #include <vector>
 
-#include "common/map/map_delta.hpp"
+#include "common/map/byte_map.hpp"
+#include "common/match/tracking_state.hpp"
 #include "common/parameters.hpp"
+#include "common/scan/critical_rays.hpp"
 #include "common/scan/laser_scan.hpp"
+#include "common/scan/ray_selector.hpp"
 #include "common/scan/scan_match.hpp"
 
 namespace crsm {
@@ -105,6 +108,13 @@ std::vector<TileChange> PaintTiles(int low, int high, Paint&& paint) {
   return changes;
 }
 
+/// A scan's measurements, all of them critical.
+inline CriticalRays AllRays(const LaserScan& scan, const ScanParameters& parameters) {
+  CriticalRays rays{scan.utime, FindValidRays(scan, parameters), {}};
+  for (std::size_t i = 0; i < rays.rays.size(); ++i) rays.critical.push_back(static_cast<int>(i));
+  return rays;
+}
+
 /// A plain and quick set-up whose numbers do not follow the defaults.
 inline Parameters TestParameters() {
   Parameters p;
@@ -147,6 +157,28 @@ inline Parameters TestParameters() {
   p.update.update_distance_m = 0.0;
   p.update.update_angle_rad = 0.0;
   return p;
+}
+
+/// With those parameters.
+inline CriticalRays AllRays(const LaserScan& scan) { return AllRays(scan, TestParameters().scan); }
+
+/// The critical rays of a scan, as a selector picks them with those parameters.
+inline CriticalRays RaysOf(const LaserScan& scan) { return RaySelector(TestParameters()).Select(scan); }
+
+/// A map with cells of that size, from (low, low) to (high, high) as `paint` says.
+template <class Paint>
+ByteMap PaintMap(int low, int high, Paint&& paint, double cell_size_m = 0.05) {
+  ByteMap map(cell_size_m);
+  for (const TileChange& change : PaintTiles(low, high, paint)) map.Apply(change);
+  return map;
+}
+
+/// What a matcher remembers after these matches. A map that began with the first of them is one that grows.
+inline TrackingState After(const std::vector<ScanMatch>& matches) {
+  const bool grows = !matches.empty() && matches.front().state == MatchState::kFirst;
+  TrackingState state = grows ? TrackingState() : TrackingState::OnFinishedMap();
+  for (const ScanMatch& match : matches) state.Add(match);
+  return state;
 }
 
 }  // namespace crsm

@@ -45,9 +45,7 @@ inline bot_core::pose_t PoseMessage() {
   return {5, {1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}, {0.5, 0.5, 0.5, 0.5}, {7.0, 8.0, 9.0}, {10.0, 11.0, 12.0}};
 }
 
-inline critical_rays_t CriticalRaysMessage() {
-  return {5, 3, {-0.5f, 0.0f, 0.5f}, {1.0f, 2.0f, 3.0f}, 2, {0, 2}, 100.0, 0.25};
-}
+inline critical_rays_t CriticalRaysMessage() { return {5, 3, {-0.5f, 0.0f, 0.5f}, {1.0f, 2.0f, 3.0f}, 2, {0, 2}}; }
 
 inline scan_match_t ScanMatchMessage() {
   return {5,           1.0,
@@ -59,6 +57,8 @@ inline scan_match_t ScanMatchMessage() {
           1,           3.0,
           4.0,         -0.5};
 }
+
+inline tracking_state_t TrackingStateMessage() { return {8, 1, 5, 0, 2, {0.5, 0.75}, 1, {ScanMatchMessage()}}; }
 
 inline map_delta_t MapDeltaMessage() {
   map_delta_t message{};
@@ -72,10 +72,15 @@ inline map_delta_t MapDeltaMessage() {
   message.tiles = {{-3, 4, 5, {0, 0, 0, 1, 9}}, {1023, -1024, 0, {}}};
   message.num_matches = 1;
   message.matches = {ScanMatchMessage()};
+  message.asked_utime = 5;
+  message.num_asked = 1;
+  message.asked = {ScanMatchMessage()};
+  message.num_tracking = 1;
+  message.tracking = {TrackingStateMessage()};
   return message;
 }
 
-inline map_request_t MapRequestMessage() { return {77, 99, 8, 2, 3}; }
+inline map_request_t MapRequestMessage() { return {77, 99, 8, 2, 3, 5}; }
 
 inline service_status_t ServiceStatusMessage() {
   return {5, "map_updater", "1.0", 42, "", 2, {"handled", "lost"}, {9, 1}, 9, 1.0, 2.0, 3.0, 40.0};

@@ -19,10 +19,12 @@ constexpr int kOccupiedOnce = 102;
 /// A map and the replica that its deltas make.
 class TestMap {
  public:
-  explicit TestMap(const Parameters& parameters = TestParameters()) : updater(parameters.scan, parameters.update) {}
+  explicit TestMap(const Parameters& parameters = TestParameters())
+      : updater(parameters.update), bytes(parameters.update.cell_size_m), scan_(parameters.scan) {}
 
   MapDelta Draw(const LaserScan& scan, const Pose2& T_map_laser = {}, MatchState state = MatchState::kOk) {
-    MapDelta delta = updater.Update(scan, {scan.utime, T_map_laser, 1.0, 1, 1, updater.version(), state});
+    MapDelta delta =
+        updater.Update(AllRays(scan, scan_), {scan.utime, T_map_laser, 1.0, 1, 1, updater.version(), state});
     for (const TileChange& change : delta.tiles) REQUIRE(bytes.Apply(change));
     return delta;
   }
@@ -30,6 +32,9 @@ class TestMap {
 
   MapUpdater updater;
   ByteMap bytes;
+
+ private:
+  ScanParameters scan_;
 };
 
 LaserScan Beam(float range_m, float angle_rad = 0.0f) { return {1, angle_rad, 0.01f, {range_m}}; }
@@ -63,7 +68,7 @@ TEST_CASE("a beam visits the cells that its line crosses and no others") {
                       static_cast<int>(std::floor((pose.y_m + m * way.y()) / 0.05))});
     }
     for (const auto& [x, y] : crossed) CHECK(map.At(x, y) != kUnexploredByte);
-    const DenseGrid grid = map.bytes.ToDenseGrid(0.05);
+    const DenseGrid grid = map.bytes.ToDenseGrid();
     const auto num_explored =
         grid.cells.size() - static_cast<std::size_t>(std::count(grid.cells.begin(), grid.cells.end(), kUnexploredByte));
     CHECK(num_explored <= crossed.size() + 2);  // corners cut by less than the 0.1 mm of this test
@@ -76,7 +81,7 @@ TEST_CASE("each cell is updated once a scan, however many beams cross it") {
   map.Draw(ScanRoom(kInCell), kInCell);
   CHECK(map.At(0, 0) == kFreeOnce);
   CHECK(map.At(3, 2) == kFreeOnce);
-  const DenseGrid grid = map.bytes.ToDenseGrid(0.05);
+  const DenseGrid grid = map.bytes.ToDenseGrid();
   for (const int byte : grid.cells) REQUIRE((byte == kFreeOnce || byte == kOccupiedOnce || byte == kUnexploredByte));
 }
 
@@ -260,19 +265,19 @@ TEST_CASE("a scan is drawn after enough motion or enough turning since the last 
 
 TEST_CASE("a scan that is not the match's is refused and makes no version") {
   TestMap map;
-  CHECK_THROWS_AS(map.updater.Update(Beam(1.0f), {2, {}, 1.0, 1, 1, 0, MatchState::kOk}), std::invalid_argument);
+  CHECK_THROWS_AS(map.updater.Update(AllRays(Beam(1.0f)), {2, {}, 1.0, 1, 1, 0, MatchState::kOk}),
+                  std::invalid_argument);
   CHECK(map.updater.version() == 0);
 }
 
 TEST_CASE("a scan that reaches beyond the map is answered and not drawn") {
   TestMap map;
   const double limit_m = kMaxCell * 0.05;
-  for (const Pose2& pose :
-       {Pose2{limit_m - 19.0, 0.0, 0.0}, {0.0, -limit_m, 0.0}, {1e300, 0.0, 0.0}, {NAN, 0.0, 0.0}}) {
+  for (const Pose2& pose : {Pose2{limit_m - 0.9, 0.0, 0.0}, {0.0, -limit_m, 0.0}, {1e300, 0.0, 0.0}, {NAN, 0.0, 0.0}}) {
     CHECK(map.Draw(Beam(1.0f), pose).tiles.empty());
   }
   CHECK(map.updater.version() == 4);
-  CHECK_FALSE(map.Draw(Beam(1.0f), {limit_m - 20.1, 0.0, 0.0}).tiles.empty());
+  CHECK_FALSE(map.Draw(Beam(1.0f), {limit_m - 1.1, 0.0, 0.0}).tiles.empty());
 }
 
 TEST_CASE("what the map has no room for is left out and counted, and mapping goes on") {
@@ -294,7 +299,7 @@ TEST_CASE("a replica that missed versions is healed by whole tiles") {
   const std::int64_t old_version = map.updater.version();
   map.Draw(Beam(1.0f, 0.3f), kInCell);  // changes one tile
   int num_tiles = 0;
-  ByteMap replica;
+  ByteMap replica(0.05);
   for (std::size_t tile = 0; tile < map.updater.num_tiles(); ++tile) {
     num_tiles += map.updater.TileSince(tile, old_version).has_value();
     CHECK_FALSE(map.updater.TileSince(tile, map.updater.version()));
@@ -303,29 +308,29 @@ TEST_CASE("a replica that missed versions is healed by whole tiles") {
     CHECK(replica.Apply(*whole));
   }
   CHECK(num_tiles == 1);
-  CHECK(replica.ToDenseGrid(0.05).cells == map.bytes.ToDenseGrid(0.05).cells);
+  CHECK(replica.ToDenseGrid().cells == map.bytes.ToDenseGrid().cells);
 }
 
-TEST_CASE("a frozen map answers and does not change, and its versions start over") {
+TEST_CASE("a finished map answers and does not change, and its versions start over") {
   TestMap map;
   map.Draw(ScanRoom(kInCell), kInCell);
   map.Draw(Beam(1.0f, 0.3f), kInCell);
-  const DenseGrid before = map.bytes.ToDenseGrid(0.05);
-  map.updater.Freeze();
+  const DenseGrid before = map.bytes.ToDenseGrid();
+  map.updater.Finish();
   CHECK(map.updater.version() == 0);
   for (std::int64_t version = 1; version <= 3; ++version) {
     const MapDelta delta = map.Draw(Beam(2.0f, 0.1f), kInCell);
     CHECK(delta.version == version);
     CHECK(delta.tiles.empty());
   }
-  ByteMap replica;
+  ByteMap replica(0.05);
   for (std::size_t tile = 0; tile < map.updater.num_tiles(); ++tile) {
     CHECK_FALSE(map.updater.TileSince(tile, 1));  // who holds a version of this epoch has them all
     const auto whole = map.updater.TileSince(tile, 0);
     REQUIRE(whole);
     CHECK(replica.Apply(*whole));
   }
-  CHECK(replica.ToDenseGrid(0.05).cells == before.cells);
+  CHECK(replica.ToDenseGrid().cells == before.cells);
 }
 
 }  // namespace crsm

@@ -22,9 +22,7 @@ std::uint8_t Noise(Cell cell) {
 
 template <class Paint>
 ByteMap Map(Paint&& paint) {
-  ByteMap map;
-  for (const TileChange& change : PaintTiles(-2, 1, paint)) REQUIRE(map.Apply(change));
-  return map;
+  return PaintMap(-2, 1, paint);
 }
 
 std::vector<TileIndex> AllTiles(const ByteMap& map) {
@@ -34,7 +32,7 @@ std::vector<TileIndex> AllTiles(const ByteMap& map) {
 }
 
 FitnessField Field(const ByteMap& map, double unexplored_score, bool interpolate) {
-  FitnessField field(unexplored_score, interpolate);
+  FitnessField field(map.geometry(), unexplored_score, interpolate);
   field.Refresh(map, AllTiles(map));
   return field;
 }
@@ -72,15 +70,15 @@ double EvaluateLiterally(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, con
 
 TEST_CASE("no rays fit nowhere") {
   const ByteMap map = Map(Noise);
-  CHECK(Field(map, -100.0, true).Evaluate(ToCells(Eigen::Matrix2Xd(2, 0), kGeometry), {}, kGeometry) == 0.0);
+  CHECK(Field(map, -100.0, true).Evaluate(ToCells(Eigen::Matrix2Xd(2, 0), kGeometry), {}) == 0.0);
 }
 
 TEST_CASE("rays on cells of value 0 amid such cells fit perfectly, on cells of value 255 not at all") {
   const RaysInCells rays = ToCells(DrawHits(100, 2.0, 1), kGeometry);
   for (const bool interpolate : {false, true}) {
     for (const Pose2& pose : {Pose2{}, {-0.1, -3.0, 2.0}, {-3.2, 0.0, -1.0}}) {
-      CHECK(Field(Map([](Cell) { return kOccupiedByte; }), -100.0, interpolate).Evaluate(rays, pose, kGeometry) == 1.0);
-      CHECK(Field(Map([](Cell) { return kFreeByte; }), -100.0, interpolate).Evaluate(rays, pose, kGeometry) == 0.0);
+      CHECK(Field(Map([](Cell) { return kOccupiedByte; }), -100.0, interpolate).Evaluate(rays, pose) == 1.0);
+      CHECK(Field(Map([](Cell) { return kFreeByte; }), -100.0, interpolate).Evaluate(rays, pose) == 0.0);
     }
   }
 }
@@ -88,11 +86,11 @@ TEST_CASE("rays on cells of value 0 amid such cells fit perfectly, on cells of v
 TEST_CASE("a ray on an unexplored cell scores -100 of 3570, on an empty map and beyond its tiles too") {
   const RaysInCells rays = ToCells(DrawHits(10, 1.0, 2), kGeometry);
   for (const bool interpolate : {false, true}) {
-    const FitnessField empty(-100.0, interpolate);
-    CHECK(empty.Evaluate(rays, {}, kGeometry) == Approx(-100.0 / 3570.0));
+    const FitnessField empty(kGeometry, -100.0, interpolate);
+    CHECK(empty.Evaluate(rays, {}) == Approx(-100.0 / 3570.0));
     const FitnessField far = Field(Map(Noise), -100.0, interpolate);
-    CHECK(far.Evaluate(rays, {100.0, -200.0, 0.5}, kGeometry) == Approx(-100.0 / 3570.0));
-    CHECK(FitnessField(0.0, interpolate).Evaluate(rays, {}, kGeometry) == 0.0);
+    CHECK(far.Evaluate(rays, {100.0, -200.0, 0.5}) == Approx(-100.0 / 3570.0));
+    CHECK(FitnessField(kGeometry, 0.0, interpolate).Evaluate(rays, {}) == 0.0);
   }
 }
 
@@ -105,7 +103,7 @@ TEST_CASE("without interpolation the fitness is section 5.2 to the letter") {
       const Eigen::Matrix2Xd hits_m = DrawHits(50, 4.0, i);
       const Pose2 pose{random.Uniform(-4.0, 4.0), random.Uniform(-4.0, 4.0), random.Uniform(-kPi, kPi)};
       // Single precision could put a ray into the next cell if it ended within 1e-6 m of it: none of these does.
-      CHECK(field.Evaluate(ToCells(hits_m, kGeometry), pose, kGeometry) ==
+      CHECK(field.Evaluate(ToCells(hits_m, kGeometry), pose) ==
             Approx(EvaluateLiterally(map, hits_m, pose, unexplored_score)).margin(1e-12));
     }
   }
@@ -131,7 +129,7 @@ TEST_CASE("with interpolation the fitness of one ray is bilinear between the cen
     const RaysInCells ray{Eigen::ArrayXf::Constant(1, Around(x)), Eigen::ArrayXf::Constant(1, Around(y)),
                           Eigen::ArrayXi::Ones(1)};
     CAPTURE(x, y);
-    CHECK(field.Evaluate(ray, {}, kGeometry) == Approx(expected).margin(1e-12));
+    CHECK(field.Evaluate(ray, {}) == Approx(expected).margin(1e-12));
   }
 }
 
@@ -154,7 +152,7 @@ TEST_CASE("a field that follows changes is the field of the changed map, also ac
         const RaysInCells ray{Eigen::ArrayXf::Constant(1, static_cast<float>(corner.x + x) + 0.25f),
                               Eigen::ArrayXf::Constant(1, static_cast<float>(corner.y + y) + 0.75f),
                               Eigen::ArrayXi::Ones(1)};
-        CHECK(following.Evaluate(ray, {}, kGeometry) == anew.Evaluate(ray, {}, kGeometry));
+        CHECK(following.Evaluate(ray, {}) == anew.Evaluate(ray, {}));
       }
     }
   }
@@ -166,7 +164,7 @@ TEST_CASE("all kernels give the same fitness, bit by bit") {
   for (int i = 0; i < 300; ++i) {
     // Tiles here and there, some of them at the limits of the map.
     const int edge = i % 3 == 0 ? 0 : (i % 3 == 1 ? kMaxTile - 4 : -kMaxTile);
-    ByteMap map;
+    ByteMap map(0.05);
     for (const TileChange& change : PaintTiles(edge, edge + 3, Noise)) {
       if (Draw(0.0, 1.0) < 0.7) REQUIRE(map.Apply(change));
     }
@@ -188,28 +186,28 @@ TEST_CASE("all kernels give the same fitness, bit by bit") {
       poses.push_back({middle_m + Draw(-9.0, 9.0), middle_m + Draw(-9.0, 9.0), Draw(-7.0, 7.0)});
     }
 
-    FitnessField reference(unexplored_score, interpolate, SumScores);
+    FitnessField reference(kGeometry, unexplored_score, interpolate, SumScores);
     reference.Refresh(map, AllTiles(map));
     for (const FitnessKernel kernel : FindFitnessKernels()) {
-      FitnessField field(unexplored_score, interpolate, kernel);
+      FitnessField field(kGeometry, unexplored_score, interpolate, kernel);
       field.Refresh(map, AllTiles(map));
       for (const Pose2& pose : poses) {
-        CHECK(field.Evaluate(rays, pose, kGeometry) == reference.Evaluate(rays, pose, kGeometry));
+        CHECK(field.Evaluate(rays, pose) == reference.Evaluate(rays, pose));
       }
     }
   }
 }
 
 TEST_CASE("all kernels sum the largest weights and scores without overflow") {
-  ByteMap map;
+  ByteMap map(0.05);
   for (const TileChange& change : PaintTiles(-1, 1, [](Cell) { return kOccupiedByte; })) REQUIRE(map.Apply(change));
   const Eigen::Matrix2Xd hits_m = DrawHits(4096, 1.0, 8);
   for (const FitnessKernel kernel : FindFitnessKernels()) {
-    FitnessField field(-100.0, true, kernel);
+    FitnessField field(kGeometry, -100.0, true, kernel);
     field.Refresh(map, AllTiles(map));
     for (const int weight : {1, 21, 500000}) {
       const RaysInCells rays = ToCells(hits_m, kGeometry, Eigen::ArrayXi::Constant(4096, weight));
-      CHECK(field.Evaluate(rays, {1.0, 1.0, 0.5}, kGeometry) == 1.0);
+      CHECK(field.Evaluate(rays, {1.0, 1.0, 0.5}) == 1.0);
     }
   }
 }
@@ -217,12 +215,12 @@ TEST_CASE("all kernels sum the largest weights and scores without overflow") {
 TEST_CASE("the order of the rays does not matter") {
   const FitnessField field = Field(Map(Noise), -100.0, true);
   const Eigen::Matrix2Xd hits_m = DrawHits(200, 3.0, 5);
-  CHECK(field.Evaluate(ToCells(hits_m.rowwise().reverse(), kGeometry), {0.1, 0.2, 0.3}, kGeometry) ==
-        field.Evaluate(ToCells(hits_m, kGeometry), {0.1, 0.2, 0.3}, kGeometry));
+  CHECK(field.Evaluate(ToCells(hits_m.rowwise().reverse(), kGeometry), {0.1, 0.2, 0.3}) ==
+        field.Evaluate(ToCells(hits_m, kGeometry), {0.1, 0.2, 0.3}));
 }
 
 TEST_CASE("4096 rays at the far end of the map are weighed without overflow") {
-  ByteMap map;
+  ByteMap map(0.05);
   TileBytes cells;
   cells.fill(kUnexploredByte);
   TileBytes occupied{};
@@ -231,7 +229,7 @@ TEST_CASE("4096 rays at the far end of the map are weighed without overflow") {
   }
   const FitnessField field = Field(map, -100.0, true);
   const Pose2 pose{(-1022 * 64 + 32) * 0.05, (1021 * 64 + 32) * 0.05, 0.0};
-  CHECK(field.Evaluate(ToCells(DrawHits(4096, 1.5, 6), kGeometry), pose, kGeometry) == 1.0);
+  CHECK(field.Evaluate(ToCells(DrawHits(4096, 1.5, 6), kGeometry), pose) == 1.0);
 }
 
 TEST_CASE("a field takes memory for what is explored, however far apart that lies") {
@@ -240,14 +238,14 @@ TEST_CASE("a field takes memory for what is explored, however far apart that lie
     std::ifstream("/proc/self/statm") >> total_pages >> resident_pages;
     return static_cast<double>(resident_pages * sysconf(_SC_PAGESIZE)) / 1e6;
   };
-  ByteMap map;
+  ByteMap map(0.05);
   for (const int corner : {0, 255}) {  // of the largest rectangle
     for (const TileChange& change : PaintTiles(corner, corner, Noise)) REQUIRE(map.Apply(change));
   }
   const double before_mb = ResidentMb();
   const FitnessField field = Field(map, -100.0, true);
   const Pose2 pose{255.5 * kTileSide * 0.05, 255.5 * kTileSide * 0.05, 0.0};
-  CHECK(field.Evaluate(ToCells(DrawHits(100, 1.0, 9), kGeometry), pose, kGeometry) > 0.1);
+  CHECK(field.Evaluate(ToCells(DrawHits(100, 1.0, 9), kGeometry), pose) > 0.1);
   CHECK(ResidentMb() - before_mb < 20.0);
 }
 
@@ -267,19 +265,19 @@ TEST_CASE("a ray weighs by half the way to its neighbours, up to the cap") {
 }
 
 TEST_CASE("the fitness is the mean of the rays' scores by their weights") {
-  ByteMap map;
+  ByteMap map(0.05);
   TileBytes before;
   before.fill(kUnexploredByte);
   TileBytes after;
   after.fill(kOccupiedByte);
   REQUIRE(map.Apply({{0, 0}, PackRuns(before, after)}));
-  FitnessField field(0.0, false);
+  FitnessField field(kGeometry, 0.0, false);
   field.Refresh(map, {{0, 0}});
   Eigen::Matrix2Xd hits_m(2, 2);  // one in the tile, one in the unexplored
   hits_m << 0.5, -0.5,            //
       0.5, 0.5;
   const RaysInCells rays = ToCells(hits_m, kGeometry, Eigen::Array2i(3, 1));
-  CHECK(field.Evaluate(rays, {0.0, 0.0, 0.0}, kGeometry) == Approx(0.75));
+  CHECK(field.Evaluate(rays, {0.0, 0.0, 0.0}) == Approx(0.75));
 }
 
 }  // namespace crsm

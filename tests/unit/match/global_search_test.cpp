@@ -10,21 +10,13 @@
 namespace crsm {
 namespace {
 
-const MapGeometry kGeometry(0.05);
-
-/// A map and its field.
+/// A map in which scans are looked for.
 struct TestMap {
   template <class Paint>
-  TestMap(int low, int high, Paint&& paint) {
-    std::vector<TileIndex> changed;
-    for (const TileChange& change : PaintTiles(low, high, paint)) {
-      REQUIRE(map.Apply(change));
-      changed.push_back(change.index);
-    }
-    field.Refresh(map, changed);
-  }
+  TestMap(int low, int high, Paint&& paint, double cell_size_m = 0.05)
+      : map(PaintMap(low, high, paint, cell_size_m), 0.0, true) {}
 
-  GlobalMatch Search(const LaserScan& scan, const MapGeometry& geometry = kGeometry) const {
+  GlobalMatch Search(const LaserScan& scan) const {
     const ValidRays rays = FindValidRays(scan, TestParameters().scan);
     const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
     const std::vector<int> critical = SelectRays(rays, TestParameters().selection).critical;
@@ -32,11 +24,10 @@ struct TestMap {
     for (std::size_t i = 0; i < critical.size(); ++i) {
       critical_hits_m.col(static_cast<Eigen::Index>(i)) = hits_m.col(critical[i]);
     }
-    return SearchWholeMap(map, field, hits_m, critical_hits_m, geometry);
+    return SearchWholeMap(map, hits_m, critical_hits_m);
   }
 
-  ByteMap map;
-  FitnessField field{0.0, true};
+  ScoredMap map;
 };
 
 TestMap Niche() { return TestMap(-1, 1, NicheByte); }
@@ -105,22 +96,23 @@ TEST_CASE("one ray has no place of its own") {
 }
 
 TEST_CASE("the search takes a bounded number of evaluations on the largest places") {
-  const TestMap field(-4, 3, [](Cell cell) { return cell.x % 50 == 0 ? kOccupiedByte : kFreeByte; });  // 512 x 512
-  const GlobalMatch match = field.Search(ScanNiche({}), MapGeometry(0.2));
+  const TestMap field(
+      -4, 3, [](Cell cell) { return cell.x % 50 == 0 ? kOccupiedByte : kFreeByte; }, 0.2);
+  const GlobalMatch match = field.Search(ScanNiche({}));  // in 512 x 512 cells
   CHECK(match.evaluations > 1000000);
   CHECK(match.evaluations < 10000 * 120 + 5000 * 1000);
 }
 
 TEST_CASE("cells from half a centimetre to a metre are searched") {
-  const TestMap map = Niche();  // 7 m as 0.7 m, and as 140 m
-  for (const double cell_size_m : {0.005, 1.0}) {
+  for (const double cell_size_m : {0.005, 1.0}) {  // 7 m as 0.7 m, and as 140 m
+    const TestMap map(-1, 1, NicheByte, cell_size_m);
     const double scale = cell_size_m / 0.05;
     LaserScan scan = ScanNiche({0.5, -0.5, 1.0});
     for (float& range_m : scan.ranges_m) range_m *= static_cast<float>(scale);
     ScanParameters all;
     all.range_max_m = 1000.0;
     const Eigen::Matrix2Xd hits_m = ComputeHits(FindValidRays(scan, all));
-    const GlobalMatch match = SearchWholeMap(map.map, map.field, hits_m, hits_m, MapGeometry(cell_size_m));
+    const GlobalMatch match = SearchWholeMap(map.map, hits_m, hits_m);
     CHECK(match.score >= 0.0);
     CHECK(match.score <= 1.0);
   }
@@ -130,21 +122,21 @@ TEST_CASE("agreement is the share of rays that reach the wall that they measured
   const TestMap map = Niche();
   const Pose2 pose{-1.0, 0.5, 0.4};
   const LaserScan scan = ScanNiche(pose);
-  CHECK(ComputeAgreement(map.map, Hits(scan), pose, kGeometry) > 0.98);
-  CHECK(ComputeAgreement(map.map, Eigen::Matrix2Xd(2, 0), pose, kGeometry) == 0.0);
+  CHECK(ComputeAgreement(map.map.cells(), Hits(scan), pose) > 0.98);
+  CHECK(ComputeAgreement(map.map.cells(), Eigen::Matrix2Xd(2, 0), pose) == 0.0);
 
   LaserScan short_of = scan;  // every other ray ends in the free
   for (std::size_t i = 0; i < scan.ranges_m.size(); i += 2) short_of.ranges_m[i] *= 0.5f;
-  CHECK(ComputeAgreement(map.map, Hits(short_of), pose, kGeometry) == Approx(0.5).margin(0.02));
+  CHECK(ComputeAgreement(map.map.cells(), Hits(short_of), pose) == Approx(0.5).margin(0.02));
 
   LaserScan beyond = scan;  // every ray goes on behind the wall
   for (float& range_m : beyond.ranges_m) range_m += 0.5f;
-  CHECK(ComputeAgreement(map.map, Hits(beyond), pose, kGeometry) < 0.02);
+  CHECK(ComputeAgreement(map.map.cells(), Hits(beyond), pose) < 0.02);
 
   // A scan of the whole room goes through the block where there is one: where rays end, it is unexplored.
   const TestMap room = Room();
-  CHECK(ComputeAgreement(room.map, Hits(ScanRoom(pose)), pose, kGeometry) > 0.98);
-  CHECK(ComputeAgreement(map.map, Hits(ScanRoom(pose)), pose, kGeometry) < 0.95);
+  CHECK(ComputeAgreement(room.map.cells(), Hits(ScanRoom(pose)), pose) > 0.98);
+  CHECK(ComputeAgreement(map.map.cells(), Hits(ScanRoom(pose)), pose) < 0.95);
 }
 
 }  // namespace crsm

@@ -25,7 +25,7 @@ Drive DriveThrough(const World& world, const Parameters& parameters) {
   Slam slam(parameters);
   Drive drive;
   while (const auto scan = simulator.Next()) {
-    drive.last = slam.Process(*scan);
+    drive.last = slam.Process(*scan).match;
     const ScanMatch& match = drive.last;
     if (match.state != MatchState::kOk && match.state != MatchState::kDegenerate) continue;
     const Pose2 truth = *simulator.TruePose();
@@ -43,18 +43,12 @@ Drive DriveThrough(const World& world, const Parameters& parameters) {
   return drive;
 }
 
-const MapGeometry kGeometry(0.05);
-
 PoseUncertainty UncertaintyInRoom(const Pose2& T_map_laser, const ByteMap& map) {
   const ValidRays rays = FindValidRays(ScanRoom(T_map_laser), TestParameters().scan);
-  return ComputeUncertainty(ComputeHits(rays), T_map_laser, map, kGeometry);
+  return ComputeUncertainty(ComputeHits(rays), T_map_laser, map);
 }
 
-ByteMap RoomMap() {
-  ByteMap map;
-  for (const TileChange& change : PaintTiles(-2, 1, RoomByte)) REQUIRE(map.Apply(change));
-  return map;
-}
+ByteMap RoomMap() { return PaintMap(-2, 1, RoomByte); }
 
 }  // namespace
 
@@ -71,13 +65,13 @@ TEST_CASE("in a room the pose is known to about a cell, wherever the laser looks
 }
 
 TEST_CASE("walls that are not on the map tell nothing") {
-  const PoseUncertainty uncertainty = UncertaintyInRoom({0.5, 0.3, 0.0}, ByteMap());
+  const PoseUncertainty uncertainty = UncertaintyInRoom({0.5, 0.3, 0.0}, ByteMap(0.05));
   CHECK(uncertainty.degenerate);
   CHECK(std::sqrt(uncertainty.covariance(0, 0)) > 0.9);
 }
 
 TEST_CASE("without hits nothing is known") {
-  const PoseUncertainty uncertainty = ComputeUncertainty(Eigen::Matrix2Xd(2, 0), {}, RoomMap(), kGeometry);
+  const PoseUncertainty uncertainty = ComputeUncertainty(Eigen::Matrix2Xd(2, 0), {}, RoomMap());
   CHECK(uncertainty.degenerate);
   CHECK(uncertainty.covariance.allFinite());
 }

@@ -12,7 +12,6 @@
 namespace crsm {
 namespace {
 
-const MapGeometry kGeometry(0.05);
 const std::vector<ScanMatch> kAtOrigin{{1, {}, 0.0, 0, 0, 0, MatchState::kFirst}};
 
 // As many evaluations as make every seed find the pose: these tests are of the search, not of its luck.
@@ -33,19 +32,23 @@ MatchParameters PaperLike() {
   return parameters;
 }
 
+/// A matcher on a map of cells of 0.05 m.
+template <class Paint>
+RrhcMatcher MatcherOn(Paint&& paint, const MatchParameters& parameters) {
+  RrhcMatcher matcher(parameters, 0.05);
+  REQUIRE(matcher.Apply(PaintTiles(-1, 1, paint)));
+  return matcher;
+}
+
 ScanMatch MatchScan(const RrhcMatcher& matcher, const LaserScan& scan, const std::vector<ScanMatch>& history,
                     const std::optional<Pose2>& T_odom_robot = {}) {
-  const ValidRays rays = FindValidRays(scan, TestParameters().scan);
-  const RaySelection selection = SelectRays(rays, TestParameters().selection);
-  return matcher.Match(scan.utime, rays, selection.critical, history, kGeometry, 7, T_odom_robot);
+  return matcher.Match(RaysOf(scan), After(history), T_odom_robot);
 }
 
 /// Matches a scan of the room with the block, taken at a pose, to a perfect map of it.
 ScanMatch MatchInNiche(const LaserScan& scan, const MatchParameters& parameters,
                        const std::vector<ScanMatch>& history = {}) {
-  RrhcMatcher matcher(parameters);
-  REQUIRE(matcher.ApplyChanges(PaintTiles(-1, 1, NicheByte)));
-  return MatchScan(matcher, scan, history);
+  return MatchScan(MatcherOn(NicheByte, parameters), scan, history);
 }
 
 /// Parameters as they are used, with lost scans.
@@ -60,9 +63,7 @@ std::vector<ScanMatch> LostScans(int num) {
 /// Matches a scan of the room, taken at a pose, to a perfect map of the room.
 ScanMatch MatchInRoom(const Pose2& truth, const MatchParameters& parameters,
                       const std::vector<ScanMatch>& history = kAtOrigin, std::int64_t utime = 2) {
-  RrhcMatcher matcher(parameters);
-  REQUIRE(matcher.ApplyChanges(PaintTiles(-1, 1, RoomByte)));
-  return MatchScan(matcher, ScanRoom(truth, utime), history);
+  return MatchScan(MatcherOn(RoomByte, parameters), ScanRoom(truth, utime), history);
 }
 
 const Pose2 kOdometryStart{100.0, -50.0, 2.0};
@@ -85,12 +86,12 @@ LaserScan ScanCorridor(double x_m, std::int64_t utime) {
 /// Matches a scan of the corridor, taken so far from where it is presumed, to a map of it.
 ScanMatch MatchInCorridor(double way_m, const MatchParameters& parameters, const std::optional<double>& told_way_m = {},
                           MatchState last_state = MatchState::kDegenerate) {
-  RrhcMatcher matcher(parameters);
-  MapUpdater updater(TestParameters().scan, UpdateParameters{});
+  RrhcMatcher matcher(parameters, 0.05);
+  MapUpdater updater(UpdateParameters{});
   std::vector<ScanMatch> history;
   for (int k = 0; k < 12; ++k) {
     const ScanMatch match = MatchedAt(k, {0.5 * k - 3.0, 0.0, 0.0});
-    REQUIRE(matcher.ApplyChanges(updater.Update(ScanCorridor(match.T_map_laser.x_m, k), match).tiles));
+    REQUIRE(matcher.Apply(updater.Update(AllRays(ScanCorridor(match.T_map_laser.x_m, k)), match).tiles));
   }
   for (int k = 12; k < 20; ++k) {  // it stands
     history.push_back({k, {}, 0.8, 1, 1, k, last_state, 0, {}, {}, kOdometryStart});
@@ -122,16 +123,17 @@ TEST_CASE("a final climb over all rays comes to a fifth of a cell") {
 }
 
 TEST_CASE("the yaw in the middle of a rough summit is no further from the truth than that of its top") {
-  RrhcMatcher by_top(Shrinking());
+  RrhcMatcher by_top(Shrinking(), 0.05);
   MatchParameters parameters = Shrinking();
   parameters.summit_rad = 0.02;
-  RrhcMatcher by_middle(parameters);
+  RrhcMatcher by_middle(parameters, 0.05);
   const Pose2 T_map_room{0.012, 0.017, 0.4};  // walls that are not along the cells, as drawn from a few scans
-  MapUpdater updater(TestParameters().scan, UpdateParameters{});
+  MapUpdater updater(UpdateParameters{});
   for (int k = 0; k < 5; ++k) {
     const Pose2 pose{0.3 * k, 0.1 * k, 0.3 * k};
-    const MapDelta delta = updater.Update(ScanRoom(pose, k), {k, T_map_room * pose, 1.0, 0, 0, k, MatchState::kOk});
-    for (RrhcMatcher* matcher : {&by_top, &by_middle}) REQUIRE(matcher->ApplyChanges(delta.tiles));
+    const MapDelta delta =
+        updater.Update(AllRays(ScanRoom(pose, k)), {k, T_map_room * pose, 1.0, 0, 0, k, MatchState::kOk});
+    for (RrhcMatcher* matcher : {&by_top, &by_middle}) REQUIRE(matcher->Apply(delta.tiles));
   }
 
   const std::vector<ScanMatch> history{{1, T_map_room, 0.0, 0, 0, 0, MatchState::kFirst}};
@@ -174,9 +176,7 @@ TEST_CASE("where the walls did not tell how far, the search starts from odometry
 }
 
 TEST_CASE("the first scan is the origin of the map") {
-  const ValidRays rays = FindValidRays(ScanRoom({0.1, 0.2, 0.3}, 2), TestParameters().scan);
-  const RaySelection selection = SelectRays(rays, TestParameters().selection);
-  const ScanMatch match = RrhcMatcher(Shrinking()).Match(2, rays, selection.critical, {}, kGeometry, 0);
+  const ScanMatch match = RrhcMatcher(Shrinking(), 0.05).Match(RaysOf(ScanRoom({0.1, 0.2, 0.3}, 2)), {}, {});
   CHECK(match.state == MatchState::kFirst);
   CHECK(match.T_map_laser == Pose2{});
   CHECK(match.utime == 2);
@@ -184,14 +184,11 @@ TEST_CASE("the first scan is the origin of the map") {
 }
 
 TEST_CASE("a scan without rays is lost where it was presumed") {
-  RrhcMatcher matcher(PaperLike());
-  REQUIRE(matcher.ApplyChanges(PaintTiles(-1, 1, RoomByte)));
-  const std::vector<ScanMatch> history{MatchedAt(1, {1.0, 2.0, 0.5})};
-  const ScanMatch match = matcher.Match(9, {}, {}, history, kGeometry, 3);
+  const RrhcMatcher matcher = MatcherOn(RoomByte, PaperLike());
+  const ScanMatch match = matcher.Match({9, {}, {}}, After({MatchedAt(1, {1.0, 2.0, 0.5})}), {});
   CHECK(match.state == MatchState::kLost);
   CHECK(match.T_map_laser == Pose2{1.0, 2.0, 0.5});
   CHECK(match.utime == 9);
-  CHECK(match.map_version == 3);
   CHECK(match.evaluations == 0);
 }
 
@@ -268,7 +265,6 @@ TEST_CASE("on a map that grows nothing is looked for on all of it") {
 TEST_CASE("a match says how it came about") {
   const ScanMatch match = MatchInRoom({0.05, 0.0, 0.0}, PaperLike());
   CHECK(match.utime == 2);
-  CHECK(match.map_version == 7);
   CHECK(match.evaluations == 50000);
   CHECK(match.num_critical >= 60);
   CHECK(match.num_critical <= 90);
@@ -293,20 +289,20 @@ TEST_CASE("the same seed gives the same match, bit for bit, and another seed one
   }
 }
 
-TEST_CASE("a match on an empty map is a pose within the window, with fitness 0") {
-  RrhcMatcher matcher(PaperLike());
-  const ValidRays rays = FindValidRays(ScanRoom({}), TestParameters().scan);
-  const std::vector<int> critical{0, 10, 20};
-  const ScanMatch match = matcher.Match(2, rays, critical, kAtOrigin, kGeometry, 0);
+TEST_CASE("where the map tells nothing, a match is a pose within the window, with fitness 0") {
+  RrhcMatcher matcher(PaperLike(), 0.05);
+  REQUIRE(matcher.Apply(PaintTiles(-3, 3, [](Cell) { return kFreeByte; })));
+  const ScanMatch match = MatchScan(matcher, ScanRoom({}, 2), kAtOrigin);
+  CHECK(match.evaluations >= 50000);
   CHECK(match.fitness == 0.0);
   CHECK(std::abs(match.T_map_laser.x_m) <= 0.5);  // window and one mutation
   CHECK(std::abs(match.T_map_laser.y_m) <= 0.5);
 }
 
 TEST_CASE("a malformed change is reported, and the others are applied") {
-  RrhcMatcher matcher(PaperLike());
+  RrhcMatcher matcher(PaperLike(), 0.05);
   const std::vector<TileChange> changes{{{0, 0}, {0, 0, 0, 1, 9}}, {{1, 0}, {0, 0, 0}}, {{2, 0}, {0, 0, 0, 1, 8}}};
-  CHECK_FALSE(matcher.ApplyChanges(changes));
+  CHECK_FALSE(matcher.Apply(changes));
   CHECK(matcher.map().At({0, 0}) == 9);
   CHECK(matcher.map().At({64, 0}) == kUnexploredByte);
   CHECK(matcher.map().At({128, 0}) == 8);
@@ -321,9 +317,7 @@ TEST_CASE("a match keeps the odometry of its scan if it is to be used, and start
     parameters.num_evaluations = 300;
     parameters.window_m = parameters.mutation_m = 0.05;
     parameters.lost_ratio = 0.0;
-    RrhcMatcher matcher(parameters);
-    REQUIRE(matcher.ApplyChanges(PaintTiles(-1, 1, RoomByte)));
-    return MatchScan(matcher, ScanRoom(truth, 2), history, kOdometryStart * truth);
+    return MatchScan(MatcherOn(RoomByte, parameters), ScanRoom(truth, 2), history, kOdometryStart * truth);
   };
   const ScanMatch match = Match(true);
   CheckPose(match.T_map_laser, truth, 0.025);

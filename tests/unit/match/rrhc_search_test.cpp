@@ -27,15 +27,17 @@ template <class Landscape>
 struct TestSearch {
   TestSearch(const MatchParameters& match, Landscape landscape, std::uint64_t seed = 1)
       : parameters(match),
+        random(seed),
         search(
             parameters,
             [this, landscape](const Pose2& pose) {
               asked.push_back(pose);
               return landscape(pose);
             },
-            Random(seed)) {}
+            random) {}
 
   MatchParameters parameters;
+  Random random;
   RrhcSearch search;
   std::vector<Pose2> asked;
 };
@@ -46,7 +48,7 @@ const Pose2 kNear{0.2, -0.3, 0.1};
 
 TEST_CASE("a climb of shrinking steps comes to the top") {
   TestSearch test(Endless(), OneHill);
-  const Individual best = test.search.Run({}, kWindow, 1, 5000, kNever);
+  const ScoredPose best = test.search.Run({{}, kWindow, 1, 5000, kNever}).best;
   CheckPose(best.pose, kTop, 0.01);
   CHECK(best.fitness == OneHill(best.pose));
 }
@@ -54,16 +56,14 @@ TEST_CASE("a climb of shrinking steps comes to the top") {
 TEST_CASE("restarts find the higher hill behind the one at which the search begins") {
   const auto TwoHills = [](const Pose2& pose) { return std::max(Hill(pose, {}, 0.5), Hill(pose, kTop, 0.8)); };
   TestSearch test(Endless(), TwoHills);
-  CheckPose(test.search.Run({}, kWindow, 1, 5000, kNever).pose, kTop, 0.05);
+  CheckPose(test.search.Run({{}, kWindow, 1, 5000, kNever}).best.pose, kTop, 0.05);
 }
 
 TEST_CASE("a search is over after its first climbs if the best is good enough, and goes on if it is not") {
   TestSearch enough(Endless(), OneHill);
-  enough.search.Run(kNear, kWindow, 1, 100000, 0.9);
-  CHECK(enough.search.evaluations() < 1000);
+  CHECK(enough.search.Run({kNear, kWindow, 1, 100000, 0.9}).evaluations < 1000);
   TestSearch not_enough(Endless(), OneHill);
-  not_enough.search.Run(kNear, kWindow, 1, 100000, 1.01);
-  CHECK(not_enough.search.evaluations() == 100000);
+  CHECK(not_enough.search.Run({kNear, kWindow, 1, 100000, 1.01}).evaluations == 100000);
 }
 
 TEST_CASE("a search that is never satisfied spends the evaluations that it may, and no more") {
@@ -71,23 +71,21 @@ TEST_CASE("a search that is never satisfied spends the evaluations that it may, 
     for (const int num_draws : {1, 30}) {
       for (const int num_evaluations : {1, 2, 999, 1000, 1001, 1003}) {
         TestSearch test(Endless(climb), OneHill);
-        const Individual best = test.search.Run({}, kWindow, num_draws, num_evaluations, kNever);
+        const SearchResult found = test.search.Run({{}, kWindow, num_draws, num_evaluations, kNever});
         CHECK(test.asked.size() == static_cast<std::size_t>(num_evaluations));
-        CHECK(test.search.evaluations() == num_evaluations);
-        const auto found = static_cast<std::size_t>(test.search.best_evaluation());
-        REQUIRE(found >= 1);
-        REQUIRE(found <= test.asked.size());
-        CHECK(test.asked[found - 1] == best.pose);
+        CHECK(found.evaluations == num_evaluations);
+        REQUIRE(found.best_evaluation >= 1);
+        REQUIRE(found.best_evaluation <= num_evaluations);
+        CHECK(test.asked[static_cast<std::size_t>(found.best_evaluation) - 1] == found.best.pose);
       }
     }
   }
 }
 
-TEST_CASE("a second run of a search goes on with the random numbers and the count of the first") {
+TEST_CASE("a second run of a search goes on with the random numbers of the first, and counts anew") {
   TestSearch test(Endless(), OneHill);
-  test.search.Run({}, kWindow, 1, 500, kNever);
-  test.search.Run({}, kWindow, 1, 500, kNever);
-  CHECK(test.search.evaluations() == 1000);
+  for (int run = 0; run < 2; ++run) CHECK(test.search.Run({{}, kWindow, 1, 500, kNever}).evaluations == 500);
+  REQUIRE(test.asked.size() == 1000);
   CHECK(test.asked[0] == test.asked[500]);  // the presumed pose
   CHECK_FALSE(test.asked[1] == test.asked[501]);
 }
@@ -96,10 +94,11 @@ TEST_CASE("the same random numbers make the same search") {
   TestSearch one(Endless(), OneHill, 7);
   TestSearch same(Endless(), OneHill, 7);
   TestSearch other(Endless(), OneHill, 8);
-  const Individual best = one.search.Run({}, kWindow, 30, 3000, kNever);
-  CHECK(best.pose == same.search.Run({}, kWindow, 30, 3000, kNever).pose);
+  const SearchTask task{{}, kWindow, 30, 3000, kNever};
+  const ScoredPose best = one.search.Run(task).best;
+  CHECK(best.pose == same.search.Run(task).best.pose);
   CHECK(one.asked == same.asked);
-  CHECK_FALSE(best.pose == other.search.Run({}, kWindow, 30, 3000, kNever).pose);
+  CHECK_FALSE(best.pose == other.search.Run(task).best.pose);
 }
 
 }  // namespace crsm

@@ -16,7 +16,7 @@ const Pose2 kOther{kTop.x_m + 0.6 * kAxis.x(), kTop.y_m + 0.6 * kAxis.y(), kTop.
 }  // namespace
 
 TEST_CASE("a climb by halving steps ends within the last of them of the summit") {
-  const Individual top = ClimbToSummit({0.3, -0.2, 0.1}, 0.05, 0.01, 6, OneHill);
+  const ScoredPose top = ClimbToSummit({0.3, -0.2, 0.1}, 0.05, 0.01, 6, OneHill);
   CheckPose(top.pose, kTop, 0.001);
   CHECK(top.fitness == OneHill(top.pose));
 }

@@ -203,8 +203,7 @@ TEST_CASE("the overview shows start, path, end, lost scans and hits where they a
   results.matches = {MakeMatch(1, {-3.0, 0.0, 0.0}, 0.0, MatchState::kFirst),
                      MakeMatch(2, {2.0, 4.0, 0.0}, 0.1, MatchState::kLost),
                      MakeMatch(3, {3.0, 0.0, kPi / 2}, 0.9, MatchState::kOk)};
-  // Looks up from (3, 0): a hit 2 m ahead, none to the right, none beyond 95 % of the laser's range.
-  results.last_scan = {3, 0.0f, static_cast<float>(-kPi / 2), {2.0f, 0.0f, 29.9f}};
+  results.last_scan = {3, {{0.0f}, {2.0f}}, {}};  // looks up from (3, 0): a hit 2 m ahead
   WriteResults(folder.path, results);
   const Picture picture = DecodePng(ReadBytes(folder.path / "overview.png"));
   REQUIRE(picture.width == 1600);
@@ -242,11 +241,13 @@ TEST_CASE("the overview is enlarged to about 1600 pixels and shrunk only above 4
 TEST_CASE("poses far outside the map are drawn nowhere and harm nothing") {
   const TemporaryFolder folder;
   Results results = MakeResults(50, 50);
+  std::vector<ScanMatch> matches;
   for (const double far_m : {1e300, -1e300, 1e9}) {
-    results.matches.push_back(MakeMatch(1, {far_m, far_m, 1.0}, 0.5, MatchState::kOk));
-    results.matches.push_back(MakeMatch(2, {far_m, -far_m, 1.0}, 0.5, MatchState::kLost));
+    matches.push_back(MakeMatch(1, {far_m, far_m, 1.0}, 0.5, MatchState::kOk));
+    matches.push_back(MakeMatch(2, {far_m, -far_m, 1.0}, 0.5, MatchState::kLost));
   }
-  results.last_scan = {2, 0.0f, 0.01f, std::vector<float>(360, 5.0f)};
+  results.matches = matches;
+  results.last_scan = {2, {std::vector<float>(360, 0.01f), std::vector<float>(360, 5.0f)}, {}};
   CHECK_NOTHROW(WriteResults(folder.path, results));
 }
 

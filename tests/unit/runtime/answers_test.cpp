@@ -24,7 +24,7 @@ struct Owner : MapOwner {
 
 /// A delta of whole tiles, or of tiles with one changed cell each.
 MapDelta MakeDelta(int num_tiles, bool whole) {
-  MapDelta delta{8, {}};
+  MapDelta delta{8, true, {}};
   for (int i = 0; i < num_tiles; ++i) {
     TileChange change{{i % 64, i / 64}, {0, 0, 0, 1, 9}};
     if (whole) change.runs.assign(kMaxRunBytes, 16);
@@ -34,14 +34,14 @@ MapDelta MakeDelta(int num_tiles, bool whole) {
 }
 
 map_request_t Ask(std::int64_t base_version, std::int32_t first_tile, std::int32_t first_match) {
-  return {77, kEpoch, base_version, first_tile, first_match};
+  return {77, kEpoch, base_version, first_tile, first_match, -1};
 }
 
 }  // namespace
 
 TEST_CASE("a match that changed nothing is answered by one empty part") {
   const ScanMatch match{5, {1.0, 2.0, 0.5}, 0.9, 10, 20, 7, MatchState::kLost};
-  const auto parts = MakeParts({8, {}}, match, kGeometry, {kEpoch, kMostBytes});
+  const auto parts = MakeParts({8, false, {}}, match, kGeometry, {kEpoch, kMostBytes});
   REQUIRE(parts.size() == 1);
   CHECK(parts[0].utime == 5);
   CHECK(parts[0].epoch == kEpoch);
@@ -97,7 +97,7 @@ TEST_CASE("page by page the whole map and all matches are given, each tile once"
   Owner owner;
   for (int i = 0; i < 5; ++i) owner.Answer();
   for (int i = 0; i < 600; ++i) owner.Answer(MatchState::kLost);
-  ByteMap map;
+  ByteMap map(MapOwner::kCellSize_m);
   std::vector<ScanMatch> matches;
   std::size_t num_tiles = 0;
   int num_pages = 0;
@@ -115,7 +115,7 @@ TEST_CASE("page by page the whole map and all matches are given, each tile once"
   CHECK(num_pages > 1);
   CHECK(num_tiles == owner.num_tiles());
   CHECK(matches == owner.history);
-  CHECK(map.ToDenseGrid(0.02).cells == owner.map.ToDenseGrid(0.02).cells);
+  CHECK(map.ToDenseGrid().cells == owner.map.ToDenseGrid().cells);
 }
 
 TEST_CASE("a replica that holds a version is given only what changed since") {
@@ -162,6 +162,41 @@ TEST_CASE("a request beyond what there is gets nothing") {
   CHECK(page.num_matches == 0);
   CHECK(page.next_tile == -1);
   CHECK(page.next_match == 1);
+}
+
+TEST_CASE("who wants no matches gets none, and the tracking state with the last page") {
+  Owner owner;
+  for (int i = 0; i < 5; ++i) owner.Answer();
+  bool last = false;
+  for (std::int32_t tile = 0; !last;) {
+    const map_delta_t page = owner.Page(Ask(0, tile, -1));
+    CHECK(Decode<map_delta_t>(Encode(page)));
+    CHECK(page.num_matches == 0);
+    CHECK(page.next_match == -1);
+    last = page.next_tile < 0;
+    REQUIRE(page.num_tracking == (last ? 1 : 0));
+    if (last) CHECK(FromMessage(page.tracking[0]) == owner.tracking);
+    tile = page.next_tile;
+  }
+}
+
+TEST_CASE("who asks about a scan is told its match, or that it is not in the map") {
+  Owner owner;
+  for (int i = 0; i < 3; ++i) owner.Answer();
+  map_request_t request = Ask(3, 0, -1);
+  for (const std::int64_t utime : {100, 102}) {
+    request.asked_utime = utime;
+    const map_delta_t page = owner.Page(request);
+    CHECK(page.asked_utime == utime);
+    REQUIRE(page.num_asked == 1);
+    CHECK(FromMessage(page.asked[0]) == owner.history[static_cast<std::size_t>(utime - 100)]);
+    CHECK(Decode<map_delta_t>(Encode(page)));
+  }
+  for (const std::int64_t utime : {0, 99, 103}) {
+    request.asked_utime = utime;
+    CHECK(owner.Page(request).asked_utime == utime);
+    CHECK(owner.Page(request).num_asked == 0);
+  }
 }
 
 }  // namespace crsm

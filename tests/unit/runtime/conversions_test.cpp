@@ -59,19 +59,21 @@ TEST_CASE("a tile's change comes over the wire as it was, at all four ends of th
 }
 
 TEST_CASE("rays and which of them are critical come over the wire as they were") {
-  const Parameters parameters = TestParameters();
   for (const int num_beams : {2, 360, 4096}) {
-    const ValidRays rays = FindValidRays(ScanRoom({}, 5, num_beams), parameters.scan);
-    const RaySelection selection = SelectRays(rays, parameters.selection);
-    const critical_rays_t message = Send(ToMessage(5, rays, selection));
-    CHECK(message.density_scale == selection.density_scale);
-    CHECK(message.mean_sparseness_m == ComputeMeanSparseness(rays));
-    const CriticalRays received = FromMessage(message);
-    CHECK(received.utime == 5);
-    CHECK(received.rays == rays);
-    CHECK(received.critical == selection.critical);
+    const CriticalRays rays = RaysOf(ScanRoom({}, 5, num_beams));
+    CHECK(FromMessage(Send(ToMessage(rays))) == rays);
   }
-  CHECK(FromMessage(Send(ToMessage(6, {}, {}))).rays.size() == 0);
+  CHECK(FromMessage(Send(ToMessage(CriticalRays{6, {}, {}}))) == CriticalRays{6, {}, {}});
+}
+
+TEST_CASE("a tracking state comes over the wire as it was, before the first scan and after many") {
+  CHECK(FromMessage(Send(ToMessage(TrackingState()))) == TrackingState());
+  CHECK(FromMessage(Send(ToMessage(TrackingState::OnFinishedMap()))) == TrackingState::OnFinishedMap());
+  std::vector<ScanMatch> matches;
+  for (int k = 0; k < 30; ++k) {
+    matches.push_back({100 - k, {0.1 * k, 0.0, 0.0}, 0.02 * k, 1, 1, k, k % 3 ? MatchState::kOk : MatchState::kLost});
+    CHECK(FromMessage(Send(ToMessage(After(matches)))) == After(matches));
+  }
 }
 
 TEST_CASE("odometry comes over the wire as it was to the last bit, at every heading, and so does that there is none") {

@@ -11,9 +11,11 @@ namespace {
 
 constexpr std::int64_t kRequester = 77;
 
-/// A replica and the map that it keeps.
+/// A replica and the map that it keeps, with all matches or with the tracking state that follows from them.
 class TestReplica {
  public:
+  explicit TestReplica(bool wants_matches = true) : wants_matches_(wants_matches) {}
+
   void Handle(const std::vector<map_delta_t>& parts) {
     for (const map_delta_t& part : parts) replica.Handle(part);
   }
@@ -33,20 +35,33 @@ class TestReplica {
   void CheckSameAs(const MapOwner& owner) const {
     CHECK(replica.synced());
     CHECK(replica.version() == owner.version());
-    CHECK(replica.matches() == owner.history);
-    CHECK(map.ToDenseGrid(0.02).cells == owner.map.ToDenseGrid(0.02).cells);
+    if (wants_matches_) {
+      CHECK(matches == owner.history);
+    } else {
+      CHECK(replica.tracking() == owner.tracking);
+    }
+    CHECK(map.geometry().cell_size_m() == MapOwner::kCellSize_m);
+    CHECK(map.ToDenseGrid().cells == owner.map.ToDenseGrid().cells);
   }
 
-  ByteMap map;
-  int num_clears = 0;
+ private:
+  bool wants_matches_;
+
+ public:
+  ByteMap map{1.0};
+  std::vector<ScanMatch> matches;
+  int num_begins = 0;
   MapReplica replica{kRequester,
-                     [this](std::span<const TileChange> changes) {
-                       for (const TileChange& change : changes) CHECK(map.Apply(change));
-                     },
-                     [this] {
-                       map = ByteMap();
-                       ++num_clears;
-                     }};
+                     {[this](double cell_size_m) {
+                        map = ByteMap(cell_size_m);
+                        matches.clear();
+                        ++num_begins;
+                      },
+                      [this](std::span<const TileChange> changes) {
+                        for (const TileChange& change : changes) CHECK(map.Apply(change));
+                      },
+                      wants_matches_ ? [this](const ScanMatch& match) { matches.push_back(match); }
+                                     : std::function<void(const ScanMatch&)>()}};
 };
 
 /// A replica in step with an owner that has drawn a few scans.
@@ -61,7 +76,7 @@ void Begin(TestReplica& replica, MapOwner& owner, int num_scans = 3) {
 TEST_CASE("a new replica asks for everything, and again until it is answered") {
   TestReplica replica;
   CHECK_FALSE(replica.replica.synced());
-  CHECK(replica.replica.cell_size_m() == 0.0);
+  CHECK(replica.num_begins == 0);
   for (int i = 0; i < 2; ++i) {
     const auto request = replica.replica.NextRequest();
     REQUIRE(request);
@@ -75,9 +90,8 @@ TEST_CASE("a new replica asks for everything, and again until it is answered") {
 
 TEST_CASE("a replica from the start follows the owner delta by delta") {
   MapOwner owner;
-  TestReplica replica;
+  TestReplica replica(GENERATE(true, false));
   CHECK(replica.Ask(owner) == 1);
-  CHECK(replica.replica.cell_size_m() == 0.02);
   for (int i = 0; i < 10; ++i) {
     replica.Handle(owner.Answer(i % 4 == 3 ? MatchState::kLost : MatchState::kOk));
     replica.CheckSameAs(owner);
@@ -89,7 +103,7 @@ TEST_CASE("a late joiner gets the map page by page") {
   MapOwner owner;
   for (int i = 0; i < 5; ++i) owner.Answer();
   for (int i = 0; i < 600; ++i) owner.Answer(MatchState::kLost);
-  TestReplica replica;
+  TestReplica replica(GENERATE(true, false));
   CHECK(replica.Ask(owner) > 1);
   replica.CheckSameAs(owner);
   replica.Handle(owner.Answer());
@@ -99,7 +113,7 @@ TEST_CASE("a late joiner gets the map page by page") {
 TEST_CASE("a map that changes while its pages are under way is whole in the end") {
   MapOwner owner;
   for (int i = 0; i < 5; ++i) owner.Answer();
-  TestReplica replica;
+  TestReplica replica(GENERATE(true, false));
   int num_pages = 0;
   for (; const auto request = replica.replica.NextRequest(); ++num_pages) {
     REQUIRE(num_pages < 1000);
@@ -112,7 +126,7 @@ TEST_CASE("a map that changes while its pages are under way is whole in the end"
 
 TEST_CASE("a lost version is noticed with the next one and healed") {
   MapOwner owner;
-  TestReplica replica;
+  TestReplica replica(GENERATE(true, false));
   Begin(replica, owner);
   owner.Answer();
   const auto next = owner.Answer();
@@ -171,7 +185,7 @@ TEST_CASE("parts in any order make the same version") {
 
 TEST_CASE("messages that come twice change nothing") {
   MapOwner owner;
-  TestReplica replica;
+  TestReplica replica(GENERATE(true, false));
   for (int i = 0; i < 2; ++i) owner.Answer();
   while (const auto request = replica.replica.NextRequest()) {
     const map_delta_t page = owner.Page(*request);
@@ -185,7 +199,7 @@ TEST_CASE("messages that come twice change nothing") {
 
 TEST_CASE("an old page that comes late does no harm") {
   MapOwner owner;
-  TestReplica replica;
+  TestReplica replica(GENERATE(true, false));
   for (int i = 0; i < 5; ++i) owner.Answer();
   std::vector<map_delta_t> pages;
   for (int i = 0; i < 100 && replica.replica.NextRequest(); ++i) {
@@ -202,21 +216,21 @@ TEST_CASE("pages for another replica are not its own") {
   MapOwner owner;
   TestReplica replica;
   for (int i = 0; i < 5; ++i) owner.Answer();
-  replica.replica.Handle(owner.Page({kRequester + 1, 0, 0, 0, 0}));
+  replica.replica.Handle(owner.Page({kRequester + 1, 0, 0, 0, 0, -1}));
   CHECK(replica.map.tiles().entries().empty());
-  CHECK(replica.replica.matches().empty());
+  CHECK(replica.matches.empty());
   CHECK_FALSE(replica.replica.synced());
 }
 
 TEST_CASE("an owner that lost its map is followed from the start of the new one") {
   MapOwner owner;
-  TestReplica replica;
+  TestReplica replica(GENERATE(true, false));
   Begin(replica, owner);
   MapOwner anew;
   replica.Handle(anew.Answer());
   CHECK_FALSE(replica.replica.synced());
   replica.Ask(anew);
-  CHECK(replica.num_clears == 1);
+  CHECK(replica.num_begins == 2);
   replica.CheckSameAs(anew);
   replica.Handle(anew.Answer());
   replica.CheckSameAs(anew);
@@ -231,9 +245,9 @@ TEST_CASE("an owner that began anew and overtook the replica is told from the ol
     for (int i = 1; i < num_scans; ++i) anew.Answer(MatchState::kLost);
     replica.Handle(anew.Answer());
     CHECK_FALSE(replica.replica.synced());
-    CHECK(replica.replica.matches() == owner.history);  // nothing is thrown away before the owner has said so
+    CHECK(replica.matches == owner.history);  // nothing is thrown away before the owner has said so
     replica.Ask(anew);
-    CHECK(replica.num_clears == 1);
+    CHECK(replica.num_begins == 2);
     CHECK(replica.replica.epoch() == anew.epoch);
     replica.CheckSameAs(anew);
   }
@@ -250,16 +264,16 @@ TEST_CASE("a delta of a map that nobody owns makes the replica ask, and changes 
     replica.replica.Handle(delta);
     CHECK_FALSE(replica.replica.synced());
     CHECK(replica.Ask(owner) == 1);
-    CHECK(replica.num_clears == 0);
+    CHECK(replica.num_begins == 1);
     replica.CheckSameAs(owner);
   }
 }
 
 TEST_CASE("a late page of the old map does no lasting harm") {
   MapOwner owner;
-  TestReplica replica;
+  TestReplica replica(GENERATE(true, false));
   Begin(replica, owner);
-  const map_delta_t late = owner.Page({kRequester, owner.epoch, 1, 0, 1});
+  const map_delta_t late = owner.Page({kRequester, owner.epoch, 1, 0, 1, -1});
   MapOwner anew;
   replica.Handle(anew.Answer());
   replica.Ask(anew);
@@ -270,7 +284,7 @@ TEST_CASE("a late page of the old map does no lasting harm") {
 
 TEST_CASE("an answer given again after others changes nothing; who lacks its version asks") {
   MapOwner owner;
-  TestReplica replica;
+  TestReplica replica(GENERATE(true, false));
   Begin(replica, owner);
   replica.replica.Handle(owner.AnswerAgain(100));
   replica.CheckSameAs(owner);
@@ -283,7 +297,7 @@ TEST_CASE("an answer given again after others changes nothing; who lacks its ver
 
 TEST_CASE("an owner whose map is an older state of the same is followed back") {
   MapOwner owner;
-  TestReplica replica;
+  TestReplica replica(GENERATE(true, false));
   for (int i = 0; i < 2; ++i) owner.Answer();
   MapOwner ahead;
   ahead.epoch = owner.epoch;
@@ -300,7 +314,7 @@ TEST_CASE("an owner that lost its map while pages were under way is followed too
   for (int i = 0; i < 5; ++i) owner.Answer();
   for (int i = 0; i < 2; ++i) replica.replica.Handle(owner.Page(*replica.replica.NextRequest()));
   REQUIRE_FALSE(replica.replica.synced());
-  REQUIRE_FALSE(replica.replica.matches().empty());
+  REQUIRE_FALSE(replica.matches.empty());
   MapOwner anew;
   anew.Answer();
   replica.Ask(anew);
@@ -323,9 +337,86 @@ TEST_CASE("parts that together have more tiles than a map are dropped, and the o
   replica.CheckSameAs(owner);
 }
 
+TEST_CASE("a page with cells of another size than the map's is not the owner's, and changes nothing") {
+  for (const bool synced : {true, false}) {
+    MapOwner owner;
+    TestReplica replica;
+    Begin(replica, owner);
+    owner.Answer();
+    if (!synced) replica.replica.Doubt();
+    map_delta_t page = owner.Page({kRequester, owner.epoch, 3, 0, 3, -1});
+    page.cell_size_m = 0.05;
+    replica.replica.Handle(page);
+    CHECK(replica.replica.version() == 3);
+    CHECK(replica.num_begins == 1);
+    CHECK(replica.map.geometry().cell_size_m() == MapOwner::kCellSize_m);
+  }
+}
+
+TEST_CASE("the owner is asked about a scan until it has answered, and the answer is of that scan alone") {
+  MapOwner owner;
+  TestReplica replica(GENERATE(true, false));
+  Begin(replica, owner);
+  for (const std::int64_t utime : {101, 5}) {  // one is in the map, the other is not
+    CHECK_FALSE(replica.replica.AnswerAbout(utime));
+    replica.replica.AskAbout(utime);
+    for (int i = 0; i < 2; ++i) {
+      const auto request = replica.replica.NextRequest();
+      REQUIRE(request);
+      CHECK(request->asked_utime == utime);
+    }
+    map_delta_t other = owner.Page(*replica.replica.NextRequest());
+    other.asked_utime = utime + 1;
+    replica.replica.Handle(other);
+    CHECK_FALSE(replica.replica.AnswerAbout(utime));
+    CHECK(replica.Ask(owner) == 1);
+    REQUIRE(replica.replica.AnswerAbout(utime));
+    CHECK(replica.replica.AnswerAbout(utime)->match.has_value() == (utime == 101));
+  }
+  CHECK_FALSE(replica.replica.AnswerAbout(101));
+  replica.replica.AskAbout(5);
+  CHECK_FALSE(replica.replica.NextRequest());  // it is answered already
+  replica.replica.ForgetAnswer();
+  replica.replica.AskAbout(5);
+  CHECK(replica.replica.NextRequest());
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
+}
+
+TEST_CASE("a question is answered while pages are under way, too") {
+  MapOwner owner;
+  for (int i = 0; i < 3; ++i) owner.Answer();
+  TestReplica replica(false);
+  replica.replica.AskAbout(102);
+  replica.replica.Handle(owner.Page(*replica.replica.NextRequest()));
+  CHECK_FALSE(replica.replica.synced());
+  REQUIRE(replica.replica.AnswerAbout(102));
+  CHECK(replica.replica.AnswerAbout(102)->match == owner.history[2]);
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
+}
+
+TEST_CASE("a last page whose tracking state is of another version is not taken") {
+  MapOwner owner;
+  TestReplica replica(false);
+  Begin(replica, owner);
+  owner.Answer();
+  replica.replica.Doubt();
+  map_delta_t page = owner.Page(*replica.replica.NextRequest());
+  for (; page.next_tile >= 0; page = owner.Page(*replica.replica.NextRequest())) replica.replica.Handle(page);
+  page.tracking.front().num_scans = 3;
+  replica.replica.Handle(page);
+  CHECK_FALSE(replica.replica.synced());
+  page.tracking.clear();
+  replica.replica.Handle(page);
+  CHECK_FALSE(replica.replica.synced());
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
+}
+
 TEST_CASE("a version with the wrong number of matches makes the replica begin again") {
   MapOwner owner;
-  TestReplica replica;
+  TestReplica replica(GENERATE(true, false));
   Begin(replica, owner);
   auto parts = owner.Answer();
   parts.front().matches.push_back(parts.front().matches.front());

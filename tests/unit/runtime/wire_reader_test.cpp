@@ -38,7 +38,7 @@ class RandomFiller {
   template <class Message, class Element, class Count>
   void FillField(Message& message, const ArrayField<Message, Element, Count>& array, Counts& counts) {
     Count& count = message.*array.count;
-    if (counts.insert(&count).second) count = static_cast<Count>(random_() % 5);
+    if (counts.insert(&count).second) count = static_cast<Count>(random_() % std::min<std::size_t>(5, array.most + 1));
     (message.*array.elements).resize(static_cast<std::size_t>(count));
     for (Element& element : message.*array.elements) FillValue(element);
   }

@@ -158,8 +158,6 @@ TEST_CASE("critical rays are rising indices into rays that are measurements") {
   CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.range_m[1] = 0.0f; }));
   CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.angle_rad[1] = kNanFloat; }));
   CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.angle_rad[1] = 1.0f; }));
-  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.density_scale = kNan; }));
-  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.mean_sparseness_m = HUGE_VAL; }));
 }
 
 TEST_CASE("a match is a finite pose with a fitness from 0 to 1 and a state that there is") {
@@ -203,9 +201,34 @@ TEST_CASE("a map delta leads forwards, in parts that there are, to tiles that th
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.cell_size_m = kNan; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.cell_size_m = 0.0; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.next_tile = -2; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.next_match = -1; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.next_match = -2; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.asked_utime = -2; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.asked[0].fitness = 2.0; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.tracking[0].num_scans = -1; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.tiles[0].tile_x = 1024; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.matches[0].x_m = kNan; }));
+}
+
+TEST_CASE("a tracking state counts what there can be, and remembers the last matches where there were any") {
+  using Message = tracking_state_t;
+  const auto Fits = [](auto&& change) {
+    map_delta_t message = MapDeltaMessage();
+    change(message.tracking[0]);
+    return IsDecoded<map_delta_t>(Encode(message));
+  };
+  CHECK(Fits([](Message&) {}));
+  CHECK(Fits([](Message& m) { m = {0, 0, -1, 1, 0, {}, 0, {}}; }));
+  CHECK_FALSE(Fits([](Message& m) { m.num_lost = -1; }));
+  CHECK_FALSE(Fits([](Message& m) { m.num_lost = m.num_scans + 1; }));
+  CHECK_FALSE(Fits([](Message& m) { m.newest_utime = -2; }));
+  CHECK_FALSE(Fits([](Message& m) { m.on_finished_map = 2; }));
+  CHECK_FALSE(Fits([](Message& m) { m.fitness[1] = kNan; }));
+  CHECK_FALSE(Fits([](Message& m) { m.fitness[0] = 1.1; }));
+  CHECK_FALSE(Fits([](Message& m) { m.recent[0].x_m = kNan; }));
+  CHECK_FALSE(Fits([](Message& m) { m.recent.clear(), m.num_recent = 0; }));  // eight scans, and none of them known
+  CHECK_FALSE(Fits([](Message& m) { m.num_scans = m.num_lost = 0; }));
+  CHECK_FALSE(Fits([](Message& m) { m.fitness.assign(11, 0.5), m.num_fitnesses = 11; }));
+  CHECK_FALSE(Fits([](Message& m) { m.recent.assign(11, ScanMatchMessage()), m.num_scans = 11, m.num_recent = 11; }));
 }
 
 TEST_CASE("a map request comes from somebody and asks from a place that there can be") {
@@ -213,7 +236,9 @@ TEST_CASE("a map request comes from somebody and asks from a place that there ca
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.requester = 0; }));
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.base_version = -1; }));
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_tile = -1; }));
-  CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = -1; }));
+  CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = -2; }));
+  CHECK(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = m.asked_utime = -1; }));
+  CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.asked_utime = -2; }));
 }
 
 }  // namespace crsm

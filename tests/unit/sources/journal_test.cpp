@@ -26,15 +26,15 @@ class Folder {
   fs::path path_;
 };
 
-LaserScan Scan(std::int64_t utime) { return ScanRoom({}, utime, 10); }
+CriticalRays Scan(std::int64_t utime) { return RaysOf(ScanRoom({}, utime, 10)); }
 ScanMatch Match(std::int64_t utime) {
   return {utime, {0.1 * static_cast<double>(utime), 0.0, 0.0}, 0.5, 1, 1, 0, MatchState::kOk};
 }
 
-/// Appends scans of these utimes; every third match comes without its scan.
+/// Appends scans of these utimes; every third one was not drawn.
 void Append(Journal& journal, const std::vector<std::int64_t>& utimes) {
   for (const std::int64_t utime : utimes) {
-    const LaserScan scan = Scan(utime);
+    const CriticalRays scan = Scan(utime);
     journal.Append(utime % 3 == 0 ? nullptr : &scan, Match(utime));
   }
 }
@@ -43,10 +43,10 @@ void Append(Journal& journal, const std::vector<std::int64_t>& utimes) {
 struct Visited {
   std::vector<std::int64_t> utimes;
   VisitJournal Visit() {
-    return [this](const LaserScan* scan, const ScanMatch& match) {
+    return [this](const CriticalRays* scan, const ScanMatch& match) {
       CHECK(match == Match(match.utime));
       CHECK((scan != nullptr) == (match.utime % 3 != 0));
-      if (scan) CHECK(scan->ranges_m == Scan(match.utime).ranges_m);
+      if (scan) CHECK(*scan == Scan(match.utime));
       utimes.push_back(match.utime);
     };
   }
@@ -85,22 +85,22 @@ TEST_CASE("a journal gives back what was kept, in several sessions, and its epoc
 TEST_CASE("a journal is an LCM log that begins with its epoch, at the time of its first scan") {
   const Folder folder;
   std::int64_t epoch = 0;
-  for (const bool localization : {false, true}) {
+  for (const bool finished_map : {false, true}) {
     {
-      Journal journal(folder / "a", {0.05, localization});
+      Journal journal(folder / "a", {0.05, finished_map});
       epoch = journal.epoch();
       Append(journal, {100});
     }
     lcm::LogFile log((folder / "a/journal.lcm").string(), "r");
     const lcm::LogEvent* event = log.readNextEvent();
     REQUIRE(event);
-    CHECK(event->channel == (localization ? "FROZEN_MAP_EPOCH" : "MAP_EPOCH"));
+    CHECK(event->channel == (finished_map ? "FINISHED_MAP_EPOCH" : "MAP_EPOCH"));
     CHECK(event->timestamp == 100);
     map_delta_t head;
     REQUIRE(head.decode(event->data, 0, event->datalen) > 0);
     CHECK(head.epoch == epoch);
     CHECK(head.cell_size_m == 0.05);
-    CHECK(log.readNextEvent()->channel == "LASER");
+    CHECK(log.readNextEvent()->channel == "CRITICAL_RAYS");
     CHECK(log.readNextEvent()->channel == "SCAN_MATCH");
     CHECK(log.readNextEvent() == nullptr);
     fs::remove_all(folder / "a");
@@ -144,7 +144,7 @@ TEST_CASE("a torn tail is passed over by who reads and cut off by who goes on") 
 
 TEST_CASE("a journal of something else, damaged, missing or in the way is refused by name") {
   const Folder folder;
-  const VisitJournal ignore = [](const LaserScan*, const ScanMatch&) {};
+  const VisitJournal ignore = [](const CriticalRays*, const ScanMatch&) {};
   {
     Journal map(folder / "map", kMapping);
     Append(map, {100, 101, 102});

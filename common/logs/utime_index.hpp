@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "common/logs/temporary_file.hpp"
+
+namespace crsm {
+
+/// The utimes of all scans so far, in their order of arrival, on the disk: tells a scan that comes again. In memory is
+/// only, for each thousand of them, the least and the largest.
+class UtimeIndex {
+ public:
+  void Add(std::int64_t utime);
+
+  /// How many came before it; nothing if it never came. A utime beyond all so far is new without a look at the disk.
+  /// Throws std::runtime_error as TemporaryFile does.
+  std::optional<std::int64_t> Find(std::int64_t utime) const;
+
+  std::int64_t size() const { return size_; }
+
+ private:
+  struct Block {
+    std::int64_t least;
+    std::int64_t largest;
+  };
+
+  TemporaryFile file_;
+  std::vector<Block> blocks_;
+  std::int64_t largest_ = 0;
+  std::int64_t size_ = 0;
+};
+
+}  // namespace crsm

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "common/match/scored_map.hpp"
+#include "common/match/summit.hpp"
+#include "common/match/tracking_state.hpp"
+#include "common/parameters.hpp"
+
+namespace crsm {
+
+/// What a match of this scan may be expected to reach, by the scans before: when the search may stop, and what is too
+/// little to be true.
+class Expectation {
+ public:
+  Expectation(const TrackingState& tracking, const MatchParameters& parameters);
+
+  /// The fitness at which the search stops.
+  double enough() const { return enough_; }
+
+  /// Whether nothing is known of the fitness that is usual on this map: no scan was found on it yet.
+  bool unknown() const { return unknown_; }
+
+  /// Whether a fitness explains a scan. A scan that looks into the unknown need fit only as far as the rest can.
+  ///
+  /// critical_hits_m: 2 x N, laser frame, of the rays that have that fitness at `found.pose`.
+  bool IsMetBy(const ScoredPose& found, const Eigen::Matrix2Xd& critical_hits_m, const ByteMap& map) const;
+
+ private:
+  double usual_;       ///< fitness of the last scans
+  double enough_;      ///< see enough()
+  double acceptable_;  ///< share of the expected fitness below which a scan is lost
+  bool unknown_;
+};
+
+}  // namespace crsm

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "common/map/byte_map.hpp"
+#include "common/match/tracking_state.hpp"
+#include "common/scan/critical_rays.hpp"
+#include "common/scan/scan_match.hpp"
+
+namespace crsm {
+
+/// What finds the pose of a scan on the map so far. Holds a copy of the map, and of the scans before nothing: what is
+/// to be known of them is in the tracking state.
+class Matcher {
+ public:
+  virtual ~Matcher() = default;
+
+  /// Takes over what changed in the map. False if a change is malformed; the others are applied.
+  virtual bool Apply(std::span<const TileChange> changes) = 0;
+
+  /// Matches a scan to the map as it is now. The same arguments on the same map give the same match, on every machine.
+  ///
+  /// T_odom_robot: odometry of the scan, if there is some. The match has the scan's utime; its `map_version` is left to
+  /// who knows it.
+  virtual ScanMatch Match(const CriticalRays& scan, const TrackingState& tracking,
+                          const std::optional<Pose2>& T_odom_robot) const = 0;
+
+  virtual const ByteMap& map() const = 0;
+};
+
+/// Makes a matcher for a new map with cells of that size.
+using MakeMatcher = std::function<std::unique_ptr<Matcher>(double cell_size_m)>;
+
+}  // namespace crsm

@@ -1,0 +1,29 @@
+#include "common/match/scored_map.hpp"
+
+#include <utility>
+#include <vector>
+
+namespace crsm {
+
+ScoredMap::ScoredMap(ByteMap cells, double unexplored_score, bool interpolate)
+    : cells_(std::move(cells)), field_(cells_.geometry(), unexplored_score, interpolate) {
+  std::vector<TileIndex> all;
+  for (const auto& entry : cells_.tiles().entries()) all.push_back(entry.index);
+  field_.Refresh(cells_, all);
+}
+
+bool ScoredMap::Apply(std::span<const TileChange> changes) {
+  bool all_applied = true;
+  std::vector<TileIndex> changed;
+  for (const TileChange& change : changes) {
+    if (cells_.Apply(change)) {
+      changed.push_back(change.index);
+    } else {
+      all_applied = false;
+    }
+  }
+  field_.Refresh(cells_, changed);
+  return all_applied;
+}
+
+}  // namespace crsm

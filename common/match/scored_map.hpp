@@ -1,0 +1,41 @@
+#pragma once
+
+#include <span>
+
+#include "common/map/byte_map.hpp"
+#include "common/match/fitness_field.hpp"
+
+namespace crsm {
+
+/// The map as the matcher holds it: its cells, their size, and what a ray scores that ends in each of them.
+class ScoredMap {
+ public:
+  /// An empty map. unexplored_score, interpolate: as of FitnessField.
+  ScoredMap(double cell_size_m, double unexplored_score, bool interpolate)
+      : ScoredMap(ByteMap(cell_size_m), unexplored_score, interpolate) {}
+
+  /// A map that is there already.
+  ScoredMap(ByteMap cells, double unexplored_score, bool interpolate);
+
+  /// Takes over what changed in the map. False if a change is malformed, or the map has no room for it; the others are
+  /// applied.
+  bool Apply(std::span<const TileChange> changes);
+
+  const ByteMap& cells() const { return cells_; }
+  const MapGeometry& geometry() const { return cells_.geometry(); }
+
+  /// Hits in cells, ready for Fitness. hits_m: 2 x N, laser frame. weight: of N rays; without, all count alike.
+  RaysInCells InCells(const Eigen::Matrix2Xd& hits_m) const { return ToCells(hits_m, geometry()); }
+  RaysInCells InCells(const Eigen::Matrix2Xd& hits_m, const Eigen::ArrayXi& weight) const {
+    return ToCells(hits_m, geometry(), weight);
+  }
+
+  /// How well rays fit when the laser stands at `T_map_laser`; as of FitnessField.
+  double Fitness(const RaysInCells& rays, const Pose2& T_map_laser) const { return field_.Evaluate(rays, T_map_laser); }
+
+ private:
+  ByteMap cells_;
+  FitnessField field_;
+};
+
+}  // namespace crsm

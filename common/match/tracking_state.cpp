@@ -1,0 +1,62 @@
+#include "common/match/tracking_state.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace crsm {
+namespace {
+
+/// Appends to a list of bounded length: the oldest gives way.
+template <class Item>
+void Append(std::vector<Item>& items, const Item& item, std::size_t most) {
+  if (items.size() == most) items.erase(items.begin());
+  items.push_back(item);
+}
+
+template <class Item>
+void KeepLast(std::vector<Item>& items, std::size_t most) {
+  if (items.size() > most) items.erase(items.begin(), items.end() - static_cast<std::ptrdiff_t>(most));
+}
+
+}  // namespace
+
+TrackingState::TrackingState(Parts parts)
+    : num_scans_(parts.num_scans),
+      num_lost_(parts.num_lost),
+      newest_utime_(parts.newest_utime),
+      on_finished_map_(parts.on_finished_map),
+      fitnesses_(std::move(parts.fitnesses)),
+      recent_(std::move(parts.recent)) {
+  KeepLast(fitnesses_, kUsual);
+  KeepLast(recent_, kRecent);
+}
+
+TrackingState TrackingState::OnFinishedMap() {
+  TrackingState state;
+  state.on_finished_map_ = true;
+  return state;
+}
+
+void TrackingState::Add(const ScanMatch& match) {
+  ++num_scans_;
+  num_lost_ = match.state == MatchState::kLost ? num_lost_ + 1 : 0;
+  newest_utime_ = std::max(newest_utime_, match.utime);
+  const bool matched = match.state == MatchState::kOk || match.state == MatchState::kDegenerate;
+  if (matched) Append(fitnesses_, match.fitness, kUsual);
+  Append(recent_, match, kRecent);
+}
+
+double TrackingState::usual_fitness() const {
+  if (fitnesses_.empty()) return 0.0;
+  // The newest first: the order of a sum decides its last bit.
+  return std::accumulate(fitnesses_.rbegin(), fitnesses_.rend(), 0.0) / static_cast<double>(fitnesses_.size());
+}
+
+const ScanMatch* TrackingState::FindRecent(std::int64_t utime) const {
+  const auto found =
+      std::find_if(recent_.begin(), recent_.end(), [&](const ScanMatch& match) { return match.utime == utime; });
+  return found == recent_.end() ? nullptr : &*found;
+}
+
+}  // namespace crsm

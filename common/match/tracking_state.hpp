@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/scan/scan_match.hpp"
+
+namespace crsm {
+
+/// All that a matcher remembers of the scans before: of one size, however long the robot drives. The map's owner keeps
+/// it beside the map, so that a matcher that is started anew goes on where the last one stood.
+class TrackingState {
+ public:
+  static constexpr std::size_t kRecent = 10;  ///< as many as motion prediction looks back
+  static constexpr std::size_t kUsual = 10;   ///< matched scans whose fitness is the usual one
+
+  TrackingState() = default;
+
+  /// Before the first scan on a map that was there already: the robot may be anywhere on it.
+  static TrackingState OnFinishedMap();
+
+  /// The next scan was matched, or lost.
+  void Add(const ScanMatch& match);
+
+  /// Before the first scan.
+  bool empty() const { return num_scans_ == 0; }
+  std::int64_t num_scans() const { return num_scans_; }
+  bool on_finished_map() const { return on_finished_map_; }
+
+  /// How many of the last scans were lost in a row.
+  std::int64_t num_lost() const { return num_lost_; }
+
+  /// Mean fitness of the last scans that were matched; 0 while there are none.
+  double usual_fitness() const;
+
+  /// The last matches, oldest first; at most kRecent.
+  std::span<const ScanMatch> recent() const { return recent_; }
+  /// Of the last scans that were matched, oldest first; at most kUsual.
+  std::span<const double> fitnesses() const { return fitnesses_; }
+
+  /// The utime of the newest scan so far, by its own clock; -1 before the first.
+  std::int64_t newest_utime() const { return newest_utime_; }
+
+  /// The match of a scan among the recent ones; nullptr if it is not there.
+  const ScanMatch* FindRecent(std::int64_t utime) const;
+
+  /// Its parts, as they travel.
+  struct Parts {
+    std::int64_t num_scans = 0;
+    std::int64_t num_lost = 0;
+    std::int64_t newest_utime = -1;
+    bool on_finished_map = false;
+    std::vector<double> fitnesses;  ///< the last kUsual of more
+    std::vector<ScanMatch> recent;  ///< the last kRecent of more
+  };
+  explicit TrackingState(Parts parts);
+
+  friend bool operator==(const TrackingState&, const TrackingState&) = default;
+
+ private:
+  std::int64_t num_scans_ = 0;
+  std::int64_t num_lost_ = 0;
+  std::int64_t newest_utime_ = -1;
+  bool on_finished_map_ = false;
+  std::vector<double> fitnesses_;
+  std::vector<ScanMatch> recent_;
+};
+
+}  // namespace crsm

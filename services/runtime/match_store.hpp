@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "common/logs/temporary_file.hpp"
+#include "common/logs/utime_index.hpp"
+#include "common/results/match_sequence.hpp"
+#include "common/scan/scan_match.hpp"
+
+namespace crsm {
+
+/// All matches so far, on the disk: what a process remembers of them does not grow with their number. They are in a
+/// file without a name, which goes with the process; what is to stay is in the journal.
+class MatchStore {
+ public:
+  void Append(const ScanMatch& match);
+  std::int64_t size() const { return size_; }
+
+  /// index: 0 to size() - 1. Throws std::runtime_error if the file cannot be read.
+  ScanMatch At(std::int64_t index) const;
+
+  /// The match of a scan; nothing if there is none.
+  std::optional<ScanMatch> Find(std::int64_t utime) const;
+
+  /// All of them, as long as the store is there.
+  MatchSequence Sequence() const;
+
+ private:
+  TemporaryFile file_;  ///< of scan_match_t, all of one size
+  UtimeIndex utimes_;
+  std::int64_t size_ = 0;
+};
+
+}  // namespace crsm

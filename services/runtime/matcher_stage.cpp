@@ -1,0 +1,147 @@
+#include "services/runtime/matcher_stage.hpp"
+
+#include <utility>
+
+namespace crsm {
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+const char* Describe(MatchState state) {
+  switch (state) {
+    case MatchState::kLost:
+      return "lost";
+    case MatchState::kDegenerate:
+      return "degenerate";
+    default:
+      return "matching";
+  }
+}
+
+}  // namespace
+
+MatcherStage::MatcherStage(const CommandLine& command_line, MakeMatcher make_matcher)
+    : parameters_(command_line.parameters().match),
+      settings_(command_line.settings()),
+      service_(command_line),
+      scans_(service_.counters()),
+      make_matcher_(std::move(make_matcher)),
+      map_(service_, {[this](double cell_size_m) {
+                        matcher_ = make_matcher_(cell_size_m);
+                        last_match_.reset();
+                      },
+                      [this](std::span<const TileChange> changes) { return matcher_->Apply(changes); }}) {
+  service_.bus().Subscribe<critical_rays_t>(kCriticalRaysChannel,
+                                            [this](const critical_rays_t& message) { Receive(FromMessage(message)); });
+  if (!parameters_.odometry) return;
+  service_.bus().Subscribe<bot_core::pose_t>(
+      kOdometryChannel, [this](const bot_core::pose_t& message) { odometry_.Hold(FromMessage(message)); });
+}
+
+void MatcherStage::Run() {
+  constexpr int kPeriod_ms = 20;  // of looks at what is waited for
+  service_.Run(
+      [this] {
+        while (!scans_.empty() && Answer(scans_.front())) scans_.Pop();
+        map_.Poll();
+        return true;
+      },
+      kPeriod_ms);
+}
+
+/// A scan whose match was lost on the way is answered at once, also while another one waits.
+void MatcherStage::Receive(CriticalRays scan) {
+  if (!AnswerAgain(scan.utime)) scans_.Push(std::move(scan));
+}
+
+bool MatcherStage::AnswerAgain(std::int64_t utime) {
+  const TrackingState& tracking = map_.replica().tracking();
+  const bool is_last = last_match_ && last_match_->utime == utime;
+  const ScanMatch* match = is_last ? &*last_match_ : tracking.FindRecent(utime);  // before this process was started
+  if (!match) return false;
+  service_.counters().Add("resent");
+  if (is_last || match == &tracking.recent().back()) {
+    Publish(*match);
+  } else {  // POSE does not go back
+    service_.bus().Publish(kScanMatchChannel, ToMessage(*match));
+  }
+  return true;
+}
+
+/// Answers a scan if it can be answered now.
+bool MatcherStage::Answer(const CriticalRays& scan) {
+  if (AnswerAgain(scan.utime)) return true;
+  if (!MapIsCurrent()) return false;
+  const std::optional<bool> in_map = IsInMap(scan.utime);
+  if (!in_map) return false;
+  if (*in_map) {  // in an earlier session, say
+    service_.counters().Add("utime_repeated");
+    service_.bus().Publish(kScanMatchChannel, ToMessage(*map_.replica().AnswerAbout(scan.utime)->match));
+    return true;
+  }
+  if (const Odometry* odometry = odometry_.Find(scan.utime)) {
+    Match(scan, odometry->T_odom_robot);
+  } else if (parameters_.odometry && settings_.lockstep) {
+    service_.counters().Add("odometry_awaited");  // it will be sent again, and the scan with it
+    service_.SetState("waiting for ODOMETRY: is it on for the publisher?");
+  } else {
+    if (parameters_.odometry) service_.counters().Add("odometry_missing");
+    Match(scan, std::nullopt);
+  }
+  return true;
+}
+
+/// Whether the map that the last match made is here, or has been waited for long enough.
+bool MatcherStage::MapIsCurrent() {
+  constexpr auto kPatience = std::chrono::milliseconds(100);
+  const MapReplica& replica = map_.replica();
+  const auto now = Clock::now();
+  const bool answered = !last_match_ || WasAnswered(last_match_->utime);
+  if (replica.synced() && answered) return true;
+  if (replica.synced() && now - last_match_time_ > kPatience) map_.Doubt();
+  const bool has_map = replica.synced() || replica.version() > 0;  // whole, be it an old one
+  if (settings_.lockstep || !has_map) return false;
+  if (now - last_match_time_ < Seconds(settings_.map_wait_s)) return false;
+  service_.counters().Add("map_late");
+  return true;
+}
+
+bool MatcherStage::WasAnswered(std::int64_t utime) const { return map_.replica().tracking().FindRecent(utime); }
+
+/// Whether a scan is in the map already; nothing while the owner is being asked. Scans that go on in time are new; one
+/// that steps back may be of an earlier session, or of a clock that does.
+std::optional<bool> MatcherStage::IsInMap(std::int64_t utime) {
+  const MapReplica& replica = map_.replica();
+  if (utime > replica.tracking().newest_utime()) return false;
+  if (const MapReplica::Answer* answer = replica.AnswerAbout(utime)) return answer->match.has_value();
+  if (asked_utime_ != utime) asked_time_ = Clock::now();
+  asked_utime_ = utime;
+  map_.AskAbout(utime);
+  const bool waited_long = Clock::now() - asked_time_ > Seconds(settings_.map_wait_s);
+  if (!settings_.lockstep && waited_long) return false;  // if it is there, the owner will say so and not draw it again
+  return std::nullopt;
+}
+
+void MatcherStage::Match(const CriticalRays& scan, const std::optional<Pose2>& T_odom_robot) {
+  const auto start = Clock::now();
+  const MapReplica& replica = map_.replica();
+  TrackingState tracking = replica.tracking();
+  if (last_match_ && !WasAnswered(last_match_->utime)) tracking.Add(*last_match_);  // the map is late; this counts
+  last_match_ = matcher_->Match(scan, tracking, T_odom_robot);
+  last_match_->map_version = replica.version();
+  last_match_time_ = Clock::now();
+  map_.ForgetAnswer();
+  service_.RecordLatency(start);
+  service_.counters().Add("handled");
+  if (last_match_->state == MatchState::kLost) service_.counters().Add("lost");
+  if (last_match_->state == MatchState::kDegenerate) service_.counters().Add("degenerate");
+  service_.SetState(Describe(last_match_->state));
+  Publish(*last_match_);
+}
+
+void MatcherStage::Publish(const ScanMatch& match) {
+  service_.bus().Publish(kScanMatchChannel, ToMessage(match));
+  service_.bus().Publish(kPoseChannel, ToPoseMessage(match));
+}
+
+}  // namespace crsm

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "common/match/matcher.hpp"
+#include "services/runtime/conversions.hpp"
+#include "services/runtime/held_by_utime.hpp"
+#include "services/runtime/map_follower.hpp"
+#include "services/runtime/scan_queue.hpp"
+#include "services/runtime/service.hpp"
+
+namespace crsm {
+
+/// What a process is that matches scans, whatever matches them: CRITICAL_RAYS, the map so far and, with --odometry,
+/// ODOMETRY -> SCAN_MATCH and POSE.
+///
+/// All that a match depends on comes with messages: the rays, their odometry, the map and the tracking state from the
+/// map's owner. A matcher that is started anew goes on where the last one stood. A scan that comes once more gets its
+/// last answer once more, before anything else; each new one waits for the map that the last one made: without an end
+/// in lockstep, else for a bounded time.
+class MatcherStage {
+ public:
+  MatcherStage(const CommandLine& command_line, MakeMatcher make_matcher);
+
+  /// Until a signal asks to end.
+  void Run();
+
+  /// Names of the settings that become flags, for the command line.
+  static std::vector<std::string> Settings() {
+    return {"lcm_url", "channel_prefix", "lockstep", "map_wait_s", "start"};
+  }
+
+ private:
+  void Receive(CriticalRays scan);
+  bool AnswerAgain(std::int64_t utime);
+  bool Answer(const CriticalRays& scan);
+  bool MapIsCurrent();
+  bool WasAnswered(std::int64_t utime) const;
+  std::optional<bool> IsInMap(std::int64_t utime);
+  void Match(const CriticalRays& scan, const std::optional<Pose2>& T_odom_robot);
+  void Publish(const ScanMatch& match);
+
+  const MatchParameters& parameters_;
+  const crsm::Settings& settings_;
+  Service service_;
+  ScanQueue<CriticalRays> scans_;
+  HeldByUtime<Odometry, 64> odometry_;
+  MakeMatcher make_matcher_;
+  std::unique_ptr<Matcher> matcher_;  ///< none before the map's owner was heard
+  MapFollower map_;
+  std::optional<ScanMatch> last_match_;  ///< sent once more when its scan comes once more
+  Clock::time_point last_match_time_{};
+  std::int64_t asked_utime_ = -1;   ///< of the scan about which the owner is being asked, ...
+  Clock::time_point asked_time_{};  ///< ... and since when
+};
+
+}  // namespace crsm

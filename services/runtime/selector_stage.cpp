@@ -1,0 +1,38 @@
+#include "services/runtime/selector_stage.hpp"
+
+#include <utility>
+
+#include "services/runtime/conversions.hpp"
+
+namespace crsm {
+
+SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
+    : service_(command_line), select_(std::move(select)), scans_(service_.counters()) {
+  service_.bus().Subscribe<bot_core::planar_lidar_t>(
+      kLaserChannel, [this](const bot_core::planar_lidar_t& message) { scans_.Push(FromMessage(message)); });
+}
+
+void SelectorStage::Run() {
+  service_.Run([this] {
+    if (scans_.empty()) return true;
+    Answer(scans_.front());
+    scans_.Pop();
+    return scans_.empty();
+  });
+}
+
+void SelectorStage::Answer(const LaserScan& scan) {
+  const auto start = Clock::now();
+  if (last_answer_ && last_answer_->utime == scan.utime) {
+    service_.counters().Add("resent");
+  } else {
+    last_answer_ = ToMessage(select_(scan));
+    service_.counters().Add("handled");
+    if (last_answer_->num_rays == 0) service_.counters().Add("scan_without_rays");
+    service_.SetState("selecting");
+  }
+  service_.bus().Publish(kCriticalRaysChannel, *last_answer_);
+  service_.RecordLatency(start);
+}
+
+}  // namespace crsm

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "common/scan/critical_rays.hpp"
+#include "common/scan/laser_scan.hpp"
+#include "services/runtime/scan_queue.hpp"
+#include "services/runtime/service.hpp"
+
+namespace crsm {
+
+/// What a process is that picks critical rays, whatever picks them: LASER -> CRITICAL_RAYS. A scan that comes once more
+/// gets its last answer once more, so that a message lost on the way costs time and nothing else.
+class SelectorStage {
+ public:
+  using Select = std::function<CriticalRays(const LaserScan&)>;
+
+  SelectorStage(const CommandLine& command_line, Select select);
+
+  /// Until a signal asks to end.
+  void Run();
+
+ private:
+  void Answer(const LaserScan& scan);
+
+  Service service_;
+  Select select_;
+  ScanQueue<LaserScan> scans_;
+  std::optional<critical_rays_t> last_answer_;
+};
+
+}  // namespace crsm

@@ -1,0 +1,71 @@
+#include "common/match/tracking_state.hpp"
+
+#include "catch.hpp"
+
+namespace crsm {
+namespace {
+
+ScanMatch Match(std::int64_t utime, double fitness, MatchState state) {
+  return {utime, {0.1 * static_cast<double>(utime), 0.0, 0.0}, fitness, 1, 1, 0, state};
+}
+
+}  // namespace
+
+TEST_CASE("before the first scan nothing is remembered") {
+  for (const TrackingState& state : {TrackingState(), TrackingState::OnFinishedMap()}) {
+    CHECK(state.empty());
+    CHECK(state.num_lost() == 0);
+    CHECK(state.usual_fitness() == 0.0);
+    CHECK(state.recent().empty());
+    CHECK(state.newest_utime() == -1);
+  }
+  CHECK_FALSE(TrackingState().on_finished_map());
+  CHECK(TrackingState::OnFinishedMap().on_finished_map());
+}
+
+TEST_CASE("the usual fitness is the mean of the last ten scans that were matched; first and lost ones do not count") {
+  TrackingState state;
+  state.Add(Match(0, 0.0, MatchState::kFirst));
+  CHECK(state.usual_fitness() == 0.0);
+  state.Add(Match(1, 0.3, MatchState::kOk));
+  state.Add(Match(2, 0.9, MatchState::kLost));
+  state.Add(Match(3, 0.5, MatchState::kDegenerate));
+  CHECK(state.usual_fitness() == Approx(0.4));
+  for (int k = 4; k < 14; ++k) state.Add(Match(k, 0.05 * k, MatchState::kOk));
+  CHECK(state.usual_fitness() == Approx(0.05 * (4 + 13) / 2.0));
+  for (int k = 14; k < 2000; ++k) state.Add(Match(k, 0.1, MatchState::kLost));
+  CHECK(state.usual_fitness() == Approx(0.05 * (4 + 13) / 2.0));  // for ever, if need be
+}
+
+TEST_CASE("scans that are lost in a row are counted, and the first that is found ends the row") {
+  TrackingState state;
+  for (int k = 0; k < 30; ++k) {
+    state.Add(Match(k, 0.1, MatchState::kLost));
+    CHECK(state.num_lost() == k + 1);
+  }
+  state.Add(Match(30, 0.5, MatchState::kDegenerate));
+  CHECK(state.num_lost() == 0);
+  state.Add(Match(31, 0.5, MatchState::kLost));
+  CHECK(state.num_lost() == 1);
+  CHECK(state.num_scans() == 32);
+}
+
+TEST_CASE("the last ten matches are remembered, oldest first, and found by their utime") {
+  TrackingState state;
+  for (int k = 0; k < 1000; ++k) state.Add(Match(k, 0.5, MatchState::kOk));
+  REQUIRE(state.recent().size() == 10);
+  for (int k = 0; k < 10; ++k)
+    CHECK(state.recent()[static_cast<std::size_t>(k)] == Match(990 + k, 0.5, MatchState::kOk));
+  REQUIRE(state.FindRecent(993));
+  CHECK(state.FindRecent(993)->utime == 993);
+  CHECK_FALSE(state.FindRecent(989));
+  CHECK_FALSE(state.FindRecent(1000));
+}
+
+TEST_CASE("the newest utime is the largest so far, also where clocks step back") {
+  TrackingState state;
+  for (const std::int64_t utime : {5, 9, 7, 3}) state.Add(Match(utime, 0.5, MatchState::kOk));
+  CHECK(state.newest_utime() == 9);
+}
+
+}  // namespace crsm
