@@ -116,8 +116,8 @@ void FitnessField::RefreshTile(const ByteMap& map, TileIndex index) {
       const int y_low = std::max(-1, tile_y * kTileSide);
       const int y_high = std::min(kTileSide + 2, (tile_y + 1) * kTileSide);
       for (int y = y_low; y < y_high; ++y) {
-        const auto* row = part->cells.data() + (y & 63) * kTileSide;
-        std::copy(row + (x_low & 63), row + (x_low & 63) + (x_high - x_low),
+        const auto* row = part->cells.data() + (y & kTileMask) * kTileSide;
+        std::copy(row + (x_low & kTileMask), row + (x_low & kTileMask) + (x_high - x_low),
                   bytes.data() + (y + 1) * kPadded + x_low + 1);
       }
     }

@@ -38,7 +38,8 @@ class CoarseMap {
       for (int offset = 0; offset < kTileCells; ++offset) {
         const std::uint8_t byte = tile->cells[static_cast<std::size_t>(offset)];
         if (byte == kUnexploredByte) continue;
-        const Cell cell{Down(index.x * kTileSide + offset % kTileSide), Down(index.y * kTileSide + offset / kTileSide)};
+        const Cell fine = CellAt(index, offset);
+        const Cell cell{Down(fine.x), Down(fine.y)};
         auto coarse = tiles.find(TileOf(cell));
         if (coarse == tiles.end()) {
           coarse = tiles.emplace(TileOf(cell), TileBytes{}).first;
@@ -75,8 +76,8 @@ std::vector<Pose2> FindFreePlaces(const CoarseMap& coarse) {
   for (const auto& [index, tile] : coarse.map().tiles().entries()) {
     for (int offset = 0; offset < kTileCells; ++offset) {
       if (tile->cells[static_cast<std::size_t>(offset)] != kFreeByte) continue;
-      places.push_back({(index.x * kTileSide + offset % kTileSide + 0.5) * cell_m,
-                        (index.y * kTileSide + offset / kTileSide + 0.5) * cell_m, 0.0});
+      const Cell cell = CellAt(index, offset);
+      places.push_back({(cell.x + 0.5) * cell_m, (cell.y + 0.5) * cell_m, 0.0});
     }
   }
   return places;
