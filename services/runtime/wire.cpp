@@ -81,7 +81,7 @@ void Walk(WireReader& reader, const service_status_t*) {
   const std::int32_t num_counters = reader.Count(kMostCounters);
   for (std::int32_t i = 0; i < num_counters; ++i) reader.String();
   reader.Array(num_counters, 8);
-  reader.Skip(8 + 4 * 8);
+  reader.Skip(8 + 5 * 8);
 }
 
 bool ValuesInRange(const bot_core::planar_lidar_t& message) {
