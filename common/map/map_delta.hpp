@@ -36,6 +36,9 @@ std::vector<std::uint8_t> PackRuns(const TileBytes& before, const TileBytes& aft
 /// Unpacks runs onto the cells of a tile. False, with `cells` untouched, if they are malformed.
 bool UnpackRuns(std::span<const std::uint8_t> runs, TileBytes& cells);
 
+/// The rectangle around the cells that a change names; its runs are well-formed and not empty.
+CellRectangle FindChangedCells(const TileChange& change);
+
 /// The map as it travels: one byte a cell, 255 free .. 0 occupied, 127 unexplored. What matcher and exporter hold.
 class ByteMap {
  public:

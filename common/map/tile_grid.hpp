@@ -29,6 +29,13 @@ struct Cell {
   friend bool operator==(const Cell&, const Cell&) = default;
 };
 
+/// Cells from `low` to `high`, both included.
+struct CellRectangle {
+  Cell low;
+  Cell high;
+  friend bool operator==(const CellRectangle&, const CellRectangle&) = default;
+};
+
 struct TileIndex {
   int x = 0;
   int y = 0;
@@ -50,6 +57,9 @@ inline int OffsetInTile(Cell cell) { return (cell.y & kTileMask) << kTileBits | 
 inline Cell CellAt(TileIndex tile, int offset) {
   return {tile.x * kTileSide + (offset & kTileMask), tile.y * kTileSide + (offset >> kTileBits)};
 }
+
+/// All cells of a tile.
+inline CellRectangle CellsOf(TileIndex tile) { return {CellAt(tile, 0), CellAt(tile, kTileCells - 1)}; }
 
 /// A rectangle of tiles, row by row, with one more column and row: what lies beyond the rectangle comes to those.
 struct TileRectangle {

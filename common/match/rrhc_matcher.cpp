@@ -80,15 +80,15 @@ RrhcMatcher::RrhcMatcher(const MatchParameters& parameters)
 
 bool RrhcMatcher::ApplyChanges(std::span<const TileChange> changes) {
   bool well_formed = true;
-  std::vector<TileIndex> changed;
+  std::vector<CellRectangle> changed;
   for (const TileChange& change : changes) {
-    if (map_.Apply(change)) {
-      changed.push_back(change.index);
-    } else {
+    if (!map_.Apply(change)) {
       well_formed = false;
+    } else if (!change.runs.empty()) {
+      changed.push_back(FindChangedCells(change));
     }
   }
-  field_.Refresh(map_, changed);
+  field_.RefreshCells(map_, changed);
   return well_formed;
 }
 
