@@ -33,7 +33,7 @@ DenseGrid ByteMap::ToDenseGrid() const {
       for (int offset = 0; offset < kTileCells; ++offset) {
         const std::uint8_t byte = tile->cells[static_cast<std::size_t>(offset)];
         if (byte == kUnexploredByte) continue;
-        visit(Cell{index.x * kTileSide + offset % kTileSide, index.y * kTileSide + offset / kTileSide}, byte);
+        visit(CellAt(index, offset), byte);
       }
     }
   };

@@ -64,4 +64,24 @@ bool UnpackRuns(std::span<const std::uint8_t> runs, TileBytes& cells) {
   return true;
 }
 
+CellRectangle FindChangedCells(const TileChange& change) {
+  CellRectangle changed{{INT_MAX, INT_MAX}, {INT_MIN, INT_MIN}};
+  int end = 0;
+  for (std::size_t at = 0; at < change.runs.size();) {
+    const int begin = end + change.runs[at] * 256 + change.runs[at + 1];
+    const int count = change.runs[at + 2] * 256 + change.runs[at + 3];
+    end = begin + count;
+    at += static_cast<std::size_t>(4 + count);
+    Cell first = CellAt(change.index, begin);
+    Cell last = CellAt(change.index, end - 1);
+    if (first.y < last.y) {  // from one row into another: the columns between may be any
+      first.x = CellsOf(change.index).low.x;
+      last.x = CellsOf(change.index).high.x;
+    }
+    changed.low = {std::min(changed.low.x, first.x), std::min(changed.low.y, first.y)};
+    changed.high = {std::max(changed.high.x, last.x), std::max(changed.high.y, last.y)};
+  }
+  return changed;
+}
+
 }  // namespace crsm

@@ -39,4 +39,7 @@ bool RunsFit(std::span<const std::uint8_t> runs);
 /// Unpacks runs onto the cells of a tile. False, with `cells` untouched, if they are malformed.
 bool UnpackRuns(std::span<const std::uint8_t> runs, TileBytes& cells);
 
+/// The rectangle around the cells that a change names; its runs are well-formed and not empty.
+CellRectangle FindChangedCells(const TileChange& change);
+
 }  // namespace crsm

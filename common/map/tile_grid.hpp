@@ -11,7 +11,9 @@
 
 namespace crsm {
 
-inline constexpr int kTileSide = 64;                      ///< cells
+inline constexpr int kTileBits = 6;                       ///< a cell's coordinate, shifted by these, is its tile's ...
+inline constexpr int kTileSide = 1 << kTileBits;          ///< cells
+inline constexpr int kTileMask = kTileSide - 1;           ///< ... and masked by this, where in the tile it lies
 inline constexpr int kTileCells = kTileSide * kTileSide;  ///< cells in a tile
 inline constexpr int kMaxTile = 1024;                     ///< tiles run from -kMaxTile to kMaxTile - 1 on each axis
 inline constexpr int kMaxCell = kMaxTile * kTileSide;     ///< and cells from -kMaxCell to kMaxCell - 1
@@ -27,6 +29,13 @@ struct Cell {
   friend bool operator==(const Cell&, const Cell&) = default;
 };
 
+/// Cells from `low` to `high`, both included.
+struct CellRectangle {
+  Cell low;
+  Cell high;
+  friend bool operator==(const CellRectangle&, const CellRectangle&) = default;
+};
+
 struct TileIndex {
   int x = 0;
   int y = 0;
@@ -40,9 +49,17 @@ inline bool InMapLimits(TileIndex tile) {
   return tile.x >= -kMaxTile && tile.x < kMaxTile && tile.y >= -kMaxTile && tile.y < kMaxTile;
 }
 /// The tile of a cell. Right shifts of negative numbers round down (C++20).
-inline TileIndex TileOf(Cell cell) { return {cell.x >> 6, cell.y >> 6}; }
+inline TileIndex TileOf(Cell cell) { return {cell.x >> kTileBits, cell.y >> kTileBits}; }
 /// Where a cell lies in its tile: row by row from the lower left.
-inline int OffsetInTile(Cell cell) { return (cell.y & 63) * kTileSide + (cell.x & 63); }
+inline int OffsetInTile(Cell cell) { return (cell.y & kTileMask) << kTileBits | (cell.x & kTileMask); }
+
+/// The cell that lies there in the tile.
+inline Cell CellAt(TileIndex tile, int offset) {
+  return {tile.x * kTileSide + (offset & kTileMask), tile.y * kTileSide + (offset >> kTileBits)};
+}
+
+/// All cells of a tile.
+inline CellRectangle CellsOf(TileIndex tile) { return {CellAt(tile, 0), CellAt(tile, kTileCells - 1)}; }
 
 /// A rectangle of tiles, row by row, with one more column and row: what lies beyond the rectangle comes to those.
 struct TileRectangle {

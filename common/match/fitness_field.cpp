@@ -1,8 +1,11 @@
 #include "common/match/fitness_field.hpp"
 
+#include <sys/mman.h>
+
 #include <algorithm>
+#include <array>
+#include <climits>
 #include <cmath>
-#include <memory>
 #include <new>
 #include <utility>
 
@@ -24,28 +27,65 @@ SplitCoordinate Split(double cells) {
   return {cell, near - cell};
 }
 
-/// All 0. The system gives memory only to those that are written to.
-ScorePair* MakeBlankTiles(const TileRectangle& rectangle) {
-  void* pairs = std::calloc(rectangle.num_places(), kPairsInTile * sizeof(ScorePair));
-  if (!pairs) throw std::bad_alloc();
-  return static_cast<ScorePair*>(pairs);
+/// Whether the pairs of a tile depend on any cell of the map: they hold the first row and column of the next tiles too.
+bool IsNearMap(const ByteMap& map, TileIndex index) {
+  const auto InMap = [&](int dx, int dy) { return map.tiles().Find({index.x + dx, index.y + dy}) != nullptr; };
+  return InMap(0, 0) || InMap(1, 0) || InMap(0, 1) || InMap(1, 1);
 }
 
-/// Tiles with scores that depend on the given ones. A cell's score depends on its neighbours, and a tile holds the
-/// first row and column of the next: a change reaches the tiles around it, but those that hold no cell of the map.
-std::vector<TileIndex> FindStale(const ByteMap& map, const std::vector<TileIndex>& changed) {
-  const auto InMap = [&](TileIndex index) { return map.tiles().Find(index) != nullptr; };
-  std::vector<TileIndex> stale;
-  for (const TileIndex index : changed) {
-    for (int y = index.y - 1; y <= index.y + 1; ++y) {
-      for (int x = index.x - 1; x <= index.x + 1; ++x) {
-        if (InMap({x, y}) || InMap({x + 1, y}) || InMap({x, y + 1}) || InMap({x + 1, y + 1})) stale.push_back({x, y});
+/// The tiles from one corner to another with room around them for a map to grow. Room costs nothing but addresses, and
+/// there is a lot: 128 tiles to all sides of the first one. Where that does not do, half of each side is added, so that
+/// what it costs to move all tiles is a constant for each of them.
+TileRectangle AddRoom(TileIndex low, TileIndex high) {
+  constexpr double kRoomyTiles = 65536.0;
+  const int width = high.x - low.x + 1;
+  const int height = high.y - low.y + 1;
+  const double scale = std::max(1.5, std::sqrt(kRoomyTiles / (static_cast<double>(width) * height)));
+  const int beside = static_cast<int>(0.5 * (scale - 1.0) * width) + 1;
+  const int above = static_cast<int>(0.5 * (scale - 1.0) * height) + 1;
+  return {{low.x - beside, low.y - above},
+          static_cast<unsigned>(width + 2 * beside),
+          static_cast<unsigned>(height + 2 * above)};
+}
+
+constexpr int kPadded = kTileSide + 3;
+using PaddedBytes = std::array<std::uint8_t, kPadded * kPadded>;
+
+/// A tile's bytes with one column and row before it and two after it; those in a rectangle that begins at the tile's
+/// corner are to be copied.
+void CopyBytes(const ByteMap& map, TileIndex index, const CellRectangle& wanted, PaddedBytes& bytes) {
+  for (int tile_y = -1; tile_y <= 1; ++tile_y) {
+    for (int tile_x = -1; tile_x <= 1; ++tile_x) {
+      const int x_low = std::max(wanted.low.x, tile_x * kTileSide);
+      const int x_end = std::min(wanted.high.x + 1, (tile_x + 1) * kTileSide);
+      const int y_low = std::max(wanted.low.y, tile_y * kTileSide);
+      const int y_end = std::min(wanted.high.y + 1, (tile_y + 1) * kTileSide);
+      if (x_low >= x_end || y_low >= y_end) continue;
+      const ByteMap::Tile* part = map.tiles().Find({index.x + tile_x, index.y + tile_y});
+      for (int y = y_low; y < y_end; ++y) {
+        auto* to = bytes.data() + (y + 1) * kPadded + x_low + 1;
+        if (part) {
+          std::copy_n(part->cells.data() + OffsetInTile({x_low, y}), x_end - x_low, to);
+        } else {
+          std::fill_n(to, x_end - x_low, kUnexploredByte);
+        }
       }
     }
   }
-  std::sort(stale.begin(), stale.end());
-  stale.erase(std::unique(stale.begin(), stale.end()), stale.end());
-  return stale;
+}
+
+using ScoreRow = std::array<std::int16_t, kPairsInRow>;
+
+/// What rays score that end in the cells of a row, from one column to another. All numbers fit into 16 bits, of which a
+/// processor computes eight at a time.
+void ComputeScores(const std::uint8_t* row, int x_low, int x_high, std::int16_t unexplored_score, ScoreRow& scores) {
+  const auto most = static_cast<std::int16_t>(kFullScore - unexplored_score);
+  for (int x = x_low; x <= x_high; ++x) {
+    const std::uint8_t* cell = row + x;
+    const int around = cell[-1] + cell[1] + cell[-kPadded] + cell[kPadded];
+    const auto explored = static_cast<std::int16_t>(most - 10 * *cell - around);                  // line 10
+    scores[static_cast<std::size_t>(x)] = *cell == kUnexploredByte ? std::int16_t{0} : explored;  // lines 6 to 9
+  }
 }
 
 }  // namespace
@@ -87,56 +127,86 @@ FitnessField::FitnessField(const MapGeometry& geometry, double unexplored_score,
       kernel_(kernel),
       pairs_(MakeBlankTiles(rectangle_)) {}
 
-void FitnessField::Refresh(const ByteMap& map, const std::vector<TileIndex>& changed) {
-  std::vector<TileIndex> stale = FindStale(map, changed);
-  TileRectangle grown = rectangle_;
-  for (const TileIndex index : stale) {
-    if (!grown.Contains(index)) grown = grown.GrownTo(index);
-  }
-  if (grown.num_places() != rectangle_.num_places()) {  // all tiles move: each is made anew
-    pairs_.reset(MakeBlankTiles(grown));
-    rectangle_ = grown;
-    std::vector<TileIndex> all;
-    for (const auto& entry : map.tiles().entries()) all.push_back(entry.index);
-    stale = FindStale(map, all);
-  }
-  for (const TileIndex index : stale) RefreshTile(map, index);
+void FitnessField::Unmap::operator()(ScorePair* pairs) const { munmap(pairs, num_bytes); }
+
+/// All 0. The system gives memory only to those that are written to, in small pages: a large one would hold a tile and
+/// a lot of room.
+FitnessField::Pairs FitnessField::MakeBlankTiles(const TileRectangle& rectangle) {
+  const std::size_t num_bytes = rectangle.num_places() * kPairsInTile * sizeof(ScorePair);
+  void* pairs = mmap(nullptr, num_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (pairs == MAP_FAILED) throw std::bad_alloc();
+  madvise(pairs, num_bytes, MADV_NOHUGEPAGE);
+  return Pairs(static_cast<ScorePair*>(pairs), {num_bytes});
 }
 
-void FitnessField::RefreshTile(const ByteMap& map, TileIndex index) {
-  // The tile's bytes with one column and row before it and two after it.
-  constexpr int kPadded = kTileSide + 3;
-  std::array<std::uint8_t, kPadded * kPadded> bytes;
-  bytes.fill(kUnexploredByte);
-  for (int tile_y = -1; tile_y <= 1; ++tile_y) {
-    for (int tile_x = -1; tile_x <= 1; ++tile_x) {
-      const ByteMap::Tile* part = map.tiles().Find({index.x + tile_x, index.y + tile_y});
-      if (!part) continue;
-      const int x_low = std::max(-1, tile_x * kTileSide);
-      const int x_high = std::min(kTileSide + 2, (tile_x + 1) * kTileSide);
-      const int y_low = std::max(-1, tile_y * kTileSide);
-      const int y_high = std::min(kTileSide + 2, (tile_y + 1) * kTileSide);
-      for (int y = y_low; y < y_high; ++y) {
-        const auto* row = part->cells.data() + (y & 63) * kTileSide;
-        std::copy(row + (x_low & 63), row + (x_low & 63) + (x_high - x_low),
-                  bytes.data() + (y + 1) * kPadded + x_low + 1);
+void FitnessField::Refresh(const ByteMap& map, const std::vector<TileIndex>& changed) {
+  std::vector<CellRectangle> cells;
+  for (const TileIndex index : changed) cells.push_back(CellsOf(index));
+  RefreshCells(map, cells);
+}
+
+void FitnessField::RefreshCells(const ByteMap& map, const std::vector<CellRectangle>& changed) {
+  for (const auto& [low, high] : changed) {
+    // The score of a cell depends on its neighbours, and each score is in the pair of the cell below too.
+    const CellRectangle stale{{low.x - 1, low.y - 2}, {high.x + 1, high.y + 1}};
+    const TileIndex first = TileOf({stale.low.x - 1, stale.low.y});  // which may hold the first column of the next
+    const TileIndex last = TileOf(stale.high);
+    for (int y = first.y; y <= last.y; ++y) {
+      for (int x = first.x; x <= last.x; ++x) {
+        if (IsNearMap(map, {x, y})) RefreshPairs(map, {x, y}, stale);
       }
     }
   }
+}
 
-  // Each score goes into two pairs: its own and, as the one above, that of the row below.
-  ScorePair* tile = pairs_.get() + rectangle_.Place(index) * kPairsInTile;
-  for (int y = 0; y <= kTileSide; ++y) {
-    const std::uint8_t* row = bytes.data() + (y + 1) * kPadded + 1;
-    for (int x = 0; x <= kTileSide; ++x) {
-      const std::uint8_t* cell = row + x;
-      const int around = cell[-1] + cell[1] + cell[-kPadded] + cell[kPadded];
-      const int score = *cell == kUnexploredByte ? unexplored_score_                  // lines 6 to 9
-                                                 : kFullScore - 10 * *cell - around;  // line 10
-      const auto more = static_cast<std::int16_t>(score - unexplored_score_);
-      ScorePair* pair = tile + y * kPairsInRow + x;
-      if (y < kTileSide) pair->here = more;
-      if (y > 0) (pair - kPairsInRow)->above = more;
+/// Moves the tiles to where there is room for all of the map.
+void FitnessField::MakeRoom(const ByteMap& map) {
+  TileIndex low{INT_MAX, INT_MAX};
+  TileIndex high{INT_MIN, INT_MIN};
+  for (const auto& [index, tile] : map.tiles().entries()) {
+    low = {std::min(low.x, index.x - 1), std::min(low.y, index.y - 1)};
+    high = {std::max(high.x, index.x), std::max(high.y, index.y)};
+  }
+  const TileRectangle roomier = AddRoom(low, high);
+  Pairs moved = MakeBlankTiles(roomier);
+  const auto Move = [&](TileIndex index) {
+    if (!rectangle_.Contains(index)) return;
+    std::copy_n(FindTile(index), kPairsInTile, moved.get() + roomier.Place(index) * kPairsInTile);
+  };
+  for (const auto& entry : map.tiles().entries()) {
+    const auto [x, y] = entry.index;
+    Move(entry.index);
+    for (const TileIndex beside : {TileIndex{x - 1, y}, {x, y - 1}, {x - 1, y - 1}}) {
+      if (!map.tiles().Find(beside)) Move(beside);
+    }
+  }
+  rectangle_ = roomier;
+  pairs_ = std::move(moved);
+}
+
+/// stale: cells of the map whose pairs are to be made anew where they are in the tile.
+void FitnessField::RefreshPairs(const ByteMap& map, TileIndex index, const CellRectangle& stale) {
+  const Cell corner = CellsOf(index).low;
+  const int x_low = std::max(stale.low.x - corner.x, 0);
+  const int x_high = std::min(stale.high.x - corner.x, kPairsInRow - 1);
+  const int y_low = std::max(stale.low.y - corner.y, 0);
+  const int y_high = std::min(stale.high.y - corner.y, kTileSide - 1);
+  if (x_low > x_high || y_low > y_high) return;
+  if (!rectangle_.Contains(index)) MakeRoom(map);
+
+  PaddedBytes bytes;
+  CopyBytes(map, index, {{x_low - 1, y_low - 1}, {x_high + 1, y_high + 2}}, bytes);
+  ScoreRow here, above;
+  const auto Compute = [&](int y, ScoreRow& scores) {
+    ComputeScores(bytes.data() + (y + 1) * kPadded + 1, x_low, x_high, unexplored_score_, scores);
+  };
+  Compute(y_low, above);
+  ScorePair* pairs = FindTile(index) + y_low * kPairsInRow;
+  for (int y = y_low; y <= y_high; ++y, pairs += kPairsInRow) {
+    here.swap(above);
+    Compute(y + 1, above);
+    for (int x = x_low; x <= x_high; ++x) {
+      pairs[x] = {here[static_cast<std::size_t>(x)], above[static_cast<std::size_t>(x)]};
     }
   }
 }

@@ -2,7 +2,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <cstdlib>
 #include <memory>
 #include <vector>
 
@@ -57,24 +56,33 @@ class FitnessField {
   /// Takes over the tiles that changed, from the map after the change.
   void Refresh(const ByteMap& map, const std::vector<TileIndex>& changed);
 
+  /// The same for those cells of them that changed.
+  void RefreshCells(const ByteMap& map, const std::vector<CellRectangle>& changed);
+
   /// Fitness of rays seen from a pose, their weighted mean: [0, 1], below 0 where much is unexplored and that is
   /// punished. The laser is `T_map_laser`, rays and pose within the limits of the map. Returns 0 without rays. The same
   /// on every machine.
   double Evaluate(const RaysInCells& rays, const Pose2& T_map_laser) const;
 
  private:
-  struct Free {
-    void operator()(ScorePair* pairs) const { std::free(pairs); }
+  /// Frees address space that the system gave.
+  struct Unmap {
+    std::size_t num_bytes;
+    void operator()(ScorePair* pairs) const;
   };
+  using Pairs = std::unique_ptr<ScorePair[], Unmap>;
 
-  void RefreshTile(const ByteMap& map, TileIndex index);
+  static Pairs MakeBlankTiles(const TileRectangle& rectangle);
+  ScorePair* FindTile(TileIndex index) const { return pairs_.get() + rectangle_.Place(index) * kPairsInTile; }
+  void MakeRoom(const ByteMap& map);
+  void RefreshPairs(const ByteMap& map, TileIndex index, const CellRectangle& stale);
 
   MapGeometry geometry_;
   std::int16_t unexplored_score_;
   bool interpolate_;
   FitnessKernel kernel_;
   TileRectangle rectangle_;
-  std::unique_ptr<ScorePair[], Free> pairs_;  ///< scores less unexplored_score_: what is unexplored holds 0
+  Pairs pairs_;  ///< scores less unexplored_score_: what is unexplored holds 0
 };
 
 }  // namespace crsm

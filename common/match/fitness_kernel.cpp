@@ -9,7 +9,7 @@
 namespace crsm {
 namespace {
 
-constexpr unsigned kTileBits = 6 + kFractionBits;  // a coordinate in 1/128 cell, shifted by these, is a tile's
+constexpr unsigned kFineTileBits = kTileBits + kFractionBits;  // a coordinate in 1/128 cell, shifted by these
 
 /// std::floor is a function call on the x86-64 that every machine has.
 int FloorToInt(float value) {
@@ -38,11 +38,11 @@ __attribute__((target("avx2"))) std::int64_t SumScoresAvx2(const FitnessTask& ta
   const __m256 offset_y = _mm256_set1_ps(task.offset_y);
   const __m256i corner_x = _mm256_set1_epi32(task.corner_x);
   const __m256i corner_y = _mm256_set1_epi32(task.corner_y);
-  const __m256i end_x = _mm256_set1_epi32(static_cast<int>(task.tiles.width << kTileBits));
-  const __m256i end_y = _mm256_set1_epi32(static_cast<int>(task.tiles.height << kTileBits));
+  const __m256i end_x = _mm256_set1_epi32(static_cast<int>(task.tiles.width << kFineTileBits));
+  const __m256i end_y = _mm256_set1_epi32(static_cast<int>(task.tiles.height << kFineTileBits));
   const __m256i pairs_in_tile_row = _mm256_set1_epi32(static_cast<int>((task.tiles.width + 1) * kPairsInTile));
   const __m256i pairs_in_tile_and_row = _mm256_set1_epi32(kPairsInTile << 16 | kPairsInRow);  // of 16 bits each
-  const __m256i cell_mask = _mm256_set1_epi32(kTileSide - 1);
+  const __m256i cell_mask = _mm256_set1_epi32(kTileMask);
   const __m256i fraction_mask = _mm256_set1_epi32(task.fraction_mask);
   const __m256i one = _mm256_set1_epi32(kFractions);
 
@@ -57,8 +57,8 @@ __attribute__((target("avx2"))) std::int64_t SumScoresAvx2(const FitnessTask& ta
     const __m256i x = _mm256_min_epu32(_mm256_add_epi32(corner_x, _mm256_cvttps_epi32(whole_x)), end_x);
     const __m256i y = _mm256_min_epu32(_mm256_add_epi32(corner_y, _mm256_cvttps_epi32(whole_y)), end_y);
 
-    const __m256i tile_row = _mm256_mullo_epi32(_mm256_srli_epi32(y, kTileBits), pairs_in_tile_row);
-    const __m256i tile_x = _mm256_srli_epi32(x, kTileBits);
+    const __m256i tile_row = _mm256_mullo_epi32(_mm256_srli_epi32(y, kFineTileBits), pairs_in_tile_row);
+    const __m256i tile_x = _mm256_srli_epi32(x, kFineTileBits);
     const __m256i cell_x = _mm256_and_si256(_mm256_srli_epi32(x, kFractionBits), cell_mask);
     const __m256i cell_y = _mm256_and_si256(_mm256_srli_epi32(y, kFractionBits), cell_mask);
     const __m256i tile_and_row =
@@ -124,14 +124,15 @@ std::int64_t SumScores(const FitnessTask& task) {
     // Line 5 of section 5.2. As unsigned numbers, points left of or below the rectangle lie beyond its end.
     const int from_corner_x = FloorToInt(task.cos * task.x[i] - task.sin * task.y[i] + task.offset_x);
     const int from_corner_y = FloorToInt(task.sin * task.x[i] + task.cos * task.y[i] + task.offset_y);
-    const unsigned x =
-        std::min(static_cast<unsigned>(task.corner_x) + static_cast<unsigned>(from_corner_x), tiles.width << kTileBits);
+    const unsigned x = std::min(static_cast<unsigned>(task.corner_x) + static_cast<unsigned>(from_corner_x),
+                                tiles.width << kFineTileBits);
     const unsigned y = std::min(static_cast<unsigned>(task.corner_y) + static_cast<unsigned>(from_corner_y),
-                                tiles.height << kTileBits);
+                                tiles.height << kFineTileBits);
 
-    const ScorePair* tile = task.pairs + ((y >> kTileBits) * (tiles.width + 1) + (x >> kTileBits)) * kPairsInTile;
-    const unsigned cell_x = (x >> kFractionBits) % kTileSide;
-    const unsigned cell_y = (y >> kFractionBits) % kTileSide;
+    const ScorePair* tile =
+        task.pairs + ((y >> kFineTileBits) * (tiles.width + 1) + (x >> kFineTileBits)) * kPairsInTile;
+    const unsigned cell_x = (x >> kFractionBits) & kTileMask;
+    const unsigned cell_y = (y >> kFractionBits) & kTileMask;
     const ScorePair* pair = &tile[cell_y * kPairsInRow + cell_x];
     const int right = static_cast<int>(x) & task.fraction_mask;
     const int up = static_cast<int>(y) & task.fraction_mask;

@@ -36,7 +36,7 @@ ScoredMap MakeCoarse(const ByteMap& map, int factor) {
     for (int offset = 0; offset < kTileCells; ++offset) {
       const std::uint8_t byte = tile->cells[static_cast<std::size_t>(offset)];
       if (byte == kUnexploredByte) continue;
-      const Cell fine{index.x * kTileSide + offset % kTileSide, index.y * kTileSide + offset / kTileSide};
+      const Cell fine = CellAt(index, offset);
       const Cell cell{Down(fine.x), Down(fine.y)};
       if (IsOccupied(byte)) coarse.Set(cell, kOccupiedByte);
       if (IsFree(byte) && coarse.At(cell) == kUnexploredByte) coarse.Set(cell, kFreeByte);
@@ -53,8 +53,8 @@ std::vector<Pose2> FindFreePlaces(const ByteMap& coarse) {
   for (const auto& [index, tile] : in_order) {
     for (int offset = 0; offset < kTileCells; ++offset) {
       if (tile->cells[static_cast<std::size_t>(offset)] != kFreeByte) continue;
-      places.push_back({(index.x * kTileSide + offset % kTileSide + 0.5) * cell_m,
-                        (index.y * kTileSide + offset / kTileSide + 0.5) * cell_m, 0.0});
+      const Cell cell = CellAt(index, offset);
+      places.push_back({(cell.x + 0.5) * cell_m, (cell.y + 0.5) * cell_m, 0.0});
     }
   }
   return places;

@@ -14,15 +14,15 @@ ScoredMap::ScoredMap(ByteMap cells, double unexplored_score, bool interpolate)
 
 bool ScoredMap::Apply(std::span<const TileChange> changes) {
   bool all_applied = true;
-  std::vector<TileIndex> changed;
+  std::vector<CellRectangle> changed;
   for (const TileChange& change : changes) {
-    if (cells_.Apply(change)) {
-      changed.push_back(change.index);
-    } else {
+    if (!cells_.Apply(change)) {
       all_applied = false;
+    } else if (!change.runs.empty()) {
+      changed.push_back(FindChangedCells(change));
     }
   }
-  field_.Refresh(cells_, changed);
+  field_.RefreshCells(cells_, changed);
   return all_applied;
 }
 

@@ -49,7 +49,8 @@ std::string FormatSummary(const Summary& summary) {
                {"parameters", Json::object()}};
   for (const auto& [name, count] : summary.counts) json["counts"][name] = count;
   for (const auto& [stage, timing] : summary.timings) {
-    json["timings"][stage] = {{"p50_ms", timing.p50_ms}, {"p99_ms", timing.p99_ms}, {"max_ms", timing.max_ms}};
+    json["timings"][stage] = {
+        {"p50_ms", timing.p50_ms}, {"p95_ms", timing.p95_ms}, {"p99_ms", timing.p99_ms}, {"max_ms", timing.max_ms}};
   }
   for (const auto& [key, value] : summary.parameters) {
     std::visit([&json, &key = key](const auto& plain) { json["parameters"][key] = plain; }, value);

@@ -15,6 +15,7 @@ namespace crsm {
 /// How long one stage took a scan.
 struct StageTiming {
   double p50_ms = 0.0;
+  double p95_ms = 0.0;
   double p99_ms = 0.0;
   double max_ms = 0.0;
 };

@@ -118,7 +118,8 @@ class MapExporter {
       for (std::size_t i = 0; i < status.counter_name.size(); ++i) {
         summary.counts[name + "." + status.counter_name[i]] = status.counter_value[i];
       }
-      summary.timings[name] = {status.latency_p50_ms, status.latency_p99_ms, status.latency_max_ms};
+      summary.timings[name] = {status.latency_p50_ms, status.latency_p95_ms, status.latency_p99_ms,
+                               status.latency_max_ms};
     }
     return summary;
   }

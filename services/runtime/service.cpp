@@ -114,6 +114,7 @@ service_status_t Service::MakeStatus() const {
   }
   status.num_latencies = latency_.num_recorded();
   status.latency_p50_ms = latency_.Percentile(0.5);
+  status.latency_p95_ms = latency_.Percentile(0.95);
   status.latency_p99_ms = latency_.Percentile(0.99);
   status.latency_max_ms = latency_.max_ms();
   status.resident_mb = ResidentMb();

@@ -105,7 +105,7 @@ constexpr auto FieldsOf<service_status_t>() {
   using T = service_status_t;
   return std::tuple(&T::utime, &T::name, &T::version, &T::pid, &T::state, &T::num_counters,
                     Array(&T::counter_name, &T::num_counters, kMostCounters),
-                    Array(&T::counter_value, &T::num_counters, kMostCounters), &T::num_latencies, &T::latency_p50_ms,
+                    Array(&T::counter_value, &T::num_counters, kMostCounters), &T::num_latencies, &T::latency_p50_ms, &T::latency_p95_ms,
                     &T::latency_p99_ms, &T::latency_max_ms, &T::resident_mb);
 }
 

@@ -114,7 +114,8 @@ void MapLog(const CommandLine& command_line, const std::string& name, const std:
                     command_line.program(), num_repeated));
   }
   if (run.slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", command_line.program(), kMapIsFull));
-  summary.timings["slam_offline"] = {latency.Percentile(0.5), latency.Percentile(0.99), latency.max_ms()};
+  summary.timings["slam_offline"] = {latency.Percentile(0.5), latency.Percentile(0.95), latency.Percentile(0.99),
+                                     latency.max_ms()};
   results.summary_json = FormatSummary(summary);
   WriteResults(settings.out, results);
   fmt::print("{} scans, {} lost, map of {:.0f} m2 in {}\n", summary.scans, summary.lost, summary.explored_area_m2,

@@ -28,7 +28,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       for (std::size_t i = 0; i < status->counter_name.size(); ++i) {
         summary.counts[status->name + "." + status->counter_name[i]] = status->counter_value[i];
       }
-      summary.timings[status->name] = {status->latency_p50_ms, status->latency_p99_ms, status->latency_max_ms};
+      summary.timings[status->name] = {status->latency_p50_ms, status->latency_p95_ms, status->latency_p99_ms,
+                                       status->latency_max_ms};
     }
   }
   // The largest rectangle takes a good part of a second: more than there is to learn from it.

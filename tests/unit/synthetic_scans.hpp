@@ -100,7 +100,7 @@ std::vector<TileChange> PaintTiles(int low, int high, Paint&& paint) {
     for (int x = low; x <= high; ++x) {
       TileBytes cells;
       for (int i = 0; i < kTileCells; ++i) {
-        cells[static_cast<std::size_t>(i)] = paint(Cell{x * kTileSide + i % kTileSide, y * kTileSide + i / kTileSide});
+        cells[static_cast<std::size_t>(i)] = paint(CellAt({x, y}, i));
       }
       changes.push_back({{x, y}, PackRuns(unexplored, cells)});
     }

@@ -99,4 +99,22 @@ TEST_CASE("malformed runs are refused and leave the tile as it was") {
   }
 }
 
+TEST_CASE("the changed cells of a tile are the rectangle around its runs") {
+  TileBytes before;
+  before.fill(kUnexploredByte);
+  TileBytes after = before;
+  const auto Changed = [&] { return FindChangedCells({{-2, 1}, PackRuns(before, after)}); };
+  const auto Change = [&](int x, int y) { after[static_cast<std::size_t>(OffsetInTile({x, y}))] = 7; };
+  Change(5, 9);
+  CHECK(Changed() == CellRectangle{{-128 + 5, 64 + 9}, {-128 + 5, 64 + 9}});
+  Change(3, 20);
+  Change(40, 11);
+  CHECK(Changed() == CellRectangle{{-128 + 3, 64 + 9}, {-128 + 40, 64 + 20}});
+  Change(63, 10);
+  Change(0, 11);  // one run with the last, over the end of a row
+  CHECK(Changed() == CellRectangle{{-128, 64 + 9}, {-128 + 63, 64 + 20}});
+  after.fill(7);
+  CHECK(Changed() == CellsOf({-2, 1}));
+}
+
 }  // namespace crsm

@@ -36,6 +36,12 @@ TEST_CASE("every cell of a tile has a place of its own, row by row from the lowe
   CHECK(OffsetInTile({-1, -1}) == kTileCells - 1);
 }
 
+TEST_CASE("a cell is found again by its tile and its place there") {
+  for (const Cell cell : {Cell{0, 0}, {63, 64}, {-1, -64}, {-65, 127}, {-kMaxCell, kMaxCell - 1}}) {
+    CHECK(CellAt(TileOf(cell), OffsetInTile(cell)) == cell);
+  }
+}
+
 TEST_CASE("an empty grid holds no tile anywhere") {
   const TileGrid<Tile> grid;
   CHECK(grid.Find({0, 0}) == nullptr);

@@ -158,6 +158,71 @@ TEST_CASE("a field that follows changes is the field of the changed map, also ac
   }
 }
 
+TEST_CASE("a field that follows changed cells is the field of the changed map, wherever in their tiles they are") {
+  constexpr int kReach = 130;  // cells: tiles -3 to 2
+  Random random(10);
+  const auto Draw = [&](int low, int high) { return low + static_cast<int>(random.Uniform(0.0, high - low + 1.0)); };
+  ByteMap map(0.05);  // of which each change explores a piece
+  FitnessField following(-100.0, true);
+  for (int i = 0; i < 300; ++i) {
+    // A rectangle in one tile; every other one ends at a side or a corner of it.
+    const Cell corner = CellsOf(TileOf({Draw(-kReach, kReach), Draw(-kReach, kReach)})).low;
+    const auto DrawRange = [&] {
+      const int first = i % 2 == 0 ? Draw(0, 63) : Draw(0, 1) * Draw(0, 63);
+      return std::pair{first, i % 4 == 1 ? 63 : std::min(63, first + Draw(0, i % 3 == 0 ? 2 : 63))};
+    };
+    const auto [x_low, x_high] = DrawRange();
+    const auto [y_low, y_high] = DrawRange();
+    const CellRectangle changed{{corner.x + x_low, corner.y + y_low}, {corner.x + x_high, corner.y + y_high}};
+    const TileIndex tile = TileOf(corner);
+    TileBytes before;
+    for (int k = 0; k < kTileCells; ++k) before[static_cast<std::size_t>(k)] = map.At(CellAt(tile, k));
+    TileBytes after = before;
+    for (int y = changed.low.y; y <= changed.high.y; ++y) {
+      for (int x = changed.low.x; x <= changed.high.x; ++x) {
+        after[static_cast<std::size_t>(OffsetInTile({x, y}))] = Noise({x + 1000 * i, y});
+      }
+    }
+    REQUIRE(map.Apply({tile, PackRuns(before, after)}));
+    following.RefreshCells(map, {changed});
+    const FitnessField anew = Field(map, -100.0, true);
+    int num_wrong = 0;
+    for (int y = changed.low.y - 4; y <= changed.high.y + 4; ++y) {
+      for (int x = changed.low.x - 4; x <= changed.high.x + 4; ++x) {
+        const RaysInCells ray{Eigen::ArrayXf::Constant(1, static_cast<float>(x) + 0.25f),
+                              Eigen::ArrayXf::Constant(1, static_cast<float>(y) + 0.75f), Eigen::ArrayXi::Ones(1)};
+        num_wrong += following.Evaluate(ray, {}) != anew.Evaluate(ray, {});
+      }
+    }
+    CAPTURE(i, x_low, x_high, y_low, y_high, tile.x, tile.y);
+    REQUIRE(num_wrong == 0);
+  }
+}
+
+TEST_CASE("a field that makes room for tiles far away loses none") {
+  ByteMap map(0.05);
+  FitnessField following(-100.0, true);
+  // Each beyond the room around those before, on another side.
+  for (const TileIndex far : {TileIndex{0, 0}, {200, 3}, {-120, -2}, {0, 190}, {3, -1}}) {
+    for (int y = 0; y < 2; ++y) {
+      const TileIndex index{far.x, far.y + y};
+      const auto Paint = [&](Cell cell) { return TileOf(cell) == TileIndex{0, 0} ? kOccupiedByte : Noise(cell); };
+      TileBytes before, after;
+      before.fill(kUnexploredByte);
+      for (int k = 0; k < kTileCells; ++k) after[static_cast<std::size_t>(k)] = Paint(CellAt(index, k));
+      REQUIRE(map.Apply({index, PackRuns(before, after)}));
+      following.RefreshCells(map, {CellsOf(index)});
+    }
+    const FitnessField anew = Field(map, -100.0, true);
+    for (const auto& entry : map.tiles().entries()) {
+      const Cell middle = CellAt(entry.index, kTileCells / 2 + kTileSide / 2);
+      const Pose2 pose{middle.x * 0.05, middle.y * 0.05, 0.0};
+      const RaysInCells rays = ToCells(DrawHits(500, 1.7, 11), kGeometry);  // over its sides too
+      CHECK(following.Evaluate(rays, pose) == anew.Evaluate(rays, pose));
+    }
+  }
+}
+
 TEST_CASE("all kernels give the same fitness, bit by bit") {
   Random random(7);
   const auto Draw = [&](double low, double high) { return random.Uniform(low, high); };
