@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cerrno>
 #include <functional>
 #include <lcm/lcm-cpp.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,7 +33,8 @@ class Bus {
   /// url: empty for LCM's default. Throws std::runtime_error in one line if the bus cannot be reached.
   Bus(std::string url, const std::string& channel_prefix, Counters& counters);
 
-  /// Calls `handler` for each well-formed message; others are counted as CHANNEL_malformed and dropped.
+  /// Calls `handler` for each well-formed message; others are counted as CHANNEL_malformed and dropped. An exception
+  /// that leaves the handler is counted as handler_failed; its text is said on stderr, the first time.
   template <class Message>
   void Subscribe(const char* channel, std::function<void(const Message&)> handler) {
     SubscribeRaw(channel, [this, channel, handler = std::move(handler)](std::span<const std::uint8_t> bytes) {
@@ -43,9 +46,11 @@ class Bus {
     });
   }
 
+  /// A message that LCM cannot send is counted as publish_failed; why is said on stderr, the first time.
   template <class Message>
   void Publish(const char* channel, const Message& message) {
-    lcm_.publish(prefix_ + channel, &message);
+    errno = 0;
+    if (lcm_.publish(prefix_ + channel, &message) != 0) CountUnpublished(channel, errno);
   }
 
   /// Handles the messages that are there, 1000 at most, waiting for the first no longer than `timeout_ms`. Throws
@@ -54,17 +59,24 @@ class Bus {
 
  private:
   struct Subscription {
+    std::string channel;
     std::function<void(std::span<const std::uint8_t>)> handler;
     Counters* counters;
+    bool failed_before = false;
     void Handle(const lcm::ReceiveBuffer* buffer, const std::string& channel);
   };
 
   void SubscribeRaw(const char* channel, std::function<void(std::span<const std::uint8_t>)> handler);
+  void FilterSocket();
+  void CountUnpublished(const std::string& channel, int error);
 
+  std::optional<int> port_;  ///< of a bus by UDP multicast
   lcm::LCM lcm_;
   std::string prefix_;
   Counters& counters_;
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
+  std::vector<std::string> channels_;  ///< subscribed to, with the prefix
+  std::optional<int> socket_;          ///< on which LCM receives, if it is known
 };
 
 }  // namespace crsm

@@ -163,7 +163,7 @@ TEST_CASE("a field that follows changed cells is the field of the changed map, w
   Random random(10);
   const auto Draw = [&](int low, int high) { return low + static_cast<int>(random.Uniform(0.0, high - low + 1.0)); };
   ByteMap map(0.05);  // of which each change explores a piece
-  FitnessField following(-100.0, true);
+  FitnessField following(kGeometry, -100.0, true);
   for (int i = 0; i < 300; ++i) {
     // A rectangle in one tile; every other one ends at a side or a corner of it.
     const Cell corner = CellsOf(TileOf({Draw(-kReach, kReach), Draw(-kReach, kReach)})).low;
@@ -201,7 +201,7 @@ TEST_CASE("a field that follows changed cells is the field of the changed map, w
 
 TEST_CASE("a field that makes room for tiles far away loses none") {
   ByteMap map(0.05);
-  FitnessField following(-100.0, true);
+  FitnessField following(kGeometry, -100.0, true);
   // Each beyond the room around those before, on another side.
   for (const TileIndex far : {TileIndex{0, 0}, {200, 3}, {-120, -2}, {0, 190}, {3, -1}}) {
     for (int y = 0; y < 2; ++y) {

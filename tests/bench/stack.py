@@ -1,0 +1,123 @@
+"""The processor time of slam_offline and of the five processes in lockstep, in turns on the same log. See scripts/bench."""
+
+import argparse
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+PROJECT = pathlib.Path(__file__).resolve().parents[2]
+BIN = pathlib.Path(os.environ.get("CRSM_BIN_DIR", PROJECT / "build/bin"))
+# As scripts/run_stack starts them: flags of each, in lockstep.
+SERVICES = {"map_updater": ["--lockstep", "--journal", "{out}/journal"], "rrhc_matcher": ["--lockstep"],
+            "ray_selector": [], "map_exporter": ["--out", "{out}"]}
+
+
+class Program:
+    """A program of ours that runs; its stderr goes to a file."""
+
+    def __init__(self, name, arguments, out):
+        self.name = name
+        self.log = out / f"{name}.log"
+        with open(self.log, "wb") as log:
+            self.popen = subprocess.Popen([BIN / name, *map(str, arguments)], stdin=subprocess.DEVNULL,
+                                          stdout=subprocess.DEVNULL, stderr=log)
+
+    def errors(self):
+        return self.log.read_text(errors="replace")
+
+    def await_ready(self):
+        give_up = time.monotonic() + 30
+        while f"{self.name}: ready" not in self.errors():
+            if self.popen.poll() is not None or time.monotonic() > give_up:
+                sys.exit(f"{self.name} did not get ready: {self.errors()[-500:]}")
+            time.sleep(0.01)
+
+    def processor_time(self):
+        """Waits for its end. Returns the seconds that it took of the processor: its own, and the kernel's for it."""
+        _, status, usage = os.wait4(self.popen.pid, 0)
+        self.popen.returncode = os.waitstatus_to_exitcode(status)
+        if self.popen.returncode != 0:
+            sys.exit(f"{self.name} failed: {self.errors()[-500:]}")
+        return usage.ru_utime, usage.ru_stime
+
+
+def run_offline(log, flags, out):
+    return {"slam_offline": Program("slam_offline", [log, "--out", out, *flags], out).processor_time()}
+
+
+def run_stack(log, flags, out):
+    """Returns the processor time of each process, and the seconds from the first scan to the last."""
+    flags = [*flags, "--lcm-url", f"udpm://239.255.76.67:{21000 + os.getpid() % 11000}?ttl=0"]
+    services = [Program(name, [part.format(out=out) for part in own] + flags, out) for name, own in SERVICES.items()]
+    for service in services:
+        service.await_ready()
+    publisher = Program("laser_publisher", [log, "--rate", "max", *flags], out)
+    begin = time.monotonic()
+    times = {"laser_publisher": publisher.processor_time()}
+    elapsed_s = time.monotonic() - begin
+    for service in reversed(services):  # the exporter goes first: it asks the updater for what it lacks
+        service.popen.terminate()
+        times[service.name] = service.processor_time()
+    return times, elapsed_s
+
+
+def convert(source, path):
+    """An LCM log, so that neither side has to simulate, or to read text."""
+    subprocess.run([BIN / "laser_publisher", source, "--lcm-url", f"file://{path}?mode=w"], check=True,
+                   stderr=subprocess.DEVNULL)
+
+
+def num_scans(out):
+    return sum(1 for line in (out / "trajectory.tum").read_text().splitlines() if not line.startswith("#"))
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="scripts/bench stack")
+    parser.add_argument("log", nargs="?", default="sim:demo")
+    parser.add_argument("--runs", type=int, default=5)
+    arguments, flags = parser.parse_known_args()
+
+    runs = []
+    with tempfile.TemporaryDirectory(prefix="crsm_bench_") as folder:
+        log = pathlib.Path(folder) / "scans.lcm"
+        convert(arguments.log, log)
+        for number in range(arguments.runs):
+            out = pathlib.Path(folder) / str(number)
+            offline, stack = out / "offline", out / "stack"
+            offline.mkdir(parents=True)
+            stack.mkdir()
+            times = run_offline(log, flags, offline)
+            stack_times, elapsed_s = run_stack(log, flags, stack)
+            times.update(stack_times)
+            scans = num_scans(offline)
+            if num_scans(stack) != scans:
+                sys.exit(f"the processes mapped {num_scans(stack)} scans, slam_offline {scans}")
+            runs.append((scans, times, elapsed_s))
+
+    scans = runs[0][0]
+    print(f"{arguments.log}: {scans} scans, {len(runs)} runs; medians")
+    print("processor time of a scan [ms]    user  system     sum")
+
+    def row(name, programs):
+        columns = [[1e3 * sum(times[program][part] for program in programs) / scans for _, times, _ in runs]
+                   for part in (0, 1)]
+        columns.append([user + system for user, system in zip(*columns)])
+        print(f"{name:<28}" + "".join(f"{statistics.median(column):8.3f}" for column in columns))
+        return columns[-1]
+
+    five = ["laser_publisher", *reversed(SERVICES)]
+    for program in five:
+        row(program, [program])
+    ratios = [stack / offline for stack, offline in zip(row("the five together", five),
+                                                        row("slam_offline", ["slam_offline"]))]
+    print(f"the five take {statistics.median(ratios):.2f} times what slam_offline takes "
+          f"({min(ratios):.2f} to {max(ratios):.2f}), and map "
+          f"{statistics.median(scans / elapsed_s for _, _, elapsed_s in runs):.0f} scans/s")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,181 @@
+#include "services/runtime/bus.hpp"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+
+#include "catch.hpp"
+#include "processes.hpp"
+#include "services/runtime/conversions.hpp"
+
+using namespace crsm;
+
+namespace {
+
+/// What is said on stderr while this lives goes to a file.
+class CaughtErrors {
+ public:
+  explicit CaughtErrors(const std::filesystem::path& path) : path_(path) {
+    REQUIRE(old_ >= 0);
+    std::FILE* file = std::fopen(path.c_str(), "w");
+    REQUIRE(file);
+    REQUIRE(dup2(fileno(file), STDERR_FILENO) == STDERR_FILENO);
+    std::fclose(file);
+  }
+  ~CaughtErrors() {
+    std::fflush(stderr);
+    dup2(old_, STDERR_FILENO);
+    close(old_);
+  }
+  CaughtErrors(const CaughtErrors&) = delete;
+
+  std::string text() const { return ReadFile(path_); }
+
+ private:
+  std::filesystem::path path_;
+  int old_ = dup(STDERR_FILENO);
+};
+
+std::int64_t Count(const Counters& counters, const std::string& name) {
+  const auto found = counters.counts().find(name);
+  return found == counters.counts().end() ? 0 : found->second;
+}
+
+const map_request_t kRequest{42, 7, 0, 0, 0};
+
+/// Sends UDP packets as they are.
+class RawSender {
+ public:
+  explicit RawSender(const std::string& url) {
+    address_.sin_family = AF_INET;
+    address_.sin_port = htons(static_cast<std::uint16_t>(std::stoi(url.substr(url.rfind(':') + 1))));
+    REQUIRE(inet_pton(AF_INET, "239.255.76.67", &address_.sin_addr) == 1);
+    const unsigned char ttl = 0;
+    REQUIRE(setsockopt(socket_, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl) == 0);
+  }
+  ~RawSender() { close(socket_); }
+  RawSender(const RawSender&) = delete;
+
+  void Send(const std::vector<std::uint8_t>& packet) const {
+    const auto size =
+        sendto(socket_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&address_), sizeof address_);
+    REQUIRE(size == static_cast<ssize_t>(packet.size()));
+  }
+
+ private:
+  int socket_ = socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in address_{};
+};
+
+/// A fragment of LCM's UDP protocol, version 1.3.1.
+std::vector<std::uint8_t> MakeFragment(std::uint32_t sequence, std::uint32_t size, std::uint32_t offset,
+                                       std::uint32_t number, std::uint32_t num_fragments, const std::string& rest) {
+  std::vector<std::uint8_t> packet;
+  for (const std::uint32_t word : {0x4c433033u, sequence, size, offset, number << 16 | num_fragments}) {
+    for (int shift = 24; shift >= 0; shift -= 8) packet.push_back(static_cast<std::uint8_t>(word >> shift));
+  }
+  packet.insert(packet.end(), rest.begin(), rest.end());
+  return packet;
+}
+
+}  // namespace
+
+TEST_CASE("an exception that leaves a handler is counted each time, and said once") {
+  const TemporaryFolder folder;
+  Counters counters;
+  Bus bus(MakeBusUrl(), "robot1/", counters);
+  bus.Subscribe<map_request_t>(kMapRequestChannel,
+                               [](const map_request_t&) { throw std::runtime_error("this is why"); });
+  const CaughtErrors errors(folder / "errors");
+  for (int i = 0; i < 3; ++i) bus.Publish(kMapRequestChannel, kRequest);
+  REQUIRE(WaitUntil([&] { return bus.Wait(10), Count(counters, "handler_failed") == 3; }));
+  CHECK(errors.text() == "a message on robot1/MAP_REQUEST failed: this is why\n");
+}
+
+TEST_CASE("a message that cannot be published is counted each time, and said once") {
+  const TemporaryFolder folder;
+  Counters counters;
+  Bus bus(MakeBusUrl(), std::string(60, 'n'), counters);  // LCM takes names of 63 letters
+  const CaughtErrors errors(folder / "errors");
+  for (int i = 0; i < 3; ++i) bus.Publish(kMapRequestChannel, kRequest);
+  CHECK(Count(counters, "publish_failed") == 3);
+  const std::string text = errors.text();
+  const std::size_t at = text.find("LCM cannot publish on nnn");
+  REQUIRE(at != std::string::npos);
+  CHECK(text.find("LCM cannot publish on nnn", at + 1) == std::string::npos);
+}
+
+TEST_CASE("each of several buses in a process hears its own channels, and no others") {
+  const std::string url = MakeBusUrl();
+  Counters one_counters, other_counters;
+  Bus one(url, "", one_counters), other(url, "", other_counters);
+  int requests = 0, deltas = 0, requests_of_other = 0;
+  one.Subscribe<map_request_t>(kMapRequestChannel, [&](const map_request_t&) { ++requests; });
+  other.Subscribe<map_delta_t>(kMapDeltaChannel, [&](const map_delta_t&) { ++deltas; });
+  other.Subscribe<map_request_t>(kMapRequestChannel, [&](const map_request_t&) { ++requests_of_other; });
+  map_delta_t delta{};
+  delta.epoch = 1;
+  delta.cell_size_m = 0.05;
+  delta.num_parts = 1;
+  one.Publish(kMapDeltaChannel, delta);
+  other.Publish(kMapRequestChannel, kRequest);
+  CHECK(WaitUntil([&] {
+    one.Wait(1);
+    other.Wait(1);
+    return requests == 1 && deltas == 1 && requests_of_other == 1;
+  }));
+  CHECK(Count(one_counters, "socket_unfiltered") == 0);
+  CHECK(Count(other_counters, "socket_unfiltered") == 0);
+}
+
+TEST_CASE("subscriptions to more channels than the kernel filters by are heard all the same") {
+  Counters counters;
+  Bus bus(MakeBusUrl(), std::string(40, 'n'), counters);
+  int requests = 0;
+  for (int i = 0; i < 200; ++i)
+    bus.Subscribe<map_request_t>(std::to_string(i).c_str(), [&](const auto&) { ++requests; });
+  CHECK(Count(counters, "socket_unfiltered") > 0);
+  bus.Publish("0", kRequest);
+  bus.Publish("199", kRequest);
+  CHECK(WaitUntil([&] { return bus.Wait(10), requests == 2; }));
+}
+
+TEST_CASE("a message in fragments, as LCM sends it on other systems, is heard") {
+  const std::string url = MakeBusUrl();
+  Counters counters;
+  Bus bus(url, "", counters);
+  std::size_t num_ranges = 0;
+  bus.Subscribe<bot_core::planar_lidar_t>(
+      kLaserChannel, [&](const bot_core::planar_lidar_t& message) { num_ranges = message.ranges.size(); });
+  const LaserScan scan{5, -1.5f, 0.01f, std::vector<float>(300, 2.0f)};
+  const std::vector<std::uint8_t> message = Encode(ToMessage(scan));
+  const std::string bytes(message.begin(), message.end());
+  const auto size = static_cast<std::uint32_t>(bytes.size());
+  const RawSender sender(url);
+  sender.Send(MakeFragment(1, size, 0, 0, 2, std::string("LASER\0", 6) + bytes.substr(0, 700)));
+  sender.Send(MakeFragment(1, size, 700, 1, 2, bytes.substr(700)));
+  CHECK(WaitUntil([&] { return bus.Wait(10), num_ranges == 300; }));
+}
+
+TEST_CASE("fragments whose place wraps at 32 bits harm no service") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Process selector("ray_selector", {"--lcm-url", url}, folder / "log");
+  REQUIRE(selector.AwaitReady());
+  TestBus bus(url);
+  std::int64_t answered_utime = 0;
+  bus->Subscribe<critical_rays_t>(kCriticalRaysChannel,
+                                  [&](const critical_rays_t& rays) { answered_utime = rays.utime; });
+  const RawSender sender(url);
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    sender.Send(MakeFragment(i, 1000, 0, 0, 2, std::string("LASER\0", 6) + std::string(500, 'x')));
+    sender.Send(MakeFragment(i, 1000, 0xffffff00, 1, 2, std::string(512, 'x')));
+  }
+  bus->Publish(kLaserChannel, ToMessage(LaserScan{5, -1.5f, 0.01f, std::vector<float>(300, 2.0f)}));
+  CHECK(bus.Await([&] { return answered_utime == 5; }));
+  CHECK(selector.Interrupt() == 0);
+}
