@@ -14,21 +14,11 @@ namespace crsm {
 namespace {
 
 constexpr auto kMostBeams = static_cast<std::int32_t>(kMaxBeams);
-constexpr std::int32_t kMostTilesInMessage = 4096;
-constexpr std::int32_t kMostMatches = 1024;
 constexpr std::int32_t kMostParts = 4096;
-constexpr std::int32_t kMostCounters = 64;
-constexpr std::size_t kScanMatchBytes = 8 + 4 * 8 + 4 + 4 + 4 + 8 + 6 * 8 + 2 * 8 + 1 + 1 + 3 * 8;
 constexpr double kLargestCoordinateM = 1e6;
 constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single precision
 
 bool IsAngle(double angle_rad) { return std::abs(angle_rad) <= kFullTurn; }  // false for NaN
-
-// Both of botlab's types have the same fields in the same order; only the name of the count differs.
-void WalkBotlabLidar(WireReader& reader) {
-  reader.Skip(8);
-  reader.Array(reader.Count(kMostBeams), 4 + 4 + 8 + 4);
-}
 
 template <class BotlabLidar>
 bool BotlabValuesInRange(const BotlabLidar& message) {
@@ -38,52 +28,7 @@ bool BotlabValuesInRange(const BotlabLidar& message) {
 
 }  // namespace
 
-void Walk(WireReader& reader, const bot_core::planar_lidar_t*) {
-  reader.Skip(8);
-  reader.Array(reader.Count(kMostBeams), 4);
-  reader.Array(reader.Count(kMostBeams), 4);
-  reader.Skip(4 + 4);
-}
-
-void Walk(WireReader& reader, const bot_core::pose_t*) { reader.Skip(8 + 16 * 8); }
-
-void Walk(WireReader& reader, const botlab::lidar_t*) { WalkBotlabLidar(reader); }
-
-void Walk(WireReader& reader, const botlab::lidar_nranges_t*) { WalkBotlabLidar(reader); }
-
-void Walk(WireReader& reader, const critical_rays_t*) {
-  reader.Skip(8);
-  reader.Array(reader.Count(kMostBeams), 4 + 4);
-  reader.Array(reader.Count(kMostBeams), 2);
-  reader.Skip(8 + 8);
-}
-
-void Walk(WireReader& reader, const scan_match_t*) { reader.Skip(kScanMatchBytes); }
-
-void Walk(WireReader& reader, const map_delta_t*) {
-  reader.Skip(4 * 8 + 8 + 4 + 4 + 8 + 4 + 4);
-  const std::int32_t num_tiles = reader.Count(kMostTilesInMessage);
-  for (std::int32_t i = 0; i < num_tiles; ++i) {
-    reader.Skip(2 + 2);
-    reader.Array(reader.Count(static_cast<std::int32_t>(kMaxRunBytes)), 1);
-  }
-  reader.Array(reader.Count(kMostMatches), kScanMatchBytes);
-}
-
-void Walk(WireReader& reader, const map_request_t*) { reader.Skip(3 * 8 + 4 + 4); }
-
-void Walk(WireReader& reader, const service_status_t*) {
-  reader.Skip(8);
-  reader.String();
-  reader.String();
-  reader.Skip(4);
-  reader.String();
-  const std::int32_t num_counters = reader.Count(kMostCounters);
-  for (std::int32_t i = 0; i < num_counters; ++i) reader.String();
-  reader.Array(num_counters, 8);
-  reader.Skip(8 + 4 * 8);
-}
-
+template <>
 bool ValuesInRange(const bot_core::planar_lidar_t& message) {
   const double sweep_rad = static_cast<double>(message.radstep) * std::max(0, message.nranges - 1);
   return message.utime >= 0 && message.nranges >= static_cast<std::int32_t>(kMinBeams) && IsAngle(message.rad0) &&
@@ -91,6 +36,7 @@ bool ValuesInRange(const bot_core::planar_lidar_t& message) {
          (message.nintensities == 0 || message.nintensities == message.nranges);
 }
 
+template <>
 bool ValuesInRange(const bot_core::pose_t& message) {
   const auto InRange = [](double value) { return std::abs(value) <= kLargestCoordinateM; };
   double square = 0.0;
@@ -99,10 +45,17 @@ bool ValuesInRange(const bot_core::pose_t& message) {
   return message.utime >= 0 && std::all_of(message.pos, message.pos + 3, InRange) && (is_rotation || square == 0.0);
 }
 
-bool ValuesInRange(const botlab::lidar_t& message) { return BotlabValuesInRange(message); }
+template <>
+bool ValuesInRange(const botlab::lidar_t& message) {
+  return BotlabValuesInRange(message);
+}
 
-bool ValuesInRange(const botlab::lidar_nranges_t& message) { return BotlabValuesInRange(message); }
+template <>
+bool ValuesInRange(const botlab::lidar_nranges_t& message) {
+  return BotlabValuesInRange(message);
+}
 
+template <>
 bool ValuesInRange(const critical_rays_t& message) {
   const auto IsRange = [](float range_m) { return range_m > 0.0f && range_m <= kLongestRangeM; };
   const auto IsRayAngle = [](float angle_rad) { return std::abs(angle_rad) <= 2.0 * kFullTurn; };
@@ -116,6 +69,7 @@ bool ValuesInRange(const critical_rays_t& message) {
          std::isfinite(message.mean_sparseness_m);
 }
 
+template <>
 bool ValuesInRange(const scan_match_t& message) {
   const auto* covariance = message.covariance;
   const bool covariance_in_range =
@@ -132,6 +86,7 @@ bool ValuesInRange(const scan_match_t& message) {
          std::abs(message.odometry_y_m) <= kLargestCoordinateM && IsAngle(message.odometry_yaw_rad);
 }
 
+template <>
 bool ValuesInRange(const map_delta_t& message) {
   const auto InLimits = [](const map_tile_t& tile) { return InMapLimits(TileIndex{tile.tile_x, tile.tile_y}); };
   // A page repeats what was asked for: the asker may be ahead of an owner that lost its map.
@@ -144,10 +99,14 @@ bool ValuesInRange(const map_delta_t& message) {
                      [](const scan_match_t& match) { return ValuesInRange(match); });
 }
 
+template <>
 bool ValuesInRange(const map_request_t& message) {
   return message.requester != 0 && message.base_version >= 0 && message.first_tile >= 0 && message.first_match >= 0;
 }
 
-bool ValuesInRange(const service_status_t& message) { return message.utime >= 0; }
+template <>
+bool ValuesInRange(const service_status_t& message) {
+  return message.utime >= 0;
+}
 
 }  // namespace crsm

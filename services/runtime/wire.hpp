@@ -9,96 +9,112 @@
 #include <crsm/map_request_t.hpp>
 #include <crsm/scan_match_t.hpp>
 #include <crsm/service_status_t.hpp>
-#include <cstdint>
-#include <limits>
-#include <optional>
-#include <span>
+
+#include "common/map/map_delta.hpp"
+#include "common/scan/laser_scan.hpp"
+#include "services/runtime/wire_reader.hpp"
 
 namespace crsm {
 
-/// Walks over an encoded message without decoding it. Decoders that lcm-gen makes trust array counts: a hostile count
-/// crashes or exhausts a process that decodes blindly, so every count is held against the bytes that are there first.
-class WireReader {
- public:
-  explicit WireReader(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}
+// The types of the bus, as lcmtypes/ has them: for each its members in their order, with the most elements that an
+// array may have, and a check of its values (in wire.cpp).
 
-  void Skip(std::size_t size) { ok_ = ok_ && size <= left() ? (at_ += size, true) : false; }
+inline constexpr std::size_t kMostTilesInMessage = 4096;
+inline constexpr std::size_t kMostMatchesInMessage = 1024;
+inline constexpr std::size_t kMostCounters = 64;
 
-  std::int32_t Int32() {
-    if (!ok_ || left() < 4) return ok_ = false, 0;
-    const std::uint8_t* byte = bytes_.data() + at_;
-    at_ += 4;
-    return static_cast<std::int32_t>(std::uint32_t{byte[0]} << 24 | std::uint32_t{byte[1]} << 16 |
-                                     std::uint32_t{byte[2]} << 8 | std::uint32_t{byte[3]});
-  }
+template <>
+constexpr auto FieldsOf<bot_core::planar_lidar_t>() {
+  using T = bot_core::planar_lidar_t;
+  return std::tuple(&T::utime, &T::nranges, Array(&T::ranges, &T::nranges, kMaxBeams), &T::nintensities,
+                    Array(&T::intensities, &T::nintensities, kMaxBeams), &T::rad0, &T::radstep);
+}
 
-  /// Number of elements of an array; anything beyond `most` is malformed.
-  std::int32_t Count(std::int32_t most) {
-    const std::int32_t count = Int32();
-    ok_ = ok_ && count >= 0 && count <= most;
-    return ok_ ? count : 0;
-  }
+template <>
+constexpr auto FieldsOf<bot_core::pose_t>() {
+  using T = bot_core::pose_t;
+  return std::tuple(&T::utime, &T::pos, &T::vel, &T::orientation, &T::rotation_rate, &T::accel);
+}
 
-  void Array(std::int32_t count, std::size_t element_size) { Skip(static_cast<std::size_t>(count) * element_size); }
+template <>
+constexpr auto FieldsOf<botlab::lidar_t>() {
+  using T = botlab::lidar_t;
+  return std::tuple(&T::utime, &T::num_ranges, Array(&T::ranges, &T::num_ranges, kMaxBeams),
+                    Array(&T::thetas, &T::num_ranges, kMaxBeams), Array(&T::times, &T::num_ranges, kMaxBeams),
+                    Array(&T::intensities, &T::num_ranges, kMaxBeams));
+}
 
-  void String() {
-    constexpr std::int32_t kLongest = 1024;
-    const std::int32_t size = Count(kLongest);  // with the NUL at the end
-    ok_ = ok_ && size >= 1;
-    Array(size, 1);
-  }
+template <>
+constexpr auto FieldsOf<botlab::lidar_nranges_t>() {
+  using T = botlab::lidar_nranges_t;
+  return std::tuple(&T::utime, &T::nranges, Array(&T::ranges, &T::nranges, kMaxBeams),
+                    Array(&T::thetas, &T::nranges, kMaxBeams), Array(&T::times, &T::nranges, kMaxBeams),
+                    Array(&T::intensities, &T::nranges, kMaxBeams));
+}
 
-  /// Whether all of the message was walked over and nothing was wrong.
-  bool Whole() const { return ok_ && left() == 0; }
+template <>
+constexpr auto FieldsOf<critical_rays_t>() {
+  using T = critical_rays_t;
+  return std::tuple(&T::utime, &T::num_rays, Array(&T::angle_rad, &T::num_rays, kMaxBeams),
+                    Array(&T::range_m, &T::num_rays, kMaxBeams), &T::num_critical,
+                    Array(&T::critical, &T::num_critical, kMaxBeams), &T::density_scale, &T::mean_sparseness_m);
+}
 
- private:
-  std::size_t left() const { return bytes_.size() - at_; }
+template <>
+constexpr auto FieldsOf<scan_match_t>() {
+  using T = scan_match_t;
+  return std::tuple(&T::utime, &T::x_m, &T::y_m, &T::yaw_rad, &T::fitness, &T::evaluations, &T::best_evaluation,
+                    &T::num_critical, &T::map_version, &T::covariance, &T::degenerate_axis, &T::state, &T::has_odometry,
+                    &T::odometry_x_m, &T::odometry_y_m, &T::odometry_yaw_rad);
+}
 
-  std::span<const std::uint8_t> bytes_;
-  std::size_t at_ = 8;  // behind the fingerprint
-  bool ok_ = true;
-};
+template <>
+constexpr auto FieldsOf<map_tile_t>() {
+  using T = map_tile_t;
+  return std::tuple(&T::tile_x, &T::tile_y, &T::num_bytes, Array(&T::runs, &T::num_bytes, kMaxRunBytes));
+}
 
-// For each type: whether its counts fit the bytes, and whether the values of a decoded message are in range.
-void Walk(WireReader& reader, const bot_core::planar_lidar_t*);
-void Walk(WireReader& reader, const bot_core::pose_t*);
-void Walk(WireReader& reader, const botlab::lidar_t*);
-void Walk(WireReader& reader, const botlab::lidar_nranges_t*);
-void Walk(WireReader& reader, const critical_rays_t*);
-void Walk(WireReader& reader, const scan_match_t*);
-void Walk(WireReader& reader, const map_delta_t*);
-void Walk(WireReader& reader, const map_request_t*);
-void Walk(WireReader& reader, const service_status_t*);
+template <>
+constexpr auto FieldsOf<map_delta_t>() {
+  using T = map_delta_t;
+  return std::tuple(&T::utime, &T::epoch, &T::version, &T::base_version, &T::cell_size_m, &T::part, &T::num_parts,
+                    &T::recipient, &T::next_tile, &T::next_match, &T::num_tiles,
+                    Array(&T::tiles, &T::num_tiles, kMostTilesInMessage), &T::num_matches,
+                    Array(&T::matches, &T::num_matches, kMostMatchesInMessage));
+}
+
+template <>
+constexpr auto FieldsOf<map_request_t>() {
+  using T = map_request_t;
+  return std::tuple(&T::requester, &T::epoch, &T::base_version, &T::first_tile, &T::first_match);
+}
+
+template <>
+constexpr auto FieldsOf<service_status_t>() {
+  using T = service_status_t;
+  return std::tuple(&T::utime, &T::name, &T::version, &T::pid, &T::state, &T::num_counters,
+                    Array(&T::counter_name, &T::num_counters, kMostCounters),
+                    Array(&T::counter_value, &T::num_counters, kMostCounters), &T::num_latencies, &T::latency_p50_ms,
+                    &T::latency_p99_ms, &T::latency_max_ms, &T::resident_mb);
+}
+
+template <>
 bool ValuesInRange(const bot_core::planar_lidar_t& message);
+template <>
 bool ValuesInRange(const bot_core::pose_t& message);
+template <>
 bool ValuesInRange(const botlab::lidar_t& message);
+template <>
 bool ValuesInRange(const botlab::lidar_nranges_t& message);
+template <>
 bool ValuesInRange(const critical_rays_t& message);
+template <>
 bool ValuesInRange(const scan_match_t& message);
+template <>
 bool ValuesInRange(const map_delta_t& message);
+template <>
 bool ValuesInRange(const map_request_t& message);
+template <>
 bool ValuesInRange(const service_status_t& message);
-
-/// What type a message says it is: its first eight bytes; 0 if it is shorter.
-inline std::uint64_t Fingerprint(std::span<const std::uint8_t> bytes) {
-  std::uint64_t fingerprint = 0;
-  for (std::size_t i = 0; i < 8 && bytes.size() >= 8; ++i) fingerprint = fingerprint << 8 | bytes[i];
-  return fingerprint;
-}
-
-/// Decodes a message that anybody may have sent: nothing if its fingerprint, a count or a value is wrong.
-template <class Message>
-std::optional<Message> Decode(std::span<const std::uint8_t> bytes) {
-  if (bytes.size() < 8 || bytes.size() > std::numeric_limits<std::int32_t>::max()) return std::nullopt;
-  if (Fingerprint(bytes) != static_cast<std::uint64_t>(Message::getHash())) return std::nullopt;
-  WireReader reader(bytes);
-  Walk(reader, static_cast<const Message*>(nullptr));
-  if (!reader.Whole()) return std::nullopt;
-  Message message;
-  if (message.decode(bytes.data(), 0, static_cast<int>(bytes.size())) != static_cast<int>(bytes.size()))
-    return std::nullopt;
-  if (!ValuesInRange(message)) return std::nullopt;
-  return message;
-}
 
 }  // namespace crsm

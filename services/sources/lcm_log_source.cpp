@@ -37,11 +37,6 @@ LaserScan ToScan(const BotlabLidar& lidar) {
 LaserScan ToScan(const bot_core::planar_lidar_t& lidar) { return FromMessage(lidar); }
 
 template <class Message>
-bool Is(std::span<const std::uint8_t> bytes) {
-  return Fingerprint(bytes) == static_cast<std::uint64_t>(Message::getHash());
-}
-
-template <class Message>
 std::optional<LaserScan> DecodeAs(std::span<const std::uint8_t> bytes) {
   const auto message = Decode<Message>(bytes);
   if (!message) return std::nullopt;
