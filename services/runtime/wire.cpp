@@ -20,12 +20,6 @@ constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single preci
 
 bool IsAngle(double angle_rad) { return std::abs(angle_rad) <= kFullTurn; }  // false for NaN
 
-template <class BotlabLidar>
-bool BotlabValuesInRange(const BotlabLidar& message) {
-  return message.utime >= 0 && message.ranges.size() >= kMinBeams &&
-         std::all_of(message.thetas.begin(), message.thetas.end(), IsAngle);
-}
-
 }  // namespace
 
 template <>
@@ -43,16 +37,6 @@ bool ValuesInRange(const bot_core::pose_t& message) {
   for (const double part : message.orientation) square += part * part;
   const bool is_rotation = std::abs(square - 1.0) <= 0.01;  // false for NaN
   return message.utime >= 0 && std::all_of(message.pos, message.pos + 3, InRange) && (is_rotation || square == 0.0);
-}
-
-template <>
-bool ValuesInRange(const botlab::lidar_t& message) {
-  return BotlabValuesInRange(message);
-}
-
-template <>
-bool ValuesInRange(const botlab::lidar_nranges_t& message) {
-  return BotlabValuesInRange(message);
 }
 
 template <>

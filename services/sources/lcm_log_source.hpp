@@ -13,11 +13,7 @@
 namespace crsm {
 
 /// Scans of an LCM log, plain or compressed by gzip, in the log's order. A message is a laser's by its type, whatever
-/// its channel: bot_core.planar_lidar_t, or botlab.lidar_t of either spelling.
-///
-/// botlab's beams have angles of their own, clockwise and uneven. Each goes to the nearest of 1440 beams, 0.25 deg
-/// apart and counter-clockwise from -180 deg: its angle is off by 0.125 deg at most. Of two on one beam the nearer
-/// counts; beams that nothing falls on are 0 = no return.
+/// its channel; lasers/ has the types that are known.
 ///
 /// Odometry: the last ODOMETRY message (bot_core.pose_t) before the scan, on the channel with the laser's prefix,
 /// unless it is more than 0.1 s from the scan.
