@@ -84,9 +84,10 @@ std::optional<LaserScan> LcmLogSource::Next() {
     std::optional<LaserScan> scan = DecodeLaser(event->data);
     if (!scan) {
       ++counts_["bad_message"];
-    } else if (!utimes_.insert(scan->utime).second) {
+    } else if (utimes_.Find(scan->utime)) {
       ++counts_["utime_repeated"];
     } else {
+      utimes_.Add(scan->utime);
       T_odom_robot_ = OdometryAt(scan->utime);
       return scan;
     }

@@ -4,9 +4,9 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <unordered_set>
 
 #include "common/logs/laser_source.hpp"
+#include "common/logs/utime_index.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/sources/lcm_event_log.hpp"
 
@@ -42,8 +42,8 @@ class LcmLogSource : public LaserSource {
   std::string odometry_channel_;
   std::optional<crsm::Odometry> last_odometry_;  ///< in the log's order
   std::map<std::string, std::int64_t> counts_;
-  std::unordered_set<std::int64_t> utimes_;  ///< given out so far
-  std::optional<Pose2> T_odom_robot_;        ///< of the last scan given out
+  UtimeIndex utimes_;                  ///< given out so far
+  std::optional<Pose2> T_odom_robot_;  ///< of the last scan given out
 };
 
 }  // namespace crsm
