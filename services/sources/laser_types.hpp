@@ -14,8 +14,10 @@ namespace crsm {
 
 /// A type of LCM message that a laser speaks: a file in lasers/ for each type, or family of types, which registers it.
 struct LaserType {
-  std::string name;                                                                     ///< package and type
-  std::function<std::optional<LaserScan>(std::span<const std::uint8_t> bytes)> decode;  ///< nothing if malformed
+  std::string name;  ///< package and type
+
+  /// The scan in a message, its utime >= 0, with kMinBeams to kMaxBeams; nothing if the message is malformed.
+  std::function<std::optional<LaserScan>(std::span<const std::uint8_t> bytes)> decode;
 };
 
 /// All types that are known, by fingerprint.

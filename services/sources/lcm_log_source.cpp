@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <stdexcept>
 #include <string_view>
 
@@ -70,35 +69,54 @@ LcmLogSource::LcmLogSource(const std::string& path, const std::string& channel)
     : log_(path), channel_(FindLaserChannel(path, channel)), odometry_channel_(OdometryChannel(channel_)) {}
 
 std::optional<LaserScan> LcmLogSource::Next() {
-  while (const auto event = log_.Next()) {
-    if (event->channel == odometry_channel_ && Is<bot_core::pose_t>(Bytes(event->data))) {
-      const auto message = Decode<bot_core::pose_t>(Bytes(event->data));
-      if (!message) ++counts_["bad_odometry"];
-      last_odometry_ = message ? std::optional(FromMessage(*message)) : std::nullopt;
-      continue;
-    }
-    if (event->channel != channel_) {
-      if (IsLaser(event->data)) ++counts_["other_channel"];
-      continue;
-    }
-    std::optional<LaserScan> scan = DecodeLaser(event->data);
-    if (!scan) {
-      ++counts_["bad_message"];
-    } else if (utimes_.Find(scan->utime)) {
-      ++counts_["utime_repeated"];
-    } else {
-      utimes_.Add(scan->utime);
-      T_odom_robot_ = OdometryAt(scan->utime);
-      return scan;
-    }
+  while (!NextIsReady() && ReadEvent()) {
   }
-  return std::nullopt;
+  if (waiting_.empty()) return std::nullopt;
+  LaserScan scan = std::move(waiting_.front());
+  waiting_.pop_front();
+  T_odom_robot_ = odometry_.Find(scan.utime).T_odom_robot;
+  return scan;
 }
 
-std::optional<Pose2> LcmLogSource::OdometryAt(std::int64_t utime) const {
-  constexpr std::int64_t kFurthest_us = 100'000;
-  if (!last_odometry_ || std::abs(last_odometry_->utime - utime) > kFurthest_us) return std::nullopt;
-  return last_odometry_->T_odom_robot;
+bool LcmLogSource::NextIsReady() const {
+  constexpr std::size_t kMostWaiting = 8;
+  if (waiting_.empty()) return false;
+  const std::int64_t utime = waiting_.front().utime;
+  return waiting_.size() > kMostWaiting || waiting_.back().utime - utime > OdometryBuffer::kFurthest_us ||
+         odometry_.Find(utime).state != ScanOdometry::State::kAwaited;
+}
+
+bool LcmLogSource::ReadEvent() {
+  const auto event = log_.Next();
+  if (!event) return false;
+  if (event->channel == odometry_channel_ && Is<bot_core::pose_t>(Bytes(event->data))) {
+    TakeOdometry(event->data);
+  } else if (event->channel == channel_) {
+    TakeScan(event->data);
+  } else if (IsLaser(event->data)) {
+    ++counts_["other_channel"];
+  }
+  return true;
+}
+
+void LcmLogSource::TakeOdometry(std::string_view data) {
+  if (const auto message = Decode<bot_core::pose_t>(Bytes(data))) {
+    odometry_.Add(FromMessage(*message));
+  } else {
+    ++counts_["bad_odometry"];
+  }
+}
+
+void LcmLogSource::TakeScan(std::string_view data) {
+  std::optional<LaserScan> scan = DecodeLaser(data);
+  if (!scan) {
+    ++counts_["bad_message"];
+  } else if (utimes_.Find(scan->utime)) {
+    ++counts_["utime_repeated"];
+  } else {
+    utimes_.Add(scan->utime);
+    waiting_.push_back(std::move(*scan));
+  }
 }
 
 std::map<std::string, std::int64_t> LcmLogSource::Counts() const {

@@ -59,6 +59,26 @@ Result Read(const std::string& log, const std::string& channel = "") {
 
 using Utimes = std::vector<std::int64_t>;
 
+std::string OdometryEvent(std::int64_t utime, std::optional<double> x_m, const std::string& channel = "ODOMETRY") {
+  const auto pose = x_m ? std::optional(Pose2{*x_m, 2.0, -3.0}) : std::nullopt;
+  return Event(channel, Encode(ToMessage(Odometry{utime, pose})));
+}
+
+using Odometries = std::vector<std::optional<double>>;
+
+/// Of each scan, the odometry's x [m].
+Odometries OdometryOf(const std::string& log) {
+  const ScratchFile file(log);
+  LcmLogSource source(file.path(), "");
+  Odometries odometries;
+  while (source.Next()) {
+    const auto T_odom_robot = source.Odometry();
+    odometries.push_back(T_odom_robot ? std::optional(T_odom_robot->x_m) : std::nullopt);
+    if (T_odom_robot) CHECK(*T_odom_robot == Pose2{T_odom_robot->x_m, 2.0, -3.0});
+  }
+  return odometries;
+}
+
 }  // namespace
 
 TEST_CASE("a planar lidar message is read as it was sent, plain and compressed") {
@@ -69,26 +89,42 @@ TEST_CASE("a planar lidar message is read as it was sent, plain and compressed")
   CHECK(Read(log).counts == std::map<std::string, std::int64_t>{{"bad_event", 0}, {"truncated", 0}});
 }
 
+TEST_CASE("a scan has the odometry of its own utime, or what lies between the two messages around it") {
+  const std::string log = OdometryEvent(1'000'000, 1.0) + PlanarEvent(1'000'000) + PlanarEvent(1'010'000) +
+                          PlanarEvent(1'030'000) + OdometryEvent(1'040'000, 5.0) + OdometryEvent(1'060'000, 9.0) +
+                          PlanarEvent(1'050'000);
+  CHECK(OdometryOf(log) == Odometries{1.0, 2.0, 4.0, 7.0});
+}
+
+TEST_CASE("a scan has no odometry where there is none around it, none that can be read, or only another robot's") {
+  const std::string before_the_first = PlanarEvent(1'000'000) + OdometryEvent(1'000'001, 1.0);
+  CHECK(OdometryOf(before_the_first) == Odometries{std::nullopt});
+  const std::string after_the_last = OdometryEvent(1'000'000, 1.0) + PlanarEvent(1'000'001);
+  CHECK(OdometryOf(after_the_last) == Odometries{std::nullopt});
+  const std::string gap = OdometryEvent(1'000'000, 1.0) + PlanarEvent(1'050'000) + OdometryEvent(1'150'001, 1.0);
+  CHECK(OdometryOf(gap) == Odometries{std::nullopt});
+  const std::string said_so = OdometryEvent(1, 1.0) + OdometryEvent(2, std::nullopt) + PlanarEvent(2);
+  CHECK(OdometryOf(said_so) == Odometries{std::nullopt});
+  const std::string bad = OdometryEvent(1, std::nan("")) + PlanarEvent(1);
+  CHECK(OdometryOf(bad) == Odometries{std::nullopt});
+  CHECK(Read(bad).counts.at("bad_odometry") == 1);
+  const std::string of_another = OdometryEvent(1, 1.0, "robot2/ODOMETRY") + OdometryEvent(2, 2.0, "robot1/ODOMETRY") +
+                                 PlanarEvent(1, "robot1/LASER") + PlanarEvent(2, "robot1/LASER");
+  CHECK(OdometryOf(of_another) == Odometries{std::nullopt, 2.0});
+}
+
 TEST_CASE(
-    "a scan has the odometry that came last before it, and none that is long past, is none or is another robot's") {
-  const auto OdometryEvent = [](std::int64_t utime, double x_m, const std::string& channel = "robot1/ODOMETRY") {
-    return Event(channel, Encode(ToMessage(Odometry{utime, Pose2{x_m, 2.0, -3.0}})));
+    "odometry that is late is waited for as long as eight more scans, or one that is 0.1 s later, have not come") {
+  const auto log = [](int num_later_scans, std::int64_t step_us) {
+    std::string events = OdometryEvent(999'999, 1.0) + PlanarEvent(1'000'000);
+    for (int i = 1; i <= num_later_scans; ++i) events += PlanarEvent(1'000'000 + i * step_us);
+    return events + OdometryEvent(1'000'001, 3.0);
   };
-  const std::string none = Event("robot1/ODOMETRY", Encode(ToMessage(Odometry{1'000'300, std::nullopt})));
-  const std::string log = PlanarEvent(1'000'000, "robot1/LASER") + OdometryEvent(1'000'000, 1.0) +
-                          OdometryEvent(1'000'000, 9.0, "ODOMETRY") + PlanarEvent(1'000'001, "robot1/LASER") +
-                          PlanarEvent(1'100'000, "robot1/LASER") + PlanarEvent(1'100'001, "robot1/LASER") +
-                          OdometryEvent(1'000'200, std::nan("")) + PlanarEvent(1'000'200, "robot1/LASER") +
-                          OdometryEvent(1'000'300, 7.0) + none + PlanarEvent(1'000'300, "robot1/LASER");
-  const ScratchFile file(log);
-  LcmLogSource source(file.path(), "");
-  const Pose2 pose{1.0, 2.0, -3.0};
-  for (const auto& expected : {std::optional<Pose2>(), std::optional(pose), std::optional(pose), std::optional<Pose2>(),
-                               std::optional<Pose2>(), std::optional<Pose2>()}) {
-    REQUIRE(source.Next());
-    CHECK(source.Odometry() == expected);
-  }
-  CHECK(source.Counts().at("bad_odometry") == 1);
+  CHECK(OdometryOf(log(7, 1'000)).at(0) == 2.0);
+  CHECK(OdometryOf(log(8, 1'000)).at(0) == std::nullopt);
+  CHECK(OdometryOf(log(1, 100'000)).at(0) == 2.0);
+  CHECK(OdometryOf(log(1, 100'001)).at(0) == std::nullopt);
+  CHECK(Read(log(8, 1'000)).scans.size() == 9);
 }
 
 TEST_CASE("of several lasers the first one's scans are taken, or those of the channel asked for") {
