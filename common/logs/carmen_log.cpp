@@ -161,9 +161,10 @@ std::optional<LaserScan> CarmenLog::Next() {
     std::optional<Line> laser = line->too_long ? std::nullopt : ReadLaser(kind, fields);
     if (!laser) {
       ++counts_["bad_line"];
-    } else if (!utimes_.insert(laser->scan.utime).second) {
+    } else if (utimes_.Find(laser->scan.utime)) {
       ++counts_["utime_repeated"];
     } else {
+      utimes_.Add(laser->scan.utime);
       T_odom_robot_ = RoundOdometry(laser->T_odom_robot);
       if (!T_odom_robot_) ++counts_["bad_odometry"];
       return std::move(laser->scan);

@@ -5,10 +5,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_set>
 
 #include "common/logs/gzip_file.hpp"
 #include "common/logs/laser_source.hpp"
+#include "common/logs/utime_index.hpp"
 
 namespace crsm {
 
@@ -26,7 +26,7 @@ namespace crsm {
 /// pose that is none; the scan is used). Other kinds of lines are no concern of ours.
 class CarmenLog : public LaserSource {
  public:
-  /// Throws std::runtime_error if the file cannot be opened.
+  /// Throws std::runtime_error if the file cannot be opened, or no temporary one be made.
   explicit CarmenLog(const std::string& path) : file_(path) {}
 
   std::optional<LaserScan> Next() override;
@@ -37,8 +37,8 @@ class CarmenLog : public LaserSource {
  private:
   GzipFile file_;
   std::map<std::string, std::int64_t> counts_;
-  std::unordered_set<std::int64_t> utimes_;  ///< given out so far
-  std::optional<Pose2> T_odom_robot_;        ///< of the last scan given out
+  UtimeIndex utimes_;                  ///< given out so far
+  std::optional<Pose2> T_odom_robot_;  ///< of the last scan given out
 };
 
 /// Whether one of the next `max_lines` lines of the file is a laser's.

@@ -22,7 +22,7 @@ void UtimeIndex::Add(std::int64_t utime) {
 std::optional<std::int64_t> UtimeIndex::Find(std::int64_t utime) const {
   if (size_ == 0 || utime > largest_) return std::nullopt;
   std::array<std::int64_t, kBlock> utimes;
-  for (std::size_t i = blocks_.size(); i-- > 0;) {  // the newest first: scans come again soon, if at all
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
     if (utime < blocks_[i].least || utime > blocks_[i].largest) continue;
     const std::int64_t first = static_cast<std::int64_t>(i) * kBlock;
     const auto num = static_cast<std::size_t>(std::min(kBlock, size_ - first));

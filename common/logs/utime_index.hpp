@@ -14,7 +14,7 @@ class UtimeIndex {
  public:
   void Add(std::int64_t utime);
 
-  /// How many came before it; nothing if it never came. A utime beyond all so far is new without a look at the disk.
+  /// How many came before it, the first time if it came more than once; nothing if it never came. A utime beyond all so far is new without a look at the disk.
   /// Throws std::runtime_error as TemporaryFile does.
   std::optional<std::int64_t> Find(std::int64_t utime) const;
 

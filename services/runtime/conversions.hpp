@@ -9,6 +9,7 @@
 #include "common/match/tracking_state.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/laser_scan.hpp"
+#include "common/scan/odometry_buffer.hpp"
 #include "common/scan/scan_match.hpp"
 #include "services/runtime/wire.hpp"
 
@@ -35,11 +36,7 @@ tracking_state_t ToMessage(const TrackingState& tracking);
 bot_core::pose_t ToPoseMessage(std::int64_t utime, const Pose2& T_map_laser);
 bot_core::pose_t ToPoseMessage(const ScanMatch& match);
 
-/// What ODOMETRY says of a scan. A message of its own says that there is none: a matcher in lockstep waits for it.
-struct Odometry {
-  std::int64_t utime = 0;  ///< the scan's
-  std::optional<Pose2> T_odom_robot = std::nullopt;
-};
+/// ODOMETRY. A message of its own says that a scan has none: a matcher in lockstep waits for it.
 Odometry FromMessage(const bot_core::pose_t& message);
 bot_core::pose_t ToMessage(const Odometry& odometry);
 

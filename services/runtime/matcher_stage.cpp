@@ -35,7 +35,7 @@ MatcherStage::MatcherStage(const CommandLine& command_line, MakeMatcher make_mat
                                             [this](const critical_rays_t& message) { Receive(FromMessage(message)); });
   if (!parameters_.odometry) return;
   service_.bus().Subscribe<bot_core::pose_t>(
-      kOdometryChannel, [this](const bot_core::pose_t& message) { odometry_.Hold(FromMessage(message)); });
+      kOdometryChannel, [this](const bot_core::pose_t& message) { odometry_.Add(FromMessage(message)); });
 }
 
 void MatcherStage::Run() {
@@ -79,16 +79,33 @@ bool MatcherStage::Answer(const CriticalRays& scan) {
     service_.bus().Publish(kScanMatchChannel, ToMessage(*map_.replica().AnswerAbout(scan.utime)->match));
     return true;
   }
-  if (const Odometry* odometry = odometry_.Find(scan.utime)) {
-    Match(scan, odometry->T_odom_robot);
-  } else if (parameters_.odometry && settings_.lockstep) {
-    service_.counters().Add("odometry_awaited");  // it will be sent again, and the scan with it
-    service_.SetState("waiting for ODOMETRY: is it on for the publisher?");
-  } else {
-    if (parameters_.odometry) service_.counters().Add("odometry_missing");
-    Match(scan, std::nullopt);
+  ScanOdometry odometry;
+  if (parameters_.odometry) {
+    odometry = FindOdometry(scan.utime);
+    if (odometry.state == ScanOdometry::State::kAwaited && settings_.lockstep) {
+      service_.counters().Add("odometry_awaited");  // it will be sent again, and the scan with it
+      service_.SetState("waiting for ODOMETRY: is it on for the publisher?");
+      return true;
+    }
+    if (odometry.state == ScanOdometry::State::kAwaited && !HasWaitedLong(scan.utime)) return false;
+    if (odometry.state != ScanOdometry::State::kKnown) service_.counters().Add("odometry_missing");
   }
+  Match(scan, odometry.T_odom_robot);
   return true;
+}
+
+/// In lockstep the publisher sends the odometry of each scan with the scan's own utime, so that nothing depends on when
+/// it comes. Live, wheels have a clock of their own: it is what lies between the samples around the scan.
+ScanOdometry MatcherStage::FindOdometry(std::int64_t utime) {
+  return settings_.lockstep ? odometry_.FindExact(utime) : odometry_.Find(utime);
+}
+
+/// Whether a scan has been held for as long as may be; from the first question on.
+bool MatcherStage::HasWaitedLong(std::int64_t utime) {
+  const auto now = Clock::now();
+  if (held_utime_ != utime) held_since_ = now;
+  held_utime_ = utime;
+  return now - held_since_ > Seconds(settings_.map_wait_s);
 }
 
 /// Whether the map that the last match made is here, or has been waited for long enough.
@@ -114,11 +131,9 @@ std::optional<bool> MatcherStage::IsInMap(std::int64_t utime) {
   const MapReplica& replica = map_.replica();
   if (utime > replica.tracking().newest_utime()) return false;
   if (const MapReplica::Answer* answer = replica.AnswerAbout(utime)) return answer->match.has_value();
-  if (asked_utime_ != utime) asked_time_ = Clock::now();
-  asked_utime_ = utime;
   map_.AskAbout(utime);
-  const bool waited_long = Clock::now() - asked_time_ > Seconds(settings_.map_wait_s);
-  if (!settings_.lockstep && waited_long) return false;  // if it is there, the owner will say so and not draw it again
+  if (HasWaitedLong(utime) && !settings_.lockstep)
+    return false;  // if it is there, the owner will say so and not draw it again
   return std::nullopt;
 }
 

@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "common/match/matcher.hpp"
+#include "common/scan/odometry_buffer.hpp"
 #include "services/runtime/conversions.hpp"
-#include "services/runtime/held_by_utime.hpp"
 #include "services/runtime/map_follower.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
@@ -38,6 +38,8 @@ class MatcherStage {
   bool MapIsCurrent();
   bool WasAnswered(std::int64_t utime) const;
   std::optional<bool> IsInMap(std::int64_t utime);
+  ScanOdometry FindOdometry(std::int64_t utime);
+  bool HasWaitedLong(std::int64_t utime);
   void Match(const CriticalRays& scan, const std::optional<Pose2>& T_odom_robot);
   void Publish(const ScanMatch& match);
 
@@ -45,7 +47,7 @@ class MatcherStage {
   const crsm::Settings& settings_;
   Service service_;
   ScanQueue<CriticalRays> scans_;
-  HeldByUtime<Odometry, 64> odometry_;
+  OdometryBuffer odometry_;
   MakeMatcher make_matcher_;
   std::unique_ptr<Matcher> matcher_;  ///< none before the map's owner was heard
   MapFollower map_;

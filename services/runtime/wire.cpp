@@ -27,12 +27,6 @@ bool AllInRange(const std::vector<Message>& messages) {
   return std::all_of(messages.begin(), messages.end(), [](const Message& message) { return ValuesInRange(message); });
 }
 
-template <class BotlabLidar>
-bool BotlabValuesInRange(const BotlabLidar& message) {
-  return message.utime >= 0 && message.ranges.size() >= kMinBeams &&
-         std::all_of(message.thetas.begin(), message.thetas.end(), IsAngle);
-}
-
 }  // namespace
 
 template <>
@@ -50,16 +44,6 @@ bool ValuesInRange(const bot_core::pose_t& message) {
   for (const double part : message.orientation) square += part * part;
   const bool is_rotation = std::abs(square - 1.0) <= 0.01;  // false for NaN
   return message.utime >= 0 && std::all_of(message.pos, message.pos + 3, InRange) && (is_rotation || square == 0.0);
-}
-
-template <>
-bool ValuesInRange(const botlab::lidar_t& message) {
-  return BotlabValuesInRange(message);
-}
-
-template <>
-bool ValuesInRange(const botlab::lidar_nranges_t& message) {
-  return BotlabValuesInRange(message);
 }
 
 template <>

@@ -2,8 +2,6 @@
 
 #include <bot_core/planar_lidar_t.hpp>
 #include <bot_core/pose_t.hpp>
-#include <botlab/lidar_nranges_t.hpp>
-#include <botlab/lidar_t.hpp>
 #include <crsm/critical_rays_t.hpp>
 #include <crsm/map_delta_t.hpp>
 #include <crsm/map_request_t.hpp>
@@ -36,22 +34,6 @@ template <>
 constexpr auto FieldsOf<bot_core::pose_t>() {
   using T = bot_core::pose_t;
   return std::tuple(&T::utime, &T::pos, &T::vel, &T::orientation, &T::rotation_rate, &T::accel);
-}
-
-template <>
-constexpr auto FieldsOf<botlab::lidar_t>() {
-  using T = botlab::lidar_t;
-  return std::tuple(&T::utime, &T::num_ranges, Array(&T::ranges, &T::num_ranges, kMaxBeams),
-                    Array(&T::thetas, &T::num_ranges, kMaxBeams), Array(&T::times, &T::num_ranges, kMaxBeams),
-                    Array(&T::intensities, &T::num_ranges, kMaxBeams));
-}
-
-template <>
-constexpr auto FieldsOf<botlab::lidar_nranges_t>() {
-  using T = botlab::lidar_nranges_t;
-  return std::tuple(&T::utime, &T::nranges, Array(&T::ranges, &T::nranges, kMaxBeams),
-                    Array(&T::thetas, &T::nranges, kMaxBeams), Array(&T::times, &T::nranges, kMaxBeams),
-                    Array(&T::intensities, &T::nranges, kMaxBeams));
 }
 
 template <>
@@ -105,18 +87,14 @@ constexpr auto FieldsOf<service_status_t>() {
   using T = service_status_t;
   return std::tuple(&T::utime, &T::name, &T::version, &T::pid, &T::state, &T::num_counters,
                     Array(&T::counter_name, &T::num_counters, kMostCounters),
-                    Array(&T::counter_value, &T::num_counters, kMostCounters), &T::num_latencies, &T::latency_p50_ms, &T::latency_p95_ms,
-                    &T::latency_p99_ms, &T::latency_max_ms, &T::resident_mb);
+                    Array(&T::counter_value, &T::num_counters, kMostCounters), &T::num_latencies, &T::latency_p50_ms,
+                    &T::latency_p95_ms, &T::latency_p99_ms, &T::latency_max_ms, &T::resident_mb);
 }
 
 template <>
 bool ValuesInRange(const bot_core::planar_lidar_t& message);
 template <>
 bool ValuesInRange(const bot_core::pose_t& message);
-template <>
-bool ValuesInRange(const botlab::lidar_t& message);
-template <>
-bool ValuesInRange(const botlab::lidar_nranges_t& message);
 template <>
 bool ValuesInRange(const critical_rays_t& message);
 template <>

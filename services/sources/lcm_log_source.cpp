@@ -3,56 +3,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <stdexcept>
 #include <string_view>
 
-#include "common/math/trigonometry.hpp"
 #include "services/runtime/bus.hpp"
 #include "services/runtime/conversions.hpp"
+#include "services/sources/laser_types.hpp"
 
 namespace crsm {
 namespace {
 
-/// The beams have angles of their own, clockwise and not evenly spaced: each goes to the nearest place on an even grid
-/// of a quarter of a degree, the nearer one where two fall on one.
-template <class BotlabLidar>
-LaserScan ToScan(const BotlabLidar& lidar) {
-  constexpr int kGridBeams = 1440;
-  constexpr double kStep_rad = 2.0 * kPi / kGridBeams;
-  LaserScan scan{lidar.utime, static_cast<float>(-kPi), static_cast<float>(kStep_rad),
-                 std::vector<float>(kGridBeams, 0.0f)};
-  for (std::size_t i = 0; i < lidar.ranges.size(); ++i) {
-    const float range_m = lidar.ranges[i];
-    if (!(range_m > 0.0f)) continue;
-    const double angle_rad = WrapAngle(-static_cast<double>(lidar.thetas[i]));
-    const auto beam = static_cast<std::size_t>(std::lround((angle_rad + kPi) / kStep_rad)) % kGridBeams;
-    float& nearest_m = scan.ranges_m[beam];
-    if (nearest_m == 0.0f || range_m < nearest_m) nearest_m = range_m;
-  }
-  return scan;
-}
-
-LaserScan ToScan(const bot_core::planar_lidar_t& lidar) { return FromMessage(lidar); }
-
-template <class Message>
-std::optional<LaserScan> DecodeAs(std::span<const std::uint8_t> bytes) {
-  const auto message = Decode<Message>(bytes);
-  if (!message) return std::nullopt;
-  return ToScan(*message);
-}
-
-bool IsLaser(std::string_view data) {
-  const auto bytes = Bytes(data);
-  return Is<bot_core::planar_lidar_t>(bytes) || Is<botlab::lidar_t>(bytes) || Is<botlab::lidar_nranges_t>(bytes);
-}
+bool IsLaser(std::string_view data) { return FindLaserType(Bytes(data)) != nullptr; }
 
 std::optional<LaserScan> DecodeLaser(std::string_view data) {
-  const auto bytes = Bytes(data);
-  if (Is<botlab::lidar_t>(bytes)) return DecodeAs<botlab::lidar_t>(bytes);
-  if (Is<botlab::lidar_nranges_t>(bytes)) return DecodeAs<botlab::lidar_nranges_t>(bytes);
-  return DecodeAs<bot_core::planar_lidar_t>(bytes);
+  const LaserType* type = FindLaserType(Bytes(data));
+  return type ? type->decode(Bytes(data)) : std::nullopt;
 }
 
 /// "ENCODERS (12), LASER (3, laser)", at most 20 channels.
@@ -87,9 +52,8 @@ std::string FindLaserChannel(const std::string& path, const std::string& channel
     if (is_laser) ++num_lasers[event->channel];
   }
   const std::string wanted = channel.empty() ? "" : fmt::format(" on channel {}", channel);
-  throw std::runtime_error(
-      fmt::format("{} has no laser messages (bot_core.planar_lidar_t or botlab.lidar_t){}; its channels: {}", path,
-                  wanted, ListChannels(num_events, num_lasers)));
+  throw std::runtime_error(fmt::format("{} has no laser messages ({}){}; its channels: {}", path, LaserTypeNames(),
+                                       wanted, ListChannels(num_events, num_lasers)));
 }
 
 /// "robot1/ODOMETRY" for "robot1/LASER".
@@ -105,34 +69,54 @@ LcmLogSource::LcmLogSource(const std::string& path, const std::string& channel)
     : log_(path), channel_(FindLaserChannel(path, channel)), odometry_channel_(OdometryChannel(channel_)) {}
 
 std::optional<LaserScan> LcmLogSource::Next() {
-  while (const auto event = log_.Next()) {
-    if (event->channel == odometry_channel_ && Is<bot_core::pose_t>(Bytes(event->data))) {
-      const auto message = Decode<bot_core::pose_t>(Bytes(event->data));
-      if (!message) ++counts_["bad_odometry"];
-      last_odometry_ = message ? std::optional(FromMessage(*message)) : std::nullopt;
-      continue;
-    }
-    if (event->channel != channel_) {
-      if (IsLaser(event->data)) ++counts_["other_channel"];
-      continue;
-    }
-    std::optional<LaserScan> scan = DecodeLaser(event->data);
-    if (!scan) {
-      ++counts_["bad_message"];
-    } else if (!utimes_.insert(scan->utime).second) {
-      ++counts_["utime_repeated"];
-    } else {
-      T_odom_robot_ = OdometryAt(scan->utime);
-      return scan;
-    }
+  while (!NextIsReady() && ReadEvent()) {
   }
-  return std::nullopt;
+  if (waiting_.empty()) return std::nullopt;
+  LaserScan scan = std::move(waiting_.front());
+  waiting_.pop_front();
+  T_odom_robot_ = odometry_.Find(scan.utime).T_odom_robot;
+  return scan;
 }
 
-std::optional<Pose2> LcmLogSource::OdometryAt(std::int64_t utime) const {
-  constexpr std::int64_t kFurthest_us = 100'000;
-  if (!last_odometry_ || std::abs(last_odometry_->utime - utime) > kFurthest_us) return std::nullopt;
-  return last_odometry_->T_odom_robot;
+bool LcmLogSource::NextIsReady() const {
+  constexpr std::size_t kMostWaiting = 8;
+  if (waiting_.empty()) return false;
+  const std::int64_t utime = waiting_.front().utime;
+  return waiting_.size() > kMostWaiting || waiting_.back().utime - utime > OdometryBuffer::kFurthest_us ||
+         odometry_.Find(utime).state != ScanOdometry::State::kAwaited;
+}
+
+bool LcmLogSource::ReadEvent() {
+  const auto event = log_.Next();
+  if (!event) return false;
+  if (event->channel == odometry_channel_ && Is<bot_core::pose_t>(Bytes(event->data))) {
+    TakeOdometry(event->data);
+  } else if (event->channel == channel_) {
+    TakeScan(event->data);
+  } else if (IsLaser(event->data)) {
+    ++counts_["other_channel"];
+  }
+  return true;
+}
+
+void LcmLogSource::TakeOdometry(std::string_view data) {
+  if (const auto message = Decode<bot_core::pose_t>(Bytes(data))) {
+    odometry_.Add(FromMessage(*message));
+  } else {
+    ++counts_["bad_odometry"];
+  }
+}
+
+void LcmLogSource::TakeScan(std::string_view data) {
+  std::optional<LaserScan> scan = DecodeLaser(data);
+  if (!scan) {
+    ++counts_["bad_message"];
+  } else if (utimes_.Find(scan->utime)) {
+    ++counts_["utime_repeated"];
+  } else {
+    utimes_.Add(scan->utime);
+    waiting_.push_back(std::move(*scan));
+  }
 }
 
 std::map<std::string, std::int64_t> LcmLogSource::Counts() const {

@@ -1,26 +1,25 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
-#include <unordered_set>
+#include <string_view>
 
 #include "common/logs/laser_source.hpp"
-#include "services/runtime/conversions.hpp"
+#include "common/logs/utime_index.hpp"
+#include "common/scan/odometry_buffer.hpp"
 #include "services/sources/lcm_event_log.hpp"
 
 namespace crsm {
 
 /// Scans of an LCM log, plain or compressed by gzip, in the log's order. A message is a laser's by its type, whatever
-/// its channel: bot_core.planar_lidar_t, or botlab.lidar_t of either spelling.
+/// its channel; lasers/ has the types that are known.
 ///
-/// botlab's beams have angles of their own, clockwise and uneven. Each goes to the nearest of 1440 beams, 0.25 deg
-/// apart and counter-clockwise from -180 deg: its angle is off by 0.125 deg at most. Of two on one beam the nearer
-/// counts; beams that nothing falls on are 0 = no return.
-///
-/// Odometry: the last ODOMETRY message (bot_core.pose_t) before the scan, on the channel with the laser's prefix,
-/// unless it is more than 0.1 s from the scan.
+/// Odometry: from the ODOMETRY messages (bot_core.pose_t) on the channel with the laser's prefix, that of the scan's
+/// own utime or between the two around it (OdometryBuffer). For it a scan is held back until the odometry has come past
+/// it, another scan is more than 0.1 s later, or eight more scans wait.
 ///
 /// Counted and skipped: "bad_message" (arrays that do not fill the message, beams outside 2..4096, angles that are
 /// none, a message on the laser's channel that is no laser's), "utime_repeated" (the utime of an earlier scan),
@@ -39,15 +38,22 @@ class LcmLogSource : public LaserSource {
   std::map<std::string, std::int64_t> Counts() const override;
 
  private:
-  std::optional<Pose2> OdometryAt(std::int64_t utime) const;
+  /// Takes what the next event says; false at the end of the log.
+  bool ReadEvent();
+  void TakeOdometry(std::string_view data);
+  void TakeScan(std::string_view data);
+
+  /// Whether the odometry of the scan that has waited longest is known, or is waited for no longer.
+  bool NextIsReady() const;
 
   LcmEventLog log_;
   std::string channel_;
   std::string odometry_channel_;
-  std::optional<crsm::Odometry> last_odometry_;  ///< in the log's order
   std::map<std::string, std::int64_t> counts_;
-  std::unordered_set<std::int64_t> utimes_;  ///< given out so far
-  std::optional<Pose2> T_odom_robot_;        ///< of the last scan given out
+  OdometryBuffer odometry_;
+  UtimeIndex utimes_;                  ///< of all scans so far
+  std::deque<LaserScan> waiting_;      ///< for their odometry, in the log's order
+  std::optional<Pose2> T_odom_robot_;  ///< of the last scan given out
 };
 
 }  // namespace crsm

@@ -20,27 +20,6 @@ inline bot_core::planar_lidar_t LidarMessage() {
   return {5, 3, {1.0f, 0.0f, 2.5f}, 3, {7.0f, 8.0f, 9.0f}, -1.5f, 0.25f};
 }
 
-template <class BotlabLidar>
-BotlabLidar BotlabMessage() {
-  BotlabLidar message{};
-  message.utime = 5;
-  message.ranges = {1.0f, 2.0f};
-  message.thetas = {0.0f, 6.0f};
-  message.times = {1, 2};
-  message.intensities = {3.0f, 4.0f};
-  return message;
-}
-inline botlab::lidar_t BotlabLidarMessage() {
-  auto message = BotlabMessage<botlab::lidar_t>();
-  message.num_ranges = 2;
-  return message;
-}
-inline botlab::lidar_nranges_t BotlabLidarNrangesMessage() {
-  auto message = BotlabMessage<botlab::lidar_nranges_t>();
-  message.nranges = 2;
-  return message;
-}
-
 inline bot_core::pose_t PoseMessage() {
   return {5, {1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}, {0.5, 0.5, 0.5, 0.5}, {7.0, 8.0, 9.0}, {10.0, 11.0, 12.0}};
 }

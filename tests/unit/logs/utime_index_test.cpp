@@ -1,51 +1,157 @@
 #include "common/logs/utime_index.hpp"
 
+#include <sys/resource.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <random>
+#include <stdexcept>
+#include <string>
 #include <unordered_map>
+#include <utility>
 
 #include "catch.hpp"
-#include "common/math/random.hpp"
+#include "source_helpers.hpp"
 
 namespace crsm {
+namespace {
 
-TEST_CASE("no utime is in an empty index") {
+constexpr std::int64_t kLargest = std::numeric_limits<std::int64_t>::max();
+
+/// $TMPDIR is another one as long as this lives.
+class OtherTmpdir {
+ public:
+  explicit OtherTmpdir(const char* folder) {
+    if (const char* earlier = std::getenv("TMPDIR")) earlier_ = earlier;
+    setenv("TMPDIR", folder, 1);
+  }
+  ~OtherTmpdir() { earlier_.empty() ? unsetenv("TMPDIR") : setenv("TMPDIR", earlier_.c_str(), 1); }
+
+ private:
+  std::string earlier_;
+};
+
+/// No file can be longer as long as this lives: writing fails, as on a disk that is full.
+class ShortFiles {
+ public:
+  explicit ShortFiles(rlim_t most_bytes) : earlier_handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &earlier_limit_);
+    const rlimit limit{most_bytes, earlier_limit_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~ShortFiles() {
+    setrlimit(RLIMIT_FSIZE, &earlier_limit_);
+    std::signal(SIGXFSZ, earlier_handler_);
+  }
+
+ private:
+  void (*earlier_handler_)(int);
+  rlimit earlier_limit_{};
+};
+
+}  // namespace
+
+TEST_CASE("nothing is found where nothing was added") {
   const UtimeIndex index;
   CHECK(index.size() == 0);
-  for (const std::int64_t utime : {-5, 0, 5}) CHECK_FALSE(index.Find(utime));
+  for (const std::int64_t utime : {-kLargest - 1, std::int64_t{0}, kLargest}) CHECK_FALSE(index.Find(utime));
 }
 
-TEST_CASE("each utime is found at its place, whether they rise, fall or are below zero") {
-  for (const std::int64_t step : {1000, -1000}) {
-    UtimeIndex index;
-    for (std::int64_t k = 0; k < 5000; ++k) {
-      index.Add(step * (k - 2500));
-      CHECK(index.Find(step * (k - 2500)) == k);
-    }
-    for (std::int64_t k = 0; k < 5000; k += 7) CHECK(index.Find(step * (k - 2500)) == k);
-    for (const std::int64_t utime : {step / 2, step * 2500, step * -2501}) CHECK_FALSE(index.Find(utime));
-    CHECK(index.size() == 5000);
-  }
-}
-
-TEST_CASE("an index knows what a list in memory knows, over a hundred thousand utimes that step back now and then") {
+TEST_CASE("of 100,000 rising utimes each is found as the one that it was, and those between them are not") {
   UtimeIndex index;
-  std::unordered_map<std::int64_t, std::int64_t> known;
-  Random random(1);
-  std::int64_t utime = 976052857337530;
-  int num_wrong = 0;
-  for (std::int64_t k = 0; k < 100000; ++k) {
-    utime += static_cast<std::int64_t>(random.Uniform(0.0, 1.0) < 0.05 ? random.Uniform(-9e5, 0.0)
-                                                                       : random.Uniform(0.0, 2e5));
-    const auto before = known.find(utime);
-    const auto found = index.Find(utime);
-    num_wrong += found.has_value() != (before != known.end());
-    if (found) continue;
+  constexpr std::int64_t kFirst = 976052857000000;
+  for (std::int64_t i = 0; i < 100000; ++i) {
+    CHECK_FALSE(index.Find(kFirst + 20 * i));
+    index.Add(kFirst + 20 * i);
+  }
+  CHECK(index.size() == 100000);
+  for (std::int64_t i = 0; i < 100000; i += 97) {
+    CHECK(index.Find(kFirst + 20 * i) == i);
+    CHECK_FALSE(index.Find(kFirst + 20 * i + 10));
+  }
+}
+
+TEST_CASE("utimes are found on both sides of where a block of 1,024 ends") {
+  UtimeIndex index;
+  for (std::int64_t i = 0; i < 2049; ++i) {
+    index.Add(10 * i);
+    CHECK(index.size() == i + 1);
+    CHECK(index.Find(10 * i) == i);
+    if (i > 0) CHECK(index.Find(10 * i - 10) == i - 1);
+    CHECK_FALSE(index.Find(10 * i + 10));
+  }
+}
+
+TEST_CASE("utimes that step back, below zero too, are found as the ones that they were") {
+  UtimeIndex index;
+  for (std::int64_t i = 0; i < 5000; ++i) {
+    const std::int64_t utime = 100 * i - (i % 7 == 3 ? 90'050 : 0);
+    CHECK_FALSE(index.Find(utime));
     index.Add(utime);
-    known.emplace(utime, index.size() - 1);
+    CHECK(index.Find(utime) == i);
   }
-  for (const auto& [some_utime, place] : known) {
-    if (place % 50 == 0) num_wrong += index.Find(some_utime) != place;
+  index.Add(-kLargest - 1);
+  index.Add(kLargest);
+  CHECK(index.Find(-kLargest - 1) == 5000);
+  CHECK(index.Find(kLargest) == 5001);
+}
+
+TEST_CASE("a utime that was added again is still the first one") {
+  UtimeIndex index;
+  for (int round = 0; round < 3; ++round) {
+    for (std::int64_t utime = 0; utime < 1500; ++utime) index.Add(utime);
   }
-  CHECK(num_wrong == 0);
+  CHECK(index.size() == 4500);
+  for (std::int64_t utime = 0; utime < 1500; utime += 13) CHECK(index.Find(utime) == utime);
+}
+
+TEST_CASE("random utimes are found as a map in memory finds them") {
+  UtimeIndex index;
+  std::unordered_map<std::int64_t, std::int64_t> expected;
+  std::mt19937_64 random(1);
+  for (std::int64_t i = 0; i < 20000; ++i) {
+    const auto utime = static_cast<std::int64_t>(random() % 30000) - 15000;
+    const auto known = expected.find(utime);
+    CHECK(index.Find(utime) == (known == expected.end() ? std::nullopt : std::optional(known->second)));
+    index.Add(utime);
+    expected.emplace(utime, i);
+  }
+}
+
+TEST_CASE("an index that takes the place of another has forgotten what that one had") {
+  UtimeIndex index;
+  for (std::int64_t utime = 0; utime < 3000; ++utime) index.Add(utime);
+  UtimeIndex moved = std::move(index);
+  CHECK(moved.Find(17) == 17);
+  moved = UtimeIndex();
+  CHECK(moved.size() == 0);
+  CHECK_FALSE(moved.Find(17));
+}
+
+TEST_CASE("a temporary file that cannot be made or written is an error of one line") {
+  {
+    const OtherTmpdir tmpdir("/no/such/folder");
+    CHECK(ErrorOf([] { UtimeIndex(); }).starts_with("/no/such/folder/crsm_utimes_"));
+  }
+  UtimeIndex index;
+  const auto fill = [&] {
+    for (std::int64_t utime = 0; utime < 3000; ++utime) index.Add(utime);
+  };
+  const ShortFiles short_files(10000);
+  CHECK(ErrorOf(fill).find("cannot be written: File too large") != std::string::npos);
+}
+
+TEST_CASE("the temporary file has no name: nothing is left in its folder") {
+  const ScratchFile scratch("");
+  const std::string folder = scratch.path() + "_tmp";
+  std::filesystem::create_directory(folder);
+  {
+    const OtherTmpdir tmpdir(folder.c_str());
+    UtimeIndex index;
+    for (std::int64_t utime = 0; utime < 3000; ++utime) index.Add(utime);
+    CHECK(std::filesystem::is_empty(folder));
+  }
+  std::filesystem::remove(folder);
 }
 
 }  // namespace crsm

@@ -63,8 +63,6 @@ void CheckType(const Message& message) {
 TEST_CASE(
     "every type comes through whole, and cut, lengthened, of another type or with any byte changed does no harm") {
   CheckType(LidarMessage());
-  CheckType(BotlabLidarMessage());
-  CheckType(BotlabLidarNrangesMessage());
   CheckType(PoseMessage());
   CheckType(CriticalRaysMessage());
   CheckType(ScanMatchMessage());
@@ -132,12 +130,6 @@ TEST_CASE("a lidar message may hold ranges that are none, but no angle or time t
   CHECK_FALSE(IsDecoded(LidarMessage(), [](Message& m) { m.nintensities = 2, m.intensities.pop_back(); }));
   CHECK_FALSE(IsDecoded(LidarMessage(), [](Message& m) { m.nranges = 1, m.ranges.resize(1); }));
   CHECK_FALSE(IsDecoded(LidarMessage(), [](Message& m) { m.nranges = 0, m.ranges.clear(); }));
-}
-
-TEST_CASE("a botlab lidar message needs an angle for each beam") {
-  CHECK_FALSE(IsDecoded(BotlabLidarMessage(), [](botlab::lidar_t& m) { m.thetas[1] = kNanFloat; }));
-  CHECK_FALSE(IsDecoded(BotlabLidarNrangesMessage(), [](botlab::lidar_nranges_t& m) { m.thetas[0] = 100.0f; }));
-  CHECK_FALSE(IsDecoded(BotlabLidarMessage(), [](botlab::lidar_t& m) { m.utime = -1; }));
 }
 
 TEST_CASE("a pose that is not finite is refused") {

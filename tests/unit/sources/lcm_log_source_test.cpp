@@ -3,14 +3,13 @@
 #include <sys/stat.h>
 
 #include <bot_core/planar_lidar_t.hpp>
-#include <botlab/lidar_nranges_t.hpp>
-#include <botlab/lidar_t.hpp>
 #include <cmath>
 #include <limits>
 
 #include "catch.hpp"
-#include "common/math/trigonometry.hpp"
+#include "lcm_events.hpp"
 #include "services/runtime/conversions.hpp"
+#include "services/sources/laser_types.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "source_helpers.hpp"
 
@@ -22,17 +21,6 @@ std::string Encode(const Message& message) {
   std::string bytes(static_cast<std::size_t>(message.getEncodedSize()), '\0');
   message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
   return bytes;
-}
-
-std::string BigEndian(std::uint64_t value, int count) {
-  std::string bytes;
-  for (int i = count - 1; i >= 0; --i) bytes += static_cast<char>(value >> (8 * i) & 0xff);
-  return bytes;
-}
-
-std::string Event(const std::string& channel, const std::string& data) {
-  return BigEndian(0xEDA1DA01, 4) + BigEndian(0, 8) + BigEndian(0, 8) + BigEndian(channel.size(), 4) +
-         BigEndian(data.size(), 4) + channel + data;
 }
 
 bot_core::planar_lidar_t PlanarLidar(std::int64_t utime) {
@@ -49,20 +37,6 @@ bot_core::planar_lidar_t PlanarLidar(std::int64_t utime) {
 
 std::string PlanarEvent(std::int64_t utime, const std::string& channel = "LASER") {
   return Event(channel, Encode(PlanarLidar(utime)));
-}
-
-/// Beams at clockwise angles, each with a range.
-botlab::lidar_t BotlabLidar(const std::vector<std::pair<double, float>>& beams) {
-  botlab::lidar_t lidar;
-  lidar.utime = 5;
-  lidar.num_ranges = static_cast<int>(beams.size());
-  for (const auto& [theta_rad, range_m] : beams) {
-    lidar.thetas.push_back(static_cast<float>(theta_rad));
-    lidar.ranges.push_back(range_m);
-    lidar.times.push_back(5);
-    lidar.intensities.push_back(1.0f);
-  }
-  return lidar;
 }
 
 struct Result {
@@ -85,6 +59,26 @@ Result Read(const std::string& log, const std::string& channel = "") {
 
 using Utimes = std::vector<std::int64_t>;
 
+std::string OdometryEvent(std::int64_t utime, std::optional<double> x_m, const std::string& channel = "ODOMETRY") {
+  const auto pose = x_m ? std::optional(Pose2{*x_m, 2.0, -3.0}) : std::nullopt;
+  return Event(channel, Encode(ToMessage(Odometry{utime, pose})));
+}
+
+using Odometries = std::vector<std::optional<double>>;
+
+/// Of each scan, the odometry's x [m].
+Odometries OdometryOf(const std::string& log) {
+  const ScratchFile file(log);
+  LcmLogSource source(file.path(), "");
+  Odometries odometries;
+  while (source.Next()) {
+    const auto T_odom_robot = source.Odometry();
+    odometries.push_back(T_odom_robot ? std::optional(T_odom_robot->x_m) : std::nullopt);
+    if (T_odom_robot) CHECK(*T_odom_robot == Pose2{T_odom_robot->x_m, 2.0, -3.0});
+  }
+  return odometries;
+}
+
 }  // namespace
 
 TEST_CASE("a planar lidar message is read as it was sent, plain and compressed") {
@@ -95,72 +89,42 @@ TEST_CASE("a planar lidar message is read as it was sent, plain and compressed")
   CHECK(Read(log).counts == std::map<std::string, std::int64_t>{{"bad_event", 0}, {"truncated", 0}});
 }
 
+TEST_CASE("a scan has the odometry of its own utime, or what lies between the two messages around it") {
+  const std::string log = OdometryEvent(1'000'000, 1.0) + PlanarEvent(1'000'000) + PlanarEvent(1'010'000) +
+                          PlanarEvent(1'030'000) + OdometryEvent(1'040'000, 5.0) + OdometryEvent(1'060'000, 9.0) +
+                          PlanarEvent(1'050'000);
+  CHECK(OdometryOf(log) == Odometries{1.0, 2.0, 4.0, 7.0});
+}
+
+TEST_CASE("a scan has no odometry where there is none around it, none that can be read, or only another robot's") {
+  const std::string before_the_first = PlanarEvent(1'000'000) + OdometryEvent(1'000'001, 1.0);
+  CHECK(OdometryOf(before_the_first) == Odometries{std::nullopt});
+  const std::string after_the_last = OdometryEvent(1'000'000, 1.0) + PlanarEvent(1'000'001);
+  CHECK(OdometryOf(after_the_last) == Odometries{std::nullopt});
+  const std::string gap = OdometryEvent(1'000'000, 1.0) + PlanarEvent(1'050'000) + OdometryEvent(1'150'001, 1.0);
+  CHECK(OdometryOf(gap) == Odometries{std::nullopt});
+  const std::string said_so = OdometryEvent(1, 1.0) + OdometryEvent(2, std::nullopt) + PlanarEvent(2);
+  CHECK(OdometryOf(said_so) == Odometries{std::nullopt});
+  const std::string bad = OdometryEvent(1, std::nan("")) + PlanarEvent(1);
+  CHECK(OdometryOf(bad) == Odometries{std::nullopt});
+  CHECK(Read(bad).counts.at("bad_odometry") == 1);
+  const std::string of_another = OdometryEvent(1, 1.0, "robot2/ODOMETRY") + OdometryEvent(2, 2.0, "robot1/ODOMETRY") +
+                                 PlanarEvent(1, "robot1/LASER") + PlanarEvent(2, "robot1/LASER");
+  CHECK(OdometryOf(of_another) == Odometries{std::nullopt, 2.0});
+}
+
 TEST_CASE(
-    "a scan has the odometry that came last before it, and none that is long past, is none or is another robot's") {
-  const auto OdometryEvent = [](std::int64_t utime, double x_m, const std::string& channel = "robot1/ODOMETRY") {
-    return Event(channel, Encode(ToMessage(Odometry{utime, Pose2{x_m, 2.0, -3.0}})));
+    "odometry that is late is waited for as long as eight more scans, or one that is 0.1 s later, have not come") {
+  const auto log = [](int num_later_scans, std::int64_t step_us) {
+    std::string events = OdometryEvent(999'999, 1.0) + PlanarEvent(1'000'000);
+    for (int i = 1; i <= num_later_scans; ++i) events += PlanarEvent(1'000'000 + i * step_us);
+    return events + OdometryEvent(1'000'001, 3.0);
   };
-  const std::string none = Event("robot1/ODOMETRY", Encode(ToMessage(Odometry{1'000'300, std::nullopt})));
-  const std::string log = PlanarEvent(1'000'000, "robot1/LASER") + OdometryEvent(1'000'000, 1.0) +
-                          OdometryEvent(1'000'000, 9.0, "ODOMETRY") + PlanarEvent(1'000'001, "robot1/LASER") +
-                          PlanarEvent(1'100'000, "robot1/LASER") + PlanarEvent(1'100'001, "robot1/LASER") +
-                          OdometryEvent(1'000'200, std::nan("")) + PlanarEvent(1'000'200, "robot1/LASER") +
-                          OdometryEvent(1'000'300, 7.0) + none + PlanarEvent(1'000'300, "robot1/LASER");
-  const ScratchFile file(log);
-  LcmLogSource source(file.path(), "");
-  const Pose2 pose{1.0, 2.0, -3.0};
-  for (const auto& expected : {std::optional<Pose2>(), std::optional(pose), std::optional(pose), std::optional<Pose2>(),
-                               std::optional<Pose2>(), std::optional<Pose2>()}) {
-    REQUIRE(source.Next());
-    CHECK(source.Odometry() == expected);
-  }
-  CHECK(source.Counts().at("bad_odometry") == 1);
-}
-
-TEST_CASE("botlab's clockwise beams go to the nearest beam of a counter-clockwise grid") {
-  const double step_rad = kPi / 720.0;
-  const auto scans = Read(Event("LIDAR", Encode(BotlabLidar({{0.0, 1.0f},
-                                                             {kPi / 2.0, 2.0f},
-                                                             {1.5 * kPi, 3.0f},
-                                                             {kPi, 4.0f},
-                                                             {10.4 * step_rad, 5.0f},
-                                                             {2.0 * kPi - 7.6 * step_rad, 6.0f},
-                                                             {2.0, 0.0f}}))))
-                         .scans;
-  REQUIRE(scans.size() == 1);
-  const LaserScan& scan = scans[0];
-  CHECK(scan.utime == 5);
-  CHECK(scan.angle_min_rad == static_cast<float>(-kPi));
-  CHECK(scan.angle_step_rad == static_cast<float>(step_rad));
-  std::vector<float> expected(1440, 0.0f);
-  expected[720] = 1.0f;       // ahead
-  expected[360] = 2.0f;       // a quarter turn clockwise: to the right, -90 deg
-  expected[1080] = 3.0f;      // to the left
-  expected[0] = 4.0f;         // behind
-  expected[720 - 10] = 5.0f;  // rounded to the nearest
-  expected[720 + 8] = 6.0f;
-  CHECK(scan.ranges_m == expected);
-}
-
-TEST_CASE("of two botlab beams on one grid beam the nearer counts") {
-  const auto scans =
-      Read(Event("LIDAR", Encode(BotlabLidar({{0.0, 3.0f}, {0.001, 2.0f}, {0.0011, 2.5f}, {0.0012, 0.0f}})))).scans;
-  REQUIRE(scans.size() == 1);
-  CHECK(scans[0].ranges_m[720] == 2.0f);
-}
-
-TEST_CASE("both spellings of botlab's lidar type are read") {
-  const botlab::lidar_t lidar = BotlabLidar({{0.5, 1.0f}, {1.0, 2.0f}});
-  botlab::lidar_nranges_t other;
-  other.utime = lidar.utime;
-  other.nranges = lidar.num_ranges;
-  other.ranges = lidar.ranges;
-  other.thetas = lidar.thetas;
-  other.times = lidar.times;
-  other.intensities = lidar.intensities;
-  const auto scans = Read(Event("LIDAR", Encode(lidar))).scans;
-  CHECK(scans.size() == 1);
-  CHECK(Read(Event("LIDAR", Encode(other))).scans == scans);
+  CHECK(OdometryOf(log(7, 1'000)).at(0) == 2.0);
+  CHECK(OdometryOf(log(8, 1'000)).at(0) == std::nullopt);
+  CHECK(OdometryOf(log(1, 100'000)).at(0) == 2.0);
+  CHECK(OdometryOf(log(1, 100'001)).at(0) == std::nullopt);
+  CHECK(Read(log(8, 1'000)).scans.size() == 9);
 }
 
 TEST_CASE("of several lasers the first one's scans are taken, or those of the channel asked for") {
@@ -179,22 +143,13 @@ TEST_CASE("a repeated utime is skipped and counted, one that goes back is kept")
 
 TEST_CASE("a bad laser message is counted and skipped before anything is decoded from its counts") {
   const std::string planar = Encode(PlanarLidar(2));
-  const std::string lidar = Encode(BotlabLidar({{0.5, 1.0f}, {1.0, 2.0f}}));
   const std::size_t intensities_at = 20 + 4 * 4;
-  std::vector<std::string> bad_messages = {planar.substr(0, 8),
-                                           planar.substr(0, 19),
-                                           planar.substr(0, planar.size() - 1),
-                                           planar + '\0',
-                                           lidar.substr(0, 20),
-                                           lidar.substr(0, lidar.size() - 1),
-                                           lidar + '\0',
-                                           "short",
-                                           ""};
+  std::vector<std::string> bad_messages = {
+      planar.substr(0, 8), planar.substr(0, 19), planar.substr(0, planar.size() - 1), planar + '\0', "short", ""};
   for (const std::uint64_t count :
        {0ull, 1ull, 3ull, 5ull, 4097ull, 0x40000000ull, 0x7fffffffull, 0x80000000ull, 0xffffffffull}) {
     bad_messages.push_back(std::string(planar).replace(16, 4, BigEndian(count, 4)));
     bad_messages.push_back(std::string(planar).replace(intensities_at, 4, BigEndian(count, 4)));
-    bad_messages.push_back(std::string(lidar).replace(16, 4, BigEndian(count, 4)));
   }
   for (const float angle_rad :
        {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30f}) {
@@ -204,7 +159,6 @@ TEST_CASE("a bad laser message is counted and skipped before anything is decoded
     bad = PlanarLidar(2);
     bad.radstep = angle_rad;
     bad_messages.push_back(Encode(bad));
-    bad_messages.push_back(Encode(BotlabLidar({{0.5, 1.0f}, {angle_rad, 2.0f}})));
   }
   bot_core::planar_lidar_t bad = PlanarLidar(2);
   bad.radstep = 0.0f;
@@ -290,14 +244,12 @@ TEST_CASE("a file of nothing but headers that promise much is read in no time") 
 TEST_CASE("a log without a laser is an error that lists its channels") {
   const std::string log = Event("IMU", "12345678") + Event("ODO\nMETRY", "") + Event("IMU", "1");
   const ScratchFile none(log);
+  const std::string no_laser = " has no laser messages (" + LaserTypeNames() + ")";
   CHECK(ErrorOf([&] { LcmLogSource(none.path(), ""); }) ==
-        none.path() +
-            " has no laser messages (bot_core.planar_lidar_t or botlab.lidar_t); its channels: IMU (2), ODO?METRY (1)");
+        none.path() + no_laser + "; its channels: IMU (2), ODO?METRY (1)");
   const ScratchFile other(log + PlanarEvent(1, "FRONT"));
   CHECK(ErrorOf([&] { LcmLogSource(other.path(), "REAR"); }) ==
-        other.path() +
-            " has no laser messages (bot_core.planar_lidar_t or botlab.lidar_t) on channel REAR; its channels: "
-            "FRONT (1, laser), IMU (2), ODO?METRY (1)");
+        other.path() + no_laser + " on channel REAR; its channels: FRONT (1, laser), IMU (2), ODO?METRY (1)");
   std::string many;
   for (int i = 0; i < 3000; ++i) many += Event("C" + std::to_string(10000 + i), "x");
   const ScratchFile crowd(many);

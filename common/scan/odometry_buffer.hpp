@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <limits>
+#include <optional>
+
+#include "common/math/pose2.hpp"
+
+namespace crsm {
+
+/// Where the robot stood by its odometry at a moment; or that the scan of that utime has no odometry.
+struct Odometry {
+  std::int64_t utime = 0;
+  std::optional<Pose2> T_odom_robot = std::nullopt;
+};
+
+/// What is known of a scan's odometry.
+struct ScanOdometry {
+  enum class State {
+    kAwaited,  ///< not yet known: no sample after the scan has come
+    kNone,     ///< the scan has none
+    kKnown,
+  };
+  State state = State::kAwaited;
+  std::optional<Pose2> T_odom_robot = std::nullopt;  ///< where known
+};
+
+/// The last samples of a robot's odometry, for scans that were taken at other moments than the samples.
+///
+/// Samples come in any order; of two of the same utime the later one counts. Where utimes step back, scans and samples
+/// of before and after the step may share their times: the sample of a scan's own utime wins over all others.
+class OdometryBuffer {
+ public:
+  /// No sample further from a scan than this says anything about it.
+  static constexpr std::int64_t kFurthest_us = 100'000;
+
+  /// most: samples that are kept, >= 1; the oldest by arrival gives way.
+  explicit OdometryBuffer(std::size_t most = 1024) : most_(most) {}
+
+  void Add(const Odometry& sample);
+
+  /// What the sample of the scan's own utime says, kAwaited where there is none: for who must not depend on when other
+  /// samples come.
+  ScanOdometry FindExact(std::int64_t utime) const;
+
+  /// The same; where there is no such sample, the pose between the nearest before and the nearest after the scan:
+  /// position and heading proportional to time, the heading the shorter way round, rounded by RoundOdometry. kNone
+  /// where one of the two is more than kFurthest_us away although the last sample that came is later than the scan.
+  ScanOdometry Find(std::int64_t utime) const;
+
+ private:
+  std::size_t most_;
+  std::deque<Odometry> samples_;  ///< in the order of their arrival, each utime once
+  std::int64_t latest_utime_ = std::numeric_limits<std::int64_t>::min();  ///< of all that ever came
+};
+
+}  // namespace crsm

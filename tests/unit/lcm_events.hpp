@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace crsm {
+
+/// The `count` low bytes of a number, high byte first.
+inline std::string BigEndian(std::uint64_t value, int count) {
+  std::string bytes;
+  for (int i = count - 1; i >= 0; --i) bytes += static_cast<char>(value >> (8 * i) & 0xff);
+  return bytes;
+}
+
+/// An event of an LCM log.
+inline std::string Event(const std::string& channel, const std::string& data) {
+  return BigEndian(0xEDA1DA01, 4) + BigEndian(0, 8) + BigEndian(0, 8) + BigEndian(channel.size(), 4) +
+         BigEndian(data.size(), 4) + channel + data;
+}
+
+}  // namespace crsm
