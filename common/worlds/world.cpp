@@ -219,12 +219,14 @@ World ParseWorld(const std::string& text, const std::string& name) {
 }
 
 std::string LoadWorldText(const std::string& name) {
-  const auto built_in = BuiltInWorlds().find(name);
-  if (built_in != BuiltInWorlds().end()) return built_in->second;
+  std::vector<std::string> built_in_names;
+  for (const BuiltInWorld& world : kBuiltInWorlds) {
+    if (world.name == name) return std::string(world.text);
+    built_in_names.emplace_back(world.name);
+  }
   if (!std::filesystem::is_regular_file(name)) {
-    throw std::runtime_error(
-        fmt::format("there is no world file {} and no built-in world of that name; built in are {}", name,
-                    ListOf(NamesOf(BuiltInWorlds()))));
+    throw std::runtime_error(fmt::format(
+        "there is no world file {} and no built-in world of that name; built in are {}", name, ListOf(built_in_names)));
   }
   std::ifstream file(name, std::ios::binary);
   if (!file) throw std::runtime_error(fmt::format("cannot read {}", name));

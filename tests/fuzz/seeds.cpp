@@ -174,7 +174,7 @@ void WriteLogs(const Seeds& seeds) {
 }
 
 void WriteTexts(const Seeds& seeds) {
-  for (const auto& [name, text] : BuiltInWorlds()) seeds.Write("world", name, std::string_view(text));
+  for (const BuiltInWorld& world : kBuiltInWorlds) seeds.Write("world", std::string(world.name), world.text);
   for (const BuiltInConfig& preset : kPresets) seeds.Write("config", std::string(preset.name), preset.toml);
   for (const BuiltInConfig& profile : kProfiles) seeds.Write("config", std::string(profile.name), profile.toml);
   seeds.Write("config", "kinds", "seed = 7\nout = \"a\"\nlockstep = true\n[table]\nlist = [1, {a = 1979-05-27}]\n");
