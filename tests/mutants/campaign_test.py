@@ -3,6 +3,7 @@
 import pathlib
 import tempfile
 import threading
+import time
 import unittest
 
 import draw
@@ -16,8 +17,8 @@ MUTANTS = draw.draw(draw.mutants_of("a.cpp", "".join(f"void f{i}() {{ g{i}(); }}
 
 
 def record_of(mutant, verdict, passed=()):
-    return {"program": "p", "id": mutant.id, "file": mutant.file, "original": mutant.original, "mutated": mutant.mutated,
-            "verdict": verdict, "test": "", "passed": list(passed), "seconds": 1.0}
+    return {"program": "p", "id": mutant.id, "file": mutant.file, "original": mutant.original,
+            "mutated": mutant.mutated, "verdict": verdict, "test": "", "passed": list(passed), "seconds": 1.0}
 
 
 class FakeJudge:
@@ -129,10 +130,12 @@ class Workspaces(WithFolder):
     def test_a_command_that_takes_too_long_is_killed_with_its_children(self):
         commands = workspace.Commands()
         log = self.folder / "log"
-        self.assertIsNone(commands.run(["sh", "-c", "sleep 60 & echo $!; wait"], log, 0.5, self.folder))
-        child = int(log.read_text())
-        state = pathlib.Path(f"/proc/{child}/stat")
-        self.assertTrue(not state.exists() or state.read_text().split()[2] == "Z")
+        self.assertIsNone(commands.run(["sh", "-c", "sleep 60 & echo $!; wait"], log, 2, self.folder))
+        child = pathlib.Path(f"/proc/{int(log.read_text())}/cmdline")
+        give_up = time.monotonic() + 30
+        while child.exists() and child.read_bytes() and time.monotonic() < give_up:  # a zombie's is empty
+            time.sleep(0.01)
+        self.assertLess(time.monotonic(), give_up)
 
 
 class Failures(unittest.TestCase):
@@ -140,7 +143,8 @@ class Failures(unittest.TestCase):
 
     def test_the_test_is_named_that_failed_and_not_one_that_warned(self):
         output = (f"{self.LINE}\nwarned\n{self.LINE}\na.cpp:1\n....\n\na.cpp:2: warning:\n  skipped\n\n"
-                  f"{self.LINE}\nfails in\nsome way\n  section\n{self.LINE}\na.cpp:3\n....\n\na.cpp:4: FAILED:\n  CHECK( x )\n")
+                  f"{self.LINE}\nfails in\nsome way\n  section\n{self.LINE}\na.cpp:3\n....\n\n"
+                  "a.cpp:4: FAILED:\n  CHECK( x )\n")
         self.assertEqual(first_failure(output), "fails in some way section")
 
     def test_without_a_test_the_last_words_stand(self):

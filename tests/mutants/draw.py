@@ -49,9 +49,9 @@ def mutants_of(file, content):
     for fault in find_faults(content):
         begin, end = lines.span(fault.start, fault.end)
         changed = content[begin:fault.start] + fault.text + content[fault.end:end]
-        mutants.append(Mutant(file, lines.line(fault.start), lines.column(fault.start), fault.kind, fault.start, fault.end,
-                              fault.text, content[fault.start:fault.end], " ".join(content[begin:end].split()),
-                              " ".join(changed.split())))
+        mutants.append(Mutant(file, lines.line(fault.start), lines.column(fault.start), fault.kind, fault.start,
+                              fault.end, fault.text, content[fault.start:fault.end],
+                              " ".join(content[begin:end].split()), " ".join(changed.split())))
     return mutants
 
 

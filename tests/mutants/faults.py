@@ -14,7 +14,7 @@ _NEED_BLANKS = set("< <= > >= == != && || + - * / += -= *= /=".split())
 _COMPARISONS = set("< <= > >= !=".split())
 _BEFORE_OPERAND = set("= += -= *= /= return + - * / < <= > >= ==".split())
 _BEFORE_CONDITION = set("= += -= *= /= return ( [ { } ; , ? :".split())
-_NO_NUMBERS = set("true false nullptr this new sizeof co_await throw".split())
+_NO_NUMBERS = set("true false nullptr nullopt this new move make_unique optional string vector".split())
 
 
 @dataclasses.dataclass(frozen=True)
@@ -96,7 +96,8 @@ class _Finder:
     def _sign(self, i, token):
         """A minus before an operand."""
         before = self.tokens[i - 1] if i > 0 else None
-        if before is None or i - 1 in self.skipped or token.text in _NO_NUMBERS:
+        name = i + 2 if self.text.startswith("std::", token.start) else i
+        if before is None or i - 1 in self.skipped or self.tokens[name].text in _NO_NUMBERS:
             return
         if token.kind == "number":
             operand = before.text in _BEFORE_OPERAND | {"(", ","} and float_value(token.text) != 0.0

@@ -13,7 +13,8 @@ def texts(source):
 
 def mutated(source, kind):
     """The source with each of its faults of a kind."""
-    return {source[:fault.start] + fault.text + source[fault.end:] for fault in find_faults(source) if fault.kind == kind}
+    return {source[:fault.start] + fault.text + source[fault.end:]
+            for fault in find_faults(source) if fault.kind == kind}
 
 
 def removable(source):
@@ -44,8 +45,8 @@ class Statements(unittest.TestCase):
                          ["g();", "a.b = 1;", "++n;", "throw X(2);", "*p = 3;", "v[0] += 1;", "n::h<int>(4);"])
 
     def test_declarations_and_returns_cannot(self):
-        self.assertEqual(removable("int f() { int a = 1; const X b(2); std::vector<int> c; X& d = e; auto g = 1; X h{3};"
-                                   " using namespace x; break; return a; }"), [])
+        self.assertEqual(removable("int f() { int a = 1; const X b(2); std::vector<int> c; X& d = e; auto g = 1;"
+                                   " X h{3}; using namespace x; break; return a; }"), [])
 
     def test_what_hangs_on_an_if_or_a_loop_can(self):
         self.assertEqual(removable("void f() { if (a) b(); else c(); for (int i = 0; i < 3; ++i) d(i); }"),
@@ -70,6 +71,7 @@ class Faults(unittest.TestCase):
     def test_signs_go_and_come(self):
         self.assertEqual(mutated("x = -a;", "sign"), {"x = a;"})
         self.assertEqual(mutated("x = a * 2.0;", "sign"), {"x = -a * 2.0;", "x = a * -2.0;"})
+        self.assertEqual(mutated("x = std::nullopt; y = true; const bool z = a; w = 0;", "sign"), set())
 
     def test_numbers_change(self):
         self.assertEqual(mutated("f(8u);", "off by one"), {"f(9u);", "f(7u);"})
@@ -90,7 +92,8 @@ class Faults(unittest.TestCase):
         self.assertEqual(mutated("x = !a;", "condition"), {"x = a;"})
 
     def test_what_could_only_break_the_build_gets_none(self):
-        self.assertEqual(find_faults('#include "a"\nstatic_assert(a < 3); template <int N = 3> T& operator+(T& a);'), [])
+        self.assertEqual(find_faults('#include "a"\nstatic_assert(a < 3); template <int N = 3> T& operator+(T& a);'),
+                         [])
 
 
 if __name__ == "__main__":

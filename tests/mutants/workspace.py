@@ -55,7 +55,7 @@ def _kill(process):
 
 
 def mirror(source, names, copy):
-    """Makes `copy` hold these files of `source` and, but for a folder `build`, no others. Equal files stay untouched."""
+    """Makes `copy` hold these files of `source`, and no others but in a folder `build`. Equal files stay untouched."""
     for name in names:
         target = copy / name
         content = (source / name).read_bytes()
