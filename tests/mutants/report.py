@@ -15,12 +15,13 @@ class Progress:
 
     def __init__(self, equivalents):
         self.equivalents = equivalents
-        self.begin = time.monotonic()
+        self.begin = None  # of the first mutant
         self.num_new = 0  # built in this run
 
     def __call__(self, record, campaign):
         built = campaign.num_built()
         self.num_new += record["verdict"] != NOT_BUILT
+        self.begin = self.begin or time.monotonic() - record["seconds"]
         elapsed_s = time.monotonic() - self.begin
         left_s = elapsed_s / max(1, self.num_new) * max(0, campaign.num - built)
         judged = with_equivalents([record], self.equivalents)[0]
