@@ -14,8 +14,8 @@ class UtimeIndex {
  public:
   void Add(std::int64_t utime);
 
-  /// How many came before it, the first time if it came more than once; nothing if it never came. A utime beyond all so far is new without a look at the disk.
-  /// Throws std::runtime_error as TemporaryFile does.
+  /// How many came before it, the first time if it came more than once; nothing if it never came. A utime beyond all so
+  /// far is new without a look at the disk. Throws std::runtime_error as TemporaryFile does.
   std::optional<std::int64_t> Find(std::int64_t utime) const;
 
   std::int64_t size() const { return size_; }

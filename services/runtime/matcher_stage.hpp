@@ -53,8 +53,8 @@ class MatcherStage {
   MapFollower map_;
   std::optional<ScanMatch> last_match_;  ///< sent once more when its scan comes once more
   Clock::time_point last_match_time_{};
-  std::int64_t asked_utime_ = -1;   ///< of the scan about which the owner is being asked, ...
-  Clock::time_point asked_time_{};  ///< ... and since when
+  std::int64_t held_utime_ = -1;    ///< of the scan that waits for an answer or for its odometry, ...
+  Clock::time_point held_since_{};  ///< ... and since when
 };
 
 }  // namespace crsm

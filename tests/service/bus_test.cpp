@@ -45,7 +45,7 @@ std::int64_t Count(const Counters& counters, const std::string& name) {
   return found == counters.counts().end() ? 0 : found->second;
 }
 
-const map_request_t kRequest{42, 7, 0, 0, 0};
+const map_request_t kRequest{42, 7, 0, 0, 0, -1};
 
 /// Sends UDP packets as they are.
 class RawSender {

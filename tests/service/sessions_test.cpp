@@ -60,7 +60,7 @@ std::vector<std::pair<std::string, std::string>> ReadEvents(const fs::path& jour
   LcmEventLog log(journal.string());
   std::vector<std::pair<std::string, std::string>> events;
   while (const auto event = log.Next()) {
-    const bool is_epoch = event->channel == kMapEpochChannel || event->channel == kFrozenMapEpochChannel;
+    const bool is_epoch = event->channel == kMapEpochChannel || event->channel == kFinishedMapEpochChannel;
     events.emplace_back(event->channel, is_epoch ? "" : std::string(event->data));
   }
   return events;

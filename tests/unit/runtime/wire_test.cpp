@@ -229,7 +229,7 @@ TEST_CASE("a map request comes from somebody and asks from a place that there ca
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.base_version = -1; }));
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_tile = -1; }));
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = -2; }));
-  CHECK(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = m.asked_utime = -1; }));
+  CHECK(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = -1, m.asked_utime = -1; }));
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.asked_utime = -2; }));
 }
 
