@@ -35,8 +35,7 @@ struct Run {
 };
 
 /// Makes the map of an earlier run, where there is one to begin with, and opens the journal of this one.
-std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::string& log, const std::string& resume,
-                               Run& run) {
+std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::string& resume, Run& run) {
   const Settings& settings = command_line.settings();
   const JournalSubject subject{run.slam.map().geometry().cell_size_m(), !settings.localize.empty()};
   const auto Restore = [&](const CriticalRays* scan, const ScanMatch& match) { run.Restore(scan, match); };
@@ -64,7 +63,7 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
     run.slam.FinishMap();
     run.matches.clear();
   }
-  RemoveJournal(settings.out, log);
+  RemoveJournal(settings.out);
   return std::make_unique<Journal>(JournalFolder(settings.out), subject);
 }
 
@@ -76,7 +75,7 @@ void MapLog(const CommandLine& command_line, const std::string& name, const std:
 
   Run run(parameters);
   Results results;
-  const std::unique_ptr<Journal> journal = Begin(command_line, name, resume, run);
+  const std::unique_ptr<Journal> journal = Begin(command_line, resume, run);
   std::unordered_set<std::int64_t> mapped_utimes;
   for (const ScanMatch& match : run.matches) mapped_utimes.insert(match.utime);
   std::int64_t num_repeated = 0;

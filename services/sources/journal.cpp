@@ -127,14 +127,6 @@ void TakeOverJournal(const fs::path& earlier, const fs::path& out) {
   }
 }
 
-void RemoveJournal(const fs::path& out, const fs::path& log) {
-  const fs::path path = PathIn(JournalFolder(out));
-  std::error_code error;
-  if (fs::equivalent(path, log, error)) {
-    throw std::runtime_error(
-        fmt::format("--out {}: its journal is the log to be read: choose another folder", out.string()));
-  }
-  fs::remove(path, error);
-}
+void RemoveJournal(const fs::path& out) { fs::remove(PathIn(JournalFolder(out))); }
 
 }  // namespace crsm

@@ -60,7 +60,7 @@ inline std::filesystem::path JournalFolder(const std::filesystem::path& out) { r
 /// folder. Throws std::runtime_error if there is none, or if it cannot be copied.
 void TakeOverJournal(const std::filesystem::path& earlier, const std::filesystem::path& out);
 
-/// Makes room for a new journal in a folder of results. Throws std::runtime_error if the old one is the log to be read.
-void RemoveJournal(const std::filesystem::path& out, const std::filesystem::path& log);
+/// Makes room for a new journal in a folder of results.
+void RemoveJournal(const std::filesystem::path& out);
 
 }  // namespace crsm
