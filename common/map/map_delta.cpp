@@ -1,15 +1,28 @@
 #include "common/map/map_delta.hpp"
 
 #include <algorithm>
+#include <bit>
+#include <climits>
+#include <cstring>
 
 namespace crsm {
 namespace {
 
 constexpr int kMaxGap = 4;  // cells; as long as the header of a new run
 
-void PushTwoBytes(std::vector<std::uint8_t>& bytes, int value) {
-  bytes.push_back(static_cast<std::uint8_t>(value >> 8));
-  bytes.push_back(static_cast<std::uint8_t>(value & 0xff));
+/// The next cell that differs, `cell` or later; kTileCells if there is none. Eight cells are compared at a time, of
+/// which the first is the lowest byte.
+int FindChange(const TileBytes& before, const TileBytes& after, int cell) {
+  static_assert(std::endian::native == std::endian::little);
+  constexpr int kAtOnce = 8;
+  for (; cell + kAtOnce <= kTileCells; cell += kAtOnce) {
+    std::uint64_t a, b;
+    std::memcpy(&a, before.data() + cell, kAtOnce);
+    std::memcpy(&b, after.data() + cell, kAtOnce);
+    if (a != b) return cell + std::countr_zero(a ^ b) / 8;
+  }
+  while (cell < kTileCells && before[static_cast<std::size_t>(cell)] == after[static_cast<std::size_t>(cell)]) ++cell;
+  return cell;
 }
 
 }  // namespace
@@ -29,24 +42,24 @@ bool RunsFit(std::span<const std::uint8_t> runs) {
 }
 
 std::vector<std::uint8_t> PackRuns(const TileBytes& before, const TileBytes& after) {
-  std::vector<std::uint8_t> runs;
-  const auto Differ = [&](int cell) {
-    return before[static_cast<std::size_t>(cell)] != after[static_cast<std::size_t>(cell)];
+  std::array<std::uint8_t, kMaxRunBytes> runs;
+  auto* to = runs.data();
+  const auto PushTwoBytes = [&](int value) {
+    *to++ = static_cast<std::uint8_t>(value >> 8);
+    *to++ = static_cast<std::uint8_t>(value & 0xff);
   };
   int end_of_last = 0;
-  for (int cell = 0; cell < kTileCells; ++cell) {
-    if (!Differ(cell)) continue;
+  for (int cell = FindChange(before, after, 0); cell < kTileCells;) {
     int end = cell + 1;
-    for (int next = end; next < kTileCells && next - end <= kMaxGap; ++next) {
-      if (Differ(next)) end = next + 1;
-    }
-    PushTwoBytes(runs, cell - end_of_last);
-    PushTwoBytes(runs, end - cell);
-    runs.insert(runs.end(), after.begin() + cell, after.begin() + end);
+    int next = FindChange(before, after, end);
+    for (; next < kTileCells && next - end <= kMaxGap; next = FindChange(before, after, end)) end = next + 1;
+    PushTwoBytes(cell - end_of_last);
+    PushTwoBytes(end - cell);
+    to = std::copy(after.begin() + cell, after.begin() + end, to);
     end_of_last = end;
-    cell = end - 1;
+    cell = next;
   }
-  return runs;
+  return {runs.data(), to};
 }
 
 bool UnpackRuns(std::span<const std::uint8_t> runs, TileBytes& cells) {

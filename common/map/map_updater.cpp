@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
 #include <utility>
 
@@ -16,19 +17,25 @@ constexpr std::uint8_t kFreeMark = 1;
 constexpr std::uint8_t kOccupiedMark = 255;
 constexpr double kNearHitsCells = 2.0;  // hits this close are neighbours in the map whatever they lie on
 
+/// The value, or 0, without a branch: loops over cells in which no way parts are compiled to compute several at a time.
+int If(bool condition, int value) { return value & -static_cast<int>(condition); }
+
 /// One byte of the wire for the probability of being free; 127 is kept for unexplored cells.
-std::uint8_t ToByte(float p_free) {
+int ToByte(float p_free) {
   const int byte = static_cast<int>(p_free * 255.0f + 0.5f);
-  if (byte == kUnexploredByte) return p_free < 0.5f ? kUnexploredByte - 1 : kUnexploredByte + 1;
-  return static_cast<std::uint8_t>(byte);
+  return byte + If(byte == kUnexploredByte, 1 - 2 * static_cast<int>(p_free < 0.5f));
 }
 
-Cell CellOf(const Eigen::Vector2d& point_cells) {
-  return {static_cast<int>(std::floor(point_cells.x())), static_cast<int>(std::floor(point_cells.y()))};
+/// std::floor is a function call on the x86-64 that every machine has.
+int FloorToInt(double value) {
+  const int truncated = static_cast<int>(value);
+  return truncated - (value < truncated ? 1 : 0);
 }
 
-/// Visits the cells on the straight line from one point to another, both ends included, each step crossing one side of
-/// a cell (Amanatides and Woo 1987).
+Cell CellOf(const Eigen::Vector2d& point_cells) { return {FloorToInt(point_cells.x()), FloorToInt(point_cells.y())}; }
+
+/// Visits the cells on the straight line from one point to another but for the last, each step crossing one side of a
+/// cell (Amanatides and Woo 1987).
 template <class Visit>
 void WalkCells(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells, Visit&& visit) {
   Cell cell = CellOf(from_cells);
@@ -40,18 +47,18 @@ void WalkCells(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cell
   const auto ToFirstSide = [](double from, int at, int toward) { return toward > 0 ? at + 1 - from : from - at; };
   double next_x = way.x() == 0.0 ? HUGE_VAL : ToFirstSide(from_cells.x(), cell.x, step.x) * per_cell.x();
   double next_y = way.y() == 0.0 ? HUGE_VAL : ToFirstSide(from_cells.y(), cell.y, step.y) * per_cell.y();
-  const int num_steps = std::abs(last.x - cell.x) + std::abs(last.y - cell.y);
-  visit(cell);
-  for (int i = 0; i < num_steps; ++i) {
-    if (cell.y == last.y || (cell.x != last.x && next_x < next_y)) {
+  while (cell.x != last.x && cell.y != last.y) {
+    visit(cell);
+    if (next_x < next_y) {
       cell.x += step.x;
       next_x += per_cell.x();
     } else {
       cell.y += step.y;
       next_y += per_cell.y();
     }
-    visit(cell);
   }
+  for (; cell.x != last.x; cell.x += cell.x < last.x ? 1 : -1) visit(cell);
+  for (; cell.y != last.y; cell.y += cell.y < last.y ? 1 : -1) visit(cell);
 }
 
 }  // namespace
@@ -124,7 +131,8 @@ void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vect
   const Eigen::Vector2d laser_cells(geometry_.ToCells(T_map_laser.x_m), geometry_.ToCells(T_map_laser.y_m));
   const Eigen::Matrix2Xd hits_cells = (rotation * hits_m / geometry_.cell_size_m()).colwise() + laser_cells;
 
-  for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) MarkRay(laser_cells, hits_cells.col(i));
+  for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) MarkFree(laser_cells, hits_cells.col(i));
+  for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) MarkHit(hits_cells.col(i));
   if (parameters_.join_hits) {
     const auto joined = FindSurfaces(hits_m, kNearHitsCells * geometry_.cell_size_m(), parameters_.join_max_m);
     for (std::size_t i = 0; i < joined.size(); ++i) {
@@ -153,17 +161,17 @@ void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vect
   if (std::exchange(cut_, false)) ++num_scans_cut_;
 }
 
-void MapUpdater::MarkRay(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {
-  const Cell hit = CellOf(to_cells);
+/// To be called before anything else is marked.
+void MapUpdater::MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {
   WalkCells(from_cells, to_cells, [&](Cell cell) {
-    if (cell != hit) Mark(cell, kFreeMark);
+    if (std::uint8_t* mark = FindMark(cell)) *mark = kFreeMark;
   });
-  MarkHit(to_cells);
 }
 
 void MapUpdater::MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {
   if (parameters_.hit_spread == 0.0) {
-    return WalkCells(from_cells, to_cells, [&](Cell cell) { Mark(cell, kOccupiedMark); });
+    WalkCells(from_cells, to_cells, [&](Cell cell) { Mark(cell, kOccupiedMark); });
+    return Mark(CellOf(to_cells), kOccupiedMark);
   }
   constexpr double kStepCells = 0.25;
   const Eigen::Vector2d way = to_cells - from_cells;
@@ -191,14 +199,17 @@ void MapUpdater::MarkHit(const Eigen::Vector2d& at_cells) {
 
 /// Each cell counts once a scan, by the largest share that an obstacle has in it.
 void MapUpdater::Mark(Cell cell, std::uint8_t mark) {
+  if (std::uint8_t* slot = FindMark(cell)) *slot = std::max(*slot, mark);
+}
+
+/// The mark of a cell; nullptr if there is no room for its tile.
+std::uint8_t* MapUpdater::FindMark(Cell cell) {
   const TileIndex index = TileOf(cell);
   if (!marking_ || index != marking_index_) {
     marking_ = MarkTile(index);
     marking_index_ = index;
   }
-  if (!marking_) return;
-  std::uint8_t& slot = marking_->marks[static_cast<std::size_t>(OffsetInTile(cell))];
-  slot = std::max(slot, mark);
+  return marking_ ? &marking_->marks[static_cast<std::size_t>(OffsetInTile(cell))] : nullptr;
 }
 
 /// The tile, on the list of those that the scan touches; nullptr if there is no room for it.
@@ -220,20 +231,30 @@ MapUpdater::Tile* MapUpdater::MarkTile(TileIndex index) {
 /// wall, wall or not, and draw the next scans back to where the last ones ended.
 void MapUpdater::Blend(Tile& tile, double intensity) const {
   constexpr double kMaxIntensity = 0.95;  // asymptotic: no cell is ever certain
+  constexpr std::size_t kAtOnce = 16;     // cells
   const auto Limited = [&](double value) { return static_cast<float>(std::min(kMaxIntensity, value)); };
   const float free = Limited(intensity);
   const float occupied = Limited(intensity * parameters_.occupied_density);
   const auto first = static_cast<float>(parameters_.first_intensity);
   tile.marked = false;
-  for (std::size_t i = 0; i < kTileCells; ++i) {
-    const std::uint8_t mark = tile.marks[i];
-    if (mark == 0) continue;
-    float& c = tile.p_free[i];
-    const float least = tile.bytes[i] == kUnexploredByte ? first : 0.0f;
-    const float share = mark == kFreeMark ? 0.0f : static_cast<float>(mark) / kOccupiedMark;  // of an obstacle
-    c += (1.0f - share - c) * std::max(free + (occupied - free) * share, least);
-    tile.bytes[i] = ToByte(c);
-    tile.marks[i] = 0;
+  for (std::size_t begin = 0; begin < kTileCells; begin += kAtOnce) {
+    std::uint8_t* marks = &tile.marks[begin];
+    constexpr std::array<std::uint8_t, kAtOnce> kNone{};
+    if (std::memcmp(marks, kNone.data(), kAtOnce) == 0) continue;
+    float* p_free = &tile.p_free[begin];
+    std::uint8_t* bytes = &tile.bytes[begin];
+    for (std::size_t i = 0; i < kAtOnce; ++i) {
+      const int mark = marks[i];
+      const int byte = bytes[i];
+      const float c = p_free[i];
+      const float share = static_cast<float>(If(mark != kFreeMark, mark)) / kOccupiedMark;  // of an obstacle
+      const float least = first * static_cast<float>(If(byte == kUnexploredByte, 1));
+      const float wanted = free + (occupied - free) * share;
+      const float update = (wanted < least ? least : wanted) * static_cast<float>(If(mark != 0, 1));
+      p_free[i] = c + (1.0f - share - c) * update;
+      bytes[i] = static_cast<std::uint8_t>(byte + If(mark != 0, ToByte(p_free[i]) - byte));
+    }
+    std::fill_n(marks, kAtOnce, std::uint8_t{0});
   }
 }
 

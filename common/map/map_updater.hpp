@@ -49,10 +49,11 @@ class MapUpdater {
 
   bool MovedEnough(const Pose2& T_map_laser) const;
   void Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vector<TileChange>& changes);
-  void MarkRay(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
+  void MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void MarkHit(const Eigen::Vector2d& at_cells);
   void Mark(Cell cell, std::uint8_t mark);
+  std::uint8_t* FindMark(Cell cell);
   Tile* MarkTile(TileIndex index);
   void Blend(Tile& tile, double intensity) const;
 

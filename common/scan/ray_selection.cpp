@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <utility>
 
 #include "common/math/trigonometry.hpp"
 
@@ -42,6 +43,34 @@ std::vector<int> SelectByDensity(const std::vector<double>& displacements, int n
   return picked;
 }
 
+/// Rays that are picked one after the other, with the middle of each gap between them that is too wide: lines 9 to 11,
+/// repeated until no gap is left, as the middle of a very wide one leaves two that are still too wide.
+class PickedRays {
+ public:
+  explicit PickedRays(int gap_threshold_rays) : gap_threshold_rays_(gap_threshold_rays) {}
+
+  /// ray: no less than the last one; the same is not picked twice.
+  void Pick(int ray) {
+    if (!rays_.empty() && ray == rays_.back()) return;
+    if (!rays_.empty()) FillGap(rays_.back(), ray);
+    rays_.push_back(ray);
+  }
+
+  std::vector<int> Take() { return std::move(rays_); }
+
+ private:
+  void FillGap(int from, int to) {
+    if (to - from <= gap_threshold_rays_) return;
+    const int middle = (from + to) / 2;
+    FillGap(from, middle);
+    rays_.push_back(middle);
+    FillGap(middle, to);
+  }
+
+  int gap_threshold_rays_;
+  std::vector<int> rays_;
+};
+
 /// A scan cut into segments, with what line 4 of the pseudo-code needs of each ray.
 class SegmentedScan {
  public:
@@ -55,21 +84,26 @@ class SegmentedScan {
       edges_.push_back(static_cast<int>(i) + 1);
     }
     edges_.push_back(static_cast<int>(rays.size()) - 1);
+    for (std::size_t edge = 0; edge + 1 < edges_.size(); ++edge) {
+      const int num = edges_[edge + 1] - edges_[edge];
+      const auto first = displacements_.begin() + edges_[edge];
+      sparseness_m_.push_back(num > 0 ? std::accumulate(first, first + num, 0.0) / num : 0.0);  // Eq. 5
+    }
 
     // Line 4, as the text around it gives it: S[i] relative to the square root of the scan's longest range.
     const double root_max = std::sqrt(*std::max_element(rays.range_m.begin(), rays.range_m.end()));
     for (const float range_m : rays.range_m) damping_.push_back(1.0 / ComputeExp(range_m / root_max));
+    gap_threshold_rays_ = GapThreshold();
   }
 
   std::vector<int> Select(double density_scale) const {
-    std::vector<int> picked = edges_;
-    for (std::size_t edge = 0; edge + 1 < edges_.size(); ++edge) {
-      SelectInSegment(edges_[edge], edges_[edge + 1], density_scale, picked);
+    PickedRays picked(gap_threshold_rays_);
+    for (std::size_t segment = 0; segment < sparseness_m_.size(); ++segment) {
+      picked.Pick(edges_[segment]);
+      SelectInSegment(segment, density_scale, picked);
     }
-    std::sort(picked.begin(), picked.end());
-    picked.erase(std::unique(picked.begin(), picked.end()), picked.end());
-    FillGaps(picked);
-    return picked;
+    picked.Pick(edges_.back());
+    return picked.Take();
   }
 
  private:
@@ -83,34 +117,45 @@ class SegmentedScan {
     return std::max(parameters_.edge_threshold_m, *nth);
   }
 
-  void SelectInSegment(int start, int end, double density_scale, std::vector<int>& picked) const {
-    if (end - start < 2) return;
-    const auto first = displacements_.begin() + start;
-    const double sparseness_m = std::accumulate(first, first + (end - start), 0.0) / (end - start);        // Eq. 5
-    double local_density = 0.0;                                                                            // line 1
-    for (int i = start; i < end; ++i) {                                                                    // line 2
-      local_density += displacements_[static_cast<std::size_t>(i)];                                        // line 3
-      if (local_density < density_scale * sparseness_m * damping_[static_cast<std::size_t>(i)]) continue;  // line 4
-      picked.push_back(i);                                                                                 // line 5
-      local_density = 0.0;                                                                                 // line 6
+  /// RAY_THRES; of a scan with so many rays that they make more than rays_max of such gaps the next larger one with
+  /// which edges and gaps alone do not pick more.
+  int GapThreshold() const {
+    const auto num_rays = static_cast<int>(damping_.size());
+    int low = parameters_.gap_threshold_rays;
+    if (num_rays <= low * parameters_.rays_max) return low;
+    int high = num_rays;  // no gap is as wide
+    while (low < high) {
+      const int middle = (low + high) / 2;
+      PickedRays picked(middle);
+      for (const int edge : edges_) picked.Pick(edge);
+      if (picked.Take().size() > static_cast<std::size_t>(parameters_.rays_max)) {
+        low = middle + 1;
+      } else {
+        high = middle;
+      }
     }
+    return low;
   }
 
-  /// Lines 9 to 11, repeated until no gap is left: the middle of a very wide gap leaves two that are still too wide.
-  void FillGaps(std::vector<int>& picked) const {
-    for (std::size_t i = 0; i + 1 < picked.size();) {
-      if (picked[i + 1] - picked[i] > parameters_.gap_threshold_rays) {
-        picked.insert(picked.begin() + static_cast<std::ptrdiff_t>(i) + 1, (picked[i] + picked[i + 1]) / 2);
-      } else {
-        ++i;
-      }
+  void SelectInSegment(std::size_t segment, double density_scale, PickedRays& picked) const {
+    const int end = edges_[segment + 1];
+    if (end - edges_[segment] < 2) return;
+    const double scaled_m = density_scale * sparseness_m_[segment];
+    double local_density = 0.0;                                                        // line 1
+    for (int i = edges_[segment]; i < end; ++i) {                                      // line 2
+      local_density += displacements_[static_cast<std::size_t>(i)];                    // line 3
+      if (local_density < scaled_m * damping_[static_cast<std::size_t>(i)]) continue;  // line 4
+      picked.Pick(i);                                                                  // line 5
+      local_density = 0.0;                                                             // line 6
     }
   }
 
   std::vector<double> displacements_;  // RaysDisplacement, Eq. 2
   const SelectionParameters& parameters_;
-  std::vector<int> edges_;       // FeatureEdges
-  std::vector<double> damping_;  // 1 / e^(S[i] / sqrt(Max))
+  std::vector<int> edges_;            // FeatureEdges; a segment lies between two of them
+  std::vector<double> sparseness_m_;  // of segments
+  std::vector<double> damping_;       // 1 / e^(S[i] / sqrt(Max))
+  int gap_threshold_rays_;
 };
 
 /// Finds the P whose count of rays falls in the wanted band: the count falls as P rises, so P is bisected.

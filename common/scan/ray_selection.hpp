@@ -17,7 +17,8 @@ inline constexpr double kFirstDensityScale = 100.0;  ///< P of the first scan, s
 
 /// Picks the critical rays by the method that the parameters name; any number of rays, also none.
 ///
-/// The segments method keeps the number of rays in [rays_min, rays_max]. In mode `scan` it finds P for this scan alone
+/// The segments method keeps the number of rays in [rays_min, rays_max]; where a scan has more rays than rays_max gaps
+/// of gap_threshold_rays take, its gaps are as much wider as that needs. In mode `scan` it finds P for this scan alone
 /// and keeps no state. In mode `previous`, which is the paper's, it uses `density_scale`; see NextDensityScale.
 /// Source: section 4.
 RaySelection SelectRays(const ValidRays& rays, const SelectionParameters& parameters,

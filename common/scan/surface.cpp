@@ -23,9 +23,11 @@ std::vector<bool> FindSurfaces(const Eigen::Matrix2Xd& hits_m, double near_m, do
   std::vector<bool> joined;
   for (Eigen::Index i = 0; i + 1 < num_hits; ++i) {
     const double gap_m = (hits_m.col(i + 1) - hits_m.col(i)).norm();
-    const bool continued = (i > 0 && Continues(hits_m.col(i - 1), hits_m.col(i), hits_m.col(i + 1))) ||
-                           (i + 2 < num_hits && Continues(hits_m.col(i + 2), hits_m.col(i + 1), hits_m.col(i)));
-    joined.push_back(gap_m <= near_m || (gap_m <= max_m && continued));
+    const auto Continued = [&] {
+      return (i > 0 && Continues(hits_m.col(i - 1), hits_m.col(i), hits_m.col(i + 1))) ||
+             (i + 2 < num_hits && Continues(hits_m.col(i + 2), hits_m.col(i + 1), hits_m.col(i)));
+    };
+    joined.push_back(gap_m <= near_m || (gap_m <= max_m && Continued()));
   }
   return joined;
 }

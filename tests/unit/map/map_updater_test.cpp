@@ -85,6 +85,28 @@ TEST_CASE("each cell is updated once a scan, however many beams cross it") {
   for (const int byte : grid.cells) REQUIRE((byte == kFreeOnce || byte == kOccupiedOnce || byte == kUnexploredByte));
 }
 
+TEST_CASE("a cell that a scan does not touch stays as it was, beside those that it does") {
+  Random random(2);
+  TestMap map;
+  for (int i = 0; i < 40; ++i) {
+    const Pose2 pose{random.Uniform(-1.5, 1.5), random.Uniform(-1.5, 1.5), random.Uniform(-kPi, kPi)};
+    const auto range_m = static_cast<float>(random.Uniform(0.1, 2.0));
+    TestMap alone;  // shows which cells the beam touches
+    alone.Draw(Beam(range_m), pose);
+    const ByteMap before = [&] {
+      ByteMap copy;
+      for (std::size_t k = 0; k < map.updater.num_tiles(); ++k) copy.Apply(*map.updater.TileSince(k, -1));
+      return copy;
+    }();
+    map.Draw(Beam(range_m), pose);
+    for (int y = -90; y < 90; ++y) {
+      for (int x = -90; x < 90; ++x) {
+        if (alone.At(x, y) == kUnexploredByte) REQUIRE(map.At(x, y) == before.At({x, y}));
+      }
+    }
+  }
+}
+
 TEST_CASE("an occupied cell wins over a free one within a scan") {
   for (const bool far_first : {true, false}) {
     TestMap map;

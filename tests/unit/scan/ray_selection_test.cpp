@@ -37,6 +37,16 @@ ValidRays RoomRays(int num_beams) {
   return FindValidRays(ScanRoom({0.3, -0.2, 0.1}, 1, num_beams), TestParameters().scan);
 }
 
+/// All ranges are alike: no edges.
+ValidRays RoundRays(int num_beams) {
+  ValidRays rays;
+  for (int i = 0; i < num_beams; ++i) {
+    rays.angle_rad.push_back(static_cast<float>((1.5 * i / num_beams - 0.75) * kPi));
+    rays.range_m.push_back(3.0f);
+  }
+  return rays;
+}
+
 double DistanceBetween(const ValidRays& rays, std::size_t i, std::size_t j) {
   return std::hypot(rays.range_m[i] * std::cos(rays.angle_rad[i]) - rays.range_m[j] * std::cos(rays.angle_rad[j]),
                     rays.range_m[i] * std::sin(rays.angle_rad[i]) - rays.range_m[j] * std::sin(rays.angle_rad[j]));
@@ -209,6 +219,40 @@ TEST_CASE("a scan that is all jumps leaves no more rays than are wanted where ed
   const auto picked = SelectRays(rays, parameters).critical;
   CHECK(picked.size() >= 30);
   CHECK(picked.size() <= 50);
+}
+
+TEST_CASE("a scan with so many rays that gaps alone would pick too many has wider gaps") {
+  SelectionParameters parameters = TestSelection(SelectionMethod::kSegments);
+  parameters.gap_threshold_rays = 10;
+  parameters.rays_min = 60;
+  parameters.rays_max = 90;
+  for (const bool limit_edges : {false, true}) {
+    parameters.limit_edges = limit_edges;
+    for (const int num_beams : {901, 1081, 2000, 4096}) {
+      CAPTURE(limit_edges, num_beams);
+      for (const ValidRays& rays : {RoomRays(num_beams), RoundRays(num_beams)}) {
+        const std::vector<int> picked = SelectRays(rays, parameters).critical;
+        CHECK(picked.size() >= 60);
+        CHECK(picked.size() <= 90);
+      }
+    }
+  }
+}
+
+TEST_CASE("gaps get no wider than it takes, and stay as they are where that does not help") {
+  SelectionParameters parameters = TestSelection(SelectionMethod::kSegments);
+  parameters.gap_threshold_rays = 10;
+  parameters.rays_min = 60;
+  parameters.rays_max = 90;
+  const auto WidestGap = [&](int num_beams) {
+    const std::vector<int> picked = SelectRays(RoundRays(num_beams), parameters).critical;
+    int widest = 0;
+    for (std::size_t i = 0; i + 1 < picked.size(); ++i) widest = std::max(widest, picked[i + 1] - picked[i]);
+    return widest;
+  };
+  CHECK(WidestGap(900) <= 10);   // 90 gaps of 10 rays
+  CHECK(WidestGap(1081) <= 17);  // 1,080 halved six times is 17, of which there are 64; halved once more, 128 of 9
+  CHECK(WidestGap(1081) > 10);
 }
 
 TEST_CASE("rays that all end in one place are selected without harm") {
