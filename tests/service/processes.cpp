@@ -171,7 +171,9 @@ Stack::Stack(Options options) : options_(std::move(options)) {
 
 bool Stack::Start(const std::string& service) {
   std::vector<std::string> arguments = options_.flags;
-  if (options_.lockstep && (service == "map_updater" || service == "rrhc_matcher")) arguments.push_back("--lockstep");
+  if (options_.lockstep && service != "ray_selector" && service != "map_exporter") {
+    arguments.push_back("--lockstep");
+  }
   if (service == "map_exporter") arguments.insert(arguments.end(), {"--out", options_.out.string()});
   processes_.erase(service);
   processes_[service] = std::make_unique<Process>(service, arguments, options_.out / "log");
@@ -193,8 +195,9 @@ bool Stack::Finish() {
   bool success = true;
   if (processes_.count("laser_publisher")) success = processes_["laser_publisher"]->AwaitExit() == 0;
   if (processes_.count("map_exporter")) success = processes_["map_exporter"]->Interrupt() == 0 && success;
-  for (const char* service : {"map_updater", "rrhc_matcher", "ray_selector"}) {
-    if (processes_.count(service)) success = processes_[service]->Interrupt() == 0 && success;
+  for (const auto& [service, process] : processes_) {
+    if (service == "laser_publisher" || service == "map_exporter") continue;
+    success = process->Interrupt() == 0 && success;
   }
   return success;
 }

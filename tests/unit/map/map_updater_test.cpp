@@ -94,7 +94,7 @@ TEST_CASE("a cell that a scan does not touch stays as it was, beside those that 
     TestMap alone;  // shows which cells the beam touches
     alone.Draw(Beam(range_m), pose);
     const ByteMap before = [&] {
-      ByteMap copy;
+      ByteMap copy(0.05);
       for (std::size_t k = 0; k < map.updater.num_tiles(); ++k) copy.Apply(*map.updater.TileSince(k, -1));
       return copy;
     }();

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "common/match/matcher.hpp"
+#include "common/match/scored_map.hpp"
+
+namespace crsm {
+
+/// A matcher beside ours, as plain as one can be: it climbs from where the last motion repeated leads, with the
+/// critical rays, and believes what it finds. It shows what it takes to put another matcher in the place of
+/// rrhc_matcher.
+class HillClimber : public Matcher {
+ public:
+  explicit HillClimber(double cell_size_m) : map_(cell_size_m, 0.0, true) {}
+
+  bool Apply(std::span<const TileChange> changes) override { return map_.Apply(changes); }
+  ScanMatch Match(const CriticalRays& scan, const TrackingState& tracking,
+                  const std::optional<Pose2>& T_odom_robot) const override;
+  const ByteMap& map() const override { return map_.cells(); }
+
+ private:
+  ScoredMap map_;
+};
+
+}  // namespace crsm
