@@ -100,25 +100,24 @@ struct ParameterInfo {
   const char* help;  ///< one line with the unit and the source
 };
 
-/// Calls `visit(info, value, low, high)` for every number, `visit(info, flag)` for every switch and
-/// `visit(info, choice, names)` for every choice. The one list of all parameters: flags, configuration files,
-/// presets, summaries and checks are made from it.
-template <class Visitor>
-void VisitParameters(Parameters& p, Visitor&& visit) {
-  using enum ParameterGroup;
-  constexpr std::array<std::string_view, 4> kMethods{"all", "uniform", "density", "segments"};
-  constexpr std::array<std::string_view, 2> kScaleModes{"scan", "previous"};
-  constexpr std::array<std::string_view, 2> kClimbs{"fixed", "shrinking"};
+// Below: the one list of all parameters, in four parts.
 
-  ScanParameters& scan = p.scan;
+template <class Visitor>
+void VisitScanParameters(ScanParameters& scan, Visitor&& visit) {
+  using enum ParameterGroup;
   visit({kScan, "range_min_m", "shorter readings are no measurements [m]"}, scan.range_min_m, 0.0, 10.0);
   visit({kScan, "range_max_m",
          "maximum range of the laser [m]; readings beyond 95 % of it are no measurements (section 4)"},
         scan.range_max_m, 0.1, kLongestRange_m);
   visit({kScan, "angle_scale", "the angle of a beam from straight ahead, as a share of the nominal one"},
         scan.angle_scale, 0.9, 1.1);
+}
 
-  SelectionParameters& selection = p.selection;
+template <class Visitor>
+void VisitSelectionParameters(SelectionParameters& selection, Visitor&& visit) {
+  using enum ParameterGroup;
+  constexpr std::array<std::string_view, 4> kMethods{"all", "uniform", "density", "segments"};
+  constexpr std::array<std::string_view, 2> kScaleModes{"scan", "previous"};
   visit({kSelection, "method", "how critical rays are picked (section 4)"}, selection.method, kMethods);
   visit({kSelection, "uniform_step", "uniform: every n-th ray (SkipStep, Eq. 1)"}, selection.uniform_step, 1, 4096);
   visit({kSelection, "density_rays", "density: rays to pick (N, Eq. 4)"}, selection.density_rays, 2, 4096);
@@ -133,8 +132,12 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
         selection.density_scale_mode, kScaleModes);
   visit({kSelection, "limit_edges", "segments: edges may take half of rays_max, the widest first"},
         selection.limit_edges);
+}
 
-  MatchParameters& match = p.match;
+template <class Visitor>
+void VisitMatchParameters(MatchParameters& match, Visitor&& visit) {
+  using enum ParameterGroup;
+  constexpr std::array<std::string_view, 2> kClimbs{"fixed", "shrinking"};
   visit({kSeed, "seed", "of the random numbers"}, match.seed, std::uint64_t{0}, ~std::uint64_t{0});
   visit({kOdometry, "odometry", "start from the motion by odometry, where the source has some that can be trusted"},
         match.odometry);
@@ -175,8 +178,11 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
         match.wide_window_m, 0.001, 10.0);
   visit({kMatch, "wide_window_rad", "bound of the wide window in yaw [rad], wider while the robot is lost"},
         match.wide_window_rad, 0.001, 3.2);
+}
 
-  UpdateParameters& update = p.update;
+template <class Visitor>
+void VisitUpdateParameters(UpdateParameters& update, Visitor&& visit) {
+  using enum ParameterGroup;
   visit({kUpdate, "cell_size_m", "side of a map cell [m]"}, update.cell_size_m, 0.005, 1.0);
   visit({kUpdate, "occupied_density", "how much more an occupied cell is updated than a free one (Dens_occu)"},
         update.occupied_density, 1.0, 100.0);
@@ -195,6 +201,17 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
   visit({kUpdate, "update_distance_m", "the map is updated after this much motion [m] ..."}, update.update_distance_m,
         0.0, 10.0);
   visit({kUpdate, "update_angle_rad", "... or this much turning [rad]"}, update.update_angle_rad, 0.0, 3.2);
+}
+
+/// Calls `visit(info, value, low, high)` for every number, `visit(info, flag)` for every switch and
+/// `visit(info, choice, names)` for every choice. The one list of all parameters: flags, configuration files,
+/// presets, summaries and checks are made from it.
+template <class Visitor>
+void VisitParameters(Parameters& p, Visitor&& visit) {
+  VisitScanParameters(p.scan, visit);
+  VisitSelectionParameters(p.selection, visit);
+  VisitMatchParameters(p.match, visit);
+  VisitUpdateParameters(p.update, visit);
 }
 
 using ParameterValue = std::variant<bool, std::int64_t, std::uint64_t, double, std::string>;

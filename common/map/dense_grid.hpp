@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -20,6 +21,10 @@ struct DenseGrid {
   int origin_y_cells = 0;
   double cell_size_m = 0.0;
   std::vector<std::uint8_t> cells;  ///< row by row from the lower left, y up: 255 free .. 0 occupied, 127 unexplored
+
+  std::size_t IndexOf(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(width_cells) + static_cast<std::size_t>(column);
+  }
 };
 
 }  // namespace crsm

@@ -27,67 +27,85 @@ CRSM_AVX2 inline __m256i Weigh(__m256i scores, __m256i weights) {
                           _mm256_mul_epi32(_mm256_srli_epi64(scores, 32), _mm256_srli_epi64(weights, 32)));
 }
 
-/// Eight rays at a time. Their scores are fetched one by one, which is faster than to gather them. The places of many
-/// are computed before the first is fetched, so that the processor need not wait for them.
-__attribute__((target("avx2"))) std::int64_t SumScoresAvx2(const FitnessTask& task) {
-  constexpr int kLanes = 8;
-  constexpr int kBlock = 64;
-  const __m256 sin = _mm256_set1_ps(task.sin);
-  const __m256 cos = _mm256_set1_ps(task.cos);
-  const __m256 offset_x = _mm256_set1_ps(task.offset_x);
-  const __m256 offset_y = _mm256_set1_ps(task.offset_y);
-  const __m256i corner_x = _mm256_set1_epi32(task.corner_x);
-  const __m256i corner_y = _mm256_set1_epi32(task.corner_y);
-  const __m256i end_x = _mm256_set1_epi32(static_cast<int>(task.tiles.width << kFineTileBits));
-  const __m256i end_y = _mm256_set1_epi32(static_cast<int>(task.tiles.height << kFineTileBits));
-  const __m256i pairs_in_tile_row = _mm256_set1_epi32(static_cast<int>((task.tiles.width + 1) * kPairsInTile));
-  const __m256i pairs_in_tile_and_row = _mm256_set1_epi32(kPairsInTile << 16 | kPairsInRow);  // of 16 bits each
-  const __m256i cell_mask = _mm256_set1_epi32(kTileMask);
-  const __m256i fraction_mask = _mm256_set1_epi32(task.fraction_mask);
-  const __m256i one = _mm256_set1_epi32(kFractions);
+constexpr int kLanes = 8;
+constexpr int kBlock = 64;  // rays whose places are computed before the first score is fetched
 
-  alignas(32) std::uint32_t pair[kBlock];
+/// What is the same for all rays, once in each lane.
+struct Lanes {
+  CRSM_AVX2 explicit Lanes(const FitnessTask& task)
+      : sin(_mm256_set1_ps(task.sin)),
+        cos(_mm256_set1_ps(task.cos)),
+        offset_x(_mm256_set1_ps(task.offset_x)),
+        offset_y(_mm256_set1_ps(task.offset_y)),
+        corner_x(_mm256_set1_epi32(task.corner_x)),
+        corner_y(_mm256_set1_epi32(task.corner_y)),
+        end_x(_mm256_set1_epi32(static_cast<int>(task.tiles.width << kFineTileBits))),
+        end_y(_mm256_set1_epi32(static_cast<int>(task.tiles.height << kFineTileBits))),
+        pairs_in_tile_row(_mm256_set1_epi32(static_cast<int>((task.tiles.width + 1) * kPairsInTile))),
+        fraction_mask(_mm256_set1_epi32(task.fraction_mask)) {}
+
+  __m256 sin, cos, offset_x, offset_y;
+  __m256i corner_x, corner_y, end_x, end_y, pairs_in_tile_row, fraction_mask;
+};
+
+/// Where the rays of a block end.
+struct Block {
+  alignas(32) std::uint32_t pair[kBlock];  // of a score and the one above it
   alignas(32) std::int32_t right[kBlock];  // of the pair [1/128 cell]
   alignas(32) std::int32_t up[kBlock];
-  const auto Place = [&](int i, __m256 ray_x, __m256 ray_y) CRSM_AVX2 {
-    const __m256 turned_x = _mm256_sub_ps(_mm256_mul_ps(cos, ray_x), _mm256_mul_ps(sin, ray_y));
-    const __m256 turned_y = _mm256_add_ps(_mm256_mul_ps(sin, ray_x), _mm256_mul_ps(cos, ray_y));
-    const __m256 whole_x = _mm256_floor_ps(_mm256_add_ps(turned_x, offset_x));
-    const __m256 whole_y = _mm256_floor_ps(_mm256_add_ps(turned_y, offset_y));
-    const __m256i x = _mm256_min_epu32(_mm256_add_epi32(corner_x, _mm256_cvttps_epi32(whole_x)), end_x);
-    const __m256i y = _mm256_min_epu32(_mm256_add_epi32(corner_y, _mm256_cvttps_epi32(whole_y)), end_y);
+};
 
-    const __m256i tile_row = _mm256_mullo_epi32(_mm256_srli_epi32(y, kFineTileBits), pairs_in_tile_row);
-    const __m256i tile_x = _mm256_srli_epi32(x, kFineTileBits);
-    const __m256i cell_x = _mm256_and_si256(_mm256_srli_epi32(x, kFractionBits), cell_mask);
-    const __m256i cell_y = _mm256_and_si256(_mm256_srli_epi32(y, kFractionBits), cell_mask);
-    const __m256i tile_and_row =
-        _mm256_madd_epi16(_mm256_or_si256(_mm256_slli_epi32(tile_x, 16), cell_y), pairs_in_tile_and_row);
-    const auto Store = [i](auto* to, __m256i value)
-                           CRSM_AVX2 { _mm256_store_si256(reinterpret_cast<__m256i*>(to + i), value); };
-    Store(pair, _mm256_add_epi32(_mm256_add_epi32(tile_row, tile_and_row), cell_x));
-    Store(right, _mm256_and_si256(x, fraction_mask));
-    Store(up, _mm256_and_si256(y, fraction_mask));
+/// Line 5 of section 5.2 for eight rays, from the i-th of the block on.
+CRSM_AVX2 inline void Place(const Lanes& lanes, __m256 ray_x, __m256 ray_y, int i, Block& block) {
+  const __m256 turned_x = _mm256_sub_ps(_mm256_mul_ps(lanes.cos, ray_x), _mm256_mul_ps(lanes.sin, ray_y));
+  const __m256 turned_y = _mm256_add_ps(_mm256_mul_ps(lanes.sin, ray_x), _mm256_mul_ps(lanes.cos, ray_y));
+  const __m256 whole_x = _mm256_floor_ps(_mm256_add_ps(turned_x, lanes.offset_x));
+  const __m256 whole_y = _mm256_floor_ps(_mm256_add_ps(turned_y, lanes.offset_y));
+  const __m256i x = _mm256_min_epu32(_mm256_add_epi32(lanes.corner_x, _mm256_cvttps_epi32(whole_x)), lanes.end_x);
+  const __m256i y = _mm256_min_epu32(_mm256_add_epi32(lanes.corner_y, _mm256_cvttps_epi32(whole_y)), lanes.end_y);
+
+  const __m256i cell_mask = _mm256_set1_epi32(kTileMask);
+  const __m256i pairs_in_tile_and_row = _mm256_set1_epi32(kPairsInTile << 16 | kPairsInRow);  // of 16 bits each
+  const __m256i tile_row = _mm256_mullo_epi32(_mm256_srli_epi32(y, kFineTileBits), lanes.pairs_in_tile_row);
+  const __m256i tile_x = _mm256_srli_epi32(x, kFineTileBits);
+  const __m256i cell_x = _mm256_and_si256(_mm256_srli_epi32(x, kFractionBits), cell_mask);
+  const __m256i cell_y = _mm256_and_si256(_mm256_srli_epi32(y, kFractionBits), cell_mask);
+  const __m256i tile_and_row =
+      _mm256_madd_epi16(_mm256_or_si256(_mm256_slli_epi32(tile_x, 16), cell_y), pairs_in_tile_and_row);
+  const auto Store = [i](auto* to, __m256i value)
+                         CRSM_AVX2 { _mm256_store_si256(reinterpret_cast<__m256i*>(to + i), value); };
+  Store(block.pair, _mm256_add_epi32(_mm256_add_epi32(tile_row, tile_and_row), cell_x));
+  Store(block.right, _mm256_and_si256(x, lanes.fraction_mask));
+  Store(block.up, _mm256_and_si256(y, lanes.fraction_mask));
+}
+
+/// What eight rays score, from the i-th of the block on, times kFractions^2. Scores are fetched one by one, which is
+/// faster than to gather them.
+CRSM_AVX2 inline __m256i Score(const ScorePair* pairs, const Block& block, int i) {
+  const auto Fetch = [&](int ray) { return pairs + block.pair[i + ray]; };
+  const auto FetchTwo = [&](int ray) CRSM_AVX2 {
+    const __m128i first = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(Fetch(ray)));
+    return _mm_loadh_pi(_mm_castsi128_ps(first), reinterpret_cast<const __m64*>(Fetch(ray + 1)));
   };
-  const auto Score = [&](int i) CRSM_AVX2 {
-    const auto Fetch = [&](int ray) { return task.pairs + pair[i + ray]; };
-    const auto FetchTwo = [&](int ray) CRSM_AVX2 {
-      const __m128i first = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(Fetch(ray)));
-      return _mm_loadh_pi(_mm_castsi128_ps(first), reinterpret_cast<const __m64*>(Fetch(ray + 1)));
-    };
-    const __m256 rays_0145 = _mm256_insertf128_ps(_mm256_castps128_ps256(FetchTwo(0)), FetchTwo(4), 1);
-    const __m256 rays_2367 = _mm256_insertf128_ps(_mm256_castps128_ps256(FetchTwo(2)), FetchTwo(6), 1);
-    const __m256i left_pairs = _mm256_castps_si256(_mm256_shuffle_ps(rays_0145, rays_2367, 0x88));
-    const __m256i right_pairs = _mm256_castps_si256(_mm256_shuffle_ps(rays_0145, rays_2367, 0xdd));
+  const __m256 rays_0145 = _mm256_insertf128_ps(_mm256_castps128_ps256(FetchTwo(0)), FetchTwo(4), 1);
+  const __m256 rays_2367 = _mm256_insertf128_ps(_mm256_castps128_ps256(FetchTwo(2)), FetchTwo(6), 1);
+  const __m256i left_pairs = _mm256_castps_si256(_mm256_shuffle_ps(rays_0145, rays_2367, 0x88));
+  const __m256i right_pairs = _mm256_castps_si256(_mm256_shuffle_ps(rays_0145, rays_2367, 0xdd));
 
-    const __m256i u = _mm256_load_si256(reinterpret_cast<const __m256i*>(up + i));
-    const __m256i shares = _mm256_or_si256(_mm256_sub_epi32(one, u), _mm256_slli_epi32(u, 16));
-    const __m256i left = _mm256_madd_epi16(left_pairs, shares);
-    const __m256i rise = _mm256_sub_epi32(_mm256_madd_epi16(right_pairs, shares), left);
-    const __m256i r = _mm256_load_si256(reinterpret_cast<const __m256i*>(right + i));
-    return _mm256_add_epi32(_mm256_slli_epi32(left, kFractionBits), _mm256_mullo_epi32(rise, r));
-  };
+  const __m256i one = _mm256_set1_epi32(kFractions);
+  const __m256i up = _mm256_load_si256(reinterpret_cast<const __m256i*>(block.up + i));
+  const __m256i shares = _mm256_or_si256(_mm256_sub_epi32(one, up), _mm256_slli_epi32(up, 16));
+  const __m256i left = _mm256_madd_epi16(left_pairs, shares);
+  const __m256i rise = _mm256_sub_epi32(_mm256_madd_epi16(right_pairs, shares), left);
+  const __m256i right = _mm256_load_si256(reinterpret_cast<const __m256i*>(block.right + i));
+  return _mm256_add_epi32(_mm256_slli_epi32(left, kFractionBits), _mm256_mullo_epi32(rise, right));
+}
 
+/// Eight rays at a time. The places of many are computed before the first is fetched, so that the processor need not
+/// wait for them.
+__attribute__((target("avx2"))) std::int64_t SumScoresAvx2(const FitnessTask& task) {
+  const Lanes lanes(task);
+  Block block;
   __m256i sums = _mm256_setzero_si256();
   for (int begin = 0; begin < task.num_rays; begin += kBlock) {
     const int num = std::min(kBlock, task.num_rays - begin);
@@ -96,17 +114,21 @@ __attribute__((target("avx2"))) std::int64_t SumScoresAvx2(const FitnessTask& ta
         _mm256_cmpgt_epi32(_mm256_set1_epi32(num - num_full), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
     const float* ray_x = task.x + begin;
     const float* ray_y = task.y + begin;
-    for (int i = 0; i < num_full; i += kLanes) Place(i, _mm256_loadu_ps(ray_x + i), _mm256_loadu_ps(ray_y + i));
+    for (int i = 0; i < num_full; i += kLanes) {
+      Place(lanes, _mm256_loadu_ps(ray_x + i), _mm256_loadu_ps(ray_y + i), i, block);
+    }
     if (num_full < num) {  // what is no ray is placed at the laser, and weighs 0
-      Place(num_full, _mm256_maskload_ps(ray_x + num_full, in_rest), _mm256_maskload_ps(ray_y + num_full, in_rest));
+      Place(lanes, _mm256_maskload_ps(ray_x + num_full, in_rest), _mm256_maskload_ps(ray_y + num_full, in_rest),
+            num_full, block);
     }
     const int* weight = task.weight + begin;
     for (int i = 0; i < num_full; i += kLanes) {
       const __m256i weights = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(weight + i));
-      sums = _mm256_add_epi64(sums, Weigh(Score(i), weights));
+      sums = _mm256_add_epi64(sums, Weigh(Score(task.pairs, block, i), weights));
     }
     if (num_full < num) {
-      sums = _mm256_add_epi64(sums, Weigh(Score(num_full), _mm256_maskload_epi32(weight + num_full, in_rest)));
+      const __m256i weights = _mm256_maskload_epi32(weight + num_full, in_rest);
+      sums = _mm256_add_epi64(sums, Weigh(Score(task.pairs, block, num_full), weights));
     }
   }
   const __m128i halves = _mm_add_epi64(_mm256_castsi256_si128(sums), _mm256_extracti128_si256(sums, 1));

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <stdexcept>
 
@@ -13,16 +12,10 @@
 namespace crsm {
 namespace {
 
-constexpr float kFar = std::numeric_limits<float>::max();
-
-std::size_t IndexOf(const DenseGrid& grid, int column, int row) {
-  return static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.width_cells) + static_cast<std::size_t>(column);
-}
-
 /// A free grid over the cells from `low` to `high`, both included.
 DenseGrid MakeGrid(Cell low, Cell high, double cell_size_m) {
   DenseGrid grid{high.x - low.x + 1, high.y - low.y + 1, low.x, low.y, cell_size_m, {}};
-  grid.cells.assign(IndexOf(grid, 0, grid.height_cells), kFreeByte);
+  grid.cells.assign(grid.IndexOf(0, grid.height_cells), kFreeByte);
   return grid;
 }
 
@@ -35,7 +28,7 @@ DenseGrid Cover(const DenseGrid& grid, const DenseGrid& area) {
   for (int row = std::max(0, -shift_y); row < grid.height_cells && row + shift_y < covered.height_cells; ++row) {
     for (int column = std::max(0, -shift_x); column < grid.width_cells && column + shift_x < covered.width_cells;
          ++column) {
-      covered.cells[IndexOf(covered, column + shift_x, row + shift_y)] = grid.cells[IndexOf(grid, column, row)];
+      covered.cells[covered.IndexOf(column + shift_x, row + shift_y)] = grid.cells[grid.IndexOf(column, row)];
     }
   }
   return covered;
@@ -48,47 +41,6 @@ DenseGrid Join(const DenseGrid& a, const DenseGrid& b) {
                    std::max(a.origin_y_cells + a.height_cells, b.origin_y_cells + b.height_cells) - 1},
                   a.cell_size_m);
 }
-
-/// One row of the transform: distances[i] becomes the lower envelope at i of the parabolas (i - k)^2 + distances[k].
-class LowerEnvelope {
- public:
-  void Apply(std::vector<double>& distances) {
-    const auto n = static_cast<int>(distances.size());
-    at_.clear();
-    from_.clear();
-    for (int k = 0; k < n; ++k) {
-      if (distances[Index(k)] == kFar) continue;
-      double start = -HUGE_VAL;
-      while (!at_.empty()) {
-        start = Meet(distances, at_.back(), k);
-        if (start > from_.back()) break;
-        at_.pop_back();
-        from_.pop_back();
-        start = -HUGE_VAL;
-      }
-      at_.push_back(k);
-      from_.push_back(start);
-    }
-    if (at_.empty()) return;
-    const std::vector<double> before = distances;
-    std::size_t lowest = 0;
-    for (int i = 0; i < n; ++i) {
-      while (lowest + 1 < at_.size() && from_[lowest + 1] < i) ++lowest;
-      const double step = i - at_[lowest];
-      distances[Index(i)] = step * step + before[Index(at_[lowest])];
-    }
-  }
-
- private:
-  static std::size_t Index(int i) { return static_cast<std::size_t>(i); }
-
-  static double Meet(const std::vector<double>& d, int k, int l) {
-    return (d[Index(l)] - d[Index(k)] + static_cast<double>(l) * l - static_cast<double>(k) * k) / (2.0 * (l - k));
-  }
-
-  std::vector<int> at_;       // where the lowest parabolas stand
-  std::vector<double> from_;  // and from where on each is the lowest
-};
 
 /// The world's frame to the map's: the first pose of the path.
 Pose2 StartOf(const World& world) {
@@ -190,7 +142,7 @@ class Shades {
     const int column = cell.x - grid_.origin_x_cells;
     const int row = cell.y - grid_.origin_y_cells;
     if (column < 0 || row < 0 || column >= grid_.width_cells || row >= grid_.height_cells) return 0.0;
-    return static_cast<double>(shades_[IndexOf(grid_, column, row)]);
+    return static_cast<double>(shades_[grid_.IndexOf(column, row)]);
   }
 
   /// A rim on which an obstacle at the edge of the map fades out.
@@ -269,30 +221,12 @@ DenseGrid DrawWorld(const World& world, double cell_size_m) {
       const double y_cells = geometry.ToCells(wall.from.y_m) + done * dy_cells - grid.origin_y_cells;
       for (int row = Whole(y_cells - kHair_cells); row <= Whole(y_cells + kHair_cells); ++row) {
         for (int column = Whole(x_cells - kHair_cells); column <= Whole(x_cells + kHair_cells); ++column) {
-          grid.cells[IndexOf(grid, column, row)] = kOccupiedByte;
+          grid.cells[grid.IndexOf(column, row)] = kOccupiedByte;
         }
       }
     }
   }
   return grid;
-}
-
-std::vector<float> ComputeSquaredDistances(const DenseGrid& grid) {
-  std::vector<float> distances(grid.cells.size());
-  for (std::size_t i = 0; i < distances.size(); ++i) distances[i] = IsOccupied(grid.cells[i]) ? 0.0f : kFar;
-  LowerEnvelope envelope;
-  std::vector<double> line;
-  const auto Sweep = [&](int num_lines, int length, auto index) {
-    for (int i = 0; i < num_lines; ++i) {
-      line.clear();
-      for (int k = 0; k < length; ++k) line.push_back(distances[index(i, k)]);
-      envelope.Apply(line);
-      for (int k = 0; k < length; ++k) distances[index(i, k)] = static_cast<float>(line[static_cast<std::size_t>(k)]);
-    }
-  };
-  Sweep(grid.width_cells, grid.height_cells, [&](int column, int row) { return IndexOf(grid, column, row); });
-  Sweep(grid.height_cells, grid.width_cells, [&](int row, int column) { return IndexOf(grid, column, row); });
-  return distances;
 }
 
 ObstacleError EvaluateObstacles(const DenseGrid& map, const World& world) {

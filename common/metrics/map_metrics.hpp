@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/map/dense_grid.hpp"
+#include "common/metrics/distance_transform.hpp"
 #include "common/metrics/trajectory.hpp"
 #include "common/worlds/world.hpp"
 
@@ -16,11 +17,6 @@ namespace crsm {
 /// The world as a map, in the frame of the first pose of its path: cells that a wall touches are occupied, all others
 /// within its bounding box free. A wall along the border of two cells belongs to both.
 DenseGrid DrawWorld(const World& world, double cell_size_m);
-
-/// The squared distance from the centre of each cell to that of the nearest obstacle [px2], in the order of the cells;
-/// the largest float everywhere if there is no obstacle. Exact.
-/// Source: Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions", Theory of Computing 8, 2012.
-std::vector<float> ComputeSquaredDistances(const DenseGrid& grid);
 
 struct ObstacleError {
   std::int64_t num_obstacles = 0;  ///< cells of the map
