@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -28,23 +29,24 @@ std::string Folder() {
 
 }  // namespace
 
-TemporaryFile::TemporaryFile() {
+TemporaryFile::TemporaryFile() : write_at_(kPendingBytes) {
   std::string path = Folder() + "/crsm_XXXXXX";
   descriptor_ = mkostemp(path.data(), O_CLOEXEC);
   if (descriptor_ < 0) Fail("cannot be made");
   unlink(path.c_str());
-  pending_.reserve(kPendingBytes);
 }
 
 TemporaryFile::TemporaryFile(TemporaryFile&& other) noexcept
     : descriptor_(std::exchange(other.descriptor_, -1)),
       written_(std::exchange(other.written_, 0)),
-      pending_(std::move(other.pending_)) {}
+      pending_(std::move(other.pending_)),
+      write_at_(other.write_at_) {}
 
 TemporaryFile& TemporaryFile::operator=(TemporaryFile&& other) noexcept {
   std::swap(descriptor_, other.descriptor_);
   std::swap(written_, other.written_);
   std::swap(pending_, other.pending_);
+  std::swap(write_at_, other.write_at_);
   return *this;
 }
 
@@ -53,35 +55,38 @@ TemporaryFile::~TemporaryFile() {
 }
 
 void TemporaryFile::Append(std::span<const std::uint8_t> bytes) {
-  if (pending_.size() + bytes.size() > kPendingBytes) Flush();
   pending_.insert(pending_.end(), bytes.begin(), bytes.end());
+  if (pending_.size() >= write_at_) Write();
 }
 
 void TemporaryFile::Read(std::uint64_t offset, std::span<std::uint8_t> bytes) const {
   if (offset + bytes.size() > size()) throw std::runtime_error("a temporary file was read beyond its end");
-  if (offset + bytes.size() > written_) Flush();
-  while (!bytes.empty()) {
-    const ssize_t num = pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+  while (!bytes.empty() && offset < written_) {
+    const auto wanted = std::min<std::uint64_t>(bytes.size(), written_ - offset);
+    const ssize_t num = pread(descriptor_, bytes.data(), wanted, static_cast<off_t>(offset));
     if (num < 0 && errno == EINTR) continue;
     if (num <= 0) Fail("cannot be read");
     bytes = bytes.subspan(static_cast<std::size_t>(num));
     offset += static_cast<std::uint64_t>(num);
   }
+  if (bytes.empty()) return;
+  const auto from = pending_.begin() + static_cast<std::ptrdiff_t>(offset - written_);
+  std::copy_n(from, bytes.size(), bytes.begin());
 }
 
-void TemporaryFile::Flush() const {
-  std::span<const std::uint8_t> left = pending_;
-  while (!left.empty()) {
-    const ssize_t num = pwrite(descriptor_, left.data(), left.size(), static_cast<off_t>(written_));
+/// Writes what is pending. What the disk does not take stays, and is tried again when as much once more has come.
+void TemporaryFile::Write() {
+  std::size_t done = 0;
+  while (done < pending_.size()) {
+    const ssize_t num =
+        pwrite(descriptor_, pending_.data() + done, pending_.size() - done, static_cast<off_t>(written_ + done));
     if (num < 0 && errno == EINTR) continue;
-    if (num < 0) {
-      pending_.erase(pending_.begin(), pending_.end() - static_cast<std::ptrdiff_t>(left.size()));
-      Fail("cannot be written");
-    }
-    left = left.subspan(static_cast<std::size_t>(num));
-    written_ += static_cast<std::uint64_t>(num);
+    if (num <= 0) break;
+    done += static_cast<std::size_t>(num);
   }
-  pending_.clear();
+  written_ += done;
+  pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(done));
+  write_at_ = pending_.size() + kPendingBytes;
 }
 
 }  // namespace crsm

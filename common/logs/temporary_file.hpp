@@ -9,11 +9,10 @@ namespace crsm {
 
 /// A file that is only written at its end and read anywhere: for what grows with the number of scans and is not to stay
 /// in memory. It has no name and goes with the process; it lies in $TMPDIR, or in /var/tmp, which unlike /tmp is no
-/// memory.
-///
-/// All methods throw std::runtime_error, one line, if the disk does not do as it is told.
+/// memory. While the disk is full what is appended waits in memory.
 class TemporaryFile {
  public:
+  /// Throws std::runtime_error, one line, if no file can be made.
   TemporaryFile();
   TemporaryFile(TemporaryFile&& other) noexcept;
   TemporaryFile& operator=(TemporaryFile&& other) noexcept;
@@ -21,17 +20,19 @@ class TemporaryFile {
 
   void Append(std::span<const std::uint8_t> bytes);
 
-  /// Fills `bytes` with those from `offset` on, all of which must have been appended.
+  /// Fills `bytes` with those from `offset` on. Throws std::runtime_error if they were not appended, or if the disk
+  /// does not give them back.
   void Read(std::uint64_t offset, std::span<std::uint8_t> bytes) const;
 
   std::uint64_t size() const { return written_ + pending_.size(); }
 
  private:
-  void Flush() const;
+  void Write();
 
   int descriptor_ = -1;
-  mutable std::uint64_t written_ = 0;
-  mutable std::vector<std::uint8_t> pending_;  ///< appended and not written yet
+  std::uint64_t written_ = 0;          ///< bytes that are in the file
+  std::vector<std::uint8_t> pending_;  ///< behind them
+  std::size_t write_at_ = 0;           ///< bytes pending: then they are to be written
 };
 
 }  // namespace crsm

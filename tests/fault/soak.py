@@ -1,4 +1,4 @@
-"""Two hours of scans in lockstep: no process takes more memory or files than its history of matches needs."""
+"""Many scans in lockstep, of a robot that drives to and fro and of one that stands still: no process grows."""
 
 from faults import SERVICES, await_condition, check, child, may_grow_bytes, num_descriptors, resident_bytes, run
 from faults import start_stack, summary
