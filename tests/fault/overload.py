@@ -97,7 +97,7 @@ def overload(case, name, scans, flags, rate_hz, matcher_flags=()):
     num_since = of("map_updater", "handled") - settled["map_updater"][2]["handled"]
     for program, (bytes_then, _, _) in settled.items():
         case.say(f"  {program}: {bytes_then / 1e6:.1f} MB at most in half the time, {grown[program] / 1e6:+.2f} MB since")
-        check(grown[program] <= may_grow_bytes(program, bytes_then, num_since) + LCM_BYTES,
+        check(grown[program] <= may_grow_bytes(bytes_then) + LCM_BYTES,
               f"{program} grew by {grown[program]} bytes over {num_since} scans mapped")
     check(max(ages_ms) <= 1000 * MOST_AGE_S, f"a pose was {max(ages_ms):.0f} ms old")
 
