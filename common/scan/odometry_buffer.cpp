@@ -12,9 +12,13 @@ std::uint64_t Gap_us(std::int64_t from, std::int64_t to) {
   return static_cast<std::uint64_t>(to) - static_cast<std::uint64_t>(from);  // no overflow, whatever the two are
 }
 
-Pose2 Interpolate(const Pose2& from, const Pose2& to, double fraction) {
-  return {from.x_m + fraction * (to.x_m - from.x_m), from.y_m + fraction * (to.y_m - from.y_m),
-          from.yaw_rad + fraction * WrapAngle(to.yaw_rad - from.yaw_rad)};
+std::optional<Pose2> Interpolate(const Odometry& from, const Odometry& to, std::int64_t utime) {
+  const double fraction =
+      static_cast<double>(Gap_us(from.utime, utime)) / static_cast<double>(Gap_us(from.utime, to.utime));
+  const Pose2& start = *from.T_odom_robot;
+  const Pose2& end = *to.T_odom_robot;
+  return RoundOdometry({start.x_m + fraction * (end.x_m - start.x_m), start.y_m + fraction * (end.y_m - start.y_m),
+                        start.yaw_rad + fraction * WrapAngle(end.yaw_rad - start.yaw_rad)});
 }
 
 }  // namespace
@@ -37,23 +41,22 @@ ScanOdometry OdometryBuffer::FindExact(std::int64_t utime) const {
 
 ScanOdometry OdometryBuffer::Find(std::int64_t utime) const {
   if (const ScanOdometry exact = FindExact(utime); exact.state != ScanOdometry::State::kAwaited) return exact;
-  const Odometry* before = nullptr;
-  const Odometry* after = nullptr;
-  for (const Odometry& sample : samples_) {
-    if (!sample.T_odom_robot) continue;
-    if (sample.utime < utime && (!before || sample.utime > before->utime)) before = &sample;
-    if (sample.utime > utime && (!after || sample.utime < after->utime)) after = &sample;
+  const bool passed = !samples_.empty() && samples_.back().utime > utime;
+  const ScanOdometry not_known{passed ? ScanOdometry::State::kNone : ScanOdometry::State::kAwaited};
+  const Odometry* next = nullptr;  // by arrival
+  for (auto sample = samples_.rbegin(); sample != samples_.rend(); ++sample) {
+    if (!sample->T_odom_robot) continue;
+    const bool next_is_near = next && next->utime > utime && Gap_us(utime, next->utime) <= kFurthest_us;
+    if (sample->utime < utime && Gap_us(sample->utime, utime) <= kFurthest_us) {
+      if (!next) return not_known;
+      if (!next_is_near) return {ScanOdometry::State::kNone};
+      return {ScanOdometry::State::kKnown, Interpolate(*sample, *next, utime)};
+    }
+    if (next_is_near && sample->utime > next->utime)
+      return {ScanOdometry::State::kNone};  // utimes stepped back between
+    next = &*sample;
   }
-  const bool enclosed =
-      before && after && Gap_us(before->utime, utime) <= kFurthest_us && Gap_us(utime, after->utime) <= kFurthest_us;
-  if (!enclosed) {
-    const bool passed = !samples_.empty() && samples_.back().utime > utime;
-    return {passed ? ScanOdometry::State::kNone : ScanOdometry::State::kAwaited};
-  }
-  const double fraction =
-      static_cast<double>(Gap_us(before->utime, utime)) / static_cast<double>(Gap_us(before->utime, after->utime));
-  return {ScanOdometry::State::kKnown,
-          RoundOdometry(Interpolate(*before->T_odom_robot, *after->T_odom_robot, fraction))};
+  return not_known;
 }
 
 }  // namespace crsm

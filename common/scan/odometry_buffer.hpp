@@ -28,8 +28,9 @@ struct ScanOdometry {
 
 /// The last samples of a robot's odometry, for scans that were taken at other moments than the samples.
 ///
-/// Samples come in any order; of two of the same utime the later one counts. Where utimes step back, scans and samples
-/// of before and after the step may share their times: the sample of a scan's own utime wins over all others.
+/// Where utimes step back, scans and samples of before and after the step share their times: a scan is between two
+/// samples only if they came one after the other with rising utimes, and of several such pairs between the last one.
+/// The sample of a scan's own utime wins over all others; of two of the same utime the later one counts.
 class OdometryBuffer {
  public:
   /// No sample further from a scan than this says anything about it.
@@ -44,9 +45,10 @@ class OdometryBuffer {
   /// samples come.
   ScanOdometry FindExact(std::int64_t utime) const;
 
-  /// The same; where there is no such sample, the pose between the nearest before and the nearest after the scan:
-  /// position and heading proportional to time, the heading the shorter way round, rounded by RoundOdometry. kNone
-  /// where one of the two is more than kFurthest_us away although the last sample that came is later than the scan.
+  /// The same; where there is no such sample, the pose between the two around the scan: position and heading
+  /// proportional to time, the heading the shorter way round, rounded by RoundOdometry. kNone where one of the two is
+  /// more than kFurthest_us away, or utimes stepped back between them, and the last sample that came is not one that
+  /// has yet to pass the scan.
   ScanOdometry Find(std::int64_t utime) const;
 
  private:

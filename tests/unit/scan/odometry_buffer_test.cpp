@@ -66,10 +66,10 @@ TEST_CASE("between two headings the robot turned the shorter way, across the sea
   CHECK(std::abs(BufferOf({{0, left}, {100, right}}).Find(50).T_odom_robot->yaw_rad) == half_way_rad);
 }
 
-TEST_CASE("the nearest samples before and after the scan count, in whatever order they came") {
-  const OdometryBuffer buffer = BufferOf({{30, Pose2{3.0, 0.0, 0.0}},
-                                          {0, Pose2{100.0, 0.0, 0.0}},
+TEST_CASE("of many samples the nearest before and after the scan count") {
+  const OdometryBuffer buffer = BufferOf({{0, Pose2{100.0, 0.0, 0.0}},
                                           {10, Pose2{1.0, 0.0, 0.0}},
+                                          {30, Pose2{3.0, 0.0, 0.0}},
                                           {90, Pose2{100.0, 0.0, 0.0}}});
   CheckKnown(buffer.Find(20), {2.0, 0.0, 0.0});
 }
@@ -117,9 +117,23 @@ TEST_CASE("a sample that comes again takes the place of the first") {
 TEST_CASE("where utimes step back, as intel's do, the sample of a scan's own utime wins over all around it") {
   OdometryBuffer buffer;
   for (std::int64_t i = 0; i < 20; ++i) buffer.Add({100'000 * i, Pose2{0.1 * static_cast<double>(i), 0.0, 0.0}});
-  buffer.Add({1'050'000, Pose2{50.0, 0.0, 0.0}});  // 0.85 s back, another pass
+  buffer.Add({1'050'000, Pose2{50.0, 0.0, 0.0}});  // 0.85 s back
   CheckKnown(buffer.Find(1'050'000), {50.0, 0.0, 0.0});
   CheckKnown(buffer.Find(1'000'000), {1.0, 0.0, 0.0});
+}
+
+TEST_CASE("where utimes step back, samples of before the step are not mixed with those of after it") {
+  OdometryBuffer buffer;
+  for (std::int64_t i = 0; i <= 20; ++i) buffer.Add({50'000 * i, Pose2{1.0, 0.0, 0.0}});  // 0 to 1 s
+  CheckKnown(buffer.Find(310'000), {1.0, 0.0, 0.0});
+  CheckNotKnown(buffer.Find(1'000'001), State::kAwaited);
+  buffer.Add({300'000, Pose2{2.0, 0.0, 0.0}});  // 0.7 s back
+  buffer.Add({340'000, Pose2{3.0, 0.0, 0.0}});
+  CheckKnown(buffer.Find(310'000), {2.25, 0.0, 0.0});    // of the same time before the step: no more
+  CheckNotKnown(buffer.Find(345'000), State::kAwaited);  // the next sample tells
+  CheckNotKnown(buffer.Find(290'000), State::kNone);     // just before the first after the step: which one?
+  CheckKnown(buffer.Find(810'000), {1.0, 0.0, 0.0});     // far from what came after the step
+  CheckNotKnown(buffer.Find(1'000'001), State::kNone);   // the odometry stepped back before it passed the scan
 }
 
 TEST_CASE("the oldest sample by arrival gives way, also where its utime is the latest") {
