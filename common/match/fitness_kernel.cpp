@@ -1,6 +1,7 @@
 #include "common/match/fitness_kernel.hpp"
 
 #include <algorithm>
+#include <cstdint>
 
 #ifdef __x86_64__
 #include <immintrin.h>
@@ -29,9 +30,12 @@ CRSM_AVX2 inline __m256i Weigh(__m256i scores, __m256i weights) {
 
 /// Eight rays at a time. Their scores are fetched one by one, which is faster than to gather them. The places of many
 /// are computed before the first is fetched, so that the processor need not wait for them.
+template <bool kWeighted>
 __attribute__((target("avx2"))) std::int64_t SumScoresAvx2(const FitnessTask& task) {
   constexpr int kLanes = 8;
-  constexpr int kBlock = 64;
+  constexpr int kBlock = 96;
+  // Without weights the scores of a block are summed in 32 bits a lane.
+  static_assert(std::int64_t{kBlock / kLanes} * 2 * kFullScore * kFractions * kFractions < INT32_MAX);
   const __m256 sin = _mm256_set1_ps(task.sin);
   const __m256 cos = _mm256_set1_ps(task.cos);
   const __m256 offset_x = _mm256_set1_ps(task.offset_x);
@@ -100,17 +104,28 @@ __attribute__((target("avx2"))) std::int64_t SumScoresAvx2(const FitnessTask& ta
     if (num_full < num) {  // what is no ray is placed at the laser, and weighs 0
       Place(num_full, _mm256_maskload_ps(ray_x + num_full, in_rest), _mm256_maskload_ps(ray_y + num_full, in_rest));
     }
-    const int* weight = task.weight + begin;
-    for (int i = 0; i < num_full; i += kLanes) {
-      const __m256i weights = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(weight + i));
-      sums = _mm256_add_epi64(sums, Weigh(Score(i), weights));
-    }
-    if (num_full < num) {
-      sums = _mm256_add_epi64(sums, Weigh(Score(num_full), _mm256_maskload_epi32(weight + num_full, in_rest)));
+    if constexpr (kWeighted) {
+      const int* weight = task.weight + begin;
+      for (int i = 0; i < num_full; i += kLanes) {
+        const __m256i weights = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(weight + i));
+        sums = _mm256_add_epi64(sums, Weigh(Score(i), weights));
+      }
+      if (num_full < num) {
+        sums = _mm256_add_epi64(sums, Weigh(Score(num_full), _mm256_maskload_epi32(weight + num_full, in_rest)));
+      }
+    } else {
+      __m256i block_sums = num_full < num ? _mm256_and_si256(Score(num_full), in_rest) : _mm256_setzero_si256();
+      for (int i = 0; i < num_full; i += kLanes) block_sums = _mm256_add_epi32(block_sums, Score(i));
+      sums = _mm256_add_epi64(sums, _mm256_cvtepi32_epi64(_mm256_castsi256_si128(block_sums)));
+      sums = _mm256_add_epi64(sums, _mm256_cvtepi32_epi64(_mm256_extracti128_si256(block_sums, 1)));
     }
   }
   const __m128i halves = _mm_add_epi64(_mm256_castsi256_si128(sums), _mm256_extracti128_si256(sums, 1));
   return _mm_extract_epi64(halves, 0) + _mm_extract_epi64(halves, 1);
+}
+
+std::int64_t SumScoresByAvx2(const FitnessTask& task) {
+  return task.weight ? SumScoresAvx2<true>(task) : SumScoresAvx2<false>(task);
 }
 
 #endif
@@ -138,7 +153,8 @@ std::int64_t SumScores(const FitnessTask& task) {
     const int up = static_cast<int>(y) & task.fraction_mask;
     const int left_column = pair[0].here * (kFractions - up) + pair[0].above * up;
     const int right_column = pair[1].here * (kFractions - up) + pair[1].above * up;
-    sum += std::int64_t{task.weight[i]} * (left_column * (kFractions - right) + right_column * right);
+    const std::int64_t weight = task.weight ? task.weight[i] : 1;
+    sum += weight * (left_column * (kFractions - right) + right_column * right);
   }
   return sum;
 }
@@ -146,7 +162,7 @@ std::int64_t SumScores(const FitnessTask& task) {
 std::vector<FitnessKernel> FindFitnessKernels() {
   std::vector<FitnessKernel> kernels{SumScores};
 #ifdef __x86_64__
-  if (__builtin_cpu_supports("avx2")) kernels.push_back(SumScoresAvx2);
+  if (__builtin_cpu_supports("avx2")) kernels.push_back(SumScoresByAvx2);
 #endif
   return kernels;
 }
