@@ -94,7 +94,8 @@ RaysInCells::RaysInCells(Eigen::ArrayXf x, Eigen::ArrayXf y, Eigen::ArrayXi weig
     : x_(std::move(x)),
       y_(std::move(y)),
       weight_(std::move(weight)),
-      total_weight_(weight_.cast<std::int64_t>().sum()) {}
+      total_weight_(weight_.cast<std::int64_t>().sum()),
+      all_alike_((weight_ == 1).all()) {}
 
 RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry, const Eigen::ArrayXi& weight) {
   const Eigen::Matrix2Xf hits = (hits_m / geometry.cell_size_m()).cast<float>();
@@ -225,7 +226,7 @@ double FitnessField::Evaluate(const RaysInCells& rays, const Pose2& T_map_laser)
   FitnessTask task;
   task.x = rays.x().data();
   task.y = rays.y().data();
-  task.weight = rays.weight().data();
+  task.weight = rays.all_alike() ? nullptr : rays.weight().data();
   task.num_rays = static_cast<int>(rays.size());
   task.sin = static_cast<float>(rotation.sin) * kFractions;
   task.cos = static_cast<float>(rotation.cos) * kFractions;

@@ -13,9 +13,6 @@
 
 namespace crsm {
 
-/// The largest score of one ray: it and its four neighbours on cells of value 0 (section 5.2, line 10).
-inline constexpr int kFullScore = (10 + 4) * 255;
-
 /// Rays in the laser's frame, in cells, ready to be put on the map.
 class RaysInCells {
  public:
@@ -27,12 +24,14 @@ class RaysInCells {
   const Eigen::ArrayXf& y() const { return y_; }
   const Eigen::ArrayXi& weight() const { return weight_; }
   std::int64_t total_weight() const { return total_weight_; }
+  bool all_alike() const { return all_alike_; }  ///< all weights are 1
 
  private:
   Eigen::ArrayXf x_;
   Eigen::ArrayXf y_;
   Eigen::ArrayXi weight_;
   std::int64_t total_weight_;
+  bool all_alike_;
 };
 
 /// hits_m: 2 x N, laser frame. weight: of N rays; without, all count alike.

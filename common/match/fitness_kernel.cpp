@@ -1,6 +1,7 @@
 #include "common/match/fitness_kernel.hpp"
 
 #include <algorithm>
+#include <cstdint>
 
 #ifdef __x86_64__
 #include <immintrin.h>
@@ -28,7 +29,7 @@ CRSM_AVX2 inline __m256i Weigh(__m256i scores, __m256i weights) {
 }
 
 constexpr int kLanes = 8;
-constexpr int kBlock = 64;  // rays whose places are computed before the first score is fetched
+constexpr int kBlock = 96;  // rays whose places are computed before the first score is fetched
 
 /// What is the same for all rays, once in each lane.
 struct Lanes {
@@ -101,6 +102,36 @@ CRSM_AVX2 inline __m256i Score(const ScorePair* pairs, const Block& block, int i
   return _mm256_add_epi32(_mm256_slli_epi32(left, kFractionBits), _mm256_mullo_epi32(rise, right));
 }
 
+/// Of the `num` rays of a block: which lanes of the last eight hold one.
+CRSM_AVX2 inline __m256i InRest(int num) {
+  return _mm256_cmpgt_epi32(_mm256_set1_epi32(num % kLanes), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+}
+
+/// Sums what the rays of a block score, weighted.
+CRSM_AVX2 inline __m256i SumWeighted(const FitnessTask& task, const Block& block, int begin, int num) {
+  const int num_full = num / kLanes * kLanes;
+  const int* weight = task.weight + begin;
+  __m256i sums = _mm256_setzero_si256();
+  for (int i = 0; i < num_full; i += kLanes) {
+    const __m256i weights = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(weight + i));
+    sums = _mm256_add_epi64(sums, Weigh(Score(task.pairs, block, i), weights));
+  }
+  if (num_full == num) return sums;
+  const __m256i weights = _mm256_maskload_epi32(weight + num_full, InRest(num));
+  return _mm256_add_epi64(sums, Weigh(Score(task.pairs, block, num_full), weights));
+}
+
+/// The same of rays that count alike: 32 bits a lane hold the scores of a block.
+CRSM_AVX2 inline __m256i SumAlike(const FitnessTask& task, const Block& block, int num) {
+  static_assert(std::int64_t{kBlock / kLanes} * 2 * kFullScore * kFractions * kFractions < INT32_MAX);
+  const int num_full = num / kLanes * kLanes;
+  __m256i sums = _mm256_setzero_si256();
+  if (num_full < num) sums = _mm256_and_si256(Score(task.pairs, block, num_full), InRest(num));
+  for (int i = 0; i < num_full; i += kLanes) sums = _mm256_add_epi32(sums, Score(task.pairs, block, i));
+  return _mm256_add_epi64(_mm256_cvtepi32_epi64(_mm256_castsi256_si128(sums)),
+                          _mm256_cvtepi32_epi64(_mm256_extracti128_si256(sums, 1)));
+}
+
 /// Eight rays at a time. The places of many are computed before the first is fetched, so that the processor need not
 /// wait for them.
 __attribute__((target("avx2"))) std::int64_t SumScoresAvx2(const FitnessTask& task) {
@@ -110,26 +141,17 @@ __attribute__((target("avx2"))) std::int64_t SumScoresAvx2(const FitnessTask& ta
   for (int begin = 0; begin < task.num_rays; begin += kBlock) {
     const int num = std::min(kBlock, task.num_rays - begin);
     const int num_full = num / kLanes * kLanes;
-    const __m256i in_rest =
-        _mm256_cmpgt_epi32(_mm256_set1_epi32(num - num_full), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
     const float* ray_x = task.x + begin;
     const float* ray_y = task.y + begin;
     for (int i = 0; i < num_full; i += kLanes) {
       Place(lanes, _mm256_loadu_ps(ray_x + i), _mm256_loadu_ps(ray_y + i), i, block);
     }
     if (num_full < num) {  // what is no ray is placed at the laser, and weighs 0
-      Place(lanes, _mm256_maskload_ps(ray_x + num_full, in_rest), _mm256_maskload_ps(ray_y + num_full, in_rest),
-            num_full, block);
+      const __m256i rest = InRest(num);
+      Place(lanes, _mm256_maskload_ps(ray_x + num_full, rest), _mm256_maskload_ps(ray_y + num_full, rest), num_full,
+            block);
     }
-    const int* weight = task.weight + begin;
-    for (int i = 0; i < num_full; i += kLanes) {
-      const __m256i weights = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(weight + i));
-      sums = _mm256_add_epi64(sums, Weigh(Score(task.pairs, block, i), weights));
-    }
-    if (num_full < num) {
-      const __m256i weights = _mm256_maskload_epi32(weight + num_full, in_rest);
-      sums = _mm256_add_epi64(sums, Weigh(Score(task.pairs, block, num_full), weights));
-    }
+    sums = _mm256_add_epi64(sums, task.weight ? SumWeighted(task, block, begin, num) : SumAlike(task, block, num));
   }
   const __m128i halves = _mm_add_epi64(_mm256_castsi256_si128(sums), _mm256_extracti128_si256(sums, 1));
   return _mm_extract_epi64(halves, 0) + _mm_extract_epi64(halves, 1);
@@ -160,7 +182,8 @@ std::int64_t SumScores(const FitnessTask& task) {
     const int up = static_cast<int>(y) & task.fraction_mask;
     const int left_column = pair[0].here * (kFractions - up) + pair[0].above * up;
     const int right_column = pair[1].here * (kFractions - up) + pair[1].above * up;
-    sum += std::int64_t{task.weight[i]} * (left_column * (kFractions - right) + right_column * right);
+    const std::int64_t weight = task.weight ? task.weight[i] : 1;
+    sum += weight * (left_column * (kFractions - right) + right_column * right);
   }
   return sum;
 }

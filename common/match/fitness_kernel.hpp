@@ -7,7 +7,11 @@
 
 namespace crsm {
 
-/// What a ray scores that ends in a cell, and in the one above it; counted from the score of unexplored cells.
+/// The largest score of one ray: it and its four neighbours on cells of value 0 (section 5.2, line 10).
+inline constexpr int kFullScore = (10 + 4) * 255;
+
+/// What a ray scores that ends in a cell, and in the one above it; counted from the score of unexplored cells, which is
+/// -kFullScore to kFullScore.
 struct ScorePair {
   std::int16_t here;
   std::int16_t above;
@@ -23,9 +27,9 @@ inline constexpr int kFractions = 1 << kFractionBits;  ///< a point is placed to
 
 /// Rays and the pose from which they are seen. Lengths are in cells, but for those in fractions of a cell.
 struct FitnessTask {
-  const float* x;  ///< where the rays end, laser frame
-  const float* y;  ///< at most 2^22 from the laser
-  const int* weight;
+  const float* x;     ///< where the rays end, laser frame
+  const float* y;     ///< at most 2^22 from the laser
+  const int* weight;  ///< nullptr: all are 1
   int num_rays;
 
   float sin;  ///< of the laser's yaw, times kFractions

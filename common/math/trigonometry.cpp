@@ -5,11 +5,22 @@
 
 namespace crsm {
 
+namespace {
+
+/// std::nearbyint for |x| < 2^51, which is a function call on the x86-64 that every machine has: added to 1.5 * 2^52 a
+/// number loses what is behind its point.
+double RoundToWhole(double x) {
+  constexpr double kNoFractions = 6755399441055744.0;
+  return (x + kNoFractions) - kNoFractions;
+}
+
+}  // namespace
+
 SinCos ComputeSinCos(double angle_rad) {
   // Cody and Waite: pi/2 in two parts, of which the first has zeros enough that its multiples are exact.
   constexpr double kHalfPiHigh = 1.57079632673412561417e+00;
   constexpr double kHalfPiLow = 6.07710050650619224932e-11;
-  const double quadrant = std::nearbyint(angle_rad * (2.0 / kPi));
+  const double quadrant = RoundToWhole(angle_rad * (2.0 / kPi));
   const double r = (angle_rad - quadrant * kHalfPiHigh) - quadrant * kHalfPiLow;
 
   // Taylor series on [-pi/4, pi/4]; the first term left out is below 1e-17.
@@ -40,7 +51,7 @@ SinCos ComputeSinCos(double angle_rad) {
 double ComputeExp(double x) {
   constexpr double kLn2High = 6.93147180369123816490e-01;
   constexpr double kLn2Low = 1.90821492927058770002e-10;
-  const double exponent = std::nearbyint(x / (kLn2High + kLn2Low));
+  const double exponent = RoundToWhole(x / (kLn2High + kLn2Low));
   const double r = (x - exponent * kLn2High) - exponent * kLn2Low;
   double term = 1.0;
   double sum = 1.0;
@@ -53,6 +64,7 @@ double ComputeExp(double x) {
 
 double WrapAngle(double angle_rad) {
   if (!std::isfinite(angle_rad)) throw std::invalid_argument("WrapAngle: the angle is not finite");
+  if (std::abs(angle_rad) <= kPi) return angle_rad;
   return std::remainder(angle_rad, 2.0 * kPi);
 }
 

@@ -268,11 +268,13 @@ TEST_CASE("all kernels sum the largest weights and scores without overflow") {
   for (const TileChange& change : PaintTiles(-1, 1, [](Cell) { return kOccupiedByte; })) REQUIRE(map.Apply(change));
   const Eigen::Matrix2Xd hits_m = DrawHits(4096, 1.0, 8);
   for (const FitnessKernel kernel : FindFitnessKernels()) {
-    FitnessField field(kGeometry, -100.0, true, kernel);
-    field.Refresh(map, AllTiles(map));
-    for (const int weight : {1, 21, 500000}) {
-      const RaysInCells rays = ToCells(hits_m, kGeometry, Eigen::ArrayXi::Constant(4096, weight));
-      CHECK(field.Evaluate(rays, {1.0, 1.0, 0.5}) == 1.0);
+    for (const double unexplored_score : {-100.0, -3570.0}) {
+      FitnessField field(kGeometry, unexplored_score, true, kernel);
+      field.Refresh(map, AllTiles(map));
+      for (const int weight : {1, 21, 500000}) {
+        const RaysInCells rays = ToCells(hits_m, kGeometry, Eigen::ArrayXi::Constant(4096, weight));
+        CHECK(field.Evaluate(rays, {1.0, 1.0, 0.5}) == 1.0);
+      }
     }
   }
 }
