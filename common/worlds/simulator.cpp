@@ -83,7 +83,7 @@ LaserScan Simulator::Scan(const Pose2& T_world_laser, double time_s) {
   const Point origin{T_world_laser.x_m, T_world_laser.y_m};
   for (int beam = 0; beam < laser.beams; ++beam) {
     const double angle_rad = scan.angle_min_rad + beam * static_cast<double>(scan.angle_step_rad);
-    const SinCos direction = ComputeSinCos(T_world_laser.yaw_rad + angle_rad);
+    const SinCos direction = ComputeSinCos(T_world_laser.yaw_rad + laser.angle_scale * angle_rad);
     double range_m = CastRay(world_.walls, origin, direction);
     for (const Point& person : people) {
       range_m = std::min(range_m, CastRayAtDisc(person, kPersonRadius_m, origin, direction));

@@ -63,7 +63,8 @@ const Keys& KnownKeys() {
 
 /// What may stand after the numbers of a laser, each with one number.
 const std::vector<Field>& LaserOptions() {
-  static const std::vector<Field> kOptions = {{"dropout", 0.0, 1.0}, {"quantum_m", 0.0, 1.0}};
+  static const std::vector<Field> kOptions = {
+      {"dropout", 0.0, 1.0}, {"quantum_m", 0.0, 1.0}, {"angle_scale", 0.9, 1.1}};
   return kOptions;
 }
 
@@ -124,10 +125,11 @@ void TakeLaserOptions(const std::string& place, std::vector<std::string>& words,
     const auto option = std::find_if(LaserOptions().begin(), LaserOptions().end(),
                                      [&](const Field& field) { return name == field.name; });
     if (option == LaserOptions().end()) {
-      throw std::runtime_error(
-          fmt::format("{}: laser option '{}' is neither dropout nor quantum_m, each with a number", place, name));
+      throw std::runtime_error(fmt::format(
+          "{}: laser option '{}' is none of dropout, quantum_m, angle_scale, each with a number", place, name));
     }
-    (name == "dropout" ? laser.dropout : laser.quantum_m) = ReadNumber(place, "laser", *option, words.back());
+    double& value = name == "dropout" ? laser.dropout : name == "quantum_m" ? laser.quantum_m : laser.angle_scale;
+    value = ReadNumber(place, "laser", *option, words.back());
   }
 }
 
@@ -198,7 +200,7 @@ World ParseWorld(const std::string& text, const std::string& name) {
       }
       world.laser = {
           numbers[0] * kPi / 180.0, static_cast<int>(numbers[1]), numbers[2], numbers[3], numbers[4], options.dropout,
-          options.quantum_m};
+          options.quantum_m,        options.angle_scale};
     } else {
       world.linear_m_s = numbers[0];
       world.angular_rad_s = numbers[1];

@@ -39,9 +39,10 @@ struct World {
     int beams = 0;         ///< 2 to 4096
     double range_max_m = 0.0;
     double rate_hz = 0.0;
-    double noise_m = 0.0;    ///< standard deviation of a range
-    double dropout = 0.0;    ///< share of the beams that have no return, though there is something
-    double quantum_m = 0.0;  ///< ranges are whole multiples of it; 0 for exact ones
+    double noise_m = 0.0;      ///< standard deviation of a range
+    double dropout = 0.0;      ///< share of the beams that have no return, though there is something
+    double quantum_m = 0.0;    ///< ranges are whole multiples of it; 0 for exact ones
+    double angle_scale = 1.0;  ///< beams look at this share of the angle that the scan says, as a real SICK's do
   };
 
   std::vector<Wall> walls;
@@ -58,7 +59,8 @@ struct World {
 ///     wall x1_m y1_m x2_m y2_m
 ///     box x_m y_m width_m height_m                       from its lower left corner; four walls
 ///     waypoint x_m y_m                                   two or more: the laser drives from one to the next
-///     laser fov_deg beams range_max_m rate_hz noise_m    once; may end in `dropout SHARE` and `quantum_m STEP`
+///     laser fov_deg beams range_max_m rate_hz noise_m    once; may end in `dropout SHARE`, `quantum_m STEP`
+///                                                        and `angle_scale SHARE`
 ///     speed linear_m_s angular_rad_s                     once
 ///     corner NAME x_m y_m                                where walls meet, seen from both sides: what CMSE looks for
 ///     person x1_m y1_m x2_m y2_m speed_m_s               somebody who walks to and fro

@@ -93,7 +93,7 @@ TEST_CASE("an error in a world names the file, the line and what would be right"
       {"laser 180 181 8 10 0 dropout 1.5\n", "w:1: laser dropout is '1.5', must be a number from 0 to 1"},
       {"laser 180 181 8 10 0 quantum_m -1\n", "w:1: laser quantum_m is '-1', must be a number from 0 to 1"},
       {"laser 180 181 8 10 0 drop 0.1\n",
-       "w:1: laser option 'drop' is neither dropout nor quantum_m, each with a number"},
+       "w:1: laser option 'drop' is none of dropout, quantum_m, angle_scale, each with a number"},
       {"laser 180 181 8 10 0 dropout\n",
        "w:1: 6 numbers after 'laser', must be 5: laser fov_deg beams range_max_m rate_hz noise_m"},
       {"corner\n", "w:1: a corner needs a name: corner NAME x_m y_m"},
@@ -128,7 +128,7 @@ TEST_CASE("a world is loaded by its name or from its file") {
 TEST_CASE("corners, people and the laser's options are read") {
   const World world = ParseWorld(
       "box 0 0 4 3\nspeed 1 1\nwaypoint 1 1\nwaypoint 3 1\ncorner left 0 3\nperson 1 2 3 2.5 0.7\n"
-      "laser 180 181 8 10 0.01 quantum_m 0.005 dropout 0.1\n",
+      "laser 180 181 8 10 0.01 quantum_m 0.005 dropout 0.1 angle_scale 0.99\n",
       "w");
   REQUIRE(world.corners.size() == 1);
   CHECK(world.corners[0].name == "left");
@@ -139,6 +139,7 @@ TEST_CASE("corners, people and the laser's options are read") {
   CHECK(world.laser.noise_m == 0.01);
   CHECK(world.laser.dropout == 0.1);
   CHECK(world.laser.quantum_m == 0.005);
+  CHECK(world.laser.angle_scale == 0.99);
 }
 
 TEST_CASE("the environments have the paper's areas, laser and speeds, and walls meet at their corners") {

@@ -1,0 +1,73 @@
+#include "accuracy/run.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <vector>
+
+#include "common/metrics/map_metrics.hpp"
+#include "common/metrics/relations.hpp"
+#include "common/slam.hpp"
+#include "services/runtime/command_line.hpp"
+#include "services/sources/open_laser_source.hpp"
+
+namespace crsm {
+namespace {
+
+/// Share lost and mean fitness.
+Outcome Summarize(const std::vector<ScanMatch>& matches) {
+  if (matches.empty()) throw std::runtime_error("there is no scan");
+  std::size_t num_lost = 0;
+  std::size_t num_matched = 0;
+  double fitness = 0.0;
+  for (const ScanMatch& match : matches) {
+    if (match.state == MatchState::kLost) ++num_lost;
+    if (match.state != MatchState::kOk && match.state != MatchState::kDegenerate) continue;
+    ++num_matched;
+    fitness += match.fitness;
+  }
+  Outcome outcome;
+  outcome.lost = static_cast<double>(num_lost) / static_cast<double>(matches.size());
+  outcome.mean_fitness = num_matched == 0 ? 0.0 : fitness / static_cast<double>(num_matched);
+  return outcome;
+}
+
+}  // namespace
+
+Parameters ShippedParameters(const std::string& preset, std::uint64_t seed) {
+  using enum ParameterGroup;
+  CommandLine command_line("accuracy_tests", "", {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate}, {});
+  const std::string seed_text = std::to_string(seed);
+  std::vector<const char*> arguments{"accuracy_tests", "--seed", seed_text.c_str()};
+  if (!preset.empty()) arguments.insert(arguments.end(), {"--preset", preset.c_str()});
+  if (command_line.Parse(static_cast<int>(arguments.size()), arguments.data())) {
+    throw std::runtime_error(fmt::format("preset {} is refused", preset));
+  }
+  return command_line.parameters();
+}
+
+Outcome Map(const Drive& drive, const Parameters& parameters) {
+  const auto source = OpenLaserSource(drive.source, {parameters.match.seed, ""});
+  Slam slam(parameters);
+  Trajectory trajectory;
+  Trajectory truth;
+  while (const auto scan = source->Next()) {
+    trajectory.push_back({scan->utime, slam.Process(*scan).T_map_laser});
+    if (const auto T_start_laser = source->TruePose()) truth.push_back({scan->utime, *T_start_laser});
+  }
+  Outcome outcome = Summarize(slam.history());
+  if (!truth.empty()) {
+    const TrajectoryError error = EvaluateTrajectory(trajectory, truth);
+    outcome.worst_m = error.max_m;
+    outcome.error_m = error.rmse_m;
+  }
+  if (!drive.relations.empty()) {
+    const ErrorStatistics errors =
+        EvaluateRelations(ReadRelations(drive.relations), trajectory, drive.T_robot_laser).translation_m;
+    outcome.worst_m = errors.max;
+    outcome.error_m = errors.mean;
+  }
+  return outcome;
+}
+
+}  // namespace crsm

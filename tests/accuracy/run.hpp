@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "common/math/pose2.hpp"
+#include "common/parameters.hpp"
+
+namespace crsm {
+
+/// A way through a building: a simulated world or a real log.
+struct Drive {
+  std::string source;          ///< sim:NAME, or the path of a log
+  std::string preset = {};     ///< of scripts/presets; empty for none
+  std::string relations = {};  ///< the path of what is known about the log; empty for none
+  Pose2 T_robot_laser = {};    ///< what the relations are of is the robot
+};
+
+/// What one run came to. Errors are 0 where no truth is known.
+struct Outcome {
+  double worst_m = 0.0;       ///< simulated: the largest distance of a pose from the truth; logs: of a relation
+  double error_m = 0.0;       ///< simulated: the root of the mean square of that distance; logs: mean of the relations
+  double lost = 0.0;          ///< share of the scans
+  double mean_fitness = 0.0;  ///< of the scans that were matched
+};
+
+/// The parameters of a program that was started with this preset and seed, and nothing else. Throws std::runtime_error
+/// if there is no such preset.
+Parameters ShippedParameters(const std::string& preset, std::uint64_t seed);
+
+/// Maps the drive in this process. Throws std::runtime_error if the source or the relations cannot be read.
+Outcome Map(const Drive& drive, const Parameters& parameters);
+
+}  // namespace crsm
