@@ -49,13 +49,15 @@ Parameters ShippedParameters(const std::string& preset, std::uint64_t seed) {
 Outcome Map(const Drive& drive, const Parameters& parameters) {
   const auto source = OpenLaserSource(drive.source, {parameters.match.seed, ""});
   Slam slam(parameters);
+  std::vector<ScanMatch> matches;
   Trajectory trajectory;
   Trajectory truth;
   while (const auto scan = source->Next()) {
-    trajectory.push_back({scan->utime, slam.Process(*scan).T_map_laser});
+    matches.push_back(slam.Process(*scan).match);
+    trajectory.push_back({scan->utime, matches.back().T_map_laser});
     if (const auto T_start_laser = source->TruePose()) truth.push_back({scan->utime, *T_start_laser});
   }
-  Outcome outcome = Summarize(slam.history());
+  Outcome outcome = Summarize(matches);
   if (!truth.empty()) {
     const TrajectoryError error = EvaluateTrajectory(trajectory, truth);
     outcome.worst_m = error.max_m;
