@@ -46,9 +46,9 @@ class OdometryBuffer {
   ScanOdometry FindExact(std::int64_t utime) const;
 
   /// The same; where there is no such sample, the pose between the two around the scan: position and heading
-  /// proportional to time, the heading the shorter way round, rounded by RoundOdometry. kNone where one of the two is
-  /// more than kFurthest_us away, or utimes stepped back between them, and the last sample that came is not one that
-  /// has yet to pass the scan.
+  /// proportional to time, the heading the shorter way round, rounded by RoundOdometry. kAwaited while the next sample
+  /// may still be the one after the scan; kNone where one of the two is more than kFurthest_us away, or where utimes
+  /// stepped back between them.
   ScanOdometry Find(std::int64_t utime) const;
 
  private:
