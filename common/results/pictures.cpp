@@ -157,16 +157,18 @@ std::string EncodeOverview(const Results& results) {
   results.matches.ForEach([&](const ScanMatch& match) {
     ++num_scans;
     if (match.utime == results.last_scan.utime) last_pose = match.T_map_laser;
-    if (match.state == MatchState::kLost) return;
+    if (match.state == MatchState::kLost) {
+      ++num_lost;
+      return;
+    }
     end_m = PointOf(match);
     if (!start_m) start_m = end_m;
     canvas.GoTo(end_m);
   });
-  results.matches.ForEach([&](const ScanMatch& match) {  // over the whole path
-    if (match.state != MatchState::kLost) return;
-    ++num_lost;
-    canvas.DrawDisc(PointOf(match), 3.0, kLostColour);
-  });
+  const auto DrawIfLost = [&](const ScanMatch& match) {
+    if (match.state == MatchState::kLost) canvas.DrawDisc(PointOf(match), 3.0, kLostColour);
+  };
+  if (num_lost > 0) results.matches.ForEach(DrawIfLost);  // over the whole path
   if (last_pose) DrawScan(results.last_scan.rays, *last_pose, canvas);
   if (start_m) {
     canvas.DrawDisc(*start_m, 7.0, kStartColour);

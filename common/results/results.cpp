@@ -29,9 +29,6 @@ bool WriteAll(int descriptor, std::string_view bytes) {
   return true;
 }
 
-/// Takes the next piece of a file; false when there was an error, and no more is needed.
-using Sink = std::function<bool(std::string_view)>;
-
 /// Files of a folder that take the place of older ones together, once all of them are on the disk: one that fills up
 /// leaves the older ones as they were.
 class Replacement {
@@ -90,6 +87,19 @@ void CheckSize(const DenseGrid& grid) {
   }
 }
 
+/// Piece by piece, however many matches there are.
+void FormatTrajectory(const MatchSequence& matches, const Sink& sink) {
+  constexpr std::size_t kPieceBytes = std::size_t{1} << 16;
+  std::string piece;
+  matches.ForEach([&](const ScanMatch& match) {
+    AppendPose({match.utime, match.T_map_laser}, piece);
+    if (piece.size() < kPieceBytes) return;
+    sink(piece);
+    piece.clear();
+  });
+  sink(piece);
+}
+
 DenseGrid MakeUnexploredCell(double cell_size_m) {
   return {1, 1, 0, 0, cell_size_m > 0.0 ? cell_size_m : 1.0, {kUnexploredByte}};
 }
@@ -123,15 +133,7 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
   files.Write("map.yaml", FormatMapYaml(results.grid));
   files.Write("overview.png", EncodeOverview(results));
   files.Write("trajectory.tum", [&](const Sink& sink) {
-    constexpr std::size_t kPieceBytes = std::size_t{1} << 16;
-    std::string piece;
-    results.matches.ForEach([&](const ScanMatch& match) {
-      AppendPose({match.utime, match.T_map_laser}, piece);
-      if (piece.size() < kPieceBytes) return;
-      sink(piece);
-      piece.clear();
-    });
-    sink(piece);
+    results.trajectory_text ? results.trajectory_text(sink) : FormatTrajectory(results.matches, sink);
   });
   if (!results.truth.empty()) files.Write("truth.tum", FormatTrajectory(results.truth));
   files.Write("summary.json", results.summary_json);

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/map/dense_grid.hpp"
@@ -11,6 +13,9 @@
 
 namespace crsm {
 
+/// Takes the next piece of a file; false after an error, when no more is needed.
+using Sink = std::function<bool(std::string_view)>;
+
 /// What a run leaves behind, or has so far.
 struct Results {
   DenseGrid grid;            ///< may be empty
@@ -18,6 +23,9 @@ struct Results {
   Trajectory truth;          ///< where the laser truly stood, from its first pose; empty if nobody knows
   CriticalRays last_scan;    ///< drawn if `matches` has its pose
   std::string summary_json;  ///< made by FormatSummary
+  /// Gives the text of trajectory.tum where it is made already, so that a long one is not made again for each writing;
+  /// where this is empty it is made of `matches`.
+  std::function<void(const Sink&)> trajectory_text = {};
 };
 
 /// Writes into `dir`, which is made if need be:

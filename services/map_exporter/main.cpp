@@ -5,7 +5,9 @@
 
 #include <thread>
 
+#include "common/logs/temporary_file.hpp"
 #include "common/map/byte_map.hpp"
+#include "common/metrics/trajectory.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "services/runtime/conversions.hpp"
@@ -24,7 +26,7 @@ class MapExporter {
         service_(command_line),
         map_follower_(service_, {[this](double cell_size_m) { Begin(cell_size_m); },
                                  [this](std::span<const TileChange> changes) { return Apply(changes); },
-                                 [this](const ScanMatch& match) { matches_.Append(match); }}) {
+                                 [this](const ScanMatch& match) { Add(match); }}) {
     Bus& bus = service_.bus();
     bus.Subscribe<critical_rays_t>(kCriticalRaysChannel,
                                    [this](const critical_rays_t& message) { last_scan_ = FromMessage(message); });
@@ -63,7 +65,24 @@ class MapExporter {
   void Begin(double cell_size_m) {
     map_.emplace(cell_size_m);
     matches_ = MatchStore();
+    trajectory_text_ = TemporaryFile();
     written_version_ = 0;
+  }
+
+  void Add(const ScanMatch& match) {
+    matches_.Append(match);
+    std::string line;
+    AppendPose({match.utime, match.T_map_laser}, line);
+    trajectory_text_.Append({reinterpret_cast<const std::uint8_t*>(line.data()), line.size()});
+  }
+
+  void CopyTrajectory(const Sink& sink) const {
+    std::string piece(std::size_t{1} << 16, '\0');
+    for (std::uint64_t at = 0; at < trajectory_text_.size(); at += piece.size()) {
+      piece.resize(std::min<std::uint64_t>(piece.size(), trajectory_text_.size() - at));
+      trajectory_text_.Read(at, {reinterpret_cast<std::uint8_t*>(piece.data()), piece.size()});
+      if (!sink(piece)) return;
+    }
   }
 
   bool Apply(std::span<const TileChange> changes) {
@@ -112,6 +131,7 @@ class MapExporter {
     Results results;
     if (map_) results.grid = map_->ToDenseGrid();
     results.matches = matches_.Sequence();
+    results.trajectory_text = [this](const Sink& sink) { CopyTrajectory(sink); };
     results.last_scan = last_scan_;
     results.summary_json = FormatSummary(MakeSummary(results));
     WriteResults(command_line_.settings().out, results);
@@ -138,6 +158,7 @@ class MapExporter {
   Service service_;
   std::optional<ByteMap> map_;  ///< none before the map's owner was heard
   MatchStore matches_;
+  TemporaryFile trajectory_text_;  ///< trajectory.tum so far
   MapFollower map_follower_;
   CriticalRays last_scan_;
   std::map<std::string, service_status_t> statuses_;

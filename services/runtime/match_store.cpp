@@ -1,38 +1,33 @@
 #include "services/runtime/match_store.hpp"
 
+#include <algorithm>
+#include <span>
+#include <type_traits>
 #include <vector>
-
-#include "services/runtime/conversions.hpp"
 
 namespace crsm {
 namespace {
 
-std::size_t RecordBytes() {
-  static const auto kBytes = static_cast<std::size_t>(scan_match_t{}.getEncodedSize());
-  return kBytes;
-}
+// The file is this process's own: a match lies in it as it lies in memory.
+static_assert(std::is_trivially_copyable_v<ScanMatch>);
 
-ScanMatch DecodeRecord(std::span<const std::uint8_t> record) {
-  scan_match_t message;
-  message.decode(record.data(), 0, static_cast<int>(record.size()));
-  return FromMessage(message);
+std::span<std::uint8_t> BytesOf(std::span<ScanMatch> matches) {
+  return {reinterpret_cast<std::uint8_t*>(matches.data()), matches.size_bytes()};
 }
 
 }  // namespace
 
 void MatchStore::Append(const ScanMatch& match) {
-  const scan_match_t message = ToMessage(match);
-  std::vector<std::uint8_t> record(RecordBytes());
-  message.encode(record.data(), 0, static_cast<int>(record.size()));
-  file_.Append(record);
+  ScanMatch copy = match;
+  file_.Append(BytesOf({&copy, 1}));
   utimes_.Add(match.utime);
   ++size_;
 }
 
 ScanMatch MatchStore::At(std::int64_t index) const {
-  std::vector<std::uint8_t> record(RecordBytes());
-  file_.Read(static_cast<std::uint64_t>(index) * record.size(), record);
-  return DecodeRecord(record);
+  ScanMatch match;
+  file_.Read(static_cast<std::uint64_t>(index) * sizeof(ScanMatch), BytesOf({&match, 1}));
+  return match;
 }
 
 std::optional<ScanMatch> MatchStore::Find(std::int64_t utime) const {
@@ -43,13 +38,11 @@ std::optional<ScanMatch> MatchStore::Find(std::int64_t utime) const {
 MatchSequence MatchStore::Sequence() const {
   return MatchSequence([this](const MatchSequence::Visit& visit) {
     constexpr std::int64_t kAtOnce = 256;
-    std::vector<std::uint8_t> records;
+    std::vector<ScanMatch> matches;
     for (std::int64_t first = 0; first < size_; first += kAtOnce) {
-      records.resize(static_cast<std::size_t>(std::min(kAtOnce, size_ - first)) * RecordBytes());
-      file_.Read(static_cast<std::uint64_t>(first) * RecordBytes(), records);
-      for (std::size_t at = 0; at < records.size(); at += RecordBytes()) {
-        visit(DecodeRecord(std::span(records).subspan(at, RecordBytes())));
-      }
+      matches.resize(static_cast<std::size_t>(std::min(kAtOnce, size_ - first)));
+      file_.Read(static_cast<std::uint64_t>(first) * sizeof(ScanMatch), BytesOf(matches));
+      std::for_each(matches.begin(), matches.end(), visit);
     }
   });
 }

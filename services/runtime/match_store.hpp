@@ -27,7 +27,7 @@ class MatchStore {
   MatchSequence Sequence() const;
 
  private:
-  TemporaryFile file_;  ///< of scan_match_t, all of one size
+  TemporaryFile file_;
   UtimeIndex utimes_;
   std::int64_t size_ = 0;
 };
