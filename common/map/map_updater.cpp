@@ -163,8 +163,19 @@ void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vect
 
 /// To be called before anything else is marked.
 void MapUpdater::MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {
+  std::uint8_t* marks = nullptr;         // those of the tile in which the walk is ...
+  Cell corner{-2 * kMaxCell, kMaxCell};  // ... and its first cell
   WalkCells(from_cells, to_cells, [&](Cell cell) {
-    if (std::uint8_t* mark = FindMark(cell)) *mark = kFreeMark;
+    int right = cell.x - corner.x;
+    int up = cell.y - corner.y;
+    if (static_cast<unsigned>(right | up) >= kTileSide) {
+      Tile* tile = MarkTile(TileOf(cell));
+      marks = tile ? tile->marks.data() : nullptr;
+      corner = CellsOf(TileOf(cell)).low;
+      right = cell.x - corner.x;
+      up = cell.y - corner.y;
+    }
+    if (marks) marks[up * kTileSide + right] = kFreeMark;
   });
 }
 
@@ -187,14 +198,23 @@ void MapUpdater::MarkHit(const Eigen::Vector2d& at_cells) {
   const Cell low = CellOf(from_centre);
   const double right = from_centre.x() - low.x;
   const double up = from_centre.y() - low.y;
-  const auto MarkShare = [&](int dx, int dy, double share) {
-    const auto mark = static_cast<std::uint8_t>(std::min(1.0, parameters_.hit_spread * share) * kOccupiedMark);
-    if (mark > kFreeMark) Mark({low.x + dx, low.y + dy}, mark);
+  const auto ToMark = [&](double share) {
+    const int mark = static_cast<int>(std::min(1.0, parameters_.hit_spread * share) * kOccupiedMark);
+    return static_cast<std::uint8_t>(If(mark > kFreeMark, mark));
   };
-  MarkShare(0, 0, (1.0 - right) * (1.0 - up));
-  MarkShare(1, 0, right * (1.0 - up));
-  MarkShare(0, 1, (1.0 - right) * up);
-  MarkShare(1, 1, right * up);
+  const std::array<std::uint8_t, 4> marks{ToMark((1.0 - right) * (1.0 - up)), ToMark(right * (1.0 - up)),
+                                          ToMark((1.0 - right) * up), ToMark(right * up)};
+  if ((low.x & kTileMask) < kTileMask && (low.y & kTileMask) < kTileMask) {  // all in one tile
+    std::uint8_t* slots = FindMark(low);
+    if (!slots) return;
+    const std::array<std::uint8_t*, 4> each{slots, slots + 1, slots + kTileSide, slots + kTileSide + 1};
+    for (std::size_t i = 0; i < 4; ++i) *each[i] = std::max(*each[i], marks[i]);
+    return;
+  }
+  for (int i = 0; i < 4; ++i) {
+    const std::uint8_t mark = marks[static_cast<std::size_t>(i)];
+    if (mark > 0) Mark({low.x + (i & 1), low.y + (i >> 1)}, mark);
+  }
 }
 
 /// Each cell counts once a scan, by the largest share that an obstacle has in it.

@@ -20,6 +20,12 @@ constexpr double kMap_rad = 0.005;
 constexpr double kUnknown_m = 1.0;  // where nothing is told: as far as one gets between scans
 constexpr double kUnknown_rad = 0.3;
 
+/// Whether a chord is too short to tell a direction. Most are by far, which shows without a square root.
+bool IsShort(const Eigen::Vector2d& chord_m) {
+  const double squared_m2 = chord_m.squaredNorm();
+  return squared_m2 < 0.9 * kChord_m * kChord_m || std::sqrt(squared_m2) < kChord_m;
+}
+
 /// Unit normals of the surfaces on which the hits lie; zero where that is not known. Surfaces are joined hits, their
 /// direction the chord from some hits before to some hits after.
 Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size_m) {
@@ -30,22 +36,30 @@ Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size
     int first = i;
     int last = i;
     Eigen::Vector2d chord = Eigen::Vector2d::Zero();
-    for (bool grows = true; grows && chord.norm() < kChord_m;) {
+    for (bool grows = true; grows && IsShort(chord);) {
       grows = false;
       if (first > 0 && joined[static_cast<std::size_t>(first) - 1]) --first, grows = true;
       if (last + 1 < num && joined[static_cast<std::size_t>(last)]) ++last, grows = true;
       chord = hits_m.col(last) - hits_m.col(first);
     }
-    if (last - first < 2 || chord.norm() < kChord_m) continue;
+    if (last - first < 2 || IsShort(chord)) continue;
     normals.col(i) = Eigen::Vector2d(-chord.y(), chord.x()).normalized();
   }
   return normals;
 }
 
 bool IsOnWall(const ByteMap& map, Cell cell) {
-  const auto Occupied = [&](int x, int y) { return IsOccupied(map.At({x, y})); };
-  return Occupied(cell.x, cell.y) || Occupied(cell.x - 1, cell.y) || Occupied(cell.x + 1, cell.y) ||
-         Occupied(cell.x, cell.y - 1) || Occupied(cell.x, cell.y + 1);
+  const int x = cell.x & kTileMask;
+  const int y = cell.y & kTileMask;
+  if (x > 0 && x < kTileMask && y > 0 && y < kTileMask) {  // all in one tile
+    const ByteMap::Tile* tile = map.tiles().Find(TileOf(cell));
+    if (!tile) return false;
+    const std::uint8_t* at = tile->cells.data() + OffsetInTile(cell);
+    return IsOccupied(at[0]) || IsOccupied(at[-1]) || IsOccupied(at[1]) || IsOccupied(at[-kTileSide]) ||
+           IsOccupied(at[kTileSide]);
+  }
+  const auto Occupied = [&](int dx, int dy) { return IsOccupied(map.At({cell.x + dx, cell.y + dy})); };
+  return Occupied(0, 0) || Occupied(-1, 0) || Occupied(1, 0) || Occupied(0, -1) || Occupied(0, 1);
 }
 
 /// Unit eigenvector of the smaller eigenvalue of a symmetric matrix, and that eigenvalue.
