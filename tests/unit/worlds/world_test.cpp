@@ -122,7 +122,7 @@ TEST_CASE("a world is loaded by its name or from its file") {
   CHECK(LoadWorldText(file.path()) == kRoom);
   CHECK(ErrorOf([] { LoadWorld("no_such"); }) ==
         "there is no world file no_such and no built-in world of that name; built in are corridor, demo, env1, env2, "
-        "env3, env4");
+        "env3, env4, hall, twins");
 }
 
 TEST_CASE("corners, people and the laser's options are read") {
@@ -226,7 +226,7 @@ TEST_CASE("rays in the demo world end where walking in safe steps ends") {
 }
 
 TEST_CASE("the paths of the built-in worlds keep 0.25 m from every wall") {
-  for (const char* name : {"demo", "corridor", "env1", "env2", "env3", "env4"}) {
+  for (const std::string& name : ListBuiltInWorlds()) {
     CAPTURE(name);
     const World world = LoadWorld(name);
     double nearest_m = 1.0;
