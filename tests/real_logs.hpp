@@ -11,7 +11,7 @@ namespace crsm {
 /// Where the real logs are, which are no part of the project: $CRSM_DATA, or shared/data beside the project.
 inline std::filesystem::path RealLogFolder() {
   const char* folder = std::getenv("CRSM_DATA");
-  return folder ? folder : CRSM_SOURCE_DIR "/../shared/data";
+  return std::filesystem::path(folder ? folder : CRSM_SOURCE_DIR "/../shared/data").lexically_normal();
 }
 
 /// How often a test was skipped; the test programs end with kExitSkipped then, unless one failed.

@@ -123,7 +123,7 @@ class SegmentedScan {
     const auto num_rays = static_cast<int>(damping_.size());
     int low = parameters_.gap_threshold_rays;
     if (2 * num_rays <= low * parameters_.rays_max) return low;  // a gap that is halved leaves two of half its width
-    int high = num_rays;  // no gap is as wide
+    int high = num_rays;                                         // no gap is as wide
     while (low < high) {
       const int middle = (low + high) / 2;
       PickedRays picked(middle);

@@ -220,15 +220,20 @@ World ParseWorld(const std::string& text, const std::string& name) {
   return world;
 }
 
+std::vector<std::string> ListBuiltInWorlds() {
+  std::vector<std::string> names;
+  for (const BuiltInWorld& world : kBuiltInWorlds) names.emplace_back(world.name);
+  return names;
+}
+
 std::string LoadWorldText(const std::string& name) {
-  std::vector<std::string> built_in_names;
   for (const BuiltInWorld& world : kBuiltInWorlds) {
     if (world.name == name) return std::string(world.text);
-    built_in_names.emplace_back(world.name);
   }
   if (!std::filesystem::is_regular_file(name)) {
-    throw std::runtime_error(fmt::format(
-        "there is no world file {} and no built-in world of that name; built in are {}", name, ListOf(built_in_names)));
+    throw std::runtime_error(
+        fmt::format("there is no world file {} and no built-in world of that name; built in are {}", name,
+                    ListOf(ListBuiltInWorlds())));
   }
   std::ifstream file(name, std::ios::binary);
   if (!file) throw std::runtime_error(fmt::format("cannot read {}", name));

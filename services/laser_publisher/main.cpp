@@ -151,7 +151,7 @@ int main(int argc, char** argv) {
                                  {crsm::ParameterGroup::kSeed, crsm::ParameterGroup::kOdometry},
                                  {"lcm_url", "channel_prefix", "rate", "resend_s", "laser_channel"});
   std::string name;
-  command_line.app().add_option("SOURCE", name, "CARMEN log or LCM log, gzip or not; sim:NAME or sim:FILE")->required();
+  command_line.app().add_option("SOURCE", name, crsm::DescribeSources())->required();
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] {
     const crsm::Settings& settings = command_line.settings();

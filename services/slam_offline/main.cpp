@@ -130,7 +130,7 @@ int main(int argc, char** argv) {
                                  {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate},
                                  {"lcm_url", "channel_prefix", "out", "laser_channel", "localize", "start"});
   std::string name;
-  command_line.app().add_option("SOURCE", name, "CARMEN log or LCM log, gzip or not; sim:NAME or sim:FILE")->required();
+  command_line.app().add_option("SOURCE", name, crsm::DescribeSources())->required();
   std::string resume;
   command_line.app()
       .add_option("--resume", resume, "folder of an earlier run (its --out, or this one's): go on with its map")

@@ -13,6 +13,11 @@
 
 namespace crsm {
 
+std::string DescribeSources() {
+  return fmt::format("CARMEN log or LCM log, gzip or not; sim:FILE, or sim:NAME of {}",
+                     fmt::join(ListBuiltInWorlds(), ", "));
+}
+
 std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options) {
   constexpr std::string_view kSimulated = "sim:";
   if (name.starts_with(kSimulated)) {

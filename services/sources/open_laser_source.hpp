@@ -13,6 +13,9 @@ struct SourceOptions {
   std::string channel;     ///< of an LCM log; empty for the first that has a laser
 };
 
+/// What `name` of OpenLaserSource may be, for --help.
+std::string DescribeSources();
+
 /// Opens what `name` says: "sim:NAME" a built-in world, "sim:FILE" a world file, else a CARMEN or LCM log. Which kind
 /// of log it is, and whether gzip has compressed it, is found from its content. Throws std::runtime_error, one line, if
 /// there is no such thing, if it has no laser, or if the world file is wrong.

@@ -18,7 +18,8 @@ TEST_CASE("simulated drives are as accurate as they were measured to be, with th
 }
 
 TEST_CASE("real drives are as accurate as they were measured to be, with the presets that are shipped", "[logs]") {
-  CheckGate(RealCourses());
+  const std::vector<Course> courses = RealCourses();
+  if (!courses.empty()) CheckGate(courses);
 }
 
 }  // namespace crsm

@@ -13,7 +13,7 @@ struct Drive {
   std::string source;          ///< sim:NAME, or the path of a log
   std::string preset = {};     ///< of scripts/presets; empty for none
   std::string relations = {};  ///< the path of what is known about the log; empty for none
-  Pose2 T_robot_laser = {};    ///< what the relations are of is the robot
+  Pose2 T_robot_laser = {};    ///< where the laser stands on the robot, whose poses the relations are of
 };
 
 /// What one run came to. Errors are 0 where no truth is known.

@@ -7,6 +7,7 @@
 
 #include "catch.hpp"
 #include "processes.hpp"
+#include "real_logs.hpp"
 
 using namespace crsm;
 
@@ -68,14 +69,11 @@ TEST_CASE("slam_offline takes what the services are told of their bus, and what 
   CheckSameFiles(shared, alone, kMapFiles);
 }
 
-TEST_CASE("five processes in lockstep make the files that one process makes from a real log") {
-  const fs::path log = CRSM_SOURCE_DIR "/../shared/data/radish/fr079.clf.gz";
-  if (!fs::exists(log)) {
-    WARN("skipped: there is no " << log);
-    return;
-  }
+TEST_CASE("five processes in lockstep make the files that one process makes from a real log", "[logs]") {
+  const auto log = FindRealLog("radish/fr079.clf.gz");
+  if (!log) return;
   const TemporaryFolder folder;
-  const fs::path offline = MapOffline(TakeScans(log.string(), 400), folder / "offline", {"--preset", "sick"});
+  const fs::path offline = MapOffline(TakeScans(*log, 400), folder / "offline", {"--preset", "sick"});
   Stack stack({MakeBusUrl(), folder / "out", {"--preset", "sick"}});
   REQUIRE(stack.StartServices());
   REQUIRE(stack.StartPublisher((offline / "run.lcm").string(), "max"));

@@ -66,10 +66,4 @@ std::string ErrorOf(Call call) {
   return "";
 }
 
-/// A real log beside the project; empty where there is none.
-inline std::string RealLog(const std::string& name) {
-  const std::string path = std::string(CRSM_SOURCE_DIR) + "/../shared/data/" + name;
-  return std::filesystem::exists(path) ? path : "";
-}
-
 }  // namespace crsm

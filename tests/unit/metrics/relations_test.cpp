@@ -13,6 +13,7 @@
 
 #include "catch.hpp"
 #include "common/logs/gzip_file.hpp"
+#include "real_logs.hpp"
 
 using namespace crsm;
 
@@ -149,15 +150,13 @@ TEST_CASE("errors agree with homogeneous matrices, wherever the laser stands on 
   Check(errors.rotation_rad, rotations_rad);
 }
 
-TEST_CASE("every moment of the real relations is a scan of the real log") {
-  const std::filesystem::path folder = CRSM_SOURCE_DIR "/../shared/data/radish";
-  if (!std::filesystem::exists(folder / "fr079.relations")) {
-    WARN("skipped: no real logs in " << folder);
-    return;
-  }
+TEST_CASE("every moment of the real relations is a scan of the real log", "[logs]") {
+  const auto log_path = FindRealLog("radish/fr079.clf.gz");
+  const auto relations_path = FindRealLog("radish/fr079.relations");
+  if (!log_path || !relations_path) return;
   // The last three words of a FLASER line are ipc_timestamp, host, logger_timestamp; before them x y theta of the
   // laser and of the robot's odometry.
-  GzipFile log(folder / "fr079.clf.gz");
+  GzipFile log(*log_path);
   Trajectory odometry;
   while (const auto line = log.ReadLine()) {
     if (line->text.rfind("FLASER ", 0) != 0) continue;
@@ -173,7 +172,7 @@ TEST_CASE("every moment of the real relations is a scan of the real log") {
     REQUIRE(stream);
     odometry.push_back({ToUtime(t_s), laser});
   }
-  const auto relations = ReadRelations(folder / "fr079.relations");
+  const auto relations = ReadRelations(*relations_path);
   const RelationErrors errors = EvaluateRelations(relations, odometry, {-0.04, 0.0, 0.0});
   CHECK(errors.num_used == 1685);
   CHECK(errors.num_missing == 0);

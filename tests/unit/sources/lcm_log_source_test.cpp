@@ -8,6 +8,7 @@
 
 #include "catch.hpp"
 #include "lcm_events.hpp"
+#include "real_logs.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/sources/laser_types.hpp"
 #include "services/sources/open_laser_source.hpp"
@@ -311,13 +312,10 @@ TEST_CASE("a source that cannot be opened is an error of one line") {
   CHECK(error_of("sim:no_such").find("built in are corridor, demo") != std::string::npos);
 }
 
-TEST_CASE("the real LCM log has the sweeps that its description says") {
-  const std::string path = RealLog("lcm/mbot_convex.lcmlog.gz");
-  if (path.empty()) {
-    WARN("skipped: no lcm/mbot_convex.lcmlog.gz beside the project");
-    return;
-  }
-  LcmLogSource source(path, "");
+TEST_CASE("the real LCM log has the sweeps that its description says", "[logs]") {
+  const auto path = FindRealLog("lcm/mbot_convex.lcmlog.gz");
+  if (!path) return;
+  LcmLogSource source(*path, "");
   const auto scans = ReadAll(source);
   CHECK(scans.size() == 459);
   CHECK(source.Counts() == std::map<std::string, std::int64_t>{{"bad_event", 0}, {"truncated", 0}});

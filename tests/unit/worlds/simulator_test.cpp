@@ -40,6 +40,17 @@ TEST_CASE("what is beyond the laser's reach is no return") {
   CHECK(scan->ranges_m[2] == Approx(2.0));
 }
 
+TEST_CASE("with an angle scale, beams look at that share of the angle that the scan says") {
+  Simulator simulator(Room("waypoint 1 1\nwaypoint 1 2\n", "laser 360 4 9 10 0 angle_scale 0.95\n"), 1);
+  const auto scan = simulator.Next();
+  REQUIRE(scan);
+  CHECK(scan->angle_min_rad == static_cast<float>(-kPi));
+  CHECK(scan->angle_step_rad == static_cast<float>(kPi / 2.0));
+  // Looking up from 3 m before the right wall, the beam to the right is 4.5 degrees ahead of the perpendicular.
+  CHECK(scan->ranges_m[1] == Approx(3.0 / std::cos(4.5 * kPi / 180.0)).epsilon(1e-6));
+  CHECK(scan->ranges_m[2] == Approx(2.0).epsilon(1e-6));
+}
+
 TEST_CASE("the laser drives straight, turns on the spot and drives on, at the world's speeds") {
   Simulator simulator(Room("waypoint 1 1\nwaypoint 2 1\nwaypoint 2 2\n"), 1);
   std::vector<Pose2> poses;

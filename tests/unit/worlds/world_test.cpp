@@ -226,7 +226,7 @@ TEST_CASE("rays in the demo world end where walking in safe steps ends") {
 }
 
 TEST_CASE("the paths of the built-in worlds keep 0.25 m from every wall") {
-  for (const char* name : {"demo", "corridor", "env1", "env2", "env3", "env4"}) {
+  for (const std::string& name : ListBuiltInWorlds()) {
     CAPTURE(name);
     const World world = LoadWorld(name);
     double nearest_m = 1.0;
