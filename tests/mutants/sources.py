@@ -13,7 +13,7 @@ SOURCES = [
     "common/match/*.?pp",
     "common/slam.?pp",
     # the checks of what comes over the wire
-    "services/runtime/wire.?pp",
+    "services/runtime/wire*.?pp",
     # the replica of the map, what waits for it, and who answers its requests
     "services/runtime/map_replica.?pp",
     "services/runtime/map_follower.?pp",
