@@ -61,7 +61,7 @@ inline Cell CellAt(TileIndex tile, int offset) {
 /// All cells of a tile.
 inline CellRectangle CellsOf(TileIndex tile) { return {CellAt(tile, 0), CellAt(tile, kTileCells - 1)}; }
 
-/// A rectangle of tiles, row by row, with one more column and row: what lies beyond the rectangle comes to those.
+/// A rectangle of tiles, row by row, with one more column and row: that padding absorbs out-of-range look-ups.
 struct TileRectangle {
   TileIndex origin;  ///< the lower left tile
   unsigned width = 0;

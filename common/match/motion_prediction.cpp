@@ -20,7 +20,7 @@ bool IsMotion(const Pose2& motion) {
 
 /// Whether odometry told the last motions that were matched no worse than the velocity model would have.
 bool OdometryHolds(std::span<const ScanMatch> recent, const MatchParameters& parameters) {
-  constexpr std::size_t kMotions = 5;
+  constexpr std::size_t kMotions = 5;    // a second of a laser at 5 Hz
   constexpr double kTolerance_m = 0.02;  // for each motion: what a good match may be off
   double excess_m = 0.0;
   for (std::size_t i = 0; i < kMotions && i + 1 < recent.size(); ++i) {

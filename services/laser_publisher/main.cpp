@@ -114,8 +114,8 @@ class LaserPublisher {
   /// Live: the time between two scans as it was recorded, over the rate. No time difference is trusted unchecked: one
   /// that goes back is none, and a recorder that paused is not waited for.
   void SleepUntilDue(std::int64_t gap_us) {
-    constexpr double kLongestGapS = 5.0;
-    const double gap_s = std::clamp(static_cast<double>(gap_us) * 1e-6, 0.0, kLongestGapS);
+    constexpr double kLongestGap_s = 5.0;
+    const double gap_s = std::clamp(static_cast<double>(gap_us) * 1e-6, 0.0, kLongestGap_s);
     due_ = std::max(due_, Clock::now() - std::chrono::seconds(1));  // a publisher that fell far behind does not rush
     due_ += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(gap_s / rate_));
     while (Clock::now() < due_ && !StopRequested()) {

@@ -14,7 +14,7 @@ template <class Item, std::size_t kMost>
 class HeldByUtime {
  public:
   void Hold(Item item) {
-    if (item.utime <= newest_utime_ && Find(item.utime)) return;  // newer than all so far, it is surely not there
+    if (item.utime <= newest_utime_ && Find(item.utime)) return;  // newer than everything held: skip the search
     newest_utime_ = std::max(newest_utime_, item.utime);
     if (items_.size() == kMost) items_.pop_front();
     items_.push_back(std::move(item));
