@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "common/scan/ray_selection.hpp"
+#include "common/scan/ray_selector.hpp"
 #include "services/runtime/conversions.hpp"
 #include "wire_messages.hpp"
 
@@ -11,12 +11,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto laser = Decode<bot_core::planar_lidar_t>({data, size});
   if (!laser) return 0;
   const LaserScan scan = FromMessage(*laser);
-  const ValidRays rays = FindValidRays(scan, {});
   for (const auto method :
        {SelectionMethod::kAll, SelectionMethod::kUniform, SelectionMethod::kDensity, SelectionMethod::kSegments}) {
-    SelectionParameters parameters;
-    parameters.method = method;
-    const critical_rays_t answer = ToMessage(scan.utime, rays, SelectRays(rays, parameters));
+    Parameters parameters;
+    parameters.selection.method = method;
+    const critical_rays_t answer = ToMessage(RaySelector(parameters).Select(scan));
     if (!Decode<critical_rays_t>(Encode(answer))) std::abort();
   }
   return 0;
