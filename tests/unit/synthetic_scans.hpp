@@ -4,15 +4,18 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "common/map/byte_map.hpp"
+#include "common/map/map_updater.hpp"
 #include "common/match/tracking_state.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/laser_scan.hpp"
 #include "common/scan/ray_selector.hpp"
 #include "common/scan/scan_match.hpp"
+#include "common/worlds/world.hpp"
 
 namespace crsm {
 
@@ -179,6 +182,29 @@ inline TrackingState After(const std::vector<ScanMatch>& matches) {
   TrackingState state = grows ? TrackingState() : TrackingState::OnFinishedMap();
   for (const ScanMatch& match : matches) state.Add(match);
   return state;
+}
+
+/// The critical rays of a scan, as a selector picks them with the parameters that ship.
+inline CriticalRays ShippedRays(const LaserScan& scan) { return RaySelector(Parameters{}).Select(scan); }
+
+/// All round from a place among walls; nothing is seen beyond 8 m.
+inline LaserScan ScanWalls(const std::vector<Wall>& walls, const Pose2& T_map_laser, std::int64_t utime) {
+  const auto Range = [&](double x_m, double y_m, double angle_rad) {
+    const double range_m = CastRay(walls, {x_m, y_m}, ComputeSinCos(angle_rad));
+    return range_m < 8.0 ? range_m : 0.0;
+  };
+  return ScanAllRound(Range, T_map_laser, utime, 360);
+}
+
+/// On a map that grows, after eleven scans that were matched at one place with that fitness, and some that were lost.
+inline TrackingState AfterStanding(const Pose2& T_map_laser, double fitness, int num_lost = 0,
+                                   const std::optional<Pose2>& T_odom_robot = {}) {
+  std::vector<ScanMatch> matches;
+  for (int k = 0; k < 12 + num_lost; ++k) {
+    const MatchState state = k == 0 ? MatchState::kFirst : k < 12 ? MatchState::kOk : MatchState::kLost;
+    matches.push_back({k, T_map_laser, fitness, 1, 1, 0, state, 0, {}, {}, T_odom_robot});
+  }
+  return After(matches);
 }
 
 }  // namespace crsm

@@ -156,6 +156,18 @@ TEST_CASE("no explored cell has the byte of an unexplored one") {
   }
 }
 
+TEST_CASE("a cell just off one half keeps its side of the byte of unexplored cells") {
+  Parameters parameters = TestParameters();
+  parameters.update.intensity = 0.001;  // 0.5 -+ 0.0005 is 127.4 and 127.6 in 255ths, and 127 is kept
+  parameters.update.occupied_density = 1.0;
+  TestMap map(parameters);
+  map.Draw(Beam(1.0f), kInCell);
+  CHECK(map.At(20, 0) == 126);
+  CHECK(map.At(10, 0) == 128);
+  CHECK(IsOccupied(static_cast<std::uint8_t>(map.At(20, 0))));
+  CHECK(IsFree(static_cast<std::uint8_t>(map.At(10, 0))));
+}
+
 TEST_CASE("the intensity of the update is the scan's mean sparseness") {
   Parameters parameters = TestParameters();
   parameters.update.sparseness_intensity = true;

@@ -139,4 +139,56 @@ TEST_CASE("agreement is the share of rays that reach the wall that they measured
   CHECK(ComputeAgreement(map.map.cells(), Hits(ScanRoom(pose)), pose) < 0.95);
 }
 
+TEST_CASE("a map that lies elsewhere by whole tiles is searched in the same way") {
+  // Cells have negative coordinates in one, positive ones in the other: larger cells must hold the same of them.
+  const auto Elsewhere = [](int tiles) {
+    return TestMap(tiles - 1, tiles + 1, [=](Cell cell) {
+      return NicheByte({cell.x - 64 * tiles, cell.y - 64 * tiles});
+    });
+  };
+  const LaserScan scan = ScanNiche({-1.3, 0.7, 0.9});
+  const GlobalMatch here = Elsewhere(0).Search(scan);
+  for (const int tiles : {-10, 10}) {
+    const GlobalMatch there = Elsewhere(tiles).Search(scan);
+    CHECK(there.evaluations == here.evaluations);
+    CHECK(there.T_map_laser.x_m == Approx(here.T_map_laser.x_m + 3.2 * tiles).margin(1e-9));
+    CHECK(there.T_map_laser.y_m == Approx(here.T_map_laser.y_m + 3.2 * tiles).margin(1e-9));
+    CHECK(there.T_map_laser.yaw_rad == here.T_map_laser.yaw_rad);
+    CHECK(there.score == here.score);
+    CHECK(there.runner_up == here.runner_up);
+  }
+}
+
+TEST_CASE("what was within 0.3 m of the laser when the map was made does not hide the walls behind it") {
+  const Pose2 pose{-1.0, 0.5, 0.0};
+  const Eigen::Matrix2Xd hits_m = Hits(ScanNiche(pose));
+  const auto AgreementBehind = [&](double range_m) {  // of something all round the laser
+    const auto Paint = [&](Cell cell) {
+      const double away_m = std::hypot((cell.x + 0.5) * 0.05 - pose.x_m, (cell.y + 0.5) * 0.05 - pose.y_m);
+      return std::abs(away_m - range_m) < 0.05 ? kOccupiedByte : NicheByte(cell);
+    };
+    return ComputeAgreement(PaintMap(-1, 1, Paint), hits_m, pose);
+  };
+  CHECK(AgreementBehind(0.2) > 0.98);   // the hand of who carried it
+  CHECK(AgreementBehind(0.42) < 0.02);  // a wall
+}
+
+TEST_CASE("a wall that is nearer to the laser than 0.3 m is agreed with") {
+  const Pose2 pose{kRoomLeftM + 0.12, 0.5, 0.0};
+  // Half of the rays end there. Some of those along it end between two steps of the way.
+  CHECK(ComputeAgreement(Room().map.cells(), Hits(ScanRoom(pose)), pose) > 0.95);
+}
+
+TEST_CASE("a place convinces if it fits at all, and the next best one fits clearly less") {
+  const auto Convinces = [](double score, double runner_up) {
+    return GlobalMatch{{}, score, runner_up, 1}.IsConvincing();
+  };
+  CHECK(Convinces(0.46, 0.0));
+  CHECK_FALSE(Convinces(0.44, 0.0));
+  for (const double score : {0.5, 0.7, 1.0}) {
+    CHECK(Convinces(score, 0.79 * score));
+    CHECK_FALSE(Convinces(score, 0.81 * score));
+  }
+}
+
 }  // namespace crsm

@@ -48,6 +48,20 @@ TEST_CASE("the presumed way is the mean of the last four, and no motion through 
   CheckPose(PredictPose(history, parameters), history.back().T_map_laser, 1e-9);
 }
 
+TEST_CASE("the presumed turn is the last one alone: a robot turns soon in another way") {
+  const MatchParameters parameters = TestParameters().match;
+  std::vector<ScanMatch> history;
+  for (const double yaw_rad : {0.0, 0.1, 0.3, 0.6, 0.65}) history.push_back(MatchedAt(1, {1.0, 2.0, yaw_rad}));
+  CheckPose(PredictPose(history, parameters), {1.0, 2.0, 0.70}, 1e-9);
+}
+
+TEST_CASE("a robot that drives round a circle is presumed on the circle") {
+  const MatchParameters parameters = TestParameters().match;
+  const Pose2 step{0.1, 0.02, 0.3};
+  const auto history = Drive(9, step, step);
+  CheckPose(PredictPose({history.data(), 8}, parameters), history.back().T_map_laser, 1e-9);
+}
+
 TEST_CASE("by odometry the presumed pose is the last one and the motion of the wheels since") {
   const MatchParameters parameters = TestParameters().match;
   const auto history = Drive(8, kStep, kStep);

@@ -70,6 +70,35 @@ TEST_CASE("walls that are not on the map tell nothing") {
   CHECK(std::sqrt(uncertainty.covariance(0, 0)) > 0.9);
 }
 
+TEST_CASE("where one wall is seen to one side, errors of yaw and of position go together as they do on that wall") {
+  // A wall ahead at x = 4.025 m that is seen at its left end only, y > 0: who takes the laser to be turned too far to
+  // the left sees that piece nearer, and takes the laser to be too far to the right. So x and yaw err alike there, and
+  // against each other at the other end; of a wall to the left, seen ahead, y and yaw err against each other.
+  struct Piece {
+    double from_rad, to_rad;  // seen from the origin, map frame
+    int coupled;              // index of the coordinate across the wall
+    double sign;
+  };
+  for (const auto& [from_rad, to_rad, coupled, sign] :
+       {Piece{0.15, 0.6, 0, 1.0}, {-0.45, -0.15, 0, -1.0}, {1.0, 1.4, 1, -1.0}, {1.7, 2.2, 1, 1.0}}) {
+    for (const double yaw_rad : {0.0, 0.8, -2.0}) {
+      const Pose2 pose{0.0, 0.0, yaw_rad};
+      const Eigen::Matrix2Xd all_m = ComputeHits(FindValidRays(ScanRoom(pose), TestParameters().scan));
+      std::vector<Eigen::Vector2d> seen_m;
+      for (Eigen::Index i = 0; i < all_m.cols(); ++i) {
+        const double angle_rad = WrapAngle(std::atan2(all_m(1, i), all_m(0, i)) + yaw_rad);
+        if (angle_rad > from_rad && angle_rad < to_rad) seen_m.emplace_back(all_m.col(i));
+      }
+      Eigen::Matrix2Xd hits_m(2, static_cast<Eigen::Index>(seen_m.size()));
+      for (std::size_t i = 0; i < seen_m.size(); ++i) hits_m.col(static_cast<Eigen::Index>(i)) = seen_m[i];
+      const Eigen::Matrix3d c = ComputeUncertainty(hits_m, pose, RoomMap()).covariance;
+      CAPTURE(from_rad, yaw_rad);
+      // How much they have in common depends on how long the piece is; no less than a fifth in these.
+      CHECK(sign * c(coupled, 2) / std::sqrt(c(coupled, coupled) * c(2, 2)) > 0.2);
+    }
+  }
+}
+
 TEST_CASE("without hits nothing is known") {
   const PoseUncertainty uncertainty = ComputeUncertainty(Eigen::Matrix2Xd(2, 0), {}, RoomMap());
   CHECK(uncertainty.degenerate);

@@ -1,6 +1,8 @@
 #include "common/match/rrhc_search.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "catch.hpp"
@@ -99,6 +101,32 @@ TEST_CASE("the same random numbers make the same search") {
   CHECK(best.pose == same.search.Run(task).best.pose);
   CHECK(one.asked == same.asked);
   CHECK_FALSE(best.pose == other.search.Run(task).best.pose);
+}
+
+TEST_CASE("a first climb that was good enough, on a small hill, does not end the search") {
+  const auto SmallHillFirst = [](const Pose2& pose) {
+    return std::max(0.5 + 10.0 * Hill(pose, {}, 0.0), OneHill(pose));
+  };
+  int num_found = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    TestSearch test(Endless(), SmallHillFirst, seed);
+    num_found += test.search.Run({{}, kWindow, 1, 5000, 0.4}).best.fitness > 0.5;
+  }
+  CHECK(num_found >= 5);  // on the other hill: each of the next two climbs comes so high in a third of the searches
+}
+
+TEST_CASE("on a plain a search stays where it is presumed, and its climbs end") {
+  const auto Plain = [](const Pose2&) { return 0.5; };
+  // A fixed climb is over with its first mutation, one that shrinks when 0.85^n < 0.02, n = 25.
+  for (const auto& [climb, num_mutations] : {std::pair{ClimbMode::kFixed, 1}, {ClimbMode::kShrinking, 25}}) {
+    for (const int num_draws : {1, 30}) {
+      TestSearch test(Endless(climb), Plain);
+      const SearchResult found = test.search.Run({kNear, kWindow, num_draws, 10000, 0.4});
+      CHECK(found.best.pose == kNear);
+      CHECK(found.best_evaluation == 1);
+      CHECK(found.evaluations == 1 + num_mutations + 2 * (num_draws + num_mutations));  // three climbs
+    }
+  }
 }
 
 }  // namespace crsm

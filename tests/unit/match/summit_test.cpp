@@ -1,6 +1,7 @@
 #include "common/match/summit.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "catch.hpp"
 #include "check_pose.hpp"
@@ -43,6 +44,34 @@ TEST_CASE("along an axis a higher hill is found within reach") {
   CHECK(Look(kAxis, 0.5, 0.02) == kTop);             // out of reach
   CHECK(Look(kAxis, 1.0, 0.11) == kTop);             // not so much higher
   CHECK(Look({0.6, 0.8}, 1.0, 0.02) == kTop);        // not on the axis
+}
+
+TEST_CASE("on a plain a climb stays where it is, and ends") {
+  int num_asked = 0;
+  const auto Plain = [&](const Pose2&) {
+    if (++num_asked > 1000) throw std::runtime_error("the climb has no end");
+    return 0.5;
+  };
+  CHECK(ClimbToSummit(kTop, 0.05, 0.01, 6, Plain).pose == kTop);
+  CHECK(num_asked == 1 + 6 * 6);  // two directions on each of three axes, at each of six steps
+}
+
+TEST_CASE("a summit that is nearly flat has no middle, and one that falls a little more has one") {
+  const auto Centred = [](double fall) {  // all of it to the right
+    return CentreYaw({Pose2{}, 0.8}, 0.02, [&](const Pose2& pose) { return pose.yaw_rad > 0.0 ? 0.8 : 0.8 - fall; });
+  };
+  CHECK(Centred(0.009).yaw_rad == 0.0);           // noise
+  CHECK(Centred(0.011).yaw_rad == Approx(0.01));  // a parabola with equal values at 0 and 0.02
+  CHECK(Centred(0.3).yaw_rad == Approx(0.01));    // as steep as it may be
+}
+
+TEST_CASE("a look along an axis goes to both its ends and beyond neither, in steps along it") {
+  const Eigen::Vector2d axis(0.6, 0.8);
+  for (const double sign : {1.0, -1.0}) {
+    const auto Slope = [&](const Pose2& pose) { return sign * (0.6 * pose.x_m + 0.8 * pose.y_m); };
+    const Pose2 end = LookAlong({1.0, 2.0, 0.3}, axis, 0.5, 0.125, 0.02, Slope);
+    CheckPose(end, {1.0 + sign * 0.3, 2.0 + sign * 0.4, 0.3}, 1e-9);
+  }
 }
 
 }  // namespace crsm

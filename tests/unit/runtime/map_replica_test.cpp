@@ -269,6 +269,40 @@ TEST_CASE("a delta of a map that nobody owns makes the replica ask, and changes 
   }
 }
 
+TEST_CASE("a delta that leads on from a version that is not held is not applied, whatever version it makes") {
+  const bool wants_matches = GENERATE(true, false);
+  for (const std::int64_t base_version : {0, 2, 4}) {
+    MapOwner owner;
+    TestReplica replica(wants_matches);
+    Begin(replica, owner);
+    const auto before = replica.map.ToDenseGrid().cells;
+    auto parts = owner.Answer();
+    for (map_delta_t& part : parts) part.base_version = base_version;
+    replica.Handle(parts);
+    CHECK(replica.replica.version() == 3);
+    CHECK_FALSE(replica.replica.synced());
+    CHECK(replica.map.ToDenseGrid().cells == before);
+    replica.Ask(owner);
+    replica.CheckSameAs(owner);
+  }
+}
+
+TEST_CASE("a page of what changed since a later version than the one held does not make up for what is between") {
+  MapOwner owner;
+  TestReplica replica(GENERATE(true, false));
+  Begin(replica, owner);
+  for (int i = 0; i < 6; ++i) owner.Answer();
+  replica.replica.Doubt();
+  map_delta_t page = owner.Page({kRequester, owner.epoch, owner.version(), 0, 3, -1});  // no tile has changed since
+  REQUIRE(page.num_tiles == 0);
+  page.next_tile = -1;  // it says that it is the last one
+  replica.replica.Handle(page);
+  CHECK_FALSE(replica.replica.synced());
+  CHECK(replica.replica.version() == 3);
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
+}
+
 TEST_CASE("a late page of the old map does no lasting harm") {
   MapOwner owner;
   TestReplica replica(GENERATE(true, false));

@@ -64,6 +64,30 @@ TEST_CASE("both sides of a corner are joined up to it, and to each other where t
   CHECK(joined[3]);
 }
 
+TEST_CASE("hits that are far apart go on where the line of the others points, within 15 degrees") {
+  for (const double side : {1.0, -1.0}) {
+    const auto Bent = [&](double angle_deg) {  // 0.09 m along x, then 0.2 m
+      const double angle_rad = side * angle_deg * 3.14159265 / 180.0;
+      return Hits({{1.0, 0.0}, {1.09, 0.0}, {1.09 + 0.2 * std::cos(angle_rad), 0.2 * std::sin(angle_rad)}});
+    };
+    CHECK(FindSurfaces(Bent(14.5), kNearM, kMaxM)[1]);
+    CHECK_FALSE(FindSurfaces(Bent(15.5), kNearM, kMaxM)[1]);
+    CHECK_FALSE(FindSurfaces(Bent(180.0), kNearM, kMaxM)[1]);  // nor where they turn back
+  }
+}
+
+TEST_CASE("hits are of one line up to three times as far apart as the ones before or after") {
+  const auto Joined = [](double gap_m, double next_gap_m) {
+    return FindSurfaces(Hits({{1.0, 0.0}, {1.0, gap_m}, {1.0, gap_m + next_gap_m}}), kNearM, kMaxM);
+  };
+  CHECK(Joined(0.09, 0.26) == std::vector<bool>{true, true});
+  CHECK(Joined(0.09, 0.28) == std::vector<bool>{true, false});
+  CHECK(Joined(0.26, 0.09) == std::vector<bool>{true, true});
+  CHECK(Joined(0.28, 0.09) == std::vector<bool>{false, true});
+  CHECK(Joined(0.2, 0.59) == std::vector<bool>{true, true});
+  CHECK(Joined(0.2, 0.61) == std::vector<bool>{false, false});
+}
+
 TEST_CASE("hits in one place are joined and continue no line") {
   const auto joined = FindSurfaces(Hits({{1.0, 0.0}, {1.0, 0.0}, {1.0, 0.5}}), kNearM, kMaxM);
   CHECK(joined == std::vector<bool>{true, false});

@@ -1,0 +1,103 @@
+#include "common/match/expectation.hpp"
+
+#include "catch.hpp"
+#include "synthetic_scans.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr double kUsual = 0.8;  // fitness of the scans before
+
+/// Half of the plane, x < 0, is explored.
+ByteMap HalfExplored() {
+  return PaintMap(-1, 0, [](Cell cell) { return cell.x < 0 ? kFreeByte : kUnexploredByte; });
+}
+
+/// Twenty hits, `num_explored` of them in the explored half.
+Eigen::Matrix2Xd Hits(int num_explored) {
+  Eigen::Matrix2Xd hits_m(2, 20);
+  for (int i = 0; i < 20; ++i) hits_m.col(i) << (i < num_explored ? -1.0 : 1.0), 0.1 * i;
+  return hits_m;
+}
+
+/// After scans that fitted as usual, and some that were lost.
+TrackingState AfterLosing(int num_lost, bool on_finished_map = false) {
+  std::vector<ScanMatch> matches{{0, {}, 0.0, 0, 0, 0, on_finished_map ? MatchState::kOk : MatchState::kFirst}};
+  if (on_finished_map) matches.front().fitness = kUsual;
+  for (int k = 1; k < 4; ++k) matches.push_back({k, {}, kUsual, 0, 0, 0, MatchState::kOk});
+  for (int k = 0; k < num_lost; ++k) matches.push_back({4 + k, {}, 0.1, 0, 0, 0, MatchState::kLost});
+  return After(matches);
+}
+
+/// The least fitness that explains a scan, to a thousandth.
+double LeastFitness(const TrackingState& tracking, int num_explored = 20) {
+  const Expectation expected(tracking, MatchParameters{});
+  const ByteMap map = HalfExplored();
+  for (int i = 0; i <= 1000; ++i) {
+    if (expected.IsMetBy({{}, 0.001 * i}, Hits(num_explored), map)) return 0.001 * i;
+  }
+  return 2.0;
+}
+
+}  // namespace
+
+TEST_CASE("a scan is explained by three quarters of the usual fitness, and by a tenth less after each of four losses") {
+  const double shares[] = {0.75, 0.675, 0.6075, 0.54675, 0.492075};
+  for (int num_lost = 0; num_lost < 5; ++num_lost) {
+    CHECK(LeastFitness(AfterLosing(num_lost)) == Approx(kUsual * shares[num_lost]).margin(0.001));  // as it is searched
+  }
+  for (const int num_lost : {5, 6, 50}) {
+    CHECK(LeastFitness(AfterLosing(num_lost)) == Approx(kUsual * shares[4]).margin(0.001));
+  }
+}
+
+TEST_CASE("on a finished map losses excuse nothing: the scene is known, and the robot was carried away") {
+  for (const int num_lost : {0, 1, 4, 50}) {
+    CHECK(LeastFitness(AfterLosing(num_lost, true)) == Approx(kUsual * 0.75).margin(0.001));
+  }
+}
+
+TEST_CASE("rays that look into the unknown need not fit, up to a fifth of them") {
+  // Of 20 rays: so many of them that end where the map is explored can fit as usual.
+  for (const int num_explored : {20, 19, 18, 17}) {
+    const double share = num_explored / 20.0;
+    CHECK(LeastFitness(AfterLosing(0), num_explored) == Approx(kUsual * 0.75 * share).margin(0.001));
+  }
+  for (const int num_explored : {16, 10, 0}) {
+    CHECK(LeastFitness(AfterLosing(0), num_explored) == Approx(kUsual * 0.75 * 0.8).margin(0.001));
+  }
+}
+
+TEST_CASE("what the hits see is told at the pose that was found") {
+  const Expectation expected(AfterLosing(0), MatchParameters{});
+  const double fitness = 0.7 * kUsual;  // enough where a fifth of the rays looks into the unknown, else too little
+  const ByteMap map = HalfExplored();
+  CHECK_FALSE(expected.IsMetBy({{0.0, 0.0, 0.0}, fitness}, Hits(20), map));
+  CHECK(expected.IsMetBy({{0.0, 0.0, kPi}, fitness}, Hits(20), map));
+  CHECK(expected.IsMetBy({{1.5, 0.0, 0.0}, fitness}, Hits(20), map));
+}
+
+TEST_CASE("the search stops a twentieth below the usual fitness, where there is one") {
+  CHECK(Expectation(AfterLosing(0), MatchParameters{}).enough() == Approx(0.95 * kUsual));
+  CHECK(Expectation(AfterLosing(9), MatchParameters{}).enough() == Approx(0.95 * kUsual));
+  const TrackingState second = After({{0, {}, 0.0, 0, 0, 0, MatchState::kFirst}});
+  CHECK(Expectation(second, MatchParameters{}).enough() == 1.0);  // only the best there is
+  CHECK(LeastFitness(second) == 0.0);                             // nothing tells what is too little
+}
+
+TEST_CASE("before a scan was found on a finished map it is expected to fit as scans of the mapped building do") {
+  for (const int num_lost : {0, 1, 30}) {
+    std::vector<ScanMatch> matches;
+    for (int k = 0; k < num_lost; ++k) matches.push_back({k, {}, 0.1, 0, 0, 0, MatchState::kLost});
+    const TrackingState tracking = After(matches);
+    const Expectation expected(tracking, MatchParameters{});
+    CHECK(expected.unknown());
+    CHECK(expected.enough() < 0.65);       // these have 0.65 to 0.8
+    CHECK(LeastFitness(tracking) > 0.4);   // walls that are not the building's are met by chance,
+    CHECK(LeastFitness(tracking) < 0.55);  // some noise and people are not
+  }
+  CHECK_FALSE(Expectation(AfterLosing(3, true), MatchParameters{}).unknown());
+  CHECK_FALSE(Expectation(TrackingState(), MatchParameters{}).unknown());
+}
+
+}  // namespace crsm

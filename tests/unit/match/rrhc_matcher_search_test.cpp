@@ -1,0 +1,125 @@
+#include <cmath>
+
+#include "catch.hpp"
+#include "check_pose.hpp"
+#include "common/match/rrhc_matcher.hpp"
+#include "common/math/random.hpp"
+#include "synthetic_scans.hpp"
+
+// How the matcher searches as it ships: with the parameters that nobody set.
+
+namespace crsm {
+namespace {
+
+/// A hall full of things of which no two stand or look alike, without a wall along which a climb could slide.
+std::vector<Wall> MakeHall() {
+  std::vector<Wall> walls;
+  Random random(5);
+  for (int i = -6; i <= 6; ++i) {
+    for (int j = -6; j <= 6; ++j) {
+      const double x_m = 1.1 * i + random.Uniform(-0.3, 0.3);
+      const double y_m = 1.1 * j + random.Uniform(-0.3, 0.3);
+      const double side_m = random.Uniform(0.1, 0.4);
+      if (j == 0 && i >= -1 && i <= 3) continue;  // where the robot drives
+      const Point corners[] = {
+          {x_m, y_m}, {x_m + side_m, y_m}, {x_m + side_m, y_m + side_m}, {x_m, y_m + side_m}, {x_m, y_m}};
+      for (int k = 0; k < 4; ++k) walls.push_back({corners[k], corners[k + 1]});
+    }
+  }
+  return walls;
+}
+
+/// The hall, and a matcher that knows it from a drive of 3.5 m.
+class Hall {
+ public:
+  Hall() {
+    MapUpdater updater(UpdateParameters{});
+    for (int k = 0; k < 12; ++k) {
+      const ScanMatch match = MatchedAt(k, {0.3 * k - 0.5, 0.3 * (k % 3) - 0.3, 0.0});
+      matcher_.Apply(updater.Update(ShippedRays(ScanWalls(walls_, match.T_map_laser, k)), match).tiles);
+    }
+  }
+
+  ScanMatch Match(const Pose2& truth, std::int64_t utime, const TrackingState& tracking) const {
+    return matcher_.Match(ShippedRays(ScanWalls(walls_, truth, utime)), tracking, {});
+  }
+
+  /// Of 20 scans taken so far from where the robot was last seen, `num_lost` scans ago: how many are found.
+  int CountFound(double way_m, int num_lost) const {
+    const TrackingState tracking = AfterStanding({}, kUsual, num_lost);
+    int num_found = 0;
+    for (int k = 0; k < 20; ++k) {
+      const Pose2 truth{way_m, 0.1 * (k % 5) - 0.2, k % 2 == 0 ? 0.1 : -0.1};
+      const ScanMatch match = Match(truth, 1000 + k, tracking);
+      num_found += match.state != MatchState::kLost && std::abs(match.T_map_laser.x_m - way_m) < 0.05;
+    }
+    return num_found;
+  }
+
+  static constexpr double kUsual = 0.75;  ///< fitness of scans that are matched in this hall: 0.70 to 0.78
+
+ private:
+  std::vector<Wall> walls_ = MakeHall();
+  RrhcMatcher matcher_{MatchParameters{}, 0.05};
+};
+
+}  // namespace
+
+TEST_CASE("as shipped, a robot that turned or was pushed further than the window is found by the wide search") {
+  const Hall hall;
+  const TrackingState standing = AfterStanding({}, Hall::kUsual);
+  for (const Pose2& truth : {Pose2{0.4, -0.3, 1.1}, {-0.3, 0.2, -1.0}, {0.5, 0.3, 0.7}}) {
+    const ScanMatch match = hall.Match(truth, 100, standing);
+    CHECK(match.state != MatchState::kLost);
+    CheckPose(match.T_map_laser, truth, 0.025);  // half a cell
+    CHECK(match.evaluations > MatchParameters{}.num_evaluations);
+  }
+}
+
+TEST_CASE("as shipped, most scans that fit as well as the last ones are found by a few short climbs") {
+  RrhcMatcher matcher({}, 0.05);
+  MapUpdater updater(UpdateParameters{});
+  for (int k = 0; k < 6; ++k) {
+    const ScanMatch match = MatchedAt(k, {0.31 * k - 1.0, 0.1 * k, 0.0});
+    matcher.Apply(updater.Update(ShippedRays(ScanNiche(match.T_map_laser, k)), match).tiles);
+  }
+  int num_short = 0;
+  for (int k = 0; k < 20; ++k) {
+    const Pose2 truth{0.02 * k - 0.2, 0.01 * k - 0.1, 0.005 * k};
+    const ScanMatch match = matcher.Match(ShippedRays(ScanNiche(truth, 100 + k)), AfterStanding({}, 0.8), {});
+    CheckPose(match.T_map_laser, truth, 0.025);  // half a cell
+    CHECK(match.fitness > 0.8);
+    num_short += match.evaluations < MatchParameters{}.num_evaluations / 4;
+  }
+  CHECK(num_short > 10);
+}
+
+TEST_CASE(
+    "as shipped, a robot lost for a scan or two is looked for where it was, lost for longer further and further") {
+  const Hall hall;
+  // The window is 0.6 m up to the second lost scan, and a quarter of that more for each later one: 0.9 m after four,
+  // 1.35 m after seven, 2.1 m after twelve and more.
+  constexpr int kMost = 18;  // in windows that are densely searched
+  constexpr int kFew = 7;    // whose climb walks a little way beyond
+  constexpr int kSome = 5;   // in the largest one 10,000 evaluations find two in five: but the next scan is another try
+  for (const int num_lost : {0, 1, 2}) {
+    CHECK(hall.CountFound(0.6, num_lost) >= kMost);
+    CHECK(hall.CountFound(0.8, num_lost) <= 10);
+    CHECK(hall.CountFound(1.2, num_lost) <= kFew);
+  }
+  CHECK(hall.CountFound(0.8, 4) >= kMost);
+  CHECK(hall.CountFound(1.2, 4) <= kFew);
+  CHECK(hall.CountFound(1.2, 7) >= 15);
+  CHECK(hall.CountFound(1.8, 7) <= kFew);
+  for (const int num_lost : {12, 100}) {
+    CHECK(hall.CountFound(1.8, num_lost) >= kSome);
+    CHECK(hall.CountFound(2.6, num_lost) <= 2);
+  }
+}
+
+TEST_CASE("as shipped, the wide search is not drawn back to where the robot was presumed") {
+  // At 1.8 m the pull would cost 1.6 of the fitness, which is 1 at most; see above for how many there are.
+  CHECK(Hall().CountFound(1.8, 12) >= 5);
+}
+
+}  // namespace crsm
