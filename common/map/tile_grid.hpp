@@ -73,22 +73,30 @@ struct TileRectangle {
     return std::size_t{std::min(Row(index), height)} * (width + 1) + std::min(Column(index), width);
   }
 
-  /// One that holds the tile too, with room ahead in steps of eight: a straight drive does not change it at every tile.
+  /// One that holds the tile too. A side that grows does so by half of it at least: what it costs to make a directory
+  /// of the larger one is a constant for each tile, however far the map grows.
   TileRectangle GrownTo(TileIndex index) const {
-    const auto Down = [](int value) { return value & ~7; };
-    const auto Up = [](int value) { return (value | 7) + 1; };
-    const bool empty = width == 0;
-    const TileIndex low{Down(empty ? index.x : std::min(origin.x, index.x)),
-                        Down(empty ? index.y : std::min(origin.y, index.y))};
-    const TileIndex high{empty ? Up(index.x) : std::max(origin.x + static_cast<int>(width), Up(index.x)),
-                         empty ? Up(index.y) : std::max(origin.y + static_cast<int>(height), Up(index.y))};
-    return {low, static_cast<unsigned>(high.x - low.x), static_cast<unsigned>(high.y - low.y)};
+    if (width == 0) return {index, 1, 1};
+    TileRectangle grown = *this;
+    Grow(grown.origin.x, grown.width, index.x);
+    Grow(grown.origin.y, grown.height, index.y);
+    return grown;
   }
 
  private:
   // As unsigned numbers, what is left of or below the rectangle is beyond its end.
   unsigned Column(TileIndex index) const { return static_cast<unsigned>(index.x - origin.x); }
   unsigned Row(TileIndex index) const { return static_cast<unsigned>(index.y - origin.y); }
+
+  static void Grow(int& low, unsigned& size, int index) {
+    constexpr int kLeast = 8;
+    const int step = std::max(kLeast, static_cast<int>(size / 2));
+    const int end = low + static_cast<int>(size);
+    const int new_low = index < low ? std::min(index, low - step) : low;
+    const int new_end = index >= end ? std::max(index + 1, end + step) : end;
+    low = new_low;
+    size = static_cast<unsigned>(new_end - new_low);
+  }
 };
 
 /// Tiles of cells that come into being where they are first touched: memory follows the explored area, and the map

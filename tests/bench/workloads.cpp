@@ -1,5 +1,7 @@
 #include "bench/workloads.hpp"
 
+#include <algorithm>
+#include <cstdlib>
 #include <memory>
 
 #include "unit/synthetic_scans.hpp"
@@ -8,6 +10,7 @@ namespace crsm::bench {
 namespace {
 
 constexpr int kBeams = 1080;
+constexpr double kRoomPitch_m = 8.0;
 const Pose2 kPose{0.13, -0.08, 0.05};
 
 Parameters BenchParameters(int num_evaluations) {
@@ -28,12 +31,11 @@ Site::Site(int num_rooms, int num_evaluations)
       map_(parameters_.update.cell_size_m, parameters_.match.unexplored_score, parameters_.match.interpolate),
       scan_(ScanRoom(kPose, 1, kBeams)),
       rays_(AllRays(scan_, parameters_.scan)) {
-  constexpr double kRoomPitchM = 8.0;
   constexpr int kRoomsInRow = 16;
   for (int room = 0; room < num_rooms; ++room) {
     ScanMatch match;
     match.utime = 1;
-    match.T_map_laser = {room % kRoomsInRow * kRoomPitchM, room / kRoomsInRow * kRoomPitchM, 0.0};
+    match.T_map_laser = {room % kRoomsInRow * kRoomPitch_m, room / kRoomsInRow * kRoomPitch_m, 0.0};
     const MapDelta delta = updater_.Update(AllRays(ScanRoom({}, 1, kBeams)), match);
     Apply(delta);
     map_.Apply(delta.tiles);
@@ -52,6 +54,27 @@ MapDelta Site::Update() {
   match.T_map_laser = kPose;
   match.state = MatchState::kOk;
   return updater_.Update(rays_, match);
+}
+
+std::size_t Site::Explore() {
+  ScanMatch match;
+  match.utime = scan_.utime;
+  match.T_map_laser = {next_room_.x * kRoomPitch_m, next_room_.y * kRoomPitch_m, 0.0};
+  match.state = MatchState::kOk;
+  Apply(updater_.Update(rays_, match));
+  // Round the origin: up on the right, left above, down on the left, right below and one further.
+  auto& [x, y] = next_room_;
+  const int ring = std::max(std::abs(x), std::abs(y));
+  if (x == ring && std::abs(y) < ring) {
+    ++y;
+  } else if (y == ring && x > -ring) {
+    --x;
+  } else if (x == -ring && y > -ring) {
+    --y;
+  } else {
+    ++x;
+  }
+  return updater_.num_tiles();
 }
 
 double Site::Evaluate(const RaysInCells& rays) const { return map_.Fitness(rays, kPose); }

@@ -26,6 +26,10 @@ class Site {
   /// So many rays of the scan, evenly spread.
   RaysInCells PickRays(int num_rays) const;
 
+  /// Draws the room of the next place on a spiral around the others, and takes over what changed. Returns how many
+  /// tiles the map has then.
+  std::size_t Explore();
+
   void Apply(const MapDelta& delta) { matcher_.Apply(delta.tiles); }
 
  private:
@@ -37,6 +41,7 @@ class Site {
   ScoredMap map_;
   LaserScan scan_;
   CriticalRays rays_;
+  Cell next_room_{1, 0};  ///< of the spiral
 };
 
 /// A fixed piece of work: the same instructions at every run.

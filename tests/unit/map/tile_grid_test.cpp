@@ -75,6 +75,21 @@ TEST_CASE("a rectangle grows to hold a tile, and what it held; what lies beyond 
   }
 }
 
+TEST_CASE("a rectangle around a map that grows on all sides changes a few times") {
+  TileRectangle rectangle;
+  int num_changes = 0;
+  for (int reach = 0; reach < 128; ++reach) {
+    for (const TileIndex index : {TileIndex{reach, reach}, {-reach, -reach}, {reach, -reach}}) {
+      if (rectangle.Contains(index)) continue;
+      rectangle = rectangle.GrownTo(index);
+      REQUIRE(rectangle.Contains(index));
+      ++num_changes;
+    }
+  }
+  CHECK(num_changes < 20);                        // 1.5^14 = 292 tiles a side, the first steps being longer
+  CHECK(rectangle.num_places() < 4 * 255 * 255);  // each side is less than twice as long as it has to be
+}
+
 TEST_CASE("a grid grows in any direction and loses nothing") {
   TileGrid<Tile> grid;
   std::map<TileIndex, Tile*> reference;
