@@ -71,9 +71,10 @@ TEST_CASE("walls that are not on the map tell nothing") {
 }
 
 TEST_CASE("where one wall is seen to one side, errors of yaw and of position go together as they do on that wall") {
-  // A wall ahead at x = 4.025 m that is seen at its left end only, y > 0: who takes the laser to be turned too far to
-  // the left sees that piece nearer, and takes the laser to be too far to the right. So x and yaw err alike there, and
-  // against each other at the other end; of a wall to the left, seen ahead, y and yaw err against each other.
+  // A wall ahead at x = 4.025 m of which only the left end is seen, y > 0: turned too far to the left, the laser would
+  // see that piece too near, unless it stood too far ahead as well. So x and yaw err alike there, and against each
+  // other at the right end. Of a wall to the left, y = 3.025 m, the piece that lies ahead makes y and yaw err against
+  // each other, the piece that lies behind alike.
   struct Piece {
     double from_rad, to_rad;  // seen from the origin, map frame
     int coupled;              // index of the coordinate across the wall

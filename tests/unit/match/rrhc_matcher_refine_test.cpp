@@ -106,6 +106,19 @@ TEST_CASE("as shipped, a pose that was found far off is not drawn back to where 
   CHECK(num_found >= 5);
 }
 
+TEST_CASE("as shipped, where neither search explains a scan, the last climb is not held back by the pull either") {
+  RrhcMatcher matcher({}, 0.05);
+  REQUIRE(matcher.Apply(PaintTiles(-1, 1, NicheByte)));
+  const Pose2 presumed{-2.5, 0.3, 0.0};
+  int num_found = 0;
+  for (int k = 0; k < 9; ++k) {  // far beyond both windows, but along the walls that fit already a climb gets there
+    const Pose2 truth{0.0, 0.1 + 0.1 * (k % 5), 0.1 * (k - 4)};
+    const ScanMatch match = matcher.Match(ShippedRays(ScanNiche(truth, 1000 + k)), AfterStanding(presumed, 0.85), {});
+    num_found += match.state == MatchState::kOk && std::abs(match.T_map_laser.x_m - truth.x_m) < 0.025;  // half a cell
+  }
+  CHECK(num_found >= 4);
+}
+
 TEST_CASE("as shipped, rays count by the outline that they stand for: what moved close by does not win by numbers") {
   // A room of 7 m, and 0.4 m to the left of the laser a board of 1.8 m: on it end a third of all rays, and twice as
   // many as on the wall to the right, which is three times as long.
