@@ -6,7 +6,7 @@ import re
 import shutil
 import subprocess
 
-MEMORY_LIMIT_KB = 4_000_000  # address space of each process
+MEMORY_LIMIT_KB = 16_000_000  # address space of each process; a map reserves 1 GB of it, most of which takes no memory
 FILE_LIMIT_KB = 2_000_000
 TIMEOUT_FACTOR = 10  # times what the suite takes without a fault
 LEAST_TIMEOUT_S = 30
