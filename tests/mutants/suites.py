@@ -2,6 +2,7 @@
 
 import dataclasses
 import os
+import pathlib
 import re
 import shutil
 import subprocess
@@ -10,6 +11,8 @@ MEMORY_LIMIT_KB = 16_000_000  # address space of each process; a map reserves 1 
 FILE_LIMIT_KB = 2_000_000
 TIMEOUT_FACTOR = 10  # times what the suite takes without a fault
 LEAST_TIMEOUT_S = 30
+SKIPPED = 77  # exit code of a suite that passed but for tests over logs that are not there
+REAL_LOGS = pathlib.Path(__file__).resolve().parents[3] / "shared/data"  # beside the project, where there are some
 GRACE_S = 10  # for a test program to say which test it was in
 
 # When the first process of the sandbox ends, the kernel ends all that are left in it.
@@ -70,10 +73,11 @@ def run_suite(workspace, suite, command_prefix, timeout_s):
     temporary.mkdir()
     program = workspace.build_folder / "bin" / suite.target
     command = [*command_prefix, "timeout", "-k", str(GRACE_S), str(round(timeout_s)), program, "--abort"]
-    environment = {"TMPDIR": str(temporary), "CRSM_STOP_AT_FIRST": "1"}
+    environment = {"TMPDIR": str(temporary), "CRSM_STOP_AT_FIRST": "1",
+                   "CRSM_DATA": os.environ.get("CRSM_DATA", str(REAL_LOGS))}
     code = workspace.commands.run(command, log, timeout_s + 3 * GRACE_S, workspace.build_folder, environment)
     shutil.rmtree(temporary, ignore_errors=True)
-    if code == 0:
+    if code in (0, SKIPPED):
         return Outcome(True)
     if code == 99:
         return Outcome(False, "the sandbox could not be made")
