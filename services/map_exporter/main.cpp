@@ -19,7 +19,7 @@ class MapExporter {
  public:
   explicit MapExporter(const CommandLine& command_line)
       : command_line_(command_line),
-        service_(command_line),
+        service_(command_line, Reception::kByThread),  // to write a large map takes seconds
         map_follower_(
             service_, [this](std::span<const TileChange> changes) { return Apply(changes); },
             [this] {
