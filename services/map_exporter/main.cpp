@@ -23,7 +23,7 @@ class MapExporter {
  public:
   explicit MapExporter(const CommandLine& command_line)
       : command_line_(command_line),
-        service_(command_line),
+        service_(command_line, Reception::kByThread),  // to write a large map takes seconds
         map_follower_(service_, {[this](double cell_size_m) { Begin(cell_size_m); },
                                  [this](std::span<const TileChange> changes) { return Apply(changes); },
                                  [this](const ScanMatch& match) { Add(match); }}) {

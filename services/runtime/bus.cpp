@@ -1,7 +1,9 @@
 #include "services/runtime/bus.hpp"
 
 #include <fmt/core.h>
+#include <poll.h>
 
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -15,20 +17,27 @@
 namespace crsm {
 namespace {
 
-constexpr const char* kReceiveBuffer = "recv_buf_size=2097152";  // [bytes]; a burst of map parts fits
 // Messages of one channel. LCM drops the newest of more, and does not say so: room for all that come while a stage
 // works, or waits for a core, 0.15 s of 65,000 scans/s. Longer queues belong to the stages, which count what they drop.
 constexpr int kQueueCapacity = 10000;
+// Handled in one go: all that are there, so that what a stage works on is fresh; but who sends faster than they are
+// read does not keep it from its work.
+constexpr int kMostMessages = 1000;
 
-/// The port of a udpm:// URL, if LCM will take all of it as it is meant: it passes over options that it does not know
+/// Where a udpm:// URL leads, if LCM will take all of it as it is meant: it passes over options that it does not know
 /// or cannot read.
-std::optional<int> MulticastPort(const std::string& url) {
-  static const std::regex kForm(R"(udpm://(?:2(?:2[4-9]|3[0-9])(?:\.[0-9]{1,3}){3}(?::([0-9]{1,5}))?)?)"
+std::optional<MulticastAddress> ParseMulticastUrl(const std::string& url) {
+  static const std::regex kForm(R"(udpm://(?:(2(?:2[4-9]|3[0-9])(?:\.[0-9]{1,3}){3})(?::([0-9]{1,5}))?)?)"
                                 R"((?:\?(?:ttl|recv_buf_size)=[0-9]+(?:&(?:ttl|recv_buf_size)=[0-9]+)*)?)");
+  static const std::regex kBuffer("recv_buf_size=([0-9]{1,9})(?:&|$)");
   std::smatch parts;
   if (!std::regex_match(url, parts, kForm)) return std::nullopt;
-  const int port = parts[1].matched ? std::stoi(parts[1]) : 7667;
-  return port >= 1 && port <= 65535 ? std::optional(port) : std::nullopt;
+  MulticastAddress address;
+  if (parts[1].matched) address.group = parts[1];
+  if (parts[2].matched) address.port = std::stoi(parts[2]);
+  std::smatch buffer;
+  if (std::regex_search(url, buffer, kBuffer)) address.buffer_bytes = std::stoi(buffer[1]);
+  return address.port >= 1 && address.port <= 65535 ? std::optional(address) : std::nullopt;
 }
 
 /// The URL as LCM is to see it: checked, because LCM turns some mistakes into another transport in silence, and with
@@ -39,14 +48,15 @@ std::string CompleteUrl(std::string url) {
     url = environment && *environment ? environment : "udpm://239.255.76.67:7667?ttl=0";
   }
   const bool multicast = url.rfind("udpm://", 0) == 0;
-  if (multicast ? !MulticastPort(url) : url.rfind("tcpq://", 0) != 0) {
+  if (multicast ? !ParseMulticastUrl(url) : url.rfind("tcpq://", 0) != 0) {
     throw std::runtime_error(
         fmt::format("--lcm-url {}: not a bus between processes; one is like udpm://239.255.76.67:7667?ttl=0 or "
                     "tcpq://localhost:7700",
                     url));
   }
   if (multicast && url.find("recv_buf_size") == std::string::npos) {
-    url += (url.find('?') == std::string::npos ? "?" : "&") + std::string(kReceiveBuffer);
+    url += (url.find('?') == std::string::npos ? "?" : "&") +
+           fmt::format("recv_buf_size={}", MulticastAddress().buffer_bytes);
   }
   return url;
 }
@@ -69,17 +79,22 @@ std::optional<int> FindNewSocket(int port, const std::set<int>& old_sockets) {
 
 }  // namespace
 
-Bus::Bus(std::string url, const std::string& channel_prefix, Counters& counters)
-    : port_(MulticastPort(url = CompleteUrl(url))), lcm_(url), prefix_(channel_prefix), counters_(counters) {
+Bus::Bus(std::string url, const std::string& channel_prefix, Counters& counters, Reception reception)
+    : multicast_(ParseMulticastUrl(url = CompleteUrl(url))), lcm_(url), prefix_(channel_prefix), counters_(counters) {
   if (!lcm_.good()) {
     throw std::runtime_error(
         fmt::format("--lcm-url {}: LCM cannot open it; is the address right, and its server up?", url));
   }
+  if (multicast_ && reception == Reception::kByHandler) own_socket_ = MulticastSocket::Open(*multicast_);
 }
 
-void Bus::Subscription::Handle(const lcm::ReceiveBuffer* buffer, const std::string&) {
+void Bus::Subscription::HandleLcm(const lcm::ReceiveBuffer* buffer, const std::string&) {
+  Handle({static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
+}
+
+void Bus::Subscription::Handle(std::span<const std::uint8_t> bytes) {
   try {
-    handler({static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
+    handler(bytes);
   } catch (const std::exception& error) {  // would poison the LCM handle
     counters->Add("handler_failed");
     if (!std::exchange(failed_before, true)) fmt::print(stderr, "a message on {} failed: {}\n", channel, error.what());
@@ -88,25 +103,30 @@ void Bus::Subscription::Handle(const lcm::ReceiveBuffer* buffer, const std::stri
 
 void Bus::SubscribeRaw(const char* channel, std::function<void(std::span<const std::uint8_t>)> handler) {
   const bool first = channels_.empty();
-  const std::set<int> sockets_of_others = first && port_ ? FindUdpSockets(*port_) : std::set<int>();
+  const std::set<int> sockets_of_others = first && multicast_ ? FindUdpSockets(multicast_->port) : std::set<int>();
   subscriptions_.push_back(
       std::make_unique<Subscription>(Subscription{prefix_ + channel, std::move(handler), &counters_}));
   lcm::Subscription* subscription =
-      lcm_.subscribe(EscapeForRegex(prefix_ + channel), &Subscription::Handle, subscriptions_.back().get());
+      lcm_.subscribe(EscapeForRegex(prefix_ + channel), &Subscription::HandleLcm, subscriptions_.back().get());
   if (!subscription || lcm_.getFileno() < 0) {
     throw std::runtime_error(
         "no multicast route for LCM; as root: ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo");
   }
   subscription->setQueueCapacity(kQueueCapacity);
-  if (first && port_) socket_ = FindNewSocket(*port_, sockets_of_others);
+  if (first && multicast_) lcm_socket_ = FindNewSocket(multicast_->port, sockets_of_others);
   channels_.push_back(prefix_ + channel);
-  FilterSocket();
+  if (multicast_) FilterSockets();
 }
 
-/// Without the filter everything works as well, at a price.
-void Bus::FilterSocket() {
-  if (!port_) return;
-  if (!socket_ || !AttachFilter(*socket_, MakeChannelFilter(channels_))) counters_.Add("socket_unfiltered");
+/// LCM's socket lets through what the other does not, so that nothing is heard twice. Without filters, and without that
+/// other socket, everything works as well, at a price.
+void Bus::FilterSockets() {
+  if (own_socket_ && lcm_socket_ && AttachFilter(*lcm_socket_, MakeChannelFilter(channels_, Packets::kFragments)) &&
+      own_socket_->Listen(channels_)) {
+    return;
+  }
+  own_socket_.reset();
+  if (!lcm_socket_ || !AttachFilter(*lcm_socket_, MakeChannelFilter(channels_))) counters_.Add("socket_unfiltered");
 }
 
 void Bus::CountUnpublished(const std::string& channel, int error) {
@@ -118,13 +138,28 @@ void Bus::CountUnpublished(const std::string& channel, int error) {
 }
 
 void Bus::Wait(int timeout_ms) {
-  // What LCM holds, so that what a stage works on is fresh; but who sends faster than they are read does not keep it
-  // from its work.
-  constexpr int kMostMessages = 1000;
   errno = 0;
+  if (own_socket_) {
+    if (!HandleWhole(timeout_ms)) return;
+    timeout_ms = 0;
+  }
   int handled = lcm_.handleTimeout(timeout_ms);
   for (int i = 1; handled > 0 && i < kMostMessages; ++i) handled = lcm_.handleTimeout(0);
   if (handled < 0 && errno != EINTR) throw std::runtime_error("the bus is gone: LCM can receive no more");
+}
+
+/// Handles the messages on the own socket. Whether LCM has some too: what came in fragments.
+bool Bus::HandleWhole(int timeout_ms) {
+  std::array<pollfd, 2> waited{{{own_socket_->descriptor(), POLLIN, 0}, {lcm_.getFileno(), POLLIN, 0}}};
+  if (poll(waited.data(), waited.size(), timeout_ms) <= 0) return false;
+  for (int i = 0; i < kMostMessages; ++i) {
+    const auto message = own_socket_->Receive();
+    if (!message) break;
+    for (const auto& subscription : subscriptions_) {
+      if (subscription->channel == message->channel) subscription->Handle(message->bytes);
+    }
+  }
+  return waited[1].revents != 0;
 }
 
 }  // namespace crsm

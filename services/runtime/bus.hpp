@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "services/runtime/multicast_socket.hpp"
 #include "services/runtime/status.hpp"
 #include "services/runtime/wire.hpp"
 
@@ -27,11 +28,18 @@ inline constexpr const char* kServiceStatusChannel = "SERVICE_STATUS";  // crsm.
 inline constexpr const char* kMapEpochChannel = "MAP_EPOCH";
 inline constexpr const char* kFinishedMapEpochChannel = "FINISHED_MAP_EPOCH";
 
+/// Who takes messages out of the kernel's buffer.
+enum class Reception {
+  kByHandler,  ///< the thread that handles them, at the least cost: for those that handle messages all the time
+  kByThread    ///< a thread of LCM, at once: for those that are busy with other things for long
+};
+
 /// The thin seam over LCM: checked messages in, messages out, no exception into C code.
 class Bus {
  public:
   /// url: empty for LCM's default. Throws std::runtime_error in one line if the bus cannot be reached.
-  Bus(std::string url, const std::string& channel_prefix, Counters& counters);
+  Bus(std::string url, const std::string& channel_prefix, Counters& counters,
+      Reception reception = Reception::kByHandler);
 
   /// Calls `handler` for each well-formed message; others are counted as CHANNEL_malformed and dropped. An exception
   /// that leaves the handler is counted as handler_failed; its text is said on stderr, the first time.
@@ -63,20 +71,23 @@ class Bus {
     std::function<void(std::span<const std::uint8_t>)> handler;
     Counters* counters;
     bool failed_before = false;
-    void Handle(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+    void Handle(std::span<const std::uint8_t> bytes);
+    void HandleLcm(const lcm::ReceiveBuffer* buffer, const std::string& channel);
   };
 
   void SubscribeRaw(const char* channel, std::function<void(std::span<const std::uint8_t>)> handler);
-  void FilterSocket();
+  void FilterSockets();
+  bool HandleWhole(int timeout_ms);
   void CountUnpublished(const std::string& channel, int error);
 
-  std::optional<int> port_;  ///< of a bus by UDP multicast
+  std::optional<MulticastAddress> multicast_;  ///< of a bus by UDP multicast
   lcm::LCM lcm_;
   std::string prefix_;
   Counters& counters_;
   std::vector<std::unique_ptr<Subscription>> subscriptions_;
-  std::vector<std::string> channels_;  ///< subscribed to, with the prefix
-  std::optional<int> socket_;          ///< on which LCM receives, if it is known
+  std::vector<std::string> channels_;            ///< subscribed to, with the prefix
+  std::optional<int> lcm_socket_;                ///< on which LCM receives, if it is known
+  std::unique_ptr<MulticastSocket> own_socket_;  ///< which leaves to LCM no more than fragments, if it is there
 };
 
 }  // namespace crsm

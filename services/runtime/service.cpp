@@ -71,9 +71,9 @@ std::int64_t DrawIdentity() {
   return (std::int64_t{device()} << 31 | std::int64_t{device() >> 1}) + 1;
 }
 
-Service::Service(const CommandLine& command_line)
+Service::Service(const CommandLine& command_line, Reception reception)
     : name_(command_line.program()),
-      bus_(command_line.settings().lcm_url, command_line.settings().channel_prefix, counters_) {}
+      bus_(command_line.settings().lcm_url, command_line.settings().channel_prefix, counters_, reception) {}
 
 void Service::RecordLatency(Clock::time_point start) {
   latency_.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());

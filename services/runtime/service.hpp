@@ -34,7 +34,7 @@ inline constexpr const char* kMapIsFull =
 /// What every process is around its own work: a bus, counters, a status once a second, an end on request.
 class Service {
  public:
-  explicit Service(const CommandLine& command_line);
+  explicit Service(const CommandLine& command_line, Reception reception = Reception::kByHandler);
 
   Bus& bus() { return bus_; }
   Counters& counters() { return counters_; }

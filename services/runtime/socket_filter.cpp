@@ -36,10 +36,13 @@ constexpr sock_filter IfEqual(std::uint32_t value, std::uint8_t skip_if, std::ui
 
 /// Drops what is no LCM message, lets later fragments through or drops them, and goes on behind itself with the rest,
 /// the place of the channel in X.
-std::vector<sock_filter> MakeHeaderFilter() {
-  return {LoadWord(kMagicAt), IfEqual(kShortMagic, 14, 0), IfEqual(kLongMagic, 1, 0), Return(0), LoadWord(kSizeAt),
-          BPF_JUMP(BPF_JMP | BPF_JGT | BPF_K, kLargestFragmentedMessage, 3, 0), BPF_STMT(BPF_MISC | BPF_TAX, 0),
-          LoadWord(kOffsetAt), BPF_JUMP(BPF_JMP | BPF_JGT | BPF_X, 0, 0, 1),  // the offset against the size
+std::vector<sock_filter> MakeHeaderFilter(Packets packets) {
+  const std::uint8_t to_short = packets == Packets::kFragments ? 1 : 14;  // 1: to the Return(0) behind the next
+  const std::uint8_t to_long = packets == Packets::kWhole ? 0 : 1;
+  return {LoadWord(kMagicAt), IfEqual(kShortMagic, to_short, 0), IfEqual(kLongMagic, to_long, 0), Return(0),
+          LoadWord(kSizeAt), BPF_JUMP(BPF_JMP | BPF_JGT | BPF_K, kLargestFragmentedMessage, 3, 0),
+          BPF_STMT(BPF_MISC | BPF_TAX, 0), LoadWord(kOffsetAt),
+          BPF_JUMP(BPF_JMP | BPF_JGT | BPF_X, 0, 0, 1),  // the offset against the size
           Return(0),
           LoadHalf(kNumFragmentsAt),  // the header is whole
           LoadHalf(kNumberAt), IfEqual(0, 1, 0), Return(kAll),
@@ -68,12 +71,12 @@ std::vector<sock_filter> MakeNameFilter(const std::string& bytes) {
 
 }  // namespace
 
-std::vector<sock_filter> MakeChannelFilter(std::vector<std::string> channels) {
+std::vector<sock_filter> MakeChannelFilter(std::vector<std::string> channels, Packets packets) {
   // Short names first: those that are compared before a packet's own are then no longer than that, and no load for
   // them goes beyond the packet's end.
   std::stable_sort(channels.begin(), channels.end(),
                    [](const std::string& one, const std::string& other) { return one.size() < other.size(); });
-  std::vector<sock_filter> program = MakeHeaderFilter();
+  std::vector<sock_filter> program = MakeHeaderFilter(packets);
   for (const std::string& channel : channels) {
     const std::vector<sock_filter> name = MakeNameFilter(channel + '\0');
     program.insert(program.end(), name.begin(), name.end());

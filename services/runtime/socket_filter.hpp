@@ -22,12 +22,15 @@ namespace crsm {
 /// Larger messages, which come in fragments, are dropped [bytes]: many times what any of ours may be.
 inline constexpr std::uint32_t kLargestFragmentedMessage = 1 << 22;
 
+/// What is to pass: messages that are whole in one packet, fragments of larger ones, or both.
+enum class Packets { kWhole, kFragments, kBoth };
+
 /// The filter program that lets through the messages on these channels, as the kernel sees them: with the UDP header.
 ///
 /// A message in one packet is let through if its channel is one of these, up to and with the NUL behind it. So is the
 /// first fragment of a longer one; of its other fragments, which do not name their channel, those that can be part of a
 /// message of no more than kLargestFragmentedMessage. LCM throws them away where it has not got the first.
-std::vector<sock_filter> MakeChannelFilter(std::vector<std::string> channels);
+std::vector<sock_filter> MakeChannelFilter(std::vector<std::string> channels, Packets packets = Packets::kBoth);
 
 /// Has a socket filtered from now on, instead of how it was before. If the kernel refuses the program (it takes 4,096
 /// instructions), the socket is as without any filter, and the answer is false.

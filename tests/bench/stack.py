@@ -17,14 +17,15 @@ SERVICES = {"map_updater": ["--lockstep", "--journal", "{out}/journal"], "rrhc_m
 
 
 class Program:
-    """A program of ours that runs; its stderr goes to a file."""
+    """A program of ours that runs, and dies with this process; its stderr goes to a file."""
 
     def __init__(self, name, arguments, out):
         self.name = name
         self.log = out / f"{name}.log"
         with open(self.log, "wb") as log:
-            self.popen = subprocess.Popen([BIN / name, *map(str, arguments)], stdin=subprocess.DEVNULL,
-                                          stdout=subprocess.DEVNULL, stderr=log)
+            self.popen = subprocess.Popen(
+                ["setpriv", "--pdeathsig", "TERM", BIN / name, *map(str, arguments)], stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL, stderr=log)
 
     def errors(self):
         return self.log.read_text(errors="replace")

@@ -84,6 +84,29 @@ std::vector<std::uint8_t> MakeFragment(std::uint32_t sequence, std::uint32_t siz
 
 }  // namespace
 
+TEST_CASE("messages are heard once, by whichever thread they are received, and with a buffer that no kernel gives") {
+  const std::string url = MakeBusUrl();
+  const std::string small_buffer = "?ttl=0&recv_buf_size=999999999";
+  struct Way {
+    Reception reception;
+    std::string url;
+  };
+  for (const Way& way : {Way{Reception::kByHandler, url}, Way{Reception::kByThread, url},
+                         Way{Reception::kByHandler, url.substr(0, url.find('?')) + small_buffer}}) {
+    INFO(way.url);
+    Counters counters;
+    Bus bus(way.url, "", counters, way.reception);
+    std::vector<std::int64_t> heard;
+    bus.Subscribe<map_request_t>(kMapRequestChannel, [&](const auto& request) { heard.push_back(request.requester); });
+    for (const std::int64_t requester : {1, 2, 3})
+      bus.Publish(kMapRequestChannel, map_request_t{requester, 7, 0, 0, 0});
+    CHECK(WaitUntil([&] { return bus.Wait(10), heard.size() >= 3; }));
+    bus.Wait(50);  // for what might come twice
+    CHECK(heard == std::vector<std::int64_t>{1, 2, 3});
+    CHECK(Count(counters, "socket_unfiltered") == 0);
+  }
+}
+
 TEST_CASE("an exception that leaves a handler is counted each time, and said once") {
   const TemporaryFolder folder;
   Counters counters;

@@ -138,7 +138,8 @@ std::string MakeBusUrl() {
   return fmt::format("udpm://239.255.76.67:{}?ttl=0", port);
 }
 
-TestBus::TestBus(const std::string& url, const std::string& channel_prefix) : bus_(url, channel_prefix, counters_) {}
+TestBus::TestBus(const std::string& url, const std::string& channel_prefix)
+    : bus_(url, channel_prefix, counters_, Reception::kByThread) {}  // a test handles messages now and then
 
 bool TestBus::Await(const std::function<bool()>& condition) {
   const auto give_up = Clock::now() + kPatience;
