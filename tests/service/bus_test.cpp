@@ -99,7 +99,7 @@ TEST_CASE("messages are heard once, by whichever thread they are received, and w
     std::vector<std::int64_t> heard;
     bus.Subscribe<map_request_t>(kMapRequestChannel, [&](const auto& request) { heard.push_back(request.requester); });
     for (const std::int64_t requester : {1, 2, 3})
-      bus.Publish(kMapRequestChannel, map_request_t{requester, 7, 0, 0, 0});
+      bus.Publish(kMapRequestChannel, map_request_t{requester, 7, 0, 0, 0, 0});
     CHECK(WaitUntil([&] { return bus.Wait(10), heard.size() >= 3; }));
     bus.Wait(50);  // for what might come twice
     CHECK(heard == std::vector<std::int64_t>{1, 2, 3});
