@@ -46,6 +46,21 @@ Eigen::Matrix2Xd DrawHits(int num_rays, double reach_m, std::uint64_t seed) {
   return hits_m;
 }
 
+/// Rays to all sides, and to both sides of the corners of a tile in whose middle the laser stands.
+Eigen::Matrix2Xd DrawHitsOverCorners(int num_rays, std::uint64_t seed) {
+  constexpr double kHalf_m = 0.05 * kTileSide / 2;
+  constexpr double kBeside_m = 0.01;  // less than half a cell: the scores of all tiles that meet there count
+  Eigen::Matrix2Xd hits_m(2, num_rays + 16);
+  hits_m.leftCols(num_rays) = DrawHits(num_rays, kHalf_m + 0.1, seed);
+  for (int i = 0; i < 16; ++i) {
+    const auto Side = [&](int bit, int inside_bit) {
+      return (i >> bit & 1 ? kHalf_m : -kHalf_m) + (i >> inside_bit & 1 ? kBeside_m : -kBeside_m);
+    };
+    hits_m.col(num_rays + i) << Side(0, 1), Side(2, 3);
+  }
+  return hits_m;
+}
+
 /// Lines 6 to 10 of section 5.2 for a ray that ends in this cell.
 double ScoreLiterally(const ByteMap& map, Cell cell, double unexplored_score) {
   if (map.At(cell) == 127) return unexplored_score;
@@ -217,7 +232,7 @@ TEST_CASE("a field that makes room for tiles far away loses none") {
     for (const auto& entry : map.tiles().entries()) {
       const Cell middle = CellAt(entry.index, kTileCells / 2 + kTileSide / 2);
       const Pose2 pose{middle.x * 0.05, middle.y * 0.05, 0.0};
-      const RaysInCells rays = ToCells(DrawHits(500, 1.7, 11), kGeometry);  // over its sides too
+      const RaysInCells rays = ToCells(DrawHitsOverCorners(500, 11), kGeometry);
       CHECK(following.Evaluate(rays, pose) == anew.Evaluate(rays, pose));
     }
   }
