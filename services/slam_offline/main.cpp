@@ -103,7 +103,7 @@ void MapLog(const CommandLine& command_line, const std::string& name, const std:
   results.last_scan = run.last_scan;
   Summary summary = Summarize(results.matches, results.grid);
   summary.version = kVersion;
-  summary.parameters = ListParameters(parameters);
+  summary.parameters[command_line.program()] = command_line.UsedValues();
   summary.map_version = run.slam.map_version();
   summary.counts = source->Counts();
   summary.counts["utime_repeated"] += num_repeated;
