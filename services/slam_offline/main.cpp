@@ -85,8 +85,9 @@ void MapLog(const CommandLine& command_line, const std::string& name, const std:
   LaserJudge judge(parameters.scan);
   while (auto scan = source->Next()) {
     if (StopRequested()) break;
-    for (const std::string& complaint : judge.Look(*scan))
+    for (const std::string& complaint : judge.Look(*scan)) {
       Say(fmt::format("{}: {}: {}", command_line.program(), name, complaint));
+    }
     if (mapped_utimes.insert(scan->utime).second) {
       const auto start = Clock::now();
       Slam::Step step = run.slam.Process(*scan, source->Odometry());
