@@ -1,5 +1,6 @@
 #include "common/parameters.hpp"
 
+#include <algorithm>
 #include <type_traits>
 
 namespace crsm {
@@ -11,27 +12,46 @@ class Lister {
   requires std::is_arithmetic_v<Number>
   void operator()(const ParameterInfo& info, Number& value, Number, Number) {
     if constexpr (std::is_same_v<Number, int>) {
-      list.emplace_back(info.key, std::int64_t{value});
+      Add(info, std::int64_t{value});
     } else {
-      list.emplace_back(info.key, value);
+      Add(info, value);
     }
   }
-  void operator()(const ParameterInfo& info, bool& value) { list.emplace_back(info.key, value); }
+  void operator()(const ParameterInfo& info, bool& value) { Add(info, value); }
   template <class Enum, std::size_t N>
   void operator()(const ParameterInfo& info, Enum& value, const std::array<std::string_view, N>& names) {
-    list.emplace_back(info.key, std::string(names.at(static_cast<std::size_t>(value))));
+    Add(info, std::string(names.at(static_cast<std::size_t>(value))));
   }
 
-  std::vector<std::pair<std::string, ParameterValue>> list;
+  std::vector<std::pair<ParameterGroup, NamedValues::value_type>> list;
+
+ private:
+  void Add(const ParameterInfo& info, ParameterValue value) {
+    list.push_back({info.group, {info.key, std::move(value)}});
+  }
 };
 
-}  // namespace
-
-std::vector<std::pair<std::string, ParameterValue>> ListParameters(const Parameters& parameters) {
+std::vector<std::pair<ParameterGroup, NamedValues::value_type>> ListWithGroups(const Parameters& parameters) {
   Parameters copy = parameters;
   Lister lister;
   VisitParameters(copy, lister);
   return lister.list;
+}
+
+}  // namespace
+
+NamedValues ListParameters(const Parameters& parameters) {
+  NamedValues values;
+  for (auto& [group, value] : ListWithGroups(parameters)) values.push_back(std::move(value));
+  return values;
+}
+
+NamedValues ListParameters(const Parameters& parameters, const std::vector<ParameterGroup>& groups) {
+  NamedValues values;
+  for (auto& [group, value] : ListWithGroups(parameters)) {
+    if (std::find(groups.begin(), groups.end(), group) != groups.end()) values.push_back(std::move(value));
+  }
+  return values;
 }
 
 }  // namespace crsm

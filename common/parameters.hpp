@@ -216,7 +216,11 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
 
 using ParameterValue = std::variant<bool, std::int64_t, std::uint64_t, double, std::string>;
 
-/// Every parameter by its key, in the order of VisitParameters.
-std::vector<std::pair<std::string, ParameterValue>> ListParameters(const Parameters& parameters);
+/// Values by their keys, in an order that means something.
+using NamedValues = std::vector<std::pair<std::string, ParameterValue>>;
+
+/// Every parameter by its key, in the order of VisitParameters; of some groups only.
+NamedValues ListParameters(const Parameters& parameters);
+NamedValues ListParameters(const Parameters& parameters, const std::vector<ParameterGroup>& groups);
 
 }  // namespace crsm

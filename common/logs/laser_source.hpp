@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "common/math/pose2.hpp"
 #include "common/scan/laser_scan.hpp"
@@ -31,6 +32,10 @@ class LaserSource {
 
   /// What was counted on the way, by name ("bad_line", "utime_repeated", ...). Names with a count of 0 may be missing.
   virtual std::map<std::string, std::int64_t> Counts() const = 0;
+
+  /// What is wrong with the scans that were left out, where they were too many to be an accident, and what mends it; a
+  /// sentence each.
+  virtual std::vector<std::string> Complaints() const { return {}; }
 };
 
 }  // namespace crsm

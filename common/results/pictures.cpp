@@ -18,8 +18,8 @@ namespace {
 constexpr int kWantedSide = 1600;    // pixels on the longer side of an enlarged map
 constexpr int kMaxSide = 4000;       // pixels: larger maps are shrunk to this
 constexpr int kMaxEnlargement = 16;  // pixels a cell: a map of few cells stays small
-constexpr int kStripHeight = 44;     // pixels, of the caption
-constexpr int kMinWidth = 640;       // pixels: the caption's text fits
+constexpr int kStripHeight = 44;     // pixels, of the caption below a picture of kWantedSide or less
+constexpr int kMinWidth = 640;       // pixels: that caption's text fits
 constexpr int kSubpixelBits = 4;     // OpenCV draws to 1/16 of a pixel
 
 // Blue, green, red.
@@ -68,7 +68,8 @@ class Canvas {
     };
     cv::resize(ToPicture(grid), map, {ToPixels(grid.width_cells), ToPixels(grid.height_cells)}, 0.0, 0.0,
                pixels_per_cell_ < 1.0 ? cv::INTER_AREA : cv::INTER_NEAREST);
-    image_ = cv::Mat(map.rows + kStripHeight, std::max(map.cols, kMinWidth), CV_8UC3, kPaper);
+    enlargement_ = std::max(1.0, static_cast<double>(std::max(map.cols, map.rows)) / kWantedSide);
+    image_ = cv::Mat(map.rows + Enlarge(kStripHeight), std::max(map.cols, Enlarge(kMinWidth)), CV_8UC3, kPaper);
     map_ = image_(cv::Rect(0, 0, map.cols, map.rows));
     cv::cvtColor(map, map_, cv::COLOR_GRAY2BGR);
   }
@@ -79,13 +80,14 @@ class Canvas {
   void GoTo(const cv::Point2d& point_m) {
     const cv::Point point = ToSubpixels(point_m);
     if (path_end_ && *path_end_ != point) {
-      cv::line(map_, *path_end_, point, kPathColour, 2, cv::LINE_AA, kSubpixelBits);
+      cv::line(map_, *path_end_, point, kPathColour, Enlarge(2), cv::LINE_AA, kSubpixelBits);
     }
     path_end_ = point;
   }
 
+  /// radius_pixels: in a picture of kWantedSide.
   void DrawDisc(const cv::Point2d& centre_m, double radius_pixels, const cv::Scalar& colour) {
-    const auto radius = static_cast<int>(std::lround(radius_pixels * (1 << kSubpixelBits)));
+    const auto radius = static_cast<int>(std::lround(enlargement_ * radius_pixels * (1 << kSubpixelBits)));
     cv::circle(map_, ToSubpixels(centre_m), radius, colour, cv::FILLED, cv::LINE_AA, kSubpixelBits);
   }
 
@@ -96,24 +98,31 @@ class Canvas {
     const double decade_m = std::pow(10.0, std::floor(std::log10(longest_m)));
     const double factor = longest_m >= 5.0 * decade_m ? 5.0 : longest_m >= 2.0 * decade_m ? 2.0 : 1.0;
     const double length_m = factor * decade_m;
-    const int right = kMargin + static_cast<int>(std::lround(length_m * pixels_per_m));
-    const int y = map_.rows + kStripHeight / 2;
-    cv::line(image_, {kMargin, y}, {right, y}, kInk, 2);
-    for (const int x : {kMargin, right}) cv::line(image_, {x, y - 6}, {x, y + 6}, kInk, 2);
-    caption_x_ = right + kMargin;
+    const int left = Enlarge(kMargin);
+    const int right = left + static_cast<int>(std::lround(length_m * pixels_per_m));
+    const int y = map_.rows + Enlarge(kStripHeight) / 2;
+    const int half_tick = Enlarge(6);
+    cv::line(image_, {left, y}, {right, y}, kInk, Enlarge(2));
+    for (const int x : {left, right}) cv::line(image_, {x, y - half_tick}, {x, y + half_tick}, kInk, Enlarge(2));
+    caption_x_ = right + left;
     AddCaption(fmt::format("{:g} m", length_m), kInk);
   }
 
   /// Adds words to the strip, from left to right.
   void AddCaption(const std::string& text, const cv::Scalar& colour) {
-    constexpr double kTextScale = 0.5;
-    cv::putText(image_, text, {caption_x_, map_.rows + kStripHeight / 2 + 5}, cv::FONT_HERSHEY_SIMPLEX, kTextScale,
-                colour, 1, cv::LINE_AA);
-    caption_x_ += cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, kTextScale, 1, nullptr).width + kMargin;
+    const double text_scale = 0.5 * enlargement_;
+    const int thickness = Enlarge(1);
+    cv::putText(image_, text, {caption_x_, map_.rows + Enlarge(kStripHeight) / 2 + Enlarge(5)},
+                cv::FONT_HERSHEY_SIMPLEX, text_scale, colour, thickness, cv::LINE_AA);
+    caption_x_ +=
+        cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, text_scale, thickness, nullptr).width + Enlarge(kMargin);
   }
 
  private:
   static constexpr int kMargin = 14;  // pixels, in the strip
+
+  /// Lines and letters of a large picture are as large in it as those of a smaller one: both are seen on one screen.
+  int Enlarge(int pixels) const { return static_cast<int>(std::lround(pixels * enlargement_)); }
 
   cv::Point ToSubpixels(const cv::Point2d& point_m) const {
     // The limit keeps a point far outside within OpenCV's integers. A pixel's centre is at its whole number.
@@ -126,6 +135,7 @@ class Canvas {
 
   MapGeometry geometry_;
   double pixels_per_cell_;
+  double enlargement_ = 1.0;
   int left_cells_;
   int top_cells_;
   cv::Mat image_;

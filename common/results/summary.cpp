@@ -52,8 +52,11 @@ std::string FormatSummary(const Summary& summary) {
     json["timings"][stage] = {
         {"p50_ms", timing.p50_ms}, {"p95_ms", timing.p95_ms}, {"p99_ms", timing.p99_ms}, {"max_ms", timing.max_ms}};
   }
-  for (const auto& [key, value] : summary.parameters) {
-    std::visit([&json, &key = key](const auto& plain) { json["parameters"][key] = plain; }, value);
+  for (const auto& [process, values] : summary.parameters) {
+    Json& of_process = json["parameters"][process] = Json::object();
+    for (const auto& [key, value] : values) {
+      std::visit([&of_process, &key = key](const auto& plain) { of_process[key] = plain; }, value);
+    }
   }
   // File names are bytes and may be no UTF-8: such bytes are replaced, a run's summary is not lost for them.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

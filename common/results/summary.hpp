@@ -23,7 +23,7 @@ struct StageTiming {
 /// What a run came to, for summary.json.
 struct Summary {
   std::string version;
-  std::vector<std::pair<std::string, ParameterValue>> parameters;  ///< in the order in which they are written
+  std::map<std::string, NamedValues> parameters;  ///< that each process used
   std::int64_t scans = 0;
   std::int64_t lost = 0;
   std::int64_t degenerate = 0;

@@ -8,9 +8,13 @@
 
 namespace crsm {
 
-ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters) {
+double LargestUsableRange(const ScanParameters& parameters) {
   constexpr double kUsableShare = 0.95;  // section 4, "for safety reasons"
-  const double max_m = kUsableShare * parameters.range_max_m;
+  return kUsableShare * parameters.range_max_m;
+}
+
+ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters) {
+  const double max_m = LargestUsableRange(parameters);
   const auto angle_scale = static_cast<float>(parameters.angle_scale);
 
   ValidRays rays;

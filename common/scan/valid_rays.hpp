@@ -17,6 +17,9 @@ struct ValidRays {
   friend bool operator==(const ValidRays&, const ValidRays&) = default;
 };
 
+/// 95 % of the laser's maximum range [m]: what reads further has not measured anything (section 4).
+double LargestUsableRange(const ScanParameters& parameters);
+
 /// Keeps the beams that measured something: finite, at least `range_min_m`, and at most 95 % of the laser's maximum
 /// range (section 4), at their angles times `angle_scale`. Descending scans are turned round. An empty scan gives no
 /// rays.

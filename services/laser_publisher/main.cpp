@@ -9,6 +9,7 @@
 
 #include "services/laser_publisher/log_writer.hpp"
 #include "services/runtime/conversions.hpp"
+#include "services/runtime/laser_silence.hpp"
 #include "services/runtime/progress.hpp"
 #include "services/runtime/service.hpp"
 #include "services/sources/open_laser_source.hpp"
@@ -33,6 +34,7 @@ void PrintCounts(const std::string& program, const LaserSource& source) {
   for (const auto& [name, count] : source.Counts()) {
     if (count > 0) Say(fmt::format("{}: {}: {}", program, name, count));
   }
+  for (const std::string& complaint : source.Complaints()) Say(fmt::format("{}: {}", program, complaint));
 }
 
 class LaserPublisher {
@@ -66,6 +68,7 @@ class LaserPublisher {
       progress_.Show(source_.Progress(), num_scans_);
     }
     if (rate_ != kAsFastAsMapped) AwaitMap(last_utime);
+    service_.SetState(kPublisherFinished);
     service_.PublishStatus();  // the last counts
     progress_.Finish(num_scans_);
   }

@@ -30,7 +30,7 @@ class MapExporter {
     Bus& bus = service_.bus();
     bus.Subscribe<critical_rays_t>(kCriticalRaysChannel,
                                    [this](const critical_rays_t& message) { last_scan_ = FromMessage(message); });
-    bus.Subscribe<service_status_t>(kServiceStatusChannel, [this](const service_status_t& status) { Keep(status); });
+    bus.Subscribe<service_status_t>(kEveryServiceStatus, [this](const service_status_t& status) { Keep(status); });
   }
 
   void Run() {
@@ -141,7 +141,6 @@ class MapExporter {
   Summary MakeSummary(const Results& results) {
     Summary summary = Summarize(results.matches, results.grid);
     summary.version = kVersion;
-    summary.parameters = ListParameters(command_line_.parameters());
     summary.map_version = map_follower_.replica().version();
     statuses_[service_.name()] = service_.MakeStatus();
     for (const auto& [name, status] : statuses_) {
@@ -150,6 +149,11 @@ class MapExporter {
       }
       summary.timings[name] = {status.latency_p50_ms, status.latency_p95_ms, status.latency_p99_ms,
                                status.latency_max_ms};
+      NamedValues& parameters = summary.parameters[name];
+      for (std::size_t i = 0; i < status.parameter_name.size(); ++i) {
+        const std::string& key = status.parameter_name[i];
+        parameters.emplace_back(key, ReadValue(key, status.parameter_value[i]));
+      }
     }
     return summary;
   }
@@ -174,8 +178,7 @@ int main(int argc, char** argv) {
   crsm::CommandLine command_line("map_exporter",
                                  "Writes the map, the trajectory and pictures of them to a folder, now and then and at "
                                  "the end: MAP_DELTA -> map.png, map.yaml, overview.png, trajectory.tum, summary.json.",
-                                 {crsm::ParameterGroup::kSeed},
-                                 {"lcm_url", "channel_prefix", "out", "export_period_s"});
+                                 {}, {"lcm_url", "channel_prefix", "out", "export_period_s"});
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::MapExporter(command_line).Run(); });
 }

@@ -61,13 +61,25 @@ std::string CompleteUrl(std::string url) {
   return url;
 }
 
-std::string EscapeForRegex(const std::string& text) {
+/// LCM's own way to name a channel, or all that begin so: a regular expression.
+std::string ToRegex(const std::string& channel) {
+  const bool all_that_begin_so = channel.ends_with('*');
+  const std::string text = all_that_begin_so ? channel.substr(0, channel.size() - 1) : channel;
   std::string escaped;
   for (const char c : text) {
     if (std::string("\\^$.|?*+()[]{}").find(c) != std::string::npos) escaped += '\\';
     escaped += c;
   }
-  return escaped;
+  return all_that_begin_so ? escaped + ".*" : escaped;
+}
+
+/// What to say where LCM cannot open a bus. By multicast it finds out when it is made, by a server when it subscribes.
+std::string WhyUnreachable(const std::string& url, bool multicast) {
+  if (multicast) {
+    return fmt::format("--lcm-url {}: no multicast route for LCM; as root: {}", url,
+                       "ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo");
+  }
+  return fmt::format("--lcm-url {}: no LCM server answers there; is the address right, and the server up?", url);
 }
 
 /// The socket that the first subscription has opened; none if that is not clear.
@@ -80,12 +92,20 @@ std::optional<int> FindNewSocket(int port, const std::set<int>& old_sockets) {
 }  // namespace
 
 Bus::Bus(std::string url, const std::string& channel_prefix, Counters& counters, Reception reception)
-    : multicast_(ParseMulticastUrl(url = CompleteUrl(url))), lcm_(url), prefix_(channel_prefix), counters_(counters) {
+    : url_(CompleteUrl(std::move(url))),
+      multicast_(ParseMulticastUrl(url_)),
+      lcm_(url_),
+      prefix_(channel_prefix),
+      counters_(counters) {
   if (!lcm_.good()) {
-    throw std::runtime_error(
-        fmt::format("--lcm-url {}: LCM cannot open it; is the address right, and its server up?", url));
+    throw std::runtime_error(WhyUnreachable(url_, multicast_.has_value()));
   }
   if (multicast_ && reception == Reception::kByHandler) own_socket_ = MulticastSocket::Open(*multicast_);
+}
+
+bool Bus::Subscription::Takes(std::string_view heard) const {
+  if (!channel.ends_with('*')) return channel == heard;
+  return heard.starts_with(std::string_view(channel).substr(0, channel.size() - 1));
 }
 
 void Bus::Subscription::HandleLcm(const lcm::ReceiveBuffer* buffer, const std::string&) {
@@ -101,16 +121,15 @@ void Bus::Subscription::Handle(std::span<const std::uint8_t> bytes) {
   }
 }
 
-void Bus::SubscribeRaw(const char* channel, std::function<void(std::span<const std::uint8_t>)> handler) {
+void Bus::SubscribeRaw(const std::string& channel, std::function<void(std::span<const std::uint8_t>)> handler) {
   const bool first = channels_.empty();
   const std::set<int> sockets_of_others = first && multicast_ ? FindUdpSockets(multicast_->port) : std::set<int>();
   subscriptions_.push_back(
       std::make_unique<Subscription>(Subscription{prefix_ + channel, std::move(handler), &counters_}));
   lcm::Subscription* subscription =
-      lcm_.subscribe(EscapeForRegex(prefix_ + channel), &Subscription::HandleLcm, subscriptions_.back().get());
+      lcm_.subscribe(ToRegex(prefix_ + channel), &Subscription::HandleLcm, subscriptions_.back().get());
   if (!subscription || lcm_.getFileno() < 0) {
-    throw std::runtime_error(
-        "no multicast route for LCM; as root: ip link set lo multicast on; ip route add 224.0.0.0/4 dev lo");
+    throw std::runtime_error(WhyUnreachable(url_, multicast_.has_value()));
   }
   subscription->setQueueCapacity(kQueueCapacity);
   if (first && multicast_) lcm_socket_ = FindNewSocket(multicast_->port, sockets_of_others);
@@ -156,7 +175,7 @@ bool Bus::HandleWhole(int timeout_ms) {
     const auto message = own_socket_->Receive();
     if (!message) break;
     for (const auto& subscription : subscriptions_) {
-      if (subscription->channel == message->channel) subscription->Handle(message->bytes);
+      if (subscription->Takes(message->channel)) subscription->Handle(message->bytes);
     }
   }
   return waited[1].revents != 0;

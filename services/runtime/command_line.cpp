@@ -148,6 +148,19 @@ std::optional<Pose2> ParseStart(const std::string& text) {
   return Pose2{numbers[0], numbers[1], WrapAngle(numbers[2])};
 }
 
+NamedValues ListSettings(const Settings& settings) {
+  Settings copy = settings;
+  NamedValues list;
+  VisitSettings(copy, [&]<class T>(const char* key, const char*, T& value, auto...) {
+    if constexpr (std::is_same_v<T, int>) {
+      list.emplace_back(key, std::int64_t{value});
+    } else {
+      list.emplace_back(key, value);
+    }
+  });
+  return list;
+}
+
 std::string FlagOf(std::string key) {
   std::replace(key.begin(), key.end(), '_', '-');
   return "--" + key;
@@ -157,7 +170,7 @@ std::string FlagOf(std::string key) {
 
 CommandLine::CommandLine(const std::string& program, const std::string& description, std::vector<ParameterGroup> groups,
                          std::vector<std::string> settings)
-    : program_(program), app_(description, program) {
+    : program_(program), groups_(std::move(groups)), setting_names_(std::move(settings)), app_(description, program) {
   app_.set_version_flag("--version", fmt::format("{} {}", program, kVersion));
   app_.add_option("--config", config_,
                   "TOML file with keys named as the flags, with _ for -; one file serves all programs")
@@ -165,10 +178,19 @@ CommandLine::CommandLine(const std::string& program, const std::string& descript
   app_.add_option("--preset", preset_, fmt::format("laser: {}", fmt::join(Names(kPresets), ", ")))->type_name("NAME");
   app_.add_option("--profile", profile_, fmt::format("algorithm: {}", fmt::join(Names(kProfiles), ", ")))
       ->type_name("NAME");
-  AddFlags(groups, settings);
+  AddFlags();
 }
 
-void CommandLine::AddFlags(const std::vector<ParameterGroup>& groups, const std::vector<std::string>& settings) {
+template <class Key>
+bool CommandLine::Uses(const Key& key) const {
+  if constexpr (std::is_same_v<Key, ParameterGroup>) {
+    return std::find(groups_.begin(), groups_.end(), key) != groups_.end();
+  } else {
+    return std::find(setting_names_.begin(), setting_names_.end(), key) != setting_names_.end();
+  }
+}
+
+void CommandLine::AddFlags() {
   const auto AddOption = [this](const std::string& key, const std::string& help, const std::string& type) {
     app_.add_option_function<std::string>(
             FlagOf(key), [this, key](const std::string& text) { flags_.emplace_back(key, text); }, help)
@@ -179,13 +201,6 @@ void CommandLine::AddFlags(const std::vector<ParameterGroup>& groups, const std:
     app_.add_flag_function(
         flag + ",!--no-" + flag.substr(2),
         [this, key](std::int64_t count) { flags_.emplace_back(key, count > 0 ? "true" : "false"); }, help);
-  };
-  const auto Wanted = [&]<class Key>(const Key& key) {
-    if constexpr (std::is_same_v<Key, ParameterGroup>) {
-      return std::find(groups.begin(), groups.end(), key) != groups.end();
-    } else {
-      return std::find(settings.begin(), settings.end(), key) != settings.end();
-    }
   };
   const auto Add = [&]<class T, class... Rest>(const std::string& key, const std::string& help, const T& value,
                                                const Rest&... rest) {
@@ -202,11 +217,40 @@ void CommandLine::AddFlags(const std::vector<ParameterGroup>& groups, const std:
     }
   };
   VisitSettings(settings_, [&](const char* key, const char* help, auto& value, auto... range) {
-    if (Wanted(std::string(key))) Add(key, help, value, range...);
+    if (Uses(std::string(key))) Add(key, help, value, range...);
   });
   VisitParameters(parameters_, [&](const ParameterInfo& info, auto& value, const auto&... range) {
-    if (Wanted(info.group)) Add(info.key, info.help, value, range...);
+    if (Uses(info.group)) Add(info.key, info.help, value, range...);
   });
+}
+
+NamedValues CommandLine::UsedValues() const {
+  NamedValues used;
+  for (auto& value : ListParameters(parameters_, groups_)) used.push_back(std::move(value));
+  for (auto& value : ListSettings(settings_)) {
+    if (Uses(value.first)) used.push_back(std::move(value));
+  }
+  return used;
+}
+
+std::string FormatValue(const ParameterValue& value) {
+  return std::visit([](const auto& plain) { return fmt::format("{}", plain); }, value);
+}
+
+ParameterValue ReadValue(const std::string& key, const std::string& text) {
+  Parameters parameters;
+  Settings settings;
+  try {
+    SetValue(key, {WrittenValue::Kind::kFlag, text}, parameters, settings);
+  } catch (const std::runtime_error&) {
+    return text;
+  }
+  for (const NamedValues& values : {ListParameters(parameters), ListSettings(settings)}) {
+    for (const auto& [name, value] : values) {
+      if (name == key) return value;
+    }
+  }
+  return text;
 }
 
 std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {

@@ -32,11 +32,18 @@ class CommandLine {
   const Parameters& parameters() const { return parameters_; }
   const Settings& settings() const { return settings_; }
 
+  /// The values of all parameters and settings that the program uses, by key.
+  NamedValues UsedValues() const;
+
  private:
-  void AddFlags(const std::vector<ParameterGroup>& groups, const std::vector<std::string>& settings);
+  void AddFlags();
+  template <class Key>
+  bool Uses(const Key& key) const;
   void ApplyConfig(const std::string& toml, const std::string& name);
 
   std::string program_;
+  std::vector<ParameterGroup> groups_;      ///< that the program uses
+  std::vector<std::string> setting_names_;  ///< that the program uses
   CLI::App app_;
   std::string preset_;
   std::string profile_ = "default";
@@ -45,5 +52,10 @@ class CommandLine {
   Parameters parameters_;
   Settings settings_;
 };
+
+/// A value as a flag would say it, and the other way round: a text that is not one of `key`, or of a key that this
+/// program does not know, stays a text.
+std::string FormatValue(const ParameterValue& value);
+ParameterValue ReadValue(const std::string& key, const std::string& text);
 
 }  // namespace crsm

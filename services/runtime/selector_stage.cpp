@@ -7,13 +7,23 @@
 namespace crsm {
 
 SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
-    : service_(command_line), select_(std::move(select)), scans_(service_.counters()) {
+    : service_(command_line),
+      select_(std::move(select)),
+      watch_(service_, command_line.parameters().scan, kLaserChannel),
+      scans_(service_.counters()) {
   service_.bus().Subscribe<bot_core::planar_lidar_t>(
-      kLaserChannel, [this](const bot_core::planar_lidar_t& message) { scans_.Push(FromMessage(message)); });
+      kLaserChannel,
+      [this](const bot_core::planar_lidar_t& message) {
+        LaserScan scan = FromMessage(message);
+        watch_.Hear(scan);
+        scans_.Push(std::move(scan));
+      },
+      [this](std::span<const std::uint8_t> bytes) { watch_.Refuse(bytes); });
 }
 
 void SelectorStage::Run() {
   service_.Run([this] {
+    watch_.Poll();
     if (scans_.empty()) return true;
     Answer(scans_.front());
     scans_.Pop();

@@ -5,13 +5,15 @@
 
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/laser_scan.hpp"
+#include "services/runtime/laser_watch.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
 
 namespace crsm {
 
 /// What a process is that picks critical rays, whatever picks them: LASER -> CRITICAL_RAYS. A scan that comes once more
-/// gets its last answer once more, so that a message lost on the way costs time and nothing else.
+/// gets its last answer once more, so that a message lost on the way costs time and nothing else. It also watches the
+/// laser, and says what is wrong with it.
 class SelectorStage {
  public:
   using Select = std::function<CriticalRays(const LaserScan&)>;
@@ -26,6 +28,7 @@ class SelectorStage {
 
   Service service_;
   Select select_;
+  LaserWatch watch_;
   ScanQueue<LaserScan> scans_;
   std::optional<critical_rays_t> last_answer_;
 };

@@ -42,6 +42,18 @@ void RemoveLeftovers(const std::string& out) {
   }
 }
 
+/// What the process uses, as text that fits into a message: a path may be longer.
+std::vector<std::pair<std::string, std::string>> DescribeParameters(const CommandLine& command_line) {
+  constexpr std::size_t kLongest = 1000;
+  std::vector<std::pair<std::string, std::string>> described;
+  for (const auto& [name, value] : command_line.UsedValues()) {
+    std::string text = FormatValue(value);
+    if (text.size() > kLongest) text = text.substr(0, kLongest) + "...";
+    described.emplace_back(name, std::move(text));
+  }
+  return described;
+}
+
 }  // namespace
 
 void CatchSignals() {
@@ -73,6 +85,7 @@ std::int64_t DrawIdentity() {
 
 Service::Service(const CommandLine& command_line, Reception reception)
     : name_(command_line.program()),
+      parameters_(DescribeParameters(command_line)),
       bus_(command_line.settings().lcm_url, command_line.settings().channel_prefix, counters_, reception) {}
 
 void Service::RecordLatency(Clock::time_point start) {
@@ -95,7 +108,7 @@ void Service::Spin(int timeout_ms) {
 
 void Service::PublishStatus() {
   next_status_ = Clock::now() + std::chrono::seconds(1);
-  bus_.Publish(kServiceStatusChannel, MakeStatus());
+  bus_.Publish(ServiceStatusChannel(name_).c_str(), MakeStatus());
 }
 
 service_status_t Service::MakeStatus() const {
@@ -111,6 +124,11 @@ service_status_t Service::MakeStatus() const {
   for (const auto& [name, count] : counters_.counts()) {
     status.counter_name.push_back(name);
     status.counter_value.push_back(count);
+  }
+  status.num_parameters = static_cast<std::int32_t>(parameters_.size());
+  for (const auto& [name, value] : parameters_) {
+    status.parameter_name.push_back(name);
+    status.parameter_value.push_back(value);
   }
   status.num_latencies = latency_.num_recorded();
   status.latency_p50_ms = latency_.Percentile(0.5);

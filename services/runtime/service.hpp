@@ -58,6 +58,7 @@ class Service {
 
  private:
   std::string name_;
+  std::vector<std::pair<std::string, std::string>> parameters_;  ///< name and value, as they are published
   Counters counters_;
   Latency latency_;
   std::string state_ = "waiting for messages";

@@ -78,7 +78,9 @@ std::vector<sock_filter> MakeChannelFilter(std::vector<std::string> channels, Pa
                    [](const std::string& one, const std::string& other) { return one.size() < other.size(); });
   std::vector<sock_filter> program = MakeHeaderFilter(packets);
   for (const std::string& channel : channels) {
-    const std::vector<sock_filter> name = MakeNameFilter(channel + '\0');
+    const bool all_that_begin_so = !channel.empty() && channel.back() == '*';
+    const std::vector<sock_filter> name =
+        MakeNameFilter(all_that_begin_so ? channel.substr(0, channel.size() - 1) : channel + '\0');
     program.insert(program.end(), name.begin(), name.end());
   }
   program.push_back(Return(0));

@@ -30,6 +30,7 @@ enum class Packets { kWhole, kFragments, kBoth };
 /// A message in one packet is let through if its channel is one of these, up to and with the NUL behind it. So is the
 /// first fragment of a longer one; of its other fragments, which do not name their channel, those that can be part of a
 /// message of no more than kLargestFragmentedMessage. LCM throws them away where it has not got the first.
+/// A channel that ends in * stands for all whose names begin so.
 std::vector<sock_filter> MakeChannelFilter(std::vector<std::string> channels, Packets packets = Packets::kBoth);
 
 /// Has a socket filtered from now on, instead of how it was before. If the kernel refuses the program (it takes 4,096

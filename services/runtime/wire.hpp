@@ -22,6 +22,7 @@ namespace crsm {
 inline constexpr std::size_t kMostTilesInMessage = 4096;
 inline constexpr std::size_t kMostMatchesInMessage = 1024;
 inline constexpr std::size_t kMostCounters = 64;
+inline constexpr std::size_t kMostParameters = 128;
 
 template <>
 constexpr auto FieldsOf<bot_core::planar_lidar_t>() {
@@ -87,8 +88,10 @@ constexpr auto FieldsOf<service_status_t>() {
   using T = service_status_t;
   return std::tuple(&T::utime, &T::name, &T::version, &T::pid, &T::state, &T::num_counters,
                     Array(&T::counter_name, &T::num_counters, kMostCounters),
-                    Array(&T::counter_value, &T::num_counters, kMostCounters), &T::num_latencies, &T::latency_p50_ms,
-                    &T::latency_p95_ms, &T::latency_p99_ms, &T::latency_max_ms, &T::resident_mb);
+                    Array(&T::counter_value, &T::num_counters, kMostCounters), &T::num_parameters,
+                    Array(&T::parameter_name, &T::num_parameters, kMostParameters),
+                    Array(&T::parameter_value, &T::num_parameters, kMostParameters), &T::num_latencies,
+                    &T::latency_p50_ms, &T::latency_p95_ms, &T::latency_p99_ms, &T::latency_max_ms, &T::resident_mb);
 }
 
 template <>

@@ -9,6 +9,7 @@
 
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
+#include "common/scan/laser_judge.hpp"
 #include "common/slam.hpp"
 #include "services/runtime/progress.hpp"
 #include "services/runtime/service.hpp"
@@ -81,8 +82,12 @@ void MapLog(const CommandLine& command_line, const std::string& name, const std:
   std::int64_t num_repeated = 0;
   Latency latency;
   Progress progress(command_line.program());
+  LaserJudge judge(parameters.scan);
   while (auto scan = source->Next()) {
     if (StopRequested()) break;
+    for (const std::string& complaint : judge.Look(*scan)) {
+      Say(fmt::format("{}: {}: {}", command_line.program(), name, complaint));
+    }
     if (mapped_utimes.insert(scan->utime).second) {
       const auto start = Clock::now();
       Slam::Step step = run.slam.Process(*scan, source->Odometry());
@@ -97,13 +102,16 @@ void MapLog(const CommandLine& command_line, const std::string& name, const std:
     progress.Show(source->Progress(), latency.num_recorded());
   }
   progress.Finish(latency.num_recorded());
+  for (const std::string& complaint : source->Complaints()) {
+    Say(fmt::format("{}: {}: {}", command_line.program(), name, complaint));
+  }
 
   results.grid = run.slam.map().ToDenseGrid();
   results.matches = run.matches;
   results.last_scan = run.last_scan;
   Summary summary = Summarize(results.matches, results.grid);
   summary.version = kVersion;
-  summary.parameters = ListParameters(parameters);
+  summary.parameters[command_line.program()] = command_line.UsedValues();
   summary.map_version = run.slam.map_version();
   summary.counts = source->Counts();
   summary.counts["utime_repeated"] += num_repeated;

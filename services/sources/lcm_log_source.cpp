@@ -8,6 +8,7 @@
 
 #include "services/runtime/bus.hpp"
 #include "services/runtime/conversions.hpp"
+#include "services/runtime/message_types.hpp"
 #include "services/sources/laser_types.hpp"
 
 namespace crsm {
@@ -111,12 +112,35 @@ void LcmLogSource::TakeScan(std::string_view data) {
   std::optional<LaserScan> scan = DecodeLaser(data);
   if (!scan) {
     ++counts_["bad_message"];
+    if (first_refusal_.empty() && Is<bot_core::planar_lidar_t>(Bytes(data))) {
+      first_refusal_ = DescribeRefusedLaser(Bytes(data));
+    }
   } else if (utimes_.Find(scan->utime)) {
     ++counts_["utime_repeated"];
   } else {
     utimes_.Add(scan->utime);
+    ++num_scans_;
     waiting_.push_back(std::move(*scan));
   }
+}
+
+std::vector<std::string> LcmLogSource::Complaints() const {
+  std::vector<std::string> complaints;
+  const auto CountOf = [this](const char* name) {
+    const auto count = counts_.find(name);
+    return count == counts_.end() ? 0 : count->second;
+  };
+  if (!first_refusal_.empty() && CountOf("bad_message") > num_scans_) {
+    complaints.push_back(fmt::format("{} of {} scans on {} are left out: {}", CountOf("bad_message"),
+                                     CountOf("bad_message") + num_scans_, channel_, first_refusal_));
+  }
+  if (CountOf("utime_repeated") > num_scans_) {
+    complaints.push_back(fmt::format(
+        "{} of {} scans on {} have the utime of an earlier one and are left out: the driver must set utime to the "
+        "moment of each scan [us]",
+        CountOf("utime_repeated"), CountOf("utime_repeated") + num_scans_, channel_));
+  }
+  return complaints;
 }
 
 std::map<std::string, std::int64_t> LcmLogSource::Counts() const {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/logs/laser_source.hpp"
 #include "common/logs/utime_index.hpp"
@@ -36,6 +37,7 @@ class LcmLogSource : public LaserSource {
   std::optional<Pose2> Odometry() const override { return T_odom_robot_; }
   double Progress() const override { return log_.Progress(); }
   std::map<std::string, std::int64_t> Counts() const override;
+  std::vector<std::string> Complaints() const override;
 
  private:
   /// Takes what the next event says; false at the end of the log.
@@ -50,6 +52,8 @@ class LcmLogSource : public LaserSource {
   std::string channel_;
   std::string odometry_channel_;
   std::map<std::string, std::int64_t> counts_;
+  std::int64_t num_scans_ = 0;  ///< that were not left out
+  std::string first_refusal_;   ///< what is wrong with the first bad message
   OdometryBuffer odometry_;
   UtimeIndex utimes_;                  ///< of all scans so far
   std::deque<LaserScan> waiting_;      ///< for their odometry, in the log's order

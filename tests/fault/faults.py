@@ -323,7 +323,7 @@ class Listener(threading.Thread):
             if channel == b"POSE":
                 seconds, nanoseconds = struct.unpack("qq", ancillary[0][2][:16])
                 self.ages_s.append(seconds + 1e-9 * nanoseconds - 1e-6 * struct.unpack_from(">q", data, 8)[0])
-            elif channel == b"SERVICE_STATUS":
+            elif channel.startswith(b"SERVICE_STATUS/"):
                 name, counters = decode_status(data)
                 self.statuses[name] = counters
 

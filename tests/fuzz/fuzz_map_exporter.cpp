@@ -3,6 +3,7 @@
 #include "common/map/byte_map.hpp"
 #include "common/results/summary.hpp"
 #include "input.hpp"
+#include "services/runtime/command_line.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/map_replica.hpp"
 
@@ -30,6 +31,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       }
       summary.timings[status->name] = {status->latency_p50_ms, status->latency_p95_ms, status->latency_p99_ms,
                                        status->latency_max_ms};
+      for (std::size_t i = 0; i < status->parameter_name.size(); ++i) {
+        const std::string& key = status->parameter_name[i];
+        summary.parameters[status->name].emplace_back(key, ReadValue(key, status->parameter_value[i]));
+      }
     }
   }
   // The largest rectangle takes a good part of a second: more than there is to learn from it.
@@ -38,6 +43,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Summary of_map = Summarize(matches, grid);
   of_map.counts = summary.counts;
   of_map.timings = summary.timings;
+  of_map.parameters = summary.parameters;
   FormatSummary(of_map);
   return 0;
 }

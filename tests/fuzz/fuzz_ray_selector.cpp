@@ -1,7 +1,8 @@
-// LASER, as ray_selector takes it: its answer must be one that rrhc_matcher believes.
+// LASER, as ray_selector takes it: its answer must be one that rrhc_matcher believes. And what it says of the laser.
 
 #include <cstdlib>
 
+#include "common/scan/laser_judge.hpp"
 #include "common/scan/ray_selector.hpp"
 #include "services/runtime/conversions.hpp"
 #include "wire_messages.hpp"
@@ -11,6 +12,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto laser = Decode<bot_core::planar_lidar_t>({data, size});
   if (!laser) return 0;
   const LaserScan scan = FromMessage(*laser);
+  LaserJudge judge{ScanParameters{}};
+  LaserScan next = scan;
+  for (int i = 0; i < 12; ++i) {  // enough for a verdict
+    judge.Look(next);
+    ++next.utime;
+  }
   for (const auto method :
        {SelectionMethod::kAll, SelectionMethod::kUniform, SelectionMethod::kDensity, SelectionMethod::kSegments}) {
     Parameters parameters;

@@ -1,8 +1,10 @@
-// Every decoder: what it takes can be written again, and has the size that it had. And those of foreign lasers.
+// Every decoder: what it takes can be written again, and has the size that it had. And those of foreign lasers, and
+// what is said of messages that are refused.
 
 #include <cstdlib>
 
 #include "input.hpp"
+#include "services/runtime/message_types.hpp"
 #include "services/runtime/wire.hpp"
 #include "services/sources/laser_types.hpp"
 
@@ -24,6 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace crsm;
   DecodeAsEach<bot_core::planar_lidar_t, bot_core::pose_t, critical_rays_t, scan_match_t, tracking_state_t, map_delta_t,
                map_request_t, service_status_t>({data, size});
+  DescribeRefusedLaser({data, size});
   for (const auto& [fingerprint, type] : LaserTypes()) type.decode({data, size});
   return 0;
 }

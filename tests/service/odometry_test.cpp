@@ -152,7 +152,7 @@ TEST_CASE("a matcher in lockstep waits for the odometry of a scan; one that runs
       ++num_matches;
       CHECK(match.has_odometry == (lockstep ? 1 : 0));
     });
-    bus->Subscribe<service_status_t>(kServiceStatusChannel, [&](const service_status_t& status) {
+    bus->Subscribe<service_status_t>(kEveryServiceStatus, [&](const service_status_t& status) {
       for (std::size_t i = 0; i < status.counter_name.size(); ++i) {
         counts[status.name + "." + status.counter_name[i]] = status.counter_value[i];
       }

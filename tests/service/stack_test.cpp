@@ -125,7 +125,7 @@ TEST_CASE("a scan whose rays all measured nothing is answered, counted, and leav
   REQUIRE(stack.StartServices());
   TestBus bus(url);
   std::map<std::string, std::int64_t> counts;
-  bus->Subscribe<service_status_t>(kServiceStatusChannel, [&](const service_status_t& status) {
+  bus->Subscribe<service_status_t>(kEveryServiceStatus, [&](const service_status_t& status) {
     for (std::size_t i = 0; i < status.counter_name.size(); ++i) {
       counts[status.name + "." + status.counter_name[i]] = status.counter_value[i];
     }

@@ -49,6 +49,17 @@ TEST_CASE("every key stands in the list once") {
   for (std::size_t i = 0; i < list.size(); ++i) CHECK(list[i].first == checker.keys[i]);
 }
 
+TEST_CASE("the list of some groups has their parameters and no others") {
+  using enum ParameterGroup;
+  const auto list = ListParameters(Parameters(), {kSeed, kOdometry});
+  REQUIRE(list.size() == 2);
+  CHECK(list[0].first == "seed");
+  CHECK(list[1].first == "odometry");
+  CHECK(ListParameters(Parameters(), {}).empty());
+  CHECK(ListParameters(Parameters(), {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate}) ==
+        ListParameters(Parameters()));
+}
+
 TEST_CASE("the list gives each value as what it is") {
   Parameters parameters;
   parameters.match.seed = ~std::uint64_t{0};

@@ -62,7 +62,8 @@ inline map_delta_t MapDeltaMessage() {
 inline map_request_t MapRequestMessage() { return {77, 99, 8, 2, 3, 5}; }
 
 inline service_status_t ServiceStatusMessage() {
-  return {5, "map_updater", "1.0", 42, "", 2, {"handled", "lost"}, {9, 1}, 9, 1.0, 1.5, 2.0, 3.0, 40.0};
+  return {5, "map_updater", "1.0", 42,  "",  2,   {"handled", "lost"}, {9, 1}, 1, {"seed"}, {"7"},
+          9, 1.0,           1.5,   2.0, 3.0, 40.0};
 }
 
 }  // namespace crsm

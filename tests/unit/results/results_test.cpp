@@ -238,6 +238,34 @@ TEST_CASE("the overview is enlarged to about 1600 pixels and shrunk only above 4
   CHECK(SideOf(9000) == 4000);
 }
 
+TEST_CASE("the letters below a large picture are as large in it as below a small one") {
+  // The height of the strip's letters, which is where it is neither white nor the scale bar, over the picture's width.
+  const auto LetterShare = [](int width_cells) {
+    const TemporaryFolder folder;
+    Results results = MakeResults(width_cells, 3);
+    results.matches = {MakeMatch(1, {0.0, 0.0, 0.0}, 0.0, MatchState::kFirst)};
+    WriteResults(folder.path, results);
+    const Picture picture = DecodePng(ReadBytes(folder.path / "overview.png"));
+    std::size_t first = picture.height;
+    std::size_t last = 0;
+    for (std::size_t y = 10; y < picture.height; ++y) {
+      for (std::size_t x = 0; x < picture.width; ++x) {
+        const auto colour = picture.ColourAt(x, y);
+        if (colour[2] < colour[0] + 150 || colour[2] < colour[1] + 50) continue;  // the word "path", in its blue
+        first = std::min(first, y);
+        last = std::max(last, y);
+      }
+    }
+    REQUIRE(first < last);
+    return static_cast<double>(last - first + 1) / static_cast<double>(picture.width);
+  };
+  const double small = LetterShare(1600);
+  CHECK(small > 0.006);  // 10 pixels
+  // The faint edges of small letters miss a row or two; letters that do not grow have 0.4 of the share.
+  CHECK(LetterShare(3999) == Approx(small).epsilon(0.3));
+  CHECK(LetterShare(9000) == Approx(small).epsilon(0.3));
+}
+
 TEST_CASE("poses far outside the map are drawn nowhere and harm nothing") {
   const TemporaryFolder folder;
   Results results = MakeResults(50, 50);
@@ -334,11 +362,12 @@ TEST_CASE("a summary becomes JSON with everything in it, parameters in their ord
   summary.map_version = 9;
   summary.path_length_m = 2.5;
   summary.mean_fitness = std::numeric_limits<double>::quiet_NaN();
-  summary.parameters = {{"z_first", 40},
-                        {"a_second", true},
-                        {"size_m", 0.05},
-                        {"seed", ~std::uint64_t{0}},
-                        {"log", "not \xff UTF-8 \"quoted\""}};
+  summary.parameters["one"] = {{"z_first", 40},
+                               {"a_second", true},
+                               {"size_m", 0.05},
+                               {"seed", ~std::uint64_t{0}},
+                               {"log", "not \xff UTF-8 \"quoted\""}};
+  summary.parameters["other"] = {{"z_first", 41}};
   summary.counts = {{"dropped", 3}};
   summary.timings = {{"match", {1.5, 2.0, 2.5, 3.5}}};
   const std::string text = FormatSummary(summary);
@@ -351,11 +380,12 @@ TEST_CASE("a summary becomes JSON with everything in it, parameters in their ord
   CHECK(json["map_version"] == 9);
   CHECK(json["path_length_m"] == 2.5);
   CHECK(json["mean_fitness"].is_null());
-  CHECK(json["parameters"]["z_first"] == 40);
-  CHECK(json["parameters"]["a_second"] == true);
-  CHECK(json["parameters"]["size_m"] == 0.05);
-  CHECK(json["parameters"]["seed"] == ~std::uint64_t{0});
-  CHECK(json["parameters"]["log"] == "not \xEF\xBF\xBD UTF-8 \"quoted\"");
+  CHECK(json["parameters"]["one"]["z_first"] == 40);
+  CHECK(json["parameters"]["one"]["a_second"] == true);
+  CHECK(json["parameters"]["one"]["size_m"] == 0.05);
+  CHECK(json["parameters"]["one"]["seed"] == ~std::uint64_t{0});
+  CHECK(json["parameters"]["one"]["log"] == "not \xEF\xBF\xBD UTF-8 \"quoted\"");
+  CHECK(json["parameters"]["other"] == nlohmann::json{{"z_first", 41}});
   CHECK(json["counts"]["dropped"] == 3);
   CHECK(json["timings"]["match"] == nlohmann::json{{"p50_ms", 1.5}, {"p95_ms", 2.0}, {"p99_ms", 2.5}, {"max_ms", 3.5}});
   CHECK(nlohmann::json::parse(FormatSummary({}))["counts"] == nlohmann::json::object());

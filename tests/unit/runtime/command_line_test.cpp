@@ -74,6 +74,28 @@ TEST_CASE("without flags the defaults hold") {
   CHECK(ListParameters(program.parameters()) == ListParameters(Parameters()));
 }
 
+TEST_CASE("a program tells the values of what it uses, and of nothing else") {
+  const Program program({"--seed", "7", "--lockstep", "--map-wait-s", "0.5"}, {ParameterGroup::kSeed});
+  const NamedValues expected{{"seed", std::uint64_t{7}}, {"lcm_url", ""},     {"channel_prefix", ""},
+                             {"lockstep", true},         {"map_wait_s", 0.5}, {"start", ""}};
+  CHECK(program.line.UsedValues() == expected);
+}
+
+TEST_CASE("a value as text is the same value again, for every parameter and setting") {
+  Program program({"--method", "density", "--cell-size-m", "0.07", "--no-interpolate", "--seed", "18446744073709551615",
+                   "--lcm-url", "7"});
+  for (const auto& [key, value] : program.line.UsedValues()) {
+    INFO(key << ": " << FormatValue(value));
+    CHECK(ReadValue(key, FormatValue(value)) == value);
+  }
+}
+
+TEST_CASE("a text that is no value of its key, or of a key that is unknown, stays a text") {
+  CHECK(ReadValue("seed", "abc") == ParameterValue{std::string("abc")});
+  CHECK(ReadValue("cell_size_m", "nan") == ParameterValue{std::string("nan")});
+  CHECK(ReadValue("of_another_matcher", "5") == ParameterValue{std::string("5")});
+}
+
 TEST_CASE("every kind of flag sets its value") {
   const Program program({"--cell-size-m", "0.07", "--num-evaluations=123", "--method", "density", "--no-interpolate",
                          "--limit-edges", "--seed", "18446744073709551615", "--lcm-url", "tcpq://localhost",

@@ -106,6 +106,22 @@ TEST_CASE("messages on the channels of the filter pass whole, whatever the lengt
   }
 }
 
+TEST_CASE("a channel that ends in * lets all pass whose names begin so, and * alone lets every message pass") {
+  Loopback loopback;
+  REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter({"END", "SERVICE_STATUS/*", "SERVICE_STATUS/longer"})));
+  for (const std::string channel : {"SERVICE_STATUS/", "SERVICE_STATUS/a", "SERVICE_STATUS/rrhc_matcher"}) {
+    INFO(channel);
+    CHECK(loopback.Passes(Message(Name(channel))));
+  }
+  for (const std::string channel : {"SERVICE_STATUS", "SERVICE_STATU", "robot1/SERVICE_STATUS/a", "SERVICE_STATUS*"}) {
+    INFO(channel);
+    CHECK_FALSE(loopback.Passes(Message(Name(channel))));
+  }
+  REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter({"*"}, {Packets::kWhole})));
+  CHECK(loopback.Passes(Message(Name("anything"))));
+  CHECK_FALSE(loopback.Passes(Fragment{}.Encode()));
+}
+
 TEST_CASE("messages on any other channel are dropped") {
   Loopback loopback;
   REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter({"LASER", "MAP_DELTA", "END"})));

@@ -1,0 +1,116 @@
+#include "services/runtime/laser_watch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "services/runtime/message_types.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr std::size_t kMostChannels = 20;  // that are told of: the names come from the network
+
+std::string Printable(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+  return text;
+}
+
+/// Whether a channel is one of the stack's own, on which no laser can be.
+bool IsOurs(const std::string& channel) {
+  return channel.find("SERVICE_STATUS/") != std::string::npos ||
+         std::any_of(std::begin(kChannelsOfStack), std::end(kChannelsOfStack),
+                     [&](const char* name) { return channel.ends_with(name); });
+}
+
+}  // namespace
+
+LaserWatch::LaserWatch(Service& service, const ScanParameters& parameters, std::string channel)
+    : service_(service),
+      channel_(service.bus().prefix() + std::move(channel)),
+      judge_(parameters),
+      silence_(Clock::now()) {
+  service_.bus().Subscribe<service_status_t>(
+      ServiceStatusChannel("laser_publisher"),
+      [this](const service_status_t& status) { silence_.HearPublisher(Clock::now(), status.state); });
+}
+
+void LaserWatch::Hear(const LaserScan& scan) {
+  silence_.Hear(Clock::now());
+  num_refused_in_a_row_ = 0;
+  for (const std::string& complaint : judge_.Look(scan)) SayOf(complaint);
+}
+
+/// One stray message proves nothing, and many are not to fill a log.
+void LaserWatch::Refuse(std::span<const std::uint8_t> bytes) {
+  constexpr int kEnough = 3;
+  constexpr auto kPause = std::chrono::minutes(1);
+  const auto now = Clock::now();
+  silence_.Hear(now);
+  if (++num_refused_in_a_row_ < kEnough || now < next_refusal_) return;
+  next_refusal_ = now + kPause;
+  SayOf(DescribeRefusedLaser(bytes));
+}
+
+void LaserWatch::Poll() {
+  const auto now = Clock::now();
+  switch (silence_.Look(now)) {
+    case LaserSilence::Verdict::kNothingYet:
+      return ListenToAll();
+    case LaserSilence::Verdict::kFellSilent:
+      return SayOf(
+          "silent for 3 s, after scans that came: does the laser's driver still run, is its cable plugged in?");
+    case LaserSilence::Verdict::kNone:
+      break;
+  }
+  if (!listen_until_) return;
+  while (all_channels_) {
+    const auto message = all_channels_->Receive();
+    if (!message) break;
+    const std::string channel(message->channel);
+    if (heard_.size() < kMostChannels && !IsOurs(channel)) heard_[channel] = Fingerprint(message->bytes);
+  }
+  if (silence_.ever_heard() || now >= *listen_until_) {
+    if (!silence_.ever_heard()) SayNothingCame();
+    listen_until_.reset();
+    all_channels_.reset();
+  }
+}
+
+void LaserWatch::SayOf(const std::string& complaint) const {
+  Say(fmt::format("{}: {}: {}", service_.name(), Printable(channel_), complaint));
+}
+
+/// The sockets that we have hear no other channel. For a moment this one hears all.
+void LaserWatch::ListenToAll() {
+  constexpr auto kListenFor = std::chrono::milliseconds(1000);
+  listen_until_ = Clock::now() + kListenFor;
+  if (!service_.bus().multicast()) return;
+  MulticastAddress address = *service_.bus().multicast();
+  address.buffer_bytes = 100'000;  // which every kernel grants: what is lost of it comes again
+  all_channels_ = MulticastSocket::Open(address);
+  if (all_channels_ && !all_channels_->Listen({"*"})) all_channels_.reset();
+}
+
+void LaserWatch::SayNothingCame() { SayOf(fmt::format("nothing came since the start; {}", DescribeBus())); }
+
+std::string LaserWatch::DescribeBus() const {
+  if (!all_channels_) return "lcm-spy shows what is on this bus; does the laser's driver run, with the same --lcm-url?";
+  if (heard_.empty()) return "nothing else is on this bus: does the laser's driver run, with the same --lcm-url?";
+  std::vector<std::string> listed;
+  std::string mend = fmt::format("the laser's driver must publish on {}", Printable(channel_));
+  for (const auto& [channel, fingerprint] : heard_) {
+    listed.push_back(fmt::format("{} ({})", Printable(channel), NameOfType(fingerprint)));
+    const bool is_laser = fingerprint == static_cast<std::uint64_t>(bot_core::planar_lidar_t::getHash());
+    if (is_laser && channel.ends_with(kLaserChannel)) {
+      const std::string prefix = channel.substr(0, channel.size() - std::string_view(kLaserChannel).size());
+      mend = fmt::format("is it this one: --channel-prefix \"{}\"?", Printable(prefix));
+    }
+  }
+  return fmt::format("on this bus are {}: {}", fmt::join(listed, ", "), mend);
+}
+
+}  // namespace crsm

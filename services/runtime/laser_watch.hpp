@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "common/scan/laser_judge.hpp"
+#include "services/runtime/laser_silence.hpp"
+#include "services/runtime/multicast_socket.hpp"
+#include "services/runtime/service.hpp"
+
+namespace crsm {
+
+/// Says on stderr, in a line that names the mend, what is wrong with a live laser: nothing on its channel, messages of
+/// a wrong type or with angles in degrees, what LaserJudge sees in its scans, and that it has fallen silent.
+class LaserWatch {
+ public:
+  /// channel: of the laser, without prefix.
+  LaserWatch(Service& service, const ScanParameters& parameters, std::string channel);
+
+  /// A scan came, also one that is sent again.
+  void Hear(const LaserScan& scan);
+  /// A message came that is no scan.
+  void Refuse(std::span<const std::uint8_t> bytes);
+
+  /// Says what is due by the clock; to be called often.
+  void Poll();
+
+ private:
+  void SayOf(const std::string& complaint) const;
+  void ListenToAll();
+  void SayNothingCame();
+  std::string DescribeBus() const;
+
+  Service& service_;
+  std::string channel_;  ///< with the prefix
+  LaserJudge judge_;
+  LaserSilence silence_;
+  int num_refused_in_a_row_ = 0;
+  Clock::time_point next_refusal_{};  ///< no earlier is a refused message said again
+
+  // For a moment, while the bus is searched for the laser.
+  std::unique_ptr<MulticastSocket> all_channels_;
+  std::optional<Clock::time_point> listen_until_;
+  std::map<std::string, std::uint64_t> heard_;  ///< fingerprints by channel, of a few channels
+};
+
+}  // namespace crsm

@@ -1,0 +1,76 @@
+#include "services/runtime/message_types.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <botlab/lidar_nranges_t.hpp>
+#include <botlab/lidar_t.hpp>
+#include <cmath>
+#include <map>
+
+#include "common/math/trigonometry.hpp"
+#include "services/runtime/wire.hpp"
+
+namespace crsm {
+namespace {
+
+template <class Message>
+std::uint64_t FingerprintOf() {
+  return static_cast<std::uint64_t>(Message::getHash());
+}
+
+/// Why the values of a scan whose bytes are those of its type are out of range.
+std::string DescribeValues(const bot_core::planar_lidar_t& scan) {
+  constexpr double kFullTurn_rad = 2.0 * kPi;
+  constexpr double kTwoTurns_deg = 720.0;
+  const double sweep = std::abs(static_cast<double>(scan.radstep)) * std::max(0, scan.nranges - 1);
+  const double largest = std::max(sweep, std::abs(static_cast<double>(scan.rad0)));
+  if (largest > kFullTurn_rad + 1e-3 && largest <= kTwoTurns_deg) {
+    return fmt::format(
+        "angles look like degrees (rad0 {:.6g}, radstep {:.6g}, {} rays): they must be radians: the driver must divide "
+        "by 57.2958",
+        scan.rad0, scan.radstep, scan.nranges);
+  }
+  if (scan.utime < 0) return fmt::format("utime is below 0 ({}): it must be microseconds since 1970", scan.utime);
+  if (scan.nranges < static_cast<int>(kMinBeams)) {
+    return fmt::format("scans have {} rays: they must have {} to {}", scan.nranges, kMinBeams, kMaxBeams);
+  }
+  if (scan.nintensities != 0 && scan.nintensities != scan.nranges) {
+    return fmt::format("scans have {} ranges and {} intensities: there must be as many, or no intensities",
+                       scan.nranges, scan.nintensities);
+  }
+  return fmt::format("rad0 is {} and radstep {}: both must be finite, within a full turn [rad], radstep not 0",
+                     scan.rad0, scan.radstep);
+}
+
+}  // namespace
+
+std::string NameOfType(std::uint64_t fingerprint) {
+  static const std::map<std::uint64_t, std::string> kNames{
+      {FingerprintOf<bot_core::planar_lidar_t>(), "bot_core.planar_lidar_t"},
+      {FingerprintOf<bot_core::pose_t>(), "bot_core.pose_t"},
+      {FingerprintOf<botlab::lidar_t>(), "botlab.lidar_t"},
+      {FingerprintOf<botlab::lidar_nranges_t>(), "botlab.lidar_t"},
+      {FingerprintOf<critical_rays_t>(), "crsm.critical_rays_t"},
+      {FingerprintOf<map_delta_t>(), "crsm.map_delta_t"},
+      {FingerprintOf<map_request_t>(), "crsm.map_request_t"},
+      {FingerprintOf<scan_match_t>(), "crsm.scan_match_t"},
+      {FingerprintOf<service_status_t>(), "crsm.service_status_t"}};
+  const auto name = kNames.find(fingerprint);
+  return name != kNames.end() ? name->second : fmt::format("a type with fingerprint 0x{:016x}", fingerprint);
+}
+
+std::string DescribeRefusedLaser(std::span<const std::uint8_t> bytes) {
+  using Lidar = bot_core::planar_lidar_t;
+  if (!Is<Lidar>(bytes)) {
+    return fmt::format("messages are {}: they must be bot_core.planar_lidar_t (lcmtypes/bot_core_planar_lidar_t.lcm)",
+                       bytes.size() < 8 ? "too short for LCM" : NameOfType(Fingerprint(bytes)));
+  }
+  Lidar scan;
+  if (!CountsFit<Lidar>(bytes) || scan.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0) {
+    return fmt::format("messages are cut, or have more than {} rays: {} bytes came", kMaxBeams, bytes.size());
+  }
+  return DescribeValues(scan);
+}
+
+}  // namespace crsm

@@ -1,0 +1,178 @@
+// What is wrong with a live laser is said, in one line that names the mend, by the process that hears it.
+
+#include <algorithm>
+#include <thread>
+
+#include "catch.hpp"
+#include "processes.hpp"
+#include "services/runtime/conversions.hpp"
+
+using namespace crsm;
+
+namespace {
+
+/// A ray_selector, and a driver that talks to it.
+class Driver {
+ public:
+  explicit Driver(std::vector<std::string> flags = {})
+      : lcm_(url_), scans_(TakeScans("sim:demo", 60)), selector_("ray_selector", Complete(flags), folder_ / "log") {
+    REQUIRE(selector_.AwaitReady());
+  }
+
+  /// What ray_selector says besides that it is ready, when it has said something while `publish` is called at 20 Hz.
+  template <class Publish>
+  std::string AwaitComplaint(Publish publish) {
+    WaitUntil(
+        [&] {
+          publish();
+          return !Complaints().empty();
+        },
+        std::chrono::milliseconds(50));
+    return Complaints();
+  }
+  std::string AwaitComplaint() {
+    return AwaitComplaint([] {});
+  }
+
+  /// The next scan, changed.
+  template <class Change>
+  void Publish(const std::string& channel, Change change) {
+    bot_core::planar_lidar_t message = ToMessage(scans_[next_++ % scans_.size()]);
+    change(message);
+    lcm_.publish(channel, &message);
+  }
+  void PublishGood(const std::string& channel) {
+    Publish(channel, [](auto&) {});
+  }
+
+  std::string Complaints() const {
+    const std::string ready = "ray_selector: ready\n";
+    const std::string said = selector_.errors();
+    return said.substr(std::min(said.size(), ready.size()));
+  }
+
+  const std::string& url() const { return url_; }
+  lcm::LCM& lcm() { return lcm_; }
+
+ private:
+  std::vector<std::string> Complete(std::vector<std::string> flags) const {
+    flags.insert(flags.end(), {"--lcm-url", url_});
+    return flags;
+  }
+
+  TemporaryFolder folder_;
+  std::string url_ = MakeBusUrl();
+  lcm::LCM lcm_;
+  std::vector<LaserScan> scans_;
+  std::size_t next_ = 0;
+  Process selector_;
+};
+
+void CheckLine(const std::string& said, const std::string& beginning, const std::vector<std::string>& parts) {
+  CAPTURE(said);
+  CHECK(said.rfind("ray_selector: " + beginning, 0) == 0);
+  for (const std::string& part : parts) {
+    CAPTURE(part);
+    CHECK(said.find(part) != std::string::npos);
+  }
+  CHECK(std::count(said.begin(), said.end(), '\n') == 1);
+}
+
+}  // namespace
+
+TEST_CASE("nothing on the laser's channel is said, with the channels that the bus has and their types") {
+  Driver driver;
+  const bot_core::pose_t pose{5, {}, {}, {1.0, 0.0, 0.0, 0.0}, {}, {}};
+  const std::vector<std::uint8_t> unknown{1, 2, 3, 4, 5, 6, 7, 8, 9};
+  const std::string said = driver.AwaitComplaint([&] {
+    driver.PublishGood("robot1/LASER");
+    driver.lcm().publish("GPS", &pose);
+    driver.lcm().publish("CAMERA", unknown.data(), static_cast<unsigned>(unknown.size()));
+  });
+  CheckLine(said, "LASER: nothing came since the start; on this bus are ",
+            {"CAMERA (a type with fingerprint 0x0102030405060708)", "GPS (bot_core.pose_t)",
+             "robot1/LASER (bot_core.planar_lidar_t)", "--channel-prefix \"robot1/\"?"});
+}
+
+TEST_CASE("a bus on which nobody is says so, with the channel that is listened to") {
+  Driver driver({"--channel-prefix", "robot7/"});
+  CheckLine(driver.AwaitComplaint(), "robot7/LASER: nothing came since the start; nothing else is on this bus",
+            {"does the laser's driver run"});
+}
+
+TEST_CASE("a wrong type on the laser's channel is said, by its name and by that of the right one") {
+  Driver driver;
+  const bot_core::pose_t pose{5, {}, {}, {1.0, 0.0, 0.0, 0.0}, {}, {}};
+  CheckLine(driver.AwaitComplaint([&] { driver.lcm().publish("LASER", &pose); }), "LASER: messages are bot_core.pose_t",
+            {"bot_core.planar_lidar_t"});
+}
+
+TEST_CASE("degrees, millimetres, a clock without time and a range that is too short are said") {
+  using Change = std::function<void(bot_core::planar_lidar_t&)>;
+  const std::vector<std::pair<Change, std::string>> wrong{
+      {[](auto& scan) { scan.rad0 = -120.0f, scan.radstep = 0.36f; }, "LASER: angles look like degrees"},
+      {[](auto& scan) {
+         for (float& range : scan.ranges) range *= 1000.0f;
+       },
+       "LASER: ranges look like millimetres"},
+      {[](auto& scan) { scan.utime = 0; }, "LASER: utime is always 0"},
+      {[](auto& scan) {
+         for (float& range : scan.ranges) range += 50.0f;
+       },
+       "LASER: none of the "}};
+  for (const auto& [change, expected] : wrong) {
+    Driver driver;
+    const auto& change_one = change;
+    CheckLine(driver.AwaitComplaint([&] { driver.Publish("LASER", change_one); }), expected, {});
+  }
+}
+
+TEST_CASE("a laser that falls silent is missed, once") {
+  Driver driver;
+  driver.PublishGood("LASER");
+  CheckLine(driver.AwaitComplaint(), "LASER: silent for 3 s", {"driver"});
+  std::this_thread::sleep_for(std::chrono::seconds(4));
+  CheckLine(driver.Complaints(), "LASER: silent for 3 s", {});
+}
+
+TEST_CASE("nothing is said while a publisher waits for a map that does not come, nor after the end of its log") {
+  const TemporaryFolder folder;
+  WriteScans(TakeScans("sim:demo", 20), folder / "run.lcm");
+  Driver driver;
+  {
+    Process waiting("laser_publisher", {folder / "run.lcm", "--rate", "max", "--lcm-url", driver.url()},
+                    folder / "log");
+    REQUIRE(waiting.AwaitReady());
+    std::this_thread::sleep_for(std::chrono::seconds(5));
+    CHECK(waiting.Interrupt() == 0);
+  }
+  CHECK(Run("laser_publisher", {folder / "run.lcm", "--rate", "10", "--lcm-url", driver.url()}, folder / "log") == 0);
+  std::this_thread::sleep_for(std::chrono::seconds(5));
+  CHECK(driver.Complaints().empty());
+}
+
+TEST_CASE("slam_offline says of a log what is wrong with its laser, and nothing of a good one") {
+  const TemporaryFolder folder;
+  const auto Said = [&](const std::string& name, const std::function<void(LaserScan&)>& change) {
+    std::vector<LaserScan> scans = TakeScans("sim:demo", 40);
+    for (LaserScan& scan : scans) change(scan);
+    WriteScans(scans, folder / name);
+    Process process("slam_offline", {folder / name, "--out", folder / "out"}, folder / "log");
+    CHECK(process.AwaitExit() == 0);
+    return process.errors();
+  };
+  CHECK(Said("good.lcm", [](LaserScan&) {}).find("good.lcm") == std::string::npos);
+  const auto Expect = [&](const std::function<void(LaserScan&)>& change, const std::string& expected) {
+    const std::string said = Said("bad.lcm", change);
+    CAPTURE(said);
+    CHECK(said.find("bad.lcm: " + expected) != std::string::npos);
+  };
+  Expect(
+      [](LaserScan& scan) {
+        for (float& range_m : scan.ranges_m) range_m *= 1000.0f;
+      },
+      "ranges look like millimetres");
+  Expect([](LaserScan& scan) { scan.utime = 0; }, "39 of 40 scans on LASER have the utime of an earlier one");
+  Expect([](LaserScan& scan) { scan.angle_min_rad = -90.0f; },
+         "40 of 40 scans on LASER are left out: angles look like");
+}
