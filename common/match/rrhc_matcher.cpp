@@ -215,8 +215,9 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found) c
   return refined;
 }
 
-/// Step 4. What the critical rays say there decides; where nobody knew where the robot is, all rays and their ways. On a
-/// finished map those have a say in every scan: a place that was found wrongly must not live on by its own low fitness.
+/// Step 4. What the critical rays say there decides; where nobody knew where the robot is, all rays and their ways. On
+/// a finished map those have a say in every scan: a place that was found wrongly must not live on by its own low
+/// fitness.
 void RrhcMatcher::Judge(const Rays& rays, const Presumption& presumed, const Refined& refined,
                         const TrackingState& tracking, ScanMatch& match) const {
   const Expectation expected(tracking, parameters_);
