@@ -14,8 +14,9 @@ constexpr std::int64_t kFewScans = 20;  // fewer tell nothing
 // Right: 0.58 (aces) to 0.98. Wrong by angles, ranges, order or noise: 0.02 to 0.5, a few 0.8.
 constexpr double kLeastAgreement = 0.5;
 
-// Right: 0.63 (exp3) to 0.84. Scans that do not belong together: 0.21 to 0.5.
+// Right: 0.63 (exp3) to 0.84. Scans that do not belong together: 0.21 to 0.5, a few 0.58.
 constexpr double kLeastFitness = 0.5;
+constexpr double kFairFitness = 0.6;
 
 // Right: 0 to 0.01. Every 20th scan: 0.02 to 0.5; what else loses the track: 0.06 to 0.8.
 constexpr double kMostLost = 0.05;
@@ -62,12 +63,11 @@ void JudgeFit(Verdict& verdict) {
   const bool jumps = Share(values.far_steps, values.steps) > kManyFarSteps;
   const bool fits = values.mean_fitness >= kLeastFitness;
   if (!fits) {
-    Warn(
-        verdict, Trust::kBad,
-        fmt::format("the scans do not fit one another (mean fitness {:.2f}; maps that are right have 0.6 and more): {}",
-                    values.mean_fitness,
-                    jumps ? fmt::format("{}, or angles in degrees", kTooFewScans)
-                          : "likely wrong angles (--angle-scale), noisy ranges, or the preset of another laser"));
+    Warn(verdict, Trust::kBad,
+         fmt::format("the scans fit one another badly (mean fitness {:.2f}; maps that are right have 0.6 and more): {}",
+                     values.mean_fitness,
+                     jumps ? fmt::format("{}, or angles in degrees", kTooFewScans)
+                           : "likely wrong angles (--angle-scale), noisy ranges, or the preset of another laser"));
   }
   if (verdict.agreement && *verdict.agreement < kLeastAgreement) {
     Warn(verdict, Trust::kBad,

@@ -147,7 +147,8 @@ class MapExporter {
     summary.version = kVersion;
     summary.parameters = ListParameters(command_line_.parameters());
     summary.map_version = map_follower_.replica().version();
-    summary.verdict = Judge(statistics_, map_ ? *map_ : ByteMap(1.0));
+    const ByteMap no_map(1.0);
+    summary.verdict = Judge(statistics_, map_ ? *map_ : no_map);
     statuses_[service_.name()] = service_.MakeStatus();
     for (const auto& [name, status] : statuses_) {
       for (std::size_t i = 0; i < status.counter_name.size(); ++i) {
