@@ -61,9 +61,8 @@ void JudgeRays(Verdict& verdict) {
 void JudgeFit(Verdict& verdict) {
   const auto& values = verdict.values;
   const bool jumps = Share(values.far_steps, values.steps) > kManyFarSteps;
-  const bool fits = values.mean_fitness >= kLeastFitness;
-  if (!fits) {
-    Warn(verdict, Trust::kBad,
+  if (values.mean_fitness < kFairFitness) {
+    Warn(verdict, values.mean_fitness < kLeastFitness ? Trust::kBad : Trust::kDoubtful,
          fmt::format("the scans fit one another badly (mean fitness {:.2f}; maps that are right have 0.6 and more): {}",
                      values.mean_fitness,
                      jumps ? fmt::format("{}, or angles in degrees", kTooFewScans)
