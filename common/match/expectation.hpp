@@ -25,7 +25,7 @@ class Expectation {
   bool IsMetBy(const ScoredPose& found, const Eigen::Matrix2Xd& critical_hits_m, const ByteMap& map) const;
 
  private:
-  double usual_;       ///< fitness of the last scans
+  double usual_;       ///< fitness of the last scans; on a finished map no less than its building gives
   double enough_;      ///< see enough()
   double acceptable_;  ///< share of the expected fitness below which a scan is lost
   bool unknown_;

@@ -215,15 +215,19 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found) c
   return refined;
 }
 
-/// Step 4. What the critical rays say there decides; where nobody knew where the robot is, all rays and their ways.
+/// Step 4. What the critical rays say there decides; where nobody knew where the robot is, all rays and their ways. On
+/// a finished map those have a say in every scan: a place that was found wrongly must not live on by its own low
+/// fitness.
 void RrhcMatcher::Judge(const Rays& rays, const Presumption& presumed, const Refined& refined,
                         const TrackingState& tracking, ScanMatch& match) const {
   const Expectation expected(tracking, parameters_);
   const double fitness = map_.Fitness(rays.critical, refined.pose);
   match.fitness = std::clamp(fitness, 0.0, 1.0);
+  const auto Score = [&] { return ScorePlace(map_, rays.hits_m, refined.pose); };
   const bool explained = presumed.found_on_whole_map || expected.unknown()
-                             ? ScorePlace(map_, rays.hits_m, refined.pose) >= kLeastScore
-                             : expected.IsMetBy({refined.pose, fitness}, rays.critical_hits_m, map_.cells());
+                             ? Score() >= kLeastScore
+                             : expected.IsMetBy({refined.pose, fitness}, rays.critical_hits_m, map_.cells()) &&
+                                   (!tracking.on_finished_map() || Score() >= kLeastTrackedScore);
   match.T_map_laser = presumed.if_lost;
   if (!explained) return;
 

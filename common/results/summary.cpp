@@ -6,6 +6,22 @@
 #include <optional>
 
 namespace crsm {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// "lines" is for people, and all that a program has to print.
+Json ToJson(const Verdict& verdict) {
+  const RunStatistics::Values& values = verdict.values;
+  return {{"trust", Name(verdict.trust)},
+          {"lines", FormatVerdict(verdict)},
+          {"agreement", verdict.agreement ? Json(*verdict.agreement) : Json(nullptr)},
+          {"without_rays", values.without_rays},
+          {"longest_lost", values.longest_lost},
+          {"far_steps", values.far_steps}};
+}
+
+}  // namespace
 
 Summary Summarize(const MatchSequence& matches, const DenseGrid& grid) {
   Summary summary;
@@ -35,7 +51,6 @@ Summary Summarize(const MatchSequence& matches, const DenseGrid& grid) {
 }
 
 std::string FormatSummary(const Summary& summary) {
-  using Json = nlohmann::ordered_json;
   Json json = {{"version", summary.version},
                {"scans", summary.scans},
                {"lost", summary.lost},
@@ -44,6 +59,7 @@ std::string FormatSummary(const Summary& summary) {
                {"path_length_m", summary.path_length_m},
                {"explored_area_m2", summary.explored_area_m2},
                {"mean_fitness", summary.mean_fitness},
+               {"verdict", ToJson(summary.verdict)},
                {"counts", Json::object()},
                {"timings", Json::object()},
                {"parameters", Json::object()}};

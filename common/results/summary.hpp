@@ -9,6 +9,7 @@
 #include "common/map/dense_grid.hpp"
 #include "common/parameters.hpp"
 #include "common/results/match_sequence.hpp"
+#include "common/results/verdict.hpp"
 
 namespace crsm {
 
@@ -33,6 +34,7 @@ struct Summary {
   double mean_fitness = 0.0;                   ///< of the matched scans (the paper's MFV), [0, 1]; 0 if there are none
   std::map<std::string, std::int64_t> counts;  ///< drops, resends, bad messages ..., by name
   std::map<std::string, StageTiming> timings;  ///< by stage
+  Verdict verdict;                             ///< whether the map is to be trusted
 };
 
 /// A summary in which all that follows from poses and map is filled in: scans, lost, degenerate, path_length_m,

@@ -28,8 +28,10 @@ class MapExporter {
                                  [this](std::span<const TileChange> changes) { return Apply(changes); },
                                  [this](const ScanMatch& match) { Add(match); }}) {
     Bus& bus = service_.bus();
-    bus.Subscribe<critical_rays_t>(kCriticalRaysChannel,
-                                   [this](const critical_rays_t& message) { last_scan_ = FromMessage(message); });
+    bus.Subscribe<critical_rays_t>(kCriticalRaysChannel, [this](const critical_rays_t& message) {
+      last_scan_ = FromMessage(message);
+      statistics_.Add(last_scan_.utime, last_scan_.rays);
+    });
     bus.Subscribe<service_status_t>(kEveryServiceStatus, [this](const service_status_t& status) { Keep(status); });
   }
 
@@ -63,6 +65,7 @@ class MapExporter {
   }
 
   void Begin(double cell_size_m) {
+    if (map_) statistics_ = RunStatistics();  // not the rays that were heard before the first map
     map_.emplace(cell_size_m);
     matches_ = MatchStore();
     trajectory_text_ = TemporaryFile();
@@ -71,6 +74,7 @@ class MapExporter {
 
   void Add(const ScanMatch& match) {
     matches_.Append(match);
+    statistics_.Add(match);
     std::string line;
     AppendPose({match.utime, match.T_map_laser}, line);
     trajectory_text_.Append({reinterpret_cast<const std::uint8_t*>(line.data()), line.size()});
@@ -142,6 +146,8 @@ class MapExporter {
     Summary summary = Summarize(results.matches, results.grid);
     summary.version = kVersion;
     summary.map_version = map_follower_.replica().version();
+    const ByteMap no_map(1.0);
+    summary.verdict = Judge(statistics_, map_ ? *map_ : no_map);
     statuses_[service_.name()] = service_.MakeStatus();
     for (const auto& [name, status] : statuses_) {
       for (std::size_t i = 0; i < status.counter_name.size(); ++i) {
@@ -163,6 +169,7 @@ class MapExporter {
   std::optional<ByteMap> map_;  ///< none before the map's owner was heard
   MatchStore matches_;
   TemporaryFile trajectory_text_;  ///< trajectory.tum so far
+  RunStatistics statistics_;
   MapFollower map_follower_;
   CriticalRays last_scan_;
   std::map<std::string, service_status_t> statuses_;

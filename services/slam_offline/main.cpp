@@ -27,11 +27,13 @@ struct Run {
   void Restore(const CriticalRays* scan, const ScanMatch& match) {
     slam.Integrate(scan, match);
     matches.push_back(match);
+    statistics.Add(match);
     if (scan) last_scan = *scan;
   }
 
   Slam slam;
   std::vector<ScanMatch> matches;
+  RunStatistics statistics;
   CriticalRays last_scan;
 };
 
@@ -63,12 +65,14 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
                     settings.localize));
     run.slam.FinishMap();
     run.matches.clear();
+    run.statistics = RunStatistics();
   }
   RemoveJournal(settings.out);
   return std::make_unique<Journal>(JournalFolder(settings.out), subject);
 }
 
-void MapLog(const CommandLine& command_line, const std::string& name, const std::string& resume) {
+/// Says whether the map is to be trusted, and returns it.
+Trust MapLog(const CommandLine& command_line, const std::string& name, const std::string& resume) {
   const Settings& settings = command_line.settings();
   const Parameters& parameters = command_line.parameters();
   const auto source = OpenLaserSource(name, {parameters.match.seed, settings.laser_channel});
@@ -94,8 +98,11 @@ void MapLog(const CommandLine& command_line, const std::string& name, const std:
       latency.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
       journal->Append(step.drawn ? &step.scan : nullptr, step.match);
       run.matches.push_back(step.match);
+      run.statistics.Add(scan->utime, step.scan.rays);
+      run.statistics.Add(step.match);
       run.last_scan = std::move(step.scan);
     } else {
+      run.statistics.Add(scan->utime, FindValidRays(*scan, parameters.scan));  // as who hears CRITICAL_RAYS
       ++num_repeated;
     }
     if (const auto T_map_laser = source->TruePose()) results.truth.push_back({scan->utime, *T_map_laser});
@@ -123,10 +130,13 @@ void MapLog(const CommandLine& command_line, const std::string& name, const std:
   if (run.slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", command_line.program(), kMapIsFull));
   summary.timings["slam_offline"] = {latency.Percentile(0.5), latency.Percentile(0.95), latency.Percentile(0.99),
                                      latency.max_ms()};
+  summary.verdict = Judge(run.statistics, run.slam.map());
   results.summary_json = FormatSummary(summary);
   WriteResults(settings.out, results);
   fmt::print("{} scans, {} lost, map of {:.0f} m2 in {}\n", summary.scans, summary.lost, summary.explored_area_m2,
              settings.out);
+  for (const std::string& line : FormatVerdict(summary.verdict)) fmt::print("{}\n", line);
+  return summary.verdict.trust;
 }
 
 }  // namespace
@@ -134,15 +144,24 @@ void MapLog(const CommandLine& command_line, const std::string& name, const std:
 
 int main(int argc, char** argv) {
   using enum crsm::ParameterGroup;
-  crsm::CommandLine command_line("slam_offline", "Maps a log or a simulated world in one process.",
-                                 {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate},
-                                 {"lcm_url", "channel_prefix", "out", "laser_channel", "localize", "start"});
+  constexpr int kExitUntrustworthy = 3;
+  crsm::CommandLine command_line(
+      "slam_offline",
+      "Maps a log or a simulated world in one process. Exit codes: 0 done, 1 failed, 2 usage, "
+      "3 with --strict: the map is not to be trusted.",
+      {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate},
+      {"lcm_url", "channel_prefix", "out", "laser_channel", "localize", "start"});
   std::string name;
   command_line.app().add_option("SOURCE", name, crsm::DescribeSources())->required();
   std::string resume;
   command_line.app()
       .add_option("--resume", resume, "folder of an earlier run (its --out, or this one's): go on with its map")
       ->type_name("DIR");
+  bool strict = false;
+  command_line.app().add_flag("--strict", strict, "exit with 3 if the map is not to be trusted");
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
-  return crsm::RunMain(command_line.program(), [&] { crsm::MapLog(command_line, name, resume); });
+  auto trust = crsm::Trust::kGood;
+  const int exit_code =
+      crsm::RunMain(command_line.program(), [&] { trust = crsm::MapLog(command_line, name, resume); });
+  return exit_code == 0 && strict && trust == crsm::Trust::kBad ? kExitUntrustworthy : exit_code;
 }

@@ -57,6 +57,15 @@ TEST_CASE("on a finished map losses excuse nothing: the scene is known, and the 
   }
 }
 
+TEST_CASE("on a finished map matches that fit badly do not lower what the next one has to reach") {
+  std::vector<ScanMatch> matches;
+  for (int k = 0; k < 20; ++k) matches.push_back({k, {}, 0.3, 0, 0, 0, MatchState::kOk});
+  const TrackingState tracking = After(matches);
+  REQUIRE(tracking.on_finished_map());
+  CHECK(LeastFitness(tracking) == Approx(0.525).margin(0.001));  // three quarters of 0.7
+  CHECK(Expectation(tracking, MatchParameters{}).enough() == Approx(0.95 * 0.3));
+}
+
 TEST_CASE("rays that look into the unknown need not fit, up to a fifth of them") {
   // Of 20 rays: so many of them that end where the map is explored can fit as usual.
   for (const int num_explored : {20, 19, 18, 17}) {

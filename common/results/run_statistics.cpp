@@ -1,0 +1,114 @@
+#include "common/results/run_statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "common/match/global_search.hpp"
+#include "common/math/random.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr std::size_t kMostSampled = 200;
+constexpr std::size_t kMostRays = 60;
+constexpr std::size_t kLeastSampled = 20;
+
+// The window in which a scan is searched by default (window_m, window_rad): beyond it is luck.
+constexpr double kFar_m = 0.4;
+constexpr double kFar_rad = 0.25;
+
+ValidRays Thin(const ValidRays& rays) {
+  const std::size_t step = (rays.size() + kMostRays - 1) / kMostRays;
+  ValidRays some;
+  for (std::size_t i = 0; i < rays.size(); i += step) {
+    some.angle_rad.push_back(rays.angle_rad[i]);
+    some.range_m.push_back(rays.range_m[i]);
+  }
+  return some;
+}
+
+}  // namespace
+
+void RunStatistics::Add(std::int64_t utime, const ValidRays& rays) {
+  if (rays.size() == 0) return;
+  Sampled* sampled = FindSampled(utime);
+  if (sampled && !sampled->rays) sampled->rays = Thin(rays);
+}
+
+void RunStatistics::Add(const ScanMatch& match) {
+  ++values_.scans;
+  if (match.num_critical == 0) ++values_.without_rays;
+  if (match.state != MatchState::kFirst && match.map_version == 0) values_.finished_map = true;
+  if (match.state == MatchState::kLost) {
+    ++values_.lost;
+    values_.longest_lost = std::max(values_.longest_lost, ++num_lost_in_a_row_);
+    previous_.reset();
+    return;
+  }
+  num_lost_in_a_row_ = 0;
+  if (match.state == MatchState::kDegenerate) ++values_.degenerate;
+  if (match.state != MatchState::kFirst) {
+    fitness_sum_ += match.fitness;
+    ++num_fitnesses_;
+  }
+  if (Sampled* sampled = FindSampled(match.utime)) sampled->T_map_laser = match.T_map_laser;
+  if (previous_) AddStep(*previous_, match);
+  previous_ = match;
+}
+
+RunStatistics::Values RunStatistics::values() const {
+  Values values = values_;
+  if (num_fitnesses_ > 0) values.mean_fitness = fitness_sum_ / static_cast<double>(num_fitnesses_);
+  constexpr double kLeastTurns_rad2 = 0.1;  // thirty turns of 0.06 rad
+  constexpr double kLeastWays_m2 = 0.3;     // thirty steps of 0.1 m
+  values.turns_by_odometry = turns_.Compute(kLeastTurns_rad2);
+  values.ways_by_odometry = ways_.Compute(kLeastWays_m2);
+  return values;
+}
+
+std::optional<double> RunStatistics::ComputeMeanAgreement(const ByteMap& map) const {
+  double sum = 0.0;
+  std::size_t num = 0;
+  for (const auto& [hash, sampled] : sampled_) {
+    if (!sampled.rays || !sampled.T_map_laser) continue;
+    sum += ComputeAgreement(map, ComputeHits(*sampled.rays), *sampled.T_map_laser);
+    ++num;
+  }
+  if (num < kLeastSampled) return std::nullopt;
+  return sum / static_cast<double>(num);
+}
+
+/// nullptr if the scan is not in the sample. What has left it never comes back: the largest hash in it only falls.
+RunStatistics::Sampled* RunStatistics::FindSampled(std::int64_t utime) {
+  const std::uint64_t hash = Random(0, static_cast<std::uint64_t>(utime)).Next();
+  const auto found = sampled_.find(hash);
+  if (found != sampled_.end()) return &found->second;
+  if (sampled_.size() == kMostSampled) {
+    const auto last = std::prev(sampled_.end());
+    if (hash > last->first) return nullptr;
+    sampled_.erase(last);
+  }
+  return &sampled_[hash];
+}
+
+void RunStatistics::AddStep(const ScanMatch& from, const ScanMatch& to) {
+  const Pose2 motion = Inverse(from.T_map_laser) * to.T_map_laser;
+  ++values_.steps;
+  if (std::hypot(motion.x_m, motion.y_m) > kFar_m || std::abs(motion.yaw_rad) > kFar_rad) ++values_.far_steps;
+  if (!from.T_odom_robot || !to.T_odom_robot) return;
+  const Pose2 wheels = Inverse(*from.T_odom_robot) * *to.T_odom_robot;
+  turns_.product += wheels.yaw_rad * motion.yaw_rad;
+  turns_.odometry += wheels.yaw_rad * wheels.yaw_rad;
+  turns_.laser += motion.yaw_rad * motion.yaw_rad;
+  ways_.product += wheels.x_m * motion.x_m + wheels.y_m * motion.y_m;
+  ways_.odometry += wheels.x_m * wheels.x_m + wheels.y_m * wheels.y_m;
+  ways_.laser += motion.x_m * motion.x_m + motion.y_m * motion.y_m;
+}
+
+std::optional<double> RunStatistics::Correlation::Compute(double least) const {
+  if (odometry < least || laser < least) return std::nullopt;
+  return product / std::sqrt(odometry * laser);
+}
+
+}  // namespace crsm

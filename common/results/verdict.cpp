@@ -1,0 +1,198 @@
+#include "common/results/verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace crsm {
+namespace {
+
+// Below each threshold: the extremes of the maps that are right, and of those that are wrong, in our logs and worlds.
+
+constexpr std::int64_t kFewScans = 20;  // fewer tell nothing
+
+// Right: 0.58 (aces) to 0.98. Wrong by angles, ranges, order or noise: 0.02 to 0.5, a few 0.8.
+constexpr double kLeastAgreement = 0.5;
+
+// Right: 0.63 (exp3) to 0.84. Scans that do not belong together: 0.21 to 0.5, a few 0.58.
+constexpr double kLeastFitness = 0.5;
+constexpr double kFairFitness = 0.6;
+
+// Right: 0 to 0.01. Every 20th scan: 0.02 to 0.5; what else loses the track: 0.06 to 0.8.
+constexpr double kMostLost = 0.05;
+constexpr double kMostLostInMotion = 0.02;  // where the laser also moves far between scans
+constexpr double kFewFarSteps = 0.03;       // right, at full rate: 0 to 0.006, and 0.13 in hall, with nothing lost
+
+// Right: 0 to 0.18, 0.59 of a laser with a reach of 4 m. Ranges of a tenth: 0.7 to 1.
+constexpr double kMostDegenerate = 0.8;
+
+// Right: 0 to 0.13 (hall), on every 5th scan up to 0.98. Wrong: up to 0.95; a sweep that is not deskewed: 0.17.
+constexpr double kManyFarSteps = 0.15;
+
+// Right: 4. Tracks that were found again elsewhere: 10 to 770.
+constexpr std::int64_t kLongLost = 20;
+
+constexpr double kOpposite = -0.5;  // of the correlation of two motions
+constexpr double kAcross = 0.5;
+
+double Share(std::int64_t part, std::int64_t whole) {
+  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
+}
+
+void Warn(Verdict& verdict, Trust trust, std::string text) {
+  verdict.trust = std::max(verdict.trust, trust);
+  verdict.warnings.push_back(std::move(text));
+}
+
+constexpr const char* kTooFewScans =
+    "likely too few scans a second for the motion, scans out of order, or sweeps that are not deskewed";
+
+void JudgeRays(Verdict& verdict) {
+  const auto& values = verdict.values;
+  if (values.scans == 0) return Warn(verdict, Trust::kBad, "no scan came");
+  const double share = Share(values.without_rays, values.scans);
+  if (share <= kMostLost) return;
+  Warn(verdict, share > 0.5 ? Trust::kBad : Trust::kDoubtful,
+       fmt::format("{:.0f} % of the scans have no rays: likely a wrong --preset or --range-max-m, or ranges in another "
+                   "unit than metres",
+                   100.0 * share));
+}
+
+void JudgeFit(Verdict& verdict) {
+  const auto& values = verdict.values;
+  const bool jumps = Share(values.far_steps, values.steps) > kManyFarSteps;
+  if (values.mean_fitness < kFairFitness) {
+    Warn(verdict, values.mean_fitness < kLeastFitness ? Trust::kBad : Trust::kDoubtful,
+         fmt::format("the scans fit one another badly (mean fitness {:.2f}; maps that are right have 0.6 and more): {}",
+                     values.mean_fitness,
+                     jumps ? fmt::format("{}, or angles in degrees", kTooFewScans)
+                           : "likely wrong angles (--angle-scale), noisy ranges, or the preset of another laser"));
+  }
+  if (verdict.agreement && *verdict.agreement < kLeastAgreement) {
+    Warn(verdict, Trust::kBad,
+         fmt::format("the scans contradict the map: only {:.0f} % of their rays pass where it is free and end at its "
+                     "walls (maps that are right have 58 % and more): {}",
+                     100.0 * *verdict.agreement,
+                     jumps
+                         ? kTooFewScans
+                         : "likely the wrong angles (--angle-scale) or ranges, or rooms drawn one over the other after "
+                           "a wrong match"));
+  }
+}
+
+void JudgeTrack(Verdict& verdict) {
+  const auto& values = verdict.values;
+  const double lost = Share(std::max<std::int64_t>(0, values.lost - values.without_rays), values.scans);
+  const double far_steps = Share(values.far_steps, values.steps);
+  const bool moves_far = far_steps > kFewFarSteps;
+  if (lost > (moves_far ? kMostLostInMotion : kMostLost)) {
+    Warn(
+        verdict, Trust::kBad,
+        fmt::format("{:.0f} % of the scans are lost, and what was mapped after them may lie anywhere: {}", 100.0 * lost,
+                    moves_far ? kTooFewScans : "likely another --preset is needed, or the view was blocked"));
+  } else if (values.longest_lost >= kLongLost) {
+    Warn(verdict, Trust::kDoubtful,
+         fmt::format("{} scans in a row were lost: what was mapped after them may lie elsewhere", values.longest_lost));
+  }
+  if (far_steps > kManyFarSteps) {
+    Warn(verdict, Trust::kDoubtful,
+         fmt::format(
+             "in {:.0f} % of the steps the laser moved by more than 0.4 m or 0.25 rad from one scan to the next: "
+             "look whether walls are doubled or turned; more scans a second, or deskewed sweeps, would help",
+             100.0 * far_steps));
+  }
+}
+
+void JudgeAxes(Verdict& verdict) {
+  const auto& values = verdict.values;
+  const double degenerate = Share(values.degenerate, values.scans);
+  if (degenerate <= kMostDegenerate) return;
+  Warn(
+      verdict, Trust::kBad,
+      fmt::format("in {:.0f} % of the scans nothing holds the position along an axis, so lengths are not known: a bare "
+                  "corridor, or likely a wrong --preset or --range-max-m, or ranges in another unit than metres",
+                  100.0 * degenerate));
+}
+
+void JudgeOdometry(Verdict& verdict) {
+  const auto& values = verdict.values;
+  if (values.turns_by_odometry && *values.turns_by_odometry < kOpposite) {
+    Warn(verdict, Trust::kDoubtful,
+         "the robot turns left by its odometry where it turns right by its laser: one of them is mirrored, and the map "
+         "with the laser");
+  } else if (values.ways_by_odometry && *values.ways_by_odometry < kAcross) {
+    Warn(
+        verdict, Trust::kDoubtful,
+        "the robot drives another way by its odometry than by its laser: likely the laser is mounted turned, and poses "
+        "are its own, not the robot's");
+  }
+}
+
+/// On a finished map there is nothing to go wrong but the poses.
+void JudgeLocalization(Verdict& verdict) {
+  constexpr double kMostLostOnMap = 0.1;
+  const double lost = Share(verdict.values.lost, verdict.values.scans);
+  if (lost <= kMostLostOnMap) return;
+  Warn(verdict, lost > 0.5 ? Trust::kBad : Trust::kDoubtful,
+       fmt::format("{:.0f} % of the scans were not found on the map: likely another building or part of it, or rooms "
+                   "that are alike (--start helps)",
+                   100.0 * lost));
+}
+
+std::string Describe(const Verdict& verdict) {
+  const auto& values = verdict.values;
+  const std::int64_t found = values.scans - values.lost;
+  std::string text = fmt::format("{} of {} scans {}, {} lost, {} degenerate, mean fitness {:.2f}", found, values.scans,
+                                 values.finished_map ? "found on the map" : "mapped", values.lost, values.degenerate,
+                                 values.mean_fitness);
+  if (verdict.agreement) text += fmt::format(", {:.0f} % of the rays agree with the map", 100.0 * *verdict.agreement);
+  return text;
+}
+
+}  // namespace
+
+Verdict Judge(const RunStatistics& statistics, const ByteMap& map) {
+  Verdict verdict;
+  verdict.values = statistics.values();
+  verdict.agreement = statistics.ComputeMeanAgreement(map);
+  verdict.text = Describe(verdict);
+  JudgeRays(verdict);
+  if (verdict.values.scans < kFewScans) {
+    if (verdict.values.scans > 0) Warn(verdict, Trust::kDoubtful, "too few scans to judge the map by");
+    return verdict;
+  }
+  if (verdict.values.finished_map) {
+    JudgeLocalization(verdict);
+    return verdict;
+  }
+  const bool blind = verdict.trust == Trust::kBad;
+  if (!blind) JudgeFit(verdict);
+  if (!blind) JudgeTrack(verdict);
+  if (!blind) JudgeAxes(verdict);
+  JudgeOdometry(verdict);
+  return verdict;
+}
+
+const char* Name(Trust trust) {
+  switch (trust) {
+    case Trust::kGood:
+      return "good";
+    case Trust::kDoubtful:
+      return "doubtful";
+    case Trust::kBad:
+      return "bad";
+  }
+  return "";
+}
+
+std::vector<std::string> FormatVerdict(const Verdict& verdict) {
+  const char* meaning = verdict.trust == Trust::kGood       ? "good: nothing speaks against it"
+                        : verdict.trust == Trust::kDoubtful ? "doubtful: look at it before you use it"
+                                                            : "not to be trusted";
+  const char* subject = verdict.values.finished_map ? "the poses are" : "the map is";
+  std::vector<std::string> lines{verdict.text, fmt::format("{} {}", subject, meaning)};
+  for (const std::string& warning : verdict.warnings) lines.push_back("warning: " + warning);
+  return lines;
+}
+
+}  // namespace crsm

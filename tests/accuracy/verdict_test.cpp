@@ -1,0 +1,99 @@
+#include "common/results/verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+
+#include "accuracy/run.hpp"
+#include "accuracy/spoil.hpp"
+#include "catch.hpp"
+#include "common/slam.hpp"
+#include "real_logs.hpp"
+#include "services/sources/open_laser_source.hpp"
+
+namespace crsm {
+namespace {
+
+std::vector<LaserScan> ReadScans(const std::string& source, std::uint64_t seed) {
+  const auto opened = OpenLaserSource(source, {seed, ""});
+  std::vector<LaserScan> scans;
+  while (auto scan = opened->Next()) scans.push_back(std::move(*scan));
+  return scans;
+}
+
+/// Maps scans, prints a line of the table, and returns the verdict.
+Verdict JudgeMapOf(const std::string& name, const std::vector<LaserScan>& scans, const Parameters& parameters) {
+  Slam slam(parameters);
+  RunStatistics statistics;
+  for (const LaserScan& scan : scans) {
+    const Slam::Step step = slam.Process(scan);
+    statistics.Add(scan.utime, step.scan.rays);
+    statistics.Add(step.match);
+  }
+  const Verdict verdict = Judge(statistics, slam.map());
+  const auto& values = verdict.values;
+  fmt::print("{:<34} {:<9} scans {:>5}  lost {:>5}  degenerate {:>5}  fitness {:.2f}  agreement {:.2f}  far {:>4}\n",
+             name, Name(verdict.trust), values.scans, values.lost, values.degenerate, values.mean_fitness,
+             verdict.agreement.value_or(0.0), values.far_steps);
+  std::fflush(stdout);
+  return verdict;
+}
+
+int NumSeeds(int usual) {
+  const char* text = std::getenv("CRSM_ACCURACY_SEEDS");
+  return text ? std::max(1, std::atoi(text)) : usual;
+}
+
+void CheckGood(const std::string& name, const std::string& source, const std::string& preset, int num_seeds) {
+  for (int seed = 1; seed <= NumSeeds(num_seeds); ++seed) {
+    const Parameters parameters = ShippedParameters(preset, static_cast<std::uint64_t>(seed));
+    const std::string title = fmt::format("{}, seed {}", name, seed);
+    INFO(title);
+    CHECK(JudgeMapOf(title, ReadScans(source, parameters.match.seed), parameters).trust == Trust::kGood);
+  }
+}
+
+void CheckBad(const std::string& name, const std::string& source, const std::string& preset,
+              const std::vector<std::string>& ways) {
+  const Parameters parameters = ShippedParameters(preset, 1);
+  const std::vector<LaserScan> scans = ReadScans(source, 1);
+  for (const std::string& way : ways) {
+    const std::string title = fmt::format("{}, {}", name, way);
+    INFO(title);
+    const Verdict verdict = JudgeMapOf(title, Spoil(scans, way), parameters);
+    CHECK(verdict.trust == Trust::kBad);
+    CHECK(!verdict.warnings.empty());
+  }
+}
+
+}  // namespace
+
+TEST_CASE("maps of simulated worlds are called good") {
+  for (const char* world : {"demo", "corridor", "hall", "twins", "env1", "env2", "env3", "env4"}) {
+    CheckGood(world, fmt::format("sim:{}", world), "", 1);
+  }
+}
+
+TEST_CASE("maps of spoilt scans of simulated worlds are called bad") {
+  for (const char* world : {"demo", "hall"}) CheckBad(world, fmt::format("sim:{}", world), "", WaysToSpoil());
+}
+
+TEST_CASE("maps of real logs that are right are called good", "[logs]") {
+  for (const char* name : {"fr079", "intel", "aces"}) {
+    if (const auto log = FindRealLog(fmt::format("radish/{}.clf.gz", name))) CheckGood(name, *log, "sick", 1);
+  }
+  for (const char* name : {"exp1", "exp3"}) {
+    if (const auto log = FindRealLog(fmt::format("urg04lx/{}.clf.gz", name))) CheckGood(name, *log, "urg-04lx", 1);
+  }
+}
+
+TEST_CASE("maps of spoilt scans of real logs are called bad", "[logs]") {
+  if (const auto log = FindRealLog("radish/fr079.clf.gz")) CheckBad("fr079", *log, "sick", WaysToSpoil());
+  // Half the angles of a laser that sees only 4 m still make a map that agrees with itself: that one is called
+  // doubtful.
+  if (const auto log = FindRealLog("urg04lx/exp3.clf.gz")) {
+    CheckBad("exp3", *log, "urg-04lx", {"angles in degrees", "beams shuffled", "ranges +- 0.3 m", "every 20th scan"});
+  }
+}
+
+}  // namespace crsm

@@ -1,0 +1,51 @@
+// Whether a map is to be trusted: the same answer from one process and from five, and an exit code for it.
+
+#include <nlohmann/json.hpp>
+
+#include "catch.hpp"
+#include "processes.hpp"
+
+using namespace crsm;
+
+namespace {
+
+const std::string kRunStack = CRSM_SOURCE_DIR "/scripts/run_stack";
+
+nlohmann::json ReadVerdict(const std::filesystem::path& out) {
+  return nlohmann::json::parse(ReadFile(out / "summary.json"))["verdict"];
+}
+
+}  // namespace
+
+TEST_CASE("five processes in lockstep judge a map as one process does") {
+  const TemporaryFolder folder;
+  WriteScans(TakeScans("sim:demo", 250, 2), folder / "run.lcm");
+  const std::string log = folder / "run.lcm";
+  REQUIRE(Run("slam_offline", {log, "--out", folder / "offline"}, folder / "log") == 0);
+  REQUIRE(Run(kRunStack, {log, "--out", folder / "stack", "--lcm-url", MakeBusUrl()}, folder / "log") == 0);
+  const nlohmann::json verdict = ReadVerdict(folder / "offline");
+  CHECK(verdict["trust"] == "good");
+  CHECK(verdict["agreement"] > 0.9);
+  CHECK(verdict == ReadVerdict(folder / "stack"));
+}
+
+TEST_CASE("slam_offline says on its last lines whether the map is to be trusted, and with --strict by exit code 3") {
+  const TemporaryFolder folder;
+  std::vector<LaserScan> scans = TakeScans("sim:demo", 60, 2);
+  WriteScans(scans, folder / "good.lcm");
+  for (LaserScan& scan : scans) {
+    for (float& range_m : scan.ranges_m) range_m *= 1000.0f;  // millimetres
+  }
+  WriteScans(scans, folder / "bad.lcm");
+  const auto Map = [&](const std::string& name, std::vector<std::string> flags, int exit_code,
+                       const std::string& words) {
+    flags.insert(flags.begin(), {folder / (name + ".lcm"), "--out", folder / name});
+    Process process("slam_offline", flags, folder / "log");
+    CHECK(process.AwaitExit() == exit_code);
+    INFO(process.output());
+    CHECK(process.output().find(words) != std::string::npos);
+  };
+  Map("good", {"--strict"}, 0, "the map is good");
+  Map("bad", {}, 0, "the map is not to be trusted");
+  Map("bad", {"--strict"}, 3, "warning: 100 % of the scans have no rays");
+}

@@ -1,0 +1,262 @@
+#include "common/results/verdict.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "catch.hpp"
+#include "common/results/summary.hpp"
+
+using namespace crsm;
+
+namespace {
+
+/// A run of scans that were all matched well, 0.05 m apart.
+struct Run {
+  std::int64_t utime = 0;
+  RunStatistics statistics;
+
+  ScanMatch Next() {
+    ScanMatch match;
+    match.utime = ++utime;
+    match.T_map_laser = {0.05 * static_cast<double>(utime), 0.0, 0.0};
+    match.state = utime == 1 ? MatchState::kFirst : MatchState::kOk;
+    match.fitness = 0.8;
+    match.num_critical = 70;
+    match.map_version = utime - 1;
+    return match;
+  }
+
+  template <class Change>
+  void Add(int num, Change&& change) {
+    for (int i = 0; i < num; ++i) {
+      ScanMatch match = Next();
+      change(match);
+      statistics.Add(match);
+    }
+  }
+  void Add(int num) {
+    Add(num, [](ScanMatch&) {});
+  }
+
+  Verdict Judged() const { return Judge(statistics, ByteMap(0.1)); }
+};
+
+bool Mentions(const Verdict& verdict, const std::string& words) {
+  const auto lines = FormatVerdict(verdict);
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](const std::string& line) { return line.find(words) != std::string::npos; });
+}
+
+void Lose(ScanMatch& match) { match.state = MatchState::kLost; }
+
+/// A wall across x = 2 m, in cells of 0.1 m, that rays from the origin see.
+ByteMap MakeWall() {
+  ByteMap map(0.1);
+  for (int y = -40; y < 40; ++y) {
+    for (int x = -5; x < 20; ++x) map.Set({x, y}, kFreeByte);
+    map.Set({20, y}, kOccupiedByte);
+  }
+  return map;
+}
+
+ValidRays LookAhead(float range_m) {
+  ValidRays rays;
+  for (int i = -10; i <= 10; ++i) {
+    rays.angle_rad.push_back(0.01f * static_cast<float>(i));
+    rays.range_m.push_back(range_m);
+  }
+  return rays;
+}
+
+std::optional<double> AgreementOf(float range_m, int num_scans, bool rays_first = true) {
+  RunStatistics statistics;
+  for (int i = 0; i < num_scans; ++i) {
+    ScanMatch match;
+    match.utime = i;
+    match.state = MatchState::kOk;
+    if (rays_first) statistics.Add(i, LookAhead(range_m));
+    statistics.Add(match);
+    if (!rays_first) statistics.Add(i, LookAhead(range_m));
+  }
+  return statistics.ComputeMeanAgreement(MakeWall());
+}
+
+}  // namespace
+
+TEST_CASE("a run whose scans all fit is good, and says how many there were") {
+  Run run;
+  run.Add(100);
+  const Verdict verdict = run.Judged();
+  CHECK(verdict.trust == Trust::kGood);
+  CHECK(verdict.warnings.empty());
+  CHECK(verdict.text == "100 of 100 scans mapped, 0 lost, 0 degenerate, mean fitness 0.80");
+}
+
+TEST_CASE("no scan at all is bad, a few tell nothing") {
+  CHECK(Run().Judged().trust == Trust::kBad);
+  CHECK(Mentions(Run().Judged(), "no scan came"));
+  Run few;
+  few.Add(19);
+  CHECK(few.Judged().trust == Trust::kDoubtful);
+  few.Add(1);
+  CHECK(few.Judged().trust == Trust::kGood);
+}
+
+TEST_CASE("scans without rays point at the range or its unit") {
+  Run run;
+  run.Add(100, [](ScanMatch& match) {
+    match.state = MatchState::kFirst;  // the map stays empty
+    match.num_critical = 0;
+  });
+  CHECK(run.Judged().trust == Trust::kBad);
+  CHECK(Mentions(run.Judged(), "--range-max-m"));
+  CHECK(run.Judged().warnings.size() == 1);  // nothing else is known
+}
+
+TEST_CASE("a low fitness is bad, a fair one doubtful; with jumps the cause is in the rate or the unit of angles") {
+  Run still;
+  still.Add(100, [](ScanMatch& match) { match.fitness = 0.45; });
+  CHECK(still.Judged().trust == Trust::kBad);
+  CHECK(Mentions(still.Judged(), "--angle-scale"));
+  Run fair;
+  fair.Add(100, [](ScanMatch& match) { match.fitness = 0.55; });
+  CHECK(fair.Judged().trust == Trust::kDoubtful);
+  Run jumping;
+  jumping.Add(100, [](ScanMatch& match) {
+    match.fitness = 0.45;
+    match.T_map_laser.x_m *= 10.0;
+  });
+  CHECK(jumping.Judged().trust == Trust::kBad);
+  CHECK(Mentions(jumping.Judged(), "degrees"));
+}
+
+TEST_CASE("lost scans are bad from a twentieth on, and from a fiftieth on where the laser moves far") {
+  Run few;
+  few.Add(96);
+  few.Add(4, Lose);
+  CHECK(few.Judged().trust == Trust::kGood);
+  Run many;
+  many.Add(94);
+  many.Add(6, Lose);
+  CHECK(many.Judged().trust == Trust::kBad);
+  Run moving;
+  moving.Add(90);
+  moving.Add(6, [](ScanMatch& match) { match.T_map_laser.x_m *= 10.0; });
+  moving.Add(4, Lose);
+  CHECK(moving.Judged().trust == Trust::kBad);
+  CHECK(Mentions(moving.Judged(), "too few scans"));
+}
+
+TEST_CASE("a long time lost, or many far steps, make a map doubtful") {
+  Run lost;
+  lost.Add(1000);
+  lost.Add(20, Lose);
+  lost.Add(1000);
+  CHECK(lost.statistics.values().longest_lost == 20);
+  CHECK(lost.Judged().trust == Trust::kDoubtful);
+  Run turning;
+  turning.Add(100, [](ScanMatch& match) { match.T_map_laser.yaw_rad = match.utime % 5 == 0 ? 0.3 : 0.0; });
+  CHECK(turning.Judged().trust == Trust::kDoubtful);
+  CHECK(Mentions(turning.Judged(), "deskewed"));
+}
+
+TEST_CASE("where nothing holds the position along an axis, lengths are not known") {
+  Run run;
+  run.Add(100, [](ScanMatch& match) { match.state = match.utime > 10 ? MatchState::kDegenerate : match.state; });
+  CHECK(run.Judged().trust == Trust::kBad);
+  CHECK(Mentions(run.Judged(), "along an axis"));
+}
+
+TEST_CASE("odometry that turns the other way tells that one of the two is mirrored") {
+  const auto Judged = [](double sign) {
+    Run run;
+    run.Add(200, [&](ScanMatch& match) {
+      const double turn = 0.1 * static_cast<double>(match.utime % 20);
+      match.T_map_laser.yaw_rad = turn;
+      match.T_odom_robot = Pose2{match.T_map_laser.x_m, 0.0, sign * turn};
+    });
+    return run.Judged();
+  };
+  CHECK(Judged(1.0).trust == Trust::kGood);
+  CHECK(Judged(-1.0).trust == Trust::kDoubtful);
+  CHECK(Mentions(Judged(-1.0), "mirrored"));
+}
+
+TEST_CASE("odometry that drives backwards tells that the laser is mounted turned") {
+  Run run;
+  run.Add(200, [](ScanMatch& match) { match.T_odom_robot = Pose2{-match.T_map_laser.x_m, 0.0, 0.0}; });
+  CHECK(run.Judged().trust == Trust::kDoubtful);
+  CHECK(Mentions(run.Judged(), "mounted turned"));
+}
+
+TEST_CASE("on a finished map lost scans are of another building") {
+  const auto Judged = [](int num_lost) {
+    Run run;
+    run.utime = 1;  // no first scan
+    run.Add(num_lost, [](ScanMatch& match) {
+      match.map_version = 0;
+      match.state = MatchState::kLost;
+    });
+    run.Add(100 - num_lost, [](ScanMatch& match) { match.map_version = 0; });
+    return run.Judged();
+  };
+  CHECK(Judged(5).trust == Trust::kGood);
+  CHECK(Judged(30).trust == Trust::kDoubtful);
+  CHECK(Judged(80).trust == Trust::kBad);
+  CHECK(Mentions(Judged(80), "another building"));
+  CHECK(Mentions(Judged(80), "the poses are not to be trusted"));
+}
+
+TEST_CASE("agreement is the share of rays that end at walls, in whatever order rays and matches come") {
+  CHECK(AgreementOf(2.05f, 30) == 1.0);
+  CHECK(AgreementOf(2.05f, 30, false) == 1.0);
+  CHECK(AgreementOf(3.0f, 30) == 0.0);  // through the wall
+  CHECK(AgreementOf(1.0f, 30) == 0.0);  // in the open
+}
+
+TEST_CASE("agreement is unknown below twenty scans, and its sample is bounded") {
+  CHECK(!AgreementOf(2.05f, 19));
+  CHECK(AgreementOf(2.05f, 20) == 1.0);
+  CHECK(AgreementOf(2.05f, 5000) == 1.0);
+}
+
+TEST_CASE("lost scans and scans whose rays were not heard do not count for the agreement") {
+  RunStatistics statistics;
+  for (int i = 0; i < 60; ++i) {
+    ScanMatch match;
+    match.utime = i;
+    match.state = i % 3 == 0 ? MatchState::kLost : MatchState::kOk;
+    if (i % 3 != 1) statistics.Add(i, LookAhead(i % 3 == 0 ? 3.0f : 2.05f));
+    statistics.Add(match);
+  }
+  CHECK(statistics.ComputeMeanAgreement(MakeWall()) == 1.0);
+}
+
+TEST_CASE("scans that contradict the map are bad") {
+  Run run;
+  for (int i = 0; i < 50; ++i) {
+    ScanMatch match = run.Next();
+    match.T_map_laser = {};
+    run.statistics.Add(match.utime, LookAhead(i % 5 < 3 ? 3.0f : 2.05f));
+    run.statistics.Add(match);
+  }
+  const Verdict verdict = Judge(run.statistics, MakeWall());
+  CHECK(verdict.agreement == Approx(0.4));
+  CHECK(verdict.trust == Trust::kBad);
+  CHECK(Mentions(verdict, "contradict the map: only 40 %"));
+}
+
+TEST_CASE("summary.json has the verdict, with the lines that a program prints") {
+  Run run;
+  run.Add(94);
+  run.Add(6, Lose);
+  Summary summary;
+  summary.verdict = run.Judged();
+  const auto json = nlohmann::json::parse(FormatSummary(summary))["verdict"];
+  CHECK(json["trust"] == "bad");
+  CHECK(json["agreement"].is_null());
+  CHECK(json["lines"].size() == 3);
+  CHECK(json["lines"][1] == "the map is not to be trusted");
+  CHECK(json["lines"][2].get<std::string>().rfind("warning: 6 % of the scans are lost", 0) == 0);
+}
