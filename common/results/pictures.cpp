@@ -158,8 +158,8 @@ std::string EncodeMap(const DenseGrid& grid) { return EncodePng(ToPicture(grid))
 
 std::string EncodeOverview(const Results& results) {
   Canvas canvas(results.grid);
-  std::int64_t num_scans = 0;
-  std::int64_t num_lost = 0;
+  std::int64_t num_scans = results.num_left_out;
+  std::int64_t num_lost = results.num_lost_left_out;
   std::optional<cv::Point2d> start_m;
   cv::Point2d end_m;
   std::optional<Pose2> last_pose;

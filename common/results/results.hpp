@@ -9,12 +9,10 @@
 #include "common/map/dense_grid.hpp"
 #include "common/metrics/trajectory.hpp"
 #include "common/results/match_sequence.hpp"
+#include "common/results/replacement.hpp"
 #include "common/scan/critical_rays.hpp"
 
 namespace crsm {
-
-/// Takes the next piece of a file; false after an error, when no more is needed.
-using Sink = std::function<bool(std::string_view)>;
 
 /// What a run leaves behind, or has so far.
 struct Results {
@@ -26,6 +24,9 @@ struct Results {
   /// Gives the text of trajectory.tum where it is made already, so that a long one is not made again for each writing;
   /// where this is empty it is made of `matches`.
   std::function<void(const Sink&)> trajectory_text = {};
+  /// Scans that `matches` leaves out because others show the path as well: they only count in the overview's caption.
+  std::int64_t num_left_out = 0;
+  std::int64_t num_lost_left_out = 0;  ///< of these
 };
 
 /// Writes into `dir`, which is made if need be:
@@ -42,5 +43,11 @@ struct Results {
 /// std::runtime_error that names the path and the reason, std::invalid_argument if the grid's size is not that of its
 /// cells or a pose is not finite.
 void WriteResults(const std::filesystem::path& dir, const Results& results);
+
+/// The text of map.yaml. At least one cell.
+std::string FormatMapYaml(const DenseGrid& grid);
+
+/// The map of nothing: one unexplored cell, of 1 m if the size is 0.
+DenseGrid MakeUnexploredCell(double cell_size_m);
 
 }  // namespace crsm

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 namespace crsm {
 namespace {
@@ -23,30 +22,38 @@ Json ToJson(const Verdict& verdict) {
 
 }  // namespace
 
-Summary Summarize(const MatchSequence& matches, const DenseGrid& grid) {
-  Summary summary;
-  std::optional<Pose2> previous;
-  std::int64_t matched = 0;
-  double fitness_sum = 0.0;
-  matches.ForEach([&](const ScanMatch& match) {
-    ++summary.scans;
-    if (match.state == MatchState::kLost) {
-      ++summary.lost;
-      return;
-    }
-    if (match.state == MatchState::kDegenerate) ++summary.degenerate;
-    const Pose2& pose = match.T_map_laser;
-    if (previous) summary.path_length_m += std::hypot(pose.x_m - previous->x_m, pose.y_m - previous->y_m);
-    previous = pose;
-    if (match.state == MatchState::kFirst) return;  // there was nothing to match
-    ++matched;
-    fitness_sum += match.fitness;
-  });
-  if (matched > 0) summary.mean_fitness = fitness_sum / static_cast<double>(matched);
+void MatchSums::Add(const ScanMatch& match) {
+  ++summary_.scans;
+  if (match.state == MatchState::kLost) {
+    ++summary_.lost;
+    return;
+  }
+  if (match.state == MatchState::kDegenerate) ++summary_.degenerate;
+  const Pose2& pose = match.T_map_laser;
+  if (previous_) summary_.path_length_m += std::hypot(pose.x_m - previous_->x_m, pose.y_m - previous_->y_m);
+  previous_ = pose;
+  if (match.state == MatchState::kFirst) return;  // there was nothing to match
+  ++matched_;
+  fitness_sum_ += match.fitness;
+}
 
+Summary MatchSums::Sum() const {
+  Summary summary = summary_;
+  if (matched_ > 0) summary.mean_fitness = fitness_sum_ / static_cast<double>(matched_);
+  return summary;
+}
+
+double ComputeExploredArea(const DenseGrid& grid) {
   const auto unexplored = std::count(grid.cells.begin(), grid.cells.end(), kUnexploredByte);
   const auto explored = static_cast<std::ptrdiff_t>(grid.cells.size()) - unexplored;
-  summary.explored_area_m2 = static_cast<double>(explored) * grid.cell_size_m * grid.cell_size_m;
+  return static_cast<double>(explored) * grid.cell_size_m * grid.cell_size_m;
+}
+
+Summary Summarize(const MatchSequence& matches, const DenseGrid& grid) {
+  MatchSums sums;
+  matches.ForEach([&](const ScanMatch& match) { sums.Add(match); });
+  Summary summary = sums.Sum();
+  summary.explored_area_m2 = ComputeExploredArea(grid);
   return summary;
 }
 

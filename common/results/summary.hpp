@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,6 +37,24 @@ struct Summary {
   std::map<std::string, StageTiming> timings;  ///< by stage
   Verdict verdict;                             ///< whether the map is to be trusted
 };
+
+/// Sums up a run match by match, however long it is.
+class MatchSums {
+ public:
+  void Add(const ScanMatch& match);
+
+  /// A summary with scans, lost, degenerate, path_length_m and mean_fitness of the matches so far.
+  Summary Sum() const;
+
+ private:
+  Summary summary_;
+  std::optional<Pose2> previous_;  ///< of the last scan that was not lost
+  std::int64_t matched_ = 0;
+  double fitness_sum_ = 0.0;
+};
+
+/// How much of a map is explored [m^2].
+double ComputeExploredArea(const DenseGrid& grid);
 
 /// A summary in which all that follows from poses and map is filled in: scans, lost, degenerate, path_length_m,
 /// mean_fitness and explored_area_m2.

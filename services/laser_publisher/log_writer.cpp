@@ -31,7 +31,7 @@ void WriteLog(LaserSource& source, const std::string& source_name, const std::st
   if (std::filesystem::equivalent(path, source_name, not_there)) {
     throw std::runtime_error(fmt::format("--lcm-url {}: is the log to be read, which would be lost", url));
   }
-  EventLogWriter log(path, EventLogWriter::Mode::kNew);
+  EventLogWriter log(path);
   Progress progress("laser_publisher");
   std::int64_t num_scans = 0;
   while (const auto scan = source.Next()) {

@@ -30,9 +30,11 @@ double ParseRate(const std::string& text) {
   return rate;
 }
 
-void PrintCounts(const std::string& program, const LaserSource& source) {
+void PrintCounts(const std::string& program, const std::string& source_name, const LaserSource& source) {
+  const std::string cut = DescribeCut(source_name, source);
+  if (!cut.empty()) Say(fmt::format("{}: {}", program, cut));
   for (const auto& [name, count] : source.Counts()) {
-    if (count > 0) Say(fmt::format("{}: {}: {}", program, name, count));
+    if (count > 0 && name != "truncated") Say(fmt::format("{}: {}: {}", program, name, count));
   }
   for (const std::string& complaint : source.Complaints()) Say(fmt::format("{}: {}", program, complaint));
 }
@@ -165,6 +167,6 @@ int main(int argc, char** argv) {
     } else {
       crsm::LaserPublisher(command_line, *source).Run();
     }
-    crsm::PrintCounts(command_line.program(), *source);
+    crsm::PrintCounts(command_line.program(), name, *source);
   });
 }

@@ -1,15 +1,17 @@
 // map_exporter: MAP_DELTA -> pictures and files. Holds a replica of the map and writes it now and then, and at the end.
-// The matches wait on the disk: their number has no end.
+// The matches wait on the disk: their number has no end. What is written in a run costs the same however long it is.
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <set>
 #include <thread>
 
-#include "common/logs/temporary_file.hpp"
 #include "common/map/byte_map.hpp"
-#include "common/metrics/trajectory.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
+#include "services/map_exporter/path_sketch.hpp"
+#include "services/map_exporter/results_writer.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/map_follower.hpp"
 #include "services/runtime/match_store.hpp"
@@ -23,7 +25,7 @@ class MapExporter {
  public:
   explicit MapExporter(const CommandLine& command_line)
       : command_line_(command_line),
-        service_(command_line, Reception::kByThread),  // to write a large map takes seconds
+        service_(command_line),
         map_follower_(service_, {[this](double cell_size_m) { Begin(cell_size_m); },
                                  [this](std::span<const TileChange> changes) { return Apply(changes); },
                                  [this](const ScanMatch& match) { Add(match); }}) {
@@ -37,6 +39,7 @@ class MapExporter {
 
   void Run() {
     PrepareFolder(command_line_.settings().out);
+    writer_.emplace(command_line_.settings().out);
     service_.Run([this] {
       map_follower_.Poll();
       WriteNowAndThen();
@@ -44,6 +47,7 @@ class MapExporter {
       return true;
     });
     CatchUp();
+    writer_.reset();  // when it has ended
     Write();
   }
 
@@ -67,50 +71,73 @@ class MapExporter {
   void Begin(double cell_size_m) {
     if (map_) statistics_ = RunStatistics();  // not the rays that were heard before the first map
     map_.emplace(cell_size_m);
+    map_begun_ = true;
+    changed_tiles_.clear();
     matches_ = MatchStore();
-    trajectory_text_ = TemporaryFile();
+    trajectory_text_ = std::make_shared<TrajectoryText>();
+    path_ = PathSketch();
+    sums_ = MatchSums();
     written_version_ = 0;
   }
 
   void Add(const ScanMatch& match) {
     matches_.Append(match);
     statistics_.Add(match);
-    std::string line;
-    AppendPose({match.utime, match.T_map_laser}, line);
-    trajectory_text_.Append({reinterpret_cast<const std::uint8_t*>(line.data()), line.size()});
-  }
-
-  void CopyTrajectory(const Sink& sink) const {
-    std::string piece(std::size_t{1} << 16, '\0');
-    for (std::uint64_t at = 0; at < trajectory_text_.size(); at += piece.size()) {
-      piece.resize(std::min<std::uint64_t>(piece.size(), trajectory_text_.size() - at));
-      trajectory_text_.Read(at, {reinterpret_cast<std::uint8_t*>(piece.data()), piece.size()});
-      if (!sink(piece)) return;
-    }
+    trajectory_text_->Add(match);
+    path_.Add(match);
+    sums_.Add(match);
   }
 
   bool Apply(std::span<const TileChange> changes) {
     last_change_ = Clock::now();
     bool all_applied = true;
-    for (const TileChange& change : changes) all_applied = map_->Apply(change) && all_applied;
+    for (const TileChange& change : changes) {
+      if (map_->Apply(change)) {
+        changed_tiles_.insert(change.index);
+      } else {
+        all_applied = false;
+      }
+    }
     return all_applied;
   }
 
   void WriteNowAndThen() {
     const MapReplica& replica = map_follower_.replica();
-    if (Clock::now() < next_write_ || !replica.synced() || replica.version() == written_version_) return;
-    const auto start = Clock::now();
-    try {
-      Write();
-      service_.SetState("exporting");
-    } catch (const std::runtime_error& error) {  // the disk may have room again later
-      service_.counters().Add("write_failed");
-      if (service_.MakeStatus().state != error.what()) Say(fmt::format("{}: {}", service_.name(), error.what()));
-      service_.SetState(error.what());
+    if (const auto outcome = writer_->TakeOutcome()) NoteOutcome(*outcome);
+    if (Clock::now() < next_write_ || writer_->busy() || !replica.synced() || replica.version() == written_version_) {
+      return;
     }
-    service_.RecordLatency(start);
+    const auto start = Clock::now();
+    writer_->Start(MakeSnapshot());
+    service_.RecordLatency(start);  // so long messages waited
     next_write_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                      std::chrono::duration<double>(command_line_.settings().export_period_s));
+  }
+
+  void NoteOutcome(const ResultsWriter::Outcome& outcome) {
+    if (outcome.error.empty()) {
+      if (outcome.text == trajectory_text_) written_version_ = outcome.version;
+      return service_.SetState("exporting");
+    }
+    service_.counters().Add("write_failed");
+    if (service_.MakeStatus().state != outcome.error) Say(fmt::format("{}: {}", service_.name(), outcome.error));
+    service_.SetState(outcome.error);
+  }
+
+  Snapshot MakeSnapshot() {
+    Snapshot snapshot;
+    snapshot.version = map_follower_.replica().version();
+    if (std::exchange(map_begun_, false)) snapshot.begun_cell_size_m = map_->geometry().cell_size_m();
+    for (const TileIndex index : std::exchange(changed_tiles_, {})) {
+      if (const ByteMap::Tile* tile = map_->tiles().Find(index)) snapshot.tiles.emplace_back(index, tile->cells);
+    }
+    snapshot.path = path_.Matches();
+    snapshot.num_lost_in_path = std::count_if(snapshot.path.begin(), snapshot.path.end(),
+                                              [](const ScanMatch& match) { return match.state == MatchState::kLost; });
+    snapshot.text = trajectory_text_;
+    snapshot.last_scan = last_scan_;
+    snapshot.summary = Complete(sums_.Sum());
+    return snapshot;
   }
 
   /// At the end: whatever of the map has not come yet, and the last counts of the other processes.
@@ -130,20 +157,23 @@ class MapExporter {
     }
   }
 
+  /// At the end: everything once more, from all matches.
   void Write() {
-    const MapReplica& replica = map_follower_.replica();
     Results results;
     if (map_) results.grid = map_->ToDenseGrid();
     results.matches = matches_.Sequence();
-    results.trajectory_text = [this](const Sink& sink) { CopyTrajectory(sink); };
+    if (trajectory_text_) {
+      results.trajectory_text = [this](const Sink& sink) {
+        trajectory_text_->Copy(0, trajectory_text_->num_bytes(), sink);
+      };
+    }
     results.last_scan = last_scan_;
-    results.summary_json = FormatSummary(MakeSummary(results));
+    results.summary_json = FormatSummary(Complete(Summarize(results.matches, results.grid)));
     WriteResults(command_line_.settings().out, results);
-    written_version_ = replica.version();
   }
 
-  Summary MakeSummary(const Results& results) {
-    Summary summary = Summarize(results.matches, results.grid);
+  /// A summary with what is known besides poses and map.
+  Summary Complete(Summary summary) {
     summary.version = kVersion;
     summary.map_version = map_follower_.replica().version();
     const ByteMap no_map(1.0);
@@ -168,7 +198,12 @@ class MapExporter {
   Service service_;
   std::optional<ByteMap> map_;  ///< none before the map's owner was heard
   MatchStore matches_;
-  TemporaryFile trajectory_text_;  ///< trajectory.tum so far
+  std::shared_ptr<TrajectoryText> trajectory_text_;  ///< of the matches
+  PathSketch path_;                                  ///< of the matches
+  MatchSums sums_;                                   ///< of the matches
+  bool map_begun_ = false;                           ///< since the last snapshot
+  std::set<TileIndex> changed_tiles_;                ///< since the last snapshot
+  std::optional<ResultsWriter> writer_;
   RunStatistics statistics_;
   MapFollower map_follower_;
   CriticalRays last_scan_;

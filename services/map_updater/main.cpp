@@ -10,6 +10,7 @@
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
 #include "services/sources/journal.hpp"
+#include "services/sources/map_parameters.hpp"
 
 namespace crsm {
 namespace {
@@ -20,6 +21,7 @@ class MapUpdaterService {
       : settings_(command_line.settings()),
         service_(command_line),
         matches_(service_.counters()),
+        map_parameters_(ListMapParameters(command_line.parameters())),
         updater_(command_line.parameters().update) {
     LoadFinishedMap();
     OpenJournal();
@@ -93,8 +95,10 @@ class MapUpdaterService {
   /// Makes the map of --localize, which then stays as it is; what comes now is a history of its own.
   void LoadFinishedMap() {
     if (settings_.localize.empty()) return;
-    ReadJournal(JournalFolder(settings_.localize), {updater_.geometry().cell_size_m(), false},
-                [this](const CriticalRays* scan, const ScanMatch& match) { Draw(scan, match); });
+    const std::string notice =
+        ReadJournal(JournalFolder(settings_.localize), {false, map_parameters_}, on_damage_,
+                    [this](const CriticalRays* scan, const ScanMatch& match) { Draw(scan, match); });
+    if (!notice.empty()) Say(fmt::format("map_updater: {}", notice));
     if (updater_.num_tiles() == 0) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings_.localize));
     }
@@ -109,17 +113,16 @@ class MapUpdaterService {
       if (settings_.resume) throw std::runtime_error("--resume needs --journal DIR: where the map is to come from");
       return;
     }
-    const JournalSubject subject{updater_.geometry().cell_size_m(), !settings_.localize.empty()};
+    const JournalSubject subject{!settings_.localize.empty(), map_parameters_};
     if (!settings_.resume) {
       journal_.emplace(settings_.journal, subject);
       return SetEpoch(journal_->epoch());
     }
-    journal_.emplace(settings_.journal, subject,
+    journal_.emplace(settings_.journal, subject, on_damage_,
                      [this](const CriticalRays* scan, const ScanMatch& match) { Draw(scan, match); });
     SetEpoch(journal_->epoch());
-    const auto cut = journal_->num_cut_bytes();
-    Say(fmt::format("map_updater: went on from {} scans in {}{}", answered_.size(), settings_.journal,
-                    cut > 0 ? fmt::format("; cut off {} bytes of a torn tail", cut) : ""));
+    if (!journal_->notice().empty()) Say(fmt::format("map_updater: {}", journal_->notice()));
+    Say(fmt::format("map_updater: went on from {} scans in {}", answered_.size(), settings_.journal));
   }
 
   /// The last answer may be asked for again.
@@ -148,6 +151,8 @@ class MapUpdaterService {
   const Settings& settings_;
   Service service_;
   ScanQueue<ScanMatch> matches_;
+  ParameterTexts map_parameters_;
+  OnDamage on_damage_ = settings_.until_damage ? OnDamage::kTakeWhatIsBefore : OnDamage::kRefuse;
   MapUpdater updater_;
   AnswerOptions options_{DrawIdentity(), static_cast<std::size_t>(settings_.part_bytes)};
   /// Whose match has not come yet: as many as the matcher may lag behind, and those that come meanwhile of a laser that
@@ -159,14 +164,29 @@ class MapUpdaterService {
   std::optional<Journal> journal_;
 };
 
+/// Of the map that is there already. Whoever makes the scans must have been told the same.
+void TakeOverParameters(CommandLine& command_line) {
+  const Settings& settings = command_line.settings();
+  std::vector<std::filesystem::path> journals;
+  if (!settings.localize.empty()) journals.push_back(JournalFolder(settings.localize));
+  if (settings.resume && !settings.journal.empty()) journals.emplace_back(settings.journal);
+  for (const auto& folder : journals) {
+    CheckLaserParameters(folder, command_line);
+    AdoptMapParameters(folder, command_line);
+  }
+}
+
 }  // namespace
 }  // namespace crsm
 
 int main(int argc, char** argv) {
   using enum crsm::ParameterGroup;
   crsm::CommandLine command_line(
-      "map_updater", "Owns the map: CRITICAL_RAYS, SCAN_MATCH -> MAP_DELTA.", {kUpdate},
-      {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "localize", "part_bytes"});
+      "map_updater", "Owns the map: CRITICAL_RAYS, SCAN_MATCH -> MAP_DELTA.", {kScan, kUpdate},
+      {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "until_damage", "localize", "part_bytes"});
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
-  return crsm::RunMain(command_line.program(), [&] { crsm::MapUpdaterService(command_line).Run(); });
+  return crsm::RunMain(command_line.program(), [&] {
+    crsm::TakeOverParameters(command_line);
+    crsm::MapUpdaterService(command_line).Run();
+  });
 }

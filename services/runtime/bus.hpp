@@ -29,9 +29,9 @@ inline constexpr const char* kEveryServiceStatus = "SERVICE_STATUS/*";
 // On which no laser can be.
 inline constexpr const char* kChannelsOfStack[]{kOdometryChannel, kCriticalRaysChannel, kScanMatchChannel, kPoseChannel,
                                                 kTruePoseChannel, kMapDeltaChannel,     kMapRequestChannel};
-// In journals only: an empty crsm.map_delta_t, that says of which map the journal is, and whether it is a finished one.
-inline constexpr const char* kMapEpochChannel = "MAP_EPOCH";
-inline constexpr const char* kFinishedMapEpochChannel = "FINISHED_MAP_EPOCH";
+// In journals only.
+inline constexpr const char* kJournalHeadChannel = "JOURNAL_HEAD";    // crsm.journal_head_t, the first event
+inline constexpr const char* kJournalCheckChannel = "JOURNAL_CHECK";  // crsm.journal_check_t, behind each stretch
 
 /// Who takes messages out of the kernel's buffer.
 enum class Reception {

@@ -13,6 +13,7 @@
 #include <type_traits>
 
 #include "services/runtime/presets.hpp"
+#include "services/runtime/usage_error.hpp"
 #include "services/runtime/version.hpp"
 
 namespace crsm {
@@ -161,12 +162,12 @@ NamedValues ListSettings(const Settings& settings) {
   return list;
 }
 
+}  // namespace
+
 std::string FlagOf(std::string key) {
   std::replace(key.begin(), key.end(), '_', '-');
   return "--" + key;
 }
-
-}  // namespace
 
 CommandLine::CommandLine(const std::string& program, const std::string& description, std::vector<ParameterGroup> groups,
                          std::vector<std::string> settings)
@@ -262,6 +263,7 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
     for (const auto& [key, text] : flags_) {
       try {
         SetValue(key, {WrittenValue::Kind::kFlag, text}, parameters_, settings_);
+        said_by_[key] = fmt::format("{} {}", FlagOf(key), text);
       } catch (const std::runtime_error& error) {
         throw std::runtime_error(FlagOf(key) + std::string(error.what()).substr(key.size()));
       }
@@ -289,12 +291,31 @@ void CommandLine::ApplyConfig(const std::string& text, const std::string& name) 
     for (const auto& [key, node] : table) {
       try {
         SetValue(std::string(std::string_view(key)), ToWrittenValue(node), parameters_, settings_);
+        said_by_[std::string(std::string_view(key))] = fmt::format("{}:{}: {} = {}", name, node.source().begin.line,
+                                                                   std::string_view(key), ToWrittenValue(node).text);
       } catch (const std::runtime_error& error) {
         throw std::runtime_error(fmt::format("{}:{}: {}", name, node.source().begin.line, error.what()));
       }
     }
   } catch (const toml::parse_error& error) {
     throw std::runtime_error(fmt::format("{}:{}: {}", name, error.source().begin.line, error.description()));
+  }
+}
+
+void CommandLine::Adopt(const std::vector<std::pair<std::string, std::string>>& of_map, const std::string& map_name) {
+  for (const auto& [key, text] : of_map) {
+    Parameters adopted = parameters_;
+    try {
+      SetValue(key, {WrittenValue::Kind::kFlag, text}, adopted, settings_);
+    } catch (const std::runtime_error& error) {  // of another version of the programs
+      throw UsageError(fmt::format("the map of {} was made with {} = {}: {}", map_name, key, text, error.what()));
+    }
+    const auto said_by = said_by_.find(key);
+    if (said_by != said_by_.end() && ListParameters(adopted) != ListParameters(parameters_)) {
+      throw UsageError(fmt::format("{}: the map of {} was made with {}; leave this away, or say {} {}", said_by->second,
+                                   map_name, text, FlagOf(key), text));
+    }
+    parameters_ = adopted;
   }
 }
 

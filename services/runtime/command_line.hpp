@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <initializer_list>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,6 +29,11 @@ class CommandLine {
   /// The exit code where the program is to stop here: help was asked for, or something is wrong and was said.
   std::optional<int> Parse(int argc, const char* const* argv);
 
+  /// Takes over parameters of a map that was made before, by their keys, each as a flag says it. Throws UsageError, one
+  /// line, if a flag, a preset, a profile or a configuration file says something else: names which, and the map by
+  /// `map_name`.
+  void Adopt(const std::vector<std::pair<std::string, std::string>>& of_map, const std::string& map_name);
+
   const std::string& program() const { return program_; }
   const Parameters& parameters() const { return parameters_; }
   const Settings& settings() const { return settings_; }
@@ -49,6 +55,7 @@ class CommandLine {
   std::string profile_ = "default";
   std::string config_;
   std::vector<std::pair<std::string, std::string>> flags_;  ///< key and text, in the order given
+  std::map<std::string, std::string> said_by_;              ///< who gave a key its value, as "--range-max-m 40"
   Parameters parameters_;
   Settings settings_;
 };
@@ -57,5 +64,8 @@ class CommandLine {
 /// program does not know, stays a text.
 std::string FormatValue(const ParameterValue& value);
 ParameterValue ReadValue(const std::string& key, const std::string& text);
+
+/// The flag of a parameter or setting: "--range-max-m" of "range_max_m".
+std::string FlagOf(std::string key);
 
 }  // namespace crsm

@@ -10,8 +10,7 @@
 
 namespace crsm {
 
-EventLogWriter::EventLogWriter(const std::string& path, Mode mode, std::int64_t last_utime)
-    : path_(path), log_(path, mode == Mode::kNew ? "w" : "a"), last_utime_(last_utime) {
+EventLogWriter::EventLogWriter(const std::string& path) : path_(path), log_(path, "w") {
   if (!log_.good()) Fail();
 }
 

@@ -11,10 +11,8 @@ namespace crsm {
 /// message's utime, and where that goes back the last one. The same messages give the same bytes.
 class EventLogWriter {
  public:
-  enum class Mode { kNew, kAppend };
-
-  /// last_utime: with kAppend, of the last event in the log [us]. Throws std::runtime_error if it cannot be written.
-  EventLogWriter(const std::string& path, Mode mode, std::int64_t last_utime = 0);
+  /// Begins a new log. Throws std::runtime_error if it cannot be written.
+  explicit EventLogWriter(const std::string& path);
 
   EventLogWriter(const EventLogWriter&) = delete;  // lcm::LogFile closes its file, and would copy all the same
 
@@ -35,7 +33,7 @@ class EventLogWriter {
 
   std::string path_;
   lcm::LogFile log_;
-  std::int64_t last_utime_;
+  std::int64_t last_utime_ = 0;
   std::vector<std::uint8_t> bytes_;
 };
 

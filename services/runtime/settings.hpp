@@ -18,6 +18,7 @@ struct Settings {
   double resend_s = 0.05;
   std::string journal;
   bool resume = false;
+  bool until_damage = false;
   std::string localize;
   std::string start;
   int part_bytes = 32000;
@@ -38,6 +39,7 @@ void VisitSettings(Settings& s, Visitor&& visit) {
   visit("resend_s", "rate max: a scan is sent again when its map has not come by then [s]", s.resend_s, 0.01, 60.0);
   visit("journal", "folder in which every scan that is mapped is kept, so that the map can be made again", s.journal);
   visit("resume", "begin with the map of the journal", s.resume);
+  visit("until_damage", "of a journal that is damaged in the middle, take the map up to there", s.until_damage);
   visit("localize", "folder of an earlier run (its --out): localise on its map, which stays as it is", s.localize);
   visit("start", "X,Y,YAW of the laser on a finished map [m, m, rad]; searched on all of it if empty", s.start);
   visit("part_bytes", "largest MAP_DELTA [bytes], but a tile stays whole; about 1400 on a network that loses packets",

@@ -108,4 +108,14 @@ bool ValuesInRange(const service_status_t& message) {
   return message.utime >= 0;
 }
 
+template <>
+bool ValuesInRange(const journal_head_t& message) {
+  return message.utime >= 0 && message.epoch != 0 && (message.finished_map == 0 || message.finished_map == 1);
+}
+
+template <>
+bool ValuesInRange(const journal_check_t& message) {
+  return message.utime >= 0 && message.first_byte >= 0 && message.num_bytes >= 0 && message.synced_bytes >= 0;
+}
+
 }  // namespace crsm

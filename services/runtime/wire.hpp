@@ -3,6 +3,8 @@
 #include <bot_core/planar_lidar_t.hpp>
 #include <bot_core/pose_t.hpp>
 #include <crsm/critical_rays_t.hpp>
+#include <crsm/journal_check_t.hpp>
+#include <crsm/journal_head_t.hpp>
 #include <crsm/map_delta_t.hpp>
 #include <crsm/map_request_t.hpp>
 #include <crsm/scan_match_t.hpp>
@@ -23,6 +25,7 @@ inline constexpr std::size_t kMostTilesInMessage = 4096;
 inline constexpr std::size_t kMostMatchesInMessage = 1024;
 inline constexpr std::size_t kMostCounters = 64;
 inline constexpr std::size_t kMostParameters = 128;
+inline constexpr std::size_t kMostJournalParameters = 256;
 
 template <>
 constexpr auto FieldsOf<bot_core::planar_lidar_t>() {
@@ -95,6 +98,20 @@ constexpr auto FieldsOf<service_status_t>() {
 }
 
 template <>
+constexpr auto FieldsOf<journal_head_t>() {
+  using T = journal_head_t;
+  return std::tuple(&T::utime, &T::epoch, &T::finished_map, &T::version, &T::num_parameters,
+                    Array(&T::parameter_name, &T::num_parameters, kMostJournalParameters),
+                    Array(&T::parameter_value, &T::num_parameters, kMostJournalParameters));
+}
+
+template <>
+constexpr auto FieldsOf<journal_check_t>() {
+  using T = journal_check_t;
+  return std::tuple(&T::utime, &T::first_byte, &T::num_bytes, &T::synced_bytes, &T::crc);
+}
+
+template <>
 bool ValuesInRange(const bot_core::planar_lidar_t& message);
 template <>
 bool ValuesInRange(const bot_core::pose_t& message);
@@ -110,5 +127,9 @@ template <>
 bool ValuesInRange(const map_request_t& message);
 template <>
 bool ValuesInRange(const service_status_t& message);
+template <>
+bool ValuesInRange(const journal_head_t& message);
+template <>
+bool ValuesInRange(const journal_check_t& message);
 
 }  // namespace crsm

@@ -13,8 +13,10 @@
 #include "common/slam.hpp"
 #include "services/runtime/progress.hpp"
 #include "services/runtime/service.hpp"
+#include "services/runtime/usage_error.hpp"
 #include "services/runtime/version.hpp"
 #include "services/sources/journal.hpp"
+#include "services/sources/map_parameters.hpp"
 #include "services/sources/open_laser_source.hpp"
 
 namespace crsm {
@@ -37,17 +39,20 @@ struct Run {
   CriticalRays last_scan;
 };
 
+void SayNotice(const CommandLine& command_line, const std::string& notice) {
+  if (!notice.empty()) Say(fmt::format("{}: {}", command_line.program(), notice));
+}
+
 /// Makes the map of an earlier run, where there is one to begin with, and opens the journal of this one.
 std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::string& resume, Run& run) {
   const Settings& settings = command_line.settings();
-  const JournalSubject subject{run.slam.map().geometry().cell_size_m(), !settings.localize.empty()};
+  const JournalSubject subject{!settings.localize.empty(), ListMapParameters(command_line.parameters())};
+  const OnDamage on_damage = settings.until_damage ? OnDamage::kTakeWhatIsBefore : OnDamage::kRefuse;
   const auto Restore = [&](const CriticalRays* scan, const ScanMatch& match) { run.Restore(scan, match); };
   if (!resume.empty()) {
-    if (subject.finished_map) {
-      throw std::runtime_error("--resume goes on with a map and --localize leaves it as it is: one of them, please");
-    }
     TakeOverJournal(resume, settings.out);
-    auto journal = std::make_unique<Journal>(JournalFolder(settings.out), subject, Restore);
+    auto journal = std::make_unique<Journal>(JournalFolder(settings.out), subject, on_damage, Restore);
+    SayNotice(command_line, journal->notice());
     Say(fmt::format("{}: went on from {} scans in {}", command_line.program(), run.matches.size(), resume));
     return journal;
   }
@@ -57,7 +62,8 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
       throw std::runtime_error(
           fmt::format("--localize {}: its map stays as it is: choose another --out", settings.localize));
     }
-    ReadJournal(JournalFolder(settings.localize), {subject.cell_size_m, false}, Restore);
+    SayNotice(command_line,
+              ReadJournal(JournalFolder(settings.localize), {false, subject.parameters}, on_damage, Restore));
     if (run.slam.map().empty()) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings.localize));
     }
@@ -71,8 +77,19 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
   return std::make_unique<Journal>(JournalFolder(settings.out), subject);
 }
 
+/// Of the map that is there already, where there is one to begin with.
+void TakeOverParameters(const std::string& resume, CommandLine& command_line) {
+  const std::string& localize = command_line.settings().localize;
+  if (!resume.empty() && !localize.empty()) {
+    throw UsageError("--resume goes on with a map and --localize leaves it as it is: one of them, please");
+  }
+  const std::string& earlier = resume.empty() ? localize : resume;
+  if (!earlier.empty()) AdoptMapParameters(JournalFolder(earlier), command_line);
+}
+
 /// Says whether the map is to be trusted, and returns it.
-Trust MapLog(const CommandLine& command_line, const std::string& name, const std::string& resume) {
+Trust MapLog(CommandLine& command_line, const std::string& name, const std::string& resume) {
+  TakeOverParameters(resume, command_line);
   const Settings& settings = command_line.settings();
   const Parameters& parameters = command_line.parameters();
   const auto source = OpenLaserSource(name, {parameters.match.seed, settings.laser_channel});
@@ -127,6 +144,8 @@ Trust MapLog(const CommandLine& command_line, const std::string& name, const std
     Say(fmt::format("{}: {} scans were in the map already and are not mapped twice (utime_repeated)",
                     command_line.program(), num_repeated));
   }
+  const std::string cut = DescribeCut(name, *source);
+  if (!cut.empty()) Say(fmt::format("{}: {}", command_line.program(), cut));
   if (run.slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", command_line.program(), kMapIsFull));
   summary.timings["slam_offline"] = {latency.Percentile(0.5), latency.Percentile(0.95), latency.Percentile(0.99),
                                      latency.max_ms()};
@@ -150,7 +169,7 @@ int main(int argc, char** argv) {
       "Maps a log or a simulated world in one process. Exit codes: 0 done, 1 failed, 2 usage, "
       "3 with --strict: the map is not to be trusted.",
       {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate},
-      {"lcm_url", "channel_prefix", "out", "laser_channel", "localize", "start"});
+      {"lcm_url", "channel_prefix", "out", "laser_channel", "until_damage", "localize", "start"});
   std::string name;
   command_line.app().add_option("SOURCE", name, crsm::DescribeSources())->required();
   std::string resume;

@@ -8,6 +8,8 @@
 #include "services/runtime/bus.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/service.hpp"
+#include "services/runtime/version.hpp"
+#include "services/sources/journal_reader.hpp"
 #include "services/sources/lcm_event_log.hpp"
 
 namespace crsm {
@@ -17,52 +19,139 @@ namespace fs = std::filesystem;
 
 fs::path PathIn(const fs::path& folder) { return folder / "journal.lcm"; }
 
-const char* EpochChannel(bool finished_map) { return finished_map ? kFinishedMapEpochChannel : kMapEpochChannel; }
+JournalHead FromMessage(const journal_head_t& message) {
+  JournalHead head{message.epoch, {message.finished_map != 0, {}}};
+  for (std::size_t i = 0; i < message.parameter_name.size(); ++i) {
+    head.subject.parameters.emplace_back(message.parameter_name[i], message.parameter_value[i]);
+  }
+  return head;
+}
 
-/// What was read of a journal besides its entries.
-struct Contents {
-  std::int64_t epoch = 0;  ///< 0: it does not say
-  std::int64_t last_utime = 0;
-  std::uintmax_t whole_bytes = 0;
-};
+journal_head_t ToMessage(const JournalHead& head, std::int64_t utime) {
+  journal_head_t message{};
+  message.utime = utime;
+  message.epoch = head.epoch;
+  message.finished_map = head.subject.finished_map;
+  message.version = kVersion;
+  message.num_parameters = static_cast<std::int32_t>(head.subject.parameters.size());
+  for (const auto& [name, value] : head.subject.parameters) {
+    message.parameter_name.push_back(name);
+    message.parameter_value.push_back(value);
+  }
+  return message;
+}
 
-void CheckSubject(const std::string& path, const std::string& channel, const map_delta_t& head,
-                  const JournalSubject& subject) {
-  if (channel != EpochChannel(subject.finished_map)) {
+void CheckSubject(const std::string& path, const JournalSubject& found, const JournalSubject& wanted) {
+  if (found.finished_map != wanted.finished_map) {
     throw std::runtime_error(
-        subject.finished_map
+        wanted.finished_map
             ? fmt::format("{} is of a run that made a map: a localization needs a journal of its own", path)
             : fmt::format("{} is of a run that localised on the map of another folder: name that folder", path));
   }
-  if (head.cell_size_m != subject.cell_size_m) {
+  for (const auto& [name, value] : wanted.parameters) {
+    const auto other = std::find_if(found.parameters.begin(), found.parameters.end(),
+                                    [&name = name](const auto& parameter) { return parameter.first == name; });
+    if (other == found.parameters.end() || other->second == value) continue;
     throw std::runtime_error(
-        fmt::format("{}: its map has cells of {} m, not of {} m: give the --preset or --cell-size-m of its first run",
-                    path, head.cell_size_m, subject.cell_size_m));
+        fmt::format("{}: its map was made with {} = {}, not with {}", path, name, other->second, value));
   }
 }
 
-Contents Read(const std::string& path, const JournalSubject& subject, const VisitJournal& visit) {
-  LcmEventLog log(path);
-  std::optional<CriticalRays> scan;
-  Contents contents;
-  while (const auto event = log.Next()) {
-    if (const auto rays = Decode<critical_rays_t>(Bytes(event->data))) {
-      scan = FromMessage(*rays);
-    } else if (const auto message = Decode<scan_match_t>(Bytes(event->data))) {
-      const ScanMatch match = FromMessage(*message);
-      visit(scan && scan->utime == match.utime ? &*scan : nullptr, match);
-      contents.last_utime = std::max(contents.last_utime, match.utime);
-    } else if (const auto head = Decode<map_delta_t>(Bytes(event->data))) {
-      CheckSubject(path, event->channel, *head, subject);
-      contents.epoch = head->epoch;
+/// Whether the file begins as a journal does: anything else is somebody's other file, and not to be cut.
+bool BeginsAsJournal(JournalReader& reader) {
+  std::string begin;
+  AppendEventHeader({0, 0, kJournalHeadChannel}, 0, begin);
+  const std::string_view start = reader.Start(begin.size());
+  const auto PartOf = [](std::string_view bytes, std::size_t from, std::size_t to) {
+    return bytes.substr(std::min(from, bytes.size()), to - from);
+  };
+  constexpr std::size_t kNumberEnd = 12;  // sync word and number; then come a time, which may be any, and lengths
+  return PartOf(start, 0, kNumberEnd) == std::string_view(begin).substr(0, std::min(start.size(), kNumberEnd)) &&
+         PartOf(start, kEventHeaderBytes, begin.size()) ==
+             std::string_view(begin).substr(kEventHeaderBytes,
+                                            std::max(start.size(), kEventHeaderBytes) - kEventHeaderBytes);
+}
+
+/// What was read of a journal besides its entries.
+struct Contents {
+  std::optional<JournalHead> head;
+  std::uint64_t whole_bytes = 0;
+  std::int64_t num_events = 0;
+  std::int64_t last_utime = 0;
+  bool keep_beside = false;  ///< what follows the whole bytes has more than a torn end
+  std::string notice;
+};
+
+/// Says of what follows the whole stretches what is to be said; refuses what may not be passed over.
+void JudgeRest(const std::string& path, JournalReader& reader, std::int64_t num_scans, OnDamage on_damage,
+               Contents& contents) {
+  const std::uint64_t num_bytes = reader.size() - reader.whole_bytes();
+  if (num_bytes == 0) {
+    if (!reader.ended_in_order()) {
+      contents.notice = fmt::format("{}: its last session did not end in order; {} scans are whole", path, num_scans);
     }
+    return;
   }
-  if (log.num_bad_events() > 0) {
-    throw std::runtime_error(fmt::format("{} is damaged in {} places: its map would not be the one that was made", path,
-                                         log.num_bad_events()));
+  const JournalReader::Rest rest = reader.ExamineRest();
+  const std::string place = fmt::format("at byte {} (event {})", reader.whole_bytes(), reader.num_events());
+  if (reader.whole_bytes() == 0 && !rest.all_zero && !rest.was_on_disk && !BeginsAsJournal(reader)) {
+    throw std::runtime_error(
+        fmt::format("{} is no journal of these programs, or of an earlier version: choose another folder", path));
   }
-  contents.whole_bytes = log.whole_bytes();
+  if (rest.was_on_disk && on_damage == OnDamage::kRefuse) {
+    throw std::runtime_error(
+        fmt::format("{} is damaged {}, behind its first {} scans: --until-damage takes the map of these, and leaves "
+                    "the file as it is or keeps it beside",
+                    path, place, num_scans));
+  }
+  contents.keep_beside = rest.was_on_disk || rest.num_stretches > 0;
+  contents.notice =
+      fmt::format("{}: {} {}: {} bytes from there on are left out; {} scans remain", path,
+                  rest.was_on_disk ? "damaged" : "torn, by a power cut or a kill,", place, num_bytes, num_scans);
+}
+
+Contents Read(const std::string& path, const JournalSubject& subject, OnDamage on_damage, const VisitJournal& visit) {
+  JournalReader reader(path);
+  Contents contents;
+  std::int64_t num_scans = 0;
+  while (const auto stretch = reader.Next()) {
+    if (stretch->head) {
+      contents.head = FromMessage(*stretch->head);
+      CheckSubject(path, contents.head->subject, subject);
+    }
+    if (!stretch->match) continue;
+    visit(stretch->scan ? &*stretch->scan : nullptr, *stretch->match);
+    ++num_scans;
+  }
+  contents.whole_bytes = reader.whole_bytes();
+  contents.num_events = reader.num_events();
+  contents.last_utime = reader.last_utime();
+  JudgeRest(path, reader, num_scans, on_damage, contents);
   return contents;
+}
+
+/// Copies a file as a whole: a copy that was cut short, by a power cut too, does not bear its name.
+void CopyWhole(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::path half = to;
+  half += ".tmp";
+  fs::create_directories(to.parent_path(), error);
+  if (!error) fs::copy_file(from, half, fs::copy_options::overwrite_existing, error);
+  if (!error) JournalFile(half.string(), fs::file_size(half)).Sync();
+  if (!error) fs::rename(half, to, error);
+  if (error) {
+    throw std::runtime_error(fmt::format("{} cannot be copied to {}: {}", from.string(), to.string(), error.message()));
+  }
+  SyncFolder(to.parent_path().string());
+}
+
+/// Keeps a damaged journal under a name that no file has yet, and returns it.
+fs::path KeepBeside(const fs::path& path) {
+  fs::path beside = path;
+  beside += ".damaged";
+  for (int number = 2; fs::exists(beside); ++number) beside = path.string() + fmt::format(".damaged{}", number);
+  CopyWhole(path, beside);
+  return beside;
 }
 
 }  // namespace
@@ -78,37 +167,76 @@ Journal::Journal(const fs::path& folder, const JournalSubject& subject) : subjec
   if (error) {
     throw std::runtime_error(fmt::format("--journal {}: cannot be written: {}", folder.string(), error.message()));
   }
-  log_.emplace(path.string(), EventLogWriter::Mode::kNew);
+  file_ = std::make_unique<JournalFile>(path.string(), 0);
 }
 
-Journal::Journal(const fs::path& folder, const JournalSubject& subject, const VisitJournal& visit) : subject_(subject) {
+Journal::Journal(const fs::path& folder, const JournalSubject& subject, OnDamage on_damage, const VisitJournal& visit)
+    : subject_(subject) {
   const fs::path path = PathIn(folder);
-  const Contents contents = Read(path.string(), subject, visit);
-  epoch_written_ = contents.epoch != 0;
-  epoch_ = epoch_written_ ? contents.epoch : DrawIdentity();
-  num_cut_bytes_ = fs::file_size(path) - contents.whole_bytes;
-  if (num_cut_bytes_ > 0) fs::resize_file(path, contents.whole_bytes);
-  log_.emplace(path.string(), EventLogWriter::Mode::kAppend, contents.last_utime);
+  const Contents contents = Read(path.string(), subject, on_damage, visit);
+  head_written_ = contents.head.has_value();
+  epoch_ = head_written_ ? contents.head->epoch : DrawIdentity();
+  num_events_ = contents.num_events;
+  last_utime_ = contents.last_utime;
+  notice_ = contents.notice;
+  if (contents.keep_beside) notice_ += fmt::format("; the file as it was is now {}", KeepBeside(path).string());
+  file_ = std::make_unique<JournalFile>(path.string(), contents.whole_bytes);
+}
+
+Journal::~Journal() {
+  if (!appended_) return;
+  try {
+    file_->Sync();
+    WriteStretch(last_utime_);
+    file_->Sync();
+  } catch (const std::runtime_error& error) {
+    Say(error.what());
+  }
+}
+
+template <class Message>
+void Journal::AddEvent(const char* channel, const Message& message) {
+  const auto num_bytes = static_cast<std::size_t>(message.getEncodedSize());
+  AppendEventHeader({num_events_++, last_utime_, channel}, num_bytes, stretch_);
+  const std::size_t at = stretch_.size();
+  stretch_.resize(at + num_bytes);
+  message.encode(stretch_.data(), static_cast<int>(at), static_cast<int>(num_bytes));
 }
 
 void Journal::Append(const CriticalRays* scan, const ScanMatch& match) {
-  if (!epoch_written_) {  // with a scan's utime, so that lcm-logplayer does not wait for decades after it
-    map_delta_t head{};
-    head.utime = match.utime;
-    head.epoch = epoch_;
-    head.cell_size_m = subject_.cell_size_m;
-    head.num_parts = 1;
-    head.asked_utime = -1;
-    log_->Write(EpochChannel(subject_.finished_map), head);
-    epoch_written_ = true;
-  }
-  if (scan) log_->Write(kCriticalRaysChannel, ToMessage(*scan));
-  log_->Write(kScanMatchChannel, ToMessage(match));
-  log_->Flush();
+  last_utime_ = std::max(last_utime_, match.utime);  // lcm-logplayer does not go back in time
+  if (!head_written_) AddEvent(kJournalHeadChannel, ToMessage({epoch_, subject_}, match.utime));
+  head_written_ = true;
+  if (scan) AddEvent(kCriticalRaysChannel, ToMessage(*scan));
+  AddEvent(kScanMatchChannel, ToMessage(match));
+  WriteStretch(match.utime);
+  appended_ = true;
 }
 
-void ReadJournal(const fs::path& folder, const JournalSubject& subject, const VisitJournal& visit) {
-  Read(PathIn(folder).string(), subject, visit);
+/// Writes what was added, with its check.
+void Journal::WriteStretch(std::int64_t utime) {
+  journal_check_t check{};
+  check.utime = utime;
+  check.first_byte = static_cast<std::int64_t>(file_->size());
+  check.num_bytes = static_cast<std::int32_t>(stretch_.size());
+  check.synced_bytes = static_cast<std::int64_t>(file_->synced_bytes());
+  AddEvent(kJournalCheckChannel, check);
+  const std::size_t covered = stretch_.size() - kCrcBytes;
+  const std::uint32_t crc = Crc32(std::string_view(stretch_).substr(0, covered));
+  for (std::size_t i = 0; i < kCrcBytes; ++i) stretch_[covered + i] = static_cast<char>(crc >> (24 - 8 * i) & 0xff);
+  file_->Append(stretch_);
+  stretch_.clear();
+}
+
+std::string ReadJournal(const fs::path& folder, const JournalSubject& subject, OnDamage on_damage,
+                        const VisitJournal& visit) {
+  return Read(PathIn(folder).string(), subject, on_damage, visit).notice;
+}
+
+std::optional<JournalHead> ReadHead(const fs::path& folder) {
+  JournalReader reader(PathIn(folder).string());
+  const auto first = reader.Next();
+  return first ? std::optional(FromMessage(*first->head)) : std::nullopt;
 }
 
 void TakeOverJournal(const fs::path& earlier, const fs::path& out) {
@@ -116,15 +244,7 @@ void TakeOverJournal(const fs::path& earlier, const fs::path& out) {
   const fs::path to = PathIn(JournalFolder(out));
   std::error_code error;
   if (!fs::exists(from, error)) throw std::runtime_error(fmt::format("there is no file {}", from.string()));
-  if (fs::equivalent(from, to, error)) return;
-  fs::path half = to;
-  half += ".tmp";  // a copy that was cut short is no journal
-  fs::create_directories(to.parent_path(), error);
-  if (!error) fs::copy_file(from, half, fs::copy_options::overwrite_existing, error);
-  if (!error) fs::rename(half, to, error);
-  if (error) {
-    throw std::runtime_error(fmt::format("{} cannot be copied to {}: {}", from.string(), to.string(), error.message()));
-  }
+  if (!fs::equivalent(from, to, error)) CopyWhole(from, to);
 }
 
 void RemoveJournal(const fs::path& out) { fs::remove(PathIn(JournalFolder(out))); }

@@ -2,56 +2,96 @@
 
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
-#include "services/runtime/event_log_writer.hpp"
+#include "services/runtime/wire.hpp"
+#include "services/sources/journal_file.hpp"
 
 namespace crsm {
 
+/// Parameters by their keys, each as a flag says it.
+using ParameterTexts = std::vector<std::pair<std::string, std::string>>;
+
 /// What a journal is to be of; one of something else is refused.
 struct JournalSubject {
-  double cell_size_m = 0.0;   ///< of the map
   bool finished_map = false;  ///< localization on the map of another journal; else the map is made of this one
+  ParameterTexts parameters;  ///< of the map: ListMapParameters
+};
+
+/// What a journal says of itself at its beginning.
+struct JournalHead {
+  std::int64_t epoch = 0;
+  JournalSubject subject;
 };
 
 /// Called for each entry of a journal; the scan is nullptr where none was drawn.
 using VisitJournal = std::function<void(const CriticalRays* scan, const ScanMatch& match)>;
 
+/// What to do about a journal that is damaged in the middle, by a bad disk say, and not torn at its end by a power cut.
+enum class OnDamage {
+  kRefuse,
+  kTakeWhatIsBefore,
+};
+
 /// Everything that a map is made of, on the disk as it happens: FOLDER/journal.lcm, an LCM log that lcm-logplayer and
-/// lcm-spy read too. First an empty map_delta_t that says the map's epoch (MAP_EPOCH; FINISHED_MAP_EPOCH where the
-/// journal is of a localization), then for every match the scan (CRITICAL_RAYS) if it was drawn, and the match
-/// (SCAN_MATCH).
+/// lcm-spy read too. First the head (JOURNAL_HEAD), then for every match the scan (CRITICAL_RAYS) if it was drawn, and
+/// the match (SCAN_MATCH); behind each of these a check (JOURNAL_CHECK) with a checksum of all bytes since the last
+/// one. A process that is killed loses nothing that was kept, a power cut the last second.
 class Journal {
  public:
   /// Begins a new journal, of a new epoch. Throws std::runtime_error if there is one already, or if it cannot be
   /// written.
   Journal(const std::filesystem::path& folder, const JournalSubject& subject);
 
-  /// Reads the journal in `folder` from its beginning, then goes on writing at its end. A tail that was torn by a crash
-  /// is cut off after the last whole event; `num_cut_bytes` then says how much. Throws std::runtime_error if there is
-  /// no journal, if it is damaged elsewhere or of another subject, or if it cannot be written.
-  Journal(const std::filesystem::path& folder, const JournalSubject& subject, const VisitJournal& visit);
+  /// Reads the journal in `folder` from its beginning, then goes on writing at its end. What was torn there is cut off;
+  /// so is what follows a damage, if that is allowed, and the file as it was is kept beside. Throws std::runtime_error
+  /// if there is no journal, if it is damaged or of another subject, or if it cannot be written.
+  Journal(const std::filesystem::path& folder, const JournalSubject& subject, OnDamage on_damage,
+          const VisitJournal& visit);
+
+  /// Writes through to the disk, and that the session ended in order.
+  ~Journal();
 
   /// Of the map: drawn by who began the journal.
   std::int64_t epoch() const { return epoch_; }
-  std::uintmax_t num_cut_bytes() const { return num_cut_bytes_; }
+
+  /// In one line, what was wrong with the journal that was read; empty if nothing was.
+  const std::string& notice() const { return notice_; }
 
   /// Keeps one match, and its scan where it was drawn (else nullptr), handed to the operating system when this returns:
-  /// it survives the end of the process. Throws std::runtime_error if it cannot be written.
+  /// it survives the end of the process, and within a second also a power cut. Throws std::runtime_error if it cannot
+  /// be written.
   void Append(const CriticalRays* scan, const ScanMatch& match);
 
  private:
+  template <class Message>
+  void AddEvent(const char* channel, const Message& message);
+  void WriteStretch(std::int64_t utime);
+
   JournalSubject subject_;
   std::int64_t epoch_;
-  bool epoch_written_ = false;
-  std::uintmax_t num_cut_bytes_ = 0;
-  std::optional<EventLogWriter> log_;
+  bool head_written_ = false;
+  bool appended_ = false;  ///< in this session
+  std::int64_t num_events_ = 0;
+  std::int64_t last_utime_ = 0;
+  std::string notice_;
+  std::string stretch_;  ///< bytes that are to be written at once
+  std::unique_ptr<JournalFile> file_;
 };
 
-/// Reads a journal and leaves it as it is. Throws as the second constructor.
-void ReadJournal(const std::filesystem::path& folder, const JournalSubject& subject, const VisitJournal& visit);
+/// Reads a journal and leaves it as it is. Returns what Journal::notice would say. Throws as the second constructor.
+std::string ReadJournal(const std::filesystem::path& folder, const JournalSubject& subject, OnDamage on_damage,
+                        const VisitJournal& visit);
+
+/// The head of the journal in `folder`; nothing if the journal is empty, or torn before its first scan was kept. Throws
+/// std::runtime_error if there is no such file, or if it is no journal.
+std::optional<JournalHead> ReadHead(const std::filesystem::path& folder);
 
 /// Where run_stack and slam_offline keep the journal of a folder of results.
 inline std::filesystem::path JournalFolder(const std::filesystem::path& out) { return out / "journal"; }

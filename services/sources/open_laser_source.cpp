@@ -49,4 +49,11 @@ std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const Sour
                   name, kSearchedLines));
 }
 
+std::string DescribeCut(const std::string& name, const LaserSource& source) {
+  const auto counts = source.Counts();
+  const auto truncated = counts.find("truncated");
+  if (truncated == counts.end() || truncated->second == 0) return "";
+  return fmt::format("{} is cut short or damaged at its end: the scans up to there were read (truncated)", name);
+}
+
 }  // namespace crsm

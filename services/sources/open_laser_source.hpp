@@ -21,4 +21,8 @@ std::string DescribeSources();
 /// there is no such thing, if it has no laser, or if the world file is wrong.
 std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options);
 
+/// One line about a log that ends before its end, for who has read all of `source`; empty if it does not. What was
+/// whole has been read.
+std::string DescribeCut(const std::string& name, const LaserSource& source);
+
 }  // namespace crsm

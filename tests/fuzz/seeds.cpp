@@ -14,6 +14,7 @@
 #include "services/map_updater/answers.cpp"  // in no library: it is map_updater's own
 #include "services/runtime/event_log_writer.hpp"
 #include "services/runtime/presets.hpp"
+#include "services/sources/journal.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {
@@ -117,12 +118,17 @@ std::vector<Bytes> ManyParts() {
 }
 
 void WriteMessages(const Seeds& seeds) {
-  const std::vector<std::pair<const char*, Bytes>> messages{
-      {"planar_lidar", Encode(LidarMessage())},          {"pose", Encode(PoseMessage())},
-      {"lidar", Encode(BotlabLidarMessage())},           {"lidar_nranges", Encode(BotlabLidarNrangesMessage())},
-      {"critical_rays", Encode(CriticalRaysMessage())},  {"scan_match", Encode(ScanMatchMessage())},
-      {"map_delta", Encode(MapDeltaMessage())},          {"map_request", Encode(MapRequestMessage())},
-      {"service_status", Encode(ServiceStatusMessage())}};
+  const std::vector<std::pair<const char*, Bytes>> messages{{"planar_lidar", Encode(LidarMessage())},
+                                                            {"pose", Encode(PoseMessage())},
+                                                            {"lidar", Encode(BotlabLidarMessage())},
+                                                            {"lidar_nranges", Encode(BotlabLidarNrangesMessage())},
+                                                            {"critical_rays", Encode(CriticalRaysMessage())},
+                                                            {"scan_match", Encode(ScanMatchMessage())},
+                                                            {"map_delta", Encode(MapDeltaMessage())},
+                                                            {"map_request", Encode(MapRequestMessage())},
+                                                            {"service_status", Encode(ServiceStatusMessage())},
+                                                            {"journal_head", Encode(JournalHeadMessage())},
+                                                            {"journal_check", Encode(JournalCheckMessage())}};
   for (const auto& [name, message] : messages) seeds.Write("wire", name, message);
   for (const int num_beams : {2, 30, 180, 4096}) {
     seeds.Write("ray_selector", std::to_string(num_beams), Encode(ToMessage(Scan(1, num_beams))));
@@ -174,7 +180,7 @@ void WriteMessages(const Seeds& seeds) {
 
 void WriteLogs(const Seeds& seeds) {
   {
-    EventLogWriter log(seeds.PathOf("logs", "lcm").string(), EventLogWriter::Mode::kNew);
+    EventLogWriter log(seeds.PathOf("logs", "lcm").string());
     log.Write("LASER", ToMessage(Scan(1, 20)));
     log.Write("BOTLAB", BotlabLidarMessage());
     log.Write("BOTLAB_OLD", BotlabLidarNrangesMessage());
@@ -188,6 +194,18 @@ void WriteLogs(const Seeds& seeds) {
   gzFile compressed = gzopen(seeds.PathOf("logs", "carmen_gz").c_str(), "wb");
   gzwrite(compressed, carmen.data(), static_cast<unsigned>(carmen.size()));
   gzclose(compressed);
+}
+
+void WriteJournal(const Seeds& seeds) {
+  const std::filesystem::path folder = seeds.PathOf("journal", "making");
+  {
+    Journal journal(folder, {false, {{"cell_size_m", "0.05"}}});
+    const CriticalRays scan = RaySelector({}).Select(Scan(1, 20));
+    journal.Append(&scan, {1, {}, 0.0, 0, 1, 0, MatchState::kFirst});
+    journal.Append(nullptr, {2, {0.1, 0.0, 0.0}, 0.9, 1, 1, 1, MatchState::kOk});
+  }
+  std::filesystem::rename(folder / "journal.lcm", seeds.PathOf("journal", "whole"));
+  std::filesystem::remove(folder);
 }
 
 void WriteTexts(const Seeds& seeds) {
@@ -208,5 +226,6 @@ int main(int argc, char** argv) {
   const crsm::Seeds seeds(argv[1]);
   crsm::WriteMessages(seeds);
   crsm::WriteLogs(seeds);
+  crsm::WriteJournal(seeds);
   crsm::WriteTexts(seeds);
 }

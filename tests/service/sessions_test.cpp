@@ -11,6 +11,7 @@
 #include "services/runtime/conversions.hpp"
 #include "services/sources/lcm_event_log.hpp"
 #include "services/sources/open_laser_source.hpp"
+#include "source_helpers.hpp"
 
 using namespace crsm;
 
@@ -56,13 +57,14 @@ void MapWithStack(const TemporaryFolder& folder, const std::string& log, const s
   REQUIRE(exit_code == 0);
 }
 
-/// Channel and data of every event but the epoch, which is drawn.
+/// Channel and data of every event but the checks, which tell of sessions and disks, and the head, whose epoch is
+/// drawn.
 std::vector<std::pair<std::string, std::string>> ReadEvents(const fs::path& journal) {
   LcmEventLog log(journal.string());
   std::vector<std::pair<std::string, std::string>> events;
   while (const auto event = log.Next()) {
-    const bool is_epoch = event->channel == kMapEpochChannel || event->channel == kFinishedMapEpochChannel;
-    events.emplace_back(event->channel, is_epoch ? "" : std::string(event->data));
+    if (event->channel == kJournalCheckChannel) continue;
+    events.emplace_back(event->channel, event->channel == kJournalHeadChannel ? "" : std::string(event->data));
   }
   return events;
 }
@@ -112,7 +114,7 @@ TEST_CASE("a log mapped in three sessions, by one process or five in turn, gives
   const auto CountOf = [&](const std::string& channel) {
     return std::count_if(events.begin(), events.end(), [&](const auto& event) { return event.first == channel; });
   };
-  CHECK(CountOf(kMapEpochChannel) == 1);
+  CHECK(CountOf(kJournalHeadChannel) == 1);
   CHECK(CountOf(kScanMatchChannel) == 240);
   CHECK(CountOf(kCriticalRaysChannel) > 10);  // of the scans that were drawn
   CHECK(CountOf(kCriticalRaysChannel) < 120);
@@ -255,10 +257,114 @@ TEST_CASE("sessions that cannot be are refused in one line") {
   CheckRefused({"--out", out, "--resume", nothing}, nothing + "/journal/journal.lcm");
   CheckRefused({"--out", out, "--localize", nothing}, nothing + "/journal/journal.lcm");
   CheckRefused({"--out", out, "--localize", map, "--start", "1,2"}, "--start: '1,2' is not X,Y,YAW", false);
-  CheckRefused({"--out", out, "--resume", map, "--cell-size-m", "0.1"}, "its map has cells of 0.05 m, not of 0.1 m",
-               false);
+  CheckRefused({"--out", out, "--resume", map, "--cell-size-m", "0.1"},
+               "--cell-size-m 0.1: the map of " + map + "/journal was made with 0.05", false);
   Process own_log("slam_offline", {map + "/journal/journal.lcm", "--out", map}, folder / "log");
   CHECK(own_log.AwaitExit() == 1);
   CHECK(own_log.errors().find("has no laser messages") != std::string::npos);  // and it is left as it is
   CHECK(ReadFolder(map) == before);
+}
+
+TEST_CASE("a map that is gone on with, or localised on, keeps its parameters, and refuses others by name") {
+  const TemporaryFolder folder;
+  const std::vector<LaserScan> scans = TakeScans("sim:demo", 120, 2);
+  const std::string all = WritePart(folder, scans, 0, 120);
+  const std::vector<std::string> made_with{"--range-max-m",       "6",  "--angle-scale", "0.999",
+                                           "--update-distance-m", "0.2"};
+  MapOffline(folder, all, "whole", made_with);
+  const std::string first = WritePart(folder, scans, 0, 60);
+  MapOffline(folder, first, "first", made_with);
+  const std::string map = folder / "first";
+
+  MapOffline(folder, all, "later", {"--resume", map});  // no word of the parameters
+  CheckSameFiles(folder / "later", folder / "whole", kMapFiles);
+  MapOffline(folder, all, "same", {"--resume", map, "--range-max-m", "6", "--num-evaluations", "1999"});
+  MapOffline(folder, all, "localised", {"--localize", map});
+  CHECK(ReadFile(folder / "localised/map.png") == ReadFile(folder / "first/map.png"));
+  CHECK(ReadFile(folder / "localised/summary.json").find("\"range_max_m\": 6.0") != std::string::npos);
+
+  std::ofstream(folder / "config.toml") << "seed = 1\nangle_scale = 1.0\n";
+  const std::string config = folder / "config.toml";
+  const auto CheckRefused = [&](const std::string& program, std::vector<std::string> flags, const std::string& said) {
+    Process process(program, flags, folder / "log");
+    CHECK(process.AwaitExit() != 0);
+    const std::string errors = process.errors();
+    INFO(errors);
+    CHECK(errors.find(said) != std::string::npos);
+    CHECK(std::count(errors.begin(), errors.end(), '\n') == 1);
+  };
+  const std::string was = ": the map of " + map + "/journal was made with ";
+  for (const std::string how : {"--resume", "--localize"}) {
+    const auto CheckOffline = [&](const std::string& flag, const std::string& value, const std::string& said) {
+      CheckRefused("slam_offline", {all, "--out", folder / "x", how, map, flag, value}, said);
+    };
+    CheckOffline("--range-max-m", "30", "--range-max-m 30" + was + "6; leave this away, or say --range-max-m 6");
+    CheckOffline("--preset", "sick", "sick:");
+    CheckOffline("--config", config, config + ":2: angle_scale = 1" + was + "0.999");
+  }
+  CHECK_FALSE(fs::exists(folder / "x/map.png"));
+
+  // map_updater hears scans that ray_selector made: both are told the laser's parameters, or neither maps.
+  const std::vector<std::string> updater{"--lcm-url", MakeBusUrl(), "--journal", map + "/journal", "--resume"};
+  CheckRefused("map_updater", updater, "was made with --range-max-m 6 --angle-scale 0.999: give this to map_updater");
+  std::vector<std::string> told = updater;
+  told.insert(told.end(), {"--range-max-m", "6", "--angle-scale", "0.999"});
+  Process process("map_updater", told, folder / "log");
+  CHECK(process.AwaitReady());
+  CHECK(process.Interrupt() == 0);
+  told.insert(told.end(), {"--update-distance-m", "0.4"});
+  CheckRefused("map_updater", told, "--update-distance-m 0.4" + was + "0.2");
+}
+
+TEST_CASE("a journal with zeros at its end is gone on with, and one that is damaged in the middle when that is said") {
+  const TemporaryFolder folder;
+  const std::vector<LaserScan> scans = TakeScans("sim:demo", 60, 2);
+  const std::string log = WritePart(folder, scans, 0, 60);
+  MapOffline(folder, log, "map");
+  const fs::path journal = folder / "map/journal/journal.lcm";
+  const std::string whole = ReadFile(journal);
+  const std::string url = MakeBusUrl();
+  const auto Start = [&](std::vector<std::string> flags) {
+    flags.insert(flags.end(), {"--lcm-url", url, "--journal", folder / "map/journal", "--resume"});
+    return Process("map_updater", flags, folder / "log");
+  };
+
+  std::ofstream(journal, std::ios::binary) << whole + std::string(5000, '\0');
+  Process torn = Start({});
+  CHECK(torn.AwaitReady());
+  CHECK(torn.errors().find("5000 bytes from there on are left out; 60 scans remain") != std::string::npos);
+  CHECK(torn.Interrupt() == 0);
+  CHECK(ReadFile(journal) == whole);
+
+  std::string damaged = whole;
+  damaged[whole.size() / 2] ^= 4;
+  std::ofstream(journal, std::ios::binary) << damaged;
+  Process refused = Start({});
+  CHECK(refused.AwaitExit() == 1);
+  CHECK(refused.errors().find(" is damaged at byte ") != std::string::npos);
+  CHECK(refused.errors().find("--until-damage") != std::string::npos);
+  CHECK(ReadFile(journal) == damaged);
+  const std::string said = MapOffline(folder, log, "localised", {"--localize", folder / "map", "--until-damage"});
+  CHECK(said.find(": damaged at byte ") != std::string::npos);
+  Process taken = Start({"--until-damage"});
+  CHECK(taken.AwaitReady());
+  CHECK(taken.errors().find(" scans remain; the file as it was is now ") != std::string::npos);
+  CHECK(taken.Interrupt() == 0);
+  CHECK(ReadFile(journal.string() + ".damaged") == damaged);
+}
+
+TEST_CASE("a log whose gzip is cut short is mapped up to there, and that is said in one line") {
+  const TemporaryFolder folder;
+  const std::string log = WritePart(folder, TakeScans("sim:demo", 60, 2), 0, 60);
+  const std::string whole = Compress(ReadFile(log));
+  const std::string cut = folder / "cut.lcm.gz";
+  std::ofstream(cut, std::ios::binary) << whole.substr(0, whole.size() / 2);
+  const std::string said = cut + " is cut short or damaged at its end: the scans up to there were read (truncated)\n";
+  CHECK(MapOffline(folder, cut, "out").find("slam_offline: " + said) != std::string::npos);
+  CHECK(ReadFile(folder / "out/summary.json").find("\"truncated\": 1") != std::string::npos);
+  Process converter("laser_publisher", {cut, "--lcm-url", "file://" + (folder / "x.lcm").string() + "?mode=w"},
+                    folder / "log");
+  CHECK(converter.AwaitExit() == 0);
+  CHECK(converter.errors().find("laser_publisher: " + said) != std::string::npos);
+  CHECK(MapOffline(folder, log, "all").find("truncated") == std::string::npos);
 }

@@ -66,4 +66,10 @@ inline service_status_t ServiceStatusMessage() {
           9, 1.0,           1.5,   2.0, 3.0, 40.0};
 }
 
+inline journal_head_t JournalHeadMessage() {
+  return {5, 99, 1, "1.0", 2, {"cell_size_m", "join_hits"}, {"0.05", "true"}};
+}
+
+inline journal_check_t JournalCheckMessage() { return {5, 300, 200, 100, -7}; }
+
 }  // namespace crsm

@@ -69,6 +69,8 @@ TEST_CASE(
   CheckType(MapDeltaMessage());
   CheckType(MapRequestMessage());
   CheckType(ServiceStatusMessage());
+  CheckType(JournalHeadMessage());
+  CheckType(JournalCheckMessage());
 }
 
 TEST_CASE("a million beams are refused although the bytes for them are there") {
@@ -231,6 +233,20 @@ TEST_CASE("a map request comes from somebody and asks from a place that there ca
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = -2; }));
   CHECK(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = -1, m.asked_utime = -1; }));
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.asked_utime = -2; }));
+}
+
+TEST_CASE("a journal's head has an epoch, and its check no place before the file's beginning") {
+  const journal_head_t head = JournalHeadMessage();
+  CHECK(IsDecoded(head, [](journal_head_t&) {}));
+  CHECK_FALSE(IsDecoded(head, [](journal_head_t& message) { message.epoch = 0; }));
+  CHECK_FALSE(IsDecoded(head, [](journal_head_t& message) { message.finished_map = 2; }));
+  CHECK_FALSE(IsDecoded(head, [](journal_head_t& message) { message.utime = -1; }));
+  const journal_check_t check = JournalCheckMessage();
+  CHECK(IsDecoded(check, [](journal_check_t&) {}));
+  CHECK_FALSE(IsDecoded(check, [](journal_check_t& message) { message.utime = -1; }));
+  CHECK_FALSE(IsDecoded(check, [](journal_check_t& message) { message.first_byte = -1; }));
+  CHECK_FALSE(IsDecoded(check, [](journal_check_t& message) { message.num_bytes = -1; }));
+  CHECK_FALSE(IsDecoded(check, [](journal_check_t& message) { message.synced_bytes = -1; }));
 }
 
 }  // namespace crsm

@@ -1,0 +1,61 @@
+#include "common/results/replacement.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+namespace crsm {
+
+bool WriteAll(int descriptor, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
+Replacement::~Replacement() {
+  for (const std::string& name : names_) unlink(Temporary(name).c_str());
+}
+
+void Replacement::Write(const std::string& name, std::string_view bytes) {
+  Write(name, [bytes](const Sink& sink) { sink(bytes); });
+}
+
+void Replacement::Write(const std::string& name, const std::function<void(const Sink&)>& produce) {
+  names_.push_back(name);
+  const int descriptor = open(Temporary(name).c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (descriptor < 0) Fail(name, errno);
+  int error = 0;
+  produce([&](std::string_view bytes) {
+    if (error == 0 && !WriteAll(descriptor, bytes)) error = errno;
+    return error == 0;
+  });
+  if (error == 0 && fsync(descriptor) != 0) error = errno;
+  close(descriptor);
+  if (error != 0) Fail(name, error);
+}
+
+void Replacement::Rename() {
+  for (const std::string& name : names_) {
+    if (rename(Temporary(name).c_str(), (dir_ / name).c_str()) != 0) Fail(name, errno);
+  }
+  names_.clear();
+}
+
+/// Bears the process id, so that two processes with the same folder never mix their bytes.
+std::filesystem::path Replacement::Temporary(const std::string& name) const {
+  return dir_ / fmt::format(".{}.{}.tmp", name, getpid());
+}
+
+void Replacement::Fail(const std::string& name, int error) const {
+  throw std::runtime_error(fmt::format("cannot write {}: {}", (dir_ / name).string(), std::strerror(error)));
+}
+
+}  // namespace crsm

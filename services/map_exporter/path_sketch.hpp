@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "common/scan/scan_match.hpp"
+
+namespace crsm {
+
+/// Of all matches of a run as many as show its path in a picture: no more than a few thousand, however long it is.
+class PathSketch {
+ public:
+  void Add(const ScanMatch& match);
+
+  /// In order of arrival; the last ones are all there.
+  std::vector<ScanMatch> Matches() const;
+
+  std::int64_t num_matches() const { return num_matches_; }
+  std::int64_t num_lost() const { return num_lost_; }
+
+ private:
+  struct Kept {
+    std::int64_t number;  ///< of the match, from 0
+    ScanMatch match;
+  };
+  bool TellsMore(const ScanMatch& match) const;
+  void Thin();
+  void Keep(const Kept& kept);
+
+  std::vector<Kept> kept_;
+  std::deque<Kept> recent_;
+  std::optional<Pose2> last_matched_;  ///< of kept_
+  std::optional<Pose2> last_lost_;     ///< of kept_
+  double spacing_m_ = 0.02;            ///< less than a pixel of most pictures
+  std::int64_t num_matches_ = 0;
+  std::int64_t num_lost_ = 0;
+};
+
+}  // namespace crsm

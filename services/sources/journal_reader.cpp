@@ -1,0 +1,155 @@
+#include "services/sources/journal_reader.hpp"
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+#include "services/runtime/bus.hpp"
+#include "services/runtime/conversions.hpp"
+#include "services/sources/lcm_event_log.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr std::size_t kWindowBytes = std::size_t{1} << 18;
+/// A scan of 4096 beams makes 41 KB, its match and the head 8 KB.
+constexpr std::size_t kMostStretchBytes = std::size_t{1} << 17;
+
+}  // namespace
+
+FileWindow::FileWindow(const std::string& path) : path_(path), descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+  struct stat status {};
+  if (descriptor_ < 0 || fstat(descriptor_, &status) != 0) {
+    const int error = errno;
+    if (descriptor_ >= 0) close(descriptor_);
+    throw std::runtime_error(fmt::format("cannot read {}: {}", path, std::strerror(error)));
+  }
+  size_ = static_cast<std::uint64_t>(status.st_size);
+}
+
+FileWindow::~FileWindow() { close(descriptor_); }
+
+std::string_view FileWindow::At(std::uint64_t offset, std::size_t count) {
+  if (offset >= size_) return {};
+  count = static_cast<std::size_t>(std::min<std::uint64_t>(count, size_ - offset));
+  if (offset < buffer_at_ || offset + count > buffer_at_ + buffer_.size()) {
+    buffer_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(std::max(count, kWindowBytes), size_ - offset)));
+    buffer_at_ = offset;
+    for (std::size_t done = 0; done < buffer_.size();) {
+      const ssize_t num =
+          pread(descriptor_, buffer_.data() + done, buffer_.size() - done, static_cast<off_t>(offset + done));
+      if (num < 0 && errno == EINTR) continue;
+      if (num < 0) {
+        throw std::runtime_error(
+            fmt::format("cannot read {} from byte {} on: {}", path_, offset + done, std::strerror(errno)));
+      }
+      if (num == 0) buffer_.resize(done);  // it was cut off meanwhile
+      done += static_cast<std::size_t>(num);
+    }
+  }
+  const auto begin = static_cast<std::size_t>(offset - buffer_at_);
+  return std::string_view(buffer_).substr(std::min(begin, buffer_.size()), count);
+}
+
+std::uint32_t Crc32(std::string_view bytes, std::uint32_t crc) {
+  return static_cast<std::uint32_t>(
+      crc32(crc, reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uInt>(bytes.size())));
+}
+
+/// By its header alone.
+std::optional<JournalReader::Event> JournalReader::EventAt(std::uint64_t offset) {
+  const std::optional<EventExtent> extent = ReadEventHeader(file_.At(offset, kEventHeaderBytes));
+  if (!extent || extent->size() > kMostStretchBytes) return std::nullopt;
+  const std::string_view bytes = file_.At(offset, extent->size());
+  if (bytes.size() < extent->size()) return std::nullopt;
+  return Event{bytes.substr(kEventHeaderBytes, extent->channel_bytes),
+               bytes.substr(kEventHeaderBytes + extent->channel_bytes), extent->size()};
+}
+
+/// The check that begins at `offset`, if its checksum holds for the stretch before it.
+std::optional<journal_check_t> JournalReader::CheckAt(std::uint64_t offset) {
+  const auto event = EventAt(offset);
+  if (!event || event->channel != kJournalCheckChannel) return std::nullopt;
+  const std::size_t event_bytes = event->size;
+  const auto check = Decode<journal_check_t>(Bytes(event->data));
+  if (!check) return std::nullopt;
+  const auto num_bytes = static_cast<std::uint64_t>(check->num_bytes);
+  if (num_bytes > kMostStretchBytes || num_bytes > offset) return std::nullopt;
+  const std::size_t covered = static_cast<std::size_t>(num_bytes) + event_bytes - kCrcBytes;
+  const std::string_view bytes = file_.At(offset - num_bytes, covered);
+  if (bytes.size() < covered || Crc32(bytes) != static_cast<std::uint32_t>(check->crc)) return std::nullopt;
+  return check;
+}
+
+bool JournalReader::TakeEvent(const Event& event, JournalStretch& stretch) const {
+  const bool first = num_events_ == 0 && !stretch.head && !stretch.scan && !stretch.match;
+  if (first) return (stretch.head = Decode<journal_head_t>(Bytes(event.data))).has_value();
+  if (stretch.match) return false;
+  if (const auto match = Decode<scan_match_t>(Bytes(event.data))) {
+    stretch.match = FromMessage(*match);
+    return !stretch.scan || stretch.scan->utime == match->utime;
+  }
+  const auto rays = Decode<critical_rays_t>(Bytes(event.data));
+  if (!rays || stretch.scan) return false;
+  stretch.scan = FromMessage(*rays);
+  return true;
+}
+
+std::optional<JournalStretch> JournalReader::Next() {
+  JournalStretch stretch;
+  std::uint64_t at = whole_bytes_;
+  for (std::int64_t num_events = 1; at - whole_bytes_ <= kMostStretchBytes; ++num_events) {
+    const auto event = EventAt(at);
+    if (!event) return std::nullopt;
+    if (event->channel != kJournalCheckChannel) {
+      at += event->size;
+      if (!TakeEvent(*event, stretch)) return std::nullopt;
+      continue;
+    }
+    const std::uint64_t end = at + event->size;
+    const auto check = CheckAt(at);
+    const bool in_place =
+        check && std::cmp_equal(check->first_byte, whole_bytes_) && std::cmp_equal(check->num_bytes, at - whole_bytes_);
+    if (!in_place || (stretch.scan && !stretch.match)) return std::nullopt;
+    whole_bytes_ = end;
+    num_events_ += num_events;
+    last_utime_ = std::max(last_utime_, check->utime);
+    ended_in_order_ = !stretch.match;
+    return stretch;
+  }
+  return std::nullopt;
+}
+
+JournalReader::Rest JournalReader::ExamineRest() {
+  constexpr std::size_t kPieceBytes = 4096;
+  Rest rest;
+  std::uint64_t at = whole_bytes_;
+  while (at < size()) {
+    const std::string_view ahead = file_.At(at, kPieceBytes);
+    if (ahead.empty()) break;  // it was cut off meanwhile
+    const std::size_t sync = FindLcmSync(ahead);
+    const std::size_t passed = sync != std::string_view::npos ? sync
+                               : at + ahead.size() >= size()  ? ahead.size()
+                                                              : ahead.size() - kLcmSyncBytes + 1;
+    const std::string_view without_sync = ahead.substr(0, passed);
+    rest.all_zero = rest.all_zero && without_sync.find_first_not_of('\0') == std::string_view::npos;
+    at += passed;
+    if (sync == std::string_view::npos) continue;
+    rest.all_zero = false;
+    if (const auto check = CheckAt(at)) {
+      ++rest.num_stretches;
+      rest.was_on_disk = rest.was_on_disk || std::cmp_greater(check->synced_bytes, whole_bytes_);
+    }
+    ++at;
+  }
+  return rest;
+}
+
+}  // namespace crsm
