@@ -1,5 +1,8 @@
 #include "common/parameters.hpp"
 
+#include <fmt/core.h>
+
+#include <stdexcept>
 #include <type_traits>
 
 namespace crsm {
@@ -25,6 +28,12 @@ class Lister {
   std::vector<std::pair<std::string, ParameterValue>> list;
 };
 
+template <class Number>
+void CheckOrder(const char* lower_key, Number lower, const char* upper_key, Number upper) {
+  if (lower <= upper) return;
+  throw std::runtime_error(fmt::format("{}: {} is more than {}, {}", lower_key, lower, upper_key, upper));
+}
+
 }  // namespace
 
 std::vector<std::pair<std::string, ParameterValue>> ListParameters(const Parameters& parameters) {
@@ -32,6 +41,15 @@ std::vector<std::pair<std::string, ParameterValue>> ListParameters(const Paramet
   Lister lister;
   VisitParameters(copy, lister);
   return lister.list;
+}
+
+void CheckConsistency(const Parameters& parameters) {
+  const ScanParameters& scan = parameters.scan;
+  const SelectionParameters& selection = parameters.selection;
+  const UpdateParameters& update = parameters.update;
+  CheckOrder("range_min_m", scan.range_min_m, "range_max_m", scan.range_max_m);
+  CheckOrder("rays_min", selection.rays_min, "rays_max", selection.rays_max);
+  CheckOrder("intensity_min", update.intensity_min, "intensity_max", update.intensity_max);
 }
 
 }  // namespace crsm

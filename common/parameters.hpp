@@ -219,4 +219,7 @@ using ParameterValue = std::variant<bool, std::int64_t, std::uint64_t, double, s
 /// Every parameter by its key, in the order of VisitParameters.
 std::vector<std::pair<std::string, ParameterValue>> ListParameters(const Parameters& parameters);
 
+/// Throws std::runtime_error, one line that names the keys, if two parameters contradict each other.
+void CheckConsistency(const Parameters& parameters);
+
 }  // namespace crsm

@@ -7,8 +7,10 @@
 #include "services/map_updater/answers.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/held_by_utime.hpp"
+#include "services/runtime/path_lock.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
+#include "services/runtime/usage_error.hpp"
 #include "services/sources/journal.hpp"
 
 namespace crsm {
@@ -21,6 +23,7 @@ class MapUpdaterService {
         service_(command_line),
         matches_(service_.counters()),
         updater_(command_line.parameters().update) {
+    service_.TakeRole(kMapOwnerRole);
     LoadFinishedMap();
     OpenJournal();
     Bus& bus = service_.bus();
@@ -106,14 +109,16 @@ class MapUpdaterService {
 
   void OpenJournal() {
     if (settings_.journal.empty()) {
-      if (settings_.resume) throw std::runtime_error("--resume needs --journal DIR: where the map is to come from");
+      if (settings_.resume) throw UsageError("--resume needs --journal DIR: where the map is to come from");
       return;
     }
     const JournalSubject subject{updater_.geometry().cell_size_m(), !settings_.localize.empty()};
     if (!settings_.resume) {
       journal_.emplace(settings_.journal, subject);
+      LockJournal();
       return SetEpoch(journal_->epoch());
     }
+    LockJournal();
     journal_.emplace(settings_.journal, subject,
                      [this](const CriticalRays* scan, const ScanMatch& match) { Draw(scan, match); });
     SetEpoch(journal_->epoch());
@@ -121,6 +126,9 @@ class MapUpdaterService {
     Say(fmt::format("map_updater: went on from {} scans in {}{}", answered_.size(), settings_.journal,
                     cut > 0 ? fmt::format("; cut off {} bytes of a torn tail", cut) : ""));
   }
+
+  /// Also against an owner of another bus.
+  void LockJournal() { journal_lock_.emplace("--journal", std::filesystem::path(settings_.journal) / "journal.lcm"); }
 
   /// The last answer may be asked for again.
   void SetEpoch(std::int64_t epoch) {
@@ -156,6 +164,7 @@ class MapUpdaterService {
   MatchStore answered_;
   TrackingState tracking_;  ///< after those
   std::vector<map_delta_t> last_answer_;
+  std::optional<PathLock> journal_lock_;
   std::optional<Journal> journal_;
 };
 
@@ -163,10 +172,8 @@ class MapUpdaterService {
 }  // namespace crsm
 
 int main(int argc, char** argv) {
-  using enum crsm::ParameterGroup;
-  crsm::CommandLine command_line(
-      "map_updater", "Owns the map: CRITICAL_RAYS, SCAN_MATCH -> MAP_DELTA.", {kUpdate},
-      {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "localize", "part_bytes"});
+  crsm::CommandLine command_line("map_updater", "Owns the map: CRITICAL_RAYS, SCAN_MATCH -> MAP_DELTA.",
+                                 crsm::FlagsOfUpdater());
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::MapUpdaterService(command_line).Run(); });
 }

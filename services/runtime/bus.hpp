@@ -28,6 +28,10 @@ inline constexpr const char* kServiceStatusChannel = "SERVICE_STATUS";  // crsm.
 inline constexpr const char* kMapEpochChannel = "MAP_EPOCH";
 inline constexpr const char* kFinishedMapEpochChannel = "FINISHED_MAP_EPOCH";
 
+/// What tells the bus of a URL from others on this machine: "port 7667", since LCM heeds nothing else of a multicast
+/// address, or the whole URL of a server. Throws UsageError where the URL is of no bus.
+std::string NameBus(const std::string& url);
+
 /// Who takes messages out of the kernel's buffer.
 enum class Reception {
   kByHandler,  ///< the thread that handles them, at the least cost: for those that handle messages all the time
@@ -37,7 +41,8 @@ enum class Reception {
 /// The thin seam over LCM: checked messages in, messages out, no exception into C code.
 class Bus {
  public:
-  /// url: empty for LCM's default. Throws std::runtime_error in one line if the bus cannot be reached.
+  /// url: empty for LCM's default. Throws in one line: UsageError if it is of no bus, std::runtime_error if the bus
+  /// cannot be reached.
   Bus(std::string url, const std::string& channel_prefix, Counters& counters,
       Reception reception = Reception::kByHandler);
 

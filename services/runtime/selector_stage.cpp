@@ -8,6 +8,7 @@ namespace crsm {
 
 SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
     : service_(command_line), select_(std::move(select)), scans_(service_.counters()) {
+  service_.TakeRole(kSelectorRole);
   service_.bus().Subscribe<bot_core::planar_lidar_t>(
       kLaserChannel, [this](const bot_core::planar_lidar_t& message) { scans_.Push(FromMessage(message)); });
 }

@@ -10,8 +10,10 @@
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "common/slam.hpp"
+#include "services/runtime/path_lock.hpp"
 #include "services/runtime/progress.hpp"
 #include "services/runtime/service.hpp"
+#include "services/runtime/usage_error.hpp"
 #include "services/runtime/version.hpp"
 #include "services/sources/journal.hpp"
 #include "services/sources/open_laser_source.hpp"
@@ -41,7 +43,7 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
   const auto Restore = [&](const CriticalRays* scan, const ScanMatch& match) { run.Restore(scan, match); };
   if (!resume.empty()) {
     if (subject.finished_map) {
-      throw std::runtime_error("--resume goes on with a map and --localize leaves it as it is: one of them, please");
+      throw UsageError("--resume goes on with a map and --localize leaves it as it is: one of them, please");
     }
     TakeOverJournal(resume, settings.out);
     auto journal = std::make_unique<Journal>(JournalFolder(settings.out), subject, Restore);
@@ -51,8 +53,7 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
   if (subject.finished_map) {
     std::error_code error;
     if (std::filesystem::equivalent(settings.localize, settings.out, error)) {
-      throw std::runtime_error(
-          fmt::format("--localize {}: its map stays as it is: choose another --out", settings.localize));
+      throw UsageError(fmt::format("--localize {}: its map stays as it is: choose another --out", settings.localize));
     }
     ReadJournal(JournalFolder(settings.localize), {subject.cell_size_m, false}, Restore);
     if (run.slam.map().empty()) {
@@ -72,6 +73,7 @@ void MapLog(const CommandLine& command_line, const std::string& name, const std:
   const Parameters& parameters = command_line.parameters();
   const auto source = OpenLaserSource(name, {parameters.match.seed, settings.laser_channel});
   PrepareFolder(settings.out);
+  const PathLock lock("--out", settings.out);
 
   Run run(parameters);
   Results results;
