@@ -206,14 +206,14 @@ TEST_CASE("what contradicts itself is refused by name") {
   CHECK_FALSE(Program({"--start", "1,2,3"}).exit_code);  // of a program that has no --localize
 }
 
-TEST_CASE("the words for another program are those that it knows, in the order in which they were given") {
+TEST_CASE("the words for another program are those that it knows, in the order of --help") {
   const Program program({"--seed", "7", "--no-limit-edges", "--preset", "sick", "--window-m", "0.5", "--lockstep",
                          "--channel-prefix", "robot1/"});
   CHECK(program.line.WordsFor(FlagsOfSelector()) ==
-        std::vector<std::string>{"--preset", "sick", "--no-limit-edges", "--channel-prefix", "robot1/"});
-  CHECK(program.line.WordsFor(FlagsOfMatcher()) == std::vector<std::string>{"--preset", "sick", "--seed", "7",
-                                                                            "--window-m", "0.5", "--lockstep",
-                                                                            "--channel-prefix", "robot1/"});
+        std::vector<std::string>{"--preset", "sick", "--channel-prefix", "robot1/", "--no-limit-edges"});
+  CHECK(program.line.WordsFor(FlagsOfMatcher()) == std::vector<std::string>{"--preset", "sick", "--channel-prefix",
+                                                                            "robot1/", "--lockstep", "--seed", "7",
+                                                                            "--window-m", "0.5"});
   CHECK(program.line.WasGiven("seed"));
   CHECK_FALSE(program.line.WasGiven("rays_min"));
 }
