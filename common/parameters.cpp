@@ -1,6 +1,9 @@
 #include "common/parameters.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
+#include <stdexcept>
 #include <type_traits>
 
 namespace crsm {
@@ -31,6 +34,12 @@ class Lister {
   }
 };
 
+template <class Number>
+void CheckOrder(const char* lower_key, Number lower, const char* upper_key, Number upper) {
+  if (lower <= upper) return;
+  throw std::runtime_error(fmt::format("{}: {} is more than {}, {}", lower_key, lower, upper_key, upper));
+}
+
 std::vector<std::pair<ParameterGroup, NamedValues::value_type>> ListWithGroups(const Parameters& parameters) {
   Parameters copy = parameters;
   Lister lister;
@@ -52,6 +61,15 @@ NamedValues ListParameters(const Parameters& parameters, const std::vector<Param
     if (std::find(groups.begin(), groups.end(), group) != groups.end()) values.push_back(std::move(value));
   }
   return values;
+}
+
+void CheckConsistency(const Parameters& parameters) {
+  const ScanParameters& scan = parameters.scan;
+  const SelectionParameters& selection = parameters.selection;
+  const UpdateParameters& update = parameters.update;
+  CheckOrder("range_min_m", scan.range_min_m, "range_max_m", scan.range_max_m);
+  CheckOrder("rays_min", selection.rays_min, "rays_max", selection.rays_max);
+  CheckOrder("intensity_min", update.intensity_min, "intensity_max", update.intensity_max);
 }
 
 }  // namespace crsm

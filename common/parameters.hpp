@@ -223,4 +223,7 @@ using NamedValues = std::vector<std::pair<std::string, ParameterValue>>;
 NamedValues ListParameters(const Parameters& parameters);
 NamedValues ListParameters(const Parameters& parameters, const std::vector<ParameterGroup>& groups);
 
+/// Throws std::runtime_error, one line that names the keys, if two parameters contradict each other.
+void CheckConsistency(const Parameters& parameters);
+
 }  // namespace crsm

@@ -4,10 +4,10 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "services/laser_publisher/log_writer.hpp"
+#include "services/laser_publisher/position.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/laser_silence.hpp"
 #include "services/runtime/progress.hpp"
@@ -18,17 +18,6 @@ namespace crsm {
 namespace {
 
 constexpr double kAsFastAsMapped = 0.0;
-
-/// The factor to real time that --rate says. Throws std::runtime_error if it says none.
-double ParseRate(const std::string& text) {
-  if (text == "max") return kAsFastAsMapped;
-  double rate = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), rate);
-  if (error != std::errc() || end != text.data() + text.size() || !(rate > 0.0 && rate <= 1e6)) {
-    throw std::runtime_error(fmt::format("--rate: '{}' is neither max nor a number above 0", text));
-  }
-  return rate;
-}
 
 void PrintCounts(const std::string& program, const std::string& source_name, const LaserSource& source) {
   const std::string cut = DescribeCut(source_name, source);
@@ -47,7 +36,9 @@ class LaserPublisher {
         resend_(command_line.settings().resend_s),
         source_(source),
         service_(command_line),
+        position_(command_line.settings().position),
         progress_(command_line.program()) {
+    service_.TakeRole(kPublisherRole);
     service_.bus().Subscribe<map_delta_t>(kMapDeltaChannel, [this](const map_delta_t& delta) {
       if (delta.recipient == 0) mapped_utime_ = delta.utime;
     });
@@ -57,6 +48,7 @@ class LaserPublisher {
     Say(service_.name() + ": ready");
     service_.SetState("publishing");
     std::int64_t last_utime = 0;
+    SkipPublished();
     while (const auto scan = source_.Next()) {
       if (StopRequested()) break;
       if (rate_ == kAsFastAsMapped) {
@@ -66,16 +58,27 @@ class LaserPublisher {
         if (StopRequested()) break;  // the scan is not due
         Publish(*scan);
       }
+      if (StopRequested()) break;  // the scan may not be in the map
+      position_.Advance();
       last_utime = scan->utime;
       progress_.Show(source_.Progress(), num_scans_);
     }
-    if (rate_ != kAsFastAsMapped) AwaitMap(last_utime);
+    if (rate_ != kAsFastAsMapped && num_scans_ > 0) AwaitMap(last_utime);
     service_.SetState(kPublisherFinished);
     service_.PublishStatus();  // the last counts
     progress_.Finish(num_scans_);
   }
 
  private:
+  /// What an earlier process with the same --position has sent. It may have died behind one scan more: that is known to
+  /// be in the map, as every scan that comes twice.
+  void SkipPublished() {
+    for (std::int64_t i = 0; i < position_.num_scans() && source_.Next() && !StopRequested(); ++i) continue;
+    if (position_.num_scans() > 0) {
+      Say(fmt::format("{}: goes on behind {} scans", service_.name(), position_.num_scans()));
+    }
+  }
+
   void Publish(const LaserScan& scan) {
     const auto start = Clock::now();
     Send(scan);
@@ -110,7 +113,7 @@ class LaserPublisher {
       }
       if (Clock::now() >= complain_at) {
         Say(fmt::format("{}: no map of scan {} for 10 s; are ray_selector, rrhc_matcher and map_updater running?",
-                        service_.name(), num_scans_));
+                        service_.name(), position_.num_scans() + 1));
         complain_at = Clock::now() + kComplainAfter;
       }
     }
@@ -140,8 +143,9 @@ class LaserPublisher {
   std::chrono::duration<double> resend_;
   LaserSource& source_;
   Service service_;
+  Position position_;
   Progress progress_;
-  std::int64_t num_scans_ = 0;
+  std::int64_t num_scans_ = 0;      ///< of this process
   std::int64_t mapped_utime_ = -1;  ///< of the last scan whose map came
   Clock::time_point due_ = Clock::now();
 };
@@ -153,8 +157,7 @@ int main(int argc, char** argv) {
   crsm::CommandLine command_line("laser_publisher",
                                  "Publishes the scans of a log or of a simulated world on LASER. With --lcm-url "
                                  "\"file://run.lcm?mode=w\" it writes them to an LCM log.",
-                                 {crsm::ParameterGroup::kSeed, crsm::ParameterGroup::kOdometry},
-                                 {"lcm_url", "channel_prefix", "rate", "resend_s", "laser_channel"});
+                                 crsm::FlagsOfPublisher());
   std::string name;
   command_line.app().add_option("SOURCE", name, crsm::DescribeSources())->required();
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;

@@ -15,6 +15,7 @@
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/map_follower.hpp"
 #include "services/runtime/match_store.hpp"
+#include "services/runtime/path_lock.hpp"
 #include "services/runtime/service.hpp"
 #include "services/runtime/version.hpp"
 
@@ -39,6 +40,7 @@ class MapExporter {
 
   void Run() {
     PrepareFolder(command_line_.settings().out);
+    const PathLock lock("--out", command_line_.settings().out);
     writer_.emplace(command_line_.settings().out);
     service_.Run([this] {
       map_follower_.Poll();
@@ -220,7 +222,7 @@ int main(int argc, char** argv) {
   crsm::CommandLine command_line("map_exporter",
                                  "Writes the map, the trajectory and pictures of them to a folder, now and then and at "
                                  "the end: MAP_DELTA -> map.png, map.yaml, overview.png, trajectory.tum, summary.json.",
-                                 {}, {"lcm_url", "channel_prefix", "out", "export_period_s"});
+                                 crsm::FlagsOfExporter());
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::MapExporter(command_line).Run(); });
 }

@@ -7,8 +7,10 @@
 #include "services/map_updater/answers.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/held_by_utime.hpp"
+#include "services/runtime/path_lock.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
+#include "services/runtime/usage_error.hpp"
 #include "services/sources/journal.hpp"
 #include "services/sources/map_parameters.hpp"
 
@@ -23,6 +25,7 @@ class MapUpdaterService {
         matches_(service_.counters()),
         map_parameters_(ListMapParameters(command_line.parameters())),
         updater_(command_line.parameters().update) {
+    service_.TakeRole(kMapOwnerRole);
     LoadFinishedMap();
     OpenJournal();
     Bus& bus = service_.bus();
@@ -110,20 +113,25 @@ class MapUpdaterService {
 
   void OpenJournal() {
     if (settings_.journal.empty()) {
-      if (settings_.resume) throw std::runtime_error("--resume needs --journal DIR: where the map is to come from");
+      if (settings_.resume) throw UsageError("--resume needs --journal DIR: where the map is to come from");
       return;
     }
     const JournalSubject subject{!settings_.localize.empty(), map_parameters_};
     if (!settings_.resume) {
       journal_.emplace(settings_.journal, subject);
+      LockJournal();
       return SetEpoch(journal_->epoch());
     }
+    LockJournal();
     journal_.emplace(settings_.journal, subject, on_damage_,
                      [this](const CriticalRays* scan, const ScanMatch& match) { Draw(scan, match); });
     SetEpoch(journal_->epoch());
     if (!journal_->notice().empty()) Say(fmt::format("map_updater: {}", journal_->notice()));
     Say(fmt::format("map_updater: went on from {} scans in {}", answered_.size(), settings_.journal));
   }
+
+  /// Also against an owner of another bus.
+  void LockJournal() { journal_lock_.emplace("--journal", std::filesystem::path(settings_.journal) / "journal.lcm"); }
 
   /// The last answer may be asked for again.
   void SetEpoch(std::int64_t epoch) {
@@ -161,6 +169,7 @@ class MapUpdaterService {
   MatchStore answered_;
   TrackingState tracking_;  ///< after those
   std::vector<map_delta_t> last_answer_;
+  std::optional<PathLock> journal_lock_;
   std::optional<Journal> journal_;
 };
 
@@ -180,10 +189,8 @@ void TakeOverParameters(CommandLine& command_line) {
 }  // namespace crsm
 
 int main(int argc, char** argv) {
-  using enum crsm::ParameterGroup;
-  crsm::CommandLine command_line(
-      "map_updater", "Owns the map: CRITICAL_RAYS, SCAN_MATCH -> MAP_DELTA.", {kScan, kUpdate},
-      {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "until_damage", "localize", "part_bytes"});
+  crsm::CommandLine command_line("map_updater", "Owns the map: CRITICAL_RAYS, SCAN_MATCH -> MAP_DELTA.",
+                                 crsm::FlagsOfUpdater());
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] {
     crsm::TakeOverParameters(command_line);

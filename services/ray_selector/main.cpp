@@ -4,9 +4,8 @@
 #include "services/runtime/selector_stage.hpp"
 
 int main(int argc, char** argv) {
-  using enum crsm::ParameterGroup;
   crsm::CommandLine command_line("ray_selector", "Picks the critical rays of each scan: LASER -> CRITICAL_RAYS.",
-                                 {kScan, kSelection}, {"lcm_url", "channel_prefix"});
+                                 crsm::FlagsOfSelector());
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] {
     crsm::RaySelector selector(command_line.parameters());

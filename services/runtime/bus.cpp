@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "services/runtime/socket_filter.hpp"
+#include "services/runtime/usage_error.hpp"
 
 namespace crsm {
 namespace {
@@ -49,7 +50,7 @@ std::string CompleteUrl(std::string url) {
   }
   const bool multicast = url.rfind("udpm://", 0) == 0;
   if (multicast ? !ParseMulticastUrl(url) : url.rfind("tcpq://", 0) != 0) {
-    throw std::runtime_error(
+    throw UsageError(
         fmt::format("--lcm-url {}: not a bus between processes; one is like udpm://239.255.76.67:7667?ttl=0 or "
                     "tcpq://localhost:7700",
                     url));
@@ -90,6 +91,12 @@ std::optional<int> FindNewSocket(int port, const std::set<int>& old_sockets) {
 }
 
 }  // namespace
+
+std::string NameBus(const std::string& url) {
+  const std::string complete = CompleteUrl(url);
+  const auto multicast = ParseMulticastUrl(complete);
+  return multicast ? fmt::format("port {}", multicast->port) : complete;
+}
 
 Bus::Bus(std::string url, const std::string& channel_prefix, Counters& counters, Reception reception)
     : url_(CompleteUrl(std::move(url))),

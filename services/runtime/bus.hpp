@@ -33,6 +33,10 @@ inline constexpr const char* kChannelsOfStack[]{kOdometryChannel, kCriticalRaysC
 inline constexpr const char* kJournalHeadChannel = "JOURNAL_HEAD";    // crsm.journal_head_t, the first event
 inline constexpr const char* kJournalCheckChannel = "JOURNAL_CHECK";  // crsm.journal_check_t, behind each stretch
 
+/// What tells the bus of a URL from others on this machine: "port 7667", since LCM heeds nothing else of a multicast
+/// address, or the whole URL of a server. Throws UsageError where the URL is of no bus.
+std::string NameBus(const std::string& url);
+
 /// Who takes messages out of the kernel's buffer.
 enum class Reception {
   kByHandler,  ///< the thread that handles them, at the least cost: for those that handle messages all the time
@@ -44,7 +48,8 @@ class Bus {
  public:
   using Refused = std::function<void(std::span<const std::uint8_t>)>;
 
-  /// url: empty for LCM's default. Throws std::runtime_error in one line if the bus cannot be reached.
+  /// url: empty for LCM's default. Throws in one line: UsageError if it is of no bus, std::runtime_error if the bus
+  /// cannot be reached.
   Bus(std::string url, const std::string& channel_prefix, Counters& counters,
       Reception reception = Reception::kByHandler);
 

@@ -6,8 +6,8 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cmath>
 #include <fstream>
+#include <map>
 #include <sstream>
 #include <stdexcept>
 #include <type_traits>
@@ -118,12 +118,19 @@ std::vector<std::string> Names(const BuiltInConfig (&configs)[N]) {
   return names;
 }
 
+/// The name of a built-in configuration, and who says it: a flag or a line of a file.
+struct BuiltInChoice {
+  std::string name;
+  std::string said_by;
+};
+
 template <std::size_t N>
-std::string FindBuiltIn(const BuiltInConfig (&configs)[N], const std::string& kind, const std::string& name) {
+std::string FindBuiltIn(const BuiltInConfig (&configs)[N], const BuiltInChoice& choice) {
   for (const BuiltInConfig& config : configs) {
-    if (config.name == name) return std::string(config.toml);
+    if (config.name == choice.name) return std::string(config.toml);
   }
-  throw std::runtime_error(fmt::format("--{}: '{}' is not one of {}", kind, name, fmt::join(Names(configs), ", ")));
+  throw std::runtime_error(
+      fmt::format("{}: '{}' is not one of {}", choice.said_by, choice.name, fmt::join(Names(configs), ", ")));
 }
 
 std::string ReadConfig(const std::string& path) {
@@ -133,20 +140,22 @@ std::string ReadConfig(const std::string& path) {
   return text.str();
 }
 
-/// X,Y,YAW; nothing where there is no text.
-std::optional<Pose2> ParseStart(const std::string& text) {
-  constexpr double kFarthest = 1e6;
-  if (text.empty()) return std::nullopt;
-  std::vector<double> numbers;
-  std::stringstream parts(text + ",");
-  for (std::string part; std::getline(parts, part, ',');) {
-    const auto number = ParseNumber<double>(part);
-    if (number && std::abs(*number) <= kFarthest) numbers.push_back(*number);  // false for NaN
+toml::table ParseToml(const std::string& text, const std::string& name) {
+  try {
+    return toml::parse(text, name);
+  } catch (const toml::parse_error& error) {
+    throw std::runtime_error(fmt::format("{}:{}: {}", name, error.source().begin.line, error.description()));
   }
-  if (numbers.size() != 3 || std::count(text.begin(), text.end(), ',') != 2) {
-    throw std::runtime_error(fmt::format("--start: '{}' is not X,Y,YAW [m, m, rad], as in 3.5,-2,1.57", text));
-  }
-  return Pose2{numbers[0], numbers[1], WrapAngle(numbers[2])};
+}
+
+/// The built-in configuration that a flag names, or else a key of the configuration file.
+BuiltInChoice Choose(const std::string& key, const std::string& flag, const std::string& config,
+                     const toml::table& file) {
+  const toml::node* node = file.get(key);
+  if (!flag.empty() || !node) return {flag, "--" + key};
+  const std::string said_by = fmt::format("{}:{}: {}", config, node->source().begin.line, key);
+  if (!node->is_string()) throw std::runtime_error(said_by + ": must be a name in quotes");
+  return {node->as_string()->get(), said_by};
 }
 
 NamedValues ListSettings(const Settings& settings) {
@@ -171,7 +180,10 @@ std::string FlagOf(std::string key) {
 
 CommandLine::CommandLine(const std::string& program, const std::string& description, std::vector<ParameterGroup> groups,
                          std::vector<std::string> settings)
-    : program_(program), groups_(std::move(groups)), setting_names_(std::move(settings)), app_(description, program) {
+    : CommandLine(program, description, ProgramFlags{std::move(groups), std::move(settings)}) {}
+
+CommandLine::CommandLine(const std::string& program, const std::string& description, const ProgramFlags& flags)
+    : program_(program), groups_(flags.groups), setting_names_(flags.settings), app_(description, program), settings_(flags.defaults) {
   app_.set_version_flag("--version", fmt::format("{} {}", program, kVersion));
   app_.add_option("--config", config_,
                   "TOML file with keys named as the flags, with _ for -; one file serves all programs")
@@ -257,9 +269,7 @@ ParameterValue ReadValue(const std::string& key, const std::string& text) {
 std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
   try {
     app_.parse(argc, argv);
-    if (!preset_.empty()) ApplyConfig(FindBuiltIn(kPresets, "preset", preset_), preset_);
-    ApplyConfig(FindBuiltIn(kProfiles, "profile", profile_), profile_);
-    if (!config_.empty()) ApplyConfig(ReadConfig(config_), config_);
+    ApplyConfigs();
     for (const auto& [key, text] : flags_) {
       try {
         SetValue(key, {WrittenValue::Kind::kFlag, text}, parameters_, settings_);
@@ -268,11 +278,11 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
         throw std::runtime_error(FlagOf(key) + std::string(error.what()).substr(key.size()));
       }
     }
+    ParseRate(settings_.rate);
     parameters_.match.start = ParseStart(settings_.start);
-    const SelectionParameters& selection = parameters_.selection;
-    if (selection.rays_min > selection.rays_max) {
-      throw std::runtime_error(
-          fmt::format("rays_min: {} is more than rays_max, {}", selection.rays_min, selection.rays_max));
+    CheckConsistency(parameters_);
+    if (Has("localize") && Has("start") && !settings_.start.empty() && settings_.localize.empty()) {
+      throw std::runtime_error("--start: is of a laser on a finished map: say which by --localize DIR");
     }
     return std::nullopt;
   } catch (const CLI::Success& wanted) {  // --help, --version
@@ -285,20 +295,27 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
   return 2;
 }
 
-void CommandLine::ApplyConfig(const std::string& text, const std::string& name) {
-  try {
-    const toml::table table = toml::parse(text, name);
-    for (const auto& [key, node] : table) {
-      try {
-        SetValue(std::string(std::string_view(key)), ToWrittenValue(node), parameters_, settings_);
-        said_by_[std::string(std::string_view(key))] = fmt::format("{}:{}: {} = {}", name, node.source().begin.line,
-                                                                   std::string_view(key), ToWrittenValue(node).text);
-      } catch (const std::runtime_error& error) {
-        throw std::runtime_error(fmt::format("{}:{}: {}", name, node.source().begin.line, error.what()));
-      }
+/// The preset, the profile and the configuration file, which may name the two.
+void CommandLine::ApplyConfigs() {
+  const std::string text = config_.empty() ? "" : ReadConfig(config_);
+  const toml::table file = ParseToml(text, config_);
+  const BuiltInChoice preset = Choose("preset", preset_, config_, file);
+  const BuiltInChoice profile = Choose("profile", profile_, config_, file);
+  if (!preset.name.empty()) Apply(FindBuiltIn(kPresets, preset), preset.name);
+  if (!profile.name.empty()) Apply(FindBuiltIn(kProfiles, profile), profile.name);
+  Apply(text, config_);
+}
+
+void CommandLine::Apply(const std::string& text, const std::string& name) {
+  for (const auto& [key, node] : ParseToml(text, name)) {
+    if (key == "preset" || key == "profile") continue;
+    try {
+      SetValue(std::string(std::string_view(key)), ToWrittenValue(node), parameters_, settings_);
+      said_by_[std::string(std::string_view(key))] = fmt::format("{}:{}: {} = {}", name, node.source().begin.line,
+                                                                 std::string_view(key), ToWrittenValue(node).text);
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error(fmt::format("{}:{}: {}", name, node.source().begin.line, error.what()));
     }
-  } catch (const toml::parse_error& error) {
-    throw std::runtime_error(fmt::format("{}:{}: {}", name, error.source().begin.line, error.description()));
   }
 }
 
@@ -316,7 +333,34 @@ void CommandLine::Adopt(const std::vector<std::pair<std::string, std::string>>& 
                                    map_name, text, FlagOf(key), text));
     }
     parameters_ = adopted;
+    flags_.emplace_back(key, text);  // for the programs that are told the same
   }
+}
+
+bool CommandLine::Has(const std::string& key) const { return app_.get_option_no_throw(FlagOf(key)) != nullptr; }
+
+bool CommandLine::WasGiven(const std::string& key) const {
+  return std::any_of(flags_.begin(), flags_.end(), [&](const auto& flag) { return flag.first == key; });
+}
+
+std::vector<std::string> CommandLine::WordsFor(const ProgramFlags& program) const {
+  std::vector<std::string> words;
+  for (const auto& [flag, value] :
+       std::map<std::string, std::string>{{"--config", config_}, {"--preset", preset_}, {"--profile", profile_}}) {
+    if (!value.empty()) words.insert(words.end(), {flag, value});
+  }
+  std::vector<std::string> keys = program.settings;
+  Parameters any;
+  VisitParameters(any, [&](const ParameterInfo& info, const auto&...) {
+    if (std::count(program.groups.begin(), program.groups.end(), info.group) > 0) keys.emplace_back(info.key);
+  });
+  for (const auto& [key, text] : flags_) {
+    if (std::count(keys.begin(), keys.end(), key) == 0) continue;
+    const bool is_switch = app_.get_option(FlagOf(key))->get_expected_max() == 0;
+    words.push_back(is_switch && text == "false" ? "--no-" + FlagOf(key).substr(2) : FlagOf(key));
+    if (!is_switch) words.push_back(text);
+  }
+  return words;
 }
 
 }  // namespace crsm

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/parameters.hpp"
+#include "services/runtime/programs.hpp"
 #include "services/runtime/settings.hpp"
 
 namespace crsm {
@@ -16,12 +17,14 @@ namespace crsm {
 /// parameter and setting that the program uses.
 ///
 /// Later wins: defaults, preset, profile, configuration file, flags. A configuration file serves all programs: keys of
-/// others are checked and kept; a key that none knows, or a value out of range, stops the program in one line.
+/// others are checked and kept; a key that none knows, a value out of range, or flags that contradict each other stop
+/// the program in one line. It may name `preset` and `profile` where the flags do not.
 class CommandLine {
  public:
   /// groups: of the parameters, settings: names of the settings that become flags.
   CommandLine(const std::string& program, const std::string& description, std::vector<ParameterGroup> groups,
               std::vector<std::string> settings);
+  CommandLine(const std::string& program, const std::string& description, const ProgramFlags& flags);
 
   /// For positional arguments and options of the program's own.
   CLI::App& app() { return app_; }
@@ -34,6 +37,13 @@ class CommandLine {
   /// `map_name`.
   void Adopt(const std::vector<std::pair<std::string, std::string>>& of_map, const std::string& map_name);
 
+  /// Whether a parameter or setting was a flag on this command line.
+  bool WasGiven(const std::string& key) const;
+
+  /// Those of this command line's words that another program is to get too: --preset, --profile and --config, and its
+  /// flags.
+  std::vector<std::string> WordsFor(const ProgramFlags& program) const;
+
   const std::string& program() const { return program_; }
   const Parameters& parameters() const { return parameters_; }
   const Settings& settings() const { return settings_; }
@@ -45,14 +55,16 @@ class CommandLine {
   void AddFlags();
   template <class Key>
   bool Uses(const Key& key) const;
-  void ApplyConfig(const std::string& toml, const std::string& name);
+  void ApplyConfigs();
+  void Apply(const std::string& toml, const std::string& name);
+  bool Has(const std::string& key) const;
 
   std::string program_;
   std::vector<ParameterGroup> groups_;      ///< that the program uses
   std::vector<std::string> setting_names_;  ///< that the program uses
   CLI::App app_;
   std::string preset_;
-  std::string profile_ = "default";
+  std::string profile_;
   std::string config_;
   std::vector<std::pair<std::string, std::string>> flags_;  ///< key and text, in the order given
   std::map<std::string, std::string> said_by_;              ///< who gave a key its value, as "--range-max-m 40"

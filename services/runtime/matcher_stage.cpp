@@ -31,6 +31,7 @@ MatcherStage::MatcherStage(const CommandLine& command_line, MakeMatcher make_mat
                         last_match_.reset();
                       },
                       [this](std::span<const TileChange> changes) { return matcher_->Apply(changes); }}) {
+  service_.TakeRole(kMatcherRole);
   service_.bus().Subscribe<critical_rays_t>(kCriticalRaysChannel,
                                             [this](const critical_rays_t& message) { Receive(FromMessage(message)); });
   if (!parameters_.odometry) return;

@@ -27,9 +27,7 @@ class MatcherStage {
   void Run();
 
   /// Names of the settings that become flags, for the command line.
-  static std::vector<std::string> Settings() {
-    return {"lcm_url", "channel_prefix", "lockstep", "map_wait_s", "start"};
-  }
+  static std::vector<std::string> Settings() { return FlagsOfMatcher().settings; }
 
  private:
   void Receive(CriticalRays scan);

@@ -11,6 +11,7 @@ SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
       select_(std::move(select)),
       watch_(service_, command_line.parameters().scan, kLaserChannel),
       scans_(service_.counters()) {
+  service_.TakeRole(kSelectorRole);
   service_.bus().Subscribe<bot_core::planar_lidar_t>(
       kLaserChannel,
       [this](const bot_core::planar_lidar_t& message) {

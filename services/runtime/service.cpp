@@ -13,6 +13,7 @@
 #include <regex>
 #include <stdexcept>
 
+#include "services/runtime/usage_error.hpp"
 #include "services/runtime/version.hpp"
 
 namespace crsm {
@@ -66,7 +67,7 @@ void CatchSignals() {
 bool StopRequested() { return stop_requested != 0; }
 
 void PrepareFolder(const std::string& out) {
-  if (out.empty()) throw std::runtime_error("--out is missing: the folder for the results");
+  if (out.empty()) throw UsageError("--out is missing: the folder for the results");
   std::error_code error;
   std::filesystem::create_directories(out, error);
   if (error || access(out.c_str(), W_OK) != 0) {
@@ -86,7 +87,8 @@ std::int64_t DrawIdentity() {
 Service::Service(const CommandLine& command_line, Reception reception)
     : name_(command_line.program()),
       parameters_(DescribeParameters(command_line)),
-      bus_(command_line.settings().lcm_url, command_line.settings().channel_prefix, counters_, reception) {}
+      address_{command_line.settings().lcm_url, command_line.settings().channel_prefix},
+      bus_(address_.lcm_url, address_.channel_prefix, counters_, reception) {}
 
 void Service::RecordLatency(Clock::time_point start) {
   latency_.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
@@ -109,6 +111,7 @@ void Service::Spin(int timeout_ms) {
 void Service::PublishStatus() {
   next_status_ = Clock::now() + std::chrono::seconds(1);
   bus_.Publish(ServiceStatusChannel(name_).c_str(), MakeStatus());
+  if (role_) role_->DismissVisitors();
 }
 
 service_status_t Service::MakeStatus() const {
@@ -144,6 +147,9 @@ int RunMain(const std::string& program, const std::function<void()>& body) {
   try {
     body();
     return 0;
+  } catch (const UsageError& error) {
+    Say(fmt::format("{}: {}", program, error.what()));
+    return 2;
   } catch (const std::exception& error) {
     Say(fmt::format("{}: {}", program, error.what()));
     return 1;

@@ -3,9 +3,11 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "services/runtime/bus.hpp"
+#include "services/runtime/bus_role.hpp"
 #include "services/runtime/command_line.hpp"
 #include "services/runtime/status.hpp"
 
@@ -18,7 +20,8 @@ void CatchSignals();
 bool StopRequested();
 
 /// Makes the folder for the results, if need be. What cannot be written is said before the work, not after it: throws
-/// std::runtime_error that names --out. Removes files that a killed process left half written.
+/// std::runtime_error that names --out, UsageError if there is none. Removes files that a killed process left half
+/// written.
 void PrepareFolder(const std::string& out);
 
 /// Says a line on stderr. A log that cannot be written, on a full disk say, is no reason to stop.
@@ -38,6 +41,10 @@ class Service {
 
   Bus& bus() { return bus_; }
   Counters& counters() { return counters_; }
+
+  /// From now on no other process on this machine has this role on the bus and with the channel prefix of this one.
+  /// Throws std::runtime_error that names the one that has it.
+  void TakeRole(const std::string& role) { role_.emplace(address_, role); }
 
   /// What the process does or waits for, in words, for SERVICE_STATUS.
   void SetState(const std::string& state) { state_ = state; }
@@ -62,11 +69,14 @@ class Service {
   Counters counters_;
   Latency latency_;
   std::string state_ = "waiting for messages";
+  BusAddress address_;
   Bus bus_;
+  std::optional<BusRole> role_;
   Clock::time_point next_status_;
 };
 
-/// The main function of a process: catches signals, runs `body`, turns an exception into one line on stderr.
+/// The main function of a process: catches signals, runs `body`, turns an exception into one line on stderr. Returns
+/// the exit code: 0, 2 after a UsageError, 1 after any other.
 int RunMain(const std::string& program, const std::function<void()>& body);
 
 }  // namespace crsm

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "common/parameters.hpp"
@@ -13,6 +14,7 @@ struct Settings {
   std::string out;
   std::string rate = "1";
   std::string laser_channel;
+  std::string position;
   bool lockstep = false;
   double map_wait_s = 0.2;
   double resend_s = 0.05;
@@ -34,6 +36,8 @@ void VisitSettings(Settings& s, Visitor&& visit) {
   visit("rate", "1: as fast as it was recorded, N: N times that, max: as fast as the map is made, nothing lost",
         s.rate);
   visit("laser_channel", "of an LCM log with several lasers; the first one if empty", s.laser_channel);
+  visit("position", "file that keeps how many scans were published; where it is there, goes on behind them",
+        s.position);
   visit("lockstep", "wait for whatever is missing, instead of going on without it", s.lockstep);
   visit("map_wait_s", "without --lockstep: longest wait for the map of the last scan [s]", s.map_wait_s, 0.0, 60.0);
   visit("resend_s", "rate max: a scan is sent again when its map has not come by then [s]", s.resend_s, 0.01, 60.0);
@@ -46,5 +50,11 @@ void VisitSettings(Settings& s, Visitor&& visit) {
         s.part_bytes, 200, 48000);
   visit("export_period_s", "between two writings of the results [s]", s.export_period_s, 0.1, 3600.0);
 }
+
+/// The factor to real time that a rate says, 0 for max: as fast as scans are mapped. Throws UsageError if it says none.
+double ParseRate(const std::string& text);
+
+/// X,Y,YAW; nothing where there is no text. Throws UsageError if it is something else.
+std::optional<Pose2> ParseStart(const std::string& text);
 
 }  // namespace crsm

@@ -5,6 +5,7 @@
 #include <exception>
 #include <string>
 
+#include "services/runtime/usage_error.hpp"
 #include "services/runtime/version.hpp"
 #include "services/slam_eval/commands.hpp"
 
@@ -22,6 +23,10 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version
     fmt::print(stderr, "slam_eval: {}; try --help\n", error.what());
+    return 2;
+  } catch (const crsm::UsageError& error) {
+    fmt::print(stderr, "slam_eval: {}\n", error.what());
+    return 2;
   } catch (const std::exception& error) {
     fmt::print(stderr, "slam_eval: {}\n", error.what());
   }

@@ -9,6 +9,7 @@
 
 #include "common/metrics/relations.hpp"
 #include "common/metrics/trajectory.hpp"
+#include "services/runtime/usage_error.hpp"
 #include "services/slam_eval/commands.hpp"
 
 namespace crsm {
@@ -45,7 +46,7 @@ void PrintTable(const RelationErrors& errors) {
 
 void RunRelations(const RelationsOptions& options) {
   if (!(std::abs(options.laser_x_m) <= 10.0)) {  // NaN too
-    throw std::runtime_error(fmt::format("--laser-x-m is {}, must be within -10 and 10", options.laser_x_m));
+    throw UsageError(fmt::format("--laser-x-m is {}, must be within -10 and 10", options.laser_x_m));
   }
   const std::filesystem::path path(options.trajectory);
   const Trajectory trajectory =

@@ -10,6 +10,7 @@
 #include "common/metrics/map_metrics.hpp"
 #include "common/results/pictures.hpp"
 #include "common/worlds/simulator.hpp"
+#include "services/runtime/usage_error.hpp"
 #include "services/slam_eval/commands.hpp"
 
 namespace crsm {
@@ -45,7 +46,7 @@ void RunWorld(const WorldOptions& options) {
     return;
   }
   if (!(options.cell_size_m >= 0.005 && options.cell_size_m <= 1.0)) {  // NaN too
-    throw std::runtime_error(fmt::format("--cell-size-m is {}, must be within 0.005 and 1", options.cell_size_m));
+    throw UsageError(fmt::format("--cell-size-m is {}, must be within 0.005 and 1", options.cell_size_m));
   }
   Results results;
   results.grid = DrawWorld(world, options.cell_size_m);

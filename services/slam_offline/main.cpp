@@ -11,6 +11,7 @@
 #include "common/results/summary.hpp"
 #include "common/scan/laser_judge.hpp"
 #include "common/slam.hpp"
+#include "services/runtime/path_lock.hpp"
 #include "services/runtime/progress.hpp"
 #include "services/runtime/service.hpp"
 #include "services/runtime/usage_error.hpp"
@@ -59,8 +60,7 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
   if (subject.finished_map) {
     std::error_code error;
     if (std::filesystem::equivalent(settings.localize, settings.out, error)) {
-      throw std::runtime_error(
-          fmt::format("--localize {}: its map stays as it is: choose another --out", settings.localize));
+      throw UsageError(fmt::format("--localize {}: its map stays as it is: choose another --out", settings.localize));
     }
     SayNotice(command_line,
               ReadJournal(JournalFolder(settings.localize), {false, subject.parameters}, on_damage, Restore));
@@ -94,6 +94,7 @@ Trust MapLog(CommandLine& command_line, const std::string& name, const std::stri
   const Parameters& parameters = command_line.parameters();
   const auto source = OpenLaserSource(name, {parameters.match.seed, settings.laser_channel});
   PrepareFolder(settings.out);
+  const PathLock lock("--out", settings.out);
 
   Run run(parameters);
   Results results;

@@ -51,6 +51,7 @@ class Process {
   /// Whether the program has said that it is ready; false if it ended before.
   bool AwaitReady();
   void Signal(int signal) const;
+  pid_t pid() const { return pid_; }
   bool IsRunning();
   /// The exit code, or 128 and the number of the signal that ended the program; -1 if it does not end.
   int AwaitExit();

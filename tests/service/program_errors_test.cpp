@@ -10,6 +10,10 @@ using namespace crsm;
 
 namespace {
 
+// Exit codes: the program was called wrongly, or what it was called with is not as it should be.
+constexpr int kUsage = 2;
+constexpr int kFailure = 1;
+
 const std::vector<std::string> kServices{"ray_selector", "rrhc_matcher", "map_updater", "map_exporter"};
 
 /// A folder with files that are not what a program wants.
@@ -28,13 +32,13 @@ class BadFiles {
   std::string operator/(const std::string& name) const { return folder_ / name; }
 
   /// Checks that a program refuses these arguments in one line that begins with its name and has `expected`.
-  void CheckRefused(const std::string& program, const std::vector<std::string>& arguments,
-                    const std::string& expected) {
+  void CheckRefused(const std::string& program, const std::vector<std::string>& arguments, const std::string& expected,
+                    int expected_code = kUsage) {
     Process process(program, arguments, folder_ / "log");
     const int exit_code = process.AwaitExit();
     const std::string errors = process.errors();
     INFO(program << ' ' << Catch::Detail::stringify(arguments) << '\n' << errors);
-    CHECK((exit_code == 1 || exit_code == 2));
+    CHECK(exit_code == expected_code);
     CHECK(std::count(errors.begin(), errors.end(), '\n') == 1);
     CHECK(errors.find(program + ": ") == 0);
     CHECK(errors.find(expected) != std::string::npos);
@@ -52,7 +56,7 @@ class BadFiles {
 TEST_CASE("every program has --help and --version") {
   const TemporaryFolder folder;
   for (const std::string program : {"laser_publisher", "ray_selector", "rrhc_matcher", "map_updater", "map_exporter",
-                                    "slam_offline", "slam_eval"}) {
+                                    "slam_offline", "slam_eval", "run_stack"}) {
     for (const std::string flag : {"--help", "--version"}) {
       INFO(program << ' ' << flag);
       Process process(program, {flag}, folder / "log");
@@ -90,7 +94,7 @@ TEST_CASE("a source that has no scans stops those who read it, by name") {
     const auto CheckRefused = [&](const std::string& source, const std::string& expected) {
       std::vector<std::string> arguments{source};
       if (program == "slam_offline") arguments.insert(arguments.end(), {"--out", files / "out"});
-      files.CheckRefused(program, arguments, expected);
+      files.CheckRefused(program, arguments, expected, kFailure);
     };
     CheckRefused(files / "nonesuch.log", "nonesuch.log");
     CheckRefused(files / "directory", "is a directory");
@@ -115,8 +119,8 @@ TEST_CASE("a folder that is missing or cannot be written is refused before any w
   files.CheckRefused("map_exporter", {"--lcm-url", MakeBusUrl()}, "--out is missing");
   files.CheckRefused("slam_offline", {"sim:demo"}, "--out is missing");
   for (const std::string& out : {files / "file", files / "file/below"}) {
-    files.CheckRefused("map_exporter", {"--lcm-url", MakeBusUrl(), "--out", out}, "--out " + out);
-    files.CheckRefused("slam_offline", {"sim:demo", "--out", out}, "--out " + out);
+    files.CheckRefused("map_exporter", {"--lcm-url", MakeBusUrl(), "--out", out}, "--out " + out, kFailure);
+    files.CheckRefused("slam_offline", {"sim:demo", "--out", out}, "--out " + out, kFailure);
   }
 }
 
@@ -128,8 +132,9 @@ TEST_CASE("a log that cannot be written, or that is the one to be read, is refus
   files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + log}, "say file://PATH?mode=w");
   files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + log + "?mode=w"}, "is the log to be read");
   files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + (files / "file/below") + "?mode=w"},
-                     "file/below");
-  files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + (files / "directory") + "?mode=w"}, "directory");
+                     "file/below", kFailure);
+  files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + (files / "directory") + "?mode=w"}, "directory",
+                     kFailure);
   CHECK(ReadFile(log) == before);
 }
 
@@ -153,6 +158,15 @@ TEST_CASE("a flag that is unknown or out of range is named") {
   files.CheckRefused("ray_selector", {"--nonesuch"}, "--nonesuch");
   files.CheckRefused("ray_selector", {"stray"}, "stray");
   files.CheckRefused("ray_selector", {"--rays-min", "1"}, "--rays-min: '1' is not a whole number from 2 to 4096");
+  files.CheckRefused("ray_selector", {"--range-min-m", "5", "--range-max-m", "4"},
+                     "range_min_m: 5 is more than range_max_m, 4");
+  files.CheckRefused("map_updater", {"--intensity-min", "0.5", "--intensity-max", "0.1"},
+                     "intensity_min: 0.5 is more than intensity_max, 0.1");
+  files.CheckRefused("map_updater", {"--resume", "--lcm-url", MakeBusUrl()}, "--resume needs --journal DIR");
+  files.CheckRefused("slam_offline", {"sim:demo", "--out", files / "out", "--start", "1,2,3"},
+                     "--start: is of a laser on a finished map: say which by --localize DIR");
+  files.CheckRefused("slam_eval", {}, "A subcommand is required");
+  files.CheckRefused("slam_eval", {"world", "demo"}, "--out");
   files.CheckRefused("ray_selector", {"--rays-min", "91"}, "rays_min: 91 is more than rays_max, 90");
   files.CheckRefused("ray_selector", {"--method", "best"}, "--method: 'best' is not one of all, uniform");
   files.CheckRefused("rrhc_matcher", {"--seed", "-1"}, "--seed: '-1' is not a whole number from 0");

@@ -1,89 +1,18 @@
-// scripts/run_stack on stand-ins of the five programs, which write down what happens to them.
-
-#include <sys/wait.h>
-#include <unistd.h>
+// run_stack, by its script, on stand-ins of the five programs, which write down what happens to them.
 
 #include <algorithm>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <string>
 
-#include "catch.hpp"
-
-namespace {
+#include "stand_ins.hpp"
 
 namespace fs = std::filesystem;
 
-// Takes 0.5 s over its work if it is the publisher, else waits for SIGINT; the exporter then takes 0.3 s to finish.
-constexpr const char* kStandIn = R"(#!/usr/bin/env bash
-name=$(basename "$0")
-say() { echo "$name $*" >>"$EVENTS"; }
-finish() { [[ $name != map_exporter ]] || sleep 0.3; say finished; exit 0; }
-trap finish INT TERM
-say started "$@"
-[[ $UNREADY == "$name" ]] || echo "$name: ready" >&2
-[[ $DYING != "$name" ]] || { sleep 0.5; echo "$name: out of luck" >&2; exit 3; }
-[[ $name != laser_publisher ]] || { sleep 0.5; finish; }
-while :; do sleep 0.05; done
-)";
-
-/// A folder with the stand-ins, a bus of its own, and what became of the last run.
-class Stack {
- public:
-  Stack() {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-    for (const char* name : {"laser_publisher", "ray_selector", "rrhc_matcher", "map_updater", "map_exporter"}) {
-      std::ofstream(folder_ / name) << kStandIn;
-      fs::permissions(folder_ / name, fs::perms::owner_all);
-    }
-  }
-  ~Stack() { fs::remove_all(folder_); }
-
-  /// Runs a shell command in which $run_stack stands for the script, and keeps what it said.
-  void Run(const std::string& command, const std::string& environment = "") {
-    const std::string all =
-        "export CRSM_BIN_DIR=" + folder_.string() + " TMPDIR=" + folder_.string() + " EVENTS=" + Path("events") +
-        " UNREADY= DYING= LCM_DEFAULT_URL='udpm://239.255.76.67:7797?ttl=0' " + environment +
-        "; run_stack=" + CRSM_SOURCE_DIR + "/scripts/run_stack; out=" + Path("out") + "; exec 2>&1; " + command;
-    FILE* pipe = popen(all.c_str(), "r");
-    REQUIRE(pipe);
-    output.clear();
-    for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) output += static_cast<char>(c);
-    const int status = pclose(pipe);
-    exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  }
-
-  /// The line number of an event, counted from 0, or -1.
-  int Find(const std::string& event) const {
-    std::ifstream file(folder_ / "events");
-    std::string line;
-    for (int number = 0; std::getline(file, line); ++number) {
-      if (line.rfind(event, 0) == 0) return number;
-    }
-    return -1;
-  }
-
-  bool Said(const std::string& text) const { return output.find(text) != std::string::npos; }
-
-  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
-
-  std::string output;
-  int exit_code = -1;
-
- private:
-  fs::path folder_ = fs::temp_directory_path() / ("crsm_run_stack_test_" + std::to_string(getpid()));
-};
-
-}  // namespace
-
 TEST_CASE("run_stack starts the publisher last and ends the exporter before those that it asks") {
-  Stack stack;
-  stack.Run("$run_stack some.log --out $out --seed 7");
+  StandIns stack;
+  stack.Run("$run_stack sim:demo --out $out --seed 7");
   INFO(stack.output);
   CHECK(stack.exit_code == 0);
-  CHECK(stack.Find("laser_publisher started some.log --rate max --seed 7") == 4);
+  CHECK(stack.Find("laser_publisher started sim:demo --rate max --position " +
+                   stack.Path("out/log/laser_publisher.position") + " --seed 7") == 4);
   CHECK(stack.Find("map_updater started --lockstep") >= 0);
   CHECK(stack.Find("map_exporter started --out " + stack.Path("out")) >= 0);
   CHECK(stack.Find("laser_publisher finished") == 5);
@@ -94,7 +23,7 @@ TEST_CASE("run_stack starts the publisher last and ends the exporter before thos
 }
 
 TEST_CASE("run_stack without lockstep keeps the pace that was asked for") {
-  Stack stack;
+  StandIns stack;
   stack.Run("$run_stack sim:demo --out $out --rate 2");
   CHECK(stack.exit_code == 0);
   CHECK(stack.Find("laser_publisher started sim:demo --rate 2") == 4);
@@ -104,7 +33,7 @@ TEST_CASE("run_stack without lockstep keeps the pace that was asked for") {
 TEST_CASE(
     "run_stack starts a dead service again, and after five deaths without a scan mapped shows its last words and ends "
     "the others") {
-  Stack stack;
+  StandIns stack;
   stack.Run("$run_stack live --out $out", "DYING=rrhc_matcher");
   CHECK(stack.exit_code == 1);
   CHECK(stack.Said("rrhc_matcher ended in the middle of the work (exit code 3): started again"));
@@ -115,11 +44,11 @@ TEST_CASE(
 }
 
 TEST_CASE("run_stack starts a service again and again while scans are mapped") {
-  Stack stack;
-  stack.Run(
-      "mkdir -p $out/journal; (while sleep 0.1; do echo >>$out/journal/journal.lcm; done) & "
-      "timeout --signal=INT 7 $run_stack live --out $out; kill $!",
-      "DYING=rrhc_matcher");
+  StandIns stack;
+  stack.Run("(" + AwaitEvent("map_updater") +
+                "mkdir -p $out/journal; while sleep 0.1; do echo >>$out/journal/journal.lcm; done) & "
+                "timeout --signal=INT 7 $run_stack live --out $out; kill $!",
+            "DYING=rrhc_matcher");
   INFO(stack.output);
   CHECK_FALSE(stack.Said("fifth time"));
   std::size_t num_starts = 0;
@@ -130,42 +59,25 @@ TEST_CASE("run_stack starts a service again and again while scans are mapped") {
   CHECK(num_starts >= 6);
 }
 
-TEST_CASE("run_stack begins anew, unless it is told to go on with an earlier run, whose journal it then has") {
-  Stack stack;
-  const std::string make_earlier =
-      "mkdir -p $out/journal $out.1/journal; echo old >$out/journal/journal.lcm; echo 1 >$out.1/journal/journal.lcm; ";
-  stack.Run(make_earlier + "$run_stack some.log --out $out; cat $out/journal/journal.lcm");
-  CHECK(stack.Said("No such file"));
-  CHECK(stack.Find("map_updater started --lockstep --journal " + stack.Path("out/journal")) >= 0);
-  stack.Run("rm $EVENTS; " + make_earlier +
-            "$run_stack some.log --out $out --resume $out.1; cat $out/journal/* $out.1/journal/*");
-  CHECK(stack.exit_code == 0);
-  CHECK(stack.output.substr(stack.output.size() - 4) == "1\n1\n");
-  CHECK(stack.Find("map_updater started --lockstep --journal " + stack.Path("out/journal") + " --resume") >= 0);
-  stack.Run(make_earlier + "$run_stack some.log --out $out --resume $out; cat $out/journal/*");
-  CHECK(stack.output.substr(stack.output.size() - 4) == "old\n");
-}
-
 TEST_CASE("run_stack localises with a map_updater that has the earlier map, also when it is started again") {
-  Stack stack;
-  stack.Run(
-      "mkdir -p $out.1/journal $out/journal; echo 1 >$out.1/journal/journal.lcm; "
-      "(sleep 0.4; echo 2 >$out/journal/journal.lcm) & "
-      "timeout --preserve-status --signal=INT 3 $run_stack live --out $out --localize $out.1 --start 1,2,3",
-      "DYING=map_updater");
+  StandIns stack;
+  stack.Run("mkdir -p $out.1/journal; echo 1 >$out.1/journal/journal.lcm; (" + AwaitEvent("map_updater") +
+                "mkdir $out/journal; echo 2 >$out/journal/journal.lcm) & "
+                "timeout --preserve-status --signal=INT 3 $run_stack live --out $out --localize $out.1 --start 1,2,3",
+            "DYING=map_updater");
   INFO(stack.output);
   const std::string command =
-      "map_updater started --localize " + stack.Path("out.1") + " --journal " + stack.Path("out/journal");
-  CHECK(stack.Find(command) >= 0);
+      "map_updater started --journal " + stack.Path("out/journal") + " --localize " + stack.Path("out.1");
+  CHECK(stack.Event(command) == command);
   CHECK(stack.Find(command + " --resume") > 0);
   CHECK(stack.Find("rrhc_matcher started --start 1,2,3") >= 0);
-  stack.Run("rm -r $out.1; $run_stack live --out $out --localize $out.1");
+  stack.Run("rm -r $out.1; $run_stack live --out $out --localize $out.1 2>&1");
   CHECK(stack.output == "run_stack: there is no file " + stack.Path("out.1") + "/journal/journal.lcm\n");
 }
 
 TEST_CASE("run_stack names a service that does not get ready") {
-  Stack stack;
-  stack.Run("$run_stack some.log --out $out", "UNREADY=map_updater");
+  StandIns stack;
+  stack.Run("$run_stack sim:demo --out $out", "UNREADY=map_updater");
   INFO(stack.output);
   CHECK(stack.exit_code == 1);
   CHECK(stack.Said("map_updater was not ready within 10 s"));
@@ -173,16 +85,18 @@ TEST_CASE("run_stack names a service that does not get ready") {
   CHECK(stack.Find("map_updater finished") >= 0);
 }
 
-TEST_CASE("run_stack says which process failed when the publisher cannot go on") {
-  Stack stack;
-  stack.Run("$run_stack some.log --out $out", "DYING=laser_publisher");
+TEST_CASE("run_stack starts a dead publisher again as it was, and gives up one that always dies") {
+  StandIns stack;
+  stack.Run("$run_stack sim:demo --out $out", "DYING=laser_publisher");
+  INFO(stack.output);
   CHECK(stack.exit_code == 1);
-  CHECK(stack.Said("laser_publisher failed (exit code 3)"));
+  CHECK(stack.Said("laser_publisher ended in the middle of the work (exit code 3): started again"));
+  CHECK(stack.Said("laser_publisher ended in the middle of the work for the fifth time (exit code 3)"));
   CHECK(stack.Find("map_exporter finished") >= 0);
 }
 
 TEST_CASE("an interrupted run_stack lets the exporter finish and succeeds") {
-  Stack stack;
+  StandIns stack;
   stack.Run("timeout --preserve-status --signal=INT 1 $run_stack live --out $out");
   INFO(stack.output);
   CHECK(stack.exit_code == 0);
@@ -191,20 +105,22 @@ TEST_CASE("an interrupted run_stack lets the exporter finish and succeeds") {
 }
 
 TEST_CASE("a second run_stack on the same port is refused, on another one it runs") {
-  Stack stack;
-  stack.Run("$run_stack some.log --out $out & sleep 0.3; $run_stack some.log --out $out.2; code=$?; wait; exit $code");
+  StandIns stack;
+  stack.Run("$run_stack sim:demo --out $out & " + AwaitEvent("map_exporter") +
+            "$run_stack sim:demo --out $out.2; code=$?; wait; exit $code");
   CHECK(stack.exit_code == 1);
-  CHECK(stack.Said("another stack runs on port 7797"));
+  CHECK(stack.Said("port 7797 has its stack already, process "));
+  CHECK(stack.Said("run_stack sim:demo --out " + stack.Path("out") + "): end that one, or choose another bus"));
   stack.Run(
-      "$run_stack some.log --out $out & "
-      "$run_stack some.log --out $out.2 --lcm-url 'udpm://239.255.76.67:7798?ttl=0'; code=$?; wait; exit $code");
+      "$run_stack sim:demo --out $out & "
+      "$run_stack sim:demo --out $out.2 --lcm-url 'udpm://239.255.76.67:7798?ttl=0'; code=$?; wait; exit $code");
   CHECK(stack.exit_code == 0);
 }
 
-TEST_CASE("of stacks that start and end all the time on one port no two run at once, and no lock is left") {
-  Stack stack;
+TEST_CASE("of stacks that start and end all the time on one port no two run at once, whoever comes first") {
+  StandIns stack;
   const std::string twice =
-      "(n=0; for j in $(seq 3000); do [ $n = 2 ] || { $run_stack some.log --out $out.$i && n=$((n + 1)); }; done)";
+      "(n=0; for j in $(seq 3000); do [ $n = 2 ] || { $run_stack sim:demo --out $out.$i && n=$((n + 1)); }; done)";
   stack.Run("for i in 1 2 3; do " + twice + " & done; wait");
   std::ifstream events(stack.Path("events"));
   int num_updaters = 0;
@@ -217,21 +133,81 @@ TEST_CASE("of stacks that start and end all the time on one port no two run at o
   }
   CHECK(num_stacks == 6);
   CHECK(most_updaters == 1);
-  for (const auto& entry : fs::directory_iterator(stack.Path(""))) CHECK(entry.path().extension() != ".lock");
+}
+
+TEST_CASE("run_stack hands each process the flags that belong to it") {
+  StandIns stack;
+  std::ofstream(stack.Path("out.toml")) << "preset = \"urg-04lx\"\nrate = \"2\"\nlockstep = true\nresume = true\n";
+  stack.Run(
+      "$run_stack sim:demo --out $out --config $out.toml --profile paper --seed 7 --odometry --range-max-m 9 "
+      "--no-limit-edges --cell-size-m 0.1 --num-evaluations 50 --export-period-s 2 --resend-s 0.2 --map-wait-s 1 "
+      "--part-bytes 1400 --channel-prefix robot1/ --laser-channel FRONT");
+  INFO(stack.output);
+  CHECK(stack.exit_code == 0);
+  const std::string common = " --config " + stack.Path("out.toml") + " --profile paper";
+  CHECK(stack.Event("laser_publisher") ==
+        "laser_publisher started sim:demo --rate 2 --position " + stack.Path("out/log/laser_publisher.position") +
+            common + " --channel-prefix robot1/ --laser-channel FRONT --resend-s 0.2 --seed 7 --odometry");
+  CHECK(stack.Event("ray_selector") ==
+        "ray_selector started" + common + " --channel-prefix robot1/ --range-max-m 9 --no-limit-edges");
+  CHECK(stack.Event("rrhc_matcher") ==
+        "rrhc_matcher started --no-lockstep" + common +
+            " --channel-prefix robot1/ --map-wait-s 1 --seed 7 --odometry --num-evaluations 50");
+  CHECK(stack.Event("map_updater") == "map_updater started --no-lockstep --journal " + stack.Path("out/journal") +
+                                          common +
+                                          " --channel-prefix robot1/ --part-bytes 1400 --cell-size-m 0.1 --no-resume");
+  CHECK(stack.Event("map_exporter") == "map_exporter started --out " + stack.Path("out") + common +
+                                           " --channel-prefix robot1/ --export-period-s 2 --seed 7");
+}
+
+TEST_CASE("run_stack --strict ends with the verdict on the map, and where there is none says so") {
+  StandIns stack;
+  const auto Run = [&](const std::string& summary, const std::string& flags) {
+    stack.Run("$run_stack sim:demo --force --out $out " + flags, "SUMMARY='" + summary + "'");
+  };
+  const std::string counts =
+      R"({"scans": 7, "lost": 2, "counts": {"lost": 9, "a.dropped_overload": 3, "b.dropped_overload": 4}})";
+  Run(counts, "");
+  CHECK(stack.exit_code == 0);
+  CHECK(stack.Said("7 scans mapped, 2 lost, 7 dropped; see " + stack.Path("out") + "\n"));
+  Run(counts, "--strict");
+  CHECK(stack.exit_code == 1);
+  CHECK(stack.Said("run_stack: --strict: " + stack.Path("out/summary.json") + " has no verdict on the map"));
+  Run(R"({"trusted": true})", "--strict");
+  CHECK(stack.exit_code == 0);
+  Run(R"({"trusted": false})", "--strict");
+  CHECK(stack.exit_code == 3);
+  Run(R"({"trusted": false})", "");
+  CHECK(stack.exit_code == 0);
 }
 
 TEST_CASE("run_stack refuses what it does not know, in one line") {
-  Stack stack;
-  stack.Run("touch $out; $run_stack some.log --out $out/below; rm $out");
+  StandIns stack;
+  stack.Run("touch $out; $run_stack sim:demo --out $out/below; rm $out");
   CHECK(stack.output == "run_stack: --out " + stack.Path("out/below") + ": cannot be written: Not a directory\n");
-  stack.Run("$run_stack some.log --out $out --ratio 3");
-  CHECK(stack.exit_code == 1);
-  CHECK(stack.output == "run_stack: unknown flag '--ratio', see --help\n");
-  stack.Run("$run_stack some.log");
-  CHECK(stack.output == "run_stack: needs a source and --out DIR, see --help\n");
-  stack.Run("$run_stack some.log --out");
-  CHECK(stack.output == "run_stack: --out needs a value\n");
-  stack.Run("$run_stack one.log two.log --out $out");
-  CHECK(stack.output == "run_stack: one source, please: 'one.log' or 'two.log'\n");
+  const auto CheckRefused = [&](const std::string& words, const std::string& expected) {
+    stack.Run("$run_stack " + words);
+    INFO(words);
+    CHECK(stack.exit_code == 2);
+    CHECK(stack.output == "run_stack: " + expected + "\n");
+  };
+  CheckRefused("sim:demo --out $out --ratio 3",
+               "The following arguments were not expected: 3 --ratio; --help lists the flags");
+  CheckRefused("sim:demo", "--out is missing: the folder for the results");
+  CheckRefused("--out $out", "SOURCE is required; --help lists the flags");
+  CheckRefused("sim:demo --out", "--out: 1 required TEXT missing; --help lists the flags");
+  CheckRefused("sim:demo --out $out --preset sikc", "--preset: 'sikc' is not one of paper, sick, urg-04lx, utm-30lx");
+  CheckRefused("sim:demo --out $out --rate 0", "--rate: '0' is neither max nor a number above 0");
+  CheckRefused("live --out $out --rate 1", "--rate: is of a log; what is live comes at its own pace, on LASER");
+  CheckRefused("sim:demo --out $out --start 1,2,3",
+               "--start: is of a laser on a finished map: say which by --localize DIR");
+  CheckRefused("sim:demo --out $out --intensity-min 0.5 --intensity-max 0.1",
+               "intensity_min: 0.5 is more than intensity_max, 0.1");
+  CheckRefused("sim:demo --out $out --resume $out --force",
+               "--resume goes on with a map and --force begins a new one: one of them, please");
+  stack.Run("$run_stack sim:demo --out $out --lcm-url udp://239.255.76.67:7667");
+  CHECK(stack.exit_code == 2);
+  CHECK(stack.Said("--lcm-url udp://239.255.76.67:7667: not a bus between processes"));
   CHECK(stack.Find("") == -1);
+  CHECK_FALSE(fs::exists(stack.Path("out")));
 }

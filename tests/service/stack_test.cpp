@@ -37,6 +37,22 @@ fs::path MapOffline(const std::vector<LaserScan>& scans, const fs::path& folder,
 
 const std::string kRunStack = CRSM_SOURCE_DIR "/scripts/run_stack";
 
+/// The number of the child process with this name; fails where there is none.
+pid_t FindChild(pid_t parent, const std::string& name) {
+  std::ifstream children("/proc/" + std::to_string(parent) + "/task/" + std::to_string(parent) + "/children");
+  for (pid_t pid = 0; children >> pid;) {
+    if (ReadFile("/proc/" + std::to_string(pid) + "/comm") == name.substr(0, 15) + "\n") return pid;
+  }
+  FAIL("there is no " << name);
+  return 0;
+}
+
+int CountOf(const std::string& wanted, const std::string& text) {
+  int count = 0;
+  for (auto at = text.find(wanted); at != std::string::npos; at = text.find(wanted, at + 1)) ++count;
+  return count;
+}
+
 std::size_t CountLines(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
@@ -191,6 +207,48 @@ TEST_CASE("Ctrl-C in the middle of run_stack leaves all files, and the map of th
   CheckSameFiles(out, offline, kMapFiles);
   CHECK(fs::file_size(out / "overview.png") > 0);
   CHECK(ReadFile(out / "summary.json").find("\"scans\": " + std::to_string(num_mapped) + ",") != std::string::npos);
+}
+
+TEST_CASE("run_stack survives the death of its publisher: nothing is lost, nothing doubled, same files") {
+  const TemporaryFolder folder;
+  const fs::path offline = MapOffline(TakeScans("sim:demo", 1500), folder / "offline");
+  const std::string url = MakeBusUrl();
+  MapWatcher watcher(url);
+  const fs::path out = folder / "out";
+  Process run_stack(kRunStack, {offline / "run.lcm", "--out", out.string(), "--lcm-url", url}, folder / "log");
+  for (const std::int64_t version : {100, 400, 700}) {
+    REQUIRE(watcher.AwaitVersion(version));
+    kill(FindChild(run_stack.pid(), "laser_publisher"), SIGKILL);
+  }
+  CHECK(run_stack.AwaitExit() == 0);
+  INFO(run_stack.errors());
+  CHECK(CountOf("laser_publisher ended in the middle of the work (signal 9): started again", run_stack.errors()) == 3);
+  CHECK(run_stack.errors().find("laser_publisher: goes on behind") != std::string::npos);
+  CheckSameFiles(out, offline, kMapFiles);
+  CHECK(ReadFile(out / "summary.json").find("\"scans\": 1500,") != std::string::npos);
+}
+
+TEST_CASE("laser_publisher goes on where its --position says, and refuses one that says nothing") {
+  const TemporaryFolder folder;
+  WriteScans(TakeScans("sim:demo", 30), folder / "run.lcm");
+  const std::string position = folder / "position";
+  const std::string url = MakeBusUrl();
+  TestBus bus(url);
+  int num_scans = 0;
+  bus->Subscribe<bot_core::planar_lidar_t>(kLaserChannel, [&](const auto&) { ++num_scans; });
+  const std::vector<std::string> arguments{folder / "run.lcm", "--rate", "1000", "--lcm-url", url,
+                                           "--position",       position};
+  REQUIRE(Run("laser_publisher", arguments, folder / "log") == 0);
+  CHECK(bus.Await([&] { return num_scans == 30; }));
+  CHECK(ReadFile(position) == "00000000000000000030\n");
+  std::ofstream(position) << "00000000000000000025\n";
+  REQUIRE(Run("laser_publisher", arguments, folder / "log") == 0);
+  CHECK(bus.Await([&] { return num_scans == 35; }));
+  std::ofstream(position) << "nothing\n";
+  Process refused("laser_publisher", arguments, folder / "log");
+  CHECK(refused.AwaitExit() == 1);
+  CHECK(refused.errors() ==
+        "laser_publisher: --position " + position + ": holds no number of scans; remove it to begin anew\n");
 }
 
 TEST_CASE("run_stack --part-bytes makes smaller messages of the same map") {

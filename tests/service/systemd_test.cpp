@@ -43,6 +43,13 @@ TEST_CASE("what is installed has the programs and units that systemd finds nothi
   REQUIRE(Run("/usr/bin/env", {"cmake", "--install", CRSM_BIN_DIR "/..", "--prefix", prefix.string()},
               folder / "log") == 0);
   CHECK(Run(prefix / "bin/map_updater", {"--version"}, folder / "log") == 0);
+  // run_stack finds the other programs beside itself.
+  WriteScans(TakeScans("sim:demo", 20), folder / "run.lcm");
+  CHECK(Run("/usr/bin/env",
+            {"-u", "CRSM_BIN_DIR", prefix / "bin/run_stack", folder / "run.lcm", "--out", folder / "out", "--lcm-url",
+             MakeBusUrl()},
+            folder / "log") == 0);
+  CHECK(fs::exists(folder / "out/map.png"));
   const fs::path units = prefix / "lib/systemd/system";
   CHECK(fs::exists(units / "crsm-.service.d/common.conf"));
   if (Run("/usr/bin/env", {"systemd-analyze", "--version"}, folder / "log") != 0) {

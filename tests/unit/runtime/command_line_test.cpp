@@ -203,6 +203,43 @@ TEST_CASE("a file that is wrong is refused in one line that names the file, the 
   }
 }
 
+TEST_CASE("a file may name preset and profile, which come before its other keys; flags win") {
+  const ScratchFile file("range_max_m = 7\npreset = \"sick\"\nprofile = \"paper\"\n");
+  const Program both({"--config", file.path()});
+  CHECK_FALSE(both.exit_code);
+  CHECK(both.parameters().scan.range_max_m == 7.0);
+  CHECK(both.parameters().scan.angle_scale == Program({"--preset", "sick"}).parameters().scan.angle_scale);
+  CHECK(both.parameters().match.climb == ClimbMode::kFixed);
+  const Program flags({"--config", file.path(), "--preset", "urg-04lx", "--profile", "default"});
+  CHECK(flags.parameters().scan.angle_scale == 1.0);
+  CHECK(flags.parameters().match.climb == ClimbMode::kShrinking);
+  CHECK(flags.parameters().scan.range_max_m == 7.0);
+  const ScratchFile wrong("seed = 3\npreset = \"sikc\"\n");
+  CheckRefused(Program({"--config", wrong.path()}), wrong.path() + ":2: preset: 'sikc' is not one of paper, sick");
+  const ScratchFile number("profile = 3\n");
+  CheckRefused(Program({"--config", number.path()}), number.path() + ":1: profile: must be a name in quotes");
+}
+
+TEST_CASE("what contradicts itself is refused by name") {
+  CheckRefused(Program({"--intensity-min", "0.5", "--intensity-max", "0.1"}),
+               "intensity_min: 0.5 is more than intensity_max, 0.1");
+  CheckRefused(Program({"--range-min-m", "3", "--range-max-m", "2"}), "range_min_m: 3 is more than range_max_m, 2");
+  CHECK_FALSE(Program({"--intensity-min", "0.5", "--intensity-max", "0.5"}).exit_code);
+  CHECK_FALSE(Program({"--start", "1,2,3"}).exit_code);  // of a program that has no --localize
+}
+
+TEST_CASE("the words for another program are those that it knows, in the order of --help") {
+  const Program program({"--seed", "7", "--no-limit-edges", "--preset", "sick", "--window-m", "0.5", "--lockstep",
+                         "--channel-prefix", "robot1/"});
+  CHECK(program.line.WordsFor(FlagsOfSelector()) ==
+        std::vector<std::string>{"--preset", "sick", "--channel-prefix", "robot1/", "--no-limit-edges"});
+  CHECK(program.line.WordsFor(FlagsOfMatcher()) == std::vector<std::string>{"--preset", "sick", "--channel-prefix",
+                                                                            "robot1/", "--lockstep", "--seed", "7",
+                                                                            "--window-m", "0.5"});
+  CHECK(program.line.WasGiven("seed"));
+  CHECK_FALSE(program.line.WasGiven("rays_min"));
+}
+
 TEST_CASE("a file that is not there or is empty is refused") {
   const ScratchFile empty("");
   CheckRefused(Program({"--config", empty.path()}), empty.path() + ": cannot be read, or is empty");

@@ -1,0 +1,73 @@
+#include "services/run_stack/child.hpp"
+
+#include <fcntl.h>
+#include <fmt/core.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <stdexcept>
+
+#include "services/run_stack/signals.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr int kNotStarted = 127;  // as a shell says it
+
+/// Runs in the new process. Where the log cannot be written, what it says goes where ours goes.
+[[noreturn]] void Become(const char* program, char* const* arguments, const char* log, pid_t supervisor) {
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != supervisor) _exit(kNotStarted);  // it died before the kernel knew of our wish
+  setsid();
+  Signals::Restore();
+  dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
+  if (*log != '\0') {
+    const int file = open(log, O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
+    if (file >= 0) {
+      dup2(file, STDOUT_FILENO);
+      dup2(file, STDERR_FILENO);
+    }
+  }
+  execv(program, arguments);
+  _exit(kNotStarted);
+}
+
+}  // namespace
+
+Child::Child(const Command& command) {
+  std::vector<std::string> words{command.program.string()};
+  words.insert(words.end(), command.arguments.begin(), command.arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  const std::string log = command.log.string();
+  const pid_t supervisor = getpid();
+  pid_ = fork();
+  if (pid_ == 0) Become(words.front().c_str(), argv.data(), log.c_str(), supervisor);
+  if (pid_ < 0) throw std::runtime_error(fmt::format("no process can be started: {}", std::strerror(errno)));
+}
+
+bool Child::IsRunning() {
+  if (running_ && waitpid(pid_, &status_, WNOHANG) == pid_) running_ = false;
+  return running_;
+}
+
+void Child::Signal(int number) const {
+  if (running_) kill(pid_, number);
+}
+
+bool Child::EndedWell() const {
+  return WIFEXITED(status_) ? WEXITSTATUS(status_) == EXIT_SUCCESS : WTERMSIG(status_) == SIGINT;
+}
+
+std::string Child::DescribeEnd() const {
+  return WIFEXITED(status_) ? fmt::format("exit code {}", WEXITSTATUS(status_))
+                            : fmt::format("signal {}", WTERMSIG(status_));
+}
+
+}  // namespace crsm

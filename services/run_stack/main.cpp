@@ -1,0 +1,141 @@
+// run_stack: the whole system on a log, a simulated world or a live laser. Starts five processes on one LCM bus,
+// watches them, starts again those that die, and ends them so that the map of all that was seen is on the disk.
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <string>
+
+#include "services/run_stack/outcome.hpp"
+#include "services/run_stack/results_folder.hpp"
+#include "services/run_stack/signals.hpp"
+#include "services/run_stack/stack_plan.hpp"
+#include "services/run_stack/supervisor.hpp"
+#include "services/runtime/bus.hpp"
+#include "services/runtime/bus_role.hpp"
+#include "services/runtime/command_line.hpp"
+#include "services/runtime/service.hpp"
+#include "services/runtime/usage_error.hpp"
+#include "services/sources/map_parameters.hpp"
+#include "services/sources/open_laser_source.hpp"
+
+namespace crsm {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kFooter =
+    "A service that dies is started again, and goes on where it was: with --rate max nothing is lost. Ctrl-C ends early "
+    "and leaves the map of what was seen; a second Ctrl-C kills. The folder gets map.png, map.yaml, overview.png, "
+    "trajectory.tum, summary.json, the log/ of each service, and the journal/ that the map is made from.";
+
+void AddOwnFlags(CLI::App& app, StackOptions& options) {
+  app.add_option("SOURCE", options.source,
+                 DescribeSources() + "; live: no publisher, a laser driver or lcm-logplayer feeds the bus until Ctrl-C")
+      ->required();
+  app.add_option("--resume", options.resume,
+                 "go on with the map of an earlier run: its --out, or this one's; scans that are in it already are not "
+                 "mapped twice")
+      ->type_name("DIR");
+  app.add_flag("--force", options.force, "move what an earlier run left in --out into a folder below it");
+  app.add_flag("--strict", options.strict, "fail where the map is not to be trusted");
+  app.footer(kFooter);
+}
+
+/// Flags that cannot be meant together, and those that are missing.
+void CheckUsage(const CommandLine& command_line, const StackOptions& options) {
+  const Settings& settings = command_line.settings();
+  if (settings.out.empty()) throw UsageError("--out is missing: the folder for the results");
+  if (!options.resume.empty() && !settings.localize.empty()) {
+    throw UsageError("--resume goes on with a map and --localize leaves it as it is: one of them, please");
+  }
+  if (!options.resume.empty() && options.force) {
+    throw UsageError("--resume goes on with a map and --force begins a new one: one of them, please");
+  }
+  std::error_code error;
+  if (!settings.localize.empty() && fs::equivalent(settings.localize, settings.out, error)) {
+    throw UsageError(fmt::format("--localize {}: its map stays as it is: choose another --out", settings.localize));
+  }
+  if (options.resume.empty() && fs::equivalent(options.source, fs::path(settings.out) / "journal/journal.lcm", error)) {
+    throw UsageError(fmt::format("--out {}: its journal is the log to be read: choose another folder", settings.out));
+  }
+  for (const char* flag : {"rate", "resend_s", "laser_channel"}) {
+    if (options.is_live() && command_line.WasGiven(flag)) {
+      std::string name = flag;
+      std::replace(name.begin(), name.end(), '_', '-');
+      throw UsageError(fmt::format("--{}: is of a log; what is live comes at its own pace, on LASER", name));
+    }
+  }
+}
+
+/// Whether there is anything to map, before anything is begun or changed.
+void CheckInputs(const CommandLine& command_line, const StackOptions& options) {
+  const Settings& settings = command_line.settings();
+  if (!options.is_live()) {
+    const auto source = OpenLaserSource(options.source, {command_line.parameters().match.seed, settings.laser_channel});
+    if (!source->Next()) throw std::runtime_error(fmt::format("{} has no scans", options.source));
+  }
+  if (!options.resume.empty()) FindJournal(options.resume);
+  if (!settings.localize.empty()) FindJournal(settings.localize);
+}
+
+/// Said here in one line, where else the logs of several processes would. A publisher that is not ours may feed a
+/// stack that is live.
+void CheckRolesAreFree(const BusAddress& address, bool live) {
+  for (const char* role : {kMapOwnerRole, kMatcherRole, kSelectorRole, kPublisherRole}) {
+    if (live && role == kPublisherRole) continue;
+    if (const auto holder = FindRoleHolder(address, role)) {
+      throw std::runtime_error(DescribeTakenRole(address, role, *holder));
+    }
+  }
+}
+
+/// Of the map that is there already, so that all processes are told the same.
+void TakeOverParameters(const StackOptions& options, CommandLine& command_line) {
+  const std::string& localize = command_line.settings().localize;
+  const std::string& earlier = options.resume.empty() ? localize : options.resume;
+  if (!earlier.empty()) AdoptMapParameters(JournalFolder(earlier), command_line);
+}
+
+int RunStack(CommandLine& command_line, const StackOptions& options) {
+  const BusAddress address{command_line.settings().lcm_url, command_line.settings().channel_prefix};
+  CheckUsage(command_line, options);
+  NameBus(address.lcm_url);  // throws where there is none
+  CheckInputs(command_line, options);
+  TakeOverParameters(options, command_line);
+  if (!fs::exists(FindPrograms() / "map_updater")) {
+    throw std::runtime_error(fmt::format("there are no programs in {}", FindPrograms().string()));
+  }
+  const BusRole role(address, kStackRole);
+  CheckRolesAreFree(address, options.is_live());
+  Signals signals;
+  ResultsFolder folder(command_line.settings().out, {options.resume, options.force});
+  const bool success = Supervisor(PlanStack(command_line, options, folder), folder, signals).Run();
+  const int verdict = ReportOutcome(folder.path(), options.strict);
+  return success ? verdict : EXIT_FAILURE;
+}
+
+}  // namespace
+}  // namespace crsm
+
+int main(int argc, char** argv) {
+  crsm::CommandLine command_line("run_stack",
+                                 "Maps a log, a simulated world or what a live laser sees with five processes on one "
+                                 "LCM bus.",
+                                 crsm::FlagsOfStack());
+  crsm::StackOptions options;
+  crsm::AddOwnFlags(command_line.app(), options);
+  if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
+  try {
+    return crsm::RunStack(command_line, options);
+  } catch (const crsm::UsageError& error) {
+    crsm::Say(fmt::format("run_stack: {}", error.what()));
+    return 2;
+  } catch (const std::exception& error) {
+    crsm::Say(fmt::format("run_stack: {}", error.what()));
+    return EXIT_FAILURE;
+  }
+}

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "services/runtime/path_lock.hpp"
+
+namespace crsm {
+
+/// What becomes of results that are in the folder already.
+struct EarlierResults {
+  std::string resume;  ///< folder of the run whose map goes on, --out itself or another; empty for none
+  bool force = false;  ///< move them aside
+};
+
+/// The --out of a stack: results, journal/ and log/. It is this process's alone as long as this object lives.
+class ResultsFolder {
+ public:
+  /// Makes the folder, if need be, ready for a run. Results that are there stay as they are and where they are, unless
+  /// they are resumed or, by --force, moved into a folder below it. Throws std::runtime_error in one line if they are
+  /// in the way, if another process writes there, or if the folder cannot be written.
+  ResultsFolder(const std::filesystem::path& out, const EarlierResults& earlier);
+
+  const std::filesystem::path& path() const { return out_; }
+  std::filesystem::path journal_folder() const { return out_ / "journal"; }
+  std::filesystem::path log_folder() const { return out_ / "log"; }
+  std::filesystem::path summary() const { return out_ / "summary.json"; }
+
+  /// Size of the journal [bytes]; nothing if there is none.
+  std::optional<std::uintmax_t> JournalBytes() const;
+
+  /// Whether nobody has removed or moved the folder, nor the journal once there was one.
+  bool IsInPlace();
+
+ private:
+  std::filesystem::path out_;
+  std::optional<PathLock> log_lock_;
+  bool had_journal_ = false;
+};
+
+/// journal.lcm in the results of an earlier run. Throws std::runtime_error if there is none.
+std::filesystem::path FindJournal(const std::filesystem::path& results);
+
+}  // namespace crsm

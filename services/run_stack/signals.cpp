@@ -1,0 +1,40 @@
+#include "services/run_stack/signals.hpp"
+
+#include <array>
+
+namespace crsm {
+namespace {
+
+constexpr std::array kAwaited{SIGINT, SIGTERM, SIGHUP, SIGCHLD};
+
+void SetDefaults() {
+  for (const int number : kAwaited) signal(number, SIG_DFL);
+}
+
+}  // namespace
+
+Signals::Signals() {
+  SetDefaults();
+  sigemptyset(&awaited_);
+  for (const int number : kAwaited) sigaddset(&awaited_, number);
+  sigprocmask(SIG_BLOCK, &awaited_, nullptr);
+}
+
+void Signals::Wait(std::chrono::milliseconds longest) {
+  constexpr long kNanosecondsPerMillisecond = 1'000'000;
+  const timespec first{longest.count() / 1000, longest.count() % 1000 * kNanosecondsPerMillisecond};
+  const timespec none{};
+  for (int number = sigtimedwait(&awaited_, nullptr, &first); number > 0;
+       number = sigtimedwait(&awaited_, nullptr, &none)) {
+    if (number != SIGCHLD) ++num_interrupts_;
+  }
+}
+
+void Signals::Restore() {
+  SetDefaults();
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+}
+
+}  // namespace crsm

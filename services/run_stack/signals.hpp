@@ -1,0 +1,30 @@
+#pragma once
+
+#include <signal.h>
+
+#include <chrono>
+
+namespace crsm {
+
+/// The signals of a supervisor. They reach it only while it waits: nothing is interrupted, and none is missed.
+class Signals {
+ public:
+  /// From now on SIGINT, SIGTERM and SIGHUP are counted and do nothing else, also where whoever started this process
+  /// had them ignored, as a shell does for what runs in the background.
+  Signals();
+
+  /// Waits until a signal comes, the end of a child process too, or the time is over.
+  void Wait(std::chrono::milliseconds longest);
+
+  /// How often this process was asked to end.
+  int num_interrupts() const { return num_interrupts_; }
+
+  /// For a child process, before it becomes another program: as if this process had never touched them.
+  static void Restore();
+
+ private:
+  sigset_t awaited_{};
+  int num_interrupts_ = 0;
+};
+
+}  // namespace crsm

@@ -1,0 +1,99 @@
+#include "services/run_stack/stack_plan.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace crsm {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What run_stack says to its processes itself, whatever it was told.
+bool IsSetByStack(const std::string& setting) {
+  constexpr std::array<std::string_view, 6> kSetByStack{"out", "rate", "position", "lockstep", "journal", "resume"};
+  return std::find(kSetByStack.begin(), kSetByStack.end(), setting) != kSetByStack.end();
+}
+
+std::vector<ProgramFlags> FlagsOfAll() {
+  return {FlagsOfPublisher(), FlagsOfSelector(), FlagsOfMatcher(), FlagsOfUpdater(), FlagsOfExporter()};
+}
+
+class Planner {
+ public:
+  Planner(const CommandLine& command_line, const ResultsFolder& folder)
+      : command_line_(command_line), folder_(folder) {}
+
+  /// own: what run_stack itself tells the process, before what its user did.
+  PlannedService Plan(const std::string& name, ProgramFlags flags, std::vector<std::string> own) const {
+    std::erase_if(flags.settings, IsSetByStack);
+    const std::vector<std::string> words = command_line_.WordsFor(flags);
+    own.insert(own.end(), words.begin(), words.end());
+    return {name, {FindPrograms() / name, std::move(own), folder_.log_folder() / (name + ".log")}};
+  }
+
+ private:
+  const CommandLine& command_line_;
+  const ResultsFolder& folder_;
+};
+
+std::vector<std::string> operator+(std::vector<std::string> words, const std::vector<std::string>& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+}  // namespace
+
+StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options, const ResultsFolder& folder) {
+  const Settings& settings = command_line.settings();
+  const Planner planner(command_line, folder);
+  // A configuration file may say what is right for services that run alone.
+  std::vector<std::string> lockstep;
+  if (!options.is_live() && settings.rate == "max") {
+    lockstep = {"--lockstep"};
+  } else if (settings.lockstep) {
+    lockstep = {"--no-lockstep"};
+  }
+  const std::vector<std::string> journal{"--journal", folder.journal_folder().string()};
+
+  StackPlan plan;
+  PlannedService updater = planner.Plan("map_updater", FlagsOfUpdater(), lockstep + journal);
+  updater.when_resuming = {"--resume"};
+  if (settings.resume) updater.when_new = {"--no-resume"};
+  plan.services = {std::move(updater), planner.Plan("rrhc_matcher", FlagsOfMatcher(), lockstep),
+                   planner.Plan("ray_selector", FlagsOfSelector(), {}),
+                   planner.Plan("map_exporter", FlagsOfExporter(), {"--out", folder.path().string()})};
+  if (!options.is_live()) {
+    const std::string position = (folder.log_folder() / "laser_publisher.position").string();
+    plan.publisher = planner.Plan("laser_publisher", FlagsOfPublisher(),
+                                  {options.source, "--rate", settings.rate, "--position", position});
+    plan.publisher->command.log.clear();  // it shows how far it is
+    fs::remove(position);
+  }
+  plan.resume = !options.resume.empty();
+  if (plan.resume) plan.earlier_journal_bytes += fs::file_size(FindJournal(options.resume));
+  if (!settings.localize.empty()) plan.earlier_journal_bytes += fs::file_size(FindJournal(settings.localize));
+  return plan;
+}
+
+fs::path FindPrograms() {
+  const char* folder = std::getenv("CRSM_BIN_DIR");
+  return folder && *folder ? fs::path(folder) : fs::read_symlink("/proc/self/exe").parent_path();
+}
+
+ProgramFlags FlagsOfStack() {
+  ProgramFlags all{{}, {"out", "rate"}};
+  all.defaults.rate = "max";
+  const auto Add = [](auto& known, const auto& more) {
+    for (const auto& item : more) {
+      if (std::find(known.begin(), known.end(), item) == known.end()) known.push_back(item);
+    }
+  };
+  for (ProgramFlags flags : FlagsOfAll()) {
+    std::erase_if(flags.settings, IsSetByStack);
+    Add(all.groups, flags.groups);
+    Add(all.settings, flags.settings);
+  }
+  return all;
+}
+
+}  // namespace crsm

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "services/run_stack/child.hpp"
+#include "services/run_stack/results_folder.hpp"
+#include "services/runtime/command_line.hpp"
+
+namespace crsm {
+
+inline constexpr const char* kLive = "live";  ///< in the place of a source: a laser driver feeds the bus
+
+/// What run_stack is told beside the flags that all programs share.
+struct StackOptions {
+  std::string source;  ///< a log, a simulated world, or kLive
+  std::string resume;  ///< folder of an earlier run whose map goes on; empty for none
+  bool force = false;
+  bool strict = false;
+
+  bool is_live() const { return source == kLive; }
+};
+
+/// A process of the stack.
+struct PlannedService {
+  std::string name;
+  Command command;
+  std::vector<std::string> when_resuming = {};  ///< more arguments, where it goes on with a journal, ...
+  std::vector<std::string> when_new = {};       ///< ... and where it does not
+};
+
+/// What is to be started, and how.
+struct StackPlan {
+  std::vector<PlannedService> services;      ///< in the order in which they start
+  std::optional<PlannedService> publisher;   ///< none of a live laser
+  bool resume = false;                       ///< with the journal that is in the folder already
+  std::uintmax_t earlier_journal_bytes = 0;  ///< of which a map is made before all else
+};
+
+/// Of this command line's flags each process gets those that belong to it.
+StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options, const ResultsFolder& folder);
+
+/// Where the programs are: CRSM_BIN_DIR in the environment, or where this one is.
+std::filesystem::path FindPrograms();
+
+/// run_stack's own flags, all those of its processes but the ones that it sets itself.
+ProgramFlags FlagsOfStack();
+
+}  // namespace crsm

@@ -1,0 +1,247 @@
+#include "services/run_stack/supervisor.hpp"
+
+#include <fmt/core.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <deque>
+#include <fstream>
+
+#include "services/run_stack/outcome.hpp"
+#include "services/runtime/service.hpp"
+
+namespace crsm {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr milliseconds kLookEvery(100);
+constexpr seconds kPatience(10);     // with a service that starts, ...
+constexpr seconds kEndPatience(60);  // ... and with one that is asked to end, or is needed at the end
+constexpr int kMostDeaths = 5;       // while no scan is mapped: there is a reason that stays
+
+/// For the map of a journal is made before all else: of 200 kB a second on the slowest machine.
+seconds TimeToMap(std::uintmax_t journal_bytes) { return seconds(journal_bytes / 200'000); }
+
+std::uintmax_t SizeOf(const std::filesystem::path& file) {
+  std::error_code error;
+  const auto size = std::filesystem::file_size(file, error);
+  return error ? 0 : size;
+}
+
+std::deque<std::string> LastLines(const std::filesystem::path& path) {
+  constexpr std::size_t kNumLines = 10;
+  std::deque<std::string> lines;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    lines.push_back(line);
+    if (lines.size() > kNumLines) lines.pop_front();
+  }
+  return lines;
+}
+
+}  // namespace
+
+/// Whether it has said so since it was started.
+bool Supervisor::Member::IsReady() const {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(plan.command.log, error)) return false;  // a FIFO would let us wait
+  std::ifstream file(plan.command.log);
+  file.seekg(static_cast<std::streamoff>(log_begin));
+  const std::string ready = plan.name + ": ready";
+  for (std::string line; std::getline(file, line);) {
+    if (line == ready) return true;
+  }
+  return false;
+}
+
+Supervisor::Supervisor(StackPlan plan, ResultsFolder& folder, Signals& signals)
+    : plan_(std::move(plan)), folder_(folder), signals_(signals) {
+  for (const PlannedService& service : plan_.services) services_.push_back({service});
+  if (plan_.publisher) publisher_ = Member{*plan_.publisher};
+}
+
+bool Supervisor::Run() {
+  signals_.Wait(milliseconds(0));
+  if (IsInterrupted()) return true;  // before there is anything to finish
+  for (Member& service : services_) Start(service, plan_.resume);
+  // Also when interrupted: a process that is asked to finish must have got so far as to understand.
+  if (WaitUntilReady(kPatience + TimeToMap(plan_.earlier_journal_bytes)) && !IsInterrupted()) {
+    if (publisher_) {
+      Start(*publisher_, false);
+    } else {
+      Say("run_stack: listening; Ctrl-C ends");
+    }
+    WaitForEnd();
+    if (!failed_) ReviveAll();
+  }
+  StopAll();
+  return !failed_;
+}
+
+void Supervisor::Start(Member& member, bool resume) {
+  Command command = member.plan.command;
+  const auto& more = resume ? member.plan.when_resuming : member.plan.when_new;
+  command.arguments.insert(command.arguments.end(), more.begin(), more.end());
+  member.log_begin = SizeOf(command.log);
+  member.child.emplace(command);
+}
+
+bool Supervisor::WaitUntilReady(seconds patience) {
+  constexpr milliseconds kLookOften(20);
+  const auto give_up = Clock::now() + patience;
+  for (Member& service : services_) {
+    while (!service.IsReady()) {
+      if (!service.IsRunning()) {
+        Report(service, fmt::format("failed ({})", service.child ? service.child->DescribeEnd() : "not started"));
+        service.child.reset();
+        return false;
+      }
+      if (Clock::now() >= give_up) {
+        Report(service, fmt::format("was not ready within {} s", patience.count()));
+        return false;
+      }
+      if (!CheckFolder()) return false;
+      Wait(kLookOften);
+    }
+  }
+  return true;
+}
+
+/// Until the publisher is done, somebody interrupts, or something cannot be mended.
+void Supervisor::WaitForEnd() {
+  while (!IsInterrupted()) {
+    if (!CheckFolder()) return;
+    for (Member& service : services_) {
+      if (!service.IsRunning() && !StartAgain(service)) return;
+    }
+    if (!publisher_) {
+      ShowProgress();
+    } else if (!publisher_->IsRunning()) {
+      if (publisher_->child->EndedWell() || !StartAgain(*publisher_)) return;
+    }
+    Wait(kLookEvery);
+  }
+}
+
+/// A process has ended while it was needed: it is started again and goes on where it was, the map from its journal, the
+/// publisher from its position. Whether that makes sense.
+bool Supervisor::StartAgain(Member& member) {
+  const auto journal_bytes = folder_.JournalBytes();
+  if (journal_bytes != member.journal_bytes_at_death) member.num_deaths = 0;
+  member.journal_bytes_at_death = journal_bytes;
+  const std::string end = member.child->DescribeEnd();
+  if (++member.num_deaths >= kMostDeaths) {
+    Report(member,
+           fmt::format("ended in the middle of the work for the fifth time ({}) while no scan was mapped", end));
+    member.child.reset();
+    return false;
+  }
+  Say(fmt::format("run_stack: {} ended in the middle of the work ({}): started again", member.plan.name, end));
+  Start(member, journal_bytes.has_value());
+  return true;
+}
+
+/// At the end every service is needed once more, also one that died a moment ago: the exporter asks the updater for
+/// what it lacks.
+void Supervisor::ReviveAll() {
+  bool all_run = true;
+  for (Member& service : services_) {
+    if (service.IsRunning()) continue;
+    if (!StartAgain(service)) return;
+    all_run = false;
+  }
+  if (!all_run || !std::all_of(services_.begin(), services_.end(), [](const Member& m) { return m.IsReady(); })) {
+    WaitUntilReady(kEndPatience + TimeToMap(folder_.JournalBytes().value_or(0)));
+  }
+}
+
+/// The exporter goes before those that it asks for what it lacks.
+void Supervisor::StopAll() {
+  if (publisher_) Stop({&*publisher_});
+  std::vector<Member*> others;
+  for (Member& service : services_) {
+    service.plan.name == "map_exporter" ? Stop({&service}) : others.push_back(&service);
+  }
+  Stop(others);
+}
+
+/// Lets processes finish their work, and waits for them.
+void Supervisor::Stop(const std::vector<Member*>& members) {
+  for (const Member* member : members) {
+    if (member->child) member->child->Signal(SIGINT);
+  }
+  const auto give_up = Clock::now() + kEndPatience;
+  for (Member* member : members) {
+    if (!member->child) continue;
+    while (member->IsRunning()) {
+      if (Clock::now() >= give_up) {
+        Report(*member, fmt::format("did not end within {} s: killed", kEndPatience.count()));
+        member->child->Signal(SIGKILL);
+        member->child.reset();
+        break;
+      }
+      Wait(kLookEvery);
+    }
+    if (member->child && !member->child->EndedWell()) {
+      Report(*member, fmt::format("failed ({})", member->child->DescribeEnd()));
+    }
+    member->child.reset();
+  }
+}
+
+/// The second Ctrl-C ends everything at once.
+void Supervisor::Wait(milliseconds longest) {
+  signals_.Wait(longest);
+  if (signals_.num_interrupts() == num_interrupts_heeded_) return;
+  if (signals_.num_interrupts() > 1) {
+    for (const Member* member : All()) {
+      if (member->child) member->child->Signal(SIGKILL);
+    }
+    Say("run_stack: killed");
+    std::_Exit(EXIT_FAILURE);
+  }
+  num_interrupts_heeded_ = signals_.num_interrupts();
+  Say("run_stack: finishing the map (Ctrl-C again: kill)");
+}
+
+bool Supervisor::CheckFolder() {
+  if (folder_.IsInPlace()) return true;
+  if (!failed_) {
+    Say(fmt::format("run_stack: --out {}: was removed or moved during the run, or its journal was: ends here",
+                    folder_.path().string()));
+  }
+  failed_ = true;
+  return false;
+}
+
+/// Says what went wrong with a process, and the end of its log if it has one.
+void Supervisor::Report(const Member& member, const std::string& what) {
+  failed_ = true;
+  Say(fmt::format("run_stack: {} {}", member.plan.name, what));
+  const auto lines = LastLines(member.plan.command.log);
+  if (lines.empty()) return;
+  Say(fmt::format("the end of {}:", member.plan.command.log.string()));
+  for (const std::string& line : lines) Say(line);
+}
+
+/// Of a live laser; a publisher shows how far it is itself.
+void Supervisor::ShowProgress() {
+  if (Clock::now() < next_progress_) return;
+  next_progress_ = Clock::now() + seconds(5);
+  const auto outcome = ReadOutcome(folder_.summary());
+  if (!outcome || outcome->scans == num_scans_shown_) return;
+  num_scans_shown_ = outcome->scans;
+  Say(fmt::format("run_stack: {} scans mapped", num_scans_shown_));
+}
+
+std::vector<Supervisor::Member*> Supervisor::All() {
+  std::vector<Member*> all;
+  for (Member& service : services_) all.push_back(&service);
+  if (publisher_) all.push_back(&*publisher_);
+  return all;
+}
+
+}  // namespace crsm

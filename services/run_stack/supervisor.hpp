@@ -1,0 +1,64 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "services/run_stack/child.hpp"
+#include "services/run_stack/results_folder.hpp"
+#include "services/run_stack/signals.hpp"
+#include "services/run_stack/stack_plan.hpp"
+
+namespace crsm {
+
+/// Starts the processes of a stack, watches them, starts again those that die, and ends them in their turn.
+class Supervisor {
+ public:
+  Supervisor(StackPlan plan, ResultsFolder& folder, Signals& signals);
+
+  /// Until the publisher has published all, or somebody asks to end. Whether all went well; if not, why was said.
+  bool Run();
+
+ private:
+  /// A process, and what became of it.
+  struct Member {
+    PlannedService plan;
+    std::optional<Child> child = std::nullopt;  ///< none once its end was dealt with
+    std::uintmax_t log_begin = 0;               ///< where its log was when it was last started [bytes]
+    int num_deaths = 0;                         ///< since a scan was mapped
+    std::optional<std::uintmax_t> journal_bytes_at_death = std::nullopt;
+
+    bool IsRunning() { return child && child->IsRunning(); }
+    bool IsReady() const;
+  };
+
+  void Start(Member& member, bool resume);
+  bool WaitUntilReady(std::chrono::seconds patience);
+  void WaitForEnd();
+  bool StartAgain(Member& member);
+  void ReviveAll();
+  void StopAll();
+  void Stop(const std::vector<Member*>& members);
+
+  void Wait(std::chrono::milliseconds longest);
+  bool CheckFolder();
+  bool IsInterrupted() const { return signals_.num_interrupts() > 0; }
+  void Report(const Member& member, const std::string& what);
+  void ShowProgress();
+  std::vector<Member*> All();
+
+  StackPlan plan_;
+  ResultsFolder& folder_;
+  Signals& signals_;
+  std::vector<Member> services_;
+  std::optional<Member> publisher_;
+  bool failed_ = false;
+  int num_interrupts_heeded_ = 0;
+  std::int64_t num_scans_shown_ = 0;
+  std::chrono::steady_clock::time_point next_progress_{};
+};
+
+}  // namespace crsm

@@ -1,0 +1,25 @@
+#include "services/runtime/programs.hpp"
+
+namespace crsm {
+
+using enum ParameterGroup;
+
+ProgramFlags FlagsOfPublisher() {
+  return {{kSeed, kOdometry}, {"lcm_url", "channel_prefix", "rate", "resend_s", "laser_channel", "position"}};
+}
+
+ProgramFlags FlagsOfSelector() { return {{kScan, kSelection}, {"lcm_url", "channel_prefix"}}; }
+
+ProgramFlags FlagsOfMatcher() {
+  return {{kSeed, kOdometry, kMatch}, {"lcm_url", "channel_prefix", "lockstep", "map_wait_s", "start"}};
+}
+
+ProgramFlags FlagsOfUpdater() {
+  return {
+      {kScan, kUpdate},
+      {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "until_damage", "localize", "part_bytes"}};
+}
+
+ProgramFlags FlagsOfExporter() { return {{}, {"lcm_url", "channel_prefix", "out", "export_period_s"}}; }
+
+}  // namespace crsm
