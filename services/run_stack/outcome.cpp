@@ -8,24 +8,29 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "common/results/verdict.hpp"
+
 namespace crsm {
 
 std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary) {
   std::ifstream file(summary);
   const auto json = nlohmann::json::parse(file, nullptr, false);  // without exceptions
   if (!json.is_object()) return std::nullopt;
-  const auto Count = [](const nlohmann::json& object, const std::string& key) -> std::int64_t {
-    const auto value = object.find(key);
-    return value != object.end() && value->is_number_integer() ? value->get<std::int64_t>() : 0;
-  };
-  Outcome outcome{Count(json, "scans"), Count(json, "lost")};
-  if (const auto trusted = json.find("trusted"); trusted != json.end() && trusted->is_boolean()) {
-    outcome.trusted = trusted->get<bool>();
+  Outcome outcome;
+  if (const auto scans = json.find("scans"); scans != json.end() && scans->is_number_integer()) {
+    outcome.scans = scans->get<std::int64_t>();
+  }
+  const auto verdict = json.find("verdict");
+  if (verdict == json.end() || !verdict->is_object()) return std::nullopt;
+  outcome.trusted = verdict->value("trust", nlohmann::json("bad")) != Name(Trust::kBad);
+  for (const auto& line : verdict->value("lines", nlohmann::json::array())) {
+    if (line.is_string()) outcome.verdict.push_back(line.get<std::string>());
   }
   const auto counts = json.find("counts");
   if (counts == json.end() || !counts->is_object()) return outcome;
   for (const auto& [name, count] : counts->items()) {
-    if (std::string_view(name).ends_with(".dropped_overload")) outcome.dropped_overload += Count(*counts, name);
+    if (!std::string_view(name).ends_with(".dropped_overload") || !count.is_number_integer()) continue;
+    outcome.dropped_overload += count.get<std::int64_t>();
   }
   return outcome;
 }
@@ -33,14 +38,14 @@ std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary) {
 int ReportOutcome(const std::filesystem::path& out, bool strict) {
   const auto outcome = ReadOutcome(out / "summary.json");
   if (outcome) {
-    fmt::print("{} scans mapped, {} lost, {} dropped; see {}\n", outcome->scans, outcome->lost,
-               outcome->dropped_overload, out.string());
-  }
-  if (!strict) return EXIT_SUCCESS;
-  if (!outcome || !outcome->trusted) {
+    for (const std::string& line : outcome->verdict) fmt::print("{}\n", line);
+    if (outcome->dropped_overload > 0)
+      fmt::print("{} scans dropped: the machine is too slow\n", outcome->dropped_overload);
+    fmt::print("see {}\n", out.string());
+  } else if (strict) {
     throw std::runtime_error(fmt::format("--strict: {} has no verdict on the map", (out / "summary.json").string()));
   }
-  return *outcome->trusted ? EXIT_SUCCESS : kUntrustedExitCode;
+  return strict && !outcome->trusted ? kUntrustedExitCode : EXIT_SUCCESS;
 }
 
 }  // namespace crsm

@@ -183,7 +183,11 @@ CommandLine::CommandLine(const std::string& program, const std::string& descript
     : CommandLine(program, description, ProgramFlags{std::move(groups), std::move(settings)}) {}
 
 CommandLine::CommandLine(const std::string& program, const std::string& description, const ProgramFlags& flags)
-    : program_(program), groups_(flags.groups), setting_names_(flags.settings), app_(description, program), settings_(flags.defaults) {
+    : program_(program),
+      groups_(flags.groups),
+      setting_names_(flags.settings),
+      app_(description, program),
+      settings_(flags.defaults) {
   app_.set_version_flag("--version", fmt::format("{} {}", program, kVersion));
   app_.add_option("--config", config_,
                   "TOML file with keys named as the flags, with _ for -; one file serves all programs")

@@ -15,9 +15,8 @@ ProgramFlags FlagsOfMatcher() {
 }
 
 ProgramFlags FlagsOfUpdater() {
-  return {
-      {kScan, kUpdate},
-      {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "until_damage", "localize", "part_bytes"}};
+  return {{kScan, kUpdate},
+          {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "until_damage", "localize", "part_bytes"}};
 }
 
 ProgramFlags FlagsOfExporter() { return {{}, {"lcm_url", "channel_prefix", "out", "export_period_s"}}; }
