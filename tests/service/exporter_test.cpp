@@ -4,6 +4,8 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cmath>
+#include <csignal>
 #include <nlohmann/json.hpp>
 
 #include "catch.hpp"

@@ -39,9 +39,9 @@ TEST_CASE("a robot that stands is sketched by where it came to stand and by its 
 TEST_CASE("however long a path is, its sketch is small, goes near all of it, and has its lost scans") {
   constexpr int kCount = 300000;
   PathSketch sketch;
-  const auto Place = [](int i) {  // a growing spiral of 45 km
+  const auto Place = [](int i) {  // a growing spiral of 15 km
     const double angle_rad = 2.0 * std::sqrt(static_cast<double>(i));
-    return std::pair(0.25 * angle_rad * std::cos(angle_rad), 0.25 * angle_rad * std::sin(angle_rad));
+    return std::pair(0.025 * angle_rad * std::cos(angle_rad), 0.025 * angle_rad * std::sin(angle_rad));
   };
   for (int i = 0; i < kCount; ++i) {
     const auto [x_m, y_m] = Place(i);
@@ -57,7 +57,7 @@ TEST_CASE("however long a path is, its sketch is small, goes near all of it, and
     CHECK(matches[i].utime > matches[i - 1].utime);
     num_lost += matches[i].state == MatchState::kLost;
     const auto& [a, b] = std::pair(matches[i - 1].T_map_laser, matches[i].T_map_laser);
-    CHECK(std::hypot(a.x_m - b.x_m, a.y_m - b.y_m) < 25.0);  // a few doublings of the spacing
+    CHECK(std::hypot(a.x_m - b.x_m, a.y_m - b.y_m) < 7.5);  // of 2,048 parts of it
   }
   CHECK(num_lost > 100);
   CHECK(matches.back().utime == kCount - 1);

@@ -261,6 +261,21 @@ TEST_CASE("damage in the middle is refused with its place, and what is before it
   }
 }
 
+TEST_CASE("a scan that stands twice in a journal, or that is left out, is a damage although each is whole") {
+  const Folder folder;
+  const std::string whole = MakeJournal(folder / "a", Utimes(20));
+  const std::size_t nine = MakeKilled(folder / "b", Utimes(9)).size();
+  const std::size_t ten = MakeKilled(folder / "c", Utimes(10)).size();
+  for (const std::string& damaged :
+       {whole.substr(0, ten) + whole.substr(nine), whole.substr(0, nine) + whole.substr(ten)}) {
+    Write(folder / "a/journal.lcm", damaged);
+    Visited visited;
+    const auto Read = [&] { ReadJournal(folder / "a", kMapping, kRefuse, visited.Visit()); };
+    CHECK(ErrorOf(Read).find(" is damaged at byte ") != std::string::npos);
+    CHECK(visited.utimes == Utimes(damaged.size() > whole.size() ? 10 : 9));
+  }
+}
+
 TEST_CASE("a hole that was never on the disk is what a power cut leaves, and is kept beside with what follows") {
   const Folder folder;
   std::string killed = MakeKilled(folder / "a", Utimes(12));  // faster than the disk is told of
