@@ -23,13 +23,13 @@ class MapExporter {
  public:
   explicit MapExporter(const CommandLine& command_line)
       : command_line_(command_line),
-        service_(command_line, Reception::kByThread),  // to write a large map takes seconds
+        service_(command_line),
         map_follower_(service_, {[this](double cell_size_m) { Begin(cell_size_m); },
                                  [this](std::span<const TileChange> changes) { return Apply(changes); },
                                  [this](const ScanMatch& match) { Add(match); }}) {
     Bus& bus = service_.bus();
-    bus.Subscribe<critical_rays_t>(kCriticalRaysChannel,
-                                   [this](const critical_rays_t& message) { last_scan_ = FromMessage(message); });
+    bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel,
+                                        [this](const critical_rays_t& message) { last_scan_ = FromMessage(message); });
     bus.Subscribe<service_status_t>(kServiceStatusChannel, [this](const service_status_t& status) { Keep(status); });
   }
 

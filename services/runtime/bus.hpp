@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cerrno>
+#include <deque>
 #include <functional>
 #include <lcm/lcm-cpp.hpp>
 #include <memory>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "services/runtime/multicast_socket.hpp"
+#include "services/runtime/sole_sender.hpp"
 #include "services/runtime/status.hpp"
 #include "services/runtime/wire.hpp"
 
@@ -45,14 +47,21 @@ class Bus {
   /// that leaves the handler is counted as handler_failed; its text is said on stderr, the first time.
   template <class Message>
   void Subscribe(const char* channel, std::function<void(const Message&)> handler) {
-    SubscribeRaw(channel, [this, channel, handler = std::move(handler)](std::span<const std::uint8_t> bytes) {
-      if (const auto message = Decode<Message>(bytes)) {
-        handler(*message);
-      } else {
-        counters_.Add(std::string(channel) + "_malformed");
-      }
-    });
+    SubscribeRaw(channel, MakeRawHandler(channel, std::move(handler)));
   }
+
+  /// The same on a channel on which one process alone has something to say. What comes from another one is counted as
+  /// CHANNEL_refused and dropped, and said on stderr, the first time; see SoleSender. By UDP multicast only, and where
+  /// the kernel gives as large a buffer as the URL asks for: else all senders are the same, and senders_unknown counts.
+  template <class Message>
+  void SubscribeToOne(const char* channel, std::function<void(const Message&)> handler) {
+    SubscribeRaw(channel, MakeRawHandler(channel, std::move(handler)));
+    subscriptions_.back()->sole_sender.emplace();
+    if (!own_socket_) counters_.Add("senders_unknown");
+  }
+
+  /// Who sent the message that is being handled.
+  const Sender& sender() const { return sender_; }
 
   /// A message that LCM cannot send is counted as publish_failed; why is said on stderr, the first time.
   template <class Message>
@@ -66,17 +75,41 @@ class Bus {
   void Wait(int timeout_ms);
 
  private:
+  using RawHandler = std::function<void(std::span<const std::uint8_t>)>;
+  struct HeldMessage {
+    Sender sender;
+    std::vector<std::uint8_t> bytes;
+  };
   struct Subscription {
     std::string channel;
-    std::function<void(std::span<const std::uint8_t>)> handler;
-    Counters* counters;
+    RawHandler handler;
+    Bus* bus;
     bool failed_before = false;
-    void Handle(std::span<const std::uint8_t> bytes);
-    void HandleLcm(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+    std::optional<SoleSender> sole_sender = {};  ///< who is to be believed, where it is not everybody
+    std::deque<HeldMessage> held = {};           ///< until it is decided
+    bool refused_before = false;
+
+    void Receive(const Sender& sender, std::span<const std::uint8_t> bytes);
+    void ReceiveFromLcm(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+    void DecideHeld();
+    void Refuse(const Sender& sender);
+    void Handle(const Sender& sender, std::span<const std::uint8_t> bytes);
   };
 
-  void SubscribeRaw(const char* channel, std::function<void(std::span<const std::uint8_t>)> handler);
+  template <class Message>
+  RawHandler MakeRawHandler(const char* channel, std::function<void(const Message&)> handler) {
+    return [this, channel, handler = std::move(handler)](std::span<const std::uint8_t> bytes) {
+      if (const auto message = Decode<Message>(bytes)) {
+        handler(*message);
+      } else {
+        counters_.Add(std::string(channel) + "_malformed");
+      }
+    };
+  }
+
+  void SubscribeRaw(const char* channel, RawHandler handler);
   void FilterSockets();
+  void Receive(int timeout_ms);
   bool HandleWhole(int timeout_ms);
   void CountUnpublished(const std::string& channel, int error);
 
@@ -88,6 +121,7 @@ class Bus {
   std::vector<std::string> channels_;            ///< subscribed to, with the prefix
   std::optional<int> lcm_socket_;                ///< on which LCM receives, if it is known
   std::unique_ptr<MulticastSocket> own_socket_;  ///< which leaves to LCM no more than fragments, if it is there
+  Sender sender_;                                ///< of the message that is being handled
 };
 
 }  // namespace crsm

@@ -7,14 +7,20 @@
 namespace crsm {
 
 SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
-    : service_(command_line), select_(std::move(select)), scans_(service_.counters()) {
+    : service_(command_line),
+      select_(std::move(select)),
+      scans_(service_.counters()),
+      stall_watch_(service_.name(), Say) {
   service_.bus().Subscribe<bot_core::planar_lidar_t>(
       kLaserChannel, [this](const bot_core::planar_lidar_t& message) { scans_.Push(FromMessage(message)); });
 }
 
 void SelectorStage::Run() {
   service_.Run([this] {
-    if (scans_.empty()) return true;
+    if (scans_.empty()) {
+      if (last_answer_) stall_watch_.Look({"LASER after scan {}", last_answer_->utime}, Clock::now());
+      return true;
+    }
     Answer(scans_.front());
     scans_.Pop();
     return scans_.empty();

@@ -7,6 +7,7 @@
 #include "common/scan/laser_scan.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
+#include "services/runtime/stall_watch.hpp"
 
 namespace crsm {
 
@@ -28,6 +29,7 @@ class SelectorStage {
   Select select_;
   ScanQueue<LaserScan> scans_;
   std::optional<critical_rays_t> last_answer_;
+  StallWatch stall_watch_;
 };
 
 }  // namespace crsm
