@@ -8,10 +8,12 @@
 
 #include "services/laser_publisher/log_writer.hpp"
 #include "services/laser_publisher/position.hpp"
+#include "services/runtime/backoff.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/laser_silence.hpp"
 #include "services/runtime/progress.hpp"
 #include "services/runtime/service.hpp"
+#include "services/runtime/stall_watch.hpp"
 #include "services/sources/open_laser_source.hpp"
 
 namespace crsm {
@@ -39,8 +41,8 @@ class LaserPublisher {
         position_(command_line.settings().position),
         progress_(command_line.program()) {
     service_.TakeRole(kPublisherRole);
-    service_.bus().Subscribe<map_delta_t>(kMapDeltaChannel, [this](const map_delta_t& delta) {
-      if (delta.recipient == 0) mapped_utime_ = delta.utime;
+    service_.bus().SubscribeToOne<map_delta_t>(kMapDeltaChannel, [this](const map_delta_t& delta) {
+      if (delta.recipient == 0 && delta.utime == awaited_utime_) mapped_ = true;
     });
   }
 
@@ -56,6 +58,7 @@ class LaserPublisher {
       } else {
         if (num_scans_ > 0) SleepUntilDue(scan->utime - last_utime);
         if (StopRequested()) break;  // the scan is not due
+        ExpectMapOf(scan->utime);
         Publish(*scan);
       }
       if (StopRequested()) break;  // the scan may not be in the map
@@ -63,7 +66,7 @@ class LaserPublisher {
       last_utime = scan->utime;
       progress_.Show(source_.Progress(), num_scans_);
     }
-    if (rate_ != kAsFastAsMapped && num_scans_ > 0) AwaitMap(last_utime);
+    if (rate_ != kAsFastAsMapped && num_scans_ > 0) AwaitMap();
     service_.SetState(kPublisherFinished);
     service_.PublishStatus();  // the last counts
     progress_.Finish(num_scans_);
@@ -97,26 +100,27 @@ class LaserPublisher {
   }
 
   /// Lockstep: sends the scan again and again until its map has come. A message lost on the way, or a process that is
-  /// started anew, costs time and nothing else.
+  /// started anew, costs time and nothing else. The pause doubles each time, up to 2 s: where the network is slow, more
+  /// messages make it no faster.
   void PublishUntilMapped(const LaserScan& scan) {
-    constexpr auto kComplainAfter = std::chrono::seconds(10);
+    ExpectMapOf(scan.utime);
     Publish(scan);
-    auto resend_at = Clock::now() + resend_;
-    auto complain_at = Clock::now() + kComplainAfter;
-    while (mapped_utime_ != scan.utime && !StopRequested()) {
+    Backoff resend(std::chrono::duration_cast<Clock::duration>(resend_), std::chrono::seconds(2));
+    resend.Restart(Clock::now());
+    while (!mapped_ && !StopRequested()) {
       service_.Spin(20);
-      if (mapped_utime_ == scan.utime) return;
-      if (Clock::now() >= resend_at) {
+      if (!mapped_ && resend.Due(Clock::now())) {
         Send(scan);
         service_.counters().Add("resent");
-        resend_at = Clock::now() + resend_;
       }
-      if (Clock::now() >= complain_at) {
-        Say(fmt::format("{}: no map of scan {} for 10 s; are ray_selector, rrhc_matcher and map_updater running?",
-                        service_.name(), position_.num_scans() + 1));
-        complain_at = Clock::now() + kComplainAfter;
-      }
+      stall_watch_.Look({"the map of scan {} (are ray_selector, rrhc_matcher and map_updater running?)", scan.utime},
+                        Clock::now());
     }
+  }
+
+  void ExpectMapOf(std::int64_t utime) {
+    awaited_utime_ = utime;
+    mapped_ = false;
   }
 
   /// Live: the time between two scans as it was recorded, over the rate. No time difference is trusted unchecked: one
@@ -133,9 +137,9 @@ class LaserPublisher {
   }
 
   /// Gives the stages behind the time to finish the last scan.
-  void AwaitMap(std::int64_t utime) {
+  void AwaitMap() {
     const auto give_up = Clock::now() + std::chrono::seconds(2);
-    while (mapped_utime_ != utime && Clock::now() < give_up && !StopRequested()) service_.Spin(20);
+    while (!mapped_ && Clock::now() < give_up && !StopRequested()) service_.Spin(20);
   }
 
   bool with_odometry_;
@@ -145,8 +149,10 @@ class LaserPublisher {
   Service service_;
   Position position_;
   Progress progress_;
-  std::int64_t num_scans_ = 0;      ///< of this process
-  std::int64_t mapped_utime_ = -1;  ///< of the last scan whose map came
+  std::int64_t num_scans_ = 0;       ///< of this process
+  std::int64_t awaited_utime_ = -1;  ///< of the scan that was published last, ...
+  bool mapped_ = false;              ///< ... and whether its map has come
+  StallWatch stall_watch_{service_.name(), Say};
   Clock::time_point due_ = Clock::now();
 };
 

@@ -5,11 +5,13 @@
 
 #include "common/map/map_updater.hpp"
 #include "services/map_updater/answers.hpp"
+#include "services/map_updater/request_limiter.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/held_by_utime.hpp"
 #include "services/runtime/path_lock.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
+#include "services/runtime/stall_watch.hpp"
 #include "services/runtime/usage_error.hpp"
 #include "services/sources/journal.hpp"
 #include "services/sources/map_parameters.hpp"
@@ -29,18 +31,16 @@ class MapUpdaterService {
     LoadFinishedMap();
     OpenJournal();
     Bus& bus = service_.bus();
-    bus.Subscribe<critical_rays_t>(kCriticalRaysChannel,
-                                   [this](const critical_rays_t& message) { Hold(FromMessage(message)); });
-    bus.Subscribe<scan_match_t>(kScanMatchChannel,
-                                [this](const scan_match_t& message) { matches_.Push(FromMessage(message)); });
-    bus.Subscribe<map_request_t>(kMapRequestChannel, [this](const map_request_t& request) {
-      service_.counters().Add("map_requests");
-      service_.bus().Publish(kMapDeltaChannel, MakePage(request, updater_, {answered_, tracking_}, options_));
-    });
+    bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel,
+                                        [this](const critical_rays_t& message) { Hold(FromMessage(message)); });
+    bus.SubscribeToOne<scan_match_t>(kScanMatchChannel,
+                                     [this](const scan_match_t& message) { matches_.Push(FromMessage(message)); });
+    bus.Subscribe<map_request_t>(kMapRequestChannel, [this](const map_request_t& request) { AnswerRequest(request); });
   }
 
   void Run() {
     service_.Run([this] {
+      if (settings_.lockstep) stall_watch_.Look(Awaited(), Clock::now());
       if (matches_.empty()) return true;
       Answer(matches_.front());
       matches_.Pop();
@@ -51,7 +51,29 @@ class MapUpdaterService {
  private:
   /// What waits for its match. One of a scan that was answered long ago waits in vain, and gives way to newer ones.
   void Hold(CriticalRays scan) {
-    if (!tracking_.FindRecent(scan.utime)) scans_.Hold(std::move(scan));
+    if (tracking_.FindRecent(scan.utime)) return;
+    held_utime_ = scan.utime;
+    scans_.Hold(std::move(scan));
+  }
+
+  /// In lockstep: what the next version of the map takes that is not here.
+  StallWatch::Awaited Awaited() const {
+    if (match_without_scan_) return {"CRITICAL_RAYS of scan {}", *match_without_scan_};
+    if (held_utime_) return {"SCAN_MATCH of scan {}", *held_utime_};
+    if (tracking_.empty()) return {};
+    return {"CRITICAL_RAYS and SCAN_MATCH after those of scan {}", tracking_.recent().back().utime};
+  }
+
+  void AnswerRequest(const map_request_t& request) {
+    Counters& counters = service_.counters();
+    counters.Add("map_requests");
+    if (!request_limiter_.Admit(service_.bus().sender(), request.requester, Clock::now())) {
+      if (counters.counts().count("map_requests_refused") == 0) {
+        Say("map_updater: more MAP_REQUEST than any replica needs: most of them are not answered");
+      }
+      return counters.Add("map_requests_refused");
+    }
+    service_.bus().Publish(kMapDeltaChannel, MakePage(request, updater_, {answered_, tracking_}, options_));
   }
 
   /// Every match is answered by exactly one version of the map. A match that comes again gets its answer again.
@@ -59,6 +81,7 @@ class MapUpdaterService {
     const auto start = Clock::now();
     if (!tracking_.empty() && tracking_.recent().back().utime == match.utime) {
       service_.counters().Add("resent");
+      if (tracking_.recent().back() != match) CountContradiction(match);
       return PublishLastAnswer();
     }
     if (match.utime <= tracking_.newest_utime() && answered_.Find(match.utime)) {
@@ -67,6 +90,7 @@ class MapUpdaterService {
     }
     const CriticalRays* scan = scans_.Find(match.utime);
     if (!scan && settings_.lockstep) {
+      match_without_scan_ = match.utime;
       return service_.counters().Add("scan_awaited");  // it will be sent again, and the match with it
     }
     if (!scan) service_.counters().Add("scan_missing");
@@ -74,11 +98,25 @@ class MapUpdaterService {
     const bool drawn = Draw(scan, match);
     if (journal_) Keep(drawn ? scan : nullptr, match);
     scans_.DropThrough(match.utime);
+    match_without_scan_.reset();
+    if (held_utime_ == match.utime) held_utime_.reset();
     service_.counters().Add("handled");
     const std::string work = settings_.localize.empty() ? "mapping" : "localising on a finished map";
     service_.SetState(journal_ || settings_.journal.empty() ? work : work + ", but the journal cannot be written");
     service_.RecordLatency(start);
     PublishLastAnswer();
+  }
+
+  /// Where senders are not known, this is how a second one shows.
+  void CountContradiction(const ScanMatch& match) {
+    constexpr const char* kCounter = "match_contradicted";
+    if (service_.counters().counts().count(kCounter) == 0) {
+      Say(fmt::format(
+          "map_updater: two different SCAN_MATCH of scan {}: is there another matcher on this bus? Which of "
+          "them is in the map is not known; it may be wrong",
+          match.utime));
+    }
+    service_.counters().Add(kCounter);
   }
 
   /// scan: nullptr where there is none to draw; the match is answered all the same. Whether the scan was drawn.
@@ -166,11 +204,15 @@ class MapUpdaterService {
   /// Whose match has not come yet: as many as the matcher may lag behind, and those that come meanwhile of a laser that
   /// is ten times too fast.
   HeldByUtime<CriticalRays, 2048> scans_;
+  RequestLimiter request_limiter_;
   MatchStore answered_;
   TrackingState tracking_;  ///< after those
   std::vector<map_delta_t> last_answer_;
   std::optional<PathLock> journal_lock_;
   std::optional<Journal> journal_;
+  std::optional<std::int64_t> match_without_scan_;  ///< utime of a match that waits for its rays
+  std::optional<std::int64_t> held_utime_;          ///< of the last rays that came, which wait for their match
+  StallWatch stall_watch_{service_.name(), Say};
 };
 
 /// Of the map that is there already. Whoever makes the scans must have been told the same.

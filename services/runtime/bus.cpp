@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 #include <poll.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstdio>
@@ -31,6 +32,7 @@ std::optional<MulticastAddress> ParseMulticastUrl(const std::string& url) {
   static const std::regex kForm(R"(udpm://(?:(2(?:2[4-9]|3[0-9])(?:\.[0-9]{1,3}){3})(?::([0-9]{1,5}))?)?)"
                                 R"((?:\?(?:ttl|recv_buf_size)=[0-9]+(?:&(?:ttl|recv_buf_size)=[0-9]+)*)?)");
   static const std::regex kBuffer("recv_buf_size=([0-9]{1,9})(?:&|$)");
+  static const std::regex kReaching("ttl=0*[1-9]");
   std::smatch parts;
   if (!std::regex_match(url, parts, kForm)) return std::nullopt;
   MulticastAddress address;
@@ -38,6 +40,7 @@ std::optional<MulticastAddress> ParseMulticastUrl(const std::string& url) {
   if (parts[2].matched) address.port = std::stoi(parts[2]);
   std::smatch buffer;
   if (std::regex_search(url, buffer, kBuffer)) address.buffer_bytes = std::stoi(buffer[1]);
+  address.ttl = std::regex_search(url, kReaching) ? 1 : 0;
   return address.port >= 1 && address.port <= 65535 ? std::optional(address) : std::nullopt;
 }
 
@@ -115,26 +118,58 @@ bool Bus::Subscription::Takes(std::string_view heard) const {
   return heard.starts_with(std::string_view(channel).substr(0, channel.size() - 1));
 }
 
-void Bus::Subscription::HandleLcm(const lcm::ReceiveBuffer* buffer, const std::string&) {
-  Handle({static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
+void Bus::Subscription::ReceiveFromLcm(const lcm::ReceiveBuffer* buffer, const std::string&) {
+  // LCM does not tell senders. Ours send whole messages, which come by the own socket; what LCM got before its socket
+  // was filtered comes too early for anybody.
+  if (sole_sender && bus->own_socket_) return bus->counters_.Add(channel.substr(bus->prefix_.size()) + "_unattributed");
+  Receive({}, {static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
 }
 
-void Bus::Subscription::Handle(std::span<const std::uint8_t> bytes) {
+void Bus::Subscription::Receive(const Sender& sender, std::span<const std::uint8_t> bytes) {
+  constexpr std::size_t kMostHeld = 1000;
+  if (!sole_sender) return Handle(sender, bytes);
+  const auto verdict = sole_sender->Judge(sender, SoleSender::Clock::now());
+  if (verdict == SoleSender::Verdict::kRefused || held.size() == kMostHeld) return Refuse(sender);
+  if (verdict == SoleSender::Verdict::kBelieved && held.empty()) return Handle(sender, bytes);
+  held.push_back({sender, {bytes.begin(), bytes.end()}});
+  DecideHeld();
+}
+
+void Bus::Subscription::DecideHeld() {
+  while (!held.empty()) {
+    const auto verdict = sole_sender->Judge(held.front().sender, SoleSender::Clock::now(), false);
+    if (verdict == SoleSender::Verdict::kUndecided) return;
+    const HeldMessage message = std::move(held.front());
+    held.pop_front();
+    verdict == SoleSender::Verdict::kBelieved ? Handle(message.sender, message.bytes) : Refuse(message.sender);
+  }
+}
+
+void Bus::Subscription::Refuse(const Sender& refused) {
+  bus->counters_.Add(channel.substr(bus->prefix_.size()) + "_refused");
+  if (std::exchange(refused_before, true)) return;
+  fmt::print(stderr, "{} from {} is refused: {}\n", channel, refused.Describe(),
+             sole_sender->contested()
+                 ? "several processes send it, and none of them is believed before the others have ended"
+                 : "another process sends it; stop one of the two");
+}
+
+void Bus::Subscription::Handle(const Sender& sender, std::span<const std::uint8_t> bytes) {
+  bus->sender_ = sender;
   try {
     handler(bytes);
   } catch (const std::exception& error) {  // would poison the LCM handle
-    counters->Add("handler_failed");
+    bus->counters_.Add("handler_failed");
     if (!std::exchange(failed_before, true)) fmt::print(stderr, "a message on {} failed: {}\n", channel, error.what());
   }
 }
 
-void Bus::SubscribeRaw(const std::string& channel, std::function<void(std::span<const std::uint8_t>)> handler) {
+void Bus::SubscribeRaw(const std::string& channel, RawHandler handler) {
   const bool first = channels_.empty();
   const std::set<int> sockets_of_others = first && multicast_ ? FindUdpSockets(multicast_->port) : std::set<int>();
-  subscriptions_.push_back(
-      std::make_unique<Subscription>(Subscription{prefix_ + channel, std::move(handler), &counters_}));
+  subscriptions_.push_back(std::make_unique<Subscription>(Subscription{prefix_ + channel, std::move(handler), this}));
   lcm::Subscription* subscription =
-      lcm_.subscribe(ToRegex(prefix_ + channel), &Subscription::HandleLcm, subscriptions_.back().get());
+      lcm_.subscribe(ToRegex(prefix_ + channel), &Subscription::ReceiveFromLcm, subscriptions_.back().get());
   if (!subscription || lcm_.getFileno() < 0) {
     throw std::runtime_error(WhyUnreachable(url_, multicast_.has_value()));
   }
@@ -147,12 +182,16 @@ void Bus::SubscribeRaw(const std::string& channel, std::function<void(std::span<
 /// LCM's socket lets through what the other does not, so that nothing is heard twice. Without filters, and without that
 /// other socket, everything works as well, at a price.
 void Bus::FilterSockets() {
-  if (own_socket_ && lcm_socket_ && AttachFilter(*lcm_socket_, MakeChannelFilter(channels_, Packets::kFragments)) &&
+  const Hosts hosts = HostsHeardAt(multicast_->ttl);
+  if (own_socket_ && lcm_socket_ &&
+      AttachFilter(*lcm_socket_, MakeChannelFilter(channels_, {Packets::kFragments, hosts})) &&
       own_socket_->Listen(channels_)) {
     return;
   }
   own_socket_.reset();
-  if (!lcm_socket_ || !AttachFilter(*lcm_socket_, MakeChannelFilter(channels_))) counters_.Add("socket_unfiltered");
+  if (!lcm_socket_ || !AttachFilter(*lcm_socket_, MakeChannelFilter(channels_, {Packets::kBoth, hosts}))) {
+    counters_.Add("socket_unfiltered");
+  }
 }
 
 void Bus::CountUnpublished(const std::string& channel, int error) {
@@ -164,6 +203,16 @@ void Bus::CountUnpublished(const std::string& channel, int error) {
 }
 
 void Bus::Wait(int timeout_ms) {
+  constexpr int kDecisionPeriod_ms = 20;
+  const auto IsDecided = [](const auto& subscription) { return subscription->held.empty(); };
+  const bool decided = std::all_of(subscriptions_.begin(), subscriptions_.end(), IsDecided);
+  Receive(decided ? timeout_ms : std::min(timeout_ms, kDecisionPeriod_ms));
+  for (const auto& subscription : subscriptions_) {
+    if (!subscription->held.empty()) subscription->DecideHeld();
+  }
+}
+
+void Bus::Receive(int timeout_ms) {
   errno = 0;
   if (own_socket_) {
     if (!HandleWhole(timeout_ms)) return;
@@ -182,7 +231,7 @@ bool Bus::HandleWhole(int timeout_ms) {
     const auto message = own_socket_->Receive();
     if (!message) break;
     for (const auto& subscription : subscriptions_) {
-      if (subscription->Takes(message->channel)) subscription->Handle(message->bytes);
+      if (subscription->Takes(message->channel)) subscription->Receive(message->sender, message->bytes);
     }
   }
   return waited[1].revents != 0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cerrno>
+#include <deque>
 #include <functional>
 #include <lcm/lcm-cpp.hpp>
 #include <memory>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "services/runtime/multicast_socket.hpp"
+#include "services/runtime/sole_sender.hpp"
 #include "services/runtime/status.hpp"
 #include "services/runtime/wire.hpp"
 
@@ -58,17 +60,21 @@ class Bus {
   /// ends in * stands for all whose names begin so. `refused`, if given, is called with the bytes of malformed ones.
   template <class Message>
   void Subscribe(const std::string& channel, std::function<void(const Message&)> handler, Refused refused = {}) {
-    const std::string counter = channel.substr(0, channel.find_last_not_of("/*") + 1) + "_malformed";
-    SubscribeRaw(channel, [this, counter, handler = std::move(handler),
-                           refused = std::move(refused)](std::span<const std::uint8_t> bytes) {
-      if (const auto message = Decode<Message>(bytes)) {
-        handler(*message);
-      } else {
-        counters_.Add(counter);
-        if (refused) refused(bytes);
-      }
-    });
+    SubscribeRaw(channel, MakeRawHandler(channel, std::move(handler), std::move(refused)));
   }
+
+  /// The same on a channel on which one process alone has something to say. What comes from another one is counted as
+  /// CHANNEL_refused and dropped, and said on stderr, the first time; see SoleSender. By UDP multicast only, and where
+  /// the kernel gives as large a buffer as the URL asks for: else all senders are the same, and senders_unknown counts.
+  template <class Message>
+  void SubscribeToOne(const char* channel, std::function<void(const Message&)> handler) {
+    SubscribeRaw(channel, MakeRawHandler(channel, std::move(handler)));
+    subscriptions_.back()->sole_sender.emplace();
+    if (!own_socket_) counters_.Add("senders_unknown");
+  }
+
+  /// Who sent the message that is being handled.
+  const Sender& sender() const { return sender_; }
 
   /// A message that LCM cannot send is counted as publish_failed; why is said on stderr, the first time.
   template <class Message>
@@ -86,18 +92,46 @@ class Bus {
   const std::string& prefix() const { return prefix_; }
 
  private:
+  using RawHandler = std::function<void(std::span<const std::uint8_t>)>;
+  struct HeldMessage {
+    Sender sender;
+    std::vector<std::uint8_t> bytes;
+  };
   struct Subscription {
     std::string channel;
-    std::function<void(std::span<const std::uint8_t>)> handler;
-    Counters* counters;
+    RawHandler handler;
+    Bus* bus;
     bool failed_before = false;
+    std::optional<SoleSender> sole_sender = {};  ///< who is to be believed, where it is not everybody
+    std::deque<HeldMessage> held = {};           ///< until it is decided
+    bool refused_before = false;
+
     bool Takes(std::string_view heard) const;
-    void Handle(std::span<const std::uint8_t> bytes);
-    void HandleLcm(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+    void Receive(const Sender& sender, std::span<const std::uint8_t> bytes);
+    void ReceiveFromLcm(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+    void DecideHeld();
+    void Refuse(const Sender& sender);
+    void Handle(const Sender& sender, std::span<const std::uint8_t> bytes);
   };
 
-  void SubscribeRaw(const std::string& channel, std::function<void(std::span<const std::uint8_t>)> handler);
+  template <class Message>
+  RawHandler MakeRawHandler(const std::string& channel, std::function<void(const Message&)> handler,
+                            Refused refused = {}) {
+    const std::string counter = channel.substr(0, channel.find_last_not_of("/*") + 1) + "_malformed";
+    return [this, counter, handler = std::move(handler),
+            refused = std::move(refused)](std::span<const std::uint8_t> bytes) {
+      if (const auto message = Decode<Message>(bytes)) {
+        handler(*message);
+      } else {
+        counters_.Add(counter);
+        if (refused) refused(bytes);
+      }
+    };
+  }
+
+  void SubscribeRaw(const std::string& channel, RawHandler handler);
   void FilterSockets();
+  void Receive(int timeout_ms);
   bool HandleWhole(int timeout_ms);
   void CountUnpublished(const std::string& channel, int error);
 
@@ -110,6 +144,7 @@ class Bus {
   std::vector<std::string> channels_;            ///< subscribed to, with the prefix
   std::optional<int> lcm_socket_;                ///< on which LCM receives, if it is known
   std::unique_ptr<MulticastSocket> own_socket_;  ///< which leaves to LCM no more than fragments, if it is there
+  Sender sender_;                                ///< of the message that is being handled
 };
 
 }  // namespace crsm

@@ -1,6 +1,14 @@
 #include "services/runtime/map_follower.hpp"
 
 namespace crsm {
+namespace {
+
+bool SameQuestion(const map_request_t& one, const map_request_t& other) {
+  return one.epoch == other.epoch && one.base_version == other.base_version && one.first_tile == other.first_tile &&
+         one.first_match == other.first_match && one.asked_utime == other.asked_utime;
+}
+
+}  // namespace
 
 MapFollower::MapFollower(Service& service, Keeper keeper)
     : service_(service),
@@ -9,11 +17,10 @@ MapFollower::MapFollower(Service& service, Keeper keeper)
                             [this, apply = std::move(keeper.apply)](std::span<const TileChange> changes) {
                               if (!apply(changes)) CountRefused();
                             },
-                            std::move(keeper.add)}) {
-  service_.bus().Subscribe<map_delta_t>(kMapDeltaChannel, [this](const map_delta_t& delta) {
-    replica_.Handle(delta);
-    if (delta.recipient == requester_) next_request_ = Clock::now();  // the next page at once
-  });
+                            std::move(keeper.add)}),
+      stall_watch_(service.name(), Say) {
+  service_.bus().SubscribeToOne<map_delta_t>(kMapDeltaChannel,
+                                             [this](const map_delta_t& delta) { replica_.Handle(delta); });
 }
 
 void MapFollower::CountRefused() {
@@ -25,10 +32,17 @@ void MapFollower::CountRefused() {
 }
 
 void MapFollower::Poll() {
-  constexpr auto kPatience = std::chrono::milliseconds(50);
   const auto request = replica_.NextRequest();
-  if (!request || Clock::now() < next_request_) return;
-  next_request_ = Clock::now() + kPatience;
+  const auto now = Clock::now();
+  stall_watch_.Look(request ? StallWatch::Awaited{"map_updater to answer MAP_REQUEST, holding version {} of the map",
+                                                  replica_.version()}
+                            : StallWatch::Awaited{},
+                    now);
+  // A page that brings nothing new, an old one that comes late say, is no reason to ask at once: each such answer would
+  // make the next question.
+  if (request && !(last_request_ && SameQuestion(*request, *last_request_))) backoff_.RestartAtOnce();
+  if (!request || !backoff_.Due(now)) return;
+  last_request_ = request;
   service_.counters().Add("map_requests");
   service_.bus().Publish(kMapRequestChannel, *request);
 }

@@ -1,11 +1,14 @@
 #pragma once
 
+#include "services/runtime/backoff.hpp"
 #include "services/runtime/map_replica.hpp"
 #include "services/runtime/service.hpp"
+#include "services/runtime/stall_watch.hpp"
 
 namespace crsm {
 
-/// A MapReplica on the bus: listens to MAP_DELTA and asks for what is missing.
+/// A MapReplica on the bus: listens to MAP_DELTA and asks for what is missing, the next page at once when one has come,
+/// and more and more seldom while none comes.
 class MapFollower {
  public:
   /// Who keeps the map; as MapReplica::Keeper, but for `apply`: false if some of the changes are malformed, or if the
@@ -32,7 +35,9 @@ class MapFollower {
   Service& service_;
   std::int64_t requester_;
   MapReplica replica_;
-  Clock::time_point next_request_{};
+  std::optional<map_request_t> last_request_;
+  Backoff backoff_{std::chrono::milliseconds(50), std::chrono::seconds(2)};
+  StallWatch stall_watch_;
 };
 
 }  // namespace crsm

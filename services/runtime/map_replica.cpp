@@ -56,12 +56,18 @@ const MapReplica::Answer* MapReplica::AnswerAbout(std::int64_t utime) const {
 }
 
 void MapReplica::HandleBroadcast(const map_delta_t& delta) {
-  if (delta.epoch == epoch_ && delta.version == version_ && synced_) return;  // the last answer, sent again
+  if (delta.epoch == epoch_ && delta.cell_size_m != cell_size_m_) return;  // not the owner's: a map keeps its cells
+  if (delta.epoch == epoch_ && delta.version == version_ && synced_) {     // the last answer, sent again
+    // ... or what was held is not the owner's.
+    if (delta.base_version != version_ && delta.utime != version_utime_) Begin(epoch_, cell_size_m_);
+    return;
+  }
+  if (delta.epoch == epoch_) heard_version_ = std::max(heard_version_, delta.version);
   if (delta.epoch != epoch_ || delta.version != version_ + 1 || delta.base_version != version_) {
     synced_ = false;  // a version was missed, or the owner began anew
     return;
   }
-  if (!synced_) return;  // pages are under way and will bring it
+  if (!whole_) return;  // pages are under way and will bring it
   if (!parts_.empty() && parts_.begin()->second.num_parts != delta.num_parts) parts_.clear();
   parts_[delta.part] = delta;
   if (NumTilesAndMatches(parts_) > kMostTiles) {  // not the owner's: no map has so many
@@ -69,8 +75,12 @@ void MapReplica::HandleBroadcast(const map_delta_t& delta) {
     synced_ = false;
     return;
   }
-  if (static_cast<std::int32_t>(parts_.size()) < delta.num_parts) return;
+  if (static_cast<std::int32_t>(parts_.size()) == delta.num_parts) ApplyParts();
+}
 
+/// All parts of the next version are there.
+void MapReplica::ApplyParts() {
+  const std::int64_t utime = parts_.begin()->second.utime;
   for (const auto& [number, part] : parts_) {
     keeper_.apply(Changes(part));
     for (const scan_match_t& message : part.matches) {
@@ -81,10 +91,13 @@ void MapReplica::HandleBroadcast(const map_delta_t& delta) {
   }
   parts_.clear();
   ++version_;
+  version_utime_ = utime;
+  synced_ = version_ >= heard_version_;
   if (num_matches_ != version_) Begin(epoch_, cell_size_m_);  // not the owner's: begin again
 }
 
 void MapReplica::HandlePage(const map_delta_t& page) {
+  if (synced_ && asked_utime_ < 0) return;  // nothing was asked
   if (page.epoch != epoch_) Begin(page.epoch, page.cell_size_m);
   if (page.cell_size_m != cell_size_m_) return;  // not the owner's: a map keeps its cells
   if (asked_utime_ >= 0 && page.asked_utime == asked_utime_) {
@@ -95,6 +108,7 @@ void MapReplica::HandlePage(const map_delta_t& page) {
   // Older than what was heard of this map already: a power cut took the end of the owner's journal.
   if (page.version < std::max(num_matches_, pages_version_.value_or(0))) return Begin(epoch_, cell_size_m_);
   if (!pages_version_) pages_version_ = page.version;
+  whole_ = false;
 
   // A page asked for twice comes twice; tiles are whole, so that applying one again does no harm.
   if (!TakeMatches(page)) return;
@@ -104,9 +118,10 @@ void MapReplica::HandlePage(const map_delta_t& page) {
 
   // All tiles were seen once. Those that changed meanwhile are asked for again, from where this round began.
   version_ = *std::exchange(pages_version_, std::nullopt);
+  version_utime_ = page.utime;
   next_tile_ = 0;
   parts_.clear();
-  synced_ = version_ == page.version;
+  synced_ = whole_ = version_ == page.version;
 }
 
 /// What a page says of the matches. False if it is not what was asked for.
@@ -128,7 +143,8 @@ void MapReplica::Begin(std::int64_t epoch, double cell_size_m) {
   epoch_ = epoch;
   cell_size_m_ = cell_size_m;
   keeper_.begin(cell_size_m);
-  synced_ = false;
+  synced_ = whole_ = false;
+  heard_version_ = 0;
   version_ = 0;
   num_matches_ = 0;
   tracking_ = TrackingState();

@@ -71,6 +71,7 @@ class MapReplica {
  private:
   void HandlePage(const map_delta_t& page);
   void HandleBroadcast(const map_delta_t& delta);
+  void ApplyParts();
   bool TakeMatches(const map_delta_t& page);
   void Begin(std::int64_t epoch, double cell_size_m);
   bool wants_matches() const { return static_cast<bool>(keeper_.add); }
@@ -79,8 +80,11 @@ class MapReplica {
   Keeper keeper_;
 
   bool synced_ = false;
+  bool whole_ = false;              ///< all of version_ is held, and nothing of a later one
+  std::int64_t heard_version_ = 0;  ///< the newest that the owner has told everybody
   std::int64_t epoch_ = 0;
   std::int64_t version_ = 0;
+  std::int64_t version_utime_ = 0;  ///< of the scan that made it
   double cell_size_m_ = 0.0;
   std::int64_t num_matches_ = 0;  ///< taken over, as such or within the tracking state
   TrackingState tracking_;

@@ -1,5 +1,7 @@
 #include "services/runtime/matcher_stage.hpp"
 
+#include <fmt/core.h>
+
 #include <utility>
 
 namespace crsm {
@@ -30,10 +32,11 @@ MatcherStage::MatcherStage(const CommandLine& command_line, MakeMatcher make_mat
                         matcher_ = make_matcher_(cell_size_m);
                         last_match_.reset();
                       },
-                      [this](std::span<const TileChange> changes) { return matcher_->Apply(changes); }}) {
+                      [this](std::span<const TileChange> changes) { return matcher_->Apply(changes); }}),
+      stall_watch_(service_.name(), Say) {
   service_.TakeRole(kMatcherRole);
-  service_.bus().Subscribe<critical_rays_t>(kCriticalRaysChannel,
-                                            [this](const critical_rays_t& message) { Receive(FromMessage(message)); });
+  service_.bus().SubscribeToOne<critical_rays_t>(
+      kCriticalRaysChannel, [this](const critical_rays_t& message) { Receive(FromMessage(message)); });
   if (!parameters_.odometry) return;
   service_.bus().Subscribe<bot_core::pose_t>(
       kOdometryChannel, [this](const bot_core::pose_t& message) { odometry_.Add(FromMessage(message)); });
@@ -45,6 +48,7 @@ void MatcherStage::Run() {
       [this] {
         while (!scans_.empty() && Answer(scans_.front())) scans_.Pop();
         map_.Poll();
+        if (settings_.lockstep) stall_watch_.Look(Awaited(), Clock::now());
         return true;
       },
       kPeriod_ms);
@@ -85,6 +89,7 @@ bool MatcherStage::Answer(const CriticalRays& scan) {
     odometry = FindOdometry(scan.utime);
     if (odometry.state == ScanOdometry::State::kAwaited && settings_.lockstep) {
       service_.counters().Add("odometry_awaited");  // it will be sent again, and the scan with it
+      odometry_awaited_ = scan.utime;
       service_.SetState("waiting for ODOMETRY: is it on for the publisher?");
       return true;
     }
@@ -111,17 +116,42 @@ bool MatcherStage::HasWaitedLong(std::int64_t utime) {
 
 /// Whether the map that the last match made is here, or has been waited for long enough.
 bool MatcherStage::MapIsCurrent() {
-  constexpr auto kPatience = std::chrono::milliseconds(100);
   const MapReplica& replica = map_.replica();
   const auto now = Clock::now();
   const bool answered = !last_match_ || WasAnswered(last_match_->utime);
-  if (replica.synced() && answered) return true;
-  if (replica.synced() && now - last_match_time_ > kPatience) map_.Doubt();
+  if (replica.synced() && answered) {
+    CheckAnswer();
+    return true;
+  }
+  if (replica.synced() && doubt_.Due(now)) map_.Doubt();
   const bool has_map = replica.synced() || replica.version() > 0;  // whole, be it an old one
   if (settings_.lockstep || !has_map) return false;
   if (now - last_match_time_ < Seconds(settings_.map_wait_s)) return false;
   service_.counters().Add("map_late");
   return true;
+}
+
+/// Where senders are not known, this is how it shows that another one's match was taken for this one's.
+void MatcherStage::CheckAnswer() {
+  const ScanMatch* answered = last_match_ ? map_.replica().tracking().FindRecent(last_match_->utime) : nullptr;
+  if (!answered || *answered == *last_match_) return;
+  constexpr const char* kCounter = "match_contradicted";
+  if (service_.counters().counts().count(kCounter) == 0) {
+    Say(
+        fmt::format("{}: map_updater has another pose of scan {} than was found here: is there another matcher on this "
+                    "bus? The map may be wrong",
+                    service_.name(), last_match_->utime));
+  }
+  service_.counters().Add(kCounter);
+}
+
+/// In lockstep: what the next match takes that is not here. What the map's owner is asked for, MapFollower says.
+StallWatch::Awaited MatcherStage::Awaited() const {
+  const MapReplica& replica = map_.replica();
+  if (!replica.synced() || (!last_match_ && replica.tracking().empty())) return {};
+  if (last_match_ && !WasAnswered(last_match_->utime)) return {"version {} of the map", replica.version() + 1};
+  if (odometry_awaited_) return {"ODOMETRY of scan {}: is it on for the publisher?", *odometry_awaited_};
+  return {"CRITICAL_RAYS after those of scan {}", replica.tracking().recent().back().utime};
 }
 
 bool MatcherStage::WasAnswered(std::int64_t utime) const { return map_.replica().tracking().FindRecent(utime); }
@@ -146,6 +176,8 @@ void MatcherStage::Match(const CriticalRays& scan, const std::optional<Pose2>& T
   last_match_ = matcher_->Match(scan, tracking, T_odom_robot);
   last_match_->map_version = replica.version();
   last_match_time_ = Clock::now();
+  doubt_.Restart(last_match_time_);
+  odometry_awaited_.reset();
   map_.ForgetAnswer();
   service_.RecordLatency(start);
   service_.counters().Add("handled");

@@ -35,9 +35,11 @@ class MatcherStage {
   bool Answer(const CriticalRays& scan);
   bool MapIsCurrent();
   bool WasAnswered(std::int64_t utime) const;
+  void CheckAnswer();
   std::optional<bool> IsInMap(std::int64_t utime);
   ScanOdometry FindOdometry(std::int64_t utime);
   bool HasWaitedLong(std::int64_t utime);
+  StallWatch::Awaited Awaited() const;
   void Match(const CriticalRays& scan, const std::optional<Pose2>& T_odom_robot);
   void Publish(const ScanMatch& match);
 
@@ -51,8 +53,11 @@ class MatcherStage {
   MapFollower map_;
   std::optional<ScanMatch> last_match_;  ///< sent once more when its scan comes once more
   Clock::time_point last_match_time_{};
-  std::int64_t held_utime_ = -1;    ///< of the scan that waits for an answer or for its odometry, ...
-  Clock::time_point held_since_{};  ///< ... and since when
+  Backoff doubt_{std::chrono::milliseconds(100), std::chrono::seconds(2)};  ///< while its map does not come
+  StallWatch stall_watch_;
+  std::optional<std::int64_t> odometry_awaited_;  ///< of the scan with this utime, which will be sent again with it
+  std::int64_t held_utime_ = -1;                  ///< of the scan that waits for an answer or for its odometry, ...
+  Clock::time_point held_since_{};                ///< ... and since when
 };
 
 }  // namespace crsm

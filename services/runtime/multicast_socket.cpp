@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 
 #include "services/runtime/socket_filter.hpp"
 
@@ -13,6 +14,7 @@ namespace crsm {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 8;  // magic and sequence number; behind them the channel, a NUL, the message
+constexpr std::array<std::uint8_t, 4> kMagic{0x4c, 0x43, 0x30, 0x32};
 
 template <class Value>
 bool SetOption(int socket, int level, int name, const Value& value) {
@@ -22,7 +24,8 @@ bool SetOption(int socket, int level, int name, const Value& value) {
 }  // namespace
 
 std::unique_ptr<MulticastSocket> MulticastSocket::Open(const MulticastAddress& address) {
-  std::unique_ptr<MulticastSocket> opened(new MulticastSocket(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)));
+  std::unique_ptr<MulticastSocket> opened(
+      new MulticastSocket(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0), address.ttl));
   return opened->Prepare(address) ? std::move(opened) : nullptr;
 }
 
@@ -50,18 +53,30 @@ bool MulticastSocket::Prepare(const MulticastAddress& address) {
 }
 
 bool MulticastSocket::Listen(const std::vector<std::string>& channels) {
-  return AttachFilter(descriptor_, MakeChannelFilter(channels, Packets::kWhole));
+  return AttachFilter(descriptor_, MakeChannelFilter(channels, {Packets::kWhole, HostsHeardAt(ttl_)}));
+}
+
+std::optional<MulticastSocket::Message> MulticastSocket::Parse(std::span<const std::uint8_t> packet) {
+  if (packet.size() <= kHeaderBytes || !std::equal(kMagic.begin(), kMagic.end(), packet.begin())) return std::nullopt;
+  const auto named = packet.subspan(kHeaderBytes);
+  const auto channel_end = std::find(named.begin(), named.end(), 0);
+  if (channel_end == named.end()) return std::nullopt;
+  const auto channel_size = static_cast<std::size_t>(channel_end - named.begin());
+  return Message{{}, {reinterpret_cast<const char*>(named.data()), channel_size}, named.subspan(channel_size + 1)};
 }
 
 std::optional<MulticastSocket::Message> MulticastSocket::Receive() {
-  const ssize_t size = recv(descriptor_, packet_.data(), packet_.size(), MSG_DONTWAIT);
-  if (size < 0) return std::nullopt;
-  // The filter lets only whole messages through.
-  const auto channel = packet_.begin() + kHeaderBytes;
-  const auto end = packet_.begin() + size;
-  const auto channel_end = std::find(channel, end, 0);
-  return Message{{reinterpret_cast<const char*>(&*channel), static_cast<std::size_t>(channel_end - channel)},
-                 {channel_end + 1, end}};
+  while (true) {
+    sockaddr_in source{};
+    socklen_t source_size = sizeof source;
+    const ssize_t size = recvfrom(descriptor_, packet_.data(), packet_.size(), MSG_DONTWAIT,
+                                  reinterpret_cast<sockaddr*>(&source), &source_size);
+    if (size < 0) return std::nullopt;
+    auto message = Parse({packet_.data(), static_cast<std::size_t>(size)});
+    if (!message) continue;  // the filter lets only whole messages through
+    message->sender = {source.sin_addr.s_addr, ntohs(source.sin_port)};
+    return message;
+  }
 }
 
 }  // namespace crsm

@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "services/runtime/sole_sender.hpp"
+
 namespace crsm {
 
 /// Where LCM's multicast is, and how much of it the kernel is to keep until it is read.
@@ -15,6 +17,7 @@ struct MulticastAddress {
   std::string group = "239.255.76.67";
   int port = 7667;
   int buffer_bytes = 2097152;  ///< a burst of map parts fits
+  int ttl = 0;                 ///< 0: messages do not leave the host, and none from others are heard
 };
 
 /// A socket that receives the messages of LCM's UDP multicast protocol that come in one packet, in the thread that
@@ -23,9 +26,13 @@ struct MulticastAddress {
 class MulticastSocket {
  public:
   struct Message {
+    Sender sender;
     std::string_view channel;
     std::span<const std::uint8_t> bytes;
   };
+
+  /// A packet's message, if it is one that is whole in this packet. Its sender is not known here.
+  static std::optional<Message> Parse(std::span<const std::uint8_t> packet);
 
   /// Receives nothing before Listen. nullptr if the kernel refuses any of it, also a buffer of that size: a thread that
   /// empties a small one at once is the better way then.
@@ -43,10 +50,11 @@ class MulticastSocket {
   std::optional<Message> Receive();
 
  private:
-  explicit MulticastSocket(int descriptor) : descriptor_(descriptor) {}
+  MulticastSocket(int descriptor, int ttl) : descriptor_(descriptor), ttl_(ttl) {}
   bool Prepare(const MulticastAddress& address);
 
   int descriptor_;
+  int ttl_;
   std::vector<std::uint8_t> packet_ = std::vector<std::uint8_t>(65536);  // no UDP packet is larger
 };
 

@@ -10,7 +10,8 @@ SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
     : service_(command_line),
       select_(std::move(select)),
       watch_(service_, command_line.parameters().scan, kLaserChannel),
-      scans_(service_.counters()) {
+      scans_(service_.counters()),
+      stall_watch_(service_.name(), Say) {
   service_.TakeRole(kSelectorRole);
   service_.bus().Subscribe<bot_core::planar_lidar_t>(
       kLaserChannel,
@@ -25,7 +26,10 @@ SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
 void SelectorStage::Run() {
   service_.Run([this] {
     watch_.Poll();
-    if (scans_.empty()) return true;
+    if (scans_.empty()) {
+      if (last_answer_) stall_watch_.Look({"LASER after scan {}", last_answer_->utime}, Clock::now());
+      return true;
+    }
     Answer(scans_.front());
     scans_.Pop();
     return scans_.empty();

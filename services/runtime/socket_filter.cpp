@@ -1,5 +1,7 @@
 #include "services/runtime/socket_filter.hpp"
 
+#include <linux/if_packet.h>
+#include <net/if.h>
 #include <netinet/in.h>
 #include <sys/select.h>
 #include <sys/socket.h>
@@ -32,6 +34,13 @@ constexpr sock_filter Return(std::uint32_t num_bytes) { return BPF_STMT(BPF_RET 
 constexpr sock_filter Jump(std::uint32_t skip) { return BPF_JUMP(BPF_JMP | BPF_JA, skip, 0, 0); }
 constexpr sock_filter IfEqual(std::uint32_t value, std::uint8_t skip_if, std::uint8_t skip_else) {
   return BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, skip_if, skip_else);
+}
+
+/// Drops what was sent by another host, and goes on behind itself with the rest.
+std::vector<sock_filter> MakeHostFilter() {
+  const auto Ask = [](std::int32_t what) { return LoadWord(static_cast<std::uint32_t>(SKF_AD_OFF + what)); };
+  return {Ask(SKF_AD_IFINDEX), IfEqual(if_nametoindex("lo"), 3, 0),  //
+          Ask(SKF_AD_PKTTYPE), IfEqual(PACKET_LOOPBACK, 1, 0), Return(0)};
 }
 
 /// Drops what is no LCM message, lets later fragments through or drops them, and goes on behind itself with the rest,
@@ -71,12 +80,15 @@ std::vector<sock_filter> MakeNameFilter(const std::string& bytes) {
 
 }  // namespace
 
-std::vector<sock_filter> MakeChannelFilter(std::vector<std::string> channels, Packets packets) {
+std::vector<sock_filter> MakeChannelFilter(std::vector<std::string> channels, const Passage& passage) {
   // Short names first: those that are compared before a packet's own are then no longer than that, and no load for
   // them goes beyond the packet's end.
   std::stable_sort(channels.begin(), channels.end(),
                    [](const std::string& one, const std::string& other) { return one.size() < other.size(); });
-  std::vector<sock_filter> program = MakeHeaderFilter(packets);
+  std::vector<sock_filter> program;
+  if (passage.hosts == Hosts::kThis) program = MakeHostFilter();
+  const std::vector<sock_filter> header = MakeHeaderFilter(passage.packets);
+  program.insert(program.end(), header.begin(), header.end());
   for (const std::string& channel : channels) {
     const bool all_that_begin_so = !channel.empty() && channel.back() == '*';
     const std::vector<sock_filter> name =

@@ -25,13 +25,26 @@ inline constexpr std::uint32_t kLargestFragmentedMessage = 1 << 22;
 /// What is to pass: messages that are whole in one packet, fragments of larger ones, or both.
 enum class Packets { kWhole, kFragments, kBoth };
 
+/// Whose packets are to pass: those of processes of this host, or of others as well. LCM's ttl=0 keeps what is sent on
+/// this host, and says nothing of what others send.
+enum class Hosts { kThis, kAll };
+
+constexpr Hosts HostsHeardAt(int ttl) { return ttl == 0 ? Hosts::kThis : Hosts::kAll; }
+
+/// What a filter lets through.
+struct Passage {
+  Packets packets = Packets::kBoth;
+  Hosts hosts = Hosts::kAll;
+};
+
 /// The filter program that lets through the messages on these channels, as the kernel sees them: with the UDP header.
 ///
 /// A message in one packet is let through if its channel is one of these, up to and with the NUL behind it. So is the
 /// first fragment of a longer one; of its other fragments, which do not name their channel, those that can be part of a
-/// message of no more than kLargestFragmentedMessage. LCM throws them away where it has not got the first.
+/// message of no more than kLargestFragmentedMessage. LCM throws them away where it has not got the first. Of this host
+/// is what comes by the loopback interface, and the multicast of its own that the kernel hands back.
 /// A channel that ends in * stands for all whose names begin so.
-std::vector<sock_filter> MakeChannelFilter(std::vector<std::string> channels, Packets packets = Packets::kBoth);
+std::vector<sock_filter> MakeChannelFilter(std::vector<std::string> channels, const Passage& passage = {});
 
 /// Has a socket filtered from now on, instead of how it was before. If the kernel refuses the program (it takes 4,096
 /// instructions), the socket is as without any filter, and the answer is false.

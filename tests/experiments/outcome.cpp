@@ -99,7 +99,7 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
   results.grid = slam.map().ToDenseGrid();
   results.matches = matches;
   Summary summary = Summarize(results.matches, results.grid);
-  summary.parameters = ListParameters(parameters);
+  summary.parameters["slam_offline"] = ListParameters(parameters);
   results.summary_json = FormatSummary(summary);
 
   outcome.scans = static_cast<double>(summary.scans);

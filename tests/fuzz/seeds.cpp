@@ -129,7 +129,12 @@ void WriteMessages(const Seeds& seeds) {
                                                             {"service_status", Encode(ServiceStatusMessage())},
                                                             {"journal_head", Encode(JournalHeadMessage())},
                                                             {"journal_check", Encode(JournalCheckMessage())}};
-  for (const auto& [name, message] : messages) seeds.Write("wire", name, message);
+  for (const auto& [name, message] : messages) {
+    seeds.Write("wire", name, message);
+    Bytes packet{0x4c, 0x43, 0x30, 0x32, 0, 0, 0, 7, 'L', 'A', 'S', 'E', 'R', 0};
+    packet.insert(packet.end(), message.begin(), message.end());
+    seeds.Write("packet", name, packet);
+  }
   for (const int num_beams : {2, 30, 180, 4096}) {
     seeds.Write("ray_selector", std::to_string(num_beams), Encode(ToMessage(Scan(1, num_beams))));
   }

@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 
@@ -201,4 +202,37 @@ TEST_CASE("fragments whose place wraps at 32 bits harm no service") {
   bus->Publish(kLaserChannel, ToMessage(LaserScan{5, -1.5f, 0.01f, std::vector<float>(300, 2.0f)}));
   CHECK(bus.Await([&] { return answered_utime == 5; }));
   CHECK(selector.Interrupt() == 0);
+}
+
+TEST_CASE("of two senders on a channel for one, the first is heard, all that it sent and in order, while it lives") {
+  const std::string url = MakeBusUrl();
+  const TemporaryFolder folder;
+  Counters counters, sender_counters;
+  Bus bus(url, "", counters);
+  std::vector<std::int64_t> heard;
+  bus.SubscribeToOne<map_request_t>(kMapRequestChannel,
+                                    [&](const map_request_t& request) { heard.push_back(request.requester); });
+  CHECK(Count(counters, "senders_unknown") == 0);
+  auto one = std::make_unique<Bus>(url, "", sender_counters);
+  Bus other(url, "", sender_counters);
+  const CaughtErrors errors(folder / "errors");
+  const auto Send = [&](Bus& sender, std::int64_t requester) {
+    sender.Publish(kMapRequestChannel, map_request_t{requester, 7, 0, 0, 0, -1});
+    bus.Wait(10);
+  };
+  for (const std::int64_t requester : {1, 2, 3}) Send(*one, requester);
+  CHECK(heard.empty());  // it may not be the only one
+  CHECK(WaitUntil([&] { return bus.Wait(10), heard.size() == 3; }));
+  const auto later = std::chrono::steady_clock::now() + SoleSender::kYoung;
+  CHECK(WaitUntil([&] { return std::chrono::steady_clock::now() > later; }));
+  for (const std::int64_t requester : {101, 102}) Send(other, requester);
+  Send(*one, 4);
+  CHECK(WaitUntil([&] { return bus.Wait(10), heard.size() == 4 && Count(counters, "MAP_REQUEST_refused") == 2; }));
+  one.reset();
+  CHECK(WaitUntil([&] { return Send(other, 103), heard.size() >= 5; }));
+  heard.resize(5);
+  CHECK(heard == std::vector<std::int64_t>{1, 2, 3, 4, 103});
+  const std::string text = errors.text();
+  CHECK(text.find("is refused: another process sends it") != std::string::npos);
+  CHECK(std::count(text.begin(), text.end(), '\n') == 1);
 }

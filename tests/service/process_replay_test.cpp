@@ -303,7 +303,11 @@ TEST_CASE(
                     folder / "log");
   for (std::size_t i = 0; i < scans.size(); ++i) {
     // No map comes for the fourth scan, so that it is sent three times.
-    REQUIRE(bus.Await([&] { return sent.size() >= (i == 3 ? 3 : 1); }));
+    // The first may be sent again before it is believed who owns the map.
+    const auto DropFormer = [&] {
+      std::erase_if(sent, [&](const auto& message) { return i > 0 && message.utime == scans[i - 1].utime; });
+    };
+    REQUIRE(bus.Await([&] { return DropFormer(), sent.size() >= (i == 3 ? 3 : 1); }));
     for (const auto& message : sent) CHECK(Encode(message) == Encode(ToMessage(scans[i])));
     sent.clear();
     map_delta_t delta{};

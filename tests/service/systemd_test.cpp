@@ -13,12 +13,13 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::vector<std::string> kUnits{"crsm-ray-selector.service", "crsm-rrhc-matcher.service",
-                                      "crsm-map-updater.service", "crsm-map-exporter.service", "crsm.target"};
+                                      "crsm-map-updater.service",  "crsm-map-exporter.service",
+                                      "crsm_bus.service",          "crsm.target"};
 
 /// What systemd-analyze says about the units in a folder, if its programs are in `programs`.
 std::string Verify(const fs::path& units, const fs::path& programs, const fs::path& logs) {
   std::string script = "cd " + units.string() + " && sed -i 's,^ExecStart=.*/,ExecStart=,; s,^ExecStart=,&" +
-                       programs.string() + "/,' *.service && SYSTEMD_UNIT_PATH=" + units.string() +
+                       programs.string() + "/,' crsm-*.service && SYSTEMD_UNIT_PATH=" + units.string() +
                        ": exec systemd-analyze verify --man=no";
   for (const std::string& unit : kUnits) script += " " + unit;
   Process process("/bin/sh", {"-c", script}, logs);
@@ -60,6 +61,13 @@ TEST_CASE("what is installed has the programs and units that systemd finds nothi
   const std::string said = Verify(units, prefix / "bin", folder / "log");
   INFO(said);
   CHECK(said.find("crsm") == std::string::npos);
+}
+
+TEST_CASE("the units hear and reach this host and multicast, and no other address") {
+  const std::string common = "crsm-.service.d/common.conf";
+  CHECK(ValueOf("IPAddressDeny", common) == "any");
+  CHECK(ValueOf("IPAddressAllow", common) == "localhost multicast");
+  CHECK(ValueOf("ExecStart", "crsm_bus.service") == "ip route replace 239.255.76.67/32 dev lo src 127.0.0.1");
 }
 
 TEST_CASE("the command of each unit starts its service, the updater's without and with a journal") {

@@ -387,6 +387,77 @@ TEST_CASE("a page with cells of another size than the map's is not the owner's, 
   }
 }
 
+TEST_CASE("a page that was not asked for, of another epoch and with other cells, changes nothing") {
+  MapOwner owner;
+  TestReplica replica(GENERATE(true, false));
+  Begin(replica, owner);
+  MapOwner other;
+  for (int i = 0; i < 5; ++i) other.Answer();
+  map_delta_t page = other.Page({kRequester, other.epoch, 0, 0, 0, -1});
+  page.cell_size_m = 0.5;
+  replica.replica.Handle(page);
+  CHECK(replica.num_begins == 1);
+  replica.CheckSameAs(owner);
+}
+
+TEST_CASE("a delta with cells of another size than the map's is not the owner's, and changes nothing") {
+  MapOwner owner;
+  TestReplica replica(GENERATE(true, false));
+  Begin(replica, owner);
+  auto parts = owner.Answer();
+  auto forged = parts;
+  for (map_delta_t& part : forged) part.cell_size_m = 0.5;
+  replica.Handle(forged);
+  CHECK(replica.replica.version() == 3);
+  replica.Handle(parts);
+  replica.CheckSameAs(owner);
+}
+
+TEST_CASE("a next version that was not the owner's is found out by the owner's, and the map is fetched anew") {
+  MapOwner owner;
+  TestReplica replica(GENERATE(true, false));
+  Begin(replica, owner);
+  map_delta_t forged = owner.AnswerAgain(999);
+  forged.base_version = 3;
+  forged.version = 4;
+  forged.num_tiles = 1;
+  forged.tiles = {{50, 50, 5, {0, 0, 0, 1, 0}}};
+  forged.num_matches = 1;
+  forged.matches = {ScanMatchMessage()};
+  replica.replica.Handle(forged);
+  REQUIRE(replica.replica.version() == 4);
+  replica.Handle(owner.Answer());
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
+}
+
+TEST_CASE("a replica that doubts takes the next version, when it comes, without a page") {
+  MapOwner owner;
+  TestReplica replica(GENERATE(true, false));
+  Begin(replica, owner);
+  replica.replica.Doubt();
+  const auto next = owner.Answer();
+  const auto after_next = owner.Answer();
+  replica.Handle(next);
+  CHECK(replica.replica.synced());
+  replica.Handle(after_next);
+  replica.CheckSameAs(owner);
+}
+
+TEST_CASE("versions in another order are taken as far as they lead on, and the owner is asked for the rest") {
+  MapOwner owner;
+  TestReplica replica(GENERATE(true, false));
+  Begin(replica, owner);
+  const auto one = owner.Answer();
+  const auto two = owner.Answer();
+  replica.Handle(two);
+  replica.Handle(one);
+  CHECK(replica.replica.version() == 4);
+  CHECK_FALSE(replica.replica.synced());
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
+}
+
 TEST_CASE("the owner is asked about a scan until it has answered, and the answer is of that scan alone") {
   MapOwner owner;
   TestReplica replica(GENERATE(true, false));

@@ -192,7 +192,7 @@ TEST_CASE("one of two filters lets through what the other does not") {
   const std::vector<Bytes> neither{Message(Name("POSE")), Fragment{.offset = 0xffffff00, .number = 1}.Encode()};
   for (const Packets packets : {Packets::kWhole, Packets::kFragments}) {
     Loopback loopback;
-    REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter({"LASER"}, packets)));
+    REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter({"LASER"}, {.packets = packets})));
     const Bytes last = packets == Packets::kWhole ? whole[0] : fragments[0];
     for (const Bytes& packet : whole) CHECK(loopback.Passes(packet, last) == (packets == Packets::kWhole));
     for (const Bytes& packet : fragments) CHECK(loopback.Passes(packet, last) == (packets == Packets::kFragments));
