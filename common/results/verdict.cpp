@@ -186,8 +186,8 @@ const char* Name(Trust trust) {
 }
 
 std::vector<std::string> FormatVerdict(const Verdict& verdict) {
-  const char* meaning = verdict.trust == Trust::kGood       ? "good: nothing speaks against it"
-                        : verdict.trust == Trust::kDoubtful ? "doubtful: look at it before you use it"
+  const char* meaning = verdict.trust == Trust::kGood       ? "good: nothing speaks against that"
+                        : verdict.trust == Trust::kDoubtful ? "doubtful: look at the map before you rely on that"
                                                             : "not to be trusted";
   const char* subject = verdict.values.finished_map ? "the poses are" : "the map is";
   std::vector<std::string> lines{verdict.text, fmt::format("{} {}", subject, meaning)};
