@@ -166,7 +166,7 @@ TEST_CASE("a flag that is unknown or out of range is named") {
   files.CheckRefused("slam_offline", {"sim:demo", "--out", files / "out", "--start", "1,2,3"},
                      "--start: is of a laser on a finished map: say which by --localize DIR");
   files.CheckRefused("slam_eval", {}, "A subcommand is required");
-  files.CheckRefused("slam_eval", {"world", "demo", "--cell-size-m", "7"}, "--cell-size-m is 7");
+  files.CheckRefused("slam_eval", {"relations", "run", "run.relations", "--laser-x-m", "11"}, "--laser-x-m is 11");
   files.CheckRefused("ray_selector", {"--rays-min", "91"}, "rays_min: 91 is more than rays_max, 90");
   files.CheckRefused("ray_selector", {"--method", "best"}, "--method: 'best' is not one of all, uniform");
   files.CheckRefused("rrhc_matcher", {"--seed", "-1"}, "--seed: '-1' is not a whole number from 0");
