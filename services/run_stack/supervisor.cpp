@@ -112,8 +112,11 @@ bool Supervisor::WaitUntilReady(seconds patience) {
 
 /// Until the publisher is done, somebody interrupts, or something cannot be mended.
 void Supervisor::WaitForEnd() {
+  // While other services made their maps, there was no publisher yet: what was said of that is no complaint.
+  if (publisher_) complaints_told_ = static_cast<std::streamoff>(SizeOf(LogOf("ray_selector")));
   while (!IsInterrupted()) {
     if (!CheckFolder()) return;
+    PassOnComplaints();
     for (Member& service : services_) {
       if (!service.IsRunning() && !StartAgain(service)) return;
     }
@@ -235,6 +238,25 @@ void Supervisor::ShowProgress() {
   if (!outcome || outcome->scans == num_scans_shown_) return;
   num_scans_shown_ = outcome->scans;
   Say(fmt::format("run_stack: {} scans mapped", num_scans_shown_));
+}
+
+/// What the selector says of the laser must not wait in its log until somebody looks there.
+void Supervisor::PassOnComplaints() {
+  const std::filesystem::path log = LogOf("ray_selector");
+  if (SizeOf(log) <= static_cast<std::uintmax_t>(complaints_told_)) return;
+  std::ifstream file(log);
+  file.seekg(complaints_told_);
+  for (std::string line; std::getline(file, line) && !file.eof();) {  // a line that is not whole yet comes later
+    complaints_told_ = file.tellg();
+    if (line.starts_with("ray_selector: ") && line != "ray_selector: ready") Say(line);
+  }
+}
+
+std::filesystem::path Supervisor::LogOf(const std::string& name) const {
+  for (const Member& service : services_) {
+    if (service.plan.name == name) return service.plan.command.log;
+  }
+  return {};
 }
 
 std::vector<Supervisor::Member*> Supervisor::All() {

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -48,6 +49,8 @@ class Supervisor {
   bool IsInterrupted() const { return signals_.num_interrupts() > 0; }
   void Report(const Member& member, const std::string& what);
   void ShowProgress();
+  void PassOnComplaints();
+  std::filesystem::path LogOf(const std::string& name) const;
   std::vector<Member*> All();
 
   StackPlan plan_;
@@ -58,6 +61,7 @@ class Supervisor {
   bool failed_ = false;
   int num_interrupts_heeded_ = 0;
   std::int64_t num_scans_shown_ = 0;
+  std::streamoff complaints_told_ = 0;  ///< up to where the selector's log was passed on [bytes]
   std::chrono::steady_clock::time_point next_progress_{};
 };
 
