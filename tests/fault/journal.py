@@ -10,8 +10,8 @@ import subprocess
 from faults import BIN, check, read_log, run, run_offline, summary, write_log
 
 NUM_SCANS = 60
-KINDS = ["a flipped bit", "cut short", "zeros", "a repeated block instead of another", "a repeated block between others",
-         "zeros at the end", "garbage at the end"]
+KINDS = ["a flipped bit", "cut short", "zeros", "a repeated block instead of another",
+         "a repeated block between others", "zeros at the end", "garbage at the end"]
 
 
 def damage(whole, kind, randomness):
