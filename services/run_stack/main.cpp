@@ -28,7 +28,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kFooter =
-    "A service that dies is started again, and goes on where it was: with --rate max nothing is lost. Ctrl-C ends early "
+    "A service that dies is started again, and goes on where it was: with --rate max nothing is lost. Ctrl-C ends "
+    "early "
     "and leaves the map of what was seen; a second Ctrl-C kills. The folder gets map.png, map.yaml, overview.png, "
     "trajectory.tum, summary.json, the log/ of each service, and the journal/ that the map is made from.";
 
