@@ -10,8 +10,7 @@ SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
     : service_(command_line),
       select_(std::move(select)),
       watch_(service_, command_line.parameters().scan, kLaserChannel),
-      scans_(service_.counters()),
-      stall_watch_(service_.name(), Say) {
+      scans_(service_.counters()) {
   service_.TakeRole(kSelectorRole);
   service_.bus().Subscribe<bot_core::planar_lidar_t>(
       kLaserChannel,
@@ -26,10 +25,7 @@ SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
 void SelectorStage::Run() {
   service_.Run([this] {
     watch_.Poll();
-    if (scans_.empty()) {
-      if (last_answer_) stall_watch_.Look({"LASER after scan {}", last_answer_->utime}, Clock::now());
-      return true;
-    }
+    if (scans_.empty()) return true;
     Answer(scans_.front());
     scans_.Pop();
     return scans_.empty();

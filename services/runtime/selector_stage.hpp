@@ -8,7 +8,6 @@
 #include "services/runtime/laser_watch.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
-#include "services/runtime/stall_watch.hpp"
 
 namespace crsm {
 
@@ -32,7 +31,6 @@ class SelectorStage {
   LaserWatch watch_;
   ScanQueue<LaserScan> scans_;
   std::optional<critical_rays_t> last_answer_;
-  StallWatch stall_watch_;
 };
 
 }  // namespace crsm

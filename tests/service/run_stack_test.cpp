@@ -153,11 +153,11 @@ TEST_CASE("run_stack hands each process the flags that belong to it") {
   CHECK(stack.Event("rrhc_matcher") ==
         "rrhc_matcher started --no-lockstep" + common +
             " --channel-prefix robot1/ --map-wait-s 1 --seed 7 --odometry --num-evaluations 50");
-  CHECK(stack.Event("map_updater") == "map_updater started --no-lockstep --journal " + stack.Path("out/journal") +
-                                          common +
-                                          " --channel-prefix robot1/ --part-bytes 1400 --cell-size-m 0.1 --no-resume");
-  CHECK(stack.Event("map_exporter") == "map_exporter started --out " + stack.Path("out") + common +
-                                           " --channel-prefix robot1/ --export-period-s 2 --seed 7");
+  CHECK(stack.Event("map_updater") ==
+        "map_updater started --no-lockstep --journal " + stack.Path("out/journal") + common +
+            " --channel-prefix robot1/ --part-bytes 1400 --range-max-m 9 --cell-size-m 0.1 --no-resume");
+  CHECK(stack.Event("map_exporter") ==
+        "map_exporter started --out " + stack.Path("out") + common + " --channel-prefix robot1/ --export-period-s 2");
 }
 
 TEST_CASE("run_stack --strict ends with the verdict on the map, and where there is none says so") {
@@ -165,20 +165,26 @@ TEST_CASE("run_stack --strict ends with the verdict on the map, and where there 
   const auto Run = [&](const std::string& summary, const std::string& flags) {
     stack.Run("$run_stack sim:demo --force --out $out " + flags, "SUMMARY='" + summary + "'");
   };
-  const std::string counts =
-      R"({"scans": 7, "lost": 2, "counts": {"lost": 9, "a.dropped_overload": 3, "b.dropped_overload": 4}})";
-  Run(counts, "");
+  const std::string good = R"({"scans": 7, "verdict": {"trust": "good", "lines": ["5 of 7 scans mapped"]}, )"
+                           R"("counts": {"lost": 9, "a.dropped_overload": 3, "b.dropped_overload": 4}})";
+  Run(good, "");
   CHECK(stack.exit_code == 0);
-  CHECK(stack.Said("7 scans mapped, 2 lost, 7 dropped; see " + stack.Path("out") + "\n"));
-  Run(counts, "--strict");
+  CHECK(stack.Said("5 of 7 scans mapped\n7 scans dropped: the machine is too slow\nsee " + stack.Path("out") + "\n"));
+  Run(good, "--strict");
+  CHECK(stack.exit_code == 0);
+  Run(R"({"verdict": {"trust": "doubtful", "lines": []}})", "--strict");
+  CHECK(stack.exit_code == 0);
+  const std::string bad = R"({"verdict": {"trust": "bad", "lines": ["warning: doubled"]}})";
+  Run(bad, "");
+  CHECK(stack.exit_code == 0);
+  CHECK(stack.Said("warning: doubled\n"));
+  Run(bad, "--strict");
+  CHECK(stack.exit_code == 3);
+  Run(R"({"verdict": {"lines": 7}})", "--strict");
+  CHECK(stack.exit_code == 3);
+  Run(R"({"scans": 7})", "--strict");
   CHECK(stack.exit_code == 1);
   CHECK(stack.Said("run_stack: --strict: " + stack.Path("out/summary.json") + " has no verdict on the map"));
-  Run(R"({"trusted": true})", "--strict");
-  CHECK(stack.exit_code == 0);
-  Run(R"({"trusted": false})", "--strict");
-  CHECK(stack.exit_code == 3);
-  Run(R"({"trusted": false})", "");
-  CHECK(stack.exit_code == 0);
 }
 
 TEST_CASE("run_stack refuses what it does not know, in one line") {
