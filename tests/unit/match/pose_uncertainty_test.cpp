@@ -70,6 +70,25 @@ TEST_CASE("walls that are not on the map tell nothing") {
   CHECK(std::sqrt(uncertainty.covariance(0, 0)) > 0.9);
 }
 
+TEST_CASE("a hit is on a wall of the map that is in its cell, or in one of the four beside it") {
+  constexpr int kWall = 80;  // of its column or row of cells, in the midst of a tile
+  for (const bool upright : {true, false}) {
+    const ByteMap map = PaintMap(
+        -2, 1, [&](Cell cell) { return (upright ? cell.x : cell.y) == kWall ? kOccupiedByte : std::uint8_t{255}; });
+    for (const int beside : {-2, -1, 0, 1, 2}) {
+      Eigen::Matrix2Xd hits_m(2, 40);
+      for (int i = 0; i < hits_m.cols(); ++i) {
+        const double across_m = 0.05 * (kWall + beside + 0.5);
+        const double along_m = 0.05 * (i - 20) + 0.51;
+        hits_m.col(i) << (upright ? across_m : along_m), (upright ? along_m : across_m);
+      }
+      const PoseUncertainty uncertainty = ComputeUncertainty(hits_m, {}, map);
+      INFO("upright " << upright << ", " << beside << " cells beside it");
+      CHECK((uncertainty.covariance(upright ? 0 : 1, upright ? 0 : 1) < 0.1) == (std::abs(beside) <= 1));
+    }
+  }
+}
+
 TEST_CASE("where one wall is seen to one side, errors of yaw and of position go together as they do on that wall") {
   // A wall ahead at x = 4.025 m of which only the left end is seen, y > 0: turned too far to the left, the laser would
   // see that piece too near, unless it stood too far ahead as well. So x and yaw err alike there, and against each

@@ -235,6 +235,11 @@ TEST_CASE("a map request comes from somebody and asks from a place that there ca
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.asked_utime = -2; }));
 }
 
+TEST_CASE("a status is of a time that there can be") {
+  CHECK(IsDecoded(ServiceStatusMessage(), [](service_status_t& m) { m.utime = 0; }));
+  CHECK_FALSE(IsDecoded(ServiceStatusMessage(), [](service_status_t& m) { m.utime = -1; }));
+}
+
 TEST_CASE("a journal's head has an epoch, and its check no place before the file's beginning") {
   const journal_head_t head = JournalHeadMessage();
   CHECK(IsDecoded(head, [](journal_head_t&) {}));
