@@ -126,12 +126,13 @@ void Bus::Subscription::ReceiveFromLcm(const lcm::ReceiveBuffer* buffer, const s
 }
 
 void Bus::Subscription::Receive(const Sender& sender, std::span<const std::uint8_t> bytes) {
-  constexpr std::size_t kMostHeld = 1000;
+  constexpr std::size_t kMostHeldBytes = 1 << 24;  // what comes in the 0.1 s of a decision, many times over
   if (!sole_sender) return Handle(sender, bytes);
   const auto verdict = sole_sender->Judge(sender, SoleSender::Clock::now());
-  if (verdict == SoleSender::Verdict::kRefused || held.size() == kMostHeld) return Refuse(sender);
+  if (verdict == SoleSender::Verdict::kRefused || held_bytes + bytes.size() > kMostHeldBytes) return Refuse(sender);
   if (verdict == SoleSender::Verdict::kBelieved && held.empty()) return Handle(sender, bytes);
   held.push_back({sender, {bytes.begin(), bytes.end()}});
+  held_bytes += bytes.size();
   DecideHeld();
 }
 
@@ -141,6 +142,7 @@ void Bus::Subscription::DecideHeld() {
     if (verdict == SoleSender::Verdict::kUndecided) return;
     const HeldMessage message = std::move(held.front());
     held.pop_front();
+    held_bytes -= message.bytes.size();
     verdict == SoleSender::Verdict::kBelieved ? Handle(message.sender, message.bytes) : Refuse(message.sender);
   }
 }

@@ -104,6 +104,7 @@ class Bus {
     bool failed_before = false;
     std::optional<SoleSender> sole_sender = {};  ///< who is to be believed, where it is not everybody
     std::deque<HeldMessage> held = {};           ///< until it is decided
+    std::size_t held_bytes = 0;
     bool refused_before = false;
 
     bool Takes(std::string_view heard) const;

@@ -204,6 +204,21 @@ TEST_CASE("fragments whose place wraps at 32 bits harm no service") {
   CHECK(selector.Interrupt() == 0);
 }
 
+TEST_CASE("all that comes while it is decided whom to believe is handled, also from a fast laser's stack") {
+  constexpr int kNumMessages = 4000;  // of 0.1 s
+  const std::string url = MakeBusUrl();
+  Counters counters, sender_counters;
+  Bus bus(url, "", counters), sender(url, "", sender_counters);
+  int num_heard = 0;
+  bus.SubscribeToOne<map_request_t>(kMapRequestChannel, [&](const map_request_t&) { ++num_heard; });
+  for (int i = 0; i < kNumMessages; ++i) {
+    sender.Publish(kMapRequestChannel, map_request_t{1, 7, 0, 0, 0, -1});
+    if (i % 100 == 0) bus.Wait(0);
+  }
+  CHECK(WaitUntil([&] { return bus.Wait(10), num_heard == kNumMessages; }));
+  CHECK(Count(counters, "MAP_REQUEST_refused") == 0);
+}
+
 TEST_CASE("of two senders on a channel for one, the first is heard, all that it sent and in order, while it lives") {
   const std::string url = MakeBusUrl();
   const TemporaryFolder folder;
