@@ -33,8 +33,9 @@ class MapUpdaterService {
     Bus& bus = service_.bus();
     bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel,
                                         [this](const critical_rays_t& message) { Hold(FromMessage(message)); });
-    bus.SubscribeToOne<scan_match_t>(kScanMatchChannel,
-                                     [this](const scan_match_t& message) { matches_.Push(FromMessage(message)); });
+    bus.SubscribeToOne<scan_match_t>(
+        kScanMatchChannel, [this](const scan_match_t& message) { matches_.Push(FromMessage(message)); },
+        SoleSender::kProbationOfAnswers);
     bus.Subscribe<map_request_t>(kMapRequestChannel, [this](const map_request_t& request) { AnswerRequest(request); });
   }
 
@@ -169,7 +170,7 @@ class MapUpdaterService {
   }
 
   /// Also against an owner of another bus.
-  void LockJournal() { journal_lock_.emplace("--journal", std::filesystem::path(settings_.journal) / "journal.lcm"); }
+  void LockJournal() { journal_lock_.emplace("--journal", JournalPath(settings_.journal)); }
 
   /// The last answer may be asked for again.
   void SetEpoch(std::int64_t epoch) {

@@ -3,9 +3,7 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <cstdlib>
-#include <exception>
 #include <filesystem>
 #include <string>
 
@@ -50,24 +48,17 @@ void AddOwnFlags(CLI::App& app, StackOptions& options) {
 void CheckUsage(const CommandLine& command_line, const StackOptions& options) {
   const Settings& settings = command_line.settings();
   if (settings.out.empty()) throw UsageError("--out is missing: the folder for the results");
-  if (!options.resume.empty() && !settings.localize.empty()) {
-    throw UsageError("--resume goes on with a map and --localize leaves it as it is: one of them, please");
-  }
+  CheckEarlierMap(options.resume, settings);
   if (!options.resume.empty() && options.force) {
     throw UsageError("--resume goes on with a map and --force begins a new one: one of them, please");
   }
   std::error_code error;
-  if (!settings.localize.empty() && fs::equivalent(settings.localize, settings.out, error)) {
-    throw UsageError(fmt::format("--localize {}: its map stays as it is: choose another --out", settings.localize));
-  }
-  if (options.resume.empty() && fs::equivalent(options.source, fs::path(settings.out) / "journal/journal.lcm", error)) {
+  if (options.resume.empty() && fs::equivalent(options.source, JournalPath(JournalFolder(settings.out)), error)) {
     throw UsageError(fmt::format("--out {}: its journal is the log to be read: choose another folder", settings.out));
   }
   for (const char* flag : {"rate", "resend_s", "laser_channel"}) {
     if (options.is_live() && command_line.WasGiven(flag)) {
-      std::string name = flag;
-      std::replace(name.begin(), name.end(), '_', '-');
-      throw UsageError(fmt::format("--{}: is of a log; what is live comes at its own pace, on LASER", name));
+      throw UsageError(fmt::format("{}: is of a log; what is live comes at its own pace, on LASER", FlagOf(flag)));
     }
   }
 }
@@ -94,19 +85,12 @@ void CheckRolesAreFree(const BusAddress& address, bool live) {
   }
 }
 
-/// Of the map that is there already, so that all processes are told the same.
-void TakeOverParameters(const StackOptions& options, CommandLine& command_line) {
-  const std::string& localize = command_line.settings().localize;
-  const std::string& earlier = options.resume.empty() ? localize : options.resume;
-  if (!earlier.empty()) AdoptMapParameters(JournalFolder(earlier), command_line);
-}
-
 int RunStack(CommandLine& command_line, const StackOptions& options) {
   const BusAddress address{command_line.settings().lcm_url, command_line.settings().channel_prefix};
   CheckUsage(command_line, options);
   NameBus(address.lcm_url);  // throws where there is none
   CheckInputs(command_line, options);
-  TakeOverParameters(options, command_line);
+  AdoptEarlierMapParameters(options.resume, command_line);  // so that all processes are told the same
   if (!fs::exists(FindPrograms() / "map_updater")) {
     throw std::runtime_error(fmt::format("there are no programs in {}", FindPrograms().string()));
   }
@@ -130,13 +114,5 @@ int main(int argc, char** argv) {
   crsm::StackOptions options;
   crsm::AddOwnFlags(command_line.app(), options);
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
-  try {
-    return crsm::RunStack(command_line, options);
-  } catch (const crsm::UsageError& error) {
-    crsm::Say(fmt::format("run_stack: {}", error.what()));
-    return 2;
-  } catch (const std::exception& error) {
-    crsm::Say(fmt::format("run_stack: {}", error.what()));
-    return EXIT_FAILURE;
-  }
+  return crsm::ReportErrors(command_line.program(), [&] { return crsm::RunStack(command_line, options); });
 }

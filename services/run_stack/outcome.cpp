@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "common/results/verdict.hpp"
+#include "services/runtime/service.hpp"
 
 namespace crsm {
 
@@ -22,7 +23,7 @@ std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary) {
   }
   const auto verdict = json.find("verdict");
   if (verdict == json.end() || !verdict->is_object()) return std::nullopt;
-  outcome.trusted = verdict->value("trust", nlohmann::json("bad")) != Name(Trust::kBad);
+  outcome.trusted = verdict->value("trust", nlohmann::json(Name(Trust::kBad))) != Name(Trust::kBad);
   for (const auto& line : verdict->value("lines", nlohmann::json::array())) {
     if (line.is_string()) outcome.verdict.push_back(line.get<std::string>());
   }

@@ -19,9 +19,6 @@ struct Outcome {
 /// Nothing if the file is not there, or is no summary.
 std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary);
 
-/// With --strict, where the map is not to be trusted.
-inline constexpr int kUntrustedExitCode = 3;
-
 /// The last words of a run, on stdout. Returns its exit code: 0, or with `strict` kUntrustedExitCode where the map is
 /// not to be trusted. With `strict` throws std::runtime_error where there is no verdict.
 int ReportOutcome(const std::filesystem::path& out, bool strict);

@@ -26,7 +26,7 @@ bool HasContent(const fs::path& file) {
 /// A run that saw no scan leaves nothing that is worth keeping: no poses, and one unexplored cell.
 bool HoldsResults(const fs::path& out) {
   std::error_code error;
-  return HasContent(out / "journal/journal.lcm") || HasContent(out / "trajectory.tum") ||
+  return HasContent(JournalPath(JournalFolder(out))) || HasContent(out / "trajectory.tum") ||
          (fs::exists(out / "map.png", error) && !fs::exists(out / "trajectory.tum", error));
 }
 
@@ -77,7 +77,7 @@ ResultsFolder::ResultsFolder(const fs::path& out, const EarlierResults& earlier)
 
 std::optional<std::uintmax_t> ResultsFolder::JournalBytes() const {
   std::error_code error;
-  const auto size = fs::file_size(journal_folder() / "journal.lcm", error);
+  const auto size = fs::file_size(JournalPath(journal_folder()), error);
   return error ? std::nullopt : std::optional(size);
 }
 
@@ -88,7 +88,7 @@ bool ResultsFolder::IsInPlace() {
 }
 
 fs::path FindJournal(const fs::path& results) {
-  fs::path journal = JournalFolder(results) / "journal.lcm";
+  fs::path journal = JournalPath(JournalFolder(results));
   if (!fs::exists(journal)) throw std::runtime_error(fmt::format("there is no file {}", journal.string()));
   return journal;
 }

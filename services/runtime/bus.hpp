@@ -67,9 +67,10 @@ class Bus {
   /// CHANNEL_refused and dropped, and said on stderr, the first time; see SoleSender. By UDP multicast only, and where
   /// the kernel gives as large a buffer as the URL asks for: else all senders are the same, and senders_unknown counts.
   template <class Message>
-  void SubscribeToOne(const char* channel, std::function<void(const Message&)> handler) {
+  void SubscribeToOne(const char* channel, std::function<void(const Message&)> handler,
+                      std::chrono::milliseconds probation = SoleSender::kProbation) {
     SubscribeRaw(channel, MakeRawHandler(channel, std::move(handler)));
-    subscriptions_.back()->sole_sender.emplace();
+    subscriptions_.back()->sole_sender.emplace(probation);
     if (!own_socket_) counters_.Add("senders_unknown");
   }
 

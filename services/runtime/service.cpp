@@ -84,11 +84,11 @@ std::int64_t DrawIdentity() {
   return (std::int64_t{device()} << 31 | std::int64_t{device() >> 1}) + 1;
 }
 
-Service::Service(const CommandLine& command_line, Reception reception)
+Service::Service(const CommandLine& command_line)
     : name_(command_line.program()),
       parameters_(DescribeParameters(command_line)),
       address_{command_line.settings().lcm_url, command_line.settings().channel_prefix},
-      bus_(address_.lcm_url, address_.channel_prefix, counters_, reception) {}
+      bus_(address_.lcm_url, address_.channel_prefix, counters_) {}
 
 void Service::RecordLatency(Clock::time_point start) {
   latency_.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
@@ -142,11 +142,9 @@ service_status_t Service::MakeStatus() const {
   return status;
 }
 
-int RunMain(const std::string& program, const std::function<void()>& body) {
-  CatchSignals();
+int ReportErrors(const std::string& program, const std::function<int()>& body) {
   try {
-    body();
-    return 0;
+    return body();
   } catch (const UsageError& error) {
     Say(fmt::format("{}: {}", program, error.what()));
     return 2;
@@ -154,6 +152,11 @@ int RunMain(const std::string& program, const std::function<void()>& body) {
     Say(fmt::format("{}: {}", program, error.what()));
     return 1;
   }
+}
+
+int RunMain(const std::string& program, const std::function<void()>& body) {
+  CatchSignals();
+  return ReportErrors(program, [&] { return body(), 0; });
 }
 
 }  // namespace crsm

@@ -37,7 +37,7 @@ inline constexpr const char* kMapIsFull =
 /// What every process is around its own work: a bus, counters, a status once a second, an end on request.
 class Service {
  public:
-  explicit Service(const CommandLine& command_line, Reception reception = Reception::kByHandler);
+  explicit Service(const CommandLine& command_line);
 
   Bus& bus() { return bus_; }
   Counters& counters() { return counters_; }
@@ -75,8 +75,14 @@ class Service {
   Clock::time_point next_status_;
 };
 
-/// The main function of a process: catches signals, runs `body`, turns an exception into one line on stderr. Returns
-/// the exit code: 0, 2 after a UsageError, 1 after any other.
+/// With --strict, where the map is not to be trusted.
+inline constexpr int kUntrustedExitCode = 3;
+
+/// Runs `body` and turns an exception into one line on stderr. Returns the exit code: that of `body`, 2 after a
+/// UsageError, 1 after any other exception.
+int ReportErrors(const std::string& program, const std::function<int()>& body);
+
+/// The main function of a process: catches signals, and ReportErrors of `body`, whose own exit code is 0.
 int RunMain(const std::string& program, const std::function<void()>& body);
 
 }  // namespace crsm

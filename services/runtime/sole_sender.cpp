@@ -21,9 +21,8 @@ std::string Sender::Describe() const {
   return fmt::format("{}:{}", text.data(), port);
 }
 
-SoleSender::SoleSender(Lives lives) : lives_(std::move(lives)) {}
-
-SoleSender::SoleSender() : SoleSender(SenderLives) {}
+SoleSender::SoleSender(std::chrono::milliseconds probation, Lives lives)
+    : probation_(probation), lives_(std::move(lives)) {}
 
 SoleSender::Verdict SoleSender::Judge(const Sender& sender, Clock::time_point now, bool heard) {
   if (Candidate* known = Find(sender); known && heard) known->last_heard = now;
@@ -38,7 +37,7 @@ SoleSender::Verdict SoleSender::Judge(const Sender& sender, Clock::time_point no
     alone_since_ = now;
   }
   if (candidates_.size() > 1) return Verdict::kRefused;
-  believed_ = now - alone_since_ >= kProbation;
+  believed_ = now - alone_since_ >= probation_;
   return believed_ ? Verdict::kBelieved : Verdict::kUndecided;
 }
 
@@ -60,7 +59,8 @@ SoleSender::Candidate* SoleSender::Find(const Sender& sender) {
   return found == candidates_.end() ? nullptr : &*found;
 }
 
-bool SenderLives(const Sender& sender, SoleSender::Clock::time_point last_heard, SoleSender::Clock::time_point now) {
+bool SenderLives(const Sender& sender, std::chrono::steady_clock::time_point last_heard,
+                 std::chrono::steady_clock::time_point now) {
   constexpr auto kSilence = std::chrono::seconds(2);
   const bool heard_lately = now - last_heard < kSilence;
   if (sender.address == 0) return heard_lately;

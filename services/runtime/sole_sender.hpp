@@ -18,6 +18,11 @@ struct Sender {
   std::string Describe() const;
 };
 
+/// Whether the socket of a sender is still open, on this host; of another host, whether it was heard in the last two
+/// seconds.
+bool SenderLives(const Sender& sender, std::chrono::steady_clock::time_point last_heard,
+                 std::chrono::steady_clock::time_point now);
+
 /// Who is believed on a channel on which only one process has something to say: the first that is heard, for as long as
 /// it lives. There are no keys: who is first when all begin is not known. So the first is not believed before it has
 /// been the only one for a moment, and when there are two in its first seconds, neither is until one has ended. Later
@@ -27,6 +32,8 @@ class SoleSender {
   using Clock = std::chrono::steady_clock;
   /// How long the first one must be the only one. What answers at once, and wrongly, is found out by the right answer.
   static constexpr auto kProbation = std::chrono::milliseconds(100);
+  /// The same where the right answer comes later, since who gives it must first believe in the sender of the question.
+  static constexpr auto kProbationOfAnswers = 4 * kProbation;
   /// How long another one may still show that the first was not the right one.
   static constexpr auto kYoung = std::chrono::seconds(2);
 
@@ -38,8 +45,7 @@ class SoleSender {
 
   /// lives: whether a sender is still there that was heard last at that time. By default: SenderLives.
   using Lives = std::function<bool(const Sender&, Clock::time_point last_heard, Clock::time_point now)>;
-  explicit SoleSender(Lives lives);
-  SoleSender();
+  explicit SoleSender(std::chrono::milliseconds probation = kProbation, Lives lives = SenderLives);
 
   /// A message has come. heard: false to ask once more about one that came before.
   Verdict Judge(const Sender& sender, Clock::time_point now, bool heard = true);
@@ -56,15 +62,12 @@ class SoleSender {
   void DropDead(Clock::time_point now);
   Candidate* Find(const Sender& sender);
 
+  std::chrono::milliseconds probation_;
   Lives lives_;
   bool believed_ = false;              ///< the only candidate is the sender
   std::vector<Candidate> candidates_;  ///< that live; few, since a sender that is believed keeps the others out
   Clock::time_point alone_since_{};
   Clock::time_point next_look_{};  ///< for dead ones
 };
-
-/// Whether the socket of a sender is still open, on this host; of another host, whether it was heard in the last two
-/// seconds.
-bool SenderLives(const Sender& sender, SoleSender::Clock::time_point last_heard, SoleSender::Clock::time_point now);
 
 }  // namespace crsm

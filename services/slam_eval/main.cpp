@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
-#include <exception>
+#include <cstdlib>
 #include <string>
 
+#include "services/runtime/service.hpp"
 #include "services/runtime/usage_error.hpp"
 #include "services/runtime/version.hpp"
 #include "services/slam_eval/commands.hpp"
@@ -17,18 +17,13 @@ int main(int argc, char** argv) {
   crsm::AddTrajectoryCommand(app);
   crsm::AddRelationsCommand(app);
   crsm::AddWorldCommand(app);
-  try {
-    app.parse(argc, argv);
-    return 0;
-  } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version
-    fmt::print(stderr, "slam_eval: {}; try --help\n", error.what());
-    return 2;
-  } catch (const crsm::UsageError& error) {
-    fmt::print(stderr, "slam_eval: {}\n", error.what());
-    return 2;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "slam_eval: {}\n", error.what());
-  }
-  return 1;
+  return crsm::ReportErrors("slam_eval", [&] {
+    try {
+      app.parse(argc, argv);
+      return EXIT_SUCCESS;
+    } catch (const CLI::ParseError& error) {
+      if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version
+      throw crsm::UsageError(fmt::format("{}; try --help", error.what()));
+    }
+  });
 }

@@ -3,7 +3,7 @@
 
 #include <fmt/core.h>
 
-#include <filesystem>
+#include <cstdlib>
 #include <memory>
 #include <unordered_set>
 
@@ -14,7 +14,6 @@
 #include "services/runtime/path_lock.hpp"
 #include "services/runtime/progress.hpp"
 #include "services/runtime/service.hpp"
-#include "services/runtime/usage_error.hpp"
 #include "services/runtime/version.hpp"
 #include "services/sources/journal.hpp"
 #include "services/sources/map_parameters.hpp"
@@ -58,10 +57,6 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
     return journal;
   }
   if (subject.finished_map) {
-    std::error_code error;
-    if (std::filesystem::equivalent(settings.localize, settings.out, error)) {
-      throw UsageError(fmt::format("--localize {}: its map stays as it is: choose another --out", settings.localize));
-    }
     SayNotice(command_line,
               ReadJournal(JournalFolder(settings.localize), {false, subject.parameters}, on_damage, Restore));
     if (run.slam.map().empty()) {
@@ -77,20 +72,11 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
   return std::make_unique<Journal>(JournalFolder(settings.out), subject);
 }
 
-/// Of the map that is there already, where there is one to begin with.
-void TakeOverParameters(const std::string& resume, CommandLine& command_line) {
-  const std::string& localize = command_line.settings().localize;
-  if (!resume.empty() && !localize.empty()) {
-    throw UsageError("--resume goes on with a map and --localize leaves it as it is: one of them, please");
-  }
-  const std::string& earlier = resume.empty() ? localize : resume;
-  if (!earlier.empty()) AdoptMapParameters(JournalFolder(earlier), command_line);
-}
-
 /// Says whether the map is to be trusted, and returns it.
 Trust MapLog(CommandLine& command_line, const std::string& name, const std::string& resume) {
-  TakeOverParameters(resume, command_line);
   const Settings& settings = command_line.settings();
+  CheckEarlierMap(resume, settings);
+  AdoptEarlierMapParameters(resume, command_line);
   const Parameters& parameters = command_line.parameters();
   const auto source = OpenLaserSource(name, {parameters.match.seed, settings.laser_channel});
   PrepareFolder(settings.out);
@@ -164,7 +150,6 @@ Trust MapLog(CommandLine& command_line, const std::string& name, const std::stri
 
 int main(int argc, char** argv) {
   using enum crsm::ParameterGroup;
-  constexpr int kExitUntrustworthy = 3;
   crsm::CommandLine command_line(
       "slam_offline",
       "Maps a log or a simulated world in one process. Exit codes: 0 done, 1 failed, 2 usage, "
@@ -180,8 +165,9 @@ int main(int argc, char** argv) {
   bool strict = false;
   command_line.app().add_flag("--strict", strict, "exit with 3 if the map is not to be trusted");
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
-  auto trust = crsm::Trust::kGood;
-  const int exit_code =
-      crsm::RunMain(command_line.program(), [&] { trust = crsm::MapLog(command_line, name, resume); });
-  return exit_code == 0 && strict && trust == crsm::Trust::kBad ? kExitUntrustworthy : exit_code;
+  crsm::CatchSignals();
+  return crsm::ReportErrors(command_line.program(), [&] {
+    const crsm::Trust trust = crsm::MapLog(command_line, name, resume);
+    return strict && trust == crsm::Trust::kBad ? crsm::kUntrustedExitCode : EXIT_SUCCESS;
+  });
 }

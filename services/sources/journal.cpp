@@ -17,8 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path PathIn(const fs::path& folder) { return folder / "journal.lcm"; }
-
 JournalHead FromMessage(const journal_head_t& message) {
   JournalHead head{message.epoch, {message.finished_map != 0, {}}};
   for (std::size_t i = 0; i < message.parameter_name.size(); ++i) {
@@ -157,7 +155,7 @@ fs::path KeepBeside(const fs::path& path) {
 }  // namespace
 
 Journal::Journal(const fs::path& folder, const JournalSubject& subject) : subject_(subject), epoch_(DrawIdentity()) {
-  const fs::path path = PathIn(folder);
+  const fs::path path = JournalPath(folder);
   if (fs::exists(path)) {
     throw std::runtime_error(
         fmt::format("{} is there already: --resume goes on with it; or choose another folder", path.string()));
@@ -172,7 +170,7 @@ Journal::Journal(const fs::path& folder, const JournalSubject& subject) : subjec
 
 Journal::Journal(const fs::path& folder, const JournalSubject& subject, OnDamage on_damage, const VisitJournal& visit)
     : subject_(subject) {
-  const fs::path path = PathIn(folder);
+  const fs::path path = JournalPath(folder);
   const Contents contents = Read(path.string(), subject, on_damage, visit);
   head_written_ = contents.head.has_value();
   epoch_ = head_written_ ? contents.head->epoch : DrawIdentity();
@@ -230,23 +228,23 @@ void Journal::WriteStretch(std::int64_t utime) {
 
 std::string ReadJournal(const fs::path& folder, const JournalSubject& subject, OnDamage on_damage,
                         const VisitJournal& visit) {
-  return Read(PathIn(folder).string(), subject, on_damage, visit).notice;
+  return Read(JournalPath(folder).string(), subject, on_damage, visit).notice;
 }
 
 std::optional<JournalHead> ReadHead(const fs::path& folder) {
-  JournalReader reader(PathIn(folder).string());
+  JournalReader reader(JournalPath(folder).string());
   const auto first = reader.Next();
   return first ? std::optional(FromMessage(*first->head)) : std::nullopt;
 }
 
 void TakeOverJournal(const fs::path& earlier, const fs::path& out) {
-  const fs::path from = PathIn(JournalFolder(earlier));
-  const fs::path to = PathIn(JournalFolder(out));
+  const fs::path from = JournalPath(JournalFolder(earlier));
+  const fs::path to = JournalPath(JournalFolder(out));
   std::error_code error;
   if (!fs::exists(from, error)) throw std::runtime_error(fmt::format("there is no file {}", from.string()));
   if (!fs::equivalent(from, to, error)) CopyWhole(from, to);
 }
 
-void RemoveJournal(const fs::path& out) { fs::remove(PathIn(JournalFolder(out))); }
+void RemoveJournal(const fs::path& out) { fs::remove(JournalPath(JournalFolder(out))); }
 
 }  // namespace crsm

@@ -96,6 +96,9 @@ std::optional<JournalHead> ReadHead(const std::filesystem::path& folder);
 /// Where run_stack and slam_offline keep the journal of a folder of results.
 inline std::filesystem::path JournalFolder(const std::filesystem::path& out) { return out / "journal"; }
 
+/// The journal in its folder.
+inline std::filesystem::path JournalPath(const std::filesystem::path& folder) { return folder / "journal.lcm"; }
+
 /// Makes `out` the folder in which the map of `earlier` goes on: its journal is copied, unless they are the same
 /// folder. Throws std::runtime_error if there is none, or if it cannot be copied.
 void TakeOverJournal(const std::filesystem::path& earlier, const std::filesystem::path& out);

@@ -3,42 +3,42 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <type_traits>
 
 #include "services/runtime/usage_error.hpp"
 
 namespace crsm {
 namespace {
 
-class Lister {
- public:
-  template <class Value, class... Rest>
-  void operator()(const ParameterInfo& info, const Value& value, const Rest&...) {
-    static_assert(std::is_arithmetic_v<Value>, "of the parameters of a map none is a choice");
-    texts.emplace_back(info.key, fmt::format("{}", value));
-  }
-
+ParameterTexts ListTexts(const Parameters& parameters, const std::vector<ParameterGroup>& groups) {
   ParameterTexts texts;
-};
-
-ParameterTexts ListLaserParameters(const Parameters& parameters) {
-  ScanParameters scan = parameters.scan;
-  Lister lister;
-  VisitScanParameters(scan, lister);
-  return lister.texts;
+  for (const auto& [key, value] : ListParameters(parameters, groups)) texts.emplace_back(key, FormatValue(value));
+  return texts;
 }
 
 }  // namespace
 
 ParameterTexts ListMapParameters(const Parameters& parameters) {
-  UpdateParameters update = parameters.update;
-  Lister lister{ListLaserParameters(parameters)};
-  VisitUpdateParameters(update, lister);
-  return lister.texts;
+  return ListTexts(parameters, {ParameterGroup::kScan, ParameterGroup::kUpdate});
 }
 
 void AdoptMapParameters(const std::filesystem::path& folder, CommandLine& command_line) {
   if (const auto head = ReadHead(folder)) command_line.Adopt(head->subject.parameters, folder.string());
+}
+
+void CheckEarlierMap(const std::string& resume, const Settings& settings) {
+  if (settings.localize.empty()) return;
+  if (!resume.empty()) {
+    throw UsageError("--resume goes on with a map and --localize leaves it as it is: one of them, please");
+  }
+  std::error_code error;
+  if (std::filesystem::equivalent(settings.localize, settings.out, error)) {
+    throw UsageError(fmt::format("--localize {}: its map stays as it is: choose another --out", settings.localize));
+  }
+}
+
+void AdoptEarlierMapParameters(const std::string& resume, CommandLine& command_line) {
+  const std::string& earlier = resume.empty() ? command_line.settings().localize : resume;
+  if (!earlier.empty()) AdoptMapParameters(JournalFolder(earlier), command_line);
 }
 
 void CheckLaserParameters(const std::filesystem::path& folder, const CommandLine& command_line) {
@@ -46,7 +46,7 @@ void CheckLaserParameters(const std::filesystem::path& folder, const CommandLine
   if (!head) return;
   const ParameterTexts& made_with = head->subject.parameters;
   std::vector<std::string> wrong;
-  for (const auto& parameter : ListLaserParameters(command_line.parameters())) {
+  for (const auto& parameter : ListTexts(command_line.parameters(), {ParameterGroup::kScan})) {
     const auto found = std::find_if(made_with.begin(), made_with.end(),
                                     [&](const auto& other) { return other.first == parameter.first; });
     if (found != made_with.end() && *found != parameter) {

@@ -22,9 +22,10 @@ const Sender kThird{htonl(INADDR_LOOPBACK), 1003};
 /// One channel, and a clock of its own. All senders live but those in `dead`.
 struct Channel {
   std::vector<Sender> dead;
-  SoleSender sole{[this](const Sender& sender, SoleSender::Clock::time_point, SoleSender::Clock::time_point) {
-    return std::find(dead.begin(), dead.end(), sender) == dead.end();
-  }};
+  SoleSender sole{SoleSender::kProbation,
+                  [this](const Sender& sender, SoleSender::Clock::time_point, SoleSender::Clock::time_point) {
+                    return std::find(dead.begin(), dead.end(), sender) == dead.end();
+                  }};
   SoleSender::Clock::time_point now{1h};
 
   SoleSender::Verdict Hear(const Sender& sender, std::chrono::milliseconds later = 0ms) {
