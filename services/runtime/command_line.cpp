@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 #include <fstream>
@@ -186,17 +187,19 @@ CommandLine::CommandLine(const std::string& program, const std::string& descript
     : program_(program),
       groups_(flags.groups),
       setting_names_(flags.settings),
-      app_(description, program),
+      app_(std::make_unique<CLI::App>(description, program)),
       settings_(flags.defaults) {
-  app_.set_version_flag("--version", fmt::format("{} {}", program, kVersion));
-  app_.add_option("--config", config_,
-                  "TOML file with keys named as the flags, with _ for -; one file serves all programs")
+  app_->set_version_flag("--version", fmt::format("{} {}", program, kVersion));
+  app_->add_option("--config", config_,
+                   "TOML file with keys named as the flags, with _ for -; one file serves all programs")
       ->type_name("FILE");
-  app_.add_option("--preset", preset_, fmt::format("laser: {}", fmt::join(Names(kPresets), ", ")))->type_name("NAME");
-  app_.add_option("--profile", profile_, fmt::format("algorithm: {}", fmt::join(Names(kProfiles), ", ")))
+  app_->add_option("--preset", preset_, fmt::format("laser: {}", fmt::join(Names(kPresets), ", ")))->type_name("NAME");
+  app_->add_option("--profile", profile_, fmt::format("algorithm: {}", fmt::join(Names(kProfiles), ", ")))
       ->type_name("NAME");
   AddFlags();
 }
+
+CommandLine::~CommandLine() = default;
 
 template <class Key>
 bool CommandLine::Uses(const Key& key) const {
@@ -209,13 +212,13 @@ bool CommandLine::Uses(const Key& key) const {
 
 void CommandLine::AddFlags() {
   const auto AddOption = [this](const std::string& key, const std::string& help, const std::string& type) {
-    app_.add_option_function<std::string>(
+    app_->add_option_function<std::string>(
             FlagOf(key), [this, key](const std::string& text) { flags_.emplace_back(key, text); }, help)
         ->type_name(type);
   };
   const auto AddFlag = [this](const std::string& key, const std::string& help) {
     const std::string flag = FlagOf(key);
-    app_.add_flag_function(
+    app_->add_flag_function(
         flag + ",!--no-" + flag.substr(2),
         [this, key](std::int64_t count) { flags_.emplace_back(key, count > 0 ? "true" : "false"); }, help);
   };
@@ -272,7 +275,7 @@ ParameterValue ReadValue(const std::string& key, const std::string& text) {
 
 std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
   try {
-    app_.parse(argc, argv);
+    app_->parse(argc, argv);
     ApplyConfigs();
     for (const auto& [key, text] : flags_) {
       try {
@@ -290,7 +293,7 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
     }
     return std::nullopt;
   } catch (const CLI::Success& wanted) {  // --help, --version
-    return app_.exit(wanted);
+    return app_->exit(wanted);
   } catch (const CLI::ParseError& error) {
     fmt::print(stderr, "{}: {}; --help lists the flags\n", program_, error.what());
   } catch (const std::runtime_error& error) {
@@ -341,7 +344,7 @@ void CommandLine::Adopt(const std::vector<std::pair<std::string, std::string>>& 
   }
 }
 
-bool CommandLine::Has(const std::string& key) const { return app_.get_option_no_throw(FlagOf(key)) != nullptr; }
+bool CommandLine::Has(const std::string& key) const { return app_->get_option_no_throw(FlagOf(key)) != nullptr; }
 
 bool CommandLine::WasGiven(const std::string& key) const {
   return std::any_of(flags_.begin(), flags_.end(), [&](const auto& flag) { return flag.first == key; });
@@ -360,7 +363,7 @@ std::vector<std::string> CommandLine::WordsFor(const ProgramFlags& program) cons
   });
   for (const auto& [key, text] : flags_) {
     if (std::count(keys.begin(), keys.end(), key) == 0) continue;
-    const bool is_switch = app_.get_option(FlagOf(key))->get_expected_max() == 0;
+    const bool is_switch = app_->get_option(FlagOf(key))->get_expected_max() == 0;
     words.push_back(is_switch && text == "false" ? "--no-" + FlagOf(key).substr(2) : FlagOf(key));
     if (!is_switch) words.push_back(text);
   }

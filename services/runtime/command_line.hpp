@@ -1,15 +1,19 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
-#include <initializer_list>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/parameters.hpp"
 #include "services/runtime/programs.hpp"
 #include "services/runtime/settings.hpp"
+
+namespace CLI {
+class App;  // its header takes six seconds to compile: only who adds flags of its own includes it
+}
 
 namespace crsm {
 
@@ -25,9 +29,10 @@ class CommandLine {
   CommandLine(const std::string& program, const std::string& description, std::vector<ParameterGroup> groups,
               std::vector<std::string> settings);
   CommandLine(const std::string& program, const std::string& description, const ProgramFlags& flags);
+  ~CommandLine();
 
   /// For positional arguments and options of the program's own.
-  CLI::App& app() { return app_; }
+  CLI::App& app() { return *app_; }
 
   /// The exit code where the program is to stop here: help was asked for, or something is wrong and was said.
   std::optional<int> Parse(int argc, const char* const* argv);
@@ -62,7 +67,7 @@ class CommandLine {
   std::string program_;
   std::vector<ParameterGroup> groups_;      ///< that the program uses
   std::vector<std::string> setting_names_;  ///< that the program uses
-  CLI::App app_;
+  std::unique_ptr<CLI::App> app_;
   std::string preset_;
   std::string profile_;
   std::string config_;
