@@ -32,15 +32,12 @@ constexpr const char* kFooter =
     "and leaves the map of what was seen; a second Ctrl-C kills. The folder gets map.png, map.yaml, overview.png, "
     "trajectory.tum, summary.json, the log/ of each service, and the journal/ that the map is made from.";
 
-void AddOwnFlags(CLI::App& app, StackOptions& options) {
+void AddOwnFlags(CommandLine& command_line, StackOptions& options) {
+  CLI::App& app = command_line.app();
   app.add_option("SOURCE", options.source,
                  DescribeSources() + "; live: no publisher, a laser driver or lcm-logplayer feeds the bus until Ctrl-C")
       ->required();
-  app.add_option("--resume", options.resume,
-                 "go on with the map of an earlier run: its --out, or this one's; scans that are in it already are not "
-                 "mapped twice")
-      ->type_name("DIR");
-  app.add_flag("--force", options.force, "move what an earlier run left in --out into a folder below it");
+  AddFlags(command_line, options.earlier);
   app.add_flag("--strict", options.strict, "fail where the map is not to be trusted");
   app.footer(kFooter);
 }
@@ -48,15 +45,7 @@ void AddOwnFlags(CLI::App& app, StackOptions& options) {
 /// Flags that cannot be meant together, and those that are missing.
 void CheckUsage(const CommandLine& command_line, const StackOptions& options) {
   const Settings& settings = command_line.settings();
-  if (settings.out.empty()) throw UsageError("--out is missing: the folder for the results");
-  CheckEarlierMap(options.resume, settings);
-  if (!options.resume.empty() && options.force) {
-    throw UsageError("--resume goes on with a map and --force begins a new one: one of them, please");
-  }
-  std::error_code error;
-  if (options.resume.empty() && fs::equivalent(options.source, JournalPath(JournalFolder(settings.out)), error)) {
-    throw UsageError(fmt::format("--out {}: its journal is the log to be read: choose another folder", settings.out));
-  }
+  CheckEarlierResults(options.earlier, options.source, settings);
   for (const char* flag : {"rate", "resend_s", "laser_channel"}) {
     if (options.is_live() && command_line.WasGiven(flag)) {
       throw UsageError(fmt::format("{}: is of a log; what is live comes at its own pace, on LASER", FlagOf(flag)));
@@ -71,7 +60,7 @@ void CheckInputs(const CommandLine& command_line, const StackOptions& options) {
     const auto source = OpenLaserSource(options.source, {command_line.parameters().match.seed, settings.laser_channel});
     if (!source->Next()) throw std::runtime_error(fmt::format("{} has no scans", options.source));
   }
-  if (!options.resume.empty()) FindJournal(options.resume);
+  if (!options.earlier.resume.empty()) FindJournal(options.earlier.resume);
   if (!settings.localize.empty()) FindJournal(settings.localize);
 }
 
@@ -91,14 +80,14 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   CheckUsage(command_line, options);
   NameBus(address.lcm_url);  // throws where there is none
   CheckInputs(command_line, options);
-  AdoptEarlierMapParameters(options.resume, command_line);  // so that all processes are told the same
+  AdoptEarlierMapParameters(options.earlier.resume, command_line);  // so that all processes are told the same
   if (!fs::exists(FindPrograms() / "map_updater")) {
     throw std::runtime_error(fmt::format("there are no programs in {}", FindPrograms().string()));
   }
   const BusRole role(address, kStackRole);
   CheckRolesAreFree(address, options.is_live());
   Signals signals;
-  ResultsFolder folder(command_line.settings().out, {options.resume, options.force});
+  ResultsFolder folder(command_line.settings().out, options.earlier);
   const bool success = Supervisor(PlanStack(command_line, options, folder), folder, signals).Run();
   const int verdict = ReportOutcome(folder.path(), options.strict);
   return success ? verdict : EXIT_FAILURE;
@@ -113,7 +102,7 @@ int main(int argc, char** argv) {
                                  "LCM bus.",
                                  crsm::FlagsOfStack());
   crsm::StackOptions options;
-  crsm::AddOwnFlags(command_line.app(), options);
+  crsm::AddOwnFlags(command_line, options);
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::ReportErrors(command_line.program(), [&] { return crsm::RunStack(command_line, options); });
 }

@@ -3,24 +3,17 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <string>
 
 #include "services/runtime/path_lock.hpp"
+#include "services/sources/earlier_results.hpp"
 
 namespace crsm {
-
-/// What becomes of results that are in the folder already.
-struct EarlierResults {
-  std::string resume;  ///< folder of the run whose map goes on, --out itself or another; empty for none
-  bool force = false;  ///< move them aside
-};
 
 /// The --out of a stack: results, journal/ and log/. It is this process's alone as long as this object lives.
 class ResultsFolder {
  public:
-  /// Makes the folder, if need be, ready for a run. Results that are there stay as they are and where they are, unless
-  /// they are resumed or, by --force, moved into a folder below it. Throws std::runtime_error in one line if they are
-  /// in the way, if another process writes there, or if the folder cannot be written.
+  /// Makes the folder, if need be, ready for a run (MakeRoom). Throws std::runtime_error in one line if results are in
+  /// the way, if another process writes there, or if the folder cannot be written.
   ResultsFolder(const std::filesystem::path& out, const EarlierResults& earlier);
 
   const std::filesystem::path& path() const { return out_; }
@@ -39,8 +32,5 @@ class ResultsFolder {
   std::optional<PathLock> log_lock_;
   bool had_journal_ = false;
 };
-
-/// journal.lcm in the results of an earlier run. Throws std::runtime_error if there is none.
-std::filesystem::path FindJournal(const std::filesystem::path& results);
 
 }  // namespace crsm

@@ -69,8 +69,8 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
     plan.publisher->command.log.clear();  // it shows how far it is
     fs::remove(position);
   }
-  plan.resume = !options.resume.empty();
-  if (plan.resume) plan.earlier_journal_bytes += fs::file_size(FindJournal(options.resume));
+  plan.resume = !options.earlier.resume.empty();
+  if (plan.resume) plan.earlier_journal_bytes += fs::file_size(FindJournal(options.earlier.resume));
   if (!settings.localize.empty()) plan.earlier_journal_bytes += fs::file_size(FindJournal(settings.localize));
   return plan;
 }

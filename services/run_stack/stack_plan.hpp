@@ -16,8 +16,7 @@ inline constexpr const char* kLive = "live";  ///< in the place of a source: a l
 /// What run_stack is told beside the flags that all programs share.
 struct StackOptions {
   std::string source;  ///< a log, a simulated world, or kLive
-  std::string resume;  ///< folder of an earlier run whose map goes on; empty for none
-  bool force = false;
+  EarlierResults earlier;
   bool strict = false;
 
   bool is_live() const { return source == kLive; }

@@ -16,6 +16,7 @@
 #include "services/runtime/progress.hpp"
 #include "services/runtime/service.hpp"
 #include "services/runtime/version.hpp"
+#include "services/sources/earlier_results.hpp"
 #include "services/sources/journal.hpp"
 #include "services/sources/map_parameters.hpp"
 #include "services/sources/open_laser_source.hpp"
@@ -38,20 +39,23 @@ struct Run {
   std::vector<ScanMatch> matches;
   RunStatistics statistics;
   CriticalRays last_scan;
+  Trajectory truth;
+  std::int64_t num_repeated = 0;  ///< scans that were in the map already
+  Latency latency;
 };
 
 void SayNotice(const CommandLine& command_line, const std::string& notice) {
   if (!notice.empty()) Say(fmt::format("{}: {}", command_line.program(), notice));
 }
 
-/// Makes the map of an earlier run, where there is one to begin with, and opens the journal of this one.
+/// Makes the map of an earlier run, where there is one to begin with, and opens the journal of this one, for which
+/// there is room.
 std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::string& resume, Run& run) {
   const Settings& settings = command_line.settings();
   const JournalSubject subject{!settings.localize.empty(), ListMapParameters(command_line.parameters())};
   const OnDamage on_damage = settings.until_damage ? OnDamage::kTakeWhatIsBefore : OnDamage::kRefuse;
   const auto Restore = [&](const CriticalRays* scan, const ScanMatch& match) { run.Restore(scan, match); };
   if (!resume.empty()) {
-    TakeOverJournal(resume, settings.out);
     auto journal = std::make_unique<Journal>(JournalFolder(settings.out), subject, on_damage, Restore);
     SayNotice(command_line, journal->notice());
     Say(fmt::format("{}: went on from {} scans in {}", command_line.program(), run.matches.size(), resume));
@@ -69,27 +73,61 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
     run.matches.clear();
     run.statistics = RunStatistics();
   }
-  RemoveJournal(settings.out);
   return std::make_unique<Journal>(JournalFolder(settings.out), subject);
 }
 
+/// What of the log is not in the map, or not as it was meant.
+void SayWhatWasLeftOut(const std::string& program, const std::string& name, const LaserSource& source, const Run& run) {
+  for (const std::string& complaint : source.Complaints()) Say(fmt::format("{}: {}: {}", program, name, complaint));
+  if (run.num_repeated > 0) {
+    Say(fmt::format("{}: {} scans were in the map already and are not mapped twice (utime_repeated)", program,
+                    run.num_repeated));
+  }
+  const std::string cut = DescribeCut(name, source);
+  if (!cut.empty()) Say(fmt::format("{}: {}", program, cut));
+  if (run.slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", program, kMapIsFull));
+}
+
+/// Writes the results, says whether the map is to be trusted, and returns it.
+Trust WriteRun(const CommandLine& command_line, const LaserSource& source, const Run& run) {
+  Results results;
+  results.grid = run.slam.map().ToDenseGrid();
+  results.matches = run.matches;
+  results.last_scan = run.last_scan;
+  results.truth = run.truth;
+  Summary summary = Summarize(results.matches, results.grid);
+  summary.version = kVersion;
+  summary.parameters[command_line.program()] = command_line.UsedValues();
+  summary.map_version = run.slam.map_version();
+  summary.counts = source.Counts();
+  summary.counts["utime_repeated"] += run.num_repeated;
+  summary.counts["scan_cut"] = run.slam.num_scans_cut();
+  summary.timings[command_line.program()] = {run.latency.Percentile(0.5), run.latency.Percentile(0.95),
+                                             run.latency.Percentile(0.99), run.latency.max_ms()};
+  summary.verdict = Judge(run.statistics, run.slam.map());
+  results.summary_json = FormatSummary(summary);
+  const std::string& out = command_line.settings().out;
+  WriteResults(out, results);
+  fmt::print("{} scans, {} lost, map of {:.0f} m2 in {}\n", summary.scans, summary.lost, summary.explored_area_m2, out);
+  for (const std::string& line : FormatVerdict(summary.verdict)) fmt::print("{}\n", line);
+  return summary.verdict.trust;
+}
+
 /// Says whether the map is to be trusted, and returns it.
-Trust MapLog(CommandLine& command_line, const std::string& name, const std::string& resume) {
+Trust MapLog(CommandLine& command_line, const std::string& name, const EarlierResults& earlier) {
   const Settings& settings = command_line.settings();
-  CheckEarlierMap(resume, settings);
-  AdoptEarlierMapParameters(resume, command_line);
+  CheckEarlierResults(earlier, name, settings);
+  AdoptEarlierMapParameters(earlier.resume, command_line);
   const Parameters& parameters = command_line.parameters();
   const auto source = OpenLaserSource(name, {parameters.match.seed, settings.laser_channel});
   PrepareFolder(settings.out);
   const PathLock lock("--out", settings.out);
+  MakeRoom(command_line.program(), settings.out, earlier);
 
   Run run(parameters);
-  Results results;
-  const std::unique_ptr<Journal> journal = Begin(command_line, resume, run);
+  const std::unique_ptr<Journal> journal = Begin(command_line, earlier.resume, run);
   std::unordered_set<std::int64_t> mapped_utimes;
   for (const ScanMatch& match : run.matches) mapped_utimes.insert(match.utime);
-  std::int64_t num_repeated = 0;
-  Latency latency;
   Progress progress(command_line.program());
   LaserJudge judge(parameters.scan);
   while (auto scan = source->Next()) {
@@ -100,7 +138,7 @@ Trust MapLog(CommandLine& command_line, const std::string& name, const std::stri
     if (mapped_utimes.insert(scan->utime).second) {
       const auto start = Clock::now();
       Slam::Step step = run.slam.Process(*scan, source->Odometry());
-      latency.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+      run.latency.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
       journal->Append(step.drawn ? &step.scan : nullptr, step.match);
       run.matches.push_back(step.match);
       run.statistics.Add(scan->utime, step.scan.rays);
@@ -108,42 +146,14 @@ Trust MapLog(CommandLine& command_line, const std::string& name, const std::stri
       run.last_scan = std::move(step.scan);
     } else {
       run.statistics.Add(scan->utime, FindValidRays(*scan, parameters.scan));  // as who hears CRITICAL_RAYS
-      ++num_repeated;
+      ++run.num_repeated;
     }
-    if (const auto T_map_laser = source->TruePose()) results.truth.push_back({scan->utime, *T_map_laser});
-    progress.Show(source->Progress(), latency.num_recorded());
+    if (const auto T_map_laser = source->TruePose()) run.truth.push_back({scan->utime, *T_map_laser});
+    progress.Show(source->Progress(), run.latency.num_recorded());
   }
-  progress.Finish(latency.num_recorded());
-  for (const std::string& complaint : source->Complaints()) {
-    Say(fmt::format("{}: {}: {}", command_line.program(), name, complaint));
-  }
-
-  results.grid = run.slam.map().ToDenseGrid();
-  results.matches = run.matches;
-  results.last_scan = run.last_scan;
-  Summary summary = Summarize(results.matches, results.grid);
-  summary.version = kVersion;
-  summary.parameters[command_line.program()] = command_line.UsedValues();
-  summary.map_version = run.slam.map_version();
-  summary.counts = source->Counts();
-  summary.counts["utime_repeated"] += num_repeated;
-  summary.counts["scan_cut"] = run.slam.num_scans_cut();
-  if (num_repeated > 0) {
-    Say(fmt::format("{}: {} scans were in the map already and are not mapped twice (utime_repeated)",
-                    command_line.program(), num_repeated));
-  }
-  const std::string cut = DescribeCut(name, *source);
-  if (!cut.empty()) Say(fmt::format("{}: {}", command_line.program(), cut));
-  if (run.slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", command_line.program(), kMapIsFull));
-  summary.timings["slam_offline"] = {latency.Percentile(0.5), latency.Percentile(0.95), latency.Percentile(0.99),
-                                     latency.max_ms()};
-  summary.verdict = Judge(run.statistics, run.slam.map());
-  results.summary_json = FormatSummary(summary);
-  WriteResults(settings.out, results);
-  fmt::print("{} scans, {} lost, map of {:.0f} m2 in {}\n", summary.scans, summary.lost, summary.explored_area_m2,
-             settings.out);
-  for (const std::string& line : FormatVerdict(summary.verdict)) fmt::print("{}\n", line);
-  return summary.verdict.trust;
+  progress.Finish(run.latency.num_recorded());
+  SayWhatWasLeftOut(command_line.program(), name, *source, run);
+  return WriteRun(command_line, *source, run);
 }
 
 }  // namespace
@@ -159,16 +169,14 @@ int main(int argc, char** argv) {
       {"lcm_url", "channel_prefix", "out", "laser_channel", "until_damage", "localize", "start"});
   std::string name;
   command_line.app().add_option("SOURCE", name, crsm::DescribeSources())->required();
-  std::string resume;
-  command_line.app()
-      .add_option("--resume", resume, "folder of an earlier run (its --out, or this one's): go on with its map")
-      ->type_name("DIR");
+  crsm::EarlierResults earlier;
+  crsm::AddFlags(command_line, earlier);
   bool strict = false;
   command_line.app().add_flag("--strict", strict, "exit with 3 if the map is not to be trusted");
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   crsm::CatchSignals();
   return crsm::ReportErrors(command_line.program(), [&] {
-    const crsm::Trust trust = crsm::MapLog(command_line, name, resume);
+    const crsm::Trust trust = crsm::MapLog(command_line, name, earlier);
     return strict && trust == crsm::Trust::kBad ? crsm::kUntrustedExitCode : EXIT_SUCCESS;
   });
 }

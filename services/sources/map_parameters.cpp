@@ -25,17 +25,6 @@ void AdoptMapParameters(const std::filesystem::path& folder, CommandLine& comman
   if (const auto head = ReadHead(folder)) command_line.Adopt(head->subject.parameters, folder.string());
 }
 
-void CheckEarlierMap(const std::string& resume, const Settings& settings) {
-  if (settings.localize.empty()) return;
-  if (!resume.empty()) {
-    throw UsageError("--resume goes on with a map and --localize leaves it as it is: one of them, please");
-  }
-  std::error_code error;
-  if (std::filesystem::equivalent(settings.localize, settings.out, error)) {
-    throw UsageError(fmt::format("--localize {}: its map stays as it is: choose another --out", settings.localize));
-  }
-}
-
 void AdoptEarlierMapParameters(const std::string& resume, CommandLine& command_line) {
   const std::string& earlier = resume.empty() ? command_line.settings().localize : resume;
   if (!earlier.empty()) AdoptMapParameters(JournalFolder(earlier), command_line);

@@ -16,11 +16,7 @@ ParameterTexts ListMapParameters(const Parameters& parameters);
 /// names the flag, preset or line of a file that says something else, std::runtime_error as ReadHead.
 void AdoptMapParameters(const std::filesystem::path& folder, CommandLine& command_line);
 
-/// For a program that is told an earlier run, the --out of which `resume` or --localize names: throws UsageError if
-/// both do, or if the map of --localize would be written over.
-void CheckEarlierMap(const std::string& resume, const Settings& settings);
-
-/// AdoptMapParameters of that earlier run, if one is named.
+/// AdoptMapParameters of the earlier run, the --out of which `resume` or --localize names, if one of them does.
 void AdoptEarlierMapParameters(const std::string& resume, CommandLine& command_line);
 
 /// For a process whose scans are made by others, which cannot see the journal: these are to be told the same parameters

@@ -157,7 +157,7 @@ TEST_CASE("slam_offline says of a log what is wrong with its laser, and nothing 
     std::vector<LaserScan> scans = TakeScans("sim:demo", 40);
     for (LaserScan& scan : scans) change(scan);
     WriteScans(scans, folder / name);
-    Process process("slam_offline", {folder / name, "--out", folder / "out"}, folder / "log");
+    Process process("slam_offline", {folder / name, "--out", folder / "out", "--force"}, folder / "log");
     CHECK(process.AwaitExit() == 0);
     return process.errors();
   };

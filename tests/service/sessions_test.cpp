@@ -260,8 +260,8 @@ TEST_CASE("sessions that cannot be are refused in one line") {
   CheckRefused({"--out", out, "--resume", map, "--cell-size-m", "0.1"},
                "--cell-size-m 0.1: the map of " + map + "/journal was made with 0.05", false);
   Process own_log("slam_offline", {map + "/journal/journal.lcm", "--out", map}, folder / "log");
-  CHECK(own_log.AwaitExit() == 1);
-  CHECK(own_log.errors().find("has no laser messages") != std::string::npos);  // and it is left as it is
+  CHECK(own_log.AwaitExit() == 2);
+  CHECK(own_log.errors().find("its journal is the log to be read") != std::string::npos);
   CHECK(ReadFolder(map) == before);
 }
 

@@ -47,5 +47,5 @@ TEST_CASE("slam_offline says on its last lines whether the map is to be trusted,
   };
   Map("good", {"--strict"}, 0, "the map is good");
   Map("bad", {}, 0, "the map is not to be trusted");
-  Map("bad", {"--strict"}, 3, "warning: 100 % of the scans have no rays");
+  Map("bad", {"--strict", "--force"}, 3, "warning: 100 % of the scans have no rays");
 }
