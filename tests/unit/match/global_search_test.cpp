@@ -139,6 +139,24 @@ TEST_CASE("agreement is the share of rays that reach the wall that they measured
   CHECK(ComputeAgreement(map.map.cells(), Hits(ScanRoom(pose)), pose) < 0.95);
 }
 
+TEST_CASE("each direction of a place is tried once, wherever the circle begins") {
+  // One free place, and a wall 4 m west, south or east of it, which one ray sees: one direction to climb from.
+  const auto Evaluations = [](int x, int y) {
+    const auto Paint = [=](Cell cell) {
+      const auto IsAt = [&](int there_x, int there_y) { return cell.x >> 2 == there_x && cell.y >> 2 == there_y; };
+      return IsAt(x, y) ? kOccupiedByte : IsAt(0, 0) ? kFreeByte : kUnexploredByte;
+    };
+    const Eigen::Matrix2Xd hits_m = Eigen::Vector2d(4.0, 0.0);
+    const GlobalMatch match = SearchWholeMap(TestMap(-2, 1, Paint).map, hits_m, hits_m);
+    CHECK(std::abs(WrapAngle(match.T_map_laser.yaw_rad - std::atan2(y, x))) < 0.05);
+    return match.evaluations;
+  };
+  const int east = Evaluations(20, 0);
+  CHECK(east > 120);
+  CHECK(std::abs(Evaluations(-20, 0) - east) < 10);
+  CHECK(std::abs(Evaluations(0, -20) - east) < 10);
+}
+
 TEST_CASE("a map that lies elsewhere by whole tiles is searched in the same way") {
   // Cells have negative coordinates in one, positive ones in the other: larger cells must hold the same of them.
   const auto Elsewhere = [](int tiles) {

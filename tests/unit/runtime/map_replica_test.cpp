@@ -372,6 +372,22 @@ TEST_CASE("parts that together have more tiles than a map are dropped, and the o
   replica.CheckSameAs(owner);
 }
 
+TEST_CASE("of parts that were dropped because they had too many tiles, none is taken for the owner's") {
+  MapOwner owner;
+  TestReplica replica;
+  replica.Ask(owner);
+  const auto parts = owner.Answer();
+  REQUIRE(parts.size() > 1);
+  for (map_delta_t forged : {parts.front(), parts.back()}) {
+    forged.matches.clear();
+    forged.tiles.assign(forged.part == 0 ? kMostTiles : 1, {0, 0, 5, {0, 0, 0, 1, 9}});
+    replica.replica.Handle(forged);
+  }
+  CHECK(replica.replica.NextRequest());
+  replica.Handle(parts);  // the owner's own, sent again: the version without a page
+  replica.CheckSameAs(owner);
+}
+
 TEST_CASE("a page with cells of another size than the map's is not the owner's, and changes nothing") {
   for (const bool synced : {true, false}) {
     MapOwner owner;

@@ -88,6 +88,17 @@ TEST_CASE("hits are of one line up to three times as far apart as the ones befor
   CHECK(Joined(0.2, 0.61) == std::vector<bool>{false, false});
 }
 
+TEST_CASE("the laser itself is on no surface: the first two hits, in line with it, are joined by none before them") {
+  // Of several lengths, because what stands before the first hit in memory may be anything, also the laser's place.
+  for (int num_hits = 2; num_hits <= 40; ++num_hits) {
+    Eigen::Matrix2Xd hits_m(2, num_hits);
+    for (int i = 0; i < num_hits; ++i) hits_m.col(i) << 0.0, 2.0 * i;
+    hits_m.col(0) << 0.5, 0.0;
+    hits_m.col(1) << 1.0, 0.0;
+    CHECK_FALSE(FindSurfaces(hits_m, kNearM, kMaxM).front());
+  }
+}
+
 TEST_CASE("hits in one place are joined and continue no line") {
   const auto joined = FindSurfaces(Hits({{1.0, 0.0}, {1.0, 0.0}, {1.0, 0.5}}), kNearM, kMaxM);
   CHECK(joined == std::vector<bool>{true, false});
