@@ -15,11 +15,6 @@ namespace {
 /// A process of another on the bus: hears what it wants and sends what it likes.
 using Attack = std::function<void(TestBus& bus)>;
 
-struct Target {
-  const char* service;  ///< that is to be fooled
-  const char* channel;
-};
-
 constexpr double kFar_m = 7.0;
 
 scan_match_t ForgedMatch(std::int64_t utime) {
@@ -135,18 +130,15 @@ TEST_CASE("messages that are forged during a run in lockstep change nothing in i
   struct Forgery {
     const char* name;
     Attack attack;
-    Target target;
+    const char* channel;
+    std::vector<std::string> refused_by;
   };
   const std::vector<Forgery> forgeries{
-      {"matches", ForgeMatches, {"map_updater", kScanMatchChannel}},
-      {"rays, for the updater", ForgeRays, {"map_updater", kCriticalRaysChannel}},
-      {"rays, for the matcher", ForgeRays, {"rrhc_matcher", kCriticalRaysChannel}},
-      {"next version, for the matcher", ForgeNextVersion, {"rrhc_matcher", kMapDeltaChannel}},
-      {"next version, for the exporter", ForgeNextVersion, {"map_exporter", kMapDeltaChannel}},
-      {"next version, for the publisher", ForgeNextVersion, {"laser_publisher", kMapDeltaChannel}},
-      {"pages", ForgePages, {"rrhc_matcher", kMapDeltaChannel}}};
-  for (std::size_t i = 0; i < forgeries.size(); ++i) {
-    const auto& [name, attack, target] = forgeries[i];
+      {"matches", ForgeMatches, kScanMatchChannel, {"map_updater"}},
+      {"rays", ForgeRays, kCriticalRaysChannel, {"map_updater", "rrhc_matcher"}},
+      {"next versions", ForgeNextVersion, kMapDeltaChannel, {"rrhc_matcher", "map_exporter", "laser_publisher"}},
+      {"pages", ForgePages, kMapDeltaChannel, {"rrhc_matcher"}}};
+  for (const auto& [name, attack, channel, refused_by] : forgeries) {
     INFO(name);
     Course course;
     MapWatcher map(course.url);
@@ -158,15 +150,19 @@ TEST_CASE("messages that are forged during a run in lockstep change nothing in i
     attack(bus);
     course.stack["laser_publisher"].Signal(SIGCONT);
     CHECK(bus.Await([&] { return !course.stack["laser_publisher"].IsRunning(); }));
-    const std::string errors = course.stack[target.service].errors();
-    INFO(errors);
-    const std::size_t said = errors.find(std::string(target.channel) + " from ");
-    CHECK(said != std::string::npos);
-    CHECK(errors.find(std::string(target.channel) + " from ", said + 1) == std::string::npos);
+    for (const std::string& service : refused_by) {
+      const std::string errors = course.stack[service].errors();
+      INFO(errors);
+      const std::size_t said = errors.find(std::string(channel) + " from ");
+      CHECK(said != std::string::npos);
+      CHECK(errors.find(std::string(channel) + " from ", said + 1) == std::string::npos);
+    }
     course.CheckSameMap();
-    if (target.service == std::string("laser_publisher")) continue;  // its last status is older
-    CHECK(ReadFile(course.folder / "out/summary.json")
-              .find(std::string(target.service) + "." + target.channel + "_refused") != std::string::npos);
+    const std::string summary = ReadFile(course.folder / "out/summary.json");
+    for (const std::string& service : refused_by) {
+      if (service == "laser_publisher") continue;  // its last status is older
+      CHECK(summary.find(service + "." + channel + "_refused") != std::string::npos);
+    }
   }
 }
 

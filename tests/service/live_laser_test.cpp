@@ -143,11 +143,11 @@ TEST_CASE("nothing is said while a publisher waits for a map that does not come,
     Process waiting("laser_publisher", {folder / "run.lcm", "--rate", "max", "--lcm-url", driver.url()},
                     folder / "log");
     REQUIRE(waiting.AwaitReady());
-    std::this_thread::sleep_for(std::chrono::seconds(5));
+    std::this_thread::sleep_for(std::chrono::seconds(4));
     CHECK(waiting.Interrupt() == 0);
   }
   CHECK(Run("laser_publisher", {folder / "run.lcm", "--rate", "10", "--lcm-url", driver.url()}, folder / "log") == 0);
-  std::this_thread::sleep_for(std::chrono::seconds(5));
+  std::this_thread::sleep_for(std::chrono::seconds(4));
   CHECK(driver.Complaints().empty());
 }
 
