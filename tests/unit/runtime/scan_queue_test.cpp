@@ -61,4 +61,30 @@ TEST_CASE("a stage that falls behind drops the oldest scans and counts them") {
   CHECK(num_left < 100);  // stays fresh: a few seconds of the fastest laser at most
 }
 
+TEST_CASE("until a stage is under way a second of the fastest laser waits for it, later half of one") {
+  Counters counters;
+  ScanQueue<Item> queue(counters);
+  auto CountWaiting = [&, utime = 0](int num_pushed) mutable {
+    for (int i = 0; i < num_pushed; ++i) queue.Push({utime++});
+    int num_waiting = 0;
+    for (; !queue.empty(); queue.Pop()) ++num_waiting;
+    return num_waiting;
+  };
+  CHECK(CountWaiting(1) == 1);  // its answer is long in coming
+  CHECK(CountWaiting(39) == 39);
+  CHECK(CountOf(counters, "dropped_overload") == 0);
+  for (int i = 0; i < 3; ++i) CHECK(CountWaiting(40) == 20);
+  CHECK(CountOf(counters, "dropped_overload") == 60);
+}
+
+TEST_CASE("a stage that is slow from the beginning has its scans no older than others soon") {
+  Counters counters;
+  ScanQueue<Item> queue(counters);
+  for (int utime = 0; utime < 400; ++utime) {  // ten come while one is handled
+    queue.Push({utime});
+    if (utime % 10 == 9) queue.Pop();
+  }
+  CHECK(queue.front().utime == 400 - 19);
+}
+
 }  // namespace crsm
