@@ -98,6 +98,7 @@ def test(case):
     truth = read_poses(whole / "trajectory.tum")
     end = len(scans) * 6 // 10
     write_log(case.out / "first_part.lcm", scans[:end])
+    finished = case.folder("finished")
     run_offline(case.out / "first_part.lcm", finished, flags)
 
     def was_there(pose):
