@@ -84,15 +84,23 @@ struct UpdateParameters {
   double update_angle_rad = 0.25;
 };
 
+/// What is known of places that the robot comes back to.
+struct LoopParameters {
+  bool loops = false;
+  double local_map_m = 40.0;  ///< along the graph: what lies further from the robot is not matched
+  int lag = 10;               ///< keyframes until what one has brought takes effect
+};
+
 struct Parameters {
   ScanParameters scan;
   SelectionParameters selection;
   MatchParameters match;
   UpdateParameters update;
+  LoopParameters loops;
 };
 
 /// Which programs a parameter concerns.
-enum class ParameterGroup { kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate };
+enum class ParameterGroup { kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate, kLoops };
 
 struct ParameterInfo {
   ParameterGroup group;
@@ -203,6 +211,15 @@ void VisitUpdateParameters(UpdateParameters& update, Visitor&& visit) {
   visit({kUpdate, "update_angle_rad", "... or this much turning [rad]"}, update.update_angle_rad, 0.0, 3.2);
 }
 
+template <class Visitor>
+void VisitLoopParameters(LoopParameters& loops, Visitor&& visit) {
+  using enum ParameterGroup;
+  visit({kLoops, "loops", "places that the robot comes back to are found, and the map is put right"}, loops.loops);
+  visit({kLoops, "local_map_m", "what lies further away along the path and its loops is not matched [m]"},
+        loops.local_map_m, 5.0, 1000.0);
+  visit({kLoops, "loop_lag", "keyframes until what one has brought takes effect"}, loops.lag, 1, 1000);
+}
+
 /// Calls `visit(info, value, low, high)` for every number, `visit(info, flag)` for every switch and
 /// `visit(info, choice, names)` for every choice. The one list of all parameters: flags, configuration files,
 /// presets, summaries and checks are made from it.
@@ -212,6 +229,7 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
   VisitSelectionParameters(p.selection, visit);
   VisitMatchParameters(p.match, visit);
   VisitUpdateParameters(p.update, visit);
+  VisitLoopParameters(p.loops, visit);
 }
 
 using ParameterValue = std::variant<bool, std::int64_t, std::uint64_t, double, std::string>;

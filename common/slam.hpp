@@ -1,16 +1,20 @@
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <optional>
+#include <vector>
 
-#include "common/map/map_updater.hpp"
+#include "common/graph/loop_closer.hpp"
+#include "common/graph/mapper.hpp"
 #include "common/match/matcher.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/ray_selector.hpp"
 
 namespace crsm {
 
-/// The whole algorithm in one process: what the five processes do together, step by step and bit for bit.
+/// The whole algorithm in one process. Without loops: what the five processes do together, step by step and bit for
+/// bit.
 class Slam {
  public:
   /// With the RrhcMatcher.
@@ -39,16 +43,35 @@ class Slam {
   /// searched on the whole map.
   void FinishMap();
 
+  /// Whether loops are looked for: not on a finished map.
+  bool closes_loops() const { return loops_.loops && !tracking_.on_finished_map(); }
+
+  /// The map that the next scan is matched to.
   const ByteMap& map() const { return matcher_->map(); }
   const TrackingState& tracking() const { return tracking_; }
-  std::int64_t map_version() const { return updater_.version(); }
-  /// As of MapUpdater.
-  std::int64_t num_scans_cut() const { return updater_.num_scans_cut(); }
+  std::int64_t map_version() const { return mapper_.local().version(); }
+  /// As of MapUpdater; with loops of the local map.
+  std::int64_t num_scans_cut() const { return mapper_.local().num_scans_cut(); }
+
+  /// With loops: all that is known when no more scans come.
+  struct Outcome {
+    ByteMap map;               ///< all that was seen
+    std::vector<Pose2> poses;  ///< T_map_laser of all scans integrated
+    KeyframeGraph graph;
+    std::int64_t num_loops_taken_out = 0;
+  };
+  Outcome Conclude() const;
 
  private:
+  void CloseLoops(const Keyframe& keyframe);
+
+  LoopParameters loops_;
   RaySelector selector_;
   std::unique_ptr<Matcher> matcher_;
-  MapUpdater updater_;
+  Mapper mapper_;
+  LoopCloser loop_closer_;
+  std::deque<GraphUpdate> updates_;  ///< that have not taken effect yet
+  std::int64_t num_loops_taken_out_ = 0;
   TrackingState tracking_;
 };
 

@@ -87,10 +87,28 @@ MapDelta MapUpdater::Update(const CriticalRays& scan, const ScanMatch& match) {
   const Pose2& pose = match.T_map_laser;
   if (finished_ || match.state == MatchState::kLost || !MovedEnough(pose)) return delta;
   if (scan.rays.size() == 0 || !InLimits(scan.rays, pose)) return delta;
-  Draw(scan.rays, pose, delta.tiles);
+  Draw(scan.rays, pose, &delta.tiles);
   delta.drawn = true;
   T_map_last_drawn_ = pose;
   return delta;
+}
+
+std::vector<TileChange> MapUpdater::DrawAnew(std::span<const PlacedScan> scans) {
+  std::vector<TileBytes> before;
+  for (const auto& entry : tiles_.entries()) before.push_back(std::exchange(*entry.tile, Tile()).bytes);
+  for (const auto& [rays, T_map_laser] : scans) {
+    if (rays->size() > 0 && InLimits(*rays, T_map_laser)) Draw(*rays, T_map_laser, nullptr);
+    T_map_last_drawn_ = T_map_laser;
+  }
+  std::vector<TileChange> changes;
+  before.resize(num_tiles(), Tile().bytes);
+  for (std::size_t i = 0; i < num_tiles(); ++i) {
+    auto& [index, tile] = tiles_.entries()[i];
+    tile->changed_in_version = version_;
+    std::vector<std::uint8_t> runs = PackRuns(before[i], tile->bytes);
+    if (!runs.empty()) changes.push_back({index, std::move(runs)});
+  }
+  return changes;
 }
 
 bool MapUpdater::InLimits(const ValidRays& rays, const Pose2& T_map_laser) const {
@@ -123,7 +141,7 @@ bool MapUpdater::MovedEnough(const Pose2& T_map_laser) const {
          std::abs(motion.yaw_rad) >= parameters_.update_angle_rad;
 }
 
-void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vector<TileChange>& changes) {
+void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vector<TileChange>* changes) {
   const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
   const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
   Eigen::Matrix2d rotation;
@@ -151,10 +169,11 @@ void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vect
     Tile& tile = *tiles_.Find(index);
     const TileBytes before = tile.bytes;
     Blend(tile, intensity);
+    if (!changes) continue;
     std::vector<std::uint8_t> runs = PackRuns(before, tile.bytes);
     if (runs.empty()) continue;
     tile.changed_in_version = version_;
-    changes.push_back({index, std::move(runs)});
+    changes->push_back({index, std::move(runs)});
   }
   marked_.clear();
   marking_ = nullptr;

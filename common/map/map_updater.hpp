@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "common/map/map_delta.hpp"
@@ -10,6 +11,12 @@
 #include "common/scan/scan_match.hpp"
 
 namespace crsm {
+
+/// A scan, and where it was taken.
+struct PlacedScan {
+  const ValidRays* rays;
+  Pose2 T_map_laser;
+};
 
 /// The owner of the map: draws matched scans into it. Source: section 6.
 class MapUpdater {
@@ -21,6 +28,10 @@ class MapUpdater {
   /// every call, also when nothing changes: a lost scan, one without rays or beyond the limits of the map, or too
   /// little motion since the last drawn. Throws std::invalid_argument if the scan is not the one that was matched.
   MapDelta Update(const CriticalRays& scan, const ScanMatch& match);
+
+  /// Draws all of the map anew, as of these scans in their order, in the version that there is. Returns what that
+  /// changes; for a replica of this version all tiles have changed.
+  std::vector<TileChange> DrawAnew(std::span<const PlacedScan> scans);
 
   /// Whether all of a scan that was taken there lies within the limits of the map.
   bool InLimits(const ValidRays& rays, const Pose2& T_map_laser) const;
@@ -48,7 +59,8 @@ class MapUpdater {
   struct Tile;
 
   bool MovedEnough(const Pose2& T_map_laser) const;
-  void Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vector<TileChange>& changes);
+  /// changes: nullptr where nobody asks.
+  void Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vector<TileChange>* changes);
   void MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void MarkHit(const Eigen::Vector2d& at_cells);

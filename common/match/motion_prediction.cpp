@@ -59,6 +59,18 @@ Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchParameters& para
   return recent.back().T_map_laser * Pose2{share * sum.x_m, share * sum.y_m, sum.yaw_rad};
 }
 
+std::optional<Pose2> ContinueMotion(std::span<const ScanMatch> recent, const MatchParameters& parameters) {
+  constexpr std::size_t kMostLost = 5;  // in a second the robot does something else
+  std::size_t num_lost = 0;
+  while (num_lost < recent.size() && recent[recent.size() - 1 - num_lost].state == MatchState::kLost) ++num_lost;
+  if (num_lost == 0 || num_lost > kMostLost || recent.size() < num_lost + 2) return std::nullopt;
+  const auto matched = recent.first(recent.size() - num_lost);
+  const Pose2 motion = Inverse(matched.back().T_map_laser) * PredictPose(matched, parameters);
+  Pose2 pose = matched.back().T_map_laser;
+  for (std::size_t i = 0; i <= num_lost; ++i) pose = pose * motion;
+  return pose;
+}
+
 std::optional<Pose2> PredictPoseByOdometry(std::span<const ScanMatch> recent, const std::optional<Pose2>& T_odom_robot,
                                            const MatchParameters& parameters) {
   if (!T_odom_robot || !recent.back().T_odom_robot) return std::nullopt;

@@ -16,6 +16,10 @@ namespace crsm {
 /// guess and tells no speed.
 Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchParameters& parameters);
 
+/// Where the robot is if it went on as before while its last scans were lost, five at most. Nothing if none was lost,
+/// or how it moved before that is not known.
+std::optional<Pose2> ContinueMotion(std::span<const ScanMatch> recent, const MatchParameters& parameters);
+
 /// The same by odometry: the last pose and the motion of the wheels since. Nothing if that is not to be trusted: when
 /// there was no odometry at either scan, when it jumps, or when it told the last motions worse than PredictPose did.
 ///

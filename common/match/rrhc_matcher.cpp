@@ -167,6 +167,15 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& pres
   const MotionBounds window{parameters_.window_m, parameters_.window_rad};
   const SearchResult near = RrhcSearch(parameters_, Objective{map_, rays.critical, start, pull_per_m2}, random)
                                 .Run({start, window, 1, parameters_.num_evaluations, expected.enough()});
+  // While it is lost the robot stands still, or goes on as before.
+  if (const auto onward = ContinueMotion(tracking.recent(), parameters_)) {
+    const SearchResult there = RrhcSearch(parameters_, Objective{map_, rays.critical, *onward, pull_per_m2}, random)
+                                   .Run({*onward, window, 1, parameters_.num_evaluations, expected.enough()});
+    if (there.best.fitness > near.best.fitness && Explains(there.best)) {
+      return {there.best.pose, *onward, pull_per_m2, near.evaluations + there.evaluations,
+              near.evaluations + there.best_evaluation};
+    }
+  }
   if (Explains(near.best)) return {near.best.pose, start, pull_per_m2, near.evaluations, near.best_evaluation};
 
   // Lost for a scan or two, as when people pass close by, the robot cannot have gone far; lost for longer, it can.
@@ -181,7 +190,9 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& pres
   const SearchResult wide = RrhcSearch(parameters_, without_pull, random)
                                 .Run({start, wide_window, kWideDraws, parameters_.wide_evaluations, expected.enough()});
   const int evaluations = near.evaluations + wide.evaluations;
-  if (wide.best.fitness > without_pull(near.best.pose) && Explains(wide.best)) {
+  const auto AgreementAt = [&](const Pose2& pose) { return ComputeAgreement(map_.cells(), rays.hits_m, pose); };
+  if (wide.best.fitness > without_pull(near.best.pose) && Explains(wide.best) &&
+      AgreementAt(wide.best.pose) >= AgreementAt(near.best.pose)) {
     return {wide.best.pose, start, 0.0, evaluations, near.evaluations + wide.best_evaluation};
   }
   return {near.best.pose, start, 0.0, evaluations, near.best_evaluation};

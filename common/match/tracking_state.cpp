@@ -47,6 +47,12 @@ void TrackingState::Add(const ScanMatch& match) {
   Append(recent_, match, kRecent);
 }
 
+void TrackingState::Move(const Pose2& T_new_old) {
+  for (ScanMatch& match : recent_) {
+    match.T_map_laser = T_new_old * match.T_map_laser;
+  }
+}
+
 double TrackingState::usual_fitness() const {
   if (fitnesses_.empty()) return 0.0;
   // The newest first: the order of a sum decides its last bit.

@@ -23,6 +23,9 @@ class TrackingState {
   /// The next scan was matched, or lost.
   void Add(const ScanMatch& match);
 
+  /// The map has moved: what was at T_old is at T_new_old * T_old.
+  void Move(const Pose2& T_new_old);
+
   /// Before the first scan.
   bool empty() const { return num_scans_ == 0; }
   std::int64_t num_scans() const { return num_scans_; }

@@ -70,6 +70,7 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
     results.trajectory_text ? results.trajectory_text(sink) : FormatTrajectory(results.matches, sink);
   });
   if (!results.truth.empty()) files.Write("truth.tum", FormatTrajectory(results.truth));
+  if (!results.graph_g2o.empty()) files.Write("graph.g2o", results.graph_g2o);
   files.Write("summary.json", results.summary_json);
   files.Rename();
 }

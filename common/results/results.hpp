@@ -16,11 +16,12 @@ namespace crsm {
 
 /// What a run leaves behind, or has so far.
 struct Results {
-  DenseGrid grid;            ///< may be empty
-  MatchSequence matches;     ///< of every scan, lost ones too
-  Trajectory truth;          ///< where the laser truly stood, from its first pose; empty if nobody knows
-  CriticalRays last_scan;    ///< drawn if `matches` has its pose
-  std::string summary_json;  ///< made by FormatSummary
+  DenseGrid grid;              ///< may be empty
+  MatchSequence matches;       ///< of every scan, lost ones too
+  Trajectory truth;            ///< where the laser truly stood, from its first pose; empty if nobody knows
+  CriticalRays last_scan;      ///< drawn if `matches` has its pose
+  std::string summary_json;    ///< made by FormatSummary
+  std::string graph_g2o = {};  ///< made by FormatG2o; empty where there is no pose graph
   /// Gives the text of trajectory.tum where it is made already, so that a long one is not made again for each writing;
   /// where this is empty it is made of `matches`.
   std::function<void(const Sink&)> trajectory_text = {};
@@ -36,6 +37,7 @@ struct Results {
 /// - overview.png: the map with trajectory and last scan, for people
 /// - trajectory.tum: T_map_laser of every scan
 /// - truth.tum: the true poses, if there are any
+/// - graph.g2o: the pose graph, if there is one
 /// - summary.json
 ///
 /// Each file is replaced as a whole, so a reader never sees half of one, and none before all are written: where one

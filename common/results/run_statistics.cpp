@@ -57,6 +57,11 @@ void RunStatistics::Add(const ScanMatch& match) {
   previous_ = match;
 }
 
+void RunStatistics::Correct(std::int64_t utime, const Pose2& T_map_laser) {
+  Sampled* sampled = FindSampled(utime);
+  if (sampled && sampled->T_map_laser) sampled->T_map_laser = T_map_laser;
+}
+
 RunStatistics::Values RunStatistics::values() const {
   Values values = values_;
   if (num_fitnesses_ > 0) values.mean_fitness = fitness_sum_ / static_cast<double>(num_fitnesses_);

@@ -22,6 +22,9 @@ class RunStatistics {
   /// The next match.
   void Add(const ScanMatch& match);
 
+  /// It is known better now where a scan was matched, after the map was put right.
+  void Correct(std::int64_t utime, const Pose2& T_map_laser);
+
   struct Values {
     std::int64_t scans = 0;
     std::int64_t lost = 0;

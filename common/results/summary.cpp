@@ -70,6 +70,9 @@ std::string FormatSummary(const Summary& summary) {
                {"counts", Json::object()},
                {"timings", Json::object()},
                {"parameters", Json::object()}};
+  if (const auto& loops = summary.loops) {
+    json["loops"] = {{"keyframes", loops->keyframes}, {"closed", loops->closed}, {"taken_out", loops->taken_out}};
+  }
   for (const auto& [name, count] : summary.counts) json["counts"][name] = count;
   for (const auto& [stage, timing] : summary.timings) {
     json["timings"][stage] = {

@@ -14,6 +14,13 @@
 
 namespace crsm {
 
+/// Places that the robot came back to.
+struct LoopSums {
+  std::int64_t keyframes = 0;
+  std::int64_t closed = 0;     ///< loops in the pose graph
+  std::int64_t taken_out = 0;  ///< that the others contradicted later
+};
+
 /// How long one stage took a scan.
 struct StageTiming {
   double p50_ms = 0.0;
@@ -35,6 +42,7 @@ struct Summary {
   double mean_fitness = 0.0;                   ///< of the matched scans (the paper's MFV), [0, 1]; 0 if there are none
   std::map<std::string, std::int64_t> counts;  ///< drops, resends, bad messages ..., by name
   std::map<std::string, StageTiming> timings;  ///< by stage
+  std::optional<LoopSums> loops;               ///< where they were looked for
   Verdict verdict;                             ///< whether the map is to be trusted
 };
 

@@ -225,6 +225,7 @@ void TakeOverParameters(CommandLine& command_line) {
   for (const auto& folder : journals) {
     CheckLaserParameters(folder, command_line);
     AdoptMapParameters(folder, command_line);
+    RefuseLoops(folder, command_line);
   }
 }
 

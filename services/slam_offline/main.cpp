@@ -8,6 +8,7 @@
 #include <memory>
 #include <unordered_set>
 
+#include "common/graph/g2o.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "common/scan/laser_judge.hpp"
@@ -88,14 +89,40 @@ void SayWhatWasLeftOut(const std::string& program, const std::string& name, cons
   if (run.slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", program, kMapIsFull));
 }
 
-/// Writes the results, says whether the map is to be trusted, and returns it.
-Trust WriteRun(const CommandLine& command_line, const LaserSource& source, const Run& run) {
+/// What was seen belongs elsewhere where loops were closed: map, poses and what is said of them follow the graph.
+Results PutRight(Run& run, Summary& summary) {
+  const Slam::Outcome outcome = run.slam.Conclude();
+  for (std::size_t i = 0; i < run.matches.size(); ++i) {
+    ScanMatch& match = run.matches[i];
+    match.T_map_laser = outcome.poses[i];
+    run.statistics.Correct(match.utime, match.T_map_laser);
+  }
+  Results results;
+  results.grid = outcome.map.ToDenseGrid();
+  results.graph_g2o = FormatG2o(outcome.graph.MakePoseGraph());
+  summary = Summarize(run.matches, results.grid);
+  summary.loops = {outcome.graph.size(), static_cast<std::int64_t>(outcome.graph.loops().size()),
+                   outcome.num_loops_taken_out};
+  summary.verdict = Judge(run.statistics, outcome.map);
+  return results;
+}
+
+Results Conclude(Run& run, Summary& summary) {
+  if (run.slam.closes_loops()) return PutRight(run, summary);
   Results results;
   results.grid = run.slam.map().ToDenseGrid();
+  summary = Summarize(run.matches, results.grid);
+  summary.verdict = Judge(run.statistics, run.slam.map());
+  return results;
+}
+
+/// Writes the results, says whether the map is to be trusted, and returns it.
+Trust WriteRun(const CommandLine& command_line, const LaserSource& source, Run& run) {
+  Summary summary;
+  Results results = Conclude(run, summary);
   results.matches = run.matches;
   results.last_scan = run.last_scan;
   results.truth = run.truth;
-  Summary summary = Summarize(results.matches, results.grid);
   summary.version = kVersion;
   summary.parameters[command_line.program()] = command_line.UsedValues();
   summary.map_version = run.slam.map_version();
@@ -104,11 +131,14 @@ Trust WriteRun(const CommandLine& command_line, const LaserSource& source, const
   summary.counts["scan_cut"] = run.slam.num_scans_cut();
   summary.timings[command_line.program()] = {run.latency.Percentile(0.5), run.latency.Percentile(0.95),
                                              run.latency.Percentile(0.99), run.latency.max_ms()};
-  summary.verdict = Judge(run.statistics, run.slam.map());
   results.summary_json = FormatSummary(summary);
   const std::string& out = command_line.settings().out;
   WriteResults(out, results);
   fmt::print("{} scans, {} lost, map of {:.0f} m2 in {}\n", summary.scans, summary.lost, summary.explored_area_m2, out);
+  if (const auto& loops = summary.loops) {
+    fmt::print("{} loops closed between {} keyframes, {} taken out\n", loops->closed, loops->keyframes,
+               loops->taken_out);
+  }
   for (const std::string& line : FormatVerdict(summary.verdict)) fmt::print("{}\n", line);
   return summary.verdict.trust;
 }
@@ -165,7 +195,7 @@ int main(int argc, char** argv) {
       "slam_offline",
       "Maps a log or a simulated world in one process. Exit codes: 0 done, 1 failed, 2 usage, "
       "3 with --strict: the map is not to be trusted.",
-      {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate},
+      {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate, kLoops},
       {"lcm_url", "channel_prefix", "out", "laser_channel", "until_damage", "localize", "start"});
   std::string name;
   command_line.app().add_option("SOURCE", name, crsm::DescribeSources())->required();

@@ -18,7 +18,7 @@ ParameterTexts ListTexts(const Parameters& parameters, const std::vector<Paramet
 }  // namespace
 
 ParameterTexts ListMapParameters(const Parameters& parameters) {
-  return ListTexts(parameters, {ParameterGroup::kScan, ParameterGroup::kUpdate});
+  return ListTexts(parameters, {ParameterGroup::kScan, ParameterGroup::kUpdate, ParameterGroup::kLoops});
 }
 
 void AdoptMapParameters(const std::filesystem::path& folder, CommandLine& command_line) {
@@ -47,6 +47,12 @@ void CheckLaserParameters(const std::filesystem::path& folder, const CommandLine
       fmt::format("the map of {} was made with {}: give this to {} and ray_selector, or the --preset of "
                   "its first run",
                   folder.string(), fmt::join(wrong, " "), command_line.program()));
+}
+
+void RefuseLoops(const std::filesystem::path& folder, const CommandLine& command_line) {
+  if (!command_line.parameters().loops.loops) return;
+  throw UsageError(fmt::format("the map of {} was made with --loops: go on with slam_offline, which alone closes loops",
+                               folder.string()));
 }
 
 }  // namespace crsm

@@ -23,4 +23,8 @@ void AdoptEarlierMapParameters(const std::string& resume, CommandLine& command_l
 /// of the laser. Throws UsageError with the flags for all of them if this one was told others than the journal's.
 void CheckLaserParameters(const std::filesystem::path& folder, const CommandLine& command_line);
 
+/// For the processes on a bus, which close no loops. Throws UsageError if the map that was taken over from there was
+/// made with --loops.
+void RefuseLoops(const std::filesystem::path& folder, const CommandLine& command_line);
+
 }  // namespace crsm

@@ -9,6 +9,8 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::infinity();  // there is no truth to compare with
 
+const std::vector<std::string> kWithLoops{"--loops", "--angle-scale", "1"};
+
 /// With the logs' full paths; those of which a file is missing are left out, and that is said.
 std::vector<Course> Find(const std::vector<Course>& courses) {
   std::vector<Course> found;
@@ -49,6 +51,9 @@ std::vector<Course> SimulatedCourses() {
       {"env1", {"sim:env1", "paper"}, 4, {0.060, 0.040, 0.0242, 0.001, 0.7025}},
       // worst_m 0.033, typical_m 0.025, mean_m 0.0131 (deviation 0.0020), lost 0, fitness 0.8279
       {"env4", {"sim:env4", "urg-04lx"}, 4, {0.037, 0.031, 0.0162, 0.001, 0.826}},
+      // Bent by the angles of its beams it ends 1.3 m to 2.3 m beside the truth without loops. Of the seeds 1 to 20:
+      // worst_m 0.500, typical_m 0.229, mean_m 0.1025 (deviation 0.032), lost 0, fitness about 0.71
+      {"block", {"sim:block", "sick", "", {}, kWithLoops}, 4, {0.60, 0.36, 0.15, 0.002, 0.69}},
       // Walls on borders of cells, as in the corridor.
       // worst_m 0.043, typical_m 0.041, mean_m 0.0350 (deviation 0.0002), lost 0, fitness 0.8005
       {"demo", {"sim:demo"}, 4, {0.047, 0.045, 0.0365, 0.001, 0.798}},
@@ -67,6 +72,24 @@ std::vector<Course> RealCourses() {
        {"radish/fr079.clf.gz", "sick", "radish/fr079.relations", {-0.04, 0.0, 0.0}},
        3,
        {0.205, 0.200, 0.0323, 0.0015, 0.7455}},
+      // With loops, and beams taken as they are said to look. Of 5 to 15 seeds the worst mean_m was 0.0373, 0.0188,
+      // 0.0334 and 0.0475. A single relation may be one that no loop holds: the worst is not bounded.
+      {"aces loop",
+       {"radish/aces.clf.gz", "sick", "radish/aces.relations", {}, kWithLoops},
+       2,
+       {kUnknown, kUnknown, 0.0375, 0.0012, 0.665}},
+      {"intel loop",
+       {"radish/intel.clf.gz", "sick", "radish/intel.relations", {}, kWithLoops},
+       2,
+       {kUnknown, kUnknown, 0.0200, 0.0008, 0.770}},
+      {"fr079 loop",
+       {"radish/fr079.clf.gz", "sick", "radish/fr079.relations", {-0.04, 0.0, 0.0}, kWithLoops},
+       2,
+       {kUnknown, kUnknown, 0.0340, 0.0015, 0.7455}},
+      {"killian",
+       {"radish/killian.clf.gz", "sick", "radish/killian.relations", {}, kWithLoops},
+       2,
+       {kUnknown, kUnknown, 0.0500, 0.0015, 0.690}},
       // Where these two went nobody knows. What their maps are worth shows in how well the scans fit into them.
       // lost 0.0026, fitness 0.6477
       {"exp1", {"urg04lx/exp1.clf.gz", "urg-04lx"}, 3, {kUnknown, kUnknown, kUnknown, 0.005, 0.644}},

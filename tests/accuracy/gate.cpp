@@ -104,7 +104,8 @@ class Gate {
 
   void Do(const Job& job) {
     const Course& course = courses_[job.course];
-    const Parameters parameters = ShippedParameters(course.drive.preset, static_cast<std::uint64_t>(job.seed));
+    const Parameters parameters =
+        ShippedParameters(course.drive.preset, static_cast<std::uint64_t>(job.seed), course.drive.flags);
     const Outcome outcome = Map(course.drive, parameters);
     const std::scoped_lock lock(mutex_);
     tallies_[job.course].Add(outcome);
@@ -112,14 +113,14 @@ class Gate {
   }
 
   void PrintTable() const {
-    fmt::print("{:<10}{:>5}{:>18}{:>18}{:>18}{:>18}{:>18}\n", "course", "runs", "worst [m]", "median worst [m]",
+    fmt::print("{:<11}{:>5}{:>18}{:>18}{:>18}{:>18}{:>18}\n", "course", "runs", "worst [m]", "median worst [m]",
                "mean error [m]", "lost", "fitness");
     for (std::size_t i = 0; i < courses_.size(); ++i) {
       const int num_runs = static_cast<int>(tallies_[i].worst_m.size());
       if (num_runs == 0) continue;
       const Bounds found = Conclude(tallies_[i], num_runs);
       const Bounds& bounds = courses_[i].bounds;
-      fmt::print("{:<10}{:>5}", courses_[i].name, num_runs);
+      fmt::print("{:<11}{:>5}", courses_[i].name, num_runs);
       for (const double Bounds::*value :
            {&Bounds::worst_m, &Bounds::typical_m, &Bounds::mean_m, &Bounds::lost, &Bounds::fitness}) {
         fmt::print("{:>9.4f} ({:>6.4f})", found.*value, bounds.*value);

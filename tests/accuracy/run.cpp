@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <map>
 #include <stdexcept>
 #include <vector>
 
@@ -32,16 +35,33 @@ Outcome Summarize(const std::vector<ScanMatch>& matches) {
   return outcome;
 }
 
+/// Loops move poses; and they are right or wrong themselves.
+void PutRight(const Slam& slam, const Trajectory& truth, Trajectory& trajectory, Outcome& outcome) {
+  const Slam::Outcome put_right = slam.Conclude();
+  for (std::size_t i = 0; i < trajectory.size(); ++i) trajectory[i].T_map_laser = put_right.poses[i];
+  outcome.num_loops = static_cast<int>(put_right.graph.loops().size());
+  std::map<std::int64_t, Pose2> true_poses;
+  for (const auto& [utime, pose] : truth) true_poses[utime] = pose;
+  if (true_poses.empty()) return;
+  for (const Loop& loop : put_right.graph.loops()) {
+    const Pose2& older = true_poses.at(put_right.graph.keyframe(loop.older).utime);
+    const Pose2& newer = true_poses.at(put_right.graph.keyframe(loop.newer).utime);
+    const Pose2 error = Inverse(Inverse(older) * newer) * loop.T_older_newer;
+    outcome.worst_loop_m = std::max(outcome.worst_loop_m, std::hypot(error.x_m, error.y_m));
+  }
+}
+
 }  // namespace
 
-Parameters ShippedParameters(const std::string& preset, std::uint64_t seed) {
+Parameters ShippedParameters(const std::string& preset, std::uint64_t seed, const std::vector<std::string>& flags) {
   using enum ParameterGroup;
-  CommandLine command_line("accuracy_tests", "", {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate}, {});
+  CommandLine command_line("accuracy_tests", "", {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate, kLoops}, {});
   const std::string seed_text = std::to_string(seed);
   std::vector<const char*> arguments{"accuracy_tests", "--seed", seed_text.c_str()};
   if (!preset.empty()) arguments.insert(arguments.end(), {"--preset", preset.c_str()});
+  for (const std::string& flag : flags) arguments.push_back(flag.c_str());
   if (command_line.Parse(static_cast<int>(arguments.size()), arguments.data())) {
-    throw std::runtime_error(fmt::format("preset {} is refused", preset));
+    throw std::runtime_error(fmt::format("preset {} with {} is refused", preset, fmt::join(flags, " ")));
   }
   return command_line.parameters();
 }
@@ -58,6 +78,7 @@ Outcome Map(const Drive& drive, const Parameters& parameters) {
     if (const auto T_start_laser = source->TruePose()) truth.push_back({scan->utime, *T_start_laser});
   }
   Outcome outcome = Summarize(matches);
+  if (slam.closes_loops()) PutRight(slam, truth, trajectory, outcome);
   if (!truth.empty()) {
     const TrajectoryError error = EvaluateTrajectory(trajectory, truth);
     outcome.worst_m = error.max_m;

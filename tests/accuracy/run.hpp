@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "common/math/pose2.hpp"
 #include "common/parameters.hpp"
@@ -10,10 +11,11 @@ namespace crsm {
 
 /// A way through a building: a simulated world or a real log.
 struct Drive {
-  std::string source;          ///< sim:NAME, or the path of a log
-  std::string preset = {};     ///< of scripts/presets; empty for none
-  std::string relations = {};  ///< the path of what is known about the log; empty for none
-  Pose2 T_robot_laser = {};    ///< where the laser stands on the robot, whose poses the relations are of
+  std::string source;                   ///< sim:NAME, or the path of a log
+  std::string preset = {};              ///< of scripts/presets; empty for none
+  std::string relations = {};           ///< the path of what is known about the log; empty for none
+  Pose2 T_robot_laser = {};             ///< where the laser stands on the robot, whose poses the relations are of
+  std::vector<std::string> flags = {};  ///< besides those of the preset
 };
 
 /// What one run came to. Errors are 0 where no truth is known.
@@ -22,11 +24,13 @@ struct Outcome {
   double error_m = 0.0;       ///< simulated: the root of the mean square of that distance; logs: mean of the relations
   double lost = 0.0;          ///< share of the scans
   double mean_fitness = 0.0;  ///< of the scans that were matched
+  int num_loops = 0;          ///< closed
+  double worst_loop_m = 0.0;  ///< simulated: how far a loop is from the truth, at most
 };
 
-/// The parameters of a program that was started with this preset and seed, and nothing else. Throws std::runtime_error
-/// if there is no such preset.
-Parameters ShippedParameters(const std::string& preset, std::uint64_t seed);
+/// The parameters of a program that was started with this preset and seed, and no flags but these. Throws
+/// std::runtime_error if there is no such preset or flag.
+Parameters ShippedParameters(const std::string& preset, std::uint64_t seed, const std::vector<std::string>& flags = {});
 
 /// Maps the drive in this process. Throws std::runtime_error if the source or the relations cannot be read.
 Outcome Map(const Drive& drive, const Parameters& parameters);

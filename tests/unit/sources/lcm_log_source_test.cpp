@@ -309,7 +309,7 @@ TEST_CASE("a source that cannot be opened is an error of one line") {
               " is neither a CARMEN log (no FLASER or ROBOTLASER1 line in its first 10000 lines) "
               "nor an LCM log");
   }
-  CHECK(error_of("sim:no_such").find("built in are corridor, demo") != std::string::npos);
+  CHECK(error_of("sim:no_such").find("built in are block, corridor, demo") != std::string::npos);
 }
 
 TEST_CASE("the real LCM log has the sweeps that its description says", "[logs]") {

@@ -1,0 +1,11 @@
+#include "common/graph/draw_scans.hpp"
+
+namespace crsm {
+
+ByteMap DrawScans(const UpdateParameters& drawing, std::span<const PlacedScan> scans) {
+  ByteMap cells(drawing.cell_size_m);
+  for (const TileChange& tile : MapUpdater(drawing).DrawAnew(scans)) cells.Apply(tile);
+  return cells;
+}
+
+}  // namespace crsm

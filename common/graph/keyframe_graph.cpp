@@ -1,0 +1,160 @@
+#include "common/graph/keyframe_graph.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+
+namespace crsm {
+namespace {
+
+constexpr MotionSigma kMotion{0.01, 0.01, 0.0015};
+constexpr double kAlongOpenAxis_m = 0.05;
+constexpr double kAcrossLost = 10.0;
+constexpr MotionSigma kLoop{0.03, 0.03, 0.005};
+
+constexpr double kContradicted = 36.0;  ///< a loop's squared error, in standard deviations: six of them
+
+double Length(const Pose2& motion) { return std::sqrt(motion.x_m * motion.x_m + motion.y_m * motion.y_m); }
+
+/// What the match of a keyframe tells of where it is, seen from an older one.
+GraphEdge MakeMatchedEdge(int older, int index, const Pose2& T_older_this, const Keyframe& keyframe) {
+  MotionSigma sigma = kMotion;
+  Eigen::Vector2d axis = Eigen::Vector2d::UnitX();
+  if (keyframe.open_axis) {
+    const auto [sin, cos] = ComputeSinCos(T_older_this.yaw_rad);
+    const Eigen::Vector2d& open = *keyframe.open_axis;
+    axis = {cos * open.x() - sin * open.y(), sin * open.x() + cos * open.y()};
+    sigma.x_m = kAlongOpenAxis_m;
+  }
+  if (keyframe.after_lost && older == index - 1) {
+    sigma = {kAcrossLost * sigma.x_m, kAcrossLost * sigma.y_m, kAcrossLost * sigma.yaw_rad};
+  }
+  return GraphEdge::Make(older, index, T_older_this, sigma, axis);
+}
+
+GraphEdge MakeLoopEdge(const Loop& loop) {
+  GraphEdge edge = GraphEdge::Make(loop.older, loop.newer, loop.T_older_newer, kLoop);
+  edge.may_be_wrong = true;
+  return edge;
+}
+
+}  // namespace
+
+int KeyframeGraph::Add(Keyframe keyframe) {
+  const int index = size();
+  const Pose2& motion = keyframe.T_previous_this;
+  links_.emplace_back();
+  poses_.push_back(index == 0 ? Pose2{} : poses_.back() * motion);
+  path_m_.push_back(index == 0 ? 0.0 : path_m_.back() + Length(motion));
+  if (index > 0) Link(index - 1, index, Length(motion));
+  if (keyframe.tie) Link(keyframe.tie->keyframe, index, Length(keyframe.tie->T_keyframe_this));
+  keyframes_.push_back(std::move(keyframe));
+  return index;
+}
+
+void KeyframeGraph::AddLoop(const Loop& loop) {
+  loops_.push_back(loop);
+  Link(loop.older, loop.newer, Length(loop.T_older_newer));
+}
+
+void KeyframeGraph::DropLoop(const Loop& loop) {
+  const auto found = std::find(loops_.begin(), loops_.end(), loop);
+  if (found == loops_.end()) return;
+  Unlink(loop.older, loop.newer, Length(loop.T_older_newer));
+  loops_.erase(found);
+}
+
+void KeyframeGraph::DropTies(int first) {
+  for (int i = first; i < size(); ++i) {
+    auto& tie = keyframes_[static_cast<std::size_t>(i)].tie;
+    if (tie) Unlink(tie->keyframe, i, Length(tie->T_keyframe_this));
+    tie.reset();
+  }
+}
+
+int KeyframeGraph::FindByPath(double path_m) const {
+  const auto next = std::lower_bound(path_m_.begin(), path_m_.end(), path_m);
+  return std::min(static_cast<int>(next - path_m_.begin()), size() - 1);
+}
+
+Pose2 KeyframeGraph::Motion(int from, int to) const {
+  Pose2 motion;
+  for (int i = std::min(from, to) + 1; i <= std::max(from, to); ++i) motion = motion * keyframe(i).T_previous_this;
+  return from <= to ? motion : Inverse(motion);
+}
+
+std::vector<std::pair<int, double>> KeyframeGraph::FindWithin(int from, double reach_m) const {
+  using Node = std::pair<double, int>;  // distance first: the nearest is at the top
+  std::priority_queue<Node, std::vector<Node>, std::greater<>> front;
+  std::vector<double> distance_m(keyframes_.size(), HUGE_VAL);
+  std::vector<std::pair<int, double>> found;
+  distance_m[static_cast<std::size_t>(from)] = 0.0;
+  front.emplace(0.0, from);
+  while (!front.empty()) {
+    const auto [distance, at] = front.top();
+    front.pop();
+    if (distance > distance_m[static_cast<std::size_t>(at)]) continue;
+    found.emplace_back(at, distance);
+    for (const auto& [next, length_m] : links_[static_cast<std::size_t>(at)]) {
+      const double there_m = distance + length_m;
+      double& known_m = distance_m[static_cast<std::size_t>(next)];
+      if (there_m > reach_m || there_m >= known_m) continue;
+      known_m = there_m;
+      front.emplace(there_m, next);
+    }
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+PoseGraph KeyframeGraph::MakePoseGraph() const {
+  PoseGraph graph;
+  for (const Pose2& pose : poses_) graph.AddPose(pose);
+  for (int i = 1; i < size(); ++i) {
+    const Keyframe& at = keyframe(i);
+    graph.AddEdge(MakeMatchedEdge(i - 1, i, at.T_previous_this, at));
+    if (at.tie) graph.AddEdge(MakeMatchedEdge(at.tie->keyframe, i, at.tie->T_keyframe_this, at));
+  }
+  for (const Loop& loop : loops_) graph.AddEdge(MakeLoopEdge(loop));
+  return graph;
+}
+
+std::vector<Loop> KeyframeGraph::Optimise() {
+  PoseGraph graph = MakePoseGraph();
+  graph.Optimise();
+  poses_ = graph.poses();
+  std::vector<Loop> contradicted;
+  for (const Loop& loop : loops_) {
+    if (graph.SquaredError(MakeLoopEdge(loop)) > kContradicted) contradicted.push_back(loop);
+  }
+  for (const Loop& loop : contradicted) DropLoop(loop);
+  return contradicted;
+}
+
+void KeyframeGraph::Apply(const GraphUpdate& update) {
+  for (const Loop& loop : update.closed) AddLoop(loop);
+  for (const Loop& loop : update.taken_out) DropLoop(loop);
+  if (update.ties_wrong_from) DropTies(*update.ties_wrong_from);
+  const std::size_t num = update.poses.size();
+  if (num == 0) return;
+  const Pose2 correction = update.poses.back() * Inverse(poses_[num - 1]);
+  std::copy(update.poses.begin(), update.poses.end(), poses_.begin());
+  for (std::size_t i = num; i < poses_.size(); ++i) poses_[i] = correction * poses_[i];
+}
+
+void KeyframeGraph::Link(int a, int b, double length_m) {
+  links_[static_cast<std::size_t>(a)].emplace_back(b, length_m);
+  links_[static_cast<std::size_t>(b)].emplace_back(a, length_m);
+}
+
+void KeyframeGraph::Unlink(int a, int b, double length_m) {
+  const auto Drop = [&](int at, int to) {
+    auto& links = links_[static_cast<std::size_t>(at)];
+    const auto found = std::find(links.begin(), links.end(), std::pair(to, length_m));
+    if (found != links.end()) links.erase(found);
+  };
+  Drop(a, b);
+  Drop(b, a);
+}
+
+}  // namespace crsm

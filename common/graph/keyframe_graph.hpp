@@ -1,0 +1,97 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "common/graph/pose_graph.hpp"
+#include "common/scan/valid_rays.hpp"
+
+namespace crsm {
+
+/// A match on a part of the map that was drawn long ago: where the robot stands by it.
+struct Tie {
+  int keyframe = 0;  ///< the older one
+  Pose2 T_keyframe_this;
+  friend bool operator==(const Tie&, const Tie&) = default;
+};
+
+/// A scan that was drawn into the map.
+struct Keyframe {
+  std::int64_t utime = 0;
+  ValidRays rays;
+  Pose2 T_previous_this;    ///< the motion since the keyframe before, as matched; of no meaning in the first
+  bool after_lost = false;  ///< scans were lost between the two
+  std::optional<Eigen::Vector2d> open_axis = std::nullopt;  ///< laser frame: along it the walls did not tell
+  std::optional<Tie> tie = std::nullopt;
+};
+
+/// Two keyframes that saw the same place, far apart along the path.
+struct Loop {
+  int older = 0;
+  int newer = 0;
+  Pose2 T_older_newer;
+  friend bool operator==(const Loop&, const Loop&) = default;
+};
+
+/// What a keyframe has brought to the graph.
+struct GraphUpdate {
+  int keyframe = 0;                                   ///< the newest one then
+  std::vector<Loop> closed;                           ///< by it
+  std::vector<Loop> taken_out;                        ///< which all others contradict
+  std::optional<int> ties_wrong_from = std::nullopt;  ///< ties of this keyframe and of all newer ones so far are wrong
+  std::vector<Pose2> poses;  ///< T_map_keyframe of all keyframes up to that one; empty: as they were
+};
+
+/// Keyframes along the path, the motions between them, ties and loops: what is known of the poses.
+class KeyframeGraph {
+ public:
+  /// The next keyframe. Its pose follows from that of the one before; the first is the origin. Returns its index.
+  int Add(Keyframe keyframe);
+
+  void AddLoop(const Loop& loop);
+  void DropLoop(const Loop& loop);  ///< nothing if it is not there
+
+  /// Takes the ties of a keyframe and of all newer ones for wrong.
+  void DropTies(int first);
+
+  int size() const { return static_cast<int>(keyframes_.size()); }
+  const Keyframe& keyframe(int index) const { return keyframes_[static_cast<std::size_t>(index)]; }
+  const Pose2& pose(int index) const { return poses_[static_cast<std::size_t>(index)]; }  ///< T_map_keyframe
+  const std::vector<Pose2>& poses() const { return poses_; }
+  const std::vector<Loop>& loops() const { return loops_; }
+  /// Along the path, from the first keyframe [m].
+  double path_m(int index) const { return path_m_[static_cast<std::size_t>(index)]; }
+  /// The first keyframe so far along the path or further; the newest one if none is.
+  int FindByPath(double path_m) const;
+
+  /// T_from_to along the path, by matched motions alone: what it says never changes.
+  Pose2 Motion(int from, int to) const;
+
+  /// How far each keyframe is that lies within `reach_m` of one along the motions, ties and loops [m]; by index.
+  std::vector<std::pair<int, double>> FindWithin(int from, double reach_m) const;
+
+  /// The poses and all that is known of the motions between them.
+  PoseGraph MakePoseGraph() const;
+
+  /// Moves the poses to where they agree best. Returns the loops that the others contradict, and takes them out.
+  std::vector<Loop> Optimise();
+
+  /// Takes over what another graph of the same keyframes has learned. Keyframes that it did not have yet follow the
+  /// last one that it had, as a rigid body.
+  void Apply(const GraphUpdate& update);
+
+ private:
+  void Link(int a, int b, double length_m);
+  void Unlink(int a, int b, double length_m);
+
+  std::vector<Keyframe> keyframes_;
+  std::vector<double> path_m_;
+  std::vector<Pose2> poses_;
+  std::vector<Loop> loops_;
+  std::vector<std::vector<std::pair<int, double>>> links_;  ///< by keyframe: to which, and how far
+};
+
+}  // namespace crsm

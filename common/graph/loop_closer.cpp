@@ -1,0 +1,81 @@
+#include "common/graph/loop_closer.hpp"
+
+#include <cmath>
+
+namespace crsm {
+namespace {
+
+/// Whether two poses are one, but for some decimetres.
+bool AreNear(const Pose2& a, const Pose2& b, double near_m, double near_rad) {
+  const Pose2 error = Inverse(a) * b;
+  return std::sqrt(error.x_m * error.x_m + error.y_m * error.y_m) < near_m && std::abs(error.yaw_rad) < near_rad;
+}
+
+}  // namespace
+
+GraphUpdate LoopCloser::Add(Keyframe keyframe) {
+  constexpr double kSearchEvery_m = 1.0;
+  constexpr double kCheckEvery_m = 5.0;
+  if (graph_.size() <= ties_wrong_until_) keyframe.tie.reset();
+  GraphUpdate update;
+  update.keyframe = graph_.Add(std::move(keyframe));
+  const double here_m = graph_.path_m(update.keyframe);
+  if (here_m < next_search_m_) return update;
+  next_search_m_ = here_m + kSearchEvery_m;
+  const bool check = here_m >= next_check_m_;
+  if (check) next_check_m_ = here_m + kCheckEvery_m;
+
+  const auto finding = SearchLoop(graph_, parameters_.local_map_m, check);
+  if (!finding) return update;
+  if (finding->known && AgreesWithGraph(*finding)) {
+    verified_ = update.keyframe;
+    return update;
+  }
+  update.closed = Confirm(*finding);
+  if (update.closed.empty()) return update;
+  if (finding->known) {
+    update.ties_wrong_from = verified_ + 1;
+    graph_.DropTies(verified_ + 1);
+    ties_wrong_until_ = update.keyframe + parameters_.lag;
+  }
+  verified_ = update.keyframe;
+  for (const Loop& loop : update.closed) graph_.AddLoop(loop);
+  update.taken_out = graph_.Optimise();
+  update.poses = graph_.poses();
+  return update;
+}
+
+bool LoopCloser::AgreesWithGraph(const LoopFinding& finding) const {
+  const Pose2 expected = Inverse(graph_.pose(finding.older)) * graph_.pose(finding.newer);
+  return AreNear(expected, finding.T_older_newer, 0.3, 0.1);
+}
+
+/// Whether they are of one drift: the robot moved between them as it was matched.
+bool LoopCloser::Agree(const LoopFinding& earlier, const LoopFinding& later) const {
+  constexpr double kLeastApart_m = 3.0;  // what is nearer saw mostly the same
+  if (graph_.path_m(later.newer) - graph_.path_m(earlier.newer) < kLeastApart_m) return false;
+  const Pose2 expected = Inverse(graph_.pose(later.older)) * graph_.pose(earlier.older) * earlier.T_older_newer *
+                         graph_.Motion(earlier.newer, later.newer);
+  return AreNear(expected, later.T_older_newer, 0.3, 0.04);
+}
+
+/// The loops of a finding and of an earlier one that agrees with it; none without such a one.
+std::vector<Loop> LoopCloser::Confirm(const LoopFinding& finding) {
+  constexpr double kRemembered_m = 20.0;
+  const double here_m = graph_.path_m(finding.newer);
+  while (!findings_.empty() && here_m - graph_.path_m(findings_.front().finding.newer) > kRemembered_m) {
+    findings_.pop_front();
+  }
+  std::vector<Loop> loops;
+  findings_.push_back({finding});
+  for (std::size_t i = 0; i + 1 < findings_.size() && loops.empty(); ++i) {
+    if (!Agree(findings_[i].finding, finding)) continue;
+    for (Remembered* one : {&findings_[i], &findings_.back()}) {
+      if (std::exchange(one->is_loop, true)) continue;
+      if (const auto loop = MakeLoop(graph_, one->finding, drawing_)) loops.push_back(*loop);
+    }
+  }
+  return loops;
+}
+
+}  // namespace crsm

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "common/graph/keyframe_graph.hpp"
+#include "common/graph/loop_search.hpp"
+#include "common/parameters.hpp"
+
+namespace crsm {
+
+/// Finds where the path comes back to where it was, and puts the keyframes where they agree best.
+///
+/// A wrong loop is worse than none. A place has to fit, and clearly better than any other; then a second finding, some
+/// metres later, has to agree with the first one; in the graph a loop that contradicts all others counts for nothing
+/// (Geman and McClure's loss), and is taken out.
+///
+/// The same keyframes give the same updates, to the last bit.
+class LoopCloser {
+ public:
+  LoopCloser(const LoopParameters& parameters, const UpdateParameters& drawing)
+      : parameters_(parameters), drawing_(drawing) {}
+
+  GraphUpdate Add(Keyframe keyframe);
+
+  const KeyframeGraph& graph() const { return graph_; }
+
+ private:
+  struct Remembered {
+    LoopFinding finding;
+    bool is_loop = false;
+  };
+
+  bool AgreesWithGraph(const LoopFinding& finding) const;
+  bool Agree(const LoopFinding& earlier, const LoopFinding& later) const;
+  std::vector<Loop> Confirm(const LoopFinding& finding);
+
+  LoopParameters parameters_;
+  UpdateParameters drawing_;
+  KeyframeGraph graph_;
+  std::deque<Remembered> findings_;  ///< of the last metres
+  double next_search_m_ = 0.0;
+  double next_check_m_ = 0.0;
+  int verified_ = 0;           ///< the last keyframe of which it is known that it is where the graph says
+  int ties_wrong_until_ = -1;  ///< keyframes up to here were matched on a map that was wrong
+};
+
+}  // namespace crsm

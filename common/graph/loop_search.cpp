@@ -1,0 +1,228 @@
+#include "common/graph/loop_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_set>
+
+#include "common/graph/draw_scans.hpp"
+#include "common/graph/place_search.hpp"
+#include "common/match/global_search.hpp"
+#include "common/match/scored_map.hpp"
+#include "common/match/summit.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr double kSubmapReach_m = 12.0;  ///< of the path, to either side of its middle
+constexpr double kRecent_m = 8.0;        ///< of the path: what was seen there is looked for
+constexpr double kFarthestPoint_m = 15.0;
+constexpr double kCell_m = 0.05;
+constexpr double kLeastScoreOfPlace = 0.55;
+constexpr double kRivalShare = 0.9;  ///< corridors are alike every few metres
+constexpr int kMostEvaluations = 60'000;
+
+/// Part of the path, by its keyframes, both ends included.
+struct Submap {
+  int middle;
+  int first;
+  int last;
+};
+
+Submap MakeSubmap(const KeyframeGraph& graph, int middle, int newest) {
+  const double middle_m = graph.path_m(middle);
+  const int latest = graph.FindByPath(graph.path_m(newest) - kLongAgo_m);
+  return {middle, graph.FindByPath(middle_m - kSubmapReach_m),
+          std::min(graph.FindByPath(middle_m + kSubmapReach_m), latest)};
+}
+
+/// Hits of some keyframes nearer than `farthest_m` to their laser and to the frame's keyframe. 2 x N.
+Eigen::Matrix2Xd CollectHits(const KeyframeGraph& graph, const Submap& part, double farthest_m) {
+  std::vector<Eigen::Vector2d> all;
+  Pose2 T_frame_at = graph.Motion(part.middle, part.first);
+  for (int i = part.first; i <= part.last; ++i) {
+    if (i > part.first) T_frame_at = T_frame_at * graph.keyframe(i).T_previous_this;
+    const Eigen::Matrix2Xd hits_m = ComputeHits(graph.keyframe(i).rays);
+    const auto [sin, cos] = ComputeSinCos(T_frame_at.yaw_rad);
+    for (Eigen::Index k = 0; k < hits_m.cols(); ++k) {
+      const Eigen::Vector2d at(T_frame_at.x_m + cos * hits_m(0, k) - sin * hits_m(1, k),
+                               T_frame_at.y_m + sin * hits_m(0, k) + cos * hits_m(1, k));
+      const double distance2_m2 = std::max(hits_m.col(k).squaredNorm(), at.squaredNorm());
+      if (distance2_m2 < farthest_m * farthest_m) all.push_back(at);
+    }
+  }
+  Eigen::Matrix2Xd points_m(2, static_cast<Eigen::Index>(all.size()));
+  for (std::size_t i = 0; i < all.size(); ++i) points_m.col(static_cast<Eigen::Index>(i)) = all[i];
+  return points_m;
+}
+
+/// What was seen on the last metres, in the frame of the newest keyframe: one point of each small square, and few.
+Eigen::Matrix2Xd CollectRecentPoints(const KeyframeGraph& graph, int newest) {
+  constexpr double kSquare_m = 0.1;
+  constexpr Eigen::Index kMostPoints = 300;
+  const Submap recent{newest, graph.FindByPath(graph.path_m(newest) - kRecent_m), newest};
+  const Eigen::Matrix2Xd hits_m = CollectHits(graph, recent, kFarthestPoint_m);
+  std::unordered_set<std::int64_t> taken;
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
+    const auto x = static_cast<std::int64_t>(std::floor(hits_m(0, i) / kSquare_m));
+    const auto y = static_cast<std::int64_t>(std::floor(hits_m(1, i) / kSquare_m));
+    if (taken.insert(x * (std::int64_t{1} << 32) + y).second) kept.push_back(i);
+  }
+  const auto num_kept = static_cast<Eigen::Index>(kept.size());
+  Eigen::Matrix2Xd points_m(2, std::min(num_kept, kMostPoints));
+  for (Eigen::Index i = 0; i < points_m.cols(); ++i) {
+    points_m.col(i) = hits_m.col(kept[static_cast<std::size_t>(i * num_kept / points_m.cols())]);
+  }
+  return points_m;
+}
+
+double Distance(const Pose2& a, const Pose2& b) {
+  return std::sqrt((a.x_m - b.x_m) * (a.x_m - b.x_m) + (a.y_m - b.y_m) * (a.y_m - b.y_m));
+}
+
+/// How far poses may have drifted apart over some way.
+struct Drift {
+  double reach_m;
+  double reach_rad;
+
+  static Drift Over(double way_m) { return {std::min(1.0 + 0.02 * way_m, 15.0), std::min(0.1 + 0.0006 * way_m, 0.6)}; }
+};
+
+struct Candidate {
+  int middle;    ///< of a submap
+  double way_m;  ///< over which the poses may have drifted apart
+};
+
+/// Where the newest keyframe may be.
+struct Candidates {
+  std::vector<Candidate> unknown;  ///< for which the graph does not vouch
+  std::optional<int> known;        ///< the nearest old keyframe for which it does
+};
+
+Candidates FindCandidates(const KeyframeGraph& graph, int newest, double local_map_m) {
+  constexpr double kPassing_m = 2.0;  // from one path to the other, where they meet
+  constexpr double kKnown_m = 2.5;
+  Candidates found;
+  std::vector<double> by_graph_m;  // from the newest; not looked for before there is something near
+  double nearest_m = kKnown_m;
+  int last_slot = -1;
+  for (int i = 0; i < newest && graph.path_m(newest) - graph.path_m(i) > kLongAgo_m; ++i) {
+    const double by_path_m = graph.path_m(newest) - graph.path_m(i);
+    const double away_m = Distance(graph.pose(i), graph.pose(newest));
+    if (away_m > Drift::Over(by_path_m).reach_m + kPassing_m) continue;
+    if (by_graph_m.empty()) {
+      by_graph_m.assign(static_cast<std::size_t>(newest), HUGE_VAL);
+      for (const auto& [index, distance_m] : graph.FindWithin(newest, local_map_m)) {
+        if (index < newest) by_graph_m[static_cast<std::size_t>(index)] = distance_m;
+      }
+    }
+    // A way through the graph that is much longer than the crow flies is not agreement: the chain may be bent.
+    const double way_m = std::min(by_graph_m[static_cast<std::size_t>(i)], by_path_m);
+    if (way_m <= local_map_m && way_m <= 12.0 + 2.0 * away_m) {
+      if (away_m < nearest_m) {
+        nearest_m = away_m;
+        found.known = i;
+      }
+      continue;
+    }
+    if (away_m > Drift::Over(way_m).reach_m + kPassing_m) continue;
+    const int slot = static_cast<int>(graph.path_m(i) / kSubmapReach_m);
+    if (slot != last_slot) {
+      found.unknown.push_back({graph.FindByPath((slot + 0.5) * kSubmapReach_m), way_m});
+    } else {
+      found.unknown.back().way_m = std::max(found.unknown.back().way_m, way_m);
+    }
+    last_slot = slot;
+  }
+  return found;
+}
+
+/// Searches of one newest keyframe.
+class PlaceFinder {
+ public:
+  PlaceFinder(const KeyframeGraph& graph, int newest)
+      : graph_(graph), newest_(newest), points_m_(CollectRecentPoints(graph, newest)) {}
+
+  bool HasEnough() const { return points_m_.cols() >= 100; }
+
+  Place Find(const HitPyramid& pyramid, int middle, const Drift& drift, int most_evaluations) const {
+    const Pose2 presumed = Inverse(graph_.pose(middle)) * graph_.pose(newest_);
+    return FindPlace(pyramid, points_m_, {presumed, drift.reach_m, drift.reach_rad},
+                     {kFarthestPoint_m, kLeastScoreOfPlace, kRivalShare, most_evaluations});
+  }
+
+  HitPyramid MakePyramid(int middle) const {
+    constexpr double kFarthest_m = 80.0;
+    return HitPyramid(CollectHits(graph_, MakeSubmap(graph_, middle, newest_), kFarthest_m), kCell_m);
+  }
+
+  /// Where the matches say that the robot is: if it fits there, whether nowhere nearby as well; else further away.
+  Place Check(int middle) const {
+    constexpr double kFine = 0.6;
+    constexpr int kFew = 5000;  // a place that takes longer is like others
+    const HitPyramid pyramid = MakePyramid(middle);
+    const bool fits = Find(pyramid, middle, {0.3, 0.03}, kMostEvaluations).score >= kFine;
+    return fits ? Find(pyramid, middle, {2.5, 0.1}, kFew) : Find(pyramid, middle, {6.0, 0.2}, kMostEvaluations);
+  }
+
+ private:
+  const KeyframeGraph& graph_;
+  int newest_;
+  Eigen::Matrix2Xd points_m_;
+};
+
+}  // namespace
+
+std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_map_m, bool check) {
+  constexpr double kSamePlace_m = 0.6;
+  const int newest = graph.size() - 1;
+  const Candidates candidates = FindCandidates(graph, newest, local_map_m);
+  const bool checks = candidates.unknown.empty() && check && candidates.known;
+  if (candidates.unknown.empty() && !checks) return std::nullopt;
+  const PlaceFinder finder(graph, newest);
+  if (!finder.HasEnough()) return std::nullopt;
+
+  std::optional<LoopFinding> best;
+  double rival = 0.0;
+  const auto Take = [&](int middle, const Place& place) {
+    if (place.score == 0.0) return;
+    rival = std::max(rival, place.rival);
+    const LoopFinding finding{middle, newest, place.pose, place.score, checks};
+    const auto PoseOf = [&](const LoopFinding& of) { return graph.pose(of.older) * of.T_older_newer; };
+    if (best && Distance(PoseOf(finding), PoseOf(*best)) > kSamePlace_m) {
+      rival = std::max(rival, std::min(place.score, best->score));
+    }
+    if (!best || place.score > best->score) best = finding;
+  };
+  for (const auto& [middle, way_m] : candidates.unknown) {
+    Take(middle, finder.Find(finder.MakePyramid(middle), middle, Drift::Over(way_m), kMostEvaluations));
+  }
+  if (checks) Take(*candidates.known, finder.Check(*candidates.known));
+  if (!best || rival > kRivalShare * best->score) return std::nullopt;
+  return best;
+}
+
+std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& finding, const UpdateParameters& drawing) {
+  constexpr double kSummit_rad = 0.02;
+  const Submap submap = MakeSubmap(graph, finding.older, finding.newer);
+  std::vector<PlacedScan> scans;
+  for (int i = submap.first; i <= submap.last; ++i) {
+    scans.push_back({&graph.keyframe(i).rays, graph.Motion(finding.older, i)});
+  }
+  const ScoredMap map(DrawScans(drawing, scans), 0.0, true);
+  const RaysInCells rays = map.InCells(CollectRecentPoints(graph, finding.newer));
+  const Pose2 pose =
+      FindSummit(finding.T_older_newer, kCell_m, kSummit_rad, [&](const Pose2& at) { return map.Fitness(rays, at); });
+
+  // Of 118 right loops the lowest two had 0.25 and 0.30, nine in ten more than 0.49.
+  constexpr double kLeastAgreement = 0.2;
+  const Eigen::Matrix2Xd newest_hits_m = ComputeHits(graph.keyframe(finding.newer).rays);
+  if (ComputeAgreement(map.cells(), newest_hits_m, pose) < kLeastAgreement) return std::nullopt;
+  const auto nearest = std::min_element(scans.begin(), scans.end(), [&](const PlacedScan& a, const PlacedScan& b) {
+    return Distance(a.T_map_laser, pose) < Distance(b.T_map_laser, pose);
+  });
+  return Loop{submap.first + static_cast<int>(nearest - scans.begin()), finding.newer,
+              Inverse(nearest->T_map_laser) * pose};
+}
+
+}  // namespace crsm

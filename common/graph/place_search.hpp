@@ -1,0 +1,78 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "common/math/pose2.hpp"
+
+namespace crsm {
+
+/// Hits of a stretch of the path on a grid, and on coarser and coarser ones that say whether there is one nearby.
+class HitPyramid {
+ public:
+  static constexpr int kLevels = 7;
+
+  /// hits_m: 2 x N; of none there is no place.
+  HitPyramid(const Eigen::Matrix2Xd& hits_m, double cell_m);
+
+  double cell_m() const { return cell_m_; }
+
+  /// How many of the points, moved to a pose, lie on hits, give or take a cell; at a level above 0, how many would at
+  /// most if each was moved by up to 2^level - 1 cells more. x_cells, y_cells: of the points, in cells.
+  /// Once it is clear that there are fewer than `least`, some number below that.
+  int Count(int level, const Eigen::ArrayXf& x_cells, const Eigen::ArrayXf& y_cells, const Pose2& pose,
+            int least) const;
+
+ private:
+  struct Grid {
+    int width = 0;
+    int height = 0;
+    std::vector<std::uint8_t> cells;
+    std::uint8_t At(int x, int y) const {
+      return static_cast<unsigned>(x) < static_cast<unsigned>(width) &&
+                     static_cast<unsigned>(y) < static_cast<unsigned>(height)
+                 ? cells[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)]
+                 : std::uint8_t{0};
+    }
+  };
+
+  static Grid Widen(const Grid& grid, int reach);
+  static Grid Halve(const Grid& grid);
+
+  double cell_m_;
+  Eigen::Vector2d origin_m_ = Eigen::Vector2d::Zero();
+  std::array<Grid, kLevels> levels_;
+};
+
+/// Where to look: so far to each side of a pose.
+struct PlaceWindow {
+  Pose2 centre;
+  double reach_m;
+  double reach_rad;
+};
+
+/// What counts as a place.
+struct PlaceTerms {
+  double farthest_m;     ///< of the points from the laser
+  double least_score;    ///< of the best place
+  double rival_share;    ///< of the best score: as good as this, another place is a rival
+  int most_evaluations;  ///< more say that too much is alike
+};
+
+/// The best place of some points.
+struct Place {
+  Pose2 pose;
+  double score = 0.0;  ///< share of the points that lie on hits; 0 where none is good enough
+  double rival = 0.0;  ///< that of the best other place, if it is a rival
+  int evaluations = 0;
+};
+
+/// Finds the best place in the window, and whether there is another one as good, 0.6 m or 0.2 rad away, without looking
+/// everywhere: branch and bound. Source: Olson, "M3RSM: Many-to-many multi-resolution scan matching", ICRA 2015; Hess,
+/// Kohler, Rapp and Andor, "Real-time loop closure in 2D LIDAR SLAM", ICRA 2016, section V. points_m: 2 x N.
+Place FindPlace(const HitPyramid& pyramid, const Eigen::Matrix2Xd& points_m, const PlaceWindow& window,
+                const PlaceTerms& terms);
+
+}  // namespace crsm

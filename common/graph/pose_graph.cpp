@@ -1,0 +1,192 @@
+#include "common/graph/pose_graph.hpp"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace crsm {
+namespace {
+
+using Matrix32 = Eigen::Matrix<double, 3, 2>;
+
+/// How much an edge that may be wrong adds to the cost, and its weight in the next step: Geman and McClure's loss,
+/// which for an error far beyond `doubt` [standard deviations, squared] grows no more.
+struct Loss {
+  double doubt;
+
+  double operator()(double squared_error, bool may_be_wrong) const {
+    return may_be_wrong ? doubt * squared_error / (doubt + squared_error) : squared_error;
+  }
+  double Weight(double squared_error, bool may_be_wrong) const {
+    const double share = doubt / (doubt + squared_error);
+    return may_be_wrong ? share * share : 1.0;
+  }
+};
+
+constexpr double kDoubt = 9.0;  // three standard deviations: of right loops hardly one has more
+
+/// The error of an edge, in standard deviations, and its derivatives by the two poses.
+struct Linearised {
+  Eigen::Vector3d error;
+  Eigen::Matrix3d by_from;
+  Eigen::Matrix3d by_to;
+
+  Linearised(const GraphEdge& edge, const Pose2& from, const Pose2& to) {
+    const auto [sin, cos] = ComputeSinCos(from.yaw_rad);
+    const double dx_m = to.x_m - from.x_m;
+    const double dy_m = to.y_m - from.y_m;
+    const double x_m = cos * dx_m + sin * dy_m;  // `to` seen from `from`
+    const double y_m = cos * dy_m - sin * dx_m;
+    const Eigen::Vector3d difference(x_m - edge.T_from_to.x_m, y_m - edge.T_from_to.y_m,
+                                     WrapAngle(to.yaw_rad - from.yaw_rad - edge.T_from_to.yaw_rad));
+    Eigen::Matrix3d from_derivative, to_derivative;
+    from_derivative << -cos, -sin, y_m, sin, -cos, -x_m, 0.0, 0.0, -1.0;
+    to_derivative << cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0;
+    error = edge.sqrt_information * difference;
+    by_from = edge.sqrt_information * from_derivative;
+    by_to = edge.sqrt_information * to_derivative;
+  }
+};
+
+double ComputeSquaredError(const GraphEdge& edge, const std::vector<Pose2>& poses) {
+  return Linearised(edge, poses[static_cast<std::size_t>(edge.from)], poses[static_cast<std::size_t>(edge.to)])
+      .error.squaredNorm();
+}
+
+/// The normal equations of one step: H step = -b. The first pose has no part in them.
+class NormalEquations {
+ public:
+  explicit NormalEquations(std::size_t num_poses) : b_(Eigen::VectorXd::Zero(3 * (static_cast<int>(num_poses) - 1))) {
+    constexpr double kHold = 1e-9;  // what keeps a pose without edges where it is
+    for (int i = 0; i < static_cast<int>(b_.size()); ++i) entries_.emplace_back(i, i, kHold);
+  }
+
+  void Add(const GraphEdge& edge, const Linearised& at, double weight) {
+    AddBlock(edge.from, edge.from, weight * at.by_from.transpose() * at.by_from);
+    AddBlock(edge.to, edge.to, weight * at.by_to.transpose() * at.by_to);
+    AddBlock(edge.to, edge.from, weight * at.by_to.transpose() * at.by_from);
+    AddBlock(edge.from, edge.to, weight * at.by_from.transpose() * at.by_to);
+    if (edge.from > 0) b_.segment<3>(3 * (edge.from - 1)) += weight * at.by_from.transpose() * at.error;
+    if (edge.to > 0) b_.segment<3>(3 * (edge.to - 1)) += weight * at.by_to.transpose() * at.error;
+  }
+
+  /// damping: added to the diagonal, as a share of it (Marquardt 1963). Empty where the equations have no solution.
+  Eigen::VectorXd Solve(double damping) {
+    Eigen::SparseMatrix<double> h(b_.size(), b_.size());
+    h.setFromTriplets(entries_.begin(), entries_.end());
+    h.diagonal() *= 1.0 + damping;
+    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky(h);
+    if (cholesky.info() != Eigen::Success) return {};
+    return cholesky.solve(-b_);
+  }
+
+ private:
+  void AddBlock(int row_pose, int column_pose, const Eigen::Matrix3d& block) {
+    if (row_pose == 0 || column_pose == 0) return;
+    for (int i = 0; i < 3; ++i) {
+      for (int k = 0; k < 3; ++k) entries_.emplace_back(3 * (row_pose - 1) + i, 3 * (column_pose - 1) + k, block(i, k));
+    }
+  }
+
+  std::vector<Eigen::Triplet<double>> entries_;
+  Eigen::VectorXd b_;
+};
+
+bool IsFinite(const Pose2& pose) {
+  return std::isfinite(pose.x_m) && std::isfinite(pose.y_m) && std::isfinite(pose.yaw_rad);
+}
+
+std::vector<Pose2> Moved(std::vector<Pose2> poses, const Eigen::VectorXd& step) {
+  for (std::size_t i = 1; i < poses.size(); ++i) {
+    const auto at = 3 * (static_cast<Eigen::Index>(i) - 1);
+    poses[i] = {poses[i].x_m + step[at], poses[i].y_m + step[at + 1], WrapAngle(poses[i].yaw_rad + step[at + 2])};
+  }
+  return poses;
+}
+
+}  // namespace
+
+GraphEdge GraphEdge::Make(int from, int to, const Pose2& T_from_to, const MotionSigma& sigma,
+                          const Eigen::Vector2d& x_axis) {
+  const double cos = x_axis.x();
+  const double sin = x_axis.y();
+  GraphEdge edge{from, to, T_from_to, Eigen::Matrix3d::Zero()};
+  edge.sqrt_information.row(0) << cos / sigma.x_m, sin / sigma.x_m, 0.0;
+  edge.sqrt_information.row(1) << -sin / sigma.y_m, cos / sigma.y_m, 0.0;
+  edge.sqrt_information(2, 2) = 1.0 / sigma.yaw_rad;
+  return edge;
+}
+
+int PoseGraph::AddPose(const Pose2& T_map_pose) {
+  if (!IsFinite(T_map_pose)) throw std::invalid_argument("PoseGraph: a pose that is not finite");
+  poses_.push_back(T_map_pose);
+  return static_cast<int>(poses_.size()) - 1;
+}
+
+void PoseGraph::AddEdge(const GraphEdge& edge) {
+  const auto Known = [&](int pose) { return pose >= 0 && pose < static_cast<int>(poses_.size()); };
+  if (!Known(edge.from) || !Known(edge.to) || edge.from == edge.to) {
+    throw std::invalid_argument("PoseGraph: an edge leads from one pose of the graph to another");
+  }
+  if (!IsFinite(edge.T_from_to) || !edge.sqrt_information.allFinite()) {
+    throw std::invalid_argument("PoseGraph: an edge that is not finite");
+  }
+  edges_.push_back(edge);
+}
+
+double PoseGraph::SquaredError(const GraphEdge& edge) const { return ComputeSquaredError(edge, poses_); }
+
+GraphOptimisation PoseGraph::Optimise() {
+  constexpr double kRelease = 4.0;
+  GraphOptimisation result;
+  const auto Cost = [&] { return ComputeCost(poses_, kDoubt); };
+  result.cost_before = result.cost_after = Cost();
+  if (poses_.size() < 2 || edges_.empty()) return result;
+  // A loop that closes metres at once lies where the loss is flat, and would not pull. So the doubt begins beyond the
+  // largest error, and comes down step by step: graduated non-convexity (Yang, Antonante, Tzoumas and Carlone 2020).
+  double doubt = kDoubt;
+  for (const GraphEdge& edge : edges_) {
+    if (edge.may_be_wrong) doubt = std::max(doubt, 2.0 * SquaredError(edge));
+  }
+  for (; doubt > kDoubt; doubt = std::max(doubt / kRelease, kDoubt)) result.iterations += Descend(doubt, 2);
+  result.iterations += Descend(kDoubt, 30);
+  result.cost_after = Cost();
+  return result;
+}
+
+double PoseGraph::ComputeCost(const std::vector<Pose2>& poses, double doubt) const {
+  double cost = 0.0;
+  for (const GraphEdge& edge : edges_) cost += Loss{doubt}(ComputeSquaredError(edge, poses), edge.may_be_wrong);
+  return cost;
+}
+
+/// Levenberg and Marquardt's steps, until one moves no pose by more than 0.1 mm. Returns how many.
+int PoseGraph::Descend(double doubt, int most_iterations) {
+  constexpr double kSmallStep = 1e-4;  // [m] and [rad]
+  constexpr double kLeastDamping = 1e-9;
+  constexpr double kLargestDamping = 1e6;
+  double cost = ComputeCost(poses_, doubt);
+  double damping = kLeastDamping;
+  int iterations = 0;
+  for (bool ended = false; !ended && iterations < most_iterations; ++iterations) {
+    NormalEquations equations(poses_.size());
+    for (const GraphEdge& edge : edges_) {
+      const Linearised at(edge, poses_[static_cast<std::size_t>(edge.from)], poses_[static_cast<std::size_t>(edge.to)]);
+      equations.Add(edge, at, Loss{doubt}.Weight(at.error.squaredNorm(), edge.may_be_wrong));
+    }
+    for (bool better = false; !better && !ended;) {  // smaller and smaller steps, until one leads down
+      const Eigen::VectorXd step = equations.Solve(damping);
+      const bool solved = step.size() > 0 && step.allFinite();
+      const std::vector<Pose2> moved = solved ? Moved(poses_, step) : poses_;
+      const double moved_cost = ComputeCost(moved, doubt);
+      better = moved_cost < cost;
+      ended = damping > kLargestDamping || (solved && step.cwiseAbs().maxCoeff() < kSmallStep);
+      damping = better ? std::max(damping / 10.0, kLeastDamping) : std::max(damping, 1e-6) * 10.0;
+      if (better) poses_ = moved, cost = moved_cost;
+    }
+  }
+  return iterations;
+}
+
+}  // namespace crsm

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "common/math/pose2.hpp"
+
+namespace crsm {
+
+/// How well a motion is known: standard deviations in the frame of the pose from which it leads.
+struct MotionSigma {
+  double x_m;
+  double y_m;
+  double yaw_rad;
+};
+
+/// What a match says about two poses of a graph.
+struct GraphEdge {
+  int from;
+  int to;
+  Pose2 T_from_to;
+  Eigen::Matrix3d sqrt_information;  ///< W: an error e = [x_m, y_m, yaw_rad] in the frame of `from` costs |W e|^2
+  bool may_be_wrong = false;         ///< a loop: the more it contradicts the others, the less it counts
+
+  /// With errors along a frame's axes that are independent of each other. x_axis: that of `sigma`, a unit vector in the
+  /// frame of `from`, for a corridor that leaves its own direction open.
+  static GraphEdge Make(int from, int to, const Pose2& T_from_to, const MotionSigma& sigma,
+                        const Eigen::Vector2d& x_axis = Eigen::Vector2d::UnitX());
+};
+
+/// What an optimisation did.
+struct GraphOptimisation {
+  int iterations = 0;
+  double cost_before = 0.0;
+  double cost_after = 0.0;
+};
+
+/// Poses and what is known of the motions between them; the first pose stays where it is. Source: Grisetti, Kuemmerle,
+/// Stachniss and Burgard, "A Tutorial on Graph-Based SLAM", IEEE ITS Magazine 2010.
+///
+/// The same calls give the same poses, to the last bit, on every x86-64 machine: one thread, sums in one order, sines
+/// of our own, no logarithm.
+class PoseGraph {
+ public:
+  /// The index of the new pose.
+  int AddPose(const Pose2& T_map_pose);
+
+  /// Throws std::invalid_argument if one of its poses is not in the graph, both are the same, or a number is not
+  /// finite.
+  void AddEdge(const GraphEdge& edge);
+
+  const std::vector<Pose2>& poses() const { return poses_; }
+  const std::vector<GraphEdge>& edges() const { return edges_; }
+
+  /// How much an edge contradicts the poses: the squared error in standard deviations.
+  double SquaredError(const GraphEdge& edge) const;
+
+  /// Moves the poses to where they agree best with all edges: the sum of squared errors, of which an edge that may be
+  /// wrong adds no more than a bound (Geman and McClure's loss). Costs a sparse factorisation a step.
+  GraphOptimisation Optimise();
+
+ private:
+  double ComputeCost(const std::vector<Pose2>& poses, double doubt) const;
+  int Descend(double doubt, int most_iterations);
+
+  std::vector<Pose2> poses_;
+  std::vector<GraphEdge> edges_;
+};
+
+}  // namespace crsm

@@ -1,0 +1,47 @@
+#include <fmt/format.h>
+
+#include <cstdlib>
+
+#include "accuracy/run.hpp"
+#include "catch.hpp"
+
+namespace crsm {
+namespace {
+
+/// Doors are metres apart: what is off by less is the right place.
+constexpr double kRightLoop_m = 0.5;
+
+int NumSeeds(int usual) {
+  const char* text = std::getenv("CRSM_ACCURACY_SEEDS");
+  return text ? std::max(1, std::atoi(text)) : usual;
+}
+
+/// Maps a drive with loops, prints a line of the table, and returns what it came to.
+Outcome CloseLoops(const Drive& drive, int seed) {
+  const Outcome outcome = Map(drive, ShippedParameters(drive.preset, static_cast<std::uint64_t>(seed), drive.flags));
+  fmt::print("{:<10} seed {:>3}  loops {:>2}, of which the worst is off by {:.3f} m  worst {:.3f} m  rmse {:.3f} m\n",
+             drive.source, seed, outcome.num_loops, outcome.worst_loop_m, outcome.worst_m, outcome.error_m);
+  std::fflush(stdout);
+  return outcome;
+}
+
+}  // namespace
+
+TEST_CASE("a round about a block that is bent is closed, and every loop is right") {
+  for (int seed = 1; seed <= NumSeeds(4); ++seed) {
+    const Outcome outcome = CloseLoops({"sim:block", "sick", "", {}, {"--angle-scale", "1", "--loops"}}, seed);
+    CHECK(outcome.num_loops >= 2);
+    CHECK(outcome.worst_loop_m < kRightLoop_m);
+  }
+}
+
+TEST_CASE("between corridors that are alike no wrong loop is closed") {
+  for (int seed = 1; seed <= NumSeeds(4); ++seed) {
+    CHECK(CloseLoops({"sim:twins", "sick", "", {}, {"--loops"}}, seed).worst_loop_m < kRightLoop_m);
+    // Bent by some metres, one corridor comes to lie near the other.
+    CHECK(CloseLoops({"sim:twins", "sick", "", {}, {"--loops", "--angle-scale", "1.01"}}, seed).worst_loop_m <
+          kRightLoop_m);
+  }
+}
+
+}  // namespace crsm

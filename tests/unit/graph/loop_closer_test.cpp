@@ -1,0 +1,201 @@
+#include "common/graph/loop_closer.hpp"
+
+#include "catch.hpp"
+#include "graph/block.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr LoopParameters kLoops{true, 40.0, 10};
+
+double Distance_m(const Pose2& a, const Pose2& b) { return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m); }
+
+/// Where the keyframes truly are, seen from the first.
+std::vector<Pose2> FromFirst(const std::vector<Pose2>& places) {
+  std::vector<Pose2> truth;
+  for (const Pose2& place : places) truth.push_back(Inverse(places[0]) * place);
+  return truth;
+}
+
+double LargestDistance_m(const std::vector<Pose2>& one, const std::vector<Pose2>& other) {
+  double largest_m = 0.0;
+  for (std::size_t i = 0; i < one.size(); ++i) largest_m = std::max(largest_m, Distance_m(one[i], other[i]));
+  return largest_m;
+}
+
+/// How far the loops are from the truth, at most.
+double WorstLoop_m(const std::vector<Loop>& loops, const std::vector<Pose2>& truth) {
+  double worst_m = 0.0;
+  for (const Loop& loop : loops) {
+    const Pose2 right =
+        Inverse(truth[static_cast<std::size_t>(loop.older)]) * truth[static_cast<std::size_t>(loop.newer)];
+    worst_m = std::max(worst_m, Distance_m(loop.T_older_newer, right));
+  }
+  return worst_m;
+}
+
+/// A tie to the nearest keyframe of long ago, as the mapper makes it: by where the matches say that the robot is.
+std::optional<Tie> TieWhereMatched(const KeyframeGraph& graph, const Pose2& T_map_this) {
+  std::optional<Tie> tie;
+  double nearest_m = 2.5;
+  for (int i = 0; i < graph.size() && graph.path_m(graph.size() - 1) - graph.path_m(i) > kLongAgo_m; ++i) {
+    const double away_m = Distance_m(graph.pose(i), T_map_this);
+    if (away_m < nearest_m) {
+      nearest_m = away_m;
+      tie = Tie{i, Inverse(graph.pose(i)) * T_map_this};
+    }
+  }
+  return tie;
+}
+
+/// Two corridors of 40 m, with a door every 2 m on both sides, between two halls: 2.2 m from middle to middle.
+std::vector<Wall> MakeTwins() {
+  std::vector<Wall> walls;
+  const auto Line = [&](double x1, double y1, double x2, double y2) { walls.push_back({{x1, y1}, {x2, y2}}); };
+  for (const double middle_m : {0.0, 2.2}) {
+    for (const double side : {-1.0, 1.0}) {
+      const double wall_m = middle_m + 0.8 * side;
+      const double door_m = middle_m + 1.0 * side;
+      for (int i = 0; i < 20; ++i) {
+        const double x_m = 2.0 * i;
+        Line(x_m, wall_m, x_m + 1.2, wall_m);
+        Line(x_m + 1.2, wall_m, x_m + 1.2, door_m);
+        Line(x_m + 1.2, door_m, x_m + 2.0, door_m);
+        Line(x_m + 2.0, door_m, x_m + 2.0, wall_m);
+      }
+    }
+  }
+  for (const double x_m : {0.0, 40.0}) Line(x_m, 0.8, x_m, 1.4);
+  const auto Hall = [&](double near_m, double far_m) {
+    Line(near_m, -0.8, near_m, -4.0);
+    Line(near_m, -4.0, far_m, -4.0);
+    Line(far_m, -4.0, far_m, 6.0);
+    Line(far_m, 6.0, near_m, 6.0);
+    Line(near_m, 6.0, near_m, 3.0);
+  };
+  Hall(0.0, -6.0);
+  Hall(40.0, 47.0);
+  return walls;
+}
+
+/// There along one of the twins and back along the other.
+std::vector<Pose2> DriveTwins() {
+  std::vector<Pose2> places;
+  const auto Go = [&](double from_x, double from_y, double to_x, double to_y) {
+    const double way_m = std::hypot(to_x - from_x, to_y - from_y);
+    const double yaw_rad = std::atan2(to_y - from_y, to_x - from_x);
+    for (double at_m = 0.0; at_m < way_m; at_m += 0.5) {
+      places.push_back({from_x + at_m * std::cos(yaw_rad), from_y + at_m * std::sin(yaw_rad), yaw_rad});
+    }
+  };
+  Go(0.0, 0.0, 43.0, 0.0);
+  Go(43.0, 0.0, 43.0, 2.2);
+  Go(43.0, 2.2, 3.0, 2.2);
+  return places;
+}
+
+bool AreSame(const GraphUpdate& a, const GraphUpdate& b) {
+  return a.keyframe == b.keyframe && a.closed == b.closed && a.taken_out == b.taken_out &&
+         a.ties_wrong_from == b.ties_wrong_from && a.poses == b.poses;
+}
+
+}  // namespace
+
+TEST_CASE("a drive round a block that has drifted is put right when it comes back") {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    CAPTURE(seed);
+    const std::vector<Pose2> places = DriveRoundBlock(5.0, 5.0 + 1.4 * kRoundBlock_m);
+    const std::vector<Pose2> truth = FromFirst(places);
+    LoopCloser closer(kLoops, UpdateParameters{});
+    KeyframeGraph without;
+    std::vector<Loop> closed;
+    const auto keyframes = MakeKeyframes(MakeBlock(seed), places, {0.002, 0.0, 0.0008}, seed);
+    for (std::size_t i = 0; i < keyframes.size(); ++i) {
+      without.Add(keyframes[i]);
+      const GraphUpdate update = closer.Add(keyframes[i]);
+      CHECK(update.keyframe == static_cast<int>(i));
+      CHECK(update.poses.size() == (update.closed.empty() ? 0 : i + 1));
+      CHECK(update.taken_out.empty());
+      closed.insert(closed.end(), update.closed.begin(), update.closed.end());
+    }
+    const double before_m = LargestDistance_m(without.poses(), truth);
+    REQUIRE(before_m > 1.0);
+    CHECK(closed.size() >= 2);
+    CHECK(closer.graph().loops() == closed);
+    CHECK(WorstLoop_m(closed, truth) < 0.1);  // two cells of the map on which they are refined
+    // What is left is how the first round is bent, for which the loops at its ends cannot vouch.
+    CHECK(LargestDistance_m(closer.graph().poses(), truth) < 0.5 * before_m);
+    // The second time round fits onto the first: 0.3 m is what a check takes for agreement.
+    const auto at = [&](std::size_t i) { return closer.graph().poses()[i]; };
+    for (std::size_t i = 200; i < places.size(); ++i) {
+      REQUIRE(Distance_m(Inverse(at(i - 176)) * at(i), Inverse(truth[i - 176]) * truth[i]) < 0.3);
+    }
+  }
+}
+
+TEST_CASE("the same keyframes give the same updates, to the last bit") {
+  const auto keyframes =
+      MakeKeyframes(MakeBlock(7), DriveRoundBlock(5.0, 5.0 + 1.2 * kRoundBlock_m), {0.0, 0.001, 0.0008}, 7);
+  LoopCloser one(kLoops, UpdateParameters{});
+  LoopCloser other(kLoops, UpdateParameters{});
+  int num_closed = 0;
+  for (const Keyframe& keyframe : keyframes) {
+    const GraphUpdate update = one.Add(keyframe);
+    REQUIRE(AreSame(update, other.Add(keyframe)));
+    num_closed += static_cast<int>(update.closed.size());
+  }
+  CHECK(num_closed > 0);
+}
+
+TEST_CASE("in corridors that are alike, to each other and every two metres, no loop is closed") {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    CAPTURE(seed);
+    const std::vector<Pose2> places = DriveTwins();
+    LoopCloser closer(kLoops, UpdateParameters{});
+    for (const Keyframe& keyframe : MakeKeyframes(MakeTwins(), places, {0.0, 0.0, 0.0004}, seed)) closer.Add(keyframe);
+    CHECK(WorstLoop_m(closer.graph().loops(), FromFirst(places)) < 0.3);
+  }
+}
+
+TEST_CASE("where a place is known the matches are checked, and a slip between two ties is put right") {
+  const std::vector<Wall> walls = MakeBlock(4);
+  std::vector<Pose2> places = DriveRoundBlock(2.0, 45.0);
+  const std::vector<Pose2> back = DriveRoundBlock(44.5, 3.0);
+  places.insert(places.end(), back.begin(), back.end());
+  const std::vector<Pose2> truth = FromFirst(places);
+  constexpr int kSlip = 130;  // after 65 m, where the first ties are 9 m old
+  constexpr int kSlipped = 138;
+  // Eight motions along an open axis and what they hang on are known to 0.15 m: four deviations.
+  for (const double slip_m : {0.0, 0.6}) {
+    CAPTURE(slip_m);
+    auto keyframes = MakeKeyframes(walls, places, {}, 4);
+    for (std::size_t i = kSlip; i < kSlipped; ++i) {  // the walls left it open how far the robot went
+      keyframes[i].T_previous_this = keyframes[i].T_previous_this * Pose2{slip_m / (kSlipped - kSlip), 0.0, 0.0};
+      keyframes[i].open_axis = Eigen::Vector2d::UnitX();
+    }
+    LoopCloser closer(kLoops, UpdateParameters{});
+    std::optional<GraphUpdate> found;
+    int num_tied = 0;
+    for (Keyframe& keyframe : keyframes) {
+      const KeyframeGraph& graph = closer.graph();
+      if (graph.size() > 0) keyframe.tie = TieWhereMatched(graph, graph.poses().back() * keyframe.T_previous_this);
+      num_tied += keyframe.tie.has_value();
+      GraphUpdate update = closer.Add(keyframe);
+      if (!update.closed.empty() && !found) found = std::move(update);
+    }
+    REQUIRE(num_tied > 10);
+    REQUIRE(found.has_value() == (slip_m > 0.0));
+    if (!found) continue;
+    REQUIRE(found->ties_wrong_from);
+    CHECK(*found->ties_wrong_from <= kSlipped);  // half of a slip is what a check takes for agreement
+    CHECK(*found->ties_wrong_from > 110);        // what was checked before it stays
+    CHECK(WorstLoop_m(found->closed, truth) < 0.1);
+    for (int i = *found->ties_wrong_from; i <= found->keyframe + kLoops.lag && i < closer.graph().size(); ++i) {
+      CHECK_FALSE(
+          closer.graph().keyframe(i).tie);  // also of those that were matched on the old map until it took effect
+    }
+    CHECK(Distance_m(closer.graph().poses().back(), truth.back()) < 0.15);
+  }
+}
+
+}  // namespace crsm

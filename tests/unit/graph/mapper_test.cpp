@@ -1,0 +1,197 @@
+#include "common/graph/mapper.hpp"
+
+#include <cmath>
+
+#include "catch.hpp"
+#include "check_pose.hpp"
+#include "common/graph/loop_search.hpp"
+#include "graph/block.hpp"
+
+namespace crsm {
+namespace {
+
+UpdateParameters Drawing() {
+  UpdateParameters drawing = TestParameters().update;
+  drawing.update_distance_m = 0.3;  // of two scans a quarter of a metre apart one is drawn
+  drawing.update_angle_rad = 10.0;
+  return drawing;
+}
+
+constexpr LoopParameters kNoLoops{false, 30.0, 10};
+constexpr LoopParameters kLoops{true, 30.0, 10};
+
+/// A drive along corridors, as it was matched.
+struct Driven {
+  std::vector<CriticalRays> scans;
+  std::vector<ScanMatch> matches;
+
+  void Add(const std::vector<Wall>& walls, const Pose2& T_world_laser, const Pose2& T_world_map) {
+    Random random(scans.size());
+    const auto utime = static_cast<std::int64_t>(scans.size());
+    scans.push_back({utime, SeeRays(walls, T_world_laser, random), {}});
+    matches.push_back(MatchedAt(utime, Inverse(T_world_map) * T_world_laser));
+    if (utime == 0) matches.back().state = MatchState::kFirst;
+  }
+};
+
+/// Round a block, a scan every quarter of a metre, and as far back again as `back_m`.
+Driven Drive(double to_m, double back_m = 0.0) {
+  const std::vector<Wall> walls = MakeBlock(5);
+  const Pose2 T_world_map = PlaceRoundBlock(5.0);
+  Driven driven;
+  for (double way_m = 5.0; way_m < to_m; way_m += 0.25) driven.Add(walls, PlaceRoundBlock(way_m), T_world_map);
+  for (double way_m = to_m; way_m > to_m - back_m; way_m -= 0.25) {
+    driven.Add(walls, PlaceRoundBlock(way_m), T_world_map);
+  }
+  return driven;
+}
+
+ByteMap LocalMap(const Mapper& mapper) {
+  ByteMap map(mapper.local().geometry().cell_size_m());
+  for (std::size_t i = 0; i < mapper.local().num_tiles(); ++i) {
+    if (const auto tile = mapper.local().TileSince(i, -1)) map.Apply(*tile);
+  }
+  return map;
+}
+
+/// Whether anything was seen at a place round the block.
+bool Knows(const ByteMap& map, double way_m) {
+  const Pose2 at = Inverse(PlaceRoundBlock(5.0)) * PlaceRoundBlock(way_m);
+  const Cell cell{static_cast<int>(std::floor(at.x_m / 0.05)), static_cast<int>(std::floor(at.y_m / 0.05))};
+  return map.At(cell) != kUnexploredByte;
+}
+
+}  // namespace
+
+TEST_CASE("without loops a mapper draws what the map's owner draws, and keeps no keyframes") {
+  const Driven driven = Drive(45.0);
+  MapUpdater owner(Drawing());
+  Mapper mapper(Drawing(), kNoLoops);
+  for (std::size_t i = 0; i < driven.scans.size(); ++i) {
+    const bool has_scan = i % 7 != 3;
+    const MapDelta expected = has_scan ? owner.Update(driven.scans[i], driven.matches[i]) : owner.UpdateWithoutScan();
+    const Mapper::Step step = mapper.Integrate(has_scan ? &driven.scans[i] : nullptr, driven.matches[i]);
+    REQUIRE(step.delta.version == expected.version);
+    REQUIRE(step.delta.drawn == expected.drawn);
+    REQUIRE(step.delta.tiles.size() == expected.tiles.size());
+    for (std::size_t k = 0; k < expected.tiles.size(); ++k) {
+      REQUIRE(step.delta.tiles[k].index == expected.tiles[k].index);
+      REQUIRE(step.delta.tiles[k].runs == expected.tiles[k].runs);
+    }
+    REQUIRE(step.keyframe == nullptr);
+  }
+  CHECK(mapper.graph().size() == 0);
+}
+
+TEST_CASE("the local map leaves out what is far along the path; the whole map has it") {
+  const Driven driven = Drive(75.0);
+  Mapper mapper(Drawing(), kLoops);
+  int num_drawn = 0;
+  ByteMap replica(Drawing().cell_size_m);  // which hears nothing but the changes
+  for (std::size_t i = 0; i < driven.scans.size(); ++i) {
+    const Mapper::Step step = mapper.Integrate(&driven.scans[i], driven.matches[i]);
+    REQUIRE(step.delta.drawn == (step.keyframe != nullptr));
+    if (step.keyframe) REQUIRE(step.keyframe->rays == driven.scans[i].rays);
+    num_drawn += step.delta.drawn;
+    for (const TileChange& tile : step.delta.tiles) REQUIRE(replica.Apply(tile));
+  }
+  CHECK(mapper.graph().size() == num_drawn);
+  const ByteMap local = LocalMap(mapper);
+  CHECK(replica.ToDenseGrid().cells == local.ToDenseGrid().cells);
+  CHECK(Knows(local, 74.0));
+  CHECK(Knows(local, 55.0));
+  CHECK_FALSE(Knows(local, 20.0));
+  const ByteMap whole = mapper.DrawWhole(mapper.graph());
+  for (const double way_m : {5.0, 20.0, 55.0, 74.0}) CHECK(Knows(whole, way_m));
+  mapper.Finish();
+  CHECK(LocalMap(mapper).ToDenseGrid().cells == whole.ToDenseGrid().cells);
+}
+
+TEST_CASE("a keyframe is tied to the nearest one of long ago, where it was matched") {
+  const Driven driven = Drive(22.0, 16.0);
+  Mapper mapper(Drawing(), kLoops);
+  for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
+  const KeyframeGraph& graph = mapper.graph();
+  int num_tied = 0;
+  for (int i = 0; i < graph.size(); ++i) {
+    const auto& tie = graph.keyframe(i).tie;
+    if (!tie) continue;
+    ++num_tied;
+    REQUIRE(graph.path_m(i) - graph.path_m(tie->keyframe) > kLongAgo_m);
+    CheckPose(graph.pose(tie->keyframe) * tie->T_keyframe_this, graph.pose(i), 1e-6);
+    REQUIRE(std::hypot(tie->T_keyframe_this.x_m, tie->T_keyframe_this.y_m) < 2.5);
+  }
+  CHECK(num_tied >= 5);
+  CHECK_FALSE(graph.keyframe(graph.FindByPath(24.0)).tie);
+}
+
+TEST_CASE("a keyframe says what is not known of its motion") {
+  const Driven driven = Drive(8.0);
+  Mapper mapper(Drawing(), kLoops);
+  mapper.Integrate(&driven.scans[0], driven.matches[0]);
+  ScanMatch lost = driven.matches[1];
+  lost.state = MatchState::kLost;
+  CHECK(mapper.Integrate(&driven.scans[1], lost).keyframe == nullptr);
+  ScanMatch open = driven.matches[4];
+  open.state = MatchState::kDegenerate;
+  open.T_map_laser.yaw_rad = kPi / 2;
+  open.degenerate_axis = {0.0, 1.0};
+  const Keyframe* keyframe = mapper.Integrate(&driven.scans[4], open).keyframe;
+  REQUIRE(keyframe);
+  CHECK(keyframe->utime == open.utime);
+  CHECK(keyframe->after_lost);
+  REQUIRE(keyframe->open_axis);
+  CHECK(keyframe->open_axis->x() == Approx(1.0));  // the map's y axis is straight ahead
+  CHECK(keyframe->open_axis->y() == Approx(0.0).margin(1e-9));
+  keyframe = mapper.Integrate(&driven.scans[8], driven.matches[8]).keyframe;
+  REQUIRE(keyframe);
+  CHECK_FALSE(keyframe->after_lost);
+  CHECK_FALSE(keyframe->open_axis);
+}
+
+TEST_CASE("what is put right moves the map, the robot and all scans that hang on a keyframe") {
+  const Driven driven = Drive(20.0);
+  Mapper mapper(Drawing(), kLoops);
+  for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
+  const KeyframeGraph before = mapper.graph();
+  const std::vector<Pose2> poses = mapper.CorrectedPoses(before);
+  REQUIRE(poses.size() == driven.scans.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) CheckPose(poses[i], driven.matches[i].T_map_laser, 1e-9);
+  GraphUpdate update;
+  update.keyframe = before.size() - 6;
+  CHECK_FALSE(mapper.Apply(update));
+
+  const Pose2 turn{0.0, 0.0, 0.05};
+  for (int i = 0; i <= update.keyframe; ++i) update.poses.push_back(turn * before.pose(i));
+  ByteMap replica = LocalMap(mapper);
+  const auto correction = mapper.Apply(update);
+  REQUIRE(correction);
+  CheckPose(correction->T_new_old, turn, 1e-9);
+  for (const TileChange& tile : correction->tiles) REQUIRE(replica.Apply(tile));
+  CHECK(replica.ToDenseGrid().cells == LocalMap(mapper).ToDenseGrid().cells);
+  const std::vector<Pose2> corrected = mapper.CorrectedPoses(mapper.graph());
+  for (std::size_t i = 0; i < poses.size(); ++i) CheckPose(corrected[i], turn * poses[i], 1e-9);
+  CHECK(LocalMap(mapper).ToDenseGrid().cells == mapper.DrawWhole(mapper.graph()).ToDenseGrid().cells);
+
+  // The robot goes on in the map that was moved: the next motion is as it was matched.
+  const ScanMatch next = MatchedAt(1000, turn * driven.matches.back().T_map_laser * Pose2{0.5, 0.0, 0.0});
+  const Pose2 last = mapper.graph().poses().back();
+  const CriticalRays scan{1000, driven.scans.back().rays, {}};
+  const Keyframe* keyframe = mapper.Integrate(&scan, next).keyframe;
+  REQUIRE(keyframe);
+  CheckPose(keyframe->T_previous_this, Inverse(last) * next.T_map_laser, 1e-9);
+}
+
+TEST_CASE("scans before the first keyframe stay where they were") {
+  Mapper mapper(Drawing(), kLoops);
+  ScanMatch blind = MatchedAt(1, {});
+  blind.state = MatchState::kLost;
+  const CriticalRays nothing{1, {}, {}};
+  CHECK(mapper.Integrate(&nothing, blind).keyframe == nullptr);
+  CHECK(mapper.CorrectedPoses(mapper.graph()) == std::vector<Pose2>{Pose2{}});
+  CHECK(mapper.DrawWhole(mapper.graph()).empty());
+  mapper.Finish();
+  CHECK(LocalMap(mapper).empty());
+}
+
+}  // namespace crsm
