@@ -1,0 +1,88 @@
+#include "common/graph/loop_search.hpp"
+
+#include "catch.hpp"
+#include "common/graph/loop_closer.hpp"
+#include "graph/block.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr double kLocalMap_m = 40.0;
+
+/// What a robot saw on a part of the way round the block, and where it is taken to have been then.
+struct Part {
+  double from_m;
+  double to_m;
+  Pose2 T_map_world;
+};
+
+/// A path of such parts.
+KeyframeGraph MakeGraph(const std::vector<Part>& parts) {
+  const std::vector<Wall> walls = MakeBlock(3);
+  Random random(3, 5);
+  KeyframeGraph graph;
+  Pose2 last;
+  for (const Part& part : parts) {
+    for (const Pose2& place : DriveRoundBlock(part.from_m, part.to_m)) {
+      const Pose2 pose = part.T_map_world * place;
+      Keyframe keyframe;
+      keyframe.rays = SeeRays(walls, place, random);
+      keyframe.T_previous_this = Inverse(last) * pose;
+      graph.Add(std::move(keyframe));
+      last = pose;
+    }
+  }
+  return graph;
+}
+
+const Part kPlace{5.0, 20.0, {}};
+const Part kElsewhere{25.0, 50.0, {}};
+const Part kFarther{50.0, 80.0, {}};
+
+}  // namespace
+
+TEST_CASE("a place is found where it was seen long ago") {
+  const Pose2 drift{0.8, 0.6, 0.03};
+  const KeyframeGraph graph = MakeGraph({kPlace, kElsewhere, kFarther, {5.0, 18.0, drift}});
+  const auto finding = SearchLoop(graph, kLocalMap_m, false);
+  REQUIRE(finding);
+  CHECK_FALSE(finding->known);
+  CHECK(finding->newer == graph.size() - 1);
+  // It lies where it was first, not where the path leads to.
+  const Pose2 found = graph.pose(finding->older) * finding->T_older_newer;
+  const Pose2 first = Inverse(PlaceRoundBlock(5.0)) * PlaceRoundBlock(18.0);
+  CHECK(std::hypot(found.x_m - first.x_m, found.y_m - first.y_m) < 0.15);
+}
+
+TEST_CASE("of two places that are alike none is taken, though each of them is the only one in its part of the path") {
+  const Pose2 aside{1.4, 1.4, 0.0};
+  const Pose2 between{0.7, 0.7, 0.0};
+  const KeyframeGraph graph =
+      MakeGraph({kPlace, kElsewhere, {5.0, 20.0, aside}, kFarther, {25.0, 40.0, {}}, {5.0, 18.0, between}});
+  CHECK_FALSE(SearchLoop(graph, kLocalMap_m, false));
+}
+
+TEST_CASE("findings that do not agree on how the robot has moved close no loop") {
+  const std::vector<Pose2> places = DriveRoundBlock(5.0, 5.0 + 1.4 * kRoundBlock_m);
+  const auto FirstLoops = [](const std::vector<Keyframe>& keyframes) {
+    LoopCloser closer({true, kLocalMap_m, 10}, UpdateParameters{});
+    for (const Keyframe& keyframe : keyframes) {
+      if (const GraphUpdate update = closer.Add(keyframe); !update.closed.empty()) return update.closed;
+    }
+    return std::vector<Loop>();
+  };
+  auto keyframes = MakeKeyframes(MakeBlock(5), places, {0.002, 0.0, 0.0008}, 5);
+  const std::vector<Loop> loops = FirstLoops(keyframes);
+  REQUIRE(loops.size() == 2);
+
+  // Behind the first finding the wheels slip, say: from there on the robot is 0.5 m behind.
+  const int slip = loops[0].newer + 1;
+  REQUIRE(slip < loops[1].newer);
+  auto& motion = keyframes[static_cast<std::size_t>(slip)].T_previous_this;
+  motion = motion * Pose2{-0.5, 0.0, 0.0};
+  const std::vector<Loop> later = FirstLoops(keyframes);
+  REQUIRE(later.size() == 2);
+  CHECK(later[0].newer >= slip);
+}
+
+}  // namespace crsm
