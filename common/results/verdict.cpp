@@ -173,6 +173,14 @@ Verdict Judge(const RunStatistics& statistics, const ByteMap& map) {
   return verdict;
 }
 
+void JudgeLoops(std::int64_t closed, std::int64_t taken_out, Verdict& verdict) {
+  if (taken_out == 0) return;
+  Warn(verdict, Trust::kDoubtful,
+       fmt::format("{} of {} loops were taken out again, because the rest of the path contradicts them: either is "
+                   "wrong, and parts of the map may lie metres off",
+                   taken_out, closed + taken_out));
+}
+
 const char* Name(Trust trust) {
   switch (trust) {
     case Trust::kGood:

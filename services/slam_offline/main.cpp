@@ -104,6 +104,7 @@ Results PutRight(Run& run, Summary& summary) {
   summary.loops = {outcome.graph.size(), static_cast<std::int64_t>(outcome.graph.loops().size()),
                    outcome.num_loops_taken_out};
   summary.verdict = Judge(run.statistics, outcome.map);
+  JudgeLoops(summary.loops->closed, summary.loops->taken_out, summary.verdict);
   return results;
 }
 

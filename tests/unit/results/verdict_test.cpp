@@ -247,6 +247,22 @@ TEST_CASE("scans that contradict the map are bad") {
   CHECK(Mentions(verdict, "contradict the map: only 40 %"));
 }
 
+TEST_CASE("loops that were taken out again make a map doubtful, and never better than it was") {
+  Run run;
+  run.Add(100);
+  Verdict verdict = run.Judged();
+  JudgeLoops(12, 0, verdict);
+  CHECK(verdict.trust == Trust::kGood);
+  CHECK(verdict.warnings.empty());
+  JudgeLoops(12, 3, verdict);
+  CHECK(verdict.trust == Trust::kDoubtful);
+  CHECK(Mentions(verdict, "3 of 15 loops were taken out again"));
+
+  Verdict bad = Run().Judged();
+  JudgeLoops(12, 3, bad);
+  CHECK(bad.trust == Trust::kBad);
+}
+
 TEST_CASE("summary.json has the verdict, with the lines that a program prints") {
   Run run;
   run.Add(94);
