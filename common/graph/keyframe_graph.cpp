@@ -7,11 +7,12 @@
 namespace crsm {
 namespace {
 
+// How well motions are known. A match is good to a fifth of a cell of 0.05 m; along an open axis to a cell, since there
+// the motion before decides; over lost scans nobody knows. A loop is matched on a map whose own parts have drifted.
 constexpr MotionSigma kMotion{0.01, 0.01, 0.0015};
 constexpr double kAlongOpenAxis_m = 0.05;
-constexpr double kAcrossLost = 10.0;
+constexpr double kAcrossLost = 10.0;  ///< times as much
 constexpr MotionSigma kLoop{0.03, 0.03, 0.005};
-
 constexpr double kContradicted = 36.0;  ///< a loop's squared error, in standard deviations: six of them
 
 double Length(const Pose2& motion) { return std::sqrt(motion.x_m * motion.x_m + motion.y_m * motion.y_m); }
