@@ -219,6 +219,7 @@ class MapUpdaterService {
 /// Of the map that is there already. Whoever makes the scans must have been told the same.
 void TakeOverParameters(CommandLine& command_line) {
   const Settings& settings = command_line.settings();
+  RefuseLoops({}, command_line);
   std::vector<std::filesystem::path> journals;
   if (!settings.localize.empty()) journals.push_back(JournalFolder(settings.localize));
   if (settings.resume && !settings.journal.empty()) journals.emplace_back(settings.journal);

@@ -80,9 +80,8 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   CheckUsage(command_line, options);
   NameBus(address.lcm_url);  // throws where there is none
   CheckInputs(command_line, options);
-  AdoptEarlierMapParameters(options.earlier.resume, command_line);  // so that all processes are told the same
-  const std::string& earlier =
-      options.earlier.resume.empty() ? command_line.settings().localize : options.earlier.resume;
+  // So that all processes are told the same.
+  const std::string earlier = AdoptEarlierMapParameters(options.earlier.resume, command_line);
   RefuseLoops(earlier, command_line);
   if (!fs::exists(FindPrograms() / "map_updater")) {
     throw std::runtime_error(fmt::format("there are no programs in {}", FindPrograms().string()));

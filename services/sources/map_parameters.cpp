@@ -25,9 +25,10 @@ void AdoptMapParameters(const std::filesystem::path& folder, CommandLine& comman
   if (const auto head = ReadHead(folder)) command_line.Adopt(head->subject.parameters, folder.string());
 }
 
-void AdoptEarlierMapParameters(const std::string& resume, CommandLine& command_line) {
+std::string AdoptEarlierMapParameters(const std::string& resume, CommandLine& command_line) {
   const std::string& earlier = resume.empty() ? command_line.settings().localize : resume;
   if (!earlier.empty()) AdoptMapParameters(JournalFolder(earlier), command_line);
+  return earlier;
 }
 
 void CheckLaserParameters(const std::filesystem::path& folder, const CommandLine& command_line) {
@@ -51,6 +52,7 @@ void CheckLaserParameters(const std::filesystem::path& folder, const CommandLine
 
 void RefuseLoops(const std::filesystem::path& folder, const CommandLine& command_line) {
   if (!command_line.parameters().loops.loops) return;
+  if (folder.empty()) throw UsageError("loops: slam_offline alone closes loops; leave this out of the configuration");
   throw UsageError(fmt::format("the map of {} was made with --loops: go on with slam_offline, which alone closes loops",
                                folder.string()));
 }

@@ -1,5 +1,7 @@
 // Loops: what slam_offline --loops leaves, how such a map goes on, and who refuses it.
 
+#include <fstream>
+
 #include <nlohmann/json.hpp>
 
 #include "catch.hpp"
@@ -103,6 +105,24 @@ TEST_CASE("what was mapped with loops is refused by the processes on a bus, in o
   CheckRefused("run_stack", {log, "--localize", out, "--out", folder / "new"}, out);
   CHECK_FALSE(fs::exists(folder / "new"));
   CHECK(ReadFile(folder / "out/journal/journal.lcm") == journal);
+}
+
+TEST_CASE("a configuration with loops is refused by the processes on a bus before anything is begun") {
+  const TemporaryFolder folder;
+  const std::string config = folder / "loops.toml";
+  std::ofstream(config) << "loops = true\n";
+  const auto CheckRefused = [&](const std::string& program, std::vector<std::string> flags) {
+    INFO(program << " " << flags.front());
+    flags.insert(flags.end(), {"--config", config, "--lcm-url", MakeBusUrl()});
+    const Ended ended = RunProgram(folder, program, flags);
+    CHECK(ended.exit_code == 2);
+    CHECK(ended.errors ==
+          program + ": loops: slam_offline alone closes loops; leave this out of the configuration\n");
+  };
+  CheckRefused("map_updater", {"--journal", folder / "journal"});
+  CheckRefused("run_stack", {"sim:block", "--out", folder / "out"});
+  CHECK_FALSE(fs::exists(folder / "journal"));
+  CHECK_FALSE(fs::exists(folder / "out"));
 }
 
 TEST_CASE("a robot is localised on a map that was made with loops, as it was put right") {
