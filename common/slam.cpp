@@ -40,7 +40,6 @@ void Slam::CloseLoops(const Keyframe& keyframe) {
   updates_.push_back(loop_closer_.Add(keyframe));
   const int newest = updates_.back().keyframe;
   for (; !updates_.empty() && updates_.front().keyframe <= newest - loops_.lag; updates_.pop_front()) {
-    num_loops_taken_out_ += static_cast<std::int64_t>(updates_.front().taken_out.size());
     const auto correction = mapper_.Apply(updates_.front());
     if (!correction) continue;
     matcher_->Apply(correction->tiles);
@@ -58,12 +57,8 @@ void Slam::FinishMap() {
 
 Slam::Outcome Slam::Conclude() const {
   KeyframeGraph graph = mapper_.graph();
-  std::int64_t num_taken_out = num_loops_taken_out_;
-  for (const GraphUpdate& update : updates_) {
-    graph.Apply(update);
-    num_taken_out += static_cast<std::int64_t>(update.taken_out.size());
-  }
-  return {mapper_.DrawWhole(graph), mapper_.CorrectedPoses(graph), std::move(graph), num_taken_out};
+  for (const GraphUpdate& update : updates_) graph.Apply(update);
+  return {mapper_.DrawWhole(graph), mapper_.CorrectedPoses(graph), std::move(graph)};
 }
 
 }  // namespace crsm

@@ -58,7 +58,6 @@ class Slam {
     ByteMap map;               ///< all that was seen
     std::vector<Pose2> poses;  ///< T_map_laser of all scans integrated
     KeyframeGraph graph;
-    std::int64_t num_loops_taken_out = 0;
   };
   Outcome Conclude() const;
 
@@ -71,7 +70,6 @@ class Slam {
   Mapper mapper_;
   LoopCloser loop_closer_;
   std::deque<GraphUpdate> updates_;  ///< that have not taken effect yet
-  std::int64_t num_loops_taken_out_ = 0;
   TrackingState tracking_;
 };
 

@@ -15,8 +15,6 @@ constexpr double kAcrossLost = 10.0;  ///< times as much
 constexpr MotionSigma kLoop{0.03, 0.03, 0.005};
 constexpr double kContradicted = 36.0;  ///< a loop's squared error, in standard deviations: six of them
 
-double Length(const Pose2& motion) { return std::sqrt(motion.x_m * motion.x_m + motion.y_m * motion.y_m); }
-
 /// What the match of a keyframe tells of where it is, seen from an older one.
 GraphEdge MakeMatchedEdge(int older, int index, const Pose2& T_older_this, const Keyframe& keyframe) {
   MotionSigma sigma = kMotion;
@@ -63,6 +61,7 @@ void KeyframeGraph::DropLoop(const Loop& loop) {
   if (found == loops_.end()) return;
   Unlink(loop.older, loop.newer, Length(loop.T_older_newer));
   loops_.erase(found);
+  ++num_loops_dropped_;
 }
 
 void KeyframeGraph::DropTies(int first) {

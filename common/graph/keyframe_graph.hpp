@@ -62,6 +62,7 @@ class KeyframeGraph {
   const Pose2& pose(int index) const { return poses_[static_cast<std::size_t>(index)]; }  ///< T_map_keyframe
   const std::vector<Pose2>& poses() const { return poses_; }
   const std::vector<Loop>& loops() const { return loops_; }
+  std::int64_t num_loops_dropped() const { return num_loops_dropped_; }
   /// Along the path, from the first keyframe [m].
   double path_m(int index) const { return path_m_[static_cast<std::size_t>(index)]; }
   /// The first keyframe so far along the path or further; the newest one if none is.
@@ -91,6 +92,7 @@ class KeyframeGraph {
   std::vector<double> path_m_;
   std::vector<Pose2> poses_;
   std::vector<Loop> loops_;
+  std::int64_t num_loops_dropped_ = 0;
   std::vector<std::vector<std::pair<int, double>>> links_;  ///< by keyframe: to which, and how far
 };
 

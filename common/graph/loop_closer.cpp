@@ -8,7 +8,7 @@ namespace {
 /// Whether two poses are one, but for some decimetres.
 bool AreNear(const Pose2& a, const Pose2& b, double near_m, double near_rad) {
   const Pose2 error = Inverse(a) * b;
-  return std::sqrt(error.x_m * error.x_m + error.y_m * error.y_m) < near_m && std::abs(error.yaw_rad) < near_rad;
+  return Length(error) < near_m && std::abs(error.yaw_rad) < near_rad;
 }
 
 }  // namespace

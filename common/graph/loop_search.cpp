@@ -76,9 +76,7 @@ Eigen::Matrix2Xd CollectRecentPoints(const KeyframeGraph& graph, int newest) {
   return points_m;
 }
 
-double Distance(const Pose2& a, const Pose2& b) {
-  return std::sqrt((a.x_m - b.x_m) * (a.x_m - b.x_m) + (a.y_m - b.y_m) * (a.y_m - b.y_m));
-}
+double Distance(const Pose2& a, const Pose2& b) { return Length({a.x_m - b.x_m, a.y_m - b.y_m, 0.0}); }
 
 /// How far poses may have drifted apart over some way.
 struct Drift {

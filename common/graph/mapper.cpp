@@ -90,8 +90,7 @@ std::optional<Tie> Mapper::FindTie(const Pose2& T_map_laser) const {
   for (const int index : drawn_) {
     if (here_m - graph_.path_m(index) < kLongAgo_m) break;
     const Pose2 T_keyframe_laser = Inverse(graph_.pose(index)) * T_map_laser;
-    const double distance_m =
-        std::sqrt(T_keyframe_laser.x_m * T_keyframe_laser.x_m + T_keyframe_laser.y_m * T_keyframe_laser.y_m);
+    const double distance_m = Length(T_keyframe_laser);
     if (distance_m >= nearest_m) continue;
     nearest_m = distance_m;
     tie = Tie{index, T_keyframe_laser};

@@ -8,8 +8,6 @@
 namespace crsm {
 namespace {
 
-using Matrix32 = Eigen::Matrix<double, 3, 2>;
-
 /// How much an edge that may be wrong adds to the cost, and its weight in the next step: Geman and McClure's loss,
 /// which for an error far beyond `doubt` [standard deviations, squared] grows no more.
 struct Loss {

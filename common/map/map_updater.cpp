@@ -137,7 +137,7 @@ std::optional<TileChange> MapUpdater::TileSince(std::size_t tile, std::int64_t v
 bool MapUpdater::MovedEnough(const Pose2& T_map_laser) const {
   if (!T_map_last_drawn_) return true;
   const Pose2 motion = Inverse(*T_map_last_drawn_) * T_map_laser;
-  return std::sqrt(motion.x_m * motion.x_m + motion.y_m * motion.y_m) >= parameters_.update_distance_m ||
+  return Length(motion) >= parameters_.update_distance_m ||
          std::abs(motion.yaw_rad) >= parameters_.update_angle_rad;
 }
 

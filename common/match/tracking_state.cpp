@@ -48,9 +48,7 @@ void TrackingState::Add(const ScanMatch& match) {
 }
 
 void TrackingState::Move(const Pose2& T_new_old) {
-  for (ScanMatch& match : recent_) {
-    match.T_map_laser = T_new_old * match.T_map_laser;
-  }
+  for (ScanMatch& match : recent_) match.T_map_laser = T_new_old * match.T_map_laser;
 }
 
 double TrackingState::usual_fitness() const {

@@ -23,7 +23,8 @@ class TrackingState {
   /// The next scan was matched, or lost.
   void Add(const ScanMatch& match);
 
-  /// The map has moved: what was at T_old is at T_new_old * T_old.
+  /// The map has moved: what was at T_old is at T_new_old * T_old. Of the matches it takes the poses along; nothing is
+  /// predicted from their covariances and axes, which stay as they were found.
   void Move(const Pose2& T_new_old);
 
   /// Before the first scan.

@@ -30,6 +30,9 @@ inline Pose2 Inverse(const Pose2& T_a_b) {
   return {-cos * T_a_b.x_m - sin * T_a_b.y_m, sin * T_a_b.x_m - cos * T_a_b.y_m, -T_a_b.yaw_rad};
 }
 
+/// How far a motion leads [m], the same on every machine.
+inline double Length(const Pose2& motion) { return std::sqrt(motion.x_m * motion.x_m + motion.y_m * motion.y_m); }
+
 /// A pose as odometry gives it, to whole micrometres and microradians; nothing where that is no pose: a number that is
 /// none, or beyond 1e6. Rounded, a pose is the same to the last bit whether its heading comes as an angle, as in CARMEN
 /// logs, or as a quaternion, as on the wire.

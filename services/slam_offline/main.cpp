@@ -102,7 +102,7 @@ Results PutRight(Run& run, Summary& summary) {
   results.graph_g2o = FormatG2o(outcome.graph.MakePoseGraph());
   summary = Summarize(run.matches, results.grid);
   summary.loops = {outcome.graph.size(), static_cast<std::int64_t>(outcome.graph.loops().size()),
-                   outcome.num_loops_taken_out};
+                   outcome.graph.num_loops_dropped()};
   summary.verdict = Judge(run.statistics, outcome.map);
   JudgeLoops(summary.loops->closed, summary.loops->taken_out, summary.verdict);
   return results;
