@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "common/graph/whole_map.hpp"
 #include "common/match/rrhc_matcher.hpp"
 
 namespace crsm {
@@ -13,6 +14,7 @@ Slam::Slam(const Parameters& parameters)
 
 Slam::Slam(const Parameters& parameters, const MakeMatcher& make_matcher)
     : loops_(parameters.loops),
+      drawing_(parameters.update),
       selector_(parameters),
       matcher_(make_matcher(parameters.update.cell_size_m)),
       mapper_(parameters.update, parameters.loops),
@@ -24,41 +26,52 @@ Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_od
   step.match = matcher_->Match(step.scan, tracking_, T_odom_robot);
   step.match.map_version = map_version();
   step.drawn = Integrate(&step.scan, step.match);
+  step.updates = OfferFound();
   return step;
 }
 
+/// Draws a matched scan into the map, remembers the match, and looks for loops. Whether the map was drawn.
 bool Slam::Integrate(const CriticalRays* scan, const ScanMatch& match) {
   const Mapper::Step step = mapper_.Integrate(scan, match);
   matcher_->Apply(step.delta.tiles);
   tracking_.Add(match);
-  if (step.keyframe) CloseLoops(*step.keyframe);
+  if (step.T_new_old) tracking_.Move(*step.T_new_old);
+  if (step.keyframe) {
+    if (auto update = loop_closer_.Add(*step.keyframe)) found_.push_back(std::move(*update));
+  }
   return step.delta.drawn;
 }
 
-/// What a keyframe brings takes effect some keyframes later: so loops can be searched while the robot drives on.
-void Slam::CloseLoops(const Keyframe& keyframe) {
-  updates_.push_back(loop_closer_.Add(keyframe));
-  const int newest = updates_.back().keyframe;
-  for (; !updates_.empty() && updates_.front().keyframe <= newest - loops_.lag; updates_.pop_front()) {
-    const auto correction = mapper_.Apply(updates_.front());
-    if (!correction) continue;
-    matcher_->Apply(correction->tiles);
-    tracking_.Move(correction->T_new_old);
-  }
+std::vector<GraphUpdate> Slam::OfferFound() {
+  for (const GraphUpdate& update : found_) mapper_.Offer(update);
+  return std::exchange(found_, {});
+}
+
+bool Slam::Restore(const CriticalRays* scan, const ScanMatch& match) { return Integrate(scan, match); }
+
+bool Slam::Restore(const GraphUpdate& update) {
+  std::erase_if(found_, [&](const GraphUpdate& found) { return found.keyframe <= update.keyframe; });
+  return mapper_.Offer(update);
 }
 
 void Slam::FinishMap() {
-  for (const GraphUpdate& update : std::exchange(updates_, {})) {
-    if (const auto correction = mapper_.Apply(update)) matcher_->Apply(correction->tiles);
-  }
+  OfferFound();
   matcher_->Apply(mapper_.Finish());
   tracking_ = TrackingState::OnFinishedMap();
 }
 
-Slam::Outcome Slam::Conclude() const {
-  KeyframeGraph graph = mapper_.graph();
-  for (const GraphUpdate& update : updates_) graph.Apply(update);
-  return {mapper_.DrawWhole(graph), mapper_.CorrectedPoses(graph), std::move(graph)};
+Slam::Outcome Slam::Conclude() {
+  OfferFound();
+  std::vector<Pose2> poses;
+  for (std::int64_t i = 0; i < map_version(); ++i) poses.push_back(mapper_.BestPose(i));
+  const KeyframeGraph& graph = mapper_.graph();
+  WholeMap whole(drawing_);
+  whole.Draw(graph, mapper_.best_poses(), map_version(), graph.size());
+  ByteMap map(drawing_.cell_size_m);
+  for (std::size_t i = 0; i < whole.map().num_tiles(); ++i) {
+    if (const auto tile = whole.map().TileSince(i, 0)) map.Apply(*tile);
+  }
+  return {std::move(map), std::move(poses), mapper_.MakeBestGraph()};
 }
 
 }  // namespace crsm

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <deque>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -26,7 +25,8 @@ class Slam {
   struct Step {
     CriticalRays scan;
     ScanMatch match;
-    bool drawn = false;  ///< into the map
+    bool drawn = false;                ///< into the map
+    std::vector<GraphUpdate> updates;  ///< what is known of the graph since the step before
   };
 
   /// Selects the critical rays of a scan, matches them to the map so far, and draws the scan into the map.
@@ -34,10 +34,16 @@ class Slam {
   /// where there is some.
   Step Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot = std::nullopt);
 
-  /// Draws a matched scan into the map and remembers the match; true if the map was drawn. Also for scans of an earlier
-  /// session, nullptr where one was not drawn: all of them one after the other make the same map, and the next scan is
-  /// matched as it would have been then.
-  bool Integrate(const CriticalRays* scan, const ScanMatch& match);
+  /// A matched scan of an earlier session, nullptr where it was not drawn: all of them one after the other make the
+  /// same map, and the next scan is matched as it would have been then.
+  bool Restore(const CriticalRays* scan, const ScanMatch& match);
+
+  /// What was known of the graph in the earlier session, between its scans as it was then. False if it does not fit
+  /// them.
+  bool Restore(const GraphUpdate& update);
+
+  /// The earlier session ends. What it would have known next of the graph, had it gone on.
+  std::vector<GraphUpdate> EndRestore() { return OfferFound(); }
 
   /// Finishes the map: from now on scans are localised on it and change nothing. Where the first of them was taken is
   /// searched on the whole map.
@@ -48,6 +54,8 @@ class Slam {
 
   /// The map that the next scan is matched to.
   const ByteMap& map() const { return matcher_->map(); }
+  /// With loops: what has taken effect.
+  const KeyframeGraph& graph() const { return mapper_.graph(); }
   const TrackingState& tracking() const { return tracking_; }
   std::int64_t map_version() const { return mapper_.local().version(); }
   /// As of MapUpdater; with loops of the local map.
@@ -59,17 +67,19 @@ class Slam {
     std::vector<Pose2> poses;  ///< T_map_laser of all scans integrated
     KeyframeGraph graph;
   };
-  Outcome Conclude() const;
+  Outcome Conclude();
 
  private:
-  void CloseLoops(const Keyframe& keyframe);
+  bool Integrate(const CriticalRays* scan, const ScanMatch& match);
+  std::vector<GraphUpdate> OfferFound();
 
   LoopParameters loops_;
+  UpdateParameters drawing_;
   RaySelector selector_;
   std::unique_ptr<Matcher> matcher_;
   Mapper mapper_;
   LoopCloser loop_closer_;
-  std::deque<GraphUpdate> updates_;  ///< that have not taken effect yet
+  std::vector<GraphUpdate> found_;  ///< by the loop closer, not known to the mapper yet
   TrackingState tracking_;
 };
 

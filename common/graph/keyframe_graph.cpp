@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <queue>
+#include <utility>
 
 namespace crsm {
 namespace {
@@ -31,6 +32,12 @@ GraphEdge MakeMatchedEdge(int older, int index, const Pose2& T_older_this, const
   return GraphEdge::Make(older, index, T_older_this, sigma, axis);
 }
 
+bool HardlyDiffer(const Pose2& a, const Pose2& b) {
+  constexpr double kHardly = 1e-6;  // [m] and [rad]
+  return std::abs(a.x_m - b.x_m) < kHardly && std::abs(a.y_m - b.y_m) < kHardly &&
+         std::abs(a.yaw_rad - b.yaw_rad) < kHardly;
+}
+
 GraphEdge MakeLoopEdge(const Loop& loop) {
   GraphEdge edge = GraphEdge::Make(loop.older, loop.newer, loop.T_older_newer, kLoop);
   edge.may_be_wrong = true;
@@ -46,7 +53,7 @@ int KeyframeGraph::Add(Keyframe keyframe) {
   poses_.push_back(index == 0 ? Pose2{} : poses_.back() * motion);
   path_m_.push_back(index == 0 ? 0.0 : path_m_.back() + Length(motion));
   if (index > 0) Link(index - 1, index, Length(motion));
-  if (keyframe.tie) Link(keyframe.tie->keyframe, index, Length(keyframe.tie->T_keyframe_this));
+  if (keyframe.tie && !keyframe.tie_wrong) Link(keyframe.tie->keyframe, index, Length(keyframe.tie->T_keyframe_this));
   keyframes_.push_back(std::move(keyframe));
   return index;
 }
@@ -66,9 +73,8 @@ void KeyframeGraph::DropLoop(const Loop& loop) {
 
 void KeyframeGraph::DropTies(int first) {
   for (int i = first; i < size(); ++i) {
-    auto& tie = keyframes_[static_cast<std::size_t>(i)].tie;
-    if (tie) Unlink(tie->keyframe, i, Length(tie->T_keyframe_this));
-    tie.reset();
+    Keyframe& at = keyframes_[static_cast<std::size_t>(i)];
+    if (at.tie && !std::exchange(at.tie_wrong, true)) Unlink(at.tie->keyframe, i, Length(at.tie->T_keyframe_this));
   }
 }
 
@@ -113,7 +119,8 @@ PoseGraph KeyframeGraph::MakePoseGraph() const {
   for (int i = 1; i < size(); ++i) {
     const Keyframe& at = keyframe(i);
     graph.AddEdge(MakeMatchedEdge(i - 1, i, at.T_previous_this, at));
-    if (at.tie) graph.AddEdge(MakeMatchedEdge(at.tie->keyframe, i, at.tie->T_keyframe_this, at));
+    if (!at.tie || at.tie_wrong) continue;
+    graph.AddEdge(MakeMatchedEdge(at.tie->keyframe, i, at.tie->T_keyframe_this, at));
   }
   for (const Loop& loop : loops_) graph.AddEdge(MakeLoopEdge(loop));
   return graph;
@@ -122,7 +129,10 @@ PoseGraph KeyframeGraph::MakePoseGraph() const {
 std::vector<Loop> KeyframeGraph::Optimise() {
   PoseGraph graph = MakePoseGraph();
   graph.Optimise();
-  poses_ = graph.poses();
+  std::size_t first = 0;
+  while (first < poses_.size() && HardlyDiffer(poses_[first], graph.poses()[first])) ++first;
+  std::copy(graph.poses().begin() + static_cast<std::ptrdiff_t>(first), graph.poses().end(),
+            poses_.begin() + static_cast<std::ptrdiff_t>(first));
   std::vector<Loop> contradicted;
   for (const Loop& loop : loops_) {
     if (graph.SquaredError(MakeLoopEdge(loop)) > kContradicted) contradicted.push_back(loop);
@@ -135,11 +145,21 @@ void KeyframeGraph::Apply(const GraphUpdate& update) {
   for (const Loop& loop : update.closed) AddLoop(loop);
   for (const Loop& loop : update.taken_out) DropLoop(loop);
   if (update.ties_wrong_from) DropTies(*update.ties_wrong_from);
-  const std::size_t num = update.poses.size();
-  if (num == 0) return;
-  const Pose2 correction = update.poses.back() * Inverse(poses_[num - 1]);
-  std::copy(update.poses.begin(), update.poses.end(), poses_.begin());
-  for (std::size_t i = num; i < poses_.size(); ++i) poses_[i] = correction * poses_[i];
+  std::copy(update.poses.begin(), update.poses.end(), poses_.begin() + update.first_pose);
+  for (int i = update.keyframe + 1; i < size(); ++i) {
+    poses_[static_cast<std::size_t>(i)] = pose(i - 1) * keyframe(i).T_previous_this;
+  }
+}
+
+bool KeyframeGraph::Fits(const GraphUpdate& update) const {
+  const auto IsOlder = [&](const Loop& loop) {
+    return loop.older >= 0 && loop.older < loop.newer && loop.newer <= update.keyframe;
+  };
+  return update.keyframe >= 0 && update.keyframe < size() && update.previous >= -1 &&
+         update.previous < update.keyframe && std::all_of(update.closed.begin(), update.closed.end(), IsOlder) &&
+         std::all_of(update.taken_out.begin(), update.taken_out.end(), IsOlder) &&
+         update.ties_wrong_from.value_or(0) >= 0 && update.first_pose >= 0 &&
+         std::cmp_equal(update.first_pose + std::ssize(update.poses), update.keyframe + 1);
 }
 
 void KeyframeGraph::Link(int a, int b, double length_m) {

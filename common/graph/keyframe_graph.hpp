@@ -26,6 +26,8 @@ struct Keyframe {
   bool after_lost = false;  ///< scans were lost between the two
   std::optional<Eigen::Vector2d> open_axis = std::nullopt;  ///< laser frame: along it the walls did not tell
   std::optional<Tie> tie = std::nullopt;
+  bool tie_wrong = false;  ///< the map on which it was matched was found wrong since
+  int as_of = -1;          ///< the last GraphUpdate in the map that it was matched on, by its keyframe; -1: none
 };
 
 /// Two keyframes that saw the same place, far apart along the path.
@@ -39,10 +41,13 @@ struct Loop {
 /// What a keyframe has brought to the graph.
 struct GraphUpdate {
   int keyframe = 0;                                   ///< the newest one then
+  int previous = -1;                                  ///< keyframe of the update before this one; -1: it is the first
   std::vector<Loop> closed;                           ///< by it
   std::vector<Loop> taken_out;                        ///< which all others contradict
   std::optional<int> ties_wrong_from = std::nullopt;  ///< ties of this keyframe and of all newer ones so far are wrong
-  std::vector<Pose2> poses;  ///< T_map_keyframe of all keyframes up to that one; empty: as they were
+  int first_pose = 0;                                 ///< those before it stay where they were
+  std::vector<Pose2> poses;                           ///< T_map_keyframe, from first_pose to keyframe
+  friend bool operator==(const GraphUpdate&, const GraphUpdate&) = default;
 };
 
 /// Keyframes along the path, the motions between them, ties and loops: what is known of the poses.
@@ -77,12 +82,16 @@ class KeyframeGraph {
   /// The poses and all that is known of the motions between them.
   PoseGraph MakePoseGraph() const;
 
-  /// Moves the poses to where they agree best. Returns the loops that the others contradict, and takes them out.
+  /// Moves the poses to where they agree best; the first ones that would move by less than a micrometre stay. Returns
+  /// the loops that the others contradict, and takes them out.
   std::vector<Loop> Optimise();
 
   /// Takes over what another graph of the same keyframes has learned. Keyframes that it did not have yet follow the
-  /// last one that it had, as a rigid body.
+  /// last one that it had, by their motions: it makes no difference whether they come before the update or after it.
   void Apply(const GraphUpdate& update);
+
+  /// Whether an update can be one of a graph that has no other keyframes than these.
+  bool Fits(const GraphUpdate& update) const;
 
  private:
   void Link(int a, int b, double length_m);

@@ -1,6 +1,8 @@
 #include "common/graph/loop_closer.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace crsm {
 namespace {
@@ -13,35 +15,40 @@ bool AreNear(const Pose2& a, const Pose2& b, double near_m, double near_rad) {
 
 }  // namespace
 
-GraphUpdate LoopCloser::Add(Keyframe keyframe) {
+std::optional<GraphUpdate> LoopCloser::Add(Keyframe keyframe) {
   constexpr double kSearchEvery_m = 1.0;
   constexpr double kCheckEvery_m = 5.0;
-  if (graph_.size() <= ties_wrong_until_) keyframe.tie.reset();
+  keyframe.tie_wrong = keyframe.as_of < ties_wrong_before_;
   GraphUpdate update;
   update.keyframe = graph_.Add(std::move(keyframe));
   const double here_m = graph_.path_m(update.keyframe);
-  if (here_m < next_search_m_) return update;
+  if (here_m < next_search_m_) return std::nullopt;
   next_search_m_ = here_m + kSearchEvery_m;
   const bool check = here_m >= next_check_m_;
   if (check) next_check_m_ = here_m + kCheckEvery_m;
 
   const auto finding = SearchLoop(graph_, parameters_.local_map_m, check);
-  if (!finding) return update;
+  if (!finding) return std::nullopt;
   if (finding->known && AgreesWithGraph(*finding)) {
     verified_ = update.keyframe;
-    return update;
+    return std::nullopt;
   }
   update.closed = Confirm(*finding);
-  if (update.closed.empty()) return update;
+  if (update.closed.empty()) return std::nullopt;
   if (finding->known) {
     update.ties_wrong_from = verified_ + 1;
     graph_.DropTies(verified_ + 1);
-    ties_wrong_until_ = update.keyframe + parameters_.lag;
+    ties_wrong_before_ = update.keyframe;
   }
   verified_ = update.keyframe;
+  update.previous = std::exchange(update_, update.keyframe);
   for (const Loop& loop : update.closed) graph_.AddLoop(loop);
+  const std::vector<Pose2> before = graph_.poses();
   update.taken_out = graph_.Optimise();
-  update.poses = graph_.poses();
+  const auto& after = graph_.poses();
+  const auto moved = std::mismatch(before.begin(), before.end(), after.begin()).second;
+  update.first_pose = static_cast<int>(moved - after.begin());
+  update.poses.assign(moved, after.end());
   return update;
 }
 

@@ -16,13 +16,14 @@ namespace crsm {
 /// metres later, has to agree with the first one; in the graph a loop that contradicts all others counts for nothing
 /// (Geman and McClure's loss), and is taken out.
 ///
-/// The same keyframes give the same updates, to the last bit.
+/// The same keyframes give the same updates, to the last bit: who has lost them gives the keyframes again.
 class LoopCloser {
  public:
   LoopCloser(const LoopParameters& parameters, const UpdateParameters& drawing)
       : parameters_(parameters), drawing_(drawing) {}
 
-  GraphUpdate Add(Keyframe keyframe);
+  /// The next keyframe. Nothing if it changes nothing.
+  std::optional<GraphUpdate> Add(Keyframe keyframe);
 
   const KeyframeGraph& graph() const { return graph_; }
 
@@ -42,8 +43,10 @@ class LoopCloser {
   std::deque<Remembered> findings_;  ///< of the last metres
   double next_search_m_ = 0.0;
   double next_check_m_ = 0.0;
-  int verified_ = 0;           ///< the last keyframe of which it is known that it is where the graph says
-  int ties_wrong_until_ = -1;  ///< keyframes up to here were matched on a map that was wrong
+  int verified_ = 0;  ///< the last keyframe of which it is known that it is where the graph says
+  int update_ = -1;   ///< keyframe of the last update
+  /// Keyframe of the last update that took ties for wrong: those that were matched on a map before it are, too.
+  int ties_wrong_before_ = -1;
 };
 
 }  // namespace crsm

@@ -4,7 +4,7 @@
 #include <numeric>
 #include <utility>
 
-#include "common/graph/draw_scans.hpp"
+#include "common/graph/loop_search.hpp"
 
 namespace crsm {
 
@@ -17,52 +17,57 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   if (!loops_.loops) return step;
   if (match.state == MatchState::kLost) lost_since_ = true;
   if (step.delta.drawn) AddKeyframe(scan->rays, match);
-  if (graph_.size() == 0) {
-    scans_.push_back({0, match.T_map_laser});
-    return step;
-  }
   const int newest = graph_.size() - 1;
-  scans_.push_back({newest, Inverse(graph_.pose(newest)) * match.T_map_laser});
+  scans_.push_back(newest < 0 ? Anchored{0, match.T_map_laser}
+                              : Anchored{newest, Inverse(graph_.pose(newest)) * match.T_map_laser});
   if (!step.delta.drawn) return step;
   step.keyframe = &graph_.keyframe(newest);
-  if (graph_.path_m(newest) - looked_at_m_ < kPeriod_m) return step;
+
+  const Pose2 before = graph_.pose(newest);
+  const bool put_right = ApplyDue(newest);
+  if (put_right) step.T_new_old = graph_.pose(newest) * Inverse(before);
+  if (!put_right && graph_.path_m(newest) - looked_at_m_ < kPeriod_m) return step;
   looked_at_m_ = graph_.path_m(newest);
   const std::vector<int> local = FindLocal();
-  if (local == drawn_) return step;
+  if (!put_right && local == drawn_) return step;
   const std::vector<TileChange> tiles = Draw(local);
   step.delta.tiles.insert(step.delta.tiles.end(), tiles.begin(), tiles.end());
   return step;
 }
 
-std::optional<Mapper::Correction> Mapper::Apply(const GraphUpdate& update) {
-  if (update.poses.empty()) return std::nullopt;
-  const Pose2 before = graph_.poses().back();
-  graph_.Apply(update);
-  looked_at_m_ = graph_.path_m(graph_.size() - 1);
-  return Correction{Draw(FindLocal()), graph_.poses().back() * Inverse(before)};
+bool Mapper::Offer(const GraphUpdate& update) {
+  if (update.previous != last_update_ || !graph_.Fits(update)) return false;
+  last_update_ = update.keyframe;
+  ++num_updates_;
+  std::copy(update.poses.begin(), update.poses.end(), best_poses_.begin() + update.first_pose);
+  for (int i = update.keyframe + 1; i < graph_.size(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    best_poses_[at] = best_poses_[at - 1] * graph_.keyframe(i).T_previous_this;
+  }
+  pending_.push_back(update);
+  return true;
 }
 
 std::vector<TileChange> Mapper::Finish() {
+  ApplyDue(graph_.size() + loops_.lag);
   std::vector<int> all(static_cast<std::size_t>(graph_.size()));
   std::iota(all.begin(), all.end(), 0);
   std::vector<TileChange> tiles;
   if (loops_.loops) tiles = Draw(all);
   local_.Finish();
+  loops_.loops = false;  // what comes is only localised
   return tiles;
 }
 
-ByteMap Mapper::DrawWhole(const KeyframeGraph& graph) const {
-  std::vector<PlacedScan> scans;
-  for (int i = 0; i < graph.size(); ++i) scans.push_back({&graph.keyframe(i).rays, graph.pose(i)});
-  return DrawScans(drawing_, scans);
+KeyframeGraph Mapper::MakeBestGraph() const {
+  KeyframeGraph graph = graph_;
+  for (const GraphUpdate& update : pending_) graph.Apply(update);
+  return graph;
 }
 
-std::vector<Pose2> Mapper::CorrectedPoses(const KeyframeGraph& graph) const {
-  std::vector<Pose2> poses;
-  for (const auto& [keyframe, T_keyframe_laser] : scans_) {
-    poses.push_back(graph.size() == 0 ? T_keyframe_laser : graph.pose(keyframe) * T_keyframe_laser);
-  }
-  return poses;
+Pose2 Mapper::BestPose(std::int64_t scan) const {
+  const auto& [keyframe, T_keyframe_laser] = scans_[static_cast<std::size_t>(scan)];
+  return best_poses_.empty() ? T_keyframe_laser : best_poses_[static_cast<std::size_t>(keyframe)] * T_keyframe_laser;
 }
 
 void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match) {
@@ -70,6 +75,7 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match) {
   keyframe.utime = match.utime;
   keyframe.rays = rays;
   keyframe.after_lost = std::exchange(lost_since_, false);
+  keyframe.as_of = applied_update_;
   if (graph_.size() > 0) {
     keyframe.T_previous_this = Inverse(graph_.poses().back()) * match.T_map_laser;
     keyframe.tie = FindTie(match.T_map_laser);
@@ -79,7 +85,19 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match) {
     const auto& [x, y] = match.degenerate_axis;
     keyframe.open_axis = Eigen::Vector2d(cos * x + sin * y, cos * y - sin * x);
   }
+  best_poses_.push_back(best_poses_.empty() ? Pose2{} : best_poses_.back() * keyframe.T_previous_this);
   drawn_.push_back(graph_.Add(std::move(keyframe)));
+}
+
+/// Those whose time has come take effect on the graph. Whether there were any.
+bool Mapper::ApplyDue(int newest) {
+  bool any = false;
+  for (; !pending_.empty() && pending_.front().keyframe <= newest - loops_.lag; pending_.pop_front()) {
+    graph_.Apply(pending_.front());
+    applied_update_ = pending_.front().keyframe;
+    any = true;
+  }
+  return any;
 }
 
 /// The nearest keyframe of long ago that is in the local map.

@@ -1,10 +1,10 @@
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <vector>
 
 #include "common/graph/keyframe_graph.hpp"
-#include "common/graph/loop_closer.hpp"
 #include "common/map/byte_map.hpp"
 #include "common/map/map_updater.hpp"
 #include "common/scan/critical_rays.hpp"
@@ -22,33 +22,37 @@ class Mapper {
   Mapper(const UpdateParameters& drawing, const LoopParameters& loops);
 
   struct Step {
-    MapDelta delta;                      ///< of the local map
-    const Keyframe* keyframe = nullptr;  ///< what the scan has become, with loops; valid until the next call
+    MapDelta delta;                                 ///< of the local map
+    std::optional<Pose2> T_new_old = std::nullopt;  ///< by which robot and map have moved, where they were put right
+    const Keyframe* keyframe = nullptr;             ///< what the scan has become, with loops; valid until the next call
   };
 
-  /// Draws a scan as MapUpdater::Update and UpdateWithoutScan do. scan: nullptr where there is none to draw.
+  /// Draws a scan as MapUpdater::Update and UpdateWithoutScan do. scan: nullptr where there is none to draw. Where it
+  /// has become a keyframe, the updates of keyframes that are `lag` older take effect.
   Step Integrate(const CriticalRays* scan, const ScanMatch& match);
 
-  /// What an update has changed.
-  struct Correction {
-    std::vector<TileChange> tiles;  ///< of the local map, in the version that there is
-    Pose2 T_new_old;                ///< by which the robot and the map around it have moved
-  };
+  /// What a keyframe of this mapper's has brought to the graph. It takes effect on the local map some keyframes later,
+  /// `lag` of them if it comes before: so loops can be searched while the robot drives on. False, and nothing is done,
+  /// if it is not the one that follows the last.
+  bool Offer(const GraphUpdate& update);
 
-  /// Puts right what a keyframe has shown to be wrong. Nothing if it has not.
-  std::optional<Correction> Apply(const GraphUpdate& update);
+  /// Keyframe of the last update offered; -1: none.
+  int last_update() const { return last_update_; }
+  std::int64_t num_updates() const { return num_updates_; }
 
   /// The map is finished: it is all that was seen, and stays as it is. Returns what that changes.
   std::vector<TileChange> Finish();
 
   const MapUpdater& local() const { return local_; }
+  /// What has taken effect on the local map.
   const KeyframeGraph& graph() const { return graph_; }
 
-  /// All that was seen, where it belongs by a graph that knows more; with loops only.
-  ByteMap DrawWhole(const KeyframeGraph& graph) const;
-
-  /// T_map_laser of all scans so far, where they belong by such a graph.
-  std::vector<Pose2> CorrectedPoses(const KeyframeGraph& graph) const;
+  /// All that is known.
+  KeyframeGraph MakeBestGraph() const;
+  /// T_map_keyframe by all that is known.
+  const std::vector<Pose2>& best_poses() const { return best_poses_; }
+  /// T_map_laser of a scan by all that is known; index: 0 for the first that was integrated.
+  Pose2 BestPose(std::int64_t scan) const;
 
  private:
   struct Anchored {
@@ -57,6 +61,7 @@ class Mapper {
   };
 
   void AddKeyframe(const ValidRays& rays, const ScanMatch& match);
+  bool ApplyDue(int newest);
   std::optional<Tie> FindTie(const Pose2& T_map_laser) const;
   std::vector<TileChange> Draw(const std::vector<int>& keyframes);
   std::vector<int> FindLocal() const;
@@ -65,6 +70,11 @@ class Mapper {
   LoopParameters loops_;
   MapUpdater local_;
   KeyframeGraph graph_;
+  std::deque<GraphUpdate> pending_;  ///< that have not taken effect yet
+  int applied_update_ = -1;          ///< keyframe of the last one that has
+  int last_update_ = -1;
+  std::int64_t num_updates_ = 0;
+  std::vector<Pose2> best_poses_;
   std::vector<int> drawn_;    ///< keyframes in the local map
   double looked_at_m_ = 0.0;  ///< where on the path it was last looked which belong there
   bool lost_since_ = false;   ///< scans were, since the newest keyframe

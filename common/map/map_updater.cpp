@@ -80,6 +80,8 @@ MapUpdater::MapUpdater(const UpdateParameters& parameters)
     : parameters_(parameters), geometry_(parameters.cell_size_m) {}
 
 MapUpdater::~MapUpdater() = default;
+MapUpdater::MapUpdater(MapUpdater&&) noexcept = default;
+MapUpdater& MapUpdater::operator=(MapUpdater&&) noexcept = default;
 
 MapDelta MapUpdater::Update(const CriticalRays& scan, const ScanMatch& match) {
   if (scan.utime != match.utime) throw std::invalid_argument("MapUpdater: the match is of another scan");
@@ -96,10 +98,7 @@ MapDelta MapUpdater::Update(const CriticalRays& scan, const ScanMatch& match) {
 std::vector<TileChange> MapUpdater::DrawAnew(std::span<const PlacedScan> scans) {
   std::vector<TileBytes> before;
   for (const auto& entry : tiles_.entries()) before.push_back(std::exchange(*entry.tile, Tile()).bytes);
-  for (const auto& [rays, T_map_laser] : scans) {
-    if (rays->size() > 0 && InLimits(*rays, T_map_laser)) Draw(*rays, T_map_laser, nullptr);
-    T_map_last_drawn_ = T_map_laser;
-  }
+  for (const PlacedScan& scan : scans) DrawMore(scan);
   std::vector<TileChange> changes;
   before.resize(num_tiles(), Tile().bytes);
   for (std::size_t i = 0; i < num_tiles(); ++i) {
@@ -109,6 +108,12 @@ std::vector<TileChange> MapUpdater::DrawAnew(std::span<const PlacedScan> scans) 
     if (!runs.empty()) changes.push_back({index, std::move(runs)});
   }
   return changes;
+}
+
+void MapUpdater::DrawMore(const PlacedScan& scan) {
+  const auto& [rays, T_map_laser] = scan;
+  if (rays->size() > 0 && InLimits(*rays, T_map_laser)) Draw(*rays, T_map_laser, nullptr);
+  T_map_last_drawn_ = T_map_laser;
 }
 
 bool MapUpdater::InLimits(const ValidRays& rays, const Pose2& T_map_laser) const {
@@ -137,8 +142,7 @@ std::optional<TileChange> MapUpdater::TileSince(std::size_t tile, std::int64_t v
 bool MapUpdater::MovedEnough(const Pose2& T_map_laser) const {
   if (!T_map_last_drawn_) return true;
   const Pose2 motion = Inverse(*T_map_last_drawn_) * T_map_laser;
-  return Length(motion) >= parameters_.update_distance_m ||
-         std::abs(motion.yaw_rad) >= parameters_.update_angle_rad;
+  return Length(motion) >= parameters_.update_distance_m || std::abs(motion.yaw_rad) >= parameters_.update_angle_rad;
 }
 
 void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vector<TileChange>* changes) {
@@ -169,11 +173,9 @@ void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vect
     Tile& tile = *tiles_.Find(index);
     const TileBytes before = tile.bytes;
     Blend(tile, intensity);
-    if (!changes) continue;
-    std::vector<std::uint8_t> runs = PackRuns(before, tile.bytes);
-    if (runs.empty()) continue;
+    if (tile.bytes == before) continue;
     tile.changed_in_version = version_;
-    changes->push_back({index, std::move(runs)});
+    if (changes) changes->push_back({index, PackRuns(before, tile.bytes)});
   }
   marked_.clear();
   marking_ = nullptr;

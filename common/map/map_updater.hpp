@@ -23,6 +23,8 @@ class MapUpdater {
  public:
   explicit MapUpdater(const UpdateParameters& parameters);
   ~MapUpdater();
+  MapUpdater(MapUpdater&&) noexcept;
+  MapUpdater& operator=(MapUpdater&&) noexcept;
 
   /// Draws a scan that was taken at `match.T_map_laser`, and says what changed. The map's version rises by one with
   /// every call, also when nothing changes: a lost scan, one without rays or beyond the limits of the map, or too
@@ -32,6 +34,12 @@ class MapUpdater {
   /// Draws all of the map anew, as of these scans in their order, in the version that there is. Returns what that
   /// changes; for a replica of this version all tiles have changed.
   std::vector<TileChange> DrawAnew(std::span<const PlacedScan> scans);
+
+  /// Draws one more scan, in the version that there is.
+  void DrawMore(const PlacedScan& scan);
+
+  /// Goes on with that version, in which nothing has changed, and which is no smaller than the one that there is.
+  void SkipTo(std::int64_t version) { version_ = version; }
 
   /// Whether all of a scan that was taken there lies within the limits of the map.
   bool InLimits(const ValidRays& rays, const Pose2& T_map_laser) const;

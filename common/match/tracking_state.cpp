@@ -27,7 +27,8 @@ TrackingState::TrackingState(Parts parts)
       newest_utime_(parts.newest_utime),
       on_finished_map_(parts.on_finished_map),
       fitnesses_(std::move(parts.fitnesses)),
-      recent_(std::move(parts.recent)) {
+      recent_(std::move(parts.recent)),
+      T_local_map_(parts.T_local_map) {
   KeepLast(fitnesses_, kUsual);
   KeepLast(recent_, kRecent);
 }
@@ -49,6 +50,7 @@ void TrackingState::Add(const ScanMatch& match) {
 
 void TrackingState::Move(const Pose2& T_new_old) {
   for (ScanMatch& match : recent_) match.T_map_laser = T_new_old * match.T_map_laser;
+  T_local_map_ = T_local_map_ * Inverse(T_new_old);
 }
 
 double TrackingState::usual_fitness() const {

@@ -27,6 +27,9 @@ class TrackingState {
   /// predicted from their covariances and axes, which stay as they were found.
   void Move(const Pose2& T_new_old);
 
+  /// From the map frame to one that does not move when the map does, but drifts away from it, as REP 105's odom.
+  const Pose2& T_local_map() const { return T_local_map_; }
+
   /// Before the first scan.
   bool empty() const { return num_scans_ == 0; }
   std::int64_t num_scans() const { return num_scans_; }
@@ -57,6 +60,7 @@ class TrackingState {
     bool on_finished_map = false;
     std::vector<double> fitnesses;  ///< the last kUsual of more
     std::vector<ScanMatch> recent;  ///< the last kRecent of more
+    Pose2 T_local_map;
   };
   explicit TrackingState(Parts parts);
 
@@ -69,6 +73,7 @@ class TrackingState {
   bool on_finished_map_ = false;
   std::vector<double> fitnesses_;
   std::vector<ScanMatch> recent_;
+  Pose2 T_local_map_;
 };
 
 }  // namespace crsm

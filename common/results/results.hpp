@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
+#include "common/logs/replacement.hpp"
 #include "common/map/dense_grid.hpp"
 #include "common/metrics/trajectory.hpp"
 #include "common/results/match_sequence.hpp"
-#include "common/results/replacement.hpp"
 #include "common/scan/critical_rays.hpp"
 
 namespace crsm {

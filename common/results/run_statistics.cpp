@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "common/match/global_search.hpp"
 #include "common/math/random.hpp"
@@ -57,9 +58,11 @@ void RunStatistics::Add(const ScanMatch& match) {
   previous_ = match;
 }
 
-void RunStatistics::Correct(std::int64_t utime, const Pose2& T_map_laser) {
-  Sampled* sampled = FindSampled(utime);
-  if (sampled && sampled->T_map_laser) sampled->T_map_laser = T_map_laser;
+void RunStatistics::ForgetMatches() {
+  auto sampled = std::move(sampled_);
+  for (auto& [hash, each] : sampled) each.T_map_laser.reset();
+  *this = RunStatistics();
+  sampled_ = std::move(sampled);
 }
 
 RunStatistics::Values RunStatistics::values() const {

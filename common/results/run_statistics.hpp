@@ -22,8 +22,8 @@ class RunStatistics {
   /// The next match.
   void Add(const ScanMatch& match);
 
-  /// It is known better now where a scan was matched, after the map was put right.
-  void Correct(std::int64_t utime, const Pose2& T_map_laser);
+  /// All matches are to come again, where it is known better by now: the map was put right. Rays stay.
+  void ForgetMatches();
 
   struct Values {
     std::int64_t scans = 0;

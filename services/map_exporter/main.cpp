@@ -22,14 +22,23 @@
 namespace crsm {
 namespace {
 
+/// 0 for one that the process does not have.
+std::int64_t FindCounter(const service_status_t& status, const std::string& name) {
+  const auto found = std::find(status.counter_name.begin(), status.counter_name.end(), name);
+  return found == status.counter_name.end()
+             ? 0
+             : status.counter_value[static_cast<std::size_t>(found - status.counter_name.begin())];
+}
+
 class MapExporter {
  public:
   explicit MapExporter(const CommandLine& command_line)
       : command_line_(command_line),
         service_(command_line),
-        map_follower_(service_, {[this](double cell_size_m) { Begin(cell_size_m); },
-                                 [this](std::span<const TileChange> changes) { return Apply(changes); },
-                                 [this](const ScanMatch& match) { Add(match); }}) {
+        map_follower_(service_, MapFollower::View::kWhole,
+                      {[this](double cell_size_m) { Begin(cell_size_m); },
+                       [this](std::span<const TileChange> changes) { return Apply(changes); },
+                       [this](const ScanMatch& match) { Add(match); }}) {
     Bus& bus = service_.bus();
     bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel, [this](const critical_rays_t& message) {
       last_scan_ = FromMessage(message);
@@ -45,7 +54,6 @@ class MapExporter {
     service_.Run([this] {
       map_follower_.Poll();
       WriteNowAndThen();
-      Gather();
       return true;
     });
     CatchUp();
@@ -63,15 +71,8 @@ class MapExporter {
     statuses_[status.name] = status;
   }
 
-  /// Lets messages gather, none of which is urgent: to wake up for each alone costs more than to handle it. A replica
-  /// that is not whole waits for each page of the map.
-  void Gather() const {
-    constexpr auto kGatherFor = std::chrono::milliseconds(10);
-    if (map_follower_.replica().synced()) std::this_thread::sleep_for(kGatherFor);
-  }
-
   void Begin(double cell_size_m) {
-    if (map_) statistics_ = RunStatistics();  // not the rays that were heard before the first map
+    statistics_.ForgetMatches();
     map_.emplace(cell_size_m);
     map_begun_ = true;
     changed_tiles_.clear();
@@ -106,14 +107,16 @@ class MapExporter {
   void WriteNowAndThen() {
     const MapReplica& replica = map_follower_.replica();
     if (const auto outcome = writer_->TakeOutcome()) NoteOutcome(*outcome);
-    if (Clock::now() < next_write_ || writer_->busy() || !replica.synced() || replica.version() == written_version_) {
-      return;
-    }
+    if (Clock::now() < next_write_ || writer_->busy()) return;
+    if (!std::exchange(asked_, true)) map_follower_.Doubt();  // there will be more by now
+    if (!replica.synced()) return;
+    asked_ = false;
     const auto start = Clock::now();
+    next_write_ = start + std::chrono::duration_cast<Clock::duration>(
+                              std::chrono::duration<double>(command_line_.settings().export_period_s));
+    if (replica.version() == written_version_) return;
     writer_->Start(MakeSnapshot());
     service_.RecordLatency(start);  // so long messages waited
-    next_write_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                     std::chrono::duration<double>(command_line_.settings().export_period_s));
   }
 
   void NoteOutcome(const ResultsWriter::Outcome& outcome) {
@@ -148,6 +151,7 @@ class MapExporter {
     const auto one_status = Clock::now() + std::chrono::milliseconds(1100);
     const auto give_up = Clock::now() + 10 * kPatience;
     last_change_ = Clock::now();
+    map_follower_.AwaitSettled();
     map_follower_.Doubt();
     while (Clock::now() <
            (map_follower_.replica().synced() ? one_status : std::min(last_change_ + kPatience, give_up))) {
@@ -180,6 +184,11 @@ class MapExporter {
     summary.map_version = map_follower_.replica().version();
     const ByteMap no_map(1.0);
     summary.verdict = Judge(statistics_, map_ ? *map_ : no_map);
+    if (const auto closer = statuses_.find("loop_closer"); closer != statuses_.end()) {
+      const auto Count = [&](const std::string& name) { return FindCounter(closer->second, name); };
+      summary.loops = {Count("keyframes"), Count("loops_closed"), Count("loops_taken_out")};
+      JudgeLoops(summary.loops->closed, summary.loops->taken_out, summary.verdict);
+    }
     statuses_[service_.name()] = service_.MakeStatus();
     for (const auto& [name, status] : statuses_) {
       for (std::size_t i = 0; i < status.counter_name.size(); ++i) {
@@ -211,6 +220,7 @@ class MapExporter {
   CriticalRays last_scan_;
   std::map<std::string, service_status_t> statuses_;
   std::int64_t written_version_ = 0;
+  bool asked_ = false;  ///< for what is to be written next
   Clock::time_point next_write_{};
   Clock::time_point last_change_{};
 };

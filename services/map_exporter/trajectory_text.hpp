@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <mutex>
 
+#include "common/logs/replacement.hpp"
 #include "common/logs/temporary_file.hpp"
-#include "common/results/replacement.hpp"
 #include "common/scan/scan_match.hpp"
 
 namespace crsm {

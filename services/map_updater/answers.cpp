@@ -23,6 +23,12 @@ struct Part {
     size += static_cast<std::size_t>(message.asked.back()._getEncodedSizeNoHash());
   }
 
+  void AddMotion(const Pose2& T_new_old) {
+    message.T_new_old.push_back(ToMessage(T_new_old));
+    message.num_moved = 1;
+    size += static_cast<std::size_t>(message.T_new_old.back()._getEncodedSizeNoHash());
+  }
+
   void Add(const TrackingState& tracking) {
     message.tracking.push_back(ToMessage(tracking));
     message.num_tracking = 1;
@@ -61,11 +67,12 @@ map_delta_t MakeBlank(std::int64_t utime, std::int64_t version, std::int64_t bas
 }  // namespace
 
 std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match, const MapGeometry& geometry,
-                                   const AnswerOptions& options) {
+                                   const AnswerOptions& options, const std::optional<Pose2>& T_new_old) {
   const map_delta_t blank = MakeBlank(match.utime, delta.version, delta.version - 1, geometry, options);
   std::vector<map_delta_t> parts;
   Part part(blank);
   part.Add(match);
+  if (T_new_old) part.AddMotion(*T_new_old);
   for (const TileChange& change : delta.tiles) {
     if (part.Add(change, options.most_bytes)) continue;
     parts.push_back(std::move(part.message));
@@ -105,7 +112,9 @@ map_delta_t MakePage(const map_request_t& asked, const MapUpdater& updater, cons
   if (request.first_match >= 0) {
     std::int64_t match = std::min<std::int64_t>(request.first_match, answered.matches.size());
     for (; match < answered.matches.size() && page.size < options.most_bytes / 2; ++match) {
-      page.Add(answered.matches.At(match));
+      ScanMatch answer = answered.matches.At(match);
+      if (answered.put_right) answer.T_map_laser = answered.put_right->BestPose(match);
+      page.Add(answer);
     }
     page.message.next_match = static_cast<std::int32_t>(match);
   }

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "common/graph/mapper.hpp"
 #include "common/map/map_updater.hpp"
 #include "common/match/tracking_state.hpp"
 #include "services/runtime/match_store.hpp"
@@ -15,9 +17,10 @@ struct AnswerOptions {
   std::size_t most_bytes = 32000;  ///< of a message; a tile stays whole: one alone makes 4.4 KB at most
 };
 
-/// What a match changed in the map, for everybody: one message, or more where it would be too large.
+/// What a match changed in the map, for everybody: one message, or more where it would be too large. T_new_old: by
+/// which the map has moved, if it has.
 std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match, const MapGeometry& geometry,
-                                   const AnswerOptions& options);
+                                   const AnswerOptions& options, const std::optional<Pose2>& T_new_old = std::nullopt);
 
 /// The answer to a match that comes once more after others were answered: the version that there is, and nothing else.
 map_delta_t MakeEmptyAnswer(std::int64_t utime, const MapUpdater& updater, const AnswerOptions& options);
@@ -26,6 +29,8 @@ map_delta_t MakeEmptyAnswer(std::int64_t utime, const MapUpdater& updater, const
 struct Answered {
   const MatchStore& matches;      ///< all that were answered so far
   const TrackingState& tracking;  ///< after them
+  /// Who knows better by now where the scans were taken; nullptr: they are to be told as they were matched.
+  const Mapper* put_right = nullptr;
 };
 
 /// The next page of what a replica lacks: tiles that changed since its version, whole, and matches that it does not

@@ -1,10 +1,13 @@
 // map_updater: CRITICAL_RAYS and SCAN_MATCH -> MAP_DELTA. The owner of the map: draws each matched scan into it and
-// tells the replicas what changed.
+// tells the replicas what changed. With --loops it sends what it draws to a loop closer, and puts the map right by what
+// comes back: KEYFRAME -> POSE_GRAPH.
 
 #include <fmt/core.h>
 
-#include "common/map/map_updater.hpp"
+#include "common/graph/mapper.hpp"
+#include "common/graph/whole_map.hpp"
 #include "services/map_updater/answers.hpp"
+#include "services/map_updater/loop_closer_link.hpp"
 #include "services/map_updater/request_limiter.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/held_by_utime.hpp"
@@ -26,10 +29,16 @@ class MapUpdaterService {
         service_(command_line),
         matches_(service_.counters()),
         map_parameters_(ListMapParameters(command_line.parameters())),
-        updater_(command_line.parameters().update) {
+        loops_(command_line.parameters().loops),
+        mapper_(command_line.parameters().update, loops_),
+        whole_(command_line.parameters().update) {
     service_.TakeRole(kMapOwnerRole);
     LoadFinishedMap();
     OpenJournal();
+    if (loops_.loops && settings_.localize.empty()) {
+      link_.emplace(service_, mapper_, loops_.lag, [this](const GraphUpdate& update) { Keep(update); });
+      link_->SetEpoch(options_.epoch);
+    }
     Bus& bus = service_.bus();
     bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel,
                                         [this](const critical_rays_t& message) { Hold(FromMessage(message)); });
@@ -42,10 +51,13 @@ class MapUpdaterService {
   void Run() {
     service_.Run([this] {
       if (settings_.lockstep) stall_watch_.Look(Awaited(), Clock::now());
-      if (matches_.empty()) return true;
-      Answer(matches_.front());
-      matches_.Pop();
-      return matches_.empty();
+      if (link_) link_->Poll();
+      ShowWhole();
+      if (!matches_.empty() && Answer(matches_.front())) {
+        matches_.Pop();
+        return matches_.empty() && whole_requests_.empty();
+      }
+      return whole_requests_.empty();
     });
   }
 
@@ -59,6 +71,7 @@ class MapUpdaterService {
 
   /// In lockstep: what the next version of the map takes that is not here.
   StallWatch::Awaited Awaited() const {
+    if (MustWaitForLoops()) return {"loop_closer to look for loops from keyframe {} on", link_->looked_through() + 1};
     if (match_without_scan_) return {"CRITICAL_RAYS of scan {}", *match_without_scan_};
     if (held_utime_) return {"SCAN_MATCH of scan {}", *held_utime_};
     if (tracking_.empty()) return {};
@@ -74,30 +87,65 @@ class MapUpdaterService {
       }
       return counters.Add("map_requests_refused");
     }
-    service_.bus().Publish(kMapDeltaChannel, MakePage(request, updater_, {answered_, tracking_}, options_));
+    if (request.whole == 0) {
+      return service_.bus().Publish(kMapDeltaChannel, MakePage(request, local(), {answered_, tracking_}, options_));
+    }
+    if (request.settled == 1 && link_ && !link_->IsSettled()) return;  // it will be asked again
+    const auto IsOfSame = [&](const map_request_t& other) { return other.requester == request.requester; };
+    std::erase_if(whole_requests_, IsOfSame);
+    whole_requests_.push_back(request);
   }
 
-  /// Every match is answered by exactly one version of the map. A match that comes again gets its answer again.
-  void Answer(const ScanMatch& match) {
-    const auto start = Clock::now();
+  /// Answers who wants to see all that was seen. With loops it is drawn for them, a piece at a time between the scans.
+  void ShowWhole() {
+    constexpr int kPiece = 10;  // scans: half a millisecond
+    if (whole_requests_.empty()) return;
+    if (link_ && std::exchange(whole_updates_, mapper_.num_updates()) != mapper_.num_updates()) whole_.Forget();
+    if (link_ && !whole_.Draw(mapper_.graph(), mapper_.best_poses(), local().version(), kPiece)) return;
+    AnswerOptions options = options_;
+    if (link_) options.epoch += mapper_.num_updates();  // where it belongs has changed: it is another map
+    for (const map_request_t& request : std::exchange(whole_requests_, {})) {
+      service_.bus().Publish(kWholeMapChannel, MakePage(request, link_ ? whole_.map() : local(),
+                                                        {answered_, tracking_, link_ ? &mapper_ : nullptr}, options));
+    }
+  }
+
+  /// In lockstep, what a loop has brought takes effect at its keyframe, however long the search takes.
+  bool MustWaitForLoops() const { return settings_.lockstep && link_ && !link_->IsReadyForNext(); }
+
+  /// Every match is answered by exactly one version of the map. A match that comes again gets its answer again. False
+  /// if it cannot be answered yet.
+  bool Answer(const ScanMatch& match) {
     if (!tracking_.empty() && tracking_.recent().back().utime == match.utime) {
       service_.counters().Add("resent");
-      if (tracking_.recent().back() != match) CountContradiction(match);
-      return PublishLastAnswer();
+      // The map may have been put right after it, and the match with it.
+      const bool same = tracking_.recent().back() == match || answered_.At(answered_.size() - 1) == match;
+      if (!same) CountContradiction(match);
+      PublishLastAnswer();
+      return true;
     }
     if (match.utime <= tracking_.newest_utime() && answered_.Find(match.utime)) {
       service_.counters().Add("utime_repeated");
-      return service_.bus().Publish(kMapDeltaChannel, MakeEmptyAnswer(match.utime, updater_, options_));
+      service_.bus().Publish(kMapDeltaChannel, MakeEmptyAnswer(match.utime, local(), options_));
+      return true;
     }
+    if (MustWaitForLoops()) return false;
     const CriticalRays* scan = scans_.Find(match.utime);
     if (!scan && settings_.lockstep) {
       match_without_scan_ = match.utime;
-      return service_.counters().Add("scan_awaited");  // it will be sent again, and the match with it
+      service_.counters().Add("scan_awaited");  // it will be sent again, and the match with it
+      return true;
     }
+    AnswerNew(scan, match);
+    return true;
+  }
+
+  void AnswerNew(const CriticalRays* scan, const ScanMatch& match) {
+    const auto start = Clock::now();
     if (!scan) service_.counters().Add("scan_missing");
-    if (scan && !updater_.InLimits(scan->rays, match.T_map_laser)) service_.counters().Add("match_out_of_limits");
+    if (scan && !local().InLimits(scan->rays, match.T_map_laser)) service_.counters().Add("match_out_of_limits");
     const bool drawn = Draw(scan, match);
-    if (journal_) Keep(drawn ? scan : nullptr, match);
+    if (journal_) Keep([&] { journal_->Append(drawn ? scan : nullptr, match); });
     scans_.DropThrough(match.utime);
     match_without_scan_.reset();
     if (held_utime_ == match.utime) held_utime_.reset();
@@ -106,6 +154,7 @@ class MapUpdaterService {
     service_.SetState(journal_ || settings_.journal.empty() ? work : work + ", but the journal cannot be written");
     service_.RecordLatency(start);
     PublishLastAnswer();
+    if (link_ && drawn) link_->SendNewest();
   }
 
   /// Where senders are not known, this is how a second one shows.
@@ -122,30 +171,30 @@ class MapUpdaterService {
 
   /// scan: nullptr where there is none to draw; the match is answered all the same. Whether the scan was drawn.
   bool Draw(const CriticalRays* scan, const ScanMatch& match) {
-    const std::int64_t num_cut_before = updater_.num_scans_cut();
-    const MapDelta delta = scan ? updater_.Update(*scan, match) : updater_.UpdateWithoutScan();
-    if (updater_.num_scans_cut() > num_cut_before) {
+    const std::int64_t num_cut_before = local().num_scans_cut();
+    const Mapper::Step step = mapper_.Integrate(scan, match);
+    if (local().num_scans_cut() > num_cut_before) {
       if (num_cut_before == 0) Say(fmt::format("map_updater: {}", kMapIsFull));
       service_.counters().Add("scan_cut");
     }
-    last_answer_ = MakeParts(delta, match, updater_.geometry(), options_);
+    last_answer_ = MakeParts(step.delta, match, local().geometry(), options_, step.T_new_old);
     answered_.Append(match);
     tracking_.Add(match);
-    return delta.drawn;
+    if (step.T_new_old) tracking_.Move(*step.T_new_old);
+    return step.delta.drawn;
   }
 
   /// Makes the map of --localize, which then stays as it is; what comes now is a history of its own.
   void LoadFinishedMap() {
     if (settings_.localize.empty()) return;
     const std::string notice =
-        ReadJournal(JournalFolder(settings_.localize), {false, map_parameters_}, on_damage_,
-                    [this](const CriticalRays* scan, const ScanMatch& match) { Draw(scan, match); });
+        ReadJournal(JournalFolder(settings_.localize), {false, map_parameters_}, on_damage_, VisitOfJournal());
     if (!notice.empty()) Say(fmt::format("map_updater: {}", notice));
-    if (updater_.num_tiles() == 0) {
+    if (local().num_tiles() == 0) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings_.localize));
     }
     Say(fmt::format("map_updater: a finished map of {} scans from {}", answered_.size(), settings_.localize));
-    updater_.Finish();
+    mapper_.Finish();
     answered_ = MatchStore();
     tracking_ = TrackingState::OnFinishedMap();
   }
@@ -162,11 +211,16 @@ class MapUpdaterService {
       return SetEpoch(journal_->epoch());
     }
     LockJournal();
-    journal_.emplace(settings_.journal, subject, on_damage_,
-                     [this](const CriticalRays* scan, const ScanMatch& match) { Draw(scan, match); });
+    journal_.emplace(settings_.journal, subject, on_damage_, VisitOfJournal());
     SetEpoch(journal_->epoch());
     if (!journal_->notice().empty()) Say(fmt::format("map_updater: {}", journal_->notice()));
     Say(fmt::format("map_updater: went on from {} scans in {}", answered_.size(), settings_.journal));
+  }
+
+  /// Makes the map of a journal.
+  VisitJournal VisitOfJournal() {
+    return {[this](const CriticalRays* scan, const ScanMatch& match) { Draw(scan, match); },
+            [this](const GraphUpdate& update) { return mapper_.Offer(update); }};
   }
 
   /// Also against an owner of another bus.
@@ -176,13 +230,20 @@ class MapUpdaterService {
   void SetEpoch(std::int64_t epoch) {
     options_.epoch = epoch;
     for (map_delta_t& part : last_answer_) part.epoch = epoch;
+    if (link_) link_->SetEpoch(epoch);
+  }
+
+  /// From now on the map is made of this, too.
+  void Keep(const GraphUpdate& update) {
+    const Keyframe& keyframe = mapper_.graph().keyframe(update.keyframe);
+    if (journal_) Keep([&] { journal_->Append(update, keyframe.utime); });
   }
 
   /// A journal that cannot be written is no reason to stop mapping, but it ends there: no map is made from one with a
   /// hole. The map is another one from here on than the one that the journal will give.
-  void Keep(const CriticalRays* scan, const ScanMatch& match) {
+  void Keep(const std::function<void()>& append) {
     try {
-      journal_->Append(scan, match);
+      append();
     } catch (const std::runtime_error& error) {
       Say(fmt::format("map_updater: {}; mapping goes on without a journal", error.what()));
       service_.counters().Add("journal_failed");
@@ -195,12 +256,19 @@ class MapUpdaterService {
     for (const map_delta_t& part : last_answer_) service_.bus().Publish(kMapDeltaChannel, part);
   }
 
+  const MapUpdater& local() const { return mapper_.local(); }
+
   const Settings& settings_;
   Service service_;
   ScanQueue<ScanMatch> matches_;
   ParameterTexts map_parameters_;
   OnDamage on_damage_ = settings_.until_damage ? OnDamage::kTakeWhatIsBefore : OnDamage::kRefuse;
-  MapUpdater updater_;
+  LoopParameters loops_;
+  Mapper mapper_;
+  WholeMap whole_;                             ///< with loops; without, the mapper's is all that was seen
+  std::int64_t whole_updates_ = 0;             ///< of the graph that are in it
+  std::vector<map_request_t> whole_requests_;  ///< of the whole map, to be answered
+  std::optional<LoopCloserLink> link_;         ///< with loops, unless the map is finished
   AnswerOptions options_{DrawIdentity(), static_cast<std::size_t>(settings_.part_bytes)};
   /// Whose match has not come yet: as many as the matcher may lag behind, and those that come meanwhile of a laser that
   /// is ten times too fast.
@@ -219,14 +287,12 @@ class MapUpdaterService {
 /// Of the map that is there already. Whoever makes the scans must have been told the same.
 void TakeOverParameters(CommandLine& command_line) {
   const Settings& settings = command_line.settings();
-  RefuseLoops({}, command_line);
   std::vector<std::filesystem::path> journals;
   if (!settings.localize.empty()) journals.push_back(JournalFolder(settings.localize));
   if (settings.resume && !settings.journal.empty()) journals.emplace_back(settings.journal);
   for (const auto& folder : journals) {
     CheckLaserParameters(folder, command_line);
     AdoptMapParameters(folder, command_line);
-    RefuseLoops(folder, command_line);
   }
 }
 

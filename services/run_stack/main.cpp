@@ -67,7 +67,7 @@ void CheckInputs(const CommandLine& command_line, const StackOptions& options) {
 /// Said here in one line, where else the logs of several processes would. A publisher that is not ours may feed a
 /// stack that is live.
 void CheckRolesAreFree(const BusAddress& address, bool live) {
-  for (const char* role : {kMapOwnerRole, kMatcherRole, kSelectorRole, kPublisherRole}) {
+  for (const char* role : {kMapOwnerRole, kMatcherRole, kSelectorRole, kLoopCloserRole, kPublisherRole}) {
     if (live && role == kPublisherRole) continue;
     if (const auto holder = FindRoleHolder(address, role)) {
       throw std::runtime_error(DescribeTakenRole(address, role, *holder));
@@ -81,8 +81,7 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   NameBus(address.lcm_url);  // throws where there is none
   CheckInputs(command_line, options);
   // So that all processes are told the same.
-  const std::string earlier = AdoptEarlierMapParameters(options.earlier.resume, command_line);
-  RefuseLoops(earlier, command_line);
+  AdoptEarlierMapParameters(options.earlier.resume, command_line);
   if (!fs::exists(FindPrograms() / "map_updater")) {
     throw std::runtime_error(fmt::format("there are no programs in {}", FindPrograms().string()));
   }
@@ -99,10 +98,11 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
 }  // namespace crsm
 
 int main(int argc, char** argv) {
-  crsm::CommandLine command_line("run_stack",
-                                 "Maps a log, a simulated world or what a live laser sees with five processes on one "
-                                 "LCM bus.",
-                                 crsm::FlagsOfStack());
+  crsm::CommandLine command_line(
+      "run_stack",
+      "Maps a log, a simulated world or what a live laser sees with five processes, or six with --loops, on one "
+      "LCM bus.",
+      crsm::FlagsOfStack());
   crsm::StackOptions options;
   crsm::AddOwnFlags(command_line, options);
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;

@@ -15,7 +15,8 @@ bool IsSetByStack(const std::string& setting) {
 }
 
 std::vector<ProgramFlags> FlagsOfAll() {
-  return {FlagsOfPublisher(), FlagsOfSelector(), FlagsOfMatcher(), FlagsOfUpdater(), FlagsOfExporter()};
+  return {FlagsOfPublisher(), FlagsOfSelector(),   FlagsOfMatcher(),
+          FlagsOfUpdater(),   FlagsOfLoopCloser(), FlagsOfExporter()};
 }
 
 class Planner {
@@ -62,6 +63,9 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   plan.services = {std::move(updater), planner.Plan("rrhc_matcher", FlagsOfMatcher(), lockstep),
                    planner.Plan("ray_selector", FlagsOfSelector(), {}),
                    planner.Plan("map_exporter", FlagsOfExporter(), {"--out", folder.path().string()})};
+  if (command_line.parameters().loops.loops && settings.localize.empty()) {
+    plan.services.push_back(planner.Plan("loop_closer", FlagsOfLoopCloser(), {"--out", folder.path().string()}));
+  }
   if (!options.is_live()) {
     const std::string position = (folder.log_folder() / "laser_publisher.position").string();
     plan.publisher = planner.Plan("laser_publisher", FlagsOfPublisher(),

@@ -10,6 +10,7 @@ inline constexpr const char* kPublisherRole = "publisher";
 inline constexpr const char* kSelectorRole = "ray selector";
 inline constexpr const char* kMatcherRole = "matcher";
 inline constexpr const char* kMapOwnerRole = "owner of a map";
+inline constexpr const char* kLoopCloserRole = "loop closer";
 inline constexpr const char* kStackRole = "stack";
 
 /// A bus and a channel prefix on it.

@@ -69,6 +69,10 @@ map_tile_t ToMessage(const TileChange& change) {
   return message;
 }
 
+Pose2 FromMessage(const pose2_t& message) { return {message.x_m, message.y_m, message.yaw_rad}; }
+
+pose2_t ToMessage(const Pose2& pose) { return {pose.x_m, pose.y_m, pose.yaw_rad}; }
+
 CriticalRays FromMessage(const critical_rays_t& message) {
   return {message.utime,
           {message.angle_rad, message.range_m},
@@ -87,8 +91,13 @@ critical_rays_t ToMessage(const CriticalRays& scan) {
 }
 
 TrackingState FromMessage(const tracking_state_t& message) {
-  TrackingState::Parts parts{
-      message.num_scans, message.num_lost, message.newest_utime, message.on_finished_map == 1, message.fitness, {}};
+  TrackingState::Parts parts{message.num_scans,
+                             message.num_lost,
+                             message.newest_utime,
+                             message.on_finished_map == 1,
+                             message.fitness,
+                             {},
+                             FromMessage(message.T_local_map)};
   for (const scan_match_t& match : message.recent) parts.recent.push_back(FromMessage(match));
   return TrackingState(std::move(parts));
 }
@@ -103,6 +112,7 @@ tracking_state_t ToMessage(const TrackingState& tracking) {
   message.num_fitnesses = static_cast<std::int32_t>(message.fitness.size());
   for (const ScanMatch& match : tracking.recent()) message.recent.push_back(ToMessage(match));
   message.num_recent = static_cast<std::int32_t>(message.recent.size());
+  message.T_local_map = ToMessage(tracking.T_local_map());
   return message;
 }
 

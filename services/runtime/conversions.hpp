@@ -26,6 +26,9 @@ scan_match_t ToMessage(const ScanMatch& match);
 TileChange FromMessage(const map_tile_t& message);
 map_tile_t ToMessage(const TileChange& change);
 
+Pose2 FromMessage(const pose2_t& message);
+pose2_t ToMessage(const Pose2& pose);
+
 CriticalRays FromMessage(const critical_rays_t& message);
 critical_rays_t ToMessage(const CriticalRays& scan);
 

@@ -10,8 +10,9 @@ bool SameQuestion(const map_request_t& one, const map_request_t& other) {
 
 }  // namespace
 
-MapFollower::MapFollower(Service& service, Keeper keeper)
+MapFollower::MapFollower(Service& service, View view, Keeper keeper)
     : service_(service),
+      view_(view),
       requester_(DrawIdentity()),
       replica_(requester_, {std::move(keeper.begin),
                             [this, apply = std::move(keeper.apply)](std::span<const TileChange> changes) {
@@ -19,7 +20,7 @@ MapFollower::MapFollower(Service& service, Keeper keeper)
                             },
                             std::move(keeper.add)}),
       stall_watch_(service.name(), Say) {
-  service_.bus().SubscribeToOne<map_delta_t>(kMapDeltaChannel,
+  service_.bus().SubscribeToOne<map_delta_t>(view == View::kWhole ? kWholeMapChannel : kMapDeltaChannel,
                                              [this](const map_delta_t& delta) { replica_.Handle(delta); });
 }
 
@@ -32,7 +33,7 @@ void MapFollower::CountRefused() {
 }
 
 void MapFollower::Poll() {
-  const auto request = replica_.NextRequest();
+  auto request = replica_.NextRequest();
   const auto now = Clock::now();
   stall_watch_.Look(request ? StallWatch::Awaited{"map_updater to answer MAP_REQUEST, holding version {} of the map",
                                                   replica_.version()}
@@ -42,6 +43,8 @@ void MapFollower::Poll() {
   // make the next question.
   if (request && !(last_request_ && SameQuestion(*request, *last_request_))) backoff_.RestartAtOnce();
   if (!request || !backoff_.Due(now)) return;
+  request->whole = view_ == View::kWhole ? 1 : 0;
+  request->settled = settled_ ? 1 : 0;
   last_request_ = request;
   service_.counters().Add("map_requests");
   service_.bus().Publish(kMapRequestChannel, *request);

@@ -19,10 +19,18 @@ class MapFollower {
     std::function<void(const ScanMatch&)> add = {};
   };
 
-  MapFollower(Service& service, Keeper keeper);
+  /// Which map of the owner's.
+  enum class View {
+    kMatched,  ///< that scans are matched to: told of every change
+    kWhole     ///< all that was seen, where it belongs by all that is known: as of the last time it was asked for
+  };
+
+  MapFollower(Service& service, View view, Keeper keeper);
 
   const MapReplica& replica() const { return replica_; }
   void Doubt() { replica_.Doubt(); }
+  /// From now on the owner answers when loops have been looked for in all scans so far.
+  void AwaitSettled() { settled_ = true; }
   void AskAbout(std::int64_t utime) { replica_.AskAbout(utime); }
   void ForgetAnswer() { replica_.ForgetAnswer(); }
 
@@ -33,6 +41,8 @@ class MapFollower {
   void CountRefused();
 
   Service& service_;
+  View view_;
+  bool settled_ = false;
   std::int64_t requester_;
   MapReplica replica_;
   std::optional<map_request_t> last_request_;

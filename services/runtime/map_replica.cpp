@@ -35,7 +35,7 @@ void MapReplica::Handle(const map_delta_t& delta) {
 
 std::optional<map_request_t> MapReplica::NextRequest() const {
   if (synced_ && asked_utime_ < 0) return std::nullopt;
-  map_request_t request;
+  map_request_t request{};
   request.requester = requester_;
   request.epoch = epoch_;
   request.base_version = version_;
@@ -88,6 +88,7 @@ void MapReplica::ApplyParts() {
       wants_matches() ? keeper_.add(match) : tracking_.Add(match);
       ++num_matches_;
     }
+    for (const pose2_t& T_new_old : part.T_new_old) tracking_.Move(FromMessage(T_new_old));
   }
   parts_.clear();
   ++version_;

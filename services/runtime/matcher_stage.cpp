@@ -2,12 +2,21 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
 #include <utility>
 
 namespace crsm {
 namespace {
 
 using Seconds = std::chrono::duration<double>;
+
+/// But for the last bits of the poses, which a map that is put right takes along.
+bool AreSame(ScanMatch a, const ScanMatch& b) {
+  constexpr double kLastBits = 1e-6;  // [m] and [rad]
+  const Pose2 error = Inverse(a.T_map_laser) * b.T_map_laser;
+  if (Length(error) < kLastBits && std::abs(error.yaw_rad) < kLastBits) a.T_map_laser = b.T_map_laser;
+  return a == b;
+}
 
 const char* Describe(MatchState state) {
   switch (state) {
@@ -28,11 +37,12 @@ MatcherStage::MatcherStage(const CommandLine& command_line, MakeMatcher make_mat
       service_(command_line),
       scans_(service_.counters()),
       make_matcher_(std::move(make_matcher)),
-      map_(service_, {[this](double cell_size_m) {
-                        matcher_ = make_matcher_(cell_size_m);
-                        last_match_.reset();
-                      },
-                      [this](std::span<const TileChange> changes) { return matcher_->Apply(changes); }}),
+      map_(service_, MapFollower::View::kMatched,
+           {[this](double cell_size_m) {
+              matcher_ = make_matcher_(cell_size_m);
+              last_match_.reset();
+            },
+            [this](std::span<const TileChange> changes) { return matcher_->Apply(changes); }}),
       stall_watch_(service_.name(), Say) {
   service_.TakeRole(kMatcherRole);
   service_.bus().SubscribeToOne<critical_rays_t>(
@@ -66,7 +76,7 @@ bool MatcherStage::AnswerAgain(std::int64_t utime) {
   if (!match) return false;
   service_.counters().Add("resent");
   if (is_last || match == &tracking.recent().back()) {
-    Publish(*match);
+    Publish(*match, is_last ? T_local_map_ : tracking.T_local_map());
   } else {  // POSE does not go back
     service_.bus().Publish(kScanMatchChannel, ToMessage(*match));
   }
@@ -134,7 +144,7 @@ bool MatcherStage::MapIsCurrent() {
 /// Where senders are not known, this is how it shows that another one's match was taken for this one's.
 void MatcherStage::CheckAnswer() {
   const ScanMatch* answered = last_match_ ? map_.replica().tracking().FindRecent(last_match_->utime) : nullptr;
-  if (!answered || *answered == *last_match_) return;
+  if (!answered || AreSame(*answered, LastMatchAsOfNow())) return;
   constexpr const char* kCounter = "match_contradicted";
   if (service_.counters().counts().count(kCounter) == 0) {
     Say(
@@ -143,6 +153,14 @@ void MatcherStage::CheckAnswer() {
                     service_.name(), last_match_->utime));
   }
   service_.counters().Add(kCounter);
+}
+
+/// The map may have been put right since it was found, and the poses of the last scans with it.
+ScanMatch MatcherStage::LastMatchAsOfNow() const {
+  ScanMatch match = *last_match_;
+  const Pose2& T_local_map = map_.replica().tracking().T_local_map();
+  if (T_local_map != T_local_map_) match.T_map_laser = Inverse(T_local_map) * T_local_map_ * match.T_map_laser;
+  return match;
 }
 
 /// In lockstep: what the next match takes that is not here. What the map's owner is asked for, MapFollower says.
@@ -175,6 +193,7 @@ void MatcherStage::Match(const CriticalRays& scan, const std::optional<Pose2>& T
   if (last_match_ && !WasAnswered(last_match_->utime)) tracking.Add(*last_match_);  // the map is late; this counts
   last_match_ = matcher_->Match(scan, tracking, T_odom_robot);
   last_match_->map_version = replica.version();
+  T_local_map_ = tracking.T_local_map();
   last_match_time_ = Clock::now();
   doubt_.Restart(last_match_time_);
   odometry_awaited_.reset();
@@ -184,12 +203,13 @@ void MatcherStage::Match(const CriticalRays& scan, const std::optional<Pose2>& T
   if (last_match_->state == MatchState::kLost) service_.counters().Add("lost");
   if (last_match_->state == MatchState::kDegenerate) service_.counters().Add("degenerate");
   service_.SetState(Describe(last_match_->state));
-  Publish(*last_match_);
+  Publish(*last_match_, T_local_map_);
 }
 
-void MatcherStage::Publish(const ScanMatch& match) {
+void MatcherStage::Publish(const ScanMatch& match, const Pose2& T_local_map) {
   service_.bus().Publish(kScanMatchChannel, ToMessage(match));
   service_.bus().Publish(kPoseChannel, ToPoseMessage(match));
+  service_.bus().Publish(kLocalPoseChannel, ToPoseMessage(match.utime, T_local_map * match.T_map_laser));
 }
 
 }  // namespace crsm

@@ -13,7 +13,7 @@
 namespace crsm {
 
 /// What a process is that matches scans, whatever matches them: CRITICAL_RAYS, the map so far and, with --odometry,
-/// ODOMETRY -> SCAN_MATCH and POSE.
+/// ODOMETRY -> SCAN_MATCH, POSE and POSE_LOCAL.
 ///
 /// All that a match depends on comes with messages: the rays, their odometry, the map and the tracking state from the
 /// map's owner. A matcher that is started anew goes on where the last one stood. A scan that comes once more gets its
@@ -41,7 +41,8 @@ class MatcherStage {
   bool HasWaitedLong(std::int64_t utime);
   StallWatch::Awaited Awaited() const;
   void Match(const CriticalRays& scan, const std::optional<Pose2>& T_odom_robot);
-  void Publish(const ScanMatch& match);
+  void Publish(const ScanMatch& match, const Pose2& T_local_map);
+  ScanMatch LastMatchAsOfNow() const;
 
   const MatchParameters& parameters_;
   const crsm::Settings& settings_;
@@ -52,6 +53,7 @@ class MatcherStage {
   std::unique_ptr<Matcher> matcher_;  ///< none before the map's owner was heard
   MapFollower map_;
   std::optional<ScanMatch> last_match_;  ///< sent once more when its scan comes once more
+  Pose2 T_local_map_;                    ///< of the tracking state when that was found
   Clock::time_point last_match_time_{};
   Backoff doubt_{std::chrono::milliseconds(100), std::chrono::seconds(2)};  ///< while its map does not come
   StallWatch stall_watch_;

@@ -52,8 +52,11 @@ std::string NameOfType(std::uint64_t fingerprint) {
       {FingerprintOf<botlab::lidar_t>(), "botlab.lidar_t"},
       {FingerprintOf<botlab::lidar_nranges_t>(), "botlab.lidar_t"},
       {FingerprintOf<critical_rays_t>(), "crsm.critical_rays_t"},
+      {FingerprintOf<keyframe_t>(), "crsm.keyframe_t"},
+      {FingerprintOf<keyframe_request_t>(), "crsm.keyframe_request_t"},
       {FingerprintOf<map_delta_t>(), "crsm.map_delta_t"},
       {FingerprintOf<map_request_t>(), "crsm.map_request_t"},
+      {FingerprintOf<pose_graph_t>(), "crsm.pose_graph_t"},
       {FingerprintOf<scan_match_t>(), "crsm.scan_match_t"},
       {FingerprintOf<service_status_t>(), "crsm.service_status_t"}};
   const auto name = kNames.find(fingerprint);

@@ -15,9 +15,11 @@ ProgramFlags FlagsOfMatcher() {
 }
 
 ProgramFlags FlagsOfUpdater() {
-  return {{kScan, kUpdate},
+  return {{kScan, kUpdate, kLoops},
           {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "until_damage", "localize", "part_bytes"}};
 }
+
+ProgramFlags FlagsOfLoopCloser() { return {{kUpdate, kLoops}, {"lcm_url", "channel_prefix", "out"}}; }
 
 ProgramFlags FlagsOfExporter() { return {{}, {"lcm_url", "channel_prefix", "out", "export_period_s"}}; }
 

@@ -20,6 +20,7 @@ ProgramFlags FlagsOfPublisher();
 ProgramFlags FlagsOfSelector();
 ProgramFlags FlagsOfMatcher();
 ProgramFlags FlagsOfUpdater();
+ProgramFlags FlagsOfLoopCloser();
 ProgramFlags FlagsOfExporter();
 
 }  // namespace crsm

@@ -12,6 +12,7 @@ namespace crsm {
 class Counters {
  public:
   void Add(const std::string& name, std::int64_t count = 1) { counts_[name] += count; }
+  void Set(const std::string& name, std::int64_t count) { counts_[name] = count; }
   const std::map<std::string, std::int64_t>& counts() const { return counts_; }
 
  private:

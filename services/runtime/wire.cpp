@@ -22,6 +22,24 @@ bool IsShare(double value) { return value >= 0.0 && value <= 1.0; }  // false fo
 
 bool IsAngle(double angle_rad) { return std::abs(angle_rad) <= kFullTurn; }  // false for NaN
 
+bool IsFlag(std::int8_t value) { return value == 0 || value == 1; }
+
+bool IsPose(const pose2_t& pose) {
+  return std::abs(pose.x_m) <= kLargestCoordinate_m && std::abs(pose.y_m) <= kLargestCoordinate_m &&
+         IsAngle(pose.yaw_rad);
+}
+
+bool IsLoop(const loop_t& loop) { return loop.older >= 0 && loop.older < loop.newer && IsPose(loop.T_older_newer); }
+
+/// Of the valid rays of a scan, by their angles.
+bool AreRays(const std::vector<float>& angles_rad, const std::vector<float>& ranges_m) {
+  const auto IsRange = [](float range_m) { return range_m > 0.0f && range_m <= kLongestRange_m; };
+  const auto IsRayAngle = [](float angle_rad) { return std::abs(angle_rad) <= 2.0 * kFullTurn; };
+  return std::all_of(ranges_m.begin(), ranges_m.end(), IsRange) &&
+         std::all_of(angles_rad.begin(), angles_rad.end(), IsRayAngle) &&
+         std::is_sorted(angles_rad.begin(), angles_rad.end());
+}
+
 template <class Message>
 bool AllInRange(const std::vector<Message>& messages) {
   return std::all_of(messages.begin(), messages.end(), [](const Message& message) { return ValuesInRange(message); });
@@ -48,13 +66,9 @@ bool ValuesInRange(const bot_core::pose_t& message) {
 
 template <>
 bool ValuesInRange(const critical_rays_t& message) {
-  const auto IsRange = [](float range_m) { return range_m > 0.0f && range_m <= kLongestRange_m; };
-  const auto IsRayAngle = [](float angle_rad) { return std::abs(angle_rad) <= 2.0 * kFullTurn; };
   const bool in_order = std::adjacent_find(message.critical.begin(), message.critical.end(), std::greater_equal<>()) ==
                         message.critical.end();
-  return message.utime >= 0 && std::all_of(message.range_m.begin(), message.range_m.end(), IsRange) &&
-         std::all_of(message.angle_rad.begin(), message.angle_rad.end(), IsRayAngle) &&
-         std::is_sorted(message.angle_rad.begin(), message.angle_rad.end()) && in_order &&
+  return message.utime >= 0 && AreRays(message.angle_rad, message.range_m) && in_order &&
          (message.critical.empty() || (message.critical.front() >= 0 && message.critical.back() < message.num_rays));
 }
 
@@ -70,18 +84,17 @@ bool ValuesInRange(const scan_match_t& message) {
          message.evaluations >= 0 && message.best_evaluation >= 0 && message.num_critical >= 0 &&
          message.num_critical <= kMostBeams && message.map_version >= 0 && covariance_in_range && axis_in_range &&
          message.state >= scan_match_t::FIRST && message.state <= scan_match_t::DEGENERATE &&
-         (message.has_odometry == 0 || message.has_odometry == 1) &&
-         std::abs(message.odometry_x_m) <= kLargestCoordinate_m &&
+         IsFlag(message.has_odometry) && std::abs(message.odometry_x_m) <= kLargestCoordinate_m &&
          std::abs(message.odometry_y_m) <= kLargestCoordinate_m && IsAngle(message.odometry_yaw_rad);
 }
 
 template <>
 bool ValuesInRange(const tracking_state_t& message) {
   return message.num_scans >= 0 && message.num_lost >= 0 && message.num_lost <= message.num_scans &&
-         message.newest_utime >= -1 && (message.on_finished_map == 0 || message.on_finished_map == 1) &&
+         message.newest_utime >= -1 && IsFlag(message.on_finished_map) &&
          std::all_of(message.fitness.begin(), message.fitness.end(), IsShare) && AllInRange(message.recent) &&
          std::cmp_less_equal(message.num_recent, message.num_scans) &&
-         (message.num_scans == 0) == message.recent.empty();
+         (message.num_scans == 0) == message.recent.empty() && IsPose(message.T_local_map);
 }
 
 template <>
@@ -94,13 +107,46 @@ bool ValuesInRange(const map_delta_t& message) {
          message.num_parts <= kMostParts && message.part < message.num_parts && message.next_tile >= -1 &&
          message.next_match >= -1 && message.asked_utime >= -1 &&
          std::all_of(message.tiles.begin(), message.tiles.end(), InLimits) && AllInRange(message.matches) &&
-         AllInRange(message.asked) && AllInRange(message.tracking);
+         AllInRange(message.asked) && std::all_of(message.T_new_old.begin(), message.T_new_old.end(), IsPose) &&
+         AllInRange(message.tracking);
 }
 
 template <>
 bool ValuesInRange(const map_request_t& message) {
   return message.requester != 0 && message.base_version >= 0 && message.first_tile >= 0 && message.first_match >= -1 &&
-         message.asked_utime >= -1;
+         IsFlag(message.whole) && IsFlag(message.settled) && message.asked_utime >= -1;
+}
+
+template <>
+bool ValuesInRange(const keyframe_t& message) {
+  const double square = message.open_axis[0] * message.open_axis[0] + message.open_axis[1] * message.open_axis[1];
+  const bool axis_in_range = message.num_open_axes == 1 ? std::abs(square - 1.0) <= 0.01 : square == 0.0;
+  return message.utime >= 0 && message.epoch != 0 && message.keyframe >= 0 && message.last_update >= -1 &&
+         message.last_update <= message.keyframe && AreRays(message.angle_rad, message.range_m) &&
+         IsPose(message.T_previous_this) && IsFlag(message.after_lost) && message.as_of >= -1 &&
+         message.as_of < message.keyframe && (message.num_open_axes == 0 || message.num_open_axes == 1) &&
+         axis_in_range &&
+         (message.num_ties == 0 ||
+          (message.num_ties == 1 && message.tied_to >= 0 && message.tied_to < message.keyframe)) &&
+         IsPose(message.T_tied_this);
+}
+
+template <>
+bool ValuesInRange(const keyframe_request_t& message) {
+  return message.epoch != 0 && message.first_keyframe >= 0 && message.num_keyframes >= 1 &&
+         std::cmp_less_equal(message.num_keyframes, kMostKeyframesAtOnce);
+}
+
+template <>
+bool ValuesInRange(const pose_graph_t& message) {
+  return message.utime >= 0 && message.epoch != 0 && message.keyframe >= 0 && message.previous >= -1 &&
+         message.previous <= message.keyframe - message.changed && IsFlag(message.changed) && message.part >= 0 &&
+         message.num_parts <= kMostParts && message.part < message.num_parts && message.ties_wrong_from >= -1 &&
+         message.ties_wrong_from <= message.keyframe &&
+         std::all_of(message.closed.begin(), message.closed.end(), IsLoop) &&
+         std::all_of(message.taken_out.begin(), message.taken_out.end(), IsLoop) && message.first_pose >= 0 &&
+         std::int64_t{message.first_pose} + message.num_poses <= std::int64_t{message.keyframe} + 1 &&
+         std::all_of(message.poses.begin(), message.poses.end(), IsPose);
 }
 
 template <>
@@ -110,7 +156,7 @@ bool ValuesInRange(const service_status_t& message) {
 
 template <>
 bool ValuesInRange(const journal_head_t& message) {
-  return message.utime >= 0 && message.epoch != 0 && (message.finished_map == 0 || message.finished_map == 1);
+  return message.utime >= 0 && message.epoch != 0 && IsFlag(message.finished_map);
 }
 
 template <>

@@ -5,8 +5,11 @@
 #include <crsm/critical_rays_t.hpp>
 #include <crsm/journal_check_t.hpp>
 #include <crsm/journal_head_t.hpp>
+#include <crsm/keyframe_request_t.hpp>
+#include <crsm/keyframe_t.hpp>
 #include <crsm/map_delta_t.hpp>
 #include <crsm/map_request_t.hpp>
+#include <crsm/pose_graph_t.hpp>
 #include <crsm/scan_match_t.hpp>
 #include <crsm/service_status_t.hpp>
 #include <crsm/tracking_state_t.hpp>
@@ -23,6 +26,9 @@ namespace crsm {
 
 inline constexpr std::size_t kMostTilesInMessage = 4096;
 inline constexpr std::size_t kMostMatchesInMessage = 1024;
+inline constexpr std::size_t kMostLoopsInMessage = 1024;
+inline constexpr std::size_t kMostPosesInMessage = 2000;
+inline constexpr std::size_t kMostKeyframesAtOnce = 64;
 inline constexpr std::size_t kMostCounters = 64;
 inline constexpr std::size_t kMostParameters = 128;
 inline constexpr std::size_t kMostJournalParameters = 256;
@@ -57,6 +63,12 @@ constexpr auto FieldsOf<scan_match_t>() {
 }
 
 template <>
+constexpr auto FieldsOf<pose2_t>() {
+  using T = pose2_t;
+  return std::tuple(&T::x_m, &T::y_m, &T::yaw_rad);
+}
+
+template <>
 constexpr auto FieldsOf<map_tile_t>() {
   using T = map_tile_t;
   return std::tuple(&T::tile_x, &T::tile_y, &T::num_bytes, Array(&T::runs, &T::num_bytes, kMaxRunBytes));
@@ -67,7 +79,7 @@ constexpr auto FieldsOf<tracking_state_t>() {
   using T = tracking_state_t;
   return std::tuple(&T::num_scans, &T::num_lost, &T::newest_utime, &T::on_finished_map, &T::num_fitnesses,
                     Array(&T::fitness, &T::num_fitnesses, TrackingState::kUsual), &T::num_recent,
-                    Array(&T::recent, &T::num_recent, TrackingState::kRecent));
+                    Array(&T::recent, &T::num_recent, TrackingState::kRecent), &T::T_local_map);
 }
 
 template <>
@@ -77,13 +89,45 @@ constexpr auto FieldsOf<map_delta_t>() {
                     &T::recipient, &T::next_tile, &T::next_match, &T::asked_utime, &T::num_tiles,
                     Array(&T::tiles, &T::num_tiles, kMostTilesInMessage), &T::num_matches,
                     Array(&T::matches, &T::num_matches, kMostMatchesInMessage), &T::num_asked,
-                    Array(&T::asked, &T::num_asked, 1), &T::num_tracking, Array(&T::tracking, &T::num_tracking, 1));
+                    Array(&T::asked, &T::num_asked, 1), &T::num_moved, Array(&T::T_new_old, &T::num_moved, 1),
+                    &T::num_tracking, Array(&T::tracking, &T::num_tracking, 1));
 }
 
 template <>
 constexpr auto FieldsOf<map_request_t>() {
   using T = map_request_t;
-  return std::tuple(&T::requester, &T::epoch, &T::base_version, &T::first_tile, &T::first_match, &T::asked_utime);
+  return std::tuple(&T::requester, &T::epoch, &T::base_version, &T::first_tile, &T::first_match, &T::asked_utime,
+                    &T::whole, &T::settled);
+}
+
+template <>
+constexpr auto FieldsOf<keyframe_t>() {
+  using T = keyframe_t;
+  return std::tuple(&T::utime, &T::epoch, &T::keyframe, &T::last_update, &T::num_rays,
+                    Array(&T::angle_rad, &T::num_rays, kMaxBeams), Array(&T::range_m, &T::num_rays, kMaxBeams),
+                    &T::T_previous_this, &T::after_lost, &T::as_of, &T::num_open_axes, &T::open_axis, &T::num_ties,
+                    &T::tied_to, &T::T_tied_this);
+}
+
+template <>
+constexpr auto FieldsOf<keyframe_request_t>() {
+  using T = keyframe_request_t;
+  return std::tuple(&T::epoch, &T::first_keyframe, &T::num_keyframes);
+}
+
+template <>
+constexpr auto FieldsOf<loop_t>() {
+  using T = loop_t;
+  return std::tuple(&T::older, &T::newer, &T::T_older_newer);
+}
+
+template <>
+constexpr auto FieldsOf<pose_graph_t>() {
+  using T = pose_graph_t;
+  return std::tuple(&T::utime, &T::epoch, &T::keyframe, &T::previous, &T::changed, &T::part, &T::num_parts,
+                    &T::ties_wrong_from, &T::num_closed, Array(&T::closed, &T::num_closed, kMostLoopsInMessage),
+                    &T::num_taken_out, Array(&T::taken_out, &T::num_taken_out, kMostLoopsInMessage), &T::first_pose,
+                    &T::num_poses, Array(&T::poses, &T::num_poses, kMostPosesInMessage));
 }
 
 template <>
@@ -125,6 +169,12 @@ template <>
 bool ValuesInRange(const map_delta_t& message);
 template <>
 bool ValuesInRange(const map_request_t& message);
+template <>
+bool ValuesInRange(const keyframe_t& message);
+template <>
+bool ValuesInRange(const keyframe_request_t& message);
+template <>
+bool ValuesInRange(const pose_graph_t& message);
 template <>
 bool ValuesInRange(const service_status_t& message);
 template <>

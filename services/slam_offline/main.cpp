@@ -30,7 +30,7 @@ struct Run {
   explicit Run(const Parameters& parameters) : slam(parameters) {}
 
   void Restore(const CriticalRays* scan, const ScanMatch& match) {
-    slam.Integrate(scan, match);
+    slam.Restore(scan, match);
     matches.push_back(match);
     statistics.Add(match);
     if (scan) last_scan = *scan;
@@ -45,6 +45,10 @@ struct Run {
   Latency latency;
 };
 
+void Keep(const std::vector<GraphUpdate>& updates, const Run& run, Journal& journal) {
+  for (const GraphUpdate& update : updates) journal.Append(update, run.slam.graph().keyframe(update.keyframe).utime);
+}
+
 void SayNotice(const CommandLine& command_line, const std::string& notice) {
   if (!notice.empty()) Say(fmt::format("{}: {}", command_line.program(), notice));
 }
@@ -55,16 +59,18 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
   const Settings& settings = command_line.settings();
   const JournalSubject subject{!settings.localize.empty(), ListMapParameters(command_line.parameters())};
   const OnDamage on_damage = settings.until_damage ? OnDamage::kTakeWhatIsBefore : OnDamage::kRefuse;
-  const auto Restore = [&](const CriticalRays* scan, const ScanMatch& match) { run.Restore(scan, match); };
+  const VisitJournal restore{[&](const CriticalRays* scan, const ScanMatch& match) { run.Restore(scan, match); },
+                             [&](const GraphUpdate& update) { return run.slam.Restore(update); }};
   if (!resume.empty()) {
-    auto journal = std::make_unique<Journal>(JournalFolder(settings.out), subject, on_damage, Restore);
+    auto journal = std::make_unique<Journal>(JournalFolder(settings.out), subject, on_damage, restore);
     SayNotice(command_line, journal->notice());
+    Keep(run.slam.EndRestore(), run, *journal);
     Say(fmt::format("{}: went on from {} scans in {}", command_line.program(), run.matches.size(), resume));
     return journal;
   }
   if (subject.finished_map) {
     SayNotice(command_line,
-              ReadJournal(JournalFolder(settings.localize), {false, subject.parameters}, on_damage, Restore));
+              ReadJournal(JournalFolder(settings.localize), {false, subject.parameters}, on_damage, restore));
     if (run.slam.map().empty()) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings.localize));
     }
@@ -92,10 +98,10 @@ void SayWhatWasLeftOut(const std::string& program, const std::string& name, cons
 /// What was seen belongs elsewhere where loops were closed: map, poses and what is said of them follow the graph.
 Results PutRight(Run& run, Summary& summary) {
   const Slam::Outcome outcome = run.slam.Conclude();
+  run.statistics.ForgetMatches();
   for (std::size_t i = 0; i < run.matches.size(); ++i) {
-    ScanMatch& match = run.matches[i];
-    match.T_map_laser = outcome.poses[i];
-    run.statistics.Correct(match.utime, match.T_map_laser);
+    run.matches[i].T_map_laser = outcome.poses[i];
+    run.statistics.Add(run.matches[i]);
   }
   Results results;
   results.grid = outcome.map.ToDenseGrid();
@@ -171,6 +177,7 @@ Trust MapLog(CommandLine& command_line, const std::string& name, const EarlierRe
       Slam::Step step = run.slam.Process(*scan, source->Odometry());
       run.latency.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
       journal->Append(step.drawn ? &step.scan : nullptr, step.match);
+      Keep(step.updates, run, *journal);
       run.matches.push_back(step.match);
       run.statistics.Add(scan->utime, step.scan.rays);
       run.statistics.Add(step.match);

@@ -7,6 +7,7 @@
 
 #include "services/runtime/bus.hpp"
 #include "services/runtime/conversions.hpp"
+#include "services/runtime/graph_messages.hpp"
 #include "services/runtime/service.hpp"
 #include "services/runtime/version.hpp"
 #include "services/sources/journal_reader.hpp"
@@ -112,13 +113,20 @@ Contents Read(const std::string& path, const JournalSubject& subject, OnDamage o
   JournalReader reader(path);
   Contents contents;
   std::int64_t num_scans = 0;
+  GraphUpdateParts parts;
   while (const auto stretch = reader.Next()) {
     if (stretch->head) {
       contents.head = FromMessage(*stretch->head);
       CheckSubject(path, contents.head->subject, subject);
     }
+    if (stretch->graph) {
+      const auto update = parts.Add(*stretch->graph);
+      if (update && !visit.update(*update)) {
+        throw std::runtime_error(fmt::format("{}: what it says of loops does not fit its scans", path));
+      }
+    }
     if (!stretch->match) continue;
-    visit(stretch->scan ? &*stretch->scan : nullptr, *stretch->match);
+    visit.match(stretch->scan ? &*stretch->scan : nullptr, *stretch->match);
     ++num_scans;
   }
   contents.whole_bytes = reader.whole_bytes();
@@ -209,6 +217,13 @@ void Journal::Append(const CriticalRays* scan, const ScanMatch& match) {
   AddEvent(kScanMatchChannel, ToMessage(match));
   WriteStretch(match.utime);
   appended_ = true;
+}
+
+void Journal::Append(const GraphUpdate& update, std::int64_t utime) {
+  for (const pose_graph_t& part : MakeParts(update, utime, epoch_)) {
+    AddEvent(kPoseGraphChannel, part);
+    WriteStretch(last_utime_);
+  }
 }
 
 /// Writes what was added, with its check.

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/graph/keyframe_graph.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
 #include "services/runtime/wire.hpp"
@@ -30,8 +31,13 @@ struct JournalHead {
   JournalSubject subject;
 };
 
-/// Called for each entry of a journal; the scan is nullptr where none was drawn.
-using VisitJournal = std::function<void(const CriticalRays* scan, const ScanMatch& match)>;
+/// Called for the entries of a journal, in their order.
+struct VisitJournal {
+  /// A match; the scan is nullptr where it was not drawn.
+  std::function<void(const CriticalRays* scan, const ScanMatch& match)> match;
+  /// What loops have brought to the graph, in a journal of a run with loops. False if it does not fit the scans before.
+  std::function<bool(const GraphUpdate& update)> update = [](const GraphUpdate&) { return true; };
+};
 
 /// What to do about a journal that is damaged in the middle, by a bad disk say, and not torn at its end by a power cut.
 enum class OnDamage {
@@ -41,8 +47,9 @@ enum class OnDamage {
 
 /// Everything that a map is made of, on the disk as it happens: FOLDER/journal.lcm, an LCM log that lcm-logplayer and
 /// lcm-spy read too. First the head (JOURNAL_HEAD), then for every match the scan (CRITICAL_RAYS) if it was drawn, and
-/// the match (SCAN_MATCH); behind each of these a check (JOURNAL_CHECK) with a checksum of all bytes since the last
-/// one. A process that is killed loses nothing that was kept, a power cut the last second.
+/// the match (SCAN_MATCH), and between them, with loops, what these have brought to the graph (POSE_GRAPH, part by
+/// part); behind each of these a check (JOURNAL_CHECK) with a checksum of all bytes since the last one. A process that
+/// is killed loses nothing that was kept, a power cut the last second.
 class Journal {
  public:
   /// Begins a new journal, of a new epoch. Throws std::runtime_error if there is one already, or if it cannot be
@@ -68,6 +75,10 @@ class Journal {
   /// it survives the end of the process, and within a second also a power cut. Throws std::runtime_error if it cannot
   /// be written.
   void Append(const CriticalRays* scan, const ScanMatch& match);
+
+  /// Keeps what loops have brought to the graph, in the same way: it was known before the next match. utime: of its
+  /// keyframe.
+  void Append(const GraphUpdate& update, std::int64_t utime);
 
  private:
   template <class Message>

@@ -89,12 +89,16 @@ std::optional<journal_check_t> JournalReader::CheckAt(std::uint64_t offset) {
 }
 
 bool JournalReader::TakeEvent(const Event& event, JournalStretch& stretch) const {
-  const bool first = num_events_ == 0 && !stretch.head && !stretch.scan && !stretch.match;
+  const bool first = num_events_ == 0 && !stretch.head && !stretch.scan && !stretch.match && !stretch.graph;
   if (first) return (stretch.head = Decode<journal_head_t>(Bytes(event.data))).has_value();
-  if (stretch.match) return false;
+  if (stretch.match || stretch.graph) return false;
   if (const auto match = Decode<scan_match_t>(Bytes(event.data))) {
     stretch.match = FromMessage(*match);
     return !stretch.scan || stretch.scan->utime == match->utime;
+  }
+  if (auto graph = Decode<pose_graph_t>(Bytes(event.data))) {
+    stretch.graph = std::move(graph);
+    return !stretch.scan && stretch.graph->changed == 1;
   }
   const auto rays = Decode<critical_rays_t>(Bytes(event.data));
   if (!rays || stretch.scan) return false;
@@ -121,7 +125,7 @@ std::optional<JournalStretch> JournalReader::Next() {
     whole_bytes_ = end;
     num_events_ += num_events;
     last_utime_ = std::max(last_utime_, check->utime);
-    ended_in_order_ = !stretch.match;
+    ended_in_order_ = !stretch.match && !stretch.graph;
     return stretch;
   }
   return std::nullopt;

@@ -38,7 +38,8 @@ class FileWindow {
 struct JournalStretch {
   std::optional<journal_head_t> head;  ///< in the first one
   std::optional<CriticalRays> scan;    ///< if it was drawn
-  std::optional<ScanMatch> match;      ///< none where a session ended in order
+  std::optional<ScanMatch> match;
+  std::optional<pose_graph_t> graph;  ///< neither this nor a match where a session ended in order
 };
 
 /// Reads a journal stretch by stretch, each only if its checksum holds and it is the one that belongs there.

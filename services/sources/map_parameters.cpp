@@ -50,11 +50,4 @@ void CheckLaserParameters(const std::filesystem::path& folder, const CommandLine
                   folder.string(), fmt::join(wrong, " "), command_line.program()));
 }
 
-void RefuseLoops(const std::filesystem::path& folder, const CommandLine& command_line) {
-  if (!command_line.parameters().loops.loops) return;
-  if (folder.empty()) throw UsageError("loops: slam_offline alone closes loops; leave this out of the configuration");
-  throw UsageError(fmt::format("the map of {} was made with --loops: go on with slam_offline, which alone closes loops",
-                               folder.string()));
-}
-
 }  // namespace crsm

@@ -24,8 +24,4 @@ std::string AdoptEarlierMapParameters(const std::string& resume, CommandLine& co
 /// of the laser. Throws UsageError with the flags for all of them if this one was told others than the journal's.
 void CheckLaserParameters(const std::filesystem::path& folder, const CommandLine& command_line);
 
-/// For the processes on a bus, which close no loops. Throws UsageError if they are to: by the configuration, or by the
-/// map whose parameters were adopted from `folder`, where that is not empty.
-void RefuseLoops(const std::filesystem::path& folder, const CommandLine& command_line);
-
 }  // namespace crsm

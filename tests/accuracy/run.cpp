@@ -36,7 +36,7 @@ Outcome Summarize(const std::vector<ScanMatch>& matches) {
 }
 
 /// Loops move poses; and they are right or wrong themselves.
-void PutRight(const Slam& slam, const Trajectory& truth, Trajectory& trajectory, Outcome& outcome) {
+void PutRight(Slam& slam, const Trajectory& truth, Trajectory& trajectory, Outcome& outcome) {
   const Slam::Outcome put_right = slam.Conclude();
   for (std::size_t i = 0; i < trajectory.size(); ++i) trajectory[i].T_map_laser = put_right.poses[i];
   outcome.num_loops = static_cast<int>(put_right.graph.loops().size());

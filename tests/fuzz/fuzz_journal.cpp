@@ -20,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
   const JournalSubject subject{false, {{"cell_size_m", "0.05"}}};
   int num_scans = 0;
-  const VisitJournal count = [&](const CriticalRays*, const ScanMatch&) { ++num_scans; };
+  const VisitJournal count{[&](const CriticalRays*, const ScanMatch&) { ++num_scans; }};
   try {
     ReadHead(folder);
     { Journal journal(folder, subject, OnDamage::kTakeWhatIsBefore, count); }

@@ -165,14 +165,14 @@ void WriteMessages(const Seeds& seeds) {
   for (const map_delta_t& part : owner.Answer()) pages.push_back(Encode(part));
   seeds.Write("map_exporter", "owner", pages);
 
-  const Bytes request = Encode(map_request_t{kRequester, 0, 0, 0, 0, -1});
+  const Bytes request = Encode(map_request_t{kRequester, 0, 0, 0, 0, -1, 0, 0});
   std::vector<Bytes> drive;
   for (const std::int64_t utime : {1, 2, 3}) {
     drive.push_back(EncodeRays(Scan(utime, 20)));
     drive.push_back(MatchOf(Scan(utime), {static_cast<double>(utime), 0.0, 0.1}));
   }
   drive.push_back(request);
-  drive.push_back(Encode(map_request_t{kRequester, 99, 1, 0, -1, 2}));  // the target's own epoch
+  drive.push_back(Encode(map_request_t{kRequester, 99, 1, 0, -1, 2, 0, 0}));  // the target's own epoch
   seeds.Write("map_updater", "drive", drive);
   std::vector<Bytes> jumps;
   for (const std::int64_t utime : {1, 2, 3, 4, 5, 6}) {

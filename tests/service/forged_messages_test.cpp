@@ -79,7 +79,7 @@ void ForgePages(TestBus& bus) {
     page.next_match = 1;
     page.asked_utime = -1;
     page.num_tracking = 1;
-    page.tracking = {tracking_state_t{1, 0, 1, 0, 0, {}, 1, {ForgedMatch(1)}}};
+    page.tracking = {tracking_state_t{1, 0, 1, 0, 0, {}, 1, {ForgedMatch(1)}, {}}};
     bus->Publish(kMapDeltaChannel, page);
     page.epoch = request.epoch;
     if (page.epoch != 0) bus->Publish(kMapDeltaChannel, page);
@@ -98,7 +98,7 @@ void ForgePages(TestBus& bus) {
 /// Asks for the whole map, again and again.
 void AskForEverything(TestBus& bus) {
   bus->Subscribe<bot_core::planar_lidar_t>(kLaserChannel, [&](const bot_core::planar_lidar_t&) {
-    for (int i = 0; i < 20; ++i) bus->Publish(kMapRequestChannel, map_request_t{4711, 0, 0, 0, 0, -1});
+    for (int i = 0; i < 20; ++i) bus->Publish(kMapRequestChannel, map_request_t{4711, 0, 0, 0, 0, -1, 0, 0});
   });
 }
 

@@ -117,7 +117,7 @@ TEST_CASE("a drive that goes on in a later session gives the poses and the map o
     Slam later(parameters);
     int num_drawn = 0;
     for (std::size_t k = 0; k < cut; ++k) {
-      CHECK(later.Integrate(steps[k].drawn ? &steps[k].scan : nullptr, steps[k].match) == steps[k].drawn);
+      CHECK(later.Restore(steps[k].drawn ? &steps[k].scan : nullptr, steps[k].match) == steps[k].drawn);
       num_drawn += steps[k].drawn;
     }
     if (cut == 12) CHECK((num_drawn > 1 && num_drawn < 12));
@@ -132,7 +132,7 @@ TEST_CASE("a drive that goes on in a later session gives the poses and the map o
 
 TEST_CASE("a match whose scan was not drawn is remembered and draws nothing") {
   Slam slam(SlamParameters());
-  CHECK_FALSE(slam.Integrate(nullptr, {5, {}, 0.0, 0, 0, 0, MatchState::kFirst}));
+  CHECK_FALSE(slam.Restore(nullptr, {5, {}, 0.0, 0, 0, 0, MatchState::kFirst}));
   CHECK(slam.tracking().num_scans() == 1);
   CHECK(slam.map_version() == 1);
   CHECK(slam.map().empty());

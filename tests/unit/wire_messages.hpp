@@ -37,7 +37,9 @@ inline scan_match_t ScanMatchMessage() {
           4.0,         -0.5};
 }
 
-inline tracking_state_t TrackingStateMessage() { return {8, 1, 5, 0, 2, {0.5, 0.75}, 1, {ScanMatchMessage()}}; }
+inline tracking_state_t TrackingStateMessage() {
+  return {8, 1, 5, 0, 2, {0.5, 0.75}, 1, {ScanMatchMessage()}, {0.5, -1.0, 0.25}};
+}
 
 inline map_delta_t MapDeltaMessage() {
   map_delta_t message{};
@@ -59,7 +61,7 @@ inline map_delta_t MapDeltaMessage() {
   return message;
 }
 
-inline map_request_t MapRequestMessage() { return {77, 99, 8, 2, 3, 5}; }
+inline map_request_t MapRequestMessage() { return {77, 99, 8, 2, 3, 5, 1, 1}; }
 
 inline service_status_t ServiceStatusMessage() {
   return {5, "map_updater", "1.0", 42,  "",  2,   {"handled", "lost"}, {9, 1}, 1, {"seed"}, {"7"},

@@ -67,7 +67,7 @@ TEST_CASE("findings that do not agree on how the robot has moved close no loop")
   const auto FirstLoops = [](const std::vector<Keyframe>& keyframes) {
     LoopCloser closer({true, kLocalMap_m, 10}, UpdateParameters{});
     for (const Keyframe& keyframe : keyframes) {
-      if (const GraphUpdate update = closer.Add(keyframe); !update.closed.empty()) return update.closed;
+      if (const auto update = closer.Add(keyframe)) return update->closed;
     }
     return std::vector<Loop>();
   };

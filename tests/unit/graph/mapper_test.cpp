@@ -1,10 +1,13 @@
 #include "common/graph/mapper.hpp"
 
 #include <cmath>
+#include <functional>
+#include <optional>
 
 #include "catch.hpp"
 #include "check_pose.hpp"
 #include "common/graph/loop_search.hpp"
+#include "common/graph/whole_map.hpp"
 #include "graph/block.hpp"
 
 namespace crsm {
@@ -61,6 +64,18 @@ bool Knows(const ByteMap& map, double way_m) {
   return map.At(cell) != kUnexploredByte;
 }
 
+/// All that was seen, by all that is known.
+ByteMap DrawWhole(const Mapper& mapper) {
+  WholeMap whole(Drawing());
+  while (!whole.Draw(mapper.graph(), mapper.best_poses(), mapper.local().version(), 7)) {
+  }
+  ByteMap map(Drawing().cell_size_m);
+  for (std::size_t i = 0; i < whole.map().num_tiles(); ++i) {
+    if (const auto tile = whole.map().TileSince(i, 0)) REQUIRE(map.Apply(*tile));
+  }
+  return map;
+}
+
 }  // namespace
 
 TEST_CASE("without loops a mapper draws what the map's owner draws, and keeps no keyframes") {
@@ -101,7 +116,7 @@ TEST_CASE("the local map leaves out what is far along the path; the whole map ha
   CHECK(Knows(local, 74.0));
   CHECK(Knows(local, 55.0));
   CHECK_FALSE(Knows(local, 20.0));
-  const ByteMap whole = mapper.DrawWhole(mapper.graph());
+  const ByteMap whole = DrawWhole(mapper);
   for (const double way_m : {5.0, 20.0, 55.0, 74.0}) CHECK(Knows(whole, way_m));
   mapper.Finish();
   CHECK(LocalMap(mapper).ToDenseGrid().cells == whole.ToDenseGrid().cells);
@@ -149,37 +164,111 @@ TEST_CASE("a keyframe says what is not known of its motion") {
   CHECK_FALSE(keyframe->open_axis);
 }
 
-TEST_CASE("what is put right moves the map, the robot and all scans that hang on a keyframe") {
+TEST_CASE("what is put right takes effect some keyframes later, and moves the map, the robot and all scans") {
   const Driven driven = Drive(20.0);
   Mapper mapper(Drawing(), kLoops);
   for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
+  const auto num_scans = static_cast<std::int64_t>(driven.scans.size());
+  for (std::int64_t i = 0; i < num_scans; ++i) {
+    CheckPose(mapper.BestPose(i), driven.matches[static_cast<std::size_t>(i)].T_map_laser, 1e-9);
+  }
   const KeyframeGraph before = mapper.graph();
-  const std::vector<Pose2> poses = mapper.CorrectedPoses(before);
-  REQUIRE(poses.size() == driven.scans.size());
-  for (std::size_t i = 0; i < poses.size(); ++i) CheckPose(poses[i], driven.matches[i].T_map_laser, 1e-9);
-  GraphUpdate update;
-  update.keyframe = before.size() - 6;
-  CHECK_FALSE(mapper.Apply(update));
-
   const Pose2 turn{0.0, 0.0, 0.05};
+  GraphUpdate update;
+  update.keyframe = before.size() - kLoops.lag;
   for (int i = 0; i <= update.keyframe; ++i) update.poses.push_back(turn * before.pose(i));
-  ByteMap replica = LocalMap(mapper);
-  const auto correction = mapper.Apply(update);
-  REQUIRE(correction);
-  CheckPose(correction->T_new_old, turn, 1e-9);
-  for (const TileChange& tile : correction->tiles) REQUIRE(replica.Apply(tile));
-  CHECK(replica.ToDenseGrid().cells == LocalMap(mapper).ToDenseGrid().cells);
-  const std::vector<Pose2> corrected = mapper.CorrectedPoses(mapper.graph());
-  for (std::size_t i = 0; i < poses.size(); ++i) CheckPose(corrected[i], turn * poses[i], 1e-9);
-  CHECK(LocalMap(mapper).ToDenseGrid().cells == mapper.DrawWhole(mapper.graph()).ToDenseGrid().cells);
+  REQUIRE(mapper.Offer(update));
+  CHECK(mapper.last_update() == update.keyframe);
+  CHECK(mapper.num_updates() == 1);
 
-  // The robot goes on in the map that was moved: the next motion is as it was matched.
-  const ScanMatch next = MatchedAt(1000, turn * driven.matches.back().T_map_laser * Pose2{0.5, 0.0, 0.0});
-  const Pose2 last = mapper.graph().poses().back();
+  // At once it is known, and nobody on the local map has heard of it.
+  CHECK(mapper.graph().poses() == before.poses());
+  const KeyframeGraph best = mapper.MakeBestGraph();
+  CHECK(best.poses() == mapper.best_poses());
+  CheckPose(best.poses().back(), turn * before.poses().back(), 1e-9);
+  for (std::int64_t i = 0; i < num_scans; ++i) {
+    CheckPose(mapper.BestPose(i), turn * driven.matches[static_cast<std::size_t>(i)].T_map_laser, 1e-9);
+  }
+
+  // The next keyframe was matched on the map as it was, and takes it along.
+  ByteMap replica = LocalMap(mapper);
+  const ScanMatch next = MatchedAt(1000, driven.matches.back().T_map_laser * Pose2{0.5, 0.0, 0.0});
   const CriticalRays scan{1000, driven.scans.back().rays, {}};
-  const Keyframe* keyframe = mapper.Integrate(&scan, next).keyframe;
-  REQUIRE(keyframe);
-  CheckPose(keyframe->T_previous_this, Inverse(last) * next.T_map_laser, 1e-9);
+  const Mapper::Step step = mapper.Integrate(&scan, next);
+  REQUIRE(step.keyframe);
+  CHECK(step.keyframe->as_of == -1);
+  CheckPose(step.keyframe->T_previous_this, Inverse(before.poses().back()) * next.T_map_laser, 1e-9);
+  REQUIRE(step.T_new_old);
+  CheckPose(*step.T_new_old, turn, 1e-9);
+  CHECK(mapper.graph().poses() == mapper.best_poses());
+  CheckPose(mapper.graph().poses().back(), turn * next.T_map_laser, 1e-9);
+  for (const TileChange& tile : step.delta.tiles) REQUIRE(replica.Apply(tile));
+  CHECK(replica.ToDenseGrid().cells == LocalMap(mapper).ToDenseGrid().cells);
+  CHECK(LocalMap(mapper).ToDenseGrid().cells == DrawWhole(mapper).ToDenseGrid().cells);
+
+  // The one after it is matched on the map that was moved.
+  const ScanMatch later = MatchedAt(1001, turn * next.T_map_laser * Pose2{0.5, 0.0, 0.0});
+  const CriticalRays later_scan{1001, driven.scans.back().rays, {}};
+  const Mapper::Step after = mapper.Integrate(&later_scan, later);
+  REQUIRE(after.keyframe);
+  CHECK(after.keyframe->as_of == update.keyframe);
+  CHECK_FALSE(after.T_new_old);
+  CheckPose(after.keyframe->T_previous_this, {0.5, 0.0, 0.0}, 1e-9);
+}
+
+TEST_CASE("an update comes to the same whether keyframes come before it or after it") {
+  const Driven driven = Drive(20.0);
+  Mapper early(Drawing(), kLoops);
+  Mapper late(Drawing(), kLoops);
+  std::optional<GraphUpdate> update;
+  for (std::size_t i = 0; i < driven.scans.size(); ++i) {
+    early.Integrate(&driven.scans[i], driven.matches[i]);
+    late.Integrate(&driven.scans[i], driven.matches[i]);
+    if (early.graph().size() < 25 || update) continue;
+    update.emplace();
+    update->keyframe = 24;
+    update->first_pose = 10;  // those before it stay
+    for (int k = 10; k <= 24; ++k) update->poses.push_back(Pose2{0.1, 0.2, 0.003} * early.graph().pose(k));
+    REQUIRE(early.Offer(*update));
+    REQUIRE(early.graph().size() - 1 < 24 + kLoops.lag);
+  }
+  REQUIRE(update);
+  REQUIRE(late.graph().size() <= 24 + kLoops.lag);  // not due yet
+  REQUIRE(late.Offer(*update));
+  CHECK(early.best_poses() == late.best_poses());
+  CHECK(early.MakeBestGraph().poses() == early.best_poses());
+  for (int k = 0; k < 10; ++k) CHECK(early.best_poses()[static_cast<std::size_t>(k)] == early.graph().pose(k));
+}
+
+TEST_CASE("an update that does not follow the last one, or is of no such graph, changes nothing") {
+  const Driven driven = Drive(20.0);
+  Mapper mapper(Drawing(), kLoops);
+  for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
+  const std::vector<Pose2> poses = mapper.best_poses();
+  GraphUpdate good;
+  good.keyframe = 20;
+  good.poses.assign(21, Pose2{});
+  const auto IsRefused = [&](const std::function<void(GraphUpdate&)>& spoil) {
+    GraphUpdate update = good;
+    spoil(update);
+    return !mapper.Offer(update) && mapper.best_poses() == poses && mapper.num_updates() == 0;
+  };
+  CHECK(IsRefused([](GraphUpdate& u) { u.previous = 5; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.previous = -2; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.poses.pop_back(); }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.poses.emplace_back(); }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.first_pose = 1; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.first_pose = -1; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.closed = {{3, 21, {}}}; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.closed = {{3, 3, {}}}; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.taken_out = {{-1, 3, {}}}; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.ties_wrong_from = -1; }));
+  CHECK(IsRefused([&](GraphUpdate& u) {
+    u.keyframe = mapper.graph().size();
+    u.poses.assign(static_cast<std::size_t>(u.keyframe) + 1, Pose2{});
+  }));
+  CHECK(mapper.Offer(good));
+  CHECK_FALSE(mapper.Offer(good));  // it is known
 }
 
 TEST_CASE("scans before the first keyframe stay where they were") {
@@ -188,8 +277,8 @@ TEST_CASE("scans before the first keyframe stay where they were") {
   blind.state = MatchState::kLost;
   const CriticalRays nothing{1, {}, {}};
   CHECK(mapper.Integrate(&nothing, blind).keyframe == nullptr);
-  CHECK(mapper.CorrectedPoses(mapper.graph()) == std::vector<Pose2>{Pose2{}});
-  CHECK(mapper.DrawWhole(mapper.graph()).empty());
+  CHECK(mapper.BestPose(0) == Pose2{});
+  CHECK(DrawWhole(mapper).empty());
   mapper.Finish();
   CHECK(LocalMap(mapper).empty());
 }

@@ -211,7 +211,7 @@ TEST_CASE("a tracking state counts what there can be, and remembers the last mat
     return IsDecoded<map_delta_t>(Encode(message));
   };
   CHECK(Fits([](Message&) {}));
-  CHECK(Fits([](Message& m) { m = {0, 0, -1, 1, 0, {}, 0, {}}; }));
+  CHECK(Fits([](Message& m) { m = {0, 0, -1, 1, 0, {}, 0, {}, {}}; }));
   CHECK_FALSE(Fits([](Message& m) { m.num_lost = -1; }));
   CHECK_FALSE(Fits([](Message& m) { m.num_lost = m.num_scans + 1; }));
   CHECK_FALSE(Fits([](Message& m) { m.newest_utime = -2; }));

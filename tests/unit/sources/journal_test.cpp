@@ -48,12 +48,12 @@ void Append(Journal& journal, const std::vector<std::int64_t>& utimes) {
 struct Visited {
   std::vector<std::int64_t> utimes;
   VisitJournal Visit() {
-    return [this](const CriticalRays* scan, const ScanMatch& match) {
+    return {[this](const CriticalRays* scan, const ScanMatch& match) {
       CHECK(match == Match(match.utime));
       CHECK((scan != nullptr) == (match.utime % 3 != 0));
       if (scan) CHECK(*scan == Scan(match.utime));
       utimes.push_back(match.utime);
-    };
+    }};
   }
 };
 
@@ -86,7 +86,7 @@ std::vector<std::int64_t> Utimes(std::int64_t count) {
   return utimes;
 }
 
-const VisitJournal kIgnore = [](const CriticalRays*, const ScanMatch&) {};
+const VisitJournal kIgnore{[](const CriticalRays*, const ScanMatch&) {}};
 
 }  // namespace
 

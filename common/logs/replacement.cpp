@@ -1,4 +1,4 @@
-#include "common/results/replacement.hpp"
+#include "common/logs/replacement.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <span>
+
+#include "common/graph/keyframe_graph.hpp"
+#include "common/map/map_updater.hpp"
+
+namespace crsm {
+
+/// All that was seen, where it belongs by all that is known: for who looks at the map, not for who matches on it.
+///
+/// It is drawn when somebody wants to see it, some scans at a time, so that who draws it can do other things between.
+class WholeMap {
+ public:
+  explicit WholeMap(const UpdateParameters& drawing) : drawing_(drawing), map_(drawing) {}
+
+  /// Keyframes are elsewhere than they were: the map is to be drawn anew, as a version of its own.
+  void Forget() { num_drawn_ = 0; }
+
+  /// Draws some keyframes that are not in the map yet, for the version of that number, no smaller than before. poses:
+  /// T_map_keyframe. Whether all are drawn.
+  bool Draw(const KeyframeGraph& graph, std::span<const Pose2> poses, std::int64_t version, int most);
+
+  const MapUpdater& map() const { return map_; }
+
+ private:
+  UpdateParameters drawing_;
+  MapUpdater map_;
+  int num_drawn_ = 0;
+};
+
+}  // namespace crsm

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "common/graph/loop_closer.hpp"
+#include "services/runtime/wire.hpp"
+
+namespace crsm {
+
+/// What a loop closer answers to the keyframes of a map's owner. It touches neither network nor clock: messages go in,
+/// answers come out, and NextRequest says what it lacks.
+///
+/// All that it knows follows from the keyframes: one that is started anew asks for them all, and comes to the same
+/// answers. It keeps those that the owner does not have yet.
+class KeyframeAnswers {
+ public:
+  KeyframeAnswers(const LoopParameters& parameters, const UpdateParameters& drawing)
+      : parameters_(parameters), drawing_(drawing), closer_(parameters, drawing) {}
+
+  /// Answers one; nothing where one before it is lacking.
+  std::vector<pose_graph_t> Answer(const keyframe_t& message);
+
+  /// Asks for some of the keyframes that are lacking; nothing where none are.
+  std::optional<keyframe_request_t> NextRequest() const;
+
+  const KeyframeGraph& graph() const { return closer_.graph(); }
+  int last_update() const { return updates_.empty() ? -1 : updates_.back(); }
+  /// Whether the owner's map was put right by another loop closer, which found other loops.
+  bool is_of_another_closer() const { return is_of_another_closer_; }
+
+ private:
+  void Begin(std::int64_t epoch);
+  bool Fits(const keyframe_t& message) const;
+
+  LoopParameters parameters_;
+  UpdateParameters drawing_;
+  LoopCloser closer_;
+  std::int64_t epoch_ = 0;
+  int newest_ = -1;               ///< keyframe of which is known that it is there
+  std::vector<int> updates_;      ///< all of them, by their keyframes
+  std::deque<GraphUpdate> kept_;  ///< that the owner does not have, so far as is known
+  int known_to_owner_ = -1;       ///< the last one that it has
+  bool is_of_another_closer_ = false;
+};
+
+}  // namespace crsm

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <functional>
+
+#include "common/graph/mapper.hpp"
+#include "services/map_updater/request_limiter.hpp"
+#include "services/runtime/backoff.hpp"
+#include "services/runtime/graph_messages.hpp"
+#include "services/runtime/service.hpp"
+
+namespace crsm {
+
+/// What the map's owner and a loop closer tell each other: KEYFRAME there, POSE_GRAPH back. A keyframe is sent again
+/// until it is answered; a loop closer that lacks older ones asks for them (KEYFRAME_REQUEST).
+class LoopCloserLink {
+ public:
+  /// keep: gets each update that the mapper has taken.
+  LoopCloserLink(Service& service, Mapper& mapper, int lag, std::function<void(const GraphUpdate&)> keep);
+
+  /// Of the map; nothing is sent or heard before.
+  void SetEpoch(std::int64_t epoch) { epoch_ = epoch; }
+
+  /// Sends the newest keyframe: it is new, or has not been answered for some time.
+  void SendNewest();
+  void Poll();
+
+  /// Whether all is known that has to take effect with the next keyframe.
+  bool IsReadyForNext() const { return looked_through_ >= mapper_.graph().size() - lag_; }
+  /// Whether loops were looked for in all keyframes.
+  bool IsSettled() const { return looked_through_ >= mapper_.graph().size() - 1; }
+  /// The last keyframe in which loops were looked for, so far as it was said; -1: in none.
+  int looked_through() const { return looked_through_; }
+
+ private:
+  void Send(int keyframe);
+  void Answer(const keyframe_request_t& request);
+  void Take(const pose_graph_t& message);
+
+  Service& service_;
+  Mapper& mapper_;
+  int lag_;
+  std::function<void(const GraphUpdate&)> keep_;
+  std::int64_t epoch_ = 0;
+  int looked_through_ = -1;
+  GraphUpdateParts parts_;
+  RequestLimiter request_limiter_;
+  Backoff backoff_{std::chrono::milliseconds(50), std::chrono::seconds(2)};
+};
+
+}  // namespace crsm

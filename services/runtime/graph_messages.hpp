@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "common/graph/keyframe_graph.hpp"
+#include "services/runtime/wire.hpp"
+
+namespace crsm {
+
+// Keyframes, and what loops make of them, to messages and back. Messages are checked ones (Decode).
+
+/// What a keyframe_t says besides the keyframe.
+struct KeyframeHead {
+  std::int64_t epoch = 0;  ///< of the map
+  int index = 0;
+  int last_update = -1;  ///< of the map's owner
+};
+
+keyframe_t ToMessage(const Keyframe& keyframe, const KeyframeHead& head);
+Keyframe FromMessage(const keyframe_t& message);
+
+/// An update, in parts of 32 KB at most. utime: of its keyframe.
+std::vector<pose_graph_t> MakeParts(const GraphUpdate& update, std::int64_t utime, std::int64_t epoch);
+
+/// Loops were looked for up to a keyframe, and nothing has changed since the update of `previous` (-1: none yet).
+pose_graph_t MakeUnchanged(int keyframe, int previous, std::int64_t utime, std::int64_t epoch);
+
+/// Puts the parts of an update together, in whatever order they come.
+class GraphUpdateParts {
+ public:
+  /// A message in which something has changed. The update, when all of its parts are there.
+  std::optional<GraphUpdate> Add(const pose_graph_t& part);
+
+ private:
+  std::map<std::int32_t, pose_graph_t> parts_;  ///< of one update, by number
+};
+
+}  // namespace crsm
