@@ -39,6 +39,8 @@ bool Mapper::Offer(const GraphUpdate& update) {
   if (update.previous != last_update_ || !graph_.Fits(update)) return false;
   last_update_ = update.keyframe;
   ++num_updates_;
+  num_loops_ += std::ssize(update.closed) - std::ssize(update.taken_out);
+  num_loops_taken_out_ += std::ssize(update.taken_out);
   std::copy(update.poses.begin(), update.poses.end(), best_poses_.begin() + update.first_pose);
   for (int i = update.keyframe + 1; i < graph_.size(); ++i) {
     const auto at = static_cast<std::size_t>(i);

@@ -39,6 +39,9 @@ class Mapper {
   /// Keyframe of the last update offered; -1: none.
   int last_update() const { return last_update_; }
   std::int64_t num_updates() const { return num_updates_; }
+  /// In them all: loops that hold, and loops that others contradicted.
+  std::int64_t num_loops() const { return num_loops_; }
+  std::int64_t num_loops_taken_out() const { return num_loops_taken_out_; }
 
   /// The map is finished: it is all that was seen, and stays as it is. Returns what that changes.
   std::vector<TileChange> Finish();
@@ -74,6 +77,8 @@ class Mapper {
   int applied_update_ = -1;          ///< keyframe of the last one that has
   int last_update_ = -1;
   std::int64_t num_updates_ = 0;
+  std::int64_t num_loops_ = 0;
+  std::int64_t num_loops_taken_out_ = 0;
   std::vector<Pose2> best_poses_;
   std::vector<int> drawn_;    ///< keyframes in the local map
   double looked_at_m_ = 0.0;  ///< where on the path it was last looked which belong there

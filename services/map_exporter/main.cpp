@@ -1,11 +1,13 @@
-// map_exporter: MAP_DELTA -> pictures and files. Holds a replica of the map and writes it now and then, and at the end.
-// The matches wait on the disk: their number has no end. What is written in a run costs the same however long it is.
+// map_exporter: WHOLE_MAP -> pictures and files. Asks for what is new of the map now and then, and writes it, and at
+// the end. The matches wait on the disk: their number has no end. What is written in a run costs the same however long
+// it is.
 
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
-#include <thread>
+#include <utility>
 
 #include "common/map/byte_map.hpp"
 #include "common/results/results.hpp"
@@ -22,12 +24,11 @@
 namespace crsm {
 namespace {
 
-/// 0 for one that the process does not have.
-std::int64_t FindCounter(const service_status_t& status, const std::string& name) {
+/// Nothing for one that the process does not have.
+std::optional<std::int64_t> FindCounter(const service_status_t& status, const std::string& name) {
   const auto found = std::find(status.counter_name.begin(), status.counter_name.end(), name);
-  return found == status.counter_name.end()
-             ? 0
-             : status.counter_value[static_cast<std::size_t>(found - status.counter_name.begin())];
+  if (found == status.counter_name.end()) return std::nullopt;
+  return status.counter_value[static_cast<std::size_t>(found - status.counter_name.begin())];
 }
 
 class MapExporter {
@@ -69,6 +70,7 @@ class MapExporter {
       return service_.counters().Add("status_ignored");
     }
     statuses_[status.name] = status;
+    if (status.name == "map_updater") last_change_ = Clock::now();  // it is there, and may wait for a loop closer
   }
 
   void Begin(double cell_size_m) {
@@ -105,18 +107,21 @@ class MapExporter {
   }
 
   void WriteNowAndThen() {
+    constexpr double kNothingNew_s = 0.5;
     const MapReplica& replica = map_follower_.replica();
     if (const auto outcome = writer_->TakeOutcome()) NoteOutcome(*outcome);
-    if (Clock::now() < next_write_ || writer_->busy()) return;
+    const auto now = Clock::now();
+    if (now < next_write_ || writer_->busy()) return;
     if (!std::exchange(asked_, true)) map_follower_.Doubt();  // there will be more by now
     if (!replica.synced()) return;
     asked_ = false;
-    const auto start = Clock::now();
-    next_write_ = start + std::chrono::duration_cast<Clock::duration>(
-                              std::chrono::duration<double>(command_line_.settings().export_period_s));
-    if (replica.version() == written_version_) return;
+    const bool is_new = replica.version() != written_version_;
+    const double pause_s = is_new ? command_line_.settings().export_period_s
+                                  : std::min(command_line_.settings().export_period_s, kNothingNew_s);
+    next_write_ = now + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(pause_s));
+    if (!is_new) return;
     writer_->Start(MakeSnapshot());
-    service_.RecordLatency(start);  // so long messages waited
+    service_.RecordLatency(now);  // so long messages waited
   }
 
   void NoteOutcome(const ResultsWriter::Outcome& outcome) {
@@ -148,15 +153,15 @@ class MapExporter {
   /// At the end: whatever of the map has not come yet, and the last counts of the other processes.
   void CatchUp() {
     constexpr auto kPatience = std::chrono::seconds(3);
-    const auto one_status = Clock::now() + std::chrono::milliseconds(1100);
+    constexpr auto kOneStatus = std::chrono::milliseconds(1100);
     const auto give_up = Clock::now() + 10 * kPatience;
     last_change_ = Clock::now();
     map_follower_.AwaitSettled();
-    map_follower_.Doubt();
-    while (Clock::now() <
-           (map_follower_.replica().synced() ? one_status : std::min(last_change_ + kPatience, give_up))) {
+    std::optional<Clock::time_point> whole_since;
+    while (Clock::now() < (whole_since ? *whole_since + kOneStatus : std::min(last_change_ + kPatience, give_up))) {
       map_follower_.Poll();
       service_.Spin(10);
+      if (!whole_since && map_follower_.replica().synced()) whole_since = Clock::now();
     }
     if (!map_follower_.replica().synced() && map_follower_.replica().version() > 0) {
       Say(service_.name() + ": map_updater does not answer; the newest scans may be missing");
@@ -184,9 +189,10 @@ class MapExporter {
     summary.map_version = map_follower_.replica().version();
     const ByteMap no_map(1.0);
     summary.verdict = Judge(statistics_, map_ ? *map_ : no_map);
-    if (const auto closer = statuses_.find("loop_closer"); closer != statuses_.end()) {
-      const auto Count = [&](const std::string& name) { return FindCounter(closer->second, name); };
-      summary.loops = {Count("keyframes"), Count("loops_closed"), Count("loops_taken_out")};
+    const service_status_t& owner = statuses_["map_updater"];
+    if (const auto keyframes = FindCounter(owner, "keyframes")) {
+      summary.loops = {*keyframes, FindCounter(owner, "loops_closed").value_or(0),
+                       FindCounter(owner, "loops_taken_out").value_or(0)};
       JudgeLoops(summary.loops->closed, summary.loops->taken_out, summary.verdict);
     }
     statuses_[service_.name()] = service_.MakeStatus();
@@ -231,7 +237,7 @@ class MapExporter {
 int main(int argc, char** argv) {
   crsm::CommandLine command_line("map_exporter",
                                  "Writes the map, the trajectory and pictures of them to a folder, now and then and at "
-                                 "the end: MAP_DELTA -> map.png, map.yaml, overview.png, trajectory.tum, summary.json.",
+                                 "the end: WHOLE_MAP -> map.png, map.yaml, overview.png, trajectory.tum, summary.json.",
                                  crsm::FlagsOfExporter());
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::MapExporter(command_line).Run(); });

@@ -7,6 +7,7 @@ namespace crsm {
 
 LoopCloserLink::LoopCloserLink(Service& service, Mapper& mapper, int lag, std::function<void(const GraphUpdate&)> keep)
     : service_(service), mapper_(mapper), lag_(lag), keep_(std::move(keep)) {
+  Count();
   Bus& bus = service.bus();
   bus.SubscribeToOne<pose_graph_t>(
       kPoseGraphChannel, [this](const pose_graph_t& message) { Take(message); }, SoleSender::kProbationOfAnswers);
@@ -15,6 +16,7 @@ LoopCloserLink::LoopCloserLink(Service& service, Mapper& mapper, int lag, std::f
 }
 
 void LoopCloserLink::SendNewest() {
+  Count();
   Send(mapper_.graph().size() - 1);
   backoff_.Restart(Clock::now());
 }
@@ -23,6 +25,12 @@ void LoopCloserLink::Poll() {
   if (IsSettled() || !backoff_.Due(Clock::now())) return;
   service_.counters().Add("keyframes_resent");
   Send(mapper_.graph().size() - 1);
+}
+
+void LoopCloserLink::Count() {
+  service_.counters().Set("keyframes", mapper_.graph().size());
+  service_.counters().Set("loops_closed", mapper_.num_loops());
+  service_.counters().Set("loops_taken_out", mapper_.num_loops_taken_out());
 }
 
 void LoopCloserLink::Send(int keyframe) {
@@ -49,7 +57,7 @@ void LoopCloserLink::Take(const pose_graph_t& message) {
     const auto update = parts_.Add(message);
     if (!update) return;
     if (!mapper_.Offer(*update)) return service_.counters().Add("pose_graph_refused");
-    service_.counters().Add("graph_updates");
+    Count();
     keep_(*update);
   }
   if (message.keyframe <= looked_through_) return;

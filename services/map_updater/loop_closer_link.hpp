@@ -32,6 +32,7 @@ class LoopCloserLink {
   int looked_through() const { return looked_through_; }
 
  private:
+  void Count();
   void Send(int keyframe);
   void Answer(const keyframe_request_t& request);
   void Take(const pose_graph_t& message);

@@ -5,10 +5,10 @@
 #include <fmt/core.h>
 
 #include "common/graph/mapper.hpp"
-#include "common/graph/whole_map.hpp"
 #include "services/map_updater/answers.hpp"
 #include "services/map_updater/loop_closer_link.hpp"
 #include "services/map_updater/request_limiter.hpp"
+#include "services/map_updater/whole_view.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/held_by_utime.hpp"
 #include "services/runtime/path_lock.hpp"
@@ -31,7 +31,7 @@ class MapUpdaterService {
         map_parameters_(ListMapParameters(command_line.parameters())),
         loops_(command_line.parameters().loops),
         mapper_(command_line.parameters().update, loops_),
-        whole_(command_line.parameters().update) {
+        whole_(service_.bus(), command_line.parameters().update, loops_.loops && settings_.localize.empty()) {
     service_.TakeRole(kMapOwnerRole);
     LoadFinishedMap();
     OpenJournal();
@@ -52,12 +52,10 @@ class MapUpdaterService {
     service_.Run([this] {
       if (settings_.lockstep) stall_watch_.Look(Awaited(), Clock::now());
       if (link_) link_->Poll();
-      ShowWhole();
-      if (!matches_.empty() && Answer(matches_.front())) {
-        matches_.Pop();
-        return matches_.empty() && whole_requests_.empty();
-      }
-      return whole_requests_.empty();
+      whole_.Show(mapper_, {answered_, tracking_}, options_);
+      if (matches_.empty() || !Answer(matches_.front())) return !whole_.is_asked();
+      matches_.Pop();
+      return matches_.empty() && !whole_.is_asked();
     });
   }
 
@@ -91,23 +89,7 @@ class MapUpdaterService {
       return service_.bus().Publish(kMapDeltaChannel, MakePage(request, local(), {answered_, tracking_}, options_));
     }
     if (request.settled == 1 && link_ && !link_->IsSettled()) return;  // it will be asked again
-    const auto IsOfSame = [&](const map_request_t& other) { return other.requester == request.requester; };
-    std::erase_if(whole_requests_, IsOfSame);
-    whole_requests_.push_back(request);
-  }
-
-  /// Answers who wants to see all that was seen. With loops it is drawn for them, a piece at a time between the scans.
-  void ShowWhole() {
-    constexpr int kPiece = 10;  // scans: half a millisecond
-    if (whole_requests_.empty()) return;
-    if (link_ && std::exchange(whole_updates_, mapper_.num_updates()) != mapper_.num_updates()) whole_.Forget();
-    if (link_ && !whole_.Draw(mapper_.graph(), mapper_.best_poses(), local().version(), kPiece)) return;
-    AnswerOptions options = options_;
-    if (link_) options.epoch += mapper_.num_updates();  // where it belongs has changed: it is another map
-    for (const map_request_t& request : std::exchange(whole_requests_, {})) {
-      service_.bus().Publish(kWholeMapChannel, MakePage(request, link_ ? whole_.map() : local(),
-                                                        {answered_, tracking_, link_ ? &mapper_ : nullptr}, options));
-    }
+    whole_.Ask(request);
   }
 
   /// In lockstep, what a loop has brought takes effect at its keyframe, however long the search takes.
@@ -265,10 +247,8 @@ class MapUpdaterService {
   OnDamage on_damage_ = settings_.until_damage ? OnDamage::kTakeWhatIsBefore : OnDamage::kRefuse;
   LoopParameters loops_;
   Mapper mapper_;
-  WholeMap whole_;                             ///< with loops; without, the mapper's is all that was seen
-  std::int64_t whole_updates_ = 0;             ///< of the graph that are in it
-  std::vector<map_request_t> whole_requests_;  ///< of the whole map, to be answered
-  std::optional<LoopCloserLink> link_;         ///< with loops, unless the map is finished
+  WholeView whole_;
+  std::optional<LoopCloserLink> link_;  ///< with loops, unless the map is finished
   AnswerOptions options_{DrawIdentity(), static_cast<std::size_t>(settings_.part_bytes)};
   /// Whose match has not come yet: as many as the matcher may lag behind, and those that come meanwhile of a laser that
   /// is ten times too fast.

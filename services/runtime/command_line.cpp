@@ -340,6 +340,7 @@ void CommandLine::Adopt(const std::vector<std::pair<std::string, std::string>>& 
                                    map_name, text, FlagOf(key), text));
     }
     parameters_ = adopted;
+    std::erase_if(flags_, [&key = key](const auto& flag) { return flag.first == key; });
     flags_.emplace_back(key, text);  // for the programs that are told the same
   }
 }

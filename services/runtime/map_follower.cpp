@@ -13,15 +13,20 @@ bool SameQuestion(const map_request_t& one, const map_request_t& other) {
 MapFollower::MapFollower(Service& service, View view, Keeper keeper)
     : service_(service),
       view_(view),
-      requester_(DrawIdentity()),
-      replica_(requester_, {std::move(keeper.begin),
-                            [this, apply = std::move(keeper.apply)](std::span<const TileChange> changes) {
-                              if (!apply(changes)) CountRefused();
-                            },
-                            std::move(keeper.add)}),
+      replica_(DrawIdentity(), {std::move(keeper.begin),
+                                [this, apply = std::move(keeper.apply)](std::span<const TileChange> changes) {
+                                  if (!apply(changes)) CountRefused();
+                                },
+                                std::move(keeper.add)}),
       stall_watch_(service.name(), Say) {
   service_.bus().SubscribeToOne<map_delta_t>(view == View::kWhole ? kWholeMapChannel : kMapDeltaChannel,
                                              [this](const map_delta_t& delta) { replica_.Handle(delta); });
+}
+
+void MapFollower::AwaitSettled() {
+  settled_ = true;
+  replica_.AskAs(DrawIdentity());  // what was asked for before is answered too early
+  replica_.Doubt();
 }
 
 void MapFollower::CountRefused() {

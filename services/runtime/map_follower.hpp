@@ -29,8 +29,8 @@ class MapFollower {
 
   const MapReplica& replica() const { return replica_; }
   void Doubt() { replica_.Doubt(); }
-  /// From now on the owner answers when loops have been looked for in all scans so far.
-  void AwaitSettled() { settled_ = true; }
+  /// Doubts; and from now on the owner answers when loops have been looked for in all scans so far.
+  void AwaitSettled();
   void AskAbout(std::int64_t utime) { replica_.AskAbout(utime); }
   void ForgetAnswer() { replica_.ForgetAnswer(); }
 
@@ -43,7 +43,6 @@ class MapFollower {
   Service& service_;
   View view_;
   bool settled_ = false;
-  std::int64_t requester_;
   MapReplica replica_;
   std::optional<map_request_t> last_request_;
   Backoff backoff_{std::chrono::milliseconds(50), std::chrono::seconds(2)};

@@ -58,6 +58,9 @@ class MapReplica {
   /// Doubts that the version held is the last: the owner is to be asked.
   void Doubt() { synced_ = false; }
 
+  /// From now on under another number; answers to the old one are not heard.
+  void AskAs(std::int64_t requester) { requester_ = requester; }
+
   /// Asks the owner whether a scan is in the map already; once answered, AnswerAbout has it until something else is
   /// asked, or it is forgotten.
   void AskAbout(std::int64_t utime);

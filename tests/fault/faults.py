@@ -89,6 +89,11 @@ class Case:
         for name, source, flags in courses:
             yield name, self.convert(name.replace(":", "_"), source), flags
 
+    def logs_with_loops(self):
+        """As logs(), of courses that come back to where they were, with what finds that."""
+        flags = ["--loops", "--preset", "sick", "--angle-scale", "1"]
+        yield "sim:block", self.convert("sim_block", "sim:block"), flags
+
     def convert(self, name, source, seed=1):
         """An LCM log of what the publisher reads from `source`."""
         path = self.out / f"{name}.lcm"

@@ -21,7 +21,8 @@ def hold_log(stack, held):
         os.kill(publisher, signal.SIGSTOP if held else signal.SIGCONT)
 
 
-PROCESSES = [*SERVICES, "laser_publisher"]
+def processes(flags):
+    return [*SERVICES, "laser_publisher", *(["loop_closer"] if "--loops" in flags else [])]
 
 
 def map_and_kill(log, out, flags, moments, end_bytes):
@@ -52,14 +53,14 @@ def map_and_kill(log, out, flags, moments, end_bytes):
 def test(case):
     randomness = random.Random(1)
     num_runs, num_kills_in_storm = (3, 5) if case.quick else (20, 20)
-    for name, log, flags in case.logs():
+    for name, log, flags in [*case.logs(), *case.logs_with_loops()]:
         undisturbed = case.folder("undisturbed")
         alone_s = run_stack(log, undisturbed, flags)
         end_bytes = journal_bytes(undisturbed)
 
         def disturb(what, kills_each):
             out = case.folder("disturbed")
-            moments = [(0.98 * randomness.random(), service) for service in PROCESSES for _ in range(kills_each)]
+            moments = [(0.98 * randomness.random(), service) for service in processes(flags) for _ in range(kills_each)]
             took_s = map_and_kill(log, out, flags, moments, end_bytes)
             check_same_results(out, undisturbed)
             left = [path.name for path in out.glob(".*.tmp")]
@@ -67,10 +68,10 @@ def test(case):
             return took_s
 
         times_s = [disturb(f"run {number + 1}", 1) for number in range(num_runs)]
-        case.say(f"{name}: {alone_s:.1f} s undisturbed; {num_runs} runs in which each of the 5 processes is "
+        case.say(f"{name}: {alone_s:.1f} s undisturbed; {num_runs} runs in which each of the {len(processes(flags))} processes is "
                  f"killed once: same map, {min(times_s):.1f} to {max(times_s):.1f} s")
         storm_s = disturb("storm", num_kills_in_storm)
-        case.say(f"{name}: each of the 5 processes killed {num_kills_in_storm} times in one run: same map, "
+        case.say(f"{name}: each of the {len(processes(flags))} processes killed {num_kills_in_storm} times in one run: same map, "
                  f"{storm_s:.1f} s")
 
 

@@ -95,6 +95,24 @@ void ForgePages(TestBus& bus) {
   });
 }
 
+/// Pages of another map for who looks at it, asked for or not.
+void ForgeWholeMaps(TestBus& bus) {
+  const auto Publish = [&](std::int64_t requester) {
+    map_delta_t page = ForgedDelta({});
+    page.utime = 1;
+    page.epoch = 12345;
+    page.version = 1;
+    page.base_version = 0;
+    page.recipient = requester;
+    page.next_tile = -1;
+    page.next_match = 1;
+    page.asked_utime = -1;
+    bus->Publish(kWholeMapChannel, page);
+  };
+  bus->Subscribe<map_request_t>(kMapRequestChannel, [=](const map_request_t& request) { Publish(request.requester); });
+  bus->Subscribe<critical_rays_t>(kCriticalRaysChannel, [=](const critical_rays_t&) { Publish(4711); });
+}
+
 /// Asks for the whole map, again and again.
 void AskForEverything(TestBus& bus) {
   bus->Subscribe<bot_core::planar_lidar_t>(kLaserChannel, [&](const bot_core::planar_lidar_t&) {
@@ -136,8 +154,9 @@ TEST_CASE("messages that are forged during a run in lockstep change nothing in i
   const std::vector<Forgery> forgeries{
       {"matches", ForgeMatches, kScanMatchChannel, {"map_updater"}},
       {"rays", ForgeRays, kCriticalRaysChannel, {"map_updater", "rrhc_matcher"}},
-      {"next versions", ForgeNextVersion, kMapDeltaChannel, {"rrhc_matcher", "map_exporter", "laser_publisher"}},
-      {"pages", ForgePages, kMapDeltaChannel, {"rrhc_matcher"}}};
+      {"next versions", ForgeNextVersion, kMapDeltaChannel, {"rrhc_matcher", "laser_publisher"}},
+      {"pages", ForgePages, kMapDeltaChannel, {"rrhc_matcher"}},
+      {"whole maps", ForgeWholeMaps, kWholeMapChannel, {"map_exporter"}}};
   for (const auto& [name, attack, channel, refused_by] : forgeries) {
     INFO(name);
     Course course;

@@ -11,6 +11,7 @@
 #include "catch.hpp"
 #include "processes.hpp"
 #include "services/runtime/conversions.hpp"
+#include "services/runtime/graph_messages.hpp"
 
 using namespace crsm;
 
@@ -128,6 +129,36 @@ void Append(std::vector<Bytes>& all, std::vector<Bytes> more) {
   std::move(more.begin(), more.end(), std::back_inserter(all));
 }
 
+void AppendThoseOfLoops(std::vector<Channel>& channels) {
+  const keyframe_t keyframe = ToMessage(Keyframe{kUtime, {{-1.0f, 1.0f}, {2.0f, 3.0f}}, {}}, {7, 3, -1});
+  channels.push_back({kKeyframeChannel, Damage(Encode(keyframe), {8 + 8 + 8 + 4 + 4})});
+  Append(channels.back().malformed,
+         {Changed(keyframe, [](auto& k) { k.epoch = 0; }), Changed(keyframe, [](auto& k) { k.keyframe = -1; }),
+          Changed(keyframe, [](auto& k) { k.range_m[0] = kNan; }),
+          Changed(keyframe, [](auto& k) { k.T_previous_this.x_m = kInfinity; }),
+          Changed(keyframe, [](auto& k) { k.num_open_axes = 1; }),
+          Changed(keyframe, [](auto& k) { k.num_ties = 1, k.tied_to = 3; })});
+  const keyframe_request_t request{7, 0, 20};
+  channels.push_back({kKeyframeRequestChannel, Damage(Encode(request), {})});
+  Append(channels.back().malformed,
+         {Changed(request, [](auto& r) { r.epoch = 0; }), Changed(request, [](auto& r) { r.first_keyframe = -1; }),
+          Changed(request, [](auto& r) { r.num_keyframes = 0; }),
+          Changed(request, [](auto& r) { r.num_keyframes = kMost; })});
+  GraphUpdate update;
+  update.closed = {{0, 1, {}}};
+  update.keyframe = 1;
+  update.poses.resize(2);
+  const pose_graph_t graph = MakeParts(update, kUtime, 7).front();
+  constexpr std::size_t kNumClosedAt = 8 + 8 + 8 + 4 + 4 + 1 + 4 + 4 + 4;
+  constexpr std::size_t kNumTakenOutAt = kNumClosedAt + 4 + 32;
+  channels.push_back({kPoseGraphChannel, Damage(Encode(graph), {kNumClosedAt, kNumTakenOutAt, kNumTakenOutAt + 8})});
+  Append(channels.back().malformed,
+         {Changed(graph, [](auto& g) { g.epoch = 0; }), Changed(graph, [](auto& g) { g.previous = 1; }),
+          Changed(graph, [](auto& g) { g.num_parts = 0; }), Changed(graph, [](auto& g) { g.closed[0].newer = 0; }),
+          Changed(graph, [](auto& g) { g.first_pose = kMost; }),
+          Changed(graph, [](auto& g) { g.poses[1].yaw_rad = kNan; })});
+}
+
 std::vector<Channel> MakeChannels() {
   // Where the counts stand: behind the fingerprint of 8 bytes and the fields before them, see lcmtypes/.
   std::vector<Channel> channels;
@@ -186,11 +217,12 @@ std::vector<Channel> MakeChannels() {
   channels.push_back({kScanMatchChannel, Damage(Encode(MakeMatch()), {})});
   Append(channels.back().malformed, DamageMatch([](auto change) { return Changed(MakeMatch(), change); }));
 
-  // Behind the matches stand two more counts.
-  const std::size_t num_matches_at = Encode(MakeDelta()).size() - 4 - 4 - 4 - (Encode(MakeMatch()).size() - 8);
-  channels.push_back(
-      {kMapDeltaChannel,
-       Damage(Encode(MakeDelta()), {80, 88, num_matches_at, num_matches_at + 4 + Encode(MakeMatch()).size() - 8})});
+  // Behind the matches stand three more counts.
+  const std::size_t match_bytes = Encode(MakeMatch()).size() - 8;
+  const std::size_t num_matches_at = Encode(MakeDelta()).size() - 4 - 4 - 4 - 4 - match_bytes;
+  const std::size_t behind_at = num_matches_at + 4 + match_bytes;
+  channels.push_back({kMapDeltaChannel,
+                      Damage(Encode(MakeDelta()), {80, 88, num_matches_at, behind_at, behind_at + 4, behind_at + 8})});
   Append(channels.back().malformed,
          DamageMatch([](auto change) { return Changed(MakeDelta(), [&](auto& delta) { change(delta.matches[0]); }); }));
   Append(channels.back().malformed, {Changed(MakeDelta(), [](auto& delta) { delta.cell_size_m = kNan; }),
@@ -205,13 +237,17 @@ std::vector<Channel> MakeChannels() {
                                      Changed(MakeDelta(), [](auto& delta) { delta.asked_utime = -2; }),
                                      Changed(MakeDelta(), [](auto& delta) { delta.base_version = 2; }),
                                      Changed(MakeDelta(), [](auto& delta) { delta.tiles[0].tile_x = 2000; })});
+  channels.push_back({kWholeMapChannel, channels.back().malformed});
 
   channels.push_back({kMapRequestChannel, Damage(Encode(MakeRequest()), {})});
   Append(channels.back().malformed, {Changed(MakeRequest(), [](auto& request) { request.requester = 0; }),
                                      Changed(MakeRequest(), [](auto& request) { request.base_version = -1; }),
                                      Changed(MakeRequest(), [](auto& request) { request.first_tile = -1; }),
                                      Changed(MakeRequest(), [](auto& request) { request.first_match = -2; }),
-                                     Changed(MakeRequest(), [](auto& request) { request.asked_utime = -2; })});
+                                     Changed(MakeRequest(), [](auto& request) { request.asked_utime = -2; }),
+                                     Changed(MakeRequest(), [](auto& request) { request.whole = 2; }),
+                                     Changed(MakeRequest(), [](auto& request) { request.settled = -1; })});
+  AppendThoseOfLoops(channels);
 
   // The lengths of the name, the version and the state, and the number of counters.
   channels.push_back({kStatusOfSomebody, Damage(Encode(MakeStatus()), {16, 29, 39, 51})});
@@ -279,11 +315,14 @@ const std::map<std::string, std::vector<std::string>> kListensTo{
     {"laser_publisher", {kMapDeltaChannel}},
     {"ray_selector", {kLaserChannel}},
     {"rrhc_matcher", {kOdometryChannel, kCriticalRaysChannel, kMapDeltaChannel}},
-    {"map_updater", {kCriticalRaysChannel, kScanMatchChannel, kMapRequestChannel}},
-    {"map_exporter", {kCriticalRaysChannel, kMapDeltaChannel, kStatusOfSomebody}}};
+    {"map_updater",
+     {kCriticalRaysChannel, kScanMatchChannel, kMapRequestChannel, kPoseGraphChannel, kKeyframeRequestChannel}},
+    {"loop_closer", {kKeyframeChannel}},
+    {"map_exporter", {kCriticalRaysChannel, kWholeMapChannel, kStatusOfSomebody}}};
 
 /// On these channels a process believes one sender, and does not even read what others send.
-const std::set<std::string> kOfOneSender{kCriticalRaysChannel, kScanMatchChannel, kMapDeltaChannel};
+const std::set<std::string> kOfOneSender{kCriticalRaysChannel, kScanMatchChannel, kMapDeltaChannel,
+                                         kWholeMapChannel,     kKeyframeChannel,  kPoseGraphChannel};
 
 std::string CounterOf(const std::string& channel) {
   return channel.substr(0, channel.find('/')) + (kOfOneSender.count(channel) ? "_refused" : "_malformed");
@@ -305,9 +344,10 @@ TEST_CASE("malformed messages are counted one by one, take no memory and stop no
   const std::string url = MakeBusUrl();
   MapWatcher map(url);
   StatusWatcher statuses(url);
-  std::ofstream(folder / "odometry.toml") << "odometry = true\n";
-  Stack stack({url, folder / "out", {"--config", folder / "odometry.toml"}, false});
+  std::ofstream(folder / "all.toml") << "odometry = true\nloops = true\n";
+  Stack stack({url, folder / "out", {"--config", folder / "all.toml"}, false});
   REQUIRE(stack.StartServices());
+  REQUIRE(stack.Start("loop_closer"));
   REQUIRE(stack.StartPublisher(folder / "run.lcm", "0.0001"));  // after the first scan it waits for hours
   REQUIRE(map.AwaitVersion(1));
   std::this_thread::sleep_for(SoleSender::kYoung + std::chrono::milliseconds(200));  // they know each other by now

@@ -1,8 +1,10 @@
-// Loops: what slam_offline --loops leaves, how such a map goes on, and who refuses it.
+// Loops: in one process and in six, over sessions and kills, and on finished maps.
 
+#include <csignal>
 #include <fstream>
-
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "catch.hpp"
 #include "processes.hpp"
@@ -46,6 +48,46 @@ struct Course {
   }
 };
 
+std::unique_ptr<Process> StartStack(const TemporaryFolder& folder, const std::string& log, const std::string& out,
+                                    const std::string& url, std::vector<std::string> flags = {"--loops"}) {
+  flags.insert(flags.begin(), {log, "--out", folder / out, "--lcm-url", url});
+  flags.insert(flags.end(), kAsMeasured.begin(), kAsMeasured.end());
+  return std::make_unique<Process>("run_stack", flags, folder / "log");
+}
+
+/// The same flags for programs of which each knows some.
+std::string WriteConfig(const TemporaryFolder& folder) {
+  const std::string path = folder / "loops.toml";
+  std::ofstream(path) << "loops = true\npreset = \"sick\"\nangle_scale = 1.0\n";
+  return path;
+}
+
+void CheckSameResults(const fs::path& out, const fs::path& expected) {
+  for (const char* file : {"map.png", "map.yaml", "trajectory.tum", "graph.g2o"}) {
+    INFO(file);
+    CHECK((ReadFile(out / file) == ReadFile(expected / file)));  // without printing them
+  }
+}
+
+/// How far poses on a channel are from one to the next.
+class Jumps {
+ public:
+  Jumps(const std::string& url, const char* channel) : bus_(url) {
+    bus_->Subscribe<bot_core::pose_t>(channel, [this](const bot_core::pose_t& pose) {
+      if (last_)
+        longest_m_ = std::max(longest_m_, std::hypot(pose.pos[0] - last_->pos[0], pose.pos[1] - last_->pos[1]));
+      last_ = pose;
+    });
+  }
+  TestBus& bus() { return bus_; }
+  double longest_m() const { return longest_m_; }
+
+ private:
+  TestBus bus_;
+  std::optional<bot_core::pose_t> last_;
+  double longest_m_ = 0.0;
+};
+
 nlohmann::json ReadSummary(const fs::path& out) { return nlohmann::json::parse(ReadFile(out / "summary.json")); }
 
 }  // namespace
@@ -81,48 +123,82 @@ TEST_CASE("a run with loops that is cut short and resumed ends with the files of
   }
 }
 
-TEST_CASE("what was mapped with loops is refused by the processes on a bus, in one line that says why") {
+TEST_CASE("six processes in lockstep close the loops of slam_offline, and their frame for controllers never jumps") {
   const Course course;
   const TemporaryFolder& folder = course.folder;
-  const std::string log = course.WriteFirst(30);
-  REQUIRE(MapOffline(folder, log, "out").exit_code == 0);
-  const auto journal = ReadFile(folder / "out/journal/journal.lcm");
-  const std::string why = " was made with --loops: go on with slam_offline, which alone closes loops\n";
-
-  const auto CheckRefused = [&](const std::string& program, std::vector<std::string> flags, const std::string& map) {
-    INFO(program << " " << flags.front());
-    flags.insert(flags.end(), {"--lcm-url", MakeBusUrl()});
-    flags.insert(flags.end(), kAsMeasured.begin(), kAsMeasured.end());
-    const Ended ended = RunProgram(folder, program, flags);
-    CHECK(ended.exit_code == 2);
-    CHECK(ended.errors == program + ": the map of " + map + why);
-  };
-  const std::string out = folder / "out";
-  CheckRefused("map_updater", {"--journal", out + "/journal", "--resume"}, out + "/journal");
-  CheckRefused("map_updater", {"--localize", out}, out + "/journal");
-  CheckRefused("run_stack", {log, "--resume", out, "--out", out}, out);
-  CheckRefused("run_stack", {log, "--resume", out, "--out", folder / "new"}, out);
-  CheckRefused("run_stack", {log, "--localize", out, "--out", folder / "new"}, out);
-  CHECK_FALSE(fs::exists(folder / "new"));
-  CHECK(ReadFile(folder / "out/journal/journal.lcm") == journal);
+  const std::string log = course.WriteFirst(1600);
+  REQUIRE(MapOffline(folder, log, "offline").exit_code == 0);
+  const std::string url = MakeBusUrl();
+  Jumps map_frame(url, kPoseChannel);
+  Jumps local_frame(url, kLocalPoseChannel);
+  std::unique_ptr<Process> stack = StartStack(folder, log, "out", url);
+  REQUIRE(map_frame.bus().Await([&] { return !stack->IsRunning(); }));
+  local_frame.bus().Await([] { return true; });
+  CHECK(stack->AwaitExit() == 0);
+  CheckSameResults(folder / "out", folder / "offline");
+  CHECK(ReadSummary(folder / "out")["loops"] == ReadSummary(folder / "offline")["loops"]);
+  CHECK(map_frame.longest_m() > 0.6);     // where the map is put right
+  CHECK(local_frame.longest_m() < 0.35);  // as far as the robot drives between two scans
 }
 
-TEST_CASE("a configuration with loops is refused by the processes on a bus before anything is begun") {
-  const TemporaryFolder folder;
-  const std::string config = folder / "loops.toml";
-  std::ofstream(config) << "loops = true\n";
-  const auto CheckRefused = [&](const std::string& program, std::vector<std::string> flags) {
-    INFO(program << " " << flags.front());
-    flags.insert(flags.end(), {"--config", config, "--lcm-url", MakeBusUrl()});
-    const Ended ended = RunProgram(folder, program, flags);
-    CHECK(ended.exit_code == 2);
-    CHECK(ended.errors ==
-          program + ": loops: slam_offline alone closes loops; leave this out of the configuration\n");
-  };
-  CheckRefused("map_updater", {"--journal", folder / "journal"});
-  CheckRefused("run_stack", {"sim:block", "--out", folder / "out"});
-  CHECK_FALSE(fs::exists(folder / "journal"));
-  CHECK_FALSE(fs::exists(folder / "out"));
+TEST_CASE("a loop closer that is killed, again and again, comes to the same loops") {
+  const Course course;
+  const TemporaryFolder& folder = course.folder;
+  const std::string log = course.WriteFirst(1600);
+  REQUIRE(MapOffline(folder, log, "offline").exit_code == 0);
+  const std::string url = MakeBusUrl();
+  MapWatcher map(url);
+  Stack stack({url, folder / "out", {"--config", WriteConfig(folder)}});
+  REQUIRE(stack.StartServices());
+  REQUIRE(stack.Start("loop_closer"));
+  REQUIRE(stack.StartPublisher(log, "max"));
+  for (const std::int64_t version : {200, 1300, 1350, 1400}) {
+    REQUIRE(map.AwaitVersion(version));
+    stack["loop_closer"].Signal(SIGKILL);
+    REQUIRE(stack.Start("loop_closer"));
+  }
+  CHECK(stack.Finish());
+  for (const char* file : {"map.png", "trajectory.tum"}) {
+    INFO(file);
+    CHECK(ReadFile(folder / "out" / file) == ReadFile(folder / "offline" / file));
+  }
+}
+
+TEST_CASE("a map with loops goes on in one process or in six, whoever began it") {
+  const Course course;
+  const TemporaryFolder& folder = course.folder;
+  const std::string log = course.WriteFirst(1600);
+  REQUIRE(MapOffline(folder, log, "whole").exit_code == 0);
+  for (const std::size_t cut : {1330, 1350}) {
+    CAPTURE(cut);
+    const std::string part = course.WriteFirst(cut);
+    REQUIRE(MapOffline(folder, part, "offline_first").exit_code == 0);
+    const auto resumed = StartStack(folder, log, "offline_first", MakeBusUrl(), {"--resume", folder / "offline_first"});
+    INFO(resumed->errors());
+    CHECK(resumed->AwaitExit() == 0);
+    CheckSameResults(folder / "offline_first", folder / "whole");
+    fs::remove_all(folder / "offline_first");
+
+    CHECK(StartStack(folder, part, "stack_first", MakeBusUrl())->AwaitExit() == 0);
+    CHECK(MapOffline(folder, log, "stack_first", {"--resume", folder / "stack_first"}).exit_code == 0);
+    CheckSameResults(folder / "stack_first", folder / "whole");
+    fs::remove_all(folder / "stack_first");
+  }
+}
+
+TEST_CASE("the map's owner that waits for a loop closer in lockstep says so") {
+  const Course course;
+  const TemporaryFolder& folder = course.folder;
+  const std::string url = MakeBusUrl();
+  Stack stack({url, folder / "out", {"--config", WriteConfig(folder)}});
+  REQUIRE(stack.StartServices());
+  REQUIRE(stack.StartPublisher(course.WriteFirst(200), "max"));
+  CHECK(WaitUntil([&] {
+    return stack["map_updater"].errors().find("waits for loop_closer to look for loops from keyframe 0 on") !=
+           std::string::npos;
+  }));
+  REQUIRE(stack.Start("loop_closer"));
+  CHECK(stack.Finish());
 }
 
 TEST_CASE("a robot is localised on a map that was made with loops, as it was put right") {
@@ -137,6 +213,11 @@ TEST_CASE("a robot is localised on a map that was made with loops, as it was put
   CHECK(localised.output.find("50 scans, 0 lost") == 0);
   CHECK_FALSE(fs::exists(folder / "localised/graph.g2o"));
   CHECK_FALSE(ReadSummary(folder / "localised").contains("loops"));
+
+  const auto stack = StartStack(folder, log, "localised_by_stack", MakeBusUrl(), {"--localize", folder / "map"});
+  INFO(stack->errors());
+  CHECK(stack->AwaitExit() == 0);
+  CheckSameResults(folder / "localised_by_stack", folder / "localised");
 }
 
 TEST_CASE("without loops there is neither a graph nor a word of loops, and a map is not mixed of both") {

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <stdexcept>
 #include <thread>
 
@@ -173,9 +174,8 @@ Stack::Stack(Options options) : options_(std::move(options)) {
 
 bool Stack::Start(const std::string& service) {
   std::vector<std::string> arguments = options_.flags;
-  if (options_.lockstep && service != "ray_selector" && service != "map_exporter") {
-    arguments.push_back("--lockstep");
-  }
+  const std::set<std::string> with_lockstep{"map_updater", "rrhc_matcher"};
+  if (options_.lockstep && with_lockstep.count(service)) arguments.push_back("--lockstep");
   if (service == "map_exporter") arguments.insert(arguments.end(), {"--out", options_.out.string()});
   processes_.erase(service);
   processes_[service] = std::make_unique<Process>(service, arguments, options_.out / "log");
