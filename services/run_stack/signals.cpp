@@ -26,8 +26,15 @@ void Signals::Wait(std::chrono::milliseconds longest) {
   const timespec none{};
   for (int number = sigtimedwait(&awaited_, nullptr, &first); number > 0;
        number = sigtimedwait(&awaited_, nullptr, &none)) {
-    if (number != SIGCHLD) ++num_interrupts_;
+    if (number != SIGCHLD) CountInterrupt();
   }
+}
+
+void Signals::CountInterrupt() {
+  constexpr auto kOnce = std::chrono::milliseconds(200);
+  const auto now = std::chrono::steady_clock::now();
+  if (num_interrupts_ == 0 || now - last_interrupt_ > kOnce) ++num_interrupts_;
+  last_interrupt_ = now;
 }
 
 void Signals::Restore() {

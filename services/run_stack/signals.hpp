@@ -16,15 +16,19 @@ class Signals {
   /// Waits until a signal comes, the end of a child process too, or the time is over.
   void Wait(std::chrono::milliseconds longest);
 
-  /// How often this process was asked to end.
+  /// How often this process was asked to end. What comes within a moment is the same request: timeout(1) sends its
+  /// signal to a process and to its group.
   int num_interrupts() const { return num_interrupts_; }
 
   /// For a child process, before it becomes another program: as if this process had never touched them.
   static void Restore();
 
  private:
+  void CountInterrupt();
+
   sigset_t awaited_{};
   int num_interrupts_ = 0;
+  std::chrono::steady_clock::time_point last_interrupt_;
 };
 
 }  // namespace crsm

@@ -1,4 +1,4 @@
-"""The processor time of slam_offline and of the five processes in lockstep, in turns on the same log. See scripts/bench."""
+"""The processor time of slam_offline and of the stack's processes in lockstep, in turns on the same log. See scripts/bench."""
 
 import argparse
 import os
@@ -60,7 +60,7 @@ def run_stack(log, flags, out):
     begin = time.monotonic()
     times = {"laser_publisher": publisher.processor_time()}
     elapsed_s = time.monotonic() - begin
-    for service in reversed(services):  # the exporter goes first: it asks the updater for what it lacks
+    for service in sorted(services, key=lambda service: service.name != "map_exporter"):  # it goes first: it asks others
         service.popen.terminate()
         times[service.name] = service.processor_time()
     return times, elapsed_s
@@ -80,10 +80,16 @@ def main():
     parser = argparse.ArgumentParser(prog="scripts/bench stack")
     parser.add_argument("log", nargs="?", default="sim:demo")
     parser.add_argument("--runs", type=int, default=5)
+    parser.add_argument("--loops", action="store_true")
     arguments, flags = parser.parse_known_args()
 
     runs = []
     with tempfile.TemporaryDirectory(prefix="crsm_bench_") as folder:
+        if arguments.loops:
+            config = pathlib.Path(folder) / "loops.toml"
+            config.write_text("loops = true\n")
+            flags += ["--config", config]
+            SERVICES["loop_closer"] = []
         log = pathlib.Path(folder) / "scans.lcm"
         convert(arguments.log, log)
         for number in range(arguments.runs):
@@ -110,12 +116,13 @@ def main():
         print(f"{name:<28}" + "".join(f"{statistics.median(column):8.3f}" for column in columns))
         return columns[-1]
 
-    five = ["laser_publisher", *reversed(SERVICES)]
-    for program in five:
+    stack = ["laser_publisher", *reversed(SERVICES)]
+    number = {5: "five", 6: "six"}[len(stack)]
+    for program in stack:
         row(program, [program])
-    ratios = [stack / offline for stack, offline in zip(row("the five together", five),
+    ratios = [together / offline for together, offline in zip(row(f"the {number} together", stack),
                                                         row("slam_offline", ["slam_offline"]))]
-    print(f"the five take {statistics.median(ratios):.2f} times what slam_offline takes "
+    print(f"the {number} take {statistics.median(ratios):.2f} times what slam_offline takes "
           f"({min(ratios):.2f} to {max(ratios):.2f}), and map "
           f"{statistics.median(scans / elapsed_s for _, _, elapsed_s in runs):.0f} scans/s")
 

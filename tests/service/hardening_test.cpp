@@ -10,7 +10,7 @@ using namespace crsm;
 namespace {
 
 const std::vector<std::string> kPrograms{"laser_publisher", "ray_selector", "rrhc_matcher", "map_updater",
-                                         "map_exporter",    "slam_offline", "slam_eval"};
+                                         "loop_closer",     "map_exporter", "slam_offline", "slam_eval"};
 
 /// What readelf says of a program.
 std::string ReadElf(const std::string& flags, const std::string& path, const TemporaryFolder& folder) {

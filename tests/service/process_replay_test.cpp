@@ -115,7 +115,7 @@ class MapOwner {
     const auto change = tile < updater_.num_tiles() ? updater_.TileSince(tile, request.base_version) : std::nullopt;
     if (change) page.tiles = {ToMessage(*change)};
     page.num_tiles = static_cast<std::int32_t>(page.tiles.size());
-    bus_->Publish(kMapDeltaChannel, page);
+    bus_->Publish(request.whole == 1 ? kWholeMapChannel : kMapDeltaChannel, page);
     ++num_answered_;
   }
 
@@ -259,7 +259,7 @@ TEST_CASE("map_updater answers recorded scans and poses with the change of the m
   }
 }
 
-TEST_CASE("map_exporter writes the files that belong to the recorded changes of the map") {
+TEST_CASE("map_exporter writes the files that belong to a map whose owner it asks") {
   const Parameters parameters;
   const Recording recording = Record(TakeScans("sim:demo", 40, 10), parameters);
   const TemporaryFolder folder;

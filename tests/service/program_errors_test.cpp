@@ -14,7 +14,7 @@ namespace {
 constexpr int kUsage = 2;
 constexpr int kFailure = 1;
 
-const std::vector<std::string> kServices{"ray_selector", "rrhc_matcher", "map_updater", "map_exporter"};
+const std::vector<std::string> kServices{"ray_selector", "rrhc_matcher", "map_updater", "loop_closer", "map_exporter"};
 
 /// A folder with files that are not what a program wants.
 class BadFiles {
@@ -55,8 +55,8 @@ class BadFiles {
 
 TEST_CASE("every program has --help and --version") {
   const TemporaryFolder folder;
-  for (const std::string program : {"laser_publisher", "ray_selector", "rrhc_matcher", "map_updater", "map_exporter",
-                                    "slam_offline", "slam_eval", "run_stack"}) {
+  for (const std::string program : {"laser_publisher", "ray_selector", "rrhc_matcher", "map_updater", "loop_closer",
+                                    "map_exporter", "slam_offline", "slam_eval", "run_stack"}) {
     for (const std::string flag : {"--help", "--version"}) {
       INFO(program << ' ' << flag);
       Process process(program, {flag}, folder / "log");

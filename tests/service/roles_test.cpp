@@ -31,6 +31,7 @@ TEST_CASE("a second process in a role on one bus and prefix is refused, and told
   const std::vector<std::vector<std::string>> commands{{"map_updater", "--journal", folder / "journal"},
                                                        {"rrhc_matcher"},
                                                        {"ray_selector"},
+                                                       {"loop_closer"},
                                                        {"laser_publisher", "sim:hall", "--rate", "1"}};
   for (const auto& command : commands) {
     std::vector<std::string> arguments(command.begin() + 1, command.end());

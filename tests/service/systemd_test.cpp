@@ -12,9 +12,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kUnits{"crsm-ray-selector.service", "crsm-rrhc-matcher.service",
-                                      "crsm-map-updater.service",  "crsm-map-exporter.service",
-                                      "crsm_bus.service",          "crsm.target"};
+const std::vector<std::string> kUnits{"crsm-ray-selector.service",
+                                      "crsm-rrhc-matcher.service",
+                                      "crsm-map-updater.service",
+                                      "crsm-loop-closer.service",
+                                      "crsm-map-exporter.service",
+                                      "crsm_bus.service",
+                                      "crsm.target"};
 
 /// What systemd-analyze says about the units in a folder, if its programs are in `programs`.
 std::string Verify(const fs::path& units, const fs::path& programs, const fs::path& logs) {
@@ -73,7 +77,8 @@ TEST_CASE("the units hear and reach this host and multicast, and no other addres
 TEST_CASE("the command of each unit starts its service, the updater's without and with a journal") {
   const TemporaryFolder folder;
   const std::string url = MakeBusUrl();
-  for (const std::string service : {"ray_selector", "rrhc_matcher", "map_updater", "map_exporter", "map_updater"}) {
+  for (const std::string service :
+       {"ray_selector", "rrhc_matcher", "map_updater", "loop_closer", "map_exporter", "map_updater"}) {
     std::string unit = "crsm-" + service + ".service";
     std::replace(unit.begin(), unit.end(), '_', '-');
     const fs::path state = folder / ValueOf("StateDirectory", unit);

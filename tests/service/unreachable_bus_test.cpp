@@ -31,7 +31,8 @@ const std::string kSelector = std::string(CRSM_BIN_DIR) + "/ray_selector --lcm-u
 TEST_CASE("without a route for multicast every service says so, and how to get one") {
   const TemporaryFolder folder;
   if (!MayIsolate(folder)) return;
-  for (const std::string service : {"ray_selector", "rrhc_matcher", "map_updater", "map_exporter", "laser_publisher"}) {
+  for (const std::string service :
+       {"ray_selector", "rrhc_matcher", "map_updater", "loop_closer", "map_exporter", "laser_publisher"}) {
     const std::string arguments = service == "map_exporter"      ? " --out " + (folder / "out").string()
                                   : service == "laser_publisher" ? " sim:demo"
                                                                  : "";
