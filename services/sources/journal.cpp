@@ -224,6 +224,7 @@ void Journal::Append(const GraphUpdate& update, std::int64_t utime) {
     AddEvent(kPoseGraphChannel, part);
     WriteStretch(last_utime_);
   }
+  appended_ = true;
 }
 
 /// Writes what was added, with its check.

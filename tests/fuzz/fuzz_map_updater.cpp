@@ -1,46 +1,94 @@
-// CRITICAL_RAYS, SCAN_MATCH and MAP_REQUEST, as map_updater takes them: its answers must be ones that replicas believe.
+// CRITICAL_RAYS, SCAN_MATCH, POSE_GRAPH and MAP_REQUEST, as map_updater takes them: its answers must be ones that
+// replicas believe.
 
 #include <cstdlib>
 
-#include "common/map/map_updater.hpp"
+#include "common/graph/whole_map.hpp"
 #include "input.hpp"
 #include "services/map_updater/answers.cpp"  // in no library: it is map_updater's own
 #include "services/runtime/conversions.hpp"
+#include "services/runtime/graph_messages.hpp"
+#include "tame_pose.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {
 namespace {
 
 constexpr AnswerOptions kOptions{99, 1400};
+constexpr LoopParameters kLoops{true, 30.0, 2};
 
-void Check(const map_delta_t& answer) {
+void Tame(scan_match_t& match) {
+  pose2_t pose{match.x_m, match.y_m, match.yaw_rad};
+  Tame(pose);
+  match.x_m = pose.x_m;
+  match.y_m = pose.y_m;
+}
+
+void Check(map_delta_t answer) {
+  for (scan_match_t& match : answer.matches) Tame(match);
+  for (pose2_t& motion : answer.T_new_old) Tame(motion);
+  for (tracking_state_t& tracking : answer.tracking) {
+    Tame(tracking.T_local_map);
+    for (scan_match_t& match : tracking.recent) Tame(match);
+  }
   if (!Decode<map_delta_t>(Encode(answer))) std::abort();
 }
+
+/// The map's owner, with loops or without.
+class Owner {
+ public:
+  explicit Owner(bool loops) : mapper_({}, {loops, kLoops.local_map_m, kLoops.lag}) {}
+
+  void Handle(std::span<const std::uint8_t> bytes) {
+    if (const auto rays = Decode<critical_rays_t>(bytes)) scan_ = FromMessage(*rays);
+    if (const auto match = Decode<scan_match_t>(bytes)) Answer(FromMessage(*match));
+    if (const auto part = Decode<pose_graph_t>(bytes)) Take(*part);
+    if (const auto request = Decode<map_request_t>(bytes)) Answer(*request);
+  }
+
+ private:
+  void Answer(const ScanMatch& match) {
+    const bool matched = scan_ && scan_->utime == match.utime;
+    const Mapper::Step step = mapper_.Integrate(matched ? &*scan_ : nullptr, match);
+    answered_.Append(match);
+    tracking_.Add(match);
+    if (step.T_new_old) tracking_.Move(*step.T_new_old);
+    for (const map_delta_t& part : MakeParts(step.delta, match, local().geometry(), kOptions, step.T_new_old)) {
+      Check(part);
+    }
+    Check(MakeEmptyAnswer(match.utime, local(), kOptions));
+  }
+
+  void Take(const pose_graph_t& part) {
+    if (part.changed == 0) return;
+    if (const auto update = parts_.Add(part)) mapper_.Offer(*update);
+  }
+
+  void Answer(const map_request_t& request) const {
+    if (request.whole == 0) return Check(MakePage(request, local(), {answered_, tracking_}, kOptions));
+    WholeMap whole({});
+    whole.Draw(mapper_.graph(), mapper_.best_poses(), local().version(), mapper_.graph().size());
+    Check(MakePage(request, whole.map(), {answered_, tracking_, &mapper_}, kOptions));
+  }
+
+  const MapUpdater& local() const { return mapper_.local(); }
+
+  Mapper mapper_;
+  MatchStore answered_;
+  TrackingState tracking_;
+  GraphUpdateParts parts_;
+  std::optional<CriticalRays> scan_;
+};
 
 }  // namespace
 }  // namespace crsm
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace crsm;
-  MapUpdater updater({});
-  MatchStore answered;
-  TrackingState tracking;
-  std::optional<CriticalRays> scan;
-  MessageReader messages({data, size});
-  while (const auto bytes = messages.Next()) {
-    if (const auto rays = Decode<critical_rays_t>(*bytes)) {
-      scan = FromMessage(*rays);
-    } else if (const auto message = Decode<scan_match_t>(*bytes)) {
-      const ScanMatch match = FromMessage(*message);
-      const bool matched = scan && scan->utime == match.utime;
-      const MapDelta delta = matched ? updater.Update(*scan, match) : updater.UpdateWithoutScan();
-      answered.Append(match);
-      tracking.Add(match);
-      for (const map_delta_t& part : MakeParts(delta, match, updater.geometry(), kOptions)) Check(part);
-      Check(MakeEmptyAnswer(match.utime, updater, kOptions));
-    } else if (const auto request = Decode<map_request_t>(*bytes)) {
-      Check(MakePage(*request, updater, {answered, tracking}, kOptions));
-    }
+  for (const bool loops : {false, true}) {
+    Owner owner(loops);
+    MessageReader messages({data, size});
+    while (const auto bytes = messages.Next()) owner.Handle(*bytes);
   }
   return 0;
 }

@@ -9,10 +9,12 @@
 
 #include "common/math/random.hpp"
 #include "common/worlds/built_in_worlds.hpp"
+#include "graph/block.hpp"
 #include "input.hpp"
 #include "map_owner.hpp"
 #include "services/map_updater/answers.cpp"  // in no library: it is map_updater's own
 #include "services/runtime/event_log_writer.hpp"
+#include "services/runtime/graph_messages.hpp"
 #include "services/runtime/presets.hpp"
 #include "services/sources/journal.hpp"
 #include "wire_messages.hpp"
@@ -118,17 +120,14 @@ std::vector<Bytes> ManyParts() {
 }
 
 void WriteMessages(const Seeds& seeds) {
-  const std::vector<std::pair<const char*, Bytes>> messages{{"planar_lidar", Encode(LidarMessage())},
-                                                            {"pose", Encode(PoseMessage())},
-                                                            {"lidar", Encode(BotlabLidarMessage())},
-                                                            {"lidar_nranges", Encode(BotlabLidarNrangesMessage())},
-                                                            {"critical_rays", Encode(CriticalRaysMessage())},
-                                                            {"scan_match", Encode(ScanMatchMessage())},
-                                                            {"map_delta", Encode(MapDeltaMessage())},
-                                                            {"map_request", Encode(MapRequestMessage())},
-                                                            {"service_status", Encode(ServiceStatusMessage())},
-                                                            {"journal_head", Encode(JournalHeadMessage())},
-                                                            {"journal_check", Encode(JournalCheckMessage())}};
+  const std::vector<std::pair<const char*, Bytes>> messages{
+      {"planar_lidar", Encode(LidarMessage())},         {"pose", Encode(PoseMessage())},
+      {"lidar", Encode(BotlabLidarMessage())},          {"lidar_nranges", Encode(BotlabLidarNrangesMessage())},
+      {"critical_rays", Encode(CriticalRaysMessage())}, {"scan_match", Encode(ScanMatchMessage())},
+      {"map_delta", Encode(MapDeltaMessage())},         {"map_request", Encode(MapRequestMessage())},
+      {"keyframe", Encode(KeyframeMessage())},          {"keyframe_request", Encode(KeyframeRequestMessage())},
+      {"pose_graph", Encode(PoseGraphMessage())},       {"service_status", Encode(ServiceStatusMessage())},
+      {"journal_head", Encode(JournalHeadMessage())},   {"journal_check", Encode(JournalCheckMessage())}};
   for (const auto& [name, message] : messages) {
     seeds.Write("wire", name, message);
     Bytes packet{0x4c, 0x43, 0x30, 0x32, 0, 0, 0, 7, 'L', 'A', 'S', 'E', 'R', 0};
@@ -183,6 +182,48 @@ void WriteMessages(const Seeds& seeds) {
   seeds.Write("map_updater", "jumps", jumps);
 }
 
+/// The keyframes of a drive, with few rays each.
+std::vector<Bytes> Keyframes(const std::vector<Pose2>& places) {
+  std::vector<Bytes> messages;
+  for (Keyframe& keyframe : MakeKeyframes(MakeBlock(7), places, {0.0, 0.001, 0.0008}, 7)) {
+    const ValidRays rays = std::exchange(keyframe.rays, {});
+    for (std::size_t i = 0; i < rays.size(); i += 4) {
+      keyframe.rays.angle_rad.push_back(rays.angle_rad[i]);
+      keyframe.rays.range_m.push_back(rays.range_m[i]);
+    }
+    messages.push_back(Encode(ToMessage(keyframe, {99, static_cast<int>(messages.size()), -1})));
+  }
+  return messages;
+}
+
+void WriteLoops(const Seeds& seeds) {
+  std::vector<Pose2> round;  // and a little further, so that loops are closed
+  for (int i = 0; i <= 50; ++i) round.push_back(PlaceRoundBlock(5.0 + 2.0 * i));
+  seeds.Write("loop_closer", "round", Keyframes(round));
+  seeds.Write("loop_closer", "begin", Keyframes({round.begin(), round.begin() + 4}));
+  std::vector<Bytes> lacking = Keyframes({round.begin(), round.begin() + 6});
+  lacking.erase(lacking.begin() + 2);
+  seeds.Write("loop_closer", "lacking", lacking);
+  seeds.Write("loop_closer", "small", std::vector<Bytes>{Encode(KeyframeMessage())});
+
+  // A drive whose map is put right on the way, and who looks at it.
+  std::vector<Bytes> drive;
+  for (int i = 0; i < 8; ++i) {
+    drive.push_back(EncodeRays(Scan(i, 20)));
+    drive.push_back(MatchOf(Scan(i), {static_cast<double>(i), 0.0, 0.1}));
+    if (i != 4) continue;
+    GraphUpdate update;
+    update.keyframe = 3;
+    update.closed = {{0, 3, {3.0, 0.1, 0.0}}};
+    update.ties_wrong_from = 2;
+    for (int k = 0; k <= 3; ++k) update.poses.push_back({static_cast<double>(k), 0.1 * k, 0.0});
+    for (const pose_graph_t& part : MakeParts(update, 3, 99)) drive.push_back(Encode(part));
+  }
+  drive.push_back(Encode(map_request_t{kRequester, 0, 0, 0, 0, -1, 1, 0}));
+  drive.push_back(Encode(map_request_t{kRequester, 99, 1, 0, -1, 2, 0, 0}));
+  seeds.Write("map_updater", "put_right", drive);
+}
+
 void WriteLogs(const Seeds& seeds) {
   {
     EventLogWriter log(seeds.PathOf("logs", "lcm").string());
@@ -207,6 +248,7 @@ void WriteJournal(const Seeds& seeds) {
     Journal journal(folder, {false, {{"cell_size_m", "0.05"}}});
     const CriticalRays scan = RaySelector({}).Select(Scan(1, 20));
     journal.Append(&scan, {1, {}, 0.0, 0, 1, 0, MatchState::kFirst});
+    journal.Append({0, -1, {}, {}, std::nullopt, 0, {{}}}, 1);
     journal.Append(nullptr, {2, {0.1, 0.0, 0.0}, 0.9, 1, 1, 1, MatchState::kOk});
   }
   std::filesystem::rename(folder / "journal.lcm", seeds.PathOf("journal", "whole"));
@@ -230,6 +272,7 @@ int main(int argc, char** argv) {
   }
   const crsm::Seeds seeds(argv[1]);
   crsm::WriteMessages(seeds);
+  crsm::WriteLoops(seeds);
   crsm::WriteLogs(seeds);
   crsm::WriteJournal(seeds);
   crsm::WriteTexts(seeds);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "common/map/map_updater.hpp"
@@ -11,8 +12,9 @@ namespace crsm {
 /// What map_updater is to its replicas: answers matches for everybody and requests page by page.
 class MapOwner {
  public:
-  /// Answers the next scan, taken a little further on.
-  std::vector<map_delta_t> Answer(MatchState state = MatchState::kOk) {
+  /// Answers the next scan, taken a little further on. T_new_old: by which the map is moved then.
+  std::vector<map_delta_t> Answer(MatchState state = MatchState::kOk,
+                                  const std::optional<Pose2>& T_new_old = std::nullopt) {
     const auto k = static_cast<double>(history.size());
     const ScanMatch match{100 + static_cast<std::int64_t>(history.size()),
                           {0.03 * k, 0.01 * k, 0.0},
@@ -26,7 +28,8 @@ class MapOwner {
     history.push_back(match);
     answered_.Append(match);
     tracking.Add(match);
-    return MakeParts(delta, match, updater_.geometry(), {epoch, kMostBytes});
+    if (T_new_old) tracking.Move(*T_new_old);
+    return MakeParts(delta, match, updater_.geometry(), {epoch, kMostBytes}, T_new_old);
   }
 
   map_delta_t Page(const map_request_t& request) const {

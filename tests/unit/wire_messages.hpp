@@ -56,12 +56,56 @@ inline map_delta_t MapDeltaMessage() {
   message.asked_utime = 5;
   message.num_asked = 1;
   message.asked = {ScanMatchMessage()};
+  message.num_moved = 1;
+  message.T_new_old = {{0.25, -0.5, 0.125}};
   message.num_tracking = 1;
   message.tracking = {TrackingStateMessage()};
   return message;
 }
 
 inline map_request_t MapRequestMessage() { return {77, 99, 8, 2, 3, 5, 1, 1}; }
+
+inline keyframe_t KeyframeMessage() {
+  keyframe_t message{};
+  message.utime = 5;
+  message.epoch = 99;
+  message.keyframe = 8;
+  message.last_update = 6;
+  message.num_rays = 3;
+  message.angle_rad = {-0.5f, 0.0f, 0.5f};
+  message.range_m = {1.0f, 2.0f, 3.0f};
+  message.T_previous_this = {0.5, -0.25, 0.125};
+  message.after_lost = 1;
+  message.as_of = 4;
+  message.num_open_axes = 1;
+  message.open_axis[0] = 0.6;
+  message.open_axis[1] = -0.8;
+  message.num_ties = 1;
+  message.tied_to = 2;
+  message.T_tied_this = {1.5, 0.25, -0.5};
+  return message;
+}
+
+inline keyframe_request_t KeyframeRequestMessage() { return {99, 3, 40}; }
+
+inline pose_graph_t PoseGraphMessage() {
+  pose_graph_t message{};
+  message.utime = 5;
+  message.epoch = 99;
+  message.keyframe = 8;
+  message.previous = 6;
+  message.changed = 1;
+  message.num_parts = 1;
+  message.ties_wrong_from = 7;
+  message.num_closed = 2;
+  message.closed = {{0, 8, {0.5, 0.0, 0.25}}, {1, 7, {}}};
+  message.num_taken_out = 1;
+  message.taken_out = {{2, 6, {1.0, 2.0, 3.0}}};
+  message.first_pose = 6;
+  message.num_poses = 3;
+  message.poses = {{1.0, 2.0, 0.5}, {2.0, 2.0, 0.5}, {3.0, 2.0, -0.5}};
+  return message;
+}
 
 inline service_status_t ServiceStatusMessage() {
   return {5, "map_updater", "1.0", 42,  "",  2,   {"handled", "lost"}, {9, 1}, 1, {"seed"}, {"7"},

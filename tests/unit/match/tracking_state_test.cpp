@@ -1,6 +1,7 @@
 #include "common/match/tracking_state.hpp"
 
 #include "catch.hpp"
+#include "check_pose.hpp"
 
 namespace crsm {
 namespace {
@@ -66,6 +67,30 @@ TEST_CASE("the newest utime is the largest so far, also where clocks step back")
   TrackingState state;
   for (const std::int64_t utime : {5, 9, 7, 3}) state.Add(Match(utime, 0.5, MatchState::kOk));
   CHECK(state.newest_utime() == 9);
+}
+
+TEST_CASE(
+    "a map that is moved takes the last scans along, and in the frame that never jumps they stay where they are") {
+  TrackingState state;
+  for (int k = 0; k < 5; ++k) state.Add(Match(k, 0.5, MatchState::kOk));
+  CHECK(state.T_local_map() == Pose2{});
+  const TrackingState before = state;
+  Pose2 T_now_first;
+  for (const Pose2& T_new_old : {Pose2{1.0, -2.0, 0.5}, Pose2{0.25, 30.0, -3.0}}) {
+    state.Move(T_new_old);
+    T_now_first = T_new_old * T_now_first;
+    REQUIRE(state.recent().size() == 5);
+    for (std::size_t i = 0; i < 5; ++i) {
+      const ScanMatch& match = state.recent()[i];
+      CheckPose(match.T_map_laser, T_now_first * before.recent()[i].T_map_laser, 1e-9);
+      CheckPose(state.T_local_map() * match.T_map_laser, before.recent()[i].T_map_laser, 1e-9);
+      ScanMatch elsewhere = match;
+      elsewhere.T_map_laser = before.recent()[i].T_map_laser;
+      CHECK(elsewhere == before.recent()[i]);
+    }
+  }
+  CHECK(state.num_scans() == 5);
+  CHECK(state.usual_fitness() == before.usual_fitness());
 }
 
 }  // namespace crsm

@@ -6,6 +6,7 @@
 
 #include "catch.hpp"
 #include "common/results/summary.hpp"
+#include "results/wall_ahead.hpp"
 
 using namespace crsm;
 
@@ -49,25 +50,6 @@ bool Mentions(const Verdict& verdict, const std::string& words) {
 }
 
 void Lose(ScanMatch& match) { match.state = MatchState::kLost; }
-
-/// A wall across x = 2 m, in cells of 0.1 m, that rays from the origin see.
-ByteMap MakeWall() {
-  ByteMap map(0.1);
-  for (int y = -40; y < 40; ++y) {
-    for (int x = -5; x < 20; ++x) map.Set({x, y}, kFreeByte);
-    map.Set({20, y}, kOccupiedByte);
-  }
-  return map;
-}
-
-ValidRays LookAhead(float range_m) {
-  ValidRays rays;
-  for (int i = -10; i <= 10; ++i) {
-    rays.angle_rad.push_back(0.01f * static_cast<float>(i));
-    rays.range_m.push_back(range_m);
-  }
-  return rays;
-}
 
 std::optional<double> AgreementOf(float range_m, int num_scans, bool rays_first = true) {
   RunStatistics statistics;

@@ -81,6 +81,24 @@ TEST_CASE("a large change is split into well-formed parts of a size that hold ea
   }
 }
 
+TEST_CASE("by what the map was moved is said once, in the first part") {
+  const Pose2 T_new_old{0.25, -0.5, 1.0 / 3.0};
+  const ScanMatch match{5, {}, 0.9, 1, 1, 7, MatchState::kOk};
+  for (const int num_tiles : {0, 100}) {
+    const MapDelta delta = MakeDelta(num_tiles, true);
+    const auto parts = MakeParts(delta, match, kGeometry, {kEpoch, kMostBytes}, T_new_old);
+    REQUIRE((parts.size() > 1) == (num_tiles > 0));
+    for (const map_delta_t& part : parts) {
+      const auto bytes = Encode(part);
+      CHECK(bytes.size() <= kMostBytes);
+      CHECK(Decode<map_delta_t>(bytes));
+      REQUIRE(part.num_moved == (part.part == 0 ? 1 : 0));
+      if (part.part == 0) CHECK(FromMessage(part.T_new_old[0]) == T_new_old);
+    }
+    for (const map_delta_t& part : MakeParts(delta, match, kGeometry, {kEpoch, kMostBytes})) CHECK(part.num_moved == 0);
+  }
+}
+
 TEST_CASE("the page of an empty map is empty and the last") {
   const Owner owner;
   const map_delta_t page = owner.Page(Ask(0, 0, 0));
@@ -136,6 +154,43 @@ TEST_CASE("a replica of another map, or of none, is given everything from the st
   for (const std::int64_t epoch : {std::int64_t{0}, kEpoch + 1}) {
     request.epoch = epoch;
     CHECK(Encode(owner.Page(request)) == Encode(owner.Page(Ask(0, 0, 0))));
+  }
+}
+
+TEST_CASE(
+    "who looks at the map is told where the scans were taken by all that is known, a matcher as they were matched") {
+  const UpdateParameters drawing = TestParameters().update;
+  Mapper mapper(drawing, {true, 30.0, 10});
+  MatchStore matches;
+  TrackingState tracking;
+  for (int i = 0; i < 5; ++i) {
+    const ScanMatch match = MatchedAt(100 + i, {0.5 * i, 0.0, 0.0});
+    const CriticalRays scan = AllRays(ScanRoom(match.T_map_laser, match.utime, 180));
+    mapper.Integrate(&scan, match);
+    matches.Append(match);
+    tracking.Add(match);
+  }
+  GraphUpdate update;
+  update.keyframe = 3;
+  update.first_pose = 3;  // this one and what follows it are elsewhere
+  update.poses = {{1.5, 0.75, 0.1}};
+  REQUIRE(mapper.Offer(update));
+
+  const AnswerOptions options{kEpoch, kMostBytes};
+  for (const int first_match : {0, 2, 4}) {
+    const map_request_t request = Ask(0, 0, first_match);
+    const map_delta_t page = MakePage(request, mapper.local(), {matches, tracking, &mapper}, options);
+    const map_delta_t as_matched = MakePage(request, mapper.local(), {matches, tracking}, options);
+    REQUIRE(page.num_matches == 5 - first_match);
+    REQUIRE(as_matched.num_matches == 5 - first_match);
+    for (int i = first_match; i < 5; ++i) {
+      const auto at = static_cast<std::size_t>(i - first_match);
+      ScanMatch expected = matches.At(i);
+      CHECK(FromMessage(as_matched.matches[at]) == expected);
+      expected.T_map_laser = mapper.BestPose(i);
+      CHECK(FromMessage(page.matches[at]) == expected);
+      CHECK((expected == matches.At(i)) == (i < 3));
+    }
   }
 }
 

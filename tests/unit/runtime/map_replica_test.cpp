@@ -99,6 +99,39 @@ TEST_CASE("a replica from the start follows the owner delta by delta") {
   }
 }
 
+TEST_CASE("a replica whose map is put right moves what is remembered of the scans, that of this answer too") {
+  const Pose2 T_new_old{0.5, -0.25, 0.1};
+  MapOwner owner;
+  TestReplica replica(false);
+  if (GENERATE(true, false)) Begin(replica, owner);  // or the first scan, whose answer has several parts
+  if (owner.version() == 0) replica.Ask(owner);
+  std::vector<map_delta_t> parts = owner.Answer(MatchState::kOk, T_new_old);
+  if (owner.version() == 1) REQUIRE(parts.size() > 1);
+  std::reverse(parts.begin(), parts.end());
+  replica.Handle(parts);
+  replica.CheckSameAs(owner);
+  const TrackingState& tracking = replica.replica.tracking();
+  CHECK(tracking.recent().back().T_map_laser == T_new_old * owner.history.back().T_map_laser);
+  CHECK(tracking.T_local_map() == Inverse(T_new_old));
+
+  replica.Handle(owner.Answer());  // which is not moved
+  replica.CheckSameAs(owner);
+  replica.Handle(owner.Answer(MatchState::kLost, T_new_old));
+  replica.CheckSameAs(owner);
+
+  TestReplica late(false);
+  late.Ask(owner);
+  late.CheckSameAs(owner);
+}
+
+TEST_CASE("who wants all matches gets them as they were matched, however the map is moved") {
+  MapOwner owner;
+  TestReplica replica;
+  Begin(replica, owner);
+  replica.Handle(owner.Answer(MatchState::kOk, Pose2{0.5, -0.25, 0.1}));
+  replica.CheckSameAs(owner);
+}
+
 TEST_CASE("a late joiner gets the map page by page") {
   MapOwner owner;
   for (int i = 0; i < 5; ++i) owner.Answer();

@@ -32,6 +32,9 @@ TEST_CASE("types are known by their fingerprints, others are said in hexadecimal
   CHECK(Name(botlab::lidar_t::getHash()) == "botlab.lidar_t");
   CHECK(Name(botlab::lidar_nranges_t::getHash()) == "botlab.lidar_t");
   CHECK(Name(scan_match_t::getHash()) == "crsm.scan_match_t");
+  CHECK(Name(keyframe_t::getHash()) == "crsm.keyframe_t");
+  CHECK(Name(keyframe_request_t::getHash()) == "crsm.keyframe_request_t");
+  CHECK(Name(pose_graph_t::getHash()) == "crsm.pose_graph_t");
   CHECK(NameOfType(0x0123456789abcdef) == "a type with fingerprint 0x0123456789abcdef");
   CHECK(NameOfType(0) == "a type with fingerprint 0x0000000000000000");
 }

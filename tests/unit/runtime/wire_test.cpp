@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "catch.hpp"
+#include "check_wire.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {
@@ -13,50 +14,6 @@ using Bytes = std::vector<std::uint8_t>;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr float kNanFloat = std::numeric_limits<float>::quiet_NaN();
-
-template <class Message>
-bool IsDecoded(const Bytes& bytes) {
-  return Decode<Message>(bytes).has_value();
-}
-
-/// Whether the message is still accepted after `change`.
-template <class Message, class Change>
-bool IsDecoded(Message message, Change change) {
-  change(message);
-  return IsDecoded<Message>(Encode(message));
-}
-
-/// What holds for every type, whatever is in it.
-template <class Message>
-void CheckType(const Message& message) {
-  CAPTURE(Message::getTypeName());
-  const Bytes bytes = Encode(message);
-  const auto decoded = Decode<Message>(bytes);
-  REQUIRE(decoded);
-  CHECK(Encode(*decoded) == bytes);
-
-  for (std::size_t size = 0; size < bytes.size(); ++size) {  // a copy, so that reading beyond it is an error
-    CAPTURE(size);
-    CHECK_FALSE(IsDecoded<Message>(Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size))));
-  }
-  Bytes longer = bytes;
-  longer.push_back(0);
-  CHECK_FALSE(IsDecoded<Message>(longer));
-  for (std::size_t i = 0; i < 8; ++i) {
-    Bytes other_type = bytes;
-    other_type[i] ^= 1;
-    CHECK_FALSE(IsDecoded<Message>(other_type));
-  }
-  // Any byte may be anything: refused or taken, but read within its bounds.
-  for (std::size_t i = 8; i < bytes.size(); ++i) {
-    for (const int byte : {0x00, 0x01, 0x7f, 0x80, 0xff}) {
-      Bytes hostile = bytes;
-      hostile[i] = static_cast<std::uint8_t>(byte);
-      const auto taken = Decode<Message>(hostile);
-      if (taken) CHECK(taken->getEncodedSize() == static_cast<int>(hostile.size()));
-    }
-  }
-}
 
 }  // namespace
 
@@ -68,6 +25,9 @@ TEST_CASE(
   CheckType(ScanMatchMessage());
   CheckType(MapDeltaMessage());
   CheckType(MapRequestMessage());
+  CheckType(KeyframeMessage());
+  CheckType(KeyframeRequestMessage());
+  CheckType(PoseGraphMessage());
   CheckType(ServiceStatusMessage());
   CheckType(JournalHeadMessage());
   CheckType(JournalCheckMessage());
@@ -199,6 +159,11 @@ TEST_CASE("a map delta leads forwards, in parts that there are, to tiles that th
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.asked_utime = -2; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.asked[0].fitness = 2.0; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.tracking[0].num_scans = -1; }));
+  CHECK(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_moved = 0, m.T_new_old.clear(); }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_moved = 2, m.T_new_old.resize(2); }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.T_new_old[0].x_m = kNan; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.T_new_old[0].y_m = 1e7; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.T_new_old[0].yaw_rad = 7.0; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.tiles[0].tile_x = 1024; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.matches[0].x_m = kNan; }));
 }
@@ -219,6 +184,9 @@ TEST_CASE("a tracking state counts what there can be, and remembers the last mat
   CHECK_FALSE(Fits([](Message& m) { m.fitness[1] = kNan; }));
   CHECK_FALSE(Fits([](Message& m) { m.fitness[0] = 1.1; }));
   CHECK_FALSE(Fits([](Message& m) { m.recent[0].x_m = kNan; }));
+  CHECK_FALSE(Fits([](Message& m) { m.T_local_map.x_m = kNan; }));
+  CHECK_FALSE(Fits([](Message& m) { m.T_local_map.y_m = -1e7; }));
+  CHECK_FALSE(Fits([](Message& m) { m.T_local_map.yaw_rad = HUGE_VAL; }));
   CHECK_FALSE(Fits([](Message& m) { m.recent.clear(), m.num_recent = 0; }));  // eight scans, and none of them known
   CHECK_FALSE(Fits([](Message& m) { m.num_scans = m.num_lost = 0; }));
   CHECK_FALSE(Fits([](Message& m) { m.fitness.assign(11, 0.5), m.num_fitnesses = 11; }));
@@ -233,6 +201,11 @@ TEST_CASE("a map request comes from somebody and asks from a place that there ca
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = -2; }));
   CHECK(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = -1, m.asked_utime = -1; }));
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.asked_utime = -2; }));
+  CHECK(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.whole = m.settled = 0; }));
+  for (const auto no_flag : {std::int8_t{-1}, std::int8_t{2}}) {
+    CHECK_FALSE(IsDecoded(MapRequestMessage(), [=](map_request_t& m) { m.whole = no_flag; }));
+    CHECK_FALSE(IsDecoded(MapRequestMessage(), [=](map_request_t& m) { m.settled = no_flag; }));
+  }
 }
 
 TEST_CASE("a status is of a time that there can be") {

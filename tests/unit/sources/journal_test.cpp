@@ -8,33 +8,14 @@
 #include "common/math/random.hpp"
 #include "services/runtime/bus.hpp"
 #include "source_helpers.hpp"
-#include "synthetic_scans.hpp"
+#include "sources/journal_folder.hpp"
 
 namespace crsm {
 namespace {
 
-namespace fs = std::filesystem;
-
-const JournalSubject kMapping{false, {{"cell_size_m", "0.05"}, {"join_hits", "true"}}};
 const JournalSubject kLocalization{true, kMapping.parameters};
 constexpr OnDamage kRefuse = OnDamage::kRefuse;
 constexpr OnDamage kTakeWhatIsBefore = OnDamage::kTakeWhatIsBefore;
-
-/// A folder, gone at the end of the test.
-class Folder {
- public:
-  Folder() : path_(fs::temp_directory_path() / ("crsm_journal_" + std::to_string(getpid()))) { fs::remove_all(path_); }
-  ~Folder() { fs::remove_all(path_); }
-  fs::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
-
-CriticalRays Scan(std::int64_t utime) { return RaysOf(ScanRoom({}, utime, 10)); }
-ScanMatch Match(std::int64_t utime) {
-  return {utime, {0.1 * static_cast<double>(utime), 0.0, 0.0}, 0.5, 1, 1, 0, MatchState::kOk};
-}
 
 /// Appends scans of these utimes; every third one was not drawn.
 void Append(Journal& journal, const std::vector<std::int64_t>& utimes) {
@@ -56,13 +37,6 @@ struct Visited {
     }};
   }
 };
-
-std::string Content(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-void Write(const fs::path& path, const std::string& content) { std::ofstream(path, std::ios::binary) << content; }
 
 /// A journal of these utimes, which ended in order, as bytes.
 std::string MakeJournal(const fs::path& folder, const std::vector<std::int64_t>& utimes) {

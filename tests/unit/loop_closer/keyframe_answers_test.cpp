@@ -1,0 +1,248 @@
+#include "services/loop_closer/keyframe_answers.hpp"
+
+#include <utility>
+
+#include "catch.hpp"
+#include "graph/block.hpp"
+#include "services/runtime/graph_messages.hpp"
+#include "wire_messages.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr LoopParameters kLoops{true, 40.0, 10};
+constexpr std::int64_t kEpoch = 7;
+
+/// Round a block and on, so that loops are closed.
+const std::vector<Keyframe>& Drive() {
+  static const std::vector<Keyframe> keyframes =
+      MakeKeyframes(MakeBlock(7), DriveRoundBlock(5.0, 5.0 + 1.4 * kRoundBlock_m), {0.0, 0.001, 0.0008}, 7);
+  return keyframes;
+}
+int DriveSize() { return static_cast<int>(Drive().size()); }
+
+/// What its owner says of a keyframe of the drive, over the wire.
+keyframe_t Tell(int keyframe, int last_update, std::int64_t epoch = kEpoch) {
+  const auto message = Decode<keyframe_t>(
+      Encode(ToMessage(Drive()[static_cast<std::size_t>(keyframe)], {epoch, keyframe, last_update})));
+  REQUIRE(message);
+  return *message;
+}
+
+std::vector<std::vector<std::uint8_t>> Encode(const std::vector<pose_graph_t>& messages) {
+  std::vector<std::vector<std::uint8_t>> bytes;
+  for (const pose_graph_t& message : messages) {
+    bytes.push_back(crsm::Encode(message));
+    CHECK(Decode<pose_graph_t>(bytes.back()));
+  }
+  return bytes;
+}
+
+/// Where the drive closes its loops, by the loop closer alone.
+const std::vector<GraphUpdate>& Updates() {
+  static const std::vector<GraphUpdate> updates = [] {
+    std::vector<GraphUpdate> found;
+    LoopCloser closer(kLoops, UpdateParameters{});
+    for (const Keyframe& keyframe : Drive()) {
+      if (auto update = closer.Add(keyframe)) found.push_back(std::move(*update));
+    }
+    return found;
+  }();
+  REQUIRE(updates.size() >= 2);
+  return updates;
+}
+
+std::vector<pose_graph_t> PartsOf(const GraphUpdate& update) {
+  return MakeParts(update, Drive()[static_cast<std::size_t>(update.keyframe)].utime, kEpoch);
+}
+
+pose_graph_t Unchanged(int keyframe, int previous, std::int64_t epoch = kEpoch) {
+  return MakeUnchanged(keyframe, previous, Drive()[static_cast<std::size_t>(keyframe)].utime, epoch);
+}
+
+KeyframeAnswers MakeAnswers() { return {kLoops, UpdateParameters{}}; }
+
+/// Who has heard all keyframes before the one that closes the first loop.
+KeyframeAnswers BeforeFirstUpdate() {
+  static const KeyframeAnswers before = [] {
+    KeyframeAnswers answers = MakeAnswers();
+    for (int i = 0; i < Updates()[0].keyframe; ++i) answers.Answer(Tell(i, -1));
+    return answers;
+  }();
+  return before;
+}
+
+}  // namespace
+
+TEST_CASE("each keyframe is answered by what it has brought, or by that nothing has changed") {
+  KeyframeAnswers answers = MakeAnswers();
+  std::size_t num_updates = 0;
+  int last_update = -1;
+  for (int i = 0; i < DriveSize(); ++i) {
+    const auto answer = Encode(answers.Answer(Tell(i, last_update)));
+    if (num_updates < Updates().size() && Updates()[num_updates].keyframe == i) {
+      REQUIRE(answer == Encode(PartsOf(Updates()[num_updates++])));
+      last_update = i;
+    } else {
+      REQUIRE(answer == Encode({Unchanged(i, last_update)}));
+    }
+    REQUIRE(answers.last_update() == last_update);
+    REQUIRE_FALSE(answers.NextRequest());
+  }
+  CHECK(num_updates == Updates().size());
+  CHECK(answers.graph().size() == DriveSize());
+  CHECK_FALSE(answers.is_of_another_closer());
+}
+
+TEST_CASE("an answer that was lost is given again, until the owner says that it has it") {
+  KeyframeAnswers answers = BeforeFirstUpdate();
+  const GraphUpdate& update = Updates()[0];
+  const int k = update.keyframe;
+  const auto parts = PartsOf(update);
+  CHECK(Encode(answers.Answer(Tell(k, -1))) == Encode(parts));
+  CHECK(Encode(answers.Answer(Tell(k, -1))) == Encode(parts));
+  CHECK(answers.graph().size() == k + 1);  // it is no new one
+
+  std::vector<pose_graph_t> late = parts;
+  late.push_back(Unchanged(k + 1, k));
+  CHECK(Encode(answers.Answer(Tell(k + 1, -1))) == Encode(late));
+  CHECK(Encode(answers.Answer(Tell(k, -1))) == Encode(parts));  // not more than was known then
+  CHECK(Encode(answers.Answer(Tell(k + 2, k))) == Encode({Unchanged(k + 2, k)}));
+  CHECK(Encode(answers.Answer(Tell(k + 2, k))) == Encode({Unchanged(k + 2, k)}));
+}
+
+TEST_CASE("all updates that an owner lacks are given in their order") {
+  KeyframeAnswers answers = BeforeFirstUpdate();
+  const int last = Updates()[1].keyframe;
+  for (int i = Updates()[0].keyframe; i < last; ++i) answers.Answer(Tell(i, -1));
+  std::vector<pose_graph_t> expected = PartsOf(Updates()[0]);
+  for (const pose_graph_t& part : PartsOf(Updates()[1])) expected.push_back(part);
+  CHECK(Encode(answers.Answer(Tell(last, -1))) == Encode(expected));
+  CHECK(Encode(answers.Answer(Tell(last, Updates()[0].keyframe))) == Encode(PartsOf(Updates()[1])));
+}
+
+TEST_CASE("a loop closer that is started anew asks for all keyframes and comes to the same answers") {
+  KeyframeAnswers first = BeforeFirstUpdate();
+  const int known = Updates()[0].keyframe;
+  first.Answer(Tell(known, -1));
+  const int now = known + 3;
+  for (int i = known + 1; i <= now; ++i) first.Answer(Tell(i, known));
+
+  KeyframeAnswers anew = MakeAnswers();
+  CHECK_FALSE(anew.NextRequest());  // of which map?
+  CHECK(anew.Answer(Tell(now, known)).empty());
+  int num_requests = 0;
+  for (; const auto request = anew.NextRequest(); ++num_requests) {
+    REQUIRE(num_requests < 10);  // some forty at a time
+    REQUIRE(Decode<keyframe_request_t>(crsm::Encode(*request)));
+    CHECK(request->epoch == kEpoch);
+    REQUIRE(request->first_keyframe == anew.graph().size());
+    for (int i = request->first_keyframe; i < request->first_keyframe + request->num_keyframes && i <= now; ++i) {
+      const auto answer = anew.Answer(Tell(i, known));
+      if (i <= known) CHECK(answer.empty());  // the owner knows that
+      if (i > known) CHECK(Encode(answer) == Encode({Unchanged(i, known)}));
+    }
+  }
+  CHECK(anew.graph().poses() == first.graph().poses());
+  CHECK(anew.graph().loops() == first.graph().loops());
+  CHECK(anew.last_update() == known);
+  CHECK_FALSE(anew.is_of_another_closer());
+  for (int i = now + 1; i <= Updates()[1].keyframe; ++i) {
+    REQUIRE(Encode(anew.Answer(Tell(i, known))) == Encode(first.Answer(Tell(i, known))));
+  }
+  CHECK(anew.last_update() == Updates()[1].keyframe);
+}
+
+TEST_CASE("keyframes that were lost on the way are asked for") {
+  KeyframeAnswers answers = MakeAnswers();
+  for (int i = 0; i <= 10; ++i) answers.Answer(Tell(i, -1));
+  CHECK(answers.Answer(Tell(13, -1)).empty());
+  CHECK(answers.graph().size() == 11);
+  auto request = answers.NextRequest();
+  REQUIRE(request);
+  CHECK(request->epoch == kEpoch);
+  CHECK(request->first_keyframe == 11);
+  CHECK(Encode(answers.Answer(Tell(11, -1))) == Encode({Unchanged(11, -1)}));
+  request = answers.NextRequest();
+  REQUIRE(request);
+  CHECK(request->first_keyframe == 12);
+  answers.Answer(Tell(12, -1));
+  CHECK(answers.NextRequest());
+  CHECK(Encode(answers.Answer(Tell(13, -1))) == Encode({Unchanged(13, -1)}));
+  CHECK_FALSE(answers.NextRequest());
+}
+
+TEST_CASE("as many keyframes are asked for at once as a receiver surely keeps") {
+  const auto Asked = [](std::size_t num_rays) {
+    KeyframeAnswers answers = MakeAnswers();
+    Keyframe keyframe;
+    for (std::size_t i = 0; i < num_rays; ++i) {
+      keyframe.rays.angle_rad.push_back(0.001f * static_cast<float>(i));
+      keyframe.rays.range_m.push_back(2.0f);
+    }
+    answers.Answer(ToMessage(keyframe, {kEpoch, 0, -1}));
+    answers.Answer(ToMessage(keyframe, {kEpoch, 100, -1}));
+    return answers.NextRequest()->num_keyframes;
+  };
+  CHECK(Asked(0) == 64);
+  CHECK(Asked(100) == 64);
+  CHECK(Asked(1000) == 8);
+  CHECK(Asked(4096) == 1);
+}
+
+TEST_CASE("another map begins with another graph") {
+  KeyframeAnswers answers = BeforeFirstUpdate();
+  const int k = Updates()[0].keyframe;
+  answers.Answer(Tell(k, -1));
+  REQUIRE(answers.last_update() == k);
+  CHECK(Encode(answers.Answer(Tell(0, -1, kEpoch + 1))) == Encode({Unchanged(0, -1, kEpoch + 1)}));
+  CHECK(answers.graph().size() == 1);
+  CHECK(answers.last_update() == -1);
+  CHECK_FALSE(answers.NextRequest());  // of the other map's keyframes nothing is lacking
+  CHECK(Encode(answers.Answer(Tell(1, -1, kEpoch + 1))) == Encode({Unchanged(1, -1, kEpoch + 1)}));
+}
+
+TEST_CASE("an owner that no longer has an update is given all again, from the first keyframe on") {
+  KeyframeAnswers answers = BeforeFirstUpdate();
+  const int k = Updates()[0].keyframe;
+  answers.Answer(Tell(k, -1));
+  answers.Answer(Tell(k + 1, k));  // it has it, and nobody has to keep it
+  CHECK(answers.Answer(Tell(k, -1)).empty());
+  CHECK(answers.graph().size() == 0);
+  const auto request = answers.NextRequest();
+  REQUIRE(request);
+  CHECK(request->first_keyframe == 0);
+  for (int i = 0; i < k; ++i) REQUIRE(Encode(answers.Answer(Tell(i, -1))) == Encode({Unchanged(i, -1)}));
+  CHECK(Encode(answers.Answer(Tell(k, -1))) == Encode(PartsOf(Updates()[0])));
+  CHECK_FALSE(answers.NextRequest());
+}
+
+TEST_CASE("an owner whose keyframes are other ones than they were makes it begin anew") {
+  KeyframeAnswers answers = MakeAnswers();
+  for (int i = 0; i <= 10; ++i) answers.Answer(Tell(i, -1));
+  keyframe_t message = Tell(8, -1);
+  answers.Answer(message);
+  REQUIRE(answers.graph().size() == 11);  // the same
+  SECTION("of another time") { ++message.utime; }
+  SECTION("after another motion") { message.T_previous_this.x_m += 1e-9; }
+  SECTION("with other rays") { message.range_m[3] += 0.001f; }
+  CHECK(answers.Answer(message).empty());
+  CHECK(answers.graph().size() == 0);
+  const auto request = answers.NextRequest();
+  REQUIRE(request);
+  CHECK(request->first_keyframe == 0);
+}
+
+TEST_CASE("an owner that has updates which were not found here is another loop closer's") {
+  KeyframeAnswers answers = BeforeFirstUpdate();
+  const int k = Updates()[0].keyframe;
+  CHECK_FALSE(answers.is_of_another_closer());
+  answers.Answer(Tell(k, k - 2));
+  CHECK(answers.is_of_another_closer());
+  answers.Answer(Tell(k + 1, k));
+  CHECK_FALSE(answers.is_of_another_closer());
+}
+
+}  // namespace crsm
+
+#include "services/loop_closer/keyframe_answers.cpp"  // in no library: it is loop_closer's own
