@@ -37,7 +37,7 @@ void Check(map_delta_t answer) {
 /// The map's owner, with loops or without.
 class Owner {
  public:
-  explicit Owner(bool loops) : mapper_({}, {loops, kLoops.local_map_m, kLoops.lag}) {}
+  explicit Owner(bool loops) : loops_(loops), mapper_({}, {loops, kLoops.local_map_m, kLoops.lag}) {}
 
   void Handle(std::span<const std::uint8_t> bytes) {
     if (const auto rays = Decode<critical_rays_t>(bytes)) scan_ = FromMessage(*rays);
@@ -60,12 +60,12 @@ class Owner {
   }
 
   void Take(const pose_graph_t& part) {
-    if (part.changed == 0) return;
+    if (!loops_ || part.changed == 0) return;
     if (const auto update = parts_.Add(part)) mapper_.Offer(*update);
   }
 
   void Answer(const map_request_t& request) const {
-    if (request.whole == 0) return Check(MakePage(request, local(), {answered_, tracking_}, kOptions));
+    if (!loops_ || request.whole == 0) return Check(MakePage(request, local(), {answered_, tracking_}, kOptions));
     WholeMap whole({});
     whole.Draw(mapper_.graph(), mapper_.best_poses(), local().version(), mapper_.graph().size());
     Check(MakePage(request, whole.map(), {answered_, tracking_, &mapper_}, kOptions));
@@ -73,6 +73,7 @@ class Owner {
 
   const MapUpdater& local() const { return mapper_.local(); }
 
+  bool loops_;
   Mapper mapper_;
   MatchStore answered_;
   TrackingState tracking_;

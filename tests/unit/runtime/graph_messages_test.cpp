@@ -162,7 +162,8 @@ TEST_CASE("an update whose parts are followed by those of another one is given u
   SECTION("of another map") { epoch = kEpoch + 1; }
   SECTION("in fewer parts") { other = MakeUpdate(1000, 2499); }
   const auto parts = MakeParts(update, 5, kEpoch);
-  const auto others = MakeParts(other, 5, epoch);
+  auto others = MakeParts(other, 5, epoch);
+  std::reverse(others.begin(), others.end());  // the one that would be the last of both comes first
   GraphUpdateParts together;
   REQUIRE_FALSE(together.Add(parts[0]));
   REQUIRE_FALSE(together.Add(parts[1]));
