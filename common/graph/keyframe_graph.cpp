@@ -155,7 +155,12 @@ bool KeyframeGraph::Fits(const GraphUpdate& update) const {
   const auto IsOlder = [&](const Loop& loop) {
     return loop.older >= 0 && loop.older < loop.newer && loop.newer <= update.keyframe;
   };
+  const auto IsOnAnyMap = [](const Pose2& pose) {
+    constexpr double kFarthest_m = 1e5;  // no map is so large
+    return std::abs(pose.x_m) < kFarthest_m && std::abs(pose.y_m) < kFarthest_m;
+  };
   return update.keyframe >= 0 && update.keyframe < size() && update.previous >= -1 &&
+         std::all_of(update.poses.begin(), update.poses.end(), IsOnAnyMap) &&
          update.previous < update.keyframe && std::all_of(update.closed.begin(), update.closed.end(), IsOlder) &&
          std::all_of(update.taken_out.begin(), update.taken_out.end(), IsOlder) &&
          update.ties_wrong_from.value_or(0) >= 0 && update.first_pose >= 0 &&

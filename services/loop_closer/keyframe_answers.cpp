@@ -21,7 +21,10 @@ std::vector<pose_graph_t> KeyframeAnswers::Answer(const keyframe_t& message) {
   known_to_owner_ = message.last_update;
   is_of_another_closer_ =
       known_to_owner_ >= 0 && !std::binary_search(updates_.begin(), updates_.end(), known_to_owner_);
-  std::erase_if(kept_, [&](const GraphUpdate& update) { return update.keyframe <= known_to_owner_; });
+  std::erase_if(kept_, [&](const GraphUpdate& update) {
+    return is_of_another_closer_ || update.keyframe <= known_to_owner_;
+  });
+  if (is_of_another_closer_) return {};  // what was found here does not follow what was found there
 
   std::vector<pose_graph_t> answers;
   for (const GraphUpdate& update : kept_) {
@@ -50,6 +53,7 @@ void KeyframeAnswers::Begin(std::int64_t epoch) {
   updates_.clear();
   kept_.clear();
   known_to_owner_ = -1;
+  is_of_another_closer_ = false;
 }
 
 /// Whether a keyframe that was there before is the same as then.

@@ -20,7 +20,7 @@ class KeyframeAnswers {
   KeyframeAnswers(const LoopParameters& parameters, const UpdateParameters& drawing)
       : parameters_(parameters), drawing_(drawing), closer_(parameters, drawing) {}
 
-  /// Answers one; nothing where one before it is lacking.
+  /// Answers one; nothing where one before it is lacking, or where is_of_another_closer.
   std::vector<pose_graph_t> Answer(const keyframe_t& message);
 
   /// Asks for some of the keyframes that are lacking; nothing where none are.

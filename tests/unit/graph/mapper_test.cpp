@@ -263,6 +263,8 @@ TEST_CASE("an update that does not follow the last one, or is of no such graph, 
   CHECK(IsRefused([](GraphUpdate& u) { u.closed = {{3, 3, {}}}; }));
   CHECK(IsRefused([](GraphUpdate& u) { u.taken_out = {{-1, 3, {}}}; }));
   CHECK(IsRefused([](GraphUpdate& u) { u.ties_wrong_from = -1; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.poses[7].x_m = -1e6; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.poses[7].y_m = NAN; }));
   CHECK(IsRefused([&](GraphUpdate& u) {
     u.keyframe = mapper.graph().size();
     u.poses.assign(static_cast<std::size_t>(u.keyframe) + 1, Pose2{});

@@ -240,7 +240,7 @@ TEST_CASE("an owner that has updates which were not found here is another loop c
   KeyframeAnswers answers = BeforeFirstUpdate();
   const int k = Updates()[0].keyframe;
   CHECK_FALSE(answers.is_of_another_closer());
-  answers.Answer(Tell(k, k - 2));
+  CHECK(answers.Answer(Tell(k, k - 2)).empty());
   CHECK(answers.is_of_another_closer());
   answers.Answer(Tell(k + 1, k));
   CHECK_FALSE(answers.is_of_another_closer());
