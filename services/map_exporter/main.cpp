@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <optional>
 #include <set>
+#include <thread>
 #include <utility>
 
 #include "common/map/byte_map.hpp"
@@ -55,6 +56,7 @@ class MapExporter {
     service_.Run([this] {
       map_follower_.Poll();
       WriteNowAndThen();
+      Gather();
       return true;
     });
     CatchUp();
@@ -71,6 +73,13 @@ class MapExporter {
     }
     statuses_[status.name] = status;
     if (status.name == "map_updater") last_change_ = Clock::now();  // it is there, and may wait for a loop closer
+  }
+
+  /// Lets messages gather, none of which is urgent: to wake up for each alone costs more than to handle it. A replica
+  /// that is not whole waits for each page of the map.
+  void Gather() const {
+    constexpr auto kGatherFor = std::chrono::milliseconds(10);
+    if (map_follower_.replica().synced()) std::this_thread::sleep_for(kGatherFor);
   }
 
   void Begin(double cell_size_m) {
