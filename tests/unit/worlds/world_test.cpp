@@ -122,7 +122,7 @@ TEST_CASE("a world is loaded by its name or from its file") {
   CHECK(LoadWorldText(file.path()) == kRoom);
   CHECK(ErrorOf([] { LoadWorld("no_such"); }) ==
         "there is no world file no_such and no built-in world of that name; built in are block, corridor, demo, "
-        "env1, env2, env3, env4, hall, twins");
+        "env1, env2, env3, env4, hall, rooms, symmetric, twins");
 }
 
 TEST_CASE("corners, people and the laser's options are read") {
