@@ -9,7 +9,7 @@ from faults import write_log
 
 
 def three_sessions(case, name, log, flags, whole, randomness):
-    """Each session by one process or by five; a later one goes on in a folder of its own, or in the same."""
+    """Each session by one process or by the stack; a later one goes on in a folder of its own, or in the same."""
     scans = read_log(log)
     first, second = sorted(randomness.sample(range(1, len(scans)), 2))
     parts = []
@@ -25,7 +25,7 @@ def three_sessions(case, name, log, flags, whole, randomness):
                 resume = ["--resume", earlier] if earlier else []
                 (run_offline if program == "offline" else run_stack)(parts[number], out, [*flags, *resume])
             check_same_results(out, whole)
-    case.say(f"{name}: cut behind scans {first} and {second} of {len(scans)}; each session in one process or in five, "
+    case.say(f"{name}: cut behind scans {first} and {second} of {len(scans)}; each session in one process or in the stack, "
              "in folders of their own or in one: same map")
 
 
@@ -58,7 +58,7 @@ def kill_updater(case, name, log, flags, whole, num_kills, randomness):
 
 def test(case):
     randomness = random.Random(1)
-    for name, log, flags in case.logs():
+    for name, log, flags in [*case.logs(), *case.logs_with_loops()]:
         whole = case.folder("whole")
         run_offline(log, whole, flags)
         for _ in range(1 if case.quick else 3):
