@@ -188,7 +188,7 @@ TEST_CASE("where a corridor left the position open, and where scans were lost, a
   KeyframeGraph graph;
   graph.Add(MakeKeyframe({}));
   graph.Add(turned);
-  const Eigen::Matrix3d& w = graph.MakePoseGraph().edges()[0].sqrt_information;
+  const Eigen::Matrix3d w = graph.MakePoseGraph().edges()[0].sqrt_information;
   const Eigen::Matrix3d information = w.transpose() * w;
   CHECK(information(0, 0) == Approx(1.0 / (0.01 * 0.01)));  // across the axis, as everywhere
   CHECK(information(1, 1) == Approx(1.0 / (0.05 * 0.05)));  // along it
