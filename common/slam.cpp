@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "common/graph/whole_map.hpp"
+#include "common/graph/draw_scans.hpp"
 #include "common/match/rrhc_matcher.hpp"
 
 namespace crsm {
@@ -13,8 +13,7 @@ Slam::Slam(const Parameters& parameters)
       }) {}
 
 Slam::Slam(const Parameters& parameters, const MakeMatcher& make_matcher)
-    : loops_(parameters.loops),
-      drawing_(parameters.update),
+    : drawing_(parameters.update),
       selector_(parameters),
       matcher_(make_matcher(parameters.update.cell_size_m)),
       mapper_(parameters.update, parameters.loops),
@@ -65,13 +64,11 @@ Slam::Outcome Slam::Conclude() {
   std::vector<Pose2> poses;
   for (std::int64_t i = 0; i < map_version(); ++i) poses.push_back(mapper_.BestPose(i));
   const KeyframeGraph& graph = mapper_.graph();
-  WholeMap whole(drawing_);
-  whole.Draw(graph, mapper_.best_poses(), map_version(), graph.size());
-  ByteMap map(drawing_.cell_size_m);
-  for (std::size_t i = 0; i < whole.map().num_tiles(); ++i) {
-    if (const auto tile = whole.map().TileSince(i, 0)) map.Apply(*tile);
+  std::vector<PlacedScan> scans;
+  for (int i = 0; i < graph.size(); ++i) {
+    scans.push_back({&graph.keyframe(i).rays, mapper_.best_poses()[static_cast<std::size_t>(i)]});
   }
-  return {std::move(map), std::move(poses), mapper_.MakeBestGraph()};
+  return {DrawScans(drawing_, scans), std::move(poses), mapper_.MakeBestGraph()};
 }
 
 }  // namespace crsm

@@ -12,8 +12,7 @@
 
 namespace crsm {
 
-/// The whole algorithm in one process. Without loops: what the five processes do together, step by step and bit for
-/// bit.
+/// The whole algorithm in one process: what the processes do together, step by step and bit for bit.
 class Slam {
  public:
   /// With the RrhcMatcher.
@@ -50,7 +49,7 @@ class Slam {
   void FinishMap();
 
   /// Whether loops are looked for: not on a finished map.
-  bool closes_loops() const { return loops_.loops && !tracking_.on_finished_map(); }
+  bool closes_loops() const { return mapper_.closes_loops(); }
 
   /// The map that the next scan is matched to.
   const ByteMap& map() const { return matcher_->map(); }
@@ -73,7 +72,6 @@ class Slam {
   bool Integrate(const CriticalRays* scan, const ScanMatch& match);
   std::vector<GraphUpdate> OfferFound();
 
-  LoopParameters loops_;
   UpdateParameters drawing_;
   RaySelector selector_;
   std::unique_ptr<Matcher> matcher_;

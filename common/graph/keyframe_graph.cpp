@@ -145,9 +145,13 @@ void KeyframeGraph::Apply(const GraphUpdate& update) {
   for (const Loop& loop : update.closed) AddLoop(loop);
   for (const Loop& loop : update.taken_out) DropLoop(loop);
   if (update.ties_wrong_from) DropTies(*update.ties_wrong_from);
-  std::copy(update.poses.begin(), update.poses.end(), poses_.begin() + update.first_pose);
-  for (int i = update.keyframe + 1; i < size(); ++i) {
-    poses_[static_cast<std::size_t>(i)] = pose(i - 1) * keyframe(i).T_previous_this;
+  PutRight(update, poses_);
+}
+
+void KeyframeGraph::PutRight(const GraphUpdate& update, std::vector<Pose2>& poses) const {
+  std::copy(update.poses.begin(), update.poses.end(), poses.begin() + update.first_pose);
+  for (auto i = static_cast<std::size_t>(update.keyframe) + 1; i < poses.size(); ++i) {
+    poses[i] = poses[i - 1] * keyframes_[i].T_previous_this;
   }
 }
 
@@ -160,8 +164,8 @@ bool KeyframeGraph::Fits(const GraphUpdate& update) const {
     return std::abs(pose.x_m) < kFarthest_m && std::abs(pose.y_m) < kFarthest_m;
   };
   return update.keyframe >= 0 && update.keyframe < size() && update.previous >= -1 &&
-         std::all_of(update.poses.begin(), update.poses.end(), IsOnAnyMap) &&
-         update.previous < update.keyframe && std::all_of(update.closed.begin(), update.closed.end(), IsOlder) &&
+         std::all_of(update.poses.begin(), update.poses.end(), IsOnAnyMap) && update.previous < update.keyframe &&
+         std::all_of(update.closed.begin(), update.closed.end(), IsOlder) &&
          std::all_of(update.taken_out.begin(), update.taken_out.end(), IsOlder) &&
          update.ties_wrong_from.value_or(0) >= 0 && update.first_pose >= 0 &&
          std::cmp_equal(update.first_pose + std::ssize(update.poses), update.keyframe + 1);

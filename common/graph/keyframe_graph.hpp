@@ -90,6 +90,9 @@ class KeyframeGraph {
   /// last one that it had, by their motions: it makes no difference whether they come before the update or after it.
   void Apply(const GraphUpdate& update);
 
+  /// The same for poses of these keyframes alone.
+  void PutRight(const GraphUpdate& update, std::vector<Pose2>& poses) const;
+
   /// Whether an update can be one of a graph that has no other keyframes than these.
   bool Fits(const GraphUpdate& update) const;
 

@@ -8,8 +8,7 @@
 
 namespace crsm {
 
-Mapper::Mapper(const UpdateParameters& drawing, const LoopParameters& loops)
-    : drawing_(drawing), loops_(loops), local_(drawing) {}
+Mapper::Mapper(const UpdateParameters& drawing, const LoopParameters& loops) : loops_(loops), local_(drawing) {}
 
 Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match) {
   constexpr double kPeriod_m = 20.0;
@@ -41,11 +40,7 @@ bool Mapper::Offer(const GraphUpdate& update) {
   ++num_updates_;
   num_loops_ += std::ssize(update.closed) - std::ssize(update.taken_out);
   num_loops_taken_out_ += std::ssize(update.taken_out);
-  std::copy(update.poses.begin(), update.poses.end(), best_poses_.begin() + update.first_pose);
-  for (int i = update.keyframe + 1; i < graph_.size(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    best_poses_[at] = best_poses_[at - 1] * graph_.keyframe(i).T_previous_this;
-  }
+  graph_.PutRight(update, best_poses_);
   pending_.push_back(update);
   return true;
 }

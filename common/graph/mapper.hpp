@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "common/graph/keyframe_graph.hpp"
-#include "common/map/byte_map.hpp"
 #include "common/map/map_updater.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
@@ -46,6 +45,9 @@ class Mapper {
   /// The map is finished: it is all that was seen, and stays as it is. Returns what that changes.
   std::vector<TileChange> Finish();
 
+  /// Whether keyframes are kept, and put right: with loops, until the map is finished.
+  bool closes_loops() const { return loops_.loops; }
+
   const MapUpdater& local() const { return local_; }
   /// What has taken effect on the local map.
   const KeyframeGraph& graph() const { return graph_; }
@@ -69,7 +71,6 @@ class Mapper {
   std::vector<TileChange> Draw(const std::vector<int>& keyframes);
   std::vector<int> FindLocal() const;
 
-  UpdateParameters drawing_;
   LoopParameters loops_;
   MapUpdater local_;
   KeyframeGraph graph_;

@@ -72,9 +72,9 @@ World ParseWorld(const std::string& text, const std::string& name);
 std::vector<std::string> ListBuiltInWorlds();
 
 /// A built-in world ("demo": a flat of six rooms around a loop of corridors; "corridor": a twisted corridor; "env1" to
-/// "env4": those of the paper's experiments; "twins": two corridors that are alike; "block": a long round about a
-/// block; "hall": fast turns, rare scans), or else the world in the file of that name. Throws std::runtime_error if
-/// there is neither, and as ParseWorld.
+/// "env4": those of the paper's experiments; "twins", "rooms" and "symmetric": alike to themselves; "block": a long
+/// round about a block; "hall": fast turns, rare scans), or else the world in the file of that name. Throws
+/// std::runtime_error if there is neither, and as ParseWorld.
 World LoadWorld(const std::string& name);
 
 /// The text of the same.

@@ -56,8 +56,9 @@ class LoopCloserService {
   void Describe() {
     if (!answers_.is_of_another_closer()) return service_.SetState("looking for loops");
     constexpr const char* kOther = "the map was put right by another loop closer, or with other parameters";
-    if (service_.MakeStatus().state != kOther)
+    if (service_.MakeStatus().state != kOther) {
       Say(fmt::format("{}: {}: it is not put right further", service_.name(), kOther));
+    }
     service_.SetState(kOther);
   }
 
@@ -88,9 +89,7 @@ class LoopCloserService {
       files.Rename();
       written_ = size;
     } catch (const std::runtime_error& error) {
-      if (service_.counters().counts().count("write_failed") == 0)
-        Say(fmt::format("{}: {}", service_.name(), error.what()));
-      service_.counters().Add("write_failed");
+      service_.Complain("write_failed", fmt::format("{}: {}", service_.name(), error.what()));
     }
   }
 

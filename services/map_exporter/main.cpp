@@ -192,18 +192,23 @@ class MapExporter {
     WriteResults(command_line_.settings().out, results);
   }
 
+  static std::optional<LoopSums> CountLoops(const service_status_t& owner) {
+    const auto keyframes = FindCounter(owner, "keyframes");
+    if (!keyframes) return std::nullopt;
+    return LoopSums{*keyframes, FindCounter(owner, "loops_closed").value_or(0),
+                      FindCounter(owner, "loops_taken_out").value_or(0)};
+  }
+
   /// A summary with what is known besides poses and map.
   Summary Complete(Summary summary) {
     summary.version = kVersion;
     summary.map_version = map_follower_.replica().version();
     const ByteMap no_map(1.0);
     summary.verdict = Judge(statistics_, map_ ? *map_ : no_map);
-    const service_status_t& owner = statuses_["map_updater"];
-    if (const auto keyframes = FindCounter(owner, "keyframes")) {
-      summary.loops = {*keyframes, FindCounter(owner, "loops_closed").value_or(0),
-                       FindCounter(owner, "loops_taken_out").value_or(0)};
-      JudgeLoops(summary.loops->closed, summary.loops->taken_out, summary.verdict);
+    if (const auto owner = statuses_.find("map_updater"); owner != statuses_.end()) {
+      summary.loops = CountLoops(owner->second);
     }
+    if (summary.loops) JudgeLoops(summary.loops->closed, summary.loops->taken_out, summary.verdict);
     statuses_[service_.name()] = service_.MakeStatus();
     for (const auto& [name, status] : statuses_) {
       for (std::size_t i = 0; i < status.counter_name.size(); ++i) {

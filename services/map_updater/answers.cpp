@@ -11,39 +11,25 @@ namespace {
 struct Part {
   explicit Part(const map_delta_t& blank) : message(blank), size(static_cast<std::size_t>(blank.getEncodedSize())) {}
 
-  void Add(const ScanMatch& match) {
-    message.matches.push_back(ToMessage(match));
-    ++message.num_matches;
-    size += static_cast<std::size_t>(message.matches.back()._getEncodedSizeNoHash());
-  }
-
-  void AddAsked(const ScanMatch& match) {
-    message.asked.push_back(ToMessage(match));
-    message.num_asked = 1;
-    size += static_cast<std::size_t>(message.asked.back()._getEncodedSizeNoHash());
-  }
-
-  void AddMotion(const Pose2& T_new_old) {
-    message.T_new_old.push_back(ToMessage(T_new_old));
-    message.num_moved = 1;
-    size += static_cast<std::size_t>(message.T_new_old.back()._getEncodedSizeNoHash());
-  }
-
-  void Add(const TrackingState& tracking) {
-    message.tracking.push_back(ToMessage(tracking));
-    message.num_tracking = 1;
-    size += static_cast<std::size_t>(message.tracking.back()._getEncodedSizeNoHash());
-  }
+  void Add(const ScanMatch& match) { Append(ToMessage(match), message.matches, message.num_matches); }
+  void AddAsked(const ScanMatch& match) { Append(ToMessage(match), message.asked, message.num_asked); }
+  void AddMotion(const Pose2& T_new_old) { Append(ToMessage(T_new_old), message.T_new_old, message.num_moved); }
+  void Add(const TrackingState& tracking) { Append(ToMessage(tracking), message.tracking, message.num_tracking); }
 
   /// False, and nothing is added, if the message would be larger than `most_bytes`. The first tile always fits.
   bool Add(const TileChange& change, std::size_t most_bytes) {
     map_tile_t tile = ToMessage(change);
     const auto tile_size = static_cast<std::size_t>(tile._getEncodedSizeNoHash());
     if (message.num_tiles > 0 && size + tile_size > most_bytes) return false;
-    message.tiles.push_back(std::move(tile));
-    ++message.num_tiles;
-    size += tile_size;
+    Append(std::move(tile), message.tiles, message.num_tiles);
     return true;
+  }
+
+  template <class Item>
+  void Append(Item item, std::vector<Item>& list, std::int32_t& count) {
+    size += static_cast<std::size_t>(item._getEncodedSizeNoHash());
+    list.push_back(std::move(item));
+    ++count;
   }
 
   map_delta_t message;

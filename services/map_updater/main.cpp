@@ -29,14 +29,14 @@ class MapUpdaterService {
         service_(command_line),
         matches_(service_.counters()),
         map_parameters_(ListMapParameters(command_line.parameters())),
-        loops_(command_line.parameters().loops),
-        mapper_(command_line.parameters().update, loops_),
-        whole_(service_.bus(), command_line.parameters().update, loops_.loops && settings_.localize.empty()) {
+        mapper_(command_line.parameters().update, command_line.parameters().loops),
+        whole_(service_.bus(), command_line.parameters().update) {
     service_.TakeRole(kMapOwnerRole);
     LoadFinishedMap();
     OpenJournal();
-    if (loops_.loops && settings_.localize.empty()) {
-      link_.emplace(service_, mapper_, loops_.lag, [this](const GraphUpdate& update) { Keep(update); });
+    if (mapper_.closes_loops()) {
+      link_.emplace(service_, mapper_, command_line.parameters().loops.lag,
+                    [this](const GraphUpdate& update) { Keep(update); });
       link_->SetEpoch(options_.epoch);
     }
     Bus& bus = service_.bus();
@@ -77,13 +77,10 @@ class MapUpdaterService {
   }
 
   void AnswerRequest(const map_request_t& request) {
-    Counters& counters = service_.counters();
-    counters.Add("map_requests");
+    service_.counters().Add("map_requests");
     if (!request_limiter_.Admit(service_.bus().sender(), request.requester, Clock::now())) {
-      if (counters.counts().count("map_requests_refused") == 0) {
-        Say("map_updater: more MAP_REQUEST than any replica needs: most of them are not answered");
-      }
-      return counters.Add("map_requests_refused");
+      return service_.Complain("map_requests_refused",
+                               "map_updater: more MAP_REQUEST than any replica needs: most of them are not answered");
     }
     if (request.whole == 0) {
       return service_.bus().Publish(kMapDeltaChannel, MakePage(request, local(), {answered_, tracking_}, options_));
@@ -141,14 +138,11 @@ class MapUpdaterService {
 
   /// Where senders are not known, this is how a second one shows.
   void CountContradiction(const ScanMatch& match) {
-    constexpr const char* kCounter = "match_contradicted";
-    if (service_.counters().counts().count(kCounter) == 0) {
-      Say(fmt::format(
-          "map_updater: two different SCAN_MATCH of scan {}: is there another matcher on this bus? Which of "
-          "them is in the map is not known; it may be wrong",
-          match.utime));
-    }
-    service_.counters().Add(kCounter);
+    service_.Complain(
+        "match_contradicted",
+        fmt::format("map_updater: two different SCAN_MATCH of scan {}: is there another matcher on this bus? Which of "
+                    "them is in the map is not known; it may be wrong",
+                    match.utime));
   }
 
   /// scan: nullptr where there is none to draw; the match is answered all the same. Whether the scan was drawn.
@@ -245,7 +239,6 @@ class MapUpdaterService {
   ScanQueue<ScanMatch> matches_;
   ParameterTexts map_parameters_;
   OnDamage on_damage_ = settings_.until_damage ? OnDamage::kTakeWhatIsBefore : OnDamage::kRefuse;
-  LoopParameters loops_;
   Mapper mapper_;
   WholeView whole_;
   std::optional<LoopCloserLink> link_;  ///< with loops, unless the map is finished

@@ -12,15 +12,16 @@ void WholeView::Ask(const map_request_t& request) {
 void WholeView::Show(const Mapper& mapper, const Answered& answered, AnswerOptions options) {
   constexpr int kPiece = 10;  // scans: half a millisecond
   if (requests_.empty()) return;
-  if (loops_) {
+  const bool loops = mapper.closes_loops();
+  if (loops) {
     if (std::exchange(num_updates_, mapper.num_updates()) != mapper.num_updates()) whole_.Forget();
     if (!whole_.Draw(mapper.graph(), mapper.best_poses(), mapper.local().version(), kPiece)) return;
     options.epoch += num_updates_;  // what was seen is elsewhere now: another map
   }
-  const MapUpdater& map = loops_ ? whole_.map() : mapper.local();
+  const MapUpdater& map = loops ? whole_.map() : mapper.local();
   for (const map_request_t& request : std::exchange(requests_, {})) {
     bus_.Publish(kWholeMapChannel,
-                 MakePage(request, map, {answered.matches, answered.tracking, loops_ ? &mapper : nullptr}, options));
+                 MakePage(request, map, {answered.matches, answered.tracking, loops ? &mapper : nullptr}, options));
   }
 }
 

@@ -12,13 +12,13 @@ namespace crsm {
 /// known. For them it is drawn then, a piece at a time between the scans.
 class WholeView {
  public:
-  /// loops: whether they are closed; without, the mapper's own map is the whole one.
-  WholeView(Bus& bus, const UpdateParameters& drawing, bool loops) : bus_(bus), whole_(drawing), loops_(loops) {}
+  WholeView(Bus& bus, const UpdateParameters& drawing) : bus_(bus), whole_(drawing) {}
 
   /// Is answered by one of the next calls of Show. Of one requester only the newest question is.
   void Ask(const map_request_t& request);
 
-  /// Draws a piece for those who have asked, and answers them when all is drawn.
+  /// Draws a piece for those who have asked, and answers them when all is drawn. Without loops the mapper's own map is
+  /// the whole one.
   void Show(const Mapper& mapper, const Answered& answered, AnswerOptions options);
 
   /// Whether somebody waits for an answer.
@@ -27,7 +27,6 @@ class WholeView {
  private:
   Bus& bus_;
   WholeMap whole_;
-  bool loops_;
   std::int64_t num_updates_ = 0;  ///< of the graph that are in the map
   std::vector<map_request_t> requests_;
 };

@@ -80,8 +80,7 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   CheckUsage(command_line, options);
   NameBus(address.lcm_url);  // throws where there is none
   CheckInputs(command_line, options);
-  // So that all processes are told the same.
-  AdoptEarlierMapParameters(options.earlier.resume, command_line);
+  AdoptEarlierMapParameters(options.earlier.resume, command_line);  // so that all processes are told the same
   if (!fs::exists(FindPrograms() / "map_updater")) {
     throw std::runtime_error(fmt::format("there are no programs in {}", FindPrograms().string()));
   }

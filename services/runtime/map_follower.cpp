@@ -30,11 +30,9 @@ void MapFollower::AwaitSettled() {
 }
 
 void MapFollower::CountRefused() {
-  constexpr const char* kCounter = "tiles_refused";
-  if (service_.counters().counts().count(kCounter) == 0) {
-    Say(service_.name() + ": a MAP_DELTA has tiles that are malformed or more than a map may have; they are left out");
-  }
-  service_.counters().Add(kCounter);
+  service_.Complain("tiles_refused", service_.name() +
+                                         ": a MAP_DELTA has tiles that are malformed or more than a map "
+                                         "may have; they are left out");
 }
 
 void MapFollower::Poll() {

@@ -145,14 +145,11 @@ bool MatcherStage::MapIsCurrent() {
 void MatcherStage::CheckAnswer() {
   const ScanMatch* answered = last_match_ ? map_.replica().tracking().FindRecent(last_match_->utime) : nullptr;
   if (!answered || AreSame(*answered, LastMatchAsOfNow())) return;
-  constexpr const char* kCounter = "match_contradicted";
-  if (service_.counters().counts().count(kCounter) == 0) {
-    Say(
-        fmt::format("{}: map_updater has another pose of scan {} than was found here: is there another matcher on this "
-                    "bus? The map may be wrong",
-                    service_.name(), last_match_->utime));
-  }
-  service_.counters().Add(kCounter);
+  service_.Complain(
+      "match_contradicted",
+      fmt::format("{}: map_updater has another pose of scan {} than was found here: is there another matcher on this "
+                  "bus? The map may be wrong",
+                  service_.name(), last_match_->utime));
 }
 
 /// The map may have been put right since it was found, and the poses of the last scans with it.

@@ -90,6 +90,11 @@ Service::Service(const CommandLine& command_line)
       address_{command_line.settings().lcm_url, command_line.settings().channel_prefix},
       bus_(address_.lcm_url, address_.channel_prefix, counters_) {}
 
+void Service::Complain(const std::string& counter, const std::string& line) {
+  if (counters_.counts().count(counter) == 0) Say(line);
+  counters_.Add(counter);
+}
+
 void Service::RecordLatency(Clock::time_point start) {
   latency_.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
 }

@@ -42,6 +42,9 @@ class Service {
   Bus& bus() { return bus_; }
   Counters& counters() { return counters_; }
 
+  /// Counts a trouble, and says a line about it the first time.
+  void Complain(const std::string& counter, const std::string& line);
+
   /// From now on no other process on this machine has this role on the bus and with the channel prefix of this one.
   /// Throws std::runtime_error that names the one that has it.
   void TakeRole(const std::string& role) { role_.emplace(address_, role); }

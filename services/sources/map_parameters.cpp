@@ -25,10 +25,9 @@ void AdoptMapParameters(const std::filesystem::path& folder, CommandLine& comman
   if (const auto head = ReadHead(folder)) command_line.Adopt(head->subject.parameters, folder.string());
 }
 
-std::string AdoptEarlierMapParameters(const std::string& resume, CommandLine& command_line) {
+void AdoptEarlierMapParameters(const std::string& resume, CommandLine& command_line) {
   const std::string& earlier = resume.empty() ? command_line.settings().localize : resume;
   if (!earlier.empty()) AdoptMapParameters(JournalFolder(earlier), command_line);
-  return earlier;
 }
 
 void CheckLaserParameters(const std::filesystem::path& folder, const CommandLine& command_line) {

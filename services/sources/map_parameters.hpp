@@ -16,9 +16,8 @@ ParameterTexts ListMapParameters(const Parameters& parameters);
 /// names the flag, preset or line of a file that says something else, std::runtime_error as ReadHead.
 void AdoptMapParameters(const std::filesystem::path& folder, CommandLine& command_line);
 
-/// AdoptMapParameters of the earlier run, the --out of which `resume` or --localize names, if one of them does. Returns
-/// that folder, empty for none.
-std::string AdoptEarlierMapParameters(const std::string& resume, CommandLine& command_line);
+/// AdoptMapParameters of the earlier run, the --out of which `resume` or --localize names, if one of them does.
+void AdoptEarlierMapParameters(const std::string& resume, CommandLine& command_line);
 
 /// For a process whose scans are made by others, which cannot see the journal: these are to be told the same parameters
 /// of the laser. Throws UsageError with the flags for all of them if this one was told others than the journal's.
