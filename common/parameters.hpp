@@ -57,9 +57,10 @@ struct MatchParameters {
   bool odometry = false;
   bool final_climb = true;
   double spacing_cap_m = 0.3;
-  double summit_rad = 0.02;    ///< half the width of the summit in whose middle the yaw is
-  double pull_per_m2 = 0.5;    ///< weight of the distance from the presumed pose
-  double axis_window_m = 1.0;  ///< +- along an axis that the walls leave open
+  double summit_rad = 0.02;       ///< half the width of the summit in whose middle the yaw is
+  double pull_per_m2 = 0.5;       ///< weight of the distance from the presumed pose
+  double axis_pull_per_m2 = 7.0;  ///< ... along an axis that the walls leave open
+  double axis_window_m = 1.0;     ///< +- along such an axis
   double good_ratio = 0.95;    ///< of the usual fitness: the search stops here
   double lost_ratio = 0.75;    ///< ... below here the wide window is searched, and then the scan is lost
   int wide_evaluations = 10000;
@@ -79,14 +80,14 @@ struct UpdateParameters {
   double first_intensity = 0.4;  ///< of a cell's first update, at least
   double hit_spread = 2.5;       ///< how much of the cells around it a hit occupies
   bool join_hits = true;
-  double join_max_m = kLargestSurfaceGap_m;
+  double join_max_m = 2.0;
   double update_distance_m = 0.3;
   double update_angle_rad = 0.25;
 };
 
 /// What is known of places that the robot comes back to.
 struct LoopParameters {
-  bool loops = false;
+  bool loops = true;
   double local_map_m = 40.0;  ///< along the graph: what lies further from the robot is not matched
   int lag = 10;               ///< keyframes until what one has brought takes effect
 };
@@ -171,6 +172,9 @@ void VisitMatchParameters(MatchParameters& match, Visitor&& visit) {
         match.summit_rad, 0.0, 0.2);
   visit({kMatch, "pull_per_m2", "fitness lost per squared distance from the presumed pose [1/m^2]; 0 = the paper"},
         match.pull_per_m2, 0.0, 100.0);
+  visit({kMatch, "axis_pull_per_m2",
+         "... and along an axis that the walls leave open, less where they tell something [1/m^2]; 0: none"},
+        match.axis_pull_per_m2, 0.0, 100.0);
   visit({kMatch, "axis_window_m",
          "where the walls leave the position open along an axis, a better one is looked for so far along it [m]; 0: "
          "none"},

@@ -78,11 +78,15 @@ using ScoreRow = std::array<std::int16_t, kPairsInRow>;
 
 /// What rays score that end in the cells of a row, from one column to another. All numbers fit into 16 bits, of which a
 /// processor computes eight at a time.
-void ComputeScores(const std::uint8_t* row, int x_low, int x_high, std::int16_t unexplored_score, ScoreRow& scores) {
+///
+/// unexplored_beside: what an unexplored neighbour of a cell counts.
+void ComputeScores(const std::uint8_t* row, int x_low, int x_high, std::int16_t unexplored_score,
+                   std::uint8_t unexplored_beside, ScoreRow& scores) {
   const auto most = static_cast<std::int16_t>(kFullScore - unexplored_score);
+  const auto Beside = [&](std::uint8_t byte) { return byte == kUnexploredByte ? unexplored_beside : byte; };
   for (int x = x_low; x <= x_high; ++x) {
     const std::uint8_t* cell = row + x;
-    const int around = cell[-1] + cell[1] + cell[-kPadded] + cell[kPadded];
+    const int around = Beside(cell[-1]) + Beside(cell[1]) + Beside(cell[-kPadded]) + Beside(cell[kPadded]);
     const auto explored = static_cast<std::int16_t>(most - 10 * *cell - around);                  // line 10
     scores[static_cast<std::size_t>(x)] = *cell == kUnexploredByte ? std::int16_t{0} : explored;  // lines 6 to 9
   }
@@ -104,21 +108,6 @@ RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry,
 
 RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry) {
   return ToCells(hits_m, geometry, Eigen::ArrayXi::Ones(hits_m.cols()));
-}
-
-Eigen::ArrayXi ComputeWeights(const ValidRays& rays, double cap_m) {
-  constexpr double kSteps = 20.0;
-  Eigen::ArrayXi weights = Eigen::ArrayXi::Ones(static_cast<Eigen::Index>(rays.size()));
-  if (cap_m <= 0.0) return weights;
-  const std::vector<double> displacements = ComputeDisplacements(rays);
-  const auto Capped = [&](Eigen::Index i) {
-    const bool inside = i >= 0 && i < static_cast<Eigen::Index>(displacements.size());
-    return inside ? std::min(displacements[static_cast<std::size_t>(i)], cap_m) / cap_m : 0.0;
-  };
-  for (Eigen::Index i = 0; i < weights.size(); ++i) {
-    weights[i] += static_cast<int>(0.5 * kSteps * (Capped(i - 1) + Capped(i)));
-  }
-  return weights;
 }
 
 FitnessField::FitnessField(const MapGeometry& geometry, double unexplored_score, bool interpolate, FitnessKernel kernel)
@@ -197,9 +186,12 @@ void FitnessField::RefreshPairs(const ByteMap& map, TileIndex index, const CellR
 
   PaddedBytes bytes;
   CopyBytes(map, index, {{x_low - 1, y_low - 1}, {x_high + 1, y_high + 2}}, bytes);
+  // Between cells it matters that both sides of a wall score alike: if the one that nobody sees scored more, each wall
+  // would seem to stand a little further away, and the map would grow by a thousandth.
+  const std::uint8_t unexplored_beside = interpolate_ ? kFreeByte : kUnexploredByte;
   ScoreRow here, above;
   const auto Compute = [&](int y, ScoreRow& scores) {
-    ComputeScores(bytes.data() + (y + 1) * kPadded + 1, x_low, x_high, unexplored_score_, scores);
+    ComputeScores(bytes.data() + (y + 1) * kPadded + 1, x_low, x_high, unexplored_score_, unexplored_beside, scores);
   };
   Compute(y_low, above);
   ScorePair* pairs = FindTile(index) + y_low * kPairsInRow;

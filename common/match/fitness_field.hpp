@@ -38,11 +38,6 @@ class RaysInCells {
 RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry, const Eigen::ArrayXi& weight);
 RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry);
 
-/// Weights by the length of outline that each ray stands for: half the distance to its neighbours on either side, of
-/// which no more than `cap_m` counts; 1 to 21. Along a corridor most rays end on its near walls, which do not tell how
-/// far the robot went; the few that do lie far apart. cap_m = 0: all alike.
-Eigen::ArrayXi ComputeWeights(const ValidRays& rays, double cap_m);
-
 /// What a ray scores that ends in a given cell, kept up to date with the map: one read a ray instead of five.
 /// Source: section 5.2, lines 6 to 10.
 class FitnessField {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 
 #include "common/map/byte_map.hpp"
 #include "common/math/pose2.hpp"
@@ -10,8 +9,11 @@ namespace crsm {
 
 /// How well a scan tells where it was taken on the map.
 struct PoseUncertainty {
-  Eigen::Matrix3d covariance;                 ///< of x [m], y [m] and yaw [rad], map frame
-  std::optional<Eigen::Vector2d> degenerate;  ///< unit vector, map frame: nothing seen holds the position along it
+  Eigen::Matrix3d covariance;  ///< of x [m], y [m] and yaw [rad], map frame
+  Eigen::Vector2d weak_axis;   ///< unit vector, map frame: along it the position is known least
+  double openness = 0.0;       ///< of that axis; from 1: nothing seen holds the position along it
+
+  bool degenerate() const { return openness >= 1.0; }
 };
 
 /// Each hit on a mapped wall tells how far the laser is from that wall: across it, not along it. The covariance is the

@@ -8,6 +8,7 @@
 #include "common/match/pose_uncertainty.hpp"
 #include "common/match/rrhc_search.hpp"
 #include "common/match/summit.hpp"
+#include "common/scan/outline.hpp"
 
 namespace crsm {
 namespace {
@@ -26,6 +27,8 @@ bool IsGlobalSearchDue(const TrackingState& tracking) {
   return tracking.num_scans() < kPatience || tracking.num_scans() % kPatience == 0;
 }
 
+Eigen::Vector2d WayFrom(const Pose2& from, const Pose2& to) { return {to.x_m - from.x_m, to.y_m - from.y_m}; }
+
 /// What is climbed: the fitness of some rays, less a pull to where the laser is presumed. Where the walls do not tell,
 /// as along a corridor, the presumed pose does.
 struct Objective {
@@ -33,13 +36,21 @@ struct Objective {
   const RaysInCells& rays;
   Pose2 presumed;
   double pull_per_m2;
+  Eigen::Vector2d open_axis{1.0, 0.0};  ///< unit vector, map frame
+  double axis_pull_per_m2 = 0.0;        ///< along it, besides
 
   double operator()(const Pose2& pose) const {
-    const double dx_m = pose.x_m - presumed.x_m;
-    const double dy_m = pose.y_m - presumed.y_m;
-    return map.Fitness(rays, pose) - pull_per_m2 * (dx_m * dx_m + dy_m * dy_m);
+    const Eigen::Vector2d way_m = WayFrom(presumed, pose);
+    const double along_m = way_m.dot(open_axis);
+    return map.Fitness(rays, pose) - pull_per_m2 * way_m.squaredNorm() - axis_pull_per_m2 * along_m * along_m;
   }
 };
+
+/// The pose that is as far along an axis as the presumed one.
+Pose2 MoveBackAlong(const Eigen::Vector2d& axis, const Pose2& pose, const Pose2& presumed) {
+  const Eigen::Vector2d step_m = WayFrom(pose, presumed).dot(axis) * axis;
+  return {pose.x_m + step_m.x(), pose.y_m + step_m.y(), pose.yaw_rad};
+}
 
 }  // namespace
 
@@ -49,12 +60,16 @@ struct RrhcMatcher::Rays {
       : hits_m(ComputeHits(scan.rays)),
         critical_hits_m(Columns(hits_m, scan.critical)),
         critical(map.InCells(critical_hits_m)),
-        all(map.InCells(hits_m, ComputeWeights(scan.rays, spacing_cap_m))) {}
+        all(InCells(map, TraceOutline(scan.rays, spacing_cap_m))) {}
+
+  static RaysInCells InCells(const ScoredMap& map, const Outline& outline) {
+    return map.InCells(outline.points_m, outline.weights);
+  }
 
   Eigen::Matrix2Xd hits_m;           ///< laser frame
   Eigen::Matrix2Xd critical_hits_m;  ///< laser frame
   RaysInCells critical;
-  RaysInCells all;  ///< weighted by their spacing
+  RaysInCells all;  ///< ... and points between them, weighted by their spacing
 };
 
 /// Where the laser is by what is known without the scan.
@@ -78,7 +93,7 @@ struct RrhcMatcher::Presumption {
 struct RrhcMatcher::Found {
   Pose2 pose;
   Pose2 presumed;
-  double pull_per_m2 = 0.0;  ///< to the presumed pose; none after the wide search, which presumes nothing
+  bool is_presumed = true;  ///< false after the wide search, which presumes nothing
   int evaluations = 0;
   int best_evaluation = 0;
 };
@@ -157,7 +172,7 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& pres
                                        std::int64_t utime) const {
   const Pose2& start = presumed.T_map_laser;
   const double pull_per_m2 = parameters_.pull_per_m2;
-  if (presumed.found_on_whole_map) return {start, start, pull_per_m2, 0, 0};
+  if (presumed.found_on_whole_map) return {start, start, true, 0, 0};
 
   const Expectation expected(tracking, parameters_);
   const auto Explains = [&](const ScoredPose& pose) {
@@ -172,11 +187,11 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& pres
     const SearchResult there = RrhcSearch(parameters_, Objective{map_, rays.critical, *onward, pull_per_m2}, random)
                                    .Run({*onward, window, 1, parameters_.num_evaluations, expected.enough()});
     if (there.best.fitness > near.best.fitness && Explains(there.best)) {
-      return {there.best.pose, *onward, pull_per_m2, near.evaluations + there.evaluations,
+      return {there.best.pose, *onward, true, near.evaluations + there.evaluations,
               near.evaluations + there.best_evaluation};
     }
   }
-  if (Explains(near.best)) return {near.best.pose, start, pull_per_m2, near.evaluations, near.best_evaluation};
+  if (Explains(near.best)) return {near.best.pose, start, true, near.evaluations, near.best_evaluation};
 
   // Lost for a scan or two, as when people pass close by, the robot cannot have gone far; lost for longer, it can.
   constexpr std::int64_t kPatience = 2;
@@ -193,12 +208,13 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& pres
   const auto AgreementAt = [&](const Pose2& pose) { return ComputeAgreement(map_.cells(), rays.hits_m, pose); };
   if (wide.best.fitness > without_pull(near.best.pose) && Explains(wide.best) &&
       AgreementAt(wide.best.pose) >= AgreementAt(near.best.pose)) {
-    return {wide.best.pose, start, 0.0, evaluations, near.evaluations + wide.best_evaluation};
+    return {wide.best.pose, start, false, evaluations, near.evaluations + wide.best_evaluation};
   }
-  return {near.best.pose, start, 0.0, evaluations, near.best_evaluation};
+  return {near.best.pose, start, false, evaluations, near.best_evaluation};
 }
 
-/// Step 3. A climb with all rays, weighted by their spacing, to a fraction of a cell; along an open axis another look.
+/// Step 3. A climb with all rays, weighted by their spacing, to a fraction of a cell. Along an axis that the walls
+/// leave open the presumed pose holds, unless another look finds what they do tell.
 RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found) const {
   Refined refined{found.pose, {}, 0};
   const double cell_size_m = map_.geometry().cell_size_m();
@@ -208,21 +224,31 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found) c
       return objective(pose);
     };
   };
-  const auto pulled = Counted({map_, rays.all, found.presumed, found.pull_per_m2});
-  if (parameters_.final_climb) refined.pose = FindSummit(found.pose, cell_size_m, parameters_.summit_rad, pulled);
-  refined.uncertainty = ComputeUncertainty(rays.hits_m, refined.pose, map_.cells());
-  if (!refined.uncertainty.degenerate || parameters_.axis_window_m == 0.0) return refined;
+  const auto Climb = [&](const Pose2& from, const Objective& objective) {
+    const double summit_rad = parameters_.summit_rad;
+    refined.pose = parameters_.final_climb ? FindSummit(from, cell_size_m, summit_rad, Counted(objective)) : from;
+    refined.uncertainty = ComputeUncertainty(rays.hits_m, refined.pose, map_.cells());
+  };
+  const Objective pulled{map_, rays.all, found.presumed, found.is_presumed ? parameters_.pull_per_m2 : 0.0};
+  Climb(found.pose, pulled);
 
-  // Along a corridor a pose that was presumed too far back stays there, and each one after it. Search along the
-  // unconstrained axis without the pull; accept only gains above 0.02, larger than noise.
-  constexpr double kLeastGain = 0.02;  // no look gained more in 1,334 degenerate scans of aces that were matched right
-  const auto without_pull = Counted({map_, rays.all, found.presumed, 0.0});
-  const Pose2 better = LookAlong(refined.pose, *refined.uncertainty.degenerate, parameters_.axis_window_m, cell_size_m,
-                                 kLeastGain, without_pull);
-  if (better == refined.pose) return refined;
-  refined.pose =
-      parameters_.final_climb ? FindSummit(better, cell_size_m, parameters_.summit_rad, without_pull) : better;
-  refined.uncertainty = ComputeUncertainty(rays.hits_m, refined.pose, map_.cells());
+  constexpr double kLeastOpenness = 0.2;  // below, the walls tell more than the pull
+  const PoseUncertainty& known = refined.uncertainty;
+  if (found.is_presumed && known.openness > kLeastOpenness && parameters_.axis_pull_per_m2 > 0.0) {
+    const Pose2 back = MoveBackAlong(known.weak_axis, refined.pose, found.presumed);
+    const double axis_pull_per_m2 = std::min(known.openness, 1.0) * parameters_.axis_pull_per_m2;
+    const Objective held{map_, rays.all, found.presumed, pulled.pull_per_m2, known.weak_axis, axis_pull_per_m2};
+    const auto Score = Counted(held);
+    Climb(Score(back) > Score(refined.pose) ? back : refined.pose, held);
+  }
+  if (!known.degenerate() || parameters_.axis_window_m == 0.0) return refined;
+
+  // A robot that goes faster than before, or slower, is presumed at the wrong place, and so after it: search without.
+  constexpr double kLeastGain = 0.05;  // so much is gained by chance in a bare corridor
+  const Objective free{map_, rays.all, found.presumed, 0.0};
+  const Pose2 better =
+      LookAlong(refined.pose, known.weak_axis, parameters_.axis_window_m, cell_size_m, kLeastGain, Counted(free));
+  if (better != refined.pose) Climb(better, free);
   return refined;
 }
 
@@ -246,9 +272,9 @@ void RrhcMatcher::Judge(const Rays& rays, const Presumption& presumed, const Ref
   const Eigen::Matrix3d& c = refined.uncertainty.covariance;
   match.covariance = {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)};
   match.state = MatchState::kOk;
-  if (const auto& axis = refined.uncertainty.degenerate) {
+  if (refined.uncertainty.degenerate()) {
     match.state = MatchState::kDegenerate;
-    match.degenerate_axis = {axis->x(), axis->y()};
+    match.degenerate_axis = {refined.uncertainty.weak_axis.x(), refined.uncertainty.weak_axis.y()};
   }
 }
 

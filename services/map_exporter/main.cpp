@@ -196,7 +196,7 @@ class MapExporter {
     const auto keyframes = FindCounter(owner, "keyframes");
     if (!keyframes) return std::nullopt;
     return LoopSums{*keyframes, FindCounter(owner, "loops_closed").value_or(0),
-                      FindCounter(owner, "loops_taken_out").value_or(0)};
+                    FindCounter(owner, "loops_taken_out").value_or(0)};
   }
 
   /// A summary with what is known besides poses and map.

@@ -1,5 +1,5 @@
 // map_updater: CRITICAL_RAYS and SCAN_MATCH -> MAP_DELTA. The owner of the map: draws each matched scan into it and
-// tells the replicas what changed. With --loops it sends what it draws to a loop closer, and puts the map right by what
+// tells the replicas what changed. Unless --no-loops it sends what it draws to a loop closer, and puts the map right by what
 // comes back: KEYFRAME -> POSE_GRAPH.
 
 #include <fmt/core.h>

@@ -1,4 +1,4 @@
-// run_stack: the whole system on a log, a simulated world or a live laser. Starts five processes on one LCM bus,
+// run_stack: the whole system on a log, a simulated world or a live laser. Starts six processes on one LCM bus,
 // watches them, starts again those that die, and ends them so that the map of all that was seen is on the disk.
 
 #include <fmt/core.h>
@@ -99,7 +99,7 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
 int main(int argc, char** argv) {
   crsm::CommandLine command_line(
       "run_stack",
-      "Maps a log, a simulated world or what a live laser sees with five processes, or six with --loops, on one "
+      "Maps a log, a simulated world or what a live laser sees with six processes, or five with --no-loops, on one "
       "LCM bus.",
       crsm::FlagsOfStack());
   crsm::StackOptions options;

@@ -1,5 +1,5 @@
 // slam_offline: a log or a simulated world -> map and trajectory, in one process without messages. The oracle that the
-// five processes are tested against.
+// processes are tested against.
 
 #include <fmt/core.h>
 

@@ -13,7 +13,7 @@ PROJECT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("CRSM_BIN_DIR", PROJECT / "build/bin"))
 # As scripts/run_stack starts them: flags of each, in lockstep.
 SERVICES = {"map_updater": ["--lockstep", "--journal", "{out}/journal"], "rrhc_matcher": ["--lockstep"],
-            "ray_selector": [], "map_exporter": ["--out", "{out}"]}
+            "loop_closer": [], "ray_selector": [], "map_exporter": ["--out", "{out}"]}
 
 
 class Program:
@@ -80,16 +80,16 @@ def main():
     parser = argparse.ArgumentParser(prog="scripts/bench stack")
     parser.add_argument("log", nargs="?", default="sim:demo")
     parser.add_argument("--runs", type=int, default=5)
-    parser.add_argument("--loops", action="store_true")
+    parser.add_argument("--no-loops", action="store_true")
     arguments, flags = parser.parse_known_args()
 
     runs = []
     with tempfile.TemporaryDirectory(prefix="crsm_bench_") as folder:
-        if arguments.loops:
-            config = pathlib.Path(folder) / "loops.toml"
-            config.write_text("loops = true\n")
+        if arguments.no_loops:
+            config = pathlib.Path(folder) / "no_loops.toml"
+            config.write_text("loops = false\n")
             flags += ["--config", config]
-            SERVICES["loop_closer"] = []
+            del SERVICES["loop_closer"]
         log = pathlib.Path(folder) / "scans.lcm"
         convert(arguments.log, log)
         for number in range(arguments.runs):

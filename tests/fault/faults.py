@@ -24,7 +24,7 @@ import time
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("CRSM_BIN_DIR", PROJECT / "build/bin"))
-SERVICES = ["map_updater", "rrhc_matcher", "ray_selector", "map_exporter"]
+SERVICES = ["map_updater", "loop_closer", "rrhc_matcher", "ray_selector", "map_exporter"]
 RESULTS = ["map.png", "trajectory.tum"]
 GROUP = "239.255.76.67"
 SKIPPED = 77  # exit code
@@ -91,7 +91,7 @@ class Case:
 
     def logs_with_loops(self):
         """As logs(), of courses that come back to where they were, with what finds that."""
-        flags = ["--loops", "--preset", "sick", "--angle-scale", "1"]
+        flags = ["--preset", "sick"]
         yield "sim:block", self.convert("sim_block", "sim:block"), flags
 
     def convert(self, name, source, seed=1):

@@ -21,8 +21,7 @@ def hold_log(stack, held):
         os.kill(publisher, signal.SIGSTOP if held else signal.SIGCONT)
 
 
-def processes(flags):
-    return [*SERVICES, "laser_publisher", *(["loop_closer"] if "--loops" in flags else [])]
+PROCESSES = [*SERVICES, "laser_publisher"]
 
 
 def map_and_kill(log, out, flags, moments, end_bytes):
@@ -60,7 +59,7 @@ def test(case):
 
         def disturb(what, kills_each):
             out = case.folder("disturbed")
-            moments = [(0.98 * randomness.random(), service) for service in processes(flags) for _ in range(kills_each)]
+            moments = [(0.98 * randomness.random(), service) for service in PROCESSES for _ in range(kills_each)]
             took_s = map_and_kill(log, out, flags, moments, end_bytes)
             check_same_results(out, undisturbed)
             left = [path.name for path in out.glob(".*.tmp")]
@@ -68,10 +67,10 @@ def test(case):
             return took_s
 
         times_s = [disturb(f"run {number + 1}", 1) for number in range(num_runs)]
-        case.say(f"{name}: {alone_s:.1f} s undisturbed; {num_runs} runs in which each of the {len(processes(flags))} processes is "
+        case.say(f"{name}: {alone_s:.1f} s undisturbed; {num_runs} runs in which each of the {len(PROCESSES)} processes is "
                  f"killed once: same map, {min(times_s):.1f} to {max(times_s):.1f} s")
         storm_s = disturb("storm", num_kills_in_storm)
-        case.say(f"{name}: each of the {len(processes(flags))} processes killed {num_kills_in_storm} times in one run: same map, "
+        case.say(f"{name}: each of the {len(PROCESSES)} processes killed {num_kills_in_storm} times in one run: same map, "
                  f"{storm_s:.1f} s")
 
 

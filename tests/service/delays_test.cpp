@@ -130,22 +130,24 @@ TEST_CASE("a network that delays by up to 500 ms, reorders, doubles and loses pa
   REQUIRE(Run("slam_offline", {folder / "run.lcm", "--out", folder / "offline"}, folder / "log") == 0);
   std::map<std::string, std::string> urls;
   std::vector<int> ports;
-  for (const char* name : {"map_updater", "rrhc_matcher", "ray_selector", "map_exporter", "laser_publisher"}) {
+  for (const char* name :
+       {"map_updater", "loop_closer", "rrhc_matcher", "ray_selector", "map_exporter", "laser_publisher"}) {
     urls[name] = MakeBusUrl();
     ports.push_back(PortOf(urls[name]));
   }
   const Relay relay(1, ports);
   const std::string out = folder / "out";
   Process updater("map_updater", {"--lockstep", "--lcm-url", urls["map_updater"]}, folder / "log");
+  Process closer("loop_closer", {"--lcm-url", urls["loop_closer"]}, folder / "log");
   Process matcher("rrhc_matcher", {"--lockstep", "--lcm-url", urls["rrhc_matcher"]}, folder / "log");
   Process selector("ray_selector", {"--lcm-url", urls["ray_selector"]}, folder / "log");
   Process exporter("map_exporter", {"--out", out, "--lcm-url", urls["map_exporter"]}, folder / "log");
-  for (Process* process : {&updater, &matcher, &selector, &exporter}) REQUIRE(process->AwaitReady());
+  for (Process* process : {&updater, &closer, &matcher, &selector, &exporter}) REQUIRE(process->AwaitReady());
   Process publisher("laser_publisher", {folder / "run.lcm", "--rate", "max", "--lcm-url", urls["laser_publisher"]},
                     folder / "log");
   CHECK(publisher.AwaitExit() == 0);
   INFO(publisher.errors());
-  for (Process* process : {&exporter, &selector, &matcher, &updater}) CHECK(process->Interrupt() == 0);
+  for (Process* process : {&exporter, &selector, &matcher, &closer, &updater}) CHECK(process->Interrupt() == 0);
   for (const char* file : {"map.png", "trajectory.tum"}) {
     INFO(file);
     CHECK(ReadFile(folder / "out" / file) == ReadFile(folder / "offline" / file));

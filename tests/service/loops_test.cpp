@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kAsMeasured{"--preset", "sick", "--angle-scale", "1"};
+const std::vector<std::string> kAsMeasured{"--preset", "sick"};
 
 struct Ended {
   int exit_code = 0;
@@ -30,7 +30,7 @@ Ended RunProgram(const TemporaryFolder& folder, const std::string& program, std:
 }
 
 Ended MapOffline(const TemporaryFolder& folder, const std::string& log, const std::string& out,
-                 std::vector<std::string> flags = {"--loops"}) {
+                 std::vector<std::string> flags = {}) {
   flags.insert(flags.begin(), {log, "--out", folder / out});
   flags.insert(flags.end(), kAsMeasured.begin(), kAsMeasured.end());
   return RunProgram(folder, "slam_offline", flags);
@@ -49,7 +49,7 @@ struct Course {
 };
 
 std::unique_ptr<Process> StartStack(const TemporaryFolder& folder, const std::string& log, const std::string& out,
-                                    const std::string& url, std::vector<std::string> flags = {"--loops"}) {
+                                    const std::string& url, std::vector<std::string> flags = {}) {
   flags.insert(flags.begin(), {log, "--out", folder / out, "--lcm-url", url});
   flags.insert(flags.end(), kAsMeasured.begin(), kAsMeasured.end());
   return std::make_unique<Process>("run_stack", flags, folder / "log");
@@ -58,7 +58,7 @@ std::unique_ptr<Process> StartStack(const TemporaryFolder& folder, const std::st
 /// The same flags for programs of which each knows some.
 std::string WriteConfig(const TemporaryFolder& folder) {
   const std::string path = folder / "loops.toml";
-  std::ofstream(path) << "loops = true\npreset = \"sick\"\nangle_scale = 1.0\n";
+  std::ofstream(path) << "preset = \"sick\"\n";
   return path;
 }
 
@@ -150,7 +150,6 @@ TEST_CASE("a loop closer that is killed, again and again, comes to the same loop
   MapWatcher map(url);
   Stack stack({url, folder / "out", {"--config", WriteConfig(folder)}});
   REQUIRE(stack.StartServices());
-  REQUIRE(stack.Start("loop_closer"));
   REQUIRE(stack.StartPublisher(log, "max"));
   for (const std::int64_t version : {200, 1300, 1350, 1400}) {
     REQUIRE(map.AwaitVersion(version));
@@ -191,7 +190,9 @@ TEST_CASE("the map's owner that waits for a loop closer in lockstep says so") {
   const TemporaryFolder& folder = course.folder;
   const std::string url = MakeBusUrl();
   Stack stack({url, folder / "out", {"--config", WriteConfig(folder)}});
-  REQUIRE(stack.StartServices());
+  for (const char* service : {"map_updater", "rrhc_matcher", "ray_selector", "map_exporter"}) {
+    REQUIRE(stack.Start(service));
+  }
   REQUIRE(stack.StartPublisher(course.WriteFirst(200), "max"));
   CHECK(WaitUntil([&] {
     return stack["map_updater"].errors().find("waits for loop_closer to look for loops from keyframe 0 on") !=
@@ -224,7 +225,7 @@ TEST_CASE("without loops there is neither a graph nor a word of loops, and a map
   const Course course;
   const TemporaryFolder& folder = course.folder;
   const std::string log = course.WriteFirst(30);
-  const Ended plain = MapOffline(folder, log, "out", {});
+  const Ended plain = MapOffline(folder, log, "out", {"--no-loops"});
   REQUIRE(plain.exit_code == 0);
   CHECK(plain.output.find("loops") == std::string::npos);
   CHECK_FALSE(fs::exists(folder / "out/graph.g2o"));
@@ -235,9 +236,9 @@ TEST_CASE("without loops there is neither a graph nor a word of loops, and a map
   CHECK(mixed.errors.find("was made with false") != std::string::npos);
 
   // What an earlier run with loops left goes aside with the rest.
-  REQUIRE(MapOffline(folder, log, "out", {"--loops", "--force"}).exit_code == 0);
-  REQUIRE(fs::exists(folder / "out/graph.g2o"));
   REQUIRE(MapOffline(folder, log, "out", {"--force"}).exit_code == 0);
+  REQUIRE(fs::exists(folder / "out/graph.g2o"));
+  REQUIRE(MapOffline(folder, log, "out", {"--no-loops", "--force"}).exit_code == 0);
   CHECK_FALSE(fs::exists(folder / "out/graph.g2o"));
   CHECK(fs::exists(folder / "out/earlier.2/graph.g2o"));
 }

@@ -17,7 +17,7 @@ TEST_CASE("a stack with another matcher maps the drive, and gives the bytes that
   const TemporaryFolder folder;
   const std::string url = MakeBusUrl();
   Stack stack({url, folder / "out", {"--preset", "urg-04lx"}});
-  for (const char* service : {"map_updater", "hill_climber", "ray_selector", "map_exporter"}) {
+  for (const char* service : {"map_updater", "loop_closer", "hill_climber", "ray_selector", "map_exporter"}) {
     INFO(service);
     REQUIRE(stack.Start(service));
   }

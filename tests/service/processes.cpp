@@ -183,7 +183,8 @@ bool Stack::Start(const std::string& service) {
 }
 
 bool Stack::StartServices() {
-  return Start("map_updater") && Start("rrhc_matcher") && Start("ray_selector") && Start("map_exporter");
+  return Start("map_updater") && Start("loop_closer") && Start("rrhc_matcher") && Start("ray_selector") &&
+         Start("map_exporter");
 }
 
 bool Stack::StartPublisher(const std::string& source, const std::string& rate) {

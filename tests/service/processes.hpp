@@ -106,7 +106,7 @@ class MapWatcher {
   std::int64_t utime_ = -1;
 };
 
-/// The five processes on one bus.
+/// The processes on one bus.
 class Stack {
  public:
   struct Options {

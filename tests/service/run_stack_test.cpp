@@ -1,4 +1,4 @@
-// run_stack, by its script, on stand-ins of the five programs, which write down what happens to them.
+// run_stack, by its script, on stand-ins of the programs, which write down what happens to them.
 
 #include <algorithm>
 
@@ -12,21 +12,21 @@ TEST_CASE("run_stack starts the publisher last and ends the exporter before thos
   INFO(stack.output);
   CHECK(stack.exit_code == 0);
   CHECK(stack.Find("laser_publisher started sim:demo --rate max --position " +
-                   stack.Path("out/log/laser_publisher.position") + " --seed 7") == 4);
+                   stack.Path("out/log/laser_publisher.position") + " --seed 7") == 5);
   CHECK(stack.Find("map_updater started --lockstep") >= 0);
   CHECK(stack.Find("map_exporter started --out " + stack.Path("out")) >= 0);
-  CHECK(stack.Find("laser_publisher finished") == 5);
-  CHECK(stack.Find("map_exporter finished") == 6);
-  CHECK(stack.Find("map_updater finished") > 6);
-  CHECK(stack.Find("rrhc_matcher finished") > 6);
-  CHECK(stack.Find("ray_selector finished") > 6);
+  CHECK(stack.Find("laser_publisher finished") == 6);
+  CHECK(stack.Find("map_exporter finished") == 7);
+  for (const std::string service : {"map_updater", "loop_closer", "rrhc_matcher", "ray_selector"}) {
+    CHECK(stack.Find(service + " finished") > 7);
+  }
 }
 
 TEST_CASE("run_stack without lockstep keeps the pace that was asked for") {
   StandIns stack;
   stack.Run("$run_stack sim:demo --out $out --rate 2");
   CHECK(stack.exit_code == 0);
-  CHECK(stack.Find("laser_publisher started sim:demo --rate 2") == 4);
+  CHECK(stack.Find("laser_publisher started sim:demo --rate 2") == 5);
   CHECK(stack.Find("rrhc_matcher started --lockstep") == -1);
 }
 
@@ -100,8 +100,8 @@ TEST_CASE("an interrupted run_stack lets the exporter finish and succeeds") {
   stack.Run("timeout --preserve-status --signal=INT 1 $run_stack live --out $out");
   INFO(stack.output);
   CHECK(stack.exit_code == 0);
-  CHECK(stack.Find("map_exporter finished") == 4);
-  CHECK(stack.Find("map_updater finished") > 4);
+  CHECK(stack.Find("map_exporter finished") == 5);
+  CHECK(stack.Find("map_updater finished") > 5);
 }
 
 TEST_CASE("a second run_stack on the same port is refused, on another one it runs") {

