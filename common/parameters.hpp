@@ -61,8 +61,8 @@ struct MatchParameters {
   double pull_per_m2 = 0.5;       ///< weight of the distance from the presumed pose
   double axis_pull_per_m2 = 7.0;  ///< ... along an axis that the walls leave open
   double axis_window_m = 1.0;     ///< +- along such an axis
-  double good_ratio = 0.95;    ///< of the usual fitness: the search stops here
-  double lost_ratio = 0.75;    ///< ... below here the wide window is searched, and then the scan is lost
+  double good_ratio = 0.95;       ///< of the usual fitness: the search stops here
+  double lost_ratio = 0.75;       ///< ... below here the wide window is searched, and then the scan is lost
   int wide_evaluations = 10000;
   double wide_window_m = 0.6;                 ///< +- in x and y
   double wide_window_rad = 1.2;               ///< +- in yaw
