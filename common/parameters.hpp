@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "common/math/pose2.hpp"
-#include "common/scan/surface.hpp"
 
 namespace crsm {
 

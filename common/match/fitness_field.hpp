@@ -9,7 +9,6 @@
 #include "common/map/map_geometry.hpp"
 #include "common/match/fitness_kernel.hpp"
 #include "common/math/pose2.hpp"
-#include "common/scan/valid_rays.hpp"
 
 namespace crsm {
 

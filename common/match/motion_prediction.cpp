@@ -40,10 +40,12 @@ bool OdometryHolds(std::span<const ScanMatch> recent, const MatchParameters& par
 }  // namespace
 
 Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchParameters& parameters) {
-  // The way is the mean of some motions, because along a corridor no single one is known well, and of all that are
-  // remembered where nothing holds them: a little less each time, and the robot would stand. The turn is the last one:
-  // it is always known well, and soon another.
-  const std::size_t num_motions = recent.back().state == MatchState::kDegenerate ? 9 : 4;
+  // The way is the mean of some motions, because along a corridor no single one is known well. Where nothing seen holds
+  // the position, it is the mean of all that are remembered: an error of one motion, taken over into the next ones,
+  // would grow until the robot seemed to stand. The turn is the last one: it is always known well, and soon another.
+  constexpr std::size_t kMotions = 4;
+  constexpr std::size_t kRemembered = 9;  // between ten matches
+  const std::size_t num_motions = recent.back().state == MatchState::kDegenerate ? kRemembered : kMotions;
   Pose2 sum;
   std::size_t num = 0;
   for (; parameters.velocity_model && num < num_motions && num + 1 < recent.size(); ++num) {

@@ -12,7 +12,9 @@ namespace crsm {
 namespace {
 
 constexpr double kNearCells = 2.0;  // hits this close lie on one surface
-constexpr double kChord_m = 0.4;    // a shorter piece of wall does not tell its direction: hits are a centimetre off
+/// Hits further apart tell no direction: those of a wall 8 m away at one beam a degree and 10 degrees from its plane.
+constexpr double kLargestSurfaceGap_m = 0.8;
+constexpr double kChord_m = 0.4;  // a shorter piece of wall does not tell its direction: hits are a centimetre off
 
 constexpr double kRaySigmaCells = 1.0;  // of one ray; neighbouring rays err alike
 constexpr double kMapCells = 1.0;       // what the map is good for

@@ -60,7 +60,7 @@ struct RrhcMatcher::Rays {
       : hits_m(ComputeHits(scan.rays)),
         critical_hits_m(Columns(hits_m, scan.critical)),
         critical(map.InCells(critical_hits_m)),
-        all(InCells(map, TraceOutline(scan.rays, spacing_cap_m))) {}
+        all(InCells(map, TraceOutline(scan.rays, hits_m, spacing_cap_m))) {}
 
   static RaysInCells InCells(const ScoredMap& map, const Outline& outline) {
     return map.InCells(outline.points_m, outline.weights);
@@ -243,8 +243,8 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found) c
   }
   if (!known.degenerate() || parameters_.axis_window_m == 0.0) return refined;
 
-  // A robot that goes faster than before, or slower, is presumed at the wrong place, and so after it: search without.
-  constexpr double kLeastGain = 0.05;  // so much is gained by chance in a bare corridor
+  // A robot that has become faster or slower is presumed at the wrong place, scan after scan: look without any pull.
+  constexpr double kLeastGain = 0.05;  // in a bare corridor chance gains nearly as much
   const Objective free{map_, rays.all, found.presumed, 0.0};
   const Pose2 better =
       LookAlong(refined.pose, known.weak_axis, parameters_.axis_window_m, cell_size_m, kLeastGain, Counted(free));

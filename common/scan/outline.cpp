@@ -34,8 +34,7 @@ std::vector<Gap> MeasureGaps(const ValidRays& rays, const Eigen::Matrix2Xd& hits
 
 }  // namespace
 
-Outline TraceOutline(const ValidRays& rays, double cap_m) {
-  const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
+Outline TraceOutline(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, double cap_m) {
   if (cap_m <= 0.0 || rays.size() == 0) return {hits_m, Eigen::ArrayXi::Ones(hits_m.cols())};
   const std::vector<Gap> gaps = MeasureGaps(rays, hits_m, cap_m);
   Eigen::Index num_points = hits_m.cols();

@@ -19,6 +19,8 @@ struct Outline {
 /// A longer gap between two hits of one surface weighs no more, but lies in points along it: a wall that is seen so
 /// flat that its hits are metres apart is a wall between them too. Alone they would fit best onto those of the scan
 /// before, and a robot on its way through a bare corridor would seem to stand. cap_m = 0: the hits, all alike.
-Outline TraceOutline(const ValidRays& rays, double cap_m);
+///
+/// hits_m: of the rays, as ComputeHits gives them.
+Outline TraceOutline(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, double cap_m);
 
 }  // namespace crsm

@@ -5,10 +5,6 @@
 
 namespace crsm {
 
-/// Hits of one surface are no further apart than this, however flat it is seen: a wall 8 m away at one beam a degree
-/// and 10 degrees from its plane. What the map updater joins may be set (join_max_m); this is its default.
-inline constexpr double kLargestSurfaceGap_m = 0.8;
-
 /// Which neighbouring hits lie on one surface: result[i] speaks of hits i and i + 1.
 ///
 /// hits_m: 2 x N. Two hits less than `near_m` apart are joined; up to `max_m` apart they are joined if the hit before

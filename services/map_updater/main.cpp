@@ -1,6 +1,6 @@
 // map_updater: CRITICAL_RAYS and SCAN_MATCH -> MAP_DELTA. The owner of the map: draws each matched scan into it and
-// tells the replicas what changed. Unless --no-loops it sends what it draws to a loop closer, and puts the map right by what
-// comes back: KEYFRAME -> POSE_GRAPH.
+// tells the replicas what changed. It sends what it draws to a loop closer, and puts the map right by what comes back:
+// KEYFRAME -> POSE_GRAPH, but for --no-loops.
 
 #include <fmt/core.h>
 

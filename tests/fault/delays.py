@@ -11,7 +11,8 @@ from faults import GROUP, PROJECT, Failure, Program, check, check_same_results, 
 from faults import publisher_seconds, read_log, run, run_offline, write_log
 
 AT_ONCE = 20
-SERVICES = {"map_updater": ["--lockstep"], "loop_closer": [], "rrhc_matcher": ["--lockstep"], "ray_selector": [], "map_exporter": []}
+SERVICES = {"map_updater": ["--lockstep"], "loop_closer": [], "rrhc_matcher": ["--lockstep"], "ray_selector": [],
+            "map_exporter": []}
 
 
 def map_through_relay(begin, seed, first_port, log, out):

@@ -89,10 +89,9 @@ class Case:
         for name, source, flags in courses:
             yield name, self.convert(name.replace(":", "_"), source), flags
 
-    def logs_with_loops(self):
-        """As logs(), of courses that come back to where they were, with what finds that."""
-        flags = ["--preset", "sick"]
-        yield "sim:block", self.convert("sim_block", "sim:block"), flags
+    def logs_that_come_back(self):
+        """As logs(), of courses on which loops are closed."""
+        yield "sim:block", self.convert("sim_block", "sim:block"), ["--preset", "sick"]
 
     def convert(self, name, source, seed=1):
         """An LCM log of what the publisher reads from `source`."""

@@ -58,7 +58,7 @@ def kill_updater(case, name, log, flags, whole, num_kills, randomness):
 
 def test(case):
     randomness = random.Random(1)
-    for name, log, flags in [*case.logs(), *case.logs_with_loops()]:
+    for name, log, flags in [*case.logs(), *case.logs_that_come_back()]:
         whole = case.folder("whole")
         run_offline(log, whole, flags)
         for _ in range(1 if case.quick else 3):

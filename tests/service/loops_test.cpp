@@ -1,7 +1,6 @@
 // Loops: in one process and in six, over sessions and kills, and on finished maps.
 
 #include <csignal>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -53,13 +52,6 @@ std::unique_ptr<Process> StartStack(const TemporaryFolder& folder, const std::st
   flags.insert(flags.begin(), {log, "--out", folder / out, "--lcm-url", url});
   flags.insert(flags.end(), kAsMeasured.begin(), kAsMeasured.end());
   return std::make_unique<Process>("run_stack", flags, folder / "log");
-}
-
-/// The same flags for programs of which each knows some.
-std::string WriteConfig(const TemporaryFolder& folder) {
-  const std::string path = folder / "loops.toml";
-  std::ofstream(path) << "preset = \"sick\"\n";
-  return path;
 }
 
 void CheckSameResults(const fs::path& out, const fs::path& expected) {
@@ -148,7 +140,7 @@ TEST_CASE("a loop closer that is killed, again and again, comes to the same loop
   REQUIRE(MapOffline(folder, log, "offline").exit_code == 0);
   const std::string url = MakeBusUrl();
   MapWatcher map(url);
-  Stack stack({url, folder / "out", {"--config", WriteConfig(folder)}});
+  Stack stack({url, folder / "out", kAsMeasured});
   REQUIRE(stack.StartServices());
   REQUIRE(stack.StartPublisher(log, "max"));
   for (const std::int64_t version : {200, 1300, 1350, 1400}) {
@@ -189,7 +181,7 @@ TEST_CASE("the map's owner that waits for a loop closer in lockstep says so") {
   const Course course;
   const TemporaryFolder& folder = course.folder;
   const std::string url = MakeBusUrl();
-  Stack stack({url, folder / "out", {"--config", WriteConfig(folder)}});
+  Stack stack({url, folder / "out", kAsMeasured});
   for (const char* service : {"map_updater", "rrhc_matcher", "ray_selector", "map_exporter"}) {
     REQUIRE(stack.Start(service));
   }

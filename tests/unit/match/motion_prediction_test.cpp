@@ -48,6 +48,14 @@ TEST_CASE("the presumed way is the mean of the last four, and no motion through 
   CheckPose(PredictPose(history, parameters), history.back().T_map_laser, 1e-9);
 }
 
+TEST_CASE("where nothing seen holds the position, the presumed way is the mean of the nine motions of ten matches") {
+  const MatchParameters parameters = TestParameters().match;
+  std::vector<ScanMatch> history;
+  for (int k = 0; k < 11; ++k) history.push_back(MatchedAt(k, {0.1 * k * k, 0.0, 0.0}));
+  history.back().state = MatchState::kDegenerate;
+  CheckPose(PredictPose(history, parameters), {10.0 + (10.0 - 0.1) / 9, 0.0, 0.0}, 1e-9);
+}
+
 TEST_CASE("the presumed turn is the last one alone: a robot turns soon in another way") {
   const MatchParameters parameters = TestParameters().match;
   std::vector<ScanMatch> history;

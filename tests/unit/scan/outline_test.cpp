@@ -18,22 +18,24 @@ ValidRays WallSeenAt(const std::vector<double>& xs_m) {
   return rays;
 }
 
+Outline Trace(const ValidRays& rays, double cap_m) { return TraceOutline(rays, ComputeHits(rays), cap_m); }
+
 }  // namespace
 
 TEST_CASE("a hit weighs by half the way to its neighbours, up to the cap") {
   // Steps of 0.3 m and 0.1 m, in twentieths of the cap.
-  const Outline outline = TraceOutline(WallSeenAt({0.4, 0.1, 0.0}), 0.31);
+  const Outline outline = Trace(WallSeenAt({0.4, 0.1, 0.0}), 0.31);
   REQUIRE(outline.weights.size() == 3);
   CHECK(outline.weights[0] == 1 + 10);  // 10 * 0.3 / 0.31 = 9.7
   CHECK(outline.weights[1] == 1 + 13);  // ... + 10 * 0.1 / 0.31 = 3.2
   CHECK(outline.weights[2] == 1 + 3);
-  CHECK((TraceOutline(WallSeenAt({0.4, 0.1, 0.0}), 0.0).weights == 1).all());
-  CHECK(TraceOutline(WallSeenAt({5.0, 3.0, 2.0}), 0.0).weights.size() == 3);
-  CHECK(TraceOutline({}, 0.2).weights.size() == 0);
+  CHECK((Trace(WallSeenAt({0.4, 0.1, 0.0}), 0.0).weights == 1).all());
+  CHECK(Trace(WallSeenAt({5.0, 3.0, 2.0}), 0.0).weights.size() == 3);
+  CHECK(Trace({}, 0.2).weights.size() == 0);
 }
 
 TEST_CASE("a wall is there between hits that are far apart, and weighs no more for that") {
-  const Outline outline = TraceOutline(WallSeenAt({10.0, 6.0, 3.5, 2.5}), 0.5);
+  const Outline outline = Trace(WallSeenAt({10.0, 6.0, 3.5, 2.5}), 0.5);
   // Pieces of the gaps: 4 m / 0.5 m, of which no more than 7; 2.5 m / 0.5 m + 1; 1 m / 0.5 m + 1.
   REQUIRE(outline.points_m.cols() == 4 + 6 + 5 + 2);
   REQUIRE(outline.weights.size() == outline.points_m.cols());
@@ -51,7 +53,7 @@ TEST_CASE("there is nothing between a near edge and what lies behind it") {
     rays.angle_rad.push_back(static_cast<float>(0.02 * i));
     rays.range_m.push_back(i < 0 ? 5.0f : 1.0f);
   }
-  const Outline outline = TraceOutline(rays, 0.3);
+  const Outline outline = Trace(rays, 0.3);
   CHECK(outline.points_m.cols() == 17);
   CHECK(outline.weights[7] == 1 + 10 + 3);  // the whole cap on one side all the same
 }
