@@ -41,16 +41,19 @@ bool OdometryHolds(std::span<const ScanMatch> recent, const MatchParameters& par
 
 Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchParameters& parameters) {
   // The way is the mean of some motions, because along a corridor no single one is known well. Where nothing seen holds
-  // the position, it is the mean of all that are remembered: an error of one motion, taken over into the next ones,
-  // would grow until the robot seemed to stand. The turn is the last one: it is always known well, and soon another.
+  // the position, it is the mean of all that are remembered and not too old: an error of one motion, taken over into
+  // the next ones, would grow until the robot seemed to stand. The turn is the last one: it is always known well, and
+  // soon another.
   constexpr std::size_t kMotions = 4;
   constexpr std::size_t kRemembered = 9;  // between ten matches
+  constexpr std::int64_t kOld_us = 2'000'000;
   const std::size_t num_motions = recent.back().state == MatchState::kDegenerate ? kRemembered : kMotions;
   Pose2 sum;
   std::size_t num = 0;
   for (; parameters.velocity_model && num < num_motions && num + 1 < recent.size(); ++num) {
     const ScanMatch& to = recent[recent.size() - 1 - num];
     const ScanMatch& from = recent[recent.size() - 2 - num];
+    if (num >= kMotions && recent.back().utime - from.utime > kOld_us) break;
     if (from.state == MatchState::kLost || to.state == MatchState::kLost) break;
     const Pose2 motion = Inverse(from.T_map_laser) * to.T_map_laser;
     sum.x_m += motion.x_m;
@@ -60,6 +63,13 @@ Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchParameters& para
   if (num == 0) return recent.back().T_map_laser;
   const double share = 1.0 / static_cast<double>(num);
   return recent.back().T_map_laser * Pose2{share * sum.x_m, share * sum.y_m, sum.yaw_rad};
+}
+
+double ComputeSteadiness(std::span<const ScanMatch> recent, std::int64_t utime) {
+  constexpr double kSteady_s = 0.3;
+  if (recent.empty()) return 1.0;
+  const double elapsed_s = 1e-6 * static_cast<double>(utime - recent.back().utime);
+  return elapsed_s <= kSteady_s ? 1.0 : std::pow(kSteady_s / elapsed_s, 2);
 }
 
 std::optional<Pose2> ContinueMotion(std::span<const ScanMatch> recent, const MatchParameters& parameters) {

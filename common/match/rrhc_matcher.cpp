@@ -6,7 +6,6 @@
 #include "common/match/global_search.hpp"
 #include "common/match/motion_prediction.hpp"
 #include "common/match/pose_uncertainty.hpp"
-#include "common/match/rrhc_search.hpp"
 #include "common/match/summit.hpp"
 #include "common/scan/outline.hpp"
 
@@ -123,7 +122,7 @@ ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& trac
   if (!presumed.known) return match;
 
   const Found found = Search(rays, presumed, tracking, scan.utime);
-  const Refined refined = Refine(rays, found);
+  const Refined refined = Refine(rays, found, ComputeSteadiness(tracking.recent(), scan.utime));
   match.evaluations += found.evaluations + refined.evaluations;
   match.best_evaluation = found.best_evaluation;
   Judge(rays, presumed, refined, tracking, match);
@@ -166,8 +165,8 @@ RrhcMatcher::Presumption RrhcMatcher::Presume(const Rays& rays, const Guess& gue
   return presumed;
 }
 
-/// Step 2. Section 5.3 with the critical rays. Where nothing fits, the robot turned or was pushed: look further, and
-/// presume nothing.
+/// Step 2. Section 5.3 with the critical rays, where the robot is presumed. While it is lost it stands still, or goes
+/// on as before.
 RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& presumed, const TrackingState& tracking,
                                        std::int64_t utime) const {
   const Pose2& start = presumed.T_map_laser;
@@ -182,7 +181,6 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& pres
   const MotionBounds window{parameters_.window_m, parameters_.window_rad};
   const SearchResult near = RrhcSearch(parameters_, Objective{map_, rays.critical, start, pull_per_m2}, random)
                                 .Run({start, window, 1, parameters_.num_evaluations, expected.enough()});
-  // While it is lost the robot stands still, or goes on as before.
   if (const auto onward = ContinueMotion(tracking.recent(), parameters_)) {
     const SearchResult there = RrhcSearch(parameters_, Objective{map_, rays.critical, *onward, pull_per_m2}, random)
                                    .Run({*onward, window, 1, parameters_.num_evaluations, expected.enough()});
@@ -192,30 +190,40 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& pres
     }
   }
   if (Explains(near.best)) return {near.best.pose, start, true, near.evaluations, near.best_evaluation};
+  return SearchFurther(rays, start, near, tracking, random);
+}
 
-  // Lost for a scan or two, as when people pass close by, the robot cannot have gone far; lost for longer, it can.
+/// ... and where nothing fits there: the robot turned or was pushed. Presumes nothing. Lost for a scan or two, as when
+/// people pass close by, the robot cannot have gone far; lost for longer, it can, and by chance a third of the rays fit
+/// somewhere in so wide a window.
+RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near,
+                                              const TrackingState& tracking, Random& random) const {
   constexpr std::int64_t kPatience = 2;
   constexpr std::int64_t kMostLost = 12;  // 3.5 times the window: 2 m to either side
   constexpr double kGrowth = 0.25;
-  constexpr int kWideDraws = 30;  // most poses in so wide a window are not worth a climb
+  constexpr double kLeastAgreement = 0.5;  // in a window that has grown
+  constexpr int kWideDraws = 30;           // most poses in so wide a window are not worth a climb
   const auto num_lost = static_cast<double>(std::clamp(tracking.num_lost(), kPatience, kMostLost) - kPatience);
-  const MotionBounds wide_window =
+  const MotionBounds window =
       (1.0 + kGrowth * num_lost) * MotionBounds{parameters_.wide_window_m, parameters_.wide_window_rad};
+  const Expectation expected(tracking, parameters_);
   const Objective without_pull{map_, rays.critical, start, 0.0};
   const SearchResult wide = RrhcSearch(parameters_, without_pull, random)
-                                .Run({start, wide_window, kWideDraws, parameters_.wide_evaluations, expected.enough()});
+                                .Run({start, window, kWideDraws, parameters_.wide_evaluations, expected.enough()});
   const int evaluations = near.evaluations + wide.evaluations;
   const auto AgreementAt = [&](const Pose2& pose) { return ComputeAgreement(map_.cells(), rays.hits_m, pose); };
-  if (wide.best.fitness > without_pull(near.best.pose) && Explains(wide.best) &&
-      AgreementAt(wide.best.pose) >= AgreementAt(near.best.pose)) {
+  const double least_agreement = std::max(num_lost > 0.0 ? kLeastAgreement : 0.0, AgreementAt(near.best.pose));
+  if (wide.best.fitness > without_pull(near.best.pose) &&
+      expected.IsMetBy(wide.best, rays.critical_hits_m, map_.cells()) &&
+      AgreementAt(wide.best.pose) >= least_agreement) {
     return {wide.best.pose, start, false, evaluations, near.evaluations + wide.best_evaluation};
   }
   return {near.best.pose, start, false, evaluations, near.best_evaluation};
 }
 
 /// Step 3. A climb with all rays, weighted by their spacing, to a fraction of a cell. Along an axis that the walls
-/// leave open the presumed pose holds, unless another look finds what they do tell.
-RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found) const {
+/// leave open the presumed pose holds, as far as the motion is steady, unless another look finds what they do tell.
+RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, double steadiness) const {
   Refined refined{found.pose, {}, 0};
   const double cell_size_m = map_.geometry().cell_size_m();
   const auto Counted = [&refined](const Objective& objective) {
@@ -236,7 +244,7 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found) c
   const PoseUncertainty& known = refined.uncertainty;
   if (found.is_presumed && known.openness > kLeastOpenness && parameters_.axis_pull_per_m2 > 0.0) {
     const Pose2 back = MoveBackAlong(known.weak_axis, refined.pose, found.presumed);
-    const double axis_pull_per_m2 = std::min(known.openness, 1.0) * parameters_.axis_pull_per_m2;
+    const double axis_pull_per_m2 = steadiness * std::min(known.openness, 1.0) * parameters_.axis_pull_per_m2;
     const Objective held{map_, rays.all, found.presumed, pulled.pull_per_m2, known.weak_axis, axis_pull_per_m2};
     const auto Score = Counted(held);
     Climb(Score(back) > Score(refined.pose) ? back : refined.pose, held);
@@ -244,10 +252,11 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found) c
   if (!known.degenerate() || parameters_.axis_window_m == 0.0) return refined;
 
   // A robot that has become faster or slower is presumed at the wrong place, scan after scan: look without any pull.
-  constexpr double kLeastGain = 0.05;  // in a bare corridor chance gains nearly as much
+  // In a bare corridor chance gains nearly 0.05; the longer ago the last match, the likelier is a gain that is true.
+  const double least_gain = 0.02 + 0.03 * steadiness;
   const Objective free{map_, rays.all, found.presumed, 0.0};
   const Pose2 better =
-      LookAlong(refined.pose, known.weak_axis, parameters_.axis_window_m, cell_size_m, kLeastGain, Counted(free));
+      LookAlong(refined.pose, known.weak_axis, parameters_.axis_window_m, cell_size_m, least_gain, Counted(free));
   if (better != refined.pose) Climb(better, free);
   return refined;
 }

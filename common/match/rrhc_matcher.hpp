@@ -4,6 +4,7 @@
 #include <span>
 
 #include "common/match/matcher.hpp"
+#include "common/match/rrhc_search.hpp"
 #include "common/match/scored_map.hpp"
 #include "common/parameters.hpp"
 
@@ -48,7 +49,9 @@ class RrhcMatcher : public Matcher {
   Guess GuessPose(const TrackingState& tracking, const std::optional<Pose2>& T_odom_robot) const;
   Presumption Presume(const Rays& rays, const Guess& guess, const TrackingState& tracking) const;
   Found Search(const Rays& rays, const Presumption& presumed, const TrackingState& tracking, std::int64_t utime) const;
-  Refined Refine(const Rays& rays, const Found& found) const;
+  Found SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near, const TrackingState& tracking,
+                      Random& random) const;
+  Refined Refine(const Rays& rays, const Found& found, double steadiness) const;
   void Judge(const Rays& rays, const Presumption& presumed, const Refined& refined, const TrackingState& tracking,
              ScanMatch& match) const;
 

@@ -72,7 +72,8 @@ Outcome Map(const Drive& drive, const Parameters& parameters) {
   std::vector<ScanMatch> matches;
   Trajectory trajectory;
   Trajectory truth;
-  while (const auto scan = source->Next()) {
+  for (int i = 0; const auto scan = source->Next(); ++i) {
+    if (i % drive.every != 0) continue;
     matches.push_back(slam.Process(*scan).match);
     trajectory.push_back({scan->utime, matches.back().T_map_laser});
     if (const auto T_start_laser = source->TruePose()) truth.push_back({scan->utime, *T_start_laser});

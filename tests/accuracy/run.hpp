@@ -16,6 +16,7 @@ struct Drive {
   std::string relations = {};           ///< the path of what is known about the log; empty for none
   Pose2 T_robot_laser = {};             ///< where the laser stands on the robot, whose poses the relations are of
   std::vector<std::string> flags = {};  ///< besides those of the preset
+  int every = 1;                        ///< of the scans, one in so many is there
 };
 
 /// What one run came to. Errors are 0 where no truth is known.

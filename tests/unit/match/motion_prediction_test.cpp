@@ -56,6 +56,27 @@ TEST_CASE("where nothing seen holds the position, the presumed way is the mean o
   CheckPose(PredictPose(history, parameters), {10.0 + (10.0 - 0.1) / 9, 0.0, 0.0}, 1e-9);
 }
 
+TEST_CASE("... but none that began more than two seconds ago, beyond the last four") {
+  const MatchParameters parameters = TestParameters().match;
+  const auto PresumedAtStepOf = [&](std::int64_t step_us) {
+    std::vector<ScanMatch> history;
+    for (int k = 0; k < 11; ++k) history.push_back(MatchedAt(k * step_us, {0.1 * k * k, 0.0, 0.0}));
+    history.back().state = MatchState::kDegenerate;
+    return PredictPose(history, parameters);
+  };
+  CheckPose(PresumedAtStepOf(400'000), {10.0 + (10.0 - 2.5) / 5, 0.0, 0.0}, 1e-9);
+  CheckPose(PresumedAtStepOf(1'000'000), {10.0 + (10.0 - 3.6) / 4, 0.0, 0.0}, 1e-9);
+}
+
+TEST_CASE("a motion is the less steady the longer ago the last match") {
+  const std::vector<ScanMatch> history{MatchedAt(5'000'000, {})};
+  CHECK(ComputeSteadiness({}, 5'000'000) == 1.0);
+  CHECK(ComputeSteadiness(history, 5'000'000) == 1.0);
+  CHECK(ComputeSteadiness(history, 5'300'000) == 1.0);
+  CHECK(ComputeSteadiness(history, 5'600'000) == Approx(0.25));
+  CHECK(ComputeSteadiness(history, 8'000'000) == Approx(0.01));
+}
+
 TEST_CASE("the presumed turn is the last one alone: a robot turns soon in another way") {
   const MatchParameters parameters = TestParameters().match;
   std::vector<ScanMatch> history;

@@ -40,8 +40,14 @@ class Hall {
     }
   }
 
+  LaserScan Scan(const Pose2& truth, std::int64_t utime) const { return ScanWalls(walls_, truth, utime); }
+
+  ScanMatch Match(const LaserScan& scan, const TrackingState& tracking) const {
+    return matcher_.Match(ShippedRays(scan), tracking, {});
+  }
+
   ScanMatch Match(const Pose2& truth, std::int64_t utime, const TrackingState& tracking) const {
-    return matcher_.Match(ShippedRays(ScanWalls(walls_, truth, utime)), tracking, {});
+    return Match(Scan(truth, utime), tracking);
   }
 
   /// Of 60 scans taken so far from where the robot was last seen, `num_lost` scans ago: how many are found.
@@ -115,6 +121,20 @@ TEST_CASE(
     CHECK(hall.CountFound(1.8, num_lost) >= kSome);
     CHECK(hall.CountFound(2.6, num_lost) <= 2);
   }
+}
+
+TEST_CASE("as shipped, a robot lost for longer is found only where half of its rays agree with the map") {
+  const Hall hall;
+  const auto StateAfter = [&](int num_lost, std::size_t num_new_of_ten) {
+    LaserScan scan = hall.Scan({0.4, -0.3, 1.1}, 100);
+    for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
+      if (i % 10 < num_new_of_ten) scan.ranges_m[i] *= 0.6f;
+    }
+    return hall.Match(scan, AfterStanding({}, Hall::kUsual, num_lost)).state;
+  };
+  CHECK(StateAfter(2, 5) != MatchState::kLost);
+  CHECK(StateAfter(3, 5) == MatchState::kLost);
+  CHECK(StateAfter(3, 2) != MatchState::kLost);
 }
 
 TEST_CASE("as shipped, the wide search is not drawn back to where the robot was presumed") {
