@@ -8,6 +8,8 @@ namespace crsm {
 /// The generator is SplitMix64 (Steele, Lea and Flood 2014): one addition and a hash a number.
 class Random {
  public:
+  static constexpr double kMostSigmas = 6.0;
+
   explicit Random(std::uint64_t seed) : state_(seed) {}
 
   /// A stream of its own for each (seed, stream), so that a scan's numbers do not depend on the scans before it.
@@ -21,10 +23,10 @@ class Random {
     return low + (high - low) * (static_cast<double>(Next() >> 11) * kTo53Bits);
   }
 
-  /// Normal with mean 0 and standard deviation 1, cut at 6: the sum of twelve uniform numbers (Irwin and Hall),
-  /// because the logarithm that the exact methods need differs between C libraries.
+  /// Normal with mean 0 and standard deviation 1, cut at kMostSigmas: the sum of twelve uniform numbers (Irwin and
+  /// Hall), because the logarithm that the exact methods need differs between C libraries.
   double Gaussian() {
-    double sum = -6.0;
+    double sum = -kMostSigmas;
     for (int i = 0; i < 12; ++i) sum += Uniform(0.0, 1.0);
     return sum;
   }

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <stdexcept>
 
 #include "common/map/map_geometry.hpp"
+#include "common/math/pose2.hpp"
 
 namespace crsm {
 namespace {
@@ -265,32 +265,6 @@ CornerError EvaluateCorners(const DenseGrid& map, const World& world) {
   }
   error.cmse_px2 = error.num_missing > 0 ? std::numeric_limits<double>::infinity()
                                          : error.cmse_px2 / static_cast<double>(error.corners.size());
-  return error;
-}
-
-TrajectoryError EvaluateTrajectory(const Trajectory& trajectory, const Trajectory& truth) {
-  std::map<std::int64_t, Pose2> true_poses;
-  for (const StampedPose& stamped : truth) true_poses.emplace(stamped.utime, stamped.T_map_laser);
-  TrajectoryError error;
-  std::vector<double> distances_m;
-  double squares_m2 = 0.0;
-  for (const StampedPose& stamped : trajectory) {
-    const auto found = true_poses.find(stamped.utime);
-    if (found == true_poses.end()) continue;
-    const Pose2 wrong = Inverse(found->second) * stamped.T_map_laser;
-    distances_m.push_back(std::sqrt(wrong.x_m * wrong.x_m + wrong.y_m * wrong.y_m));
-    squares_m2 += distances_m.back() * distances_m.back();
-    error.mean_m += distances_m.back();
-    error.max_rad = std::max(error.max_rad, std::abs(wrong.yaw_rad));
-  }
-  if (distances_m.empty()) throw std::runtime_error("the trajectory and the truth have no moment in common");
-  std::sort(distances_m.begin(), distances_m.end());
-  const std::size_t n = distances_m.size();
-  error.num_poses = static_cast<std::int64_t>(n);
-  error.mean_m /= static_cast<double>(n);
-  error.rmse_m = std::sqrt(squares_m2 / static_cast<double>(n));
-  error.median_m = 0.5 * (distances_m[(n - 1) / 2] + distances_m[n / 2]);
-  error.max_m = distances_m.back();
   return error;
 }
 

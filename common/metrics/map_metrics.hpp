@@ -6,7 +6,6 @@
 
 #include "common/map/dense_grid.hpp"
 #include "common/metrics/distance_transform.hpp"
-#include "common/metrics/trajectory.hpp"
 #include "common/worlds/world.hpp"
 
 namespace crsm {
@@ -51,18 +50,5 @@ struct CornerError {
 /// give the parts of a cell. The nearest likeness wins over a better one further away, because walls repeat. Throws
 /// std::runtime_error if the world names no corner.
 CornerError EvaluateCorners(const DenseGrid& map, const World& world);
-
-struct TrajectoryError {
-  std::int64_t num_poses = 0;
-  double mean_m = 0.0;
-  double median_m = 0.0;
-  double max_m = 0.0;
-  double rmse_m = 0.0;
-  double max_rad = 0.0;
-};
-
-/// Absolute error of the poses whose utime is in the truth; nothing is aligned.
-/// Throws std::runtime_error if there is none.
-TrajectoryError EvaluateTrajectory(const Trajectory& trajectory, const Trajectory& truth);
 
 }  // namespace crsm

@@ -31,6 +31,23 @@ Point PlaceOf(const Person& person, double time_s) {
   return {person.from.x_m + done * dx_m, person.from.y_m + done * dy_m};
 }
 
+/// Those that come so near.
+std::vector<Wall> WallsWithin(double reach_m, const Point& origin, const std::vector<Wall>& walls) {
+  std::vector<Wall> near;
+  for (const Wall& wall : walls) {
+    const double x_m = wall.to.x_m - wall.from.x_m;
+    const double y_m = wall.to.y_m - wall.from.y_m;
+    const double to_x_m = origin.x_m - wall.from.x_m;
+    const double to_y_m = origin.y_m - wall.from.y_m;
+    const double squared_m2 = x_m * x_m + y_m * y_m;
+    const double share = squared_m2 > 0.0 ? std::clamp((to_x_m * x_m + to_y_m * y_m) / squared_m2, 0.0, 1.0) : 0.0;
+    const double beside_x_m = to_x_m - share * x_m;
+    const double beside_y_m = to_y_m - share * y_m;
+    if (beside_x_m * beside_x_m + beside_y_m * beside_y_m <= reach_m * reach_m) near.push_back(wall);
+  }
+  return near;
+}
+
 }  // namespace
 
 Simulator::Simulator(const World& world, std::uint64_t seed) : world_(world), random_(seed) {
@@ -81,10 +98,12 @@ LaserScan Simulator::Scan(const Pose2& T_world_laser, double time_s) {
   std::vector<Point> people;
   for (const Person& person : world_.people) people.push_back(PlaceOf(person, time_s));
   const Point origin{T_world_laser.x_m, T_world_laser.y_m};
+  const double reach_m = laser.range_max_m + Random::kMostSigmas * laser.noise_m + laser.quantum_m;
+  const std::vector<Wall> walls = WallsWithin(reach_m, origin, world_.walls);
   for (int beam = 0; beam < laser.beams; ++beam) {
     const double angle_rad = scan.angle_min_rad + beam * static_cast<double>(scan.angle_step_rad);
     const SinCos direction = ComputeSinCos(T_world_laser.yaw_rad + laser.angle_scale * angle_rad);
-    double range_m = CastRay(world_.walls, origin, direction);
+    double range_m = CastRay(walls, origin, direction);
     for (const Point& person : people) {
       range_m = std::min(range_m, CastRayAtDisc(person, kPersonRadius_m, origin, direction));
     }

@@ -16,6 +16,7 @@
 
 #include "common/scan/laser_scan.hpp"
 #include "common/worlds/built_in_worlds.hpp"
+#include "common/worlds/campus.hpp"
 
 namespace crsm {
 namespace {
@@ -115,6 +116,25 @@ std::vector<double> ReadNumbers(const std::string& place, const std::string& key
     numbers.push_back(ReadNumber(place, key, known->second[i], words[i]));
   }
   return numbers;
+}
+
+struct CampusName {
+  double length_m = 3000.0;
+  std::uint64_t number = 1;
+};
+
+/// Of campus, campus:LENGTH_M or campus:LENGTH_M:NUMBER; nothing of another name.
+std::optional<CampusName> ParseCampus(const std::string& name) {
+  static const Field kLength{"LENGTH_M", 10.0, 100'000.0};
+  static const Field kNumber{"NUMBER", 0.0, 1e9};
+  std::istringstream words(name);
+  std::string word;
+  std::getline(words, word, ':');
+  if (word != "campus") return std::nullopt;
+  CampusName campus;
+  if (std::getline(words, word, ':')) campus.length_m = ReadNumber(name, "campus", kLength, word);
+  if (std::getline(words, word)) campus.number = static_cast<std::uint64_t>(ReadNumber(name, "campus", kNumber, word));
+  return campus;
 }
 
 /// Takes `name number` from the end of a laser's line for as long as there are any.
@@ -226,14 +246,21 @@ std::vector<std::string> ListBuiltInWorlds() {
   return names;
 }
 
+std::string DescribeBuiltInWorlds() {
+  std::vector<std::string> names = ListBuiltInWorlds();
+  names.push_back("campus[:LENGTH_M[:NUMBER]]");
+  return ListOf(names);
+}
+
 std::string LoadWorldText(const std::string& name) {
+  if (const auto campus = ParseCampus(name)) return DrawCampus(campus->length_m, campus->number);
   for (const BuiltInWorld& world : kBuiltInWorlds) {
     if (world.name == name) return std::string(world.text);
   }
   if (!std::filesystem::is_regular_file(name)) {
     throw std::runtime_error(
         fmt::format("there is no world file {} and no built-in world of that name; built in are {}", name,
-                    ListOf(ListBuiltInWorlds())));
+                    DescribeBuiltInWorlds()));
   }
   std::ifstream file(name, std::ios::binary);
   if (!file) throw std::runtime_error(fmt::format("cannot read {}", name));

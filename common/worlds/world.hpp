@@ -71,10 +71,14 @@ World ParseWorld(const std::string& text, const std::string& name);
 /// The built-in worlds, each of common/worlds/NAME.world, in the order of their names.
 std::vector<std::string> ListBuiltInWorlds();
 
+/// What may stand after sim: but for files, for help and errors: "block, ..., twins, campus[:LENGTH_M[:NUMBER]]".
+std::string DescribeBuiltInWorlds();
+
 /// A built-in world ("demo": a flat of six rooms around a loop of corridors; "corridor": a twisted corridor; "env1" to
 /// "env4": those of the paper's experiments; "twins", "rooms" and "symmetric": alike to themselves; "block": a long
-/// round about a block; "hall": fast turns, rare scans), or else the world in the file of that name. Throws
-/// std::runtime_error if there is neither, and as ParseWorld.
+/// round about a block; "hall": fast turns, rare scans), a campus (DrawCampus: "campus", "campus:10000" for a drive of
+/// 10,000 m instead of 3,000 m, "campus:10000:2" for another one), or else the world in the file of that name. Throws
+/// std::runtime_error if there is none, and as ParseWorld.
 World LoadWorld(const std::string& name);
 
 /// The text of the same.

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "common/metrics/map_metrics.hpp"
+#include "common/metrics/trajectory_error.hpp"
 #include "services/slam_eval/commands.hpp"
 
 namespace crsm {
@@ -15,6 +15,7 @@ namespace {
 struct TrajectoryOptions {
   std::string trajectory;
   std::string truth;
+  bool align = false;
   bool json = false;
 };
 
@@ -23,8 +24,10 @@ void RunTrajectory(const TrajectoryOptions& options) {
   const bool folder = std::filesystem::is_directory(path);
   const std::filesystem::path beside = (folder ? path : path.parent_path()) / "truth.tum";
   const std::string truth = options.truth.empty() ? beside.string() : options.truth;
-  const TrajectoryError error = EvaluateTrajectory(
-      ReadTrajectory(folder ? (path / "trajectory.tum").string() : options.trajectory), ReadTrajectory(truth));
+  Trajectory trajectory = ReadTrajectory(folder ? (path / "trajectory.tum").string() : options.trajectory);
+  const Trajectory true_trajectory = ReadTrajectory(truth);
+  if (options.align) trajectory = Align(trajectory, true_trajectory);
+  const TrajectoryError error = EvaluateTrajectory(trajectory, true_trajectory);
   if (options.json) {
     fmt::print("{{\"poses\": {}, \"mean_m\": {}, \"median_m\": {}, \"max_m\": {}, \"rmse_m\": {}, \"max_rad\": {}}}\n",
                error.num_poses, error.mean_m, error.median_m, error.max_m, error.rmse_m, error.max_rad);
@@ -38,9 +41,10 @@ void RunTrajectory(const TrajectoryOptions& options) {
 
 void AddTrajectoryCommand(CLI::App& app) {
   const auto options = std::make_shared<TrajectoryOptions>();
-  CLI::App* command = app.add_subcommand("trajectory", "Absolute error against the true poses; nothing is aligned");
+  CLI::App* command = app.add_subcommand("trajectory", "Absolute error against the true poses");
   command->add_option("TRAJECTORY", options->trajectory, "TUM file, or a folder that holds trajectory.tum")->required();
   command->add_option("TRUTH", options->truth, "TUM file; truth.tum beside the trajectory if it is left out");
+  command->add_flag("--align", options->align, "turn and move the trajectory as a whole to where it fits best");
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options] { RunTrajectory(*options); });
 }

@@ -14,8 +14,7 @@
 namespace crsm {
 
 std::string DescribeSources() {
-  return fmt::format("CARMEN log or LCM log, gzip or not; sim:FILE, or sim:NAME of {}",
-                     fmt::join(ListBuiltInWorlds(), ", "));
+  return "CARMEN log or LCM log, gzip or not; sim:FILE, or sim:NAME of " + DescribeBuiltInWorlds();
 }
 
 std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options) {

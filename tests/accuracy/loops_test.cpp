@@ -8,10 +8,6 @@
 namespace crsm {
 namespace {
 
-/// Places that are alike are 4 m apart or more: what is off by less than this is the right place, if not always to the
-/// decimetre along a corridor that holds little.
-constexpr double kRightLoop_m = 1.0;
-
 int NumSeeds(int usual) {
   const char* text = std::getenv("CRSM_ACCURACY_SEEDS");
   return text ? std::max(1, std::atoi(text)) : usual;

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <map>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
-#include "common/metrics/map_metrics.hpp"
 #include "common/metrics/relations.hpp"
+#include "common/metrics/trajectory_error.hpp"
 #include "common/slam.hpp"
+#include "cpu_seconds.hpp"
 #include "services/runtime/command_line.hpp"
 #include "services/sources/open_laser_source.hpp"
 
@@ -70,20 +72,25 @@ Outcome Map(const Drive& drive, const Parameters& parameters) {
   const auto source = OpenLaserSource(drive.source, {parameters.match.seed, ""});
   Slam slam(parameters);
   std::vector<ScanMatch> matches;
+  std::vector<double> cpu_s;
   Trajectory trajectory;
   Trajectory truth;
   for (int i = 0; const auto scan = source->Next(); ++i) {
     if (i % drive.every != 0) continue;
+    const double start_s = CpuSeconds();
     matches.push_back(slam.Process(*scan).match);
+    cpu_s.push_back(CpuSeconds() - start_s);
     trajectory.push_back({scan->utime, matches.back().T_map_laser});
     if (const auto T_start_laser = source->TruePose()) truth.push_back({scan->utime, *T_start_laser});
   }
   Outcome outcome = Summarize(matches);
+  outcome.cpu_s = std::move(cpu_s);
   if (slam.closes_loops()) PutRight(slam, truth, trajectory, outcome);
   if (!truth.empty()) {
     const TrajectoryError error = EvaluateTrajectory(trajectory, truth);
     outcome.worst_m = error.max_m;
     outcome.error_m = error.rmse_m;
+    outcome.aligned_m = EvaluateTrajectory(Align(trajectory, truth), truth).rmse_m;
   }
   if (!drive.relations.empty()) {
     const ErrorStatistics errors =

@@ -19,14 +19,20 @@ struct Drive {
   int every = 1;                        ///< of the scans, one in so many is there
 };
 
+/// Places that are alike are 4 m apart or more: a loop that is off by less leads to the right place, if not always to
+/// the decimetre along a corridor that holds little.
+inline constexpr double kRightLoop_m = 1.0;
+
 /// What one run came to. Errors are 0 where no truth is known.
 struct Outcome {
   double worst_m = 0.0;       ///< simulated: the largest distance of a pose from the truth; logs: of a relation
   double error_m = 0.0;       ///< simulated: the root of the mean square of that distance; logs: mean of the relations
+  double aligned_m = 0.0;     ///< simulated: as error_m, once the path is aligned with the true one
   double lost = 0.0;          ///< share of the scans
   double mean_fitness = 0.0;  ///< of the scans that were matched
   int num_loops = 0;          ///< closed
   double worst_loop_m = 0.0;  ///< simulated: how far a loop is from the truth, at most
+  std::vector<double> cpu_s;  ///< of each scan
 };
 
 /// The parameters of a program that was started with this preset and seed, and no flags but these. Throws

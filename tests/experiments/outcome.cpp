@@ -1,18 +1,19 @@
 #include "tests/experiments/outcome.hpp"
 
 #include <fmt/format.h>
-#include <time.h>
 
 #include <algorithm>
 #include <stdexcept>
 
 #include "common/metrics/map_metrics.hpp"
 #include "common/metrics/relations.hpp"
+#include "common/metrics/trajectory_error.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "common/slam.hpp"
 #include "services/runtime/command_line.hpp"
 #include "services/sources/open_laser_source.hpp"
+#include "tests/cpu_seconds.hpp"
 
 namespace crsm {
 
@@ -29,13 +30,6 @@ Parameters ParametersOf(const Run& run) {
 }
 
 namespace {
-
-/// Of this thread: what else the machine does is not counted.
-double CpuSeconds() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 std::string LogOf(const Run& run, const std::filesystem::path& radish) {
   const std::filesystem::path plain = radish / (run.source + ".clf");

@@ -198,23 +198,6 @@ TEST_CASE("metrics that have nothing to measure say so") {
   CHECK(ErrorOf([&] { EvaluateObstacles(MakeGrid(10, 10), world); }) == "the map has no obstacle, so there is no OMSE");
   CHECK(ErrorOf([&] { EvaluateCorners(MakeGrid(10, 10), LoadWorld("demo")); }) ==
         "the world names no corner, so there is no CMSE");
-  CHECK(ErrorOf([] {
-          EvaluateTrajectory({{1, {}}}, {{2, {}}});
-        }) == "the trajectory and the truth have no moment in common");
-  CHECK(ErrorOf([] { EvaluateTrajectory({}, {}); }) == "the trajectory and the truth have no moment in common");
-}
-
-TEST_CASE("the trajectory's error is measured without aligning anything") {
-  const Trajectory truth = {{1, {0, 0, 0}}, {2, {1, 0, 0.5}}, {3, {2, 2, 3.1}}, {5, {7, 7, 0}}};
-  const Trajectory estimate = {{1, {0, 0, 0}}, {2, {1.03, -0.04, 0.5}}, {3, {2, 2.5, -3.1}}, {4, {9, 9, 9}}};
-  const TrajectoryError error = EvaluateTrajectory(estimate, truth);
-  CHECK(error.num_poses == 3);
-  CHECK(error.mean_m == Approx((0.0 + 0.05 + 0.5) / 3.0));
-  CHECK(error.median_m == Approx(0.05));
-  CHECK(error.max_m == Approx(0.5));
-  CHECK(error.rmse_m == Approx(std::sqrt((0.05 * 0.05 + 0.5 * 0.5) / 3.0)));
-  CHECK(error.max_rad == Approx(2.0 * kPi - 6.2));  // across the seam
-  CHECK(EvaluateTrajectory({{2, {1, 0.1, 0.5}}, {3, {2, 2.3, 0}}}, truth).median_m == Approx(0.2));
 }
 
 }  // namespace crsm

@@ -132,6 +132,16 @@ TEST_CASE("the same seed gives the same scans, another seed other ones") {
   CHECK(ReadAll(c) != scans);
 }
 
+TEST_CASE("walls beyond the laser's reach change nothing, and one that noise brings within it is seen") {
+  const auto ScansOf = [](const std::string& walls) {
+    Simulator simulator(ParseWorld(walls + "laser 180 180 5 5 0.1\nspeed 1 1\nwaypoint 0 0\nwaypoint 2 0\n", "w"), 3);
+    return ReadAll(simulator);
+  };
+  const std::string near = "wall -3 -4 6 -4\n";
+  CHECK(ScansOf(near) == ScansOf(near + "wall -20 7 20 7\nwall 30 -9 30 9\n"));
+  CHECK(ScansOf(near) != ScansOf(near + "wall 7.1 -1 7.1 1\n"));
+}
+
 TEST_CASE("ranges are as noisy as the world says") {
   Simulator simulator(Room("waypoint 1 1\nwaypoint 1.01 1\n", "laser 360 4096 8 10 0.02\n"), 3);
   Simulator quiet(Room("waypoint 1 1\nwaypoint 1.01 1\n", "laser 360 4096 8 10 0\n"), 3);

@@ -122,7 +122,7 @@ TEST_CASE("a world is loaded by its name or from its file") {
   CHECK(LoadWorldText(file.path()) == kRoom);
   CHECK(ErrorOf([] { LoadWorld("no_such"); }) ==
         "there is no world file no_such and no built-in world of that name; built in are block, corridor, demo, "
-        "env1, env2, env3, env4, hall, rooms, symmetric, twins");
+        "env1, env2, env3, env4, hall, rooms, symmetric, twins, campus[:LENGTH_M[:NUMBER]]");
 }
 
 TEST_CASE("corners, people and the laser's options are read") {
@@ -232,6 +232,34 @@ TEST_CASE("the paths of the built-in worlds keep 0.25 m from every wall") {
     double nearest_m = 1.0;
     for (const Point& point : PointsOnPath(world)) nearest_m = std::min(nearest_m, DistanceToWalls(world, point));
     CHECK(nearest_m >= 0.25);
+  }
+}
+
+TEST_CASE("a campus is as long as it is asked to be, and each number is another one") {
+  const auto LengthOf = [](const World& world) {
+    double length_m = 0.0;
+    for (std::size_t i = 1; i < world.path.size(); ++i) {
+      length_m += std::hypot(world.path[i].x_m - world.path[i - 1].x_m, world.path[i].y_m - world.path[i - 1].y_m);
+    }
+    return length_m;
+  };
+  constexpr double kLongestWay_m = 55.0;  // from hall to hall
+  CHECK(LengthOf(LoadWorld("campus")) == Approx(3000.0 + 0.5 * kLongestWay_m).margin(0.5 * kLongestWay_m));
+  CHECK(LengthOf(LoadWorld("campus:500:7")) == Approx(500.0 + 0.5 * kLongestWay_m).margin(0.5 * kLongestWay_m));
+  CHECK(LoadWorldText("campus:3000:1") == LoadWorldText("campus"));
+  CHECK(LoadWorldText("campus:3000:2") != LoadWorldText("campus"));
+  CHECK(ErrorOf([] { LoadWorld("campus:9"); }) ==
+        "campus:9: campus LENGTH_M is '9', must be a number from 10 to 100000");
+  CHECK(ErrorOf([] { LoadWorld("campus:500:b"); }) ==
+        "campus:500:b: campus NUMBER is 'b', must be a number from 0 to 1000000000");
+}
+
+TEST_CASE("the paths of campuses keep 0.25 m from every wall, and see halls from many sides") {
+  for (const char* name : {"campus:1000:1", "campus:1000:2", "campus:1000:3"}) {
+    CAPTURE(name);
+    const World world = LoadWorld(name);
+    for (const Point& point : PointsOnPath(world)) REQUIRE(DistanceToWalls(world, point) >= 0.25);
+    CHECK(world.path.size() > 20);
   }
 }
 
