@@ -1,10 +1,16 @@
+package crsm.spy;
+
 import bot_core.planar_lidar_t;
 import java.awt.*;
 import java.awt.event.*;
 import java.awt.geom.*;
+import java.io.IOException;
+import java.io.UncheckedIOException;
 import java.text.DecimalFormat;
 import java.util.Arrays;
 import javax.swing.*;
+import lcm.lcm.LCMDataOutputStream;
+import lcm.lcm.LCMEncodable;
 import lcm.spy.ChannelData;
 import lcm.spy.SpyPlugin;
 
@@ -21,24 +27,7 @@ public class LaserPlugin implements SpyPlugin {
     return new AbstractAction("Laser view") {
       @Override
       public void actionPerformed(ActionEvent event) {
-        JInternalFrame frame = new JInternalFrame("Laser view", true, true, true, true);
-        LaserPanel panel = new LaserPanel(channel);
-        frame.add(panel);
-        Timer timer = new Timer(50, tick -> panel.repaint());
-        timer.start();
-        SwingUtilities.getWindowAncestor(desktop).addWindowListener(new WindowAdapter() {
-          @Override
-          public void windowClosing(WindowEvent closing) {
-            timer.stop();
-          }
-        });
-        desktop.add(frame);
-        try {
-          frame.setMaximum(true);
-        } catch (java.beans.PropertyVetoException vetoed) {
-          frame.setSize(desktop.getSize());
-        }
-        frame.setVisible(true);
+        PluginWindow.open(desktop, "Laser view", new LaserPanel(channel), () -> {});
       }
     };
   }
@@ -60,6 +49,17 @@ public class LaserPlugin implements SpyPlugin {
       });
     }
 
+    /** Where CLASSPATH names the jar, lcm-spy has loaded the same type by another loader: only its bytes fit ours. */
+    private static planar_lidar_t copy(LCMEncodable message) {
+      try {
+        LCMDataOutputStream bytes = new LCMDataOutputStream();
+        message.encode(bytes);
+        return new planar_lidar_t(bytes.toByteArray());
+      } catch (IOException impossible) {
+        throw new UncheckedIOException(impossible);  // to and from memory
+      }
+    }
+
     private static boolean isReturn(float range_m) {
       return range_m > 0 && !Float.isInfinite(range_m);  // NaN is not > 0
     }
@@ -78,8 +78,8 @@ public class LaserPlugin implements SpyPlugin {
     @Override
     protected void paintComponent(Graphics graphics) {
       super.paintComponent(graphics);
-      planar_lidar_t scan = (planar_lidar_t) channel.last;
-      if (scan == null) return;
+      if (channel.last == null) return;
+      planar_lidar_t scan = copy((LCMEncodable) channel.last);
       if (reach_m == 0) reach_m = fit(scan);
       double shown_m = reach_m > 0 ? reach_m : 10;
       double pixels_per_m = 0.5 * Math.min(getWidth(), getHeight()) / shown_m;
@@ -113,9 +113,7 @@ public class LaserPlugin implements SpyPlugin {
 
     /** Rings 1, 2 or 5 times a power of ten metres apart, out to the corners. */
     private static void drawGrid(Graphics2D g, double x0, double y0, double shown_m, double pixels_per_m) {
-      double power = Math.pow(10, Math.floor(Math.log10(shown_m / 2)));
-      double rest = shown_m / 2 / power;
-      double step_m = power * (rest < 2 ? 1 : rest < 5 ? 2 : 5);
+      double step_m = Drawing.roundLengthM(shown_m / 2);
       g.setColor(Color.GRAY);
       for (double r_m = step_m; r_m * pixels_per_m < Math.hypot(x0, y0); r_m += step_m) {
         double r = r_m * pixels_per_m;

@@ -1,0 +1,65 @@
+package crsm.spy;
+
+import crsm.map_delta_t;
+
+/** One answer of the map's owner to a MAP_REQUEST: changed tiles, and matches. */
+final class MapPage {
+  private static final int MOST_TILES = 4096;
+  private static final int MOST_MATCHES = 1024;
+  private static final int MOST_PARTS = 4096;
+  private static final int MOST_RUN_BYTES = TileMap.TILE_CELLS + 4;
+
+  /** Changed cells of one tile, in runs as crsm_map_tile_t.lcm describes them. */
+  static final class TileChange {
+    int tile_x;
+    int tile_y;
+    byte[] runs;
+  }
+
+  long epoch;
+  long version;
+  long base_version;
+  double cell_size_m;
+  int next_tile;   // ask again from here; -1: there are no more
+  int next_match;  // ask again from here
+  TileChange[] tiles;
+  ScanMatch[] matches;
+
+  /**
+   * The fields in the order of crsm_map_delta_t.lcm. Null for a message that is not for `recipient`, of which no more
+   * is read. Pages have neither `asked`, `T_new_old` nor `tracking`, for which this recipient does not ask.
+   */
+  static MapPage decode(byte[] message, long recipient) throws MessageReader.Malformed {
+    MessageReader reader = new MessageReader(message, map_delta_t.LCM_FINGERPRINT);
+    MapPage page = new MapPage();
+    reader.readLong(0);  // utime
+    page.epoch = reader.readLong();
+    page.version = reader.readLong(0);
+    page.base_version = reader.readLong(0);
+    page.cell_size_m = reader.readDouble(0.001, 10);
+    int part = reader.readInt(0, MOST_PARTS - 1);
+    reader.readInt(part + 1, MOST_PARTS);
+    if (reader.readLong() != recipient) return null;
+    MessageReader.require(page.epoch != 0, "no epoch");
+    page.next_tile = reader.readInt(-1, Integer.MAX_VALUE);
+    page.next_match = reader.readInt(0, Integer.MAX_VALUE);
+    reader.readLong(-1);  // asked_utime
+    page.tiles = readTiles(reader);
+    page.matches = new ScanMatch[reader.readInt(0, MOST_MATCHES)];
+    for (int i = 0; i < page.matches.length; ++i) page.matches[i] = ScanMatch.read(reader);
+    for (int i = 0; i < 3; ++i) reader.readInt(0, 0);  // num_asked, num_moved, num_tracking
+    reader.end();
+    return page;
+  }
+
+  private static TileChange[] readTiles(MessageReader reader) throws MessageReader.Malformed {
+    TileChange[] tiles = new TileChange[reader.readInt(0, MOST_TILES)];
+    for (int i = 0; i < tiles.length; ++i) {
+      tiles[i] = new TileChange();
+      tiles[i].tile_x = reader.readShort();
+      tiles[i].tile_y = reader.readShort();
+      tiles[i].runs = reader.readBytes(reader.readInt(0, MOST_RUN_BYTES));
+    }
+    return tiles;
+  }
+}

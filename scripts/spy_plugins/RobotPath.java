@@ -1,0 +1,67 @@
+package crsm.spy;
+
+import java.awt.geom.Path2D;
+
+/** Where the robot was, thinned out to what a picture shows: its memory has a limit, however far the robot drives. */
+final class RobotPath {
+  private static final int MOST_POINTS = 1 << 14;
+
+  private double spacing_m = 0.02;  // less than a pixel of most pictures
+  private final float[] x_m = new float[MOST_POINTS];
+  private final float[] y_m = new float[MOST_POINTS];
+  private int num_points = 0;
+  private double length_m = 0;
+
+  /** Lost scans have no place. */
+  void add(ScanMatch match) {
+    if (match.isLost()) return;
+    if (num_points > 0) {
+      double step_m = Math.hypot(match.x_m - x_m[num_points - 1], match.y_m - y_m[num_points - 1]);
+      if (step_m < spacing_m) return;
+      length_m += step_m;
+    }
+    if (num_points == MOST_POINTS) thin();
+    x_m[num_points] = (float) match.x_m;
+    y_m[num_points++] = (float) match.y_m;
+  }
+
+  /** Keeps every other point, and from now on only what is twice as far apart. */
+  private void thin() {
+    for (int i = 0; 2 * i < num_points; ++i) {
+      x_m[i] = x_m[2 * i];
+      y_m[i] = y_m[2 * i];
+    }
+    num_points = (num_points + 1) / 2;
+    spacing_m *= 2;
+  }
+
+  boolean isEmpty() {
+    return num_points == 0;
+  }
+
+  int numPoints() {
+    return num_points;
+  }
+
+  double lengthM() {
+    return length_m;
+  }
+
+  double startXM() {
+    return x_m[0];
+  }
+
+  double startYM() {
+    return y_m[0];
+  }
+
+  /** In the map frame [m]. */
+  Path2D outline() {
+    Path2D outline = new Path2D.Double();
+    for (int i = 0; i < num_points; ++i) {
+      if (i == 0) outline.moveTo(x_m[i], y_m[i]);
+      else outline.lineTo(x_m[i], y_m[i]);
+    }
+    return outline;
+  }
+}

@@ -1,0 +1,63 @@
+package crsm.spy;
+
+import crsm.scan_match_t;
+
+/** Where the laser stood when it took a scan, and how good that is. */
+final class ScanMatch {
+  long utime;
+  double x_m;
+  double y_m;
+  double yaw_rad;
+  double fitness;
+  int num_critical;
+  final double[] covariance = new double[6];  // of x, y, yaw: xx, xy, x yaw, yy, y yaw, yaw yaw [m2, m rad, rad2]
+  final double[] degenerate_axis = new double[2];  // unit vector x, y, map frame
+  byte state;
+
+  static ScanMatch decode(byte[] message) throws MessageReader.Malformed {
+    MessageReader reader = new MessageReader(message, scan_match_t.LCM_FINGERPRINT);
+    ScanMatch match = read(reader);
+    reader.end();
+    return match;
+  }
+
+  /** The fields in the order of crsm_scan_match_t.lcm. */
+  static ScanMatch read(MessageReader reader) throws MessageReader.Malformed {
+    ScanMatch match = new ScanMatch();
+    match.utime = reader.readLong(0);
+    match.x_m = reader.readCoordinateM();
+    match.y_m = reader.readCoordinateM();
+    match.yaw_rad = reader.readAngleRad();
+    match.fitness = reader.readDouble(0, 1);
+    reader.readInt(0, Integer.MAX_VALUE);  // evaluations
+    reader.readInt(0, Integer.MAX_VALUE);  // best_evaluation
+    match.num_critical = reader.readInt(0, ScanRays.MOST_RAYS);
+    reader.readLong(0);  // map_version
+    for (int i = 0; i < 6; ++i) {
+      boolean variance = i == 0 || i == 3 || i == 5;
+      match.covariance[i] = reader.readDouble(variance ? 0 : -Double.MAX_VALUE, Double.MAX_VALUE);
+    }
+    for (int i = 0; i < 2; ++i) match.degenerate_axis[i] = reader.readDouble(-1, 1);
+    match.state = reader.readByte();
+    MessageReader.require(match.state >= scan_match_t.FIRST && match.state <= scan_match_t.DEGENERATE, "no such state");
+    byte has_odometry = reader.readByte();
+    MessageReader.require(has_odometry == 0 || has_odometry == 1, "has_odometry is neither 0 nor 1");
+    reader.readCoordinateM();
+    reader.readCoordinateM();
+    reader.readAngleRad();
+    return match;
+  }
+
+  boolean isLost() {
+    return state == scan_match_t.LOST;
+  }
+
+  String describeState() {
+    switch (state) {
+      case scan_match_t.FIRST: return "FIRST";
+      case scan_match_t.OK: return "OK";
+      case scan_match_t.LOST: return "LOST";
+      default: return "DEGENERATE";
+    }
+  }
+}

@@ -1,0 +1,128 @@
+package crsm.spy;
+
+import java.awt.Color;
+import java.awt.Font;
+import java.awt.FontMetrics;
+import java.awt.Graphics2D;
+import java.awt.Point;
+import java.awt.geom.Ellipse2D;
+import java.awt.geom.RoundRectangle2D;
+import java.util.ArrayList;
+import java.util.List;
+import java.util.Locale;
+
+/** Says in words how a robot fares, and what the colours mean. */
+final class TextPainter {
+  private static final Font PLAIN = new Font(Font.SANS_SERIF, Font.PLAIN, 12);
+  private static final Color PAPER = new Color(255, 255, 255, 225);
+  private static final Color INK = new Color(40, 40, 40);
+  private static final int LINE_PIXELS = 17;
+  private static final int MARGIN_PIXELS = 10;
+  private static final double LONG_UNANSWERED_S = 3;
+
+  private final Graphics2D g;
+  private final int width_pixels;
+  private final int height_pixels;
+
+  TextPainter(Graphics2D g, int width_pixels, int height_pixels) {
+    this.g = g;
+    this.width_pixels = width_pixels;
+    this.height_pixels = height_pixels;
+    g.setFont(PLAIN);
+  }
+
+  /** mouse: where it is; null: outside. */
+  void paint(RobotFollower follower, Viewport view, Point mouse) {
+    Robot robot = follower.robot;
+    ScanMatch match = robot.match();
+    List<String> lines = new ArrayList<>();
+    lines.add(match == null ? "no SCAN_MATCH has come yet" : describe(match));
+    if (match != null) lines.add(describePose(match));
+    lines.addAll(describeMap(follower));
+    if (mouse != null) lines.add(describeCell(robot.replica.map(), view.toXM(mouse.x), view.toYM(mouse.y)));
+    paintCard(lines, match == null ? Color.GRAY : RobotPainter.colourOf(match));
+    paintKey();
+  }
+
+  private static String say(String format, Object... values) {
+    return String.format(Locale.ROOT, format, values);
+  }
+
+  private static String describe(ScanMatch match) {
+    return say("%s    fitness %.2f    %d critical rays", match.describeState(), match.fitness, match.num_critical);
+  }
+
+  private static String describePose(ScanMatch match) {
+    double sigma_m = Math.sqrt(match.covariance[0] + match.covariance[3]);
+    return say("x %.2f m    y %.2f m    yaw %.1f\u00b0    \u00b1 %.3f m, %.2f\u00b0", match.x_m, match.y_m,
+               Math.toDegrees(match.yaw_rad), sigma_m, Math.toDegrees(Math.sqrt(match.covariance[5])));
+  }
+
+  private static List<String> describeMap(RobotFollower follower) {
+    MapReplica replica = follower.robot.replica;
+    List<String> lines = new ArrayList<>();
+    if (replica.map().isEmpty()) {
+      lines.add("no map has come yet");
+    } else {
+      lines.add(say("map version %d    %d tiles    cells of %s m    %.1f m driven", replica.version(),
+                    replica.map().numTiles(), replica.map().cell_size_m, replica.path().lengthM()));
+    }
+    if (follower.unansweredS() > LONG_UNANSWERED_S) {
+      lines.add(say("map_updater has not answered for %.0f s: does it run?", follower.unansweredS()));
+    }
+    if (follower.robot.numMalformed() + replica.numRefusedTiles() > 0) {
+      lines.add(say("%d malformed messages, %d refused tiles", follower.robot.numMalformed(),
+                    replica.numRefusedTiles()));
+    }
+    return lines;
+  }
+
+  private static String describeCell(TileMap map, double x_m, double y_m) {
+    int value = map.at(map.cellAt(x_m), map.cellAt(y_m));
+    return say("mouse at x %.2f m    y %.2f m: %s", x_m, y_m,
+               value == TileMap.UNEXPLORED ? "unexplored" : say("%d (0 occupied, 255 free)", value));
+  }
+
+  private void paintCard(List<String> lines, Color badge) {
+    FontMetrics metrics = g.getFontMetrics();
+    int width = 0;
+    for (String line : lines) width = Math.max(width, metrics.stringWidth(line));
+    int left = MARGIN_PIXELS;
+    paintPaper(left, MARGIN_PIXELS, width + 40, lines.size() * LINE_PIXELS + 12);
+    paintDot(left + 16, MARGIN_PIXELS + 15, 6, badge);
+    g.setColor(INK);
+    for (int i = 0; i < lines.size(); ++i) {
+      g.drawString(lines.get(i), left + 30, MARGIN_PIXELS + 19 + i * LINE_PIXELS);
+    }
+  }
+
+  private void paintKey() {
+    Color[] colours = {RobotPainter.RAY_ON_WALL, RobotPainter.RAY_IN_UNEXPLORED, RobotPainter.RAY_ON_FREE,
+                       RobotPainter.HIT, RobotPainter.PATH, RobotPainter.START,
+                       new Color(MapPainter.COLOUR[TileMap.UNEXPLORED])};
+    String[] meanings = {"critical ray on a wall", "into the unexplored", "on free ground", "hit", "path", "start",
+                         "unexplored"};
+    FontMetrics metrics = g.getFontMetrics();
+    int width = 10;
+    for (String meaning : meanings) width += 28 + metrics.stringWidth(meaning);
+    int top = height_pixels - MARGIN_PIXELS - LINE_PIXELS - 8;
+    paintPaper(MARGIN_PIXELS, top, width, LINE_PIXELS + 8);
+    int x = MARGIN_PIXELS + 16;
+    for (int i = 0; i < meanings.length; ++i) {
+      paintDot(x, top + 12, 5, colours[i]);
+      g.setColor(INK);
+      g.drawString(meanings[i], x + 9, top + 17);
+      x += 28 + metrics.stringWidth(meanings[i]);
+    }
+  }
+
+  private void paintPaper(int left, int top, int width, int height) {
+    g.setColor(PAPER);
+    g.fill(new RoundRectangle2D.Double(left, top, Math.min(width, width_pixels - 2 * MARGIN_PIXELS), height, 10, 10));
+  }
+
+  private void paintDot(double x, double y, double radius, Color colour) {
+    g.setColor(colour);
+    g.fill(new Ellipse2D.Double(x - radius, y - radius, 2 * radius, 2 * radius));
+  }
+}

@@ -1,0 +1,120 @@
+package crsm.spy;
+
+import crsm.critical_rays_t;
+import crsm.map_delta_t;
+import crsm.map_tile_t;
+import crsm.pose2_t;
+import crsm.scan_match_t;
+import crsm.tracking_state_t;
+import java.io.IOException;
+import java.util.Random;
+import lcm.lcm.LCMDataOutputStream;
+import lcm.lcm.LCMEncodable;
+
+/** What the tests share: a sentence for each, and messages as the services send them. */
+final class Tests {
+  interface Test {
+    void run() throws Exception;
+  }
+
+  private static int num_failed = 0;
+
+  private Tests() {}
+
+  public static void main(String[] arguments) {
+    WireTest.run();
+    ReplicaTest.run();
+    ViewTest.run();
+    System.exit(num_failed == 0 ? 0 : 1);
+  }
+
+  static void test(String sentence, Test test) {
+    try {
+      test.run();
+      System.out.println("ok      " + sentence);
+    } catch (Throwable failure) {  // of what a hostile message might bring about, errors too
+      ++num_failed;
+      System.out.println("FAILED  " + sentence);
+      failure.printStackTrace(System.out);
+    }
+  }
+
+  static void check(boolean holds, String what) {
+    if (!holds) throw new AssertionError(what);
+  }
+
+  static void checkEqual(Object is, Object expected, String what) {
+    check(is.equals(expected), what + " is " + is + ", not " + expected);
+  }
+
+  static byte[] encode(LCMEncodable message) throws IOException {
+    LCMDataOutputStream output = new LCMDataOutputStream();
+    message.encode(output);
+    return output.toByteArray();
+  }
+
+  static scan_match_t match(long utime, double x_m, double y_m) {
+    scan_match_t match = new scan_match_t();
+    match.utime = utime;
+    match.x_m = x_m;
+    match.y_m = y_m;
+    match.yaw_rad = -0.5;
+    match.fitness = 0.75;
+    match.evaluations = 1000;
+    match.best_evaluation = 999;
+    match.num_critical = 40;
+    match.map_version = 7;
+    match.covariance = new double[] {0.01, -0.002, 0.003, 0.04, 0.005, 0.06};
+    match.degenerate_axis = new double[] {0.6, 0.8};
+    match.state = scan_match_t.DEGENERATE;
+    match.has_odometry = 1;
+    match.odometry_x_m = 1;
+    return match;
+  }
+
+  static map_tile_t tile(int x, int y, int... runs) {
+    map_tile_t tile = new map_tile_t();
+    tile.tile_x = (short) x;
+    tile.tile_y = (short) y;
+    tile.num_bytes = runs.length;
+    tile.runs = new byte[runs.length];
+    for (int i = 0; i < runs.length; ++i) tile.runs[i] = (byte) runs[i];
+    return tile;
+  }
+
+  /** A page with these tiles and matches, the first and the last of version 1. */
+  static map_delta_t page(long recipient, map_tile_t[] tiles, scan_match_t[] matches) {
+    map_delta_t page = new map_delta_t();
+    page.epoch = 11;
+    page.version = 1;
+    page.cell_size_m = 0.05;
+    page.num_parts = 1;
+    page.recipient = recipient;
+    page.next_tile = -1;
+    page.next_match = matches.length;
+    page.asked_utime = -1;
+    page.num_tiles = tiles.length;
+    page.tiles = tiles;
+    page.num_matches = matches.length;
+    page.matches = matches;
+    page.asked = new scan_match_t[0];
+    page.T_new_old = new pose2_t[0];
+    page.tracking = new tracking_state_t[0];
+    return page;
+  }
+
+  static critical_rays_t rays(int num_rays, Random random) {
+    critical_rays_t scan = new critical_rays_t();
+    scan.utime = 5;
+    scan.num_rays = num_rays;
+    scan.angle_rad = new float[num_rays];
+    scan.range_m = new float[num_rays];
+    for (int i = 0; i < num_rays; ++i) {
+      scan.angle_rad[i] = 0.001f * i;
+      scan.range_m[i] = 0.1f + random.nextFloat();
+    }
+    scan.num_critical = 2;
+    scan.critical = new short[] {1, (short) (num_rays - 1)};
+    return scan;
+  }
+}
