@@ -419,6 +419,7 @@ def run_on_hosts(members, log, out, flags=(), updater_flags=(), publisher_flags=
     common = ["--lcm-url", bus_url(ttl=1), *flags]
     services = [
         Program(["map_updater", "--lockstep", *updater_flags, *common], out / "map_updater.log", rest),
+        Program(["loop_closer", *common], out / "loop_closer.log", rest),
         Program(["rrhc_matcher", "--lockstep", *common], out / "rrhc_matcher.log", computer),
         Program(["ray_selector", *common], out / "ray_selector.log", rest),
         Program(["map_exporter", "--out", out, *common], out / "map_exporter.log", rest),

@@ -136,6 +136,7 @@ def full_disk_of_one(case):
                 fill(folder)
             programs = {
                 "map_updater": ["--lockstep", "--journal", journal],
+                "loop_closer": [],
                 "rrhc_matcher": ["--lockstep"],
                 "ray_selector": [],
                 "map_exporter": ["--out", out, "--export-period-s", "0.1"],
