@@ -191,7 +191,7 @@ def test(case):
         raise Skipped("needs root, to mount small disks")
     need_program("mount", "umount")
     case.log = case.convert("demo", "sim:demo")
-    case.long_log, _ = case.convert_long("demo", 30000 if case.quick else 60000)
+    case.long_log, _ = case.convert_long("demo", 30000 if case.quick else 120000)
     case.long_map = case.folder("undisturbed_long")
     run_stack(case.long_log, case.long_map, [])
     (case.out / "often.toml").write_text("export_period_s = 0.1\n")
