@@ -55,7 +55,7 @@ class Campus {
 
   void AddHalls();
   void AddCorridors();
-  void DrawHall(int hall);
+  void DrawHall(int index);
   void DrawCorridor(const Corridor& corridor);
   void DrawSide(const Point& from, const Point& to, const Point& outwards);
   void DrawWall(const Point& from, const Point& to);
@@ -96,31 +96,32 @@ void Campus::AddCorridors() {
   }
 }
 
-void Campus::DrawHall(int hall) {
-  const auto& [middle, half_width_m, half_height_m] = halls_[static_cast<std::size_t>(hall)];
-  // A side with its corridor's mouth in the middle. At: the points of the side, from -1 to 1.
+void Campus::DrawHall(int index) {
+  const Hall& hall = halls_[static_cast<std::size_t>(index)];
+  // A side with its corridor's mouth in the hall.middle. At: the points of the side, from -1 to 1.
   const auto DrawSideOf = [&](const Corridor* corridor, double half_m, const auto& At) {
     const double mouth = corridor ? 0.5 * corridor->width_m / half_m : 0.0;
     DrawWall(At(-1.0), At(-mouth));
     DrawWall(At(mouth), At(1.0));
   };
   for (const int way : {-1, 1}) {
-    DrawSideOf(Between(hall, hall + way), half_height_m, [&](double at) {
-      return Point{middle.x_m + way * half_width_m, middle.y_m + at * half_height_m};
+    DrawSideOf(Between(index, index + way), hall.half_height_m, [&](double at) {
+      return Point{hall.middle.x_m + way * hall.half_width_m, hall.middle.y_m + at * hall.half_height_m};
     });
-    DrawSideOf(Between(hall, hall + way * kColumns), half_width_m, [&](double at) {
-      return Point{middle.x_m + at * half_width_m, middle.y_m + way * half_height_m};
+    DrawSideOf(Between(index, index + way * kColumns), hall.half_width_m, [&](double at) {
+      return Point{hall.middle.x_m + at * hall.half_width_m, hall.middle.y_m + way * hall.half_height_m};
     });
   }
   constexpr double kRoomForBoxes_m = 2.4;
-  if (half_width_m < kRoomForBoxes_m || half_height_m < kRoomForBoxes_m) return;
+  if (hall.half_width_m < kRoomForBoxes_m || hall.half_height_m < kRoomForBoxes_m) return;
   for (const double side_x : {-1.0, 1.0}) {
     for (const double side_y : {-1.0, 1.0}) {
       const double width_m = Draw(0.3, 0.6);
       const double height_m = Draw(0.3, 0.6);
       if (Toss(0.5)) continue;
-      text_ += fmt::format("box {:.3f} {:.3f} {:.3f} {:.3f}\n", middle.x_m + side_x * (half_width_m - 0.5) - 0.3,
-                           middle.y_m + side_y * (half_height_m - 0.5) - 0.3, width_m, height_m);
+      text_ +=
+          fmt::format("box {:.3f} {:.3f} {:.3f} {:.3f}\n", hall.middle.x_m + side_x * (hall.half_width_m - 0.5) - 0.3,
+                      hall.middle.y_m + side_y * (hall.half_height_m - 0.5) - 0.3, width_m, height_m);
     }
   }
 }
