@@ -98,7 +98,7 @@ void Campus::AddCorridors() {
 
 void Campus::DrawHall(int index) {
   const Hall& hall = halls_[static_cast<std::size_t>(index)];
-  // A side with its corridor's mouth in the hall.middle. At: the points of the side, from -1 to 1.
+  // A side with its corridor's mouth in the middle. At: the points of the side, from -1 to 1.
   const auto DrawSideOf = [&](const Corridor* corridor, double half_m, const auto& At) {
     const double mouth = corridor ? 0.5 * corridor->width_m / half_m : 0.0;
     DrawWall(At(-1.0), At(-mouth));
