@@ -1,0 +1,15 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "services/map_viewer/scene.hpp"
+
+namespace crsm {
+
+/// A scene of what a run has come to, from the journal in the folder of its results: no bus and no other process is
+/// needed. Throws std::runtime_error in one line if there is no journal, if it is damaged in the middle, or if its
+/// scans were localised on the map of another run.
+std::unique_ptr<Scene> ReadFinishedRun(const std::string& results);
+
+}  // namespace crsm

@@ -1,0 +1,61 @@
+// All that the page knows of one robot, and who is to be told when it changes.
+
+import {MapModel} from "./map_model.js";
+
+const MOST_SAMPLES = 1024;
+
+export class RobotModel extends EventTarget {
+  constructor() {
+    super();
+    this.map = new MapModel();
+    this.cursor = {epoch: 0n, version: 0n};
+    this.robot = null;
+    this.path = [];
+    this.path_generation = 0;
+    this.samples = [];
+    this.info = {services: [], loops: [], robots: [""], robot: ""};
+    this.connected = false;
+    this.changed = true;  // since it was drawn
+  }
+
+  tell(type, detail) {
+    this.changed = true;
+    this.dispatchEvent(new CustomEvent(type, {detail}));
+  }
+
+  setConnected(connected) {
+    this.connected = connected;
+    if (connected) this.samples = [];  // they come again
+    this.tell("connection");
+  }
+
+  take(record) {
+    this[`take_${record.kind}`](record);
+    this.tell(record.kind);
+  }
+
+  take_map({anew, epoch, version, complete, cell_size_m, tiles}) {
+    if (anew) {
+      this.map.clear();
+      this.cursor = {epoch: 0n, version: 0n};
+    }
+    this.map.cell_size_m = cell_size_m;
+    for (const tile of tiles) this.map.take(tile);
+    if (!complete) return;
+    const put_right = this.cursor.epoch !== 0n && epoch !== this.cursor.epoch;
+    this.cursor = {epoch, version};
+    if (put_right) this.tell("put_right");
+  }
+
+  take_robot(robot) { this.robot = robot; }
+
+  take_path({generation, first, points}) {
+    if (generation !== this.path_generation || first < this.path.length) this.path.length = 0;
+    this.path_generation = generation;
+    this.path.push(...points);
+  }
+
+  take_samples({samples}) { this.samples = [...this.samples, ...samples].slice(-MOST_SAMPLES); }
+
+  take_info(info) { this.info = {services: [], loops: [], ...info}; }
+}

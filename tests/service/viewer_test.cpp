@@ -1,0 +1,281 @@
+// map_viewer beside a stack: what its page is told is the map, whoever comes late, is cut off or killed.
+
+#include <algorithm>
+#include <csignal>
+#include <thread>
+
+#include "catch.hpp"
+#include "map_viewer/page_client.hpp"
+#include "services/map_viewer/page_feed.hpp"
+#include "services/runtime/conversions.hpp"
+#include "services/runtime/map_replica.hpp"
+#include "web_client.hpp"
+
+using namespace crsm;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// A page of one robot.
+class Page {
+ public:
+  explicit Page(std::uint16_t port, const std::string& query = "robot=0")
+      : socket_(port, "/live?" + query, PageFeed::kSubprotocol) {
+    REQUIRE(socket_.status() == "HTTP/1.1 101 Switching Protocols");
+  }
+
+  /// Takes what comes until `condition` holds. False if it does not in time.
+  bool Await(const std::function<bool()>& condition) {
+    const auto give_up = Clock::now() + kPatience;
+    while (!condition() && Clock::now() < give_up) {
+      const auto message = socket_.Receive();
+      if (!message) return false;
+      num_bytes_ += message->bytes.size();
+      client_.Take(message->bytes);
+    }
+    return condition();
+  }
+
+  const PageClient& operator*() const { return client_; }
+  const PageClient* operator->() const { return &client_; }
+  std::size_t num_bytes() const { return num_bytes_; }
+  WebSocketClient& socket() { return socket_; }
+
+ private:
+  WebSocketClient socket_;
+  PageClient client_;
+  std::size_t num_bytes_ = 0;
+};
+
+critical_rays_t ScanOf(std::int64_t utime) { return {utime, 3, {-0.5f, 0.0f, 0.5f}, {1.0f, 2.0f, 3.0f}, 2, {0, 2}}; }
+
+scan_match_t MatchOf(std::int64_t utime) {
+  ScanMatch match;
+  match.utime = utime;
+  match.fitness = 0.75;
+  match.state = MatchState::kOk;
+  return ToMessage(match);
+}
+
+/// What the owner of the map says that all of it is.
+std::map<TileIndex, TileBytes> AskOwner(const std::string& url) {
+  TestBus bus(url);
+  ByteMap map(1.0);
+  MapReplica replica(4711, {[&](double cell_size_m) { map = ByteMap(cell_size_m); },
+                            [&](std::span<const TileChange> changes) {
+                              for (const TileChange& change : changes) map.Apply(change);
+                            }});
+  bus->Subscribe<map_delta_t>(kWholeMapChannel, [&](const map_delta_t& delta) { replica.Handle(delta); });
+  auto next = Clock::now();
+  REQUIRE(bus.Await([&] {
+    auto request = replica.NextRequest();
+    if (request && Clock::now() >= next) {
+      next = Clock::now() + std::chrono::milliseconds(20);
+      request->whole = 1;
+      bus->Publish(kMapRequestChannel, *request);
+    }
+    return replica.synced();
+  }));
+  std::map<TileIndex, TileBytes> tiles;
+  for (const auto& entry : map.tiles().entries()) tiles[entry.index] = entry.tile->cells;
+  std::erase_if(tiles, [](const auto& tile) { return tile.second == ByteMap::Tile().cells; });
+  return tiles;
+}
+
+}  // namespace
+
+TEST_CASE("the page of a viewer has the owner's map, the robot's scans, its path, the services and their counters",
+          "[viewer]") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Stack stack({url, folder / "out", {}});
+  REQUIRE(stack.StartServices());
+  Viewer viewer({"--lcm-url", url}, folder);
+  REQUIRE(viewer.AwaitReady());
+  Page page(viewer.port());
+  REQUIRE(stack.StartPublisher("sim:demo", "max"));
+  const auto scans = static_cast<std::int64_t>(TakeScans("sim:demo", 100000).size());
+  REQUIRE(stack["laser_publisher"].AwaitExit() == 0);
+  REQUIRE(page.Await([&] { return page->complete && page->version == scans; }));
+  CHECK(page->ExploredTiles() == AskOwner(url));
+  CHECK(page->num_begun == 1);
+  CHECK(page->num_changed_tiles > 0);
+  CHECK(page->num_robots > 5);
+  CHECK(page->num_rays > 100);
+  CHECK(page->path.size() > 100);
+  REQUIRE(page.Await([&] { return page->info.contains("services") && page->info["services"].size() >= 6; }));
+  REQUIRE(page.Await([&] { return page->info["scans"] == scans; }));
+
+  Page late(viewer.port());
+  const auto begin = Clock::now();
+  REQUIRE(late.Await([&] { return late->complete; }));
+  CHECK(Clock::now() - begin < std::chrono::seconds(1));
+  CHECK(late->tiles == page->tiles);
+
+  Page returned(viewer.port(), "robot=0&epoch=" + std::to_string(page->epoch) + "&version=" + std::to_string(scans));
+  REQUIRE(returned.Await([&] { return returned->num_robots > 0 && !returned->info.is_null(); }));
+  CHECK(returned->num_begun == 0);
+  CHECK(returned->num_whole_tiles == 0);
+
+  CHECK(viewer.process().Interrupt() == 0);
+  CHECK(stack.Finish());
+}
+
+TEST_CASE("the viewer and the owner of the map may be killed: the next page is whole again", "[viewer]") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Stack stack({url, folder / "out", {}});
+  REQUIRE(stack.StartServices());
+  REQUIRE(stack.StartPublisher("sim:demo", "20"));
+  auto viewer = std::make_unique<Viewer>(std::vector<std::string>{"--lcm-url", url}, folder);
+  REQUIRE(viewer->AwaitReady());
+  std::int64_t epoch = 0;
+  {
+    Page page(viewer->port());
+    REQUIRE(page.Await([&] { return page->complete && page->version > 10; }));
+    epoch = page->epoch;
+    viewer->process().Signal(SIGKILL);
+    CHECK_FALSE(page.Await([] { return false; }));
+  }
+  viewer = std::make_unique<Viewer>(std::vector<std::string>{"--lcm-url", url}, folder);
+  REQUIRE(viewer->AwaitReady());
+  Page page(viewer->port());
+  REQUIRE(page.Await([&] { return page->complete && page->version > 20; }));
+  CHECK(page->epoch == epoch);
+  REQUIRE(stack.Start("map_updater"));  // with another map, since there is no journal
+  REQUIRE(page.Await([&] { return page->complete && page->epoch != epoch && page->version > 10; }));
+  stack["laser_publisher"].Signal(SIGINT);
+  REQUIRE(stack["laser_publisher"].AwaitExit() == 0);
+  REQUIRE(page.Await([&] { return page->ExploredTiles() == AskOwner(url); }));
+}
+
+TEST_CASE("a match is on the page within a moment, also when many come", "[viewer]") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Viewer viewer({"--lcm-url", url}, folder);
+  REQUIRE(viewer.AwaitReady());
+  Page page(viewer.port());
+  TestBus bus(url);
+  for (int utime = 1; utime <= 300; ++utime) {
+    bus->Publish(kCriticalRaysChannel, ScanOf(utime));
+    bus->Publish(kScanMatchChannel, MatchOf(utime));
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  REQUIRE(page.Await([&] { return page->robot_utime == 300; }));
+  CHECK(page->num_robots < 250);  // no screen shows more than about 60 in a second
+  CHECK(page->num_rays == 3);
+  REQUIRE(page.Await([&] { return page->fitnesses.size() >= 290; }));  // the first wait until their sender is believed
+}
+
+TEST_CASE("what is no message is dropped and counted, and the viewer goes on", "[viewer]") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Viewer viewer({"--lcm-url", url}, folder);
+  REQUIRE(viewer.AwaitReady());
+  TestBus bus(url);
+  service_status_t last;
+  bus->Subscribe<service_status_t>(ServiceStatusChannel("map_viewer"),
+                                   [&](const service_status_t& status) { last = status; });
+  const auto CountOf = [&](const std::string& name) {
+    const auto found = std::find(last.counter_name.begin(), last.counter_name.end(), name);
+    return found == last.counter_name.end()
+               ? 0
+               : last.counter_value[static_cast<std::size_t>(found - last.counter_name.begin())];
+  };
+  scan_match_t match = MatchOf(1);
+  match.fitness = std::numeric_limits<double>::quiet_NaN();
+  bus->Publish(kScanMatchChannel, match);
+  service_status_t status{};
+  for (int i = 0; i < 100; ++i) {
+    status.name = "service" + std::to_string(i) + "\xff<script>";
+    bus->Publish(ServiceStatusChannel("any").c_str(), status);
+  }
+  REQUIRE(bus.Await([&] { return CountOf("SCAN_MATCH_malformed") == 1 && CountOf("status_ignored") > 0; }));
+  Page page(viewer.port());
+  REQUIRE(page.Await([&] { return page->info.contains("services"); }));
+  CHECK(page->info["services"].size() <= 65);
+  CHECK(viewer.process().Interrupt() == 0);
+}
+
+TEST_CASE("run_stack --view says where the map is, and its folder is shown without a bus afterwards", "[viewer]") {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  Process stack("run_stack", {"sim:block", "--out", out, "--lcm-url", MakeBusUrl(), "--view", "--http", "127.0.0.1:0"},
+                folder / "log");
+  REQUIRE(WaitUntil([&] { return stack.errors().find("run_stack: the map is at http://127.0.0.1:") == 0; }));
+  REQUIRE(stack.AwaitExit() == 0);
+
+  Viewer viewer({out}, folder);
+  REQUIRE(viewer.AwaitReady());
+  Page page(viewer.port());
+  REQUIRE(page.Await([&] { return page->complete && page->num_robots > 0 && !page->info.is_null(); }));
+  const auto summary = nlohmann::json::parse(ReadFile(folder / "out/summary.json"));
+  CHECK(page->version == summary["map_version"]);
+  CHECK(page->info["scans"] == summary["scans"]);
+  CHECK(page->info["live"] == false);
+  CHECK(page->info["loops"].size() == summary["loops"]["closed"]);
+  CHECK(page->info["loops"].size() > 0);
+  double area_m2 = 0.0;
+  for (const auto& [index, cells] : page->tiles) {
+    for (const std::uint8_t byte : cells) area_m2 += byte == kUnexploredByte ? 0.0 : 0.05 * 0.05;
+  }
+  CHECK(area_m2 == Approx(summary["explored_area_m2"].get<double>()).epsilon(1e-3));  // printed with three digits
+  CHECK(viewer.process().Interrupt() == 0);
+}
+
+TEST_CASE("several robots are shown side by side, each with its own scans", "[viewer]") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Viewer viewer({"--lcm-url", url, "--robots", "robot1/", "robot2/"}, folder);
+  REQUIRE(viewer.AwaitReady());
+  Page first(viewer.port(), "robot=0");
+  Page second(viewer.port(), "robot=1");
+  TestBus one(url, "robot1/");
+  TestBus two(url, "robot2/");
+  scan_match_t match = MatchOf(1);
+  const auto Publish = [&](TestBus& bus, double x_m) {
+    match.x_m = x_m;
+    bus->Publish(kScanMatchChannel, match);
+  };
+  const auto Shows = [&](Page& page, double x_m) {
+    return page.Await([&] {
+      match.utime += 1;
+      Publish(one, 1.5);
+      Publish(two, 2.5);
+      return page->num_robots > 0 && page->robot_x_m == x_m;
+    });
+  };
+  CHECK(Shows(first, 1.5));
+  CHECK(Shows(second, 2.5));
+  CHECK(first->info["robots"] == nlohmann::json({"robot1/", "robot2/"}));
+  CHECK(second->info["robot"] == "robot2/");
+}
+
+TEST_CASE("a viewer that cannot show what it was asked for says why in one line", "[viewer]") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Viewer first({"--lcm-url", url}, folder);
+  REQUIRE(first.AwaitReady());
+  const std::string taken = "127.0.0.1:" + std::to_string(first.port());
+  struct Case {
+    std::vector<std::string> arguments;
+    std::string expected;
+    int exit_code;
+  };
+  for (const Case& wrong : std::vector<Case>{
+           {{"--lcm-url", url, "--http", taken}, "--http " + taken + ": Address already in use", 1},
+           {{"--lcm-url", url, "--http", "192.0.2.1:8765"}, "--http 192.0.2.1:8765: ", 1},
+           {{"--lcm-url", url, "--http", "here"}, "--http: 'here' is not ADDRESS:PORT", 2},
+           {{folder / "nowhere"}, "there is no file " + (folder / "nowhere/journal/journal.lcm").string(), 1},
+           {{folder / "nowhere", "--channel-prefix", "a/"}, "--channel-prefix: is of a bus", 2},
+           {{folder / "nowhere", "--robots", "a/"}, "--robots: are live", 2},
+       }) {
+    Process viewer("map_viewer", wrong.arguments, folder / "log");
+    CHECK(viewer.AwaitExit() == wrong.exit_code);
+    const std::string said = viewer.errors();
+    CAPTURE(said, wrong.expected);
+    CHECK(said.find("map_viewer: " + wrong.expected) == 0);
+    CHECK(std::count(said.begin(), said.end(), '\n') == 1);
+  }
+}
