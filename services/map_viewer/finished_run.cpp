@@ -2,8 +2,12 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "common/graph/mapper.hpp"
@@ -28,65 +32,91 @@ Parameters ReadParameters(const std::filesystem::path& folder) {
 /// What a journal brings back.
 class Run {
  public:
-  Run(const std::filesystem::path& folder, const Parameters& parameters)
-      : drawing_(parameters.update), mapper_(parameters.update, parameters.loops) {
+  /// after_scan: called after each.
+  Run(const std::string& results, const std::function<void(const Run&)>& after_scan) {
+    const std::filesystem::path folder = FindJournal(results).parent_path();
+    const auto head = ReadHead(folder);
+    if (!head) throw std::runtime_error(fmt::format("{}: its journal has no scans", results));
+    if (head->subject.finished_map) {
+      throw std::runtime_error(
+          fmt::format("{}: its scans were localised on the map of another run; show that", results));
+    }
+    epoch_ = head->epoch;
+    const Parameters parameters = ReadParameters(folder);
+    drawing_ = parameters.update;
+    mapper_.emplace(parameters.update, parameters.loops);
     ReadJournal(folder, {false, ListMapParameters(parameters)}, OnDamage::kRefuse,
-                {[this](const CriticalRays* scan, const ScanMatch& match) { Add(scan, match); },
-                 [this](const GraphUpdate& update) { return mapper_.Offer(update); }});
+                {[&](const CriticalRays* scan, const ScanMatch& match) {
+                   Add(scan, match);
+                   after_scan(*this);
+                 },
+                 [this](const GraphUpdate& update) { return mapper_->Offer(update); }});
   }
 
-  void Show(std::int64_t epoch, Scene& scene) const {
-    ShowMap(epoch, scene.map());
-    ShowPath(scene);
-    std::vector<SceneLoop> loops;
-    const KeyframeGraph graph = mapper_.MakeBestGraph();
-    for (const Loop& loop : graph.loops()) {
-      loops.push_back({PoseOf(loop.older), PoseOf(loop.newer)});
+  std::size_t num_scans() const { return matches_.size(); }
+
+  /// The scan that was read last; one that was not drawn is not in the journal.
+  void ShowRobot(Scene& scene) const {
+    scene.SetRobot({matches_.back(), of_last_scan_ + 1 == matches_.size() ? last_scan_ : CriticalRays()});
+  }
+
+  /// All that is known of the map and the path.
+  void ShowMapAndPath(Scene& scene) const {
+    ShowMap(scene.map());
+    PathSketch path;
+    for (std::size_t i = 0; i < matches_.size(); ++i) path.Add(BestMatch(i));
+    scene.SetPath(path, true);
+  }
+
+  /// All else that is to be seen of a run that has ended.
+  void ShowEnd(Scene& scene) const {
+    for (const ScanMatch& match : matches_) {
+      scene.AddSample({match.utime, static_cast<float>(match.fitness), match.state});
     }
+    if (last_scan_.rays.size() > 0) scene.SetRobot({BestMatch(of_last_scan_), last_scan_});
+    const KeyframeGraph graph = mapper_->MakeBestGraph();
+    std::vector<SceneLoop> loops;
+    for (const Loop& loop : graph.loops()) loops.push_back({PoseOf(loop.older), PoseOf(loop.newer)});
     scene.SetLoops(std::move(loops));
+    const PathSketch& path = scene.path();
+    const nlohmann::json info{{"live", false}, {"scans", path.num_matches()}, {"lost", path.num_lost()}};
+    scene.SetInfo(info.dump());
   }
 
  private:
   void Add(const CriticalRays* scan, const ScanMatch& match) {
-    mapper_.Integrate(scan, match);
+    mapper_->Integrate(scan, match);
     matches_.push_back(match);
     if (!scan) return;
     last_scan_ = *scan;
     of_last_scan_ = matches_.size() - 1;
   }
 
-  const Pose2& PoseOf(int keyframe) const { return mapper_.best_poses()[static_cast<std::size_t>(keyframe)]; }
+  const Pose2& PoseOf(int keyframe) const { return mapper_->best_poses()[static_cast<std::size_t>(keyframe)]; }
 
-  void ShowMap(std::int64_t epoch, SceneMap& shown) const {
+  ScanMatch BestMatch(std::size_t scan) const {
+    ScanMatch match = matches_[scan];
+    match.T_map_laser = mapper_->BestPose(static_cast<std::int64_t>(scan));
+    return match;
+  }
+
+  void ShowMap(SceneMap& shown) const {
     constexpr int kAll = 1 << 30;
     WholeMap whole(drawing_);
-    if (mapper_.closes_loops()) whole.Draw(mapper_.graph(), mapper_.best_poses(), mapper_.local().version(), kAll);
-    const MapUpdater& drawn = mapper_.closes_loops() ? whole.map() : mapper_.local();
+    const MapUpdater& local = mapper_->local();
+    if (mapper_->closes_loops()) whole.Draw(mapper_->graph(), mapper_->best_poses(), local.version(), kAll);
+    const MapUpdater& drawn = mapper_->closes_loops() ? whole.map() : local;
     ByteMap map(drawn.geometry().cell_size_m());
     for (std::size_t tile = 0; tile < drawn.num_tiles(); ++tile) {
       if (const auto change = drawn.TileSince(tile, -1)) map.Apply(*change);
     }
-    shown.Begin(map.geometry().cell_size_m());
-    for (const auto& [index, tile] : map.tiles().entries()) shown.Set(index, tile->cells, drawn.version());
-    shown.SetVersion(epoch, drawn.version());
+    shown.Replace(map, drawn.version());
+    shown.SetVersion(epoch_, drawn.version());
   }
 
-  void ShowPath(Scene& scene) const {
-    PathSketch path;
-    for (std::size_t i = 0; i < matches_.size(); ++i) {
-      ScanMatch match = matches_[i];
-      match.T_map_laser = mapper_.BestPose(static_cast<std::int64_t>(i));
-      path.Add(match);
-      scene.AddSample({match.utime, static_cast<float>(match.fitness), match.state});
-      if (i == of_last_scan_) scene.SetRobot({match, last_scan_});
-    }
-    scene.SetPath(path, true);
-    const nlohmann::json info{{"live", false}, {"scans", path.num_matches()}, {"lost", path.num_lost()}};
-    scene.SetInfo(info.dump());
-  }
-
+  std::int64_t epoch_ = 0;
   UpdateParameters drawing_;
-  Mapper mapper_;
+  std::optional<Mapper> mapper_;
   std::vector<ScanMatch> matches_;
   CriticalRays last_scan_;  ///< that was drawn
   std::size_t of_last_scan_ = 0;
@@ -95,15 +125,22 @@ class Run {
 }  // namespace
 
 std::unique_ptr<Scene> ReadFinishedRun(const std::string& results) {
-  const std::filesystem::path folder = FindJournal(results).parent_path();
-  const auto head = ReadHead(folder);
-  if (!head) throw std::runtime_error(fmt::format("{}: its journal has no scans", results));
-  if (head->subject.finished_map) {
-    throw std::runtime_error(fmt::format("{}: its scans were localised on the map of another run; show that", results));
-  }
   auto scene = std::make_unique<Scene>(results);
-  Run(folder, ReadParameters(folder)).Show(head->epoch, *scene);
+  const Run run(results, [](const Run&) {});
+  run.ShowMapAndPath(*scene);
+  run.ShowEnd(*scene);
   return scene;
+}
+
+void ReplayRun(const std::string& results, Scene& scene, const std::function<void()>& changed) {
+  constexpr std::size_t kTimes = 50;
+  const std::size_t num_scans = Run(results, [](const Run&) {}).num_scans();
+  const std::size_t step = std::max<std::size_t>(1, num_scans / kTimes);
+  const Run run(results, [&](const Run& so_far) {
+    so_far.ShowRobot(scene);
+    if (so_far.num_scans() % step == 0 || so_far.num_scans() == num_scans) so_far.ShowMapAndPath(scene);
+    changed();
+  });
 }
 
 }  // namespace crsm

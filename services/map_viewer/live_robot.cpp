@@ -141,11 +141,7 @@ void LiveRobot::ShowMap() {
     if (const ByteMap::Tile* tile = map_->tiles().Find(index)) shown.Set(index, tile->cells, replica.version());
   }
   if (!replica.synced()) return;
-  if (std::exchange(is_anew_, false)) {
-    for (const auto& [index, tile] : std::map(shown.tiles())) {
-      if (!map_->tiles().Find(index)) shown.Set(index, ByteMap::Tile().cells, replica.version());
-    }
-  }
+  if (std::exchange(is_anew_, false)) shown.Replace(*map_, replica.version());
   if (shown.version() == replica.version() && shown.epoch() == replica.epoch()) return;
   shown.SetVersion(replica.epoch(), replica.version());
   scene_.SetPath(path_, std::exchange(path_is_anew_, false));

@@ -13,6 +13,7 @@
 #include "services/map_viewer/access.hpp"
 #include "services/map_viewer/finished_run.hpp"
 #include "services/map_viewer/live_robot.hpp"
+#include "services/map_viewer/mcap_export.hpp"
 #include "services/map_viewer/site.hpp"
 #include "services/map_viewer/web_server.hpp"
 #include "services/runtime/command_line.hpp"
@@ -25,6 +26,7 @@ namespace {
 struct ViewerOptions {
   std::vector<std::string> folders;
   std::vector<std::string> robots;
+  std::string mcap;
 };
 
 /// Scenes behind an address, which is said on stderr.
@@ -114,6 +116,10 @@ void Show(const CommandLine& command_line, const ViewerOptions& options) {
   if (!options.folders.empty() && !options.robots.empty()) {
     throw UsageError("--robots: are live; a finished run is shown without them");
   }
+  if (!options.mcap.empty()) {
+    if (options.folders.size() != 1) throw UsageError("--mcap: needs the DIR of one finished run");
+    return WriteMcap(options.folders.front(), options.mcap);
+  }
   if (!options.folders.empty()) return ShowFinished(command_line, options.folders);
   if (!options.robots.empty()) return ShowLive(command_line, options.robots);
   ShowLive(command_line, {command_line.settings().channel_prefix});
@@ -132,6 +138,8 @@ int main(int argc, char** argv) {
                                 "--out of a finished run, or of several, side by side; what is live if there is none");
   command_line.app().add_option("--robots", options.robots,
                                 "channel prefixes of several robots on one bus, side by side: robot1/ robot2/");
+  command_line.app().add_option("--mcap", options.mcap,
+                                "write DIR's run as an MCAP file, for Foxglove and Lichtblick, and end");
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::Show(command_line, options); });
 }

@@ -27,6 +27,16 @@ void SceneMap::Set(TileIndex index, const TileBytes& cells, std::int64_t version
   changes_.emplace(tile.changed, index);
 }
 
+void SceneMap::Replace(const ByteMap& map, std::int64_t version) {
+  if (cell_size_m_ != map.geometry().cell_size_m()) Begin(map.geometry().cell_size_m());
+  std::vector<TileIndex> gone;
+  for (const auto& [index, tile] : tiles_) {
+    if (!map.tiles().Find(index)) gone.push_back(index);
+  }
+  for (const TileIndex index : gone) Set(index, Tile().cells, version);
+  for (const auto& [index, tile] : map.tiles().entries()) Set(index, tile->cells, version);
+}
+
 void SceneMap::SetVersion(std::int64_t epoch, std::int64_t version) {
   if (epoch == epoch_ && version == version_) return;
   epoch_ = epoch;

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "common/map/byte_map.hpp"
+#include "common/map/dense_grid.hpp"
 #include "common/map/map_delta.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
@@ -26,10 +28,7 @@ class SceneMap {
     ChangeNumber changed = 0;             ///< the last time, ...
     ChangeNumber changed_before = 0;      ///< ... and the time before
     std::int64_t changed_in = 0;          ///< version of the map that brought it
-    Tile() { cells.fill(kUnexplored); }
-
-   private:
-    static constexpr std::uint8_t kUnexplored = 127;
+    Tile() { cells.fill(kUnexploredByte); }
   };
 
   /// Another map begins, of which nothing is known yet.
@@ -37,6 +36,9 @@ class SceneMap {
 
   /// What a tile is now. Nothing happens where it was so before.
   void Set(TileIndex index, const TileBytes& cells, std::int64_t version);
+
+  /// What all of the map is now; one with other cells begins anew.
+  void Replace(const ByteMap& map, std::int64_t version);
 
   /// All that was set belongs to this version, and is all of it.
   void SetVersion(std::int64_t epoch, std::int64_t version);

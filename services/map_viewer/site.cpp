@@ -4,11 +4,15 @@
 #include <charconv>
 #include <optional>
 
+#include "services/map_viewer/foxglove_feed.hpp"
+#include "services/map_viewer/foxglove_scene.hpp"
 #include "services/map_viewer/page_feed.hpp"
 #include "services/map_viewer/page_files.hpp"
 
 namespace crsm {
 namespace {
+
+constexpr const char* kLayout = "/foxglove-layout.json";
 
 WebPage Refuse(unsigned status, const std::string& why) { return {status, WebPage().content_type, why + "\n"}; }
 
@@ -48,7 +52,23 @@ WebAnswer Site::Answer(const WebRequest& request) const {
   if (request.is_upgrade) return AnswerUpgrade(request);
   if (request.origin && !access_.AllowsOrigin(*request.origin, false)) return Refuse(403, "Origin: not this viewer");
   if (request.method != "GET" && request.method != "HEAD") return Refuse(405, "there is only something to look at");
+  if (request.target == kLayout) return WebPage{200, ContentTypeOf(kLayout), MakeFoxgloveLayout(Prefixes())};
   return FindFile(request);
+}
+
+/// Before the topics of each scene, in Foxglove's names.
+std::vector<std::string> Site::Prefixes() const {
+  if (scenes_.size() == 1) return {""};
+  std::vector<std::string> prefixes;
+  for (const Scene* scene : scenes_) prefixes.push_back(scene->name() + (scene->name().ends_with('/') ? "" : "/"));
+  return prefixes;
+}
+
+std::unique_ptr<Feed> Site::MakeFoxgloveFeed() const {
+  const std::vector<std::string> prefixes = Prefixes();
+  std::vector<FoxgloveScene> scenes;
+  for (std::size_t i = 0; i < scenes_.size(); ++i) scenes.emplace_back(*scenes_[i], prefixes[i]);
+  return std::make_unique<FoxgloveFeed>(std::move(scenes));
 }
 
 WebAnswer Site::AnswerUpgrade(const WebRequest& request) const {
@@ -58,6 +78,9 @@ WebAnswer Site::AnswerUpgrade(const WebRequest& request) const {
   }
   if (!access_.AllowsToken(FindInQuery(request.target, "token").value_or(""))) {
     return Refuse(401, "token: the viewer said it when it was started");
+  }
+  for (const char* subprotocol : FoxgloveFeed::kSubprotocols) {
+    if (!page && Knows(request, subprotocol)) return WebFeed{subprotocol, MakeFoxgloveFeed()};
   }
   if (!page) return Refuse(400, "Sec-WebSocket-Protocol: none that is spoken here");
   const auto robot = static_cast<std::uint64_t>(FindNumber(request, "robot"));

@@ -21,6 +21,8 @@ class Site {
 
  private:
   WebAnswer AnswerUpgrade(const WebRequest& request) const;
+  std::vector<std::string> Prefixes() const;
+  std::unique_ptr<Feed> MakeFoxgloveFeed() const;
 
   std::vector<const Scene*> scenes_;
   Access access_;

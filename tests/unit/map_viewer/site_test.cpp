@@ -40,6 +40,7 @@ TEST_CASE("the page and all that it names are there, and nothing else") {
   CHECK(index.body.starts_with("<!doctype html>"));
   CHECK(site.PageOf("/main.js?x=1").content_type == "text/javascript; charset=utf-8");
   CHECK(site.PageOf("/style.css").content_type == "text/css; charset=utf-8");
+  CHECK(site.PageOf("/foxglove-layout.json").body.find("/robot2/map/0_0") != std::string::npos);
   CHECK(site.PageOf("/icon.svg").content_type == "image/svg+xml");
   for (const char* target : {"", "*", "/..", "/../main.cpp", "/main", "//main.js", "/MAIN.JS", "main.js", "/live",
                              "http://localhost/", "/main.js/"}) {
@@ -99,6 +100,16 @@ TEST_CASE("a feed is of a robot that is there, in a language that is spoken here
   CHECK(site.StatusOf(other) == 400);
   other.subprotocols = {};
   CHECK(site.StatusOf(other) == 400);
+  other.target = "/";
+  for (const char* subprotocol : {"foxglove.sdk.v1", "foxglove.websocket.v1"}) {
+    other.subprotocols = {"x", subprotocol};
+    for (const char* origin : {"https://app.foxglove.dev", "file://", "http://localhost:8765"}) {
+      other.origin = origin;
+      CHECK(site.StatusOf(other) == 101);
+    }
+    other.origin = "http://evil.example";
+    CHECK(site.StatusOf(other) == 403);
+  }
 }
 
 TEST_CASE("beyond this host the map is for who has the token; the page itself is no secret") {
