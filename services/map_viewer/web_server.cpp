@@ -6,6 +6,7 @@
 #include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
@@ -139,7 +140,11 @@ class Client : public std::enable_shared_from_this<Client> {
     websocket_.read_message_max(WebServer::kMostMessageBytes);
     websocket_.auto_fragment(false);
     feed_ = std::move(accepted.feed);
-    // What has come of the first frame already is read with the others.
+    // A client that floods with pings is no better than one that floods with messages.
+    websocket_.control_callback([this](websocket::frame_type, beast::string_view) {
+      if (!IsTooFast()) return;
+      asio::post(websocket_.get_executor(), [self = shared_from_this()] { self->SendAway(); });
+    });
     websocket_.async_accept(parser_.get(), [self = shared_from_this()](beast::error_code error) {
       if (error) return self->End();
       self->counters_.Add("clients_accepted");
@@ -225,14 +230,11 @@ class WebServer::Impl {
   void Serve(std::chrono::milliseconds duration) {
     for (const auto& client : LivingClients()) client->Offer();
     context_.restart();
-    context_.run_for(duration);
+    duration.count() > 0 ? context_.run_for(duration) : context_.poll();
   }
 
   void Adopt(Protocol::socket socket) {
-    if (LivingClients().size() >= kMostConnections) {
-      counters_.Add("connections_refused");
-      return;  // closes it
-    }
+    if (!MakeRoom()) return counters_.Add("connections_refused");  // which closes it
     auto client = std::make_shared<Client>(std::move(socket), answer_, counters_);
     clients_.push_back(client);
     client->Start();
@@ -253,6 +255,18 @@ class WebServer::Impl {
       pause_.expires_after(std::chrono::milliseconds(50));
       pause_.async_wait([this](beast::error_code) { Accept(); });
     });
+  }
+
+  /// Who connects and asks for nothing has to go before who asks at once. False where all are fed.
+  bool MakeRoom() {
+    const auto clients = LivingClients();
+    if (clients.size() < kMostConnections) return true;
+    const auto oldest =
+        std::find_if(clients.begin(), clients.end(), [](const auto& client) { return !client->is_fed(); });
+    if (oldest == clients.end()) return false;
+    counters_.Add("connections_dropped");
+    (*oldest)->Close();
+    return true;
   }
 
   std::vector<std::shared_ptr<Client>> LivingClients() {

@@ -48,7 +48,7 @@ class WebServer {
   static constexpr std::size_t kMostMessageBytes = 65536;  ///< from a client
   static constexpr int kMostMessagesPerSecond = 200;       ///< from a client
   static constexpr auto kRequestPatience = std::chrono::seconds(5);
-  static constexpr auto kSilencePatience = std::chrono::seconds(20);  ///< with a client that answers no ping
+  static constexpr auto kSilencePatience = std::chrono::seconds(10);  ///< with a client that answers no ping
 
   using Answer = std::function<WebAnswer(const WebRequest&)>;
 
@@ -62,7 +62,7 @@ class WebServer {
   /// How many clients are fed.
   std::size_t num_feeds() const;
 
-  /// Tells the clients what is new, and answers requests as they come, for as long.
+  /// Tells the clients what is new, and answers requests as they come, for as long; 0: those that are there.
   void Serve(std::chrono::milliseconds duration);
 
   /// Takes over a socket whose other end is a client.
