@@ -32,7 +32,8 @@ LiveRobot::LiveRobot(const CommandLine& command_line)
   Bus& bus = service_.bus();
   bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel,
                                       [this](const critical_rays_t& message) { scans_.Hold(FromMessage(message)); });
-  bus.SubscribeToOne<scan_match_t>(kScanMatchChannel, [this](const scan_match_t& message) { Show(message); });
+  bus.SubscribeToOne<scan_match_t>(kScanMatchChannel, [this](const scan_match_t& message) { Hear(message); });
+  bus.SubscribeToOne<bot_core::pose_t>(kLocalPoseChannel, [this](const bot_core::pose_t& message) { Hear(message); });
   bus.SubscribeToOne<keyframe_t>(kKeyframeChannel, [this](const keyframe_t& message) { Hear(message); });
   bus.SubscribeToOne<pose_graph_t>(kPoseGraphChannel, [this](const pose_graph_t& message) { Hear(message); });
   bus.Subscribe<service_status_t>(kEveryServiceStatus, [this](const service_status_t& status) { Keep(status); });
@@ -68,25 +69,36 @@ bool LiveRobot::Apply(std::span<const TileChange> changes) {
 /// Of the path: where the scan was taken by all that is known now.
 void LiveRobot::Add(const ScanMatch& match) {
   path_.Add(match);
-  if (const Matched* matched = matched_.Find(match.utime)) {
-    T_best_matched_ = match.T_map_laser * Inverse(matched->T_map_laser);
+  if (const LocalPose* local = local_poses_.Find(match.utime)) {
+    T_best_local_ = match.T_map_laser * Inverse(local->T_local_laser);
   }
   const auto keyframe = keyframe_of_utime_.find(match.utime);
   if (keyframe != keyframe_of_utime_.end()) T_map_keyframe_[keyframe->second] = match.T_map_laser;
 }
 
-/// The robot stands on the map that is shown, also where that was put right and the map that scans are matched to was
-/// not yet.
-void LiveRobot::Show(const scan_match_t& message) {
-  const auto start = Clock::now();
-  ScanMatch match = FromMessage(message);
-  matched_.Hold({match.utime, match.T_map_laser});
-  scene_.AddSample({match.utime, static_cast<float>(match.fitness), match.state});
-  match.T_map_laser = T_best_matched_ * match.T_map_laser;
+void LiveRobot::Hear(const scan_match_t& message) {
+  last_match_ = FromMessage(message);
+  scene_.AddSample({last_match_->utime, static_cast<float>(last_match_->fitness), last_match_->state});
+  service_.counters().Add("handled");
+  if (!T_best_local_) Show(*last_match_);
+}
+
+/// The robot stands on the map that is shown, which a loop may have put right already when the map that scans are
+/// matched to was not yet, or the other way round. What leads from one scan to the next is the same on both: it is
+/// taken from the poses that never jump.
+void LiveRobot::Hear(const bot_core::pose_t& message) {
+  const Odometry local = FromMessage(message);
+  if (!local.T_odom_robot) return;
+  local_poses_.Hold({local.utime, *local.T_odom_robot});
+  if (!T_best_local_ || !last_match_ || last_match_->utime != local.utime) return;
+  ScanMatch match = *last_match_;
+  match.T_map_laser = *T_best_local_ * *local.T_odom_robot;
+  Show(std::move(match));
+}
+
+void LiveRobot::Show(ScanMatch match) {
   const CriticalRays* scan = scans_.Find(match.utime);
   scene_.SetRobot({std::move(match), scan ? *scan : CriticalRays()});
-  service_.counters().Add("handled");
-  service_.RecordLatency(start);
 }
 
 void LiveRobot::Hear(const keyframe_t& keyframe) {

@@ -37,9 +37,9 @@ class LiveRobot {
   bool is_fetching() const { return !map_follower_.replica().synced() && map_follower_.replica().epoch() != 0; }
 
  private:
-  struct Matched {
+  struct LocalPose {
     std::int64_t utime = 0;
-    Pose2 T_map_laser;
+    Pose2 T_local_laser;
   };
   struct StageTimes {
     double median_ms = 0.0;
@@ -53,7 +53,9 @@ class LiveRobot {
   void Begin(double cell_size_m);
   bool Apply(std::span<const TileChange> changes);
   void Add(const ScanMatch& match);
-  void Show(const scan_match_t& message);
+  void Hear(const scan_match_t& match);
+  void Hear(const bot_core::pose_t& local_pose);
+  void Show(ScanMatch match);
   void Hear(const keyframe_t& keyframe);
   void Hear(const pose_graph_t& update);
   void Keep(const service_status_t& status);
@@ -79,8 +81,9 @@ class LiveRobot {
 
   // The robot on it.
   HeldByUtime<CriticalRays, 64> scans_;
-  HeldByUtime<Matched, 4096> matched_;  ///< as they were heard, before the map was put right
-  Pose2 T_best_matched_;                ///< by how much it was since
+  std::optional<ScanMatch> last_match_;  ///< that was heard
+  HeldByUtime<LocalPose, 4096> local_poses_;
+  std::optional<Pose2> T_best_local_;  ///< from the frame that never jumps onto the map that is shown
 
   // Loops.
   std::unordered_map<std::int64_t, int> keyframe_of_utime_;

@@ -1,8 +1,11 @@
 // map_viewer beside a stack: what its page is told is the map, whoever comes late, is cut off or killed.
 
 #include <algorithm>
+#include <atomic>
 #include <csignal>
+#include <cstdio>
 #include <thread>
+#include <utility>
 
 #include "catch.hpp"
 #include "map_viewer/page_client.hpp"
@@ -166,6 +169,93 @@ TEST_CASE("a match is on the page within a moment, also when many come", "[viewe
   CHECK(page->num_robots < 250);  // no screen shows more than about 60 in a second
   CHECK(page->num_rays == 3);
   REQUIRE(page.Await([&] { return page->fitnesses.size() >= 290; }));  // the first wait until their sender is believed
+}
+
+TEST_CASE("prints how long a match takes to a page", "[.viewer_latency]") {
+  constexpr std::size_t kCount = 2000;
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Viewer viewer({"--lcm-url", url}, folder);
+  REQUIRE(viewer.AwaitReady());
+  Page page(viewer.port());
+  TestBus bus(url);
+  std::vector<std::atomic<Clock::rep>> sent(kCount + 1);
+  std::thread publisher([&] {
+    for (std::size_t utime = 1; utime <= kCount; ++utime) {
+      bus->Publish(kCriticalRaysChannel, ScanOf(static_cast<std::int64_t>(utime)));
+      sent[utime] = Clock::now().time_since_epoch().count();
+      bus->Publish(kScanMatchChannel, MatchOf(static_cast<std::int64_t>(utime)));
+      std::this_thread::sleep_for(std::chrono::milliseconds(25));
+    }
+  });
+  std::vector<double> latencies_ms;
+  std::int64_t last = 0;
+  CHECK(page.Await([&] {
+    if (std::exchange(last, page->robot_utime) != page->robot_utime) {
+      const Clock::duration age =
+          Clock::now().time_since_epoch() - Clock::duration(sent[static_cast<std::size_t>(page->robot_utime)]);
+      latencies_ms.push_back(std::chrono::duration<double, std::milli>(age).count());
+    }
+    return last == kCount;
+  }));
+  publisher.join();
+  latencies_ms.erase(latencies_ms.begin(), latencies_ms.begin() + 40);  // until the sender is believed
+  std::sort(latencies_ms.begin(), latencies_ms.end());
+  for (const double share : {0.5, 0.99, 1.0}) {
+    const auto at = static_cast<std::size_t>(share * static_cast<double>(latencies_ms.size() - 1));
+    std::printf("%3.0f %% of %zu matches: within %.1f ms\n", 100.0 * share, latencies_ms.size(), latencies_ms[at]);
+  }
+}
+
+TEST_CASE("the robot stays on the map that is shown, whichever of the two maps a loop has put right first",
+          "[viewer]") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Viewer viewer({"--lcm-url", url}, folder);
+  REQUIRE(viewer.AwaitReady());
+  Page page(viewer.port());
+  TestBus bus(url);
+  std::vector<scan_match_t> put_right;  // as the owner of the map knows by now
+  bus->Subscribe<map_request_t>(kMapRequestChannel, [&](const map_request_t& request) {
+    map_delta_t answer{};
+    answer.epoch = 99;
+    answer.version = std::ssize(put_right);
+    answer.base_version = request.epoch == 99 ? request.base_version : 0;
+    answer.cell_size_m = 0.05;
+    answer.num_parts = 1;
+    answer.recipient = request.requester;
+    answer.asked_utime = -1;
+    answer.next_tile = -1;
+    const auto first = request.epoch == 99 ? request.first_match : 0;
+    answer.matches.assign(put_right.begin() + first, put_right.end());
+    answer.num_matches = static_cast<std::int32_t>(answer.matches.size());
+    answer.next_match = static_cast<std::int32_t>(put_right.size());
+    bus->Publish(kWholeMapChannel, answer);
+  });
+  const auto Say = [&](std::int64_t utime, double matched_x_m, double local_x_m) {
+    scan_match_t match = MatchOf(utime);
+    match.x_m = matched_x_m;
+    bus->Publish(kScanMatchChannel, match);
+    bus->Publish(kLocalPoseChannel, ToPoseMessage(utime, {local_x_m, 0.0, 0.0}));
+  };
+  const auto Shows = [&](std::int64_t utime, double x_m) {
+    return page.Await([&] {
+      bus->Wait(1);
+      return page->robot_utime == utime && page->robot_x_m == Approx(x_m);
+    });
+  };
+  Say(1, 10.0, 10.0);
+  CHECK(Shows(1, 10.0));  // nothing else is known
+  put_right.push_back(MatchOf(1));
+  put_right[0].x_m = 15.0;
+  REQUIRE(page.Await([&] {
+    bus->Wait(1);
+    return page->version == 1;
+  }));
+  Say(2, 11.0, 11.0);
+  CHECK(Shows(2, 16.0));  // the map that scans are matched to does not know yet
+  Say(3, 17.0, 12.0);
+  CHECK(Shows(3, 17.0));  // now it does
 }
 
 TEST_CASE("what is no message is dropped and counted, and the viewer goes on", "[viewer]") {
