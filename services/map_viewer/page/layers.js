@@ -1,6 +1,7 @@
 // What is drawn over the map. All lengths are metres: the context's unit is a metre, y up; `pixel` is a pixel's size.
 
 const TAU = 2 * Math.PI;
+const LONGEST_STEP_M = 10;  // of the path; behind a longer one something was not seen
 const CHI_95 = Math.sqrt(5.991);  // an ellipse of so many sigmas holds 95 % in two dimensions
 
 function circle(context, x, y, radius) {
@@ -26,20 +27,20 @@ export function drawGrid(context, {x0, y0, x1, y1}, pixel, colours) {
   }
 }
 
-export function drawPath(context, points, robot, pixel, colours) {
+// tail: where the robot was seen behind the end of the path.
+export function drawPath(context, points, tail, pixel, colours) {
   if (points.length === 0) return;
   context.strokeStyle = colours.path;
   context.lineWidth = 2 * pixel;
   context.lineJoin = "round";
   context.globalAlpha = 0.85;
   context.beginPath();
-  let begun = false;
-  for (const {x_m, y_m, state} of points) {
-    if (state === "LOST") continue;
-    begun ? context.lineTo(x_m, y_m) : context.moveTo(x_m, y_m);
-    begun = true;
+  let last = null;
+  for (const point of [...points.filter(({state}) => state !== "LOST"), ...tail]) {
+    const jumps = !last || Math.hypot(point.x_m - last.x_m, point.y_m - last.y_m) > LONGEST_STEP_M;
+    jumps ? context.moveTo(point.x_m, point.y_m) : context.lineTo(point.x_m, point.y_m);
+    last = point;
   }
-  if (robot && robot.state !== "LOST") context.lineTo(robot.x_m, robot.y_m);
   context.stroke();
   context.globalAlpha = 1;
   context.fillStyle = colours.bad;

@@ -227,7 +227,7 @@ export class MapView extends EventTarget {
     const window_m = {x0: camera.x_m - half.x, x1: camera.x_m + half.x, y0: camera.y_m - half.y, y1: camera.y_m + half.y};
     drawGrid(context, window_m, pixel, colours);
     this.drawMap(context, window_m);
-    drawPath(context, model.path, model.robot, pixel, colours);
+    drawPath(context, model.path, model.tail, pixel, colours);
     drawLoops(context, model.info.loops, loop_age_s, pixel, colours);
     if (model.robot) {
       if (this.shows_rays) drawScan(context, model.robot, model.map, pixel, colours);

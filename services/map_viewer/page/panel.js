@@ -92,6 +92,7 @@ export function showPanel(model, changed, all) {
   show("state", text);
   show("name", model.info.live === false ? `finished run ${model.info.robot}` : model.info.robot);
   show("counts", model.cursor.version > 0n ? `map version ${whole.format(model.cursor.version)}` : "");
+  $("panel").classList.toggle("finished", model.info.live === false);
   if (all || changed.has("robot")) showPose(model);
   if (all || changed.has("samples")) drawFitness($("fitness_chart"), model.samples);
   if (all || changed.has("info")) showInfo(model);

@@ -3,6 +3,8 @@
 import {MapModel} from "./map_model.js";
 
 const MOST_SAMPLES = 1024;
+const MOST_TAIL = 4000;
+const TAIL_STEP_M = 0.1;
 
 export class RobotModel extends EventTarget {
   constructor() {
@@ -12,6 +14,7 @@ export class RobotModel extends EventTarget {
     this.robot = null;
     this.path = [];
     this.path_generation = 0;
+    this.tail = [];  // where the robot was seen since the path was told last
     this.samples = [];
     this.info = {services: [], loops: [], robots: [""], robot: ""};
     this.connected = false;
@@ -47,12 +50,23 @@ export class RobotModel extends EventTarget {
     if (put_right) this.tell("put_right");
   }
 
-  take_robot(robot) { this.robot = robot; }
+  take_robot(robot) {
+    this.robot = robot;
+    const last = this.tail.at(-1);
+    if (robot.state === "LOST") return;
+    if (last && Math.hypot(robot.x_m - last.x_m, robot.y_m - last.y_m) < TAIL_STEP_M) return;
+    this.tail.push({x_m: robot.x_m, y_m: robot.y_m});
+    if (this.tail.length > MOST_TAIL) this.tail.shift();
+  }
 
   take_path({generation, first, points}) {
     if (generation !== this.path_generation || first < this.path.length) this.path.length = 0;
     this.path_generation = generation;
     this.path.push(...points);
+    const end = this.path.at(-1);
+    if (!end) return;
+    const ways_m = this.tail.map(({x_m, y_m}) => Math.hypot(x_m - end.x_m, y_m - end.y_m));
+    this.tail.splice(0, 1 + ways_m.lastIndexOf(Math.min(...ways_m)));
   }
 
   take_samples({samples}) { this.samples = [...this.samples, ...samples].slice(-MOST_SAMPLES); }
