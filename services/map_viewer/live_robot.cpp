@@ -116,7 +116,7 @@ void LiveRobot::Hear(const pose_graph_t& update) {
 
 /// Of a few services only: the names come from the network.
 void LiveRobot::Keep(const service_status_t& status) {
-  if (statuses_.size() == kMostServices && statuses_.count(status.name) == 0) {
+  if (statuses_.size() >= kMostServices && statuses_.count(status.name) == 0) {
     return service_.counters().Add("status_ignored");
   }
   statuses_[status.name] = {status, Clock::now()};

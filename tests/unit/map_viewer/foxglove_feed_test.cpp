@@ -78,13 +78,22 @@ TEST_CASE("Foxglove is greeted, told of the topics, and of a block of the map wh
   CHECK(client.channels.size() == 4);
   scene.map().Set({-1, 0}, Filled(200), 1);
   scene.map().Set({7, 7}, Filled(200), 1);
-  scene.map().Set({-8, 7}, Filled(200), 1);  // in the block of the first
   client.TakeAll();
   CHECK(client.texts.size() == 3);
   CHECK(client.channels.count("/map/-1_0") == 1);
   CHECK(client.channels.count("/map/0_0") == 1);
   CHECK(client.channels.size() == 6);
   CHECK(client.num_told == 0);  // nothing was asked for
+
+  scene.map().Set({-8, 7}, Filled(10), 1);  // in the block of the first
+  client.Subscribe("/map/-1_0", 1);
+  const json& grid = client.told[1];
+  CHECK(grid["pose"]["position"] == json{{"x", -25.6}, {"y", 0.0}, {"z", 0.0}});
+  const std::string data = grid["data"];
+  REQUIRE(data.size() == (512 * 512 + 2) / 3 * 4);
+  CHECK(data.starts_with("f39/"));                            // unexplored: 127 127 127
+  CHECK(data.substr((63 * 512 + 450) / 3 * 4, 4) == "yMjI");  // 200 in the last tile of the first row
+  CHECK(data.substr((511 * 512 + 1) / 3 * 4, 4) == "CgoK");   // 10 in the first tile of the last
 }
 
 TEST_CASE("a topic that was subscribed to is told when it has changed, and no more after that") {
