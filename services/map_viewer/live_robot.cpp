@@ -66,18 +66,17 @@ bool LiveRobot::Apply(std::span<const TileChange> changes) {
   return all_applied;
 }
 
-/// Of the path: where the scan was taken by all that is known now.
+/// Where a scan of the path was taken, by all that is known now.
 void LiveRobot::Add(const ScanMatch& match) {
   path_.Add(match);
-  if (const LocalPose* local = local_poses_.Find(match.utime)) {
-    T_best_local_ = match.T_map_laser * Inverse(local->T_local_laser);
-  }
+  last_known_ = match;
   const auto keyframe = keyframe_of_utime_.find(match.utime);
   if (keyframe != keyframe_of_utime_.end()) T_map_keyframe_[keyframe->second] = match.T_map_laser;
 }
 
 void LiveRobot::Hear(const scan_match_t& message) {
   last_match_ = FromMessage(message);
+  if (last_match_->state == MatchState::kFirst) ForgetRun();
   scene_.AddSample({last_match_->utime, static_cast<float>(last_match_->fitness), last_match_->state});
   service_.counters().Add("handled");
   if (!T_best_local_) Show(*last_match_);
@@ -94,6 +93,16 @@ void LiveRobot::Hear(const bot_core::pose_t& message) {
   ScanMatch match = *last_match_;
   match.T_map_laser = *T_best_local_ * *local.T_odom_robot;
   Show(std::move(match));
+}
+
+/// Another map begins: what is known of scans by their utimes may be of another log.
+void LiveRobot::ForgetRun() {
+  local_poses_ = {};
+  last_known_.reset();
+  T_best_local_.reset();
+  keyframe_of_utime_.clear();
+  T_map_keyframe_.clear();
+  loops_.clear();
 }
 
 void LiveRobot::Show(ScanMatch match) {
@@ -157,6 +166,9 @@ void LiveRobot::ShowMap() {
   if (shown.version() == replica.version() && shown.epoch() == replica.epoch()) return;
   shown.SetVersion(replica.epoch(), replica.version());
   scene_.SetPath(path_, std::exchange(path_is_anew_, false));
+  if (const LocalPose* local = last_known_ ? local_poses_.Find(last_known_->utime) : nullptr) {
+    T_best_local_ = last_known_->T_map_laser * Inverse(local->T_local_laser);
+  }
   ShowLoops();
 }
 

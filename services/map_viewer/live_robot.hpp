@@ -56,6 +56,7 @@ class LiveRobot {
   void Hear(const scan_match_t& match);
   void Hear(const bot_core::pose_t& local_pose);
   void Show(ScanMatch match);
+  void ForgetRun();
   void Hear(const keyframe_t& keyframe);
   void Hear(const pose_graph_t& update);
   void Keep(const service_status_t& status);
@@ -82,6 +83,7 @@ class LiveRobot {
   // The robot on it.
   HeldByUtime<CriticalRays, 64> scans_;
   std::optional<ScanMatch> last_match_;  ///< that was heard
+  std::optional<ScanMatch> last_known_;  ///< on the map that is shown
   HeldByUtime<LocalPose, 4096> local_poses_;
   std::optional<Pose2> T_best_local_;  ///< from the frame that never jumps onto the map that is shown
 

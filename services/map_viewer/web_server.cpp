@@ -240,7 +240,7 @@ class WebServer::Impl {
     client->Start();
   }
 
-  asio::io_context& context() { return context_; }
+  void Adopt(int descriptor) { Adopt(Protocol::socket(context_, Protocol(AF_UNIX, 0), descriptor)); }
 
  private:
   void Accept() {
@@ -298,8 +298,6 @@ std::size_t WebServer::num_feeds() const { return impl_->num_feeds(); }
 
 void WebServer::Serve(std::chrono::milliseconds duration) { impl_->Serve(duration); }
 
-void WebServer::Adopt(int descriptor) {
-  impl_->Adopt(Protocol::socket(impl_->context(), Protocol(AF_UNIX, 0), descriptor));
-}
+void WebServer::Adopt(int descriptor) { impl_->Adopt(descriptor); }
 
 }  // namespace crsm

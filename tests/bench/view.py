@@ -125,7 +125,7 @@ def run(log, flags, out, rate, num_pages):
     elapsed_s = time.monotonic() - begin
     time.sleep(1.0 if viewer else 0.0)  # for the last version
     seen = viewer.end() if viewer else None
-    for service in sorted(services, key=lambda service: service.name != "map_exporter"):  # it goes first: it asks others
+    for service in sorted(services, key=lambda service: service.name != "map_exporter"):  # it goes first
         service.popen.terminate()
         service.processor_time()
     return elapsed_s, seen
@@ -155,8 +155,9 @@ def main():
             beside, _ = run(log, flags, folder / f"beside{number}", "max", 1)
             ratios.append(beside / without)
         scans = stack.num_scans(folder / "without0")
-        print(f"{arguments.log}: {scans} scans; in lockstep with a viewer and a page {statistics.median(ratios):.3f} times "
-              f"the time without ({min(ratios):.3f} to {max(ratios):.3f}, {arguments.runs} runs)")
+        print(f"{arguments.log}: {scans} scans; in lockstep with a viewer and a page "
+              f"{statistics.median(ratios):.3f} times the time without "
+              f"({min(ratios):.3f} to {max(ratios):.3f}, {arguments.runs} runs)")
         print(f"at {arguments.rate} times the pace of the log:")
         print("pages  processor of the viewer [%]  to a page [kB/s]  whole grids instead [kB/s]")
         for num_pages in (0, 1, 20):

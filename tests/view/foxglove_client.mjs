@@ -1,8 +1,8 @@
 // Looks at a finished run as Foxglove does, with its own client library, and at its MCAP file with its own reader.
 //
 // usage: node foxglove_client.mjs PORT MAP.png RUN.mcap
-// Every message has to be as the published schema says, and the cells of the grids those of the picture. Prints what was
-// seen as JSON; ends with a line and exit code 1 where something is wrong.
+// Every message has to be as the published schema says, and the cells of the grids those of the picture. Prints what
+// was seen as JSON; ends with a line and exit code 1 where something is wrong.
 
 import {readFileSync} from "node:fs";
 import {open} from "node:fs/promises";
@@ -73,7 +73,8 @@ function compareWithPicture(grids, what) {
   const png = PNG.sync.read(readFileSync(map_path));
   const yaml = readFileSync(map_path.replace(/png$/, "yaml"), "utf8");
   const cell_size_m = Number(/resolution: (\S+)/.exec(yaml)[1]);
-  const origin = /origin: \[(\S+), (\S+),/.exec(yaml).slice(1).map((metres) => Math.round(parseFloat(metres) / cell_size_m));
+  const origin_m = /origin: \[(\S+), (\S+),/.exec(yaml).slice(1);
+  const origin = origin_m.map((metres) => Math.round(parseFloat(metres) / cell_size_m));
   let num_explored = 0;
   let num_equal = 0;
   for (const grid of grids) {

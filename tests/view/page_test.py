@@ -2,9 +2,9 @@
 """The page of map_viewer in a browser (headless Chromium), beside a stack that maps a simulated building.
 
 usage: tests/view/page_test.py BIN_DIR [PICTURES_DIR]
-Leaves pictures of the page in PICTURES_DIR. Exit code 77 where there is no Chromium, or no Selenium to drive it: Debian's
-chromium, chromium-driver and python3-selenium (scripts/setup --view). With npm, Foxglove's own client and the reader of
-MCAP files look at the run as well.
+Leaves pictures of the page in PICTURES_DIR. Exit code 77 where there is no Chromium, or no Selenium to drive it:
+Debian's chromium, chromium-driver and python3-selenium (scripts/setup --view). With npm, Foxglove's own client and the
+reader of MCAP files look at a run as well.
 """
 
 import contextlib
@@ -244,11 +244,11 @@ def test_kills(stack, browser):
     await_that(lambda: not browser.state()["connected"], "the page knows that the viewer was killed")
     stack.start_viewer()
     version = browser.state()["version"]
-    await_that(lambda: browser.state()["version"] > version + 20, "the page goes on with a viewer that was started again")
+    await_that(lambda: browser.state()["version"] > version + 20, "the page goes on with the viewer that came back")
     stack.kill("map_updater")
     stack.start_updater("--resume")
     version = browser.state()["version"]
-    await_that(lambda: browser.state()["version"] > version + 20, "the page goes on after the owner of the map was killed")
+    await_that(lambda: browser.state()["version"] > version + 20, "it goes on after the owner of the map was killed")
 
 
 def test_whole_soon(url):
@@ -282,7 +282,8 @@ def test_tools(browser):
     browser.picture("key")
     browser.driver.find_element("css selector", "#key button").click()
     body.send_keys("m")
-    check(browser.driver.find_element("id", "measure").get_attribute("aria-pressed") == "true", "distances are measured")
+    measure = browser.driver.find_element("id", "measure")
+    check(measure.get_attribute("aria-pressed") == "true", "distances are measured")
     canvas = browser.driver.find_element("css selector", ".map canvas")
     actions = webdriver.ActionChains(browser.driver)
     for offset in (-100, 100):
@@ -309,8 +310,8 @@ def test_phone(url):
 
 def test_asks_nobody_else(stack, browser):
     check(browser.errors() == [], "the console has no errors")
-    foreign = {address for address in browser.asked_for()
-               if not address.startswith((f"http://{stack.http}/", f"ws://{stack.http}/", f"blob:http://{stack.http}/"))}
+    ours = (f"http://{stack.http}/", f"ws://{stack.http}/", f"blob:http://{stack.http}/")
+    foreign = {address for address in browser.asked_for() if not address.startswith(ours)}
     check(foreign == set(), f"nothing is asked for elsewhere: {foreign or 'nothing'}")
 
 
@@ -369,7 +370,8 @@ def test_finished(out):
     viewer = subprocess.Popen([BIN / "map_viewer", results, "--http", http], stderr=subprocess.DEVNULL)
     browser = Browser("about:blank")
     try:
-        await_that(lambda: socket.socket().connect_ex(("127.0.0.1", int(http.rsplit(":", 1)[1]))) == 0, "a finished run")
+        port = int(http.rsplit(":", 1)[1])
+        await_that(lambda: socket.socket().connect_ex(("127.0.0.1", port)) == 0, "a finished run")
         browser.driver.get(f"http://{http}/")
         await_that(lambda: browser.state()["version"] > 0, "is shown without a bus")
         compare_with_picture(browser, results / "map.png")

@@ -109,8 +109,8 @@ const TOOLS = {
   help: () => $("key").showModal(),
   fold: () => $("fold").setAttribute("aria-expanded", !$("panel").classList.toggle("folded")),
 };
-const KEYS = {f: "follow", a: "fit", "+": "zoom_in", "=": "zoom_in", "-": "zoom_out", m: "measure", r: "rays", s: "save",
-              t: "theme", p: "fold", "?": "help"};
+const KEYS = {f: "follow", a: "fit", "+": "zoom_in", "=": "zoom_in", "-": "zoom_out", m: "measure", r: "rays",
+              s: "save", t: "theme", p: "fold", "?": "help"};
 const ARROWS = {ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60]};
 
 function use(tool, event) {

@@ -13,7 +13,8 @@ export function makePalette(free, wall) {
   const bytes = new Uint8Array(palette.buffer);
   for (let value = 0; value < 256; ++value) {
     if (value === UNEXPLORED) continue;
-    const [colour, share] = value > UNEXPLORED ? [free, (value - UNEXPLORED) / 128] : [wall, (UNEXPLORED - value) / 127];
+    const is_free = value > UNEXPLORED;
+    const [colour, share] = is_free ? [free, (value - UNEXPLORED) / 128] : [wall, (UNEXPLORED - value) / 127];
     bytes.set(colour, 4 * value);
     bytes[4 * value + 3] = Math.round(255 * Math.min(1, 0.25 + 0.75 * share));
   }

@@ -224,7 +224,8 @@ export class MapView extends EventTarget {
     context.fillRect(0, 0, width, height);
     context.setTransform(scale, 0, 0, -scale, width / 2 - camera.x_m * scale, height / 2 + camera.y_m * scale);
     const half = {x: width / 2 / scale, y: height / 2 / scale};
-    const window_m = {x0: camera.x_m - half.x, x1: camera.x_m + half.x, y0: camera.y_m - half.y, y1: camera.y_m + half.y};
+    const window_m = {x0: camera.x_m - half.x, x1: camera.x_m + half.x,
+                      y0: camera.y_m - half.y, y1: camera.y_m + half.y};
     drawGrid(context, window_m, pixel, colours);
     this.drawMap(context, window_m);
     drawPath(context, model.path, model.tail, pixel, colours);

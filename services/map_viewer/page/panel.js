@@ -50,8 +50,9 @@ function showService(details, service) {
   details.querySelector(".said").textContent =
     service.silent_s > SILENT_S ? `silent for ${service.silent_s.toFixed(0)} s` : service.state;
   if (!details.open) return;
+  const times_ms = [service.p50_ms, service.p99_ms, service.max_ms];
   const rows = [...Object.entries(service.counters).map(([name, count]) => [name, whole.format(count)]),
-                ["p50 / p99 / max", [service.p50_ms, service.p99_ms, service.max_ms].map((ms) => ms.toFixed(2)).join(" / ")],
+                ["p50 / p99 / max [ms]", times_ms.map((time_ms) => time_ms.toFixed(2)).join(" / ")],
                 ["memory", `${service.resident_mb.toFixed(1)} MB`], ["process", `${service.pid}, ${service.version}`]];
   details.querySelector("table").replaceChildren(...rows.map(([name, value]) => {
     const row = document.createElement("tr");

@@ -52,7 +52,9 @@ function readPath(reader) {
 function readSamples(reader) {
   return {
     kind: "samples",
-    samples: reader.list(reader.u32(), () => ({time_s: reader.f64(), fitness: reader.f32(), state: STATES[reader.u8()]})),
+    samples: reader.list(reader.u32(), () => ({
+      time_s: reader.f64(), fitness: reader.f32(), state: STATES[reader.u8()],
+    })),
   };
 }
 
