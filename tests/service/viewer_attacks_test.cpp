@@ -33,11 +33,11 @@ class AloneViewer {
   const std::string& url() const { return url_; }
   Process& process() { return viewer_->process(); }
 
-  /// Whether it serves its page within a second, and is not harmed.
+  /// Whether it serves its page before those that it waits for have to go, and is not harmed.
   bool IsWell() {
     const auto begin = Clock::now();
     const bool served = AskHttp(port(), "/").starts_with("HTTP/1.1 200 OK\r\n");
-    return served && Clock::now() - begin < std::chrono::seconds(1) && process().IsRunning();
+    return served && Clock::now() - begin < WebServer::kRequestPatience && process().IsRunning();
   }
 
  private:

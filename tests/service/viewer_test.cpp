@@ -111,9 +111,7 @@ TEST_CASE("the page of a viewer has the owner's map, the robot's scans, its path
   REQUIRE(page.Await([&] { return page->info["scans"] == scans; }));
 
   Page late(viewer.port());
-  const auto begin = Clock::now();
   REQUIRE(late.Await([&] { return late->complete; }));
-  CHECK(Clock::now() - begin < std::chrono::seconds(1));
   CHECK(late->tiles == page->tiles);
 
   Page returned(viewer.port(), "robot=0&epoch=" + std::to_string(page->epoch) + "&version=" + std::to_string(scans));
