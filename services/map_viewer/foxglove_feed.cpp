@@ -1,17 +1,15 @@
 #include "services/map_viewer/foxglove_feed.hpp"
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <utility>
+
+#include "services/map_viewer/little_endian.hpp"
 
 namespace crsm {
 namespace {
 
 using nlohmann::json;
-
-static_assert(std::endian::native == std::endian::little, "numbers are sent as they lie in memory");
 
 constexpr std::uint8_t kMessageData = 1;
 
@@ -87,11 +85,9 @@ std::optional<Feed::Message> FoxgloveFeed::TellNext() {
     subscription.told = scene->LastChange(topic);
     subscription.next = now + PauseOf(topic.kind);
     Message message;
-    message.bytes.resize(1 + sizeof(std::uint32_t) + sizeof(std::uint64_t));
-    const std::uint64_t time_ns = scene->time_ns();
-    message.bytes[0] = static_cast<char>(kMessageData);
-    std::memcpy(message.bytes.data() + 1, &subscription.id, sizeof(subscription.id));
-    std::memcpy(message.bytes.data() + 5, &time_ns, sizeof(time_ns));
+    Append(message.bytes, kMessageData);
+    Append(message.bytes, subscription.id);
+    Append(message.bytes, scene->time_ns());
     message.bytes += scene->Encode(topic);
     return message;
   }

@@ -1,15 +1,13 @@
 #include "services/map_viewer/mcap_writer.hpp"
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 #include <numeric>
 #include <stdexcept>
 
+#include "services/map_viewer/little_endian.hpp"
+
 namespace crsm {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "numbers are written as they lie in memory");
 
 constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
 constexpr std::size_t kChunkBytes = 4 << 20;
@@ -27,13 +25,6 @@ enum Opcode : std::uint8_t {
   kStatistics = 0x0b,
   kDataEnd = 0x0f,
 };
-
-template <class Number>
-void Append(std::string& bytes, Number number) {
-  const auto at = bytes.size();
-  bytes.resize(at + sizeof(number));
-  std::memcpy(bytes.data() + at, &number, sizeof(number));
-}
 
 /// Bytes behind their number.
 void AppendText(std::string& bytes, std::string_view text) {

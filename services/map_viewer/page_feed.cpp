@@ -1,26 +1,17 @@
 #include "services/map_viewer/page_feed.hpp"
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <utility>
+
+#include "services/map_viewer/little_endian.hpp"
 
 namespace crsm {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "numbers are sent as they lie in memory");
-
 constexpr std::size_t kMostMapBytes = 256 * 1024;  // of a message: a slow client is told of the robot in between
 
 enum Kind : std::uint8_t { kMap = 1, kRobot = 2, kPath = 3, kSamples = 4, kInfo = 5 };
-
-template <class Number>
-void Append(std::string& bytes, Number number) {
-  const auto at = bytes.size();
-  bytes.resize(at + sizeof(number));
-  std::memcpy(bytes.data() + at, &number, sizeof(number));
-}
 
 void AppendRecord(std::string& message, Kind kind, const std::string& record) {
   Append(message, kind);

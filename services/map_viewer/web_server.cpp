@@ -291,13 +291,9 @@ WebServer::WebServer(const HttpAddress& address, Answer answer, Counters& counte
     : impl_(std::make_unique<Impl>(address, std::move(answer), counters)) {}
 
 WebServer::~WebServer() = default;
-
 const HttpAddress& WebServer::address() const { return impl_->address(); }
-
 std::size_t WebServer::num_feeds() const { return impl_->num_feeds(); }
-
 void WebServer::Serve(std::chrono::milliseconds duration) { impl_->Serve(duration); }
-
 void WebServer::Adopt(int descriptor) { impl_->Adopt(descriptor); }
 
 }  // namespace crsm

@@ -388,9 +388,9 @@ def main():
         return SKIPPED
     with tempfile.TemporaryDirectory(prefix="crsm_view_") as folder:
         out = pathlib.Path(folder)
-        test_finished(out)
         stack = Stack(out)
         try:
+            test_finished(out)
             test_live(stack)
         except AssertionError as error:
             print(f"FAILED: {error}")

@@ -85,7 +85,9 @@ TEST_CASE("Foxglove is greeted, told of the topics, and of a block of the map wh
   CHECK(client.channels.size() == 6);
   CHECK(client.num_told == 0);  // nothing was asked for
 
-  scene.map().Set({-8, 7}, Filled(10), 1);  // in the block of the first
+  TileBytes cells = Filled(10);
+  cells[1] = 20;
+  scene.map().Set({-8, 7}, cells, 1);  // in the block of the first
   client.Subscribe("/map/-1_0", 1);
   const json& grid = client.told[1];
   CHECK(grid["pose"]["position"] == json{{"x", -25.6}, {"y", 0.0}, {"z", 0.0}});
@@ -93,7 +95,8 @@ TEST_CASE("Foxglove is greeted, told of the topics, and of a block of the map wh
   REQUIRE(data.size() == (512 * 512 + 2) / 3 * 4);
   CHECK(data.starts_with("f39/"));                            // unexplored: 127 127 127
   CHECK(data.substr((63 * 512 + 450) / 3 * 4, 4) == "yMjI");  // 200 in the last tile of the first row
-  CHECK(data.substr((511 * 512 + 1) / 3 * 4, 4) == "CgoK");   // 10 in the first tile of the last
+  CHECK(data.substr((448 * 512 + 1) / 3 * 4, 4) == "FAoK");   // 20 10 10 in the first tile of the last row, ...
+  CHECK(data.substr((511 * 512 + 1) / 3 * 4, 4) == "CgoK");   // ... and above it 10 10 10
 }
 
 TEST_CASE("a topic that was subscribed to is told when it has changed, and no more after that") {
