@@ -13,12 +13,12 @@
 #include "common/map/byte_map.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
-#include "services/map_exporter/path_sketch.hpp"
 #include "services/map_exporter/results_writer.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/map_follower.hpp"
 #include "services/runtime/match_store.hpp"
 #include "services/runtime/path_lock.hpp"
+#include "services/runtime/path_sketch.hpp"
 #include "services/runtime/service.hpp"
 #include "services/runtime/version.hpp"
 

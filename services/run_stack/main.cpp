@@ -39,6 +39,7 @@ void AddOwnFlags(CommandLine& command_line, StackOptions& options) {
       ->required();
   AddFlags(command_line, options.earlier);
   app.add_flag("--strict", options.strict, "fail where the map is not to be trusted");
+  app.add_flag("--view", options.view, "show the map in a browser as it grows; says at which address");
   app.footer(kFooter);
 }
 

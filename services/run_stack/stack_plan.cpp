@@ -15,8 +15,8 @@ bool IsSetByStack(const std::string& setting) {
 }
 
 std::vector<ProgramFlags> FlagsOfAll() {
-  return {FlagsOfPublisher(), FlagsOfSelector(),   FlagsOfMatcher(),
-          FlagsOfUpdater(),   FlagsOfLoopCloser(), FlagsOfExporter()};
+  return {FlagsOfPublisher(),  FlagsOfSelector(), FlagsOfMatcher(), FlagsOfUpdater(),
+          FlagsOfLoopCloser(), FlagsOfExporter(), FlagsOfViewer()};
 }
 
 class Planner {
@@ -66,6 +66,7 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   if (command_line.parameters().loops.loops && settings.localize.empty()) {
     plan.services.push_back(planner.Plan("loop_closer", FlagsOfLoopCloser(), {"--out", folder.path().string()}));
   }
+  if (options.view) plan.services.push_back(planner.Plan("map_viewer", FlagsOfViewer(), {}));
   if (!options.is_live()) {
     const std::string position = (folder.log_folder() / "laser_publisher.position").string();
     plan.publisher = planner.Plan("laser_publisher", FlagsOfPublisher(),

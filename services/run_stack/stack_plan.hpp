@@ -18,6 +18,7 @@ struct StackOptions {
   std::string source;  ///< a log, a simulated world, or kLive
   EarlierResults earlier;
   bool strict = false;
+  bool view = false;  ///< with map_viewer
 
   bool is_live() const { return source == kLive; }
 };

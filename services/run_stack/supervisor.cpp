@@ -69,6 +69,7 @@ bool Supervisor::Run() {
   for (Member& service : services_) Start(service, plan_.resume);
   // Also when interrupted: a process that is asked to finish must have got so far as to understand.
   if (WaitUntilReady(kPatience + TimeToMap(plan_.earlier_journal_bytes)) && !IsInterrupted()) {
+    SayWhereToLook();
     if (publisher_) {
       Start(*publisher_, false);
     } else {
@@ -250,6 +251,17 @@ void Supervisor::PassOnComplaints() {
     complaints_told_ = file.tellg();
     if (line.starts_with("ray_selector: ") && line != "ray_selector: ready") Say(line);
   }
+}
+
+/// With a viewer: the address that it has said.
+void Supervisor::SayWhereToLook() const {
+  constexpr std::string_view kAddress = "map_viewer: http://";
+  std::ifstream file(LogOf("map_viewer"));
+  std::string last;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with(kAddress)) last = line.substr(line.find("http://"));
+  }
+  if (!last.empty()) Say(fmt::format("run_stack: the map is at {}", last));
 }
 
 std::filesystem::path Supervisor::LogOf(const std::string& name) const {

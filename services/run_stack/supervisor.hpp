@@ -50,6 +50,7 @@ class Supervisor {
   void Report(const Member& member, const std::string& what);
   void ShowProgress();
   void PassOnComplaints();
+  void SayWhereToLook() const;
   std::filesystem::path LogOf(const std::string& name) const;
   std::vector<Member*> All();
 

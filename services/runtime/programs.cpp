@@ -23,4 +23,6 @@ ProgramFlags FlagsOfLoopCloser() { return {{kUpdate, kLoops}, {"lcm_url", "chann
 
 ProgramFlags FlagsOfExporter() { return {{}, {"lcm_url", "channel_prefix", "out", "export_period_s"}}; }
 
+ProgramFlags FlagsOfViewer() { return {{}, {"lcm_url", "channel_prefix", "http"}}; }
+
 }  // namespace crsm

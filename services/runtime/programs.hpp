@@ -22,5 +22,6 @@ ProgramFlags FlagsOfMatcher();
 ProgramFlags FlagsOfUpdater();
 ProgramFlags FlagsOfLoopCloser();
 ProgramFlags FlagsOfExporter();
+ProgramFlags FlagsOfViewer();
 
 }  // namespace crsm

@@ -25,6 +25,7 @@ struct Settings {
   std::string start;
   int part_bytes = 32000;
   double export_period_s = 5.0;
+  std::string http = "127.0.0.1:8765";
 };
 
 /// The one list of all settings, as VisitParameters is of the parameters.
@@ -49,6 +50,7 @@ void VisitSettings(Settings& s, Visitor&& visit) {
   visit("part_bytes", "largest MAP_DELTA [bytes], but a tile stays whole; about 1400 on a network that loses packets",
         s.part_bytes, 200, 48000);
   visit("export_period_s", "between two writings of the results [s]", s.export_period_s, 0.1, 3600.0);
+  visit("http", "ADDRESS:PORT on which map_viewer shows the map; beyond this host only to who has its token", s.http);
 }
 
 /// The factor to real time that a rate says, 0 for max: as fast as scans are mapped. Throws UsageError if it says none.

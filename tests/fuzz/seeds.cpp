@@ -159,6 +159,18 @@ void WriteMessages(const Seeds& seeds) {
   seeds.Write("map_exporter", "scattered", std::vector<Bytes>{Encode(ScatteredPage())});
   seeds.Write("map_exporter", "parts", ManyParts());
 
+  const std::string key = "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
+  const std::string upgrade = " HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n" + key;
+  const std::string subscribe = R"({"op":"subscribe","subscriptions":[{"id":1,"channelId":0}]})";
+  using std::string_literals::operator""s;
+  const std::string mask = "\0\0\0\0"s;
+  seeds.Write("map_viewer", "page", "\0GET /main.js HTTP/1.1\r\nHost: localhost\r\n\r\n"s);
+  seeds.Write("map_viewer", "live",
+              "\0GET /live?robot=0&epoch=7&version=1"s + upgrade + "Sec-WebSocket-Protocol: crsm.view.v1\r\n\r\n");
+  seeds.Write("map_viewer", "close", "\1\x88\x82"s + mask + "\x03\xe8");
+  seeds.Write("map_viewer", "ping", "\1\x89\x84"s + mask + "ping");
+  seeds.Write("map_viewer", "subscribe", "\2\x81"s + static_cast<char>(0x80 | subscribe.size()) + mask + subscribe);
+
   MapOwner owner;
   std::vector<Bytes> pages;
   for (const map_delta_t& part : owner.Answer()) pages.push_back(Encode(part));

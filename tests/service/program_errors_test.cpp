@@ -56,7 +56,7 @@ class BadFiles {
 TEST_CASE("every program has --help and --version") {
   const TemporaryFolder folder;
   for (const std::string program : {"laser_publisher", "ray_selector", "rrhc_matcher", "map_updater", "loop_closer",
-                                    "map_exporter", "slam_offline", "slam_eval", "run_stack"}) {
+                                    "map_exporter", "map_viewer", "slam_offline", "slam_eval", "run_stack"}) {
     for (const std::string flag : {"--help", "--version"}) {
       INFO(program << ' ' << flag);
       Process process(program, {flag}, folder / "log");
@@ -73,6 +73,7 @@ TEST_CASE("a URL that is no bus stops every service") {
                                              {"rrhc_matcher"},
                                              {"map_updater"},
                                              {"map_exporter", "--out", files / "out"},
+                                             {"map_viewer", "--http", "127.0.0.1:0"},
                                              {"laser_publisher", "sim:demo"}}) {
     const std::string program = arguments.front();
     arguments.erase(arguments.begin());

@@ -141,7 +141,7 @@ TEST_CASE("run_stack hands each process the flags that belong to it") {
   stack.Run(
       "$run_stack sim:demo --out $out --config $out.toml --profile paper --seed 7 --odometry --range-max-m 9 "
       "--no-limit-edges --cell-size-m 0.1 --num-evaluations 50 --export-period-s 2 --resend-s 0.2 --map-wait-s 1 "
-      "--part-bytes 1400 --channel-prefix robot1/ --laser-channel FRONT");
+      "--part-bytes 1400 --channel-prefix robot1/ --laser-channel FRONT --view --http 127.0.0.1:8000");
   INFO(stack.output);
   CHECK(stack.exit_code == 0);
   const std::string common = " --config " + stack.Path("out.toml") + " --profile paper";
@@ -158,6 +158,7 @@ TEST_CASE("run_stack hands each process the flags that belong to it") {
             " --channel-prefix robot1/ --part-bytes 1400 --range-max-m 9 --cell-size-m 0.1 --no-resume");
   CHECK(stack.Event("map_exporter") ==
         "map_exporter started --out " + stack.Path("out") + common + " --channel-prefix robot1/ --export-period-s 2");
+  CHECK(stack.Event("map_viewer") == "map_viewer started" + common + " --channel-prefix robot1/ --http 127.0.0.1:8000");
 }
 
 TEST_CASE("run_stack --strict ends with the verdict on the map, and where there is none says so") {

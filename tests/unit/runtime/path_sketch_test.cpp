@@ -1,9 +1,8 @@
-#include "services/map_exporter/path_sketch.hpp"
+#include "services/runtime/path_sketch.hpp"
 
 #include <cmath>
 
 #include "catch.hpp"
-#include "services/map_exporter/path_sketch.cpp"  // in no library: it is map_exporter's own
 
 namespace crsm {
 namespace {

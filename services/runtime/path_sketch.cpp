@@ -1,4 +1,4 @@
-#include "services/map_exporter/path_sketch.hpp"
+#include "services/runtime/path_sketch.hpp"
 
 #include <cmath>
 #include <utility>
@@ -43,6 +43,7 @@ void PathSketch::Keep(const Kept& kept) {
 
 /// Takes larger steps, until half of what may be kept is free again.
 void PathSketch::Thin() {
+  ++num_thinnings_;
   while (kept_.size() > kMostKept / 2) {
     spacing_m_ *= 2.0;
     const std::vector<Kept> all = std::exchange(kept_, {});

@@ -20,11 +20,15 @@ class PathSketch {
   std::int64_t num_matches() const { return num_matches_; }
   std::int64_t num_lost() const { return num_lost_; }
 
- private:
   struct Kept {
     std::int64_t number;  ///< of the match, from 0
     ScanMatch match;
   };
+  /// The sketch without the last matches. It grows at its end, until it is thinned and is another one.
+  const std::vector<Kept>& kept() const { return kept_; }
+  int num_thinnings() const { return num_thinnings_; }
+
+ private:
   bool TellsMore(const ScanMatch& match) const;
   void Thin();
   void Keep(const Kept& kept);
@@ -36,6 +40,7 @@ class PathSketch {
   double spacing_m_ = 0.02;            ///< less than a pixel of most pictures
   std::int64_t num_matches_ = 0;
   std::int64_t num_lost_ = 0;
+  int num_thinnings_ = 0;
 };
 
 }  // namespace crsm

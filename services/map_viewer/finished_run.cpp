@@ -1,0 +1,146 @@
+#include "services/map_viewer/finished_run.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "common/graph/mapper.hpp"
+#include "common/graph/whole_map.hpp"
+#include "common/map/byte_map.hpp"
+#include "services/runtime/command_line.hpp"
+#include "services/sources/earlier_results.hpp"
+#include "services/sources/journal.hpp"
+#include "services/sources/map_parameters.hpp"
+
+namespace crsm {
+namespace {
+
+/// Those that the map was made with; the others do not matter here.
+Parameters ReadParameters(const std::filesystem::path& folder) {
+  using enum ParameterGroup;
+  CommandLine of_map("map_viewer", "", {kScan, kUpdate, kLoops}, {});
+  AdoptMapParameters(folder, of_map);
+  return of_map.parameters();
+}
+
+/// What a journal brings back.
+class Run {
+ public:
+  /// after_scan: called after each.
+  Run(const std::string& results, const std::function<void(const Run&)>& after_scan) {
+    const std::filesystem::path folder = FindJournal(results).parent_path();
+    const auto head = ReadHead(folder);
+    if (!head) throw std::runtime_error(fmt::format("{}: its journal has no scans", results));
+    if (head->subject.finished_map) {
+      throw std::runtime_error(
+          fmt::format("{}: its scans were localised on the map of another run; show that", results));
+    }
+    epoch_ = head->epoch;
+    const Parameters parameters = ReadParameters(folder);
+    drawing_ = parameters.update;
+    mapper_.emplace(parameters.update, parameters.loops);
+    ReadJournal(folder, {false, ListMapParameters(parameters)}, OnDamage::kRefuse,
+                {[&](const CriticalRays* scan, const ScanMatch& match) {
+                   Add(scan, match);
+                   after_scan(*this);
+                 },
+                 [this](const GraphUpdate& update) { return mapper_->Offer(update); }});
+  }
+
+  std::size_t num_scans() const { return matches_.size(); }
+
+  /// The scan that was read last; one that was not drawn is not in the journal.
+  void ShowRobot(Scene& scene) const {
+    scene.SetRobot({matches_.back(), of_last_scan_ + 1 == matches_.size() ? last_scan_ : CriticalRays()});
+  }
+
+  /// All that is known of the map and the path.
+  void ShowMapAndPath(Scene& scene) const {
+    ShowMap(scene.map());
+    PathSketch path;
+    for (std::size_t i = 0; i < matches_.size(); ++i) path.Add(BestMatch(i));
+    scene.SetPath(path, true);
+  }
+
+  /// All else that is to be seen of a run that has ended.
+  void ShowEnd(Scene& scene) const {
+    for (const ScanMatch& match : matches_) {
+      scene.AddSample({match.utime, static_cast<float>(match.fitness), match.state});
+    }
+    if (last_scan_.rays.size() > 0) scene.SetRobot({BestMatch(of_last_scan_), last_scan_});
+    const KeyframeGraph graph = mapper_->MakeBestGraph();
+    std::vector<SceneLoop> loops;
+    for (const Loop& loop : graph.loops()) loops.push_back({PoseOf(loop.older), PoseOf(loop.newer)});
+    scene.SetLoops(std::move(loops));
+    const PathSketch& path = scene.path();
+    const nlohmann::json info{{"live", false}, {"scans", path.num_matches()}, {"lost", path.num_lost()}};
+    scene.SetInfo(info.dump());
+  }
+
+ private:
+  void Add(const CriticalRays* scan, const ScanMatch& match) {
+    mapper_->Integrate(scan, match);
+    matches_.push_back(match);
+    if (!scan) return;
+    last_scan_ = *scan;
+    of_last_scan_ = matches_.size() - 1;
+  }
+
+  const Pose2& PoseOf(int keyframe) const { return mapper_->best_poses()[static_cast<std::size_t>(keyframe)]; }
+
+  ScanMatch BestMatch(std::size_t scan) const {
+    ScanMatch match = matches_[scan];
+    match.T_map_laser = mapper_->BestPose(static_cast<std::int64_t>(scan));
+    return match;
+  }
+
+  void ShowMap(SceneMap& shown) const {
+    constexpr int kAll = 1 << 30;
+    WholeMap whole(drawing_);
+    const MapUpdater& local = mapper_->local();
+    if (mapper_->closes_loops()) whole.Draw(mapper_->graph(), mapper_->best_poses(), local.version(), kAll);
+    const MapUpdater& drawn = mapper_->closes_loops() ? whole.map() : local;
+    ByteMap map(drawn.geometry().cell_size_m());
+    for (std::size_t tile = 0; tile < drawn.num_tiles(); ++tile) {
+      if (const auto change = drawn.TileSince(tile, -1)) map.Apply(*change);
+    }
+    shown.Replace(map, drawn.version());
+    shown.SetVersion(epoch_, drawn.version());
+  }
+
+  std::int64_t epoch_ = 0;
+  UpdateParameters drawing_;
+  std::optional<Mapper> mapper_;
+  std::vector<ScanMatch> matches_;
+  CriticalRays last_scan_;  ///< that was drawn
+  std::size_t of_last_scan_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<Scene> ReadFinishedRun(const std::string& results) {
+  auto scene = std::make_unique<Scene>(results);
+  const Run run(results, [](const Run&) {});
+  run.ShowMapAndPath(*scene);
+  run.ShowEnd(*scene);
+  return scene;
+}
+
+void ReplayRun(const std::string& results, Scene& scene, const std::function<void()>& changed) {
+  constexpr std::size_t kTimes = 50;
+  const std::size_t num_scans = Run(results, [](const Run&) {}).num_scans();
+  const std::size_t step = std::max<std::size_t>(1, num_scans / kTimes);
+  const Run run(results, [&](const Run& so_far) {
+    so_far.ShowRobot(scene);
+    if (so_far.num_scans() % step == 0 || so_far.num_scans() == num_scans) so_far.ShowMapAndPath(scene);
+    changed();
+  });
+}
+
+}  // namespace crsm

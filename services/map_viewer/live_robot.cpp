@@ -1,0 +1,220 @@
+#include "services/map_viewer/live_robot.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "services/runtime/conversions.hpp"
+
+namespace crsm {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr std::size_t kMostKeyframes = 1 << 20;  // that are remembered for the sake of loops
+constexpr std::size_t kMostLoops = 1 << 16;
+constexpr std::size_t kMostServices = 64;
+constexpr std::size_t kMostStageTimes = 600;
+
+/// The stages that a scan goes through one after the other.
+constexpr const char* kStages[]{"ray_selector", "rrhc_matcher", "map_updater"};
+
+}  // namespace
+
+LiveRobot::LiveRobot(const CommandLine& command_line)
+    : service_(command_line),
+      scene_(command_line.settings().channel_prefix),
+      map_follower_(service_, MapFollower::View::kWhole,
+                    {[this](double cell_size_m) { Begin(cell_size_m); },
+                     [this](std::span<const TileChange> changes) { return Apply(changes); },
+                     [this](const ScanMatch& match) { Add(match); }}) {
+  Bus& bus = service_.bus();
+  bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel,
+                                      [this](const critical_rays_t& message) { scans_.Hold(FromMessage(message)); });
+  bus.SubscribeToOne<scan_match_t>(kScanMatchChannel, [this](const scan_match_t& message) { Hear(message); });
+  bus.SubscribeToOne<bot_core::pose_t>(kLocalPoseChannel, [this](const bot_core::pose_t& message) { Hear(message); });
+  bus.SubscribeToOne<keyframe_t>(kKeyframeChannel, [this](const keyframe_t& message) { Hear(message); });
+  bus.SubscribeToOne<pose_graph_t>(kPoseGraphChannel, [this](const pose_graph_t& message) { Hear(message); });
+  bus.Subscribe<service_status_t>(kEveryServiceStatus, [this](const service_status_t& status) { Keep(status); });
+}
+
+void LiveRobot::Step(bool is_watched) {
+  AskNowAndThen(is_watched);
+  map_follower_.Poll();
+  ShowMap();
+  if (Clock::now() >= next_info_) ShowInfo();
+}
+
+void LiveRobot::Begin(double cell_size_m) {
+  map_.emplace(cell_size_m);
+  touched_.clear();
+  is_anew_ = true;
+  path_ = PathSketch();
+  path_is_anew_ = true;
+}
+
+bool LiveRobot::Apply(std::span<const TileChange> changes) {
+  bool all_applied = true;
+  for (const TileChange& change : changes) {
+    if (map_->Apply(change)) {
+      touched_.insert(change.index);
+    } else {
+      all_applied = false;
+    }
+  }
+  return all_applied;
+}
+
+/// Where a scan of the path was taken, by all that is known now.
+void LiveRobot::Add(const ScanMatch& match) {
+  path_.Add(match);
+  last_known_ = match;
+  const auto keyframe = keyframe_of_utime_.find(match.utime);
+  if (keyframe != keyframe_of_utime_.end()) T_map_keyframe_[keyframe->second] = match.T_map_laser;
+}
+
+void LiveRobot::Hear(const scan_match_t& message) {
+  last_match_ = FromMessage(message);
+  if (last_match_->state == MatchState::kFirst) ForgetRun();
+  scene_.AddSample({last_match_->utime, static_cast<float>(last_match_->fitness), last_match_->state});
+  service_.counters().Add("handled");
+  if (!T_best_local_) Show(*last_match_);
+}
+
+/// The robot stands on the map that is shown, which a loop may have put right already when the map that scans are
+/// matched to was not yet, or the other way round. What leads from one scan to the next is the same on both: it is
+/// taken from the poses that never jump.
+void LiveRobot::Hear(const bot_core::pose_t& message) {
+  const Odometry local = FromMessage(message);
+  if (!local.T_odom_robot) return;
+  local_poses_.Hold({local.utime, *local.T_odom_robot});
+  if (!T_best_local_ || !last_match_ || last_match_->utime != local.utime) return;
+  ScanMatch match = *last_match_;
+  match.T_map_laser = *T_best_local_ * *local.T_odom_robot;
+  Show(std::move(match));
+}
+
+/// Another map begins: what is known of scans by their utimes may be of another log.
+void LiveRobot::ForgetRun() {
+  local_poses_ = {};
+  last_known_.reset();
+  T_best_local_.reset();
+  keyframe_of_utime_.clear();
+  T_map_keyframe_.clear();
+  loops_.clear();
+}
+
+void LiveRobot::Show(ScanMatch match) {
+  const CriticalRays* scan = scans_.Find(match.utime);
+  scene_.SetRobot({std::move(match), scan ? *scan : CriticalRays()});
+}
+
+void LiveRobot::Hear(const keyframe_t& keyframe) {
+  if (keyframe_of_utime_.size() < kMostKeyframes) keyframe_of_utime_[keyframe.utime] = keyframe.keyframe;
+}
+
+void LiveRobot::Hear(const pose_graph_t& update) {
+  for (const loop_t& loop : update.closed) {
+    const std::pair tie(loop.older, loop.newer);
+    const bool known = std::find(loops_.begin(), loops_.end(), tie) != loops_.end();
+    if (!known && loops_.size() < kMostLoops) loops_.push_back(tie);
+  }
+  for (const loop_t& loop : update.taken_out) std::erase(loops_, std::pair(loop.older, loop.newer));
+}
+
+/// Of a few services only: the names come from the network.
+void LiveRobot::Keep(const service_status_t& status) {
+  if (statuses_.size() >= kMostServices && statuses_.count(status.name) == 0) {
+    return service_.counters().Add("status_ignored");
+  }
+  statuses_[status.name] = {status, Clock::now()};
+}
+
+void LiveRobot::AskNowAndThen(bool is_watched) {
+  constexpr auto kLeastPause = milliseconds(100);
+  constexpr auto kPauseUnwatched = std::chrono::seconds(5);
+  constexpr int kOwnersShare = 20;
+  const auto now = Clock::now();
+  const bool synced = map_follower_.replica().synced();
+  if (asked_ && synced) {
+    next_ask_ = now + std::max<Clock::duration>(kLeastPause, kOwnersShare * (now - *asked_));
+    asked_.reset();
+  }
+  const auto due = is_watched ? next_ask_ : next_ask_ + kPauseUnwatched;
+  if (!asked_ && synced && now >= due) {
+    map_follower_.Doubt();
+    asked_ = now;
+  }
+}
+
+/// When it is whole; where it is put right again and again, and is never whole for long, what there is of it.
+void LiveRobot::ShowMap() {
+  constexpr auto kPatience = milliseconds(500);
+  if (!map_ || (touched_.empty() && !is_anew_ && !path_is_anew_ && !map_follower_.replica().synced())) return;
+  const MapReplica& replica = map_follower_.replica();
+  const auto now = Clock::now();
+  if (!replica.synced() && now < next_glimpse_) return;
+  next_glimpse_ = now + kPatience;
+  SceneMap& shown = scene_.map();
+  if (shown.cell_size_m() != map_->geometry().cell_size_m()) shown.Begin(map_->geometry().cell_size_m());
+  for (const TileIndex index : std::exchange(touched_, {})) {
+    if (const ByteMap::Tile* tile = map_->tiles().Find(index)) shown.Set(index, tile->cells, replica.version());
+  }
+  if (!replica.synced()) return;
+  if (std::exchange(is_anew_, false)) shown.Replace(*map_, replica.version());
+  if (shown.version() == replica.version() && shown.epoch() == replica.epoch()) return;
+  shown.SetVersion(replica.epoch(), replica.version());
+  scene_.SetPath(path_, std::exchange(path_is_anew_, false));
+  if (const LocalPose* local = last_known_ ? local_poses_.Find(last_known_->utime) : nullptr) {
+    T_best_local_ = last_known_->T_map_laser * Inverse(local->T_local_laser);
+  }
+  ShowLoops();
+}
+
+void LiveRobot::ShowLoops() {
+  std::vector<SceneLoop> shown;
+  for (const auto& [older, newer] : loops_) {
+    const auto from = T_map_keyframe_.find(older);
+    const auto to = T_map_keyframe_.find(newer);
+    if (from != T_map_keyframe_.end() && to != T_map_keyframe_.end()) shown.push_back({from->second, to->second});
+  }
+  if (shown != scene_.loops()) scene_.SetLoops(std::move(shown));
+}
+
+void LiveRobot::ShowInfo() {
+  const auto now = Clock::now();
+  next_info_ = now + std::chrono::seconds(1);
+  statuses_[service_.name()] = {service_.MakeStatus(), now};
+  nlohmann::json info{{"live", true}, {"scans", path_.num_matches()}, {"lost", path_.num_lost()}};
+  for (const auto& [name, heard] : statuses_) {
+    const service_status_t& status = heard.status;
+    nlohmann::json counters = nlohmann::json::object();
+    for (std::size_t i = 0; i < status.counter_name.size(); ++i) {
+      counters[status.counter_name[i]] = status.counter_value[i];
+    }
+    info["services"].push_back({{"name", name},
+                                {"version", status.version},
+                                {"pid", status.pid},
+                                {"state", status.state},
+                                {"silent_s", std::chrono::duration<double>(now - heard.heard).count()},
+                                {"counters", counters},
+                                {"p50_ms", status.latency_p50_ms},
+                                {"p99_ms", status.latency_p99_ms},
+                                {"max_ms", status.latency_max_ms},
+                                {"resident_mb", status.resident_mb}});
+  }
+  StageTimes times;
+  for (const char* stage : kStages) {
+    const auto heard = statuses_.find(stage);
+    if (heard == statuses_.end()) continue;
+    times.median_ms += heard->second.status.latency_p50_ms;
+    times.p99_ms += heard->second.status.latency_p99_ms;
+  }
+  stage_times_.push_back(times);
+  if (stage_times_.size() > kMostStageTimes) stage_times_.pop_front();
+  for (const auto& [median_ms, p99_ms] : stage_times_) info["scan_times_ms"].push_back({median_ms, p99_ms});
+  scene_.SetInfo(info.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+}  // namespace crsm

@@ -1,0 +1,145 @@
+// map_viewer: what the others say -> a page in a browser, and Foxglove. Read-only: it asks for the map as an exporter
+// does, and says nothing else on the bus.
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "services/map_viewer/access.hpp"
+#include "services/map_viewer/finished_run.hpp"
+#include "services/map_viewer/live_robot.hpp"
+#include "services/map_viewer/mcap_export.hpp"
+#include "services/map_viewer/site.hpp"
+#include "services/map_viewer/web_server.hpp"
+#include "services/runtime/command_line.hpp"
+#include "services/runtime/service.hpp"
+#include "services/runtime/usage_error.hpp"
+
+namespace crsm {
+namespace {
+
+struct ViewerOptions {
+  std::vector<std::string> folders;
+  std::vector<std::string> robots;
+  std::string mcap;
+};
+
+/// Scenes behind an address, which is said on stderr.
+class Window {
+ public:
+  Window(const CommandLine& command_line, std::vector<const Scene*> scenes, Counters& counters)
+      : address_(ParseHttpAddress(command_line.settings().http)),
+        token_(address_.is_loopback ? "" : DrawToken()),
+        site_(std::move(scenes), Access(address_.is_loopback, token_)),
+        server_(
+            address_, [this](const WebRequest& request) { return site_.Answer(request); }, counters) {
+    Say(fmt::format("{}: http://{}/{}", command_line.program(), FormatAuthority(server_.address()),
+                    token_.empty() ? "" : "#token=" + token_));
+  }
+
+  WebServer& server() { return server_; }
+
+ private:
+  HttpAddress address_;
+  std::string token_;
+  Site site_;
+  WebServer server_;
+};
+
+/// A robot beside others: the same command line, but for its channel prefix.
+std::unique_ptr<CommandLine> ForRobot(const CommandLine& command_line, const std::string& channel_prefix) {
+  ProgramFlags others = FlagsOfViewer();
+  std::erase(others.settings, "channel_prefix");
+  std::vector<std::string> words = command_line.WordsFor(others);
+  words.insert(words.begin(), command_line.program());
+  words.insert(words.end(), {"--channel-prefix", channel_prefix});
+  std::vector<const char*> argv;
+  for (const std::string& word : words) argv.push_back(word.c_str());
+  auto of_robot = std::make_unique<CommandLine>(command_line.program(), "", FlagsOfViewer());
+  if (of_robot->Parse(static_cast<int>(argv.size()), argv.data())) throw UsageError("--robots: no such robot");
+  return of_robot;
+}
+
+void ShowLive(const CommandLine& command_line, const std::vector<std::string>& channel_prefixes) {
+  // Messages gather for as long while clients are served: to wake up for each alone costs more than to handle it.
+  constexpr auto kGatherFor = std::chrono::milliseconds(8);
+  constexpr int kPageWait_ms = 5;
+  std::deque<std::unique_ptr<CommandLine>> command_lines;
+  std::deque<LiveRobot> robots;
+  std::vector<const Scene*> scenes;
+  for (const std::string& prefix : channel_prefixes) {
+    command_lines.push_back(ForRobot(command_line, prefix));
+    robots.emplace_back(*command_lines.back());
+    robots.back().service().SetState("showing");
+    scenes.push_back(&robots.back().scene());
+  }
+  Window window(command_line, std::move(scenes), robots.front().service().counters());
+  robots.front().service().Run(
+      [&] {
+        bool is_fetching = false;
+        for (LiveRobot& robot : robots) {
+          if (&robot != &robots.front()) robot.service().Spin(0);
+          robot.Step(window.server().num_feeds() > 0);
+          is_fetching = is_fetching || robot.is_fetching();
+        }
+        window.server().Serve(is_fetching ? std::chrono::milliseconds(0) : kGatherFor);
+        return is_fetching;
+      },
+      kPageWait_ms);
+}
+
+void ShowFinished(const CommandLine& command_line, const std::vector<std::string>& folders) {
+  constexpr auto kLookForSignals = std::chrono::milliseconds(100);
+  for (const char* setting : {"lcm_url", "channel_prefix"}) {
+    if (command_line.WasGiven(setting)) {
+      throw UsageError(fmt::format("{}: is of a bus; a finished run needs none", FlagOf(setting)));
+    }
+  }
+  std::vector<std::unique_ptr<Scene>> runs;
+  std::vector<const Scene*> scenes;
+  for (const std::string& folder : folders) {
+    runs.push_back(ReadFinishedRun(folder));
+    scenes.push_back(runs.back().get());
+  }
+  Counters counters;
+  Window window(command_line, std::move(scenes), counters);
+  Say(command_line.program() + ": ready");
+  while (!StopRequested()) window.server().Serve(kLookForSignals);
+}
+
+void Show(const CommandLine& command_line, const ViewerOptions& options) {
+  if (!options.folders.empty() && !options.robots.empty()) {
+    throw UsageError("--robots: are live; a finished run is shown without them");
+  }
+  if (!options.mcap.empty()) {
+    if (options.folders.size() != 1) throw UsageError("--mcap: needs the DIR of one finished run");
+    return WriteMcap(options.folders.front(), options.mcap);
+  }
+  if (!options.folders.empty()) return ShowFinished(command_line, options.folders);
+  if (!options.robots.empty()) return ShowLive(command_line, options.robots);
+  ShowLive(command_line, {command_line.settings().channel_prefix});
+}
+
+}  // namespace
+}  // namespace crsm
+
+int main(int argc, char** argv) {
+  crsm::CommandLine command_line("map_viewer",
+                                 "Shows the map in a browser as it grows, and to Foxglove and Lichtblick on the same "
+                                 "port.",
+                                 crsm::FlagsOfViewer());
+  crsm::ViewerOptions options;
+  command_line.app().add_option("DIR", options.folders,
+                                "--out of a finished run, or of several, side by side; what is live if there is none");
+  command_line.app().add_option("--robots", options.robots,
+                                "channel prefixes of several robots on one bus, side by side: robot1/ robot2/");
+  command_line.app().add_option("--mcap", options.mcap,
+                                "write DIR's run as an MCAP file, for Foxglove and Lichtblick, and end");
+  if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
+  return crsm::RunMain(command_line.program(), [&] { crsm::Show(command_line, options); });
+}

@@ -1,0 +1,60 @@
+#include "services/map_viewer/mcap_export.hpp"
+
+#include <map>
+#include <stdexcept>
+
+#include "common/logs/replacement.hpp"
+#include "services/map_viewer/finished_run.hpp"
+#include "services/map_viewer/foxglove_scene.hpp"
+#include "services/map_viewer/mcap_writer.hpp"
+
+namespace crsm {
+namespace {
+
+/// Writes what has changed of a scene since it was asked last.
+class Recorder {
+ public:
+  Recorder(const Scene& scene, const Sink& sink) : foxglove_(scene, ""), writer_(sink) {}
+
+  void Record() {
+    for (const FoxgloveTopic& topic : foxglove_.Topics()) {
+      const ChangeNumber last = foxglove_.LastChange(topic);
+      if (last == 0) continue;
+      auto known = told_.find(topic);
+      if (known == told_.end()) {
+        const std::uint16_t channel = writer_.AddChannel(
+            {foxglove_.NameOf(topic), FoxgloveScene::SchemaNameOf(topic), FoxgloveScene::SchemaOf(topic)});
+        known = told_.emplace(topic, Told{channel, 0}).first;
+      }
+      if (known->second.change == last) continue;
+      known->second.change = last;
+      writer_.Write(known->second.channel, foxglove_.time_ns(), foxglove_.Encode(topic));
+    }
+  }
+
+  void Finish() { writer_.Finish(); }
+
+ private:
+  struct Told {
+    std::uint16_t channel;
+    ChangeNumber change;
+  };
+  FoxgloveScene foxglove_;
+  McapWriter writer_;
+  std::map<FoxgloveTopic, Told> told_;
+};
+
+}  // namespace
+
+void WriteMcap(const std::string& results, const std::filesystem::path& file) {
+  Scene scene(results);
+  Replacement replacement(file.has_parent_path() ? file.parent_path() : ".");
+  replacement.Write(file.filename(), [&](const Sink& sink) {
+    Recorder recorder(scene, sink);
+    ReplayRun(results, scene, [&] { recorder.Record(); });
+    recorder.Finish();
+  });
+  replacement.Rename();
+}
+
+}  // namespace crsm

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace crsm {
+
+/// Writes a finished run as an MCAP file, to be looked at along its time in Foxglove or Lichtblick: each scan and where
+/// it was taken, and fifty times along the run the path and what has changed of the map, as it was known then.
+/// Throws std::runtime_error as ReadFinishedRun, or if the file cannot be written; it is there as a whole or not at
+/// all.
+void WriteMcap(const std::string& results, const std::filesystem::path& file);
+
+}  // namespace crsm

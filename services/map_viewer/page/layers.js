@@ -1,0 +1,185 @@
+// What is drawn over the map. All lengths are metres: the context's unit is a metre, y up; `pixel` is a pixel's size.
+
+const TAU = 2 * Math.PI;
+const LONGEST_STEP_M = 10;  // of the path; behind a longer one something was not seen
+const CHI_95 = Math.sqrt(5.991);  // an ellipse of so many sigmas holds 95 % in two dimensions
+
+function circle(context, x, y, radius) {
+  context.beginPath();
+  context.arc(x, y, radius, 0, TAU);
+}
+
+export function drawGrid(context, {x0, y0, x1, y1}, pixel, colours) {
+  const step = [0.5, 1, 2, 5, 10, 20, 50, 100, 200].find((metres) => metres / pixel > 36) ?? 500;
+  context.lineWidth = pixel;
+  for (const [every, colour] of [[step, colours.grid], [5 * step, colours.grid_strong]]) {
+    context.strokeStyle = colour;
+    context.beginPath();
+    for (let x = Math.ceil(x0 / every) * every; x <= x1; x += every) {
+      context.moveTo(x, y0);
+      context.lineTo(x, y1);
+    }
+    for (let y = Math.ceil(y0 / every) * every; y <= y1; y += every) {
+      context.moveTo(x0, y);
+      context.lineTo(x1, y);
+    }
+    context.stroke();
+  }
+}
+
+// tail: where the robot was seen behind the end of the path.
+export function drawPath(context, points, tail, pixel, colours) {
+  if (points.length === 0) return;
+  context.strokeStyle = colours.path;
+  context.lineWidth = 2 * pixel;
+  context.lineJoin = "round";
+  context.globalAlpha = 0.85;
+  context.beginPath();
+  let last = null;
+  for (const point of [...points.filter(({state}) => state !== "LOST"), ...tail]) {
+    const jumps = !last || Math.hypot(point.x_m - last.x_m, point.y_m - last.y_m) > LONGEST_STEP_M;
+    jumps ? context.moveTo(point.x_m, point.y_m) : context.lineTo(point.x_m, point.y_m);
+    last = point;
+  }
+  context.stroke();
+  context.globalAlpha = 1;
+  context.fillStyle = colours.bad;
+  for (const {x_m, y_m, state} of points) {
+    if (state !== "LOST") continue;
+    circle(context, x_m, y_m, 3 * pixel);
+    context.fill();
+  }
+  drawMarker(context, points[0], pixel, colours.good);
+}
+
+export function drawMarker(context, {x_m, y_m}, pixel, colour) {
+  context.fillStyle = colour;
+  circle(context, x_m, y_m, 5 * pixel);
+  context.fill();
+  context.strokeStyle = "#fff";
+  context.lineWidth = 1.5 * pixel;
+  context.stroke();
+}
+
+// age_s: since the newest of them was closed; it is pointed at for a while.
+export function drawLoops(context, loops, age_s, pixel, colours) {
+  context.strokeStyle = context.fillStyle = colours.loop;
+  loops.forEach(([x0, y0, x1, y1], index) => {
+    context.lineWidth = 1.5 * pixel;
+    context.globalAlpha = 0.8;
+    context.beginPath();
+    context.moveTo(x0, y0);
+    context.lineTo(x1, y1);
+    context.stroke();
+    circle(context, x1, y1, 3.5 * pixel);
+    context.fill();
+    if (index < loops.length - 1 || age_s > 3) return;
+    const turn = age_s % 1;
+    context.globalAlpha = 1 - turn;
+    context.lineWidth = 3 * pixel;
+    circle(context, x1, y1, (6 + 40 * turn) * pixel);
+    context.stroke();
+  });
+  context.globalAlpha = 1;
+}
+
+export function drawScan(context, robot, map, pixel, colours) {
+  const ends = robot.rays.map(({angle_rad, range_m}) => ({
+    x: robot.x_m + range_m * Math.cos(robot.yaw_rad + angle_rad),
+    y: robot.y_m + range_m * Math.sin(robot.yaw_rad + angle_rad),
+  }));
+  context.fillStyle = colours.scan;
+  const side = 2.4 * pixel;
+  for (const {x, y} of ends) context.fillRect(x - side / 2, y - side / 2, side, side);
+  for (const kind of ["wall", "new", "free"]) {
+    const hits = robot.critical.map((index) => ends[index]).filter((end) => end && map.hit(end.x, end.y) === kind);
+    context.strokeStyle = context.fillStyle = colours[`ray_${kind}`];
+    context.lineWidth = pixel;
+    context.globalAlpha = 0.3;
+    context.beginPath();
+    for (const {x, y} of hits) {
+      context.moveTo(robot.x_m, robot.y_m);
+      context.lineTo(x, y);
+    }
+    context.stroke();
+    context.globalAlpha = 1;
+    for (const {x, y} of hits) {
+      circle(context, x, y, 3 * pixel);
+      context.fill();
+    }
+  }
+}
+
+// Half axes [m] of the ellipse that holds 95 %, and where the longer one points [rad].
+export function ellipseOf({xx, xy, yy}) {
+  const mean = (xx + yy) / 2;
+  const spread = Math.hypot((xx - yy) / 2, xy);
+  return {
+    long_m: CHI_95 * Math.sqrt(Math.max(0, mean + spread)),
+    short_m: CHI_95 * Math.sqrt(Math.max(0, mean - spread)),
+    angle_rad: 0.5 * Math.atan2(2 * xy, xx - yy),
+  };
+}
+
+export function drawRobot(context, robot, pixel, colours) {
+  const {long_m, short_m, angle_rad} = ellipseOf(robot.covariance);
+  context.lineWidth = 1.5 * pixel;
+  if (long_m > 0) {
+    context.strokeStyle = colours.robot;
+    context.fillStyle = colours.robot;
+    context.beginPath();
+    context.ellipse(robot.x_m, robot.y_m, Math.min(long_m, 100), Math.min(short_m, 100), angle_rad, 0, TAU);
+    context.globalAlpha = 0.2;
+    context.fill();
+    context.globalAlpha = 1;
+    context.stroke();
+  }
+  if (robot.state === "DEGENERATE") drawAxis(context, robot, pixel, colours);
+  context.save();
+  context.translate(robot.x_m, robot.y_m);
+  context.rotate(robot.yaw_rad);
+  const size = Math.max(0.22, 9 * pixel);
+  context.beginPath();
+  context.moveTo(1.25 * size, 0);
+  context.lineTo(-0.8 * size, 0.8 * size);
+  context.lineTo(-0.4 * size, 0);
+  context.lineTo(-0.8 * size, -0.8 * size);
+  context.closePath();
+  context.fillStyle = robot.state === "LOST" ? colours.bad : colours.robot;
+  context.fill();
+  context.strokeStyle = colours.ground;
+  context.lineWidth = 1.5 * pixel;
+  context.stroke();
+  context.restore();
+}
+
+function drawAxis(context, {x_m, y_m, axis}, pixel, colours) {
+  context.save();
+  context.translate(x_m, y_m);
+  context.rotate(Math.atan2(axis.y, axis.x));
+  context.strokeStyle = colours.warn;
+  context.lineWidth = 3 * pixel;
+  context.lineCap = "round";
+  context.beginPath();
+  for (const way of [1, -1]) {
+    context.moveTo(14 * way * pixel, 0);
+    context.lineTo(44 * way * pixel, 0);
+    context.moveTo(36 * way * pixel, 7 * pixel);
+    context.lineTo(44 * way * pixel, 0);
+    context.lineTo(36 * way * pixel, -7 * pixel);
+  }
+  context.stroke();
+  context.restore();
+}
+
+export function drawMeasure(context, [from, to], pixel, colours) {
+  context.strokeStyle = colours.text;
+  context.lineWidth = 2 * pixel;
+  context.setLineDash([6 * pixel, 4 * pixel]);
+  context.beginPath();
+  context.moveTo(from.x_m, from.y_m);
+  context.lineTo(to.x_m, to.y_m);
+  context.stroke();
+  context.setLineDash([]);
+  for (const end of [from, to]) drawMarker(context, end, pixel, colours.path);
+}

@@ -1,0 +1,116 @@
+// What the viewer tells a page, as services/map_viewer/page_feed.hpp describes it.
+
+export const SUBPROTOCOL = "crsm.view.v1";
+export const STATES = ["START", "OK", "LOST", "DEGENERATE"];  // as of scan_match_t
+
+// Reads numbers one after the other.
+class Reader {
+  constructor(buffer, begin, size) {
+    this.view = new DataView(buffer, begin, size);
+    this.at = 0;
+  }
+  skip(size) { return (this.at += size) - size; }
+  u8() { return this.view.getUint8(this.skip(1)); }
+  u16() { return this.view.getUint16(this.skip(2), true); }
+  i16() { return this.view.getInt16(this.skip(2), true); }
+  u32() { return this.view.getUint32(this.skip(4), true); }
+  i64() { return this.view.getBigInt64(this.skip(8), true); }
+  f32() { return this.view.getFloat32(this.skip(4), true); }
+  f64() { return this.view.getFloat64(this.skip(8), true); }
+  bytes(size) { return new Uint8Array(this.view.buffer, this.view.byteOffset + this.skip(size), size); }
+  list(count, read) { return Array.from({length: count}, () => read()); }
+}
+
+function readMap(reader) {
+  return {
+    kind: "map", anew: reader.u8() === 1, epoch: reader.i64(), version: reader.i64(), complete: reader.u8() === 1,
+    cell_size_m: reader.f64(),
+    tiles: reader.list(reader.u16(), () => ({
+      x: reader.i16(), y: reader.i16(), whole: reader.u8() === 1, runs: reader.bytes(reader.u16()),
+    })),
+  };
+}
+
+function readRobot(reader) {
+  return {
+    kind: "robot", utime: reader.i64(), state: STATES[reader.u8()],
+    x_m: reader.f64(), y_m: reader.f64(), yaw_rad: reader.f64(), fitness: reader.f32(),
+    covariance: {xx: reader.f32(), xy: reader.f32(), yy: reader.f32(), yaw: reader.f32()},
+    axis: {x: reader.f32(), y: reader.f32()},
+    rays: reader.list(reader.u16(), () => ({angle_rad: reader.f32(), range_m: reader.f32()})),
+    critical: reader.list(reader.u16(), () => reader.u16()),
+  };
+}
+
+function readPath(reader) {
+  return {
+    kind: "path", generation: reader.u32(), first: reader.u32(),
+    points: reader.list(reader.u32(), () => ({x_m: reader.f32(), y_m: reader.f32(), state: STATES[reader.u8()]})),
+  };
+}
+
+function readSamples(reader) {
+  return {
+    kind: "samples",
+    samples: reader.list(reader.u32(), () => ({
+      time_s: reader.f64(), fitness: reader.f32(), state: STATES[reader.u8()],
+    })),
+  };
+}
+
+const READERS = {
+  1: readMap, 2: readRobot, 3: readPath, 4: readSamples,
+  5: (reader) => ({kind: "info", ...JSON.parse(new TextDecoder().decode(reader.bytes(reader.view.byteLength)))}),
+};
+
+// The records of a message.
+export function* readRecords(buffer) {
+  const view = new DataView(buffer);
+  for (let at = 0; at < view.byteLength;) {
+    const size = view.getUint32(at + 1, true);
+    yield READERS[view.getUint8(at)](new Reader(buffer, at + 5, size));
+    at += 5 + size;
+  }
+}
+
+// Applies the runs of a tile (map_tile_t) to its cells.
+export function unpackRuns(runs, cells) {
+  let cell = 0;
+  for (let at = 0; at < runs.length;) {
+    cell += runs[at] * 256 + runs[at + 1];
+    const count = runs[at + 2] * 256 + runs[at + 3];
+    cells.set(runs.subarray(at + 4, at + 4 + count), cell);
+    cell += count;
+    at += 4 + count;
+  }
+}
+
+// Keeps a connection to the feed of a robot, and tells `model` what comes. After a loss it goes on where it was.
+export class Connection {
+  constructor(robot, model) {
+    this.robot = robot;
+    this.model = model;
+    this.pause_ms = 250;
+    this.open();
+  }
+
+  open() {
+    const {epoch, version} = this.model.cursor;
+    const token = new URLSearchParams(location.hash.slice(1)).get("token") ?? "";
+    const query = new URLSearchParams({robot: this.robot, epoch, version, token});
+    const socket = new WebSocket(`ws://${location.host}/live?${query}`, SUBPROTOCOL);
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => {
+      this.pause_ms = 250;
+      this.model.setConnected(true);
+    };
+    socket.onmessage = ({data}) => {
+      for (const record of readRecords(data)) this.model.take(record);
+    };
+    socket.onclose = () => {
+      this.model.setConnected(false);
+      setTimeout(() => this.open(), this.pause_ms);
+      this.pause_ms = Math.min(this.pause_ms * 1.5, 2000);
+    };
+  }
+}

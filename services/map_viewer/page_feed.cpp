@@ -1,0 +1,146 @@
+#include "services/map_viewer/page_feed.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "services/map_viewer/little_endian.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr std::size_t kMostMapBytes = 256 * 1024;  // of a message: a slow client is told of the robot in between
+
+enum Kind : std::uint8_t { kMap = 1, kRobot = 2, kPath = 3, kSamples = 4, kInfo = 5 };
+
+void AppendRecord(std::string& message, Kind kind, const std::string& record) {
+  Append(message, kind);
+  Append(message, static_cast<std::uint32_t>(record.size()));
+  message += record;
+}
+
+float Narrow(double value) { return static_cast<float>(value); }
+
+void AppendPathPoint(std::string& record, const ScanMatch& match) {
+  Append(record, Narrow(match.T_map_laser.x_m));
+  Append(record, Narrow(match.T_map_laser.y_m));
+  Append(record, static_cast<std::uint8_t>(match.state));
+}
+
+}  // namespace
+
+PageFeed::PageFeed(const Scene& scene, std::vector<std::string> names, const Cursor& cursor)
+    : scene_(scene), names_(std::move(names)) {
+  map_told_ = scene.map().FindVersion(cursor.epoch, cursor.version);
+  if (map_told_ > 0) map_generation_ = scene.map().generation();
+}
+
+std::optional<Feed::Message> PageFeed::Next() {
+  Message message;
+  if (robot_told_ != scene_.robot_change()) AddRobot(message.bytes);
+  if (samples_told_ != scene_.num_samples()) AddSamples(message.bytes);
+  if (map_told_ != scene_.map().last_change()) AddMap(message.bytes);
+  if (path_generation_ != scene_.path_generation() || path_told_ != scene_.path().kept().size()) {
+    AddPath(message.bytes);
+  }
+  if (info_told_ != scene_.info_change()) AddInfo(message.bytes);
+  if (message.bytes.empty()) return std::nullopt;
+  return message;
+}
+
+void PageFeed::AddMap(std::string& message) {
+  const SceneMap& map = scene_.map();
+  const bool anew = std::exchange(map_generation_, map.generation()) != map.generation();
+  if (anew) map_told_ = 0;
+  const ChangeNumber had = map_told_;
+  std::string tiles;
+  std::uint16_t num_tiles = 0;
+  has_more_ = false;
+  for (auto change = map.changes().upper_bound(had); change != map.changes().end(); ++change) {
+    if (tiles.size() > kMostMapBytes) {
+      has_more_ = true;
+      break;
+    }
+    const SceneMap::Tile& tile = map.tiles().at(change->second);
+    const bool whole = tile.changed_before == 0 || tile.changed_before > had;
+    const std::vector<std::uint8_t> runs = whole ? PackRuns(SceneMap::Tile().cells, tile.cells) : tile.last_runs;
+    Append(tiles, static_cast<std::int16_t>(change->second.x));
+    Append(tiles, static_cast<std::int16_t>(change->second.y));
+    Append(tiles, static_cast<std::uint8_t>(whole));
+    Append(tiles, static_cast<std::uint16_t>(runs.size()));
+    tiles.append(runs.begin(), runs.end());
+    ++num_tiles;
+    map_told_ = change->first;
+  }
+  if (!has_more_) map_told_ = map.last_change();
+  std::string record;
+  Append(record, static_cast<std::uint8_t>(anew));
+  Append(record, map.epoch());
+  Append(record, map.version());
+  Append(record, static_cast<std::uint8_t>(!has_more_));
+  Append(record, map.cell_size_m());
+  Append(record, num_tiles);
+  AppendRecord(message, kMap, record + tiles);
+}
+
+void PageFeed::AddRobot(std::string& message) {
+  robot_told_ = scene_.robot_change();
+  const auto& [match, scan] = scene_.robot();
+  std::string record;
+  Append(record, match.utime);
+  Append(record, static_cast<std::uint8_t>(match.state));
+  Append(record, match.T_map_laser.x_m);
+  Append(record, match.T_map_laser.y_m);
+  Append(record, match.T_map_laser.yaw_rad);
+  Append(record, Narrow(match.fitness));
+  for (const std::size_t entry : {0, 1, 3, 5}) Append(record, Narrow(match.covariance[entry]));
+  for (const double component : match.degenerate_axis) Append(record, Narrow(component));
+  Append(record, static_cast<std::uint16_t>(scan.rays.size()));
+  for (std::size_t i = 0; i < scan.rays.size(); ++i) {
+    Append(record, scan.rays.angle_rad[i]);
+    Append(record, scan.rays.range_m[i]);
+  }
+  Append(record, static_cast<std::uint16_t>(scan.critical.size()));
+  for (const int index : scan.critical) Append(record, static_cast<std::uint16_t>(index));
+  AppendRecord(message, kRobot, record);
+}
+
+void PageFeed::AddPath(std::string& message) {
+  const auto& kept = scene_.path().kept();
+  if (std::exchange(path_generation_, scene_.path_generation()) != scene_.path_generation()) path_told_ = 0;
+  std::string record;
+  Append(record, static_cast<std::uint32_t>(path_generation_));
+  Append(record, static_cast<std::uint32_t>(path_told_));
+  Append(record, static_cast<std::uint32_t>(kept.size() - path_told_));
+  for (std::size_t i = path_told_; i < kept.size(); ++i) AppendPathPoint(record, kept[i].match);
+  path_told_ = kept.size();
+  AppendRecord(message, kPath, record);
+}
+
+void PageFeed::AddSamples(std::string& message) {
+  const auto& samples = scene_.samples();
+  const auto num_new = std::min<std::int64_t>(scene_.num_samples() - samples_told_, std::ssize(samples));
+  samples_told_ = scene_.num_samples();
+  std::string record;
+  Append(record, static_cast<std::uint32_t>(num_new));
+  for (auto sample = samples.end() - num_new; sample != samples.end(); ++sample) {
+    Append(record, static_cast<double>(sample->utime) * 1e-6);
+    Append(record, sample->fitness);
+    Append(record, static_cast<std::uint8_t>(sample->state));
+  }
+  AppendRecord(message, kSamples, record);
+}
+
+void PageFeed::AddInfo(std::string& message) {
+  info_told_ = scene_.info_change();
+  nlohmann::json info = nlohmann::json::parse(scene_.info());
+  info["robots"] = names_;
+  info["robot"] = scene_.name();
+  info["loops"] = nlohmann::json::array();
+  for (const auto& [older, newer] : scene_.loops()) {
+    info["loops"].push_back({older.x_m, older.y_m, newer.x_m, newer.y_m});
+  }
+  AppendRecord(message, kInfo, info.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+}  // namespace crsm

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "services/map_viewer/feed.hpp"
+#include "services/map_viewer/scene.hpp"
+
+namespace crsm {
+
+/// What the page of this viewer is told. Each message is binary, little-endian, and made of records: kind (1 byte),
+/// size of the rest (4 bytes), the rest. services/map_viewer/page/wire.js reads them.
+///
+///   1 map      anew u8, epoch i64, version i64, complete u8, cell size f64 [m], number of tiles u16, and of each: x
+///   i16,
+///              y i16, whole u8, number of bytes u16, runs as in map_tile_t. anew: begins with an empty map; whole:
+///              with an unexplored tile; complete: all of this epoch's version is there
+///   2 robot    utime i64, state u8 as in scan_match_t, x y yaw f64 [m, m, rad], fitness f32, covariance xx xy yy
+///              yaw yaw f32, degenerate axis x y f32, number of rays u16, of each angle and range f32 [rad, m], number
+///              of critical rays u16, of each its index u16
+///   3 path     generation u32, first point u32, number of points u32, of each x y f32 [m], state u8
+///   4 samples  number u32, of each time f64 [s], fitness f32, state u8
+///   5 info     JSON: names of all robots, loops, and Scene::info
+class PageFeed : public Feed {
+ public:
+  static constexpr const char* kSubprotocol = "crsm.view.v1";
+
+  /// What a page remembers of a map after its connection was lost.
+  struct Cursor {
+    std::int64_t epoch = 0;
+    std::int64_t version = 0;
+  };
+
+  /// names: of all robots that can be asked for, of which `scene` is one.
+  PageFeed(const Scene& scene, std::vector<std::string> names, const Cursor& cursor);
+
+  std::optional<Message> Next() override;
+  bool has_more() const override { return has_more_; }
+  /// A page has nothing to say.
+  bool Hear(std::string_view, bool) override { return false; }
+
+ private:
+  void AddMap(std::string& message);
+  void AddRobot(std::string& message);
+  void AddPath(std::string& message);
+  void AddSamples(std::string& message);
+  void AddInfo(std::string& message);
+
+  const Scene& scene_;
+  std::vector<std::string> names_;
+  bool has_more_ = false;
+  std::optional<int> map_generation_;  ///< that the page holds
+  ChangeNumber map_told_ = 0;
+  ChangeNumber robot_told_ = 0;
+  int path_generation_ = 0;
+  std::size_t path_told_ = 0;
+  std::int64_t samples_told_ = 0;
+  ChangeNumber info_told_ = 0;
+};
+
+}  // namespace crsm

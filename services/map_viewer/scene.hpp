@@ -1,0 +1,142 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/map/byte_map.hpp"
+#include "common/map/dense_grid.hpp"
+#include "common/map/map_delta.hpp"
+#include "common/scan/critical_rays.hpp"
+#include "common/scan/scan_match.hpp"
+#include "services/runtime/path_sketch.hpp"
+
+namespace crsm {
+
+/// Numbers the changes of a scene. Who remembers the last one that it has seen can be told what is newer.
+using ChangeNumber = std::uint64_t;
+
+/// The map as it is shown: whole tiles, and the order in which they have changed.
+class SceneMap {
+ public:
+  struct Tile {
+    TileBytes cells;
+    std::vector<std::uint8_t> last_runs;  ///< what the last change of it was, as of map_tile_t
+    ChangeNumber changed = 0;             ///< the last time, ...
+    ChangeNumber changed_before = 0;      ///< ... and the time before
+    std::int64_t changed_in = 0;          ///< version of the map that brought it
+    Tile() { cells.fill(kUnexploredByte); }
+  };
+
+  /// Another map begins, of which nothing is known yet.
+  void Begin(double cell_size_m);
+
+  /// What a tile is now. Nothing happens where it was so before.
+  void Set(TileIndex index, const TileBytes& cells, std::int64_t version);
+
+  /// What all of the map is now; one with other cells begins anew.
+  void Replace(const ByteMap& map, std::int64_t version);
+
+  /// All that was set belongs to this version, and is all of it.
+  void SetVersion(std::int64_t epoch, std::int64_t version);
+
+  /// Tells maps that were begun apart.
+  int generation() const { return generation_; }
+  std::int64_t epoch() const { return epoch_; }
+  std::int64_t version() const { return version_; }
+  double cell_size_m() const { return cell_size_m_; }
+  ChangeNumber last_change() const { return last_change_; }
+
+  const std::map<TileIndex, Tile>& tiles() const { return tiles_; }
+  /// All tiles by their last change.
+  const std::map<ChangeNumber, TileIndex>& changes() const { return changes_; }
+
+  /// The last change that is in that version of the map, for who has held it since; 0 where it is of another epoch.
+  ChangeNumber FindVersion(std::int64_t epoch, std::int64_t version) const;
+
+ private:
+  int generation_ = 0;
+  std::int64_t epoch_ = 0;
+  std::int64_t version_ = 0;
+  double cell_size_m_ = 0.05;
+  ChangeNumber last_change_ = 0;
+  std::map<TileIndex, Tile> tiles_;
+  std::map<ChangeNumber, TileIndex> changes_;
+};
+
+/// A robot: the last scan, where it was taken on the map that is shown, and how it fits there.
+struct SceneRobot {
+  ScanMatch match;
+  CriticalRays scan;  ///< empty where it was not heard
+};
+
+/// One scan in the running curves.
+struct SceneSample {
+  std::int64_t utime = 0;
+  float fitness = 0.0F;
+  MatchState state = MatchState::kFirst;
+};
+
+/// Two places that a loop ties to each other [m, map frame].
+struct SceneLoop {
+  Pose2 T_map_older;
+  Pose2 T_map_newer;
+  friend bool operator==(const SceneLoop&, const SceneLoop&) = default;
+};
+
+/// All that there is to see of one robot. It is filled by who hears the robot, or reads its journal, and read by feeds,
+/// each of which remembers what it has told already.
+class Scene {
+ public:
+  explicit Scene(std::string name) : name_(std::move(name)) {}
+
+  static constexpr std::size_t kMostSamples = 1024;
+
+  /// Of the robot: its channel prefix, or the folder of its results.
+  const std::string& name() const { return name_; }
+
+  SceneMap& map() { return map_; }
+  const SceneMap& map() const { return map_; }
+
+  /// Where the robot was, by all that is known; `anew`: another path than before, and not more of it.
+  void SetPath(const PathSketch& path, bool anew);
+  const PathSketch& path() const { return path_; }
+  int path_generation() const { return path_generation_; }
+
+  void SetRobot(SceneRobot robot);
+  const SceneRobot& robot() const { return robot_; }
+  ChangeNumber robot_change() const { return robot_change_; }
+
+  /// The newest are kept.
+  void AddSample(const SceneSample& sample);
+  const std::deque<SceneSample>& samples() const { return samples_; }
+  /// How many there were: the last of samples() is the one before this number.
+  std::int64_t num_samples() const { return num_samples_; }
+
+  void SetLoops(std::vector<SceneLoop> loops);
+  const std::vector<SceneLoop>& loops() const { return loops_; }
+
+  /// What else is to be told, as one JSON object: services, counts.
+  void SetInfo(std::string json);
+  const std::string& info() const { return info_; }
+  /// Of info or loops.
+  ChangeNumber info_change() const { return info_change_; }
+
+ private:
+  std::string name_;
+  SceneMap map_;
+  PathSketch path_;
+  int path_generation_ = 1;
+  SceneRobot robot_;
+  ChangeNumber robot_change_ = 0;
+  std::deque<SceneSample> samples_;
+  std::int64_t num_samples_ = 0;
+  std::vector<SceneLoop> loops_;
+  std::string info_ = "{}";
+  ChangeNumber info_change_ = 1;
+};
+
+}  // namespace crsm

@@ -1,0 +1,94 @@
+#include "services/map_viewer/site.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+
+#include "services/map_viewer/foxglove_feed.hpp"
+#include "services/map_viewer/foxglove_scene.hpp"
+#include "services/map_viewer/page_feed.hpp"
+#include "services/map_viewer/page_files.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr const char* kLayout = "/foxglove-layout.json";
+
+WebPage Refuse(unsigned status, const std::string& why) { return {status, WebPage().content_type, why + "\n"}; }
+
+std::string ContentTypeOf(std::string_view name) {
+  if (name.ends_with(".html")) return "text/html; charset=utf-8";
+  if (name.ends_with(".css")) return "text/css; charset=utf-8";
+  if (name.ends_with(".svg")) return "image/svg+xml";
+  if (name.ends_with(".json")) return "application/json";
+  return "text/javascript; charset=utf-8";
+}
+
+WebPage FindFile(const WebRequest& request) {
+  const std::string_view path = std::string_view(request.target).substr(0, request.target.find('?'));
+  const std::string_view name = path == "/" ? "index.html" : path.substr(std::min<std::size_t>(1, path.size()));
+  for (const PageFile& file : kPageFiles) {
+    if (file.name == name) return {200, ContentTypeOf(name), std::string(file.text)};
+  }
+  return Refuse(404, "not here");
+}
+
+/// 0 where the query has no such number.
+std::int64_t FindNumber(const WebRequest& request, std::string_view key) {
+  const std::string_view text = FindInQuery(request.target, key).value_or("");
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc() && end == text.data() + text.size() ? number : 0;
+}
+
+bool Knows(const WebRequest& request, std::string_view subprotocol) {
+  return std::count(request.subprotocols.begin(), request.subprotocols.end(), subprotocol) > 0;
+}
+
+}  // namespace
+
+WebAnswer Site::Answer(const WebRequest& request) const {
+  if (!access_.AllowsHost(request.host)) return Refuse(403, "Host: not a name of this viewer");
+  if (request.is_upgrade) return AnswerUpgrade(request);
+  if (request.origin && !access_.AllowsOrigin(*request.origin, false)) return Refuse(403, "Origin: not this viewer");
+  if (request.method != "GET" && request.method != "HEAD") return Refuse(405, "there is only something to look at");
+  if (request.target == kLayout) return WebPage{200, ContentTypeOf(kLayout), MakeFoxgloveLayout(Prefixes())};
+  return FindFile(request);
+}
+
+/// Before the topics of each scene, in Foxglove's names.
+std::vector<std::string> Site::Prefixes() const {
+  if (scenes_.size() == 1) return {""};
+  std::vector<std::string> prefixes;
+  for (const Scene* scene : scenes_) prefixes.push_back(scene->name() + (scene->name().ends_with('/') ? "" : "/"));
+  return prefixes;
+}
+
+std::unique_ptr<Feed> Site::MakeFoxgloveFeed() const {
+  const std::vector<std::string> prefixes = Prefixes();
+  std::vector<FoxgloveScene> scenes;
+  for (std::size_t i = 0; i < scenes_.size(); ++i) scenes.emplace_back(*scenes_[i], prefixes[i]);
+  return std::make_unique<FoxgloveFeed>(std::move(scenes));
+}
+
+WebAnswer Site::AnswerUpgrade(const WebRequest& request) const {
+  const bool page = Knows(request, PageFeed::kSubprotocol);
+  if (request.origin && !access_.AllowsOrigin(*request.origin, !page)) {
+    return Refuse(403, "Origin: not this viewer, nor one that it knows");
+  }
+  if (!access_.AllowsToken(FindInQuery(request.target, "token").value_or(""))) {
+    return Refuse(401, "token: the viewer said it when it was started");
+  }
+  for (const char* subprotocol : FoxgloveFeed::kSubprotocols) {
+    if (!page && Knows(request, subprotocol)) return WebFeed{subprotocol, MakeFoxgloveFeed()};
+  }
+  if (!page) return Refuse(400, "Sec-WebSocket-Protocol: none that is spoken here");
+  const auto robot = static_cast<std::uint64_t>(FindNumber(request, "robot"));
+  if (robot >= scenes_.size()) return Refuse(404, "robot: there are fewer");
+  std::vector<std::string> names;
+  for (const Scene* scene : scenes_) names.push_back(scene->name());
+  const PageFeed::Cursor cursor{FindNumber(request, "epoch"), FindNumber(request, "version")};
+  return WebFeed{PageFeed::kSubprotocol, std::make_unique<PageFeed>(*scenes_[robot], std::move(names), cursor)};
+}
+
+}  // namespace crsm

@@ -1,0 +1,198 @@
+#include "services/map_viewer/foxglove_feed.hpp"
+
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "catch.hpp"
+
+namespace crsm {
+namespace {
+
+using nlohmann::json;
+
+TileBytes Filled(std::uint8_t byte) {
+  TileBytes cells;
+  cells.fill(byte);
+  return cells;
+}
+
+SceneRobot RobotAt(double x_m) {
+  SceneRobot robot;
+  robot.match.utime = 1'700'000'000'250'000;
+  robot.match.T_map_laser = {x_m, -1.0, 0.0};
+  robot.scan = {0, {{-0.5F, 0.0F, 0.25F}, {1.0F, 2.0F, 3.0F}}, {}};
+  return robot;
+}
+
+/// What Foxglove would know.
+struct Client {
+  explicit Client(FoxgloveFeed& of) : feed(of) { TakeAll(); }
+
+  void TakeAll() {
+    while (const auto message = feed.Next()) {
+      if (message->is_text) {
+        TakeText(json::parse(message->bytes));
+      } else {
+        REQUIRE(message->bytes.size() > 13);
+        REQUIRE(message->bytes[0] == 1);
+        std::uint32_t subscription = 0;
+        std::memcpy(&subscription, message->bytes.data() + 1, sizeof(subscription));
+        std::memcpy(&time_ns, message->bytes.data() + 5, sizeof(time_ns));
+        told[subscription] = json::parse(message->bytes.substr(13));
+        ++num_told;
+      }
+    }
+    CHECK_FALSE(feed.has_more());
+  }
+
+  void TakeText(const json& message) {
+    texts.push_back(message["op"]);
+    if (message["op"] != "advertise") return;
+    for (const json& channel : message["channels"]) channels[channel["topic"]] = channel["id"];
+  }
+
+  bool Subscribe(const std::string& topic, std::uint32_t id) {
+    const json message{{"op", "subscribe"}, {"subscriptions", {{{"id", id}, {"channelId", channels.at(topic)}}}}};
+    const bool heard = feed.Hear(message.dump(), true);
+    TakeAll();
+    return heard;
+  }
+
+  FoxgloveFeed& feed;
+  std::vector<std::string> texts;
+  std::map<std::string, std::uint32_t> channels;
+  std::map<std::uint32_t, json> told;  ///< by subscription, the last
+  int num_told = 0;
+  std::uint64_t time_ns = 0;
+};
+
+}  // namespace
+
+TEST_CASE("Foxglove is greeted, told of the topics, and of a block of the map when there is one") {
+  Scene scene("");
+  FoxgloveFeed feed({FoxgloveScene(scene, "")});
+  Client client(feed);
+  CHECK(client.texts == std::vector<std::string>{"serverInfo", "advertise"});
+  CHECK(client.channels.size() == 4);
+  scene.map().Set({-1, 0}, Filled(200), 1);
+  scene.map().Set({7, 7}, Filled(200), 1);
+  client.TakeAll();
+  CHECK(client.texts.size() == 3);
+  CHECK(client.channels.count("/map/-1_0") == 1);
+  CHECK(client.channels.count("/map/0_0") == 1);
+  CHECK(client.channels.size() == 6);
+  CHECK(client.num_told == 0);  // nothing was asked for
+
+  TileBytes cells = Filled(10);
+  cells[1] = 20;
+  scene.map().Set({-8, 7}, cells, 1);  // in the block of the first
+  client.Subscribe("/map/-1_0", 1);
+  const json& grid = client.told[1];
+  CHECK(grid["pose"]["position"] == json{{"x", -25.6}, {"y", 0.0}, {"z", 0.0}});
+  const std::string data = grid["data"];
+  REQUIRE(data.size() == (512 * 512 + 2) / 3 * 4);
+  CHECK(data.starts_with("f39/"));                            // unexplored: 127 127 127
+  CHECK(data.substr((63 * 512 + 450) / 3 * 4, 4) == "yMjI");  // 200 in the last tile of the first row
+  CHECK(data.substr((448 * 512 + 1) / 3 * 4, 4) == "FAoK");   // 20 10 10 in the first tile of the last row, ...
+  CHECK(data.substr((511 * 512 + 1) / 3 * 4, 4) == "CgoK");   // ... and above it 10 10 10
+}
+
+TEST_CASE("a topic that was subscribed to is told when it has changed, and no more after that") {
+  Scene scene("");
+  FoxgloveFeed feed({FoxgloveScene(scene, "")});
+  Client client(feed);
+  CHECK(client.Subscribe("/pose", 5));
+  CHECK(client.num_told == 0);  // no robot yet
+  scene.SetRobot(RobotAt(2.0));
+  client.TakeAll();
+  CHECK(client.num_told == 1);
+  CHECK(client.told[5]["pose"]["position"]["x"] == 2.0);
+  CHECK(client.told[5]["timestamp"] == json{{"sec", 1'700'000'000}, {"nsec", 250'000'000}});
+  CHECK(client.time_ns == 1'700'000'000'250'000'000U);
+  client.TakeAll();
+  CHECK(client.num_told == 1);
+  scene.SetRobot(RobotAt(3.0));
+  std::this_thread::sleep_for(std::chrono::milliseconds(40));
+  client.TakeAll();
+  CHECK(client.told[5]["pose"]["position"]["x"] == 3.0);
+  CHECK(feed.Hear(R"({"op":"unsubscribe","subscriptionIds":[5]})", true));
+  scene.SetRobot(RobotAt(4.0));
+  std::this_thread::sleep_for(std::chrono::milliseconds(40));
+  client.TakeAll();
+  CHECK(client.num_told == 2);
+}
+
+TEST_CASE("a scan with gaps is told at equal steps of the angle, 0 where nothing was measured") {
+  Scene scene("");
+  scene.SetRobot(RobotAt(2.0));
+  FoxgloveFeed feed({FoxgloveScene(scene, "")});
+  Client client(feed);
+  client.Subscribe("/scan", 0);
+  CHECK(client.told[0]["start_angle"] == -0.5);
+  CHECK(client.told[0]["end_angle"] == 0.25);
+  CHECK(client.told[0]["ranges"] == json({1.0, 0.0, 2.0, 3.0}));
+  for (const ValidRays& rays : {ValidRays{}, ValidRays{{0.5F}, {1.0F}}, ValidRays{{0.5F, 0.5F}, {1.0F, 2.0F}},
+                                ValidRays{{-3.0F, 1e-30F, 3.0F}, {1.0F, 2.0F, 3.0F}}}) {
+    SceneRobot robot;
+    robot.scan.rays = rays;
+    scene.SetRobot(robot);
+    std::this_thread::sleep_for(std::chrono::milliseconds(40));
+    client.TakeAll();
+    CHECK(client.told[0]["ranges"].size() <= 8193);
+    CHECK(client.told[0]["ranges"].size() >= std::min<std::size_t>(1, rays.size()));
+  }
+}
+
+TEST_CASE("several robots have topics and frames of their own") {
+  Scene one("robot1/");
+  Scene two("robot2/");
+  two.SetRobot(RobotAt(2.0));
+  FoxgloveFeed feed({FoxgloveScene(one, "robot1/"), FoxgloveScene(two, "robot2/")});
+  Client client(feed);
+  CHECK(client.channels.size() == 8);
+  client.Subscribe("/robot2/tf", 1);
+  CHECK(client.told[1]["parent_frame_id"] == "robot2/map");
+  CHECK(client.told[1]["child_frame_id"] == "robot2/laser");
+}
+
+TEST_CASE("what Foxglove does not say is not believed") {
+  Scene scene("");
+  FoxgloveFeed feed({FoxgloveScene(scene, "")});
+  Client client(feed);
+  for (const char* text :
+       {"", "x", "[]", "1", "null", "{", R"({"op":"subscribe","subscriptions":[1]})",
+        R"({"op":"subscribe","subscriptions":[{"id":0}]})", R"({"op":"subscribe","subscriptions":[{"channelId":0}]})",
+        R"({"op":"subscribe","subscriptions":[{"id":-1,"channelId":0}]})",
+        R"({"op":"subscribe","subscriptions":[{"id":4294967296,"channelId":0}]})",
+        R"({"op":"subscribe","subscriptions":[{"id":0,"channelId":4}]})",
+        R"({"op":"subscribe","subscriptions":[{"id":"0","channelId":0.5}]})"}) {
+    INFO(text);
+    CHECK_FALSE(feed.Hear(text, true));
+  }
+  CHECK_FALSE(feed.Hear("{}", false));
+  for (const char* text : {"{}", R"({"op":7})", R"({"op":"subscribe"})", R"({"op":"subscribe","subscriptions":{}})",
+                           R"({"op":"unsubscribe","subscriptionIds":[null,"x",9]})", R"({"op":"fetchAsset"})"}) {
+    INFO(text);
+    CHECK(feed.Hear(text, true));
+  }
+  bool taken = true;
+  for (std::size_t id = 0; id <= FoxgloveFeed::kMostSubscriptions; ++id) {
+    const json message{{"op", "subscribe"}, {"subscriptions", {{{"id", id}, {"channelId", 0}}}}};
+    taken = feed.Hear(message.dump(), true);
+    CHECK(taken == (id < FoxgloveFeed::kMostSubscriptions));
+  }
+}
+
+TEST_CASE("the layout shows what Foxglove hides") {
+  const json layout = json::parse(MakeFoxgloveLayout({"robot1/", "robot2/"}));
+  const json& topics = layout["configById"][layout["layout"].get<std::string>()]["topics"];
+  for (const char* topic : {"/robot1/map/0_0", "/robot2/map/-8_7", "/robot1/scan", "/robot2/path", "/robot1/pose"}) {
+    INFO(topic);
+    CHECK(topics[topic]["visible"] == true);
+  }
+  CHECK(topics["/robot1/map/0_0"]["colorField"] == "cell");
+}
+
+}  // namespace crsm

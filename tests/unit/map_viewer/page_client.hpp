@@ -1,0 +1,134 @@
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "common/map/byte_map.hpp"
+
+namespace crsm {
+
+/// What a page makes of the messages of its feed.
+class PageClient {
+ public:
+  struct PathPoint {
+    float x_m;
+    float y_m;
+    int state;
+  };
+
+  /// Throws std::out_of_range where a message is shorter than it says.
+  void Take(std::string_view message) {
+    while (!message.empty()) {
+      Reader record{message};
+      const auto kind = record.Read<std::uint8_t>();
+      const auto size = record.Read<std::uint32_t>();
+      record.left = record.left.substr(0, size);
+      message.remove_prefix(5 + std::size_t{size});
+      TakeRecord(kind, record);
+    }
+  }
+
+  std::map<TileIndex, TileBytes> tiles;
+  std::int64_t epoch = 0;
+  std::int64_t version = 0;
+  bool complete = false;
+  int num_map_records = 0;
+  int num_begun = 0;        ///< with an empty map
+  int num_whole_tiles = 0;  ///< that came
+  int num_changed_tiles = 0;
+  int num_robots = 0;
+  std::int64_t robot_utime = 0;
+  double robot_x_m = 0.0;
+  std::size_t num_rays = 0;
+  std::vector<PathPoint> path;
+  std::vector<float> fitnesses;
+  nlohmann::json info;
+
+  /// Nothing but unexplored cells is no tile.
+  std::map<TileIndex, TileBytes> ExploredTiles() const {
+    std::map<TileIndex, TileBytes> explored = tiles;
+    std::erase_if(explored, [](const auto& tile) { return tile.second == ByteMap::Tile().cells; });
+    return explored;
+  }
+
+ private:
+  struct Reader {
+    std::string_view left;
+    template <class Number>
+    Number Read() {
+      Number number;
+      if (left.size() < sizeof(number)) throw std::out_of_range("a message of the viewer ends too soon");
+      std::memcpy(&number, left.data(), sizeof(number));
+      left.remove_prefix(sizeof(number));
+      return number;
+    }
+  };
+
+  void TakeRecord(int kind, Reader& record) {
+    if (kind == 1) return TakeMap(record);
+    if (kind == 2) return TakeRobot(record);
+    if (kind == 3) return TakePath(record);
+    if (kind == 4) return TakeSamples(record);
+    if (kind == 5) return void(info = nlohmann::json::parse(record.left));
+    throw std::out_of_range("no such kind of record");
+  }
+
+  void TakeMap(Reader& record) {
+    ++num_map_records;
+    if (record.Read<std::uint8_t>() == 1) {
+      tiles.clear();
+      ++num_begun;
+    }
+    epoch = record.Read<std::int64_t>();
+    version = record.Read<std::int64_t>();
+    complete = record.Read<std::uint8_t>() == 1;
+    record.Read<double>();
+    for (auto left = record.Read<std::uint16_t>(); left > 0; --left) {
+      const int x = record.Read<std::int16_t>();
+      const int y = record.Read<std::int16_t>();
+      const bool whole = record.Read<std::uint8_t>() == 1;
+      std::vector<std::uint8_t> runs(record.Read<std::uint16_t>());
+      for (std::uint8_t& byte : runs) byte = record.Read<std::uint8_t>();
+      TileBytes& cells = tiles.try_emplace({x, y}, ByteMap::Tile().cells).first->second;
+      if (whole) cells = ByteMap::Tile().cells;
+      if (!UnpackRuns(runs, cells)) throw std::out_of_range("runs of a tile do not fit");
+      ++(whole ? num_whole_tiles : num_changed_tiles);
+    }
+  }
+
+  void TakeRobot(Reader& record) {
+    ++num_robots;
+    robot_utime = record.Read<std::int64_t>();
+    record.Read<std::uint8_t>();
+    robot_x_m = record.Read<double>();
+    record.left.remove_prefix(2 * sizeof(double) + 7 * sizeof(float));
+    num_rays = record.Read<std::uint16_t>();
+  }
+
+  void TakePath(Reader& record) {
+    record.Read<std::uint32_t>();
+    path.resize(record.Read<std::uint32_t>());
+    for (auto left = record.Read<std::uint32_t>(); left > 0; --left) {
+      const auto x_m = record.Read<float>();
+      const auto y_m = record.Read<float>();
+      path.push_back({x_m, y_m, record.Read<std::uint8_t>()});
+    }
+  }
+
+  void TakeSamples(Reader& record) {
+    for (auto left = record.Read<std::uint32_t>(); left > 0; --left) {
+      record.Read<double>();
+      fitnesses.push_back(record.Read<float>());
+      record.Read<std::uint8_t>();
+    }
+  }
+};
+
+}  // namespace crsm

@@ -1,0 +1,218 @@
+#include "services/map_viewer/page_feed.hpp"
+
+#include "catch.hpp"
+#include "page_client.hpp"
+
+namespace crsm {
+namespace {
+
+TileBytes Filled(std::uint8_t byte) {
+  TileBytes cells;
+  cells.fill(byte);
+  return cells;
+}
+
+/// A tile whose cells all differ from their neighbours, so that nothing of it can be left out.
+TileBytes Striped(int seed) {
+  TileBytes cells;
+  for (int i = 0; i < kTileCells; ++i) cells[static_cast<std::size_t>(i)] = i % 2 == seed % 2 ? 0 : 255;
+  return cells;
+}
+
+void TakeAll(PageFeed& feed, PageClient& client) {
+  while (const auto message = feed.Next()) {
+    CHECK_FALSE(message->is_text);
+    client.Take(message->bytes);
+  }
+}
+
+PathSketch PathOf(int num_matches, double step_m = 1.0) {
+  PathSketch path;
+  for (int i = 0; i < num_matches; ++i) {
+    ScanMatch match;
+    match.utime = i;
+    match.T_map_laser = {step_m * i, -1.0, 0.0};
+    match.state = i == 2 ? MatchState::kLost : MatchState::kOk;
+    path.Add(match);
+  }
+  return path;
+}
+
+}  // namespace
+
+TEST_CASE("a page that comes late is told the whole map, and then of each tile the cells that have changed") {
+  Scene scene("");
+  for (int x = 0; x < 3; ++x) scene.map().Set({x, -x}, Filled(200), 5);
+  scene.map().SetVersion(7, 5);
+  PageFeed feed(scene, {""}, {});
+  PageClient client;
+  TakeAll(feed, client);
+  CHECK(client.num_begun == 1);
+  CHECK(client.complete);
+  CHECK((client.epoch == 7 && client.version == 5));
+  CHECK(client.num_whole_tiles == 3);
+  CHECK_FALSE(feed.Next());
+
+  TileBytes changed = Filled(200);
+  changed[4095] = 0;
+  scene.map().Set({1, -1}, changed, 6);
+  scene.map().Set({2, -2}, Filled(200), 6);  // as it was
+  scene.map().SetVersion(7, 6);
+  const auto message = feed.Next();
+  REQUIRE(message);
+  CHECK(message->bytes.size() < 60);
+  client.Take(message->bytes);
+  CHECK(client.num_changed_tiles == 1);
+  CHECK(client.version == 6);
+  CHECK(client.tiles.at({1, -1}) == changed);
+  CHECK(client.tiles.at({0, 0}) == Filled(200));
+}
+
+TEST_CASE("a page that has missed changes of a tile is told all of it, as it is now and once") {
+  Scene scene("");
+  scene.map().Set({0, 0}, Filled(200), 1);
+  PageFeed feed(scene, {""}, {});
+  PageClient client;
+  TakeAll(feed, client);
+  TileBytes cells = Filled(200);
+  for (std::size_t i = 0; i < 5; ++i) {
+    cells[i] = 10;
+    scene.map().Set({0, 0}, cells, 2);
+  }
+  TakeAll(feed, client);
+  CHECK(client.num_whole_tiles == 2);
+  CHECK(client.num_changed_tiles == 0);
+  CHECK(client.tiles.at({0, 0}) == cells);
+}
+
+TEST_CASE("no message is much larger than 256 KB, and the robot is told of between the parts of a large map") {
+  Scene scene("");
+  for (int i = 0; i < 400; ++i) scene.map().Set({i % 20, i / 20}, Striped(i), 1);
+  scene.map().SetVersion(3, 1);
+  PageFeed feed(scene, {""}, {});
+  PageClient client;
+  int num_messages = 0;
+  while (const auto message = feed.Next()) {
+    CHECK(message->bytes.size() < 300 * 1024);
+    client.Take(message->bytes);
+    CHECK(client.complete == !feed.has_more());
+    scene.SetRobot({});
+    if (++num_messages == 20) break;
+  }
+  CHECK(client.num_robots == 19);
+  CHECK(client.num_map_records == 7);
+  CHECK(client.num_whole_tiles == 400);
+}
+
+TEST_CASE("a page that was cut off goes on where it was, also with a viewer that was started anew") {
+  Scene scene("");
+  scene.map().Set({0, 0}, Filled(200), 5);
+  scene.map().Set({1, 0}, Filled(200), 5);
+  scene.map().SetVersion(7, 5);
+  scene.map().Set({2, 0}, Filled(200), 8);
+  scene.map().SetVersion(7, 8);
+  const auto NumTold = [&](std::int64_t epoch, std::int64_t version, int begun) {
+    PageFeed feed(scene, {""}, {epoch, version});
+    PageClient client;
+    TakeAll(feed, client);
+    CHECK(client.num_begun == begun);
+    return client.num_whole_tiles + client.num_changed_tiles;
+  };
+  CHECK(NumTold(7, 5, 0) == 1);
+  CHECK(NumTold(7, 8, 0) == 0);
+  CHECK(NumTold(7, 9, 1) == 3);  // which there is not
+  CHECK(NumTold(6, 8, 1) == 3);  // of another map
+  CHECK(NumTold(7, -1, 1) == 3);
+  CHECK(NumTold(0, 0, 1) == 3);
+}
+
+TEST_CASE("a map with other cells begins anew") {
+  Scene scene("");
+  scene.map().Set({0, 0}, Filled(200), 5);
+  PageFeed feed(scene, {""}, {});
+  PageClient client;
+  TakeAll(feed, client);
+  scene.map().Begin(0.02);
+  scene.map().Set({4, 4}, Filled(10), 1);
+  TakeAll(feed, client);
+  CHECK(client.num_begun == 2);
+  CHECK(client.tiles.size() == 1);
+  CHECK(client.tiles.count({4, 4}) == 1);
+}
+
+TEST_CASE("of the robot only the newest is told, with its scan") {
+  Scene scene("");
+  PageFeed feed(scene, {""}, {});
+  PageClient client;
+  TakeAll(feed, client);
+  for (int i = 1; i <= 100; ++i) {
+    SceneRobot robot;
+    robot.match.utime = i;
+    robot.match.T_map_laser.x_m = 0.5 * i;
+    robot.scan = {i, {{0.0F, 0.1F}, {3.0F, 4.0F}}, {1}};
+    scene.SetRobot(robot);
+  }
+  TakeAll(feed, client);
+  CHECK(client.num_robots == 1);
+  CHECK(client.robot_utime == 100);
+  CHECK(client.robot_x_m == 50.0);
+  CHECK(client.num_rays == 2);
+}
+
+TEST_CASE("the path grows at its end, and is told anew when it is another one") {
+  Scene scene("");
+  PageFeed feed(scene, {""}, {});
+  PageClient client;
+  scene.SetPath(PathOf(5), true);
+  TakeAll(feed, client);
+  REQUIRE(client.path.size() == 5);
+  CHECK(client.path[2].state == 2);
+  scene.SetPath(PathOf(6), false);
+  const auto more = feed.Next();
+  REQUIRE(more);
+  CHECK(more->bytes.size() < 40);
+  client.Take(more->bytes);
+  CHECK(client.path.size() == 6);
+  scene.SetPath(PathOf(4, 2.0), true);
+  TakeAll(feed, client);
+  REQUIRE(client.path.size() == 4);
+  CHECK(client.path[3].x_m == 6.0F);
+  scene.SetPath(PathOf(10000, 2.0), false);  // so long that it was thinned
+  TakeAll(feed, client);
+  CHECK(client.path.size() == scene.path().kept().size());
+  CHECK(client.path[1].x_m == static_cast<float>(scene.path().kept()[1].match.T_map_laser.x_m));
+}
+
+TEST_CASE("of the running curves no more is told than is kept, and no scan twice") {
+  Scene scene("");
+  for (int i = 0; i < 3000; ++i) scene.AddSample({i, static_cast<float>(i), MatchState::kOk});
+  PageFeed feed(scene, {""}, {});
+  PageClient client;
+  TakeAll(feed, client);
+  REQUIRE(client.fitnesses.size() == Scene::kMostSamples);
+  CHECK(client.fitnesses.front() == 3000 - 1024);
+  scene.AddSample({3000, 3000.0F, MatchState::kLost});
+  TakeAll(feed, client);
+  CHECK(client.fitnesses.size() == Scene::kMostSamples + 1);
+  CHECK(client.fitnesses.back() == 3000.0F);
+}
+
+TEST_CASE("services and loops are told as JSON, whatever their names are") {
+  Scene scene("robot1/");
+  scene.SetInfo(R"({"services":[{"name":"\u0000<b>"}]})");
+  scene.SetLoops({{{1.0, 2.0, 0.0}, {3.0, 4.0, 0.0}}});
+  PageFeed feed(scene, {"robot1/", "bad \xff name"}, {});
+  PageClient client;
+  TakeAll(feed, client);
+  CHECK(client.info["robot"] == "robot1/");
+  CHECK(client.info["robots"].size() == 2);
+  CHECK(client.info["loops"][0] == nlohmann::json({1.0, 2.0, 3.0, 4.0}));
+}
+
+TEST_CASE("a page has nothing to say") {
+  const Scene scene("");
+  PageFeed feed(scene, {""}, {});
+  CHECK_FALSE(feed.Hear("{}", true));
+}
+
+}  // namespace crsm

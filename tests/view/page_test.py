@@ -1,0 +1,404 @@
+#!/usr/bin/env python3
+"""The page of map_viewer in a browser (headless Chromium), beside a stack that maps a simulated building.
+
+usage: tests/view/page_test.py BIN_DIR [PICTURES_DIR]
+Leaves pictures of the page in PICTURES_DIR. Exit code 77 where there is no Chromium, or no Selenium to drive it:
+Debian's chromium, chromium-driver and python3-selenium (scripts/setup --view). With npm, Foxglove's own client and the
+reader of MCAP files look at a run as well.
+"""
+
+import contextlib
+import json
+import os
+import pathlib
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+
+SKIPPED = 77
+PATIENCE_S = 90
+WHOLE_WITHIN_S = 1.0  # what a late page may take
+DEBIANS_PYTHON = "/usr/bin/python3"
+
+try:
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+except ImportError:
+    if os.path.realpath(sys.executable) != os.path.realpath(DEBIANS_PYTHON) and os.path.exists(DEBIANS_PYTHON):
+        os.execv(DEBIANS_PYTHON, [DEBIANS_PYTHON, "-B", *sys.argv])  # which has Debian's packages
+    print("skipped: there is no Selenium (python3-selenium)")
+    sys.exit(SKIPPED)
+
+BIN = pathlib.Path(sys.argv[1]).resolve()
+PICTURES = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else None
+
+# What the page knows of its first robot.
+STATE = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => {
+  const {model} = robots[0];
+  callback({connected: model.connected, version: Number(model.cursor.version), epoch: String(model.cursor.epoch),
+            x_m: model.robot && model.robot.x_m, y_m: model.robot && model.robot.y_m, tiles: model.map.tiles.size,
+            loops: Number(document.getElementById('loops').textContent), path: model.path.length,
+            services: model.info.services.length, state: document.getElementById('state').textContent,
+            toast: document.getElementById('toast').textContent});
+});
+"""
+
+# The map alone, a pixel a cell: size and grey values from the upper left.
+MAP_PIXELS = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => {
+  const canvas = robots[0].model.map.toCanvas();
+  const {data} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  callback({width: canvas.width, height: canvas.height,
+            grey: Array.from({length: data.length / 4}, (_, i) => data[4 * i]).join(',')});
+});
+"""
+
+# How bright walls and free cells are on the canvas that is seen, on average.
+SEEN = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => {
+  const {model, view} = robots[0];
+  view.shows_rays = false;
+  view.fit();
+  view.camera.px = 40;
+  view.draw(performance.now());
+  const context = view.canvas.getContext('2d');
+  const sums = {wall: [0, 0], free: [0, 0]};
+  const cell = model.map.cell_size_m;
+  for (const tile of model.map.tiles.values()) {
+    tile.cells.forEach((byte, index) => {
+      const kind = byte < 20 ? 'wall' : byte > 245 ? 'free' : null;
+      const x_m = (tile.x * 64 + (index & 63) + 0.5) * cell, y_m = (tile.y * 64 + (index >> 6) + 0.5) * cell;
+      const x = view.canvas.width / 2 + (x_m - view.camera.x_m) * 40 * view.ratio;
+      const y = view.canvas.height / 2 - (y_m - view.camera.y_m) * 40 * view.ratio;
+      if (!kind || index % 7 || x < 0 || y < 0 || x >= view.canvas.width || y >= view.canvas.height) return;
+      const [red, green, blue] = context.getImageData(x, y, 1, 1).data;
+      sums[kind][0] += (red + green + blue) / 3;
+      sums[kind][1] += 1;
+    });
+  }
+  callback({wall: sums.wall[0] / sums.wall[1], free: sums.free[0] / sums.free[1], num: sums.wall[1]});
+});
+"""
+
+
+def check(holds, what):
+    if not holds:
+        raise AssertionError(what)
+    print(f"  {what}", flush=True)
+
+
+def await_that(condition, what):
+    give_up = time.monotonic() + PATIENCE_S
+    while not condition():
+        if time.monotonic() > give_up:
+            raise AssertionError(f"not in {PATIENCE_S} s: {what}")
+        time.sleep(0.05)
+    print(f"  {what}", flush=True)
+
+
+def free_port(kind):
+    with socket.socket(socket.AF_INET, kind) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Stack:
+    """Processes on a bus of their own. Each can be killed and started again."""
+
+    def __init__(self, out):
+        self.out = out
+        self.url = f"udpm://239.255.76.67:{free_port(socket.SOCK_DGRAM)}?ttl=0"
+        self.http = f"127.0.0.1:{free_port(socket.SOCK_STREAM)}"
+        self.processes = {}
+
+    def start(self, name, *flags):
+        log = open(self.out / f"{name}.log", "a+", encoding="utf-8")
+        began = log.seek(0, os.SEEK_END)
+        process = subprocess.Popen([BIN / name, *flags, "--lcm-url", self.url], stdin=subprocess.DEVNULL, stdout=log,
+                                   stderr=log)
+        self.processes[name] = process
+
+        def is_ready():
+            log.seek(began)
+            return f"{name}: ready" in log.read()
+        await_that(is_ready, f"{name} is ready")
+
+    def start_all(self):
+        self.start_updater()
+        for name in ("loop_closer", "ray_selector", "rrhc_matcher"):
+            self.start(name)
+        self.start("map_exporter", "--out", self.out, "--export-period-s", "0.5")
+        self.start_viewer()
+
+    def start_updater(self, *flags):
+        self.start("map_updater", "--journal", self.out / "journal", *flags)
+
+    def start_viewer(self):
+        self.start("map_viewer", "--http", self.http)
+
+    def kill(self, name):
+        self.processes[name].kill()
+        self.processes[name].wait()
+
+    def end(self):
+        for process in self.processes.values():
+            with contextlib.suppress(ProcessLookupError):
+                process.send_signal(signal.SIGINT)
+        for process in self.processes.values():
+            process.wait(PATIENCE_S)
+
+
+class Browser:
+    def __init__(self, url, size="1440,960"):
+        options = webdriver.ChromeOptions()
+        for flag in ("--headless=new", "--no-sandbox", "--disable-gpu", f"--window-size={size}", "--hide-scrollbars"):
+            options.add_argument(flag)
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+        self.driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+        self.driver.set_script_timeout(30)
+        self.driver.get(url)
+
+    def run(self, script):
+        return self.driver.execute_async_script(script)
+
+    def state(self):
+        return self.run(STATE)
+
+    def errors(self):
+        """What the console has of errors, but for connections to a viewer that was killed."""
+        return [entry["message"] for entry in self.driver.get_log("browser")
+                if entry["level"] == "SEVERE" and "WebSocket connection to" not in entry["message"]]
+
+    def asked_for(self):
+        """All addresses that the page has asked for something."""
+        addresses = set()
+        for entry in self.driver.get_log("performance"):
+            message = json.loads(entry["message"])["message"]
+            if message["method"] == "Network.requestWillBeSent":
+                addresses.add(message["params"]["request"]["url"])
+            elif message["method"] == "Network.webSocketCreated":
+                addresses.add(message["params"]["url"])
+        return addresses
+
+    def picture(self, name):
+        if PICTURES:
+            PICTURES.mkdir(parents=True, exist_ok=True)
+            self.driver.save_screenshot(str(PICTURES / f"{name}.png"))
+
+
+def read_png(path):
+    """Width, height and grey values of an 8-bit grey PNG."""
+    import zlib  # no package for pictures is needed for one kind of them
+    content = path.read_bytes()
+    at, data, width, height = 8, b"", 0, 0
+    while at < len(content):
+        size, kind = int.from_bytes(content[at:at + 4], "big"), content[at + 4:at + 8]
+        body = content[at + 8:at + 8 + size]
+        if kind == b"IHDR":
+            width, height = int.from_bytes(body[:4], "big"), int.from_bytes(body[4:8], "big")
+        data += body if kind == b"IDAT" else b""
+        at += 12 + size
+    lines, grey, above = zlib.decompress(data), bytearray(), bytearray(width)
+    for row in range(height):
+        kind, line = lines[row * (width + 1)], bytearray(lines[row * (width + 1) + 1:(row + 1) * (width + 1)])
+        for i in range(width):
+            left, up, corner = (line[i - 1] if i else 0), above[i], (above[i - 1] if i else 0)
+            guess = left + up - corner
+            nearest = min((left, up, corner), key=lambda value: abs(guess - value))
+            line[i] = (line[i] + (0, left, up, (left + up) // 2, nearest)[kind]) & 255
+        grey += line
+        above = line
+    return width, height, bytes(grey)
+
+
+def compare_with_picture(browser, map_png):
+    seen = browser.run(MAP_PIXELS)
+    width, height, grey = read_png(map_png)
+    check((seen["width"], seen["height"]) == (width, height), f"the page's map has {width} x {height} cells")
+    same = bytes(map(int, seen["grey"].split(","))) == grey
+    check(same, "each of its pixels is that of map.png")
+
+
+def test_growth(stack, browser):
+    await_that(lambda: browser.state()["version"] > 100, "the map grows")
+    first = browser.state()
+    await_that(lambda: abs(browser.state()["x_m"] - first["x_m"]) + abs(browser.state()["y_m"] - first["y_m"]) > 1,
+               "the robot moves")
+    check(browser.state()["tiles"] > 0 and browser.state()["path"] > 10, "there are tiles and a path")
+    await_that(lambda: browser.state()["services"] >= 6, "all services are told of")
+    await_that(lambda: browser.state()["loops"] > 0, "a loop is closed")
+    await_that(lambda: "put right" in browser.state()["toast"], "and the page says so")
+    browser.picture("dark")
+
+
+def test_kills(stack, browser):
+    stack.kill("map_viewer")
+    await_that(lambda: not browser.state()["connected"], "the page knows that the viewer was killed")
+    stack.start_viewer()
+    version = browser.state()["version"]
+    await_that(lambda: browser.state()["version"] > version + 20, "the page goes on with the viewer that came back")
+    stack.kill("map_updater")
+    stack.start_updater("--resume")
+    version = browser.state()["version"]
+    await_that(lambda: browser.state()["version"] > version + 20, "it goes on after the owner of the map was killed")
+
+
+def test_whole_soon(url):
+    late = Browser("about:blank")
+    try:
+        took_s = []
+        while len(took_s) < 5 and min(took_s, default=PATIENCE_S) > WHOLE_WITHIN_S:  # the machine has other work, too
+            began = time.monotonic()
+            late.driver.get(url)
+            while late.state()["version"] == 0 and time.monotonic() - began < PATIENCE_S:
+                pass
+            took_s.append(time.monotonic() - began)
+        check(min(took_s) < WHOLE_WITHIN_S, f"a page that comes late, or again, is whole in {min(took_s):.2f} s")
+    finally:
+        late.driver.quit()
+
+
+def test_tools(browser):
+    body = browser.driver.find_element("tag name", "body")
+    seen = browser.run(SEEN)
+    check(seen["num"] > 100 and seen["wall"] > seen["free"] + 100, "walls are bright on the dark canvas")
+    body.send_keys("t")
+    time.sleep(0.2)
+    seen = browser.run(SEEN)
+    check(seen["wall"] < seen["free"] - 100, "and dark on the light one")
+    body.send_keys("a")
+    time.sleep(0.3)
+    browser.picture("light")
+    body.send_keys("?")
+    check(browser.driver.find_element("id", "key").is_displayed(), "the key opens")
+    browser.picture("key")
+    browser.driver.find_element("css selector", "#key button").click()
+    body.send_keys("m")
+    measure = browser.driver.find_element("id", "measure")
+    check(measure.get_attribute("aria-pressed") == "true", "distances are measured")
+    canvas = browser.driver.find_element("css selector", ".map canvas")
+    actions = webdriver.ActionChains(browser.driver)
+    for offset in (-100, 100):
+        actions.move_to_element_with_offset(canvas, offset, 0).click()
+    actions.move_by_offset(1, 0).perform()
+    cursor = browser.driver.find_element("id", "cursor").text
+    check(cursor.count(" m") == 2, f"and shown: {cursor}")
+    body.send_keys("t")
+
+
+def test_phone(url):
+    phone = Browser(url, "412,915")
+    try:
+        await_that(lambda: phone.state()["version"] > 0, "a phone shows the map")
+        overflow = phone.driver.execute_script("return document.documentElement.scrollWidth - innerWidth")
+        check(overflow <= 0, "nothing is wider than its screen")
+        phone.driver.find_element("id", "fit").click()
+        time.sleep(0.5)
+        phone.picture("phone")
+        check(phone.errors() == [], "its console has no errors")
+    finally:
+        phone.driver.quit()
+
+
+def test_asks_nobody_else(stack, browser):
+    check(browser.errors() == [], "the console has no errors")
+    ours = (f"http://{stack.http}/", f"ws://{stack.http}/", f"blob:http://{stack.http}/")
+    foreign = {address for address in browser.asked_for() if not address.startswith(ours)}
+    check(foreign == set(), f"nothing is asked for elsewhere: {foreign or 'nothing'}")
+
+
+def test_live(stack):
+    stack.start_all()
+    url = f"http://{stack.http}/"
+    stack.start("laser_publisher", "sim:block", "--rate", "12")
+    browser = Browser(url)
+    try:
+        browser.driver.execute_script("localStorage.setItem('theme', 'dark')")
+        browser.driver.get(url)
+        test_growth(stack, browser)
+        test_kills(stack, browser)
+        check(stack.processes.pop("laser_publisher").wait(10 * PATIENCE_S) == 0, "all scans are mapped")
+
+        def is_written():
+            summary = json.loads((stack.out / "summary.json").read_text())
+            return summary["scans"] == summary["map_version"] == browser.state()["version"] and settled()
+
+        def settled():
+            time.sleep(1.5)  # a loop that was found at the end is drawn, and written
+            return True
+        await_that(is_written, "page and exporter have the last version")
+        compare_with_picture(browser, stack.out / "map.png")
+        test_whole_soon(url)
+        test_tools(browser)
+        test_phone(url)
+        test_asks_nobody_else(stack, browser)
+    finally:
+        browser.driver.quit()
+
+
+def test_foxglove(out, http):
+    """By programs that others wrote, where npm brings them."""
+    here = pathlib.Path(__file__).parent
+    packages = BIN.parent / "view_packages"
+    packages.mkdir(exist_ok=True)
+    shutil.copy(here / "package.json", packages)
+    install = ["npm", "install", "--ignore-scripts", "--no-audit", "--no-fund", "--no-package-lock"]
+    if not shutil.which("npm") or subprocess.run(install, cwd=packages, capture_output=True, check=False).returncode:
+        print("  skipped: npm is not here, or does not reach its registry: no client of Foxglove's own")
+        return
+    mcap = out / "run.mcap"
+    subprocess.run([BIN / "map_viewer", out, "--mcap", mcap], check=True)
+    seen = subprocess.run(["node", here / "foxglove_client.mjs", http.rsplit(":", 1)[1], out / "map.png", mcap],
+                          env={**os.environ, "NODE_MODULES": str(packages / "node_modules")}, capture_output=True,
+                          text=True, check=False)
+    check(seen.returncode == 0, f"Foxglove's client and MCAP's reader see the same map: {seen.stdout}{seen.stderr}")
+
+
+def test_finished(out):
+    http = f"127.0.0.1:{free_port(socket.SOCK_STREAM)}"
+    results = out / "finished"
+    subprocess.run([BIN / "slam_offline", "sim:demo", "--out", results], check=True, stdout=subprocess.DEVNULL,
+                   stderr=subprocess.DEVNULL)
+    viewer = subprocess.Popen([BIN / "map_viewer", results, "--http", http], stderr=subprocess.DEVNULL)
+    browser = Browser("about:blank")
+    try:
+        port = int(http.rsplit(":", 1)[1])
+        await_that(lambda: socket.socket().connect_ex(("127.0.0.1", port)) == 0, "a finished run")
+        browser.driver.get(f"http://{http}/")
+        await_that(lambda: browser.state()["version"] > 0, "is shown without a bus")
+        compare_with_picture(browser, results / "map.png")
+        test_foxglove(results, http)
+    finally:
+        browser.driver.quit()
+        viewer.send_signal(signal.SIGINT)
+        check(viewer.wait(PATIENCE_S) == 0, "the viewer ends when it is asked to")
+
+
+def main():
+    if not (shutil.which("chromium") and shutil.which("chromedriver")):
+        print("skipped: there is no Chromium (chromium, chromium-driver)")
+        return SKIPPED
+    with tempfile.TemporaryDirectory(prefix="crsm_view_") as folder:
+        out = pathlib.Path(folder)
+        stack = Stack(out)
+        try:
+            test_finished(out)
+            test_live(stack)
+        except AssertionError as error:
+            print(f"FAILED: {error}")
+            return 1
+        finally:
+            stack.end()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
