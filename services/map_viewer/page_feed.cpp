@@ -93,7 +93,7 @@ void PageFeed::AddRobot(std::string& message) {
   Append(record, match.T_map_laser.y_m);
   Append(record, match.T_map_laser.yaw_rad);
   Append(record, Narrow(match.fitness));
-  for (const std::size_t entry : {0, 1, 3, 5}) Append(record, Narrow(match.covariance[entry]));
+  for (const std::size_t entry : {0UL, 1UL, 3UL, 5UL}) Append(record, Narrow(match.covariance[entry]));
   for (const double component : match.degenerate_axis) Append(record, Narrow(component));
   Append(record, static_cast<std::uint16_t>(scan.rays.size()));
   for (std::size_t i = 0; i < scan.rays.size(); ++i) {
