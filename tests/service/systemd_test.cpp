@@ -78,18 +78,19 @@ TEST_CASE("the command of each unit starts its service, the updater's without an
   const TemporaryFolder folder;
   const std::string url = MakeBusUrl();
   for (const std::string service :
-       {"ray_selector", "rrhc_matcher", "map_updater", "loop_closer", "map_exporter", "map_updater"}) {
+       {"ray_selector", "rrhc_matcher", "map_updater", "loop_closer", "map_exporter", "map_viewer", "map_updater"}) {
     std::string unit = "crsm-" + service + ".service";
     std::replace(unit.begin(), unit.end(), '_', '-');
     const fs::path state = folder / ValueOf("StateDirectory", unit);
     fs::create_directories(state);
+    const std::string own_flags = service == "map_viewer" ? " --http 127.0.0.1:0" : "";  // 8765 may be in use
     const std::string start_before = ValueOf("ExecStartPre", unit);
     Process process("/bin/sh",
                     {"-ec", "export LCM_DEFAULT_URL='" + url +
                                 "' CRSM_FLAGS='--preset sick --channel-prefix robot1/'; "
                                 "export STATE_DIRECTORY=" +
                                 state.string() + "; " + start_before + (start_before.empty() ? "" : "; ") +
-                                "exec " CRSM_BIN_DIR "/" + ValueOf("ExecStart", unit)},
+                                "exec " CRSM_BIN_DIR "/" + ValueOf("ExecStart", unit) + own_flags},
                     folder / "log");
     WaitUntil([&] { return process.errors().find(": ready") != std::string::npos || !process.IsRunning(); });
     INFO(service << ": " << process.errors());
