@@ -13,14 +13,14 @@ from faults import publisher_seconds, read_log, run, run_offline, write_log
 AT_ONCE = 20
 SERVICES = {"map_updater": ["--lockstep"], "loop_closer": [], "rrhc_matcher": ["--lockstep"], "ray_selector": [],
             "map_exporter": []}
+NAMES = [*SERVICES, "laser_publisher"]  # each has a port of its own
 
 
 def map_through_relay(begin, seed, first_port, log, out):
     """Each process on a bus of its own, with a relay between them. begin: starts a program. Returns the seconds that the
     publisher took, and what the relay says that it did."""
-    names = [*SERVICES, "laser_publisher"]
-    urls = {name: f"udpm://{GROUP}:{first_port + i}?ttl=0" for i, name in enumerate(names)}
-    relay = begin([sys.executable, PROJECT / "tests/fault/relay.py", seed, *(first_port + i for i in range(len(names)))],
+    urls = {name: f"udpm://{GROUP}:{first_port + i}?ttl=0" for i, name in enumerate(NAMES)}
+    relay = begin([sys.executable, PROJECT / "tests/fault/relay.py", seed, *(first_port + i for i in range(len(NAMES)))],
                   out / "relay.log")
     await_condition(lambda: "relay: ready" in relay.errors(), 30)
     services = [begin([name, *flags, *(["--out", out] if name == "map_exporter" else []), "--lcm-url", urls[name]],
@@ -45,9 +45,9 @@ def test(case):
     write_log(log, read_log(case.convert("demo", "sim:demo"))[:num_scans])
     undisturbed = case.folder("undisturbed")
     run_offline(log, undisturbed, [])
-    free_ports = queue.SimpleQueue()  # the first of five that no other run uses at the moment
+    free_ports = queue.SimpleQueue()  # the first of those that no other run uses at the moment
     for number in range(AT_ONCE):
-        free_ports.put(10000 + os.getpid() % 80 * 100 + 5 * number)
+        free_ports.put(10000 + (os.getpid() % 80 * AT_ONCE + number) * len(NAMES))
 
     def one_run(seed):
         out = case.folder(f"run_{seed}")
