@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "common/map/dense_grid.hpp"
 #include "common/map/map_delta.hpp"
@@ -32,6 +33,20 @@ class ByteMap {
   /// Applies one tile's change. False, with nothing changed, if it is malformed, beyond the limits of the map, or if
   /// the map has no room for the tile.
   bool Apply(const TileChange& change);
+
+  /// The same of many. Calls `applied` with each that could be applied; whether all could.
+  template <class Applied>
+  bool Apply(std::span<const TileChange> changes, Applied&& applied) {
+    bool all_applied = true;
+    for (const TileChange& change : changes) {
+      if (Apply(change)) {
+        applied(change);
+      } else {
+        all_applied = false;
+      }
+    }
+    return all_applied;
+  }
 
   bool empty() const { return tiles_.entries().empty(); }
   const TileGrid<Tile>& tiles() const { return tiles_; }

@@ -13,15 +13,10 @@ ScoredMap::ScoredMap(ByteMap cells, double unexplored_score, bool interpolate)
 }
 
 bool ScoredMap::Apply(std::span<const TileChange> changes) {
-  bool all_applied = true;
   std::vector<CellRectangle> changed;
-  for (const TileChange& change : changes) {
-    if (!cells_.Apply(change)) {
-      all_applied = false;
-    } else if (!change.runs.empty()) {
-      changed.push_back(FindChangedCells(change));
-    }
-  }
+  const bool all_applied = cells_.Apply(changes, [&](const TileChange& change) {
+    if (!change.runs.empty()) changed.push_back(FindChangedCells(change));
+  });
   field_.RefreshCells(cells_, changed);
   return all_applied;
 }

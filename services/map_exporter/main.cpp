@@ -104,15 +104,7 @@ class MapExporter {
 
   bool Apply(std::span<const TileChange> changes) {
     last_change_ = Clock::now();
-    bool all_applied = true;
-    for (const TileChange& change : changes) {
-      if (map_->Apply(change)) {
-        changed_tiles_.insert(change.index);
-      } else {
-        all_applied = false;
-      }
-    }
-    return all_applied;
+    return map_->Apply(changes, [this](const TileChange& change) { changed_tiles_.insert(change.index); });
   }
 
   void WriteNowAndThen() {

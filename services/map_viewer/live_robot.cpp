@@ -55,15 +55,7 @@ void LiveRobot::Begin(double cell_size_m) {
 }
 
 bool LiveRobot::Apply(std::span<const TileChange> changes) {
-  bool all_applied = true;
-  for (const TileChange& change : changes) {
-    if (map_->Apply(change)) {
-      touched_.insert(change.index);
-    } else {
-      all_applied = false;
-    }
-  }
-  return all_applied;
+  return map_->Apply(changes, [this](const TileChange& change) { touched_.insert(change.index); });
 }
 
 /// Where a scan of the path was taken, by all that is known now.
