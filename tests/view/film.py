@@ -9,7 +9,6 @@ usage: tests/view/film.py BIN_DIR LOG|sim:NAME FILM.webp [--rate N] [--frames N]
 
 import argparse
 import io
-import os
 import pathlib
 import re
 import signal
@@ -18,17 +17,13 @@ import sys
 import tempfile
 import time
 
-DEBIANS_PYTHON = "/usr/bin/python3"
 try:
+    from browser import open_chromium
     from PIL import Image
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
 except ImportError:
-    if os.path.realpath(sys.executable) == os.path.realpath(DEBIANS_PYTHON):
-        sys.exit("film: needs python3-selenium and python3-pil, see scripts/setup --view")
-    os.execv(DEBIANS_PYTHON, [DEBIANS_PYTHON, "-B", *sys.argv])  # which has Debian's packages
+    sys.exit("film: needs python3-selenium and python3-pil, see scripts/setup --view")
 
-WINDOW = (1280, 860)  # of which the page has a little less
+WINDOW = "1280,860"  # of which the page has a little less
 WIDTH = 960  # of the film
 FRAME_MS = 125
 LAST_MS = 3000  # the finished map stays
@@ -44,10 +39,7 @@ import('/main.js').then(({robots}) => {
 
 
 def open_browser():
-    options = webdriver.ChromeOptions()
-    for flag in ("--headless=new", "--no-sandbox", "--hide-scrollbars", f"--window-size={WINDOW[0]},{WINDOW[1]}"):
-        options.add_argument(flag)
-    browser = webdriver.Chrome(service=Service("/usr/bin/chromedriver"), options=options)
+    browser = open_chromium(WINDOW)
     dark = {"name": "prefers-color-scheme", "value": "dark"}
     browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [dark]})
     return browser

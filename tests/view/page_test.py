@@ -22,14 +22,11 @@ import time
 SKIPPED = 77
 PATIENCE_S = 90
 WHOLE_WITHIN_S = 1.0  # what a late page may take
-DEBIANS_PYTHON = "/usr/bin/python3"
 
 try:
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
+    from browser import open_chromium
+    from selenium.webdriver import ActionChains
 except ImportError:
-    if os.path.realpath(sys.executable) != os.path.realpath(DEBIANS_PYTHON) and os.path.exists(DEBIANS_PYTHON):
-        os.execv(DEBIANS_PYTHON, [DEBIANS_PYTHON, "-B", *sys.argv])  # which has Debian's packages
     print("skipped: there is no Selenium (python3-selenium)")
     sys.exit(SKIPPED)
 
@@ -158,11 +155,7 @@ class Stack:
 
 class Browser:
     def __init__(self, url, size="1440,960"):
-        options = webdriver.ChromeOptions()
-        for flag in ("--headless=new", "--no-sandbox", "--disable-gpu", f"--window-size={size}", "--hide-scrollbars"):
-            options.add_argument(flag)
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-        self.driver = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+        self.driver = open_chromium(size, "--disable-gpu", logs={"browser": "ALL", "performance": "ALL"})
         self.driver.set_script_timeout(30)
         self.driver.get(url)
 
@@ -285,7 +278,7 @@ def test_tools(browser):
     measure = browser.driver.find_element("id", "measure")
     check(measure.get_attribute("aria-pressed") == "true", "distances are measured")
     canvas = browser.driver.find_element("css selector", ".map canvas")
-    actions = webdriver.ActionChains(browser.driver)
+    actions = ActionChains(browser.driver)
     for offset in (-100, 100):
         actions.move_to_element_with_offset(canvas, offset, 0).click()
     actions.move_by_offset(1, 0).perform()
