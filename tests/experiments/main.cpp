@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <fstream>
@@ -12,6 +11,7 @@
 #include <thread>
 
 #include "tests/experiments/report.hpp"
+#include "tests/run_on_threads.hpp"
 
 namespace crsm {
 namespace {
@@ -107,35 +107,22 @@ void RunAll(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   double cost_done = 0.0;
   std::size_t num_done = 0;
-  std::string failure;
   std::mutex mutex;
-  std::atomic<std::size_t> next = 0;
-  const auto Work = [&] {
-    for (std::size_t i = next++; i < runs.size(); i = next++) {
-      const Run& run = runs[i];
-      try {
-        // Of each kind of run but the ablation's the first seed's map is kept.
-        const bool keep = run.seed == 1 && run.changed.empty() && run.measured == Measured::kRun;
-        const auto folder = keep ? options.out / "maps" / NameOf(run) : std::filesystem::path();
-        const Outcome outcome = Measure(run, options.radish, folder);
-        const std::lock_guard lock(mutex);
-        runs_file.Append(NameOf(run), outcome);
-        cost_done += CostOf(run);
-        cost_left -= CostOf(run);
-        const double elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-        fmt::print(stderr, "[{:3}/{}] {}: {}about {:.0f} min left\n", ++num_done, runs.size(), NameOf(run),
-                   Describe(outcome), elapsed_s / cost_done * cost_left / 60.0);
-      } catch (const std::exception& error) {
-        const std::lock_guard lock(mutex);
-        failure = fmt::format("{}: {}", NameOf(run), error.what());
-        next = runs.size();
-      }
-    }
+  const auto RunOne = [&](std::size_t i) {
+    const Run& run = runs[i];
+    // Of each kind of run but the ablation's the first seed's map is kept.
+    const bool keep = run.seed == 1 && run.changed.empty() && run.measured == Measured::kRun;
+    const auto folder = keep ? options.out / "maps" / NameOf(run) : std::filesystem::path();
+    const Outcome outcome = Measure(run, options.radish, folder);
+    const std::lock_guard lock(mutex);
+    runs_file.Append(NameOf(run), outcome);
+    cost_done += CostOf(run);
+    cost_left -= CostOf(run);
+    const double elapsed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    fmt::print(stderr, "[{:3}/{}] {}: {}about {:.0f} min left\n", ++num_done, runs.size(), NameOf(run),
+               Describe(outcome), elapsed_s / cost_done * cost_left / 60.0);
   };
-  std::vector<std::thread> threads;
-  for (int i = 0; i < options.threads; ++i) threads.emplace_back(Work);
-  for (std::thread& thread : threads) thread.join();
-  if (!failure.empty()) throw std::runtime_error(failure);
+  RunOnThreads(runs.size(), options.threads, RunOne, [&](std::size_t i) { return NameOf(runs[i]); });
   WriteReport(options.plan, runs_file.outcomes(), options.out);
   fmt::print("{}\n", (options.out / "results.md").string());
 }

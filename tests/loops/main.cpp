@@ -5,13 +5,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
 #include <fstream>
 #include <mutex>
 #include <numeric>
 #include <thread>
 
 #include "accuracy/run.hpp"
+#include "run_on_threads.hpp"
 
 namespace crsm {
 namespace {
@@ -103,31 +103,18 @@ std::string FormatPage(const std::vector<Kind>& kinds) {
 void RunAll(const Options& options) {
   std::vector<Kind> kinds;
   const std::vector<Task> tasks = ListTasks(options, kinds);
-  std::string failure;
   std::mutex mutex;
-  std::atomic<std::size_t> next = 0;
   std::size_t num_done = 0;
-  const auto Work = [&] {
-    for (std::size_t i = next++; i < tasks.size(); i = next++) {
-      const auto& [kind, drive, seed] = tasks[i];
-      try {
-        const Outcome outcome =
-            Map(drive, ShippedParameters(drive.preset, static_cast<std::uint64_t>(seed), drive.flags));
-        const std::lock_guard lock(mutex);
-        fmt::print(stderr, "[{:3}/{}] {}, seed {}, {}: {:.3f} m, {} loops\n", ++num_done, tasks.size(), drive.source,
-                   seed, kinds[kind].loops ? "loops" : "no loops", outcome.aligned_m, outcome.num_loops);
-        kinds[kind].runs.push_back(outcome);
-      } catch (const std::exception& error) {
-        const std::lock_guard lock(mutex);
-        failure = fmt::format("{}, seed {}: {}", drive.source, seed, error.what());
-        next = tasks.size();
-      }
-    }
+  const auto NameOf = [&](std::size_t i) { return fmt::format("{}, seed {}", tasks[i].drive.source, tasks[i].seed); };
+  const auto RunTask = [&](std::size_t i) {
+    const auto& [kind, drive, seed] = tasks[i];
+    const Outcome outcome = Map(drive, ShippedParameters(drive.preset, static_cast<std::uint64_t>(seed), drive.flags));
+    const std::lock_guard lock(mutex);
+    fmt::print(stderr, "[{:3}/{}] {}, {}: {:.3f} m, {} loops\n", ++num_done, tasks.size(), NameOf(i),
+               kinds[kind].loops ? "loops" : "no loops", outcome.aligned_m, outcome.num_loops);
+    kinds[kind].runs.push_back(outcome);
   };
-  std::vector<std::thread> threads;
-  for (int i = 0; i < options.threads; ++i) threads.emplace_back(Work);
-  for (std::thread& thread : threads) thread.join();
-  if (!failure.empty()) throw std::runtime_error(failure);
+  RunOnThreads(tasks.size(), options.threads, RunTask, NameOf);
 
   std::filesystem::create_directories(options.out);
   const std::string path = (options.out / "loops.md").string();
