@@ -59,16 +59,16 @@ void Slam::FinishMap() {
   tracking_ = TrackingState::OnFinishedMap();
 }
 
-Slam::Outcome Slam::Conclude() {
+Slam::Outcome Slam::Conclude(std::span<ScanMatch> matches) {
   OfferFound();
-  std::vector<Pose2> poses;
-  for (std::int64_t i = 0; i < map_version(); ++i) poses.push_back(mapper_.BestPose(i));
+  std::int64_t scan = 0;
+  for (ScanMatch& match : matches) match.T_map_laser = mapper_.BestPose(scan++, match.T_map_laser);
   const KeyframeGraph& graph = mapper_.graph();
   std::vector<PlacedScan> scans;
   for (int i = 0; i < graph.size(); ++i) {
     scans.push_back({&graph.keyframe(i).rays, mapper_.best_poses()[static_cast<std::size_t>(i)]});
   }
-  return {DrawScans(drawing_, scans), std::move(poses), mapper_.MakeBestGraph()};
+  return {DrawScans(drawing_, scans), mapper_.MakeBestGraph()};
 }
 
 }  // namespace crsm

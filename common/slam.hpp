@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "common/graph/loop_closer.hpp"
@@ -62,11 +63,11 @@ class Slam {
 
   /// With loops: all that is known when no more scans come.
   struct Outcome {
-    ByteMap map;               ///< all that was seen
-    std::vector<Pose2> poses;  ///< T_map_laser of all scans integrated
+    ByteMap map;  ///< all that was seen
     KeyframeGraph graph;
   };
-  Outcome Conclude();
+  /// matches: of all scans, in their order; each is moved to where it belongs.
+  Outcome Conclude(std::span<ScanMatch> matches);
 
  private:
   bool Integrate(const CriticalRays* scan, const ScanMatch& match);

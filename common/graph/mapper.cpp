@@ -1,5 +1,6 @@
 #include "common/graph/mapper.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -16,10 +17,9 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   if (!loops_.loops) return step;
   if (match.state == MatchState::kLost) lost_since_ = true;
   if (step.delta.drawn) AddKeyframe(scan->rays, match);
-  const int newest = graph_.size() - 1;
-  scans_.push_back(newest < 0 ? Anchored{0, match.T_map_laser}
-                              : Anchored{newest, Inverse(graph_.pose(newest)) * match.T_map_laser});
+  AnchorScan(step.delta.version - 1);
   if (!step.delta.drawn) return step;
+  const int newest = graph_.size() - 1;
   step.keyframe = &graph_.keyframe(newest);
 
   const Pose2 before = graph_.pose(newest);
@@ -62,9 +62,12 @@ KeyframeGraph Mapper::MakeBestGraph() const {
   return graph;
 }
 
-Pose2 Mapper::BestPose(std::int64_t scan) const {
-  const auto& [keyframe, T_keyframe_laser] = scans_[static_cast<std::size_t>(scan)];
-  return best_poses_.empty() ? T_keyframe_laser : best_poses_[static_cast<std::size_t>(keyframe)] * T_keyframe_laser;
+Pose2 Mapper::BestPose(std::int64_t scan, const Pose2& T_map_laser) const {
+  const auto after = std::upper_bound(anchors_.begin(), anchors_.end(), scan,
+                                      [](std::int64_t at, const Anchor& anchor) { return at < anchor.first_scan; });
+  if (after == anchors_.begin()) return T_map_laser;  // no keyframe came before it
+  const Anchor& anchor = *std::prev(after);
+  return best_poses_[static_cast<std::size_t>(anchor.keyframe)] * (Inverse(anchor.T_map_keyframe) * T_map_laser);
 }
 
 void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match) {
@@ -84,6 +87,17 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match) {
   }
   best_poses_.push_back(best_poses_.empty() ? Pose2{} : best_poses_.back() * keyframe.T_previous_this);
   drawn_.push_back(graph_.Add(std::move(keyframe)));
+}
+
+/// Scans come by the thousand between two keyframes: kept is only where another anchor begins.
+void Mapper::AnchorScan(std::int64_t scan) {
+  if (graph_.size() == 0) return;
+  const int keyframe = graph_.size() - 1;
+  const Pose2& T_map_keyframe = graph_.pose(keyframe);
+  if (!anchors_.empty() && anchors_.back().keyframe == keyframe && anchors_.back().T_map_keyframe == T_map_keyframe) {
+    return;
+  }
+  anchors_.push_back({scan, keyframe, T_map_keyframe});
 }
 
 /// Those whose time has come take effect on the graph. Whether there were any.

@@ -56,16 +56,20 @@ class Mapper {
   KeyframeGraph MakeBestGraph() const;
   /// T_map_keyframe by all that is known.
   const std::vector<Pose2>& best_poses() const { return best_poses_; }
-  /// T_map_laser of a scan by all that is known; index: 0 for the first that was integrated.
-  Pose2 BestPose(std::int64_t scan) const;
+  /// T_map_laser of a scan by all that is known. scan: 0 for the first that was integrated. T_map_laser: where it was
+  /// matched.
+  Pose2 BestPose(std::int64_t scan, const Pose2& T_map_laser) const;
 
  private:
-  struct Anchored {
+  /// The keyframe that scans hang on, from one of them on, and where it stood when they were matched.
+  struct Anchor {
+    std::int64_t first_scan;
     int keyframe;
-    Pose2 T_keyframe_laser;
+    Pose2 T_map_keyframe;
   };
 
   void AddKeyframe(const ValidRays& rays, const ScanMatch& match);
+  void AnchorScan(std::int64_t scan);
   bool ApplyDue(int newest);
   std::optional<Tie> FindTie(const Pose2& T_map_laser) const;
   std::vector<TileChange> Draw(const std::vector<int>& keyframes);
@@ -84,7 +88,7 @@ class Mapper {
   std::vector<int> drawn_;    ///< keyframes in the local map
   double looked_at_m_ = 0.0;  ///< where on the path it was last looked which belong there
   bool lost_since_ = false;   ///< scans were, since the newest keyframe
-  std::vector<Anchored> scans_;
+  std::vector<Anchor> anchors_;
 };
 
 }  // namespace crsm

@@ -96,7 +96,7 @@ class Run {
 
   ScanMatch BestMatch(std::size_t scan) const {
     ScanMatch match = matches_[scan];
-    match.T_map_laser = mapper_->BestPose(static_cast<std::int64_t>(scan));
+    match.T_map_laser = mapper_->BestPose(static_cast<std::int64_t>(scan), match.T_map_laser);
     return match;
   }
 

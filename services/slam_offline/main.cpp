@@ -97,12 +97,9 @@ void SayWhatWasLeftOut(const std::string& program, const std::string& name, cons
 
 /// What was seen belongs elsewhere where loops were closed: map, poses and what is said of them follow the graph.
 Results PutRight(Run& run, Summary& summary) {
-  const Slam::Outcome outcome = run.slam.Conclude();
+  const Slam::Outcome outcome = run.slam.Conclude(run.matches);
   run.statistics.ForgetMatches();
-  for (std::size_t i = 0; i < run.matches.size(); ++i) {
-    run.matches[i].T_map_laser = outcome.poses[i];
-    run.statistics.Add(run.matches[i]);
-  }
+  for (const ScanMatch& match : run.matches) run.statistics.Add(match);
   Results results;
   results.grid = outcome.map.ToDenseGrid();
   results.graph_g2o = FormatG2o(outcome.graph.MakePoseGraph());

@@ -38,9 +38,8 @@ Outcome Summarize(const std::vector<ScanMatch>& matches) {
 }
 
 /// Loops move poses; and they are right or wrong themselves.
-void PutRight(Slam& slam, const Trajectory& truth, Trajectory& trajectory, Outcome& outcome) {
-  const Slam::Outcome put_right = slam.Conclude();
-  for (std::size_t i = 0; i < trajectory.size(); ++i) trajectory[i].T_map_laser = put_right.poses[i];
+void PutRight(Slam& slam, const Trajectory& truth, std::vector<ScanMatch>& matches, Outcome& outcome) {
+  const Slam::Outcome put_right = slam.Conclude(matches);
   outcome.num_loops = static_cast<int>(put_right.graph.loops().size());
   std::map<std::int64_t, Pose2> true_poses;
   for (const auto& [utime, pose] : truth) true_poses[utime] = pose;
@@ -73,19 +72,19 @@ Outcome Map(const Drive& drive, const Parameters& parameters) {
   Slam slam(parameters);
   std::vector<ScanMatch> matches;
   std::vector<double> cpu_s;
-  Trajectory trajectory;
   Trajectory truth;
   for (int i = 0; const auto scan = source->Next(); ++i) {
     if (i % drive.every != 0) continue;
     const double start_s = CpuSeconds();
     matches.push_back(slam.Process(*scan).match);
     cpu_s.push_back(CpuSeconds() - start_s);
-    trajectory.push_back({scan->utime, matches.back().T_map_laser});
     if (const auto T_start_laser = source->TruePose()) truth.push_back({scan->utime, *T_start_laser});
   }
   Outcome outcome = Summarize(matches);
   outcome.cpu_s = std::move(cpu_s);
-  if (slam.closes_loops()) PutRight(slam, truth, trajectory, outcome);
+  if (slam.closes_loops()) PutRight(slam, truth, matches, outcome);
+  Trajectory trajectory;
+  for (const ScanMatch& match : matches) trajectory.push_back({match.utime, match.T_map_laser});
   if (!truth.empty()) {
     const TrajectoryError error = EvaluateTrajectory(trajectory, truth);
     outcome.worst_m = error.max_m;

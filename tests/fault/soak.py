@@ -27,10 +27,10 @@ def soak(case, what, stands, num_scans):
     log, one_way = case.convert_long("soak", num_scans, RATE_HZ, stands, f"sim:{world}")
     out = case.folder("soak")
     config = case.out / "soak.toml"
-    # Keyframes are kept, each of some kilobytes: with loops memory grows with the path.
-    config.write_text("export_period_s = 0.5\nloops = false\n")
+    # With loops memory grows with the path: keyframes are kept, each of some kilobytes.
+    config.write_text(f"export_period_s = 0.5\nloops = {str(stands).lower()}\n")
     stack = start_stack(log, out, ["--config", config])
-    programs = [program for program in [*SERVICES, "laser_publisher"] if program != "loop_closer"]
+    programs = [program for program in [*SERVICES, "laser_publisher"] if stands or program != "loop_closer"]
 
     def mapped():
         try:

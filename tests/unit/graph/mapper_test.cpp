@@ -170,7 +170,8 @@ TEST_CASE("what is put right takes effect some keyframes later, and moves the ma
   for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
   const auto num_scans = static_cast<std::int64_t>(driven.scans.size());
   for (std::int64_t i = 0; i < num_scans; ++i) {
-    CheckPose(mapper.BestPose(i), driven.matches[static_cast<std::size_t>(i)].T_map_laser, 1e-9);
+    const Pose2& matched = driven.matches[static_cast<std::size_t>(i)].T_map_laser;
+    CheckPose(mapper.BestPose(i, matched), matched, 1e-9);
   }
   const KeyframeGraph before = mapper.graph();
   const Pose2 turn{0.0, 0.0, 0.05};
@@ -187,7 +188,8 @@ TEST_CASE("what is put right takes effect some keyframes later, and moves the ma
   CHECK(best.poses() == mapper.best_poses());
   CheckPose(best.poses().back(), turn * before.poses().back(), 1e-9);
   for (std::int64_t i = 0; i < num_scans; ++i) {
-    CheckPose(mapper.BestPose(i), turn * driven.matches[static_cast<std::size_t>(i)].T_map_laser, 1e-9);
+    const Pose2& matched = driven.matches[static_cast<std::size_t>(i)].T_map_laser;
+    CheckPose(mapper.BestPose(i, matched), turn * matched, 1e-9);
   }
 
   // The next keyframe was matched on the map as it was, and takes it along.
@@ -214,6 +216,38 @@ TEST_CASE("what is put right takes effect some keyframes later, and moves the ma
   CHECK(after.keyframe->as_of == update.keyframe);
   CHECK_FALSE(after.T_new_old);
   CheckPose(after.keyframe->T_previous_this, {0.5, 0.0, 0.0}, 1e-9);
+}
+
+TEST_CASE("scans between keyframes follow the one that they were matched after, also while it moves") {
+  const Driven driven = Drive(10.0);
+  Mapper mapper(Drawing(), kLoops);
+  std::vector<ScanMatch> matches;
+  const auto MatchNext = [&](const CriticalRays& scan, const Pose2& T_map_laser) {
+    matches.push_back(MatchedAt(scan.utime, T_map_laser));
+    return mapper.Integrate(&scan, matches.back());
+  };
+  for (std::size_t i = 0; i < driven.scans.size(); ++i) MatchNext(driven.scans[i], driven.matches[i].T_map_laser);
+  const int newest = mapper.graph().size() - 1;
+  GraphUpdate update;
+  update.keyframe = newest + 1 - kLoops.lag;  // the next keyframe brings it to the map
+  const Pose2 turn{0.5, 0.0, 0.1};
+  for (int i = 0; i <= update.keyframe; ++i) update.poses.push_back(turn * mapper.graph().pose(i));
+  REQUIRE(mapper.Offer(update));
+
+  const CriticalRays scan = driven.scans.back();
+  const Pose2 last = matches.back().T_map_laser;
+  const Pose2 nudge{0.01, 0.0, 0.0};  // too little to be drawn
+  REQUIRE_FALSE(MatchNext(scan, last * nudge).keyframe);
+  REQUIRE(MatchNext(scan, last * Pose2{0.5, 0.0, 0.0}).T_new_old);
+  REQUIRE_FALSE(MatchNext(scan, turn * last * Pose2{0.51, 0.0, 0.0}).keyframe);
+  const auto num_scans = static_cast<std::int64_t>(matches.size());
+  const auto BestOfLast = [&](std::int64_t back) {
+    const std::int64_t scan_index = num_scans - 1 - back;
+    return mapper.BestPose(scan_index, matches[static_cast<std::size_t>(scan_index)].T_map_laser);
+  };
+  CheckPose(BestOfLast(2), turn * last * nudge, 1e-9);
+  CheckPose(BestOfLast(1), turn * last * Pose2{0.5, 0.0, 0.0}, 1e-9);
+  CheckPose(BestOfLast(0), turn * last * Pose2{0.51, 0.0, 0.0}, 1e-9);
 }
 
 TEST_CASE("an update comes to the same whether keyframes come before it or after it") {
@@ -279,7 +313,7 @@ TEST_CASE("scans before the first keyframe stay where they were") {
   blind.state = MatchState::kLost;
   const CriticalRays nothing{1, {}, {}};
   CHECK(mapper.Integrate(&nothing, blind).keyframe == nullptr);
-  CHECK(mapper.BestPose(0) == Pose2{});
+  CHECK(mapper.BestPose(0, blind.T_map_laser) == Pose2{});
   CHECK(DrawWhole(mapper).empty());
   mapper.Finish();
   CHECK(LocalMap(mapper).empty());

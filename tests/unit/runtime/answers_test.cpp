@@ -187,7 +187,7 @@ TEST_CASE(
       const auto at = static_cast<std::size_t>(i - first_match);
       ScanMatch expected = matches.At(i);
       CHECK(FromMessage(as_matched.matches[at]) == expected);
-      expected.T_map_laser = mapper.BestPose(i);
+      expected.T_map_laser = mapper.BestPose(i, matches.At(i).T_map_laser);
       CHECK(FromMessage(page.matches[at]) == expected);
       CHECK((expected == matches.At(i)) == (i < 3));
     }
