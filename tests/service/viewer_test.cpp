@@ -58,8 +58,8 @@ TEST_CASE("the page of a viewer has the owner's map, the robot's scans, its path
   Page page(viewer.port());
   REQUIRE(stack.StartPublisher("sim:demo", "max"));
   const auto scans = static_cast<std::int64_t>(TakeScans("sim:demo", 100000).size());
-  REQUIRE(stack["laser_publisher"].AwaitExit() == 0);
   REQUIRE(page.Await([&] { return page->complete && page->version == scans; }));
+  REQUIRE(stack["laser_publisher"].AwaitExit() == 0);
   CHECK(page->ExploredTiles() == AskOwner(url));
   CHECK(page->num_begun == 1);
   CHECK(page->num_changed_tiles > 0);
