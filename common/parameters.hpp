@@ -61,7 +61,7 @@ struct MatchParameters {
   double axis_pull_per_m2 = 7.0;  ///< ... along an axis that the walls leave open
   double axis_window_m = 1.0;     ///< +- along such an axis
   double good_ratio = 0.95;       ///< of the usual fitness: the search stops here
-  double lost_ratio = 0.75;       ///< ... below here the wide window is searched, and then the scan is lost
+  double lost_ratio = 0.7;        ///< ... below here the wide window is searched, and then the scan is lost
   int wide_evaluations = 10000;
   double wide_window_m = 0.6;                 ///< +- in x and y
   double wide_window_rad = 1.2;               ///< +- in yaw
@@ -77,6 +77,7 @@ struct UpdateParameters {
   double intensity_min = 0.04;
   double intensity_max = 0.2;
   double first_intensity = 0.4;  ///< of a cell's first update, at least
+  double erase_behind_m = 0.1;   ///< where hits are, behind them: what was drawn there fades
   double hit_spread = 2.5;       ///< how much of the cells around it a hit occupies
   bool join_hits = true;
   double join_max_m = 2.0;
@@ -202,6 +203,8 @@ void VisitUpdateParameters(UpdateParameters& update, Visitor&& visit) {
   visit({kUpdate, "intensity", "of the update where it does not follow the sparseness"}, update.intensity, 0.001, 1.0);
   visit({kUpdate, "intensity_min", "... and where it does, never below this"}, update.intensity_min, 0.0, 1.0);
   visit({kUpdate, "intensity_max", "... nor above this"}, update.intensity_max, 0.0, 1.0);
+  visit({kUpdate, "erase_behind_m", "so far behind a hit fades what was drawn there [m]; 0 = the paper"},
+        update.erase_behind_m, 0.0, 1.0);
   visit({kUpdate, "first_intensity", "the first update of an unexplored cell is at least this intense; 0 = the paper"},
         update.first_intensity, 0.0, 0.95);
   visit({kUpdate, "hit_spread",

@@ -144,26 +144,29 @@ class PlaceFinder {
   bool HasEnough() const { return points_m_.cols() >= 100; }
 
   Place Find(const HitPyramid& pyramid, int middle, const Drift& drift, int most_evaluations) const {
-    const Pose2 presumed = Inverse(graph_.pose(middle)) * graph_.pose(newest_);
-    return FindPlace(pyramid, points_m_, {presumed, drift.reach_m, drift.reach_rad},
+    return FindPlace(pyramid, points_m_, {PresumedIn(middle), drift.reach_m, drift.reach_rad},
                      {kFarthestPoint_m, kLeastScoreOfPlace, kRivalShare, most_evaluations});
   }
 
-  HitPyramid MakePyramid(int middle) const {
-    constexpr double kFarthest_m = 80.0;
-    return HitPyramid(CollectHits(graph_, MakeSubmap(graph_, middle, newest_), kFarthest_m), kCell_m);
+  /// Of what the points may come to lie on in a window of that reach.
+  HitPyramid MakePyramid(int middle, double reach_m) const {
+    const double farthest_m = Length(PresumedIn(middle)) + reach_m + kFarthestPoint_m;
+    return HitPyramid(CollectHits(graph_, MakeSubmap(graph_, middle, newest_), farthest_m), kCell_m);
   }
 
   /// Where the matches say that the robot is: if it fits there, whether nowhere nearby as well; else further away.
   Place Check(int middle) const {
     constexpr double kFine = 0.6;
     constexpr int kFew = 5000;  // a place that takes longer is like others
-    const HitPyramid pyramid = MakePyramid(middle);
+    constexpr Drift kFar{6.0, 0.2};
+    const HitPyramid pyramid = MakePyramid(middle, kFar.reach_m);
     const bool fits = Find(pyramid, middle, {0.3, 0.03}, kMostEvaluations).score >= kFine;
-    return fits ? Find(pyramid, middle, {2.5, 0.1}, kFew) : Find(pyramid, middle, {6.0, 0.2}, kMostEvaluations);
+    return fits ? Find(pyramid, middle, {2.5, 0.1}, kFew) : Find(pyramid, middle, kFar, kMostEvaluations);
   }
 
  private:
+  Pose2 PresumedIn(int middle) const { return Inverse(graph_.pose(middle)) * graph_.pose(newest_); }
+
   const KeyframeGraph& graph_;
   int newest_;
   Eigen::Matrix2Xd points_m_;
@@ -193,7 +196,8 @@ std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_m
     if (!best || place.score > best->score) best = finding;
   };
   for (const auto& [middle, way_m] : candidates.unknown) {
-    Take(middle, finder.Find(finder.MakePyramid(middle), middle, Drift::Over(way_m), kMostEvaluations));
+    const Drift drift = Drift::Over(way_m);
+    Take(middle, finder.Find(finder.MakePyramid(middle, drift.reach_m), middle, drift, kMostEvaluations));
   }
   if (checks) Take(*candidates.known, finder.Check(*candidates.known));
   if (!best || rival > kRivalShare * best->score) return std::nullopt;

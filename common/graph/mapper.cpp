@@ -1,13 +1,23 @@
 #include "common/graph/mapper.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
+#include <set>
 #include <utility>
 
 #include "common/graph/loop_search.hpp"
 
 namespace crsm {
+namespace {
+
+/// Whether all of `some` are in `all`; both rise.
+bool Includes(const std::vector<int>& all, const std::vector<int>& some) {
+  return std::includes(all.begin(), all.end(), some.begin(), some.end());
+}
+
+}  // namespace
 
 Mapper::Mapper(const UpdateParameters& drawing, const LoopParameters& loops) : loops_(loops), local_(drawing) {}
 
@@ -28,8 +38,9 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   if (!put_right && graph_.path_m(newest) - looked_at_m_ < kPeriod_m) return step;
   looked_at_m_ = graph_.path_m(newest);
   const std::vector<int> local = FindLocal();
-  if (!put_right && local == drawn_) return step;
-  const std::vector<TileChange> tiles = Draw(local);
+  const std::vector<int> chosen = ThinOut(local);
+  if (!put_right && Includes(local, drawn_) && Includes(drawn_, chosen)) return step;
+  const std::vector<TileChange> tiles = Draw(chosen);
   step.delta.tiles.insert(step.delta.tiles.end(), tiles.begin(), tiles.end());
   return step;
 }
@@ -127,11 +138,30 @@ std::optional<Tie> Mapper::FindTie(const Pose2& T_map_laser) const {
   return tie;
 }
 
-/// The keyframes that belong into the local map, oldest first.
+/// The keyframes that may be in the local map, oldest first.
 std::vector<int> Mapper::FindLocal() const {
   std::vector<int> local;
   for (const auto& near : graph_.FindWithin(graph_.size() - 1, loops_.local_map_m)) local.push_back(near.first);
   return local;
+}
+
+/// Those that are needed in it: of long ago the newest of each place and direction. So drawing it costs the same
+/// however often the robot has passed there.
+std::vector<int> Mapper::ThinOut(const std::vector<int>& local) const {
+  constexpr double kPlace_m = 1.0;
+  constexpr double kDirection_rad = 0.35;
+  const auto Round = [](double value, double step) { return static_cast<int>(std::floor(value / step)); };
+  const double here_m = graph_.path_m(graph_.size() - 1);
+  std::set<std::array<int, 3>> taken;
+  std::vector<int> needed;
+  for (auto index = local.rbegin(); index != local.rend(); ++index) {
+    const Pose2& at = graph_.pose(*index);
+    const bool recent = here_m - graph_.path_m(*index) < kLongAgo_m;
+    const std::array place{Round(at.x_m, kPlace_m), Round(at.y_m, kPlace_m), Round(at.yaw_rad, kDirection_rad)};
+    if (recent || taken.insert(place).second) needed.push_back(*index);
+  }
+  std::reverse(needed.begin(), needed.end());
+  return needed;
 }
 
 std::vector<TileChange> Mapper::Draw(const std::vector<int>& keyframes) {

@@ -49,6 +49,8 @@ class Mapper {
   bool closes_loops() const { return loops_.loops; }
 
   const MapUpdater& local() const { return local_; }
+  /// Keyframes in the local map.
+  int num_drawn() const { return static_cast<int>(drawn_.size()); }
   /// What has taken effect on the local map.
   const KeyframeGraph& graph() const { return graph_; }
 
@@ -74,6 +76,7 @@ class Mapper {
   std::optional<Tie> FindTie(const Pose2& T_map_laser) const;
   std::vector<TileChange> Draw(const std::vector<int>& keyframes);
   std::vector<int> FindLocal() const;
+  std::vector<int> ThinOut(const std::vector<int>& local) const;
 
   LoopParameters loops_;
   MapUpdater local_;

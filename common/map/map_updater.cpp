@@ -159,7 +159,9 @@ void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vect
     const auto joined = FindSurfaces(hits_m, kNearHitsCells * geometry_.cell_size_m(), parameters_.join_max_m);
     for (std::size_t i = 0; i < joined.size(); ++i) {
       const auto column = static_cast<Eigen::Index>(i);
-      if (joined[i]) MarkSurface(hits_cells.col(column), hits_cells.col(column + 1));
+      if (!joined[i]) continue;
+      MarkSurface(hits_cells.col(column), hits_cells.col(column + 1));
+      MarkBehind(hits_cells.col(column), hits_cells.col(column + 1));
     }
   }
 
@@ -198,6 +200,25 @@ void MapUpdater::MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector
     }
     if (marks) marks[up * kTileSide + right] = kFreeMark;
   });
+}
+
+/// Hits scatter. Rays that end further away thin a wall out on its near side; on its far side nothing else does, and
+/// walls would grow away from the laser, each match be a little too far ahead.
+void MapUpdater::MarkBehind(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {
+  if (parameters_.erase_behind_m == 0.0) return;
+  const Eigen::Vector2d way = to_cells - from_cells;  // the laser turns to the left, and looks at it from there
+  const double length_cells = std::sqrt(way.squaredNorm());
+  const double behind_cells = parameters_.erase_behind_m / geometry_.cell_size_m();
+  const Eigen::Vector2d behind = Eigen::Vector2d(way.y(), -way.x()) * (behind_cells / length_cells);
+  const auto num_steps = static_cast<int>(length_cells) + 1;
+  for (int i = 0; i < num_steps; ++i) {
+    const Eigen::Vector2d at_cells = from_cells + way * (static_cast<double>(i) / num_steps);
+    WalkCells(at_cells, at_cells + behind, [&](Cell cell) {
+      const Tile* tile = tiles_.Find(TileOf(cell));
+      const bool explored = tile && tile->bytes[static_cast<std::size_t>(OffsetInTile(cell))] != kUnexploredByte;
+      if (explored) Mark(cell, kFreeMark);
+    });
+  }
 }
 
 void MapUpdater::MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {

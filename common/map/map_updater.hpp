@@ -70,6 +70,7 @@ class MapUpdater {
   /// changes: nullptr where nobody asks.
   void Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vector<TileChange>* changes);
   void MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
+  void MarkBehind(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void MarkHit(const Eigen::Vector2d& at_cells);
   void Mark(Cell cell, std::uint8_t mark);

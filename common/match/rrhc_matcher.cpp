@@ -190,22 +190,23 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& pres
     }
   }
   if (Explains(near.best)) return {near.best.pose, start, true, near.evaluations, near.best_evaluation};
-  return SearchFurther(rays, start, near, tracking, random);
+  return SearchFurther(rays, start, near, tracking, ComputeSteadiness(tracking.recent(), utime), random);
 }
 
 /// ... and where nothing fits there: the robot turned or was pushed. Presumes nothing. Lost for a scan or two, as when
 /// people pass close by, the robot cannot have gone far; lost for longer, it can, and by chance a third of the rays fit
-/// somewhere in so wide a window.
+/// somewhere in so wide a window. Between scans a second apart it can go further, too.
 RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near,
-                                              const TrackingState& tracking, Random& random) const {
+                                              const TrackingState& tracking, double steadiness, Random& random) const {
   constexpr std::int64_t kPatience = 2;
   constexpr std::int64_t kMostLost = 12;  // 3.5 times the window: 2 m to either side
   constexpr double kGrowth = 0.25;
+  constexpr double kGrowthUnsteady = 0.5;
   constexpr double kLeastAgreement = 0.5;  // in a window that has grown
   constexpr int kWideDraws = 30;           // most poses in so wide a window are not worth a climb
   const auto num_lost = static_cast<double>(std::clamp(tracking.num_lost(), kPatience, kMostLost) - kPatience);
-  const MotionBounds window =
-      (1.0 + kGrowth * num_lost) * MotionBounds{parameters_.wide_window_m, parameters_.wide_window_rad};
+  const double growth = std::max(kGrowth * num_lost, kGrowthUnsteady * (1.0 - steadiness));
+  const MotionBounds window = (1.0 + growth) * MotionBounds{parameters_.wide_window_m, parameters_.wide_window_rad};
   const Expectation expected(tracking, parameters_);
   const Objective without_pull{map_, rays.critical, start, 0.0};
   const SearchResult wide = RrhcSearch(parameters_, without_pull, random)

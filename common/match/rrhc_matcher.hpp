@@ -50,7 +50,7 @@ class RrhcMatcher : public Matcher {
   Presumption Presume(const Rays& rays, const Guess& guess, const TrackingState& tracking) const;
   Found Search(const Rays& rays, const Presumption& presumed, const TrackingState& tracking, std::int64_t utime) const;
   Found SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near, const TrackingState& tracking,
-                      Random& random) const;
+                      double steadiness, Random& random) const;
   Refined Refine(const Rays& rays, const Found& found, double steadiness) const;
   void Judge(const Rays& rays, const Presumption& presumed, const Refined& refined, const TrackingState& tracking,
              ScanMatch& match) const;

@@ -250,6 +250,39 @@ TEST_CASE("scans between keyframes follow the one that they were matched after, 
   CheckPose(BestOfLast(0), turn * last * Pose2{0.51, 0.0, 0.0}, 1e-9);
 }
 
+TEST_CASE("a local map that is drawn anew has few keyframes of each place, however often the robot passed there") {
+  const std::vector<Wall> walls = MakeBlock(5);
+  Driven driven;
+  Mapper mapper(Drawing(), kLoops);
+  const auto DriveOn = [&](int num_passes) {
+    for (int pass = 0; pass < num_passes; ++pass) {
+      for (int step = 0; step < 40; ++step) {
+        const double way_m = 5.0 + 0.25 * (pass % 2 == 0 ? step : 40 - step);
+        driven.Add(walls, PlaceRoundBlock(way_m), PlaceRoundBlock(5.0));
+        mapper.Integrate(&driven.scans.back(), driven.matches.back());
+      }
+    }
+  };
+  const auto NumAfterUpdate = [&] {
+    GraphUpdate update;
+    update.previous = mapper.last_update();
+    update.keyframe = mapper.graph().size() - kLoops.lag;
+    update.poses = mapper.graph().poses();
+    update.poses.resize(static_cast<std::size_t>(update.keyframe) + 1);
+    REQUIRE(mapper.Offer(update));
+    DriveOn(1);
+    return mapper.num_drawn();
+  };
+  DriveOn(5);
+  const int num_once = NumAfterUpdate();
+  DriveOn(20);
+  const int num_keyframes = mapper.graph().size();
+  const int num_later = NumAfterUpdate();
+  CHECK(num_keyframes > 4 * num_once);
+  CHECK(2 * num_later < 3 * num_once);
+  for (const double way_m : {5.0, 10.0, 14.0}) CHECK(Knows(LocalMap(mapper), way_m));
+}
+
 TEST_CASE("an update comes to the same whether keyframes come before it or after it") {
   const Driven driven = Drive(20.0);
   Mapper early(Drawing(), kLoops);

@@ -226,6 +226,36 @@ TEST_CASE("neighbouring hits on one surface become a line where that is wanted")
   }
 }
 
+TEST_CASE("behind a surface that is seen fades what was drawn there, and only that") {
+  Parameters parameters = TestParameters();
+  parameters.update.join_hits = true;
+  parameters.update.erase_behind_m = 0.1;
+  TestMap map(parameters);
+  // A wall across, from both sides of the way to it, so that it is one surface; then the same wall 5 cm nearer.
+  const auto Wall = [](float range_m) {
+    const float edge_m = range_m / std::cos(0.02f);
+    return LaserScan{1, -0.02f, 0.02f, {edge_m, range_m, edge_m}};
+  };
+  map.Draw(Wall(1.0f), kInCell);
+  REQUIRE(map.At(20, 0) == kOccupiedOnce);
+  map.Draw(Wall(0.95f), kInCell);
+  CHECK(map.At(19, 0) < kUnexploredByte);
+  CHECK(map.At(20, 0) > kOccupiedOnce);
+  CHECK(map.At(21, 0) == kUnexploredByte);  // nobody has been there
+  for (int i = 0; i < 20; ++i) map.Draw(Wall(0.95f), kInCell);
+  CHECK(map.At(20, 0) > kUnexploredByte);  // free
+
+  TestMap far(parameters);  // further behind nothing fades
+  far.Draw(Wall(1.0f), kInCell);
+  for (int i = 0; i < 20; ++i) far.Draw(Wall(0.8f), kInCell);
+  CHECK(far.At(20, 0) == kOccupiedOnce);
+
+  TestMap alone(parameters);  // nor does it behind a hit of no surface
+  alone.Draw(Beam(1.0f), kInCell);
+  alone.Draw(Beam(0.95f), kInCell);
+  CHECK(alone.At(20, 0) == kOccupiedOnce);
+}
+
 TEST_CASE("a hit that spreads occupies the cells around it by how near they are") {
   Parameters parameters = TestParameters();
   parameters.update.hit_spread = 1.0;

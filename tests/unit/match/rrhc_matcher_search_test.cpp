@@ -50,13 +50,14 @@ class Hall {
     return Match(Scan(truth, utime), tracking);
   }
 
-  /// Of 60 scans taken so far from where the robot was last seen, `num_lost` scans ago: how many are found.
-  int CountFound(double way_m, int num_lost) const {
+  /// Of 60 scans taken so far from where the robot was last seen, `num_lost` scans ago, and some time after the last
+  /// one: how many are found.
+  int CountFound(double way_m, int num_lost, std::int64_t after_us = 1000) const {
     const TrackingState tracking = AfterStanding({}, kUsual, num_lost);
     int num_found = 0;
     for (int k = 0; k < 60; ++k) {
       const Pose2 truth{way_m, 0.1 * (k % 5) - 0.2, k % 2 == 0 ? 0.1 : -0.1};
-      const ScanMatch match = Match(truth, 1000 + k, tracking);
+      const ScanMatch match = Match(truth, after_us + k, tracking);
       num_found += match.state != MatchState::kLost && std::abs(match.T_map_laser.x_m - way_m) < 0.05;
     }
     return num_found;
@@ -121,6 +122,12 @@ TEST_CASE(
     CHECK(hall.CountFound(1.8, num_lost) >= kSome);
     CHECK(hall.CountFound(2.6, num_lost) <= 2);
   }
+}
+
+TEST_CASE("as shipped, a robot that is seen once a second is looked for further away") {
+  const Hall hall;
+  CHECK(hall.CountFound(0.8, 0, 300'000) <= 30);
+  CHECK(hall.CountFound(0.8, 0, 1'000'000) >= 54);
 }
 
 TEST_CASE("as shipped, a robot lost for longer is found only where half of its rays agree with the map") {
