@@ -60,6 +60,9 @@ std::vector<Course> SimulatedCourses() {
       // Walls on borders of cells, as in the corridor.
       // worst_m 0.041, typical_m 0.040, mean_m 0.0351, lost 0, fitness 0.7956
       {"demo", {"sim:demo"}, 4, {0.047, 0.045, 0.0365, 0.001, 0.793}},
+      // One scan every two seconds. In a third of the seeds one or two scans are lost, and a metre off.
+      // worst_m 0.974, typical_m 0.042, mean_m 0.053, lost 0.0122, fitness 0.77
+      {"demo, slow", {"sim:demo", "", "", {}, {}, 20}, 4, {1.30, 1.20, 0.110, 0.020, 0.760}},
   };
 }
 

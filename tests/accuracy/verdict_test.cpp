@@ -77,7 +77,10 @@ TEST_CASE("maps of simulated worlds are called good") {
 }
 
 TEST_CASE("maps of spoilt scans of simulated worlds are called bad") {
-  for (const char* world : {"demo", "hall"}) CheckBad(world, fmt::format("sim:{}", world), "", WaysToSpoil());
+  CheckBad("hall", "sim:hall", "", WaysToSpoil());
+  std::vector<std::string> ways = WaysToSpoil();
+  std::erase(ways, "every 20th scan");  // a scan every two seconds is enough there: see the course "demo, slow"
+  CheckBad("demo", "sim:demo", "", ways);
 }
 
 TEST_CASE("maps of real logs that are right are called good", "[logs]") {
