@@ -208,6 +208,7 @@ void MapUpdater::MarkBehind(const Eigen::Vector2d& from_cells, const Eigen::Vect
   if (parameters_.erase_behind_m == 0.0) return;
   const Eigen::Vector2d way = to_cells - from_cells;  // the laser turns to the left, and looks at it from there
   const double length_cells = std::sqrt(way.squaredNorm());
+  if (length_cells == 0.0) return;  // two hits on one point have no far side
   const double behind_cells = parameters_.erase_behind_m / geometry_.cell_size_m();
   const Eigen::Vector2d behind = Eigen::Vector2d(way.y(), -way.x()) * (behind_cells / length_cells);
   const auto num_steps = static_cast<int>(length_cells) + 1;

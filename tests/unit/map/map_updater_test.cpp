@@ -256,6 +256,19 @@ TEST_CASE("behind a surface that is seen fades what was drawn there, and only th
   CHECK(alone.At(20, 0) == kOccupiedOnce);
 }
 
+TEST_CASE("two hits on one point are a surface without a far side") {  // numbers that are none: for the sanitizers
+  Parameters parameters = TestParameters();
+  parameters.update.join_hits = true;
+  parameters.update.erase_behind_m = 0.1;
+  TestMap map(parameters);
+  const CriticalRays twice{1, {{0.0f, 0.0f}, {1.0f, 1.0f}}, {0, 1}};
+  for (const TileChange& change : map.updater.Update(twice, {1, kInCell, 1.0, 1, 1, 0, MatchState::kOk}).tiles) {
+    REQUIRE(map.bytes.Apply(change));
+  }
+  CHECK(map.At(20, 0) == kOccupiedOnce);
+  CHECK(map.At(21, 0) == kUnexploredByte);
+}
+
 TEST_CASE("a hit that spreads occupies the cells around it by how near they are") {
   Parameters parameters = TestParameters();
   parameters.update.hit_spread = 1.0;
