@@ -17,17 +17,17 @@ bool AreNear(const Pose2& a, const Pose2& b, double near_m, double near_rad) {
 
 std::optional<GraphUpdate> LoopCloser::Add(Keyframe keyframe) {
   constexpr double kSearchEvery_m = 1.0;
-  constexpr double kCheckEvery_m = 5.0;
+  constexpr double kThoroughlyEvery_m = 5.0;
   keyframe.tie_wrong = keyframe.as_of < ties_wrong_before_;
   GraphUpdate update;
   update.keyframe = graph_.Add(std::move(keyframe));
   const double here_m = graph_.path_m(update.keyframe);
   if (here_m < next_search_m_) return std::nullopt;
   next_search_m_ = here_m + kSearchEvery_m;
-  const bool check = here_m >= next_check_m_;
-  if (check) next_check_m_ = here_m + kCheckEvery_m;
+  const bool thoroughly = here_m >= next_thorough_m_;
+  if (thoroughly) next_thorough_m_ = here_m + kThoroughlyEvery_m;
 
-  const auto finding = SearchLoop(graph_, parameters_.local_map_m, check);
+  const auto finding = SearchLoop(graph_, parameters_.local_map_m, thoroughly);
   if (!finding) return std::nullopt;
   if (finding->known && AgreesWithGraph(*finding)) {
     verified_ = update.keyframe;

@@ -42,7 +42,7 @@ class LoopCloser {
   KeyframeGraph graph_;
   std::deque<Remembered> findings_;  ///< of the last metres
   double next_search_m_ = 0.0;
-  double next_check_m_ = 0.0;
+  double next_thorough_m_ = 0.0;
   int verified_ = 0;  ///< the last keyframe of which it is known that it is where the graph says
   int update_ = -1;   ///< keyframe of the last update
   /// Keyframe of the last update that took ties for wrong: those that were matched on a map before it are, too.

@@ -78,13 +78,24 @@ Eigen::Matrix2Xd CollectRecentPoints(const KeyframeGraph& graph, int newest) {
 
 double Distance(const Pose2& a, const Pose2& b) { return Length({a.x_m - b.x_m, a.y_m - b.y_m, 0.0}); }
 
-/// How far poses may have drifted apart over some way.
+/// How far poses may have drifted apart.
 struct Drift {
   double reach_m;
   double reach_rad;
-
-  static Drift Over(double way_m) { return {std::min(1.0 + 0.02 * way_m, 15.0), std::min(0.1 + 0.0006 * way_m, 0.6)}; }
 };
+
+/// What drift grows by on the way.
+struct DriftModel {
+  double m_per_m;
+  double rad_per_m;
+
+  Drift Over(double way_m) const {
+    return {std::min(1.0 + m_per_m * way_m, 15.0), std::min(0.1 + rad_per_m * way_m, 0.6)};
+  }
+};
+
+constexpr DriftModel kUsual{0.005, 0.00015};
+constexpr DriftModel kLargest{0.02, 0.0006};  ///< with a slip in a corridor
 
 struct Candidate {
   int middle;    ///< of a submap
@@ -97,7 +108,7 @@ struct Candidates {
   std::optional<int> known;        ///< the nearest old keyframe for which it does
 };
 
-Candidates FindCandidates(const KeyframeGraph& graph, int newest, double local_map_m) {
+Candidates FindCandidates(const KeyframeGraph& graph, int newest, double local_map_m, const DriftModel& drift) {
   constexpr double kPassing_m = 2.0;  // from one path to the other, where they meet
   constexpr double kKnown_m = 2.5;
   Candidates found;
@@ -107,7 +118,7 @@ Candidates FindCandidates(const KeyframeGraph& graph, int newest, double local_m
   for (int i = 0; i < newest && graph.path_m(newest) - graph.path_m(i) > kLongAgo_m; ++i) {
     const double by_path_m = graph.path_m(newest) - graph.path_m(i);
     const double away_m = Distance(graph.pose(i), graph.pose(newest));
-    if (away_m > Drift::Over(by_path_m).reach_m + kPassing_m) continue;
+    if (away_m > drift.Over(by_path_m).reach_m + kPassing_m) continue;
     if (by_graph_m.empty()) {
       by_graph_m.assign(static_cast<std::size_t>(newest), HUGE_VAL);
       for (const auto& [index, distance_m] : graph.FindWithin(newest, local_map_m)) {
@@ -123,7 +134,7 @@ Candidates FindCandidates(const KeyframeGraph& graph, int newest, double local_m
       }
       continue;
     }
-    if (away_m > Drift::Over(way_m).reach_m + kPassing_m) continue;
+    if (away_m > drift.Over(way_m).reach_m + kPassing_m) continue;
     const int slot = static_cast<int>(graph.path_m(i) / kSubmapReach_m);
     if (slot != last_slot) {
       found.unknown.push_back({graph.FindByPath((slot + 0.5) * kSubmapReach_m), way_m});
@@ -143,9 +154,11 @@ class PlaceFinder {
 
   bool HasEnough() const { return points_m_.cols() >= 100; }
 
-  Place Find(const HitPyramid& pyramid, int middle, const Drift& drift, int most_evaluations) const {
+  /// least_score: what is worse is of no interest.
+  Place Find(const HitPyramid& pyramid, int middle, const Drift& drift, double least_score,
+             int most_evaluations = kMostEvaluations) const {
     return FindPlace(pyramid, points_m_, {PresumedIn(middle), drift.reach_m, drift.reach_rad},
-                     {kFarthestPoint_m, kLeastScoreOfPlace, kRivalShare, most_evaluations});
+                     {kFarthestPoint_m, least_score, kRivalShare, most_evaluations});
   }
 
   /// Of what the points may come to lie on in a window of that reach.
@@ -160,8 +173,9 @@ class PlaceFinder {
     constexpr int kFew = 5000;  // a place that takes longer is like others
     constexpr Drift kFar{6.0, 0.2};
     const HitPyramid pyramid = MakePyramid(middle, kFar.reach_m);
-    const bool fits = Find(pyramid, middle, {0.3, 0.03}, kMostEvaluations).score >= kFine;
-    return fits ? Find(pyramid, middle, {2.5, 0.1}, kFew) : Find(pyramid, middle, kFar, kMostEvaluations);
+    const bool fits = Find(pyramid, middle, {0.3, 0.03}, kLeastScoreOfPlace).score >= kFine;
+    return fits ? Find(pyramid, middle, {2.5, 0.1}, kLeastScoreOfPlace, kFew)
+                : Find(pyramid, middle, kFar, kLeastScoreOfPlace);
   }
 
  private:
@@ -172,36 +186,59 @@ class PlaceFinder {
   Eigen::Matrix2Xd points_m_;
 };
 
-}  // namespace
-
-std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_map_m, bool check) {
+/// Where the robot is of the places for which the graph does not vouch. known_score: of one that is known.
+std::optional<LoopFinding> SearchUnknown(const KeyframeGraph& graph, const Candidates& candidates,
+                                         const DriftModel& drift_model, double known_score) {
   constexpr double kSamePlace_m = 0.6;
+  if (candidates.unknown.empty()) return std::nullopt;
   const int newest = graph.size() - 1;
-  const Candidates candidates = FindCandidates(graph, newest, local_map_m);
-  const bool checks = candidates.unknown.empty() && check && candidates.known;
-  if (candidates.unknown.empty() && !checks) return std::nullopt;
   const PlaceFinder finder(graph, newest);
   if (!finder.HasEnough()) return std::nullopt;
 
   std::optional<LoopFinding> best;
+  double best_score = known_score;
   double rival = 0.0;
-  const auto Take = [&](int middle, const Place& place) {
-    if (place.score == 0.0) return;
+  for (const auto& [middle, way_m] : candidates.unknown) {
+    const Drift drift = drift_model.Over(way_m);
+    const double least_score = std::max(kLeastScoreOfPlace, kRivalShare * best_score);
+    const Place place = finder.Find(finder.MakePyramid(middle, drift.reach_m), middle, drift, least_score);
+    if (place.score == 0.0) continue;
     rival = std::max(rival, place.rival);
-    const LoopFinding finding{middle, newest, place.pose, place.score, checks};
+    const LoopFinding finding{middle, newest, place.pose, place.score};
     const auto PoseOf = [&](const LoopFinding& of) { return graph.pose(of.older) * of.T_older_newer; };
     if (best && Distance(PoseOf(finding), PoseOf(*best)) > kSamePlace_m) {
       rival = std::max(rival, std::min(place.score, best->score));
     }
     if (!best || place.score > best->score) best = finding;
-  };
-  for (const auto& [middle, way_m] : candidates.unknown) {
-    const Drift drift = Drift::Over(way_m);
-    Take(middle, finder.Find(finder.MakePyramid(middle, drift.reach_m), middle, drift, kMostEvaluations));
+    best_score = std::max(best_score, place.score);
   }
-  if (checks) Take(*candidates.known, finder.Check(*candidates.known));
   if (!best || rival > kRivalShare * best->score) return std::nullopt;
   return best;
+}
+
+/// Whether the robot is where the matches say.
+std::optional<LoopFinding> CheckKnown(const KeyframeGraph& graph, int middle) {
+  const int newest = graph.size() - 1;
+  const PlaceFinder finder(graph, newest);
+  if (!finder.HasEnough()) return std::nullopt;
+  const Place place = finder.Check(middle);
+  if (place.score == 0.0 || place.rival > kRivalShare * place.score) return std::nullopt;
+  return LoopFinding{middle, newest, place.pose, place.score, true};
+}
+
+}  // namespace
+
+std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_map_m, bool thoroughly) {
+  const int newest = graph.size() - 1;
+  double known_score = 0.0;
+  if (!thoroughly) {
+    const auto likely = SearchUnknown(graph, FindCandidates(graph, newest, local_map_m, kUsual), kUsual, known_score);
+    if (!likely) return std::nullopt;
+    known_score = likely->score;
+  }
+  const Candidates candidates = FindCandidates(graph, newest, local_map_m, kLargest);
+  if (thoroughly && candidates.unknown.empty() && candidates.known) return CheckKnown(graph, *candidates.known);
+  return SearchUnknown(graph, candidates, kLargest, known_score);
 }
 
 std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& finding, const UpdateParameters& drawing) {

@@ -18,12 +18,13 @@ struct LoopFinding {
 };
 
 /// Looks for the newest keyframe in submaps of the path long ago: those between which and the newest one the graph does
-/// not vouch for the poses, wherever the poses may have drifted to; where there are none, and `check` is set, once more
-/// where the matches say that the robot is. Nothing where no place fits, or another one fits nearly as well.
+/// not vouch for the poses. It looks `thoroughly` wherever the poses may have drifted to, and where there are no such
+/// submaps once more where the matches say that the robot is; else only as far as they drift as a rule, which costs
+/// much less. Nothing where no place fits, or another one, however far, fits nearly as well.
 ///
 /// Submaps and points are put together by matched motions alone, which never change: the same keyframes give the same
 /// submaps, whatever the graph has learned since.
-std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_map_m, bool check);
+std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_map_m, bool thoroughly);
 
 /// The loop of a finding, its pose refined on a map of the submap; nothing if the rays of the newest keyframe would run
 /// through walls there.

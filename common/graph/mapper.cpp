@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <set>
 #include <utility>
@@ -12,9 +13,26 @@
 namespace crsm {
 namespace {
 
-/// Whether all of `some` are in `all`; both rise.
-bool Includes(const std::vector<int>& all, const std::vector<int>& some) {
-  return std::includes(all.begin(), all.end(), some.begin(), some.end());
+/// Keyframes for the local map, oldest first.
+struct LocalKeyframes {
+  std::vector<int> wanted;
+  std::vector<int> bearable;  ///< those, and others that need not be taken out of it yet
+};
+
+/// Wanted is what lies within some way along the graph. A keyframe beyond it that is about as far away as the crow flies
+/// saw few of the walls here, and does no harm.
+LocalKeyframes FindLocal(const KeyframeGraph& graph, double local_map_m) {
+  constexpr double kBearableReach = 2.0;
+  constexpr double kStraight = 0.7;  // least share of the way that lies between the ends of it
+  const int newest = graph.size() - 1;
+  LocalKeyframes found;
+  for (const auto& [index, way_m] : graph.FindWithin(newest, kBearableReach * local_map_m)) {
+    const bool wanted = way_m <= local_map_m;
+    const double away_m = Length(Inverse(graph.pose(index)) * graph.pose(newest));
+    if (wanted) found.wanted.push_back(index);
+    if (wanted || away_m >= kStraight * way_m) found.bearable.push_back(index);
+  }
+  return found;
 }
 
 }  // namespace
@@ -37,10 +55,10 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   if (put_right) step.T_new_old = graph_.pose(newest) * Inverse(before);
   if (!put_right && graph_.path_m(newest) - looked_at_m_ < kPeriod_m) return step;
   looked_at_m_ = graph_.path_m(newest);
-  const std::vector<int> local = FindLocal();
-  const std::vector<int> chosen = ThinOut(local);
-  if (!put_right && Includes(local, drawn_) && Includes(drawn_, chosen)) return step;
-  const std::vector<TileChange> tiles = Draw(chosen);
+  const auto [local, bearable] = FindLocal(graph_, loops_.local_map_m);
+  const std::vector<int> needed = ThinOut(local);
+  const bool anew = put_right || !std::ranges::includes(bearable, drawn_);
+  const std::vector<TileChange> tiles = anew ? DrawAnew(needed) : DrawMissing(needed);
   step.delta.tiles.insert(step.delta.tiles.end(), tiles.begin(), tiles.end());
   return step;
 }
@@ -61,7 +79,7 @@ std::vector<TileChange> Mapper::Finish() {
   std::vector<int> all(static_cast<std::size_t>(graph_.size()));
   std::iota(all.begin(), all.end(), 0);
   std::vector<TileChange> tiles;
-  if (loops_.loops) tiles = Draw(all);
+  if (loops_.loops) tiles = DrawAnew(all);
   local_.Finish();
   loops_.loops = false;  // what comes is only localised
   return tiles;
@@ -138,15 +156,8 @@ std::optional<Tie> Mapper::FindTie(const Pose2& T_map_laser) const {
   return tie;
 }
 
-/// The keyframes that may be in the local map, oldest first.
-std::vector<int> Mapper::FindLocal() const {
-  std::vector<int> local;
-  for (const auto& near : graph_.FindWithin(graph_.size() - 1, loops_.local_map_m)) local.push_back(near.first);
-  return local;
-}
-
-/// Those that are needed in it: of long ago the newest of each place and direction. So drawing it costs the same
-/// however often the robot has passed there.
+/// Those of the local map that are needed in it: of long ago the newest of each place and direction. So drawing it
+/// costs the same however often the robot has passed there.
 std::vector<int> Mapper::ThinOut(const std::vector<int>& local) const {
   constexpr double kPlace_m = 1.0;
   constexpr double kDirection_rad = 0.35;
@@ -164,11 +175,22 @@ std::vector<int> Mapper::ThinOut(const std::vector<int>& local) const {
   return needed;
 }
 
-std::vector<TileChange> Mapper::Draw(const std::vector<int>& keyframes) {
+std::vector<TileChange> Mapper::DrawAnew(const std::vector<int>& keyframes) {
   std::vector<PlacedScan> scans;
   for (const int index : keyframes) scans.push_back({&graph_.keyframe(index).rays, graph_.pose(index)});
   drawn_ = keyframes;
   return local_.DrawAnew(scans);
+}
+
+std::vector<TileChange> Mapper::DrawMissing(const std::vector<int>& keyframes) {
+  std::vector<int> missing;
+  std::ranges::set_difference(keyframes, drawn_, std::back_inserter(missing));
+  std::vector<TileChange> tiles;
+  for (const int index : missing) local_.DrawMore({&graph_.keyframe(index).rays, graph_.pose(index)}, &tiles);
+  const auto middle = static_cast<std::ptrdiff_t>(drawn_.size());
+  drawn_.insert(drawn_.end(), missing.begin(), missing.end());
+  std::inplace_merge(drawn_.begin(), drawn_.begin() + middle, drawn_.end());
+  return tiles;
 }
 
 }  // namespace crsm

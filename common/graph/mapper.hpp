@@ -74,8 +74,8 @@ class Mapper {
   void AnchorScan(std::int64_t scan);
   bool ApplyDue(int newest);
   std::optional<Tie> FindTie(const Pose2& T_map_laser) const;
-  std::vector<TileChange> Draw(const std::vector<int>& keyframes);
-  std::vector<int> FindLocal() const;
+  std::vector<TileChange> DrawAnew(const std::vector<int>& keyframes);
+  std::vector<TileChange> DrawMissing(const std::vector<int>& keyframes);
   std::vector<int> ThinOut(const std::vector<int>& local) const;
 
   LoopParameters loops_;

@@ -133,12 +133,18 @@ HitPyramid::Grid HitPyramid::Widen(const Grid& grid, int reach) {
 
 HitPyramid::Grid HitPyramid::Halve(const Grid& grid) {
   Grid half{(grid.width + 1) / 2, (grid.height + 1) / 2, {}};
-  half.cells.assign(static_cast<std::size_t>(half.width) * static_cast<std::size_t>(half.height), 0);
-  for (int y = 0; y < grid.height; ++y) {
-    for (int x = 0; x < grid.width; ++x) {
-      half.cells[static_cast<std::size_t>(y / 2) * static_cast<std::size_t>(half.width) +
-                 static_cast<std::size_t>(x / 2)] |= grid.At(x, y);
-    }
+  const auto width = static_cast<std::size_t>(grid.width);
+  const auto height = static_cast<std::size_t>(grid.height);
+  const auto half_width = static_cast<std::size_t>(half.width);
+  const auto half_height = static_cast<std::size_t>(half.height);
+  half.cells.resize(half_width * half_height);
+  std::vector<std::uint8_t> both(2 * half_width, 0);  // two rows as one
+  for (std::size_t y = 0; y < half_height; ++y) {
+    const std::uint8_t* low = &grid.cells[2 * y * width];
+    const std::uint8_t* high = &grid.cells[std::min(2 * y + 1, height - 1) * width];
+    for (std::size_t x = 0; x < width; ++x) both[x] = low[x] | high[x];
+    std::uint8_t* to = &half.cells[y * half_width];
+    for (std::size_t x = 0; x < half_width; ++x) to[x] = both[2 * x] | both[2 * x + 1];
   }
   return half;
 }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/map/dense_grid.hpp"
+#include "common/map/walk_cells.hpp"
 #include "common/scan/surface.hpp"
 
 namespace crsm {
@@ -24,41 +25,6 @@ int If(bool condition, int value) { return value & -static_cast<int>(condition);
 int ToByte(float p_free) {
   const int byte = static_cast<int>(p_free * 255.0f + 0.5f);
   return byte + If(byte == kUnexploredByte, 1 - 2 * static_cast<int>(p_free < 0.5f));
-}
-
-/// std::floor is a function call on the x86-64 that every machine has.
-int FloorToInt(double value) {
-  const int truncated = static_cast<int>(value);
-  return truncated - (value < truncated ? 1 : 0);
-}
-
-Cell CellOf(const Eigen::Vector2d& point_cells) { return {FloorToInt(point_cells.x()), FloorToInt(point_cells.y())}; }
-
-/// Visits the cells on the straight line from one point to another but for the last, each step crossing one side of a
-/// cell (Amanatides and Woo 1987).
-template <class Visit>
-void WalkCells(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells, Visit&& visit) {
-  Cell cell = CellOf(from_cells);
-  const Cell last = CellOf(to_cells);
-  const Eigen::Vector2d way = to_cells - from_cells;
-  const Cell step{way.x() < 0 ? -1 : 1, way.y() < 0 ? -1 : 1};
-  // Parts of the way from one side of a cell to the next, and to the first one.
-  const Eigen::Vector2d per_cell = way.cwiseAbs().cwiseInverse();  // infinite on an axis without motion
-  const auto ToFirstSide = [](double from, int at, int toward) { return toward > 0 ? at + 1 - from : from - at; };
-  double next_x = way.x() == 0.0 ? HUGE_VAL : ToFirstSide(from_cells.x(), cell.x, step.x) * per_cell.x();
-  double next_y = way.y() == 0.0 ? HUGE_VAL : ToFirstSide(from_cells.y(), cell.y, step.y) * per_cell.y();
-  while (cell.x != last.x && cell.y != last.y) {
-    visit(cell);
-    if (next_x < next_y) {
-      cell.x += step.x;
-      next_x += per_cell.x();
-    } else {
-      cell.y += step.y;
-      next_y += per_cell.y();
-    }
-  }
-  for (; cell.x != last.x; cell.x += cell.x < last.x ? 1 : -1) visit(cell);
-  for (; cell.y != last.y; cell.y += cell.y < last.y ? 1 : -1) visit(cell);
 }
 
 }  // namespace
@@ -99,6 +65,7 @@ std::vector<TileChange> MapUpdater::DrawAnew(std::span<const PlacedScan> scans) 
   std::vector<TileBytes> before;
   for (const auto& entry : tiles_.entries()) before.push_back(std::exchange(*entry.tile, Tile()).bytes);
   for (const PlacedScan& scan : scans) DrawMore(scan);
+  if (!scans.empty()) T_map_last_drawn_ = scans.back().T_map_laser;
   std::vector<TileChange> changes;
   before.resize(num_tiles(), Tile().bytes);
   for (std::size_t i = 0; i < num_tiles(); ++i) {
@@ -110,10 +77,9 @@ std::vector<TileChange> MapUpdater::DrawAnew(std::span<const PlacedScan> scans) 
   return changes;
 }
 
-void MapUpdater::DrawMore(const PlacedScan& scan) {
+void MapUpdater::DrawMore(const PlacedScan& scan, std::vector<TileChange>* changes) {
   const auto& [rays, T_map_laser] = scan;
-  if (rays->size() > 0 && InLimits(*rays, T_map_laser)) Draw(*rays, T_map_laser, nullptr);
-  T_map_last_drawn_ = T_map_laser;
+  if (rays->size() > 0 && InLimits(*rays, T_map_laser)) Draw(*rays, T_map_laser, changes);
 }
 
 bool MapUpdater::InLimits(const ValidRays& rays, const Pose2& T_map_laser) const {

@@ -35,8 +35,9 @@ class MapUpdater {
   /// changes; for a replica of this version all tiles have changed.
   std::vector<TileChange> DrawAnew(std::span<const PlacedScan> scans);
 
-  /// Draws one more scan, in the version that there is.
-  void DrawMore(const PlacedScan& scan);
+  /// Draws one more scan, in the version that there is, wherever it is on the path.
+  /// changes: what that changes is added; nullptr where nobody asks.
+  void DrawMore(const PlacedScan& scan, std::vector<TileChange>* changes = nullptr);
 
   /// Goes on with that version, in which nothing has changed, and which is no smaller than the one that there is.
   void SkipTo(std::int64_t version) { version_ = version; }

@@ -62,6 +62,23 @@ TEST_CASE("of two places that are alike none is taken, though each of them is th
   CHECK_FALSE(SearchLoop(graph, kLocalMap_m, false));
 }
 
+TEST_CASE("further away than poses drift as a rule a place is found by a thorough search") {
+  const KeyframeGraph graph = MakeGraph({kPlace, kElsewhere, kFarther, {5.0, 18.0, {1.8, 1.0, 0.03}}});
+  CHECK_FALSE(SearchLoop(graph, kLocalMap_m, false));
+  CHECK(SearchLoop(graph, kLocalMap_m, true));
+}
+
+TEST_CASE("a place is not taken if one that is alike lies further away than poses drift as a rule") {
+  const Pose2 near{0.2, 0.2, 0.0};
+  const auto Found = [&](const Part& again) {
+    return SearchLoop(MakeGraph({kPlace, kElsewhere, again, kFarther, {25.0, 40.0, {}}, {5.0, 18.0, near}}),
+                      kLocalMap_m, false)
+        .has_value();
+  };
+  CHECK(Found({50.0, 60.0, {}}));
+  CHECK_FALSE(Found({5.0, 20.0, {2.4, 0.4, 0.0}}));
+}
+
 TEST_CASE("findings that do not agree on how the robot has moved close no loop") {
   const std::vector<Pose2> places = DriveRoundBlock(5.0, 5.0 + 1.4 * kRoundBlock_m);
   const auto FirstLoops = [](const std::vector<Keyframe>& keyframes) {

@@ -122,6 +122,43 @@ TEST_CASE("the local map leaves out what is far along the path; the whole map ha
   CHECK(LocalMap(mapper).ToDenseGrid().cells == whole.ToDenseGrid().cells);
 }
 
+TEST_CASE("keyframes stay in the local map for a while where the way went straight on, and only there") {
+  constexpr LoopParameters kSmall{true, 10.0, 10};
+  const auto ShareDrawn = [&](const Driven& driven) {
+    Mapper mapper(Drawing(), kSmall);
+    for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
+    return static_cast<double>(mapper.num_drawn()) / mapper.graph().size();
+  };
+  CHECK(ShareDrawn(Drive(25.5)) == 1.0);       // 20 m along a corridor
+  CHECK(ShareDrawn(Drive(16.0, 12.0)) < 0.7);  // to and fro
+  CHECK(ShareDrawn(Drive(46.0)) < 0.6);        // 41 m, by when it is far
+}
+
+TEST_CASE("where the robot comes back to, the local map has again what it had left out") {
+  Driven out_and_back = Drive(75.0, 35.0);
+  const std::size_t num_out = Drive(75.0).scans.size();
+  for (std::size_t i = num_out; i < out_and_back.scans.size(); ++i) {  // on the way back it sees no further than 2 m
+    ValidRays& rays = out_and_back.scans[i].rays;
+    ValidRays near;
+    for (std::size_t k = 0; k < rays.size(); ++k) {
+      if (rays.range_m[k] > 2.0f) continue;
+      near.angle_rad.push_back(rays.angle_rad[k]);
+      near.range_m.push_back(rays.range_m[k]);
+    }
+    rays = near;
+  }
+  Mapper mapper(Drawing(), kLoops);
+  ByteMap replica(Drawing().cell_size_m);
+  for (std::size_t i = 0; i < out_and_back.scans.size(); ++i) {
+    if (i == num_out + 60) CHECK_FALSE(Knows(replica, 38.0));
+    for (const TileChange& tile : mapper.Integrate(&out_and_back.scans[i], out_and_back.matches[i]).delta.tiles) {
+      REQUIRE(replica.Apply(tile));
+    }
+  }
+  CHECK(Knows(replica, 38.0));
+  CHECK(replica.ToDenseGrid().cells == LocalMap(mapper).ToDenseGrid().cells);
+}
+
 TEST_CASE("a keyframe is tied to the nearest one of long ago, where it was matched") {
   const Driven driven = Drive(22.0, 16.0);
   Mapper mapper(Drawing(), kLoops);
