@@ -56,7 +56,14 @@ TEST_CASE("the page of a viewer has the owner's map, the robot's scans, its path
   Viewer viewer({"--lcm-url", url}, folder);
   REQUIRE(viewer.AwaitReady());
   Page page(viewer.port());
+  TestBus bus(url);
+  int num_drawn = 0;
+  bus->Subscribe<map_delta_t>(kMapDeltaChannel, [&](const map_delta_t&) { ++num_drawn; });
   REQUIRE(stack.StartPublisher("sim:demo", "max"));
+  REQUIRE(bus.Await([&] { return num_drawn > 20; }));
+  stack["laser_publisher"].Signal(SIGSTOP);  // until the page has some of the map: the rest it sees as changes
+  REQUIRE(page.Await([&] { return page->complete && page->version > 0; }));
+  stack["laser_publisher"].Signal(SIGCONT);
   const auto scans = static_cast<std::int64_t>(TakeScans("sim:demo", 100000).size());
   REQUIRE(page.Await([&] { return page->complete && page->version == scans; }));
   REQUIRE(stack["laser_publisher"].AwaitExit() == 0);
