@@ -20,6 +20,7 @@ struct ScanParameters {
   double range_min_m = 0.05;
   double range_max_m = 30.0;
   double angle_scale = 1.0;  ///< of beams' angles from the laser's x axis, against the nominal ones
+  double sweep_s = 0.0;      ///< from the first beam to the last; 0: all are measured at once
 };
 
 enum class SelectionMethod { kAll, kUniform, kDensity, kSegments };
@@ -120,6 +121,9 @@ void VisitScanParameters(ScanParameters& scan, Visitor&& visit) {
         scan.range_max_m, 0.1, kLongestRange_m);
   visit({kScan, "angle_scale", "the angle of a beam from straight ahead, as a share of the nominal one"},
         scan.angle_scale, 0.9, 1.1);
+  visit({kScan, "sweep_s",
+         "time from the first beam of a scan to the last [s]: it is deskewed by how the laser moves; 0: not at all"},
+        scan.sweep_s, 0.0, 1.0);
 }
 
 template <class Visitor>

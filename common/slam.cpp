@@ -4,6 +4,7 @@
 
 #include "common/graph/draw_scans.hpp"
 #include "common/match/rrhc_matcher.hpp"
+#include "common/match/sweep.hpp"
 
 namespace crsm {
 
@@ -22,7 +23,7 @@ Slam::Slam(const Parameters& parameters, const MakeMatcher& make_matcher)
 Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot) {
   Step step;
   step.scan = selector_.Select(scan);
-  step.match = matcher_->Match(step.scan, tracking_, T_odom_robot);
+  step.match = MatchSweep(*matcher_, step.scan, tracking_, T_odom_robot);
   step.match.map_version = map_version();
   step.drawn = Integrate(&step.scan, step.match);
   step.updates = OfferFound();

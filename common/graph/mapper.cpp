@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "common/graph/loop_search.hpp"
+#include "common/scan/deskew.hpp"
 
 namespace crsm {
 namespace {
@@ -19,8 +20,8 @@ struct LocalKeyframes {
   std::vector<int> bearable;  ///< those, and others that need not be taken out of it yet
 };
 
-/// Wanted is what lies within some way along the graph. A keyframe beyond it that is about as far away as the crow flies
-/// saw few of the walls here, and does no harm.
+/// Wanted is what lies within some way along the graph. A keyframe beyond it that is about as far away as the crow
+/// flies saw few of the walls here, and does no harm.
 LocalKeyframes FindLocal(const KeyframeGraph& graph, double local_map_m) {
   constexpr double kBearableReach = 2.0;
   constexpr double kStraight = 0.7;  // least share of the way that lies between the ends of it
@@ -41,6 +42,8 @@ Mapper::Mapper(const UpdateParameters& drawing, const LoopParameters& loops) : l
 
 Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match) {
   constexpr double kPeriod_m = 20.0;
+  std::optional<CriticalRays> deskewed;
+  if (scan && !scan->rays.time_s.empty()) scan = &deskewed.emplace(Deskew(*scan, match.twist));
   Step step{scan ? local_.Update(*scan, match) : local_.UpdateWithoutScan()};
   if (!loops_.loops) return step;
   if (match.state == MatchState::kLost) lost_since_ = true;

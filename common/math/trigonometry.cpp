@@ -62,6 +62,18 @@ double ComputeExp(double x) {
   return std::ldexp(sum, static_cast<int>(exponent));
 }
 
+double HeadingOf(double x, double y, double guess_rad) {
+  // Each step subtracts the sine of the error, which leaves its cube / 6: six take pi / 2 to rounding.
+  constexpr int kSteps = 6;
+  const double length = std::sqrt(x * x + y * y);
+  double heading_rad = guess_rad;
+  for (int i = 0; i < kSteps; ++i) {
+    const auto [sin, cos] = ComputeSinCos(heading_rad);
+    heading_rad += (cos * y - sin * x) / length;
+  }
+  return heading_rad;
+}
+
 double WrapAngle(double angle_rad) {
   if (!std::isfinite(angle_rad)) throw std::invalid_argument("WrapAngle: the angle is not finite");
   if (std::abs(angle_rad) <= kPi) return angle_rad;

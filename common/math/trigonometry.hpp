@@ -19,6 +19,10 @@ SinCos ComputeSinCos(double angle_rad);
 /// e^x to within 1e-15 relative for |x| <= 700, by the same means and for the same reason.
 double ComputeExp(double x);
 
+/// The direction of (x, y), which is not the origin, on the turn of `guess_rad`, which is at most pi / 2 off: atan2 by
+/// the same means and for the same reason.
+double HeadingOf(double x, double y, double guess_rad);
+
 /// The angle brought to [-pi, pi]. Throws std::invalid_argument if it is not finite.
 double WrapAngle(double angle_rad);
 

@@ -7,6 +7,7 @@
 
 #include "common/match/global_search.hpp"
 #include "common/math/random.hpp"
+#include "common/scan/deskew.hpp"
 
 namespace crsm {
 namespace {
@@ -25,6 +26,7 @@ ValidRays Thin(const ValidRays& rays) {
   for (std::size_t i = 0; i < rays.size(); i += step) {
     some.angle_rad.push_back(rays.angle_rad[i]);
     some.range_m.push_back(rays.range_m[i]);
+    if (!rays.time_s.empty()) some.time_s.push_back(rays.time_s[i]);
   }
   return some;
 }
@@ -53,7 +55,10 @@ void RunStatistics::Add(const ScanMatch& match) {
     fitness_sum_ += match.fitness;
     ++num_fitnesses_;
   }
-  if (Sampled* sampled = FindSampled(match.utime)) sampled->T_map_laser = match.T_map_laser;
+  if (Sampled* sampled = FindSampled(match.utime)) {
+    sampled->T_map_laser = match.T_map_laser;
+    sampled->twist = match.twist;
+  }
   if (previous_) AddStep(*previous_, match);
   previous_ = match;
 }
@@ -80,7 +85,7 @@ std::optional<double> RunStatistics::ComputeMeanAgreement(const ByteMap& map) co
   std::size_t num = 0;
   for (const auto& [hash, sampled] : sampled_) {
     if (!sampled.rays || !sampled.T_map_laser) continue;
-    sum += ComputeAgreement(map, ComputeHits(*sampled.rays), *sampled.T_map_laser);
+    sum += ComputeAgreement(map, ComputeHits(Deskew(*sampled.rays, sampled.twist)), *sampled.T_map_laser);
     ++num;
   }
   if (num < kLeastSampled) return std::nullopt;

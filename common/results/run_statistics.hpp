@@ -50,6 +50,7 @@ class RunStatistics {
   struct Sampled {
     std::optional<ValidRays> rays;
     std::optional<Pose2> T_map_laser;  ///< where the scan was matched
+    Twist twist;                       ///< by which it was deskewed then
   };
 
   /// Sums over steps of products of motions by odometry and by the laser.

@@ -26,7 +26,8 @@ constexpr double kFewFarSteps = 0.03;       // right, at full rate: 0 to 0.006, 
 // Right: 0 to 0.18, 0.59 of a laser with a reach of 4 m. Ranges of a tenth: 0.7 to 1.
 constexpr double kMostDegenerate = 0.8;
 
-// Right: 0 to 0.13 (hall), on every 5th scan up to 0.98. Wrong: up to 0.95; a sweep that is not deskewed: 0.17.
+// Right: 0 to 0.13 (hall), turns of 3 rad/s 0.17 if they are deskewed, on every 5th scan up to 0.98. Wrong: 0.17 to
+// 0.95.
 constexpr double kManyFarSteps = 0.15;
 
 // Right: 4. Tracks that were found again elsewhere: 10 to 770.
@@ -45,7 +46,7 @@ void Warn(Verdict& verdict, Trust trust, std::string text) {
 }
 
 constexpr const char* kTooFewScans =
-    "likely too few scans a second for the motion, scans out of order, or sweeps that are not deskewed";
+    "likely too few scans a second for the motion, scans out of order, or sweeps that are not deskewed (--sweep-s)";
 
 void JudgeRays(Verdict& verdict) {
   const auto& values = verdict.values;
@@ -98,7 +99,8 @@ void JudgeTrack(Verdict& verdict) {
     Warn(verdict, Trust::kDoubtful,
          fmt::format(
              "in {:.0f} % of the steps the laser moved by more than 0.4 m or 0.25 rad from one scan to the next: "
-             "look whether walls are doubled or turned; more scans a second, or deskewed sweeps, would help",
+             "look whether walls are doubled or turned; more scans a second would help, or sweeps that are deskewed "
+             "(--sweep-s)",
              100.0 * far_steps));
   }
 }

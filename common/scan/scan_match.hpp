@@ -8,6 +8,17 @@
 
 namespace crsm {
 
+inline constexpr double kFastest = 20.0;  ///< that any laser moves [m/s] or turns [rad/s]
+
+/// How a laser moves, in its own frame.
+struct Twist {
+  double x_m_s = 0.0;
+  double y_m_s = 0.0;
+  double yaw_rad_s = 0.0;
+
+  friend bool operator==(const Twist&, const Twist&) = default;
+};
+
 enum class MatchState : std::int8_t {
   kFirst = 0,       ///< the map was empty: the pose is the origin of the map frame
   kOk = 1,          ///< matched: the scan goes into the map
@@ -28,6 +39,8 @@ struct ScanMatch {
   std::array<double, 6> covariance{};  ///< xx, xy, x yaw, yy, y yaw, yaw yaw [m^2, m rad, rad^2]; 0 if first or lost
   std::array<double, 2> degenerate_axis{};           ///< unit vector, map frame, where the state is kDegenerate; else 0
   std::optional<Pose2> T_odom_robot = std::nullopt;  ///< by odometry, where there is some and it is to be used
+  Twist twist =
+      {};  ///< by which the scan was deskewed; 0 where nothing is known of it, or all beams are measured at once
 
   friend bool operator==(const ScanMatch&, const ScanMatch&) = default;
 };

@@ -23,10 +23,16 @@ ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters)
     if (!std::isfinite(range_m) || range_m <= 0.0f || range_m < parameters.range_min_m || range_m > max_m) continue;
     rays.angle_rad.push_back(angle_scale * (scan.angle_min_rad + static_cast<float>(beam) * scan.angle_step_rad));
     rays.range_m.push_back(range_m);
+    if (parameters.sweep_s > 0.0) {
+      const double share_left =
+          1.0 - static_cast<double>(beam) / static_cast<double>(std::max<std::size_t>(scan.ranges_m.size(), 2) - 1);
+      rays.time_s.push_back(static_cast<float>(-parameters.sweep_s * share_left));
+    }
   }
   if (scan.angle_step_rad < 0.0f) {
     std::reverse(rays.angle_rad.begin(), rays.angle_rad.end());
     std::reverse(rays.range_m.begin(), rays.range_m.end());
+    std::reverse(rays.time_s.begin(), rays.time_s.end());
   }
   return rays;
 }

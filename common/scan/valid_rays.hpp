@@ -12,6 +12,8 @@ namespace crsm {
 struct ValidRays {
   std::vector<float> angle_rad;  ///< laser frame, counter-clockwise from x
   std::vector<float> range_m;    ///< > 0
+  /// When each was measured, after the scan's utime [s], negative before it; empty: all at once.
+  std::vector<float> time_s = {};
 
   std::size_t size() const { return range_m.size(); }
   friend bool operator==(const ValidRays&, const ValidRays&) = default;
@@ -22,7 +24,7 @@ double LargestUsableRange(const ScanParameters& parameters);
 
 /// Keeps the beams that measured something: finite, at least `range_min_m`, and at most 95 % of the laser's maximum
 /// range (section 4), at their angles times `angle_scale`. Descending scans are turned round. An empty scan gives no
-/// rays.
+/// rays. The last beam of a scan is measured at its utime, the first one `sweep_s` before.
 ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters);
 
 /// Where the rays end. 2 x N, laser frame, metres.

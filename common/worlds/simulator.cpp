@@ -6,19 +6,6 @@
 namespace crsm {
 namespace {
 
-/// The direction of (x, y), which is not the origin: atan2 made of ComputeSinCos, because the C library's own may
-/// differ between CPUs. Each step subtracts the sine of the error, which leaves its cube / 6: six take pi / 2 to
-/// rounding.
-double HeadingOf(double x, double y) {
-  const double length = std::sqrt(x * x + y * y);
-  double yaw_rad = x >= 0.0 ? 0.0 : kPi;
-  for (int i = 0; i < 6; ++i) {
-    const auto [sin, cos] = ComputeSinCos(yaw_rad);
-    yaw_rad += (cos * y - sin * x) / length;
-  }
-  return WrapAngle(yaw_rad);
-}
-
 /// Where somebody who walks to and fro is after `time_s`.
 Point PlaceOf(const Person& person, double time_s) {
   const double dx_m = person.to.x_m - person.from.x_m;
@@ -56,7 +43,7 @@ Simulator::Simulator(const World& world, std::uint64_t seed) : world_(world), ra
     const Point& to = world_.path[i];
     const double dx_m = to.x_m - from.x_m;
     const double dy_m = to.y_m - from.y_m;
-    const double yaw_rad = HeadingOf(dx_m, dy_m);
+    const double yaw_rad = WrapAngle(HeadingOf(dx_m, dy_m, dx_m >= 0.0 ? 0.0 : kPi));
     const double turn_rad = legs_.empty() ? 0.0 : WrapAngle(yaw_rad - legs_.back().T_world_from.yaw_rad);
     AddLeg({from.x_m, from.y_m, WrapAngle(yaw_rad - turn_rad)}, 0.0, turn_rad);
     AddLeg({from.x_m, from.y_m, yaw_rad}, std::sqrt(dx_m * dx_m + dy_m * dy_m), 0.0);
@@ -75,13 +62,10 @@ std::optional<LaserScan> Simulator::Next() {
   if (time_s >= end_s_ + 1.0 / world_.laser.rate_hz) return std::nullopt;
   while (leg_ + 1 < legs_.size() && time_s >= legs_[leg_ + 1].start_s) ++leg_;
 
-  const Leg& leg = legs_[leg_];
-  const double done = std::min((time_s - leg.start_s) / leg.duration_s, 1.0);
-  const Pose2 T_world_laser = leg.T_world_from * Pose2{done * leg.T_from_to.x_m, 0.0, done * leg.T_from_to.yaw_rad};
-  T_start_laser_ = Inverse(legs_.front().T_world_from) * T_world_laser;
+  T_start_laser_ = Inverse(legs_.front().T_world_from) * PoseAt(time_s);
   ++num_scans_;
 
-  LaserScan scan = Scan(T_world_laser, time_s);
+  LaserScan scan = Scan(time_s);
   scan.utime = 1'000'000 + std::llround(time_s * 1e6);
   return scan;
 }
@@ -90,17 +74,32 @@ double Simulator::Progress() const {
   return std::min(static_cast<double>(num_scans_) / world_.laser.rate_hz / end_s_, 1.0);
 }
 
-LaserScan Simulator::Scan(const Pose2& T_world_laser, double time_s) {
+/// T_world_laser on the leg of the next scan, or a little before it; before it starts the laser stands.
+Pose2 Simulator::PoseAt(double time_s) const {
+  std::size_t at = leg_;
+  while (at > 0 && time_s < legs_[at].start_s) --at;
+  const Leg& leg = legs_[at];
+  const double done = std::clamp((time_s - leg.start_s) / leg.duration_s, 0.0, 1.0);
+  return leg.T_world_from * Pose2{done * leg.T_from_to.x_m, 0.0, done * leg.T_from_to.yaw_rad};
+}
+
+LaserScan Simulator::Scan(double time_s) {
   const World::Laser& laser = world_.laser;
   LaserScan scan;
   scan.angle_min_rad = static_cast<float>(-laser.fov_rad / 2.0);
   scan.angle_step_rad = static_cast<float>(laser.fov_rad / laser.beams);
   std::vector<Point> people;
   for (const Person& person : world_.people) people.push_back(PlaceOf(person, time_s));
-  const Point origin{T_world_laser.x_m, T_world_laser.y_m};
-  const double reach_m = laser.range_max_m + Random::kMostSigmas * laser.noise_m + laser.quantum_m;
+  Pose2 T_world_laser = PoseAt(time_s);
+  Point origin{T_world_laser.x_m, T_world_laser.y_m};
+  const double reach_m =
+      laser.range_max_m + Random::kMostSigmas * laser.noise_m + laser.quantum_m + laser.sweep_s * world_.linear_m_s;
   const std::vector<Wall> walls = WallsWithin(reach_m, origin, world_.walls);
   for (int beam = 0; beam < laser.beams; ++beam) {
+    if (laser.sweep_s > 0.0) {
+      T_world_laser = PoseAt(time_s - laser.sweep_s * (laser.beams - 1 - beam) / (laser.beams - 1));
+      origin = {T_world_laser.x_m, T_world_laser.y_m};
+    }
     const double angle_rad = scan.angle_min_rad + beam * static_cast<double>(scan.angle_step_rad);
     const SinCos direction = ComputeSinCos(T_world_laser.yaw_rad + laser.angle_scale * angle_rad);
     double range_m = CastRay(walls, origin, direction);

@@ -14,9 +14,9 @@
 namespace crsm {
 
 /// Drives a laser through a world: it turns on the spot towards the next waypoint and goes straight to it, at the
-/// world's speeds, and takes a scan every 1 / rate seconds, each in an instant. The first scan is at 1 s, the last one
-/// at the end of the path. Ranges have Gaussian noise, then drop-outs and steps if the world says so; 0 is no return.
-/// The same world and seed give the same bytes everywhere.
+/// world's speeds, and takes a scan every 1 / rate seconds, each in an instant, or in a sweep that ends then. The first
+/// scan is at 1 s, the last one at the end of the path. Ranges have Gaussian noise, then drop-outs and steps if the
+/// world says so; 0 is no return. The same world and seed give the same bytes everywhere.
 class Simulator : public LaserSource {
  public:
   Simulator(const World& world, std::uint64_t seed);
@@ -38,7 +38,8 @@ class Simulator : public LaserSource {
   };
 
   void AddLeg(const Pose2& T_world_from, double forward_m, double turn_rad);
-  LaserScan Scan(const Pose2& T_world_laser, double time_s);
+  Pose2 PoseAt(double time_s) const;
+  LaserScan Scan(double time_s);
 
   World world_;
   Random random_;

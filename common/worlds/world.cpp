@@ -65,7 +65,7 @@ const Keys& KnownKeys() {
 /// What may stand after the numbers of a laser, each with one number.
 const std::vector<Field>& LaserOptions() {
   static const std::vector<Field> kOptions = {
-      {"dropout", 0.0, 1.0}, {"quantum_m", 0.0, 1.0}, {"angle_scale", 0.9, 1.1}};
+      {"dropout", 0.0, 1.0}, {"quantum_m", 0.0, 1.0}, {"sweep_s", 0.0, 1.0}, {"angle_scale", 0.9, 1.1}};
   return kOptions;
 }
 
@@ -145,10 +145,14 @@ void TakeLaserOptions(const std::string& place, std::vector<std::string>& words,
     const auto option = std::find_if(LaserOptions().begin(), LaserOptions().end(),
                                      [&](const Field& field) { return name == field.name; });
     if (option == LaserOptions().end()) {
-      throw std::runtime_error(fmt::format(
-          "{}: laser option '{}' is none of dropout, quantum_m, angle_scale, each with a number", place, name));
+      throw std::runtime_error(
+          fmt::format("{}: laser option '{}' is none of dropout, quantum_m, sweep_s, angle_scale, each with a number",
+                      place, name));
     }
-    double& value = name == "dropout" ? laser.dropout : name == "quantum_m" ? laser.quantum_m : laser.angle_scale;
+    double& value = name == "dropout"     ? laser.dropout
+                    : name == "quantum_m" ? laser.quantum_m
+                    : name == "sweep_s"   ? laser.sweep_s
+                                          : laser.angle_scale;
     value = ReadNumber(place, "laser", *option, words.back());
   }
 }
@@ -218,9 +222,15 @@ World ParseWorld(const std::string& text, const std::string& name) {
       if (numbers[1] != std::floor(numbers[1])) {
         throw std::runtime_error(fmt::format("{}: laser beams is {}, must be a whole number", place, numbers[1]));
       }
-      world.laser = {
-          numbers[0] * kPi / 180.0, static_cast<int>(numbers[1]), numbers[2], numbers[3], numbers[4], options.dropout,
-          options.quantum_m,        options.angle_scale};
+      world.laser = {numbers[0] * kPi / 180.0,
+                     static_cast<int>(numbers[1]),
+                     numbers[2],
+                     numbers[3],
+                     numbers[4],
+                     options.dropout,
+                     options.quantum_m,
+                     options.sweep_s,
+                     options.angle_scale};
     } else {
       world.linear_m_s = numbers[0];
       world.angular_rad_s = numbers[1];

@@ -42,6 +42,7 @@ struct World {
     double noise_m = 0.0;      ///< standard deviation of a range
     double dropout = 0.0;      ///< share of the beams that have no return, though there is something
     double quantum_m = 0.0;    ///< ranges are whole multiples of it; 0 for exact ones
+    double sweep_s = 0.0;      ///< from the first beam to the last, which is measured at the scan's time
     double angle_scale = 1.0;  ///< beams look at this share of the angle that the scan says, as a real SICK's do
   };
 
@@ -59,8 +60,8 @@ struct World {
 ///     wall x1_m y1_m x2_m y2_m
 ///     box x_m y_m width_m height_m                       from its lower left corner; four walls
 ///     waypoint x_m y_m                                   two or more: the laser drives from one to the next
-///     laser fov_deg beams range_max_m rate_hz noise_m    once; may end in `dropout SHARE`, `quantum_m STEP`
-///                                                        and `angle_scale SHARE`
+///     laser fov_deg beams range_max_m rate_hz noise_m    once; may end in `dropout SHARE`, `quantum_m STEP`,
+///                                                        `sweep_s TIME` and `angle_scale SHARE`
 ///     speed linear_m_s angular_rad_s                     once
 ///     corner NAME x_m y_m                                where walls meet, seen from both sides: what CMSE looks for
 ///     person x1_m y1_m x2_m y2_m speed_m_s               somebody who walks to and fro

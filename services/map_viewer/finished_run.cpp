@@ -13,6 +13,7 @@
 #include "common/graph/mapper.hpp"
 #include "common/graph/whole_map.hpp"
 #include "common/map/byte_map.hpp"
+#include "common/scan/deskew.hpp"
 #include "services/runtime/command_line.hpp"
 #include "services/sources/earlier_results.hpp"
 #include "services/sources/journal.hpp"
@@ -88,7 +89,7 @@ class Run {
     mapper_->Integrate(scan, match);
     matches_.push_back(match);
     if (!scan) return;
-    last_scan_ = *scan;
+    last_scan_ = Deskew(*scan, match.twist);
     of_last_scan_ = matches_.size() - 1;
   }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "common/scan/deskew.hpp"
 #include "services/runtime/conversions.hpp"
 
 namespace crsm {
@@ -99,7 +100,8 @@ void LiveRobot::ForgetRun() {
 
 void LiveRobot::Show(ScanMatch match) {
   const CriticalRays* scan = scans_.Find(match.utime);
-  scene_.SetRobot({std::move(match), scan ? *scan : CriticalRays()});
+  CriticalRays deskewed = scan ? Deskew(*scan, match.twist) : CriticalRays();
+  scene_.SetRobot({std::move(match), std::move(deskewed)});
 }
 
 void LiveRobot::Hear(const keyframe_t& keyframe) {

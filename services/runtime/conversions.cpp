@@ -33,7 +33,8 @@ ScanMatch FromMessage(const scan_match_t& message) {
           message.best_evaluation,
           std::to_array(message.covariance),
           std::to_array(message.degenerate_axis),
-          message.has_odometry ? std::optional(T_odom_robot) : std::nullopt};
+          message.has_odometry ? std::optional(T_odom_robot) : std::nullopt,
+          {message.twist_x_m_s, message.twist_y_m_s, message.twist_yaw_rad_s}};
 }
 
 scan_match_t ToMessage(const ScanMatch& match) {
@@ -50,6 +51,9 @@ scan_match_t ToMessage(const ScanMatch& match) {
   std::copy(match.covariance.begin(), match.covariance.end(), message.covariance);
   std::copy(match.degenerate_axis.begin(), match.degenerate_axis.end(), message.degenerate_axis);
   message.state = static_cast<std::int8_t>(match.state);
+  message.twist_x_m_s = match.twist.x_m_s;
+  message.twist_y_m_s = match.twist.y_m_s;
+  message.twist_yaw_rad_s = match.twist.yaw_rad_s;
   message.has_odometry = match.T_odom_robot ? 1 : 0;
   const Pose2 T_odom_robot = match.T_odom_robot.value_or(Pose2{});
   message.odometry_x_m = T_odom_robot.x_m;
@@ -75,7 +79,7 @@ pose2_t ToMessage(const Pose2& pose) { return {pose.x_m, pose.y_m, pose.yaw_rad}
 
 CriticalRays FromMessage(const critical_rays_t& message) {
   return {message.utime,
-          {message.angle_rad, message.range_m},
+          {message.angle_rad, message.range_m, message.time_s},
           std::vector<int>(message.critical.begin(), message.critical.end())};
 }
 
@@ -85,6 +89,8 @@ critical_rays_t ToMessage(const CriticalRays& scan) {
   message.num_rays = static_cast<std::int32_t>(scan.rays.size());
   message.angle_rad = scan.rays.angle_rad;
   message.range_m = scan.rays.range_m;
+  message.num_times = static_cast<std::int32_t>(scan.rays.time_s.size());
+  message.time_s = scan.rays.time_s;
   message.num_critical = static_cast<std::int32_t>(scan.critical.size());
   message.critical.assign(scan.critical.begin(), scan.critical.end());
   return message;

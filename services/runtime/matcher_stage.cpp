@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "common/match/sweep.hpp"
+
 namespace crsm {
 namespace {
 
@@ -188,7 +190,7 @@ void MatcherStage::Match(const CriticalRays& scan, const std::optional<Pose2>& T
   const MapReplica& replica = map_.replica();
   TrackingState tracking = replica.tracking();
   if (last_match_ && !WasAnswered(last_match_->utime)) tracking.Add(*last_match_);  // the map is late; this counts
-  last_match_ = matcher_->Match(scan, tracking, T_odom_robot);
+  last_match_ = MatchSweep(*matcher_, scan, tracking, T_odom_robot);
   last_match_->map_version = replica.version();
   T_local_map_ = tracking.T_local_map();
   last_match_time_ = Clock::now();

@@ -16,11 +16,14 @@ namespace {
 constexpr auto kMostBeams = static_cast<std::int32_t>(kMaxBeams);
 constexpr std::int32_t kMostParts = 4096;
 constexpr double kLargestCoordinate_m = 1e6;
+constexpr float kLongestSweep_s = 2.0f;
 constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single precision
 
 bool IsShare(double value) { return value >= 0.0 && value <= 1.0; }  // false for NaN
 
 bool IsAngle(double angle_rad) { return std::abs(angle_rad) <= kFullTurn; }  // false for NaN
+
+bool IsSpeed(double speed) { return std::abs(speed) <= kFastest; }  // false for NaN
 
 bool IsFlag(std::int8_t value) { return value == 0 || value == 1; }
 
@@ -68,7 +71,10 @@ template <>
 bool ValuesInRange(const critical_rays_t& message) {
   const bool in_order = std::adjacent_find(message.critical.begin(), message.critical.end(), std::greater_equal<>()) ==
                         message.critical.end();
-  return message.utime >= 0 && AreRays(message.angle_rad, message.range_m) && in_order &&
+  const auto IsTime = [](float time_s) { return std::abs(time_s) <= kLongestSweep_s; };  // false for NaN
+  const bool times_in_range = (message.num_times == 0 || message.num_times == message.num_rays) &&
+                              std::all_of(message.time_s.begin(), message.time_s.end(), IsTime);
+  return message.utime >= 0 && AreRays(message.angle_rad, message.range_m) && times_in_range && in_order &&
          (message.critical.empty() || (message.critical.front() >= 0 && message.critical.back() < message.num_rays));
 }
 
@@ -84,6 +90,7 @@ bool ValuesInRange(const scan_match_t& message) {
          message.evaluations >= 0 && message.best_evaluation >= 0 && message.num_critical >= 0 &&
          message.num_critical <= kMostBeams && message.map_version >= 0 && covariance_in_range && axis_in_range &&
          message.state >= scan_match_t::FIRST && message.state <= scan_match_t::DEGENERATE &&
+         IsSpeed(message.twist_x_m_s) && IsSpeed(message.twist_y_m_s) && IsSpeed(message.twist_yaw_rad_s) &&
          IsFlag(message.has_odometry) && std::abs(message.odometry_x_m) <= kLargestCoordinate_m &&
          std::abs(message.odometry_y_m) <= kLargestCoordinate_m && IsAngle(message.odometry_yaw_rad);
 }

@@ -51,7 +51,8 @@ constexpr auto FieldsOf<critical_rays_t>() {
   using T = critical_rays_t;
   return std::tuple(&T::utime, &T::num_rays, Array(&T::angle_rad, &T::num_rays, kMaxBeams),
                     Array(&T::range_m, &T::num_rays, kMaxBeams), &T::num_critical,
-                    Array(&T::critical, &T::num_critical, kMaxBeams));
+                    Array(&T::critical, &T::num_critical, kMaxBeams), &T::num_times,
+                    Array(&T::time_s, &T::num_times, kMaxBeams));
 }
 
 template <>
@@ -59,7 +60,8 @@ constexpr auto FieldsOf<scan_match_t>() {
   using T = scan_match_t;
   return std::tuple(&T::utime, &T::x_m, &T::y_m, &T::yaw_rad, &T::fitness, &T::evaluations, &T::best_evaluation,
                     &T::num_critical, &T::map_version, &T::covariance, &T::degenerate_axis, &T::state, &T::has_odometry,
-                    &T::odometry_x_m, &T::odometry_y_m, &T::odometry_yaw_rad);
+                    &T::odometry_x_m, &T::odometry_y_m, &T::odometry_yaw_rad, &T::twist_x_m_s, &T::twist_y_m_s,
+                    &T::twist_yaw_rad_s);
 }
 
 template <>

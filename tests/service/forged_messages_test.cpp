@@ -50,7 +50,7 @@ void ForgeMatches(TestBus& bus) {
 void ForgeRays(TestBus& bus) {
   bus->Subscribe<bot_core::planar_lidar_t>(kLaserChannel, [&](const bot_core::planar_lidar_t& laser) {
     bus->Publish(kCriticalRaysChannel,
-                 critical_rays_t{laser.utime, 3, {-0.5f, 0.0f, 0.5f}, {1.0f, 2.0f, 3.0f}, 3, {0, 1, 2}});
+                 critical_rays_t{laser.utime, 3, {-0.5f, 0.0f, 0.5f}, {1.0f, 2.0f, 3.0f}, 3, {0, 1, 2}, 0, {}});
   });
 }
 

@@ -208,7 +208,7 @@ TEST_CASE("a client that does not read costs no memory, and is told the newest w
   WebSocketClient quick(viewer.port(), kPage, PageFeed::kSubprotocol);
   PageClient of_quick;
   TestBus bus(viewer.url());
-  critical_rays_t scan;
+  critical_rays_t scan{};
   scan.num_rays = 4000;
   scan.num_critical = 0;
   for (int i = 0; i < scan.num_rays; ++i) {

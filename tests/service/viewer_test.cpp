@@ -18,7 +18,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-critical_rays_t ScanOf(std::int64_t utime) { return {utime, 3, {-0.5f, 0.0f, 0.5f}, {1.0f, 2.0f, 3.0f}, 2, {0, 2}}; }
+critical_rays_t ScanOf(std::int64_t utime) {
+  return {utime, 3, {-0.5f, 0.0f, 0.5f}, {1.0f, 2.0f, 3.0f}, 2, {0, 2}, 0, {}};
+}
 
 /// What the owner of the map says that all of it is.
 std::map<TileIndex, TileBytes> AskOwner(const std::string& url) {

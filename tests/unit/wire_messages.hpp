@@ -24,7 +24,9 @@ inline bot_core::pose_t PoseMessage() {
   return {5, {1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}, {0.5, 0.5, 0.5, 0.5}, {7.0, 8.0, 9.0}, {10.0, 11.0, 12.0}};
 }
 
-inline critical_rays_t CriticalRaysMessage() { return {5, 3, {-0.5f, 0.0f, 0.5f}, {1.0f, 2.0f, 3.0f}, 2, {0, 2}}; }
+inline critical_rays_t CriticalRaysMessage() {
+  return {5, 3, {-0.5f, 0.0f, 0.5f}, {1.0f, 2.0f, 3.0f}, 2, {0, 2}, 3, {-0.1f, -0.05f, 0.0f}};
+}
 
 inline scan_match_t ScanMatchMessage() {
   return {5,           1.0,
@@ -34,7 +36,9 @@ inline scan_match_t ScanMatchMessage() {
           12,          {4e-4, 0.0, 0.0, 9e-4, 0.0, 1e-5},
           {0.6, -0.8}, scan_match_t::DEGENERATE,
           1,           3.0,
-          4.0,         -0.5};
+          4.0,         -0.5,
+          1.5,         -0.25,
+          3.0};
 }
 
 inline tracking_state_t TrackingStateMessage() {

@@ -2,8 +2,8 @@
 // count of the beams nranges.
 //
 // The beams have angles of their own, clockwise and uneven. Each goes to the nearest of 1440 beams, 0.25 deg apart and
-// counter-clockwise from -180 deg: its angle is off by 0.125 deg at most. Of two on one beam the nearer counts; beams
-// that nothing falls on are 0 = no return.
+// clockwise from the first one, in the order in which they were measured: its angle is off by 0.125 deg at most. Of two
+// on one beam the nearer counts; beams that nothing falls on are 0 = no return.
 
 #include <algorithm>
 #include <botlab/lidar_nranges_t.hpp>
@@ -36,14 +36,14 @@ template <class Lidar>
 LaserScan ToScan(const Lidar& lidar) {
   constexpr int kGridBeams = 1440;
   constexpr double kStep_rad = 2.0 * kPi / kGridBeams;
-  LaserScan scan{lidar.utime, static_cast<float>(-kPi), static_cast<float>(kStep_rad),
+  const double first_rad = lidar.thetas.front();
+  LaserScan scan{lidar.utime, static_cast<float>(WrapAngle(-first_rad)), static_cast<float>(-kStep_rad),
                  std::vector<float>(kGridBeams, 0.0f)};
   for (std::size_t i = 0; i < lidar.ranges.size(); ++i) {
     const float range_m = lidar.ranges[i];
     if (!(range_m > 0.0f)) continue;
-    const double angle_rad = WrapAngle(-static_cast<double>(lidar.thetas[i]));
-    const auto beam = static_cast<std::size_t>(std::lround((angle_rad + kPi) / kStep_rad)) % kGridBeams;
-    float& nearest_m = scan.ranges_m[beam];
+    const long steps = std::lround((lidar.thetas[i] - first_rad) / kStep_rad) % kGridBeams;
+    float& nearest_m = scan.ranges_m[static_cast<std::size_t>(steps < 0 ? steps + kGridBeams : steps)];
     if (nearest_m == 0.0f || range_m < nearest_m) nearest_m = range_m;
   }
   return scan;

@@ -215,7 +215,8 @@ TEST_CASE("a file may name preset and profile, which come before its other keys;
   CHECK(flags.parameters().match.climb == ClimbMode::kShrinking);
   CHECK(flags.parameters().scan.range_max_m == 7.0);
   const ScratchFile wrong("seed = 3\npreset = \"sikc\"\n");
-  CheckRefused(Program({"--config", wrong.path()}), wrong.path() + ":2: preset: 'sikc' is not one of paper, sick");
+  CheckRefused(Program({"--config", wrong.path()}),
+               wrong.path() + ":2: preset: 'sikc' is not one of paper, rplidar-a1, sick");
   const ScratchFile number("profile = 3\n");
   CheckRefused(Program({"--config", number.path()}), number.path() + ":1: profile: must be a name in quotes");
 }
@@ -254,7 +255,8 @@ TEST_CASE("a flag that is wrong is refused in one line that names it and the men
   CheckRefused(Program({"--cell-size-m"}), "--cell-size-m");
   CheckRefused(Program({"--seed", "-1"}), "--seed: '-1' is not a whole number from 0");
   CheckRefused(Program({"--method", "best"}), "--method: 'best' is not one of all, uniform, density, segments");
-  CheckRefused(Program({"--preset", "pocket"}), "--preset: 'pocket' is not one of paper, sick, urg-04lx, utm-30lx");
+  CheckRefused(Program({"--preset", "pocket"}),
+               "--preset: 'pocket' is not one of paper, rplidar-a1, sick, urg-04lx, utm-30lx");
   CheckRefused(Program({"--profile", "best"}), "--profile: 'best' is not one of default, paper");
   CheckRefused(Program({"--rays-min", "50", "--rays-max", "40"}), "rays_min: 50 is more than rays_max, 40");
 }

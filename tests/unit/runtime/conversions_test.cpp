@@ -35,6 +35,9 @@ TEST_CASE("a match comes over the wire as it was") {
     ScanMatch with_odometry = match;
     with_odometry.T_odom_robot = Pose2{4.4, 5.5, -0.6};
     CHECK(FromMessage(Send(ToMessage(with_odometry))) == with_odometry);
+    ScanMatch of_sweep = match;
+    of_sweep.twist = {0.1, -0.2, 3.0};
+    CHECK(FromMessage(Send(ToMessage(of_sweep))) == of_sweep);
   }
   CHECK(ToMessage(ScanMatch{}).state == scan_match_t::FIRST);
   CHECK(static_cast<std::int8_t>(MatchState::kOk) == scan_match_t::OK);
@@ -62,6 +65,9 @@ TEST_CASE("rays and which of them are critical come over the wire as they were")
   for (const int num_beams : {2, 360, 4096}) {
     const CriticalRays rays = RaysOf(ScanRoom({}, 5, num_beams));
     CHECK(FromMessage(Send(ToMessage(rays))) == rays);
+    CriticalRays sweep = rays;
+    sweep.rays.time_s.assign(rays.rays.size(), -0.125f);
+    CHECK(FromMessage(Send(ToMessage(sweep))) == sweep);
   }
   CHECK(FromMessage(Send(ToMessage(CriticalRays{6, {}, {}}))) == CriticalRays{6, {}, {}});
 }

@@ -112,6 +112,10 @@ TEST_CASE("critical rays are rising indices into rays that are measurements") {
   CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.range_m[1] = 0.0f; }));
   CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.angle_rad[1] = kNanFloat; }));
   CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.angle_rad[1] = 1.0f; }));
+  CHECK(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.num_times = 0, m.time_s.clear(); }));
+  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.num_times = 2, m.time_s.pop_back(); }));
+  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.time_s[1] = kNanFloat; }));
+  CHECK_FALSE(IsDecoded(CriticalRaysMessage(), [](Message& m) { m.time_s[1] = 2.1f; }));
 }
 
 TEST_CASE("a match is a finite pose with a fitness from 0 to 1 and a state that there is") {
@@ -128,6 +132,9 @@ TEST_CASE("a match is a finite pose with a fitness from 0 to 1 and a state that 
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.has_odometry = 2; }));
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.odometry_x_m = kNan; }));
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.odometry_yaw_rad = 1e3; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.twist_x_m_s = kNan; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.twist_y_m_s = -20.1; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.twist_yaw_rad_s = 20.1; }));
 }
 
 TEST_CASE("a match has a finite covariance with variances that are not negative, and a unit vector's axis") {

@@ -56,6 +56,17 @@ TEST_CASE("a scan of 4096 beams has as many rays") {
   CHECK(FindValidRays(scan, kLaser).size() == 4096);
 }
 
+TEST_CASE("the beams of a sweep are measured one after the other, the last one at the utime, whichever are valid") {
+  ScanParameters laser = kLaser;
+  laser.sweep_s = 0.4;
+  LaserScan scan{1, -0.5f, 0.25f, {1.0f, 0.0f, 2.0f, 3.0f, 4.0f}};
+  const ValidRays rays = FindValidRays(scan, laser);
+  CHECK(rays.time_s == std::vector<float>{-0.4f, -0.2f, -0.1f, -0.0f});
+  scan.angle_step_rad = -0.25f;  // clockwise: rays rise, times fall
+  CHECK(FindValidRays(scan, laser).time_s == std::vector<float>{-0.0f, -0.1f, -0.2f, -0.4f});
+  CHECK(FindValidRays(scan, kLaser).time_s.empty());
+}
+
 TEST_CASE("a clockwise scan gives the same rays as its counter-clockwise twin") {
   const LaserScan ascending{1, -0.5f, 0.25f, {1.0f, 2.0f, 0.0f, 3.0f, 4.0f}};
   LaserScan descending{1, 0.5f, -0.25f, ascending.ranges_m};

@@ -40,6 +40,22 @@ TEST_CASE("what is beyond the laser's reach is no return") {
   CHECK(scan->ranges_m[2] == Approx(2.0));
 }
 
+TEST_CASE("in a sweep each beam is measured from where the laser is then, the last one at the time of the scan") {
+  // Up at 0.1 m/s, a scan every 0.1 s; the beams of a sweep are 0.03 s apart: behind, right, ahead, left.
+  Simulator at_once(Room("waypoint 1 1\nwaypoint 1 2\n"), 1);
+  Simulator sweeping(Room("waypoint 1 1\nwaypoint 1 2\n", "laser 360 4 8 10 0 sweep_s 0.09\n"), 1);
+  for (int i = 0; i < 5; ++i) {
+    const auto expected = at_once.Next();
+    const auto scan = sweeping.Next();
+    REQUIRE(scan);
+    CHECK(sweeping.TruePose() == at_once.TruePose());
+    const double moved_m = i == 0 ? 0.0 : 0.1;  // in a second; before the drive it stands
+    CHECK(scan->ranges_m[0] == Approx(expected->ranges_m[0] - moved_m * 0.09).epsilon(1e-6));
+    CHECK(scan->ranges_m[2] == Approx(expected->ranges_m[2] + moved_m * 0.03).epsilon(1e-6));
+    CHECK(scan->ranges_m[3] == Approx(expected->ranges_m[3]).epsilon(1e-6));
+  }
+}
+
 TEST_CASE("with an angle scale, beams look at that share of the angle that the scan says") {
   Simulator simulator(Room("waypoint 1 1\nwaypoint 1 2\n", "laser 360 4 9 10 0 angle_scale 0.95\n"), 1);
   const auto scan = simulator.Next();

@@ -93,7 +93,7 @@ TEST_CASE("an error in a world names the file, the line and what would be right"
       {"laser 180 181 8 10 0 dropout 1.5\n", "w:1: laser dropout is '1.5', must be a number from 0 to 1"},
       {"laser 180 181 8 10 0 quantum_m -1\n", "w:1: laser quantum_m is '-1', must be a number from 0 to 1"},
       {"laser 180 181 8 10 0 drop 0.1\n",
-       "w:1: laser option 'drop' is none of dropout, quantum_m, angle_scale, each with a number"},
+       "w:1: laser option 'drop' is none of dropout, quantum_m, sweep_s, angle_scale, each with a number"},
       {"laser 180 181 8 10 0 dropout\n",
        "w:1: 6 numbers after 'laser', must be 5: laser fov_deg beams range_max_m rate_hz noise_m"},
       {"corner\n", "w:1: a corner needs a name: corner NAME x_m y_m"},
@@ -121,7 +121,7 @@ TEST_CASE("a world is loaded by its name or from its file") {
   CHECK(ErrorOf([&] { LoadWorld(wrong.path()); }).find(wrong.path() + ":1: ") == 0);
   CHECK(LoadWorldText(file.path()) == kRoom);
   CHECK(ErrorOf([] { LoadWorld("no_such"); }) ==
-        "there is no world file no_such and no built-in world of that name; built in are block, corridor, demo, "
+        "there is no world file no_such and no built-in world of that name; built in are arena, block, corridor, demo, "
         "env1, env2, env3, env4, hall, rooms, symmetric, twins, campus[:LENGTH_M[:NUMBER]]");
 }
 

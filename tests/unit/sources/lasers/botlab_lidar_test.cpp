@@ -1,5 +1,6 @@
 #include <botlab/lidar_nranges_t.hpp>
 #include <botlab/lidar_t.hpp>
+#include <cmath>
 #include <limits>
 
 #include "catch.hpp"
@@ -51,33 +52,37 @@ Bytes WithCount(Bytes bytes, std::uint32_t count) {
 
 }  // namespace
 
-TEST_CASE("botlab's clockwise beams go to the nearest beam of a counter-clockwise grid") {
+TEST_CASE("botlab's beams go to the nearest beam of a clockwise grid that begins with the first one") {
   const double step_rad = kPi / 720.0;
-  const auto scan = Read(Encode(BotlabLidar({{0.0, 1.0f},
-                                             {kPi / 2.0, 2.0f},
-                                             {1.5 * kPi, 3.0f},
-                                             {kPi, 4.0f},
-                                             {10.4 * step_rad, 5.0f},
-                                             {2.0 * kPi - 7.6 * step_rad, 6.0f},
-                                             {2.0, 0.0f}})));
-  REQUIRE(scan);
-  CHECK(scan->utime == 5);
-  CHECK(scan->angle_min_rad == static_cast<float>(-kPi));
-  CHECK(scan->angle_step_rad == static_cast<float>(step_rad));
-  std::vector<float> expected(1440, 0.0f);
-  expected[720] = 1.0f;       // ahead
-  expected[360] = 2.0f;       // a quarter turn clockwise: to the right, -90 deg
-  expected[1080] = 3.0f;      // to the left
-  expected[0] = 4.0f;         // behind
-  expected[720 - 10] = 5.0f;  // rounded to the nearest
-  expected[720 + 8] = 6.0f;
-  CHECK(scan->ranges_m == expected);
+  for (const double first_rad : {0.0, 1.0, 6.27}) {
+    CAPTURE(first_rad);
+    const auto Theta = [&](double past_rad) { return std::fmod(first_rad + past_rad, 2.0 * kPi); };
+    const auto scan = Read(Encode(BotlabLidar({{Theta(0.0), 1.0f},
+                                               {Theta(10.4 * step_rad), 5.0f},
+                                               {Theta(kPi / 2.0), 2.0f},
+                                               {Theta(2.0), 0.0f},
+                                               {Theta(kPi), 4.0f},
+                                               {Theta(1.5 * kPi), 3.0f},
+                                               {Theta(2.0 * kPi - 7.6 * step_rad), 6.0f}})));
+    REQUIRE(scan);
+    CHECK(scan->utime == 5);
+    CHECK(scan->angle_min_rad == Approx(WrapAngle(-first_rad)).margin(1e-6));
+    CHECK(scan->angle_step_rad == static_cast<float>(-step_rad));
+    std::vector<float> expected(1440, 0.0f);
+    expected[0] = 1.0f;
+    expected[10] = 5.0f;  // rounded to the nearest
+    expected[360] = 2.0f;
+    expected[720] = 4.0f;
+    expected[1080] = 3.0f;
+    expected[1440 - 8] = 6.0f;
+    CHECK(scan->ranges_m == expected);
+  }
 }
 
 TEST_CASE("of two botlab beams on one grid beam the nearer counts") {
   const auto scan = Read(Encode(BotlabLidar({{0.0, 3.0f}, {0.001, 2.0f}, {0.0011, 2.5f}, {0.0012, 0.0f}})));
   REQUIRE(scan);
-  CHECK(scan->ranges_m[720] == 2.0f);
+  CHECK(scan->ranges_m[0] == 2.0f);
 }
 
 TEST_CASE("both spellings of botlab's lidar type are read") {
