@@ -4,6 +4,8 @@ import crsm.scan_match_t;
 
 /** Where the laser stood when it took a scan, and how good that is. */
 final class ScanMatch {
+  private static final double FASTEST = 20;  // [m/s], [rad/s]
+
   long utime;
   double x_m;
   double y_m;
@@ -13,6 +15,7 @@ final class ScanMatch {
   final double[] covariance = new double[6];  // of x, y, yaw: xx, xy, x yaw, yy, y yaw, yaw yaw [m2, m rad, rad2]
   final double[] degenerate_axis = new double[2];  // unit vector x, y, map frame
   byte state;
+  final double[] twist = new double[3];  // x, y, yaw: how the laser moved, in its own frame [m/s, m/s, rad/s]
 
   static ScanMatch decode(byte[] message) throws MessageReader.Malformed {
     MessageReader reader = new MessageReader(message, scan_match_t.LCM_FINGERPRINT);
@@ -45,6 +48,7 @@ final class ScanMatch {
     reader.readCoordinateM();
     reader.readCoordinateM();
     reader.readAngleRad();
+    for (int i = 0; i < 3; ++i) match.twist[i] = reader.readDouble(-FASTEST, FASTEST);
     return match;
   }
 

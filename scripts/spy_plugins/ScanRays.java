@@ -6,12 +6,14 @@ import crsm.critical_rays_t;
 final class ScanRays {
   static final int MOST_RAYS = 4096;
   private static final double LONGEST_RANGE_M = 1000;
+  private static final double LONGEST_SWEEP_S = 2;
   private static final double TWO_TURNS_RAD = 4 * Math.PI + 2e-3;
 
   long utime;
   float[] angle_rad;  // laser frame
   float[] range_m;
   boolean[] is_critical;
+  float[] time_s;  // after utime
 
   /** The fields in the order of crsm_critical_rays_t.lcm. */
   static ScanRays decode(byte[] message) throws MessageReader.Malformed {
@@ -30,6 +32,10 @@ final class ScanRays {
       MessageReader.require(ray >= 0 && ray < num_rays, "a critical ray is none of the rays");
       scan.is_critical[ray] = true;
     }
+    int num_times = reader.readInt(0, num_rays);
+    MessageReader.require(num_times == 0 || num_times == num_rays, "some rays have times, and others none");
+    scan.time_s = new float[num_rays];
+    for (int i = 0; i < num_times; ++i) scan.time_s[i] = reader.readFloat(-LONGEST_SWEEP_S, LONGEST_SWEEP_S);
     reader.end();
     return scan;
   }

@@ -69,6 +69,8 @@ final class Tests {
     match.state = scan_match_t.DEGENERATE;
     match.has_odometry = 1;
     match.odometry_x_m = 1;
+    match.twist_x_m_s = 0.5;
+    match.twist_yaw_rad_s = -3;
     return match;
   }
 
@@ -115,6 +117,9 @@ final class Tests {
     }
     scan.num_critical = 2;
     scan.critical = new short[] {1, (short) (num_rays - 1)};
+    scan.num_times = num_rays;
+    scan.time_s = new float[num_rays];
+    for (int i = 0; i < num_rays; ++i) scan.time_s[i] = -0.1f + 0.1f * i / num_rays;
     return scan;
   }
 }

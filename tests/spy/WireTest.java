@@ -63,6 +63,7 @@ final class WireTest {
     check(Arrays.equals(read.covariance, written.covariance), "covariance");
     check(Arrays.equals(read.degenerate_axis, written.degenerate_axis), "axis");
     checkEqual(read.state, scan_match_t.DEGENERATE, "state");
+    check(Arrays.equals(read.twist, new double[] {0.5, 0, -3}), "twist");
   }
 
   private static void readRays() throws Exception {
@@ -71,6 +72,7 @@ final class WireTest {
     checkEqual(read.utime, 5L, "utime");
     check(Arrays.equals(read.angle_rad, written.angle_rad), "angles");
     check(Arrays.equals(read.range_m, written.range_m), "ranges");
+    check(Arrays.equals(read.time_s, written.time_s), "times");
     for (int i = 0; i < written.num_rays; ++i) {
       checkEqual(read.is_critical[i], i == 1 || i == written.num_rays - 1, "ray " + i);
     }
@@ -140,6 +142,12 @@ final class WireTest {
     critical_rays_t scan = rays(9, new Random(1));
     scan.critical[0] = 9;
     check(isRefused(ScanRays::decode, encode(scan)), "the tenth ray of nine");
+    scan = rays(9, new Random(1));
+    scan.num_times = 8;
+    check(isRefused(ScanRays::decode, encode(scan)), "times of eight rays of nine");
+    scan_match_t fast = match(1, 0, 0);
+    fast.twist_yaw_rad_s = 21;
+    check(isRefused(ScanMatch::decode, encode(fast)), "a turn of 21 rad/s");
     for (double cell_size_m : new double[] {0, -1, Double.NaN, 1e-9, 11}) {
       map_delta_t page = page(RECIPIENT, new map_tile_t[0], new scan_match_t[0]);
       page.cell_size_m = cell_size_m;
