@@ -203,7 +203,8 @@ TEST_CASE("run_stack refuses what it does not know, in one line") {
   CheckRefused("sim:demo", "--out is missing: the folder for the results");
   CheckRefused("--out $out", "SOURCE is required; --help lists the flags");
   CheckRefused("sim:demo --out", "--out: 1 required TEXT missing; --help lists the flags");
-  CheckRefused("sim:demo --out $out --preset sikc", "--preset: 'sikc' is not one of paper, rplidar-a1, sick, urg-04lx, utm-30lx");
+  CheckRefused("sim:demo --out $out --preset sikc",
+               "--preset: 'sikc' is not one of paper, rplidar-a1, sick, urg-04lx, utm-30lx");
   CheckRefused("sim:demo --out $out --rate 0", "--rate: '0' is neither max nor a number above 0");
   CheckRefused("live --out $out --rate 1", "--rate: is of a log; what is live comes at its own pace, on LASER");
   CheckRefused("sim:demo --out $out --start 1,2,3",
