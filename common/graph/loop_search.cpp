@@ -196,11 +196,11 @@ std::optional<LoopFinding> SearchUnknown(const KeyframeGraph& graph, const Candi
   if (!finder.HasEnough()) return std::nullopt;
 
   std::optional<LoopFinding> best;
-  double best_score = known_score;
   double rival = 0.0;
   for (const auto& [middle, way_m] : candidates.unknown) {
     const Drift drift = drift_model.Over(way_m);
-    const double least_score = std::max(kLeastScoreOfPlace, kRivalShare * best_score);
+    const double least_score =
+        std::max(kLeastScoreOfPlace, kRivalShare * std::max(known_score, best ? best->score : 0.0));
     const Place place = finder.Find(finder.MakePyramid(middle, drift.reach_m), middle, drift, least_score);
     if (place.score == 0.0) continue;
     rival = std::max(rival, place.rival);
@@ -210,7 +210,6 @@ std::optional<LoopFinding> SearchUnknown(const KeyframeGraph& graph, const Candi
       rival = std::max(rival, std::min(place.score, best->score));
     }
     if (!best || place.score > best->score) best = finding;
-    best_score = std::max(best_score, place.score);
   }
   if (!best || rival > kRivalShare * best->score) return std::nullopt;
   return best;
@@ -232,7 +231,7 @@ std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_m
   const int newest = graph.size() - 1;
   double known_score = 0.0;
   if (!thoroughly) {
-    const auto likely = SearchUnknown(graph, FindCandidates(graph, newest, local_map_m, kUsual), kUsual, known_score);
+    const auto likely = SearchUnknown(graph, FindCandidates(graph, newest, local_map_m, kUsual), kUsual, 0.0);
     if (!likely) return std::nullopt;
     known_score = likely->score;
   }

@@ -93,14 +93,16 @@ ScanMatch MatchSweep(const Matcher& matcher, const CriticalRays& scan, const Tra
     const bool other_lost = other.state == MatchState::kLost;
     return one_lost == other_lost ? one.fitness > other.fitness : other_lost;
   };
-  ScanMatch best = sweep.MatchFrom(PredictTwist(tracking));
+  const Twist predicted = PredictTwist(tracking);
+  ScanMatch best = sweep.MatchFrom(predicted);
   if (tracking.recent().empty() || tracking.num_lost() >= kPatience) return best;
   for (const double steps : {0.0, 1.0, -1.0, 2.0, -2.0}) {
     const double turn_rad = steps * kStep_rad;
     if (IsGood(best)) break;
     if (std::abs(turn_rad) > kFastestTurn_rad_s * sweep.sweep_s()) continue;
-    const double yaw_rad_s = turn_rad == 0.0 ? 0.0 : turn_rad / sweep.sweep_s();
-    const ScanMatch other = sweep.MatchFrom({0.0, 0.0, yaw_rad_s});
+    const Twist twist{0.0, 0.0, turn_rad == 0.0 ? 0.0 : turn_rad / sweep.sweep_s()};
+    if (twist == predicted) continue;
+    const ScanMatch other = sweep.MatchFrom(twist);
     if (IsBetter(other, best)) best = other;
   }
   return best;

@@ -62,13 +62,13 @@ final class RobotPainter {
     ScanRays rays = robot.rays();
     if (rays == null) return;
     g.setStroke(new BasicStroke(1));
+    double sin = Math.sin(match.yaw_rad);
+    double cos = Math.cos(match.yaw_rad);
     for (int i = 0; i < rays.range_m.length; ++i) {
       // From where the laser stood when it measured the ray.
       double time_s = rays.time_s[i];
       double forward_m = match.twist[0] * time_s;
       double left_m = match.twist[1] * time_s;
-      double sin = Math.sin(match.yaw_rad);
-      double cos = Math.cos(match.yaw_rad);
       double angle_rad = match.yaw_rad + match.twist[2] * time_s + rays.angle_rad[i];
       double x_m = match.x_m + cos * forward_m - sin * left_m + rays.range_m[i] * Math.cos(angle_rad);
       double y_m = match.y_m + sin * forward_m + cos * left_m + rays.range_m[i] * Math.sin(angle_rad);

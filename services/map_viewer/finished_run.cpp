@@ -58,7 +58,7 @@ class Run {
 
   /// The scan that was read last; one that was not drawn is not in the journal.
   void ShowRobot(Scene& scene) const {
-    scene.SetRobot({matches_.back(), of_last_scan_ + 1 == matches_.size() ? last_scan_ : CriticalRays()});
+    scene.SetRobot({matches_.back(), of_last_scan_ + 1 == matches_.size() ? LastScan() : CriticalRays()});
   }
 
   /// All that is known of the map and the path.
@@ -74,7 +74,7 @@ class Run {
     for (const ScanMatch& match : matches_) {
       scene.AddSample({match.utime, static_cast<float>(match.fitness), match.state});
     }
-    if (last_scan_.rays.size() > 0) scene.SetRobot({BestMatch(of_last_scan_), last_scan_});
+    if (last_scan_.rays.size() > 0) scene.SetRobot({BestMatch(of_last_scan_), LastScan()});
     const KeyframeGraph graph = mapper_->MakeBestGraph();
     std::vector<SceneLoop> loops;
     for (const Loop& loop : graph.loops()) loops.push_back({PoseOf(loop.older), PoseOf(loop.newer)});
@@ -89,11 +89,13 @@ class Run {
     mapper_->Integrate(scan, match);
     matches_.push_back(match);
     if (!scan) return;
-    last_scan_ = Deskew(*scan, match.twist);
+    last_scan_ = *scan;
     of_last_scan_ = matches_.size() - 1;
   }
 
   const Pose2& PoseOf(int keyframe) const { return mapper_->best_poses()[static_cast<std::size_t>(keyframe)]; }
+
+  CriticalRays LastScan() const { return Deskew(last_scan_, matches_[of_last_scan_].twist); }
 
   ScanMatch BestMatch(std::size_t scan) const {
     ScanMatch match = matches_[scan];

@@ -11,7 +11,7 @@
 namespace crsm {
 namespace {
 
-/// How a drive was mapped whose laser sweeps while the robot turns by 3 rad/s, and the sum of what it turned itself.
+/// How a drive was mapped whose laser sweeps while the robot turns by 3 rad/s, and how fast its matches say it turned.
 struct Mapped {
   double worst_m = 0.0;
   double worst_rad = 0.0;
@@ -38,7 +38,7 @@ Mapped MapArena(double sweep_s) {
   return mapped;
 }
 
-/// Says what it is asked, and fits where the laser turned by 1 rad/s.
+/// Always says that the laser turned by 1 rad/s, and fits best what was deskewed by that.
 class AskedMatcher : public Matcher {
  public:
   bool Apply(std::span<const TileChange>) override { return true; }
