@@ -13,6 +13,7 @@
 #include "common/graph/mapper.hpp"
 #include "common/graph/whole_map.hpp"
 #include "common/map/byte_map.hpp"
+#include "common/map/read_map.hpp"
 #include "common/scan/deskew.hpp"
 #include "services/runtime/command_line.hpp"
 #include "services/sources/earlier_results.hpp"
@@ -38,15 +39,15 @@ class Run {
     const std::filesystem::path folder = FindJournal(results).parent_path();
     const auto head = ReadHead(folder);
     if (!head) throw std::runtime_error(fmt::format("{}: its journal has no scans", results));
-    if (head->subject.finished_map) {
-      throw std::runtime_error(
-          fmt::format("{}: its scans were localised on the map of another run; show that", results));
-    }
     epoch_ = head->epoch;
     const Parameters parameters = ReadParameters(folder);
     drawing_ = parameters.update;
     mapper_.emplace(parameters.update, parameters.loops);
-    ReadJournal(folder, {false, ListMapParameters(parameters)}, OnDamage::kRefuse,
+    if (head->subject.finished_map) {
+      finished_map_ = ReadByteMap(results);
+      mapper_->Finish();
+    }
+    ReadJournal(folder, {head->subject.finished_map, ListMapParameters(parameters)}, OnDamage::kRefuse,
                 {[&](const CriticalRays* scan, const ScanMatch& match) {
                    Add(scan, match);
                    after_scan(*this);
@@ -74,7 +75,11 @@ class Run {
     for (const ScanMatch& match : matches_) {
       scene.AddSample({match.utime, static_cast<float>(match.fitness), match.state});
     }
-    if (last_scan_.rays.size() > 0) scene.SetRobot({BestMatch(of_last_scan_), LastScan()});
+    if (last_scan_.rays.size() > 0) {
+      scene.SetRobot({BestMatch(of_last_scan_), LastScan()});
+    } else if (!matches_.empty()) {
+      ShowRobot(scene);
+    }
     const KeyframeGraph graph = mapper_->MakeBestGraph();
     std::vector<SceneLoop> loops;
     for (const Loop& loop : graph.loops()) loops.push_back({PoseOf(loop.older), PoseOf(loop.newer)});
@@ -105,8 +110,12 @@ class Run {
 
   void ShowMap(SceneMap& shown) const {
     constexpr int kAll = 1 << 30;
-    WholeMap whole(drawing_);
     const MapUpdater& local = mapper_->local();
+    if (finished_map_) {
+      shown.Replace(*finished_map_, local.version());
+      return shown.SetVersion(epoch_, local.version());
+    }
+    WholeMap whole(drawing_);
     if (mapper_->closes_loops()) whole.Draw(mapper_->graph(), mapper_->best_poses(), local.version(), kAll);
     const MapUpdater& drawn = mapper_->closes_loops() ? whole.map() : local;
     ByteMap map(drawn.geometry().cell_size_m());
@@ -120,6 +129,7 @@ class Run {
   std::int64_t epoch_ = 0;
   UpdateParameters drawing_;
   std::optional<Mapper> mapper_;
+  std::optional<ByteMap> finished_map_;  ///< of another run, on which this one was localised
   std::vector<ScanMatch> matches_;
   CriticalRays last_scan_;  ///< that was drawn
   std::size_t of_last_scan_ = 0;

@@ -69,7 +69,7 @@ void LiveRobot::Add(const ScanMatch& match) {
 
 void LiveRobot::Hear(const scan_match_t& message) {
   last_match_ = FromMessage(message);
-  if (last_match_->state == MatchState::kFirst) ForgetRun();
+  if (last_match_->map_version == 0) ForgetRun();
   scene_.AddSample({last_match_->utime, static_cast<float>(last_match_->fitness), last_match_->state});
   service_.counters().Add("handled");
   if (!T_best_local_) Show(*last_match_);
@@ -88,7 +88,8 @@ void LiveRobot::Hear(const bot_core::pose_t& message) {
   Show(std::move(match));
 }
 
-/// Another map begins: what is known of scans by their utimes may be of another log.
+/// Another run begins, on a map of its own or on a finished one: what is known of scans by their utimes may be of
+/// another log.
 void LiveRobot::ForgetRun() {
   local_poses_ = {};
   last_known_.reset();

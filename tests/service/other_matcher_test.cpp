@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "catch.hpp"
+#include "common/map/read_map.hpp"
 #include "common/metrics/trajectory.hpp"
-#include "common/results/read_results.hpp"
 #include "common/results/results.hpp"
 #include "common/slam.hpp"
 #include "common/worlds/simulator.hpp"

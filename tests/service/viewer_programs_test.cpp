@@ -1,8 +1,11 @@
 // map_viewer as it is started: by run_stack, for a finished run, for several robots, and wrongly.
 
 #include <algorithm>
+#include <cmath>
+#include <filesystem>
 
 #include "catch.hpp"
+#include "common/metrics/trajectory.hpp"
 #include "viewer_page.hpp"
 
 using namespace crsm;
@@ -31,6 +34,40 @@ TEST_CASE("run_stack --view says where the map is, and its folder is shown witho
   }
   CHECK(area_m2 == Approx(summary["explored_area_m2"].get<double>()).epsilon(1e-3));  // printed with three digits
   CHECK(viewer.process().Interrupt() == 0);
+}
+
+TEST_CASE("a run on a finished map is shown on that map, with its own path alone", "[viewer]") {
+  const TemporaryFolder folder;
+  const auto Map = [&](const std::string& out, std::vector<std::string> flags) {
+    flags.insert(flags.begin(), {"sim:demo", "--out", folder / out});
+    Process slam("slam_offline", flags, folder / "log");
+    REQUIRE(slam.AwaitExit() == 0);
+  };
+  Map("map", {});
+  Map("today", {"--seed", "2", "--localize", folder / "map"});
+  std::filesystem::rename(folder / "map", folder / "elsewhere");  // it is not needed any more
+
+  Viewer viewer({folder / "today", folder / "elsewhere"}, folder);
+  REQUIRE(viewer.AwaitReady());
+  Page today(viewer.port(), "robot=0");
+  Page earlier(viewer.port(), "robot=1");
+  for (Page* page : {&today, &earlier}) {
+    REQUIRE(page->Await([&] { return (*page)->complete && (*page)->num_robots > 0 && !(*page)->info.is_null(); }));
+  }
+  CHECK(today->ExploredTiles() == earlier->ExploredTiles());
+  const auto summary = nlohmann::json::parse(ReadFile(folder / "today/summary.json"));
+  CHECK(today->info["scans"] == summary["scans"]);
+  CHECK(today->info["lost"] == summary["lost"]);
+  const Trajectory path = ReadTrajectory(folder / "today/trajectory.tum");
+  CHECK(today->robot_utime == path.back().utime);
+  CHECK(today->robot_x_m == Approx(path.back().T_map_laser.x_m).margin(1e-6));  // as the file is rounded
+  REQUIRE(today->path.size() > 100);
+  for (const auto& [x_m, y_m, state] : today->path) {
+    const auto IsThere = [x = x_m, y = y_m](const StampedPose& pose) {
+      return std::hypot(pose.T_map_laser.x_m - x, pose.T_map_laser.y_m - y) < 1e-5;
+    };
+    if (!std::any_of(path.begin(), path.end(), IsThere)) FAIL("(" << x_m << ", " << y_m << ") is not of this run");
+  }
 }
 
 TEST_CASE("several robots are shown side by side, each with its own scans", "[viewer]") {

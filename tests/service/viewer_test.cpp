@@ -47,6 +47,26 @@ std::map<TileIndex, TileBytes> AskOwner(const std::string& url) {
   return tiles;
 }
 
+/// Answers as the owner of a map without tiles, which knows these matches by now.
+void AnswerAsOwner(TestBus& bus, const std::int64_t& epoch, const std::vector<scan_match_t>& known) {
+  bus->Subscribe<map_request_t>(kMapRequestChannel, [&](const map_request_t& request) {
+    const bool goes_on = request.epoch == epoch;
+    map_delta_t answer{};
+    answer.epoch = epoch;
+    answer.version = std::ssize(known);
+    answer.base_version = goes_on ? request.base_version : 0;
+    answer.cell_size_m = 0.05;
+    answer.num_parts = 1;
+    answer.recipient = request.requester;
+    answer.asked_utime = -1;
+    answer.next_tile = -1;
+    answer.matches.assign(known.begin() + (goes_on ? request.first_match : 0), known.end());
+    answer.num_matches = static_cast<std::int32_t>(answer.matches.size());
+    answer.next_match = static_cast<std::int32_t>(known.size());
+    bus->Publish(kWholeMapChannel, answer);
+  });
+}
+
 }  // namespace
 
 TEST_CASE("the page of a viewer has the owner's map, the robot's scans, its path, the services and their counters",
@@ -182,25 +202,12 @@ TEST_CASE("the robot stays on the map that is shown, whichever of the two maps a
   Page page(viewer.port());
   TestBus bus(url);
   std::vector<scan_match_t> put_right;  // as the owner of the map knows by now
-  bus->Subscribe<map_request_t>(kMapRequestChannel, [&](const map_request_t& request) {
-    map_delta_t answer{};
-    answer.epoch = 99;
-    answer.version = std::ssize(put_right);
-    answer.base_version = request.epoch == 99 ? request.base_version : 0;
-    answer.cell_size_m = 0.05;
-    answer.num_parts = 1;
-    answer.recipient = request.requester;
-    answer.asked_utime = -1;
-    answer.next_tile = -1;
-    const auto first = request.epoch == 99 ? request.first_match : 0;
-    answer.matches.assign(put_right.begin() + first, put_right.end());
-    answer.num_matches = static_cast<std::int32_t>(answer.matches.size());
-    answer.next_match = static_cast<std::int32_t>(put_right.size());
-    bus->Publish(kWholeMapChannel, answer);
-  });
+  std::int64_t epoch = 99;
+  AnswerAsOwner(bus, epoch, put_right);
   const auto Say = [&](std::int64_t utime, double matched_x_m, double local_x_m) {
     scan_match_t match = MatchOf(utime);
     match.x_m = matched_x_m;
+    match.map_version = utime;
     bus->Publish(kScanMatchChannel, match);
     bus->Publish(kLocalPoseChannel, ToPoseMessage(utime, {local_x_m, 0.0, 0.0}));
   };
@@ -222,6 +229,49 @@ TEST_CASE("the robot stays on the map that is shown, whichever of the two maps a
   CHECK(Shows(2, 16.0));  // the map that scans are matched to does not know yet
   Say(3, 17.0, 12.0);
   CHECK(Shows(3, 17.0));  // now it does
+}
+
+TEST_CASE("what a run leaves, its loops and its path, is not shown of the next one, on a finished map say",
+          "[viewer]") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Viewer viewer({"--lcm-url", url}, folder);
+  REQUIRE(viewer.AwaitReady());
+  Page page(viewer.port());
+  TestBus bus(url);
+  std::vector<scan_match_t> known{MatchOf(1), MatchOf(2)};
+  known[1].x_m = 3.0;
+  std::int64_t epoch = 7;
+  AnswerAsOwner(bus, epoch, known);
+  keyframe_t keyframe{};
+  keyframe.epoch = epoch;
+  keyframe.as_of = keyframe.last_update = -1;
+  pose_graph_t loop{};
+  loop.utime = keyframe.utime = 1;
+  loop.epoch = epoch;
+  loop.keyframe = 1;
+  loop.previous = loop.ties_wrong_from = -1;
+  loop.changed = 1;
+  loop.num_parts = loop.num_closed = 1;
+  loop.closed = {{0, 1, {}}};
+  const auto Shows = [&](std::size_t num_loops, std::size_t num_points) {
+    return page.Await([&] {
+      bus->Wait(1);
+      return page->info.contains("loops") && page->info["loops"].size() == num_loops && page->path.size() == num_points;
+    });
+  };
+  for (const scan_match_t& match : known) {
+    keyframe.utime = match.utime;
+    bus->Publish(kKeyframeChannel, keyframe);
+    ++keyframe.keyframe;
+  }
+  bus->Publish(kPoseGraphChannel, loop);
+  REQUIRE(Shows(1, 2));
+
+  known = {MatchOf(1)};  // of another log, which has the same utimes
+  epoch = 8;
+  bus->Publish(kScanMatchChannel, known[0]);
+  CHECK(Shows(0, 1));
 }
 
 TEST_CASE("what is no message is dropped and counted, and the viewer goes on", "[viewer]") {
