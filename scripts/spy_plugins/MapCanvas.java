@@ -19,7 +19,7 @@ final class MapCanvas extends JPanel {
   private static final double ZOOM_STEP = 1.2;
   private static final int STRIP_PIXELS = 75;  // above and below a map that fits: for the text
 
-  private final RobotFollower follower;
+  final RobotFollower follower;
   private final Set<Layer> layers;
   private final Viewport view = new Viewport();
   private Aim aim = Aim.FIT;

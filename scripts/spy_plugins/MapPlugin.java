@@ -40,7 +40,8 @@ public class MapPlugin implements SpyPlugin {
     try {
       RobotFollower follower = new RobotFollower(findUrl(System.getProperty("sun.java.command", "")), prefix);
       SwingUtilities.getWindowAncestor(desktop).setSize(new Dimension(1000, 800));
-      PluginWindow.open(desktop, "Map view", new MapView(follower), follower::close);
+      String title = prefix.isEmpty() ? "Map view" : "Map view of " + prefix;
+      PluginWindow.open(desktop, title, new MapView(follower), follower::close);
     } catch (IOException unreachable) {
       JOptionPane.showMessageDialog(desktop, "The bus cannot be reached: " + unreachable.getMessage());
     }

@@ -63,17 +63,17 @@ public class SpyScreenshot {
     return good;
   }
 
-  private static void doubleClick(JTable table, int row) {
+  static void doubleClick(JTable table, int row) {
     Rectangle box = table.getCellRect(row, 0, false);
     table.dispatchEvent(new MouseEvent(table, MouseEvent.MOUSE_CLICKED, System.currentTimeMillis(), 0, box.x + 5,
                                        box.y + 5, 2, false, MouseEvent.BUTTON1));
   }
 
-  private static Object cell(JTable table, int row, String column) {
+  static Object cell(JTable table, int row, String column) {
     return table.getValueAt(row, table.getColumnModel().getColumnIndex(column));
   }
 
-  private static JTable findTable(Container container) {
+  static JTable findTable(Container container) {
     for (Component component : container.getComponents()) {
       if (component instanceof JTable) return (JTable) component;
       JTable table = component instanceof Container ? findTable((Container) component) : null;

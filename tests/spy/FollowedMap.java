@@ -32,7 +32,8 @@ final class FollowedMap extends RobotFollower {
     BufferedReader input = new BufferedReader(new InputStreamReader(System.in));
     for (String line = input.readLine(); line != null; line = input.readLine()) {
       String[] words = line.split(" ", 2);
-      System.out.println(words[0].equals("settle") ? followed.settle() : followed.compare(Path.of(words[1])));
+      Robot robot = followed.robot;
+      System.out.println(words[0].equals("settle") ? settle(robot) : compare(robot, Path.of(words[1])));
     }
     followed.close();
   }
@@ -48,7 +49,7 @@ final class FollowedMap extends RobotFollower {
   }
 
   /** Epoch and version of a map that is whole, and was asked for again and again since it changed; bad messages. */
-  private String settle() throws InterruptedException {
+  static String settle(Robot robot) throws InterruptedException {
     String last = "";
     long pages_then = 0;
     while (true) {
@@ -63,7 +64,7 @@ final class FollowedMap extends RobotFollower {
     }
   }
 
-  private String compare(Path folder) throws IOException {
+  static String compare(Robot robot, Path folder) throws IOException {
     BufferedImage expected = ImageIO.read(folder.resolve("map.png").toFile());
     String yaml = Files.readString(folder.resolve("map.yaml"));
     double cell_size_m = Double.parseDouble(yaml.split("resolution: ")[1].split("\n")[0]);
@@ -87,7 +88,7 @@ final class FollowedMap extends RobotFollower {
         if ((held.getRGB(x, y) & 0xffffff) != MapPainter.COLOUR[byte_of_map]) ++num_other;
       }
     }
-    return num_other + " of " + num_explored + " " + comparePath(folder);
+    return num_other + " of " + num_explored + " " + comparePath(robot, folder);
   }
 
   private static int at(BufferedImage map, int x, int y) {
@@ -96,7 +97,7 @@ final class FollowedMap extends RobotFollower {
   }
 
   /** By how much the path is longer than that of trajectory.tum [m]. */
-  private double comparePath(Path folder) throws IOException {
+  private static double comparePath(Robot robot, Path folder) throws IOException {
     RobotPath expected = new RobotPath();
     for (String line : Files.readAllLines(folder.resolve("trajectory.tum"))) {
       if (line.startsWith("#")) continue;

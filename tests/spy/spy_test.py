@@ -42,12 +42,15 @@ class Java:
         return done.stdout
 
 
-class FollowedMap:
-    """A replica as the view has it, on a bus."""
+class Answerer:
+    """A program of ours in Java that answers lines, on a bus."""
 
-    def __init__(self, java, url):
-        self.popen = subprocess.Popen([*java.command, "crsm.spy.FollowedMap", str(LOSS)], stdin=subprocess.PIPE,
-                                      stdout=subprocess.PIPE, text=True, env={**os.environ, "LCM_DEFAULT_URL": url})
+    def __init__(self, java, url, name, *arguments, display=None):
+        screen = {} if display is None else {"DISPLAY": display}
+        command = [word for word in java.command if display is None or "headless" not in word]
+        self.popen = subprocess.Popen([*command, f"crsm.spy.{name}", *arguments], stdin=subprocess.PIPE,
+                                      stdout=subprocess.PIPE, text=True,
+                                      env={**os.environ, **screen, "LCM_DEFAULT_URL": url})
 
     def ask(self, line):
         self.popen.stdin.write(line + "\n")
@@ -56,12 +59,12 @@ class FollowedMap:
         patience.start()
         answer = self.popen.stdout.readline().split()
         patience.cancel()
-        check(answer, f"the replica did not answer '{line}' within 60 s")
+        check(answer, f"nothing was answered to '{line}' within 60 s")
         return answer
 
     def end(self):
         self.popen.stdin.close()
-        check(self.popen.wait(30) == 0, "the replica did not end well")
+        check(self.popen.wait(30) == 0, "it did not end well")
 
 
 def start(source, out, url, flags, sign):
@@ -89,7 +92,7 @@ def drive(out, url, world, rate, flags, kill=False):
 def test_replica(case, java):
     """Through loops, the death of the map's owner, and a second run on the same bus with another map."""
     url = bus_url()
-    followed = FollowedMap(java, url)
+    followed = Answerer(java, url, "FollowedMap", str(LOSS))
     epochs = set()
     for world, rate, flags, kill in [("sim:block", 8, ["--preset", "sick"], False), ("sim:corridor", 10, [], True)]:
         out = case.folder(world.replace(":", "_"))
@@ -153,6 +156,31 @@ def test_views(case, java):
     stack.interrupt()
 
 
+def test_robots(case, java):
+    """Two robots on one bus: a double-click on a channel of each opens the view of that one."""
+    url = bus_url()
+    worlds = {"robot1/": "sim:demo", "robot2/": "sim:corridor"}
+    stacks = {}
+    with screen() as display:
+        spy = Answerer(java, url, "OpenedViews", display=display)
+        for prefix, world in worlds.items():
+            out = case.folder(prefix.strip("/"))
+            stacks[prefix] = out, drive(out, url, world, 20, ["--channel-prefix", prefix])
+            title = " ".join(spy.ask(f"open {prefix}MAP_DELTA"))
+            check(title == f"Map view of {prefix}", f"the view of {prefix} is called '{title}'")
+        for prefix in worlds:
+            spy.ask(f"settle {prefix}MAP_DELTA")
+        for prefix, (out, stack) in stacks.items():
+            check(stack.interrupt() == 0, f"run_stack failed: {stack.errors()[-500:]}")
+            num_other, _, num_explored, longer_m = spy.ask(f"compare {prefix}MAP_DELTA {out}")
+            case.say(f"{prefix}: {num_other} of {num_explored} explored cells differ from map.png, the path by "
+                     f"{float(longer_m):.4f} m")
+            check(int(num_explored) > 10000, "the map is too small to tell")
+            check(num_other == "0", f"{num_other} cells are not those of map.png: {out / 'held.png'}")
+            check(abs(float(longer_m)) < 0.01, f"the path differs by {longer_m} m")  # trajectory.tum is rounded
+        spy.end()
+
+
 def test(case):
     missing = [name for name in ("java", "javac", "jar", "lcm-gen", "Xvfb") if not shutil.which(name)]
     missing += [str(library) for library in LIBRARIES if not library.exists()]
@@ -163,6 +191,7 @@ def test(case):
     case.say(f"{sentences.count('ok')} tests of what is read, held and painted")
     test_replica(case, java)
     test_views(case, java)
+    test_robots(case, java)
 
 
 run(test)
