@@ -337,14 +337,26 @@ def test_live(stack):
         browser.driver.quit()
 
 
+def install_packages(here):
+    """The clients that package-lock.json names. None where npm is not here, or does not reach its registry."""
+    packages = BIN.parent / "view_packages"
+    packages.mkdir(exist_ok=True)
+    for name in ("package.json", "package-lock.json"):
+        shutil.copy(here / name, packages)
+    if not shutil.which("npm"):
+        return None
+    done = subprocess.run(["npm", "ci", "--prefer-offline", "--ignore-scripts", "--no-audit", "--no-fund"],
+                          cwd=packages, capture_output=True, text=True, check=False)
+    if "EUSAGE" in done.stderr or "EINTEGRITY" in done.stderr:  # the lockfile is wrong, and no registry is to blame
+        raise AssertionError(done.stderr)
+    return packages if done.returncode == 0 else None
+
+
 def test_foxglove(out, http):
     """By programs that others wrote, where npm brings them."""
     here = pathlib.Path(__file__).parent
-    packages = BIN.parent / "view_packages"
-    packages.mkdir(exist_ok=True)
-    shutil.copy(here / "package.json", packages)
-    install = ["npm", "install", "--ignore-scripts", "--no-audit", "--no-fund", "--no-package-lock"]
-    if not shutil.which("npm") or subprocess.run(install, cwd=packages, capture_output=True, check=False).returncode:
+    packages = install_packages(here)
+    if not packages:
         print("  skipped: npm is not here, or does not reach its registry: no client of Foxglove's own")
         return
     mcap = out / "run.mcap"
