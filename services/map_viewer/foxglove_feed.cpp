@@ -24,6 +24,14 @@ std::optional<std::uint32_t> ReadId(const json& value) {
   return value.get<std::uint32_t>();
 }
 
+/// What a client says; what is nested deeper than anything in the protocol is left out: whoever copies it would go as
+/// deep into the stack.
+json Parse(std::string_view text) {
+  constexpr int kDeepest = 8;
+  return json::parse(
+      text, [](int depth, json::parse_event_t, json&) { return depth <= kDeepest; }, false);
+}
+
 /// An empty list where there is none.
 json ListIn(const json& message, const char* key) {
   const auto found = message.find(key);
@@ -96,7 +104,7 @@ std::optional<Feed::Message> FoxgloveFeed::TellNext() {
 
 bool FoxgloveFeed::Hear(std::string_view text, bool is_text) {
   if (!is_text) return false;  // nobody was asked to publish
-  const json message = json::parse(text, nullptr, false);
+  const json message = Parse(text);
   if (!message.is_object()) return false;
   const json op = message.value("op", json());
   if (op == "subscribe") {
@@ -105,8 +113,9 @@ bool FoxgloveFeed::Hear(std::string_view text, bool is_text) {
       const auto id = ReadId(wanted.value("id", json()));
       const auto channel = ReadId(wanted.value("channelId", json()));
       if (!id || !channel || *channel >= channels_.size()) return false;
-      std::erase_if(subscriptions_, [&](const Subscription& known) { return known.id == *id; });
-      if (subscriptions_.size() == kMostSubscriptions) return false;
+      // One of each channel: a client that asks for it a thousand times is not told it as often.
+      std::erase_if(subscriptions_,
+                    [&](const Subscription& known) { return known.id == *id || known.channel == *channel; });
       subscriptions_.push_back({*id, *channel});
     }
   } else if (op == "unsubscribe") {

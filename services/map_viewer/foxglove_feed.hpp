@@ -16,7 +16,6 @@ class FoxgloveFeed : public Feed {
  public:
   /// The protocol's two names, the newer first.
   static constexpr const char* kSubprotocols[]{"foxglove.sdk.v1", "foxglove.websocket.v1"};
-  static constexpr std::size_t kMostSubscriptions = 4096;
 
   explicit FoxgloveFeed(std::vector<FoxgloveScene> scenes) : scenes_(std::move(scenes)) {}
 
@@ -42,9 +41,9 @@ class FoxgloveFeed : public Feed {
   bool IsDue(const Subscription& subscription, Clock::time_point now) const;
 
   std::vector<FoxgloveScene> scenes_;
-  std::vector<Channel> channels_;  ///< that were advertised; their ids are their indices
-  std::vector<Subscription> subscriptions_;
-  std::size_t turn_ = 0;  ///< whose it is to be told, if it is due
+  std::vector<Channel> channels_;            ///< that were advertised; their ids are their indices
+  std::vector<Subscription> subscriptions_;  ///< at most one of a channel
+  std::size_t turn_ = 0;                     ///< whose it is to be told, if it is due
   bool greeted_ = false;
   bool has_more_ = false;
 };

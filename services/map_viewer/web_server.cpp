@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/generic/stream_protocol.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -23,7 +24,7 @@ namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
 using Protocol = asio::generic::stream_protocol;
-using Stream = beast::basic_stream<Protocol>;
+using Stream = beast::basic_stream<Protocol, asio::any_io_executor, beast::simple_rate_policy>;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kLeastPause = std::chrono::milliseconds(16);  // between two messages: no screen shows more
@@ -72,6 +73,8 @@ class Client : public std::enable_shared_from_this<Client> {
   void Start() {
     parser_.header_limit(WebServer::kMostHeaderBytes);
     parser_.body_limit(0);
+    // Fragments without a byte make up no message that could be counted, nor one that is too large.
+    stream().rate_policy().read_limit(WebServer::kMostBytesPerSecond);
     stream().expires_after(WebServer::kRequestPatience);
     http::async_read_header(stream(), buffer_, parser_,
                             [self = shared_from_this()](beast::error_code error, std::size_t) { self->Begin(error); });
@@ -96,10 +99,7 @@ class Client : public std::enable_shared_from_this<Client> {
     });
   }
 
-  void Close() {
-    beast::error_code ignored;
-    stream().socket().close(ignored);
-  }
+  void Close() { stream().close(); }
 
  private:
   Stream& stream() { return websocket_.next_layer(); }

@@ -45,8 +45,9 @@ class WebServer {
  public:
   static constexpr std::size_t kMostConnections = 64;
   static constexpr std::size_t kMostHeaderBytes = 8192;
-  static constexpr std::size_t kMostMessageBytes = 65536;  ///< from a client
-  static constexpr int kMostMessagesPerSecond = 200;       ///< from a client
+  static constexpr std::size_t kMostMessageBytes = 65536;     ///< from a client
+  static constexpr int kMostMessagesPerSecond = 200;          ///< from a client
+  static constexpr std::size_t kMostBytesPerSecond = 131072;  ///< that are read of a client: more has to wait
   static constexpr auto kRequestPatience = std::chrono::seconds(5);
   static constexpr auto kSilencePatience = std::chrono::seconds(10);  ///< with a client that answers no ping
 

@@ -202,6 +202,17 @@ TEST_CASE("a client that breaks the rules of WebSocket, or talks to who does not
   CHECK(viewer.IsWell());
 }
 
+TEST_CASE("who floods with fragments that hold nothing is read no faster than others may send", "[viewer]") {
+  AloneViewer viewer;
+  WebSocketClient client(viewer.port(), kPage, PageFeed::kSubprotocol);
+  client.SendFrame(0x02, "");  // of a message that never ends
+  std::string fragments;
+  while (fragments.size() < 60000) fragments += std::string("\x00\x80mask", 6);
+  constexpr std::size_t kMost = 100'000'000;  // many times what the kernel holds for a connection
+  CHECK(client.tcp().Flood(fragments, kMost) < kMost);
+  CHECK(viewer.IsWell());
+}
+
 TEST_CASE("a client that does not read costs no memory, and is told the newest when it reads again", "[viewer]") {
   AloneViewer viewer;
   WebSocketClient slow(viewer.port(), kPage, PageFeed::kSubprotocol);
@@ -222,6 +233,7 @@ TEST_CASE("a client that does not read costs no memory, and is told the newest w
       match.state = MatchState::kOk;
       bus->Publish(kCriticalRaysChannel, scan);
       bus->Publish(kScanMatchChannel, ToMessage(match));
+      if (scan.utime % 50 == 0) slow.SendFrame(0x8a, "");  // a pong: who is silent for long is gone
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }
   };

@@ -39,6 +39,18 @@ bool TcpClient::Send(const std::string& bytes) {
   return send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(bytes.size());
 }
 
+std::size_t TcpClient::Flood(const std::string& bytes, std::size_t most) {
+  std::size_t num_taken = 0;
+  pollfd room{socket_, POLLOUT, 0};
+  while (num_taken < most && poll(&room, 1, 500) == 1) {
+    const std::size_t at = num_taken % bytes.size();
+    const ssize_t count = send(socket_, bytes.data() + at, bytes.size() - at, MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (count <= 0) break;
+    num_taken += static_cast<std::size_t>(count);
+  }
+  return num_taken;
+}
+
 std::string TcpClient::Receive() {
   std::array<char, 65536> bytes;
   if (!AwaitReadable(socket_, kPatience)) return {};

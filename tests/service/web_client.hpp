@@ -18,6 +18,9 @@ class TcpClient {
 
   /// Whether the other end took it.
   bool Send(const std::string& bytes);
+  /// Sends them again and again until the other end takes no more for half a second, or has taken `most`. How many it
+  /// has taken, or the kernel for it.
+  std::size_t Flood(const std::string& bytes, std::size_t most);
   /// What has come, waiting for at least one byte; empty where the other end closes, or nothing comes within kPatience.
   std::string Receive();
   /// All until the other end closes.

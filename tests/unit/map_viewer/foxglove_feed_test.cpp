@@ -1,6 +1,9 @@
 #include "services/map_viewer/foxglove_feed.hpp"
 
+#include <pthread.h>
+
 #include <cstring>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -67,6 +70,20 @@ struct Client {
   int num_told = 0;
   std::uint64_t time_ns = 0;
 };
+
+void RunWithStack(std::size_t num_bytes, std::function<void()> run) {
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  REQUIRE(pthread_attr_setstacksize(&attributes, num_bytes) == 0);
+  pthread_t thread;
+  const auto Run = [](void* function) -> void* {
+    (*static_cast<std::function<void()>*>(function))();
+    return nullptr;
+  };
+  REQUIRE(pthread_create(&thread, &attributes, Run, &run) == 0);
+  pthread_join(thread, nullptr);
+  pthread_attr_destroy(&attributes);
+}
 
 }  // namespace
 
@@ -177,12 +194,30 @@ TEST_CASE("what Foxglove does not say is not believed") {
     INFO(text);
     CHECK(feed.Hear(text, true));
   }
-  bool taken = true;
-  for (std::size_t id = 0; id <= FoxgloveFeed::kMostSubscriptions; ++id) {
-    const json message{{"op", "subscribe"}, {"subscriptions", {{{"id", id}, {"channelId", 0}}}}};
-    taken = feed.Hear(message.dump(), true);
-    CHECK(taken == (id < FoxgloveFeed::kMostSubscriptions));
-  }
+}
+
+TEST_CASE("a topic that is subscribed to a thousand times is told once, by the last subscription") {
+  Scene scene("");
+  FoxgloveFeed feed({FoxgloveScene(scene, "")});
+  Client client(feed);
+  for (std::uint32_t id = 0; id < 1000; ++id) CHECK(client.Subscribe("/pose", id));
+  scene.SetRobot(RobotAt(2.0));
+  client.TakeAll();
+  CHECK(client.num_told == 1);
+  CHECK(client.told.count(999) == 1);
+}
+
+TEST_CASE("what a client nests ten thousand times deep is heard with a stack of 128 KB") {
+  Scene scene("");
+  FoxgloveFeed feed({FoxgloveScene(scene, "")});
+  const std::string deep = std::string(10000, '[') + std::string(10000, ']');
+  const std::vector<std::string> texts{deep, R"({"op":)" + deep + "}",
+                                       R"({"op":"subscribe","subscriptions":[)" + deep + "]}",
+                                       R"({"op":"unsubscribe","subscriptionIds":)" + deep + "}"};
+  const auto Hear = [&] {
+    for (const std::string& text : texts) feed.Hear(text, true);
+  };
+  RunWithStack(std::size_t{128} * 1024, Hear);
 }
 
 TEST_CASE("the layout shows what Foxglove hides") {
