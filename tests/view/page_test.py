@@ -85,6 +85,42 @@ import('/main.js').then(({robots}) => {
 });
 """
 
+# Of the places of the path that are in view, how many there are, and how many have its colour: from nearby and from
+# afar, without what is drawn over it.
+PATH_SEEN = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => {
+  const {model, view} = robots[0];
+  const [robot, loops] = [model.robot, model.info.loops];
+  model.robot = null;
+  model.info.loops = [];
+  const wanted = [1, 3, 5].map((at) => parseInt(view.colours.path.slice(at, at + 2), 16));
+  const count = () => {
+    view.stale = true;
+    view.draw(performance.now());
+    const context = view.canvas.getContext('2d');
+    const seen = [0, 0];
+    for (const {x_m, y_m, state} of model.path) {
+      const x = view.canvas.width / 2 + (x_m - view.camera.x_m) * view.camera.px * view.ratio;
+      const y = view.canvas.height / 2 - (y_m - view.camera.y_m) * view.camera.px * view.ratio;
+      if (state === 'LOST' || x < 0 || y < 0 || x >= view.canvas.width || y >= view.canvas.height) continue;
+      const {data} = context.getImageData(x, y, 1, 1);
+      seen[0] += 1;
+      seen[1] += wanted.every((value, i) => Math.abs(value - data[i]) < 80);
+    }
+    return seen;
+  };
+  view.fit();
+  const afar = count();
+  view.camera.px *= 8;
+  const nearby = count();
+  model.robot = robot;
+  model.info.loops = loops;
+  view.fit();
+  callback({afar, nearby, num: model.path.length});
+});
+"""
+
 
 def check(holds, what):
     if not holds:
@@ -367,6 +403,15 @@ def test_foxglove(out, http):
     check(seen.returncode == 0, f"Foxglove's client and MCAP's reader see the same map: {seen.stdout}{seen.stderr}")
 
 
+def test_path(browser):
+    seen = browser.run(PATH_SEEN)
+    for where in ("afar", "nearby"):
+        num, num_drawn = seen[where]
+        check(num > 100 and num_drawn > 0.95 * num,  # the marker of the start covers some
+              f"of {num} places of the path that are seen from {where}, {num_drawn} are drawn")
+    check(seen["afar"][0] == seen["num"] > seen["nearby"][0], "and from afar that is all of it")
+
+
 def test_finished(out):
     http = f"127.0.0.1:{free_port(socket.SOCK_STREAM)}"
     results = out / "finished"
@@ -380,6 +425,7 @@ def test_finished(out):
         browser.driver.get(f"http://{http}/")
         await_that(lambda: browser.state()["version"] > 0, "is shown without a bus")
         compare_with_picture(browser, results / "map.png")
+        test_path(browser)
         test_foxglove(results, http)
     finally:
         browser.driver.quit()

@@ -27,20 +27,38 @@ export function drawGrid(context, {x0, y0, x1, y1}, pixel, colours) {
   }
 }
 
+const isBeside = (from, to, {x0, y0, x1, y1}) =>
+  Math.max(from.x_m, to.x_m) < x0 || Math.min(from.x_m, to.x_m) > x1 ||
+  Math.max(from.y_m, to.y_m) < y0 || Math.min(from.y_m, to.y_m) > y1;
+
+// The line through points, no finer than a pixel, and only where it is in the window: most of a frame would be spent on
+// the rest of a long path.
+function traceLine(context, lists, window_m, pixel) {
+  let last = null;
+  let is_at_last = false;
+  for (const points of lists) {
+    for (const point of points) {
+      if (point.state === "LOST") continue;
+      const step_m = last ? Math.hypot(point.x_m - last.x_m, point.y_m - last.y_m) : Infinity;
+      if (step_m < pixel) continue;
+      const is_drawn = step_m <= LONGEST_STEP_M && !isBeside(last, point, window_m);
+      if (is_drawn && !is_at_last) context.moveTo(last.x_m, last.y_m);
+      if (is_drawn) context.lineTo(point.x_m, point.y_m);
+      is_at_last = is_drawn;
+      last = point;
+    }
+  }
+}
+
 // tail: where the robot was seen behind the end of the path.
-export function drawPath(context, points, tail, pixel, colours) {
+export function drawPath(context, points, tail, window_m, pixel, colours) {
   if (points.length === 0) return;
   context.strokeStyle = colours.path;
   context.lineWidth = 2 * pixel;
   context.lineJoin = "round";
   context.globalAlpha = 0.85;
   context.beginPath();
-  let last = null;
-  for (const point of [...points.filter(({state}) => state !== "LOST"), ...tail]) {
-    const jumps = !last || Math.hypot(point.x_m - last.x_m, point.y_m - last.y_m) > LONGEST_STEP_M;
-    jumps ? context.moveTo(point.x_m, point.y_m) : context.lineTo(point.x_m, point.y_m);
-    last = point;
-  }
+  traceLine(context, [points, tail], window_m, pixel);
   context.stroke();
   context.globalAlpha = 1;
   context.fillStyle = colours.bad;

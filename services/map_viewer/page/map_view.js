@@ -228,7 +228,7 @@ export class MapView extends EventTarget {
                       y0: camera.y_m - half.y, y1: camera.y_m + half.y};
     drawGrid(context, window_m, pixel, colours);
     this.drawMap(context, window_m);
-    drawPath(context, model.path, model.tail, pixel, colours);
+    drawPath(context, model.path, model.tail, window_m, pixel, colours);
     drawLoops(context, model.info.loops, loop_age_s, pixel, colours);
     if (model.robot) {
       if (this.shows_rays) drawScan(context, model.robot, model.map, pixel, colours);
