@@ -347,7 +347,7 @@ def test_asks_nobody_else(stack, browser):
 def test_live(stack):
     stack.start_all()
     url = f"http://{stack.http}/"
-    stack.start("laser_publisher", "sim:block", "--rate", "12")
+    stack.start("laser_publisher", "sim:block", "--rate", "6")
     browser = Browser(url)
     try:
         browser.driver.execute_script("localStorage.setItem('theme', 'dark')")
