@@ -69,7 +69,7 @@ Slam::Outcome Slam::Conclude(std::span<ScanMatch> matches) {
   for (int i = 0; i < graph.size(); ++i) {
     scans.push_back({&graph.keyframe(i).rays, mapper_.best_poses()[static_cast<std::size_t>(i)]});
   }
-  return {DrawScans(drawing_, scans), mapper_.MakeBestGraph()};
+  return {DrawScans(drawing_, scans), mapper_.MakeBestGraph(), mapper_.PlaceLoops()};
 }
 
 }  // namespace crsm

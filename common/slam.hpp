@@ -65,6 +65,7 @@ class Slam {
   struct Outcome {
     ByteMap map;  ///< all that was seen
     KeyframeGraph graph;
+    std::vector<PlacedLoop> loops;
   };
   /// matches: of all scans, in their order; each is moved to where it belongs.
   Outcome Conclude(std::span<ScanMatch> matches);

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <numeric>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "common/graph/loop_search.hpp"
@@ -70,8 +71,9 @@ bool Mapper::Offer(const GraphUpdate& update) {
   if (update.previous != last_update_ || !graph_.Fits(update)) return false;
   last_update_ = update.keyframe;
   ++num_updates_;
-  num_loops_ += std::ssize(update.closed) - std::ssize(update.taken_out);
-  num_loops_taken_out_ += std::ssize(update.taken_out);
+  loops_closed_.insert(loops_closed_.end(), update.closed.begin(), update.closed.end());
+  for (const Loop& loop : update.taken_out) std::erase(loops_closed_, loop);
+  loops_taken_out_.insert(loops_taken_out_.end(), update.taken_out.begin(), update.taken_out.end());
   graph_.PutRight(update, best_poses_);
   pending_.push_back(update);
   return true;
@@ -100,6 +102,18 @@ Pose2 Mapper::BestPose(std::int64_t scan, const Pose2& T_map_laser) const {
   if (after == anchors_.begin()) return T_map_laser;  // no keyframe came before it
   const Anchor& anchor = *std::prev(after);
   return best_poses_[static_cast<std::size_t>(anchor.keyframe)] * (Inverse(anchor.T_map_keyframe) * T_map_laser);
+}
+
+std::vector<PlacedLoop> Mapper::PlaceLoops() const {
+  std::vector<PlacedLoop> placed;
+  for (const std::vector<Loop>* loops : {&loops_closed_, &loops_taken_out_}) {
+    const std::size_t num = std::min(loops->size(), kMostPlacedLoops / 2);
+    for (const Loop& loop : std::span(*loops).last(num)) {
+      placed.push_back({best_poses_[static_cast<std::size_t>(loop.older)],
+                        best_poses_[static_cast<std::size_t>(loop.newer)], loops == &loops_taken_out_});
+    }
+  }
+  return placed;
 }
 
 void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/graph/keyframe_graph.hpp"
+#include "common/graph/placed_loop.hpp"
 #include "common/map/map_updater.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
@@ -39,8 +40,8 @@ class Mapper {
   int last_update() const { return last_update_; }
   std::int64_t num_updates() const { return num_updates_; }
   /// In them all: loops that hold, and loops that others contradicted.
-  std::int64_t num_loops() const { return num_loops_; }
-  std::int64_t num_loops_taken_out() const { return num_loops_taken_out_; }
+  std::int64_t num_loops() const { return std::ssize(loops_closed_); }
+  std::int64_t num_loops_taken_out() const { return std::ssize(loops_taken_out_); }
 
   /// The map is finished: it is all that was seen, and stays as it is. Returns what that changes.
   std::vector<TileChange> Finish();
@@ -61,6 +62,8 @@ class Mapper {
   /// T_map_laser of a scan by all that is known. scan: 0 for the first that was integrated. T_map_laser: where it was
   /// matched.
   Pose2 BestPose(std::int64_t scan, const Pose2& T_map_laser) const;
+  /// The newest loops by all that is known, those that hold first.
+  std::vector<PlacedLoop> PlaceLoops() const;
 
  private:
   /// The keyframe that scans hang on, from one of them on, and where it stood when they were matched.
@@ -85,8 +88,8 @@ class Mapper {
   int applied_update_ = -1;          ///< keyframe of the last one that has
   int last_update_ = -1;
   std::int64_t num_updates_ = 0;
-  std::int64_t num_loops_ = 0;
-  std::int64_t num_loops_taken_out_ = 0;
+  std::vector<Loop> loops_closed_;  ///< by them all
+  std::vector<Loop> loops_taken_out_;
   std::vector<Pose2> best_poses_;
   std::vector<int> drawn_;    ///< keyframes in the local map
   double looked_at_m_ = 0.0;  ///< where on the path it was last looked which belong there

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "common/map/map_geometry.hpp"
-#include "common/scan/valid_rays.hpp"
+#include "common/scan/deskew.hpp"
 
 namespace crsm {
 
@@ -20,6 +20,7 @@ constexpr int kMaxSide = 4000;       // pixels: larger maps are shrunk to this
 constexpr int kMaxEnlargement = 16;  // pixels a cell: a map of few cells stays small
 constexpr int kStripHeight = 44;     // pixels, of the caption below a picture of kWantedSide or less
 constexpr int kMinWidth = 640;       // pixels: that caption's text fits
+constexpr int kMinWidthLoops = 900;  // ... with what it says of loops
 constexpr int kSubpixelBits = 4;     // OpenCV draws to 1/16 of a pixel
 
 // Blue, green, red.
@@ -28,6 +29,8 @@ const cv::Scalar kStartColour(50, 160, 30);
 const cv::Scalar kEndColour(40, 30, 220);
 const cv::Scalar kLostColour(0, 130, 255);
 const cv::Scalar kHitColour(200, 30, 200);
+const cv::Scalar kLoopColour(170, 170, 0);
+const cv::Scalar kTakenOutColour(20, 70, 130);
 const cv::Scalar kInk(40, 40, 40);
 const cv::Scalar kPaper(255, 255, 255);
 
@@ -57,7 +60,7 @@ double ComputePixelsPerCell(const DenseGrid& grid) {
 /// The overview while it is drawn.
 class Canvas {
  public:
-  explicit Canvas(const DenseGrid& grid)
+  Canvas(const DenseGrid& grid, int min_width)
       : geometry_(grid.cell_size_m),
         pixels_per_cell_(ComputePixelsPerCell(grid)),
         left_cells_(grid.origin_x_cells),
@@ -69,7 +72,7 @@ class Canvas {
     cv::resize(ToPicture(grid), map, {ToPixels(grid.width_cells), ToPixels(grid.height_cells)}, 0.0, 0.0,
                pixels_per_cell_ < 1.0 ? cv::INTER_AREA : cv::INTER_NEAREST);
     enlargement_ = std::max(1.0, static_cast<double>(std::max(map.cols, map.rows)) / kWantedSide);
-    image_ = cv::Mat(map.rows + Enlarge(kStripHeight), std::max(map.cols, Enlarge(kMinWidth)), CV_8UC3, kPaper);
+    image_ = cv::Mat(map.rows + Enlarge(kStripHeight), std::max(map.cols, Enlarge(min_width)), CV_8UC3, kPaper);
     map_ = image_(cv::Rect(0, 0, map.cols, map.rows));
     cv::cvtColor(map, map_, cv::COLOR_GRAY2BGR);
   }
@@ -79,10 +82,14 @@ class Canvas {
   /// Draws the path on to its next point, if that is elsewhere in the picture: a robot that stands costs nothing.
   void GoTo(const cv::Point2d& point_m) {
     const cv::Point point = ToSubpixels(point_m);
-    if (path_end_ && *path_end_ != point) {
-      cv::line(map_, *path_end_, point, kPathColour, Enlarge(2), cv::LINE_AA, kSubpixelBits);
-    }
+    if (path_end_ && *path_end_ != point) DrawLine(*path_end_, point, kPathColour);
     path_end_ = point;
+  }
+
+  /// A line between two discs: a short one shows too.
+  void DrawTie(const cv::Point2d& from_m, const cv::Point2d& to_m, const cv::Scalar& colour) {
+    DrawLine(ToSubpixels(from_m), ToSubpixels(to_m), colour);
+    for (const cv::Point2d& end_m : {from_m, to_m}) DrawDisc(end_m, 5.0, colour);
   }
 
   /// radius_pixels: in a picture of kWantedSide.
@@ -121,6 +128,10 @@ class Canvas {
  private:
   static constexpr int kMargin = 14;  // pixels, in the strip
 
+  void DrawLine(const cv::Point& from, const cv::Point& to, const cv::Scalar& colour) {
+    cv::line(map_, from, to, colour, Enlarge(2), cv::LINE_AA, kSubpixelBits);
+  }
+
   /// Lines and letters of a large picture are as large in it as those of a smaller one: both are seen on one screen.
   int Enlarge(int pixels) const { return static_cast<int>(std::lround(pixels * enlargement_)); }
 
@@ -144,12 +155,53 @@ class Canvas {
   std::optional<cv::Point> path_end_;  // in subpixels
 };
 
+cv::Point2d PointOf(const Pose2& pose) { return {pose.x_m, pose.y_m}; }
+
+/// What is drawn over the path, or said of it.
+struct Path {
+  std::int64_t num_scans = 0;
+  std::int64_t num_lost = 0;
+  std::optional<cv::Point2d> start_m;
+  cv::Point2d end_m;
+  std::optional<ScanMatch> last;  ///< the match of the last scan
+};
+
+Path DrawPath(const Results& results, Canvas& canvas) {
+  Path path{results.num_left_out, results.num_lost_left_out, std::nullopt, {}, std::nullopt};
+  results.matches.ForEach([&](const ScanMatch& match) {
+    ++path.num_scans;
+    if (match.utime == results.last_scan.utime) path.last = match;
+    if (match.state == MatchState::kLost) {
+      ++path.num_lost;
+      return;
+    }
+    path.end_m = PointOf(match.T_map_laser);
+    if (!path.start_m) path.start_m = path.end_m;
+    canvas.GoTo(path.end_m);
+  });
+  return path;
+}
+
 void DrawScan(const ValidRays& rays, const Pose2& T_map_laser, Canvas& canvas) {
   const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
   for (const auto& hit_m : hits_m.colwise()) {
-    const Pose2 T_map_hit = T_map_laser * Pose2{hit_m.x(), hit_m.y(), 0.0};
-    canvas.DrawDisc({T_map_hit.x_m, T_map_hit.y_m}, 2.0, kHitColour);
+    canvas.DrawDisc(PointOf(T_map_laser * Pose2{hit_m.x(), hit_m.y(), 0.0}), 2.0, kHitColour);
   }
+}
+
+void AddCaptions(const Results& results, const Path& path, Canvas& canvas) {
+  canvas.DrawScaleBar();
+  canvas.AddCaption(fmt::format("{} scans, {} lost", path.num_scans, path.num_lost), kInk);
+  canvas.AddCaption("path", kPathColour);
+  canvas.AddCaption("start", kStartColour);
+  canvas.AddCaption("end", kEndColour);
+  canvas.AddCaption("lost", kLostColour);
+  canvas.AddCaption("last scan", kHitColour);
+  const auto num_taken_out = std::ranges::count(results.loops, true, &PlacedLoop::taken_out);
+  if (!results.loops.empty()) {
+    canvas.AddCaption(fmt::format("{} loops closed", std::ssize(results.loops) - num_taken_out), kLoopColour);
+  }
+  if (num_taken_out > 0) canvas.AddCaption(fmt::format("{} taken out", num_taken_out), kTakenOutColour);
 }
 
 }  // namespace
@@ -157,41 +209,22 @@ void DrawScan(const ValidRays& rays, const Pose2& T_map_laser, Canvas& canvas) {
 std::string EncodeMap(const DenseGrid& grid) { return EncodePng(ToPicture(grid)); }
 
 std::string EncodeOverview(const Results& results) {
-  Canvas canvas(results.grid);
-  std::int64_t num_scans = results.num_left_out;
-  std::int64_t num_lost = results.num_lost_left_out;
-  std::optional<cv::Point2d> start_m;
-  cv::Point2d end_m;
-  std::optional<Pose2> last_pose;
-  const auto PointOf = [](const ScanMatch& match) { return cv::Point2d(match.T_map_laser.x_m, match.T_map_laser.y_m); };
-  results.matches.ForEach([&](const ScanMatch& match) {
-    ++num_scans;
-    if (match.utime == results.last_scan.utime) last_pose = match.T_map_laser;
-    if (match.state == MatchState::kLost) {
-      ++num_lost;
-      return;
-    }
-    end_m = PointOf(match);
-    if (!start_m) start_m = end_m;
-    canvas.GoTo(end_m);
-  });
-  const auto DrawIfLost = [&](const ScanMatch& match) {
-    if (match.state == MatchState::kLost) canvas.DrawDisc(PointOf(match), 3.0, kLostColour);
-  };
-  if (num_lost > 0) results.matches.ForEach(DrawIfLost);  // over the whole path
-  if (last_pose) DrawScan(results.last_scan.rays, *last_pose, canvas);
-  if (start_m) {
-    canvas.DrawDisc(*start_m, 7.0, kStartColour);
-    canvas.DrawDisc(end_m, 7.0, kEndColour);
+  Canvas canvas(results.grid, results.loops.empty() ? kMinWidth : kMinWidthLoops);
+  const Path path = DrawPath(results, canvas);
+  for (const PlacedLoop& loop : results.loops) {
+    canvas.DrawTie(PointOf(loop.T_map_older), PointOf(loop.T_map_newer),
+                   loop.taken_out ? kTakenOutColour : kLoopColour);
   }
-
-  canvas.DrawScaleBar();
-  canvas.AddCaption(fmt::format("{} scans, {} lost", num_scans, num_lost), kInk);
-  canvas.AddCaption("path", kPathColour);
-  canvas.AddCaption("start", kStartColour);
-  canvas.AddCaption("end", kEndColour);
-  canvas.AddCaption("lost", kLostColour);
-  canvas.AddCaption("last scan", kHitColour);
+  const auto DrawIfLost = [&](const ScanMatch& match) {
+    if (match.state == MatchState::kLost) canvas.DrawDisc(PointOf(match.T_map_laser), 3.0, kLostColour);
+  };
+  if (path.num_lost > 0) results.matches.ForEach(DrawIfLost);  // over the whole path
+  if (path.last) DrawScan(Deskew(results.last_scan.rays, path.last->twist), path.last->T_map_laser, canvas);
+  if (path.start_m) {
+    canvas.DrawDisc(*path.start_m, 7.0, kStartColour);
+    canvas.DrawDisc(path.end_m, 7.0, kEndColour);
+  }
+  AddCaptions(results, path, canvas);
   return EncodePng(canvas.image());
 }
 

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/graph/placed_loop.hpp"
 #include "common/logs/replacement.hpp"
 #include "common/map/dense_grid.hpp"
 #include "common/metrics/trajectory.hpp"
@@ -19,7 +20,7 @@ struct Results {
   DenseGrid grid;              ///< may be empty
   MatchSequence matches;       ///< of every scan, lost ones too
   Trajectory truth;            ///< where the laser truly stood, from its first pose; empty if nobody knows
-  CriticalRays last_scan;      ///< drawn if `matches` has its pose
+  CriticalRays last_scan;      ///< as it was measured; drawn if `matches` has its pose
   std::string summary_json;    ///< made by FormatSummary
   std::string graph_g2o = {};  ///< made by FormatG2o; empty where there is no pose graph
   /// Gives the text of trajectory.tum where it is made already, so that a long one is not made again for each writing;
@@ -28,13 +29,14 @@ struct Results {
   /// Scans that `matches` leaves out because others show the path as well: they only count in the overview's caption.
   std::int64_t num_left_out = 0;
   std::int64_t num_lost_left_out = 0;  ///< of these
+  std::vector<PlacedLoop> loops = {};  ///< for the overview
 };
 
 /// Writes into `dir`, which is made if need be:
 /// - map.png: 8-bit grey, a pixel a cell, the cell's byte as it is, y up in the picture; equal grids give equal bytes
 ///   from one build. An empty grid gives one unexplored cell, of 1 m if the grid does not know its cell size.
 /// - map.yaml: the map_server convention; origin is the lower left corner [m, m, rad]
-/// - overview.png: the map with trajectory and last scan, for people
+/// - overview.png: the map with trajectory, loops and last scan, for people
 /// - trajectory.tum: T_map_laser of every scan
 /// - truth.tum: the true poses, if there are any
 /// - graph.g2o: the pose graph, if there is one

@@ -147,6 +147,7 @@ class MapExporter {
                                               [](const ScanMatch& match) { return match.state == MatchState::kLost; });
     snapshot.text = trajectory_text_;
     snapshot.last_scan = last_scan_;
+    snapshot.loops = map_follower_.replica().loops();
     snapshot.summary = Complete(sums_.Sum());
     return snapshot;
   }
@@ -180,6 +181,7 @@ class MapExporter {
       };
     }
     results.last_scan = last_scan_;
+    results.loops = map_follower_.replica().loops();
     results.summary_json = FormatSummary(Complete(Summarize(results.matches, results.grid)));
     WriteResults(command_line_.settings().out, results);
   }

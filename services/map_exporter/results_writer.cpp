@@ -75,6 +75,7 @@ void ResultsWriter::Write(Snapshot& snapshot) {
   drawn_.num_lost_left_out = snapshot.summary.lost - snapshot.num_lost_in_path;
   drawn_.matches = std::move(snapshot.path);
   drawn_.last_scan = std::move(snapshot.last_scan);
+  drawn_.loops = std::move(snapshot.loops);
 
   const std::uint64_t text_end = snapshot.text->num_bytes();
   const bool goes_on = TrajectoryGoesOn(snapshot);

@@ -26,6 +26,7 @@ struct Snapshot {
   std::int64_t num_lost_in_path = 0;                   ///< of these
   std::shared_ptr<const TrajectoryText> text;          ///< of all of them; another one where a new map was begun
   CriticalRays last_scan;
+  std::vector<PlacedLoop> loops;
   Summary summary;  ///< all but the explored area
 };
 

@@ -12,6 +12,7 @@ struct Part {
   explicit Part(const map_delta_t& blank) : message(blank), size(static_cast<std::size_t>(blank.getEncodedSize())) {}
 
   void Add(const ScanMatch& match) { Append(ToMessage(match), message.matches, message.num_matches); }
+  void Add(const PlacedLoop& loop) { Append(ToMessage(loop), message.loops, message.num_loops); }
   void AddAsked(const ScanMatch& match) { Append(ToMessage(match), message.asked, message.num_asked); }
   void AddMotion(const Pose2& T_new_old) { Append(ToMessage(T_new_old), message.T_new_old, message.num_moved); }
   void Add(const TrackingState& tracking) { Append(ToMessage(tracking), message.tracking, message.num_tracking); }
@@ -103,6 +104,9 @@ map_delta_t MakePage(const map_request_t& asked, const MapUpdater& updater, cons
       page.Add(answer);
     }
     page.message.next_match = static_cast<std::int32_t>(match);
+    if (answered.put_right && match == answered.matches.size()) {
+      for (const PlacedLoop& loop : answered.put_right->PlaceLoops()) page.Add(loop);
+    }
   }
 
   auto tile = static_cast<std::size_t>(request.first_tile);

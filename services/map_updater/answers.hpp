@@ -35,7 +35,7 @@ struct Answered {
 
 /// The next page of what a replica lacks: tiles that changed since its version, whole, and matches that it does not
 /// have, or the tracking state in the last page; everything, for a replica of another map. With it the answer to what
-/// it asks about a scan.
+/// it asks about a scan, and with the last matches the loops.
 map_delta_t MakePage(const map_request_t& request, const MapUpdater& updater, const Answered& answered,
                      const AnswerOptions& options);
 

@@ -80,10 +80,7 @@ class Run {
     } else if (!matches_.empty()) {
       ShowRobot(scene);
     }
-    const KeyframeGraph graph = mapper_->MakeBestGraph();
-    std::vector<SceneLoop> loops;
-    for (const Loop& loop : graph.loops()) loops.push_back({PoseOf(loop.older), PoseOf(loop.newer)});
-    scene.SetLoops(std::move(loops));
+    scene.SetLoops(mapper_->PlaceLoops());
     const PathSketch& path = scene.path();
     const nlohmann::json info{{"live", false}, {"scans", path.num_matches()}, {"lost", path.num_lost()}};
     scene.SetInfo(info.dump());
@@ -97,8 +94,6 @@ class Run {
     last_scan_ = *scan;
     of_last_scan_ = matches_.size() - 1;
   }
-
-  const Pose2& PoseOf(int keyframe) const { return mapper_->best_poses()[static_cast<std::size_t>(keyframe)]; }
 
   CriticalRays LastScan() const { return Deskew(last_scan_, matches_[of_last_scan_].twist); }
 

@@ -13,8 +13,6 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::size_t kMostKeyframes = 1 << 20;  // that are remembered for the sake of loops
-constexpr std::size_t kMostLoops = 1 << 16;
 constexpr std::size_t kMostServices = 64;
 constexpr std::size_t kMostStageTimes = 600;
 
@@ -35,8 +33,6 @@ LiveRobot::LiveRobot(const CommandLine& command_line)
                                       [this](const critical_rays_t& message) { scans_.Hold(FromMessage(message)); });
   bus.SubscribeToOne<scan_match_t>(kScanMatchChannel, [this](const scan_match_t& message) { Hear(message); });
   bus.SubscribeToOne<bot_core::pose_t>(kLocalPoseChannel, [this](const bot_core::pose_t& message) { Hear(message); });
-  bus.SubscribeToOne<keyframe_t>(kKeyframeChannel, [this](const keyframe_t& message) { Hear(message); });
-  bus.SubscribeToOne<pose_graph_t>(kPoseGraphChannel, [this](const pose_graph_t& message) { Hear(message); });
   bus.Subscribe<service_status_t>(kEveryServiceStatus, [this](const service_status_t& status) { Keep(status); });
 }
 
@@ -63,8 +59,6 @@ bool LiveRobot::Apply(std::span<const TileChange> changes) {
 void LiveRobot::Add(const ScanMatch& match) {
   path_.Add(match);
   last_known_ = match;
-  const auto keyframe = keyframe_of_utime_.find(match.utime);
-  if (keyframe != keyframe_of_utime_.end()) T_map_keyframe_[keyframe->second] = match.T_map_laser;
 }
 
 void LiveRobot::Hear(const scan_match_t& message) {
@@ -94,28 +88,12 @@ void LiveRobot::ForgetRun() {
   local_poses_ = {};
   last_known_.reset();
   T_best_local_.reset();
-  keyframe_of_utime_.clear();
-  T_map_keyframe_.clear();
-  loops_.clear();
 }
 
 void LiveRobot::Show(ScanMatch match) {
   const CriticalRays* scan = scans_.Find(match.utime);
   CriticalRays deskewed = scan ? Deskew(*scan, match.twist) : CriticalRays();
   scene_.SetRobot({std::move(match), std::move(deskewed)});
-}
-
-void LiveRobot::Hear(const keyframe_t& keyframe) {
-  if (keyframe_of_utime_.size() < kMostKeyframes) keyframe_of_utime_[keyframe.utime] = keyframe.keyframe;
-}
-
-void LiveRobot::Hear(const pose_graph_t& update) {
-  for (const loop_t& loop : update.closed) {
-    const std::pair tie(loop.older, loop.newer);
-    const bool known = std::find(loops_.begin(), loops_.end(), tie) != loops_.end();
-    if (!known && loops_.size() < kMostLoops) loops_.push_back(tie);
-  }
-  for (const loop_t& loop : update.taken_out) std::erase(loops_, std::pair(loop.older, loop.newer));
 }
 
 /// Of a few services only: the names come from the network.
@@ -164,17 +142,7 @@ void LiveRobot::ShowMap() {
   if (const LocalPose* local = last_known_ ? local_poses_.Find(last_known_->utime) : nullptr) {
     T_best_local_ = last_known_->T_map_laser * Inverse(local->T_local_laser);
   }
-  ShowLoops();
-}
-
-void LiveRobot::ShowLoops() {
-  std::vector<SceneLoop> shown;
-  for (const auto& [older, newer] : loops_) {
-    const auto from = T_map_keyframe_.find(older);
-    const auto to = T_map_keyframe_.find(newer);
-    if (from != T_map_keyframe_.end() && to != T_map_keyframe_.end()) shown.push_back({from->second, to->second});
-  }
-  if (shown != scene_.loops()) scene_.SetLoops(std::move(shown));
+  scene_.SetLoops(replica.loops());
 }
 
 void LiveRobot::ShowInfo() {

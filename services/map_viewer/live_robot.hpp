@@ -5,7 +5,6 @@
 #include <optional>
 #include <set>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "common/map/byte_map.hpp"
@@ -57,13 +56,10 @@ class LiveRobot {
   void Hear(const bot_core::pose_t& local_pose);
   void Show(ScanMatch match);
   void ForgetRun();
-  void Hear(const keyframe_t& keyframe);
-  void Hear(const pose_graph_t& update);
   void Keep(const service_status_t& status);
 
   void AskNowAndThen(bool is_watched);
   void ShowMap();
-  void ShowLoops();
   void ShowInfo();
 
   Service service_;
@@ -86,11 +82,6 @@ class LiveRobot {
   std::optional<ScanMatch> last_known_;  ///< on the map that is shown
   HeldByUtime<LocalPose, 4096> local_poses_;
   std::optional<Pose2> T_best_local_;  ///< from the frame that never jumps onto the map that is shown
-
-  // Loops.
-  std::unordered_map<std::int64_t, int> keyframe_of_utime_;
-  std::unordered_map<int, Pose2> T_map_keyframe_;
-  std::vector<std::pair<int, int>> loops_;  ///< older and newer keyframe
 
   std::map<std::string, HeardStatus> statuses_;
   std::deque<StageTimes> stage_times_;  ///< once a second

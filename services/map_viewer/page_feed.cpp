@@ -137,7 +137,7 @@ void PageFeed::AddInfo(std::string& message) {
   info["robots"] = names_;
   info["robot"] = scene_.name();
   info["loops"] = nlohmann::json::array();
-  for (const auto& [older, newer] : scene_.loops()) {
+  for (const auto& [older, newer, taken_out] : scene_.loops()) {
     info["loops"].push_back({older.x_m, older.y_m, newer.x_m, newer.y_m});
   }
   AppendRecord(message, kInfo, info.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));

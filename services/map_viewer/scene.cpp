@@ -70,7 +70,9 @@ void Scene::AddSample(const SceneSample& sample) {
   if (samples_.size() > kMostSamples) samples_.pop_front();
 }
 
-void Scene::SetLoops(std::vector<SceneLoop> loops) {
+void Scene::SetLoops(std::vector<PlacedLoop> loops) {
+  std::erase_if(loops, [](const PlacedLoop& loop) { return loop.taken_out; });
+  if (loops == loops_) return;
   loops_ = std::move(loops);
   ++info_change_;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/graph/placed_loop.hpp"
 #include "common/map/byte_map.hpp"
 #include "common/map/dense_grid.hpp"
 #include "common/map/map_delta.hpp"
@@ -80,13 +81,6 @@ struct SceneSample {
   MatchState state = MatchState::kFirst;
 };
 
-/// Two places that a loop ties to each other [m, map frame].
-struct SceneLoop {
-  Pose2 T_map_older;
-  Pose2 T_map_newer;
-  friend bool operator==(const SceneLoop&, const SceneLoop&) = default;
-};
-
 /// All that there is to see of one robot. It is filled by who hears the robot, or reads its journal, and read by feeds,
 /// each of which remembers what it has told already.
 class Scene {
@@ -116,8 +110,9 @@ class Scene {
   /// How many there were: the last of samples() is the one before this number.
   std::int64_t num_samples() const { return num_samples_; }
 
-  void SetLoops(std::vector<SceneLoop> loops);
-  const std::vector<SceneLoop>& loops() const { return loops_; }
+  /// Those that hold are shown.
+  void SetLoops(std::vector<PlacedLoop> loops);
+  const std::vector<PlacedLoop>& loops() const { return loops_; }
 
   /// What else is to be told, as one JSON object: services, counts.
   void SetInfo(std::string json);
@@ -134,7 +129,7 @@ class Scene {
   ChangeNumber robot_change_ = 0;
   std::deque<SceneSample> samples_;
   std::int64_t num_samples_ = 0;
-  std::vector<SceneLoop> loops_;
+  std::vector<PlacedLoop> loops_;
   std::string info_ = "{}";
   ChangeNumber info_change_ = 1;
 };

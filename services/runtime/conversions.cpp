@@ -75,6 +75,14 @@ map_tile_t ToMessage(const TileChange& change) {
 
 Pose2 FromMessage(const pose2_t& message) { return {message.x_m, message.y_m, message.yaw_rad}; }
 
+PlacedLoop FromMessage(const map_loop_t& message) {
+  return {FromMessage(message.T_map_older), FromMessage(message.T_map_newer), message.taken_out == 1};
+}
+
+map_loop_t ToMessage(const PlacedLoop& loop) {
+  return {ToMessage(loop.T_map_older), ToMessage(loop.T_map_newer), static_cast<std::int8_t>(loop.taken_out ? 1 : 0)};
+}
+
 pose2_t ToMessage(const Pose2& pose) { return {pose.x_m, pose.y_m, pose.yaw_rad}; }
 
 CriticalRays FromMessage(const critical_rays_t& message) {

@@ -28,6 +28,8 @@ map_tile_t ToMessage(const TileChange& change);
 
 Pose2 FromMessage(const pose2_t& message);
 pose2_t ToMessage(const Pose2& pose);
+PlacedLoop FromMessage(const map_loop_t& message);
+map_loop_t ToMessage(const PlacedLoop& loop);
 
 CriticalRays FromMessage(const critical_rays_t& message);
 critical_rays_t ToMessage(const CriticalRays& scan);

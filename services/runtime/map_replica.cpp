@@ -137,6 +137,9 @@ bool MapReplica::TakeMatches(const map_delta_t& page) {
   if (static_cast<std::int64_t>(page.next_match) - page.num_matches != num_matches_) return false;
   for (const scan_match_t& match : page.matches) keeper_.add(FromMessage(match));
   num_matches_ += page.num_matches;
+  if (page.next_match < page.version) return true;
+  loops_.clear();
+  for (const map_loop_t& loop : page.loops) loops_.push_back(FromMessage(loop));
   return true;
 }
 
@@ -149,6 +152,7 @@ void MapReplica::Begin(std::int64_t epoch, double cell_size_m) {
   version_ = 0;
   num_matches_ = 0;
   tracking_ = TrackingState();
+  loops_.clear();
   next_tile_ = 0;
   pages_version_.reset();
   parts_.clear();

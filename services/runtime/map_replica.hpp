@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "common/graph/placed_loop.hpp"
 #include "common/map/map_delta.hpp"
 #include "common/match/tracking_state.hpp"
 #include "common/scan/scan_match.hpp"
@@ -54,6 +55,8 @@ class MapReplica {
   std::int64_t version() const { return version_; }
   /// After the scans that the owner has answered; kept where no matches are wanted.
   const TrackingState& tracking() const { return tracking_; }
+  /// Loops as the owner last said, where matches are wanted.
+  const std::vector<PlacedLoop>& loops() const { return loops_; }
 
   /// Doubts that the version held is the last: the owner is to be asked.
   void Doubt() { synced_ = false; }
@@ -91,6 +94,7 @@ class MapReplica {
   double cell_size_m_ = 0.0;
   std::int64_t num_matches_ = 0;  ///< taken over, as such or within the tracking state
   TrackingState tracking_;
+  std::vector<PlacedLoop> loops_;
 
   std::int32_t next_tile_ = 0;                 ///< of the pages under way
   std::optional<std::int64_t> pages_version_;  ///< the owner's when the first of them came

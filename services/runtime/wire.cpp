@@ -34,6 +34,10 @@ bool IsPose(const pose2_t& pose) {
 
 bool IsLoop(const loop_t& loop) { return loop.older >= 0 && loop.older < loop.newer && IsPose(loop.T_older_newer); }
 
+bool IsPlacedLoop(const map_loop_t& loop) {
+  return IsPose(loop.T_map_older) && IsPose(loop.T_map_newer) && IsFlag(loop.taken_out);
+}
+
 /// Of the valid rays of a scan, by their angles.
 bool AreRays(const std::vector<float>& angles_rad, const std::vector<float>& ranges_m) {
   const auto IsRange = [](float range_m) { return range_m > 0.0f && range_m <= kLongestRange_m; };
@@ -115,7 +119,7 @@ bool ValuesInRange(const map_delta_t& message) {
          message.next_match >= -1 && message.asked_utime >= -1 &&
          std::all_of(message.tiles.begin(), message.tiles.end(), InLimits) && AllInRange(message.matches) &&
          AllInRange(message.asked) && std::all_of(message.T_new_old.begin(), message.T_new_old.end(), IsPose) &&
-         AllInRange(message.tracking);
+         AllInRange(message.tracking) && std::all_of(message.loops.begin(), message.loops.end(), IsPlacedLoop);
 }
 
 template <>

@@ -8,12 +8,14 @@
 #include <crsm/keyframe_request_t.hpp>
 #include <crsm/keyframe_t.hpp>
 #include <crsm/map_delta_t.hpp>
+#include <crsm/map_loop_t.hpp>
 #include <crsm/map_request_t.hpp>
 #include <crsm/pose_graph_t.hpp>
 #include <crsm/scan_match_t.hpp>
 #include <crsm/service_status_t.hpp>
 #include <crsm/tracking_state_t.hpp>
 
+#include "common/graph/placed_loop.hpp"
 #include "common/map/map_delta.hpp"
 #include "common/match/tracking_state.hpp"
 #include "common/scan/laser_scan.hpp"
@@ -85,6 +87,12 @@ constexpr auto FieldsOf<tracking_state_t>() {
 }
 
 template <>
+constexpr auto FieldsOf<map_loop_t>() {
+  using T = map_loop_t;
+  return std::tuple(&T::T_map_older, &T::T_map_newer, &T::taken_out);
+}
+
+template <>
 constexpr auto FieldsOf<map_delta_t>() {
   using T = map_delta_t;
   return std::tuple(&T::utime, &T::epoch, &T::version, &T::base_version, &T::cell_size_m, &T::part, &T::num_parts,
@@ -92,7 +100,8 @@ constexpr auto FieldsOf<map_delta_t>() {
                     Array(&T::tiles, &T::num_tiles, kMostTilesInMessage), &T::num_matches,
                     Array(&T::matches, &T::num_matches, kMostMatchesInMessage), &T::num_asked,
                     Array(&T::asked, &T::num_asked, 1), &T::num_moved, Array(&T::T_new_old, &T::num_moved, 1),
-                    &T::num_tracking, Array(&T::tracking, &T::num_tracking, 1));
+                    &T::num_tracking, Array(&T::tracking, &T::num_tracking, 1), &T::num_loops,
+                    Array(&T::loops, &T::num_loops, kMostPlacedLoops));
 }
 
 template <>

@@ -102,6 +102,7 @@ Results PutRight(Run& run, Summary& summary) {
   for (const ScanMatch& match : run.matches) run.statistics.Add(match);
   Results results;
   results.grid = outcome.map.ToDenseGrid();
+  results.loops = outcome.loops;
   results.graph_g2o = FormatG2o(outcome.graph.MakePoseGraph());
   summary = Summarize(run.matches, results.grid);
   summary.loops = {outcome.graph.size(), static_cast<std::int64_t>(outcome.graph.loops().size()),

@@ -27,6 +27,10 @@ void Tame(scan_match_t& match) {
 void Check(map_delta_t answer) {
   for (scan_match_t& match : answer.matches) Tame(match);
   for (pose2_t& motion : answer.T_new_old) Tame(motion);
+  for (map_loop_t& loop : answer.loops) {
+    Tame(loop.T_map_older);
+    Tame(loop.T_map_newer);
+  }
   for (tracking_state_t& tracking : answer.tracking) {
     Tame(tracking.T_local_map);
     for (scan_match_t& match : tracking.recent) Tame(match);

@@ -58,6 +58,8 @@ inline map_delta_t MapDeltaMessage() {
   message.num_matches = 1;
   message.matches = {ScanMatchMessage()};
   message.asked_utime = 5;
+  message.num_loops = 2;
+  message.loops = {{{1.0, 2.0, 0.5}, {3.0, -4.0, 6.0}, 1}, {{}, {}, 0}};
   message.num_asked = 1;
   message.asked = {ScanMatchMessage()};
   message.num_moved = 1;

@@ -344,6 +344,42 @@ TEST_CASE("an update comes to the same whether keyframes come before it or after
   for (int k = 0; k < 10; ++k) CHECK(early.best_poses()[static_cast<std::size_t>(k)] == early.graph().pose(k));
 }
 
+TEST_CASE("loops are placed by all that is known: those that hold, those that were taken out, the newest of many") {
+  const Driven driven = Drive(20.0);
+  Mapper mapper(Drawing(), kLoops);
+  for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
+  CHECK(mapper.PlaceLoops().empty());
+  const auto Offer = [&](int keyframe, std::vector<Loop> closed, std::vector<Loop> taken_out, double moved_m) {
+    GraphUpdate update;
+    update.keyframe = keyframe;
+    update.previous = mapper.last_update();
+    update.closed = std::move(closed);
+    update.taken_out = std::move(taken_out);
+    for (int k = 0; k <= keyframe; ++k) update.poses.push_back(Pose2{moved_m, 0.0, 0.0} * mapper.graph().pose(k));
+    REQUIRE(mapper.Offer(update));
+  };
+  const auto Placed = [&](int older, int newer, double moved_m, bool taken_out) {
+    const Pose2 motion{moved_m, 0.0, 0.0};
+    return PlacedLoop{motion * mapper.graph().pose(older), motion * mapper.graph().pose(newer), taken_out};
+  };
+  Offer(10, {{1, 9, {}}, {2, 10, {}}}, {}, 0.5);
+  CHECK(mapper.PlaceLoops() == std::vector{Placed(1, 9, 0.5, false), Placed(2, 10, 0.5, false)});
+  Offer(12, {{3, 12, {}}}, {{1, 9, {}}}, 0.25);
+  CHECK(mapper.PlaceLoops() ==
+        std::vector{Placed(2, 10, 0.25, false), Placed(3, 12, 0.25, false), Placed(1, 9, 0.25, true)});
+  CHECK(mapper.num_loops() == 2);
+  CHECK(mapper.num_loops_taken_out() == 1);
+
+  std::vector<Loop> many;
+  for (int i = 0; i < 150; ++i) many.push_back({i % 10, 11, {}});
+  many.push_back({4, 11, {}});
+  Offer(13, many, {}, 0.0);
+  const std::vector<PlacedLoop> placed = mapper.PlaceLoops();
+  REQUIRE(placed.size() == kMostPlacedLoops / 2 + 1);
+  CHECK(placed[kMostPlacedLoops / 2 - 1] == Placed(4, 11, 0.0, false));
+  CHECK(placed.back() == Placed(1, 9, 0.0, true));
+}
+
 TEST_CASE("an update that does not follow the last one, or is of no such graph, changes nothing") {
   const Driven driven = Drive(20.0);
   Mapper mapper(Drawing(), kLoops);

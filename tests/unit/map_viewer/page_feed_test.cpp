@@ -197,16 +197,16 @@ TEST_CASE("of the running curves no more is told than is kept, and no scan twice
   CHECK(client.fitnesses.back() == 3000.0F);
 }
 
-TEST_CASE("services and loops are told as JSON, whatever their names are") {
+TEST_CASE("services and loops that hold are told as JSON, whatever their names are") {
   Scene scene("robot1/");
   scene.SetInfo(R"({"services":[{"name":"\u0000<b>"}]})");
-  scene.SetLoops({{{1.0, 2.0, 0.0}, {3.0, 4.0, 0.0}}});
+  scene.SetLoops({{{1.0, 2.0, 0.0}, {3.0, 4.0, 0.0}, false}, {{5.0, 6.0, 0.0}, {7.0, 8.0, 0.0}, true}});
   PageFeed feed(scene, {"robot1/", "bad \xff name"}, {});
   PageClient client;
   TakeAll(feed, client);
   CHECK(client.info["robot"] == "robot1/");
   CHECK(client.info["robots"].size() == 2);
-  CHECK(client.info["loops"][0] == nlohmann::json({1.0, 2.0, 3.0, 4.0}));
+  CHECK(client.info["loops"] == nlohmann::json::parse("[[1.0, 2.0, 3.0, 4.0]]"));  // the other was taken out
 }
 
 TEST_CASE("a page has nothing to say") {

@@ -225,6 +225,69 @@ TEST_CASE("the overview shows start, path, end, lost scans and hits where they a
   CHECK(ColourAt(3.0, 3.0) == std::array<int, 3>{127, 127, 127});
 }
 
+TEST_CASE("the overview shows loops that hold and loops that were taken out in colours that its strip explains") {
+  const TemporaryFolder folder;
+  Results results;
+  results.grid = {100, 100, -50, -50, 0.1, std::vector<std::uint8_t>(10000, 127)};
+  results.loops = {{{-3.0, 1.0, 0.0}, {3.0, 1.0, 0.0}, false}, {{-3.0, -1.0, 0.0}, {3.0, -1.0, 0.0}, true}};
+  WriteResults(folder.path, results);
+  const Picture picture = DecodePng(ReadBytes(folder.path / "overview.png"));
+  const auto ColourAt = [&](double x_m, double y_m) {
+    return picture.ColourAt(static_cast<std::size_t>((x_m + 5.0) * 160), static_cast<std::size_t>((5.0 - y_m) * 160));
+  };
+  const auto held = ColourAt(0.0, 1.0);
+  const auto taken_out = ColourAt(0.0, -1.0);
+  CHECK((held[1] > 2 * held[0] && held[2] > 2 * held[0]));                        // turquoise
+  CHECK((taken_out[0] > taken_out[1] + 30 && taken_out[1] > taken_out[2] + 30));  // brown
+  CHECK(ColourAt(0.0, 0.0) == std::array<int, 3>{127, 127, 127});
+  // Letters are thin: their colours are mixed with the white of the strip.
+  const auto StripHas = [](const Picture& shown, auto&& is_colour) {
+    for (std::size_t y = shown.height - 44; y < shown.height; ++y) {
+      for (std::size_t x = 0; x < shown.width; ++x) {
+        const auto [red, green, blue] = shown.ColourAt(x, y);
+        if (is_colour(red, green, blue)) return true;
+      }
+    }
+    return false;
+  };
+  const auto IsTurquoise = [](int red, int green, int blue) { return green > red + 60 && std::abs(green - blue) < 20; };
+  const auto IsBrown = [](int red, int green, int blue) { return red < 200 && red > green + 25 && green > blue + 25; };
+  CHECK(StripHas(picture, IsTurquoise));
+  CHECK(StripHas(picture, IsBrown));
+  Results narrow = results;
+  narrow.grid = {2, 100, -1, -50, 0.1, std::vector<std::uint8_t>(200, 127)};
+  WriteResults(folder.path, narrow);
+  CHECK(StripHas(DecodePng(ReadBytes(folder.path / "overview.png")), IsBrown));  // the last words have room
+
+  results.loops.pop_back();
+  WriteResults(folder.path, results);
+  const Picture without = DecodePng(ReadBytes(folder.path / "overview.png"));
+  CHECK(StripHas(without, IsTurquoise));
+  CHECK_FALSE(StripHas(without, IsBrown));
+  results.loops.clear();
+  WriteResults(folder.path, results);
+  CHECK_FALSE(StripHas(DecodePng(ReadBytes(folder.path / "overview.png")), IsTurquoise));
+}
+
+TEST_CASE("the overview shows the last scan deskewed by its match") {
+  // The laser drives ahead at 2 m/s; 0.5 s before the scan's time it was 1 m further back and saw a wall 2 m ahead.
+  const TemporaryFolder folder;
+  Results results;
+  results.grid = {100, 100, -50, -50, 0.1, std::vector<std::uint8_t>(10000, 127)};
+  results.last_scan = {1, {{0.0f}, {2.0f}, {-0.5f}}, {}};
+  ScanMatch match = MakeMatch(1, {}, 0.9, MatchState::kOk);
+  match.twist.x_m_s = 2.0;
+  results.matches = {match};
+  WriteResults(folder.path, results);
+  const Picture picture = DecodePng(ReadBytes(folder.path / "overview.png"));
+  const auto IsHitAt = [&](double x_m) {
+    const auto colour = picture.ColourAt(static_cast<std::size_t>((x_m + 5.0) * 160), 800);
+    return colour[0] > colour[1] && colour[2] > colour[1];
+  };
+  CHECK(IsHitAt(1.0));
+  CHECK_FALSE(IsHitAt(2.0));
+}
+
 TEST_CASE("the overview is enlarged to about 1600 pixels and shrunk only above 4000") {
   const auto SideOf = [](int width_cells) {
     const TemporaryFolder folder;

@@ -194,6 +194,43 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("with the last matches who looks at the map is told its loops, and in no other page") {
+  constexpr int kNumScans = 700;
+  Mapper mapper(TestParameters().update, {true, 30.0, 10});
+  MatchStore matches;
+  TrackingState tracking;
+  CriticalRays scan = AllRays(ScanRoom({}, 0, 4));
+  for (int i = 0; i < kNumScans; ++i) {
+    scan.utime = i;
+    const ScanMatch match = MatchedAt(i, {0.5 * i, 0.0, 0.0});
+    mapper.Integrate(i == 0 || i > kNumScans - 300 ? &scan : nullptr, match);
+    matches.Append(match);
+    tracking.Add(match);
+  }
+  GraphUpdate update;  // far more loops than a page may have
+  update.keyframe = mapper.graph().size() - 1;
+  update.first_pose = update.keyframe + 1;
+  REQUIRE(update.keyframe >= 250);
+  for (int k = 1; k <= 250; ++k) update.closed.push_back({k - 1, k, {}});
+  REQUIRE(mapper.Offer(update));
+
+  const AnswerOptions options{kEpoch, kMostBytes};
+  map_request_t request = Ask(0, 0, 0);
+  int num_pages = 0;
+  for (bool last = false; !last; ++num_pages) {
+    const map_delta_t page = MakePage(request, mapper.local(), {matches, tracking, &mapper}, options);
+    CHECK(Encode(page).size() <= kMostBytes);
+    REQUIRE(Decode<map_delta_t>(Encode(page)));
+    last = page.next_match == kNumScans;
+    std::vector<PlacedLoop> loops;
+    for (const map_loop_t& loop : page.loops) loops.push_back(FromMessage(loop));
+    CHECK(loops == (last ? mapper.PlaceLoops() : std::vector<PlacedLoop>()));
+    request = Ask(0, page.next_tile, page.next_match);
+  }
+  CHECK(num_pages > 1);
+  CHECK(MakePage(request, mapper.local(), {matches, tracking}, options).num_loops == 0);  // of a matcher's map
+}
+
 TEST_CASE("an answer given again after others says which version there is, and changes nothing") {
   Owner owner;
   for (int i = 0; i < 3; ++i) owner.Answer();

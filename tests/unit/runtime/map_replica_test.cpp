@@ -4,6 +4,7 @@
 
 #include "catch.hpp"
 #include "map_owner.hpp"
+#include "services/runtime/conversions.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {
@@ -130,6 +131,33 @@ TEST_CASE("who wants all matches gets them as they were matched, however the map
   Begin(replica, owner);
   replica.Handle(owner.Answer(MatchState::kOk, Pose2{0.5, -0.25, 0.1}));
   replica.CheckSameAs(owner);
+}
+
+TEST_CASE("a replica has the loops of the last page of matches, until it is told others or begins anew") {
+  MapOwner owner;
+  TestReplica replica;
+  Begin(replica, owner);
+  owner.Answer(MatchState::kLost);  // changes nothing: its page is the only one
+  const PlacedLoop loop{{1.0, 2.0, 0.5}, {1.5, 2.0, -0.5}, true};
+  const auto Tell = [&](const std::vector<PlacedLoop>& loops, std::int32_t matches_left) {
+    replica.replica.Doubt();
+    map_delta_t page = owner.Page(replica.replica.NextRequest().value());
+    page.next_match -= matches_left;
+    page.num_matches -= matches_left;
+    page.matches.resize(static_cast<std::size_t>(page.num_matches));
+    for (const PlacedLoop& each : loops) page.loops.push_back(ToMessage(each));
+    page.num_loops = static_cast<std::int32_t>(page.loops.size());
+    replica.replica.Handle(page);
+    return replica.replica.loops();
+  };
+  CHECK(Tell({loop}, 1).empty());  // there is more to come
+  CHECK(Tell({loop, {}}, 0) == std::vector<PlacedLoop>{loop, {}});
+  CHECK(Tell({loop}, 0) == std::vector<PlacedLoop>{loop});
+  replica.CheckSameAs(owner);
+  MapOwner another;
+  replica.replica.Doubt();
+  replica.Ask(another);
+  CHECK(replica.replica.loops().empty());
 }
 
 TEST_CASE("a late joiner gets the map page by page") {

@@ -173,6 +173,11 @@ TEST_CASE("a map delta leads forwards, in parts that there are, to tiles that th
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.T_new_old[0].yaw_rad = 7.0; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.tiles[0].tile_x = 1024; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.matches[0].x_m = kNan; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.loops[1].T_map_older.x_m = kNan; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.loops[0].T_map_newer.y_m = -1e7; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.loops[0].taken_out = 2; }));
+  CHECK(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_loops = 200, m.loops.resize(200); }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_loops = 201, m.loops.resize(201); }));
 }
 
 TEST_CASE("a tracking state counts what there can be, and remembers the last matches where there were any") {

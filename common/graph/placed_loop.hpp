@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstddef>
+
+#include "common/math/pose2.hpp"
+
+namespace crsm {
+
+/// A loop where its keyframes belong on the map, for those who show it.
+struct PlacedLoop {
+  Pose2 T_map_older;
+  Pose2 T_map_newer;
+  bool taken_out = false;  ///< others contradicted it: it counts for nothing
+  friend bool operator==(const PlacedLoop&, const PlacedLoop&) = default;
+};
+
+/// As many are shown, the newest ones, half of them closed and half of them taken out at most.
+inline constexpr std::size_t kMostPlacedLoops = 200;
+
+}  // namespace crsm
