@@ -5,64 +5,56 @@
 
 namespace crsm {
 
-LoopCloserLink::LoopCloserLink(Service& service, Mapper& mapper, int lag, std::function<void(const GraphUpdate&)> keep)
-    : service_(service), mapper_(mapper), lag_(lag), keep_(std::move(keep)) {
+LoopCloserLink::LoopCloserLink(Mapper& mapper, int lag, Counters& counters, Owner owner)
+    : mapper_(mapper), lag_(lag), counters_(counters), owner_(std::move(owner)) {
   Count();
-  Bus& bus = service.bus();
-  bus.SubscribeToOne<pose_graph_t>(
-      kPoseGraphChannel, [this](const pose_graph_t& message) { Take(message); }, SoleSender::kProbationOfAnswers);
-  bus.Subscribe<keyframe_request_t>(kKeyframeRequestChannel,
-                                    [this](const keyframe_request_t& request) { Answer(request); });
 }
 
-void LoopCloserLink::SendNewest() {
+void LoopCloserLink::SendNewest(Clock::time_point now) {
   Count();
   Send(mapper_.graph().size() - 1);
-  backoff_.Restart(Clock::now());
+  backoff_.Restart(now);
 }
 
-void LoopCloserLink::Poll() {
-  if (IsSettled() || !backoff_.Due(Clock::now())) return;
-  service_.counters().Add("keyframes_resent");
+void LoopCloserLink::Poll(Clock::time_point now) {
+  if (IsSettled() || !backoff_.Due(now)) return;
+  counters_.Add("keyframes_resent");
   Send(mapper_.graph().size() - 1);
 }
 
 void LoopCloserLink::Count() {
-  service_.counters().Set("keyframes", mapper_.graph().size());
-  service_.counters().Set("loops_closed", mapper_.num_loops());
-  service_.counters().Set("loops_taken_out", mapper_.num_loops_taken_out());
+  counters_.Set("keyframes", mapper_.graph().size());
+  counters_.Set("loops_closed", mapper_.num_loops());
+  counters_.Set("loops_taken_out", mapper_.num_loops_taken_out());
 }
 
 void LoopCloserLink::Send(int keyframe) {
-  service_.bus().Publish(kKeyframeChannel,
-                         ToMessage(mapper_.graph().keyframe(keyframe), {epoch_, keyframe, mapper_.last_update()}));
+  owner_.send(ToMessage(mapper_.graph().keyframe(keyframe), {epoch_, keyframe, mapper_.last_update()}));
 }
 
-void LoopCloserLink::Answer(const keyframe_request_t& request) {
+void LoopCloserLink::Answer(const keyframe_request_t& request, const Sender& sender, Clock::time_point now) {
   if (request.epoch != epoch_) return;
-  if (!request_limiter_.Admit(service_.bus().sender(), request.epoch, Clock::now())) {
-    return service_.counters().Add("keyframe_requests_refused");
-  }
-  service_.counters().Add("keyframe_requests");
+  if (!request_limiter_.Admit(sender, request.epoch, now)) return counters_.Add("keyframe_requests_refused");
+  counters_.Add("keyframe_requests");
   const int num = std::min(request.num_keyframes, mapper_.graph().size() - request.first_keyframe);
   for (int i = 0; i < num; ++i) Send(request.first_keyframe + i);
 }
 
-void LoopCloserLink::Take(const pose_graph_t& message) {
+void LoopCloserLink::Take(const pose_graph_t& message, Clock::time_point now) {
   if (message.epoch != epoch_ || message.keyframe >= mapper_.graph().size()) {
-    return service_.counters().Add("pose_graph_of_another_map");
+    return counters_.Add("pose_graph_of_another_map");
   }
   if (message.previous != mapper_.last_update()) return;  // one is known already, or one before it was lost
   if (message.changed == 1) {
     const auto update = parts_.Add(message);
-    if (!update) return;
-    if (!mapper_.Offer(*update)) return service_.counters().Add("pose_graph_refused");
+    if (!update && !parts_.empty()) return;  // others are to come
+    if (!update || !mapper_.Offer(*update)) return counters_.Add("pose_graph_refused");
     Count();
-    keep_(*update);
+    owner_.keep(*update);
   }
   if (message.keyframe <= looked_through_) return;
   looked_through_ = message.keyframe;
-  backoff_.Restart(Clock::now());
+  backoff_.Restart(now);
 }
 
 }  // namespace crsm

@@ -6,23 +6,36 @@
 #include "services/map_updater/request_limiter.hpp"
 #include "services/runtime/backoff.hpp"
 #include "services/runtime/graph_messages.hpp"
-#include "services/runtime/service.hpp"
+#include "services/runtime/status.hpp"
 
 namespace crsm {
 
 /// What the map's owner and a loop closer tell each other: KEYFRAME there, POSE_GRAPH back. A keyframe is sent again
 /// until it is answered; a loop closer that lacks older ones asks for them (KEYFRAME_REQUEST).
+///
+/// It touches neither network nor clock: messages and the time come in, and what is to be sent goes out by `send`.
 class LoopCloserLink {
  public:
-  /// keep: gets each update that the mapper has taken.
-  LoopCloserLink(Service& service, Mapper& mapper, int lag, std::function<void(const GraphUpdate&)> keep);
+  using Clock = Backoff::Clock;
+
+  /// The map's owner.
+  struct Owner {
+    std::function<void(const keyframe_t&)> send;
+    std::function<void(const GraphUpdate&)> keep;  ///< gets each update that the mapper has taken
+  };
+
+  LoopCloserLink(Mapper& mapper, int lag, Counters& counters, Owner owner);
 
   /// Of the map; nothing is sent or heard before.
   void SetEpoch(std::int64_t epoch) { epoch_ = epoch; }
 
   /// Sends the newest keyframe: it is new, or has not been answered for some time.
-  void SendNewest();
-  void Poll();
+  void SendNewest(Clock::time_point now);
+  void Poll(Clock::time_point now);
+
+  /// A message of a loop closer's. Parts of an update may come in any order, and more than once.
+  void Take(const pose_graph_t& message, Clock::time_point now);
+  void Answer(const keyframe_request_t& request, const Sender& sender, Clock::time_point now);
 
   /// Whether all is known that has to take effect with the next keyframe.
   bool IsReadyForNext() const { return looked_through_ >= mapper_.graph().size() - lag_; }
@@ -34,13 +47,11 @@ class LoopCloserLink {
  private:
   void Count();
   void Send(int keyframe);
-  void Answer(const keyframe_request_t& request);
-  void Take(const pose_graph_t& message);
 
-  Service& service_;
   Mapper& mapper_;
   int lag_;
-  std::function<void(const GraphUpdate&)> keep_;
+  Counters& counters_;
+  Owner owner_;
   std::int64_t epoch_ = 0;
   int looked_through_ = -1;
   GraphUpdateParts parts_;

@@ -34,11 +34,7 @@ class MapUpdaterService {
     service_.TakeRole(kMapOwnerRole);
     LoadFinishedMap();
     OpenJournal();
-    if (mapper_.closes_loops()) {
-      link_.emplace(service_, mapper_, command_line.parameters().loops.lag,
-                    [this](const GraphUpdate& update) { Keep(update); });
-      link_->SetEpoch(options_.epoch);
-    }
+    if (mapper_.closes_loops()) LinkToLoopCloser(command_line.parameters().loops.lag);
     Bus& bus = service_.bus();
     bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel,
                                         [this](const critical_rays_t& message) { Hold(FromMessage(message)); });
@@ -51,7 +47,7 @@ class MapUpdaterService {
   void Run() {
     service_.Run([this] {
       if (settings_.lockstep) stall_watch_.Look(Awaited(), Clock::now());
-      if (link_) link_->Poll();
+      if (link_) link_->Poll(Clock::now());
       whole_.Show(mapper_, {answered_, tracking_}, options_);
       if (matches_.empty() || !Answer(matches_.front())) return !whole_.is_asked();
       matches_.Pop();
@@ -60,6 +56,22 @@ class MapUpdaterService {
   }
 
  private:
+  void LinkToLoopCloser(int lag) {
+    Bus& bus = service_.bus();
+    link_.emplace(mapper_, lag, service_.counters(),
+                  LoopCloserLink::Owner{
+                      [&bus](const keyframe_t& keyframe) { bus.Publish(kKeyframeChannel, keyframe); },
+                      [this](const GraphUpdate& update) { Keep(update); },
+                  });
+    link_->SetEpoch(options_.epoch);
+    bus.SubscribeToOne<pose_graph_t>(
+        kPoseGraphChannel, [this](const pose_graph_t& message) { link_->Take(message, Clock::now()); },
+        SoleSender::kProbationOfAnswers);
+    bus.Subscribe<keyframe_request_t>(kKeyframeRequestChannel, [this, &bus](const keyframe_request_t& request) {
+      link_->Answer(request, bus.sender(), Clock::now());
+    });
+  }
+
   /// What waits for its match. One of a scan that was answered long ago waits in vain, and gives way to newer ones.
   void Hold(CriticalRays scan) {
     if (tracking_.FindRecent(scan.utime)) return;
@@ -133,7 +145,7 @@ class MapUpdaterService {
     service_.SetState(journal_ || settings_.journal.empty() ? work : work + ", but the journal cannot be written");
     service_.RecordLatency(start);
     PublishLastAnswer();
-    if (link_ && drawn) link_->SendNewest();
+    if (link_ && drawn) link_->SendNewest(Clock::now());
   }
 
   /// Where senders are not known, this is how a second one shows.

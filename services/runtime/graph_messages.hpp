@@ -31,8 +31,10 @@ pose_graph_t MakeUnchanged(int keyframe, int previous, std::int64_t utime, std::
 /// Puts the parts of an update together, in whatever order they come.
 class GraphUpdateParts {
  public:
-  /// A message in which something has changed. The update, when all of its parts are there.
+  /// A message in which something has changed. The update, when all of its parts are there and fit together.
   std::optional<GraphUpdate> Add(const pose_graph_t& part);
+  /// Whether none wait for others.
+  bool empty() const { return parts_.empty(); }
 
  private:
   std::map<std::int32_t, pose_graph_t> parts_;  ///< of one update, by number

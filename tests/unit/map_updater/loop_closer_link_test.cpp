@@ -1,0 +1,370 @@
+#include "services/map_updater/loop_closer_link.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "catch.hpp"
+#include "common/graph/loop_closer.hpp"
+#include "graph/block.hpp"
+#include "services/loop_closer/keyframe_answers.hpp"
+#include "wire_messages.hpp"
+
+namespace crsm {
+namespace {
+
+using Clock = LoopCloserLink::Clock;
+using std::chrono::milliseconds;
+
+constexpr LoopParameters kLoops{true, 40.0, 10};
+constexpr std::int64_t kEpoch = 7;
+
+/// Every scan becomes a keyframe.
+UpdateParameters Drawing() {
+  UpdateParameters drawing = TestParameters().update;
+  drawing.update_distance_m = 0.1;
+  return drawing;
+}
+
+/// The map's owner: its mapper and its link, the messages that it sends and the updates that it keeps.
+class Owner {
+ public:
+  Owner() { link.SetEpoch(kEpoch); }
+
+  /// The next scan is matched, that far on from the last one, drawn, and told.
+  void Drive(const Pose2& motion, const ValidRays& rays) {
+    const auto utime = static_cast<std::int64_t>(mapper.graph().size());
+    T_map_laser_ = T_map_laser_ * motion;
+    const CriticalRays scan{utime, rays, {}};
+    const Mapper::Step step =
+        mapper.Integrate(&scan, {utime, T_map_laser_, 0.9, 1, 1, 0, utime == 0 ? MatchState::kFirst : MatchState::kOk});
+    REQUIRE(step.keyframe);
+    if (step.T_new_old) T_map_laser_ = *step.T_new_old * T_map_laser_;
+    link.SendNewest(now);
+  }
+
+  /// Straight on, with hardly anything to see.
+  void DriveOn(int num_keyframes) {
+    const ValidRays rays{{-1.0f, 0.0f, 1.0f}, {2.0f, 2.0f, 2.0f}};
+    for (int i = 0; i < num_keyframes; ++i) Drive({mapper.graph().size() == 0 ? 0.0 : 0.5, 0.0, 0.0}, rays);
+  }
+
+  void Hear(const std::vector<pose_graph_t>& messages) {
+    for (const pose_graph_t& message : messages) link.Take(message, now);
+  }
+
+  /// How often the newest keyframe is sent again within some time in which nobody answers.
+  int CountResends(Clock::duration time) {
+    const std::size_t before = sent.size();
+    for (const auto end = now + time; now < end; now += milliseconds(1)) link.Poll(now);
+    return static_cast<int>(sent.size() - before);
+  }
+
+  std::int64_t Counter(const std::string& name) const {
+    const auto found = counters.counts().find(name);
+    return found == counters.counts().end() ? 0 : found->second;
+  }
+
+  Clock::time_point now = Clock::time_point() + std::chrono::hours(1);
+  Counters counters;
+  Mapper mapper{Drawing(), kLoops};
+  std::vector<keyframe_t> sent;
+  std::vector<GraphUpdate> kept;
+  LoopCloserLink link{mapper,
+                      kLoops.lag,
+                      counters,
+                      {[this](const keyframe_t& message) { sent.push_back(message); },
+                       [this](const GraphUpdate& update) { kept.push_back(update); }}};
+
+ private:
+  Pose2 T_map_laser_;
+};
+
+/// All keyframes up to one are moved; with a thousand and more of them in several messages.
+GraphUpdate MoveAll(const Owner& owner, int keyframe, double by_m, int previous = -1) {
+  GraphUpdate update;
+  update.keyframe = keyframe;
+  update.previous = previous;
+  for (int k = 0; k <= keyframe; ++k) update.poses.push_back(Pose2{by_m, 0.0, 0.0} * owner.mapper.graph().pose(k));
+  return update;
+}
+
+std::vector<pose_graph_t> PartsOf(const GraphUpdate& update) { return MakeParts(update, update.keyframe, kEpoch); }
+
+pose_graph_t Unchanged(int keyframe, int previous = -1) { return MakeUnchanged(keyframe, previous, keyframe, kEpoch); }
+
+constexpr int kLongDrive = 2501;  // keyframes: an update of all of them has three parts
+
+/// A drive round a block and on, with its drift: loops are closed.
+const std::vector<Keyframe>& RoundBlock() {
+  static const std::vector<Keyframe> keyframes =
+      MakeKeyframes(MakeBlock(7), DriveRoundBlock(5.0, 5.0 + 1.4 * kRoundBlock_m), {0.0, 0.001, 0.0008}, 7);
+  return keyframes;
+}
+
+void DriveTo(const Keyframe& place, Owner& owner) { owner.Drive(place.T_previous_this, place.rays); }
+
+/// What the loops of that drive bring where nothing comes in between: by the algorithm alone, as in one process.
+const std::vector<GraphUpdate>& UpdatesRoundBlock() {
+  static const std::vector<GraphUpdate> updates = [] {
+    Owner owner;  // of which only the mapper is used
+    LoopCloser closer(kLoops, Drawing());
+    std::vector<GraphUpdate> found;
+    for (const Keyframe& place : RoundBlock()) {
+      DriveTo(place, owner);
+      const KeyframeGraph& graph = owner.mapper.graph();
+      auto update = closer.Add(graph.keyframe(graph.size() - 1));
+      if (!update) continue;
+      REQUIRE(owner.mapper.Offer(*update));
+      found.push_back(std::move(*update));
+    }
+    return found;
+  }();
+  REQUIRE_FALSE(updates.empty());
+  return updates;
+}
+
+/// Messages on their way: some are lost, some come twice, some later than those behind them.
+template <class Message>
+class BadNetwork {
+ public:
+  explicit BadNetwork(std::uint64_t seed) : random_(seed) {}
+
+  void Send(const Message& message) {
+    constexpr double kLost = 0.3;
+    constexpr double kTwice = 0.3;
+    if (random_.Uniform(0.0, 1.0) < kLost) return;
+    const int num = random_.Uniform(0.0, 1.0) < kTwice ? 2 : 1;
+    for (int i = 0; i < num; ++i) {
+      const auto place =
+          static_cast<std::ptrdiff_t>(random_.Uniform(0.0, static_cast<double>(under_way_.size()) + 0.999));
+      under_way_.insert(under_way_.begin() + place, message);
+    }
+  }
+
+  std::optional<Message> Receive() {
+    if (under_way_.empty()) return std::nullopt;
+    Message message = std::move(under_way_.front());
+    under_way_.pop_front();
+    return message;
+  }
+
+ private:
+  Random random_;
+  std::deque<Message> under_way_;
+};
+
+/// The drive round the block over a bad network, with a loop closer that is started anew at some keyframes.
+std::vector<GraphUpdate> DriveOverBadNetwork(std::uint64_t seed, const std::vector<int>& restarts) {
+  Owner owner;
+  KeyframeAnswers closer(kLoops, Drawing());
+  BadNetwork<keyframe_t> to_closer(seed);
+  BadNetwork<pose_graph_t> to_owner(seed + 1000);
+  const auto Exchange = [&] {
+    for (const keyframe_t& message : std::exchange(owner.sent, {})) to_closer.Send(message);
+    while (const auto message = to_closer.Receive()) {
+      for (const pose_graph_t& answer : closer.Answer(*message)) to_owner.Send(answer);
+    }
+    if (const auto request = closer.NextRequest()) owner.link.Answer(*request, {}, owner.now);
+    while (const auto message = to_owner.Receive()) owner.link.Take(*message, owner.now);
+    owner.now += milliseconds(100);
+    owner.link.Poll(owner.now);
+  };
+  for (const Keyframe& place : RoundBlock()) {
+    DriveTo(place, owner);
+    const int newest = owner.mapper.graph().size() - 1;
+    if (std::ranges::count(restarts, newest) > 0) closer = KeyframeAnswers(kLoops, Drawing());
+    for (int i = 0; !owner.link.IsSettled(); ++i) {
+      REQUIRE(i < 2000);
+      Exchange();
+    }
+  }
+  CHECK(owner.Counter("pose_graph_refused") == 0);
+  return owner.kept;
+}
+
+}  // namespace
+
+TEST_CASE("a keyframe is sent again, more and more seldom, until loops were looked for in it") {
+  Owner owner;
+  owner.DriveOn(1);
+  REQUIRE(owner.sent.size() == 1);
+  CHECK(owner.sent[0].keyframe == 0);
+  CHECK(owner.sent[0].epoch == kEpoch);
+  CHECK(owner.sent[0].last_update == -1);
+  CHECK_FALSE(owner.link.IsSettled());
+  CHECK(owner.CountResends(milliseconds(50)) == 0);
+  CHECK(owner.CountResends(milliseconds(2)) == 1);
+  CHECK(Encode(owner.sent[1]) == Encode(owner.sent[0]));
+  owner.Hear({Unchanged(0)});
+  CHECK(owner.link.IsSettled());
+  CHECK(owner.CountResends(std::chrono::minutes(1)) == 0);
+  CHECK(owner.kept.empty());
+}
+
+TEST_CASE("a loop closer that never answers is asked every two seconds at most, and the next keyframes wait for it") {
+  Owner owner;
+  owner.DriveOn(kLoops.lag);
+  CHECK(owner.link.IsReadyForNext() == false);  // keyframe 0 is due
+  const int num_resends = owner.CountResends(std::chrono::minutes(1));
+  CHECK(num_resends >= 30);
+  CHECK(num_resends <= 36);  // pauses of 50 ms to 1.6 s before
+  CHECK(owner.Counter("keyframes_resent") == num_resends);
+  CHECK(owner.sent.back().keyframe == kLoops.lag - 1);
+  CHECK(owner.link.looked_through() == -1);
+  CHECK(owner.kept.empty());
+  owner.Hear({Unchanged(0)});
+  CHECK(owner.link.IsReadyForNext());
+  CHECK_FALSE(owner.link.IsSettled());
+}
+
+TEST_CASE("the parts of an update bring it in any order and however often they come, and not without all of them") {
+  Owner drive;
+  drive.DriveOn(kLongDrive);
+  const GraphUpdate update = MoveAll(drive, kLongDrive - 1, 0.5);
+  const auto parts = PartsOf(update);
+  REQUIRE(parts.size() == 3);
+  drive.Hear({parts[2], parts[0], parts[2], parts[0]});
+  CHECK(drive.kept.empty());
+  CHECK(drive.mapper.last_update() == -1);
+  CHECK_FALSE(drive.link.IsSettled());
+  CHECK(drive.CountResends(std::chrono::seconds(1)) > 0);  // so that the rest is said again
+
+  drive.Hear({parts[1]});
+  REQUIRE(drive.kept == std::vector{update});
+  CHECK(drive.mapper.best_poses() == update.poses);
+  CHECK(drive.link.IsSettled());
+  drive.Hear({parts[0], parts[1], parts[2]});  // late copies
+  CHECK(drive.kept.size() == 1);
+  CHECK(drive.Counter("pose_graph_refused") == 0);
+}
+
+TEST_CASE("what follows an update that was lost is not heard before that one has come") {
+  Owner owner;
+  owner.DriveOn(20);
+  const GraphUpdate lost = MoveAll(owner, 17, 0.5);
+  const GraphUpdate next = MoveAll(owner, 19, 0.25, 17);
+  owner.Hear(PartsOf(next));
+  owner.Hear({Unchanged(19, 17)});
+  CHECK(owner.kept.empty());
+  CHECK(owner.link.looked_through() == -1);
+  owner.CountResends(std::chrono::seconds(1));
+  CHECK(owner.sent.back().last_update == -1);  // says what is lacking
+
+  owner.Hear(PartsOf(lost));
+  owner.Hear(PartsOf(next));
+  CHECK(owner.kept == std::vector{lost, next});
+  CHECK(owner.link.IsSettled());
+  owner.DriveOn(1);
+  CHECK(owner.sent.back().last_update == 19);
+}
+
+TEST_CASE("the parts of two updates are not mixed: a loop closer that was started anew may have come to another one") {
+  Owner drive;
+  drive.DriveOn(kLongDrive);
+  const auto before = PartsOf(MoveAll(drive, kLongDrive - 2, 0.5));
+  const GraphUpdate update = MoveAll(drive, kLongDrive - 1, 0.25);
+  const auto after = PartsOf(update);
+  REQUIRE(before.size() == after.size());
+  drive.Hear({before[0], before[1], after[2], before[2], after[0], after[1]});
+  CHECK(drive.kept.empty());
+  drive.Hear(after);
+  CHECK(drive.kept == std::vector{update});
+}
+
+TEST_CASE("updates that fit nothing are counted and change nothing") {
+  Owner drive;
+  drive.DriveOn(kLongDrive);
+  const std::vector<Pose2> poses = drive.mapper.best_poses();
+  const GraphUpdate update = MoveAll(drive, kLongDrive - 1, 0.5);
+  const auto Spoil = [&](auto&& change) {
+    GraphUpdate spoilt = update;
+    change(spoilt);
+    drive.Hear(PartsOf(spoilt));
+  };
+  SECTION("with fewer poses than keyframes") {
+    Spoil([](GraphUpdate& u) { u.poses.pop_back(); });
+  }
+  SECTION("with a loop to a keyframe that is not there yet") {
+    Spoil([](GraphUpdate& u) { u.closed = {{0, kLongDrive, {}}}; });
+  }
+  SECTION("further away than any map") {
+    Spoil([](GraphUpdate& u) { u.poses[7].x_m = 9e5; });
+  }
+  SECTION("in parts that overlap") {
+    auto parts = PartsOf(update);
+    parts[1].first_pose -= 1;
+    drive.Hear(parts);
+  }
+  SECTION("in more parts than there are poses") {
+    auto parts = PartsOf(update);
+    parts[0].num_parts = 4;
+    drive.Hear({parts[0]});
+  }
+  CHECK(drive.Counter("pose_graph_refused") == 1);
+  CHECK(drive.kept.empty());
+  CHECK(drive.mapper.best_poses() == poses);
+  CHECK(drive.link.looked_through() == -1);
+  drive.Hear(PartsOf(update));
+  CHECK(drive.kept == std::vector{update});
+}
+
+TEST_CASE("what is of another map, or of keyframes that it does not have, is counted and not heard") {
+  Owner owner;
+  owner.DriveOn(20);
+  GraphUpdate update = MoveAll(owner, 19, 0.5);
+  owner.Hear(MakeParts(update, 19, kEpoch + 1));
+  owner.Hear({MakeUnchanged(19, -1, 19, kEpoch + 1), Unchanged(20)});
+  update.keyframe = 20;
+  update.poses.emplace_back();
+  owner.Hear(PartsOf(update));
+  CHECK(owner.Counter("pose_graph_of_another_map") == 4);
+  CHECK(owner.kept.empty());
+  CHECK_FALSE(owner.link.IsSettled());
+  CHECK(owner.link.looked_through() == -1);
+}
+
+TEST_CASE("who lacks keyframes is given those that it asks for and there are, with the last update that is known") {
+  Owner owner;
+  owner.DriveOn(30);
+  owner.Hear(PartsOf(MoveAll(owner, 25, 0.5)));
+  owner.sent.clear();
+  owner.link.Answer({kEpoch, 3, 5}, {}, owner.now);
+  REQUIRE(owner.sent.size() == 5);
+  for (int i = 0; i < 5; ++i) {
+    const keyframe_t& message = owner.sent[static_cast<std::size_t>(i)];
+    CHECK(Encode(message) == Encode(ToMessage(owner.mapper.graph().keyframe(3 + i), {kEpoch, 3 + i, 25})));
+  }
+  owner.sent.clear();
+  owner.link.Answer({kEpoch, 28, 64}, {}, owner.now);
+  CHECK(owner.sent.size() == 2);
+  owner.sent.clear();
+  owner.link.Answer({kEpoch, 30, 64}, {}, owner.now);
+  owner.link.Answer({kEpoch, 1'000'000'000, 64}, {}, owner.now);
+  owner.link.Answer({kEpoch + 1, 0, 64}, {}, owner.now);
+  CHECK(owner.sent.empty());
+}
+
+TEST_CASE("who asks for keyframes without a pause is not answered more often than is of use") {
+  Owner owner;
+  owner.DriveOn(2);
+  owner.sent.clear();
+  for (int i = 0; i < 1000; ++i) owner.link.Answer({kEpoch, 0, 1}, {1, 2}, owner.now);
+  CHECK(std::ssize(owner.sent) == static_cast<std::int64_t>(RequestLimiter::kAtOnce));
+  CHECK(owner.Counter("keyframe_requests_refused") == 1000 - std::ssize(owner.sent));
+}
+
+TEST_CASE("with messages lost, doubled and in any order, and the loop closer started anew, the same loops are kept") {
+  const int at_loop = UpdatesRoundBlock()[0].keyframe;
+  const std::vector<std::vector<int>> restarts{{}, {20}, {at_loop}, {at_loop + 1, at_loop + 2}, {100, at_loop + 4}};
+  for (std::size_t i = 0; i < restarts.size(); ++i) {
+    CAPTURE(restarts[i]);
+    CHECK(DriveOverBadNetwork(i, restarts[i]) == UpdatesRoundBlock());
+  }
+}
+
+}  // namespace crsm
+
+#include "services/map_updater/loop_closer_link.cpp"  // in no library: it is map_updater's own
