@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "common/match/rrhc_matcher.hpp"
+#include "common/match/sweep.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/map_replica.hpp"
 #include "wire_messages.hpp"
@@ -25,7 +26,7 @@ class MatcherReplica {
 
   /// The answer must be one that map_updater believes.
   void Match(const critical_rays_t& message, const TrackingState& tracking) const {
-    const ScanMatch match = matcher_->Match(FromMessage(message), tracking, {});
+    const ScanMatch match = MatchSweep(*matcher_, FromMessage(message), tracking, {});
     if (!Decode<scan_match_t>(Encode(ToMessage(match)))) std::abort();
   }
 

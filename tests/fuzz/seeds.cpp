@@ -87,6 +87,38 @@ map_delta_t FirstPage() {
   return page;
 }
 
+/// FirstPage of a robot that drives and turns: by its last two scans, and by the twist of the last one.
+map_delta_t PageOfDrive() {
+  constexpr std::int64_t kPeriod_us = 100000;
+  map_delta_t page = FirstPage();
+  ScanMatch before = FromMessage(page.matches[0]);
+  before.state = MatchState::kOk;
+  before.T_map_laser = {0.0, 0.2, 0.2};
+  ScanMatch last = before;
+  last.utime += kPeriod_us;
+  last.T_map_laser = {0.1, 0.2, 0.3};
+  last.twist = {1.0, 0.0, 1.0};
+  page.version = 2;
+  page.next_match = 2;
+  page.tracking[0] = ToMessage(After({before, last}));
+  return page;
+}
+
+/// The room in a sweep of a laser that drives and turns, which ends where PageOfDrive's robot is 0.1 s later.
+Bytes EncodeSweep(std::int64_t utime) {
+  constexpr Pose2 kEnd{0.2, 0.2, 0.4};
+  constexpr double kSweep_s = 0.15;
+  CriticalRays scan = RaySelector({}).Select(ScanRoom(kEnd, utime, 90));
+  ValidRays& rays = scan.rays;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const double time_s = kSweep_s * (static_cast<double>(i + 1) / static_cast<double>(rays.size()) - 1.0);
+    const Pose2 at = kEnd * Pose2{time_s, 0.0, time_s};
+    rays.range_m[i] = static_cast<float>(RangeInRoom(at.x_m, at.y_m, at.yaw_rad + rays.angle_rad[i]));
+    rays.time_s.push_back(static_cast<float>(time_s));
+  }
+  return Encode(ToMessage(scan));
+}
+
 /// The next version after FirstPage, with one small change.
 map_delta_t NextDelta() {
   map_delta_t delta = MapDeltaMessage();
@@ -143,6 +175,8 @@ void WriteMessages(const Seeds& seeds) {
   const Bytes rays = EncodeRays(Scan(7));
   seeds.Write("rrhc_matcher", "match", std::vector<Bytes>{page, rays, delta, rays});
   seeds.Write("rrhc_matcher", "small", std::vector<Bytes>{page, Encode(CriticalRaysMessage())});
+  const Bytes sweep = EncodeSweep(PageOfDrive().tracking[0].recent[1].utime + 100000);
+  seeds.Write("rrhc_matcher", "sweep", std::vector<Bytes>{Encode(PageOfDrive()), sweep, rays});
   map_delta_t finished = FirstPage();  // a map without a history: the scan is looked for on all of it
   finished.version = 0;
   finished.next_match = 0;
