@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "common/map/map_geometry.hpp"
+#include "common/results/png.hpp"
 #include "common/scan/deskew.hpp"
 
 namespace crsm {
@@ -34,12 +34,8 @@ const cv::Scalar kTakenOutColour(20, 70, 130);
 const cv::Scalar kInk(40, 40, 40);
 const cv::Scalar kPaper(255, 255, 255);
 
-std::string EncodePng(const cv::Mat& image) {
-  std::vector<uchar> bytes;
-  // Named, so that another version's defaults do not change the bytes.
-  cv::imencode(".png", image, bytes,
-               {cv::IMWRITE_PNG_COMPRESSION, 6, cv::IMWRITE_PNG_STRATEGY, cv::IMWRITE_PNG_STRATEGY_DEFAULT});
-  return {bytes.begin(), bytes.end()};
+std::string EncodePicture(const cv::Mat& picture) {
+  return EncodePng({picture.cols, picture.rows, picture.channels(), picture.data});
 }
 
 /// The map as a picture, y up.
@@ -206,7 +202,7 @@ void AddCaptions(const Results& results, const Path& path, Canvas& canvas) {
 
 }  // namespace
 
-std::string EncodeMap(const DenseGrid& grid) { return EncodePng(ToPicture(grid)); }
+std::string EncodeMap(const DenseGrid& grid) { return EncodePicture(ToPicture(grid)); }
 
 std::string EncodeOverview(const Results& results) {
   Canvas canvas(results.grid, results.loops.empty() ? kMinWidth : kMinWidthLoops);
@@ -225,7 +221,7 @@ std::string EncodeOverview(const Results& results) {
     canvas.DrawDisc(path.end_m, 7.0, kEndColour);
   }
   AddCaptions(results, path, canvas);
-  return EncodePng(canvas.image());
+  return EncodePicture(canvas.image());
 }
 
 }  // namespace crsm

@@ -12,8 +12,8 @@
 
 #include "common/graph/mapper.hpp"
 #include "common/graph/whole_map.hpp"
+#include "common/logs/read_map.hpp"
 #include "common/map/byte_map.hpp"
-#include "common/map/read_map.hpp"
 #include "common/scan/deskew.hpp"
 #include "services/runtime/command_line.hpp"
 #include "services/sources/earlier_results.hpp"

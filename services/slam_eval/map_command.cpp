@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "common/map/read_map.hpp"
+#include "common/logs/read_map.hpp"
 #include "common/metrics/map_metrics.hpp"
 #include "common/results/read_results.hpp"
 #include "services/slam_eval/commands.hpp"

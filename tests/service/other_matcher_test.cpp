@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "catch.hpp"
-#include "common/map/read_map.hpp"
+#include "common/logs/read_map.hpp"
 #include "common/metrics/trajectory.hpp"
 #include "common/results/results.hpp"
 #include "common/slam.hpp"

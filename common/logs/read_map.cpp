@@ -1,4 +1,4 @@
-#include "common/map/read_map.hpp"
+#include "common/logs/read_map.hpp"
 
 #include <fmt/core.h>
 #include <png.h>
