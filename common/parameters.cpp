@@ -1,10 +1,10 @@
 #include "common/parameters.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
 #include <stdexcept>
 #include <type_traits>
+
+#include "common/math/format_number.hpp"
 
 namespace crsm {
 namespace {
@@ -37,7 +37,8 @@ class Lister {
 template <class Number>
 void CheckOrder(const char* lower_key, Number lower, const char* upper_key, Number upper) {
   if (lower <= upper) return;
-  throw std::runtime_error(fmt::format("{}: {} is more than {}, {}", lower_key, lower, upper_key, upper));
+  throw std::runtime_error(std::string(lower_key) + ": " + FormatNumber(lower) + " is more than " + upper_key + ", " +
+                           FormatNumber(upper));
 }
 
 std::vector<std::pair<ParameterGroup, NamedValues::value_type>> ListWithGroups(const Parameters& parameters) {

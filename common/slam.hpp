@@ -56,6 +56,10 @@ class Slam {
   const ByteMap& map() const { return matcher_->map(); }
   /// With loops: what has taken effect.
   const KeyframeGraph& graph() const { return mapper_.graph(); }
+  /// With loops: all that is known.
+  KeyframeGraph MakeBestGraph() const { return mapper_.MakeBestGraph(); }
+  /// As of Mapper.
+  Pose2 BestPose(std::int64_t scan, const Pose2& T_map_laser) const { return mapper_.BestPose(scan, T_map_laser); }
   const TrackingState& tracking() const { return tracking_; }
   std::int64_t map_version() const { return mapper_.local().version(); }
   /// As of MapUpdater; with loops of the local map.

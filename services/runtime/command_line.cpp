@@ -6,13 +6,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <fstream>
 #include <map>
 #include <sstream>
 #include <stdexcept>
 #include <type_traits>
 
+#include "common/set_parameter.hpp"
 #include "services/runtime/presets.hpp"
 #include "services/runtime/usage_error.hpp"
 #include "services/runtime/version.hpp"
@@ -20,84 +20,8 @@
 namespace crsm {
 namespace {
 
-/// A value as somebody wrote it: on a command line, where all is text, or in a file, where its type shows.
-struct WrittenValue {
-  enum class Kind { kFlag, kNumber, kBoolean, kString, kOther } kind;
-  std::string text;
-};
-
-template <class Number>
-std::optional<Number> ParseNumber(const std::string& text) {
-  Number number{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
-template <class Number>
-std::string RangeText(Number low, Number high) {
-  if constexpr (std::is_same_v<Number, std::uint64_t>) {
-    if (high == ~std::uint64_t{0}) return "a whole number from 0";
-  }
-  return fmt::format("a{} number from {} to {}", std::is_integral_v<Number> ? " whole" : "", low, high);
-}
-
-/// Gives one key a value; throws std::runtime_error that names the key and says what would be right.
-class Setter {
- public:
-  Setter(std::string key, WrittenValue value) : key_(std::move(key)), value_(std::move(value)) {}
-
-  template <class... Rest>
-  void operator()(const ParameterInfo& info, Rest&&... rest) {
-    if (key_ == info.key) Set(std::forward<Rest>(rest)...);
-  }
-  template <class... Rest>
-  void operator()(const char* key, const char*, Rest&&... rest) {
-    if (key_ == key) Set(std::forward<Rest>(rest)...);
-  }
-
-  bool found() const { return found_; }
-
- private:
-  using Kind = WrittenValue::Kind;
-
-  template <class Number>
-  requires std::is_arithmetic_v<Number>
-  void Set(Number& number, Number low, Number high) {
-    const std::optional<Number> parsed = ParseNumber<Number>(value_.text);
-    if (!Is(Kind::kNumber) || !parsed || !(*parsed >= low && *parsed <= high)) Refuse(RangeText(low, high));
-    number = *parsed;
-  }
-  void Set(bool& flag) {
-    if (!Is(Kind::kBoolean) || (value_.text != "true" && value_.text != "false")) Refuse("true or false");
-    flag = value_.text == "true";
-  }
-  void Set(std::string& text) {
-    if (!Is(Kind::kString)) Refuse("a string in quotes");
-    text = value_.text;
-  }
-  template <class Enum, std::size_t N>
-  void Set(Enum& choice, const std::array<std::string_view, N>& names) {
-    const auto name = std::find(names.begin(), names.end(), value_.text);
-    if (!Is(Kind::kString) || name == names.end()) Refuse(fmt::format("one of {}", fmt::join(names, ", ")));
-    choice = static_cast<Enum>(name - names.begin());
-  }
-
-  bool Is(Kind kind) {
-    found_ = true;
-    return value_.kind == Kind::kFlag || value_.kind == kind;
-  }
-  [[noreturn]] void Refuse(const std::string& expected) const {
-    throw std::runtime_error(fmt::format("{}: '{}' is not {}", key_, value_.text, expected));
-  }
-
-  std::string key_;
-  WrittenValue value_;
-  bool found_ = false;
-};
-
 void SetValue(const std::string& key, const WrittenValue& value, Parameters& parameters, Settings& settings) {
-  Setter setter(key, value);
+  ValueSetter setter(key, value);
   VisitParameters(parameters, setter);
   VisitSettings(settings, setter);
   if (!setter.found()) throw std::runtime_error(fmt::format("{}: no such key; --help of each program lists them", key));

@@ -32,6 +32,8 @@ RESULTS = ("map.png", "map.yaml", "overview.png", "trajectory.tum", "summary.jso
 
 UNRUN = {  # by how a command begins
     "scripts/test": "it is what runs this",
+    "scripts/packages": "scripts/packages --chroot does all of it, in clean Debians",
+    "sudo apt": "as scripts/packages",
     "scripts/spy": "needs a screen",
     "sudo systemctl": "needs a running systemd; tests/service/systemd_test.cpp reads the units",
     "ip route": "needs another host; scripts/fault hosts has three",

@@ -1,0 +1,47 @@
+# What cmake --install installs, in three components: programs, runtime (the shared library), development (the rest).
+include(CMakePackageConfigHelpers)
+if(HARDENED)
+  install(CODE "set(CMAKE_INSTALL_DO_STRIP ON)" ALL_COMPONENTS)  # as cmake --install --strip
+endif()
+
+# ---- programs, and the services' units for systemd
+install(TARGETS ${PROGRAMS} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
+install(DIRECTORY scripts/systemd/ DESTINATION lib/systemd/system COMPONENT programs)
+# bash-completion looks for a file of the program's name.
+set(COMPLETIONS ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
+install(FILES scripts/completion.bash DESTINATION ${COMPLETIONS} RENAME crsm-slam COMPONENT programs)
+file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/completions)
+foreach(program ${PROGRAMS})
+  file(CREATE_LINK crsm-slam ${CMAKE_BINARY_DIR}/completions/${program} SYMBOLIC)
+endforeach()
+install(DIRECTORY ${CMAKE_BINARY_DIR}/completions/ DESTINATION ${COMPLETIONS} COMPONENT programs)
+
+# ---- the library
+install(TARGETS crsm_slam EXPORT crsm_slam-targets
+        LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT development)
+install(TARGETS crsm_slam_static EXPORT crsm_slam-targets
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
+install(DIRECTORY common/library/crsm_slam DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+set(CMAKE_PACKAGE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/crsm_slam)
+install(EXPORT crsm_slam-targets NAMESPACE crsm_slam:: DESTINATION ${CMAKE_PACKAGE_DIR} COMPONENT development)
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/crsm_slam-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES scripts/cmake/crsm_slam-config.cmake ${CMAKE_BINARY_DIR}/crsm_slam-config-version.cmake
+        DESTINATION ${CMAKE_PACKAGE_DIR} COMPONENT development)
+configure_file(scripts/cmake/crsm_slam.pc.in ${CMAKE_BINARY_DIR}/crsm_slam.pc @ONLY)
+install(FILES ${CMAKE_BINARY_DIR}/crsm_slam.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+
+# ---- the wire: the types, and what lcm-gen makes of them for Python
+set(PYTHON_TYPES ${CMAKE_BINARY_DIR}/python)
+add_custom_command(
+  OUTPUT ${PYTHON_TYPES}/stamp
+  COMMAND ${LCM_GEN} --python --ppath ${PYTHON_TYPES}/types ${LCM_FILES}
+  COMMAND ${CMAKE_COMMAND} -E touch ${PYTHON_TYPES}/stamp
+  DEPENDS ${LCM_FILES}
+  COMMENT "lcm-gen for Python")
+add_custom_target(crsm_python_types ALL DEPENDS ${PYTHON_TYPES}/stamp)
+install(FILES ${LCM_FILES} DESTINATION ${CMAKE_INSTALL_DATADIR}/crsm_slam/lcmtypes COMPONENT development)
+install(DIRECTORY ${PYTHON_TYPES}/types/ DESTINATION ${CMAKE_INSTALL_DATADIR}/crsm_slam/python COMPONENT development)
+
+if(CRSM_PACKAGES)
+  include(scripts/cmake/packages.cmake)
+endif()

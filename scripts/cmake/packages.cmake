@@ -1,0 +1,86 @@
+# Debian packages by CPack, one for each component: crsm-slam, libcrsm-slam0, libcrsm-slam-dev. scripts/packages makes them.
+set(CRSM_MAINTAINER "CRSM SLAM authors <crsm-slam@users.noreply.github.com>" CACHE STRING "Who packages are from")
+find_program(HELP2MAN help2man REQUIRED)
+
+# ---- man pages, from --help
+set(MAN_PAGES "")
+foreach(program ${PROGRAMS})
+  set(page ${CMAKE_BINARY_DIR}/man/${program}.1)
+  add_custom_command(
+    OUTPUT ${page}
+    COMMAND ${CMAKE_SOURCE_DIR}/scripts/cmake/make_man_page $<TARGET_FILE:${program}> ${page}
+    DEPENDS ${program} ${CMAKE_SOURCE_DIR}/scripts/cmake/make_man_page
+    COMMENT "man page of ${program}")
+  list(APPEND MAN_PAGES ${page})
+endforeach()
+add_custom_target(man_pages ALL DEPENDS ${MAN_PAGES})
+install(DIRECTORY ${CMAKE_BINARY_DIR}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT programs
+        FILES_MATCHING PATTERN "*.1.gz")
+
+# ---- lcm-spy's types and views
+file(GLOB_RECURSE PLUGINS CONFIGURE_DEPENDS scripts/spy_plugins/*)
+set(JAR ${CMAKE_BINARY_DIR}/crsm_spy.jar)
+add_custom_command(
+  OUTPUT ${JAR}
+  COMMAND ${CMAKE_SOURCE_DIR}/scripts/spy_plugins/make_jar ${JAR}
+  DEPENDS ${PLUGINS} ${LCM_FILES}
+  COMMENT "jar for lcm-spy")
+add_custom_target(spy_jar ALL DEPENDS ${JAR})
+install(FILES ${JAR} DESTINATION ${CMAKE_INSTALL_DATADIR}/java RENAME crsm-spy.jar COMPONENT programs)
+
+# ---- what every package has
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME crsm-slam)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libcrsm-slam${PROJECT_VERSION_MAJOR})
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libcrsm-slam-dev)
+string(TIMESTAMP NOW "%a, %d %b %Y %H:%M:%S +0000" UTC)  # or SOURCE_DATE_EPOCH
+foreach(component PROGRAMS RUNTIME DEVELOPMENT)
+  set(package ${CPACK_DEBIAN_${component}_PACKAGE_NAME})
+  string(TOLOWER ${component} lower)
+  set(changelog ${CMAKE_BINARY_DIR}/debian/${package}/changelog)
+  file(WRITE ${changelog} "${package} (${PROJECT_VERSION}) unstable; urgency=medium\n\n  * See the history of the source.\n"
+                          "\n -- ${CRSM_MAINTAINER}  ${NOW}\n")
+  execute_process(COMMAND gzip -9nf ${changelog} COMMAND_ERROR_IS_FATAL ANY)
+  set(doc ${CMAKE_INSTALL_DATADIR}/doc/${package})
+  install(FILES ${changelog}.gz DESTINATION ${doc} COMPONENT ${lower})
+  install(FILES LICENSE DESTINATION ${doc} RENAME copyright COMPONENT ${lower})
+endforeach()
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME crsm-slam)
+set(CPACK_PACKAGE_CONTACT ${CRSM_MAINTAINER})
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE
+    WORLD_READ WORLD_EXECUTE)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_COMPONENTS_ALL programs runtime development)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
+set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS ON)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+
+# ---- and what belongs to one
+set(CPACK_COMPONENT_DEVELOPMENT_DEPENDS runtime)
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS iproute2)  # crsm_bus.service
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SUGGESTS "liblcm-bin, liblcm-java, default-jre")  # lcm-spy
+set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_EXTRA
+    "${CMAKE_SOURCE_DIR}/scripts/debian/postinst;${CMAKE_SOURCE_DIR}/scripts/debian/prerm;${CMAKE_SOURCE_DIR}/scripts/debian/postrm")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA "${CMAKE_SOURCE_DIR}/scripts/debian/triggers")
+set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "maps buildings from a planar laser alone, over LCM
+Processes that pass LCM messages make a map of a building, and say where the
+robot is on it, from the scans of a planar laser, without odometry;
+slam_offline does the same in one process, run_stack starts all of them, and
+map_viewer shows the map in a browser. Units for systemd, and types and views
+for lcm-spy, are with them.")
+set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "SLAM from a planar laser alone, shared library
+Maps buildings and localises a robot from the scans of a planar laser, without
+odometry and without any middleware. This is what programs are linked with.")
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "SLAM from a planar laser alone, for those who write programs
+The header, a CMake package, a pkg-config file and the static library of CRSM
+SLAM; the types of its LCM messages, and what lcm-gen makes of them for Python.")
+include(CPack)

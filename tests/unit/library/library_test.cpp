@@ -1,0 +1,235 @@
+#include <cmath>
+#include <crsm_slam/slam.hpp>
+#include <limits>
+#include <map>
+#include <span>
+
+#include "catch.hpp"
+#include "common/library/presets.hpp"
+#include "common/set_parameter.hpp"
+#include "common/slam.hpp"
+#include "common/worlds/simulator.hpp"
+#include "services/runtime/command_line.hpp"
+
+namespace crsm {
+namespace {
+
+crsm_slam::Scan ToPublic(const LaserScan& scan) {
+  return {scan.utime, scan.angle_min_rad, scan.angle_step_rad, scan.ranges_m};
+}
+
+/// The first scans of a simulated drive.
+std::vector<LaserScan> TakeScans(const std::string& world, std::size_t most) {
+  Simulator simulator(LoadWorld(world), 1);
+  std::vector<LaserScan> scans;
+  while (const auto scan = simulator.Next()) {
+    if (scans.size() == most) break;
+    scans.push_back(*scan);
+  }
+  return scans;
+}
+
+void CheckSame(const crsm_slam::Pose& a, const Pose2& b) { CHECK(Pose2{a.x_m, a.y_m, a.yaw_rad} == b); }
+
+void CheckSame(const crsm_slam::Map& map, const DenseGrid& grid) {
+  CHECK(map.width_cells == grid.width_cells);
+  CHECK(map.height_cells == grid.height_cells);
+  CHECK(map.cell_size_m == grid.cell_size_m);
+  CHECK(map.T_map_grid.x_m == grid.origin_x_cells * grid.cell_size_m);
+  CHECK(map.T_map_grid.y_m == grid.origin_y_cells * grid.cell_size_m);
+  CHECK(map.cells == grid.cells);
+}
+
+/// What a program uses that is called with these flags.
+Parameters ParametersOf(std::vector<const char*> flags) {
+  using enum ParameterGroup;
+  CommandLine command_line("program", "", {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate, kLoops}, {});
+  flags.insert(flags.begin(), "program");
+  REQUIRE_FALSE(command_line.Parse(static_cast<int>(flags.size()), flags.data()));
+  return command_line.parameters();
+}
+
+std::string ErrorOf(const crsm_slam::Settings& settings) {
+  try {
+    crsm_slam::Slam slam(settings);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("the library's map, poses and loops are those of the algorithm, whoever looks at them in between") {
+  const bool with_loops = GENERATE(true, false);
+  CAPTURE(with_loops);
+  const std::vector<LaserScan> scans = TakeScans("block", with_loops ? 1600 : 300);  // round a block, and back
+  Slam slam(ParametersOf({"--preset", "sick", with_loops ? "--loops" : "--no-loops"}));
+  crsm_slam::Slam library({.preset = "sick", .values = {{"loops", with_loops ? "true" : "false"}}});
+  std::vector<ScanMatch> matches;
+  bool loop_closed = false;
+  for (const LaserScan& scan : scans) {
+    const Slam::Step wanted = slam.Process(scan);
+    const crsm_slam::Step step = library.Process(ToPublic(scan));
+    CheckSame(step.T_map_laser, wanted.match.T_map_laser);
+    REQUIRE(static_cast<int>(step.state) == static_cast<int>(wanted.match.state));
+    REQUIRE(step.fitness == wanted.match.fitness);
+    REQUIRE(step.covariance == wanted.match.covariance);
+    REQUIRE(step.degenerate_axis == wanted.match.degenerate_axis);
+    REQUIRE(step.drawn == wanted.drawn);
+    loop_closed |= step.loop_closed;
+    matches.push_back(wanted.match);
+    if (matches.size() % 500 == 0) library.MakeMap();
+  }
+  CHECK(loop_closed == with_loops);
+
+  if (!with_loops) CheckSame(library.MakeMap(), slam.map().ToDenseGrid());
+  const Slam::Outcome outcome = slam.Conclude(matches);
+  if (with_loops) CheckSame(library.MakeMap(), outcome.map.ToDenseGrid());
+  const auto trajectory = library.Trajectory();
+  REQUIRE(trajectory.size() == matches.size());
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    CHECK(trajectory[i].utime == matches[i].utime);
+    CheckSame(trajectory[i].T_map_laser, matches[i].T_map_laser);
+  }
+  const auto loops = library.Loops();
+  REQUIRE(loops.size() == outcome.graph.loops().size());
+  CHECK(loops.empty() != with_loops);
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    const Loop& loop = outcome.graph.loops()[i];
+    CHECK(loops[i].older_utime == outcome.graph.keyframe(loop.older).utime);
+    CHECK(loops[i].newer_utime == outcome.graph.keyframe(loop.newer).utime);
+    CheckSame(loops[i].T_older_newer, loop.T_older_newer);
+  }
+}
+
+TEST_CASE("before its first scan the library's map is empty") {
+  const crsm_slam::Slam library;
+  CHECK(library.MakeMap().cells.empty());
+  CHECK(library.Trajectory().empty());
+  CHECK(library.Loops().empty());
+}
+
+TEST_CASE("the library's presets and profiles are those of the programs") {
+  // The programs read the files by a TOML parser, the library's values are cut from them when it is built.
+  const auto Compare = [](const std::string& flag, std::span<const crsm_slam::PresetValue> values) {
+    std::map<std::string, Parameters> by_name;
+    for (const crsm_slam::PresetValue& value : values) {
+      ValueSetter setter(std::string(value.key), {WrittenValue::Kind::kFlag, std::string(value.text)});
+      VisitParameters(by_name[std::string(value.name)], setter);
+      CHECK(setter.found());
+    }
+    for (const auto& [name, parameters] : by_name) {
+      CAPTURE(name);
+      CHECK(ListParameters(parameters) == ListParameters(ParametersOf({flag.c_str(), name.c_str()})));
+    }
+  };
+  Compare("--preset", crsm_slam::kPresetValues);
+  Compare("--profile", crsm_slam::kProfileValues);
+  CHECK(crsm_slam::Presets() == std::vector<std::string>{"paper", "rplidar-a1", "sick", "urg-04lx", "utm-30lx"});
+}
+
+TEST_CASE("the library uses the preset, the profile and the values that it is told, the later before the earlier") {
+  const std::vector<LaserScan> scans = TakeScans("demo", 3);
+  const auto CellSize = [&](const crsm_slam::Settings& settings) {
+    crsm_slam::Slam library(settings);
+    for (const LaserScan& scan : scans) library.Process(ToPublic(scan));
+    return library.MakeMap().cell_size_m;
+  };
+  CHECK(CellSize({}) == 0.05);
+  CHECK(CellSize({.preset = "urg-04lx"}) == 0.03);
+  CHECK(CellSize({.preset = "urg-04lx", .profile = "paper"}) == 0.03);
+  CHECK(CellSize({.preset = "urg-04lx", .values = {{"cell_size_m", "0.1"}}}) == 0.1);
+}
+
+TEST_CASE("a setting of the library that is none is refused in one line that says what would be right") {
+  CHECK(ErrorOf({.preset = "sikc"}) == "preset: 'sikc' is not one of paper, rplidar-a1, sick, urg-04lx, utm-30lx");
+  CHECK(ErrorOf({.profile = "best"}) == "profile: 'best' is not one of default, paper");
+  CHECK(ErrorOf({.profile = "default"}).empty());
+  CHECK(ErrorOf({.values = {{"range_max", "4"}}}).rfind("range_max: no such key; ", 0) == 0);
+  CHECK(ErrorOf({.values = {{"cell_size_m", "5"}}}) == "cell_size_m: '5' is not a number from 0.005 to 1");
+  CHECK(ErrorOf({.values = {{"loops", "yes"}}}) == "loops: 'yes' is not true or false");
+  CHECK(ErrorOf({.values = {{"method", "best"}}}) == "method: 'best' is not one of all, uniform, density, segments");
+  CHECK(ErrorOf({.values = {{"rays_min", "99"}, {"rays_max", "9"}}}) == "rays_min: 99 is more than rays_max, 9");
+}
+
+TEST_CASE("the library refuses what is no scan, and goes on as if it had not been there") {
+  const std::vector<LaserScan> scans = TakeScans("demo", 20);
+  crsm_slam::Slam library;
+  crsm_slam::Slam undisturbed;
+  const crsm_slam::Scan good = ToPublic(scans[0]);
+  const auto Refused = [&](auto&& spoil) {
+    crsm_slam::Scan scan = good;
+    scan.utime = 1;
+    spoil(scan);
+    CHECK_THROWS_AS(library.Process(scan), std::invalid_argument);
+  };
+  for (const LaserScan& scan : scans) {
+    library.Process(ToPublic(scan));
+    undisturbed.Process(ToPublic(scan));
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    Refused([](auto& bad) { bad.utime = -1; });
+    Refused([&](auto& bad) { bad.utime = good.utime; });  // it was there before
+    Refused([](auto& bad) { bad.ranges_m.resize(1); });
+    Refused([](auto& bad) { bad.ranges_m.resize(4097); });
+    Refused([](auto& bad) { bad.angle_min_rad = kNan; });
+    Refused([](auto& bad) { bad.angle_min_rad = 6.3f; });
+    Refused([](auto& bad) { bad.angle_step_rad = 0.0f; });
+    Refused([](auto& bad) { bad.angle_step_rad = kNan; });
+    Refused([](auto& bad) { bad.angle_step_rad = 1.0f; });
+    crsm_slam::Scan later = good;
+    later.utime = 2;
+    CHECK_THROWS_AS(library.Process(later, crsm_slam::Pose{0.0, kNan, 0.0}), std::invalid_argument);
+    CHECK_THROWS_AS(library.Process(later, crsm_slam::Pose{2e6, 0.0, 0.0}), std::invalid_argument);
+  }
+  CHECK(library.Trajectory().size() == scans.size());
+  CHECK(library.MakeMap().cells == undisturbed.MakeMap().cells);
+}
+
+TEST_CASE("a scan of the library may have ranges that are none, and no range at all") {
+  crsm_slam::Slam library;
+  for (const LaserScan& scan : TakeScans("demo", 10)) {
+    crsm_slam::Scan spoilt = ToPublic(scan);
+    spoilt.ranges_m[3] = std::numeric_limits<float>::quiet_NaN();
+    spoilt.ranges_m[4] = std::numeric_limits<float>::infinity();
+    spoilt.ranges_m[5] = -1.0f;
+    library.Process(spoilt);
+  }
+  const std::vector<std::uint8_t> before = library.MakeMap().cells;
+  crsm_slam::Scan blind{.utime = 1, .angle_step_rad = 0.1f, .ranges_m = std::vector<float>(20)};
+  CHECK(library.Process(blind).state == crsm_slam::State::kLost);
+  CHECK(library.MakeMap().cells == before);
+}
+
+TEST_CASE("the library uses the odometry that it is handed, unless that is switched off") {
+  std::vector<std::pair<LaserScan, Pose2>> drive;  // of so few scans that odometry tells more than the last motions
+  Simulator simulator(LoadWorld("demo"), 1);
+  for (int k = 0; k < 900; ++k) {
+    const auto scan = simulator.Next();
+    REQUIRE(scan);
+    if (k % 15 == 0) drive.emplace_back(*scan, *RoundOdometry(*simulator.TruePose()));
+  }
+  const auto WantedPoses = [&](const char* odometry) {
+    Slam slam(ParametersOf({odometry}));
+    std::vector<Pose2> poses;
+    for (const auto& [scan, T_odom_robot] : drive) poses.push_back(slam.Process(scan, T_odom_robot).match.T_map_laser);
+    return poses;
+  };
+  const auto Poses = [&](const crsm_slam::Settings& settings) {
+    crsm_slam::Slam library(settings);
+    std::vector<Pose2> poses;
+    for (const auto& [scan, T_odom_robot] : drive) {
+      const crsm_slam::Pose wheels{T_odom_robot.x_m, T_odom_robot.y_m, T_odom_robot.yaw_rad};
+      const crsm_slam::Pose found = library.Process(ToPublic(scan), wheels).T_map_laser;
+      poses.push_back({found.x_m, found.y_m, found.yaw_rad});
+    }
+    return poses;
+  };
+  const std::vector<Pose2> with_odometry = WantedPoses("--odometry");
+  const std::vector<Pose2> without = WantedPoses("--no-odometry");
+  CHECK(with_odometry != without);
+  CHECK(Poses({}) == with_odometry);
+  CHECK(Poses({.values = {{"odometry", "false"}}}) == without);
+}
+
+}  // namespace crsm
