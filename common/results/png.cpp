@@ -51,7 +51,7 @@ std::string EncodePng(const Pixels& pixels) {
   if (info) png_set_write_fn(png, &bytes, Append, nullptr);
   const bool written = info && Write(png, info, pixels);
   png_destroy_write_struct(&png, &info);
-  if (!written) throw std::runtime_error("a picture cannot be made: no memory");
+  if (!written) throw std::runtime_error("a PNG file cannot be made: a side without pixels, or no memory");
   return bytes;
 }
 

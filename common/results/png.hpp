@@ -13,7 +13,7 @@ struct Pixels {
   const std::uint8_t* bytes = nullptr;
 };
 
-/// The bytes of a PNG file, the same for the same pixels. At least one pixel. Throws std::runtime_error where there is
+/// The bytes of a PNG file, the same for the same pixels. Throws std::runtime_error where there are none, or there is
 /// no memory for it.
 std::string EncodePng(const Pixels& pixels);
 

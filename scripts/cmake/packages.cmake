@@ -71,16 +71,15 @@ set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SUGGESTS "liblcm-bin, liblcm-java, default-jre
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_EXTRA
     "${CMAKE_SOURCE_DIR}/scripts/debian/postinst;${CMAKE_SOURCE_DIR}/scripts/debian/prerm;${CMAKE_SOURCE_DIR}/scripts/debian/postrm")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA "${CMAKE_SOURCE_DIR}/scripts/debian/triggers")
-set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "maps buildings from a planar laser alone, over LCM
-Processes that pass LCM messages make a map of a building, and say where the
+# Below the project's own description.
+set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "Processes that pass LCM messages make a map of a building, and say where the
 robot is on it, from the scans of a planar laser, without odometry;
 slam_offline does the same in one process, run_stack starts all of them, and
 map_viewer shows the map in a browser. Units for systemd, and types and views
 for lcm-spy, are with them.")
-set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "SLAM from a planar laser alone, shared library
-Maps buildings and localises a robot from the scans of a planar laser, without
-odometry and without any middleware. This is what programs are linked with.")
-set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "SLAM from a planar laser alone, for those who write programs
-The header, a CMake package, a pkg-config file and the static library of CRSM
-SLAM; the types of its LCM messages, and what lcm-gen makes of them for Python.")
+set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "This is the shared library that programs are linked with: it needs the scans of
+a planar laser, but neither odometry nor any middleware.")
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "This is for those who write programs: the header, a CMake package, a pkg-config
+file and the static library of CRSM SLAM; the types of its LCM messages, and what
+lcm-gen makes of them for Python.")
 include(CPack)
