@@ -79,6 +79,8 @@ std::optional<GzipFile::Line> GzipFile::ReadLine() {
   }
 }
 
+bool GzipFile::is_compressed() const { return gzdirect(file_.get()) == 0; }
+
 double GzipFile::Progress() const {
   if (at_end_ && begin_ == end_) return 1.0;
   if (file_bytes_ == 0 || read_bytes_ == 0) return 0.0;

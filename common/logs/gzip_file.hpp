@@ -41,6 +41,9 @@ class GzipFile {
   /// True once the compressed stream has turned out to be cut short or damaged; what was whole has been read.
   bool truncated() const { return truncated_; }
 
+  /// Whether gzip has compressed it; known once Peek has shown something.
+  bool is_compressed() const;
+
   const std::string& path() const { return path_; }
 
  private:

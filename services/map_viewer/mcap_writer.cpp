@@ -9,22 +9,8 @@
 namespace crsm {
 namespace {
 
-constexpr std::string_view kMagic("\x89MCAP0\r\n", 8);
 constexpr std::size_t kChunkBytes = 4 << 20;
 constexpr std::uint32_t kNoCrc = 0;
-
-enum Opcode : std::uint8_t {
-  kHeader = 0x01,
-  kFooter = 0x02,
-  kSchema = 0x03,
-  kChannel = 0x04,
-  kMessage = 0x05,
-  kChunk = 0x06,
-  kMessageIndex = 0x07,
-  kChunkIndex = 0x08,
-  kStatistics = 0x0b,
-  kDataEnd = 0x0f,
-};
 
 /// Bytes behind their number.
 void AppendText(std::string& bytes, std::string_view text) {
@@ -32,7 +18,7 @@ void AppendText(std::string& bytes, std::string_view text) {
   bytes += text;
 }
 
-std::string MakeRecord(std::uint8_t opcode, const std::string& content) {
+std::string MakeRecord(McapOpcode opcode, const std::string& content) {
   std::string record;
   Append(record, opcode);
   Append(record, static_cast<std::uint64_t>(content.size()));
@@ -48,11 +34,11 @@ void McapWriter::Span::Add(std::uint64_t time_ns) {
 }
 
 McapWriter::McapWriter(Sink sink) : sink_(std::move(sink)) {
-  Put(Bytes(kMagic));
+  Put(Bytes(kMcapMagic));
   Bytes header;
   AppendText(header, "");  // no profile
   AppendText(header, "crsm_slam");
-  PutRecord(kHeader, header);
+  PutRecord(McapOpcode::kHeader, header);
 }
 
 std::uint16_t McapWriter::AddChannel(const Topic& topic) {
@@ -65,8 +51,8 @@ std::uint16_t McapWriter::AddChannel(const Topic& topic) {
     AppendText(content, topic.schema_name);
     AppendText(content, "jsonschema");
     AppendText(content, topic.schema);
-    summary_.emplace_back(kSchema, content);
-    chunk_ += MakeRecord(kSchema, content);
+    summary_.emplace_back(McapOpcode::kSchema, content);
+    chunk_ += MakeRecord(McapOpcode::kSchema, content);
   }
   const auto channel = static_cast<std::uint16_t>(num_messages_.size());
   num_messages_.push_back(0);
@@ -76,8 +62,8 @@ std::uint16_t McapWriter::AddChannel(const Topic& topic) {
   AppendText(content, topic.name);
   AppendText(content, "json");
   AppendText(content, "");  // no metadata
-  summary_.emplace_back(kChannel, content);
-  chunk_ += MakeRecord(kChannel, content);
+  summary_.emplace_back(McapOpcode::kChannel, content);
+  chunk_ += MakeRecord(McapOpcode::kChannel, content);
   return channel;
 }
 
@@ -91,7 +77,7 @@ void McapWriter::Write(std::uint16_t channel, std::uint64_t time_ns, std::string
   Append(content, time_ns);  // when it was heard ...
   Append(content, time_ns);  // ... and said
   content += message;
-  chunk_ += MakeRecord(kMessage, content);
+  chunk_ += MakeRecord(McapOpcode::kMessage, content);
   chunk_span_.Add(time_ns);
   file_span_.Add(time_ns);
   if (chunk_.size() >= kChunkBytes) EndChunk();
@@ -107,7 +93,7 @@ void McapWriter::EndChunk() {
   AppendText(content, "");  // no compression
   Append(content, static_cast<std::uint64_t>(chunk_.size()));
   const std::uint64_t chunk_begin = position_;
-  PutRecord(kChunk, content + chunk_);
+  PutRecord(McapOpcode::kChunk, content + chunk_);
   const std::uint64_t index_begin = position_;
   Bytes index_offsets;
   for (const auto& [channel, entries] : message_index_) {
@@ -116,7 +102,7 @@ void McapWriter::EndChunk() {
     Bytes index;
     Append(index, channel);
     AppendText(index, entries);
-    PutRecord(kMessageIndex, index);
+    PutRecord(McapOpcode::kMessageIndex, index);
   }
   Bytes summary;
   Append(summary, chunk_span_.first_ns);
@@ -157,17 +143,17 @@ void McapWriter::Finish() {
   EndChunk();
   Bytes data_end;
   Append(data_end, kNoCrc);
-  PutRecord(kDataEnd, data_end);
+  PutRecord(McapOpcode::kDataEnd, data_end);
   const std::uint64_t summary_begin = position_;
   for (const auto& [opcode, content] : summary_) PutRecord(opcode, content);
-  PutRecord(kStatistics, MakeStatistics());
-  for (const Bytes& index : chunk_indices_) PutRecord(kChunkIndex, index);
+  PutRecord(McapOpcode::kStatistics, MakeStatistics());
+  for (const Bytes& index : chunk_indices_) PutRecord(McapOpcode::kChunkIndex, index);
   Bytes footer;
   Append(footer, summary_begin);
   Append(footer, std::uint64_t{0});  // no offsets within the summary
   Append(footer, kNoCrc);
-  PutRecord(kFooter, footer);
-  Put(Bytes(kMagic));
+  PutRecord(McapOpcode::kFooter, footer);
+  Put(Bytes(kMcapMagic));
 }
 
 void McapWriter::Put(const Bytes& bytes) {
@@ -175,6 +161,6 @@ void McapWriter::Put(const Bytes& bytes) {
   position_ += bytes.size();
 }
 
-void McapWriter::PutRecord(std::uint8_t opcode, const Bytes& content) { Put(MakeRecord(opcode, content)); }
+void McapWriter::PutRecord(McapOpcode opcode, const Bytes& content) { Put(MakeRecord(opcode, content)); }
 
 }  // namespace crsm

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/logs/replacement.hpp"
+#include "services/sources/bags/mcap_format.hpp"
 
 namespace crsm {
 
@@ -41,15 +42,15 @@ class McapWriter {
   };
 
   void Put(const Bytes& bytes);
-  void PutRecord(std::uint8_t opcode, const Bytes& content);
+  void PutRecord(McapOpcode opcode, const Bytes& content);
   void EndChunk();
   Bytes MakeStatistics() const;
 
   Sink sink_;
   std::uint64_t position_ = 0;  ///< in the file
   std::map<std::string, std::uint16_t> schema_ids_;
-  std::vector<std::pair<std::uint8_t, Bytes>> summary_;  ///< records of schemas and channels
-  std::vector<std::uint64_t> num_messages_;              ///< by channel
+  std::vector<std::pair<McapOpcode, Bytes>> summary_;  ///< records of schemas and channels
+  std::vector<std::uint64_t> num_messages_;            ///< by channel
   Span file_span_;
 
   // The chunk under way.

@@ -8,31 +8,9 @@
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
 #include "services/runtime/wire.hpp"
+#include "services/sources/file_window.hpp"
 
 namespace crsm {
-
-/// A file as a whole, of which a part at a time is in memory. A disk that does not give it back is an error in one
-/// line, not the end of the process as with a file that is mapped into memory.
-class FileWindow {
- public:
-  /// Throws std::runtime_error if the file cannot be opened.
-  explicit FileWindow(const std::string& path);
-  ~FileWindow();
-  FileWindow(const FileWindow&) = delete;
-
-  std::uint64_t size() const { return size_; }
-
-  /// `count` bytes from `offset` on, fewer at the end of the file; valid until the next call. Throws std::runtime_error
-  /// that names the place if they cannot be read.
-  std::string_view At(std::uint64_t offset, std::size_t count);
-
- private:
-  std::string path_;
-  int descriptor_;
-  std::uint64_t size_ = 0;
-  std::string buffer_;
-  std::uint64_t buffer_at_ = 0;  ///< where in the file the buffer begins
-};
 
 /// What was kept in a journal at once.
 struct JournalStretch {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <stdexcept>
 #include <string_view>
 
@@ -10,6 +9,7 @@
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/message_types.hpp"
 #include "services/sources/laser_types.hpp"
+#include "services/sources/printable.hpp"
 
 namespace crsm {
 namespace {
@@ -21,22 +21,14 @@ std::optional<LaserScan> DecodeLaser(std::string_view data) {
   return type ? type->decode(Bytes(data)) : std::nullopt;
 }
 
-/// "ENCODERS (12), LASER (3, laser)", at most 20 channels.
+/// "ENCODERS (12), LASER (3, laser)".
 std::string ListChannels(const std::map<std::string, std::int64_t>& num_events,
                          const std::map<std::string, std::int64_t>& num_lasers) {
-  constexpr std::size_t kMaxListed = 20;
   std::vector<std::string> entries;
   for (const auto& [channel, count] : num_events) {
-    if (entries.size() == kMaxListed) {
-      entries.push_back(fmt::format("and {} more", num_events.size() - kMaxListed));
-      break;
-    }
-    std::string name = channel;
-    std::replace_if(
-        name.begin(), name.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-    entries.push_back(fmt::format("{} ({}{})", name, count, num_lasers.count(channel) ? ", laser" : ""));
+    entries.push_back(fmt::format("{} ({}{})", channel, count, num_lasers.count(channel) ? ", laser" : ""));
   }
-  return entries.empty() ? "none" : fmt::format("{}", fmt::join(entries, ", "));
+  return ListPrintable(entries);
 }
 
 /// The channel to take: `channel` if it has a laser's message, or the first that has one if `channel` is empty.
@@ -70,21 +62,9 @@ LcmLogSource::LcmLogSource(const std::string& path, const std::string& channel)
     : log_(path), channel_(FindLaserChannel(path, channel)), odometry_channel_(OdometryChannel(channel_)) {}
 
 std::optional<LaserScan> LcmLogSource::Next() {
-  while (!NextIsReady() && ReadEvent()) {
+  while (!scans_.NextIsReady() && ReadEvent()) {
   }
-  if (waiting_.empty()) return std::nullopt;
-  LaserScan scan = std::move(waiting_.front());
-  waiting_.pop_front();
-  T_odom_robot_ = odometry_.Find(scan.utime).T_odom_robot;
-  return scan;
-}
-
-bool LcmLogSource::NextIsReady() const {
-  constexpr std::size_t kMostWaiting = 8;
-  if (waiting_.empty()) return false;
-  const std::int64_t utime = waiting_.front().utime;
-  return waiting_.size() > kMostWaiting || waiting_.back().utime - utime > OdometryBuffer::kFurthest_us ||
-         odometry_.Find(utime).state != ScanOdometry::State::kAwaited;
+  return scans_.Next();
 }
 
 bool LcmLogSource::ReadEvent() {
@@ -102,7 +82,7 @@ bool LcmLogSource::ReadEvent() {
 
 void LcmLogSource::TakeOdometry(std::string_view data) {
   if (const auto message = Decode<bot_core::pose_t>(Bytes(data))) {
-    odometry_.Add(FromMessage(*message));
+    scans_.Add(FromMessage(*message));
   } else {
     ++counts_["bad_odometry"];
   }
@@ -115,32 +95,13 @@ void LcmLogSource::TakeScan(std::string_view data) {
     if (first_refusal_.empty() && Is<bot_core::planar_lidar_t>(Bytes(data))) {
       first_refusal_ = DescribeRefusedLaser(Bytes(data));
     }
-  } else if (utimes_.Find(scan->utime)) {
+  } else if (!scans_.Add(std::move(*scan))) {
     ++counts_["utime_repeated"];
-  } else {
-    utimes_.Add(scan->utime);
-    ++num_scans_;
-    waiting_.push_back(std::move(*scan));
   }
 }
 
 std::vector<std::string> LcmLogSource::Complaints() const {
-  std::vector<std::string> complaints;
-  const auto CountOf = [this](const char* name) {
-    const auto count = counts_.find(name);
-    return count == counts_.end() ? 0 : count->second;
-  };
-  if (!first_refusal_.empty() && CountOf("bad_message") > num_scans_) {
-    complaints.push_back(fmt::format("{} of {} scans on {} are left out: {}", CountOf("bad_message"),
-                                     CountOf("bad_message") + num_scans_, channel_, first_refusal_));
-  }
-  if (CountOf("utime_repeated") > num_scans_) {
-    complaints.push_back(fmt::format(
-        "{} of {} scans on {} have the utime of an earlier one and are left out: the driver must set utime to the "
-        "moment of each scan [us]",
-        CountOf("utime_repeated"), CountOf("utime_repeated") + num_scans_, channel_));
-  }
-  return complaints;
+  return scans_.Complaints(channel_, counts_, first_refusal_, "utime");
 }
 
 std::map<std::string, std::int64_t> LcmLogSource::Counts() const {

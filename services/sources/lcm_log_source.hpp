@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -9,9 +8,8 @@
 #include <vector>
 
 #include "common/logs/laser_source.hpp"
-#include "common/logs/utime_index.hpp"
-#include "common/scan/odometry_buffer.hpp"
 #include "services/sources/lcm_event_log.hpp"
+#include "services/sources/scans_with_odometry.hpp"
 
 namespace crsm {
 
@@ -19,8 +17,7 @@ namespace crsm {
 /// its channel; lasers/ has the types that are known.
 ///
 /// Odometry: from the ODOMETRY messages (bot_core.pose_t) on the channel with the laser's prefix, that of the scan's
-/// own utime or between the two around it (OdometryBuffer). For it a scan is held back until the odometry has come past
-/// it, another scan is more than 0.1 s later, or eight more scans wait.
+/// own utime or between the two around it (ScansWithOdometry).
 ///
 /// Counted and skipped: "bad_message" (arrays that do not fill the message, beams outside 2..4096, angles that are
 /// none, a message on the laser's channel that is no laser's), "utime_repeated" (the utime of an earlier scan),
@@ -34,7 +31,7 @@ class LcmLogSource : public LaserSource {
   LcmLogSource(const std::string& path, const std::string& channel);
 
   std::optional<LaserScan> Next() override;
-  std::optional<Pose2> Odometry() const override { return T_odom_robot_; }
+  std::optional<Pose2> Odometry() const override { return scans_.T_odom_robot(); }
   double Progress() const override { return log_.Progress(); }
   std::map<std::string, std::int64_t> Counts() const override;
   std::vector<std::string> Complaints() const override;
@@ -45,19 +42,12 @@ class LcmLogSource : public LaserSource {
   void TakeOdometry(std::string_view data);
   void TakeScan(std::string_view data);
 
-  /// Whether the odometry of the scan that has waited longest is known, or is waited for no longer.
-  bool NextIsReady() const;
-
   LcmEventLog log_;
   std::string channel_;
   std::string odometry_channel_;
   std::map<std::string, std::int64_t> counts_;
-  std::int64_t num_scans_ = 0;  ///< that were not left out
-  std::string first_refusal_;   ///< what is wrong with the first bad message
-  OdometryBuffer odometry_;
-  UtimeIndex utimes_;                  ///< of all scans so far
-  std::deque<LaserScan> waiting_;      ///< for their odometry, in the log's order
-  std::optional<Pose2> T_odom_robot_;  ///< of the last scan given out
+  std::string first_refusal_;  ///< what is wrong with the first bad message
+  ScansWithOdometry scans_;
 };
 
 }  // namespace crsm

@@ -8,13 +8,44 @@
 #include "common/logs/carmen_log.hpp"
 #include "common/logs/gzip_file.hpp"
 #include "common/worlds/simulator.hpp"
+#include "services/sources/bags/bag_folder.hpp"
+#include "services/sources/bags/bag_source.hpp"
 #include "services/sources/lcm_event_log.hpp"
 #include "services/sources/lcm_log_source.hpp"
 
 namespace crsm {
+namespace {
+
+constexpr const char* kLog = "a CARMEN or LCM log, or a bag";
+
+std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOptions& options) {
+  constexpr std::size_t kSearchedBytes = std::size_t{1} << 16;
+  constexpr int kSearchedLines = 10000;
+  GzipFile file(name);
+  const std::string_view start = file.Peek(kSearchedBytes).substr(0, kSearchedBytes);
+  if (start.empty()) {
+    throw std::runtime_error(
+        fmt::format("{} is {}, must be {}", name, file.truncated() ? "a damaged gzip file" : "empty", kLog));
+  }
+  if (IsBag(start)) {
+    if (file.is_compressed()) {
+      throw std::runtime_error(fmt::format("{} is a bag that gzip has compressed: gunzip it first", name));
+    }
+    return std::make_unique<BagSource>(name, options.channel);
+  }
+  if (HasLcmSync(start)) return std::make_unique<LcmLogSource>(name, options.channel);
+  if (HasCarmenLaser(file, kSearchedLines)) return std::make_unique<CarmenLog>(name);
+  throw std::runtime_error(
+      fmt::format("{} is neither a CARMEN log (no FLASER or ROBOTLASER1 line in its first {} lines) nor an LCM log, "
+                  "nor a bag of ROS or MCAP",
+                  name, kSearchedLines));
+}
+
+}  // namespace
 
 std::string DescribeSources() {
-  return "CARMEN log or LCM log, gzip or not; sim:FILE, or sim:NAME of " + DescribeBuiltInWorlds();
+  return "CARMEN log or LCM log, gzip or not; bag of ROS 1 or 2, or MCAP; sim:FILE, or sim:NAME of " +
+         DescribeBuiltInWorlds();
 }
 
 std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options) {
@@ -27,25 +58,13 @@ std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const Sour
   const std::filesystem::file_status status = std::filesystem::status(name, error);
   if (!std::filesystem::exists(status)) throw std::runtime_error(fmt::format("there is no file {}", name));
   if (std::filesystem::is_directory(status)) {
-    throw std::runtime_error(fmt::format("{} is a directory, must be a CARMEN or LCM log", name));
+    if (IsBagFolder(name)) return std::make_unique<BagSource>(name, options.channel);
+    throw std::runtime_error(fmt::format("{} is a directory without a bag of ROS 2, must be {}", name, kLog));
   }
   if (!std::filesystem::is_regular_file(status)) {
-    throw std::runtime_error(fmt::format("{} is no regular file, must be a CARMEN or LCM log", name));
+    throw std::runtime_error(fmt::format("{} is no regular file, must be {}", name, kLog));
   }
-
-  constexpr std::size_t kSearchedBytes = std::size_t{1} << 16;
-  constexpr int kSearchedLines = 10000;
-  GzipFile file(name);
-  const std::string_view start = file.Peek(kSearchedBytes).substr(0, kSearchedBytes);
-  if (start.empty()) {
-    throw std::runtime_error(
-        fmt::format("{} is {}, must be a CARMEN or LCM log", name, file.truncated() ? "a damaged gzip file" : "empty"));
-  }
-  if (HasLcmSync(start)) return std::make_unique<LcmLogSource>(name, options.channel);
-  if (HasCarmenLaser(file, kSearchedLines)) return std::make_unique<CarmenLog>(name);
-  throw std::runtime_error(
-      fmt::format("{} is neither a CARMEN log (no FLASER or ROBOTLASER1 line in its first {} lines) nor an LCM log",
-                  name, kSearchedLines));
+  return OpenLog(name, options);
 }
 
 std::string DescribeCut(const std::string& name, const LaserSource& source) {

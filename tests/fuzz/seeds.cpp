@@ -1,4 +1,5 @@
-// Writes what each fuzz target starts from: FOLDER/TARGET/NAME. All of it is made by the project's own encoders.
+// Writes what each fuzz target starts from: FOLDER/TARGET/NAME. All of it is made by the project's own encoders, but
+// for the bags.
 
 #include <zlib.h>
 
@@ -16,6 +17,7 @@
 #include "services/runtime/event_log_writer.hpp"
 #include "services/runtime/graph_messages.hpp"
 #include "services/runtime/presets.hpp"
+#include "services/sources/bags/bag_reader.hpp"
 #include "services/sources/journal.hpp"
 #include "wire_messages.hpp"
 
@@ -288,6 +290,31 @@ void WriteLogs(const Seeds& seeds) {
   gzclose(compressed);
 }
 
+std::string ReadWhole(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The bags of tests/bags/data, which others' programs have written, and what is in them.
+void WriteBags(const Seeds& seeds) {
+  const std::vector<BagTopic> topics{{"/scan", "sensor_msgs/LaserScan", "ros1"},  // as in fuzz_bag_messages
+                                     {"/scan", "sensor_msgs/msg/LaserScan", "cdr"},
+                                     {"/scan", "foxglove.LaserScan", "json"},
+                                     {"/odom", "nav_msgs/Odometry", "ros1"},
+                                     {"/odom", "nav_msgs/msg/Odometry", "cdr"}};
+  const std::map<std::string, std::string> targets{{".bag", "ros1_bag"}, {".mcap", "mcap"}, {".db3", "rosbag2"}};
+  for (const auto& entry : std::filesystem::directory_iterator(CRSM_SOURCE_DIR "/tests/bags/data")) {
+    const std::filesystem::path& path = entry.path();
+    seeds.Write(targets.at(path.extension()), path.filename(), ReadWhole(path));
+    for (std::size_t kind = 0; kind < topics.size(); ++kind) {
+      const auto bag = OpenBagFile(path, [&](const BagTopic& topic) { return topic == topics[kind]; });
+      const auto message = bag->Next();
+      if (message)
+        seeds.Write("bag_messages", std::to_string(kind), static_cast<char>(kind) + std::string(message->data));
+    }
+  }
+}
+
 void WriteJournal(const Seeds& seeds) {
   const std::filesystem::path folder = seeds.PathOf("journal", "making");
   {
@@ -320,6 +347,7 @@ int main(int argc, char** argv) {
   crsm::WriteMessages(seeds);
   crsm::WriteLoops(seeds);
   crsm::WriteLogs(seeds);
+  crsm::WriteBags(seeds);
   crsm::WriteJournal(seeds);
   crsm::WriteTexts(seeds);
 }

@@ -290,24 +290,25 @@ TEST_CASE("a source that cannot be opened is an error of one line") {
   const auto error_of = [](const std::string& name) { return ErrorOf([&] { OpenLaserSource(name, {}); }); };
   CHECK(error_of("no_such.log") == "there is no file no_such.log");
   const std::string directory = std::filesystem::temp_directory_path().string();
-  CHECK(error_of(directory) == directory + " is a directory, must be a CARMEN or LCM log");
+  CHECK(error_of(directory) ==
+        directory + " is a directory without a bag of ROS 2, must be a CARMEN or LCM log, or a bag");
   const std::string pipe = ScratchFile("").path();
   REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
-  CHECK(error_of(pipe) == pipe + " is no regular file, must be a CARMEN or LCM log");
+  CHECK(error_of(pipe) == pipe + " is no regular file, must be a CARMEN or LCM log, or a bag");
   std::filesystem::remove(pipe);
   for (const std::string& content : {std::string(), Compress("")}) {
     const ScratchFile empty(content);
-    CHECK(error_of(empty.path()) == empty.path() + " is empty, must be a CARMEN or LCM log");
+    CHECK(error_of(empty.path()) == empty.path() + " is empty, must be a CARMEN or LCM log, or a bag");
   }
   const ScratchFile torn(Compress("FLASER").substr(0, 10));
-  CHECK(error_of(torn.path()) == torn.path() + " is a damaged gzip file, must be a CARMEN or LCM log");
+  CHECK(error_of(torn.path()) == torn.path() + " is a damaged gzip file, must be a CARMEN or LCM log, or a bag");
   for (const std::string& content :
        {std::string("hello\n"), std::string("# FLASER\n XFLASER 2\n"), std::string(3 << 20, '\0')}) {
     const ScratchFile text(content);
     CHECK(error_of(text.path()) ==
           text.path() +
               " is neither a CARMEN log (no FLASER or ROBOTLASER1 line in its first 10000 lines) "
-              "nor an LCM log");
+              "nor an LCM log, nor a bag of ROS or MCAP");
   }
   CHECK(error_of("sim:no_such").find("built in are arena, block, corridor, demo") != std::string::npos);
 }

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/logs/laser_source.hpp"
+#include "services/sources/bags/bag_reader.hpp"
+#include "services/sources/scans_with_odometry.hpp"
+
+namespace crsm {
+
+/// Scans of a bag (OpenBag), in the order in which they stand in it: the recorder's own, whatever their stamps say.
+///
+/// Odometry: from a topic of nav_msgs/Odometry, if it is the only one, or `odom` in the laser's namespace.
+///
+/// Counted and skipped: "bad_message" (a message that is no sweep), "utime_repeated" (the time of an earlier scan),
+/// "bad_odometry" (one that is none), "bad_chunk" (damaged parts of the bag). Also counted: "truncated" (the bag ends
+/// before its end; what was whole is used).
+class BagSource : public LaserSource {
+ public:
+  /// topic: whose scans to take; empty for the only one of a laser. Throws std::runtime_error that lists the topics
+  /// where that does not tell which.
+  BagSource(const std::string& path, const std::string& topic);
+
+  std::optional<LaserScan> Next() override;
+  std::optional<Pose2> Odometry() const override { return scans_.T_odom_robot(); }
+  double Progress() const override { return bag_->Progress(); }
+  std::map<std::string, std::int64_t> Counts() const override;
+  std::vector<std::string> Complaints() const override;
+
+ private:
+  void Take(const BagMessage& message);
+  void TakeScan(std::string_view data);
+
+  BagTopic laser_;
+  std::optional<BagTopic> odometry_;
+  std::string odometry_choice_;  ///< what to tell of it where several could be meant
+  std::unique_ptr<BagReader> bag_;
+  std::map<std::string, std::int64_t> counts_;
+  std::string first_refusal_;
+  double sweep_s_ = 0.0;  ///< of the first scan
+  ScansWithOdometry scans_;
+};
+
+}  // namespace crsm

@@ -1,0 +1,238 @@
+#include "services/sources/bags/scan_messages.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "services/runtime/bus.hpp"
+#include "services/runtime/conversions.hpp"
+#include "services/runtime/message_types.hpp"
+#include "services/sources/bags/byte_reader.hpp"
+
+namespace crsm {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::int64_t kSecond_ns = 1'000'000'000;
+constexpr double kLongestSweep_s = 10.0;
+constexpr const char* kMalformed = "messages are cut, or not of their type";
+
+/// A message of a laser as it came: its fields have the names and meanings of sensor_msgs/LaserScan.
+struct RawSweep {
+  std::int64_t sec = 0;  ///< of the first beam
+  std::int64_t nanosec = 0;
+  float angle_min = 0.0f;
+  float angle_increment = 0.0f;
+  float time_increment = 0.0f;
+  float range_min = 0.0f;
+  float range_max = 0.0f;
+  std::vector<float> ranges;
+};
+
+/// Time from the first beam to the last; 0 where the message says nothing of use. Negative where the last beam was
+/// measured first, as of a laser that hangs upside down and whose driver turns the scan round.
+double SweepTime(const RawSweep& raw) {
+  const double sweep_s = static_cast<double>(raw.time_increment) * static_cast<double>(raw.ranges.size() - 1);
+  return std::abs(sweep_s) <= kLongestSweep_s ? sweep_s : 0.0;  // 0 for NaN
+}
+
+std::int64_t UtimeOfLastBeam(const RawSweep& raw) {
+  const auto later_ns = static_cast<std::int64_t>(std::llround(std::max(0.0, SweepTime(raw)) * 1e9));
+  return (raw.sec * kSecond_ns + raw.nanosec + later_ns + 500) / 1000;
+}
+
+void DropWhatIsNoReturn(const RawSweep& raw, std::vector<float>& ranges_m) {
+  const float max_m = raw.range_max > 0.0f ? raw.range_max : std::numeric_limits<float>::infinity();
+  for (float& range_m : ranges_m) {
+    const bool is_return = range_m >= raw.range_min && range_m < max_m;  // false for NaN
+    if (!is_return) range_m = 0.0f;
+  }
+}
+
+DecodedSweep MakeSweep(RawSweep raw) {
+  constexpr std::int64_t kMostSeconds = 9'000'000'000;
+  if (raw.sec < 0 || raw.sec > kMostSeconds || raw.nanosec < 0 || raw.nanosec >= kSecond_ns) {
+    return {{}, fmt::format("their stamp is {} s and {} ns: it must be the time since 1970", raw.sec, raw.nanosec)};
+  }
+  if (!(raw.range_min >= 0.0f)) raw.range_min = 0.0f;
+  if (raw.ranges.size() < kMinBeams || raw.ranges.size() > kMaxBeams) {
+    return {{}, fmt::format("scans have {} ranges: they must have {} to {}", raw.ranges.size(), kMinBeams, kMaxBeams)};
+  }
+  BagSweep sweep;
+  sweep.sweep_s = SweepTime(raw);
+  sweep.scan.utime = UtimeOfLastBeam(raw);
+  sweep.scan.angle_min_rad = raw.angle_min;
+  sweep.scan.angle_step_rad = raw.angle_increment;
+  sweep.scan.ranges_m = raw.ranges;
+  DropWhatIsNoReturn(raw, sweep.scan.ranges_m);
+  // What goes over the wire has to pass there.
+  const bot_core::planar_lidar_t message = ToMessage(sweep.scan);
+  if (ValuesInRange(message)) return {sweep, ""};
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return {{}, DescribeRefusedLaser(bytes)};
+}
+
+/// Fields that ROS 1 and ROS 2 have in common; they differ in what is around them.
+struct RosMessage {
+  ByteReader reader;
+  bool has_sequence = false;     ///< before the stamp of a header
+  std::size_t most_padding = 0;  ///< bytes that may follow
+
+  bool IsWhole() const { return reader.ok() && reader.left() <= most_padding; }
+};
+
+std::optional<RosMessage> OpenMessage(const BagTopic& topic, std::string_view data) {
+  if (topic.encoding == "ros1") return RosMessage{ByteReader(data), true, 0};
+  constexpr std::size_t kHeadBytes = 4;
+  if (data.size() < kHeadBytes || data[0] != 0 || (data[1] != 0 && data[1] != 1)) return std::nullopt;  // plain CDR
+  return RosMessage{ByteReader(data.substr(kHeadBytes), {true, data[1] == 0}), false, 7};
+}
+
+struct Stamp {
+  std::int64_t sec = 0;
+  std::int64_t nanosec = 0;
+};
+
+/// std_msgs/Header.
+Stamp ReadHeader(RosMessage& message) {
+  ByteReader& reader = message.reader;
+  Stamp stamp;
+  if (message.has_sequence) {
+    reader.Read<std::uint32_t>();
+    stamp.sec = reader.Read<std::uint32_t>();
+  } else {
+    stamp.sec = reader.Read<std::int32_t>();
+  }
+  stamp.nanosec = reader.Read<std::uint32_t>();
+  reader.Text();  // the frame
+  return stamp;
+}
+
+/// Nothing if there are more than bytes for them.
+std::vector<float> ReadFloats(ByteReader& reader) {
+  const auto count = reader.Read<std::uint32_t>();
+  if (!reader.ok() || count > reader.left() / sizeof(float)) {
+    reader.Take(std::numeric_limits<std::uint64_t>::max());
+    return {};
+  }
+  std::vector<float> floats(count);
+  for (float& number : floats) number = reader.Read<float>();
+  return floats;
+}
+
+/// sensor_msgs/LaserScan.
+DecodedSweep DecodeRosSweep(const BagTopic& topic, std::string_view data) {
+  auto message = OpenMessage(topic, data);
+  if (!message) return {{}, kMalformed};
+  ByteReader& reader = message->reader;
+  RawSweep raw;
+  const Stamp stamp = ReadHeader(*message);
+  raw.sec = stamp.sec;
+  raw.nanosec = stamp.nanosec;
+  raw.angle_min = reader.Read<float>();
+  reader.Read<float>();  // angle_max follows from the others
+  raw.angle_increment = reader.Read<float>();
+  raw.time_increment = reader.Read<float>();
+  reader.Read<float>();  // time between scans
+  raw.range_min = reader.Read<float>();
+  raw.range_max = reader.Read<float>();
+  raw.ranges = ReadFloats(reader);
+  ReadFloats(reader);  // intensities
+  return message->IsWhole() ? MakeSweep(std::move(raw)) : DecodedSweep{{}, kMalformed};
+}
+
+/// Nothing if it is no number.
+std::optional<double> FindNumber(const Json& json, const char* name) {
+  const auto found = json.find(name);
+  return found != json.end() && found->is_number() ? std::optional(found->get<double>()) : std::nullopt;
+}
+
+/// JSON has no words for what is no number: null and the words of several writers stand for it.
+std::optional<std::vector<float>> FindRanges(const Json& json) {
+  const auto found = json.find("ranges");
+  if (found == json.end() || !found->is_array()) return std::nullopt;
+  std::vector<float> ranges;
+  for (const Json& range : *found) {
+    if (!range.is_number() && !range.is_null() && !range.is_string()) return std::nullopt;
+    const double range_m = range.is_number() ? range.get<double>() : 0.0;
+    constexpr double kLargest = std::numeric_limits<float>::max();
+    ranges.push_back(std::abs(range_m) <= kLargest ? static_cast<float>(range_m) : 0.0f);
+  }
+  return ranges;
+}
+
+/// foxglove.LaserScan. It knows neither a laser's range nor the time of a sweep.
+DecodedSweep DecodeJsonSweep(std::string_view data) {
+  const Json json = Json::parse(data, nullptr, false);
+  if (!json.is_object() || !json.contains("timestamp") || !json["timestamp"].is_object()) return {{}, kMalformed};
+  const auto sec = FindNumber(json["timestamp"], "sec");
+  const auto nsec = FindNumber(json["timestamp"], "nsec");
+  const auto start_rad = FindNumber(json, "start_angle");
+  const auto end_rad = FindNumber(json, "end_angle");
+  auto ranges = FindRanges(json);
+  const auto is_time = [](double value) { return value >= 0.0 && value < 1e10; };
+  if (!sec || !nsec || !start_rad || !end_rad || !ranges || !is_time(*sec) || !is_time(*nsec)) return {{}, kMalformed};
+  constexpr double kMostAngle_rad = 1e6;
+  if (!(std::abs(*start_rad) <= kMostAngle_rad && std::abs(*end_rad) <= kMostAngle_rad)) return {{}, kMalformed};
+  RawSweep raw;
+  raw.sec = static_cast<std::int64_t>(*sec);
+  raw.nanosec = static_cast<std::int64_t>(*nsec);
+  raw.angle_min = static_cast<float>(*start_rad);
+  const double num_steps = ranges->empty() ? 1.0 : std::max(1.0, static_cast<double>(ranges->size() - 1));
+  raw.angle_increment = static_cast<float>((*end_rad - *start_rad) / num_steps);
+  raw.ranges = std::move(*ranges);
+  return MakeSweep(std::move(raw));
+}
+
+struct Kind {
+  const char* encoding;
+  const char* type;
+};
+constexpr std::array<Kind, 3> kLasers{
+    {{"ros1", "sensor_msgs/LaserScan"}, {"cdr", "sensor_msgs/msg/LaserScan"}, {"json", "foxglove.LaserScan"}}};
+constexpr std::array<Kind, 2> kOdometries{{{"ros1", "nav_msgs/Odometry"}, {"cdr", "nav_msgs/msg/Odometry"}}};
+
+template <class Kinds>
+bool IsOneOf(const Kinds& kinds, const BagTopic& topic) {
+  return std::any_of(kinds.begin(), kinds.end(),
+                     [&](const Kind& kind) { return topic.encoding == kind.encoding && topic.type == kind.type; });
+}
+
+}  // namespace
+
+bool IsLaserTopic(const BagTopic& topic) { return IsOneOf(kLasers, topic); }
+bool IsOdometryTopic(const BagTopic& topic) { return IsOneOf(kOdometries, topic); }
+
+std::string LaserTopicTypes() {
+  std::vector<std::string> names;
+  for (const Kind& kind : kLasers) names.push_back(fmt::format("{} in {}", kind.type, kind.encoding));
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+DecodedSweep DecodeSweep(const BagTopic& topic, std::string_view data) {
+  return topic.encoding == "json" ? DecodeJsonSweep(data) : DecodeRosSweep(topic, data);
+}
+
+std::optional<Odometry> DecodeOdometry(const BagTopic& topic, std::string_view data) {
+  auto message = OpenMessage(topic, data);
+  if (!message) return std::nullopt;
+  const Stamp stamp = ReadHeader(*message);
+  ByteReader& reader = message->reader;
+  reader.Text();  // the robot's frame
+  bot_core::pose_t pose{};
+  pose.utime = (stamp.sec * kSecond_ns + stamp.nanosec + 500) / 1000;
+  for (double& coordinate : pose.pos) coordinate = reader.Read<double>();
+  auto& [w, x, y, z] = pose.orientation;
+  for (double* part : {&x, &y, &z, &w}) *part = reader.Read<double>();
+  constexpr std::size_t kRestBytes = (36 + 6 + 36) * sizeof(double);  // covariance, speeds and theirs
+  reader.Take(kRestBytes);
+  if (!message->IsWhole() || stamp.nanosec >= kSecond_ns || !ValuesInRange(pose)) return std::nullopt;
+  return FromMessage(pose);
+}
+
+}  // namespace crsm

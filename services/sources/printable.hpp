@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace crsm {
+
+/// Names that stand in a file, for people: "ENCODERS, LASER", bytes that cannot be printed as '?', at most 20; "none"
+/// of none.
+std::string ListPrintable(const std::vector<std::string>& names);
+
+}  // namespace crsm

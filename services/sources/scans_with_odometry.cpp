@@ -1,0 +1,51 @@
+#include "services/sources/scans_with_odometry.hpp"
+
+#include <fmt/format.h>
+
+namespace crsm {
+
+bool ScansWithOdometry::Add(LaserScan scan) {
+  if (utimes_.Find(scan.utime)) return false;
+  utimes_.Add(scan.utime);
+  waiting_.push_back(std::move(scan));
+  return true;
+}
+
+bool ScansWithOdometry::NextIsReady() const {
+  constexpr std::size_t kMostWaiting = 8;
+  if (waiting_.empty()) return false;
+  const std::int64_t utime = waiting_.front().utime;
+  return waiting_.size() > kMostWaiting || waiting_.back().utime - utime > OdometryBuffer::kFurthest_us ||
+         odometry_.Find(utime).state != ScanOdometry::State::kAwaited;
+}
+
+std::optional<LaserScan> ScansWithOdometry::Next() {
+  if (waiting_.empty()) return std::nullopt;
+  LaserScan scan = std::move(waiting_.front());
+  waiting_.pop_front();
+  T_odom_robot_ = odometry_.Find(scan.utime).T_odom_robot;
+  return scan;
+}
+
+std::vector<std::string> ScansWithOdometry::Complaints(const std::string& channel,
+                                                       const std::map<std::string, std::int64_t>& counts,
+                                                       const std::string& refusal, const std::string& time) const {
+  std::vector<std::string> complaints;
+  const auto count_of = [&counts](const char* name) {
+    const auto count = counts.find(name);
+    return count == counts.end() ? 0 : count->second;
+  };
+  if (const auto num_bad = count_of("bad_message"); !refusal.empty() && num_bad > num_scans()) {
+    complaints.push_back(
+        fmt::format("{} of {} scans on {} are left out: {}", num_bad, num_bad + num_scans(), channel, refusal));
+  }
+  if (const auto num_repeated = count_of("utime_repeated"); num_repeated > num_scans()) {
+    complaints.push_back(fmt::format(
+        "{} of {} scans on {} have the {} of an earlier one and are left out: the driver must set {} to the moment of "
+        "each scan",
+        num_repeated, num_repeated + num_scans(), channel, time, time));
+  }
+  return complaints;
+}
+
+}  // namespace crsm

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/logs/utime_index.hpp"
+#include "common/scan/laser_scan.hpp"
+#include "common/scan/odometry_buffer.hpp"
+
+namespace crsm {
+
+/// The scans of a log in its order, each with the odometry of its own utime or what lies between the two around it
+/// (OdometryBuffer). For it a scan is held back until the odometry has come past it, another scan is more than 0.1 s
+/// later, or eight more scans wait.
+class ScansWithOdometry {
+ public:
+  /// False, and nothing done, if an earlier scan has its utime.
+  bool Add(LaserScan scan);
+  void Add(const Odometry& odometry) { odometry_.Add(odometry); }
+
+  /// Whether the odometry of the scan that has waited longest is known, or is waited for no longer.
+  bool NextIsReady() const;
+
+  /// The scan that has waited longest, ready or not; nothing if none waits.
+  std::optional<LaserScan> Next();
+
+  /// Of the last scan given out.
+  const std::optional<Pose2>& T_odom_robot() const { return T_odom_robot_; }
+
+  std::int64_t num_scans() const { return utimes_.size(); }  ///< that were added
+
+  /// What is wrong with scans that were left out, "bad_message" and "utime_repeated" of `counts`, where these are more
+  /// than the others. channel: theirs. refusal: why the first one was bad; empty where nobody knows. time: what a
+  /// driver has to set.
+  std::vector<std::string> Complaints(const std::string& channel, const std::map<std::string, std::int64_t>& counts,
+                                      const std::string& refusal, const std::string& time) const;
+
+ private:
+  OdometryBuffer odometry_;
+  UtimeIndex utimes_;              ///< of all scans so far
+  std::deque<LaserScan> waiting_;  ///< for their odometry, in the log's order
+  std::optional<Pose2> T_odom_robot_;
+};
+
+}  // namespace crsm

@@ -1,0 +1,294 @@
+#include "services/sources/bags/bag_source.hpp"
+
+#include <bzlib.h>
+#include <zstd.h>
+
+#include <cmath>
+
+#include "bag_bytes.hpp"
+#include "catch.hpp"
+#include "services/sources/bags/decompress.hpp"
+#include "services/sources/open_laser_source.hpp"
+#include "source_helpers.hpp"
+
+namespace crsm {
+namespace {
+
+struct Result {
+  std::vector<LaserScan> scans;
+  std::vector<std::optional<Pose2>> odometry;
+  std::map<std::string, std::int64_t> counts;
+  std::vector<std::string> complaints;
+};
+
+Result Read(const std::string& path, const std::string& topic = "") {
+  BagSource source(path, topic);
+  Result result;
+  while (auto scan = source.Next()) {
+    result.scans.push_back(*scan);
+    result.odometry.push_back(source.Odometry());
+  }
+  CHECK(source.Progress() == 1.0);
+  result.counts = source.Counts();
+  result.complaints = source.Complaints();
+  return result;
+}
+
+Result ReadBytes(const std::string& bytes, const std::string& topic = "") {
+  const ScratchFile file(bytes);
+  return Read(file.path(), topic);
+}
+
+std::string ErrorOfBytes(const std::string& bytes, const std::string& topic = "") {
+  const ScratchFile file(bytes);
+  const std::string error = ErrorOf([&] { Read(file.path(), topic); });
+  return error.starts_with(file.path()) ? error.substr(file.path().size()) : error;
+}
+
+/// What is measured in tests/bags/small.world: a room of 4 by 3 m, 1 m from its lower left walls, heading along x.
+double TrueRange(double x_m, double angle_rad) {
+  const double cos = std::cos(angle_rad);
+  const double sin = std::sin(angle_rad);
+  const double to_right_m = cos > 1e-9 ? (4.0 - x_m) / cos : 1e9;
+  const double to_wall_m = sin > 1e-9 ? 2.0 / sin : sin < -1e-9 ? -1.0 / sin : 1e9;
+  return std::min(to_right_m, to_wall_m);
+}
+
+std::string Ros1At(std::uint32_t sec) { return LaserMessage{.sec = sec}.Ros1(); }
+std::string CdrAt(std::uint32_t sec) { return LaserMessage{.sec = sec}.Cdr(); }
+
+std::vector<std::int64_t> SecondsOf(const Result& result) {
+  std::vector<std::int64_t> seconds;
+  for (const LaserScan& scan : result.scans) seconds.push_back(scan.utime / 1'000'000);
+  return seconds;
+}
+using Seconds = std::vector<std::int64_t>;
+
+std::string PackBzip2(const std::string& bytes) {
+  std::string packed(bytes.size() + 1000, '\0');
+  auto size = static_cast<unsigned>(packed.size());
+  BZ2_bzBuffToBuffCompress(packed.data(), &size, const_cast<char*>(bytes.data()), static_cast<unsigned>(bytes.size()),
+                           9, 0, 0);
+  return packed.substr(0, size);
+}
+
+std::string PackZstd(const std::string& bytes) {
+  std::string packed(ZSTD_compressBound(bytes.size()), '\0');
+  packed.resize(ZSTD_compress(packed.data(), packed.size(), bytes.data(), bytes.size(), 1));
+  return packed;
+}
+
+std::uint32_t SizeOf(const std::string& bytes) { return static_cast<std::uint32_t>(bytes.size()); }
+
+}  // namespace
+
+TEST_CASE("bags that other programs wrote give the sweeps and the odometry that went in") {
+  const std::string name =
+      GENERATE("lz4.bag", "bz2_killed.bag", "none_killed.bag", "zstd.mcap", "no_chunks.mcap", "json.mcap", "run.db3");
+  INFO(name);
+  const Result result = Read(DataPath(name));
+  REQUIRE(result.scans.size() == 3);
+  for (int i = 0; i < 3; ++i) {
+    const LaserScan& scan = result.scans[static_cast<std::size_t>(i)];
+    CHECK(scan.utime == 1'000'000 + i * 100'000);
+    REQUIRE(scan.ranges_m.size() == 10);
+    for (int beam = 0; beam < 10; ++beam) {
+      const double angle_rad = -kPi / 2 + beam * kPi / 10;
+      CHECK(std::abs(scan.angle_min_rad + static_cast<float>(beam) * scan.angle_step_rad - angle_rad) < 1e-5);
+      CHECK(std::abs(scan.ranges_m[static_cast<std::size_t>(beam)] - TrueRange(1.0 + 0.1 * i, angle_rad)) < 1e-5);
+    }
+    const bool is_lost = name == "bz2_killed.bag" && i == 2;  // it had not reached the file
+    const auto expected =
+        name == "json.mcap" || is_lost ? std::nullopt : std::optional(Pose2{std::round(i * 10) / 100, 0.0, 0.0});
+    CHECK(result.odometry[static_cast<std::size_t>(i)] == expected);
+  }
+  const bool is_killed = name.find("killed") != std::string::npos;
+  CHECK(result.counts == std::map<std::string, std::int64_t>{{"bad_chunk", 0}, {"truncated", is_killed}});
+  CHECK(result.complaints.empty());
+}
+
+TEST_CASE("a bag that is cut anywhere gives its first scans as they are, and says that it is cut") {
+  const std::string name =
+      GENERATE("lz4.bag", "bz2_killed.bag", "none_killed.bag", "zstd.mcap", "no_chunks.mcap", "json.mcap", "run.db3");
+  INFO(name);
+  const std::string whole = DataBytes(name);
+  const auto scans = Read(DataPath(name)).scans;
+  std::size_t most = 0;
+  for (std::size_t size = 1; size < whole.size(); size += 11) {
+    const ScratchFile file(whole.substr(0, size));
+    try {
+      const Result result = Read(file.path());
+      INFO(size);
+      REQUIRE(result.scans.size() <= scans.size());
+      CHECK(std::equal(result.scans.begin(), result.scans.end(), scans.begin()));
+      if (result.scans.size() < scans.size()) CHECK(result.counts.at("truncated") == 1);
+      most = std::max(most, result.scans.size());
+    } catch (const std::runtime_error&) {  // nothing of a laser is left
+    }
+  }
+  CHECK(most >= 2);
+}
+
+TEST_CASE("a bag with several lasers wants to be told which") {
+  const std::string bag = Ros1Bytes(Ros1Connection(1, "/front") + Ros1Message(1, Ros1At(1)) +
+                                    Ros1Connection(2, "/rear") + Ros1Message(2, Ros1At(2)));
+  CHECK(ErrorOfBytes(bag) ==
+        " has several topics of lasers: --laser-channel must name one of /front (sensor_msgs/LaserScan in ros1), "
+        "/rear (sensor_msgs/LaserScan in ros1)");
+  CHECK(SecondsOf(ReadBytes(bag, "/rear")) == Seconds{2});
+}
+
+TEST_CASE("a bag without the laser that is wanted says which topics it has") {
+  const std::string bag = Ros1Bytes(Ros1Connection(1, "/scan") + Ros1Connection(2, "/im\tage", "sensor_msgs/Image"));
+  CHECK(
+      ErrorOfBytes(bag, "/other") ==
+      " has no topic of a laser (sensor_msgs/LaserScan in ros1, sensor_msgs/msg/LaserScan in cdr, foxglove.LaserScan "
+      "in json) named /other; its topics: /im?age (sensor_msgs/Image in ros1), /scan (sensor_msgs/LaserScan in ros1)");
+  CHECK(ErrorOfBytes(Ros1Bytes("")).ends_with("its topics: none"));
+}
+
+TEST_CASE("scans keep the order of the recording, whatever their stamps") {
+  const std::string messages = Ros1Connection(1, "/scan") + Ros1Message(1, Ros1At(5)) + Ros1Message(1, Ros1At(3)) +
+                               Ros1Message(1, Ros1At(4)) + Ros1Message(1, Ros1At(3));
+  const Result result = ReadBytes(Ros1Bytes(messages));
+  CHECK(SecondsOf(result) == Seconds{5, 3, 4});
+  CHECK(result.counts.at("utime_repeated") == 1);
+}
+
+TEST_CASE("of several odometries that of the laser's namespace is taken, or none, which is said") {
+  const auto bag = [](const std::string& odometry) {
+    return Ros1Bytes(
+        Ros1Connection(1, "/a/scan") + Ros1Message(1, Ros1At(1)) + Ros1Connection(2, odometry, "nav_msgs/Odometry") +
+        Ros1Connection(3, "/wheels", "nav_msgs/Odometry") + Ros1Message(2, "no odometry") + Ros1Message(3, "nor this"));
+  };
+  const Result beside = ReadBytes(bag("/a/odom"));
+  CHECK(beside.counts.at("bad_odometry") == 1);
+  CHECK(beside.complaints.empty());
+  const Result unknown = ReadBytes(bag("/b/odom"));
+  CHECK(unknown.counts.count("bad_odometry") == 0);
+  REQUIRE(unknown.complaints.size() == 1);
+  CHECK(
+      unknown.complaints[0].starts_with("there is no odometry /a/odom, and of /b/odom (nav_msgs/Odometry in ros1), "));
+}
+
+TEST_CASE("scans that are mostly bad, or have the same stamp, are complained of") {
+  const std::string bad = LaserMessage{.angle_min = -90.0f, .angle_increment = 1.0f}.Ros1();
+  const Result degrees = ReadBytes(Ros1Bytes(Ros1Connection(1, "/scan") + Ros1Message(1, bad)));
+  CHECK(degrees.counts.at("bad_message") == 1);
+  REQUIRE(degrees.complaints.size() == 1);
+  CHECK(degrees.complaints[0].starts_with("1 of 1 scans on /scan are left out: angles look like degrees"));
+  const std::string same = Ros1Message(1, Ros1At(0));
+  const Result repeated = ReadBytes(Ros1Bytes(Ros1Connection(1, "/scan") + same + same + same));
+  REQUIRE(repeated.complaints.size() == 1);
+  CHECK(repeated.complaints[0] ==
+        "2 of 3 scans on /scan have the header.stamp of an earlier one and are left out: the driver must set "
+        "header.stamp to the moment of each scan");
+}
+
+TEST_CASE("a laser that is slow for its sweep is told how to deskew") {
+  const std::string slow = LaserMessage{.time_increment = 0.05f}.Ros1();
+  const Result result = ReadBytes(Ros1Bytes(Ros1Connection(1, "/scan") + Ros1Message(1, slow)));
+  REQUIRE(result.complaints.size() == 1);
+  CHECK(result.complaints[0] == "a sweep takes 0.100 s by its time_increment: --sweep-s deskews it");
+}
+
+TEST_CASE("a damaged chunk is passed over and counted, its neighbours are read") {
+  const auto records = [](std::uint32_t sec) { return Ros1Message(1, Ros1At(sec)); };
+  const auto bag = [&](const std::string& chunk, std::uint32_t size) {
+    return Ros1Bytes(Ros1Connection(1, "/scan") + records(1) + Ros1Chunk(chunk, "bz2", size) + records(3));
+  };
+  const std::string good = PackBzip2(records(2));
+  CHECK(SecondsOf(ReadBytes(bag(good, SizeOf(records(2))))) == Seconds{1, 2, 3});
+  std::string flipped = good;
+  flipped[flipped.size() / 2] ^= 4;
+  for (const auto& [chunk, size] : {std::pair(flipped, SizeOf(records(2))), std::pair(good, SizeOf(records(2)) - 1),
+                                    std::pair(good, SizeOf(records(2)) + 1), std::pair(good, 0xffffffffu)}) {
+    const Result result = ReadBytes(bag(chunk, size));
+    CHECK(SecondsOf(result) == Seconds{1, 3});
+    CHECK(result.counts.at("bad_chunk") == 1);
+    REQUIRE(result.complaints.size() == 1);
+    CHECK(result.complaints[0] == "1 chunks are damaged, and what they hold is left out");
+  }
+}
+
+TEST_CASE("a chunk of MCAP with a wrong checksum is passed over") {
+  const std::string records = McapMessage(1, CdrAt(2));
+  const auto bag = [&](std::uint32_t crc) {
+    return McapBytes(McapChannel(1, "/scan") + McapMessage(1, CdrAt(1)) + McapChunk(records, "", records.size(), crc) +
+                     McapChunk(PackZstd(records), "zstd", records.size(), crc) + McapMessage(1, CdrAt(3)));
+  };
+  const auto crc = static_cast<std::uint32_t>(
+      crc32(0, reinterpret_cast<const Bytef*>(records.data()), static_cast<uInt>(records.size())));
+  for (const std::uint32_t right : {0u, crc}) CHECK(SecondsOf(ReadBytes(bag(right))) == Seconds{1, 2, 3});
+  CHECK(ReadBytes(bag(crc)).counts.at("bad_chunk") == 0);
+  CHECK(SecondsOf(ReadBytes(bag(crc + 1))) == Seconds{1, 3});
+  CHECK(ReadBytes(bag(crc + 1)).counts.at("bad_chunk") == 2);
+}
+
+TEST_CASE("sizes that are lies end the reading, and take no memory") {
+  const std::string huge = Little(0xfffffff0u);
+  for (const std::string& lie : {huge, huge + std::string(100, 'x'), Text("op=\x02") + huge + "few",
+                                 Text(huge) + Text("data"), std::string(50, '\0')}) {
+    const Result result = ReadBytes(Ros1Bytes(Ros1Connection(1, "/scan") + Ros1Message(1, Ros1At(1)) + lie));
+    CHECK(SecondsOf(result) == Seconds{1});
+    CHECK(result.counts.at("truncated") == 1);
+  }
+  const std::string start = McapBytes("").substr(0, 25);
+  for (const std::uint64_t size : {~std::uint64_t{0}, ~std::uint64_t{0} / 2, std::uint64_t{100000}}) {
+    const std::string lie = Little(std::uint8_t{5}) + Little(size) + std::string(30, 'x');
+    const Result result = ReadBytes(start + McapChannel(1, "/scan") + McapMessage(1, CdrAt(1)) + lie);
+    CHECK(SecondsOf(result) == Seconds{1});
+    CHECK(result.counts.at("truncated") == 1);
+  }
+  const std::string chunk = McapChunk("", "zstd", std::uint64_t{1} << 60);
+  CHECK(ReadBytes(McapBytes(McapChannel(1, "/scan") + chunk)).counts.at("bad_chunk") == 1);
+}
+
+TEST_CASE("a chunk is read to its end, or up to a size that no recorder writes") {
+  const std::string bytes(1000, 'x');
+  for (const auto& [compression, packed] : {std::pair("bz2", PackBzip2(bytes)), std::pair("zstd", PackZstd(bytes))}) {
+    const auto unpacked = Decompress({compression, packed, 1000});
+    REQUIRE(unpacked);
+    CHECK(unpacked->All() == bytes);
+    CHECK(Decompress({compression, packed, 999}) == nullptr);
+    CHECK(Decompress({compression, packed, 1001}) == nullptr);
+    CHECK(Decompress({compression, packed.substr(0, packed.size() - 1), 1000}) == nullptr);
+    CHECK(Decompress({compression, packed.substr(0, packed.size() - 1), 1000, true}));
+    CHECK(Decompress({compression, packed, kMostChunkBytes + 1, true}) == nullptr);
+    CHECK(Decompress({"other", packed, 1000}) == nullptr);
+  }
+}
+
+TEST_CASE("a message that is far too long for a laser is counted, and the next one is read") {
+  const std::string bag = McapBytes(McapChannel(1, "/scan") + McapMessage(1, std::string(kMostMessageBytes + 1, 'x')) +
+                                    McapMessage(1, CdrAt(2)));
+  const Result result = ReadBytes(bag);
+  CHECK(SecondsOf(result) == Seconds{2});
+  CHECK(result.counts.at("bad_message") == 1);
+}
+
+TEST_CASE("messages that rosbag2 has compressed one by one are read") {
+  const std::string bag = McapBytes(McapChannel(1, "/scan") + McapMessage(1, PackZstd(CdrAt(1))) +
+                                    McapMessage(1, PackZstd(CdrAt(2)).substr(0, 30)));
+  const Result result = ReadBytes(bag);
+  CHECK(SecondsOf(result) == Seconds{1});
+  CHECK(result.counts.at("bad_message") == 1);
+}
+
+TEST_CASE("bags of another version, damaged at their beginning or compressed by gzip are refused with what mends it") {
+  CHECK(ErrorOfBytes("#ROSBAG V1.2\n") == " is not of format 2.0 of ROS 1 bags: rosbag fix makes it so");
+  CHECK(ErrorOfBytes("#ROSBAG V2.0\nrubbish") == " is a ROS 1 bag that is damaged at its beginning");
+  const ScratchFile packed(Compress(DataBytes("zstd.mcap")));
+  CHECK(ErrorOf([&] { OpenLaserSource(packed.path(), {}); }) ==
+        packed.path() + " is a bag that gzip has compressed: gunzip it first");
+}
+
+TEST_CASE("a bag is a source like any other, and its topic the channel") {
+  for (const std::string name : {"lz4.bag", "zstd.mcap", "run.db3"}) {
+    CHECK(OpenLaserSource(DataPath(name), {})->Next()->utime == 1'000'000);
+    CHECK(OpenLaserSource(DataPath(name), {0, "/scan"})->Next()->utime == 1'000'000);
+    CHECK(ErrorOf([&] { OpenLaserSource(DataPath(name), {0, "/odom"}); }).find("named /odom") != std::string::npos);
+  }
+}
+
+}  // namespace crsm
