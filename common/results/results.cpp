@@ -34,6 +34,15 @@ void FormatTrajectory(const MatchSequence& matches, const Sink& sink) {
   sink(piece);
 }
 
+/// The picture of EncodeMap in the plain form that some tools want, row by row.
+void FormatPgm(const DenseGrid& grid, const Sink& sink) {
+  sink(fmt::format("P5\n{} {}\n255\n", grid.width_cells, grid.height_cells));
+  const auto width = static_cast<std::size_t>(grid.width_cells);
+  for (std::size_t row = grid.cells.size() / width; row > 0; --row) {
+    sink({reinterpret_cast<const char*>(grid.cells.data()) + (row - 1) * width, width});
+  }
+}
+
 }  // namespace
 
 DenseGrid MakeUnexploredCell(double cell_size_m) {
@@ -64,6 +73,7 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
   if (error) throw std::runtime_error(fmt::format("cannot make the folder {}: {}", dir.string(), error.message()));
   Replacement files(dir);
   files.Write("map.png", EncodeMap(results.grid));
+  files.Write("map.pgm", [&](const Sink& sink) { FormatPgm(results.grid, sink); });
   files.Write("map.yaml", FormatMapYaml(results.grid));
   files.Write("overview.png", EncodeOverview(results));
   files.Write("trajectory.tum", [&](const Sink& sink) {

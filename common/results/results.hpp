@@ -35,6 +35,7 @@ struct Results {
 /// Writes into `dir`, which is made if need be:
 /// - map.png: 8-bit grey, a pixel a cell, the cell's byte as it is, y up in the picture; equal grids give equal bytes
 ///   from one build. An empty grid gives one unexplored cell, of 1 m if the grid does not know its cell size.
+/// - map.pgm: the same picture, for tools that read no PNG
 /// - map.yaml: the map_server convention; origin is the lower left corner [m, m, rad]
 /// - overview.png: the map with trajectory, loops and last scan, for people
 /// - trajectory.tum: T_map_laser of every scan

@@ -66,6 +66,7 @@ std::string FormatSummary(const Summary& summary) {
                {"path_length_m", summary.path_length_m},
                {"explored_area_m2", summary.explored_area_m2},
                {"mean_fitness", summary.mean_fitness},
+               {"wall_s", summary.wall_s},
                {"verdict", ToJson(summary.verdict)},
                {"counts", Json::object()},
                {"timings", Json::object()},

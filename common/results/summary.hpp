@@ -39,6 +39,7 @@ struct Summary {
   std::int64_t map_version = 0;
   double path_length_m = 0.0;  ///< from each scan that was not lost to the next one
   double explored_area_m2 = 0.0;
+  double wall_s = 0.0;                         ///< that the run has taken by the clock
   double mean_fitness = 0.0;                   ///< of the matched scans (the paper's MFV), [0, 1]; 0 if there are none
   std::map<std::string, std::int64_t> counts;  ///< drops, resends, bad messages ..., by name
   std::map<std::string, StageTiming> timings;  ///< by stage

@@ -196,6 +196,7 @@ class MapExporter {
   /// A summary with what is known besides poses and map.
   Summary Complete(Summary summary) {
     summary.version = kVersion;
+    summary.wall_s = std::chrono::duration<double>(Clock::now() - begun_).count();
     summary.map_version = map_follower_.replica().version();
     const ByteMap no_map(1.0);
     summary.verdict = Judge(statistics_, map_ ? *map_ : no_map);
@@ -235,6 +236,7 @@ class MapExporter {
   std::map<std::string, service_status_t> statuses_;
   std::int64_t written_version_ = 0;
   bool asked_ = false;  ///< for what is to be written next
+  const Clock::time_point begun_ = Clock::now();
   Clock::time_point next_write_{};
   Clock::time_point last_change_{};
 };

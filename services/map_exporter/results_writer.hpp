@@ -32,6 +32,7 @@ struct Snapshot {
 
 /// Writes the results of a run into a folder again and again, in a thread of its own, at a cost that does not grow with
 /// the run: map.png and map.yaml only if the map has changed, of trajectory.tum what is new, at its end, line by line.
+/// map.pgm, which is many times larger than map.png, is left to the end of the run.
 class ResultsWriter {
  public:
   explicit ResultsWriter(std::filesystem::path dir);

@@ -41,6 +41,7 @@ struct Run {
   RunStatistics statistics;
   CriticalRays last_scan;
   Trajectory truth;
+  Clock::time_point begun = Clock::now();
   std::int64_t num_repeated = 0;  ///< scans that were in the map already
   Latency latency;
 };
@@ -131,6 +132,7 @@ Trust WriteRun(const CommandLine& command_line, const LaserSource& source, Run& 
   summary.version = kVersion;
   summary.parameters[command_line.program()] = command_line.UsedValues();
   summary.map_version = run.slam.map_version();
+  summary.wall_s = std::chrono::duration<double>(Clock::now() - run.begun).count();
   summary.counts = source.Counts();
   summary.counts["utime_repeated"] += run.num_repeated;
   summary.counts["scan_cut"] = run.slam.num_scans_cut();

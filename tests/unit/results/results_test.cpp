@@ -139,6 +139,21 @@ TEST_CASE("map.png holds each cell's byte, with the highest y on top") {
   }
 }
 
+TEST_CASE("map.pgm is the picture of map.png, a byte a pixel behind a header") {
+  const TemporaryFolder folder;
+  const Results results = MakeResults(7, 5);
+  WriteResults(folder.path, results);
+  const std::string pgm = ReadBytes(folder.path / "map.pgm");
+  const std::string header = "P5\n7 5\n255\n";
+  REQUIRE(pgm.size() == header.size() + 35);
+  CHECK(pgm.starts_with(header));
+  for (std::size_t y = 0; y < 5; ++y) {
+    for (std::size_t x = 0; x < 7; ++x) {
+      CHECK(static_cast<std::uint8_t>(pgm[header.size() + (4 - y) * 7 + x]) == results.grid.cells[y * 7 + x]);
+    }
+  }
+}
+
 TEST_CASE("map.yaml places the lower left corner in metres and keeps map_server's thresholds") {
   const TemporaryFolder folder;
   WriteResults(folder.path, MakeResults(7, 5));
@@ -147,7 +162,7 @@ TEST_CASE("map.yaml places the lower left corner in metres and keeps map_server'
         "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
 }
 
-TEST_CASE("the folder is made, holds the five files and no others, and a second run gives the same bytes") {
+TEST_CASE("the folder is made, holds the six files and no others, and a second run gives the same bytes") {
   const TemporaryFolder folder;
   const fs::path dir = folder.path / "a" / "b";
   Results results = MakeResults(40, 30);
@@ -157,7 +172,8 @@ TEST_CASE("the folder is made, holds the five files and no others, and a second 
     WriteResults(dir, results);
     std::set<std::string> names;
     for (const auto& entry : fs::directory_iterator(dir)) names.insert(entry.path().filename());
-    CHECK(names == std::set<std::string>{"map.png", "map.yaml", "overview.png", "summary.json", "trajectory.tum"});
+    CHECK(names ==
+          std::set<std::string>{"map.pgm", "map.png", "map.yaml", "overview.png", "summary.json", "trajectory.tum"});
     for (const std::string& name : names) run += ReadBytes(dir / name);
   }
   CHECK(bytes[0] == bytes[1]);
@@ -393,7 +409,7 @@ TEST_CASE("a disk that fills up at the last file leaves all the old ones") {
   std::signal(SIGXFSZ, old_handler);
 
   CHECK(error == "cannot write " + (folder.path / "summary.json").string() + ": File too large");
-  CHECK(old_files.size() == 5);
+  CHECK(old_files.size() == 6);
   std::map<fs::path, std::string> files;
   for (const auto& entry : fs::directory_iterator(folder.path)) files[entry.path()] = ReadBytes(entry.path());
   CHECK(files == old_files);
