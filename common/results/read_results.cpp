@@ -8,15 +8,43 @@
 
 namespace crsm {
 
-double ReadMeanFitness(const std::filesystem::path& dir) {
-  const std::filesystem::path path = dir / "summary.json";
+namespace {
+
+/// summary.json, or an object without anything if it is none.
+nlohmann::json ReadSummaryJson(const std::filesystem::path& path) {
   std::ifstream file(path);
   if (!file) throw std::runtime_error(fmt::format("cannot read {}", path.string()));
-  const auto json = nlohmann::json::parse(file, nullptr, false);
-  if (!json.is_object() || !json.contains("mean_fitness") || !json["mean_fitness"].is_number()) {
+  auto json = nlohmann::json::parse(file, nullptr, false);
+  return json.is_object() ? json : nlohmann::json::object();
+}
+
+}  // namespace
+
+double ReadMeanFitness(const std::filesystem::path& dir) {
+  const std::filesystem::path path = dir / "summary.json";
+  const auto json = ReadSummaryJson(path);
+  if (!json.contains("mean_fitness") || !json["mean_fitness"].is_number()) {
     throw std::runtime_error(fmt::format("{}: has no number mean_fitness", path.string()));
   }
   return json["mean_fitness"].get<double>();
+}
+
+RunSummary ReadSummary(const std::filesystem::path& dir) {
+  const std::filesystem::path path = dir / "summary.json";
+  const auto json = ReadSummaryJson(path);
+  try {
+    RunSummary summary;
+    json.at("scans").get_to(summary.scans);
+    json.at("lost").get_to(summary.lost);
+    json.at("mean_fitness").get_to(summary.mean_fitness);
+    json.at("verdict").at("trust").get_to(summary.trust);
+    if (json.contains("loops")) summary.loops = json["loops"].at("closed").get<std::int64_t>();
+    if (json.contains("wall_s")) summary.wall_s = json["wall_s"].get<double>();
+    return summary;
+  } catch (const nlohmann::json::exception&) {
+    throw std::runtime_error(
+        fmt::format("{}: must have the numbers scans, lost and mean_fitness, and a verdict", path.string()));
+  }
 }
 
 }  // namespace crsm

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   crsm::AddMapCommand(app);
   crsm::AddTrajectoryCommand(app);
   crsm::AddRelationsCommand(app);
+  crsm::AddSummaryCommand(app);
   crsm::AddWorldCommand(app);
   return crsm::ReportErrors("slam_eval", [&] {
     try {

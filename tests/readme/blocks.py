@@ -3,7 +3,7 @@
 import dataclasses
 import re
 
-COMMAND = re.compile(r"    (?:(?:scripts|build/bin)/\w|(?:sudo|ip|sysctl|export) )")
+COMMAND = re.compile(r"    (?:(?:scripts|build/bin)/\w|(?:sudo|ip|sysctl|export|parallel) )")
 
 
 @dataclasses.dataclass(frozen=True)

@@ -103,6 +103,8 @@ def reason_not_to_run(command):
     for begin, reason in UNRUN.items():
         if command.text.startswith(begin):
             return reason
+    if command.text.startswith("parallel ") and not shutil.which("parallel"):
+        return "there is no GNU parallel"
     if re.search(r"\bLOG\b", command.text) and not BENCHMARK.with_suffix(".relations").exists():
         return f"there is no {BENCHMARK}.clf.gz: CRSM_DATA says where the benchmark logs are"
     return None

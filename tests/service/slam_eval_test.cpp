@@ -135,6 +135,42 @@ TEST_CASE("slam_eval map and trajectory measure what slam_offline leaves of a si
         std::string::npos);
 }
 
+TEST_CASE("slam_eval summary prints a line for each run, and names the folders that have none") {
+  const Fixture fixture;
+  const auto write = [&](const std::string& name, const std::string& json) {
+    fs::create_directories(fixture.folder / name);
+    std::ofstream(fixture.folder / name / "summary.json") << json;
+  };
+  write("a", R"({"scans": 4934, "lost": 2, "mean_fitness": 0.91349, "verdict": {"trust": "good"},
+                 "loops": {"closed": 12}, "wall_s": 3.14159})");
+  write("long, name", R"({"scans": 5, "lost": 0, "mean_fitness": 0.5, "verdict": {"trust": "doubtful"}})");
+  write("bad", R"({"scans": 5})");
+  const std::string in = "cd " + fixture.folder.string() + " && " CRSM_BIN_DIR "/slam_eval summary ";
+  const auto run = [&](const std::string& arguments) {  // from within the folder, whose name is another each time
+    const std::string to = fixture.folder / "output";
+    const int status = std::system((in + arguments + " >" + to + " 2>" + to + ".err").c_str());
+    return Output{WEXITSTATUS(status), ReadFile(to)};
+  };
+  const Output table = run("a 'long, name'");
+  CHECK(table.exit_code == 0);
+  CHECK(table.text ==
+        "run         verdict   scans  lost  loops  fitness  wall_s\n"
+        "a           good       4934     2     12    0.913     3.1\n"
+        "long, name  doubtful      5     0      -    0.500       -\n");
+  CHECK(run("--csv 'long, name' a").text ==
+        "run,verdict,scans,lost,loops,fitness,wall_s\n"
+        "\"long, name\",doubtful,5,0,-,0.500,-\n"
+        "a,good,4934,2,12,0.913,3.1\n");
+  const Output with_bad = run("bad a nowhere");
+  CHECK(with_bad.exit_code == 1);
+  CHECK(with_bad.text == run("a").text);
+  CHECK(ReadFile(fixture.folder / "output.err").empty());  // of the last one
+  run("bad a nowhere");
+  CHECK(ReadFile(fixture.folder / "output.err") ==
+        "slam_eval: 2 of 3 runs have no summary: bad/summary.json: must have the numbers scans, lost and mean_fitness, "
+        "and a verdict; cannot read nowhere/summary.json\n");
+}
+
 TEST_CASE("slam_eval says what is wrong in one line, and exits 2 where the flags are") {
   const Fixture fixture;
   const std::string bad = fixture.folder / "bad.relations";

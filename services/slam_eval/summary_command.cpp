@@ -1,0 +1,92 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "common/results/read_results.hpp"
+#include "services/slam_eval/commands.hpp"
+
+namespace crsm {
+
+namespace {
+
+struct SummaryOptions {
+  std::vector<std::string> folders;
+  bool csv = false;
+};
+
+using Row = std::array<std::string, 7>;
+constexpr std::size_t kNumTexts = 2;  ///< columns at the left that are no numbers
+
+Row MakeHead() { return {"run", "verdict", "scans", "lost", "loops", "fitness", "wall_s"}; }
+
+Row MakeRow(const std::string& folder, const RunSummary& summary) {
+  return {folder,
+          summary.trust,
+          fmt::format("{}", summary.scans),
+          fmt::format("{}", summary.lost),
+          summary.loops ? fmt::format("{}", *summary.loops) : "-",
+          fmt::format("{:.3f}", summary.mean_fitness),
+          summary.wall_s ? fmt::format("{:.1f}", *summary.wall_s) : "-"};
+}
+
+std::string Quote(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
+void PrintCsv(const std::vector<Row>& rows) {
+  for (Row row : rows) {
+    std::transform(row.begin(), row.end(), row.begin(), Quote);
+    fmt::print("{}\n", fmt::join(row, ","));
+  }
+}
+
+void PrintTable(const std::vector<Row>& rows) {
+  std::array<std::size_t, std::tuple_size_v<Row>> widths{};
+  for (const Row& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  for (const Row& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      line += i < kNumTexts ? fmt::format("{:<{}}  ", row[i], widths[i]) : fmt::format("{:>{}}  ", row[i], widths[i]);
+    }
+    fmt::print("{}\n", line.substr(0, line.find_last_not_of(' ') + 1));
+  }
+}
+
+void RunSummaries(const SummaryOptions& options) {
+  std::vector<Row> rows{MakeHead()};
+  std::vector<std::string> errors;
+  for (const std::string& folder : options.folders) {
+    try {
+      rows.push_back(MakeRow(folder, ReadSummary(folder)));
+    } catch (const std::runtime_error& error) {
+      errors.emplace_back(error.what());
+    }
+  }
+  options.csv ? PrintCsv(rows) : PrintTable(rows);
+  if (errors.empty()) return;
+  throw std::runtime_error(
+      fmt::format("{} of {} runs have no summary: {}", errors.size(), options.folders.size(), fmt::join(errors, "; ")));
+}
+
+}  // namespace
+
+void AddSummaryCommand(CLI::App& app) {
+  const auto options = std::make_shared<SummaryOptions>();
+  CLI::App* command = app.add_subcommand("summary", "A line for each of many runs: its verdict, and what it came to");
+  command->add_option("RESULTS", options->folders, "folders with summary.json")->required();
+  command->add_flag("--csv", options->csv, "print comma-separated values");
+  command->callback([options] { RunSummaries(*options); });
+}
+
+}  // namespace crsm
