@@ -57,7 +57,9 @@ Point ToMap(const Pose2& T_map_world, const Point& point) {
 std::vector<Wall> WallsInMap(const World& world) {
   const Pose2 T_map_world = Inverse(StartOf(world));
   std::vector<Wall> walls;
-  for (const Wall& wall : world.walls) walls.push_back({ToMap(T_map_world, wall.from), ToMap(T_map_world, wall.to)});
+  for (const Wall& wall : world.walls) {
+    if (wall.stay.IsEndless()) walls.push_back({ToMap(T_map_world, wall.from), ToMap(T_map_world, wall.to)});
+  }
   return walls;
 }
 

@@ -18,10 +18,11 @@ Point PlaceOf(const Person& person, double time_s) {
   return {person.from.x_m + done * dx_m, person.from.y_m + done * dy_m};
 }
 
-/// Those that come so near.
-std::vector<Wall> WallsWithin(double reach_m, const Point& origin, const std::vector<Wall>& walls) {
+/// Those that come so near, and are there at the time.
+std::vector<Wall> WallsWithin(double reach_m, const Point& origin, double time_s, const std::vector<Wall>& walls) {
   std::vector<Wall> near;
   for (const Wall& wall : walls) {
+    if (!wall.stay.Includes(time_s)) continue;
     const double x_m = wall.to.x_m - wall.from.x_m;
     const double y_m = wall.to.y_m - wall.from.y_m;
     const double to_x_m = origin.x_m - wall.from.x_m;
@@ -89,12 +90,14 @@ LaserScan Simulator::Scan(double time_s) {
   scan.angle_min_rad = static_cast<float>(-laser.fov_rad / 2.0);
   scan.angle_step_rad = static_cast<float>(laser.fov_rad / laser.beams);
   std::vector<Point> people;
-  for (const Person& person : world_.people) people.push_back(PlaceOf(person, time_s));
+  for (const Person& person : world_.people) {
+    if (person.stay.Includes(time_s)) people.push_back(PlaceOf(person, time_s));
+  }
   Pose2 T_world_laser = PoseAt(time_s);
   Point origin{T_world_laser.x_m, T_world_laser.y_m};
   const double reach_m =
       laser.range_max_m + Random::kMostSigmas * laser.noise_m + laser.quantum_m + laser.sweep_s * world_.linear_m_s;
-  const std::vector<Wall> walls = WallsWithin(reach_m, origin, world_.walls);
+  const std::vector<Wall> walls = WallsWithin(reach_m, origin, time_s, world_.walls);
   for (int beam = 0; beam < laser.beams; ++beam) {
     if (laser.sweep_s > 0.0) {
       T_world_laser = PoseAt(time_s - laser.sweep_s * (laser.beams - 1 - beam) / (laser.beams - 1));

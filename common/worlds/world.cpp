@@ -62,10 +62,15 @@ const Keys& KnownKeys() {
   return kKeys;
 }
 
-/// What may stand after the numbers of a laser, each with one number.
-const std::vector<Field>& LaserOptions() {
-  static const std::vector<Field> kOptions = {
-      {"dropout", 0.0, 1.0}, {"quantum_m", 0.0, 1.0}, {"sweep_s", 0.0, 1.0}, {"angle_scale", 0.9, 1.1}};
+/// What may stand after the numbers of a key, each with one number.
+const Keys& KnownOptions() {
+  constexpr double kLongest_s = 1e6;
+  static const Keys kOptions = {
+      {"laser", {{"dropout", 0.0, 1.0}, {"quantum_m", 0.0, 1.0}, {"sweep_s", 0.0, 1.0}, {"angle_scale", 0.9, 1.1}}},
+      {"wall", {{"from_s", 0.0, kLongest_s}, {"until_s", 0.0, kLongest_s}}},
+      {"box", {{"from_s", 0.0, kLongest_s}, {"until_s", 0.0, kLongest_s}}},
+      {"person", {{"from_s", 0.0, kLongest_s}, {"until_s", 0.0, kLongest_s}}},
+  };
   return kOptions;
 }
 
@@ -137,24 +142,44 @@ std::optional<CampusName> ParseCampus(const std::string& name) {
   return campus;
 }
 
-/// Takes `name number` from the end of a laser's line for as long as there are any.
-void TakeLaserOptions(const std::string& place, std::vector<std::string>& words, World::Laser& laser) {
-  const std::size_t num_numbers = KnownKeys().at("laser").size();
-  for (; words.size() > num_numbers + 1; words.resize(words.size() - 2)) {
-    const std::string& name = words[words.size() - 2];
-    const auto option = std::find_if(LaserOptions().begin(), LaserOptions().end(),
-                                     [&](const Field& field) { return name == field.name; });
-    if (option == LaserOptions().end()) {
-      throw std::runtime_error(
-          fmt::format("{}: laser option '{}' is none of dropout, quantum_m, sweep_s, angle_scale, each with a number",
-                      place, name));
+/// Options of a line, by their names.
+class Options {
+ public:
+  /// Takes `name number` from the end of a line, for as long as there are any and the key may have some.
+  Options(const std::string& place, const std::string& key, std::vector<std::string>& words) {
+    const auto known = KnownOptions().find(key);
+    if (known == KnownOptions().end()) return;
+    for (; words.size() > KnownKeys().at(key).size() + 1; words.resize(words.size() - 2)) {
+      const std::string& name = words[words.size() - 2];
+      const auto option = std::find_if(known->second.begin(), known->second.end(),
+                                       [&](const Field& field) { return name == field.name; });
+      if (option == known->second.end()) {
+        std::vector<std::string> names;
+        for (const Field& field : known->second) names.emplace_back(field.name);
+        throw std::runtime_error(
+            fmt::format("{}: {} option '{}' is none of {}, each with a number", place, key, name, ListOf(names)));
+      }
+      values_[name] = ReadNumber(place, key, *option, words.back());
     }
-    double& value = name == "dropout"     ? laser.dropout
-                    : name == "quantum_m" ? laser.quantum_m
-                    : name == "sweep_s"   ? laser.sweep_s
-                                          : laser.angle_scale;
-    value = ReadNumber(place, "laser", *option, words.back());
   }
+
+  double Get(const std::string& name, double otherwise) const {
+    const auto value = values_.find(name);
+    return value == values_.end() ? otherwise : value->second;
+  }
+
+ private:
+  std::map<std::string, double> values_;
+};
+
+Stay ReadStay(const std::string& place, const Options& options) {
+  const Stay always;
+  const Stay stay{options.Get("from_s", always.from_s), options.Get("until_s", always.until_s)};
+  if (stay.from_s >= stay.until_s) {
+    throw std::runtime_error(
+        fmt::format("{}: until_s is {}, must be above from_s, which is {}", place, stay.until_s, stay.from_s));
+  }
+  return stay;
 }
 
 /// Takes the name from the front of a corner's line.
@@ -168,11 +193,11 @@ std::string TakeName(const std::string& place, std::vector<std::string>& words, 
   return name;
 }
 
-void AddBox(const Point& lower_left, const Point& size, std::vector<Wall>& walls) {
+void AddBox(const Point& lower_left, const Point& size, const Stay& stay, std::vector<Wall>& walls) {
   const double right_m = lower_left.x_m + size.x_m;
   const double top_m = lower_left.y_m + size.y_m;
   const Point corners[] = {lower_left, {right_m, lower_left.y_m}, {right_m, top_m}, {lower_left.x_m, top_m}};
-  for (std::size_t i = 0; i < 4; ++i) walls.push_back({corners[i], corners[(i + 1) % 4]});
+  for (std::size_t i = 0; i < 4; ++i) walls.push_back({corners[i], corners[(i + 1) % 4], stay});
 }
 
 /// Throws unless the laser can drive straight from one point to the other.
@@ -200,22 +225,22 @@ World ParseWorld(const std::string& text, const std::string& name) {
     if (!(words >> key)) continue;
     const std::string place = fmt::format("{}:{}", name, line_number);
     std::vector<std::string> rest{std::istream_iterator<std::string>(words), {}};
-    World::Laser options;
-    if (key == "laser") TakeLaserOptions(place, rest, options);
+    const Options options(place, key, rest);
     const std::string corner_name = key == "corner" ? TakeName(place, rest, world.corners) : "";
     const std::vector<double> numbers = ReadNumbers(place, key, rest);
     ++counts[key];
+    const Stay stay = ReadStay(place, options);
     if (key == "wall") {
-      world.walls.push_back({{numbers[0], numbers[1]}, {numbers[2], numbers[3]}});
+      world.walls.push_back({{numbers[0], numbers[1]}, {numbers[2], numbers[3]}, stay});
     } else if (key == "box") {
-      AddBox({numbers[0], numbers[1]}, {numbers[2], numbers[3]}, world.walls);
+      AddBox({numbers[0], numbers[1]}, {numbers[2], numbers[3]}, stay, world.walls);
     } else if (key == "waypoint") {
       world.path.push_back({numbers[0], numbers[1]});
       waypoint_places.push_back(place);
     } else if (key == "corner") {
       world.corners.push_back({corner_name, {numbers[0], numbers[1]}});
     } else if (key == "person") {
-      world.people.push_back({{numbers[0], numbers[1]}, {numbers[2], numbers[3]}, numbers[4]});
+      world.people.push_back({{numbers[0], numbers[1]}, {numbers[2], numbers[3]}, numbers[4], stay});
     } else if (counts[key] > 1) {
       throw std::runtime_error(fmt::format("{}: a second '{}' line; there must be one", place, key));
     } else if (key == "laser") {
@@ -227,10 +252,10 @@ World ParseWorld(const std::string& text, const std::string& name) {
                      numbers[2],
                      numbers[3],
                      numbers[4],
-                     options.dropout,
-                     options.quantum_m,
-                     options.sweep_s,
-                     options.angle_scale};
+                     options.Get("dropout", 0.0),
+                     options.Get("quantum_m", 0.0),
+                     options.Get("sweep_s", 0.0),
+                     options.Get("angle_scale", 1.0)};
     } else {
       world.linear_m_s = numbers[0];
       world.angular_rad_s = numbers[1];
@@ -244,8 +269,11 @@ World ParseWorld(const std::string& text, const std::string& name) {
   if (world.path.size() < 2) {
     throw std::runtime_error(fmt::format("{}: {} waypoints, must be two or more", name, world.path.size()));
   }
+  std::vector<Wall> lasting;
+  std::copy_if(world.walls.begin(), world.walls.end(), std::back_inserter(lasting),
+               [](const Wall& wall) { return wall.stay.IsAlways(); });
   for (std::size_t i = 1; i < world.path.size(); ++i) {
-    CheckLeg(world.walls, world.path[i - 1], world.path[i], waypoint_places[i]);
+    CheckLeg(lasting, world.path[i - 1], world.path[i], waypoint_places[i]);
   }
   return world;
 }

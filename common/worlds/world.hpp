@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -12,9 +13,20 @@ struct Point {
   double y_m = 0.0;
 };
 
+/// When something is there: by default always.
+struct Stay {
+  double from_s = 0.0;  ///< after the first scan
+  double until_s = std::numeric_limits<double>::infinity();
+
+  bool Includes(double time_s) const { return time_s >= from_s && time_s < until_s; }
+  bool IsEndless() const { return until_s == std::numeric_limits<double>::infinity(); }
+  bool IsAlways() const { return from_s == 0.0 && IsEndless(); }
+};
+
 struct Wall {
   Point from;
   Point to;
+  Stay stay = {};
 };
 
 /// A place that is found again in a map, for CMSE.
@@ -30,6 +42,7 @@ struct Person {
   Point from;
   Point to;
   double speed_m_s = 0.0;
+  Stay stay = {};
 };
 
 /// A flat world of straight walls, the laser in it and the path that it is driven along.
@@ -47,7 +60,7 @@ struct World {
   };
 
   std::vector<Wall> walls;
-  std::vector<Point> path;  ///< two points or more, each different from the one before; no leg touches a wall
+  std::vector<Point> path;  ///< two points or more, each different from the one before; no leg touches a lasting wall
   std::vector<Corner> corners;
   std::vector<Person> people;
   Laser laser;
@@ -65,6 +78,8 @@ struct World {
 ///     speed linear_m_s angular_rad_s                     once
 ///     corner NAME x_m y_m                                where walls meet, seen from both sides: what CMSE looks for
 ///     person x1_m y1_m x2_m y2_m speed_m_s               somebody who walks to and fro
+///
+/// Walls, boxes and people that are not there all the time end in `from_s TIME`, `until_s TIME` or both.
 ///
 /// Throws std::runtime_error that names `name`, the line and what would be right.
 World ParseWorld(const std::string& text, const std::string& name);

@@ -40,6 +40,28 @@ TEST_CASE("what is beyond the laser's reach is no return") {
   CHECK(scan->ranges_m[2] == Approx(2.0));
 }
 
+TEST_CASE("a wall or a box is there from its beginning until its end, and a leg may lead through where it was") {
+  const std::string waypoints = "waypoint 1 1\nwaypoint 1 2\nwall 0.5 1.5 3 1.5 until_s 0.2\nbox 2 0 1 3 from_s 0.3\n";
+  Simulator simulator(Room(waypoints), 1);  // a scan every 0.1 s, up at 0.01 m a scan
+  for (int k = 0; k < 6; ++k) {
+    CAPTURE(k);
+    const auto scan = simulator.Next();
+    REQUIRE(scan);
+    CHECK(scan->ranges_m[2] == Approx((k < 2 ? 0.5 : 2.0) - 0.01 * k).epsilon(1e-6));  // ahead
+    CHECK(scan->ranges_m[1] == Approx(k < 3 ? 3.0 : 1.0).epsilon(1e-6));               // to the right
+  }
+}
+
+TEST_CASE("somebody who walks is seen while there") {
+  Simulator simulator(Room("waypoint 1 1\nwaypoint 1 2\nperson 2 1 2 1.001 0.001 from_s 0.1 until_s 0.3\n"), 1);
+  for (int k = 0; k < 5; ++k) {
+    CAPTURE(k);
+    const auto scan = simulator.Next();
+    REQUIRE(scan);
+    CHECK((scan->ranges_m[1] < 2.9f) == (k == 1 || k == 2));
+  }
+}
+
 TEST_CASE("in a sweep each beam is measured from where the laser is then, the last one at the time of the scan") {
   // Up at 0.1 m/s, a scan every 0.1 s; the beams of a sweep are 0.03 s apart: behind, right, ahead, left.
   Simulator at_once(Room("waypoint 1 1\nwaypoint 1 2\n"), 1);
