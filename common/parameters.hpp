@@ -21,6 +21,7 @@ struct ScanParameters {
   double range_max_m = 30.0;
   double angle_scale = 1.0;  ///< of beams' angles from the laser's x axis, against the nominal ones
   double sweep_s = 0.0;      ///< from the first beam to the last; 0: all are measured at once
+  bool botlab_clockwise = true;
 };
 
 enum class SelectionMethod { kAll, kUniform, kDensity, kSegments };
@@ -102,7 +103,7 @@ struct Parameters {
 };
 
 /// Which programs a parameter concerns.
-enum class ParameterGroup { kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate, kLoops };
+enum class ParameterGroup { kSeed, kOdometry, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops };
 
 struct ParameterInfo {
   ParameterGroup group;
@@ -121,9 +122,14 @@ void VisitScanParameters(ScanParameters& scan, Visitor&& visit) {
         scan.range_max_m, 0.1, kLongestRange_m);
   visit({kScan, "angle_scale", "the angle of a beam from straight ahead, as a share of the nominal one"},
         scan.angle_scale, 0.9, 1.1);
-  visit({kScan, "sweep_s",
-         "time from the first beam of a scan to the last [s]: it is deskewed by how the laser moves; 0: not at all"},
-        scan.sweep_s, 0.0, 1.0);
+  visit(
+      {kScan, "sweep_s",
+       "time from the first beam of a scan to the last [s], where the scan does not say when its beams were measured: "
+       "it is deskewed by how the laser moves; 0: not at all"},
+      scan.sweep_s, 0.0, 1.0);
+  visit({kLaser, "botlab_clockwise",
+         "angles of a botlab.lidar_t run clockwise; --no-botlab-clockwise for the driver of today's mbot"},
+        scan.botlab_clockwise);
 }
 
 template <class Visitor>

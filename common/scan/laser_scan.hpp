@@ -16,6 +16,8 @@ struct LaserScan {
   float angle_min_rad = 0.0f;   ///< of beam 0, laser frame, counter-clockwise from x
   float angle_step_rad = 0.0f;  ///< from a beam to the next; negative for lasers that turn clockwise
   std::vector<float> ranges_m;  ///< along each beam; <= 0, NaN or beyond the laser's reach: no return
+  /// When each beam was measured, after utime [s], negative before it; empty where that is not known.
+  std::vector<float> times_s = {};
 
   friend bool operator==(const LaserScan&, const LaserScan&) = default;
 };

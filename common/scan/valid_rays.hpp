@@ -24,7 +24,8 @@ double LargestUsableRange(const ScanParameters& parameters);
 
 /// Keeps the beams that measured something: finite, at least `range_min_m`, and at most 95 % of the laser's maximum
 /// range (section 4), at their angles times `angle_scale`. Descending scans are turned round. An empty scan gives no
-/// rays. The last beam of a scan is measured at its utime, the first one `sweep_s` before.
+/// rays. Where the scan does not say when its beams were measured, the last one was at its utime, and the first one
+/// `sweep_s` before.
 ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters);
 
 /// Where the rays end. 2 x N, laser frame, metres.

@@ -1,11 +1,13 @@
 package crsm.spy;
 
 import bot_core.planar_lidar_t;
+import crsm.sweep_t;
 import java.awt.*;
 import java.awt.event.*;
 import java.awt.geom.*;
 import java.io.IOException;
 import java.io.UncheckedIOException;
+import java.nio.ByteBuffer;
 import java.text.DecimalFormat;
 import java.util.Arrays;
 import javax.swing.*;
@@ -18,7 +20,7 @@ import lcm.spy.SpyPlugin;
 public class LaserPlugin implements SpyPlugin {
   @Override
   public boolean canHandle(long fingerprint) {
-    return fingerprint == planar_lidar_t.LCM_FINGERPRINT;
+    return fingerprint == planar_lidar_t.LCM_FINGERPRINT || fingerprint == sweep_t.LCM_FINGERPRINT;
   }
 
   /** lcm-spy also asks with nulls, for the name. */
@@ -54,10 +56,26 @@ public class LaserPlugin implements SpyPlugin {
       try {
         LCMDataOutputStream bytes = new LCMDataOutputStream();
         message.encode(bytes);
+        if (isSweep(bytes.toByteArray())) return drawn(new sweep_t(bytes.toByteArray()));
         return new planar_lidar_t(bytes.toByteArray());
       } catch (IOException impossible) {
         throw new UncheckedIOException(impossible);  // to and from memory
       }
+    }
+
+    private static boolean isSweep(byte[] message) {
+      return ByteBuffer.wrap(message).getLong() == sweep_t.LCM_FINGERPRINT;
+    }
+
+    /** What is drawn of a sweep: not when each beam was measured. */
+    private static planar_lidar_t drawn(sweep_t sweep) {
+      planar_lidar_t scan = new planar_lidar_t();
+      scan.utime = sweep.utime;
+      scan.nranges = sweep.num_beams;
+      scan.ranges = sweep.range_m;
+      scan.rad0 = sweep.angle_min_rad;
+      scan.radstep = sweep.angle_step_rad;
+      return scan;
     }
 
     private static boolean isReturn(float range_m) {

@@ -40,7 +40,7 @@ void WriteLog(LaserSource& source, const std::string& source_name, const std::st
     if (with_odometry) {
       log.Write(channel_prefix + kOdometryChannel, ToMessage(Odometry{scan->utime, source.Odometry()}));
     }
-    log.Write(channel_prefix + kLaserChannel, ToMessage(*scan));
+    AsLaserMessage(*scan, [&](const auto& message) { log.Write(channel_prefix + kLaserChannel, message); });
     if (const auto T_map_laser = source.TruePose())
       log.Write(channel_prefix + kTruePoseChannel, ToPoseMessage(scan->utime, *T_map_laser));
     progress.Show(source.Progress(), ++num_scans);

@@ -97,7 +97,7 @@ class LaserPublisher {
   /// The odometry goes first: it is there when the rays of the scan come.
   void Send(const LaserScan& scan) {
     if (with_odometry_) service_.bus().Publish(kOdometryChannel, ToMessage(Odometry{scan.utime, source_.Odometry()}));
-    service_.bus().Publish(kLaserChannel, ToMessage(scan));
+    AsLaserMessage(scan, [this](const auto& message) { service_.bus().Publish(kLaserChannel, message); });
   }
 
   /// Lockstep: sends the scan again and again until its map has come. A message lost on the way, or a process that is
@@ -170,10 +170,10 @@ int main(int argc, char** argv) {
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] {
     const crsm::Settings& settings = command_line.settings();
-    const auto source = crsm::OpenLaserSource(name, {command_line.parameters().match.seed, settings.laser_channel});
+    const crsm::Parameters& parameters = command_line.parameters();
+    const auto source = crsm::OpenLaserSource(name, {parameters.match.seed, settings.laser_channel, parameters.scan});
     if (settings.lcm_url.rfind("file://", 0) == 0) {
-      crsm::WriteLog(*source, name, settings.lcm_url, settings.channel_prefix,
-                     command_line.parameters().match.odometry);
+      crsm::WriteLog(*source, name, settings.lcm_url, settings.channel_prefix, parameters.match.odometry);
     } else {
       crsm::LaserPublisher(command_line, *source).Run();
     }

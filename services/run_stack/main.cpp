@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -40,6 +41,12 @@ void AddOwnFlags(CommandLine& command_line, StackOptions& options) {
   AddFlags(command_line, options.earlier);
   app.add_flag("--strict", options.strict, "fail where the map is not to be trusted");
   app.add_flag("--view", options.view, "show the map in a browser as it grows; says at which address");
+  app.add_option("--outputs", options.outputs, "also say pose and map as others do: mbot: SLAM_POSE, SLAM_MAP")
+      ->check(CLI::IsMember({kMbot}));
+  std::vector<std::string> replaceable;
+  for (const Replaceable& process : kReplaceable) replaceable.emplace_back(process.name);
+  app.add_option("--without", options.without, "do not start this process: another one takes its place")
+      ->check(CLI::IsMember(replaceable));
   app.footer(kFooter);
 }
 
@@ -47,10 +54,21 @@ void AddOwnFlags(CommandLine& command_line, StackOptions& options) {
 void CheckUsage(const CommandLine& command_line, const StackOptions& options) {
   const Settings& settings = command_line.settings();
   CheckEarlierResults(options.earlier, options.source, settings);
-  for (const char* flag : {"rate", "resend_s", "laser_channel"}) {
+  for (const char* flag : {"rate", "resend_s"}) {
     if (options.is_live() && command_line.WasGiven(flag)) {
-      throw UsageError(fmt::format("{}: is of a log; what is live comes at its own pace, on LASER", FlagOf(flag)));
+      throw UsageError(fmt::format("{}: is of a log; what is live comes at its own pace", FlagOf(flag)));
     }
+  }
+  if (options.strict && options.IsWithout("map_exporter")) {
+    throw UsageError("--strict: needs the verdict of map_exporter, which --without leaves out");
+  }
+}
+
+/// What must be there for the stack to work.
+void SayWhatIsMissing(const StackOptions& options) {
+  for (const Replaceable& process : kReplaceable) {
+    if (!options.IsWithout(process.name)) continue;
+    Say(fmt::format("run_stack: without {}: another process must {}", process.name, process.contract));
   }
 }
 
@@ -58,7 +76,9 @@ void CheckUsage(const CommandLine& command_line, const StackOptions& options) {
 void CheckInputs(const CommandLine& command_line, const StackOptions& options) {
   const Settings& settings = command_line.settings();
   if (!options.is_live()) {
-    const auto source = OpenLaserSource(options.source, {command_line.parameters().match.seed, settings.laser_channel});
+    const Parameters& parameters = command_line.parameters();
+    const auto source =
+        OpenLaserSource(options.source, {parameters.match.seed, settings.laser_channel, parameters.scan});
     if (!source->Next()) throw std::runtime_error(fmt::format("{} has no scans", options.source));
   }
   if (!options.earlier.resume.empty()) FindJournal(options.earlier.resume);
@@ -67,9 +87,13 @@ void CheckInputs(const CommandLine& command_line, const StackOptions& options) {
 
 /// Said here in one line, where else the logs of several processes would. A publisher that is not ours may feed a
 /// stack that is live.
-void CheckRolesAreFree(const BusAddress& address, bool live) {
-  for (const char* role : {kMapOwnerRole, kMatcherRole, kSelectorRole, kLoopCloserRole, kPublisherRole}) {
-    if (live && role == kPublisherRole) continue;
+void CheckRolesAreFree(const BusAddress& address, const StackOptions& options) {
+  for (const std::string role : {kMapOwnerRole, kMatcherRole, kSelectorRole, kLoopCloserRole, kPublisherRole}) {
+    if (options.is_live() && role == kPublisherRole) continue;
+    const bool is_anothers = std::any_of(
+        std::begin(kReplaceable), std::end(kReplaceable),
+        [&](const Replaceable& process) { return role == process.role && options.IsWithout(process.name); });
+    if (is_anothers) continue;
     if (const auto holder = FindRoleHolder(address, role)) {
       throw std::runtime_error(DescribeTakenRole(address, role, *holder));
     }
@@ -86,7 +110,8 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
     throw std::runtime_error(fmt::format("there are no programs in {}", FindPrograms().string()));
   }
   const BusRole role(address, kStackRole);
-  CheckRolesAreFree(address, options.is_live());
+  CheckRolesAreFree(address, options);
+  SayWhatIsMissing(options);
   Signals signals;
   ResultsFolder folder(command_line.settings().out, options.earlier);
   const bool success = Supervisor(PlanStack(command_line, options, folder), folder, signals).Run();

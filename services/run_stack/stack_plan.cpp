@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "services/runtime/bus.hpp"
+
 namespace crsm {
 namespace {
 
@@ -16,7 +18,7 @@ bool IsSetByStack(const std::string& setting) {
 
 std::vector<ProgramFlags> FlagsOfAll() {
   return {FlagsOfPublisher(),  FlagsOfSelector(), FlagsOfMatcher(), FlagsOfUpdater(),
-          FlagsOfLoopCloser(), FlagsOfExporter(), FlagsOfViewer()};
+          FlagsOfLoopCloser(), FlagsOfExporter(), FlagsOfViewer(),  FlagsOfMbotPublisher()};
 }
 
 class Planner {
@@ -36,6 +38,14 @@ class Planner {
   const CommandLine& command_line_;
   const ResultsFolder& folder_;
 };
+
+/// A publisher of ours reads a log's --laser-channel, and publishes on LASER.
+PlannedService PlanSelector(const Planner& planner, const StackOptions& options) {
+  ProgramFlags flags = FlagsOfSelector();
+  if (options.is_live()) return planner.Plan("ray_selector", flags, {});
+  std::erase(flags.settings, "laser_channel");
+  return planner.Plan("ray_selector", flags, {"--laser-channel", kLaserChannel});
+}
 
 std::vector<std::string> operator+(std::vector<std::string> words, const std::vector<std::string>& more) {
   words.insert(words.end(), more.begin(), more.end());
@@ -61,12 +71,16 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   updater.when_resuming = {"--resume"};
   if (settings.resume) updater.when_new = {"--no-resume"};
   plan.services = {std::move(updater), planner.Plan("rrhc_matcher", FlagsOfMatcher(), lockstep),
-                   planner.Plan("ray_selector", FlagsOfSelector(), {}),
+                   PlanSelector(planner, options),
                    planner.Plan("map_exporter", FlagsOfExporter(), {"--out", folder.path().string()})};
   if (command_line.parameters().loops.loops && settings.localize.empty()) {
     plan.services.push_back(planner.Plan("loop_closer", FlagsOfLoopCloser(), {"--out", folder.path().string()}));
   }
+  std::erase_if(plan.services, [&](const PlannedService& service) { return options.IsWithout(service.name); });
   if (options.view) plan.services.push_back(planner.Plan("map_viewer", FlagsOfViewer(), {}));
+  for (const std::string& output : options.outputs) {
+    if (output == kMbot) plan.services.push_back(planner.Plan("mbot_publisher", FlagsOfMbotPublisher(), {}));
+  }
   if (!options.is_live()) {
     const std::string position = (folder.log_folder() / "laser_publisher.position").string();
     plan.publisher = planner.Plan("laser_publisher", FlagsOfPublisher(),

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -7,20 +8,41 @@
 
 #include "services/run_stack/child.hpp"
 #include "services/run_stack/results_folder.hpp"
+#include "services/runtime/bus_role.hpp"
 #include "services/runtime/command_line.hpp"
 
 namespace crsm {
 
 inline constexpr const char* kLive = "live";  ///< in the place of a source: a laser driver feeds the bus
 
+inline constexpr const char* kMbot = "mbot";  ///< outputs for the University of Michigan's robots
+
+/// A process in whose place another one may be, its role on the bus, and what that one has to do.
+struct Replaceable {
+  const char* name;
+  const char* role;  ///< empty for none
+  const char* contract;
+};
+inline constexpr Replaceable kReplaceable[]{
+    {"ray_selector", kSelectorRole, "answer each scan on LASER by CRITICAL_RAYS"},
+    {"rrhc_matcher", kMatcherRole, "answer CRITICAL_RAYS by SCAN_MATCH, matched to the map of MAP_DELTA"},
+    {"loop_closer", kLoopCloserRole, "answer each KEYFRAME by POSE_GRAPH"},
+    {"map_exporter", "", "write results, of which there are none else"},
+};
+
 /// What run_stack is told beside the flags that all programs share.
 struct StackOptions {
   std::string source;  ///< a log, a simulated world, or kLive
   EarlierResults earlier;
   bool strict = false;
-  bool view = false;  ///< with map_viewer
+  bool view = false;                 ///< with map_viewer
+  std::vector<std::string> outputs;  ///< for the programs of others: kMbot
+  std::vector<std::string> without;  ///< processes of kReplaceable that another one stands in for
 
   bool is_live() const { return source == kLive; }
+  bool IsWithout(const std::string& name) const {
+    return std::find(without.begin(), without.end(), name) != without.end();
+  }
 };
 
 /// A process of the stack.

@@ -166,6 +166,13 @@ void Bus::Subscription::Handle(const Sender& sender, std::span<const std::uint8_
   }
 }
 
+void Bus::SubscribeBytes(const std::string& channel, std::function<bool(std::span<const std::uint8_t>)> handler) {
+  SubscribeRaw(channel, [this, counter = MalformedCounter(channel),
+                         handler = std::move(handler)](std::span<const std::uint8_t> bytes) {
+    if (!handler(bytes)) counters_.Add(counter);
+  });
+}
+
 void Bus::SubscribeRaw(const std::string& channel, RawHandler handler) {
   const bool first = channels_.empty();
   const std::set<int> sockets_of_others = first && multicast_ ? FindUdpSockets(multicast_->port) : std::set<int>();

@@ -55,8 +55,6 @@ enum class Reception {
 /// The thin seam over LCM: checked messages in, messages out, no exception into C code.
 class Bus {
  public:
-  using Refused = std::function<void(std::span<const std::uint8_t>)>;
-
   /// url: empty for LCM's default. Throws in one line: UsageError if it is of no bus, std::runtime_error if the bus
   /// cannot be reached.
   Bus(std::string url, const std::string& channel_prefix, Counters& counters,
@@ -64,11 +62,14 @@ class Bus {
 
   /// Calls `handler` for each well-formed message; others are counted as CHANNEL_malformed and dropped. An exception
   /// that leaves the handler is counted as handler_failed; its text is said on stderr, the first time. A channel that
-  /// ends in * stands for all whose names begin so. `refused`, if given, is called with the bytes of malformed ones.
+  /// ends in * stands for all whose names begin so.
   template <class Message>
-  void Subscribe(const std::string& channel, std::function<void(const Message&)> handler, Refused refused = {}) {
-    SubscribeRaw(channel, MakeRawHandler(channel, std::move(handler), std::move(refused)));
+  void Subscribe(const std::string& channel, std::function<void(const Message&)> handler) {
+    SubscribeRaw(channel, MakeRawHandler(channel, std::move(handler)));
   }
+
+  /// The same of messages of whatever type: `handler` returns whether they are well-formed.
+  void SubscribeBytes(const std::string& channel, std::function<bool(std::span<const std::uint8_t>)> handler);
 
   /// The same on a channel on which one process alone has something to say. What comes from another one is counted as
   /// CHANNEL_refused and dropped, and said on stderr, the first time; see SoleSender. By UDP multicast only, and where
@@ -124,18 +125,19 @@ class Bus {
   };
 
   template <class Message>
-  RawHandler MakeRawHandler(const std::string& channel, std::function<void(const Message&)> handler,
-                            Refused refused = {}) {
-    const std::string counter = channel.substr(0, channel.find_last_not_of("/*") + 1) + "_malformed";
-    return [this, counter, handler = std::move(handler),
-            refused = std::move(refused)](std::span<const std::uint8_t> bytes) {
-      if (const auto message = Decode<Message>(bytes)) {
-        handler(*message);
-      } else {
-        counters_.Add(counter);
-        if (refused) refused(bytes);
-      }
-    };
+  RawHandler MakeRawHandler(const std::string& channel, std::function<void(const Message&)> handler) {
+    return
+        [this, counter = MalformedCounter(channel), handler = std::move(handler)](std::span<const std::uint8_t> bytes) {
+          if (const auto message = Decode<Message>(bytes)) {
+            handler(*message);
+          } else {
+            counters_.Add(counter);
+          }
+        };
+  }
+
+  static std::string MalformedCounter(const std::string& channel) {
+    return channel.substr(0, channel.find_last_not_of("/*") + 1) + "_malformed";
   }
 
   void SubscribeRaw(const std::string& channel, RawHandler handler);

@@ -21,6 +21,15 @@ bot_core::planar_lidar_t ToMessage(const LaserScan& scan) {
   return message;
 }
 
+LaserScan FromMessage(const sweep_t& message) {
+  return {message.utime, message.angle_min_rad, message.angle_step_rad, message.range_m, message.time_s};
+}
+
+sweep_t ToSweepMessage(const LaserScan& scan) {
+  const auto num_beams = static_cast<std::int32_t>(scan.ranges_m.size());
+  return {scan.utime, num_beams, scan.ranges_m, scan.times_s, scan.angle_min_rad, scan.angle_step_rad};
+}
+
 ScanMatch FromMessage(const scan_match_t& message) {
   const Pose2 T_odom_robot{message.odometry_x_m, message.odometry_y_m, message.odometry_yaw_rad};
   return {message.utime,

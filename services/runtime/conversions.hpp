@@ -18,7 +18,16 @@ namespace crsm {
 // Messages to and from the types of common/. Messages are checked ones (Decode), so nothing here fails.
 
 LaserScan FromMessage(const bot_core::planar_lidar_t& message);
+LaserScan FromMessage(const sweep_t& message);
+/// Without the times of the beams, for which this type has no room.
 bot_core::planar_lidar_t ToMessage(const LaserScan& scan);
+sweep_t ToSweepMessage(const LaserScan& scan);
+
+/// Calls `use` with the message that says all of a scan: where it has times a sweep_t, else what the LCM world knows.
+template <class Use>
+void AsLaserMessage(const LaserScan& scan, Use&& use) {
+  scan.times_s.empty() ? use(ToMessage(scan)) : use(ToSweepMessage(scan));
+}
 
 ScanMatch FromMessage(const scan_match_t& message);
 scan_match_t ToMessage(const ScanMatch& match);

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "services/runtime/laser_types.hpp"
 #include "services/runtime/message_types.hpp"
 
 namespace crsm {
@@ -97,6 +98,18 @@ void LaserWatch::ListenToAll() {
 
 void LaserWatch::SayNothingCame() { SayOf(fmt::format("nothing came since the start; {}", DescribeBus())); }
 
+/// A laser is there, but not where it was looked for.
+std::string LaserWatch::DescribeOtherChannel(const std::string& channel) const {
+  const std::string& prefix = service_.bus().prefix();
+  const std::string name = channel_.substr(prefix.size());
+  if (channel.ends_with(name)) {
+    return fmt::format("is it this one: --channel-prefix \"{}\"?",
+                       Printable(channel.substr(0, channel.size() - name.size())));
+  }
+  if (!channel.starts_with(prefix)) return fmt::format("is it {}, with no --channel-prefix?", Printable(channel));
+  return fmt::format("is it this one: --laser-channel \"{}\"?", Printable(channel.substr(prefix.size())));
+}
+
 std::string LaserWatch::DescribeBus() const {
   if (!all_channels_) return "lcm-spy shows what is on this bus; does the laser's driver run, with the same --lcm-url?";
   if (heard_.empty()) return "nothing else is on this bus: does the laser's driver run, with the same --lcm-url?";
@@ -104,11 +117,7 @@ std::string LaserWatch::DescribeBus() const {
   std::string mend = fmt::format("the laser's driver must publish on {}", Printable(channel_));
   for (const auto& [channel, fingerprint] : heard_) {
     listed.push_back(fmt::format("{} ({})", Printable(channel), NameOfType(fingerprint)));
-    const bool is_laser = fingerprint == static_cast<std::uint64_t>(bot_core::planar_lidar_t::getHash());
-    if (is_laser && channel.ends_with(kLaserChannel)) {
-      const std::string prefix = channel.substr(0, channel.size() - std::string_view(kLaserChannel).size());
-      mend = fmt::format("is it this one: --channel-prefix \"{}\"?", Printable(prefix));
-    }
+    if (FindLaserType(fingerprint)) mend = DescribeOtherChannel(channel);
   }
   return fmt::format("on this bus are {}: {}", fmt::join(listed, ", "), mend);
 }

@@ -33,6 +33,7 @@ class LaserWatch {
   void SayOf(const std::string& complaint) const;
   void ListenToAll();
   void SayNothingCame();
+  std::string DescribeOtherChannel(const std::string& channel) const;
   std::string DescribeBus() const;
 
   Service& service_;

@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <botlab/lidar_nranges_t.hpp>
-#include <botlab/lidar_t.hpp>
 #include <cmath>
 #include <map>
 
 #include "common/math/trigonometry.hpp"
+#include "services/runtime/laser_types.hpp"
 #include "services/runtime/wire.hpp"
 
 namespace crsm {
@@ -46,11 +45,9 @@ std::string DescribeValues(const bot_core::planar_lidar_t& scan) {
 }  // namespace
 
 std::string NameOfType(std::uint64_t fingerprint) {
+  if (const LaserType* laser = FindLaserType(fingerprint)) return laser->name;
   static const std::map<std::uint64_t, std::string> kNames{
-      {FingerprintOf<bot_core::planar_lidar_t>(), "bot_core.planar_lidar_t"},
       {FingerprintOf<bot_core::pose_t>(), "bot_core.pose_t"},
-      {FingerprintOf<botlab::lidar_t>(), "botlab.lidar_t"},
-      {FingerprintOf<botlab::lidar_nranges_t>(), "botlab.lidar_t"},
       {FingerprintOf<critical_rays_t>(), "crsm.critical_rays_t"},
       {FingerprintOf<keyframe_t>(), "crsm.keyframe_t"},
       {FingerprintOf<keyframe_request_t>(), "crsm.keyframe_request_t"},
@@ -65,9 +62,16 @@ std::string NameOfType(std::uint64_t fingerprint) {
 
 std::string DescribeRefusedLaser(std::span<const std::uint8_t> bytes) {
   using Lidar = bot_core::planar_lidar_t;
+  const LaserType* type = FindLaserType(bytes);
+  if (!type) {
+    return fmt::format("messages are {}: they must be one of {} (lcmtypes/)",
+                       bytes.size() < 8 ? "too short for LCM" : NameOfType(Fingerprint(bytes)), LaserTypeNames());
+  }
   if (!Is<Lidar>(bytes)) {
-    return fmt::format("messages are {}: they must be bot_core.planar_lidar_t (lcmtypes/bot_core_planar_lidar_t.lcm)",
-                       bytes.size() < 8 ? "too short for LCM" : NameOfType(Fingerprint(bytes)));
+    return fmt::format(
+        "messages of {} are cut, have a time below 0, beams outside {} to {}, or angles beyond a full turn [rad]: {} "
+        "bytes came",
+        type->name, kMinBeams, kMaxBeams, bytes.size());
   }
   Lidar scan;
   if (!CountsFit<Lidar>(bytes) || scan.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0) {

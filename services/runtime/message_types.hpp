@@ -10,8 +10,7 @@ namespace crsm {
 /// "a type with fingerprint 0x0123456789abcdef".
 std::string NameOfType(std::uint64_t fingerprint);
 
-/// What is wrong with a message that was refused on the channel of a laser, which is to be bot_core.planar_lidar_t, and
-/// what mends it.
+/// What is wrong with a message that was refused on the channel of a laser, and what mends it.
 std::string DescribeRefusedLaser(std::span<const std::uint8_t> bytes);
 
 }  // namespace crsm

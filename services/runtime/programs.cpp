@@ -5,17 +5,17 @@ namespace crsm {
 using enum ParameterGroup;
 
 ProgramFlags FlagsOfPublisher() {
-  return {{kSeed, kOdometry}, {"lcm_url", "channel_prefix", "rate", "resend_s", "laser_channel", "position"}};
+  return {{kSeed, kOdometry, kLaser}, {"lcm_url", "channel_prefix", "rate", "resend_s", "laser_channel", "position"}};
 }
 
-ProgramFlags FlagsOfSelector() { return {{kScan, kSelection}, {"lcm_url", "channel_prefix"}}; }
+ProgramFlags FlagsOfSelector() { return {{kLaser, kScan, kSelection}, {"lcm_url", "channel_prefix", "laser_channel"}}; }
 
 ProgramFlags FlagsOfMatcher() {
   return {{kSeed, kOdometry, kMatch}, {"lcm_url", "channel_prefix", "lockstep", "map_wait_s", "start"}};
 }
 
 ProgramFlags FlagsOfUpdater() {
-  return {{kScan, kUpdate, kLoops},
+  return {{kLaser, kScan, kUpdate, kLoops},
           {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "until_damage", "localize", "part_bytes"}};
 }
 
@@ -24,5 +24,7 @@ ProgramFlags FlagsOfLoopCloser() { return {{kUpdate, kLoops}, {"lcm_url", "chann
 ProgramFlags FlagsOfExporter() { return {{}, {"lcm_url", "channel_prefix", "out", "export_period_s"}}; }
 
 ProgramFlags FlagsOfViewer() { return {{}, {"lcm_url", "channel_prefix", "http"}}; }
+
+ProgramFlags FlagsOfMbotPublisher() { return {{}, {"lcm_url", "channel_prefix"}}; }
 
 }  // namespace crsm

@@ -23,5 +23,6 @@ ProgramFlags FlagsOfUpdater();
 ProgramFlags FlagsOfLoopCloser();
 ProgramFlags FlagsOfExporter();
 ProgramFlags FlagsOfViewer();
+ProgramFlags FlagsOfMbotPublisher();
 
 }  // namespace crsm

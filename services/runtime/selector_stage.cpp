@@ -1,25 +1,48 @@
 #include "services/runtime/selector_stage.hpp"
 
+#include <fmt/core.h>
+
 #include <utility>
 
 #include "services/runtime/conversions.hpp"
+#include "services/runtime/laser_types.hpp"
+#include "services/runtime/usage_error.hpp"
 
 namespace crsm {
+namespace {
+
+std::string LaserChannel(const Settings& settings) {
+  constexpr std::size_t kLongest = 63;  // of LCM, with the prefix
+  const std::string& channel = settings.laser_channel;
+  if (channel.find('*') != std::string::npos || settings.channel_prefix.size() + channel.size() > kLongest) {
+    throw UsageError(
+        fmt::format("--laser-channel {}: must be the name of one channel, without * and with no more than "
+                    "{} characters, the prefix included",
+                    channel, kLongest));
+  }
+  return channel.empty() ? kLaserChannel : channel;
+}
+
+}  // namespace
 
 SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
     : service_(command_line),
       select_(std::move(select)),
-      watch_(service_, command_line.parameters().scan, kLaserChannel),
+      watch_(service_, command_line.parameters().scan, LaserChannel(command_line.settings())),
       scans_(service_.counters()) {
   service_.TakeRole(kSelectorRole);
-  service_.bus().Subscribe<bot_core::planar_lidar_t>(
-      kLaserChannel,
-      [this](const bot_core::planar_lidar_t& message) {
-        LaserScan scan = FromMessage(message);
-        watch_.Hear(scan);
-        scans_.Push(std::move(scan));
-      },
-      [this](std::span<const std::uint8_t> bytes) { watch_.Refuse(bytes); });
+  service_.bus().SubscribeBytes(
+      LaserChannel(command_line.settings()),
+      [this, parameters = command_line.parameters().scan](std::span<const std::uint8_t> bytes) {
+        std::optional<LaserScan> scan = DecodeLaser(bytes, parameters);
+        if (!scan) {
+          watch_.Refuse(bytes);
+          return false;
+        }
+        watch_.Hear(*scan);
+        scans_.Push(std::move(*scan));
+        return true;
+      });
 }
 
 void SelectorStage::Run() {

@@ -11,9 +11,10 @@
 
 namespace crsm {
 
-/// What a process is that picks critical rays, whatever picks them: LASER -> CRITICAL_RAYS. A scan that comes once more
-/// gets its last answer once more, so that a message lost on the way costs time and nothing else. It also watches the
-/// laser, and says what is wrong with it.
+/// What a process is that picks critical rays, whatever picks them: LASER, or --laser-channel, -> CRITICAL_RAYS. A
+/// laser may speak any type that the program knows (laser_types.hpp). A scan that comes once more gets its last answer
+/// once more, so that a message lost on the way costs time and nothing else. It also watches the laser, and says what
+/// is wrong with it.
 class SelectorStage {
  public:
   using Select = std::function<CriticalRays(const LaserScan&)>;

@@ -36,7 +36,8 @@ void VisitSettings(Settings& s, Visitor&& visit) {
   visit("out", "folder for the results", s.out);
   visit("rate", "1: as fast as it was recorded, N: N times that, max: as fast as the map is made, nothing lost",
         s.rate);
-  visit("laser_channel", "or topic of a log with several lasers; if empty, of an LCM log the first, of a bag the only",
+  visit("laser_channel",
+        "or topic, of the laser; if empty: of an LCM log the first that has one, of a bag the only one, live LASER",
         s.laser_channel);
   visit("position", "file that keeps how many scans were published; where it is there, goes on behind them",
         s.position);

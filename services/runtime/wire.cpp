@@ -47,6 +47,17 @@ bool AreRays(const std::vector<float>& angles_rad, const std::vector<float>& ran
          std::is_sorted(angles_rad.begin(), angles_rad.end());
 }
 
+/// Of a scan's beams, from the first to the last.
+bool AreBeamAngles(float first_rad, float step_rad, std::int32_t num_beams) {
+  return IsAngle(first_rad) && step_rad != 0.0f && IsAngle(static_cast<double>(step_rad) * std::max(0, num_beams - 1));
+}
+
+bool AreTimes(const std::vector<float>& times_s) {
+  return std::all_of(times_s.begin(), times_s.end(), [](float time_s) {
+    return std::abs(time_s) <= kLongestSweep_s;  // false for NaN
+  });
+}
+
 template <class Message>
 bool AllInRange(const std::vector<Message>& messages) {
   return std::all_of(messages.begin(), messages.end(), [](const Message& message) { return ValuesInRange(message); });
@@ -56,10 +67,15 @@ bool AllInRange(const std::vector<Message>& messages) {
 
 template <>
 bool ValuesInRange(const bot_core::planar_lidar_t& message) {
-  const double sweep_rad = static_cast<double>(message.radstep) * std::max(0, message.nranges - 1);
-  return message.utime >= 0 && message.nranges >= static_cast<std::int32_t>(kMinBeams) && IsAngle(message.rad0) &&
-         IsAngle(sweep_rad) && message.radstep != 0.0f &&
+  return message.utime >= 0 && message.nranges >= static_cast<std::int32_t>(kMinBeams) &&
+         AreBeamAngles(message.rad0, message.radstep, message.nranges) &&
          (message.nintensities == 0 || message.nintensities == message.nranges);
+}
+
+template <>
+bool ValuesInRange(const sweep_t& message) {
+  return message.utime >= 0 && message.num_beams >= static_cast<std::int32_t>(kMinBeams) &&
+         AreBeamAngles(message.angle_min_rad, message.angle_step_rad, message.num_beams) && AreTimes(message.time_s);
 }
 
 template <>
@@ -75,9 +91,8 @@ template <>
 bool ValuesInRange(const critical_rays_t& message) {
   const bool in_order = std::adjacent_find(message.critical.begin(), message.critical.end(), std::greater_equal<>()) ==
                         message.critical.end();
-  const auto IsTime = [](float time_s) { return std::abs(time_s) <= kLongestSweep_s; };  // false for NaN
-  const bool times_in_range = (message.num_times == 0 || message.num_times == message.num_rays) &&
-                              std::all_of(message.time_s.begin(), message.time_s.end(), IsTime);
+  const bool times_in_range =
+      (message.num_times == 0 || message.num_times == message.num_rays) && AreTimes(message.time_s);
   return message.utime >= 0 && AreRays(message.angle_rad, message.range_m) && times_in_range && in_order &&
          (message.critical.empty() || (message.critical.front() >= 0 && message.critical.back() < message.num_rays));
 }

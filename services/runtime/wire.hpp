@@ -13,6 +13,7 @@
 #include <crsm/pose_graph_t.hpp>
 #include <crsm/scan_match_t.hpp>
 #include <crsm/service_status_t.hpp>
+#include <crsm/sweep_t.hpp>
 #include <crsm/tracking_state_t.hpp>
 
 #include "common/graph/placed_loop.hpp"
@@ -40,6 +41,13 @@ constexpr auto FieldsOf<bot_core::planar_lidar_t>() {
   using T = bot_core::planar_lidar_t;
   return std::tuple(&T::utime, &T::nranges, Array(&T::ranges, &T::nranges, kMaxBeams), &T::nintensities,
                     Array(&T::intensities, &T::nintensities, kMaxBeams), &T::rad0, &T::radstep);
+}
+
+template <>
+constexpr auto FieldsOf<sweep_t>() {
+  using T = sweep_t;
+  return std::tuple(&T::utime, &T::num_beams, Array(&T::range_m, &T::num_beams, kMaxBeams),
+                    Array(&T::time_s, &T::num_beams, kMaxBeams), &T::angle_min_rad, &T::angle_step_rad);
 }
 
 template <>
@@ -168,6 +176,8 @@ constexpr auto FieldsOf<journal_check_t>() {
 
 template <>
 bool ValuesInRange(const bot_core::planar_lidar_t& message);
+template <>
+bool ValuesInRange(const sweep_t& message);
 template <>
 bool ValuesInRange(const bot_core::pose_t& message);
 template <>

@@ -156,7 +156,7 @@ Trust MapLog(CommandLine& command_line, const std::string& name, const EarlierRe
   CheckEarlierResults(earlier, name, settings);
   AdoptEarlierMapParameters(earlier.resume, command_line);
   const Parameters& parameters = command_line.parameters();
-  const auto source = OpenLaserSource(name, {parameters.match.seed, settings.laser_channel});
+  const auto source = OpenLaserSource(name, {parameters.match.seed, settings.laser_channel, parameters.scan});
   PrepareFolder(settings.out);
   const PathLock lock("--out", settings.out);
   MakeRoom(command_line.program(), settings.out, earlier);
@@ -203,7 +203,7 @@ int main(int argc, char** argv) {
       "slam_offline",
       "Maps a log or a simulated world in one process. Exit codes: 0 done, 1 failed, 2 usage, "
       "3 with --strict: the map is not to be trusted.",
-      {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate, kLoops},
+      {kSeed, kOdometry, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops},
       {"lcm_url", "channel_prefix", "out", "laser_channel", "until_damage", "localize", "start"});
   std::string name;
   command_line.app().add_option("SOURCE", name, crsm::DescribeSources())->required();

@@ -2,24 +2,35 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <mbot_lcm_msgs/pose2D_t.hpp>
 #include <stdexcept>
 #include <string_view>
 
+#include "common/math/trigonometry.hpp"
 #include "services/runtime/bus.hpp"
 #include "services/runtime/conversions.hpp"
+#include "services/runtime/laser_types.hpp"
 #include "services/runtime/message_types.hpp"
-#include "services/sources/laser_types.hpp"
 #include "services/sources/printable.hpp"
 
 namespace crsm {
+
+template <>
+constexpr auto FieldsOf<mbot_lcm_msgs::pose2D_t>() {
+  using T = mbot_lcm_msgs::pose2D_t;
+  return std::tuple(&T::utime, &T::x, &T::y, &T::theta);
+}
+
+template <>
+bool ValuesInRange(const mbot_lcm_msgs::pose2D_t& pose) {
+  constexpr float kMost = 1000.0f;  // a heading that nobody wraps has turns in it
+  return pose.utime >= 0 && std::abs(pose.theta) <= kMost && std::isfinite(pose.x) && std::isfinite(pose.y);
+}
+
 namespace {
 
 bool IsLaser(std::string_view data) { return FindLaserType(Bytes(data)) != nullptr; }
-
-std::optional<LaserScan> DecodeLaser(std::string_view data) {
-  const LaserType* type = FindLaserType(Bytes(data));
-  return type ? type->decode(Bytes(data)) : std::nullopt;
-}
 
 /// "ENCODERS (12), LASER (3, laser)".
 std::string ListChannels(const std::map<std::string, std::int64_t>& num_events,
@@ -58,8 +69,11 @@ std::string OdometryChannel(const std::string& laser_channel) {
 
 }  // namespace
 
-LcmLogSource::LcmLogSource(const std::string& path, const std::string& channel)
-    : log_(path), channel_(FindLaserChannel(path, channel)), odometry_channel_(OdometryChannel(channel_)) {}
+LcmLogSource::LcmLogSource(const std::string& path, const std::string& channel, const ScanParameters& parameters)
+    : parameters_(parameters),
+      log_(path),
+      channel_(FindLaserChannel(path, channel)),
+      odometry_channel_(OdometryChannel(channel_)) {}
 
 std::optional<LaserScan> LcmLogSource::Next() {
   while (!scans_.NextIsReady() && ReadEvent()) {
@@ -72,6 +86,8 @@ bool LcmLogSource::ReadEvent() {
   if (!event) return false;
   if (event->channel == odometry_channel_ && Is<bot_core::pose_t>(Bytes(event->data))) {
     TakeOdometry(event->data);
+  } else if (const auto pose = Decode<mbot_lcm_msgs::pose2D_t>(Bytes(event->data))) {
+    TakeHeading(event->channel, {pose->utime, Pose2{pose->x, pose->y, WrapAngle(pose->theta)}});
   } else if (event->channel == channel_) {
     TakeScan(event->data);
   } else if (IsLaser(event->data)) {
@@ -83,25 +99,46 @@ bool LcmLogSource::ReadEvent() {
 void LcmLogSource::TakeOdometry(std::string_view data) {
   if (const auto message = Decode<bot_core::pose_t>(Bytes(data))) {
     scans_.Add(FromMessage(*message));
+    TakeHeading(odometry_channel_, FromMessage(*message));
   } else {
     ++counts_["bad_odometry"];
   }
 }
 
+void LcmLogSource::TakeHeading(const std::string& channel, const crsm::Odometry& heading) {
+  constexpr std::size_t kMostChannels = 4;
+  if (handedness_.size() < kMostChannels || handedness_.count(channel)) handedness_[channel].Add(heading);
+}
+
 void LcmLogSource::TakeScan(std::string_view data) {
-  std::optional<LaserScan> scan = DecodeLaser(data);
+  std::optional<LaserScan> scan = DecodeLaser(Bytes(data), parameters_);
   if (!scan) {
     ++counts_["bad_message"];
-    if (first_refusal_.empty() && Is<bot_core::planar_lidar_t>(Bytes(data))) {
-      first_refusal_ = DescribeRefusedLaser(Bytes(data));
-    }
-  } else if (!scans_.Add(std::move(*scan))) {
-    ++counts_["utime_repeated"];
+    if (first_refusal_.empty() && IsLaser(data)) first_refusal_ = DescribeRefusedLaser(Bytes(data));
+    return;
   }
+  is_botlab_ = FindLaserType(Bytes(data))->name.starts_with("botlab.");
+  for (auto& [heading_channel, judge] : handedness_) judge.Add(*scan);
+  if (!scans_.Add(std::move(*scan))) ++counts_["utime_repeated"];
 }
 
 std::vector<std::string> LcmLogSource::Complaints() const {
-  return scans_.Complaints(channel_, counts_, first_refusal_, "utime");
+  std::vector<std::string> complaints = scans_.Complaints(channel_, counts_, first_refusal_, "utime");
+  for (const auto& [heading_channel, judge] : handedness_) {
+    if (judge.verdict() != HandednessJudge::Verdict::kMirrored) continue;
+    complaints.push_back(DescribeMirrored(heading_channel));
+    break;
+  }
+  return complaints;
+}
+
+std::string LcmLogSource::DescribeMirrored(const std::string& heading_channel) const {
+  std::string mend = "the driver must turn its angles round";
+  if (is_botlab_) {
+    mend = parameters_.botlab_clockwise ? "say --no-botlab-clockwise" : "leave --no-botlab-clockwise away";
+  }
+  return fmt::format("the scans on {} turn against the poses on {}: the map is a mirror image: {}", channel_,
+                     heading_channel, mend);
 }
 
 std::map<std::string, std::int64_t> LcmLogSource::Counts() const {

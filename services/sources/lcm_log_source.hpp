@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "common/logs/laser_source.hpp"
+#include "common/parameters.hpp"
+#include "common/scan/handedness.hpp"
 #include "services/sources/lcm_event_log.hpp"
 #include "services/sources/scans_with_odometry.hpp"
 
@@ -19,6 +21,9 @@ namespace crsm {
 /// Odometry: from the ODOMETRY messages (bot_core.pose_t) on the channel with the laser's prefix, that of the scan's
 /// own utime or between the two around it (ScansWithOdometry).
 ///
+/// Poses that others have left in the log (SLAM_POSE and other mbot_lcm_msgs.pose2D_t, ODOMETRY) tell whether the scans
+/// are mirrored: a complaint says so.
+///
 /// Counted and skipped: "bad_message" (arrays that do not fill the message, beams outside 2..4096, angles that are
 /// none, a message on the laser's channel that is no laser's), "utime_repeated" (the utime of an earlier scan),
 /// "other_channel" (a laser's message on a channel other than the chosen), "bad_odometry" (numbers that are none),
@@ -28,7 +33,8 @@ class LcmLogSource : public LaserSource {
  public:
   /// channel: whose scans to take; empty for the first channel that has a laser's message. Throws std::runtime_error if
   /// there is no such channel, with the channels that there are.
-  LcmLogSource(const std::string& path, const std::string& channel);
+  /// parameters: what laser messages do not tell themselves.
+  LcmLogSource(const std::string& path, const std::string& channel, const ScanParameters& parameters = {});
 
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return scans_.T_odom_robot(); }
@@ -40,13 +46,19 @@ class LcmLogSource : public LaserSource {
   /// Takes what the next event says; false at the end of the log.
   bool ReadEvent();
   void TakeOdometry(std::string_view data);
+  void TakeHeading(const std::string& channel, const crsm::Odometry& heading);
   void TakeScan(std::string_view data);
 
+  std::string DescribeMirrored(const std::string& heading_channel) const;
+
+  ScanParameters parameters_;
   LcmEventLog log_;
   std::string channel_;
   std::string odometry_channel_;
   std::map<std::string, std::int64_t> counts_;
-  std::string first_refusal_;  ///< what is wrong with the first bad message
+  std::string first_refusal_;                          ///< what is wrong with the first bad message
+  bool is_botlab_ = false;                             ///< the scans' type
+  std::map<std::string, HandednessJudge> handedness_;  ///< by the channel of the headings
   ScansWithOdometry scans_;
 };
 

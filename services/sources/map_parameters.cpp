@@ -18,7 +18,8 @@ ParameterTexts ListTexts(const Parameters& parameters, const std::vector<Paramet
 }  // namespace
 
 ParameterTexts ListMapParameters(const Parameters& parameters) {
-  return ListTexts(parameters, {ParameterGroup::kScan, ParameterGroup::kUpdate, ParameterGroup::kLoops});
+  return ListTexts(parameters,
+                   {ParameterGroup::kLaser, ParameterGroup::kScan, ParameterGroup::kUpdate, ParameterGroup::kLoops});
 }
 
 void AdoptMapParameters(const std::filesystem::path& folder, CommandLine& command_line) {
@@ -35,7 +36,7 @@ void CheckLaserParameters(const std::filesystem::path& folder, const CommandLine
   if (!head) return;
   const ParameterTexts& made_with = head->subject.parameters;
   std::vector<std::string> wrong;
-  for (const auto& parameter : ListTexts(command_line.parameters(), {ParameterGroup::kScan})) {
+  for (const auto& parameter : ListTexts(command_line.parameters(), {ParameterGroup::kLaser, ParameterGroup::kScan})) {
     const auto found = std::find_if(made_with.begin(), made_with.end(),
                                     [&](const auto& other) { return other.first == parameter.first; });
     if (found != made_with.end() && *found != parameter) {

@@ -33,7 +33,7 @@ std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOption
     }
     return std::make_unique<BagSource>(name, options.channel);
   }
-  if (HasLcmSync(start)) return std::make_unique<LcmLogSource>(name, options.channel);
+  if (HasLcmSync(start)) return std::make_unique<LcmLogSource>(name, options.channel, options.scan);
   if (HasCarmenLaser(file, kSearchedLines)) return std::make_unique<CarmenLog>(name);
   throw std::runtime_error(
       fmt::format("{} is neither a CARMEN log (no FLASER or ROBOTLASER1 line in its first {} lines) nor an LCM log, "

@@ -5,12 +5,14 @@
 #include <string>
 
 #include "common/logs/laser_source.hpp"
+#include "common/parameters.hpp"
 
 namespace crsm {
 
 struct SourceOptions {
-  std::uint64_t seed = 0;  ///< of the simulator's noise
-  std::string channel;     ///< of an LCM log; empty for the first that has a laser. Or topic of a bag
+  std::uint64_t seed = 0;    ///< of the simulator's noise
+  std::string channel;       ///< of an LCM log; empty for the first that has a laser. Or topic of a bag
+  ScanParameters scan = {};  ///< what messages of an LCM log do not tell themselves
 };
 
 /// What `name` of OpenLaserSource may be, for --help.

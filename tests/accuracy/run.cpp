@@ -56,7 +56,8 @@ void PutRight(Slam& slam, const Trajectory& truth, std::vector<ScanMatch>& match
 
 Parameters ShippedParameters(const std::string& preset, std::uint64_t seed, const std::vector<std::string>& flags) {
   using enum ParameterGroup;
-  CommandLine command_line("accuracy_tests", "", {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate, kLoops}, {});
+  CommandLine command_line("accuracy_tests", "", {kSeed, kOdometry, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops},
+                           {});
   const std::string seed_text = std::to_string(seed);
   std::vector<const char*> arguments{"accuracy_tests", "--seed", seed_text.c_str()};
   if (!preset.empty()) arguments.insert(arguments.end(), {"--preset", preset.c_str()});
@@ -68,7 +69,7 @@ Parameters ShippedParameters(const std::string& preset, std::uint64_t seed, cons
 }
 
 Outcome Map(const Drive& drive, const Parameters& parameters) {
-  const auto source = OpenLaserSource(drive.source, {parameters.match.seed, ""});
+  const auto source = OpenLaserSource(drive.source, {parameters.match.seed, "", parameters.scan});
   Slam slam(parameters);
   std::vector<ScanMatch> matches;
   std::vector<double> cpu_s;

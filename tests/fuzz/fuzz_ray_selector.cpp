@@ -1,17 +1,19 @@
-// LASER, as ray_selector takes it: its answer must be one that rrhc_matcher believes. And what it says of the laser.
+// What a laser sends, of every type, as ray_selector takes it: its answer must be one that rrhc_matcher believes. And
+// what it says of the laser.
 
 #include <cstdlib>
 
 #include "common/scan/laser_judge.hpp"
 #include "common/scan/ray_selector.hpp"
 #include "services/runtime/conversions.hpp"
+#include "services/runtime/laser_types.hpp"
 #include "wire_messages.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace crsm;
-  const auto laser = Decode<bot_core::planar_lidar_t>({data, size});
+  const auto laser = DecodeLaser({data, size}, {});
   if (!laser) return 0;
-  const LaserScan scan = FromMessage(*laser);
+  const LaserScan& scan = *laser;
   LaserJudge judge{ScanParameters{}};
   LaserScan next = scan;
   for (int i = 0; i < 12; ++i) {  // enough for a verdict

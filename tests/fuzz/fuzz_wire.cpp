@@ -4,9 +4,9 @@
 #include <cstdlib>
 
 #include "input.hpp"
+#include "services/runtime/laser_types.hpp"
 #include "services/runtime/message_types.hpp"
 #include "services/runtime/wire.hpp"
-#include "services/sources/laser_types.hpp"
 
 namespace crsm {
 namespace {
@@ -24,8 +24,8 @@ void DecodeAsEach(std::span<const std::uint8_t> bytes) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace crsm;
-  DecodeAsEach<bot_core::planar_lidar_t, bot_core::pose_t, critical_rays_t, scan_match_t, tracking_state_t, map_delta_t,
-               map_request_t, service_status_t, journal_head_t, journal_check_t>({data, size});
+  DecodeAsEach<bot_core::planar_lidar_t, sweep_t, bot_core::pose_t, critical_rays_t, scan_match_t, tracking_state_t,
+               map_delta_t, map_request_t, service_status_t, journal_head_t, journal_check_t>({data, size});
   DescribeRefusedLaser({data, size});
   for (const auto& [fingerprint, type] : LaserTypes()) type.decode({data, size});
   return 0;

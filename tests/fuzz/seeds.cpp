@@ -154,14 +154,21 @@ std::vector<Bytes> ManyParts() {
 }
 
 void WriteMessages(const Seeds& seeds) {
-  const std::vector<std::pair<const char*, Bytes>> messages{
-      {"planar_lidar", Encode(LidarMessage())},         {"pose", Encode(PoseMessage())},
-      {"lidar", Encode(BotlabLidarMessage())},          {"lidar_nranges", Encode(BotlabLidarNrangesMessage())},
-      {"critical_rays", Encode(CriticalRaysMessage())}, {"scan_match", Encode(ScanMatchMessage())},
-      {"map_delta", Encode(MapDeltaMessage())},         {"map_request", Encode(MapRequestMessage())},
-      {"keyframe", Encode(KeyframeMessage())},          {"keyframe_request", Encode(KeyframeRequestMessage())},
-      {"pose_graph", Encode(PoseGraphMessage())},       {"service_status", Encode(ServiceStatusMessage())},
-      {"journal_head", Encode(JournalHeadMessage())},   {"journal_check", Encode(JournalCheckMessage())}};
+  const std::vector<std::pair<const char*, Bytes>> messages{{"sweep", Encode(SweepMessage())},
+                                                            {"planar_lidar", Encode(LidarMessage())},
+                                                            {"pose", Encode(PoseMessage())},
+                                                            {"lidar", Encode(BotlabLidarMessage())},
+                                                            {"lidar_nranges", Encode(BotlabLidarNrangesMessage())},
+                                                            {"critical_rays", Encode(CriticalRaysMessage())},
+                                                            {"scan_match", Encode(ScanMatchMessage())},
+                                                            {"map_delta", Encode(MapDeltaMessage())},
+                                                            {"map_request", Encode(MapRequestMessage())},
+                                                            {"keyframe", Encode(KeyframeMessage())},
+                                                            {"keyframe_request", Encode(KeyframeRequestMessage())},
+                                                            {"pose_graph", Encode(PoseGraphMessage())},
+                                                            {"service_status", Encode(ServiceStatusMessage())},
+                                                            {"journal_head", Encode(JournalHeadMessage())},
+                                                            {"journal_check", Encode(JournalCheckMessage())}};
   for (const auto& [name, message] : messages) {
     seeds.Write("wire", name, message);
     Bytes packet{0x4c, 0x43, 0x30, 0x32, 0, 0, 0, 7, 'L', 'A', 'S', 'E', 'R', 0};

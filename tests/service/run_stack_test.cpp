@@ -148,8 +148,8 @@ TEST_CASE("run_stack hands each process the flags that belong to it") {
   CHECK(stack.Event("laser_publisher") ==
         "laser_publisher started sim:demo --rate 2 --position " + stack.Path("out/log/laser_publisher.position") +
             common + " --channel-prefix robot1/ --laser-channel FRONT --resend-s 0.2 --seed 7 --odometry");
-  CHECK(stack.Event("ray_selector") ==
-        "ray_selector started" + common + " --channel-prefix robot1/ --range-max-m 9 --no-limit-edges");
+  CHECK(stack.Event("ray_selector") == "ray_selector started --laser-channel LASER" + common +
+                                           " --channel-prefix robot1/ --range-max-m 9 --no-limit-edges");
   CHECK(stack.Event("rrhc_matcher") ==
         "rrhc_matcher started --no-lockstep" + common +
             " --channel-prefix robot1/ --map-wait-s 1 --seed 7 --odometry --num-evaluations 50");
@@ -159,6 +159,44 @@ TEST_CASE("run_stack hands each process the flags that belong to it") {
   CHECK(stack.Event("map_exporter") ==
         "map_exporter started --out " + stack.Path("out") + common + " --channel-prefix robot1/ --export-period-s 2");
   CHECK(stack.Event("map_viewer") == "map_viewer started" + common + " --channel-prefix robot1/ --http 127.0.0.1:8000");
+}
+
+TEST_CASE("of a live laser run_stack tells the selector the channel; how its angles run, all that read or keep them") {
+  StandIns stack;
+  stack.Run("timeout --signal=INT 3 $run_stack live --out $out --laser-channel LIDAR --no-botlab-clockwise");
+  INFO(stack.output);
+  CHECK(stack.Event("ray_selector") == "ray_selector started --laser-channel LIDAR --no-botlab-clockwise");
+  CHECK(stack.Event("map_updater").find(" --no-botlab-clockwise") != std::string::npos);
+  CHECK(stack.Event("rrhc_matcher") == "rrhc_matcher started");
+  StandIns of_a_log;
+  of_a_log.Run("$run_stack sim:demo --out $out --no-botlab-clockwise");
+  CHECK(of_a_log.Event("laser_publisher").find(" --no-botlab-clockwise") != std::string::npos);
+}
+
+TEST_CASE("run_stack --without leaves a process to somebody else, and says what that one has to do") {
+  for (const std::string name : {"ray_selector", "rrhc_matcher", "loop_closer", "map_exporter"}) {
+    CAPTURE(name);
+    StandIns stack;
+    stack.Run("$run_stack sim:demo --out $out --without " + name);
+    INFO(stack.output);
+    CHECK(stack.exit_code == 0);
+    CHECK(stack.Said("run_stack: without " + name + ": another process must "));
+    CHECK(stack.Find(name + " started") == -1);
+    CHECK(stack.Find("map_updater finished") >= 0);
+    CHECK(stack.Find("laser_publisher finished") == 5);
+  }
+  StandIns stack;
+  stack.Run("$run_stack sim:demo --out $out --without ray_selector --without rrhc_matcher");
+  CHECK(stack.Find("laser_publisher started") == 3);
+}
+
+TEST_CASE("run_stack --outputs mbot starts what speaks to an mbot's programs") {
+  StandIns stack;
+  stack.Run("$run_stack sim:demo --out $out --outputs mbot --channel-prefix robot1/");
+  INFO(stack.output);
+  CHECK(stack.exit_code == 0);
+  CHECK(stack.Event("mbot_publisher") == "mbot_publisher started --channel-prefix robot1/");
+  CHECK(stack.Find("mbot_publisher finished") > 0);
 }
 
 TEST_CASE("run_stack --strict ends with the verdict on the map, and where there is none says so") {
@@ -206,13 +244,20 @@ TEST_CASE("run_stack refuses what it does not know, in one line") {
   CheckRefused("sim:demo --out $out --preset sikc",
                "--preset: 'sikc' is not one of paper, rplidar-a1, sick, urg-04lx, utm-30lx");
   CheckRefused("sim:demo --out $out --rate 0", "--rate: '0' is neither max nor a number above 0");
-  CheckRefused("live --out $out --rate 1", "--rate: is of a log; what is live comes at its own pace, on LASER");
+  CheckRefused("live --out $out --rate 1", "--rate: is of a log; what is live comes at its own pace");
+  CheckRefused("sim:demo --out $out --strict --without map_exporter",
+               "--strict: needs the verdict of map_exporter, which --without leaves out");
   CheckRefused("sim:demo --out $out --start 1,2,3",
                "--start: is of a laser on a finished map: say which by --localize DIR");
   CheckRefused("sim:demo --out $out --intensity-min 0.5 --intensity-max 0.1",
                "intensity_min: 0.5 is more than intensity_max, 0.1");
   CheckRefused("sim:demo --out $out --resume $out --force",
                "--resume goes on with a map and --force begins a new one: one of them, please");
+  for (const std::string wrong : {"--without map_updater", "--outputs ros"}) {
+    stack.Run("$run_stack sim:demo --out $out " + wrong);
+    CHECK(stack.exit_code == 2);
+    CHECK(stack.Said("run_stack: " + wrong.substr(0, wrong.find(' ')) + ": "));
+  }
   stack.Run("$run_stack sim:demo --out $out --lcm-url udp://239.255.76.67:7667");
   CHECK(stack.exit_code == 2);
   CHECK(stack.Said("--lcm-url udp://239.255.76.67:7667: not a bus between processes"));

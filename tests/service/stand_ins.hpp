@@ -41,7 +41,7 @@ class StandIns {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
     for (const char* name : {"laser_publisher", "ray_selector", "rrhc_matcher", "map_updater", "loop_closer",
-                             "map_exporter", "map_viewer"}) {
+                             "map_exporter", "map_viewer", "mbot_publisher"}) {
       std::ofstream(folder_ / name) << kStandIn;
       std::filesystem::permissions(folder_ / name, std::filesystem::perms::owner_all);
     }

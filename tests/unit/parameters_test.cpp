@@ -56,7 +56,7 @@ TEST_CASE("the list of some groups has their parameters and no others") {
   CHECK(list[0].first == "seed");
   CHECK(list[1].first == "odometry");
   CHECK(ListParameters(Parameters(), {}).empty());
-  CHECK(ListParameters(Parameters(), {kSeed, kOdometry, kScan, kSelection, kMatch, kUpdate, kLoops}) ==
+  CHECK(ListParameters(Parameters(), {kSeed, kOdometry, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops}) ==
         ListParameters(Parameters()));
 }
 

@@ -20,6 +20,8 @@ inline bot_core::planar_lidar_t LidarMessage() {
   return {5, 3, {1.0f, 0.0f, 2.5f}, 3, {7.0f, 8.0f, 9.0f}, -1.5f, 0.25f};
 }
 
+inline sweep_t SweepMessage() { return {5, 3, {1.0f, 0.0f, 2.5f}, {-0.1f, -0.05f, 0.0f}, -1.5f, 0.25f}; }
+
 inline bot_core::pose_t PoseMessage() {
   return {5, {1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}, {0.5, 0.5, 0.5, 0.5}, {7.0, 8.0, 9.0}, {10.0, 11.0, 12.0}};
 }

@@ -1,9 +1,13 @@
 // botlab.lidar_t of the University of Michigan's student robots, in both of its spellings: the older logs call the
 // count of the beams nranges.
 //
-// The beams have angles of their own, clockwise and uneven. Each goes to the nearest of 1440 beams, 0.25 deg apart and
-// clockwise from the first one, in the order in which they were measured: its angle is off by 0.125 deg at most. Of two
-// on one beam the nearer counts; beams that nothing falls on are 0 = no return.
+// The beams have angles of their own, uneven, and clockwise or, in today's mbot, counter-clockwise: the message does
+// not tell which (--botlab-clockwise). Each goes to the nearest of 1440 beams, 0.25 deg apart from the first one on:
+// its angle is off by 0.125 deg at most. Of two on one beam the nearer counts; beams that nothing falls on are 0 = no
+// return.
+//
+// The beams have times, too. Where these are a sweep's, the scan's utime is that of the last one, the moment for which
+// botlab's own programs say their poses; the utime of the message is that of the first one, or of the last.
 
 #include <algorithm>
 #include <botlab/lidar_nranges_t.hpp>
@@ -11,7 +15,7 @@
 #include <cmath>
 
 #include "common/math/trigonometry.hpp"
-#include "services/sources/laser_types.hpp"
+#include "services/runtime/laser_types.hpp"
 
 namespace crsm {
 namespace {
@@ -32,19 +36,52 @@ bool LidarInRange(const Lidar& lidar) {
          std::all_of(lidar.thetas.begin(), lidar.thetas.end(), is_angle);
 }
 
+/// Whether times are those of a sweep [us], and not zeros, or from different clocks.
+bool AreOfSweep(const std::vector<std::int64_t>& times) {
+  constexpr std::uint64_t kLongest_us = 1'000'000;
+  return times.front() >= 0 && std::is_sorted(times.begin(), times.end()) && times.front() < times.back() &&
+         static_cast<std::uint64_t>(times.back()) - static_cast<std::uint64_t>(times.front()) <= kLongest_us;
+}
+
+/// Whether the times were not measured but counted out evenly.
+bool AreEven(const std::vector<std::int64_t>& times) {
+  const std::int64_t gap_us = times[1] - times[0];
+  return std::adjacent_find(times.begin(), times.end(), [gap_us](std::int64_t one, std::int64_t next) {
+           return next - one != gap_us;
+         }) == times.end();
+}
+
+/// The times of a sweep's beams, each in its place.
+std::vector<std::int64_t> PutInOrder(std::vector<std::int64_t> times, bool clockwise) {
+  // The driver of today's mbot sorts the beams by their angles and numbers their times afterwards; but an RPLidar turns
+  // clockwise, whatever its angles are called.
+  if (!clockwise && AreEven(times)) std::reverse(times.begin(), times.end());
+  return times;
+}
+
 template <class Lidar>
-LaserScan ToScan(const Lidar& lidar) {
+LaserScan ToScan(const Lidar& lidar, const ScanParameters& parameters) {
   constexpr int kGridBeams = 1440;
   constexpr double kStep_rad = 2.0 * kPi / kGridBeams;
   const double first_rad = lidar.thetas.front();
-  LaserScan scan{lidar.utime, static_cast<float>(WrapAngle(-first_rad)), static_cast<float>(-kStep_rad),
+  const double sense = parameters.botlab_clockwise ? -1.0 : 1.0;
+  LaserScan scan{lidar.utime, static_cast<float>(WrapAngle(sense * first_rad)), static_cast<float>(sense * kStep_rad),
                  std::vector<float>(kGridBeams, 0.0f)};
+  std::vector<std::int64_t> times;
+  if (AreOfSweep(lidar.times)) {
+    times = PutInOrder(lidar.times, parameters.botlab_clockwise);
+    scan.utime = lidar.times.back();
+    scan.times_s.resize(kGridBeams, 0.0f);
+  }
   for (std::size_t i = 0; i < lidar.ranges.size(); ++i) {
     const float range_m = lidar.ranges[i];
     if (!(range_m > 0.0f)) continue;
     const long steps = std::lround((lidar.thetas[i] - first_rad) / kStep_rad) % kGridBeams;
-    float& nearest_m = scan.ranges_m[static_cast<std::size_t>(steps < 0 ? steps + kGridBeams : steps)];
-    if (nearest_m == 0.0f || range_m < nearest_m) nearest_m = range_m;
+    const auto beam = static_cast<std::size_t>(steps < 0 ? steps + kGridBeams : steps);
+    float& nearest_m = scan.ranges_m[beam];
+    if (nearest_m != 0.0f && range_m >= nearest_m) continue;
+    nearest_m = range_m;
+    if (!times.empty()) scan.times_s[beam] = 1e-6f * static_cast<float>(times[i] - scan.utime);
   }
   return scan;
 }

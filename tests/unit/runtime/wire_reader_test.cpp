@@ -152,6 +152,7 @@ void CheckType() {
 TEST_CASE(
     "what lcm-gen writes of any message is walked over whole; cut, lengthened or counted wrongly, it is refused") {
   CheckType<bot_core::planar_lidar_t>();
+  CheckType<sweep_t>();
   CheckType<bot_core::pose_t>();
   CheckType<critical_rays_t>();
   CheckType<scan_match_t>();

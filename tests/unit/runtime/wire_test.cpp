@@ -20,6 +20,7 @@ constexpr float kNanFloat = std::numeric_limits<float>::quiet_NaN();
 TEST_CASE(
     "every type comes through whole, and cut, lengthened, of another type or with any byte changed does no harm") {
   CheckType(LidarMessage());
+  CheckType(SweepMessage());
   CheckType(PoseMessage());
   CheckType(CriticalRaysMessage());
   CheckType(ScanMatchMessage());
@@ -31,6 +32,17 @@ TEST_CASE(
   CheckType(ServiceStatusMessage());
   CheckType(JournalHeadMessage());
   CheckType(JournalCheckMessage());
+}
+
+TEST_CASE("a sweep's beams have times within two seconds of its utime, and angles within a turn") {
+  CHECK(IsDecoded(SweepMessage(), [](sweep_t& sweep) { sweep.time_s[0] = -2.0f; }));
+  CHECK_FALSE(IsDecoded(SweepMessage(), [](sweep_t& sweep) { sweep.time_s[0] = -2.01f; }));
+  CHECK_FALSE(IsDecoded(SweepMessage(), [](sweep_t& sweep) { sweep.time_s[2] = kNanFloat; }));
+  CHECK_FALSE(IsDecoded(SweepMessage(), [](sweep_t& sweep) { sweep.utime = -1; }));
+  CHECK_FALSE(IsDecoded(SweepMessage(), [](sweep_t& sweep) { sweep.angle_min_rad = 90.0f; }));
+  CHECK_FALSE(IsDecoded(SweepMessage(), [](sweep_t& sweep) { sweep.angle_step_rad = 0.0f; }));
+  CHECK_FALSE(IsDecoded(SweepMessage(), [](sweep_t& sweep) { sweep.angle_step_rad = 4.0f; }));
+  CHECK_FALSE(IsDecoded(SweepMessage(), [](sweep_t& sweep) { sweep = {5, 1, {1.0f}, {0.0f}, 0.0f, 0.1f}; }));
 }
 
 TEST_CASE("a million beams are refused although the bytes for them are there") {

@@ -67,6 +67,16 @@ TEST_CASE("the beams of a sweep are measured one after the other, the last one a
   CHECK(FindValidRays(scan, kLaser).time_s.empty());
 }
 
+TEST_CASE("what a scan says of its beams' times goes before what is known of the laser") {
+  ScanParameters laser = kLaser;
+  laser.sweep_s = 0.4;
+  LaserScan scan{1, -0.5f, 0.25f, {1.0f, 0.0f, 2.0f, 3.0f}, {-0.3f, -0.25f, -0.125f, 0.0625f}};
+  CHECK(FindValidRays(scan, laser).time_s == std::vector<float>{-0.3f, -0.125f, 0.0625f});
+  CHECK(FindValidRays(scan, kLaser).time_s == std::vector<float>{-0.3f, -0.125f, 0.0625f});
+  scan.angle_step_rad = -0.25f;
+  CHECK(FindValidRays(scan, kLaser).time_s == std::vector<float>{0.0625f, -0.125f, -0.3f});
+}
+
 TEST_CASE("a clockwise scan gives the same rays as its counter-clockwise twin") {
   const LaserScan ascending{1, -0.5f, 0.25f, {1.0f, 2.0f, 0.0f, 3.0f, 4.0f}};
   LaserScan descending{1, 0.5f, -0.25f, ascending.ranges_m};

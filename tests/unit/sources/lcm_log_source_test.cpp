@@ -3,14 +3,17 @@
 #include <sys/stat.h>
 
 #include <bot_core/planar_lidar_t.hpp>
+#include <botlab/lidar_t.hpp>
 #include <cmath>
 #include <limits>
+#include <mbot_lcm_msgs/pose2D_t.hpp>
 
 #include "catch.hpp"
+#include "common/math/trigonometry.hpp"
 #include "lcm_events.hpp"
 #include "real_logs.hpp"
 #include "services/runtime/conversions.hpp"
-#include "services/sources/laser_types.hpp"
+#include "services/runtime/laser_types.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "source_helpers.hpp"
 
@@ -53,7 +56,7 @@ struct Result {
 
 Result Read(const std::string& log, const std::string& channel = "") {
   const ScratchFile file(log);
-  LcmLogSource source(file.path(), channel);
+  LcmLogSource source(file.path(), channel, {});
   auto scans = ReadAll(source);
   return {std::move(scans), source.Counts()};
 }
@@ -313,15 +316,63 @@ TEST_CASE("a source that cannot be opened is an error of one line") {
   CHECK(error_of("sim:no_such").find("built in are arena, block, corridor, demo") != std::string::npos);
 }
 
+TEST_CASE("a log whose scans turn against its own poses is complained of, with the flag that mends it") {
+  const auto Complaints = [](bool poses_of_mbot, double sense, const ScanParameters& parameters) {
+    std::string log;
+    for (int k = 0; k < 30; ++k) {
+      const double yaw_rad = WrapAngle(0.15 * k);
+      botlab::lidar_t lidar{};
+      lidar.utime = 1'000'000 + 100'000 * k;
+      for (int i = 0; i < 300; ++i) {  // a wall on one side, 1 m away, and one on the other, 2 m away
+        const double angle_rad = 2.0 * kPi * i / 300;
+        const double y = std::sin(angle_rad + yaw_rad);
+        lidar.thetas.push_back(static_cast<float>(sense > 0.0 ? angle_rad : 2.0 * kPi - angle_rad));
+        lidar.ranges.push_back(static_cast<float>(std::min(6.0, (y > 0.0 ? 1.0 : 2.0) / std::abs(y))));
+      }
+      lidar.num_ranges = 300;
+      lidar.times.resize(300);
+      lidar.intensities.resize(300);
+      log += Event("LIDAR", Encode(lidar));
+      const mbot_lcm_msgs::pose2D_t pose{lidar.utime, 0.0f, 0.0f, static_cast<float>(yaw_rad)};
+      const auto odometry = ToMessage(Odometry{lidar.utime, Pose2{0.0, 0.0, yaw_rad}});
+      log += poses_of_mbot ? Event("SLAM_POSE", Encode(pose)) : Event("ODOMETRY", Encode(odometry));
+    }
+    const ScratchFile file(log);
+    LcmLogSource source(file.path(), "", parameters);
+    ReadAll(source);
+    return source.Complaints();
+  };
+  CHECK(Complaints(true, -1.0, {}).empty());
+  CHECK(Complaints(false, -1.0, {}).empty());
+  CHECK(Complaints(true, 1.0, {.botlab_clockwise = false}).empty());
+  const std::string mirrored = " the map is a mirror image: ";
+  CHECK(Complaints(true, 1.0, {}) ==
+        std::vector<std::string>{"the scans on LIDAR turn against the poses on SLAM_POSE:" + mirrored +
+                                 "say --no-botlab-clockwise"});
+  CHECK(Complaints(false, -1.0, {.botlab_clockwise = false}) ==
+        std::vector<std::string>{"the scans on LIDAR turn against the poses on ODOMETRY:" + mirrored +
+                                 "leave --no-botlab-clockwise away"});
+}
+
+TEST_CASE("the real LCM log is complained of where its angles are taken for counter-clockwise", "[logs]") {
+  const auto path = FindRealLog("lcm/mbot_convex.lcmlog.gz");
+  if (!path) return;
+  for (const bool clockwise : {true, false}) {
+    LcmLogSource source(*path, "", {.botlab_clockwise = clockwise});
+    ReadAll(source);
+    CHECK(source.Complaints().empty() == clockwise);
+  }
+}
+
 TEST_CASE("the real LCM log has the sweeps that its description says", "[logs]") {
   const auto path = FindRealLog("lcm/mbot_convex.lcmlog.gz");
   if (!path) return;
-  LcmLogSource source(*path, "");
+  LcmLogSource source(*path, "", {});
   const auto scans = ReadAll(source);
   CHECK(scans.size() == 459);
   CHECK(source.Counts() == std::map<std::string, std::int64_t>{{"bad_event", 0}, {"truncated", 0}});
   // Its first beams, as another LCM decoder shows them: 0.90125 m at 6.26873 rad, 0.9015 m at 0.00790852 rad.
-  CHECK(scans[0].utime == 1447367745557463);
+  CHECK(scans[0].utime == 1447367745557463 + 149933);  // of its last beam
   CHECK(scans[0].ranges_m[0] == 0.90125f);
   CHECK(scans[0].ranges_m[5] == 0.9015f);
 }

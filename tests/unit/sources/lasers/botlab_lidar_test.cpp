@@ -2,10 +2,12 @@
 #include <botlab/lidar_t.hpp>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "catch.hpp"
 #include "common/math/trigonometry.hpp"
-#include "services/sources/laser_types.hpp"
+#include "common/scan/valid_rays.hpp"
+#include "services/runtime/laser_types.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {
@@ -39,9 +41,22 @@ botlab::lidar_nranges_t OtherSpelling(const botlab::lidar_t& lidar) {
   return other;
 }
 
-std::optional<LaserScan> Read(const Bytes& message) {
-  const LaserType* type = FindLaserType(message);
-  return type ? type->decode(message) : std::nullopt;
+std::optional<LaserScan> Read(const Bytes& message, bool clockwise = true) {
+  return DecodeLaser(message, {.botlab_clockwise = clockwise});
+}
+
+/// Four beams, at times of their own.
+botlab::lidar_t TimedLidar(const std::vector<std::int64_t>& times) {
+  botlab::lidar_t lidar = BotlabLidar({{0.0, 1.0f}, {kPi / 2.0, 2.0f}, {kPi, 3.0f}, {1.5 * kPi, 4.0f}});
+  lidar.times = times;
+  return lidar;
+}
+
+/// Of those four beams.
+std::vector<float> TimesOf(const std::optional<LaserScan>& scan) {
+  REQUIRE(scan);
+  REQUIRE(scan->times_s.size() == 1440);
+  return {scan->times_s[0], scan->times_s[360], scan->times_s[720], scan->times_s[1080]};
 }
 
 Bytes WithCount(Bytes bytes, std::uint32_t count) {
@@ -83,6 +98,62 @@ TEST_CASE("of two botlab beams on one grid beam the nearer counts") {
   const auto scan = Read(Encode(BotlabLidar({{0.0, 3.0f}, {0.001, 2.0f}, {0.0011, 2.5f}, {0.0012, 0.0f}})));
   REQUIRE(scan);
   CHECK(scan->ranges_m[0] == 2.0f);
+}
+
+TEST_CASE("botlab's times go with their beams, and the scan's utime is that of the last") {
+  const auto scan = Read(Encode(TimedLidar({1'000'000, 1'050'000, 1'050'000, 1'100'000})));
+  CHECK(TimesOf(scan) == std::vector<float>{-0.1f, -0.05f, -0.05f, 0.0f});
+  CHECK(scan->utime == 1'100'000);
+}
+
+TEST_CASE("botlab's times that are of no sweep are left aside") {
+  constexpr auto kLast = std::numeric_limits<std::int64_t>::max();
+  for (const auto& times : std::vector<std::vector<std::int64_t>>{{0, 0, 0, 0},
+                                                                  {5, 5, 5, 5},
+                                                                  {-4, -3, -2, -1},
+                                                                  {100, 200, 150, 300},
+                                                                  {0, 1, 2, 1'000'001},
+                                                                  {0, 1, 2, kLast},
+                                                                  {-kLast, 0, 1, kLast}}) {
+    CAPTURE(times);
+    const auto scan = Read(Encode(TimedLidar(times)));
+    REQUIRE(scan);
+    CHECK(scan->times_s.empty());
+    CHECK(scan->utime == 5);
+  }
+  CHECK(Read(Encode(TimedLidar({0, 1, 2, 1'000'000})))->utime == 1'000'000);  // a second is one
+}
+
+TEST_CASE("where botlab's angles are counter-clockwise, the scan is the mirror image, each beam with its time") {
+  const botlab::lidar_t lidar = TimedLidar({1'000'000, 1'040'000, 1'060'000, 1'100'000});
+  const auto scan = Read(Encode(lidar));
+  const auto mirrored = Read(Encode(lidar), false);
+  REQUIRE(mirrored);
+  CHECK(mirrored->angle_min_rad == -scan->angle_min_rad);
+  CHECK(mirrored->angle_step_rad == -scan->angle_step_rad);
+  CHECK(mirrored->ranges_m == scan->ranges_m);
+  CHECK(mirrored->times_s == scan->times_s);
+  CHECK(mirrored->utime == scan->utime);
+}
+
+// An RPLidar looks ahead, to the right, back, to the left. The driver of today's mbot says this by rising
+// counter-clockwise angles, and numbers the times afterwards.
+TEST_CASE("a sweep as today's mbot says it is the sweep that was measured") {
+  const auto measured = Read(Encode(TimedLidar({1'000'000, 1'050'000, 1'100'000, 1'150'000})));
+  botlab::lidar_t said = BotlabLidar({{kPi / 2.0, 4.0f}, {kPi, 3.0f}, {1.5 * kPi, 2.0f}, {2.0 * kPi, 1.0f}});
+  said.times = {1'000'000, 1'050'000, 1'100'000, 1'150'000};
+  const auto scan = Read(Encode(said), false);
+  const ValidRays expected = FindValidRays(*measured, {});
+  const ValidRays rays = FindValidRays(*scan, {});
+  REQUIRE(rays.size() == 4);
+  std::map<float, float> time_of;  // by range: each beam has its own
+  for (std::size_t i = 0; i < 4; ++i) time_of[expected.range_m[i]] = expected.time_s[i];
+  for (std::size_t i = 0; i < 4; ++i) {
+    CAPTURE(rays.range_m[i]);
+    CHECK(rays.time_s[i] == time_of.at(rays.range_m[i]));
+    const double right_rad = kPi / 2.0 * (rays.range_m[i] - 1.0);  // 1 m ahead, 2 m to the right, ...
+    CHECK(std::abs(WrapAngle(rays.angle_rad[i] + right_rad)) < 1e-6);
+  }
 }
 
 TEST_CASE("both spellings of botlab's lidar type are read") {

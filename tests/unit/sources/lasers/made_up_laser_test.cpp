@@ -2,7 +2,7 @@
 
 #include "catch.hpp"
 #include "lcm_events.hpp"
-#include "services/sources/laser_types.hpp"
+#include "services/runtime/laser_types.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "source_helpers.hpp"
 
@@ -13,7 +13,7 @@ constexpr std::uint64_t kFingerprint = 0x0123456789abcdef;
 constexpr std::size_t kMessageBytes = 8 + 2;
 
 /// Its message: behind the fingerprint a byte for the utime, and a byte for the one range of all its beams [m].
-std::optional<LaserScan> DecodeMadeUp(std::span<const std::uint8_t> bytes) {
+std::optional<LaserScan> DecodeMadeUp(std::span<const std::uint8_t> bytes, const ScanParameters&) {
   if (bytes.size() != kMessageBytes) return std::nullopt;
   return LaserScan{bytes[8], 0.0f, 0.5f, std::vector<float>(3, bytes[9])};
 }
@@ -32,7 +32,8 @@ TEST_CASE("a laser's type that registers itself is read from a log, and named wh
   CHECK(ReadAll(*source) == expected);
   CHECK(source->Counts().at("bad_message") == 1);
 
-  CHECK(LaserTypeNames() == "bot_core.planar_lidar_t, botlab.lidar_t, made_up.ring_t");
+  CHECK(LaserTypeNames() ==
+        "bot_core.planar_lidar_t, botlab.lidar_t, crsm.sweep_t, made_up.ring_t, sensor_msgs.LaserScan");
 }
 
 TEST_CASE("a message is a laser's by its fingerprint, and two types cannot have the same") {

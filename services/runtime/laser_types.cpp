@@ -1,4 +1,4 @@
-#include "services/sources/laser_types.hpp"
+#include "services/runtime/laser_types.hpp"
 
 #include <fmt/format.h>
 
@@ -18,9 +18,16 @@ std::map<std::uint64_t, LaserType>& Registry() {
 
 const std::map<std::uint64_t, LaserType>& LaserTypes() { return Registry(); }
 
-const LaserType* FindLaserType(std::span<const std::uint8_t> bytes) {
-  const auto found = Registry().find(Fingerprint(bytes));
+const LaserType* FindLaserType(std::uint64_t fingerprint) {
+  const auto found = Registry().find(fingerprint);
   return found == Registry().end() ? nullptr : &found->second;
+}
+
+const LaserType* FindLaserType(std::span<const std::uint8_t> bytes) { return FindLaserType(Fingerprint(bytes)); }
+
+std::optional<LaserScan> DecodeLaser(std::span<const std::uint8_t> bytes, const ScanParameters& parameters) {
+  const LaserType* type = FindLaserType(bytes);
+  return type ? type->decode(bytes, parameters) : std::nullopt;
 }
 
 std::string LaserTypeNames() {

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "common/parameters.hpp"
+#include "common/scan/laser_scan.hpp"
+#include "services/runtime/wire_reader.hpp"
+
+namespace crsm {
+
+/// A type of LCM message that a laser speaks: a file in services/sources/lasers/ for each type, or family of types,
+/// which registers it. A program that links crsm_sources knows them all.
+struct LaserType {
+  std::string name;  ///< package and type
+
+  /// The scan in a message, its utime >= 0, with kMinBeams to kMaxBeams; nothing if the message is malformed. What the
+  /// message itself does not tell is in the parameters.
+  std::function<std::optional<LaserScan>(std::span<const std::uint8_t> bytes, const ScanParameters& parameters)> decode;
+};
+
+/// All types that are known, by fingerprint.
+const std::map<std::uint64_t, LaserType>& LaserTypes();
+
+/// The type with a fingerprint, or that a message says it is of; nullptr if it is no laser's.
+const LaserType* FindLaserType(std::uint64_t fingerprint);
+const LaserType* FindLaserType(std::span<const std::uint8_t> bytes);
+
+/// The scan in a message of any type that is known; nothing if it is of another one, or malformed.
+std::optional<LaserScan> DecodeLaser(std::span<const std::uint8_t> bytes, const ScanParameters& parameters);
+
+/// The names of the types that are known, each once: "bot_core.planar_lidar_t, botlab.lidar_t".
+std::string LaserTypeNames();
+
+/// Makes a type known, before main() where the result is kept in a constant of a file. Throws std::logic_error if one
+/// of its fingerprint is known already.
+bool RegisterLaserType(std::uint64_t fingerprint, LaserType type);
+
+/// The same for a type that lcm-gen made and that has FieldsOf and ValuesInRange (wire_reader.hpp).
+template <class Message>
+bool RegisterLaserType(const std::string& name, LaserScan (*to_scan)(const Message&, const ScanParameters&)) {
+  const auto decode = [to_scan](std::span<const std::uint8_t> bytes, const ScanParameters& parameters) {
+    const auto message = Decode<Message>(bytes);
+    return message ? std::optional(to_scan(*message, parameters)) : std::nullopt;
+  };
+  return RegisterLaserType(static_cast<std::uint64_t>(Message::getHash()), LaserType{name, decode});
+}
+
+}  // namespace crsm
