@@ -78,8 +78,8 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   }
   std::erase_if(plan.services, [&](const PlannedService& service) { return options.IsWithout(service.name); });
   if (options.view) plan.services.push_back(planner.Plan("map_viewer", FlagsOfViewer(), {}));
-  for (const std::string& output : options.outputs) {
-    if (output == kMbot) plan.services.push_back(planner.Plan("mbot_publisher", FlagsOfMbotPublisher(), {}));
+  if (std::count(options.outputs.begin(), options.outputs.end(), kMbot) > 0) {
+    plan.services.push_back(planner.Plan("mbot_publisher", FlagsOfMbotPublisher(), {}));
   }
   if (!options.is_live()) {
     const std::string position = (folder.log_folder() / "laser_publisher.position").string();

@@ -17,7 +17,7 @@
 namespace crsm {
 
 // The channels, and what travels on them.
-inline constexpr const char* kLaserChannel = "LASER";                 // bot_core.planar_lidar_t
+inline constexpr const char* kLaserChannel = "LASER";                 // any type of LaserTypes()
 inline constexpr const char* kOdometryChannel = "ODOMETRY";           // bot_core.pose_t, of a scan, before it
 inline constexpr const char* kCriticalRaysChannel = "CRITICAL_RAYS";  // crsm.critical_rays_t
 inline constexpr const char* kScanMatchChannel = "SCAN_MATCH";        // crsm.scan_match_t

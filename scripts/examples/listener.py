@@ -1,0 +1,30 @@
+#!/usr/bin/env python3
+"""Prints where the robot is, x y yaw in metres and radians, as POSE says it.
+
+usage: PYTHONPATH=build/python scripts/examples/listener.py
+"""
+
+import math
+
+from bot_core import pose_t
+
+from lcm_bus import LcmBus
+
+
+def show(pose):
+    w, _, _, z = pose.orientation  # a turn about the vertical alone
+    print(f"{pose.pos[0]:.3f} {pose.pos[1]:.3f} {2.0 * math.atan2(z, w):.3f}", flush=True)
+
+
+def main():
+    bus = LcmBus()
+    bus.subscribe("POSE", pose_t, show)
+    while True:
+        bus.handle(timeout_s=1.0)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except KeyboardInterrupt:
+        pass

@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+"""A ray selector in place of ours: every scan's valid rays, and of these every n-th to be matched.
+
+usage: scripts/run_stack LOG --out DIR --without ray_selector &
+       PYTHONPATH=build/python scripts/examples/ray_selector.py
+What it owes the others stands in README.md beside this file.
+"""
+
+import math
+
+from bot_core import planar_lidar_t
+from crsm import critical_rays_t
+
+from lcm_bus import LcmBus
+
+RANGE_MIN_M, RANGE_MAX_M = 0.05, 28.5
+MOST_CRITICAL = 80
+
+
+def select(scan):
+    rays = critical_rays_t()
+    rays.utime = scan.utime  # which scan it is: the answer bears the same
+    for i, range_m in enumerate(scan.ranges):
+        if math.isfinite(range_m) and RANGE_MIN_M <= range_m <= RANGE_MAX_M:
+            rays.angle_rad.append(scan.rad0 + i * scan.radstep)
+            rays.range_m.append(range_m)
+    if scan.radstep < 0:  # angles rise
+        rays.angle_rad.reverse()
+        rays.range_m.reverse()
+    rays.num_rays = len(rays.range_m)
+    step = max(1, math.ceil(rays.num_rays / MOST_CRITICAL))
+    rays.critical = list(range(0, rays.num_rays, step))
+    rays.num_critical = len(rays.critical)
+    return rays
+
+
+class RaySelector:
+    def __init__(self, bus):
+        self._bus = bus
+        self._last_answer = None
+        bus.subscribe("LASER", planar_lidar_t, self._answer)
+
+    def _answer(self, scan):
+        """Lockstep: a scan that comes once more gets the answer that it had."""
+        if self._last_answer is None or self._last_answer.utime != scan.utime:
+            self._last_answer = select(scan)
+        self._bus.publish("CRITICAL_RAYS", self._last_answer)
+
+
+def main():
+    bus = LcmBus()
+    RaySelector(bus)
+    while True:
+        bus.handle(timeout_s=1.0)
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except KeyboardInterrupt:
+        pass
