@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -11,7 +12,7 @@
 
 namespace crsm {
 
-/// Where scans come from: a log or a simulated world.
+/// Where scans come from: a log, a simulated world, or a laser.
 class LaserSource {
  public:
   virtual ~LaserSource() = default;
@@ -19,6 +20,13 @@ class LaserSource {
   /// The next scan, in the order of the source; nothing at its end. Bad entries are counted and skipped.
   /// Throws std::runtime_error if the source cannot be read on.
   virtual std::optional<LaserScan> Next() = 0;
+
+  /// Whether scans come when a laser measures them, not when they are asked for. Then Next() waits, and its end is that
+  /// of the process.
+  virtual bool IsLive() const { return false; }
+
+  /// Of a live source: the next scan if one comes within about `longest`.
+  virtual std::optional<LaserScan> Poll(std::chrono::milliseconds /*longest*/) { return Next(); }
 
   /// Where the laser truly stood at the last scan given, seen from where it stood at the first: of simulated worlds.
   virtual std::optional<Pose2> TruePose() const { return std::nullopt; }

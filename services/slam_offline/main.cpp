@@ -156,7 +156,8 @@ Trust MapLog(CommandLine& command_line, const std::string& name, const EarlierRe
   CheckEarlierResults(earlier, name, settings);
   AdoptEarlierMapParameters(earlier.resume, command_line);
   const Parameters& parameters = command_line.parameters();
-  const auto source = OpenLaserSource(name, {parameters.match.seed, settings.laser_channel, parameters.scan});
+  const auto source =
+      OpenLaserSource(name, {parameters.match.seed, settings.laser_channel, parameters.scan, command_line.program()});
   PrepareFolder(settings.out);
   const PathLock lock("--out", settings.out);
   MakeRoom(command_line.program(), settings.out, earlier);

@@ -8,8 +8,10 @@
 #include "common/logs/carmen_log.hpp"
 #include "common/logs/gzip_file.hpp"
 #include "common/worlds/simulator.hpp"
+#include "services/runtime/service.hpp"
 #include "services/sources/bags/bag_folder.hpp"
 #include "services/sources/bags/bag_source.hpp"
+#include "services/sources/devices/live_laser.hpp"
 #include "services/sources/lcm_event_log.hpp"
 #include "services/sources/lcm_log_source.hpp"
 
@@ -45,13 +47,17 @@ std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOption
 
 std::string DescribeSources() {
   return "CARMEN log or LCM log, gzip or not; bag of ROS 1 or 2, or MCAP; sim:FILE, or sim:NAME of " +
-         DescribeBuiltInWorlds();
+         DescribeBuiltInWorlds() + "; " + DescribeDevices();
 }
 
 std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options) {
   constexpr std::string_view kSimulated = "sim:";
   if (name.starts_with(kSimulated)) {
     return std::make_unique<Simulator>(LoadWorld(name.substr(kSimulated.size())), options.seed);
+  }
+  if (const auto device = ParseDevice(name)) {
+    return std::make_unique<LiveLaser>(*device, [prefix = fmt::format("{}: {}: ", options.program, name)](
+                                                    const std::string& line) { Say(prefix + line); });
   }
 
   std::error_code error;

@@ -13,15 +13,16 @@ struct SourceOptions {
   std::uint64_t seed = 0;    ///< of the simulator's noise
   std::string channel;       ///< of an LCM log; empty for the first that has a laser. Or topic of a bag
   ScanParameters scan = {};  ///< what messages of an LCM log do not tell themselves
+  std::string program = {};  ///< which says on stderr what becomes of a live laser
 };
 
 /// What `name` of OpenLaserSource may be, for --help.
 std::string DescribeSources();
 
-/// Opens what `name` says: "sim:NAME" a built-in world, "sim:FILE" a world file, else a CARMEN or LCM log or a bag (a
-/// file of ROS 1 or 2, MCAP, or a folder of ROS 2). Which kind of log it is, and whether gzip has compressed it, is
-/// found from its content. Throws std::runtime_error, one line, if there is no such thing, if it has no laser, or if
-/// the world file is wrong.
+/// Opens what `name` says: "sim:NAME" a built-in world, "sim:FILE" a world file, "hokuyo:PORT" and its like a laser,
+/// which need not be there yet (devices/live_laser.hpp), else a CARMEN or LCM log or a bag (a file of ROS 1 or 2, MCAP,
+/// or a folder of ROS 2). Which kind of log it is, and whether gzip has compressed it, is found from its content.
+/// Throws std::runtime_error, one line, if there is no such thing, if it has no laser, or if the world file is wrong.
 std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options);
 
 /// One line about a log that ends before its end, for who has read all of `source`; empty if it does not. What was

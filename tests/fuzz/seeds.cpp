@@ -335,6 +335,41 @@ void WriteJournal(const Seeds& seeds) {
   std::filesystem::remove(folder);
 }
 
+Bytes BytesOf(std::string_view text) { return {text.begin(), text.end()}; }
+
+/// What each kind of laser says when it is started, and a scan or two.
+void WriteLasers(const Seeds& seeds) {
+  using namespace std::string_view_literals;
+  seeds.Write(
+      "hokuyo", "scan",
+      std::vector<Bytes>{BytesOf("QT\n00P\n\n"), BytesOf("VV\n00P\nSERI:H1;V\n\n"),
+                         BytesOf("PP\n00P\nMODL:X;n\nDMIN:20;4\nDMAX:5600;_\nARES:4;I\nAMIN:1;@\nAMAX:3;D\n"
+                                 "AFRT:2;I\nSCAN:600;e\n\n"),
+                         BytesOf("II\n00P\nSTAT:ok.;n\n\n"), BytesOf("BM\n00P\n\n"),
+                         BytesOf("MD0001000301000\n99b\nm2@0?\n1Dh00?0CBa\n\n"), BytesOf("MD0001000301000\n50U\n\n")});
+  Bytes turn;
+  for (unsigned k = 0; k < 80; ++k) {
+    const unsigned angle = (k * 10 % 360) * 64;
+    for (const unsigned byte : {k % 36 == 0 ? 0x3du : 0x3eu, (angle & 0x7f) << 1 | 1u, angle >> 7, k, 15u}) {
+      turn.push_back(static_cast<std::uint8_t>(byte));
+    }
+  }
+  seeds.Write("rplidar", "scan",
+              std::vector<Bytes>{{},
+                                 BytesOf("\xA5\x5A\x14\x00\x00\x00\x04\x28\x1d\x01\x07 0123456789abcde"sv),
+                                 BytesOf("\xA5\x5A\x03\x00\x00\x00\x06\x00\x00\x00"sv),
+                                 BytesOf("\xA5\x5A\x04\x00\x00\x00\x15\xf4\x01\xf4\x01"sv),
+                                 BytesOf("\xA5\x5A\x05\x00\x00\x40\x81"sv),
+                                 turn});
+  seeds.Write("sick", "scan",
+              std::vector<Bytes>{
+                  BytesOf("\x02sEA LMDscandata 0\x03"), BytesOf("\x02sRA DeviceIdent 6 LMS111 5 V1.36\x03"),
+                  BytesOf("\x02sRA SCdevicestate 1\x03"), BytesOf("\x02sRA LCMstate 1\x03"),
+                  BytesOf("\x02sEA LMDscandata 1\x03"),
+                  BytesOf("\x02sSN LMDscandata 1 1 D6FF21 0 0 286B 3C84 EE4D4845 EE4DA2ED 0 0 7 0 0 1388 168 0 1 "
+                          "DIST1 3F800000 00000000 FFF92230 1388 3 112 F 10 0 0 0 0 0 0\x03")});
+}
+
 void WriteTexts(const Seeds& seeds) {
   for (const BuiltInWorld& world : kBuiltInWorlds) seeds.Write("world", std::string(world.name), world.text);
   for (const BuiltInConfig& preset : kPresets) seeds.Write("config", std::string(preset.name), preset.toml);
@@ -357,4 +392,5 @@ int main(int argc, char** argv) {
   crsm::WriteBags(seeds);
   crsm::WriteJournal(seeds);
   crsm::WriteTexts(seeds);
+  crsm::WriteLasers(seeds);
 }

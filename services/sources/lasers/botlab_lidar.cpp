@@ -2,9 +2,7 @@
 // count of the beams nranges.
 //
 // The beams have angles of their own, uneven, and clockwise or, in today's mbot, counter-clockwise: the message does
-// not tell which (--botlab-clockwise). Each goes to the nearest of 1440 beams, 0.25 deg apart from the first one on:
-// its angle is off by 0.125 deg at most. Of two on one beam the nearer counts; beams that nothing falls on are 0 = no
-// return.
+// not tell which (--botlab-clockwise): PolarGrid.
 //
 // The beams have times, too. Where these are a sweep's, the scan's utime is that of the last one, the moment for which
 // botlab's own programs say their poses; the utime of the message is that of the first one, or of the last.
@@ -16,6 +14,7 @@
 
 #include "common/math/trigonometry.hpp"
 #include "services/runtime/laser_types.hpp"
+#include "services/sources/polar_grid.hpp"
 
 namespace crsm {
 namespace {
@@ -61,28 +60,17 @@ std::vector<std::int64_t> PutInOrder(std::vector<std::int64_t> times, bool clock
 
 template <class Lidar>
 LaserScan ToScan(const Lidar& lidar, const ScanParameters& parameters) {
-  constexpr int kGridBeams = 1440;
-  constexpr double kStep_rad = 2.0 * kPi / kGridBeams;
-  const double first_rad = lidar.thetas.front();
-  const double sense = parameters.botlab_clockwise ? -1.0 : 1.0;
-  LaserScan scan{lidar.utime, static_cast<float>(WrapAngle(sense * first_rad)), static_cast<float>(sense * kStep_rad),
-                 std::vector<float>(kGridBeams, 0.0f)};
-  std::vector<std::int64_t> times;
-  if (AreOfSweep(lidar.times)) {
-    times = PutInOrder(lidar.times, parameters.botlab_clockwise);
-    scan.utime = lidar.times.back();
-    scan.times_s.resize(kGridBeams, 0.0f);
-  }
+  const bool has_times = AreOfSweep(lidar.times);
+  const std::vector<std::int64_t> times =
+      has_times ? PutInOrder(lidar.times, parameters.botlab_clockwise) : std::vector<std::int64_t>(lidar.ranges.size());
+  const auto sense = parameters.botlab_clockwise ? PolarGrid::Sense::kClockwise : PolarGrid::Sense::kCounterClockwise;
+  PolarGrid grid(lidar.thetas.front(), sense, has_times);
+  const std::int64_t end = has_times ? lidar.times.back() : 0;
   for (std::size_t i = 0; i < lidar.ranges.size(); ++i) {
-    const float range_m = lidar.ranges[i];
-    if (!(range_m > 0.0f)) continue;
-    const long steps = std::lround((lidar.thetas[i] - first_rad) / kStep_rad) % kGridBeams;
-    const auto beam = static_cast<std::size_t>(steps < 0 ? steps + kGridBeams : steps);
-    float& nearest_m = scan.ranges_m[beam];
-    if (nearest_m != 0.0f && range_m >= nearest_m) continue;
-    nearest_m = range_m;
-    if (!times.empty()) scan.times_s[beam] = 1e-6f * static_cast<float>(times[i] - scan.utime);
+    grid.Add(lidar.thetas[i], lidar.ranges[i], 1e-6f * static_cast<float>(times[i] - end));
   }
+  LaserScan scan = grid.TakeScan();
+  scan.utime = has_times ? end : lidar.utime;
   return scan;
 }
 

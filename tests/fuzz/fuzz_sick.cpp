@@ -1,0 +1,8 @@
+// What a Sick says, from its first answer on.
+
+#include "device_input.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  crsm::FeedDevice(&crsm::MakeSick, {data, size});
+  return 0;
+}
