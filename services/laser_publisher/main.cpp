@@ -1,5 +1,5 @@
 // laser_publisher: a log or a simulated world -> LASER, and ODOMETRY where it is asked for, in real time, N times that,
-// or in lockstep with the map. With a file:// URL it is the converter to an LCM log.
+// or in lockstep with the map; or a laser -> LASER, as it measures. With a file:// URL it writes an LCM log.
 
 #include <fmt/core.h>
 
@@ -15,6 +15,7 @@
 #include "services/runtime/progress.hpp"
 #include "services/runtime/service.hpp"
 #include "services/runtime/stall_watch.hpp"
+#include "services/runtime/usage_error.hpp"
 #include "services/sources/open_laser_source.hpp"
 
 namespace crsm {
@@ -29,6 +30,14 @@ void PrintCounts(const std::string& program, const std::string& source_name, con
     if (count > 0 && name != "truncated") Say(fmt::format("{}: {}: {}", program, name, count));
   }
   for (const std::string& complaint : source.Complaints()) Say(fmt::format("{}: {}", program, complaint));
+}
+
+/// What cannot be meant for a laser.
+void CheckNothingIsOfALog(const CommandLine& command_line) {
+  for (const char* flag : {"rate", "resend_s", "laser_channel", "position", "odometry"}) {
+    if (!command_line.WasGiven(flag)) continue;
+    throw UsageError(fmt::format("{}: is of a log; a laser has a pace of its own, and no odometry", FlagOf(flag)));
+  }
 }
 
 class LaserPublisher {
@@ -50,6 +59,24 @@ class LaserPublisher {
   void Run() {
     Say(service_.name() + ": ready");
     service_.SetState("publishing");
+    source_.IsLive() ? RunLive() : RunLog();
+    service_.SetState(kPublisherFinished);
+    service_.PublishStatus();  // the last counts
+    progress_.Finish(num_scans_);
+  }
+
+ private:
+  /// A laser is not waited for by anybody, nor held up.
+  void RunLive() {
+    while (!StopRequested()) {
+      const auto scan = source_.Poll(std::chrono::milliseconds(50));
+      if (scan) Publish(*scan);
+      for (const auto& [name, count] : source_.Counts()) service_.counters().Set(name, count);
+      service_.Spin(0);
+    }
+  }
+
+  void RunLog() {
     std::int64_t last_utime = 0;
     SkipPublished();
     while (const auto scan = source_.Next()) {
@@ -68,12 +95,8 @@ class LaserPublisher {
       progress_.Show(source_.Progress(), num_scans_);
     }
     if (rate_ != kAsFastAsMapped && num_scans_ > 0) AwaitMap();
-    service_.SetState(kPublisherFinished);
-    service_.PublishStatus();  // the last counts
-    progress_.Finish(num_scans_);
   }
 
- private:
   /// What an earlier process with the same --position has sent. It may have died behind one scan more: that is known to
   /// be in the map, as every scan that comes twice.
   void SkipPublished() {
@@ -161,17 +184,20 @@ class LaserPublisher {
 }  // namespace crsm
 
 int main(int argc, char** argv) {
-  crsm::CommandLine command_line("laser_publisher",
-                                 "Publishes the scans of a log or of a simulated world on LASER. With --lcm-url "
-                                 "\"file://run.lcm?mode=w\" it writes them to an LCM log.",
-                                 crsm::FlagsOfPublisher());
+  crsm::CommandLine command_line(
+      "laser_publisher",
+      "Publishes the scans of a log, of a simulated world or of a laser on LASER. With --lcm-url "
+      "\"file://run.lcm?mode=w\" it writes them to an LCM log.",
+      crsm::FlagsOfPublisher());
   std::string name;
   command_line.app().add_option("SOURCE", name, crsm::DescribeSources())->required();
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] {
     const crsm::Settings& settings = command_line.settings();
     const crsm::Parameters& parameters = command_line.parameters();
-    const auto source = crsm::OpenLaserSource(name, {parameters.match.seed, settings.laser_channel, parameters.scan});
+    const auto source = crsm::OpenLaserSource(
+        name, {parameters.match.seed, settings.laser_channel, parameters.scan, command_line.program()});
+    if (source->IsLive()) crsm::CheckNothingIsOfALog(command_line);
     if (settings.lcm_url.rfind("file://", 0) == 0) {
       crsm::WriteLog(*source, name, settings.lcm_url, settings.channel_prefix, parameters.match.odometry);
     } else {

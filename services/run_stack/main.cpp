@@ -19,6 +19,7 @@
 #include "services/runtime/command_line.hpp"
 #include "services/runtime/service.hpp"
 #include "services/runtime/usage_error.hpp"
+#include "services/sources/devices/live_laser.hpp"
 #include "services/sources/map_parameters.hpp"
 #include "services/sources/open_laser_source.hpp"
 
@@ -85,11 +86,27 @@ void CheckInputs(const CommandLine& command_line, const StackOptions& options) {
   if (!settings.localize.empty()) FindJournal(settings.localize);
 }
 
+/// A laser that is ours is asked how long it takes for a sweep, unless somebody has said that, or a map that goes on
+/// was made with another. Waits for the laser.
+void AskLaser(const StackOptions& options, CommandLine& command_line) {
+  constexpr int kSteadyAfter = 5;  // scans: a motor may have come up to speed a moment ago
+  const auto device = ParseDevice(options.source);
+  if (!device) return;
+  CatchSignals();
+  LiveLaser laser(*device, [&](const std::string& line) {
+    Say(fmt::format("{}: {}: {}", command_line.program(), options.source, line));
+  });
+  for (int i = 0; i < kSteadyAfter; ++i) {
+    if (!laser.Next()) throw std::runtime_error("ended before the laser has sent scans");
+  }
+  command_line.SetUnlessSaid("sweep_s", fmt::format("{:.3f}", std::min(laser.sweep_s(), 1.0)));
+}
+
 /// Said here in one line, where else the logs of several processes would. A publisher that is not ours may feed a
 /// stack that is live.
 void CheckRolesAreFree(const BusAddress& address, const StackOptions& options) {
   for (const std::string role : {kMapOwnerRole, kMatcherRole, kSelectorRole, kLoopCloserRole, kPublisherRole}) {
-    if (options.is_live() && role == kPublisherRole) continue;
+    if (!options.has_publisher() && role == kPublisherRole) continue;
     const bool is_anothers = std::any_of(
         std::begin(kReplaceable), std::end(kReplaceable),
         [&](const Replaceable& process) { return role == process.role && options.IsWithout(process.name); });
@@ -112,6 +129,7 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   const BusRole role(address, kStackRole);
   CheckRolesAreFree(address, options);
   SayWhatIsMissing(options);
+  AskLaser(options, command_line);
   Signals signals;
   ResultsFolder folder(command_line.settings().out, options.earlier);
   const bool success = Supervisor(PlanStack(command_line, options, folder), folder, signals).Run();

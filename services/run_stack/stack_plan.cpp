@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "services/runtime/bus.hpp"
+#include "services/sources/devices/live_laser.hpp"
 
 namespace crsm {
 namespace {
@@ -54,6 +55,8 @@ std::vector<std::string> operator+(std::vector<std::string> words, const std::ve
 
 }  // namespace
 
+bool StackOptions::is_live() const { return !has_publisher() || ParseDevice(source); }
+
 StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options, const ResultsFolder& folder) {
   const Settings& settings = command_line.settings();
   const Planner planner(command_line, folder);
@@ -81,10 +84,12 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   if (std::count(options.outputs.begin(), options.outputs.end(), kMbot) > 0) {
     plan.services.push_back(planner.Plan("mbot_publisher", FlagsOfMbotPublisher(), {}));
   }
-  if (!options.is_live()) {
+  plan.live = options.is_live();
+  if (options.has_publisher()) {
     const std::string position = (folder.log_folder() / "laser_publisher.position").string();
-    plan.publisher = planner.Plan("laser_publisher", FlagsOfPublisher(),
-                                  {options.source, "--rate", settings.rate, "--position", position});
+    std::vector<std::string> own{options.source};
+    if (!plan.live) own = own + std::vector<std::string>{"--rate", settings.rate, "--position", position};
+    plan.publisher = planner.Plan("laser_publisher", FlagsOfPublisher(), own);
     plan.publisher->command.log.clear();  // it shows how far it is
     fs::remove(position);
   }

@@ -32,14 +32,16 @@ inline constexpr Replaceable kReplaceable[]{
 
 /// What run_stack is told beside the flags that all programs share.
 struct StackOptions {
-  std::string source;  ///< a log, a simulated world, or kLive
+  std::string source;  ///< a log, a simulated world, a laser, or kLive
   EarlierResults earlier;
   bool strict = false;
   bool view = false;                 ///< with map_viewer
   std::vector<std::string> outputs;  ///< for the programs of others: kMbot
   std::vector<std::string> without;  ///< processes of kReplaceable that another one stands in for
 
-  bool is_live() const { return source == kLive; }
+  bool has_publisher() const { return source != kLive; }
+  /// Scans come at their own pace, of a laser that is ours or of somebody else's driver.
+  bool is_live() const;
   bool IsWithout(const std::string& name) const {
     return std::find(without.begin(), without.end(), name) != without.end();
   }
@@ -56,7 +58,8 @@ struct PlannedService {
 /// What is to be started, and how.
 struct StackPlan {
   std::vector<PlannedService> services;      ///< in the order in which they start
-  std::optional<PlannedService> publisher;   ///< none of a live laser
+  std::optional<PlannedService> publisher;   ///< none where somebody else's driver feeds the bus
+  bool live = false;                         ///< the end is when somebody asks for it
   bool resume = false;                       ///< with the journal that is in the folder already
   std::uintmax_t earlier_journal_bytes = 0;  ///< of which a map is made before all else
 };

@@ -72,9 +72,8 @@ bool Supervisor::Run() {
     SayWhereToLook();
     if (publisher_) {
       Start(*publisher_, false);
-    } else {
-      Say("run_stack: listening; Ctrl-C ends");
     }
+    if (plan_.live) Say(publisher_ ? "run_stack: mapping; Ctrl-C ends" : "run_stack: listening; Ctrl-C ends");
     WaitForEnd();
     if (!failed_) ReviveAll();
   }
@@ -121,9 +120,8 @@ void Supervisor::WaitForEnd() {
     for (Member& service : services_) {
       if (!service.IsRunning() && !StartAgain(service)) return;
     }
-    if (!publisher_) {
-      ShowProgress();
-    } else if (!publisher_->IsRunning()) {
+    if (plan_.live) ShowProgress();
+    if (publisher_ && !publisher_->IsRunning()) {
       if (publisher_->child->EndedWell() || !StartAgain(*publisher_)) return;
     }
     Wait(kLookEvery);
@@ -231,7 +229,7 @@ void Supervisor::Report(const Member& member, const std::string& what) {
   for (const std::string& line : lines) Say(line);
 }
 
-/// Of a live laser; a publisher shows how far it is itself.
+/// Of what is live; the publisher of a log shows how far it is itself.
 void Supervisor::ShowProgress() {
   if (Clock::now() < next_progress_) return;
   next_progress_ = Clock::now() + seconds(5);

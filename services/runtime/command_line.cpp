@@ -269,6 +269,12 @@ void CommandLine::Adopt(const std::vector<std::pair<std::string, std::string>>& 
   }
 }
 
+void CommandLine::SetUnlessSaid(const std::string& key, const std::string& text) {
+  if (said_by_.count(key) > 0 || WasGiven(key)) return;
+  SetValue(key, {WrittenValue::Kind::kFlag, text}, parameters_, settings_);
+  flags_.emplace_back(key, text);
+}
+
 bool CommandLine::Has(const std::string& key) const { return app_->get_option_no_throw(FlagOf(key)) != nullptr; }
 
 bool CommandLine::WasGiven(const std::string& key) const {

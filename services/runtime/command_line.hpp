@@ -42,6 +42,10 @@ class CommandLine {
   /// `map_name`.
   void Adopt(const std::vector<std::pair<std::string, std::string>>& of_map, const std::string& map_name);
 
+  /// Gives a parameter a value that a flag would say, unless a flag, a preset, a profile, a configuration file or a map
+  /// has given it one.
+  void SetUnlessSaid(const std::string& key, const std::string& text);
+
   /// Whether a parameter or setting was a flag on this command line.
   bool WasGiven(const std::string& key) const;
 

@@ -261,6 +261,19 @@ TEST_CASE("a flag that is wrong is refused in one line that names it and the men
   CheckRefused(Program({"--rays-min", "50", "--rays-max", "40"}), "rays_min: 50 is more than rays_max, 40");
 }
 
+TEST_CASE("what a laser says of itself holds where nobody has said otherwise, and is handed on") {
+  Program silent({});
+  silent.line.SetUnlessSaid("sweep_s", "0.075");
+  CHECK(silent.parameters().scan.sweep_s == 0.075);
+  CHECK(silent.line.WordsFor({{ParameterGroup::kScan}, {}}) == std::vector<std::string>{"--sweep-s", "0.075"});
+  Program flagged({"--sweep-s", "0.1"});
+  flagged.line.SetUnlessSaid("sweep_s", "0.075");
+  CHECK(flagged.parameters().scan.sweep_s == 0.1);
+  Program preset({"--preset", "rplidar-a1"});
+  preset.line.SetUnlessSaid("sweep_s", "0.075");
+  CHECK(preset.parameters().scan.sweep_s == 0.15);
+}
+
 TEST_CASE("a start is three numbers, or none") {
   CHECK_FALSE(Program({}).parameters().match.start);
   CHECK_FALSE(Program({"--start", ""}).parameters().match.start);
