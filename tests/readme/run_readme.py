@@ -36,6 +36,9 @@ UNRUN = {  # by how a command begins
     "sudo apt": "as scripts/packages",
     "scripts/spy": "needs a screen",
     "sudo systemctl": "needs a running systemd; tests/service/systemd_test.cpp reads the units",
+    "scripts/run_stack hokuyo": "needs the laser; tests/emulators has one",
+    "scripts/run_stack rplidar": "needs the laser; tests/emulators has one",
+    "scripts/run_stack sick": "needs the laser; tests/emulators has one",
     "ip route": "needs another host; scripts/fault hosts has three",
     "sysctl": "is for the whole machine",
 }

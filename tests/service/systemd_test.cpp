@@ -12,7 +12,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::vector<std::string> kUnits{"crsm-ray-selector.service",
+const std::vector<std::string> kUnits{"crsm-laser-publisher.service",
+                                      "crsm-ray-selector.service",
                                       "crsm-rrhc-matcher.service",
                                       "crsm-map-updater.service",
                                       "crsm-loop-closer.service",
@@ -77,21 +78,22 @@ TEST_CASE("the units hear and reach this host and multicast, and no other addres
 TEST_CASE("the command of each unit starts its service, the updater's without and with a journal") {
   const TemporaryFolder folder;
   const std::string url = MakeBusUrl();
-  for (const std::string service :
-       {"ray_selector", "rrhc_matcher", "map_updater", "loop_closer", "map_exporter", "map_viewer", "map_updater"}) {
+  for (const std::string service : {"laser_publisher", "ray_selector", "rrhc_matcher", "map_updater", "loop_closer",
+                                    "map_exporter", "map_viewer", "map_updater"}) {
     std::string unit = "crsm-" + service + ".service";
     std::replace(unit.begin(), unit.end(), '_', '-');
     const fs::path state = folder / ValueOf("StateDirectory", unit);
     fs::create_directories(state);
     const std::string own_flags = service == "map_viewer" ? " --http 127.0.0.1:0" : "";  // 8765 may be in use
     const std::string start_before = ValueOf("ExecStartPre", unit);
-    Process process("/bin/sh",
-                    {"-ec", "export LCM_DEFAULT_URL='" + url +
-                                "' CRSM_FLAGS='--preset sick --channel-prefix robot1/'; "
-                                "export STATE_DIRECTORY=" +
-                                state.string() + "; " + start_before + (start_before.empty() ? "" : "; ") +
-                                "exec " CRSM_BIN_DIR "/" + ValueOf("ExecStart", unit) + own_flags},
-                    folder / "log");
+    Process process(
+        "/bin/sh",
+        {"-ec", "export LCM_DEFAULT_URL='" + url +
+                    "' CRSM_FLAGS='--preset sick --channel-prefix robot1/' CRSM_LASER=sick:tcp://127.0.0.1:9; "
+                    "export STATE_DIRECTORY=" +
+                    state.string() + "; " + start_before + (start_before.empty() ? "" : "; ") +
+                    "exec " CRSM_BIN_DIR "/" + ValueOf("ExecStart", unit) + own_flags},
+        folder / "log");
     WaitUntil([&] { return process.errors().find(": ready") != std::string::npos || !process.IsRunning(); });
     INFO(service << ": " << process.errors());
     CHECK(process.IsRunning());
