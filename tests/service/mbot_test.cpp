@@ -4,7 +4,7 @@
 #include <mbot_lcm_msgs/pose2D_t.hpp>
 
 #include "catch.hpp"
-#include "common/results/read_results.hpp"
+#include "common/logs/read_map.hpp"
 #include "processes.hpp"
 
 using namespace crsm;
