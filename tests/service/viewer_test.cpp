@@ -47,22 +47,30 @@ std::map<TileIndex, TileBytes> AskOwner(const std::string& url) {
   return tiles;
 }
 
-/// Answers as the owner of a map without tiles, which knows these matches by now.
-void AnswerAsOwner(TestBus& bus, const std::int64_t& epoch, const std::vector<scan_match_t>& known) {
+/// What the owner of a map without tiles knows by now.
+struct Owner {
+  std::int64_t epoch = 0;
+  std::vector<scan_match_t> matches = {};
+  std::vector<map_loop_t> loops = {};
+};
+
+void AnswerAs(const Owner& owner, TestBus& bus) {
   bus->Subscribe<map_request_t>(kMapRequestChannel, [&](const map_request_t& request) {
-    const bool goes_on = request.epoch == epoch;
+    const bool goes_on = request.epoch == owner.epoch;
     map_delta_t answer{};
-    answer.epoch = epoch;
-    answer.version = std::ssize(known);
+    answer.epoch = owner.epoch;
+    answer.version = std::ssize(owner.matches);
     answer.base_version = goes_on ? request.base_version : 0;
     answer.cell_size_m = 0.05;
     answer.num_parts = 1;
     answer.recipient = request.requester;
     answer.asked_utime = -1;
     answer.next_tile = -1;
-    answer.matches.assign(known.begin() + (goes_on ? request.first_match : 0), known.end());
+    answer.matches.assign(owner.matches.begin() + (goes_on ? request.first_match : 0), owner.matches.end());
     answer.num_matches = static_cast<std::int32_t>(answer.matches.size());
-    answer.next_match = static_cast<std::int32_t>(known.size());
+    answer.next_match = static_cast<std::int32_t>(owner.matches.size());
+    answer.loops = owner.loops;
+    answer.num_loops = static_cast<std::int32_t>(answer.loops.size());
     bus->Publish(kWholeMapChannel, answer);
   });
 }
@@ -201,9 +209,8 @@ TEST_CASE("the robot stays on the map that is shown, whichever of the two maps a
   REQUIRE(viewer.AwaitReady());
   Page page(viewer.port());
   TestBus bus(url);
-  std::vector<scan_match_t> put_right;  // as the owner of the map knows by now
-  std::int64_t epoch = 99;
-  AnswerAsOwner(bus, epoch, put_right);
+  Owner owner{99};
+  AnswerAs(owner, bus);
   const auto Say = [&](std::int64_t utime, double matched_x_m, double local_x_m) {
     scan_match_t match = MatchOf(utime);
     match.x_m = matched_x_m;
@@ -219,8 +226,8 @@ TEST_CASE("the robot stays on the map that is shown, whichever of the two maps a
   };
   Say(1, 10.0, 10.0);
   CHECK(Shows(1, 10.0));  // nothing else is known
-  put_right.push_back(MatchOf(1));
-  put_right[0].x_m = 15.0;
+  owner.matches.push_back(MatchOf(1));
+  owner.matches[0].x_m = 15.0;
   REQUIRE(page.Await([&] {
     bus->Wait(1);
     return page->version == 1;
@@ -239,38 +246,19 @@ TEST_CASE("what a run leaves, its loops and its path, is not shown of the next o
   REQUIRE(viewer.AwaitReady());
   Page page(viewer.port());
   TestBus bus(url);
-  std::vector<scan_match_t> known{MatchOf(1), MatchOf(2)};
-  known[1].x_m = 3.0;
-  std::int64_t epoch = 7;
-  AnswerAsOwner(bus, epoch, known);
-  keyframe_t keyframe{};
-  keyframe.epoch = epoch;
-  keyframe.as_of = keyframe.last_update = -1;
-  pose_graph_t loop{};
-  loop.utime = keyframe.utime = 1;
-  loop.epoch = epoch;
-  loop.keyframe = 1;
-  loop.previous = loop.ties_wrong_from = -1;
-  loop.changed = 1;
-  loop.num_parts = loop.num_closed = 1;
-  loop.closed = {{0, 1, {}}};
+  Owner owner{7, {MatchOf(1), MatchOf(2)}, {map_loop_t{}}};
+  owner.matches[1].x_m = 3.0;
+  AnswerAs(owner, bus);
   const auto Shows = [&](std::size_t num_loops, std::size_t num_points) {
     return page.Await([&] {
       bus->Wait(1);
       return page->info.contains("loops") && page->info["loops"].size() == num_loops && page->path.size() == num_points;
     });
   };
-  for (const scan_match_t& match : known) {
-    keyframe.utime = match.utime;
-    bus->Publish(kKeyframeChannel, keyframe);
-    ++keyframe.keyframe;
-  }
-  bus->Publish(kPoseGraphChannel, loop);
   REQUIRE(Shows(1, 2));
 
-  known = {MatchOf(1)};  // of another log, which has the same utimes
-  epoch = 8;
-  bus->Publish(kScanMatchChannel, known[0]);
+  owner = {8, {MatchOf(1)}};  // of another log, which has the same utimes
+  bus->Publish(kScanMatchChannel, owner.matches[0]);
   CHECK(Shows(0, 1));
 }
 
