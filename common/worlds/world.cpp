@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -16,15 +15,10 @@
 #include "common/scan/laser_scan.hpp"
 #include "common/worlds/built_in_worlds.hpp"
 #include "common/worlds/campus.hpp"
+#include "common/worlds/read_number.hpp"
 
 namespace crsm {
 namespace {
-
-struct Field {
-  const char* name;
-  double min;
-  double max;
-};
 
 using Keys = std::map<std::string, std::vector<Field>>;
 
@@ -86,22 +80,6 @@ std::vector<std::string> NamesOf(const Map& map) {
   std::vector<std::string> names;
   for (const auto& entry : map) names.push_back(entry.first);
   return names;
-}
-
-std::optional<double> ToNumber(const std::string& word) {
-  double number = 0.0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-  if (error != std::errc{} || end != word.data() + word.size()) return std::nullopt;
-  return number;
-}
-
-double ReadNumber(const std::string& place, const std::string& key, const Field& field, const std::string& word) {
-  const std::optional<double> number = ToNumber(word);
-  if (!number || !(*number >= field.min && *number <= field.max)) {
-    throw std::runtime_error(fmt::format("{}: {} {} is '{}', must be a number from {} to {}", place, key, field.name,
-                                         word, field.min, field.max));
-  }
-  return *number;
 }
 
 /// The numbers after `key`, each in its range. `place` is file:line.
@@ -210,6 +188,41 @@ void CheckLeg(const std::vector<Wall>& walls, const Point& from, const Point& to
   }
 }
 
+World::Laser MakeLaser(const std::string& place, const std::vector<double>& numbers, const Options& options) {
+  if (numbers[1] != std::floor(numbers[1])) {
+    throw std::runtime_error(fmt::format("{}: laser beams is {}, must be a whole number", place, numbers[1]));
+  }
+  return {numbers[0] * kPi / 180.0,
+          static_cast<int>(numbers[1]),
+          numbers[2],
+          numbers[3],
+          numbers[4],
+          options.Get("dropout", 0.0),
+          options.Get("quantum_m", 0.0),
+          options.Get("sweep_s", 0.0),
+          options.Get("angle_scale", 1.0)};
+}
+
+/// Throws unless there is something to see, and a way that can be driven. counts: of lines by their keys.
+/// waypoint_places: where the points of the path stand in the file.
+void Check(const World& world, const std::map<std::string, int>& counts,
+           const std::vector<std::string>& waypoint_places, const std::string& name) {
+  for (const char* key : {"laser", "speed"}) {
+    if (counts.count(key) == 0) throw std::runtime_error(fmt::format("{}: no line '{}'", name, Usage(key)));
+  }
+  if (world.walls.empty())
+    throw std::runtime_error(fmt::format("{}: no wall and no box; there is nothing to see", name));
+  if (world.path.size() < 2) {
+    throw std::runtime_error(fmt::format("{}: {} waypoints, must be two or more", name, world.path.size()));
+  }
+  std::vector<Wall> lasting;
+  std::copy_if(world.walls.begin(), world.walls.end(), std::back_inserter(lasting),
+               [](const Wall& wall) { return wall.stay.IsAlways(); });
+  for (std::size_t i = 1; i < world.path.size(); ++i) {
+    CheckLeg(lasting, world.path[i - 1], world.path[i], waypoint_places[i]);
+  }
+}
+
 }  // namespace
 
 World ParseWorld(const std::string& text, const std::string& name) {
@@ -243,37 +256,13 @@ World ParseWorld(const std::string& text, const std::string& name) {
     } else if (counts[key] > 1) {
       throw std::runtime_error(fmt::format("{}: a second '{}' line; there must be one", place, key));
     } else if (key == "laser") {
-      if (numbers[1] != std::floor(numbers[1])) {
-        throw std::runtime_error(fmt::format("{}: laser beams is {}, must be a whole number", place, numbers[1]));
-      }
-      world.laser = {numbers[0] * kPi / 180.0,
-                     static_cast<int>(numbers[1]),
-                     numbers[2],
-                     numbers[3],
-                     numbers[4],
-                     options.Get("dropout", 0.0),
-                     options.Get("quantum_m", 0.0),
-                     options.Get("sweep_s", 0.0),
-                     options.Get("angle_scale", 1.0)};
+      world.laser = MakeLaser(place, numbers, options);
     } else {
       world.linear_m_s = numbers[0];
       world.angular_rad_s = numbers[1];
     }
   }
-  for (const char* key : {"laser", "speed"}) {
-    if (counts[key] == 0) throw std::runtime_error(fmt::format("{}: no line '{}'", name, Usage(key)));
-  }
-  if (world.walls.empty())
-    throw std::runtime_error(fmt::format("{}: no wall and no box; there is nothing to see", name));
-  if (world.path.size() < 2) {
-    throw std::runtime_error(fmt::format("{}: {} waypoints, must be two or more", name, world.path.size()));
-  }
-  std::vector<Wall> lasting;
-  std::copy_if(world.walls.begin(), world.walls.end(), std::back_inserter(lasting),
-               [](const Wall& wall) { return wall.stay.IsAlways(); });
-  for (std::size_t i = 1; i < world.path.size(); ++i) {
-    CheckLeg(lasting, world.path[i - 1], world.path[i], waypoint_places[i]);
-  }
+  Check(world, counts, waypoint_places, name);
   return world;
 }
 
