@@ -7,6 +7,7 @@ final class MapPage {
   private static final int MOST_TILES = 4096;
   private static final int MOST_MATCHES = 1024;
   private static final int MOST_PARTS = 4096;
+  private static final int MOST_LOOPS = 200;
   private static final int MOST_RUN_BYTES = TileMap.TILE_CELLS + 4;
 
   /** Changed cells of one tile, in runs as crsm_map_tile_t.lcm describes them. */
@@ -48,8 +49,22 @@ final class MapPage {
     page.matches = new ScanMatch[reader.readInt(0, MOST_MATCHES)];
     for (int i = 0; i < page.matches.length; ++i) page.matches[i] = ScanMatch.read(reader);
     for (int i = 0; i < 3; ++i) reader.readInt(0, 0);  // num_asked, num_moved, num_tracking
+    skipLoops(reader);
     reader.end();
     return page;
+  }
+
+  /** The view does not draw them. */
+  private static void skipLoops(MessageReader reader) throws MessageReader.Malformed {
+    int num_loops = reader.readInt(0, MOST_LOOPS);
+    for (int i = 0; i < num_loops; ++i) {
+      for (int pose = 0; pose < 2; ++pose) {
+        reader.readCoordinateM();
+        reader.readCoordinateM();
+        reader.readAngleRad();
+      }
+      reader.readByte();  // taken_out
+    }
   }
 
   private static TileChange[] readTiles(MessageReader reader) throws MessageReader.Malformed {

@@ -188,7 +188,8 @@ class LasersTest(unittest.TestCase):
                 # Ready and a first scan, twice: what was sent before went out while nobody was there, maybe.
                 await_condition(lambda run=run: run.said().count("\n") >= 4, run.said())
                 run.emulator.forget(len(run.emulator.sent))
-                run.conclude(self)
+                # A terminal keeps what nobody has read: now and then a scan that is written meanwhile does not get through.
+                run.conclude(self, may_miss=1 if pty else 0)
 
     def test_unplugged_and_plugged_in_again_it_is_said_and_goes_on(self):
         for name, pty, said in (("hokuyo", False, "refuses port"), ("hokuyo", True, "there is no /"),

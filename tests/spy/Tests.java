@@ -2,6 +2,7 @@ package crsm.spy;
 
 import crsm.critical_rays_t;
 import crsm.map_delta_t;
+import crsm.map_loop_t;
 import crsm.map_tile_t;
 import crsm.pose2_t;
 import crsm.scan_match_t;
@@ -84,7 +85,16 @@ final class Tests {
     return tile;
   }
 
-  /** A page with these tiles and matches, the first and the last of version 1. */
+  static map_loop_t loop(double x_m, int taken_out) {
+    map_loop_t loop = new map_loop_t();
+    loop.T_map_older = new pose2_t();
+    loop.T_map_newer = new pose2_t();
+    loop.T_map_newer.x_m = x_m;
+    loop.taken_out = (byte) taken_out;
+    return loop;
+  }
+
+  /** A page with these tiles and matches, and two loops, the first and the last of version 1. */
   static map_delta_t page(long recipient, map_tile_t[] tiles, scan_match_t[] matches) {
     map_delta_t page = new map_delta_t();
     page.epoch = 11;
@@ -102,6 +112,8 @@ final class Tests {
     page.asked = new scan_match_t[0];
     page.T_new_old = new pose2_t[0];
     page.tracking = new tracking_state_t[0];
+    page.num_loops = 2;
+    page.loops = new map_loop_t[] {loop(1, 0), loop(2, 1)};
     return page;
   }
 
