@@ -27,6 +27,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   DecodeAsEach<bot_core::planar_lidar_t, sweep_t, bot_core::pose_t, critical_rays_t, scan_match_t, tracking_state_t,
                map_delta_t, map_request_t, service_status_t, journal_head_t, journal_check_t>({data, size});
   DescribeRefusedLaser({data, size});
-  for (const auto& [fingerprint, type] : LaserTypes()) type.decode({data, size});
+  ScanParameters counter_clockwise;
+  counter_clockwise.botlab_clockwise = false;
+  for (const auto& [fingerprint, type] : LaserTypes()) {
+    type.decode({data, size}, {});
+    type.decode({data, size}, counter_clockwise);
+  }
   return 0;
 }
