@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdint>
 #include <optional>
 #include <stdexcept>
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "common/math/format_number.hpp"
+#include "common/math/parse_number.hpp"
 #include "common/parameters.hpp"
 
 namespace crsm {
@@ -21,15 +21,6 @@ struct WrittenValue {
   enum class Kind { kFlag, kNumber, kBoolean, kString, kOther } kind;
   std::string text;
 };
-
-/// The number that the whole of a text is.
-template <class Number>
-std::optional<Number> ParseNumber(const std::string& text) {
-  Number number{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
 
 /// "a, b, c".
 template <class Names>

@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <iterator>
 #include <stdexcept>
 #include <string_view>
 
 #include "common/logs/gzip_file.hpp"
+#include "common/math/parse_number.hpp"
 
 namespace crsm {
 
@@ -23,9 +23,9 @@ bool ParseNumbers(std::string_view text, std::array<double, 8>& numbers) {
   for (double& number : numbers) {
     text.remove_prefix(std::min(text.find_first_not_of(kBlanks), text.size()));
     const std::string_view word = text.substr(0, text.find_first_of(kBlanks));
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-    if (error != std::errc{} || end != word.data() + word.size()) return false;
-    if (!(std::abs(number) <= kMaxNumber)) return false;  // NaN too
+    const auto read = ParseNumber<double>(word);
+    if (!read || !(std::abs(*read) <= kMaxNumber)) return false;  // NaN too
+    number = *read;
     text.remove_prefix(word.size());
   }
   return text.find_first_not_of(kBlanks) == std::string_view::npos;

@@ -5,7 +5,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "common/set_parameter.hpp"
+#include "common/math/parse_number.hpp"
 
 namespace crsm {
 

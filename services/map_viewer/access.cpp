@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <random>
 
+#include "common/math/parse_number.hpp"
 #include "services/runtime/usage_error.hpp"
 
 namespace crsm {
@@ -26,13 +26,6 @@ bool IsIpv4(const std::string& host) {
 bool IsIpv6(const std::string& host) {
   in6_addr address{};
   return inet_pton(AF_INET6, host.c_str(), &address) == 1;
-}
-
-std::optional<std::uint16_t> ParsePort(std::string_view text) {
-  std::uint16_t port = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
-  if (text.empty() || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return port;
 }
 
 struct HostAndPort {
@@ -76,7 +69,7 @@ std::string NameOfThisHost() {
 
 HttpAddress ParseHttpAddress(const std::string& text) {
   const auto [host, port_text] = Split(text);
-  const auto port = port_text ? ParsePort(*port_text) : std::nullopt;
+  const auto port = port_text ? ParseNumber<std::uint16_t>(*port_text) : std::nullopt;
   const std::string address = host == "localhost" ? "127.0.0.1" : host;
   if (!port || !(IsIpv4(address) || IsIpv6(address))) {
     throw UsageError(fmt::format("--http: '{}' is not ADDRESS:PORT, as in 127.0.0.1:8765 or 0.0.0.0:8765", text));
@@ -97,7 +90,7 @@ std::string DrawToken() {
 bool Access::AllowsHost(std::string_view text) const {
   const auto [given, port] = Split(text);
   const std::string host = ToLower(given);
-  if (host.empty() || (port && !ParsePort(*port))) return false;
+  if (host.empty() || (port && !ParseNumber<std::uint16_t>(*port))) return false;
   if (IsLoopback(host)) return true;
   return !is_loopback_ && (IsIpv4(host) || IsIpv6(host) || host == NameOfThisHost());
 }

@@ -1,9 +1,9 @@
 #include "services/map_viewer/site.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 
+#include "common/math/parse_number.hpp"
 #include "services/map_viewer/foxglove_feed.hpp"
 #include "services/map_viewer/foxglove_scene.hpp"
 #include "services/map_viewer/page_feed.hpp"
@@ -35,10 +35,7 @@ WebPage FindFile(const WebRequest& request) {
 
 /// 0 where the query has no such number.
 std::int64_t FindNumber(const WebRequest& request, std::string_view key) {
-  const std::string_view text = FindInQuery(request.target, key).value_or("");
-  std::int64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc() && end == text.data() + text.size() ? number : 0;
+  return ParseNumber<std::int64_t>(FindInQuery(request.target, key).value_or("")).value_or(0);
 }
 
 bool Knows(const WebRequest& request, std::string_view subprotocol) {

@@ -8,17 +8,12 @@
 
 #include "services/runtime/laser_types.hpp"
 #include "services/runtime/message_types.hpp"
+#include "services/runtime/printable.hpp"
 
 namespace crsm {
 namespace {
 
 constexpr std::size_t kMostChannels = 20;  // that are told of: the names come from the network
-
-std::string Printable(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-  return text;
-}
 
 /// Whether a channel is one of the stack's own, on which no laser can be.
 bool IsOurs(const std::string& channel) {
@@ -82,7 +77,7 @@ void LaserWatch::Poll() {
 }
 
 void LaserWatch::SayOf(const std::string& complaint) const {
-  Say(fmt::format("{}: {}: {}", service_.name(), Printable(channel_), complaint));
+  Say(fmt::format("{}: {}: {}", service_.name(), MakePrintable(channel_), complaint));
 }
 
 /// The sockets that we have hear no other channel. For a moment this one hears all.
@@ -104,19 +99,19 @@ std::string LaserWatch::DescribeOtherChannel(const std::string& channel) const {
   const std::string name = channel_.substr(prefix.size());
   if (channel.ends_with(name)) {
     return fmt::format("is it this one: --channel-prefix \"{}\"?",
-                       Printable(channel.substr(0, channel.size() - name.size())));
+                       MakePrintable(channel.substr(0, channel.size() - name.size())));
   }
-  if (!channel.starts_with(prefix)) return fmt::format("is it {}, with no --channel-prefix?", Printable(channel));
-  return fmt::format("is it this one: --laser-channel \"{}\"?", Printable(channel.substr(prefix.size())));
+  if (!channel.starts_with(prefix)) return fmt::format("is it {}, with no --channel-prefix?", MakePrintable(channel));
+  return fmt::format("is it this one: --laser-channel \"{}\"?", MakePrintable(channel.substr(prefix.size())));
 }
 
 std::string LaserWatch::DescribeBus() const {
   if (!all_channels_) return "lcm-spy shows what is on this bus; does the laser's driver run, with the same --lcm-url?";
   if (heard_.empty()) return "nothing else is on this bus: does the laser's driver run, with the same --lcm-url?";
   std::vector<std::string> listed;
-  std::string mend = fmt::format("the laser's driver must publish on {}", Printable(channel_));
+  std::string mend = fmt::format("the laser's driver must publish on {}", MakePrintable(channel_));
   for (const auto& [channel, fingerprint] : heard_) {
-    listed.push_back(fmt::format("{} ({})", Printable(channel), NameOfType(fingerprint)));
+    listed.push_back(fmt::format("{} ({})", MakePrintable(channel), NameOfType(fingerprint)));
     if (FindLaserType(fingerprint)) mend = DescribeOtherChannel(channel);
   }
   return fmt::format("on this bus are {}: {}", fmt::join(listed, ", "), mend);

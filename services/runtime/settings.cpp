@@ -3,30 +3,20 @@
 #include <fmt/core.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <sstream>
 #include <vector>
 
+#include "common/math/parse_number.hpp"
 #include "services/runtime/usage_error.hpp"
 
 namespace crsm {
-namespace {
-
-std::optional<double> ParseNumber(const std::string& text) {
-  double number = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
-}  // namespace
 
 double ParseRate(const std::string& text) {
   constexpr double kAsFastAsMapped = 0.0;
   constexpr double kFastest = 1e6;
   if (text == "max") return kAsFastAsMapped;
-  const auto rate = ParseNumber(text);
+  const auto rate = ParseNumber<double>(text);
   if (!rate || !(*rate > 0.0 && *rate <= kFastest)) {
     throw UsageError(fmt::format("--rate: '{}' is neither max nor a number above 0", text));
   }
@@ -39,7 +29,7 @@ std::optional<Pose2> ParseStart(const std::string& text) {
   std::vector<double> numbers;
   std::stringstream parts(text + ",");
   for (std::string part; std::getline(parts, part, ',');) {
-    const auto number = ParseNumber(part);
+    const auto number = ParseNumber<double>(part);
     if (number && std::abs(*number) <= kFarthest) numbers.push_back(*number);  // false for NaN
   }
   if (numbers.size() != 3 || std::count(text.begin(), text.end(), ',') != 2) {

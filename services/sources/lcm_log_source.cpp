@@ -12,7 +12,7 @@
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/laser_types.hpp"
 #include "services/runtime/message_types.hpp"
-#include "services/sources/printable.hpp"
+#include "services/runtime/printable.hpp"
 
 namespace crsm {
 

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <map>
 #include <stdexcept>
+
+#include "common/math/parse_number.hpp"
 
 namespace crsm {
 namespace {
@@ -45,10 +46,9 @@ std::optional<std::pair<std::string, int>> SplitName(const fs::path& file) {
   const std::string stem = file.stem().string();
   const std::size_t line = stem.rfind('_');
   if (line == std::string::npos) return std::nullopt;
-  int number = 0;
-  const auto [end, error] = std::from_chars(stem.data() + line + 1, stem.data() + stem.size(), number);
-  if (error != std::errc{} || end != stem.data() + stem.size()) return std::nullopt;
-  return std::pair(stem.substr(0, line) + file.extension().string(), number);
+  const auto number = ParseNumber<int>(std::string_view(stem).substr(line + 1));
+  if (!number) return std::nullopt;
+  return std::pair(stem.substr(0, line) + file.extension().string(), *number);
 }
 
 /// By the names of the files.

@@ -6,9 +6,9 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "services/runtime/printable.hpp"
 #include "services/sources/bags/decompress.hpp"
 #include "services/sources/bags/scan_messages.hpp"
-#include "services/sources/printable.hpp"
 
 namespace crsm {
 namespace {

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <csignal>
 #include <thread>
 
+#include "common/math/parse_number.hpp"
 #include "common/math/trigonometry.hpp"
 #include "services/runtime/service.hpp"
 #include "services/runtime/usage_error.hpp"
@@ -24,14 +24,6 @@ std::int64_t Microseconds(Duration duration) {
   return std::chrono::duration_cast<std::chrono::microseconds>(duration).count();
 }
 
-/// The number behind the last colon of "/dev/ttyUSB0:256000"; nothing if there is none, as in paths by-path.
-std::optional<int> ParseBaud(std::string_view text) {
-  int baud = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), baud);
-  if (text.empty() || error != std::errc() || end != text.data() + text.size()) return std::nullopt;
-  return baud;
-}
-
 [[noreturn]] void RefuseAddress(const std::string& name, const std::string& expected) {
   throw UsageError(fmt::format("{}: {}", name, expected));
 }
@@ -45,7 +37,7 @@ void ParseTcp(const std::string& name, std::string_view text, DeviceAddress& add
   if (address.host.starts_with('[') && address.host.ends_with(']')) {
     address.host = address.host.substr(1, address.host.size() - 2);
   }
-  const auto port = ParseBaud(address.port);
+  const auto port = ParseNumber<int>(address.port);
   if (address.host.empty() || !port || *port < 1 || *port > 65535) {
     RefuseAddress(name, fmt::format("is not {}:tcp://HOST:PORT with a port from 1 to 65535", address.kind->name));
   }
@@ -54,7 +46,8 @@ void ParseTcp(const std::string& name, std::string_view text, DeviceAddress& add
 void ParseSerialPort(const std::string& name, std::string_view text, DeviceAddress& address) {
   constexpr int kFastest = 4000000;
   const std::size_t colon = text.rfind(':');
-  const auto baud = colon == std::string_view::npos ? std::nullopt : ParseBaud(text.substr(colon + 1));
+  // There may be none, and colons all the same, as in paths by-path.
+  const auto baud = colon == std::string_view::npos ? std::nullopt : ParseNumber<int>(text.substr(colon + 1));
   address.path = std::string(baud ? text.substr(0, colon) : text);
   address.baud = baud.value_or(0);
   if (baud && (*baud < 50 || *baud > kFastest)) RefuseAddress(name, "its baud rate is not from 50 to 4000000");

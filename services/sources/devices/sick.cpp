@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "services/runtime/printable.hpp"
 #include "services/sources/devices/cola.hpp"
 #include "services/sources/devices/laser_device.hpp"
 #include "services/sources/devices/wrapping_clock.hpp"
@@ -81,10 +82,8 @@ class Sick : public LaserDevice {
 
   /// "sRA DeviceIdent 10 LMS10x_FieldEval 10 V1.36-21.10.2010": each text behind its length, in hexadecimal.
   static std::string Describe(const std::string& identity) {
-    std::string text = identity.substr(std::min(identity.size(), std::string("sRA DeviceIdent ").size()));
-    for (char& letter : text) {
-      if (letter < ' ' || letter > '~') letter = '?';
-    }
+    const std::string text =
+        MakePrintable(identity.substr(std::min(identity.size(), std::string("sRA DeviceIdent ").size())));
     const std::size_t name = text.find(' ');
     return name == std::string::npos ? text : text.substr(name + 1);
   }

@@ -5,6 +5,9 @@
 
 namespace crsm {
 
+/// What others wrote, for people: bytes that cannot be printed as '?'.
+std::string MakePrintable(std::string text);
+
 /// Names that stand in a file, for people: "ENCODERS, LASER", bytes that cannot be printed as '?', at most 20; "none"
 /// of none.
 std::string ListPrintable(const std::vector<std::string>& names);
