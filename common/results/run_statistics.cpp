@@ -20,6 +20,8 @@ constexpr std::size_t kLeastSampled = 20;
 constexpr double kFar_m = 0.4;
 constexpr double kFar_rad = 0.25;
 
+constexpr std::int64_t kMostByChance = 3;  // scans in a row of an open way that something seems to hold
+
 ValidRays Thin(const ValidRays& rays) {
   const std::size_t step = (rays.size() + kMostRays - 1) / kMostRays;
   ValidRays some;
@@ -50,7 +52,7 @@ void RunStatistics::Add(const ScanMatch& match) {
     return;
   }
   num_lost_in_a_row_ = 0;
-  if (match.state == MatchState::kDegenerate) ++values_.degenerate;
+  CountOpen(match);
   if (match.state != MatchState::kFirst) {
     fitness_sum_ += match.fitness;
     ++num_fitnesses_;
@@ -103,6 +105,17 @@ RunStatistics::Sampled* RunStatistics::FindSampled(std::int64_t utime) {
     sampled_.erase(last);
   }
   return &sampled_[hash];
+}
+
+void RunStatistics::CountOpen(const ScanMatch& match) {
+  const bool degenerate = match.state == MatchState::kDegenerate;
+  if (degenerate) ++values_.degenerate;
+  if (degenerate && !match.T_odom_robot) {
+    num_since_open_ = 0;
+    values_.longest_open = std::max(values_.longest_open, ++num_open_in_a_row_);
+  } else if (++num_since_open_ > kMostByChance) {
+    num_open_in_a_row_ = 0;
+  }
 }
 
 void RunStatistics::AddStep(const ScanMatch& from, const ScanMatch& to) {

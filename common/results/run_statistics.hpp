@@ -33,6 +33,7 @@ class RunStatistics {
     std::int64_t longest_lost = 0;  ///< most scans that were lost in a row
     std::int64_t steps = 0;         ///< pairs of scans in a row that were matched
     std::int64_t far_steps = 0;     ///< those between which the laser moved by more than 0.4 m or 0.25 rad
+    std::int64_t longest_open = 0;  ///< most degenerate scans in a row, without odometry
     double mean_fitness = 0.0;      ///< of the matched scans, [0, 1]; 0 if there are none
     bool finished_map = false;      ///< scans were localised, and changed nothing
     /// How the turns, and the ways, by odometry go with those by the laser, [-1, 1]; -1 where they are opposite.
@@ -62,12 +63,15 @@ class RunStatistics {
   };
 
   Sampled* FindSampled(std::int64_t utime);
+  void CountOpen(const ScanMatch& match);
   void AddStep(const ScanMatch& from, const ScanMatch& to);
 
   Values values_;
   double fitness_sum_ = 0.0;
   std::int64_t num_fitnesses_ = 0;
   std::int64_t num_lost_in_a_row_ = 0;
+  std::int64_t num_open_in_a_row_ = 0;
+  std::int64_t num_since_open_ = 0;
   Correlation turns_;
   Correlation ways_;
   std::optional<ScanMatch> previous_;         ///< if it was matched

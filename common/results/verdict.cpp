@@ -33,6 +33,9 @@ constexpr double kManyFarSteps = 0.15;
 // Right: 4. Tracks that were found again elsewhere: 10 to 770.
 constexpr std::int64_t kLongLost = 20;
 
+// Right: 244 at most (killian). A smooth corridor of 40 m, in which the robot seems to stand: 430 to 450.
+constexpr std::int64_t kLongOpen = 300;
+
 constexpr double kOpposite = -0.5;  // of the correlation of two motions
 constexpr double kAcross = 0.5;
 
@@ -108,12 +111,18 @@ void JudgeTrack(Verdict& verdict) {
 void JudgeAxes(Verdict& verdict) {
   const auto& values = verdict.values;
   const double degenerate = Share(values.degenerate, values.scans);
-  if (degenerate <= kMostDegenerate) return;
-  Warn(
-      verdict, Trust::kBad,
-      fmt::format("in {:.0f} % of the scans nothing holds the position along an axis, so lengths are not known: a bare "
-                  "corridor, or likely a wrong --preset or --range-max-m, or ranges in another unit than metres",
-                  100.0 * degenerate));
+  if (degenerate > kMostDegenerate) {
+    Warn(
+        verdict, Trust::kBad,
+        fmt::format("in {:.0f} % of the scans nothing holds the position along an axis, so lengths are not known: a "
+                    "bare corridor, or likely a wrong --preset or --range-max-m, or ranges in another unit than metres",
+                    100.0 * degenerate));
+  } else if (values.longest_open > kLongOpen) {
+    Warn(verdict, Trust::kDoubtful,
+         fmt::format("in {} scans in a row nothing held the position along an axis: unless the robot stood there, the "
+                     "length of its way is not known (--odometry helps)",
+                     values.longest_open));
+  }
 }
 
 void JudgeOdometry(Verdict& verdict) {

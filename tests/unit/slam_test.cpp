@@ -207,7 +207,9 @@ TEST_CASE("a map that was made in a bare corridor without odometry is not to be 
     const Verdict verdict = Judge(drive.statistics, slam.map());
     CHECK(verdict.trust == Trust::kBad);
     for (const std::string& line : FormatVerdict(verdict)) UNSCOPED_INFO(line);
-    CHECK_FALSE(verdict.warnings.empty());
+    CHECK(std::ranges::any_of(verdict.warnings, [](const std::string& warning) {
+      return warning.find("nothing held the position along an axis") != std::string::npos;
+    }));
   }
 }
 

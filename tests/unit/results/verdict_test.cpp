@@ -229,6 +229,37 @@ TEST_CASE("scans that contradict the map are bad") {
   CHECK(Mentions(verdict, "contradict the map: only 40 %"));
 }
 
+TEST_CASE("many scans in a row in which nothing holds the position along an axis are doubtful, unless odometry does") {
+  const auto IsOpen = [](ScanMatch& match) { match.state = MatchState::kDegenerate; };
+  const auto IsHeldByWheels = [&](ScanMatch& match) {
+    match.state = MatchState::kDegenerate;
+    match.T_odom_robot = match.T_map_laser;
+  };
+  Run bare;
+  bare.Add(200);
+  bare.Add(150, IsOpen);
+  bare.Add(3);  // by chance
+  bare.Add(150, IsOpen);
+  CHECK(bare.Judged().trust == Trust::kGood);
+  bare.Add(1, IsOpen);
+  bare.Add(200);
+  CHECK(bare.Judged().trust == Trust::kDoubtful);
+  CHECK(Mentions(bare.Judged(), "in 301 scans in a row nothing held"));
+
+  Run with_a_door;
+  with_a_door.Add(200);
+  with_a_door.Add(200, IsOpen);
+  with_a_door.Add(4);
+  with_a_door.Add(200, IsOpen);
+  with_a_door.Add(200);
+  CHECK(with_a_door.Judged().trust == Trust::kGood);
+
+  Run with_wheels;
+  with_wheels.Add(200);
+  with_wheels.Add(400, IsHeldByWheels);
+  CHECK(with_wheels.Judged().trust == Trust::kGood);
+}
+
 TEST_CASE("loops that were taken out again make a map doubtful, and never better than it was") {
   Run run;
   run.Add(100);
