@@ -129,7 +129,7 @@ class LaserPublisher {
   void PublishUntilMapped(const LaserScan& scan) {
     ExpectMapOf(scan.utime);
     Publish(scan);
-    Backoff resend(std::chrono::duration_cast<Clock::duration>(resend_), std::chrono::seconds(2));
+    Backoff resend(std::chrono::duration_cast<Clock::duration>(resend_));
     resend.Restart(Clock::now());
     while (!mapped_ && !StopRequested()) {
       service_.Spin(20);

@@ -98,7 +98,7 @@ class LoopCloserService {
   KeyframeAnswers answers_;
   std::optional<keyframe_request_t> asked_;
   int lacking_ = -1;  ///< the first keyframe that is, of those that were asked for
-  Backoff backoff_{std::chrono::milliseconds(50), std::chrono::seconds(2)};
+  Backoff backoff_{std::chrono::milliseconds(50)};
   int written_ = 0;  ///< keyframes in graph.g2o
   Clock::time_point next_write_{};
 };

@@ -56,7 +56,7 @@ class LoopCloserLink {
   int looked_through_ = -1;
   GraphUpdateParts parts_;
   RequestLimiter request_limiter_;
-  Backoff backoff_{std::chrono::milliseconds(50), std::chrono::seconds(2)};
+  Backoff backoff_{std::chrono::milliseconds(50)};
 };
 
 }  // namespace crsm

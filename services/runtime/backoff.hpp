@@ -11,8 +11,12 @@ class Backoff {
  public:
   using Clock = std::chrono::steady_clock;
 
+  /// Pauses grow no longer: on a network that loses every third answer, 5 s hold ten tries and more.
+  static constexpr Clock::duration kLongest = std::chrono::milliseconds(500);
+
   /// longest: where it is shorter than `first`, every pause is `first`.
-  Backoff(Clock::duration first, Clock::duration longest) : first_(first), longest_(std::max(first, longest)) {}
+  explicit Backoff(Clock::duration first, Clock::duration longest = kLongest)
+      : first_(first), longest_(std::max(first, longest)) {}
 
   /// It was sent just now, for the first time: due after the first pause.
   void Restart(Clock::time_point now) {

@@ -45,7 +45,7 @@ class MapFollower {
   bool settled_ = false;
   MapReplica replica_;
   std::optional<map_request_t> last_request_;
-  Backoff backoff_{std::chrono::milliseconds(50), std::chrono::seconds(2)};
+  Backoff backoff_{std::chrono::milliseconds(50)};
   StallWatch stall_watch_;
 };
 

@@ -55,7 +55,7 @@ class MatcherStage {
   std::optional<ScanMatch> last_match_;  ///< sent once more when its scan comes once more
   Pose2 T_local_map_;                    ///< of the tracking state when that was found
   Clock::time_point last_match_time_{};
-  Backoff doubt_{std::chrono::milliseconds(100), std::chrono::seconds(2)};  ///< while its map does not come
+  Backoff doubt_{std::chrono::milliseconds(100)};  ///< while its map does not come
   StallWatch stall_watch_;
   std::optional<std::int64_t> odometry_awaited_;  ///< of the scan with this utime, which will be sent again with it
   std::int64_t held_utime_ = -1;                  ///< of the scan that waits for an answer or for its odometry, ...
