@@ -18,8 +18,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const BagTopic& topic = kTopics[data[0] % kTopics.size()];
   const std::string_view message(reinterpret_cast<const char*>(data) + 1, size - 1);
   if (IsLaserTopic(topic)) {
-    const DecodedSweep decoded = DecodeSweep(topic, message);
-    if (decoded.sweep.has_value() != decoded.refusal.empty()) std::abort();
+    const DecodedScan decoded = DecodeScan(topic, message);
+    if (decoded.scan.has_value() != decoded.refusal.empty()) std::abort();
   } else if (const auto odometry = DecodeOdometry(topic, message)) {
     if (odometry->utime < 0) std::abort();
   }

@@ -91,14 +91,13 @@ void BagSource::Take(const BagMessage& message) {
 }
 
 void BagSource::TakeScan(std::string_view data) {
-  DecodedSweep decoded = DecodeSweep(laser_, data);
-  if (!decoded.sweep) {
+  DecodedScan decoded = DecodeScan(laser_, data);
+  if (!decoded.scan) {
     ++counts_["bad_message"];
     if (first_refusal_.empty()) first_refusal_ = decoded.refusal;
     return;
   }
-  if (scans_.num_scans() == 0) sweep_s_ = decoded.sweep->sweep_s;
-  if (!scans_.Add(std::move(decoded.sweep->scan))) ++counts_["utime_repeated"];
+  if (!scans_.Add(std::move(*decoded.scan))) ++counts_["utime_repeated"];
 }
 
 std::map<std::string, std::int64_t> BagSource::Counts() const {
@@ -110,13 +109,9 @@ std::map<std::string, std::int64_t> BagSource::Counts() const {
 }
 
 std::vector<std::string> BagSource::Complaints() const {
-  constexpr double kSlowSweep_s = 0.05;
   std::vector<std::string> complaints = scans_.Complaints(laser_.name, Counts(), first_refusal_, "header.stamp");
   if (const auto num = bag_->damage().num_bad_chunks; num > 0) {
     complaints.push_back(fmt::format("{} chunks are damaged, and what they hold is left out", num));
-  }
-  if (sweep_s_ >= kSlowSweep_s) {
-    complaints.push_back(fmt::format("a sweep takes {:.3f} s by its time_increment: --sweep-s deskews it", sweep_s_));
   }
   if (!odometry_choice_.empty()) complaints.push_back(odometry_choice_);
   return complaints;

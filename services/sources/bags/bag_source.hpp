@@ -41,7 +41,6 @@ class BagSource : public LaserSource {
   std::unique_ptr<BagReader> bag_;
   std::map<std::string, std::int64_t> counts_;
   std::string first_refusal_;
-  double sweep_s_ = 0.0;  ///< of the first scan
   ScansWithOdometry scans_;
 };
 

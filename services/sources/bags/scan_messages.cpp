@@ -11,6 +11,7 @@
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/message_types.hpp"
 #include "services/sources/bags/byte_reader.hpp"
+#include "services/sources/ros_scan.hpp"
 
 namespace crsm {
 namespace {
@@ -18,60 +19,20 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::int64_t kSecond_ns = 1'000'000'000;
-constexpr double kLongestSweep_s = 10.0;
 constexpr const char* kMalformed = "messages are cut, or not of their type";
 
-/// A message of a laser as it came: its fields have the names and meanings of sensor_msgs/LaserScan.
-struct RawSweep {
-  std::int64_t sec = 0;  ///< of the first beam
-  std::int64_t nanosec = 0;
-  float angle_min = 0.0f;
-  float angle_increment = 0.0f;
-  float time_increment = 0.0f;
-  float range_min = 0.0f;
-  float range_max = 0.0f;
-  std::vector<float> ranges;
-};
-
-/// Time from the first beam to the last; 0 where the message says nothing of use. Negative where the last beam was
-/// measured first, as of a laser that hangs upside down and whose driver turns the scan round.
-double SweepTime(const RawSweep& raw) {
-  const double sweep_s = static_cast<double>(raw.time_increment) * static_cast<double>(raw.ranges.size() - 1);
-  return std::abs(sweep_s) <= kLongestSweep_s ? sweep_s : 0.0;  // 0 for NaN
-}
-
-std::int64_t UtimeOfLastBeam(const RawSweep& raw) {
-  const auto later_ns = static_cast<std::int64_t>(std::llround(std::max(0.0, SweepTime(raw)) * 1e9));
-  return (raw.sec * kSecond_ns + raw.nanosec + later_ns + 500) / 1000;
-}
-
-void DropWhatIsNoReturn(const RawSweep& raw, std::vector<float>& ranges_m) {
-  const float max_m = raw.range_max > 0.0f ? raw.range_max : std::numeric_limits<float>::infinity();
-  for (float& range_m : ranges_m) {
-    const bool is_return = range_m >= raw.range_min && range_m < max_m;  // false for NaN
-    if (!is_return) range_m = 0.0f;
-  }
-}
-
-DecodedSweep MakeSweep(RawSweep raw) {
+DecodedScan MakeScan(const RosScan& raw) {
   constexpr std::int64_t kMostSeconds = 9'000'000'000;
   if (raw.sec < 0 || raw.sec > kMostSeconds || raw.nanosec < 0 || raw.nanosec >= kSecond_ns) {
     return {{}, fmt::format("their stamp is {} s and {} ns: it must be the time since 1970", raw.sec, raw.nanosec)};
   }
-  if (!(raw.range_min >= 0.0f)) raw.range_min = 0.0f;
   if (raw.ranges.size() < kMinBeams || raw.ranges.size() > kMaxBeams) {
     return {{}, fmt::format("scans have {} ranges: they must have {} to {}", raw.ranges.size(), kMinBeams, kMaxBeams)};
   }
-  BagSweep sweep;
-  sweep.sweep_s = SweepTime(raw);
-  sweep.scan.utime = UtimeOfLastBeam(raw);
-  sweep.scan.angle_min_rad = raw.angle_min;
-  sweep.scan.angle_step_rad = raw.angle_increment;
-  sweep.scan.ranges_m = raw.ranges;
-  DropWhatIsNoReturn(raw, sweep.scan.ranges_m);
+  const LaserScan scan = FromRosScan(raw);
   // What goes over the wire has to pass there.
-  const bot_core::planar_lidar_t message = ToMessage(sweep.scan);
-  if (ValuesInRange(message)) return {sweep, ""};
+  const bot_core::planar_lidar_t message = ToMessage(scan);
+  if (ValuesInRange(message)) return {scan, ""};
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
   message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
   return {{}, DescribeRefusedLaser(bytes)};
@@ -126,11 +87,11 @@ std::vector<float> ReadFloats(ByteReader& reader) {
 }
 
 /// sensor_msgs/LaserScan.
-DecodedSweep DecodeRosSweep(const BagTopic& topic, std::string_view data) {
+DecodedScan DecodeRosScan(const BagTopic& topic, std::string_view data) {
   auto message = OpenMessage(topic, data);
   if (!message) return {{}, kMalformed};
   ByteReader& reader = message->reader;
-  RawSweep raw;
+  RosScan raw;
   const Stamp stamp = ReadHeader(*message);
   raw.sec = stamp.sec;
   raw.nanosec = stamp.nanosec;
@@ -143,7 +104,7 @@ DecodedSweep DecodeRosSweep(const BagTopic& topic, std::string_view data) {
   raw.range_max = reader.Read<float>();
   raw.ranges = ReadFloats(reader);
   ReadFloats(reader);  // intensities
-  return message->IsWhole() ? MakeSweep(std::move(raw)) : DecodedSweep{{}, kMalformed};
+  return message->IsWhole() ? MakeScan(raw) : DecodedScan{{}, kMalformed};
 }
 
 /// Nothing if it is no number.
@@ -167,7 +128,7 @@ std::optional<std::vector<float>> FindRanges(const Json& json) {
 }
 
 /// foxglove.LaserScan. It knows neither a laser's range nor the time of a sweep.
-DecodedSweep DecodeJsonSweep(std::string_view data) {
+DecodedScan DecodeJsonScan(std::string_view data) {
   const Json json = Json::parse(data, nullptr, false);
   if (!json.is_object() || !json.contains("timestamp") || !json["timestamp"].is_object()) return {{}, kMalformed};
   const auto sec = FindNumber(json["timestamp"], "sec");
@@ -179,14 +140,14 @@ DecodedSweep DecodeJsonSweep(std::string_view data) {
   if (!sec || !nsec || !start_rad || !end_rad || !ranges || !is_time(*sec) || !is_time(*nsec)) return {{}, kMalformed};
   constexpr double kMostAngle_rad = 1e6;
   if (!(std::abs(*start_rad) <= kMostAngle_rad && std::abs(*end_rad) <= kMostAngle_rad)) return {{}, kMalformed};
-  RawSweep raw;
+  RosScan raw;
   raw.sec = static_cast<std::int64_t>(*sec);
   raw.nanosec = static_cast<std::int64_t>(*nsec);
   raw.angle_min = static_cast<float>(*start_rad);
   const double num_steps = ranges->empty() ? 1.0 : std::max(1.0, static_cast<double>(ranges->size() - 1));
   raw.angle_increment = static_cast<float>((*end_rad - *start_rad) / num_steps);
   raw.ranges = std::move(*ranges);
-  return MakeSweep(std::move(raw));
+  return MakeScan(raw);
 }
 
 struct Kind {
@@ -214,8 +175,8 @@ std::string LaserTopicTypes() {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-DecodedSweep DecodeSweep(const BagTopic& topic, std::string_view data) {
-  return topic.encoding == "json" ? DecodeJsonSweep(data) : DecodeRosSweep(topic, data);
+DecodedScan DecodeScan(const BagTopic& topic, std::string_view data) {
+  return topic.encoding == "json" ? DecodeJsonScan(data) : DecodeRosScan(topic, data);
 }
 
 std::optional<Odometry> DecodeOdometry(const BagTopic& topic, std::string_view data) {

@@ -1,8 +1,5 @@
 // sensor_msgs.LaserScan: a scan as ROS has it, where its messages travel by LCM, as in dimos on
 // /scan#sensor_msgs.LaserScan.
-//
-// The stamp is the moment of the first beam. Where the message says how long a beam takes (time_increment), the scan's
-// utime is that of the last one, as everywhere here.
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +7,7 @@
 
 #include "common/math/trigonometry.hpp"
 #include "services/runtime/laser_types.hpp"
+#include "services/sources/ros_scan.hpp"
 
 namespace crsm {
 
@@ -46,26 +44,9 @@ bool ValuesInRange(const sensor_msgs::LaserScan& scan) {
 
 namespace {
 
-/// Of the whole sweep [s]; 0 where the message does not say.
-double SweepOf(const sensor_msgs::LaserScan& scan) {
-  constexpr double kLongest_s = 1.0;
-  const double sweep_s = static_cast<double>(scan.time_increment) * (scan.ranges_length - 1);
-  return sweep_s > 0.0 && sweep_s <= kLongest_s ? sweep_s : 0.0;  // 0 for NaN
-}
-
-LaserScan ToScan(const sensor_msgs::LaserScan& message, const ScanParameters&) {
-  const auto& stamp = message.header.stamp;
-  const double sweep_s = SweepOf(message);
-  LaserScan scan{std::int64_t{stamp.sec} * 1'000'000 + stamp.nsec / 1000 + std::llround(1e6 * sweep_s),
-                 message.angle_min, message.angle_increment, message.ranges};
-  const bool has_limits = message.range_min >= 0.0f && message.range_max > message.range_min;  // false for NaN
-  for (float& range_m : scan.ranges_m) {
-    if (has_limits && (range_m < message.range_min || range_m > message.range_max)) range_m = 0.0f;
-  }
-  for (int beam = 0; sweep_s > 0.0 && beam < message.ranges_length; ++beam) {
-    scan.times_s.push_back(static_cast<float>(beam * static_cast<double>(message.time_increment) - sweep_s));
-  }
-  return scan;
+LaserScan ToScan(const sensor_msgs::LaserScan& m, const ScanParameters&) {
+  return FromRosScan({m.header.stamp.sec, m.header.stamp.nsec, m.angle_min, m.angle_increment, m.time_increment,
+                      m.range_min, m.range_max, m.ranges});
 }
 
 [[maybe_unused]] const bool kRegistered = RegisterLaserType<sensor_msgs::LaserScan>("sensor_msgs.LaserScan", &ToScan);

@@ -185,13 +185,6 @@ TEST_CASE("scans that are mostly bad, or have the same stamp, are complained of"
         "header.stamp to the moment of each scan");
 }
 
-TEST_CASE("a laser that is slow for its sweep is told how to deskew") {
-  const std::string slow = LaserMessage{.time_increment = 0.05f}.Ros1();
-  const Result result = ReadBytes(Ros1Bytes(Ros1Connection(1, "/scan") + Ros1Message(1, slow)));
-  REQUIRE(result.complaints.size() == 1);
-  CHECK(result.complaints[0] == "a sweep takes 0.100 s by its time_increment: --sweep-s deskews it");
-}
-
 TEST_CASE("a damaged chunk is passed over and counted, its neighbours are read") {
   const auto records = [](std::uint32_t sec) { return Ros1Message(1, Ros1At(sec)); };
   const auto bag = [&](const std::string& chunk, std::uint32_t size) {

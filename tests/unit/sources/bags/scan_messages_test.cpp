@@ -15,19 +15,19 @@ const BagTopic kCdr{"/scan", "sensor_msgs/msg/LaserScan", "cdr"};
 const BagTopic kJson{"/scan", "foxglove.LaserScan", "json"};
 
 /// Of both encodings, which must agree.
-DecodedSweep DecodeBoth(const LaserMessage& message) {
-  const DecodedSweep ros1 = DecodeSweep(kRos1, message.Ros1());
-  const DecodedSweep cdr = DecodeSweep(kCdr, message.Cdr());
-  REQUIRE(ros1.sweep.has_value() == cdr.sweep.has_value());
+DecodedScan DecodeBoth(const LaserMessage& message) {
+  const DecodedScan ros1 = DecodeScan(kRos1, message.Ros1());
+  const DecodedScan cdr = DecodeScan(kCdr, message.Cdr());
+  REQUIRE(ros1.scan.has_value() == cdr.scan.has_value());
   CHECK(ros1.refusal == cdr.refusal);
-  if (ros1.sweep) CHECK(ros1.sweep->scan == cdr.sweep->scan);
+  if (ros1.scan) CHECK(*ros1.scan == *cdr.scan);
   return cdr;
 }
 
-BagSweep SweepOf(const LaserMessage& message) {
-  const DecodedSweep decoded = DecodeBoth(message);
-  REQUIRE(decoded.sweep);
-  return *decoded.sweep;
+LaserScan ScanOf(const LaserMessage& message) {
+  const DecodedScan decoded = DecodeBoth(message);
+  REQUIRE(decoded.scan);
+  return *decoded.scan;
 }
 
 std::string RefusalOf(const LaserMessage& message) { return DecodeBoth(message).refusal; }
@@ -47,44 +47,43 @@ const BagTopic kOdometry{"/odom", "nav_msgs/Odometry", "ros1"};
 
 }  // namespace
 
-TEST_CASE("a LaserScan of ROS is a sweep as it was measured") {
-  const BagSweep sweep = SweepOf({});
-  CHECK(sweep.scan == LaserScan{100'000'000, -1.0f, 0.5f, {1.0f, 2.0f, 3.0f}});
-  CHECK(sweep.sweep_s == 0.0);
+TEST_CASE("a LaserScan of ROS is a scan as it was measured") {
+  CHECK(ScanOf({}) == LaserScan{100'000'000, -1.0f, 0.5f, {1.0f, 2.0f, 3.0f}});
 }
 
-TEST_CASE("the stamp of a LaserScan is that of its first beam, the utime that of its last") {
+TEST_CASE("the stamp of a LaserScan is that of its first beam, the utime that of its last; each beam has its time") {
   const LaserMessage message{.nanosec = 1'000'600, .time_increment = 0.25f};
-  CHECK(SweepOf(message).scan.utime == 100'501'001);  // 1000.6 us and twice 0.25 s later, rounded
-  CHECK(SweepOf(message).sweep_s == 0.5);
+  CHECK(ScanOf(message).utime == 100'501'001);  // 1000.6 us and twice 0.25 s later, rounded
+  CHECK(ScanOf(message).times_s == std::vector<float>{-0.5f, -0.25f, 0.0f});
 }
 
 TEST_CASE("a driver that turns its scans round has measured the first beam last") {
-  CHECK(SweepOf({.time_increment = -0.25f}).scan.utime == 100'000'000);
+  const LaserScan scan = ScanOf({.time_increment = -0.25f});
+  CHECK(scan.utime == 100'000'000);
+  CHECK(scan.times_s == std::vector<float>{0.0f, -0.25f, -0.5f});
 }
 
 TEST_CASE("a time between beams that cannot be is as good as none") {
   for (const float time_increment : {NAN, INFINITY, 1000.0f}) {
-    const BagSweep sweep = SweepOf({.time_increment = time_increment});
-    CHECK(sweep.scan.utime == 100'000'000);
-    CHECK(sweep.sweep_s == 0.0);
+    const LaserScan scan = ScanOf({.time_increment = time_increment});
+    CHECK(scan.utime == 100'000'000);
+    CHECK(scan.times_s.empty());
   }
 }
 
-TEST_CASE("clockwise scans stay clockwise") { CHECK(SweepOf({.angle_increment = -0.5f}).scan.angle_step_rad == -0.5f); }
+TEST_CASE("clockwise scans stay clockwise") { CHECK(ScanOf({.angle_increment = -0.5f}).angle_step_rad == -0.5f); }
 
 TEST_CASE("what is outside of a laser's range is no return") {
   const float inf = std::numeric_limits<float>::infinity();
   const LaserMessage message{.range_min = 0.5f,
                              .ranges = {0.4f, 0.5f, 9.9f, 10.0f, 10.1f, inf, -inf, NAN, 0.0f, -1.0f}};
-  CHECK(SweepOf(message).scan.ranges_m ==
-        std::vector<float>{0.0f, 0.5f, 9.9f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f});
+  CHECK(ScanOf(message).ranges_m == std::vector<float>{0.0f, 0.5f, 9.9f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f});
 }
 
 TEST_CASE("a laser that does not know its range has any") {
   for (const float unknown : {0.0f, NAN}) {
     const LaserMessage message{.range_min = unknown, .range_max = unknown, .ranges = {0.01f, 500.0f}};
-    CHECK(SweepOf(message).scan.ranges_m == message.ranges);
+    CHECK(ScanOf(message).ranges_m == message.ranges);
   }
 }
 
@@ -92,7 +91,7 @@ TEST_CASE("scans have 2 to 4096 beams") {
   const auto with = [](std::size_t count) {
     return LaserMessage{.angle_increment = 0.001f, .ranges = std::vector<float>(count, 1.0f)};
   };
-  for (const std::size_t count : {2u, 4096u}) CHECK(SweepOf(with(count)).scan.ranges_m.size() == count);
+  for (const std::size_t count : {2u, 4096u}) CHECK(ScanOf(with(count)).ranges_m.size() == count);
   for (const std::size_t count : {0u, 1u, 4097u}) {
     CHECK(RefusalOf(with(count)) == "scans have " + std::to_string(count) + " ranges: they must have 2 to 4096");
   }
@@ -108,20 +107,20 @@ TEST_CASE("a scan whose stamp is no time is refused") {
   CHECK(RefusalOf({.nanosec = 1'000'000'000}) ==
         "their stamp is 100 s and 1000000000 ns: it must be the time since 1970");
   const LaserMessage before_1970{.sec = 0x80000000u};
-  CHECK_FALSE(DecodeSweep(kCdr, before_1970.Cdr()).sweep);
-  CHECK(DecodeSweep(kRos1, before_1970.Ros1()).sweep->scan.utime == 2'147'483'648'000'000);  // ROS 1 counts to 2106
+  CHECK_FALSE(DecodeScan(kCdr, before_1970.Cdr()).scan);
+  CHECK(DecodeScan(kRos1, before_1970.Ros1()).scan->utime == 2'147'483'648'000'000);  // ROS 1 counts to 2106
 }
 
 TEST_CASE("a LaserScan that is cut anywhere is refused, and so is one with more behind it") {
   const auto is_refused = [](const BagTopic& topic, const std::string& bytes) {
-    return DecodeSweep(topic, bytes).refusal == "messages are cut, or not of their type";
+    return DecodeScan(topic, bytes).refusal == "messages are cut, or not of their type";
   };
   for (const auto& [topic, bytes] : {std::pair(kRos1, LaserMessage().Ros1()), std::pair(kCdr, LaserMessage().Cdr())}) {
     for (std::size_t size = 0; size < bytes.size(); ++size) CHECK(is_refused(topic, bytes.substr(0, size)));
     CHECK(is_refused(topic, bytes + std::string(8, '\0')));
   }
   CHECK(is_refused(kRos1, LaserMessage().Ros1() + '\0'));
-  CHECK(DecodeSweep(kCdr, LaserMessage().Cdr() + std::string(3, '\0')).sweep);  // DDS fills up to whole words
+  CHECK(DecodeScan(kCdr, LaserMessage().Cdr() + std::string(3, '\0')).scan);  // DDS fills up to whole words
 }
 
 TEST_CASE("a count of ranges that is a lie is refused") {
@@ -130,7 +129,7 @@ TEST_CASE("a count of ranges that is a lie is refused") {
   REQUIRE(bytes.substr(count_at, 4) == Little(3u));
   for (const std::uint32_t lie : {0x7fffffffu, 0xffffffffu, 0x40000003u}) {
     bytes.replace(count_at, 4, Little(lie));
-    CHECK_FALSE(DecodeSweep(kRos1, bytes).sweep);
+    CHECK_FALSE(DecodeScan(kRos1, bytes).scan);
   }
 }
 
@@ -142,9 +141,9 @@ TEST_CASE("CDR with the high byte first is read, CDR that is not plain is refuse
     const std::string word = little.substr(at, 4);
     big += is_frame ? word : std::string(word.rbegin(), word.rend());
   }
-  REQUIRE(DecodeSweep(kCdr, big).sweep);
-  CHECK(DecodeSweep(kCdr, big).sweep->scan == DecodeSweep(kCdr, little).sweep->scan);
-  CHECK_FALSE(DecodeSweep(kCdr, std::string("\0\3\0\0", 4) + little.substr(4)).sweep);  // a list of parameters
+  REQUIRE(DecodeScan(kCdr, big).scan);
+  CHECK(DecodeScan(kCdr, big).scan == DecodeScan(kCdr, little).scan);
+  CHECK_FALSE(DecodeScan(kCdr, std::string("\0\3\0\0", 4) + little.substr(4)).scan);  // a list of parameters
 }
 
 TEST_CASE("numbers in CDR stand at multiples of their size, behind a frame of any length") {
@@ -153,15 +152,15 @@ TEST_CASE("numbers in CDR stand at multiples of their size, behind a frame of an
     const LaserMessage message{.frame = frame};
     const std::string bytes = std::string("\0\1\0\0", 4) + Little(message.sec) + Little(message.nanosec) +
                               Text(frame + '\0') + padding + message.Floats();
-    REQUIRE(DecodeSweep(kCdr, bytes).sweep);
-    CHECK(DecodeSweep(kCdr, bytes).sweep->scan == SweepOf({}).scan);
+    REQUIRE(DecodeScan(kCdr, bytes).scan);
+    CHECK(DecodeScan(kCdr, bytes).scan == ScanOf({}));
   }
 }
 
 TEST_CASE("a foxglove.LaserScan in JSON is a sweep from its start to its end") {
-  const auto decoded = DecodeSweep(kJson, Json(R"([1, 2.5, null, "NaN", 1e300])"));
-  REQUIRE(decoded.sweep);
-  CHECK(decoded.sweep->scan == LaserScan{100'000'007, -1.0f, 0.5f, {1.0f, 2.5f, 0.0f, 0.0f, 0.0f}});
+  const auto decoded = DecodeScan(kJson, Json(R"([1, 2.5, null, "NaN", 1e300])"));
+  REQUIRE(decoded.scan);
+  CHECK(decoded.scan == LaserScan{100'000'007, -1.0f, 0.5f, {1.0f, 2.5f, 0.0f, 0.0f, 0.0f}});
 }
 
 TEST_CASE("JSON that is no LaserScan is refused") {
@@ -170,11 +169,11 @@ TEST_CASE("JSON that is no LaserScan is refused") {
         Json("[1, 2]", R"("start_angle": "a", "end_angle": 1)"), Json("[1, 2]", R"("start_angle": 0)"),
         Json("[1, 2]", R"("start_angle": -1e300, "end_angle": 1)"), std::string(R"({"timestamp": 5})"),
         std::string(R"({"timestamp": {"sec": -1, "nsec": 0}, "start_angle": 0, "end_angle": 1, "ranges": [1, 1]})")}) {
-    CHECK(DecodeSweep(kJson, text).refusal == "messages are cut, or not of their type");
+    CHECK(DecodeScan(kJson, text).refusal == "messages are cut, or not of their type");
   }
   const std::string deep(kMostMessageBytes, '[');
-  CHECK_FALSE(DecodeSweep(kJson, deep).sweep);
-  CHECK(DecodeSweep(kJson, Json("[]")).refusal == "scans have 0 ranges: they must have 2 to 4096");
+  CHECK_FALSE(DecodeScan(kJson, deep).scan);
+  CHECK(DecodeScan(kJson, Json("[]")).refusal == "scans have 0 ranges: they must have 2 to 4096");
 }
 
 TEST_CASE("odometry is the robot's place and heading in the plane") {

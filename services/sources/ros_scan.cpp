@@ -1,0 +1,41 @@
+#include "services/sources/ros_scan.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace crsm {
+namespace {
+
+/// Time from the first beam to the last [s]; 0 where the message says nothing of use.
+double SweepTime(const RosScan& scan) {
+  constexpr double kLongest_s = 1.0;
+  const double sweep_s = static_cast<double>(scan.time_increment) * (static_cast<double>(scan.ranges.size()) - 1.0);
+  return std::abs(sweep_s) <= kLongest_s ? sweep_s : 0.0;  // 0 for NaN
+}
+
+/// Whether something was hit there.
+bool IsReturn(float range_m, const RosScan& scan) {
+  const float least_m = scan.range_min > 0.0f ? scan.range_min : 0.0f;
+  const bool has_limits = scan.range_max > least_m;  // false for NaN
+  return std::isfinite(range_m) && (!has_limits || (range_m >= least_m && range_m < scan.range_max));
+}
+
+}  // namespace
+
+LaserScan FromRosScan(const RosScan& ros) {
+  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+  const double sweep_s = SweepTime(ros);
+  const double last_s = std::max(0.0, sweep_s);  // after the stamp
+  LaserScan scan{(ros.sec * kSecond_ns + ros.nanosec + std::llround(last_s * 1e9) + 500) / 1000, ros.angle_min,
+                 ros.angle_increment, ros.ranges};
+  for (float& range_m : scan.ranges_m) {
+    if (!IsReturn(range_m, ros)) range_m = 0.0f;
+  }
+  for (std::size_t beam = 0; sweep_s != 0.0 && beam < ros.ranges.size(); ++beam) {
+    scan.times_s.push_back(
+        static_cast<float>(static_cast<double>(beam) * static_cast<double>(ros.time_increment) - last_s));
+  }
+  return scan;
+}
+
+}  // namespace crsm

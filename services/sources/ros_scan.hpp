@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/scan/laser_scan.hpp"
+
+namespace crsm {
+
+/// A scan as ROS has it, whichever way its message came; fields have the names and meanings of sensor_msgs/LaserScan.
+struct RosScan {
+  std::int64_t sec = 0;  ///< of the first beam
+  std::int64_t nanosec = 0;
+  float angle_min = 0.0f;
+  float angle_increment = 0.0f;
+  float time_increment = 0.0f;
+  float range_min = 0.0f;
+  float range_max = 0.0f;
+  std::vector<float> ranges;
+};
+
+/// The same as LASER has it. Its utime is that of the beam that was measured last, and each beam has its time, where
+/// time_increment tells; without it, and where a sweep would take more than a second, utime is the stamp. Negative
+/// increments are those of a laser that hangs upside down, whose driver turns its scans round.
+///
+/// Ranges outside of what the message calls its range, infinity and NaN are 0 = no return; so is one that is range_max
+/// itself, which simulators and older drivers set for it. Limits that cannot be, as 0 to 0, are none.
+LaserScan FromRosScan(const RosScan& ros);
+
+}  // namespace crsm
