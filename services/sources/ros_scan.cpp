@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace crsm {
 namespace {
@@ -22,19 +23,21 @@ bool IsReturn(float range_m, const RosScan& scan) {
 
 }  // namespace
 
-LaserScan FromRosScan(const RosScan& ros) {
-  constexpr std::int64_t kSecond_ns = 1'000'000'000;
+std::int64_t ToUtime(const RosTime& time) { return (time.sec * kRosSecond_ns + time.nanosec + 500) / 1000; }
+
+LaserScan FromRosScan(RosScan ros) {
   const double sweep_s = SweepTime(ros);
   const double last_s = std::max(0.0, sweep_s);  // after the stamp
-  LaserScan scan{(ros.sec * kSecond_ns + ros.nanosec + std::llround(last_s * 1e9) + 500) / 1000, ros.angle_min,
-                 ros.angle_increment, ros.ranges};
-  for (float& range_m : scan.ranges_m) {
-    if (!IsReturn(range_m, ros)) range_m = 0.0f;
-  }
+  const std::int64_t last_ns = std::llround(last_s * kRosSecond_ns);
+  LaserScan scan{ToUtime({ros.stamp.sec, ros.stamp.nanosec + last_ns}), ros.angle_min, ros.angle_increment, {}};
   for (std::size_t beam = 0; sweep_s != 0.0 && beam < ros.ranges.size(); ++beam) {
     scan.times_s.push_back(
         static_cast<float>(static_cast<double>(beam) * static_cast<double>(ros.time_increment) - last_s));
   }
+  for (float& range_m : ros.ranges) {
+    if (!IsReturn(range_m, ros)) range_m = 0.0f;
+  }
+  scan.ranges_m = std::move(ros.ranges);
   return scan;
 }
 

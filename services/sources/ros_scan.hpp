@@ -7,10 +7,20 @@
 
 namespace crsm {
 
+constexpr std::int64_t kRosSecond_ns = 1'000'000'000;
+
+/// A time as ROS has it: whole seconds since 1970, and nanoseconds since the last of them.
+struct RosTime {
+  std::int64_t sec = 0;
+  std::int64_t nanosec = 0;
+};
+
+/// The same, rounded [us].
+std::int64_t ToUtime(const RosTime& time);
+
 /// A scan as ROS has it, whichever way its message came; fields have the names and meanings of sensor_msgs/LaserScan.
 struct RosScan {
-  std::int64_t sec = 0;  ///< of the first beam
-  std::int64_t nanosec = 0;
+  RosTime stamp;  ///< of the first beam
   float angle_min = 0.0f;
   float angle_increment = 0.0f;
   float time_increment = 0.0f;
@@ -25,6 +35,6 @@ struct RosScan {
 ///
 /// Ranges outside of what the message calls its range, infinity and NaN are 0 = no return; so is one that is range_max
 /// itself, which simulators and older drivers set for it. Limits that cannot be, as 0 to 0, are none.
-LaserScan FromRosScan(const RosScan& ros);
+LaserScan FromRosScan(RosScan ros);
 
 }  // namespace crsm

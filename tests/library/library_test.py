@@ -12,6 +12,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 import zlib
 
@@ -77,8 +78,14 @@ class Library(unittest.TestCase):
     def configure_and_build(self, source, *options):
         build = tempfile.mkdtemp(dir=self.work)
         run("cmake", "-S", source, "-B", build, "-DCMAKE_BUILD_TYPE=Release", *options)
-        run("cmake", "--build", build)
-        return pathlib.Path(build)
+        return self.build(pathlib.Path(build))
+
+    def build(self, folder):
+        begin = time.monotonic()
+        run("cmake", "--build", folder, "-j2")
+        print(f"{self.id().split('.')[-1]}: built in {time.monotonic() - begin:.1f} s, its program has "
+              f"{(folder / 'map_log').stat().st_size / 1e3:.0f} kB", flush=True)
+        return folder
 
     def test_the_log_that_python_wrote_has_the_scans_of_the_lcm_log(self):
         for name in ("map.png", "trajectory.tum"):
@@ -131,8 +138,7 @@ class Library(unittest.TestCase):
         build = self.work / "whole_build"
         said = run("cmake", "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_CXX_FLAGS=-O1", text=True)
         self.assertIn("it has (crsm_slam_objects;crsm_slam) () (options-NOTFOUND) ()", said)
-        run("cmake", "--build", build, "-j2")
-        self.check_map(build / "map_log")
+        self.check_map(self.build(build) / "map_log")
         prefix = self.work / "nothing"
         run("cmake", "--install", build, "--prefix", prefix)
         self.assertFalse(prefix.exists() and any(prefix.rglob("*crsm*")))

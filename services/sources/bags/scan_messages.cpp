@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "services/runtime/bus.hpp"
 #include "services/runtime/conversions.hpp"
@@ -18,21 +19,21 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::int64_t kSecond_ns = 1'000'000'000;
 constexpr const char* kMalformed = "messages are cut, or not of their type";
 
-DecodedScan MakeScan(const RosScan& raw) {
+DecodedScan MakeScan(RosScan raw) {
   constexpr std::int64_t kMostSeconds = 9'000'000'000;
-  if (raw.sec < 0 || raw.sec > kMostSeconds || raw.nanosec < 0 || raw.nanosec >= kSecond_ns) {
-    return {{}, fmt::format("their stamp is {} s and {} ns: it must be the time since 1970", raw.sec, raw.nanosec)};
+  const auto& [sec, nanosec] = raw.stamp;
+  if (sec < 0 || sec > kMostSeconds || nanosec < 0 || nanosec >= kRosSecond_ns) {
+    return {{}, fmt::format("their stamp is {} s and {} ns: it must be the time since 1970", sec, nanosec)};
   }
   if (raw.ranges.size() < kMinBeams || raw.ranges.size() > kMaxBeams) {
     return {{}, fmt::format("scans have {} ranges: they must have {} to {}", raw.ranges.size(), kMinBeams, kMaxBeams)};
   }
-  const LaserScan scan = FromRosScan(raw);
+  LaserScan scan = FromRosScan(std::move(raw));
   // What goes over the wire has to pass there.
   const bot_core::planar_lidar_t message = ToMessage(scan);
-  if (ValuesInRange(message)) return {scan, ""};
+  if (ValuesInRange(message)) return {std::move(scan), ""};
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
   message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
   return {{}, DescribeRefusedLaser(bytes)};
@@ -54,15 +55,10 @@ std::optional<RosMessage> OpenMessage(const BagTopic& topic, std::string_view da
   return RosMessage{ByteReader(data.substr(kHeadBytes), {true, data[1] == 0}), false, 7};
 }
 
-struct Stamp {
-  std::int64_t sec = 0;
-  std::int64_t nanosec = 0;
-};
-
 /// std_msgs/Header.
-Stamp ReadHeader(RosMessage& message) {
+RosTime ReadHeader(RosMessage& message) {
   ByteReader& reader = message.reader;
-  Stamp stamp;
+  RosTime stamp;
   if (message.has_sequence) {
     reader.Read<std::uint32_t>();
     stamp.sec = reader.Read<std::uint32_t>();
@@ -92,9 +88,7 @@ DecodedScan DecodeRosScan(const BagTopic& topic, std::string_view data) {
   if (!message) return {{}, kMalformed};
   ByteReader& reader = message->reader;
   RosScan raw;
-  const Stamp stamp = ReadHeader(*message);
-  raw.sec = stamp.sec;
-  raw.nanosec = stamp.nanosec;
+  raw.stamp = ReadHeader(*message);
   raw.angle_min = reader.Read<float>();
   reader.Read<float>();  // angle_max follows from the others
   raw.angle_increment = reader.Read<float>();
@@ -104,7 +98,7 @@ DecodedScan DecodeRosScan(const BagTopic& topic, std::string_view data) {
   raw.range_max = reader.Read<float>();
   raw.ranges = ReadFloats(reader);
   ReadFloats(reader);  // intensities
-  return message->IsWhole() ? MakeScan(raw) : DecodedScan{{}, kMalformed};
+  return message->IsWhole() ? MakeScan(std::move(raw)) : DecodedScan{{}, kMalformed};
 }
 
 /// Nothing if it is no number.
@@ -141,13 +135,12 @@ DecodedScan DecodeJsonScan(std::string_view data) {
   constexpr double kMostAngle_rad = 1e6;
   if (!(std::abs(*start_rad) <= kMostAngle_rad && std::abs(*end_rad) <= kMostAngle_rad)) return {{}, kMalformed};
   RosScan raw;
-  raw.sec = static_cast<std::int64_t>(*sec);
-  raw.nanosec = static_cast<std::int64_t>(*nsec);
+  raw.stamp = {static_cast<std::int64_t>(*sec), static_cast<std::int64_t>(*nsec)};
   raw.angle_min = static_cast<float>(*start_rad);
   const double num_steps = ranges->empty() ? 1.0 : std::max(1.0, static_cast<double>(ranges->size() - 1));
   raw.angle_increment = static_cast<float>((*end_rad - *start_rad) / num_steps);
   raw.ranges = std::move(*ranges);
-  return MakeScan(raw);
+  return MakeScan(std::move(raw));
 }
 
 struct Kind {
@@ -182,17 +175,17 @@ DecodedScan DecodeScan(const BagTopic& topic, std::string_view data) {
 std::optional<Odometry> DecodeOdometry(const BagTopic& topic, std::string_view data) {
   auto message = OpenMessage(topic, data);
   if (!message) return std::nullopt;
-  const Stamp stamp = ReadHeader(*message);
+  const RosTime stamp = ReadHeader(*message);
   ByteReader& reader = message->reader;
   reader.Text();  // the robot's frame
   bot_core::pose_t pose{};
-  pose.utime = (stamp.sec * kSecond_ns + stamp.nanosec + 500) / 1000;
+  pose.utime = ToUtime(stamp);
   for (double& coordinate : pose.pos) coordinate = reader.Read<double>();
   auto& [w, x, y, z] = pose.orientation;
   for (double* part : {&x, &y, &z, &w}) *part = reader.Read<double>();
   constexpr std::size_t kRestBytes = (36 + 6 + 36) * sizeof(double);  // covariance, speeds and theirs
   reader.Take(kRestBytes);
-  if (!message->IsWhole() || stamp.nanosec >= kSecond_ns || !ValuesInRange(pose)) return std::nullopt;
+  if (!message->IsWhole() || stamp.nanosec >= kRosSecond_ns || !ValuesInRange(pose)) return std::nullopt;
   return FromMessage(pose);
 }
 

@@ -33,10 +33,9 @@ constexpr auto FieldsOf<sensor_msgs::LaserScan>() {
 template <>
 bool ValuesInRange(const sensor_msgs::LaserScan& scan) {
   constexpr double kFullTurn_rad = 2.0 * kPi + 1e-3;  // angles travel in single precision
-  constexpr std::int32_t kSecond_ns = 1'000'000'000;
   const double sweep_rad = static_cast<double>(scan.angle_increment) * std::max(0, scan.ranges_length - 1);
   const auto& stamp = scan.header.stamp;
-  return stamp.sec >= 0 && stamp.nsec >= 0 && stamp.nsec < kSecond_ns && scan.ranges.size() >= kMinBeams &&
+  return stamp.sec >= 0 && stamp.nsec >= 0 && stamp.nsec < kRosSecond_ns && scan.ranges.size() >= kMinBeams &&
          std::abs(scan.angle_min) <= kFullTurn_rad && std::abs(sweep_rad) <= kFullTurn_rad &&  // false for NaN
          scan.angle_increment != 0.0f &&
          (scan.intensities_length == 0 || scan.intensities_length == scan.ranges_length);
@@ -45,8 +44,13 @@ bool ValuesInRange(const sensor_msgs::LaserScan& scan) {
 namespace {
 
 LaserScan ToScan(const sensor_msgs::LaserScan& m, const ScanParameters&) {
-  return FromRosScan({m.header.stamp.sec, m.header.stamp.nsec, m.angle_min, m.angle_increment, m.time_increment,
-                      m.range_min, m.range_max, m.ranges});
+  return FromRosScan({{m.header.stamp.sec, m.header.stamp.nsec},
+                      m.angle_min,
+                      m.angle_increment,
+                      m.time_increment,
+                      m.range_min,
+                      m.range_max,
+                      m.ranges});
 }
 
 [[maybe_unused]] const bool kRegistered = RegisterLaserType<sensor_msgs::LaserScan>("sensor_msgs.LaserScan", &ToScan);
