@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "services/runtime/laser_types.hpp"
+#include "services/runtime/headings.hpp"
 #include "services/runtime/message_types.hpp"
 #include "services/runtime/printable.hpp"
 
@@ -27,17 +27,36 @@ bool IsOurs(const std::string& channel) {
 LaserWatch::LaserWatch(Service& service, const ScanParameters& parameters, std::string channel)
     : service_(service),
       channel_(service.bus().prefix() + std::move(channel)),
+      parameters_(parameters),
       judge_(parameters),
       silence_(Clock::now()) {
   service_.bus().Subscribe<service_status_t>(
       ServiceStatusChannel("laser_publisher"),
       [this](const service_status_t& status) { silence_.HearPublisher(Clock::now(), status.state); });
+  service_.bus().SubscribeBytes(kOdometryChannel, [this](std::span<const std::uint8_t> bytes) {
+    const auto heading = handedness_told_ ? std::nullopt : DecodeHeading(bytes);
+    if (!heading) return true;  // who uses it counts what is wrong with it
+    if (!handedness_) handedness_.emplace();
+    handedness_->Add(*heading);
+    return true;
+  });
 }
 
-void LaserWatch::Hear(const LaserScan& scan) {
+void LaserWatch::Hear(const LaserScan& scan, const LaserType& type) {
   silence_.Hear(Clock::now());
   num_refused_in_a_row_ = 0;
   for (const std::string& complaint : judge_.Look(scan)) SayOf(complaint);
+  if (handedness_) JudgeHandedness(scan, type);
+}
+
+void LaserWatch::JudgeHandedness(const LaserScan& scan, const LaserType& type) {
+  using Verdict = HandednessJudge::Verdict;
+  handedness_->Add(scan);
+  const Verdict verdict = handedness_->verdict();
+  if (verdict == Verdict::kUnknown) return;
+  if (verdict == Verdict::kMirrored) SayOf("scans " + DescribeMirrored(kOdometryChannel, type, parameters_));
+  handedness_told_ = true;
+  handedness_.reset();
 }
 
 /// One stray message proves nothing, and many are not to fill a log.

@@ -7,22 +7,25 @@
 #include <span>
 #include <string>
 
+#include "common/scan/handedness.hpp"
 #include "common/scan/laser_judge.hpp"
 #include "services/runtime/laser_silence.hpp"
+#include "services/runtime/laser_types.hpp"
 #include "services/runtime/multicast_socket.hpp"
 #include "services/runtime/service.hpp"
 
 namespace crsm {
 
 /// Says on stderr, in a line that names the mend, what is wrong with a live laser: nothing on its channel, messages of
-/// a wrong type or with angles in degrees, what LaserJudge sees in its scans, and that it has fallen silent.
+/// a wrong type or with angles in degrees, what LaserJudge sees in its scans, that they turn against the robot's
+/// odometry where there is some, and that it has fallen silent.
 class LaserWatch {
  public:
   /// channel: of the laser, without prefix.
   LaserWatch(Service& service, const ScanParameters& parameters, std::string channel);
 
-  /// A scan came, also one that is sent again.
-  void Hear(const LaserScan& scan);
+  /// A scan came, also one that is sent again, in a message of that type.
+  void Hear(const LaserScan& scan, const LaserType& type);
   /// A message came that is no scan.
   void Refuse(std::span<const std::uint8_t> bytes);
 
@@ -30,6 +33,7 @@ class LaserWatch {
   void Poll();
 
  private:
+  void JudgeHandedness(const LaserScan& scan, const LaserType& type);
   void SayOf(const std::string& complaint) const;
   void ListenToAll();
   void SayNothingCame();
@@ -38,7 +42,10 @@ class LaserWatch {
 
   Service& service_;
   std::string channel_;  ///< with the prefix
+  ScanParameters parameters_;
   LaserJudge judge_;
+  std::optional<HandednessJudge> handedness_;  ///< from the first heading until it has told
+  bool handedness_told_ = false;
   LaserSilence silence_;
   int num_refused_in_a_row_ = 0;
   Clock::time_point next_refusal_{};  ///< no earlier is a refused message said again

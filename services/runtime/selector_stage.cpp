@@ -39,7 +39,7 @@ SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
           watch_.Refuse(bytes);
           return false;
         }
-        watch_.Hear(*scan);
+        watch_.Hear(*scan, *FindLaserType(bytes));
         scans_.Push(std::move(*scan));
         return true;
       });

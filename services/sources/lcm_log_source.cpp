@@ -2,31 +2,17 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-#include <mbot_lcm_msgs/pose2D_t.hpp>
 #include <stdexcept>
 #include <string_view>
 
-#include "common/math/trigonometry.hpp"
 #include "services/runtime/bus.hpp"
 #include "services/runtime/conversions.hpp"
+#include "services/runtime/headings.hpp"
 #include "services/runtime/laser_types.hpp"
 #include "services/runtime/message_types.hpp"
 #include "services/runtime/printable.hpp"
 
 namespace crsm {
-
-template <>
-constexpr auto FieldsOf<mbot_lcm_msgs::pose2D_t>() {
-  using T = mbot_lcm_msgs::pose2D_t;
-  return std::tuple(&T::utime, &T::x, &T::y, &T::theta);
-}
-
-template <>
-bool ValuesInRange(const mbot_lcm_msgs::pose2D_t& pose) {
-  constexpr float kMost = 1000.0f;  // a heading that nobody wraps has turns in it
-  return pose.utime >= 0 && std::abs(pose.theta) <= kMost && std::isfinite(pose.x) && std::isfinite(pose.y);
-}
 
 namespace {
 
@@ -86,12 +72,12 @@ bool LcmLogSource::ReadEvent() {
   if (!event) return false;
   if (event->channel == odometry_channel_ && Is<bot_core::pose_t>(Bytes(event->data))) {
     TakeOdometry(event->data);
-  } else if (const auto pose = Decode<mbot_lcm_msgs::pose2D_t>(Bytes(event->data))) {
-    TakeHeading(event->channel, {pose->utime, Pose2{pose->x, pose->y, WrapAngle(pose->theta)}});
   } else if (event->channel == channel_) {
     TakeScan(event->data);
   } else if (IsLaser(event->data)) {
     ++counts_["other_channel"];
+  } else if (const auto heading = DecodeHeading(Bytes(event->data))) {
+    TakeHeading(event->channel, *heading);
   }
   return true;
 }
@@ -117,7 +103,7 @@ void LcmLogSource::TakeScan(std::string_view data) {
     if (first_refusal_.empty() && IsLaser(data)) first_refusal_ = DescribeRefusedLaser(Bytes(data));
     return;
   }
-  is_botlab_ = FindLaserType(Bytes(data))->name.starts_with("botlab.");
+  laser_ = FindLaserType(Bytes(data));
   for (auto& [heading_channel, judge] : handedness_) judge.Add(*scan);
   if (!scans_.Add(std::move(*scan))) ++counts_["utime_repeated"];
 }
@@ -126,19 +112,11 @@ std::vector<std::string> LcmLogSource::Complaints() const {
   std::vector<std::string> complaints = scans_.Complaints(channel_, counts_, first_refusal_, "utime");
   for (const auto& [heading_channel, judge] : handedness_) {
     if (judge.verdict() != HandednessJudge::Verdict::kMirrored) continue;
-    complaints.push_back(DescribeMirrored(heading_channel));
+    complaints.push_back(
+        fmt::format("the scans on {} {}", channel_, DescribeMirrored(heading_channel, *laser_, parameters_)));
     break;
   }
   return complaints;
-}
-
-std::string LcmLogSource::DescribeMirrored(const std::string& heading_channel) const {
-  std::string mend = "the driver must turn its angles round";
-  if (is_botlab_) {
-    mend = parameters_.botlab_clockwise ? "say --no-botlab-clockwise" : "leave --no-botlab-clockwise away";
-  }
-  return fmt::format("the scans on {} turn against the poses on {}: the map is a mirror image: {}", channel_,
-                     heading_channel, mend);
 }
 
 std::map<std::string, std::int64_t> LcmLogSource::Counts() const {

@@ -10,6 +10,7 @@
 #include "common/logs/laser_source.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/handedness.hpp"
+#include "services/runtime/laser_types.hpp"
 #include "services/sources/lcm_event_log.hpp"
 #include "services/sources/scans_with_odometry.hpp"
 
@@ -21,8 +22,8 @@ namespace crsm {
 /// Odometry: from the ODOMETRY messages (bot_core.pose_t) on the channel with the laser's prefix, that of the scan's
 /// own utime or between the two around it (ScansWithOdometry).
 ///
-/// Poses that others have left in the log (SLAM_POSE and other mbot_lcm_msgs.pose2D_t, ODOMETRY) tell whether the scans
-/// are mirrored: a complaint says so.
+/// Poses that others have left in the log (ODOMETRY, SLAM_POSE and other bot_core.pose_t and mbot_lcm_msgs.pose2D_t)
+/// tell whether the scans are mirrored: a complaint says so.
 ///
 /// Counted and skipped: "bad_message" (arrays that do not fill the message, beams outside 2..4096, angles that are
 /// none, a message on the laser's channel that is no laser's), "utime_repeated" (the utime of an earlier scan),
@@ -49,15 +50,13 @@ class LcmLogSource : public LaserSource {
   void TakeHeading(const std::string& channel, const crsm::Odometry& heading);
   void TakeScan(std::string_view data);
 
-  std::string DescribeMirrored(const std::string& heading_channel) const;
-
   ScanParameters parameters_;
   LcmEventLog log_;
   std::string channel_;
   std::string odometry_channel_;
   std::map<std::string, std::int64_t> counts_;
   std::string first_refusal_;                          ///< what is wrong with the first bad message
-  bool is_botlab_ = false;                             ///< the scans' type
+  const LaserType* laser_ = nullptr;                   ///< the type of the scans' messages
   std::map<std::string, HandednessJudge> handedness_;  ///< by the channel of the headings
   ScansWithOdometry scans_;
 };

@@ -1,9 +1,11 @@
 // What is wrong with a live laser is said, in one line that names the mend, by the process that hears it.
 
 #include <algorithm>
+#include <cmath>
 #include <thread>
 
 #include "catch.hpp"
+#include "common/math/trigonometry.hpp"
 #include "processes.hpp"
 #include "services/runtime/conversions.hpp"
 
@@ -124,6 +126,35 @@ TEST_CASE("degrees, millimetres, a clock without time and a range that is too sh
     Driver driver;
     const auto& change_one = change;
     CheckLine(driver.AwaitComplaint([&] { driver.Publish("LASER", change_one); }), expected, {});
+  }
+}
+
+TEST_CASE("a laser whose scans turn against the robot's odometry is said to be mirrored, once") {
+  for (const bool mirrored : {false, true}) {
+    CAPTURE(mirrored);
+    Driver driver;
+    int num_scans = 0;
+    const auto publish = [&] {  // between a wall that is 1 m away and one that is 2 m away, of a robot that turns left
+      const double yaw_rad = WrapAngle(0.15 * num_scans);
+      LaserScan scan{1'000'000 + 100'000 * num_scans++, 0.0f, static_cast<float>(2.0 * kPi / 300), {}};
+      for (int i = 0; i < 300; ++i) {
+        const double y = std::sin(2.0 * kPi * i / 300 + yaw_rad);
+        scan.ranges_m.push_back(static_cast<float>(std::min(6.0, (y > 0.0 ? 1.0 : 2.0) / std::abs(y))));
+      }
+      if (mirrored) scan.angle_step_rad = -scan.angle_step_rad;
+      const bot_core::pose_t pose = ToMessage(Odometry{scan.utime, Pose2{0.0, 0.0, yaw_rad}});
+      const bot_core::planar_lidar_t message = ToMessage(scan);
+      driver.lcm().publish("ODOMETRY", &pose);
+      driver.lcm().publish("LASER", &message);
+      return num_scans == 60;
+    };
+    REQUIRE(WaitUntil(publish, std::chrono::milliseconds(20)));
+    if (!mirrored) {
+      CHECK(driver.Complaints().empty());
+    } else {
+      CheckLine(driver.AwaitComplaint(), "LASER: scans turn against the poses on ODOMETRY: the map is a mirror image: ",
+                {"the driver must turn its angles round"});
+    }
   }
 }
 
