@@ -3,6 +3,8 @@
 #include <limits>
 
 #include "catch.hpp"
+#include "common/logs/carmen_log.hpp"
+#include "real_logs.hpp"
 #include "synthetic_scans.hpp"
 
 namespace crsm {
@@ -85,6 +87,26 @@ TEST_CASE("where all looks alike, nothing is said") {
     judge.Add(Odometry{k, Pose2{0.0, 0.0, WrapAngle(0.2 * k)}});
   }
   CHECK(judge.verdict() == Verdict::kUnknown);
+}
+
+TEST_CASE("real scans turn as the odometry of their robots does, from wherever one begins to listen", "[logs]") {
+  for (const std::string name : {"intel", "fr079", "aces", "killian"}) {
+    const auto path = FindRealLog("radish/" + name + ".clf.gz");
+    if (!path) return;
+    CAPTURE(name);
+    CarmenLog log(*path);
+    HandednessJudge judge;
+    int num_right = 0;
+    for (auto scan = log.Next(); scan; scan = log.Next()) {
+      judge.Add(*scan);
+      judge.Add(Odometry{scan->utime, log.Odometry()});
+      if (judge.verdict() == Verdict::kUnknown) continue;
+      REQUIRE(judge.verdict() == Verdict::kRight);
+      ++num_right;
+      judge = HandednessJudge();
+    }
+    CHECK(num_right >= 20);
+  }
 }
 
 }  // namespace crsm
