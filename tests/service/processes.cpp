@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/core.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -29,6 +30,17 @@ using Clock = std::chrono::steady_clock;
 int NextNumber() {
   static std::atomic<int> number = 0;
   return number++;
+}
+
+/// Whether no other test on this machine has the port; then it is this process's until its end.
+bool LockPort(int port) {
+  const fs::path folder = fs::temp_directory_path() / fmt::format("crsm_test_ports_{}", getuid());
+  fs::create_directories(folder);
+  const int descriptor = open((folder / std::to_string(port)).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  if (descriptor < 0) throw std::runtime_error(folder.string() + ": no file can be opened there");
+  if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return true;
+  close(descriptor);
+  return false;
 }
 
 [[noreturn]] void Execute(const char* path, char* const* arguments, const char* output, const char* errors) {
@@ -136,8 +148,11 @@ int Run(const std::string& program, const std::vector<std::string>& arguments, c
 std::string MakeBusUrl() {
   constexpr int kFirstPort = 20000;
   constexpr int kNumPorts = 12000;  // up to where the system takes ports from for others
-  const int port = kFirstPort + (getpid() * 64 + NextNumber()) % kNumPorts;
-  return fmt::format("udpm://239.255.76.67:{}?ttl=0", port);
+  for (int i = 0; i < kNumPorts; ++i) {
+    const int port = kFirstPort + (getpid() * 64 + NextNumber()) % kNumPorts;
+    if (LockPort(port)) return fmt::format("udpm://239.255.76.67:{}?ttl=0", port);
+  }
+  throw std::runtime_error("all ports for tests are taken");
 }
 
 TestBus::TestBus(const std::string& url, const std::string& channel_prefix)

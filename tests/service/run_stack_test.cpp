@@ -109,11 +109,12 @@ TEST_CASE("a second run_stack on the same port is refused, on another one it run
   stack.Run("$run_stack sim:demo --out $out & " + AwaitEvent("map_exporter") +
             "$run_stack sim:demo --out $out.2; code=$?; wait; exit $code");
   CHECK(stack.exit_code == 1);
-  CHECK(stack.Said("port 7797 has its stack already, process "));
+  const std::string port = stack.url.substr(stack.url.rfind(':') + 1, 5);
+  CHECK(stack.Said("port " + port + " has its stack already, process "));
   CHECK(stack.Said("run_stack sim:demo --out " + stack.Path("out") + "): end that one, or choose another bus"));
   stack.Run(
       "$run_stack sim:demo --out $out & "
-      "$run_stack sim:demo --out $out.2 --lcm-url 'udpm://239.255.76.67:7798?ttl=0'; code=$?; wait; exit $code");
+      "$run_stack sim:demo --out $out.2 --lcm-url $other_url; code=$?; wait; exit $code");
   CHECK(stack.exit_code == 0);
 }
 

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "catch.hpp"
+#include "processes.hpp"
 
 // Takes 0.5 s over its work if it is the publisher, else waits for SIGINT; the exporter then takes 0.3 s to finish,
 // and writes what SUMMARY says.
@@ -49,12 +50,13 @@ class StandIns {
   }
   ~StandIns() { std::filesystem::remove_all(folder_); }
 
-  /// Runs a shell command in which $run_stack stands for the script, and keeps what it said.
+  /// Runs a shell command in which $run_stack stands for the script, $out for where results are to go, and $other_url
+  /// for another bus than `url`. Keeps what it said.
   void Run(const std::string& command, const std::string& environment = "") {
     const std::string all = "export CRSM_BIN_DIR=" + folder_.string() + " EVENTS=" + Path("events") +
-                            " UNREADY= DYING= SUMMARY= LCM_DEFAULT_URL='udpm://239.255.76.67:7797?ttl=0' " +
-                            environment + "; run_stack=" + CRSM_SOURCE_DIR + "/scripts/run_stack; out=" + Path("out") +
-                            "; exec 2>&1; " + command;
+                            " UNREADY= DYING= SUMMARY= LCM_DEFAULT_URL='" + url + "' other_url='" + crsm::MakeBusUrl() +
+                            "' " + environment + "; run_stack=" + CRSM_SOURCE_DIR +
+                            "/scripts/run_stack; out=" + Path("out") + "; exec 2>&1; " + command;
     FILE* pipe = popen(all.c_str(), "r");
     REQUIRE(pipe);
     output.clear();
@@ -86,6 +88,7 @@ class StandIns {
 
   std::string Path(const std::string& name) const { return (folder_ / name).string(); }
 
+  const std::string url = crsm::MakeBusUrl();
   std::string output;
   int exit_code = -1;
 
