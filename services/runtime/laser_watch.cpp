@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "services/runtime/headings.hpp"
 #include "services/runtime/message_types.hpp"
+#include "services/runtime/pose_types.hpp"
 #include "services/runtime/printable.hpp"
 
 namespace crsm {
@@ -34,10 +34,10 @@ LaserWatch::LaserWatch(Service& service, const ScanParameters& parameters, std::
       ServiceStatusChannel("laser_publisher"),
       [this](const service_status_t& status) { silence_.HearPublisher(Clock::now(), status.state); });
   service_.bus().SubscribeBytes(kOdometryChannel, [this](std::span<const std::uint8_t> bytes) {
-    const auto heading = handedness_told_ ? std::nullopt : DecodeHeading(bytes);
-    if (!heading) return true;  // who uses it counts what is wrong with it
+    const auto odometry = handedness_told_ ? std::nullopt : DecodePose(bytes);
+    if (!odometry) return true;  // the matcher counts what is wrong with it
     if (!handedness_) handedness_.emplace();
-    handedness_->Add(*heading);
+    handedness_->Add(*odometry);
     return true;
   });
 }

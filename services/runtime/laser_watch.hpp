@@ -44,7 +44,7 @@ class LaserWatch {
   std::string channel_;  ///< with the prefix
   ScanParameters parameters_;
   LaserJudge judge_;
-  std::optional<HandednessJudge> handedness_;  ///< from the first heading until it has told
+  std::optional<HandednessJudge> handedness_;  ///< from the first odometry until it has told
   bool handedness_told_ = false;
   LaserSilence silence_;
   int num_refused_in_a_row_ = 0;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/match/sweep.hpp"
+#include "services/runtime/pose_types.hpp"
 
 namespace crsm {
 namespace {
@@ -50,8 +51,11 @@ MatcherStage::MatcherStage(const CommandLine& command_line, MakeMatcher make_mat
   service_.bus().SubscribeToOne<critical_rays_t>(
       kCriticalRaysChannel, [this](const critical_rays_t& message) { Receive(FromMessage(message)); });
   if (!parameters_.odometry) return;
-  service_.bus().Subscribe<bot_core::pose_t>(
-      kOdometryChannel, [this](const bot_core::pose_t& message) { odometry_.Add(FromMessage(message)); });
+  service_.bus().SubscribeBytes(kOdometryChannel, [this](std::span<const std::uint8_t> bytes) {
+    const auto odometry = DecodePose(bytes);
+    if (odometry) odometry_.Add(*odometry);
+    return odometry.has_value();
+  });
 }
 
 void MatcherStage::Run() {

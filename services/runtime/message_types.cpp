@@ -7,7 +7,7 @@
 #include <map>
 
 #include "common/math/trigonometry.hpp"
-#include "services/runtime/laser_types.hpp"
+#include "services/runtime/printable.hpp"
 #include "services/runtime/wire.hpp"
 
 namespace crsm {
@@ -78,6 +78,15 @@ std::string DescribeRefusedLaser(std::span<const std::uint8_t> bytes) {
     return fmt::format("messages are cut, or have more than {} rays: {} bytes came", kMaxBeams, bytes.size());
   }
   return DescribeValues(scan);
+}
+
+std::string DescribeMirrored(const std::string& pose_channel, const LaserType& laser,
+                             const ScanParameters& parameters) {
+  std::string mend = "the driver must turn its angles round";
+  if (laser.name.starts_with("botlab.")) {
+    mend = parameters.botlab_clockwise ? "say --no-botlab-clockwise" : "leave --no-botlab-clockwise away";
+  }
+  return fmt::format("turn against the poses on {}: the map is a mirror image: {}", MakePrintable(pose_channel), mend);
 }
 
 }  // namespace crsm

@@ -4,6 +4,9 @@
 #include <span>
 #include <string>
 
+#include "common/parameters.hpp"
+#include "services/runtime/laser_types.hpp"
+
 namespace crsm {
 
 /// The name of a type of lcmtypes/ by its fingerprint, "bot_core.planar_lidar_t"; of any other the fingerprint itself,
@@ -12,5 +15,9 @@ std::string NameOfType(std::uint64_t fingerprint);
 
 /// What is wrong with a message that was refused on the channel of a laser, and what mends it.
 std::string DescribeRefusedLaser(std::span<const std::uint8_t> bytes);
+
+/// What mirrored scans do, "turn against the poses on ODOMETRY: ...", what comes of it and what mends it.
+/// pose_channel: of the poses that tell. laser: the type of the scans' messages.
+std::string DescribeMirrored(const std::string& pose_channel, const LaserType& laser, const ScanParameters& parameters);
 
 }  // namespace crsm

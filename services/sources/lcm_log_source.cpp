@@ -6,10 +6,9 @@
 #include <string_view>
 
 #include "services/runtime/bus.hpp"
-#include "services/runtime/conversions.hpp"
-#include "services/runtime/headings.hpp"
 #include "services/runtime/laser_types.hpp"
 #include "services/runtime/message_types.hpp"
+#include "services/runtime/pose_types.hpp"
 #include "services/runtime/printable.hpp"
 
 namespace crsm {
@@ -70,30 +69,23 @@ std::optional<LaserScan> LcmLogSource::Next() {
 bool LcmLogSource::ReadEvent() {
   const auto event = log_.Next();
   if (!event) return false;
-  if (event->channel == odometry_channel_ && Is<bot_core::pose_t>(Bytes(event->data))) {
-    TakeOdometry(event->data);
-  } else if (event->channel == channel_) {
+  if (event->channel == channel_) {
     TakeScan(event->data);
   } else if (IsLaser(event->data)) {
     ++counts_["other_channel"];
-  } else if (const auto heading = DecodeHeading(Bytes(event->data))) {
-    TakeHeading(event->channel, *heading);
+  } else if (IsPose(Bytes(event->data))) {
+    TakePose(event->channel, event->data);
   }
   return true;
 }
 
-void LcmLogSource::TakeOdometry(std::string_view data) {
-  if (const auto message = Decode<bot_core::pose_t>(Bytes(data))) {
-    scans_.Add(FromMessage(*message));
-    TakeHeading(odometry_channel_, FromMessage(*message));
-  } else {
-    ++counts_["bad_odometry"];
-  }
-}
-
-void LcmLogSource::TakeHeading(const std::string& channel, const crsm::Odometry& heading) {
+void LcmLogSource::TakePose(const std::string& channel, std::string_view data) {
   constexpr std::size_t kMostChannels = 4;
-  if (handedness_.size() < kMostChannels || handedness_.count(channel)) handedness_[channel].Add(heading);
+  const bool is_odometry = channel == odometry_channel_;
+  const auto pose = DecodePose(Bytes(data));
+  if (is_odometry && pose) scans_.Add(*pose);
+  if (is_odometry && !pose) ++counts_["bad_odometry"];
+  if (pose && (handedness_.size() < kMostChannels || handedness_.count(channel))) handedness_[channel].Add(*pose);
 }
 
 void LcmLogSource::TakeScan(std::string_view data) {
@@ -104,16 +96,16 @@ void LcmLogSource::TakeScan(std::string_view data) {
     return;
   }
   laser_ = FindLaserType(Bytes(data));
-  for (auto& [heading_channel, judge] : handedness_) judge.Add(*scan);
+  for (auto& [pose_channel, judge] : handedness_) judge.Add(*scan);
   if (!scans_.Add(std::move(*scan))) ++counts_["utime_repeated"];
 }
 
 std::vector<std::string> LcmLogSource::Complaints() const {
   std::vector<std::string> complaints = scans_.Complaints(channel_, counts_, first_refusal_, "utime");
-  for (const auto& [heading_channel, judge] : handedness_) {
+  for (const auto& [pose_channel, judge] : handedness_) {
     if (judge.verdict() != HandednessJudge::Verdict::kMirrored) continue;
     complaints.push_back(
-        fmt::format("the scans on {} {}", channel_, DescribeMirrored(heading_channel, *laser_, parameters_)));
+        fmt::format("the scans on {} {}", channel_, DescribeMirrored(pose_channel, *laser_, parameters_)));
     break;
   }
   return complaints;

@@ -19,11 +19,11 @@ namespace crsm {
 /// Scans of an LCM log, plain or compressed by gzip, in the log's order. A message is a laser's by its type, whatever
 /// its channel; lasers/ has the types that are known.
 ///
-/// Odometry: from the ODOMETRY messages (bot_core.pose_t) on the channel with the laser's prefix, that of the scan's
-/// own utime or between the two around it (ScansWithOdometry).
+/// Odometry: from the ODOMETRY messages (pose_types.hpp) on the channel with the laser's prefix, that of the scan's own
+/// utime or between the two around it (ScansWithOdometry).
 ///
-/// Poses that others have left in the log (ODOMETRY, SLAM_POSE and other bot_core.pose_t and mbot_lcm_msgs.pose2D_t)
-/// tell whether the scans are mirrored: a complaint says so.
+/// Poses that others have left in the log, on whatever channel, tell whether the scans are mirrored: a complaint says
+/// so.
 ///
 /// Counted and skipped: "bad_message" (arrays that do not fill the message, beams outside 2..4096, angles that are
 /// none, a message on the laser's channel that is no laser's), "utime_repeated" (the utime of an earlier scan),
@@ -46,8 +46,7 @@ class LcmLogSource : public LaserSource {
  private:
   /// Takes what the next event says; false at the end of the log.
   bool ReadEvent();
-  void TakeOdometry(std::string_view data);
-  void TakeHeading(const std::string& channel, const crsm::Odometry& heading);
+  void TakePose(const std::string& channel, std::string_view data);
   void TakeScan(std::string_view data);
 
   ScanParameters parameters_;
@@ -57,7 +56,7 @@ class LcmLogSource : public LaserSource {
   std::map<std::string, std::int64_t> counts_;
   std::string first_refusal_;                          ///< what is wrong with the first bad message
   const LaserType* laser_ = nullptr;                   ///< the type of the scans' messages
-  std::map<std::string, HandednessJudge> handedness_;  ///< by the channel of the headings
+  std::map<std::string, HandednessJudge> handedness_;  ///< by the channel of the poses
   ScansWithOdometry scans_;
 };
 

@@ -6,6 +6,7 @@
 #include "input.hpp"
 #include "services/runtime/laser_types.hpp"
 #include "services/runtime/message_types.hpp"
+#include "services/runtime/pose_types.hpp"
 #include "services/runtime/wire.hpp"
 
 namespace crsm {
@@ -27,6 +28,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   DecodeAsEach<bot_core::planar_lidar_t, sweep_t, bot_core::pose_t, critical_rays_t, scan_match_t, tracking_state_t,
                map_delta_t, map_request_t, service_status_t, journal_head_t, journal_check_t>({data, size});
   DescribeRefusedLaser({data, size});
+  DecodePose({data, size});
   ScanParameters counter_clockwise;
   counter_clockwise.botlab_clockwise = false;
   for (const auto& [fingerprint, type] : LaserTypes()) {

@@ -7,6 +7,7 @@
 #include <botlab/lidar_t.hpp>
 #include <filesystem>
 #include <iostream>
+#include <mbot_lcm_msgs/pose2D_t.hpp>
 
 #include "common/math/random.hpp"
 #include "common/worlds/built_in_worlds.hpp"
@@ -157,6 +158,7 @@ void WriteMessages(const Seeds& seeds) {
   const std::vector<std::pair<const char*, Bytes>> messages{{"sweep", Encode(SweepMessage())},
                                                             {"planar_lidar", Encode(LidarMessage())},
                                                             {"pose", Encode(PoseMessage())},
+                                                            {"pose2d", Encode(mbot_lcm_msgs::pose2D_t{5, 1, 2, 3})},
                                                             {"lidar", Encode(BotlabLidarMessage())},
                                                             {"lidar_nranges", Encode(BotlabLidarNrangesMessage())},
                                                             {"critical_rays", Encode(CriticalRaysMessage())},

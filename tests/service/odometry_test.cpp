@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <fstream>
+#include <mbot_lcm_msgs/pose2D_t.hpp>
 
 #include "catch.hpp"
 #include "common/math/random.hpp"
@@ -141,9 +142,11 @@ TEST_CASE("a matcher in lockstep waits for the odometry of a scan; one that runs
   const TemporaryFolder folder;
   const std::vector<std::string> flags{"--config", WriteConfig(folder / "odometry.toml")};
   const std::vector<LaserScan> scans = TakeScans("sim:demo", 2);
-  for (const bool lockstep : {true, false}) {
+  for (const std::string run : {"lockstep", "mbot", "live"}) {
+    CAPTURE(run);
+    const bool lockstep = run != "live";
     const std::string url = MakeBusUrl();
-    Stack stack({url, folder / (lockstep ? "lockstep" : "live"), flags, lockstep});
+    Stack stack({url, folder / run, flags, lockstep});
     REQUIRE(stack.StartServices());
     TestBus bus(url);
     int num_matches = 0;
@@ -161,7 +164,11 @@ TEST_CASE("a matcher in lockstep waits for the odometry of a scan; one that runs
     if (lockstep) {
       REQUIRE(bus.Await([&] { return counts["rrhc_matcher.odometry_awaited"] == 1; }));
       CHECK(num_matches == 0);
-      bus->Publish(kOdometryChannel, ToMessage(Odometry{scans[0].utime, Pose2{1.0, 2.0, 3.0}}));
+      if (run == "mbot") {
+        bus->Publish(kOdometryChannel, mbot_lcm_msgs::pose2D_t{scans[0].utime, 1.0f, 2.0f, 3.0f});
+      } else {
+        bus->Publish(kOdometryChannel, ToMessage(Odometry{scans[0].utime, Pose2{1.0, 2.0, 3.0}}));
+      }
       bus->Publish(kLaserChannel, ToMessage(scans[0]));
     } else {
       REQUIRE(bus.Await([&] { return counts["rrhc_matcher.odometry_missing"] == 1; }));

@@ -100,6 +100,22 @@ TEST_CASE("a scan has the odometry of its own utime, or what lies between the tw
   CHECK(OdometryOf(log) == Odometries{1.0, 2.0, 4.0, 7.0});
 }
 
+TEST_CASE("odometry of an mbot is odometry, rounded as all is") {
+  const auto MbotEvent = [](std::int64_t utime, float x_m, float theta_rad = -3.0f) {
+    return Event("ODOMETRY", Encode(mbot_lcm_msgs::pose2D_t{utime, x_m, 2.0f, theta_rad}));
+  };
+  CHECK(OdometryOf(MbotEvent(1'000'000, 1.0f) + PlanarEvent(1'000'000) + PlanarEvent(1'010'000) +
+                   MbotEvent(1'020'000, 2.0f)) == Odometries{1.0, 1.5});
+  const std::string bad = MbotEvent(1, std::nanf("")) + PlanarEvent(1);
+  CHECK(OdometryOf(bad) == Odometries{std::nullopt});
+  CHECK(Read(bad).counts.at("bad_odometry") == 1);
+
+  const ScratchFile file(MbotEvent(1, 0.1f, 7.0f) + PlanarEvent(1));
+  LcmLogSource source(file.path(), "");
+  source.Next();
+  CHECK(source.Odometry() == RoundOdometry({0.1f, 2.0, WrapAngle(7.0)}));
+}
+
 TEST_CASE("a scan has no odometry where there is none around it, none that can be read, or only another robot's") {
   const std::string before_the_first = PlanarEvent(1'000'000) + OdometryEvent(1'000'001, 1.0);
   CHECK(OdometryOf(before_the_first) == Odometries{std::nullopt});
