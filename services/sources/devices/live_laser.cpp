@@ -190,10 +190,10 @@ void LiveLaser::Receive(milliseconds longest) {
   if (error) throw *error;
   // While bytes come, it may be this process that was held up: they are read first.
   const milliseconds patience = (had_scans_ ? kPatience : kFirstPatience) * (bytes.empty() ? 1 : 4);
-  if (arrival - quiet_since_ > patience) {
-    throw DeviceError(had_scans_ ? "has fallen silent: is its cable plugged in, has it power?"
-                                 : address_.kind->no_scans);
-  }
+  if (arrival - quiet_since_ <= patience) return;
+  if (!had_scans_) throw DeviceError(address_.kind->no_scans);
+  Disconnect("has fallen silent: is its cable plugged in, has it power?");
+  next_try_ = arrival;  // it may be back already, and what it sends then is lost
 }
 
 void LiveLaser::Keep(DeviceScan scan, Clock::time_point arrival) {

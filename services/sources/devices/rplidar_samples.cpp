@@ -1,5 +1,6 @@
 #include "services/sources/devices/rplidar_samples.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/math/trigonometry.hpp"
@@ -55,9 +56,20 @@ bool RplidarSamples::FindSync() {
   return in_sync_;
 }
 
-void RplidarSamples::LoseSync() {
+/// Of the samples of the turn that is under way.
+double RplidarSamples::ComputeTurned_deg() const {
+  double turned_deg = 0.0;
+  for (std::size_t i = 1; i < turn_.size(); ++i) turned_deg += AngleBetween(turn_[i - 1].angle_deg, turn_[i].angle_deg);
+  return turned_deg;
+}
+
+/// Where the damage begins with the start of the next turn, this one is whole all the same.
+void RplidarSamples::LoseSync(std::vector<DeviceScan>& scans) {
   in_sync_ = false;
   if (whole_) ++report_.counts["bad_turn"];
+  const double turned_deg = ComputeTurned_deg();
+  const double steps = static_cast<double>(turn_.size()) - 1.0;
+  if (turned_deg + 1.5 * turned_deg / std::max(1.0, steps) > 360.0) EndTurn(scans);
   whole_ = false;
   clock_restarted_ = true;  // nobody knows how many samples are lost
 }
@@ -77,7 +89,7 @@ void RplidarSamples::Take(std::string_view bytes, std::vector<DeviceScan>& scans
       Add(sample, scans);
       used += kBytes;
     } else {
-      LoseSync();
+      LoseSync(scans);
     }
   }
   bytes_.erase(0, used);
@@ -95,11 +107,10 @@ void RplidarSamples::Add(const Sample& sample, std::vector<DeviceScan>& scans) {
 }
 
 void RplidarSamples::EndTurn(std::vector<DeviceScan>& scans) {
+  const double turned_deg = ComputeTurned_deg();
   std::vector<Sample> turn;
   turn.swap(turn_);
   if (!whole_) return;
-  double turned_deg = 0.0;
-  for (std::size_t i = 1; i < turn.size(); ++i) turned_deg += AngleBetween(turn[i - 1].angle_deg, turn[i].angle_deg);
   if (turned_deg < 300.0 || turned_deg > 370.0) {
     ++report_.counts["bad_turn"];
     return;

@@ -35,7 +35,8 @@ class RplidarSamples {
   Sample SampleAt(std::size_t begin) const;
   bool Follows(const Sample& sample) const;
   bool FindSync();
-  void LoseSync();
+  double ComputeTurned_deg() const;
+  void LoseSync(std::vector<DeviceScan>& scans);
   void Add(const Sample& sample, std::vector<DeviceScan>& scans);
   void EndTurn(std::vector<DeviceScan>& scans);
 

@@ -97,6 +97,18 @@ TEST_CASE("bytes that are lost, doubled or wrong cost their own turn, which is c
   }
 }
 
+TEST_CASE("a turn is whole though the next begins with damage") {
+  const std::string good = Turn(3);
+  for (const std::string& damaged : {std::string(good.size(), '\0'), '\0' + good.substr(1), good.substr(1)}) {
+    DeviceReport report;
+    CHECK(TurnsOf(Take(Turn(0) + Turn(1) + damaged + Turn(4) + Turn(5), report)) == std::vector<int>{0, 1, 4});
+    CHECK(report.counts["bad_turn"] == 1);
+  }
+  DeviceReport report;  // where its last sample is damaged as well, it is not
+  CHECK(TurnsOf(Take(Turn(0) + Turn(1).substr(0, 175) + good.substr(1) + Turn(4) + Turn(5), report)) ==
+        std::vector<int>{0, 4});
+}
+
 TEST_CASE("a start in the middle of a turn ends no turn") {
   DeviceReport report;
   std::string twice = Turn(1);
