@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <unordered_set>
+#include <utility>
 
 #include "common/graph/draw_scans.hpp"
 #include "common/graph/place_search.hpp"
@@ -35,8 +36,9 @@ Submap MakeSubmap(const KeyframeGraph& graph, int middle, int newest) {
           std::min(graph.FindByPath(middle_m + kSubmapReach_m), latest)};
 }
 
-/// Hits of some keyframes nearer than `farthest_m` to their laser and to the frame's keyframe. 2 x N.
-Eigen::Matrix2Xd CollectHits(const KeyframeGraph& graph, const Submap& part, double farthest_m) {
+/// Hits of some keyframes nearer than `farthest_m` to their laser and to a place in the frame of the middle one. 2 x N.
+Eigen::Matrix2Xd CollectHits(const KeyframeGraph& graph, const Submap& part, const Pose2& place, double farthest_m) {
+  const Eigen::Vector2d place_m(place.x_m, place.y_m);
   std::vector<Eigen::Vector2d> all;
   Pose2 T_frame_at = graph.Motion(part.middle, part.first);
   for (int i = part.first; i <= part.last; ++i) {
@@ -46,7 +48,7 @@ Eigen::Matrix2Xd CollectHits(const KeyframeGraph& graph, const Submap& part, dou
     for (Eigen::Index k = 0; k < hits_m.cols(); ++k) {
       const Eigen::Vector2d at(T_frame_at.x_m + cos * hits_m(0, k) - sin * hits_m(1, k),
                                T_frame_at.y_m + sin * hits_m(0, k) + cos * hits_m(1, k));
-      const double distance2_m2 = std::max(hits_m.col(k).squaredNorm(), at.squaredNorm());
+      const double distance2_m2 = std::max(hits_m.col(k).squaredNorm(), (at - place_m).squaredNorm());
       if (distance2_m2 < farthest_m * farthest_m) all.push_back(at);
     }
   }
@@ -60,7 +62,7 @@ Eigen::Matrix2Xd CollectRecentPoints(const KeyframeGraph& graph, int newest) {
   constexpr double kSquare_m = 0.1;
   constexpr Eigen::Index kMostPoints = 300;
   const Submap recent{newest, graph.FindByPath(graph.path_m(newest) - kRecent_m), newest};
-  const Eigen::Matrix2Xd hits_m = CollectHits(graph, recent, kFarthestPoint_m);
+  const Eigen::Matrix2Xd hits_m = CollectHits(graph, recent, {}, kFarthestPoint_m);
   std::unordered_set<std::int64_t> taken;
   std::vector<Eigen::Index> kept;
   for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
@@ -108,34 +110,52 @@ struct Candidates {
   std::optional<int> known;        ///< the nearest old keyframe for which it does
 };
 
+/// The ways along the graph from a keyframe to those near it, which are asked for in the order of their indices.
+class Ways {
+ public:
+  Ways(const KeyframeGraph& graph, int from, double reach_m) : way_m_(graph.FindWithin(from, reach_m)) {}
+
+  /// Infinite beyond the reach.
+  double To(int index) {
+    while (next_ < way_m_.size() && way_m_[next_].first < index) ++next_;
+    return next_ < way_m_.size() && way_m_[next_].first == index ? way_m_[next_].second : HUGE_VAL;
+  }
+
+ private:
+  std::vector<std::pair<int, double>> way_m_;
+  std::size_t next_ = 0;
+};
+
 Candidates FindCandidates(const KeyframeGraph& graph, int newest, double local_map_m, const DriftModel& drift) {
   constexpr double kPassing_m = 2.0;  // from one path to the other, where they meet
   constexpr double kKnown_m = 2.5;
+  constexpr double kSurelyFar = 0.5;  // of what is too far: loops have hardly made the path twice as long
   Candidates found;
-  std::vector<double> by_graph_m;  // from the newest; not looked for before there is something near
+  std::optional<Ways> ways;  // not looked for before there is something near
   double nearest_m = kKnown_m;
   int last_slot = -1;
-  for (int i = 0; i < newest && graph.path_m(newest) - graph.path_m(i) > kLongAgo_m; ++i) {
-    const double by_path_m = graph.path_m(newest) - graph.path_m(i);
+  const double here_m = graph.path_m(newest);
+  for (int i = 0; i < newest && here_m - graph.path_m(i) > kLongAgo_m;) {
+    const double by_path_m = here_m - graph.path_m(i);
     const double away_m = Distance(graph.pose(i), graph.pose(newest));
-    if (away_m > drift.Over(by_path_m).reach_m + kPassing_m) continue;
-    if (by_graph_m.empty()) {
-      by_graph_m.assign(static_cast<std::size_t>(newest), HUGE_VAL);
-      for (const auto& [index, distance_m] : graph.FindWithin(newest, local_map_m)) {
-        if (index < newest) by_graph_m[static_cast<std::size_t>(index)] = distance_m;
-      }
+    const double beyond_m = away_m - drift.Over(by_path_m).reach_m - kPassing_m;
+    if (beyond_m > 0.0) {  // and so are those of the next metres
+      i = std::max(i + 1, graph.FindByPath(graph.path_m(i) + kSurelyFar * beyond_m));
+      continue;
     }
+    const int at = i++;
+    if (!ways) ways.emplace(graph, newest, local_map_m);
     // A way through the graph that is much longer than the crow flies is not agreement: the chain may be bent.
-    const double way_m = std::min(by_graph_m[static_cast<std::size_t>(i)], by_path_m);
+    const double way_m = std::min(ways->To(at), by_path_m);
     if (way_m <= local_map_m && way_m <= 12.0 + 2.0 * away_m) {
       if (away_m < nearest_m) {
         nearest_m = away_m;
-        found.known = i;
+        found.known = at;
       }
       continue;
     }
     if (away_m > drift.Over(way_m).reach_m + kPassing_m) continue;
-    const int slot = static_cast<int>(graph.path_m(i) / kSubmapReach_m);
+    const int slot = static_cast<int>(graph.path_m(at) / kSubmapReach_m);
     if (slot != last_slot) {
       found.unknown.push_back({graph.FindByPath((slot + 0.5) * kSubmapReach_m), way_m});
     } else {
@@ -163,8 +183,8 @@ class PlaceFinder {
 
   /// Of what the points may come to lie on in a window of that reach.
   HitPyramid MakePyramid(int middle, double reach_m) const {
-    const double farthest_m = Length(PresumedIn(middle)) + reach_m + kFarthestPoint_m;
-    return HitPyramid(CollectHits(graph_, MakeSubmap(graph_, middle, newest_), farthest_m), kCell_m);
+    const Submap submap = MakeSubmap(graph_, middle, newest_);
+    return HitPyramid(CollectHits(graph_, submap, PresumedIn(middle), reach_m + kFarthestPoint_m), kCell_m);
   }
 
   /// Where the matches say that the robot is: if it fits there, whether nowhere nearby as well; else further away.

@@ -9,6 +9,22 @@
 namespace crsm {
 namespace {
 
+/// From a pose to the next of a level, in cells of its grid.
+constexpr int StepOfGrid(int level) { return level == 0 ? 1 : 2; }
+
+/// What a level's grid has left of and below the hits, in its cells: what they were widened by, room for the next
+/// poses, and a margin.
+constexpr int BeforeGrid(int level) { return (level == 0 ? 1 : 2) + StepOfGrid(level) + 1; }
+
+/// Four bits as four numbers of 16 bits, so that they are added up at once.
+constexpr std::array<std::uint64_t, 16> kSpread = [] {
+  std::array<std::uint64_t, 16> spread{};
+  for (std::uint64_t bits = 0; bits < 16; ++bits) {
+    for (std::uint64_t i = 0; i < 4; ++i) spread[bits] |= (bits >> i & 1) << (16 * i);
+  }
+  return spread;
+}();
+
 /// Poses on a lattice: 2^level of them along each axis, from here on.
 struct Node {
   int count;
@@ -40,13 +56,23 @@ class Lattice {
             WrapAngle(centre_.yaw_rad + yaw * step_rad_)};
   }
 
-  bool Contains(const Node& node) const { return node.x <= reach_ && node.y <= reach_ && node.yaw <= reach_yaw_; }
-
-  /// How many points at most lie on hits at one of the node's poses; all that matters below `least` is that it is.
-  int Bound(const Node& node, int least) const {
-    const double middle = 0.5 * ((1 << node.level) - 1);
-    return pyramid_.Count(node.level, x_cells_, y_cells_, PoseAt(node.x + middle, node.y + middle, node.yaw + middle),
-                          least);
+  /// The eight halves of a node that are in the window, each with how many points at most lie on hits at one of its
+  /// poses; all that matters below `least` is that it is.
+  template <class Visit>
+  void VisitHalves(const Node& node, int least, Visit&& visit) const {
+    const int level = node.level - 1;
+    const int half = 1 << level;
+    const double middle = 0.5 * (half - 1);
+    for (const int yaw : {node.yaw, node.yaw + half}) {
+      if (node.x > reach_ || node.y > reach_ || yaw > reach_yaw_) continue;
+      const std::array<int, 4> counts =
+          pyramid_.Count(level, x_cells_, y_cells_, PoseAt(node.x + middle, node.y + middle, yaw + middle), least);
+      for (int i = 0; i < 4; ++i) {
+        const Node part{counts[static_cast<std::size_t>(i)], level, node.x + (i & 1) * half, node.y + (i >> 1) * half,
+                        yaw};
+        if (part.x <= reach_ && part.y <= reach_) visit(part);
+      }
+    }
   }
 
   /// Whether all poses of a node are those of one place.
@@ -59,10 +85,10 @@ class Lattice {
     return far_m < kOther_m && step_rad_ * Far(node.yaw, place.yaw) < kOther_rad;
   }
 
-  /// The nodes of the highest level.
+  /// The nodes whose halves are those of the highest level.
   template <class Visit>
   void VisitTop(Visit&& visit) const {
-    constexpr int kTop = HitPyramid::kLevels - 1;
+    constexpr int kTop = HitPyramid::kLevels;
     for (int yaw = -reach_yaw_; yaw <= reach_yaw_; yaw += 1 << kTop) {
       for (int y = -reach_; y <= reach_; y += 1 << kTop) {
         for (int x = -reach_; x <= reach_; x += 1 << kTop) visit(Node{0, kTop, x, y, yaw});
@@ -97,10 +123,10 @@ HitPyramid::HitPyramid(const Eigen::Matrix2Xd& hits_m, double cell_m) : cell_m_(
     const auto y = static_cast<std::size_t>((hits_m(1, i) - origin_m_.y()) / cell_m);
     base.cells[y * static_cast<std::size_t>(base.width) + x] = 1;
   }
-  levels_[0] = Widen(base, 1);
-  Grid coarse = levels_[0];
-  for (std::size_t level = 1; level < kLevels; ++level) {
-    levels_[level] = Widen(coarse, 2);
+  Grid coarse = Widen(base, 1);
+  levels_[0] = JoinFour(coarse, StepOfGrid(0));
+  for (int level = 1; level < kLevels; ++level) {
+    levels_[static_cast<std::size_t>(level)] = JoinFour(Widen(coarse, 2), StepOfGrid(level));
     coarse = Halve(coarse);
   }
 }
@@ -149,32 +175,60 @@ HitPyramid::Grid HitPyramid::Halve(const Grid& grid) {
   return half;
 }
 
-int HitPyramid::Count(int level, const Eigen::ArrayXf& x_cells, const Eigen::ArrayXf& y_cells, const Pose2& pose,
-                      int least) const {
+/// What a point at a cell lies on, and those `step` cells further along x, along y, and along both: a bit each. Grows
+/// by so many cells to the left and below, and by a margin of one where nothing is.
+HitPyramid::Grid HitPyramid::JoinFour(const Grid& grid, int step) {
+  const auto w = static_cast<std::size_t>(grid.width);
+  const auto h = static_cast<std::size_t>(grid.height);
+  const auto s = static_cast<std::size_t>(step);
+  Grid joined{grid.width + step + 2, grid.height + step + 2, {}};
+  const std::size_t jw = w + s + 2;
+  joined.cells.assign(jw * (h + s + 2), 0);
+  for (std::size_t y = 0; y < h; ++y) {
+    const std::uint8_t* from = &grid.cells[y * w];
+    for (int bit = 0; bit < 4; ++bit) {
+      std::uint8_t* to = &joined.cells[(y + 1 + (bit & 2 ? 0 : s)) * jw + 1 + (bit & 1 ? 0 : s)];
+      for (std::size_t x = 0; x < w; ++x) to[x] = static_cast<std::uint8_t>(to[x] | from[x] << bit);
+    }
+  }
+  return joined;
+}
+
+std::array<int, 4> HitPyramid::Count(int level, const Eigen::ArrayXf& x_cells, const Eigen::ArrayXf& y_cells,
+                                     const Pose2& pose, int least) const {
   const Grid& grid = levels_[static_cast<std::size_t>(level)];
+  std::array<int, 4> counts{};
+  if (grid.cells.empty()) return counts;
   const int shift = std::max(level - 1, 0);
-  const int widened = level == 0 ? 1 : 2;
+  const int before = BeforeGrid(level);
   const int offset = level == 0 ? 0 : 1;  // level 0 was widened by a cell before it was halved
   const auto [sin, cos] = ComputeSinCos(pose.yaw_rad);
   const auto s = static_cast<float>(sin);
   const auto c = static_cast<float>(cos);
-  constexpr int kBias = 1 << 16;  // positive numbers are rounded down
-  const auto x0 = static_cast<float>((pose.x_m - origin_m_.x()) / cell_m_ + offset) + kBias;
-  const auto y0 = static_cast<float>((pose.y_m - origin_m_.y()) / cell_m_ + offset) + kBias;
-  const int bias = (kBias >> shift) - widened;
-  constexpr Eigen::Index kAtOnce = 32;
+  const auto x0 = static_cast<float>((pose.x_m - origin_m_.x()) / cell_m_ + offset + before * (1 << shift));
+  const auto y0 = static_cast<float>((pose.y_m - origin_m_.y()) / cell_m_ + offset + before * (1 << shift));
+  const auto x_end = static_cast<float>((grid.width - 1) << shift);  // there and at 0 lies nothing
+  const auto y_end = static_cast<float>((grid.height - 1) << shift);
+  constexpr Eigen::Index kAtOnce = 64;
+  std::array<int, kAtOnce> at;
   const Eigen::Index num = x_cells.size();
-  int count = 0;
   for (Eigen::Index begin = 0; begin < num; begin += kAtOnce) {
-    const Eigen::Index end = std::min(begin + kAtOnce, num);
-    for (Eigen::Index i = begin; i < end; ++i) {
-      const int x = (static_cast<int>(x0 + c * x_cells[i] - s * y_cells[i]) >> shift) - bias;
-      const int y = (static_cast<int>(y0 + s * x_cells[i] + c * y_cells[i]) >> shift) - bias;
-      count += grid.At(x, y);
+    const Eigen::Index here = std::min(kAtOnce, num - begin);
+    const float* px = x_cells.data() + begin;
+    const float* py = y_cells.data() + begin;
+    for (Eigen::Index i = 0; i < here; ++i) {
+      const int x = static_cast<int>(std::clamp(x0 + c * px[i] - s * py[i], 0.0f, x_end)) >> shift;
+      const int y = static_cast<int>(std::clamp(y0 + s * px[i] + c * py[i], 0.0f, y_end)) >> shift;
+      at[static_cast<std::size_t>(i)] = y * grid.width + x;
     }
-    if (count + static_cast<int>(num - end) < least) break;
+    std::uint64_t four = 0;
+    for (Eigen::Index i = 0; i < here; ++i) {
+      four += kSpread[grid.cells[static_cast<std::size_t>(at[static_cast<std::size_t>(i)])]];
+    }
+    for (std::size_t i = 0; i < 4; ++i) counts[i] += static_cast<int>(four >> (16 * i) & 0xffff);
+    if (*std::max_element(counts.begin(), counts.end()) + static_cast<int>(num - begin - here) < least) break;
   }
-  return count;
+  return counts;
 }
 
 Place FindPlace(const HitPyramid& pyramid, const Eigen::Matrix2Xd& points_m, const PlaceWindow& window,
@@ -186,13 +240,13 @@ Place FindPlace(const HitPyramid& pyramid, const Eigen::Matrix2Xd& points_m, con
   int least = Least(terms.least_score * num_points);
   Place place;
   std::priority_queue<Node> front;
-  const auto Look = [&](Node node) {
-    if (!lattice.Contains(node)) return;
-    ++place.evaluations;
-    node.count = lattice.Bound(node, least);
-    if (node.count >= least) front.push(node);
+  const auto Halve = [&](const Node& node) {
+    lattice.VisitHalves(node, least, [&](const Node& part) {
+      ++place.evaluations;
+      if (part.count >= least) front.push(part);
+    });
   };
-  lattice.VisitTop(Look);
+  lattice.VisitTop(Halve);
   std::optional<Node> best;
   while (!front.empty() && front.top().count >= least) {
     const Node node = front.top();
@@ -203,10 +257,7 @@ Place FindPlace(const HitPyramid& pyramid, const Eigen::Matrix2Xd& points_m, con
     }
     if (best && lattice.IsAt(node, *best)) continue;
     if (node.level > 0) {
-      const int half = 1 << (node.level - 1);
-      for (int i = 0; i < 8; ++i) {
-        Look({0, node.level - 1, node.x + (i & 1) * half, node.y + (i >> 1 & 1) * half, node.yaw + (i >> 2) * half});
-      }
+      Halve(node);
     } else if (best) {
       place.rival = node.count / num_points;
       break;

@@ -20,30 +20,26 @@ class HitPyramid {
   double cell_m() const { return cell_m_; }
 
   /// How many of the points, moved to a pose, lie on hits, give or take a cell; at a level above 0, how many would at
-  /// most if each was moved by up to 2^level - 1 cells more. x_cells, y_cells: of the points, in cells.
-  /// Once it is clear that there are fewer than `least`, some number below that.
-  int Count(int level, const Eigen::ArrayXf& x_cells, const Eigen::ArrayXf& y_cells, const Pose2& pose,
-            int least) const;
+  /// most if each was moved by up to 2^level - 1 cells more. x_cells, y_cells: of the points, in cells. Of four poses:
+  /// this one, the one 2^level cells further along x, that along y, and that along both.
+  /// Once it is clear that there are fewer than `least` at all four, some numbers below that.
+  std::array<int, 4> Count(int level, const Eigen::ArrayXf& x_cells, const Eigen::ArrayXf& y_cells, const Pose2& pose,
+                           int least) const;
 
  private:
   struct Grid {
     int width = 0;
     int height = 0;
     std::vector<std::uint8_t> cells;
-    std::uint8_t At(int x, int y) const {
-      return static_cast<unsigned>(x) < static_cast<unsigned>(width) &&
-                     static_cast<unsigned>(y) < static_cast<unsigned>(height)
-                 ? cells[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)]
-                 : std::uint8_t{0};
-    }
   };
 
   static Grid Widen(const Grid& grid, int reach);
   static Grid Halve(const Grid& grid);
+  static Grid JoinFour(const Grid& grid, int step);
 
   double cell_m_;
   Eigen::Vector2d origin_m_ = Eigen::Vector2d::Zero();
-  std::array<Grid, kLevels> levels_;
+  std::array<Grid, kLevels> levels_;  ///< a cell has a bit for each of the four poses
 };
 
 /// Where to look: so far to each side of a pose.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace crsm {
 namespace {
@@ -52,14 +53,20 @@ double ComputeSquaredError(const GraphEdge& edge, const std::vector<Pose2>& pose
       .error.squaredNorm();
 }
 
-/// The normal equations of one step: H step = -b. The first pose has no part in them.
+/// The normal equations of one step after the other: H step = -b. The first pose has no part in them.
 class NormalEquations {
  public:
-  explicit NormalEquations(std::size_t num_poses) : b_(Eigen::VectorXd::Zero(3 * (static_cast<int>(num_poses) - 1))) {
+  explicit NormalEquations(std::size_t num_poses) : b_(3 * (static_cast<int>(num_poses) - 1)) {}
+
+  /// Nothing is known yet.
+  void Clear() {
     constexpr double kHold = 1e-9;  // what keeps a pose without edges where it is
+    entries_.clear();
     for (int i = 0; i < static_cast<int>(b_.size()); ++i) entries_.emplace_back(i, i, kHold);
+    b_.setZero();
   }
 
+  /// The same edges in every step.
   void Add(const GraphEdge& edge, const Linearised& at, double weight) {
     AddBlock(edge.from, edge.from, weight * at.by_from.transpose() * at.by_from);
     AddBlock(edge.to, edge.to, weight * at.by_to.transpose() * at.by_to);
@@ -74,9 +81,10 @@ class NormalEquations {
     Eigen::SparseMatrix<double> h(b_.size(), b_.size());
     h.setFromTriplets(entries_.begin(), entries_.end());
     h.diagonal() *= 1.0 + damping;
-    Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky(h);
-    if (cholesky.info() != Eigen::Success) return {};
-    return cholesky.solve(-b_);
+    if (!std::exchange(analysed_, true)) cholesky_.analyzePattern(h);  // half of the work, and the same in every step
+    cholesky_.factorize(h);
+    if (cholesky_.info() != Eigen::Success) return {};
+    return cholesky_.solve(-b_);
   }
 
  private:
@@ -89,6 +97,8 @@ class NormalEquations {
 
   std::vector<Eigen::Triplet<double>> entries_;
   Eigen::VectorXd b_;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky_;
+  bool analysed_ = false;
 };
 
 bool IsFinite(const Pose2& pose) {
@@ -167,8 +177,9 @@ int PoseGraph::Descend(double doubt, int most_iterations) {
   double cost = ComputeCost(poses_, doubt);
   double damping = kLeastDamping;
   int iterations = 0;
+  NormalEquations equations(poses_.size());
   for (bool ended = false; !ended && iterations < most_iterations; ++iterations) {
-    NormalEquations equations(poses_.size());
+    equations.Clear();
     for (const GraphEdge& edge : edges_) {
       const Linearised at(edge, poses_[static_cast<std::size_t>(edge.from)], poses_[static_cast<std::size_t>(edge.to)]);
       equations.Add(edge, at, Loss{doubt}.Weight(at.error.squaredNorm(), edge.may_be_wrong));

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 #include <utility>
 
@@ -13,18 +12,28 @@
 namespace crsm {
 namespace {
 
-// Marks of the cells that a scan touches: free, or from there on occupied by this share.
-constexpr std::uint8_t kFreeMark = 1;
-constexpr std::uint8_t kOccupiedMark = 255;
 constexpr double kNearHitsCells = 2.0;  // hits this close are neighbours in the map whatever they lie on
 
-/// The value, or 0, without a branch: loops over cells in which no way parts are compiled to compute several at a time.
-int If(bool condition, int value) { return value & -static_cast<int>(condition); }
+// A hit is placed to this part of a cell: 1.6 mm, a few times finer than lasers are.
+constexpr int kPartBits = 5;
+constexpr int kParts = 1 << kPartBits;
 
-/// One byte of the wire for the probability of being free; 127 is kept for unexplored cells.
-int ToByte(float p_free) {
-  const int byte = static_cast<int>(p_free * 255.0f + 0.5f);
-  return byte + If(byte == kUnexploredByte, 1 - 2 * static_cast<int>(p_free < 0.5f));
+/// The marks of the four cells around a hit, by where between their centres it lies.
+std::vector<std::array<std::uint8_t, 4>> ComputeHitMarks(double hit_spread) {
+  const auto ToMark = [&](double share) {
+    const int mark = static_cast<int>(std::min(1.0, hit_spread * share) * kOccupiedMark);
+    return static_cast<std::uint8_t>(mark > kFreeMark ? mark : 0);
+  };
+  std::vector<std::array<std::uint8_t, 4>> marks;
+  for (int y = 0; y < kParts; ++y) {
+    for (int x = 0; x < kParts; ++x) {
+      const double right = static_cast<double>(x) / kParts;
+      const double up = static_cast<double>(y) / kParts;
+      marks.push_back({ToMark((1.0 - right) * (1.0 - up)), ToMark(right * (1.0 - up)), ToMark((1.0 - right) * up),
+                       ToMark(right * up)});
+    }
+  }
+  return marks;
 }
 
 }  // namespace
@@ -36,14 +45,19 @@ struct MapUpdater::Tile {
   TileBytes bytes;
   std::int64_t changed_in_version = 0;
 
-  Tile() {
+  Tile() { Clear(); }
+
+  void Clear() {
     p_free.fill(0.5f);
     bytes.fill(kUnexploredByte);
   }
 };
 
 MapUpdater::MapUpdater(const UpdateParameters& parameters)
-    : parameters_(parameters), geometry_(parameters.cell_size_m) {}
+    : parameters_(parameters),
+      geometry_(parameters.cell_size_m),
+      hit_marks_(ComputeHitMarks(parameters.hit_spread)),
+      blend_(FindBlendKernels().back()) {}
 
 MapUpdater::~MapUpdater() = default;
 MapUpdater::MapUpdater(MapUpdater&&) noexcept = default;
@@ -63,7 +77,10 @@ MapDelta MapUpdater::Update(const CriticalRays& scan, const ScanMatch& match) {
 
 std::vector<TileChange> MapUpdater::DrawAnew(std::span<const PlacedScan> scans) {
   std::vector<TileBytes> before;
-  for (const auto& entry : tiles_.entries()) before.push_back(std::exchange(*entry.tile, Tile()).bytes);
+  for (const auto& entry : tiles_.entries()) {
+    before.push_back(entry.tile->bytes);
+    entry.tile->Clear();
+  }
   for (const PlacedScan& scan : scans) DrawMore(scan);
   if (!scans.empty()) T_map_last_drawn_ = scans.back().T_map_laser;
   std::vector<TileChange> changes;
@@ -139,9 +156,9 @@ void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vect
   std::sort(marked_.begin(), marked_.end());
   for (const TileIndex index : marked_) {
     Tile& tile = *tiles_.Find(index);
-    const TileBytes before = tile.bytes;
+    const TileBytes before = changes ? tile.bytes : TileBytes();
     Blend(tile, intensity);
-    if (tile.bytes == before) continue;
+    if (changes && tile.bytes == before) continue;
     tile.changed_in_version = version_;
     if (changes) changes->push_back({index, PackRuns(before, tile.bytes)});
   }
@@ -152,19 +169,28 @@ void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vect
 
 /// To be called before anything else is marked.
 void MapUpdater::MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {
-  std::uint8_t* marks = nullptr;         // those of the tile in which the walk is ...
-  Cell corner{-2 * kMaxCell, kMaxCell};  // ... and its first cell
-  WalkCells(from_cells, to_cells, [&](Cell cell) {
-    int right = cell.x - corner.x;
-    int up = cell.y - corner.y;
-    if (static_cast<unsigned>(right | up) >= kTileSide) {
+  constexpr Cell kNowhere{-2 * kMaxCell, kMaxCell};
+  std::uint8_t* marks = nullptr;  // those of the tile in which the walk is ...
+  Cell corner = kNowhere;         // ... and its first cell
+  const auto IsInside = [](int right, int up) { return static_cast<unsigned>(right | up) < kTileSide; };
+  const auto MarkOne = [&](Cell cell) {
+    if (!IsInside(cell.x - corner.x, cell.y - corner.y)) {
       Tile* tile = MarkTile(TileOf(cell));
       marks = tile ? tile->marks.data() : nullptr;
-      corner = CellsOf(TileOf(cell)).low;
-      right = cell.x - corner.x;
-      up = cell.y - corner.y;
+      corner = tile ? CellsOf(TileOf(cell)).low : kNowhere;
     }
-    if (marks) marks[up * kTileSide + right] = kFreeMark;
+    if (marks) marks[OffsetInTile(cell)] = kFreeMark;
+  };
+  WalkCells(from_cells, to_cells, [&](Cell cell, Cell next) {
+    const Cell a{cell.x - corner.x, cell.y - corner.y};
+    const Cell b{next.x - corner.x, next.y - corner.y};
+    if (IsInside(a.x | b.x, a.y | b.y)) {
+      marks[a.y * kTileSide + a.x] = kFreeMark;
+      marks[b.y * kTileSide + b.x] = kFreeMark;
+    } else {
+      MarkOne(cell);
+      MarkOne(next);
+    }
   });
 }
 
@@ -180,17 +206,19 @@ void MapUpdater::MarkBehind(const Eigen::Vector2d& from_cells, const Eigen::Vect
   const auto num_steps = static_cast<int>(length_cells) + 1;
   for (int i = 0; i < num_steps; ++i) {
     const Eigen::Vector2d at_cells = from_cells + way * (static_cast<double>(i) / num_steps);
-    WalkCells(at_cells, at_cells + behind, [&](Cell cell) {
-      const Tile* tile = tiles_.Find(TileOf(cell));
-      const bool explored = tile && tile->bytes[static_cast<std::size_t>(OffsetInTile(cell))] != kUnexploredByte;
-      if (explored) Mark(cell, kFreeMark);
+    WalkCells(at_cells, at_cells + behind, [&](Cell cell, Cell next) {
+      if (IsExplored(cell)) Mark(cell, kFreeMark);
+      if (next != cell && IsExplored(next)) Mark(next, kFreeMark);
     });
   }
 }
 
 void MapUpdater::MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {
   if (parameters_.hit_spread == 0.0) {
-    WalkCells(from_cells, to_cells, [&](Cell cell) { Mark(cell, kOccupiedMark); });
+    WalkCells(from_cells, to_cells, [&](Cell cell, Cell next) {
+      Mark(cell, kOccupiedMark);
+      Mark(next, kOccupiedMark);
+    });
     return Mark(CellOf(to_cells), kOccupiedMark);
   }
   constexpr double kStepCells = 0.25;  // no cell on the way gets less than 3/4 of its share
@@ -204,15 +232,10 @@ void MapUpdater::MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vec
 void MapUpdater::MarkHit(const Eigen::Vector2d& at_cells) {
   if (parameters_.hit_spread == 0.0) return Mark(CellOf(at_cells), kOccupiedMark);
   const Eigen::Vector2d from_centre = at_cells.array() - 0.5;
-  const Cell low = CellOf(from_centre);
-  const double right = from_centre.x() - low.x;
-  const double up = from_centre.y() - low.y;
-  const auto ToMark = [&](double share) {
-    const int mark = static_cast<int>(std::min(1.0, parameters_.hit_spread * share) * kOccupiedMark);
-    return static_cast<std::uint8_t>(If(mark > kFreeMark, mark));
-  };
-  const std::array<std::uint8_t, 4> marks{ToMark((1.0 - right) * (1.0 - up)), ToMark(right * (1.0 - up)),
-                                          ToMark((1.0 - right) * up), ToMark(right * up)};
+  const Cell at = CellOf((from_centre * kParts).array() + 0.5);  // in parts of a cell
+  const Cell low{at.x >> kPartBits, at.y >> kPartBits};          // rounded down
+  constexpr int kPartMask = kParts - 1;
+  const auto& marks = hit_marks_[static_cast<std::size_t>((at.y & kPartMask) << kPartBits | (at.x & kPartMask))];
   if ((low.x & kTileMask) < kTileMask && (low.y & kTileMask) < kTileMask) {  // all in one tile
     std::uint8_t* slots = FindMark(low);
     if (!slots) return;
@@ -229,6 +252,12 @@ void MapUpdater::MarkHit(const Eigen::Vector2d& at_cells) {
 /// Each cell counts once a scan, by the largest share that an obstacle has in it.
 void MapUpdater::Mark(Cell cell, std::uint8_t mark) {
   if (std::uint8_t* slot = FindMark(cell)) *slot = std::max(*slot, mark);
+}
+
+bool MapUpdater::IsExplored(Cell cell) const {
+  const TileIndex index = TileOf(cell);
+  const Tile* tile = marking_ && index == marking_index_ ? marking_ : tiles_.Find(index);
+  return tile && tile->bytes[static_cast<std::size_t>(OffsetInTile(cell))] != kUnexploredByte;
 }
 
 /// The mark of a cell; nullptr if there is no room for its tile.
@@ -253,38 +282,14 @@ MapUpdater::Tile* MapUpdater::MarkTile(TileIndex index) {
   return tile;
 }
 
-/// The asymptotic rule of section 6 on every marked cell; the marks are cleared. A cell that an obstacle fills in part
-/// goes towards that part, by an intensity between that of a free cell and that of an occupied one.
-///
-/// A cell seen for the first time is believed more readily: what was just explored would else score nearly as well as a
-/// wall, wall or not, and draw the next scans back to where the last ones ended.
+/// The asymptotic rule of section 6 on every marked cell; the marks are cleared.
 void MapUpdater::Blend(Tile& tile, double intensity) const {
   constexpr double kMaxIntensity = 0.95;  // asymptotic: no cell is ever certain
-  constexpr std::size_t kAtOnce = 16;     // cells
   const auto Limited = [&](double value) { return static_cast<float>(std::min(kMaxIntensity, value)); };
-  const float free = Limited(intensity);
-  const float occupied = Limited(intensity * parameters_.occupied_density);
-  const auto first = static_cast<float>(parameters_.first_intensity);
   tile.marked = false;
-  for (std::size_t begin = 0; begin < kTileCells; begin += kAtOnce) {
-    std::uint8_t* marks = &tile.marks[begin];
-    constexpr std::array<std::uint8_t, kAtOnce> kNone{};
-    if (std::memcmp(marks, kNone.data(), kAtOnce) == 0) continue;
-    float* p_free = &tile.p_free[begin];
-    std::uint8_t* bytes = &tile.bytes[begin];
-    for (std::size_t i = 0; i < kAtOnce; ++i) {
-      const int mark = marks[i];
-      const int byte = bytes[i];
-      const float c = p_free[i];
-      const float share = static_cast<float>(If(mark != kFreeMark, mark)) / kOccupiedMark;  // of an obstacle
-      const float least = first * static_cast<float>(If(byte == kUnexploredByte, 1));
-      const float wanted = free + (occupied - free) * share;
-      const float update = (wanted < least ? least : wanted) * static_cast<float>(If(mark != 0, 1));
-      p_free[i] = c + (1.0f - share - c) * update;
-      bytes[i] = static_cast<std::uint8_t>(byte + If(mark != 0, ToByte(p_free[i]) - byte));
-    }
-    std::fill_n(marks, kAtOnce, std::uint8_t{0});
-  }
+  blend_({Limited(intensity), Limited(intensity * parameters_.occupied_density),
+          static_cast<float>(parameters_.first_intensity)},
+         tile.marks.data(), tile.p_free.data(), tile.bytes.data());
 }
 
 }  // namespace crsm

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "common/map/blend_cells.hpp"
 #include "common/map/map_delta.hpp"
 #include "common/map/map_geometry.hpp"
 #include "common/parameters.hpp"
@@ -75,12 +78,15 @@ class MapUpdater {
   void MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void MarkHit(const Eigen::Vector2d& at_cells);
   void Mark(Cell cell, std::uint8_t mark);
+  bool IsExplored(Cell cell) const;
   std::uint8_t* FindMark(Cell cell);
   Tile* MarkTile(TileIndex index);
   void Blend(Tile& tile, double intensity) const;
 
   UpdateParameters parameters_;
   MapGeometry geometry_;
+  std::vector<std::array<std::uint8_t, 4>> hit_marks_;  ///< by where between the centres of four cells a hit lies
+  BlendKernel blend_;
   TileGrid<Tile> tiles_;
   std::vector<TileIndex> marked_;  ///< tiles that the scan at hand touches
   Tile* marking_ = nullptr;        ///< the one it touched last, nullptr if there is no room for it ...

@@ -51,6 +51,7 @@ class Emulator(threading.Thread):
         self.lock = threading.RLock()
         self.began = time.monotonic()
         self.due = time.monotonic()
+        self.sent_at = 0.0   # the last scan
         self.ended = False
         self.heard = b""
         self.start()
@@ -81,6 +82,11 @@ class Emulator(threading.Thread):
             count = min(count, len(self.sent))
             self.maybe += self.sent[len(self.sent) - count:]
             del self.sent[len(self.sent) - count:]
+
+    def forget_crossing(self):
+        """A scan that was under way when it was told to stop is thrown away by whoever told it."""
+        if time.monotonic() - self.sent_at < 0.05:
+            self.forget(1)
 
     def plug(self):
         """As a laser that gets its power back, unless streaming is set again."""
@@ -144,6 +150,7 @@ class Emulator(threading.Thread):
             data = bytes(random.randrange(128, 256) for _ in range(len(data)))
         whole = self.port.write(self.noise + data) and self.understands()
         self.noise = b""
+        self.sent_at = time.monotonic()
         (self.sent if whole and not damage else self.maybe).append(scan)
 
     def hear(self):

@@ -31,6 +31,7 @@ class Rplidar(Emulator):
     def obey(self, request):
         if request == 0x25:  # STOP, which has no answer
             self.streaming = False
+            self.forget_crossing()
         elif request == 0x50:  # GET_INFO: model, firmware, hardware, serial number
             self.answer(b"\xA5\x5A\x14\x00\x00\x00\x04" + bytes([0x28, 29, 1, 7]) + bytes(range(16)))
         elif request == 0x52:  # GET_HEALTH

@@ -1,5 +1,7 @@
 #include "common/graph/place_search.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 #include <utility>
@@ -110,7 +112,8 @@ TEST_CASE("the place that is found is the best that looking everywhere finds") {
     const Pose2 truth{random.Uniform(-0.3, 0.3), random.Uniform(-0.3, 0.3), random.Uniform(-0.03, 0.03)};
     const Eigen::Matrix2Xd points_m = SeeFrom(truth, room, seed);
     const PlaceWindow window{{0.01, 0.02, 0.003}, 0.4, 0.04};
-    const Place place = FindPlace(HitPyramid(ToMatrix(room), kCell_m), points_m, window, kTerms);
+    HitPyramid pyramid(ToMatrix(room), kCell_m);
+    const Place place = FindPlace(pyramid, points_m, window, kTerms);
 
     const SlowMap slow(ToMatrix(room));
     int most = 0;
@@ -137,7 +140,7 @@ TEST_CASE("the place that is found is the best that looking everywhere finds") {
 TEST_CASE("what a coarse level counts is no less than what any pose of its node has") {
   Random random(5);
   const Points room = MakeRoom(9);
-  const HitPyramid pyramid(ToMatrix(room), kCell_m);
+  HitPyramid pyramid(ToMatrix(room), kCell_m);
   const Eigen::Matrix2Xd points_m = SeeFrom({0.3, -0.2, 0.4}, room, 9);
   const Eigen::ArrayXf x_cells = InCells(points_m, 0);
   const Eigen::ArrayXf y_cells = InCells(points_m, 1);
@@ -149,34 +152,62 @@ TEST_CASE("what a coarse level counts is no less than what any pose of its node 
       const auto At = [&](double x, double y, double yaw) {
         return Pose2{first.x_m + kCell_m * x, first.y_m + kCell_m * y, first.yaw_rad + kCell_m / kFarthest_m * yaw};
       };
-      const int bound = pyramid.Count(level, x_cells, y_cells, At(0.5 * last, 0.5 * last, 0.5 * last), 0);
+      const int bound = pyramid.Count(level, x_cells, y_cells, At(0.5 * last, 0.5 * last, 0.5 * last), 0)[0];
       const auto Any = [&] { return static_cast<int>(random.Next() % (static_cast<std::uint64_t>(last) + 1)); };
-      const int within = pyramid.Count(0, x_cells, y_cells, At(Any(), Any(), Any()), 0);
-      const int corner = pyramid.Count(0, x_cells, y_cells, At(0, last, 0), 0);
+      const int within = pyramid.Count(0, x_cells, y_cells, At(Any(), Any(), Any()), 0)[0];
+      const int corner = pyramid.Count(0, x_cells, y_cells, At(0, last, 0), 0)[0];
       REQUIRE(bound >= std::max(within, corner));
     }
   }
 }
 
-TEST_CASE("a count that cannot reach what is asked for is some number below that") {
+TEST_CASE("four poses are counted at once, each as if it was alone") {
+  Random random(6);
+  const Points room = MakeRoom(8);
+  HitPyramid pyramid(ToMatrix(room), kCell_m);
+  const Eigen::Matrix2Xd points_m = SeeFrom({0.3, -0.2, 0.4}, room, 8);
+  const Eigen::ArrayXf x_cells = InCells(points_m, 0);
+  const Eigen::ArrayXf y_cells = InCells(points_m, 1);
+  for (int level = 0; level < HitPyramid::kLevels; ++level) {
+    const double step_m = kCell_m * (1 << level);
+    for (int i = 0; i < 100; ++i) {
+      // Also where most points lie beyond one side of the grid or another.
+      const Pose2 pose{random.Uniform(-9.0, 9.0), random.Uniform(-7.0, 7.0), random.Uniform(-3.0, 3.0)};
+      const auto At = [&](int x, int y) { return Pose2{pose.x_m + x * step_m, pose.y_m + y * step_m, pose.yaw_rad}; };
+      const std::array<int, 4> counts = pyramid.Count(level, x_cells, y_cells, pose, 0);
+      for (int k = 0; k < 4; ++k) {
+        CAPTURE(level, i, k);
+        // A point on the border of a cell falls on one side of it or the other with single precision.
+        const int alone = pyramid.Count(level, x_cells, y_cells, At(k & 1, k >> 1), 0)[0];
+        REQUIRE(std::abs(counts[static_cast<std::size_t>(k)] - alone) <= 1);
+      }
+    }
+  }
+}
+
+TEST_CASE("counts that cannot reach what is asked for are some numbers below that") {
   const Points room = MakeRoom(2);
-  const HitPyramid pyramid(ToMatrix(room), kCell_m);
+  HitPyramid pyramid(ToMatrix(room), kCell_m);
   const Eigen::Matrix2Xd points_m = SeeFrom({}, room, 2);
   const Eigen::ArrayXf x_cells = InCells(points_m, 0);
   const Eigen::ArrayXf y_cells = InCells(points_m, 1);
   const Pose2 off{0.7, 0.3, 0.2};
-  const int count = pyramid.Count(0, x_cells, y_cells, off, 0);
-  CHECK(pyramid.Count(0, x_cells, y_cells, off, count) == count);
-  CHECK(pyramid.Count(0, x_cells, y_cells, off, count + 1) < count + 1);
-  CHECK(pyramid.Count(0, x_cells, y_cells, off, static_cast<int>(points_m.cols())) < points_m.cols());
-  CHECK(pyramid.Count(0, x_cells, y_cells, {1e3, -1e3, 0.0}, 0) == 0);
+  const std::array<int, 4> counts = pyramid.Count(0, x_cells, y_cells, off, 0);
+  const auto Most = [](const std::array<int, 4>& of) { return *std::max_element(of.begin(), of.end()); };
+  CHECK(pyramid.Count(0, x_cells, y_cells, off, Most(counts)) == counts);
+  CHECK(Most(pyramid.Count(0, x_cells, y_cells, off, Most(counts) + 1)) < Most(counts) + 1);
+  CHECK(Most(pyramid.Count(0, x_cells, y_cells, off, static_cast<int>(points_m.cols()))) < points_m.cols());
+  CHECK(pyramid.Count(0, x_cells, y_cells, {1e3, -1e3, 0.0}, 0) == std::array<int, 4>{});
 }
 
 TEST_CASE("a second room like the first is a rival, one that differs is none") {
   Points rooms = MakeRoom(3);
   const Eigen::Matrix2Xd points_m = SeeFrom({}, rooms, 3);
   const PlaceWindow window{{4.0, 0.0, 0.0}, 6.0, 0.1};
-  const auto Find = [&] { return FindPlace(HitPyramid(ToMatrix(rooms), kCell_m), points_m, window, kTerms); };
+  const auto Find = [&] {
+    HitPyramid pyramid(ToMatrix(rooms), kCell_m);
+    return FindPlace(pyramid, points_m, window, kTerms);
+  };
   const Place alone = Find();
   CHECK(alone.score > 0.85);
   CHECK(alone.rival == 0.0);
@@ -195,7 +226,7 @@ TEST_CASE("a second room like the first is a rival, one that differs is none") {
 
 TEST_CASE("where the place is not in the window, nothing is found") {
   const Points room = MakeRoom(5);
-  const HitPyramid pyramid(ToMatrix(room), kCell_m);
+  HitPyramid pyramid(ToMatrix(room), kCell_m);
   const Place place = FindPlace(pyramid, SeeFrom({}, room, 5), {{20.0, 0.0, 0.0}, 2.0, 0.1}, kTerms);
   CHECK(place.score == 0.0);
   CHECK(place.rival == 0.0);
@@ -204,7 +235,7 @@ TEST_CASE("where the place is not in the window, nothing is found") {
 
 TEST_CASE("a search that takes too long counts as one in which all is alike") {
   const Points room = MakeRoom(6);
-  const HitPyramid pyramid(ToMatrix(room), kCell_m);
+  HitPyramid pyramid(ToMatrix(room), kCell_m);
   const Eigen::Matrix2Xd points_m = SeeFrom({0.4, 0.3, 0.02}, room, 6);
   const PlaceWindow window{{}, 3.0, 0.2};
   const Place whole = FindPlace(pyramid, points_m, window, kTerms);
@@ -218,13 +249,13 @@ TEST_CASE("a search that takes too long counts as one in which all is alike") {
 }
 
 TEST_CASE("among no hits there is no place") {
-  const HitPyramid pyramid(Eigen::Matrix2Xd(2, 0), kCell_m);
+  HitPyramid pyramid(Eigen::Matrix2Xd(2, 0), kCell_m);
   CHECK(FindPlace(pyramid, SeeFrom({}, MakeRoom(7), 7), {{}, 1.0, 0.1}, kTerms).score == 0.0);
   CHECK(FindPlace(pyramid, Eigen::Matrix2Xd(2, 0), {{}, 1.0, 0.1}, kTerms).score == 0.0);
 }
 
 TEST_CASE("one hit is found by one point, wherever it lies on the lattice") {
-  const HitPyramid pyramid(Eigen::Matrix2Xd(Eigen::Vector2d(7.02, -3.01)), kCell_m);
+  HitPyramid pyramid(Eigen::Matrix2Xd(Eigen::Vector2d(7.02, -3.01)), kCell_m);
   const Place place =
       FindPlace(pyramid, Eigen::Matrix2Xd(Eigen::Vector2d(1.0, 0.0)), {{6.5, -2.5, 0.0}, 1.0, 0.0}, kTerms);
   CHECK(place.score == 1.0);
