@@ -25,7 +25,7 @@ struct LocalKeyframes {
 /// flies saw few of the walls here, and does no harm.
 LocalKeyframes FindLocal(const KeyframeGraph& graph, double local_map_m) {
   constexpr double kBearableReach = 2.1;  // of 40 m, with a look every 20 m: straight on, the third look draws anew
-  constexpr double kStraight = 0.7;  // least share of the way that lies between the ends of it
+  constexpr double kStraight = 0.7;       // least share of the way that lies between the ends of it
   const int newest = graph.size() - 1;
   LocalKeyframes found;
   for (const auto& [index, way_m] : graph.FindWithin(newest, kBearableReach * local_map_m)) {
