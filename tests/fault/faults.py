@@ -292,6 +292,8 @@ def to_and_fro(messages):
 class Listener(threading.Thread):
     """Hears POSE and SERVICE_STATUS: how old each pose is [s], where utime is the wall clock; all counters."""
 
+    beginnings = [b"POSE", b"SERV"]  # the first four letters of what it listens to
+
     def __init__(self, port):
         super().__init__(daemon=True)
         self.ages_s = []
@@ -301,19 +303,19 @@ class Listener(threading.Thread):
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
         self.socket.setsockopt(socket.SOL_SOCKET, 35, 1)  # SO_TIMESTAMPNS: when the kernel got it
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 22)
-        self._keep_only(b"POSE", b"SERV")
+        self._keep_only()
         self.socket.bind((GROUP, port))
         self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
                                socket.inet_aton(GROUP) + socket.inet_aton("0.0.0.0"))
         self.start()
 
-    def _keep_only(self, *beginnings):
-        """A filter in the kernel for the first four letters of the channel, behind 8 bytes each of UDP and LCM."""
+    def _keep_only(self):
+        """A filter in the kernel for the beginning of the channel, behind 8 bytes each of UDP and LCM."""
         import ctypes
         load, jump_equal, give = 0x20, 0x15, 0x06
         code = [(load, 0, 0, 16)]
-        for i, beginning in enumerate(beginnings):
-            code.append((jump_equal, len(beginnings) - i, 0, int.from_bytes(beginning, "big")))
+        for i, beginning in enumerate(self.beginnings):
+            code.append((jump_equal, len(self.beginnings) - i, 0, int.from_bytes(beginning, "big")))
         code += [(give, 0, 0, 0), (give, 0, 0, 0xFFFFFFFF)]
         program = ctypes.create_string_buffer(b"".join(struct.pack("HBBI", *line) for line in code))
         self.socket.setsockopt(socket.SOL_SOCKET, 26,  # SO_ATTACH_FILTER
@@ -323,13 +325,15 @@ class Listener(threading.Thread):
         while True:
             packet, ancillary, _, _ = self.socket.recvmsg(65536, 256)
             end = packet.index(b"\0", 8)
-            channel, data = packet[8:end], packet[end + 1:]
-            if channel == b"POSE":
-                seconds, nanoseconds = struct.unpack("qq", ancillary[0][2][:16])
-                self.ages_s.append(seconds + 1e-9 * nanoseconds - 1e-6 * struct.unpack_from(">q", data, 8)[0])
-            elif channel.startswith(b"SERVICE_STATUS/"):
-                name, counters = decode_status(data)
-                self.statuses[name] = counters
+            seconds, nanoseconds = struct.unpack("qq", ancillary[0][2][:16])
+            self.hear(packet[8:end], packet[end + 1:], seconds + 1e-9 * nanoseconds)
+
+    def hear(self, channel, data, at_s):
+        if channel == b"POSE":
+            self.ages_s.append(at_s - 1e-6 * struct.unpack_from(">q", data, 8)[0])
+        elif channel.startswith(b"SERVICE_STATUS/"):
+            name, counters = decode_status(data)
+            self.statuses[name] = counters
 
 
 def decode_status(data):

@@ -74,7 +74,7 @@ TEST_CASE("a loop brings a drive that bends back to its start, and bends all of 
   graph.AddEdge(Loop(truth, 3, 157));
   const GraphOptimisation optimisation = graph.Optimise();
   CHECK(optimisation.cost_after < optimisation.cost_before);
-  CHECK(optimisation.iterations < 30);
+  CHECK(optimisation.iterations <= 8);  // steps that remember the equations of the last one take longer
   CHECK(graph.poses()[0] == truth[0]);
   CHECK(LargestDistance_m({graph.poses().back()}, {truth.back()}) < 0.05);
   CHECK(LargestDistance_m(graph.poses(), truth) < 0.5 * before_m);
