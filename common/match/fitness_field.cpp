@@ -79,16 +79,14 @@ using ScoreRow = std::array<std::int16_t, kPairsInRow>;
 /// What rays score that end in the cells of a row, from one column to another. All numbers fit into 16 bits, of which a
 /// processor computes eight at a time.
 ///
-/// unexplored_beside: what an unexplored neighbour of a cell counts.
-void ComputeScores(const std::uint8_t* row, int x_low, int x_high, std::int16_t unexplored_score,
-                   std::uint8_t unexplored_beside, ScoreRow& scores) {
+/// beside: the same row, as cells count that are neighbours.
+void ComputeScores(const std::uint8_t* row, const std::uint8_t* beside, int x_low, int x_high,
+                   std::int16_t unexplored_score, ScoreRow& scores) {
   const auto most = static_cast<std::int16_t>(kFullScore - unexplored_score);
-  const auto Beside = [&](std::uint8_t byte) { return byte == kUnexploredByte ? unexplored_beside : byte; };
   for (int x = x_low; x <= x_high; ++x) {
-    const std::uint8_t* cell = row + x;
-    const int around = Beside(cell[-1]) + Beside(cell[1]) + Beside(cell[-kPadded]) + Beside(cell[kPadded]);
-    const auto explored = static_cast<std::int16_t>(most - 10 * *cell - around);                  // line 10
-    scores[static_cast<std::size_t>(x)] = *cell == kUnexploredByte ? std::int16_t{0} : explored;  // lines 6 to 9
+    const int around = beside[x - 1] + beside[x + 1] + beside[x - kPadded] + beside[x + kPadded];
+    const auto explored = static_cast<std::int16_t>(most - 10 * row[x] - around);                  // line 10
+    scores[static_cast<std::size_t>(x)] = row[x] == kUnexploredByte ? std::int16_t{0} : explored;  // lines 6 to 9
   }
 }
 
@@ -184,14 +182,18 @@ void FitnessField::RefreshPairs(const ByteMap& map, TileIndex index, const CellR
   if (x_low > x_high || y_low > y_high) return;
   if (!rectangle_.Contains(index)) MakeRoom(map);
 
-  PaddedBytes bytes;
+  PaddedBytes bytes{};
   CopyBytes(map, index, {{x_low - 1, y_low - 1}, {x_high + 1, y_high + 2}}, bytes);
   // Between cells it matters that both sides of a wall score alike: if the one that nobody sees scored more, each wall
   // would seem to stand a little further away, and the map would grow by a thousandth.
+  PaddedBytes beside;
   const std::uint8_t unexplored_beside = interpolate_ ? kFreeByte : kUnexploredByte;
+  std::transform(bytes.begin(), bytes.end(), beside.begin(),
+                 [=](std::uint8_t byte) { return byte == kUnexploredByte ? unexplored_beside : byte; });
   ScoreRow here, above;
   const auto Compute = [&](int y, ScoreRow& scores) {
-    ComputeScores(bytes.data() + (y + 1) * kPadded + 1, x_low, x_high, unexplored_score_, unexplored_beside, scores);
+    const int begin = (y + 1) * kPadded + 1;
+    ComputeScores(bytes.data() + begin, beside.data() + begin, x_low, x_high, unexplored_score_, scores);
   };
   Compute(y_low, above);
   ScorePair* pairs = FindTile(index) + y_low * kPairsInRow;
