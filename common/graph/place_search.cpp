@@ -64,7 +64,7 @@ class Lattice {
     const int half = 1 << level;
     const double middle = 0.5 * (half - 1);
     for (const int yaw : {node.yaw, node.yaw + half}) {
-      if (node.x > reach_ || node.y > reach_ || yaw > reach_yaw_) continue;
+      if (yaw > reach_yaw_) continue;
       const std::array<int, 4> counts =
           pyramid_.Count(level, x_cells_, y_cells_, PoseAt(node.x + middle, node.y + middle, yaw + middle), least);
       for (int i = 0; i < 4; ++i) {

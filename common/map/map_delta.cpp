@@ -64,12 +64,12 @@ std::vector<std::uint8_t> PackRuns(const TileBytes& before, const TileBytes& aft
   };
   int end_of_last = 0;
   for (int cell = FindChange(before, after, 0); cell < kTileCells;) {
-    int end = SkipChanges(before, after, cell + 1);
-    int next = FindChange(before, after, end);
-    while (next < kTileCells && next - end <= kMaxGap) {
+    int end;
+    int next = cell;
+    do {
       end = SkipChanges(before, after, next + 1);
       next = FindChange(before, after, end);
-    }
+    } while (next < kTileCells && next - end <= kMaxGap);
     PushTwoBytes(cell - end_of_last);
     PushTwoBytes(end - cell);
     to = std::copy(after.begin() + cell, after.begin() + end, to);

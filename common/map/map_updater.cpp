@@ -154,9 +154,10 @@ void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vect
           ? std::min(std::max(ComputeMeanSparseness(rays), parameters_.intensity_min), parameters_.intensity_max)
           : parameters_.intensity;
   std::sort(marked_.begin(), marked_.end());
+  TileBytes before;
   for (const TileIndex index : marked_) {
     Tile& tile = *tiles_.Find(index);
-    const TileBytes before = changes ? tile.bytes : TileBytes();
+    if (changes) before = tile.bytes;
     Blend(tile, intensity);
     if (changes && tile.bytes == before) continue;
     tile.changed_in_version = version_;

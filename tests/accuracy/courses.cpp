@@ -102,7 +102,7 @@ std::vector<Course> RealCourses() {
        {"radish/intel.clf.gz", "sick", "radish/intel.relations", {}, {}, 5},
        12,
        {kUnknown, kUnknown, 0.0350, 0.003, 0.74}},
-      // A student's robot in an arena. lost 0, fitness 0.8255; with --sweep-s 0 a map of several rectangles, turned.
+      // A student's robot in an arena; the log tells each beam's time. lost 0, fitness 0.8255
       {"mbot", {"lcm/mbot_convex.lcmlog.gz", "rplidar-a1"}, 3, {kUnknown, kUnknown, kUnknown, 0.003, 0.815}},
       // Where these two went nobody knows. What their maps are worth shows in how well the scans fit into them.
       // lost 0, fitness 0.6284

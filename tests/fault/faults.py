@@ -104,7 +104,7 @@ class Case:
         """A log of a simulated robot that drives to and fro, or stands where it began. Returns its path and the number of
         scans of one way."""
         one_way = read_log(self.convert(course, source or f"sim:{course}"))
-        first_utime = struct.unpack_from(">q", one_way[0], 8)[0]
+        first_utime = utime_of(one_way[0])
         scans = itertools.repeat(one_way[0]) if stands else to_and_fro(one_way)
         path = self.out / "long.lcm"
         write_log(path, (with_utime(scan, first_utime + number * 1000000 // rate_hz)
@@ -273,9 +273,28 @@ def read_log(path, channel="LASER"):
 def write_log(path, messages, channel="LASER"):
     with open(path, "wb") as log:
         for number, message in enumerate(messages):
-            utime = struct.unpack_from(">q", message, 8)[0]
-            log.write(struct.pack(">IqqII", 0xEDA1DA01, number, utime, len(channel), len(message)))
+            log.write(struct.pack(">IqqII", 0xEDA1DA01, number, utime_of(message), len(channel), len(message)))
             log.write(channel.encode() + message)
+
+
+class Driver:
+    """Publishes scans on a bus as a laser's driver does."""
+
+    def __init__(self, port):
+        self.port = port
+        self.num_sent = 0
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1 << 22)
+
+    def publish(self, scan):
+        header = struct.pack(">II", 0x4C433032, self.num_sent & 0xFFFFFFFF) + b"LASER\0"
+        self.socket.sendto(header + scan, (GROUP, self.port))
+        self.num_sent += 1
+
+
+def utime_of(message):
+    return struct.unpack_from(">q", message, 8)[0]
 
 
 def with_utime(message, utime):
@@ -330,7 +349,7 @@ class Listener(threading.Thread):
 
     def hear(self, channel, data, at_s):
         if channel == b"POSE":
-            self.ages_s.append(at_s - 1e-6 * struct.unpack_from(">q", data, 8)[0])
+            self.ages_s.append(at_s - 1e-6 * utime_of(data))
         elif channel.startswith(b"SERVICE_STATUS/"):
             name, counters = decode_status(data)
             self.statuses[name] = counters

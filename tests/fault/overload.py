@@ -3,12 +3,10 @@
 import itertools
 import multiprocessing
 import pathlib
-import socket
-import struct
 import time
 
-from faults import GROUP, SERVICES, Listener, Program, bus_url, check, may_grow_bytes, num_descriptors, percentile
-from faults import peak_bytes, port_of, publisher_seconds, read_log, run, run_stack, to_and_fro, with_utime
+from faults import SERVICES, Driver, Listener, Program, bus_url, check, may_grow_bytes, num_descriptors, peak_bytes
+from faults import percentile, port_of, publisher_seconds, read_log, run, run_stack, to_and_fro, with_utime
 
 OVERLOAD = 10
 MOST_AGE_S = 2.0  # of a pose: when the laser stops, 20 scans still wait, here for a match of 0.03 s each
@@ -18,22 +16,17 @@ LCM_BYTES = 14e6  # LCM's own buffer grows until it has held its longest queue o
 
 def drive_laser(port, scans, rate_hz, duration_s, num_sent):
     """Publishes as a driver does: each scan with the wall clock as its utime."""
-    bus = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    bus.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
-    bus.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 1 << 22)
+    driver = Driver(port)
     # The robot drives as fast as in the log, so that each of its scans is taken OVERLOAD times.
     course = itertools.chain.from_iterable(itertools.repeat(scan, OVERLOAD) for scan in to_and_fro(scans))
     begin = time.monotonic()
-    sent = 0
     last_utime = 0
     while (elapsed_s := time.monotonic() - begin) < duration_s:
-        while sent < elapsed_s * rate_hz:
+        while driver.num_sent < elapsed_s * rate_hz:
             last_utime = max(last_utime + 1, int(1e6 * time.time()))
-            header = struct.pack(">II", 0x4C433032, sent & 0xFFFFFFFF) + b"LASER\0"
-            bus.sendto(header + with_utime(next(course), last_utime), (GROUP, port))
-            sent += 1
+            driver.publish(with_utime(next(course), last_utime))
         time.sleep(0.001)
-    num_sent.value = sent
+    num_sent.value = driver.num_sent
 
 
 def kernel_drops():

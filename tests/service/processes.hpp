@@ -73,8 +73,8 @@ class Process {
 /// Runs a program to its end. Returns its exit code.
 int Run(const std::string& program, const std::vector<std::string>& arguments, const std::filesystem::path& logs);
 
-/// A bus of LCM that no other test has, also of other processes: a port of its own, because in LCM 1.3.1 another address on the same port does
-/// not isolate. Messages do not leave the machine.
+/// A bus of LCM that no other test has, also of other processes: a port of its own, because in LCM 1.3.1 another
+/// address on the same port does not isolate. Messages do not leave the machine.
 std::string MakeBusUrl();
 
 /// The test's own place on a bus.

@@ -98,9 +98,24 @@ class SlowMap {
   std::set<std::pair<int, int>> cells_;
 };
 
-Eigen::ArrayXf InCells(const Eigen::Matrix2Xd& points_m, int row) {
-  return (points_m.row(row).array() / kCell_m).cast<float>();
-}
+/// A room, and what is seen of it from a pose.
+struct Sight {
+  Sight(std::uint64_t seed, const Pose2& T_map_laser)
+      : room(MakeRoom(seed)),
+        pyramid(ToMatrix(room), kCell_m),
+        points_m(SeeFrom(T_map_laser, room, seed)),
+        x_cells((points_m.row(0).array() / kCell_m).cast<float>()),
+        y_cells((points_m.row(1).array() / kCell_m).cast<float>()) {}
+
+  std::array<int, 4> Count(int level, const Pose2& pose, int least = 0) const {
+    return pyramid.Count(level, x_cells, y_cells, pose, least);
+  }
+
+  Points room;
+  HitPyramid pyramid;
+  Eigen::Matrix2Xd points_m;
+  Eigen::ArrayXf x_cells, y_cells;
+};
 
 }  // namespace
 
@@ -108,28 +123,26 @@ TEST_CASE("the place that is found is the best that looking everywhere finds") {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     CAPTURE(seed);
     Random random(seed, 3);
-    const Points room = MakeRoom(seed);
     const Pose2 truth{random.Uniform(-0.3, 0.3), random.Uniform(-0.3, 0.3), random.Uniform(-0.03, 0.03)};
-    const Eigen::Matrix2Xd points_m = SeeFrom(truth, room, seed);
+    const Sight sight(seed, truth);
     const PlaceWindow window{{0.01, 0.02, 0.003}, 0.4, 0.04};
-    HitPyramid pyramid(ToMatrix(room), kCell_m);
-    const Place place = FindPlace(pyramid, points_m, window, kTerms);
+    const Place place = FindPlace(sight.pyramid, sight.points_m, window, kTerms);
 
-    const SlowMap slow(ToMatrix(room));
+    const SlowMap slow(ToMatrix(sight.room));
     int most = 0;
     for (int yaw = -4; yaw <= 4; ++yaw) {
       for (int y = -8; y <= 8; ++y) {
         for (int x = -8; x <= 8; ++x) {
           const Pose2 pose{window.centre.x_m + kCell_m * x, window.centre.y_m + kCell_m * y,
                            window.centre.yaw_rad + kCell_m / kFarthest_m * yaw};
-          most = std::max(most, slow.Count(points_m, pose));
+          most = std::max(most, slow.Count(sight.points_m, pose));
         }
       }
     }
-    const double num_points = static_cast<double>(points_m.cols());
+    const double num_points = static_cast<double>(sight.points_m.cols());
     // A point on the border of a cell falls on one side of it or the other with single precision.
     CHECK(place.score * num_points == Approx(most).margin(1.5));
-    CHECK(slow.Count(points_m, place.pose) >= most - 2);
+    CHECK(slow.Count(sight.points_m, place.pose) >= most - 2);
     CHECK(std::hypot(place.pose.x_m - truth.x_m, place.pose.y_m - truth.y_m) < 2 * kCell_m);
     CHECK(std::abs(place.pose.yaw_rad - truth.yaw_rad) < 0.02);
     CHECK(place.rival == 0.0);
@@ -139,11 +152,7 @@ TEST_CASE("the place that is found is the best that looking everywhere finds") {
 
 TEST_CASE("what a coarse level counts is no less than what any pose of its node has") {
   Random random(5);
-  const Points room = MakeRoom(9);
-  HitPyramid pyramid(ToMatrix(room), kCell_m);
-  const Eigen::Matrix2Xd points_m = SeeFrom({0.3, -0.2, 0.4}, room, 9);
-  const Eigen::ArrayXf x_cells = InCells(points_m, 0);
-  const Eigen::ArrayXf y_cells = InCells(points_m, 1);
+  const Sight sight(9, {0.3, -0.2, 0.4});
   for (int level = 1; level < HitPyramid::kLevels; ++level) {
     CAPTURE(level);
     const int last = (1 << level) - 1;
@@ -152,10 +161,10 @@ TEST_CASE("what a coarse level counts is no less than what any pose of its node 
       const auto At = [&](double x, double y, double yaw) {
         return Pose2{first.x_m + kCell_m * x, first.y_m + kCell_m * y, first.yaw_rad + kCell_m / kFarthest_m * yaw};
       };
-      const int bound = pyramid.Count(level, x_cells, y_cells, At(0.5 * last, 0.5 * last, 0.5 * last), 0)[0];
+      const int bound = sight.Count(level, At(0.5 * last, 0.5 * last, 0.5 * last))[0];
       const auto Any = [&] { return static_cast<int>(random.Next() % (static_cast<std::uint64_t>(last) + 1)); };
-      const int within = pyramid.Count(0, x_cells, y_cells, At(Any(), Any(), Any()), 0)[0];
-      const int corner = pyramid.Count(0, x_cells, y_cells, At(0, last, 0), 0)[0];
+      const int within = sight.Count(0, At(Any(), Any(), Any()))[0];
+      const int corner = sight.Count(0, At(0, last, 0))[0];
       REQUIRE(bound >= std::max(within, corner));
     }
   }
@@ -163,22 +172,18 @@ TEST_CASE("what a coarse level counts is no less than what any pose of its node 
 
 TEST_CASE("four poses are counted at once, each as if it was alone") {
   Random random(6);
-  const Points room = MakeRoom(8);
-  HitPyramid pyramid(ToMatrix(room), kCell_m);
-  const Eigen::Matrix2Xd points_m = SeeFrom({0.3, -0.2, 0.4}, room, 8);
-  const Eigen::ArrayXf x_cells = InCells(points_m, 0);
-  const Eigen::ArrayXf y_cells = InCells(points_m, 1);
+  const Sight sight(8, {0.3, -0.2, 0.4});
   for (int level = 0; level < HitPyramid::kLevels; ++level) {
     const double step_m = kCell_m * (1 << level);
     for (int i = 0; i < 100; ++i) {
       // Also where most points lie beyond one side of the grid or another.
       const Pose2 pose{random.Uniform(-9.0, 9.0), random.Uniform(-7.0, 7.0), random.Uniform(-3.0, 3.0)};
       const auto At = [&](int x, int y) { return Pose2{pose.x_m + x * step_m, pose.y_m + y * step_m, pose.yaw_rad}; };
-      const std::array<int, 4> counts = pyramid.Count(level, x_cells, y_cells, pose, 0);
+      const std::array<int, 4> counts = sight.Count(level, pose);
       for (int k = 0; k < 4; ++k) {
         CAPTURE(level, i, k);
         // A point on the border of a cell falls on one side of it or the other with single precision.
-        const int alone = pyramid.Count(level, x_cells, y_cells, At(k & 1, k >> 1), 0)[0];
+        const int alone = sight.Count(level, At(k & 1, k >> 1))[0];
         REQUIRE(std::abs(counts[static_cast<std::size_t>(k)] - alone) <= 1);
       }
     }
@@ -186,28 +191,21 @@ TEST_CASE("four poses are counted at once, each as if it was alone") {
 }
 
 TEST_CASE("counts that cannot reach what is asked for are some numbers below that") {
-  const Points room = MakeRoom(2);
-  HitPyramid pyramid(ToMatrix(room), kCell_m);
-  const Eigen::Matrix2Xd points_m = SeeFrom({}, room, 2);
-  const Eigen::ArrayXf x_cells = InCells(points_m, 0);
-  const Eigen::ArrayXf y_cells = InCells(points_m, 1);
+  const Sight sight(2, {});
   const Pose2 off{0.7, 0.3, 0.2};
-  const std::array<int, 4> counts = pyramid.Count(0, x_cells, y_cells, off, 0);
+  const std::array<int, 4> counts = sight.Count(0, off);
   const auto Most = [](const std::array<int, 4>& of) { return *std::max_element(of.begin(), of.end()); };
-  CHECK(pyramid.Count(0, x_cells, y_cells, off, Most(counts)) == counts);
-  CHECK(Most(pyramid.Count(0, x_cells, y_cells, off, Most(counts) + 1)) < Most(counts) + 1);
-  CHECK(Most(pyramid.Count(0, x_cells, y_cells, off, static_cast<int>(points_m.cols()))) < points_m.cols());
-  CHECK(pyramid.Count(0, x_cells, y_cells, {1e3, -1e3, 0.0}, 0) == std::array<int, 4>{});
+  CHECK(sight.Count(0, off, Most(counts)) == counts);
+  CHECK(Most(sight.Count(0, off, Most(counts) + 1)) < Most(counts) + 1);
+  CHECK(Most(sight.Count(0, off, static_cast<int>(sight.points_m.cols()))) < sight.points_m.cols());
+  CHECK(sight.Count(0, {1e3, -1e3, 0.0}) == std::array<int, 4>{});
 }
 
 TEST_CASE("a second room like the first is a rival, one that differs is none") {
   Points rooms = MakeRoom(3);
   const Eigen::Matrix2Xd points_m = SeeFrom({}, rooms, 3);
   const PlaceWindow window{{4.0, 0.0, 0.0}, 6.0, 0.1};
-  const auto Find = [&] {
-    HitPyramid pyramid(ToMatrix(rooms), kCell_m);
-    return FindPlace(pyramid, points_m, window, kTerms);
-  };
+  const auto Find = [&] { return FindPlace(HitPyramid(ToMatrix(rooms), kCell_m), points_m, window, kTerms); };
   const Place alone = Find();
   CHECK(alone.score > 0.85);
   CHECK(alone.rival == 0.0);
@@ -225,37 +223,34 @@ TEST_CASE("a second room like the first is a rival, one that differs is none") {
 }
 
 TEST_CASE("where the place is not in the window, nothing is found") {
-  const Points room = MakeRoom(5);
-  HitPyramid pyramid(ToMatrix(room), kCell_m);
-  const Place place = FindPlace(pyramid, SeeFrom({}, room, 5), {{20.0, 0.0, 0.0}, 2.0, 0.1}, kTerms);
+  const Sight sight(5, {});
+  const Place place = FindPlace(sight.pyramid, sight.points_m, {{20.0, 0.0, 0.0}, 2.0, 0.1}, kTerms);
   CHECK(place.score == 0.0);
   CHECK(place.rival == 0.0);
   CHECK(place.evaluations > 0);
 }
 
 TEST_CASE("a search that takes too long counts as one in which all is alike") {
-  const Points room = MakeRoom(6);
-  HitPyramid pyramid(ToMatrix(room), kCell_m);
-  const Eigen::Matrix2Xd points_m = SeeFrom({0.4, 0.3, 0.02}, room, 6);
+  const Sight sight(6, {0.4, 0.3, 0.02});
   const PlaceWindow window{{}, 3.0, 0.2};
-  const Place whole = FindPlace(pyramid, points_m, window, kTerms);
+  const Place whole = FindPlace(sight.pyramid, sight.points_m, window, kTerms);
   REQUIRE(whole.rival == 0.0);
   PlaceTerms few = kTerms;
   few.most_evaluations = whole.evaluations / 10;
-  const Place cut = FindPlace(pyramid, points_m, window, few);
+  const Place cut = FindPlace(sight.pyramid, sight.points_m, window, few);
   CHECK(cut.rival == cut.score);
   CHECK(cut.score > 0.0);
   CHECK(cut.evaluations < whole.evaluations);
 }
 
 TEST_CASE("among no hits there is no place") {
-  HitPyramid pyramid(Eigen::Matrix2Xd(2, 0), kCell_m);
+  const HitPyramid pyramid(Eigen::Matrix2Xd(2, 0), kCell_m);
   CHECK(FindPlace(pyramid, SeeFrom({}, MakeRoom(7), 7), {{}, 1.0, 0.1}, kTerms).score == 0.0);
   CHECK(FindPlace(pyramid, Eigen::Matrix2Xd(2, 0), {{}, 1.0, 0.1}, kTerms).score == 0.0);
 }
 
 TEST_CASE("one hit is found by one point, wherever it lies on the lattice") {
-  HitPyramid pyramid(Eigen::Matrix2Xd(Eigen::Vector2d(7.02, -3.01)), kCell_m);
+  const HitPyramid pyramid(Eigen::Matrix2Xd(Eigen::Vector2d(7.02, -3.01)), kCell_m);
   const Place place =
       FindPlace(pyramid, Eigen::Matrix2Xd(Eigen::Vector2d(1.0, 0.0)), {{6.5, -2.5, 0.0}, 1.0, 0.0}, kTerms);
   CHECK(place.score == 1.0);
