@@ -45,7 +45,7 @@ enum class ClimbMode { kFixed, kShrinking };
 /// How the pose is searched. Source: section 5.
 struct MatchParameters {
   std::uint64_t seed = 1;
-  int num_evaluations = 2000;       ///< N_HC
+  int num_evaluations = 700;        ///< N_HC
   double satisfying_fitness = 1.0;  ///< the search stops here
   double window_m = 0.4;            ///< re-initialisation bound, +- in x and y
   double window_rad = 0.25;         ///< re-initialisation bound, +- in yaw
@@ -53,6 +53,7 @@ struct MatchParameters {
   double mutation_rad = 0.1;        ///< mutation bound, +- in yaw
   double unexplored_score = 0.0;    ///< for a ray that ends in an unexplored cell
   ClimbMode climb = ClimbMode::kShrinking;
+  int restart_draws = 6;  ///< random poses, on the best of which a climb begins again
   bool interpolate = true;
   bool velocity_model = true;
   bool odometry = false;
@@ -170,6 +171,8 @@ void VisitMatchParameters(MatchParameters& match, Visitor&& visit) {
   visit({kMatch, "unexplored_score", "for a ray that ends in an unexplored cell, where a full hit scores 3570"},
         match.unexplored_score, -3570.0, 3570.0);
   visit({kMatch, "climb", "mutations keep their bound (the paper), or shrink when they fail"}, match.climb, kClimbs);
+  visit({kMatch, "restart_draws", "a climb begins again on the best of so many random poses; 1 = the paper"},
+        match.restart_draws, 1, 1000);
   visit({kMatch, "interpolate", "fitness between cells by bilinear interpolation"}, match.interpolate);
   visit({kMatch, "velocity_model", "start from the last motions repeated, not from the last pose"},
         match.velocity_model);

@@ -179,11 +179,13 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& pres
   };
   Random random(parameters_.seed, static_cast<std::uint64_t>(utime));
   const MotionBounds window{parameters_.window_m, parameters_.window_rad};
-  const SearchResult near = RrhcSearch(parameters_, Objective{map_, rays.critical, start, pull_per_m2}, random)
-                                .Run({start, window, 1, parameters_.num_evaluations, expected.enough()});
+  const SearchResult near =
+      RrhcSearch(parameters_, Objective{map_, rays.critical, start, pull_per_m2}, random)
+          .Run({start, window, parameters_.restart_draws, parameters_.num_evaluations, expected.enough()});
   if (const auto onward = ContinueMotion(tracking.recent(), parameters_)) {
-    const SearchResult there = RrhcSearch(parameters_, Objective{map_, rays.critical, *onward, pull_per_m2}, random)
-                                   .Run({*onward, window, 1, parameters_.num_evaluations, expected.enough()});
+    const SearchResult there =
+        RrhcSearch(parameters_, Objective{map_, rays.critical, *onward, pull_per_m2}, random)
+            .Run({*onward, window, parameters_.restart_draws, parameters_.num_evaluations, expected.enough()});
     if (there.best.fitness > near.best.fitness && Explains(there.best)) {
       return {there.best.pose, *onward, true, near.evaluations + there.evaluations,
               near.evaluations + there.best_evaluation};

@@ -50,11 +50,14 @@ ScoredPose RrhcSearch::ClimbFixed(ScoredPose climber) {
   return climber;
 }
 
-/// Mutates with smaller and smaller steps: each child that fails to beat its parent narrows the bounds.
+/// Mutates with smaller and smaller steps: each child that fails to beat its parent narrows the bounds. With steps half
+/// as long a climber that is far below the highest of the search will not get there any more, and gives up.
 ScoredPose RrhcSearch::ClimbShrinking(ScoredPose climber) {
-  // 24 failures narrow the bounds to a fiftieth: 2 mm, and as many milliradians.
-  constexpr double kShrink = 0.85;
+  // 38 failures narrow the bounds to a fiftieth: 2 mm, and as many milliradians.
+  constexpr double kShrink = 0.9;
   constexpr double kSmallest = 0.02;
+  constexpr double kHalf = 0.5;
+  constexpr double kFar = 0.3;  // of the highest
   const MotionBounds bounds{parameters_.mutation_m, parameters_.mutation_rad};
   for (double scale = 1.0; scale > kSmallest && !Finished(climber);) {
     const ScoredPose child = Evaluate(Mutate(climber.pose, scale * bounds, random_));
@@ -62,6 +65,7 @@ ScoredPose RrhcSearch::ClimbShrinking(ScoredPose climber) {
       climber = child;
     } else {
       scale *= kShrink;
+      if (scale < kHalf && best_fitness_ - climber.fitness > kFar * std::abs(best_fitness_)) break;
     }
   }
   return climber;

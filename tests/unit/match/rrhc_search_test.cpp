@@ -115,10 +115,22 @@ TEST_CASE("a first climb that was good enough, on a small hill, does not end the
   CHECK(num_found >= 5);  // on the other hill: each of the next two climbs comes so high in a third of the searches
 }
 
+TEST_CASE("a climb that is far below the highest when its steps are half as long gives up") {
+  // Steps are half as long after 7 failures, 0.9^7 < 0.5; to its end a climb has 38.
+  for (const auto& [elsewhere, num_mutations] : {std::pair{0.65, 7}, {0.75, 38}}) {
+    const auto Needle = [elsewhere = elsewhere](const Pose2& pose) { return pose == kNear ? 1.0 : elsewhere; };
+    TestSearch test(Endless(), Needle);
+    CHECK(test.search.Run({kNear, kWindow, 6, 10000, 0.4}).evaluations == 1 + 38 + 2 * (6 + num_mutations));
+  }
+  // Where nothing fits fitness is pull alone, and less than 0: climbs go on.
+  TestSearch test(Endless(), [](const Pose2& pose) { return -1.0 - pose.x_m * pose.x_m; });
+  CHECK(std::abs(test.search.Run({kNear, kWindow, 1, 50, kNever}).best.pose.x_m) < 0.02);
+}
+
 TEST_CASE("on a plain a search stays where it is presumed, and its climbs end") {
   const auto Plain = [](const Pose2&) { return 0.5; };
-  // A fixed climb is over with its first mutation, one that shrinks when 0.85^n < 0.02, n = 25.
-  for (const auto& [climb, num_mutations] : {std::pair{ClimbMode::kFixed, 1}, {ClimbMode::kShrinking, 25}}) {
+  // A fixed climb is over with its first mutation, one that shrinks when 0.9^n < 0.02, n = 38.
+  for (const auto& [climb, num_mutations] : {std::pair{ClimbMode::kFixed, 1}, {ClimbMode::kShrinking, 38}}) {
     for (const int num_draws : {1, 30}) {
       TestSearch test(Endless(climb), Plain);
       const SearchResult found = test.search.Run({kNear, kWindow, num_draws, 10000, 0.4});

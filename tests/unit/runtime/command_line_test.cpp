@@ -147,6 +147,7 @@ TEST_CASE("the profile paper is the text of the paper") {
   CHECK(p.match.num_evaluations == 10000);
   CHECK(p.match.unexplored_score == -100.0);
   CHECK(p.match.climb == ClimbMode::kFixed);
+  CHECK(p.match.restart_draws == 1);
   CHECK_FALSE(p.match.interpolate);
   CHECK(p.match.window_m == Approx(20 * 0.02));  // "bounded in [-20, 20] pixels"
   CHECK(p.match.window_rad == 0.25);
