@@ -1,6 +1,6 @@
 #include "common/slam.hpp"
 
-#include <utility>
+#include <algorithm>
 
 #include "common/graph/draw_scans.hpp"
 #include "common/match/rrhc_matcher.hpp"
@@ -18,7 +18,8 @@ Slam::Slam(const Parameters& parameters, const MakeMatcher& make_matcher)
       selector_(parameters),
       matcher_(make_matcher(parameters.update.cell_size_m)),
       mapper_(parameters.update, parameters.loops),
-      loop_closer_(parameters.loops, parameters.update) {}
+      lag_(parameters.loops.lag),
+      loop_closer_(std::make_unique<BackgroundLoopCloser>(parameters.loops, parameters.update)) {}
 
 Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot) {
   Step step;
@@ -26,42 +27,39 @@ Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_od
   step.match = MatchSweep(*matcher_, step.scan, tracking_, T_odom_robot);
   step.match.map_version = map_version();
   step.drawn = Integrate(&step.scan, step.match);
-  step.updates = OfferFound();
+  step.updates = OfferFound(std::max(0, lag_ - 1));  // before they would take effect with the next keyframe
   return step;
 }
 
-/// Draws a matched scan into the map, remembers the match, and looks for loops. Whether the map was drawn.
+/// Draws a matched scan into the map, remembers the match, and has loops searched. Whether the map was drawn.
 bool Slam::Integrate(const CriticalRays* scan, const ScanMatch& match) {
   const Mapper::Step step = mapper_.Integrate(scan, match);
   matcher_->Apply(step.delta.tiles);
   tracking_.Add(match);
   if (step.T_new_old) tracking_.Move(*step.T_new_old);
-  if (step.keyframe) {
-    if (auto update = loop_closer_.Add(*step.keyframe)) found_.push_back(std::move(*update));
-  }
+  if (step.keyframe) loop_closer_->Add(*step.keyframe);
   return step.delta.drawn;
 }
 
-std::vector<GraphUpdate> Slam::OfferFound() {
-  for (const GraphUpdate& update : found_) mapper_.Offer(update);
-  return std::exchange(found_, {});
+/// Tells the mapper what was found by all keyframes but the newest ones. Returns what it did not know.
+std::vector<GraphUpdate> Slam::OfferFound(int num_left) {
+  std::vector<GraphUpdate> found = loop_closer_->Take(num_left);
+  std::erase_if(found, [&](const GraphUpdate& update) { return !mapper_.Offer(update); });
+  return found;
 }
 
 bool Slam::Restore(const CriticalRays* scan, const ScanMatch& match) { return Integrate(scan, match); }
 
-bool Slam::Restore(const GraphUpdate& update) {
-  std::erase_if(found_, [&](const GraphUpdate& found) { return found.keyframe <= update.keyframe; });
-  return mapper_.Offer(update);
-}
+bool Slam::Restore(const GraphUpdate& update) { return mapper_.Offer(update); }
 
 void Slam::FinishMap() {
-  OfferFound();
+  AwaitLoops();
   matcher_->Apply(mapper_.Finish());
   tracking_ = TrackingState::OnFinishedMap();
 }
 
 Slam::Outcome Slam::Conclude(std::span<ScanMatch> matches) {
-  OfferFound();
+  AwaitLoops();
   std::int64_t scan = 0;
   for (ScanMatch& match : matches) match.T_map_laser = mapper_.BestPose(scan++, match.T_map_laser);
   const KeyframeGraph& graph = mapper_.graph();

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "common/graph/loop_closer.hpp"
+#include "common/graph/background_loop_closer.hpp"
 #include "common/graph/mapper.hpp"
 #include "common/match/matcher.hpp"
 #include "common/parameters.hpp"
@@ -26,7 +26,7 @@ class Slam {
     CriticalRays scan;
     ScanMatch match;
     bool drawn = false;                ///< into the map
-    std::vector<GraphUpdate> updates;  ///< what is known of the graph since the step before
+    std::vector<GraphUpdate> updates;  ///< of the graph: what loops that were found some keyframes ago have brought
   };
 
   /// Selects the critical rays of a scan, matches them to the map so far, and draws the scan into the map.
@@ -42,8 +42,9 @@ class Slam {
   /// them.
   bool Restore(const GraphUpdate& update);
 
-  /// The earlier session ends. What it would have known next of the graph, had it gone on.
-  std::vector<GraphUpdate> EndRestore() { return OfferFound(); }
+  /// To be called where an earlier session ends, and where this one does: waits until all loops are found that the
+  /// scans so far close. What that brings to the graph.
+  std::vector<GraphUpdate> AwaitLoops() { return OfferFound(0); }
 
   /// Finishes the map: from now on scans are localised on it and change nothing. Where the first of them was taken is
   /// searched on the whole map.
@@ -76,14 +77,14 @@ class Slam {
 
  private:
   bool Integrate(const CriticalRays* scan, const ScanMatch& match);
-  std::vector<GraphUpdate> OfferFound();
+  std::vector<GraphUpdate> OfferFound(int num_left);
 
   UpdateParameters drawing_;
   RaySelector selector_;
   std::unique_ptr<Matcher> matcher_;
   Mapper mapper_;
-  LoopCloser loop_closer_;
-  std::vector<GraphUpdate> found_;  ///< by the loop closer, not known to the mapper yet
+  int lag_;
+  std::unique_ptr<BackgroundLoopCloser> loop_closer_;
   TrackingState tracking_;
 };
 

@@ -5,6 +5,7 @@
 #include <span>
 #include <stdexcept>
 #include <unordered_set>
+#include <utility>
 
 #include "common/library/presets.hpp"
 #include "common/set_parameter.hpp"
@@ -98,9 +99,20 @@ std::string Version() { return CRSM_SLAM_VERSION; }
 struct Slam::Impl {
   explicit Impl(const crsm::Parameters& parameters) : slam(parameters) {}
 
+  void Hear(const std::vector<crsm::GraphUpdate>& updates) {
+    for (const crsm::GraphUpdate& update : updates) loop_closed |= !update.closed.empty();
+  }
+
+  /// What is asked for is by all that the scans so far can tell.
+  crsm::Slam& Await() {
+    Hear(slam.AwaitLoops());
+    return slam;
+  }
+
   crsm::Slam slam;
   std::vector<StampedPose> matched;  ///< as they were matched
   std::unordered_set<std::int64_t> utimes;
+  bool loop_closed = false;  ///< and not told yet
 };
 
 Slam::Slam(const Settings& settings) : impl_(std::make_unique<Impl>(CheckedParameters(settings))) {}
@@ -123,13 +135,14 @@ Step Slam::Process(const Scan& scan, const std::optional<Pose>& T_odom_robot) {
               match.covariance,
               match.degenerate_axis,
               step.drawn};
-  for (const crsm::GraphUpdate& update : step.updates) result.loop_closed |= !update.closed.empty();
+  impl_->Hear(step.updates);
+  result.loop_closed = std::exchange(impl_->loop_closed, false);
   impl_->matched.push_back({scan.utime, result.T_map_laser});
   return result;
 }
 
 Map Slam::MakeMap() const {
-  crsm::Slam& slam = impl_->slam;
+  crsm::Slam& slam = impl_->Await();
   const crsm::DenseGrid grid = slam.closes_loops() ? slam.Conclude({}).map.ToDenseGrid() : slam.map().ToDenseGrid();
   return {grid.width_cells,
           grid.height_cells,
@@ -139,16 +152,17 @@ Map Slam::MakeMap() const {
 }
 
 std::vector<StampedPose> Slam::Trajectory() const {
+  const crsm::Slam& slam = impl_->Await();
   std::vector<StampedPose> trajectory = impl_->matched;
   std::int64_t scan = 0;
   for (auto& [utime, T_map_laser] : trajectory) {
-    T_map_laser = ToPublic(impl_->slam.BestPose(scan++, {T_map_laser.x_m, T_map_laser.y_m, T_map_laser.yaw_rad}));
+    T_map_laser = ToPublic(slam.BestPose(scan++, {T_map_laser.x_m, T_map_laser.y_m, T_map_laser.yaw_rad}));
   }
   return trajectory;
 }
 
 std::vector<Loop> Slam::Loops() const {
-  const crsm::KeyframeGraph graph = impl_->slam.MakeBestGraph();
+  const crsm::KeyframeGraph graph = impl_->Await().MakeBestGraph();
   std::vector<Loop> loops;
   for (const crsm::Loop& loop : graph.loops()) {
     loops.push_back({graph.keyframe(loop.older).utime, graph.keyframe(loop.newer).utime, ToPublic(loop.T_older_newer)});

@@ -2,6 +2,7 @@
 # common/library/crsm_slam/slam.hpp.
 include(GNUInstallDirs)
 find_package(Eigen3 REQUIRED NO_MODULE)
+find_package(Threads REQUIRED)
 
 # Sets `variable` to entries of {name, key, text}, one for each line `key = value` of the files that match `pattern`.
 function(crsm_embed_values variable pattern)
@@ -36,7 +37,7 @@ add_library(crsm_slam_objects OBJECT ${LIBRARY_SOURCES})
 target_compile_features(crsm_slam_objects PUBLIC cxx_std_20)
 target_include_directories(crsm_slam_objects PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/common/library
                            ${PROJECT_BINARY_DIR}/generated)
-target_link_libraries(crsm_slam_objects PRIVATE Eigen3::Eigen)
+target_link_libraries(crsm_slam_objects PRIVATE Eigen3::Eigen Threads::Threads)
 target_compile_definitions(crsm_slam_objects PRIVATE CRSM_SLAM_VERSION="${PROJECT_VERSION}")
 # No contraction into fused multiply-adds: the same map on every x86-64 machine.
 target_compile_options(crsm_slam_objects PRIVATE -ffp-contract=off)
@@ -47,6 +48,7 @@ function(crsm_library name)
   add_library(${name} ${ARGN} $<TARGET_OBJECTS:crsm_slam_objects>)
   add_library(crsm_slam::${name} ALIAS ${name})
   target_compile_features(${name} PUBLIC cxx_std_20)
+  target_link_libraries(${name} PRIVATE Threads::Threads)
   target_include_directories(${name} INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/common/library>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   set_target_properties(${name} PROPERTIES LINKER_LANGUAGE CXX OUTPUT_NAME crsm_slam

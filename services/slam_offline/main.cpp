@@ -65,7 +65,7 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
   if (!resume.empty()) {
     auto journal = std::make_unique<Journal>(JournalFolder(settings.out), subject, on_damage, restore);
     SayNotice(command_line, journal->notice());
-    Keep(run.slam.EndRestore(), run, *journal);
+    Keep(run.slam.AwaitLoops(), run, *journal);
     Say(fmt::format("{}: went on from {} scans in {}", command_line.program(), run.matches.size(), resume));
     return journal;
   }
@@ -191,6 +191,7 @@ Trust MapLog(CommandLine& command_line, const std::string& name, const EarlierRe
     progress.Show(source->Progress(), run.latency.num_recorded());
   }
   progress.Finish(run.latency.num_recorded());
+  Keep(run.slam.AwaitLoops(), run, *journal);
   SayWhatWasLeftOut(command_line.program(), name, *source, run);
   return WriteRun(command_line, *source, run);
 }

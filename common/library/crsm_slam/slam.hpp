@@ -14,7 +14,8 @@
 /// angles in radians, counter-clockwise. The frame of the map is the laser's at the first scan.
 ///
 /// The same scans and settings give the same map on every x86-64 machine, the one that `slam_offline` makes of them.
-/// Nothing is printed, no thread is started, and no clock is asked. An object is for one thread at a time.
+/// Nothing is printed, and no clock is asked. An object is for one thread at a time; it has one of its own that searches
+/// loops, unless they are switched off.
 namespace crsm_slam {
 
 /// A pose in the plane: `T_a_b` is frame b seen from frame a.
@@ -48,7 +49,7 @@ struct Step {
   std::array<double, 6> covariance{};       ///< xx, xy, x yaw, yy, y yaw, yaw yaw [m^2, m rad, rad^2]; 0: first or lost
   std::array<double, 2> degenerate_axis{};  ///< unit vector, map frame, where the state is kDegenerate; else 0
   bool drawn = false;                       ///< the scan is in the map: the robot has moved since the last that is
-  bool loop_closed = false;                 ///< map and trajectory are put right; T_map_laser of later scans may jump
+  bool loop_closed = false;                 ///< map and trajectory are put right; T_map_laser of the next may jump
 };
 
 /// A scan's pose by all that is known now.

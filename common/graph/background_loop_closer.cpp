@@ -1,0 +1,50 @@
+#include "common/graph/background_loop_closer.hpp"
+
+#include <utility>
+
+namespace crsm {
+
+void BackgroundLoopCloser::Add(Keyframe keyframe) {
+  constexpr std::size_t kMostWaiting = 100;
+  if (!thread_.joinable()) thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return waiting_.size() < kMostWaiting || error_; });
+  waiting_.push_back(std::move(keyframe));
+  ++num_added_;
+  changed_.notify_all();
+}
+
+std::vector<GraphUpdate> BackgroundLoopCloser::Take(int num_left) {
+  std::unique_lock lock(mutex_);
+  const int num_wanted = num_added_ - num_left;
+  changed_.wait(lock, [&] { return num_searched_ >= num_wanted || error_; });
+  if (error_) std::rethrow_exception(error_);
+  std::vector<GraphUpdate> taken;
+  for (; !found_.empty() && found_.front().keyframe < num_wanted; found_.pop_front()) {
+    taken.push_back(std::move(found_.front()));
+  }
+  return taken;
+}
+
+void BackgroundLoopCloser::Run(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  while (changed_.wait(lock, stop, [&] { return !waiting_.empty(); })) {
+    Keyframe keyframe = std::move(waiting_.front());
+    waiting_.pop_front();
+    lock.unlock();
+    std::optional<GraphUpdate> update;
+    std::exception_ptr error;
+    try {
+      update = closer_.Add(std::move(keyframe));
+    } catch (...) {
+      error = std::current_exception();
+    }
+    lock.lock();
+    ++num_searched_;
+    if (update) found_.push_back(std::move(*update));
+    changed_.notify_all();
+    if ((error_ = error)) return;
+  }
+}
+
+}  // namespace crsm

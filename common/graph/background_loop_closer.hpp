@@ -1,0 +1,42 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "common/graph/loop_closer.hpp"
+
+namespace crsm {
+
+/// A LoopCloser on a thread of its own: loops are searched while the next scans are matched. How fast it is changes
+/// nothing in what it gives, and when.
+class BackgroundLoopCloser {
+ public:
+  BackgroundLoopCloser(const LoopParameters& parameters, const UpdateParameters& drawing)
+      : closer_(parameters, drawing) {}
+
+  /// The next keyframe. Waits while very many others wait.
+  void Add(Keyframe keyframe);
+
+  /// The updates, not taken before, of all keyframes but the newest `num_left` ones. Waits until those were searched.
+  /// Throws what the search has thrown.
+  std::vector<GraphUpdate> Take(int num_left);
+
+ private:
+  void Run(const std::stop_token& stop);
+
+  LoopCloser closer_;  ///< of the thread alone
+  std::mutex mutex_;   ///< of all that follows
+  std::condition_variable_any changed_;
+  std::deque<Keyframe> waiting_;
+  int num_added_ = 0;
+  int num_searched_ = 0;
+  std::deque<GraphUpdate> found_;
+  std::exception_ptr error_;
+  std::jthread thread_;  ///< from the first keyframe on; the last member, so that it ends before the others
+};
+
+}  // namespace crsm

@@ -1,0 +1,74 @@
+#include "common/graph/background_loop_closer.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "catch.hpp"
+#include "graph/block.hpp"
+
+namespace crsm {
+namespace {
+
+const LoopParameters kLoops;
+
+std::vector<Keyframe> MakeRound() {
+  return MakeKeyframes(MakeBlock(7), DriveRoundBlock(5.0, 5.0 + 1.2 * kRoundBlock_m), {0.0, 0.001, 0.0008}, 7);
+}
+
+/// The updates of a LoopCloser, without a thread.
+std::vector<GraphUpdate> FindAll(const std::vector<Keyframe>& keyframes) {
+  LoopCloser closer(kLoops, UpdateParameters{});
+  std::vector<GraphUpdate> updates;
+  for (const Keyframe& keyframe : keyframes) {
+    if (const auto update = closer.Add(keyframe)) updates.push_back(*update);
+  }
+  return updates;
+}
+
+}  // namespace
+
+TEST_CASE("in the background the same is found, and given when as many keyframes have followed as are left out") {
+  constexpr int kLeft = 9;
+  const std::vector<Keyframe> keyframes = MakeRound();
+  const std::vector<GraphUpdate> expected = FindAll(keyframes);
+  REQUIRE(expected.size() >= 2);
+  BackgroundLoopCloser closer(kLoops, UpdateParameters{});
+  std::vector<GraphUpdate> taken;
+  for (int i = 0; i < static_cast<int>(keyframes.size()); ++i) {
+    closer.Add(keyframes[static_cast<std::size_t>(i)]);
+    for (const GraphUpdate& update : closer.Take(kLeft)) {
+      CHECK(update.keyframe == i - kLeft);
+      taken.push_back(update);
+    }
+    CHECK(closer.Take(kLeft).empty());
+  }
+  for (const GraphUpdate& update : closer.Take(0)) taken.push_back(update);
+  CHECK(taken == expected);
+}
+
+TEST_CASE("keyframes that are never asked about are searched all the same, and do not pile up") {
+  const std::vector<Keyframe> keyframes = MakeRound();
+  REQUIRE(keyframes.size() > 200);
+  BackgroundLoopCloser closer(kLoops, UpdateParameters{});
+  for (const Keyframe& keyframe : keyframes) closer.Add(keyframe);
+  CHECK(closer.Take(0) == FindAll(keyframes));
+}
+
+TEST_CASE("what a search throws, who takes its updates gets") {
+  std::vector<Keyframe> keyframes = MakeRound();
+  keyframes[50].tie = Tie{0, {NAN, 0.0, 0.0}};
+  BackgroundLoopCloser closer(kLoops, UpdateParameters{});
+  for (const Keyframe& keyframe : keyframes) closer.Add(keyframe);
+  CHECK_THROWS_AS(closer.Take(0), std::invalid_argument);
+  CHECK_THROWS_AS(closer.Take(0), std::invalid_argument);
+}
+
+TEST_CASE("a loop closer ends while keyframes wait") {
+  const std::vector<Keyframe> keyframes = MakeRound();
+  BackgroundLoopCloser closer(kLoops, UpdateParameters{});
+  for (std::size_t i = 0; i < 90; ++i) closer.Add(keyframes[i]);
+  BackgroundLoopCloser idle(kLoops, UpdateParameters{});
+  CHECK(idle.Take(0).empty());
+}
+
+}  // namespace crsm
