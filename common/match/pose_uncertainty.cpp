@@ -28,28 +28,6 @@ bool IsShort(const Eigen::Vector2d& chord_m) {
   return squared_m2 < 0.9 * kChord_m * kChord_m || std::sqrt(squared_m2) < kChord_m;
 }
 
-/// Unit normals of the surfaces on which the hits lie; zero where that is not known. Surfaces are joined hits, their
-/// direction the chord from some hits before to some hits after.
-Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size_m) {
-  const std::vector<bool> joined = FindSurfaces(hits_m, kNearCells * cell_size_m, kLargestSurfaceGap_m);
-  const auto num = static_cast<int>(hits_m.cols());
-  Eigen::Matrix2Xd normals = Eigen::Matrix2Xd::Zero(2, num);
-  for (int i = 0; i < num; ++i) {
-    int first = i;
-    int last = i;
-    Eigen::Vector2d chord = Eigen::Vector2d::Zero();
-    for (bool grows = true; grows && IsShort(chord);) {
-      grows = false;
-      if (first > 0 && joined[static_cast<std::size_t>(first) - 1]) --first, grows = true;
-      if (last + 1 < num && joined[static_cast<std::size_t>(last)]) ++last, grows = true;
-      chord = hits_m.col(last) - hits_m.col(first);
-    }
-    if (last - first < 2 || IsShort(chord)) continue;
-    normals.col(i) = Eigen::Vector2d(-chord.y(), chord.x()).normalized();
-  }
-  return normals;
-}
-
 bool IsOnWall(const ByteMap& map, Cell cell) {
   const int x = cell.x & kTileMask;
   const int y = cell.y & kTileMask;
@@ -78,17 +56,38 @@ std::pair<double, Eigen::Vector2d> FindWeakest(const Eigen::Matrix2d& a) {
 
 }  // namespace
 
-PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser, const ByteMap& map) {
+Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size_m) {
+  const std::vector<bool> joined = FindSurfaces(hits_m, kNearCells * cell_size_m, kLargestSurfaceGap_m);
+  const auto num = static_cast<int>(hits_m.cols());
+  Eigen::Matrix2Xd normals = Eigen::Matrix2Xd::Zero(2, num);
+  for (int i = 0; i < num; ++i) {
+    int first = i;
+    int last = i;
+    Eigen::Vector2d chord = Eigen::Vector2d::Zero();
+    for (bool grows = true; grows && IsShort(chord);) {
+      grows = false;
+      if (first > 0 && joined[static_cast<std::size_t>(first) - 1]) --first, grows = true;
+      if (last + 1 < num && joined[static_cast<std::size_t>(last)]) ++last, grows = true;
+      chord = hits_m.col(last) - hits_m.col(first);
+    }
+    if (last - first < 2 || IsShort(chord)) continue;
+    normals.col(i) = Eigen::Vector2d(-chord.y(), chord.x()).normalized();
+  }
+  return normals;
+}
+
+PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Eigen::Matrix2Xd& normals,
+                                   const Pose2& T_map_laser, const ByteMap& map) {
   const MapGeometry& geometry = map.geometry();
   const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
   Eigen::Matrix2d rotation;
   rotation << cos, -sin, sin, cos;
-  const Eigen::Matrix2Xd normals = rotation * ComputeNormals(hits_m, geometry.cell_size_m());
+  const Eigen::Matrix2Xd normals_map = rotation * normals;
   const Eigen::Matrix2Xd arms_m = rotation * hits_m;
 
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
-    const auto n = normals.col(i);
+    const auto n = normals_map.col(i);
     const auto p = arms_m.col(i);
     if (n.isZero() || !IsOnWall(map, geometry.CellAt(T_map_laser.x_m + p.x(), T_map_laser.y_m + p.y()))) continue;
     const Eigen::Vector3d row(n.x(), n.y(), p.x() * n.y() - p.y() * n.x());

@@ -16,11 +16,18 @@ struct PoseUncertainty {
   bool degenerate() const { return openness >= 1.0; }
 };
 
+/// Unit normals of the surfaces on which hits lie, 2 x N like them; zero where that is not known. Surfaces are joined
+/// hits, their direction the chord from some hits before to some hits after.
+///
+/// hits_m: 2 x N, laser frame, in order of rising angle.
+Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size_m);
+
 /// Each hit on a mapped wall tells how far the laser is from that wall: across it, not along it. The covariance is the
 /// inverse of what all of them tell together (Censi 2007), no less than what the map itself is good for. It is of the
 /// pose on this map; how far the map has drifted from the building since its start no scan can tell.
 ///
-/// hits_m: 2 x N, laser frame, in order of rising angle.
-PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser, const ByteMap& map);
+/// hits_m, normals: 2 x N, laser frame.
+PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Eigen::Matrix2Xd& normals,
+                                   const Pose2& T_map_laser, const ByteMap& map);
 
 }  // namespace crsm

@@ -57,6 +57,7 @@ Pose2 MoveBackAlong(const Eigen::Vector2d& axis, const Pose2& pose, const Pose2&
 struct RrhcMatcher::Rays {
   Rays(const CriticalRays& scan, const ScoredMap& map, double spacing_cap_m)
       : hits_m(ComputeHits(scan.rays)),
+        normals(ComputeNormals(hits_m, map.geometry().cell_size_m())),
         critical_hits_m(Columns(hits_m, scan.critical)),
         critical(map.InCells(critical_hits_m)),
         all(InCells(map, TraceOutline(scan.rays, hits_m, spacing_cap_m))) {}
@@ -66,6 +67,7 @@ struct RrhcMatcher::Rays {
   }
 
   Eigen::Matrix2Xd hits_m;           ///< laser frame
+  Eigen::Matrix2Xd normals;          ///< of the surfaces on which they lie, laser frame
   Eigen::Matrix2Xd critical_hits_m;  ///< laser frame
   RaysInCells critical;
   RaysInCells all;  ///< ... and points between them, weighted by their spacing
@@ -238,7 +240,7 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, d
   const auto Climb = [&](const Pose2& from, const Objective& objective) {
     const double summit_rad = parameters_.summit_rad;
     refined.pose = parameters_.final_climb ? FindSummit(from, cell_size_m, summit_rad, Counted(objective)) : from;
-    refined.uncertainty = ComputeUncertainty(rays.hits_m, refined.pose, map_.cells());
+    refined.uncertainty = ComputeUncertainty(rays.hits_m, rays.normals, refined.pose, map_.cells());
   };
   const Objective pulled{map_, rays.all, found.presumed, found.is_presumed ? parameters_.pull_per_m2 : 0.0};
   Climb(found.pose, pulled);

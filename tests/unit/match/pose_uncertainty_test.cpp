@@ -43,9 +43,13 @@ Drive DriveThrough(const World& world, const Parameters& parameters) {
   return drive;
 }
 
+PoseUncertainty UncertaintyOf(const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser, const ByteMap& map) {
+  return ComputeUncertainty(hits_m, ComputeNormals(hits_m, map.geometry().cell_size_m()), T_map_laser, map);
+}
+
 PoseUncertainty UncertaintyInRoom(const Pose2& T_map_laser, const ByteMap& map) {
   const ValidRays rays = FindValidRays(ScanRoom(T_map_laser), TestParameters().scan);
-  return ComputeUncertainty(ComputeHits(rays), T_map_laser, map);
+  return UncertaintyOf(ComputeHits(rays), T_map_laser, map);
 }
 
 ByteMap RoomMap() { return PaintMap(-2, 1, RoomByte); }
@@ -82,7 +86,7 @@ TEST_CASE("a hit is on a wall of the map that is in its cell, or in one of the f
         const double along_m = 0.05 * (i - 20) + 0.51;
         hits_m.col(i) << (upright ? across_m : along_m), (upright ? along_m : across_m);
       }
-      const PoseUncertainty uncertainty = ComputeUncertainty(hits_m, {}, map);
+      const PoseUncertainty uncertainty = UncertaintyOf(hits_m, {}, map);
       INFO("upright " << upright << ", " << beside << " cells beside it");
       CHECK((uncertainty.covariance(upright ? 0 : 1, upright ? 0 : 1) < 0.1) == (std::abs(beside) <= 1));
     }
@@ -111,7 +115,7 @@ TEST_CASE("where one wall is seen to one side, errors of yaw and of position go 
       }
       Eigen::Matrix2Xd hits_m(2, static_cast<Eigen::Index>(seen_m.size()));
       for (std::size_t i = 0; i < seen_m.size(); ++i) hits_m.col(static_cast<Eigen::Index>(i)) = seen_m[i];
-      const Eigen::Matrix3d c = ComputeUncertainty(hits_m, pose, RoomMap()).covariance;
+      const Eigen::Matrix3d c = UncertaintyOf(hits_m, pose, RoomMap()).covariance;
       CAPTURE(from_rad, yaw_rad);
       // How much they have in common depends on how long the piece is; no less than a fifth in these.
       CHECK(sign * c(coupled, 2) / std::sqrt(c(coupled, coupled) * c(2, 2)) > 0.2);
@@ -120,7 +124,7 @@ TEST_CASE("where one wall is seen to one side, errors of yaw and of position go 
 }
 
 TEST_CASE("without hits nothing is known") {
-  const PoseUncertainty uncertainty = ComputeUncertainty(Eigen::Matrix2Xd(2, 0), {}, RoomMap());
+  const PoseUncertainty uncertainty = UncertaintyOf(Eigen::Matrix2Xd(2, 0), {}, RoomMap());
   CHECK(uncertainty.degenerate());
   CHECK(uncertainty.covariance.allFinite());
 }
