@@ -1,5 +1,6 @@
 #include "common/graph/background_loop_closer.hpp"
 
+#include <optional>
 #include <utility>
 
 namespace crsm {
@@ -28,7 +29,7 @@ std::vector<GraphUpdate> BackgroundLoopCloser::Take(int num_left) {
 
 void BackgroundLoopCloser::Run(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
-  while (changed_.wait(lock, stop, [&] { return !waiting_.empty(); })) {
+  while (changed_.wait(lock, stop, [&] { return !waiting_.empty(); }) && !stop.stop_requested()) {
     Keyframe keyframe = std::move(waiting_.front());
     waiting_.pop_front();
     lock.unlock();

@@ -29,7 +29,7 @@ class BackgroundLoopCloser {
   void Run(const std::stop_token& stop);
 
   LoopCloser closer_;  ///< of the thread alone
-  std::mutex mutex_;   ///< of all that follows
+  std::mutex mutex_;   ///< of what follows, but for the thread itself
   std::condition_variable_any changed_;
   std::deque<Keyframe> waiting_;
   int num_added_ = 0;

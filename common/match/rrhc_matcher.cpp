@@ -172,7 +172,6 @@ RrhcMatcher::Presumption RrhcMatcher::Presume(const Rays& rays, const Guess& gue
 RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& presumed, const TrackingState& tracking,
                                        std::int64_t utime) const {
   const Pose2& start = presumed.T_map_laser;
-  const double pull_per_m2 = parameters_.pull_per_m2;
   if (presumed.found_on_whole_map) return {start, start, true, 0, 0};
 
   const Expectation expected(tracking, parameters_);
@@ -181,13 +180,14 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& pres
   };
   Random random(parameters_.seed, static_cast<std::uint64_t>(utime));
   const MotionBounds window{parameters_.window_m, parameters_.window_rad};
-  const SearchResult near =
-      RrhcSearch(parameters_, Objective{map_, rays.critical, start, pull_per_m2}, random)
-          .Run({start, window, parameters_.restart_draws, parameters_.num_evaluations, expected.enough()});
+  const auto SearchAround = [&](const Pose2& presumed_pose) {
+    const Objective objective{map_, rays.critical, presumed_pose, parameters_.pull_per_m2};
+    return RrhcSearch(parameters_, objective, random)
+        .Run({presumed_pose, window, parameters_.restart_draws, parameters_.num_evaluations, expected.enough()});
+  };
+  const SearchResult near = SearchAround(start);
   if (const auto onward = ContinueMotion(tracking.recent(), parameters_)) {
-    const SearchResult there =
-        RrhcSearch(parameters_, Objective{map_, rays.critical, *onward, pull_per_m2}, random)
-            .Run({*onward, window, parameters_.restart_draws, parameters_.num_evaluations, expected.enough()});
+    const SearchResult there = SearchAround(*onward);
     if (there.best.fitness > near.best.fitness && Explains(there.best)) {
       return {there.best.pose, *onward, true, near.evaluations + there.evaluations,
               near.evaluations + there.best_evaluation};
