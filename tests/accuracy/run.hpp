@@ -32,7 +32,7 @@ struct Outcome {
   double mean_fitness = 0.0;  ///< of the scans that were matched
   int num_loops = 0;          ///< closed
   double worst_loop_m = 0.0;  ///< simulated: how far a loop is from the truth, at most
-  std::vector<double> cpu_s;  ///< of each scan
+  std::vector<double> cpu_s;  ///< of each scan, without the search for loops
 };
 
 /// The parameters of a program that was started with this preset and seed, and no flags but these. Throws

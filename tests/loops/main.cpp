@@ -71,7 +71,7 @@ std::pair<double, double> Spread(const std::vector<Outcome>& runs, Figure figure
   return {0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]), values.back()};
 }
 
-/// What a scan costs in the last fifth of a drive, as a multiple of that in the first.
+/// What it costs to match and draw a scan in the last fifth of a drive, as a multiple of that in the first.
 double ComputeSlowdown(const Outcome& run) {
   const auto fifth = static_cast<std::ptrdiff_t>(run.cpu_s.size() / 5);
   const double first_s = std::accumulate(run.cpu_s.begin(), run.cpu_s.begin() + fifth, 0.0);
@@ -81,8 +81,8 @@ double ComputeSlowdown(const Outcome& run) {
 std::string FormatPage(const std::vector<Kind>& kinds) {
   std::string page = fmt::format(
       "Root mean square of the distance from the true path, once the whole path is aligned with it, and as it is: from "
-      "where it starts. A loop is wrong if it is off by {:g} m. The cost of a scan is that in the last fifth of the "
-      "drive, as a multiple of that in the first.\n\n"
+      "where it starts. A loop is wrong if it is off by {:g} m. The cost of a scan is what it takes to match and draw "
+      "it in the last fifth of the drive, as a multiple of that in the first; loops are searched beside.\n\n"
       "| drive | loops | runs | error, median [m] | worst | not aligned, median | worst | loops closed, median | wrong "
       "| lost, worst [%] | cost of a scan |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
       kRightLoop_m);

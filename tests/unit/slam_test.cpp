@@ -215,6 +215,28 @@ TEST_CASE("a map that was made in a bare corridor without odometry is doubtful a
   }
 }
 
+TEST_CASE("what loops have brought is told once, one keyframe before it takes effect, also to a session that goes on") {
+  Parameters parameters;
+  parameters.scan.range_max_m = 50.0;
+  Slam slam(parameters);
+  Slam next_session(parameters);
+  Simulator simulator(LoadWorld("block"), 1);
+  int num_updates = 0;
+  while (const auto scan = simulator.Next()) {
+    const Slam::Step step = slam.Process(*scan);
+    next_session.Restore(step.drawn ? &step.scan : nullptr, step.match);
+    for (const GraphUpdate& update : step.updates) {
+      CHECK(slam.graph().size() == update.keyframe + parameters.loops.lag);
+      CHECK(next_session.Restore(update));
+      ++num_updates;
+    }
+  }
+  CHECK(num_updates > 0);
+  CHECK(next_session.AwaitLoops() == slam.AwaitLoops());
+  CHECK(next_session.AwaitLoops().empty());
+  CHECK(next_session.graph().poses() == slam.graph().poses());
+}
+
 TEST_CASE("a scan that sees nothing is lost, and the next one is matched again") {
   Slam slam(SlamParameters());
   Drive(slam, 5);
