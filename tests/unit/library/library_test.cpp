@@ -103,6 +103,20 @@ TEST_CASE("the library's map, poses and loops are those of the algorithm, whoeve
   }
 }
 
+TEST_CASE("the library knows of a loop as soon as it is asked, and says with the next scan that there is one") {
+  const std::vector<LaserScan> scans = TakeScans("block", 1600);
+  Slam slam(ParametersOf({"--preset", "sick"}));
+  crsm_slam::Slam library({.preset = "sick"});
+  std::size_t next = 0;
+  do {
+    REQUIRE(next + 1 < scans.size());
+    slam.Process(scans[next]);
+    CHECK_FALSE(library.Process(ToPublic(scans[next++])).loop_closed);
+  } while (slam.AwaitLoops().empty());
+  CHECK_FALSE(library.Loops().empty());
+  CHECK(library.Process(ToPublic(scans[next])).loop_closed);
+}
+
 TEST_CASE("before its first scan the library's map is empty") {
   const crsm_slam::Slam library;
   CHECK(library.MakeMap().cells.empty());
