@@ -106,9 +106,9 @@ def test(case):
     for name, log, flags in case.logs_that_come_back():
         scans = read_log(log)
         measure(case, name.replace(":", "_"), scans, flags, 0, len(scans))
-    killian = PROJECT.parent / "shared/data/radish/killian.clf.gz"
     if case.quick:
         return
+    killian = PROJECT.parent / "shared/data/radish/killian.clf.gz"
     if killian.exists():  # whose last loops are closed after scan 15,700, 1.7 km from its start
         measure(case, "killian", read_log(case.convert("killian", killian)), ["--preset", "sick"], 15600, 16200)
     else:
