@@ -50,7 +50,7 @@ class Judge:
         """Tests the source without a fault, and takes the time."""
         for suite in self.suites:
             begin = time.monotonic()
-            outcome = run_suite(self.workspace, suite, self.command_prefix, 3600)
+            outcome = self._run(suite, 3600)
             self.usual_s[suite.name] = time.monotonic() - begin
             if not outcome.passed:
                 raise BaselineError(f"{suite.target} fails without any fault: {outcome.test}")
@@ -73,7 +73,7 @@ class Judge:
                 return NOT_BUILT, "", passed
             if self.fingerprint(suite) != self.fingerprints[suite.name]:
                 same = False
-                outcome = self._run(suite)
+                outcome = self._run(suite, max(LEAST_TIMEOUT_S, TIMEOUT_FACTOR * self.usual_s[suite.name]))
                 if not outcome.passed:
                     return CAUGHT, f"{suite.name}: {outcome.test}", passed
             passed.append(suite.name)
@@ -81,8 +81,7 @@ class Judge:
             return EQUIVALENT, SAME_PROGRAM, passed
         return SURVIVED, "", passed
 
-    def _run(self, suite):
-        timeout_s = max(LEAST_TIMEOUT_S, TIMEOUT_FACTOR * self.usual_s[suite.name])
+    def _run(self, suite, timeout_s):
         for _ in range(suite.tries):
             outcome = run_suite(self.workspace, suite, self.command_prefix, timeout_s)
             if outcome.passed:
