@@ -5,7 +5,7 @@
 namespace crsm {
 
 bool RequestLimiter::Admit(const Sender& sender, std::int64_t requester, Clock::time_point now) {
-  Asker* asker = Find(sender, sender.address == 0 ? requester : 0, now);
+  Asker* asker = Find(sender, sender.known() ? 0 : requester, now);
   if (!asker) return false;
   const double elapsed_s = std::chrono::duration<double>(now - asker->last_asked).count();
   asker->left = std::min(kAtOnce, asker->left + kPerSecond * elapsed_s);

@@ -14,7 +14,7 @@
 namespace crsm {
 
 std::string Sender::Describe() const {
-  if (address == 0) return "a sender that is not known";
+  if (!known()) return "a sender that is not known";
   std::array<char, INET_ADDRSTRLEN> text{};
   const in_addr network{address};
   inet_ntop(AF_INET, &network, text.data(), text.size());
@@ -63,7 +63,7 @@ bool SenderLives(const Sender& sender, std::chrono::steady_clock::time_point las
                  std::chrono::steady_clock::time_point now) {
   constexpr auto kSilence = std::chrono::seconds(2);
   const bool heard_lately = now - last_heard < kSilence;
-  if (sender.address == 0) return heard_lately;
+  if (!sender.known()) return heard_lately;
   const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (probe < 0) return true;
   sockaddr_in place{};
