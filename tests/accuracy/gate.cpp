@@ -141,10 +141,13 @@ class Gate {
 
 }  // namespace
 
+int NumSeeds(int usual) {
+  const char* text = std::getenv("CRSM_ACCURACY_SEEDS");
+  return text ? std::max(1, std::atoi(text)) : usual;
+}
+
 std::vector<std::string> RunGate(std::vector<Course> courses) {
-  if (const char* num_seeds = std::getenv("CRSM_ACCURACY_SEEDS")) {
-    for (Course& course : courses) course.num_seeds = std::max(1, std::atoi(num_seeds));
-  }
+  for (Course& course : courses) course.num_seeds = NumSeeds(course.num_seeds);
   return Gate(std::move(courses)).Run();
 }
 

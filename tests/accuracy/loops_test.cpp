@@ -1,17 +1,13 @@
 #include <fmt/format.h>
 
-#include <cstdlib>
+#include <cstdio>
 
+#include "accuracy/gate.hpp"
 #include "accuracy/run.hpp"
 #include "catch.hpp"
 
 namespace crsm {
 namespace {
-
-int NumSeeds(int usual) {
-  const char* text = std::getenv("CRSM_ACCURACY_SEEDS");
-  return text ? std::max(1, std::atoi(text)) : usual;
-}
 
 /// Maps a drive with loops, prints a line of the table, and returns what it came to.
 Outcome CloseLoops(const Drive& drive, int seed) {

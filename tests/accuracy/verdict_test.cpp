@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
+#include <cstdio>
 
+#include "accuracy/gate.hpp"
 #include "accuracy/run.hpp"
 #include "accuracy/spoil.hpp"
 #include "catch.hpp"
@@ -39,11 +40,6 @@ Verdict JudgeMapOf(const std::string& name, const std::vector<LaserScan>& scans,
              verdict.agreement.value_or(0.0), values.far_steps);
   std::fflush(stdout);
   return verdict;
-}
-
-int NumSeeds(int usual) {
-  const char* text = std::getenv("CRSM_ACCURACY_SEEDS");
-  return text ? std::max(1, std::atoi(text)) : usual;
 }
 
 void CheckGood(const std::string& name, const std::string& source, const std::string& preset, int num_seeds) {

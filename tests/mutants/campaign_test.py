@@ -1,5 +1,6 @@
 """Verdicts: how they are kept, counted and gone on with, and how a workspace is put in order again."""
 
+import os
 import pathlib
 import tempfile
 import threading
@@ -126,6 +127,27 @@ class Workspaces(WithFolder):
         self.assertEqual({path.relative_to(copy).as_posix() for path in copy.rglob("*") if path.is_file()},
                          {"a", "d/b", "build/c"})
         self.assertEqual((copy / "a").stat().st_mtime_ns, before)
+
+    def test_a_build_folder_becomes_as_it_was_also_where_links_lead_to_files_that_changed(self):
+        pristine, folder = self.folder / "pristine", self.folder / "build"
+        for place in (pristine, folder):
+            place.mkdir()
+            (place / "all").write_text("1")
+            (place / "z_link").symlink_to("all")
+        (folder / "all").write_text("22")
+        (folder / "new").write_text("3")
+        (folder / "a_link").symlink_to("new")
+        workspace.restore(pristine, folder)
+        workspace.restore(pristine, folder)  # nothing is left to do
+        self.assertEqual({path.name: path.read_text() for path in folder.iterdir()}, {"all": "1", "z_link": "1"})
+        self.assertEqual(os.readlink(folder / "z_link"), "all")
+        (folder / "z_link").unlink()
+        (folder / "z_link").write_text("1")
+        (folder / "all").unlink()
+        (folder / "all").symlink_to("z_link")
+        workspace.restore(pristine, folder)
+        self.assertEqual(os.readlink(folder / "z_link"), "all")
+        self.assertFalse((folder / "all").is_symlink())
 
     def test_a_command_that_takes_too_long_is_killed_with_its_children(self):
         commands = workspace.Commands()

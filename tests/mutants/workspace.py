@@ -79,6 +79,7 @@ def restore(pristine, folder):
         known.add(target)
         if not _is_same(path, target):
             target.parent.mkdir(parents=True, exist_ok=True)
+            target.unlink(missing_ok=True)  # no copy goes into what a link leads to
             shutil.copy2(path, target, follow_symlinks=False)
     for path in _files(folder):
         if path not in known:
@@ -92,6 +93,8 @@ def _files(folder):
 
 
 def _is_same(path, other):
+    if path.is_symlink() or other.is_symlink():
+        return path.is_symlink() and other.is_symlink() and os.readlink(path) == os.readlink(other)
     if not other.is_file():
         return False
     one, two = path.stat(), other.stat()
