@@ -7,8 +7,8 @@
 
 namespace crsm {
 
-/// How many seeds to take: as many as usual, or CRSM_ACCURACY_SEEDS=N in the environment, to find what the bounds should
-/// be.
+/// How many seeds to take: as many as usual; with CRSM_ACCURACY_SEEDS=N in the environment N, to find what the bounds
+/// should be.
 int NumSeeds(int usual);
 
 /// Maps all courses with all their seeds on all cores, the first seed of each before the second, prints a table, and
