@@ -71,7 +71,6 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
   Slam slam(parameters);
   Results results;
   std::vector<ScanMatch> matches;
-  Trajectory trajectory;
   Outcome outcome;
   double rays = 0.0;
   double evaluations = 0.0;
@@ -81,7 +80,6 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
     const Slam::Step step = slam.Process(*scan);
     const ScanMatch& match = step.match;
     cpu_s += CpuSeconds() - start_s;
-    trajectory.push_back({match.utime, match.T_map_laser});
     if (const auto T_map_laser = source->TruePose()) results.truth.push_back({scan->utime, *T_map_laser});
     rays += match.num_critical;
     evaluations += match.evaluations;
@@ -90,7 +88,10 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
     matches.push_back(match);
     results.last_scan = step.scan;
   }
-  results.grid = slam.map().ToDenseGrid();
+  // With loops, what the matcher sees is the map around the robot.
+  results.grid = slam.closes_loops() ? slam.Conclude(matches).map.ToDenseGrid() : slam.map().ToDenseGrid();
+  Trajectory trajectory;
+  for (const ScanMatch& match : matches) trajectory.push_back({match.utime, match.T_map_laser});
   results.matches = matches;
   Summary summary = Summarize(results.matches, results.grid);
   summary.parameters["slam_offline"] = ListParameters(parameters);
