@@ -84,6 +84,10 @@ TEST_CASE("a journal gives back what was kept, in several sessions, and its epoc
   Visited visited;
   CHECK(ReadJournal(folder / "a", kMapping, kRefuse, visited.Visit()).empty());
   CHECK(visited.utimes == std::vector<std::int64_t>{100, 102, 101, 110, 111, 112, 120, 121, 122});
+  lcm::LogFile log((folder / "a/journal.lcm").string(), "r");
+  for (std::int64_t number = 0; const lcm::LogEvent* event = log.readNextEvent(); ++number) {
+    CHECK(event->eventnum == number);  // on from session to session
+  }
   CHECK(Journal(folder / "b", kMapping).epoch() != epoch);
 }
 
