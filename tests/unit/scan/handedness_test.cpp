@@ -75,6 +75,25 @@ TEST_CASE("nothing is known of a robot that stands, of few scans, without headin
         }) == Verdict::kUnknown);
 }
 
+TEST_CASE("two turns of ten may go against the others, three leave it open") {
+  const auto JudgeTurns = [](int num_against) {
+    HandednessJudge judge;
+    double told_rad = 0.0;
+    for (int k = 0; k <= 10; ++k) {
+      constexpr double kTurn_rad = 0.15;
+      const std::int64_t utime = 1'000'000 + 100'000 * k;
+      if (k > 0) told_rad += k <= num_against ? -kTurn_rad : kTurn_rad;
+      judge.Add(ScanWalls(Room(), {0.01 * k, -1.0, k * kTurn_rad}, utime));
+      judge.Add(Odometry{utime, Pose2{0.0, 0.0, told_rad}});
+    }
+    return judge.verdict();
+  };
+  CHECK(JudgeTurns(2) == Verdict::kRight);
+  CHECK(JudgeTurns(3) == Verdict::kUnknown);
+  CHECK(JudgeTurns(7) == Verdict::kUnknown);
+  CHECK(JudgeTurns(8) == Verdict::kMirrored);
+}
+
 TEST_CASE("a scan between two headings is judged by both; one far from any by none") {
   CHECK(Judge({.num_scans = 60, .every = 2}, Mirror) == Verdict::kMirrored);
   CHECK(Judge({.turn_rad = 0.5, .num_scans = 60, .every = 5}, Mirror) == Verdict::kUnknown);  // turns too wide to tell

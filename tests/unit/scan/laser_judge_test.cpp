@@ -78,6 +78,16 @@ TEST_CASE("each fault is said once, after ten scans that show it, within 3 s of 
             "ranges are 29 m to 29 m, taken are 0.05 m to 28.5 m: set range_max_m");
 }
 
+TEST_CASE("what is said of ranges holds in whatever order they come") {
+  const auto Repeat = [](std::vector<float> ranges_m) {
+    return [=](int, LaserScan& scan) {
+      for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) scan.ranges_m[i] = ranges_m[i % ranges_m.size()];
+    };
+  };
+  CheckSaid(Judge(1000, Repeat({31.0f, 29.0f, 35.0f, 30.0f})), "ranges are 29 m to 35 m");
+  CheckSaid(Judge(1000, Repeat({3000.0f, 9000.0f, 1000.0f})), "half of them above 3000");
+}
+
 TEST_CASE("a clock that stands still is told from a scan that is sent again, also one with rays that are no numbers") {
   CHECK(Judge(1000, [](int, LaserScan& scan) {
           scan = RoomScan(0);
