@@ -34,16 +34,6 @@ MapErrors Measure(const std::string& world_name, std::uint64_t seed) {
   return {EvaluateObstacles(map, world).omse_px2, EvaluateCorners(map, world).cmse_px2};
 }
 
-struct MedianAndMost {
-  explicit MedianAndMost(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    median = values[values.size() / 2];
-    most = values.back();
-  }
-  double median;
-  double most;
-};
-
 }  // namespace
 
 TEST_CASE("maps of the paper's worlds show their walls where they are, and no lines where there are none") {
@@ -55,13 +45,15 @@ TEST_CASE("maps of the paper's worlds show their walls where they are, and no li
       omse_px2.push_back(errors.omse_px2);
       cmse_px2.push_back(errors.cmse_px2);
     }
-    const MedianAndMost omse(omse_px2), cmse(cmse_px2);
-    fmt::print("{}  OMSE {:.2f} px2 (median), {:.2f} at most; CMSE {:.2f} px2, {:.2f} at most\n", world, omse.median,
-               omse.most, cmse.median, cmse.most);
+    std::sort(omse_px2.begin(), omse_px2.end());
+    std::sort(cmse_px2.begin(), cmse_px2.end());
+    const std::size_t middle = omse_px2.size() / 2;
+    fmt::print("{}  OMSE {:.2f} px2 (median), {:.2f} at most; CMSE {:.2f} px2, {:.2f} at most\n", world,
+               omse_px2[middle], omse_px2.back(), cmse_px2[middle], cmse_px2.back());
     std::fflush(stdout);
-    CHECK(omse.median < bound_px2);
-    CHECK(cmse.median < 1.0);
-    CHECK(cmse.most < 4.0);
+    CHECK(omse_px2[middle] < bound_px2);
+    CHECK(cmse_px2[middle] < 1.0);
+    CHECK(cmse_px2.back() < 4.0);
   }
 }
 
