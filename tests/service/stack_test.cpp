@@ -155,6 +155,19 @@ TEST_CASE("a scan whose rays all measured nothing is answered, counted, and leav
   CheckSameFiles(folder / "out", offline, kMapFiles);
 }
 
+TEST_CASE("a process that nobody answers asks for the map more and more seldom") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  TestBus bus(url);
+  using Clock = std::chrono::steady_clock;
+  std::vector<Clock::time_point> asked;
+  bus->Subscribe<map_request_t>(kMapRequestChannel, [&](const map_request_t&) { asked.push_back(Clock::now()); });
+  Process matcher("rrhc_matcher", {"--lcm-url", url}, folder / "log");
+  REQUIRE(bus.Await([&] { return asked.size() >= 10; }));
+  CHECK(asked.back() - asked.front() > std::chrono::seconds(3));  // pauses of 0.05 s, 0.1 s, ... up to 0.5 s
+  CHECK(matcher.Interrupt() == 0);
+}
+
 TEST_CASE("an exporter that starts in the middle of a run gets the whole map") {
   const TemporaryFolder folder;
   const fs::path offline = MapOffline(TakeScans("sim:demo", 300, 2), folder / "offline");

@@ -230,6 +230,12 @@ TEST_CASE("a damaged stretch of a log costs the events that it touches and no ot
   }
 }
 
+TEST_CASE("an event in which another seems to begin is read where the next one, or the end, shows that it is whole") {
+  constexpr std::int64_t kLooksLikeAnEvent = 0xEDA1DA01;
+  CHECK(Read(PlanarEvent(1) + PlanarEvent(kLooksLikeAnEvent)).utimes() == Utimes{1, kLooksLikeAnEvent});
+  CHECK(Read(PlanarEvent(kLooksLikeAnEvent) + PlanarEvent(1)).utimes() == Utimes{kLooksLikeAnEvent, 1});
+}
+
 TEST_CASE("a log cut short anywhere gives the events that are whole") {
   const std::string first = PlanarEvent(1);
   const std::string second = PlanarEvent(2);
