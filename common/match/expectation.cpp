@@ -39,16 +39,20 @@ double ComputeExploredShare(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, 
 Expectation::Expectation(const TrackingState& tracking, const MatchParameters& parameters)
     : usual_(tracking.usual_fitness()),
       acceptable_(ComputeAcceptable(tracking, parameters.lost_ratio)),
-      unknown_(tracking.on_finished_map() && usual_ == 0.0) {
+      unknown_(tracking.on_finished_map() && usual_ == 0.0),
+      goes_on_(tracking.num_lost() == 0 && !tracking.on_finished_map()) {
   if (unknown_) usual_ = kUsualFitness;
   enough_ = usual_ > 0.0 ? parameters.good_ratio * usual_ : parameters.satisfying_fitness;
   if (tracking.on_finished_map()) usual_ = std::max(usual_, kLeastUsualFitness);
 }
 
-bool Expectation::IsMetBy(const ScoredPose& found, const Eigen::Matrix2Xd& critical_hits_m, const ByteMap& map) const {
-  constexpr double kLeastShare = 0.8;  // a scan that looks into nothing but the unknown has no match
+bool Expectation::IsMetBy(const ScoredPose& found, bool near, const Eigen::Matrix2Xd& critical_hits_m,
+                          const ByteMap& map) const {
+  // A scan that looks into nothing but the unknown has no match. Where the robot drives out into the open, a laser of
+  // short range sees for some scans more of what is new than of what it knows.
+  const double least_share = near && goes_on_ ? 0.5 : 0.8;
   const double explored = ComputeExploredShare(map, critical_hits_m, found.pose);
-  const double expected = usual_ * std::max(explored, kLeastShare);
+  const double expected = usual_ * std::max(explored, least_share);
   const double quality = expected > 0.0 ? found.fitness / expected : 1.0;
   return quality >= acceptable_;
 }

@@ -19,16 +19,19 @@ class Expectation {
   /// Whether nothing is known of the fitness that is usual on this map: no scan was found on it yet.
   bool unknown() const { return unknown_; }
 
-  /// Whether a fitness explains a scan. A scan that looks into the unknown need fit only as far as the rest can.
+  /// Whether a fitness explains a scan. A scan that looks into the unknown need fit only as far as the rest can: as
+  /// much as half of it where the robot goes on as before, a fifth where it may be anywhere.
   ///
+  /// near: whether the pose was found around the one that was presumed.
   /// critical_hits_m: 2 x N, laser frame, of the rays that have that fitness at `found.pose`.
-  bool IsMetBy(const ScoredPose& found, const Eigen::Matrix2Xd& critical_hits_m, const ByteMap& map) const;
+  bool IsMetBy(const ScoredPose& found, bool near, const Eigen::Matrix2Xd& critical_hits_m, const ByteMap& map) const;
 
  private:
   double usual_;       ///< fitness of the last scans; on a finished map no less than its building gives
   double enough_;      ///< see enough()
   double acceptable_;  ///< share of the expected fitness below which a scan is lost
   bool unknown_;
+  bool goes_on_;  ///< the scan before was matched, so that the motion tells where this one may be
 };
 
 }  // namespace crsm

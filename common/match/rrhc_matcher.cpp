@@ -101,6 +101,7 @@ struct RrhcMatcher::Found {
 
 struct RrhcMatcher::Refined {
   Pose2 pose;
+  bool is_presumed = true;  ///< as of Found
   PoseUncertainty uncertainty;
   int evaluations = 0;
 };
@@ -176,7 +177,7 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& pres
 
   const Expectation expected(tracking, parameters_);
   const auto Explains = [&](const ScoredPose& pose) {
-    return expected.IsMetBy(pose, rays.critical_hits_m, map_.cells());
+    return expected.IsMetBy(pose, false, rays.critical_hits_m, map_.cells());
   };
   Random random(parameters_.seed, static_cast<std::uint64_t>(utime));
   const MotionBounds window{parameters_.window_m, parameters_.window_rad};
@@ -219,17 +220,18 @@ RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& sta
   const auto AgreementAt = [&](const Pose2& pose) { return ComputeAgreement(map_.cells(), rays.hits_m, pose); };
   const double least_agreement = std::max(num_lost > 0.0 ? kLeastAgreement : 0.0, AgreementAt(near.best.pose));
   if (wide.best.fitness > without_pull(near.best.pose) &&
-      expected.IsMetBy(wide.best, rays.critical_hits_m, map_.cells()) &&
+      expected.IsMetBy(wide.best, false, rays.critical_hits_m, map_.cells()) &&
       AgreementAt(wide.best.pose) >= least_agreement) {
     return {wide.best.pose, start, false, evaluations, near.evaluations + wide.best_evaluation};
   }
-  return {near.best.pose, start, false, evaluations, near.best_evaluation};
+  const bool goes_on = expected.IsMetBy(near.best, true, rays.critical_hits_m, map_.cells());
+  return {near.best.pose, start, goes_on, evaluations, near.best_evaluation};
 }
 
 /// Step 3. A climb with all rays, weighted by their spacing, to a fraction of a cell. Along an axis that the walls
 /// leave open the presumed pose holds, as far as the motion is steady, unless another look finds what they do tell.
 RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, double steadiness) const {
-  Refined refined{found.pose, {}, 0};
+  Refined refined{found.pose, found.is_presumed, {}, 0};
   const double cell_size_m = map_.geometry().cell_size_m();
   const auto Counted = [&refined](const Objective& objective) {
     return [&refined, objective](const Pose2& pose) {
@@ -275,10 +277,11 @@ void RrhcMatcher::Judge(const Rays& rays, const Presumption& presumed, const Ref
   const double fitness = map_.Fitness(rays.critical, refined.pose);
   match.fitness = std::clamp(fitness, 0.0, 1.0);
   const auto Score = [&] { return ScorePlace(map_, rays.hits_m, refined.pose); };
-  const bool explained = presumed.found_on_whole_map || expected.unknown()
-                             ? Score() >= kLeastScore
-                             : expected.IsMetBy({refined.pose, fitness}, rays.critical_hits_m, map_.cells()) &&
-                                   (!tracking.on_finished_map() || Score() >= kLeastTrackedScore);
+  const bool explained =
+      presumed.found_on_whole_map || expected.unknown()
+          ? Score() >= kLeastScore
+          : expected.IsMetBy({refined.pose, fitness}, refined.is_presumed, rays.critical_hits_m, map_.cells()) &&
+                (!tracking.on_finished_map() || Score() >= kLeastTrackedScore);
   match.T_map_laser = presumed.if_lost;
   if (!explained) return;
 

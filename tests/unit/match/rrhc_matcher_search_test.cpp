@@ -163,6 +163,25 @@ TEST_CASE("as shipped, a robot lost for longer is found only where half of its r
   CHECK(StateAfter(3, 2) != MatchState::kLost);
 }
 
+TEST_CASE("as shipped, a robot that drives on into the open is not lost for what it has not seen yet") {
+  const Hall hall;
+  const auto Match = [&](const Pose2& truth, int num_lost, double share_new) {
+    LaserScan scan = hall.Scan(truth, 100);
+    for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
+      if (static_cast<double>(i) < share_new * static_cast<double>(scan.ranges_m.size()))
+        scan.ranges_m[i] = 20.0f;  // beyond all that is explored
+    }
+    return hall.Match(scan, AfterStanding({}, Hall::kUsual, num_lost));
+  };
+  const Pose2 near{0.1, 0.05, 0.03};
+  const ScanMatch match = Match(near, 0, 0.65);
+  CHECK(match.state != MatchState::kLost);
+  CheckPose(match.T_map_laser, near, 0.1);                             // by a third of the rays
+  CHECK(Match(near, 0, 0.8).state == MatchState::kLost);               // what is left may be chance
+  CHECK(Match(near, 1, 0.65).state == MatchState::kLost);              // it may have stopped, or turned
+  CHECK(Match({0.4, -0.3, 1.1}, 0, 0.65).state == MatchState::kLost);  // in a wide window it may be chance, too
+}
+
 TEST_CASE("as shipped, the wide search is not drawn back to where the robot was presumed") {
   // At 1.8 m the pull would cost 1.6 of the fitness, which is 1 at most; see above for how many there are.
   CHECK(Hall().CountFound(1.8, 12) >= 15);
