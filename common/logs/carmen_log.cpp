@@ -22,6 +22,12 @@ class Fields {
   explicit Fields(std::string_view line) : rest_(line) {}
 
   bool good() const { return good_; }
+  std::string_view wrong() const { return wrong_; }  ///< the first word that is; empty where the line ends too early
+
+  /// The word that was read last is wrong.
+  void Refuse() {
+    if (std::exchange(good_, false)) wrong_ = word_;
+  }
 
   std::string_view Word() {
     constexpr std::string_view kBlanks = " \t\r";
@@ -29,7 +35,8 @@ class Fields {
     const std::size_t end = std::min(rest_.find_first_of(kBlanks, begin), rest_.size());
     const std::string_view word = rest_.substr(begin, end - begin);
     rest_.remove_prefix(end);
-    if (word.empty()) good_ = false;
+    word_ = word;
+    if (word.empty()) Refuse();
     return word;
   }
 
@@ -38,20 +45,20 @@ class Fields {
     const std::string_view word = Word();
     Number number{};
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-    if (error != std::errc{} || end != word.data() + word.size()) good_ = false;
+    if (error != std::errc{} || end != word.data() + word.size()) Refuse();
     return number;
   }
 
   /// An angle that a laser can have, in radians.
   double ReadAngle() {
     const auto angle_rad = Read<double>();
-    if (!(std::abs(angle_rad) <= kMaxAngle_rad)) good_ = false;
+    if (!(std::abs(angle_rad) <= kMaxAngle_rad)) Refuse();
     return angle_rad;
   }
 
   std::size_t ReadCount(std::size_t min, std::size_t max) {
     const auto count = Read<std::size_t>();
-    if (count < min || count > max) good_ = false;
+    if (count < min || count > max) Refuse();
     return good_ ? count : 0;
   }
 
@@ -75,14 +82,20 @@ class Fields {
   /// ipc_timestamp, host, logger_timestamp, and the line is over: a wrong number of beams shows here.
   std::int64_t ReadUtimeAndEnd() {
     const std::optional<std::int64_t> utime = ParseUtime(Word());
+    if (!utime) Refuse();
     Word();
     Word();
-    if (!utime || rest_.find_first_not_of(" \t\r") != std::string_view::npos) good_ = false;
+    if (rest_.find_first_not_of(" \t\r") != std::string_view::npos) {
+      Word();
+      Refuse();
+    }
     return utime.value_or(0);
   }
 
  private:
   std::string_view rest_;
+  std::string_view word_;
+  std::string_view wrong_;
   bool good_ = true;
 };
 
@@ -121,13 +134,14 @@ Line ReadFlaser(Fields& fields) {
   return line;
 }
 
-std::optional<Line> ReadRobotLaser(Fields& fields) {
+Line ReadRobotLaser(Fields& fields) {
   Line line;
   LaserScan& scan = line.scan;
   fields.SkipNumbers(1);  // type
   scan.angle_min_rad = static_cast<float>(fields.ReadAngle());
   fields.SkipNumbers(1);  // field of view
   scan.angle_step_rad = static_cast<float>(fields.ReadAngle());
+  if (scan.angle_step_rad == 0.0f) fields.Refuse();
   auto max_range_m = fields.Read<float>();
   fields.SkipNumbers(2);  // accuracy, remission mode
   scan.ranges_m = fields.ReadRanges(fields.ReadCount(kMinBeams, kMaxBeams));
@@ -136,7 +150,6 @@ std::optional<Line> ReadRobotLaser(Fields& fields) {
   line.T_odom_robot = fields.ReadPose();
   fields.SkipNumbers(5);  // speeds, safety
   scan.utime = fields.ReadUtimeAndEnd();
-  if (scan.angle_step_rad == 0.0f) return std::nullopt;
 
   if (!(max_range_m > 0.0f)) max_range_m = std::numeric_limits<float>::infinity();  // the log does not know it
   std::replace_if(
@@ -144,23 +157,32 @@ std::optional<Line> ReadRobotLaser(Fields& fields) {
   return line;
 }
 
+/// What is wrong with a line.
+std::string Describe(const GzipFile::Line& line, const Fields& fields) {
+  constexpr std::size_t kMostShown = 20;
+  if (line.too_long) return " is longer than any of a laser's";
+  if (fields.wrong().empty()) return " ends before all of its fields have come";
+  return " is wrong at '" + std::string(fields.wrong().substr(0, kMostShown)) + "'";
+}
+
 bool IsLaser(std::string_view kind) { return kind == "FLASER" || kind == "ROBOTLASER1"; }
 
 std::optional<Line> ReadLaser(std::string_view kind, Fields& fields) {
-  std::optional<Line> line = kind == "FLASER" ? ReadFlaser(fields) : ReadRobotLaser(fields);
-  return fields.good() ? line : std::nullopt;
+  Line line = kind == "FLASER" ? ReadFlaser(fields) : ReadRobotLaser(fields);
+  return fields.good() ? std::optional(std::move(line)) : std::nullopt;
 }
 
 }  // namespace
 
 std::optional<LaserScan> CarmenLog::Next() {
   while (const auto line = file_.ReadLine()) {
+    ++num_lines_;
     Fields fields(line->text);
     const std::string_view kind = fields.Word();
     if (!line->too_long && !IsLaser(kind)) continue;
     std::optional<Line> laser = line->too_long ? std::nullopt : ReadLaser(kind, fields);
     if (!laser) {
-      ++counts_["bad_line"];
+      if (++counts_["bad_line"] == 1) first_bad_ = "line " + std::to_string(num_lines_) + Describe(*line, fields);
     } else if (utimes_.Find(laser->scan.utime)) {
       ++counts_["utime_repeated"];
     } else {
@@ -172,6 +194,19 @@ std::optional<LaserScan> CarmenLog::Next() {
   }
   if (file_.truncated()) counts_["truncated"] = 1;
   return std::nullopt;
+}
+
+std::vector<std::string> CarmenLog::Complaints() const {
+  std::vector<std::string> complaints;
+  const auto Complain = [&](const char* name, const std::string& why) {
+    const auto found = counts_.find(name);
+    if (found == counts_.end() || found->second <= utimes_.size()) return;
+    complaints.push_back(std::to_string(found->second) + " of " + std::to_string(found->second + utimes_.size()) +
+                         " scans are left out: " + why);
+  };
+  Complain("bad_line", first_bad_);
+  Complain("utime_repeated", "their ipc_timestamp is that of an earlier one, each scan needs its own");
+  return complaints;
 }
 
 bool HasCarmenLaser(GzipFile& file, int max_lines) {

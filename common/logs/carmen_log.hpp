@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/logs/gzip_file.hpp"
 #include "common/logs/laser_source.hpp"
@@ -33,9 +34,12 @@ class CarmenLog : public LaserSource {
   std::optional<Pose2> Odometry() const override { return T_odom_robot_; }
   double Progress() const override { return file_.Progress(); }
   std::map<std::string, std::int64_t> Counts() const override { return counts_; }
+  std::vector<std::string> Complaints() const override;
 
  private:
   GzipFile file_;
+  std::int64_t num_lines_ = 0;
+  std::string first_bad_;  ///< which line was the first that is bad, and what is wrong with it
   std::map<std::string, std::int64_t> counts_;
   UtimeIndex utimes_;                  ///< given out so far
   std::optional<Pose2> T_odom_robot_;  ///< of the last scan given out

@@ -12,6 +12,7 @@
 #include "services/runtime/backoff.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/laser_silence.hpp"
+#include "services/runtime/printable.hpp"
 #include "services/runtime/progress.hpp"
 #include "services/runtime/service.hpp"
 #include "services/runtime/stall_watch.hpp"
@@ -29,7 +30,9 @@ void PrintCounts(const std::string& program, const std::string& source_name, con
   for (const auto& [name, count] : source.Counts()) {
     if (count > 0 && name != "truncated") Say(fmt::format("{}: {}: {}", program, name, count));
   }
-  for (const std::string& complaint : source.Complaints()) Say(fmt::format("{}: {}", program, complaint));
+  for (const std::string& complaint : source.Complaints()) {
+    Say(fmt::format("{}: {}", program, MakePrintable(complaint)));
+  }
 }
 
 /// What cannot be meant for a laser.

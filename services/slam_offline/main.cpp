@@ -14,6 +14,7 @@
 #include "common/scan/laser_judge.hpp"
 #include "common/slam.hpp"
 #include "services/runtime/path_lock.hpp"
+#include "services/runtime/printable.hpp"
 #include "services/runtime/progress.hpp"
 #include "services/runtime/service.hpp"
 #include "services/runtime/version.hpp"
@@ -86,7 +87,9 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
 
 /// What of the log is not in the map, or not as it was meant.
 void SayWhatWasLeftOut(const std::string& program, const std::string& name, const LaserSource& source, const Run& run) {
-  for (const std::string& complaint : source.Complaints()) Say(fmt::format("{}: {}: {}", program, name, complaint));
+  for (const std::string& complaint : source.Complaints()) {
+    Say(fmt::format("{}: {}: {}", program, name, MakePrintable(complaint)));
+  }
   if (run.num_repeated > 0) {
     Say(fmt::format("{}: {} scans were in the map already and are not mapped twice (utime_repeated)", program,
                     run.num_repeated));

@@ -164,6 +164,30 @@ TEST_CASE("a scan with the time of any earlier one is skipped and counted") {
   CHECK(CountOf(log, "utime_repeated") == 1);
 }
 
+TEST_CASE("where most scans are left out it is said why, and which line is the first of them") {
+  const auto ComplaintsOf = [](const std::string& text) {
+    const ScratchFile file(text);
+    CarmenLog log(file.path());
+    ReadAll(log);
+    return log.Complaints();
+  };
+  using Said = std::vector<std::string>;
+  const std::string good = Flaser(2, " 1 1", "3.0");
+  const std::string no_time = "FLASER 2 1 1 0 0 0 0 0 0 nohost 0\n";
+  CHECK(ComplaintsOf(good + no_time).empty());
+  CHECK(ComplaintsOf("# a log\n" + no_time) == Said{"1 of 1 scans are left out: line 2 is wrong at 'nohost'"});
+  CHECK(ComplaintsOf(good + no_time + no_time) == Said{"2 of 3 scans are left out: line 2 is wrong at 'nohost'"});
+  CHECK(ComplaintsOf(Flaser(2, " 1 1", "1.01893e+09")) ==
+        Said{"1 of 1 scans are left out: line 1 is wrong at '1.01893e+09'"});
+  CHECK(ComplaintsOf(RobotLaser("-2 4.0 0 4.0", "2 1 1")) == Said{"1 of 1 scans are left out: line 1 is wrong at '0'"});
+  CHECK(ComplaintsOf("FLASER 2 1\n") ==
+        Said{"1 of 1 scans are left out: line 1 ends before all of its fields have come"});
+  CHECK(ComplaintsOf("FLASER 2 1 1 " + Repeat("0 ", 1 << 19) + "\n") ==
+        Said{"1 of 1 scans are left out: line 1 is longer than any of a laser's"});
+  CHECK(ComplaintsOf(good + good + good) ==
+        Said{"2 of 3 scans are left out: their ipc_timestamp is that of an earlier one, each scan needs its own"});
+}
+
 TEST_CASE("a malformed line is counted and skipped, and the next one is read") {
   const std::vector<std::string> bad_lines = {
       "FLASER\n",
