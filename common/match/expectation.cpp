@@ -46,11 +46,11 @@ Expectation::Expectation(const TrackingState& tracking, const MatchParameters& p
   if (tracking.on_finished_map()) usual_ = std::max(usual_, kLeastUsualFitness);
 }
 
-bool Expectation::IsMetBy(const ScoredPose& found, bool near, const Eigen::Matrix2Xd& critical_hits_m,
+bool Expectation::IsMetBy(const ScoredPose& found, bool leniently, const Eigen::Matrix2Xd& critical_hits_m,
                           const ByteMap& map) const {
   // A scan that looks into nothing but the unknown has no match. Where the robot drives out into the open, a laser of
   // short range sees for some scans more of what is new than of what it knows.
-  const double least_share = near && goes_on_ ? 0.5 : 0.8;
+  const double least_share = leniently && goes_on_ ? 0.5 : 0.8;
   const double explored = ComputeExploredShare(map, critical_hits_m, found.pose);
   const double expected = usual_ * std::max(explored, least_share);
   const double quality = expected > 0.0 ? found.fitness / expected : 1.0;

@@ -22,9 +22,10 @@ class Expectation {
   /// Whether a fitness explains a scan. A scan that looks into the unknown need fit only as far as the rest can: as
   /// much as half of it where the robot goes on as before, a fifth where it may be anywhere.
   ///
-  /// near: whether the pose was found around the one that was presumed.
+  /// leniently: whether that half is granted: at a pose near the presumed one, if none further away fits better.
   /// critical_hits_m: 2 x N, laser frame, of the rays that have that fitness at `found.pose`.
-  bool IsMetBy(const ScoredPose& found, bool near, const Eigen::Matrix2Xd& critical_hits_m, const ByteMap& map) const;
+  bool IsMetBy(const ScoredPose& found, bool leniently, const Eigen::Matrix2Xd& critical_hits_m,
+               const ByteMap& map) const;
 
  private:
   double usual_;       ///< fitness of the last scans; on a finished map no less than its building gives

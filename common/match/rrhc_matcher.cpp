@@ -94,7 +94,7 @@ struct RrhcMatcher::Presumption {
 struct RrhcMatcher::Found {
   Pose2 pose;
   Pose2 presumed;
-  bool is_presumed = true;  ///< false after the wide search, which presumes nothing
+  bool is_presumed = true;  ///< false after the wide search, unless the robot goes on as before
   int evaluations = 0;
   int best_evaluation = 0;
 };
@@ -224,8 +224,8 @@ RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& sta
       AgreementAt(wide.best.pose) >= least_agreement) {
     return {wide.best.pose, start, false, evaluations, near.evaluations + wide.best_evaluation};
   }
-  const bool goes_on = expected.IsMetBy(near.best, true, rays.critical_hits_m, map_.cells());
-  return {near.best.pose, start, goes_on, evaluations, near.best_evaluation};
+  const bool is_presumed = expected.IsMetBy(near.best, true, rays.critical_hits_m, map_.cells());
+  return {near.best.pose, start, is_presumed, evaluations, near.best_evaluation};
 }
 
 /// Step 3. A climb with all rays, weighted by their spacing, to a fraction of a cell. Along an axis that the walls

@@ -168,8 +168,8 @@ TEST_CASE("as shipped, a robot that drives on into the open is not lost for what
   const auto Match = [&](const Pose2& truth, int num_lost, double share_new) {
     LaserScan scan = hall.Scan(truth, 100);
     for (std::size_t i = 0; i < scan.ranges_m.size(); ++i) {
-      if (static_cast<double>(i) < share_new * static_cast<double>(scan.ranges_m.size()))
-        scan.ranges_m[i] = 20.0f;  // beyond all that is explored
+      const bool is_new = static_cast<double>(i) < share_new * static_cast<double>(scan.ranges_m.size());
+      if (is_new) scan.ranges_m[i] = 20.0f;  // beyond all that is explored
     }
     return hall.Match(scan, AfterStanding({}, Hall::kUsual, num_lost));
   };
