@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/core.h>
+#include <sched.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -19,12 +20,21 @@ namespace {
 
 constexpr int kNotStarted = 127;  // as a shell says it
 
+void StayOn(int core) {
+  cpu_set_t cores;
+  CPU_ZERO(&cores);
+  CPU_SET(static_cast<std::size_t>(core), &cores);
+  sched_setaffinity(0, sizeof(cores), &cores);
+}
+
 /// Runs in the new process. Where the log cannot be written, what it says goes where ours goes.
-[[noreturn]] void Become(const char* program, char* const* arguments, const char* log, pid_t supervisor) {
+[[noreturn]] void Become(const char* program, char* const* arguments, const char* log, std::optional<int> core,
+                         pid_t supervisor) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != supervisor) _exit(kNotStarted);  // it died before the kernel knew of our wish
   setsid();
   Signals::Restore();
+  if (core) StayOn(*core);
   dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
   if (*log != '\0') {
     const int file = open(log, O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
@@ -48,7 +58,7 @@ Child::Child(const Command& command) {
   const std::string log = command.log.string();
   const pid_t supervisor = getpid();
   pid_ = fork();
-  if (pid_ == 0) Become(words.front().c_str(), argv.data(), log.c_str(), supervisor);
+  if (pid_ == 0) Become(words.front().c_str(), argv.data(), log.c_str(), command.core, supervisor);
   if (pid_ < 0) throw std::runtime_error(fmt::format("no process can be started: {}", std::strerror(errno)));
 }
 

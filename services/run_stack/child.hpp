@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,8 @@ namespace crsm {
 struct Command {
   std::filesystem::path program;
   std::vector<std::string> arguments;
-  std::filesystem::path log;  ///< what it says goes to the end of this file; empty: where ours goes
+  std::filesystem::path log;     ///< what it says goes to the end of this file; empty: where ours goes
+  std::optional<int> core = {};  ///< of the processor, on which alone it runs where the kernel grants that
 };
 
 /// A process that was started here. It has a session of its own, so that Ctrl-C in a terminal does not reach it, and is

@@ -1,6 +1,9 @@
 #include "services/run_stack/stack_plan.hpp"
 
+#include <sched.h>
+
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 
 #include "services/runtime/bus.hpp"
@@ -48,6 +51,20 @@ PlannedService PlanSelector(const Planner& planner, const StackOptions& options)
   return planner.Plan("ray_selector", flags, {"--laser-channel", kLaserChannel});
 }
 
+/// In lockstep each scan goes from one of these to the next, and no two of them work at a time. On one core the next
+/// one finds in the caches what the last one wrote, and no core has to be woken for it: a third less processor time,
+/// and no fewer scans a second (scripts/bench stack). The core is the one that the kernel has found free for this
+/// process.
+void ShareCore(StackPlan& plan) {
+  constexpr std::array<std::string_view, 3> kTakeTurns{"ray_selector", "rrhc_matcher", "map_updater"};
+  const int core = sched_getcpu();
+  if (core < 0) return;
+  for (PlannedService& service : plan.services) {
+    if (std::count(kTakeTurns.begin(), kTakeTurns.end(), service.name) > 0) service.command.core = core;
+  }
+  if (plan.publisher) plan.publisher->command.core = core;
+}
+
 std::vector<std::string> operator+(std::vector<std::string> words, const std::vector<std::string>& more) {
   words.insert(words.end(), more.begin(), more.end());
   return words;
@@ -61,8 +78,9 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   const Settings& settings = command_line.settings();
   const Planner planner(command_line, folder);
   // A configuration file may say what is right for services that run alone.
+  const bool in_lockstep = !options.is_live() && settings.rate == "max";
   std::vector<std::string> lockstep;
-  if (!options.is_live() && settings.rate == "max") {
+  if (in_lockstep) {
     lockstep = {"--lockstep"};
   } else if (settings.lockstep) {
     lockstep = {"--no-lockstep"};
@@ -93,6 +111,7 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
     plan.publisher->command.log.clear();  // it shows how far it is
     fs::remove(position);
   }
+  if (in_lockstep) ShareCore(plan);
   plan.resume = !options.earlier.resume.empty();
   if (plan.resume) plan.earlier_journal_bytes += fs::file_size(FindJournal(options.earlier.resume));
   if (!settings.localize.empty()) plan.earlier_journal_bytes += fs::file_size(FindJournal(settings.localize));

@@ -14,18 +14,21 @@ BIN = pathlib.Path(os.environ.get("CRSM_BIN_DIR", PROJECT / "build/bin"))
 # As scripts/run_stack starts them: flags of each, in lockstep.
 SERVICES = {"map_updater": ["--lockstep", "--journal", "{out}/journal"], "rrhc_matcher": ["--lockstep"],
             "loop_closer": [], "ray_selector": [], "map_exporter": ["--out", "{out}"]}
+# Those that share a core in lockstep.
+TAKE_TURNS = ["laser_publisher", "ray_selector", "rrhc_matcher", "map_updater"]
 
 
 class Program:
-    """A program of ours that runs, and dies with this process; its stderr goes to a file."""
+    """A program of ours that runs, on one core where that is said, and dies with this process; its stderr goes to a file."""
 
-    def __init__(self, name, arguments, out):
+    def __init__(self, name, arguments, out, core=None):
         self.name = name
         self.log = out / f"{name}.log"
+        placed = [] if core is None else ["taskset", "--cpu-list", str(core)]
         with open(self.log, "wb") as log:
             self.popen = subprocess.Popen(
-                ["setpriv", "--pdeathsig", "TERM", BIN / name, *map(str, arguments)], stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL, stderr=log)
+                [*placed, "setpriv", "--pdeathsig", "TERM", BIN / name, *map(str, arguments)],
+                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=log)
 
     def errors(self):
         return self.log.read_text(errors="replace")
@@ -46,6 +49,11 @@ class Program:
         return usage.ru_utime, usage.ru_stime
 
 
+def shared_core(name):
+    """The core for a process in lockstep: None, for any, where it does not take turns with others."""
+    return min(os.sched_getaffinity(0)) if name in TAKE_TURNS else None
+
+
 def run_offline(log, flags, out):
     return {"slam_offline": Program("slam_offline", [log, "--out", out, *flags], out).processor_time()}
 
@@ -53,10 +61,11 @@ def run_offline(log, flags, out):
 def run_stack(log, flags, out):
     """Returns the processor time of each process, and the seconds from the first scan to the last."""
     flags = [*flags, "--lcm-url", f"udpm://239.255.76.67:{21000 + os.getpid() % 11000}?ttl=0"]
-    services = [Program(name, [part.format(out=out) for part in own] + flags, out) for name, own in SERVICES.items()]
+    services = [Program(name, [part.format(out=out) for part in own] + flags, out, shared_core(name))
+                for name, own in SERVICES.items()]
     for service in services:
         service.await_ready()
-    publisher = Program("laser_publisher", [log, "--rate", "max", *flags], out)
+    publisher = Program("laser_publisher", [log, "--rate", "max", *flags], out, shared_core("laser_publisher"))
     begin = time.monotonic()
     times = {"laser_publisher": publisher.processor_time()}
     elapsed_s = time.monotonic() - begin

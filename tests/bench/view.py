@@ -167,11 +167,13 @@ def run(log, flags, out, rate, num_pages, with_browser=False):
     flags = [*flags, "--lcm-url", f"udpm://239.255.76.67:{21000 + os.getpid() % 11000}?ttl=0"]
     lockstep = rate == "max"
     services = [stack.Program(name, [part.format(out=out) for part in own if lockstep or part != "--lockstep"] +
-                              (flags if name != "map_viewer" else []), out) for name, own in stack.SERVICES.items()]
+                              (flags if name != "map_viewer" else []), out,
+                              stack.shared_core(name) if lockstep else None) for name, own in stack.SERVICES.items()]
     for service in services:
         service.await_ready()
     viewer = Viewer(flags[-2:], out, num_pages, with_browser) if num_pages is not None else None
-    publisher = stack.Program("laser_publisher", [log, "--rate", rate, *flags], out)
+    publisher = stack.Program("laser_publisher", [log, "--rate", rate, *flags], out,
+                              stack.shared_core("laser_publisher") if lockstep else None)
     begin = time.monotonic()
     publisher.processor_time()
     elapsed_s = time.monotonic() - begin

@@ -22,6 +22,26 @@ TEST_CASE("run_stack starts the publisher last and ends the exporter before thos
   }
 }
 
+TEST_CASE("in lockstep the processes that take turns share a core, live and beside them each runs where it likes") {
+  StandIns stack;
+  const auto CoresOf = [&](const std::string& name) {
+    const std::string event = stack.Event(name + " may run on ");
+    REQUIRE_FALSE(event.empty());
+    return event.substr(event.rfind(' ') + 1);
+  };
+  stack.Run("taskset --cpu-list --pid $$ | sed 's/.*: //'");
+  const std::string all = stack.output.substr(0, stack.output.find('\n'));
+  stack.Run("$run_stack sim:demo --out $out", "CORES=1");
+  const std::string shared = CoresOf("rrhc_matcher");
+  CHECK(shared.find_first_not_of("0123456789") == std::string::npos);
+  for (const char* name : {"laser_publisher", "ray_selector", "map_updater"}) CHECK(CoresOf(name) == shared);
+  for (const char* name : {"loop_closer", "map_exporter"}) CHECK(CoresOf(name) == all);
+  stack.Run("rm $EVENTS; $run_stack sim:demo --out $out --rate 2", "CORES=1");
+  for (const char* name : {"laser_publisher", "ray_selector", "rrhc_matcher", "map_updater"}) {
+    CHECK(CoresOf(name) == all);
+  }
+}
+
 TEST_CASE("run_stack without lockstep keeps the pace that was asked for") {
   StandIns stack;
   stack.Run("$run_stack sim:demo --out $out --rate 2");

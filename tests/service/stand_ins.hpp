@@ -12,7 +12,7 @@
 #include "processes.hpp"
 
 // Takes 0.5 s over its work if it is the publisher, else waits for SIGINT; the exporter then takes 0.3 s to finish,
-// and writes what SUMMARY says.
+// and writes what SUMMARY says. With CORES, says which cores of the processor it may run on.
 inline constexpr const char* kStandIn = R"(#!/usr/bin/env bash
 name=$(basename "$0")
 say() { echo "$name $*" >>"$EVENTS"; }
@@ -24,6 +24,7 @@ finish() {
 }
 trap finish INT TERM
 say started "$@"
+[[ -z $CORES ]] || say may run on $(taskset --cpu-list --pid $$ | sed 's/.*: //')
 [[ $UNREADY == "$name" ]] || echo "$name: ready" >&2
 [[ $DYING != "$name" ]] || { sleep 0.5; echo "$name: out of luck" >&2; exit 3; }
 [[ $name != laser_publisher ]] || { sleep 0.5; finish; }
@@ -54,8 +55,8 @@ class StandIns {
   /// for another bus than `url`. Keeps what it said.
   void Run(const std::string& command, const std::string& environment = "") {
     const std::string all = "export CRSM_BIN_DIR=" + folder_.string() + " EVENTS=" + Path("events") +
-                            " UNREADY= DYING= SUMMARY= LCM_DEFAULT_URL='" + url + "' other_url='" + crsm::MakeBusUrl() +
-                            "' " + environment + "; run_stack=" + CRSM_SOURCE_DIR +
+                            " UNREADY= DYING= SUMMARY= CORES= LCM_DEFAULT_URL='" + url + "' other_url='" +
+                            crsm::MakeBusUrl() + "' " + environment + "; run_stack=" + CRSM_SOURCE_DIR +
                             "/scripts/run_stack; out=" + Path("out") + "; exec 2>&1; " + command;
     FILE* pipe = popen(all.c_str(), "r");
     REQUIRE(pipe);
