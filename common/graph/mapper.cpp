@@ -202,12 +202,12 @@ std::vector<TileChange> Mapper::DrawAnew(const std::vector<int>& keyframes) {
 std::vector<TileChange> Mapper::DrawMissing(const std::vector<int>& keyframes) {
   std::vector<int> missing;
   std::ranges::set_difference(keyframes, drawn_, std::back_inserter(missing));
-  std::vector<TileChange> tiles;
-  for (const int index : missing) local_.DrawMore({&graph_.keyframe(index).rays, graph_.pose(index)}, &tiles);
+  std::vector<PlacedScan> scans;
+  for (const int index : missing) scans.push_back({&graph_.keyframe(index).rays, graph_.pose(index)});
   const auto middle = static_cast<std::ptrdiff_t>(drawn_.size());
   drawn_.insert(drawn_.end(), missing.begin(), missing.end());
   std::inplace_merge(drawn_.begin(), drawn_.begin() + middle, drawn_.end());
-  return tiles;
+  return local_.DrawMore(scans);
 }
 
 }  // namespace crsm

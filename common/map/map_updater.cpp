@@ -42,6 +42,7 @@ struct MapUpdater::Tile {
   std::array<float, kTileCells> p_free;          // exact; the wire carries it rounded to a byte
   std::array<std::uint8_t, kTileCells> marks{};  // of the scan at hand
   bool marked = false;                           // by it
+  bool blank = true;                             // nothing was drawn into it
   TileBytes bytes;
   std::int64_t changed_in_version = 0;
 
@@ -50,6 +51,7 @@ struct MapUpdater::Tile {
   void Clear() {
     p_free.fill(0.5f);
     bytes.fill(kUnexploredByte);
+    blank = true;
   }
 };
 
@@ -66,42 +68,35 @@ MapUpdater& MapUpdater::operator=(MapUpdater&&) noexcept = default;
 MapDelta MapUpdater::Update(const CriticalRays& scan, const ScanMatch& match) {
   if (scan.utime != match.utime) throw std::invalid_argument("MapUpdater: the match is of another scan");
   MapDelta delta = UpdateWithoutScan();
-  const Pose2& pose = match.T_map_laser;
-  if (finished_ || match.state == MatchState::kLost || !MovedEnough(pose)) return delta;
-  if (scan.rays.size() == 0 || !InLimits(scan.rays, pose)) return delta;
-  Draw(scan.rays, pose, &delta.tiles);
-  delta.drawn = true;
-  T_map_last_drawn_ = pose;
+  if (finished_ || match.state == MatchState::kLost || !MovedEnough(match.T_map_laser)) return delta;
+  BytesBefore before;
+  delta.drawn = Draw({&scan.rays, match.T_map_laser}, &before);
+  if (!delta.drawn) return delta;
+  delta.tiles = ListChanges(before);
+  T_map_last_drawn_ = match.T_map_laser;
   return delta;
 }
 
 std::vector<TileChange> MapUpdater::DrawAnew(std::span<const PlacedScan> scans) {
-  std::vector<TileBytes> before;
-  for (const auto& entry : tiles_.entries()) {
-    before.push_back(entry.tile->bytes);
-    entry.tile->Clear();
+  BytesBefore before;
+  for (auto& [index, tile] : tiles_.entries()) {
+    if (tile->blank) continue;  // as most are, once the path is long
+    before.emplace(index, tile->bytes);
+    tile->Clear();
   }
-  for (const PlacedScan& scan : scans) DrawMore(scan);
+  for (const PlacedScan& scan : scans) Draw(scan, &before);
   if (!scans.empty()) T_map_last_drawn_ = scans.back().T_map_laser;
-  std::vector<TileChange> changes;
-  before.resize(num_tiles(), Tile().bytes);
-  for (std::size_t i = 0; i < num_tiles(); ++i) {
-    auto& [index, tile] = tiles_.entries()[i];
-    tile->changed_in_version = version_;
-    std::vector<std::uint8_t> runs = PackRuns(before[i], tile->bytes);
-    if (!runs.empty()) changes.push_back({index, std::move(runs)});
-  }
-  return changes;
+  return ListChanges(before);
 }
 
-void MapUpdater::DrawMore(const PlacedScan& scan, std::vector<TileChange>* changes) {
-  const auto& [rays, T_map_laser] = scan;
-  if (rays->size() > 0 && InLimits(*rays, T_map_laser)) Draw(*rays, T_map_laser, changes);
+std::vector<TileChange> MapUpdater::DrawMore(std::span<const PlacedScan> scans) {
+  BytesBefore before;
+  for (const PlacedScan& scan : scans) Draw(scan, &before);
+  return ListChanges(before);
 }
 
 bool MapUpdater::InLimits(const ValidRays& rays, const Pose2& T_map_laser) const {
-  const auto longest = std::max_element(rays.range_m.begin(), rays.range_m.end());
-  const double reach_m = longest == rays.range_m.end() ? 0.0 : *longest;
+  const double reach_m = rays.size() == 0 ? 0.0 : *std::max_element(rays.range_m.begin(), rays.range_m.end());
   return geometry_.InLimits(T_map_laser.x_m, T_map_laser.y_m, reach_m);
 }
 
@@ -116,9 +111,8 @@ void MapUpdater::Finish() {
 std::optional<TileChange> MapUpdater::TileSince(std::size_t tile, std::int64_t version) const {
   const auto& entry = tiles_.entries().at(tile);
   if (entry.tile->changed_in_version <= version) return std::nullopt;
-  TileBytes other;  // differs in every cell, so that the whole tile is packed
-  std::transform(entry.tile->bytes.begin(), entry.tile->bytes.end(), other.begin(),
-                 [](std::uint8_t byte) { return static_cast<std::uint8_t>(~byte); });
+  TileBytes other = entry.tile->bytes;
+  for (std::uint8_t& byte : other) byte ^= 0xFF;  // differs in every cell, so that the whole tile is packed
   return TileChange{entry.index, PackRuns(other, entry.tile->bytes)};
 }
 
@@ -128,8 +122,11 @@ bool MapUpdater::MovedEnough(const Pose2& T_map_laser) const {
   return Length(motion) >= parameters_.update_distance_m || std::abs(motion.yaw_rad) >= parameters_.update_angle_rad;
 }
 
-void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vector<TileChange>* changes) {
-  const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
+/// False if there is nothing to draw, or not all of it lies within the limits of the map.
+bool MapUpdater::Draw(const PlacedScan& scan, BytesBefore* before) {
+  const auto& [rays, T_map_laser] = scan;
+  if (rays->size() == 0 || !InLimits(*rays, T_map_laser)) return false;
+  const Eigen::Matrix2Xd hits_m = ComputeHits(*rays);
   const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
   Eigen::Matrix2d rotation;
   rotation << cos, -sin, sin, cos;
@@ -140,32 +137,39 @@ void MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vect
   for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) MarkHit(hits_cells.col(i));
   if (parameters_.join_hits) {
     const auto joined = FindSurfaces(hits_m, kNearHitsCells * geometry_.cell_size_m(), parameters_.join_max_m);
-    for (std::size_t i = 0; i < joined.size(); ++i) {
-      const auto column = static_cast<Eigen::Index>(i);
-      if (!joined[i]) continue;
-      MarkSurface(hits_cells.col(column), hits_cells.col(column + 1));
-      MarkBehind(hits_cells.col(column), hits_cells.col(column + 1));
+    for (Eigen::Index i = 0; i < std::ssize(joined); ++i) {
+      if (!joined[static_cast<std::size_t>(i)]) continue;
+      MarkSurface(hits_cells.col(i), hits_cells.col(i + 1));
+      MarkBehind(hits_cells.col(i), hits_cells.col(i + 1));
     }
   }
 
   // "The intensity of the update is proportionate to the mean sparseness of the current scan."
   const double intensity =
       parameters_.sparseness_intensity
-          ? std::min(std::max(ComputeMeanSparseness(rays), parameters_.intensity_min), parameters_.intensity_max)
+          ? std::min(std::max(ComputeMeanSparseness(*rays), parameters_.intensity_min), parameters_.intensity_max)
           : parameters_.intensity;
-  std::sort(marked_.begin(), marked_.end());
-  TileBytes before;
   for (const TileIndex index : marked_) {
     Tile& tile = *tiles_.Find(index);
-    if (changes) before = tile.bytes;
+    if (before) before->try_emplace(index, tile.bytes);
     Blend(tile, intensity);
-    if (changes && tile.bytes == before) continue;
-    tile.changed_in_version = version_;
-    if (changes) changes->push_back({index, PackRuns(before, tile.bytes)});
+    if (!before) tile.changed_in_version = version_;
   }
   marked_.clear();
   marking_ = nullptr;
   if (std::exchange(cut_, false)) ++num_scans_cut_;
+  return true;
+}
+
+std::vector<TileChange> MapUpdater::ListChanges(const BytesBefore& before) {
+  std::vector<TileChange> changes;
+  for (const auto& [index, bytes] : before) {
+    Tile& tile = *tiles_.Find(index);
+    if (tile.bytes == bytes) continue;
+    tile.changed_in_version = version_;
+    changes.push_back({index, PackRuns(bytes, tile.bytes)});
+  }
+  return changes;
 }
 
 /// To be called before anything else is marked.
@@ -287,7 +291,7 @@ MapUpdater::Tile* MapUpdater::MarkTile(TileIndex index) {
 void MapUpdater::Blend(Tile& tile, double intensity) const {
   constexpr double kMaxIntensity = 0.95;  // asymptotic: no cell is ever certain
   const auto Limited = [&](double value) { return static_cast<float>(std::min(kMaxIntensity, value)); };
-  tile.marked = false;
+  tile.marked = tile.blank = false;
   blend_({Limited(intensity), Limited(intensity * parameters_.occupied_density),
           static_cast<float>(parameters_.first_intensity)},
          tile.marks.data(), tile.p_free.data(), tile.bytes.data());

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -35,12 +36,13 @@ class MapUpdater {
   MapDelta Update(const CriticalRays& scan, const ScanMatch& match);
 
   /// Draws all of the map anew, as of these scans in their order, in the version that there is. Returns what that
-  /// changes; for a replica of this version all tiles have changed.
+  /// changes.
   std::vector<TileChange> DrawAnew(std::span<const PlacedScan> scans);
 
-  /// Draws one more scan, in the version that there is, wherever it is on the path.
-  /// changes: what that changes is added; nullptr where nobody asks.
-  void DrawMore(const PlacedScan& scan, std::vector<TileChange>* changes = nullptr);
+  /// Draws more scans, in the version that there is, wherever they are on the path. Returns what that changes.
+  std::vector<TileChange> DrawMore(std::span<const PlacedScan> scans);
+  /// The same of one scan, where nobody asks what it changes.
+  void DrawMore(const PlacedScan& scan) { Draw(scan, nullptr); }
 
   /// Goes on with that version, in which nothing has changed, and which is no smaller than the one that there is.
   void SkipTo(std::int64_t version) { version_ = version; }
@@ -69,10 +71,12 @@ class MapUpdater {
 
  private:
   struct Tile;
+  using BytesBefore = std::map<TileIndex, TileBytes>;  ///< tiles that were drawn into, as they were
 
   bool MovedEnough(const Pose2& T_map_laser) const;
-  /// changes: nullptr where nobody asks.
-  void Draw(const ValidRays& rays, const Pose2& T_map_laser, std::vector<TileChange>* changes);
+  /// before: tiles that are not in it yet are added; nullptr where nobody asks.
+  bool Draw(const PlacedScan& scan, BytesBefore* before);
+  std::vector<TileChange> ListChanges(const BytesBefore& before);
   void MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void MarkBehind(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
