@@ -176,7 +176,7 @@ std::optional<Tie> Mapper::FindTie(const Pose2& T_map_laser) const {
 /// Those of the local map that are needed in it: of long ago the newest of each place and direction. So drawing it
 /// costs the same however often the robot has passed there.
 std::vector<int> Mapper::ThinOut(const std::vector<int>& local) const {
-  constexpr double kPlace_m = 1.0;
+  constexpr double kPlace_m = 1.5;
   constexpr double kDirection_rad = 0.35;
   const auto Round = [](double value, double step) { return static_cast<int>(std::floor(value / step)); };
   const double here_m = graph_.path_m(graph_.size() - 1);
