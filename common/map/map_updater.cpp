@@ -71,9 +71,8 @@ MapDelta MapUpdater::Update(const CriticalRays& scan, const ScanMatch& match) {
   if (finished_ || match.state == MatchState::kLost || !MovedEnough(match.T_map_laser)) return delta;
   BytesBefore before;
   delta.drawn = Draw({&scan.rays, match.T_map_laser}, &before);
-  if (!delta.drawn) return delta;
   delta.tiles = ListChanges(before);
-  T_map_last_drawn_ = match.T_map_laser;
+  if (delta.drawn) T_map_last_drawn_ = match.T_map_laser;
   return delta;
 }
 
