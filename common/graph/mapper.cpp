@@ -192,22 +192,24 @@ std::vector<int> Mapper::ThinOut(const std::vector<int>& local) const {
   return needed;
 }
 
-std::vector<TileChange> Mapper::DrawAnew(const std::vector<int>& keyframes) {
+std::vector<PlacedScan> Mapper::Place(const std::vector<int>& keyframes) const {
   std::vector<PlacedScan> scans;
   for (const int index : keyframes) scans.push_back({&graph_.keyframe(index).rays, graph_.pose(index)});
+  return scans;
+}
+
+std::vector<TileChange> Mapper::DrawAnew(const std::vector<int>& keyframes) {
   drawn_ = keyframes;
-  return local_.DrawAnew(scans);
+  return local_.DrawAnew(Place(keyframes));
 }
 
 std::vector<TileChange> Mapper::DrawMissing(const std::vector<int>& keyframes) {
   std::vector<int> missing;
   std::ranges::set_difference(keyframes, drawn_, std::back_inserter(missing));
-  std::vector<PlacedScan> scans;
-  for (const int index : missing) scans.push_back({&graph_.keyframe(index).rays, graph_.pose(index)});
   const auto middle = static_cast<std::ptrdiff_t>(drawn_.size());
   drawn_.insert(drawn_.end(), missing.begin(), missing.end());
   std::inplace_merge(drawn_.begin(), drawn_.begin() + middle, drawn_.end());
-  return local_.DrawMore(scans);
+  return local_.DrawMore(Place(missing));
 }
 
 }  // namespace crsm

@@ -77,6 +77,7 @@ class Mapper {
   void AnchorScan(std::int64_t scan);
   bool ApplyDue(int newest);
   std::optional<Tie> FindTie(const Pose2& T_map_laser) const;
+  std::vector<PlacedScan> Place(const std::vector<int>& keyframes) const;
   std::vector<TileChange> DrawAnew(const std::vector<int>& keyframes);
   std::vector<TileChange> DrawMissing(const std::vector<int>& keyframes);
   std::vector<int> ThinOut(const std::vector<int>& local) const;

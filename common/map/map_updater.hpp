@@ -76,6 +76,7 @@ class MapUpdater {
   bool MovedEnough(const Pose2& T_map_laser) const;
   /// before: tiles that are not in it yet are added; nullptr where nobody asks.
   bool Draw(const PlacedScan& scan, BytesBefore* before);
+  /// What is not as before any more, which has changed in this version.
   std::vector<TileChange> ListChanges(const BytesBefore& before);
   void MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
   void MarkBehind(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);

@@ -22,7 +22,8 @@ TEST_CASE("run_stack starts the publisher last and ends the exporter before thos
   }
 }
 
-TEST_CASE("in lockstep the processes that take turns share a core, live and beside them each runs where it likes") {
+TEST_CASE(
+    "in lockstep the processes that take turns share a core; at a pace, and beside them, each runs where it likes") {
   StandIns stack;
   const auto CoresOf = [&](const std::string& name) {
     const std::string event = stack.Event(name + " may run on ");

@@ -388,6 +388,24 @@ TEST_CASE("a replica that missed versions is healed by whole tiles") {
   CHECK(replica.ToDenseGrid().cells == map.bytes.ToDenseGrid().cells);
 }
 
+TEST_CASE("drawn anew, the tiles that are not as they were have changed, and no others") {
+  TestMap map;
+  map.Draw(Beam(1.0f), kInCell);
+  map.Draw(Beam(1.0f), {kInCell.x_m + 10.0, kInCell.y_m, 0.0});
+  const std::int64_t version = map.updater.UpdateWithoutScan().version;
+  map.updater.UpdateWithoutScan();
+  const ValidRays rays = AllRays(Beam(1.0f)).rays;
+  const PlacedScan first{&rays, kInCell};
+  const std::vector<TileChange> changes = map.updater.DrawAnew({&first, 1});
+  CHECK(changes.size() == 1);
+  for (const TileChange& change : changes) REQUIRE(map.bytes.Apply(change));
+  CHECK(map.At(5, 0) == kFreeOnce);
+  CHECK(map.At(205, 0) == kUnexploredByte);
+  CHECK_FALSE(map.updater.TileSince(0, version));
+  CHECK(map.updater.TileSince(1, version));
+  CHECK(map.updater.DrawAnew({&first, 1}).empty());
+}
+
 TEST_CASE("a finished map answers and does not change, and its versions start over") {
   TestMap map;
   map.Draw(ScanRoom(kInCell), kInCell);
