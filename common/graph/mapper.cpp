@@ -21,18 +21,18 @@ struct LocalKeyframes {
   std::vector<int> bearable;  ///< those, and others that need not be taken out of it yet
 };
 
-/// Wanted is what lies within some way along the graph. A keyframe beyond it that is about as far away as the crow
+/// Wanted is what lies within some way along the graph. A keyframe beyond it that is nearly as far away as the crow
 /// flies saw few of the walls here, and does no harm.
 LocalKeyframes FindLocal(const KeyframeGraph& graph, double local_map_m) {
-  constexpr double kBearableReach = 2.1;  // of 40 m, with a look every 20 m: straight on, the third look draws anew
-  constexpr double kStraight = 0.7;       // least share of the way that lies between the ends of it
+  constexpr double kBearableReach = 3.0;  // of 40 m, with a look every 20 m: straight on, the fifth look draws anew
+  constexpr double kFarAway = 0.75;       // of the same, as the crow flies
   const int newest = graph.size() - 1;
   LocalKeyframes found;
   for (const auto& [index, way_m] : graph.FindWithin(newest, kBearableReach * local_map_m)) {
     const bool wanted = way_m <= local_map_m;
     const double away_m = Length(Inverse(graph.pose(index)) * graph.pose(newest));
     if (wanted) found.wanted.push_back(index);
-    if (wanted || away_m >= kStraight * way_m) found.bearable.push_back(index);
+    if (wanted || away_m >= kFarAway * local_map_m) found.bearable.push_back(index);
   }
   return found;
 }
