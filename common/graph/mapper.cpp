@@ -21,11 +21,11 @@ struct LocalKeyframes {
   std::vector<int> bearable;  ///< those, and others that need not be taken out of it yet
 };
 
-/// Wanted is what lies within some way along the graph. A keyframe beyond it that is nearly as far away as the crow
-/// flies saw few of the walls here, and does no harm.
+/// Wanted is what lies within some way along the graph. A keyframe beyond it that is far away as the crow flies, too,
+/// saw few of the walls here, and does no harm.
 LocalKeyframes FindLocal(const KeyframeGraph& graph, double local_map_m) {
-  constexpr double kBearableReach = 3.0;  // of 40 m, with a look every 20 m: straight on, the fifth look draws anew
-  constexpr double kFarAway = 0.75;       // of the same, as the crow flies
+  constexpr double kBearableReach = 3.0;  // times local_map_m along the graph ...
+  constexpr double kFarAway = 0.75;       // ... and at least so many times as the crow flies
   const int newest = graph.size() - 1;
   LocalKeyframes found;
   for (const auto& [index, way_m] : graph.FindWithin(newest, kBearableReach * local_map_m)) {

@@ -123,15 +123,15 @@ TEST_CASE("the local map leaves out what is far along the path; the whole map ha
 }
 
 TEST_CASE("keyframes stay in the local map for a while where the way went straight on, and only there") {
-  constexpr LoopParameters kSmall{true, 10.0, 10};
-  const auto ShareDrawn = [&](const Driven& driven) {
-    Mapper mapper(Drawing(), kSmall);
+  const auto ShareDrawn = [&](const Driven& driven, double local_map_m = 10.0) {
+    Mapper mapper(Drawing(), {true, local_map_m, 10});
     for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
     return static_cast<double>(mapper.num_drawn()) / mapper.graph().size();
   };
-  CHECK(ShareDrawn(Drive(25.5)) == 1.0);       // 20 m along a corridor
-  CHECK(ShareDrawn(Drive(16.0, 12.0)) < 0.7);  // to and fro
-  CHECK(ShareDrawn(Drive(46.0)) < 0.6);        // 41 m, by when it is far
+  CHECK(ShareDrawn(Drive(25.5)) == 1.0);        // 20 m along a corridor
+  CHECK(ShareDrawn(Drive(16.0, 12.0)) < 0.7);   // to and fro
+  CHECK(ShareDrawn(Drive(46.0)) < 0.6);         // 41 m, by when it is far
+  CHECK(ShareDrawn(Drive(46.0), 16.0) == 1.0);  // ... for a map of 10 m, not for one of 16 m
 }
 
 TEST_CASE("where the robot comes back to, the local map has again what it had left out") {
