@@ -58,6 +58,7 @@ struct MatchParameters {
   bool velocity_model = true;
   bool odometry = false;
   bool final_climb = true;
+  bool smooth_climb = false;
   double spacing_cap_m = 0.3;
   double summit_rad = 0.02;       ///< half the width of the summit in whose middle the yaw is
   double pull_per_m2 = 0.5;       ///< weight of the distance from the presumed pose
@@ -177,6 +178,9 @@ void VisitMatchParameters(MatchParameters& match, Visitor&& visit) {
   visit({kMatch, "velocity_model", "start from the last motions repeated, not from the last pose"},
         match.velocity_model);
   visit({kMatch, "final_climb", "end with a climb that uses all valid rays"}, match.final_climb);
+  visit({kMatch, "smooth_climb",
+         "the final climb ends by a fitness that is right between cells too, and costs twice as much"},
+        match.smooth_climb);
   visit({kMatch, "spacing_cap_m",
          "in the final climb a ray counts by its distance from its neighbours, up to this [m]; 0: all alike"},
         match.spacing_cap_m, 0.0, 100.0);

@@ -5,6 +5,7 @@
 #include "common/match/expectation.hpp"
 #include "common/match/global_search.hpp"
 #include "common/match/motion_prediction.hpp"
+#include "common/match/objective.hpp"
 #include "common/match/pose_uncertainty.hpp"
 #include "common/match/summit.hpp"
 #include "common/scan/outline.hpp"
@@ -25,25 +26,6 @@ bool IsGlobalSearchDue(const TrackingState& tracking) {
   if (!tracking.on_finished_map() || tracking.num_lost() < std::min(tracking.num_scans(), kPatience)) return false;
   return tracking.num_scans() < kPatience || tracking.num_scans() % kPatience == 0;
 }
-
-Eigen::Vector2d WayFrom(const Pose2& from, const Pose2& to) { return {to.x_m - from.x_m, to.y_m - from.y_m}; }
-
-/// What is climbed: the fitness of some rays, less a pull to where the laser is presumed. Where the walls do not tell,
-/// as along a corridor, the presumed pose does.
-struct Objective {
-  const ScoredMap& map;
-  const RaysInCells& rays;
-  Pose2 presumed;
-  double pull_per_m2;
-  Eigen::Vector2d open_axis{1.0, 0.0};  ///< unit vector, map frame
-  double axis_pull_per_m2 = 0.0;        ///< along it, besides
-
-  double operator()(const Pose2& pose) const {
-    const Eigen::Vector2d way_m = WayFrom(presumed, pose);
-    const double along_m = way_m.dot(open_axis);
-    return map.Fitness(rays, pose) - pull_per_m2 * way_m.squaredNorm() - axis_pull_per_m2 * along_m * along_m;
-  }
-};
 
 /// The pose that is as far along an axis as the presumed one.
 Pose2 MoveBackAlong(const Eigen::Vector2d& axis, const Pose2& pose, const Pose2& presumed) {
@@ -239,9 +221,16 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, d
       return objective(pose);
     };
   };
+  const auto Fine = [&refined, smooth = parameters_.smooth_climb](const Objective& objective) {
+    return [&refined, smooth, objective](const Pose2& pose) {
+      refined.evaluations += smooth ? 2 : 1;
+      return smooth ? objective.Smooth(pose) : objective(pose);
+    };
+  };
   const auto Climb = [&](const Pose2& from, const Objective& objective) {
-    const double summit_rad = parameters_.summit_rad;
-    refined.pose = parameters_.final_climb ? FindSummit(from, cell_size_m, summit_rad, Counted(objective)) : from;
+    refined.pose = parameters_.final_climb
+                       ? FindSummit(from, cell_size_m, parameters_.summit_rad, Counted(objective), Fine(objective))
+                       : from;
     refined.uncertainty = ComputeUncertainty(rays.hits_m, rays.normals, refined.pose, map_.cells());
   };
   const Objective pulled{map_, rays.all, found.presumed, found.is_presumed ? parameters_.pull_per_m2 : 0.0};
@@ -253,7 +242,7 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, d
     const Pose2 back = MoveBackAlong(known.weak_axis, refined.pose, found.presumed);
     const double axis_pull_per_m2 = steadiness * std::min(known.openness, 1.0) * parameters_.axis_pull_per_m2;
     const Objective held{map_, rays.all, found.presumed, pulled.pull_per_m2, known.weak_axis, axis_pull_per_m2};
-    const auto Score = Counted(held);
+    const auto Score = Fine(held);
     Climb(Score(back) > Score(refined.pose) ? back : refined.pose, held);
   }
   if (!known.degenerate() || parameters_.axis_window_m == 0.0) return refined;

@@ -71,13 +71,18 @@ Pose2 CentreYaw(const ScoredPose& top, double width_rad, Fitness&& fitness) {
   return Turned(std::clamp(0.5 * (left - right) / fall, -1.0, 1.0) * width_rad);
 }
 
-/// The summit next to a pose, to a fraction of a cell.
-template <class Fitness>
-Pose2 FindSummit(const Pose2& from, double cell_size_m, double width_rad, Fitness&& fitness) {
+/// The summit next to a pose, to a fraction of a cell: to half a cell by one fitness, on from there by another, which
+/// may cost more and be right between cells.
+template <class Fitness, class FineFitness>
+Pose2 FindSummit(const Pose2& from, double cell_size_m, double width_rad, Fitness&& fitness, FineFitness&& fine) {
   constexpr double kFirstStep_rad = 0.01;
   constexpr int kHalvings = 6;
-  const ScoredPose top = ClimbToSummit(from, cell_size_m, kFirstStep_rad, kHalvings, fitness);
-  return width_rad > 0.0 ? CentreYaw(top, width_rad, fitness) : top.pose;
+  constexpr int kCoarse = 2;
+  constexpr double kLeft = 1.0 / (1 << kCoarse);  // of the first step
+  const ScoredPose near = ClimbToSummit(from, cell_size_m, kFirstStep_rad, kCoarse, fitness);
+  const ScoredPose top =
+      ClimbToSummit(near.pose, kLeft * cell_size_m, kLeft * kFirstStep_rad, kHalvings - kCoarse, fine);
+  return width_rad > 0.0 ? CentreYaw(top, width_rad, fine) : top.pose;
 }
 
 }  // namespace crsm

@@ -46,6 +46,23 @@ TEST_CASE("along an axis a higher hill is found within reach") {
   CHECK(Look({0.6, 0.8}, 1.0, 0.02) == kTop);        // not on the axis
 }
 
+TEST_CASE("a summit is found to half a cell by one fitness, and on from there by a finer one") {
+  const Pose2 fine_top{kTop.x_m + 0.01, kTop.y_m - 0.01, kTop.yaw_rad + 0.002};  // a quarter of a cell away, together
+  int num_fine = 0;
+  const auto Fine = [&](const Pose2& pose) {
+    ++num_fine;
+    return Hill(pose, fine_top, 0.8);
+  };
+  CheckPose(FindSummit({0.3, -0.2, 0.1}, 0.05, 0.0, OneHill, Fine), fine_top, 0.002);
+  int num_all = 0;
+  const auto Counted = [&](const Pose2& pose) {
+    ++num_all;
+    return Hill(pose, fine_top, 0.8);
+  };
+  FindSummit({0.3, -0.2, 0.1}, 0.05, 0.0, Counted, Counted);
+  CHECK(num_fine < num_all);  // the long way there costs little
+}
+
 TEST_CASE("on a plain a climb stays where it is, and ends") {
   int num_asked = 0;
   const auto Plain = [&](const Pose2&) {
