@@ -215,18 +215,13 @@ RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& sta
 RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, double steadiness) const {
   Refined refined{found.pose, found.is_presumed, {}, 0};
   const double cell_size_m = map_.geometry().cell_size_m();
-  const auto Counted = [&refined](const Objective& objective) {
-    return [&refined, objective](const Pose2& pose) {
-      ++refined.evaluations;
-      return objective(pose);
-    };
-  };
-  const auto Fine = [&refined, smooth = parameters_.smooth_climb](const Objective& objective) {
-    return [&refined, smooth, objective](const Pose2& pose) {
+  const auto Counted = [&refined](const Objective& objective, bool smooth = false) {
+    return [&refined, objective, smooth](const Pose2& pose) {
       refined.evaluations += smooth ? 2 : 1;
       return smooth ? objective.Smooth(pose) : objective(pose);
     };
   };
+  const auto Fine = [&](const Objective& objective) { return Counted(objective, parameters_.smooth_climb); };
   const auto Climb = [&](const Pose2& from, const Objective& objective) {
     refined.pose = parameters_.final_climb
                        ? FindSummit(from, cell_size_m, parameters_.summit_rad, Counted(objective), Fine(objective))

@@ -77,7 +77,7 @@ template <class Fitness, class FineFitness>
 Pose2 FindSummit(const Pose2& from, double cell_size_m, double width_rad, Fitness&& fitness, FineFitness&& fine) {
   constexpr double kFirstStep_rad = 0.01;
   constexpr int kHalvings = 6;
-  constexpr int kCoarse = 2;
+  constexpr int kCoarse = 2;                      // of these: the last of them steps by half a cell
   constexpr double kLeft = 1.0 / (1 << kCoarse);  // of the first step
   const ScoredPose near = ClimbToSummit(from, cell_size_m, kFirstStep_rad, kCoarse, fitness);
   const ScoredPose top =

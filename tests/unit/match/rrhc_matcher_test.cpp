@@ -122,6 +122,13 @@ TEST_CASE("a final climb over all rays comes to a fifth of a cell") {
   CheckPose(MatchInRoom({0.12, 0.07, 0.05}, Shrinking()).T_map_laser, {0.12, 0.07, 0.05}, 0.01);
 }
 
+TEST_CASE("a smooth climb is what the parameters ask for: it costs two evaluations where the other costs one") {
+  MatchParameters smooth = Shrinking();
+  smooth.smooth_climb = true;
+  const Pose2 truth{0.12, 0.07, 0.05};
+  CHECK(MatchInRoom(truth, smooth).evaluations > MatchInRoom(truth, Shrinking()).evaluations + 20);
+}
+
 TEST_CASE("the yaw in the middle of a rough summit is no further from the truth than that of its top") {
   RrhcMatcher by_top(Shrinking(), 0.05);
   MatchParameters parameters = Shrinking();
