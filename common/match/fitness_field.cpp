@@ -27,7 +27,8 @@ SplitCoordinate Split(double cells) {
   return {cell, near - cell};
 }
 
-/// Whether the pairs of a tile depend on any cell of the map: they hold the first row and column of the next tiles too.
+/// Whether the pairs of a tile depend on any cell of the map: they hold the first rows and columns of the next tiles
+/// too.
 bool IsNearMap(const ByteMap& map, TileIndex index) {
   const auto InMap = [&](int dx, int dy) { return map.tiles().Find({index.x + dx, index.y + dy}) != nullptr; };
   return InMap(0, 0) || InMap(1, 0) || InMap(0, 1) || InMap(1, 1);
@@ -48,10 +49,10 @@ TileRectangle AddRoom(TileIndex low, TileIndex high) {
           static_cast<unsigned>(height + 2 * above)};
 }
 
-constexpr int kPadded = kTileSide + 3;
+constexpr int kPadded = kTileSide + 4;
 using PaddedBytes = std::array<std::uint8_t, kPadded * kPadded>;
 
-/// A tile's bytes with one column and row before it and two after it; those in a rectangle that begins at the tile's
+/// A tile's bytes with one column and row before it and three after it; those in a rectangle that begins at the tile's
 /// corner are to be copied.
 void CopyBytes(const ByteMap& map, TileIndex index, const CellRectangle& wanted, PaddedBytes& bytes) {
   for (int tile_y = -1; tile_y <= 1; ++tile_y) {
@@ -137,7 +138,7 @@ void FitnessField::RefreshCells(const ByteMap& map, const std::vector<CellRectan
   for (const auto& [low, high] : changed) {
     // The score of a cell depends on its neighbours, and each score is in the pair of the cell below too.
     const CellRectangle stale{{low.x - 1, low.y - 2}, {high.x + 1, high.y + 1}};
-    const TileIndex first = TileOf({stale.low.x - 1, stale.low.y});  // which may hold the first column of the next
+    const TileIndex first = TileOf({stale.low.x - 2, stale.low.y - 1});  // which may hold the first ones of the next
     const TileIndex last = TileOf(stale.high);
     for (int y = first.y; y <= last.y; ++y) {
       for (int x = first.x; x <= last.x; ++x) {
@@ -178,7 +179,7 @@ void FitnessField::RefreshPairs(const ByteMap& map, TileIndex index, const CellR
   const int x_low = std::max(stale.low.x - corner.x, 0);
   const int x_high = std::min(stale.high.x - corner.x, kPairsInRow - 1);
   const int y_low = std::max(stale.low.y - corner.y, 0);
-  const int y_high = std::min(stale.high.y - corner.y, kTileSide - 1);
+  const int y_high = std::min(stale.high.y - corner.y, kPairRows - 1);
   if (x_low > x_high || y_low > y_high) return;
   if (!rectangle_.Contains(index)) MakeRoom(map);
 
@@ -206,15 +207,25 @@ void FitnessField::RefreshPairs(const ByteMap& map, TileIndex index, const CellR
   }
 }
 
+// Interpolation is between the centres of cells, which lie half a cell up and right of their corners. It begins at the
+// nearest 1/128 of a cell, where kernels round down: a bias of each match, however small, adds up from scan to scan.
+
 double FitnessField::Evaluate(const RaysInCells& rays, const Pose2& T_map_laser) const {
-  if (rays.size() == 0) return 0.0;
+  const double shift = interpolate_ ? 0.5 / kFractions - 0.5 : 0.0;
+  return MeanScore(kernel_.bilinear(MakeTask(rays, T_map_laser, shift, interpolate_)), rays);
+}
+
+double FitnessField::EvaluateSmooth(const RaysInCells& rays, const Pose2& T_map_laser) const {
+  return MeanScore(kernel_.spline(MakeTask(rays, T_map_laser, 0.5 / kFractions - 1.0, true)), rays);
+}
+
+/// shift: of the score at which kernels begin from the cell in which a ray ends [cells]. between_cells: false: all of a
+/// cell scores alike.
+FitnessTask FitnessField::MakeTask(const RaysInCells& rays, const Pose2& T_map_laser, double shift,
+                                   bool between_cells) const {
   // Points are placed relative to the laser's cell, where single precision is exact to 1/128 of a cell.
   const SplitCoordinate laser_x = Split(geometry_.ToCells(T_map_laser.x_m));
   const SplitCoordinate laser_y = Split(geometry_.ToCells(T_map_laser.y_m));
-  // Interpolation is between the centres of cells, which lie half a cell up and right of their corners. It begins at
-  // the nearest 1/128 of a cell, where kernels round down: a bias of each match, however small, adds up from scan to
-  // scan.
-  const double shift = interpolate_ ? 0.5 / kFractions - 0.5 : 0.0;
   const SinCos rotation = ComputeSinCos(T_map_laser.yaw_rad);
 
   FitnessTask task;
@@ -228,14 +239,18 @@ double FitnessField::Evaluate(const RaysInCells& rays, const Pose2& T_map_laser)
   task.offset_y = static_cast<float>(laser_y.rest + shift) * kFractions;
   task.corner_x = (laser_x.cell - rectangle_.origin.x * kTileSide) * kFractions;
   task.corner_y = (laser_y.cell - rectangle_.origin.y * kTileSide) * kFractions;
-  task.fraction_mask = interpolate_ ? kFractions - 1 : 0;
+  task.fraction_mask = between_cells ? kFractions - 1 : 0;
   task.tiles = rectangle_;
   task.pairs = pairs_.get();
+  return task;
+}
 
+/// sum: of a kernel.
+double FitnessField::MeanScore(std::int64_t sum, const RaysInCells& rays) const {
+  if (rays.size() == 0) return 0.0;
   constexpr std::int64_t kUnit = kFractions * kFractions;
   const std::int64_t unexplored_sum = unexplored_score_ * kUnit * rays.total_weight();
-  return static_cast<double>(kernel_(task) + unexplored_sum) /
-         static_cast<double>(kFullScore * kUnit * rays.total_weight());
+  return static_cast<double>(sum + unexplored_sum) / static_cast<double>(kFullScore * kUnit * rays.total_weight());
 }
 
 }  // namespace crsm

@@ -57,6 +57,10 @@ class FitnessField {
   /// on every machine.
   double Evaluate(const RaysInCells& rays, const Pose2& T_map_laser) const;
 
+  /// The same by a quadratic B-spline between cells, whether or not the field interpolates: the mean of the bilinear
+  /// fitness over a cell around each point. It has no edges, but is lower on thin walls.
+  double EvaluateSmooth(const RaysInCells& rays, const Pose2& T_map_laser) const;
+
  private:
   /// Frees address space that the system gave.
   struct Unmap {
@@ -65,6 +69,8 @@ class FitnessField {
   };
   using Pairs = std::unique_ptr<ScorePair[], Unmap>;
 
+  FitnessTask MakeTask(const RaysInCells& rays, const Pose2& T_map_laser, double shift, bool between_cells) const;
+  double MeanScore(std::int64_t sum, const RaysInCells& rays) const;
   static Pairs MakeBlankTiles(const TileRectangle& rectangle);
   ScorePair* FindTile(TileIndex index) const { return pairs_.get() + rectangle_.Place(index) * kPairsInTile; }
   void MakeRoom(const ByteMap& map);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "common/map/tile_grid.hpp"
@@ -17,13 +18,15 @@ struct ScorePair {
   std::int16_t above;
 };
 
-// The scores of one tile's cells, row by row. Each row has one more pair than the tile has columns: the four scores
-// around any point of the tile lie side by side, in a pair and the next.
-inline constexpr int kPairsInRow = kTileSide + 1;
-inline constexpr int kPairsInTile = kPairsInRow * kTileSide;
+// The scores of one tile's cells, row by row, with two more columns and one more row of pairs than the tile has: the
+// nine scores around any cell of the tile and the next ones to its right and above lie side by side.
+inline constexpr int kPairsInRow = kTileSide + 2;
+inline constexpr int kPairRows = kTileSide + 1;
+inline constexpr int kPairsInTile = kPairsInRow * kPairRows;
 
 inline constexpr int kFractionBits = 7;
-inline constexpr int kFractions = 1 << kFractionBits;  ///< a point is placed to 1/128 of a cell
+inline constexpr int kFractions = 1 << kFractionBits;                 ///< a point is placed to 1/128 of a cell
+inline constexpr unsigned kFineTileBits = kTileBits + kFractionBits;  ///< in 1/128 cell, shifted by these: its tile
 
 /// Rays and the pose from which they are seen. Lengths are in cells, but for those in fractions of a cell.
 struct FitnessTask {
@@ -45,15 +48,32 @@ struct FitnessTask {
 };
 
 /// Sum of what the rays score, weighted, times kFractions^2.
-///
-/// All kernels give the same sum: the way to a cell is made of the same roundings in the same order, and what follows
-/// is whole numbers.
-using FitnessKernel = std::int64_t (*)(const FitnessTask&);
+using SumOfScores = std::int64_t (*)(const FitnessTask&);
+
+/// Two ways to read the scores between cells. All kernels give the same sums: the way to a cell is made of the same
+/// roundings in the same order, and what follows is whole numbers.
+struct FitnessKernel {
+  SumOfScores bilinear;  ///< between four scores, of which the task places the lower left one
+  SumOfScores spline;    ///< a quadratic B-spline of nine scores, of which it places the lower left one
+};
 
 /// The one that defines what the others compute.
-std::int64_t SumScores(const FitnessTask& task);
+FitnessKernel PlainFitnessKernel();
+
+/// The one for processors that have AVX2, where this one has.
+std::optional<FitnessKernel> Avx2FitnessKernel();
 
 /// Those that this processor can run, the fastest last.
 std::vector<FitnessKernel> FindFitnessKernels();
+
+// A quadratic B-spline is the mean of the bilinear one over a cell around the point. A point that lies the share f of a
+// cell right of the border of its cell weighs the columns of the cells left, here and right of it by (1 - f)^2 / 2, the
+// rest, and f^2 / 2, and their rows likewise. 32 bits hold all sums.
+inline constexpr int kSplineBits = 12;  ///< weights are in 1/4096
+inline constexpr int kSplineUnit = 1 << kSplineBits;
+inline constexpr int kSplineSquareBits =
+    2 * kFractionBits + 1 - kSplineBits;     ///< squares in 1/128^2, halved, have more
+inline constexpr int kSplineColumnBits = 6;  ///< what sums of a column keep ...
+inline constexpr int kSplineSumBits = kSplineBits + kSplineColumnBits - 2 * kFractionBits;  ///< ... too many in the end
 
 }  // namespace crsm

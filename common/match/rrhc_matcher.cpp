@@ -217,7 +217,7 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, d
   const double cell_size_m = map_.geometry().cell_size_m();
   const auto Counted = [&refined](const Objective& objective, bool smooth = false) {
     return [&refined, objective, smooth](const Pose2& pose) {
-      refined.evaluations += smooth ? 2 : 1;
+      ++refined.evaluations;
       return smooth ? objective.Smooth(pose) : objective(pose);
     };
   };

@@ -61,6 +61,19 @@ Eigen::Matrix2Xd DrawHitsOverCorners(int num_rays, std::uint64_t seed) {
   return hits_m;
 }
 
+/// A ray that ends somewhere around a point of the 1/128 lattice [cells], where no other is nearer.
+RaysInCells OneRayAround(double x, double y, Random& random) {
+  const auto Around = [&](double cells) { return static_cast<float>(cells + random.Uniform(-0.45, 0.45) / 128.0); };
+  const float around_x = Around(x);
+  return {Eigen::ArrayXf::Constant(1, around_x), Eigen::ArrayXf::Constant(1, Around(y)), Eigen::ArrayXi::Ones(1)};
+}
+
+/// Whether two fields give the same fitness, by the bilinear and by the smooth one.
+bool Alike(const FitnessField& a, const FitnessField& b, const RaysInCells& rays, const Pose2& pose) {
+  return a.Evaluate(rays, pose) == b.Evaluate(rays, pose) &&
+         a.EvaluateSmooth(rays, pose) == b.EvaluateSmooth(rays, pose);
+}
+
 /// Lines 6 to 10 of section 5.2 for a ray that ends in this cell. unexplored_beside: what an unexplored neighbour
 /// counts.
 double ScoreLiterally(const ByteMap& map, Cell cell, double unexplored_score, int unexplored_beside = 127) {
@@ -145,13 +158,56 @@ TEST_CASE(
     const double expected = ((Score(0, 0) * (1 - right) + Score(1, 0) * right) * (1 - up) +
                              (Score(0, 1) * (1 - right) + Score(1, 1) * right) * up) /
                             3570.0;
-    // A ray that ends somewhere around the point, where no other is nearer.
-    const auto Around = [&](double cells) { return static_cast<float>(cells + random.Uniform(-0.45, 0.45) / 128.0); };
-    const RaysInCells ray{Eigen::ArrayXf::Constant(1, Around(x)), Eigen::ArrayXf::Constant(1, Around(y)),
-                          Eigen::ArrayXi::Ones(1)};
     CAPTURE(x, y);
-    CHECK(field.Evaluate(ray, {}) == Approx(expected).margin(1e-12));
+    CHECK(field.Evaluate(OneRayAround(x, y, random), {}) == Approx(expected).margin(1e-12));
   }
+}
+
+TEST_CASE("the smooth fitness of one ray is a quadratic B-spline of nine cells") {
+  const ByteMap map = Map(Noise);
+  for (const bool interpolate : {false, true}) {
+    const FitnessField field = Field(map, -100.0, interpolate);
+    Random random(12);
+    for (int i = 0; i < 500; ++i) {
+      const double x = std::floor(random.Uniform(-128.0, 127.0) * 128.0) / 128.0;
+      const double y = std::floor(random.Uniform(-128.0, 127.0) * 128.0) / 128.0;
+      const Cell cell{static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y))};
+      const auto Weight = [](double from_centre) {
+        const double far = std::abs(from_centre);
+        return far < 0.5 ? 0.75 - far * far : 0.5 * (1.5 - far) * (1.5 - far);
+      };
+      double expected = 0.0;
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const Cell at{cell.x + dx, cell.y + dy};
+          expected += Weight(x - at.x - 0.5) * Weight(y - at.y - 0.5) *
+                      ScoreLiterally(map, at, -100.0, interpolate ? 255 : 127) / 3570.0;
+        }
+      }
+      CAPTURE(x, y);
+      // Weights are rounded to 1/4096.
+      CHECK(field.EvaluateSmooth(OneRayAround(x, y, random), {}) == Approx(expected).margin(0.0008));
+    }
+  }
+}
+
+TEST_CASE("the smooth fitness is the same to both sides, and has no edge") {
+  const int kWall = 10;  // [cells]
+  const FitnessField field =
+      Field(Map([](Cell cell) { return cell.x == kWall ? kOccupiedByte : kFreeByte; }), 0.0, true);
+  const auto At = [&](int fraction) {  // 1/128 of a cell right of the wall's middle
+    const float x = static_cast<float>(kWall) + 0.5f + static_cast<float>(fraction) / 128.0f;
+    return field.EvaluateSmooth(
+        {Eigen::ArrayXf::Constant(1, x), Eigen::ArrayXf::Constant(1, 0.5f), Eigen::ArrayXi::Ones(1)}, {});
+  };
+  for (int i = 1; i < 320; ++i) {
+    CAPTURE(i);
+    CHECK(At(i) == At(-i));
+    CHECK(At(i) <= At(i - 1));
+    // At an edge of the bilinear one, which a wall's middle is, this is 0.1.
+    CHECK(std::abs(At(i + 8) - 2.0 * At(i) + At(i - 8)) < 0.01);
+  }
+  CHECK(At(0) == Approx(0.75 * 12.0 / 14.0 + 0.25 / 14.0));
 }
 
 TEST_CASE("a field that follows changes is the field of the changed map, also across the seams of tiles") {
@@ -173,7 +229,7 @@ TEST_CASE("a field that follows changes is the field of the changed map, also ac
         const RaysInCells ray{Eigen::ArrayXf::Constant(1, static_cast<float>(corner.x + x) + 0.25f),
                               Eigen::ArrayXf::Constant(1, static_cast<float>(corner.y + y) + 0.75f),
                               Eigen::ArrayXi::Ones(1)};
-        CHECK(following.Evaluate(ray, {}) == anew.Evaluate(ray, {}));
+        CHECK(Alike(following, anew, ray, {}));
       }
     }
   }
@@ -212,7 +268,7 @@ TEST_CASE("a field that follows changed cells is the field of the changed map, w
       for (int x = changed.low.x - 4; x <= changed.high.x + 4; ++x) {
         const RaysInCells ray{Eigen::ArrayXf::Constant(1, static_cast<float>(x) + 0.25f),
                               Eigen::ArrayXf::Constant(1, static_cast<float>(y) + 0.75f), Eigen::ArrayXi::Ones(1)};
-        num_wrong += following.Evaluate(ray, {}) != anew.Evaluate(ray, {});
+        num_wrong += !Alike(following, anew, ray, {});
       }
     }
     CAPTURE(i, x_low, x_high, y_low, y_high, tile.x, tile.y);
@@ -239,7 +295,7 @@ TEST_CASE("a field that makes room for tiles far away loses none") {
       const Cell middle = CellAt(entry.index, kTileCells / 2 + kTileSide / 2);
       const Pose2 pose{middle.x * 0.05, middle.y * 0.05, 0.0};
       const RaysInCells rays = ToCells(DrawHitsOverCorners(500, 11), kGeometry);
-      CHECK(following.Evaluate(rays, pose) == anew.Evaluate(rays, pose));
+      CHECK(Alike(following, anew, rays, pose));
     }
   }
 }
@@ -272,13 +328,13 @@ TEST_CASE("all kernels give the same fitness, bit by bit") {
       poses.push_back({middle_m + Draw(-9.0, 9.0), middle_m + Draw(-9.0, 9.0), Draw(-7.0, 7.0)});
     }
 
-    FitnessField reference(kGeometry, unexplored_score, interpolate, SumScores);
+    FitnessField reference(kGeometry, unexplored_score, interpolate, PlainFitnessKernel());
     reference.Refresh(map, AllTiles(map));
     for (const FitnessKernel kernel : FindFitnessKernels()) {
       FitnessField field(kGeometry, unexplored_score, interpolate, kernel);
       field.Refresh(map, AllTiles(map));
       for (const Pose2& pose : poses) {
-        CHECK(field.Evaluate(rays, pose) == reference.Evaluate(rays, pose));
+        CHECK(Alike(field, reference, rays, pose));
       }
     }
   }
@@ -295,6 +351,7 @@ TEST_CASE("all kernels sum the largest weights and scores without overflow") {
       for (const int weight : {1, 21, 500000}) {
         const RaysInCells rays = ToCells(hits_m, kGeometry, Eigen::ArrayXi::Constant(4096, weight));
         CHECK(field.Evaluate(rays, {1.0, 1.0, 0.5}) == 1.0);
+        CHECK(field.EvaluateSmooth(rays, {1.0, 1.0, 0.5}) == 1.0);
       }
     }
   }

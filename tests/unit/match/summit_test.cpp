@@ -22,16 +22,32 @@ TEST_CASE("a climb by halving steps ends within the last of them of the summit")
   CHECK(top.fitness == OneHill(top.pose));
 }
 
-TEST_CASE("the yaw goes to the middle of its summit, and not beyond the width, nor from a plain") {
-  const auto Centred = [](double fitness_to_left, double fitness_to_right) {
-    const auto Sides = [&](const Pose2& pose) { return pose.yaw_rad > 0.0 ? fitness_to_left : fitness_to_right; };
-    return CentreYaw({Pose2{1.0, 2.0, 0.0}, 0.8}, 0.02, Sides);
+TEST_CASE("the yaw goes to the top of a parabola, to the middle of a summit with one flank, and not beyond the width") {
+  const Pose2 top{1.0, 2.0, 0.0};
+  const auto Centred = [&](auto&& fitness) {
+    return CentreYaw({top, fitness(0.0)}, 0.02, [&](const Pose2& pose) {
+      CHECK(std::abs(pose.yaw_rad) <= 0.02);
+      return fitness(pose.yaw_rad);
+    });
   };
-  CHECK(Centred(0.6, 0.6) == Pose2{1.0, 2.0, 0.0});
-  CheckPose(Centred(0.7, 0.6), {1.0, 2.0, 0.02 / 6.0}, 1e-9);  // a parabola through three points has its top there
-  CheckPose(Centred(0.6, 0.7), {1.0, 2.0, -0.02 / 6.0}, 1e-9);
-  CHECK(Centred(0.9, 0.6).yaw_rad == 0.02);
-  CHECK(Centred(0.8, 0.795).yaw_rad == 0.0);
+  const auto Parabola = [](double middle_rad) {
+    return [=](double yaw_rad) { return 0.8 - 5000.0 * (yaw_rad - middle_rad) * (yaw_rad - middle_rad); };
+  };
+  CHECK(Centred(Parabola(0.0)) == top);
+  CheckPose(Centred(Parabola(0.002)), {1.0, 2.0, 0.002}, 1e-9);
+  CheckPose(Centred(Parabola(-0.002)), {1.0, 2.0, -0.002}, 1e-9);
+  // Where one side is as high as the top, both widths have the middle half-way there.
+  const auto Flank = [](double yaw_rad) { return yaw_rad > 0.0 ? 0.8 : 0.8 + 100.0 * yaw_rad; };
+  CheckPose(Centred(Flank), {1.0, 2.0, 0.5 * (0.01 + 0.005)}, 1e-9);
+  const auto Higher = [](double yaw_rad) { return yaw_rad > 0.0 ? 0.9 : (yaw_rad < 0.0 ? 0.5 : 0.8); };
+  CheckPose(Centred(Higher), {1.0, 2.0, 0.015}, 1e-9);  // each goes its whole width
+}
+
+TEST_CASE("of a summit that is flat in its midst, what lies outside of that tells its middle") {
+  const auto Plateau = [](const Pose2& pose) {  // from -0.01 to 0.014
+    return 0.8 - 50.0 * std::max(0.0, std::abs(pose.yaw_rad - 0.002) - 0.012);
+  };
+  CHECK(CentreYaw({Pose2{}, 0.8}, 0.02, Plateau).yaw_rad == Approx(0.0025));
 }
 
 TEST_CASE("along an axis a higher hill is found within reach") {
@@ -74,8 +90,8 @@ TEST_CASE("on a plain a climb stays where it is, and ends") {
 }
 
 TEST_CASE("a summit that is nearly flat has no middle, and one that falls a little more has one") {
-  const auto Centred = [](double fall) {  // all of it to the right
-    return CentreYaw({Pose2{}, 0.8}, 0.02, [&](const Pose2& pose) { return pose.yaw_rad > 0.0 ? 0.8 : 0.8 - fall; });
+  const auto Centred = [](double fall) {  // at the largest width, all of it to the right
+    return CentreYaw({Pose2{}, 0.8}, 0.02, [&](const Pose2& pose) { return pose.yaw_rad > -0.015 ? 0.8 : 0.8 - fall; });
   };
   CHECK(Centred(0.009).yaw_rad == 0.0);           // noise
   CHECK(Centred(0.011).yaw_rad == Approx(0.01));  // a parabola with equal values at 0 and 0.02
