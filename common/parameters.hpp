@@ -185,8 +185,8 @@ void VisitMatchParameters(MatchParameters& match, Visitor&& visit) {
          "in the final climb a ray counts by its distance from its neighbours, up to this [m]; 0: all alike"},
         match.spacing_cap_m, 0.0, 100.0);
   visit({kMatch, "summit_rad",
-         "after the final climb the yaw goes to the middle of the summit, as it looks so far and half as far to either "
-         "side [rad]; 0: to its top"},
+         "after the final climb the yaw goes to the middle of the summit, as it looks from so far to either side and "
+         "from nearer [rad]; 0: to its top"},
         match.summit_rad, 0.0, 0.2);
   visit({kMatch, "pull_per_m2", "fitness lost per squared distance from the presumed pose [1/m^2]; 0 = the paper"},
         match.pull_per_m2, 0.0, 100.0);

@@ -59,23 +59,27 @@ Pose2 LookAlong(const Pose2& from, const Eigen::Vector2d& axis, double reach_m, 
 }
 
 /// Puts the yaw into the middle of its summit: which point of a rough summit is its highest is chance, and on the way
-/// through a building the errors of yaw are those that add up. Where the middle is tells the fitness `width_rad` to
-/// either side, and that at half the width: the mean of what both say is better than either.
+/// through a building the errors of yaw are those that add up. Four widths from `width_rad` down to an eighth of it say
+/// where the middle is, each from the fitness so far to either side. The narrow ones know it better, unless it is flat
+/// there; so each counts by how steeply the fitness falls.
 template <class Fitness>
 Pose2 CentreYaw(const ScoredPose& top, double width_rad, Fitness&& fitness) {
-  constexpr double kLeastFall = 0.01;  // a summit as flat as this has no middle
+  constexpr int kWidths = 4;
+  constexpr double kLeastFall = 0.02;  // a summit as flat as this has no middle
   const auto Turned = [&](double turn_rad) { return Pose2{top.pose.x_m, top.pose.y_m, top.pose.yaw_rad + turn_rad}; };
-  int num_middles = 0;
-  double sum_rad = 0.0;
-  for (const double side_rad : {width_rad, 0.5 * width_rad}) {
-    const double left = fitness(Turned(side_rad));
-    const double right = fitness(Turned(-side_rad));
+  double sum = 0.0;
+  double sum_of_turns = 0.0;
+  for (int i = 0; i < kWidths; ++i, width_rad *= 0.5) {
+    const double left = fitness(Turned(width_rad));
+    const double right = fitness(Turned(-width_rad));
     const double fall = 2.0 * top.fitness - left - right;
     if (fall < kLeastFall) continue;
-    sum_rad += std::clamp(0.5 * (left - right) / fall, -1.0, 1.0) * side_rad;
-    ++num_middles;
+    const double turn_rad = std::clamp(0.5 * (left - right) / fall, -1.0, 1.0) * width_rad;
+    const double steepness = fall / width_rad;
+    sum += steepness;
+    sum_of_turns += steepness * turn_rad;
   }
-  return num_middles > 0 ? Turned(sum_rad / num_middles) : top.pose;
+  return sum > 0.0 ? Turned(sum_of_turns / sum) : top.pose;
 }
 
 /// The summit next to a pose, to a fraction of a cell: to half a cell by one fitness, on from there by another, which

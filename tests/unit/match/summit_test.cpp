@@ -36,18 +36,18 @@ TEST_CASE("the yaw goes to the top of a parabola, to the middle of a summit with
   CHECK(Centred(Parabola(0.0)) == top);
   CheckPose(Centred(Parabola(0.002)), {1.0, 2.0, 0.002}, 1e-9);
   CheckPose(Centred(Parabola(-0.002)), {1.0, 2.0, -0.002}, 1e-9);
-  // Where one side is as high as the top, both widths have the middle half-way there.
+  // Where one side is as high as the top, each width has the middle half-way there.
   const auto Flank = [](double yaw_rad) { return yaw_rad > 0.0 ? 0.8 : 0.8 + 100.0 * yaw_rad; };
-  CheckPose(Centred(Flank), {1.0, 2.0, 0.5 * (0.01 + 0.005)}, 1e-9);
+  CheckPose(Centred(Flank), {1.0, 2.0, 0.5 * (0.02 + 0.01 + 0.005 + 0.0025) / 4.0}, 1e-9);  // all are as steep
   const auto Higher = [](double yaw_rad) { return yaw_rad > 0.0 ? 0.9 : (yaw_rad < 0.0 ? 0.5 : 0.8); };
-  CheckPose(Centred(Higher), {1.0, 2.0, 0.015}, 1e-9);  // each goes its whole width
+  CheckPose(Centred(Higher), {1.0, 2.0, 0.02 * 4.0 / 15.0}, 1e-9);  // each goes its whole width
 }
 
 TEST_CASE("of a summit that is flat in its midst, what lies outside of that tells its middle") {
   const auto Plateau = [](const Pose2& pose) {  // from -0.01 to 0.014
     return 0.8 - 50.0 * std::max(0.0, std::abs(pose.yaw_rad - 0.002) - 0.012);
   };
-  CHECK(CentreYaw({Pose2{}, 0.8}, 0.02, Plateau).yaw_rad == Approx(0.0025));
+  CHECK(CentreYaw({Pose2{}, 0.8}, 0.02, Plateau).yaw_rad == Approx(0.0025));  // the largest width alone
 }
 
 TEST_CASE("along an axis a higher hill is found within reach") {
@@ -93,8 +93,8 @@ TEST_CASE("a summit that is nearly flat has no middle, and one that falls a litt
   const auto Centred = [](double fall) {  // at the largest width, all of it to the right
     return CentreYaw({Pose2{}, 0.8}, 0.02, [&](const Pose2& pose) { return pose.yaw_rad > -0.015 ? 0.8 : 0.8 - fall; });
   };
-  CHECK(Centred(0.009).yaw_rad == 0.0);           // noise
-  CHECK(Centred(0.011).yaw_rad == Approx(0.01));  // a parabola with equal values at 0 and 0.02
+  CHECK(Centred(0.019).yaw_rad == 0.0);           // noise
+  CHECK(Centred(0.021).yaw_rad == Approx(0.01));  // a parabola with equal values at 0 and 0.02
   CHECK(Centred(0.3).yaw_rad == Approx(0.01));    // as steep as it may be
 }
 
