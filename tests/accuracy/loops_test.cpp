@@ -28,8 +28,8 @@ TEST_CASE("a round about a block that is bent is closed, and every loop is right
   }
 }
 
-// Of 50 seeds each: 0 wrong. Bent, the matches slip by a room in half of the drives in and out of rooms, and 16 of 50
-// close a loop that agrees with that: not asked for here.
+// Of 50 seeds each: 1 wrong, sim:rooms with seed 46, by 1.05 m. Bent, the matches slip by a room in half of the drives
+// in and out of rooms, and 16 of 50 close a loop that agrees with that: not asked for here.
 TEST_CASE("in buildings that are alike to themselves no wrong loop is closed") {
   for (const std::string world : {"sim:twins", "sim:rooms", "sim:symmetric"}) {
     for (int seed = 1; seed <= NumSeeds(2); ++seed) {
