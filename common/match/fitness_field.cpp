@@ -208,7 +208,8 @@ void FitnessField::RefreshPairs(const ByteMap& map, TileIndex index, const CellR
 }
 
 // Interpolation is between the centres of cells, which lie half a cell up and right of their corners. It begins at the
-// nearest 1/128 of a cell, where kernels round down: a bias of each match, however small, adds up from scan to scan.
+// nearest 1/128 of a cell, where kernels round down: a bias of each match, however small, adds up from scan to scan. A
+// spline begins a whole cell left and below.
 
 double FitnessField::Evaluate(const RaysInCells& rays, const Pose2& T_map_laser) const {
   const double shift = interpolate_ ? 0.5 / kFractions - 0.5 : 0.0;

@@ -12,8 +12,8 @@ int FloorToInt(float value) {
   return truncated - (value < static_cast<float>(truncated) ? 1 : 0);
 }
 
-/// What one ray scores, times kFractions^2: `score` of the pair of its cell and how far right of and above that cell's
-/// corner it ends [1/128 cell].
+/// Sum of what the rays score, weighted. score: what one does, times kFractions^2, from the pair where its scores begin
+/// and how far right of and above it the ray ends [1/128 cell].
 template <class ScoreAt>
 std::int64_t SumPlainly(const FitnessTask& task, ScoreAt&& score) {
   const TileRectangle& tiles = task.tiles;
@@ -47,8 +47,8 @@ std::int64_t SumBilinear(const FitnessTask& task) {
   });
 }
 
-/// Without so many bits, rounded.
-int Shift(int value, int bits) { return (value + (1 << bits >> 1)) >> bits; }
+/// Without its last bits, rounded.
+int RoundedShift(int value, int bits) { return (value + (1 << bits >> 1)) >> bits; }
 
 /// The weights of three cells in a row, for a point in the middle one.
 struct SplineWeights {
@@ -57,7 +57,7 @@ struct SplineWeights {
         after(Half(fraction * fraction)),
         here(kSplineUnit - before - after) {}
 
-  static int Half(int square) { return Shift(square, kSplineSquareBits); }
+  static int Half(int square) { return RoundedShift(square, kSplineSquareShift); }
 
   int before, after, here;
 };
@@ -69,9 +69,9 @@ std::int64_t SumSpline(const FitnessTask& task) {
     const ScorePair* next_row = pair + kPairsInRow;
     const auto Column = [&](int i) {
       const int sum = pair[i].here * y.before + pair[i].above * y.here + next_row[i].above * y.after;
-      return Shift(sum, kSplineBits - kSplineColumnBits);
+      return RoundedShift(sum, kSplineColumnShift);
     };
-    return Shift(Column(0) * x.before + Column(1) * x.here + Column(2) * x.after, kSplineSumBits);
+    return RoundedShift(Column(0) * x.before + Column(1) * x.here + Column(2) * x.after, kSplineSumShift);
   });
 }
 

@@ -68,12 +68,14 @@ std::vector<FitnessKernel> FindFitnessKernels();
 
 // A quadratic B-spline is the mean of the bilinear one over a cell around the point. A point that lies the share f of a
 // cell right of the border of its cell weighs the columns of the cells left, here and right of it by (1 - f)^2 / 2, the
-// rest, and f^2 / 2, and their rows likewise. 32 bits hold all sums.
+// rest, and f^2 / 2, and their rows likewise.
 inline constexpr int kSplineBits = 12;  ///< weights are in 1/4096
 inline constexpr int kSplineUnit = 1 << kSplineBits;
-inline constexpr int kSplineSquareBits =
-    2 * kFractionBits + 1 - kSplineBits;     ///< squares in 1/128^2, halved, have more
-inline constexpr int kSplineColumnBits = 6;  ///< what sums of a column keep ...
-inline constexpr int kSplineSumBits = kSplineBits + kSplineColumnBits - 2 * kFractionBits;  ///< ... too many in the end
+
+// By how many bits numbers are shortened on the way: half a square in 1/128^2 to a weight, the sum of a column, so that
+// 32 bits hold that of three weighted ones, and the latter to kFractions^2.
+inline constexpr int kSplineSquareShift = 2 * kFractionBits + 1 - kSplineBits;
+inline constexpr int kSplineColumnShift = 6;
+inline constexpr int kSplineSumShift = 2 * kSplineBits - kSplineColumnShift - 2 * kFractionBits;
 
 }  // namespace crsm

@@ -93,9 +93,9 @@ struct BilinearAvx2 {
   }
 };
 
-/// Without so many bits, rounded.
+/// Without its last bits, rounded.
 template <int bits>
-CRSM_AVX2 inline __m256i Shift(__m256i values) {
+CRSM_AVX2 inline __m256i RoundedShift(__m256i values) {
   return _mm256_srai_epi32(_mm256_add_epi32(values, _mm256_set1_epi32(1 << bits >> 1)), bits);
 }
 
@@ -109,7 +109,7 @@ struct SplineWeightsAvx2 {
   }
 
   CRSM_AVX2 static __m256i HalfSquare(__m256i value) {
-    return Shift<kSplineSquareBits>(_mm256_madd_epi16(value, value));
+    return RoundedShift<kSplineSquareShift>(_mm256_madd_epi16(value, value));
   }
 
   __m256i before, after, here;
@@ -148,12 +148,12 @@ struct SplineAvx2 {
     const auto Weighed = [&](__m256i low_pairs, __m256i high_pairs, __m256i share) CRSM_AVX2 {
       const __m256i column =
           _mm256_add_epi32(_mm256_madd_epi16(low_pairs, low_shares), _mm256_madd_epi16(high_pairs, high_shares));
-      return _mm256_mullo_epi32(Shift<kSplineBits - kSplineColumnBits>(column), share);
+      return _mm256_mullo_epi32(RoundedShift<kSplineColumnShift>(column), share);
     };
     const __m256i left = Weighed(low.left, high.left, x.before);
     const __m256i middle = Weighed(low.middle, high.middle, x.here);
     const __m256i right = Weighed(low.right, high.right, x.after);
-    return Shift<kSplineSumBits>(_mm256_add_epi32(_mm256_add_epi32(left, middle), right));
+    return RoundedShift<kSplineSumShift>(_mm256_add_epi32(_mm256_add_epi32(left, middle), right));
   }
 };
 

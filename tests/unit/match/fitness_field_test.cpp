@@ -61,11 +61,16 @@ Eigen::Matrix2Xd DrawHitsOverCorners(int num_rays, std::uint64_t seed) {
   return hits_m;
 }
 
+/// A ray that ends there, in cells, if the laser is at the origin.
+RaysInCells OneRay(float x, float y) {
+  return {Eigen::ArrayXf::Constant(1, x), Eigen::ArrayXf::Constant(1, y), Eigen::ArrayXi::Ones(1)};
+}
+
 /// A ray that ends somewhere around a point of the 1/128 lattice [cells], where no other is nearer.
 RaysInCells OneRayAround(double x, double y, Random& random) {
   const auto Around = [&](double cells) { return static_cast<float>(cells + random.Uniform(-0.45, 0.45) / 128.0); };
   const float around_x = Around(x);
-  return {Eigen::ArrayXf::Constant(1, around_x), Eigen::ArrayXf::Constant(1, Around(y)), Eigen::ArrayXi::Ones(1)};
+  return OneRay(around_x, Around(y));
 }
 
 /// Whether two fields give the same fitness, by the bilinear and by the smooth one.
@@ -197,8 +202,7 @@ TEST_CASE("the smooth fitness is the same to both sides, and has no edge") {
       Field(Map([](Cell cell) { return cell.x == kWall ? kOccupiedByte : kFreeByte; }), 0.0, true);
   const auto At = [&](int fraction) {  // 1/128 of a cell right of the wall's middle
     const float x = static_cast<float>(kWall) + 0.5f + static_cast<float>(fraction) / 128.0f;
-    return field.EvaluateSmooth(
-        {Eigen::ArrayXf::Constant(1, x), Eigen::ArrayXf::Constant(1, 0.5f), Eigen::ArrayXi::Ones(1)}, {});
+    return field.EvaluateSmooth(OneRay(x, 0.5f), {});
   };
   for (int i = 1; i < 320; ++i) {
     CAPTURE(i);
@@ -226,9 +230,8 @@ TEST_CASE("a field that follows changes is the field of the changed map, also ac
   for (const Cell corner : corners) {
     for (int y = -3; y <= 3; ++y) {
       for (int x = -3; x <= 3; ++x) {
-        const RaysInCells ray{Eigen::ArrayXf::Constant(1, static_cast<float>(corner.x + x) + 0.25f),
-                              Eigen::ArrayXf::Constant(1, static_cast<float>(corner.y + y) + 0.75f),
-                              Eigen::ArrayXi::Ones(1)};
+        const RaysInCells ray =
+            OneRay(static_cast<float>(corner.x + x) + 0.25f, static_cast<float>(corner.y + y) + 0.75f);
         CHECK(Alike(following, anew, ray, {}));
       }
     }
@@ -266,8 +269,7 @@ TEST_CASE("a field that follows changed cells is the field of the changed map, w
     int num_wrong = 0;
     for (int y = changed.low.y - 4; y <= changed.high.y + 4; ++y) {
       for (int x = changed.low.x - 4; x <= changed.high.x + 4; ++x) {
-        const RaysInCells ray{Eigen::ArrayXf::Constant(1, static_cast<float>(x) + 0.25f),
-                              Eigen::ArrayXf::Constant(1, static_cast<float>(y) + 0.75f), Eigen::ArrayXi::Ones(1)};
+        const RaysInCells ray = OneRay(static_cast<float>(x) + 0.25f, static_cast<float>(y) + 0.75f);
         num_wrong += !Alike(following, anew, ray, {});
       }
     }

@@ -62,8 +62,8 @@ TEST_CASE("a wall along the cells fits where it stands by the smooth fitness, an
     rough_cells += FindBestPlace(0.05 * i, Rough) / 20.0;
     smooth_cells += FindBestPlace(0.05 * i, Smooth) / 20.0;
   }
-  CHECK(rough_cells > 0.25);                 // at the nearest centre it would be a quarter of a cell in the mean
-  CHECK(smooth_cells < 0.75 * rough_cells);  // half-way between two centres is a good place, too
+  CHECK(rough_cells > 0.25);  // at the nearest centre it would be a quarter of a cell in the mean
+  CHECK(smooth_cells < 0.75 * rough_cells);
 }
 
 TEST_CASE("after changes of which some are refused, cells and scores are those of the others") {
