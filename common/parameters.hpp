@@ -80,7 +80,7 @@ struct UpdateParameters {
   double intensity = 0.1;  ///< where it does not follow the sparseness
   double intensity_min = 0.04;
   double intensity_max = 0.2;
-  double first_intensity = 0.4;  ///< of a cell's first update, at least
+  double first_intensity = 0.85;  ///< of a cell's first update, at least
   double erase_behind_m = 0.1;   ///< where hits are, behind them: what was drawn there fades
   double hit_spread = 2.5;       ///< how much of the cells around it a hit occupies
   bool join_hits = true;

@@ -1,19 +1,23 @@
 #include "common/scan/surface.hpp"
 
+#include <cmath>
+
 namespace crsm {
 namespace {
 
-/// Whether `c` goes on where the step from `a` to `b` points: within about 15 degrees of it, and not much further away
-/// than the hits of a plane can be from one beam to the next.
+/// Whether `c` goes on where the step from `a` to `b` points: within about 15 degrees of it and some centimetres of its
+/// line, and not much further away than the hits of a plane can be from one beam to the next.
 bool Continues(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
-  constexpr double kMinCosine = 0.966;  // 15 degrees
-  constexpr double kMaxGrowth = 3.0;    // of a wall seen at 10 degrees, one beam a degree: a quarter; the rest is noise
+  constexpr double kMinCosine = 0.966;    // 15 degrees
+  constexpr double kMostBeside_m = 0.05;  // a door that stands back by more is no part of its wall
+  constexpr double kMaxGrowth = 3.0;  // of a wall seen at 10 degrees, one beam a degree: a quarter; the rest is noise
   const Eigen::Vector2d step = b - a;
   const Eigen::Vector2d next = c - b;
   const double step_length = step.norm();
   const double next_length = next.norm();
   if (next_length > kMaxGrowth * step_length || step_length > kMaxGrowth * next_length) return false;
-  return step.dot(next) >= kMinCosine * step_length * next_length;
+  const double across = step.x() * next.y() - step.y() * next.x();
+  return std::abs(across) <= kMostBeside_m * step_length && step.dot(next) >= kMinCosine * step_length * next_length;
 }
 
 }  // namespace

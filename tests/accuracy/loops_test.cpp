@@ -28,13 +28,10 @@ TEST_CASE("a round about a block that is bent is closed, and every loop is right
   }
 }
 
-// Of 50 seeds each: 1 wrong, sim:rooms with seed 46, by 1.05 m. Bent, the matches slip by a room in half of the drives
-// in and out of rooms, and 16 of 50 close a loop that agrees with that: not asked for here.
 TEST_CASE("in buildings that are alike to themselves no wrong loop is closed") {
   for (const std::string world : {"sim:twins", "sim:rooms", "sim:symmetric"}) {
     for (int seed = 1; seed <= NumSeeds(2); ++seed) {
       CHECK(CloseLoops({world, "sick"}, seed).worst_loop_m < kRightLoop_m);
-      if (world == "sim:rooms") continue;
       // Bent by some metres, what is alike comes to lie nearer to each other.
       CHECK(CloseLoops({world, "sick", "", {}, {"--angle-scale", "1.01"}}, seed).worst_loop_m < kRightLoop_m);
     }

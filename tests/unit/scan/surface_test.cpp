@@ -66,13 +66,26 @@ TEST_CASE("both sides of a corner are joined up to it, and to each other where t
 
 TEST_CASE("hits that are far apart go on where the line of the others points, within 15 degrees") {
   for (const double side : {1.0, -1.0}) {
-    const auto Bent = [&](double angle_deg) {  // 0.09 m along x, then 0.2 m
+    const auto Bent = [&](double angle_deg) {  // 0.09 m along x, then 0.18 m
       const double angle_rad = side * angle_deg * 3.14159265 / 180.0;
-      return Hits({{1.0, 0.0}, {1.09, 0.0}, {1.09 + 0.2 * std::cos(angle_rad), 0.2 * std::sin(angle_rad)}});
+      return Hits({{1.0, 0.0}, {1.09, 0.0}, {1.09 + 0.18 * std::cos(angle_rad), 0.18 * std::sin(angle_rad)}});
     };
     CHECK(FindSurfaces(Bent(14.5), kNearM, kMaxM)[1]);
     CHECK_FALSE(FindSurfaces(Bent(15.5), kNearM, kMaxM)[1]);
     CHECK_FALSE(FindSurfaces(Bent(180.0), kNearM, kMaxM)[1]);  // nor where they turn back
+  }
+}
+
+TEST_CASE("a door that stands back is not joined to its wall, however far apart the hits are") {
+  // Hits on a wall 0.6 m apart, then on a door: that it stands back by 0.1 m is a bend of less than 10 degrees.
+  const auto JoinedTo = [](double back_m) {
+    return FindSurfaces(
+        Hits({{2.4, 1.0}, {3.0, 1.0}, {3.6, 1.0}, {4.2, 1.0 + back_m}, {4.8, 1.0 + back_m}, {5.4, 1.0 + back_m}}),
+        kNearM, kMaxM);
+  };
+  for (const double side : {1.0, -1.0}) {
+    CHECK(JoinedTo(side * 0.04) == std::vector<bool>{true, true, true, true, true});
+    CHECK(JoinedTo(side * 0.06) == std::vector<bool>{true, true, false, true, true});
   }
 }
 
