@@ -132,6 +132,7 @@ TEST_CASE("keyframes stay in the local map for a while where the way went straig
   CHECK(ShareDrawn(Drive(16.0, 12.0)) < 0.7);   // to and fro
   CHECK(ShareDrawn(Drive(46.0)) < 0.6);         // 41 m, by when it is far
   CHECK(ShareDrawn(Drive(46.0), 16.0) == 1.0);  // ... for a map of 10 m, not for one of 16 m
+  CHECK(ShareDrawn(Drive(46.0), 30.0) == 1.0);  // nor round two corners, where it is half of 30 m away
 }
 
 TEST_CASE("where the robot comes back to, the local map has again what it had left out") {
