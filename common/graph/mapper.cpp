@@ -25,7 +25,7 @@ struct LocalKeyframes {
 /// saw few of the walls here, and does no harm.
 LocalKeyframes FindLocal(const KeyframeGraph& graph, double local_map_m) {
   constexpr double kBearableReach = 3.0;  // times local_map_m along the graph ...
-  constexpr double kFarAway = 0.5;       // ... and at least so many times as the crow flies
+  constexpr double kFarAway = 0.5;        // ... and at least so many times as the crow flies
   const int newest = graph.size() - 1;
   LocalKeyframes found;
   for (const auto& [index, way_m] : graph.FindWithin(newest, kBearableReach * local_map_m)) {

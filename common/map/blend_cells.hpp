@@ -19,8 +19,9 @@ struct BlendIntensity {
 /// The asymptotic rule of section 6 on every marked cell of a tile; the marks are cleared. A cell that an obstacle
 /// fills in part goes towards that part, by an intensity between that of a free cell and that of an occupied one.
 ///
-/// A cell seen for the first time is believed more readily: what was just explored would else score nearly as well as a
-/// wall, wall or not, and draw the next scans back to where the last ones ended.
+/// A cell seen for the first time is believed nearly at once. What was just explored would else score better than what
+/// is known to be free, and walls seen once worse than those seen often: each scan would fit best a little behind its
+/// place, where the last ones ended, and a long drive come out too short.
 ///
 /// marks, p_free, bytes: kTileCells each; bytes are p_free as the wire carries it. All kernels give the same.
 using BlendKernel = void (*)(const BlendIntensity& intensity, std::uint8_t* marks, float* p_free, std::uint8_t* bytes);
