@@ -63,7 +63,7 @@ class Hall {
     return num_found;
   }
 
-  static constexpr double kUsual = 0.74;  ///< fitness of scans that are matched in this hall
+  static constexpr double kUsual = 0.74;  ///< fitness of a scan that fits well in this hall
 
  private:
   std::vector<Wall> walls_ = MakeHall();
@@ -125,7 +125,7 @@ TEST_CASE(
   // The window is 0.6 m up to the second lost scan, and a quarter of that more for each later one: 0.9 m after four,
   // 1.35 m after seven, 2.1 m after twelve and more.
   constexpr int kMost = 54;  // in windows that are densely searched
-  constexpr int kHalf = 42;  // whose climbs walk 0.2 m beyond
+  constexpr int kHalf = 41;  // whose climbs walk 0.2 m beyond
   constexpr int kFew = 12;   // ... or 0.3 m and more
   constexpr int kSome = 15;  // in the largest one 10,000 evaluations find two in five: but the next scan is another try
   for (const int num_lost : {0, 1, 2}) {
@@ -145,7 +145,7 @@ TEST_CASE(
 
 TEST_CASE("as shipped, a robot that is seen once a second is looked for further away") {
   const Hall hall;
-  CHECK(hall.CountFound(0.8, 0, 300'000) <= 36);
+  CHECK(hall.CountFound(0.8, 0, 300'000) <= 31);
   CHECK(hall.CountFound(0.8, 0, 1'000'000) >= 54);
 }
 
