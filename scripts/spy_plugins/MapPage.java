@@ -1,6 +1,7 @@
 package crsm.spy;
 
 import crsm.map_delta_t;
+import crsm.map_request_t;
 
 /** One answer of the map's owner to a MAP_REQUEST: changed tiles, and matches. */
 final class MapPage {
@@ -17,6 +18,7 @@ final class MapPage {
     byte[] runs;
   }
 
+  map_request_t request;  // that it answers
   long epoch;
   long version;
   long base_version;
@@ -40,11 +42,12 @@ final class MapPage {
     page.cell_size_m = reader.readDouble(0.001, 10);
     int part = reader.readInt(0, MOST_PARTS - 1);
     reader.readInt(part + 1, MOST_PARTS);
-    if (reader.readLong() != recipient) return null;
+    if (reader.readInt(0, 1) == 0) return null;
+    page.request = readRequest(reader);
+    if (page.request.requester != recipient) return null;
     MessageReader.require(page.epoch != 0, "no epoch");
     page.next_tile = reader.readInt(-1, Integer.MAX_VALUE);
     page.next_match = reader.readInt(0, Integer.MAX_VALUE);
-    reader.readLong(-1);  // asked_utime
     page.tiles = readTiles(reader);
     page.matches = new ScanMatch[reader.readInt(0, MOST_MATCHES)];
     for (int i = 0; i < page.matches.length; ++i) page.matches[i] = ScanMatch.read(reader);
@@ -52,6 +55,20 @@ final class MapPage {
     skipLoops(reader);
     reader.end();
     return page;
+  }
+
+  private static map_request_t readRequest(MessageReader reader) throws MessageReader.Malformed {
+    map_request_t request = new map_request_t();
+    request.requester = reader.readLong();
+    request.question = reader.readLong(0);
+    request.epoch = reader.readLong();
+    request.base_version = reader.readLong(0);
+    request.first_tile = reader.readInt(0, Integer.MAX_VALUE);
+    request.first_match = reader.readInt(-1, Integer.MAX_VALUE);
+    request.asked_utime = reader.readLong(-1);
+    request.whole = reader.readByte();
+    request.settled = reader.readByte();
+    return request;
   }
 
   /** The view does not draw them. */

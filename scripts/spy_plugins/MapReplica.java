@@ -18,6 +18,7 @@ final class MapReplica {
   private TileMap shown_map = map;
   private RobotPath shown_path = path;
 
+  private map_request_t asked = new map_request_t();  // last
   private boolean synced = false;
   private long epoch = 0;  // of the map that is held; 0 before the owner was heard
   private long version = 0;
@@ -67,11 +68,21 @@ final class MapReplica {
     synced = false;
   }
 
-  /** What to ask the owner; null when synced. */
+  /** What to ask the owner; null when synced. A new question has a new number. */
   map_request_t nextRequest() {
+    map_request_t request = question();
+    if (request == null) return null;
+    if (!isSame(request, asked)) ++request.question;
+    asked = request;
+    return request;
+  }
+
+  /** What the replica lacks, under the number of the last question; null when synced. */
+  private map_request_t question() {
     if (synced) return null;
     map_request_t request = new map_request_t();
     request.requester = requester;
+    request.question = asked.question;
     request.epoch = epoch;
     request.base_version = version;
     request.first_tile = next_tile;
@@ -81,11 +92,20 @@ final class MapReplica {
     return request;
   }
 
+  private static boolean isSame(map_request_t one, map_request_t other) {
+    return one.requester == other.requester && one.question == other.question && one.epoch == other.epoch &&
+           one.base_version == other.base_version && one.first_tile == other.first_tile &&
+           one.first_match == other.first_match && one.asked_utime == other.asked_utime && one.whole == other.whole &&
+           one.settled == other.settled;
+  }
+
+  /** Takes a page that answers the last question, and no other: somebody else may have asked in this replica's name. */
   void handle(MapPage page) {
-    if (synced) return;  // nothing was asked
+    map_request_t question = question();
+    if (question == null || !isSame(page.request, question)) return;
     if (page.epoch != epoch) begin(page.epoch, page.cell_size_m);
     if (page.cell_size_m != map.cell_size_m) return;  // not the owner's: a map keeps its cells
-    if (page.base_version != version) return;         // an answer to an earlier question
+    if (page.base_version != version) return;
     if (page.version < Math.max(num_matches, pages_version)) {  // the owner's journal has lost its end
       begin(epoch, page.cell_size_m);
       return;

@@ -115,7 +115,7 @@ class RobotFollower implements LCMSubscriber, AutoCloseable {
     }
     map_request_t request = robot.replica.nextRequest();
     if (request == null) return null;
-    if (last_request == null || !sameQuestion(request, last_request)) {
+    if (last_request == null || request.question != last_request.question) {
       pause_ns = FIRST_PAUSE_NS;
     } else if (now_ns - next_request_ns < 0) {
       return null;
@@ -129,11 +129,6 @@ class RobotFollower implements LCMSubscriber, AutoCloseable {
 
   void publish(LCMEncodable request) {
     bus.publish(prefix + "MAP_REQUEST", request);
-  }
-
-  private static boolean sameQuestion(map_request_t one, map_request_t other) {
-    return one.epoch == other.epoch && one.base_version == other.base_version && one.first_tile == other.first_tile &&
-           one.first_match == other.first_match;
   }
 
   /** How long the owner of the map has not answered [s]; 0 while the map is whole. */

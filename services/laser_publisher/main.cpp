@@ -55,7 +55,7 @@ class LaserPublisher {
         progress_(command_line.program()) {
     service_.TakeRole(kPublisherRole);
     service_.bus().SubscribeToOne<map_delta_t>(kMapDeltaChannel, [this](const map_delta_t& delta) {
-      if (delta.recipient == 0 && delta.utime == awaited_utime_) mapped_ = true;
+      if (delta.num_requests == 0 && delta.utime == awaited_utime_) mapped_ = true;
     });
   }
 

@@ -47,7 +47,6 @@ map_delta_t MakeBlank(std::int64_t utime, std::int64_t version, std::int64_t bas
   blank.base_version = base_version;
   blank.cell_size_m = geometry.cell_size_m();
   blank.num_parts = 1;
-  blank.asked_utime = -1;
   return blank;
 }
 
@@ -87,10 +86,11 @@ map_delta_t MakePage(const map_request_t& asked, const MapUpdater& updater, cons
     request.first_match = std::min(asked.first_match, 0);
   }
   const auto recent = answered.tracking.recent();
-  Part page(MakeBlank(recent.empty() ? 0 : recent.back().utime, updater.version(), request.base_version,
-                      updater.geometry(), options));
-  page.message.recipient = request.requester;
-  page.message.asked_utime = request.asked_utime;
+  map_delta_t blank = MakeBlank(recent.empty() ? 0 : recent.back().utime, updater.version(), request.base_version,
+                                updater.geometry(), options);
+  blank.num_requests = 1;
+  blank.request = {asked};
+  Part page(blank);
   if (request.asked_utime >= 0) {
     if (const auto match = answered.matches.Find(request.asked_utime)) page.AddAsked(*match);
   }

@@ -98,7 +98,7 @@ class MapUpdaterService {
       return service_.bus().Publish(kMapDeltaChannel, MakePage(request, local(), {answered_, tracking_}, options_));
     }
     if (request.settled == 1 && link_ && !link_->IsSettled()) return;  // it will be asked again
-    whole_.Ask(request);
+    whole_.Ask(request, service_.bus().sender());
   }
 
   /// In lockstep, what a loop has brought takes effect at its keyframe, however long the search takes.

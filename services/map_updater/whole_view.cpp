@@ -2,16 +2,22 @@
 
 #include <utility>
 
+#include "services/runtime/map_replica.hpp"
+
 namespace crsm {
 
-void WholeView::Ask(const map_request_t& request) {
-  std::erase_if(requests_, [&](const map_request_t& other) { return other.requester == request.requester; });
-  requests_.push_back(request);
+void WholeView::Ask(const map_request_t& request, const Sender& sender) {
+  std::erase_if(asked_, [&](const Asked& other) {
+    return other.request.requester == request.requester && other.sender == sender &&
+           (sender.known() || SameQuestion(other.request, request));
+  });
+  if (asked_.size() == kMostWaiting) asked_.erase(asked_.begin());
+  asked_.push_back({request, sender});
 }
 
 void WholeView::Show(const Mapper& mapper, const Answered& answered, AnswerOptions options) {
   constexpr int kPiece = 10;  // scans: half a millisecond
-  if (requests_.empty()) return;
+  if (asked_.empty()) return;
   const bool loops = mapper.closes_loops();
   if (loops) {
     if (std::exchange(num_updates_, mapper.num_updates()) != mapper.num_updates()) whole_.Forget();
@@ -19,9 +25,9 @@ void WholeView::Show(const Mapper& mapper, const Answered& answered, AnswerOptio
     options.epoch += num_updates_;  // what was seen is elsewhere now: another map
   }
   const MapUpdater& map = loops ? whole_.map() : mapper.local();
-  for (const map_request_t& request : std::exchange(requests_, {})) {
-    bus_.Publish(kWholeMapChannel,
-                 MakePage(request, map, {answered.matches, answered.tracking, loops ? &mapper : nullptr}, options));
+  for (const Asked& asked : std::exchange(asked_, {})) {
+    bus_.Publish(kWholeMapChannel, MakePage(asked.request, map,
+                                            {answered.matches, answered.tracking, loops ? &mapper : nullptr}, options));
   }
 }
 

@@ -14,21 +14,27 @@ class WholeView {
  public:
   WholeView(Bus& bus, const UpdateParameters& drawing) : bus_(bus), whole_(drawing) {}
 
-  /// Is answered by one of the next calls of Show. Of one requester only the newest question is.
-  void Ask(const map_request_t& request);
+  /// Is answered by one of the next calls of Show. A new question of a requester takes the place of its last one only
+  /// where both come from one sender: nobody can push out the question of another.
+  void Ask(const map_request_t& request, const Sender& sender);
 
   /// Draws a piece for those who have asked, and answers them when all is drawn. Without loops the mapper's own map is
   /// the whole one.
   void Show(const Mapper& mapper, const Answered& answered, AnswerOptions options);
 
   /// Whether somebody waits for an answer.
-  bool is_asked() const { return !requests_.empty(); }
+  bool is_asked() const { return !asked_.empty(); }
 
  private:
   Bus& bus_;
   WholeMap whole_;
   std::int64_t num_updates_ = 0;  ///< of the graph that are in the map
-  std::vector<map_request_t> requests_;
+  static constexpr std::size_t kMostWaiting = 64;
+  struct Asked {
+    map_request_t request;
+    Sender sender;
+  };
+  std::vector<Asked> asked_;
 };
 
 }  // namespace crsm

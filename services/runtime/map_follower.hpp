@@ -19,18 +19,13 @@ class MapFollower {
     std::function<void(const ScanMatch&)> add = {};
   };
 
-  /// Which map of the owner's.
-  enum class View {
-    kMatched,  ///< that scans are matched to: told of every change
-    kWhole     ///< all that was seen, where it belongs by all that is known: as of the last time it was asked for
-  };
+  using View = MapReplica::View;
 
   MapFollower(Service& service, View view, Keeper keeper);
 
   const MapReplica& replica() const { return replica_; }
   void Doubt() { replica_.Doubt(); }
-  /// Doubts; and from now on the owner answers when loops have been looked for in all scans so far.
-  void AwaitSettled();
+  void AwaitSettled() { replica_.AwaitSettled(); }
   void AskAbout(std::int64_t utime) { replica_.AskAbout(utime); }
   void ForgetAnswer() { replica_.ForgetAnswer(); }
 
@@ -38,13 +33,12 @@ class MapFollower {
   void Poll();
 
  private:
+  void Handle(const map_delta_t& delta);
   void CountRefused();
 
   Service& service_;
-  View view_;
-  bool settled_ = false;
   MapReplica replica_;
-  std::optional<map_request_t> last_request_;
+  std::int64_t last_question_ = 0;
   Backoff backoff_{std::chrono::milliseconds(50)};
   StallWatch stall_watch_;
 };

@@ -23,26 +23,58 @@ std::size_t NumTilesAndMatches(const std::map<std::int32_t, map_delta_t>& parts)
 
 }  // namespace
 
-MapReplica::MapReplica(std::int64_t requester, Keeper keeper) : requester_(requester), keeper_(std::move(keeper)) {}
+bool SameQuestion(const map_request_t& one, const map_request_t& other) {
+  return one.requester == other.requester && one.epoch == other.epoch && one.base_version == other.base_version &&
+         one.first_tile == other.first_tile && one.first_match == other.first_match &&
+         one.asked_utime == other.asked_utime && one.whole == other.whole && one.settled == other.settled;
+}
+
+MapReplica::MapReplica(std::int64_t requester, Keeper keeper, View view)
+    : requester_(requester), keeper_(std::move(keeper)), view_(view) {}
 
 void MapReplica::Handle(const map_delta_t& delta) {
-  if (delta.recipient == 0) {
+  if (delta.num_requests == 0) {
     HandleBroadcast(delta);
-  } else if (delta.recipient == requester_) {
+  } else if (delta.request.front().requester == requester_ && Answers(delta.request.front())) {
     HandlePage(delta);
   }
 }
 
-std::optional<map_request_t> MapReplica::NextRequest() const {
+std::optional<map_request_t> MapReplica::NextRequest() {
+  auto request = Question();
+  if (request && !SameQuestion(*request, asked_)) {
+    ++request->question;
+    asked_ = *request;
+  }
+  return request;
+}
+
+/// What the replica lacks, under the number of the last question.
+std::optional<map_request_t> MapReplica::Question() const {
   if (synced_ && asked_utime_ < 0) return std::nullopt;
   map_request_t request{};
   request.requester = requester_;
+  request.question = asked_.question;
   request.epoch = epoch_;
   request.base_version = version_;
   request.first_tile = next_tile_;
   request.first_match = wants_matches() ? static_cast<std::int32_t>(num_matches_) : -1;
   request.asked_utime = asked_utime_;
+  request.whole = view_ == View::kWhole ? 1 : 0;
+  request.settled = settled_ ? 1 : 0;
   return request;
+}
+
+/// Whether a page for this request is what the replica waits for. An earlier question may be answered twice; one that
+/// it never asked is somebody else's.
+bool MapReplica::Answers(const map_request_t& request) {
+  if (request.question < asked_.question) return false;
+  if (request.question > asked_.question || !SameQuestion(request, asked_)) {
+    ++num_forged_;
+    return false;
+  }
+  const auto question = Question();
+  return question && SameQuestion(*question, request);
 }
 
 void MapReplica::AskAbout(std::int64_t utime) {
@@ -98,14 +130,13 @@ void MapReplica::ApplyParts() {
 }
 
 void MapReplica::HandlePage(const map_delta_t& page) {
-  if (synced_ && asked_utime_ < 0) return;  // nothing was asked
   if (page.epoch != epoch_) Begin(page.epoch, page.cell_size_m);
   if (page.cell_size_m != cell_size_m_) return;  // not the owner's: a map keeps its cells
-  if (asked_utime_ >= 0 && page.asked_utime == asked_utime_) {
+  if (asked_utime_ >= 0) {
     answer_ = Answer{std::exchange(asked_utime_, -1), std::nullopt};
     if (!page.asked.empty()) answer_->match = FromMessage(page.asked.front());
   }
-  if (synced_ || page.base_version != version_) return;  // an answer to an earlier question
+  if (synced_ || page.base_version != version_) return;
   // Older than what was heard of this map already: a power cut took the end of the owner's journal.
   if (page.version < std::max(num_matches_, pages_version_.value_or(0))) return Begin(epoch_, cell_size_m_);
   if (!pages_version_) pages_version_ = page.version;

@@ -15,6 +15,9 @@
 
 namespace crsm {
 
+/// Whether two requests ask for the same, whatever their numbers.
+bool SameQuestion(const map_request_t& one, const map_request_t& other);
+
 /// A copy of the map that another process owns, kept whole over a network that loses messages.
 ///
 /// Deltas for everybody lead from one version to the next and are applied when all their parts are there. When one is
@@ -43,9 +46,17 @@ class MapReplica {
     std::optional<ScanMatch> match;  ///< nothing: it is not in the map
   };
 
-  /// requester: a number of this replica's own, not 0.
-  MapReplica(std::int64_t requester, Keeper keeper);
+  /// Which map of the owner's.
+  enum class View {
+    kMatched,  ///< that scans are matched to: told of every change
+    kWhole     ///< all that was seen, where it belongs by all that is known: as of the last time it was asked for
+  };
 
+  /// requester: a number of this replica's own, not 0.
+  MapReplica(std::int64_t requester, Keeper keeper, View view = View::kMatched);
+
+  /// Takes a delta for everybody, or a page that answers the question that NextRequest gave last. Pages that answer any
+  /// other question are left out: somebody else may have asked it in this replica's name.
   void Handle(const map_delta_t& delta);
 
   /// Whether a whole version is held, so far as the replica knows.
@@ -58,11 +69,16 @@ class MapReplica {
   /// Loops as the owner last said, where matches are wanted.
   const std::vector<PlacedLoop>& loops() const { return loops_; }
 
+  /// Pages that answer a question in this replica's name that it never asked: somebody forges MAP_REQUEST.
+  std::int64_t num_forged() const { return num_forged_; }
+
   /// Doubts that the version held is the last: the owner is to be asked.
   void Doubt() { synced_ = false; }
-
-  /// From now on under another number; answers to the old one are not heard.
-  void AskAs(std::int64_t requester) { requester_ = requester; }
+  /// Doubts; and from now on wants answers of when loops have been looked for in all scans so far.
+  void AwaitSettled() {
+    settled_ = true;
+    Doubt();
+  }
 
   /// Asks the owner whether a scan is in the map already; once answered, AnswerAbout has it until something else is
   /// asked, or it is forgotten.
@@ -71,10 +87,12 @@ class MapReplica {
   /// What was answered is true no longer: the scan has just been matched.
   void ForgetAnswer() { answer_.reset(); }
 
-  /// What to ask the owner; nothing when synced and not asking.
-  std::optional<map_request_t> NextRequest() const;
+  /// What to ask the owner; nothing when synced and not asking. A new question has a new number.
+  std::optional<map_request_t> NextRequest();
 
  private:
+  std::optional<map_request_t> Question() const;
+  bool Answers(const map_request_t& request);
   void HandlePage(const map_delta_t& page);
   void HandleBroadcast(const map_delta_t& delta);
   void ApplyParts();
@@ -84,6 +102,10 @@ class MapReplica {
 
   std::int64_t requester_;
   Keeper keeper_;
+  View view_;
+  bool settled_ = false;
+  map_request_t asked_{};  ///< last; none while its requester is 0
+  std::int64_t num_forged_ = 0;
 
   bool synced_ = false;
   bool whole_ = false;              ///< all of version_ is held, and nothing of a later one

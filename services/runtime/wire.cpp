@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "common/map/map_delta.hpp"
 #include "common/map/tile_grid.hpp"
@@ -16,6 +17,7 @@ namespace {
 constexpr auto kMostBeams = static_cast<std::int32_t>(kMaxBeams);
 constexpr std::int32_t kMostParts = 4096;
 constexpr double kLargestCoordinate_m = 1e6;
+constexpr double kLargestVariance = 1e12;  // of a coordinate [m2]; fits into single precision, as the page has it
 constexpr float kLongestSweep_s = 2.0f;
 constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single precision
 
@@ -24,6 +26,9 @@ bool IsShare(double value) { return value >= 0.0 && value <= 1.0; }  // false fo
 bool IsAngle(double angle_rad) { return std::abs(angle_rad) <= kFullTurn; }  // false for NaN
 
 bool IsSpeed(double speed) { return std::abs(speed) <= kFastest; }  // false for NaN
+
+/// No process has taken so long, or has so much memory.
+bool IsAmount(double value) { return value >= 0.0 && value <= 1e12; }  // false for NaN
 
 bool IsFlag(std::int8_t value) { return value == 0 || value == 1; }
 
@@ -84,7 +89,12 @@ bool ValuesInRange(const bot_core::pose_t& message) {
   double square = 0.0;
   for (const double part : message.orientation) square += part * part;
   const bool is_rotation = std::abs(square - 1.0) <= 0.01;  // false for NaN
-  return message.utime >= 0 && std::all_of(message.pos, message.pos + 3, InRange) && (is_rotation || square == 0.0);
+  const auto IsFinite = [](double value) { return std::isfinite(value); };
+  const bool rates_finite = std::all_of(message.vel, message.vel + 3, IsFinite) &&
+                            std::all_of(message.rotation_rate, message.rotation_rate + 3, IsFinite) &&
+                            std::all_of(message.accel, message.accel + 3, IsFinite);
+  return message.utime >= 0 && std::all_of(message.pos, message.pos + 3, InRange) && rates_finite &&
+         (is_rotation || square == 0.0);
 }
 
 template <>
@@ -101,7 +111,7 @@ template <>
 bool ValuesInRange(const scan_match_t& message) {
   const auto* covariance = message.covariance;
   const bool covariance_in_range =
-      std::all_of(covariance, covariance + 6, [](double value) { return std::isfinite(value); }) &&
+      std::all_of(covariance, covariance + 6, [](double value) { return std::abs(value) <= kLargestVariance; }) &&
       covariance[0] >= 0.0 && covariance[3] >= 0.0 && covariance[5] >= 0.0;
   const bool axis_in_range = std::abs(message.degenerate_axis[0]) <= 1.0 && std::abs(message.degenerate_axis[1]) <= 1.0;
   return message.utime >= 0 && std::abs(message.x_m) <= kLargestCoordinate_m &&
@@ -127,11 +137,11 @@ template <>
 bool ValuesInRange(const map_delta_t& message) {
   const auto InLimits = [](const map_tile_t& tile) { return InMapLimits(TileIndex{tile.tile_x, tile.tile_y}); };
   // A page repeats what was asked for: the asker may be ahead of an owner that lost its map.
-  const bool onward = message.version >= message.base_version || message.recipient != 0;
+  const bool onward = message.version >= message.base_version || message.num_requests != 0;
   return message.utime >= 0 && message.epoch != 0 && message.base_version >= 0 && message.version >= 0 && onward &&
          message.cell_size_m >= 0.001 && message.cell_size_m <= 10.0 && message.part >= 0 &&
          message.num_parts <= kMostParts && message.part < message.num_parts && message.next_tile >= -1 &&
-         message.next_match >= -1 && message.asked_utime >= -1 &&
+         message.next_match >= -1 && AllInRange(message.request) &&
          std::all_of(message.tiles.begin(), message.tiles.end(), InLimits) && AllInRange(message.matches) &&
          AllInRange(message.asked) && std::all_of(message.T_new_old.begin(), message.T_new_old.end(), IsPose) &&
          AllInRange(message.tracking) && std::all_of(message.loops.begin(), message.loops.end(), IsPlacedLoop);
@@ -139,8 +149,8 @@ bool ValuesInRange(const map_delta_t& message) {
 
 template <>
 bool ValuesInRange(const map_request_t& message) {
-  return message.requester != 0 && message.base_version >= 0 && message.first_tile >= 0 && message.first_match >= -1 &&
-         IsFlag(message.whole) && IsFlag(message.settled) && message.asked_utime >= -1;
+  return message.requester != 0 && message.question >= 0 && message.base_version >= 0 && message.first_tile >= 0 &&
+         message.first_match >= -1 && IsFlag(message.whole) && IsFlag(message.settled) && message.asked_utime >= -1;
 }
 
 template <>
@@ -176,7 +186,10 @@ bool ValuesInRange(const pose_graph_t& message) {
 
 template <>
 bool ValuesInRange(const service_status_t& message) {
-  return message.utime >= 0;
+  const double amounts[] = {message.latency_p50_ms, message.latency_p95_ms, message.latency_p99_ms,
+                            message.latency_max_ms, message.resident_mb};
+  return message.utime >= 0 && message.num_latencies >= 0 &&
+         std::all_of(std::begin(amounts), std::end(amounts), IsAmount);
 }
 
 template <>

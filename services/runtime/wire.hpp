@@ -104,8 +104,8 @@ template <>
 constexpr auto FieldsOf<map_delta_t>() {
   using T = map_delta_t;
   return std::tuple(&T::utime, &T::epoch, &T::version, &T::base_version, &T::cell_size_m, &T::part, &T::num_parts,
-                    &T::recipient, &T::next_tile, &T::next_match, &T::asked_utime, &T::num_tiles,
-                    Array(&T::tiles, &T::num_tiles, kMostTilesInMessage), &T::num_matches,
+                    &T::num_requests, Array(&T::request, &T::num_requests, 1), &T::next_tile, &T::next_match,
+                    &T::num_tiles, Array(&T::tiles, &T::num_tiles, kMostTilesInMessage), &T::num_matches,
                     Array(&T::matches, &T::num_matches, kMostMatchesInMessage), &T::num_asked,
                     Array(&T::asked, &T::num_asked, 1), &T::num_moved, Array(&T::T_new_old, &T::num_moved, 1),
                     &T::num_tracking, Array(&T::tracking, &T::num_tracking, 1), &T::num_loops,
@@ -115,8 +115,8 @@ constexpr auto FieldsOf<map_delta_t>() {
 template <>
 constexpr auto FieldsOf<map_request_t>() {
   using T = map_request_t;
-  return std::tuple(&T::requester, &T::epoch, &T::base_version, &T::first_tile, &T::first_match, &T::asked_utime,
-                    &T::whole, &T::settled);
+  return std::tuple(&T::requester, &T::question, &T::epoch, &T::base_version, &T::first_tile, &T::first_match,
+                    &T::asked_utime, &T::whole, &T::settled);
 }
 
 template <>

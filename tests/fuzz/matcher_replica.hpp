@@ -22,7 +22,12 @@ class MatcherReplica {
   bool has_map() const { return matcher_.has_value(); }
   const TrackingState& tracking() const { return replica_.tracking(); }
 
-  void Handle(const map_delta_t& delta) { replica_.Handle(delta); }
+  /// A page comes as of an owner that answers what it was asked: no fuzzer finds the question by itself.
+  void Handle(map_delta_t delta) {
+    const auto question = replica_.NextRequest();
+    if (delta.num_requests == 1 && question) delta.request = {*question};
+    replica_.Handle(delta);
+  }
 
   /// The answer must be one that map_updater believes.
   void Match(const critical_rays_t& message, const TrackingState& tracking) const {

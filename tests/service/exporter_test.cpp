@@ -84,7 +84,6 @@ class ForgedOwner {
     delta.version = num_scans_;
     delta.cell_size_m = 0.05;
     delta.num_parts = 1;
-    delta.asked_utime = -1;
     return delta;
   }
 
@@ -93,7 +92,8 @@ class ForgedOwner {
     constexpr std::size_t kTilesInPage = 4;
     const bool same_map = request.epoch == epoch_;
     map_delta_t page = Blank(same_map ? request.base_version : 0);
-    page.recipient = request.requester;
+    page.num_requests = 1;
+    page.request = {request};
     std::int64_t match = same_map ? request.first_match : 0;
     for (const auto end = std::min(num_scans_, match + kMatchesInPage); match < end; ++match) {
       page.matches.push_back(ToMessage(MatchOf(match)));

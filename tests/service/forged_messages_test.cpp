@@ -2,6 +2,7 @@
 // run without them, or nothing is mapped while they come.
 
 #include <csignal>
+#include <limits>
 #include <thread>
 
 #include "catch.hpp"
@@ -57,7 +58,7 @@ void ForgeRays(TestBus& bus) {
 /// Before the owner makes it.
 void ForgeNextVersion(TestBus& bus) {
   bus->Subscribe<map_delta_t>(kMapDeltaChannel, [&](const map_delta_t& delta) {
-    if (delta.recipient != 0 || delta.num_matches == 0) return;
+    if (delta.num_requests != 0 || delta.num_matches == 0) return;
     map_delta_t next = ForgedDelta(delta);
     next.base_version = delta.version;
     next.version = delta.version + 1;
@@ -74,10 +75,10 @@ void ForgePages(TestBus& bus) {
     page.version = 1;
     page.base_version = 0;
     page.cell_size_m = 0.5;
-    page.recipient = request.requester;
+    page.num_requests = 1;
+    page.request = {request};
     page.next_tile = -1;
     page.next_match = 1;
-    page.asked_utime = -1;
     page.num_tracking = 1;
     page.tracking = {tracking_state_t{1, 0, 1, 0, 0, {}, 1, {ForgedMatch(1)}, {}}};
     bus->Publish(kMapDeltaChannel, page);
@@ -90,33 +91,46 @@ void ForgePages(TestBus& bus) {
     unheard_of.epoch = 12345;
     unheard_of.version = unheard_of.base_version = 1'000'000;
     unheard_of.cell_size_m = 0.5;
-    unheard_of.asked_utime = -1;
     bus->Publish(kMapDeltaChannel, unheard_of);
   });
 }
 
 /// Pages of another map for who looks at it, asked for or not.
 void ForgeWholeMaps(TestBus& bus) {
-  const auto Publish = [&](std::int64_t requester) {
+  const auto Publish = [&](const map_request_t& request) {
     map_delta_t page = ForgedDelta({});
     page.utime = 1;
     page.epoch = 12345;
     page.version = 1;
     page.base_version = 0;
-    page.recipient = requester;
+    page.num_requests = 1;
+    page.request = {request};
     page.next_tile = -1;
     page.next_match = 1;
-    page.asked_utime = -1;
     bus->Publish(kWholeMapChannel, page);
   };
-  bus->Subscribe<map_request_t>(kMapRequestChannel, [=](const map_request_t& request) { Publish(request.requester); });
-  bus->Subscribe<critical_rays_t>(kCriticalRaysChannel, [=](const critical_rays_t&) { Publish(4711); });
+  bus->Subscribe<map_request_t>(kMapRequestChannel, [=](const map_request_t& request) { Publish(request); });
+  bus->Subscribe<critical_rays_t>(kCriticalRaysChannel, [=](const critical_rays_t&) {
+    Publish({4711, 1, 0, 0, 0, 0, -1, 1, 0});
+  });
+}
+
+/// Copies each request of the others, with the cursor behind the last tile: the owner's answer says that there are no
+/// more.
+void ForgeRequests(TestBus& bus) {
+  constexpr std::int32_t kBehindAll = std::numeric_limits<std::int32_t>::max();
+  bus->Subscribe<map_request_t>(kMapRequestChannel, [&](const map_request_t& request) {
+    if (request.first_tile == kBehindAll) return;  // its own, or of a replica that has all tiles
+    map_request_t forged = request;
+    forged.first_tile = kBehindAll;
+    bus->Publish(kMapRequestChannel, forged);
+  });
 }
 
 /// Asks for the whole map, again and again.
 void AskForEverything(TestBus& bus) {
   bus->Subscribe<bot_core::planar_lidar_t>(kLaserChannel, [&](const bot_core::planar_lidar_t&) {
-    for (int i = 0; i < 20; ++i) bus->Publish(kMapRequestChannel, map_request_t{4711, 0, 0, 0, 0, -1, 0, 0});
+    for (int i = 0; i < 20; ++i) bus->Publish(kMapRequestChannel, map_request_t{4711, 1, 0, 0, 0, 0, -1, 0, 0});
   });
 }
 
@@ -181,6 +195,46 @@ TEST_CASE("messages that are forged during a run in lockstep change nothing in i
     for (const std::string& service : refused_by) {
       if (service == "laser_publisher") continue;  // its last status is older
       CHECK(summary.find(service + "." + channel + "_refused") != std::string::npos);
+    }
+  }
+}
+
+TEST_CASE("requests that are forged in another's name leave no hole in its map; that is counted, and said once") {
+  const TemporaryFolder folder;
+  const std::string log = folder / "run.lcm";
+  WriteScans(TakeScans("sim:demo", 300), log);
+  struct Case {
+    const char* name;
+    const char* service;  ///< that asks for pages
+    std::vector<std::string> flags;
+  };
+  const std::vector<Case> cases{{"mapped", "map_exporter", {}},
+                                {"localised", "rrhc_matcher", {"--localize", folder / "mapped"}}};
+  for (const auto& [name, service, flags] : cases) {
+    INFO(name);
+    const std::string url = MakeBusUrl();
+    std::vector<std::string> arguments{log, "--out", folder / name};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    REQUIRE(Run("slam_offline", arguments, folder / "log") == 0);
+    const std::filesystem::path out = folder / (std::string(name) + "_attacked");
+    arguments[2] = out;
+    arguments.insert(arguments.end(), {"--lcm-url", url});
+    TestBus bus(url);
+    ForgeRequests(bus);
+    Process stack("run_stack", arguments, folder / "log");
+    CHECK(bus.Await([&] { return !stack.IsRunning(); }));
+    INFO(stack.errors());
+    CHECK(stack.AwaitExit() == 0);
+    for (const char* file : {"map.png", "trajectory.tum"}) {
+      INFO(file);
+      CHECK((ReadFile(out / file) == ReadFile(folder / name / file)));
+    }
+    const std::string said = ReadFile(out / "log" / (std::string(service) + ".log"));
+    const std::size_t at = said.find("another program on this bus forges");
+    CHECK(at != std::string::npos);
+    CHECK(said.find("another program on this bus forges", at + 1) == std::string::npos);
+    if (service == std::string("rrhc_matcher")) {  // the exporter's last status is older
+      CHECK(ReadFile(out / "summary.json").find("rrhc_matcher.pages_refused") != std::string::npos);
     }
   }
 }

@@ -221,22 +221,23 @@ std::vector<Channel> MakeChannels() {
   const std::size_t match_bytes = Encode(MakeMatch()).size() - 8;
   const std::size_t num_matches_at = Encode(MakeDelta()).size() - 4 - 4 - 4 - 4 - match_bytes;
   const std::size_t behind_at = num_matches_at + 4 + match_bytes;
-  channels.push_back({kMapDeltaChannel,
-                      Damage(Encode(MakeDelta()), {80, 88, num_matches_at, behind_at, behind_at + 4, behind_at + 8})});
+  channels.push_back({kMapDeltaChannel, Damage(Encode(MakeDelta()),
+                                               {56, 68, 76, num_matches_at, behind_at, behind_at + 4, behind_at + 8})});
   Append(channels.back().malformed,
          DamageMatch([](auto change) { return Changed(MakeDelta(), [&](auto& delta) { change(delta.matches[0]); }); }));
-  Append(channels.back().malformed, {Changed(MakeDelta(), [](auto& delta) { delta.cell_size_m = kNan; }),
-                                     Changed(MakeDelta(), [](auto& delta) { delta.cell_size_m = 0.0; }),
-                                     Changed(MakeDelta(), [](auto& delta) { delta.epoch = 0; }),
-                                     Changed(MakeDelta(), [](auto& delta) { delta.num_parts = 0; }),
-                                     Changed(MakeDelta(), [](auto& delta) { delta.num_parts = 1'000'000; }),
-                                     Changed(MakeDelta(), [](auto& delta) { delta.part = 1; }),
-                                     Changed(MakeDelta(), [](auto& delta) { delta.part = -1; }),
-                                     Changed(MakeDelta(), [](auto& delta) { delta.next_tile = -2; }),
-                                     Changed(MakeDelta(), [](auto& delta) { delta.next_match = -2; }),
-                                     Changed(MakeDelta(), [](auto& delta) { delta.asked_utime = -2; }),
-                                     Changed(MakeDelta(), [](auto& delta) { delta.base_version = 2; }),
-                                     Changed(MakeDelta(), [](auto& delta) { delta.tiles[0].tile_x = 2000; })});
+  Append(channels.back().malformed,
+         {Changed(MakeDelta(), [](auto& delta) { delta.cell_size_m = kNan; }),
+          Changed(MakeDelta(), [](auto& delta) { delta.cell_size_m = 0.0; }),
+          Changed(MakeDelta(), [](auto& delta) { delta.epoch = 0; }),
+          Changed(MakeDelta(), [](auto& delta) { delta.num_parts = 0; }),
+          Changed(MakeDelta(), [](auto& delta) { delta.num_parts = 1'000'000; }),
+          Changed(MakeDelta(), [](auto& delta) { delta.part = 1; }),
+          Changed(MakeDelta(), [](auto& delta) { delta.part = -1; }),
+          Changed(MakeDelta(), [](auto& delta) { delta.next_tile = -2; }),
+          Changed(MakeDelta(), [](auto& delta) { delta.next_match = -2; }),
+          Changed(MakeDelta(), [](auto& delta) { delta.num_requests = 1, delta.request = {map_request_t{}}; }),
+          Changed(MakeDelta(), [](auto& delta) { delta.base_version = 2; }),
+          Changed(MakeDelta(), [](auto& delta) { delta.tiles[0].tile_x = 2000; })});
   channels.push_back({kWholeMapChannel, channels.back().malformed});
 
   channels.push_back({kMapRequestChannel, Damage(Encode(MakeRequest()), {})});
@@ -251,6 +252,9 @@ std::vector<Channel> MakeChannels() {
 
   // The lengths of the name, the version and the state, and the number of counters.
   channels.push_back({kStatusOfSomebody, Damage(Encode(MakeStatus()), {16, 29, 39, 51})});
+  Append(channels.back().malformed, {Changed(MakeStatus(), [](auto& status) { status.latency_p50_ms = kNan; }),
+                                     Changed(MakeStatus(), [](auto& status) { status.latency_max_ms = kInfinity; }),
+                                     Changed(MakeStatus(), [](auto& status) { status.resident_mb = -1.0; })});
   return channels;
 }
 
@@ -407,14 +411,14 @@ TEST_CASE("well-formed messages that mean nothing do not change the map of a run
       {kMapRequestChannel, Changed(MakeRequest(), [](auto& request) { request.first_match = kMost; })},
       {kMapDeltaChannel, Changed(MakeDelta(), [](auto& delta) { delta.version = kFar; })},
       {kMapDeltaChannel, Changed(MakeDelta(), [](auto& delta) { delta.version = delta.base_version = kFar; })},
-      {kMapDeltaChannel, Changed(MakeDelta(), [](auto& delta) { delta.recipient = 42; })},
+      {kMapDeltaChannel,
+       Changed(MakeDelta(), [](auto& delta) { delta.num_requests = 1, delta.request = {MakeRequest()}; })},
       {kMapDeltaChannel, Changed(MakeDelta(), [](auto& delta) { delta.epoch = -1; })},
       {kMapRequestChannel, Changed(MakeRequest(), [](auto& request) { request.epoch = kFar; })},
       {kScanMatchChannel, Changed(MakeMatch(), [](auto& match) { match.utime = 123; })},
       {kScanMatchChannel, Changed(MakeMatch(), [&](auto& match) { match.utime = scans[0].utime; })},
       {kCriticalRaysChannel, Changed(MakeRays(), [&](auto& rays) { rays.utime = scans[0].utime; })},
-      {kStatusOfSomebody, Changed(MakeStatus(), [](auto& status) { status.name = "\xff\xfe"; })},
-      {kStatusOfSomebody, Changed(MakeStatus(), [](auto& status) { status.latency_p50_ms = kNan; })}};
+      {kStatusOfSomebody, Changed(MakeStatus(), [](auto& status) { status.name = "\xff\xfe"; })}};
   Attacker attacker(url);
   for (std::size_t i = 0; stack["laser_publisher"].IsRunning(); ++i) {
     attacker.Send(nonsense[i % nonsense.size()].first, nonsense[i % nonsense.size()].second);

@@ -59,7 +59,6 @@ map_delta_t MakeDelta(const Step& step, double cell_size_m) {
   delta.version = step.delta.version;
   delta.base_version = step.delta.version - 1;
   delta.cell_size_m = cell_size_m;
-  delta.asked_utime = -1;
   return delta;
 }
 
@@ -99,8 +98,8 @@ class MapOwner {
     page.base_version = request.base_version;
     page.cell_size_m = updater_.geometry().cell_size_m();
     page.num_parts = 1;
-    page.recipient = request.requester;
-    page.asked_utime = request.asked_utime;
+    page.num_requests = 1;
+    page.request = {request};
     page.next_match = -1;
     if (request.first_match >= 0) {
       page.matches.assign(history_.begin() + request.first_match, history_.end());
@@ -246,7 +245,7 @@ TEST_CASE("map_updater answers recorded scans and poses with the change of the m
       parts.clear();
       bus->Publish(kMapRequestChannel, request);
       REQUIRE(bus.Await(HasAllParts));
-      CHECK(parts.front().recipient == request.requester);
+      CHECK(parts.front().request.front().requester == request.requester);
       CHECK(Encode(parts.front()).size() < 40000);
       for (const map_tile_t& tile : parts.front().tiles) CHECK(map.Apply(FromMessage(tile)));
       for (const scan_match_t& match : parts.front().matches) history.push_back(FromMessage(match));

@@ -169,7 +169,7 @@ bool TestBus::Await(const std::function<bool()>& condition) {
 
 MapWatcher::MapWatcher(const std::string& url, const std::string& channel_prefix) : bus_(url, channel_prefix) {
   bus_->Subscribe<map_delta_t>(kMapDeltaChannel, [this](const map_delta_t& delta) {
-    if (delta.recipient != 0) return;
+    if (delta.num_requests != 0) return;
     version_ = delta.version;
     utime_ = delta.utime;
   });

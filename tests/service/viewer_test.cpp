@@ -26,17 +26,18 @@ critical_rays_t ScanOf(std::int64_t utime) {
 std::map<TileIndex, TileBytes> AskOwner(const std::string& url) {
   TestBus bus(url);
   ByteMap map(1.0);
-  MapReplica replica(4711, {[&](double cell_size_m) { map = ByteMap(cell_size_m); },
-                            [&](std::span<const TileChange> changes) {
-                              for (const TileChange& change : changes) map.Apply(change);
-                            }});
+  MapReplica replica(4711,
+                     {[&](double cell_size_m) { map = ByteMap(cell_size_m); },
+                      [&](std::span<const TileChange> changes) {
+                        for (const TileChange& change : changes) map.Apply(change);
+                      }},
+                     MapReplica::View::kWhole);
   bus->Subscribe<map_delta_t>(kWholeMapChannel, [&](const map_delta_t& delta) { replica.Handle(delta); });
   auto next = Clock::now();
   REQUIRE(bus.Await([&] {
     auto request = replica.NextRequest();
     if (request && Clock::now() >= next) {
       next = Clock::now() + std::chrono::milliseconds(20);
-      request->whole = 1;
       bus->Publish(kMapRequestChannel, *request);
     }
     return replica.synced();
@@ -63,8 +64,8 @@ void AnswerAs(const Owner& owner, TestBus& bus) {
     answer.base_version = goes_on ? request.base_version : 0;
     answer.cell_size_m = 0.05;
     answer.num_parts = 1;
-    answer.recipient = request.requester;
-    answer.asked_utime = -1;
+    answer.num_requests = 1;
+    answer.request = {request};
     answer.next_tile = -1;
     answer.matches.assign(owner.matches.begin() + (goes_on ? request.first_match : 0), owner.matches.end());
     answer.num_matches = static_cast<std::int32_t>(answer.matches.size());

@@ -50,6 +50,7 @@ final class OwnerOfMap {
   MapPage answer(map_request_t request) {
     boolean same_map = request.epoch == epoch;
     MapPage page = new MapPage();
+    page.request = request;
     page.epoch = epoch;
     page.version = matches.size();
     page.base_version = same_map ? request.base_version : 0;

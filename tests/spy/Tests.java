@@ -94,6 +94,15 @@ final class Tests {
     return loop;
   }
 
+  static map_request_t request(long requester) {
+    map_request_t request = new map_request_t();
+    request.requester = requester;
+    request.question = 1;
+    request.asked_utime = -1;
+    request.whole = 1;
+    return request;
+  }
+
   /** A page with these tiles and matches, and two loops, the first and the last of version 1. */
   static map_delta_t page(long recipient, map_tile_t[] tiles, scan_match_t[] matches) {
     map_delta_t page = new map_delta_t();
@@ -101,10 +110,11 @@ final class Tests {
     page.version = 1;
     page.cell_size_m = 0.05;
     page.num_parts = 1;
-    page.recipient = recipient;
+    page.num_requests = recipient == 0 ? 0 : 1;
+    page.request = new map_request_t[page.num_requests];
+    for (int i = 0; i < page.num_requests; ++i) page.request[i] = request(recipient);
     page.next_tile = -1;
     page.next_match = matches.length;
-    page.asked_utime = -1;
     page.num_tiles = tiles.length;
     page.tiles = tiles;
     page.num_matches = matches.length;

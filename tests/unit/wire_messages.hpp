@@ -47,6 +47,8 @@ inline tracking_state_t TrackingStateMessage() {
   return {8, 1, 5, 0, 2, {0.5, 0.75}, 1, {ScanMatchMessage()}, {0.5, -1.0, 0.25}};
 }
 
+inline map_request_t MapRequestMessage() { return {77, 4, 99, 8, 2, 3, 5, 1, 1}; }
+
 inline map_delta_t MapDeltaMessage() {
   map_delta_t message{};
   message.utime = 5;
@@ -59,7 +61,8 @@ inline map_delta_t MapDeltaMessage() {
   message.tiles = {{-3, 4, 5, {0, 0, 0, 1, 9}}, {1023, -1024, 0, {}}};
   message.num_matches = 1;
   message.matches = {ScanMatchMessage()};
-  message.asked_utime = 5;
+  message.num_requests = 1;
+  message.request = {MapRequestMessage()};
   message.num_loops = 2;
   message.loops = {{{1.0, 2.0, 0.5}, {3.0, -4.0, 6.0}, 1}, {{}, {}, 0}};
   message.num_asked = 1;
@@ -70,8 +73,6 @@ inline map_delta_t MapDeltaMessage() {
   message.tracking = {TrackingStateMessage()};
   return message;
 }
-
-inline map_request_t MapRequestMessage() { return {77, 99, 8, 2, 3, 5, 1, 1}; }
 
 inline keyframe_t KeyframeMessage() {
   keyframe_t message{};

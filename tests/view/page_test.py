@@ -122,6 +122,34 @@ import('/main.js').then(({robots}) => {
 """
 
 
+# Tells the page what no viewer should: numbers that are none. A frame later: what it shows, and whether it still draws.
+NO_NUMBERS = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => {
+  const {model} = robots[0];
+  const info = model.info;
+  const service = {...info.services[0], name: 'strange', p50_ms: null, p99_ms: NaN, max_ms: 1, resident_mb: null,
+                   silent_s: null, counters: {}};
+  model.take({...info, kind: 'info', services: [service], scan_times_ms: [[null, null], [NaN, Infinity]]});
+  model.take({kind: 'robot', utime: 0n, state: 'OK', x_m: NaN, y_m: 1, yaw_rad: 0, fitness: NaN, covariance: {},
+              axis: {}, rays: [], critical: []});
+  requestAnimationFrame(() => requestAnimationFrame(() => {
+    const shown = document.querySelector('[data-name="strange"] .took').textContent;
+    const x_m = model.robot.x_m;
+    const {draw} = robots[0].view;
+    robots[0].view.draw = () => { throw new Error('cannot be drawn'); };
+    requestAnimationFrame(() => requestAnimationFrame(() => {
+      const says = document.getElementById('state').textContent;
+      robots[0].view.draw = draw;
+      model.trouble = '';
+      model.take({...info, kind: 'info'});
+      requestAnimationFrame(() => requestAnimationFrame(() => callback({shown, x_m, says, draws: !model.changed})));
+    }));
+  }));
+});
+"""
+
+
 def check(holds, what):
     if not holds:
         raise AssertionError(what)
@@ -323,6 +351,16 @@ def test_tools(browser):
     body.send_keys("t")
 
 
+def test_draws_whatever_comes(browser):
+    seen = browser.run(NO_NUMBERS)
+    check(seen["shown"] == "– ms", "a time that is no number is shown as a dash")
+    check(isinstance(seen["x_m"], (int, float)), "a robot that is nowhere is not taken")
+    check(seen["says"] == "page error: cannot be drawn", "a frame that cannot be drawn is said")
+    check(seen["draws"], "and the next ones are drawn")
+    errors = browser.errors()
+    check(len(errors) == 1 and "cannot be drawn" in errors[0], "the console has it once")
+
+
 def test_phone(url):
     phone = Browser(url, "412,915")
     try:
@@ -367,6 +405,8 @@ def test_live(stack):
         compare_with_picture(browser, stack.out / "map.png")
         test_whole_soon(url)
         test_tools(browser)
+        check(browser.errors() == [], "the console has no errors")
+        test_draws_whatever_comes(browser)
         test_phone(url)
         test_asks_nobody_else(stack, browser)
     finally:

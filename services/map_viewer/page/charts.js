@@ -67,7 +67,7 @@ export function drawFitness(canvas, samples) {
 export function drawTimes(canvas, times_ms) {
   const chart = begin(canvas);
   const {height, colour} = chart;
-  const highest = Math.max(0.1, ...times_ms.map(([, p99]) => p99));
+  const highest = Math.max(0.1, ...times_ms.map(([, p99]) => p99).filter(Number.isFinite));
   const power = 10 ** Math.floor(Math.log10(highest));
   const top = [1, 2, 5, 10].map((factor) => factor * power).find((value) => value >= highest);
   const toY = (value) => 2 + (1 - value / top) * (height - 4);

@@ -127,15 +127,28 @@ addEventListener("keydown", (event) => {
   if (event.key === "Escape") view().setMeasures(false);
 });
 
+// Whatever a frame throws, the next one is drawn; the page says that something was not.
 function frame(now_ms) {
-  for (const {view} of robots) view.draw(now_ms);
+  requestAnimationFrame(frame);
+  for (const robot of robots) attempt(robot.model, () => robot.view.draw(now_ms));
   const {model, changed} = robots[chosen];
   if (changed.size > 0) {
-    showPanel(model, changed, changed.has("all") || changed.has("connection"));
+    const shown = new Set(changed);
     changed.clear();
+    attempt(model, () => showPanel(model, shown, shown.has("all") || shown.has("connection")));
   }
-  showScale(view());
-  requestAnimationFrame(frame);
+  attempt(model, () => showScale(view()));
+}
+
+function attempt(model, show) {
+  try {
+    show();
+  } catch (error) {
+    if (model.trouble === error.message) return;
+    console.error(error);
+    model.trouble = error.message;
+    model.tell("info");
+  }
 }
 
 setTheme(localStorage.getItem("theme") ?? (matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark"));

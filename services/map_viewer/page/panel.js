@@ -13,7 +13,11 @@ function show(id, text) {
   if ($(id).textContent !== text) $(id).textContent = text;
 }
 
-export function describeState({robot, connected}) {
+// A number with so many digits behind the point; a dash for what is none.
+const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
+
+export function describeState({robot, connected, trouble}) {
+  if (trouble) return {state: "off", text: `page error: ${trouble}`};
   if (!connected) return {state: "off", text: "no connection"};
   if (!robot) return {state: "none", text: "waiting for scans"};
   if (robot.state !== "DEGENERATE") return {state: robot.state, text: robot.state};
@@ -26,13 +30,13 @@ function showPose({robot}) {
   const degrees = (radians) => (radians * 180) / Math.PI;
   const {long_m, short_m} = ellipseOf(robot.covariance);
   const known = long_m > 0;
-  show("x", robot.x_m.toFixed(2));
-  show("y", robot.y_m.toFixed(2));
-  show("yaw", degrees(robot.yaw_rad).toFixed(1));
-  show("sigma_long", known ? ((100 * long_m) / CHI_95).toFixed(1) : "–");
-  show("sigma_short", known ? ((100 * short_m) / CHI_95).toFixed(1) : "–");
-  show("sigma_yaw", known ? degrees(Math.sqrt(robot.covariance.yaw)).toFixed(2) : "–");
-  show("fitness", robot.fitness.toFixed(3));
+  show("x", fixed(robot.x_m, 2));
+  show("y", fixed(robot.y_m, 2));
+  show("yaw", fixed(degrees(robot.yaw_rad), 1));
+  show("sigma_long", known ? fixed((100 * long_m) / CHI_95, 1) : "–");
+  show("sigma_short", known ? fixed((100 * short_m) / CHI_95, 1) : "–");
+  show("sigma_yaw", known ? fixed(degrees(Math.sqrt(robot.covariance.yaw)), 2) : "–");
+  show("fitness", fixed(robot.fitness, 3));
 }
 
 function makeService(name) {
@@ -46,14 +50,14 @@ function makeService(name) {
 
 function showService(details, service) {
   details.querySelector(".health").dataset.health = service.silent_s > SILENT_S ? "silent" : "well";
-  details.querySelector(".took").textContent = service.max_ms > 0 ? `${service.p50_ms.toFixed(2)} ms` : "";
+  details.querySelector(".took").textContent = service.max_ms > 0 ? `${fixed(service.p50_ms, 2)} ms` : "";
   details.querySelector(".said").textContent =
-    service.silent_s > SILENT_S ? `silent for ${service.silent_s.toFixed(0)} s` : service.state;
+    service.silent_s > SILENT_S ? `silent for ${fixed(service.silent_s, 0)} s` : service.state;
   if (!details.open) return;
   const times_ms = [service.p50_ms, service.p99_ms, service.max_ms];
   const rows = [...Object.entries(service.counters).map(([name, count]) => [name, whole.format(count)]),
-                ["p50 / p99 / max [ms]", times_ms.map((time_ms) => time_ms.toFixed(2)).join(" / ")],
-                ["memory", `${service.resident_mb.toFixed(1)} MB`], ["process", `${service.pid}, ${service.version}`]];
+                ["p50 / p99 / max [ms]", times_ms.map((time_ms) => fixed(time_ms, 2)).join(" / ")],
+                ["memory", `${fixed(service.resident_mb, 1)} MB`], ["process", `${service.pid}, ${service.version}`]];
   details.querySelector("table").replaceChildren(...rows.map(([name, value]) => {
     const row = document.createElement("tr");
     row.className = TROUBLE.test(name) && value !== "0" ? "trouble" : "";
@@ -81,7 +85,7 @@ function showInfo(model) {
   show("scans", whole.format(info.scans ?? 0));
   show("lost", whole.format(info.lost ?? 0));
   show("loops", whole.format(Math.max(info.loops.length, closer?.counters.loops_closed ?? 0)));
-  show("scan_time", times_ms.length ? `${times_ms.at(-1)[0].toFixed(2)} ms` : "–");
+  show("scan_time", times_ms.length ? `${fixed(times_ms.at(-1)[0], 2)} ms` : "–");
   drawTimes($("time_chart"), times_ms);
   showServices(info.services);
 }

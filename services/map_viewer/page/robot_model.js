@@ -18,6 +18,7 @@ export class RobotModel extends EventTarget {
     this.samples = [];
     this.info = {services: [], loops: [], robots: [""], robot: ""};
     this.connected = false;
+    this.trouble = "";     // what the page could not show, if anything
     this.changed = true;  // since it was drawn
   }
 
@@ -29,6 +30,7 @@ export class RobotModel extends EventTarget {
   setConnected(connected) {
     this.connected = connected;
     if (connected) this.samples = [];  // they come again
+    if (connected) this.trouble = "";
     this.tell("connection");
   }
 
@@ -51,6 +53,7 @@ export class RobotModel extends EventTarget {
   }
 
   take_robot(robot) {
+    if (![robot.x_m, robot.y_m, robot.yaw_rad].every(Number.isFinite)) return;  // it is nowhere
     this.robot = robot;
     const last = this.tail.at(-1);
     if (robot.state === "LOST") return;

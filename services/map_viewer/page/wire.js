@@ -105,7 +105,12 @@ export class Connection {
       this.model.setConnected(true);
     };
     socket.onmessage = ({data}) => {
-      for (const record of readRecords(data)) this.model.take(record);
+      try {
+        for (const record of readRecords(data)) this.model.take(record);
+      } catch (error) {  // not whole: what is missing comes with the next connection
+        console.error(error);
+        socket.close();
+      }
     };
     socket.onclose = () => {
       this.model.setConnected(false);

@@ -34,7 +34,7 @@ MapDelta MakeDelta(int num_tiles, bool whole) {
 }
 
 map_request_t Ask(std::int64_t base_version, std::int32_t first_tile, std::int32_t first_match) {
-  return {77, kEpoch, base_version, first_tile, first_match, -1, 0, 0};
+  return {77, 1, kEpoch, base_version, first_tile, first_match, -1, 0, 0};
 }
 
 }  // namespace
@@ -49,7 +49,7 @@ TEST_CASE("a match that changed nothing is answered by one empty part") {
   CHECK(parts[0].base_version == 7);
   CHECK(parts[0].cell_size_m == 0.05);
   CHECK(parts[0].num_parts == 1);
-  CHECK(parts[0].recipient == 0);
+  CHECK(parts[0].num_requests == 0);
   CHECK(parts[0].num_tiles == 0);
   REQUIRE(parts[0].num_matches == 1);
   CHECK(FromMessage(parts[0].matches[0]) == match);
@@ -102,7 +102,8 @@ TEST_CASE("by what the map was moved is said once, in the first part") {
 TEST_CASE("the page of an empty map is empty and the last") {
   const Owner owner;
   const map_delta_t page = owner.Page(Ask(0, 0, 0));
-  CHECK(page.recipient == 77);
+  REQUIRE(page.num_requests == 1);
+  CHECK(page.request[0].requester == 77);
   CHECK(page.version == 0);
   CHECK(page.num_tiles == 0);
   CHECK(page.num_matches == 0);
@@ -153,7 +154,10 @@ TEST_CASE("a replica of another map, or of none, is given everything from the st
   map_request_t request = Ask(2, 5, 2);
   for (const std::int64_t epoch : {std::int64_t{0}, kEpoch + 1}) {
     request.epoch = epoch;
-    CHECK(Encode(owner.Page(request)) == Encode(owner.Page(Ask(0, 0, 0))));
+    map_delta_t page = owner.Page(request);
+    CHECK((page.num_requests == 1 && Encode(page.request[0]) == Encode(request)));
+    page.request = {Ask(0, 0, 0)};
+    CHECK(Encode(page) == Encode(owner.Page(Ask(0, 0, 0))));
   }
 }
 
@@ -240,7 +244,7 @@ TEST_CASE("an answer given again after others says which version there is, and c
   CHECK(answer->epoch == kEpoch);
   CHECK(answer->version == 3);
   CHECK(answer->base_version == 3);
-  CHECK(answer->recipient == 0);
+  CHECK(answer->num_requests == 0);
   CHECK(answer->num_tiles == 0);
   CHECK(answer->num_matches == 0);
 }
@@ -279,14 +283,14 @@ TEST_CASE("who asks about a scan is told its match, or that it is not in the map
   for (const std::int64_t utime : {100, 102}) {
     request.asked_utime = utime;
     const map_delta_t page = owner.Page(request);
-    CHECK(page.asked_utime == utime);
+    CHECK(page.request[0].asked_utime == utime);
     REQUIRE(page.num_asked == 1);
     CHECK(FromMessage(page.asked[0]) == owner.history[static_cast<std::size_t>(utime - 100)]);
     CHECK(Decode<map_delta_t>(Encode(page)));
   }
   for (const std::int64_t utime : {0, 99, 103}) {
     request.asked_utime = utime;
-    CHECK(owner.Page(request).asked_utime == utime);
+    CHECK(owner.Page(request).request[0].asked_utime == utime);
     CHECK(owner.Page(request).num_asked == 0);
   }
 }

@@ -1,6 +1,7 @@
 #include "services/runtime/map_replica.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "catch.hpp"
 #include "map_owner.hpp"
@@ -277,7 +278,7 @@ TEST_CASE("pages for another replica are not its own") {
   MapOwner owner;
   TestReplica replica;
   for (int i = 0; i < 5; ++i) owner.Answer();
-  replica.replica.Handle(owner.Page({kRequester + 1, 0, 0, 0, 0, -1, 0, 0}));
+  replica.replica.Handle(owner.Page({kRequester + 1, 1, 0, 0, 0, 0, -1, 0, 0}));
   CHECK(replica.map.tiles().entries().empty());
   CHECK(replica.matches.empty());
   CHECK_FALSE(replica.replica.synced());
@@ -355,9 +356,10 @@ TEST_CASE("a page of what changed since a later version than the one held does n
   for (int i = 0; i < 6; ++i) owner.Answer();
   replica.replica.Doubt();
   map_delta_t page =
-      owner.Page({kRequester, owner.epoch, owner.version(), 0, 3, -1, 0, 0});  // no tile has changed since
+      owner.Page({kRequester, 2, owner.epoch, owner.version(), 0, 3, -1, 0, 0});  // no tile has changed since
   REQUIRE(page.num_tiles == 0);
   page.next_tile = -1;  // it says that it is the last one
+  page.request = {replica.replica.NextRequest().value()};
   replica.replica.Handle(page);
   CHECK_FALSE(replica.replica.synced());
   CHECK(replica.replica.version() == 3);
@@ -369,13 +371,80 @@ TEST_CASE("a late page of the old map does no lasting harm") {
   MapOwner owner;
   TestReplica replica(GENERATE(true, false));
   Begin(replica, owner);
-  const map_delta_t late = owner.Page({kRequester, owner.epoch, 1, 0, 1, -1, 0, 0});
+  const map_delta_t late = owner.Page({kRequester, 1, owner.epoch, 1, 0, 1, -1, 0, 0});
   MapOwner anew;
   replica.Handle(anew.Answer());
   replica.Ask(anew);
   replica.replica.Handle(late);
   replica.Ask(anew);
   replica.CheckSameAs(anew);
+}
+
+TEST_CASE("pages that answer a question in the replica's name that it did not ask are left out, and counted") {
+  using Change = std::function<void(map_request_t&)>;
+  const std::vector<Change> changes{
+      [](auto& request) { request.first_tile = std::numeric_limits<std::int32_t>::max(); },
+      [](auto& request) { request.first_tile += 1; },
+      [](auto& request) { request.first_match += 1; },
+      [](auto& request) { request.first_match = request.first_match < 0 ? 0 : -1; },
+      [](auto& request) { request.base_version += 1; },
+      [](auto& request) { request.epoch += 1; },
+      [](auto& request) { request.asked_utime = 101; },
+      [](auto& request) { request.whole = 1; },
+      [](auto& request) { request.settled = 1; },
+      [](auto& request) { request.question += 1; },
+  };
+  const bool wants_matches = GENERATE(true, false);
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    INFO(i);
+    MapOwner owner;
+    for (int k = 0; k < 5; ++k) owner.Answer();
+    TestReplica replica(wants_matches);
+    std::int64_t num_forged = 0;
+    while (const auto request = replica.replica.NextRequest()) {
+      map_request_t forged = *request;
+      changes[i](forged);
+      replica.replica.Handle(owner.Page(forged));  // before the answer to the replica's own, and behind it
+      CHECK(replica.replica.num_forged() == ++num_forged);
+      CHECK(replica.replica.NextRequest()->question == request->question);
+      replica.replica.Handle(owner.Page(*request));
+      replica.replica.Handle(owner.Page(forged));
+      ++num_forged;
+    }
+    CHECK(replica.replica.num_forged() == num_forged);
+    replica.CheckSameAs(owner);
+  }
+}
+
+TEST_CASE("a question that is asked again keeps its number, and an answer that comes twice is nobody's forgery") {
+  MapOwner owner;
+  TestReplica replica(GENERATE(true, false));
+  for (int i = 0; i < 5; ++i) owner.Answer();
+  std::int64_t last_question = 0;
+  while (const auto request = replica.replica.NextRequest()) {
+    CHECK(request->question == last_question + 1);
+    CHECK(replica.replica.NextRequest()->question == request->question);
+    last_question = request->question;
+    for (int i = 0; i < 2; ++i) replica.replica.Handle(owner.Page(*request));
+  }
+  CHECK(last_question > 1);
+  CHECK(replica.replica.num_forged() == 0);
+  replica.CheckSameAs(owner);
+}
+
+TEST_CASE("what was answered before the loops were looked for is not taken as settled") {
+  MapOwner owner;
+  TestReplica replica;
+  Begin(replica, owner);
+  replica.replica.Doubt();
+  const map_delta_t unsettled = owner.Page(replica.replica.NextRequest().value());
+  replica.replica.AwaitSettled();
+  replica.replica.Handle(unsettled);
+  CHECK_FALSE(replica.replica.synced());
+  CHECK(replica.replica.NextRequest()->settled == 1);
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
+  CHECK(replica.replica.num_forged() == 0);
 }
 
 TEST_CASE("an answer given again after others changes nothing; who lacks its version asks") {
@@ -457,8 +526,9 @@ TEST_CASE("a page with cells of another size than the map's is not the owner's, 
     Begin(replica, owner);
     owner.Answer();
     if (!synced) replica.replica.Doubt();
-    map_delta_t page = owner.Page({kRequester, owner.epoch, 3, 0, 3, -1, 0, 0});
+    map_delta_t page = owner.Page({kRequester, 2, owner.epoch, 3, 0, 3, -1, 0, 0});
     page.cell_size_m = 0.05;
+    if (!synced) page.request = {replica.replica.NextRequest().value()};
     replica.replica.Handle(page);
     CHECK(replica.replica.version() == 3);
     CHECK(replica.num_begins == 1);
@@ -472,7 +542,7 @@ TEST_CASE("a page that was not asked for, of another epoch and with other cells,
   Begin(replica, owner);
   MapOwner other;
   for (int i = 0; i < 5; ++i) other.Answer();
-  map_delta_t page = other.Page({kRequester, other.epoch, 0, 0, 0, -1, 0, 0});
+  map_delta_t page = other.Page({kRequester, 1, other.epoch, 0, 0, 0, -1, 0, 0});
   page.cell_size_m = 0.5;
   replica.replica.Handle(page);
   CHECK(replica.num_begins == 1);
@@ -550,7 +620,7 @@ TEST_CASE("the owner is asked about a scan until it has answered, and the answer
       CHECK(request->asked_utime == utime);
     }
     map_delta_t other = owner.Page(*replica.replica.NextRequest());
-    other.asked_utime = utime + 1;
+    other.request[0].asked_utime = utime + 1;
     replica.replica.Handle(other);
     CHECK_FALSE(replica.replica.AnswerAbout(utime));
     CHECK(replica.Ask(owner) == 1);

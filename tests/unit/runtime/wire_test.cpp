@@ -60,9 +60,12 @@ TEST_CASE("a million beams are refused although the bytes for them are there") {
 
 TEST_CASE("a page for a replica that is ahead of an owner that lost its map is taken, such a delta for all is not") {
   map_delta_t message = MapDeltaMessage();
+  message.num_requests = 0;
+  message.request.clear();
   message.version = message.base_version - 1;
   CHECK_FALSE(IsDecoded<map_delta_t>(Encode(message)));
-  message.recipient = 77;
+  message.num_requests = 1;
+  message.request = {MapRequestMessage()};
   CHECK(IsDecoded<map_delta_t>(Encode(message)));
   message.version = -1;
   CHECK_FALSE(IsDecoded<map_delta_t>(Encode(message)));
@@ -166,7 +169,7 @@ TEST_CASE("a map delta leads forwards, in parts that there are, to tiles that th
   using Message = map_delta_t;
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.epoch = 0; }));
   CHECK(IsDecoded(MapDeltaMessage(), [](Message& m) { m.epoch = -1; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.version = 6; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_requests = 0, m.request.clear(), m.version = 6; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.base_version = -1; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.part = 1; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.part = -1; }));
@@ -175,7 +178,7 @@ TEST_CASE("a map delta leads forwards, in parts that there are, to tiles that th
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.cell_size_m = 0.0; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.next_tile = -2; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.next_match = -2; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.asked_utime = -2; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.request[0].asked_utime = -2; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.asked[0].fitness = 2.0; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.tracking[0].num_scans = -1; }));
   CHECK(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_moved = 0, m.T_new_old.clear(); }));
@@ -235,6 +238,15 @@ TEST_CASE("a map request comes from somebody and asks from a place that there ca
 TEST_CASE("a status is of a time that there can be") {
   CHECK(IsDecoded(ServiceStatusMessage(), [](service_status_t& m) { m.utime = 0; }));
   CHECK_FALSE(IsDecoded(ServiceStatusMessage(), [](service_status_t& m) { m.utime = -1; }));
+  CHECK_FALSE(IsDecoded(ServiceStatusMessage(), [](service_status_t& m) { m.num_latencies = -1; }));
+  for (const double value : {kNan, std::numeric_limits<double>::infinity(), -1.0, 1e300}) {
+    INFO(value);
+    CHECK_FALSE(IsDecoded(ServiceStatusMessage(), [&](service_status_t& m) { m.latency_p50_ms = value; }));
+    CHECK_FALSE(IsDecoded(ServiceStatusMessage(), [&](service_status_t& m) { m.latency_p95_ms = value; }));
+    CHECK_FALSE(IsDecoded(ServiceStatusMessage(), [&](service_status_t& m) { m.latency_p99_ms = value; }));
+    CHECK_FALSE(IsDecoded(ServiceStatusMessage(), [&](service_status_t& m) { m.latency_max_ms = value; }));
+    CHECK_FALSE(IsDecoded(ServiceStatusMessage(), [&](service_status_t& m) { m.resident_mb = value; }));
+  }
 }
 
 TEST_CASE("a journal's head has an epoch, and its check no place before the file's beginning") {
