@@ -6,7 +6,7 @@ endif()
 
 # ---- programs, and the services' units for systemd
 install(TARGETS ${PROGRAMS} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
-install(DIRECTORY scripts/systemd/ DESTINATION lib/systemd/system COMPONENT programs)
+install(DIRECTORY scripts/systemd/ DESTINATION lib/systemd/system COMPONENT programs PATTERN README.md EXCLUDE)
 # bash-completion looks for a file of the program's name.
 set(COMPLETIONS ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
 install(FILES scripts/completion.bash DESTINATION ${COMPLETIONS} RENAME crsm-slam COMPONENT programs)
