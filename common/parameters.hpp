@@ -81,8 +81,8 @@ struct UpdateParameters {
   double intensity_min = 0.04;
   double intensity_max = 0.2;
   double first_intensity = 0.85;  ///< of a cell's first update, at least
-  double erase_behind_m = 0.1;   ///< where hits are, behind them: what was drawn there fades
-  double hit_spread = 2.5;       ///< how much of the cells around it a hit occupies
+  double erase_behind_m = 0.1;    ///< where hits are, behind them: what was drawn there fades
+  double hit_spread = 2.5;        ///< how much of the cells around it a hit occupies
   bool join_hits = true;
   double join_max_m = 2.0;
   double update_distance_m = 0.3;
@@ -118,19 +118,18 @@ struct ParameterInfo {
 template <class Visitor>
 void VisitScanParameters(ScanParameters& scan, Visitor&& visit) {
   using enum ParameterGroup;
-  visit({kScan, "range_min_m", "shorter readings are no measurements [m]"}, scan.range_min_m, 0.0, 10.0);
-  visit({kScan, "range_max_m",
-         "maximum range of the laser [m]; readings beyond 95 % of it are no measurements (section 4)"},
+  visit({kScan, "range_min_m", "shorter readings are ignored [m]"}, scan.range_min_m, 0.0, 10.0);
+  visit({kScan, "range_max_m", "maximum range of the laser [m]; readings beyond 95 % of it are ignored (section 4)"},
         scan.range_max_m, 0.1, kLongestRange_m);
-  visit({kScan, "angle_scale", "the angle of a beam from straight ahead, as a share of the nominal one"},
+  visit({kScan, "angle_scale",
+         "factor that corrects all beam angles, measured from straight ahead: true angle / nominal angle"},
         scan.angle_scale, 0.9, 1.1);
-  visit(
-      {kScan, "sweep_s",
-       "time from the first beam of a scan to the last [s], where the scan does not say when its beams were measured: "
-       "it is deskewed by how the laser moves; 0: not at all"},
-      scan.sweep_s, 0.0, 1.0);
+  visit({kScan, "sweep_s",
+         "time from the first to the last beam of a scan [s]; it deskews scans that have no beam times of their own; "
+         "0: no deskewing"},
+        scan.sweep_s, 0.0, 1.0);
   visit({kLaser, "botlab_clockwise",
-         "angles of a botlab.lidar_t run clockwise; --no-botlab-clockwise for the driver of today's mbot"},
+         "the angles of a botlab.lidar_t run clockwise; today's mbot driver needs --no-botlab-clockwise"},
         scan.botlab_clockwise);
 }
 
@@ -144,14 +143,15 @@ void VisitSelectionParameters(SelectionParameters& selection, Visitor&& visit) {
   visit({kSelection, "density_rays", "density: rays to pick (N, Eq. 4)"}, selection.density_rays, 2, 4096);
   visit({kSelection, "edge_threshold_m", "segments: a larger step between neighbouring hits is an edge [m] (D_THRES)"},
         selection.edge_threshold_m, 0.01, 100.0);
-  visit({kSelection, "gap_threshold_rays", "segments: no more rays than this between picked ones (RAY_THRES)"},
+  visit({kSelection, "gap_threshold_rays", "segments: at most this many rays lie between two picked ones (RAY_THRES)"},
         selection.gap_threshold_rays, 1, 4096);
   visit({kSelection, "rays_min", "segments: fewest rays to pick"}, selection.rays_min, 2, 4096);
   visit({kSelection, "rays_max", "segments: most rays to pick"}, selection.rays_max, 2, 4096);
-  visit({kSelection, "density_scale_mode",
-         "segments: P is found for each scan, or follows the count of the previous scan as in the paper"},
-        selection.density_scale_mode, kScaleModes);
-  visit({kSelection, "limit_edges", "segments: edges may take half of rays_max, the widest first"},
+  visit(
+      {kSelection, "density_scale_mode",
+       "segments: scan: find P for each scan; previous: derive P from the count of the previous scan, as in the paper"},
+      selection.density_scale_mode, kScaleModes);
+  visit({kSelection, "limit_edges", "segments: edges get at most half of rays_max, the widest edges first"},
         selection.limit_edges);
 }
 
@@ -159,8 +159,8 @@ template <class Visitor>
 void VisitMatchParameters(MatchParameters& match, Visitor&& visit) {
   using enum ParameterGroup;
   constexpr std::array<std::string_view, 2> kClimbs{"fixed", "shrinking"};
-  visit({kSeed, "seed", "of the random numbers"}, match.seed, std::uint64_t{0}, ~std::uint64_t{0});
-  visit({kOdometry, "odometry", "start from the motion by odometry, where the source has some that can be trusted"},
+  visit({kSeed, "seed", "seed of the random numbers"}, match.seed, std::uint64_t{0}, ~std::uint64_t{0});
+  visit({kOdometry, "odometry", "take the initial guess from odometry, if the source has odometry that can be trusted"},
         match.odometry);
   visit({kMatch, "num_evaluations", "most evaluations of the fitness for a scan (N_HC)"}, match.num_evaluations, 1,
         10000000);
@@ -169,44 +169,48 @@ void VisitMatchParameters(MatchParameters& match, Visitor&& visit) {
   visit({kMatch, "window_rad", "re-initialisation bound in yaw [rad]"}, match.window_rad, 0.001, 3.2);
   visit({kMatch, "mutation_m", "mutation bound in x and y [m]"}, match.mutation_m, 0.001, 10.0);
   visit({kMatch, "mutation_rad", "mutation bound in yaw [rad]"}, match.mutation_rad, 0.0001, 3.2);
-  visit({kMatch, "unexplored_score", "for a ray that ends in an unexplored cell, where a full hit scores 3570"},
+  visit({kMatch, "unexplored_score", "score of a ray that ends in an unexplored cell; a full hit scores 3570"},
         match.unexplored_score, -3570.0, 3570.0);
-  visit({kMatch, "climb", "mutations keep their bound (the paper), or shrink when they fail"}, match.climb, kClimbs);
-  visit({kMatch, "restart_draws", "a climb begins again on the best of so many random poses; 1 = the paper"},
+  visit({kMatch, "climb", "fixed: mutations keep their bound, as in the paper; shrinking: they shrink after failures"},
+        match.climb, kClimbs);
+  visit({kMatch, "restart_draws", "each restart begins at the best of this many random poses; 1 = the paper"},
         match.restart_draws, 1, 1000);
   visit({kMatch, "interpolate", "fitness between cells by bilinear interpolation"}, match.interpolate);
-  visit({kMatch, "velocity_model", "start from the last motions repeated, not from the last pose"},
+  visit({kMatch, "velocity_model",
+         "the initial guess repeats the last motions; without it, the initial guess is the last pose"},
         match.velocity_model);
   visit({kMatch, "final_climb", "end with a climb that uses all valid rays"}, match.final_climb);
   visit({kMatch, "smooth_climb",
-         "the final climb ends by a fitness that is right between cells too: a spline instead of bilinear"},
+         "the final climb ends with a spline fitness, which is more accurate between cells than the bilinear one"},
         match.smooth_climb);
   visit({kMatch, "spacing_cap_m",
-         "in the final climb a ray counts by its distance from its neighbours, up to this [m]; 0: all alike"},
+         "final climb: the weight of a ray is the distance to its neighbours, at most this [m]; 0: equal weights"},
         match.spacing_cap_m, 0.0, 100.0);
   visit({kMatch, "summit_rad",
-         "after the final climb the yaw goes to the middle of the summit, as it looks from so far to either side and "
-         "from nearer [rad]; 0: to its top"},
+         "final climb: centre the yaw on the optimum, by the fitness up to this far on both sides [rad]; 0: take the "
+         "highest fitness"},
         match.summit_rad, 0.0, 0.2);
-  visit({kMatch, "pull_per_m2", "fitness lost per squared distance from the presumed pose [1/m^2]; 0 = the paper"},
+  visit({kMatch, "pull_per_m2",
+         "motion prior: fitness lost per squared distance from the initial guess [1/m^2]; 0 = the paper"},
         match.pull_per_m2, 0.0, 100.0);
   visit({kMatch, "axis_pull_per_m2",
-         "... and along an axis that the walls leave open, less where they tell something [1/m^2]; 0: none"},
+         "motion prior along a degenerate direction, weaker where the walls give some information [1/m^2]; 0: none"},
         match.axis_pull_per_m2, 0.0, 100.0);
   visit({kMatch, "axis_window_m",
-         "where the walls leave the position open along an axis, a better one is looked for so far along it [m]; 0: "
-         "none"},
+         "if a direction is degenerate, search this far along it for a better position [m]; 0: no search"},
         match.axis_window_m, 0.0, 10.0);
-  visit({kMatch, "good_ratio", "the search stops at this share of the fitness of the last scans; 100 = the paper"},
+  visit({kMatch, "good_ratio",
+         "the search stops at this share of the baseline fitness (that of the last scans); 100 = the paper"},
         match.good_ratio, 0.0, 100.0);
-  visit(
-      {kMatch, "lost_ratio", "below this share the wide window is searched, and then the scan is lost; 0 = the paper"},
-      match.lost_ratio, 0.0, 1.0);
+  visit({kMatch, "lost_ratio",
+         "below this share of the baseline fitness, search the wide window; if that fails, the scan is lost; 0 = the "
+         "paper"},
+        match.lost_ratio, 0.0, 1.0);
   visit({kMatch, "wide_evaluations", "most evaluations of the fitness in the wide window"}, match.wide_evaluations, 1,
         10000000);
-  visit({kMatch, "wide_window_m", "bound of the wide window in x and y [m], wider while the robot is lost"},
+  visit({kMatch, "wide_window_m", "bound of the wide window in x and y [m]; it grows while the robot is lost"},
         match.wide_window_m, 0.001, 10.0);
-  visit({kMatch, "wide_window_rad", "bound of the wide window in yaw [rad], wider while the robot is lost"},
+  visit({kMatch, "wide_window_rad", "bound of the wide window in yaw [rad]; it grows while the robot is lost"},
         match.wide_window_rad, 0.001, 3.2);
 }
 
@@ -214,34 +218,37 @@ template <class Visitor>
 void VisitUpdateParameters(UpdateParameters& update, Visitor&& visit) {
   using enum ParameterGroup;
   visit({kUpdate, "cell_size_m", "side of a map cell [m]"}, update.cell_size_m, 0.005, 1.0);
-  visit({kUpdate, "occupied_density", "how much more an occupied cell is updated than a free one (Dens_occu)"},
-        update.occupied_density, 1.0, 100.0);
+  visit(
+      {kUpdate, "occupied_density", "how many times stronger an occupied cell is updated than a free one (Dens_occu)"},
+      update.occupied_density, 1.0, 100.0);
   visit({kUpdate, "sparseness_intensity", "the intensity of the update follows the scan's mean sparseness"},
         update.sparseness_intensity);
-  visit({kUpdate, "intensity", "of the update where it does not follow the sparseness"}, update.intensity, 0.001, 1.0);
-  visit({kUpdate, "intensity_min", "... and where it does, never below this"}, update.intensity_min, 0.0, 1.0);
-  visit({kUpdate, "intensity_max", "... nor above this"}, update.intensity_max, 0.0, 1.0);
-  visit({kUpdate, "erase_behind_m", "so far behind a hit fades what was drawn there [m]; 0 = the paper"},
+  visit({kUpdate, "intensity", "intensity of the update with --no-sparseness-intensity"}, update.intensity, 0.001, 1.0);
+  visit({kUpdate, "intensity_min", "lowest intensity with --sparseness-intensity"}, update.intensity_min, 0.0, 1.0);
+  visit({kUpdate, "intensity_max", "highest intensity with --sparseness-intensity"}, update.intensity_max, 0.0, 1.0);
+  visit({kUpdate, "erase_behind_m", "earlier hits fade up to this far behind a new hit [m]; 0 = the paper"},
         update.erase_behind_m, 0.0, 1.0);
   visit({kUpdate, "first_intensity", "the first update of an unexplored cell is at least this intense; 0 = the paper"},
         update.first_intensity, 0.0, 0.95);
   visit({kUpdate, "hit_spread",
-         "a hit occupies the four cells around it, each by this times its bilinear share; 0: its own only, the paper"},
+         "a hit occupies the four cells around it, each by this times its bilinear weight; 0: its own cell only, as in "
+         "the paper"},
         update.hit_spread, 0.0, 4.0);
   visit({kUpdate, "join_hits", "neighbouring hits on one surface become a line of occupied cells"}, update.join_hits);
   visit({kUpdate, "join_max_m", "hits further apart than this are never joined [m]"}, update.join_max_m, 0.0, 10.0);
-  visit({kUpdate, "update_distance_m", "the map is updated after this much motion [m] ..."}, update.update_distance_m,
-        0.0, 10.0);
+  visit({kUpdate, "update_distance_m", "a scan updates the map after this much motion [m] ..."},
+        update.update_distance_m, 0.0, 10.0);
   visit({kUpdate, "update_angle_rad", "... or this much turning [rad]"}, update.update_angle_rad, 0.0, 3.2);
 }
 
 template <class Visitor>
 void VisitLoopParameters(LoopParameters& loops, Visitor&& visit) {
   using enum ParameterGroup;
-  visit({kLoops, "loops", "places that the robot comes back to are found, and the map is put right"}, loops.loops);
-  visit({kLoops, "local_map_m", "what lies further away along the path and its loops is not matched [m]"},
+  visit({kLoops, "loops", "detect loop closures and correct the map"}, loops.loops);
+  visit({kLoops, "local_map_m",
+         "length of the local map, along the pose graph [m]; scans are matched to the local map alone"},
         loops.local_map_m, 5.0, 1000.0);
-  visit({kLoops, "loop_lag", "keyframes until what one has brought takes effect"}, loops.lag, 1, 1000);
+  visit({kLoops, "loop_lag", "a loop closure corrects the map this many keyframes later"}, loops.lag, 1, 1000);
 }
 
 /// Calls `visit(info, value, low, high)` for every number, `visit(info, flag)` for every switch and

@@ -1,4 +1,4 @@
-# Completion of the programs' flags in bash, from what their --help lists.
+# Completes the programs' flags in bash, from their --help.
 _crsm_slam() {
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} help words=
   help=$("$1" --help 2>/dev/null) || return

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What the scripts share: sourced by them, not run.
+# Functions that the scripts share. They source this file; do not run it.
 
 me=$(basename "$0")
 

@@ -124,7 +124,7 @@ Step Slam::Process(const Scan& scan, const std::optional<Pose>& T_odom_robot) {
   Check(scan);
   const auto odometry = FromPublic(T_odom_robot);
   if (!impl_->utimes.insert(scan.utime).second) {
-    throw std::invalid_argument("scan of utime " + std::to_string(scan.utime) + ": was there before");
+    throw std::invalid_argument("scan of utime " + std::to_string(scan.utime) + ": this utime was there before");
   }
   const crsm::Slam::Step step =
       impl_->slam.Process({scan.utime, scan.angle_min_rad, scan.angle_step_rad, scan.ranges_m}, odometry);

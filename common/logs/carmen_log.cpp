@@ -160,8 +160,8 @@ Line ReadRobotLaser(Fields& fields) {
 /// What is wrong with a line.
 std::string Describe(const GzipFile::Line& line, const Fields& fields) {
   constexpr std::size_t kMostShown = 20;
-  if (line.too_long) return " is longer than any of a laser's";
-  if (fields.wrong().empty()) return " ends before all of its fields have come";
+  if (line.too_long) return " is longer than any line of a laser";
+  if (fields.wrong().empty()) return " ends before its last field";
   return " is wrong at '" + std::string(fields.wrong().substr(0, kMostShown)) + "'";
 }
 
@@ -205,7 +205,7 @@ std::vector<std::string> CarmenLog::Complaints() const {
                          " scans are left out: " + why);
   };
   Complain("bad_line", first_bad_);
-  Complain("utime_repeated", "their ipc_timestamp is that of an earlier one, each scan needs its own");
+  Complain("utime_repeated", "their ipc_timestamp repeats that of an earlier scan; each scan needs its own");
   return complaints;
 }
 

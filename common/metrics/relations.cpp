@@ -67,9 +67,10 @@ RelationErrors EvaluateRelations(const std::vector<Relation>& relations, const T
     rotations_rad.push_back(std::abs(error.yaw_rad));
   }
   if (translations_m.empty()) {
-    throw std::runtime_error(fmt::format(
-        "none of the {} relations has both its moments among the {} poses of the trajectory: are they of one log?",
-        relations.size(), trajectory.size()));
+    throw std::runtime_error(
+        fmt::format("none of the {} relations has both its times among the {} poses of the trajectory: are both files "
+                    "of the same log?",
+                    relations.size(), trajectory.size()));
   }
   const auto num_used = static_cast<std::int64_t>(translations_m.size());
   return {num_used, static_cast<std::int64_t>(relations.size()) - num_used, Summarize(std::move(translations_m)),

@@ -197,7 +197,7 @@ void AddCaptions(const Results& results, const Path& path, Canvas& canvas) {
   if (!results.loops.empty()) {
     canvas.AddCaption(fmt::format("{} loops closed", std::ssize(results.loops) - num_taken_out), kLoopColour);
   }
-  if (num_taken_out > 0) canvas.AddCaption(fmt::format("{} taken out", num_taken_out), kTakenOutColour);
+  if (num_taken_out > 0) canvas.AddCaption(fmt::format("{} rejected", num_taken_out), kTakenOutColour);
 }
 
 }  // namespace

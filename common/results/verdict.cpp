@@ -49,7 +49,7 @@ void Warn(Verdict& verdict, Trust trust, std::string text) {
 }
 
 constexpr const char* kTooFewScans =
-    "likely too few scans a second for the motion, scans out of order, or sweeps that are not deskewed (--sweep-s)";
+    "likely too few scans per second for the motion, scans out of order, or sweeps without deskewing (--sweep-s)";
 
 void JudgeRays(Verdict& verdict) {
   const auto& values = verdict.values;
@@ -57,8 +57,8 @@ void JudgeRays(Verdict& verdict) {
   const double share = Share(values.without_rays, values.scans);
   if (share <= kMostLost) return;
   Warn(verdict, share > 0.5 ? Trust::kBad : Trust::kDoubtful,
-       fmt::format("{:.0f} % of the scans have no rays: likely a wrong --preset or --range-max-m, or ranges in another "
-                   "unit than metres",
+       fmt::format("{:.0f} % of the scans have no rays: likely a wrong --preset or --range-max-m, or ranges that are "
+                   "not in metres",
                    100.0 * share));
 }
 
@@ -67,20 +67,19 @@ void JudgeFit(Verdict& verdict) {
   const bool jumps = Share(values.far_steps, values.steps) > kManyFarSteps;
   if (values.mean_fitness < kFairFitness) {
     Warn(verdict, values.mean_fitness < kLeastFitness ? Trust::kBad : Trust::kDoubtful,
-         fmt::format("the scans fit one another badly (mean fitness {:.2f}; maps that are right have 0.6 and more): {}",
+         fmt::format("the scans fit the map badly (mean fitness {:.2f}; correct maps have 0.6 or more): {}",
                      values.mean_fitness,
                      jumps ? fmt::format("{}, or angles in degrees", kTooFewScans)
                            : "likely wrong angles (--angle-scale), noisy ranges, or the preset of another laser"));
   }
   if (verdict.agreement && *verdict.agreement < kLeastAgreement) {
     Warn(verdict, Trust::kBad,
-         fmt::format("the scans contradict the map: only {:.0f} % of their rays pass where it is free and end at its "
-                     "walls (maps that are right have 58 % and more): {}",
+         fmt::format("the scans contradict the map: only {:.0f} % of their rays pass through free space and end at "
+                     "walls (correct maps have 58 % or more): {}",
                      100.0 * *verdict.agreement,
-                     jumps
-                         ? kTooFewScans
-                         : "likely the wrong angles (--angle-scale) or ranges, or rooms drawn one over the other after "
-                           "a wrong match"));
+                     jumps ? kTooFewScans
+                           : "likely wrong angles (--angle-scale), wrong ranges, or one room drawn over another after "
+                             "a wrong match"));
   }
 }
 
@@ -90,20 +89,18 @@ void JudgeTrack(Verdict& verdict) {
   const double far_steps = Share(values.far_steps, values.steps);
   const bool moves_far = far_steps > kFewFarSteps;
   if (lost > (moves_far ? kMostLostInMotion : kMostLost)) {
-    Warn(
-        verdict, Trust::kBad,
-        fmt::format("{:.0f} % of the scans are lost, and what was mapped after them may lie anywhere: {}", 100.0 * lost,
-                    moves_far ? kTooFewScans : "likely another --preset is needed, or the view was blocked"));
+    Warn(verdict, Trust::kBad,
+         fmt::format("{:.0f} % of the scans are lost, and the map after them may be metres off: {}", 100.0 * lost,
+                     moves_far ? kTooFewScans : "likely a wrong --preset, or a blocked view"));
   } else if (values.longest_lost >= kLongLost) {
     Warn(verdict, Trust::kDoubtful,
-         fmt::format("{} scans in a row were lost: what was mapped after them may lie elsewhere", values.longest_lost));
+         fmt::format("{} scans in a row were lost: the map after them may be metres off", values.longest_lost));
   }
   if (far_steps > kManyFarSteps) {
     Warn(verdict, Trust::kDoubtful,
          fmt::format(
-             "in {:.0f} % of the steps the laser moved by more than 0.4 m or 0.25 rad from one scan to the next: "
-             "look whether walls are doubled or turned; more scans a second would help, or sweeps that are deskewed "
-             "(--sweep-s)",
+             "in {:.0f} % of the steps the laser moved by more than 0.4 m or 0.25 rad from one scan to the next: check "
+             "the map for doubled or rotated walls; more scans per second or deskewing (--sweep-s) would help",
              100.0 * far_steps));
   }
 }
@@ -112,15 +109,15 @@ void JudgeAxes(Verdict& verdict) {
   const auto& values = verdict.values;
   const double degenerate = Share(values.degenerate, values.scans);
   if (degenerate > kMostDegenerate) {
-    Warn(
-        verdict, Trust::kBad,
-        fmt::format("in {:.0f} % of the scans nothing holds the position along an axis, so lengths are not known: a "
-                    "bare corridor, or likely a wrong --preset or --range-max-m, or ranges in another unit than metres",
-                    100.0 * degenerate));
+    Warn(verdict, Trust::kBad,
+         fmt::format("{:.0f} % of the scans are degenerate: they do not fix the position in one direction, and lengths "
+                     "in the map are unknown: likely a bare corridor, a wrong --preset or --range-max-m, or ranges "
+                     "that are not in metres",
+                     100.0 * degenerate));
   } else if (values.longest_open > kLongOpen) {
     Warn(verdict, Trust::kDoubtful,
-         fmt::format("in {} scans in a row nothing held the position along an axis: unless the robot stood there, the "
-                     "length of its way is not known (--odometry helps)",
+         fmt::format("{} scans in a row are degenerate: unless the robot stood still, the length of its path there is "
+                     "unknown (--odometry helps)",
                      values.longest_open));
   }
 }
@@ -129,13 +126,12 @@ void JudgeOdometry(Verdict& verdict) {
   const auto& values = verdict.values;
   if (values.turns_by_odometry && *values.turns_by_odometry < kOpposite) {
     Warn(verdict, Trust::kDoubtful,
-         "the robot turns left by its odometry where it turns right by its laser: one of them is mirrored, and the map "
-         "with the laser");
+         "the odometry turns left where the laser turns right: one of the two is mirrored; if it is the laser, the map "
+         "is mirrored too");
   } else if (values.ways_by_odometry && *values.ways_by_odometry < kAcross) {
-    Warn(
-        verdict, Trust::kDoubtful,
-        "the robot drives another way by its odometry than by its laser: likely the laser is mounted turned, and poses "
-        "are its own, not the robot's");
+    Warn(verdict, Trust::kDoubtful,
+         "the odometry and the laser move in different directions: likely the laser is mounted rotated, and the poses "
+         "are the laser's, not the robot's");
   }
 }
 
@@ -145,8 +141,8 @@ void JudgeLocalization(Verdict& verdict) {
   const double lost = Share(verdict.values.lost, verdict.values.scans);
   if (lost <= kMostLostOnMap) return;
   Warn(verdict, lost > 0.5 ? Trust::kBad : Trust::kDoubtful,
-       fmt::format("{:.0f} % of the scans were not found on the map: likely another building or part of it, or rooms "
-                   "that are alike (--start helps)",
+       fmt::format("{:.0f} % of the scans were not found on the map: likely another building, an unmapped part of it, "
+                   "or rooms that look alike (--start helps)",
                    100.0 * lost));
 }
 
@@ -169,7 +165,7 @@ Verdict Judge(const RunStatistics& statistics, const ByteMap& map) {
   verdict.text = Describe(verdict);
   JudgeRays(verdict);
   if (verdict.values.scans < kFewScans) {
-    if (verdict.values.scans > 0) Warn(verdict, Trust::kDoubtful, "too few scans to judge the map by");
+    if (verdict.values.scans > 0) Warn(verdict, Trust::kDoubtful, "too few scans to judge the map");
     return verdict;
   }
   if (verdict.values.finished_map) {
@@ -187,8 +183,8 @@ Verdict Judge(const RunStatistics& statistics, const ByteMap& map) {
 void JudgeLoops(std::int64_t closed, std::int64_t taken_out, Verdict& verdict) {
   if (taken_out == 0) return;
   Warn(verdict, Trust::kDoubtful,
-       fmt::format("{} of {} loops were taken out again, because the rest of the path contradicts them: either is "
-                   "wrong, and parts of the map may lie metres off",
+       fmt::format("{} of {} loops were rejected, because the rest of the path contradicts them: one of the two is "
+                   "wrong, and parts of the map may be metres off",
                    taken_out, closed + taken_out));
 }
 
@@ -205,8 +201,8 @@ const char* Name(Trust trust) {
 }
 
 std::vector<std::string> FormatVerdict(const Verdict& verdict) {
-  const char* meaning = verdict.trust == Trust::kGood       ? "good: nothing speaks against that"
-                        : verdict.trust == Trust::kDoubtful ? "doubtful: look at the map before you rely on that"
+  const char* meaning = verdict.trust == Trust::kGood       ? "good: no check found a fault"
+                        : verdict.trust == Trust::kDoubtful ? "doubtful: look at the map before you rely on the result"
                                                             : "not to be trusted";
   const char* subject = verdict.values.finished_map ? "the poses are" : "the map is";
   std::vector<std::string> lines{verdict.text, fmt::format("{} {}", subject, meaning)};

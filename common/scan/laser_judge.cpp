@@ -65,8 +65,8 @@ std::string DescribeNoRays(const LaserScan& scan, const RangeCount& count, const
   }
   const RangeSpread spread = FindSpread(scan);
   return fmt::format(
-      "none of the {} rays is usable: ranges are {:.4g} m to {:.4g} m, taken are {:.4g} m to {:.4g} m: set range_max_m "
-      "({}) and range_min_m ({}) as the laser has them",
+      "none of the {} rays is usable: ranges are {:.4g} m to {:.4g} m, but only {:.4g} m to {:.4g} m are accepted: set "
+      "range_max_m ({}) and range_min_m ({}) to the laser's values",
       num_beams, spread.least_m, spread.most_m, parameters.range_min_m, LargestUsableRange(parameters),
       parameters.range_max_m, parameters.range_min_m);
 }
@@ -99,16 +99,15 @@ void LaserJudge::JudgeClock(const LaserScan& scan, std::vector<std::string>& fou
   backward_steps_[0] = scan.utime < last_.utime;
   if (standing_steps_.count() >= kEnough && IsNew(Fault::kClockStands)) {
     found.push_back(
-        fmt::format("utime {} {}: scans are told apart by it, so all but one are lost: the driver must set it to the "
-                    "moment of each "
-                    "scan [us]",
+        fmt::format("utime {} {}: all scans but one are lost, because utime identifies a scan: the driver must set it "
+                    "to the time of each scan [us]",
                     scan.utime == 0 ? "is always" : "stands still at", scan.utime));
   }
   if (backward_steps_.count() >= kEnough && IsNew(Fault::kClockGoesBack)) {
-    found.push_back(fmt::format(
-        "utime goes back in {} of {} scans, now from {} to {} [us]: are there two lasers on this channel, or does the "
-        "driver's clock run wrong?",
-        backward_steps_.count(), kWindow, last_.utime, scan.utime));
+    found.push_back(
+        fmt::format("utime goes back in {} of {} scans, now from {} to {} [us]: are there two lasers on this channel, "
+                    "or is the driver's clock wrong?",
+                    backward_steps_.count(), kWindow, last_.utime, scan.utime));
   }
 }
 

@@ -182,7 +182,7 @@ void CheckLeg(const std::vector<Wall>& walls, const Point& from, const Point& to
   const double dx_m = to.x_m - from.x_m;
   const double dy_m = to.y_m - from.y_m;
   const double length_m = std::sqrt(dx_m * dx_m + dy_m * dy_m);
-  if (length_m == 0.0) throw std::runtime_error(fmt::format("{}: the waypoint is the one before it again", place));
+  if (length_m == 0.0) throw std::runtime_error(fmt::format("{}: this waypoint repeats the one before it", place));
   if (CastRay(walls, from, {dy_m / length_m, dx_m / length_m}) <= length_m) {
     throw std::runtime_error(fmt::format("{}: the way to this waypoint goes through a wall; go around it", place));
   }
@@ -285,7 +285,7 @@ std::string LoadWorldText(const std::string& name) {
   }
   if (!std::filesystem::is_regular_file(name)) {
     throw std::runtime_error(
-        fmt::format("there is no world file {} and no built-in world of that name; built in are {}", name,
+        fmt::format("there is no world file {} and no built-in world of that name; the built-in worlds are {}", name,
                     DescribeBuiltInWorlds()));
   }
   std::ifstream file(name, std::ios::binary);

@@ -72,14 +72,14 @@ set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_EXTRA
     "${CMAKE_SOURCE_DIR}/scripts/debian/postinst;${CMAKE_SOURCE_DIR}/scripts/debian/prerm;${CMAKE_SOURCE_DIR}/scripts/debian/postrm")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA "${CMAKE_SOURCE_DIR}/scripts/debian/triggers")
 # Below the project's own description.
-set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "Processes that pass LCM messages make a map of a building, and say where the
-robot is on it, from the scans of a planar laser, without odometry;
-slam_offline does the same in one process, run_stack starts all of them, and
-map_viewer shows the map in a browser. Units for systemd, and types and views
-for lcm-spy, are with them.")
-set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "This is the shared library that programs are linked with: it needs the scans of
-a planar laser, but neither odometry nor any middleware.")
-set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "This is for those who write programs: the header, a CMake package, a pkg-config
-file and the static library of CRSM SLAM; the types of its LCM messages, and what
-lcm-gen makes of them for Python.")
+set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "These programs make a map of a building and localise a robot in it, from the
+scans of a planar laser, without odometry. They are processes that exchange LCM
+messages. run_stack starts all of them, slam_offline does the same in one
+process, and map_viewer shows the map in a browser. The package also contains
+units for systemd, and types and views for lcm-spy.")
+set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "This is the shared library for other programs. It needs the scans of a planar
+laser, but neither odometry nor middleware.")
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "This package is for developers. It contains the header, a CMake package, a
+pkg-config file and the static library of CRSM SLAM. It also contains the types
+of its LCM messages, and their Python code from lcm-gen.")
 include(CPack)

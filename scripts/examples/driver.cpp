@@ -1,7 +1,7 @@
-// A laser's driver: publishes scans on LASER as bot_core.planar_lidar_t.
+// An example of a laser driver: it publishes scans on LASER as bot_core.planar_lidar_t.
 //
 // usage: example_driver [NUMBER OF SCANS]
-// Instead of a device it has a made-up room of 6 x 4 m, in which the laser turns on the spot by 0.2 rad/s.
+// It has no device: it simulates a room of 6 x 4 m, in which the laser turns on the spot by 0.2 rad/s.
 
 #include <algorithm>
 #include <bot_core/planar_lidar_t.hpp>

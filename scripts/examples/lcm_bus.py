@@ -1,7 +1,7 @@
-"""LCM by UDP multicast in pure Python, for where there is no binding of LCM, as on Debian 12.
+"""LCM over UDP multicast in pure Python, for systems without LCM's Python package, such as Debian 12.
 
 The protocol is LCM's own (https://lcm-proj.github.io/lcm/content/udp-multicast-protocol.html): a packet is a small message,
-or a fragment of a larger one. Where the package `lcm` is there, its LCM class does the same and more.
+or a fragment of a larger one. If you have the package `lcm`, its class LCM does the same and more.
 """
 
 import os

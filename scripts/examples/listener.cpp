@@ -1,4 +1,4 @@
-// Prints where the robot is, x y yaw in metres and radians, as POSE says it.
+// Prints the robot's pose from POSE: x y yaw, in metres and radians.
 //
 // usage: example_listener
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Prints where the robot is, x y yaw in metres and radians, as POSE says it.
+"""Prints the robot's pose from POSE: x y yaw, in metres and radians.
 
 usage: PYTHONPATH=build/python scripts/examples/listener.py
 """

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""A ray selector in place of ours: every scan's valid rays, and of these every n-th to be matched.
+"""A replacement for ray_selector: it sends the valid rays of each scan, and marks every n-th of them as critical.
 
 usage: scripts/run_stack LOG --out DIR --without ray_selector &
        PYTHONPATH=build/python scripts/examples/ray_selector.py
-What it owes the others stands in README.md beside this file.
+README.md beside this file says what a replacement must do.
 """
 
 import math

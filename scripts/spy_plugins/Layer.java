@@ -2,12 +2,12 @@ package crsm.spy;
 
 /** What a map view draws, each to be switched off. */
 enum Layer {
-  GRID("Grid", "a grid, and how long its lines are apart"),
-  PATH("Path", "where the laser was, as far as the map's owner knows by now"),
-  HITS("Hits", "what the last scan saw, at the pose that was found for it"),
-  CRITICAL_RAYS("Critical rays", "the rays that were matched, in colour by what the map has where they end"),
-  UNCERTAINTY("Uncertainty", "an ellipse of three standard deviations; and the axis along which nothing holds"),
-  TEXT("Text", "state, pose, and what the colours mean");
+  GRID("Grid", "a grid, with the distance of its lines"),
+  PATH("Path", "the path of the laser, corrected by the loop closures so far"),
+  HITS("Hits", "the hits of the last scan, at its matched pose"),
+  CRITICAL_RAYS("Critical rays", "the critical rays; the colour shows what the map has at their ends"),
+  UNCERTAINTY("Uncertainty", "an ellipse of three standard deviations, and the degenerate direction"),
+  TEXT("Text", "state, pose, and the meaning of the colours");
 
   final String title;
   final String help;

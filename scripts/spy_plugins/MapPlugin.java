@@ -43,7 +43,7 @@ public class MapPlugin implements SpyPlugin {
       String title = prefix.isEmpty() ? "Map view" : "Map view of " + prefix;
       PluginWindow.open(desktop, title, new MapView(follower), follower::close);
     } catch (IOException unreachable) {
-      JOptionPane.showMessageDialog(desktop, "The bus cannot be reached: " + unreachable.getMessage());
+      JOptionPane.showMessageDialog(desktop, "Cannot connect to the bus: " + unreachable.getMessage());
     }
   }
 

@@ -27,8 +27,8 @@ final class MapView extends JPanel {
       bar.add(button);
     }
     bar.addSeparator();
-    addAim(bar, "Fit", "shows the whole map; a double-click does, too", MapCanvas.Aim.FIT);
-    addAim(bar, "Follow", "keeps the laser in the middle; dragging ends it", MapCanvas.Aim.FOLLOW);
+    addAim(bar, "Fit", "shows the whole map, like a double-click", MapCanvas.Aim.FIT);
+    addAim(bar, "Follow", "keeps the laser in the middle until you drag the map", MapCanvas.Aim.FOLLOW);
     add(bar, BorderLayout.NORTH);
     add(canvas, BorderLayout.CENTER);
   }

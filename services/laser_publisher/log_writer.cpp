@@ -18,7 +18,7 @@ std::string PathOf(const std::string& url) {
   const std::string scheme = "file://";
   const std::string mode = "?mode=w";
   if (url.size() <= scheme.size() + mode.size() || url.substr(url.size() - mode.size()) != mode) {
-    throw UsageError(fmt::format("--lcm-url {}: to write a log say file://PATH?mode=w", url));
+    throw UsageError(fmt::format("--lcm-url {}: names no log to write; use file://PATH?mode=w", url));
   }
   return url.substr(scheme.size(), url.size() - scheme.size() - mode.size());
 }
@@ -30,7 +30,7 @@ void WriteLog(LaserSource& source, const std::string& source_name, const std::st
   const std::string path = PathOf(url);
   std::error_code not_there;
   if (std::filesystem::equivalent(path, source_name, not_there)) {
-    throw UsageError(fmt::format("--lcm-url {}: is the log to be read, which would be lost", url));
+    throw UsageError(fmt::format("--lcm-url {}: would overwrite the log that is read; choose another file", url));
   }
   EventLogWriter log(path);
   Progress progress("laser_publisher");

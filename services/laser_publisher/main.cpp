@@ -39,7 +39,7 @@ void PrintCounts(const std::string& program, const std::string& source_name, con
 void CheckNothingIsOfALog(const CommandLine& command_line) {
   for (const char* flag : {"rate", "resend_s", "laser_channel", "position", "odometry"}) {
     if (!command_line.WasGiven(flag)) continue;
-    throw UsageError(fmt::format("{}: is of a log; a laser has a pace of its own, and no odometry", FlagOf(flag)));
+    throw UsageError(fmt::format("{}: applies to logs only; remove it for a laser", FlagOf(flag)));
   }
 }
 
@@ -105,7 +105,7 @@ class LaserPublisher {
   void SkipPublished() {
     for (std::int64_t i = 0; i < position_.num_scans() && source_.Next() && !StopRequested(); ++i) continue;
     if (position_.num_scans() > 0) {
-      Say(fmt::format("{}: goes on behind {} scans", service_.name(), position_.num_scans()));
+      Say(fmt::format("{}: continues after {} published scans", service_.name(), position_.num_scans()));
     }
   }
 

@@ -28,7 +28,8 @@ Position::Position(const std::string& path) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + kNumDigits, num_scans_);
   if (size != kNumDigits + 1 || error != std::errc() || *end != '\n' || num_scans_ < 0) {
     close(descriptor_);
-    throw std::runtime_error(fmt::format("--position {}: holds no number of scans; remove it to begin anew", path));
+    throw std::runtime_error(
+        fmt::format("--position {}: holds no number of scans; remove the file to start with the first scan", path));
   }
 }
 

@@ -55,9 +55,9 @@ class LoopCloserService {
 
   void Describe() {
     if (!answers_.is_of_another_closer()) return service_.SetState("looking for loops");
-    constexpr const char* kOther = "the map was put right by another loop closer, or with other parameters";
+    constexpr const char* kOther = "the map was corrected by another loop closer, or with other parameters";
     if (service_.MakeStatus().state != kOther) {
-      Say(fmt::format("{}: {}: it is not put right further", service_.name(), kOther));
+      Say(fmt::format("{}: {}: this loop closer does not correct it any further", service_.name(), kOther));
     }
     service_.SetState(kOther);
   }
@@ -108,7 +108,7 @@ class LoopCloserService {
 
 int main(int argc, char** argv) {
   crsm::CommandLine command_line("loop_closer",
-                                 "Finds where the path comes back to where it was: KEYFRAME -> POSE_GRAPH.",
+                                 "Finds loop closures and corrects the pose graph: KEYFRAME -> POSE_GRAPH.",
                                  crsm::FlagsOfLoopCloser());
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::LoopCloserService(command_line).Run(); });

@@ -246,8 +246,8 @@ class MapExporter {
 
 int main(int argc, char** argv) {
   crsm::CommandLine command_line("map_exporter",
-                                 "Writes the map, the trajectory and pictures of them to a folder, now and then and at "
-                                 "the end: WHOLE_MAP -> map.png, map.yaml, overview.png, trajectory.tum, summary.json.",
+                                 "Writes the map, the trajectory and pictures to a folder, regularly and at the end: "
+                                 "WHOLE_MAP -> map.png, map.yaml, overview.png, trajectory.tum, summary.json.",
                                  crsm::FlagsOfExporter());
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::MapExporter(command_line).Run(); });

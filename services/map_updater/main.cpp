@@ -81,7 +81,7 @@ class MapUpdaterService {
 
   /// In lockstep: what the next version of the map takes that is not here.
   StallWatch::Awaited Awaited() const {
-    if (MustWaitForLoops()) return {"loop_closer to look for loops from keyframe {} on", link_->looked_through() + 1};
+    if (MustWaitForLoops()) return {"loop_closer to search for loops from keyframe {} on", link_->looked_through() + 1};
     if (match_without_scan_) return {"CRITICAL_RAYS of scan {}", *match_without_scan_};
     if (held_utime_) return {"SCAN_MATCH of scan {}", *held_utime_};
     if (tracking_.empty()) return {};
@@ -91,8 +91,9 @@ class MapUpdaterService {
   void AnswerRequest(const map_request_t& request) {
     service_.counters().Add("map_requests");
     if (!request_limiter_.Admit(service_.bus().sender(), request.requester, Clock::now())) {
-      return service_.Complain("map_requests_refused",
-                               "map_updater: more MAP_REQUEST than any replica needs: most of them are not answered");
+      return service_.Complain(
+          "map_requests_refused",
+          "map_updater: MAP_REQUEST comes more often than any replica needs: most of them get no answer");
     }
     if (request.whole == 0) {
       return service_.bus().Publish(kMapDeltaChannel, MakePage(request, local(), {answered_, tracking_}, options_));
@@ -150,11 +151,9 @@ class MapUpdaterService {
 
   /// Where senders are not known, this is how a second one shows.
   void CountContradiction(const ScanMatch& match) {
-    service_.Complain(
-        "match_contradicted",
-        fmt::format("map_updater: two different SCAN_MATCH of scan {}: is there another matcher on this bus? Which of "
-                    "them is in the map is not known; it may be wrong",
-                    match.utime));
+    service_.Complain("match_contradicted", fmt::format("map_updater: two different SCAN_MATCH of scan {}: is there "
+                                                        "another matcher on this bus? The map may use the wrong one",
+                                                        match.utime));
   }
 
   /// scan: nullptr where there is none to draw; the match is answered all the same. Whether the scan was drawn.
@@ -181,7 +180,8 @@ class MapUpdaterService {
     if (local().num_tiles() == 0) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings_.localize));
     }
-    Say(fmt::format("map_updater: a finished map of {} scans from {}", answered_.size(), settings_.localize));
+    Say(fmt::format("map_updater: localises on the finished map of {} scans from {}", answered_.size(),
+                    settings_.localize));
     mapper_.Finish();
     answered_ = MatchStore();
     tracking_ = TrackingState::OnFinishedMap();
@@ -189,7 +189,7 @@ class MapUpdaterService {
 
   void OpenJournal() {
     if (settings_.journal.empty()) {
-      if (settings_.resume) throw UsageError("--resume needs --journal DIR: where the map is to come from");
+      if (settings_.resume) throw UsageError("--resume needs --journal DIR, the folder of the map's journal");
       return;
     }
     const JournalSubject subject{!settings_.localize.empty(), map_parameters_};
@@ -202,7 +202,7 @@ class MapUpdaterService {
     journal_.emplace(settings_.journal, subject, on_damage_, VisitOfJournal());
     SetEpoch(journal_->epoch());
     if (!journal_->notice().empty()) Say(fmt::format("map_updater: {}", journal_->notice()));
-    Say(fmt::format("map_updater: went on from {} scans in {}", answered_.size(), settings_.journal));
+    Say(fmt::format("map_updater: continues after {} scans from {}", answered_.size(), settings_.journal));
   }
 
   /// Makes the map of a journal.

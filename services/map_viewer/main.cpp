@@ -97,7 +97,7 @@ void ShowFinished(const CommandLine& command_line, const std::vector<std::string
   constexpr auto kLookForSignals = std::chrono::milliseconds(100);
   for (const char* setting : {"lcm_url", "channel_prefix"}) {
     if (command_line.WasGiven(setting)) {
-      throw UsageError(fmt::format("{}: is of a bus; a finished run needs none", FlagOf(setting)));
+      throw UsageError(fmt::format("{}: applies to live robots only; remove it for a finished run", FlagOf(setting)));
     }
   }
   std::vector<std::unique_ptr<Scene>> runs;
@@ -114,7 +114,7 @@ void ShowFinished(const CommandLine& command_line, const std::vector<std::string
 
 void Show(const CommandLine& command_line, const ViewerOptions& options) {
   if (!options.folders.empty() && !options.robots.empty()) {
-    throw UsageError("--robots: are live; a finished run is shown without them");
+    throw UsageError("--robots: shows live robots; remove it for a finished run");
   }
   if (!options.mcap.empty()) {
     if (options.folders.size() != 1) throw UsageError("--mcap: needs the DIR of one finished run");
@@ -130,16 +130,16 @@ void Show(const CommandLine& command_line, const ViewerOptions& options) {
 
 int main(int argc, char** argv) {
   crsm::CommandLine command_line("map_viewer",
-                                 "Shows the map in a browser as it grows, and to Foxglove and Lichtblick on the same "
-                                 "port.",
+                                 "Shows the growing map in a browser, and in Foxglove and Lichtblick on the same port.",
                                  crsm::FlagsOfViewer());
   crsm::ViewerOptions options;
-  command_line.app().add_option("DIR", options.folders,
-                                "--out of a finished run, or of several, side by side; what is live if there is none");
+  command_line.app().add_option(
+      "DIR", options.folders,
+      "folders (--out) of finished runs, shown side by side; without one, the live robot is shown");
   command_line.app().add_option("--robots", options.robots,
-                                "channel prefixes of several robots on one bus, side by side: robot1/ robot2/");
+                                "channel prefixes of several robots on one bus, shown side by side: robot1/ robot2/");
   command_line.app().add_option("--mcap", options.mcap,
-                                "write DIR's run as an MCAP file, for Foxglove and Lichtblick, and end");
+                                "write the run in DIR as an MCAP file for Foxglove and Lichtblick, and exit");
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::Show(command_line, options); });
 }

@@ -30,7 +30,7 @@ WebPage FindFile(const WebRequest& request) {
   for (const PageFile& file : kPageFiles) {
     if (file.name == name) return {200, ContentTypeOf(name), std::string(file.text)};
   }
-  return Refuse(404, "not here");
+  return Refuse(404, "not found");
 }
 
 /// 0 where the query has no such number.
@@ -48,7 +48,7 @@ WebAnswer Site::Answer(const WebRequest& request) const {
   if (!access_.AllowsHost(request.host)) return Refuse(403, "Host: not a name of this viewer");
   if (request.is_upgrade) return AnswerUpgrade(request);
   if (request.origin && !access_.AllowsOrigin(*request.origin, false)) return Refuse(403, "Origin: not this viewer");
-  if (request.method != "GET" && request.method != "HEAD") return Refuse(405, "there is only something to look at");
+  if (request.method != "GET" && request.method != "HEAD") return Refuse(405, "method: only GET and HEAD are allowed");
   if (request.target == kLayout) return WebPage{200, ContentTypeOf(kLayout), MakeFoxgloveLayout(Prefixes())};
   return FindFile(request);
 }
@@ -71,17 +71,17 @@ std::unique_ptr<Feed> Site::MakeFoxgloveFeed() const {
 WebAnswer Site::AnswerUpgrade(const WebRequest& request) const {
   const bool page = Knows(request, PageFeed::kSubprotocol);
   if (request.origin && !access_.AllowsOrigin(*request.origin, !page)) {
-    return Refuse(403, "Origin: not this viewer, nor one that it knows");
+    return Refuse(403, "Origin: neither this viewer nor one that it knows");
   }
   if (!access_.AllowsToken(FindInQuery(request.target, "token").value_or(""))) {
-    return Refuse(401, "token: the viewer said it when it was started");
+    return Refuse(401, "token: missing or wrong; the viewer printed it when it started");
   }
   for (const char* subprotocol : FoxgloveFeed::kSubprotocols) {
     if (!page && Knows(request, subprotocol)) return WebFeed{subprotocol, MakeFoxgloveFeed()};
   }
-  if (!page) return Refuse(400, "Sec-WebSocket-Protocol: none that is spoken here");
+  if (!page) return Refuse(400, "Sec-WebSocket-Protocol: none that this viewer supports");
   const auto robot = static_cast<std::uint64_t>(FindNumber(request, "robot"));
-  if (robot >= scenes_.size()) return Refuse(404, "robot: there are fewer");
+  if (robot >= scenes_.size()) return Refuse(404, "robot: no robot has this number");
   std::vector<std::string> names;
   for (const Scene* scene : scenes_) names.push_back(scene->name());
   const PageFeed::Cursor cursor{FindNumber(request, "epoch"), FindNumber(request, "version")};

@@ -207,7 +207,7 @@ class WebServer::Impl {
       acceptor_.bind(endpoint);
       acceptor_.listen();
     } catch (const boost::system::system_error& error) {
-      throw std::runtime_error(fmt::format("--http {}: {}; is there another map_viewer? Another port will do",
+      throw std::runtime_error(fmt::format("--http {}: {}; does another map_viewer use this port? Choose another port",
                                            FormatAuthority(address), error.code().message()));
     }
     address_.port = acceptor_.local_endpoint().port();

@@ -94,10 +94,11 @@ class MbotPublisher {
 }  // namespace crsm
 
 int main(int argc, char** argv) {
-  crsm::CommandLine command_line("mbot_publisher",
-                                 "Says pose and map in the types of the University of Michigan's mbot: SCAN_MATCH, "
-                                 "WHOLE_MAP -> SLAM_POSE (pose2D_t, once pose_xyt_t), SLAM_MAP (occupancy_grid_t).",
-                                 crsm::FlagsOfMbotPublisher());
+  crsm::CommandLine command_line(
+      "mbot_publisher",
+      "Publishes pose and map in the types of the University of Michigan's mbot: SCAN_MATCH, WHOLE_MAP -> SLAM_POSE "
+      "(pose2D_t, formerly pose_xyt_t), SLAM_MAP (occupancy_grid_t).",
+      crsm::FlagsOfMbotPublisher());
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::MbotPublisher(command_line).Run(); });
 }

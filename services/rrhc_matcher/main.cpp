@@ -4,10 +4,10 @@
 #include "services/runtime/matcher_stage.hpp"
 
 int main(int argc, char** argv) {
-  crsm::CommandLine command_line("rrhc_matcher",
-                                 "Matches each scan to the whole map so far by random restart hill climbing: "
-                                 "CRITICAL_RAYS, MAP_DELTA -> SCAN_MATCH, POSE.",
-                                 crsm::FlagsOfMatcher());
+  crsm::CommandLine command_line(
+      "rrhc_matcher",
+      "Matches each scan to the map by random restart hill climbing: CRITICAL_RAYS, MAP_DELTA -> SCAN_MATCH, POSE.",
+      crsm::FlagsOfMatcher());
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] {
     const crsm::MatchParameters& parameters = command_line.parameters().match;

@@ -59,7 +59,7 @@ Child::Child(const Command& command) {
   const pid_t supervisor = getpid();
   pid_ = fork();
   if (pid_ == 0) Become(words.front().c_str(), argv.data(), log.c_str(), command.core, supervisor);
-  if (pid_ < 0) throw std::runtime_error(fmt::format("no process can be started: {}", std::strerror(errno)));
+  if (pid_ < 0) throw std::runtime_error(fmt::format("cannot start a process: {}", std::strerror(errno)));
 }
 
 bool Child::IsRunning() {

@@ -29,24 +29,27 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kFooter =
-    "A service that dies is started again, and goes on where it was: with --rate max nothing is lost. Ctrl-C ends "
-    "early "
-    "and leaves the map of what was seen; a second Ctrl-C kills. The folder gets map.png, map.yaml, overview.png, "
-    "trajectory.tum, summary.json, the log/ of each service, and the journal/ that the map is made from.";
+    "run_stack restarts a service that dies, and the service continues where it stopped. With --rate max no scan is "
+    "lost. Ctrl-C ends the run early and writes the map so far; a second Ctrl-C kills all processes. The folder --out "
+    "gets map.png, map.yaml, overview.png, trajectory.tum, summary.json, the log/ of each service, and the journal/ "
+    "from which the map can be rebuilt.";
 
 void AddOwnFlags(CommandLine& command_line, StackOptions& options) {
   CLI::App& app = command_line.app();
-  app.add_option("SOURCE", options.source,
-                 DescribeSources() + "; live: no publisher, a laser driver or lcm-logplayer feeds the bus until Ctrl-C")
+  app.add_option(
+         "SOURCE", options.source,
+         DescribeSources() +
+             "; live: scans from another program on the bus, such as a laser driver or lcm-logplayer, until Ctrl-C")
       ->required();
   AddFlags(command_line, options.earlier);
-  app.add_flag("--strict", options.strict, "fail where the map is not to be trusted");
-  app.add_flag("--view", options.view, "show the map in a browser as it grows; says at which address");
-  app.add_option("--outputs", options.outputs, "also say pose and map as others do: mbot: SLAM_POSE, SLAM_MAP")
+  app.add_flag("--strict", options.strict, "fail if the map is not to be trusted");
+  app.add_flag("--view", options.view, "show the growing map in a browser; prints the address");
+  app.add_option("--outputs", options.outputs,
+                 "also publish pose and map for other programs: mbot: SLAM_POSE, SLAM_MAP")
       ->check(CLI::IsMember({kMbot}));
   std::vector<std::string> replaceable;
   for (const Replaceable& process : kReplaceable) replaceable.emplace_back(process.name);
-  app.add_option("--without", options.without, "do not start this process: another one takes its place")
+  app.add_option("--without", options.without, "do not start this process; another process replaces it")
       ->check(CLI::IsMember(replaceable));
   app.footer(kFooter);
 }
@@ -57,11 +60,11 @@ void CheckUsage(const CommandLine& command_line, const StackOptions& options) {
   CheckEarlierResults(options.earlier, options.source, settings);
   for (const char* flag : {"rate", "resend_s"}) {
     if (options.is_live() && command_line.WasGiven(flag)) {
-      throw UsageError(fmt::format("{}: is of a log; what is live comes at its own pace", FlagOf(flag)));
+      throw UsageError(fmt::format("{}: applies to logs only; remove it for live scans", FlagOf(flag)));
     }
   }
   if (options.strict && options.IsWithout("map_exporter")) {
-    throw UsageError("--strict: needs the verdict of map_exporter, which --without leaves out");
+    throw UsageError("--strict: needs the verdict of map_exporter; remove --without map_exporter");
   }
 }
 
@@ -97,7 +100,7 @@ void AskLaser(const StackOptions& options, CommandLine& command_line) {
     Say(fmt::format("{}: {}: {}", command_line.program(), options.source, line));
   });
   for (int i = 0; i < kSteadyAfter; ++i) {
-    if (!laser.Next()) throw std::runtime_error("ended before the laser has sent scans");
+    if (!laser.Next()) throw std::runtime_error("ended before the laser sent enough scans");
   }
   command_line.SetUnlessSaid("sweep_s", fmt::format("{:.3f}", std::min(laser.sweep_s(), 1.0)));
 }
@@ -124,7 +127,8 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   CheckInputs(command_line, options);
   AdoptEarlierMapParameters(options.earlier.resume, command_line);  // so that all processes are told the same
   if (!fs::exists(FindPrograms() / "map_updater")) {
-    throw std::runtime_error(fmt::format("there are no programs in {}", FindPrograms().string()));
+    throw std::runtime_error(fmt::format("no programs in {}: run scripts/build, or set CRSM_BIN_DIR to their folder",
+                                         FindPrograms().string()));
   }
   const BusRole role(address, kStackRole);
   CheckRolesAreFree(address, options);
@@ -141,11 +145,10 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
 }  // namespace crsm
 
 int main(int argc, char** argv) {
-  crsm::CommandLine command_line(
-      "run_stack",
-      "Maps a log, a simulated world or what a live laser sees with six processes, or five with --no-loops, on one "
-      "LCM bus.",
-      crsm::FlagsOfStack());
+  crsm::CommandLine command_line("run_stack",
+                                 "Maps a log, a simulated world or the scans of a live laser. Runs six processes on "
+                                 "one LCM bus, five with --no-loops.",
+                                 crsm::FlagsOfStack());
   crsm::StackOptions options;
   crsm::AddOwnFlags(command_line, options);
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;

@@ -24,10 +24,10 @@ struct Replaceable {
   const char* contract;
 };
 inline constexpr Replaceable kReplaceable[]{
-    {"ray_selector", kSelectorRole, "answer each scan on LASER by CRITICAL_RAYS"},
-    {"rrhc_matcher", kMatcherRole, "answer CRITICAL_RAYS by SCAN_MATCH, matched to the map of MAP_DELTA"},
-    {"loop_closer", kLoopCloserRole, "answer each KEYFRAME by POSE_GRAPH"},
-    {"map_exporter", "", "write results, of which there are none else"},
+    {"ray_selector", kSelectorRole, "answer each scan on LASER with CRITICAL_RAYS"},
+    {"rrhc_matcher", kMatcherRole, "match CRITICAL_RAYS to the map of MAP_DELTA, and answer with SCAN_MATCH"},
+    {"loop_closer", kLoopCloserRole, "answer each KEYFRAME with POSE_GRAPH"},
+    {"map_exporter", "", "write the results, or there are none"},
 };
 
 /// What run_stack is told beside the flags that all programs share.

@@ -136,12 +136,11 @@ bool Supervisor::StartAgain(Member& member) {
   member.journal_bytes_at_death = journal_bytes;
   const std::string end = member.child->DescribeEnd();
   if (++member.num_deaths >= kMostDeaths) {
-    Report(member,
-           fmt::format("ended in the middle of the work for the fifth time ({}) while no scan was mapped", end));
+    Report(member, fmt::format("ended unexpectedly for the fifth time ({}), and no scan was mapped in between", end));
     member.child.reset();
     return false;
   }
-  Say(fmt::format("run_stack: {} ended in the middle of the work ({}): started again", member.plan.name, end));
+  Say(fmt::format("run_stack: {} ended unexpectedly ({}): restarted", member.plan.name, end));
   Start(member, journal_bytes.has_value());
   return true;
 }
@@ -212,7 +211,7 @@ void Supervisor::Wait(milliseconds longest) {
 bool Supervisor::CheckFolder() {
   if (folder_.IsInPlace()) return true;
   if (!failed_) {
-    Say(fmt::format("run_stack: --out {}: was removed or moved during the run, or its journal was: ends here",
+    Say(fmt::format("run_stack: --out {}: this folder or its journal was removed or moved: the run ends",
                     folder_.path().string()));
   }
   failed_ = true;
@@ -225,7 +224,7 @@ void Supervisor::Report(const Member& member, const std::string& what) {
   Say(fmt::format("run_stack: {} {}", member.plan.name, what));
   const auto lines = LastLines(member.plan.command.log);
   if (lines.empty()) return;
-  Say(fmt::format("the end of {}:", member.plan.command.log.string()));
+  Say(fmt::format("last lines of {}:", member.plan.command.log.string()));
   for (const std::string& line : lines) Say(line);
 }
 

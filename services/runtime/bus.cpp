@@ -54,7 +54,7 @@ std::string CompleteUrl(std::string url) {
   const bool multicast = url.rfind("udpm://", 0) == 0;
   if (multicast ? !ParseMulticastUrl(url) : url.rfind("tcpq://", 0) != 0) {
     throw UsageError(
-        fmt::format("--lcm-url {}: not a bus between processes; one is like udpm://239.255.76.67:7667?ttl=0 or "
+        fmt::format("--lcm-url {}: is no bus between processes; use one like udpm://239.255.76.67:7667?ttl=0 or "
                     "tcpq://localhost:7700",
                     url));
   }
@@ -83,7 +83,7 @@ std::string WhyUnreachable(const std::string& url, bool multicast) {
     return fmt::format("--lcm-url {}: no multicast route for LCM; as root: {}", url,
                        "ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo");
   }
-  return fmt::format("--lcm-url {}: no LCM server answers there; is the address right, and the server up?", url);
+  return fmt::format("--lcm-url {}: no LCM server answers there; is the address right, and does the server run?", url);
 }
 
 /// The socket that the first subscription has opened; none if that is not clear.
@@ -151,9 +151,8 @@ void Bus::Subscription::Refuse(const Sender& refused) {
   bus->counters_.Add(channel.substr(bus->prefix_.size()) + "_refused");
   if (std::exchange(refused_before, true)) return;
   fmt::print(stderr, "{} from {} is refused: {}\n", channel, refused.Describe(),
-             sole_sender->contested()
-                 ? "several processes send it, and none of them is believed before the others have ended"
-                 : "another process sends it; stop one of the two");
+             sole_sender->contested() ? "several processes send it; none is accepted until only one is left"
+                                      : "another process sends it; stop one of the two");
 }
 
 void Bus::Subscription::Handle(const Sender& sender, std::span<const std::uint8_t> bytes) {
@@ -162,7 +161,8 @@ void Bus::Subscription::Handle(const Sender& sender, std::span<const std::uint8_
     handler(bytes);
   } catch (const std::exception& error) {  // would poison the LCM handle
     bus->counters_.Add("handler_failed");
-    if (!std::exchange(failed_before, true)) fmt::print(stderr, "a message on {} failed: {}\n", channel, error.what());
+    if (!std::exchange(failed_before, true))
+      fmt::print(stderr, "cannot handle a message on {}: {}\n", channel, error.what());
   }
 }
 
@@ -229,7 +229,7 @@ void Bus::Receive(int timeout_ms) {
   }
   int handled = lcm_.handleTimeout(timeout_ms);
   for (int i = 1; handled > 0 && i < kMostMessages; ++i) handled = lcm_.handleTimeout(0);
-  if (handled < 0 && errno != EINTR) throw std::runtime_error("the bus is gone: LCM can receive no more");
+  if (handled < 0 && errno != EINTR) throw std::runtime_error("the bus is gone: LCM cannot receive messages any more");
 }
 
 /// Handles the messages on the own socket. Whether LCM has some too: what came in fragments.

@@ -43,7 +43,7 @@ SocketName NameOf(const BusAddress& bus, const std::string& role) {
 
 int OpenSocket() {
   const int opened = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (opened < 0) throw std::runtime_error(fmt::format("no Unix socket can be opened: {}", std::strerror(errno)));
+  if (opened < 0) throw std::runtime_error(fmt::format("cannot open a Unix socket: {}", std::strerror(errno)));
   return opened;
 }
 
@@ -83,15 +83,15 @@ std::optional<std::string> FindRoleHolder(const BusAddress& address, const std::
   const bool known = connected && getsockopt(visitor, SOL_SOCKET, SO_PEERCRED, &holder, &size) == 0;
   close(visitor);
   if (!connected && !queue_full) return std::nullopt;
-  return known ? DescribeProcess(holder.pid) : "a process that does not say who it is";
+  return known ? DescribeProcess(holder.pid) : "an unknown process";
 }
 
 std::string DescribeTakenRole(const BusAddress& address, const std::string& role, const std::string& holder) {
   const std::string prefix =
       address.channel_prefix.empty() ? "" : fmt::format(" with the channel prefix {}", address.channel_prefix);
   return fmt::format(
-      "{}{} has its {} already, {}: end that one, or choose another bus: --lcm-url 'udpm://239.255.76.67:7700?ttl=0', "
-      "or another --channel-prefix",
+      "{}{} already has its {}, {}: stop that process, or choose another bus (--lcm-url "
+      "'udpm://239.255.76.67:7700?ttl=0') or another --channel-prefix",
       NameBus(address.lcm_url), prefix, role, holder);
 }
 

@@ -114,8 +114,7 @@ CommandLine::CommandLine(const std::string& program, const std::string& descript
       app_(std::make_unique<CLI::App>(description, program)),
       settings_(flags.defaults) {
   app_->set_version_flag("--version", fmt::format("{} {}", program, kVersion));
-  app_->add_option("--config", config_,
-                   "TOML file with keys named as the flags, with _ for -; one file serves all programs")
+  app_->add_option("--config", config_, "TOML file; its keys are the flags, with _ for -; one file serves all programs")
       ->type_name("FILE");
   app_->add_option("--preset", preset_, fmt::format("laser: {}", fmt::join(Names(kPresets), ", ")))->type_name("NAME");
   app_->add_option("--profile", profile_, fmt::format("algorithm: {}", fmt::join(Names(kProfiles), ", ")))
@@ -213,7 +212,7 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
     parameters_.match.start = ParseStart(settings_.start);
     CheckConsistency(parameters_);
     if (Has("localize") && Has("start") && !settings_.start.empty() && settings_.localize.empty()) {
-      throw std::runtime_error("--start: is of a laser on a finished map: say which by --localize DIR");
+      throw std::runtime_error("--start: needs a finished map: add --localize DIR");
     }
     return std::nullopt;
   } catch (const CLI::Success& wanted) {  // --help, --version
@@ -260,8 +259,8 @@ void CommandLine::Adopt(const std::vector<std::pair<std::string, std::string>>& 
     }
     const auto said_by = said_by_.find(key);
     if (said_by != said_by_.end() && ListParameters(adopted) != ListParameters(parameters_)) {
-      throw UsageError(fmt::format("{}: the map of {} was made with {}; leave this away, or say {} {}", said_by->second,
-                                   map_name, text, FlagOf(key), text));
+      throw UsageError(fmt::format("{}: the map of {} was made with {}; remove this setting, or set {} {}",
+                                   said_by->second, map_name, text, FlagOf(key), text));
     }
     parameters_ = adopted;
     std::erase_if(flags_, [&key = key](const auto& flag) { return flag.first == key; });

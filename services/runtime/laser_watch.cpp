@@ -76,8 +76,7 @@ void LaserWatch::Poll() {
     case LaserSilence::Verdict::kNothingYet:
       return ListenToAll();
     case LaserSilence::Verdict::kFellSilent:
-      return SayOf(
-          "silent for 3 s, after scans that came: does the laser's driver still run, is its cable plugged in?");
+      return SayOf("no scan for 3 s: does the laser's driver still run, and is its cable plugged in?");
     case LaserSilence::Verdict::kNone:
       break;
   }
@@ -117,23 +116,24 @@ std::string LaserWatch::DescribeOtherChannel(const std::string& channel) const {
   const std::string& prefix = service_.bus().prefix();
   const std::string name = channel_.substr(prefix.size());
   if (channel.ends_with(name)) {
-    return fmt::format("is it this one: --channel-prefix \"{}\"?",
+    return fmt::format("did you mean --channel-prefix \"{}\"?",
                        MakePrintable(channel.substr(0, channel.size() - name.size())));
   }
-  if (!channel.starts_with(prefix)) return fmt::format("is it {}, with no --channel-prefix?", MakePrintable(channel));
-  return fmt::format("is it this one: --laser-channel \"{}\"?", MakePrintable(channel.substr(prefix.size())));
+  if (!channel.starts_with(prefix))
+    return fmt::format("did you mean {} without --channel-prefix?", MakePrintable(channel));
+  return fmt::format("did you mean --laser-channel \"{}\"?", MakePrintable(channel.substr(prefix.size())));
 }
 
 std::string LaserWatch::DescribeBus() const {
-  if (!all_channels_) return "lcm-spy shows what is on this bus; does the laser's driver run, with the same --lcm-url?";
-  if (heard_.empty()) return "nothing else is on this bus: does the laser's driver run, with the same --lcm-url?";
+  if (!all_channels_) return "does the laser's driver run with the same --lcm-url? lcm-spy shows what is on this bus";
+  if (heard_.empty()) return "no other channel is on this bus: does the laser's driver run with the same --lcm-url?";
   std::vector<std::string> listed;
   std::string mend = fmt::format("the laser's driver must publish on {}", MakePrintable(channel_));
   for (const auto& [channel, fingerprint] : heard_) {
     listed.push_back(fmt::format("{} ({})", MakePrintable(channel), NameOfType(fingerprint)));
     if (FindLaserType(fingerprint)) mend = DescribeOtherChannel(channel);
   }
-  return fmt::format("on this bus are {}: {}", fmt::join(listed, ", "), mend);
+  return fmt::format("this bus has {}: {}", fmt::join(listed, ", "), mend);
 }
 
 }  // namespace crsm

@@ -27,18 +27,18 @@ void MapFollower::Handle(const map_delta_t& delta) {
 }
 
 void MapFollower::CountRefused() {
-  service_.Complain("tiles_refused", service_.name() +
-                                         ": a MAP_DELTA has tiles that are malformed or more than a map "
-                                         "may have; they are left out");
+  service_.Complain(
+      "tiles_refused",
+      service_.name() + ": a MAP_DELTA has malformed tiles, or more tiles than a map may have; they are left out");
 }
 
 void MapFollower::Poll() {
   auto request = replica_.NextRequest();
   const auto now = Clock::now();
-  stall_watch_.Look(request ? StallWatch::Awaited{"map_updater to answer MAP_REQUEST, holding version {} of the map",
-                                                  replica_.version()}
-                            : StallWatch::Awaited{},
-                    now);
+  stall_watch_.Look(
+      request ? StallWatch::Awaited{"map_updater to answer MAP_REQUEST (the version here is {})", replica_.version()}
+              : StallWatch::Awaited{},
+      now);
   // A page that brings nothing new, an old one that comes late say, is no reason to ask at once: each such answer would
   // make the next question.
   if (request && request->question != std::exchange(last_question_, request->question)) backoff_.RestartAtOnce();

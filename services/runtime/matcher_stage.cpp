@@ -106,7 +106,7 @@ bool MatcherStage::Answer(const CriticalRays& scan) {
     if (odometry.state == ScanOdometry::State::kAwaited && settings_.lockstep) {
       service_.counters().Add("odometry_awaited");  // it will be sent again, and the scan with it
       odometry_awaited_ = scan.utime;
-      service_.SetState("waiting for ODOMETRY: is it on for the publisher?");
+      service_.SetState("waiting for ODOMETRY: does the publisher run with --odometry?");
       return true;
     }
     if (odometry.state == ScanOdometry::State::kAwaited && !HasWaitedLong(scan.utime)) return false;
@@ -151,11 +151,9 @@ bool MatcherStage::MapIsCurrent() {
 void MatcherStage::CheckAnswer() {
   const ScanMatch* answered = last_match_ ? map_.replica().tracking().FindRecent(last_match_->utime) : nullptr;
   if (!answered || AreSame(*answered, LastMatchAsOfNow())) return;
-  service_.Complain(
-      "match_contradicted",
-      fmt::format("{}: map_updater has another pose of scan {} than was found here: is there another matcher on this "
-                  "bus? The map may be wrong",
-                  service_.name(), last_match_->utime));
+  service_.Complain("match_contradicted", fmt::format("{}: map_updater and this matcher have different poses of scan "
+                                                      "{}: is there another matcher on this bus? The map may be wrong",
+                                                      service_.name(), last_match_->utime));
 }
 
 /// The map may have been put right since it was found, and the poses of the last scans with it.
@@ -171,7 +169,7 @@ StallWatch::Awaited MatcherStage::Awaited() const {
   const MapReplica& replica = map_.replica();
   if (!replica.synced() || (!last_match_ && replica.tracking().empty())) return {};
   if (last_match_ && !WasAnswered(last_match_->utime)) return {"version {} of the map", replica.version() + 1};
-  if (odometry_awaited_) return {"ODOMETRY of scan {}: is it on for the publisher?", *odometry_awaited_};
+  if (odometry_awaited_) return {"ODOMETRY of scan {} (does the publisher run with --odometry?)", *odometry_awaited_};
   return {"CRITICAL_RAYS after those of scan {}", replica.tracking().recent().back().utime};
 }
 

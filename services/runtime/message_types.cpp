@@ -35,11 +35,13 @@ std::string DescribeValues(const bot_core::planar_lidar_t& scan) {
     return fmt::format("scans have {} rays: they must have {} to {}", scan.nranges, kMinBeams, kMaxBeams);
   }
   if (scan.nintensities != 0 && scan.nintensities != scan.nranges) {
-    return fmt::format("scans have {} ranges and {} intensities: there must be as many, or no intensities",
-                       scan.nranges, scan.nintensities);
+    return fmt::format(
+        "scans have {} ranges and {} intensities: both numbers must be equal, or there must be no intensities",
+        scan.nranges, scan.nintensities);
   }
-  return fmt::format("rad0 is {} and radstep {}: both must be finite, within a full turn [rad], radstep not 0",
-                     scan.rad0, scan.radstep);
+  return fmt::format(
+      "rad0 is {} and radstep {}: both must be finite and within a full turn [rad], and radstep must not be 0",
+      scan.rad0, scan.radstep);
 }
 
 }  // namespace
@@ -69,24 +71,25 @@ std::string DescribeRefusedLaser(std::span<const std::uint8_t> bytes) {
   }
   if (!Is<Lidar>(bytes)) {
     return fmt::format(
-        "messages of {} are cut, have a time below 0, beams outside {} to {}, or angles beyond a full turn [rad]: {} "
-        "bytes came",
+        "messages of {} are cut short, have a time below 0, do not have {} to {} beams, or have angles beyond a full "
+        "turn [rad]: {} bytes came",
         type->name, kMinBeams, kMaxBeams, bytes.size());
   }
   Lidar scan;
   if (!CountsFit<Lidar>(bytes) || scan.decode(bytes.data(), 0, static_cast<int>(bytes.size())) < 0) {
-    return fmt::format("messages are cut, or have more than {} rays: {} bytes came", kMaxBeams, bytes.size());
+    return fmt::format("messages are cut short, or have more than {} rays: {} bytes came", kMaxBeams, bytes.size());
   }
   return DescribeValues(scan);
 }
 
 std::string DescribeMirrored(const std::string& pose_channel, const LaserType& laser,
                              const ScanParameters& parameters) {
-  std::string mend = "the driver must turn its angles round";
+  std::string mend = "the driver must reverse the sign of its angles";
   if (laser.name.starts_with("botlab.")) {
-    mend = parameters.botlab_clockwise ? "say --no-botlab-clockwise" : "leave --no-botlab-clockwise away";
+    mend = parameters.botlab_clockwise ? "add --no-botlab-clockwise" : "remove --no-botlab-clockwise";
   }
-  return fmt::format("turn against the poses on {}: the map is a mirror image: {}", MakePrintable(pose_channel), mend);
+  return fmt::format("turn in the opposite direction to the poses on {}: the map is a mirror image: {}",
+                     MakePrintable(pose_channel), mend);
 }
 
 }  // namespace crsm

@@ -45,7 +45,7 @@ PathLock::PathLock(const std::string& flag, const std::filesystem::path& path)
   } else if (!S_ISDIR(file.st_mode) && !S_ISREG(file.st_mode)) {
     reason = "is neither a folder nor a file";
   } else if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    reason = fmt::format("{} writes there", FindLockHolder(file));
+    reason = fmt::format("{} writes there; stop it, or choose another path", FindLockHolder(file));
   }
   if (reason.empty()) return;
   if (descriptor_ >= 0) close(descriptor_);

@@ -16,8 +16,7 @@ std::string LaserChannel(const Settings& settings) {
   const std::string& channel = settings.laser_channel;
   if (channel.find('*') != std::string::npos || settings.channel_prefix.size() + channel.size() > kLongest) {
     throw UsageError(
-        fmt::format("--laser-channel {}: must be the name of one channel, without * and with no more than "
-                    "{} characters, the prefix included",
+        fmt::format("--laser-channel {}: must name one channel, without *, in at most {} characters with the prefix",
                     channel, kLongest));
   }
   return channel.empty() ? kLaserChannel : channel;

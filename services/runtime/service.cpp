@@ -67,7 +67,7 @@ void CatchSignals() {
 bool StopRequested() { return stop_requested != 0; }
 
 void PrepareFolder(const std::string& out) {
-  if (out.empty()) throw UsageError("--out is missing: the folder for the results");
+  if (out.empty()) throw UsageError("--out is missing: give the folder for the results");
   std::error_code error;
   std::filesystem::create_directories(out, error);
   if (error || access(out.c_str(), W_OK) != 0) {

@@ -32,7 +32,7 @@ std::int64_t DrawIdentity();
 
 /// What to say when the map has no room for more tiles.
 inline constexpr const char* kMapIsFull =
-    "the map is as large as it may be; what lies beyond is left out; larger cells (--cell-size-m) take in more";
+    "the map has its largest size; everything beyond it is left out; larger cells (--cell-size-m) cover more";
 
 /// What every process is around its own work: a bus, counters, a status once a second, an end on request.
 class Service {

@@ -14,7 +14,7 @@
 namespace crsm {
 
 std::string Sender::Describe() const {
-  if (!known()) return "a sender that is not known";
+  if (!known()) return "an unknown sender";
   std::array<char, INET_ADDRSTRLEN> text{};
   const in_addr network{address};
   inet_ntop(AF_INET, &network, text.data(), text.size());

@@ -14,8 +14,8 @@ void StallWatch::Look(const Awaited& awaited, Clock::time_point now) {
   }
   if (!awaited_.what || said_ || now - since_ < kLong) return;
   said_ = true;
-  say_(fmt::format("{}: waits for {} for {} s", program_, fmt::format(fmt::runtime(awaited_.what), awaited_.number),
-                   kLong.count()));
+  say_(fmt::format("{}: has waited {} s for {}", program_, kLong.count(),
+                   fmt::format(fmt::runtime(awaited_.what), awaited_.number)));
 }
 
 }  // namespace crsm

@@ -65,7 +65,7 @@ void AddRelationsCommand(CLI::App& app) {
   command->add_option("TRAJECTORY", options->trajectory, "TUM file, or a folder that holds trajectory.tum")->required();
   command->add_option("RELATIONS", options->relations, "lines of t1 t2 x y z roll pitch yaw")->required();
   command->add_option("--laser-x-m", options->laser_x_m,
-                      "where the laser stands on the robot, ahead of its centre [m]; -0.04 for fr079");
+                      "how far the laser is mounted ahead of the robot's centre [m]; -0.04 for fr079");
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options] { RunRelations(*options); });
 }

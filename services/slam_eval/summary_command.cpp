@@ -83,7 +83,7 @@ void RunSummaries(const SummaryOptions& options) {
 
 void AddSummaryCommand(CLI::App& app) {
   const auto options = std::make_shared<SummaryOptions>();
-  CLI::App* command = app.add_subcommand("summary", "A line for each of many runs: its verdict, and what it came to");
+  CLI::App* command = app.add_subcommand("summary", "Prints one line for each run: its verdict and its main numbers");
   command->add_option("RESULTS", options->folders, "folders with summary.json")->required();
   command->add_flag("--csv", options->csv, "print comma-separated values");
   command->callback([options] { RunSummaries(*options); });

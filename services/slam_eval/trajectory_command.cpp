@@ -43,8 +43,8 @@ void AddTrajectoryCommand(CLI::App& app) {
   const auto options = std::make_shared<TrajectoryOptions>();
   CLI::App* command = app.add_subcommand("trajectory", "Absolute error against the true poses");
   command->add_option("TRAJECTORY", options->trajectory, "TUM file, or a folder that holds trajectory.tum")->required();
-  command->add_option("TRUTH", options->truth, "TUM file; truth.tum beside the trajectory if it is left out");
-  command->add_flag("--align", options->align, "turn and move the trajectory as a whole to where it fits best");
+  command->add_option("TRUTH", options->truth, "TUM file; without it: truth.tum beside the trajectory");
+  command->add_flag("--align", options->align, "first align the whole trajectory to the true poses");
   command->add_flag("--json", options->json, "print one JSON object");
   command->callback([options] { RunTrajectory(*options); });
 }

@@ -62,10 +62,12 @@ void RunWorld(const WorldOptions& options) {
 
 void AddWorldCommand(CLI::App& app) {
   const auto options = std::make_shared<WorldOptions>();
-  CLI::App* command = app.add_subcommand("world", "Prints a simulated world's text, or draws it and the laser's path");
+  CLI::App* command =
+      app.add_subcommand("world", "Prints the text of a simulated world, or draws the world and the laser's path");
   command->add_option("WORLD", options->world, "world file, or one of " + DescribeBuiltInWorlds())->required();
-  command->add_option("--out", options->out, "PNG file to draw it into");
-  command->add_option("--cell-size-m", options->cell_size_m, "of the picture [m]")->capture_default_str();
+  command->add_option("--out", options->out, "PNG file for the drawing");
+  command->add_option("--cell-size-m", options->cell_size_m, "side of a cell of the picture [m]")
+      ->capture_default_str();
   command->callback([options] { RunWorld(*options); });
 }
 

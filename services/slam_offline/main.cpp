@@ -67,7 +67,7 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
     auto journal = std::make_unique<Journal>(JournalFolder(settings.out), subject, on_damage, restore);
     SayNotice(command_line, journal->notice());
     Keep(run.slam.AwaitLoops(), run, *journal);
-    Say(fmt::format("{}: went on from {} scans in {}", command_line.program(), run.matches.size(), resume));
+    Say(fmt::format("{}: continues after {} scans from {}", command_line.program(), run.matches.size(), resume));
     return journal;
   }
   if (subject.finished_map) {
@@ -76,7 +76,7 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
     if (run.slam.map().empty()) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings.localize));
     }
-    Say(fmt::format("{}: a finished map of {} scans from {}", command_line.program(), run.matches.size(),
+    Say(fmt::format("{}: localises on the finished map of {} scans from {}", command_line.program(), run.matches.size(),
                     settings.localize));
     run.slam.FinishMap();
     run.matches.clear();
@@ -91,7 +91,7 @@ void SayWhatWasLeftOut(const std::string& program, const std::string& name, cons
     Say(fmt::format("{}: {}: {}", program, name, MakePrintable(complaint)));
   }
   if (run.num_repeated > 0) {
-    Say(fmt::format("{}: {} scans were in the map already and are not mapped twice (utime_repeated)", program,
+    Say(fmt::format("{}: {} scans were in the map already and were skipped (utime_repeated)", program,
                     run.num_repeated));
   }
   const std::string cut = DescribeCut(name, source);
@@ -146,7 +146,7 @@ Trust WriteRun(const CommandLine& command_line, const LaserSource& source, Run& 
   WriteResults(out, results);
   fmt::print("{} scans, {} lost, map of {:.0f} m2 in {}\n", summary.scans, summary.lost, summary.explored_area_m2, out);
   if (const auto& loops = summary.loops) {
-    fmt::print("{} loops closed between {} keyframes, {} taken out\n", loops->closed, loops->keyframes,
+    fmt::print("{} loops closed between {} keyframes, {} rejected\n", loops->closed, loops->keyframes,
                loops->taken_out);
   }
   for (const std::string& line : FormatVerdict(summary.verdict)) fmt::print("{}\n", line);

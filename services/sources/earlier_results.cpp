@@ -59,29 +59,30 @@ bool AreSame(const fs::path& one, const fs::path& other) {
 
 void AddFlags(CommandLine& command_line, EarlierResults& earlier) {
   command_line.app()
-      .add_option(
-          "--resume", earlier.resume,
-          "go on with the map of an earlier run: its --out, or this one's; scans that are in it already are not "
-          "mapped twice")
+      .add_option("--resume", earlier.resume,
+                  "continue the map of an earlier run, whose --out may be this run's too; scans that are in the map "
+                  "already are skipped")
       ->type_name("DIR");
   command_line.app().add_flag("--force", earlier.force,
-                              "move what an earlier run left in --out into a folder below it");
+                              "move the results of an earlier run in --out to a folder below it");
 }
 
 void CheckEarlierResults(const EarlierResults& earlier, const std::string& source, const Settings& settings) {
-  if (settings.out.empty()) throw UsageError("--out is missing: the folder for the results");
+  if (settings.out.empty()) throw UsageError("--out is missing: give the folder for the results");
   const bool resume = !earlier.resume.empty();
   if (resume && !settings.localize.empty()) {
-    throw UsageError("--resume goes on with a map and --localize leaves it as it is: one of them, please");
+    throw UsageError("--resume extends a map and --localize does not change it: give only one of them");
   }
   if (!settings.localize.empty() && AreSame(settings.localize, settings.out)) {
-    throw UsageError(fmt::format("--localize {}: its map stays as it is: choose another --out", settings.localize));
+    throw UsageError(
+        fmt::format("--localize {}: this folder must stay as it is: choose another --out", settings.localize));
   }
   if (resume && earlier.force) {
-    throw UsageError("--resume goes on with a map and --force begins a new one: one of them, please");
+    throw UsageError("--resume extends a map and --force begins a new one: give only one of them");
   }
   if (!resume && AreSame(source, JournalPath(JournalFolder(settings.out)))) {
-    throw UsageError(fmt::format("--out {}: its journal is the log to be read: choose another folder", settings.out));
+    throw UsageError(
+        fmt::format("--out {}: the log to read is the journal in this folder: choose another folder", settings.out));
   }
 }
 
@@ -92,10 +93,10 @@ void MakeRoom(const std::string& program, const fs::path& out, const EarlierResu
     } else if (earlier.force) {
       MoveAside(program, out);
     } else {
-      throw std::runtime_error(fmt::format(
-          "--out {}: holds the results of an earlier run: --resume {} goes on with its map, --force moves them to {}, "
-          "or choose another folder",
-          out.string(), out.string(), FindPlaceAside(out).string()));
+      throw std::runtime_error(
+          fmt::format("--out {}: holds the results of an earlier run: --resume {} continues its map, --force moves "
+                      "them to {}, or choose another folder",
+                      out.string(), out.string(), FindPlaceAside(out).string()));
     }
   }
   if (!earlier.resume.empty()) TakeOverJournal(earlier.resume, out);

@@ -44,8 +44,9 @@ void CheckSubject(const std::string& path, const JournalSubject& found, const Jo
   if (found.finished_map != wanted.finished_map) {
     throw std::runtime_error(
         wanted.finished_map
-            ? fmt::format("{} is of a run that made a map: a localization needs a journal of its own", path)
-            : fmt::format("{} is of a run that localised on the map of another folder: name that folder", path));
+            ? fmt::format(
+                  "{} belongs to a run that made a map: choose another folder for the journal of a localization", path)
+            : fmt::format("{} belongs to a run that localised on the map of another folder: give that folder", path));
   }
   for (const auto& [name, value] : wanted.parameters) {
     const auto other = std::find_if(found.parameters.begin(), found.parameters.end(),
@@ -87,7 +88,7 @@ void JudgeRest(const std::string& path, JournalReader& reader, std::int64_t num_
   const std::uint64_t num_bytes = reader.size() - reader.whole_bytes();
   if (num_bytes == 0) {
     if (!reader.ended_in_order()) {
-      contents.notice = fmt::format("{}: its last session did not end in order; {} scans are whole", path, num_scans);
+      contents.notice = fmt::format("{}: its last session ended unexpectedly; {} scans are complete", path, num_scans);
     }
     return;
   }
@@ -95,18 +96,18 @@ void JudgeRest(const std::string& path, JournalReader& reader, std::int64_t num_
   const std::string place = fmt::format("at byte {} (event {})", reader.whole_bytes(), reader.num_events());
   if (reader.whole_bytes() == 0 && !rest.all_zero && !rest.was_on_disk && !BeginsAsJournal(reader)) {
     throw std::runtime_error(
-        fmt::format("{} is no journal of these programs, or of an earlier version: choose another folder", path));
+        fmt::format("{} is no journal, or comes from an earlier version of the programs: choose another folder", path));
   }
   if (rest.was_on_disk && on_damage == OnDamage::kRefuse) {
     throw std::runtime_error(
-        fmt::format("{} is damaged {}, behind its first {} scans: --until-damage takes the map of these, and leaves "
-                    "the file as it is or keeps it beside",
+        fmt::format("{} is damaged {}, after its first {} scans: --until-damage uses these scans, and keeps the "
+                    "damaged file or a copy of it",
                     path, place, num_scans));
   }
   contents.keep_beside = rest.was_on_disk || rest.num_stretches > 0;
   contents.notice =
-      fmt::format("{}: {} {}: {} bytes from there on are left out; {} scans remain", path,
-                  rest.was_on_disk ? "damaged" : "torn, by a power cut or a kill,", place, num_bytes, num_scans);
+      fmt::format("{}: {} {}: the last {} bytes are left out; {} scans remain", path,
+                  rest.was_on_disk ? "damaged" : "torn by a power cut or a kill", place, num_bytes, num_scans);
 }
 
 Contents Read(const std::string& path, const JournalSubject& subject, OnDamage on_damage, const VisitJournal& visit) {
@@ -122,7 +123,7 @@ Contents Read(const std::string& path, const JournalSubject& subject, OnDamage o
     if (stretch->graph) {
       const auto update = parts.Add(*stretch->graph);
       if (update && !visit.update(*update)) {
-        throw std::runtime_error(fmt::format("{}: what it says of loops does not fit its scans", path));
+        throw std::runtime_error(fmt::format("{}: its loop closures do not fit its scans", path));
       }
     }
     if (!stretch->match) continue;
@@ -166,7 +167,7 @@ Journal::Journal(const fs::path& folder, const JournalSubject& subject) : subjec
   const fs::path path = JournalPath(folder);
   if (fs::exists(path)) {
     throw std::runtime_error(
-        fmt::format("{} is there already: --resume goes on with it; or choose another folder", path.string()));
+        fmt::format("{} exists already: continue it with --resume, or choose another folder", path.string()));
   }
   std::error_code error;
   fs::create_directories(folder, error);
@@ -185,7 +186,7 @@ Journal::Journal(const fs::path& folder, const JournalSubject& subject, OnDamage
   num_events_ = contents.num_events;
   last_utime_ = contents.last_utime;
   notice_ = contents.notice;
-  if (contents.keep_beside) notice_ += fmt::format("; the file as it was is now {}", KeepBeside(path).string());
+  if (contents.keep_beside) notice_ += fmt::format("; the original file is now {}", KeepBeside(path).string());
   file_ = std::make_unique<JournalFile>(path.string(), contents.whole_bytes);
 }
 

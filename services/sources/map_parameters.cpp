@@ -44,10 +44,9 @@ void CheckLaserParameters(const std::filesystem::path& folder, const CommandLine
     }
   }
   if (wrong.empty()) return;
-  throw UsageError(
-      fmt::format("the map of {} was made with {}: give this to {} and ray_selector, or the --preset of "
-                  "its first run",
-                  folder.string(), fmt::join(wrong, " "), command_line.program()));
+  throw UsageError(fmt::format(
+      "the map of {} was made with {}: give {} and ray_selector the same flags, or the --preset of its first run",
+      folder.string(), fmt::join(wrong, " "), command_line.program()));
 }
 
 }  // namespace crsm

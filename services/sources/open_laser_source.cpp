@@ -31,7 +31,7 @@ std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOption
   }
   if (IsBag(start)) {
     if (file.is_compressed()) {
-      throw std::runtime_error(fmt::format("{} is a bag that gzip has compressed: gunzip it first", name));
+      throw std::runtime_error(fmt::format("{} is a gzip-compressed bag: run gunzip on it first", name));
     }
     return std::make_unique<BagSource>(name, options.channel);
   }
@@ -46,7 +46,7 @@ std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOption
 }  // namespace
 
 std::string DescribeSources() {
-  return "CARMEN log or LCM log, gzip or not; bag of ROS 1 or 2, or MCAP; sim:FILE, or sim:NAME of " +
+  return "CARMEN or LCM log, also gzip-compressed; bag of ROS 1 or 2, or MCAP; sim:FILE, or sim:NAME of " +
          DescribeBuiltInWorlds() + "; " + DescribeDevices();
 }
 
@@ -77,7 +77,7 @@ std::string DescribeCut(const std::string& name, const LaserSource& source) {
   const auto counts = source.Counts();
   const auto truncated = counts.find("truncated");
   if (truncated == counts.end() || truncated->second == 0) return "";
-  return fmt::format("{} is cut short or damaged at its end: the scans up to there were read (truncated)", name);
+  return fmt::format("{} is cut short or damaged at its end: only the scans before that were read (truncated)", name);
 }
 
 }  // namespace crsm

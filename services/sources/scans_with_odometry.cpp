@@ -40,10 +40,10 @@ std::vector<std::string> ScansWithOdometry::Complaints(const std::string& channe
         fmt::format("{} of {} scans on {} are left out: {}", num_bad, num_bad + num_scans(), channel, refusal));
   }
   if (const auto num_repeated = count_of("utime_repeated"); num_repeated > num_scans()) {
-    complaints.push_back(fmt::format(
-        "{} of {} scans on {} have the {} of an earlier one and are left out: the driver must set {} to the moment of "
-        "each scan",
-        num_repeated, num_repeated + num_scans(), channel, time, time));
+    complaints.push_back(
+        fmt::format("{} of {} scans on {} repeat the {} of an earlier scan and are left out: the driver must set {} to "
+                    "the time of each scan",
+                    num_repeated, num_repeated + num_scans(), channel, time, time));
   }
   return complaints;
 }

@@ -207,7 +207,7 @@ class LasersTest(unittest.TestCase):
         for name, pty in (("hokuyo", True), ("sick", False)):
             with self.subTest(name):
                 run = Run(self, name, pty, plugged=False)
-                run.await_said("it is tried again until it is there")
+                run.await_said("trying again until it answers")
                 run.emulator.plug()
                 run.conclude(self)
 
@@ -217,7 +217,7 @@ class LasersTest(unittest.TestCase):
                 run = Run(self, name, pty)
                 run.await_scans()
                 run.emulator.fall_silent()
-                run.await_said("has fallen silent", "is silent")
+                run.await_said("has become silent", "is silent")
                 run.emulator.silent = False
                 self.assertIn("connection_lost: 1", run.conclude(self))
 
@@ -235,26 +235,26 @@ class LasersTest(unittest.TestCase):
 
     def test_faults_that_a_laser_reports_are_said_with_their_mend(self):
         run = Run(self, "hokuyo", status="01")
-        run.await_said("cannot switch its beam on", "take its power away")
+        run.await_said("cannot switch its beam on", "switch its power off")
         run.emulator.status = "00"
         run.await_scans()
         run.emulator.scan_status = "21"
-        run.await_said("pauses to look for a fault in itself, status 21")
+        run.await_said("pauses to check itself for a fault, status 21")
         run.await_scans()
         run.emulator.scan_status = "71"
         run.await_said("reports a hardware fault, status 71")
         self.assertIn("error_status: 2", run.conclude(self))
 
         run = Run(self, "rplidar", pty=True, health=(2, 0x8001))
-        run.await_said("protects itself after a fault, error code 32769")
+        run.await_said("has stopped after a fault, error code 32769")
         run.emulator.health = (1, 7)
-        run.await_said("warns of a fault to come, error code 7")
+        run.await_said("warns of a coming fault, error code 7")
         run.conclude(self)
         run = Run(self, "rplidar", pty=True, motor_turns=False)
         run.await_said("its motor does not turn: is the motor's power plugged in")
 
         run = Run(self, "sick", state=2)
-        run.await_said("reports an error of its own")
+        run.await_said("reports an internal error")
         run.emulator.state = 1
         run.await_scans()
         run.emulator.status = 2
@@ -285,11 +285,11 @@ class LasersTest(unittest.TestCase):
         done = subprocess.run([BIN / "run_stack", run.source, "--out", out, "--rate", "2"], capture_output=True,
                               text=True, timeout=PATIENCE_S)
         self.assertEqual(done.returncode, 2)
-        self.assertIn("--rate: is of a log", done.stderr)
+        self.assertIn("--rate: applies to logs only", done.stderr)
 
     def test_what_is_no_laser_is_refused_in_a_line(self):
         for source, said in (("hokuyo:ttyACM0", "is neither hokuyo:/dev/NAME nor hokuyo:tcp://HOST:PORT"),
-                             ("sick:/dev/ttyUSB0", "this laser has no serial port that is known here"),
+                             ("sick:/dev/ttyUSB0", "a serial port of this laser is not supported"),
                              ("sick:tcp://:2111", "is not sick:tcp://HOST:PORT"),
                              ("hokuyo:tcp://somewhere:x", "is not hokuyo:tcp://HOST:PORT"),
                              ("rplidar:/dev/ttyUSB0:7", "its baud rate is not from 50 to 4000000")):
@@ -300,7 +300,7 @@ class LasersTest(unittest.TestCase):
         done = subprocess.run([BIN / "laser_publisher", "sick:tcp://127.0.0.1", "--rate", "max"], capture_output=True,
                               text=True, timeout=PATIENCE_S)
         self.assertEqual(done.returncode, 2)
-        self.assertIn("--rate: is of a log", done.stderr)
+        self.assertIn("--rate: applies to logs only", done.stderr)
 
     def test_a_port_that_is_taken_or_not_permitted_is_said(self):
         run = Run(self, "hokuyo", pty=True)

@@ -39,7 +39,7 @@ def test(case):
             sent = "attack: sent" in attackers.errors()
             attackers.popen.kill()
             attackers.popen.wait()
-            check("ended in the middle" not in stack.errors(), f"{name}: a process died: {stack.errors()[-1000:]}")
+            check("ended unexpectedly" not in stack.errors(), f"{name}: a process died: {stack.errors()[-1000:]}")
             check_same_results(out, undisturbed)
             check(sent, f"{name}: the run ended before all packets were sent")
             num_heard = summary(out)["counts"]["ray_selector.handled"]

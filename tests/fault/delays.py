@@ -30,7 +30,7 @@ def map_through_relay(begin, seed, first_port, log, out):
     publisher = begin(["laser_publisher", log, "--rate", "max", "--lcm-url", urls["laser_publisher"]],
                       out / "laser_publisher.log")
     check(publisher.wait(600) == 0, f"seed {seed}: the publisher failed: {publisher.errors()[-500:]}")
-    check("waits for" not in publisher.errors(), f"seed {seed}: stood still: {publisher.errors()[-500:]}")
+    check("has waited" not in publisher.errors(), f"seed {seed}: stood still: {publisher.errors()[-500:]}")
     for service in reversed(services):
         check(service.interrupt() == 0, f"seed {seed}: {service.name} failed: {service.errors()[-500:]}")
     relay.popen.terminate()

@@ -100,7 +100,7 @@ def outcome(sessions, journal, what):
             check(any(path.read_bytes() == journal for path in (out / "journal").glob("*.damaged")),
                   f"{what}: the damaged journal is not kept")
         return "refused"
-    left = re.search(r"(\d+) scans (remain|are whole)", said)
+    left = re.search(r"(\d+) scans (remain|are complete)", said)
     num_scans = int(left[1]) if left else NUM_SCANS
     sessions.check_map(out, num_scans, what)
     return "same" if num_scans == NUM_SCANS else "cut"

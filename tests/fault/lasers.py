@@ -172,7 +172,7 @@ def break_all(case, live):
         live.await_scans(5)
 
     gone(laser.unplug, laser.plug, "there is no /" if live.name == "rplidar" else "refuses port")
-    gone(laser.fall_silent, lambda: setattr(laser, "silent", False), "has fallen silent")
+    gone(laser.fall_silent, lambda: setattr(laser, "silent", False), "has become silent")
     for damage in (lambda data: data[:60] + data[61:], lambda data: data[:len(data) // 2], lambda data: b"\0" * len(data)):
         laser.damage_next(damage)
         live.await_scans(5)
@@ -189,7 +189,7 @@ def break_all(case, live):
     time.sleep(0.3)
     laser.forget(1)
     os.kill(publisher, signal.SIGKILL)
-    live.await_said("laser_publisher ended in the middle of the work")
+    live.await_said("laser_publisher ended unexpectedly")
     num_before = len(laser.sent)
     laser.held = False
     live.await_scans(5)

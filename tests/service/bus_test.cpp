@@ -117,7 +117,7 @@ TEST_CASE("an exception that leaves a handler is counted each time, and said onc
   const CaughtErrors errors(folder / "errors");
   for (int i = 0; i < 3; ++i) bus.Publish(kMapRequestChannel, kRequest);
   REQUIRE(WaitUntil([&] { return bus.Wait(10), Count(counters, "handler_failed") == 3; }));
-  CHECK(errors.text() == "a message on robot1/MAP_REQUEST failed: this is why\n");
+  CHECK(errors.text() == "cannot handle a message on robot1/MAP_REQUEST: this is why\n");
 }
 
 TEST_CASE("a message that cannot be published is counted each time, and said once") {

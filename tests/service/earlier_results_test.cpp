@@ -52,7 +52,7 @@ TEST_CASE("slam_offline leaves the results of an earlier run as they are, and sa
   REQUIRE(before.count("map.png") == 1);
   CHECK(run.Map({}) == 1);
   CHECK(run.errors == "slam_offline: --out " + run.out + ": holds the results of an earlier run: --resume " + run.out +
-                          " goes on with its map, --force moves them to " + run.out +
+                          " continues its map, --force moves them to " + run.out +
                           "/earlier.1, or choose another folder\n");
   CHECK(run.Files() == before);
 }
@@ -79,7 +79,7 @@ TEST_CASE("slam_offline that cannot begin moves nothing aside") {
   Mapped run;
   const auto before = run.Files();
   CHECK(run.Map({"--force", "--resume", run.out}) == 2);
-  CHECK(run.errors.find("one of them, please") != std::string::npos);
+  CHECK(run.errors.find("give only one of them") != std::string::npos);
   CHECK(run.Map({"--force", "--localize", run.folder / "nothing"}) == 1);
   Process no_log("slam_offline", {"nonesuch.log", "--out", run.out, "--force"}, run.folder / "log");
   CHECK(no_log.AwaitExit() == 1);

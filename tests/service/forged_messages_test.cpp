@@ -276,12 +276,12 @@ TEST_CASE("a stall in lockstep is said by those who wait, each what for, once") 
   const auto Says = [&](const char* service, const std::string& text) {
     return WaitUntil([&] { return stack[service].errors().find(text) != std::string::npos; });
   };
-  CHECK(Says("laser_publisher", "laser_publisher: waits for the map of scan "));
-  CHECK(Says("rrhc_matcher", "rrhc_matcher: waits for "));
+  CHECK(Says("laser_publisher", "laser_publisher: has waited 5 s for the map of scan "));
+  CHECK(Says("rrhc_matcher", "rrhc_matcher: has waited 5 s for "));
   stack["map_updater"].Signal(SIGCONT);
   REQUIRE(map.AwaitVersion(20));
   stack["rrhc_matcher"].Signal(SIGSTOP);
-  CHECK(Says("map_updater", "map_updater: waits for SCAN_MATCH of scan "));
+  CHECK(Says("map_updater", "map_updater: has waited 5 s for SCAN_MATCH of scan "));
   stack["rrhc_matcher"].Signal(SIGCONT);
   CHECK(stack.Finish());
 }

@@ -91,14 +91,14 @@ TEST_CASE("nothing on the laser's channel is said, with the channels that the bu
     driver.lcm().publish("GPS", &pose);
     driver.lcm().publish("CAMERA", unknown.data(), static_cast<unsigned>(unknown.size()));
   });
-  CheckLine(said, "LASER: nothing came since the start; on this bus are ",
+  CheckLine(said, "LASER: nothing came since the start; this bus has ",
             {"CAMERA (a type with fingerprint 0x0102030405060708)", "GPS (bot_core.pose_t)",
              "robot1/LASER (bot_core.planar_lidar_t)", "--channel-prefix \"robot1/\"?"});
 }
 
 TEST_CASE("a bus on which nobody is says so, with the channel that is listened to") {
   Driver driver({"--channel-prefix", "robot7/"});
-  CheckLine(driver.AwaitComplaint(), "robot7/LASER: nothing came since the start; nothing else is on this bus",
+  CheckLine(driver.AwaitComplaint(), "robot7/LASER: nothing came since the start; no other channel is on this bus",
             {"does the laser's driver run"});
 }
 
@@ -152,8 +152,9 @@ TEST_CASE("a laser whose scans turn against the robot's odometry is said to be m
     if (!mirrored) {
       CHECK(driver.Complaints().empty());
     } else {
-      CheckLine(driver.AwaitComplaint(), "LASER: scans turn against the poses on ODOMETRY: the map is a mirror image: ",
-                {"the driver must turn its angles round"});
+      CheckLine(driver.AwaitComplaint(),
+                "LASER: scans turn in the opposite direction to the poses on ODOMETRY: the map is a mirror image: ",
+                {"the driver must reverse the sign of its angles"});
     }
   }
 }
@@ -161,9 +162,9 @@ TEST_CASE("a laser whose scans turn against the robot's odometry is said to be m
 TEST_CASE("a laser that falls silent is missed, once") {
   Driver driver;
   driver.PublishGood("LASER");
-  CheckLine(driver.AwaitComplaint(), "LASER: silent for 3 s", {"driver"});
+  CheckLine(driver.AwaitComplaint(), "LASER: no scan for 3 s", {"driver"});
   std::this_thread::sleep_for(std::chrono::seconds(4));
-  CheckLine(driver.Complaints(), "LASER: silent for 3 s", {});
+  CheckLine(driver.Complaints(), "LASER: no scan for 3 s", {});
 }
 
 TEST_CASE("nothing is said while a publisher waits for a map that does not come, nor after the end of its log") {
@@ -203,7 +204,7 @@ TEST_CASE("slam_offline says of a log what is wrong with its laser, and nothing 
         for (float& range_m : scan.ranges_m) range_m *= 1000.0f;
       },
       "ranges look like millimetres");
-  Expect([](LaserScan& scan) { scan.utime = 0; }, "39 of 40 scans on LASER have the utime of an earlier one");
+  Expect([](LaserScan& scan) { scan.utime = 0; }, "39 of 40 scans on LASER repeat the utime of an earlier scan");
   Expect([](LaserScan& scan) { scan.angle_min_rad = -90.0f; },
          "40 of 40 scans on LASER are left out: angles look like");
 }

@@ -82,11 +82,11 @@ TEST_CASE("a URL that is no bus stops every service") {
                                   "udpm://127.0.0.1:7667", "udpm://239.255.76.67:0", "udpm://239.255.76.67:99999",
                                   "udpm://239.255.76.67:7667?ttl=abc", "udpm://239.255.76.67:7667?tll=1", "memq://"}) {
       arguments.push_back(url);
-      files.CheckRefused(program, arguments, "--lcm-url " + url + ": not a bus");
+      files.CheckRefused(program, arguments, "--lcm-url " + url + ": is no bus between processes");
       arguments.pop_back();
     }
   }
-  files.CheckRefused("ray_selector", {"--lcm-url", "file://run.lcm?mode=w"}, "not a bus");
+  files.CheckRefused("ray_selector", {"--lcm-url", "file://run.lcm?mode=w"}, "is no bus between processes");
 }
 
 TEST_CASE("a source that has no scans stops those who read it, by name") {
@@ -130,8 +130,9 @@ TEST_CASE("a log that cannot be written, or that is the one to be read, is refus
   const std::string log = files / "run.lcm";
   WriteScans(TakeScans("sim:demo", 3), log);
   const std::string before = ReadFile(log);
-  files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + log}, "say file://PATH?mode=w");
-  files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + log + "?mode=w"}, "is the log to be read");
+  files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + log}, "use file://PATH?mode=w");
+  files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + log + "?mode=w"},
+                     "would overwrite the log that is read");
   files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + (files / "file/below") + "?mode=w"},
                      "file/below", kFailure);
   files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + (files / "directory") + "?mode=w"}, "directory",
@@ -165,7 +166,7 @@ TEST_CASE("a flag that is unknown or out of range is named") {
                      "intensity_min: 0.5 is more than intensity_max, 0.1");
   files.CheckRefused("map_updater", {"--resume", "--lcm-url", MakeBusUrl()}, "--resume needs --journal DIR");
   files.CheckRefused("slam_offline", {"sim:demo", "--out", files / "out", "--start", "1,2,3"},
-                     "--start: is of a laser on a finished map: say which by --localize DIR");
+                     "--start: needs a finished map: add --localize DIR");
   files.CheckRefused("slam_eval", {}, "A subcommand is required");
   files.CheckRefused("slam_eval", {"relations", "run", "run.relations", "--laser-x-m", "11"}, "--laser-x-m is 11");
   files.CheckRefused("ray_selector", {"--rays-min", "91"}, "rays_min: 91 is more than rays_max, 90");

@@ -40,10 +40,10 @@ TEST_CASE("a second process in a role on one bus and prefix is refused, and told
     REQUIRE(first.AwaitReady());
     if (command.front() == "map_updater") arguments[1] = folder / "journal_2";
     CheckRefused(command.front(), arguments,
-                 {" has its ", " already, process " + std::to_string(first.pid()) + " (", command.back()},
+                 {" already has its ", ", process " + std::to_string(first.pid()) + " (", command.back()},
                  folder / "log");
     if (command.front() == "rrhc_matcher")
-      CheckRefused("hill_climber", arguments, {" matcher already"}, folder / "log");
+      CheckRefused("hill_climber", arguments, {" already has its matcher"}, folder / "log");
     arguments.insert(arguments.end(), {"--channel-prefix", "robot2/"});
     if (command.front() == "map_updater") arguments[1] = folder / "journal_3";
     Process other_prefix(command.front(), arguments, folder / "log");
@@ -60,7 +60,7 @@ TEST_CASE("run_stack is refused where services were started by hand, and touches
   Process updater("map_updater", {"--lcm-url", url}, folder / "log");
   REQUIRE(updater.AwaitReady());
   CheckRefused(kRunStack, {"sim:demo", "--out", folder / "out", "--lcm-url", url},
-               {"run_stack: ", "has its owner of a map already, process " + std::to_string(updater.pid())},
+               {"run_stack: ", "already has its owner of a map, process " + std::to_string(updater.pid())},
                folder / "log");
   CHECK_FALSE(std::filesystem::exists(folder / "out"));
   CHECK(updater.Interrupt() == 0);

@@ -31,7 +31,7 @@ TEST_CASE("run_stack leaves the results of an earlier run as they are, and says 
       CHECK(stack.exit_code == 1);
       CHECK(stack.output == "run_stack: --out " + stack.Path("out") +
                                 ": holds the results of an earlier run: --resume " + stack.Path("out") +
-                                " goes on with its map, --force moves them to " + stack.Path("out/earlier.1") +
+                                " continues its map, --force moves them to " + stack.Path("out/earlier.1") +
                                 ", or choose another folder\n");
     }
     stack.Run("$run_stack nonesuch.log --out $out --force");
@@ -75,7 +75,7 @@ TEST_CASE("run_stack whose folder is removed says so in one line and ends") {
   stack.Run("(" + AwaitEvent("map_exporter") + "sleep 2; rm -r $out) & timeout 30 $run_stack live --out $out");
   CHECK(stack.exit_code == 1);
   CHECK(stack.output == "run_stack: listening; Ctrl-C ends\nrun_stack: --out " + stack.Path("out") +
-                            ": was removed or moved during the run, or its journal was: ends here\n");
+                            ": this folder or its journal was removed or moved: the run ends\n");
   CHECK(stack.Find("map_updater finished") > stack.Find("map_exporter finished"));
 }
 

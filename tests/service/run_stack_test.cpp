@@ -57,8 +57,8 @@ TEST_CASE(
   StandIns stack;
   stack.Run("$run_stack live --out $out", "DYING=rrhc_matcher");
   CHECK(stack.exit_code == 1);
-  CHECK(stack.Said("rrhc_matcher ended in the middle of the work (exit code 3): started again"));
-  CHECK(stack.Said("rrhc_matcher ended in the middle of the work for the fifth time (exit code 3)"));
+  CHECK(stack.Said("rrhc_matcher ended unexpectedly (exit code 3): restarted"));
+  CHECK(stack.Said("rrhc_matcher ended unexpectedly for the fifth time (exit code 3)"));
   CHECK(stack.Said("rrhc_matcher: out of luck"));
   CHECK(stack.Find("map_exporter finished") >= 0);
   CHECK(stack.Find("map_updater finished") > stack.Find("map_exporter finished"));
@@ -73,8 +73,7 @@ TEST_CASE("run_stack starts a service again and again while scans are mapped") {
   INFO(stack.output);
   CHECK_FALSE(stack.Said("fifth time"));
   std::size_t num_starts = 0;
-  for (auto at = stack.output.find("started again"); at != std::string::npos;
-       at = stack.output.find("started again", at + 1)) {
+  for (auto at = stack.output.find("restarted"); at != std::string::npos; at = stack.output.find("restarted", at + 1)) {
     ++num_starts;
   }
   CHECK(num_starts >= 6);
@@ -111,8 +110,8 @@ TEST_CASE("run_stack starts a dead publisher again as it was, and gives up one t
   stack.Run("$run_stack sim:demo --out $out", "DYING=laser_publisher");
   INFO(stack.output);
   CHECK(stack.exit_code == 1);
-  CHECK(stack.Said("laser_publisher ended in the middle of the work (exit code 3): started again"));
-  CHECK(stack.Said("laser_publisher ended in the middle of the work for the fifth time (exit code 3)"));
+  CHECK(stack.Said("laser_publisher ended unexpectedly (exit code 3): restarted"));
+  CHECK(stack.Said("laser_publisher ended unexpectedly for the fifth time (exit code 3)"));
   CHECK(stack.Find("map_exporter finished") >= 0);
 }
 
@@ -131,8 +130,8 @@ TEST_CASE("a second run_stack on the same port is refused, on another one it run
             "$run_stack sim:demo --out $out.2; code=$?; wait; exit $code");
   CHECK(stack.exit_code == 1);
   const std::string port = stack.url.substr(stack.url.rfind(':') + 1, 5);
-  CHECK(stack.Said("port " + port + " has its stack already, process "));
-  CHECK(stack.Said("run_stack sim:demo --out " + stack.Path("out") + "): end that one, or choose another bus"));
+  CHECK(stack.Said("port " + port + " already has its stack, process "));
+  CHECK(stack.Said("run_stack sim:demo --out " + stack.Path("out") + "): stop that process, or choose another bus"));
   stack.Run(
       "$run_stack sim:demo --out $out & "
       "$run_stack sim:demo --out $out.2 --lcm-url $other_url; code=$?; wait; exit $code");
@@ -260,21 +259,20 @@ TEST_CASE("run_stack refuses what it does not know, in one line") {
   };
   CheckRefused("sim:demo --out $out --ratio 3",
                "The following arguments were not expected: 3 --ratio; --help lists the flags");
-  CheckRefused("sim:demo", "--out is missing: the folder for the results");
+  CheckRefused("sim:demo", "--out is missing: give the folder for the results");
   CheckRefused("--out $out", "SOURCE is required; --help lists the flags");
   CheckRefused("sim:demo --out", "--out: 1 required TEXT missing; --help lists the flags");
   CheckRefused("sim:demo --out $out --preset sikc",
                "--preset: 'sikc' is not one of paper, rplidar-a1, sick, urg-04lx, utm-30lx");
   CheckRefused("sim:demo --out $out --rate 0", "--rate: '0' is neither max nor a number above 0");
-  CheckRefused("live --out $out --rate 1", "--rate: is of a log; what is live comes at its own pace");
+  CheckRefused("live --out $out --rate 1", "--rate: applies to logs only; remove it for live scans");
   CheckRefused("sim:demo --out $out --strict --without map_exporter",
-               "--strict: needs the verdict of map_exporter, which --without leaves out");
-  CheckRefused("sim:demo --out $out --start 1,2,3",
-               "--start: is of a laser on a finished map: say which by --localize DIR");
+               "--strict: needs the verdict of map_exporter; remove --without map_exporter");
+  CheckRefused("sim:demo --out $out --start 1,2,3", "--start: needs a finished map: add --localize DIR");
   CheckRefused("sim:demo --out $out --intensity-min 0.5 --intensity-max 0.1",
                "intensity_min: 0.5 is more than intensity_max, 0.1");
   CheckRefused("sim:demo --out $out --resume $out --force",
-               "--resume goes on with a map and --force begins a new one: one of them, please");
+               "--resume extends a map and --force begins a new one: give only one of them");
   for (const std::string wrong : {"--without map_updater", "--outputs ros"}) {
     stack.Run("$run_stack sim:demo --out $out " + wrong);
     CHECK(stack.exit_code == 2);
@@ -282,7 +280,7 @@ TEST_CASE("run_stack refuses what it does not know, in one line") {
   }
   stack.Run("$run_stack sim:demo --out $out --lcm-url udp://239.255.76.67:7667");
   CHECK(stack.exit_code == 2);
-  CHECK(stack.Said("--lcm-url udp://239.255.76.67:7667: not a bus between processes"));
+  CHECK(stack.Said("--lcm-url udp://239.255.76.67:7667: is no bus between processes"));
   CHECK(stack.Find("") == -1);
   CHECK_FALSE(fs::exists(stack.Path("out")));
 }

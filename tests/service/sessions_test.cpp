@@ -132,7 +132,7 @@ TEST_CASE("a run that ended before its log did is finished by the whole log with
   MapWithStack(folder, WritePart(folder, scans, 0, 80), "out");
 
   const std::string said = MapOffline(folder, log, "offline", {"--resume", folder / "out"});
-  CHECK(said.find(" scans were in the map already and are not mapped twice (utime_repeated)") != std::string::npos);
+  CHECK(said.find(" scans were in the map already and were skipped (utime_repeated)") != std::string::npos);
   CheckSameFiles(folder / "offline", folder / "whole", kMapFiles);
   MapWithStack(folder, log, "out", {"--resume", folder / "out"});
   CheckSameFiles(folder / "out", folder / "whole", kMapFiles);
@@ -167,7 +167,7 @@ TEST_CASE("on a finished map the processes find the poses that one process finds
   // What a localization leaves is no map to go on with.
   Process resumed("slam_offline", {other_day, "--out", folder / "x", "--resume", folder / "offline"}, folder / "log");
   CHECK(resumed.AwaitExit() == 1);
-  CHECK(resumed.errors().find("is of a run that localised on the map of another folder") != std::string::npos);
+  CHECK(resumed.errors().find("belongs to a run that localised on the map of another folder") != std::string::npos);
 }
 
 TEST_CASE("a map_updater that is killed while a robot is localised goes on with the same map, history and epoch") {
@@ -252,8 +252,8 @@ TEST_CASE("sessions that cannot be are refused in one line") {
   };
   const std::string out = folder / "out";
   const std::string nothing = folder / "nothing";
-  CheckRefused({"--out", out, "--resume", map, "--localize", map}, "one of them, please");
-  CheckRefused({"--out", map, "--localize", map}, "--localize " + map + ": its map stays as it is");
+  CheckRefused({"--out", out, "--resume", map, "--localize", map}, "give only one of them");
+  CheckRefused({"--out", map, "--localize", map}, "--localize " + map + ": this folder must stay as it is");
   CheckRefused({"--out", out, "--resume", nothing}, nothing + "/journal/journal.lcm");
   CheckRefused({"--out", out, "--localize", nothing}, nothing + "/journal/journal.lcm");
   CheckRefused({"--out", out, "--localize", map, "--start", "1,2"}, "--start: '1,2' is not X,Y,YAW", false);
@@ -261,7 +261,7 @@ TEST_CASE("sessions that cannot be are refused in one line") {
                "--cell-size-m 0.1: the map of " + map + "/journal was made with 0.05", false);
   Process own_log("slam_offline", {map + "/journal/journal.lcm", "--out", map}, folder / "log");
   CHECK(own_log.AwaitExit() == 2);
-  CHECK(own_log.errors().find("its journal is the log to be read") != std::string::npos);
+  CHECK(own_log.errors().find("the log to read is the journal in this folder") != std::string::npos);
   CHECK(ReadFolder(map) == before);
 }
 
@@ -298,7 +298,7 @@ TEST_CASE("a map that is gone on with, or localised on, keeps its parameters, an
     const auto CheckOffline = [&](const std::string& flag, const std::string& value, const std::string& said) {
       CheckRefused("slam_offline", {all, "--out", folder / "x", how, map, flag, value}, said);
     };
-    CheckOffline("--range-max-m", "30", "--range-max-m 30" + was + "6; leave this away, or say --range-max-m 6");
+    CheckOffline("--range-max-m", "30", "--range-max-m 30" + was + "6; remove this setting, or set --range-max-m 6");
     CheckOffline("--preset", "sick", "sick:");
     CheckOffline("--config", config, config + ":2: angle_scale = 1" + was + "0.999");
   }
@@ -306,7 +306,8 @@ TEST_CASE("a map that is gone on with, or localised on, keeps its parameters, an
 
   // map_updater hears scans that ray_selector made: both are told the laser's parameters, or neither maps.
   const std::vector<std::string> updater{"--lcm-url", MakeBusUrl(), "--journal", map + "/journal", "--resume"};
-  CheckRefused("map_updater", updater, "was made with --range-max-m 6 --angle-scale 0.999: give this to map_updater");
+  CheckRefused("map_updater", updater,
+               "was made with --range-max-m 6 --angle-scale 0.999: give map_updater and ray_selector the same flags");
   std::vector<std::string> told = updater;
   told.insert(told.end(), {"--range-max-m", "6", "--angle-scale", "0.999"});
   Process process("map_updater", told, folder / "log");
@@ -332,7 +333,7 @@ TEST_CASE("a journal with zeros at its end is gone on with, and one that is dama
   std::ofstream(journal, std::ios::binary) << whole + std::string(5000, '\0');
   Process torn = Start({});
   CHECK(torn.AwaitReady());
-  CHECK(torn.errors().find("5000 bytes from there on are left out; 60 scans remain") != std::string::npos);
+  CHECK(torn.errors().find("the last 5000 bytes are left out; 60 scans remain") != std::string::npos);
   CHECK(torn.Interrupt() == 0);
   CHECK(ReadFile(journal) == whole);
 
@@ -348,7 +349,7 @@ TEST_CASE("a journal with zeros at its end is gone on with, and one that is dama
   CHECK(said.find(": damaged at byte ") != std::string::npos);
   Process taken = Start({"--until-damage"});
   CHECK(taken.AwaitReady());
-  CHECK(taken.errors().find(" scans remain; the file as it was is now ") != std::string::npos);
+  CHECK(taken.errors().find(" scans remain; the original file is now ") != std::string::npos);
   CHECK(taken.Interrupt() == 0);
   CHECK(ReadFile(journal.string() + ".damaged") == damaged);
 }
@@ -359,7 +360,8 @@ TEST_CASE("a log whose gzip is cut short is mapped up to there, and that is said
   const std::string whole = Compress(ReadFile(log));
   const std::string cut = folder / "cut.lcm.gz";
   std::ofstream(cut, std::ios::binary) << whole.substr(0, whole.size() / 2);
-  const std::string said = cut + " is cut short or damaged at its end: the scans up to there were read (truncated)\n";
+  const std::string said =
+      cut + " is cut short or damaged at its end: only the scans before that were read (truncated)\n";
   CHECK(MapOffline(folder, cut, "out").find("slam_offline: " + said) != std::string::npos);
   CHECK(ReadFile(folder / "out/summary.json").find("\"truncated\": 1") != std::string::npos);
   Process converter("laser_publisher", {cut, "--lcm-url", "file://" + (folder / "x.lcm").string() + "?mode=w"},

@@ -236,8 +236,8 @@ TEST_CASE("run_stack survives the death of its publisher: nothing is lost, nothi
   }
   CHECK(run_stack.AwaitExit() == 0);
   INFO(run_stack.errors());
-  CHECK(CountOf("laser_publisher ended in the middle of the work (signal 9): started again", run_stack.errors()) == 3);
-  CHECK(run_stack.errors().find("laser_publisher: goes on behind") != std::string::npos);
+  CHECK(CountOf("laser_publisher ended unexpectedly (signal 9): restarted", run_stack.errors()) == 3);
+  CHECK(run_stack.errors().find("laser_publisher: continues after") != std::string::npos);
   CheckSameFiles(out, offline, kMapFiles);
   CHECK(ReadFile(out / "summary.json").find("\"scans\": 1500,") != std::string::npos);
 }
@@ -261,8 +261,8 @@ TEST_CASE("laser_publisher goes on where its --position says, and refuses one th
   std::ofstream(position) << "nothing\n";
   Process refused("laser_publisher", arguments, folder / "log");
   CHECK(refused.AwaitExit() == 1);
-  CHECK(refused.errors() ==
-        "laser_publisher: --position " + position + ": holds no number of scans; remove it to begin anew\n");
+  CHECK(refused.errors() == "laser_publisher: --position " + position +
+                                ": holds no number of scans; remove the file to start with the first scan\n");
 }
 
 TEST_CASE("run_stack --part-bytes makes smaller messages of the same map") {

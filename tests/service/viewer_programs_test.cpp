@@ -114,8 +114,8 @@ TEST_CASE("a viewer that cannot show what it was asked for says why in one line"
            {{"--lcm-url", url, "--http", "192.0.2.1:8765"}, "--http 192.0.2.1:8765: ", 1},
            {{"--lcm-url", url, "--http", "here"}, "--http: 'here' is not ADDRESS:PORT", 2},
            {{folder / "nowhere"}, "there is no file " + (folder / "nowhere/journal/journal.lcm").string(), 1},
-           {{folder / "nowhere", "--channel-prefix", "a/"}, "--channel-prefix: is of a bus", 2},
-           {{folder / "nowhere", "--robots", "a/"}, "--robots: are live", 2},
+           {{folder / "nowhere", "--channel-prefix", "a/"}, "--channel-prefix: applies to live robots only", 2},
+           {{folder / "nowhere", "--robots", "a/"}, "--robots: shows live robots", 2},
        }) {
     Process viewer("map_viewer", wrong.arguments, folder / "log");
     CHECK(viewer.AwaitExit() == wrong.exit_code);

@@ -292,7 +292,7 @@ def test_growth(stack, browser):
     check(browser.state()["tiles"] > 0 and browser.state()["path"] > 10, "there are tiles and a path")
     await_that(lambda: browser.state()["services"] >= 6, "all services are told of")
     await_that(lambda: browser.state()["loops"] > 0, "a loop is closed")
-    await_that(lambda: "put right" in browser.state()["toast"], "and the page says so")
+    await_that(lambda: "the map was corrected" in browser.state()["toast"], "and the page says so")
     browser.picture("dark")
 
 

@@ -60,7 +60,7 @@ std::vector<fs::path> GuessFiles(const fs::path& folder) {
     recordings[name.first][name.second] = entry.path();
   }
   if (recordings.size() > 1) {
-    throw std::runtime_error(fmt::format("{} has {} recordings and no {}: name the file of one of them",
+    throw std::runtime_error(fmt::format("{} has {} recordings and no {}: give the file of one recording",
                                          folder.string(), recordings.size(), kMetadata));
   }
   std::vector<fs::path> paths;
@@ -85,17 +85,15 @@ BagFolder::BagFolder(const std::string& path, WantTopic want) : want_(std::move(
   const fs::path folder(path);
   std::vector<fs::path> paths = ReadMetadata(folder);
   if (paths.empty()) paths = GuessFiles(folder);
-  if (paths.empty()) throw std::runtime_error(fmt::format("{} has no files .db3 or .mcap of rosbag2", path));
+  if (paths.empty()) throw std::runtime_error(fmt::format("{} has no .db3 or .mcap file of rosbag2", path));
   for (const fs::path& file : paths) {
     if (file.extension() == ".zstd") {
-      throw std::runtime_error(
-          fmt::format("{} is compressed as a whole: zstd -d {} first, and name the file that "
-                      "comes of it",
-                      path, file.string()));
+      throw std::runtime_error(fmt::format(
+          "{} is compressed as a whole: run zstd -d {} first, and give the decompressed file", path, file.string()));
     }
     if (!fs::exists(file)) {
       throw std::runtime_error(
-          fmt::format("{} is not there, which {} names", file.string(), (folder / kMetadata).string()));
+          fmt::format("{} is missing, but {} names it", file.string(), (folder / kMetadata).string()));
     }
     // The last one of a recording that was killed.
     if (fs::file_size(file) == 0) {

@@ -32,12 +32,12 @@ BagTopic ChooseLaser(const std::string& path, const Topics& topics, const std::s
   Topics lasers = Select(topics, IsLaserTopic);
   if (!name.empty()) std::erase_if(lasers, [&](const BagTopic& topic) { return topic.name != name; });
   if (lasers.empty()) {
-    throw std::runtime_error(fmt::format("{} has no topic of a laser ({}){}; its topics: {}", path, LaserTopicTypes(),
+    throw std::runtime_error(fmt::format("{} has no laser topic ({}){}; its topics: {}", path, LaserTopicTypes(),
                                          name.empty() ? "" : " named " + name, List(topics)));
   }
   if (lasers.size() > 1) {
     throw std::runtime_error(
-        fmt::format("{} has several topics of lasers: --laser-channel must name one of {}", path, List(lasers)));
+        fmt::format("{} has several laser topics: --laser-channel must name one of {}", path, List(lasers)));
   }
   return *lasers.begin();
 }
@@ -60,7 +60,7 @@ BagSource::BagSource(const std::string& path, const std::string& topic) {
   const Topics odometries = Select(topics, IsOdometryTopic);
   odometry_ = ChooseOdometry(odometries, laser_.name);
   if (!odometry_ && !odometries.empty()) {
-    odometry_choice_ = fmt::format("there is no odometry {}, and of {} none is taken: several could be meant",
+    odometry_choice_ = fmt::format("no odometry is used: there is no topic {}, and several topics could be meant: {}",
                                    OdometryBeside(laser_.name), List(odometries));
   }
   bag_ = OpenBag(path, [this](const BagTopic& met) { return met == laser_ || met == odometry_; });
@@ -111,7 +111,7 @@ std::map<std::string, std::int64_t> BagSource::Counts() const {
 std::vector<std::string> BagSource::Complaints() const {
   std::vector<std::string> complaints = scans_.Complaints(laser_.name, Counts(), first_refusal_, "header.stamp");
   if (const auto num = bag_->damage().num_bad_chunks; num > 0) {
-    complaints.push_back(fmt::format("{} chunks are damaged, and what they hold is left out", num));
+    complaints.push_back(fmt::format("{} chunks are damaged; their messages are left out", num));
   }
   if (!odometry_choice_.empty()) complaints.push_back(odometry_choice_);
   return complaints;

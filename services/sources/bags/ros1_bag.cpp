@@ -88,7 +88,7 @@ bool Ros1Bag::Is(std::string_view start) { return start.starts_with(kAnyVersion)
 Ros1Bag::Ros1Bag(const std::string& path, const WantTopic& want) : ChunkedBag(path, kVersion.size(), want) {
   const std::string_view start = file().At(0, kVersion.size());
   if (start != kVersion) {
-    throw std::runtime_error(fmt::format("{} is not of format 2.0 of ROS 1 bags: rosbag fix makes it so", path));
+    throw std::runtime_error(fmt::format("{} is no ROS 1 bag of format 2.0: convert it with rosbag fix", path));
   }
   const auto header = RecordAt(file(), kVersion.size());
   if (!header || header->operation() != kBagHeader) {

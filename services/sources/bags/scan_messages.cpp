@@ -19,7 +19,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr const char* kMalformed = "messages are cut, or not of their type";
+constexpr const char* kMalformed = "messages are cut short, or do not match their type";
 
 DecodedScan MakeScan(RosScan raw) {
   constexpr std::int64_t kMostSeconds = 9'000'000'000;

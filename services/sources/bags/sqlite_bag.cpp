@@ -90,7 +90,7 @@ void SqliteBag::CheckTables() const {
   if (code != SQLITE_ROW) Fail();
   if (sqlite3_column_int(tables.get(), 0) != 2) {
     throw std::runtime_error(
-        fmt::format("{} is an SQLite database, but none of rosbag2: it has no tables topics and messages", path_));
+        fmt::format("{} is an SQLite database, but not of rosbag2: it has no tables topics and messages", path_));
   }
 }
 

@@ -14,9 +14,10 @@ using Clock = std::chrono::steady_clock;
 
 /// What is to be done where a laser says that it is broken. A status of 50 to 97 is one of its hardware.
 [[noreturn]] void RefuseBroken(const std::string& what) {
-  throw DeviceError(fmt::format(
-      "{}: its motor or its beam has failed: take its power away for ten seconds; if it says so again, it needs repair",
-      what));
+  throw DeviceError(
+      fmt::format("{}: its motor or its beam has failed: switch its power off for ten seconds; if the error stays, the "
+                  "laser needs repair",
+                  what));
 }
 
 class Hokuyo : public LaserDevice {
@@ -33,9 +34,9 @@ class Hokuyo : public LaserDevice {
     const auto specification = Ask(connection, "PP");
     const auto state = Ask(connection, "II");
     if (!version || !specification || !state)
-      throw NoAnswer("answers garbled: is its cable good, its baud rate right?");
+      throw NoAnswer("sends garbled answers: is its cable good, and is its baud rate right?");
     const auto parameters = ParseScipParameters(*specification);
-    if (!parameters) throw DeviceError("says nothing about its range and its angles that can be true (PP)");
+    if (!parameters) throw DeviceError("reports an impossible range or impossible angles (PP)");
     parameters_ = *parameters;
     LetScan(connection, FindScipValue(*state, "STAT"));
     return Describe(FindScipValue(*version, "SERI"));
@@ -72,9 +73,9 @@ class Hokuyo : public LaserDevice {
   [[noreturn]] void RefuseSilence() const {
     if (num_bytes_ > 0) {
       throw NoAnswer(
-          "sends bytes that no Hokuyo sends: is its baud rate right (hokuyo:PORT:BAUD), is it a Hokuyo at all?");
+          "sends bytes that no Hokuyo sends: is its baud rate right (hokuyo:PORT:BAUD), and is it a Hokuyo?");
     }
-    throw NoAnswer("is silent: has the laser its own power supply, is it a Hokuyo at all?");
+    throw NoAnswer("is silent: does the laser have its own power supply, and is it a Hokuyo?");
   }
 
   void LetScan(Connection& connection, const std::string& state) {
@@ -112,7 +113,7 @@ class Hokuyo : public LaserDevice {
     if (status == "98") return;  // it has looked at itself, and goes on
     ++report_.counts["error_status"];
     if (status >= "21" && status <= "49") {
-      if (!paused_) report_.complaints.push_back("pauses to look for a fault in itself, status " + status);
+      if (!paused_) report_.complaints.push_back("pauses to check itself for a fault, status " + status);
       paused_ = true;
       return;
     }

@@ -55,7 +55,7 @@ void ParseSerialPort(const std::string& name, std::string_view text, DeviceAddre
     RefuseAddress(name, fmt::format("is neither {0}:/dev/NAME nor {0}:tcp://HOST:PORT", address.kind->name));
   }
   if (address.kind->bauds.empty()) {
-    RefuseAddress(name, fmt::format("this laser has no serial port that is known here: {}:tcp://HOST:{}",
+    RefuseAddress(name, fmt::format("a serial port of this laser is not supported: use {}:tcp://HOST:{}",
                                     address.kind->name, address.kind->tcp_port));
   }
 }
@@ -68,13 +68,13 @@ const std::vector<DeviceKind>& DeviceKinds() {
        {115200, 19200, 57600, 500000, 750000},
        "10940",
        1e-3,
-       "it answers, but does not scan: has it enough power?",
+       "it answers, but does not scan: does it get enough power?",
        MakeHokuyo},
       {"rplidar",
        {115200, 256000, 460800, 1000000},
        "",
        0.1,
-       "it answers, but its motor does not turn: is the motor's power plugged in, is its head free to turn?",
+       "it answers, but its motor does not turn: is the motor's power plugged in, and can its head turn freely?",
        MakeRplidar},
       {"sick", {}, "2111", 1e-3, "it answers, but does not scan: is it in standby (SOPAS ET)?", MakeSick}};
   return kinds;
@@ -192,7 +192,7 @@ void LiveLaser::Receive(milliseconds longest) {
   const milliseconds patience = (had_scans_ ? kPatience : kFirstPatience) * (bytes.empty() ? 1 : 4);
   if (arrival - quiet_since_ <= patience) return;
   if (!had_scans_) throw DeviceError(address_.kind->no_scans);
-  Disconnect("has fallen silent: is its cable plugged in, has it power?");
+  Disconnect("has become silent: is its cable plugged in, and does it have power?");
   next_try_ = arrival;  // it may be back already, and what it sends then is lost
 }
 
@@ -212,7 +212,7 @@ void LiveLaser::Disconnect(const std::string& why) {
     connection_.reset();
   }
   next_try_ = Clock::now() + kPause;
-  if (why != said_) say_(why + "; it is tried again until it is there");
+  if (why != said_) say_(why + "; trying again until it answers");
   said_ = why;
 }
 

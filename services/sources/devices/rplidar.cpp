@@ -48,7 +48,7 @@ class Rplidar : public LaserDevice {
     const auto info = Ask(connection, kGetInfo, kInfoDescriptor, 20);
     if (!info) RefuseSilence();
     const auto health = Ask(connection, kGetHealth, kHealthDescriptor, 3);
-    if (!health) throw NoAnswer("answers garbled: is its cable good?");
+    if (!health) throw NoAnswer("sends garbled answers: is its cable good?");
     CheckHealth(*health);
     const auto rate = Ask(connection, kGetSampleRate, kSampleRateDescriptor, 4);
     const int sample_us = rate && Word(*rate, 0) > 0 ? static_cast<int>(Word(*rate, 0)) : kUsualSample_us;
@@ -57,7 +57,7 @@ class Rplidar : public LaserDevice {
     connection.SetDataTerminalReady(false);  // the motor of an A1 turns
     if (model >= 2) connection.Write(MotorRequest(660));
     left_.clear();
-    if (!Ask(connection, kScan, kScanDescriptor, 0)) throw NoAnswer("answers, but does not begin to scan");
+    if (!Ask(connection, kScan, kScanDescriptor, 0)) throw NoAnswer("answers, but does not start to scan");
     samples_.emplace(report_, sample_us);
     const unsigned firmware = Word(*info, 1);
     return fmt::format("RPLIDAR of series {}, firmware {}.{}: 360 deg, {:.0f} beams a second", model, firmware >> 8,
@@ -107,9 +107,9 @@ class Rplidar : public LaserDevice {
   [[noreturn]] void RefuseSilence() const {
     if (num_bytes_ > 0) {
       throw NoAnswer(
-          "sends bytes that no RPLidar sends: is its baud rate right (rplidar:PORT:BAUD), is it an RPLidar at all?");
+          "sends bytes that no RPLidar sends: is its baud rate right (rplidar:PORT:BAUD), and is it an RPLidar?");
     }
-    throw NoAnswer("is silent: has the laser power, is its cable plugged in at both ends?");
+    throw NoAnswer("is silent: does the laser have power, and is its cable plugged in at both ends?");
   }
 
   /// 0 is good, 1 a warning, 2 an error, in which the laser does not scan.
@@ -118,13 +118,13 @@ class Rplidar : public LaserDevice {
     if (health[0] == 0) return;
     ++report_.counts["error_status"];
     if (health[0] == 1) {
-      report_.complaints.push_back(fmt::format("warns of a fault to come, error code {}", error));
+      report_.complaints.push_back(fmt::format("warns of a coming fault, error code {}", error));
       return;
     }
-    throw DeviceError(fmt::format(
-        "protects itself after a fault, error code {}: turn its head by hand to see whether something is in its way, "
-        "then unplug it and plug it in again",
-        error));
+    throw DeviceError(
+        fmt::format("has stopped after a fault, error code {}: check by hand that its head turns freely, then unplug "
+                    "it and plug it in again",
+                    error));
   }
 
   DeviceReport& report_;

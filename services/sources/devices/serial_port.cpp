@@ -39,7 +39,7 @@ std::string ListSerialPorts() {
     if (name.starts_with("ttyACM") || name.starts_with("ttyUSB")) ports.push_back(entry.path().string());
   }
   std::sort(ports.begin(), ports.end());
-  if (ports.empty()) return "there is no port of a USB laser at all: has it power, is its cable plugged in?";
+  if (ports.empty()) return "there is no port of a USB laser at all: does it have power, and is its cable plugged in?";
   return fmt::format("there are {}", fmt::join(ports, ", "));
 }
 

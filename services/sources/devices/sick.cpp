@@ -28,12 +28,12 @@ class Sick : public LaserDevice {
     const auto identity = Ask(connection, "sRN DeviceIdent", "sRA DeviceIdent");
     const auto state = Ask(connection, "sRN SCdevicestate", "sRA SCdevicestate");
     if (state && state->ends_with(" 2")) {
-      throw DeviceError("reports an error of its own: take its power away for ten seconds; SOPAS ET says which it is");
+      throw DeviceError("reports an internal error: switch its power off for ten seconds; SOPAS ET shows the error");
     }
     CheckWindow(connection);
     const auto begun = Ask(connection, "sEN LMDscandata 1", "sEA LMDscandata");
     if (!begun || !begun->ends_with(" 1")) throw DeviceError("refuses to send scans (sEN LMDscandata)");
-    return identity ? Describe(*identity) : "a laser that does not say which it is";
+    return identity ? Describe(*identity) : "a laser of unknown type";
   }
 
   void Take(std::string_view bytes, std::vector<DeviceScan>& scans) override {
@@ -70,7 +70,7 @@ class Sick : public LaserDevice {
   [[noreturn]] void RefuseSilence() const {
     if (num_bytes_ > 0)
       throw NoAnswer("answers, but not in CoLa A: is it a SICK, and is it set to CoLa A (in SOPAS ET)?");
-    throw NoAnswer("takes the connection, but is silent: it needs half a minute to start; is it set to CoLa A?");
+    throw NoAnswer("accepts the connection, but is silent: it needs half a minute to start; is it set to CoLa A?");
   }
 
   /// Its answer ends in 0: clean, 1: a warning, 2 and 3: too dirty. Some lasers do not know the question.
@@ -118,7 +118,7 @@ class Sick : public LaserDevice {
 
   void Complain(unsigned status) {
     const unsigned news = status & ~complained_;
-    if (news & kSickError) report_.complaints.push_back("reports an error of its own: its scans are left out");
+    if (news & kSickError) report_.complaints.push_back("reports an internal error: its scans are left out");
     if (news & kSickDirtyWarning) report_.complaints.push_back("its window gets dirty: clean it");
     if (news & kSickTooDirty) {
       report_.complaints.push_back("its window is so dirty that its scans are left out: clean it");

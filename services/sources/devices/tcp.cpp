@@ -42,13 +42,14 @@ int Connect(int descriptor, const addrinfo& address) {
 
 [[noreturn]] void Refuse(const std::string& host, const std::string& port, int error) {
   if (error == ECONNREFUSED) {
-    throw DeviceError(fmt::format(
-        "{} is there, but refuses port {}: is it the laser's port, or has another program the laser? It serves one",
-        host, port));
+    throw DeviceError(
+        fmt::format("{} is there, but refuses port {}: is it the laser's port, or does another program use the laser? "
+                    "It serves only one",
+                    host, port));
   }
-  throw DeviceError(
-      fmt::format("{} does not answer ({}): has the laser power, is its cable plugged in, is this host in its network?",
-                  host, std::strerror(error)));
+  throw DeviceError(fmt::format(
+      "{} does not answer ({}): does the laser have power, is its cable plugged in, and is this host in its network?",
+      host, std::strerror(error)));
 }
 
 }  // namespace
@@ -63,7 +64,7 @@ std::unique_ptr<Connection> OpenTcp(const std::string& host, const std::string& 
     if (error == 0) {
       const int on = 1;
       setsockopt(descriptor, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-      return std::make_unique<DescriptorConnection>(descriptor, "has ended the connection: is it still powered?");
+      return std::make_unique<DescriptorConnection>(descriptor, "has ended the connection: does it still have power?");
     }
     close(descriptor);
   }

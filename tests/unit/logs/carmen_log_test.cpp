@@ -180,12 +180,12 @@ TEST_CASE("where most scans are left out it is said why, and which line is the f
   CHECK(ComplaintsOf(Flaser(2, " 1 1", "1.01893e+09")) ==
         Said{"1 of 1 scans are left out: line 1 is wrong at '1.01893e+09'"});
   CHECK(ComplaintsOf(RobotLaser("-2 4.0 0 4.0", "2 1 1")) == Said{"1 of 1 scans are left out: line 1 is wrong at '0'"});
-  CHECK(ComplaintsOf("FLASER 2 1\n") ==
-        Said{"1 of 1 scans are left out: line 1 ends before all of its fields have come"});
+  CHECK(ComplaintsOf("FLASER 2 1\n") == Said{"1 of 1 scans are left out: line 1 ends before its last field"});
   CHECK(ComplaintsOf("FLASER 2 1 1 " + Repeat("0 ", 1 << 19) + "\n") ==
-        Said{"1 of 1 scans are left out: line 1 is longer than any of a laser's"});
-  CHECK(ComplaintsOf(good + good + good) ==
-        Said{"2 of 3 scans are left out: their ipc_timestamp is that of an earlier one, each scan needs its own"});
+        Said{"1 of 1 scans are left out: line 1 is longer than any line of a laser"});
+  CHECK(
+      ComplaintsOf(good + good + good) ==
+      Said{"2 of 3 scans are left out: their ipc_timestamp repeats that of an earlier scan; each scan needs its own"});
 }
 
 TEST_CASE("a malformed line is counted and skipped, and the next one is read") {

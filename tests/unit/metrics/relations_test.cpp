@@ -106,9 +106,9 @@ TEST_CASE("relations without their poses are counted, and none left is an error"
   const RelationErrors errors = EvaluateRelations({{1000, 2000, {}}, {1000, 5000, {}}, {9, 2000, {}}}, trajectory, {});
   CHECK(errors.num_used == 1);
   CHECK(errors.num_missing == 2);
-  CHECK_THROWS_WITH(
-      EvaluateRelations({{9, 10, {}}}, trajectory, {}),
-      "none of the 1 relations has both its moments among the 2 poses of the trajectory: are they of one log?");
+  CHECK_THROWS_WITH(EvaluateRelations({{9, 10, {}}}, trajectory, {}),
+                    "none of the 1 relations has both its times among the 2 poses of the trajectory: are both files of "
+                    "the same log?");
   CHECK_THROWS(EvaluateRelations({}, trajectory, {}));
   CHECK_THROWS(EvaluateRelations({{1000, 2000, {}}}, {}, {}));
 }

@@ -31,7 +31,7 @@ TEST_CASE("a role on a bus is refused while a process has it, which is named wit
   std::optional<BusRole> role(std::in_place, bus, kMatcherRole);
   const std::string error = ErrorOf(bus, kMatcherRole);
   INFO(error);
-  CHECK(error.find("port 7790 with the channel prefix " + bus.channel_prefix + " has its matcher already, process " +
+  CHECK(error.find("port 7790 with the channel prefix " + bus.channel_prefix + " already has its matcher, process " +
                    std::to_string(getpid()) + " (") == 0);
   CHECK(error.find("unit_tests") != std::string::npos);
   CHECK(FindRoleHolder(bus, kMatcherRole));

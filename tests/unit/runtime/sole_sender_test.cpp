@@ -129,5 +129,5 @@ TEST_CASE("a sender of this host lives as long as its socket, and one of another
 TEST_CASE("a sender is described by its address and port") {
   CHECK(kOne.Describe() == "127.0.0.1:1001");
   CHECK(Sender{0, 1001}.Describe() == "0.0.0.0:1001");
-  CHECK(Sender{}.Describe() == "a sender that is not known");
+  CHECK(Sender{}.Describe() == "an unknown sender");
 }

@@ -29,7 +29,7 @@ TEST_CASE("a wait of five seconds is said once, with what is waited for") {
   test.WaitFor(kVersion, 4990ms);
   CHECK(test.said.empty());
   test.WaitFor(kVersion, 20s);
-  CHECK(test.said == std::vector<std::string>{"rrhc_matcher: waits for version 123 of the map for 5 s"});
+  CHECK(test.said == std::vector<std::string>{"rrhc_matcher: has waited 5 s for version 123 of the map"});
 }
 
 TEST_CASE("waits that follow each other are no stall, and each stall is said") {

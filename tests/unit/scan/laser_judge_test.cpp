@@ -75,7 +75,7 @@ TEST_CASE("each fault is said once, after ten scans that show it, within 3 s of 
   CHECK(Judge(9, NoReturn).empty());
   CheckSaid(Judge(1000, NoReturn), "none of the 180 rays has a range");
   CheckSaid(Judge(1000, [](int, LaserScan& scan) { SetAll(scan, 29.0f); }),
-            "ranges are 29 m to 29 m, taken are 0.05 m to 28.5 m: set range_max_m");
+            "ranges are 29 m to 29 m, but only 0.05 m to 28.5 m are accepted: set range_max_m");
 }
 
 TEST_CASE("what is said of ranges holds in whatever order they come") {

@@ -165,9 +165,9 @@ TEST_CASE(
     {
       Journal journal(folder / "a", kMapping, kRefuse, again.Visit());
       CHECK(again.utimes == Utimes(5));
-      CHECK(journal.notice() == path.string() + ": torn, by a power cut or a kill, at byte " +
-                                    std::to_string(five.size()) + " (event 15): " + std::to_string(tail.size()) +
-                                    " bytes from there on are left out; 5 scans remain");
+      CHECK(journal.notice() == path.string() + ": torn by a power cut or a kill at byte " +
+                                    std::to_string(five.size()) + " (event 15): the last " +
+                                    std::to_string(tail.size()) + " bytes are left out; 5 scans remain");
       CHECK(fs::file_size(path) == five.size());
       Append(journal, {200});
     }
@@ -185,7 +185,7 @@ TEST_CASE("a journal that a killed process left is whole, and that its session d
   Visited visited;
   Journal journal(folder / "a", kMapping, kRefuse, visited.Visit());
   CHECK(visited.utimes == Utimes(4));
-  CHECK(journal.notice().find("did not end in order; 4 scans are whole") != std::string::npos);
+  CHECK(journal.notice().find("ended unexpectedly; 4 scans are complete") != std::string::npos);
   CHECK(Content(folder / "a/journal.lcm") == killed);
 }
 
@@ -224,7 +224,7 @@ TEST_CASE("damage in the middle is refused with its place, and what is before it
   const std::string place = "at byte " + std::to_string(nine.size()) + " (event 25)";
   for (int time = 0; time < 2; ++time) {
     const std::string error = ErrorOf([&] { Journal(folder / "a", kMapping, kRefuse, kIgnore); });
-    CHECK(error.find(path.string() + " is damaged " + place + ", behind its first 9 scans: --until-damage") == 0);
+    CHECK(error.find(path.string() + " is damaged " + place + ", after its first 9 scans: --until-damage") == 0);
     CHECK(Content(path) == damaged);
   }
   for (const char* beside : {"a/journal.lcm.damaged", "a/journal.lcm.damaged2"}) {
@@ -233,7 +233,7 @@ TEST_CASE("damage in the middle is refused with its place, and what is before it
     Journal journal(folder / "a", kMapping, kTakeWhatIsBefore, visited.Visit());
     CHECK(visited.utimes == Utimes(9));
     CHECK(journal.notice().find("damaged " + place) != std::string::npos);
-    CHECK(journal.notice().find("; the file as it was is now " + (folder / beside).string()) != std::string::npos);
+    CHECK(journal.notice().find("; the original file is now " + (folder / beside).string()) != std::string::npos);
     CHECK(Content(folder / beside) == damaged);
     CHECK(Content(path) == whole.substr(0, nine.size()));
   }
@@ -263,7 +263,7 @@ TEST_CASE("a hole that was never on the disk is what a power cut leaves, and is 
   Visited visited;
   Journal journal(folder / "a", kMapping, kRefuse, visited.Visit());
   CHECK(visited.utimes == Utimes(4));
-  CHECK(journal.notice().find("4 scans remain; the file as it was is now ") != std::string::npos);
+  CHECK(journal.notice().find("4 scans remain; the original file is now ") != std::string::npos);
   CHECK(Content(folder / "a/journal.lcm.damaged") == killed);
 }
 
@@ -351,15 +351,15 @@ TEST_CASE("a journal of something else, missing or in the way is refused by name
   };
   CHECK(Refused("map", kMapping).empty());
   CHECK(Refused("map", kLocalization) ==
-        map_path + " is of a run that made a map: a localization needs a journal of its own");
-  CHECK(Refused("loc", kMapping).find("loc/journal.lcm is of a run that localised on the map of another folder") !=
+        map_path + " belongs to a run that made a map: choose another folder for the journal of a localization");
+  CHECK(Refused("loc", kMapping).find("loc/journal.lcm belongs to a run that localised on the map of another folder") !=
         std::string::npos);
   CHECK(Refused("map", {false, {{"cell_size_m", "0.02"}}}) ==
         map_path + ": its map was made with cell_size_m = 0.05, not with 0.02");
   CHECK(Refused("map", {false, {{"of_a_later_version", "1"}}}).empty());
   CHECK(Refused("none", kMapping).find("none/journal.lcm") != std::string::npos);
   CHECK(ErrorOf([&] { ReadHead(folder / "none"); }).find("none/journal.lcm") != std::string::npos);
-  CHECK(ErrorOf([&] { Journal(folder / "map", kMapping); }).find(map_path + " is there already") == 0);
+  CHECK(ErrorOf([&] { Journal(folder / "map", kMapping); }).find(map_path + " exists already") == 0);
 }
 
 TEST_CASE("a journal is taken over whole by another folder, and by its own") {

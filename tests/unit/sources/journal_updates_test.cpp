@@ -173,7 +173,7 @@ TEST_CASE("an update that does not fit the scans is an error that names the file
   const VisitJournal refuse{[](const CriticalRays*, const ScanMatch&) {}, [](const GraphUpdate&) { return false; }};
   for (const OnDamage on_damage : {kRefuse, OnDamage::kTakeWhatIsBefore}) {
     const std::string error = ErrorOf([&] { ReadJournal(folder / "a", kMapping, on_damage, refuse); });
-    CHECK(error == (folder / "a/journal.lcm").string() + ": what it says of loops does not fit its scans");
+    CHECK(error == (folder / "a/journal.lcm").string() + ": its loop closures do not fit its scans");
     CHECK(ErrorOf([&] { Journal(folder / "a", kMapping, on_damage, refuse); }) == error);
   }
   CHECK(Content(folder / "a/journal.lcm") == before);

@@ -335,7 +335,7 @@ TEST_CASE("a source that cannot be opened is an error of one line") {
               " is neither a CARMEN log (no FLASER or ROBOTLASER1 line in its first 10000 lines) "
               "nor an LCM log, nor a bag of ROS or MCAP");
   }
-  CHECK(error_of("sim:no_such").find("built in are arena, block, corridor, demo") != std::string::npos);
+  CHECK(error_of("sim:no_such").find("the built-in worlds are arena, block, corridor, demo") != std::string::npos);
 }
 
 TEST_CASE("a log whose scans turn against its own poses is complained of, with the flag that mends it") {
@@ -369,11 +369,11 @@ TEST_CASE("a log whose scans turn against its own poses is complained of, with t
   CHECK(Complaints(true, 1.0, {.botlab_clockwise = false}).empty());
   const std::string mirrored = " the map is a mirror image: ";
   CHECK(Complaints(true, 1.0, {}) ==
-        std::vector<std::string>{"the scans on LIDAR turn against the poses on SLAM_POSE:" + mirrored +
-                                 "say --no-botlab-clockwise"});
+        std::vector<std::string>{"the scans on LIDAR turn in the opposite direction to the poses on SLAM_POSE:" +
+                                 mirrored + "add --no-botlab-clockwise"});
   CHECK(Complaints(false, -1.0, {.botlab_clockwise = false}) ==
-        std::vector<std::string>{"the scans on LIDAR turn against the poses on ODOMETRY:" + mirrored +
-                                 "leave --no-botlab-clockwise away"});
+        std::vector<std::string>{"the scans on LIDAR turn in the opposite direction to the poses on ODOMETRY:" +
+                                 mirrored + "remove --no-botlab-clockwise"});
 }
 
 TEST_CASE("the real LCM log is complained of where its angles are taken for counter-clockwise", "[logs]") {

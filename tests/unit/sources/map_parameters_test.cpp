@@ -79,7 +79,7 @@ TEST_CASE("another value is refused by the name of who said it, also where it is
   };
   const std::string was = ": the map of " + map.folder.string() + " was made with ";
   CHECK(Refused({"--range-max-m", "40"}) ==
-        "--range-max-m 40" + was + "81.9; leave this away, or say --range-max-m 81.9");
+        "--range-max-m 40" + was + "81.9; remove this setting, or set --range-max-m 81.9");
   CHECK(Refused({"--range-max-m", "30"}).find("--range-max-m 30" + was + "81.9") == 0);
   CHECK(Refused({"--join-hits"}).find("--join-hits true" + was + "false") == 0);
   CHECK(Refused({"--preset", "urg-04lx"}).find("urg-04lx:") == 0);
@@ -107,8 +107,8 @@ TEST_CASE("who hears scans of others must have been told the laser's parameters 
     return ErrorOf([&] { CheckLaserParameters(map.folder, Called(flags).command_line); });
   };
   CHECK(Refused({}) == "the map of " + map.folder.string() +
-                           " was made with --range-max-m 81.9 --angle-scale 0.997: give this to test and "
-                           "ray_selector, or the --preset of its first run");
+                           " was made with --range-max-m 81.9 --angle-scale 0.997: give test and ray_selector the same "
+                           "flags, or the --preset of its first run");
   CHECK(Refused({"--range-max-m", "81.9"}).find("made with --angle-scale 0.997: give") != std::string::npos);
   CHECK(Refused({"--range-max-m", "81.9", "--angle-scale", "0.997"}).empty());
 }

@@ -108,7 +108,7 @@ TEST_CASE("an error in a world names the file, the line and what would be right"
       {"laser 180 181 8 10 0\n", "w: no line 'speed linear_m_s angular_rad_s'"},
       {kRest, "w: no wall and no box; there is nothing to see"},
       {"box 0 0 4 3\nlaser 180 181 8 10 0\nspeed 1 1\nwaypoint 1 1\n", "w: 1 waypoints, must be two or more"},
-      {kRoom + "waypoint 3 1\n", "w:6: the waypoint is the one before it again"},
+      {kRoom + "waypoint 3 1\n", "w:6: this waypoint repeats the one before it"},
       {kRoom + "waypoint 5 1\n", "w:6: the way to this waypoint goes through a wall; go around it"},
       {kRoom + "waypoint 3 3\n", "w:6: the way to this waypoint goes through a wall; go around it"},
   };
@@ -124,7 +124,8 @@ TEST_CASE("a world is loaded by its name or from its file") {
   CHECK(ErrorOf([&] { LoadWorld(wrong.path()); }).find(wrong.path() + ":1: ") == 0);
   CHECK(LoadWorldText(file.path()) == kRoom);
   CHECK(ErrorOf([] { LoadWorld("no_such"); }) ==
-        "there is no world file no_such and no built-in world of that name; built in are arena, block, corridor, demo, "
+        "there is no world file no_such and no built-in world of that name; the built-in worlds are arena, block, "
+        "corridor, demo, "
         "env1, env2, env3, env4, hall, rooms, symmetric, twins, campus[:LENGTH_M[:NUMBER]]");
 }
 

@@ -133,7 +133,7 @@ TEST_CASE("a bag with several lasers wants to be told which") {
   const std::string bag = Ros1Bytes(Ros1Connection(1, "/front") + Ros1Message(1, Ros1At(1)) +
                                     Ros1Connection(2, "/rear") + Ros1Message(2, Ros1At(2)));
   CHECK(ErrorOfBytes(bag) ==
-        " has several topics of lasers: --laser-channel must name one of /front (sensor_msgs/LaserScan in ros1), "
+        " has several laser topics: --laser-channel must name one of /front (sensor_msgs/LaserScan in ros1), "
         "/rear (sensor_msgs/LaserScan in ros1)");
   CHECK(SecondsOf(ReadBytes(bag, "/rear")) == Seconds{2});
 }
@@ -142,7 +142,7 @@ TEST_CASE("a bag without the laser that is wanted says which topics it has") {
   const std::string bag = Ros1Bytes(Ros1Connection(1, "/scan") + Ros1Connection(2, "/im\tage", "sensor_msgs/Image"));
   CHECK(
       ErrorOfBytes(bag, "/other") ==
-      " has no topic of a laser (sensor_msgs/LaserScan in ros1, sensor_msgs/msg/LaserScan in cdr, foxglove.LaserScan "
+      " has no laser topic (sensor_msgs/LaserScan in ros1, sensor_msgs/msg/LaserScan in cdr, foxglove.LaserScan "
       "in json) named /other; its topics: /im?age (sensor_msgs/Image in ros1), /scan (sensor_msgs/LaserScan in ros1)");
   CHECK(ErrorOfBytes(Ros1Bytes("")).ends_with("its topics: none"));
 }
@@ -168,7 +168,8 @@ TEST_CASE("of several odometries that of the laser's namespace is taken, or none
   CHECK(unknown.counts.count("bad_odometry") == 0);
   REQUIRE(unknown.complaints.size() == 1);
   CHECK(
-      unknown.complaints[0].starts_with("there is no odometry /a/odom, and of /b/odom (nav_msgs/Odometry in ros1), "));
+      unknown.complaints[0].starts_with("no odometry is used: there is no topic /a/odom, and several topics could be "
+                                        "meant: /b/odom (nav_msgs/Odometry in ros1), "));
 }
 
 TEST_CASE("scans that are mostly bad, or have the same stamp, are complained of") {
@@ -181,8 +182,8 @@ TEST_CASE("scans that are mostly bad, or have the same stamp, are complained of"
   const Result repeated = ReadBytes(Ros1Bytes(Ros1Connection(1, "/scan") + same + same + same));
   REQUIRE(repeated.complaints.size() == 1);
   CHECK(repeated.complaints[0] ==
-        "2 of 3 scans on /scan have the header.stamp of an earlier one and are left out: the driver must set "
-        "header.stamp to the moment of each scan");
+        "2 of 3 scans on /scan repeat the header.stamp of an earlier scan and are left out: the driver must set "
+        "header.stamp to the time of each scan");
 }
 
 TEST_CASE("a damaged chunk is passed over and counted, its neighbours are read") {
@@ -200,7 +201,7 @@ TEST_CASE("a damaged chunk is passed over and counted, its neighbours are read")
     CHECK(SecondsOf(result) == Seconds{1, 3});
     CHECK(result.counts.at("bad_chunk") == 1);
     REQUIRE(result.complaints.size() == 1);
-    CHECK(result.complaints[0] == "1 chunks are damaged, and what they hold is left out");
+    CHECK(result.complaints[0] == "1 chunks are damaged; their messages are left out");
   }
 }
 
@@ -269,11 +270,11 @@ TEST_CASE("messages that rosbag2 has compressed one by one are read") {
 }
 
 TEST_CASE("bags of another version, damaged at their beginning or compressed by gzip are refused with what mends it") {
-  CHECK(ErrorOfBytes("#ROSBAG V1.2\n") == " is not of format 2.0 of ROS 1 bags: rosbag fix makes it so");
+  CHECK(ErrorOfBytes("#ROSBAG V1.2\n") == " is no ROS 1 bag of format 2.0: convert it with rosbag fix");
   CHECK(ErrorOfBytes("#ROSBAG V2.0\nrubbish") == " is a ROS 1 bag that is damaged at its beginning");
   const ScratchFile packed(Compress(DataBytes("zstd.mcap")));
   CHECK(ErrorOf([&] { OpenLaserSource(packed.path(), {}); }) ==
-        packed.path() + " is a bag that gzip has compressed: gunzip it first");
+        packed.path() + " is a gzip-compressed bag: run gunzip on it first");
 }
 
 TEST_CASE("a bag is a source like any other, and its topic the channel") {

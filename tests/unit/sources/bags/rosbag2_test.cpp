@@ -93,7 +93,7 @@ TEST_CASE("without metadata.yaml the files of a folder go by their numbers") {
   folder.Write("notes.txt", "none");
   CHECK(SecondsOf(folder) == Seconds{9, 10});
   folder.Write("other_1.mcap", OneScan(1));
-  CHECK(RefusalOf(folder) == folder.path() + " has 2 recordings and no metadata.yaml: name the file of one of them");
+  CHECK(RefusalOf(folder) == folder.path() + " has 2 recordings and no metadata.yaml: give the file of one recording");
 }
 
 TEST_CASE("the last file of a folder may be empty, which is said") {
@@ -113,12 +113,12 @@ TEST_CASE("a folder whose files are missing or compressed is refused, with what 
   };
   name("run_0.mcap");
   CHECK(RefusalOf(folder) ==
-        folder.path() + "/run_0.mcap is not there, which " + folder.path() + "/metadata.yaml names");
+        folder.path() + "/run_0.mcap is missing, but " + folder.path() + "/metadata.yaml names it");
   name("run_0.db3.zstd");
-  CHECK(RefusalOf(folder) == folder.path() + " is compressed as a whole: zstd -d " + folder.path() +
-                                 "/run_0.db3.zstd first, and name the file that comes of it");
+  CHECK(RefusalOf(folder) == folder.path() + " is compressed as a whole: run zstd -d " + folder.path() +
+                                 "/run_0.db3.zstd first, and give the decompressed file");
   folder.Write("metadata.yaml", "nothing");
-  CHECK(RefusalOf(folder) == folder.path() + " has no files .db3 or .mcap of rosbag2");
+  CHECK(RefusalOf(folder) == folder.path() + " has no .db3 or .mcap file of rosbag2");
   folder.Write("run_0.mcap", "no bag, though it is called one");
   CHECK(RefusalOf(folder).ends_with("/run_0.mcap is neither a ROS 1 bag, nor MCAP, nor a database of rosbag2"));
 }
@@ -137,7 +137,7 @@ TEST_CASE("a database that is none of rosbag2, or that computes without end, is 
     const Database database(sql);
     return ErrorOf([&] { BagSource(database.path(), ""); }).substr(database.path().size());
   };
-  const std::string refusal = " is an SQLite database, but none of rosbag2: it has no tables topics and messages";
+  const std::string refusal = " is an SQLite database, but not of rosbag2: it has no tables topics and messages";
   CHECK(error_of("CREATE TABLE t(a);") == refusal);
   CHECK(error_of(kTopics) == refusal);
   CHECK(error_of(kTopics + "CREATE VIEW messages AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n) "

@@ -98,7 +98,7 @@ TEST_CASE("scans have 2 to 4096 beams") {
 }
 
 TEST_CASE("a scan with angles that are none is refused, with the reason") {
-  CHECK(RefusalOf({.angle_increment = 0.0f}).find("radstep not 0") != std::string::npos);
+  CHECK(RefusalOf({.angle_increment = 0.0f}).find("radstep must not be 0") != std::string::npos);
   CHECK(RefusalOf({.angle_min = NAN}).find("must be finite") != std::string::npos);
   CHECK(RefusalOf({.angle_min = -90.0f, .angle_increment = 1.0f}).find("degrees") != std::string::npos);
 }
@@ -113,7 +113,7 @@ TEST_CASE("a scan whose stamp is no time is refused") {
 
 TEST_CASE("a LaserScan that is cut anywhere is refused, and so is one with more behind it") {
   const auto is_refused = [](const BagTopic& topic, const std::string& bytes) {
-    return DecodeScan(topic, bytes).refusal == "messages are cut, or not of their type";
+    return DecodeScan(topic, bytes).refusal == "messages are cut short, or do not match their type";
   };
   for (const auto& [topic, bytes] : {std::pair(kRos1, LaserMessage().Ros1()), std::pair(kCdr, LaserMessage().Cdr())}) {
     for (std::size_t size = 0; size < bytes.size(); ++size) CHECK(is_refused(topic, bytes.substr(0, size)));
@@ -169,7 +169,7 @@ TEST_CASE("JSON that is no LaserScan is refused") {
         Json("[1, 2]", R"("start_angle": "a", "end_angle": 1)"), Json("[1, 2]", R"("start_angle": 0)"),
         Json("[1, 2]", R"("start_angle": -1e300, "end_angle": 1)"), std::string(R"({"timestamp": 5})"),
         std::string(R"({"timestamp": {"sec": -1, "nsec": 0}, "start_angle": 0, "end_angle": 1, "ranges": [1, 1]})")}) {
-    CHECK(DecodeScan(kJson, text).refusal == "messages are cut, or not of their type");
+    CHECK(DecodeScan(kJson, text).refusal == "messages are cut short, or do not match their type");
   }
   const std::string deep(kMostMessageBytes, '[');
   CHECK_FALSE(DecodeScan(kJson, deep).scan);

@@ -152,7 +152,7 @@ TEST_CASE("an RPLidar is asked in order: its motor turns while it scans, and is 
 
   health = 1;
   MakeRplidar(report)->Start(connection);
-  CHECK(report.complaints.back() == "warns of a fault to come, error code 261");
+  CHECK(report.complaints.back() == "warns of a coming fault, error code 261");
   health = 2;
   CHECK_THROWS_AS(MakeRplidar(report)->Start(connection), DeviceError);
 }
