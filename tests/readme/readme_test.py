@@ -1,0 +1,153 @@
+#!/usr/bin/env python3
+"""Whether what looks at the READMEs sees what is wrong with them."""
+
+import unittest
+
+import check_readmes
+import prose
+from blocks import blocks_of, in_order
+from check_readmes import check_figures, check_links, check_machine_paths, check_tables, check_words
+from markdown import kinds_of, links_of, sections_of, tables_of
+
+RESULTS = """# Results
+
+## Logs
+
+Twenty seeds of each log.
+
+    scripts/results logs
+
+| log | error, median [m] | path [km] |
+|---|---|---|
+| fr079 | 0.031 | 0.4 |
+| `intel` | 0.014 | 0.5 |
+
+Measured at 883d7f2, 2026-11-25.
+
+## Costs
+
+It takes 1,093 tiles.
+"""
+
+
+def pages(readme, **others):
+    texts = {"README.md": readme, "tests/RESULTS.md": RESULTS, "common/slam.cpp": "", **others}
+    return check_readmes.Pages(texts, texts.get)
+
+
+def texts_of(block):
+    return [command.text for command in block]
+
+
+class Blocks(unittest.TestCase):
+    def test_commands_of_an_indented_block_with_their_lines(self):
+        block, = blocks_of("a/README.md", "Text.\n\n    scripts/demo      # try it\n    sudo ip link\n\nText.\n")
+        self.assertEqual(texts_of(block), ["scripts/demo", "sudo ip link"])
+        self.assertEqual(block[1].place, "a/README.md:4")
+        self.assertEqual(block[0].comment, "try it")
+
+    def test_a_block_on_the_first_line_and_variables_before_a_command(self):
+        block, = blocks_of("README.md", "    N=5 build/bin/slam_eval x\n")
+        self.assertEqual(texts_of(block), ["N=5 build/bin/slam_eval x"])
+
+    def test_other_text_in_a_block_of_its_own_is_none(self):
+        self.assertEqual(blocks_of("README.md", "    [Service]\n    A=b\n\nscripts/demo\n"), [])
+
+    def test_other_text_among_commands_is_refused_with_its_place(self):
+        with self.assertRaisesRegex(ValueError, "^a/README.md:2: "):
+            blocks_of("a/README.md", "    scripts/demo\n    make\n")
+
+    def test_the_known_readmes_first_then_the_others_by_name(self):
+        self.assertEqual(in_order(["b/README.md", "logs/README.md", "a/README.md", "README.md", "x.md"]),
+                         ["README.md", "logs/README.md", "a/README.md", "b/README.md"])
+
+
+class Words(unittest.TestCase):
+    def lengths(self, text):
+        return prose.count(text).sentence_words
+
+    def test_a_sentence_may_go_over_lines_and_ends_before_code_or_a_capital(self):
+        self.assertEqual(self.lengths("One two\nthree. `a b c` five! (Six.) 7 eight"), [3, 2, 1, 2])
+
+    def test_initials_abbreviations_and_decimal_points_end_none(self):
+        self.assertEqual(self.lengths("By D. Haehnel et al. In 0.5 m, e.g. Here."), [10])
+
+    def test_items_are_sentences_and_headings_tables_code_and_pictures_are_none(self):
+        self.assertEqual(self.lengths("# A b\n\n- one\n- two three\n  four\n\n| a | b |\n\n    code here\n\n![x y](z)\n"), [1, 3])
+
+    def test_a_link_counts_by_its_text(self):
+        self.assertEqual(self.lengths("See [the `code` there](a/b.md) now."), [5])
+
+    def test_percentiles_are_values_of_the_sample(self):
+        self.assertEqual(prose.percentile([4, 1, 3, 2], 0.5), 2)
+        self.assertEqual(prose.percentile(list(range(1, 11)), 0.9), 9)
+        self.assertEqual(prose.percentile([], 0.5), 0)
+
+    def test_figures_have_a_point_or_a_unit(self):
+        self.assertEqual(prose.figures_of("0.5 m, 12 ms and 3 %, of 17 logs by `x 0.5`, LCM 1.3.1"), ["0.5", "12 ms", "3 %"])
+
+    def test_a_long_page_and_long_sentences_are_refused(self):
+        self.assertEqual(check_words(pages("Short is good.\n" * 120)), [])
+        self.assertIn("121 lines", check_words(pages("Short is good.\n" * 121))[0])
+        self.assertIn("median", check_words(pages("A " * 16))[0])
+        self.assertIn("one in ten", check_words(pages("A.\n\n" * 8 + "A " * 26 + "\n\n" + "A " * 26))[0])
+
+
+class Links(unittest.TestCase):
+    def test_files_folders_and_headings_of_the_project(self):
+        self.assertEqual(check_links(pages("# A `b` c\n[x](#a-b-c) [x](common/slam.cpp) [x](common) [x](tests/RESULTS.md#costs)"
+                                           " [x](https://x.y) `[x](y)`\n\n    [x](y)\n")), [])
+
+    def test_what_is_not_there(self):
+        failures = check_links(pages("A\n[x\ny](common/no.cpp) [x](#b) [![x](no.png)](tests/RESULTS.md#no)"))
+        self.assertEqual([failure.rsplit(": ", 2)[-2] for failure in failures],
+                         ["common/no.cpp", "#b", "tests/RESULTS.md#no", "no.png"])
+
+    def test_links_of_a_folder_lead_from_there(self):
+        self.assertEqual(check_links(pages("", **{"common/README.md": "[x](slam.cpp) [y](../README.md)"})), [])
+        self.assertEqual(len(check_links(pages("", **{"common/README.md": "[x](common/slam.cpp)"}))), 1)
+
+    def test_paths_of_one_machine(self):
+        self.assertEqual(check_machine_paths(pages("/dev/ttyUSB0, /usr/share, ./home/x, a/work/b\n")), [])
+        self.assertEqual(len(check_machine_paths(pages("in /home/me/x and\n`/work/main`\n"))), 2)
+
+    def test_the_sections_of_a_page_end_before_the_next_of_their_level(self):
+        self.assertEqual(sections_of("# A\na\n## B\nb\n# C\nc"), {"a": "a\n## B\nb", "b": "b", "c": "c"})
+
+    def test_code_below_a_list_and_a_list_below_code(self):
+        self.assertEqual(kinds_of("- a\n    b\n\n    c\n\nd\n\n    e\n\n    - f\n"),
+                         ["item", "prose", "blank", "prose", "blank", "prose", "blank", "code", "blank", "code"])
+
+    def test_links_have_their_line(self):
+        self.assertEqual([link.line for link in links_of("a\n[b\nc](d)\n[e](f)")], [2, 4])
+
+
+class Figures(unittest.TestCase):
+    def test_a_number_of_a_link_stands_in_the_section(self):
+        self.assertEqual(check_figures(pages("[0.014 m](tests/RESULTS.md#logs), [1093](tests/RESULTS.md#costs)")), [])
+
+    def test_a_part_of_a_number_another_section_or_the_day_will_not_do(self):
+        for link in ("[0.03](tests/RESULTS.md#logs)", "[0.014](tests/RESULTS.md#costs)", "[25](tests/RESULTS.md#logs)"):
+            self.assertEqual(len(check_figures(pages(link))), 1, link)
+
+    def table(self, *rows):
+        head = "See [the results](tests/RESULTS.md#logs).\n\n| log | error |\n|---|---|\n"
+        return pages(head + "".join(f"{row}\n" for row in rows))
+
+    def test_rows_of_a_table_are_rows_of_the_section(self):
+        self.assertEqual(check_tables(self.table("| fr079 | 0.4 km | 0.031 |", "| intel | 0.014 |")), [])
+
+    def test_numbers_of_another_row_and_unknown_rows_are_refused(self):
+        failures = check_tables(self.table("| fr079 | 0.4 | 0.014 |", "| aces | 0.031 |"))
+        self.assertEqual([failure.split(": ")[0] for failure in failures], ["README.md:5", "README.md:6"])
+
+    def test_other_tables_may_have_any_numbers(self):
+        self.assertEqual(check_tables(pages("See [it](tests/RESULTS.md#logs).\n\nNo.\n\n| a | b |\n|---|---|\n| fr079 | 7 |\n")), [])
+
+    def test_bars_in_code_part_no_cells(self):
+        table, = tables_of("a\n\n| `a | b` | c |\n|---|---|\n| x \\| y | z |\n")
+        self.assertEqual(table.rows[0].cells, ["x \\| y", "z"])
+
+
+if __name__ == "__main__":
+    unittest.main()
