@@ -94,6 +94,8 @@ struct LoopParameters {
   bool loops = true;
   double local_map_m = 40.0;  ///< along the graph: what lies further from the robot is not matched
   int lag = 10;               ///< keyframes until what one has brought takes effect
+  int lost_scans_max = 6;     ///< after so many lost scans in a row a new trajectory begins; 0: never
+  double gap_max_s = 8.0;     ///< after a longer gap only a robot that stood still goes on; 0: after any
 };
 
 struct Parameters {
@@ -249,6 +251,14 @@ void VisitLoopParameters(LoopParameters& loops, Visitor&& visit) {
          "length of the local map, along the pose graph [m]; scans are matched to the local map alone"},
         loops.local_map_m, 5.0, 1000.0);
   visit({kLoops, "loop_lag", "a loop closure corrects the map this many keyframes later"}, loops.lag, 1, 1000);
+  visit({kLoops, "lost_scans_max",
+         "after this many lost scans in a row, begin a new trajectory, which loop closures join with the others; "
+         "0: never"},
+        loops.lost_scans_max, 0, 1000000);
+  visit({kLoops, "gap_max_s",
+         "after a longer gap between scans, begin a new trajectory, unless the robot stands where it stood [s]; "
+         "0: never"},
+        loops.gap_max_s, 0.0, 1e9);
 }
 
 /// Calls `visit(info, value, low, high)` for every number, `visit(info, flag)` for every switch and

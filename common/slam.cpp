@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "common/graph/draw_scans.hpp"
+#include "common/match/match_scan.hpp"
 #include "common/match/rrhc_matcher.hpp"
-#include "common/match/sweep.hpp"
 
 namespace crsm {
 
@@ -18,16 +18,16 @@ Slam::Slam(const Parameters& parameters, const MakeMatcher& make_matcher)
       selector_(parameters),
       matcher_(make_matcher(parameters.update.cell_size_m)),
       mapper_(parameters.update, parameters.loops),
-      lag_(parameters.loops.lag),
+      loops_(parameters.loops),
       loop_closer_(std::make_unique<BackgroundLoopCloser>(parameters.loops, parameters.update)) {}
 
 Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot) {
   Step step;
   step.scan = selector_.Select(scan);
-  step.match = MatchSweep(*matcher_, step.scan, tracking_, T_odom_robot);
+  step.match = MatchScan(*matcher_, step.scan, tracking_, T_odom_robot, loops_);
   step.match.map_version = map_version();
   step.drawn = Integrate(&step.scan, step.match);
-  step.updates = OfferFound(std::max(0, lag_ - 1));  // before they would take effect with the next keyframe
+  step.updates = OfferFound(std::max(0, loops_.lag - 1));  // before they would take effect with the next keyframe
   return step;
 }
 
@@ -61,11 +61,16 @@ void Slam::FinishMap() {
 Slam::Outcome Slam::Conclude(std::span<ScanMatch> matches) {
   AwaitLoops();
   std::int64_t scan = 0;
-  for (ScanMatch& match : matches) match.T_map_laser = mapper_.BestPose(scan++, match.T_map_laser);
+  for (ScanMatch& match : matches) {
+    match.T_map_laser = mapper_.BestPose(scan, match.T_map_laser);
+    // Where it was taken on this map is not known.
+    if (!mapper_.IsScanOnMap(scan++) && match.map_version > 0) match.state = MatchState::kLost;
+  }
   const KeyframeGraph& graph = mapper_.graph();
   std::vector<PlacedScan> scans;
   for (int i = 0; i < graph.size(); ++i) {
-    scans.push_back({&graph.keyframe(i).rays, mapper_.best_poses()[static_cast<std::size_t>(i)]});
+    if (mapper_.IsKeyframeOnMap(i))
+      scans.push_back({&graph.keyframe(i).rays, mapper_.best_poses()[static_cast<std::size_t>(i)]});
   }
   return {DrawScans(drawing_, scans), mapper_.MakeBestGraph(), mapper_.PlaceLoops()};
 }

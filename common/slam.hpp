@@ -68,11 +68,11 @@ class Slam {
 
   /// With loops: all that is known when no more scans come.
   struct Outcome {
-    ByteMap map;  ///< all that was seen
+    ByteMap map;  ///< all that was seen by the component with the most keyframes
     KeyframeGraph graph;
     std::vector<PlacedLoop> loops;
   };
-  /// matches: of all scans, in their order; each is moved to where it belongs.
+  /// matches: of all scans, in their order; each is moved to where it belongs. Those of other components are lost.
   Outcome Conclude(std::span<ScanMatch> matches);
 
  private:
@@ -83,7 +83,7 @@ class Slam {
   RaySelector selector_;
   std::unique_ptr<Matcher> matcher_;
   Mapper mapper_;
-  int lag_;
+  LoopParameters loops_;
   std::unique_ptr<BackgroundLoopCloser> loop_closer_;
   TrackingState tracking_;
 };

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <queue>
+#include <set>
 #include <utility>
 
 namespace crsm {
@@ -14,6 +16,8 @@ constexpr MotionSigma kMotion{0.01, 0.01, 0.0015};
 constexpr double kAlongOpenAxis_m = 0.05;
 constexpr double kAcrossLost = 10.0;  ///< times as much
 constexpr MotionSigma kLoop{0.03, 0.03, 0.005};
+/// Over a break nobody knows anything. It keeps components that hang on nothing from drifting while others are solved.
+constexpr MotionSigma kBreak{100.0, 100.0, 10.0};
 constexpr double kContradicted = 36.0;  ///< a loop's squared error, in standard deviations: six of them
 
 /// What the match of a keyframe tells of where it is, seen from an older one.
@@ -49,10 +53,14 @@ GraphEdge MakeLoopEdge(const Loop& loop) {
 int KeyframeGraph::Add(Keyframe keyframe) {
   const int index = size();
   const Pose2& motion = keyframe.T_previous_this;
+  keyframe.begins = keyframe.begins || index == 0;
   links_.emplace_back();
   poses_.push_back(index == 0 ? Pose2{} : poses_.back() * motion);
-  path_m_.push_back(index == 0 ? 0.0 : path_m_.back() + Length(motion));
-  if (index > 0) Link(index - 1, index, Length(motion));
+  path_m_.push_back(index == 0 ? 0.0 : path_m_.back() + (keyframe.begins ? kBreak_m : Length(motion)));
+  if (keyframe.begins) first_of_.push_back(index);
+  trajectory_of_.push_back(num_trajectories() - 1);
+  if (keyframe.begins) UpdateComponents();
+  if (!keyframe.begins) Link(index - 1, index, Length(motion));
   if (keyframe.tie && !keyframe.tie_wrong) Link(keyframe.tie->keyframe, index, Length(keyframe.tie->T_keyframe_this));
   keyframes_.push_back(std::move(keyframe));
   return index;
@@ -61,6 +69,7 @@ int KeyframeGraph::Add(Keyframe keyframe) {
 void KeyframeGraph::AddLoop(const Loop& loop) {
   loops_.push_back(loop);
   Link(loop.older, loop.newer, Length(loop.T_older_newer));
+  if (trajectory(loop.older) != trajectory(loop.newer)) UpdateComponents();
 }
 
 void KeyframeGraph::DropLoop(const Loop& loop) {
@@ -69,12 +78,41 @@ void KeyframeGraph::DropLoop(const Loop& loop) {
   Unlink(loop.older, loop.newer, Length(loop.T_older_newer));
   loops_.erase(found);
   ++num_loops_dropped_;
+  if (trajectory(loop.older) != trajectory(loop.newer)) UpdateComponents();
 }
 
 void KeyframeGraph::DropTies(int first) {
   for (int i = first; i < size(); ++i) {
     Keyframe& at = keyframes_[static_cast<std::size_t>(i)];
     if (at.tie && !std::exchange(at.tie_wrong, true)) Unlink(at.tie->keyframe, i, Length(at.tie->T_keyframe_this));
+  }
+}
+
+std::vector<int> KeyframeGraph::FindComponents(const std::vector<Loop>& loops) const {
+  std::vector<int> components(first_of_.size());
+  std::iota(components.begin(), components.end(), 0);
+  for (const Loop& loop : loops) {
+    const int a = components[static_cast<std::size_t>(trajectory(loop.older))];
+    const int b = components[static_cast<std::size_t>(trajectory(loop.newer))];
+    if (a != b) std::replace(components.begin(), components.end(), std::max(a, b), std::min(a, b));
+  }
+  return components;
+}
+
+void KeyframeGraph::UpdateComponents() {
+  components_ = FindComponents(loops_);
+  num_components_ = static_cast<int>(std::set(components_.begin(), components_.end()).size());
+}
+
+void KeyframeGraph::Join(const Loop& loop) {
+  if (HangTogether(loop.older, loop.newer)) return;
+  const bool newer_moves = component(loop.newer) > component(loop.older);
+  const int moving = newer_moves ? component(loop.newer) : component(loop.older);
+  const Pose2 T_new_old = newer_moves ? pose(loop.older) * loop.T_older_newer * Inverse(pose(loop.newer))
+                                      : pose(loop.newer) * Inverse(loop.T_older_newer) * Inverse(pose(loop.older));
+  for (int i = 0; i < size(); ++i) {
+    Pose2& at = poses_[static_cast<std::size_t>(i)];
+    if (component(i) == moving) at = T_new_old * at;
   }
 }
 
@@ -102,6 +140,7 @@ std::vector<std::pair<int, double>> KeyframeGraph::FindWithin(int from, double r
     if (distance > distance_m[static_cast<std::size_t>(at)]) continue;
     found.emplace_back(at, distance);
     for (const auto& [next, length_m] : links_[static_cast<std::size_t>(at)]) {
+      if (!HangTogether(at, next)) continue;  // a tie that was made while they did
       const double there_m = distance + length_m;
       double& known_m = distance_m[static_cast<std::size_t>(next)];
       if (there_m > reach_m || there_m >= known_m) continue;
@@ -118,12 +157,19 @@ PoseGraph KeyframeGraph::MakePoseGraph() const {
   for (const Pose2& pose : poses_) graph.AddPose(pose);
   for (int i = 1; i < size(); ++i) {
     const Keyframe& at = keyframe(i);
-    graph.AddEdge(MakeMatchedEdge(i - 1, i, at.T_previous_this, at));
-    if (!at.tie || at.tie_wrong) continue;
+    graph.AddEdge(MakeMotionEdge(i));
+    if (!at.tie || at.tie_wrong || !HangTogether(at.tie->keyframe, i)) continue;
     graph.AddEdge(MakeMatchedEdge(at.tie->keyframe, i, at.tie->T_keyframe_this, at));
   }
   for (const Loop& loop : loops_) graph.AddEdge(MakeLoopEdge(loop));
   return graph;
+}
+
+/// Since the keyframe before. Over a break, where nothing is known, the poses as they are.
+GraphEdge KeyframeGraph::MakeMotionEdge(int index) const {
+  const Keyframe& at = keyframe(index);
+  if (!at.begins) return MakeMatchedEdge(index - 1, index, at.T_previous_this, at);
+  return GraphEdge::Make(index - 1, index, Inverse(pose(index - 1)) * pose(index), kBreak);
 }
 
 std::vector<Loop> KeyframeGraph::Optimise() {

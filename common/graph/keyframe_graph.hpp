@@ -24,6 +24,7 @@ struct Keyframe {
   ValidRays rays;
   Pose2 T_previous_this;    ///< the motion since the keyframe before, as matched; of no meaning in the first
   bool after_lost = false;  ///< scans were lost between the two
+  bool begins = false;      ///< a trajectory: the motion since the keyframe before is a guess
   std::optional<Eigen::Vector2d> open_axis = std::nullopt;  ///< laser frame: along it the walls did not tell
   std::optional<Tie> tie = std::nullopt;
   bool tie_wrong = false;  ///< the map on which it was matched was found wrong since
@@ -50,7 +51,14 @@ struct GraphUpdate {
   friend bool operator==(const GraphUpdate&, const GraphUpdate&) = default;
 };
 
+/// Longer than anything that looks along the path.
+inline constexpr double kBreak_m = 100.0;
+
 /// Keyframes along the path, the motions between them, ties and loops: what is known of the poses.
+///
+/// A *trajectory* is an unbroken run of keyframes, each matched to what those before it drew. Where one ends and the
+/// next begins nobody knows the motion. Trajectories that loops lead across hang together: they are one *component*, in
+/// one frame. The poses of another component are in a frame of its own.
 class KeyframeGraph {
  public:
   /// The next keyframe. Its pose follows from that of the one before; the first is the origin. Returns its index.
@@ -68,12 +76,30 @@ class KeyframeGraph {
   const std::vector<Pose2>& poses() const { return poses_; }
   const std::vector<Loop>& loops() const { return loops_; }
   std::int64_t num_loops_dropped() const { return num_loops_dropped_; }
-  /// Along the path, from the first keyframe [m].
+  /// Along the path, from the first keyframe [m]. Over a break it grows by kBreak_m, whatever the robot did.
   double path_m(int index) const { return path_m_[static_cast<std::size_t>(index)]; }
   /// The first keyframe so far along the path or further; the newest one if none is.
   int FindByPath(double path_m) const;
 
-  /// T_from_to along the path, by matched motions alone: what it says never changes.
+  int num_trajectories() const { return static_cast<int>(first_of_.size()); }
+  /// The trajectory of a keyframe, counted from 0.
+  int trajectory(int index) const { return trajectory_of_[static_cast<std::size_t>(index)]; }
+  int FirstOf(int trajectory) const { return first_of_[static_cast<std::size_t>(trajectory)]; }
+  int LastOf(int trajectory) const {
+    return trajectory + 1 < num_trajectories() ? FirstOf(trajectory + 1) - 1 : size() - 1;
+  }
+  /// The component of a keyframe: its oldest trajectory.
+  int component(int index) const { return components_[static_cast<std::size_t>(trajectory(index))]; }
+  bool HangTogether(int a, int b) const { return component(a) == component(b); }
+  bool is_one_component() const { return num_components_ <= 1; }
+
+  /// For each trajectory its component, if these were all the loops.
+  std::vector<int> FindComponents(const std::vector<Loop>& loops) const;
+
+  /// Moves the younger component of the two ends of a loop to where the loop says; nothing if they are one.
+  void Join(const Loop& loop);
+
+  /// T_from_to along the path of one trajectory, by matched motions alone: what it says never changes.
   Pose2 Motion(int from, int to) const;
 
   /// How far each keyframe is that lies within `reach_m` of one along the motions, ties and loops [m]; by index.
@@ -97,10 +123,16 @@ class KeyframeGraph {
   bool Fits(const GraphUpdate& update) const;
 
  private:
+  GraphEdge MakeMotionEdge(int index) const;
+  void UpdateComponents();
   void Link(int a, int b, double length_m);
   void Unlink(int a, int b, double length_m);
 
   std::vector<Keyframe> keyframes_;
+  std::vector<int> trajectory_of_;
+  std::vector<int> first_of_;    ///< keyframe, by trajectory
+  std::vector<int> components_;  ///< by trajectory
+  int num_components_ = 0;
   std::vector<double> path_m_;
   std::vector<Pose2> poses_;
   std::vector<Loop> loops_;

@@ -16,18 +16,10 @@ bool AreNear(const Pose2& a, const Pose2& b, double near_m, double near_rad) {
 }  // namespace
 
 std::optional<GraphUpdate> LoopCloser::Add(Keyframe keyframe) {
-  constexpr double kSearchEvery_m = 1.0;
-  constexpr double kThoroughlyEvery_m = 5.0;
   keyframe.tie_wrong = keyframe.as_of < ties_wrong_before_;
   GraphUpdate update;
   update.keyframe = graph_.Add(std::move(keyframe));
-  const double here_m = graph_.path_m(update.keyframe);
-  if (here_m < next_search_m_) return std::nullopt;
-  next_search_m_ = here_m + kSearchEvery_m;
-  const bool thoroughly = here_m >= next_thorough_m_;
-  if (thoroughly) next_thorough_m_ = here_m + kThoroughlyEvery_m;
-
-  const auto finding = SearchLoop(graph_, parameters_.local_map_m, thoroughly);
+  const auto finding = Search();
   if (!finding) return std::nullopt;
   if (finding->known && AgreesWithGraph(*finding)) {
     verified_ = update.keyframe;
@@ -42,14 +34,40 @@ std::optional<GraphUpdate> LoopCloser::Add(Keyframe keyframe) {
   }
   verified_ = update.keyframe;
   update.previous = std::exchange(update_, update.keyframe);
-  for (const Loop& loop : update.closed) graph_.AddLoop(loop);
   const std::vector<Pose2> before = graph_.poses();
+  for (const Loop& loop : update.closed) {
+    graph_.Join(loop);
+    graph_.AddLoop(loop);
+  }
   update.taken_out = graph_.Optimise();
   const auto& after = graph_.poses();
   const auto moved = std::mismatch(before.begin(), before.end(), after.begin()).second;
   update.first_pose = static_cast<int>(moved - after.begin());
   update.poses.assign(moved, after.end());
   return update;
+}
+
+/// Where the newest keyframe is: in another component first, while there is one; then in its own.
+std::optional<LoopFinding> LoopCloser::Search() {
+  constexpr double kSearchEvery_m = 1.0;
+  constexpr double kThoroughlyEvery_m = 5.0;
+  constexpr double kElsewhereEvery_m = 3.0;
+  constexpr double kSoonEvery_m = 1.5;  // soon after a break
+  constexpr double kSoon_m = 15.0;
+  const int newest = graph_.size() - 1;
+  const double here_m = graph_.path_m(newest);
+  const double since_break_m = here_m - graph_.path_m(graph_.FirstOf(graph_.trajectory(newest)));
+  const double every_m = since_break_m < kSoon_m ? kSoonEvery_m : kElsewhereEvery_m;
+  if (graph_.keyframe(newest).begins) next_elsewhere_m_ = here_m + every_m;
+  if (!graph_.is_one_component() && here_m >= next_elsewhere_m_) {
+    next_elsewhere_m_ = here_m + every_m;
+    if (const auto finding = SearchElsewhere(graph_)) return finding;
+  }
+  if (here_m < next_search_m_) return std::nullopt;
+  next_search_m_ = here_m + kSearchEvery_m;
+  const bool thoroughly = here_m >= next_thorough_m_;
+  if (thoroughly) next_thorough_m_ = here_m + kThoroughlyEvery_m;
+  return SearchLoop(graph_, parameters_.local_map_m, thoroughly);
 }
 
 bool LoopCloser::AgreesWithGraph(const LoopFinding& finding) const {
@@ -59,8 +77,12 @@ bool LoopCloser::AgreesWithGraph(const LoopFinding& finding) const {
 
 /// Whether they are of one drift: the robot moved between them as it was matched.
 bool LoopCloser::Agree(const LoopFinding& earlier, const LoopFinding& later) const {
-  constexpr double kLeastApart_m = 3.0;  // what is nearer saw mostly the same
-  if (graph_.path_m(later.newer) - graph_.path_m(earlier.newer) < kLeastApart_m) return false;
+  constexpr double kLeastApart_m = 3.0;        // what is nearer saw mostly the same
+  constexpr double kLeastApartOfJoin_m = 1.4;  // of places that fit like no other in all of a component
+  if (graph_.trajectory(earlier.newer) != graph_.trajectory(later.newer)) return false;
+  if (!graph_.HangTogether(earlier.older, later.older)) return false;
+  const double least_apart_m = graph_.HangTogether(later.older, later.newer) ? kLeastApart_m : kLeastApartOfJoin_m;
+  if (graph_.path_m(later.newer) - graph_.path_m(earlier.newer) < least_apart_m) return false;
   const Pose2 expected = Inverse(graph_.pose(later.older)) * graph_.pose(earlier.older) * earlier.T_older_newer *
                          graph_.Motion(earlier.newer, later.newer);
   return AreNear(expected, later.T_older_newer, 0.3, 0.04);

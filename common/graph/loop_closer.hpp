@@ -36,6 +36,7 @@ class LoopCloser {
   bool AgreesWithGraph(const LoopFinding& finding) const;
   bool Agree(const LoopFinding& earlier, const LoopFinding& later) const;
   std::vector<Loop> Confirm(const LoopFinding& finding);
+  std::optional<LoopFinding> Search();
 
   LoopParameters parameters_;
   UpdateParameters drawing_;
@@ -43,6 +44,7 @@ class LoopCloser {
   std::deque<Remembered> findings_;  ///< of the last metres
   double next_search_m_ = 0.0;
   double next_thorough_m_ = 0.0;
+  double next_elsewhere_m_ = 0.0;
   int verified_ = 0;  ///< the last keyframe of which it is known that it is where the graph says
   int update_ = -1;   ///< keyframe of the last update
   /// Keyframe of the last update that took ties for wrong: those that were matched on a map before it are, too.

@@ -21,6 +21,8 @@ constexpr double kCell_m = 0.05;
 constexpr double kLeastScoreOfPlace = 0.55;
 constexpr double kRivalShare = 0.9;  ///< corridors are alike every few metres
 constexpr int kMostEvaluations = 60'000;
+constexpr double kLeastScoreAnywhere = 0.8;  ///< in a window so wide chance finds more than in a small one
+constexpr int kMostAnywhere = 20'000;        ///< a submap that takes longer is clutter, where anything fits
 
 /// Part of the path, by its keyframes, both ends included.
 struct Submap {
@@ -32,8 +34,9 @@ struct Submap {
 Submap MakeSubmap(const KeyframeGraph& graph, int middle, int newest) {
   const double middle_m = graph.path_m(middle);
   const int latest = graph.FindByPath(graph.path_m(newest) - kLongAgo_m);
+  const int last_of_trajectory = graph.LastOf(graph.trajectory(middle));
   return {middle, graph.FindByPath(middle_m - kSubmapReach_m),
-          std::min(graph.FindByPath(middle_m + kSubmapReach_m), latest)};
+          std::min({graph.FindByPath(middle_m + kSubmapReach_m), latest, last_of_trajectory})};
 }
 
 /// Hits of some keyframes nearer than `farthest_m` to their laser and to a place in the frame of the middle one. 2 x N.
@@ -144,6 +147,7 @@ Candidates FindCandidates(const KeyframeGraph& graph, int newest, double local_m
       continue;
     }
     const int at = i++;
+    if (!graph.HangTogether(at, newest)) continue;
     if (!ways) ways.emplace(graph, newest, local_map_m);
     // A way through the graph that is much longer than the crow flies is not agreement: the chain may be bent.
     const double way_m = std::min(ways->To(at), by_path_m);
@@ -157,13 +161,32 @@ Candidates FindCandidates(const KeyframeGraph& graph, int newest, double local_m
     if (away_m > drift.Over(way_m).reach_m + kPassing_m) continue;
     const int slot = static_cast<int>(graph.path_m(at) / kSubmapReach_m);
     if (slot != last_slot) {
-      found.unknown.push_back({graph.FindByPath((slot + 0.5) * kSubmapReach_m), way_m});
+      const int middle = graph.FindByPath((slot + 0.5) * kSubmapReach_m);
+      found.unknown.push_back({graph.trajectory(middle) == graph.trajectory(at) ? middle : at, way_m});
     } else {
       found.unknown.back().way_m = std::max(found.unknown.back().way_m, way_m);
     }
     last_slot = slot;
   }
   return found;
+}
+
+/// The middles of submaps that cover all components but that of the newest keyframe. What is shorter than a join takes
+/// is left out: a hand before the laser makes a trajectory of one scan, too.
+std::vector<int> FindSubmapsElsewhere(const KeyframeGraph& graph) {
+  constexpr double kLeastLength_m = 2.0;
+  std::vector<int> middles;
+  for (int trajectory = 0; trajectory < graph.num_trajectories(); ++trajectory) {
+    const int first = graph.FirstOf(trajectory);
+    if (graph.HangTogether(first, graph.size() - 1)) continue;
+    const double length_m = graph.path_m(graph.LastOf(trajectory)) - graph.path_m(first);
+    if (length_m < kLeastLength_m) continue;
+    const int num_submaps = static_cast<int>(length_m / kSubmapReach_m) + 1;
+    for (int i = 0; i < num_submaps; ++i) {
+      middles.push_back(graph.FindByPath(graph.path_m(first) + (i + 0.5) * length_m / num_submaps));
+    }
+  }
+  return middles;
 }
 
 /// Searches of one newest keyframe.
@@ -185,6 +208,16 @@ class PlaceFinder {
   HitPyramid MakePyramid(int middle, double reach_m) const {
     const Submap submap = MakeSubmap(graph_, middle, newest_);
     return HitPyramid(CollectHits(graph_, submap, PresumedIn(middle), reach_m + kFarthestPoint_m), kCell_m);
+  }
+
+  /// Anywhere near the middle of a submap, in any direction.
+  Place FindAnywhere(int middle, double least_score) const {
+    constexpr double kReach_m = 8.0;
+    const Submap submap = MakeSubmap(graph_, middle, newest_);
+    const HitPyramid pyramid(CollectHits(graph_, submap, {}, kReach_m + kFarthestPoint_m), kCell_m);
+    const Place place =
+        FindPlace(pyramid, points_m_, {{}, kReach_m, kPi}, {kFarthestPoint_m, least_score, kRivalShare, kMostAnywhere});
+    return place.evaluations > kMostAnywhere ? Place{} : place;
   }
 
   /// Where the matches say that the robot is: if it fits there, whether nowhere nearby as well; else further away.
@@ -235,6 +268,45 @@ std::optional<LoopFinding> SearchUnknown(const KeyframeGraph& graph, const Candi
   return best;
 }
 
+/// Soon after a break the robot is near where it was before it: less has to fit there than in a window of any size.
+std::optional<LoopFinding> SearchBeforeBreak(const KeyframeGraph& graph, const PlaceFinder& finder) {
+  constexpr double kSoon_m = 15.0;
+  constexpr double kBefore_m = 8.0;
+  constexpr Drift kWindow{3.0, 0.5};
+  const int newest = graph.size() - 1;
+  const int trajectory = graph.trajectory(newest);
+  if (trajectory == 0 || graph.path_m(newest) - graph.path_m(graph.FirstOf(trajectory)) > kSoon_m) return std::nullopt;
+  const int last = graph.LastOf(trajectory - 1);
+  if (graph.HangTogether(last, newest)) return std::nullopt;
+  const int middle = std::max(graph.FirstOf(trajectory - 1), graph.FindByPath(graph.path_m(last) - kBefore_m));
+  const Place place = finder.Find(finder.MakePyramid(middle, kWindow.reach_m), middle, kWindow, kLeastScoreOfPlace);
+  if (place.score == 0.0 || place.rival > kRivalShare * place.score) return std::nullopt;
+  return LoopFinding{middle, newest, place.pose, place.score};
+}
+
+/// Near any of the middles of submaps.
+std::optional<LoopFinding> SearchAnywhere(const KeyframeGraph& graph, const PlaceFinder& finder,
+                                          const std::vector<int>& middles) {
+  constexpr double kSamePlace_m = 0.6;
+  const int newest = graph.size() - 1;
+  const auto PoseOf = [&](const LoopFinding& of) { return graph.pose(of.older) * of.T_older_newer; };
+  std::optional<LoopFinding> best;
+  double rival = 0.0;
+  for (const int middle : middles) {
+    const Place place =
+        finder.FindAnywhere(middle, std::max(kLeastScoreAnywhere, best ? kRivalShare * best->score : 0.0));
+    if (place.score == 0.0) continue;
+    rival = std::max(rival, place.rival);
+    const LoopFinding finding{middle, newest, place.pose, place.score};
+    if (best && graph.HangTogether(middle, best->older) && Distance(PoseOf(finding), PoseOf(*best)) > kSamePlace_m) {
+      rival = std::max(rival, std::min(place.score, best->score));
+    }
+    if (!best || place.score > best->score) best = finding;
+  }
+  if (!best || rival > kRivalShare * best->score) return std::nullopt;
+  return best;
+}
+
 /// Whether the robot is where the matches say.
 std::optional<LoopFinding> CheckKnown(const KeyframeGraph& graph, int middle) {
   const int newest = graph.size() - 1;
@@ -258,6 +330,15 @@ std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_m
   const Candidates candidates = FindCandidates(graph, newest, local_map_m, kLargest);
   if (thoroughly && candidates.unknown.empty() && candidates.known) return CheckKnown(graph, *candidates.known);
   return SearchUnknown(graph, candidates, kLargest, known_score);
+}
+
+std::optional<LoopFinding> SearchElsewhere(const KeyframeGraph& graph) {
+  const std::vector<int> middles = FindSubmapsElsewhere(graph);
+  if (middles.empty()) return std::nullopt;
+  const PlaceFinder finder(graph, graph.size() - 1);
+  if (!finder.HasEnough()) return std::nullopt;
+  if (const auto finding = SearchBeforeBreak(graph, finder)) return finding;
+  return SearchAnywhere(graph, finder, middles);
 }
 
 std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& finding, const UpdateParameters& drawing) {

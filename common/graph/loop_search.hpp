@@ -26,6 +26,10 @@ struct LoopFinding {
 /// submaps, whatever the graph has learned since.
 std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_map_m, bool thoroughly);
 
+/// Looks for the newest keyframe, in any direction, in all that hangs together with it by nothing. Nothing where no
+/// place fits, or another place of the same component fits nearly as well.
+std::optional<LoopFinding> SearchElsewhere(const KeyframeGraph& graph);
+
 /// The loop of a finding, its pose refined on a map of the submap; nothing if the rays of the newest keyframe would run
 /// through walls there.
 std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& finding, const UpdateParameters& drawing);

@@ -45,10 +45,13 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   constexpr double kPeriod_m = 20.0;
   std::optional<CriticalRays> deskewed;
   if (scan && !scan->rays.time_s.empty()) scan = &deskewed.emplace(Deskew(*scan, match.twist));
-  Step step{scan ? local_.Update(*scan, match) : local_.UpdateWithoutScan()};
+  const bool begins = loops_.loops && scan && match.state == MatchState::kFirst && graph_.size() > 0 &&
+                      scan->rays.size() > 0 && local_.InLimits(scan->rays, match.T_map_laser);
+  Step step{scan && !begins ? local_.Update(*scan, match) : local_.UpdateWithoutScan()};
   if (!loops_.loops) return step;
+  step.delta.drawn = step.delta.drawn || begins;
   if (match.state == MatchState::kLost) lost_since_ = true;
-  if (step.delta.drawn) AddKeyframe(scan->rays, match);
+  if (step.delta.drawn) AddKeyframe(scan->rays, match, begins);
   AnchorScan(step.delta.version - 1);
   if (!step.delta.drawn) return step;
   const int newest = graph_.size() - 1;
@@ -57,11 +60,11 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   const Pose2 before = graph_.pose(newest);
   const bool put_right = ApplyDue(newest);
   if (put_right) step.T_new_old = graph_.pose(newest) * Inverse(before);
-  if (!put_right && graph_.path_m(newest) - looked_at_m_ < kPeriod_m) return step;
+  if (!put_right && !begins && graph_.path_m(newest) - looked_at_m_ < kPeriod_m) return step;
   looked_at_m_ = graph_.path_m(newest);
   const auto [local, bearable] = FindLocal(graph_, loops_.local_map_m);
   const std::vector<int> needed = ThinOut(local);
-  const bool anew = put_right || !std::ranges::includes(bearable, drawn_);
+  const bool anew = put_right || begins || !std::ranges::includes(bearable, drawn_);
   const std::vector<TileChange> tiles = anew ? DrawAnew(needed) : DrawMissing(needed);
   step.delta.tiles.insert(step.delta.tiles.end(), tiles.begin(), tiles.end());
   return step;
@@ -70,19 +73,22 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
 bool Mapper::Offer(const GraphUpdate& update) {
   if (update.previous != last_update_ || !graph_.Fits(update)) return false;
   last_update_ = update.keyframe;
-  ++num_updates_;
+  ++num_layouts_;
   loops_closed_.insert(loops_closed_.end(), update.closed.begin(), update.closed.end());
   for (const Loop& loop : update.taken_out) std::erase(loops_closed_, loop);
   loops_taken_out_.insert(loops_taken_out_.end(), update.taken_out.begin(), update.taken_out.end());
   graph_.PutRight(update, best_poses_);
+  UpdateLargest();
   pending_.push_back(update);
   return true;
 }
 
 std::vector<TileChange> Mapper::Finish() {
   ApplyDue(graph_.size() + loops_.lag);
-  std::vector<int> all(static_cast<std::size_t>(graph_.size()));
-  std::iota(all.begin(), all.end(), 0);
+  std::vector<int> all;
+  for (int i = 0; i < graph_.size(); ++i) {
+    if (IsKeyframeOnMap(i)) all.push_back(i);
+  }
   std::vector<TileChange> tiles;
   if (loops_.loops) tiles = DrawAnew(all);
   local_.Finish();
@@ -97,11 +103,37 @@ KeyframeGraph Mapper::MakeBestGraph() const {
 }
 
 Pose2 Mapper::BestPose(std::int64_t scan, const Pose2& T_map_laser) const {
+  const Anchor* anchor = FindAnchor(scan);
+  if (!anchor) return T_map_laser;
+  return best_poses_[static_cast<std::size_t>(anchor->keyframe)] * (Inverse(anchor->T_map_keyframe) * T_map_laser);
+}
+
+bool Mapper::IsKeyframeOnMap(int keyframe) const {
+  return best_components_[static_cast<std::size_t>(graph_.trajectory(keyframe))] == largest_;
+}
+
+bool Mapper::IsScanOnMap(std::int64_t scan) const {
+  const Anchor* anchor = FindAnchor(scan);
+  return !anchor || IsKeyframeOnMap(anchor->keyframe);
+}
+
+/// On which a scan hangs; nullptr if no keyframe came before it.
+const Mapper::Anchor* Mapper::FindAnchor(std::int64_t scan) const {
   const auto after = std::upper_bound(anchors_.begin(), anchors_.end(), scan,
                                       [](std::int64_t at, const Anchor& anchor) { return at < anchor.first_scan; });
-  if (after == anchors_.begin()) return T_map_laser;  // no keyframe came before it
-  const Anchor& anchor = *std::prev(after);
-  return best_poses_[static_cast<std::size_t>(anchor.keyframe)] * (Inverse(anchor.T_map_keyframe) * T_map_laser);
+  return after == anchors_.begin() ? nullptr : &*std::prev(after);
+}
+
+/// The component with the most keyframes; of several the oldest.
+void Mapper::UpdateLargest() {
+  best_components_ = graph_.FindComponents(loops_closed_);
+  std::vector<int> sizes(best_components_.size());
+  for (int i = 0; i < graph_.num_trajectories(); ++i) {
+    sizes[static_cast<std::size_t>(best_components_[static_cast<std::size_t>(i)])] +=
+        graph_.LastOf(i) - graph_.FirstOf(i) + 1;
+  }
+  const int largest = static_cast<int>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
+  if (std::exchange(largest_, largest) != largest) ++num_layouts_;
 }
 
 std::vector<PlacedLoop> Mapper::PlaceLoops() const {
@@ -116,15 +148,16 @@ std::vector<PlacedLoop> Mapper::PlaceLoops() const {
   return placed;
 }
 
-void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match) {
+void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool begins) {
   Keyframe keyframe;
   keyframe.utime = match.utime;
   keyframe.rays = rays;
   keyframe.after_lost = std::exchange(lost_since_, false);
+  keyframe.begins = begins || graph_.size() == 0;
   keyframe.as_of = applied_update_;
   if (graph_.size() > 0) {
     keyframe.T_previous_this = Inverse(graph_.poses().back()) * match.T_map_laser;
-    keyframe.tie = FindTie(match.T_map_laser);
+    if (!begins) keyframe.tie = FindTie(match.T_map_laser);
   }
   if (match.state == MatchState::kDegenerate) {
     const auto [sin, cos] = ComputeSinCos(match.T_map_laser.yaw_rad);
@@ -133,6 +166,7 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match) {
   }
   best_poses_.push_back(best_poses_.empty() ? Pose2{} : best_poses_.back() * keyframe.T_previous_this);
   drawn_.push_back(graph_.Add(std::move(keyframe)));
+  if (graph_.num_trajectories() > 1) UpdateLargest();
 }
 
 /// Scans come by the thousand between two keyframes: kept is only where another anchor begins.

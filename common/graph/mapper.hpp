@@ -38,7 +38,9 @@ class Mapper {
 
   /// Keyframe of the last update offered; -1: none.
   int last_update() const { return last_update_; }
-  std::int64_t num_updates() const { return num_updates_; }
+  /// How often what is shown has changed other than by a new scan: keyframes were moved, or another component became
+  /// the largest.
+  std::int64_t num_layouts() const { return num_layouts_; }
   /// In them all: loops that hold, and loops that others contradicted.
   std::int64_t num_loops() const { return std::ssize(loops_closed_); }
   std::int64_t num_loops_taken_out() const { return std::ssize(loops_taken_out_); }
@@ -62,6 +64,10 @@ class Mapper {
   /// T_map_laser of a scan by all that is known. scan: 0 for the first that was integrated. T_map_laser: where it was
   /// matched.
   Pose2 BestPose(std::int64_t scan, const Pose2& T_map_laser) const;
+  /// Whether a keyframe is of the component with the most keyframes: the map that is shown. By all that is known.
+  bool IsKeyframeOnMap(int keyframe) const;
+  /// The same of a scan's keyframe. scan: as of BestPose.
+  bool IsScanOnMap(std::int64_t scan) const;
   /// The newest loops by all that is known, those that hold first.
   std::vector<PlacedLoop> PlaceLoops() const;
 
@@ -73,8 +79,10 @@ class Mapper {
     Pose2 T_map_keyframe;
   };
 
-  void AddKeyframe(const ValidRays& rays, const ScanMatch& match);
+  void AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool begins);
   void AnchorScan(std::int64_t scan);
+  const Anchor* FindAnchor(std::int64_t scan) const;
+  void UpdateLargest();
   bool ApplyDue(int newest);
   std::optional<Tie> FindTie(const Pose2& T_map_laser) const;
   std::vector<PlacedScan> Place(const std::vector<int>& keyframes) const;
@@ -88,8 +96,10 @@ class Mapper {
   std::deque<GraphUpdate> pending_;  ///< that have not taken effect yet
   int applied_update_ = -1;          ///< keyframe of the last one that has
   int last_update_ = -1;
-  std::int64_t num_updates_ = 0;
-  std::vector<Loop> loops_closed_;  ///< by them all
+  std::int64_t num_layouts_ = 0;
+  std::vector<int> best_components_{0};  ///< by trajectory
+  int largest_ = 0;                      ///< of them
+  std::vector<Loop> loops_closed_;       ///< by them all
   std::vector<Loop> loops_taken_out_;
   std::vector<Pose2> best_poses_;
   std::vector<int> drawn_;    ///< keyframes in the local map

@@ -82,7 +82,11 @@ class Lattice {
     const int size = 1 << node.level;
     const auto Far = [size](int at, int from) { return std::max(from - at, at + size - 1 - from); };
     const double far_m = pyramid_.cell_m() * std::max(Far(node.x, place.x), Far(node.y, place.y));
-    return far_m < kOther_m && step_rad_ * Far(node.yaw, place.yaw) < kOther_rad;
+    if (far_m >= kOther_m) return false;
+    const int turn = static_cast<int>(std::lround(2.0 * kPi / step_rad_));  // in a wide window the ends meet
+    const int far =
+        std::min({Far(node.yaw, place.yaw), Far(node.yaw + turn, place.yaw), Far(node.yaw - turn, place.yaw)});
+    return step_rad_ * far < kOther_rad;
   }
 
   /// The nodes whose halves are those of the highest level.

@@ -1,8 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <span>
 
-#include "common/graph/keyframe_graph.hpp"
+#include "common/graph/mapper.hpp"
 #include "common/map/map_updater.hpp"
 
 namespace crsm {
@@ -19,11 +20,22 @@ class WholeMap {
 
   /// Draws some keyframes that are not in the map yet, for the version of that number, no smaller than before. poses:
   /// T_map_keyframe. Whether all are drawn.
-  bool Draw(const KeyframeGraph& graph, std::span<const Pose2> poses, std::int64_t version, int most);
+  bool Draw(const KeyframeGraph& graph, std::span<const Pose2> poses, std::int64_t version, int most) {
+    return Draw(graph, poses, version, most, [](int) { return true; });
+  }
+
+  /// The same of a mapper's keyframes that are on its map, by all that it knows.
+  bool Draw(const Mapper& mapper, int most) {
+    return Draw(mapper.graph(), mapper.best_poses(), mapper.local().version(), most,
+                [&](int keyframe) { return mapper.IsKeyframeOnMap(keyframe); });
+  }
 
   const MapUpdater& map() const { return map_; }
 
  private:
+  bool Draw(const KeyframeGraph& graph, std::span<const Pose2> poses, std::int64_t version, int most,
+            const std::function<bool(int)>& is_on_map);
+
   UpdateParameters drawing_;
   MapUpdater map_;
   int num_drawn_ = 0;

@@ -13,6 +13,7 @@ std::optional<Twist> FindTwist(const ScanMatch& from, const ScanMatch& to) {
   constexpr double kLongest_s = 0.5;
   const double elapsed_s = 1e-6 * static_cast<double>(to.utime - from.utime);
   if (from.state == MatchState::kLost || to.state == MatchState::kLost) return std::nullopt;
+  if (to.state == MatchState::kFirst) return std::nullopt;  // its pose is a guess
   if (elapsed_s <= 0.0 || elapsed_s > kLongest_s) return std::nullopt;
   const Pose2 back = Inverse(to.T_map_laser) * from.T_map_laser;
   const Twist twist{-back.x_m / elapsed_s, -back.y_m / elapsed_s, -back.yaw_rad / elapsed_s};

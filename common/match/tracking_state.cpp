@@ -43,6 +43,7 @@ void TrackingState::Add(const ScanMatch& match) {
   ++num_scans_;
   num_lost_ = match.state == MatchState::kLost ? num_lost_ + 1 : 0;
   newest_utime_ = std::max(newest_utime_, match.utime);
+  if (match.state == MatchState::kFirst) fitnesses_.clear();  // a new map
   const bool matched = match.state == MatchState::kOk || match.state == MatchState::kDegenerate;
   if (matched) Append(fitnesses_, match.fitness, kUsual);
   Append(recent_, match, kRecent);

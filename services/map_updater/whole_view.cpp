@@ -20,9 +20,9 @@ void WholeView::Show(const Mapper& mapper, const Answered& answered, AnswerOptio
   if (asked_.empty()) return;
   const bool loops = mapper.closes_loops();
   if (loops) {
-    if (std::exchange(num_updates_, mapper.num_updates()) != mapper.num_updates()) whole_.Forget();
-    if (!whole_.Draw(mapper.graph(), mapper.best_poses(), mapper.local().version(), kPiece)) return;
-    options.epoch += num_updates_;  // what was seen is elsewhere now: another map
+    if (std::exchange(num_layouts_, mapper.num_layouts()) != mapper.num_layouts()) whole_.Forget();
+    if (!whole_.Draw(mapper, kPiece)) return;
+    options.epoch += num_layouts_;  // what was seen is elsewhere now: another map
   }
   const MapUpdater& map = loops ? whole_.map() : mapper.local();
   for (const Asked& asked : std::exchange(asked_, {})) {

@@ -28,7 +28,7 @@ class WholeView {
  private:
   Bus& bus_;
   WholeMap whole_;
-  std::int64_t num_updates_ = 0;  ///< of the graph that are in the map
+  std::int64_t num_layouts_ = 0;  ///< of the mapper, as of what is drawn
   static constexpr std::size_t kMostWaiting = 64;
   struct Asked {
     map_request_t request;

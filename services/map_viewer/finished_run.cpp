@@ -100,6 +100,7 @@ class Run {
   ScanMatch BestMatch(std::size_t scan) const {
     ScanMatch match = matches_[scan];
     match.T_map_laser = mapper_->BestPose(static_cast<std::int64_t>(scan), match.T_map_laser);
+    if (!mapper_->IsScanOnMap(static_cast<std::int64_t>(scan)) && match.map_version > 0) match.state = MatchState::kLost;
     return match;
   }
 
@@ -111,7 +112,7 @@ class Run {
       return shown.SetVersion(epoch_, local.version());
     }
     WholeMap whole(drawing_);
-    if (mapper_->closes_loops()) whole.Draw(mapper_->graph(), mapper_->best_poses(), local.version(), kAll);
+    if (mapper_->closes_loops()) whole.Draw(*mapper_, kAll);
     const MapUpdater& drawn = mapper_->closes_loops() ? whole.map() : local;
     ByteMap map(drawn.geometry().cell_size_m());
     for (std::size_t tile = 0; tile < drawn.num_tiles(); ++tile) {

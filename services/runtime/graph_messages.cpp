@@ -40,6 +40,7 @@ keyframe_t ToMessage(const Keyframe& keyframe, const KeyframeHead& head) {
   message.range_m = keyframe.rays.range_m;
   message.T_previous_this = ToMessage(keyframe.T_previous_this);
   message.after_lost = keyframe.after_lost ? 1 : 0;
+  message.begins = keyframe.begins ? 1 : 0;
   message.as_of = keyframe.as_of;
   if (keyframe.open_axis) {
     message.num_open_axes = 1;
@@ -60,6 +61,7 @@ Keyframe FromMessage(const keyframe_t& message) {
   keyframe.rays = {message.angle_rad, message.range_m};
   keyframe.T_previous_this = FromMessage(message.T_previous_this);
   keyframe.after_lost = message.after_lost == 1;
+  keyframe.begins = message.begins == 1;
   keyframe.as_of = message.as_of;
   if (message.num_open_axes == 1) keyframe.open_axis = Eigen::Vector2d(message.open_axis[0], message.open_axis[1]);
   if (message.num_ties == 1) keyframe.tie = Tie{message.tied_to, FromMessage(message.T_tied_this)};

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "common/match/sweep.hpp"
+#include "common/match/match_scan.hpp"
 #include "services/runtime/pose_types.hpp"
 
 namespace crsm {
@@ -36,6 +36,7 @@ const char* Describe(MatchState state) {
 
 MatcherStage::MatcherStage(const CommandLine& command_line, MakeMatcher make_matcher)
     : parameters_(command_line.parameters().match),
+      loops_(command_line.parameters().loops),
       settings_(command_line.settings()),
       service_(command_line),
       scans_(service_.counters()),
@@ -192,7 +193,7 @@ void MatcherStage::Match(const CriticalRays& scan, const std::optional<Pose2>& T
   const MapReplica& replica = map_.replica();
   TrackingState tracking = replica.tracking();
   if (last_match_ && !WasAnswered(last_match_->utime)) tracking.Add(*last_match_);  // the map is late; this counts
-  last_match_ = MatchSweep(*matcher_, scan, tracking, T_odom_robot);
+  last_match_ = MatchScan(*matcher_, scan, tracking, T_odom_robot, loops_);
   last_match_->map_version = replica.version();
   T_local_map_ = tracking.T_local_map();
   last_match_time_ = Clock::now();

@@ -45,6 +45,7 @@ class MatcherStage {
   ScanMatch LastMatchAsOfNow() const;
 
   const MatchParameters& parameters_;
+  const LoopParameters& loops_;
   const crsm::Settings& settings_;
   Service service_;
   ScanQueue<CriticalRays> scans_;

@@ -11,7 +11,7 @@ ProgramFlags FlagsOfPublisher() {
 ProgramFlags FlagsOfSelector() { return {{kLaser, kScan, kSelection}, {"lcm_url", "channel_prefix", "laser_channel"}}; }
 
 ProgramFlags FlagsOfMatcher() {
-  return {{kSeed, kOdometry, kMatch}, {"lcm_url", "channel_prefix", "lockstep", "map_wait_s", "start"}};
+  return {{kSeed, kOdometry, kMatch, kLoops}, {"lcm_url", "channel_prefix", "lockstep", "map_wait_s", "start"}};
 }
 
 ProgramFlags FlagsOfUpdater() {

@@ -159,7 +159,7 @@ bool ValuesInRange(const keyframe_t& message) {
   const bool axis_in_range = message.num_open_axes == 1 ? std::abs(square - 1.0) <= 0.01 : square == 0.0;
   return message.utime >= 0 && message.epoch != 0 && message.keyframe >= 0 && message.last_update >= -1 &&
          AreRays(message.angle_rad, message.range_m) && IsPose(message.T_previous_this) && IsFlag(message.after_lost) &&
-         message.as_of >= -1 && message.as_of < message.keyframe &&
+         IsFlag(message.begins) && message.as_of >= -1 && message.as_of < message.keyframe &&
          (message.num_open_axes == 0 || message.num_open_axes == 1) && axis_in_range &&
          (message.num_ties == 0 ||
           (message.num_ties == 1 && message.tied_to >= 0 && message.tied_to < message.keyframe)) &&

@@ -124,8 +124,8 @@ constexpr auto FieldsOf<keyframe_t>() {
   using T = keyframe_t;
   return std::tuple(&T::utime, &T::epoch, &T::keyframe, &T::last_update, &T::num_rays,
                     Array(&T::angle_rad, &T::num_rays, kMaxBeams), Array(&T::range_m, &T::num_rays, kMaxBeams),
-                    &T::T_previous_this, &T::after_lost, &T::as_of, &T::num_open_axes, &T::open_axis, &T::num_ties,
-                    &T::tied_to, &T::T_tied_this);
+                    &T::T_previous_this, &T::after_lost, &T::begins, &T::as_of, &T::num_open_axes, &T::open_axis,
+                    &T::num_ties, &T::tied_to, &T::T_tied_this);
 }
 
 template <>

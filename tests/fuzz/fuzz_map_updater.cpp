@@ -71,7 +71,7 @@ class Owner {
   void Answer(const map_request_t& request) const {
     if (!loops_ || request.whole == 0) return Check(MakePage(request, local(), {answered_, tracking_}, kOptions));
     WholeMap whole({});
-    whole.Draw(mapper_.graph(), mapper_.best_poses(), local().version(), mapper_.graph().size());
+    whole.Draw(mapper_, mapper_.graph().size());
     Check(MakePage(request, whole.map(), {answered_, tracking_, &mapper_}, kOptions));
   }
 

@@ -139,7 +139,13 @@ def measure_paper_worlds():
         text = (pathlib.Path(folder) / "results.md").read_text()
     parts = re.split(r"^## ", text, flags=re.MULTILINE)
     kept = [part.split("\n", 1) for part in parts if part.startswith(("Summary\n", "What the paper ", "Where the paper "))]
-    return "\n\n".join(f"### {title}\n\n{body.strip()}" for title, body in kept)
+    return "\n\n".join(f"### {title}\n\n{without_pictures(body)}" for title, body in kept)
+
+
+def without_pictures(text):
+    """The paragraphs but for pictures, which stay in the experiments' own folder, and what is said of their curves."""
+    paragraphs = [part for part in text.strip().split("\n\n") if not part.startswith("![") and "red curve" not in part]
+    return "\n\n".join(paragraphs)
 
 
 SECTIONS = [

@@ -85,6 +85,7 @@ inline keyframe_t KeyframeMessage() {
   message.range_m = {1.0f, 2.0f, 3.0f};
   message.T_previous_this = {0.5, -0.25, 0.125};
   message.after_lost = 1;
+  message.begins = 1;
   message.as_of = 4;
   message.num_open_axes = 1;
   message.open_axis[0] = 0.6;

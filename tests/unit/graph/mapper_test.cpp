@@ -67,7 +67,7 @@ bool Knows(const ByteMap& map, double way_m) {
 /// All that was seen, by all that is known.
 ByteMap DrawWhole(const Mapper& mapper) {
   WholeMap whole(Drawing());
-  while (!whole.Draw(mapper.graph(), mapper.best_poses(), mapper.local().version(), 7)) {
+  while (!whole.Draw(mapper, 7)) {
   }
   ByteMap map(Drawing().cell_size_m);
   for (std::size_t i = 0; i < whole.map().num_tiles(); ++i) {
@@ -218,7 +218,7 @@ TEST_CASE("what is put right takes effect some keyframes later, and moves the ma
   for (int i = 0; i <= update.keyframe; ++i) update.poses.push_back(turn * before.pose(i));
   REQUIRE(mapper.Offer(update));
   CHECK(mapper.last_update() == update.keyframe);
-  CHECK(mapper.num_updates() == 1);
+  CHECK(mapper.num_layouts() == 1);
 
   // At once it is known, and nobody on the local map has heard of it.
   CHECK(mapper.graph().poses() == before.poses());
@@ -392,7 +392,7 @@ TEST_CASE("an update that does not follow the last one, or is of no such graph, 
   const auto IsRefused = [&](const std::function<void(GraphUpdate&)>& spoil) {
     GraphUpdate update = good;
     spoil(update);
-    return !mapper.Offer(update) && mapper.best_poses() == poses && mapper.num_updates() == 0;
+    return !mapper.Offer(update) && mapper.best_poses() == poses && mapper.num_layouts() == 0;
   };
   CHECK(IsRefused([](GraphUpdate& u) { u.previous = 5; }));
   CHECK(IsRefused([](GraphUpdate& u) { u.previous = -2; }));

@@ -39,6 +39,7 @@ void CheckSame(const Keyframe& one, const Keyframe& other) {
   CHECK(one.rays == other.rays);
   CHECK(one.T_previous_this == other.T_previous_this);
   CHECK(one.after_lost == other.after_lost);
+  CHECK(one.begins == other.begins);
   CHECK(one.open_axis == other.open_axis);
   CHECK(one.tie == other.tie);
   CHECK(one.as_of == other.as_of);
@@ -74,6 +75,7 @@ TEST_CASE("a keyframe comes over the wire to the last bit") {
   SECTION("as it is") {}
   SECTION("with what is not known of its motion") {
     keyframe.after_lost = true;
+    keyframe.begins = true;
     keyframe.as_of = -1;
     keyframe.open_axis = Eigen::Vector2d(std::cos(0.3), std::sin(0.3));
   }

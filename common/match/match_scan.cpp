@@ -1,0 +1,93 @@
+#include "common/match/match_scan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "common/match/sweep.hpp"
+
+namespace crsm {
+namespace {
+
+/// Time from the last scan to this one [s], and what is usual; negative where a clock steps back.
+struct Periods {
+  double last_s;
+  double usual_s;  ///< median of those that are remembered
+};
+
+Periods FindPeriods(const TrackingState& tracking, std::int64_t utime) {
+  const auto recent = tracking.recent();
+  std::vector<double> periods_s;
+  for (std::size_t i = 1; i < recent.size(); ++i) {
+    periods_s.push_back(1e-6 * std::abs(static_cast<double>(recent[i].utime - recent[i - 1].utime)));
+  }
+  const auto middle = periods_s.begin() + static_cast<std::ptrdiff_t>(periods_s.size() / 2);
+  std::nth_element(periods_s.begin(), middle, periods_s.end());
+  return {1e-6 * static_cast<double>(utime - recent.back().utime), periods_s.empty() ? 0.0 : *middle};
+}
+
+/// Whether so much time has passed that the robot may be anywhere.
+bool IsGap(const TrackingState& tracking, std::int64_t utime, double gap_max_s) {
+  constexpr double kTimesUsual = 8.0;  // a logger that takes a scan a metre has no gaps, however slow the robot is
+  const Periods periods = FindPeriods(tracking, utime);
+  return gap_max_s > 0.0 && periods.last_s > std::max(gap_max_s, kTimesUsual * periods.usual_s);
+}
+
+/// Whether a scan fits where the last one was taken, as well as scans do as a rule.
+bool StoodStill(const ScanMatch& match, const TrackingState& tracking) {
+  constexpr double kStill_m = 0.3;
+  constexpr double kStill_rad = 0.2;
+  constexpr double kAsUsual = 0.9;
+  const Pose2 motion = Inverse(tracking.recent().back().T_map_laser) * match.T_map_laser;
+  return match.state != MatchState::kLost && Length(motion) < kStill_m && std::abs(motion.yaw_rad) < kStill_rad &&
+         match.fitness >= kAsUsual * tracking.usual_fitness();
+}
+
+/// Whether a scan is found again after others were lost. In a window that has grown something fits by chance, and what
+/// lies beyond the map is not asked for: a wrong place costs the map, a new trajectory only time.
+bool IsConvincing(const ScanMatch& match, const TrackingState& tracking) {
+  constexpr double kConvincing = 0.6;  // of the baseline fitness
+  return match.state == MatchState::kLost || match.fitness >= kConvincing * tracking.usual_fitness();
+}
+
+ScanMatch Lose(ScanMatch match, const Pose2& guess) {
+  match.state = MatchState::kLost;
+  match.T_map_laser = guess;
+  match.covariance = {};
+  match.degenerate_axis = {};
+  return match;
+}
+
+bool HasEnoughRays(const CriticalRays& scan) {
+  constexpr std::size_t kFewest = 20;  // less is no place to begin a map at
+  return scan.rays.size() >= kFewest;
+}
+
+/// A new trajectory, where the robot is guessed to be.
+ScanMatch Begin(const ScanMatch& match, const Pose2& guess) {
+  ScanMatch first;
+  first.utime = match.utime;
+  first.T_map_laser = guess;
+  first.evaluations = match.evaluations;
+  first.num_critical = match.num_critical;
+  first.T_odom_robot = match.T_odom_robot;
+  return first;
+}
+
+}  // namespace
+
+ScanMatch MatchScan(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
+                    const std::optional<Pose2>& T_odom_robot, const LoopParameters& parameters) {
+  ScanMatch match = MatchSweep(matcher, scan, tracking, T_odom_robot);
+  if (!parameters.loops || tracking.empty() || tracking.on_finished_map() || !HasEnoughRays(scan)) return match;
+  const ScanMatch& last = tracking.recent().back();
+  if (tracking.num_lost() > 0 && !IsConvincing(match, tracking)) match = Lose(match, last.T_map_laser);
+  const bool lost_for_long = match.state == MatchState::kLost && parameters.lost_scans_max > 0 &&
+                             tracking.num_lost() + 1 >= parameters.lost_scans_max;
+  const bool by_odometry = match.T_odom_robot && last.T_odom_robot;
+  const bool broken = IsGap(tracking, scan.utime, parameters.gap_max_s) && !by_odometry && !StoodStill(match, tracking);
+  if (lost_for_long) return Begin(match, match.T_map_laser);
+  return broken ? Begin(match, last.T_map_laser) : match;
+}
+
+}  // namespace crsm
