@@ -20,7 +20,7 @@ struct Twist {
 };
 
 enum class MatchState : std::int8_t {
-  kFirst = 0,       ///< the map was empty: the pose is the origin of the map frame
+  kFirst = 0,       ///< a trajectory begins: the pose is the origin, or a guess where nobody knows
   kOk = 1,          ///< matched: the scan goes into the map
   kLost = 2,        ///< no pose explains the scan: the pose is a guess, the scan stays out of the map
   kDegenerate = 3,  ///< matched, but nothing seen holds the position along one axis, as in a bare corridor

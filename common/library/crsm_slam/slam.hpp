@@ -35,7 +35,7 @@ struct Scan {
 
 /// How the pose of a scan was found.
 enum class State {
-  kFirst,       ///< the map was empty: the pose is its origin
+  kFirst,       ///< a trajectory begins: the pose is the origin, or a guess where scans were lost or missing
   kOk,          ///< matched to the map
   kLost,        ///< no pose explains the scan: the pose is a guess, and the scan is not in the map
   kDegenerate,  ///< matched, but one direction is degenerate: the scan does not fix it, as in a bare corridor

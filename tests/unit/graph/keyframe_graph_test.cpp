@@ -231,4 +231,59 @@ TEST_CASE("what an update takes out is gone, and an update without poses moves n
   CHECK(graph.poses() == poses);
 }
 
+/// Two trajectories straight on: ten keyframes, and ten that begin somewhere else.
+KeyframeGraph DriveBroken() {
+  KeyframeGraph graph = DriveStraight(10);
+  for (int i = 0; i < 10; ++i) {
+    Keyframe keyframe = MakeKeyframe(i == 0 ? Pose2{5.0, 5.0, 1.0} : Pose2{1.0, 0.0, 0.0});
+    keyframe.begins = i == 0;
+    graph.Add(std::move(keyframe));
+  }
+  return graph;
+}
+
+TEST_CASE("a keyframe that begins a trajectory hangs on nothing that came before it") {
+  const KeyframeGraph graph = DriveBroken();
+  CHECK(graph.num_trajectories() == 2);
+  CHECK(graph.trajectory(9) == 0);
+  CHECK(graph.trajectory(10) == 1);
+  CHECK(graph.FirstOf(1) == 10);
+  CHECK(graph.LastOf(0) == 9);
+  CHECK(graph.LastOf(1) == 19);
+  CHECK_FALSE(graph.HangTogether(9, 10));
+  CHECK_FALSE(graph.is_one_component());
+  CHECK(graph.path_m(10) - graph.path_m(9) == kBreak_m);
+  const auto near = Within(graph, 12, 1000.0);
+  CHECK(near.size() == 10);
+  CHECK(near.begin()->first == 10);
+}
+
+TEST_CASE("a loop across joins two trajectories: the younger moves; without the loop they fall apart again") {
+  KeyframeGraph graph = DriveBroken();
+  const Loop loop{3, 15, {0.0, 1.0, 0.25}};
+  const std::vector<Pose2> before = graph.poses();
+  graph.Join(loop);
+  graph.AddLoop(loop);
+  for (std::size_t i = 0; i < 10; ++i) CHECK(graph.poses()[i] == before[i]);
+  CheckPose(Inverse(graph.pose(3)) * graph.pose(15), loop.T_older_newer, 1e-9);
+  CheckPose(Inverse(graph.pose(10)) * graph.pose(19), Inverse(before[10]) * before[19], 1e-9);
+  CHECK(graph.HangTogether(0, 19));
+  CHECK(graph.is_one_component());
+  CHECK(graph.FindComponents({}) == std::vector<int>{0, 1});
+  CHECK(graph.FindComponents({loop}) == std::vector<int>{0, 0});
+  CHECK(Within(graph, 12, 1000.0).size() == 20);
+  graph.DropLoop(loop);
+  CHECK_FALSE(graph.HangTogether(0, 19));
+  CHECK(Within(graph, 12, 1000.0).size() == 10);
+}
+
+TEST_CASE("what is learned of one component leaves the other where it is") {
+  KeyframeGraph graph = DriveBroken();
+  graph.AddLoop({10, 19, {8.9, 0.0, 0.0}});  // 0.1 m shorter than it was matched
+  const std::vector<Pose2> before = graph.poses();
+  CHECK(graph.Optimise().empty());
+  for (int i = 0; i < 10; ++i) CheckPose(graph.pose(i), before[static_cast<std::size_t>(i)], 1e-6);
+  CHECK(Length(Inverse(graph.pose(10)) * graph.pose(19)) < 8.99);
+}
+
 }  // namespace crsm

@@ -426,4 +426,37 @@ TEST_CASE("scans before the first keyframe stay where they were") {
   CHECK(LocalMap(mapper).empty());
 }
 
+TEST_CASE("a first scan amid a drive begins a map of its own, and what is shown is the component with more keyframes") {
+  Driven driven = Drive(20.0);
+  const std::size_t num_before = driven.scans.size();
+  const Driven later = Drive(40.0);
+  for (std::size_t i = 60; i < later.scans.size(); ++i) {
+    driven.scans.push_back(later.scans[i]);
+    driven.matches.push_back(later.matches[i]);
+  }
+  driven.matches[num_before].state = MatchState::kFirst;
+  Mapper mapper(Drawing(), kLoops);
+  bool has_changed = false;
+  for (std::size_t i = 0; i < driven.scans.size(); ++i) {
+    const Mapper::Step step = mapper.Integrate(&driven.scans[i], driven.matches[i]);
+    if (i != num_before) continue;
+    REQUIRE(step.keyframe);
+    CHECK(step.keyframe->begins);
+    CHECK_FALSE(step.keyframe->tie);
+    CHECK(mapper.num_drawn() == 1);  // nothing that came before is matched any more
+    CHECK(mapper.IsScanOnMap(0));
+    CHECK_FALSE(mapper.IsScanOnMap(static_cast<std::int64_t>(i)));
+    CHECK(mapper.num_layouts() == 0);
+    has_changed = true;
+  }
+  REQUIRE(has_changed);
+  // The second part is longer by now.
+  CHECK(mapper.num_layouts() == 1);
+  CHECK_FALSE(mapper.IsScanOnMap(0));
+  CHECK(mapper.IsScanOnMap(static_cast<std::int64_t>(driven.scans.size()) - 1));
+  const int first = mapper.graph().FirstOf(1);
+  CHECK_FALSE(mapper.IsKeyframeOnMap(first - 1));
+  CHECK(mapper.IsKeyframeOnMap(first));
+}
+
 }  // namespace crsm

@@ -1,0 +1,139 @@
+#include "common/match/match_scan.hpp"
+
+#include "catch.hpp"
+#include "check_pose.hpp"
+#include "synthetic_scans.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr std::int64_t kPeriod_us = 100'000;
+const Pose2 kPlace{1.0, 2.0, 0.5};
+
+/// Says what it was told to.
+class ToldMatcher : public Matcher {
+ public:
+  explicit ToldMatcher(const ScanMatch& answer) : answer_(answer) {}
+  bool Apply(std::span<const TileChange>) override { return true; }
+  ScanMatch Match(const CriticalRays& scan, const TrackingState&,
+                  const std::optional<Pose2>& T_odom_robot) const override {
+    ScanMatch match = answer_;
+    match.utime = scan.utime;
+    match.T_odom_robot = T_odom_robot;
+    return match;
+  }
+  const ByteMap& map() const override { return map_; }
+
+ private:
+  ScanMatch answer_;
+  ByteMap map_{0.05};
+};
+
+ScanMatch Answer(MatchState state, const Pose2& pose = kPlace, double fitness = 0.8) {
+  ScanMatch match;
+  match.state = state;
+  match.T_map_laser = pose;
+  match.fitness = fitness;
+  match.covariance = {1e-4, 0.0, 0.0, 1e-4, 0.0, 1e-5};
+  return match;
+}
+
+/// After ten scans that were matched at kPlace with a fitness of 0.8, and some that were lost.
+TrackingState After(int num_lost, const std::optional<Pose2>& T_odom_robot = std::nullopt) {
+  TrackingState tracking;
+  for (int i = 0; i < 10 + num_lost; ++i) {
+    ScanMatch match = Answer(i < 10 ? MatchState::kOk : MatchState::kLost);
+    match.utime = i * kPeriod_us;
+    match.T_odom_robot = T_odom_robot;
+    tracking.Add(match);
+  }
+  return tracking;
+}
+
+CriticalRays ScanAfter(const TrackingState& tracking, std::int64_t later_us = kPeriod_us, int num_beams = 90) {
+  return AllRays(ScanRoom({}, tracking.recent().back().utime + later_us, num_beams));
+}
+
+ScanMatch MatchAfter(const TrackingState& tracking, const ScanMatch& answer, const LoopParameters& parameters = {},
+                     std::int64_t later_us = kPeriod_us, const std::optional<Pose2>& T_odom_robot = std::nullopt) {
+  return MatchScan(ToldMatcher(answer), ScanAfter(tracking, later_us), tracking, T_odom_robot, parameters);
+}
+
+}  // namespace
+
+TEST_CASE("the sixth lost scan in a row begins a trajectory where the robot is guessed to be, no earlier one does") {
+  const ScanMatch lost = Answer(MatchState::kLost, {1.5, 2.0, 0.5});
+  for (int num_lost = 0; num_lost < 5; ++num_lost) {
+    CHECK(MatchAfter(After(num_lost), lost).state == MatchState::kLost);
+  }
+  const TrackingState tracking = After(5);
+  const ScanMatch first = MatchAfter(tracking, lost);
+  CHECK(first.state == MatchState::kFirst);
+  CHECK(first.T_map_laser == lost.T_map_laser);
+  CHECK(first.utime == tracking.recent().back().utime + kPeriod_us);
+  CHECK(first.covariance == ScanMatch().covariance);
+}
+
+TEST_CASE(
+    "no trajectory begins on a finished map, without loops, where that is switched off, nor with hardly any rays") {
+  const ScanMatch lost = Answer(MatchState::kLost);
+  LoopParameters parameters;
+  parameters.loops = false;
+  CHECK(MatchAfter(After(5), lost, parameters).state == MatchState::kLost);
+  parameters = {};
+  parameters.lost_scans_max = 0;
+  CHECK(MatchAfter(After(50), lost, parameters).state == MatchState::kLost);
+  TrackingState finished = TrackingState::OnFinishedMap();
+  for (int i = 0; i < 10; ++i) finished.Add(lost);
+  CHECK(MatchAfter(finished, lost).state == MatchState::kLost);
+  const TrackingState tracking = After(5);
+  for (const int num_beams : {2, 19}) {
+    const CriticalRays scan = ScanAfter(tracking, kPeriod_us, num_beams);
+    CHECK(MatchScan(ToldMatcher(lost), scan, tracking, std::nullopt, {}).state == MatchState::kLost);
+  }
+}
+
+TEST_CASE("after lost scans one that fits badly is lost too, and leaves nothing of its match") {
+  const ScanMatch bad = Answer(MatchState::kDegenerate, {4.0, 2.0, 0.5}, 0.47);  // of 0.8, less than 60 %
+  const ScanMatch match = MatchAfter(After(3), bad);
+  CHECK(match.state == MatchState::kLost);
+  CHECK(match.T_map_laser == kPlace);
+  CHECK(match.covariance == ScanMatch().covariance);
+  CHECK(MatchAfter(After(5), bad).state == MatchState::kFirst);
+  CHECK(MatchAfter(After(0), bad).state == MatchState::kDegenerate);
+  CHECK(MatchAfter(After(3), Answer(MatchState::kOk, {4.0, 2.0, 0.5}, 0.49)).state == MatchState::kOk);
+}
+
+TEST_CASE("after a gap a trajectory begins, unless the robot stands where it stood or its wheels tell how it moved") {
+  constexpr std::int64_t kGap_us = 9'000'000;
+  const TrackingState tracking = After(0);
+  const ScanMatch elsewhere = Answer(MatchState::kOk, {1.0, 2.4, 0.5});
+  const ScanMatch first = MatchAfter(tracking, elsewhere, {}, kGap_us);
+  CHECK(first.state == MatchState::kFirst);
+  CHECK(first.T_map_laser == kPlace);
+  CHECK(MatchAfter(tracking, Answer(MatchState::kOk, {1.0, 2.0, 0.8}), {}, kGap_us).state == MatchState::kFirst);
+  CHECK(MatchAfter(tracking, Answer(MatchState::kOk, kPlace, 0.7), {}, kGap_us).state == MatchState::kFirst);
+  CHECK(MatchAfter(tracking, Answer(MatchState::kLost), {}, kGap_us).state == MatchState::kFirst);
+
+  CHECK(MatchAfter(tracking, Answer(MatchState::kOk, {1.0, 2.2, 0.6}), {}, kGap_us).state == MatchState::kOk);
+  CHECK(MatchAfter(tracking, elsewhere, {}, 7'900'000).state == MatchState::kOk);
+  CHECK(MatchAfter(tracking, elsewhere, {}, -kGap_us).state == MatchState::kOk);
+  CHECK(MatchAfter(After(0, Pose2{}), elsewhere, {}, kGap_us, Pose2{}).state == MatchState::kOk);
+  LoopParameters parameters;
+  parameters.gap_max_s = 0.0;
+  CHECK(MatchAfter(tracking, elsewhere, parameters, kGap_us).state == MatchState::kOk);
+}
+
+TEST_CASE("where scans are far apart in time as a rule, such a step is no gap") {
+  TrackingState tracking;
+  for (int i = 0; i < 10; ++i) {
+    ScanMatch match = Answer(MatchState::kOk);
+    match.utime = i * 3'000'000;
+    tracking.Add(match);
+  }
+  const ScanMatch elsewhere = Answer(MatchState::kOk, {1.0, 3.0, 0.5});
+  CHECK(MatchAfter(tracking, elsewhere, {}, 20'000'000).state == MatchState::kOk);
+  CHECK(MatchAfter(tracking, elsewhere, {}, 25'000'000).state == MatchState::kFirst);
+}
+
+}  // namespace crsm
