@@ -59,7 +59,10 @@ int KeyframeGraph::Add(Keyframe keyframe) {
   path_m_.push_back(index == 0 ? 0.0 : path_m_.back() + (keyframe.begins ? kBreak_m : Length(motion)));
   if (keyframe.begins) first_of_.push_back(index);
   trajectory_of_.push_back(num_trajectories() - 1);
-  if (keyframe.begins) UpdateComponents();
+  if (keyframe.begins) {
+    components_.push_back(trajectory_of_.back());
+    ++num_components_;
+  }
   if (!keyframe.begins) Link(index - 1, index, Length(motion));
   if (keyframe.tie && !keyframe.tie_wrong) Link(keyframe.tie->keyframe, index, Length(keyframe.tie->T_keyframe_this));
   keyframes_.push_back(std::move(keyframe));

@@ -78,7 +78,7 @@ bool Mapper::Offer(const GraphUpdate& update) {
   for (const Loop& loop : update.taken_out) std::erase(loops_closed_, loop);
   loops_taken_out_.insert(loops_taken_out_.end(), update.taken_out.begin(), update.taken_out.end());
   graph_.PutRight(update, best_poses_);
-  UpdateLargest();
+  CountComponents();
   pending_.push_back(update);
   return true;
 }
@@ -124,16 +124,30 @@ const Mapper::Anchor* Mapper::FindAnchor(std::int64_t scan) const {
   return after == anchors_.begin() ? nullptr : &*std::prev(after);
 }
 
-/// The component with the most keyframes; of several the oldest.
-void Mapper::UpdateLargest() {
+/// Counts the keyframes of all components. Other trajectories hang together by now.
+void Mapper::CountComponents() {
   best_components_ = graph_.FindComponents(loops_closed_);
-  std::vector<int> sizes(best_components_.size());
+  component_sizes_.assign(best_components_.size(), 0);
   for (int i = 0; i < graph_.num_trajectories(); ++i) {
-    sizes[static_cast<std::size_t>(best_components_[static_cast<std::size_t>(i)])] +=
+    component_sizes_[static_cast<std::size_t>(best_components_[static_cast<std::size_t>(i)])] +=
         graph_.LastOf(i) - graph_.FirstOf(i) + 1;
   }
-  const int largest = static_cast<int>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
-  if (std::exchange(largest_, largest) != largest) ++num_layouts_;
+  largest_ = static_cast<int>(std::max_element(component_sizes_.begin(), component_sizes_.end()) -
+                              component_sizes_.begin());  // of several the oldest
+}
+
+/// The newest keyframe, too.
+void Mapper::CountNewest(bool begins) {
+  if (begins) {
+    best_components_.push_back(static_cast<int>(best_components_.size()));
+    component_sizes_.push_back(0);
+  }
+  const int component = best_components_.back();
+  const int size = ++component_sizes_[static_cast<std::size_t>(component)];
+  const int largest_size = component_sizes_[static_cast<std::size_t>(largest_)];
+  if (component == largest_ || size < largest_size || (size == largest_size && component > largest_)) return;
+  largest_ = component;
+  ++num_layouts_;
 }
 
 std::vector<PlacedLoop> Mapper::PlaceLoops() const {
@@ -165,8 +179,9 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
     keyframe.open_axis = Eigen::Vector2d(cos * x + sin * y, cos * y - sin * x);
   }
   best_poses_.push_back(best_poses_.empty() ? Pose2{} : best_poses_.back() * keyframe.T_previous_this);
+  const bool begins_trajectory = keyframe.begins;
   drawn_.push_back(graph_.Add(std::move(keyframe)));
-  if (graph_.num_trajectories() > 1) UpdateLargest();
+  CountNewest(begins_trajectory);
 }
 
 /// Scans come by the thousand between two keyframes: kept is only where another anchor begins.

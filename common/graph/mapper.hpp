@@ -82,7 +82,8 @@ class Mapper {
   void AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool begins);
   void AnchorScan(std::int64_t scan);
   const Anchor* FindAnchor(std::int64_t scan) const;
-  void UpdateLargest();
+  void CountComponents();
+  void CountNewest(bool begins);
   bool ApplyDue(int newest);
   std::optional<Tie> FindTie(const Pose2& T_map_laser) const;
   std::vector<PlacedScan> Place(const std::vector<int>& keyframes) const;
@@ -97,9 +98,10 @@ class Mapper {
   int applied_update_ = -1;          ///< keyframe of the last one that has
   int last_update_ = -1;
   std::int64_t num_layouts_ = 0;
-  std::vector<int> best_components_{0};  ///< by trajectory
-  int largest_ = 0;                      ///< of them
-  std::vector<Loop> loops_closed_;       ///< by them all
+  std::vector<int> best_components_;  ///< by trajectory
+  std::vector<int> component_sizes_;  ///< keyframes, by component
+  int largest_ = 0;                   ///< component
+  std::vector<Loop> loops_closed_;    ///< by them all
   std::vector<Loop> loops_taken_out_;
   std::vector<Pose2> best_poses_;
   std::vector<int> drawn_;    ///< keyframes in the local map

@@ -156,7 +156,7 @@ class Library(unittest.TestCase):
 
     def test_the_types_are_installed(self):
         installed = {path.name for path in (self.work / "usr/share/crsm_slam/lcmtypes").iterdir()}
-        self.assertEqual(installed, {path.name for path in (PROJECT / "lcmtypes").iterdir()})
+        self.assertEqual(installed, {path.name for path in (PROJECT / "lcmtypes").glob("*.lcm")})
 
 
 if __name__ == "__main__":

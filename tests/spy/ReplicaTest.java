@@ -1,5 +1,6 @@
 package crsm.spy;
 
+import crsm.map_request_t;
 import static crsm.spy.Tests.check;
 import static crsm.spy.Tests.checkEqual;
 import static crsm.spy.Tests.test;
@@ -23,6 +24,7 @@ final class ReplicaTest {
     test("an owner whose journal has lost its end is followed", ReplicaTest::lostEnd);
     test("a map keeps its cells: a page with others is not the owner's", ReplicaTest::otherCells);
     test("answers to earlier questions are not heard, nor any when nothing was asked", ReplicaTest::unasked);
+    test("answers to a question that somebody else asked in its name leave no hole", ReplicaTest::askedByAnother);
     test("a map has no more tiles than one may have, and no larger rectangle", ReplicaTest::limits);
     test("runs that leave their tile, or are cut, change nothing", ReplicaTest::badRuns);
     test("a path of a million poses takes no more memory than one of some thousands", ReplicaTest::longPath);
@@ -130,6 +132,20 @@ final class ReplicaTest {
     replica.handle(first);
     checkEqual(replica.numPages(), num_pages, "pages taken");
     check(replica.nextRequest() != null, "it asks no more");
+  }
+
+  private static void askedByAnother() {
+    Random random = new Random(1);
+    OwnerOfMap owner = new OwnerOfMap(1, 0.05);
+    for (int i = 0; i < 60; ++i) owner.grow(random);
+    MapReplica replica = new MapReplica(REQUESTER);
+    for (int i = 0; i < 1000 && !replica.isSynced(); ++i) {
+      map_request_t forged = replica.nextRequest().copy();
+      forged.first_tile = Integer.MAX_VALUE;
+      replica.handle(owner.answer(forged));
+      replica.handle(owner.answer(replica.nextRequest()));
+    }
+    owner.checkSame(replica);
   }
 
   private static MapPage.TileChange change(int x, int y, int... runs) {

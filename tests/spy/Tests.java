@@ -3,6 +3,7 @@ package crsm.spy;
 import crsm.critical_rays_t;
 import crsm.map_delta_t;
 import crsm.map_loop_t;
+import crsm.map_request_t;
 import crsm.map_tile_t;
 import crsm.pose2_t;
 import crsm.scan_match_t;
