@@ -1,10 +1,10 @@
 package crsm.spy;
 
-import crsm.map_request_t;
 import static crsm.spy.Tests.check;
 import static crsm.spy.Tests.checkEqual;
 import static crsm.spy.Tests.test;
 
+import crsm.map_request_t;
 import java.awt.geom.PathIterator;
 import java.util.ArrayList;
 import java.util.List;
