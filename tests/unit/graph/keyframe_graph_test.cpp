@@ -286,4 +286,22 @@ TEST_CASE("what is learned of one component leaves the other where it is") {
   CHECK(Length(Inverse(graph.pose(10)) * graph.pose(19)) < 8.99);
 }
 
+TEST_CASE("the younger component moves, be it that of the older keyframe") {
+  KeyframeGraph graph = DriveBroken();
+  for (int i = 0; i < 5; ++i) {  // a third trajectory, which is joined with the first
+    Keyframe keyframe = MakeKeyframe(i == 0 ? Pose2{-3.0, 2.0, 0.5} : Pose2{1.0, 0.0, 0.0});
+    keyframe.begins = i == 0;
+    graph.Add(std::move(keyframe));
+  }
+  const Loop with_first{2, 21, {0.5, 0.0, 0.1}};
+  graph.Join(with_first);
+  graph.AddLoop(with_first);
+  const std::vector<Pose2> before = graph.poses();
+  const Loop with_second{12, 23, {0.0, 1.0, -0.5}};
+  graph.Join(with_second);
+  for (std::size_t i = 0; i < 10; ++i) CHECK(graph.poses()[i] == before[i]);
+  for (std::size_t i = 20; i < 25; ++i) CHECK(graph.poses()[i] == before[i]);
+  CheckPose(Inverse(graph.pose(12)) * graph.pose(23), with_second.T_older_newer, 1e-9);
+}
+
 }  // namespace crsm

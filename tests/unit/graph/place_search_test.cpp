@@ -258,4 +258,19 @@ TEST_CASE("one hit is found by one point, wherever it lies on the lattice") {
   CHECK(std::abs(place.pose.y_m + 3.01) < 2 * kCell_m);
 }
 
+TEST_CASE("where all directions are looked in, the place at the end of the window is no rival to itself") {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    INFO(seed);
+    const Points room = MakeRoom(seed);
+    for (const double yaw_rad : {kPi, kPi - 0.03, -kPi + 0.03}) {
+      const Pose2 truth{0.3, -0.2, yaw_rad};
+      const Place place =
+          FindPlace(HitPyramid(ToMatrix(room), kCell_m), SeeFrom(truth, room, seed), {{}, 1.0, kPi}, kTerms);
+      CHECK(place.score > 0.8);
+      CHECK(std::abs(WrapAngle(place.pose.yaw_rad - yaw_rad)) < 0.05);
+      CHECK(place.rival == 0.0);
+    }
+  }
+}
+
 }  // namespace crsm

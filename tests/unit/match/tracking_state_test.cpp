@@ -36,6 +36,10 @@ TEST_CASE("the usual fitness is the mean of the last ten scans that were matched
   CHECK(state.usual_fitness() == Approx(0.05 * (4 + 13) / 2.0));
   for (int k = 14; k < 2000; ++k) state.Add(Match(k, 0.1, MatchState::kLost));
   CHECK(state.usual_fitness() == Approx(0.05 * (4 + 13) / 2.0));  // for ever, if need be
+  state.Add(Match(2000, 0.0, MatchState::kFirst));
+  CHECK(state.usual_fitness() == 0.0);  // a new trajectory has a map of its own
+  state.Add(Match(2001, 0.7, MatchState::kOk));
+  CHECK(state.usual_fitness() == Approx(0.7));
 }
 
 TEST_CASE("scans that are lost in a row are counted, and the first that is found ends the row") {
