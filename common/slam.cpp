@@ -61,11 +61,7 @@ void Slam::FinishMap() {
 Slam::Outcome Slam::Conclude(std::span<ScanMatch> matches) {
   AwaitLoops();
   std::int64_t scan = 0;
-  for (ScanMatch& match : matches) {
-    match.T_map_laser = mapper_.BestPose(scan, match.T_map_laser);
-    // Where it was taken on this map is not known.
-    if (!mapper_.IsScanOnMap(scan++) && match.map_version > 0) match.state = MatchState::kLost;
-  }
+  for (ScanMatch& match : matches) match = mapper_.BestMatch(scan++, match);
   const KeyframeGraph& graph = mapper_.graph();
   std::vector<PlacedScan> scans;
   for (int i = 0; i < graph.size(); ++i) {

@@ -239,33 +239,51 @@ class PlaceFinder {
   Eigen::Matrix2Xd points_m_;
 };
 
+/// The best place of some submaps, and how well the best other place fits.
+class BestFinding {
+ public:
+  explicit BestFinding(const KeyframeGraph& graph) : graph_(graph) {}
+
+  /// What a place must have to matter: it is better, or a rival.
+  double LeastScore(double least) const { return std::max(least, best_ ? kRivalShare * best_->score : 0.0); }
+
+  void Add(int middle, const Place& place) {
+    constexpr double kSamePlace_m = 0.6;
+    if (place.score == 0.0) return;
+    rival_ = std::max(rival_, place.rival);
+    const LoopFinding finding{middle, graph_.size() - 1, place.pose, place.score};
+    const auto PoseOf = [&](const LoopFinding& of) { return graph_.pose(of.older) * of.T_older_newer; };
+    if (best_ && graph_.HangTogether(middle, best_->older) &&
+        Distance(PoseOf(finding), PoseOf(*best_)) > kSamePlace_m) {
+      rival_ = std::max(rival_, std::min(place.score, best_->score));
+    }
+    if (!best_ || place.score > best_->score) best_ = finding;
+  }
+
+  /// Nothing where another place fits nearly as well.
+  std::optional<LoopFinding> Unrivalled() const {
+    return best_ && rival_ <= kRivalShare * best_->score ? best_ : std::nullopt;
+  }
+
+ private:
+  const KeyframeGraph& graph_;
+  std::optional<LoopFinding> best_;
+  double rival_ = 0.0;
+};
+
 /// Where the robot is of the places for which the graph does not vouch. known_score: of one that is known.
 std::optional<LoopFinding> SearchUnknown(const KeyframeGraph& graph, const Candidates& candidates,
                                          const DriftModel& drift_model, double known_score) {
-  constexpr double kSamePlace_m = 0.6;
   if (candidates.unknown.empty()) return std::nullopt;
-  const int newest = graph.size() - 1;
-  const PlaceFinder finder(graph, newest);
+  const PlaceFinder finder(graph, graph.size() - 1);
   if (!finder.HasEnough()) return std::nullopt;
-
-  std::optional<LoopFinding> best;
-  double rival = 0.0;
+  BestFinding best(graph);
   for (const auto& [middle, way_m] : candidates.unknown) {
     const Drift drift = drift_model.Over(way_m);
-    const double least_score =
-        std::max(kLeastScoreOfPlace, kRivalShare * std::max(known_score, best ? best->score : 0.0));
-    const Place place = finder.Find(finder.MakePyramid(middle, drift.reach_m), middle, drift, least_score);
-    if (place.score == 0.0) continue;
-    rival = std::max(rival, place.rival);
-    const LoopFinding finding{middle, newest, place.pose, place.score};
-    const auto PoseOf = [&](const LoopFinding& of) { return graph.pose(of.older) * of.T_older_newer; };
-    if (best && Distance(PoseOf(finding), PoseOf(*best)) > kSamePlace_m) {
-      rival = std::max(rival, std::min(place.score, best->score));
-    }
-    if (!best || place.score > best->score) best = finding;
+    const double least_score = best.LeastScore(std::max(kLeastScoreOfPlace, kRivalShare * known_score));
+    best.Add(middle, finder.Find(finder.MakePyramid(middle, drift.reach_m), middle, drift, least_score));
   }
-  if (!best || rival > kRivalShare * best->score) return std::nullopt;
-  return best;
+  return best.Unrivalled();
 }
 
 /// Soon after a break the robot is near where it was before it: less has to fit there than in a window of any size.
@@ -279,32 +297,19 @@ std::optional<LoopFinding> SearchBeforeBreak(const KeyframeGraph& graph, const P
   const int last = graph.LastOf(trajectory - 1);
   if (graph.HangTogether(last, newest)) return std::nullopt;
   const int middle = std::max(graph.FirstOf(trajectory - 1), graph.FindByPath(graph.path_m(last) - kBefore_m));
-  const Place place = finder.Find(finder.MakePyramid(middle, kWindow.reach_m), middle, kWindow, kLeastScoreOfPlace);
-  if (place.score == 0.0 || place.rival > kRivalShare * place.score) return std::nullopt;
-  return LoopFinding{middle, newest, place.pose, place.score};
+  BestFinding best(graph);
+  best.Add(middle, finder.Find(finder.MakePyramid(middle, kWindow.reach_m), middle, kWindow, kLeastScoreOfPlace));
+  return best.Unrivalled();
 }
 
 /// Near any of the middles of submaps.
 std::optional<LoopFinding> SearchAnywhere(const KeyframeGraph& graph, const PlaceFinder& finder,
                                           const std::vector<int>& middles) {
-  constexpr double kSamePlace_m = 0.6;
-  const int newest = graph.size() - 1;
-  const auto PoseOf = [&](const LoopFinding& of) { return graph.pose(of.older) * of.T_older_newer; };
-  std::optional<LoopFinding> best;
-  double rival = 0.0;
+  BestFinding best(graph);
   for (const int middle : middles) {
-    const Place place =
-        finder.FindAnywhere(middle, std::max(kLeastScoreAnywhere, best ? kRivalShare * best->score : 0.0));
-    if (place.score == 0.0) continue;
-    rival = std::max(rival, place.rival);
-    const LoopFinding finding{middle, newest, place.pose, place.score};
-    if (best && graph.HangTogether(middle, best->older) && Distance(PoseOf(finding), PoseOf(*best)) > kSamePlace_m) {
-      rival = std::max(rival, std::min(place.score, best->score));
-    }
-    if (!best || place.score > best->score) best = finding;
+    best.Add(middle, finder.FindAnywhere(middle, best.LeastScore(kLeastScoreAnywhere)));
   }
-  if (!best || rival > kRivalShare * best->score) return std::nullopt;
-  return best;
+  return best.Unrivalled();
 }
 
 /// Whether the robot is where the matches say.

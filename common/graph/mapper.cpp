@@ -64,7 +64,7 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   looked_at_m_ = graph_.path_m(newest);
   const auto [local, bearable] = FindLocal(graph_, loops_.local_map_m);
   const std::vector<int> needed = ThinOut(local);
-  const bool anew = put_right || begins || !std::ranges::includes(bearable, drawn_);
+  const bool anew = put_right || !std::ranges::includes(bearable, drawn_);
   const std::vector<TileChange> tiles = anew ? DrawAnew(needed) : DrawMissing(needed);
   step.delta.tiles.insert(step.delta.tiles.end(), tiles.begin(), tiles.end());
   return step;
@@ -115,6 +115,13 @@ bool Mapper::IsKeyframeOnMap(int keyframe) const {
 bool Mapper::IsScanOnMap(std::int64_t scan) const {
   const Anchor* anchor = FindAnchor(scan);
   return !anchor || IsKeyframeOnMap(anchor->keyframe);
+}
+
+ScanMatch Mapper::BestMatch(std::int64_t scan, ScanMatch match) const {
+  match.T_map_laser = BestPose(scan, match.T_map_laser);
+  const bool is_first_of_map = match.map_version == 0;
+  if (!IsScanOnMap(scan) && !is_first_of_map) match.state = MatchState::kLost;
+  return match;
 }
 
 /// On which a scan hangs; nullptr if no keyframe came before it.

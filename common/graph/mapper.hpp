@@ -68,6 +68,9 @@ class Mapper {
   bool IsKeyframeOnMap(int keyframe) const;
   /// The same of a scan's keyframe. scan: as of BestPose.
   bool IsScanOnMap(std::int64_t scan) const;
+  /// A match as it belongs on the map that is shown: moved, and lost where it hangs on another component: its place on
+  /// this map is not known. scan: as of BestPose.
+  ScanMatch BestMatch(std::int64_t scan, ScanMatch match) const;
   /// The newest loops by all that is known, those that hold first.
   std::vector<PlacedLoop> PlaceLoops() const;
 

@@ -100,10 +100,7 @@ map_delta_t MakePage(const map_request_t& asked, const MapUpdater& updater, cons
     std::int64_t match = std::min<std::int64_t>(request.first_match, answered.matches.size());
     for (; match < answered.matches.size() && page.size < options.most_bytes / 2; ++match) {
       ScanMatch answer = answered.matches.At(match);
-      if (answered.put_right) {
-        answer.T_map_laser = answered.put_right->BestPose(match, answer.T_map_laser);
-        if (!answered.put_right->IsScanOnMap(match) && answer.map_version > 0) answer.state = MatchState::kLost;
-      }
+      if (answered.put_right) answer = answered.put_right->BestMatch(match, answer);
       page.Add(answer);
     }
     page.message.next_match = static_cast<std::int32_t>(match);

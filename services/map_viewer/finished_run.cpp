@@ -98,10 +98,7 @@ class Run {
   CriticalRays LastScan() const { return Deskew(last_scan_, matches_[of_last_scan_].twist); }
 
   ScanMatch BestMatch(std::size_t scan) const {
-    ScanMatch match = matches_[scan];
-    match.T_map_laser = mapper_->BestPose(static_cast<std::int64_t>(scan), match.T_map_laser);
-    if (!mapper_->IsScanOnMap(static_cast<std::int64_t>(scan)) && match.map_version > 0) match.state = MatchState::kLost;
-    return match;
+    return mapper_->BestMatch(static_cast<std::int64_t>(scan), matches_[scan]);
   }
 
   void ShowMap(SceneMap& shown) const {
