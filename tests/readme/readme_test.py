@@ -109,7 +109,7 @@ class Links(unittest.TestCase):
 
     def test_paths_of_one_machine(self):
         self.assertEqual(check_machine_paths(pages("/dev/ttyUSB0, /usr/share, ./home/x, a/work/b\n")), [])
-        self.assertEqual(len(check_machine_paths(pages("in /home/me/x and\n`/work/main`\n"))), 2)
+        self.assertEqual(len(check_machine_paths(pages("in /home/me/x and\n`/srv/clone`\n"))), 2)
 
     def test_the_sections_of_a_page_end_before_the_next_of_their_level(self):
         self.assertEqual(sections_of("# A\na\n## B\nb\n# C\nc"), {"a": "a\n## B\nb", "b": "b", "c": "c"})
