@@ -64,9 +64,8 @@ Slam::Outcome Slam::Conclude(std::span<ScanMatch> matches) {
   for (ScanMatch& match : matches) match = mapper_.BestMatch(scan++, match);
   const KeyframeGraph& graph = mapper_.graph();
   std::vector<PlacedScan> scans;
-  for (int i = 0; i < graph.size(); ++i) {
-    if (mapper_.IsKeyframeOnMap(i))
-      scans.push_back({&graph.keyframe(i).rays, mapper_.best_poses()[static_cast<std::size_t>(i)]});
+  for (const KeyframeId id : graph.ids()) {
+    if (mapper_.IsKeyframeOnMap(id)) scans.push_back({&graph.keyframe(id).rays, At(mapper_.best_poses(), id)});
   }
   return {DrawScans(drawing_, scans), mapper_.MakeBestGraph(), mapper_.PlaceLoops()};
 }

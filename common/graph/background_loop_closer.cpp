@@ -22,7 +22,7 @@ std::vector<GraphUpdate> BackgroundLoopCloser::Take(int num_left) {
   if (error_) std::rethrow_exception(error_);
   std::vector<GraphUpdate> taken;
   for (; !found_.empty() && found_.front().keyframe < num_wanted; found_.pop_front()) {
-    taken.push_back(std::move(found_.front()));
+    taken.push_back(std::move(found_.front().update));
   }
   return taken;
 }
@@ -41,8 +41,8 @@ void BackgroundLoopCloser::Run(const std::stop_token& stop) {
       error = std::current_exception();
     }
     lock.lock();
+    if (update) found_.push_back({num_searched_, std::move(*update)});
     ++num_searched_;
-    if (update) found_.push_back(std::move(*update));
     changed_.notify_all();
     if ((error_ = error)) return;
   }

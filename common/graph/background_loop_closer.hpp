@@ -26,6 +26,11 @@ class BackgroundLoopCloser {
   std::vector<GraphUpdate> Take(int num_left);
 
  private:
+  struct Found {
+    int keyframe;  ///< of all that were added, from 0
+    GraphUpdate update;
+  };
+
   void Run(const std::stop_token& stop);
 
   LoopCloser closer_;  ///< of the thread alone
@@ -34,7 +39,7 @@ class BackgroundLoopCloser {
   std::deque<Keyframe> waiting_;
   int num_added_ = 0;
   int num_searched_ = 0;
-  std::deque<GraphUpdate> found_;
+  std::deque<Found> found_;
   std::exception_ptr error_;
   std::jthread thread_;  ///< from the first keyframe on; the last member, so that it ends before the others
 };

@@ -42,37 +42,61 @@ bool HardlyDiffer(const Pose2& a, const Pose2& b) {
          std::abs(a.yaw_rad - b.yaw_rad) < kHardly;
 }
 
-GraphEdge MakeLoopEdge(const Loop& loop) {
-  GraphEdge edge = GraphEdge::Make(loop.older, loop.newer, loop.T_older_newer, kLoop);
+/// Where a pose graph of all keyframes has them: in the order of their names, from 0.
+class PoseIndices {
+ public:
+  explicit PoseIndices(const KeyframeGraph& graph) {
+    for (int i = 0, first = 0; i < graph.num_trajectories(); first += graph.size(i++)) first_of_.push_back(first);
+  }
+  int operator()(KeyframeId id) const { return first_of_[static_cast<std::size_t>(id.trajectory)] + id.number; }
+
+ private:
+  std::vector<int> first_of_;  ///< by trajectory
+};
+
+GraphEdge MakeLoopEdge(const Loop& loop, const PoseIndices& indices) {
+  GraphEdge edge = GraphEdge::Make(indices(loop.older), indices(loop.newer), loop.T_older_newer, kLoop);
   edge.may_be_wrong = true;
   return edge;
 }
 
+/// From the keyframe before. Over a break, where nothing is known, the poses as they are.
+GraphEdge MakeMotionEdge(const KeyframeGraph& graph, KeyframeId id, int index) {
+  const Keyframe& at = graph.keyframe(id);
+  if (id.number > 0) return MakeMatchedEdge(index - 1, index, at.T_previous_this, at);
+  return GraphEdge::Make(index - 1, index, Inverse(graph.pose(*graph.Before(id))) * graph.pose(id), kBreak);
+}
+
 }  // namespace
 
-int KeyframeGraph::Add(Keyframe keyframe) {
-  const int index = size();
+KeyframeId KeyframeGraph::Add(Keyframe keyframe) {
+  const auto before = newest();
   const Pose2& motion = keyframe.T_previous_this;
-  keyframe.begins = keyframe.begins || index == 0;
-  links_.emplace_back();
-  poses_.push_back(index == 0 ? Pose2{} : poses_.back() * motion);
-  path_m_.push_back(index == 0 ? 0.0 : path_m_.back() + (keyframe.begins ? kBreak_m : Length(motion)));
-  if (keyframe.begins) first_of_.push_back(index);
-  trajectory_of_.push_back(num_trajectories() - 1);
+  const Pose2 pose = before ? this->pose(*before) * motion : Pose2{};
+  keyframe.begins = keyframe.begins || !before;
   if (keyframe.begins) {
-    components_.push_back(trajectory_of_.back());
+    components_.push_back(num_trajectories());
     ++num_components_;
+    trajectories_.emplace_back();
+    poses_.emplace_back();
   }
-  if (!keyframe.begins) Link(index - 1, index, Length(motion));
-  if (keyframe.tie && !keyframe.tie_wrong) Link(keyframe.tie->keyframe, index, Length(keyframe.tie->T_keyframe_this));
-  keyframes_.push_back(std::move(keyframe));
-  return index;
+  ++size_;
+  Trajectory& trajectory = trajectories_.back();
+  trajectory.path_m.push_back(keyframe.begins ? 0.0 : trajectory.path_m.back() + Length(motion));
+  trajectory.links.emplace_back();
+  trajectory.keyframes.push_back(std::move(keyframe));
+  poses_.back().push_back(pose);
+  const KeyframeId id = LastOf(num_trajectories() - 1);
+  const Keyframe& added = trajectory.keyframes.back();
+  if (!added.begins) Link(*before, id, Length(added.T_previous_this));
+  if (added.tie && !added.tie_wrong) Link(added.tie->keyframe, id, Length(added.tie->T_keyframe_this));
+  return id;
 }
 
 void KeyframeGraph::AddLoop(const Loop& loop) {
   loops_.push_back(loop);
   Link(loop.older, loop.newer, Length(loop.T_older_newer));
-  if (trajectory(loop.older) != trajectory(loop.newer)) UpdateComponents();
+  if (loop.older.trajectory != loop.newer.trajectory) UpdateComponents();
 }
 
 void KeyframeGraph::DropLoop(const Loop& loop) {
@@ -81,22 +105,54 @@ void KeyframeGraph::DropLoop(const Loop& loop) {
   Unlink(loop.older, loop.newer, Length(loop.T_older_newer));
   loops_.erase(found);
   ++num_loops_dropped_;
-  if (trajectory(loop.older) != trajectory(loop.newer)) UpdateComponents();
+  if (loop.older.trajectory != loop.newer.trajectory) UpdateComponents();
 }
 
-void KeyframeGraph::DropTies(int first) {
-  for (int i = first; i < size(); ++i) {
-    Keyframe& at = keyframes_[static_cast<std::size_t>(i)];
-    if (at.tie && !std::exchange(at.tie_wrong, true)) Unlink(at.tie->keyframe, i, Length(at.tie->T_keyframe_this));
+void KeyframeGraph::DropTies(KeyframeId first) {
+  for (std::optional<KeyframeId> id = first; id; id = After(*id)) {
+    Keyframe& at = of(id->trajectory).keyframes[Index(*id)];
+    if (at.tie && !std::exchange(at.tie_wrong, true)) Unlink(at.tie->keyframe, *id, Length(at.tie->T_keyframe_this));
   }
 }
 
+bool KeyframeGraph::Has(KeyframeId id) const {
+  return id.trajectory >= 0 && id.trajectory < num_trajectories() && id.number >= 0 && id.number < size(id.trajectory);
+}
+
+std::optional<KeyframeId> KeyframeGraph::newest() const {
+  return size_ == 0 ? std::nullopt : std::optional(LastOf(num_trajectories() - 1));
+}
+
+std::optional<KeyframeId> KeyframeGraph::Before(KeyframeId id) const {
+  if (id.number > 0) return KeyframeId{id.trajectory, id.number - 1};
+  return id.trajectory > 0 ? std::optional(LastOf(id.trajectory - 1)) : std::nullopt;
+}
+
+std::optional<KeyframeId> KeyframeGraph::After(KeyframeId id) const {
+  if (id < LastOf(id.trajectory)) return KeyframeId{id.trajectory, id.number + 1};
+  return id.trajectory + 1 < num_trajectories() ? std::optional(KeyframeId{id.trajectory + 1, 0}) : std::nullopt;
+}
+
+int KeyframeGraph::CountAfter(KeyframeId id) const {
+  int num = size(id.trajectory) - id.number - 1;
+  for (int i = id.trajectory + 1; i < num_trajectories(); ++i) num += size(i);
+  return num;
+}
+
+std::vector<KeyframeId> KeyframeGraph::ids() const {
+  std::vector<KeyframeId> ids;
+  for (int i = 0; i < num_trajectories(); ++i) {
+    for (int k = 0; k < size(i); ++k) ids.push_back({i, k});
+  }
+  return ids;
+}
+
 std::vector<int> KeyframeGraph::FindComponents(const std::vector<Loop>& loops) const {
-  std::vector<int> components(first_of_.size());
+  std::vector<int> components(trajectories_.size());
   std::iota(components.begin(), components.end(), 0);
   for (const Loop& loop : loops) {
-    const int a = components[static_cast<std::size_t>(trajectory(loop.older))];
-    const int b = components[static_cast<std::size_t>(trajectory(loop.newer))];
+    const int a = components[static_cast<std::size_t>(loop.older.trajectory)];
+    const int b = components[static_cast<std::size_t>(loop.newer.trajectory)];
     if (a != b) std::replace(components.begin(), components.end(), std::max(a, b), std::min(a, b));
   }
   return components;
@@ -113,39 +169,46 @@ void KeyframeGraph::Join(const Loop& loop) {
   const int moving = newer_moves ? component(loop.newer) : component(loop.older);
   const Pose2 T_new_old = newer_moves ? pose(loop.older) * loop.T_older_newer * Inverse(pose(loop.newer))
                                       : pose(loop.newer) * Inverse(loop.T_older_newer) * Inverse(pose(loop.older));
-  for (int i = 0; i < size(); ++i) {
-    Pose2& at = poses_[static_cast<std::size_t>(i)];
-    if (component(i) == moving) at = T_new_old * at;
+  for (int i = 0; i < num_trajectories(); ++i) {
+    if (components_[static_cast<std::size_t>(i)] != moving) continue;
+    for (Pose2& at : poses_[static_cast<std::size_t>(i)]) at = T_new_old * at;
   }
 }
 
-int KeyframeGraph::FindByPath(double path_m) const {
-  const auto next = std::lower_bound(path_m_.begin(), path_m_.end(), path_m);
-  return std::min(static_cast<int>(next - path_m_.begin()), size() - 1);
+KeyframeId KeyframeGraph::FindByPath(int trajectory, double path_m) const {
+  const std::vector<double>& all_m = of(trajectory).path_m;
+  const auto next = std::lower_bound(all_m.begin(), all_m.end(), path_m);
+  return {trajectory, std::min(static_cast<int>(next - all_m.begin()), size(trajectory) - 1)};
 }
 
-Pose2 KeyframeGraph::Motion(int from, int to) const {
+Pose2 KeyframeGraph::Motion(KeyframeId from, KeyframeId to) const {
   Pose2 motion;
-  for (int i = std::min(from, to) + 1; i <= std::max(from, to); ++i) motion = motion * keyframe(i).T_previous_this;
+  for (int i = std::min(from, to).number + 1; i <= std::max(from, to).number; ++i) {
+    motion = motion * keyframe({from.trajectory, i}).T_previous_this;
+  }
   return from <= to ? motion : Inverse(motion);
 }
 
-std::vector<std::pair<int, double>> KeyframeGraph::FindWithin(int from, double reach_m) const {
-  using Node = std::pair<double, int>;  // distance first: the nearest is at the top
+std::vector<std::pair<KeyframeId, double>> KeyframeGraph::FindWithin(KeyframeId from, double reach_m) const {
+  using Node = std::pair<double, KeyframeId>;  // distance first: the nearest is at the top
   std::priority_queue<Node, std::vector<Node>, std::greater<>> front;
-  std::vector<double> distance_m(keyframes_.size(), HUGE_VAL);
-  std::vector<std::pair<int, double>> found;
-  distance_m[static_cast<std::size_t>(from)] = 0.0;
+  const PoseIndices indices(*this);
+  std::vector<double> distance_m(static_cast<std::size_t>(size_), HUGE_VAL);
+  const auto KnownDistance = [&](KeyframeId id) -> double& {
+    return distance_m[static_cast<std::size_t>(indices(id))];
+  };
+  std::vector<std::pair<KeyframeId, double>> found;
+  KnownDistance(from) = 0.0;
   front.emplace(0.0, from);
   while (!front.empty()) {
     const auto [distance, at] = front.top();
     front.pop();
-    if (distance > distance_m[static_cast<std::size_t>(at)]) continue;
+    if (distance > KnownDistance(at)) continue;
     found.emplace_back(at, distance);
-    for (const auto& [next, length_m] : links_[static_cast<std::size_t>(at)]) {
+    for (const auto& [next, length_m] : of(at.trajectory).links[Index(at)]) {
       if (!HangTogether(at, next)) continue;  // a tie that was made while they did
       const double there_m = distance + length_m;
-      double& known_m = distance_m[static_cast<std::size_t>(next)];
+      double& known_m = KnownDistance(next);
       if (there_m > reach_m || there_m >= known_m) continue;
       known_m = there_m;
       front.emplace(there_m, next);
@@ -156,35 +219,39 @@ std::vector<std::pair<int, double>> KeyframeGraph::FindWithin(int from, double r
 }
 
 PoseGraph KeyframeGraph::MakePoseGraph() const {
+  const PoseIndices indices(*this);
   PoseGraph graph;
-  for (const Pose2& pose : poses_) graph.AddPose(pose);
-  for (int i = 1; i < size(); ++i) {
-    const Keyframe& at = keyframe(i);
-    graph.AddEdge(MakeMotionEdge(i));
-    if (!at.tie || at.tie_wrong || !HangTogether(at.tie->keyframe, i)) continue;
-    graph.AddEdge(MakeMatchedEdge(at.tie->keyframe, i, at.tie->T_keyframe_this, at));
+  for (const std::vector<Pose2>& trajectory : poses_) {
+    for (const Pose2& pose : trajectory) graph.AddPose(pose);
   }
-  for (const Loop& loop : loops_) graph.AddEdge(MakeLoopEdge(loop));
+  for (const KeyframeId id : ids()) {
+    const int index = indices(id);
+    if (index == 0) continue;
+    const Keyframe& at = keyframe(id);
+    graph.AddEdge(MakeMotionEdge(*this, id, index));
+    if (!at.tie || at.tie_wrong || !HangTogether(at.tie->keyframe, id)) continue;
+    graph.AddEdge(MakeMatchedEdge(indices(at.tie->keyframe), index, at.tie->T_keyframe_this, at));
+  }
+  for (const Loop& loop : loops_) graph.AddEdge(MakeLoopEdge(loop, indices));
   return graph;
-}
-
-/// Since the keyframe before. Over a break, where nothing is known, the poses as they are.
-GraphEdge KeyframeGraph::MakeMotionEdge(int index) const {
-  const Keyframe& at = keyframe(index);
-  if (!at.begins) return MakeMatchedEdge(index - 1, index, at.T_previous_this, at);
-  return GraphEdge::Make(index - 1, index, Inverse(pose(index - 1)) * pose(index), kBreak);
 }
 
 std::vector<Loop> KeyframeGraph::Optimise() {
   PoseGraph graph = MakePoseGraph();
   graph.Optimise();
-  std::size_t first = 0;
-  while (first < poses_.size() && HardlyDiffer(poses_[first], graph.poses()[first])) ++first;
-  std::copy(graph.poses().begin() + static_cast<std::ptrdiff_t>(first), graph.poses().end(),
-            poses_.begin() + static_cast<std::ptrdiff_t>(first));
+  auto solved = graph.poses().begin();
+  bool moves = false;
+  for (std::vector<Pose2>& trajectory : poses_) {
+    for (Pose2& pose : trajectory) {
+      moves = moves || !HardlyDiffer(pose, *solved);
+      if (moves) pose = *solved;
+      ++solved;
+    }
+  }
+  const PoseIndices indices(*this);
   std::vector<Loop> contradicted;
   for (const Loop& loop : loops_) {
-    if (graph.SquaredError(MakeLoopEdge(loop)) > kContradicted) contradicted.push_back(loop);
+    if (graph.SquaredError(MakeLoopEdge(loop, indices)) > kContradicted) contradicted.push_back(loop);
   }
   for (const Loop& loop : contradicted) DropLoop(loop);
   return contradicted;
@@ -197,37 +264,48 @@ void KeyframeGraph::Apply(const GraphUpdate& update) {
   PutRight(update, poses_);
 }
 
-void KeyframeGraph::PutRight(const GraphUpdate& update, std::vector<Pose2>& poses) const {
-  std::copy(update.poses.begin(), update.poses.end(), poses.begin() + update.first_pose);
-  for (auto i = static_cast<std::size_t>(update.keyframe) + 1; i < poses.size(); ++i) {
-    poses[i] = poses[i - 1] * keyframes_[i].T_previous_this;
+void KeyframeGraph::PutRight(const GraphUpdate& update, KeyframePoses& poses) const {
+  for (const PoseStretch& stretch : update.moved) {
+    std::ranges::copy(stretch.poses,
+                      poses[static_cast<std::size_t>(stretch.first.trajectory)].begin() + stretch.first.number);
+  }
+  Pose2 before = At(poses, update.keyframe);
+  for (auto id = After(update.keyframe); id; id = After(*id)) {
+    before = before * keyframe(*id).T_previous_this;
+    poses[static_cast<std::size_t>(id->trajectory)][Index(*id)] = before;
   }
 }
 
 bool KeyframeGraph::Fits(const GraphUpdate& update) const {
-  const auto IsOlder = [&](const Loop& loop) {
-    return loop.older >= 0 && loop.older < loop.newer && loop.newer <= update.keyframe;
+  const auto WasThere = [&](KeyframeId id) { return Has(id) && id <= update.keyframe; };
+  const auto IsLoop = [&](const Loop& loop) {
+    return loop.older < loop.newer && WasThere(loop.older) && WasThere(loop.newer);
   };
   const auto IsOnAnyMap = [](const Pose2& pose) {
     constexpr double kFarthest_m = 1e5;  // no map is so large
     return std::abs(pose.x_m) < kFarthest_m && std::abs(pose.y_m) < kFarthest_m;
   };
-  return update.keyframe >= 0 && update.keyframe < size() && update.previous >= -1 &&
-         std::all_of(update.poses.begin(), update.poses.end(), IsOnAnyMap) && update.previous < update.keyframe &&
-         std::all_of(update.closed.begin(), update.closed.end(), IsOlder) &&
-         std::all_of(update.taken_out.begin(), update.taken_out.end(), IsOlder) &&
-         update.ties_wrong_from.value_or(0) >= 0 && update.first_pose >= 0 &&
-         std::cmp_equal(update.first_pose + std::ssize(update.poses), update.keyframe + 1);
+  const auto IsStretch = [&](const PoseStretch& stretch) {
+    return !stretch.poses.empty() && Has(stretch.first) &&
+           std::cmp_less_equal(stretch.poses.size(), size(stretch.first.trajectory) - stretch.first.number) &&
+           stretch.last() <= update.keyframe && std::ranges::all_of(stretch.poses, IsOnAnyMap);
+  };
+  const auto Overlap = [](const PoseStretch& a, const PoseStretch& b) { return a.last() >= b.first; };
+  return Has(update.keyframe) && (!update.previous || (Has(*update.previous) && update.previous < update.keyframe)) &&
+         std::ranges::all_of(update.closed, IsLoop) && std::ranges::all_of(update.taken_out, IsLoop) &&
+         (!update.ties_wrong_from || WasThere(*update.ties_wrong_from)) &&
+         std::ranges::all_of(update.moved, IsStretch) &&
+         std::ranges::adjacent_find(update.moved, Overlap) == update.moved.end();
 }
 
-void KeyframeGraph::Link(int a, int b, double length_m) {
-  links_[static_cast<std::size_t>(a)].emplace_back(b, length_m);
-  links_[static_cast<std::size_t>(b)].emplace_back(a, length_m);
+void KeyframeGraph::Link(KeyframeId a, KeyframeId b, double length_m) {
+  of(a.trajectory).links[Index(a)].emplace_back(b, length_m);
+  of(b.trajectory).links[Index(b)].emplace_back(a, length_m);
 }
 
-void KeyframeGraph::Unlink(int a, int b, double length_m) {
-  const auto Drop = [&](int at, int to) {
-    auto& links = links_[static_cast<std::size_t>(at)];
+void KeyframeGraph::Unlink(KeyframeId a, KeyframeId b, double length_m) {
+  const auto Drop = [&](KeyframeId at, KeyframeId to) {
+    Links& links = of(at.trajectory).links[Index(at)];
     const auto found = std::find(links.begin(), links.end(), std::pair(to, length_m));
     if (found != links.end()) links.erase(found);
   };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <compare>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -11,9 +12,24 @@
 
 namespace crsm {
 
+/// The name of a keyframe. Trajectories are numbered in the order in which they began, so older keyframes have lesser
+/// names.
+struct KeyframeId {
+  int trajectory = 0;  ///< >= 0
+  int number = 0;      ///< in its trajectory, >= 0
+  friend auto operator<=>(const KeyframeId&, const KeyframeId&) = default;
+};
+
+/// T_map_keyframe, by trajectory and number: each in the frame of its component.
+using KeyframePoses = std::vector<std::vector<Pose2>>;
+
+inline const Pose2& At(const KeyframePoses& poses, KeyframeId id) {
+  return poses[static_cast<std::size_t>(id.trajectory)][static_cast<std::size_t>(id.number)];
+}
+
 /// A match on a part of the map that was drawn long ago: where the robot stands by it.
 struct Tie {
-  int keyframe = 0;  ///< the older one
+  KeyframeId keyframe;  ///< the older one
   Pose2 T_keyframe_this;
   friend bool operator==(const Tie&, const Tie&) = default;
 };
@@ -22,75 +38,95 @@ struct Tie {
 struct Keyframe {
   std::int64_t utime = 0;
   ValidRays rays;
-  Pose2 T_previous_this;    ///< the motion since the keyframe before, as matched; of no meaning in the first
-  bool after_lost = false;  ///< scans were lost between the two
-  bool begins = false;      ///< a trajectory: the motion since the keyframe before is a guess
+  /// The motion since the keyframe before, as matched. Where a trajectory begins, a guess: the place of its frame seen
+  /// from the last keyframe of the trajectory before. Of no meaning in the first of all.
+  Pose2 T_previous_this;
+  bool after_lost = false;                                  ///< scans were lost between the two
+  bool begins = false;                                      ///< a trajectory
   std::optional<Eigen::Vector2d> open_axis = std::nullopt;  ///< laser frame: along it the walls did not tell
   std::optional<Tie> tie = std::nullopt;
-  bool tie_wrong = false;  ///< the map on which it was matched was found wrong since
-  int as_of = -1;          ///< the last GraphUpdate in the map that it was matched on, by its keyframe; -1: none
+  bool tie_wrong = false;                          ///< the map on which it was matched was found wrong since
+  std::optional<KeyframeId> as_of = std::nullopt;  ///< keyframe of the last GraphUpdate in the map of its match
 };
 
-/// Two keyframes that saw the same place, far apart along the path.
+/// Two keyframes that saw the same place, far apart along the path or in two trajectories.
 struct Loop {
-  int older = 0;
-  int newer = 0;
+  KeyframeId older;
+  KeyframeId newer;
   Pose2 T_older_newer;
   friend bool operator==(const Loop&, const Loop&) = default;
 };
 
+/// Poses of keyframes of one trajectory that follow each other.
+struct PoseStretch {
+  KeyframeId first;
+  std::vector<Pose2> poses;  ///< T_map_keyframe
+  KeyframeId last() const { return {first.trajectory, first.number + static_cast<int>(poses.size()) - 1}; }
+  friend bool operator==(const PoseStretch&, const PoseStretch&) = default;
+};
+
 /// What a keyframe has brought to the graph.
 struct GraphUpdate {
-  int keyframe = 0;                                   ///< the newest one then
-  int previous = -1;                                  ///< keyframe of the update before this one; -1: it is the first
+  KeyframeId keyframe;                                ///< the newest one then
+  std::optional<KeyframeId> previous = std::nullopt;  ///< keyframe of the update before this one; none: it is the first
   std::vector<Loop> closed;                           ///< by it
   std::vector<Loop> taken_out;                        ///< which all others contradict
-  std::optional<int> ties_wrong_from = std::nullopt;  ///< ties of this keyframe and of all newer ones so far are wrong
-  int first_pose = 0;                                 ///< those before it stay where they were
-  std::vector<Pose2> poses;                           ///< T_map_keyframe, from first_pose to keyframe
+  /// Ties of this keyframe and of all newer ones so far are wrong.
+  std::optional<KeyframeId> ties_wrong_from = std::nullopt;
+  std::vector<PoseStretch> moved;  ///< in the order of their names; all other keyframes stay where they were
   friend bool operator==(const GraphUpdate&, const GraphUpdate&) = default;
 };
 
-/// Longer than anything that looks along the path.
-inline constexpr double kBreak_m = 100.0;
-
-/// Keyframes along the path, the motions between them, ties and loops: what is known of the poses.
+/// Trajectories of keyframes, the motions in them, ties and loops: what is known of the poses.
 ///
 /// A *trajectory* is an unbroken run of keyframes, each matched to what those before it drew. Where one ends and the
-/// next begins nobody knows the motion. Trajectories that loops lead across hang together: they are one *component*, in
-/// one frame. The poses of another component are in a frame of its own.
+/// next begins nobody knows the motion, and there is no way from one to the other but over loops. Trajectories that
+/// loops lead across hang together: they are one *component*, in one frame. The poses of another component are in a
+/// frame of its own.
 class KeyframeGraph {
  public:
-  /// The next keyframe. Its pose follows from that of the one before; the first is the origin. Returns its index.
-  int Add(Keyframe keyframe);
+  /// The next keyframe: of the newest trajectory, or the first of a new one. Its pose follows from that of the one
+  /// before; the first of all is the origin. Returns its name.
+  KeyframeId Add(Keyframe keyframe);
 
   void AddLoop(const Loop& loop);
   void DropLoop(const Loop& loop);  ///< nothing if it is not there
 
   /// Takes the ties of a keyframe and of all newer ones for wrong.
-  void DropTies(int first);
+  void DropTies(KeyframeId first);
 
-  int size() const { return static_cast<int>(keyframes_.size()); }
-  const Keyframe& keyframe(int index) const { return keyframes_[static_cast<std::size_t>(index)]; }
-  const Pose2& pose(int index) const { return poses_[static_cast<std::size_t>(index)]; }  ///< T_map_keyframe
-  const std::vector<Pose2>& poses() const { return poses_; }
+  /// Keyframes, of all trajectories.
+  int size() const { return size_; }
+  int num_trajectories() const { return static_cast<int>(trajectories_.size()); }
+  /// Keyframes of a trajectory, >= 1.
+  int size(int trajectory) const { return static_cast<int>(of(trajectory).keyframes.size()); }
+  bool Has(KeyframeId id) const;
+  /// None in an empty graph.
+  std::optional<KeyframeId> newest() const;
+  /// The last one of a trajectory.
+  KeyframeId LastOf(int trajectory) const { return {trajectory, size(trajectory) - 1}; }
+  /// The one before, maybe of the trajectory before; none for the first of all.
+  std::optional<KeyframeId> Before(KeyframeId id) const;
+  /// The one after, maybe of the trajectory after; none for the newest.
+  std::optional<KeyframeId> After(KeyframeId id) const;
+  /// How many are newer.
+  int CountAfter(KeyframeId id) const;
+  /// The names of all, in their order.
+  std::vector<KeyframeId> ids() const;
+
+  const Keyframe& keyframe(KeyframeId id) const { return of(id.trajectory).keyframes[Index(id)]; }
+  const Pose2& pose(KeyframeId id) const { return At(poses_, id); }  ///< T_map_keyframe
+  const KeyframePoses& poses() const { return poses_; }
   const std::vector<Loop>& loops() const { return loops_; }
   std::int64_t num_loops_dropped() const { return num_loops_dropped_; }
-  /// Along the path, from the first keyframe [m]. Over a break it grows by kBreak_m, whatever the robot did.
-  double path_m(int index) const { return path_m_[static_cast<std::size_t>(index)]; }
-  /// The first keyframe so far along the path or further; the newest one if none is.
-  int FindByPath(double path_m) const;
+  /// Along the trajectory, from its first keyframe [m].
+  double path_m(KeyframeId id) const { return of(id.trajectory).path_m[Index(id)]; }
+  /// The first keyframe of a trajectory so far along it or further; its last one if none is.
+  KeyframeId FindByPath(int trajectory, double path_m) const;
 
-  int num_trajectories() const { return static_cast<int>(first_of_.size()); }
-  /// The trajectory of a keyframe, counted from 0.
-  int trajectory(int index) const { return trajectory_of_[static_cast<std::size_t>(index)]; }
-  int FirstOf(int trajectory) const { return first_of_[static_cast<std::size_t>(trajectory)]; }
-  int LastOf(int trajectory) const {
-    return trajectory + 1 < num_trajectories() ? FirstOf(trajectory + 1) - 1 : size() - 1;
-  }
   /// The component of a keyframe: its oldest trajectory.
-  int component(int index) const { return components_[static_cast<std::size_t>(trajectory(index))]; }
-  bool HangTogether(int a, int b) const { return component(a) == component(b); }
+  int component(KeyframeId id) const { return components_[static_cast<std::size_t>(id.trajectory)]; }
+  bool HangTogether(KeyframeId a, KeyframeId b) const { return component(a) == component(b); }
   bool is_one_component() const { return num_components_ <= 1; }
 
   /// For each trajectory its component, if these were all the loops.
@@ -99,13 +135,13 @@ class KeyframeGraph {
   /// Moves the younger component of the two ends of a loop to where the loop says; nothing if they are one.
   void Join(const Loop& loop);
 
-  /// T_from_to along the path of one trajectory, by matched motions alone: what it says never changes.
-  Pose2 Motion(int from, int to) const;
+  /// T_from_to along their trajectory, by matched motions alone: what it says never changes.
+  Pose2 Motion(KeyframeId from, KeyframeId to) const;
 
-  /// How far each keyframe is that lies within `reach_m` of one along the motions, ties and loops [m]; by index.
-  std::vector<std::pair<int, double>> FindWithin(int from, double reach_m) const;
+  /// How far each keyframe is that lies within `reach_m` of one along the motions, ties and loops [m]; by name.
+  std::vector<std::pair<KeyframeId, double>> FindWithin(KeyframeId from, double reach_m) const;
 
-  /// The poses and all that is known of the motions between them.
+  /// The poses and all that is known of the motions between them. Its poses are those of ids(), in that order.
   PoseGraph MakePoseGraph() const;
 
   /// Moves the poses to where they agree best; the first ones that would move by less than a micrometre stay. Returns
@@ -117,27 +153,35 @@ class KeyframeGraph {
   void Apply(const GraphUpdate& update);
 
   /// The same for poses of these keyframes alone.
-  void PutRight(const GraphUpdate& update, std::vector<Pose2>& poses) const;
+  void PutRight(const GraphUpdate& update, KeyframePoses& poses) const;
 
   /// Whether an update can be one of a graph that has no other keyframes than these.
   bool Fits(const GraphUpdate& update) const;
 
  private:
-  GraphEdge MakeMotionEdge(int index) const;
-  void UpdateComponents();
-  void Link(int a, int b, double length_m);
-  void Unlink(int a, int b, double length_m);
+  using Links = std::vector<std::pair<KeyframeId, double>>;  ///< to which, and how far
 
-  std::vector<Keyframe> keyframes_;
-  std::vector<int> trajectory_of_;
-  std::vector<int> first_of_;    ///< keyframe, by trajectory
+  /// Each by number.
+  struct Trajectory {
+    std::vector<Keyframe> keyframes;
+    std::vector<double> path_m;
+    std::vector<Links> links;
+  };
+
+  static std::size_t Index(KeyframeId id) { return static_cast<std::size_t>(id.number); }
+  const Trajectory& of(int trajectory) const { return trajectories_[static_cast<std::size_t>(trajectory)]; }
+  Trajectory& of(int trajectory) { return trajectories_[static_cast<std::size_t>(trajectory)]; }
+  void UpdateComponents();
+  void Link(KeyframeId a, KeyframeId b, double length_m);
+  void Unlink(KeyframeId a, KeyframeId b, double length_m);
+
+  std::vector<Trajectory> trajectories_;
+  KeyframePoses poses_;
+  int size_ = 0;
   std::vector<int> components_;  ///< by trajectory
   int num_components_ = 0;
-  std::vector<double> path_m_;
-  std::vector<Pose2> poses_;
   std::vector<Loop> loops_;
   std::int64_t num_loops_dropped_ = 0;
-  std::vector<std::vector<std::pair<int, double>>> links_;  ///< by keyframe: to which, and how far
 };
 
 }  // namespace crsm

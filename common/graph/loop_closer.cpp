@@ -13,6 +13,18 @@ bool AreNear(const Pose2& a, const Pose2& b, double near_m, double near_rad) {
   return Length(error) < near_m && std::abs(error.yaw_rad) < near_rad;
 }
 
+/// What has moved: of each trajectory the keyframes from the first to the last one that has.
+std::vector<PoseStretch> FindMoved(const KeyframePoses& before, const KeyframePoses& after) {
+  std::vector<PoseStretch> moved;
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    const auto first = std::ranges::mismatch(before[i], after[i]).in2;
+    if (first == after[i].end()) continue;
+    const auto end = std::mismatch(before[i].rbegin(), before[i].rend(), after[i].rbegin()).second.base();
+    moved.push_back({{static_cast<int>(i), static_cast<int>(first - after[i].begin())}, {first, end}});
+  }
+  return moved;
+}
+
 }  // namespace
 
 std::optional<GraphUpdate> LoopCloser::Add(Keyframe keyframe) {
@@ -28,22 +40,19 @@ std::optional<GraphUpdate> LoopCloser::Add(Keyframe keyframe) {
   update.closed = Confirm(*finding);
   if (update.closed.empty()) return std::nullopt;
   if (finding->known) {
-    update.ties_wrong_from = verified_ + 1;
-    graph_.DropTies(verified_ + 1);
+    update.ties_wrong_from = graph_.After(verified_);
+    graph_.DropTies(*update.ties_wrong_from);
     ties_wrong_before_ = update.keyframe;
   }
   verified_ = update.keyframe;
   update.previous = std::exchange(update_, update.keyframe);
-  const std::vector<Pose2> before = graph_.poses();
+  const KeyframePoses before = graph_.poses();
   for (const Loop& loop : update.closed) {
     graph_.Join(loop);
     graph_.AddLoop(loop);
   }
   update.taken_out = graph_.Optimise();
-  const auto& after = graph_.poses();
-  const auto moved = std::mismatch(before.begin(), before.end(), after.begin()).second;
-  update.first_pose = static_cast<int>(moved - after.begin());
-  update.poses.assign(moved, after.end());
+  update.moved = FindMoved(before, graph_.poses());
   return update;
 }
 
@@ -54,11 +63,13 @@ std::optional<LoopFinding> LoopCloser::Search() {
   constexpr double kElsewhereEvery_m = 3.0;
   constexpr double kSoonEvery_m = 1.5;  // soon after a break
   constexpr double kSoon_m = 15.0;
-  const int newest = graph_.size() - 1;
+  const KeyframeId newest = *graph_.newest();
   const double here_m = graph_.path_m(newest);
-  const double since_break_m = here_m - graph_.path_m(graph_.FirstOf(graph_.trajectory(newest)));
-  const double every_m = since_break_m < kSoon_m ? kSoonEvery_m : kElsewhereEvery_m;
-  if (graph_.keyframe(newest).begins) next_elsewhere_m_ = here_m + every_m;
+  const double every_m = here_m < kSoon_m ? kSoonEvery_m : kElsewhereEvery_m;
+  if (newest.number == 0) {
+    next_elsewhere_m_ = here_m + every_m;
+    next_search_m_ = next_thorough_m_ = here_m;
+  }
   if (!graph_.is_one_component() && here_m >= next_elsewhere_m_) {
     next_elsewhere_m_ = here_m + every_m;
     if (const auto finding = SearchElsewhere(graph_)) return finding;
@@ -79,7 +90,7 @@ bool LoopCloser::AgreesWithGraph(const LoopFinding& finding) const {
 bool LoopCloser::Agree(const LoopFinding& earlier, const LoopFinding& later) const {
   constexpr double kLeastApart_m = 3.0;        // what is nearer saw mostly the same
   constexpr double kLeastApartOfJoin_m = 1.4;  // of places that fit like no other in all of a component
-  if (graph_.trajectory(earlier.newer) != graph_.trajectory(later.newer)) return false;
+  if (earlier.newer.trajectory != later.newer.trajectory) return false;
   if (!graph_.HangTogether(earlier.older, later.older)) return false;
   const double least_apart_m = graph_.HangTogether(later.older, later.newer) ? kLeastApart_m : kLeastApartOfJoin_m;
   if (graph_.path_m(later.newer) - graph_.path_m(earlier.newer) < least_apart_m) return false;
@@ -92,9 +103,10 @@ bool LoopCloser::Agree(const LoopFinding& earlier, const LoopFinding& later) con
 std::vector<Loop> LoopCloser::Confirm(const LoopFinding& finding) {
   constexpr double kRemembered_m = 20.0;
   const double here_m = graph_.path_m(finding.newer);
-  while (!findings_.empty() && here_m - graph_.path_m(findings_.front().finding.newer) > kRemembered_m) {
-    findings_.pop_front();
-  }
+  const auto IsForgotten = [&](KeyframeId id) {
+    return id.trajectory != finding.newer.trajectory || here_m - graph_.path_m(id) > kRemembered_m;
+  };
+  while (!findings_.empty() && IsForgotten(findings_.front().finding.newer)) findings_.pop_front();
   std::vector<Loop> loops;
   findings_.push_back({finding});
   for (std::size_t i = 0; i + 1 < findings_.size() && loops.empty(); ++i) {

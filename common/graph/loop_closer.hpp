@@ -42,13 +42,13 @@ class LoopCloser {
   UpdateParameters drawing_;
   KeyframeGraph graph_;
   std::deque<Remembered> findings_;  ///< of the last metres
-  double next_search_m_ = 0.0;
+  double next_search_m_ = 0.0;       ///< on the newest trajectory
   double next_thorough_m_ = 0.0;
   double next_elsewhere_m_ = 0.0;
-  int verified_ = 0;  ///< the last keyframe of which it is known that it is where the graph says
-  int update_ = -1;   ///< keyframe of the last update
+  KeyframeId verified_;               ///< the last keyframe of which it is known that it is where the graph says
+  std::optional<KeyframeId> update_;  ///< keyframe of the last update
   /// Keyframe of the last update that took ties for wrong: those that were matched on a map before it are, too.
-  int ties_wrong_before_ = -1;
+  std::optional<KeyframeId> ties_wrong_before_;
 };
 
 }  // namespace crsm

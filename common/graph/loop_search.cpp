@@ -24,19 +24,18 @@ constexpr int kMostEvaluations = 60'000;
 constexpr double kLeastScoreAnywhere = 0.8;  ///< in a window so wide chance finds more than in a small one
 constexpr int kMostAnywhere = 20'000;        ///< a submap that takes longer is clutter, where anything fits
 
-/// Part of the path, by its keyframes, both ends included.
+/// Part of a trajectory, by its keyframes, both ends included.
 struct Submap {
-  int middle;
-  int first;
-  int last;
+  KeyframeId middle;
+  KeyframeId first;
+  KeyframeId last;
 };
 
-Submap MakeSubmap(const KeyframeGraph& graph, int middle, int newest) {
+Submap MakeSubmap(const KeyframeGraph& graph, KeyframeId middle, KeyframeId newest) {
   const double middle_m = graph.path_m(middle);
-  const int latest = graph.FindByPath(graph.path_m(newest) - kLongAgo_m);
-  const int last_of_trajectory = graph.LastOf(graph.trajectory(middle));
-  return {middle, graph.FindByPath(middle_m - kSubmapReach_m),
-          std::min({graph.FindByPath(middle_m + kSubmapReach_m), latest, last_of_trajectory})};
+  const KeyframeId latest = graph.FindByPath(newest.trajectory, graph.path_m(newest) - kLongAgo_m);
+  return {middle, graph.FindByPath(middle.trajectory, middle_m - kSubmapReach_m),
+          std::min(graph.FindByPath(middle.trajectory, middle_m + kSubmapReach_m), latest)};
 }
 
 /// Hits of some keyframes nearer than `farthest_m` to their laser and to a place in the frame of the middle one. 2 x N.
@@ -44,15 +43,15 @@ Eigen::Matrix2Xd CollectHits(const KeyframeGraph& graph, const Submap& part, con
   const Eigen::Vector2d place_m(place.x_m, place.y_m);
   std::vector<Eigen::Vector2d> all;
   Pose2 T_frame_at = graph.Motion(part.middle, part.first);
-  for (int i = part.first; i <= part.last; ++i) {
-    if (i > part.first) T_frame_at = T_frame_at * graph.keyframe(i).T_previous_this;
-    const Eigen::Matrix2Xd hits_m = ComputeHits(graph.keyframe(i).rays);
+  for (KeyframeId at = part.first; at <= part.last; ++at.number) {
+    if (at > part.first) T_frame_at = T_frame_at * graph.keyframe(at).T_previous_this;
+    const Eigen::Matrix2Xd hits_m = ComputeHits(graph.keyframe(at).rays);
     const auto [sin, cos] = ComputeSinCos(T_frame_at.yaw_rad);
     for (Eigen::Index k = 0; k < hits_m.cols(); ++k) {
-      const Eigen::Vector2d at(T_frame_at.x_m + cos * hits_m(0, k) - sin * hits_m(1, k),
-                               T_frame_at.y_m + sin * hits_m(0, k) + cos * hits_m(1, k));
-      const double distance2_m2 = std::max(hits_m.col(k).squaredNorm(), (at - place_m).squaredNorm());
-      if (distance2_m2 < farthest_m * farthest_m) all.push_back(at);
+      const Eigen::Vector2d hit_m(T_frame_at.x_m + cos * hits_m(0, k) - sin * hits_m(1, k),
+                                  T_frame_at.y_m + sin * hits_m(0, k) + cos * hits_m(1, k));
+      const double distance2_m2 = std::max(hits_m.col(k).squaredNorm(), (hit_m - place_m).squaredNorm());
+      if (distance2_m2 < farthest_m * farthest_m) all.push_back(hit_m);
     }
   }
   Eigen::Matrix2Xd points_m(2, static_cast<Eigen::Index>(all.size()));
@@ -61,10 +60,10 @@ Eigen::Matrix2Xd CollectHits(const KeyframeGraph& graph, const Submap& part, con
 }
 
 /// What was seen on the last metres, in the frame of the newest keyframe: one point of each small square, and few.
-Eigen::Matrix2Xd CollectRecentPoints(const KeyframeGraph& graph, int newest) {
+Eigen::Matrix2Xd CollectRecentPoints(const KeyframeGraph& graph, KeyframeId newest) {
   constexpr double kSquare_m = 0.1;
   constexpr Eigen::Index kMostPoints = 300;
-  const Submap recent{newest, graph.FindByPath(graph.path_m(newest) - kRecent_m), newest};
+  const Submap recent{newest, graph.FindByPath(newest.trajectory, graph.path_m(newest) - kRecent_m), newest};
   const Eigen::Matrix2Xd hits_m = CollectHits(graph, recent, {}, kFarthestPoint_m);
   std::unordered_set<std::int64_t> taken;
   std::vector<Eigen::Index> kept;
@@ -103,50 +102,58 @@ constexpr DriftModel kUsual{0.005, 0.00015};
 constexpr DriftModel kLargest{0.02, 0.0006};  ///< with a slip in a corridor
 
 struct Candidate {
-  int middle;    ///< of a submap
-  double way_m;  ///< over which the poses may have drifted apart
+  KeyframeId middle;  ///< of a submap
+  double way_m;       ///< over which the poses may have drifted apart
 };
 
 /// Where the newest keyframe may be.
 struct Candidates {
-  std::vector<Candidate> unknown;  ///< for which the graph does not vouch
-  std::optional<int> known;        ///< the nearest old keyframe for which it does
+  std::vector<Candidate> unknown;   ///< for which the graph does not vouch
+  std::optional<KeyframeId> known;  ///< the nearest old keyframe for which it does
 };
 
-/// The ways along the graph from a keyframe to those near it, which are asked for in the order of their indices.
+/// The ways along the graph from a keyframe to those near it, which are asked for in the order of their names.
 class Ways {
  public:
-  Ways(const KeyframeGraph& graph, int from, double reach_m) : way_m_(graph.FindWithin(from, reach_m)) {}
+  Ways(const KeyframeGraph& graph, KeyframeId from, double reach_m) : way_m_(graph.FindWithin(from, reach_m)) {}
 
   /// Infinite beyond the reach.
-  double To(int index) {
-    while (next_ < way_m_.size() && way_m_[next_].first < index) ++next_;
-    return next_ < way_m_.size() && way_m_[next_].first == index ? way_m_[next_].second : HUGE_VAL;
+  double To(KeyframeId id) {
+    while (next_ < way_m_.size() && way_m_[next_].first < id) ++next_;
+    return next_ < way_m_.size() && way_m_[next_].first == id ? way_m_[next_].second : HUGE_VAL;
   }
 
  private:
-  std::vector<std::pair<int, double>> way_m_;
+  std::vector<std::pair<KeyframeId, double>> way_m_;
   std::size_t next_ = 0;
 };
 
-Candidates FindCandidates(const KeyframeGraph& graph, int newest, double local_map_m, const DriftModel& drift) {
+/// What was driven since a keyframe, without what nobody knows of: the poses may have drifted apart over it.
+double ComputeDriven(const KeyframeGraph& graph, KeyframeId older, KeyframeId newest) {
+  double driven_m = graph.path_m(newest) - graph.path_m(older);
+  for (int i = older.trajectory; i < newest.trajectory; ++i) driven_m += graph.path_m(graph.LastOf(i));
+  return driven_m;
+}
+
+Candidates FindCandidates(const KeyframeGraph& graph, KeyframeId newest, double local_map_m, const DriftModel& drift) {
   constexpr double kPassing_m = 2.0;  // from one path to the other, where they meet
   constexpr double kKnown_m = 2.5;
   constexpr double kSurelyFar = 0.5;  // of what is too far: loops have hardly made the path twice as long
   Candidates found;
   std::optional<Ways> ways;  // not looked for before there is something near
   double nearest_m = kKnown_m;
-  int last_slot = -1;
-  const double here_m = graph.path_m(newest);
-  for (int i = 0; i < newest && here_m - graph.path_m(i) > kLongAgo_m;) {
-    const double by_path_m = here_m - graph.path_m(i);
-    const double away_m = Distance(graph.pose(i), graph.pose(newest));
+  std::pair last_slot{-1, -1};  // trajectory, and which part of it
+  for (std::optional<KeyframeId> i = KeyframeId{}; IsLongAgo(graph, *i);) {
+    const double by_path_m = ComputeDriven(graph, *i, newest);
+    const double away_m = Distance(graph.pose(*i), graph.pose(newest));
     const double beyond_m = away_m - drift.Over(by_path_m).reach_m - kPassing_m;
     if (beyond_m > 0.0) {  // and so are those of the next metres
-      i = std::max(i + 1, graph.FindByPath(graph.path_m(i) + kSurelyFar * beyond_m));
+      const double near_m = graph.path_m(*i) + kSurelyFar * beyond_m;
+      i = std::max(*graph.After(*i), graph.FindByPath(i->trajectory, near_m));
       continue;
     }
-    const int at = i++;
+    const KeyframeId at = *i;
+    i = graph.After(at);
     if (!graph.HangTogether(at, newest)) continue;
     if (!ways) ways.emplace(graph, newest, local_map_m);
     // A way through the graph that is much longer than the crow flies is not agreement: the chain may be bent.
@@ -159,10 +166,9 @@ Candidates FindCandidates(const KeyframeGraph& graph, int newest, double local_m
       continue;
     }
     if (away_m > drift.Over(way_m).reach_m + kPassing_m) continue;
-    const int slot = static_cast<int>(graph.path_m(at) / kSubmapReach_m);
+    const std::pair slot{at.trajectory, static_cast<int>(graph.path_m(at) / kSubmapReach_m)};
     if (slot != last_slot) {
-      const int middle = graph.FindByPath((slot + 0.5) * kSubmapReach_m);
-      found.unknown.push_back({graph.trajectory(middle) == graph.trajectory(at) ? middle : at, way_m});
+      found.unknown.push_back({graph.FindByPath(at.trajectory, (slot.second + 0.5) * kSubmapReach_m), way_m});
     } else {
       found.unknown.back().way_m = std::max(found.unknown.back().way_m, way_m);
     }
@@ -173,17 +179,16 @@ Candidates FindCandidates(const KeyframeGraph& graph, int newest, double local_m
 
 /// The middles of submaps that cover all components but that of the newest keyframe. What is shorter than a join takes
 /// is left out: a hand before the laser makes a trajectory of one scan, too.
-std::vector<int> FindSubmapsElsewhere(const KeyframeGraph& graph) {
+std::vector<KeyframeId> FindSubmapsElsewhere(const KeyframeGraph& graph) {
   constexpr double kLeastLength_m = 2.0;
-  std::vector<int> middles;
+  std::vector<KeyframeId> middles;
   for (int trajectory = 0; trajectory < graph.num_trajectories(); ++trajectory) {
-    const int first = graph.FirstOf(trajectory);
-    if (graph.HangTogether(first, graph.size() - 1)) continue;
-    const double length_m = graph.path_m(graph.LastOf(trajectory)) - graph.path_m(first);
+    if (graph.HangTogether({trajectory, 0}, *graph.newest())) continue;
+    const double length_m = graph.path_m(graph.LastOf(trajectory));
     if (length_m < kLeastLength_m) continue;
     const int num_submaps = static_cast<int>(length_m / kSubmapReach_m) + 1;
     for (int i = 0; i < num_submaps; ++i) {
-      middles.push_back(graph.FindByPath(graph.path_m(first) + (i + 0.5) * length_m / num_submaps));
+      middles.push_back(graph.FindByPath(trajectory, (i + 0.5) * length_m / num_submaps));
     }
   }
   return middles;
@@ -192,26 +197,26 @@ std::vector<int> FindSubmapsElsewhere(const KeyframeGraph& graph) {
 /// Searches of one newest keyframe.
 class PlaceFinder {
  public:
-  PlaceFinder(const KeyframeGraph& graph, int newest)
+  PlaceFinder(const KeyframeGraph& graph, KeyframeId newest)
       : graph_(graph), newest_(newest), points_m_(CollectRecentPoints(graph, newest)) {}
 
   bool HasEnough() const { return points_m_.cols() >= 100; }
 
   /// least_score: what is worse is of no interest.
-  Place Find(const HitPyramid& pyramid, int middle, const Drift& drift, double least_score,
+  Place Find(const HitPyramid& pyramid, KeyframeId middle, const Drift& drift, double least_score,
              int most_evaluations = kMostEvaluations) const {
     return FindPlace(pyramid, points_m_, {PresumedIn(middle), drift.reach_m, drift.reach_rad},
                      {kFarthestPoint_m, least_score, kRivalShare, most_evaluations});
   }
 
   /// Of what the points may come to lie on in a window of that reach.
-  HitPyramid MakePyramid(int middle, double reach_m) const {
+  HitPyramid MakePyramid(KeyframeId middle, double reach_m) const {
     const Submap submap = MakeSubmap(graph_, middle, newest_);
     return HitPyramid(CollectHits(graph_, submap, PresumedIn(middle), reach_m + kFarthestPoint_m), kCell_m);
   }
 
   /// Anywhere near the middle of a submap, in any direction.
-  Place FindAnywhere(int middle, double least_score) const {
+  Place FindAnywhere(KeyframeId middle, double least_score) const {
     constexpr double kReach_m = 8.0;
     const Submap submap = MakeSubmap(graph_, middle, newest_);
     const HitPyramid pyramid(CollectHits(graph_, submap, {}, kReach_m + kFarthestPoint_m), kCell_m);
@@ -221,7 +226,7 @@ class PlaceFinder {
   }
 
   /// Where the matches say that the robot is: if it fits there, whether nowhere nearby as well; else further away.
-  Place Check(int middle) const {
+  Place Check(KeyframeId middle) const {
     constexpr double kFine = 0.6;
     constexpr int kFew = 5000;  // a place that takes longer is like others
     constexpr Drift kFar{6.0, 0.2};
@@ -232,10 +237,10 @@ class PlaceFinder {
   }
 
  private:
-  Pose2 PresumedIn(int middle) const { return Inverse(graph_.pose(middle)) * graph_.pose(newest_); }
+  Pose2 PresumedIn(KeyframeId middle) const { return Inverse(graph_.pose(middle)) * graph_.pose(newest_); }
 
   const KeyframeGraph& graph_;
-  int newest_;
+  KeyframeId newest_;
   Eigen::Matrix2Xd points_m_;
 };
 
@@ -247,11 +252,11 @@ class BestFinding {
   /// What a place must have to matter: it is better, or a rival.
   double LeastScore(double least) const { return std::max(least, best_ ? kRivalShare * best_->score : 0.0); }
 
-  void Add(int middle, const Place& place) {
+  void Add(KeyframeId middle, const Place& place) {
     constexpr double kSamePlace_m = 0.6;
     if (place.score == 0.0) return;
     rival_ = std::max(rival_, place.rival);
-    const LoopFinding finding{middle, graph_.size() - 1, place.pose, place.score};
+    const LoopFinding finding{middle, *graph_.newest(), place.pose, place.score};
     const auto PoseOf = [&](const LoopFinding& of) { return graph_.pose(of.older) * of.T_older_newer; };
     if (best_ && graph_.HangTogether(middle, best_->older) &&
         Distance(PoseOf(finding), PoseOf(*best_)) > kSamePlace_m) {
@@ -275,7 +280,7 @@ class BestFinding {
 std::optional<LoopFinding> SearchUnknown(const KeyframeGraph& graph, const Candidates& candidates,
                                          const DriftModel& drift_model, double known_score) {
   if (candidates.unknown.empty()) return std::nullopt;
-  const PlaceFinder finder(graph, graph.size() - 1);
+  const PlaceFinder finder(graph, *graph.newest());
   if (!finder.HasEnough()) return std::nullopt;
   BestFinding best(graph);
   for (const auto& [middle, way_m] : candidates.unknown) {
@@ -291,12 +296,11 @@ std::optional<LoopFinding> SearchBeforeBreak(const KeyframeGraph& graph, const P
   constexpr double kSoon_m = 15.0;
   constexpr double kBefore_m = 8.0;
   constexpr Drift kWindow{3.0, 0.5};
-  const int newest = graph.size() - 1;
-  const int trajectory = graph.trajectory(newest);
-  if (trajectory == 0 || graph.path_m(newest) - graph.path_m(graph.FirstOf(trajectory)) > kSoon_m) return std::nullopt;
-  const int last = graph.LastOf(trajectory - 1);
+  const KeyframeId newest = *graph.newest();
+  if (newest.trajectory == 0 || graph.path_m(newest) > kSoon_m) return std::nullopt;
+  const KeyframeId last = graph.LastOf(newest.trajectory - 1);
   if (graph.HangTogether(last, newest)) return std::nullopt;
-  const int middle = std::max(graph.FirstOf(trajectory - 1), graph.FindByPath(graph.path_m(last) - kBefore_m));
+  const KeyframeId middle = graph.FindByPath(last.trajectory, graph.path_m(last) - kBefore_m);
   BestFinding best(graph);
   best.Add(middle, finder.Find(finder.MakePyramid(middle, kWindow.reach_m), middle, kWindow, kLeastScoreOfPlace));
   return best.Unrivalled();
@@ -304,17 +308,17 @@ std::optional<LoopFinding> SearchBeforeBreak(const KeyframeGraph& graph, const P
 
 /// Near any of the middles of submaps.
 std::optional<LoopFinding> SearchAnywhere(const KeyframeGraph& graph, const PlaceFinder& finder,
-                                          const std::vector<int>& middles) {
+                                          const std::vector<KeyframeId>& middles) {
   BestFinding best(graph);
-  for (const int middle : middles) {
+  for (const KeyframeId middle : middles) {
     best.Add(middle, finder.FindAnywhere(middle, best.LeastScore(kLeastScoreAnywhere)));
   }
   return best.Unrivalled();
 }
 
 /// Whether the robot is where the matches say.
-std::optional<LoopFinding> CheckKnown(const KeyframeGraph& graph, int middle) {
-  const int newest = graph.size() - 1;
+std::optional<LoopFinding> CheckKnown(const KeyframeGraph& graph, KeyframeId middle) {
+  const KeyframeId newest = *graph.newest();
   const PlaceFinder finder(graph, newest);
   if (!finder.HasEnough()) return std::nullopt;
   const Place place = finder.Check(middle);
@@ -325,7 +329,7 @@ std::optional<LoopFinding> CheckKnown(const KeyframeGraph& graph, int middle) {
 }  // namespace
 
 std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_map_m, bool thoroughly) {
-  const int newest = graph.size() - 1;
+  const KeyframeId newest = *graph.newest();
   double known_score = 0.0;
   if (!thoroughly) {
     const auto likely = SearchUnknown(graph, FindCandidates(graph, newest, local_map_m, kUsual), kUsual, 0.0);
@@ -338,9 +342,9 @@ std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_m
 }
 
 std::optional<LoopFinding> SearchElsewhere(const KeyframeGraph& graph) {
-  const std::vector<int> middles = FindSubmapsElsewhere(graph);
+  const std::vector<KeyframeId> middles = FindSubmapsElsewhere(graph);
   if (middles.empty()) return std::nullopt;
-  const PlaceFinder finder(graph, graph.size() - 1);
+  const PlaceFinder finder(graph, *graph.newest());
   if (!finder.HasEnough()) return std::nullopt;
   if (const auto finding = SearchBeforeBreak(graph, finder)) return finding;
   return SearchAnywhere(graph, finder, middles);
@@ -350,8 +354,8 @@ std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& find
   constexpr double kSummit_rad = 0.02;
   const Submap submap = MakeSubmap(graph, finding.older, finding.newer);
   std::vector<PlacedScan> scans;
-  for (int i = submap.first; i <= submap.last; ++i) {
-    scans.push_back({&graph.keyframe(i).rays, graph.Motion(finding.older, i)});
+  for (KeyframeId at = submap.first; at <= submap.last; ++at.number) {
+    scans.push_back({&graph.keyframe(at).rays, graph.Motion(finding.older, at)});
   }
   const ScoredMap map(DrawScans(drawing, scans), 0.0, true);
   const RaysInCells rays = map.InCells(CollectRecentPoints(graph, finding.newer));
@@ -366,8 +370,8 @@ std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& find
   const auto nearest = std::min_element(scans.begin(), scans.end(), [&](const PlacedScan& a, const PlacedScan& b) {
     return Distance(a.T_map_laser, pose) < Distance(b.T_map_laser, pose);
   });
-  return Loop{submap.first + static_cast<int>(nearest - scans.begin()), finding.newer,
-              Inverse(nearest->T_map_laser) * pose};
+  const int number = submap.first.number + static_cast<int>(nearest - scans.begin());
+  return Loop{{submap.first.trajectory, number}, finding.newer, Inverse(nearest->T_map_laser) * pose};
 }
 
 }  // namespace crsm

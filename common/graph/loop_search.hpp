@@ -10,8 +10,8 @@ namespace crsm {
 
 /// The robot is where it was long ago, by what its laser saw on the last metres of its path.
 struct LoopFinding {
-  int older = 0;        ///< the middle keyframe of the submap in which it was found
-  int newer = 0;        ///< the newest keyframe
+  KeyframeId older;     ///< the middle keyframe of the submap in which it was found
+  KeyframeId newer;     ///< the newest keyframe
   Pose2 T_older_newer;  ///< to within a cell
   double score = 0.0;   ///< share of the points that lie on hits of the submap, [0, 1]
   bool known = false;   ///< the graph vouches for that place, and matches were made on it already
@@ -36,5 +36,11 @@ std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& find
 
 /// What was on the path so long ago is looked for [m]: what is nearer is in every map that is matched against.
 inline constexpr double kLongAgo_m = 25.0;
+
+/// Whether a keyframe is of another trajectory than the newest one, or so long ago.
+inline bool IsLongAgo(const KeyframeGraph& graph, KeyframeId id) {
+  const KeyframeId newest = *graph.newest();
+  return id.trajectory != newest.trajectory || graph.path_m(newest) - graph.path_m(id) > kLongAgo_m;
+}
 
 }  // namespace crsm

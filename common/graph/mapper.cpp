@@ -17,8 +17,8 @@ namespace {
 
 /// Keyframes for the local map, oldest first.
 struct LocalKeyframes {
-  std::vector<int> wanted;
-  std::vector<int> bearable;  ///< those, and others that need not be taken out of it yet
+  std::vector<KeyframeId> wanted;
+  std::vector<KeyframeId> bearable;  ///< those, and others that need not be taken out of it yet
 };
 
 /// Wanted is what lies within some way along the graph. A keyframe beyond it that is far away as the crow flies, too,
@@ -26,13 +26,13 @@ struct LocalKeyframes {
 LocalKeyframes FindLocal(const KeyframeGraph& graph, double local_map_m) {
   constexpr double kBearableReach = 3.0;  // times local_map_m along the graph ...
   constexpr double kFarAway = 0.5;        // ... and at least so many times as the crow flies
-  const int newest = graph.size() - 1;
+  const KeyframeId newest = *graph.newest();
   LocalKeyframes found;
-  for (const auto& [index, way_m] : graph.FindWithin(newest, kBearableReach * local_map_m)) {
+  for (const auto& [id, way_m] : graph.FindWithin(newest, kBearableReach * local_map_m)) {
     const bool wanted = way_m <= local_map_m;
-    const double away_m = Length(Inverse(graph.pose(index)) * graph.pose(newest));
-    if (wanted) found.wanted.push_back(index);
-    if (wanted || away_m >= kFarAway * local_map_m) found.bearable.push_back(index);
+    const double away_m = Length(Inverse(graph.pose(id)) * graph.pose(newest));
+    if (wanted) found.wanted.push_back(id);
+    if (wanted || away_m >= kFarAway * local_map_m) found.bearable.push_back(id);
   }
   return found;
 }
@@ -54,16 +54,16 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   if (step.delta.drawn) AddKeyframe(scan->rays, match, begins);
   AnchorScan(step.delta.version - 1);
   if (!step.delta.drawn) return step;
-  const int newest = graph_.size() - 1;
+  const KeyframeId newest = *graph_.newest();
   step.keyframe = &graph_.keyframe(newest);
 
   const Pose2 before = graph_.pose(newest);
-  const bool put_right = ApplyDue(newest);
+  const bool put_right = ApplyDue(loops_.lag);
   if (put_right) step.T_new_old = graph_.pose(newest) * Inverse(before);
   if (!put_right && !begins && graph_.path_m(newest) - looked_at_m_ < kPeriod_m) return step;
   looked_at_m_ = graph_.path_m(newest);
   const auto [local, bearable] = FindLocal(graph_, loops_.local_map_m);
-  const std::vector<int> needed = ThinOut(local);
+  const std::vector<KeyframeId> needed = ThinOut(local);
   const bool anew = put_right || !std::ranges::includes(bearable, drawn_);
   const std::vector<TileChange> tiles = anew ? DrawAnew(needed) : DrawMissing(needed);
   step.delta.tiles.insert(step.delta.tiles.end(), tiles.begin(), tiles.end());
@@ -84,11 +84,9 @@ bool Mapper::Offer(const GraphUpdate& update) {
 }
 
 std::vector<TileChange> Mapper::Finish() {
-  ApplyDue(graph_.size() + loops_.lag);
-  std::vector<int> all;
-  for (int i = 0; i < graph_.size(); ++i) {
-    if (IsKeyframeOnMap(i)) all.push_back(i);
-  }
+  ApplyDue(0);
+  std::vector<KeyframeId> all = graph_.ids();
+  std::erase_if(all, [&](KeyframeId id) { return !IsKeyframeOnMap(id); });
   std::vector<TileChange> tiles;
   if (loops_.loops) tiles = DrawAnew(all);
   local_.Finish();
@@ -105,11 +103,11 @@ KeyframeGraph Mapper::MakeBestGraph() const {
 Pose2 Mapper::BestPose(std::int64_t scan, const Pose2& T_map_laser) const {
   const Anchor* anchor = FindAnchor(scan);
   if (!anchor) return T_map_laser;
-  return best_poses_[static_cast<std::size_t>(anchor->keyframe)] * (Inverse(anchor->T_map_keyframe) * T_map_laser);
+  return At(best_poses_, anchor->keyframe) * (Inverse(anchor->T_map_keyframe) * T_map_laser);
 }
 
-bool Mapper::IsKeyframeOnMap(int keyframe) const {
-  return best_components_[static_cast<std::size_t>(graph_.trajectory(keyframe))] == largest_;
+bool Mapper::IsKeyframeOnMap(KeyframeId keyframe) const {
+  return best_components_[static_cast<std::size_t>(keyframe.trajectory)] == largest_;
 }
 
 bool Mapper::IsScanOnMap(std::int64_t scan) const {
@@ -136,8 +134,7 @@ void Mapper::CountComponents() {
   best_components_ = graph_.FindComponents(loops_closed_);
   component_sizes_.assign(best_components_.size(), 0);
   for (int i = 0; i < graph_.num_trajectories(); ++i) {
-    component_sizes_[static_cast<std::size_t>(best_components_[static_cast<std::size_t>(i)])] +=
-        graph_.LastOf(i) - graph_.FirstOf(i) + 1;
+    component_sizes_[static_cast<std::size_t>(best_components_[static_cast<std::size_t>(i)])] += graph_.size(i);
   }
   largest_ = static_cast<int>(std::max_element(component_sizes_.begin(), component_sizes_.end()) -
                               component_sizes_.begin());  // of several the oldest
@@ -162,8 +159,7 @@ std::vector<PlacedLoop> Mapper::PlaceLoops() const {
   for (const std::vector<Loop>* loops : {&loops_closed_, &loops_taken_out_}) {
     const std::size_t num = std::min(loops->size(), kMostPlacedLoops / 2);
     for (const Loop& loop : std::span(*loops).last(num)) {
-      placed.push_back({best_poses_[static_cast<std::size_t>(loop.older)],
-                        best_poses_[static_cast<std::size_t>(loop.newer)], loops == &loops_taken_out_});
+      placed.push_back({At(best_poses_, loop.older), At(best_poses_, loop.newer), loops == &loops_taken_out_});
     }
   }
   return placed;
@@ -174,10 +170,11 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
   keyframe.utime = match.utime;
   keyframe.rays = rays;
   keyframe.after_lost = std::exchange(lost_since_, false);
-  keyframe.begins = begins || graph_.size() == 0;
+  const auto before = graph_.newest();
+  keyframe.begins = begins || !before;
   keyframe.as_of = applied_update_;
-  if (graph_.size() > 0) {
-    keyframe.T_previous_this = Inverse(graph_.poses().back()) * match.T_map_laser;
+  if (before) {
+    keyframe.T_previous_this = Inverse(graph_.pose(*before)) * match.T_map_laser;
     if (!begins) keyframe.tie = FindTie(match.T_map_laser);
   }
   if (match.state == MatchState::kDegenerate) {
@@ -185,8 +182,10 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
     const auto& [x, y] = match.degenerate_axis;
     keyframe.open_axis = Eigen::Vector2d(cos * x + sin * y, cos * y - sin * x);
   }
-  best_poses_.push_back(best_poses_.empty() ? Pose2{} : best_poses_.back() * keyframe.T_previous_this);
+  const Pose2 best_pose = before ? At(best_poses_, *before) * keyframe.T_previous_this : Pose2{};
   const bool begins_trajectory = keyframe.begins;
+  if (begins_trajectory) best_poses_.emplace_back();
+  best_poses_.back().push_back(best_pose);
   drawn_.push_back(graph_.Add(std::move(keyframe)));
   CountNewest(begins_trajectory);
 }
@@ -194,7 +193,7 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
 /// Scans come by the thousand between two keyframes: kept is only where another anchor begins.
 void Mapper::AnchorScan(std::int64_t scan) {
   if (graph_.size() == 0) return;
-  const int keyframe = graph_.size() - 1;
+  const KeyframeId keyframe = *graph_.newest();
   const Pose2& T_map_keyframe = graph_.pose(keyframe);
   if (!anchors_.empty() && anchors_.back().keyframe == keyframe && anchors_.back().T_map_keyframe == T_map_keyframe) {
     return;
@@ -202,10 +201,10 @@ void Mapper::AnchorScan(std::int64_t scan) {
   anchors_.push_back({scan, keyframe, T_map_keyframe});
 }
 
-/// Those whose time has come take effect on the graph. Whether there were any.
-bool Mapper::ApplyDue(int newest) {
+/// Those with so many newer keyframes take effect on the graph. Whether there were any.
+bool Mapper::ApplyDue(int lag) {
   bool any = false;
-  for (; !pending_.empty() && pending_.front().keyframe <= newest - loops_.lag; pending_.pop_front()) {
+  for (; !pending_.empty() && graph_.CountAfter(pending_.front().keyframe) >= lag; pending_.pop_front()) {
     graph_.Apply(pending_.front());
     applied_update_ = pending_.front().keyframe;
     any = true;
@@ -217,50 +216,47 @@ bool Mapper::ApplyDue(int newest) {
 std::optional<Tie> Mapper::FindTie(const Pose2& T_map_laser) const {
   double nearest_m = 2.5;
   std::optional<Tie> tie;
-  const double here_m = graph_.path_m(graph_.size() - 1);
-  for (const int index : drawn_) {
-    if (here_m - graph_.path_m(index) < kLongAgo_m) break;
-    const Pose2 T_keyframe_laser = Inverse(graph_.pose(index)) * T_map_laser;
+  for (const KeyframeId id : drawn_) {
+    if (!IsLongAgo(graph_, id)) break;
+    const Pose2 T_keyframe_laser = Inverse(graph_.pose(id)) * T_map_laser;
     const double distance_m = Length(T_keyframe_laser);
     if (distance_m >= nearest_m) continue;
     nearest_m = distance_m;
-    tie = Tie{index, T_keyframe_laser};
+    tie = Tie{id, T_keyframe_laser};
   }
   return tie;
 }
 
 /// Those of the local map that are needed in it: of long ago the newest of each place and direction. So drawing it
 /// costs the same however often the robot has passed there.
-std::vector<int> Mapper::ThinOut(const std::vector<int>& local) const {
+std::vector<KeyframeId> Mapper::ThinOut(const std::vector<KeyframeId>& local) const {
   constexpr double kPlace_m = 1.5;
   constexpr double kDirection_rad = 0.35;
   const auto Round = [](double value, double step) { return static_cast<int>(std::floor(value / step)); };
-  const double here_m = graph_.path_m(graph_.size() - 1);
   std::set<std::array<int, 3>> taken;
-  std::vector<int> needed;
-  for (auto index = local.rbegin(); index != local.rend(); ++index) {
-    const Pose2& at = graph_.pose(*index);
-    const bool recent = here_m - graph_.path_m(*index) < kLongAgo_m;
+  std::vector<KeyframeId> needed;
+  for (auto id = local.rbegin(); id != local.rend(); ++id) {
+    const Pose2& at = graph_.pose(*id);
     const std::array place{Round(at.x_m, kPlace_m), Round(at.y_m, kPlace_m), Round(at.yaw_rad, kDirection_rad)};
-    if (recent || taken.insert(place).second) needed.push_back(*index);
+    if (!IsLongAgo(graph_, *id) || taken.insert(place).second) needed.push_back(*id);
   }
   std::reverse(needed.begin(), needed.end());
   return needed;
 }
 
-std::vector<PlacedScan> Mapper::Place(const std::vector<int>& keyframes) const {
+std::vector<PlacedScan> Mapper::Place(const std::vector<KeyframeId>& keyframes) const {
   std::vector<PlacedScan> scans;
-  for (const int index : keyframes) scans.push_back({&graph_.keyframe(index).rays, graph_.pose(index)});
+  for (const KeyframeId id : keyframes) scans.push_back({&graph_.keyframe(id).rays, graph_.pose(id)});
   return scans;
 }
 
-std::vector<TileChange> Mapper::DrawAnew(const std::vector<int>& keyframes) {
+std::vector<TileChange> Mapper::DrawAnew(const std::vector<KeyframeId>& keyframes) {
   drawn_ = keyframes;
   return local_.DrawAnew(Place(keyframes));
 }
 
-std::vector<TileChange> Mapper::DrawMissing(const std::vector<int>& keyframes) {
-  std::vector<int> missing;
+std::vector<TileChange> Mapper::DrawMissing(const std::vector<KeyframeId>& keyframes) {
+  std::vector<KeyframeId> missing;
   std::ranges::set_difference(keyframes, drawn_, std::back_inserter(missing));
   const auto middle = static_cast<std::ptrdiff_t>(drawn_.size());
   drawn_.insert(drawn_.end(), missing.begin(), missing.end());

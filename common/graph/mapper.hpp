@@ -36,8 +36,8 @@ class Mapper {
   /// if it is not the one that follows the last.
   bool Offer(const GraphUpdate& update);
 
-  /// Keyframe of the last update offered; -1: none.
-  int last_update() const { return last_update_; }
+  /// Keyframe of the last update offered.
+  std::optional<KeyframeId> last_update() const { return last_update_; }
   /// How often what is shown has changed other than by a new scan: keyframes were moved, or another component became
   /// the largest.
   std::int64_t num_layouts() const { return num_layouts_; }
@@ -60,12 +60,12 @@ class Mapper {
   /// All that is known.
   KeyframeGraph MakeBestGraph() const;
   /// T_map_keyframe by all that is known.
-  const std::vector<Pose2>& best_poses() const { return best_poses_; }
+  const KeyframePoses& best_poses() const { return best_poses_; }
   /// T_map_laser of a scan by all that is known. scan: 0 for the first that was integrated. T_map_laser: where it was
   /// matched.
   Pose2 BestPose(std::int64_t scan, const Pose2& T_map_laser) const;
   /// Whether a keyframe is of the component with the most keyframes: the map that is shown. By all that is known.
-  bool IsKeyframeOnMap(int keyframe) const;
+  bool IsKeyframeOnMap(KeyframeId keyframe) const;
   /// The same of a scan's keyframe. scan: as of BestPose.
   bool IsScanOnMap(std::int64_t scan) const;
   /// A match as it belongs on the map that is shown: moved, and lost where it hangs on another component: its place on
@@ -78,7 +78,7 @@ class Mapper {
   /// The keyframe that scans hang on, from one of them on, and where it stood when they were matched.
   struct Anchor {
     std::int64_t first_scan;
-    int keyframe;
+    KeyframeId keyframe;
     Pose2 T_map_keyframe;
   };
 
@@ -87,29 +87,29 @@ class Mapper {
   const Anchor* FindAnchor(std::int64_t scan) const;
   void CountComponents();
   void CountNewest(bool begins);
-  bool ApplyDue(int newest);
+  bool ApplyDue(int lag);
   std::optional<Tie> FindTie(const Pose2& T_map_laser) const;
-  std::vector<PlacedScan> Place(const std::vector<int>& keyframes) const;
-  std::vector<TileChange> DrawAnew(const std::vector<int>& keyframes);
-  std::vector<TileChange> DrawMissing(const std::vector<int>& keyframes);
-  std::vector<int> ThinOut(const std::vector<int>& local) const;
+  std::vector<PlacedScan> Place(const std::vector<KeyframeId>& keyframes) const;
+  std::vector<TileChange> DrawAnew(const std::vector<KeyframeId>& keyframes);
+  std::vector<TileChange> DrawMissing(const std::vector<KeyframeId>& keyframes);
+  std::vector<KeyframeId> ThinOut(const std::vector<KeyframeId>& local) const;
 
   LoopParameters loops_;
   MapUpdater local_;
   KeyframeGraph graph_;
-  std::deque<GraphUpdate> pending_;  ///< that have not taken effect yet
-  int applied_update_ = -1;          ///< keyframe of the last one that has
-  int last_update_ = -1;
+  std::deque<GraphUpdate> pending_;           ///< that have not taken effect yet
+  std::optional<KeyframeId> applied_update_;  ///< keyframe of the last one that has
+  std::optional<KeyframeId> last_update_;
   std::int64_t num_layouts_ = 0;
   std::vector<int> best_components_;  ///< by trajectory
   std::vector<int> component_sizes_;  ///< keyframes, by component
   int largest_ = 0;                   ///< component
   std::vector<Loop> loops_closed_;    ///< by them all
   std::vector<Loop> loops_taken_out_;
-  std::vector<Pose2> best_poses_;
-  std::vector<int> drawn_;    ///< keyframes in the local map
-  double looked_at_m_ = 0.0;  ///< where on the path it was last looked which belong there
-  bool lost_since_ = false;   ///< scans were, since the newest keyframe
+  KeyframePoses best_poses_;
+  std::vector<KeyframeId> drawn_;  ///< keyframes in the local map
+  double looked_at_m_ = 0.0;       ///< where on the newest trajectory it was last looked which belong there
+  bool lost_since_ = false;        ///< scans were, since the newest keyframe
   std::vector<Anchor> anchors_;
 };
 

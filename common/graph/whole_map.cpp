@@ -1,19 +1,22 @@
 #include "common/graph/whole_map.hpp"
 
-#include <algorithm>
-
 namespace crsm {
 
-bool WholeMap::Draw(const KeyframeGraph& graph, std::span<const Pose2> poses, std::int64_t version, int most,
-                    const std::function<bool(int)>& is_on_map) {
-  if (num_drawn_ == 0) map_ = MapUpdater(drawing_);
+bool WholeMap::Draw(const KeyframeGraph& graph, const KeyframePoses& poses, std::int64_t version, int most,
+                    const std::function<bool(KeyframeId)>& is_on_map) {
+  if (num_drawn_.empty()) map_ = MapUpdater(drawing_);
   map_.SkipTo(version);
-  const int until = std::min(graph.size(), num_drawn_ + most);
-  for (; num_drawn_ < until; ++num_drawn_) {
-    if (!is_on_map(num_drawn_)) continue;
-    map_.DrawMore({&graph.keyframe(num_drawn_).rays, poses[static_cast<std::size_t>(num_drawn_)]});
+  num_drawn_.resize(static_cast<std::size_t>(graph.num_trajectories()));
+  bool all_drawn = true;
+  for (int i = 0; i < graph.num_trajectories(); ++i) {
+    int& num_drawn = num_drawn_[static_cast<std::size_t>(i)];
+    for (; num_drawn < graph.size(i) && most > 0; ++num_drawn, --most) {
+      const KeyframeId id{i, num_drawn};
+      if (is_on_map(id)) map_.DrawMore({&graph.keyframe(id).rays, At(poses, id)});
+    }
+    all_drawn = all_drawn && num_drawn == graph.size(i);
   }
-  return num_drawn_ == graph.size();
+  return all_drawn;
 }
 
 }  // namespace crsm

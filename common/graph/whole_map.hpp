@@ -1,7 +1,7 @@
 #pragma once
 
 #include <functional>
-#include <span>
+#include <vector>
 
 #include "common/graph/mapper.hpp"
 #include "common/map/map_updater.hpp"
@@ -16,29 +16,29 @@ class WholeMap {
   explicit WholeMap(const UpdateParameters& drawing) : drawing_(drawing), map_(drawing) {}
 
   /// Keyframes are elsewhere than they were: the map is to be drawn anew, as a version of its own.
-  void Forget() { num_drawn_ = 0; }
+  void Forget() { num_drawn_.clear(); }
 
   /// Draws some keyframes that are not in the map yet, for the version of that number, no smaller than before. poses:
   /// T_map_keyframe. Whether all are drawn.
-  bool Draw(const KeyframeGraph& graph, std::span<const Pose2> poses, std::int64_t version, int most) {
-    return Draw(graph, poses, version, most, [](int) { return true; });
+  bool Draw(const KeyframeGraph& graph, const KeyframePoses& poses, std::int64_t version, int most) {
+    return Draw(graph, poses, version, most, [](KeyframeId) { return true; });
   }
 
   /// The same of a mapper's keyframes that are on its map, by all that it knows.
   bool Draw(const Mapper& mapper, int most) {
     return Draw(mapper.graph(), mapper.best_poses(), mapper.local().version(), most,
-                [&](int keyframe) { return mapper.IsKeyframeOnMap(keyframe); });
+                [&](KeyframeId keyframe) { return mapper.IsKeyframeOnMap(keyframe); });
   }
 
   const MapUpdater& map() const { return map_; }
 
  private:
-  bool Draw(const KeyframeGraph& graph, std::span<const Pose2> poses, std::int64_t version, int most,
-            const std::function<bool(int)>& is_on_map);
+  bool Draw(const KeyframeGraph& graph, const KeyframePoses& poses, std::int64_t version, int most,
+            const std::function<bool(KeyframeId)>& is_on_map);
 
   UpdateParameters drawing_;
   MapUpdater map_;
-  int num_drawn_ = 0;
+  std::vector<int> num_drawn_;  ///< keyframes, by trajectory; none before the first was drawn
 };
 
 }  // namespace crsm

@@ -20,14 +20,16 @@ class KeyframeAnswers {
   KeyframeAnswers(const LoopParameters& parameters, const UpdateParameters& drawing)
       : parameters_(parameters), drawing_(drawing), closer_(parameters, drawing) {}
 
-  /// Answers one; nothing where one before it is lacking, or where is_of_another_closer.
+  /// Answers one; nothing where one before it or its tie's is lacking, or where is_of_another_closer.
   std::vector<pose_graph_t> Answer(const keyframe_t& message);
 
   /// Asks for some of the keyframes that are lacking; nothing where none are.
   std::optional<keyframe_request_t> NextRequest() const;
 
   const KeyframeGraph& graph() const { return closer_.graph(); }
-  int last_update() const { return updates_.empty() ? -1 : updates_.back(); }
+  std::optional<KeyframeId> last_update() const {
+    return updates_.empty() ? std::nullopt : std::optional(updates_.back());
+  }
   /// Whether the owner's map was put right by another loop closer, which found other loops.
   bool is_of_another_closer() const { return is_of_another_closer_; }
 
@@ -39,10 +41,10 @@ class KeyframeAnswers {
   UpdateParameters drawing_;
   LoopCloser closer_;
   std::int64_t epoch_ = 0;
-  int newest_ = -1;               ///< keyframe of which is known that it is there
-  std::vector<int> updates_;      ///< all of them, by their keyframes
-  std::deque<GraphUpdate> kept_;  ///< that the owner does not have, so far as is known
-  int known_to_owner_ = -1;       ///< the last one that it has
+  std::optional<KeyframeId> newest_;          ///< keyframe of which is known that it is there
+  std::vector<KeyframeId> updates_;           ///< all of them, by their keyframes
+  std::deque<GraphUpdate> kept_;              ///< that the owner does not have, so far as is known
+  std::optional<KeyframeId> known_to_owner_;  ///< the last one that it has
   bool is_of_another_closer_ = false;
 };
 

@@ -67,13 +67,13 @@ class LoopCloserService {
     const auto request = answers_.NextRequest();
     if (!request) return asked_.reset();
     const auto now = Clock::now();
-    const int lacking = request->first_keyframe;
-    const bool is_coming = asked_ && asked_->epoch == request->epoch && lacking >= asked_->first_keyframe &&
-                           lacking < asked_->first_keyframe + asked_->num_keyframes;
-    if (!is_coming || std::exchange(lacking_, lacking) != lacking) backoff_.Restart(now);
+    const int size = answers_.graph().size();
+    const bool is_coming = asked_ && asked_->epoch == request->epoch && size >= size_when_asked_ &&
+                           size < size_when_asked_ + asked_->num_keyframes;
+    if (!is_coming || std::exchange(last_size_, size) != size) backoff_.Restart(now);
     if (is_coming && !backoff_.Due(now)) return;
     asked_ = request;
-    lacking_ = lacking;
+    size_when_asked_ = last_size_ = size;
     service_.counters().Add("keyframe_requests");
     service_.bus().Publish(kKeyframeRequestChannel, *request);
   }
@@ -97,7 +97,8 @@ class LoopCloserService {
   Service service_;
   KeyframeAnswers answers_;
   std::optional<keyframe_request_t> asked_;
-  int lacking_ = -1;  ///< the first keyframe that is, of those that were asked for
+  int size_when_asked_ = 0;  ///< of the graph
+  int last_size_ = 0;        ///< of the graph, when it was last looked whether what was asked for comes
   Backoff backoff_{std::chrono::milliseconds(50)};
   int written_ = 0;  ///< keyframes in graph.g2o
   Clock::time_point next_write_{};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "common/graph/mapper.hpp"
 #include "services/map_updater/request_limiter.hpp"
@@ -29,7 +30,7 @@ class LoopCloserLink {
   /// Of the map; nothing is sent or heard before.
   void SetEpoch(std::int64_t epoch) { epoch_ = epoch; }
 
-  /// Sends the newest keyframe: it is new, or has not been answered for some time.
+  /// Sends the newest keyframe, of which there must be one: it is new, or has not been answered for some time.
   void SendNewest(Clock::time_point now);
   void Poll(Clock::time_point now);
 
@@ -38,22 +39,24 @@ class LoopCloserLink {
   void Answer(const keyframe_request_t& request, const Sender& sender, Clock::time_point now);
 
   /// Whether all is known that has to take effect with the next keyframe.
-  bool IsReadyForNext() const { return looked_through_ >= mapper_.graph().size() - lag_; }
+  bool IsReadyForNext() const { return num_awaited() < lag_; }
   /// Whether loops were looked for in all keyframes.
-  bool IsSettled() const { return looked_through_ >= mapper_.graph().size() - 1; }
-  /// The last keyframe in which loops were looked for, so far as it was said; -1: in none.
-  int looked_through() const { return looked_through_; }
+  bool IsSettled() const { return num_awaited() == 0; }
+  /// Keyframes, the newest ones, of which it was not said yet that loops were looked for in them.
+  int num_awaited() const {
+    return looked_through_ ? mapper_.graph().CountAfter(*looked_through_) : mapper_.graph().size();
+  }
 
  private:
   void Count();
-  void Send(int keyframe);
+  void Send(KeyframeId id);
 
   Mapper& mapper_;
   int lag_;
   Counters& counters_;
   Owner owner_;
   std::int64_t epoch_ = 0;
-  int looked_through_ = -1;
+  std::optional<KeyframeId> looked_through_;  ///< the newest keyframe in which loops were looked for
   GraphUpdateParts parts_;
   RequestLimiter request_limiter_;
   Backoff backoff_{std::chrono::milliseconds(50)};

@@ -81,7 +81,7 @@ class MapUpdaterService {
 
   /// In lockstep: what the next version of the map takes that is not here.
   StallWatch::Awaited Awaited() const {
-    if (MustWaitForLoops()) return {"loop_closer to search for loops from keyframe {} on", link_->looked_through() + 1};
+    if (MustWaitForLoops()) return {"loop_closer to search for loops in {} keyframes", link_->num_awaited()};
     if (match_without_scan_) return {"CRITICAL_RAYS of scan {}", *match_without_scan_};
     if (held_utime_) return {"SCAN_MATCH of scan {}", *held_utime_};
     if (tracking_.empty()) return {};

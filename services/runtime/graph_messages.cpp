@@ -1,18 +1,20 @@
 #include "services/runtime/graph_messages.hpp"
 
-#include <algorithm>
+#include <utility>
 
 #include "services/runtime/conversions.hpp"
 
 namespace crsm {
 namespace {
 
-constexpr int kPosesInPart = 1000;  // 24 KB
+constexpr int kPosesInPart = 1000;  // 24 KB; the head of a stretch counts as one of them
 
-loop_t ToMessage(const Loop& loop) { return {loop.older, loop.newer, crsm::ToMessage(loop.T_older_newer)}; }
+loop_t ToMessage(const Loop& loop) {
+  return {crsm::ToMessage(loop.older), crsm::ToMessage(loop.newer), crsm::ToMessage(loop.T_older_newer)};
+}
 
 Loop FromMessage(const loop_t& message) {
-  return {message.older, message.newer, crsm::FromMessage(message.T_older_newer)};
+  return {crsm::FromMessage(message.older), crsm::FromMessage(message.newer), crsm::FromMessage(message.T_older_newer)};
 }
 
 std::vector<loop_t> ToMessages(const std::vector<Loop>& loops) {
@@ -27,29 +29,77 @@ std::vector<Loop> FromMessages(const std::vector<loop_t>& messages) {
   return loops;
 }
 
+/// The poses of an update, some of them in each part: stretches are cut where a part ends.
+std::vector<std::vector<pose_stretch_t>> Split(const std::vector<PoseStretch>& moved) {
+  std::vector<std::vector<pose_stretch_t>> parts(1);
+  int room = kPosesInPart;
+  for (const PoseStretch& stretch : moved) {
+    KeyframeId id = stretch.first;
+    for (const Pose2& pose : stretch.poses) {
+      const bool is_cut = room == 0;
+      if (is_cut || (id == stretch.first && room == 1)) {
+        parts.emplace_back();
+        room = kPosesInPart;
+      }
+      if (is_cut || id == stretch.first) {
+        parts.back().push_back({ToMessage(id), 0, {}});
+        --room;
+      }
+      pose_stretch_t& last = parts.back().back();
+      last.poses.push_back(ToMessage(pose));
+      ++last.num_poses;
+      ++id.number;
+      --room;
+    }
+  }
+  return parts;
+}
+
+/// Adds a stretch to those before it. One that was cut is whole again.
+void Append(const pose_stretch_t& message, std::vector<PoseStretch>& moved) {
+  const KeyframeId first = FromMessage(message.first);
+  const auto goes_on = [&](const PoseStretch& stretch) {
+    const KeyframeId last = stretch.last();
+    return first == KeyframeId{last.trajectory, last.number + 1};
+  };
+  if (moved.empty() || !goes_on(moved.back())) moved.push_back({first, {}});
+  for (const pose2_t& pose : message.poses) moved.back().poses.push_back(FromMessage(pose));
+}
+
 }  // namespace
+
+keyframe_id_t ToMessage(KeyframeId id) { return {id.trajectory, id.number}; }
+
+KeyframeId FromMessage(const keyframe_id_t& message) { return {message.trajectory, message.number}; }
+
+keyframe_id_t ToMessage(std::optional<KeyframeId> id) { return ToMessage(id.value_or(KeyframeId{-1, -1})); }
+
+std::optional<KeyframeId> FromOptional(const keyframe_id_t& message) {
+  return message.trajectory < 0 ? std::nullopt : std::optional(FromMessage(message));
+}
 
 keyframe_t ToMessage(const Keyframe& keyframe, const KeyframeHead& head) {
   keyframe_t message{};
   message.utime = keyframe.utime;
   message.epoch = head.epoch;
-  message.keyframe = head.index;
-  message.last_update = head.last_update;
+  message.id = ToMessage(head.id);
+  message.previous = ToMessage(head.previous);
+  message.last_update = ToMessage(head.last_update);
   message.num_rays = static_cast<std::int32_t>(keyframe.rays.size());
   message.angle_rad = keyframe.rays.angle_rad;
   message.range_m = keyframe.rays.range_m;
   message.T_previous_this = ToMessage(keyframe.T_previous_this);
   message.after_lost = keyframe.after_lost ? 1 : 0;
-  message.begins = keyframe.begins ? 1 : 0;
-  message.as_of = keyframe.as_of;
+  message.as_of = ToMessage(keyframe.as_of);
   if (keyframe.open_axis) {
     message.num_open_axes = 1;
     message.open_axis[0] = keyframe.open_axis->x();
     message.open_axis[1] = keyframe.open_axis->y();
   }
+  message.tied_to = ToMessage(std::optional<KeyframeId>());
   if (keyframe.tie) {
     message.num_ties = 1;
-    message.tied_to = keyframe.tie->keyframe;
+    message.tied_to = ToMessage(keyframe.tie->keyframe);
     message.T_tied_this = ToMessage(keyframe.tie->T_keyframe_this);
   }
   return message;
@@ -61,57 +111,55 @@ Keyframe FromMessage(const keyframe_t& message) {
   keyframe.rays = {message.angle_rad, message.range_m};
   keyframe.T_previous_this = FromMessage(message.T_previous_this);
   keyframe.after_lost = message.after_lost == 1;
-  keyframe.begins = message.begins == 1;
-  keyframe.as_of = message.as_of;
+  keyframe.begins = message.id.number == 0;
+  keyframe.as_of = FromOptional(message.as_of);
   if (message.num_open_axes == 1) keyframe.open_axis = Eigen::Vector2d(message.open_axis[0], message.open_axis[1]);
-  if (message.num_ties == 1) keyframe.tie = Tie{message.tied_to, FromMessage(message.T_tied_this)};
+  if (message.num_ties == 1) keyframe.tie = Tie{FromMessage(message.tied_to), FromMessage(message.T_tied_this)};
   return keyframe;
 }
 
 std::vector<pose_graph_t> MakeParts(const GraphUpdate& update, std::int64_t utime, std::int64_t epoch) {
-  const auto num_poses = static_cast<int>(update.poses.size());
-  const int num_parts = std::max(1, (num_poses + kPosesInPart - 1) / kPosesInPart);
+  std::vector<std::vector<pose_stretch_t>> moved = Split(update.moved);
+  const auto num_parts = static_cast<int>(moved.size());
   std::vector<pose_graph_t> parts;
   for (int i = 0; i < num_parts; ++i) {
     pose_graph_t part = MakeUnchanged(update.keyframe, update.previous, utime, epoch);
     part.changed = 1;
     part.part = i;
     part.num_parts = num_parts;
-    part.ties_wrong_from = update.ties_wrong_from.value_or(-1);
+    part.ties_wrong_from = ToMessage(update.ties_wrong_from);
     if (i == 0) {
       part.closed = ToMessages(update.closed);
       part.num_closed = static_cast<std::int32_t>(part.closed.size());
       part.taken_out = ToMessages(update.taken_out);
       part.num_taken_out = static_cast<std::int32_t>(part.taken_out.size());
     }
-    const int first = i * kPosesInPart;
-    part.first_pose = update.first_pose + first;
-    part.num_poses = std::min(num_poses - first, kPosesInPart);
-    for (int k = first; k < first + part.num_poses; ++k) {
-      part.poses.push_back(ToMessage(update.poses[static_cast<std::size_t>(k)]));
-    }
+    part.moved = std::move(moved[static_cast<std::size_t>(i)]);
+    part.num_moved = static_cast<std::int32_t>(part.moved.size());
     parts.push_back(std::move(part));
   }
   return parts;
 }
 
-pose_graph_t MakeUnchanged(int keyframe, int previous, std::int64_t utime, std::int64_t epoch) {
+pose_graph_t MakeUnchanged(KeyframeId keyframe, std::optional<KeyframeId> previous, std::int64_t utime,
+                           std::int64_t epoch) {
   pose_graph_t message{};
   message.utime = utime;
   message.epoch = epoch;
-  message.keyframe = keyframe;
-  message.previous = previous;
+  message.keyframe = ToMessage(keyframe);
+  message.previous = ToMessage(previous);
   message.num_parts = 1;
-  message.ties_wrong_from = -1;
+  message.ties_wrong_from = ToMessage(std::optional<KeyframeId>());
   return message;
 }
 
+int MostParts(int num_keyframes) { return 2 * num_keyframes / (kPosesInPart - 1) + 1; }
+
 std::optional<GraphUpdate> GraphUpdateParts::Add(const pose_graph_t& part) {
-  if (part.num_parts > part.keyframe / kPosesInPart + 1) return std::nullopt;  // more than poses are there
   if (!parts_.empty()) {
     const pose_graph_t& other = parts_.begin()->second;
-    const bool same = part.epoch == other.epoch && part.keyframe == other.keyframe && part.previous == other.previous &&
-                      part.num_parts == other.num_parts;
+    const bool same = part.epoch == other.epoch && FromMessage(part.keyframe) == FromMessage(other.keyframe) &&
+                      FromOptional(part.previous) == FromOptional(other.previous) && part.num_parts == other.num_parts;
     if (!same) parts_.clear();
   }
   parts_[part.part] = part;
@@ -119,19 +167,16 @@ std::optional<GraphUpdate> GraphUpdateParts::Add(const pose_graph_t& part) {
 
   const pose_graph_t& first = parts_.begin()->second;
   GraphUpdate update;
-  update.keyframe = first.keyframe;
-  update.previous = first.previous;
+  update.keyframe = FromMessage(first.keyframe);
+  update.previous = FromOptional(first.previous);
   update.closed = FromMessages(first.closed);
   update.taken_out = FromMessages(first.taken_out);
-  if (first.ties_wrong_from >= 0) update.ties_wrong_from = first.ties_wrong_from;
-  update.first_pose = first.first_pose;
-  bool in_place = true;
+  update.ties_wrong_from = FromOptional(first.ties_wrong_from);
   for (const auto& [number, each] : parts_) {
-    in_place = in_place && each.first_pose == update.first_pose + static_cast<int>(update.poses.size());
-    for (const pose2_t& pose : each.poses) update.poses.push_back(FromMessage(pose));
+    for (const pose_stretch_t& stretch : each.moved) Append(stretch, update.moved);
   }
   parts_.clear();
-  return in_place ? std::optional(std::move(update)) : std::nullopt;
+  return update;
 }
 
 }  // namespace crsm

@@ -15,9 +15,16 @@ namespace crsm {
 /// What a keyframe_t says besides the keyframe.
 struct KeyframeHead {
   std::int64_t epoch = 0;  ///< of the map
-  int index = 0;
-  int last_update = -1;  ///< of the map's owner
+  KeyframeId id;
+  std::optional<KeyframeId> previous = std::nullopt;
+  std::optional<KeyframeId> last_update = std::nullopt;  ///< of the map's owner
 };
+
+keyframe_id_t ToMessage(KeyframeId id);
+KeyframeId FromMessage(const keyframe_id_t& message);
+/// Where there may be none, which is -1 and -1.
+keyframe_id_t ToMessage(std::optional<KeyframeId> id);
+std::optional<KeyframeId> FromOptional(const keyframe_id_t& message);
 
 keyframe_t ToMessage(const Keyframe& keyframe, const KeyframeHead& head);
 Keyframe FromMessage(const keyframe_t& message);
@@ -25,13 +32,17 @@ Keyframe FromMessage(const keyframe_t& message);
 /// An update, in parts of 32 KB at most. utime: of its keyframe.
 std::vector<pose_graph_t> MakeParts(const GraphUpdate& update, std::int64_t utime, std::int64_t epoch);
 
-/// Loops were looked for up to a keyframe, and nothing has changed since the update of `previous` (-1: none yet).
-pose_graph_t MakeUnchanged(int keyframe, int previous, std::int64_t utime, std::int64_t epoch);
+/// Loops were looked for up to a keyframe, and nothing has changed since the update of `previous`.
+pose_graph_t MakeUnchanged(KeyframeId keyframe, std::optional<KeyframeId> previous, std::int64_t utime,
+                           std::int64_t epoch);
+
+/// In how many parts an update of a graph of so many keyframes may come.
+int MostParts(int num_keyframes);
 
 /// Puts the parts of an update together, in whatever order they come.
 class GraphUpdateParts {
  public:
-  /// A message in which something has changed. The update, when all of its parts are there and fit together.
+  /// A message in which something has changed. The update, when all of its parts are there.
   std::optional<GraphUpdate> Add(const pose_graph_t& part);
   /// Whether none wait for others.
   bool empty() const { return parts_.empty(); }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
+#include <utility>
 
 #include "common/map/map_delta.hpp"
 #include "common/map/tile_grid.hpp"
@@ -37,7 +39,36 @@ bool IsPose(const pose2_t& pose) {
          IsAngle(pose.yaw_rad);
 }
 
-bool IsLoop(const loop_t& loop) { return loop.older >= 0 && loop.older < loop.newer && IsPose(loop.T_older_newer); }
+bool IsKeyframe(const keyframe_id_t& id) { return id.trajectory >= 0 && id.number >= 0; }
+
+bool IsNone(const keyframe_id_t& id) { return id.trajectory == -1 && id.number == -1; }
+
+bool IsOlder(const keyframe_id_t& a, const keyframe_id_t& b) {
+  return std::pair(a.trajectory, a.number) < std::pair(b.trajectory, b.number);
+}
+
+bool IsNoneOrOlder(const keyframe_id_t& a, const keyframe_id_t& b) {
+  return IsNone(a) || (IsKeyframe(a) && IsOlder(a, b));
+}
+
+/// Whether the keyframe before another one may have that name.
+bool IsBefore(const keyframe_id_t& previous, const keyframe_id_t& id) {
+  if (id.number > 0) return previous.trajectory == id.trajectory && previous.number == id.number - 1;
+  if (id.trajectory > 0) return previous.trajectory == id.trajectory - 1 && previous.number >= 0;
+  return IsNone(previous);
+}
+
+bool IsLoop(const loop_t& loop) {
+  return IsKeyframe(loop.older) && IsKeyframe(loop.newer) && IsOlder(loop.older, loop.newer) &&
+         IsPose(loop.T_older_newer);
+}
+
+bool IsStretch(const pose_stretch_t& stretch) {
+  constexpr std::int64_t kMostKeyframes = std::numeric_limits<std::int32_t>::max();
+  return IsKeyframe(stretch.first) && stretch.num_poses >= 1 &&
+         std::int64_t{stretch.first.number} + stretch.num_poses <= kMostKeyframes &&
+         std::all_of(stretch.poses.begin(), stretch.poses.end(), IsPose);
+}
 
 bool IsPlacedLoop(const map_loop_t& loop) {
   return IsPose(loop.T_map_older) && IsPose(loop.T_map_newer) && IsFlag(loop.taken_out);
@@ -157,31 +188,34 @@ template <>
 bool ValuesInRange(const keyframe_t& message) {
   const double square = message.open_axis[0] * message.open_axis[0] + message.open_axis[1] * message.open_axis[1];
   const bool axis_in_range = message.num_open_axes == 1 ? std::abs(square - 1.0) <= 0.01 : square == 0.0;
-  return message.utime >= 0 && message.epoch != 0 && message.keyframe >= 0 && message.last_update >= -1 &&
+  return message.utime >= 0 && message.epoch != 0 && IsKeyframe(message.id) && IsBefore(message.previous, message.id) &&
+         (IsNone(message.last_update) || IsKeyframe(message.last_update)) &&
          AreRays(message.angle_rad, message.range_m) && IsPose(message.T_previous_this) && IsFlag(message.after_lost) &&
-         IsFlag(message.begins) && message.as_of >= -1 && message.as_of < message.keyframe &&
-         (message.num_open_axes == 0 || message.num_open_axes == 1) && axis_in_range &&
-         (message.num_ties == 0 ||
-          (message.num_ties == 1 && message.tied_to >= 0 && message.tied_to < message.keyframe)) &&
+         IsNoneOrOlder(message.as_of, message.id) && (message.num_open_axes == 0 || message.num_open_axes == 1) &&
+         axis_in_range && (message.num_ties == 0 || message.num_ties == 1) &&
+         IsNone(message.tied_to) == (message.num_ties == 0) && IsNoneOrOlder(message.tied_to, message.id) &&
          IsPose(message.T_tied_this);
 }
 
 template <>
 bool ValuesInRange(const keyframe_request_t& message) {
-  return message.epoch != 0 && message.first_keyframe >= 0 && message.num_keyframes >= 1 &&
+  return message.epoch != 0 && (IsNone(message.after) || IsKeyframe(message.after)) && message.num_keyframes >= 1 &&
          std::cmp_less_equal(message.num_keyframes, kMostKeyframesAtOnce);
 }
 
 template <>
 bool ValuesInRange(const pose_graph_t& message) {
-  return message.utime >= 0 && message.epoch != 0 && message.keyframe >= 0 && message.previous >= -1 &&
-         message.previous <= message.keyframe - message.changed && IsFlag(message.changed) && message.part >= 0 &&
-         message.num_parts <= kMostParts && message.part < message.num_parts && message.ties_wrong_from >= -1 &&
-         message.ties_wrong_from <= message.keyframe &&
+  const bool previous_in_range =
+      IsNone(message.previous) || (IsKeyframe(message.previous) && !IsOlder(message.keyframe, message.previous) &&
+                                   (message.changed == 0 || IsOlder(message.previous, message.keyframe)));
+  const bool ties_in_range = IsNone(message.ties_wrong_from) || (IsKeyframe(message.ties_wrong_from) &&
+                                                                 !IsOlder(message.keyframe, message.ties_wrong_from));
+  return message.utime >= 0 && message.epoch != 0 && IsKeyframe(message.keyframe) && previous_in_range &&
+         IsFlag(message.changed) && message.part >= 0 && message.num_parts <= kMostParts &&
+         message.part < message.num_parts && ties_in_range &&
          std::all_of(message.closed.begin(), message.closed.end(), IsLoop) &&
-         std::all_of(message.taken_out.begin(), message.taken_out.end(), IsLoop) && message.first_pose >= 0 &&
-         std::int64_t{message.first_pose} + message.num_poses <= std::int64_t{message.keyframe} + 1 &&
-         std::all_of(message.poses.begin(), message.poses.end(), IsPose);
+         std::all_of(message.taken_out.begin(), message.taken_out.end(), IsLoop) &&
+         std::all_of(message.moved.begin(), message.moved.end(), IsStretch);
 }
 
 template <>

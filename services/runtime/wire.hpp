@@ -5,12 +5,14 @@
 #include <crsm/critical_rays_t.hpp>
 #include <crsm/journal_check_t.hpp>
 #include <crsm/journal_head_t.hpp>
+#include <crsm/keyframe_id_t.hpp>
 #include <crsm/keyframe_request_t.hpp>
 #include <crsm/keyframe_t.hpp>
 #include <crsm/map_delta_t.hpp>
 #include <crsm/map_loop_t.hpp>
 #include <crsm/map_request_t.hpp>
 #include <crsm/pose_graph_t.hpp>
+#include <crsm/pose_stretch_t.hpp>
 #include <crsm/scan_match_t.hpp>
 #include <crsm/service_status_t.hpp>
 #include <crsm/sweep_t.hpp>
@@ -120,18 +122,30 @@ constexpr auto FieldsOf<map_request_t>() {
 }
 
 template <>
+constexpr auto FieldsOf<keyframe_id_t>() {
+  using T = keyframe_id_t;
+  return std::tuple(&T::trajectory, &T::number);
+}
+
+template <>
+constexpr auto FieldsOf<pose_stretch_t>() {
+  using T = pose_stretch_t;
+  return std::tuple(&T::first, &T::num_poses, Array(&T::poses, &T::num_poses, kMostPosesInMessage));
+}
+
+template <>
 constexpr auto FieldsOf<keyframe_t>() {
   using T = keyframe_t;
-  return std::tuple(&T::utime, &T::epoch, &T::keyframe, &T::last_update, &T::num_rays,
+  return std::tuple(&T::utime, &T::epoch, &T::id, &T::previous, &T::last_update, &T::num_rays,
                     Array(&T::angle_rad, &T::num_rays, kMaxBeams), Array(&T::range_m, &T::num_rays, kMaxBeams),
-                    &T::T_previous_this, &T::after_lost, &T::begins, &T::as_of, &T::num_open_axes, &T::open_axis,
-                    &T::num_ties, &T::tied_to, &T::T_tied_this);
+                    &T::T_previous_this, &T::after_lost, &T::as_of, &T::num_open_axes, &T::open_axis, &T::num_ties,
+                    &T::tied_to, &T::T_tied_this);
 }
 
 template <>
 constexpr auto FieldsOf<keyframe_request_t>() {
   using T = keyframe_request_t;
-  return std::tuple(&T::epoch, &T::first_keyframe, &T::num_keyframes);
+  return std::tuple(&T::epoch, &T::after, &T::num_keyframes);
 }
 
 template <>
@@ -145,8 +159,8 @@ constexpr auto FieldsOf<pose_graph_t>() {
   using T = pose_graph_t;
   return std::tuple(&T::utime, &T::epoch, &T::keyframe, &T::previous, &T::changed, &T::part, &T::num_parts,
                     &T::ties_wrong_from, &T::num_closed, Array(&T::closed, &T::num_closed, kMostLoopsInMessage),
-                    &T::num_taken_out, Array(&T::taken_out, &T::num_taken_out, kMostLoopsInMessage), &T::first_pose,
-                    &T::num_poses, Array(&T::poses, &T::num_poses, kMostPosesInMessage));
+                    &T::num_taken_out, Array(&T::taken_out, &T::num_taken_out, kMostLoopsInMessage), &T::num_moved,
+                    Array(&T::moved, &T::num_moved, kMostPosesInMessage));
 }
 
 template <>

@@ -95,8 +95,11 @@ void JudgeRest(const std::string& path, JournalReader& reader, std::int64_t num_
   const JournalReader::Rest rest = reader.ExamineRest();
   const std::string place = fmt::format("at byte {} (event {})", reader.whole_bytes(), reader.num_events());
   if (reader.whole_bytes() == 0 && !rest.all_zero && !rest.was_on_disk && !BeginsAsJournal(reader)) {
+    throw std::runtime_error(fmt::format("{} is no journal: choose another folder", path));
+  }
+  if (rest.is_of_other_types) {
     throw std::runtime_error(
-        fmt::format("{} is no journal, or comes from an earlier version of the programs: choose another folder", path));
+        fmt::format("{}: journal of an older version of the programs: map the log anew, into another folder", path));
   }
   if (rest.was_on_disk && on_damage == OnDamage::kRefuse) {
     throw std::runtime_error(

@@ -58,7 +58,7 @@ class Journal {
 
   /// Reads the journal in `folder` from its beginning, then goes on writing at its end. What was torn there is cut off;
   /// so is what follows a damage, if that is allowed, and the file as it was is kept beside. Throws std::runtime_error
-  /// if there is no journal, if it is damaged or of another subject, or if it cannot be written.
+  /// if there is no journal, if it is damaged, of another subject or of an older version, or if it cannot be written.
   Journal(const std::filesystem::path& folder, const JournalSubject& subject, OnDamage on_damage,
           const VisitJournal& visit);
 

@@ -3,6 +3,8 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <span>
+#include <utility>
 
 #include "services/runtime/bus.hpp"
 #include "services/runtime/conversions.hpp"
@@ -13,6 +15,11 @@ namespace {
 
 /// A scan of 4096 beams makes 41 KB, its match and the head 8 KB.
 constexpr std::size_t kMostStretchBytes = std::size_t{1} << 17;
+
+/// By its type alone.
+bool IsOfJournal(std::span<const std::uint8_t> bytes) {
+  return Is<journal_head_t>(bytes) || Is<critical_rays_t>(bytes) || Is<scan_match_t>(bytes) || Is<pose_graph_t>(bytes);
+}
 
 }  // namespace
 
@@ -89,9 +96,25 @@ std::optional<JournalStretch> JournalReader::Next() {
   return std::nullopt;
 }
 
+/// Whether the next stretch is as it was written, with a message of a type that is not one of today's.
+bool JournalReader::IsNextOfOtherTypes() {
+  std::uint64_t at = whole_bytes_;
+  bool has_other = false;
+  auto event = EventAt(at);
+  for (; event && event->channel != kJournalCheckChannel; event = EventAt(at)) {
+    has_other = has_other || !IsOfJournal(Bytes(event->data));
+    at += event->size;
+    if (at - whole_bytes_ > kMostStretchBytes) return false;
+  }
+  const auto check = event ? CheckAt(at) : std::nullopt;
+  return has_other && check && std::cmp_equal(check->first_byte, whole_bytes_) &&
+         std::cmp_equal(check->num_bytes, at - whole_bytes_);
+}
+
 JournalReader::Rest JournalReader::ExamineRest() {
   constexpr std::size_t kPieceBytes = 4096;
   Rest rest;
+  rest.is_of_other_types = IsNextOfOtherTypes();
   std::uint64_t at = whole_bytes_;
   while (at < size()) {
     const std::string_view ahead = file_.At(at, kPieceBytes);

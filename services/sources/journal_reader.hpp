@@ -40,7 +40,8 @@ class JournalReader {
   struct Rest {
     std::int64_t num_stretches = 0;  ///< that are whole, but not in their place or behind one that is not whole
     bool was_on_disk = false;  ///< one of them tells that its beginning had reached the disk: no power cut tore it
-    bool all_zero = true;      ///< nothing but zeros, as a file system leaves what it did not come to write
+    bool is_of_other_types = false;  ///< it begins with a whole stretch of message types that are not today's
+    bool all_zero = true;            ///< nothing but zeros, as a file system leaves what it did not come to write
   };
   Rest ExamineRest();
 
@@ -55,6 +56,7 @@ class JournalReader {
   };
   std::optional<Event> EventAt(std::uint64_t offset);
   std::optional<journal_check_t> CheckAt(std::uint64_t offset);
+  bool IsNextOfOtherTypes();
   bool TakeEvent(const Event& event, JournalStretch& stretch) const;
 
   FileWindow file_;

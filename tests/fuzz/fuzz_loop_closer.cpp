@@ -16,7 +16,9 @@ constexpr int kMostKeyframes = 56;  // a search takes some milliseconds
 constexpr int kMostMessages = 120;
 
 void Check(pose_graph_t answer) {
-  for (pose2_t& pose : answer.poses) Tame(pose);
+  for (pose_stretch_t& stretch : answer.moved) {
+    for (pose2_t& pose : stretch.poses) Tame(pose);
+  }
   for (loop_t& loop : answer.closed) Tame(loop.T_older_newer);
   for (loop_t& loop : answer.taken_out) Tame(loop.T_older_newer);
   if (!Decode<pose_graph_t>(Encode(answer))) std::abort();

@@ -12,6 +12,7 @@
 #include "common/math/random.hpp"
 #include "common/worlds/built_in_worlds.hpp"
 #include "graph/block.hpp"
+#include "graph/nth.hpp"
 #include "input.hpp"
 #include "map_owner.hpp"
 #include "services/map_updater/answers.cpp"  // in no library: it is map_updater's own
@@ -249,7 +250,8 @@ std::vector<Bytes> Keyframes(const std::vector<Pose2>& places) {
       keyframe.rays.angle_rad.push_back(rays.angle_rad[i]);
       keyframe.rays.range_m.push_back(rays.range_m[i]);
     }
-    messages.push_back(Encode(ToMessage(keyframe, {99, static_cast<int>(messages.size()), -1})));
+    const int number = static_cast<int>(messages.size());
+    messages.push_back(Encode(ToMessage(keyframe, {99, Nth(number), NthOrNone(number - 1)})));
   }
   return messages;
 }
@@ -271,10 +273,11 @@ void WriteLoops(const Seeds& seeds) {
     drive.push_back(MatchOf(Scan(i), {static_cast<double>(i), 0.0, 0.1}));
     if (i != 4) continue;
     GraphUpdate update;
-    update.keyframe = 3;
-    update.closed = {{0, 3, {3.0, 0.1, 0.0}}};
-    update.ties_wrong_from = 2;
-    for (int k = 0; k <= 3; ++k) update.poses.push_back({static_cast<double>(k), 0.1 * k, 0.0});
+    update.keyframe = {0, 3};
+    update.closed = {{{0, 0}, {0, 3}, {3.0, 0.1, 0.0}}};
+    update.ties_wrong_from = KeyframeId{0, 2};
+    update.moved = {{{0, 0}, {}}};
+    for (int k = 0; k <= 3; ++k) update.moved[0].poses.push_back({static_cast<double>(k), 0.1 * k, 0.0});
     for (const pose_graph_t& part : MakeParts(update, 3, 99)) drive.push_back(Encode(part));
   }
   drive.push_back(Encode(map_request_t{kRequester, 1, 0, 0, 0, 0, -1, 1, 0}));
@@ -331,7 +334,7 @@ void WriteJournal(const Seeds& seeds) {
     Journal journal(folder, {false, {{"cell_size_m", "0.05"}}});
     const CriticalRays scan = RaySelector({}).Select(Scan(1, 20));
     journal.Append(&scan, {1, {}, 0.0, 0, 1, 0, MatchState::kFirst});
-    journal.Append({0, -1, {}, {}, std::nullopt, 0, {{}}}, 1);
+    journal.Append({{}, std::nullopt, {}, {}, std::nullopt, {{{}, {{}}}}}, 1);
     journal.Append(nullptr, {2, {0.1, 0.0, 0.0}, 0.9, 1, 1, 1, MatchState::kOk});
   }
   std::filesystem::rename(folder / "journal.lcm", seeds.PathOf("journal", "whole"));

@@ -130,33 +130,55 @@ void Append(std::vector<Bytes>& all, std::vector<Bytes> more) {
 }
 
 void AppendThoseOfLoops(std::vector<Channel>& channels) {
-  const keyframe_t keyframe = ToMessage(Keyframe{kUtime, {{-1.0f, 1.0f}, {2.0f, 3.0f}}, {}}, {7, 3, -1});
-  channels.push_back({kKeyframeChannel, Damage(Encode(keyframe), {8 + 8 + 8 + 4 + 4})});
+  const keyframe_t keyframe =
+      ToMessage(Keyframe{kUtime, {{-1.0f, 1.0f}, {2.0f, 3.0f}}, {}}, {7, {0, 3}, KeyframeId{0, 2}});
+  channels.push_back({kKeyframeChannel, Damage(Encode(keyframe), {8 + 8 + 8 + 3 * 8})});
   Append(channels.back().malformed,
-         {Changed(keyframe, [](auto& k) { k.epoch = 0; }), Changed(keyframe, [](auto& k) { k.keyframe = -1; }),
+         {Changed(keyframe, [](auto& k) { k.epoch = 0; }),
+          Changed(keyframe,
+                  [](auto& k) {
+                    k.id = {0, -1};
+                  }),
+          Changed(keyframe,
+                  [](auto& k) {
+                    k.previous = {0, 1};
+                  }),
           Changed(keyframe, [](auto& k) { k.range_m[0] = kNan; }),
           Changed(keyframe, [](auto& k) { k.T_previous_this.x_m = kInfinity; }),
-          Changed(keyframe, [](auto& k) { k.num_open_axes = 1; }),
-          Changed(keyframe, [](auto& k) { k.num_ties = 1, k.tied_to = 3; })});
-  const keyframe_request_t request{7, 0, 20};
+          Changed(keyframe, [](auto& k) { k.num_open_axes = 1; }), Changed(keyframe, [](auto& k) {
+            k.num_ties = 1, k.tied_to = {0, 3};
+          })});
+  const keyframe_request_t request{7, {-1, -1}, 20};
   channels.push_back({kKeyframeRequestChannel, Damage(Encode(request), {})});
-  Append(channels.back().malformed,
-         {Changed(request, [](auto& r) { r.epoch = 0; }), Changed(request, [](auto& r) { r.first_keyframe = -1; }),
-          Changed(request, [](auto& r) { r.num_keyframes = 0; }),
-          Changed(request, [](auto& r) { r.num_keyframes = kMost; })});
+  Append(channels.back().malformed, {Changed(request, [](auto& r) { r.epoch = 0; }),
+                                     Changed(request,
+                                             [](auto& r) {
+                                               r.after = {0, -1};
+                                             }),
+                                     Changed(request, [](auto& r) { r.num_keyframes = 0; }),
+                                     Changed(request, [](auto& r) { r.num_keyframes = kMost; })});
   GraphUpdate update;
-  update.closed = {{0, 1, {}}};
-  update.keyframe = 1;
-  update.poses.resize(2);
+  update.closed = {{{0, 0}, {0, 1}, {}}};
+  update.keyframe = {0, 1};
+  update.moved = {{{0, 0}, std::vector<Pose2>(2)}};
   const pose_graph_t graph = MakeParts(update, kUtime, 7).front();
-  constexpr std::size_t kNumClosedAt = 8 + 8 + 8 + 4 + 4 + 1 + 4 + 4 + 4;
-  constexpr std::size_t kNumTakenOutAt = kNumClosedAt + 4 + 32;
-  channels.push_back({kPoseGraphChannel, Damage(Encode(graph), {kNumClosedAt, kNumTakenOutAt, kNumTakenOutAt + 8})});
-  Append(channels.back().malformed,
-         {Changed(graph, [](auto& g) { g.epoch = 0; }), Changed(graph, [](auto& g) { g.previous = 1; }),
-          Changed(graph, [](auto& g) { g.num_parts = 0; }), Changed(graph, [](auto& g) { g.closed[0].newer = 0; }),
-          Changed(graph, [](auto& g) { g.first_pose = kMost; }),
-          Changed(graph, [](auto& g) { g.poses[1].yaw_rad = kNan; })});
+  constexpr std::size_t kNumClosedAt = 8 + 8 + 8 + 2 * 8 + 1 + 4 + 4 + 8;
+  constexpr std::size_t kNumTakenOutAt = kNumClosedAt + 4 + 2 * 8 + 24;
+  constexpr std::size_t kNumMovedAt = kNumTakenOutAt + 4;
+  channels.push_back(
+      {kPoseGraphChannel, Damage(Encode(graph), {kNumClosedAt, kNumTakenOutAt, kNumMovedAt, kNumMovedAt + 4 + 8})});
+  Append(channels.back().malformed, {Changed(graph, [](auto& g) { g.epoch = 0; }),
+                                     Changed(graph,
+                                             [](auto& g) {
+                                               g.previous = {0, 1};
+                                             }),
+                                     Changed(graph, [](auto& g) { g.num_parts = 0; }),
+                                     Changed(graph,
+                                             [](auto& g) {
+                                               g.closed[0].newer = {0, 0};
+                                             }),
+                                     Changed(graph, [](auto& g) { g.moved[0].first.number = kMost; }),
+                                     Changed(graph, [](auto& g) { g.moved[0].poses[1].yaw_rad = kNan; })});
 }
 
 std::vector<Channel> MakeChannels() {

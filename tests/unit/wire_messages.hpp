@@ -78,42 +78,41 @@ inline keyframe_t KeyframeMessage() {
   keyframe_t message{};
   message.utime = 5;
   message.epoch = 99;
-  message.keyframe = 8;
-  message.last_update = 6;
+  message.id = {1, 8};
+  message.previous = {1, 7};
+  message.last_update = {1, 6};
   message.num_rays = 3;
   message.angle_rad = {-0.5f, 0.0f, 0.5f};
   message.range_m = {1.0f, 2.0f, 3.0f};
   message.T_previous_this = {0.5, -0.25, 0.125};
   message.after_lost = 1;
-  message.begins = 1;
-  message.as_of = 4;
+  message.as_of = {1, 4};
   message.num_open_axes = 1;
   message.open_axis[0] = 0.6;
   message.open_axis[1] = -0.8;
   message.num_ties = 1;
-  message.tied_to = 2;
+  message.tied_to = {0, 2};
   message.T_tied_this = {1.5, 0.25, -0.5};
   return message;
 }
 
-inline keyframe_request_t KeyframeRequestMessage() { return {99, 3, 40}; }
+inline keyframe_request_t KeyframeRequestMessage() { return {99, {1, 3}, 40}; }
 
 inline pose_graph_t PoseGraphMessage() {
   pose_graph_t message{};
   message.utime = 5;
   message.epoch = 99;
-  message.keyframe = 8;
-  message.previous = 6;
+  message.keyframe = {1, 8};
+  message.previous = {1, 6};
   message.changed = 1;
   message.num_parts = 1;
-  message.ties_wrong_from = 7;
+  message.ties_wrong_from = {1, 7};
   message.num_closed = 2;
-  message.closed = {{0, 8, {0.5, 0.0, 0.25}}, {1, 7, {}}};
+  message.closed = {{{0, 9}, {1, 8}, {0.5, 0.0, 0.25}}, {{1, 1}, {1, 7}, {}}};
   message.num_taken_out = 1;
-  message.taken_out = {{2, 6, {1.0, 2.0, 3.0}}};
-  message.first_pose = 6;
-  message.num_poses = 3;
-  message.poses = {{1.0, 2.0, 0.5}, {2.0, 2.0, 0.5}, {3.0, 2.0, -0.5}};
+  message.taken_out = {{{1, 2}, {1, 6}, {1.0, 2.0, 3.0}}};
+  message.num_moved = 2;
+  message.moved = {{{0, 9}, 1, {{1.0, 2.0, 0.5}}}, {{1, 7}, 2, {{2.0, 2.0, 0.5}, {3.0, 2.0, -0.5}}}};
   return message;
 }
 

@@ -37,7 +37,7 @@ TEST_CASE("in the background the same is found, and given when as many keyframes
   for (int i = 0; i < static_cast<int>(keyframes.size()); ++i) {
     closer.Add(keyframes[static_cast<std::size_t>(i)]);
     for (const GraphUpdate& update : closer.Take(kLeft)) {
-      CHECK(update.keyframe == i - kLeft);
+      CHECK(update.keyframe == KeyframeId{0, i - kLeft});
       taken.push_back(update);
     }
     CHECK(closer.Take(kLeft).empty());
@@ -56,7 +56,7 @@ TEST_CASE("keyframes that are never asked about are searched all the same, and d
 
 TEST_CASE("what a search throws, who takes its updates gets") {
   std::vector<Keyframe> keyframes = MakeRound();
-  keyframes[50].tie = Tie{0, {NAN, 0.0, 0.0}};
+  keyframes[50].tie = Tie{{0, 0}, {NAN, 0.0, 0.0}};
   BackgroundLoopCloser closer(kLoops, UpdateParameters{});
   for (const Keyframe& keyframe : keyframes) closer.Add(keyframe);
   CHECK_THROWS_AS(closer.Take(0), std::invalid_argument);

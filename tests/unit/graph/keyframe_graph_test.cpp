@@ -6,6 +6,7 @@
 #include "catch.hpp"
 #include "check_pose.hpp"
 #include "common/math/random.hpp"
+#include "graph/nth.hpp"
 
 namespace crsm {
 namespace {
@@ -45,10 +46,12 @@ KeyframeGraph DriveDrifting(const std::vector<Pose2>& truth, const Pose2& error,
 
 Loop TrueLoop(const std::vector<Pose2>& truth, int older, int newer, const Pose2& error = {}) {
   const auto At = [&](int i) { return truth[static_cast<std::size_t>(i)]; };
-  return {older, newer, Inverse(At(older)) * At(newer) * error};
+  return {Nth(older), Nth(newer), Inverse(At(older)) * At(newer) * error};
 }
 
-double LargestDistance_m(const std::vector<Pose2>& one, const std::vector<Pose2>& other) {
+double LargestDistance_m(const KeyframePoses& poses, const std::vector<Pose2>& other) {
+  REQUIRE(poses.size() == 1);
+  const std::vector<Pose2>& one = poses[0];
   double largest_m = 0.0;
   for (std::size_t i = 0; i < one.size(); ++i) {
     largest_m = std::max(largest_m, std::hypot(one[i].x_m - other[i].x_m, one[i].y_m - other[i].y_m));
@@ -56,37 +59,47 @@ double LargestDistance_m(const std::vector<Pose2>& one, const std::vector<Pose2>
   return largest_m;
 }
 
-std::map<int, double> Within(const KeyframeGraph& graph, int from, double reach_m) {
+std::map<KeyframeId, double> Within(const KeyframeGraph& graph, KeyframeId from, double reach_m) {
   const auto found = graph.FindWithin(from, reach_m);
   return {found.begin(), found.end()};
+}
+
+/// By their numbers on the first trajectory.
+std::map<int, double> Within(const KeyframeGraph& graph, int from, double reach_m) {
+  std::map<int, double> numbers;
+  for (const auto& [id, way_m] : Within(graph, Nth(from), reach_m)) {
+    REQUIRE(id.trajectory == 0);
+    numbers[id.number] = way_m;
+  }
+  return numbers;
 }
 
 }  // namespace
 
 TEST_CASE("the poses of keyframes follow from the motions between them") {
   KeyframeGraph graph;
-  CHECK(graph.Add(MakeKeyframe({5.0, 5.0, 1.0})) == 0);  // of no meaning in the first
-  CHECK(graph.Add(MakeKeyframe({3.0, 4.0, kPi / 2})) == 1);
-  CHECK(graph.Add(MakeKeyframe({1.0, 0.0, 0.0})) == 2);
+  CHECK(graph.Add(MakeKeyframe({5.0, 5.0, 1.0})) == Nth(0));  // of no meaning in the first
+  CHECK(graph.Add(MakeKeyframe({3.0, 4.0, kPi / 2})) == Nth(1));
+  CHECK(graph.Add(MakeKeyframe({1.0, 0.0, 0.0})) == Nth(2));
   CHECK(graph.size() == 3);
-  CHECK(graph.pose(0) == Pose2{});
-  CheckPose(graph.pose(1), {3.0, 4.0, kPi / 2}, 1e-9);
-  CheckPose(graph.pose(2), {3.0, 5.0, kPi / 2}, 1e-9);
-  CHECK(graph.path_m(0) == 0.0);
-  CHECK(graph.path_m(1) == Approx(5.0));
-  CHECK(graph.path_m(2) == Approx(6.0));
-  CheckPose(graph.Motion(1, 2), {1.0, 0.0, 0.0}, 1e-9);
-  CheckPose(graph.Motion(2, 0) * graph.Motion(0, 2), {}, 1e-9);
-  CHECK(graph.Motion(1, 1) == Pose2{});
+  CHECK(graph.pose(Nth(0)) == Pose2{});
+  CheckPose(graph.pose(Nth(1)), {3.0, 4.0, kPi / 2}, 1e-9);
+  CheckPose(graph.pose(Nth(2)), {3.0, 5.0, kPi / 2}, 1e-9);
+  CHECK(graph.path_m(Nth(0)) == 0.0);
+  CHECK(graph.path_m(Nth(1)) == Approx(5.0));
+  CHECK(graph.path_m(Nth(2)) == Approx(6.0));
+  CheckPose(graph.Motion(Nth(1), Nth(2)), {1.0, 0.0, 0.0}, 1e-9);
+  CheckPose(graph.Motion(Nth(2), Nth(0)) * graph.Motion(Nth(0), Nth(2)), {}, 1e-9);
+  CHECK(graph.Motion(Nth(1), Nth(1)) == Pose2{});
 }
 
 TEST_CASE("a keyframe is found by its way along the path") {
   const KeyframeGraph graph = DriveStraight(5);
-  CHECK(graph.FindByPath(-1.0) == 0);
-  CHECK(graph.FindByPath(2.0) == 2);
-  CHECK(graph.FindByPath(2.1) == 3);
-  CHECK(graph.FindByPath(4.0) == 4);
-  CHECK(graph.FindByPath(100.0) == 4);
+  CHECK(graph.FindByPath(0, -1.0) == Nth(0));
+  CHECK(graph.FindByPath(0, 2.0) == Nth(2));
+  CHECK(graph.FindByPath(0, 2.1) == Nth(3));
+  CHECK(graph.FindByPath(0, 4.0) == Nth(4));
+  CHECK(graph.FindByPath(0, 100.0) == Nth(4));
 }
 
 TEST_CASE("what is near is near along motions, ties and loops, by the shortest way") {
@@ -95,31 +108,31 @@ TEST_CASE("what is near is near along motions, ties and loops, by the shortest w
   CHECK(Within(graph, 4, 2.0) == std::map<int, double>{{2, 2.0}, {3, 1.0}, {4, 0.0}, {5, 1.0}, {6, 2.0}});
 
   SECTION("a tie leads to the keyframe it was matched at, until it is dropped") {
-    const int tied = graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, Tie{2, {0.3, 0.4, 0.0}}));
-    CHECK(Within(graph, tied, 1.6) == std::map<int, double>{{1, 1.5}, {2, 0.5}, {3, 1.5}, {9, 1.0}, {10, 0.0}});
-    graph.DropTies(tied + 1);
-    CHECK(Within(graph, tied, 1.0).count(2) == 1);
+    const KeyframeId tied = graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, Tie{Nth(2), {0.3, 0.4, 0.0}}));
+    CHECK(Within(graph, tied.number, 1.6) == std::map<int, double>{{1, 1.5}, {2, 0.5}, {3, 1.5}, {9, 1.0}, {10, 0.0}});
+    graph.DropTies({0, tied.number + 1});
+    CHECK(Within(graph, tied.number, 1.0).count(2) == 1);
     graph.DropTies(tied);
-    CHECK(Within(graph, tied, 1.6) == std::map<int, double>{{9, 1.0}, {10, 0.0}});
+    CHECK(Within(graph, tied.number, 1.6) == std::map<int, double>{{9, 1.0}, {10, 0.0}});
     CHECK(graph.keyframe(tied).tie_wrong);
   }
   SECTION("so does a loop, until it is dropped") {
-    const Loop loop{1, 9, {0.0, 0.5, 3.0}};
+    const Loop loop{Nth(1), Nth(9), {0.0, 0.5, 3.0}};
     graph.AddLoop(loop);
     CHECK(Within(graph, 9, 1.5) == std::map<int, double>{{0, 1.5}, {1, 0.5}, {2, 1.5}, {8, 1.0}, {9, 0.0}});
-    graph.DropLoop({1, 9, {0.0, 0.6, 3.0}});  // another one, which is not there
+    graph.DropLoop({Nth(1), Nth(9), {0.0, 0.6, 3.0}});  // another one, which is not there
     CHECK(graph.loops() == std::vector<Loop>{loop});
     graph.DropLoop(loop);
     CHECK(graph.loops().empty());
     CHECK(Within(graph, 9, 1.5) == std::map<int, double>{{8, 1.0}, {9, 0.0}});
   }
   SECTION("a loop between keyframes that are tied is dropped without the tie") {
-    const int tied = graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, Tie{2, {0.5, 0.0, 0.0}}));
-    const Loop loop{2, tied, {0.25, 0.0, 0.0}};
+    const KeyframeId tied = graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, Tie{Nth(2), {0.5, 0.0, 0.0}}));
+    const Loop loop{Nth(2), tied, {0.25, 0.0, 0.0}};
     graph.AddLoop(loop);
-    CHECK(Within(graph, tied, 1.0)[2] == 0.25);
+    CHECK(Within(graph, tied.number, 1.0)[2] == 0.25);
     graph.DropLoop(loop);
-    CHECK(Within(graph, tied, 1.0)[2] == 0.5);
+    CHECK(Within(graph, tied.number, 1.0)[2] == 0.5);
   }
 }
 
@@ -128,18 +141,18 @@ TEST_CASE("a loop puts a square right that has drifted, and motions stay as they
   KeyframeGraph graph = DriveDrifting(truth, {0.0, 0.0, 0.001});
   const double before_m = LargestDistance_m(graph.poses(), truth);
   REQUIRE(before_m > 0.7);
-  const Pose2 motion = graph.Motion(3, 77);
-  const Pose2 back = graph.Motion(77, 3);
+  const Pose2 motion = graph.Motion(Nth(3), Nth(77));
+  const Pose2 back = graph.Motion(Nth(77), Nth(3));
   graph.AddLoop(TrueLoop(truth, 0, 80));
   graph.AddLoop(TrueLoop(truth, 2, 82));
   CHECK(graph.Optimise().empty());
   CHECK(graph.loops().size() == 2);
   CHECK(LargestDistance_m(graph.poses(), truth) < 0.5 * before_m);
   // The loops are known to 3 cm and 0.005 rad: three deviations.
-  CheckPose(Inverse(graph.pose(0)) * graph.pose(80), TrueLoop(truth, 0, 80).T_older_newer, 0.1);
-  CHECK(graph.Motion(3, 77) == motion);
-  CHECK(graph.Motion(77, 3) == back);
-  CHECK(graph.path_m(82) == Approx(82.0).margin(0.2));
+  CheckPose(Inverse(graph.pose(Nth(0))) * graph.pose(Nth(80)), TrueLoop(truth, 0, 80).T_older_newer, 0.1);
+  CHECK(graph.Motion(Nth(3), Nth(77)) == motion);
+  CHECK(graph.Motion(Nth(77), Nth(3)) == back);
+  CHECK(graph.path_m(Nth(82)) == Approx(82.0).margin(0.2));
 }
 
 TEST_CASE("a loop that all others contradict is taken out") {
@@ -158,12 +171,12 @@ TEST_CASE("a loop that all others contradict is taken out") {
 TEST_CASE("a tie holds a keyframe at the place where it was matched") {
   const std::vector<Pose2> truth = SquareRound(81);
   KeyframeGraph graph = DriveDrifting(truth, {0.0, 0.0, 0.001});
-  Keyframe tied = MakeKeyframe(Inverse(truth[0]) * truth[1], Tie{1, {}});
-  tied.T_previous_this = Inverse(graph.pose(80)) * graph.pose(1);  // as matched: right where it was
+  Keyframe tied = MakeKeyframe(Inverse(truth[0]) * truth[1], Tie{Nth(1), {}});
+  tied.T_previous_this = Inverse(graph.pose(Nth(80))) * graph.pose(Nth(1));  // as matched: right where it was
   graph.Add(tied);
   CHECK(graph.MakePoseGraph().edges().size() == 82);  // 81 motions and the tie
   graph.Optimise();
-  CheckPose(Inverse(graph.pose(1)) * graph.pose(81), {}, 0.02);
+  CheckPose(Inverse(graph.pose(Nth(1))) * graph.pose(Nth(81)), {}, 0.02);
 }
 
 TEST_CASE("where a corridor left the position open, and where scans were lost, a motion gives way") {
@@ -172,9 +185,9 @@ TEST_CASE("where a corridor left the position open, and where scans were lost, a
     graph.Add(MakeKeyframe({}));
     graph.Add(second);
     graph.Add(MakeKeyframe({1.0, 0.0, 0.0}));
-    graph.AddLoop({0, 2, {2.0, 0.1, 0.0}});
+    graph.AddLoop({Nth(0), Nth(2), {2.0, 0.1, 0.0}});
     graph.Optimise();
-    return graph.pose(1).y_m;
+    return graph.pose(Nth(1)).y_m;
   };
   Keyframe plain = MakeKeyframe({1.0, 0.0, 0.0});
   Keyframe open = plain;
@@ -199,35 +212,38 @@ TEST_CASE("what another graph has learned is taken over, and later keyframes fol
   KeyframeGraph robot = DriveDrifting(truth, {0.0, 0.0, 0.001});
   KeyframeGraph other = DriveDrifting({truth.begin(), truth.begin() + 90}, {0.0, 0.0, 0.001});
   GraphUpdate update;
-  update.keyframe = 89;
+  update.keyframe = Nth(89);
   update.closed = {TrueLoop(truth, 0, 80), TrueLoop(truth, 5, 85)};
   for (const Loop& loop : update.closed) other.AddLoop(loop);
   other.Optimise();
-  update.poses = other.poses();
+  update.moved = {{Nth(0), other.poses()[0]}};
   const KeyframeGraph before = robot;
   robot.Apply(update);
   CHECK(robot.loops() == update.closed);
-  for (int i = 0; i < 90; ++i) REQUIRE(robot.pose(i) == other.pose(i));
-  REQUIRE(std::hypot(robot.pose(99).x_m - before.pose(99).x_m, robot.pose(99).y_m - before.pose(99).y_m) > 0.3);
+  for (int i = 0; i < 90; ++i) REQUIRE(robot.pose(Nth(i)) == other.pose(Nth(i)));
+  REQUIRE(std::hypot(robot.pose(Nth(99)).x_m - before.pose(Nth(99)).x_m,
+                     robot.pose(Nth(99)).y_m - before.pose(Nth(99)).y_m) > 0.3);
   for (int i = 90; i < 100; ++i) {
-    CheckPose(Inverse(robot.pose(89)) * robot.pose(i), Inverse(before.pose(89)) * before.pose(i), 1e-9);
+    CheckPose(Inverse(robot.pose(Nth(89))) * robot.pose(Nth(i)), Inverse(before.pose(Nth(89))) * before.pose(Nth(i)),
+              1e-9);
   }
 }
 
 TEST_CASE("what an update takes out is gone, and an update without poses moves nothing") {
   KeyframeGraph graph = DriveStraight(10);
-  graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, Tie{2, {}}));
-  const std::vector<Pose2> poses = graph.poses();
-  const Loop one{1, 9, {}};
-  const Loop two{2, 8, {}};
+  graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, Tie{Nth(2), {}}));
+  const KeyframePoses poses = graph.poses();
+  const Loop one{Nth(1), Nth(9), {}};
+  const Loop two{Nth(2), Nth(8), {}};
   graph.AddLoop(one);
   GraphUpdate update;
   update.closed = {two};
   update.taken_out = {one};
-  update.ties_wrong_from = 3;
+  update.keyframe = Nth(10);
+  update.ties_wrong_from = Nth(3);
   graph.Apply(update);
   CHECK(graph.loops() == std::vector<Loop>{two});
-  CHECK(graph.keyframe(10).tie_wrong);
+  CHECK(graph.keyframe(Nth(10)).tie_wrong);
   CHECK(graph.poses() == poses);
 }
 
@@ -244,46 +260,73 @@ KeyframeGraph DriveBroken() {
 
 TEST_CASE("a keyframe that begins a trajectory hangs on nothing that came before it") {
   const KeyframeGraph graph = DriveBroken();
+  CHECK(graph.size() == 20);
   CHECK(graph.num_trajectories() == 2);
-  CHECK(graph.trajectory(9) == 0);
-  CHECK(graph.trajectory(10) == 1);
-  CHECK(graph.FirstOf(1) == 10);
-  CHECK(graph.LastOf(0) == 9);
-  CHECK(graph.LastOf(1) == 19);
-  CHECK_FALSE(graph.HangTogether(9, 10));
+  CHECK(graph.LastOf(0) == KeyframeId{0, 9});
+  CHECK(graph.newest() == KeyframeId{1, 9});
+  CHECK_FALSE(graph.HangTogether({0, 9}, {1, 0}));
   CHECK_FALSE(graph.is_one_component());
-  CHECK(graph.path_m(10) - graph.path_m(9) == kBreak_m);
-  const auto near = Within(graph, 12, 1000.0);
+  const auto near = Within(graph, KeyframeId{1, 2}, 1000.0);
   CHECK(near.size() == 10);
-  CHECK(near.begin()->first == 10);
+  CHECK(near.begin()->first == KeyframeId{1, 0});
+}
+
+TEST_CASE("the way is counted along each trajectory from its own beginning") {
+  const KeyframeGraph graph = DriveBroken();
+  CHECK(graph.path_m({0, 9}) == 9.0);
+  CHECK(graph.path_m({1, 0}) == 0.0);
+  CHECK(graph.path_m({1, 9}) == 9.0);
+  CHECK(graph.FindByPath(0, 100.0) == KeyframeId{0, 9});
+  CHECK(graph.FindByPath(1, -1.0) == KeyframeId{1, 0});
+  CHECK(graph.FindByPath(1, 2.5) == KeyframeId{1, 3});
+  CheckPose(graph.Motion({1, 2}, {1, 5}), {3.0, 0.0, 0.0}, 1e-9);
+}
+
+TEST_CASE("keyframes follow each other by their names, also from one trajectory to the next") {
+  const KeyframeGraph graph = DriveBroken();
+  CHECK_FALSE(graph.Before({0, 0}));
+  CHECK(graph.Before({1, 0}) == KeyframeId{0, 9});
+  CHECK(graph.Before({1, 1}) == KeyframeId{1, 0});
+  CHECK(graph.After({0, 8}) == KeyframeId{0, 9});
+  CHECK(graph.After({0, 9}) == KeyframeId{1, 0});
+  CHECK_FALSE(graph.After({1, 9}));
+  CHECK(graph.CountAfter({0, 0}) == 19);
+  CHECK(graph.CountAfter({0, 9}) == 10);
+  CHECK(graph.CountAfter({1, 9}) == 0);
+  const std::vector<KeyframeId> ids = graph.ids();
+  REQUIRE(ids.size() == 20);
+  for (std::size_t i = 1; i < ids.size(); ++i) CHECK(graph.After(ids[i - 1]) == ids[i]);
+  for (const KeyframeId id : ids) CHECK(graph.Has(id));
+  for (const KeyframeId id : {KeyframeId{0, 10}, {1, 10}, {2, 0}, {-1, 0}, {0, -1}}) CHECK_FALSE(graph.Has(id));
+  CHECK_FALSE(KeyframeGraph().newest());
 }
 
 TEST_CASE("a loop across joins two trajectories: the younger moves; without the loop they fall apart again") {
   KeyframeGraph graph = DriveBroken();
-  const Loop loop{3, 15, {0.0, 1.0, 0.25}};
-  const std::vector<Pose2> before = graph.poses();
+  const Loop loop{{0, 3}, {1, 5}, {0.0, 1.0, 0.25}};
+  const KeyframePoses before = graph.poses();
   graph.Join(loop);
   graph.AddLoop(loop);
-  for (std::size_t i = 0; i < 10; ++i) CHECK(graph.poses()[i] == before[i]);
-  CheckPose(Inverse(graph.pose(3)) * graph.pose(15), loop.T_older_newer, 1e-9);
-  CheckPose(Inverse(graph.pose(10)) * graph.pose(19), Inverse(before[10]) * before[19], 1e-9);
-  CHECK(graph.HangTogether(0, 19));
+  CHECK(graph.poses()[0] == before[0]);
+  CheckPose(Inverse(graph.pose({0, 3})) * graph.pose({1, 5}), loop.T_older_newer, 1e-9);
+  CheckPose(Inverse(graph.pose({1, 0})) * graph.pose({1, 9}), Inverse(before[1][0]) * before[1][9], 1e-9);
+  CHECK(graph.HangTogether({0, 0}, {1, 9}));
   CHECK(graph.is_one_component());
   CHECK(graph.FindComponents({}) == std::vector<int>{0, 1});
   CHECK(graph.FindComponents({loop}) == std::vector<int>{0, 0});
-  CHECK(Within(graph, 12, 1000.0).size() == 20);
+  CHECK(Within(graph, KeyframeId{1, 2}, 1000.0).size() == 20);
   graph.DropLoop(loop);
-  CHECK_FALSE(graph.HangTogether(0, 19));
-  CHECK(Within(graph, 12, 1000.0).size() == 10);
+  CHECK_FALSE(graph.HangTogether({0, 0}, {1, 9}));
+  CHECK(Within(graph, KeyframeId{1, 2}, 1000.0).size() == 10);
 }
 
 TEST_CASE("what is learned of one component leaves the other where it is") {
   KeyframeGraph graph = DriveBroken();
-  graph.AddLoop({10, 19, {8.9, 0.0, 0.0}});  // 0.1 m shorter than it was matched
-  const std::vector<Pose2> before = graph.poses();
+  graph.AddLoop({{1, 0}, {1, 9}, {8.9, 0.0, 0.0}});  // 0.1 m shorter than it was matched
+  const KeyframePoses before = graph.poses();
   CHECK(graph.Optimise().empty());
-  for (int i = 0; i < 10; ++i) CheckPose(graph.pose(i), before[static_cast<std::size_t>(i)], 1e-6);
-  CHECK(Length(Inverse(graph.pose(10)) * graph.pose(19)) < 8.99);
+  for (int i = 0; i < 10; ++i) CheckPose(graph.pose({0, i}), At(before, {0, i}), 1e-6);
+  CHECK(Length(Inverse(graph.pose({1, 0})) * graph.pose({1, 9})) < 8.99);
 }
 
 TEST_CASE("the younger component moves, be it that of the older keyframe") {
@@ -293,15 +336,61 @@ TEST_CASE("the younger component moves, be it that of the older keyframe") {
     keyframe.begins = i == 0;
     graph.Add(std::move(keyframe));
   }
-  const Loop with_first{2, 21, {0.5, 0.0, 0.1}};
+  const Loop with_first{{0, 2}, {2, 1}, {0.5, 0.0, 0.1}};
   graph.Join(with_first);
   graph.AddLoop(with_first);
-  const std::vector<Pose2> before = graph.poses();
-  const Loop with_second{12, 23, {0.0, 1.0, -0.5}};
+  const KeyframePoses before = graph.poses();
+  const Loop with_second{{1, 2}, {2, 3}, {0.0, 1.0, -0.5}};
   graph.Join(with_second);
-  for (std::size_t i = 0; i < 10; ++i) CHECK(graph.poses()[i] == before[i]);
-  for (std::size_t i = 20; i < 25; ++i) CHECK(graph.poses()[i] == before[i]);
-  CheckPose(Inverse(graph.pose(12)) * graph.pose(23), with_second.T_older_newer, 1e-9);
+  CHECK(graph.poses()[0] == before[0]);
+  CHECK(graph.poses()[2] == before[2]);
+  CheckPose(Inverse(graph.pose({1, 2})) * graph.pose({2, 3}), with_second.T_older_newer, 1e-9);
+}
+
+TEST_CASE("an update moves the trajectories that it names, and keyframes of the newest one that came since") {
+  KeyframeGraph graph = DriveBroken();
+  const KeyframePoses before = graph.poses();
+  GraphUpdate update;
+  update.keyframe = {1, 6};
+  update.moved = {{{0, 4}, {{7.0, 0.0, 0.0}, {8.0, 0.0, 0.0}}}, {{1, 6}, {{0.0, 0.0, 0.0}}}};
+  REQUIRE(graph.Fits(update));
+  graph.Apply(update);
+  for (const KeyframeId id : graph.ids()) {
+    const bool has_moved = id == KeyframeId{0, 4} || id == KeyframeId{0, 5} || id >= KeyframeId{1, 6};
+    CHECK((graph.pose(id) == At(before, id)) != has_moved);
+  }
+  CHECK(graph.pose({0, 5}) == Pose2{8.0, 0.0, 0.0});
+  CheckPose(graph.pose({1, 9}), {3.0, 0.0, 0.0}, 1e-9);
+}
+
+TEST_CASE("an update of keyframes that are not there, or were not yet, does not fit") {
+  const KeyframeGraph graph = DriveBroken();
+  GraphUpdate good;
+  good.keyframe = {1, 6};
+  good.previous = KeyframeId{0, 9};
+  good.closed = {{{0, 9}, {1, 6}, {}}};
+  good.ties_wrong_from = KeyframeId{0, 3};
+  good.moved = {{{0, 0}, std::vector<Pose2>(10)}, {{1, 0}, std::vector<Pose2>(3)}, {{1, 3}, std::vector<Pose2>(4)}};
+  REQUIRE(graph.Fits(good));
+  const auto Fits = [&](const auto& spoil) {
+    GraphUpdate update = good;
+    spoil(update);
+    return graph.Fits(update);
+  };
+  CHECK_FALSE(Fits([](GraphUpdate& u) { u.keyframe = {1, 10}; }));
+  CHECK_FALSE(Fits([](GraphUpdate& u) { u.keyframe = {2, 0}; }));
+  CHECK_FALSE(Fits([](GraphUpdate& u) { u.previous = KeyframeId{0, 10}; }));
+  CHECK_FALSE(Fits([](GraphUpdate& u) { u.previous = KeyframeId{1, 6}; }));
+  CHECK_FALSE(Fits([](GraphUpdate& u) { u.closed[0].older = {0, 10}; }));
+  CHECK_FALSE(Fits([](GraphUpdate& u) { u.closed[0].newer = {1, 7}; }));  // not yet
+  CHECK_FALSE(Fits([](GraphUpdate& u) { u.closed[0].newer = u.closed[0].older; }));
+  CHECK_FALSE(Fits([](GraphUpdate& u) { u.ties_wrong_from = KeyframeId{0, 10}; }));
+  CHECK_FALSE(Fits([](GraphUpdate& u) { u.moved[0].poses.emplace_back(); }));
+  CHECK_FALSE(Fits([](GraphUpdate& u) { u.moved[0].first.number = -1; }));
+  CHECK_FALSE(Fits([](GraphUpdate& u) { u.moved[1].first.number = 1; }));      // over the next one
+  CHECK_FALSE(Fits([](GraphUpdate& u) { u.moved[2].poses.emplace_back(); }));  // not yet
+  CHECK_FALSE(Fits([](GraphUpdate& u) { u.moved[1].poses.clear(); }));
+  CHECK_FALSE(Fits([](GraphUpdate& u) { std::swap(u.moved[0], u.moved[1]); }));
 }
 
 }  // namespace crsm

@@ -2,6 +2,7 @@
 
 #include "catch.hpp"
 #include "graph/block.hpp"
+#include "graph/nth.hpp"
 
 namespace crsm {
 namespace {
@@ -27,8 +28,7 @@ double LargestDistance_m(const std::vector<Pose2>& one, const std::vector<Pose2>
 double WorstLoop_m(const std::vector<Loop>& loops, const std::vector<Pose2>& truth) {
   double worst_m = 0.0;
   for (const Loop& loop : loops) {
-    const Pose2 right =
-        Inverse(truth[static_cast<std::size_t>(loop.older)]) * truth[static_cast<std::size_t>(loop.newer)];
+    const Pose2 right = Inverse(truth[IndexOf(loop.older)]) * truth[IndexOf(loop.newer)];
     worst_m = std::max(worst_m, Distance_m(loop.T_older_newer, right));
   }
   return worst_m;
@@ -38,11 +38,11 @@ double WorstLoop_m(const std::vector<Loop>& loops, const std::vector<Pose2>& tru
 std::optional<Tie> TieWhereMatched(const KeyframeGraph& graph, const Pose2& T_map_this) {
   std::optional<Tie> tie;
   double nearest_m = 2.5;
-  for (int i = 0; i < graph.size() && graph.path_m(graph.size() - 1) - graph.path_m(i) > kLongAgo_m; ++i) {
-    const double away_m = Distance_m(graph.pose(i), T_map_this);
+  for (KeyframeId id = Nth(0); IsLongAgo(graph, id); ++id.number) {
+    const double away_m = Distance_m(graph.pose(id), T_map_this);
     if (away_m < nearest_m) {
       nearest_m = away_m;
-      tie = Tie{i, Inverse(graph.pose(i)) * T_map_this};
+      tie = Tie{id, Inverse(graph.pose(id)) * T_map_this};
     }
   }
   return tie;
@@ -104,27 +104,27 @@ TEST_CASE("a drive round a block that has drifted is put right when it comes bac
     LoopCloser closer(kLoops, UpdateParameters{});
     KeyframeGraph without;
     std::vector<Loop> closed;
-    int previous = -1;
+    std::optional<KeyframeId> previous;
     const auto keyframes = MakeKeyframes(MakeBlock(seed), places, {0.002, 0.0, 0.0008}, seed);
     for (std::size_t i = 0; i < keyframes.size(); ++i) {
       without.Add(keyframes[i]);
       const auto update = closer.Add(keyframes[i]);
       if (!update) continue;
-      CHECK(update->keyframe == static_cast<int>(i));
+      CHECK(update->keyframe == Nth(static_cast<int>(i)));
       CHECK(update->previous == std::exchange(previous, update->keyframe));
       CHECK(closer.graph().Fits(*update));
       CHECK(update->taken_out.empty());
       closed.insert(closed.end(), update->closed.begin(), update->closed.end());
     }
-    const double before_m = LargestDistance_m(without.poses(), truth);
+    const double before_m = LargestDistance_m(without.poses()[0], truth);
     REQUIRE(before_m > 1.0);
     CHECK(closed.size() >= 2);
     CHECK(closer.graph().loops() == closed);
     CHECK(WorstLoop_m(closed, truth) < 0.1);  // two cells of the map on which they are refined
     // What is left is how the first round is bent, for which the loops at its ends cannot vouch.
-    CHECK(LargestDistance_m(closer.graph().poses(), truth) < 0.5 * before_m);
+    CHECK(LargestDistance_m(closer.graph().poses()[0], truth) < 0.5 * before_m);
     // The second time round fits onto the first: 0.3 m is what a check takes for agreement.
-    const auto at = [&](std::size_t i) { return closer.graph().poses()[i]; };
+    const auto at = [&](std::size_t i) { return closer.graph().poses()[0][i]; };
     for (std::size_t i = 200; i < places.size(); ++i) {
       REQUIRE(Distance_m(Inverse(at(i - 176)) * at(i), Inverse(truth[i - 176]) * truth[i]) < 0.3);
     }
@@ -176,9 +176,9 @@ TEST_CASE("where a place is known the matches are checked, and a slip between tw
     int num_tied = 0;
     for (Keyframe& keyframe : keyframes) {
       const KeyframeGraph& graph = closer.graph();
-      if (graph.size() > 0) keyframe.tie = TieWhereMatched(graph, graph.poses().back() * keyframe.T_previous_this);
+      if (graph.size() > 0) keyframe.tie = TieWhereMatched(graph, graph.poses()[0].back() * keyframe.T_previous_this);
       num_tied += keyframe.tie.has_value();
-      if (found && graph.size() > found->keyframe + kLoops.lag) keyframe.as_of = found->keyframe;
+      if (found && graph.CountAfter(found->keyframe) >= kLoops.lag) keyframe.as_of = found->keyframe;
       auto update = closer.Add(keyframe);
       if (update && !found) found = std::move(update);
     }
@@ -186,14 +186,15 @@ TEST_CASE("where a place is known the matches are checked, and a slip between tw
     REQUIRE(found.has_value() == (slip_m > 0.0));
     if (!found) continue;
     REQUIRE(found->ties_wrong_from);
-    CHECK(*found->ties_wrong_from <= kSlipped);  // half of a slip is what a check takes for agreement
-    CHECK(*found->ties_wrong_from > 110);        // what was checked before it stays
+    CHECK(*found->ties_wrong_from <= Nth(kSlipped));  // half of a slip is what a check takes for agreement
+    CHECK(*found->ties_wrong_from > Nth(110));        // what was checked before it stays
     CHECK(WorstLoop_m(found->closed, truth) < 0.1);
-    for (int i = *found->ties_wrong_from; i <= found->keyframe + kLoops.lag && i < closer.graph().size(); ++i) {
-      const Keyframe& keyframe = closer.graph().keyframe(i);  // also of those that were matched until it took effect
+    const KeyframeId last = std::min(Nth(found->keyframe.number + kLoops.lag), *closer.graph().newest());
+    for (KeyframeId id = *found->ties_wrong_from; id <= last; ++id.number) {
+      const Keyframe& keyframe = closer.graph().keyframe(id);  // also of those that were matched until it took effect
       CHECK((!keyframe.tie || keyframe.tie_wrong));
     }
-    CHECK(Distance_m(closer.graph().poses().back(), truth.back()) < 0.15);
+    CHECK(Distance_m(closer.graph().poses()[0].back(), truth.back()) < 0.15);
   }
 }
 

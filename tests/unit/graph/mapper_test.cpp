@@ -9,6 +9,7 @@
 #include "common/graph/loop_search.hpp"
 #include "common/graph/whole_map.hpp"
 #include "graph/block.hpp"
+#include "graph/nth.hpp"
 
 namespace crsm {
 namespace {
@@ -74,6 +75,13 @@ ByteMap DrawWhole(const Mapper& mapper) {
     if (const auto tile = whole.map().TileSince(i, 0)) REQUIRE(map.Apply(*tile));
   }
   return map;
+}
+
+/// Keyframes of the first trajectory, from one number to another, moved.
+PoseStretch Moved(const KeyframeGraph& graph, const Pose2& T_new_old, int first, int last) {
+  PoseStretch moved{Nth(first), {}};
+  for (int k = first; k <= last; ++k) moved.poses.push_back(T_new_old * graph.pose(Nth(k)));
+  return moved;
 }
 
 }  // namespace
@@ -166,16 +174,16 @@ TEST_CASE("a keyframe is tied to the nearest one of long ago, where it was match
   for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
   const KeyframeGraph& graph = mapper.graph();
   int num_tied = 0;
-  for (int i = 0; i < graph.size(); ++i) {
-    const auto& tie = graph.keyframe(i).tie;
+  for (const KeyframeId id : graph.ids()) {
+    const auto& tie = graph.keyframe(id).tie;
     if (!tie) continue;
     ++num_tied;
-    REQUIRE(graph.path_m(i) - graph.path_m(tie->keyframe) > kLongAgo_m);
-    CheckPose(graph.pose(tie->keyframe) * tie->T_keyframe_this, graph.pose(i), 1e-6);
+    REQUIRE(graph.path_m(id) - graph.path_m(tie->keyframe) > kLongAgo_m);
+    CheckPose(graph.pose(tie->keyframe) * tie->T_keyframe_this, graph.pose(id), 1e-6);
     REQUIRE(std::hypot(tie->T_keyframe_this.x_m, tie->T_keyframe_this.y_m) < 2.5);
   }
   CHECK(num_tied >= 5);
-  CHECK_FALSE(graph.keyframe(graph.FindByPath(24.0)).tie);
+  CHECK_FALSE(graph.keyframe(graph.FindByPath(0, 24.0)).tie);
 }
 
 TEST_CASE("a keyframe says what is not known of its motion") {
@@ -214,8 +222,8 @@ TEST_CASE("what is put right takes effect some keyframes later, and moves the ma
   const KeyframeGraph before = mapper.graph();
   const Pose2 turn{0.0, 0.0, 0.05};
   GraphUpdate update;
-  update.keyframe = before.size() - kLoops.lag;
-  for (int i = 0; i <= update.keyframe; ++i) update.poses.push_back(turn * before.pose(i));
+  update.keyframe = Nth(before.size() - kLoops.lag);
+  update.moved = {Moved(before, turn, 0, update.keyframe.number)};
   REQUIRE(mapper.Offer(update));
   CHECK(mapper.last_update() == update.keyframe);
   CHECK(mapper.num_layouts() == 1);
@@ -224,7 +232,7 @@ TEST_CASE("what is put right takes effect some keyframes later, and moves the ma
   CHECK(mapper.graph().poses() == before.poses());
   const KeyframeGraph best = mapper.MakeBestGraph();
   CHECK(best.poses() == mapper.best_poses());
-  CheckPose(best.poses().back(), turn * before.poses().back(), 1e-9);
+  CheckPose(best.poses()[0].back(), turn * before.poses()[0].back(), 1e-9);
   for (std::int64_t i = 0; i < num_scans; ++i) {
     const Pose2& matched = driven.matches[static_cast<std::size_t>(i)].T_map_laser;
     CheckPose(mapper.BestPose(i, matched), turn * matched, 1e-9);
@@ -236,12 +244,12 @@ TEST_CASE("what is put right takes effect some keyframes later, and moves the ma
   const CriticalRays scan{1000, driven.scans.back().rays, {}};
   const Mapper::Step step = mapper.Integrate(&scan, next);
   REQUIRE(step.keyframe);
-  CHECK(step.keyframe->as_of == -1);
-  CheckPose(step.keyframe->T_previous_this, Inverse(before.poses().back()) * next.T_map_laser, 1e-9);
+  CHECK_FALSE(step.keyframe->as_of);
+  CheckPose(step.keyframe->T_previous_this, Inverse(before.poses()[0].back()) * next.T_map_laser, 1e-9);
   REQUIRE(step.T_new_old);
   CheckPose(*step.T_new_old, turn, 1e-9);
   CHECK(mapper.graph().poses() == mapper.best_poses());
-  CheckPose(mapper.graph().poses().back(), turn * next.T_map_laser, 1e-9);
+  CheckPose(mapper.graph().poses()[0].back(), turn * next.T_map_laser, 1e-9);
   for (const TileChange& tile : step.delta.tiles) REQUIRE(replica.Apply(tile));
   CHECK(replica.ToDenseGrid().cells == LocalMap(mapper).ToDenseGrid().cells);
   CHECK(LocalMap(mapper).ToDenseGrid().cells == DrawWhole(mapper).ToDenseGrid().cells);
@@ -267,9 +275,9 @@ TEST_CASE("scans between keyframes follow the one that they were matched after, 
   for (std::size_t i = 0; i < driven.scans.size(); ++i) MatchNext(driven.scans[i], driven.matches[i].T_map_laser);
   const int newest = mapper.graph().size() - 1;
   GraphUpdate update;
-  update.keyframe = newest + 1 - kLoops.lag;  // the next keyframe brings it to the map
+  update.keyframe = Nth(newest + 1 - kLoops.lag);  // the next keyframe brings it to the map
   const Pose2 turn{0.5, 0.0, 0.1};
-  for (int i = 0; i <= update.keyframe; ++i) update.poses.push_back(turn * mapper.graph().pose(i));
+  update.moved = {Moved(mapper.graph(), turn, 0, update.keyframe.number)};
   REQUIRE(mapper.Offer(update));
 
   const CriticalRays scan = driven.scans.back();
@@ -304,9 +312,8 @@ TEST_CASE("a local map that is drawn anew has few keyframes of each place, howev
   const auto NumAfterUpdate = [&] {
     GraphUpdate update;
     update.previous = mapper.last_update();
-    update.keyframe = mapper.graph().size() - kLoops.lag;
-    update.poses = mapper.graph().poses();
-    update.poses.resize(static_cast<std::size_t>(update.keyframe) + 1);
+    update.keyframe = Nth(mapper.graph().size() - kLoops.lag);
+    update.moved = {Moved(mapper.graph(), {}, 0, update.keyframe.number)};
     REQUIRE(mapper.Offer(update));
     DriveOn(1);
     return mapper.num_drawn();
@@ -331,9 +338,8 @@ TEST_CASE("an update comes to the same whether keyframes come before it or after
     late.Integrate(&driven.scans[i], driven.matches[i]);
     if (early.graph().size() < 25 || update) continue;
     update.emplace();
-    update->keyframe = 24;
-    update->first_pose = 10;  // those before it stay
-    for (int k = 10; k <= 24; ++k) update->poses.push_back(Pose2{0.1, 0.2, 0.003} * early.graph().pose(k));
+    update->keyframe = Nth(24);
+    update->moved = {Moved(early.graph(), {0.1, 0.2, 0.003}, 10, 24)};  // those before it stay
     REQUIRE(early.Offer(*update));
     REQUIRE(early.graph().size() - 1 < 24 + kLoops.lag);
   }
@@ -342,7 +348,7 @@ TEST_CASE("an update comes to the same whether keyframes come before it or after
   REQUIRE(late.Offer(*update));
   CHECK(early.best_poses() == late.best_poses());
   CHECK(early.MakeBestGraph().poses() == early.best_poses());
-  for (int k = 0; k < 10; ++k) CHECK(early.best_poses()[static_cast<std::size_t>(k)] == early.graph().pose(k));
+  for (int k = 0; k < 10; ++k) CHECK(At(early.best_poses(), Nth(k)) == early.graph().pose(Nth(k)));
 }
 
 TEST_CASE("loops are placed by all that is known: those that hold, those that were taken out, the newest of many") {
@@ -352,28 +358,28 @@ TEST_CASE("loops are placed by all that is known: those that hold, those that we
   CHECK(mapper.PlaceLoops().empty());
   const auto Offer = [&](int keyframe, std::vector<Loop> closed, std::vector<Loop> taken_out, double moved_m) {
     GraphUpdate update;
-    update.keyframe = keyframe;
+    update.keyframe = Nth(keyframe);
     update.previous = mapper.last_update();
     update.closed = std::move(closed);
     update.taken_out = std::move(taken_out);
-    for (int k = 0; k <= keyframe; ++k) update.poses.push_back(Pose2{moved_m, 0.0, 0.0} * mapper.graph().pose(k));
+    update.moved = {Moved(mapper.graph(), {moved_m, 0.0, 0.0}, 0, keyframe)};
     REQUIRE(mapper.Offer(update));
   };
   const auto Placed = [&](int older, int newer, double moved_m, bool taken_out) {
     const Pose2 motion{moved_m, 0.0, 0.0};
-    return PlacedLoop{motion * mapper.graph().pose(older), motion * mapper.graph().pose(newer), taken_out};
+    return PlacedLoop{motion * mapper.graph().pose(Nth(older)), motion * mapper.graph().pose(Nth(newer)), taken_out};
   };
-  Offer(10, {{1, 9, {}}, {2, 10, {}}}, {}, 0.5);
+  Offer(10, {{Nth(1), Nth(9), {}}, {Nth(2), Nth(10), {}}}, {}, 0.5);
   CHECK(mapper.PlaceLoops() == std::vector{Placed(1, 9, 0.5, false), Placed(2, 10, 0.5, false)});
-  Offer(12, {{3, 12, {}}}, {{1, 9, {}}}, 0.25);
+  Offer(12, {{Nth(3), Nth(12), {}}}, {{Nth(1), Nth(9), {}}}, 0.25);
   CHECK(mapper.PlaceLoops() ==
         std::vector{Placed(2, 10, 0.25, false), Placed(3, 12, 0.25, false), Placed(1, 9, 0.25, true)});
   CHECK(mapper.num_loops() == 2);
   CHECK(mapper.num_loops_taken_out() == 1);
 
   std::vector<Loop> many;
-  for (int i = 0; i < 150; ++i) many.push_back({i % 10, 11, {}});
-  many.push_back({4, 11, {}});
+  for (int i = 0; i < 150; ++i) many.push_back({Nth(i % 10), Nth(11), {}});
+  many.push_back({Nth(4), Nth(11), {}});
   Offer(13, many, {}, 0.0);
   const std::vector<PlacedLoop> placed = mapper.PlaceLoops();
   REQUIRE(placed.size() == kMostPlacedLoops / 2 + 1);
@@ -385,30 +391,30 @@ TEST_CASE("an update that does not follow the last one, or is of no such graph, 
   const Driven driven = Drive(20.0);
   Mapper mapper(Drawing(), kLoops);
   for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
-  const std::vector<Pose2> poses = mapper.best_poses();
+  const KeyframePoses poses = mapper.best_poses();
   GraphUpdate good;
-  good.keyframe = 20;
-  good.poses.assign(21, Pose2{});
+  good.keyframe = Nth(20);
+  good.moved = {{Nth(0), std::vector<Pose2>(21)}};
   const auto IsRefused = [&](const std::function<void(GraphUpdate&)>& spoil) {
     GraphUpdate update = good;
     spoil(update);
     return !mapper.Offer(update) && mapper.best_poses() == poses && mapper.num_layouts() == 0;
   };
-  CHECK(IsRefused([](GraphUpdate& u) { u.previous = 5; }));
-  CHECK(IsRefused([](GraphUpdate& u) { u.previous = -2; }));
-  CHECK(IsRefused([](GraphUpdate& u) { u.poses.pop_back(); }));
-  CHECK(IsRefused([](GraphUpdate& u) { u.poses.emplace_back(); }));
-  CHECK(IsRefused([](GraphUpdate& u) { u.first_pose = 1; }));
-  CHECK(IsRefused([](GraphUpdate& u) { u.first_pose = -1; }));
-  CHECK(IsRefused([](GraphUpdate& u) { u.closed = {{3, 21, {}}}; }));
-  CHECK(IsRefused([](GraphUpdate& u) { u.closed = {{3, 3, {}}}; }));
-  CHECK(IsRefused([](GraphUpdate& u) { u.taken_out = {{-1, 3, {}}}; }));
-  CHECK(IsRefused([](GraphUpdate& u) { u.ties_wrong_from = -1; }));
-  CHECK(IsRefused([](GraphUpdate& u) { u.poses[7].x_m = -1e6; }));
-  CHECK(IsRefused([](GraphUpdate& u) { u.poses[7].y_m = NAN; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.previous = Nth(5); }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.previous = KeyframeId{-1, 2}; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.moved[0].poses.clear(); }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.moved[0].poses.emplace_back(); }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.moved[0].first = Nth(1); }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.moved[0].first = Nth(-1); }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.closed = {{Nth(3), Nth(21), {}}}; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.closed = {{Nth(3), Nth(3), {}}}; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.taken_out = {{Nth(-1), Nth(3), {}}}; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.ties_wrong_from = Nth(-1); }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.moved[0].poses[7].x_m = -1e6; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.moved[0].poses[7].y_m = NAN; }));
   CHECK(IsRefused([&](GraphUpdate& u) {
-    u.keyframe = mapper.graph().size();
-    u.poses.assign(static_cast<std::size_t>(u.keyframe) + 1, Pose2{});
+    u.keyframe = Nth(mapper.graph().size());
+    u.moved = {{Nth(0), std::vector<Pose2>(IndexOf(u.keyframe) + 1)}};
   }));
   CHECK(mapper.Offer(good));
   CHECK_FALSE(mapper.Offer(good));  // it is known
@@ -454,9 +460,8 @@ TEST_CASE("a first scan amid a drive begins a map of its own, and what is shown 
   CHECK(mapper.num_layouts() == 1);
   CHECK_FALSE(mapper.IsScanOnMap(0));
   CHECK(mapper.IsScanOnMap(static_cast<std::int64_t>(driven.scans.size()) - 1));
-  const int first = mapper.graph().FirstOf(1);
-  CHECK_FALSE(mapper.IsKeyframeOnMap(first - 1));
-  CHECK(mapper.IsKeyframeOnMap(first));
+  CHECK_FALSE(mapper.IsKeyframeOnMap(mapper.graph().LastOf(0)));
+  CHECK(mapper.IsKeyframeOnMap({1, 0}));
 }
 
 }  // namespace crsm

@@ -34,18 +34,16 @@ std::vector<std::uint8_t> CellsOf(const MapUpdater& updater) {
 }
 
 /// The map of keyframes at these poses, drawn by who draws all maps.
-std::vector<std::uint8_t> Expected(const KeyframeGraph& graph, std::span<const Pose2> poses) {
+std::vector<std::uint8_t> Expected(const KeyframeGraph& graph, const KeyframePoses& poses) {
   std::vector<PlacedScan> scans;
-  for (int i = 0; i < graph.size(); ++i) {
-    scans.push_back({&graph.keyframe(i).rays, poses[static_cast<std::size_t>(i)]});
-  }
+  for (const KeyframeId id : graph.ids()) scans.push_back({&graph.keyframe(id).rays, At(poses, id)});
   MapUpdater updater(Drawing());
   updater.DrawAnew(scans);
   return CellsOf(updater);
 }
 
 /// All of it at once.
-WholeMap DrawAll(const KeyframeGraph& graph, std::span<const Pose2> poses, std::int64_t version) {
+WholeMap DrawAll(const KeyframeGraph& graph, const KeyframePoses& poses, std::int64_t version) {
   WholeMap whole(Drawing());
   REQUIRE(whole.Draw(graph, poses, version, graph.size()));
   return whole;
@@ -73,8 +71,8 @@ TEST_CASE("a whole map that is drawn piece by piece is the one that is drawn at 
 TEST_CASE("what is put right is drawn anew where it belongs by now, and nothing of it is left where it was") {
   const KeyframeGraph graph = DriveAlong(30.0);
   WholeMap whole = DrawAll(graph, graph.poses(), 5);
-  std::vector<Pose2> poses = graph.poses();
-  for (std::size_t i = 20; i < poses.size(); ++i) poses[i] = Pose2{3.0, 8.0, 0.5} * poses[i];
+  KeyframePoses poses = graph.poses();
+  for (std::size_t i = 20; i < poses[0].size(); ++i) poses[0][i] = Pose2{3.0, 8.0, 0.5} * poses[0][i];
   whole.Forget();
   CHECK_FALSE(whole.Draw(graph, poses, 6, 10));
   while (!whole.Draw(graph, poses, 6, 10)) {

@@ -4,6 +4,7 @@
 
 #include "catch.hpp"
 #include "graph/block.hpp"
+#include "graph/nth.hpp"
 #include "services/runtime/graph_messages.hpp"
 #include "wire_messages.hpp"
 
@@ -21,10 +22,14 @@ const std::vector<Keyframe>& Drive() {
 }
 int DriveSize() { return static_cast<int>(Drive().size()); }
 
-/// What its owner says of a keyframe of the drive, over the wire.
+KeyframeHead Head(int keyframe, int last_update, std::int64_t epoch = kEpoch) {
+  return {epoch, Nth(keyframe), NthOrNone(keyframe - 1), NthOrNone(last_update)};
+}
+
+/// What its owner says of a keyframe of the drive, over the wire; -1: there was no update.
 keyframe_t Tell(int keyframe, int last_update, std::int64_t epoch = kEpoch) {
   const auto message = Decode<keyframe_t>(
-      Encode(ToMessage(Drive()[static_cast<std::size_t>(keyframe)], {epoch, keyframe, last_update})));
+      Encode(ToMessage(Drive()[static_cast<std::size_t>(keyframe)], Head(keyframe, last_update, epoch))));
   REQUIRE(message);
   return *message;
 }
@@ -53,11 +58,11 @@ const std::vector<GraphUpdate>& Updates() {
 }
 
 std::vector<pose_graph_t> PartsOf(const GraphUpdate& update) {
-  return MakeParts(update, Drive()[static_cast<std::size_t>(update.keyframe)].utime, kEpoch);
+  return MakeParts(update, Drive()[IndexOf(update.keyframe)].utime, kEpoch);
 }
 
 pose_graph_t Unchanged(int keyframe, int previous, std::int64_t epoch = kEpoch) {
-  return MakeUnchanged(keyframe, previous, Drive()[static_cast<std::size_t>(keyframe)].utime, epoch);
+  return MakeUnchanged(Nth(keyframe), NthOrNone(previous), Drive()[static_cast<std::size_t>(keyframe)].utime, epoch);
 }
 
 KeyframeAnswers MakeAnswers() { return {kLoops, UpdateParameters{}}; }
@@ -66,7 +71,7 @@ KeyframeAnswers MakeAnswers() { return {kLoops, UpdateParameters{}}; }
 KeyframeAnswers BeforeFirstUpdate() {
   static const KeyframeAnswers before = [] {
     KeyframeAnswers answers = MakeAnswers();
-    for (int i = 0; i < Updates()[0].keyframe; ++i) answers.Answer(Tell(i, -1));
+    for (int i = 0; i < Updates()[0].keyframe.number; ++i) answers.Answer(Tell(i, -1));
     return answers;
   }();
   return before;
@@ -80,13 +85,13 @@ TEST_CASE("each keyframe is answered by what it has brought, or by that nothing 
   int last_update = -1;
   for (int i = 0; i < DriveSize(); ++i) {
     const auto answer = Encode(answers.Answer(Tell(i, last_update)));
-    if (num_updates < Updates().size() && Updates()[num_updates].keyframe == i) {
+    if (num_updates < Updates().size() && Updates()[num_updates].keyframe == Nth(i)) {
       REQUIRE(answer == Encode(PartsOf(Updates()[num_updates++])));
       last_update = i;
     } else {
       REQUIRE(answer == Encode({Unchanged(i, last_update)}));
     }
-    REQUIRE(answers.last_update() == last_update);
+    REQUIRE(answers.last_update() == NthOrNone(last_update));
     REQUIRE_FALSE(answers.NextRequest());
   }
   CHECK(num_updates == Updates().size());
@@ -97,7 +102,7 @@ TEST_CASE("each keyframe is answered by what it has brought, or by that nothing 
 TEST_CASE("an answer that was lost is given again, until the owner says that it has it") {
   KeyframeAnswers answers = BeforeFirstUpdate();
   const GraphUpdate& update = Updates()[0];
-  const int k = update.keyframe;
+  const int k = update.keyframe.number;
   const auto parts = PartsOf(update);
   CHECK(Encode(answers.Answer(Tell(k, -1))) == Encode(parts));
   CHECK(Encode(answers.Answer(Tell(k, -1))) == Encode(parts));
@@ -113,20 +118,20 @@ TEST_CASE("an answer that was lost is given again, until the owner says that it 
 
 TEST_CASE("all updates that an owner lacks are given in their order") {
   KeyframeAnswers answers = BeforeFirstUpdate();
-  const int last = Updates()[1].keyframe;
-  for (int i = Updates()[0].keyframe; i < last; ++i) answers.Answer(Tell(i, -1));
+  const int last = Updates()[1].keyframe.number;
+  for (int i = Updates()[0].keyframe.number; i < last; ++i) answers.Answer(Tell(i, -1));
   std::vector<pose_graph_t> expected = PartsOf(Updates()[0]);
   for (const pose_graph_t& part : PartsOf(Updates()[1])) expected.push_back(part);
   CHECK(Encode(answers.Answer(Tell(last, -1))) == Encode(expected));
   std::vector<pose_graph_t> before = PartsOf(Updates()[0]);
-  before.push_back(Unchanged(last - 1, Updates()[0].keyframe));
+  before.push_back(Unchanged(last - 1, Updates()[0].keyframe.number));
   CHECK(Encode(answers.Answer(Tell(last - 1, -1))) == Encode(before));  // sent again: not more than was known then
-  CHECK(Encode(answers.Answer(Tell(last, Updates()[0].keyframe))) == Encode(PartsOf(Updates()[1])));
+  CHECK(Encode(answers.Answer(Tell(last, Updates()[0].keyframe.number))) == Encode(PartsOf(Updates()[1])));
 }
 
 TEST_CASE("a loop closer that is started anew asks for all keyframes and comes to the same answers") {
   KeyframeAnswers first = BeforeFirstUpdate();
-  const int known = Updates()[0].keyframe;
+  const int known = Updates()[0].keyframe.number;
   first.Answer(Tell(known, -1));
   const int now = known + 3;
   for (int i = known + 1; i <= now; ++i) first.Answer(Tell(i, known));
@@ -139,8 +144,9 @@ TEST_CASE("a loop closer that is started anew asks for all keyframes and comes t
     REQUIRE(num_requests < 10);  // some forty at a time
     REQUIRE(Decode<keyframe_request_t>(crsm::Encode(*request)));
     CHECK(request->epoch == kEpoch);
-    REQUIRE(request->first_keyframe == anew.graph().size());
-    for (int i = request->first_keyframe; i < request->first_keyframe + request->num_keyframes && i <= now; ++i) {
+    const int first = anew.graph().size();
+    REQUIRE(FromOptional(request->after) == NthOrNone(first - 1));
+    for (int i = first; i < first + request->num_keyframes && i <= now; ++i) {
       const auto answer = anew.Answer(Tell(i, known));
       if (i <= known) CHECK(answer.empty());  // the owner knows that
       if (i > known) CHECK(Encode(answer) == Encode({Unchanged(i, known)}));
@@ -148,9 +154,9 @@ TEST_CASE("a loop closer that is started anew asks for all keyframes and comes t
   }
   CHECK(anew.graph().poses() == first.graph().poses());
   CHECK(anew.graph().loops() == first.graph().loops());
-  CHECK(anew.last_update() == known);
+  CHECK(anew.last_update() == Nth(known));
   CHECK_FALSE(anew.is_of_another_closer());
-  for (int i = now + 1; i <= Updates()[1].keyframe; ++i) {
+  for (int i = now + 1; i <= Updates()[1].keyframe.number; ++i) {
     REQUIRE(Encode(anew.Answer(Tell(i, known))) == Encode(first.Answer(Tell(i, known))));
   }
   CHECK(anew.last_update() == Updates()[1].keyframe);
@@ -164,11 +170,11 @@ TEST_CASE("keyframes that were lost on the way are asked for") {
   auto request = answers.NextRequest();
   REQUIRE(request);
   CHECK(request->epoch == kEpoch);
-  CHECK(request->first_keyframe == 11);
+  CHECK(FromOptional(request->after) == Nth(10));
   CHECK(Encode(answers.Answer(Tell(11, -1))) == Encode({Unchanged(11, -1)}));
   request = answers.NextRequest();
   REQUIRE(request);
-  CHECK(request->first_keyframe == 12);
+  CHECK(FromOptional(request->after) == Nth(11));
   answers.Answer(Tell(12, -1));
   CHECK(answers.NextRequest());
   CHECK(Encode(answers.Answer(Tell(13, -1))) == Encode({Unchanged(13, -1)}));
@@ -183,8 +189,8 @@ TEST_CASE("as many keyframes are asked for at once as a receiver surely keeps") 
       keyframe.rays.angle_rad.push_back(0.001f * static_cast<float>(i));
       keyframe.rays.range_m.push_back(2.0f);
     }
-    answers.Answer(ToMessage(keyframe, {kEpoch, 0, -1}));
-    answers.Answer(ToMessage(keyframe, {kEpoch, 100, -1}));
+    answers.Answer(ToMessage(keyframe, Head(0, -1)));
+    answers.Answer(ToMessage(keyframe, Head(100, -1)));
     return answers.NextRequest()->num_keyframes;
   };
   CHECK(Asked(0) == 64);
@@ -195,26 +201,26 @@ TEST_CASE("as many keyframes are asked for at once as a receiver surely keeps") 
 
 TEST_CASE("another map begins with another graph") {
   KeyframeAnswers answers = BeforeFirstUpdate();
-  const int k = Updates()[0].keyframe;
+  const int k = Updates()[0].keyframe.number;
   answers.Answer(Tell(k, -1));
-  REQUIRE(answers.last_update() == k);
+  REQUIRE(answers.last_update() == Nth(k));
   CHECK(Encode(answers.Answer(Tell(0, -1, kEpoch + 1))) == Encode({Unchanged(0, -1, kEpoch + 1)}));
   CHECK(answers.graph().size() == 1);
-  CHECK(answers.last_update() == -1);
+  CHECK_FALSE(answers.last_update());
   CHECK_FALSE(answers.NextRequest());  // of the other map's keyframes nothing is lacking
   CHECK(Encode(answers.Answer(Tell(1, -1, kEpoch + 1))) == Encode({Unchanged(1, -1, kEpoch + 1)}));
 }
 
 TEST_CASE("an owner that no longer has an update is given all again, from the first keyframe on") {
   KeyframeAnswers answers = BeforeFirstUpdate();
-  const int k = Updates()[0].keyframe;
+  const int k = Updates()[0].keyframe.number;
   answers.Answer(Tell(k, -1));
   answers.Answer(Tell(k + 1, k));  // it has it, and nobody has to keep it
   CHECK(answers.Answer(Tell(k, -1)).empty());
   CHECK(answers.graph().size() == 0);
   const auto request = answers.NextRequest();
   REQUIRE(request);
-  CHECK(request->first_keyframe == 0);
+  CHECK_FALSE(FromOptional(request->after));
   for (int i = 0; i < k; ++i) REQUIRE(Encode(answers.Answer(Tell(i, -1))) == Encode({Unchanged(i, -1)}));
   CHECK(Encode(answers.Answer(Tell(k, -1))) == Encode(PartsOf(Updates()[0])));
   CHECK_FALSE(answers.NextRequest());
@@ -233,12 +239,57 @@ TEST_CASE("an owner whose keyframes are other ones than they were makes it begin
   CHECK(answers.graph().size() == 0);
   const auto request = answers.NextRequest();
   REQUIRE(request);
-  CHECK(request->first_keyframe == 0);
+  CHECK_FALSE(FromOptional(request->after));
+}
+
+TEST_CASE("a trajectory goes on from the last keyframe of the one before: what is lacking there is asked for") {
+  const auto TellOf = [](KeyframeId id, KeyframeId previous) {
+    return ToMessage(Drive()[IndexOf(id)], {kEpoch, id, previous});
+  };
+  KeyframeAnswers answers = MakeAnswers();
+  for (int i = 0; i <= 10; ++i) answers.Answer(Tell(i, -1));
+  SECTION("the end of the first") {
+    CHECK(answers.Answer(TellOf({1, 0}, {0, 11})).empty());
+    const auto request = answers.NextRequest();
+    REQUIRE(request);
+    CHECK(FromOptional(request->after) == Nth(10));
+    answers.Answer(Tell(11, -1));
+    CHECK(answers.Answer(TellOf({1, 0}, {0, 11})).size() == 1);
+    CHECK(answers.graph().newest() == KeyframeId{1, 0});
+    CHECK_FALSE(answers.NextRequest());
+  }
+  SECTION("the begin of the second") {
+    CHECK(answers.Answer(TellOf({1, 1}, {1, 0})).empty());
+    CHECK(answers.NextRequest());
+    answers.Answer(TellOf({1, 0}, {0, 10}));
+    CHECK(answers.Answer(TellOf({1, 1}, {1, 0})).size() == 1);
+    CHECK(answers.graph().size() == 13);
+  }
+  SECTION("where the first has ended earlier, it is the map of another drive") {
+    CHECK(answers.Answer(TellOf({1, 0}, {0, 9})).empty());
+    CHECK(answers.graph().size() == 0);
+  }
+  SECTION("a number that the first does not have any more is one of another drive, too") {
+    answers.Answer(TellOf({1, 0}, {0, 10}));
+    CHECK(answers.Answer(Tell(11, -1)).empty());
+    CHECK(answers.graph().size() == 0);
+  }
+}
+
+TEST_CASE("a keyframe that is tied to one that is not there is not taken") {
+  KeyframeAnswers answers = MakeAnswers();
+  for (int i = 0; i <= 10; ++i) answers.Answer(Tell(i, -1));
+  Keyframe keyframe = Drive()[11];
+  keyframe.tie = Tie{{0, 11}, {}};
+  CHECK(answers.Answer(ToMessage(keyframe, {kEpoch, {1, 0}, Nth(10)})).empty());
+  CHECK(answers.graph().size() == 11);
+  keyframe.tie = Tie{{0, 10}, {}};
+  CHECK(answers.Answer(ToMessage(keyframe, {kEpoch, {1, 0}, Nth(10)})).size() == 1);
 }
 
 TEST_CASE("an owner that has updates which were not found here is another loop closer's") {
   KeyframeAnswers answers = BeforeFirstUpdate();
-  const int k = Updates()[0].keyframe;
+  const int k = Updates()[0].keyframe.number;
   CHECK_FALSE(answers.is_of_another_closer());
   CHECK(answers.Answer(Tell(k, k - 2)).empty());
   CHECK(answers.is_of_another_closer());

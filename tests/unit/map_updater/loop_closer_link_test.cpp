@@ -9,6 +9,7 @@
 #include "catch.hpp"
 #include "common/graph/loop_closer.hpp"
 #include "graph/block.hpp"
+#include "graph/nth.hpp"
 #include "services/loop_closer/keyframe_answers.hpp"
 #include "wire_messages.hpp"
 
@@ -85,15 +86,20 @@ class Owner {
 /// All keyframes up to one are moved; with a thousand and more of them in several messages.
 GraphUpdate MoveAll(const Owner& owner, int keyframe, double by_m, int previous = -1) {
   GraphUpdate update;
-  update.keyframe = keyframe;
-  update.previous = previous;
-  for (int k = 0; k <= keyframe; ++k) update.poses.push_back(Pose2{by_m, 0.0, 0.0} * owner.mapper.graph().pose(k));
+  update.keyframe = Nth(keyframe);
+  update.previous = NthOrNone(previous);
+  PoseStretch& moved = update.moved.emplace_back();
+  for (int k = 0; k <= keyframe; ++k) moved.poses.push_back(Pose2{by_m, 0.0, 0.0} * owner.mapper.graph().pose(Nth(k)));
   return update;
 }
 
-std::vector<pose_graph_t> PartsOf(const GraphUpdate& update) { return MakeParts(update, update.keyframe, kEpoch); }
+std::vector<pose_graph_t> PartsOf(const GraphUpdate& update) {
+  return MakeParts(update, update.keyframe.number, kEpoch);
+}
 
-pose_graph_t Unchanged(int keyframe, int previous = -1) { return MakeUnchanged(keyframe, previous, keyframe, kEpoch); }
+pose_graph_t Unchanged(int keyframe, int previous = -1) {
+  return MakeUnchanged(Nth(keyframe), NthOrNone(previous), keyframe, kEpoch);
+}
 
 constexpr int kLongDrive = 2501;  // keyframes: an update of all of them has three parts
 
@@ -115,7 +121,7 @@ const std::vector<GraphUpdate>& UpdatesRoundBlock() {
     for (const Keyframe& place : RoundBlock()) {
       DriveTo(place, owner);
       const KeyframeGraph& graph = owner.mapper.graph();
-      auto update = closer.Add(graph.keyframe(graph.size() - 1));
+      auto update = closer.Add(graph.keyframe(*graph.newest()));
       if (!update) continue;
       REQUIRE(owner.mapper.Offer(*update));
       found.push_back(std::move(*update));
@@ -191,9 +197,9 @@ TEST_CASE("a keyframe is sent again, more and more seldom, until loops were look
   Owner owner;
   owner.DriveOn(1);
   REQUIRE(owner.sent.size() == 1);
-  CHECK(owner.sent[0].keyframe == 0);
+  CHECK(FromMessage(owner.sent[0].id) == Nth(0));
   CHECK(owner.sent[0].epoch == kEpoch);
-  CHECK(owner.sent[0].last_update == -1);
+  CHECK_FALSE(FromOptional(owner.sent[0].last_update));
   CHECK_FALSE(owner.link.IsSettled());
   CHECK(owner.CountResends(milliseconds(50)) == 0);
   CHECK(owner.CountResends(milliseconds(2)) == 1);
@@ -212,8 +218,8 @@ TEST_CASE("a loop closer that never answers is asked every half second at most, 
   CHECK(num_resends >= 115);
   CHECK(num_resends <= 125);  // pauses of 50 ms to 0.4 s before
   CHECK(owner.Counter("keyframes_resent") == num_resends);
-  CHECK(owner.sent.back().keyframe == kLoops.lag - 1);
-  CHECK(owner.link.looked_through() == -1);
+  CHECK(FromMessage(owner.sent.back().id) == Nth(kLoops.lag - 1));
+  CHECK(owner.link.num_awaited() == kLoops.lag);
   CHECK(owner.kept.empty());
   owner.Hear({Unchanged(0)});
   CHECK(owner.link.IsReadyForNext());
@@ -228,13 +234,13 @@ TEST_CASE("the parts of an update bring it in any order and however often they c
   REQUIRE(parts.size() == 3);
   drive.Hear({parts[2], parts[0], parts[2], parts[0]});
   CHECK(drive.kept.empty());
-  CHECK(drive.mapper.last_update() == -1);
+  CHECK_FALSE(drive.mapper.last_update());
   CHECK_FALSE(drive.link.IsSettled());
   CHECK(drive.CountResends(std::chrono::seconds(1)) > 0);  // so that the rest is said again
 
   drive.Hear({parts[1]});
   REQUIRE(drive.kept == std::vector{update});
-  CHECK(drive.mapper.best_poses() == update.poses);
+  CHECK(drive.mapper.best_poses()[0] == update.moved[0].poses);
   CHECK(drive.link.IsSettled());
   drive.Hear({parts[0], parts[1], parts[2]});  // late copies
   CHECK(drive.kept.size() == 1);
@@ -249,16 +255,16 @@ TEST_CASE("what follows an update that was lost is not heard before that one has
   owner.Hear(PartsOf(next));
   owner.Hear({Unchanged(19, 17)});
   CHECK(owner.kept.empty());
-  CHECK(owner.link.looked_through() == -1);
+  CHECK(owner.link.num_awaited() == 20);
   owner.CountResends(std::chrono::seconds(1));
-  CHECK(owner.sent.back().last_update == -1);  // says what is lacking
+  CHECK_FALSE(FromOptional(owner.sent.back().last_update));  // says what is lacking
 
   owner.Hear(PartsOf(lost));
   owner.Hear(PartsOf(next));
   CHECK(owner.kept == std::vector{lost, next});
   CHECK(owner.link.IsSettled());
   owner.DriveOn(1);
-  CHECK(owner.sent.back().last_update == 19);
+  CHECK(FromOptional(owner.sent.back().last_update) == Nth(19));
 }
 
 TEST_CASE("the parts of two updates are not mixed: a loop closer that was started anew may have come to another one") {
@@ -277,36 +283,39 @@ TEST_CASE("the parts of two updates are not mixed: a loop closer that was starte
 TEST_CASE("updates that fit nothing are counted and change nothing") {
   Owner drive;
   drive.DriveOn(kLongDrive);
-  const std::vector<Pose2> poses = drive.mapper.best_poses();
+  const KeyframePoses poses = drive.mapper.best_poses();
   const GraphUpdate update = MoveAll(drive, kLongDrive - 1, 0.5);
   const auto Spoil = [&](auto&& change) {
     GraphUpdate spoilt = update;
     change(spoilt);
     drive.Hear(PartsOf(spoilt));
   };
-  SECTION("with fewer poses than keyframes") {
-    Spoil([](GraphUpdate& u) { u.poses.pop_back(); });
+  SECTION("with more poses than keyframes") {
+    Spoil([](GraphUpdate& u) { u.moved[0].first = Nth(1); });
+  }
+  SECTION("with poses of a trajectory that is not there") {
+    Spoil([](GraphUpdate& u) { u.moved[0].first = {1, 0}; });
   }
   SECTION("with a loop to a keyframe that is not there yet") {
-    Spoil([](GraphUpdate& u) { u.closed = {{0, kLongDrive, {}}}; });
+    Spoil([](GraphUpdate& u) { u.closed = {{Nth(0), Nth(kLongDrive), {}}}; });
   }
   SECTION("further away than any map") {
-    Spoil([](GraphUpdate& u) { u.poses[7].x_m = 9e5; });
+    Spoil([](GraphUpdate& u) { u.moved[0].poses[7].x_m = 9e5; });
   }
   SECTION("in parts that overlap") {
     auto parts = PartsOf(update);
-    parts[1].first_pose -= 1;
+    parts[1].moved[0].first.number -= 1;
     drive.Hear(parts);
   }
   SECTION("in more parts than there are poses") {
     auto parts = PartsOf(update);
-    parts[0].num_parts = 4;
+    parts[0].num_parts = MostParts(kLongDrive) + 1;
     drive.Hear({parts[0]});
   }
   CHECK(drive.Counter("pose_graph_refused") == 1);
   CHECK(drive.kept.empty());
   CHECK(drive.mapper.best_poses() == poses);
-  CHECK(drive.link.looked_through() == -1);
+  CHECK(drive.link.num_awaited() == kLongDrive);
   drive.Hear(PartsOf(update));
   CHECK(drive.kept == std::vector{update});
 }
@@ -316,14 +325,14 @@ TEST_CASE("what is of another map, or of keyframes that it does not have, is cou
   owner.DriveOn(20);
   GraphUpdate update = MoveAll(owner, 19, 0.5);
   owner.Hear(MakeParts(update, 19, kEpoch + 1));
-  owner.Hear({MakeUnchanged(19, -1, 19, kEpoch + 1), Unchanged(20)});
-  update.keyframe = 20;
-  update.poses.emplace_back();
+  owner.Hear({MakeUnchanged(Nth(19), std::nullopt, 19, kEpoch + 1), Unchanged(20)});
+  update.keyframe = Nth(20);
+  update.moved[0].poses.emplace_back();
   owner.Hear(PartsOf(update));
   CHECK(owner.Counter("pose_graph_of_another_map") == 4);
   CHECK(owner.kept.empty());
   CHECK_FALSE(owner.link.IsSettled());
-  CHECK(owner.link.looked_through() == -1);
+  CHECK(owner.link.num_awaited() == 20);
 }
 
 TEST_CASE("who lacks keyframes is given those that it asks for and there are, with the last update that is known") {
@@ -331,33 +340,48 @@ TEST_CASE("who lacks keyframes is given those that it asks for and there are, wi
   owner.DriveOn(30);
   owner.Hear(PartsOf(MoveAll(owner, 25, 0.5)));
   owner.sent.clear();
-  owner.link.Answer({kEpoch, 3, 5}, {}, owner.now);
+  owner.link.Answer({kEpoch, ToMessage(Nth(2)), 5}, {}, owner.now);
   REQUIRE(owner.sent.size() == 5);
   for (int i = 0; i < 5; ++i) {
     const keyframe_t& message = owner.sent[static_cast<std::size_t>(i)];
-    CHECK(Encode(message) == Encode(ToMessage(owner.mapper.graph().keyframe(3 + i), {kEpoch, 3 + i, 25})));
+    const KeyframeHead head{kEpoch, Nth(3 + i), Nth(2 + i), Nth(25)};
+    CHECK(Encode(message) == Encode(ToMessage(owner.mapper.graph().keyframe(Nth(3 + i)), head)));
   }
   owner.sent.clear();
-  owner.link.Answer({kEpoch, 28, 64}, {}, owner.now);
+  owner.link.Answer({kEpoch, ToMessage(Nth(27)), 64}, {}, owner.now);
   CHECK(owner.sent.size() == 2);
   owner.sent.clear();
-  owner.link.Answer({kEpoch, 30, 64}, {}, owner.now);
-  owner.link.Answer({kEpoch, 1'000'000'000, 64}, {}, owner.now);
-  owner.link.Answer({kEpoch + 1, 0, 64}, {}, owner.now);
+  owner.link.Answer({kEpoch, ToMessage(NthOrNone(-1)), 1}, {}, owner.now);
+  REQUIRE(owner.sent.size() == 1);
+  CHECK(FromMessage(owner.sent[0].id) == Nth(0));
+  CHECK_FALSE(FromOptional(owner.sent[0].previous));
+  owner.sent.clear();
+  owner.link.Answer({kEpoch, ToMessage(Nth(29)), 64}, {}, owner.now);
+  owner.link.Answer({kEpoch, ToMessage(Nth(1'000'000'000)), 64}, {}, owner.now);
+  owner.link.Answer({kEpoch, {1'000'000'000, 0}, 64}, {}, owner.now);
+  owner.link.Answer({kEpoch + 1, ToMessage(NthOrNone(-1)), 64}, {}, owner.now);
   CHECK(owner.sent.empty());
+}
+
+TEST_CASE("an empty map has no keyframes to give") {
+  Owner owner;
+  owner.CountResends(std::chrono::seconds(1));
+  owner.link.Answer({kEpoch, ToMessage(NthOrNone(-1)), 64}, {}, owner.now);
+  CHECK(owner.sent.empty());
+  CHECK(owner.link.IsSettled());
 }
 
 TEST_CASE("who asks for keyframes without a pause is not answered more often than is of use") {
   Owner owner;
   owner.DriveOn(2);
   owner.sent.clear();
-  for (int i = 0; i < 1000; ++i) owner.link.Answer({kEpoch, 0, 1}, {1, 2}, owner.now);
+  for (int i = 0; i < 1000; ++i) owner.link.Answer({kEpoch, ToMessage(Nth(0)), 1}, {1, 2}, owner.now);
   CHECK(std::ssize(owner.sent) == static_cast<std::int64_t>(RequestLimiter::kAtOnce));
   CHECK(owner.Counter("keyframe_requests_refused") == 1000 - std::ssize(owner.sent));
 }
 
 TEST_CASE("with messages lost, doubled and in any order, and the loop closer started anew, the same loops are kept") {
-  const int at_loop = UpdatesRoundBlock()[0].keyframe;
+  const int at_loop = UpdatesRoundBlock()[0].keyframe.number;
   const std::vector<std::vector<int>> restarts{{}, {20}, {at_loop}, {at_loop + 1, at_loop + 2}, {100, at_loop + 4}};
   for (std::size_t i = 0; i < restarts.size(); ++i) {
     CAPTURE(restarts[i]);

@@ -175,9 +175,8 @@ TEST_CASE(
     tracking.Add(match);
   }
   GraphUpdate update;
-  update.keyframe = 3;
-  update.first_pose = 3;  // this one and what follows it are elsewhere
-  update.poses = {{1.5, 0.75, 0.1}};
+  update.keyframe = {0, 3};
+  update.moved = {{{0, 3}, {{1.5, 0.75, 0.1}}}};  // this one and what follows it are elsewhere
   REQUIRE(mapper.Offer(update));
 
   const AnswerOptions options{kEpoch, kMostBytes};
@@ -212,10 +211,9 @@ TEST_CASE("with the last matches who looks at the map is told its loops, and in 
     tracking.Add(match);
   }
   GraphUpdate update;  // far more loops than a page may have
-  update.keyframe = mapper.graph().size() - 1;
-  update.first_pose = update.keyframe + 1;
-  REQUIRE(update.keyframe >= 250);
-  for (int k = 1; k <= 250; ++k) update.closed.push_back({k - 1, k, {}});
+  update.keyframe = *mapper.graph().newest();
+  REQUIRE(update.keyframe.number >= 250);
+  for (int k = 1; k <= 250; ++k) update.closed.push_back({{0, k - 1}, {0, k}, {}});
   REQUIRE(mapper.Offer(update));
 
   const AnswerOptions options{kEpoch, kMostBytes};

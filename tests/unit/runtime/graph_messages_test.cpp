@@ -5,6 +5,7 @@
 
 #include "catch.hpp"
 #include "common/math/random.hpp"
+#include "graph/nth.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {
@@ -30,7 +31,7 @@ Keyframe MakeKeyframe() {
   keyframe.utime = 1234567890123456;
   keyframe.rays = {{-1.0f / 3.0f, 0.1f, 2.0f}, {0.7f, 1.0f / 7.0f, 30.0f}};
   keyframe.T_previous_this = DrawPose(random);
-  keyframe.as_of = 3;
+  keyframe.as_of = Nth(3);
   return keyframe;
 }
 
@@ -49,12 +50,12 @@ void CheckSame(const Keyframe& one, const Keyframe& other) {
 GraphUpdate MakeUpdate(int first_pose, int keyframe) {
   Random random(static_cast<std::uint64_t>(keyframe));
   GraphUpdate update;
-  update.keyframe = keyframe;
-  update.previous = 7;
-  update.closed = {{3, keyframe, DrawPose(random)}, {5, keyframe - 4, DrawPose(random)}};
-  update.taken_out = {{1, 40, DrawPose(random)}};
-  update.first_pose = first_pose;
-  for (int i = first_pose; i <= keyframe; ++i) update.poses.push_back(DrawPose(random));
+  update.keyframe = Nth(keyframe);
+  update.previous = Nth(7);
+  update.closed = {{Nth(3), Nth(keyframe), DrawPose(random)}, {Nth(5), Nth(keyframe - 4), DrawPose(random)}};
+  update.taken_out = {{Nth(1), Nth(40), DrawPose(random)}};
+  update.moved = {{Nth(first_pose), {}}};
+  for (int i = first_pose; i <= keyframe; ++i) update.moved[0].poses.push_back(DrawPose(random));
   return update;
 }
 
@@ -75,49 +76,75 @@ TEST_CASE("a keyframe comes over the wire to the last bit") {
   SECTION("as it is") {}
   SECTION("with what is not known of its motion") {
     keyframe.after_lost = true;
-    keyframe.begins = true;
-    keyframe.as_of = -1;
+    keyframe.as_of.reset();
     keyframe.open_axis = Eigen::Vector2d(std::cos(0.3), std::sin(0.3));
   }
-  SECTION("with a tie") { keyframe.tie = Tie{17, {0.1, -0.2, 1.0 / 3.0}}; }
-  SECTION("tied to the first keyframe, at its very place") { keyframe.tie = Tie{0, {}}; }
+  SECTION("with a tie") { keyframe.tie = Tie{Nth(17), {0.1, -0.2, 1.0 / 3.0}}; }
+  SECTION("tied to the first keyframe, at its very place") { keyframe.tie = Tie{Nth(0), {}}; }
   SECTION("without rays") { keyframe.rays = {}; }
-  const keyframe_t message = Send(ToMessage(keyframe, {kEpoch, 20, 12}));
+  const keyframe_t message = Send(ToMessage(keyframe, {kEpoch, Nth(20), Nth(19), Nth(12)}));
   CHECK(message.epoch == kEpoch);
-  CHECK(message.keyframe == 20);
-  CHECK(message.last_update == 12);
+  CHECK(FromMessage(message.id) == Nth(20));
+  CHECK(FromOptional(message.previous) == Nth(19));
+  CHECK(FromOptional(message.last_update) == Nth(12));
   CheckSame(FromMessage(message), keyframe);
+}
+
+TEST_CASE("a keyframe without number 0 goes on with a trajectory, one with it begins one") {
+  Keyframe keyframe = MakeKeyframe();
+  keyframe.begins = true;
+  keyframe.as_of.reset();
+  const keyframe_t first_of_all = Send(ToMessage(keyframe, {kEpoch, {0, 0}}));
+  CHECK(FromMessage(first_of_all).begins);
+  CHECK_FALSE(FromOptional(first_of_all.previous));
+  CHECK_FALSE(FromOptional(first_of_all.last_update));
+  const keyframe_t after_a_break = Send(ToMessage(keyframe, {kEpoch, {1, 0}, Nth(19)}));
+  CHECK(FromMessage(after_a_break).begins);
+  CHECK(FromOptional(after_a_break.previous) == Nth(19));
+  CHECK_FALSE(FromMessage(Send(ToMessage(keyframe, {kEpoch, {1, 1}, KeyframeId{1, 0}}))).begins);
 }
 
 TEST_CASE("what a receiver has found out of a tie is its own and does not travel") {
   Keyframe keyframe = MakeKeyframe();
-  keyframe.tie = Tie{17, {}};
+  keyframe.tie = Tie{Nth(17), {}};
   keyframe.tie_wrong = true;
-  CHECK_FALSE(FromMessage(Send(ToMessage(keyframe, {kEpoch, 20, 12}))).tie_wrong);
+  CHECK_FALSE(FromMessage(Send(ToMessage(keyframe, {kEpoch, Nth(20), Nth(19)}))).tie_wrong);
 }
 
 TEST_CASE("an update comes over the wire to the last bit, in parts of 32 KB at most") {
   GraphUpdate update = MakeUpdate(0, 2499);
   std::size_t num_parts = 3;
   SECTION("of 2500 poses") {}
-  SECTION("with ties that are wrong") { update.ties_wrong_from = 0; }
+  SECTION("with ties that are wrong") { update.ties_wrong_from = Nth(0); }
   SECTION("of the last poses only") {
     update = MakeUpdate(1700, 2499);
     num_parts = 1;
   }
   SECTION("of as many poses as fit into two parts") {
-    update = MakeUpdate(500, 2499);
+    update = MakeUpdate(502, 2499);
     num_parts = 2;
   }
   SECTION("of one pose more") {
-    update = MakeUpdate(499, 2499);
+    update = MakeUpdate(501, 2499);
     num_parts = 3;
   }
   SECTION("without loops or poses") {
     update = {};
-    update.keyframe = 60;
-    update.first_pose = 61;
+    update.keyframe = Nth(60);
     num_parts = 1;
+  }
+  SECTION("of several trajectories, cut in the midst of one and at the end of another") {
+    update.keyframe = {3, 999};
+    update.moved = {{{0, 5}, std::vector<Pose2>(700)},
+                    {{1, 0}, std::vector<Pose2>(500)},
+                    {{2, 0}, std::vector<Pose2>(800)},
+                    {{3, 300}, std::vector<Pose2>(300)}};
+  }
+  SECTION("of many short trajectories") {
+    update.keyframe = {2600, 0};
+    update.moved.clear();
+    for (int i = 0; i <= 2600; i += 2) update.moved.push_back({{i, 0}, {{0.5 * i, 0.0, 0.0}}});
+    num_parts = 3;
   }
   const auto parts = MakeParts(update, 5, kEpoch);
   REQUIRE(parts.size() == num_parts);
@@ -125,7 +152,7 @@ TEST_CASE("an update comes over the wire to the last bit, in parts of 32 KB at m
     CHECK(Encode(part).size() <= 32768);
     CHECK(part.utime == 5);
     CHECK(part.epoch == kEpoch);
-    CHECK(part.keyframe == update.keyframe);
+    CHECK(FromMessage(part.keyframe) == update.keyframe);
     CHECK(part.changed == 1);
   }
   CHECK(PutTogether(parts) == update);
@@ -160,7 +187,7 @@ TEST_CASE("an update whose parts are followed by those of another one is given u
   GraphUpdate other = update;
   std::int64_t epoch = kEpoch;
   SECTION("of a later keyframe") { other = MakeUpdate(0, 2550); }
-  SECTION("that follows another one") { other.previous = 9; }
+  SECTION("that follows another one") { other.previous = Nth(9); }
   SECTION("of another map") { epoch = kEpoch + 1; }
   SECTION("in fewer parts") { other = MakeUpdate(1000, 2499); }
   const auto parts = MakeParts(update, 5, kEpoch);
@@ -173,42 +200,41 @@ TEST_CASE("an update whose parts are followed by those of another one is given u
   CHECK_FALSE(together.Add(parts[2]));  // the first two are gone
 }
 
-TEST_CASE("parts whose poses are not in place make no update, and the next one is not the worse for it") {
+TEST_CASE("parts whose poses are not in place make an update that fits no graph") {
   const GraphUpdate update = MakeUpdate(0, 2499);
   const auto parts = MakeParts(update, 5, kEpoch);
-  for (const int shift : {-1, 1}) {
+  KeyframeGraph graph;
+  for (int i = 0; i <= 2499; ++i) graph.Add({});
+  for (const int shift : {-1, 0, 1}) {
     auto shifted = parts;
-    shifted[1].first_pose += shift;
-    GraphUpdateParts together;
-    CHECK_FALSE(PutTogether(shifted, together));
-    CHECK(PutTogether(parts, together) == update);
+    shifted[1].moved[0].first.number += shift;
+    const auto together = PutTogether(shifted);
+    REQUIRE(together);
+    CHECK(graph.Fits(*together) == (shift == 0));
   }
 }
 
-TEST_CASE("a part that claims more parts than poses can be does not take the place of those that are right") {
-  const GraphUpdate update = MakeUpdate(0, 2499);
-  const auto parts = MakeParts(update, 5, kEpoch);
-  GraphUpdateParts together;
-  REQUIRE_FALSE(together.Add(parts[0]));
-  pose_graph_t wrong = parts[1];
-  wrong.num_parts = 4;
-  CHECK_FALSE(together.Add(wrong));
-  CHECK_FALSE(together.Add(parts[1]));
-  CHECK(together.Add(parts[2]) == update);
+TEST_CASE("how many parts an update can have is known from the keyframes of its graph") {
+  CHECK(MostParts(0) == 1);
+  CHECK(MakeParts(MakeUpdate(0, 2499), 5, kEpoch).size() <= static_cast<std::size_t>(MostParts(2500)));
+  GraphUpdate update;  // of trajectories of one keyframe each
+  update.keyframe = {2499, 0};
+  for (int i = 0; i < 2500; ++i) update.moved.push_back({{i, 0}, {{}}});
+  CHECK(MakeParts(update, 5, kEpoch).size() <= static_cast<std::size_t>(MostParts(2500)));
 }
 
 TEST_CASE("that nothing has changed is said in one part with nothing in it") {
-  const pose_graph_t message = Send(MakeUnchanged(60, 60, 5, kEpoch));
+  const pose_graph_t message = Send(MakeUnchanged(Nth(60), Nth(60), 5, kEpoch));
   CHECK(message.utime == 5);
   CHECK(message.epoch == kEpoch);
-  CHECK(message.keyframe == 60);
-  CHECK(message.previous == 60);
+  CHECK(FromMessage(message.keyframe) == Nth(60));
+  CHECK(FromOptional(message.previous) == Nth(60));
   CHECK(message.changed == 0);
   CHECK(message.num_parts == 1);
-  CHECK(message.ties_wrong_from == -1);
+  CHECK_FALSE(FromOptional(message.ties_wrong_from));
   CHECK(message.num_closed == 0);
   CHECK(message.num_taken_out == 0);
-  CHECK(message.num_poses == 0);
+  CHECK(message.num_moved == 0);
 }
 
 }  // namespace crsm

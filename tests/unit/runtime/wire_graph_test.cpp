@@ -26,20 +26,26 @@ void CheckPoseIn(const Message& message, PoseOf pose_of) {
 template <class LoopOf>
 void CheckLoopIn(LoopOf loop_of) {
   using Message = pose_graph_t;
-  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [&](Message& m) { loop_of(m).older = -1; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [&](Message& m) { loop_of(m).older = {0, -1}; }));
   CHECK_FALSE(IsDecoded(PoseGraphMessage(), [&](Message& m) { loop_of(m).older = loop_of(m).newer; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [&](Message& m) { loop_of(m).older = {-1, -1}; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [&](Message& m) { loop_of(m).older = {2, 0}; }));
+  CHECK(IsDecoded(PoseGraphMessage(), [&](Message& m) { loop_of(m).older = {0, 1000}; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [&](Message& m) { loop_of(m).newer = {1, -1}; }));
   CheckPoseIn(PoseGraphMessage(), [&](Message& m) -> pose2_t& { return loop_of(m).T_older_newer; });
 }
 
 }  // namespace
 
-TEST_CASE("a keyframe has a number, rays that are measurements, and hangs on keyframes before it") {
+TEST_CASE("a keyframe has a name, rays that are measurements, and hangs on keyframes before it") {
   using Message = keyframe_t;
   CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.epoch = -1; }));
   CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.num_rays = 0, m.angle_rad.clear(), m.range_m.clear(); }));
   CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.utime = -1; }));
   CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.epoch = 0; }));
-  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.keyframe = -1, m.as_of = -2, m.num_ties = 0; }));
+  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.id = {1, -1}; }));
+  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.id = {-1, 8}; }));
+  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.id = m.previous = {-1, -1}; }));
   CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.range_m[1] = kNanFloat; }));
   CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.range_m[1] = 0.0f; }));
   CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.range_m[1] = 1e6f; }));
@@ -53,21 +59,43 @@ TEST_CASE("a keyframe has a number, rays that are measurements, and hangs on key
   }));
   for (const auto no_flag : {std::int8_t{-1}, std::int8_t{2}}) {
     CHECK_FALSE(IsDecoded(KeyframeMessage(), [=](Message& m) { m.after_lost = no_flag; }));
-    CHECK_FALSE(IsDecoded(KeyframeMessage(), [=](Message& m) { m.begins = no_flag; }));
   }
-  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.as_of = -1; }));
-  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.as_of = 7; }));
-  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.as_of = -2; }));
-  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.as_of = 8; }));
+  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.as_of = {-1, -1}; }));
+  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.as_of = {1, 7}; }));
+  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.as_of = {1, -1}; }));
+  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.as_of = {1, 8}; }));
   CheckPoseIn(KeyframeMessage(), [](Message& m) -> pose2_t& { return m.T_previous_this; });
 }
 
 TEST_CASE("a keyframe that is sent once more says that its sender has updates of newer ones") {
   using Message = keyframe_t;
-  for (const int last_update : {-1, 7, 8, 9, 1000}) {
+  for (const keyframe_id_t last_update : {keyframe_id_t{-1, -1}, {0, 1000}, {1, 7}, {1, 8}, {1, 9}, {1000, 0}}) {
     CHECK(IsDecoded(KeyframeMessage(), [=](Message& m) { m.last_update = last_update; }));
   }
-  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.last_update = -2; }));
+  for (const keyframe_id_t no_id : {keyframe_id_t{-1, 0}, {0, -1}, {-2, -2}}) {
+    CHECK_FALSE(IsDecoded(KeyframeMessage(), [=](Message& m) { m.last_update = no_id; }));
+  }
+}
+
+TEST_CASE("the keyframe before another one has one number less, or is of the trajectory before") {
+  const auto Fits = [](const keyframe_id_t& previous, const keyframe_id_t& id) {
+    return IsDecoded(KeyframeMessage(), [&](keyframe_t& m) {
+      m.previous = previous;
+      m.id = id;
+      m.as_of = m.tied_to = {-1, -1};
+      m.num_ties = 0;
+    });
+  };
+  CHECK(Fits({-1, -1}, {0, 0}));
+  CHECK(Fits({0, 0}, {0, 1}));
+  CHECK(Fits({0, 30}, {1, 0}));
+  CHECK_FALSE(Fits({-1, -1}, {0, 1}));
+  CHECK_FALSE(Fits({0, 0}, {0, 0}));
+  CHECK_FALSE(Fits({0, 0}, {0, 2}));
+  CHECK_FALSE(Fits({-1, -1}, {1, 0}));
+  CHECK_FALSE(Fits({0, -1}, {1, 0}));
+  CHECK_FALSE(Fits({0, 30}, {2, 0}));
+  CHECK_FALSE(Fits({0, 30}, {1, 1}));
 }
 
 TEST_CASE("a keyframe's open axis is a unit vector, and nothing where there is none") {
@@ -89,23 +117,24 @@ TEST_CASE("a keyframe's open axis is a unit vector, and nothing where there is n
 
 TEST_CASE("a keyframe is tied to one that is older, once at most") {
   using Message = keyframe_t;
-  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.num_ties = 0; }));
-  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.tied_to = 7; }));
+  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.num_ties = 0, m.tied_to = {-1, -1}; }));
+  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.tied_to = {1, 7}; }));
+  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.num_ties = 0; }));
   CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.num_ties = 2; }));
   CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.num_ties = -1; }));
-  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.tied_to = 8; }));
-  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.tied_to = -1; }));
+  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.tied_to = {1, 8}; }));
+  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.tied_to = {-1, -1}; }));
   CheckPoseIn(KeyframeMessage(), [](Message& m) -> pose2_t& { return m.T_tied_this; });
 }
 
-TEST_CASE("keyframes are asked for from one that there can be, up to 64 at once") {
+TEST_CASE("keyframes are asked for after one that there can be, or none, up to 64 at once") {
   using Message = keyframe_request_t;
   for (const int num : {1, 64}) CHECK(IsDecoded(KeyframeRequestMessage(), [=](Message& m) { m.num_keyframes = num; }));
   for (const int num : {-1, 0, 65}) {
     CHECK_FALSE(IsDecoded(KeyframeRequestMessage(), [=](Message& m) { m.num_keyframes = num; }));
   }
-  CHECK(IsDecoded(KeyframeRequestMessage(), [](Message& m) { m.first_keyframe = 0; }));
-  CHECK_FALSE(IsDecoded(KeyframeRequestMessage(), [](Message& m) { m.first_keyframe = -1; }));
+  CHECK(IsDecoded(KeyframeRequestMessage(), [](Message& m) { m.after = {-1, -1}; }));
+  CHECK_FALSE(IsDecoded(KeyframeRequestMessage(), [](Message& m) { m.after = {1, -1}; }));
   CHECK_FALSE(IsDecoded(KeyframeRequestMessage(), [](Message& m) { m.epoch = 0; }));
 }
 
@@ -116,14 +145,14 @@ TEST_CASE("a pose graph follows an older one, in parts that there are, of keyfra
   CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) {
     m = {};
     m.epoch = m.num_parts = 1;
-    m.keyframe = m.previous = m.ties_wrong_from = -1;
+    m.keyframe = m.previous = m.ties_wrong_from = {-1, -1};
   }));
-  CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.previous = -1; }));
-  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.previous = -2; }));
+  CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.previous = {-1, -1}; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.previous = {-1, 2}; }));
   // One that changes something follows another; one in which nothing has changed may be of the same keyframe.
-  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.previous = 8; }));
-  CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.previous = 8, m.changed = 0; }));
-  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.previous = 9, m.changed = 0; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.previous = {1, 8}; }));
+  CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.previous = {1, 8}, m.changed = 0; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.previous = {1, 9}, m.changed = 0; }));
   for (const auto no_flag : {std::int8_t{-1}, std::int8_t{2}}) {
     CHECK_FALSE(IsDecoded(PoseGraphMessage(), [=](Message& m) { m.changed = no_flag; }));
   }
@@ -131,10 +160,10 @@ TEST_CASE("a pose graph follows an older one, in parts that there are, of keyfra
   CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.part = -1; }));
   CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.part = 1; }));
   CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.num_parts = 4097; }));
-  CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.ties_wrong_from = -1; }));
-  CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.ties_wrong_from = 8; }));
-  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.ties_wrong_from = -2; }));
-  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.ties_wrong_from = 9; }));
+  CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.ties_wrong_from = {-1, -1}; }));
+  CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.ties_wrong_from = {1, 8}; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.ties_wrong_from = {1, -1}; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.ties_wrong_from = {1, 9}; }));
 }
 
 TEST_CASE("the loops of a pose graph lead from an older keyframe to a newer one") {
@@ -142,28 +171,38 @@ TEST_CASE("the loops of a pose graph lead from an older keyframe to a newer one"
   CheckLoopIn([](pose_graph_t& m) -> loop_t& { return m.taken_out[0]; });
 }
 
-TEST_CASE("the poses of a pose graph end at its keyframe") {
+TEST_CASE("the poses of a pose graph are of keyframes that there can be") {
   using Message = pose_graph_t;
-  CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.first_pose = 0; }));
-  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.first_pose = -1; }));
-  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.first_pose = 7; }));
+  CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.moved[1].first = {1, 0}; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.moved[1].first = {1, -1}; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.moved[1].first = {-1, -1}; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.moved[1].num_poses = 0, m.moved[1].poses.clear(); }));
   const std::int32_t far = std::numeric_limits<std::int32_t>::max();  // and one more is less than nothing
-  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [=](Message& m) { m.first_pose = far; }));
-  CheckPoseIn(PoseGraphMessage(), [](Message& m) -> pose2_t& { return m.poses[2]; });
+  CHECK(IsDecoded(PoseGraphMessage(), [=](Message& m) { m.moved[1].first.number = far - 2; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [=](Message& m) { m.moved[1].first.number = far - 1; }));
+  CheckPoseIn(PoseGraphMessage(), [](Message& m) -> pose2_t& { return m.moved[1].poses[1]; });
 }
 
 TEST_CASE("a pose graph's arrays are limited although the bytes are there") {
   using Message = pose_graph_t;
   const auto WithPoses = [](int num) {
     return IsDecoded(PoseGraphMessage(), [=](Message& m) {
-      m.keyframe = 5000;
-      m.num_poses = num;
-      m.poses.resize(static_cast<std::size_t>(num));
+      m.moved[0].num_poses = num;
+      m.moved[0].poses.resize(static_cast<std::size_t>(num));
     });
   };
   CHECK(WithPoses(2000));
   CHECK_FALSE(WithPoses(2001));
-  const std::vector<loop_t> loops(1025, {0, 1, {}});
+  const auto WithStretches = [](int num) {
+    return IsDecoded(PoseGraphMessage(), [=](Message& m) {
+      m.num_moved = num;
+      m.moved.assign(static_cast<std::size_t>(num), {{0, 0}, 1, {{}}});
+    });
+  };
+  CHECK(WithStretches(0));
+  CHECK(WithStretches(2000));
+  CHECK_FALSE(WithStretches(2001));
+  const std::vector<loop_t> loops(1025, {{0, 0}, {0, 1}, {}});
   CHECK(IsDecoded(PoseGraphMessage(), [&](Message& m) { m.num_closed = 1024, m.closed = loops; }));
   CHECK_FALSE(IsDecoded(PoseGraphMessage(), [&](Message& m) { m.num_closed = 1025, m.closed = loops; }));
   CHECK(IsDecoded(PoseGraphMessage(), [&](Message& m) { m.num_taken_out = 1024, m.taken_out = loops; }));

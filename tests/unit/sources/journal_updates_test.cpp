@@ -4,6 +4,7 @@
 #include "catch.hpp"
 #include "common/math/random.hpp"
 #include "services/sources/journal.hpp"
+#include "services/sources/journal_reader.hpp"
 #include "source_helpers.hpp"
 #include "sources/journal_folder.hpp"
 
@@ -16,10 +17,11 @@ constexpr OnDamage kRefuse = OnDamage::kRefuse;
 GraphUpdate Update(int keyframe) {
   Random random(static_cast<std::uint64_t>(keyframe));
   GraphUpdate update;
-  update.keyframe = keyframe;
-  update.previous = keyframe - 7;
-  update.closed = {{2, keyframe, {0.5, random.Uniform(-1.0, 1.0), 0.25}}};
-  for (int i = 0; i <= keyframe; ++i) update.poses.push_back({random.Uniform(-9.0, 9.0), 1.0 / 3.0, 0.1});
+  update.keyframe = {1, keyframe};
+  update.previous = KeyframeId{1, keyframe - 7};
+  update.closed = {{{0, 2}, {1, keyframe}, {0.5, random.Uniform(-1.0, 1.0), 0.25}}};
+  update.moved = {{{1, 0}, {}}};
+  for (int i = 0; i <= keyframe; ++i) update.moved[0].poses.push_back({random.Uniform(-9.0, 9.0), 1.0 / 3.0, 0.1});
   return update;
 }
 
@@ -71,7 +73,49 @@ std::vector<std::size_t> EndsOfEvents(const fs::path& path) {
   return ends;
 }
 
+/// A journal in which an event has another type than today, and the check behind it is right.
+std::string WithOtherType(std::string content, const std::vector<std::size_t>& ends, std::size_t first_of_stretch,
+                          std::size_t event, std::size_t check) {
+  const auto BeginOf = [&](std::size_t index) { return index == 0 ? 0 : ends[index - 1]; };
+  constexpr std::size_t kChannelBytesAt = 20;
+  const auto channel_bytes = static_cast<std::size_t>(content[BeginOf(event) + kChannelBytesAt + 3]);
+  content[BeginOf(event) + 28 + channel_bytes] ^= 1;  // its fingerprint
+  const std::size_t end = ends[check] - kCrcBytes;
+  const std::uint32_t crc =
+      Crc32(std::string_view(content).substr(BeginOf(first_of_stretch), end - BeginOf(first_of_stretch)));
+  for (std::size_t i = 0; i < kCrcBytes; ++i) content[end + i] = static_cast<char>(crc >> (24 - 8 * i) & 0xff);
+  return content;
+}
+
 }  // namespace
+
+TEST_CASE("a journal of an older version is refused by name and stays as it is, also where damage may be passed over") {
+  const Folder folder;
+  {
+    Journal journal(folder / "new", kMapping);
+    Append(journal, {{100}, {0, Update(30)}, {101}});
+  }
+  const std::string content = Content(folder / "new/journal.lcm");
+  const auto ends = EndsOfEvents(folder / "new/journal.lcm");
+  REQUIRE(ends.size() == 4 + 2 + 3 + 1);
+  struct Event {
+    std::size_t first_of_stretch, event, check;
+  };
+  // The head, the rays and the match of the first stretch, and the update in the second one.
+  for (const auto& [first, event, check] : {Event{0, 0, 3}, {0, 1, 3}, {0, 2, 3}, {4, 4, 5}}) {
+    CAPTURE(event);
+    const std::string old = WithOtherType(content, ends, first, event, check);
+    fs::create_directories(folder / "old");
+    Write(folder / "old/journal.lcm", old);
+    for (const OnDamage on_damage : {kRefuse, OnDamage::kTakeWhatIsBefore}) {
+      Entries entries;
+      const std::string error = ErrorOf([&] { Journal(folder / "old", kMapping, on_damage, NoteIn(entries)); });
+      CHECK(error == (folder / "old/journal.lcm").string() +
+                         ": journal of an older version of the programs: map the log anew, into another folder");
+    }
+    CHECK(Content(folder / "old/journal.lcm") == old);
+  }
+}
 
 TEST_CASE("what loops have brought comes back in its place between the matches, over several sessions") {
   const Folder folder;
