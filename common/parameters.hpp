@@ -94,7 +94,7 @@ struct LoopParameters {
   bool loops = true;
   double local_map_m = 40.0;  ///< along the graph: what lies further from the robot is not matched
   int lag = 10;               ///< keyframes until what one has brought takes effect
-  int lost_scans_max = 6;     ///< after so many lost scans in a row a new trajectory begins; 0: never
+  int lost_scans_max = 3;     ///< after so many lost scans in a row a new trajectory begins; 0: never
   double gap_max_s = 8.0;     ///< after a longer gap only a robot that stood still goes on; 0: after any
 };
 

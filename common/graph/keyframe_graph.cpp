@@ -10,28 +10,20 @@
 namespace crsm {
 namespace {
 
-// How well motions are known. A match is good to a fifth of a cell of 0.05 m; along an open axis to a cell, since there
-// the motion before decides; over lost scans nobody knows. A loop is matched on a map whose own parts have drifted.
-constexpr MotionSigma kMotion{0.01, 0.01, 0.0015};
-constexpr double kAlongOpenAxis_m = 0.05;
-constexpr double kAcrossLost = 10.0;  ///< times as much
-constexpr MotionSigma kLoop{0.03, 0.03, 0.005};
-/// Over a break nobody knows anything. It keeps components that hang on nothing from drifting while others are solved.
-constexpr MotionSigma kBreak{100.0, 100.0, 10.0};
-constexpr double kContradicted = 36.0;  ///< a loop's squared error, in standard deviations: six of them
-
 /// What the match of a keyframe tells of where it is, seen from an older one.
-GraphEdge MakeMatchedEdge(int older, int index, const Pose2& T_older_this, const Keyframe& keyframe) {
-  MotionSigma sigma = kMotion;
+GraphEdge MakeMatchedEdge(int older, int index, const Pose2& T_older_this, const Keyframe& keyframe,
+                          const GraphConstants::Edges& constants) {
+  MotionSigma sigma = constants.motion;
   Eigen::Vector2d axis = Eigen::Vector2d::UnitX();
   if (keyframe.open_axis) {
     const auto [sin, cos] = ComputeSinCos(T_older_this.yaw_rad);
     const Eigen::Vector2d& open = *keyframe.open_axis;
     axis = {cos * open.x() - sin * open.y(), sin * open.x() + cos * open.y()};
-    sigma.x_m = kAlongOpenAxis_m;
+    sigma.x_m = constants.along_open_axis_m;
   }
   if (keyframe.after_lost && older == index - 1) {
-    sigma = {kAcrossLost * sigma.x_m, kAcrossLost * sigma.y_m, kAcrossLost * sigma.yaw_rad};
+    const double times = constants.across_lost;
+    sigma = {times * sigma.x_m, times * sigma.y_m, times * sigma.yaw_rad};
   }
   return GraphEdge::Make(older, index, T_older_this, sigma, axis);
 }
@@ -54,17 +46,18 @@ class PoseIndices {
   std::vector<int> first_of_;  ///< by trajectory
 };
 
-GraphEdge MakeLoopEdge(const Loop& loop, const PoseIndices& indices) {
-  GraphEdge edge = GraphEdge::Make(indices(loop.older), indices(loop.newer), loop.T_older_newer, kLoop);
+GraphEdge MakeLoopEdge(const Loop& loop, const PoseIndices& indices, const MotionSigma& sigma) {
+  GraphEdge edge = GraphEdge::Make(indices(loop.older), indices(loop.newer), loop.T_older_newer, sigma);
   edge.may_be_wrong = true;
   return edge;
 }
 
 /// From the keyframe before. Over a break, where nothing is known, the poses as they are.
-GraphEdge MakeMotionEdge(const KeyframeGraph& graph, KeyframeId id, int index) {
+GraphEdge MakeMotionEdge(const KeyframeGraph& graph, KeyframeId id, int index, const GraphConstants::Edges& constants) {
   const Keyframe& at = graph.keyframe(id);
-  if (id.number > 0) return MakeMatchedEdge(index - 1, index, at.T_previous_this, at);
-  return GraphEdge::Make(index - 1, index, Inverse(graph.pose(*graph.Before(id))) * graph.pose(id), kBreak);
+  if (id.number > 0) return MakeMatchedEdge(index - 1, index, at.T_previous_this, at, constants);
+  return GraphEdge::Make(index - 1, index, Inverse(graph.pose(*graph.Before(id))) * graph.pose(id),
+                         constants.across_break);
 }
 
 }  // namespace
@@ -228,11 +221,11 @@ PoseGraph KeyframeGraph::MakePoseGraph() const {
     const int index = indices(id);
     if (index == 0) continue;
     const Keyframe& at = keyframe(id);
-    graph.AddEdge(MakeMotionEdge(*this, id, index));
+    graph.AddEdge(MakeMotionEdge(*this, id, index, constants_));
     if (!at.tie || at.tie_wrong || !HangTogether(at.tie->keyframe, id)) continue;
-    graph.AddEdge(MakeMatchedEdge(indices(at.tie->keyframe), index, at.tie->T_keyframe_this, at));
+    graph.AddEdge(MakeMatchedEdge(indices(at.tie->keyframe), index, at.tie->T_keyframe_this, at, constants_));
   }
-  for (const Loop& loop : loops_) graph.AddEdge(MakeLoopEdge(loop, indices));
+  for (const Loop& loop : loops_) graph.AddEdge(MakeLoopEdge(loop, indices, constants_.loop));
   return graph;
 }
 
@@ -251,7 +244,8 @@ std::vector<Loop> KeyframeGraph::Optimise() {
   const PoseIndices indices(*this);
   std::vector<Loop> contradicted;
   for (const Loop& loop : loops_) {
-    if (graph.SquaredError(MakeLoopEdge(loop, indices)) > kContradicted) contradicted.push_back(loop);
+    if (graph.SquaredError(MakeLoopEdge(loop, indices, constants_.loop)) > constants_.contradicted)
+      contradicted.push_back(loop);
   }
   for (const Loop& loop : contradicted) DropLoop(loop);
   return contradicted;

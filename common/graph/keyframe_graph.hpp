@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/graph/graph_constants.hpp"
 #include "common/graph/pose_graph.hpp"
 #include "common/scan/valid_rays.hpp"
 
@@ -85,6 +86,8 @@ struct GraphUpdate {
 /// frame of its own.
 class KeyframeGraph {
  public:
+  explicit KeyframeGraph(const GraphConstants::Edges& constants = {}) : constants_(constants) {}
+
   /// The next keyframe: of the newest trajectory, or the first of a new one. Its pose follows from that of the one
   /// before; the first of all is the origin. Returns its name.
   KeyframeId Add(Keyframe keyframe);
@@ -175,6 +178,7 @@ class KeyframeGraph {
   void Link(KeyframeId a, KeyframeId b, double length_m);
   void Unlink(KeyframeId a, KeyframeId b, double length_m);
 
+  GraphConstants::Edges constants_;
   std::vector<Trajectory> trajectories_;
   KeyframePoses poses_;
   int size_ = 0;

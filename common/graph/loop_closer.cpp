@@ -33,13 +33,14 @@ std::optional<GraphUpdate> LoopCloser::Add(Keyframe keyframe) {
   update.keyframe = graph_.Add(std::move(keyframe));
   const auto finding = Search();
   if (!finding) return std::nullopt;
-  if (finding->known && AgreesWithGraph(*finding)) {
+  const bool checked = finding->by == LoopFinding::By::kCheck;
+  if (checked && AgreesWithGraph(*finding)) {
     verified_ = update.keyframe;
     return std::nullopt;
   }
   update.closed = Confirm(*finding);
   if (update.closed.empty()) return std::nullopt;
-  if (finding->known) {
+  if (checked) {
     update.ties_wrong_from = graph_.After(verified_);
     graph_.DropTies(*update.ties_wrong_from);
     ties_wrong_before_ = update.keyframe;
@@ -58,62 +59,68 @@ std::optional<GraphUpdate> LoopCloser::Add(Keyframe keyframe) {
 
 /// Where the newest keyframe is: in another component first, while there is one; then in its own.
 std::optional<LoopFinding> LoopCloser::Search() {
-  constexpr double kSearchEvery_m = 1.0;
-  constexpr double kThoroughlyEvery_m = 5.0;
-  constexpr double kElsewhereEvery_m = 3.0;
-  constexpr double kSoonEvery_m = 1.5;  // soon after a break
-  constexpr double kSoon_m = 15.0;
+  const GraphConstants::Loops& loops = constants_.loops;
+  const GraphConstants::Joins& joins = constants_.joins;
   const KeyframeId newest = *graph_.newest();
   const double here_m = graph_.path_m(newest);
-  const double every_m = here_m < kSoon_m ? kSoonEvery_m : kElsewhereEvery_m;
-  if (newest.number == 0) {
-    next_elsewhere_m_ = here_m + every_m;
-    next_search_m_ = next_thorough_m_ = here_m;
-  }
+  if (newest.number == 0) next_elsewhere_m_ = next_search_m_ = next_thorough_m_ = 0.0;
   if (!graph_.is_one_component() && here_m >= next_elsewhere_m_) {
-    next_elsewhere_m_ = here_m + every_m;
-    if (const auto finding = SearchElsewhere(graph_)) return finding;
+    next_elsewhere_m_ = here_m + (here_m < joins.soon_m ? joins.soon_every_m : joins.every_m);
+    if (const auto finding = joins_.Search(graph_)) return finding;
   }
   if (here_m < next_search_m_) return std::nullopt;
-  next_search_m_ = here_m + kSearchEvery_m;
+  next_search_m_ = here_m + loops.every_m;
   const bool thoroughly = here_m >= next_thorough_m_;
-  if (thoroughly) next_thorough_m_ = here_m + kThoroughlyEvery_m;
-  return SearchLoop(graph_, parameters_.local_map_m, thoroughly);
+  if (thoroughly) next_thorough_m_ = here_m + loops.thoroughly_every_m;
+  return SearchLoop(graph_, parameters_.local_map_m, thoroughly, constants_);
 }
 
 bool LoopCloser::AgreesWithGraph(const LoopFinding& finding) const {
   const Pose2 expected = Inverse(graph_.pose(finding.older)) * graph_.pose(finding.newer);
-  return AreNear(expected, finding.T_older_newer, 0.3, 0.1);
+  return AreNear(expected, finding.T_older_newer, constants_.check.agrees_m, constants_.check.agrees_rad);
 }
 
 /// Whether they are of one drift: the robot moved between them as it was matched.
 bool LoopCloser::Agree(const LoopFinding& earlier, const LoopFinding& later) const {
-  constexpr double kLeastApart_m = 3.0;        // what is nearer saw mostly the same
-  constexpr double kLeastApartOfJoin_m = 1.4;  // of places that fit like no other in all of a component
   if (earlier.newer.trajectory != later.newer.trajectory) return false;
   if (!graph_.HangTogether(earlier.older, later.older)) return false;
-  const double least_apart_m = graph_.HangTogether(later.older, later.newer) ? kLeastApart_m : kLeastApartOfJoin_m;
-  if (graph_.path_m(later.newer) - graph_.path_m(earlier.newer) < least_apart_m) return false;
+  if (!AreApart(earlier, later)) return false;
   const Pose2 expected = Inverse(graph_.pose(later.older)) * graph_.pose(earlier.older) * earlier.T_older_newer *
                          graph_.Motion(earlier.newer, later.newer);
-  return AreNear(expected, later.T_older_newer, 0.3, 0.04);
+  return AreNear(expected, later.T_older_newer, constants_.loops.agree_m, constants_.loops.agree_rad);
+}
+
+/// Whether they are so far apart along the path that they saw different things: for a join that may be anywhere more
+/// than a room, which may be like another one.
+bool LoopCloser::AreApart(const LoopFinding& earlier, const LoopFinding& later) const {
+  const GraphConstants::Joins& joins = constants_.joins;
+  const double apart_m = graph_.path_m(later.newer) - graph_.path_m(earlier.newer);
+  if (graph_.HangTogether(later.older, later.newer)) return apart_m >= constants_.loops.least_apart_m;
+  if (earlier.by == LoopFinding::By::kNearby && later.by == LoopFinding::By::kNearby) {
+    return apart_m >= joins.nearby_apart_m;
+  }
+  return apart_m >= joins.least_apart_m && Length(graph_.Motion(earlier.newer, later.newer)) >= joins.least_away_m;
 }
 
 /// The loops of a finding and of an earlier one that agrees with it; none without such a one.
 std::vector<Loop> LoopCloser::Confirm(const LoopFinding& finding) {
-  constexpr double kRemembered_m = 20.0;
   const double here_m = graph_.path_m(finding.newer);
   const auto IsForgotten = [&](KeyframeId id) {
-    return id.trajectory != finding.newer.trajectory || here_m - graph_.path_m(id) > kRemembered_m;
+    return id.trajectory != finding.newer.trajectory || here_m - graph_.path_m(id) > constants_.loops.remembered_m;
   };
   while (!findings_.empty() && IsForgotten(findings_.front().finding.newer)) findings_.pop_front();
   std::vector<Loop> loops;
   findings_.push_back({finding});
+  if (finding.sure) {
+    findings_.back().is_loop = true;
+    if (const auto loop = MakeLoop(graph_, finding, drawing_, constants_)) loops.push_back(*loop);
+    return loops;
+  }
   for (std::size_t i = 0; i + 1 < findings_.size() && loops.empty(); ++i) {
     if (!Agree(findings_[i].finding, finding)) continue;
     for (Remembered* one : {&findings_[i], &findings_.back()}) {
       if (std::exchange(one->is_loop, true)) continue;
-      if (const auto loop = MakeLoop(graph_, one->finding, drawing_)) loops.push_back(*loop);
+      if (const auto loop = MakeLoop(graph_, one->finding, drawing_, constants_)) loops.push_back(*loop);
     }
   }
   return loops;

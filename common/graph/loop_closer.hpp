@@ -4,6 +4,8 @@
 #include <optional>
 #include <vector>
 
+#include "common/graph/graph_constants.hpp"
+#include "common/graph/join_search.hpp"
 #include "common/graph/keyframe_graph.hpp"
 #include "common/graph/loop_search.hpp"
 #include "common/parameters.hpp"
@@ -19,8 +21,8 @@ namespace crsm {
 /// The same keyframes give the same updates, to the last bit: who has lost them gives the keyframes again.
 class LoopCloser {
  public:
-  LoopCloser(const LoopParameters& parameters, const UpdateParameters& drawing)
-      : parameters_(parameters), drawing_(drawing) {}
+  LoopCloser(const LoopParameters& parameters, const UpdateParameters& drawing, const GraphConstants& constants = {})
+      : parameters_(parameters), drawing_(drawing), constants_(constants), graph_(constants.edges), joins_(constants) {}
 
   /// The next keyframe. Nothing if it changes nothing.
   std::optional<GraphUpdate> Add(Keyframe keyframe);
@@ -34,13 +36,16 @@ class LoopCloser {
   };
 
   bool AgreesWithGraph(const LoopFinding& finding) const;
+  bool AreApart(const LoopFinding& earlier, const LoopFinding& later) const;
   bool Agree(const LoopFinding& earlier, const LoopFinding& later) const;
   std::vector<Loop> Confirm(const LoopFinding& finding);
   std::optional<LoopFinding> Search();
 
   LoopParameters parameters_;
   UpdateParameters drawing_;
+  GraphConstants constants_;
   KeyframeGraph graph_;
+  JoinSearch joins_;
   std::deque<Remembered> findings_;  ///< of the last metres
   double next_search_m_ = 0.0;       ///< on the newest trajectory
   double next_thorough_m_ = 0.0;

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <set>
 #include <span>
+#include <tuple>
 #include <utility>
 
 #include "common/graph/loop_search.hpp"
@@ -23,26 +24,24 @@ struct LocalKeyframes {
 
 /// Wanted is what lies within some way along the graph. A keyframe beyond it that is far away as the crow flies, too,
 /// saw few of the walls here, and does no harm.
-LocalKeyframes FindLocal(const KeyframeGraph& graph, double local_map_m) {
-  constexpr double kBearableReach = 3.0;  // times local_map_m along the graph ...
-  constexpr double kFarAway = 0.5;        // ... and at least so many times as the crow flies
+LocalKeyframes FindLocal(const KeyframeGraph& graph, double local_map_m, const GraphConstants::LocalMap& constants) {
   const KeyframeId newest = *graph.newest();
   LocalKeyframes found;
-  for (const auto& [id, way_m] : graph.FindWithin(newest, kBearableReach * local_map_m)) {
+  for (const auto& [id, way_m] : graph.FindWithin(newest, constants.bearable_reach * local_map_m)) {
     const bool wanted = way_m <= local_map_m;
     const double away_m = Length(Inverse(graph.pose(id)) * graph.pose(newest));
     if (wanted) found.wanted.push_back(id);
-    if (wanted || away_m >= kFarAway * local_map_m) found.bearable.push_back(id);
+    if (wanted || away_m >= constants.far_away * local_map_m) found.bearable.push_back(id);
   }
   return found;
 }
 
 }  // namespace
 
-Mapper::Mapper(const UpdateParameters& drawing, const LoopParameters& loops) : loops_(loops), local_(drawing) {}
+Mapper::Mapper(const UpdateParameters& drawing, const LoopParameters& loops, const GraphConstants& constants)
+    : loops_(loops), constants_(constants), local_(drawing), graph_(constants.edges) {}
 
 Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match) {
-  constexpr double kPeriod_m = 20.0;
   std::optional<CriticalRays> deskewed;
   if (scan && !scan->rays.time_s.empty()) scan = &deskewed.emplace(Deskew(*scan, match.twist));
   const bool begins = loops_.loops && scan && match.state == MatchState::kFirst && graph_.size() > 0 &&
@@ -60,9 +59,9 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   const Pose2 before = graph_.pose(newest);
   const bool put_right = ApplyDue(loops_.lag);
   if (put_right) step.T_new_old = graph_.pose(newest) * Inverse(before);
-  if (!put_right && !begins && graph_.path_m(newest) - looked_at_m_ < kPeriod_m) return step;
+  if (!put_right && !begins && graph_.path_m(newest) - looked_at_m_ < constants_.local_map.period_m) return step;
   looked_at_m_ = graph_.path_m(newest);
-  const auto [local, bearable] = FindLocal(graph_, loops_.local_map_m);
+  const auto [local, bearable] = FindLocal(graph_, loops_.local_map_m, constants_.local_map);
   const std::vector<KeyframeId> needed = ThinOut(local);
   const bool anew = put_right || !std::ranges::includes(bearable, drawn_);
   const std::vector<TileChange> tiles = anew ? DrawAnew(needed) : DrawMissing(needed);
@@ -214,10 +213,10 @@ bool Mapper::ApplyDue(int lag) {
 
 /// The nearest keyframe of long ago that is in the local map.
 std::optional<Tie> Mapper::FindTie(const Pose2& T_map_laser) const {
-  double nearest_m = 2.5;
+  double nearest_m = constants_.local_map.tie_m;
   std::optional<Tie> tie;
   for (const KeyframeId id : drawn_) {
-    if (!IsLongAgo(graph_, id)) break;
+    if (!IsLongAgo(graph_, id, constants_.submaps.long_ago_m)) break;
     const Pose2 T_keyframe_laser = Inverse(graph_.pose(id)) * T_map_laser;
     const double distance_m = Length(T_keyframe_laser);
     if (distance_m >= nearest_m) continue;
@@ -230,15 +229,14 @@ std::optional<Tie> Mapper::FindTie(const Pose2& T_map_laser) const {
 /// Those of the local map that are needed in it: of long ago the newest of each place and direction. So drawing it
 /// costs the same however often the robot has passed there.
 std::vector<KeyframeId> Mapper::ThinOut(const std::vector<KeyframeId>& local) const {
-  constexpr double kPlace_m = 1.5;
-  constexpr double kDirection_rad = 0.35;
+  const auto& [place_m, direction_rad] = std::tie(constants_.local_map.place_m, constants_.local_map.direction_rad);
   const auto Round = [](double value, double step) { return static_cast<int>(std::floor(value / step)); };
   std::set<std::array<int, 3>> taken;
   std::vector<KeyframeId> needed;
   for (auto id = local.rbegin(); id != local.rend(); ++id) {
     const Pose2& at = graph_.pose(*id);
-    const std::array place{Round(at.x_m, kPlace_m), Round(at.y_m, kPlace_m), Round(at.yaw_rad, kDirection_rad)};
-    if (!IsLongAgo(graph_, *id) || taken.insert(place).second) needed.push_back(*id);
+    const std::array place{Round(at.x_m, place_m), Round(at.y_m, place_m), Round(at.yaw_rad, direction_rad)};
+    if (!IsLongAgo(graph_, *id, constants_.submaps.long_ago_m) || taken.insert(place).second) needed.push_back(*id);
   }
   std::reverse(needed.begin(), needed.end());
   return needed;

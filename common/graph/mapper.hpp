@@ -19,7 +19,7 @@ namespace crsm {
 /// With loops each scan hangs on its keyframe, so that its pose is put right with that of the keyframe.
 class Mapper {
  public:
-  Mapper(const UpdateParameters& drawing, const LoopParameters& loops);
+  Mapper(const UpdateParameters& drawing, const LoopParameters& loops, const GraphConstants& constants = {});
 
   struct Step {
     MapDelta delta;                                 ///< of the local map
@@ -95,6 +95,7 @@ class Mapper {
   std::vector<KeyframeId> ThinOut(const std::vector<KeyframeId>& local) const;
 
   LoopParameters loops_;
+  GraphConstants constants_;
   MapUpdater local_;
   KeyframeGraph graph_;
   std::deque<GraphUpdate> pending_;           ///< that have not taken effect yet

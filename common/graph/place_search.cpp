@@ -16,13 +16,18 @@ constexpr int StepOfGrid(int level) { return level == 0 ? 1 : 2; }
 /// poses, and a margin.
 constexpr int BeforeGrid(int level) { return (level == 0 ? 1 : 2) + StepOfGrid(level) + 1; }
 
-/// Four bits as four numbers of 16 bits, so that they are added up at once.
-constexpr std::array<std::uint64_t, 16> kSpread = [] {
-  std::array<std::uint64_t, 16> spread{};
-  for (std::uint64_t bits = 0; bits < 16; ++bits) {
-    for (std::uint64_t i = 0; i < 4; ++i) spread[bits] |= (bits >> i & 1) << (16 * i);
+/// What the bits of a cell count, as four numbers of 16 bits, so that they are added up at once: kFreeWeight more, so
+/// that none is negative.
+constexpr std::array<std::uint64_t, 256> kCounts = [] {
+  std::array<std::uint64_t, 256> counts{};
+  for (std::uint64_t bits = 0; bits < counts.size(); ++bits) {
+    for (std::uint64_t i = 0; i < 4; ++i) {
+      const std::uint64_t hit = bits >> i & 1;
+      const std::uint64_t free = bits >> (i + 4) & 1;
+      counts[bits] |= (hit + HitPyramid::kFreeWeight * (1 - free)) << (16 * i);
+    }
   }
-  return spread;
+  return counts;
 }();
 
 /// Poses on a lattice: 2^level of them along each axis, from here on.
@@ -49,7 +54,15 @@ class Lattice {
         reach_(static_cast<int>(std::ceil(window.reach_m / pyramid.cell_m()))),
         reach_yaw_(static_cast<int>(std::ceil(window.reach_rad / step_rad_))),
         x_cells_((points_m.row(0).array() / pyramid.cell_m()).cast<float>()),
-        y_cells_((points_m.row(1).array() / pyramid.cell_m()).cast<float>()) {}
+        y_cells_((points_m.row(1).array() / pyramid.cell_m()).cast<float>()) {
+    if (!window.turns) return;
+    num_allowed_.assign(1, 0);
+    for (int yaw = -reach_yaw_; yaw <= reach_yaw_; ++yaw) {
+      const auto degree = static_cast<int>(std::lround(yaw * step_rad_ * 180.0 / kPi));
+      num_allowed_.push_back(num_allowed_.back() +
+                             (window.turns->test(static_cast<std::size_t>(((degree % 180) + 180) % 180)) ? 1 : 0));
+    }
+  }
 
   Pose2 PoseAt(double x, double y, double yaw) const {
     return {centre_.x_m + x * pyramid_.cell_m(), centre_.y_m + y * pyramid_.cell_m(),
@@ -64,7 +77,7 @@ class Lattice {
     const int half = 1 << level;
     const double middle = 0.5 * (half - 1);
     for (const int yaw : {node.yaw, node.yaw + half}) {
-      if (yaw > reach_yaw_) continue;
+      if (yaw > reach_yaw_ || !IsAnyAllowed(yaw, half)) continue;
       const std::array<int, 4> counts =
           pyramid_.Count(level, x_cells_, y_cells_, PoseAt(node.x + middle, node.y + middle, yaw + middle), least);
       for (int i = 0; i < 4; ++i) {
@@ -101,6 +114,14 @@ class Lattice {
   }
 
  private:
+  /// Of so many yaws from one on.
+  bool IsAnyAllowed(int yaw, int num) const {
+    if (num_allowed_.empty()) return true;
+    const auto first = static_cast<std::size_t>(yaw + reach_yaw_);
+    const std::size_t end = std::min(first + static_cast<std::size_t>(num), num_allowed_.size() - 1);
+    return num_allowed_[end] > num_allowed_[first];
+  }
+
   const HitPyramid& pyramid_;
   Pose2 centre_;
   double step_rad_;
@@ -108,11 +129,13 @@ class Lattice {
   int reach_yaw_;
   Eigen::ArrayXf x_cells_;
   Eigen::ArrayXf y_cells_;
+  std::vector<int> num_allowed_;  ///< before each yaw, of all of the window; empty where all are
 };
 
 }  // namespace
 
-HitPyramid::HitPyramid(const Eigen::Matrix2Xd& hits_m, double cell_m) : cell_m_(cell_m) {
+HitPyramid::HitPyramid(const Eigen::Matrix2Xd& hits_m, double cell_m, const Eigen::Matrix4Xd& rays_m)
+    : cell_m_(cell_m) {
   constexpr int kMargin = 2;       // cells
   if (hits_m.cols() == 0) return;  // all that was seen is far away
   const Eigen::Vector2d low = hits_m.rowwise().minCoeff();
@@ -127,12 +150,55 @@ HitPyramid::HitPyramid(const Eigen::Matrix2Xd& hits_m, double cell_m) : cell_m_(
     const auto y = static_cast<std::size_t>((hits_m(1, i) - origin_m_.y()) / cell_m);
     base.cells[y * static_cast<std::size_t>(base.width) + x] = 1;
   }
-  Grid coarse = Widen(base, 1);
-  levels_[0] = JoinFour(coarse, StepOfGrid(0));
+  // What is occupied is not free: free are cells of which all, occupied those of which any are, so one is made as the
+  // other, turned round.
+  const bool knows_free = rays_m.cols() > 0;
+  Grid hits = Widen(base, 1);
+  Grid occupied = knows_free ? Widen(Invert(DrawFree(base, rays_m)), 1) : Grid{};
+  const auto Join = [&](const Grid& of_hits, int reach, int step) {
+    return knows_free ? JoinFour(of_hits, Invert(reach == 0 ? occupied : Widen(occupied, reach)), step)
+                      : JoinFour(of_hits, step);
+  };
+  levels_[0] = Join(hits, 0, StepOfGrid(0));
   for (int level = 1; level < kLevels; ++level) {
-    levels_[static_cast<std::size_t>(level)] = JoinFour(Widen(coarse, 2), StepOfGrid(level));
-    coarse = Halve(coarse);
+    levels_[static_cast<std::size_t>(level)] = Join(Widen(hits, 2), 2, StepOfGrid(level));
+    hits = Halve(hits);
+    if (knows_free) occupied = Halve(occupied);
   }
+}
+
+/// Cells that rays cross and that no hit is in; none at the border, beyond which nothing is known.
+HitPyramid::Grid HitPyramid::DrawFree(const Grid& hits, const Eigen::Matrix4Xd& rays_m) const {
+  Grid free{hits.width, hits.height, std::vector<std::uint8_t>(hits.cells.size(), 0)};
+  for (Eigen::Index i = 0; i < rays_m.cols(); ++i) {
+    const Eigen::Vector2d from = (rays_m.col(i).head<2>() - origin_m_) / cell_m_;
+    const Eigen::Vector2d to = (rays_m.col(i).tail<2>() - origin_m_) / cell_m_;
+    const int num_steps = static_cast<int>(std::ceil((to - from).cwiseAbs().maxCoeff()));
+    for (int step = 0; step < num_steps; ++step) {
+      const Eigen::Vector2d at = from + (to - from) * step / num_steps;
+      const int x = static_cast<int>(std::floor(at.x()));
+      const int y = static_cast<int>(std::floor(at.y()));
+      if (x < 1 || y < 1 || x >= free.width - 1 || y >= free.height - 1) continue;
+      const auto cell =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(free.width) + static_cast<std::size_t>(x);
+      free.cells[cell] = hits.cells[cell] == 0;
+    }
+  }
+  return free;
+}
+
+HitPyramid::Grid HitPyramid::Invert(Grid grid) {
+  for (std::uint8_t& cell : grid.cells) cell = cell == 0;
+  return grid;
+}
+
+HitPyramid::Grid HitPyramid::JoinFour(const Grid& hits, const Grid& free, int step) {
+  Grid joined = JoinFour(hits, step);
+  const Grid joined_free = JoinFour(free, step);
+  for (std::size_t i = 0; i < joined.cells.size(); ++i) {
+    joined.cells[i] = static_cast<std::uint8_t>(joined.cells[i] | joined_free.cells[i] << 4);
+  }
+  return joined;
 }
 
 /// Each cell is set if one within `reach` of it is. The grid grows by as much.
@@ -227,11 +293,13 @@ std::array<int, 4> HitPyramid::Count(int level, const Eigen::ArrayXf& x_cells, c
     }
     std::uint64_t four = 0;
     for (Eigen::Index i = 0; i < here; ++i) {
-      four += kSpread[grid.cells[static_cast<std::size_t>(at[static_cast<std::size_t>(i)])]];
+      four += kCounts[grid.cells[static_cast<std::size_t>(at[static_cast<std::size_t>(i)])]];
     }
     for (std::size_t i = 0; i < 4; ++i) counts[i] += static_cast<int>(four >> (16 * i) & 0xffff);
-    if (*std::max_element(counts.begin(), counts.end()) + static_cast<int>(num - begin - here) < least) break;
+    const int at_most = (kFreeWeight + 1) * static_cast<int>(num - begin - here);
+    if (*std::max_element(counts.begin(), counts.end()) + at_most < least + kFreeWeight * static_cast<int>(num)) break;
   }
+  for (int& count : counts) count -= kFreeWeight * static_cast<int>(num);
   return counts;
 }
 

@@ -38,7 +38,7 @@ double WorstLoop_m(const std::vector<Loop>& loops, const std::vector<Pose2>& tru
 std::optional<Tie> TieWhereMatched(const KeyframeGraph& graph, const Pose2& T_map_this) {
   std::optional<Tie> tie;
   double nearest_m = 2.5;
-  for (KeyframeId id = Nth(0); IsLongAgo(graph, id); ++id.number) {
+  for (KeyframeId id = Nth(0); IsLongAgo(graph, id, GraphConstants().submaps.long_ago_m); ++id.number) {
     const double away_m = Distance_m(graph.pose(id), T_map_this);
     if (away_m < nearest_m) {
       nearest_m = away_m;

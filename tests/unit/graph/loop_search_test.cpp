@@ -44,9 +44,9 @@ const Part kFarther{50.0, 80.0, {}};
 TEST_CASE("a place is found where it was seen long ago") {
   const Pose2 drift{0.8, 0.6, 0.03};
   const KeyframeGraph graph = MakeGraph({kPlace, kElsewhere, kFarther, {5.0, 18.0, drift}});
-  const auto finding = SearchLoop(graph, kLocalMap_m, false);
+  const auto finding = SearchLoop(graph, kLocalMap_m, false, {});
   REQUIRE(finding);
-  CHECK_FALSE(finding->known);
+  CHECK(finding->by == LoopFinding::By::kDrift);
   CHECK(finding->newer == *graph.newest());
   // It lies where it was first, not where the path leads to.
   const Pose2 found = graph.pose(finding->older) * finding->T_older_newer;
@@ -59,20 +59,20 @@ TEST_CASE("of two places that are alike none is taken, though each of them is th
   const Pose2 between{0.7, 0.7, 0.0};
   const KeyframeGraph graph =
       MakeGraph({kPlace, kElsewhere, {5.0, 20.0, aside}, kFarther, {25.0, 40.0, {}}, {5.0, 18.0, between}});
-  CHECK_FALSE(SearchLoop(graph, kLocalMap_m, false));
+  CHECK_FALSE(SearchLoop(graph, kLocalMap_m, false, {}));
 }
 
 TEST_CASE("further away than poses drift as a rule a place is found by a thorough search") {
   const KeyframeGraph graph = MakeGraph({kPlace, kElsewhere, kFarther, {5.0, 18.0, {1.8, 1.0, 0.03}}});
-  CHECK_FALSE(SearchLoop(graph, kLocalMap_m, false));
-  CHECK(SearchLoop(graph, kLocalMap_m, true));
+  CHECK_FALSE(SearchLoop(graph, kLocalMap_m, false, {}));
+  CHECK(SearchLoop(graph, kLocalMap_m, true, {}));
 }
 
 TEST_CASE("a place is not taken if one that is alike lies further away than poses drift as a rule") {
   const Pose2 near{0.2, 0.2, 0.0};
   const auto Found = [&](const Part& again) {
     return SearchLoop(MakeGraph({kPlace, kElsewhere, again, kFarther, {25.0, 40.0, {}}, {5.0, 18.0, near}}),
-                      kLocalMap_m, false)
+                      kLocalMap_m, false, {})
         .has_value();
   };
   CHECK(Found({50.0, 60.0, {}}));

@@ -178,7 +178,7 @@ TEST_CASE("a keyframe is tied to the nearest one of long ago, where it was match
     const auto& tie = graph.keyframe(id).tie;
     if (!tie) continue;
     ++num_tied;
-    REQUIRE(graph.path_m(id) - graph.path_m(tie->keyframe) > kLongAgo_m);
+    REQUIRE(graph.path_m(id) - graph.path_m(tie->keyframe) > GraphConstants().submaps.long_ago_m);
     CheckPose(graph.pose(tie->keyframe) * tie->T_keyframe_this, graph.pose(id), 1e-6);
     REQUIRE(std::hypot(tie->T_keyframe_this.x_m, tie->T_keyframe_this.y_m) < 2.5);
   }

@@ -273,4 +273,71 @@ TEST_CASE("where all directions are looked in, the place at the end of the windo
   }
 }
 
+TEST_CASE("where nothing stands a point counts against a place, and where nothing is known it counts nothing") {
+  Points wall;
+  AddWall(wall, {2.0, -2.0}, {2.0, 2.0});
+  Eigen::Matrix4Xd rays_m(4, 0);
+  for (double y_m = -1.9; y_m < 1.95; y_m += 0.02) {
+    rays_m.conservativeResize(4, rays_m.cols() + 1);
+    rays_m.col(rays_m.cols() - 1) << -2.0, y_m, 1.8, y_m;
+  }
+  Points room = wall;  // so that the grid reaches there
+  AddWall(room, {-2.5, -2.5}, {-2.5, 2.5});
+  const HitPyramid pyramid(ToMatrix(room), kCell_m, rays_m);
+  Points points = {{2.0, 0.0}, {2.0, 1.0}, {2.0, -1.0}};  // hits
+  const auto ScoreAt = [&](const Points& of) {
+    const Eigen::Matrix2Xd points_m = ToMatrix(of);
+    return pyramid.Count(0, (points_m.row(0) / kCell_m).array().cast<float>(),
+                         (points_m.row(1) / kCell_m).array().cast<float>(), {}, -1000)[0];
+  };
+  CHECK(ScoreAt(points) == 3);
+  points.emplace_back(0.0, 0.0);  // free
+  CHECK(ScoreAt(points) == 3 - HitPyramid::kFreeWeight);
+  points.emplace_back(3.0, 0.0);  // behind the wall
+  CHECK(ScoreAt(points) == 3 - HitPyramid::kFreeWeight);
+}
+
+TEST_CASE("what is found with free space counted is the best of all poses, and no bound is too low") {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    const Points room = MakeRoom(seed);
+    const Pose2 pose{0.4, -0.3, 0.2};
+    Eigen::Matrix4Xd rays_m(4, static_cast<Eigen::Index>(room.size()));
+    for (std::size_t i = 0; i < room.size(); ++i) rays_m.col(static_cast<Eigen::Index>(i)) << 0.0, 0.0, 0.9 * room[i];
+    const HitPyramid pyramid(ToMatrix(room), kCell_m, rays_m);
+    const Eigen::Matrix2Xd points_m = SeeFrom(pose, room, seed);
+    const Place place = FindPlace(pyramid, points_m, {{}, 0.8, 0.4}, kTerms);
+    CHECK(std::hypot(place.pose.x_m - pose.x_m, place.pose.y_m - pose.y_m) < 0.1);
+    const Eigen::ArrayXf x_cells = (points_m.row(0) / kCell_m).array().cast<float>();
+    const Eigen::ArrayXf y_cells = (points_m.row(1) / kCell_m).array().cast<float>();
+    for (int level = 1; level < HitPyramid::kLevels; ++level) {
+      const double middle_m = 0.5 * ((1 << level) - 1) * kCell_m;
+      const auto bounds = pyramid.Count(level, x_cells, y_cells, {middle_m, middle_m, 0.1}, -100'000);
+      for (int dx = 0; dx < 1 << level; dx += 3) {
+        for (int dy = 0; dy < 1 << level; dy += 3) {
+          const auto counts = pyramid.Count(0, x_cells, y_cells, {dx * kCell_m, dy * kCell_m, 0.1}, -100'000);
+          REQUIRE(counts[0] <= bounds[0]);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("of the turns of a window only those that are allowed are looked at") {
+  const Points room = MakeRoom(3);
+  const Pose2 pose{0.3, 0.2, 1.0};
+  const HitPyramid pyramid(ToMatrix(room), kCell_m);
+  const Eigen::Matrix2Xd points_m = SeeFrom(pose, room, 3);
+  Turns turns;
+  turns.set(57);  // 1 rad, to within a degree
+  turns.set(58);
+  const Place with = FindPlace(pyramid, points_m, {{}, 1.0, kPi, turns}, kTerms);
+  const Place all = FindPlace(pyramid, points_m, {{}, 1.0, kPi}, kTerms);
+  CHECK(with.pose == all.pose);
+  CHECK(with.score == all.score);
+  CHECK(with.evaluations < all.evaluations / 2);
+  turns.reset();
+  turns.set(150);
+  CHECK(FindPlace(pyramid, points_m, {{}, 1.0, kPi, turns}, kTerms).score == 0.0);
+}
+
 }  // namespace crsm

@@ -1,5 +1,7 @@
 #include "common/match/match_scan.hpp"
 
+#include <algorithm>
+
 #include "catch.hpp"
 #include "check_pose.hpp"
 #include "synthetic_scans.hpp"
@@ -61,17 +63,57 @@ ScanMatch MatchAfter(const TrackingState& tracking, const ScanMatch& answer, con
 
 }  // namespace
 
-TEST_CASE("the sixth lost scan in a row begins a trajectory where the robot is guessed to be, no earlier one does") {
+TEST_CASE("the third lost scan in a row begins a trajectory where the robot is guessed to be, no earlier one does") {
   const ScanMatch lost = Answer(MatchState::kLost, {1.5, 2.0, 0.5});
-  for (int num_lost = 0; num_lost < 5; ++num_lost) {
+  for (int num_lost = 0; num_lost < 2; ++num_lost) {
     CHECK(MatchAfter(After(num_lost), lost).state == MatchState::kLost);
   }
-  const TrackingState tracking = After(5);
+  const TrackingState tracking = After(2);
   const ScanMatch first = MatchAfter(tracking, lost);
   CHECK(first.state == MatchState::kFirst);
-  CHECK(first.T_map_laser == lost.T_map_laser);
+  CheckPose(first.T_map_laser, kPlace, 1e-9);
   CHECK(first.utime == tracking.recent().back().utime + kPeriod_us);
   CHECK(first.covariance == ScanMatch().covariance);
+}
+
+TEST_CASE("a trajectory begins where the robot is if it went on as before, for 6 s at most, or where its wheels say") {
+  TrackingState tracking;
+  const auto Add = [&](MatchState state, double x_m, std::int64_t utime) {
+    ScanMatch match = Answer(state, {x_m, 0.0, 0.0});
+    match.utime = utime;
+    tracking.Add(match);
+  };
+  for (int i = 0; i < 10; ++i) Add(MatchState::kOk, 0.1 * i, i * kPeriod_us);
+  for (int i = 10; i < 12; ++i) Add(MatchState::kLost, 0.9, i * kPeriod_us);
+  const ScanMatch lost = Answer(MatchState::kLost, {0.9, 0.5, 0.0});
+  CheckPose(MatchAfter(tracking, lost).T_map_laser, {1.2, 0.0, 0.0}, 1e-9);
+  CheckPose(MatchAfter(tracking, lost, {}, 60'000'000).T_map_laser, {6.9, 0.0, 0.0}, 1e-9);
+
+  TrackingState with_wheels = After(2, Pose2{});
+  CheckPose(MatchAfter(with_wheels, lost, {}, kPeriod_us, Pose2{}).T_map_laser, lost.T_map_laser, 1e-9);
+}
+
+TEST_CASE("a turn is not gone on with for long") {
+  TrackingState tracking;
+  for (int i = 0; i < 12; ++i) {
+    ScanMatch match = Answer(i < 10 ? MatchState::kOk : MatchState::kLost, {0.0, 0.0, 0.1 * std::min(i, 9)});
+    match.utime = i * kPeriod_us;
+    tracking.Add(match);
+  }
+  CheckPose(MatchAfter(tracking, Answer(MatchState::kLost)).T_map_laser, {0.0, 0.0, 0.9 + 3 * 0.05}, 1e-9);
+}
+
+TEST_CASE("a trajectory on which hardly anything was matched ends with the first lost scan") {
+  const ScanMatch lost = Answer(MatchState::kLost);
+  for (const int num_matched : {0, 2, 3}) {
+    TrackingState tracking;
+    for (int i = 0; i <= num_matched; ++i) {
+      ScanMatch match = Answer(i == 0 ? MatchState::kFirst : MatchState::kOk);
+      match.utime = i * kPeriod_us;
+      tracking.Add(match);
+    }
+    CHECK(MatchAfter(tracking, lost).state == (num_matched < 3 ? MatchState::kFirst : MatchState::kLost));
+  }
 }
 
 TEST_CASE(
@@ -95,13 +137,13 @@ TEST_CASE(
 
 TEST_CASE("after lost scans one that fits badly is lost too, and leaves nothing of its match") {
   const ScanMatch bad = Answer(MatchState::kDegenerate, {4.0, 2.0, 0.5}, 0.47);  // of 0.8, less than 60 %
-  const ScanMatch match = MatchAfter(After(3), bad);
+  const ScanMatch match = MatchAfter(After(1), bad);
   CHECK(match.state == MatchState::kLost);
   CHECK(match.T_map_laser == kPlace);
   CHECK(match.covariance == ScanMatch().covariance);
-  CHECK(MatchAfter(After(5), bad).state == MatchState::kFirst);
+  CHECK(MatchAfter(After(2), bad).state == MatchState::kFirst);
   CHECK(MatchAfter(After(0), bad).state == MatchState::kDegenerate);
-  CHECK(MatchAfter(After(3), Answer(MatchState::kOk, {4.0, 2.0, 0.5}, 0.49)).state == MatchState::kOk);
+  CHECK(MatchAfter(After(1), Answer(MatchState::kOk, {4.0, 2.0, 0.5}, 0.49)).state == MatchState::kOk);
 }
 
 TEST_CASE("after a gap a trajectory begins, unless the robot stands where it stood or its wheels tell how it moved") {

@@ -1,0 +1,140 @@
+#pragma once
+
+#include "common/graph/pose_graph.hpp"
+
+namespace crsm {
+
+/// All that the pose graph and the search for loops take for granted. Tests and studies vary them; users do not.
+/// Lengths along the path, unless said otherwise. Where no source is given, a value was chosen on sim:block, sim:campus
+/// and intel, and checked on aces, fr079 and killian.
+struct GraphConstants {
+  /// How well motions and loops are known.
+  struct Edges {
+    /// A match is good to a fifth of a cell of 0.05 m.
+    MotionSigma motion{0.01, 0.01, 0.0015};
+    /// Along an open axis to a cell: there the motion before decides.
+    double along_open_axis_m = 0.05;
+    /// Over lost scans so many times as much.
+    double across_lost = 10.0;
+    /// Over a break nobody knows anything. It keeps components that hang on nothing from drifting while others are
+    /// solved.
+    MotionSigma across_break{100.0, 100.0, 10.0};
+    /// A loop is matched on a map whose own parts have drifted.
+    MotionSigma loop{0.03, 0.03, 0.005};
+    /// A loop's squared error, in standard deviations, above which the others contradict it: six of them.
+    double contradicted = 36.0;
+  };
+
+  /// What is put together to search in, and what for.
+  struct Submaps {
+    double reach_m = 12.0;           ///< to either side of the middle
+    double recent_m = 8.0;           ///< what was seen there is looked for
+    double farthest_point_m = 15.0;  ///< from the laser
+    double square_m = 0.1;           ///< one point of each is looked for ...
+    int most_points = 300;           ///< ... and so many in all
+    int fewest_points = 100;         ///< less is no place to be found by
+    double cell_m = 0.05;
+    double summit_rad = 0.02;      ///< first step of the climb to the pose of a loop
+    double least_agreement = 0.2;  ///< of the newest scan's rays. Of 118 right loops the lowest two had 0.25 and 0.30
+    double long_ago_m = 25.0;      ///< what is nearer is in every map that is matched against
+    double rival_share = 0.9;      ///< of the best score: corridors are alike every few metres
+    double same_place_m = 0.6;     ///< as the crow flies; what is further away is another place
+    double same_place_rad = 0.2;
+  };
+
+  /// How far poses may have drifted apart over a way.
+  struct DriftModel {
+    double m_per_m;
+    double rad_per_m;
+    double least_m = 1.0;
+    double least_rad = 0.1;
+    double most_m = 15.0;
+    double most_rad = 0.6;
+  };
+
+  /// Loops within a component.
+  struct Loops {
+    DriftModel usual{0.005, 0.00015};
+    DriftModel largest{0.02, 0.0006};  ///< with a slip in a corridor
+    double least_score = 0.55;
+    int most_evaluations = 60'000;
+    double passing_m = 2.0;       ///< from one path to the other, where they meet
+    double known_m = 2.5;         ///< from a keyframe where the graph vouches for the place
+    double surely_far = 0.5;      ///< of what is too far: loops have hardly made the path twice as long
+    double agreeing_m = 12.0;     ///< a way through the graph so much longer ...
+    double agreeing_times = 2.0;  ///< ... than so many times as the crow flies: the chain may be bent
+    double every_m = 1.0;
+    double thoroughly_every_m = 5.0;
+    double least_apart_m = 3.0;  ///< of two findings: what is nearer saw mostly the same
+    double agree_m = 0.3;        ///< two findings
+    double agree_rad = 0.04;
+    double remembered_m = 20.0;  ///< a finding that waits for another
+  };
+
+  /// Whether the robot is where the matches say.
+  struct Check {
+    double fine_score = 0.6;
+    double near_m = 0.3;  ///< window in which it fits ...
+    double near_rad = 0.03;
+    double nearby_m = 2.5;  ///< ... and the one in which nothing else does
+    double nearby_rad = 0.1;
+    int nearby_evaluations = 5000;  ///< a place that takes longer is like others
+    double far_m = 6.0;             ///< window where it does not fit
+    double far_rad = 0.2;
+    double agrees_m = 0.3;  ///< with the graph
+    double agrees_rad = 0.1;
+  };
+
+  /// Between components. Chosen on fr-clinic and carried drives in sim:demo (seeds 1 to 12), checked on other seeds,
+  /// sim:rooms, sim:twins and sim:symmetric.
+  struct Joins {
+    double cell_m = 0.1;
+    double seen_m = 20.0;         ///< of a ray, from the laser: there nothing stands
+    double shorter_m = 0.2;       ///< so far before its hit
+    double least_length_m = 2.0;  ///< of a trajectory; a hand before the laser makes one of a scan
+    double reach_m = 8.0;         ///< of the window around the middle of a submap
+    double least_score = 0.5;  ///< of 107 right places one scored less than 0.57, of 73 wrong ones one more than 0.45
+    int most_evaluations = 30'000;  ///< a submap that takes longer is clutter, where anything fits
+    int num_turns = 24;             ///< degrees of 180 that the lines of both agree best at: at 190 of 190 right places
+    double every_m = 3.0;
+    double soon_every_m = 1.5;   ///< soon after a break
+    double least_apart_m = 3.0;  ///< of two findings
+    double least_away_m = 2.0;   ///< of two findings, as the crow flies: more than a room, which may be like another
+
+    // Nearby: where the robot is soon after a break, if it went on as before.
+    double soon_m = 25.0;
+    double back_m = 40.0;   ///< to the end of an earlier trajectory
+    double before_m = 8.0;  ///< of its end: the middle of a submap
+    double nearby_m = 0.7;  ///< the window, and how it grows with the time between ...
+    double nearby_rad = 0.2;
+    double m_per_s = 0.35;
+    double rad_per_s = 0.1;
+    double nearby_most_m = 4.0;  ///< ... up to
+    double nearby_most_rad = 0.8;
+    double nearby_point_m = 30.0;  ///< farthest, from the laser: outdoors little is near
+    double nearby_score = 0.2;
+    int nearby_evaluations = 60'000;
+    double nearby_apart_m = 1.4;  ///< of two findings
+    double sure_score = 0.75;     ///< of a finding that needs no second one, soon after a break of ...
+    double short_break_s = 5.0;  ///< ... less than this: in more, the robot may be anywhere, and no other place may fit
+  };
+
+  /// The map that scans are matched to.
+  struct LocalMap {
+    double period_m = 20.0;       ///< of looks which keyframes belong there
+    double bearable_reach = 3.0;  ///< times its reach along the graph: what lies within may stay ...
+    double far_away = 0.5;        ///< ... if it is so many times its reach away as the crow flies
+    double tie_m = 2.5;           ///< from a keyframe of long ago to one that is tied to it
+    double place_m = 1.5;         ///< of those of long ago the newest of each place ...
+    double direction_rad = 0.35;  ///< ... and direction is drawn
+  };
+
+  Edges edges;
+  Submaps submaps;
+  Loops loops;
+  Check check;
+  Joins joins;
+  LocalMap local_map;
+};
+
+}  // namespace crsm

@@ -1,0 +1,111 @@
+#include "common/graph/join_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "common/graph/submap.hpp"
+
+namespace crsm {
+namespace {
+
+/// From the end of one trajectory to the beginning of the next [s].
+double ComputeBreak(const KeyframeGraph& graph, int before) {
+  const auto utime = [&](KeyframeId id) { return static_cast<double>(graph.keyframe(id).utime); };
+  return 1e-6 * std::abs(utime({before + 1, 0}) - utime(graph.LastOf(before)));
+}
+
+}  // namespace
+
+std::optional<LoopFinding> JoinSearch::Search(const KeyframeGraph& graph) {
+  const GraphConstants::Joins& joins = constants_.joins;
+  const auto nearby = SearchNearby(graph);
+  if (nearby && ComputeBreak(graph, nearby->newer.trajectory - 1) < joins.short_break_s) return nearby;
+  const std::vector<KeyframeId> middles = FindMiddles(graph);
+  if (middles.empty()) return nearby;
+  const double farthest_m = constants_.submaps.farthest_point_m;
+  const Eigen::Matrix2Xd points_m = CollectRecentPoints(graph, *graph.newest(), farthest_m, constants_.submaps);
+  if (points_m.cols() < constants_.submaps.fewest_points) return std::nullopt;
+  const LineSpectrum spectrum = ComputeLineSpectrum(points_m);
+  BestFinding best(graph, constants_.submaps, LoopFinding::By::kAnywhere);
+  if (nearby) best.Add(nearby->older, {nearby->T_older_newer, nearby->score});
+  for (const KeyframeId middle : middles) {
+    const DrawnSubmap& submap = Draw(graph, middle);
+    const Turns turns = FindBestTurns(submap.spectrum, spectrum, joins.num_turns);
+    const Place place = FindPlace(
+        submap.pyramid, points_m, {{}, joins.reach_m, kPi, turns},
+        {farthest_m, best.LeastScore(joins.least_score), constants_.submaps.rival_share, joins.most_evaluations});
+    if (place.evaluations <= joins.most_evaluations) best.Add(middle, place);
+  }
+  const auto found = best.Unrivalled();
+  return found && nearby && found->older == nearby->older ? nearby : found;
+}
+
+/// Soon after a break the robot is near where it was before it, unless it was carried: less has to fit there than in a
+/// window of any size.
+std::optional<LoopFinding> JoinSearch::SearchNearby(const KeyframeGraph& graph) const {
+  const GraphConstants::Joins& joins = constants_.joins;
+  const KeyframeId newest = *graph.newest();
+  double way_m = graph.path_m(newest);
+  if (newest.trajectory == 0 || way_m > joins.soon_m) return std::nullopt;
+  const Eigen::Matrix2Xd points_m = CollectRecentPoints(graph, newest, joins.nearby_point_m, constants_.submaps);
+  if (points_m.cols() < constants_.submaps.fewest_points) return std::nullopt;
+  BestFinding best(graph, constants_.submaps, LoopFinding::By::kNearby);
+  double between_s = 0.0;
+  for (int before = newest.trajectory - 1; before >= 0 && way_m < joins.back_m; --before) {
+    const KeyframeId last = graph.LastOf(before);
+    between_s += ComputeBreak(graph, before);
+    way_m += graph.path_m(last);
+    if (graph.HangTogether(last, newest)) continue;
+    const KeyframeId middle = graph.FindByPath(before, graph.path_m(last) - joins.before_m);
+    const Submap submap = MakeSubmap(graph, middle, *graph.newest(), constants_.submaps);
+    const PlaceWindow window{Inverse(graph.pose(middle)) * graph.pose(newest),
+                             std::min(joins.nearby_m + joins.m_per_s * between_s, joins.nearby_most_m),
+                             std::min(joins.nearby_rad + joins.rad_per_s * between_s, joins.nearby_most_rad)};
+    const HitPyramid pyramid(CollectHits(graph, submap, window.centre, window.reach_m + joins.nearby_point_m),
+                             constants_.submaps.cell_m,
+                             CollectRays(graph, submap, joins.nearby_point_m, joins.shorter_m));
+    best.Add(middle, FindPlace(pyramid, points_m, window,
+                               {joins.nearby_point_m, best.LeastScore(joins.nearby_score),
+                                constants_.submaps.rival_share, joins.nearby_evaluations}));
+  }
+  auto found = best.Unrivalled();
+  if (found) {
+    found->sure = found->score >= joins.sure_score && ComputeBreak(graph, newest.trajectory - 1) < joins.short_break_s;
+  }
+  return found;
+}
+
+/// Of submaps that cover all components but that of the newest keyframe.
+std::vector<KeyframeId> JoinSearch::FindMiddles(const KeyframeGraph& graph) const {
+  std::vector<KeyframeId> middles;
+  for (int trajectory = 0; trajectory < graph.num_trajectories(); ++trajectory) {
+    if (graph.HangTogether({trajectory, 0}, *graph.newest())) continue;
+    const double length_m = graph.path_m(graph.LastOf(trajectory));
+    if (length_m < constants_.joins.least_length_m) continue;
+    const int num_submaps = static_cast<int>(length_m / constants_.submaps.reach_m) + 1;
+    for (int i = 0; i < num_submaps; ++i) {
+      middles.push_back(graph.FindByPath(trajectory, (i + 0.5) * length_m / num_submaps));
+    }
+  }
+  return middles;
+}
+
+/// Drawn before, or now. Of a trajectory that has ended nothing changes any more.
+const JoinSearch::DrawnSubmap& JoinSearch::Draw(const KeyframeGraph& graph, KeyframeId middle) {
+  constexpr std::size_t kMost = 256;  // about 0.3 MB each
+  const GraphConstants::Joins& joins = constants_.joins;
+  const auto found = drawn_.find(middle);
+  if (found != drawn_.end()) return found->second;
+  if (drawn_order_.size() >= kMost) {
+    drawn_.erase(drawn_order_.front());
+    drawn_order_.pop_front();
+  }
+  drawn_order_.push_back(middle);
+  const Submap submap = MakeSubmap(graph, middle, *graph.newest(), constants_.submaps);
+  const Eigen::Matrix2Xd hits_m = CollectHits(graph, submap, {}, joins.reach_m + constants_.submaps.farthest_point_m);
+  DrawnSubmap drawn{HitPyramid(hits_m, joins.cell_m, CollectRays(graph, submap, joins.seen_m, joins.shorter_m)),
+                    ComputeLineSpectrum(ThinOut(hits_m, constants_.submaps.square_m))};
+  return drawn_.emplace(middle, std::move(drawn)).first->second;
+}
+
+}  // namespace crsm

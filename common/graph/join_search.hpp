@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "common/graph/graph_constants.hpp"
+#include "common/graph/keyframe_graph.hpp"
+#include "common/graph/line_spectrum.hpp"
+#include "common/graph/loop_finding.hpp"
+#include "common/graph/place_search.hpp"
+
+namespace crsm {
+
+/// Looks for what the robot sees in all that hangs together with it by nothing: first near where it was before a break,
+/// then everywhere, in any direction.
+///
+/// What makes it cheap: the lines that were seen tell how the robot may be turned; a place where hits lie in what was
+/// seen to be free is soon ruled out; and the submaps of finished trajectories are drawn once.
+class JoinSearch {
+ public:
+  explicit JoinSearch(const GraphConstants& constants) : constants_(constants) {}
+
+  /// For the newest keyframe. Nothing where no place fits, or another one fits nearly as well.
+  std::optional<LoopFinding> Search(const KeyframeGraph& graph);
+
+ private:
+  struct DrawnSubmap {
+    HitPyramid pyramid;
+    LineSpectrum spectrum;
+  };
+
+  std::optional<LoopFinding> SearchNearby(const KeyframeGraph& graph) const;
+  std::vector<KeyframeId> FindMiddles(const KeyframeGraph& graph) const;
+  const DrawnSubmap& Draw(const KeyframeGraph& graph, KeyframeId middle);
+
+  GraphConstants constants_;
+  std::map<KeyframeId, DrawnSubmap> drawn_;  ///< by the middle
+  std::deque<KeyframeId> drawn_order_;       ///< the oldest first
+};
+
+}  // namespace crsm
