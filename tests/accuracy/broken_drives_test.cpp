@@ -90,7 +90,7 @@ Pieces MapBroken(const Recording& recording, const Parameters& parameters) {
   });
   pieces.wrong = static_cast<double>(num_wrong) / static_cast<double>(matches.size());
   for (const Loop& loop : graph.loops()) {
-    if (graph.trajectory(loop.older) == graph.trajectory(loop.newer)) continue;
+    if (loop.older.trajectory == loop.newer.trajectory) continue;
     ++pieces.num_joins;
     const Pose2 truth =
         Inverse(true_poses.at(graph.keyframe(loop.older).utime)) * true_poses.at(graph.keyframe(loop.newer).utime);
