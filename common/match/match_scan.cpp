@@ -4,7 +4,9 @@
 #include <cmath>
 #include <vector>
 
+#include "common/match/contradiction.hpp"
 #include "common/match/sweep.hpp"
+#include "common/scan/deskew.hpp"
 
 namespace crsm {
 namespace {
@@ -48,6 +50,19 @@ bool StoodStill(const ScanMatch& match, const TrackingState& tracking) {
 bool IsConvincing(const ScanMatch& match, const TrackingState& tracking) {
   constexpr double kConvincing = 0.6;  // of the baseline fitness
   return match.state == MatchState::kLost || match.fitness >= kConvincing * tracking.usual_fitness();
+}
+
+/// Whether the map contradicts a scan that fits it much worse than scans do as a rule: the robot was carried, and stands
+/// where something fits by chance. No scan of intel, fr079, aces and killian is so bad; of six robots that were carried in
+/// aces and killian to where a scan fits by chance, four are noticed so.
+bool IsContradicted(const Matcher& matcher, const CriticalRays& scan, const ScanMatch& match,
+                    const TrackingState& tracking) {
+  constexpr double kMuchWorse = 0.75;  // of the baseline fitness
+  constexpr double kContradicted = 0.38;
+  if (match.state == MatchState::kLost || tracking.fitnesses().size() < TrackingState::kUsual) return false;
+  if (match.fitness >= kMuchWorse * tracking.usual_fitness()) return false;
+  const Eigen::Matrix2Xd hits_m = ComputeHits(Deskew(scan, match.twist).rays);
+  return ComputeContradiction(matcher.map(), hits_m, match.T_map_laser) > kContradicted;
 }
 
 ScanMatch Lose(ScanMatch match, const Pose2& guess) {
@@ -113,7 +128,8 @@ ScanMatch MatchScan(const Matcher& matcher, const CriticalRays& scan, const Trac
   ScanMatch match = MatchSweep(matcher, scan, tracking, T_odom_robot);
   if (!parameters.loops || tracking.empty() || tracking.on_finished_map() || !HasEnoughRays(scan)) return match;
   const ScanMatch& last = tracking.recent().back();
-  if (tracking.num_lost() > 0 && !IsConvincing(match, tracking)) match = Lose(match, last.T_map_laser);
+  const bool is_convincing = tracking.num_lost() == 0 || IsConvincing(match, tracking);
+  if (!is_convincing || IsContradicted(matcher, scan, match, tracking)) match = Lose(match, last.T_map_laser);
   const bool lost_for_long = match.state == MatchState::kLost && parameters.lost_scans_max > 0 &&
                              tracking.num_lost() + 1 >= FindPatience(tracking, parameters.lost_scans_max);
   const bool by_odometry = match.T_odom_robot && last.T_odom_robot;

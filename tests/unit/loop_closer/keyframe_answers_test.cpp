@@ -144,9 +144,9 @@ TEST_CASE("a loop closer that is started anew asks for all keyframes and comes t
     REQUIRE(num_requests < 10);  // some forty at a time
     REQUIRE(Decode<keyframe_request_t>(crsm::Encode(*request)));
     CHECK(request->epoch == kEpoch);
-    const int first = anew.graph().size();
-    REQUIRE(FromOptional(request->after) == NthOrNone(first - 1));
-    for (int i = first; i < first + request->num_keyframes && i <= now; ++i) {
+    const int lacking = anew.graph().size();
+    REQUIRE(FromOptional(request->after) == NthOrNone(lacking - 1));
+    for (int i = lacking; i < lacking + request->num_keyframes && i <= now; ++i) {
       const auto answer = anew.Answer(Tell(i, known));
       if (i <= known) CHECK(answer.empty());  // the owner knows that
       if (i > known) CHECK(Encode(answer) == Encode({Unchanged(i, known)}));

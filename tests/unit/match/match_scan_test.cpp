@@ -16,6 +16,7 @@ const Pose2 kPlace{1.0, 2.0, 0.5};
 class ToldMatcher : public Matcher {
  public:
   explicit ToldMatcher(const ScanMatch& answer) : answer_(answer) {}
+  ToldMatcher(const ScanMatch& answer, const ByteMap& map) : answer_(answer), map_(&map) {}
   bool Apply(std::span<const TileChange>) override { return true; }
   ScanMatch Match(const CriticalRays& scan, const TrackingState&,
                   const std::optional<Pose2>& T_odom_robot) const override {
@@ -24,11 +25,12 @@ class ToldMatcher : public Matcher {
     match.T_odom_robot = T_odom_robot;
     return match;
   }
-  const ByteMap& map() const override { return map_; }
+  const ByteMap& map() const override { return *map_; }
 
  private:
   ScanMatch answer_;
-  ByteMap map_{0.05};
+  const ByteMap unexplored_{0.05};
+  const ByteMap* map_ = &unexplored_;
 };
 
 ScanMatch Answer(MatchState state, const Pose2& pose = kPlace, double fitness = 0.8) {
@@ -144,6 +146,22 @@ TEST_CASE("after lost scans one that fits badly is lost too, and leaves nothing 
   CHECK(MatchAfter(After(2), bad).state == MatchState::kFirst);
   CHECK(MatchAfter(After(0), bad).state == MatchState::kDegenerate);
   CHECK(MatchAfter(After(1), Answer(MatchState::kOk, {4.0, 2.0, 0.5}, 0.49)).state == MatchState::kOk);
+}
+
+TEST_CASE("a scan that fits much worse than usual, and that the map contradicts, is lost") {
+  ByteMap empty_room(0.05);  // the scan's walls are not there
+  for (int x = -200; x <= 200; ++x) {
+    for (int y = -200; y <= 200; ++y) empty_room.Set({x, y}, 255);
+  }
+  const TrackingState tracking = After(0);
+  const auto StateOf = [&](double fitness, const ByteMap& map) {
+    const ToldMatcher matcher(Answer(MatchState::kOk, kPlace, fitness), map);
+    return MatchScan(matcher, ScanAfter(tracking), tracking, std::nullopt, {}).state;
+  };
+  CHECK(StateOf(0.59, empty_room) == MatchState::kLost);  // of 0.8, less than 75 %
+  CHECK(StateOf(0.61, empty_room) == MatchState::kOk);
+  const ByteMap unexplored(0.05);
+  CHECK(StateOf(0.59, unexplored) == MatchState::kOk);  // what is unexplored contradicts nothing
 }
 
 TEST_CASE("after a gap a trajectory begins, unless the robot stands where it stood or its wheels tell how it moved") {

@@ -1,0 +1,52 @@
+#include "common/match/contradiction.hpp"
+
+#include <algorithm>
+
+namespace crsm {
+namespace {
+
+/// Whether all cells within two of a place are free.
+bool IsFreeAround(const ByteMap& map, double x_m, double y_m) {
+  constexpr int kReach = 2;
+  const double cell_m = map.geometry().cell_size_m();
+  for (int x = -kReach; x <= kReach; ++x) {
+    for (int y = -kReach; y <= kReach; ++y) {
+      if (map.At(map.geometry().CellAt(x_m + x * cell_m, y_m + y * cell_m)) <= kUnexploredByte) return false;
+    }
+  }
+  return true;
+}
+
+/// Whether a ray passes through what surely stands: two cells of it at least, and not just before its end.
+bool PassesThrough(const ByteMap& map, const Pose2& laser, const Eigen::Vector2d& direction, double range_m) {
+  constexpr std::uint8_t kSurely = 80;
+  constexpr int kLeast = 2;
+  constexpr double kMostSteps = 4000.0;
+  const double cell_m = map.geometry().cell_size_m();
+  const double step_m = std::max(cell_m, range_m / kMostSteps);
+  int num = 0;
+  for (double way_m = 2.0 * cell_m; way_m < range_m - 4.0 * cell_m; way_m += step_m) {
+    const Cell cell = map.geometry().CellAt(laser.x_m + way_m * direction.x(), laser.y_m + way_m * direction.y());
+    if (map.At(cell) < kSurely && ++num >= kLeast) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+double ComputeContradiction(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser) {
+  if (hits_m.cols() == 0) return 0.0;
+  const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
+  int num_contradicting = 0;
+  for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
+    const Eigen::Vector2d hit_m(cos * hits_m(0, i) - sin * hits_m(1, i), sin * hits_m(0, i) + cos * hits_m(1, i));
+    const double range_m = hit_m.norm();
+    if (IsFreeAround(map, T_map_laser.x_m + hit_m.x(), T_map_laser.y_m + hit_m.y()) ||
+        PassesThrough(map, T_map_laser, hit_m / range_m, range_m)) {
+      ++num_contradicting;
+    }
+  }
+  return static_cast<double>(num_contradicting) / static_cast<double>(hits_m.cols());
+}
+
+}  // namespace crsm
