@@ -2,24 +2,22 @@
 
 #include <algorithm>
 
+#include "common/graph/default_loop_closer.hpp"
 #include "common/graph/draw_scans.hpp"
 #include "common/match/match_scan.hpp"
 #include "common/match/rrhc_matcher.hpp"
 
 namespace crsm {
 
-Slam::Slam(const Parameters& parameters)
-    : Slam(parameters, [match = parameters.match](double cell_size_m) {
-        return std::make_unique<RrhcMatcher>(match, cell_size_m);
-      }) {}
-
-Slam::Slam(const Parameters& parameters, const MakeMatcher& make_matcher)
+Slam::Slam(const Parameters& parameters, const MakeMatcher& make_matcher, const MakeLoopCloser& make_loop_closer)
     : drawing_(parameters.update),
       selector_(parameters),
-      matcher_(make_matcher(parameters.update.cell_size_m)),
+      matcher_(make_matcher ? make_matcher(parameters.update.cell_size_m)
+                            : std::make_unique<RrhcMatcher>(parameters.match, parameters.update.cell_size_m)),
       mapper_(parameters.update, parameters.loops),
       loops_(parameters.loops),
-      loop_closer_(std::make_unique<BackgroundLoopCloser>(parameters.loops, parameters.update)) {}
+      loop_closer_(std::make_unique<BackgroundLoopCloser>(
+          make_loop_closer ? make_loop_closer() : DefaultLoopCloser(parameters.loops, parameters.update)())) {}
 
 Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot) {
   Step step;
@@ -35,8 +33,7 @@ Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_od
 bool Slam::Integrate(const CriticalRays* scan, const ScanMatch& match) {
   const Mapper::Step step = mapper_.Integrate(scan, match);
   matcher_->Apply(step.delta.tiles);
-  tracking_.Add(match);
-  if (step.T_new_old) tracking_.Move(*step.T_new_old);
+  tracking_.Add(match, step.T_new_old);
   if (step.keyframe) loop_closer_->Add(*step.keyframe);
   return step.delta.drawn;
 }

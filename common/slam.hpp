@@ -16,10 +16,9 @@ namespace crsm {
 /// The whole algorithm in one process: what the processes do together, step by step and bit for bit.
 class Slam {
  public:
-  /// With the RrhcMatcher.
-  explicit Slam(const Parameters& parameters);
-  /// With another one.
-  Slam(const Parameters& parameters, const MakeMatcher& make_matcher);
+  /// make_matcher, make_loop_closer: for those of others; ours where they are empty.
+  explicit Slam(const Parameters& parameters, const MakeMatcher& make_matcher = {},
+                const MakeLoopCloser& make_loop_closer = {});
 
   /// What became of a scan.
   struct Step {

@@ -36,7 +36,7 @@ void BackgroundLoopCloser::Run(const std::stop_token& stop) {
     std::optional<GraphUpdate> update;
     std::exception_ptr error;
     try {
-      update = closer_.Add(std::move(keyframe));
+      update = closer_->Add(std::move(keyframe));
     } catch (...) {
       error = std::current_exception();
     }

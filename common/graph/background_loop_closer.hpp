@@ -3,8 +3,10 @@
 #include <condition_variable>
 #include <deque>
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "common/graph/loop_closer.hpp"
@@ -15,8 +17,7 @@ namespace crsm {
 /// nothing in what it gives, and when.
 class BackgroundLoopCloser {
  public:
-  BackgroundLoopCloser(const LoopParameters& parameters, const UpdateParameters& drawing)
-      : closer_(parameters, drawing) {}
+  explicit BackgroundLoopCloser(std::unique_ptr<LoopCloser> closer) : closer_(std::move(closer)) {}
 
   /// The next keyframe. Waits while very many others wait.
   void Add(Keyframe keyframe);
@@ -33,8 +34,8 @@ class BackgroundLoopCloser {
 
   void Run(const std::stop_token& stop);
 
-  LoopCloser closer_;  ///< of the thread alone
-  std::mutex mutex_;   ///< of what follows, but for the thread itself
+  std::unique_ptr<LoopCloser> closer_;  ///< of the thread alone
+  std::mutex mutex_;                    ///< of what follows, but for the thread itself
   std::condition_variable_any changed_;
   std::deque<Keyframe> waiting_;
   int num_added_ = 0;

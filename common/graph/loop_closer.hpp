@@ -1,59 +1,29 @@
 #pragma once
 
-#include <deque>
+#include <functional>
+#include <memory>
 #include <optional>
-#include <vector>
 
-#include "common/graph/graph_constants.hpp"
-#include "common/graph/join_search.hpp"
 #include "common/graph/keyframe_graph.hpp"
-#include "common/graph/loop_search.hpp"
-#include "common/parameters.hpp"
 
 namespace crsm {
 
-/// Finds where the path comes back to where it was, and puts the keyframes where they agree best.
+/// Finds where the path comes back to where it was, and moves the keyframes to where they agree best.
 ///
-/// A wrong loop is worse than none. A place has to fit, and clearly better than any other; then a second finding, some
-/// metres later, has to agree with the first one; in the graph a loop that contradicts all others counts for nothing
-/// (Geman and McClure's loss), and is taken out.
-///
-/// The same keyframes give the same updates, to the last bit: who has lost them gives the keyframes again.
+/// The same keyframes give the same updates, to the last bit, on every machine: a loop closer that is started again is
+/// given all keyframes again.
 class LoopCloser {
  public:
-  LoopCloser(const LoopParameters& parameters, const UpdateParameters& drawing, const GraphConstants& constants = {})
-      : parameters_(parameters), drawing_(drawing), constants_(constants), graph_(constants.edges), joins_(constants) {}
+  virtual ~LoopCloser() = default;
 
-  /// The next keyframe. Nothing if it changes nothing.
-  std::optional<GraphUpdate> Add(Keyframe keyframe);
+  /// The next keyframe. Returns what it has brought to the graph; nothing if it changes nothing.
+  virtual std::optional<GraphUpdate> Add(Keyframe keyframe) = 0;
 
-  const KeyframeGraph& graph() const { return graph_; }
-
- private:
-  struct Remembered {
-    LoopFinding finding;
-    bool is_loop = false;
-  };
-
-  bool AgreesWithGraph(const LoopFinding& finding) const;
-  bool AreApart(const LoopFinding& earlier, const LoopFinding& later) const;
-  bool Agree(const LoopFinding& earlier, const LoopFinding& later) const;
-  std::vector<Loop> Confirm(const LoopFinding& finding);
-  std::optional<LoopFinding> Search();
-
-  LoopParameters parameters_;
-  UpdateParameters drawing_;
-  GraphConstants constants_;
-  KeyframeGraph graph_;
-  JoinSearch joins_;
-  std::deque<Remembered> findings_;  ///< of the last metres
-  double next_search_m_ = 0.0;       ///< on the newest trajectory
-  double next_thorough_m_ = 0.0;
-  double next_elsewhere_m_ = 0.0;
-  KeyframeId verified_;               ///< the last keyframe of which it is known that it is where the graph says
-  std::optional<KeyframeId> update_;  ///< keyframe of the last update
-  /// Keyframe of the last update that took ties for wrong: those that were matched on a map before it are, too.
-  std::optional<KeyframeId> ties_wrong_before_;
+  /// All keyframes so far, at their corrected poses, and the loops between them.
+  virtual const KeyframeGraph& graph() const = 0;
 };
+
+/// Makes a loop closer for a new map.
+using MakeLoopCloser = std::function<std::unique_ptr<LoopCloser>()>;
 
 }  // namespace crsm

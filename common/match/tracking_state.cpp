@@ -39,7 +39,7 @@ TrackingState TrackingState::OnFinishedMap() {
   return state;
 }
 
-void TrackingState::Add(const ScanMatch& match) {
+void TrackingState::Add(const ScanMatch& match, const std::optional<Pose2>& T_new_old) {
   ++num_scans_;
   num_lost_ = match.state == MatchState::kLost ? num_lost_ + 1 : 0;
   newest_utime_ = std::max(newest_utime_, match.utime);
@@ -47,6 +47,7 @@ void TrackingState::Add(const ScanMatch& match) {
   const bool matched = match.state == MatchState::kOk || match.state == MatchState::kDegenerate;
   if (matched) Append(fitnesses_, match.fitness, kUsual);
   Append(recent_, match, kRecent);
+  if (T_new_old) Move(*T_new_old);
 }
 
 void TrackingState::Move(const Pose2& T_new_old) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,12 +21,10 @@ class TrackingState {
   /// Before the first scan on a map that was there already: the robot may be anywhere on it.
   static TrackingState OnFinishedMap();
 
-  /// The next scan was matched, or lost.
-  void Add(const ScanMatch& match);
-
-  /// The map has moved: what was at T_old is at T_new_old * T_old. Of the matches it takes the poses along; nothing is
-  /// predicted from their covariances and axes, which stay as they were found.
-  void Move(const Pose2& T_new_old);
+  /// The next scan was matched, or lost, and drawn into the map. After that the map has moved by T_new_old, if there is
+  /// one: what was at T_old is at T_new_old * T_old. Of the matches it takes the poses along; nothing is predicted from
+  /// their covariances and axes, which stay as they were found.
+  void Add(const ScanMatch& match, const std::optional<Pose2>& T_new_old = std::nullopt);
 
   /// From the map frame to one that does not move when the map does, but drifts away from it, as REP 105's odom.
   const Pose2& T_local_map() const { return T_local_map_; }
@@ -67,6 +66,8 @@ class TrackingState {
   friend bool operator==(const TrackingState&, const TrackingState&) = default;
 
  private:
+  void Move(const Pose2& T_new_old);
+
   std::int64_t num_scans_ = 0;
   std::int64_t num_lost_ = 0;
   std::int64_t newest_utime_ = -1;

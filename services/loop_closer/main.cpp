@@ -1,116 +1,16 @@
 // loop_closer: KEYFRAME -> POSE_GRAPH. Finds where the path comes back to where it was, and says where the keyframes
 // are now.
 
-#include <fmt/core.h>
-
-#include <filesystem>
-#include <optional>
-#include <utility>
-
-#include "common/graph/g2o.hpp"
-#include "common/logs/replacement.hpp"
-#include "services/loop_closer/keyframe_answers.hpp"
-#include "services/runtime/backoff.hpp"
-#include "services/runtime/command_line.hpp"
-#include "services/runtime/service.hpp"
-
-namespace crsm {
-namespace {
-
-class LoopCloserService {
- public:
-  explicit LoopCloserService(const CommandLine& command_line)
-      : settings_(command_line.settings()),
-        service_(command_line),
-        answers_(command_line.parameters().loops, command_line.parameters().update) {
-    service_.TakeRole(kLoopCloserRole);
-    service_.bus().SubscribeToOne<keyframe_t>(kKeyframeChannel, [this](const keyframe_t& message) { Answer(message); });
-  }
-
-  void Run() {
-    if (!settings_.out.empty()) std::filesystem::create_directories(settings_.out);
-    constexpr int kPeriod_ms = 20;  // of requests for keyframes that do not come
-    service_.Run(
-        [this] {
-          AskForMore();
-          if (Clock::now() >= next_write_) Write();
-          return true;
-        },
-        kPeriod_ms);
-    Write();
-  }
-
- private:
-  void Answer(const keyframe_t& message) {
-    const auto start = Clock::now();
-    const int size_before = answers_.graph().size();
-    for (const pose_graph_t& answer : answers_.Answer(message)) service_.bus().Publish(kPoseGraphChannel, answer);
-    if (answers_.graph().size() == size_before) return service_.counters().Add("resent");
-    service_.RecordLatency(start);
-    service_.counters().Set("keyframes", answers_.graph().size());
-    service_.counters().Set("loops_closed", static_cast<std::int64_t>(answers_.graph().loops().size()));
-    service_.counters().Set("loops_taken_out", answers_.graph().num_loops_dropped());
-    Describe();
-  }
-
-  void Describe() {
-    if (!answers_.is_of_another_closer()) return service_.SetState("looking for loops");
-    constexpr const char* kOther = "the map was corrected by another loop closer, or with other parameters";
-    if (service_.MakeStatus().state != kOther) {
-      Say(fmt::format("{}: {}: this loop closer does not correct it any further", service_.name(), kOther));
-    }
-    service_.SetState(kOther);
-  }
-
-  /// What was asked for comes, or is asked for again after a while.
-  void AskForMore() {
-    const auto request = answers_.NextRequest();
-    if (!request) return asked_.reset();
-    const auto now = Clock::now();
-    const int size = answers_.graph().size();
-    const bool is_coming = asked_ && asked_->epoch == request->epoch && size >= size_when_asked_ &&
-                           size < size_when_asked_ + asked_->num_keyframes;
-    if (!is_coming || std::exchange(last_size_, size) != size) backoff_.Restart(now);
-    if (is_coming && !backoff_.Due(now)) return;
-    asked_ = request;
-    size_when_asked_ = last_size_ = size;
-    service_.counters().Add("keyframe_requests");
-    service_.bus().Publish(kKeyframeRequestChannel, *request);
-  }
-
-  /// The graph, in g2o's text, where it has grown.
-  void Write() {
-    next_write_ = Clock::now() + std::chrono::seconds(5);
-    const int size = answers_.graph().size();
-    if (settings_.out.empty() || size == written_) return;
-    try {
-      Replacement files(settings_.out);
-      files.Write("graph.g2o", FormatG2o(answers_.graph().MakePoseGraph()));
-      files.Rename();
-      written_ = size;
-    } catch (const std::runtime_error& error) {
-      service_.Complain("write_failed", fmt::format("{}: {}", service_.name(), error.what()));
-    }
-  }
-
-  const Settings& settings_;
-  Service service_;
-  KeyframeAnswers answers_;
-  std::optional<keyframe_request_t> asked_;
-  int size_when_asked_ = 0;  ///< of the graph
-  int last_size_ = 0;        ///< of the graph, when it was last looked whether what was asked for comes
-  Backoff backoff_{std::chrono::milliseconds(50)};
-  int written_ = 0;  ///< keyframes in graph.g2o
-  Clock::time_point next_write_{};
-};
-
-}  // namespace
-}  // namespace crsm
+#include "common/graph/default_loop_closer.hpp"
+#include "services/runtime/loop_closer_stage.hpp"
 
 int main(int argc, char** argv) {
   crsm::CommandLine command_line("loop_closer",
                                  "Finds loop closures and corrects the pose graph: KEYFRAME -> POSE_GRAPH.",
                                  crsm::FlagsOfLoopCloser());
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
-  return crsm::RunMain(command_line.program(), [&] { crsm::LoopCloserService(command_line).Run(); });
+  return crsm::RunMain(command_line.program(), [&] {
+    const crsm::Parameters& parameters = command_line.parameters();
+    crsm::LoopCloserStage(command_line, crsm::DefaultLoopCloser(parameters.loops, parameters.update)).Run();
+  });
 }

@@ -166,8 +166,7 @@ class MapUpdaterService {
     }
     last_answer_ = MakeParts(step.delta, match, local().geometry(), options_, step.T_new_old);
     answered_.Append(match);
-    tracking_.Add(match);
-    if (step.T_new_old) tracking_.Move(*step.T_new_old);
+    tracking_.Add(match, step.T_new_old);
     return step.delta.drawn;
   }
 

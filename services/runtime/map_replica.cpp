@@ -15,6 +15,11 @@ std::vector<TileChange> Changes(const map_delta_t& delta) {
   return changes;
 }
 
+/// By which the map has moved after the match of this delta, if it has.
+std::optional<Pose2> MotionIn(const map_delta_t& delta) {
+  return delta.T_new_old.empty() ? std::nullopt : std::optional(FromMessage(delta.T_new_old.front()));
+}
+
 std::size_t NumTilesAndMatches(const std::map<std::int32_t, map_delta_t>& parts) {
   std::size_t num = 0;
   for (const auto& [number, part] : parts) num += part.tiles.size() + part.matches.size();
@@ -117,10 +122,9 @@ void MapReplica::ApplyParts() {
     keeper_.apply(Changes(part));
     for (const scan_match_t& message : part.matches) {
       const ScanMatch match = FromMessage(message);
-      wants_matches() ? keeper_.add(match) : tracking_.Add(match);
+      wants_matches() ? keeper_.add(match) : tracking_.Add(match, MotionIn(part));
       ++num_matches_;
     }
-    for (const pose2_t& T_new_old : part.T_new_old) tracking_.Move(FromMessage(T_new_old));
   }
   parts_.clear();
   ++version_;

@@ -3,8 +3,9 @@
 #include <cstdlib>
 
 #include "input.hpp"
-#include "services/loop_closer/keyframe_answers.cpp"  // in no library: it is loop_closer's own
+#include "common/graph/default_loop_closer.hpp"
 #include "services/runtime/graph_messages.hpp"
+#include "services/runtime/keyframe_answers.hpp"
 #include "tame_pose.hpp"
 #include "wire_messages.hpp"
 
@@ -39,7 +40,7 @@ void CheckUpdates(const std::vector<pose_graph_t>& messages, const KeyframeGraph
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace crsm;
-  KeyframeAnswers answers(kLoops, UpdateParameters{});
+  KeyframeAnswers answers(DefaultLoopCloser(kLoops, UpdateParameters{}));
   MessageReader messages({data, size});
   for (int i = 0; i < kMostMessages; ++i) {
     const auto bytes = messages.Next();

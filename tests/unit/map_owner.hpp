@@ -27,8 +27,7 @@ class MapOwner {
     for (const TileChange& change : delta.tiles) map.Apply(change);
     history.push_back(match);
     answered_.Append(match);
-    tracking.Add(match);
-    if (T_new_old) tracking.Move(*T_new_old);
+    tracking.Add(match, T_new_old);
     return MakeParts(delta, match, updater_.geometry(), {epoch, kMostBytes}, T_new_old);
   }
 

@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "catch.hpp"
+#include "common/graph/default_loop_closer.hpp"
 #include "graph/block.hpp"
 
 namespace crsm {
@@ -15,12 +16,14 @@ std::vector<Keyframe> MakeRound() {
   return MakeKeyframes(MakeBlock(7), DriveRoundBlock(5.0, 5.0 + 1.2 * kRoundBlock_m), {0.0, 0.001, 0.0008}, 7);
 }
 
+std::unique_ptr<LoopCloser> MakeCloser() { return DefaultLoopCloser(kLoops, UpdateParameters{})(); }
+
 /// The updates of a LoopCloser, without a thread.
 std::vector<GraphUpdate> FindAll(const std::vector<Keyframe>& keyframes) {
-  LoopCloser closer(kLoops, UpdateParameters{});
+  const auto closer = MakeCloser();
   std::vector<GraphUpdate> updates;
   for (const Keyframe& keyframe : keyframes) {
-    if (const auto update = closer.Add(keyframe)) updates.push_back(*update);
+    if (const auto update = closer->Add(keyframe)) updates.push_back(*update);
   }
   return updates;
 }
@@ -32,7 +35,7 @@ TEST_CASE("in the background the same is found, and given when as many keyframes
   const std::vector<Keyframe> keyframes = MakeRound();
   const std::vector<GraphUpdate> expected = FindAll(keyframes);
   REQUIRE(expected.size() >= 2);
-  BackgroundLoopCloser closer(kLoops, UpdateParameters{});
+  BackgroundLoopCloser closer(MakeCloser());
   std::vector<GraphUpdate> taken;
   for (int i = 0; i < static_cast<int>(keyframes.size()); ++i) {
     closer.Add(keyframes[static_cast<std::size_t>(i)]);
@@ -49,7 +52,7 @@ TEST_CASE("in the background the same is found, and given when as many keyframes
 TEST_CASE("keyframes that are never asked about are searched all the same, and do not pile up") {
   const std::vector<Keyframe> keyframes = MakeRound();
   REQUIRE(keyframes.size() > 200);
-  BackgroundLoopCloser closer(kLoops, UpdateParameters{});
+  BackgroundLoopCloser closer(MakeCloser());
   for (const Keyframe& keyframe : keyframes) closer.Add(keyframe);
   CHECK(closer.Take(0) == FindAll(keyframes));
 }
@@ -57,7 +60,7 @@ TEST_CASE("keyframes that are never asked about are searched all the same, and d
 TEST_CASE("what a search throws, who takes its updates gets") {
   std::vector<Keyframe> keyframes = MakeRound();
   keyframes[50].tie = Tie{{0, 0}, {NAN, 0.0, 0.0}};
-  BackgroundLoopCloser closer(kLoops, UpdateParameters{});
+  BackgroundLoopCloser closer(MakeCloser());
   for (const Keyframe& keyframe : keyframes) closer.Add(keyframe);
   CHECK_THROWS_AS(closer.Take(0), std::invalid_argument);
   CHECK_THROWS_AS(closer.Take(0), std::invalid_argument);
@@ -65,9 +68,9 @@ TEST_CASE("what a search throws, who takes its updates gets") {
 
 TEST_CASE("a loop closer ends while keyframes wait") {
   const std::vector<Keyframe> keyframes = MakeRound();
-  BackgroundLoopCloser closer(kLoops, UpdateParameters{});
+  BackgroundLoopCloser closer(MakeCloser());
   for (std::size_t i = 0; i < 90; ++i) closer.Add(keyframes[i]);
-  BackgroundLoopCloser idle(kLoops, UpdateParameters{});
+  BackgroundLoopCloser idle(MakeCloser());
   CHECK(idle.Take(0).empty());
 }
 

@@ -1,7 +1,7 @@
 #include "common/graph/loop_search.hpp"
 
 #include "catch.hpp"
-#include "common/graph/loop_closer.hpp"
+#include "common/graph/submap_loop_closer.hpp"
 #include "graph/block.hpp"
 
 namespace crsm {
@@ -82,7 +82,7 @@ TEST_CASE("a place is not taken if one that is alike lies further away than pose
 TEST_CASE("findings that do not agree on how the robot has moved close no loop") {
   const std::vector<Pose2> places = DriveRoundBlock(5.0, 5.0 + 1.4 * kRoundBlock_m);
   const auto FirstLoops = [](const std::vector<Keyframe>& keyframes) {
-    LoopCloser closer({true, kLocalMap_m, 10}, UpdateParameters{});
+    SubmapLoopCloser closer({true, kLocalMap_m, 10}, UpdateParameters{});
     for (const Keyframe& keyframe : keyframes) {
       if (const auto update = closer.Add(keyframe)) return update->closed;
     }

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "catch.hpp"
-#include "common/graph/loop_closer.hpp"
+#include "common/graph/default_loop_closer.hpp"
 #include "graph/block.hpp"
 #include "graph/nth.hpp"
-#include "services/loop_closer/keyframe_answers.hpp"
+#include "services/runtime/keyframe_answers.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {
@@ -116,12 +116,12 @@ void DriveTo(const Keyframe& place, Owner& owner) { owner.Drive(place.T_previous
 const std::vector<GraphUpdate>& UpdatesRoundBlock() {
   static const std::vector<GraphUpdate> updates = [] {
     Owner owner;  // of which only the mapper is used
-    LoopCloser closer(kLoops, Drawing());
+    const auto closer = DefaultLoopCloser(kLoops, Drawing())();
     std::vector<GraphUpdate> found;
     for (const Keyframe& place : RoundBlock()) {
       DriveTo(place, owner);
       const KeyframeGraph& graph = owner.mapper.graph();
-      auto update = closer.Add(graph.keyframe(*graph.newest()));
+      auto update = closer->Add(graph.keyframe(*graph.newest()));
       if (!update) continue;
       REQUIRE(owner.mapper.Offer(*update));
       found.push_back(std::move(*update));
@@ -165,7 +165,7 @@ class BadNetwork {
 /// The drive round the block over a bad network, with a loop closer that is started anew at some keyframes.
 std::vector<GraphUpdate> DriveOverBadNetwork(std::uint64_t seed, const std::vector<int>& restarts) {
   Owner owner;
-  KeyframeAnswers closer(kLoops, Drawing());
+  KeyframeAnswers closer(DefaultLoopCloser(kLoops, Drawing()));
   BadNetwork<keyframe_t> to_closer(seed);
   BadNetwork<pose_graph_t> to_owner(seed + 1000);
   const auto Exchange = [&] {
@@ -181,7 +181,7 @@ std::vector<GraphUpdate> DriveOverBadNetwork(std::uint64_t seed, const std::vect
   for (const Keyframe& place : RoundBlock()) {
     DriveTo(place, owner);
     const int newest = owner.mapper.graph().size() - 1;
-    if (std::ranges::count(restarts, newest) > 0) closer = KeyframeAnswers(kLoops, Drawing());
+    if (std::ranges::count(restarts, newest) > 0) closer = KeyframeAnswers(DefaultLoopCloser(kLoops, Drawing()));
     for (int i = 0; !owner.link.IsSettled(); ++i) {
       REQUIRE(i < 2000);
       Exchange();

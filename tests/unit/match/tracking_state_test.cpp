@@ -76,25 +76,28 @@ TEST_CASE("the newest utime is the largest so far, also where clocks step back")
 TEST_CASE(
     "a map that is moved takes the last scans along, and in the frame that never jumps they stay where they are") {
   TrackingState state;
-  for (int k = 0; k < 5; ++k) state.Add(Match(k, 0.5, MatchState::kOk));
+  std::vector<ScanMatch> matched;
+  for (int k = 0; k < 5; ++k) {
+    matched.push_back(Match(k, 0.5, MatchState::kOk));
+    state.Add(matched.back());
+  }
   CHECK(state.T_local_map() == Pose2{});
-  const TrackingState before = state;
-  Pose2 T_now_first;
   for (const Pose2& T_new_old : {Pose2{1.0, -2.0, 0.5}, Pose2{0.25, 30.0, -3.0}}) {
-    state.Move(T_new_old);
-    T_now_first = T_new_old * T_now_first;
-    REQUIRE(state.recent().size() == 5);
-    for (std::size_t i = 0; i < 5; ++i) {
+    const Pose2 T_local_map = state.T_local_map();
+    matched.push_back(Match(std::ssize(matched), 0.5, MatchState::kOk));
+    state.Add(matched.back(), T_new_old);
+    REQUIRE(state.recent().size() == matched.size());
+    for (std::size_t i = 0; i < matched.size(); ++i) {
+      ScanMatch& before = matched[i];
       const ScanMatch& match = state.recent()[i];
-      CheckPose(match.T_map_laser, T_now_first * before.recent()[i].T_map_laser, 1e-9);
-      CheckPose(state.T_local_map() * match.T_map_laser, before.recent()[i].T_map_laser, 1e-9);
-      ScanMatch elsewhere = match;
-      elsewhere.T_map_laser = before.recent()[i].T_map_laser;
-      CHECK(elsewhere == before.recent()[i]);
+      CheckPose(match.T_map_laser, T_new_old * before.T_map_laser, 1e-9);
+      CheckPose(state.T_local_map() * match.T_map_laser, T_local_map * before.T_map_laser, 1e-9);
+      before.T_map_laser = match.T_map_laser;
+      CHECK(match == before);
     }
   }
-  CHECK(state.num_scans() == 5);
-  CHECK(state.usual_fitness() == before.usual_fitness());
+  CHECK(state.num_scans() == std::ssize(matched));
+  CHECK(state.usual_fitness() == Approx(0.5));
 }
 
 }  // namespace crsm

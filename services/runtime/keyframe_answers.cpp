@@ -1,4 +1,4 @@
-#include "services/loop_closer/keyframe_answers.hpp"
+#include "services/runtime/keyframe_answers.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -17,7 +17,7 @@ std::vector<pose_graph_t> KeyframeAnswers::Answer(const keyframe_t& message) {
     Keyframe keyframe = FromMessage(message);
     const bool is_next = FromOptional(message.previous) == graph().newest();
     if (!is_next || (keyframe.tie && !graph().Has(keyframe.tie->keyframe))) return {};
-    if (auto update = closer_.Add(std::move(keyframe))) {
+    if (auto update = closer_->Add(std::move(keyframe))) {
       updates_.push_back(update->keyframe);
       kept_.push_back(std::move(*update));
     }
@@ -51,7 +51,7 @@ std::optional<keyframe_request_t> KeyframeAnswers::NextRequest() const {
 }
 
 void KeyframeAnswers::Begin(std::int64_t epoch) {
-  closer_ = LoopCloser(parameters_, drawing_);
+  closer_ = make_closer_();
   epoch_ = epoch;
   newest_.reset();
   updates_.clear();

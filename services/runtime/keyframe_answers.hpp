@@ -2,7 +2,9 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "common/graph/loop_closer.hpp"
@@ -17,8 +19,8 @@ namespace crsm {
 /// answers. It keeps those that the owner does not have yet.
 class KeyframeAnswers {
  public:
-  KeyframeAnswers(const LoopParameters& parameters, const UpdateParameters& drawing)
-      : parameters_(parameters), drawing_(drawing), closer_(parameters, drawing) {}
+  explicit KeyframeAnswers(MakeLoopCloser make_closer)
+      : make_closer_(std::move(make_closer)), closer_(make_closer_()) {}
 
   /// Answers one; nothing where one before it or its tie's is lacking, or where is_of_another_closer.
   std::vector<pose_graph_t> Answer(const keyframe_t& message);
@@ -26,7 +28,7 @@ class KeyframeAnswers {
   /// Asks for some of the keyframes that are lacking; nothing where none are.
   std::optional<keyframe_request_t> NextRequest() const;
 
-  const KeyframeGraph& graph() const { return closer_.graph(); }
+  const KeyframeGraph& graph() const { return closer_->graph(); }
   std::optional<KeyframeId> last_update() const {
     return updates_.empty() ? std::nullopt : std::optional(updates_.back());
   }
@@ -37,9 +39,8 @@ class KeyframeAnswers {
   void Begin(std::int64_t epoch);
   bool Fits(const keyframe_t& message) const;
 
-  LoopParameters parameters_;
-  UpdateParameters drawing_;
-  LoopCloser closer_;
+  MakeLoopCloser make_closer_;
+  std::unique_ptr<LoopCloser> closer_;
   std::int64_t epoch_ = 0;
   std::optional<KeyframeId> newest_;          ///< keyframe of which is known that it is there
   std::vector<KeyframeId> updates_;           ///< all of them, by their keyframes

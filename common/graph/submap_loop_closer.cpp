@@ -1,8 +1,10 @@
-#include "common/graph/loop_closer.hpp"
+#include "common/graph/submap_loop_closer.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
+
+#include "common/graph/loop_search.hpp"
 
 namespace crsm {
 namespace {
@@ -27,7 +29,7 @@ std::vector<PoseStretch> FindMoved(const KeyframePoses& before, const KeyframePo
 
 }  // namespace
 
-std::optional<GraphUpdate> LoopCloser::Add(Keyframe keyframe) {
+std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe) {
   keyframe.tie_wrong = keyframe.as_of < ties_wrong_before_;
   GraphUpdate update;
   update.keyframe = graph_.Add(std::move(keyframe));
@@ -58,7 +60,7 @@ std::optional<GraphUpdate> LoopCloser::Add(Keyframe keyframe) {
 }
 
 /// Where the newest keyframe is: in another component first, while there is one; then in its own.
-std::optional<LoopFinding> LoopCloser::Search() {
+std::optional<LoopFinding> SubmapLoopCloser::Search() {
   const GraphConstants::Loops& loops = constants_.loops;
   const GraphConstants::Joins& joins = constants_.joins;
   const KeyframeId newest = *graph_.newest();
@@ -75,13 +77,13 @@ std::optional<LoopFinding> LoopCloser::Search() {
   return SearchLoop(graph_, parameters_.local_map_m, thoroughly, constants_);
 }
 
-bool LoopCloser::AgreesWithGraph(const LoopFinding& finding) const {
+bool SubmapLoopCloser::AgreesWithGraph(const LoopFinding& finding) const {
   const Pose2 expected = Inverse(graph_.pose(finding.older)) * graph_.pose(finding.newer);
   return AreNear(expected, finding.T_older_newer, constants_.check.agrees_m, constants_.check.agrees_rad);
 }
 
 /// Whether they are of one drift: the robot moved between them as it was matched.
-bool LoopCloser::Agree(const LoopFinding& earlier, const LoopFinding& later) const {
+bool SubmapLoopCloser::Agree(const LoopFinding& earlier, const LoopFinding& later) const {
   if (earlier.newer.trajectory != later.newer.trajectory) return false;
   if (!graph_.HangTogether(earlier.older, later.older)) return false;
   if (!AreApart(earlier, later)) return false;
@@ -92,7 +94,7 @@ bool LoopCloser::Agree(const LoopFinding& earlier, const LoopFinding& later) con
 
 /// Whether they are so far apart along the path that they saw different things: for a join that may be anywhere more
 /// than a room, which may be like another one.
-bool LoopCloser::AreApart(const LoopFinding& earlier, const LoopFinding& later) const {
+bool SubmapLoopCloser::AreApart(const LoopFinding& earlier, const LoopFinding& later) const {
   const GraphConstants::Joins& joins = constants_.joins;
   const double apart_m = graph_.path_m(later.newer) - graph_.path_m(earlier.newer);
   if (graph_.HangTogether(later.older, later.newer)) return apart_m >= constants_.loops.least_apart_m;
@@ -103,7 +105,7 @@ bool LoopCloser::AreApart(const LoopFinding& earlier, const LoopFinding& later) 
 }
 
 /// The loops of a finding and of an earlier one that agrees with it; none without such a one.
-std::vector<Loop> LoopCloser::Confirm(const LoopFinding& finding) {
+std::vector<Loop> SubmapLoopCloser::Confirm(const LoopFinding& finding) {
   const double here_m = graph_.path_m(finding.newer);
   const auto IsForgotten = [&](KeyframeId id) {
     return id.trajectory != finding.newer.trajectory || here_m - graph_.path_m(id) > constants_.loops.remembered_m;

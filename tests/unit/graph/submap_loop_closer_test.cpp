@@ -1,6 +1,7 @@
-#include "common/graph/loop_closer.hpp"
+#include "common/graph/submap_loop_closer.hpp"
 
 #include "catch.hpp"
+#include "common/graph/loop_search.hpp"
 #include "graph/block.hpp"
 #include "graph/nth.hpp"
 
@@ -101,7 +102,7 @@ TEST_CASE("a drive round a block that has drifted is put right when it comes bac
     CAPTURE(seed);
     const std::vector<Pose2> places = DriveRoundBlock(5.0, 5.0 + 1.4 * kRoundBlock_m);
     const std::vector<Pose2> truth = FromFirst(places);
-    LoopCloser closer(kLoops, UpdateParameters{});
+    SubmapLoopCloser closer(kLoops, UpdateParameters{});
     KeyframeGraph without;
     std::vector<Loop> closed;
     std::optional<KeyframeId> previous;
@@ -134,8 +135,8 @@ TEST_CASE("a drive round a block that has drifted is put right when it comes bac
 TEST_CASE("the same keyframes give the same updates, to the last bit") {
   const auto keyframes =
       MakeKeyframes(MakeBlock(7), DriveRoundBlock(5.0, 5.0 + 1.2 * kRoundBlock_m), {0.0, 0.001, 0.0008}, 7);
-  LoopCloser one(kLoops, UpdateParameters{});
-  LoopCloser other(kLoops, UpdateParameters{});
+  SubmapLoopCloser one(kLoops, UpdateParameters{});
+  SubmapLoopCloser other(kLoops, UpdateParameters{});
   int num_closed = 0;
   for (const Keyframe& keyframe : keyframes) {
     const auto update = one.Add(keyframe);
@@ -149,7 +150,7 @@ TEST_CASE("in corridors that are alike, to each other and every two metres, no l
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     CAPTURE(seed);
     const std::vector<Pose2> places = DriveTwins();
-    LoopCloser closer(kLoops, UpdateParameters{});
+    SubmapLoopCloser closer(kLoops, UpdateParameters{});
     for (const Keyframe& keyframe : MakeKeyframes(MakeTwins(), places, {0.0, 0.0, 0.0004}, seed)) closer.Add(keyframe);
     CHECK(WorstLoop_m(closer.graph().loops(), FromFirst(places)) < 0.3);
   }
@@ -171,7 +172,7 @@ TEST_CASE("where a place is known the matches are checked, and a slip between tw
       keyframes[i].T_previous_this = keyframes[i].T_previous_this * Pose2{slip_m / (kSlipped - kSlip), 0.0, 0.0};
       keyframes[i].open_axis = Eigen::Vector2d::UnitX();
     }
-    LoopCloser closer(kLoops, UpdateParameters{});
+    SubmapLoopCloser closer(kLoops, UpdateParameters{});
     std::optional<GraphUpdate> found;
     int num_tied = 0;
     for (Keyframe& keyframe : keyframes) {

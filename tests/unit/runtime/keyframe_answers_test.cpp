@@ -1,8 +1,9 @@
-#include "services/loop_closer/keyframe_answers.hpp"
+#include "services/runtime/keyframe_answers.hpp"
 
 #include <utility>
 
 #include "catch.hpp"
+#include "common/graph/default_loop_closer.hpp"
 #include "graph/block.hpp"
 #include "graph/nth.hpp"
 #include "services/runtime/graph_messages.hpp"
@@ -12,6 +13,7 @@ namespace crsm {
 namespace {
 
 constexpr LoopParameters kLoops{true, 40.0, 10};
+const MakeLoopCloser kMakeCloser = DefaultLoopCloser(kLoops, UpdateParameters{});
 constexpr std::int64_t kEpoch = 7;
 
 /// Round a block and on, so that loops are closed.
@@ -47,9 +49,9 @@ std::vector<std::vector<std::uint8_t>> Encode(const std::vector<pose_graph_t>& m
 const std::vector<GraphUpdate>& Updates() {
   static const std::vector<GraphUpdate> updates = [] {
     std::vector<GraphUpdate> found;
-    LoopCloser closer(kLoops, UpdateParameters{});
+    const auto closer = kMakeCloser();
     for (const Keyframe& keyframe : Drive()) {
-      if (auto update = closer.Add(keyframe)) found.push_back(std::move(*update));
+      if (auto update = closer->Add(keyframe)) found.push_back(std::move(*update));
     }
     return found;
   }();
@@ -65,16 +67,13 @@ pose_graph_t Unchanged(int keyframe, int previous, std::int64_t epoch = kEpoch) 
   return MakeUnchanged(Nth(keyframe), NthOrNone(previous), Drive()[static_cast<std::size_t>(keyframe)].utime, epoch);
 }
 
-KeyframeAnswers MakeAnswers() { return {kLoops, UpdateParameters{}}; }
+KeyframeAnswers MakeAnswers() { return KeyframeAnswers(kMakeCloser); }
 
 /// Who has heard all keyframes before the one that closes the first loop.
 KeyframeAnswers BeforeFirstUpdate() {
-  static const KeyframeAnswers before = [] {
-    KeyframeAnswers answers = MakeAnswers();
-    for (int i = 0; i < Updates()[0].keyframe.number; ++i) answers.Answer(Tell(i, -1));
-    return answers;
-  }();
-  return before;
+  KeyframeAnswers answers = MakeAnswers();
+  for (int i = 0; i < Updates()[0].keyframe.number; ++i) answers.Answer(Tell(i, -1));
+  return answers;
 }
 
 }  // namespace
@@ -298,5 +297,3 @@ TEST_CASE("an owner that has updates which were not found here is another loop c
 }
 
 }  // namespace crsm
-
-#include "services/loop_closer/keyframe_answers.cpp"  // in no library: it is loop_closer's own

@@ -1,0 +1,11 @@
+#include "common/graph/default_loop_closer.hpp"
+
+#include "common/graph/submap_loop_closer.hpp"
+
+namespace crsm {
+
+MakeLoopCloser DefaultLoopCloser(const LoopParameters& parameters, const UpdateParameters& drawing) {
+  return [=] { return std::make_unique<SubmapLoopCloser>(parameters, drawing); };
+}
+
+}  // namespace crsm

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "common/graph/graph_constants.hpp"
+#include "common/graph/join_search.hpp"
+#include "common/graph/keyframe_graph.hpp"
+#include "common/graph/loop_closer.hpp"
+#include "common/graph/loop_finding.hpp"
+#include "common/parameters.hpp"
+
+namespace crsm {
+
+/// Searches the hits of the last metres in submaps of older parts of the path.
+///
+/// A wrong loop is worse than none. A place has to fit, and clearly better than any other; then a second finding, some
+/// metres later, has to agree with the first one; in the graph a loop that contradicts all others counts for nothing
+/// (Geman and McClure's loss), and is taken out.
+class SubmapLoopCloser : public LoopCloser {
+ public:
+  SubmapLoopCloser(const LoopParameters& parameters, const UpdateParameters& drawing,
+                   const GraphConstants& constants = {})
+      : parameters_(parameters), drawing_(drawing), constants_(constants), graph_(constants.edges), joins_(constants) {}
+
+  std::optional<GraphUpdate> Add(Keyframe keyframe) override;
+
+  const KeyframeGraph& graph() const override { return graph_; }
+
+ private:
+  struct Remembered {
+    LoopFinding finding;
+    bool is_loop = false;
+  };
+
+  bool AgreesWithGraph(const LoopFinding& finding) const;
+  bool AreApart(const LoopFinding& earlier, const LoopFinding& later) const;
+  bool Agree(const LoopFinding& earlier, const LoopFinding& later) const;
+  std::vector<Loop> Confirm(const LoopFinding& finding);
+  std::optional<LoopFinding> Search();
+
+  LoopParameters parameters_;
+  UpdateParameters drawing_;
+  GraphConstants constants_;
+  KeyframeGraph graph_;
+  JoinSearch joins_;
+  std::deque<Remembered> findings_;  ///< of the last metres
+  double next_search_m_ = 0.0;       ///< on the newest trajectory
+  double next_thorough_m_ = 0.0;
+  double next_elsewhere_m_ = 0.0;
+  KeyframeId verified_;               ///< the last keyframe of which it is known that it is where the graph says
+  std::optional<KeyframeId> update_;  ///< keyframe of the last update
+  /// Keyframe of the last update that took ties for wrong: those that were matched on a map before it are, too.
+  std::optional<KeyframeId> ties_wrong_before_;
+};
+
+}  // namespace crsm
