@@ -59,12 +59,18 @@ Slam::Outcome Slam::Conclude(std::span<ScanMatch> matches) {
   AwaitLoops();
   std::int64_t scan = 0;
   for (ScanMatch& match : matches) match = mapper_.BestMatch(scan++, match);
+  return {DrawPiece(1), mapper_.MakeBestGraph(), mapper_.PlaceLoops()};
+}
+
+ByteMap Slam::DrawPiece(int number) const {
   const KeyframeGraph& graph = mapper_.graph();
+  const int component = mapper_.FindComponent(number);
   std::vector<PlacedScan> scans;
   for (const KeyframeId id : graph.ids()) {
-    if (mapper_.IsKeyframeOnMap(id)) scans.push_back({&graph.keyframe(id).rays, At(mapper_.best_poses(), id)});
+    if (!mapper_.IsKeyframeOf(component, id)) continue;
+    scans.push_back({&graph.keyframe(id).rays, At(mapper_.best_poses(), id)});
   }
-  return {DrawScans(drawing_, scans), mapper_.MakeBestGraph(), mapper_.PlaceLoops()};
+  return DrawScans(drawing_, scans);
 }
 
 }  // namespace crsm

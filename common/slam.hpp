@@ -61,6 +61,8 @@ class Slam {
   /// As of Mapper.
   Pose2 BestPose(std::int64_t scan, const Pose2& T_map_laser) const { return mapper_.BestPose(scan, T_map_laser); }
   const TrackingState& tracking() const { return tracking_; }
+  /// With loops: how the map hangs together.
+  const Mapper& mapper() const { return mapper_; }
   std::int64_t map_version() const { return mapper_.local().version(); }
   /// As of MapUpdater; with loops of the local map.
   std::int64_t num_scans_cut() const { return mapper_.local().num_scans_cut(); }
@@ -73,6 +75,8 @@ class Slam {
   };
   /// matches: of all scans, in their order; each is moved to where it belongs. Those of other components are lost.
   Outcome Conclude(std::span<ScanMatch> matches);
+  /// With loops, after Conclude: all that was seen on the piece of that number, as of Mapper::FindComponent.
+  ByteMap DrawPiece(int number) const;
 
  private:
   bool Integrate(const CriticalRays* scan, const ScanMatch& match);

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <iterator>
 #include <numeric>
-#include <set>
-#include <span>
 #include <tuple>
 #include <utility>
 
@@ -39,7 +37,7 @@ LocalKeyframes FindLocal(const KeyframeGraph& graph, double local_map_m, const G
 }  // namespace
 
 Mapper::Mapper(const UpdateParameters& drawing, const LoopParameters& loops, const GraphConstants& constants)
-    : loops_(loops), constants_(constants), local_(drawing), graph_(constants.edges) {}
+    : loops_(loops), constants_(constants), local_(drawing), graph_(constants.edges), trajectories_(loops) {}
 
 Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match) {
   std::optional<CriticalRays> deskewed;
@@ -51,6 +49,7 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   step.delta.drawn = step.delta.drawn || begins;
   if (match.state == MatchState::kLost) lost_since_ = true;
   if (step.delta.drawn) AddKeyframe(scan->rays, match, begins);
+  trajectories_.Add(match, graph_.num_trajectories());
   AnchorScan(step.delta.version - 1);
   if (!step.delta.drawn) return step;
   const KeyframeId newest = *graph_.newest();
@@ -105,8 +104,10 @@ Pose2 Mapper::BestPose(std::int64_t scan, const Pose2& T_map_laser) const {
   return At(best_poses_, anchor->keyframe) * (Inverse(anchor->T_map_keyframe) * T_map_laser);
 }
 
-bool Mapper::IsKeyframeOnMap(KeyframeId keyframe) const {
-  return best_components_[static_cast<std::size_t>(keyframe.trajectory)] == largest_;
+bool Mapper::IsKeyframeOnMap(KeyframeId keyframe) const { return IsKeyframeOf(largest_, keyframe); }
+
+bool Mapper::IsKeyframeOf(int component, KeyframeId keyframe) const {
+  return best_components_[static_cast<std::size_t>(keyframe.trajectory)] == component;
 }
 
 bool Mapper::IsScanOnMap(std::int64_t scan) const {
@@ -153,15 +154,104 @@ void Mapper::CountNewest(bool begins) {
   ++num_layouts_;
 }
 
-std::vector<PlacedLoop> Mapper::PlaceLoops() const {
-  std::vector<PlacedLoop> placed;
-  for (const std::vector<Loop>* loops : {&loops_closed_, &loops_taken_out_}) {
-    const std::size_t num = std::min(loops->size(), kMostPlacedLoops / 2);
-    for (const Loop& loop : std::span(*loops).last(num)) {
-      placed.push_back({At(best_poses_, loop.older), At(best_poses_, loop.newer), loops == &loops_taken_out_});
-    }
+/// Of the loops that hold, those which first led from one trajectory to another, by their place in the list.
+std::set<int> Mapper::FindJoins() const {
+  std::set<int> joins;
+  std::vector<Loop> loops;
+  std::vector<int> components = graph_.FindComponents({});
+  for (int i = 0; i < static_cast<int>(loops_closed_.size()); ++i) {
+    const Loop& loop = loops_closed_[static_cast<std::size_t>(i)];
+    const auto Component = [&](KeyframeId at) { return components[static_cast<std::size_t>(at.trajectory)]; };
+    if (Component(loop.older) == Component(loop.newer)) continue;
+    joins.insert(i);
+    loops.push_back(loop);
+    components = graph_.FindComponents(loops);
   }
+  return joins;
+}
+
+std::vector<PlacedLoop> Mapper::PlaceLoops() const {
+  const std::set<int> joins = FindJoins();
+  std::vector<PlacedLoop> placed;
+  const auto Place = [&](const std::vector<Loop>& loops, bool taken_out) {
+    std::size_t num = 0;
+    const std::size_t before = placed.size();
+    for (std::size_t i = loops.size(); i > 0 && num < kMostPlacedLoops / 2; --i) {
+      const Loop& loop = loops[i - 1];
+      if (!IsKeyframeOnMap(loop.older) || !IsKeyframeOnMap(loop.newer)) continue;
+      const bool joins_pieces = !taken_out && joins.contains(static_cast<int>(i) - 1);
+      placed.push_back({At(best_poses_, loop.older), At(best_poses_, loop.newer), taken_out, joins_pieces});
+      ++num;
+    }
+    std::reverse(placed.begin() + static_cast<std::ptrdiff_t>(before), placed.end());
+  };
+  Place(loops_closed_, false);
+  Place(loops_taken_out_, true);
   return placed;
+}
+
+/// All of them by their numbers: the map that is shown, then by size, of several the oldest first.
+std::vector<int> Mapper::SortComponents() const {
+  std::vector<int> sorted;
+  for (std::size_t i = 0; i < component_sizes_.size(); ++i) {
+    if (component_sizes_[i] > 0) sorted.push_back(static_cast<int>(i));
+  }
+  const auto Size = [&](int component) { return component_sizes_[static_cast<std::size_t>(component)]; };
+  std::stable_sort(sorted.begin(), sorted.end(), [&](int a, int b) {
+    if (a == largest_ || b == largest_) return a == largest_ && b != largest_;
+    return Size(a) > Size(b);
+  });
+  return sorted;
+}
+
+int Mapper::FindComponent(int piece) const {
+  const std::vector<int> sorted = SortComponents();
+  return piece >= 1 && piece <= std::ssize(sorted) ? sorted[static_cast<std::size_t>(piece) - 1] : -1;
+}
+
+std::vector<int> Mapper::FindPieceNumbers() const {
+  std::vector<int> of_component(best_components_.size());
+  int number = 0;
+  for (const int component : SortComponents()) of_component[static_cast<std::size_t>(component)] = ++number;
+  std::vector<int> numbers;
+  for (const int component : best_components_) numbers.push_back(of_component[static_cast<std::size_t>(component)]);
+  return numbers;
+}
+
+std::vector<Mapper::ScanRun> Mapper::FindScans(int component) const {
+  std::vector<ScanRun> runs;
+  for (int i = 0; i < trajectories_.size(); ++i) {
+    if (best_components_[static_cast<std::size_t>(i)] != component) continue;
+    runs.push_back({trajectories_.at(i).start.scan, trajectories_.EndOf(i)});
+  }
+  return runs;
+}
+
+MapPieces Mapper::FindPieces() const {
+  const std::vector<int> numbers = FindPieceNumbers();
+  std::vector<MapPiece> pieces(SortComponents().size());
+  MapPieces found;
+  const auto OnPiece = [&](int trajectory) { return numbers[static_cast<std::size_t>(trajectory)]; };
+  for (int i = 0; i < trajectories_.size(); ++i) {
+    MapPiece& piece = pieces[static_cast<std::size_t>(OnPiece(i)) - 1];
+    piece.keyframes += graph_.size(i);
+    piece.scans += trajectories_.at(i).num_matched;
+    found.num_matched += trajectories_.at(i).num_matched;
+    piece.way_m += graph_.path_m(graph_.LastOf(i));
+    if (i == 0) continue;
+    Break at = trajectories_.at(i).start;
+    at.T_map_before = At(best_poses_, graph_.LastOf(i - 1));
+    at.piece_before = OnPiece(i - 1);
+    at.piece = OnPiece(i);
+    found.breaks.push_back(at);
+  }
+  found.num_pieces = std::ssize(pieces);
+  found.num_breaks = std::ssize(found.breaks);
+  pieces.resize(std::min(pieces.size(), MapPieces::kMostPieces));
+  found.pieces = std::move(pieces);
+  const std::size_t num_old = found.breaks.size() - std::min(found.breaks.size(), MapPieces::kMostBreaks);
+  found.breaks.erase(found.breaks.begin(), found.breaks.begin() + static_cast<std::ptrdiff_t>(num_old));
+  return found;
 }
 
 void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool begins) {

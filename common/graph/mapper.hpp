@@ -2,9 +2,11 @@
 
 #include <deque>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "common/graph/keyframe_graph.hpp"
+#include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_updater.hpp"
 #include "common/scan/critical_rays.hpp"
@@ -71,8 +73,26 @@ class Mapper {
   /// A match as it belongs on the map that is shown: moved, and lost where it hangs on another component: its place on
   /// this map is not known. scan: as of BestPose.
   ScanMatch BestMatch(std::int64_t scan, ScanMatch match) const;
-  /// The newest loops by all that is known, those that hold first.
+  /// The newest loops by all that is known, those that hold first: only those on the map that is shown.
   std::vector<PlacedLoop> PlaceLoops() const;
+
+  /// How the map hangs together by all that is known.
+  MapPieces FindPieces() const;
+  /// The component that is the piece of that number, its oldest trajectory; -1: there is none. 1 is the map that is
+  /// shown.
+  int FindComponent(int piece) const;
+  bool IsKeyframeOf(int component, KeyframeId keyframe) const;
+  /// The scans of a component, lost ones too, as runs from a first scan up to an end.
+  struct ScanRun {
+    std::int64_t first;
+    std::int64_t end;
+  };
+  std::vector<ScanRun> FindScans(int component) const;
+  /// For each trajectory the number of its piece.
+  std::vector<int> FindPieceNumbers() const;
+  /// For each trajectory its component, by all that is known.
+  const std::vector<int>& best_components() const { return best_components_; }
+  const TrajectoryLog& trajectories() const { return trajectories_; }
 
  private:
   /// The keyframe that scans hang on, from one of them on, and where it stood when they were matched.
@@ -86,6 +106,8 @@ class Mapper {
   void AnchorScan(std::int64_t scan);
   const Anchor* FindAnchor(std::int64_t scan) const;
   void CountComponents();
+  std::vector<int> SortComponents() const;
+  std::set<int> FindJoins() const;
   void CountNewest(bool begins);
   bool ApplyDue(int lag);
   std::optional<Tie> FindTie(const Pose2& T_map_laser) const;
@@ -105,7 +127,8 @@ class Mapper {
   std::vector<int> best_components_;  ///< by trajectory
   std::vector<int> component_sizes_;  ///< keyframes, by component
   int largest_ = 0;                   ///< component
-  std::vector<Loop> loops_closed_;    ///< by them all
+  TrajectoryLog trajectories_;
+  std::vector<Loop> loops_closed_;  ///< by them all
   std::vector<Loop> loops_taken_out_;
   KeyframePoses best_poses_;
   std::vector<KeyframeId> drawn_;  ///< keyframes in the local map

@@ -11,6 +11,7 @@ struct PlacedLoop {
   Pose2 T_map_older;
   Pose2 T_map_newer;
   bool taken_out = false;  ///< others contradicted it: it counts for nothing
+  bool joins = false;      ///< it was the first to lead from one part of the map to another
   friend bool operator==(const PlacedLoop&, const PlacedLoop&) = default;
 };
 

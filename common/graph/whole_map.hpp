@@ -30,6 +30,12 @@ class WholeMap {
                 [&](KeyframeId keyframe) { return mapper.IsKeyframeOnMap(keyframe); });
   }
 
+  /// The same of the keyframes of one component.
+  bool Draw(const Mapper& mapper, int component, std::int64_t version, int most) {
+    return Draw(mapper.graph(), mapper.best_poses(), version, most,
+                [&, component](KeyframeId keyframe) { return mapper.IsKeyframeOf(component, keyframe); });
+  }
+
   const MapUpdater& map() const { return map_; }
 
  private:

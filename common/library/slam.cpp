@@ -137,7 +137,8 @@ Step Slam::Process(const Scan& scan, const std::optional<Pose>& T_odom_robot) {
               step.drawn};
   impl_->Hear(step.updates);
   result.loop_closed = std::exchange(impl_->loop_closed, false);
-  impl_->matched.push_back({scan.utime, result.T_map_laser});
+  result.on_map = impl_->slam.mapper().IsScanOnMap(std::ssize(impl_->matched));
+  impl_->matched.push_back({scan.utime, result.T_map_laser, result.state});
   return result;
 }
 
@@ -154,9 +155,16 @@ Map Slam::MakeMap() const {
 std::vector<StampedPose> Slam::Trajectory() const {
   const crsm::Slam& slam = impl_->Await();
   std::vector<StampedPose> trajectory = impl_->matched;
+  const std::vector<int> pieces = slam.mapper().FindPieceNumbers();
+  const crsm::TrajectoryLog& trajectories = slam.mapper().trajectories();
+  int next = 0;  // of them
   std::int64_t scan = 0;
-  for (auto& [utime, T_map_laser] : trajectory) {
-    T_map_laser = ToPublic(slam.BestPose(scan++, {T_map_laser.x_m, T_map_laser.y_m, T_map_laser.yaw_rad}));
+  for (StampedPose& at : trajectory) {
+    const auto& [x_m, y_m, yaw_rad] = at.T_map_laser;
+    at.T_map_laser = ToPublic(slam.BestPose(scan, {x_m, y_m, yaw_rad}));
+    while (next < trajectories.size() && trajectories.at(next).start.scan <= scan) ++next;
+    if (next > 0) at.piece = pieces[static_cast<std::size_t>(next) - 1];
+    ++scan;
   }
   return trajectory;
 }

@@ -52,9 +52,9 @@ bool IsConvincing(const ScanMatch& match, const TrackingState& tracking) {
   return match.state == MatchState::kLost || match.fitness >= kConvincing * tracking.usual_fitness();
 }
 
-/// Whether the map contradicts a scan that fits it much worse than scans do as a rule: the robot was carried, and stands
-/// where something fits by chance. No scan of intel, fr079, aces and killian is so bad; of six robots that were carried in
-/// aces and killian to where a scan fits by chance, four are noticed so.
+/// Whether the map contradicts a scan that fits it much worse than scans do as a rule: the robot was carried, and
+/// stands where something fits by chance. No scan of intel, fr079, aces and killian is so bad; of six robots that were
+/// carried in aces and killian to where a scan fits by chance, four are noticed so.
 bool IsContradicted(const Matcher& matcher, const CriticalRays& scan, const ScanMatch& match,
                     const TrackingState& tracking) {
   constexpr double kMuchWorse = 0.75;  // of the baseline fitness

@@ -7,11 +7,11 @@
 
 namespace crsm {
 
-/// Matches a scan to the map, as MatchSweep does, and decides whether it goes on from there: where nobody knows any more
-/// how the robot came here, a new trajectory begins. Such a match is kFirst, and its pose is a guess.
+/// Matches a scan to the map, as MatchSweep does, and decides whether it goes on from there: where nobody knows any
+/// more how the robot came here, a new trajectory begins. Such a match is kFirst, and its pose is a guess.
 ///
-/// A trajectory ends when scans were lost for too long, and after a gap in time, unless the robot stands where it stood.
-/// With odometry over the gap it goes on. On a finished map, and without loops, none ever ends.
+/// A trajectory ends when scans were lost for too long, and after a gap in time, unless the robot stands where it
+/// stood. With odometry over the gap it goes on. On a finished map, and without loops, none ever ends.
 ScanMatch MatchScan(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
                     const std::optional<Pose2>& T_odom_robot, const LoopParameters& parameters);
 

@@ -15,13 +15,14 @@ namespace crsm {
 
 namespace {
 
-constexpr int kWantedSide = 1600;    // pixels on the longer side of an enlarged map
-constexpr int kMaxSide = 4000;       // pixels: larger maps are shrunk to this
-constexpr int kMaxEnlargement = 16;  // pixels a cell: a map of few cells stays small
-constexpr int kStripHeight = 44;     // pixels, of the caption below a picture of kWantedSide or less
-constexpr int kMinWidth = 640;       // pixels: that caption's text fits
-constexpr int kMinWidthLoops = 900;  // ... with what it says of loops
-constexpr int kSubpixelBits = 4;     // OpenCV draws to 1/16 of a pixel
+constexpr int kWantedSide = 1600;      // pixels on the longer side of an enlarged map
+constexpr int kMaxSide = 4000;         // pixels: larger maps are shrunk to this
+constexpr int kMaxEnlargement = 16;    // pixels a cell: a map of few cells stays small
+constexpr int kStripHeight = 44;       // pixels, of the caption below a picture of kWantedSide or less
+constexpr int kMinWidth = 640;         // pixels: that caption's text fits
+constexpr int kMinWidthLoops = 900;    // ... with what it says of loops
+constexpr int kMinWidthBreaks = 1300;  // ... and of breaks, joins and pieces
+constexpr int kSubpixelBits = 4;       // OpenCV draws to 1/16 of a pixel
 
 // Blue, green, red.
 const cv::Scalar kPathColour(210, 100, 20);
@@ -31,6 +32,8 @@ const cv::Scalar kLostColour(0, 130, 255);
 const cv::Scalar kHitColour(200, 30, 200);
 const cv::Scalar kLoopColour(170, 170, 0);
 const cv::Scalar kTakenOutColour(20, 70, 130);
+const cv::Scalar kJoinColour(170, 30, 90);
+const cv::Scalar kBreakColour(90, 0, 200);
 const cv::Scalar kInk(40, 40, 40);
 const cv::Scalar kPaper(255, 255, 255);
 
@@ -88,6 +91,14 @@ class Canvas {
     for (const cv::Point2d& end_m : {from_m, to_m}) DrawDisc(end_m, 5.0, colour);
   }
 
+  /// A small cross between two diagonals.
+  void DrawCross(const cv::Point2d& centre_m, const cv::Scalar& colour) {
+    const cv::Point centre = ToSubpixels(centre_m);
+    const int arm = static_cast<int>(std::lround(enlargement_ * kArm)) << kSubpixelBits;
+    DrawLine(centre + cv::Point(-arm, -arm), centre + cv::Point(arm, arm), colour);
+    DrawLine(centre + cv::Point(-arm, arm), centre + cv::Point(arm, -arm), colour);
+  }
+
   /// radius_pixels: in a picture of kWantedSide.
   void DrawDisc(const cv::Point2d& centre_m, double radius_pixels, const cv::Scalar& colour) {
     const auto radius = static_cast<int>(std::lround(enlargement_ * radius_pixels * (1 << kSubpixelBits)));
@@ -122,7 +133,8 @@ class Canvas {
   }
 
  private:
-  static constexpr int kMargin = 14;  // pixels, in the strip
+  static constexpr int kMargin = 14;   // pixels, in the strip
+  static constexpr double kArm = 8.0;  // pixels, of a cross in a picture of kWantedSide
 
   void DrawLine(const cv::Point& from, const cv::Point& to, const cv::Scalar& colour) {
     cv::line(map_, from, to, colour, Enlarge(2), cv::LINE_AA, kSubpixelBits);
@@ -153,19 +165,52 @@ class Canvas {
 
 cv::Point2d PointOf(const Pose2& pose) { return {pose.x_m, pose.y_m}; }
 
+/// Follows the scans in their order, and tells which are on the map that is shown.
+class PieceWalker {
+ public:
+  /// Where scans are left out nobody knows which ones come: all count as on the map.
+  explicit PieceWalker(const Results& results) : pieces_(results.pieces), knows_(results.num_left_out == 0) {
+    if (!pieces_.breaks.empty()) piece_ = pieces_.breaks.front().piece_before;
+  }
+
+  /// Whether the next scan is on the map.
+  bool IsNextOnMap() {
+    for (; next_ < pieces_.breaks.size() && pieces_.breaks[next_].scan <= scan_; ++next_) {
+      piece_ = pieces_.breaks[next_].piece;
+    }
+    ++scan_;
+    return !knows_ || piece_ == 1;
+  }
+
+ private:
+  const MapPieces& pieces_;
+  bool knows_;
+  int piece_ = 1;
+  std::size_t next_ = 0;  ///< break
+  std::int64_t scan_ = 0;
+};
+
 /// What is drawn over the path, or said of it.
 struct Path {
   std::int64_t num_scans = 0;
   std::int64_t num_lost = 0;
+  std::int64_t num_elsewhere = 0;  ///< on other pieces, lost ones too
   std::optional<cv::Point2d> start_m;
   cv::Point2d end_m;
   std::optional<ScanMatch> last;  ///< the match of the last scan
 };
 
 Path DrawPath(const Results& results, Canvas& canvas) {
-  Path path{results.num_left_out, results.num_lost_left_out, std::nullopt, {}, std::nullopt};
+  Path path;
+  path.num_scans = results.num_left_out;
+  path.num_lost = results.num_lost_left_out;
+  PieceWalker walker(results);
   results.matches.ForEach([&](const ScanMatch& match) {
     ++path.num_scans;
+    if (!walker.IsNextOnMap()) {
+      ++path.num_elsewhere;
+      return;
+    }
     if (match.utime == results.last_scan.utime) path.last = match;
     if (match.state == MatchState::kLost) {
       ++path.num_lost;
@@ -185,9 +230,28 @@ void DrawScan(const ValidRays& rays, const Pose2& T_map_laser, Canvas& canvas) {
   }
 }
 
+/// Where the path on this map ends because the robot was lost or nothing was recorded.
+void DrawBreaks(const MapPieces& pieces, Canvas& canvas) {
+  for (const Break& at : pieces.breaks) {
+    if (at.piece_before == 1) canvas.DrawCross(PointOf(at.T_map_before), kBreakColour);
+  }
+}
+
+void AddCaptionsOfPieces(const Results& results, Canvas& canvas) {
+  const MapPieces& pieces = results.pieces;
+  if (pieces.num_breaks == 0) return;
+  canvas.AddCaption(fmt::format("{} breaks (x)", pieces.num_breaks), kBreakColour);
+  const auto num_joins = std::ranges::count(results.loops, true, &PlacedLoop::joins);
+  if (num_joins > 0) canvas.AddCaption(fmt::format("{} joined", num_joins), kJoinColour);
+  canvas.AddCaption(
+      pieces.num_pieces == 1 ? "map in one piece" : fmt::format("the largest of {} pieces", pieces.num_pieces), kInk);
+}
+
 void AddCaptions(const Results& results, const Path& path, Canvas& canvas) {
   canvas.DrawScaleBar();
-  canvas.AddCaption(fmt::format("{} scans, {} lost", path.num_scans, path.num_lost), kInk);
+  std::string scans = fmt::format("{} scans, {} lost", path.num_scans, path.num_lost);
+  if (path.num_elsewhere > 0) scans += fmt::format(", {} on other pieces", path.num_elsewhere);
+  canvas.AddCaption(scans, kInk);
   canvas.AddCaption("path", kPathColour);
   canvas.AddCaption("start", kStartColour);
   canvas.AddCaption("end", kEndColour);
@@ -198,6 +262,16 @@ void AddCaptions(const Results& results, const Path& path, Canvas& canvas) {
     canvas.AddCaption(fmt::format("{} loops closed", std::ssize(results.loops) - num_taken_out), kLoopColour);
   }
   if (num_taken_out > 0) canvas.AddCaption(fmt::format("{} rejected", num_taken_out), kTakenOutColour);
+  AddCaptionsOfPieces(results, canvas);
+}
+
+int MinWidth(const Results& results) {
+  if (results.pieces.num_breaks > 0) return kMinWidthBreaks;
+  return results.loops.empty() ? kMinWidth : kMinWidthLoops;
+}
+
+const cv::Scalar& ColourOf(const PlacedLoop& loop) {
+  return loop.taken_out ? kTakenOutColour : loop.joins ? kJoinColour : kLoopColour;
 }
 
 }  // namespace
@@ -205,16 +279,18 @@ void AddCaptions(const Results& results, const Path& path, Canvas& canvas) {
 std::string EncodeMap(const DenseGrid& grid) { return EncodePicture(ToPicture(grid)); }
 
 std::string EncodeOverview(const Results& results) {
-  Canvas canvas(results.grid, results.loops.empty() ? kMinWidth : kMinWidthLoops);
+  Canvas canvas(results.grid, MinWidth(results));
   const Path path = DrawPath(results, canvas);
   for (const PlacedLoop& loop : results.loops) {
-    canvas.DrawTie(PointOf(loop.T_map_older), PointOf(loop.T_map_newer),
-                   loop.taken_out ? kTakenOutColour : kLoopColour);
+    canvas.DrawTie(PointOf(loop.T_map_older), PointOf(loop.T_map_newer), ColourOf(loop));
   }
+  PieceWalker walker(results);
   const auto DrawIfLost = [&](const ScanMatch& match) {
-    if (match.state == MatchState::kLost) canvas.DrawDisc(PointOf(match.T_map_laser), 3.0, kLostColour);
+    if (walker.IsNextOnMap() && match.state == MatchState::kLost)
+      canvas.DrawDisc(PointOf(match.T_map_laser), 3.0, kLostColour);
   };
   if (path.num_lost > 0) results.matches.ForEach(DrawIfLost);  // over the whole path
+  DrawBreaks(results.pieces, canvas);
   if (path.last) DrawScan(Deskew(results.last_scan.rays, path.last->twist), path.last->T_map_laser, canvas);
   if (path.start_m) {
     canvas.DrawDisc(*path.start_m, 7.0, kStartColour);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <stdexcept>
 #include <system_error>
 
@@ -19,6 +21,12 @@ void CheckSize(const DenseGrid& grid) {
     throw std::invalid_argument(fmt::format("WriteResults: a grid of {} x {} cells of {} m cannot hold {} cells",
                                             grid.width_cells, grid.height_cells, grid.cell_size_m, grid.cells.size()));
   }
+}
+
+void MakeFolder(const std::filesystem::path& dir) {
+  std::error_code error;
+  std::filesystem::create_directories(dir, error);
+  if (error) throw std::runtime_error(fmt::format("cannot make the folder {}: {}", dir.string(), error.message()));
 }
 
 /// Piece by piece, however many matches there are.
@@ -41,6 +49,18 @@ void FormatPgm(const DenseGrid& grid, const Sink& sink) {
   for (std::size_t row = grid.cells.size() / width; row > 0; --row) {
     sink({reinterpret_cast<const char*>(grid.cells.data()) + (row - 1) * width, width});
   }
+}
+
+void WriteMap(const DenseGrid& grid, Replacement& files) {
+  files.Write("map.png", EncodeMap(grid));
+  files.Write("map.pgm", [&](const Sink& sink) { FormatPgm(grid, sink); });
+  files.Write("map.yaml", FormatMapYaml(grid));
+}
+
+constexpr std::array kFilesOfPiece{"map.png", "map.pgm", "map.yaml", "trajectory.tum"};
+
+bool IsNumber(const std::string& name) {
+  return std::all_of(name.begin(), name.end(), [](char digit) { return digit >= '0' && digit <= '9'; });
 }
 
 }  // namespace
@@ -68,13 +88,9 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
     drawable.grid = MakeUnexploredCell(results.grid.cell_size_m);
     return WriteResults(dir, drawable);
   }
-  std::error_code error;
-  std::filesystem::create_directories(dir, error);
-  if (error) throw std::runtime_error(fmt::format("cannot make the folder {}: {}", dir.string(), error.message()));
+  MakeFolder(dir);
   Replacement files(dir);
-  files.Write("map.png", EncodeMap(results.grid));
-  files.Write("map.pgm", [&](const Sink& sink) { FormatPgm(results.grid, sink); });
-  files.Write("map.yaml", FormatMapYaml(results.grid));
+  WriteMap(results.grid, files);
   files.Write("overview.png", EncodeOverview(results));
   files.Write("trajectory.tum", [&](const Sink& sink) {
     results.trajectory_text ? results.trajectory_text(sink) : FormatTrajectory(results.matches, sink);
@@ -83,6 +99,36 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
   if (!results.graph_g2o.empty()) files.Write("graph.g2o", results.graph_g2o);
   files.Write("summary.json", results.summary_json);
   files.Rename();
+}
+
+void WritePiece(const std::filesystem::path& dir, int number, const DenseGrid& grid, const MatchSequence& matches) {
+  const std::filesystem::path folder = dir / "pieces" / std::to_string(number);
+  CheckSize(grid);
+  MakeFolder(folder);
+  Replacement files(folder);
+  WriteMap(grid.cells.empty() ? MakeUnexploredCell(grid.cell_size_m) : grid, files);
+  files.Write("trajectory.tum", [&](const Sink& sink) { FormatTrajectory(matches, sink); });
+  files.Rename();
+}
+
+void RemovePieces(const std::filesystem::path& dir) {
+  namespace fs = std::filesystem;
+  const fs::path pieces = dir / "pieces";
+  std::error_code error;
+  if (!fs::is_directory(fs::symlink_status(pieces, error))) return;
+  std::vector<fs::path> folders;
+  for (const auto& entry : fs::directory_iterator(pieces, error)) {
+    const bool is_folder = fs::is_directory(entry.symlink_status());
+    if (is_folder && IsNumber(entry.path().filename().string())) folders.push_back(entry.path());
+  }
+  for (const fs::path& folder : folders) {
+    for (const char* file : kFilesOfPiece) {
+      if (!error) fs::remove(folder / file, error);
+    }
+    if (!error && fs::is_empty(folder, error)) fs::remove(folder, error);
+  }
+  if (!error && fs::is_empty(pieces, error)) fs::remove(pieces, error);
+  if (error) throw std::runtime_error(fmt::format("cannot clear {}: {}", pieces.string(), error.message()));
 }
 
 }  // namespace crsm

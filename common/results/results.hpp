@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/logs/replacement.hpp"
 #include "common/map/dense_grid.hpp"
@@ -30,6 +31,7 @@ struct Results {
   std::int64_t num_left_out = 0;
   std::int64_t num_lost_left_out = 0;  ///< of these
   std::vector<PlacedLoop> loops = {};  ///< for the overview
+  MapPieces pieces = {};               ///< likewise
 };
 
 /// Writes into `dir`, which is made if need be:
@@ -48,6 +50,13 @@ struct Results {
 /// std::runtime_error that names the path and the reason, std::invalid_argument if the grid's size is not that of its
 /// cells or a pose is not finite.
 void WriteResults(const std::filesystem::path& dir, const Results& results);
+
+/// Writes the map of a piece that is not joined with the largest one into pieces/NUMBER below `dir`: map.png, map.pgm,
+/// map.yaml, and trajectory.tum with the scans of the piece alone. Throws as WriteResults does.
+void WritePiece(const std::filesystem::path& dir, int number, const DenseGrid& grid, const MatchSequence& matches);
+
+/// Removes what WritePiece has written there, and nothing else. Throws std::runtime_error if that fails.
+void RemovePieces(const std::filesystem::path& dir);
 
 /// The text of map.yaml. At least one cell.
 std::string FormatMapYaml(const DenseGrid& grid);

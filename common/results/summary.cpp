@@ -1,5 +1,7 @@
 #include "common/results/summary.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -18,6 +20,39 @@ Json ToJson(const Verdict& verdict) {
           {"without_rays", values.without_rays},
           {"longest_lost", values.longest_lost},
           {"far_steps", values.far_steps}};
+}
+
+Json ToJson(const Break& at) {
+  const Pose2& pose = at.T_map_before;
+  return {{"utime", at.utime},
+          {"scan", at.scan},
+          {"reason", Name(at.reason)},
+          {"seconds", at.seconds},
+          {"pose_before", {{"x_m", pose.x_m}, {"y_m", pose.y_m}, {"yaw_rad", pose.yaw_rad}}},
+          {"piece_before", at.piece_before},
+          {"piece", at.piece},
+          {"joined", at.joined()}};
+}
+
+void AddPieces(const MapPieces& pieces, Json& json) {
+  const std::vector<int> with_map = pieces.OthersWithMap();
+  Json list = Json::array();
+  for (std::size_t i = 0; i < pieces.pieces.size(); ++i) {
+    const auto& [keyframes, scans, way_m] = pieces.pieces[i];
+    const int number = static_cast<int>(i) + 1;
+    const bool has_map = std::ranges::count(with_map, number) > 0;
+    list.push_back({{"piece", number},
+                    {"scans", scans},
+                    {"keyframes", keyframes},
+                    {"way_m", way_m},
+                    {"folder", number == 1 ? Json(".")
+                               : has_map   ? Json(fmt::format("pieces/{}", number))
+                                           : Json()}});
+  }
+  json["pieces"] = {{"count", pieces.num_pieces}, {"scans", pieces.num_matched}, {"largest_first", std::move(list)}};
+  json["num_breaks"] = pieces.num_breaks;
+  json["breaks"] = Json::array();
+  for (const Break& at : pieces.breaks) json["breaks"].push_back(ToJson(at));
 }
 
 }  // namespace
@@ -74,6 +109,7 @@ std::string FormatSummary(const Summary& summary) {
   if (const auto& loops = summary.loops) {
     json["loops"] = {{"keyframes", loops->keyframes}, {"closed", loops->closed}, {"taken_out", loops->taken_out}};
   }
+  if (summary.pieces) AddPieces(*summary.pieces, json);
   for (const auto& [name, count] : summary.counts) json["counts"][name] = count;
   for (const auto& [stage, timing] : summary.timings) {
     json["timings"][stage] = {

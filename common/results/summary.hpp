@@ -44,6 +44,7 @@ struct Summary {
   std::map<std::string, std::int64_t> counts;  ///< drops, resends, bad messages ..., by name
   std::map<std::string, StageTiming> timings;  ///< by stage
   std::optional<LoopSums> loops;               ///< where they were looked for
+  std::optional<MapPieces> pieces;             ///< likewise
   Verdict verdict;                             ///< whether the map is to be trusted
 };
 

@@ -36,6 +36,10 @@ constexpr std::int64_t kLongLost = 20;
 // Right: 244 at most (killian). A smooth corridor of 40 m, in which the robot seems to stand: 430 to 450.
 constexpr std::int64_t kLongOpen = 300;
 
+// What is not on the map is missing: a room, say. Right: 1.
+constexpr double kLeastOnLargest = 0.98;
+constexpr double kLeastOfAll = 0.5;  // less than half of what was seen is no map of it
+
 constexpr double kOpposite = -0.5;  // of the correlation of two motions
 constexpr double kAcross = 0.5;
 
@@ -83,16 +87,43 @@ void JudgeFit(Verdict& verdict) {
   }
 }
 
-void JudgeTrack(Verdict& verdict) {
+/// Of all scans that were matched, those that are on the map.
+double ShareOnLargest(const MapPieces& pieces) {
+  return pieces.num_matched > 0 ? Share(pieces.num_matched - pieces.num_elsewhere(), pieces.num_matched) : 1.0;
+}
+
+bool IsInPieces(const MapPieces& pieces) { return pieces.num_pieces > 1 && ShareOnLargest(pieces) < kLeastOnLargest; }
+
+void JudgePieces(const MapPieces& pieces, Verdict& verdict) {
+  if (pieces.num_breaks == 0) return;
+  if (pieces.num_pieces <= 1) {
+    verdict.notes.push_back(
+        pieces.num_breaks == 1
+            ? "the track was lost or interrupted once, and the two parts of the map were joined"
+            : fmt::format("the track was lost or interrupted {} times, and all parts of the map were joined",
+                          pieces.num_breaks));
+    return;
+  }
+  const std::size_t num_maps = pieces.OthersWithMap().size();
+  std::string text = fmt::format("the map is in {} pieces: the largest has {} of {} mapped scans", pieces.num_pieces,
+                                 pieces.num_matched - pieces.num_elsewhere(), pieces.num_matched);
+  if (num_maps > 0) text += fmt::format("; see pieces/ for {} more", num_maps);
+  if (!IsInPieces(pieces)) return verdict.notes.push_back(text);
+  Warn(verdict, ShareOnLargest(pieces) < kLeastOfAll ? Trust::kBad : Trust::kDoubtful,
+       text + "; how they lie to each other is not known: drive once more where the robot was before");
+}
+
+void JudgeTrack(const MapPieces& pieces, Verdict& verdict) {
   const auto& values = verdict.values;
-  const double lost = Share(std::max<std::int64_t>(0, values.lost - values.without_rays), values.scans);
+  const std::int64_t num_lost = values.lost - values.without_rays - pieces.num_elsewhere();
+  const double lost = Share(std::max<std::int64_t>(0, num_lost), values.scans);
   const double far_steps = Share(values.far_steps, values.steps);
   const bool moves_far = far_steps > kFewFarSteps;
   if (lost > (moves_far ? kMostLostInMotion : kMostLost)) {
     Warn(verdict, Trust::kBad,
          fmt::format("{:.0f} % of the scans are lost, and the map after them may be metres off: {}", 100.0 * lost,
                      moves_far ? kTooFewScans : "likely a wrong --preset, or a blocked view"));
-  } else if (values.longest_lost >= kLongLost) {
+  } else if (values.longest_lost >= kLongLost && !IsInPieces(pieces)) {
     Warn(verdict, Trust::kDoubtful,
          fmt::format("{} scans in a row were lost: the map after them may be metres off", values.longest_lost));
   }
@@ -146,23 +177,26 @@ void JudgeLocalization(Verdict& verdict) {
                    100.0 * lost));
 }
 
-std::string Describe(const Verdict& verdict) {
+std::string Describe(const MapPieces& pieces, const Verdict& verdict) {
   const auto& values = verdict.values;
   const std::int64_t found = values.scans - values.lost;
-  std::string text = fmt::format("{} of {} scans {}, {} lost, {} degenerate, mean fitness {:.2f}", found, values.scans,
-                                 values.finished_map ? "found on the map" : "mapped", values.lost, values.degenerate,
-                                 values.mean_fitness);
+  const std::int64_t elsewhere = std::min(pieces.num_elsewhere(), values.lost);
+  std::string text =
+      fmt::format("{} of {} scans {}, ", found, values.scans, values.finished_map ? "found on the map" : "mapped");
+  if (elsewhere > 0) text += fmt::format("{} on other pieces, ", elsewhere);
+  text += fmt::format("{} lost, {} degenerate, mean fitness {:.2f}", values.lost - elsewhere, values.degenerate,
+                      values.mean_fitness);
   if (verdict.agreement) text += fmt::format(", {:.0f} % of the rays agree with the map", 100.0 * *verdict.agreement);
   return text;
 }
 
 }  // namespace
 
-Verdict Judge(const RunStatistics& statistics, const ByteMap& map) {
+Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPieces& pieces) {
   Verdict verdict;
   verdict.values = statistics.values();
   verdict.agreement = statistics.ComputeMeanAgreement(map);
-  verdict.text = Describe(verdict);
+  verdict.text = Describe(pieces, verdict);
   JudgeRays(verdict);
   if (verdict.values.scans < kFewScans) {
     if (verdict.values.scans > 0) Warn(verdict, Trust::kDoubtful, "too few scans to judge the map");
@@ -174,9 +208,10 @@ Verdict Judge(const RunStatistics& statistics, const ByteMap& map) {
   }
   const bool blind = verdict.trust == Trust::kBad;
   if (!blind) JudgeFit(verdict);
-  if (!blind) JudgeTrack(verdict);
+  if (!blind) JudgeTrack(pieces, verdict);
   if (!blind) JudgeAxes(verdict);
   JudgeOdometry(verdict);
+  JudgePieces(pieces, verdict);
   return verdict;
 }
 
@@ -206,6 +241,7 @@ std::vector<std::string> FormatVerdict(const Verdict& verdict) {
                                                             : "not to be trusted";
   const char* subject = verdict.values.finished_map ? "the poses are" : "the map is";
   std::vector<std::string> lines{verdict.text, fmt::format("{} {}", subject, meaning)};
+  lines.insert(lines.end(), verdict.notes.begin(), verdict.notes.end());
   for (const std::string& warning : verdict.warnings) lines.push_back("warning: " + warning);
   return lines;
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "common/graph/pieces.hpp"
 #include "common/results/run_statistics.hpp"
 
 namespace crsm {
@@ -20,6 +21,7 @@ struct Verdict {
   RunStatistics::Values values;
   std::optional<double> agreement;    ///< as of RunStatistics::ComputeMeanAgreement
   std::string text;                   ///< what came of the scans, in one line
+  std::vector<std::string> notes;     ///< a line each: what is good to know, and speaks against nothing
   std::vector<std::string> warnings;  ///< a line each: what speaks against the map, and the likely cause
 };
 
@@ -35,7 +37,10 @@ struct Verdict {
 /// (unless odometry tells); a loop that does not close, so long as no wall comes out twice in view (killian without
 /// loop closure is metres off and called good); and a single slip in a bare corridor. Some runs on every 5th to 8th
 /// scan are wrong while others are right with the same statistics: they are called doubtful.
-Verdict Judge(const RunStatistics& statistics, const ByteMap& map);
+///
+/// pieces: how the map hangs together; those scans count as lost in `statistics` that are on another piece than the
+/// largest. A map with less than 98 % of the matched scans on its largest piece is doubtful at best.
+Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPieces& pieces = {});
 
 /// Adds what the loops say: of 90 runs on fr079, intel, aces and killian whose maps are right, three had loops that
 /// were taken out again; simulated ones of kilometres that slipped in corridors had more of them than loops that
@@ -44,7 +49,7 @@ void JudgeLoops(std::int64_t closed, std::int64_t taken_out, Verdict& verdict);
 
 const char* Name(Trust trust);
 
-/// For people, ready to be printed: the text, and a line for each warning.
+/// For people, ready to be printed: the text, and a line for each note and each warning.
 std::vector<std::string> FormatVerdict(const Verdict& verdict);
 
 }  // namespace crsm

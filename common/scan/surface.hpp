@@ -9,8 +9,8 @@ namespace crsm {
 ///
 /// hits_m: 2 x N. Two hits less than `near_m` apart are joined; up to `max_m` apart they are joined if the hit before
 /// or the hit after continues their line: a wall seen at a grazing angle, whose hits are far apart, and not the jump
-/// from a near edge to what lies behind it, nor the small one to a door that stands back: drawn aslant it would lie where
-/// the robot saw it from, and hold the robot there.
+/// from a near edge to what lies behind it, nor the small one to a door that stands back: drawn aslant it would lie
+/// where the robot saw it from, and hold the robot there.
 std::vector<bool> FindSurfaces(const Eigen::Matrix2Xd& hits_m, double near_m, double max_m);
 
 }  // namespace crsm

@@ -9,6 +9,8 @@ final class MapPage {
   private static final int MOST_MATCHES = 1024;
   private static final int MOST_PARTS = 4096;
   private static final int MOST_LOOPS = 200;
+  private static final int MOST_PIECES = 50;
+  private static final int MOST_BREAKS = 200;
   private static final int MOST_RUN_BYTES = TileMap.TILE_CELLS + 4;
 
   /** Changed cells of one tile, in runs as crsm_map_tile_t.lcm describes them. */
@@ -53,6 +55,7 @@ final class MapPage {
     for (int i = 0; i < page.matches.length; ++i) page.matches[i] = ScanMatch.read(reader);
     for (int i = 0; i < 3; ++i) reader.readInt(0, 0);  // num_asked, num_moved, num_tracking
     skipLoops(reader);
+    skipLayout(reader);
     reader.end();
     return page;
   }
@@ -68,6 +71,7 @@ final class MapPage {
     request.asked_utime = reader.readLong(-1);
     request.whole = reader.readByte();
     request.settled = reader.readByte();
+    request.piece = reader.readInt(0, MOST_PIECES);
     return request;
   }
 
@@ -81,6 +85,31 @@ final class MapPage {
         reader.readAngleRad();
       }
       reader.readByte();  // taken_out
+      reader.readByte();  // joins
+    }
+  }
+
+  /** How the map hangs together, which the view does not show. */
+  private static void skipLayout(MessageReader reader) throws MessageReader.Malformed {
+    if (reader.readInt(0, 1) == 0) return;
+    for (int i = 0; i < 3; ++i) reader.readLong(0);  // num_all_pieces, num_all_breaks, num_matched
+    int num_pieces = reader.readInt(0, MOST_PIECES);
+    for (int i = 0; i < num_pieces; ++i) {
+      reader.readLong(0);  // keyframes
+      reader.readLong(0);  // scans
+      reader.readDouble(0, Double.MAX_VALUE);  // way_m
+    }
+    int num_breaks = reader.readInt(0, MOST_BREAKS);
+    for (int i = 0; i < num_breaks; ++i) {
+      reader.readLong(0);  // utime
+      reader.readLong(0);  // scan
+      reader.readDouble(0, Double.MAX_VALUE);  // seconds
+      reader.readCoordinateM();
+      reader.readCoordinateM();
+      reader.readAngleRad();
+      reader.readInt(1, Integer.MAX_VALUE);  // piece_before
+      reader.readInt(1, Integer.MAX_VALUE);  // piece
+      reader.readByte();  // reason
     }
   }
 

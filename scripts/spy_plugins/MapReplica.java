@@ -96,7 +96,7 @@ final class MapReplica {
     return one.requester == other.requester && one.question == other.question && one.epoch == other.epoch &&
            one.base_version == other.base_version && one.first_tile == other.first_tile &&
            one.first_match == other.first_match && one.asked_utime == other.asked_utime && one.whole == other.whole &&
-           one.settled == other.settled;
+           one.settled == other.settled && one.piece == other.piece;
   }
 
   /** Takes a page that answers the last question, and no other: somebody else may have asked in this replica's name. */

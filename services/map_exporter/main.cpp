@@ -83,6 +83,11 @@ class MapExporter {
   }
 
   void Begin(double cell_size_m) {
+    if (piece_) {
+      *piece_ = OtherPiece();
+      piece_->map.emplace(cell_size_m);
+      return;
+    }
     statistics_.ForgetMatches();
     map_.emplace(cell_size_m);
     map_begun_ = true;
@@ -95,6 +100,7 @@ class MapExporter {
   }
 
   void Add(const ScanMatch& match) {
+    if (piece_) return piece_->matches.Append(match);
     matches_.Append(match);
     statistics_.Add(match);
     trajectory_text_->Add(match);
@@ -104,6 +110,7 @@ class MapExporter {
 
   bool Apply(std::span<const TileChange> changes) {
     last_change_ = Clock::now();
+    if (piece_) return piece_->map->Apply(changes, [](const TileChange&) {});
     return map_->Apply(changes, [this](const TileChange& change) { changed_tiles_.insert(change.index); });
   }
 
@@ -148,6 +155,7 @@ class MapExporter {
     snapshot.text = trajectory_text_;
     snapshot.last_scan = last_scan_;
     snapshot.loops = map_follower_.replica().loops();
+    snapshot.pieces = map_follower_.replica().pieces().value_or(MapPieces());
     snapshot.summary = Complete(sums_.Sum());
     return snapshot;
   }
@@ -182,8 +190,40 @@ class MapExporter {
     }
     results.last_scan = last_scan_;
     results.loops = map_follower_.replica().loops();
+    const MapPieces pieces = map_follower_.replica().pieces().value_or(MapPieces());
+    results.pieces = pieces;
     results.summary_json = FormatSummary(Complete(Summarize(results.matches, results.grid)));
     WriteResults(command_line_.settings().out, results);
+    WritePieces(pieces);
+  }
+
+  /// At the end: the pieces that are not joined with the map, one after the other. A piece that does not come is left
+  /// out.
+  void WritePieces(const MapPieces& pieces) {
+    RemovePieces(command_line_.settings().out);
+    for (const int number : pieces.OthersWithMap()) {
+      if (!Fetch(number)) {
+        Say(fmt::format("{}: map_updater does not answer; pieces/{} and those behind it are missing", service_.name(),
+                        number));
+        return;
+      }
+      const DenseGrid grid = piece_->map ? piece_->map->ToDenseGrid() : DenseGrid();
+      WritePiece(command_line_.settings().out, number, grid, piece_->matches.Sequence());
+    }
+  }
+
+  /// Asks for a piece. Whether it came.
+  bool Fetch(int number) {
+    constexpr auto kPatience = std::chrono::seconds(3);
+    const auto give_up = Clock::now() + 10 * kPatience;
+    piece_.emplace();
+    map_follower_.TurnTo(number);
+    last_change_ = Clock::now();
+    while (!map_follower_.replica().synced() && Clock::now() < std::min(last_change_ + kPatience, give_up)) {
+      map_follower_.Poll();
+      service_.Spin(10);
+    }
+    return map_follower_.replica().synced();
   }
 
   static std::optional<LoopSums> CountLoops(const service_status_t& owner) {
@@ -199,7 +239,8 @@ class MapExporter {
     summary.wall_s = std::chrono::duration<double>(Clock::now() - begun_).count();
     summary.map_version = map_follower_.replica().version();
     const ByteMap no_map(1.0);
-    summary.verdict = Judge(statistics_, map_ ? *map_ : no_map);
+    summary.pieces = map_follower_.replica().pieces();
+    summary.verdict = Judge(statistics_, map_ ? *map_ : no_map, summary.pieces.value_or(MapPieces()));
     if (const auto owner = statuses_.find("map_updater"); owner != statuses_.end()) {
       summary.loops = CountLoops(owner->second);
     }
@@ -220,9 +261,16 @@ class MapExporter {
     return summary;
   }
 
+  /// A piece that is not joined with the map.
+  struct OtherPiece {
+    std::optional<ByteMap> map;
+    MatchStore matches;
+  };
+
   const CommandLine& command_line_;
   Service service_;
-  std::optional<ByteMap> map_;  ///< none before the map's owner was heard
+  std::optional<OtherPiece> piece_;  ///< that is asked for, at the end
+  std::optional<ByteMap> map_;       ///< none before the map's owner was heard
   MatchStore matches_;
   std::shared_ptr<TrajectoryText> trajectory_text_;  ///< of the matches
   PathSketch path_;                                  ///< of the matches

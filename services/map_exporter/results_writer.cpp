@@ -76,6 +76,7 @@ void ResultsWriter::Write(Snapshot& snapshot) {
   drawn_.matches = std::move(snapshot.path);
   drawn_.last_scan = std::move(snapshot.last_scan);
   drawn_.loops = std::move(snapshot.loops);
+  drawn_.pieces = std::move(snapshot.pieces);
 
   const std::uint64_t text_end = snapshot.text->num_bytes();
   const bool goes_on = TrajectoryGoesOn(snapshot);

@@ -27,6 +27,7 @@ struct Snapshot {
   std::shared_ptr<const TrajectoryText> text;          ///< of all of them; another one where a new map was begun
   CriticalRays last_scan;
   std::vector<PlacedLoop> loops;
+  MapPieces pieces;
   Summary summary;  ///< all but the explored area
 };
 

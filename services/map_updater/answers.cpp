@@ -12,6 +12,7 @@ struct Part {
   explicit Part(const map_delta_t& blank) : message(blank), size(static_cast<std::size_t>(blank.getEncodedSize())) {}
 
   void Add(const ScanMatch& match) { Append(ToMessage(match), message.matches, message.num_matches); }
+  void Add(const MapPieces& pieces) { Append(ToMessage(pieces), message.layout, message.num_layouts); }
   void Add(const PlacedLoop& loop) { Append(ToMessage(loop), message.loops, message.num_loops); }
   void AddAsked(const ScanMatch& match) { Append(ToMessage(match), message.asked, message.num_asked); }
   void AddMotion(const Pose2& T_new_old) { Append(ToMessage(T_new_old), message.T_new_old, message.num_moved); }
@@ -49,6 +50,38 @@ map_delta_t MakeBlank(std::int64_t utime, std::int64_t version, std::int64_t bas
   blank.num_parts = 1;
   return blank;
 }
+
+/// The scans that are told, in their order.
+class ToldScans {
+ public:
+  explicit ToldScans(const Answered& answered) : answered_(answered), size_(answered.matches.size()) {
+    if (!answered.component) return;
+    runs_ = answered.put_right->FindScans(*answered.component);
+    size_ = 0;
+    for (const Mapper::ScanRun& run : runs_) size_ += run.end - run.first;
+  }
+
+  std::int64_t size() const { return size_; }
+
+  /// As it was matched, or as it belongs on the map. index: 0 to size() - 1.
+  ScanMatch At(std::int64_t index) const {
+    if (!answered_.component) {
+      const ScanMatch match = answered_.matches.At(index);
+      return answered_.put_right ? answered_.put_right->BestMatch(index, match) : match;
+    }
+    auto run = runs_.begin();
+    for (; index >= run->end - run->first; ++run) index -= run->end - run->first;
+    const std::int64_t scan = run->first + index;
+    ScanMatch match = answered_.matches.At(scan);
+    match.T_map_laser = answered_.put_right->BestPose(scan, match.T_map_laser);
+    return match;
+  }
+
+ private:
+  const Answered& answered_;
+  std::vector<Mapper::ScanRun> runs_;
+  std::int64_t size_;
+};
 
 }  // namespace
 
@@ -97,14 +130,12 @@ map_delta_t MakePage(const map_request_t& asked, const MapUpdater& updater, cons
 
   page.message.next_match = -1;
   if (request.first_match >= 0) {
-    std::int64_t match = std::min<std::int64_t>(request.first_match, answered.matches.size());
-    for (; match < answered.matches.size() && page.size < options.most_bytes / 2; ++match) {
-      ScanMatch answer = answered.matches.At(match);
-      if (answered.put_right) answer = answered.put_right->BestMatch(match, answer);
-      page.Add(answer);
-    }
+    const ToldScans scans(answered);
+    std::int64_t match = std::min<std::int64_t>(request.first_match, scans.size());
+    for (; match < scans.size() && page.size < options.most_bytes / 2; ++match) page.Add(scans.At(match));
     page.message.next_match = static_cast<std::int32_t>(match);
-    if (answered.put_right && match == answered.matches.size()) {
+    if (answered.put_right && !answered.component && match == scans.size()) {
+      page.Add(answered.put_right->FindPieces());
       for (const PlacedLoop& loop : answered.put_right->PlaceLoops()) page.Add(loop);
     }
   }

@@ -31,11 +31,13 @@ struct Answered {
   const TrackingState& tracking;  ///< after them
   /// Who knows better by now where the scans were taken; nullptr: they are to be told as they were matched.
   const Mapper* put_right = nullptr;
+  /// With `put_right`: the component whose scans alone are told; nothing: all scans.
+  std::optional<int> component = std::nullopt;
 };
 
 /// The next page of what a replica lacks: tiles that changed since its version, whole, and matches that it does not
 /// have, or the tracking state in the last page; everything, for a replica of another map. With it the answer to what
-/// it asks about a scan, and with the last matches the loops.
+/// it asks about a scan, and with the last matches the loops, and how the map hangs together.
 map_delta_t MakePage(const map_request_t& request, const MapUpdater& updater, const Answered& answered,
                      const AnswerOptions& options);
 

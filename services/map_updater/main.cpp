@@ -9,6 +9,7 @@
 #include "services/map_updater/loop_closer_link.hpp"
 #include "services/map_updater/request_limiter.hpp"
 #include "services/map_updater/whole_view.hpp"
+#include "services/runtime/break_news.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/held_by_utime.hpp"
 #include "services/runtime/path_lock.hpp"
@@ -34,6 +35,7 @@ class MapUpdaterService {
     service_.TakeRole(kMapOwnerRole);
     LoadFinishedMap();
     OpenJournal();
+    news_.Skip(mapper_);
     if (mapper_.closes_loops()) LinkToLoopCloser(command_line.parameters().loops.lag);
     Bus& bus = service_.bus();
     bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel,
@@ -48,6 +50,7 @@ class MapUpdaterService {
     service_.Run([this] {
       if (settings_.lockstep) stall_watch_.Look(Awaited(), Clock::now());
       if (link_) link_->Poll(Clock::now());
+      for (const std::string& line : news_.Look(mapper_, Clock::now())) Say(fmt::format("map_updater: {}", line));
       whole_.Show(mapper_, {answered_, tracking_}, options_);
       if (matches_.empty() || !Answer(matches_.front())) return !whole_.is_asked();
       matches_.Pop();
@@ -252,6 +255,7 @@ class MapUpdaterService {
   OnDamage on_damage_ = settings_.until_damage ? OnDamage::kTakeWhatIsBefore : OnDamage::kRefuse;
   Mapper mapper_;
   WholeView whole_;
+  BreakNews news_;
   std::optional<LoopCloserLink> link_;  ///< with loops, unless the map is finished
   AnswerOptions options_{DrawIdentity(), static_cast<std::size_t>(settings_.part_bytes)};
   /// Whose match has not come yet: as many as the matcher may lag behind, and those that come meanwhile of a laser that

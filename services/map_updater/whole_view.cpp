@@ -5,6 +5,11 @@
 #include "services/runtime/map_replica.hpp"
 
 namespace crsm {
+namespace {
+
+constexpr int kScansAtOnce = 10;  // half a millisecond
+
+}  // namespace
 
 void WholeView::Ask(const map_request_t& request, const Sender& sender) {
   std::erase_if(asked_, [&](const Asked& other) {
@@ -16,19 +21,43 @@ void WholeView::Ask(const map_request_t& request, const Sender& sender) {
 }
 
 void WholeView::Show(const Mapper& mapper, const Answered& answered, AnswerOptions options) {
-  constexpr int kPiece = 10;  // scans: half a millisecond
   if (asked_.empty()) return;
-  const bool loops = mapper.closes_loops();
-  if (loops) {
-    if (std::exchange(num_layouts_, mapper.num_layouts()) != mapper.num_layouts()) whole_.Forget();
-    if (!whole_.Draw(mapper, kPiece)) return;
-    options.epoch += num_layouts_;  // what was seen is elsewhere now: another map
+  const std::int32_t piece = asked_.front().request.piece;
+  if (!mapper.closes_loops()) {  // there are no pieces
+    if (piece == 0) AnswerWhoAskedFor(0, mapper.local(), {answered.matches, answered.tracking}, options);
+    std::erase_if(asked_, [&](const Asked& asked) { return asked.request.piece == piece; });
+    return;
   }
-  const MapUpdater& map = loops ? whole_.map() : mapper.local();
-  for (const Asked& asked : std::exchange(asked_, {})) {
-    bus_.Publish(kWholeMapChannel, MakePage(asked.request, map,
-                                            {answered.matches, answered.tracking, loops ? &mapper : nullptr}, options));
+  if (std::exchange(num_layouts_, mapper.num_layouts()) != mapper.num_layouts()) {
+    whole_.Forget();
+    component_.reset();
   }
+  options.epoch += num_layouts_;  // what was seen is elsewhere now: another map
+  if (piece != 0) return ShowPiece(piece, mapper, answered, options);
+  if (!whole_.Draw(mapper, kScansAtOnce)) return;
+  AnswerWhoAskedFor(0, whole_.map(), {answered.matches, answered.tracking, &mapper}, options);
+}
+
+/// A piece is a map of its own: with its own epoch, and as many versions as it has scans. One that is not there has
+/// none.
+void WholeView::ShowPiece(std::int32_t piece, const Mapper& mapper, const Answered& answered, AnswerOptions options) {
+  const int component = mapper.FindComponent(piece);
+  if (component_ != component) piece_.Forget();
+  component_ = component;
+  std::int64_t num_scans = 0;
+  for (const Mapper::ScanRun& run : mapper.FindScans(component)) num_scans += run.end - run.first;
+  if (!piece_.Draw(mapper, component, num_scans, kScansAtOnce)) return;
+  options.epoch ^= (std::int64_t{component} + 2) << 32;
+  AnswerWhoAskedFor(piece, piece_.map(), {answered.matches, answered.tracking, &mapper, component}, options);
+}
+
+void WholeView::AnswerWhoAskedFor(std::int32_t piece, const MapUpdater& map, const Answered& answered,
+                                  const AnswerOptions& options) {
+  for (const Asked& asked : asked_) {
+    if (asked.request.piece != piece) continue;
+    bus_.Publish(kWholeMapChannel, MakePage(asked.request, map, answered, options));
+  }
+  std::erase_if(asked_, [&](const Asked& asked) { return asked.request.piece == piece; });
 }
 
 }  // namespace crsm

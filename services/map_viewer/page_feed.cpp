@@ -137,7 +137,9 @@ void PageFeed::AddInfo(std::string& message) {
   info["robots"] = names_;
   info["robot"] = scene_.name();
   info["loops"] = nlohmann::json::array();
-  for (const auto& [older, newer, taken_out] : scene_.loops()) {
+  for (const PlacedLoop& loop : scene_.loops()) {
+    const Pose2& older = loop.T_map_older;
+    const Pose2& newer = loop.T_map_newer;
     info["loops"].push_back({older.x_m, older.y_m, newer.x_m, newer.y_m});
   }
   AppendRecord(message, kInfo, info.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));

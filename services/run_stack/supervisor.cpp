@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "services/run_stack/outcome.hpp"
+#include "services/runtime/break_news.hpp"
 #include "services/runtime/service.hpp"
 
 namespace crsm {
@@ -113,10 +114,12 @@ bool Supervisor::WaitUntilReady(seconds patience) {
 /// Until the publisher is done, somebody interrupts, or something cannot be mended.
 void Supervisor::WaitForEnd() {
   // While other services made their maps, there was no publisher yet: what was said of that is no complaint.
-  if (publisher_) complaints_told_ = static_cast<std::streamoff>(SizeOf(LogOf("ray_selector")));
+  if (publisher_) passed_on_["ray_selector"] = static_cast<std::streamoff>(SizeOf(LogOf("ray_selector")));
+  passed_on_["map_updater"] = static_cast<std::streamoff>(SizeOf(LogOf("map_updater")));
   while (!IsInterrupted()) {
     if (!CheckFolder()) return;
     PassOnComplaints();
+    PassOnNews();
     for (Member& service : services_) {
       if (!service.IsRunning() && !StartAgain(service)) return;
     }
@@ -167,6 +170,7 @@ void Supervisor::StopAll() {
     service.plan.name == "map_exporter" ? Stop({&service}) : others.push_back(&service);
   }
   Stop(others);
+  PassOnNews();
 }
 
 /// Lets processes finish their work, and waits for them.
@@ -240,13 +244,25 @@ void Supervisor::ShowProgress() {
 
 /// What the selector says of the laser must not wait in its log until somebody looks there.
 void Supervisor::PassOnComplaints() {
-  const std::filesystem::path log = LogOf("ray_selector");
-  if (SizeOf(log) <= static_cast<std::uintmax_t>(complaints_told_)) return;
+  PassOn("ray_selector", [](const std::string& line) { return line != "ray_selector: ready"; });
+}
+
+/// The same of breaks and joins.
+void Supervisor::PassOnNews() {
+  PassOn("map_updater", [](const std::string& line) {
+    return line.find(kNewTrajectory) != std::string::npos || line.find(kMappedFrom) != std::string::npos;
+  });
+}
+
+void Supervisor::PassOn(const std::string& name, const std::function<bool(const std::string&)>& is_wanted) {
+  const std::filesystem::path log = LogOf(name);
+  std::streamoff& passed_on = passed_on_[name];
+  if (SizeOf(log) <= static_cast<std::uintmax_t>(passed_on)) return;
   std::ifstream file(log);
-  file.seekg(complaints_told_);
+  file.seekg(passed_on);
   for (std::string line; std::getline(file, line) && !file.eof();) {  // a line that is not whole yet comes later
-    complaints_told_ = file.tellg();
-    if (line.starts_with("ray_selector: ") && line != "ray_selector: ready") Say(line);
+    passed_on = file.tellg();
+    if (line.starts_with(name + ": ") && is_wanted(line)) Say(line);
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -50,6 +51,8 @@ class Supervisor {
   void Report(const Member& member, const std::string& what);
   void ShowProgress();
   void PassOnComplaints();
+  void PassOnNews();
+  void PassOn(const std::string& name, const std::function<bool(const std::string&)>& is_wanted);
   void SayWhereToLook() const;
   std::filesystem::path LogOf(const std::string& name) const;
   std::vector<Member*> All();
@@ -62,7 +65,7 @@ class Supervisor {
   bool failed_ = false;
   int num_interrupts_heeded_ = 0;
   std::int64_t num_scans_shown_ = 0;
-  std::streamoff complaints_told_ = 0;  ///< up to where the selector's log was passed on [bytes]
+  std::map<std::string, std::streamoff> passed_on_;  ///< up to where the log of a service was passed on [bytes]
   std::chrono::steady_clock::time_point next_progress_{};
 };
 

@@ -85,11 +85,38 @@ map_tile_t ToMessage(const TileChange& change) {
 Pose2 FromMessage(const pose2_t& message) { return {message.x_m, message.y_m, message.yaw_rad}; }
 
 PlacedLoop FromMessage(const map_loop_t& message) {
-  return {FromMessage(message.T_map_older), FromMessage(message.T_map_newer), message.taken_out == 1};
+  return {FromMessage(message.T_map_older), FromMessage(message.T_map_newer), message.taken_out == 1,
+          message.joins == 1};
 }
 
 map_loop_t ToMessage(const PlacedLoop& loop) {
-  return {ToMessage(loop.T_map_older), ToMessage(loop.T_map_newer), static_cast<std::int8_t>(loop.taken_out ? 1 : 0)};
+  return {ToMessage(loop.T_map_older), ToMessage(loop.T_map_newer), static_cast<std::int8_t>(loop.taken_out ? 1 : 0),
+          static_cast<std::int8_t>(loop.joins ? 1 : 0)};
+}
+
+MapPieces FromMessage(const map_pieces_t& message) {
+  MapPieces pieces{message.num_all_pieces, message.num_all_breaks, message.num_matched, {}, {}};
+  for (const map_piece_t& piece : message.pieces) pieces.pieces.push_back({piece.keyframes, piece.scans, piece.way_m});
+  for (const map_break_t& at : message.breaks) {
+    pieces.breaks.push_back({at.utime, at.scan, static_cast<BreakReason>(at.reason), at.seconds,
+                             FromMessage(at.T_map_before), at.piece_before, at.piece});
+  }
+  return pieces;
+}
+
+map_pieces_t ToMessage(const MapPieces& pieces) {
+  map_pieces_t message{};
+  message.num_all_pieces = pieces.num_pieces;
+  message.num_all_breaks = pieces.num_breaks;
+  message.num_matched = pieces.num_matched;
+  message.num_pieces = static_cast<std::int32_t>(pieces.pieces.size());
+  for (const MapPiece& piece : pieces.pieces) message.pieces.push_back({piece.keyframes, piece.scans, piece.way_m});
+  message.num_breaks = static_cast<std::int32_t>(pieces.breaks.size());
+  for (const Break& at : pieces.breaks) {
+    message.breaks.push_back({at.utime, at.scan, at.seconds, ToMessage(at.T_map_before), at.piece_before, at.piece,
+                              static_cast<std::int8_t>(at.reason)});
+  }
+  return message;
 }
 
 pose2_t ToMessage(const Pose2& pose) { return {pose.x_m, pose.y_m, pose.yaw_rad}; }

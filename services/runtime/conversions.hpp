@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/graph/pieces.hpp"
 #include "common/map/map_delta.hpp"
 #include "common/match/tracking_state.hpp"
 #include "common/scan/critical_rays.hpp"
@@ -39,6 +40,8 @@ Pose2 FromMessage(const pose2_t& message);
 pose2_t ToMessage(const Pose2& pose);
 PlacedLoop FromMessage(const map_loop_t& message);
 map_loop_t ToMessage(const PlacedLoop& loop);
+MapPieces FromMessage(const map_pieces_t& message);
+map_pieces_t ToMessage(const MapPieces& pieces);
 
 CriticalRays FromMessage(const critical_rays_t& message);
 critical_rays_t ToMessage(const CriticalRays& scan);

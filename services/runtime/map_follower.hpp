@@ -26,6 +26,7 @@ class MapFollower {
   const MapReplica& replica() const { return replica_; }
   void Doubt() { replica_.Doubt(); }
   void AwaitSettled() { replica_.AwaitSettled(); }
+  void TurnTo(int piece) { replica_.TurnTo(piece); }
   void AskAbout(std::int64_t utime) { replica_.AskAbout(utime); }
   void ForgetAnswer() { replica_.ForgetAnswer(); }
 

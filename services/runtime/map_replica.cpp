@@ -31,7 +31,8 @@ std::size_t NumTilesAndMatches(const std::map<std::int32_t, map_delta_t>& parts)
 bool SameQuestion(const map_request_t& one, const map_request_t& other) {
   return one.requester == other.requester && one.epoch == other.epoch && one.base_version == other.base_version &&
          one.first_tile == other.first_tile && one.first_match == other.first_match &&
-         one.asked_utime == other.asked_utime && one.whole == other.whole && one.settled == other.settled;
+         one.asked_utime == other.asked_utime && one.whole == other.whole && one.settled == other.settled &&
+         one.piece == other.piece;
 }
 
 MapReplica::MapReplica(std::int64_t requester, Keeper keeper, View view)
@@ -67,6 +68,7 @@ std::optional<map_request_t> MapReplica::Question() const {
   request.asked_utime = asked_utime_;
   request.whole = view_ == View::kWhole ? 1 : 0;
   request.settled = settled_ ? 1 : 0;
+  request.piece = piece_;
   return request;
 }
 
@@ -175,6 +177,8 @@ bool MapReplica::TakeMatches(const map_delta_t& page) {
   if (page.next_match < page.version) return true;
   loops_.clear();
   for (const map_loop_t& loop : page.loops) loops_.push_back(FromMessage(loop));
+  pieces_.reset();
+  if (!page.layout.empty()) pieces_ = FromMessage(page.layout.front());
   return true;
 }
 
@@ -188,6 +192,7 @@ void MapReplica::Begin(std::int64_t epoch, double cell_size_m) {
   num_matches_ = 0;
   tracking_ = TrackingState();
   loops_.clear();
+  pieces_.reset();
   next_tile_ = 0;
   pages_version_.reset();
   parts_.clear();

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_delta.hpp"
 #include "common/match/tracking_state.hpp"
@@ -68,6 +69,14 @@ class MapReplica {
   const TrackingState& tracking() const { return tracking_; }
   /// Loops as the owner last said, where matches are wanted.
   const std::vector<PlacedLoop>& loops() const { return loops_; }
+  /// How the map hangs together, likewise; nothing where loops are not looked for.
+  const std::optional<MapPieces>& pieces() const { return pieces_; }
+
+  /// From now on the whole map is that of another piece, by its number from 2 on: its own scans, its own versions.
+  void TurnTo(int piece) {
+    piece_ = piece;
+    Doubt();
+  }
 
   /// Pages that answer a question in this replica's name that it never asked: somebody forges MAP_REQUEST.
   std::int64_t num_forged() const { return num_forged_; }
@@ -104,7 +113,8 @@ class MapReplica {
   Keeper keeper_;
   View view_;
   bool settled_ = false;
-  map_request_t asked_{};  ///< last; none while its requester is 0
+  std::int32_t piece_ = 0;  ///< 0: the map that is shown
+  map_request_t asked_{};   ///< last; none while its requester is 0
   std::int64_t num_forged_ = 0;
 
   bool synced_ = false;
@@ -117,6 +127,7 @@ class MapReplica {
   std::int64_t num_matches_ = 0;  ///< taken over, as such or within the tracking state
   TrackingState tracking_;
   std::vector<PlacedLoop> loops_;
+  std::optional<MapPieces> pieces_;
 
   std::int32_t next_tile_ = 0;                 ///< of the pages under way
   std::optional<std::int64_t> pages_version_;  ///< the owner's when the first of them came

@@ -71,7 +71,20 @@ bool IsStretch(const pose_stretch_t& stretch) {
 }
 
 bool IsPlacedLoop(const map_loop_t& loop) {
-  return IsPose(loop.T_map_older) && IsPose(loop.T_map_newer) && IsFlag(loop.taken_out);
+  return IsPose(loop.T_map_older) && IsPose(loop.T_map_newer) && IsFlag(loop.taken_out) && IsFlag(loop.joins);
+}
+
+bool IsPiece(const map_piece_t& piece) { return piece.keyframes >= 0 && piece.scans >= 0 && IsAmount(piece.way_m); }
+
+bool IsBreak(const map_break_t& at) {
+  return at.utime >= 0 && at.scan >= 0 && at.seconds >= 0.0 && std::isfinite(at.seconds) && IsPose(at.T_map_before) &&
+         at.piece_before >= 1 && at.piece >= 1 && at.reason >= map_break_t::LOST && at.reason <= map_break_t::SESSION;
+}
+
+bool IsLayout(const map_pieces_t& layout) {
+  return layout.num_all_pieces >= layout.num_pieces && layout.num_all_breaks >= layout.num_breaks &&
+         layout.num_matched >= 0 && std::all_of(layout.pieces.begin(), layout.pieces.end(), IsPiece) &&
+         std::all_of(layout.breaks.begin(), layout.breaks.end(), IsBreak);
 }
 
 /// Of the valid rays of a scan, by their angles.
@@ -175,13 +188,16 @@ bool ValuesInRange(const map_delta_t& message) {
          message.next_match >= -1 && AllInRange(message.request) &&
          std::all_of(message.tiles.begin(), message.tiles.end(), InLimits) && AllInRange(message.matches) &&
          AllInRange(message.asked) && std::all_of(message.T_new_old.begin(), message.T_new_old.end(), IsPose) &&
-         AllInRange(message.tracking) && std::all_of(message.loops.begin(), message.loops.end(), IsPlacedLoop);
+         AllInRange(message.tracking) && std::all_of(message.loops.begin(), message.loops.end(), IsPlacedLoop) &&
+         std::all_of(message.layout.begin(), message.layout.end(), IsLayout);
 }
 
 template <>
 bool ValuesInRange(const map_request_t& message) {
   return message.requester != 0 && message.question >= 0 && message.base_version >= 0 && message.first_tile >= 0 &&
-         message.first_match >= -1 && IsFlag(message.whole) && IsFlag(message.settled) && message.asked_utime >= -1;
+         message.first_match >= -1 && IsFlag(message.whole) && IsFlag(message.settled) && message.asked_utime >= -1 &&
+         (message.piece == 0 ||
+          (message.whole == 1 && message.piece >= 2 && std::cmp_less_equal(message.piece, MapPieces::kMostPieces)));
 }
 
 template <>

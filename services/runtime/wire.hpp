@@ -8,8 +8,11 @@
 #include <crsm/keyframe_id_t.hpp>
 #include <crsm/keyframe_request_t.hpp>
 #include <crsm/keyframe_t.hpp>
+#include <crsm/map_break_t.hpp>
 #include <crsm/map_delta_t.hpp>
 #include <crsm/map_loop_t.hpp>
+#include <crsm/map_piece_t.hpp>
+#include <crsm/map_pieces_t.hpp>
 #include <crsm/map_request_t.hpp>
 #include <crsm/pose_graph_t.hpp>
 #include <crsm/pose_stretch_t.hpp>
@@ -18,6 +21,7 @@
 #include <crsm/sweep_t.hpp>
 #include <crsm/tracking_state_t.hpp>
 
+#include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_delta.hpp"
 #include "common/match/tracking_state.hpp"
@@ -99,7 +103,27 @@ constexpr auto FieldsOf<tracking_state_t>() {
 template <>
 constexpr auto FieldsOf<map_loop_t>() {
   using T = map_loop_t;
-  return std::tuple(&T::T_map_older, &T::T_map_newer, &T::taken_out);
+  return std::tuple(&T::T_map_older, &T::T_map_newer, &T::taken_out, &T::joins);
+}
+
+template <>
+constexpr auto FieldsOf<map_piece_t>() {
+  using T = map_piece_t;
+  return std::tuple(&T::keyframes, &T::scans, &T::way_m);
+}
+
+template <>
+constexpr auto FieldsOf<map_break_t>() {
+  using T = map_break_t;
+  return std::tuple(&T::utime, &T::scan, &T::seconds, &T::T_map_before, &T::piece_before, &T::piece, &T::reason);
+}
+
+template <>
+constexpr auto FieldsOf<map_pieces_t>() {
+  using T = map_pieces_t;
+  return std::tuple(&T::num_all_pieces, &T::num_all_breaks, &T::num_matched, &T::num_pieces,
+                    Array(&T::pieces, &T::num_pieces, MapPieces::kMostPieces), &T::num_breaks,
+                    Array(&T::breaks, &T::num_breaks, MapPieces::kMostBreaks));
 }
 
 template <>
@@ -111,14 +135,15 @@ constexpr auto FieldsOf<map_delta_t>() {
                     Array(&T::matches, &T::num_matches, kMostMatchesInMessage), &T::num_asked,
                     Array(&T::asked, &T::num_asked, 1), &T::num_moved, Array(&T::T_new_old, &T::num_moved, 1),
                     &T::num_tracking, Array(&T::tracking, &T::num_tracking, 1), &T::num_loops,
-                    Array(&T::loops, &T::num_loops, kMostPlacedLoops));
+                    Array(&T::loops, &T::num_loops, kMostPlacedLoops), &T::num_layouts,
+                    Array(&T::layout, &T::num_layouts, 1));
 }
 
 template <>
 constexpr auto FieldsOf<map_request_t>() {
   using T = map_request_t;
   return std::tuple(&T::requester, &T::question, &T::epoch, &T::base_version, &T::first_tile, &T::first_match,
-                    &T::asked_utime, &T::whole, &T::settled);
+                    &T::asked_utime, &T::whole, &T::settled, &T::piece);
 }
 
 template <>

@@ -13,6 +13,7 @@
 #include "common/results/summary.hpp"
 #include "common/scan/laser_judge.hpp"
 #include "common/slam.hpp"
+#include "services/runtime/break_news.hpp"
 #include "services/runtime/path_lock.hpp"
 #include "services/runtime/printable.hpp"
 #include "services/runtime/progress.hpp"
@@ -53,6 +54,12 @@ void Keep(const std::vector<GraphUpdate>& updates, const Run& run, Journal& jour
 
 void SayNotice(const CommandLine& command_line, const std::string& notice) {
   if (!notice.empty()) Say(fmt::format("{}: {}", command_line.program(), notice));
+}
+
+void SayNews(const CommandLine& command_line, const Run& run, BreakNews& news) {
+  for (const std::string& line : news.Look(run.slam.mapper(), Clock::now())) {
+    Say(fmt::format("{}: {}", command_line.program(), line));
+  }
 }
 
 /// Makes the map of an earlier run, where there is one to begin with, and opens the journal of this one, for which
@@ -111,7 +118,9 @@ Results PutRight(Run& run, Summary& summary) {
   summary = Summarize(run.matches, results.grid);
   summary.loops = {outcome.graph.size(), static_cast<std::int64_t>(outcome.graph.loops().size()),
                    outcome.graph.num_loops_dropped()};
-  summary.verdict = Judge(run.statistics, outcome.map);
+  results.pieces = run.slam.mapper().FindPieces();
+  summary.pieces = results.pieces;
+  summary.verdict = Judge(run.statistics, outcome.map, results.pieces);
   JudgeLoops(summary.loops->closed, summary.loops->taken_out, summary.verdict);
   return results;
 }
@@ -123,6 +132,18 @@ Results Conclude(Run& run, Summary& summary) {
   summary = Summarize(run.matches, results.grid);
   summary.verdict = Judge(run.statistics, run.slam.map());
   return results;
+}
+
+/// Writes the pieces that are not joined with the map, after Conclude.
+void WritePieces(const std::string& out, const Run& run, const MapPieces& pieces) {
+  RemovePieces(out);
+  for (const int number : pieces.OthersWithMap()) {
+    std::vector<ScanMatch> matches;
+    for (const auto& [first, end] : run.slam.mapper().FindScans(run.slam.mapper().FindComponent(number))) {
+      matches.insert(matches.end(), run.matches.begin() + first, run.matches.begin() + end);
+    }
+    WritePiece(out, number, run.slam.DrawPiece(number).ToDenseGrid(), std::move(matches));
+  }
 }
 
 /// Writes the results, says whether the map is to be trusted, and returns it.
@@ -144,6 +165,7 @@ Trust WriteRun(const CommandLine& command_line, const LaserSource& source, Run& 
   results.summary_json = FormatSummary(summary);
   const std::string& out = command_line.settings().out;
   WriteResults(out, results);
+  WritePieces(out, run, results.pieces);
   fmt::print("{} scans, {} lost, map of {:.0f} m2 in {}\n", summary.scans, summary.lost, summary.explored_area_m2, out);
   if (const auto& loops = summary.loops) {
     fmt::print("{} loops closed between {} keyframes, {} rejected\n", loops->closed, loops->keyframes,
@@ -169,6 +191,8 @@ Trust MapLog(CommandLine& command_line, const std::string& name, const EarlierRe
   const std::unique_ptr<Journal> journal = Begin(command_line, earlier.resume, run);
   std::unordered_set<std::int64_t> mapped_utimes;
   for (const ScanMatch& match : run.matches) mapped_utimes.insert(match.utime);
+  BreakNews news;
+  news.Skip(run.slam.mapper());
   Progress progress(command_line.program());
   LaserJudge judge(parameters.scan);
   while (auto scan = source->Next()) {
@@ -186,6 +210,7 @@ Trust MapLog(CommandLine& command_line, const std::string& name, const EarlierRe
       run.statistics.Add(scan->utime, step.scan.rays);
       run.statistics.Add(step.match);
       run.last_scan = std::move(step.scan);
+      SayNews(command_line, run, news);
     } else {
       run.statistics.Add(scan->utime, FindValidRays(*scan, parameters.scan));  // as who hears CRITICAL_RAYS
       ++run.num_repeated;
@@ -195,6 +220,7 @@ Trust MapLog(CommandLine& command_line, const std::string& name, const EarlierRe
   }
   progress.Finish(run.latency.num_recorded());
   Keep(run.slam.AwaitLoops(), run, *journal);
+  SayNews(command_line, run, news);
   SayWhatWasLeftOut(command_line.program(), name, *source, run);
   return WriteRun(command_line, *source, run);
 }

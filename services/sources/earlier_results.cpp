@@ -16,8 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Everything that a run leaves in its folder.
-constexpr std::array kResults{"map.png",   "map.pgm",   "map.yaml",     "overview.png", "trajectory.tum",
-                              "truth.tum", "graph.g2o", "summary.json", "journal",      "log"};
+constexpr std::array kResults{"map.png",   "map.pgm",      "map.yaml", "overview.png", "trajectory.tum", "truth.tum",
+                              "graph.g2o", "summary.json", "journal",  "log",          "pieces"};
 
 bool HasContent(const fs::path& file) {
   std::error_code error;

@@ -2,8 +2,8 @@
 
 #include <cstdlib>
 
-#include "input.hpp"
 #include "common/graph/default_loop_closer.hpp"
+#include "input.hpp"
 #include "services/runtime/graph_messages.hpp"
 #include "services/runtime/keyframe_answers.hpp"
 #include "tame_pose.hpp"

@@ -31,6 +31,9 @@ void Check(map_delta_t answer) {
     Tame(loop.T_map_older);
     Tame(loop.T_map_newer);
   }
+  for (map_pieces_t& layout : answer.layout) {
+    for (map_break_t& at : layout.breaks) Tame(at.T_map_before);
+  }
   for (tracking_state_t& tracking : answer.tracking) {
     Tame(tracking.T_local_map);
     for (scan_match_t& match : tracking.recent) Tame(match);
@@ -67,8 +70,18 @@ class Owner {
     if (const auto update = parts_.Add(part)) mapper_.Offer(*update);
   }
 
+  void AnswerWithPiece(const map_request_t& request) const {
+    const int component = mapper_.FindComponent(request.piece);
+    std::int64_t num_scans = 0;
+    for (const Mapper::ScanRun& run : mapper_.FindScans(component)) num_scans += run.end - run.first;
+    WholeMap piece({});
+    piece.Draw(mapper_, component, num_scans, mapper_.graph().size());
+    Check(MakePage(request, piece.map(), {answered_, tracking_, &mapper_, component}, kOptions));
+  }
+
   void Answer(const map_request_t& request) const {
     if (!loops_ || request.whole == 0) return Check(MakePage(request, local(), {answered_, tracking_}, kOptions));
+    if (request.piece != 0) return AnswerWithPiece(request);
     WholeMap whole({});
     whole.Draw(mapper_, mapper_.graph().size());
     Check(MakePage(request, whole.map(), {answered_, tracking_, &mapper_}, kOptions));

@@ -223,14 +223,14 @@ void WriteMessages(const Seeds& seeds) {
   for (const map_delta_t& part : owner.Answer()) pages.push_back(Encode(part));
   seeds.Write("map_exporter", "owner", pages);
 
-  const Bytes request = Encode(map_request_t{kRequester, 1, 0, 0, 0, 0, -1, 0, 0});
+  const Bytes request = Encode(map_request_t{kRequester, 1, 0, 0, 0, 0, -1, 0, 0, 0});
   std::vector<Bytes> drive;
   for (const std::int64_t utime : {1, 2, 3}) {
     drive.push_back(EncodeRays(Scan(utime, 20)));
     drive.push_back(MatchOf(Scan(utime), {static_cast<double>(utime), 0.0, 0.1}));
   }
   drive.push_back(request);
-  drive.push_back(Encode(map_request_t{kRequester, 2, 99, 1, 0, -1, 2, 0, 0}));  // the target's own epoch
+  drive.push_back(Encode(map_request_t{kRequester, 2, 99, 1, 0, -1, 2, 0, 0, 0}));  // the target's own epoch
   seeds.Write("map_updater", "drive", drive);
   std::vector<Bytes> jumps;
   for (const std::int64_t utime : {1, 2, 3, 4, 5, 6}) {
@@ -280,8 +280,8 @@ void WriteLoops(const Seeds& seeds) {
     for (int k = 0; k <= 3; ++k) update.moved[0].poses.push_back({static_cast<double>(k), 0.1 * k, 0.0});
     for (const pose_graph_t& part : MakeParts(update, 3, 99)) drive.push_back(Encode(part));
   }
-  drive.push_back(Encode(map_request_t{kRequester, 1, 0, 0, 0, 0, -1, 1, 0}));
-  drive.push_back(Encode(map_request_t{kRequester, 2, 99, 1, 0, -1, 2, 0, 0}));
+  drive.push_back(Encode(map_request_t{kRequester, 1, 0, 0, 0, 0, -1, 1, 0, 0}));
+  drive.push_back(Encode(map_request_t{kRequester, 2, 99, 1, 0, -1, 2, 0, 0, 0}));
   seeds.Write("map_updater", "put_right", drive);
 }
 

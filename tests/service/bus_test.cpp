@@ -46,7 +46,7 @@ std::int64_t Count(const Counters& counters, const std::string& name) {
   return found == counters.counts().end() ? 0 : found->second;
 }
 
-const map_request_t kRequest{42, 1, 7, 0, 0, 0, -1, 0, 0};
+const map_request_t kRequest{42, 1, 7, 0, 0, 0, -1, 0, 0, 0};
 
 /// Sends UDP packets as they are.
 class RawSender {
@@ -100,7 +100,7 @@ TEST_CASE("messages are heard once, by whichever thread they are received, and w
     std::vector<std::int64_t> heard;
     bus.Subscribe<map_request_t>(kMapRequestChannel, [&](const auto& request) { heard.push_back(request.requester); });
     for (const std::int64_t requester : {1, 2, 3})
-      bus.Publish(kMapRequestChannel, map_request_t{requester, 1, 7, 0, 0, 0, 0, 0, 0});
+      bus.Publish(kMapRequestChannel, map_request_t{requester, 1, 7, 0, 0, 0, 0, 0, 0, 0});
     CHECK(WaitUntil([&] { return bus.Wait(10), heard.size() >= 3; }));
     bus.Wait(50);  // for what might come twice
     CHECK(heard == std::vector<std::int64_t>{1, 2, 3});
@@ -212,7 +212,7 @@ TEST_CASE("all that comes while it is decided whom to believe is handled, also f
   int num_heard = 0;
   bus.SubscribeToOne<map_request_t>(kMapRequestChannel, [&](const map_request_t&) { ++num_heard; });
   for (int i = 0; i < kNumMessages; ++i) {
-    sender.Publish(kMapRequestChannel, map_request_t{1, 1, 7, 0, 0, 0, -1, 0, 0});
+    sender.Publish(kMapRequestChannel, map_request_t{1, 1, 7, 0, 0, 0, -1, 0, 0, 0});
     if (i % 100 == 0) bus.Wait(0);
   }
   CHECK(WaitUntil([&] { return bus.Wait(10), num_heard == kNumMessages; }));
@@ -232,7 +232,7 @@ TEST_CASE("of two senders on a channel for one, the first is heard, all that it 
   Bus other(url, "", sender_counters);
   const CaughtErrors errors(folder / "errors");
   const auto Send = [&](Bus& sender, std::int64_t requester) {
-    sender.Publish(kMapRequestChannel, map_request_t{requester, 1, 7, 0, 0, 0, -1, 0, 0});
+    sender.Publish(kMapRequestChannel, map_request_t{requester, 1, 7, 0, 0, 0, -1, 0, 0, 0});
     bus.Wait(10);
   };
   for (const std::int64_t requester : {1, 2, 3}) Send(*one, requester);

@@ -111,7 +111,7 @@ void ForgeWholeMaps(TestBus& bus) {
   };
   bus->Subscribe<map_request_t>(kMapRequestChannel, [=](const map_request_t& request) { Publish(request); });
   bus->Subscribe<critical_rays_t>(kCriticalRaysChannel, [=](const critical_rays_t&) {
-    Publish({4711, 1, 0, 0, 0, 0, -1, 1, 0});
+    Publish({4711, 1, 0, 0, 0, 0, -1, 1, 0, 0});
   });
 }
 
@@ -130,7 +130,7 @@ void ForgeRequests(TestBus& bus) {
 /// Asks for the whole map, again and again.
 void AskForEverything(TestBus& bus) {
   bus->Subscribe<bot_core::planar_lidar_t>(kLaserChannel, [&](const bot_core::planar_lidar_t&) {
-    for (int i = 0; i < 20; ++i) bus->Publish(kMapRequestChannel, map_request_t{4711, 1, 0, 0, 0, 0, -1, 0, 0});
+    for (int i = 0; i < 20; ++i) bus->Publish(kMapRequestChannel, map_request_t{4711, 1, 0, 0, 0, 0, -1, 0, 0, 0});
   });
 }
 

@@ -1,6 +1,8 @@
 // Loops: in one process and in six, over sessions and kills, and on finished maps.
 
+#include <algorithm>
 #include <csignal>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -131,6 +133,46 @@ TEST_CASE("six processes in lockstep close the loops of slam_offline, and their 
   CHECK(ReadSummary(folder / "out")["loops"] == ReadSummary(folder / "offline")["loops"]);
   CHECK(map_frame.longest_m() > 0.6);     // where the map is put right
   CHECK(local_frame.longest_m() < 0.35);  // as far as the robot drives between two scans
+}
+
+TEST_CASE("pieces that are not joined with the map have maps of their own, the same from one process and from six") {
+  const Course course;
+  const TemporaryFolder& folder = course.folder;
+  std::vector<LaserScan> scans(course.scans.begin(), course.scans.begin() + 450);
+  scans.insert(scans.end(), course.scans.begin() + 700, course.scans.begin() + 900);  // a minute later, elsewhere
+  for (std::size_t i = 450; i < scans.size(); ++i) scans[i].utime += 60'000'000;
+  const std::string log = folder / "log_with_gap.lcm";
+  WriteScans(scans, log);
+  const Ended ended = MapOffline(folder, log, "offline");
+  REQUIRE(ended.exit_code == 0);
+  CHECK(ended.errors.find("scan 450: no scan came for ") != std::string::npos);
+  CHECK(ended.output.find("warning: the map is in 2 pieces: the largest has 450 of 650 mapped scans; see pieces/") !=
+        std::string::npos);
+  const nlohmann::json summary = ReadSummary(folder / "offline");
+  CHECK(summary["pieces"]["count"] == 2);
+  REQUIRE(summary["breaks"].size() == 1);
+  CHECK(summary["breaks"][0]["scan"] == 450);
+  CHECK(summary["breaks"][0]["reason"] == "gap");
+  CHECK(summary["breaks"][0]["joined"] == false);
+  const std::string trajectory = ReadFile(folder / "offline/pieces/2/trajectory.tum");
+  CHECK(std::count(trajectory.begin(), trajectory.end(), '\n') == 200);
+
+  fs::create_directories(folder / "out/pieces/7");
+  std::ofstream(folder / "out/pieces/7/map.png") << "of an earlier writing";
+  const std::string url = MakeBusUrl();
+  const auto stack = StartStack(folder, log, "out", url);
+  CHECK(stack->AwaitExit() == 0);
+  INFO(stack->errors());
+  CheckSameResults(folder / "out", folder / "offline");
+  CHECK_FALSE(fs::exists(folder / "out/pieces/7"));
+  for (const char* file : {"map.png", "map.pgm", "map.yaml", "trajectory.tum"}) {
+    INFO(file);
+    CHECK_FALSE(ReadFile(folder / "offline/pieces/2" / file).empty());
+    CHECK((ReadFile(folder / "out/pieces/2" / file) == ReadFile(folder / "offline/pieces/2" / file)));
+  }
+  CHECK(ReadSummary(folder / "out")["pieces"] == summary["pieces"]);
+  CHECK(ReadSummary(folder / "out")["breaks"] == summary["breaks"]);
+  CHECK((stack->output() + stack->errors()).find("scan 450: no scan came for ") != std::string::npos);
 }
 
 TEST_CASE("a loop closer that is killed, again and again, comes to the same loops") {

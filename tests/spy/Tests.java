@@ -2,7 +2,10 @@ package crsm.spy;
 
 import crsm.critical_rays_t;
 import crsm.map_delta_t;
+import crsm.map_break_t;
 import crsm.map_loop_t;
+import crsm.map_piece_t;
+import crsm.map_pieces_t;
 import crsm.map_request_t;
 import crsm.map_tile_t;
 import crsm.pose2_t;
@@ -95,6 +98,17 @@ final class Tests {
     return loop;
   }
 
+  static map_pieces_t layout() {
+    map_pieces_t layout = new map_pieces_t();
+    layout.num_all_pieces = layout.num_pieces = 1;
+    layout.pieces = new map_piece_t[] {new map_piece_t()};
+    layout.num_all_breaks = layout.num_breaks = 1;
+    layout.breaks = new map_break_t[] {new map_break_t()};
+    layout.breaks[0].T_map_before = new pose2_t();
+    layout.breaks[0].piece_before = layout.breaks[0].piece = 1;
+    return layout;
+  }
+
   static map_request_t request(long requester) {
     map_request_t request = new map_request_t();
     request.requester = requester;
@@ -104,7 +118,7 @@ final class Tests {
     return request;
   }
 
-  /** A page with these tiles and matches, and two loops, the first and the last of version 1. */
+  /** A page with these tiles and matches, and two loops, and a piece with a break; the first and last of version 1. */
   static map_delta_t page(long recipient, map_tile_t[] tiles, scan_match_t[] matches) {
     map_delta_t page = new map_delta_t();
     page.epoch = 11;
@@ -125,6 +139,8 @@ final class Tests {
     page.tracking = new tracking_state_t[0];
     page.num_loops = 2;
     page.loops = new map_loop_t[] {loop(1, 0), loop(2, 1)};
+    page.num_layouts = 1;
+    page.layout = new map_pieces_t[] {layout()};
     return page;
   }
 

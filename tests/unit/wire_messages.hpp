@@ -47,7 +47,7 @@ inline tracking_state_t TrackingStateMessage() {
   return {8, 1, 5, 0, 2, {0.5, 0.75}, 1, {ScanMatchMessage()}, {0.5, -1.0, 0.25}};
 }
 
-inline map_request_t MapRequestMessage() { return {77, 4, 99, 8, 2, 3, 5, 1, 1}; }
+inline map_request_t MapRequestMessage() { return {77, 4, 99, 8, 2, 3, 5, 1, 1, 2}; }
 
 inline map_delta_t MapDeltaMessage() {
   map_delta_t message{};
@@ -64,7 +64,9 @@ inline map_delta_t MapDeltaMessage() {
   message.num_requests = 1;
   message.request = {MapRequestMessage()};
   message.num_loops = 2;
-  message.loops = {{{1.0, 2.0, 0.5}, {3.0, -4.0, 6.0}, 1}, {{}, {}, 0}};
+  message.loops = {{{1.0, 2.0, 0.5}, {3.0, -4.0, 6.0}, 1, 0}, {{}, {}, 0, 1}};
+  message.num_layouts = 1;
+  message.layout = {{3, 4, 90, 2, {{7, 60, 12.5}, {2, 30, 0.5}}, 1, {{9, 40, 1.5, {1.0, -2.0, 0.25}, 1, 2, 3}}}};
   message.num_asked = 1;
   message.asked = {ScanMatchMessage()};
   message.num_moved = 1;

@@ -50,12 +50,20 @@ struct Step {
   std::array<double, 2> degenerate_axis{};  ///< degenerate direction: unit vector, map frame, if kDegenerate; else 0
   bool drawn = false;                       ///< the scan is in the map; the robot has moved since the last drawn scan
   bool loop_closed = false;                 ///< map and trajectory were corrected; the next T_map_laser may jump
+  /// False while the trajectory of this scan is not joined with the map that MakeMap shows: T_map_laser is then in a
+  /// frame of its own, and nothing is known of where it lies on that map. See Trajectory.
+  bool on_map = true;
 };
 
 /// The pose of a scan, corrected by all loop closures so far.
 struct StampedPose {
-  std::int64_t utime = 0;  ///< time of the scan [us]
-  Pose T_map_laser;        ///< the pose of the laser
+  std::int64_t utime = 0;      ///< time of the scan [us]
+  Pose T_map_laser;            ///< the pose of the laser, in the frame of its piece
+  State state = State::kLost;  ///< as in the Step of the scan; kLost: the pose is a guess
+  /// The piece of the map on which the scan is. 1 is the map that MakeMap shows. Other pieces have numbers from 2 on,
+  /// the larger ones first: they are not joined with it, and each has a frame of its own. The numbers may change with
+  /// every scan.
+  int piece = 1;
 };
 
 /// A loop closure: two scans of one place, far apart along the path.
@@ -89,6 +97,10 @@ CRSM_SLAM_PUBLIC std::vector<std::string> Presets();
 CRSM_SLAM_PUBLIC std::string Version();
 
 /// Makes a map, scan by scan.
+///
+/// Where scans are lost for long, and after a gap in time, a new *trajectory* begins, with a map of its own. It is
+/// joined with the rest when the robot comes back to a known place. What is joined is one *piece*; MakeMap shows the
+/// largest.
 class CRSM_SLAM_PUBLIC Slam {
  public:
   /// Throws std::invalid_argument if a setting does not exist, has a wrong value, or contradicts another one. The text
@@ -105,11 +117,12 @@ class CRSM_SLAM_PUBLIC Slam {
   /// The map does not change then.
   Step Process(const Scan& scan, const std::optional<Pose>& T_odom_robot = std::nullopt);
 
-  /// The map of all scans so far, corrected by all loop closures. With loops, each call draws the whole map again,
-  /// which takes as long as some hundred scans. Call it once a second, not once a scan.
+  /// The map of all scans so far that are on piece 1, corrected by all loop closures. With loops, each call draws the
+  /// whole map again, which takes as long as some hundred scans. Call it once a second, not once a scan.
   Map MakeMap() const;
 
-  /// The corrected poses of all scans so far, in the order of the scans.
+  /// The corrected poses of all scans so far, in the order of the scans, also of those that are lost or on another
+  /// piece than the map.
   std::vector<StampedPose> Trajectory() const;
 
   /// The loop closures that were accepted and not rejected later.

@@ -117,6 +117,24 @@ TEST_CASE("the library knows of a loop as soon as it is asked, and says with the
   CHECK(library.Process(ToPublic(scans[next])).loop_closed);
 }
 
+TEST_CASE("the library says which scans are on its map, and on which piece the others are") {
+  std::vector<LaserScan> scans = TakeScans("block", 700);
+  scans.erase(scans.begin() + 300, scans.begin() + 600);
+  for (std::size_t i = 300; i < scans.size(); ++i) scans[i].utime += 60'000'000;  // a minute later, elsewhere
+  crsm_slam::Slam library({.preset = "sick"});
+  std::vector<crsm_slam::Step> steps;
+  for (const LaserScan& scan : scans) steps.push_back(library.Process(ToPublic(scan)));
+  const auto trajectory = library.Trajectory();
+  REQUIRE(trajectory.size() == 400);
+  for (std::size_t i = 0; i < 400; ++i) {
+    CAPTURE(i);
+    CHECK(steps[i].on_map == (i < 300));
+    CHECK(trajectory[i].piece == (i < 300 ? 1 : 2));
+    CHECK(trajectory[i].state == steps[i].state);
+  }
+  CHECK(trajectory[300].state == crsm_slam::State::kFirst);
+}
+
 TEST_CASE("before its first scan the library's map is empty") {
   const crsm_slam::Slam library;
   CHECK(library.MakeMap().cells.empty());

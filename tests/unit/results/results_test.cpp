@@ -285,6 +285,59 @@ TEST_CASE("the overview shows loops that hold and loops that were taken out in c
   CHECK_FALSE(StripHas(DecodePng(ReadBytes(folder.path / "overview.png")), IsTurquoise));
 }
 
+TEST_CASE("the overview shows where the path breaks and where it is joined, and no scan of another piece") {
+  const TemporaryFolder folder;
+  Results results;
+  results.grid = {100, 100, -50, -50, 0.1, std::vector<std::uint8_t>(10000, 127)};
+  results.loops = {{{-3.0, 1.0, 0.0}, {3.0, 1.0, 0.0}, false, true}};
+  results.matches = {MakeMatch(1, {-4.0, -4.0, 0.0}, 0.9, MatchState::kFirst),
+                     MakeMatch(2, {-3.0, -4.0, 0.0}, 0.9, MatchState::kOk),
+                     MakeMatch(3, {2.0, 3.0, 0.0}, 0.9, MatchState::kLost)};  // as one of another piece comes
+  results.pieces.num_pieces = 2;
+  results.pieces.num_breaks = 1;
+  results.pieces.breaks = {{3, 2, BreakReason::kGap, 9.0, {0.0, -2.0, 0.0}, 1, 2}};
+  WriteResults(folder.path, results);
+  const Picture picture = DecodePng(ReadBytes(folder.path / "overview.png"));
+  const auto ColourAt = [&](double x_m, double y_m) {
+    return picture.ColourAt(static_cast<std::size_t>((x_m + 5.0) * 160), static_cast<std::size_t>((5.0 - y_m) * 160));
+  };
+  const auto joined = ColourAt(0.0, 1.0);
+  CHECK((joined[2] > joined[0] + 50 && joined[0] > joined[1] + 30));  // violet
+  const auto broken = ColourAt(0.0, -2.0);
+  CHECK((broken[0] > broken[2] + 50 && broken[2] > broken[1] + 50));  // crimson
+  CHECK(ColourAt(0.04, -2.0) == std::array<int, 3>{127, 127, 127});   // a cross
+  CHECK(ColourAt(2.0, 3.0) == std::array<int, 3>{127, 127, 127});
+  results.pieces.breaks[0].piece = 1;
+  WriteResults(folder.path, results);
+  const Picture lost = DecodePng(ReadBytes(folder.path / "overview.png"));
+  CHECK(lost.ColourAt(1120, 320) != std::array<int, 3>{127, 127, 127});
+}
+
+TEST_CASE("pieces have maps of their own, and none of an earlier writing stays") {
+  const TemporaryFolder folder;
+  const Results piece = MakeResults(7, 5);
+  const MatchSequence matches{MakeMatch(5, {1.0, 2.0, 0.0}, 0.9, MatchState::kOk)};
+  for (const int number : {2, 3}) WritePiece(folder.path, number, piece.grid, matches);
+  WriteResults(folder.path, piece);
+  for (const char* file : {"map.png", "map.pgm", "map.yaml"}) {
+    CHECK(ReadBytes(folder.path / "pieces/3" / file) == ReadBytes(folder.path / file));
+  }
+  CHECK(ReadBytes(folder.path / "pieces/2/trajectory.tum").find("1.000000000 2.000000000") != std::string::npos);
+  WritePiece(folder.path, 4, {}, {});  // nothing was seen
+  CHECK(DecodePng(ReadBytes(folder.path / "pieces/4/map.png")).width == 1);
+  RemovePieces(folder.path);
+  CHECK_FALSE(fs::exists(folder.path / "pieces"));
+  RemovePieces(folder.path);  // there are none
+
+  WritePiece(folder.path, 2, piece.grid, matches);
+  fs::create_directories(folder.path / "pieces/mine");
+  std::ofstream(folder.path / "pieces/2/notes.txt") << "of the user";
+  RemovePieces(folder.path);
+  CHECK(fs::exists(folder.path / "pieces/mine"));
+  CHECK(fs::exists(folder.path / "pieces/2/notes.txt"));
+  CHECK_FALSE(fs::exists(folder.path / "pieces/2/map.png"));
+}
+
 TEST_CASE("the overview shows the last scan deskewed by its match") {
   // The laser drives ahead at 2 m/s; 0.5 s before the scan's time it was 1 m further back and saw a wall 2 m ahead.
   const TemporaryFolder folder;

@@ -276,6 +276,88 @@ TEST_CASE("loops that were rejected make a map doubtful, and never better than i
   CHECK(bad.trust == Trust::kBad);
 }
 
+TEST_CASE("a map in pieces is never good where more than a fiftieth of the matched scans is on others") {
+  const auto JudgeWith = [](std::int64_t on_largest, std::int64_t elsewhere) {
+    Run run;
+    run.Add(static_cast<int>(on_largest));
+    run.Add(static_cast<int>(elsewhere), Lose);  // as scans of other pieces come
+    MapPieces pieces;
+    pieces.num_pieces = 3;
+    pieces.num_breaks = 2;
+    pieces.num_matched = on_largest + elsewhere;
+    pieces.pieces = {{90, on_largest, 40.0}, {20, elsewhere - 1, 5.0}, {1, 1, 0.0}};
+    return Judge(run.statistics, ByteMap(0.1), pieces);
+  };
+  const Verdict few = JudgeWith(990, 10);
+  CHECK(few.trust == Trust::kGood);
+  CHECK(few.text.find("990 of 1000 scans mapped, 10 on other pieces, 0 lost") == 0);
+  CHECK(Mentions(few, "the map is in 3 pieces: the largest has 990 of 1000 mapped scans; see pieces/ for 1 more"));
+  const Verdict some = JudgeWith(970, 30);
+  CHECK(some.trust == Trust::kDoubtful);
+  CHECK(some.warnings.size() == 1);  // they are not lost
+  CHECK(Mentions(some, "warning: the map is in 3 pieces: the largest has 970 of 1000 mapped scans"));
+  CHECK(JudgeWith(600, 400).trust == Trust::kDoubtful);
+  CHECK(JudgeWith(400, 600).trust == Trust::kBad);
+}
+
+TEST_CASE("scans that are lost beside a piece are bad as ever") {
+  Run run;
+  run.Add(900);
+  run.Add(100, Lose);
+  MapPieces pieces;
+  pieces.num_pieces = 2;
+  pieces.num_breaks = 1;
+  pieces.num_matched = 910;
+  pieces.pieces = {{90, 900, 40.0}, {2, 10, 1.0}};
+  const Verdict verdict = Judge(run.statistics, ByteMap(0.1), pieces);
+  CHECK(verdict.trust == Trust::kBad);
+  CHECK(Mentions(verdict, "9 % of the scans are lost"));
+}
+
+TEST_CASE("breaks that were all joined are told in one line, and speak against nothing") {
+  Run run;
+  run.Add(100);
+  MapPieces pieces;
+  pieces.num_pieces = 1;
+  pieces.num_breaks = 4;
+  pieces.num_matched = 100;
+  pieces.pieces = {{90, 100, 40.0}};
+  const Verdict verdict = Judge(run.statistics, ByteMap(0.1), pieces);
+  CHECK(verdict.trust == Trust::kGood);
+  CHECK(FormatVerdict(verdict).size() == 3);
+  CHECK(Mentions(verdict, "lost or interrupted 4 times, and all parts of the map were joined"));
+  pieces.num_breaks = 1;
+  CHECK(Mentions(Judge(run.statistics, ByteMap(0.1), pieces), "lost or interrupted once, and the two parts"));
+}
+
+TEST_CASE("summary.json has the pieces, and where and why each break was") {
+  Summary summary;
+  CHECK_FALSE(nlohmann::json::parse(FormatSummary(summary)).contains("breaks"));
+  MapPieces pieces;
+  pieces.num_pieces = 3;
+  pieces.num_breaks = 2;
+  pieces.num_matched = 100;
+  pieces.pieces = {{90, 80, 40.0}, {10, 15, 5.0}, {2, 5, 0.5}};
+  pieces.breaks = {{7, 40, BreakReason::kGap, 9.5, {1.0, 2.0, 0.5}, 1, 2}, {9, 60, BreakReason::kLost, 1.5, {}, 1, 1}};
+  summary.pieces = pieces;
+  const auto json = nlohmann::json::parse(FormatSummary(summary));
+  CHECK(json["pieces"]["count"] == 3);
+  CHECK(json["pieces"]["scans"] == 100);
+  CHECK(json["pieces"]["largest_first"][1] ==
+        nlohmann::json{{"piece", 2}, {"scans", 15}, {"keyframes", 10}, {"way_m", 5.0}, {"folder", "pieces/2"}});
+  CHECK(json["pieces"]["largest_first"][2]["folder"].is_null());
+  CHECK(json["num_breaks"] == 2);
+  CHECK(json["breaks"][0] == nlohmann::json{{"utime", 7},
+                                            {"scan", 40},
+                                            {"reason", "gap"},
+                                            {"seconds", 9.5},
+                                            {"pose_before", {{"x_m", 1.0}, {"y_m", 2.0}, {"yaw_rad", 0.5}}},
+                                            {"piece_before", 1},
+                                            {"piece", 2},
+                                            {"joined", false}});
+  CHECK(json["breaks"][1]["joined"] == true);
+}
+
 TEST_CASE("summary.json has the verdict, with the lines that a program prints") {
   Run run;
   run.Add(94);

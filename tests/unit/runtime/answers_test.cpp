@@ -34,7 +34,7 @@ MapDelta MakeDelta(int num_tiles, bool whole) {
 }
 
 map_request_t Ask(std::int64_t base_version, std::int32_t first_tile, std::int32_t first_match) {
-  return {77, 1, kEpoch, base_version, first_tile, first_match, -1, 0, 0};
+  return {77, 1, kEpoch, base_version, first_tile, first_match, -1, 0, 0, 0};
 }
 
 }  // namespace

@@ -278,7 +278,7 @@ TEST_CASE("pages for another replica are not its own") {
   MapOwner owner;
   TestReplica replica;
   for (int i = 0; i < 5; ++i) owner.Answer();
-  replica.replica.Handle(owner.Page({kRequester + 1, 1, 0, 0, 0, 0, -1, 0, 0}));
+  replica.replica.Handle(owner.Page({kRequester + 1, 1, 0, 0, 0, 0, -1, 0, 0, 0}));
   CHECK(replica.map.tiles().entries().empty());
   CHECK(replica.matches.empty());
   CHECK_FALSE(replica.replica.synced());
@@ -356,7 +356,7 @@ TEST_CASE("a page of what changed since a later version than the one held does n
   for (int i = 0; i < 6; ++i) owner.Answer();
   replica.replica.Doubt();
   map_delta_t page =
-      owner.Page({kRequester, 2, owner.epoch, owner.version(), 0, 3, -1, 0, 0});  // no tile has changed since
+      owner.Page({kRequester, 2, owner.epoch, owner.version(), 0, 3, -1, 0, 0, 0});  // no tile has changed since
   REQUIRE(page.num_tiles == 0);
   page.next_tile = -1;  // it says that it is the last one
   page.request = {replica.replica.NextRequest().value()};
@@ -371,7 +371,7 @@ TEST_CASE("a late page of the old map does no lasting harm") {
   MapOwner owner;
   TestReplica replica(GENERATE(true, false));
   Begin(replica, owner);
-  const map_delta_t late = owner.Page({kRequester, 1, owner.epoch, 1, 0, 1, -1, 0, 0});
+  const map_delta_t late = owner.Page({kRequester, 1, owner.epoch, 1, 0, 1, -1, 0, 0, 0});
   MapOwner anew;
   replica.Handle(anew.Answer());
   replica.Ask(anew);
@@ -526,7 +526,7 @@ TEST_CASE("a page with cells of another size than the map's is not the owner's, 
     Begin(replica, owner);
     owner.Answer();
     if (!synced) replica.replica.Doubt();
-    map_delta_t page = owner.Page({kRequester, 2, owner.epoch, 3, 0, 3, -1, 0, 0});
+    map_delta_t page = owner.Page({kRequester, 2, owner.epoch, 3, 0, 3, -1, 0, 0, 0});
     page.cell_size_m = 0.05;
     if (!synced) page.request = {replica.replica.NextRequest().value()};
     replica.replica.Handle(page);
@@ -542,7 +542,7 @@ TEST_CASE("a page that was not asked for, of another epoch and with other cells,
   Begin(replica, owner);
   MapOwner other;
   for (int i = 0; i < 5; ++i) other.Answer();
-  map_delta_t page = other.Page({kRequester, 1, other.epoch, 0, 0, 0, -1, 0, 0});
+  map_delta_t page = other.Page({kRequester, 1, other.epoch, 0, 0, 0, -1, 0, 0, 0});
   page.cell_size_m = 0.5;
   replica.replica.Handle(page);
   CHECK(replica.num_begins == 1);

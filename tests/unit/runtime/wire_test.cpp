@@ -195,6 +195,33 @@ TEST_CASE("a map delta leads forwards, in parts that there are, to tiles that th
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_loops = 201, m.loops.resize(201); }));
 }
 
+TEST_CASE("a map has no more pieces and breaks than it says, and no more than are told") {
+  const auto Fits = [](auto&& change) {
+    return IsDecoded(MapDeltaMessage(), [&](map_delta_t& m) { change(m.layout[0]); });
+  };
+  CHECK(Fits([](map_pieces_t&) {}));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.num_all_pieces = 1; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.num_all_breaks = 0; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.num_matched = -1; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.pieces[1].keyframes = -1; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.pieces[1].scans = -1; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.pieces[0].way_m = kNan; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.breaks[0].utime = -1; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.breaks[0].scan = -1; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.breaks[0].seconds = kNan; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.breaks[0].seconds = -0.1; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.breaks[0].T_map_before.x_m = kNan; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.breaks[0].piece = 0; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.breaks[0].piece_before = 0; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.breaks[0].reason = 4; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.num_pieces = 51, m.num_all_pieces = 60, m.pieces.resize(51); }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) {
+    m.num_breaks = 201, m.num_all_breaks = 300, m.breaks.assign(201, MapDeltaMessage().layout[0].breaks[0]);
+  }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](map_delta_t& m) { m.loops[0].joins = 2; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](map_delta_t& m) { m.num_layouts = 2, m.layout.resize(2); }));
+}
+
 TEST_CASE("a tracking state counts what there can be, and remembers the last matches where there were any") {
   using Message = tracking_state_t;
   const auto Fits = [](auto&& change) {
@@ -228,11 +255,18 @@ TEST_CASE("a map request comes from somebody and asks from a place that there ca
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = -2; }));
   CHECK(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = -1, m.asked_utime = -1; }));
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.asked_utime = -2; }));
-  CHECK(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.whole = m.settled = 0; }));
+  CHECK(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.whole = m.settled = 0, m.piece = 0; }));
   for (const auto no_flag : {std::int8_t{-1}, std::int8_t{2}}) {
     CHECK_FALSE(IsDecoded(MapRequestMessage(), [=](map_request_t& m) { m.whole = no_flag; }));
     CHECK_FALSE(IsDecoded(MapRequestMessage(), [=](map_request_t& m) { m.settled = no_flag; }));
   }
+  for (const int piece : {0, 2, 50}) {
+    CHECK(IsDecoded(MapRequestMessage(), [=](map_request_t& m) { m.piece = piece; }));
+  }
+  for (const int piece : {-1, 1, 51}) {
+    CHECK_FALSE(IsDecoded(MapRequestMessage(), [=](map_request_t& m) { m.piece = piece; }));
+  }
+  CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.whole = 0; }));  // which has no pieces
 }
 
 TEST_CASE("a status is of a time that there can be") {

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/math/pose2.hpp"
+#include "common/parameters.hpp"
+#include "common/scan/scan_match.hpp"
+
+namespace crsm {
+
+/// Why a trajectory ended and another one began.
+enum class BreakReason : std::int8_t {
+  kLost = 0,     ///< scans were lost for too long
+  kGap = 1,      ///< no scan came for too long
+  kClock = 2,    ///< the clock of the scans went back
+  kSession = 3,  ///< none of these: a session or another log began
+};
+
+/// "lost", "gap", "clock" or "session".
+const char* Name(BreakReason reason);
+
+/// Where a trajectory began, and how the robot came there is not known.
+struct Break {
+  std::int64_t utime = 0;  ///< of the first scan behind it
+  std::int64_t scan = 0;   ///< number of that scan, counted from 0
+  BreakReason reason = BreakReason::kLost;
+  /// Since the last scan that was matched (lost), or since the last scan (gap, session); by how much the clock went
+  /// back (clock). Never negative.
+  double seconds = 0.0;
+  Pose2 T_map_before;    ///< last pose before it, corrected, in the frame of piece_before
+  int piece_before = 1;  ///< on which the trajectory before ended; 1 is the largest piece
+  int piece = 1;         ///< on which the new trajectory is
+  /// Whether both sides hang together by loops.
+  bool joined() const { return piece == piece_before; }
+  friend bool operator==(const Break&, const Break&) = default;
+};
+
+/// A part of the map that hangs together by loops, with a frame of its own.
+struct MapPiece {
+  std::int64_t keyframes = 0;
+  std::int64_t scans = 0;  ///< that were matched
+  double way_m = 0.0;      ///< that the robot drove there, from keyframe to keyframe
+  friend bool operator==(const MapPiece&, const MapPiece&) = default;
+};
+
+/// How a map hangs together.
+struct MapPieces {
+  static constexpr std::size_t kMostPieces = 50;
+  static constexpr std::size_t kMostBreaks = 200;
+  static constexpr double kLeastWay_m = 3.0;  ///< a smaller piece gets no map of its own: a turn on the spot, say
+
+  std::int64_t num_pieces = 0;
+  std::int64_t num_breaks = 0;
+  std::int64_t num_matched = 0;  ///< scans that were matched, in all pieces
+  std::vector<MapPiece> pieces;  ///< by their number: piece 1 is the map that is shown; the others by size; kMostPieces
+  std::vector<Break> breaks;     ///< the newest ones, oldest first; kMostBreaks
+
+  /// Matched scans of all pieces but the largest.
+  std::int64_t num_elsewhere() const { return pieces.empty() ? 0 : num_matched - pieces.front().scans; }
+  /// Numbers of the pieces that get a map of their own beside that of piece 1.
+  std::vector<int> OthersWithMap() const;
+  friend bool operator==(const MapPieces&, const MapPieces&) = default;
+};
+
+/// What is to be known of each trajectory, gathered match by match.
+class TrajectoryLog {
+ public:
+  explicit TrajectoryLog(const LoopParameters& loops) : loops_(loops) {}
+
+  struct Trajectory {
+    Break start;  ///< but for the pose and the pieces
+    std::int64_t num_matched = 0;
+  };
+
+  /// The next scan. num_trajectories: how many there are with it.
+  void Add(const ScanMatch& match, int num_trajectories);
+
+  std::int64_t num_scans() const { return num_scans_; }
+  int size() const { return static_cast<int>(trajectories_.size()); }
+  const Trajectory& at(int trajectory) const { return trajectories_[static_cast<std::size_t>(trajectory)]; }
+  /// The scan behind the last one of a trajectory.
+  std::int64_t EndOf(int trajectory) const {
+    return trajectory + 1 < size() ? at(trajectory + 1).start.scan : num_scans_;
+  }
+
+ private:
+  Break MakeBreak(const ScanMatch& match) const;
+
+  LoopParameters loops_;
+  std::vector<Trajectory> trajectories_;
+  std::int64_t num_scans_ = 0;
+  std::int64_t num_lost_ = 0;          ///< of the newest scans, in a row
+  std::int64_t last_utime_ = 0;        ///< of the newest scan
+  std::int64_t last_match_utime_ = 0;  ///< of the newest that was matched
+};
+
+}  // namespace crsm
