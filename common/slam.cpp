@@ -49,6 +49,18 @@ bool Slam::Restore(const CriticalRays* scan, const ScanMatch& match) { return In
 
 bool Slam::Restore(const GraphUpdate& update) { return mapper_.Offer(update); }
 
+void Slam::Resume(const std::optional<Pose2>& T_map_laser) {
+  T_map_laser ? tracking_.BeginSessionNear(*T_map_laser) : tracking_.BeginSession(Onset::kResumed);
+}
+
+void Slam::BeginDrive() {
+  if (tracking_.on_finished_map()) {
+    tracking_ = TrackingState::OnFinishedMap();
+  } else {
+    tracking_.BeginSession(Onset::kAnywhere);
+  }
+}
+
 void Slam::FinishMap() {
   AwaitLoops();
   matcher_->Apply(mapper_.Finish());

@@ -41,6 +41,14 @@ class Slam {
   /// them.
   bool Restore(const GraphUpdate& update);
 
+  /// After the scans of an earlier session: the next one is the first of this session. T_map_laser: about where the
+  /// robot stands now; else it may stand where the earlier session ended.
+  void Resume(const std::optional<Pose2>& T_map_laser = std::nullopt);
+
+  /// Another drive begins with the next scan: the robot may be anywhere. A trajectory begins; on a finished map the
+  /// whole map is searched.
+  void BeginDrive();
+
   /// To be called where an earlier session ends, and where this one does: waits until all loops are found that the
   /// scans so far close. What that brings to the graph.
   std::vector<GraphUpdate> AwaitLoops() { return OfferFound(0); }

@@ -14,6 +14,23 @@ double ComputeBreak(const KeyframeGraph& graph, int before) {
   return 1e-6 * std::abs(utime({before + 1, 0}) - utime(graph.LastOf(before)));
 }
 
+/// The keyframe nearest to where the newest trajectory is guessed to begin: the last one before it, unless the guess is
+/// further than `far_m` from there, as where the user says where the robot stands.
+KeyframeId FindNearest(const KeyframeGraph& graph, double far_m) {
+  const KeyframeId first{graph.newest()->trajectory, 0};
+  const KeyframeId last = *graph.Before(first);
+  const auto DistanceOf = [&](KeyframeId id) {
+    const Pose2& at = graph.pose(id);
+    return Length({at.x_m - graph.pose(first).x_m, at.y_m - graph.pose(first).y_m, 0.0});
+  };
+  if (DistanceOf(last) <= far_m) return last;
+  KeyframeId nearest = last;
+  for (std::optional<KeyframeId> id = KeyframeId{}; id < first; id = graph.After(*id)) {
+    if (graph.HangTogether(*id, last) && DistanceOf(*id) < DistanceOf(nearest)) nearest = *id;
+  }
+  return nearest;
+}
+
 }  // namespace
 
 std::optional<LoopFinding> JoinSearch::Search(const KeyframeGraph& graph) {
@@ -47,6 +64,7 @@ std::optional<LoopFinding> JoinSearch::SearchNearby(const KeyframeGraph& graph) 
   const KeyframeId newest = *graph.newest();
   double way_m = graph.path_m(newest);
   if (newest.trajectory == 0 || way_m > joins.soon_m) return std::nullopt;
+  if (graph.keyframe({newest.trajectory, 0}).begins_anywhere) return std::nullopt;
   const Eigen::Matrix2Xd points_m = CollectRecentPoints(graph, newest, joins.nearby_point_m, constants_.submaps);
   if (points_m.cols() < constants_.submaps.fewest_points) return std::nullopt;
   BestFinding best(graph, constants_.submaps, LoopFinding::By::kNearby);
@@ -56,7 +74,8 @@ std::optional<LoopFinding> JoinSearch::SearchNearby(const KeyframeGraph& graph) 
     between_s += ComputeBreak(graph, before);
     way_m += graph.path_m(last);
     if (graph.HangTogether(last, newest)) continue;
-    const KeyframeId middle = graph.FindByPath(before, graph.path_m(last) - joins.before_m);
+    const KeyframeId nearest = before + 1 == newest.trajectory ? FindNearest(graph, joins.nearby_most_m) : last;
+    const KeyframeId middle = graph.FindByPath(nearest.trajectory, graph.path_m(nearest) - joins.before_m);
     const Submap submap = MakeSubmap(graph, middle, *graph.newest(), constants_.submaps);
     const PlaceWindow window{Inverse(graph.pose(middle)) * graph.pose(newest),
                              std::min(joins.nearby_m + joins.m_per_s * between_s, joins.nearby_most_m),

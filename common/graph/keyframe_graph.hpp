@@ -44,6 +44,7 @@ struct Keyframe {
   Pose2 T_previous_this;
   bool after_lost = false;                                  ///< scans were lost between the two
   bool begins = false;                                      ///< a trajectory
+  bool begins_anywhere = false;                             ///< ... of another drive: nothing is known of its place
   std::optional<Eigen::Vector2d> open_axis = std::nullopt;  ///< laser frame: along it the walls did not tell
   std::optional<Tie> tie = std::nullopt;
   bool tie_wrong = false;                          ///< the map on which it was matched was found wrong since

@@ -261,6 +261,7 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
   keyframe.after_lost = std::exchange(lost_since_, false);
   const auto before = graph_.newest();
   keyframe.begins = begins || !before;
+  keyframe.begins_anywhere = begins && match.covariance[0] >= kUnknownVariance;
   keyframe.as_of = applied_update_;
   if (before) {
     keyframe.T_previous_this = Inverse(graph_.pose(*before)) * match.T_map_laser;

@@ -183,10 +183,10 @@ std::optional<LaserScan> CarmenLog::Next() {
     std::optional<Line> laser = line->too_long ? std::nullopt : ReadLaser(kind, fields);
     if (!laser) {
       if (++counts_["bad_line"] == 1) first_bad_ = "line " + std::to_string(num_lines_) + Describe(*line, fields);
-    } else if (utimes_.Find(laser->scan.utime)) {
+    } else if (const auto utime = utimes_.Add(laser->scan.utime); !utime) {
       ++counts_["utime_repeated"];
     } else {
-      utimes_.Add(laser->scan.utime);
+      laser->scan.utime = *utime;
       T_odom_robot_ = RoundOdometry(laser->T_odom_robot);
       if (!T_odom_robot_) ++counts_["bad_odometry"];
       return std::move(laser->scan);

@@ -9,7 +9,7 @@
 
 #include "common/logs/gzip_file.hpp"
 #include "common/logs/laser_source.hpp"
-#include "common/logs/utime_index.hpp"
+#include "common/logs/unique_utimes.hpp"
 
 namespace crsm {
 
@@ -41,7 +41,7 @@ class CarmenLog : public LaserSource {
   std::int64_t num_lines_ = 0;
   std::string first_bad_;  ///< which line was the first that is bad, and what is wrong with it
   std::map<std::string, std::int64_t> counts_;
-  UtimeIndex utimes_;                  ///< given out so far
+  UniqueUtimes utimes_;                ///< given out so far
   std::optional<Pose2> T_odom_robot_;  ///< of the last scan given out
 };
 

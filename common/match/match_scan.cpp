@@ -6,6 +6,7 @@
 
 #include "common/match/contradiction.hpp"
 #include "common/match/sweep.hpp"
+#include "common/scan/clock_restart.hpp"
 #include "common/scan/deskew.hpp"
 
 namespace crsm {
@@ -121,21 +122,36 @@ ScanMatch Begin(const ScanMatch& match, const Pose2& guess) {
   return first;
 }
 
+/// The first scan of another drive.
+ScanMatch BeginDrive(const ScanMatch& match, const TrackingState& tracking, bool enough_rays) {
+  if (!enough_rays) return Lose(match, tracking.T_map_guess());
+  ScanMatch first = Begin(match, tracking.T_map_guess());
+  if (tracking.onset() == Onset::kAnywhere)
+    first.covariance = {kUnknownVariance, 0.0, 0.0, kUnknownVariance, 0.0, kUnknownVariance};
+  return first;
+}
+
 }  // namespace
 
 ScanMatch MatchScan(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
                     const std::optional<Pose2>& T_odom_robot, const LoopParameters& parameters) {
   ScanMatch match = MatchSweep(matcher, scan, tracking, T_odom_robot);
-  if (!parameters.loops || tracking.empty() || tracking.on_finished_map() || !HasEnoughRays(scan)) return match;
+  if (!parameters.loops || tracking.empty() || tracking.on_finished_map()) return match;
+  if (tracking.onset() == Onset::kNear || tracking.onset() == Onset::kAnywhere) {
+    return BeginDrive(match, tracking, HasEnoughRays(scan));
+  }
+  if (!HasEnoughRays(scan)) return match;
   const ScanMatch& last = tracking.recent().back();
   const bool is_convincing = tracking.num_lost() == 0 || IsConvincing(match, tracking);
   if (!is_convincing || IsContradicted(matcher, scan, match, tracking)) match = Lose(match, last.T_map_laser);
   const bool lost_for_long = match.state == MatchState::kLost && parameters.lost_scans_max > 0 &&
                              tracking.num_lost() + 1 >= FindPatience(tracking, parameters.lost_scans_max);
+  const bool resumed_elsewhere = match.state == MatchState::kLost && tracking.onset() == Onset::kResumed;
   const bool by_odometry = match.T_odom_robot && last.T_odom_robot;
-  const bool broken = IsGap(tracking, scan.utime, parameters.gap_max_s) && !by_odometry && !StoodStill(match, tracking);
+  const bool is_gap = IsGap(tracking, scan.utime, parameters.gap_max_s) && !by_odometry;
+  const bool broken = (is_gap || HasClockRestarted(last.utime, scan.utime)) && !StoodStill(match, tracking);
   if (lost_for_long) return Begin(match, by_odometry ? match.T_map_laser : GuessOnward(tracking, scan.utime));
-  return broken ? Begin(match, last.T_map_laser) : match;
+  return broken || resumed_elsewhere ? Begin(match, last.T_map_laser) : match;
 }
 
 }  // namespace crsm

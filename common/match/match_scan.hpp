@@ -11,7 +11,9 @@ namespace crsm {
 /// more how the robot came here, a new trajectory begins. Such a match is kFirst, and its pose is a guess.
 ///
 /// A trajectory ends when scans were lost for too long, and after a gap in time, unless the robot stands where it
-/// stood. With odometry over the gap it goes on. On a finished map, and without loops, none ever ends.
+/// stood. With odometry over the gap it goes on. Where the clock begins anew, so may have the odometry: it does not
+/// tell how the robot moved. Another drive always begins one. So does a session on an earlier map whose first scan does
+/// not fit where that one ended. On a finished map, and without loops, no trajectory ever ends.
 ScanMatch MatchScan(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
                     const std::optional<Pose2>& T_odom_robot, const LoopParameters& parameters);
 

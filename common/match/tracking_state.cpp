@@ -28,7 +28,9 @@ TrackingState::TrackingState(Parts parts)
       on_finished_map_(parts.on_finished_map),
       fitnesses_(std::move(parts.fitnesses)),
       recent_(std::move(parts.recent)),
-      T_local_map_(parts.T_local_map) {
+      T_local_map_(parts.T_local_map),
+      onset_(parts.onset),
+      T_map_guess_(parts.T_map_guess) {
   KeepLast(fitnesses_, kUsual);
   KeepLast(recent_, kRecent);
 }
@@ -47,12 +49,29 @@ void TrackingState::Add(const ScanMatch& match, const std::optional<Pose2>& T_ne
   const bool matched = match.state == MatchState::kOk || match.state == MatchState::kDegenerate;
   if (matched) Append(fitnesses_, match.fitness, kUsual);
   Append(recent_, match, kRecent);
+  if (match.state != MatchState::kLost) {
+    onset_ = Onset::kGoesOn;
+    T_map_guess_ = {};
+  }
   if (T_new_old) Move(*T_new_old);
+}
+
+void TrackingState::BeginSession(Onset onset) {
+  if (empty()) return;
+  onset_ = onset;
+  if (onset == Onset::kAnywhere) T_map_guess_ = recent_.back().T_map_laser;
+}
+
+void TrackingState::BeginSessionNear(const Pose2& T_map_laser) {
+  if (empty()) return;
+  onset_ = Onset::kNear;
+  T_map_guess_ = T_map_laser;
 }
 
 void TrackingState::Move(const Pose2& T_new_old) {
   for (ScanMatch& match : recent_) match.T_map_laser = T_new_old * match.T_map_laser;
   T_local_map_ = T_local_map_ * Inverse(T_new_old);
+  if (onset_ == Onset::kNear || onset_ == Onset::kAnywhere) T_map_guess_ = T_new_old * T_map_guess_;
 }
 
 double TrackingState::usual_fitness() const {

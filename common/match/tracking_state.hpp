@@ -9,6 +9,14 @@
 
 namespace crsm {
 
+/// How the robot came to where the next scan is taken.
+enum class Onset : std::int8_t {
+  kGoesOn = 0,    ///< it drove on from the last scan
+  kResumed = 1,   ///< a session begins on the map of an earlier one: it may stand where that one ended
+  kNear = 2,      ///< another drive begins, near a place that is known
+  kAnywhere = 3,  ///< another drive begins, and nothing is known of its place
+};
+
 /// All that a matcher remembers of the scans before: of one size, however long the robot drives. The map's owner keeps
 /// it beside the map, so that a matcher that is started anew goes on where the last one stood.
 class TrackingState {
@@ -21,10 +29,19 @@ class TrackingState {
   /// Before the first scan on a map that was there already: the robot may be anywhere on it.
   static TrackingState OnFinishedMap();
 
-  /// The next scan was matched, or lost, and drawn into the map. After that the map has moved by T_new_old, if there is
-  /// one: what was at T_old is at T_new_old * T_old. Of the matches it takes the poses along; nothing is predicted from
-  /// their covariances and axes, which stay as they were found.
+  /// The next scan was matched, or lost, and drawn into the map. What follows a scan that is not lost goes on from
+  /// there. After that the map has moved by T_new_old, if there is one: what was at T_old is at T_new_old * T_old. Of
+  /// the matches it takes the poses along; nothing is predicted from their covariances and axes, which stay as they
+  /// were found.
   void Add(const ScanMatch& match, const std::optional<Pose2>& T_new_old = std::nullopt);
+
+  /// A session begins on this map. onset: kResumed or kAnywhere.
+  void BeginSession(Onset onset);
+  /// The same; the robot stands near T_map_laser.
+  void BeginSessionNear(const Pose2& T_map_laser);
+  Onset onset() const { return onset_; }
+  /// With kNear the place that is known, with kAnywhere that of the last scan.
+  const Pose2& T_map_guess() const { return T_map_guess_; }
 
   /// From the map frame to one that does not move when the map does, but drifts away from it, as REP 105's odom.
   const Pose2& T_local_map() const { return T_local_map_; }
@@ -60,6 +77,8 @@ class TrackingState {
     std::vector<double> fitnesses;  ///< the last kUsual of more
     std::vector<ScanMatch> recent;  ///< the last kRecent of more
     Pose2 T_local_map;
+    Onset onset = Onset::kGoesOn;
+    Pose2 T_map_guess;
   };
   explicit TrackingState(Parts parts);
 
@@ -75,6 +94,8 @@ class TrackingState {
   std::vector<double> fitnesses_;
   std::vector<ScanMatch> recent_;
   Pose2 T_local_map_;
+  Onset onset_ = Onset::kGoesOn;
+  Pose2 T_map_guess_;
 };
 
 }  // namespace crsm

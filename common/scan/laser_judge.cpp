@@ -7,10 +7,21 @@
 #include <cstring>
 #include <utility>
 
+#include "common/scan/clock_restart.hpp"
 #include "common/scan/valid_rays.hpp"
 
 namespace crsm {
 namespace {
+
+/// "35 min", say.
+std::string FormatDuration(std::int64_t duration_us) {
+  constexpr double kFew = 120.0;  // of a unit: more are said in a larger one
+  double duration = 1e-6 * static_cast<double>(duration_us);
+  if (duration < kFew) return fmt::format("{:.0f} s", duration);
+  if ((duration /= 60.0) < kFew) return fmt::format("{:.0f} min", duration);
+  if ((duration /= 60.0) < kFew) return fmt::format("{:.0f} h", duration);
+  return fmt::format("{:.0f} days", duration / 24.0);
+}
 
 /// How the ranges of a scan lie to what the laser may measure.
 struct RangeCount {
@@ -78,7 +89,10 @@ std::vector<std::string> LaserJudge::Look(const LaserScan& scan) {
   constexpr int kOneIn = 10;
   if (num_scans_ > 0 && IsResend(scan)) return {};
   std::vector<std::string> found;
-  if (num_scans_ > 0) JudgeClock(scan, found);
+  if (num_scans_ > 0) {
+    JudgeRestart(scan, found);
+    JudgeClock(scan, found);
+  }
   const bool doubted = std::any_of(in_a_row_.begin(), in_a_row_.end(), [](const auto& row) { return row.second > 0; });
   if (num_scans_ < kFirst || num_scans_ % kOneIn == 0 || doubted) JudgeRanges(scan, found);
   last_ = scan;
@@ -109,6 +123,16 @@ void LaserJudge::JudgeClock(const LaserScan& scan, std::vector<std::string>& fou
                     "or is the driver's clock wrong?",
                     backward_steps_.count(), kWindow, last_.utime, scan.utime));
   }
+}
+
+void LaserJudge::JudgeRestart(const LaserScan& scan, std::vector<std::string>& found) {
+  if (!HasClockRestarted(last_.utime, scan.utime)) return;
+  const auto earlier = std::exchange(restart_, num_scans_);
+  if (earlier && num_scans_ - *earlier < kWindow) return;
+  found.push_back(
+      fmt::format("the clock steps back by {} at scan {}: unless the robot stands where it stood, a new "
+                  "trajectory begins",
+                  FormatDuration(last_.utime - scan.utime), num_scans_ + 1));
 }
 
 void LaserJudge::JudgeRanges(const LaserScan& scan, std::vector<std::string>& found) {

@@ -21,7 +21,8 @@ class LaserJudge {
   explicit LaserJudge(const ScanParameters& parameters) : parameters_(parameters) {}
 
   /// The next scan as it came; one that is sent again counts once. Returns what is wrong and what mends it, a sentence
-  /// for each fault, after ten scans that show it, and not again.
+  /// for each fault, after ten scans that show it, and not again. That the clock begins anew is said each time, unless
+  /// it does so at every few scans.
   ///
   /// Costs a few comparisons a ray for each of the first 30 scans, then for one in ten unless that one looks wrong.
   std::vector<std::string> Look(const LaserScan& scan);
@@ -32,6 +33,7 @@ class LaserJudge {
   static constexpr int kEnough = 10;  ///< of them, or scans in a row: a second of a slow laser
 
   void JudgeClock(const LaserScan& scan, std::vector<std::string>& found);
+  void JudgeRestart(const LaserScan& scan, std::vector<std::string>& found);
   void JudgeRanges(const LaserScan& scan, std::vector<std::string>& found);
   bool IsResend(const LaserScan& scan) const;
   bool IsNew(Fault fault);
@@ -41,7 +43,8 @@ class LaserJudge {
   std::int64_t num_scans_ = 0;
   std::bitset<kWindow> standing_steps_;
   std::bitset<kWindow> backward_steps_;
-  std::map<Fault, int> in_a_row_;  ///< of the faults that the ranges show
+  std::optional<std::int64_t> restart_;  ///< the scan with which the clock last began anew, in the order of arrival
+  std::map<Fault, int> in_a_row_;        ///< of the faults that the ranges show
   std::map<Fault, bool> said_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/math/trigonometry.hpp"
+#include "common/scan/clock_restart.hpp"
 
 namespace crsm {
 namespace {
@@ -24,6 +25,7 @@ std::optional<Pose2> Interpolate(const Odometry& from, const Odometry& to, std::
 }  // namespace
 
 void OdometryBuffer::Add(const Odometry& sample) {
+  if (!samples_.empty() && HasClockRestarted(samples_.back().utime, sample.utime)) samples_.clear();
   if (sample.utime <= latest_utime_) {
     std::erase_if(samples_, [&](const Odometry& earlier) { return earlier.utime == sample.utime; });
   }

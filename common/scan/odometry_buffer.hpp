@@ -30,7 +30,8 @@ struct ScanOdometry {
 ///
 /// Where utimes step back, scans and samples of before and after the step share their times: a scan is between two
 /// samples only if they came one after the other with rising utimes, and of several such pairs between the last one.
-/// The sample of a scan's own utime wins over all others; of two of the same utime the later one counts.
+/// The sample of a scan's own utime wins over all others; of two of the same utime the later one counts. Where a clock
+/// begins anew, the samples before it are forgotten.
 class OdometryBuffer {
  public:
   /// No sample further from a scan than this says anything about it.

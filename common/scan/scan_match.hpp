@@ -10,6 +10,8 @@ namespace crsm {
 
 inline constexpr double kFastest = 20.0;  ///< that any laser moves [m/s] or turns [rad/s]
 
+inline constexpr double kUnknownVariance = 1e4;  ///< variance of a pose of which nothing is known [m^2 and rad^2]
+
 /// How a laser moves, in its own frame.
 struct Twist {
   double x_m_s = 0.0;
@@ -36,7 +38,8 @@ struct ScanMatch {
   std::int64_t map_version = 0;   ///< of the map that the scan was matched against; 0 = empty, or a finished map
   MatchState state = MatchState::kFirst;
   std::int32_t best_evaluation = 0;    ///< the one that found the best pose; 0 where none was needed
-  std::array<double, 6> covariance{};  ///< xx, xy, x yaw, yy, y yaw, yaw yaw [m^2, m rad, rad^2]; 0 if first or lost
+  std::array<double, 6> covariance{};  ///< xx, xy, x yaw, yy, y yaw, yaw yaw [m^2, m rad, rad^2]; 0 if lost or first;
+                                       ///< kUnknownVariance if first in another drive
   std::array<double, 2> degenerate_axis{};           ///< unit vector, map frame, where the state is kDegenerate; else 0
   std::optional<Pose2> T_odom_robot = std::nullopt;  ///< by odometry, where there is some and it is to be used
   Twist twist =

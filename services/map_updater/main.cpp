@@ -192,6 +192,8 @@ class MapUpdaterService {
   void OpenJournal() {
     if (settings_.journal.empty()) {
       if (settings_.resume) throw UsageError("--resume needs --journal DIR, the folder of the map's journal");
+      if (settings_.new_session)
+        throw UsageError("--new-session needs --resume: it begins a session on an earlier map");
       return;
     }
     const JournalSubject subject{!settings_.localize.empty(), map_parameters_};
@@ -203,8 +205,15 @@ class MapUpdaterService {
     LockJournal();
     journal_.emplace(settings_.journal, subject, on_damage_, VisitOfJournal());
     SetEpoch(journal_->epoch());
+    BeginSession();
     if (!journal_->notice().empty()) Say(fmt::format("map_updater: {}", journal_->notice()));
     Say(fmt::format("map_updater: continues after {} scans from {}", answered_.size(), settings_.journal));
+  }
+
+  void BeginSession() {
+    if (!settings_.new_session) return;
+    const auto start = ParseStart(settings_.start);
+    start ? tracking_.BeginSessionNear(*start) : tracking_.BeginSession(Onset::kResumed);
   }
 
   /// Makes the map of a journal.

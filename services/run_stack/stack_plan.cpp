@@ -16,7 +16,8 @@ namespace fs = std::filesystem;
 
 /// What run_stack says to its processes itself, whatever it was told.
 bool IsSetByStack(const std::string& setting) {
-  constexpr std::array<std::string_view, 6> kSetByStack{"out", "rate", "position", "lockstep", "journal", "resume"};
+  constexpr std::array<std::string_view, 7> kSetByStack{"out",     "rate",   "position",   "lockstep",
+                                                        "journal", "resume", "new_session"};
   return std::find(kSetByStack.begin(), kSetByStack.end(), setting) != kSetByStack.end();
 }
 
@@ -49,6 +50,17 @@ PlannedService PlanSelector(const Planner& planner, const StackOptions& options)
   if (options.is_live()) return planner.Plan("ray_selector", flags, {});
   std::erase(flags.settings, "laser_channel");
   return planner.Plan("ray_selector", flags, {"--laser-channel", kLaserChannel});
+}
+
+/// Where the robot stands at its start is of the first process only: one that is started again goes on.
+PlannedService PlanUpdater(const Planner& planner, const std::string& start, const std::vector<std::string>& own) {
+  ProgramFlags flags = FlagsOfUpdater();
+  std::erase(flags.settings, "start");
+  PlannedService updater = planner.Plan("map_updater", flags, own);
+  updater.when_resuming = {"--resume"};
+  updater.when_resuming_first = {"--new-session"};
+  if (!start.empty()) updater.when_resuming_first.insert(updater.when_resuming_first.end(), {"--start", start});
+  return updater;
 }
 
 /// In lockstep each scan goes from one of these to the next, and no two of them work at a time. On one core the next
@@ -88,8 +100,7 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   const std::vector<std::string> journal{"--journal", folder.journal_folder().string()};
 
   StackPlan plan;
-  PlannedService updater = planner.Plan("map_updater", FlagsOfUpdater(), lockstep + journal);
-  updater.when_resuming = {"--resume"};
+  PlannedService updater = PlanUpdater(planner, settings.start, lockstep + journal);
   if (settings.resume) updater.when_new = {"--no-resume"};
   plan.services = {std::move(updater), planner.Plan("rrhc_matcher", FlagsOfMatcher(), lockstep),
                    PlanSelector(planner, options),

@@ -51,8 +51,9 @@ struct StackOptions {
 struct PlannedService {
   std::string name;
   Command command;
-  std::vector<std::string> when_resuming = {};  ///< more arguments, where it goes on with a journal, ...
-  std::vector<std::string> when_new = {};       ///< ... and where it does not
+  std::vector<std::string> when_resuming = {};        ///< more arguments, where it goes on with a journal, ...
+  std::vector<std::string> when_resuming_first = {};  ///< ... of an earlier run, ...
+  std::vector<std::string> when_new = {};             ///< ... and where it does not
 };
 
 /// What is to be started, and how.

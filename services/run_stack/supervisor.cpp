@@ -67,7 +67,9 @@ Supervisor::Supervisor(StackPlan plan, ResultsFolder& folder, Signals& signals)
 bool Supervisor::Run() {
   signals_.Wait(milliseconds(0));
   if (IsInterrupted()) return true;  // before there is anything to finish
-  for (Member& service : services_) Start(service, plan_.resume);
+  for (Member& service : services_) {
+    Start(service, plan_.resume, plan_.resume ? service.plan.when_resuming_first : std::vector<std::string>());
+  }
   // Also when interrupted: a process that is asked to finish must have got so far as to understand.
   if (WaitUntilReady(kPatience + TimeToMap(plan_.earlier_journal_bytes)) && !IsInterrupted()) {
     SayWhereToLook();
@@ -82,10 +84,11 @@ bool Supervisor::Run() {
   return !failed_;
 }
 
-void Supervisor::Start(Member& member, bool resume) {
+void Supervisor::Start(Member& member, bool resume, const std::vector<std::string>& own) {
   Command command = member.plan.command;
   const auto& more = resume ? member.plan.when_resuming : member.plan.when_new;
   command.arguments.insert(command.arguments.end(), more.begin(), more.end());
+  command.arguments.insert(command.arguments.end(), own.begin(), own.end());
   member.log_begin = SizeOf(command.log);
   member.child.emplace(command);
 }

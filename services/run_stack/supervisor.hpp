@@ -37,7 +37,7 @@ class Supervisor {
     bool IsReady() const;
   };
 
-  void Start(Member& member, bool resume);
+  void Start(Member& member, bool resume, const std::vector<std::string>& own = {});
   bool WaitUntilReady(std::chrono::seconds patience);
   void WaitForEnd();
   bool StartAgain(Member& member);

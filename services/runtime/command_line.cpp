@@ -211,9 +211,6 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
     ParseRate(settings_.rate);
     parameters_.match.start = ParseStart(settings_.start);
     CheckConsistency(parameters_);
-    if (Has("localize") && Has("start") && !settings_.start.empty() && settings_.localize.empty()) {
-      throw std::runtime_error("--start: needs a finished map: add --localize DIR");
-    }
     return std::nullopt;
   } catch (const CLI::Success& wanted) {  // --help, --version
     return app_->exit(wanted);

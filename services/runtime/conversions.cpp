@@ -147,7 +147,9 @@ TrackingState FromMessage(const tracking_state_t& message) {
                              message.on_finished_map == 1,
                              message.fitness,
                              {},
-                             FromMessage(message.T_local_map)};
+                             FromMessage(message.T_local_map),
+                             static_cast<Onset>(message.onset),
+                             FromMessage(message.T_map_guess)};
   for (const scan_match_t& match : message.recent) parts.recent.push_back(FromMessage(match));
   return TrackingState(std::move(parts));
 }
@@ -163,6 +165,8 @@ tracking_state_t ToMessage(const TrackingState& tracking) {
   for (const ScanMatch& match : tracking.recent()) message.recent.push_back(ToMessage(match));
   message.num_recent = static_cast<std::int32_t>(message.recent.size());
   message.T_local_map = ToMessage(tracking.T_local_map());
+  message.onset = static_cast<std::int8_t>(tracking.onset());
+  message.T_map_guess = ToMessage(tracking.T_map_guess());
   return message;
 }
 

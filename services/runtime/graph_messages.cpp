@@ -90,6 +90,7 @@ keyframe_t ToMessage(const Keyframe& keyframe, const KeyframeHead& head) {
   message.range_m = keyframe.rays.range_m;
   message.T_previous_this = ToMessage(keyframe.T_previous_this);
   message.after_lost = keyframe.after_lost ? 1 : 0;
+  message.begins_anywhere = keyframe.begins_anywhere ? 1 : 0;
   message.as_of = ToMessage(keyframe.as_of);
   if (keyframe.open_axis) {
     message.num_open_axes = 1;
@@ -111,6 +112,7 @@ Keyframe FromMessage(const keyframe_t& message) {
   keyframe.rays = {message.angle_rad, message.range_m};
   keyframe.T_previous_this = FromMessage(message.T_previous_this);
   keyframe.after_lost = message.after_lost == 1;
+  keyframe.begins_anywhere = message.begins_anywhere == 1;
   keyframe.begins = message.id.number == 0;
   keyframe.as_of = FromOptional(message.as_of);
   if (message.num_open_axes == 1) keyframe.open_axis = Eigen::Vector2d(message.open_axis[0], message.open_axis[1]);

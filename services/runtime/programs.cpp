@@ -16,7 +16,8 @@ ProgramFlags FlagsOfMatcher() {
 
 ProgramFlags FlagsOfUpdater() {
   return {{kLaser, kScan, kUpdate, kLoops},
-          {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "until_damage", "localize", "part_bytes"}};
+          {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "new_session", "until_damage", "localize",
+           "start", "part_bytes"}};
 }
 
 ProgramFlags FlagsOfLoopCloser() { return {{kUpdate, kLoops}, {"lcm_url", "channel_prefix", "out"}}; }

@@ -20,6 +20,7 @@ struct Settings {
   double resend_s = 0.05;
   std::string journal;
   bool resume = false;
+  bool new_session = false;
   bool until_damage = false;
   std::string localize;
   std::string start;
@@ -52,9 +53,17 @@ void VisitSettings(Settings& s, Visitor&& visit) {
   visit("journal", "folder of the journal; the journal stores every mapped scan, so that the map can be rebuilt",
         s.journal);
   visit("resume", "continue with the map of the journal", s.resume);
+  visit("new_session",
+        "with --resume: a session begins, and the robot may stand elsewhere; without it the last session continues, "
+        "after a crash for example",
+        s.new_session);
   visit("until_damage", "if the journal is damaged in the middle, use the map up to the damage", s.until_damage);
   visit("localize", "folder of an earlier run (its --out): localise on its map without changing it", s.localize);
-  visit("start", "X,Y,YAW of the laser on the finished map [m, m, rad]; if empty, the whole map is searched", s.start);
+  visit(
+      "start",
+      "X,Y,YAW of the laser on the earlier map [m, m, rad]; if empty, with --localize the whole map is searched, with "
+      "--resume the robot may stand where the earlier run ended",
+      s.start);
   visit("part_bytes",
         "largest MAP_DELTA [bytes], though a tile is never split; use about 1400 on a network that loses packets",
         s.part_bytes, 200, 48000);

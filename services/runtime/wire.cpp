@@ -174,7 +174,9 @@ bool ValuesInRange(const tracking_state_t& message) {
          message.newest_utime >= -1 && IsFlag(message.on_finished_map) &&
          std::all_of(message.fitness.begin(), message.fitness.end(), IsShare) && AllInRange(message.recent) &&
          std::cmp_less_equal(message.num_recent, message.num_scans) &&
-         (message.num_scans == 0) == message.recent.empty() && IsPose(message.T_local_map);
+         (message.num_scans == 0) == message.recent.empty() && IsPose(message.T_local_map) &&
+         message.onset >= tracking_state_t::GOES_ON && message.onset <= tracking_state_t::ANYWHERE &&
+         IsPose(message.T_map_guess);
 }
 
 template <>
@@ -207,6 +209,7 @@ bool ValuesInRange(const keyframe_t& message) {
   return message.utime >= 0 && message.epoch != 0 && IsKeyframe(message.id) && IsBefore(message.previous, message.id) &&
          (IsNone(message.last_update) || IsKeyframe(message.last_update)) &&
          AreRays(message.angle_rad, message.range_m) && IsPose(message.T_previous_this) && IsFlag(message.after_lost) &&
+         IsFlag(message.begins_anywhere) && (message.begins_anywhere == 0 || message.id.number == 0) &&
          IsNoneOrOlder(message.as_of, message.id) && (message.num_open_axes == 0 || message.num_open_axes == 1) &&
          axis_in_range && (message.num_ties == 0 || message.num_ties == 1) &&
          IsNone(message.tied_to) == (message.num_ties == 0) && IsNoneOrOlder(message.tied_to, message.id) &&

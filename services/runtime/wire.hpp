@@ -97,7 +97,8 @@ constexpr auto FieldsOf<tracking_state_t>() {
   using T = tracking_state_t;
   return std::tuple(&T::num_scans, &T::num_lost, &T::newest_utime, &T::on_finished_map, &T::num_fitnesses,
                     Array(&T::fitness, &T::num_fitnesses, TrackingState::kUsual), &T::num_recent,
-                    Array(&T::recent, &T::num_recent, TrackingState::kRecent), &T::T_local_map);
+                    Array(&T::recent, &T::num_recent, TrackingState::kRecent), &T::T_local_map, &T::onset,
+                    &T::T_map_guess);
 }
 
 template <>
@@ -163,8 +164,8 @@ constexpr auto FieldsOf<keyframe_t>() {
   using T = keyframe_t;
   return std::tuple(&T::utime, &T::epoch, &T::id, &T::previous, &T::last_update, &T::num_rays,
                     Array(&T::angle_rad, &T::num_rays, kMaxBeams), Array(&T::range_m, &T::num_rays, kMaxBeams),
-                    &T::T_previous_this, &T::after_lost, &T::as_of, &T::num_open_axes, &T::open_axis, &T::num_ties,
-                    &T::tied_to, &T::T_tied_this);
+                    &T::T_previous_this, &T::after_lost, &T::begins_anywhere, &T::as_of, &T::num_open_axes,
+                    &T::open_axis, &T::num_ties, &T::tied_to, &T::T_tied_this);
 }
 
 template <>

@@ -1,14 +1,19 @@
-// slam_offline: a log or a simulated world -> map and trajectory, in one process without messages. The oracle that the
+// slam_offline: logs or simulated worlds -> map and trajectory, in one process without messages. The oracle that the
 // processes are tested against.
 
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <map>
 #include <memory>
 #include <unordered_set>
 
 #include "common/graph/g2o.hpp"
+#include "common/logs/unique_utimes.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "common/scan/laser_judge.hpp"
@@ -18,7 +23,9 @@
 #include "services/runtime/printable.hpp"
 #include "services/runtime/progress.hpp"
 #include "services/runtime/service.hpp"
+#include "services/runtime/usage_error.hpp"
 #include "services/runtime/version.hpp"
+#include "services/sources/devices/live_laser.hpp"
 #include "services/sources/earlier_results.hpp"
 #include "services/sources/journal.hpp"
 #include "services/sources/map_parameters.hpp"
@@ -26,6 +33,14 @@
 
 namespace crsm {
 namespace {
+
+/// What a log brought.
+struct Session {
+  std::string log;
+  std::size_t first_match = 0;  ///< of Run::matches
+  std::size_t num_matches = 0;
+  std::int64_t num_repeated = 0;  ///< scans that were in the map already
+};
 
 /// What a run has come to so far.
 struct Run {
@@ -40,11 +55,14 @@ struct Run {
 
   Slam slam;
   std::vector<ScanMatch> matches;
+  std::vector<Session> sessions;
+  UniqueUtimes utimes;                              ///< of the scans of all logs
+  std::unordered_set<std::int64_t> earlier_utimes;  ///< of the scans that are in the map already
   RunStatistics statistics;
   CriticalRays last_scan;
   Trajectory truth;
   Clock::time_point begun = Clock::now();
-  std::int64_t num_repeated = 0;  ///< scans that were in the map already
+  std::map<std::string, std::int64_t> counts;  ///< of all logs
   Latency latency;
 };
 
@@ -74,6 +92,8 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
     auto journal = std::make_unique<Journal>(JournalFolder(settings.out), subject, on_damage, restore);
     SayNotice(command_line, journal->notice());
     Keep(run.slam.AwaitLoops(), run, *journal);
+    run.slam.Resume(command_line.parameters().match.start);
+    for (const ScanMatch& match : run.matches) run.earlier_utimes.insert(match.utime);
     Say(fmt::format("{}: continues after {} scans from {}", command_line.program(), run.matches.size(), resume));
     return journal;
   }
@@ -93,17 +113,16 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
 }
 
 /// What of the log is not in the map, or not as it was meant.
-void SayWhatWasLeftOut(const std::string& program, const std::string& name, const LaserSource& source, const Run& run) {
+void SayWhatWasLeftOut(const std::string& program, const Session& session, const LaserSource& source) {
   for (const std::string& complaint : source.Complaints()) {
-    Say(fmt::format("{}: {}: {}", program, name, MakePrintable(complaint)));
+    Say(fmt::format("{}: {}: {}", program, session.log, MakePrintable(complaint)));
   }
-  if (run.num_repeated > 0) {
-    Say(fmt::format("{}: {} scans were in the map already and were skipped (utime_repeated)", program,
-                    run.num_repeated));
+  if (session.num_repeated > 0) {
+    Say(fmt::format("{}: {}: {} scans were in the map already and were skipped (utime_repeated)", program, session.log,
+                    session.num_repeated));
   }
-  const std::string cut = DescribeCut(name, source);
+  const std::string cut = DescribeCut(session.log, source);
   if (!cut.empty()) Say(fmt::format("{}: {}", program, cut));
-  if (run.slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", program, kMapIsFull));
 }
 
 /// What was seen belongs elsewhere where loops were closed: map, poses and what is said of them follow the graph.
@@ -146,8 +165,20 @@ void WritePieces(const std::string& out, const Run& run, const MapPieces& pieces
   }
 }
 
+/// Which logs have a place on the map, where it has others too: the poses of the rest are not known there.
+void PrintSessions(const Run& run) {
+  if (run.sessions.size() < 2 && run.earlier_utimes.empty()) return;
+  for (const Session& session : run.sessions) {
+    const auto first = run.matches.begin() + static_cast<std::ptrdiff_t>(session.first_match);
+    const auto num_lost = std::count_if(first, first + static_cast<std::ptrdiff_t>(session.num_matches),
+                                        [](const ScanMatch& match) { return match.state == MatchState::kLost; });
+    fmt::print("{}: {} of {} scans are on the map\n", session.log,
+               static_cast<std::int64_t>(session.num_matches) - num_lost, session.num_matches);
+  }
+}
+
 /// Writes the results, says whether the map is to be trusted, and returns it.
-Trust WriteRun(const CommandLine& command_line, const LaserSource& source, Run& run) {
+Trust WriteRun(const CommandLine& command_line, Run& run) {
   Summary summary;
   Results results = Conclude(run, summary);
   results.matches = run.matches;
@@ -157,8 +188,7 @@ Trust WriteRun(const CommandLine& command_line, const LaserSource& source, Run& 
   summary.parameters[command_line.program()] = command_line.UsedValues();
   summary.map_version = run.slam.map_version();
   summary.wall_s = std::chrono::duration<double>(Clock::now() - run.begun).count();
-  summary.counts = source.Counts();
-  summary.counts["utime_repeated"] += run.num_repeated;
+  summary.counts = run.counts;
   summary.counts["scan_cut"] = run.slam.num_scans_cut();
   summary.timings[command_line.program()] = {run.latency.Percentile(0.5), run.latency.Percentile(0.95),
                                              run.latency.Percentile(0.99), run.latency.max_ms()};
@@ -171,58 +201,122 @@ Trust WriteRun(const CommandLine& command_line, const LaserSource& source, Run& 
     fmt::print("{} loops closed between {} keyframes, {} rejected\n", loops->closed, loops->keyframes,
                loops->taken_out);
   }
+  PrintSessions(run);
   for (const std::string& line : FormatVerdict(summary.verdict)) fmt::print("{}\n", line);
   return summary.verdict.trust;
 }
 
-/// Says whether the map is to be trusted, and returns it.
-Trust MapLog(CommandLine& command_line, const std::string& name, const EarlierResults& earlier) {
-  const Settings& settings = command_line.settings();
-  CheckEarlierResults(earlier, name, settings);
-  AdoptEarlierMapParameters(earlier.resume, command_line);
+std::unique_ptr<LaserSource> Open(const CommandLine& command_line, const std::vector<std::string>& logs,
+                                  std::size_t number) {
   const Parameters& parameters = command_line.parameters();
-  const auto source =
-      OpenLaserSource(name, {parameters.match.seed, settings.laser_channel, parameters.scan, command_line.program()});
+  // A world that is simulated twice has other noise the second time, as on another day.
+  return OpenLaserSource(logs[number], {parameters.match.seed + number, command_line.settings().laser_channel,
+                                        parameters.scan, command_line.program()});
+}
+
+/// What cannot be meant for several logs.
+void CheckSeveral(const CommandLine& command_line, const std::vector<std::string>& logs) {
+  const Settings& settings = command_line.settings();
+  if (settings.localize.empty() && !command_line.parameters().loops.loops) {
+    throw UsageError("several logs are joined by loops: remove --no-loops, or give one log");
+  }
+  if (!settings.localize.empty() && !settings.start.empty()) {
+    throw UsageError("--start: is the start of one log: give one log, or remove it");
+  }
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    if (ParseDevice(logs[i])) throw UsageError(fmt::format("{}: a laser can only be mapped alone", logs[i]));
+    const auto IsSame = [&](const std::string& other) {
+      std::error_code error;
+      return std::filesystem::equivalent(other, logs[i], error);
+    };
+    if (std::any_of(logs.begin(), logs.begin() + static_cast<std::ptrdiff_t>(i), IsSame)) {
+      throw UsageError(fmt::format("{}: is given twice", logs[i]));
+    }
+  }
+}
+
+/// Throws if one of several logs cannot be mapped, before any of them is.
+void CheckLogs(const CommandLine& command_line, const std::vector<std::string>& logs) {
+  for (std::size_t i = 0; i < logs.size(); ++i) {
+    if (!Open(command_line, logs, i)->Next()) throw std::runtime_error(fmt::format("{} has no scans", logs[i]));
+  }
+}
+
+void MapScan(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot, Run& run, Journal& journal) {
+  const auto start = Clock::now();
+  Slam::Step step = run.slam.Process(scan, T_odom_robot);
+  run.latency.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+  journal.Append(step.drawn ? &step.scan : nullptr, step.match);
+  Keep(step.updates, run, journal);
+  run.matches.push_back(step.match);
+  run.statistics.Add(scan.utime, step.scan.rays);
+  run.statistics.Add(step.match);
+  run.last_scan = std::move(step.scan);
+}
+
+/// One log of several. show: gets its progress, [0, 1].
+void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Journal& journal,
+            const std::function<void(double)>& show) {
+  const ScanParameters& parameters = command_line.parameters().scan;
+  Session& session = run.sessions.back();
+  session.first_match = run.matches.size();
+  bool is_first_scan = run.sessions.size() > 1;  // the first log goes on where an earlier run ended
+  run.utimes.BeginDrive();
+  LaserJudge judge(parameters);
+  while (auto scan = source.Next()) {
+    if (StopRequested()) break;
+    for (const std::string& complaint : judge.Look(*scan)) {
+      Say(fmt::format("{}: {}: {}", command_line.program(), session.log, complaint));
+    }
+    const auto utime = run.utimes.Add(scan->utime);
+    scan->utime = utime.value_or(scan->utime);
+    if (utime && !run.earlier_utimes.count(*utime)) {
+      if (is_first_scan) run.slam.BeginDrive();
+      MapScan(*scan, source.Odometry(), run, journal);
+    } else {
+      run.statistics.Add(scan->utime, FindValidRays(*scan, parameters));  // as who hears CRITICAL_RAYS
+      ++session.num_repeated;
+    }
+    is_first_scan = false;
+    if (const auto T_map_laser = source.TruePose()) run.truth.push_back({scan->utime, *T_map_laser});
+    show(source.Progress());
+  }
+  session.num_matches = run.matches.size() - session.first_match;
+  SayWhatWasLeftOut(command_line.program(), session, source);
+  for (const auto& [name, count] : source.Counts()) run.counts[name] += count;
+  run.counts["utime_repeated"] += session.num_repeated;
+}
+
+/// Says whether the map is to be trusted, and returns it. A log after the first one is a session of its own.
+Trust MapLogs(CommandLine& command_line, const std::vector<std::string>& logs, const EarlierResults& earlier) {
+  const Settings& settings = command_line.settings();
+  for (const std::string& log : logs) CheckEarlierResults(earlier, log, settings);
+  if (logs.size() > 1) CheckSeveral(command_line, logs);
+  AdoptEarlierMapParameters(earlier.resume, command_line);
+  if (logs.size() > 1) CheckLogs(command_line, logs);
+  auto source = Open(command_line, logs, 0);
   PrepareFolder(settings.out);
   const PathLock lock("--out", settings.out);
   MakeRoom(command_line.program(), settings.out, earlier);
 
-  Run run(parameters);
+  Run run(command_line.parameters());
   const std::unique_ptr<Journal> journal = Begin(command_line, earlier.resume, run);
-  std::unordered_set<std::int64_t> mapped_utimes;
-  for (const ScanMatch& match : run.matches) mapped_utimes.insert(match.utime);
   BreakNews news;
   news.Skip(run.slam.mapper());
   Progress progress(command_line.program());
-  LaserJudge judge(parameters.scan);
-  while (auto scan = source->Next()) {
-    if (StopRequested()) break;
-    for (const std::string& complaint : judge.Look(*scan)) {
-      Say(fmt::format("{}: {}: {}", command_line.program(), name, complaint));
-    }
-    if (mapped_utimes.insert(scan->utime).second) {
-      const auto start = Clock::now();
-      Slam::Step step = run.slam.Process(*scan, source->Odometry());
-      run.latency.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
-      journal->Append(step.drawn ? &step.scan : nullptr, step.match);
-      Keep(step.updates, run, *journal);
-      run.matches.push_back(step.match);
-      run.statistics.Add(scan->utime, step.scan.rays);
-      run.statistics.Add(step.match);
-      run.last_scan = std::move(step.scan);
+  for (std::size_t i = 0; i < logs.size() && !StopRequested(); ++i) {
+    if (i > 0) source = Open(command_line, logs, i);
+    run.sessions.push_back({logs[i]});
+    MapLog(command_line, *source, run, *journal, [&](double share) {
       SayNews(command_line, run, news);
-    } else {
-      run.statistics.Add(scan->utime, FindValidRays(*scan, parameters.scan));  // as who hears CRITICAL_RAYS
-      ++run.num_repeated;
-    }
-    if (const auto T_map_laser = source->TruePose()) run.truth.push_back({scan->utime, *T_map_laser});
-    progress.Show(source->Progress(), run.latency.num_recorded());
+      progress.Show((static_cast<double>(i) + share) / static_cast<double>(logs.size()), run.latency.num_recorded());
+    });
   }
   progress.Finish(run.latency.num_recorded());
   Keep(run.slam.AwaitLoops(), run, *journal);
   SayNews(command_line, run, news);
-  SayWhatWasLeftOut(command_line.program(), name, *source, run);
-  return WriteRun(command_line, *source, run);
+  if (run.slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", command_line.program(), kMapIsFull));
+  return WriteRun(command_line, run);
 }
 
 }  // namespace
@@ -232,12 +326,14 @@ int main(int argc, char** argv) {
   using enum crsm::ParameterGroup;
   crsm::CommandLine command_line(
       "slam_offline",
-      "Maps a log or a simulated world in one process. Exit codes: 0 done, 1 failed, 2 usage, "
+      "Maps logs or simulated worlds in one process. Several logs are drives of their own, whose starts are unknown: "
+      "they "
+      "are joined to one map where they come to the same places. Exit codes: 0 done, 1 failed, 2 usage, "
       "3 with --strict: the map is not to be trusted.",
       {kSeed, kOdometry, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops},
       {"lcm_url", "channel_prefix", "out", "laser_channel", "until_damage", "localize", "start"});
-  std::string name;
-  command_line.app().add_option("SOURCE", name, crsm::DescribeSources())->required();
+  std::vector<std::string> logs;
+  command_line.app().add_option("SOURCE", logs, crsm::DescribeSources())->required();
   crsm::EarlierResults earlier;
   crsm::AddFlags(command_line, earlier);
   bool strict = false;
@@ -245,7 +341,7 @@ int main(int argc, char** argv) {
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   crsm::CatchSignals();
   return crsm::ReportErrors(command_line.program(), [&] {
-    const crsm::Trust trust = crsm::MapLog(command_line, name, earlier);
+    const crsm::Trust trust = crsm::MapLogs(command_line, logs, earlier);
     return strict && trust == crsm::Trust::kBad ? crsm::kUntrustedExitCode : EXIT_SUCCESS;
   });
 }

@@ -70,6 +70,9 @@ void AddFlags(CommandLine& command_line, EarlierResults& earlier) {
 void CheckEarlierResults(const EarlierResults& earlier, const std::string& source, const Settings& settings) {
   if (settings.out.empty()) throw UsageError("--out is missing: give the folder for the results");
   const bool resume = !earlier.resume.empty();
+  if (!settings.start.empty() && settings.localize.empty() && !resume) {
+    throw UsageError("--start: needs a finished map: add --localize DIR, or a map to continue: --resume DIR");
+  }
   if (resume && !settings.localize.empty()) {
     throw UsageError("--resume extends a map and --localize does not change it: give only one of them");
   }

@@ -5,26 +5,28 @@
 namespace crsm {
 
 bool ScansWithOdometry::Add(LaserScan scan) {
-  if (utimes_.Find(scan.utime)) return false;
-  utimes_.Add(scan.utime);
-  waiting_.push_back(std::move(scan));
+  const std::int64_t clock_utime = scan.utime;
+  const auto utime = utimes_.Add(clock_utime);
+  if (!utime) return false;
+  scan.utime = *utime;
+  waiting_.push_back({std::move(scan), clock_utime});
   return true;
 }
 
 bool ScansWithOdometry::NextIsReady() const {
   constexpr std::size_t kMostWaiting = 8;
   if (waiting_.empty()) return false;
-  const std::int64_t utime = waiting_.front().utime;
-  return waiting_.size() > kMostWaiting || waiting_.back().utime - utime > OdometryBuffer::kFurthest_us ||
+  const std::int64_t utime = waiting_.front().clock_utime;
+  return waiting_.size() > kMostWaiting || waiting_.back().clock_utime - utime > OdometryBuffer::kFurthest_us ||
          odometry_.Find(utime).state != ScanOdometry::State::kAwaited;
 }
 
 std::optional<LaserScan> ScansWithOdometry::Next() {
   if (waiting_.empty()) return std::nullopt;
-  LaserScan scan = std::move(waiting_.front());
+  Waiting next = std::move(waiting_.front());
   waiting_.pop_front();
-  T_odom_robot_ = odometry_.Find(scan.utime).T_odom_robot;
-  return scan;
+  T_odom_robot_ = odometry_.Find(next.clock_utime).T_odom_robot;
+  return std::move(next.scan);
 }
 
 std::vector<std::string> ScansWithOdometry::Complaints(const std::string& channel,

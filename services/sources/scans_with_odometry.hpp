@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "common/logs/utime_index.hpp"
+#include "common/logs/unique_utimes.hpp"
 #include "common/scan/laser_scan.hpp"
 #include "common/scan/odometry_buffer.hpp"
 
@@ -18,7 +18,7 @@ namespace crsm {
 /// later, or eight more scans wait.
 class ScansWithOdometry {
  public:
-  /// False, and nothing done, if an earlier scan has its utime.
+  /// False, and nothing done, if an earlier scan of the same drive has its utime; UniqueUtimes says what a drive is.
   bool Add(LaserScan scan);
   void Add(const Odometry& odometry) { odometry_.Add(odometry); }
 
@@ -40,9 +40,14 @@ class ScansWithOdometry {
                                       const std::string& refusal, const std::string& time) const;
 
  private:
+  struct Waiting {
+    LaserScan scan;
+    std::int64_t clock_utime;  ///< as the log says it; odometry is found by it
+  };
+
   OdometryBuffer odometry_;
-  UtimeIndex utimes_;              ///< of all scans so far
-  std::deque<LaserScan> waiting_;  ///< for their odometry, in the log's order
+  UniqueUtimes utimes_;          ///< of all scans so far
+  std::deque<Waiting> waiting_;  ///< for their odometry, in the log's order
   std::optional<Pose2> T_odom_robot_;
 };
 

@@ -13,7 +13,7 @@ TEST_CASE("run_stack goes on with an earlier run where it is told to, whose jour
   CHECK(stack.exit_code == 0);
   CHECK(stack.output.substr(stack.output.size() - 4) == "1\n1\n");
   const std::string updater = "map_updater started --lockstep --journal ";
-  CHECK(stack.Event(updater) == updater + stack.Path("out.2/journal") + " --resume");
+  CHECK(stack.Event(updater) == updater + stack.Path("out.2/journal") + " --resume --new-session");
   stack.Run(make_earlier + "$run_stack sim:demo --out $out --resume $out; cat $out/journal/*");
   CHECK(stack.output.substr(stack.output.size() - 4) == "old\n");
 }

@@ -268,7 +268,8 @@ TEST_CASE("run_stack refuses what it does not know, in one line") {
   CheckRefused("live --out $out --rate 1", "--rate: applies to logs only; remove it for live scans");
   CheckRefused("sim:demo --out $out --strict --without map_exporter",
                "--strict: needs the verdict of map_exporter; remove --without map_exporter");
-  CheckRefused("sim:demo --out $out --start 1,2,3", "--start: needs a finished map: add --localize DIR");
+  CheckRefused("sim:demo --out $out --start 1,2,3",
+               "--start: needs a finished map: add --localize DIR, or a map to continue: --resume DIR");
   CheckRefused("sim:demo --out $out --intensity-min 0.5 --intensity-max 0.1",
                "intensity_min: 0.5 is more than intensity_max, 0.1");
   CheckRefused("sim:demo --out $out --resume $out --force",

@@ -44,7 +44,7 @@ inline scan_match_t ScanMatchMessage() {
 }
 
 inline tracking_state_t TrackingStateMessage() {
-  return {8, 1, 5, 0, 2, {0.5, 0.75}, 1, {ScanMatchMessage()}, {0.5, -1.0, 0.25}};
+  return {8, 1, 5, 0, 2, {0.5, 0.75}, 1, {ScanMatchMessage()}, {0.5, -1.0, 0.25}, 2, {1.5, 2.0, -0.5}};
 }
 
 inline map_request_t MapRequestMessage() { return {77, 4, 99, 8, 2, 3, 5, 1, 1, 2}; }

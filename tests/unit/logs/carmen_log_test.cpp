@@ -164,6 +164,17 @@ TEST_CASE("a scan with the time of any earlier one is skipped and counted") {
   CHECK(CountOf(log, "utime_repeated") == 1);
 }
 
+TEST_CASE("where the clock begins anew, scans with the times of the first drive are kept, a microsecond later") {
+  std::string text;
+  for (const char* time_s : {"20.0", "25.0", "10.0", "20.0", "20.0"}) text += Flaser(2, " 1 1", time_s);
+  const ScratchFile file(text);
+  CarmenLog log(file.path());
+  std::vector<std::int64_t> utimes;
+  for (const LaserScan& scan : ReadAll(log)) utimes.push_back(scan.utime);
+  CHECK(utimes == std::vector<std::int64_t>{20'000'000, 25'000'000, 10'000'000, 20'000'001});
+  CHECK(CountOf(log, "utime_repeated") == 1);
+}
+
 TEST_CASE("where most scans are left out it is said why, and which line is the first of them") {
   const auto ComplaintsOf = [](const std::string& text) {
     const ScratchFile file(text);

@@ -177,11 +177,53 @@ TEST_CASE("after a gap a trajectory begins, unless the robot stands where it sto
 
   CHECK(MatchAfter(tracking, Answer(MatchState::kOk, {1.0, 2.2, 0.6}), {}, kGap_us).state == MatchState::kOk);
   CHECK(MatchAfter(tracking, elsewhere, {}, 7'900'000).state == MatchState::kOk);
-  CHECK(MatchAfter(tracking, elsewhere, {}, -kGap_us).state == MatchState::kOk);
   CHECK(MatchAfter(After(0, Pose2{}), elsewhere, {}, kGap_us, Pose2{}).state == MatchState::kOk);
   LoopParameters parameters;
   parameters.gap_max_s = 0.0;
   CHECK(MatchAfter(tracking, elsewhere, parameters, kGap_us).state == MatchState::kOk);
+}
+
+TEST_CASE("where the clock begins anew a trajectory does, unless the robot stands where it stood; wheels do not tell") {
+  constexpr std::int64_t kBack_us = -8'000'001;
+  const ScanMatch elsewhere = Answer(MatchState::kOk, {1.0, 2.4, 0.5});
+  const ScanMatch first = MatchAfter(After(0), elsewhere, {}, kBack_us);
+  CHECK(first.state == MatchState::kFirst);
+  CHECK(first.T_map_laser == kPlace);
+  CHECK(MatchAfter(After(0), Answer(MatchState::kLost), {}, kBack_us).state == MatchState::kFirst);
+  CHECK(MatchAfter(After(0, Pose2{}), elsewhere, {}, kBack_us, Pose2{}).state == MatchState::kFirst);
+
+  CHECK(MatchAfter(After(0), Answer(MatchState::kOk, {1.0, 2.2, 0.6}), {}, kBack_us).state == MatchState::kOk);
+  CHECK(MatchAfter(After(0), elsewhere, {}, kBack_us + 1).state == MatchState::kOk);  // logs step back by a second
+  LoopParameters parameters;
+  parameters.loops = false;
+  CHECK(MatchAfter(After(0), elsewhere, parameters, kBack_us).state == MatchState::kOk);
+}
+
+TEST_CASE("another drive begins a trajectory whatever fits, and is lost before a scan that can begin one") {
+  const ScanMatch here = Answer(MatchState::kOk);
+  TrackingState tracking = After(0);
+  tracking.BeginSession(Onset::kAnywhere);
+  ScanMatch first = MatchAfter(tracking, here);
+  CHECK(first.state == MatchState::kFirst);
+  CHECK(first.T_map_laser == kPlace);
+  CHECK(first.covariance[0] == kUnknownVariance);
+  CHECK(MatchScan(ToldMatcher(here), ScanAfter(tracking, kPeriod_us, 19), tracking, std::nullopt, {}).state ==
+        MatchState::kLost);
+  tracking.BeginSessionNear({7.0, 8.0, 0.1});
+  first = MatchAfter(tracking, here);
+  CHECK(first.state == MatchState::kFirst);
+  CHECK(first.T_map_laser == Pose2{7.0, 8.0, 0.1});
+  CHECK(first.covariance == ScanMatch().covariance);
+}
+
+TEST_CASE("a session on an earlier map goes on where its first scan fits, else begins a trajectory at once") {
+  TrackingState tracking = After(0);
+  tracking.BeginSession(Onset::kResumed);
+  CHECK(MatchAfter(tracking, Answer(MatchState::kOk)).state == MatchState::kOk);
+  const ScanMatch first = MatchAfter(tracking, Answer(MatchState::kLost));
+  CHECK(first.state == MatchState::kFirst);
+  CHECK(first.T_map_laser == kPlace);
+  CHECK(first.covariance == ScanMatch().covariance);
 }
 
 TEST_CASE("where scans are far apart in time as a rule, such a step is no gap") {

@@ -24,6 +24,28 @@ TEST_CASE("before the first scan nothing is remembered") {
   CHECK(TrackingState::OnFinishedMap().on_finished_map());
 }
 
+TEST_CASE("how a session begins holds until a scan is placed, and its place moves with the map") {
+  TrackingState state;
+  state.BeginSession(Onset::kResumed);
+  CHECK(state.onset() == Onset::kGoesOn);  // on no map yet
+  state.Add(Match(10, 0.5, MatchState::kOk));
+  state.BeginSession(Onset::kResumed);
+  CHECK(state.onset() == Onset::kResumed);
+  state.Add(Match(11, 0.0, MatchState::kLost));
+  CHECK(state.onset() == Onset::kResumed);
+  state.Add(Match(12, 0.5, MatchState::kOk));
+  CHECK(state.onset() == Onset::kGoesOn);
+  state.BeginSession(Onset::kAnywhere);
+  CHECK(state.T_map_guess() == state.recent().back().T_map_laser);
+  state.BeginSessionNear({3.0, 4.0, 0.5});
+  state.Add(Match(13, 0.0, MatchState::kLost), Pose2{1.0, 0.0, 0.0});
+  CHECK(state.onset() == Onset::kNear);
+  CHECK(state.T_map_guess() == Pose2{4.0, 4.0, 0.5});
+  state.Add(Match(14, 0.0, MatchState::kFirst));
+  CHECK(state.onset() == Onset::kGoesOn);
+  CHECK(state.T_map_guess() == Pose2{});
+}
+
 TEST_CASE("the usual fitness is the mean of the last ten scans that were matched; first and lost ones do not count") {
   TrackingState state;
   state.Add(Match(0, 0.0, MatchState::kFirst));

@@ -80,6 +80,13 @@ TEST_CASE("a tracking state comes over the wire as it was, before the first scan
     matches.push_back({100 - k, {0.1 * k, 0.0, 0.0}, 0.02 * k, 1, 1, k, k % 3 ? MatchState::kOk : MatchState::kLost});
     CHECK(FromMessage(Send(ToMessage(After(matches)))) == After(matches));
   }
+  TrackingState tracking = After(matches);
+  for (const Onset onset : {Onset::kResumed, Onset::kAnywhere}) {
+    tracking.BeginSession(onset);
+    CHECK(FromMessage(Send(ToMessage(tracking))) == tracking);
+  }
+  tracking.BeginSessionNear({1.0, -2.0, 0.5});
+  CHECK(FromMessage(Send(ToMessage(tracking))) == tracking);
 }
 
 TEST_CASE("odometry comes over the wire as it was to the last bit, at every heading, and so does that there is none") {

@@ -41,6 +41,7 @@ void CheckSame(const Keyframe& one, const Keyframe& other) {
   CHECK(one.T_previous_this == other.T_previous_this);
   CHECK(one.after_lost == other.after_lost);
   CHECK(one.begins == other.begins);
+  CHECK(one.begins_anywhere == other.begins_anywhere);
   CHECK(one.open_axis == other.open_axis);
   CHECK(one.tie == other.tie);
   CHECK(one.as_of == other.as_of);
@@ -88,6 +89,14 @@ TEST_CASE("a keyframe comes over the wire to the last bit") {
   CHECK(FromOptional(message.previous) == Nth(19));
   CHECK(FromOptional(message.last_update) == Nth(12));
   CheckSame(FromMessage(message), keyframe);
+}
+
+TEST_CASE("that a keyframe is of another drive comes over the wire, too") {
+  Keyframe keyframe = MakeKeyframe();
+  keyframe.begins = keyframe.begins_anywhere = true;
+  const keyframe_t message = Send(ToMessage(keyframe, {kEpoch, {1, 0}, Nth(19), Nth(12)}));
+  CHECK(FromMessage(message).begins);
+  CHECK(FromMessage(message).begins_anywhere);
 }
 
 TEST_CASE("a keyframe without number 0 goes on with a trajectory, one with it begins one") {

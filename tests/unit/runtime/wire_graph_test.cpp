@@ -59,6 +59,7 @@ TEST_CASE("a keyframe has a name, rays that are measurements, and hangs on keyfr
   }));
   for (const auto no_flag : {std::int8_t{-1}, std::int8_t{2}}) {
     CHECK_FALSE(IsDecoded(KeyframeMessage(), [=](Message& m) { m.after_lost = no_flag; }));
+    CHECK_FALSE(IsDecoded(KeyframeMessage(), [=](Message& m) { m.begins_anywhere = no_flag; }));
   }
   CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.as_of = {-1, -1}; }));
   CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.as_of = {1, 7}; }));

@@ -230,7 +230,7 @@ TEST_CASE("a tracking state counts what there can be, and remembers the last mat
     return IsDecoded<map_delta_t>(Encode(message));
   };
   CHECK(Fits([](Message&) {}));
-  CHECK(Fits([](Message& m) { m = {0, 0, -1, 1, 0, {}, 0, {}, {}}; }));
+  CHECK(Fits([](Message& m) { m = {0, 0, -1, 1, 0, {}, 0, {}, {}, 0, {}}; }));
   CHECK_FALSE(Fits([](Message& m) { m.num_lost = -1; }));
   CHECK_FALSE(Fits([](Message& m) { m.num_lost = m.num_scans + 1; }));
   CHECK_FALSE(Fits([](Message& m) { m.newest_utime = -2; }));
@@ -241,6 +241,10 @@ TEST_CASE("a tracking state counts what there can be, and remembers the last mat
   CHECK_FALSE(Fits([](Message& m) { m.T_local_map.x_m = kNan; }));
   CHECK_FALSE(Fits([](Message& m) { m.T_local_map.y_m = -1e7; }));
   CHECK_FALSE(Fits([](Message& m) { m.T_local_map.yaw_rad = HUGE_VAL; }));
+  CHECK(Fits([](Message& m) { m.onset = Message::ANYWHERE; }));
+  CHECK_FALSE(Fits([](Message& m) { m.onset = 4; }));
+  CHECK_FALSE(Fits([](Message& m) { m.onset = -1; }));
+  CHECK_FALSE(Fits([](Message& m) { m.T_map_guess.x_m = kNan; }));
   CHECK_FALSE(Fits([](Message& m) { m.recent.clear(), m.num_recent = 0; }));  // eight scans, and none of them known
   CHECK_FALSE(Fits([](Message& m) { m.num_scans = m.num_lost = 0; }));
   CHECK_FALSE(Fits([](Message& m) { m.fitness.assign(11, 0.5), m.num_fitnesses = 11; }));

@@ -105,6 +105,18 @@ TEST_CASE("a clock that steps back now and then, as in logs, is no fault") {
   CHECK(Judge(1000, [](int number, LaserScan& scan) { scan.utime -= number % 20 == 0 ? 900'000 : 0; }).empty());
 }
 
+TEST_CASE("a clock that begins anew is said with its step and its scan, each time") {
+  const auto Restart = [](int number, LaserScan& scan) { scan.utime -= number >= 200 ? 20'000'000 : 0; };
+  CheckSaid(Judge(1000, Restart), "the clock steps back by 20 s at scan 201: ");
+  CheckSaid(Judge(1000, [](int number, LaserScan& scan) { scan.utime += number < 500 ? 2'100'000'000 : 0; }),
+            "by 35 min at scan 501: ");
+  CheckSaid(Judge(1000, [](int number, LaserScan& scan) { scan.utime += number < 5 ? 1'700'000'000'000'000 : 0; }),
+            "by 19676 days at scan 6: ");
+  CHECK(Judge(1000, [](int number, LaserScan& scan) { scan.utime -= number / 200 * 60'000'000; }).size() == 4);
+  // Two lasers with clocks a minute apart: this once, and what is wrong with them.
+  CHECK(Judge(1000, [](int number, LaserScan& scan) { scan.utime += number % 2 == 0 ? 60'000'000 : 0; }).size() == 2);
+}
+
 TEST_CASE("two lasers with different clocks on one channel go back at every other scan") {
   CheckSaid(Judge(100, [](int number, LaserScan& scan) { scan.utime += number % 2 == 0 ? 5'000'000 : 0; }),
             "two lasers on this channel");

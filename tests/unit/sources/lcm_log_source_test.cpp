@@ -161,6 +161,18 @@ TEST_CASE("a repeated utime is skipped and counted, one that goes back is kept")
   CHECK(result.counts.at("utime_repeated") == 1);
 }
 
+TEST_CASE("where the clock begins anew, scans and odometry are those of the second drive") {
+  constexpr std::int64_t kEnd = 20'000'000;
+  std::string log;
+  for (const std::int64_t utime : {std::int64_t{0}, kEnd}) log += OdometryEvent(utime, 1.0) + PlanarEvent(utime);
+  for (const std::int64_t utime : {std::int64_t{0}, std::int64_t{50'000}, kEnd}) {
+    log += OdometryEvent(utime, 5.0) + PlanarEvent(utime);
+  }
+  CHECK(Read(log).utimes() == Utimes{0, kEnd, 1, 50'000, kEnd + 1});
+  CHECK(Read(log).counts["utime_repeated"] == 0);
+  CHECK(OdometryOf(log) == Odometries{1.0, 1.0, 5.0, 5.0, 5.0});
+}
+
 TEST_CASE("a bad laser message is counted and skipped before anything is decoded from its counts") {
   const std::string planar = Encode(PlanarLidar(2));
   const std::size_t intensities_at = 20 + 4 * 4;
