@@ -19,10 +19,7 @@ double ComputeBreak(const KeyframeGraph& graph, int before) {
 KeyframeId FindNearest(const KeyframeGraph& graph, double far_m) {
   const KeyframeId first{graph.newest()->trajectory, 0};
   const KeyframeId last = *graph.Before(first);
-  const auto DistanceOf = [&](KeyframeId id) {
-    const Pose2& at = graph.pose(id);
-    return Length({at.x_m - graph.pose(first).x_m, at.y_m - graph.pose(first).y_m, 0.0});
-  };
+  const auto DistanceOf = [&](KeyframeId id) { return Distance(graph.pose(id), graph.pose(first)); };
   if (DistanceOf(last) <= far_m) return last;
   KeyframeId nearest = last;
   for (std::optional<KeyframeId> id = KeyframeId{}; id < first; id = graph.After(*id)) {
@@ -111,11 +108,10 @@ std::vector<KeyframeId> JoinSearch::FindMiddles(const KeyframeGraph& graph) cons
 
 /// Drawn before, or now. Of a trajectory that has ended nothing changes any more.
 const JoinSearch::DrawnSubmap& JoinSearch::Draw(const KeyframeGraph& graph, KeyframeId middle) {
-  constexpr std::size_t kMost = 256;  // about 0.3 MB each
   const GraphConstants::Joins& joins = constants_.joins;
   const auto found = drawn_.find(middle);
   if (found != drawn_.end()) return found->second;
-  if (drawn_order_.size() >= kMost) {
+  if (drawn_order_.size() >= joins.most_drawn) {
     drawn_.erase(drawn_order_.front());
     drawn_order_.pop_front();
   }

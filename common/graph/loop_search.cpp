@@ -15,8 +15,6 @@
 namespace crsm {
 namespace {
 
-double Distance(const Pose2& a, const Pose2& b) { return Length({a.x_m - b.x_m, a.y_m - b.y_m, 0.0}); }
-
 /// How far poses may have drifted apart.
 struct Drift {
   double reach_m;

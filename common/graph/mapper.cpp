@@ -227,6 +227,12 @@ std::vector<Mapper::ScanRun> Mapper::FindScans(int component) const {
   return runs;
 }
 
+std::int64_t Mapper::CountScans(int component) const {
+  std::int64_t num = 0;
+  for (const ScanRun& run : FindScans(component)) num += run.end - run.first;
+  return num;
+}
+
 MapPieces Mapper::FindPieces() const {
   const std::vector<int> numbers = FindPieceNumbers();
   std::vector<MapPiece> pieces(SortComponents().size());

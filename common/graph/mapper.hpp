@@ -88,6 +88,8 @@ class Mapper {
     std::int64_t end;
   };
   std::vector<ScanRun> FindScans(int component) const;
+  /// How many they are.
+  std::int64_t CountScans(int component) const;
   /// For each trajectory the number of its piece.
   std::vector<int> FindPieceNumbers() const;
   /// For each trajectory its component, by all that is known.

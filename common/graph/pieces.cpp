@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include "common/match/match_scan.hpp"
 
 namespace crsm {
 namespace {
@@ -47,7 +50,6 @@ void TrajectoryLog::Add(const ScanMatch& match, int num_trajectories) {
 
 /// The reasons are those for which MatchScan begins a trajectory.
 Break TrajectoryLog::MakeBreak(const ScanMatch& match) const {
-  constexpr std::int64_t kHardly = 3;  // matched scans: then the first that is lost ends a trajectory
   Break begun;
   begun.utime = match.utime;
   begun.scan = num_scans_;
@@ -60,7 +62,7 @@ Break TrajectoryLog::MakeBreak(const ScanMatch& match) const {
   } else if (loops_.gap_max_s > 0.0 && begun.seconds > loops_.gap_max_s) {
     begun.reason = BreakReason::kGap;
   } else {
-    const bool soon = size() > 0 && trajectories_.back().num_matched <= kHardly;
+    const bool soon = size() > 0 && std::cmp_less_equal(trajectories_.back().num_matched, kHardlyMatched);
     begun.reason = soon ? BreakReason::kLost : BreakReason::kSession;
   }
   return begun;

@@ -92,8 +92,8 @@ bool SubmapLoopCloser::Agree(const LoopFinding& earlier, const LoopFinding& late
   return AreNear(expected, later.T_older_newer, constants_.loops.agree_m, constants_.loops.agree_rad);
 }
 
-/// Whether they are so far apart along the path that they saw different things: for a join that may be anywhere more
-/// than a room, which may be like another one.
+/// Whether they are so far apart along the path that they saw different things; for a join that may be anywhere also as
+/// the crow flies.
 bool SubmapLoopCloser::AreApart(const LoopFinding& earlier, const LoopFinding& later) const {
   const GraphConstants::Joins& joins = constants_.joins;
   const double apart_m = graph_.path_m(later.newer) - graph_.path_m(earlier.newer);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/match/contradiction.hpp"
+#include "common/match/motion_prediction.hpp"
 #include "common/match/sweep.hpp"
 #include "common/scan/clock_restart.hpp"
 #include "common/scan/deskew.hpp"
@@ -79,36 +80,10 @@ bool HasEnoughRays(const CriticalRays& scan) {
   return scan.rays.size() >= kFewest;
 }
 
-/// Where the robot is if it went on as it moved between the last two scans that were matched one after the other, but
-/// straighter; the last pose where that is not known.
-Pose2 GuessOnward(const TrackingState& tracking, std::int64_t utime) {
-  constexpr double kLongest_s = 6.0;
-  constexpr double kOfTurn = 0.5;  // turns end sooner than drives
-  constexpr int kSteps = 10;
-  const auto recent = tracking.recent();
-  const auto IsLost = [](const ScanMatch& match) { return match.state == MatchState::kLost; };
-  const auto last = std::find_if_not(recent.rbegin(), recent.rend(), IsLost);
-  const Pose2& guess = recent.back().T_map_laser;
-  if (last == recent.rend() || last->state == MatchState::kFirst) return guess;
-  const auto before = std::next(last);
-  if (before == recent.rend() || IsLost(*before)) return guess;
-  const double period_s = 1e-6 * static_cast<double>(last->utime - before->utime);
-  const double since_s = 1e-6 * static_cast<double>(utime - last->utime);
-  if (period_s <= 0.0 || since_s <= 0.0) return guess;
-  const Pose2 motion = Inverse(before->T_map_laser) * last->T_map_laser;
-  const double share = std::min(since_s, kLongest_s) / period_s / kSteps;
-  Pose2 onward = last->T_map_laser;
-  for (int i = 0; i < kSteps; ++i) {
-    onward = onward * Pose2{share * motion.x_m, share * motion.y_m, share * kOfTurn * motion.yaw_rad};
-  }
-  return onward;
-}
-
 /// After how many lost scans in a row a trajectory ends. One on which hardly anything was matched yet is no loss: there
 /// was a hand before the laser, say.
 std::int64_t FindPatience(const TrackingState& tracking, int lost_scans_max) {
-  constexpr std::size_t kHardly = 3;
-  return tracking.fitnesses().size() < kHardly ? std::min(lost_scans_max, 1) : lost_scans_max;
+  return tracking.fitnesses().size() < kHardlyMatched ? std::min(lost_scans_max, 1) : lost_scans_max;
 }
 
 /// A new trajectory, where the robot is guessed to be.
@@ -150,7 +125,7 @@ ScanMatch MatchScan(const Matcher& matcher, const CriticalRays& scan, const Trac
   const bool by_odometry = match.T_odom_robot && last.T_odom_robot;
   const bool is_gap = IsGap(tracking, scan.utime, parameters.gap_max_s) && !by_odometry;
   const bool broken = (is_gap || HasClockRestarted(last.utime, scan.utime)) && !StoodStill(match, tracking);
-  if (lost_for_long) return Begin(match, by_odometry ? match.T_map_laser : GuessOnward(tracking, scan.utime));
+  if (lost_for_long) return Begin(match, by_odometry ? match.T_map_laser : GuessOnward(tracking.recent(), scan.utime));
   return broken || resumed_elsewhere ? Begin(match, last.T_map_laser) : match;
 }
 

@@ -7,6 +7,9 @@
 
 namespace crsm {
 
+/// Fewer matched scans are no trajectory yet: the first lost one ends it.
+inline constexpr std::size_t kHardlyMatched = 3;
+
 /// Matches a scan to the map, as MatchSweep does, and decides whether it goes on from there: where nobody knows any
 /// more how the robot came here, a new trajectory begins. Such a match is kFirst, and its pose is a guess.
 ///

@@ -1,6 +1,8 @@
 #include "common/match/motion_prediction.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace crsm {
 namespace {
@@ -82,6 +84,28 @@ std::optional<Pose2> ContinueMotion(std::span<const ScanMatch> recent, const Mat
   Pose2 pose = matched.back().T_map_laser;
   for (std::size_t i = 0; i <= num_lost; ++i) pose = pose * motion;
   return pose;
+}
+
+Pose2 GuessOnward(std::span<const ScanMatch> recent, std::int64_t utime) {
+  constexpr double kLongest_s = 6.0;
+  constexpr double kOfTurn = 0.5;  // turns end sooner than drives
+  constexpr int kSteps = 10;
+  const auto IsLost = [](const ScanMatch& match) { return match.state == MatchState::kLost; };
+  const auto last = std::find_if_not(recent.rbegin(), recent.rend(), IsLost);
+  const Pose2& guess = recent.back().T_map_laser;
+  if (last == recent.rend() || last->state == MatchState::kFirst) return guess;
+  const auto before = std::next(last);
+  if (before == recent.rend() || IsLost(*before)) return guess;
+  const double period_s = 1e-6 * static_cast<double>(last->utime - before->utime);
+  const double since_s = 1e-6 * static_cast<double>(utime - last->utime);
+  if (period_s <= 0.0 || since_s <= 0.0) return guess;
+  const Pose2 motion = Inverse(before->T_map_laser) * last->T_map_laser;
+  const double share = std::min(since_s, kLongest_s) / period_s / kSteps;
+  Pose2 onward = last->T_map_laser;
+  for (int i = 0; i < kSteps; ++i) {
+    onward = onward * Pose2{share * motion.x_m, share * motion.y_m, share * kOfTurn * motion.yaw_rad};
+  }
+  return onward;
 }
 
 std::optional<Pose2> PredictPoseByOdometry(std::span<const ScanMatch> recent, const std::optional<Pose2>& T_odom_robot,

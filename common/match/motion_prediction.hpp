@@ -24,6 +24,10 @@ double ComputeSteadiness(std::span<const ScanMatch> recent, std::int64_t utime);
 /// or how it moved before that is not known.
 std::optional<Pose2> ContinueMotion(std::span<const ScanMatch> recent, const MatchParameters& parameters);
 
+/// The same by time, however many scans were lost, for 6 s at most: as the robot moved between the last two scans that
+/// were matched one after the other, but straighter. The last pose where that is not known.
+Pose2 GuessOnward(std::span<const ScanMatch> recent, std::int64_t utime);
+
 /// The same by odometry: the last pose and the motion of the wheels since. Nothing if that is not to be trusted: when
 /// there was no odometry at either scan, when it jumps, or when it told the last motions worse than PredictPose did.
 ///

@@ -33,6 +33,9 @@ inline Pose2 Inverse(const Pose2& T_a_b) {
 /// How far a motion leads [m], the same on every machine.
 inline double Length(const Pose2& motion) { return std::sqrt(motion.x_m * motion.x_m + motion.y_m * motion.y_m); }
 
+/// As the crow flies [m], the same on every machine.
+inline double Distance(const Pose2& a, const Pose2& b) { return Length({a.x_m - b.x_m, a.y_m - b.y_m, 0.0}); }
+
 /// A pose as odometry gives it, to whole micrometres and microradians; nothing where that is no pose: a number that is
 /// none, or beyond 1e6. Rounded, a pose is the same to the last bit whether its heading comes as an angle, as in CARMEN
 /// logs, or as a quaternion, as on the wire.

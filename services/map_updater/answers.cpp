@@ -57,8 +57,7 @@ class ToldScans {
   explicit ToldScans(const Answered& answered) : answered_(answered), size_(answered.matches.size()) {
     if (!answered.component) return;
     runs_ = answered.put_right->FindScans(*answered.component);
-    size_ = 0;
-    for (const Mapper::ScanRun& run : runs_) size_ += run.end - run.first;
+    size_ = answered.put_right->CountScans(*answered.component);
   }
 
   std::int64_t size() const { return size_; }

