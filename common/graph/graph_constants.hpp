@@ -99,9 +99,15 @@ struct GraphConstants {
     int num_turns = 24;  ///< degrees of 180 that the lines of both agree best at; right ones of fr-clinic were among 22
     std::size_t most_drawn = 256;  ///< submaps that are kept, about 0.3 MB each
     double every_m = 3.0;
-    double soon_every_m = 1.5;   ///< soon after a break
-    double least_apart_m = 3.0;  ///< of two findings
-    double least_away_m = 2.0;   ///< of two findings, as the crow flies: a robot that turns on the spot sees the same
+    double soon_every_m = 1.5;    ///< soon after a break
+    double least_apart_m = 8.0;   ///< of two findings: they share nothing of what was seen (Submaps::recent_m)
+    double remembered_m = 100.0;  ///< a finding that waits for another
+    double least_away_m = 2.0;    ///< of two findings, as the crow flies: a robot that turns on the spot sees the same
+
+    // What was joined is checked for some metres, while the graph vouches for where the robot is.
+    double checked_m = 50.0;
+    double checked_within_m = 5.0;    ///< of a keyframe of another trajectory
+    double contradicted_share = 0.3;  ///< right ones: 0.29 at most, in killian; wrong ones: 0.35 at most
 
     // Nearby: where the robot is soon after a break, if it went on as before.
     double soon_m = 25.0;

@@ -33,7 +33,7 @@ KeyframeId FindNearest(const KeyframeGraph& graph, double far_m) {
 std::optional<LoopFinding> JoinSearch::Search(const KeyframeGraph& graph) {
   const GraphConstants::Joins& joins = constants_.joins;
   const auto nearby = SearchNearby(graph);
-  if (nearby && ComputeBreak(graph, nearby->newer.trajectory - 1) < joins.short_break_s) return nearby;
+  if (nearby && nearby->soon) return nearby;
   const std::vector<KeyframeId> middles = FindMiddles(graph);
   if (middles.empty()) return nearby;
   const double farthest_m = constants_.submaps.farthest_point_m;
@@ -86,7 +86,8 @@ std::optional<LoopFinding> JoinSearch::SearchNearby(const KeyframeGraph& graph) 
   }
   auto found = best.Unrivalled();
   if (found) {
-    found->sure = found->score >= joins.sure_score && ComputeBreak(graph, newest.trajectory - 1) < joins.short_break_s;
+    found->soon = ComputeBreak(graph, newest.trajectory - 1) < joins.short_break_s;
+    found->sure = found->soon && found->score >= joins.sure_score;
   }
   return found;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <queue>
 #include <set>
@@ -149,6 +150,15 @@ std::vector<int> KeyframeGraph::FindComponents(const std::vector<Loop>& loops) c
     if (a != b) std::replace(components.begin(), components.end(), std::max(a, b), std::min(a, b));
   }
   return components;
+}
+
+std::vector<Loop> KeyframeGraph::FindLoopsAcross(int trajectory) const {
+  std::vector<Loop> across;
+  std::ranges::copy_if(loops_, std::back_inserter(across), [&](const Loop& loop) {
+    return loop.older.trajectory != loop.newer.trajectory &&
+           (loop.older.trajectory == trajectory || loop.newer.trajectory == trajectory);
+  });
+  return across;
 }
 
 void KeyframeGraph::UpdateComponents() {

@@ -136,6 +136,9 @@ class KeyframeGraph {
   /// For each trajectory its component, if these were all the loops.
   std::vector<int> FindComponents(const std::vector<Loop>& loops) const;
 
+  /// The loops between a trajectory and others.
+  std::vector<Loop> FindLoopsAcross(int trajectory) const;
+
   /// Moves the younger component of the two ends of a loop to where the loop says; nothing if they are one.
   void Join(const Loop& loop);
 

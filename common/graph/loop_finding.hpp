@@ -23,6 +23,7 @@ struct LoopFinding {
   Pose2 T_older_newer;  ///< to within a cell
   double score = 0.0;   ///< as of Place
   By by = By::kDrift;
+  bool soon = false;  ///< after a short break, nearby: the robot can be hardly anywhere else
   bool sure = false;  ///< it needs no other that agrees with it
 };
 

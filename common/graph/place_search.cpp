@@ -264,6 +264,28 @@ HitPyramid::Grid HitPyramid::JoinFour(const Grid& grid, int step) {
   return joined;
 }
 
+HitPyramid::Overlay HitPyramid::Lay(const Eigen::Matrix2Xd& points_m, const Pose2& pose) const {
+  Overlay overlay;
+  const Grid& grid = levels_[0];
+  if (grid.cells.empty()) return overlay;
+  constexpr unsigned kHit = 1;
+  constexpr unsigned kFree = 1 << 4;
+  const auto [sin, cos] = ComputeSinCos(pose.yaw_rad);
+  const Eigen::Vector2d at_m = Eigen::Vector2d(pose.x_m, pose.y_m) - origin_m_;
+  for (Eigen::Index i = 0; i < points_m.cols(); ++i) {
+    const double x_m = at_m.x() + cos * points_m(0, i) - sin * points_m(1, i);
+    const double y_m = at_m.y() + sin * points_m(0, i) + cos * points_m(1, i);
+    const auto x = static_cast<int>(std::floor(x_m / cell_m_)) + BeforeGrid(0);
+    const auto y = static_cast<int>(std::floor(y_m / cell_m_)) + BeforeGrid(0);
+    if (x < 0 || y < 0 || x >= grid.width || y >= grid.height) continue;
+    const unsigned bits =
+        grid.cells[static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x)];
+    if (bits & kHit) ++overlay.on_hits;
+    if (bits & kFree) ++overlay.on_free;
+  }
+  return overlay;
+}
+
 std::array<int, 4> HitPyramid::Count(int level, const Eigen::ArrayXf& x_cells, const Eigen::ArrayXf& y_cells,
                                      const Pose2& pose, int least) const {
   const Grid& grid = levels_[static_cast<std::size_t>(level)];

@@ -26,6 +26,14 @@ class HitPyramid {
 
   double cell_m() const { return cell_m_; }
 
+  /// Points at a pose: how many lie on hits, give or take a cell, and how many where nothing stands.
+  struct Overlay {
+    int on_hits = 0;
+    int on_free = 0;
+  };
+  /// points_m: 2 x N.
+  Overlay Lay(const Eigen::Matrix2Xd& points_m, const Pose2& pose) const;
+
   /// How many of the points, moved to a pose, lie on hits, give or take a cell, less kFreeWeight times how many lie
   /// where nothing stands; at a level above 0, that at most if each was moved by up to 2^level - 1 cells more. x_cells,
   /// y_cells: of the points, in cells. Of four poses: this one, the one 2^level cells further along x, that along y,

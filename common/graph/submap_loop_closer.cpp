@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "common/graph/loop_search.hpp"
@@ -33,6 +34,10 @@ std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe) {
   keyframe.tie_wrong = keyframe.as_of < ties_wrong_before_;
   GraphUpdate update;
   update.keyframe = graph_.Add(std::move(keyframe));
+  if (join_check_.IsContradicted(graph_)) {
+    TakeApart(update);
+    return update;
+  }
   const auto finding = Search();
   if (!finding) return std::nullopt;
   const bool checked = finding->by == LoopFinding::By::kCheck;
@@ -51,12 +56,21 @@ std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe) {
   update.previous = std::exchange(update_, update.keyframe);
   const KeyframePoses before = graph_.poses();
   for (const Loop& loop : update.closed) {
+    if (!graph_.HangTogether(loop.older, loop.newer)) join_check_.Watch(graph_);
     graph_.Join(loop);
     graph_.AddLoop(loop);
   }
   update.taken_out = graph_.Optimise();
   update.moved = FindMoved(before, graph_.poses());
   return update;
+}
+
+/// The newest trajectory hangs together with no other any more. The poses stay as they are.
+void SubmapLoopCloser::TakeApart(GraphUpdate& update) {
+  update.previous = std::exchange(update_, update.keyframe);
+  update.taken_out = graph_.FindLoopsAcross(update.keyframe.trajectory);
+  for (const Loop& loop : update.taken_out) graph_.DropLoop(loop);
+  findings_.clear();
 }
 
 /// Where the newest keyframe is: in another component first, while there is one; then in its own.
@@ -92,25 +106,25 @@ bool SubmapLoopCloser::Agree(const LoopFinding& earlier, const LoopFinding& late
   return AreNear(expected, later.T_older_newer, constants_.loops.agree_m, constants_.loops.agree_rad);
 }
 
-/// Whether they are so far apart along the path that they saw different things; for a join that may be anywhere also as
-/// the crow flies.
+/// Whether they are so far apart along the path that they saw different things. Two places that are alike look alike
+/// for metres: for a join that may be anywhere nothing may count twice.
 bool SubmapLoopCloser::AreApart(const LoopFinding& earlier, const LoopFinding& later) const {
   const GraphConstants::Joins& joins = constants_.joins;
   const double apart_m = graph_.path_m(later.newer) - graph_.path_m(earlier.newer);
   if (graph_.HangTogether(later.older, later.newer)) return apart_m >= constants_.loops.least_apart_m;
-  if (earlier.by == LoopFinding::By::kNearby && later.by == LoopFinding::By::kNearby) {
-    return apart_m >= joins.nearby_apart_m;
-  }
+  if (earlier.soon && later.soon) return apart_m >= joins.nearby_apart_m;
   return apart_m >= joins.least_apart_m && Length(graph_.Motion(earlier.newer, later.newer)) >= joins.least_away_m;
 }
 
 /// The loops of a finding and of an earlier one that agrees with it; none without such a one.
 std::vector<Loop> SubmapLoopCloser::Confirm(const LoopFinding& finding) {
   const double here_m = graph_.path_m(finding.newer);
-  const auto IsForgotten = [&](KeyframeId id) {
-    return id.trajectory != finding.newer.trajectory || here_m - graph_.path_m(id) > constants_.loops.remembered_m;
-  };
-  while (!findings_.empty() && IsForgotten(findings_.front().finding.newer)) findings_.pop_front();
+  std::erase_if(findings_, [&](const Remembered& one) {
+    const auto& [older, newer] = std::tie(one.finding.older, one.finding.newer);
+    const double remembered_m =
+        graph_.HangTogether(older, newer) ? constants_.loops.remembered_m : constants_.joins.remembered_m;
+    return newer.trajectory != finding.newer.trajectory || here_m - graph_.path_m(newer) > remembered_m;
+  });
   std::vector<Loop> loops;
   findings_.push_back({finding});
   if (finding.sure) {

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <deque>
 #include <optional>
 #include <vector>
 
 #include "common/graph/graph_constants.hpp"
+#include "common/graph/join_check.hpp"
 #include "common/graph/join_search.hpp"
 #include "common/graph/keyframe_graph.hpp"
 #include "common/graph/loop_closer.hpp"
@@ -17,12 +17,18 @@ namespace crsm {
 ///
 /// A wrong loop is worse than none. A place has to fit, and clearly better than any other; then a second finding, some
 /// metres later, has to agree with the first one; in the graph a loop that contradicts all others counts for nothing
-/// (Geman and McClure's loss), and is taken out.
+/// (Geman and McClure's loss), and is taken out; and where what the robot sees next contradicts a join, the component
+/// falls apart again.
 class SubmapLoopCloser : public LoopCloser {
  public:
   SubmapLoopCloser(const LoopParameters& parameters, const UpdateParameters& drawing,
                    const GraphConstants& constants = {})
-      : parameters_(parameters), drawing_(drawing), constants_(constants), graph_(constants.edges), joins_(constants) {}
+      : parameters_(parameters),
+        drawing_(drawing),
+        constants_(constants),
+        graph_(constants.edges),
+        joins_(constants),
+        join_check_(constants) {}
 
   std::optional<GraphUpdate> Add(Keyframe keyframe) override;
 
@@ -38,6 +44,7 @@ class SubmapLoopCloser : public LoopCloser {
   bool AreApart(const LoopFinding& earlier, const LoopFinding& later) const;
   bool Agree(const LoopFinding& earlier, const LoopFinding& later) const;
   std::vector<Loop> Confirm(const LoopFinding& finding);
+  void TakeApart(GraphUpdate& update);
   std::optional<LoopFinding> Search();
 
   LoopParameters parameters_;
@@ -45,8 +52,9 @@ class SubmapLoopCloser : public LoopCloser {
   GraphConstants constants_;
   KeyframeGraph graph_;
   JoinSearch joins_;
-  std::deque<Remembered> findings_;  ///< of the last metres
-  double next_search_m_ = 0.0;       ///< on the newest trajectory
+  JoinCheck join_check_;
+  std::vector<Remembered> findings_;  ///< of the last metres
+  double next_search_m_ = 0.0;        ///< on the newest trajectory
   double next_thorough_m_ = 0.0;
   double next_elsewhere_m_ = 0.0;
   KeyframeId verified_;               ///< the last keyframe of which it is known that it is where the graph says

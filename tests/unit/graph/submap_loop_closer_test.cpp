@@ -199,4 +199,50 @@ TEST_CASE("where a place is known the matches are checked, and a slip between tw
   }
 }
 
+namespace {
+
+/// A second drive through the lower corridor of a block, as if the robot had been carried there: seen in `walls`.
+/// Returns the updates of its keyframes.
+std::vector<GraphUpdate> DriveAgain(SubmapLoopCloser& closer, const std::vector<Wall>& walls) {
+  for (const Keyframe& keyframe : MakeKeyframes(MakeBlock(3), DriveRoundBlock(0.5, 24.5), {}, 1)) closer.Add(keyframe);
+  std::vector<Keyframe> again = MakeKeyframes(walls, DriveRoundBlock(2.0, 26.5), {}, 2);
+  again[0].begins = true;
+  again[0].T_previous_this = {5.0, 7.0, 1.0};
+  std::vector<GraphUpdate> updates;
+  for (Keyframe& keyframe : again) {
+    keyframe.utime += 60'000'000;
+    auto update = closer.Add(std::move(keyframe));
+    if (update) updates.push_back(std::move(*update));
+  }
+  return updates;
+}
+
+}  // namespace
+
+TEST_CASE("a robot that was carried is joined after two findings that share nothing of what was seen") {
+  SubmapLoopCloser closer(kLoops, UpdateParameters{});
+  const auto updates = DriveAgain(closer, MakeBlock(3));
+  REQUIRE_FALSE(updates.empty());
+  REQUIRE(updates[0].closed.size() == 2);
+  const auto [first, second] = std::pair(updates[0].closed[0], updates[0].closed[1]);
+  CHECK(closer.graph().path_m(second.newer) - closer.graph().path_m(first.newer) >= GraphConstants().submaps.recent_m);
+  CHECK(closer.graph().is_one_component());
+  CHECK(closer.graph().num_loops_dropped() == 0);
+}
+
+TEST_CASE("a join falls apart where the robot then sees walls that others saw to be free") {
+  std::vector<Wall> walls = MakeBlock(3);
+  for (const double y_m : {1.1, 1.9}) walls.push_back({{14.0, y_m}, {27.0, y_m}});  // a narrower corridor further on
+  SubmapLoopCloser closer(kLoops, UpdateParameters{});
+  const auto updates = DriveAgain(closer, walls);
+  REQUIRE(updates.size() >= 2);
+  CHECK(updates.front().closed.size() == 2);
+  const GraphUpdate& last = updates.back();
+  CHECK(last.closed.empty());
+  CHECK(last.taken_out.size() >= 2);
+  CHECK(last.previous == updates[updates.size() - 2].keyframe);
+  CHECK(closer.graph().Fits(last));
+  CHECK_FALSE(closer.graph().is_one_component());
+}
+
 }  // namespace crsm
