@@ -86,14 +86,17 @@ std::int64_t FindPatience(const TrackingState& tracking, int lost_scans_max) {
   return tracking.fitnesses().size() < kHardlyMatched ? std::min(lost_scans_max, 1) : lost_scans_max;
 }
 
-/// A new trajectory, where the robot is guessed to be.
+/// A new trajectory, where the robot is guessed to be. While the map is empty it is still the first of all.
 ScanMatch Begin(const ScanMatch& match, const Pose2& guess) {
+  const bool is_first_of_all = match.state == MatchState::kFirst;
   ScanMatch first;
   first.utime = match.utime;
   first.T_map_laser = guess;
   first.evaluations = match.evaluations;
   first.num_critical = match.num_critical;
   first.T_odom_robot = match.T_odom_robot;
+  first.trajectory = is_first_of_all ? match.trajectory : match.trajectory + 1;
+  first.floating = !is_first_of_all;
   return first;
 }
 
@@ -111,6 +114,8 @@ ScanMatch BeginDrive(const ScanMatch& match, const TrackingState& tracking, bool
 ScanMatch MatchScan(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
                     const std::optional<Pose2>& T_odom_robot, const LoopParameters& parameters) {
   ScanMatch match = MatchSweep(matcher, scan, tracking, T_odom_robot);
+  match.trajectory = tracking.trajectory();
+  match.floating = tracking.floating();
   if (!parameters.loops || tracking.empty() || tracking.on_finished_map()) return match;
   if (tracking.onset() == Onset::kNear || tracking.onset() == Onset::kAnywhere) {
     return BeginDrive(match, tracking, HasEnoughRays(scan));

@@ -44,6 +44,8 @@ struct ScanMatch {
   std::optional<Pose2> T_odom_robot = std::nullopt;  ///< by odometry, where there is some and it is to be used
   Twist twist =
       {};  ///< by which the scan was deskewed; 0 where nothing is known of it, or all beams are measured at once
+  std::int32_t trajectory = 0;  ///< which unbroken run of scans it is of, from 0
+  bool floating = false;        ///< that trajectory is not joined to the map that is shown: its frame is its own
 
   friend bool operator==(const ScanMatch&, const ScanMatch&) = default;
 };

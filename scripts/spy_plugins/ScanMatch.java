@@ -16,6 +16,8 @@ final class ScanMatch {
   final double[] degenerate_axis = new double[2];  // unit vector x, y, map frame
   byte state;
   final double[] twist = new double[3];  // x, y, yaw: how the laser moved, in its own frame [m/s, m/s, rad/s]
+  int trajectory;  // from 0
+  boolean floating;  // the trajectory is not joined to the map that is shown
 
   static ScanMatch decode(byte[] message) throws MessageReader.Malformed {
     MessageReader reader = new MessageReader(message, scan_match_t.LCM_FINGERPRINT);
@@ -49,6 +51,10 @@ final class ScanMatch {
     reader.readCoordinateM();
     reader.readAngleRad();
     for (int i = 0; i < 3; ++i) match.twist[i] = reader.readDouble(-FASTEST, FASTEST);
+    match.trajectory = reader.readInt(0, Integer.MAX_VALUE - 1);
+    byte floating = reader.readByte();
+    MessageReader.require(floating == 0 || floating == 1, "floating is neither 0 nor 1");
+    match.floating = floating == 1;
     return match;
   }
 

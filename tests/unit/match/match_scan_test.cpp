@@ -95,6 +95,36 @@ TEST_CASE("a trajectory begins where the robot is if it went on as before, for 6
   CheckPose(MatchAfter(with_wheels, lost, {}, kPeriod_us, Pose2{}).T_map_laser, lost.T_map_laser, 1e-9);
 }
 
+TEST_CASE("a match is of the trajectory of the last one; one that begins a trajectory is of the next, and floats") {
+  TrackingState tracking = After(2);
+  const bool floats = GENERATE(true, false);
+  tracking.Add(Answer(MatchState::kLost), {std::nullopt, 4, floats});
+  const ScanMatch on = MatchAfter(tracking, Answer(MatchState::kOk));
+  REQUIRE(on.state == MatchState::kOk);
+  CHECK(on.trajectory == 4);
+  CHECK(on.floating == floats);
+  const ScanMatch first = MatchAfter(tracking, Answer(MatchState::kLost));
+  REQUIRE(first.state == MatchState::kFirst);
+  CHECK(first.trajectory == 5);
+  CHECK(first.floating);
+  tracking.BeginSession(Onset::kAnywhere);
+  CHECK(MatchAfter(tracking, Answer(MatchState::kOk)).trajectory == 5);
+}
+
+TEST_CASE("while the map is empty each first scan is of the first trajectory of all, also after a gap") {
+  TrackingState tracking;
+  const ScanMatch empty = Answer(MatchState::kFirst, {});
+  for (const std::int64_t utime : {0, 1, 2}) {
+    ScanMatch match = empty;
+    match.utime = utime * kPeriod_us;
+    tracking.Add(match);
+  }
+  const ScanMatch first = MatchAfter(tracking, empty, {}, 600'000'000);
+  CHECK(first.state == MatchState::kFirst);
+  CHECK(first.trajectory == 0);
+  CHECK_FALSE(first.floating);
+}
+
 TEST_CASE("a turn is not gone on with for long") {
   TrackingState tracking;
   for (int i = 0; i < 12; ++i) {
