@@ -5,6 +5,7 @@ import crsm.scan_match_t;
 /** Where the laser stood when it took a scan, and how good that is. */
 final class ScanMatch {
   private static final double FASTEST = 20;  // [m/s], [rad/s]
+  private static final double UNKNOWN_M2 = 1e4;  // variance of a position of which nothing is known
 
   long utime;
   double x_m;
@@ -60,6 +61,11 @@ final class ScanMatch {
 
   boolean isLost() {
     return state == scan_match_t.LOST;
+  }
+
+  /** Nothing is known of the pose. */
+  boolean isUnknown() {
+    return covariance[0] >= UNKNOWN_M2;
   }
 
   String describeState() {
