@@ -33,7 +33,7 @@ Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_od
 bool Slam::Integrate(const CriticalRays* scan, const ScanMatch& match) {
   const Mapper::Step step = mapper_.Integrate(scan, match);
   matcher_->Apply(step.delta.tiles);
-  tracking_.Add(match, step.T_new_old);
+  tracking_.Add(match, step.after);
   if (step.keyframe) loop_closer_->Add(*step.keyframe);
   return step.delta.drawn;
 }

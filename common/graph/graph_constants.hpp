@@ -3,6 +3,7 @@
 #include <cstddef>
 
 #include "common/graph/pose_graph.hpp"
+#include "common/match/guess_covariance.hpp"
 
 namespace crsm {
 
@@ -111,12 +112,12 @@ struct GraphConstants {
 
     // Nearby: where the robot is soon after a break, if it went on as before.
     double soon_m = 25.0;
-    double back_m = 40.0;   ///< to the end of an earlier trajectory
-    double before_m = 8.0;  ///< of its end: the middle of a submap
-    double nearby_m = 0.7;  ///< the window, and how it grows with the time between ...
-    double nearby_rad = 0.2;
-    double m_per_s = 0.35;
-    double rad_per_s = 0.1;
+    double back_m = 40.0;              ///< to the end of an earlier trajectory
+    double before_m = 8.0;             ///< of its end: the middle of a submap
+    double nearby_m = kGuessWindow.m;  ///< the window, and how it grows with the time between ...
+    double nearby_rad = kGuessWindow.rad;
+    double m_per_s = kGuessWindow.m_per_s;
+    double rad_per_s = kGuessWindow.rad_per_s;
     double nearby_most_m = 4.0;  ///< ... up to
     double nearby_most_rad = 0.8;
     double nearby_point_m = 30.0;  ///< farthest, from the laser: outdoors little is near

@@ -51,13 +51,16 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   if (step.delta.drawn) AddKeyframe(scan->rays, match, begins);
   trajectories_.Add(match, graph_.num_trajectories());
   AnchorScan(step.delta.version - 1);
+  step.after.trajectory = std::max(0, graph_.num_trajectories() - 1);
+  step.after.floating = floats_;
   if (!step.delta.drawn) return step;
   const KeyframeId newest = *graph_.newest();
   step.keyframe = &graph_.keyframe(newest);
 
   const Pose2 before = graph_.pose(newest);
   const bool put_right = ApplyDue(loops_.lag);
-  if (put_right) step.T_new_old = graph_.pose(newest) * Inverse(before);
+  step.after.floating = floats_ = Floats();
+  if (put_right) step.after.T_new_old = graph_.pose(newest) * Inverse(before);
   if (!put_right && !begins && graph_.path_m(newest) - looked_at_m_ < constants_.local_map.period_m) return step;
   looked_at_m_ = graph_.path_m(newest);
   const auto [local, bearable] = FindLocal(graph_, loops_.local_map_m, constants_.local_map);
@@ -115,10 +118,16 @@ bool Mapper::IsScanOnMap(std::int64_t scan) const {
   return !anchor || IsKeyframeOnMap(anchor->keyframe);
 }
 
-ScanMatch Mapper::BestMatch(std::int64_t scan, ScanMatch match) const {
+ScanMatch Mapper::MoveToBest(std::int64_t scan, ScanMatch match) const {
   match.T_map_laser = BestPose(scan, match.T_map_laser);
+  match.floating = !IsScanOnMap(scan);
+  return match;
+}
+
+ScanMatch Mapper::BestMatch(std::int64_t scan, ScanMatch match) const {
+  match = MoveToBest(scan, match);
   const bool is_first_of_map = match.map_version == 0;
-  if (!IsScanOnMap(scan) && !is_first_of_map) match.state = MatchState::kLost;
+  if (match.floating && !is_first_of_map) match.state = MatchState::kLost;
   return match;
 }
 
@@ -306,6 +315,16 @@ bool Mapper::ApplyDue(int lag) {
     any = true;
   }
   return any;
+}
+
+/// Whether the newest keyframe is of another component than the one with the most keyframes, of several the oldest: by
+/// what has taken effect.
+bool Mapper::Floats() const {
+  std::vector<int> sizes(static_cast<std::size_t>(graph_.num_trajectories()));
+  for (int i = 0; i < graph_.num_trajectories(); ++i) {
+    sizes[static_cast<std::size_t>(graph_.component(graph_.LastOf(i)))] += graph_.size(i);
+  }
+  return graph_.component(*graph_.newest()) != std::ranges::max_element(sizes) - sizes.begin();
 }
 
 /// The nearest keyframe of long ago that is in the local map.

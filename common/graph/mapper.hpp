@@ -9,6 +9,7 @@
 #include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_updater.hpp"
+#include "common/match/tracking_state.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
 
@@ -24,9 +25,9 @@ class Mapper {
   Mapper(const UpdateParameters& drawing, const LoopParameters& loops, const GraphConstants& constants = {});
 
   struct Step {
-    MapDelta delta;                                 ///< of the local map
-    std::optional<Pose2> T_new_old = std::nullopt;  ///< by which robot and map have moved, where they were put right
-    const Keyframe* keyframe = nullptr;             ///< what the scan has become, with loops; valid until the next call
+    MapDelta delta;                      ///< of the local map
+    AfterMatch after = {};               ///< by what has taken effect on it
+    const Keyframe* keyframe = nullptr;  ///< what the scan has become, with loops; valid until the next call
   };
 
   /// Draws a scan as MapUpdater::Update and UpdateWithoutScan do. scan: nullptr where there is none to draw. Where it
@@ -70,8 +71,10 @@ class Mapper {
   bool IsKeyframeOnMap(KeyframeId keyframe) const;
   /// The same of a scan's keyframe. scan: as of BestPose.
   bool IsScanOnMap(std::int64_t scan) const;
-  /// A match as it belongs on the map that is shown: moved, and lost where it hangs on another component: its place on
-  /// this map is not known. scan: as of BestPose.
+  /// A match as it belongs on its component: moved, and floating if that is not the map that is shown. scan: as of
+  /// BestPose.
+  ScanMatch MoveToBest(std::int64_t scan, ScanMatch match) const;
+  /// The same on the map that is shown: lost where it floats, because its place on this map is not known.
   ScanMatch BestMatch(std::int64_t scan, ScanMatch match) const;
   /// The newest loops by all that is known, those that hold first: only those on the map that is shown.
   std::vector<PlacedLoop> PlaceLoops() const;
@@ -112,6 +115,7 @@ class Mapper {
   std::set<int> FindJoins() const;
   void CountNewest(bool begins);
   bool ApplyDue(int lag);
+  bool Floats() const;
   std::optional<Tie> FindTie(const Pose2& T_map_laser) const;
   std::vector<PlacedScan> Place(const std::vector<KeyframeId>& keyframes) const;
   std::vector<TileChange> DrawAnew(const std::vector<KeyframeId>& keyframes);
@@ -135,6 +139,7 @@ class Mapper {
   KeyframePoses best_poses_;
   std::vector<KeyframeId> drawn_;  ///< keyframes in the local map
   double looked_at_m_ = 0.0;       ///< where on the newest trajectory it was last looked which belong there
+  bool floats_ = false;            ///< the newest keyframe: it is not on the map that is shown
   bool lost_since_ = false;        ///< scans were, since the newest keyframe
   std::vector<Anchor> anchors_;
 };

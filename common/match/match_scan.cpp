@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/match/contradiction.hpp"
+#include "common/match/guess_covariance.hpp"
 #include "common/match/motion_prediction.hpp"
 #include "common/match/sweep.hpp"
 #include "common/scan/clock_restart.hpp"
@@ -86,34 +87,29 @@ std::int64_t FindPatience(const TrackingState& tracking, int lost_scans_max) {
   return tracking.fitnesses().size() < kHardlyMatched ? std::min(lost_scans_max, 1) : lost_scans_max;
 }
 
-/// A new trajectory, where the robot is guessed to be.
+/// A new trajectory, where the robot is guessed to be. While the map is empty it is still the first of all.
 ScanMatch Begin(const ScanMatch& match, const Pose2& guess) {
+  const bool is_first_of_all = match.state == MatchState::kFirst;
   ScanMatch first;
   first.utime = match.utime;
   first.T_map_laser = guess;
   first.evaluations = match.evaluations;
   first.num_critical = match.num_critical;
   first.T_odom_robot = match.T_odom_robot;
+  first.trajectory = is_first_of_all ? match.trajectory : match.trajectory + 1;
+  first.floating = !is_first_of_all;
   return first;
 }
 
-/// The first scan of another drive.
-ScanMatch BeginDrive(const ScanMatch& match, const TrackingState& tracking, bool enough_rays) {
-  if (!enough_rays) return Lose(match, tracking.T_map_guess());
-  ScanMatch first = Begin(match, tracking.T_map_guess());
-  if (tracking.onset() == Onset::kAnywhere)
-    first.covariance = {kUnknownVariance, 0.0, 0.0, kUnknownVariance, 0.0, kUnknownVariance};
-  return first;
-}
-
-}  // namespace
-
-ScanMatch MatchScan(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
-                    const std::optional<Pose2>& T_odom_robot, const LoopParameters& parameters) {
+/// As of MatchScan; what a guess is worth is still to be said.
+ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
+                       const std::optional<Pose2>& T_odom_robot, const LoopParameters& parameters) {
   ScanMatch match = MatchSweep(matcher, scan, tracking, T_odom_robot);
+  match.trajectory = tracking.trajectory();
+  match.floating = tracking.floating();
   if (!parameters.loops || tracking.empty() || tracking.on_finished_map()) return match;
   if (tracking.onset() == Onset::kNear || tracking.onset() == Onset::kAnywhere) {
-    return BeginDrive(match, tracking, HasEnoughRays(scan));
+    return HasEnoughRays(scan) ? Begin(match, tracking.T_map_guess()) : Lose(match, tracking.T_map_guess());
   }
   if (!HasEnoughRays(scan)) return match;
   const ScanMatch& last = tracking.recent().back();
@@ -127,6 +123,16 @@ ScanMatch MatchScan(const Matcher& matcher, const CriticalRays& scan, const Trac
   const bool broken = (is_gap || HasClockRestarted(last.utime, scan.utime)) && !StoodStill(match, tracking);
   if (lost_for_long) return Begin(match, by_odometry ? match.T_map_laser : GuessOnward(tracking.recent(), scan.utime));
   return broken || resumed_elsewhere ? Begin(match, last.T_map_laser) : match;
+}
+
+}  // namespace
+
+ScanMatch MatchScan(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
+                    const std::optional<Pose2>& T_odom_robot, const LoopParameters& parameters) {
+  ScanMatch match = MatchOrBegin(matcher, scan, tracking, T_odom_robot, parameters);
+  const bool begins_amid = match.state == MatchState::kFirst && match.trajectory > 0;
+  if (match.state == MatchState::kLost || begins_amid) match.covariance = ComputeGuessCovariance(match, tracking);
+  return match;
 }
 
 }  // namespace crsm

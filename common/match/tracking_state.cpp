@@ -30,7 +30,9 @@ TrackingState::TrackingState(Parts parts)
       recent_(std::move(parts.recent)),
       T_local_map_(parts.T_local_map),
       onset_(parts.onset),
-      T_map_guess_(parts.T_map_guess) {
+      T_map_guess_(parts.T_map_guess),
+      trajectory_(parts.trajectory),
+      floating_(parts.floating) {
   KeepLast(fitnesses_, kUsual);
   KeepLast(recent_, kRecent);
 }
@@ -41,7 +43,7 @@ TrackingState TrackingState::OnFinishedMap() {
   return state;
 }
 
-void TrackingState::Add(const ScanMatch& match, const std::optional<Pose2>& T_new_old) {
+void TrackingState::Add(const ScanMatch& match, const AfterMatch& after) {
   ++num_scans_;
   num_lost_ = match.state == MatchState::kLost ? num_lost_ + 1 : 0;
   newest_utime_ = std::max(newest_utime_, match.utime);
@@ -53,7 +55,9 @@ void TrackingState::Add(const ScanMatch& match, const std::optional<Pose2>& T_ne
     onset_ = Onset::kGoesOn;
     T_map_guess_ = {};
   }
-  if (T_new_old) Move(*T_new_old);
+  trajectory_ = after.trajectory;
+  floating_ = after.floating;
+  if (after.T_new_old) Move(*after.T_new_old);
 }
 
 void TrackingState::BeginSession(Onset onset) {

@@ -17,6 +17,15 @@ enum class Onset : std::int8_t {
   kAnywhere = 3,  ///< another drive begins, and nothing is known of its place
 };
 
+/// What a match has brought about.
+struct AfterMatch {
+  std::optional<Pose2> T_new_old = std::nullopt;  ///< by which robot and map have moved, where the map was corrected
+  std::int32_t trajectory = 0;                    ///< the newest one, from 0
+  bool floating = false;  ///< by now that is not joined to the map that is shown: its poses are in a frame of its own
+
+  friend bool operator==(const AfterMatch&, const AfterMatch&) = default;
+};
+
 /// All that a matcher remembers of the scans before: of one size, however long the robot drives. The map's owner keeps
 /// it beside the map, so that a matcher that is started anew goes on where the last one stood.
 class TrackingState {
@@ -30,10 +39,11 @@ class TrackingState {
   static TrackingState OnFinishedMap();
 
   /// The next scan was matched, or lost, and drawn into the map. What follows a scan that is not lost goes on from
-  /// there. After that the map has moved by T_new_old, if there is one: what was at T_old is at T_new_old * T_old. Of
-  /// the matches it takes the poses along; nothing is predicted from their covariances and axes, which stay as they
-  /// were found.
-  void Add(const ScanMatch& match, const std::optional<Pose2>& T_new_old = std::nullopt);
+  /// there. Where the map has moved, what was at T_old is at T_new_old * T_old. Of the matches it takes the poses
+  /// along; nothing is predicted from their covariances and axes, which stay as they were found.
+  void Add(const ScanMatch& match, const AfterMatch& after);
+  /// The same where the map stayed as it is, and the match says what its trajectory is.
+  void Add(const ScanMatch& match) { Add(match, {std::nullopt, match.trajectory, match.floating}); }
 
   /// A session begins on this map. onset: kResumed or kAnywhere.
   void BeginSession(Onset onset);
@@ -62,6 +72,11 @@ class TrackingState {
   /// Of the last scans that were matched, oldest first; at most kUsual.
   std::span<const double> fitnesses() const { return fitnesses_; }
 
+  /// Of the newest scan, from 0; 0 before the first.
+  std::int32_t trajectory() const { return trajectory_; }
+  /// Whether by now that trajectory is not joined to the map that is shown.
+  bool floating() const { return floating_; }
+
   /// The utime of the newest scan so far, by its own clock; -1 before the first.
   std::int64_t newest_utime() const { return newest_utime_; }
 
@@ -79,6 +94,8 @@ class TrackingState {
     Pose2 T_local_map;
     Onset onset = Onset::kGoesOn;
     Pose2 T_map_guess;
+    std::int32_t trajectory = 0;
+    bool floating = false;
   };
   explicit TrackingState(Parts parts);
 
@@ -96,6 +113,8 @@ class TrackingState {
   Pose2 T_local_map_;
   Onset onset_ = Onset::kGoesOn;
   Pose2 T_map_guess_;
+  std::int32_t trajectory_ = 0;
+  bool floating_ = false;
 };
 
 }  // namespace crsm

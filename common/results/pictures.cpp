@@ -165,31 +165,6 @@ class Canvas {
 
 cv::Point2d PointOf(const Pose2& pose) { return {pose.x_m, pose.y_m}; }
 
-/// Follows the scans in their order, and tells which are on the map that is shown.
-class PieceWalker {
- public:
-  /// Where scans are left out nobody knows which ones come: all count as on the map.
-  explicit PieceWalker(const Results& results) : pieces_(results.pieces), knows_(results.num_left_out == 0) {
-    if (!pieces_.breaks.empty()) piece_ = pieces_.breaks.front().piece_before;
-  }
-
-  /// Whether the next scan is on the map.
-  bool IsNextOnMap() {
-    for (; next_ < pieces_.breaks.size() && pieces_.breaks[next_].scan <= scan_; ++next_) {
-      piece_ = pieces_.breaks[next_].piece;
-    }
-    ++scan_;
-    return !knows_ || piece_ == 1;
-  }
-
- private:
-  const MapPieces& pieces_;
-  bool knows_;
-  int piece_ = 1;
-  std::size_t next_ = 0;  ///< break
-  std::int64_t scan_ = 0;
-};
-
 /// What is drawn over the path, or said of it.
 struct Path {
   std::int64_t num_scans = 0;
@@ -204,10 +179,9 @@ Path DrawPath(const Results& results, Canvas& canvas) {
   Path path;
   path.num_scans = results.num_left_out;
   path.num_lost = results.num_lost_left_out;
-  PieceWalker walker(results);
   results.matches.ForEach([&](const ScanMatch& match) {
     ++path.num_scans;
-    if (!walker.IsNextOnMap()) {
+    if (match.floating) {
       ++path.num_elsewhere;
       return;
     }
@@ -284,10 +258,9 @@ std::string EncodeOverview(const Results& results) {
   for (const PlacedLoop& loop : results.loops) {
     canvas.DrawTie(PointOf(loop.T_map_older), PointOf(loop.T_map_newer), ColourOf(loop));
   }
-  PieceWalker walker(results);
   const auto DrawIfLost = [&](const ScanMatch& match) {
-    if (walker.IsNextOnMap() && match.state == MatchState::kLost)
-      canvas.DrawDisc(PointOf(match.T_map_laser), 3.0, kLostColour);
+    if (match.state != MatchState::kLost || match.floating) return;
+    canvas.DrawDisc(PointOf(match.T_map_laser), 3.0, kLostColour);
   };
   if (path.num_lost > 0) results.matches.ForEach(DrawIfLost);  // over the whole path
   DrawBreaks(results.pieces, canvas);

@@ -37,13 +37,16 @@ struct ScanMatch {
   std::int32_t num_critical = 0;  ///< critical rays matched
   std::int64_t map_version = 0;   ///< of the map that the scan was matched against; 0 = empty, or a finished map
   MatchState state = MatchState::kFirst;
-  std::int32_t best_evaluation = 0;    ///< the one that found the best pose; 0 where none was needed
-  std::array<double, 6> covariance{};  ///< xx, xy, x yaw, yy, y yaw, yaw yaw [m^2, m rad, rad^2]; 0 if lost or first;
-                                       ///< kUnknownVariance if first in another drive
+  std::int32_t best_evaluation = 0;  ///< the one that found the best pose; 0 where none was needed
+  /// xx, xy, x yaw, yy, y yaw, yaw yaw [m^2, m rad, rad^2]. 0 in the first scan of all, which is the origin. Of a
+  /// guess, lost or first, as of ComputeGuessCovariance.
+  std::array<double, 6> covariance{};
   std::array<double, 2> degenerate_axis{};           ///< unit vector, map frame, where the state is kDegenerate; else 0
   std::optional<Pose2> T_odom_robot = std::nullopt;  ///< by odometry, where there is some and it is to be used
   Twist twist =
       {};  ///< by which the scan was deskewed; 0 where nothing is known of it, or all beams are measured at once
+  std::int32_t trajectory = 0;  ///< which unbroken run of scans it is of, from 0
+  bool floating = false;        ///< that trajectory is not joined to the map that is shown: its frame is its own
 
   friend bool operator==(const ScanMatch&, const ScanMatch&) = default;
 };

@@ -53,7 +53,10 @@ final class MapPage {
     page.tiles = readTiles(reader);
     page.matches = new ScanMatch[reader.readInt(0, MOST_MATCHES)];
     for (int i = 0; i < page.matches.length; ++i) page.matches[i] = ScanMatch.read(reader);
-    for (int i = 0; i < 3; ++i) reader.readInt(0, 0);  // num_asked, num_moved, num_tracking
+    for (int i = 0; i < 2; ++i) reader.readInt(0, 0);  // num_asked, num_moved
+    reader.readInt(0, 0);  // trajectory
+    MessageReader.require(reader.readByte() == 0, "floating is not 0 in a page");
+    reader.readInt(0, 0);  // num_tracking
     skipLoops(reader);
     skipLayout(reader);
     reader.end();

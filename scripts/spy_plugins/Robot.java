@@ -6,12 +6,15 @@ import java.util.Map;
 /** All that is known of one robot: its map and path, its last match, and the rays of that scan. */
 final class Robot {
   private static final int MOST_SCANS = 32;  // whose matches may still come
+  private static final long JUST_NS = 8_000_000_000L;
 
   final MapReplica replica;
   private ScanMatch match;  // of the newest scan; null before the first
   private ScanRays rays;    // of the same scan; null where they did not come
   private final Map<Long, ScanRays> scans_by_utime = new LinkedHashMap<>();
   private long num_malformed = 0;
+  private long joined_ns;  // when the trajectory that floated before was on the map
+  private boolean has_joined = false;
 
   Robot(long requester) {
     replica = new MapReplica(requester);
@@ -24,6 +27,13 @@ final class Robot {
   }
 
   void add(ScanMatch newest) {
+    boolean goes_on = match != null && match.trajectory == newest.trajectory;
+    if (goes_on && match.floating && !newest.floating) {
+      joined_ns = System.nanoTime();
+      has_joined = true;
+    } else if (!goes_on || newest.floating) {
+      has_joined = false;
+    }
     match = newest;
     rays = scans_by_utime.get(newest.utime);
   }
@@ -34,6 +44,11 @@ final class Robot {
 
   ScanMatch match() {
     return match;
+  }
+
+  /** Whether its trajectory floated until a few seconds ago, and is on the map since. */
+  boolean hasJustJoined() {
+    return has_joined && System.nanoTime() - joined_ns < JUST_NS;
   }
 
   ScanRays rays() {

@@ -13,6 +13,7 @@ import java.util.Set;
 /** Draws where a robot is, where it was, and what its laser sees. */
 final class RobotPainter {
   static final Color PATH = new Color(20, 100, 210);
+  static final Color FLOATING = new Color(120, 160, 0);
   static final Color START = new Color(30, 160, 50);
   static final Color HIT = new Color(200, 30, 200);
   static final Color RAY_ON_WALL = new Color(0, 150, 70);
@@ -31,6 +32,7 @@ final class RobotPainter {
   }
 
   static Color colourOf(ScanMatch match) {
+    if (match.floating) return FLOATING;
     if (match.isLost()) return RAY_ON_FREE;
     return match.state == scan_match_t.DEGENERATE ? RAY_IN_UNEXPLORED : START;
   }
@@ -39,7 +41,10 @@ final class RobotPainter {
     if (path.isEmpty()) return;
     g.setColor(PATH);
     g.setStroke(new BasicStroke(2, BasicStroke.CAP_ROUND, BasicStroke.JOIN_ROUND));
-    g.draw(view.toPixels().createTransformedShape(path.outline()));
+    g.draw(view.toPixels().createTransformedShape(path.outline(false)));
+    g.setColor(FLOATING);
+    g.setStroke(new BasicStroke(2, BasicStroke.CAP_BUTT, BasicStroke.JOIN_ROUND, 10, new float[] {7, 5}, 0));
+    g.draw(view.toPixels().createTransformedShape(path.outline(true)));
     paintDisc(g, view, path.startXM(), path.startYM(), 6, START);
   }
 
@@ -98,6 +103,7 @@ final class RobotPainter {
 
   /** The eigenvectors of the position's covariance are the axes of the ellipse. */
   private void paintUncertainty(ScanMatch match) {
+    if (match.isUnknown()) return;
     double xx = match.covariance[0], xy = match.covariance[1], yy = match.covariance[3];
     double middle = 0.5 * (xx + yy);
     double spread = Math.hypot(0.5 * (xx - yy), xy);

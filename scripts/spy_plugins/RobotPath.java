@@ -9,18 +9,20 @@ final class RobotPath {
   private double spacing_m = 0.02;  // less than a pixel of most pictures
   private final float[] x_m = new float[MOST_POINTS];
   private final float[] y_m = new float[MOST_POINTS];
+  private final boolean[] floating = new boolean[MOST_POINTS];
   private int num_points = 0;
   private double length_m = 0;
 
-  /** Lost scans have no place. */
+  /** Lost scans have no place; those that float have one in a frame of their own, and are told as lost ones. */
   void add(ScanMatch match) {
-    if (match.isLost()) return;
-    if (num_points > 0) {
+    if (match.isLost() && !match.floating) return;
+    if (num_points > 0 && match.floating == floating[num_points - 1]) {
       double step_m = Math.hypot(match.x_m - x_m[num_points - 1], match.y_m - y_m[num_points - 1]);
       if (step_m < spacing_m) return;
       length_m += step_m;
     }
     if (num_points == MOST_POINTS) thin();
+    floating[num_points] = match.floating;
     x_m[num_points] = (float) match.x_m;
     y_m[num_points++] = (float) match.y_m;
   }
@@ -30,6 +32,7 @@ final class RobotPath {
     for (int i = 0; 2 * i < num_points; ++i) {
       x_m[i] = x_m[2 * i];
       y_m[i] = y_m[2 * i];
+      floating[i] = floating[2 * i];
     }
     num_points = (num_points + 1) / 2;
     spacing_m *= 2;
@@ -55,11 +58,12 @@ final class RobotPath {
     return y_m[0];
   }
 
-  /** In the map frame [m]. */
-  Path2D outline() {
+  /** What floats, or what does not, in the map frame [m]. */
+  Path2D outline(boolean of_floating) {
     Path2D outline = new Path2D.Double();
     for (int i = 0; i < num_points; ++i) {
-      if (i == 0) outline.moveTo(x_m[i], y_m[i]);
+      if (floating[i] != of_floating) continue;
+      if (i == 0 || floating[i - 1] != of_floating) outline.moveTo(x_m[i], y_m[i]);
       else outline.lineTo(x_m[i], y_m[i]);
     }
     return outline;

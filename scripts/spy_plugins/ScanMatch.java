@@ -5,6 +5,7 @@ import crsm.scan_match_t;
 /** Where the laser stood when it took a scan, and how good that is. */
 final class ScanMatch {
   private static final double FASTEST = 20;  // [m/s], [rad/s]
+  private static final double UNKNOWN_M2 = 1e4;  // variance of a position of which nothing is known
 
   long utime;
   double x_m;
@@ -16,6 +17,8 @@ final class ScanMatch {
   final double[] degenerate_axis = new double[2];  // unit vector x, y, map frame
   byte state;
   final double[] twist = new double[3];  // x, y, yaw: how the laser moved, in its own frame [m/s, m/s, rad/s]
+  int trajectory;  // from 0
+  boolean floating;  // the trajectory is not joined to the map that is shown
 
   static ScanMatch decode(byte[] message) throws MessageReader.Malformed {
     MessageReader reader = new MessageReader(message, scan_match_t.LCM_FINGERPRINT);
@@ -49,11 +52,20 @@ final class ScanMatch {
     reader.readCoordinateM();
     reader.readAngleRad();
     for (int i = 0; i < 3; ++i) match.twist[i] = reader.readDouble(-FASTEST, FASTEST);
+    match.trajectory = reader.readInt(0, Integer.MAX_VALUE - 1);
+    byte floating = reader.readByte();
+    MessageReader.require(floating == 0 || floating == 1, "floating is neither 0 nor 1");
+    match.floating = floating == 1;
     return match;
   }
 
   boolean isLost() {
     return state == scan_match_t.LOST;
+  }
+
+  /** Nothing is known of the pose. */
+  boolean isUnknown() {
+    return covariance[0] >= UNKNOWN_M2;
   }
 
   String describeState() {

@@ -38,6 +38,10 @@ final class TextPainter {
     List<String> lines = new ArrayList<>();
     lines.add(match == null ? "no SCAN_MATCH has come yet" : describe(match));
     if (match != null) lines.add(describePose(match));
+    if (match != null && match.floating) {
+      lines.add(say("floating: not joined to the map yet (trajectory %d)", match.trajectory));
+    }
+    if (robot.hasJustJoined()) lines.add(say("joined: trajectory %d is on the map now", match.trajectory));
     lines.addAll(describeMap(follower));
     if (mouse != null) lines.add(describeCell(robot.replica.map(), view.toXM(mouse.x), view.toYM(mouse.y)));
     paintCard(lines, match == null ? Color.GRAY : RobotPainter.colourOf(match));
@@ -53,9 +57,10 @@ final class TextPainter {
   }
 
   private static String describePose(ScanMatch match) {
+    String pose = say("x %.2f m    y %.2f m    yaw %.1f\u00b0", match.x_m, match.y_m, Math.toDegrees(match.yaw_rad));
+    if (match.isUnknown()) return pose + "    nothing is known of the place";
     double sigma_m = Math.sqrt(match.covariance[0] + match.covariance[3]);
-    return say("x %.2f m    y %.2f m    yaw %.1f\u00b0    \u00b1 %.3f m, %.2f\u00b0", match.x_m, match.y_m,
-               Math.toDegrees(match.yaw_rad), sigma_m, Math.toDegrees(Math.sqrt(match.covariance[5])));
+    return pose + say("    \u00b1 %.3f m, %.2f\u00b0", sigma_m, Math.toDegrees(Math.sqrt(match.covariance[5])));
   }
 
   private static List<String> describeMap(RobotFollower follower) {
@@ -98,10 +103,10 @@ final class TextPainter {
 
   private void paintKey() {
     Color[] colours = {RobotPainter.RAY_ON_WALL, RobotPainter.RAY_IN_UNEXPLORED, RobotPainter.RAY_ON_FREE,
-                       RobotPainter.HIT, RobotPainter.PATH, RobotPainter.START,
+                       RobotPainter.HIT, RobotPainter.PATH, RobotPainter.FLOATING, RobotPainter.START,
                        new Color(MapPainter.COLOUR[TileMap.UNEXPLORED])};
-    String[] meanings = {"critical ray on a wall", "into the unexplored", "on free ground", "hit", "path", "start",
-                         "unexplored"};
+    String[] meanings = {"critical ray on a wall", "into the unexplored", "on free ground", "hit", "path", "floating",
+                         "start", "unexplored"};
     FontMetrics metrics = g.getFontMetrics();
     int width = 10;
     for (String meaning : meanings) width += 28 + metrics.stringWidth(meaning);

@@ -71,9 +71,7 @@ class ToldScans {
     auto run = runs_.begin();
     for (; index >= run->end - run->first; ++run) index -= run->end - run->first;
     const std::int64_t scan = run->first + index;
-    ScanMatch match = answered_.matches.At(scan);
-    match.T_map_laser = answered_.put_right->BestPose(scan, match.T_map_laser);
-    return match;
+    return answered_.put_right->MoveToBest(scan, answered_.matches.At(scan));
   }
 
  private:
@@ -85,12 +83,14 @@ class ToldScans {
 }  // namespace
 
 std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match, const MapGeometry& geometry,
-                                   const AnswerOptions& options, const std::optional<Pose2>& T_new_old) {
+                                   const AnswerOptions& options, const AfterMatch& after) {
   const map_delta_t blank = MakeBlank(match.utime, delta.version, delta.version - 1, geometry, options);
   std::vector<map_delta_t> parts;
   Part part(blank);
   part.Add(match);
-  if (T_new_old) part.AddMotion(*T_new_old);
+  if (after.T_new_old) part.AddMotion(*after.T_new_old);
+  part.message.trajectory = after.trajectory;
+  part.message.floating = after.floating ? 1 : 0;
   for (const TileChange& change : delta.tiles) {
     if (part.Add(change, options.most_bytes)) continue;
     parts.push_back(std::move(part.message));

@@ -17,10 +17,9 @@ struct AnswerOptions {
   std::size_t most_bytes = 32000;  ///< of a message; a tile stays whole: one alone makes 4.4 KB at most
 };
 
-/// What a match changed in the map, for everybody: one message, or more where it would be too large. T_new_old: by
-/// which the map has moved, if it has.
+/// What a match changed in the map, for everybody: one message, or more where it would be too large.
 std::vector<map_delta_t> MakeParts(const MapDelta& delta, const ScanMatch& match, const MapGeometry& geometry,
-                                   const AnswerOptions& options, const std::optional<Pose2>& T_new_old = std::nullopt);
+                                   const AnswerOptions& options, const AfterMatch& after = {});
 
 /// The answer to a match that comes once more after others were answered: the version that there is, and nothing else.
 map_delta_t MakeEmptyAnswer(std::int64_t utime, const MapUpdater& updater, const AnswerOptions& options);

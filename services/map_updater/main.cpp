@@ -167,9 +167,9 @@ class MapUpdaterService {
       if (num_cut_before == 0) Say(fmt::format("map_updater: {}", kMapIsFull));
       service_.counters().Add("scan_cut");
     }
-    last_answer_ = MakeParts(step.delta, match, local().geometry(), options_, step.T_new_old);
+    last_answer_ = MakeParts(step.delta, match, local().geometry(), options_, step.after);
     answered_.Append(match);
-    tracking_.Add(match, step.T_new_old);
+    tracking_.Add(match, step.after);
     return step.delta.drawn;
   }
 

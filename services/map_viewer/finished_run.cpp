@@ -15,6 +15,7 @@
 #include "common/logs/read_map.hpp"
 #include "common/map/byte_map.hpp"
 #include "common/scan/deskew.hpp"
+#include "services/map_viewer/join_news.hpp"
 #include "services/runtime/command_line.hpp"
 #include "services/sources/earlier_results.hpp"
 #include "services/sources/journal.hpp"
@@ -56,6 +57,7 @@ class Run {
   }
 
   std::size_t num_scans() const { return matches_.size(); }
+  const Mapper& mapper() const { return *mapper_; }
 
   /// The scan that was read last; one that was not drawn is not in the journal.
   void ShowRobot(Scene& scene) const {
@@ -142,9 +144,15 @@ void ReplayRun(const std::string& results, Scene& scene, const std::function<voi
   constexpr std::size_t kTimes = 50;
   const std::size_t num_scans = Run(results, [](const Run&) {}).num_scans();
   const std::size_t step = std::max<std::size_t>(1, num_scans / kTimes);
+  JoinNews join_news;
+  std::vector<int> told;  // components
   const Run run(results, [&](const Run& so_far) {
     so_far.ShowRobot(scene);
-    if (so_far.num_scans() % step == 0 || so_far.num_scans() == num_scans) so_far.ShowMapAndPath(scene);
+    const std::vector<int>& components = so_far.mapper().best_components();
+    const bool has_news = std::exchange(told, components) != components;
+    const bool is_time = so_far.num_scans() % step == 0 || so_far.num_scans() == num_scans;
+    if (has_news || is_time) so_far.ShowMapAndPath(scene);
+    if (has_news) scene.AddNews(join_news.Look(so_far.mapper().FindPieces()));
     changed();
   });
 }

@@ -15,7 +15,8 @@ constexpr std::uint8_t kMessageData = 1;
 
 /// Between two messages of a topic: large ones are whole each time.
 std::chrono::milliseconds PauseOf(FoxgloveTopic::Kind kind) {
-  const bool is_large = kind == FoxgloveTopic::Kind::kGrid || kind == FoxgloveTopic::Kind::kPath;
+  using enum FoxgloveTopic::Kind;
+  const bool is_large = kind == kGrid || kind == kPath || kind == kFloatingPath;
   return std::chrono::milliseconds(is_large ? 1000 : 30);
 }
 

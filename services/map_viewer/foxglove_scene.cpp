@@ -18,7 +18,8 @@ using Kind = FoxgloveTopic::Kind;
 constexpr int kBlockCells = FoxgloveScene::kBlockTiles * kTileSide;
 constexpr std::int64_t kNanosecondsPerMicrosecond = 1000;
 constexpr std::int64_t kMicrosecondsPerSecond = 1'000'000;
-constexpr int kUint8 = 1;  // foxglove.NumericType
+constexpr int kUint8 = 1;      // foxglove.NumericType
+constexpr int kInfoLevel = 2;  // foxglove.LogLevel
 
 /// Rounds down, also what is left of or below the origin.
 TileIndex BlockOf(TileIndex tile) {
@@ -62,7 +63,11 @@ json SchemaProperties(Kind kind) {
               {"translation", vector},
               {"rotation", quaternion}};
     case Kind::kPath:
+    case Kind::kFloatingPath:
       return {{"timestamp", time}, {"frame_id", text}, {"poses", ArrayOf(pose)}};
+    case Kind::kLog:
+      return {{"timestamp", time}, {"level", integer}, {"message", text},
+              {"name", text},      {"file", text},     {"line", integer}};
     case Kind::kGrid:
       break;
   }
@@ -153,7 +158,9 @@ void AddGrid(const SceneMap& map, TileIndex block, json& message) {
 }  // namespace
 
 FoxgloveScene::FoxgloveScene(const Scene& scene, std::string prefix) : scene_(scene), prefix_(std::move(prefix)) {
-  for (const Kind kind : {Kind::kScan, Kind::kPose, Kind::kTransform, Kind::kPath}) topics_.push_back({kind, {}});
+  for (const Kind kind : {Kind::kScan, Kind::kPose, Kind::kTransform, Kind::kPath, Kind::kFloatingPath}) {
+    topics_.push_back({kind, {}});
+  }
 }
 
 const std::vector<FoxgloveTopic>& FoxgloveScene::Topics() {
@@ -165,6 +172,8 @@ const std::vector<FoxgloveTopic>& FoxgloveScene::Topics() {
     blocks_[block] = change->first;
   }
   blocks_known_ = map.last_change();
+  const FoxgloveTopic log{Kind::kLog, {}};
+  if (scene_.num_news() > 0 && std::ranges::find(topics_, log) == topics_.end()) topics_.push_back(log);
   return topics_;
 }
 
@@ -178,6 +187,10 @@ std::string FoxgloveScene::NameOf(const FoxgloveTopic& topic) const {
       return fmt::format("/{}tf", prefix_);
     case Kind::kPath:
       return fmt::format("/{}path", prefix_);
+    case Kind::kFloatingPath:
+      return fmt::format("/{}floating_path", prefix_);
+    case Kind::kLog:
+      return fmt::format("/{}log", prefix_);
     case Kind::kGrid:
       break;
   }
@@ -193,7 +206,10 @@ std::string FoxgloveScene::SchemaNameOf(const FoxgloveTopic& topic) {
     case Kind::kTransform:
       return "foxglove.FrameTransform";
     case Kind::kPath:
+    case Kind::kFloatingPath:
       return "foxglove.PosesInFrame";
+    case Kind::kLog:
+      return "foxglove.Log";
     case Kind::kGrid:
       break;
   }
@@ -211,7 +227,8 @@ ChangeNumber FoxgloveScene::LastChange(const FoxgloveTopic& topic) const {
     const auto block = blocks_.find(topic.block);
     return block == blocks_.end() ? 0 : block->second;
   }
-  if (topic.kind != Kind::kPath) return scene_.robot_change();
+  if (topic.kind == Kind::kLog) return static_cast<ChangeNumber>(scene_.num_news());
+  if (topic.kind != Kind::kPath && topic.kind != Kind::kFloatingPath) return scene_.robot_change();
   constexpr ChangeNumber kMostPoints = 1 << 20;  // of one path
   const auto num_points = static_cast<ChangeNumber>(scene_.path().kept().size());
   return num_points == 0 ? 0 : static_cast<ChangeNumber>(scene_.path_generation()) * kMostPoints + num_points;
@@ -240,9 +257,19 @@ std::string FoxgloveScene::Encode(const FoxgloveTopic& topic) const {
     message["translation"] = Position(match.T_map_laser.x_m, match.T_map_laser.y_m);
     message["rotation"] = Orientation(match.T_map_laser.yaw_rad);
     message.erase("frame_id");
-  } else if (topic.kind == Kind::kPath) {
+  } else if (topic.kind == Kind::kPath || topic.kind == Kind::kFloatingPath) {
     message["poses"] = json::array();
-    for (const auto& kept : scene_.path().kept()) message["poses"].push_back(ToJson(kept.match.T_map_laser));
+    for (const auto& [number, at] : scene_.path().kept()) {
+      const bool is_wanted = at.floating == (topic.kind == Kind::kFloatingPath);
+      if (is_wanted) message["poses"].push_back(ToJson(at.T_map_laser));
+    }
+  } else if (topic.kind == Kind::kLog) {
+    message.erase("frame_id");
+    message["level"] = kInfoLevel;
+    message["message"] = scene_.newest_news();
+    message["name"] = "map_viewer";
+    message["file"] = "";
+    message["line"] = 0;
   } else {
     AddGrid(scene_.map(), topic.block, message);
   }
@@ -270,6 +297,8 @@ std::string MakeFoxgloveLayout(const std::vector<std::string>& prefixes) {
         {"visible", true}, {"colorMode", "flat"}, {"flatColor", "#35d0baff"}, {"pointSize", 4}};
     topics[fmt::format("/{}pose", prefix)] = {{"visible", true}, {"color", "#ffb020ff"}};
     topics[fmt::format("/{}path", prefix)] = {{"visible", true}, {"type", "line"}, {"lineWidth", 0.1}};
+    topics[fmt::format("/{}floating_path", prefix)] = {
+        {"visible", true}, {"type", "line"}, {"lineWidth", 0.05}, {"gradient", {"#b8e64aff", "#b8e64aff"}}};
   }
   const std::string first = prefixes.empty() ? "" : prefixes.front();
   const json view{{"followTf", first + "map"},

@@ -11,7 +11,7 @@ namespace crsm {
 
 /// One topic of a scene in the words of Foxglove.
 struct FoxgloveTopic {
-  enum class Kind { kScan, kPose, kTransform, kPath, kGrid };
+  enum class Kind { kScan, kPose, kTransform, kPath, kFloatingPath, kLog, kGrid };
   Kind kind = Kind::kScan;
   TileIndex block;  ///< of a grid: which 512 x 512 cells
 
@@ -27,7 +27,7 @@ class FoxgloveScene {
 
   static constexpr int kBlockTiles = 8;  ///< side of a block
 
-  /// All topics that there are so far: more come as the map grows.
+  /// All topics that there are so far: more come as the map grows, and with the first news.
   const std::vector<FoxgloveTopic>& Topics();
 
   std::string NameOf(const FoxgloveTopic& topic) const;

@@ -79,6 +79,7 @@ void LiveRobot::Hear(const bot_core::pose_t& message) {
   if (!T_best_local_ || !last_match_ || last_match_->utime != local.utime) return;
   ScanMatch match = *last_match_;
   match.T_map_laser = *T_best_local_ * *local.T_odom_robot;
+  if (last_known_ && last_known_->trajectory == match.trajectory) match.floating = last_known_->floating;
   Show(std::move(match));
 }
 
@@ -143,6 +144,7 @@ void LiveRobot::ShowMap() {
     T_best_local_ = last_known_->T_map_laser * Inverse(local->T_local_laser);
   }
   scene_.SetLoops(replica.loops());
+  if (replica.pieces()) scene_.AddNews(join_news_.Look(*replica.pieces()));
 }
 
 void LiveRobot::ShowInfo() {

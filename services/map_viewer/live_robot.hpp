@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/map/byte_map.hpp"
+#include "services/map_viewer/join_news.hpp"
 #include "services/map_viewer/scene.hpp"
 #include "services/runtime/held_by_utime.hpp"
 #include "services/runtime/map_follower.hpp"
@@ -72,6 +73,7 @@ class LiveRobot {
   bool is_anew_ = false;         ///< begun since it was shown whole
   PathSketch path_;
   bool path_is_anew_ = true;
+  JoinNews join_news_;
   std::optional<Clock::time_point> asked_;
   Clock::time_point next_ask_{};
   Clock::time_point next_glimpse_{};

@@ -24,7 +24,8 @@ float Narrow(double value) { return static_cast<float>(value); }
 void AppendPathPoint(std::string& record, const ScanMatch& match) {
   Append(record, Narrow(match.T_map_laser.x_m));
   Append(record, Narrow(match.T_map_laser.y_m));
-  Append(record, static_cast<std::uint8_t>(match.state));
+  constexpr std::uint8_t kFloating = 4;  // lost or not: nothing is known of its place on the map that is shown
+  Append(record, match.floating ? kFloating : static_cast<std::uint8_t>(match.state));
 }
 
 }  // namespace
@@ -89,6 +90,8 @@ void PageFeed::AddRobot(std::string& message) {
   std::string record;
   Append(record, match.utime);
   Append(record, static_cast<std::uint8_t>(match.state));
+  Append(record, match.trajectory);
+  Append(record, static_cast<std::uint8_t>(match.floating));
   Append(record, match.T_map_laser.x_m);
   Append(record, match.T_map_laser.y_m);
   Append(record, match.T_map_laser.yaw_rad);
@@ -136,6 +139,7 @@ void PageFeed::AddInfo(std::string& message) {
   nlohmann::json info = nlohmann::json::parse(scene_.info());
   info["robots"] = names_;
   info["robot"] = scene_.name();
+  info["news"] = {{"number", scene_.num_news()}, {"text", scene_.newest_news()}};
   info["loops"] = nlohmann::json::array();
   for (const PlacedLoop& loop : scene_.loops()) {
     const Pose2& older = loop.T_map_older;

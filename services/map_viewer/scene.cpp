@@ -1,5 +1,7 @@
 #include "services/map_viewer/scene.hpp"
 
+#include <fmt/ranges.h>
+
 #include <utility>
 
 namespace crsm {
@@ -74,6 +76,13 @@ void Scene::SetLoops(std::vector<PlacedLoop> loops) {
   std::erase_if(loops, [](const PlacedLoop& loop) { return loop.taken_out; });
   if (loops == loops_) return;
   loops_ = std::move(loops);
+  ++info_change_;
+}
+
+void Scene::AddNews(const std::vector<std::string>& lines) {
+  if (lines.empty()) return;
+  newest_news_ = fmt::format("{}", fmt::join(lines, "; "));
+  ++num_news_;
   ++info_change_;
 }
 

@@ -114,10 +114,15 @@ class Scene {
   void SetLoops(std::vector<PlacedLoop> loops);
   const std::vector<PlacedLoop>& loops() const { return loops_; }
 
+  /// Lines about what has just happened; nothing if there are none.
+  void AddNews(const std::vector<std::string>& lines);
+  const std::string& newest_news() const { return newest_news_; }
+  std::int64_t num_news() const { return num_news_; }
+
   /// What else is to be told, as one JSON object: services, counts.
   void SetInfo(std::string json);
   const std::string& info() const { return info_; }
-  /// Of info or loops.
+  /// Of info, loops or news.
   ChangeNumber info_change() const { return info_change_; }
 
  private:
@@ -130,6 +135,8 @@ class Scene {
   std::deque<SceneSample> samples_;
   std::int64_t num_samples_ = 0;
   std::vector<PlacedLoop> loops_;
+  std::string newest_news_;
+  std::int64_t num_news_ = 0;
   std::string info_ = "{}";
   ChangeNumber info_change_ = 1;
 };

@@ -43,7 +43,9 @@ ScanMatch FromMessage(const scan_match_t& message) {
           std::to_array(message.covariance),
           std::to_array(message.degenerate_axis),
           message.has_odometry ? std::optional(T_odom_robot) : std::nullopt,
-          {message.twist_x_m_s, message.twist_y_m_s, message.twist_yaw_rad_s}};
+          {message.twist_x_m_s, message.twist_y_m_s, message.twist_yaw_rad_s},
+          message.trajectory,
+          message.floating == 1};
 }
 
 scan_match_t ToMessage(const ScanMatch& match) {
@@ -68,6 +70,8 @@ scan_match_t ToMessage(const ScanMatch& match) {
   message.odometry_x_m = T_odom_robot.x_m;
   message.odometry_y_m = T_odom_robot.y_m;
   message.odometry_yaw_rad = T_odom_robot.yaw_rad;
+  message.trajectory = match.trajectory;
+  message.floating = match.floating ? 1 : 0;
   return message;
 }
 
@@ -149,7 +153,9 @@ TrackingState FromMessage(const tracking_state_t& message) {
                              {},
                              FromMessage(message.T_local_map),
                              static_cast<Onset>(message.onset),
-                             FromMessage(message.T_map_guess)};
+                             FromMessage(message.T_map_guess),
+                             message.trajectory,
+                             message.floating == 1};
   for (const scan_match_t& match : message.recent) parts.recent.push_back(FromMessage(match));
   return TrackingState(std::move(parts));
 }
@@ -167,6 +173,8 @@ tracking_state_t ToMessage(const TrackingState& tracking) {
   message.T_local_map = ToMessage(tracking.T_local_map());
   message.onset = static_cast<std::int8_t>(tracking.onset());
   message.T_map_guess = ToMessage(tracking.T_map_guess());
+  message.trajectory = tracking.trajectory();
+  message.floating = tracking.floating() ? 1 : 0;
   return message;
 }
 

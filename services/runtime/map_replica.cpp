@@ -15,9 +15,10 @@ std::vector<TileChange> Changes(const map_delta_t& delta) {
   return changes;
 }
 
-/// By which the map has moved after the match of this delta, if it has.
-std::optional<Pose2> MotionIn(const map_delta_t& delta) {
-  return delta.T_new_old.empty() ? std::nullopt : std::optional(FromMessage(delta.T_new_old.front()));
+/// What the match of this delta has brought about.
+AfterMatch AfterMatchOf(const map_delta_t& delta) {
+  return {delta.T_new_old.empty() ? std::nullopt : std::optional(FromMessage(delta.T_new_old.front())),
+          delta.trajectory, delta.floating == 1};
 }
 
 std::size_t NumTilesAndMatches(const std::map<std::int32_t, map_delta_t>& parts) {
@@ -124,7 +125,7 @@ void MapReplica::ApplyParts() {
     keeper_.apply(Changes(part));
     for (const scan_match_t& message : part.matches) {
       const ScanMatch match = FromMessage(message);
-      wants_matches() ? keeper_.add(match) : tracking_.Add(match, MotionIn(part));
+      wants_matches() ? keeper_.add(match) : tracking_.Add(match, AfterMatchOf(part));
       ++num_matches_;
     }
   }

@@ -34,6 +34,9 @@ bool IsAmount(double value) { return value >= 0.0 && value <= 1e12; }  // false 
 
 bool IsFlag(std::int8_t value) { return value == 0 || value == 1; }
 
+/// And one more may begin.
+bool IsTrajectory(std::int32_t value) { return value >= 0 && value < std::numeric_limits<std::int32_t>::max(); }
+
 bool IsPose(const pose2_t& pose) {
   return std::abs(pose.x_m) <= kLargestCoordinate_m && std::abs(pose.y_m) <= kLargestCoordinate_m &&
          IsAngle(pose.yaw_rad);
@@ -165,7 +168,8 @@ bool ValuesInRange(const scan_match_t& message) {
          message.state >= scan_match_t::FIRST && message.state <= scan_match_t::DEGENERATE &&
          IsSpeed(message.twist_x_m_s) && IsSpeed(message.twist_y_m_s) && IsSpeed(message.twist_yaw_rad_s) &&
          IsFlag(message.has_odometry) && std::abs(message.odometry_x_m) <= kLargestCoordinate_m &&
-         std::abs(message.odometry_y_m) <= kLargestCoordinate_m && IsAngle(message.odometry_yaw_rad);
+         std::abs(message.odometry_y_m) <= kLargestCoordinate_m && IsAngle(message.odometry_yaw_rad) &&
+         IsTrajectory(message.trajectory) && IsFlag(message.floating);
 }
 
 template <>
@@ -176,7 +180,7 @@ bool ValuesInRange(const tracking_state_t& message) {
          std::cmp_less_equal(message.num_recent, message.num_scans) &&
          (message.num_scans == 0) == message.recent.empty() && IsPose(message.T_local_map) &&
          message.onset >= tracking_state_t::GOES_ON && message.onset <= tracking_state_t::ANYWHERE &&
-         IsPose(message.T_map_guess);
+         IsPose(message.T_map_guess) && IsTrajectory(message.trajectory) && IsFlag(message.floating);
 }
 
 template <>
@@ -190,7 +194,8 @@ bool ValuesInRange(const map_delta_t& message) {
          message.next_match >= -1 && AllInRange(message.request) &&
          std::all_of(message.tiles.begin(), message.tiles.end(), InLimits) && AllInRange(message.matches) &&
          AllInRange(message.asked) && std::all_of(message.T_new_old.begin(), message.T_new_old.end(), IsPose) &&
-         AllInRange(message.tracking) && std::all_of(message.loops.begin(), message.loops.end(), IsPlacedLoop) &&
+         IsTrajectory(message.trajectory) && IsFlag(message.floating) && AllInRange(message.tracking) &&
+         std::all_of(message.loops.begin(), message.loops.end(), IsPlacedLoop) &&
          std::all_of(message.layout.begin(), message.layout.end(), IsLayout);
 }
 

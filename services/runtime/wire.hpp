@@ -77,7 +77,7 @@ constexpr auto FieldsOf<scan_match_t>() {
   return std::tuple(&T::utime, &T::x_m, &T::y_m, &T::yaw_rad, &T::fitness, &T::evaluations, &T::best_evaluation,
                     &T::num_critical, &T::map_version, &T::covariance, &T::degenerate_axis, &T::state, &T::has_odometry,
                     &T::odometry_x_m, &T::odometry_y_m, &T::odometry_yaw_rad, &T::twist_x_m_s, &T::twist_y_m_s,
-                    &T::twist_yaw_rad_s);
+                    &T::twist_yaw_rad_s, &T::trajectory, &T::floating);
 }
 
 template <>
@@ -98,7 +98,7 @@ constexpr auto FieldsOf<tracking_state_t>() {
   return std::tuple(&T::num_scans, &T::num_lost, &T::newest_utime, &T::on_finished_map, &T::num_fitnesses,
                     Array(&T::fitness, &T::num_fitnesses, TrackingState::kUsual), &T::num_recent,
                     Array(&T::recent, &T::num_recent, TrackingState::kRecent), &T::T_local_map, &T::onset,
-                    &T::T_map_guess);
+                    &T::T_map_guess, &T::trajectory, &T::floating);
 }
 
 template <>
@@ -135,8 +135,8 @@ constexpr auto FieldsOf<map_delta_t>() {
                     &T::num_tiles, Array(&T::tiles, &T::num_tiles, kMostTilesInMessage), &T::num_matches,
                     Array(&T::matches, &T::num_matches, kMostMatchesInMessage), &T::num_asked,
                     Array(&T::asked, &T::num_asked, 1), &T::num_moved, Array(&T::T_new_old, &T::num_moved, 1),
-                    &T::num_tracking, Array(&T::tracking, &T::num_tracking, 1), &T::num_loops,
-                    Array(&T::loops, &T::num_loops, kMostPlacedLoops), &T::num_layouts,
+                    &T::trajectory, &T::floating, &T::num_tracking, Array(&T::tracking, &T::num_tracking, 1),
+                    &T::num_loops, Array(&T::loops, &T::num_loops, kMostPlacedLoops), &T::num_layouts,
                     Array(&T::layout, &T::num_layouts, 1));
 }
 

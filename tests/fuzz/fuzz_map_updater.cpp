@@ -58,8 +58,8 @@ class Owner {
     const bool matched = scan_ && scan_->utime == match.utime;
     const Mapper::Step step = mapper_.Integrate(matched ? &*scan_ : nullptr, match);
     answered_.Append(match);
-    tracking_.Add(match, step.T_new_old);
-    for (const map_delta_t& part : MakeParts(step.delta, match, local().geometry(), kOptions, step.T_new_old)) {
+    tracking_.Add(match, step.after);
+    for (const map_delta_t& part : MakeParts(step.delta, match, local().geometry(), kOptions, step.after)) {
       Check(part);
     }
     Check(MakeEmptyAnswer(match.utime, local(), kOptions));

@@ -192,7 +192,7 @@ final class ReplicaTest {
     checkEqual(path.startXM(), 0.0, "start");
     double[] point = new double[6];
     double last_m = Double.NaN;
-    for (PathIterator at = path.outline().getPathIterator(null); !at.isDone(); at.next()) {
+    for (PathIterator at = path.outline(false).getPathIterator(null); !at.isDone(); at.next()) {
       at.currentSegment(point);
       check(!(point[0] - last_m > 4 * match.x_m / path.numPoints()), "a gap at " + last_m + " m");
       check(!(point[0] - last_m < 0.25 * match.x_m / path.numPoints()), "points too near at " + last_m + " m");

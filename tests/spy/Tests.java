@@ -76,6 +76,8 @@ final class Tests {
     match.odometry_x_m = 1;
     match.twist_x_m_s = 0.5;
     match.twist_yaw_rad_s = -3;
+    match.trajectory = 3;
+    match.floating = 1;
     return match;
   }
 

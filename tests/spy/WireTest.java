@@ -64,6 +64,8 @@ final class WireTest {
     check(Arrays.equals(read.degenerate_axis, written.degenerate_axis), "axis");
     checkEqual(read.state, scan_match_t.DEGENERATE, "state");
     check(Arrays.equals(read.twist, new double[] {0.5, 0, -3}), "twist");
+    checkEqual(read.trajectory, 3, "trajectory");
+    checkEqual(read.floating, true, "floating");
   }
 
   private static void readRays() throws Exception {

@@ -12,9 +12,8 @@ namespace crsm {
 /// What map_updater is to its replicas: answers matches for everybody and requests page by page.
 class MapOwner {
  public:
-  /// Answers the next scan, taken a little further on. T_new_old: by which the map is moved then.
-  std::vector<map_delta_t> Answer(MatchState state = MatchState::kOk,
-                                  const std::optional<Pose2>& T_new_old = std::nullopt) {
+  /// Answers the next scan, taken a little further on. after: what that brings about.
+  std::vector<map_delta_t> Answer(MatchState state = MatchState::kOk, const AfterMatch& after = {}) {
     const auto k = static_cast<double>(history.size());
     const ScanMatch match{100 + static_cast<std::int64_t>(history.size()),
                           {0.03 * k, 0.01 * k, 0.0},
@@ -27,8 +26,8 @@ class MapOwner {
     for (const TileChange& change : delta.tiles) map.Apply(change);
     history.push_back(match);
     answered_.Append(match);
-    tracking.Add(match, T_new_old);
-    return MakeParts(delta, match, updater_.geometry(), {epoch, kMostBytes}, T_new_old);
+    tracking.Add(match, after);
+    return MakeParts(delta, match, updater_.geometry(), {epoch, kMostBytes}, after);
   }
 
   map_delta_t Page(const map_request_t& request) const {

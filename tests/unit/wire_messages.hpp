@@ -31,20 +31,31 @@ inline critical_rays_t CriticalRaysMessage() {
 }
 
 inline scan_match_t ScanMatchMessage() {
-  return {5,           1.0,
-          -2.0,        0.5,
-          0.75,        4000,
-          3000,        70,
-          12,          {4e-4, 0.0, 0.0, 9e-4, 0.0, 1e-5},
-          {0.6, -0.8}, scan_match_t::DEGENERATE,
-          1,           3.0,
-          4.0,         -0.5,
-          1.5,         -0.25,
-          3.0};
+  return {5,
+          1.0,
+          -2.0,
+          0.5,
+          0.75,
+          4000,
+          3000,
+          70,
+          12,
+          {4e-4, 0.0, 0.0, 9e-4, 0.0, 1e-5},
+          {0.6, -0.8},
+          scan_match_t::DEGENERATE,
+          1,
+          3.0,
+          4.0,
+          -0.5,
+          1.5,
+          -0.25,
+          3.0,
+          2,
+          1};
 }
 
 inline tracking_state_t TrackingStateMessage() {
-  return {8, 1, 5, 0, 2, {0.5, 0.75}, 1, {ScanMatchMessage()}, {0.5, -1.0, 0.25}, 2, {1.5, 2.0, -0.5}};
+  return {8, 1, 5, 0, 2, {0.5, 0.75}, 1, {ScanMatchMessage()}, {0.5, -1.0, 0.25}, 2, {1.5, 2.0, -0.5}, 2, 1};
 }
 
 inline map_request_t MapRequestMessage() { return {77, 4, 99, 8, 2, 3, 5, 1, 1, 2}; }
@@ -71,6 +82,8 @@ inline map_delta_t MapDeltaMessage() {
   message.asked = {ScanMatchMessage()};
   message.num_moved = 1;
   message.T_new_old = {{0.25, -0.5, 0.125}};
+  message.trajectory = 2;
+  message.floating = 1;
   message.num_tracking = 1;
   message.tracking = {TrackingStateMessage()};
   return message;

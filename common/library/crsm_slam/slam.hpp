@@ -43,10 +43,12 @@ enum class State {
 
 /// The result of one scan.
 struct Step {
-  State state = State::kFirst;              ///< whether you can trust the pose
-  Pose T_map_laser;                         ///< the pose of the laser
-  double fitness = 0.0;                     ///< of the scan at that pose, 0 to 1
-  std::array<double, 6> covariance{};       ///< xx, xy, x yaw, yy, y yaw, yaw yaw [m^2, m rad, rad^2]; 0: first or lost
+  State state = State::kFirst;  ///< whether you can trust the pose
+  Pose T_map_laser;             ///< the pose of the laser
+  double fitness = 0.0;         ///< of the scan at that pose, 0 to 1
+  /// xx, xy, x yaw, yy, y yaw, yaw yaw [m^2, m rad, rad^2]; 0 in the first scan of all. That of a guess, kLost or
+  /// kFirst, grows with the time since the last match; variances of 1e4: nothing is known of the pose.
+  std::array<double, 6> covariance{};
   std::array<double, 2> degenerate_axis{};  ///< degenerate direction: unit vector, map frame, if kDegenerate; else 0
   bool drawn = false;                       ///< the scan is in the map; the robot has moved since the last drawn scan
   bool loop_closed = false;                 ///< map and trajectory were corrected; the next T_map_laser may jump

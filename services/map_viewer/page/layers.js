@@ -2,6 +2,8 @@
 
 const TAU = 2 * Math.PI;
 const LONGEST_STEP_M = 10;  // of the path; behind a longer one something was not seen
+const FLOATING_DASH_PX = [7, 5];  // what is not joined to the map
+const UNKNOWN_M2 = 1e4;  // variance of a position of which nothing is known
 const CHI_95 = Math.sqrt(5.991);  // an ellipse of so many sigmas holds 95 % in two dimensions
 
 function circle(context, x, y, radius) {
@@ -31,14 +33,18 @@ const isBeside = (from, to, {x0, y0, x1, y1}) =>
   Math.max(from.x_m, to.x_m) < x0 || Math.min(from.x_m, to.x_m) > x1 ||
   Math.max(from.y_m, to.y_m) < y0 || Math.min(from.y_m, to.y_m) > y1;
 
-// The line through points, no finer than a pixel, and only where it is in the window: most of a frame would be spent on
-// the rest of a long path.
-function traceLine(context, lists, window_m, pixel) {
+// The line through points that float, or through those that do not: no finer than a pixel, and only where it is in the
+// window: most of a frame would be spent on the rest of a long path.
+function traceLine(context, lists, floating, window_m, pixel) {
   let last = null;
   let is_at_last = false;
   for (const points of lists) {
     for (const point of points) {
       if (point.state === "LOST") continue;
+      if ((point.state === "FLOATING") !== floating) {
+        last = null;  // nobody knows what lies between
+        continue;
+      }
       const step_m = last ? Math.hypot(point.x_m - last.x_m, point.y_m - last.y_m) : Infinity;
       if (step_m < pixel) continue;
       const is_drawn = step_m <= LONGEST_STEP_M && !isBeside(last, point, window_m);
@@ -53,13 +59,17 @@ function traceLine(context, lists, window_m, pixel) {
 // tail: where the robot was seen behind the end of the path.
 export function drawPath(context, points, tail, window_m, pixel, colours) {
   if (points.length === 0) return;
-  context.strokeStyle = colours.path;
   context.lineWidth = 2 * pixel;
   context.lineJoin = "round";
   context.globalAlpha = 0.85;
-  context.beginPath();
-  traceLine(context, [points, tail], window_m, pixel);
-  context.stroke();
+  for (const floating of [false, true]) {
+    context.strokeStyle = floating ? colours.floating : colours.path;
+    context.setLineDash(floating ? FLOATING_DASH_PX.map((px) => px * pixel) : []);
+    context.beginPath();
+    traceLine(context, [points, tail], floating, window_m, pixel);
+    context.stroke();
+  }
+  context.setLineDash([]);
   context.globalAlpha = 1;
   context.fillStyle = colours.bad;
   for (const {x_m, y_m, state} of points) {
@@ -139,12 +149,16 @@ export function ellipseOf({xx, xy, yy}) {
   };
 }
 
+// Whether the covariance tells anything: not in the first scan of all, which is the origin, nor where nothing is known.
+export const isMeasured = ({xx}) => xx > 0 && xx < UNKNOWN_M2;
+
 export function drawRobot(context, robot, pixel, colours) {
   const {long_m, short_m, angle_rad} = ellipseOf(robot.covariance);
   context.lineWidth = 1.5 * pixel;
-  if (long_m > 0) {
-    context.strokeStyle = colours.robot;
-    context.fillStyle = colours.robot;
+  const colour = robot.floating ? colours.floating : colours.robot;
+  if (isMeasured(robot.covariance)) {
+    context.strokeStyle = colour;
+    context.fillStyle = colour;
     context.beginPath();
     context.ellipse(robot.x_m, robot.y_m, Math.min(long_m, 100), Math.min(short_m, 100), angle_rad, 0, TAU);
     context.globalAlpha = 0.2;
@@ -163,10 +177,11 @@ export function drawRobot(context, robot, pixel, colours) {
   context.lineTo(-0.4 * size, 0);
   context.lineTo(-0.8 * size, -0.8 * size);
   context.closePath();
-  context.fillStyle = robot.state === "LOST" ? colours.bad : colours.robot;
+  context.fillStyle = robot.floating ? colours.ground : robot.state === "LOST" ? colours.bad : colours.robot;
   context.fill();
-  context.strokeStyle = colours.ground;
-  context.lineWidth = 1.5 * pixel;
+  context.strokeStyle = robot.floating ? colours.floating : colours.ground;
+  context.lineWidth = (robot.floating ? 2.5 : 1.5) * pixel;
+  context.setLineDash(robot.floating ? [4 * pixel, 2.5 * pixel] : []);
   context.stroke();
   context.restore();
 }

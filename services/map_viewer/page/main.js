@@ -6,6 +6,8 @@ import {RobotModel} from "./robot_model.js";
 import {Connection} from "./wire.js";
 
 const $ = (id) => document.getElementById(id);
+const TOAST_MS = 3000;
+const NEWS_MS = 8000;
 const robots = [];  // {model, view, changed}
 let chosen = 0;
 
@@ -18,6 +20,7 @@ function addRobot(index) {
     model.addEventListener(type, () => robot.changed.add(type));
   }
   model.addEventListener("put_right", () => toast("loop closed: the map was corrected"));
+  model.addEventListener("news", ({detail}) => toast(detail, NEWS_MS));
   model.addEventListener("info", () => label(robot));
   robot.view.addEventListener("chosen", () => choose(index));
   robot.view.addEventListener("follows", () => showTools());
@@ -45,11 +48,14 @@ function choose(index) {
 
 const view = () => robots[chosen].view;
 
-function toast(text) {
+// News stay where a loop is closed meanwhile.
+function toast(text, long_ms = TOAST_MS) {
+  if (long_ms < NEWS_MS && performance.now() < toast.news_until_ms) return;
+  if (long_ms === NEWS_MS) toast.news_until_ms = performance.now() + NEWS_MS;
   $("toast").textContent = text;
   $("toast").classList.add("shown");
   clearTimeout(toast.timer);
-  toast.timer = setTimeout(() => $("toast").classList.remove("shown"), 3000);
+  toast.timer = setTimeout(() => $("toast").classList.remove("shown"), long_ms);
 }
 
 function showCursor({view}, {x_m, y_m}) {

@@ -12,7 +12,7 @@ const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
 function readColours() {
   const style = getComputedStyle(document.documentElement);
   const names = ["ground", "grid", "grid-strong", "free", "wall", "path", "ray-wall", "ray-new", "ray-free", "scan",
-                 "robot", "good", "warn", "bad", "loop", "text"];
+                 "robot", "good", "warn", "bad", "loop", "floating", "text"];
   return Object.fromEntries(names.map((name) => [name.replace("-", "_"), style.getPropertyValue(`--${name}`).trim()]));
 }
 

@@ -1,7 +1,7 @@
 // The numbers beside the map, of the robot that is chosen.
 
 import {drawFitness, drawTimes} from "./charts.js";
-import {ellipseOf} from "./layers.js";
+import {ellipseOf, isMeasured} from "./layers.js";
 
 const CHI_95 = Math.sqrt(5.991);
 const SILENT_S = 3;  // three statuses are missing
@@ -25,11 +25,16 @@ export function describeState({robot, connected, trouble}) {
   return {state: robot.state, text: `DEGENERATE along ${axis_deg}°`};
 }
 
+// What the robot's pose is worth on the map, where it is none of it; else nothing.
+export function describeFloating({robot}) {
+  return robot?.floating ? `floating: not joined to the map yet (trajectory ${robot.trajectory})` : "";
+}
+
 function showPose({robot}) {
   if (!robot) return;
   const degrees = (radians) => (radians * 180) / Math.PI;
   const {long_m, short_m} = ellipseOf(robot.covariance);
-  const known = long_m > 0;
+  const known = isMeasured(robot.covariance);
   show("x", fixed(robot.x_m, 2));
   show("y", fixed(robot.y_m, 2));
   show("yaw", fixed(degrees(robot.yaw_rad), 1));
@@ -95,6 +100,7 @@ export function showPanel(model, changed, all) {
   const {state, text} = describeState(model);
   $("state").dataset.state = state;
   show("state", text);
+  show("floating", describeFloating(model));
   show("name", model.info.live === false ? `finished run ${model.info.robot}` : model.info.robot);
   show("counts", model.cursor.version > 0n ? `map version ${whole.format(model.cursor.version)}` : "");
   $("panel").classList.toggle("finished", model.info.live === false);

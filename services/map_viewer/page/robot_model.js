@@ -17,6 +17,7 @@ export class RobotModel extends EventTarget {
     this.tail = [];  // where the robot was seen since the path was told last
     this.samples = [];
     this.info = {services: [], loops: [], robots: [""], robot: ""};
+    this.num_news = null;  // that were told so far
     this.connected = false;
     this.trouble = "";     // what the page could not show, if anything
     this.changed = true;  // since it was drawn
@@ -58,7 +59,7 @@ export class RobotModel extends EventTarget {
     const last = this.tail.at(-1);
     if (robot.state === "LOST") return;
     if (last && Math.hypot(robot.x_m - last.x_m, robot.y_m - last.y_m) < TAIL_STEP_M) return;
-    this.tail.push({x_m: robot.x_m, y_m: robot.y_m});
+    this.tail.push({x_m: robot.x_m, y_m: robot.y_m, state: robot.floating ? "FLOATING" : "OK"});
     if (this.tail.length > MOST_TAIL) this.tail.shift();
   }
 
@@ -74,5 +75,10 @@ export class RobotModel extends EventTarget {
 
   take_samples({samples}) { this.samples = [...this.samples, ...samples].slice(-MOST_SAMPLES); }
 
-  take_info(info) { this.info = {services: [], loops: [], ...info}; }
+  take_info(info) {
+    this.info = {services: [], loops: [], ...info};
+    const {number, text} = info.news ?? {number: 0, text: ""};
+    if (this.num_news !== null && number > this.num_news) this.tell("news", text);
+    this.num_news = number;
+  }
 }

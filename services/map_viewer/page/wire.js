@@ -1,7 +1,7 @@
 // What the viewer tells a page, as services/map_viewer/page_feed.hpp describes it.
 
 export const SUBPROTOCOL = "crsm.view.v1";
-export const STATES = ["START", "OK", "LOST", "DEGENERATE"];  // as of scan_match_t
+export const STATES = ["START", "OK", "LOST", "DEGENERATE", "FLOATING"];  // as of scan_match_t; the last of a path only
 
 // Reads numbers one after the other.
 class Reader {
@@ -13,6 +13,7 @@ class Reader {
   u8() { return this.view.getUint8(this.skip(1)); }
   u16() { return this.view.getUint16(this.skip(2), true); }
   i16() { return this.view.getInt16(this.skip(2), true); }
+  i32() { return this.view.getInt32(this.skip(4), true); }
   u32() { return this.view.getUint32(this.skip(4), true); }
   i64() { return this.view.getBigInt64(this.skip(8), true); }
   f32() { return this.view.getFloat32(this.skip(4), true); }
@@ -34,6 +35,7 @@ function readMap(reader) {
 function readRobot(reader) {
   return {
     kind: "robot", utime: reader.i64(), state: STATES[reader.u8()],
+    trajectory: reader.i32(), floating: reader.u8() === 1,
     x_m: reader.f64(), y_m: reader.f64(), yaw_rad: reader.f64(), fitness: reader.f32(),
     covariance: {xx: reader.f32(), xy: reader.f32(), yy: reader.f32(), yaw: reader.f32()},
     axis: {x: reader.f32(), y: reader.f32()},

@@ -246,8 +246,8 @@ TEST_CASE("what is put right takes effect some keyframes later, and moves the ma
   REQUIRE(step.keyframe);
   CHECK_FALSE(step.keyframe->as_of);
   CheckPose(step.keyframe->T_previous_this, Inverse(before.poses()[0].back()) * next.T_map_laser, 1e-9);
-  REQUIRE(step.T_new_old);
-  CheckPose(*step.T_new_old, turn, 1e-9);
+  REQUIRE(step.after.T_new_old);
+  CheckPose(*step.after.T_new_old, turn, 1e-9);
   CHECK(mapper.graph().poses() == mapper.best_poses());
   CheckPose(mapper.graph().poses()[0].back(), turn * next.T_map_laser, 1e-9);
   for (const TileChange& tile : step.delta.tiles) REQUIRE(replica.Apply(tile));
@@ -257,11 +257,11 @@ TEST_CASE("what is put right takes effect some keyframes later, and moves the ma
   // The one after it is matched on the map that was moved.
   const ScanMatch later = MatchedAt(1001, turn * next.T_map_laser * Pose2{0.5, 0.0, 0.0});
   const CriticalRays later_scan{1001, driven.scans.back().rays, {}};
-  const Mapper::Step after = mapper.Integrate(&later_scan, later);
-  REQUIRE(after.keyframe);
-  CHECK(after.keyframe->as_of == update.keyframe);
-  CHECK_FALSE(after.T_new_old);
-  CheckPose(after.keyframe->T_previous_this, {0.5, 0.0, 0.0}, 1e-9);
+  const Mapper::Step then = mapper.Integrate(&later_scan, later);
+  REQUIRE(then.keyframe);
+  CHECK(then.keyframe->as_of == update.keyframe);
+  CHECK_FALSE(then.after.T_new_old);
+  CheckPose(then.keyframe->T_previous_this, {0.5, 0.0, 0.0}, 1e-9);
 }
 
 TEST_CASE("scans between keyframes follow the one that they were matched after, also while it moves") {
@@ -284,7 +284,7 @@ TEST_CASE("scans between keyframes follow the one that they were matched after, 
   const Pose2 last = matches.back().T_map_laser;
   const Pose2 nudge{0.01, 0.0, 0.0};  // too little to be drawn
   REQUIRE_FALSE(MatchNext(scan, last * nudge).keyframe);
-  REQUIRE(MatchNext(scan, last * Pose2{0.5, 0.0, 0.0}).T_new_old);
+  REQUIRE(MatchNext(scan, last * Pose2{0.5, 0.0, 0.0}).after.T_new_old);
   REQUIRE_FALSE(MatchNext(scan, turn * last * Pose2{0.51, 0.0, 0.0}).keyframe);
   const auto num_scans = static_cast<std::int64_t>(matches.size());
   const auto BestOfLast = [&](std::int64_t back) {
@@ -462,6 +462,61 @@ TEST_CASE("a first scan amid a drive begins a map of its own, and what is shown 
   CHECK(mapper.IsScanOnMap(static_cast<std::int64_t>(driven.scans.size()) - 1));
   CHECK_FALSE(mapper.IsKeyframeOnMap(mapper.graph().LastOf(0)));
   CHECK(mapper.IsKeyframeOnMap({1, 0}));
+}
+
+TEST_CASE("a trajectory floats until it has the most keyframes or is joined, by what has taken effect") {
+  Driven driven = Drive(20.0);
+  const std::size_t num_before = driven.scans.size();
+  const Driven later = Drive(30.0);
+  driven.scans.insert(driven.scans.end(), later.scans.begin(), later.scans.end());
+  driven.matches.insert(driven.matches.end(), later.matches.begin(), later.matches.end());
+  driven.matches[num_before].state = MatchState::kFirst;
+  const bool is_joined = GENERATE(true, false);
+  Mapper mapper(Drawing(), kLoops);
+  int num_joined = 0;  // keyframes of the second trajectory when the join comes
+  for (std::size_t i = 0; i < driven.scans.size(); ++i) {
+    CAPTURE(i, is_joined);
+    ScanMatch match = driven.matches[i];
+    const auto newest = mapper.graph().newest();
+    if (is_joined && newest == KeyframeId{1, 20} && num_joined == 0) {
+      GraphUpdate update;
+      update.keyframe = *newest;
+      update.closed = {{{0, 20}, {1, 20}, {}}};
+      REQUIRE(mapper.Offer(update));
+      num_joined = 20;
+      CHECK(mapper.IsKeyframeOnMap(*newest));  // is known at once, but takes effect some keyframes later
+    }
+    const Mapper::Step step = mapper.Integrate(&driven.scans[i], match);
+    const int num_first = mapper.graph().size(0);
+    const int num_second = mapper.graph().size() - num_first;
+    CHECK(step.after.trajectory == (i < num_before ? 0 : 1));
+    const bool has_joined = num_joined > 0 && num_second > num_joined + kLoops.lag;
+    CHECK(step.after.floating == (i >= num_before && num_second <= num_first && !has_joined));
+    match.state = MatchState::kLost;
+    const auto scan = static_cast<std::int64_t>(i > num_before ? i + 1 : i);
+    CHECK(mapper.BestMatch(scan, match).floating == !mapper.IsScanOnMap(scan));
+    CHECK(mapper.MoveToBest(scan, match).floating == !mapper.IsScanOnMap(scan));
+    if (i == num_before) {  // a scan that is not drawn changes nothing
+      CHECK(mapper.Integrate(nullptr, match).after == AfterMatch{std::nullopt, 1, true});
+    }
+  }
+  CHECK(num_joined == (is_joined ? 20 : 0));
+}
+
+TEST_CASE("without loops, and once the map is finished, nothing floats") {
+  const Driven driven = Drive(20.0);
+  ScanMatch first = driven.matches[3];
+  first.state = MatchState::kFirst;
+  LoopParameters none;
+  none.loops = false;
+  Mapper without(Drawing(), none);
+  without.Integrate(&driven.scans[0], driven.matches[0]);
+  CHECK(without.Integrate(&driven.scans[3], first).after == AfterMatch());
+  Mapper finished(Drawing(), kLoops);
+  for (std::size_t i = 0; i < 3; ++i) finished.Integrate(&driven.scans[i], driven.matches[i]);
+  REQUIRE(finished.Integrate(&driven.scans[3], first).after == AfterMatch{std::nullopt, 1, true});
+  finished.Finish();
+  CHECK(finished.Integrate(&driven.scans[4], driven.matches[4]).after == AfterMatch());
 }
 
 }  // namespace crsm

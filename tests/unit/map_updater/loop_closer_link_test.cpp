@@ -42,7 +42,7 @@ class Owner {
     const Mapper::Step step =
         mapper.Integrate(&scan, {utime, T_map_laser_, 0.9, 1, 1, 0, utime == 0 ? MatchState::kFirst : MatchState::kOk});
     REQUIRE(step.keyframe);
-    if (step.T_new_old) T_map_laser_ = *step.T_new_old * T_map_laser_;
+    if (step.after.T_new_old) T_map_laser_ = *step.after.T_new_old * T_map_laser_;
     link.SendNewest(now);
   }
 

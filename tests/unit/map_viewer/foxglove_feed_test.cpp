@@ -92,14 +92,14 @@ TEST_CASE("Foxglove is greeted, told of the topics, and of a block of the map wh
   FoxgloveFeed feed({FoxgloveScene(scene, "")});
   Client client(feed);
   CHECK(client.texts == std::vector<std::string>{"serverInfo", "advertise"});
-  CHECK(client.channels.size() == 4);
+  CHECK(client.channels.size() == 5);
   scene.map().Set({-1, 0}, Filled(200), 1);
   scene.map().Set({7, 7}, Filled(200), 1);
   client.TakeAll();
   CHECK(client.texts.size() == 3);
   CHECK(client.channels.count("/map/-1_0") == 1);
   CHECK(client.channels.count("/map/0_0") == 1);
-  CHECK(client.channels.size() == 6);
+  CHECK(client.channels.size() == 7);
   CHECK(client.num_told == 0);  // nothing was asked for
 
   TileBytes cells = Filled(10);
@@ -162,13 +162,47 @@ TEST_CASE("a scan with gaps is told at equal steps of the angle, 0 where nothing
   }
 }
 
+TEST_CASE("what floats is a path of its own, and what happens is a log, of which there is a topic when there is one") {
+  Scene scene("");
+  PathSketch path;
+  for (const bool floating : {false, true, true}) {
+    ScanMatch match;
+    match.T_map_laser = {static_cast<double>(path.num_matches()), 0.0, 0.0};
+    match.state = floating ? MatchState::kLost : MatchState::kOk;
+    match.floating = floating;
+    path.Add(match);
+  }
+  scene.SetPath(path, true);
+  FoxgloveFeed feed({FoxgloveScene(scene, "")});
+  Client client(feed);
+  client.Subscribe("/path", 1);
+  client.Subscribe("/floating_path", 2);
+  CHECK(client.told[1]["poses"].size() == 1);
+  REQUIRE(client.told[2]["poses"].size() == 2);
+  CHECK(client.told[2]["poses"][1]["position"]["x"] == 2.0);
+  scene.AddNews({});
+  client.TakeAll();
+  CHECK(client.channels.count("/log") == 0);
+  scene.AddNews({"one", "two"});
+  client.TakeAll();
+  REQUIRE(client.channels.count("/log") == 1);
+  client.Subscribe("/log", 3);
+  CHECK(client.told[3]["message"] == "one; two");
+  CHECK(client.told[3]["level"] == 2);
+  CHECK_FALSE(client.told[3].contains("frame_id"));
+  std::this_thread::sleep_for(std::chrono::milliseconds(40));
+  scene.AddNews({"two"});
+  client.TakeAll();
+  CHECK(client.told[3]["message"] == "two");
+}
+
 TEST_CASE("several robots have topics and frames of their own") {
   Scene one("robot1/");
   Scene two("robot2/");
   two.SetRobot(RobotAt(2.0));
   FoxgloveFeed feed({FoxgloveScene(one, "robot1/"), FoxgloveScene(two, "robot2/")});
   Client client(feed);
-  CHECK(client.channels.size() == 8);
+  CHECK(client.channels.size() == 10);
   client.Subscribe("/robot2/tf", 1);
   CHECK(client.told[1]["parent_frame_id"] == "robot2/map");
   CHECK(client.told[1]["child_frame_id"] == "robot2/laser");
@@ -183,7 +217,7 @@ TEST_CASE("what Foxglove does not say is not believed") {
         R"({"op":"subscribe","subscriptions":[{"id":0}]})", R"({"op":"subscribe","subscriptions":[{"channelId":0}]})",
         R"({"op":"subscribe","subscriptions":[{"id":-1,"channelId":0}]})",
         R"({"op":"subscribe","subscriptions":[{"id":4294967296,"channelId":0}]})",
-        R"({"op":"subscribe","subscriptions":[{"id":0,"channelId":4}]})",
+        R"({"op":"subscribe","subscriptions":[{"id":0,"channelId":5}]})",
         R"({"op":"subscribe","subscriptions":[{"id":"0","channelId":0.5}]})"}) {
     INFO(text);
     CHECK_FALSE(feed.Hear(text, true));
@@ -223,7 +257,8 @@ TEST_CASE("what a client nests ten thousand times deep is heard with a stack of 
 TEST_CASE("the layout shows what Foxglove hides") {
   const json layout = json::parse(MakeFoxgloveLayout({"robot1/", "robot2/"}));
   const json& topics = layout["configById"][layout["layout"].get<std::string>()]["topics"];
-  for (const char* topic : {"/robot1/map/0_0", "/robot2/map/-8_7", "/robot1/scan", "/robot2/path", "/robot1/pose"}) {
+  for (const char* topic : {"/robot1/map/0_0", "/robot2/map/-8_7", "/robot1/scan", "/robot2/path", "/robot1/pose",
+                            "/robot1/floating_path"}) {
     INFO(topic);
     CHECK(topics[topic]["visible"] == true);
   }

@@ -46,6 +46,8 @@ class PageClient {
   int num_robots = 0;
   std::int64_t robot_utime = 0;
   double robot_x_m = 0.0;
+  std::int32_t robot_trajectory = 0;
+  bool robot_floats = false;
   std::size_t num_rays = 0;
   std::vector<PathPoint> path;
   std::vector<float> fitnesses;
@@ -107,6 +109,8 @@ class PageClient {
     ++num_robots;
     robot_utime = record.Read<std::int64_t>();
     record.Read<std::uint8_t>();
+    robot_trajectory = record.Read<std::int32_t>();
+    robot_floats = record.Read<std::uint8_t>() == 1;
     robot_x_m = record.Read<double>();
     record.left.remove_prefix(2 * sizeof(double) + 7 * sizeof(float));
     num_rays = record.Read<std::uint16_t>();

@@ -149,6 +149,8 @@ TEST_CASE("of the robot only the newest is told, with its scan") {
     SceneRobot robot;
     robot.match.utime = i;
     robot.match.T_map_laser.x_m = 0.5 * i;
+    robot.match.trajectory = 3 * i;
+    robot.match.floating = i == 100;
     robot.scan = {i, {{0.0F, 0.1F}, {3.0F, 4.0F}}, {1}};
     scene.SetRobot(robot);
   }
@@ -156,6 +158,8 @@ TEST_CASE("of the robot only the newest is told, with its scan") {
   CHECK(client.num_robots == 1);
   CHECK(client.robot_utime == 100);
   CHECK(client.robot_x_m == 50.0);
+  CHECK(client.robot_trajectory == 300);
+  CHECK(client.robot_floats);
   CHECK(client.num_rays == 2);
 }
 
@@ -181,6 +185,27 @@ TEST_CASE("the path grows at its end, and is told anew when it is another one") 
   TakeAll(feed, client);
   CHECK(client.path.size() == scene.path().kept().size());
   CHECK(client.path[1].x_m == static_cast<float>(scene.path().kept()[1].match.T_map_laser.x_m));
+}
+
+TEST_CASE("a path says what of it floats, and news are told with their number") {
+  Scene scene("");
+  PathSketch path = PathOf(3);
+  ScanMatch afloat;
+  afloat.T_map_laser = {9.0, 0.0, 0.0};
+  afloat.state = MatchState::kLost;
+  afloat.floating = true;
+  path.Add(afloat);
+  scene.SetPath(path, true);
+  PageFeed feed(scene, {""}, {});
+  PageClient client;
+  TakeAll(feed, client);
+  REQUIRE(client.path.size() == 4);
+  CHECK(client.path[2].state == 2);
+  CHECK(client.path[3].state == 4);
+  CHECK(client.info["news"] == nlohmann::json{{"number", 0}, {"text", ""}});
+  scene.AddNews({"joined"});
+  TakeAll(feed, client);
+  CHECK(client.info["news"] == nlohmann::json{{"number", 1}, {"text", "joined"}});
 }
 
 TEST_CASE("of the running curves no more is told than is kept, and no scan twice") {

@@ -4,6 +4,7 @@
 
 #include "catch.hpp"
 #include "check_pose.hpp"
+#include "common/match/guess_covariance.hpp"
 #include "synthetic_scans.hpp"
 
 namespace crsm {
@@ -75,7 +76,8 @@ TEST_CASE("the third lost scan in a row begins a trajectory where the robot is g
   CHECK(first.state == MatchState::kFirst);
   CheckPose(first.T_map_laser, kPlace, 1e-9);
   CHECK(first.utime == tracking.recent().back().utime + kPeriod_us);
-  CHECK(first.covariance == ScanMatch().covariance);
+  CHECK(first.covariance == ComputeGuessCovariance(first, tracking));
+  CHECK(first.covariance[0] > 0.0);
 }
 
 TEST_CASE("a trajectory begins where the robot is if it went on as before, for 6 s at most, or where its wheels say") {
@@ -93,6 +95,40 @@ TEST_CASE("a trajectory begins where the robot is if it went on as before, for 6
 
   TrackingState with_wheels = After(2, Pose2{});
   CheckPose(MatchAfter(with_wheels, lost, {}, kPeriod_us, Pose2{}).T_map_laser, lost.T_map_laser, 1e-9);
+}
+
+TEST_CASE("a match is of the trajectory of the last one; one that begins a trajectory is of the next, and floats") {
+  TrackingState tracking = After(2);
+  const bool floats = GENERATE(true, false);
+  tracking.Add(Answer(MatchState::kLost), {std::nullopt, 4, floats});
+  const ScanMatch on = MatchAfter(tracking, Answer(MatchState::kOk));
+  REQUIRE(on.state == MatchState::kOk);
+  CHECK(on.trajectory == 4);
+  CHECK(on.floating == floats);
+  const ScanMatch first = MatchAfter(tracking, Answer(MatchState::kLost));
+  REQUIRE(first.state == MatchState::kFirst);
+  CHECK(first.trajectory == 5);
+  CHECK(first.floating);
+  tracking.BeginSession(Onset::kAnywhere);
+  CHECK(MatchAfter(tracking, Answer(MatchState::kOk)).trajectory == 5);
+}
+
+TEST_CASE("while the map is empty each first scan is of the first trajectory of all, also after a gap") {
+  TrackingState tracking;
+  ScanMatch empty = Answer(MatchState::kFirst, {5.0, 0.0, 0.0});
+  empty.covariance = {};
+  for (const std::int64_t utime : {0, 1, 2}) {
+    ScanMatch match = empty;
+    match.utime = utime * kPeriod_us;
+    match.T_map_laser = {};
+    tracking.Add(match);
+  }
+  const ScanMatch first = MatchAfter(tracking, empty, {}, 600'000'000);
+  CHECK(first.state == MatchState::kFirst);
+  CHECK(first.T_map_laser == Pose2{});
+  CHECK(first.trajectory == 0);
+  CHECK_FALSE(first.floating);
+  CHECK(first.covariance == ScanMatch().covariance);  // it is the origin
 }
 
 TEST_CASE("a turn is not gone on with for long") {
@@ -142,7 +178,8 @@ TEST_CASE("after lost scans one that fits badly is lost too, and leaves nothing 
   const ScanMatch match = MatchAfter(After(1), bad);
   CHECK(match.state == MatchState::kLost);
   CHECK(match.T_map_laser == kPlace);
-  CHECK(match.covariance == ScanMatch().covariance);
+  CHECK(match.degenerate_axis == ScanMatch().degenerate_axis);
+  CHECK(match.covariance == ComputeGuessCovariance(match, After(1)));
   CHECK(MatchAfter(After(2), bad).state == MatchState::kFirst);
   CHECK(MatchAfter(After(0), bad).state == MatchState::kDegenerate);
   CHECK(MatchAfter(After(1), Answer(MatchState::kOk, {4.0, 2.0, 0.5}, 0.49)).state == MatchState::kOk);
@@ -213,7 +250,7 @@ TEST_CASE("another drive begins a trajectory whatever fits, and is lost before a
   first = MatchAfter(tracking, here);
   CHECK(first.state == MatchState::kFirst);
   CHECK(first.T_map_laser == Pose2{7.0, 8.0, 0.1});
-  CHECK(first.covariance == ScanMatch().covariance);
+  CHECK(first.covariance[0] == Approx(0.35 * 0.35));
 }
 
 TEST_CASE("a session on an earlier map goes on where its first scan fits, else begins a trajectory at once") {
@@ -223,7 +260,8 @@ TEST_CASE("a session on an earlier map goes on where its first scan fits, else b
   const ScanMatch first = MatchAfter(tracking, Answer(MatchState::kLost));
   CHECK(first.state == MatchState::kFirst);
   CHECK(first.T_map_laser == kPlace);
-  CHECK(first.covariance == ScanMatch().covariance);
+  CHECK(first.covariance == ComputeGuessCovariance(first, tracking));
+  CHECK(first.covariance[0] < kUnknownVariance);  // else it would not be looked for nearby
 }
 
 TEST_CASE("where scans are far apart in time as a rule, such a step is no gap") {

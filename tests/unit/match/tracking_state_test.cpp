@@ -38,7 +38,7 @@ TEST_CASE("how a session begins holds until a scan is placed, and its place move
   state.BeginSession(Onset::kAnywhere);
   CHECK(state.T_map_guess() == state.recent().back().T_map_laser);
   state.BeginSessionNear({3.0, 4.0, 0.5});
-  state.Add(Match(13, 0.0, MatchState::kLost), Pose2{1.0, 0.0, 0.0});
+  state.Add(Match(13, 0.0, MatchState::kLost), {Pose2{1.0, 0.0, 0.0}});
   CHECK(state.onset() == Onset::kNear);
   CHECK(state.T_map_guess() == Pose2{4.0, 4.0, 0.5});
   state.Add(Match(14, 0.0, MatchState::kFirst));
@@ -95,6 +95,21 @@ TEST_CASE("the newest utime is the largest so far, also where clocks step back")
   CHECK(state.newest_utime() == 9);
 }
 
+TEST_CASE("the trajectory is that of the map after the last match, else that of the match") {
+  TrackingState state;
+  CHECK(state.trajectory() == 0);
+  CHECK_FALSE(state.floating());
+  ScanMatch match = Match(1, 0.5, MatchState::kFirst);
+  match.trajectory = 3;
+  match.floating = true;
+  state.Add(match);
+  CHECK(state.trajectory() == 3);
+  CHECK(state.floating());
+  state.Add(match, {std::nullopt, 2, false});
+  CHECK(state.trajectory() == 2);
+  CHECK_FALSE(state.floating());
+}
+
 TEST_CASE(
     "a map that is moved takes the last scans along, and in the frame that never jumps they stay where they are") {
   TrackingState state;
@@ -107,7 +122,7 @@ TEST_CASE(
   for (const Pose2& T_new_old : {Pose2{1.0, -2.0, 0.5}, Pose2{0.25, 30.0, -3.0}}) {
     const Pose2 T_local_map = state.T_local_map();
     matched.push_back(Match(std::ssize(matched), 0.5, MatchState::kOk));
-    state.Add(matched.back(), T_new_old);
+    state.Add(matched.back(), {T_new_old});
     REQUIRE(state.recent().size() == matched.size());
     for (std::size_t i = 0; i < matched.size(); ++i) {
       ScanMatch& before = matched[i];

@@ -290,9 +290,11 @@ TEST_CASE("the overview shows where the path breaks and where it is joined, and 
   Results results;
   results.grid = {100, 100, -50, -50, 0.1, std::vector<std::uint8_t>(10000, 127)};
   results.loops = {{{-3.0, 1.0, 0.0}, {3.0, 1.0, 0.0}, false, true}};
-  results.matches = {MakeMatch(1, {-4.0, -4.0, 0.0}, 0.9, MatchState::kFirst),
-                     MakeMatch(2, {-3.0, -4.0, 0.0}, 0.9, MatchState::kOk),
-                     MakeMatch(3, {2.0, 3.0, 0.0}, 0.9, MatchState::kLost)};  // as one of another piece comes
+  std::vector<ScanMatch> matches{MakeMatch(1, {-4.0, -4.0, 0.0}, 0.9, MatchState::kFirst),
+                                 MakeMatch(2, {-3.0, -4.0, 0.0}, 0.9, MatchState::kOk),
+                                 MakeMatch(3, {2.0, 3.0, 0.0}, 0.9, MatchState::kLost)};
+  matches.back().floating = true;  // as one of another piece comes
+  results.matches = matches;
   results.pieces.num_pieces = 2;
   results.pieces.num_breaks = 1;
   results.pieces.breaks = {{3, 2, BreakReason::kGap, 9.0, {0.0, -2.0, 0.0}, 1, 2}};
@@ -307,7 +309,8 @@ TEST_CASE("the overview shows where the path breaks and where it is joined, and 
   CHECK((broken[0] > broken[2] + 50 && broken[2] > broken[1] + 50));  // crimson
   CHECK(ColourAt(0.04, -2.0) == std::array<int, 3>{127, 127, 127});   // a cross
   CHECK(ColourAt(2.0, 3.0) == std::array<int, 3>{127, 127, 127});
-  results.pieces.breaks[0].piece = 1;
+  matches.back().floating = false;
+  results.matches = matches;
   WriteResults(folder.path, results);
   const Picture lost = DecodePng(ReadBytes(folder.path / "overview.png"));
   CHECK(lost.ColourAt(1120, 320) != std::array<int, 3>{127, 127, 127});

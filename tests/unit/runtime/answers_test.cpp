@@ -81,12 +81,12 @@ TEST_CASE("a large change is split into well-formed parts of a size that hold ea
   }
 }
 
-TEST_CASE("by what the map was moved is said once, in the first part") {
+TEST_CASE("what a match has brought about is said once, in the first part") {
   const Pose2 T_new_old{0.25, -0.5, 1.0 / 3.0};
   const ScanMatch match{5, {}, 0.9, 1, 1, 7, MatchState::kOk};
   for (const int num_tiles : {0, 100}) {
     const MapDelta delta = MakeDelta(num_tiles, true);
-    const auto parts = MakeParts(delta, match, kGeometry, {kEpoch, kMostBytes}, T_new_old);
+    const auto parts = MakeParts(delta, match, kGeometry, {kEpoch, kMostBytes}, {T_new_old, 3, true});
     REQUIRE((parts.size() > 1) == (num_tiles > 0));
     for (const map_delta_t& part : parts) {
       const auto bytes = Encode(part);
@@ -94,6 +94,8 @@ TEST_CASE("by what the map was moved is said once, in the first part") {
       CHECK(Decode<map_delta_t>(bytes));
       REQUIRE(part.num_moved == (part.part == 0 ? 1 : 0));
       if (part.part == 0) CHECK(FromMessage(part.T_new_old[0]) == T_new_old);
+      CHECK(part.trajectory == (part.part == 0 ? 3 : 0));
+      CHECK(part.floating == (part.part == 0 ? 1 : 0));
     }
     for (const map_delta_t& part : MakeParts(delta, match, kGeometry, {kEpoch, kMostBytes})) CHECK(part.num_moved == 0);
   }

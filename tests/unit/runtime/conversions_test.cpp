@@ -38,6 +38,10 @@ TEST_CASE("a match comes over the wire as it was") {
     ScanMatch of_sweep = match;
     of_sweep.twist = {0.1, -0.2, 3.0};
     CHECK(FromMessage(Send(ToMessage(of_sweep))) == of_sweep);
+    ScanMatch afloat = match;
+    afloat.trajectory = 3;
+    afloat.floating = true;
+    CHECK(FromMessage(Send(ToMessage(afloat))) == afloat);
   }
   CHECK(ToMessage(ScanMatch{}).state == scan_match_t::FIRST);
   CHECK(static_cast<std::int8_t>(MatchState::kOk) == scan_match_t::OK);
@@ -86,6 +90,8 @@ TEST_CASE("a tracking state comes over the wire as it was, before the first scan
     CHECK(FromMessage(Send(ToMessage(tracking))) == tracking);
   }
   tracking.BeginSessionNear({1.0, -2.0, 0.5});
+  CHECK(FromMessage(Send(ToMessage(tracking))) == tracking);
+  tracking.Add(matches.back(), {std::nullopt, 3, true});
   CHECK(FromMessage(Send(ToMessage(tracking))) == tracking);
 }
 

@@ -107,7 +107,7 @@ TEST_CASE("a replica whose map is put right moves what is remembered of the scan
   TestReplica replica(false);
   if (GENERATE(true, false)) Begin(replica, owner);  // or the first scan, whose answer has several parts
   if (owner.version() == 0) replica.Ask(owner);
-  std::vector<map_delta_t> parts = owner.Answer(MatchState::kOk, T_new_old);
+  std::vector<map_delta_t> parts = owner.Answer(MatchState::kOk, {T_new_old, 2, true});
   if (owner.version() == 1) REQUIRE(parts.size() > 1);
   std::reverse(parts.begin(), parts.end());
   replica.Handle(parts);
@@ -115,10 +115,12 @@ TEST_CASE("a replica whose map is put right moves what is remembered of the scan
   const TrackingState& tracking = replica.replica.tracking();
   CHECK(tracking.recent().back().T_map_laser == T_new_old * owner.history.back().T_map_laser);
   CHECK(tracking.T_local_map() == Inverse(T_new_old));
+  CHECK(tracking.trajectory() == 2);
+  CHECK(tracking.floating());
 
   replica.Handle(owner.Answer());  // which is not moved
   replica.CheckSameAs(owner);
-  replica.Handle(owner.Answer(MatchState::kLost, T_new_old));
+  replica.Handle(owner.Answer(MatchState::kLost, {T_new_old}));
   replica.CheckSameAs(owner);
 
   TestReplica late(false);
@@ -130,7 +132,7 @@ TEST_CASE("who wants all matches gets them as they were matched, however the map
   MapOwner owner;
   TestReplica replica;
   Begin(replica, owner);
-  replica.Handle(owner.Answer(MatchState::kOk, Pose2{0.5, -0.25, 0.1}));
+  replica.Handle(owner.Answer(MatchState::kOk, {Pose2{0.5, -0.25, 0.1}}));
   replica.CheckSameAs(owner);
 }
 

@@ -150,6 +150,9 @@ TEST_CASE("a match is a finite pose with a fitness from 0 to 1 and a state that 
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.twist_x_m_s = kNan; }));
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.twist_y_m_s = -20.1; }));
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.twist_yaw_rad_s = 20.1; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.trajectory = -1; }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.trajectory = 2'147'483'647; }));  // one more may begin
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.floating = 2; }));
 }
 
 TEST_CASE("a match has a finite covariance with variances that are not negative, and a unit vector's axis") {
@@ -186,6 +189,9 @@ TEST_CASE("a map delta leads forwards, in parts that there are, to tiles that th
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.T_new_old[0].x_m = kNan; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.T_new_old[0].y_m = 1e7; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.T_new_old[0].yaw_rad = 7.0; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.trajectory = -1; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.trajectory = 2'147'483'647; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.floating = 2; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.tiles[0].tile_x = 1024; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.matches[0].x_m = kNan; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.loops[1].T_map_older.x_m = kNan; }));
@@ -224,13 +230,16 @@ TEST_CASE("a map has no more pieces and breaks than it says, and no more than ar
 
 TEST_CASE("a tracking state counts what there can be, and remembers the last matches where there were any") {
   using Message = tracking_state_t;
+  CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.trajectory = -1; }));
+  CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.trajectory = 2'147'483'647; }));
+  CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.floating = -1; }));
   const auto Fits = [](auto&& change) {
     map_delta_t message = MapDeltaMessage();
     change(message.tracking[0]);
     return IsDecoded<map_delta_t>(Encode(message));
   };
   CHECK(Fits([](Message&) {}));
-  CHECK(Fits([](Message& m) { m = {0, 0, -1, 1, 0, {}, 0, {}, {}, 0, {}}; }));
+  CHECK(Fits([](Message& m) { m = {0, 0, -1, 1, 0, {}, 0, {}, {}, 0, {}, 0, 0}; }));
   CHECK_FALSE(Fits([](Message& m) { m.num_lost = -1; }));
   CHECK_FALSE(Fits([](Message& m) { m.num_lost = m.num_scans + 1; }));
   CHECK_FALSE(Fits([](Message& m) { m.newest_utime = -2; }));
