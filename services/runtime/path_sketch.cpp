@@ -13,7 +13,7 @@ constexpr std::size_t kMostRecent = 16;  // the last scan that was seen is one o
 
 void PathSketch::Add(const ScanMatch& match) {
   const Kept next{num_matches_++, match};
-  if (match.state == MatchState::kLost) ++num_lost_;
+  if (match.state == MatchState::kLost && !match.floating) ++num_lost_;
   recent_.push_back(next);
   if (recent_.size() > kMostRecent) recent_.pop_front();
   if (!TellsMore(match)) return;

@@ -18,6 +18,7 @@ class PathSketch {
   std::vector<ScanMatch> Matches() const;
 
   std::int64_t num_matches() const { return num_matches_; }
+  /// But for those that float: they have a place, in a frame of their own.
   std::int64_t num_lost() const { return num_lost_; }
 
   struct Kept {

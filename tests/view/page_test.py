@@ -150,6 +150,34 @@ import('/main.js').then(({robots}) => {
 """
 
 
+# Tells the page of a robot that floats, and then that it was joined. What it says, and whether the path is dashed.
+FLOATING = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => {
+  const {model, view} = robots[0];
+  const {robot, info} = model;
+  const text = (id) => document.getElementById(id).textContent;
+  const soon = (then) => requestAnimationFrame(() => requestAnimationFrame(then));
+  const dashes = [];
+  const context = view.canvas.getContext('2d');
+  const {setLineDash} = context;
+  context.setLineDash = (dash) => { dashes.push(dash.length); setLineDash.call(context, dash); };
+  model.take({...robot, kind: 'robot', floating: true, trajectory: 3});
+  soon(() => {
+    const floats = text('floating');
+    const number = model.num_news + 1;
+    model.take({...info, kind: 'info', news: {number, text: 'joined: trajectory 3 with the map'}});
+    model.tell('put_right');
+    model.take({...robot, kind: 'robot', floating: false, trajectory: 3});
+    soon(() => {
+      context.setLineDash = setLineDash;
+      callback({floats, is_dashed: dashes.includes(2), after: text('floating'), toast: text('toast')});
+    });
+  });
+});
+"""
+
+
 def check(holds, what):
     if not holds:
         raise AssertionError(what)
@@ -361,6 +389,13 @@ def test_draws_whatever_comes(browser):
     check(len(errors) == 1 and "cannot be drawn" in errors[0], "the console has it once")
 
 
+def test_floating(browser):
+    seen = browser.run(FLOATING)
+    check(seen["floats"] == "floating: not joined to the map yet (trajectory 3)", "what floats is said")
+    check(seen["is_dashed"], "and dashed")
+    check(seen["after"] == "" and seen["toast"] == "joined: trajectory 3 with the map", "and so is a join, for a while")
+
+
 def test_phone(url):
     phone = Browser(url, "412,915")
     try:
@@ -405,6 +440,7 @@ def test_live(stack):
         compare_with_picture(browser, stack.out / "map.png")
         test_whole_soon(url)
         test_tools(browser)
+        test_floating(browser)
         check(browser.errors() == [], "the console has no errors")
         test_draws_whatever_comes(browser)
         test_phone(url)

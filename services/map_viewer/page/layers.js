@@ -121,7 +121,8 @@ export function drawScan(context, robot, map, pixel, colours) {
   for (const {x, y} of ends) context.fillRect(x - side / 2, y - side / 2, side, side);
   for (const kind of ["wall", "new", "free"]) {
     const hits = robot.critical.map((index) => ends[index]).filter((end) => end && map.hit(end.x, end.y) === kind);
-    context.strokeStyle = context.fillStyle = colours[`ray_${kind}`];
+    // What the map says of a place that is a guess means nothing.
+    context.strokeStyle = context.fillStyle = robot.floating ? colours.floating : colours[`ray_${kind}`];
     context.lineWidth = pixel;
     context.globalAlpha = 0.3;
     context.beginPath();
@@ -181,7 +182,6 @@ export function drawRobot(context, robot, pixel, colours) {
   context.fill();
   context.strokeStyle = robot.floating ? colours.floating : colours.ground;
   context.lineWidth = (robot.floating ? 2.5 : 1.5) * pixel;
-  context.setLineDash(robot.floating ? [4 * pixel, 2.5 * pixel] : []);
   context.stroke();
   context.restore();
 }

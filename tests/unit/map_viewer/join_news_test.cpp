@@ -47,7 +47,9 @@ TEST_CASE("who looks late, at another map, or when an older break is told no mor
   CHECK(news.Look(Pieces({1, 2, 1})).empty());
   CHECK(news.Look(Pieces({1})).empty());  // another map
   CHECK(news.Look(Pieces({1, 2})).size() == 1);
-  CHECK(news.Look(Pieces({2, 1}, 1)).empty());
+  CHECK(news.Look(Pieces({1, 2, 2})).size() == 1);
+  CHECK(news.Look(Pieces({2, 2, 1}, 1)).empty());
+  CHECK(news.Look(Pieces({2, 1}, 1)).empty());  // another map
   CHECK(news.Look(Pieces({2, 2, 1}, 1)) == Lines{"joined: trajectory 2 with trajectory 1, both float"});
 }
 

@@ -51,6 +51,12 @@ TEST_CASE("however long a path is, its sketch is small, goes near all of it, and
   CHECK(matches.size() >= 2048);
   CHECK(sketch.num_matches() == kCount);
   CHECK(sketch.num_lost() == kCount / 10);
+  ScanMatch afloat = At(kCount, 0.0, 0.0, MatchState::kLost);
+  afloat.floating = true;
+  PathSketch other;
+  other.Add(afloat);
+  CHECK(other.num_lost() == 0);
+  CHECK(other.num_matches() == 1);
   std::int64_t num_lost = 0;
   for (std::size_t i = 1; i < matches.size(); ++i) {
     CHECK(matches[i].utime > matches[i - 1].utime);
