@@ -86,7 +86,8 @@ std::optional<LoopFinding> JoinSearch::SearchNearby(const KeyframeGraph& graph) 
   }
   auto found = best.Unrivalled();
   if (found) {
-    found->soon = ComputeBreak(graph, newest.trajectory - 1) < joins.short_break_s;
+    const double away_m = Distance(graph.pose(graph.LastOf(newest.trajectory - 1)), graph.pose({newest.trajectory, 0}));
+    found->soon = ComputeBreak(graph, newest.trajectory - 1) < joins.short_break_s && away_m < joins.nearby_most_m;
     found->sure = found->soon && found->score >= joins.sure_score;
   }
   return found;

@@ -87,7 +87,8 @@ std::int64_t FindPatience(const TrackingState& tracking, int lost_scans_max) {
   return tracking.fitnesses().size() < kHardlyMatched ? std::min(lost_scans_max, 1) : lost_scans_max;
 }
 
-/// A new trajectory, where the robot is guessed to be. While the map is empty it is still the first of all.
+/// A new trajectory, where the robot is guessed to be or was found on the known map: one scan proves nothing, so it
+/// floats all the same. While the map is empty it is still the first of all.
 ScanMatch Begin(const ScanMatch& match, const Pose2& guess) {
   const bool is_first_of_all = match.state == MatchState::kFirst;
   ScanMatch first;
@@ -121,8 +122,10 @@ ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const T
   const bool by_odometry = match.T_odom_robot && last.T_odom_robot;
   const bool is_gap = IsGap(tracking, scan.utime, parameters.gap_max_s) && !by_odometry;
   const bool broken = (is_gap || HasClockRestarted(last.utime, scan.utime)) && !StoodStill(match, tracking);
-  if (lost_for_long) return Begin(match, by_odometry ? match.T_map_laser : GuessOnward(tracking.recent(), scan.utime));
-  return broken || resumed_elsewhere ? Begin(match, last.T_map_laser) : match;
+  if (lost_for_long && by_odometry) return Begin(match, match.T_map_laser);
+  if (!lost_for_long && !broken && !resumed_elsewhere) return match;
+  const Pose2 guess = lost_for_long ? GuessOnward(tracking.recent(), scan.utime) : last.T_map_laser;
+  return Begin(match, matcher.Locate(scan).value_or(guess));
 }
 
 }  // namespace

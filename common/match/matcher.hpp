@@ -28,6 +28,10 @@ class Matcher {
   virtual ScanMatch Match(const CriticalRays& scan, const TrackingState& tracking,
                           const std::optional<Pose2>& T_odom_robot) const = 0;
 
+  /// Where on the whole map a scan was taken, by this scan alone; nothing where no place is convincing, or this matcher
+  /// does not search so.
+  virtual std::optional<Pose2> Locate(const CriticalRays& /*scan*/) const { return std::nullopt; }
+
   virtual const ByteMap& map() const = 0;
 };
 

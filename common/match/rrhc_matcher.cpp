@@ -114,6 +114,12 @@ ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& trac
   return match;
 }
 
+std::optional<Pose2> RrhcMatcher::Locate(const CriticalRays& scan) const {
+  const Eigen::Matrix2Xd hits_m = ComputeHits(scan.rays);
+  const GlobalMatch found = SearchWholeMap(map_, hits_m, Columns(hits_m, scan.critical));
+  return found.IsConvincing() ? std::optional(found.T_map_laser) : std::nullopt;
+}
+
 RrhcMatcher::Guess RrhcMatcher::GuessPose(const TrackingState& tracking,
                                           const std::optional<Pose2>& T_odom_robot) const {
   if (tracking.empty()) return {parameters_.start.value_or(Pose2{}), std::nullopt};

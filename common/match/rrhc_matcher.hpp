@@ -37,6 +37,9 @@ class RrhcMatcher : public Matcher {
   ScanMatch Match(const CriticalRays& scan, const TrackingState& tracking,
                   const std::optional<Pose2>& T_odom_robot) const override;
 
+  /// By a search of the whole map: a quarter of a second.
+  std::optional<Pose2> Locate(const CriticalRays& scan) const override;
+
   const ByteMap& map() const override { return map_.cells(); }
 
  private:

@@ -27,9 +27,12 @@ class ToldMatcher : public Matcher {
     return match;
   }
   const ByteMap& map() const override { return *map_; }
+  std::optional<Pose2> Locate(const CriticalRays&) const override { return located_; }
+  void SetLocated(const Pose2& pose) { located_ = pose; }
 
  private:
   ScanMatch answer_;
+  std::optional<Pose2> located_;
   const ByteMap unexplored_{0.05};
   const ByteMap* map_ = &unexplored_;
 };
@@ -129,6 +132,23 @@ TEST_CASE("while the map is empty each first scan is of the first trajectory of 
   CHECK(first.trajectory == 0);
   CHECK_FALSE(first.floating);
   CHECK(first.covariance == ScanMatch().covariance);  // it is the origin
+}
+
+TEST_CASE("a trajectory begins where the known map shows the scan to be, and floats all the same") {
+  const Pose2 place{7.0, -3.0, 2.0};
+  ToldMatcher matcher(Answer(MatchState::kLost));
+  matcher.SetLocated(place);
+  const auto Match = [&](const TrackingState& tracking, std::int64_t later_us,
+                         const std::optional<Pose2>& T_odom_robot = std::nullopt) {
+    return MatchScan(matcher, ScanAfter(tracking, later_us), tracking, T_odom_robot, {});
+  };
+  CHECK(Match(After(1), kPeriod_us).state == MatchState::kLost);
+  for (const ScanMatch& first : {Match(After(2), kPeriod_us), Match(After(0), 200 * kPeriod_us)}) {
+    CHECK(first.state == MatchState::kFirst);
+    CHECK(first.T_map_laser == place);
+    CHECK(first.floating);
+  }
+  CHECK(Match(After(2, Pose2{}), kPeriod_us, Pose2{}).T_map_laser == kPlace);  // wheels tell more than one scan
 }
 
 TEST_CASE("a turn is not gone on with for long") {
