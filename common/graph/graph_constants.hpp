@@ -44,7 +44,7 @@ struct GraphConstants {
     double same_place_m = 0.6;     ///< as the crow flies; what is further away is another place
   };
 
-  /// How far poses may have drifted apart over a way.
+  /// How far poses may have drifted apart over a way: their covariance grows with it.
   struct DriftModel {
     double m_per_m;
     double rad_per_m;
@@ -60,6 +60,9 @@ struct GraphConstants {
     DriftModel largest{0.02, 0.0006};  ///< with a slip in a corridor
     double least_score = 0.55;
     int most_evaluations = 60'000;
+    /// So far poses may have drifted apart where the way along the graph is that long; with DriftModel::most_m it goes by
+    /// the way driven, which is longer.
+    double farthest_m = 40.0;
     double passing_m = 2.0;       ///< from one path to the other, where they meet
     double known_m = 2.5;         ///< from a keyframe where the graph vouches for the place
     double surely_far = 0.5;      ///< of what is too far: loops have hardly made the path twice as long

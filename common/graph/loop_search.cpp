@@ -21,14 +21,14 @@ struct Drift {
   double reach_rad;
 };
 
-Drift ComputeDrift(const GraphConstants::DriftModel& model, double way_m) {
-  return {std::min(model.least_m + model.m_per_m * way_m, model.most_m),
+Drift ComputeDrift(const GraphConstants::DriftModel& model, double way_m, double most_m) {
+  return {std::min(model.least_m + model.m_per_m * way_m, most_m),
           std::min(model.least_rad + model.rad_per_m * way_m, model.most_rad)};
 }
 
 struct Candidate {
   KeyframeId middle;  ///< of a submap
-  double way_m;       ///< over which the poses may have drifted apart
+  Drift drift;
 };
 
 /// Where the newest keyframe may be.
@@ -60,19 +60,22 @@ double ComputeDriven(const KeyframeGraph& graph, KeyframeId older, KeyframeId ne
   return driven_m;
 }
 
+/// far: also beyond drift.most_m, where the way along the graph is so long.
 Candidates FindCandidates(const KeyframeGraph& graph, double local_map_m, const GraphConstants::DriftModel& drift,
-                          const GraphConstants& constants) {
+                          bool far, const GraphConstants& constants) {
   const GraphConstants::Loops& loops = constants.loops;
   const double slot_m = constants.submaps.reach_m;
   const KeyframeId newest = *graph.newest();
   Candidates found;
   std::optional<Ways> ways;  // not looked for before there is something near
+  std::optional<Ways> all_ways;
   double nearest_m = loops.known_m;
   std::pair last_slot{-1, -1};  // trajectory, and which part of it
   for (std::optional<KeyframeId> i = KeyframeId{}; IsLongAgo(graph, *i, constants.submaps.long_ago_m);) {
     const double by_path_m = ComputeDriven(graph, *i, newest);
     const double away_m = Distance(graph.pose(*i), graph.pose(newest));
-    const double beyond_m = away_m - ComputeDrift(drift, by_path_m).reach_m - loops.passing_m;
+    const double most_m = far ? loops.farthest_m : drift.most_m;
+    const double beyond_m = away_m - ComputeDrift(drift, by_path_m, most_m).reach_m - loops.passing_m;
     if (beyond_m > 0.0) {  // and so are those of the next metres
       const double near_m = graph.path_m(*i) + loops.surely_far * beyond_m;
       i = std::max(*graph.After(*i), graph.FindByPath(i->trajectory, near_m));
@@ -91,12 +94,17 @@ Candidates FindCandidates(const KeyframeGraph& graph, double local_map_m, const 
       }
       continue;
     }
-    if (away_m > ComputeDrift(drift, way_m).reach_m + loops.passing_m) continue;
+    Drift there = ComputeDrift(drift, way_m, drift.most_m);
+    if (far && away_m > there.reach_m + loops.passing_m) {
+      if (!all_ways) all_ways.emplace(graph, newest, HUGE_VAL);
+      there = ComputeDrift(drift, all_ways->To(at), loops.farthest_m);
+    }
+    if (away_m > there.reach_m + loops.passing_m) continue;
     const std::pair slot{at.trajectory, static_cast<int>(graph.path_m(at) / slot_m)};
     if (slot != last_slot) {
-      found.unknown.push_back({graph.FindByPath(at.trajectory, (slot.second + 0.5) * slot_m), way_m});
-    } else {
-      found.unknown.back().way_m = std::max(found.unknown.back().way_m, way_m);
+      found.unknown.push_back({graph.FindByPath(at.trajectory, (slot.second + 0.5) * slot_m), there});
+    } else if (found.unknown.back().drift.reach_m < there.reach_m) {
+      found.unknown.back().drift = there;
     }
     last_slot = slot;
   }
@@ -149,15 +157,13 @@ class PlaceFinder {
 };
 
 /// Where the robot is of the places for which the graph does not vouch. known_score: of one that is known.
-std::optional<LoopFinding> SearchUnknown(const KeyframeGraph& graph, const Candidates& candidates,
-                                         const GraphConstants::DriftModel& drift_model, double known_score,
+std::optional<LoopFinding> SearchUnknown(const KeyframeGraph& graph, const Candidates& candidates, double known_score,
                                          const GraphConstants& constants) {
   if (candidates.unknown.empty()) return std::nullopt;
   const PlaceFinder finder(graph, constants);
   if (!finder.HasEnough()) return std::nullopt;
   BestFinding best(graph, constants.submaps, LoopFinding::By::kDrift);
-  for (const auto& [middle, way_m] : candidates.unknown) {
-    const Drift drift = ComputeDrift(drift_model, way_m);
+  for (const auto& [middle, drift] : candidates.unknown) {
     const double least_score =
         best.LeastScore(std::max(constants.loops.least_score, constants.submaps.rival_share * known_score));
     best.Add(middle, finder.Find(finder.MakePyramid(middle, drift.reach_m), middle, drift, least_score,
@@ -183,15 +189,15 @@ std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_m
   double known_score = 0.0;
   if (!thoroughly) {
     const auto likely =
-        SearchUnknown(graph, FindCandidates(graph, local_map_m, usual, constants), usual, 0.0, constants);
+        SearchUnknown(graph, FindCandidates(graph, local_map_m, usual, false, constants), 0.0, constants);
     if (!likely) return std::nullopt;
     known_score = likely->score;
   }
-  const Candidates candidates = FindCandidates(graph, local_map_m, largest, constants);
+  const Candidates candidates = FindCandidates(graph, local_map_m, largest, thoroughly, constants);
   if (thoroughly && candidates.unknown.empty() && candidates.known) {
     return CheckKnown(graph, *candidates.known, constants);
   }
-  return SearchUnknown(graph, candidates, largest, known_score, constants);
+  return SearchUnknown(graph, candidates, known_score, constants);
 }
 
 std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& finding, const UpdateParameters& drawing,

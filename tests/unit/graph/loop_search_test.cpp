@@ -68,6 +68,20 @@ TEST_CASE("further away than poses drift as a rule a place is found by a thoroug
   CHECK(SearchLoop(graph, kLocalMap_m, true, {}));
 }
 
+TEST_CASE("after a long way along the graph a place is found as far away as poses drift over it") {
+  const Pose2 drift{20.0, 8.0, 0.3};
+  const auto FoundAfter = [&](double there_m) {
+    const KeyframeGraph graph = MakeGraph({kPlace, {25.0, 50.0, {there_m, 0.0, 0.0}}, {5.0, 18.0, drift}});
+    return SearchLoop(graph, kLocalMap_m, true, {});
+  };
+  CHECK_FALSE(FoundAfter(300.0));
+  const auto finding = FoundAfter(650.0);
+  REQUIRE(finding);
+  const Pose2 error = Inverse(Inverse(PlaceRoundBlock(5.0 + 0.5 * finding->older.number)) * PlaceRoundBlock(18.0)) *
+                      finding->T_older_newer;
+  CHECK(std::hypot(error.x_m, error.y_m) < 0.15);
+}
+
 TEST_CASE("a place is not taken if one that is alike lies further away than poses drift as a rule") {
   const Pose2 near{0.2, 0.2, 0.0};
   const auto Found = [&](const Part& again) {
