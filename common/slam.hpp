@@ -49,6 +49,9 @@ class Slam {
   /// whole map is searched.
   void BeginDrive();
 
+  /// Up to a keyframe of the earlier session all loops were found: they are not searched again.
+  bool RestoreSearched(KeyframeId keyframe);
+
   /// To be called where an earlier session ends, and where this one does: waits until all loops are found that the
   /// scans so far close. What that brings to the graph.
   std::vector<GraphUpdate> AwaitLoops() { return OfferFound(0); }
@@ -88,6 +91,7 @@ class Slam {
 
  private:
   bool Integrate(const CriticalRays* scan, const ScanMatch& match);
+  void SearchNew();
   std::vector<GraphUpdate> OfferFound(int num_left);
 
   UpdateParameters drawing_;
@@ -96,6 +100,7 @@ class Slam {
   Mapper mapper_;
   LoopParameters loops_;
   std::unique_ptr<BackgroundLoopCloser> loop_closer_;
+  std::optional<KeyframeId> given_;  ///< the newest keyframe that the loop closer has
   TrackingState tracking_;
 };
 

@@ -24,7 +24,7 @@ class SubmapLoopCloser : public LoopCloser {
                    const GraphConstants& constants = {})
       : parameters_(parameters), drawing_(drawing), constants_(constants), graph_(constants.edges), joins_(constants) {}
 
-  std::optional<GraphUpdate> Add(Keyframe keyframe) override;
+  std::optional<GraphUpdate> Add(Keyframe keyframe, const std::optional<EarlierSearch>& earlier) override;
 
   const KeyframeGraph& graph() const override { return graph_; }
 
@@ -38,7 +38,7 @@ class SubmapLoopCloser : public LoopCloser {
   bool AreApart(const LoopFinding& earlier, const LoopFinding& later) const;
   bool Agree(const LoopFinding& earlier, const LoopFinding& later) const;
   std::vector<Loop> Confirm(const LoopFinding& finding);
-  std::optional<LoopFinding> Search();
+  std::optional<LoopFinding> Search(const std::optional<EarlierSearch>& earlier);
 
   LoopParameters parameters_;
   UpdateParameters drawing_;

@@ -77,7 +77,7 @@ class Owner {
                       kLoops.lag,
                       counters,
                       {[this](const keyframe_t& message) { sent.push_back(message); },
-                       [this](const GraphUpdate& update) { kept.push_back(update); }}};
+                       [this](const GraphUpdate& update) { kept.push_back(update); }, [](KeyframeId) {}}};
 
  private:
   Pose2 T_map_laser_;
@@ -121,7 +121,7 @@ const std::vector<GraphUpdate>& UpdatesRoundBlock() {
     for (const Keyframe& place : RoundBlock()) {
       DriveTo(place, owner);
       const KeyframeGraph& graph = owner.mapper.graph();
-      auto update = closer->Add(graph.keyframe(*graph.newest()));
+      auto update = closer->Add(graph.keyframe(*graph.newest()), {});
       if (!update) continue;
       REQUIRE(owner.mapper.Offer(*update));
       found.push_back(std::move(*update));
@@ -344,7 +344,7 @@ TEST_CASE("who lacks keyframes is given those that it asks for and there are, wi
   REQUIRE(owner.sent.size() == 5);
   for (int i = 0; i < 5; ++i) {
     const keyframe_t& message = owner.sent[static_cast<std::size_t>(i)];
-    const KeyframeHead head{kEpoch, Nth(3 + i), Nth(2 + i), Nth(25)};
+    const KeyframeHead head{kEpoch, Nth(3 + i), Nth(2 + i), Nth(25), EarlierSearch{}};
     CHECK(Encode(message) == Encode(ToMessage(owner.mapper.graph().keyframe(Nth(3 + i)), head)));
   }
   owner.sent.clear();

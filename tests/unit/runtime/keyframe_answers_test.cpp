@@ -51,7 +51,7 @@ const std::vector<GraphUpdate>& Updates() {
     std::vector<GraphUpdate> found;
     const auto closer = kMakeCloser();
     for (const Keyframe& keyframe : Drive()) {
-      if (auto update = closer->Add(keyframe)) found.push_back(std::move(*update));
+      if (auto update = closer->Add(keyframe, {})) found.push_back(std::move(*update));
     }
     return found;
   }();
@@ -111,8 +111,8 @@ TEST_CASE("an answer that was lost is given again, until the owner says that it 
   late.push_back(Unchanged(k + 1, k));
   CHECK(Encode(answers.Answer(Tell(k + 1, -1))) == Encode(late));
   CHECK(Encode(answers.Answer(Tell(k, -1))) == Encode(parts));
-  CHECK(Encode(answers.Answer(Tell(k + 2, k))) == Encode({Unchanged(k + 2, k)}));
-  CHECK(Encode(answers.Answer(Tell(k + 2, k))) == Encode({Unchanged(k + 2, k)}));
+  CHECK(Encode(answers.Answer(Tell(k + 1, k))) == Encode({Unchanged(k + 1, k)}));
+  CHECK(Encode(answers.Answer(Tell(k + 1, k))) == Encode({Unchanged(k + 1, k)}));
 }
 
 TEST_CASE("all updates that an owner lacks are given in their order") {
@@ -132,7 +132,8 @@ TEST_CASE("a loop closer that is started anew asks for all keyframes and comes t
   KeyframeAnswers first = BeforeFirstUpdate();
   const int known = Updates()[0].keyframe.number;
   first.Answer(Tell(known, -1));
-  const int now = known + 3;
+  const int now = known + 1;
+  REQUIRE(now < Updates()[1].keyframe.number);
   for (int i = known + 1; i <= now; ++i) first.Answer(Tell(i, known));
 
   KeyframeAnswers anew = MakeAnswers();
@@ -261,7 +262,7 @@ TEST_CASE("a trajectory goes on from the last keyframe of the one before: what i
     CHECK(answers.Answer(TellOf({1, 1}, {1, 0})).empty());
     CHECK(answers.NextRequest());
     answers.Answer(TellOf({1, 0}, {0, 10}));
-    CHECK(answers.Answer(TellOf({1, 1}, {1, 0})).size() == 1);
+    CHECK_FALSE(answers.Answer(TellOf({1, 1}, {1, 0})).empty());
     CHECK(answers.graph().size() == 13);
   }
   SECTION("where the first has ended earlier, it is the map of another drive") {
