@@ -42,7 +42,9 @@ void Slam::SearchNew() {
   const KeyframeGraph& graph = mapper_.graph();
   while (given_ < graph.newest()) {
     given_ = given_ ? graph.After(*given_) : KeyframeId{};
-    loop_closer_->Add(graph.keyframe(*given_), mapper_.FindSearch(*given_));
+    const auto earlier = mapper_.FindSearch(*given_);
+    if (!earlier) ++num_searched_;
+    loop_closer_->Add(graph.keyframe(*given_), earlier);
   }
 }
 

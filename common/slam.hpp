@@ -72,6 +72,8 @@ class Slam {
   /// As of Mapper.
   Pose2 BestPose(std::int64_t scan, const Pose2& T_map_laser) const { return mapper_.BestPose(scan, T_map_laser); }
   const TrackingState& tracking() const { return tracking_; }
+  /// Keyframes at which loops were searched: of an earlier session only those of which it did not tell what was found.
+  std::int64_t num_searched() const { return num_searched_; }
   /// With loops: how the map hangs together.
   const Mapper& mapper() const { return mapper_; }
   std::int64_t map_version() const { return mapper_.local().version(); }
@@ -101,6 +103,7 @@ class Slam {
   LoopParameters loops_;
   std::unique_ptr<BackgroundLoopCloser> loop_closer_;
   std::optional<KeyframeId> given_;  ///< the newest keyframe that the loop closer has
+  std::int64_t num_searched_ = 0;
   TrackingState tracking_;
 };
 

@@ -195,6 +195,7 @@ Trust WriteRun(const CommandLine& command_line, Run& run) {
   summary.map_version = run.slam.map_version();
   summary.wall_s = std::chrono::duration<double>(Clock::now() - run.begun).count();
   summary.counts = run.counts;
+  if (run.slam.closes_loops()) summary.counts["keyframes_searched"] = run.slam.num_searched();
   summary.counts["scan_cut"] = run.slam.num_scans_cut();
   summary.timings[command_line.program()] = {run.latency.Percentile(0.5), run.latency.Percentile(0.95),
                                              run.latency.Percentile(0.99), run.latency.max_ms()};

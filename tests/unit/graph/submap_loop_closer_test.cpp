@@ -146,6 +146,35 @@ TEST_CASE("the same keyframes give the same updates, to the last bit") {
   CHECK(num_closed > 0);
 }
 
+TEST_CASE("what was found before is not searched again, and gives the same updates, to the last bit") {
+  auto keyframes =
+      MakeKeyframes(MakeBlock(7), DriveRoundBlock(5.0, 5.0 + 1.4 * kRoundBlock_m), {0.0, 0.001, 0.0008}, 7);
+  SECTION("on one drive") {}
+  SECTION("over a break") { keyframes[150].begins = true; }
+  SECTION("over a break after which the robot may be anywhere") {
+    keyframes[250].begins = keyframes[250].begins_anywhere = true;
+  }
+  SubmapLoopCloser first(kLoops, UpdateParameters{});
+  SubmapLoopCloser again(kLoops, UpdateParameters{});
+  SubmapLoopCloser told_nothing(kLoops, UpdateParameters{});
+  int num_closed = 0;
+  int num_found_alone = 0;
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    const auto update = first.Add(keyframes[i], {});
+    std::optional<EarlierSearch> earlier;
+    if (i < 270) earlier = EarlierSearch{update ? update->finding : std::nullopt};  // then the first session ended
+    REQUIRE(again.Add(keyframes[i], earlier) == update);
+    REQUIRE_FALSE(told_nothing.Add(keyframes[i], EarlierSearch{}));  // nothing was searched
+    if (!update) continue;
+    REQUIRE(update->finding);
+    CHECK(update->finding->newer == update->keyframe);
+    num_closed += static_cast<int>(update->closed.size());
+    num_found_alone += !update->ChangesGraph();
+  }
+  CHECK(num_closed > 0);
+  CHECK(num_found_alone > 0);
+}
+
 TEST_CASE("in corridors that are alike, to each other and every two metres, no loop is closed") {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     CAPTURE(seed);

@@ -73,11 +73,13 @@ class Owner {
   Mapper mapper{Drawing(), kLoops};
   std::vector<keyframe_t> sent;
   std::vector<GraphUpdate> kept;
+  std::vector<KeyframeId> kept_searched;
   LoopCloserLink link{mapper,
                       kLoops.lag,
                       counters,
                       {[this](const keyframe_t& message) { sent.push_back(message); },
-                       [this](const GraphUpdate& update) { kept.push_back(update); }, [](KeyframeId) {}}};
+                       [this](const GraphUpdate& update) { kept.push_back(update); },
+                       [this](KeyframeId keyframe) { kept_searched.push_back(keyframe); }}};
 
  private:
   Pose2 T_map_laser_;
@@ -333,6 +335,29 @@ TEST_CASE("what is of another map, or of keyframes that it does not have, is cou
   CHECK(owner.kept.empty());
   CHECK_FALSE(owner.link.IsSettled());
   CHECK(owner.link.num_awaited() == 20);
+}
+
+TEST_CASE("what was found is kept, and told to who lacks the keyframe") {
+  Owner owner;
+  owner.DriveOn(30);
+  GraphUpdate update;
+  update.keyframe = Nth(17);
+  update.finding = LoopFinding{Nth(2), Nth(17), {0.5, 0.25, 0.125}, 0.75};
+  owner.Hear(PartsOf(update));
+  owner.Hear({Unchanged(20, 17)});
+  CHECK(owner.kept == std::vector<GraphUpdate>{update});
+  CHECK(owner.kept_searched == std::vector<KeyframeId>{Nth(17), Nth(20)});
+  CHECK(owner.mapper.num_layouts() == 0);
+  CHECK(owner.link.num_awaited() == 9);
+  owner.sent.clear();
+  owner.link.Answer({kEpoch, ToMessage(Nth(15)), 6}, {}, owner.now);
+  REQUIRE(owner.sent.size() == 6);
+  for (int i = 0; i < 6; ++i) {
+    CAPTURE(i);
+    const auto search = FindSearch(owner.sent[static_cast<std::size_t>(i)]);
+    REQUIRE(search.has_value() == (i < 5));
+    if (search) CHECK(search->finding == (i == 1 ? update.finding : std::nullopt));
+  }
 }
 
 TEST_CASE("who lacks keyframes is given those that it asks for and there are, with the last update that is known") {
