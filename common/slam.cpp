@@ -29,25 +29,41 @@ Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_od
   return step;
 }
 
-/// Draws a matched scan into the map, remembers the match, and has loops searched. Whether the map was drawn.
+/// Draws a matched scan into the map and remembers the match. Whether the map was drawn.
 bool Slam::Integrate(const CriticalRays* scan, const ScanMatch& match) {
   const Mapper::Step step = mapper_.Integrate(scan, match);
   matcher_->Apply(step.delta.tiles);
   tracking_.Add(match, step.after);
-  if (step.keyframe) loop_closer_->Add(*step.keyframe);
   return step.delta.drawn;
+}
+
+/// Has loops searched at the keyframes that are new to the loop closer, but for what an earlier session has found.
+void Slam::SearchNew() {
+  const KeyframeGraph& graph = mapper_.graph();
+  while (given_ < graph.newest()) {
+    given_ = given_ ? graph.After(*given_) : KeyframeId{};
+    const auto earlier = mapper_.FindSearch(*given_);
+    if (!earlier) ++num_searched_;
+    loop_closer_->Add(graph.keyframe(*given_), earlier);
+  }
 }
 
 /// Tells the mapper what was found by all keyframes but the newest ones. Returns what it did not know.
 std::vector<GraphUpdate> Slam::OfferFound(int num_left) {
+  SearchNew();
   std::vector<GraphUpdate> found = loop_closer_->Take(num_left);
   std::erase_if(found, [&](const GraphUpdate& update) { return !mapper_.Offer(update); });
+  auto searched = mapper_.graph().newest();
+  for (int i = 0; i < num_left && searched; ++i) searched = mapper_.graph().Before(*searched);
+  if (searched) mapper_.NoteSearched(*searched);
   return found;
 }
 
 bool Slam::Restore(const CriticalRays* scan, const ScanMatch& match) { return Integrate(scan, match); }
 
 bool Slam::Restore(const GraphUpdate& update) { return mapper_.Offer(update); }
+
+bool Slam::RestoreSearched(KeyframeId keyframe) { return mapper_.NoteSearched(keyframe); }
 
 void Slam::Resume(const std::optional<Pose2>& T_map_laser) {
   T_map_laser ? tracking_.BeginSessionNear(*T_map_laser) : tracking_.BeginSession(Onset::kResumed);
@@ -62,7 +78,7 @@ void Slam::BeginDrive() {
 }
 
 void Slam::FinishMap() {
-  AwaitLoops();
+  if (mapper_.searched() < mapper_.graph().newest()) AwaitLoops();
   matcher_->Apply(mapper_.Finish());
   tracking_ = TrackingState::OnFinishedMap();
 }

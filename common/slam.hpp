@@ -49,6 +49,9 @@ class Slam {
   /// whole map is searched.
   void BeginDrive();
 
+  /// Up to a keyframe of the earlier session all loops were found: they are not searched again.
+  bool RestoreSearched(KeyframeId keyframe);
+
   /// To be called where an earlier session ends, and where this one does: waits until all loops are found that the
   /// scans so far close. What that brings to the graph.
   std::vector<GraphUpdate> AwaitLoops() { return OfferFound(0); }
@@ -69,6 +72,8 @@ class Slam {
   /// As of Mapper.
   Pose2 BestPose(std::int64_t scan, const Pose2& T_map_laser) const { return mapper_.BestPose(scan, T_map_laser); }
   const TrackingState& tracking() const { return tracking_; }
+  /// Keyframes at which loops were searched: of an earlier session only those of which it did not tell what was found.
+  std::int64_t num_searched() const { return num_searched_; }
   /// With loops: how the map hangs together.
   const Mapper& mapper() const { return mapper_; }
   std::int64_t map_version() const { return mapper_.local().version(); }
@@ -88,6 +93,7 @@ class Slam {
 
  private:
   bool Integrate(const CriticalRays* scan, const ScanMatch& match);
+  void SearchNew();
   std::vector<GraphUpdate> OfferFound(int num_left);
 
   UpdateParameters drawing_;
@@ -96,6 +102,8 @@ class Slam {
   Mapper mapper_;
   LoopParameters loops_;
   std::unique_ptr<BackgroundLoopCloser> loop_closer_;
+  std::optional<KeyframeId> given_;  ///< the newest keyframe that the loop closer has
+  std::int64_t num_searched_ = 0;
   TrackingState tracking_;
 };
 

@@ -5,12 +5,12 @@
 
 namespace crsm {
 
-void BackgroundLoopCloser::Add(Keyframe keyframe) {
+void BackgroundLoopCloser::Add(Keyframe keyframe, const std::optional<EarlierSearch>& earlier) {
   constexpr std::size_t kMostWaiting = 100;
   if (!thread_.joinable()) thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return waiting_.size() < kMostWaiting || error_; });
-  waiting_.push_back(std::move(keyframe));
+  waiting_.push_back({std::move(keyframe), earlier});
   ++num_added_;
   changed_.notify_all();
 }
@@ -30,13 +30,13 @@ std::vector<GraphUpdate> BackgroundLoopCloser::Take(int num_left) {
 void BackgroundLoopCloser::Run(const std::stop_token& stop) {
   std::unique_lock lock(mutex_);
   while (changed_.wait(lock, stop, [&] { return !waiting_.empty(); }) && !stop.stop_requested()) {
-    Keyframe keyframe = std::move(waiting_.front());
+    Waiting next = std::move(waiting_.front());
     waiting_.pop_front();
     lock.unlock();
     std::optional<GraphUpdate> update;
     std::exception_ptr error;
     try {
-      update = closer_->Add(std::move(keyframe));
+      update = closer_->Add(std::move(next.keyframe), next.earlier);
     } catch (...) {
       error = std::current_exception();
     }

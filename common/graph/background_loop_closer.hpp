@@ -5,6 +5,7 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -20,13 +21,17 @@ class BackgroundLoopCloser {
   explicit BackgroundLoopCloser(std::unique_ptr<LoopCloser> closer) : closer_(std::move(closer)) {}
 
   /// The next keyframe. Waits while very many others wait.
-  void Add(Keyframe keyframe);
+  void Add(Keyframe keyframe, const std::optional<EarlierSearch>& earlier);
 
   /// The updates, not taken before, of all keyframes but the newest `num_left` ones. Waits until those were searched.
   /// Throws what the search has thrown.
   std::vector<GraphUpdate> Take(int num_left);
 
  private:
+  struct Waiting {
+    Keyframe keyframe;
+    std::optional<EarlierSearch> earlier;
+  };
   struct Found {
     int keyframe;  ///< of all that were added, from 0
     GraphUpdate update;
@@ -37,7 +42,7 @@ class BackgroundLoopCloser {
   std::unique_ptr<LoopCloser> closer_;  ///< of the thread alone
   std::mutex mutex_;                    ///< of what follows, but for the thread itself
   std::condition_variable_any changed_;
-  std::deque<Keyframe> waiting_;
+  std::deque<Waiting> waiting_;
   int num_added_ = 0;
   int num_searched_ = 0;
   std::deque<Found> found_;

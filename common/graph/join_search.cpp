@@ -33,7 +33,7 @@ KeyframeId FindNearest(const KeyframeGraph& graph, double far_m) {
 std::optional<LoopFinding> JoinSearch::Search(const KeyframeGraph& graph) {
   const GraphConstants::Joins& joins = constants_.joins;
   const auto nearby = SearchNearby(graph);
-  if (nearby && nearby->soon) return nearby;
+  if (nearby && nearby->by == LoopFinding::By::kSoon) return nearby;
   const std::vector<KeyframeId> middles = FindMiddles(graph);
   if (middles.empty()) return nearby;
   const double farthest_m = constants_.submaps.farthest_point_m;
@@ -87,8 +87,8 @@ std::optional<LoopFinding> JoinSearch::SearchNearby(const KeyframeGraph& graph) 
   auto found = best.Unrivalled();
   if (found) {
     const double away_m = Distance(graph.pose(graph.LastOf(newest.trajectory - 1)), graph.pose({newest.trajectory, 0}));
-    found->soon = ComputeBreak(graph, newest.trajectory - 1) < joins.short_break_s && away_m < joins.nearby_most_m;
-    found->sure = found->soon && found->score >= joins.sure_score;
+    const double break_s = ComputeBreak(graph, newest.trajectory - 1);
+    if (break_s < joins.short_break_s && away_m < joins.nearby_most_m) found->by = LoopFinding::By::kSoon;
   }
   return found;
 }

@@ -285,6 +285,9 @@ bool KeyframeGraph::Fits(const GraphUpdate& update) const {
   const auto IsLoop = [&](const Loop& loop) {
     return loop.older < loop.newer && WasThere(loop.older) && WasThere(loop.newer);
   };
+  const auto IsFinding = [&](const LoopFinding& finding) {
+    return finding.newer == update.keyframe && finding.older < finding.newer && Has(finding.older);
+  };
   const auto IsOnAnyMap = [](const Pose2& pose) {
     constexpr double kFarthest_m = 1e5;  // no map is so large
     return std::abs(pose.x_m) < kFarthest_m && std::abs(pose.y_m) < kFarthest_m;
@@ -296,7 +299,8 @@ bool KeyframeGraph::Fits(const GraphUpdate& update) const {
   };
   const auto Overlap = [](const PoseStretch& a, const PoseStretch& b) { return a.last() >= b.first; };
   return Has(update.keyframe) && (!update.previous || (Has(*update.previous) && update.previous < update.keyframe)) &&
-         std::ranges::all_of(update.closed, IsLoop) && std::ranges::all_of(update.taken_out, IsLoop) &&
+         (!update.finding || IsFinding(*update.finding)) && std::ranges::all_of(update.closed, IsLoop) &&
+         std::ranges::all_of(update.taken_out, IsLoop) &&
          (!update.ties_wrong_from || WasThere(*update.ties_wrong_from)) &&
          std::ranges::all_of(update.moved, IsStretch) &&
          std::ranges::adjacent_find(update.moved, Overlap) == update.moved.end();

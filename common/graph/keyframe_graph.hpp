@@ -59,6 +59,25 @@ struct Loop {
   friend bool operator==(const Loop&, const Loop&) = default;
 };
 
+/// The robot is where it was long ago, by what its laser saw on the last metres of its path.
+struct LoopFinding {
+  /// How it was found.
+  enum class By {
+    kDrift,   ///< where the poses may have drifted to
+    kCheck,   ///< the graph vouches for that place, and matches were made on it already
+    kSoon,    ///< in another component, near where the robot was before a short break: it can hardly be elsewhere
+    kNearby,  ///< the same after a longer one
+    kAnywhere,
+  };
+
+  KeyframeId older;     ///< the middle keyframe of the submap in which it was found
+  KeyframeId newer;     ///< the newest keyframe
+  Pose2 T_older_newer;  ///< to within a cell
+  double score = 0.0;   ///< as of Place
+  By by = By::kDrift;
+  friend bool operator==(const LoopFinding&, const LoopFinding&) = default;
+};
+
 /// Poses of keyframes of one trajectory that follow each other.
 struct PoseStretch {
   KeyframeId first;
@@ -67,15 +86,18 @@ struct PoseStretch {
   friend bool operator==(const PoseStretch&, const PoseStretch&) = default;
 };
 
-/// What a keyframe has brought to the graph.
+/// What was found at a keyframe, and what that has brought to the graph: maybe nothing yet.
 struct GraphUpdate {
   KeyframeId keyframe;                                ///< the newest one then
   std::optional<KeyframeId> previous = std::nullopt;  ///< keyframe of the update before this one; none: it is the first
-  std::vector<Loop> closed;                           ///< by it
-  std::vector<Loop> taken_out;                        ///< which all others contradict
+  /// None of a loop closer that does not tell.
+  std::optional<LoopFinding> finding = std::nullopt;
+  std::vector<Loop> closed;     ///< by it
+  std::vector<Loop> taken_out;  ///< which all others contradict
   /// Ties of this keyframe and of all newer ones so far are wrong.
   std::optional<KeyframeId> ties_wrong_from = std::nullopt;
   std::vector<PoseStretch> moved;  ///< in the order of their names; all other keyframes stay where they were
+  bool ChangesGraph() const { return !closed.empty() || !taken_out.empty() || ties_wrong_from || !moved.empty(); }
   friend bool operator==(const GraphUpdate&, const GraphUpdate&) = default;
 };
 

@@ -8,16 +8,23 @@
 
 namespace crsm {
 
+/// What the search at a keyframe came to when it was done.
+struct EarlierSearch {
+  std::optional<LoopFinding> finding;  ///< none: nothing was found
+};
+
 /// Finds where the path comes back to where it was, and moves the keyframes to where they agree best.
 ///
 /// The same keyframes give the same updates, to the last bit, on every machine: a loop closer that is started again is
-/// given all keyframes again.
+/// given all keyframes again. Searches take long, what is made of their findings does not: so it is also given what was
+/// found then.
 class LoopCloser {
  public:
   virtual ~LoopCloser() = default;
 
-  /// The next keyframe. Returns what it has brought to the graph; nothing if it changes nothing.
-  virtual std::optional<GraphUpdate> Add(Keyframe keyframe) = 0;
+  /// The next keyframe. Returns what was found and what that has brought to the graph; nothing if nothing was found.
+  /// earlier: of an earlier search at this keyframe, which need not be done again; it may be left aside.
+  virtual std::optional<GraphUpdate> Add(Keyframe keyframe, const std::optional<EarlierSearch>& earlier) = 0;
 
   /// All keyframes so far, at their corrected poses, and the loops between them.
   virtual const KeyframeGraph& graph() const = 0;

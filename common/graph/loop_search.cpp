@@ -215,7 +215,8 @@ std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& find
   const Pose2 pose = FindSummit(finding.T_older_newer, submaps.cell_m, submaps.summit_rad, Fitness, SmoothFitness);
 
   const Eigen::Matrix2Xd newest_hits_m = ComputeHits(graph.keyframe(finding.newer).rays);
-  const bool told_by_rays = finding.by == LoopFinding::By::kNearby;  // and the newest scan may see little of the submap
+  const bool told_by_rays = finding.by == LoopFinding::By::kSoon || finding.by == LoopFinding::By::kNearby;
+  // The newest scan may see little of the submap.
   if (!told_by_rays && ComputeAgreement(map.cells(), newest_hits_m, pose) < submaps.least_agreement) {
     return std::nullopt;
   }

@@ -74,6 +74,9 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
 bool Mapper::Offer(const GraphUpdate& update) {
   if (update.previous != last_update_ || !graph_.Fits(update)) return false;
   last_update_ = update.keyframe;
+  NoteSearched(update.keyframe);
+  if (update.finding) findings_.emplace(update.keyframe, *update.finding);
+  if (!update.ChangesGraph()) return true;
   ++num_layouts_;
   loops_closed_.insert(loops_closed_.end(), update.closed.begin(), update.closed.end());
   for (const Loop& loop : update.taken_out) std::erase(loops_closed_, loop);
@@ -82,6 +85,18 @@ bool Mapper::Offer(const GraphUpdate& update) {
   CountComponents();
   pending_.push_back(update);
   return true;
+}
+
+bool Mapper::NoteSearched(KeyframeId keyframe) {
+  if (!graph_.Has(keyframe)) return false;
+  searched_ = std::max(searched_, std::optional(keyframe));
+  return true;
+}
+
+std::optional<EarlierSearch> Mapper::FindSearch(KeyframeId keyframe) const {
+  if (!(keyframe <= searched_)) return std::nullopt;
+  const auto found = findings_.find(keyframe);
+  return EarlierSearch{found == findings_.end() ? std::nullopt : std::optional(found->second)};
 }
 
 std::vector<TileChange> Mapper::Finish() {

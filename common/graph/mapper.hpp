@@ -1,11 +1,13 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <optional>
 #include <set>
 #include <vector>
 
 #include "common/graph/keyframe_graph.hpp"
+#include "common/graph/loop_closer.hpp"
 #include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_updater.hpp"
@@ -38,6 +40,13 @@ class Mapper {
   /// `lag` of them if it comes before: so loops can be searched while the robot drives on. False, and nothing is done,
   /// if it is not the one that follows the last.
   bool Offer(const GraphUpdate& update);
+
+  /// No more updates come of this keyframe and those before it. False, and nothing is done, if it is not there.
+  bool NoteSearched(KeyframeId keyframe);
+  /// The newest keyframe up to which all updates were offered; none: of no keyframe is that known.
+  std::optional<KeyframeId> searched() const { return searched_; }
+  /// What the search at a keyframe has come to, if it is known.
+  std::optional<EarlierSearch> FindSearch(KeyframeId keyframe) const;
 
   /// Keyframe of the last update offered.
   std::optional<KeyframeId> last_update() const { return last_update_; }
@@ -129,6 +138,8 @@ class Mapper {
   std::deque<GraphUpdate> pending_;           ///< that have not taken effect yet
   std::optional<KeyframeId> applied_update_;  ///< keyframe of the last one that has
   std::optional<KeyframeId> last_update_;
+  std::optional<KeyframeId> searched_;
+  std::map<KeyframeId, LoopFinding> findings_;
   std::int64_t num_layouts_ = 0;
   std::vector<int> best_components_;  ///< by trajectory
   std::vector<int> component_sizes_;  ///< keyframes, by component

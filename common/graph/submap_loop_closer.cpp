@@ -28,9 +28,16 @@ std::vector<PoseStretch> FindMoved(const KeyframePoses& before, const KeyframePo
   return moved;
 }
 
+/// What an earlier search has found elsewhere than in the newest keyframe's component.
+std::optional<LoopFinding> FoundElsewhere(const EarlierSearch& earlier) {
+  const auto& finding = earlier.finding;
+  const bool within = finding && (finding->by == LoopFinding::By::kDrift || finding->by == LoopFinding::By::kCheck);
+  return within ? std::nullopt : finding;
+}
+
 }  // namespace
 
-std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe) {
+std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe, const std::optional<EarlierSearch>& earlier) {
   keyframe.tie_wrong = keyframe.as_of < ties_wrong_before_;
   GraphUpdate update;
   update.keyframe = graph_.Add(std::move(keyframe));
@@ -38,22 +45,22 @@ std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe) {
     TakeApart(update);
     return update;
   }
-  const auto finding = Search();
+  const auto finding = update.finding = Search(earlier);
   if (!finding) return std::nullopt;
+  update.previous = std::exchange(update_, update.keyframe);
   const bool checked = finding->by == LoopFinding::By::kCheck;
   if (checked && AgreesWithGraph(*finding)) {
     verified_ = update.keyframe;
-    return std::nullopt;
+    return update;
   }
   update.closed = Confirm(*finding);
-  if (update.closed.empty()) return std::nullopt;
+  if (update.closed.empty()) return update;
   if (checked) {
     update.ties_wrong_from = graph_.After(verified_);
     graph_.DropTies(*update.ties_wrong_from);
     ties_wrong_before_ = update.keyframe;
   }
   verified_ = update.keyframe;
-  update.previous = std::exchange(update_, update.keyframe);
   const KeyframePoses before = graph_.poses();
   for (const Loop& loop : update.closed) {
     if (!graph_.HangTogether(loop.older, loop.newer)) join_check_.Watch(graph_);
@@ -73,8 +80,9 @@ void SubmapLoopCloser::TakeApart(GraphUpdate& update) {
   findings_.clear();
 }
 
-/// Where the newest keyframe is: in another component first, while there is one; then in its own.
-std::optional<LoopFinding> SubmapLoopCloser::Search() {
+/// Where the newest keyframe is: in another component first, while there is one; then in its own. What an earlier
+/// search came to is not searched again.
+std::optional<LoopFinding> SubmapLoopCloser::Search(const std::optional<EarlierSearch>& earlier) {
   const GraphConstants::Loops& loops = constants_.loops;
   const GraphConstants::Joins& joins = constants_.joins;
   const KeyframeId newest = *graph_.newest();
@@ -82,12 +90,13 @@ std::optional<LoopFinding> SubmapLoopCloser::Search() {
   if (newest.number == 0) next_elsewhere_m_ = next_search_m_ = next_thorough_m_ = 0.0;
   if (!graph_.is_one_component() && here_m >= next_elsewhere_m_) {
     next_elsewhere_m_ = here_m + (here_m < joins.soon_m ? joins.soon_every_m : joins.every_m);
-    if (const auto finding = joins_.Search(graph_)) return finding;
+    if (const auto finding = earlier ? FoundElsewhere(*earlier) : joins_.Search(graph_)) return finding;
   }
   if (here_m < next_search_m_) return std::nullopt;
   next_search_m_ = here_m + loops.every_m;
   const bool thoroughly = here_m >= next_thorough_m_;
   if (thoroughly) next_thorough_m_ = here_m + loops.thoroughly_every_m;
+  if (earlier) return earlier->finding;
   return SearchLoop(graph_, parameters_.local_map_m, thoroughly, constants_);
 }
 
@@ -112,7 +121,8 @@ bool SubmapLoopCloser::AreApart(const LoopFinding& earlier, const LoopFinding& l
   const GraphConstants::Joins& joins = constants_.joins;
   const double apart_m = graph_.path_m(later.newer) - graph_.path_m(earlier.newer);
   if (graph_.HangTogether(later.older, later.newer)) return apart_m >= constants_.loops.least_apart_m;
-  if (earlier.soon && later.soon) return apart_m >= joins.nearby_apart_m;
+  if (earlier.by == LoopFinding::By::kSoon && later.by == LoopFinding::By::kSoon)
+    return apart_m >= joins.nearby_apart_m;
   return apart_m >= joins.least_apart_m && Length(graph_.Motion(earlier.newer, later.newer)) >= joins.least_away_m;
 }
 
@@ -127,7 +137,7 @@ std::vector<Loop> SubmapLoopCloser::Confirm(const LoopFinding& finding) {
   });
   std::vector<Loop> loops;
   findings_.push_back({finding});
-  if (finding.sure) {
+  if (finding.by == LoopFinding::By::kSoon && finding.score >= constants_.joins.sure_score) {
     findings_.back().is_loop = true;
     if (const auto loop = MakeLoop(graph_, finding, drawing_, constants_)) loops.push_back(*loop);
     return loops;

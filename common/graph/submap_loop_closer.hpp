@@ -30,7 +30,7 @@ class SubmapLoopCloser : public LoopCloser {
         joins_(constants),
         join_check_(constants) {}
 
-  std::optional<GraphUpdate> Add(Keyframe keyframe) override;
+  std::optional<GraphUpdate> Add(Keyframe keyframe, const std::optional<EarlierSearch>& earlier) override;
 
   const KeyframeGraph& graph() const override { return graph_; }
 
@@ -45,7 +45,7 @@ class SubmapLoopCloser : public LoopCloser {
   bool Agree(const LoopFinding& earlier, const LoopFinding& later) const;
   std::vector<Loop> Confirm(const LoopFinding& finding);
   void TakeApart(GraphUpdate& update);
-  std::optional<LoopFinding> Search();
+  std::optional<LoopFinding> Search(const std::optional<EarlierSearch>& earlier);
 
   LoopParameters parameters_;
   UpdateParameters drawing_;

@@ -29,7 +29,8 @@ void LoopCloserLink::Count() {
 
 void LoopCloserLink::Send(KeyframeId id) {
   const KeyframeGraph& graph = mapper_.graph();
-  owner_.send(ToMessage(graph.keyframe(id), {epoch_, id, graph.Before(id), mapper_.last_update()}));
+  owner_.send(
+      ToMessage(graph.keyframe(id), {epoch_, id, graph.Before(id), mapper_.last_update(), mapper_.FindSearch(id)}));
 }
 
 void LoopCloserLink::Answer(const keyframe_request_t& request, const Sender& sender, Clock::time_point now) {
@@ -60,6 +61,8 @@ void LoopCloserLink::Take(const pose_graph_t& message, Clock::time_point now) {
   }
   if (keyframe <= looked_through_) return;
   looked_through_ = keyframe;
+  mapper_.NoteSearched(keyframe);
+  owner_.keep_searched(keyframe);
   backoff_.Restart(now);
 }
 

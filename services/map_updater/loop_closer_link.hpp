@@ -22,7 +22,8 @@ class LoopCloserLink {
   /// The map's owner.
   struct Owner {
     std::function<void(const keyframe_t&)> send;
-    std::function<void(const GraphUpdate&)> keep;  ///< gets each update that the mapper has taken
+    std::function<void(const GraphUpdate&)> keep;   ///< gets each update that the mapper has taken
+    std::function<void(KeyframeId)> keep_searched;  ///< gets keyframes of which, and before which, no more will come
   };
 
   LoopCloserLink(Mapper& mapper, int lag, Counters& counters, Owner owner);

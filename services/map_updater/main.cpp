@@ -65,6 +65,7 @@ class MapUpdaterService {
                   LoopCloserLink::Owner{
                       [&bus](const keyframe_t& keyframe) { bus.Publish(kKeyframeChannel, keyframe); },
                       [this](const GraphUpdate& update) { Keep(update); },
+                      [this](KeyframeId keyframe) { KeepSearched(keyframe); },
                   });
     link_->SetEpoch(options_.epoch);
     bus.SubscribeToOne<pose_graph_t>(
@@ -219,7 +220,8 @@ class MapUpdaterService {
   /// Makes the map of a journal.
   VisitJournal VisitOfJournal() {
     return {[this](const CriticalRays* scan, const ScanMatch& match) { Draw(scan, match); },
-            [this](const GraphUpdate& update) { return mapper_.Offer(update); }};
+            [this](const GraphUpdate& update) { return mapper_.Offer(update); },
+            [this](KeyframeId keyframe) { return mapper_.NoteSearched(keyframe); }};
   }
 
   /// Also against an owner of another bus.
@@ -236,6 +238,12 @@ class MapUpdaterService {
   void Keep(const GraphUpdate& update) {
     const Keyframe& keyframe = mapper_.graph().keyframe(update.keyframe);
     if (journal_) Keep([&] { journal_->Append(update, keyframe.utime); });
+  }
+
+  void KeepSearched(KeyframeId keyframe) {
+    const Mapper& mapper = mapper_;
+    if (journal_)
+      Keep([&] { journal_->AppendSearched(keyframe, mapper.last_update(), mapper.graph().keyframe(keyframe).utime); });
   }
 
   /// A journal that cannot be written is no reason to stop mapping, but it ends there: no map is made from one with a

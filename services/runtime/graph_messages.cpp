@@ -17,6 +17,20 @@ Loop FromMessage(const loop_t& message) {
   return {crsm::FromMessage(message.older), crsm::FromMessage(message.newer), crsm::FromMessage(message.T_older_newer)};
 }
 
+std::vector<loop_finding_t> ToMessages(const std::optional<LoopFinding>& finding) {
+  if (!finding) return {};
+  return {{crsm::ToMessage(finding->older), crsm::ToMessage(finding->T_older_newer), finding->score,
+           static_cast<std::int8_t>(finding->by)}};
+}
+
+/// newer: the keyframe at which it was found.
+std::optional<LoopFinding> FromMessages(const std::vector<loop_finding_t>& messages, const keyframe_id_t& newer) {
+  if (messages.empty()) return std::nullopt;
+  const loop_finding_t& message = messages.front();
+  return LoopFinding{crsm::FromMessage(message.older), crsm::FromMessage(newer),
+                     crsm::FromMessage(message.T_older_this), message.score, static_cast<LoopFinding::By>(message.by)};
+}
+
 std::vector<loop_t> ToMessages(const std::vector<Loop>& loops) {
   std::vector<loop_t> messages;
   for (const Loop& loop : loops) messages.push_back(ToMessage(loop));
@@ -103,6 +117,11 @@ keyframe_t ToMessage(const Keyframe& keyframe, const KeyframeHead& head) {
     message.tied_to = ToMessage(keyframe.tie->keyframe);
     message.T_tied_this = ToMessage(keyframe.tie->T_keyframe_this);
   }
+  if (head.search) {
+    message.searched = 1;
+    message.findings = ToMessages(head.search->finding);
+    message.num_findings = static_cast<std::int32_t>(message.findings.size());
+  }
   return message;
 }
 
@@ -120,6 +139,11 @@ Keyframe FromMessage(const keyframe_t& message) {
   return keyframe;
 }
 
+std::optional<EarlierSearch> FindSearch(const keyframe_t& message) {
+  if (message.searched == 0) return std::nullopt;
+  return EarlierSearch{FromMessages(message.findings, message.id)};
+}
+
 std::vector<pose_graph_t> MakeParts(const GraphUpdate& update, std::int64_t utime, std::int64_t epoch) {
   std::vector<std::vector<pose_stretch_t>> moved = Split(update.moved);
   const auto num_parts = static_cast<int>(moved.size());
@@ -131,6 +155,8 @@ std::vector<pose_graph_t> MakeParts(const GraphUpdate& update, std::int64_t utim
     part.num_parts = num_parts;
     part.ties_wrong_from = ToMessage(update.ties_wrong_from);
     if (i == 0) {
+      part.findings = ToMessages(update.finding);
+      part.num_findings = static_cast<std::int32_t>(part.findings.size());
       part.closed = ToMessages(update.closed);
       part.num_closed = static_cast<std::int32_t>(part.closed.size());
       part.taken_out = ToMessages(update.taken_out);
@@ -171,6 +197,7 @@ std::optional<GraphUpdate> GraphUpdateParts::Add(const pose_graph_t& part) {
   GraphUpdate update;
   update.keyframe = FromMessage(first.keyframe);
   update.previous = FromOptional(first.previous);
+  update.finding = FromMessages(first.findings, first.keyframe);
   update.closed = FromMessages(first.closed);
   update.taken_out = FromMessages(first.taken_out);
   update.ties_wrong_from = FromOptional(first.ties_wrong_from);

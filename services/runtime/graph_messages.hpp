@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/graph/keyframe_graph.hpp"
+#include "common/graph/loop_closer.hpp"
 #include "services/runtime/wire.hpp"
 
 namespace crsm {
@@ -18,6 +19,7 @@ struct KeyframeHead {
   KeyframeId id;
   std::optional<KeyframeId> previous = std::nullopt;
   std::optional<KeyframeId> last_update = std::nullopt;  ///< of the map's owner
+  std::optional<EarlierSearch> search = std::nullopt;    ///< what the owner knows of the search at this keyframe
 };
 
 keyframe_id_t ToMessage(KeyframeId id);
@@ -28,11 +30,13 @@ std::optional<KeyframeId> FromOptional(const keyframe_id_t& message);
 
 keyframe_t ToMessage(const Keyframe& keyframe, const KeyframeHead& head);
 Keyframe FromMessage(const keyframe_t& message);
+/// What its owner knows of the search at a keyframe.
+std::optional<EarlierSearch> FindSearch(const keyframe_t& message);
 
 /// An update, in parts of 32 KB at most. utime: of its keyframe.
 std::vector<pose_graph_t> MakeParts(const GraphUpdate& update, std::int64_t utime, std::int64_t epoch);
 
-/// Loops were looked for up to a keyframe, and nothing has changed since the update of `previous`.
+/// Loops were looked for up to a keyframe, and nothing was found since the update of `previous`.
 pose_graph_t MakeUnchanged(KeyframeId keyframe, std::optional<KeyframeId> previous, std::int64_t utime,
                            std::int64_t epoch);
 
@@ -42,7 +46,7 @@ int MostParts(int num_keyframes);
 /// Puts the parts of an update together, in whatever order they come.
 class GraphUpdateParts {
  public:
-  /// A message in which something has changed. The update, when all of its parts are there.
+  /// A message in which something is new. The update, when all of its parts are there.
   std::optional<GraphUpdate> Add(const pose_graph_t& part);
   /// Whether none wait for others.
   bool empty() const { return parts_.empty(); }

@@ -17,7 +17,10 @@ std::vector<pose_graph_t> KeyframeAnswers::Answer(const keyframe_t& message) {
     Keyframe keyframe = FromMessage(message);
     const bool is_next = FromOptional(message.previous) == graph().newest();
     if (!is_next || (keyframe.tie && !graph().Has(keyframe.tie->keyframe))) return {};
-    if (auto update = closer_->Add(std::move(keyframe))) {
+    const auto earlier = FindSearch(message);
+    if (earlier && earlier->finding && !graph().Has(earlier->finding->older)) return {};
+    if (!earlier) ++num_searched_;
+    if (auto update = closer_->Add(std::move(keyframe), earlier)) {
       updates_.push_back(update->keyframe);
       kept_.push_back(std::move(*update));
     }

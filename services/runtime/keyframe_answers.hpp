@@ -16,7 +16,7 @@ namespace crsm {
 /// answers come out, and NextRequest says what it lacks.
 ///
 /// All that it knows follows from the keyframes: one that is started anew asks for them all, and comes to the same
-/// answers. It keeps those that the owner does not have yet.
+/// answers, without a new search where the owner says what was found. It keeps those that the owner does not have yet.
 class KeyframeAnswers {
  public:
   explicit KeyframeAnswers(MakeLoopCloser make_closer)
@@ -32,6 +32,8 @@ class KeyframeAnswers {
   std::optional<KeyframeId> last_update() const {
     return updates_.empty() ? std::nullopt : std::optional(updates_.back());
   }
+  /// Keyframes at which loops were searched, because the owner did not tell what was found there.
+  std::int64_t num_searched() const { return num_searched_; }
   /// Whether the owner's map was put right by another loop closer, which found other loops.
   bool is_of_another_closer() const { return is_of_another_closer_; }
 
@@ -47,6 +49,7 @@ class KeyframeAnswers {
   std::deque<GraphUpdate> kept_;              ///< that the owner does not have, so far as is known
   std::optional<KeyframeId> known_to_owner_;  ///< the last one that it has
   bool is_of_another_closer_ = false;
+  std::int64_t num_searched_ = 0;
 };
 
 }  // namespace crsm

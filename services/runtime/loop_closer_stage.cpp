@@ -36,6 +36,7 @@ void LoopCloserStage::Answer(const keyframe_t& message) {
   if (answers_.graph().size() == size_before) return service_.counters().Add("resent");
   service_.RecordLatency(start);
   service_.counters().Set("keyframes", answers_.graph().size());
+  service_.counters().Set("keyframes_searched", answers_.num_searched());
   service_.counters().Set("loops_closed", static_cast<std::int64_t>(answers_.graph().loops().size()));
   service_.counters().Set("loops_taken_out", answers_.graph().num_loops_dropped());
   Describe();

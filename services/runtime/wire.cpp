@@ -66,6 +66,18 @@ bool IsLoop(const loop_t& loop) {
          IsPose(loop.T_older_newer);
 }
 
+/// Of a keyframe.
+bool IsFinding(const loop_finding_t& finding, const keyframe_id_t& keyframe) {
+  return IsKeyframe(finding.older) && IsOlder(finding.older, keyframe) && IsPose(finding.T_older_this) &&
+         finding.score >= 0.0 && finding.score <= 1.0 && finding.by >= loop_finding_t::DRIFT &&
+         finding.by <= loop_finding_t::ANYWHERE;
+}
+
+bool AreFindings(const std::vector<loop_finding_t>& findings, const keyframe_id_t& keyframe) {
+  return std::all_of(findings.begin(), findings.end(),
+                     [&](const loop_finding_t& finding) { return IsFinding(finding, keyframe); });
+}
+
 bool IsStretch(const pose_stretch_t& stretch) {
   constexpr std::int64_t kMostKeyframes = std::numeric_limits<std::int32_t>::max();
   return IsKeyframe(stretch.first) && stretch.num_poses >= 1 &&
@@ -218,7 +230,8 @@ bool ValuesInRange(const keyframe_t& message) {
          IsNoneOrOlder(message.as_of, message.id) && (message.num_open_axes == 0 || message.num_open_axes == 1) &&
          axis_in_range && (message.num_ties == 0 || message.num_ties == 1) &&
          IsNone(message.tied_to) == (message.num_ties == 0) && IsNoneOrOlder(message.tied_to, message.id) &&
-         IsPose(message.T_tied_this);
+         IsPose(message.T_tied_this) && IsFlag(message.searched) && message.num_findings <= message.searched &&
+         AreFindings(message.findings, message.id);
 }
 
 template <>
@@ -236,7 +249,7 @@ bool ValuesInRange(const pose_graph_t& message) {
                                                                  !IsOlder(message.keyframe, message.ties_wrong_from));
   return message.utime >= 0 && message.epoch != 0 && IsKeyframe(message.keyframe) && previous_in_range &&
          IsFlag(message.changed) && message.part >= 0 && message.num_parts <= kMostParts &&
-         message.part < message.num_parts && ties_in_range &&
+         message.part < message.num_parts && AreFindings(message.findings, message.keyframe) && ties_in_range &&
          std::all_of(message.closed.begin(), message.closed.end(), IsLoop) &&
          std::all_of(message.taken_out.begin(), message.taken_out.end(), IsLoop) &&
          std::all_of(message.moved.begin(), message.moved.end(), IsStretch);

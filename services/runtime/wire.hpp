@@ -8,6 +8,7 @@
 #include <crsm/keyframe_id_t.hpp>
 #include <crsm/keyframe_request_t.hpp>
 #include <crsm/keyframe_t.hpp>
+#include <crsm/loop_finding_t.hpp>
 #include <crsm/map_break_t.hpp>
 #include <crsm/map_delta_t.hpp>
 #include <crsm/map_loop_t.hpp>
@@ -160,12 +161,19 @@ constexpr auto FieldsOf<pose_stretch_t>() {
 }
 
 template <>
+constexpr auto FieldsOf<loop_finding_t>() {
+  using T = loop_finding_t;
+  return std::tuple(&T::older, &T::T_older_this, &T::score, &T::by);
+}
+
+template <>
 constexpr auto FieldsOf<keyframe_t>() {
   using T = keyframe_t;
   return std::tuple(&T::utime, &T::epoch, &T::id, &T::previous, &T::last_update, &T::num_rays,
                     Array(&T::angle_rad, &T::num_rays, kMaxBeams), Array(&T::range_m, &T::num_rays, kMaxBeams),
                     &T::T_previous_this, &T::after_lost, &T::begins_anywhere, &T::as_of, &T::num_open_axes,
-                    &T::open_axis, &T::num_ties, &T::tied_to, &T::T_tied_this);
+                    &T::open_axis, &T::num_ties, &T::tied_to, &T::T_tied_this, &T::searched, &T::num_findings,
+                    Array(&T::findings, &T::num_findings, 1));
 }
 
 template <>
@@ -184,8 +192,9 @@ template <>
 constexpr auto FieldsOf<pose_graph_t>() {
   using T = pose_graph_t;
   return std::tuple(&T::utime, &T::epoch, &T::keyframe, &T::previous, &T::changed, &T::part, &T::num_parts,
-                    &T::ties_wrong_from, &T::num_closed, Array(&T::closed, &T::num_closed, kMostLoopsInMessage),
-                    &T::num_taken_out, Array(&T::taken_out, &T::num_taken_out, kMostLoopsInMessage), &T::num_moved,
+                    &T::num_findings, Array(&T::findings, &T::num_findings, 1), &T::ties_wrong_from, &T::num_closed,
+                    Array(&T::closed, &T::num_closed, kMostLoopsInMessage), &T::num_taken_out,
+                    Array(&T::taken_out, &T::num_taken_out, kMostLoopsInMessage), &T::num_moved,
                     Array(&T::moved, &T::num_moved, kMostPosesInMessage));
 }
 

@@ -67,7 +67,12 @@ struct Run {
 };
 
 void Keep(const std::vector<GraphUpdate>& updates, const Run& run, Journal& journal) {
-  for (const GraphUpdate& update : updates) journal.Append(update, run.slam.graph().keyframe(update.keyframe).utime);
+  const auto UtimeOf = [&](KeyframeId keyframe) { return run.slam.graph().keyframe(keyframe).utime; };
+  for (const GraphUpdate& update : updates) journal.Append(update, UtimeOf(update.keyframe));
+  const Mapper& mapper = run.slam.mapper();
+  if (const auto searched = mapper.searched()) {
+    journal.AppendSearched(*searched, mapper.last_update(), UtimeOf(*searched));
+  }
 }
 
 void SayNotice(const CommandLine& command_line, const std::string& notice) {
@@ -87,7 +92,8 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
   const JournalSubject subject{!settings.localize.empty(), ListMapParameters(command_line.parameters())};
   const OnDamage on_damage = settings.until_damage ? OnDamage::kTakeWhatIsBefore : OnDamage::kRefuse;
   const VisitJournal restore{[&](const CriticalRays* scan, const ScanMatch& match) { run.Restore(scan, match); },
-                             [&](const GraphUpdate& update) { return run.slam.Restore(update); }};
+                             [&](const GraphUpdate& update) { return run.slam.Restore(update); },
+                             [&](KeyframeId keyframe) { return run.slam.RestoreSearched(keyframe); }};
   if (!resume.empty()) {
     auto journal = std::make_unique<Journal>(JournalFolder(settings.out), subject, on_damage, restore);
     SayNotice(command_line, journal->notice());
@@ -189,6 +195,7 @@ Trust WriteRun(const CommandLine& command_line, Run& run) {
   summary.map_version = run.slam.map_version();
   summary.wall_s = std::chrono::duration<double>(Clock::now() - run.begun).count();
   summary.counts = run.counts;
+  if (run.slam.closes_loops()) summary.counts["keyframes_searched"] = run.slam.num_searched();
   summary.counts["scan_cut"] = run.slam.num_scans_cut();
   summary.timings[command_line.program()] = {run.latency.Percentile(0.5), run.latency.Percentile(0.95),
                                              run.latency.Percentile(0.99), run.latency.max_ms()};

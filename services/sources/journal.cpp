@@ -78,6 +78,7 @@ struct Contents {
   std::uint64_t whole_bytes = 0;
   std::int64_t num_events = 0;
   std::int64_t last_utime = 0;
+  std::optional<KeyframeId> searched;
   bool keep_beside = false;  ///< what follows the whole bytes has more than a torn end
   std::string notice;
 };
@@ -124,8 +125,11 @@ Contents Read(const std::string& path, const JournalSubject& subject, OnDamage o
       CheckSubject(path, contents.head->subject, subject);
     }
     if (stretch->graph) {
-      const auto update = parts.Add(*stretch->graph);
-      if (update && !visit.update(*update)) {
+      const bool changed = stretch->graph->changed == 1;
+      const auto update = changed ? parts.Add(*stretch->graph) : std::nullopt;
+      const KeyframeId keyframe = FromMessage(stretch->graph->keyframe);
+      if (!changed || update) contents.searched = keyframe;
+      if (changed ? update && !visit.update(*update) : !visit.searched(keyframe)) {
         throw std::runtime_error(fmt::format("{}: its loop closures do not fit its scans", path));
       }
     }
@@ -188,14 +192,16 @@ Journal::Journal(const fs::path& folder, const JournalSubject& subject, OnDamage
   epoch_ = head_written_ ? contents.head->epoch : DrawIdentity();
   num_events_ = contents.num_events;
   last_utime_ = contents.last_utime;
+  searched_ = contents.searched;
   notice_ = contents.notice;
   if (contents.keep_beside) notice_ += fmt::format("; the original file is now {}", KeepBeside(path).string());
   file_ = std::make_unique<JournalFile>(path.string(), contents.whole_bytes);
 }
 
 Journal::~Journal() {
-  if (!appended_) return;
   try {
+    if (to_be_kept_) WriteSearched();
+    if (!appended_) return;
     file_->Sync();
     WriteStretch(last_utime_);
     file_->Sync();
@@ -221,6 +227,7 @@ void Journal::Append(const CriticalRays* scan, const ScanMatch& match) {
   AddEvent(kScanMatchChannel, ToMessage(match));
   WriteStretch(match.utime);
   appended_ = true;
+  if (scan) ++num_drawn_;
 }
 
 void Journal::Append(const GraphUpdate& update, std::int64_t utime) {
@@ -229,6 +236,25 @@ void Journal::Append(const GraphUpdate& update, std::int64_t utime) {
     WriteStretch(last_utime_);
   }
   appended_ = true;
+  searched_ = update.keyframe;
+  to_be_kept_.reset();
+  num_drawn_ = 0;
+}
+
+void Journal::AppendSearched(KeyframeId keyframe, std::optional<KeyframeId> last_update, std::int64_t utime) {
+  constexpr int kDrawnBetween = 10;
+  if (keyframe <= searched_) return;
+  searched_ = keyframe;
+  to_be_kept_ = MakeUnchanged(keyframe, last_update, utime, epoch_);
+  if (num_drawn_ >= kDrawnBetween) WriteSearched();
+}
+
+void Journal::WriteSearched() {
+  AddEvent(kPoseGraphChannel, *to_be_kept_);
+  WriteStretch(last_utime_);
+  appended_ = true;
+  to_be_kept_.reset();
+  num_drawn_ = 0;
 }
 
 /// Writes what was added, with its check.

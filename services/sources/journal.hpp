@@ -37,6 +37,8 @@ struct VisitJournal {
   std::function<void(const CriticalRays* scan, const ScanMatch& match)> match;
   /// What loops have brought to the graph, in a journal of a run with loops. False if it does not fit the scans before.
   std::function<bool(const GraphUpdate& update)> update = [](const GraphUpdate&) { return true; };
+  /// Loops were searched up to a keyframe. False if there is no such keyframe.
+  std::function<bool(KeyframeId keyframe)> searched = [](KeyframeId) { return true; };
 };
 
 /// What to do about a journal that is damaged in the middle, by a bad disk say, and not torn at its end by a power cut.
@@ -80,15 +82,24 @@ class Journal {
   /// keyframe.
   void Append(const GraphUpdate& update, std::int64_t utime);
 
+  /// Keeps that loops were searched up to a keyframe, and that nothing was found since the update of `last_update`. It
+  /// is written where the session ends, and before that for every tenth drawn scan: if the process is killed, those
+  /// that came since are searched once more. utime: of the keyframe.
+  void AppendSearched(KeyframeId keyframe, std::optional<KeyframeId> last_update, std::int64_t utime);
+
  private:
   template <class Message>
   void AddEvent(const char* channel, const Message& message);
+  void WriteSearched();
   void WriteStretch(std::int64_t utime);
 
   JournalSubject subject_;
   std::int64_t epoch_;
   bool head_written_ = false;
-  bool appended_ = false;  ///< in this session
+  bool appended_ = false;                   ///< in this session
+  std::optional<KeyframeId> searched_;      ///< of it and those before it no more is to be kept
+  std::optional<pose_graph_t> to_be_kept_;  ///< says so
+  int num_drawn_ = 0;                       ///< scans, since that was written
   std::int64_t num_events_ = 0;
   std::int64_t last_utime_ = 0;
   std::string notice_;

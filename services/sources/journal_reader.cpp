@@ -63,7 +63,7 @@ bool JournalReader::TakeEvent(const Event& event, JournalStretch& stretch) const
   }
   if (auto graph = Decode<pose_graph_t>(Bytes(event.data))) {
     stretch.graph = std::move(graph);
-    return !stretch.scan && stretch.graph->changed == 1;
+    return !stretch.scan;
   }
   const auto rays = Decode<critical_rays_t>(Bytes(event.data));
   if (!rays || stretch.scan) return false;

@@ -20,6 +20,7 @@ void Check(pose_graph_t answer) {
   for (pose_stretch_t& stretch : answer.moved) {
     for (pose2_t& pose : stretch.poses) Tame(pose);
   }
+  for (loop_finding_t& finding : answer.findings) Tame(finding.T_older_this);
   for (loop_t& loop : answer.closed) Tame(loop.T_older_newer);
   for (loop_t& loop : answer.taken_out) Tame(loop.T_older_newer);
   if (!Decode<pose_graph_t>(Encode(answer))) std::abort();

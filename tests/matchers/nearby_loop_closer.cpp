@@ -66,7 +66,7 @@ std::optional<Pose2> MatchPoints(const Eigen::Matrix2Xd& points_m, const Eigen::
 
 }  // namespace
 
-std::optional<GraphUpdate> NearbyLoopCloser::Add(Keyframe keyframe) {
+std::optional<GraphUpdate> NearbyLoopCloser::Add(Keyframe keyframe, const std::optional<EarlierSearch>& /*earlier*/) {
   GraphUpdate update;
   update.keyframe = graph_.Add(std::move(keyframe));
   if (update.keyframe.number == 0) next_search_m_ = 0.0;

@@ -12,7 +12,8 @@ namespace crsm {
 /// closer in the place of ours.
 class NearbyLoopCloser : public LoopCloser {
  public:
-  std::optional<GraphUpdate> Add(Keyframe keyframe) override;
+  /// Searches always: it does not tell what it finds before it believes it.
+  std::optional<GraphUpdate> Add(Keyframe keyframe, const std::optional<EarlierSearch>& earlier) override;
   const KeyframeGraph& graph() const override { return graph_; }
 
  private:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <csignal>
 #include <fstream>
+#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -105,6 +106,8 @@ TEST_CASE("a run with loops that is cut short and resumed ends with the files of
     const std::string out = "cut_" + std::to_string(cut);
     REQUIRE(MapOffline(folder, course.WriteFirst(cut), out).exit_code == 0);
     CHECK(ReadFile(folder / out / "map.png") != ReadFile(folder / "whole/map.png"));
+    const std::int64_t first_keyframes = ReadSummary(folder / out)["loops"]["keyframes"];
+    CHECK(ReadSummary(folder / out)["counts"]["keyframes_searched"] == first_keyframes);
     const Ended resumed = MapOffline(folder, log, out, {"--resume", folder / out});  // --loops is the map's
     INFO(resumed.errors);
     REQUIRE(resumed.exit_code == 0);
@@ -114,6 +117,8 @@ TEST_CASE("a run with loops that is cut short and resumed ends with the files of
       CHECK(ReadFile(folder / out / file) == ReadFile(folder / "whole" / file));
     }
     CHECK(ReadSummary(folder / out)["loops"] == loops);
+    CHECK(ReadSummary(folder / out)["counts"]["keyframes_searched"] ==
+          loops["keyframes"].get<std::int64_t>() - first_keyframes);
   }
 }
 
@@ -195,6 +200,8 @@ TEST_CASE("a loop closer that is killed, again and again, comes to the same loop
     INFO(file);
     CHECK(ReadFile(folder / "out" / file) == ReadFile(folder / "offline" / file));
   }
+  const nlohmann::json summary = ReadSummary(folder / "out");
+  std::cerr << summary["counts"].dump() << summary["loops"].dump() << std::endl;
 }
 
 TEST_CASE("a map with loops goes on in one process or in six, whoever began it") {

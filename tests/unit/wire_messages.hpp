@@ -89,6 +89,8 @@ inline map_delta_t MapDeltaMessage() {
   return message;
 }
 
+inline loop_finding_t LoopFindingMessage() { return {{0, 3}, {0.5, -0.25, 0.125}, 0.75, loop_finding_t::NEARBY}; }
+
 inline keyframe_t KeyframeMessage() {
   keyframe_t message{};
   message.utime = 5;
@@ -108,6 +110,9 @@ inline keyframe_t KeyframeMessage() {
   message.num_ties = 1;
   message.tied_to = {0, 2};
   message.T_tied_this = {1.5, 0.25, -0.5};
+  message.searched = 1;
+  message.num_findings = 1;
+  message.findings = {LoopFindingMessage()};
   return message;
 }
 
@@ -121,6 +126,8 @@ inline pose_graph_t PoseGraphMessage() {
   message.previous = {1, 6};
   message.changed = 1;
   message.num_parts = 1;
+  message.num_findings = 1;
+  message.findings = {LoopFindingMessage()};
   message.ties_wrong_from = {1, 7};
   message.num_closed = 2;
   message.closed = {{{0, 9}, {1, 8}, {0.5, 0.0, 0.25}}, {{1, 1}, {1, 7}, {}}};

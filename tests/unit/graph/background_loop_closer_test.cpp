@@ -23,7 +23,7 @@ std::vector<GraphUpdate> FindAll(const std::vector<Keyframe>& keyframes) {
   const auto closer = MakeCloser();
   std::vector<GraphUpdate> updates;
   for (const Keyframe& keyframe : keyframes) {
-    if (const auto update = closer->Add(keyframe)) updates.push_back(*update);
+    if (const auto update = closer->Add(keyframe, {})) updates.push_back(*update);
   }
   return updates;
 }
@@ -38,7 +38,7 @@ TEST_CASE("in the background the same is found, and given when as many keyframes
   BackgroundLoopCloser closer(MakeCloser());
   std::vector<GraphUpdate> taken;
   for (int i = 0; i < static_cast<int>(keyframes.size()); ++i) {
-    closer.Add(keyframes[static_cast<std::size_t>(i)]);
+    closer.Add(keyframes[static_cast<std::size_t>(i)], {});
     for (const GraphUpdate& update : closer.Take(kLeft)) {
       CHECK(update.keyframe == KeyframeId{0, i - kLeft});
       taken.push_back(update);
@@ -53,7 +53,7 @@ TEST_CASE("keyframes that are never asked about are searched all the same, and d
   const std::vector<Keyframe> keyframes = MakeRound();
   REQUIRE(keyframes.size() > 200);
   BackgroundLoopCloser closer(MakeCloser());
-  for (const Keyframe& keyframe : keyframes) closer.Add(keyframe);
+  for (const Keyframe& keyframe : keyframes) closer.Add(keyframe, {});
   CHECK(closer.Take(0) == FindAll(keyframes));
 }
 
@@ -61,7 +61,7 @@ TEST_CASE("what a search throws, who takes its updates gets") {
   std::vector<Keyframe> keyframes = MakeRound();
   keyframes[50].tie = Tie{{0, 0}, {NAN, 0.0, 0.0}};
   BackgroundLoopCloser closer(MakeCloser());
-  for (const Keyframe& keyframe : keyframes) closer.Add(keyframe);
+  for (const Keyframe& keyframe : keyframes) closer.Add(keyframe, {});
   CHECK_THROWS_AS(closer.Take(0), std::invalid_argument);
   CHECK_THROWS_AS(closer.Take(0), std::invalid_argument);
 }
@@ -69,7 +69,7 @@ TEST_CASE("what a search throws, who takes its updates gets") {
 TEST_CASE("a loop closer ends while keyframes wait") {
   const std::vector<Keyframe> keyframes = MakeRound();
   BackgroundLoopCloser closer(MakeCloser());
-  for (std::size_t i = 0; i < 90; ++i) closer.Add(keyframes[i]);
+  for (std::size_t i = 0; i < 90; ++i) closer.Add(keyframes[i], {});
   BackgroundLoopCloser idle(MakeCloser());
   CHECK(idle.Take(0).empty());
 }

@@ -387,6 +387,39 @@ TEST_CASE("loops are placed by all that is known: those that hold, those that we
   CHECK(placed.back() == Placed(1, 9, 0.0, true));
 }
 
+TEST_CASE("what was found changes nothing before it closes a loop, and is known from then on") {
+  const Driven driven = Drive(20.0);
+  Mapper mapper(Drawing(), kLoops);
+  CHECK_FALSE(mapper.NoteSearched(Nth(0)));
+  CHECK_FALSE(mapper.searched());
+  for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
+  CHECK_FALSE(mapper.FindSearch(Nth(0)));
+  GraphUpdate update;
+  update.keyframe = Nth(20);
+  update.finding = LoopFinding{Nth(3), Nth(20), {0.5, 0.25, 0.125}, 0.75};
+  const auto IsRefused = [&](const std::function<void(GraphUpdate&)>& spoil) {
+    GraphUpdate spoilt = update;
+    spoil(spoilt);
+    return !mapper.Offer(spoilt);
+  };
+  CHECK(IsRefused([](GraphUpdate& u) { u.finding->older = Nth(20); }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.finding->older = Nth(-1); }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.finding->newer = Nth(19); }));
+  REQUIRE(mapper.Offer(update));
+  CHECK(mapper.num_layouts() == 0);
+  CHECK(mapper.last_update() == Nth(20));
+  CHECK(mapper.searched() == Nth(20));
+  REQUIRE(mapper.FindSearch(Nth(20)));
+  CHECK(mapper.FindSearch(Nth(20))->finding == update.finding);
+  REQUIRE(mapper.FindSearch(Nth(19)));
+  CHECK_FALSE(mapper.FindSearch(Nth(19))->finding);
+  CHECK_FALSE(mapper.FindSearch(Nth(21)));
+  CHECK(mapper.NoteSearched(Nth(22)));
+  CHECK(mapper.NoteSearched(Nth(21)));  // which is known
+  CHECK(mapper.searched() == Nth(22));
+  CHECK_FALSE(mapper.NoteSearched(Nth(mapper.graph().size())));
+}
+
 TEST_CASE("an update that does not follow the last one, or is of no such graph, changes nothing") {
   const Driven driven = Drive(20.0);
   Mapper mapper(Drawing(), kLoops);

@@ -73,11 +73,13 @@ class Owner {
   Mapper mapper{Drawing(), kLoops};
   std::vector<keyframe_t> sent;
   std::vector<GraphUpdate> kept;
+  std::vector<KeyframeId> kept_searched;
   LoopCloserLink link{mapper,
                       kLoops.lag,
                       counters,
                       {[this](const keyframe_t& message) { sent.push_back(message); },
-                       [this](const GraphUpdate& update) { kept.push_back(update); }}};
+                       [this](const GraphUpdate& update) { kept.push_back(update); },
+                       [this](KeyframeId keyframe) { kept_searched.push_back(keyframe); }}};
 
  private:
   Pose2 T_map_laser_;
@@ -121,7 +123,7 @@ const std::vector<GraphUpdate>& UpdatesRoundBlock() {
     for (const Keyframe& place : RoundBlock()) {
       DriveTo(place, owner);
       const KeyframeGraph& graph = owner.mapper.graph();
-      auto update = closer->Add(graph.keyframe(*graph.newest()));
+      auto update = closer->Add(graph.keyframe(*graph.newest()), {});
       if (!update) continue;
       REQUIRE(owner.mapper.Offer(*update));
       found.push_back(std::move(*update));
@@ -335,6 +337,29 @@ TEST_CASE("what is of another map, or of keyframes that it does not have, is cou
   CHECK(owner.link.num_awaited() == 20);
 }
 
+TEST_CASE("what was found is kept, and told to who lacks the keyframe") {
+  Owner owner;
+  owner.DriveOn(30);
+  GraphUpdate update;
+  update.keyframe = Nth(17);
+  update.finding = LoopFinding{Nth(2), Nth(17), {0.5, 0.25, 0.125}, 0.75};
+  owner.Hear(PartsOf(update));
+  owner.Hear({Unchanged(20, 17)});
+  CHECK(owner.kept == std::vector<GraphUpdate>{update});
+  CHECK(owner.kept_searched == std::vector<KeyframeId>{Nth(17), Nth(20)});
+  CHECK(owner.mapper.num_layouts() == 0);
+  CHECK(owner.link.num_awaited() == 9);
+  owner.sent.clear();
+  owner.link.Answer({kEpoch, ToMessage(Nth(15)), 6}, {}, owner.now);
+  REQUIRE(owner.sent.size() == 6);
+  for (int i = 0; i < 6; ++i) {
+    CAPTURE(i);
+    const auto search = FindSearch(owner.sent[static_cast<std::size_t>(i)]);
+    REQUIRE(search.has_value() == (i < 5));
+    if (search) CHECK(search->finding == (i == 1 ? update.finding : std::nullopt));
+  }
+}
+
 TEST_CASE("who lacks keyframes is given those that it asks for and there are, with the last update that is known") {
   Owner owner;
   owner.DriveOn(30);
@@ -344,7 +369,7 @@ TEST_CASE("who lacks keyframes is given those that it asks for and there are, wi
   REQUIRE(owner.sent.size() == 5);
   for (int i = 0; i < 5; ++i) {
     const keyframe_t& message = owner.sent[static_cast<std::size_t>(i)];
-    const KeyframeHead head{kEpoch, Nth(3 + i), Nth(2 + i), Nth(25)};
+    const KeyframeHead head{kEpoch, Nth(3 + i), Nth(2 + i), Nth(25), EarlierSearch{}};
     CHECK(Encode(message) == Encode(ToMessage(owner.mapper.graph().keyframe(Nth(3 + i)), head)));
   }
   owner.sent.clear();

@@ -120,11 +120,31 @@ TEST_CASE("what a receiver has found out of a tie is its own and does not travel
   CHECK_FALSE(FromMessage(Send(ToMessage(keyframe, {kEpoch, Nth(20), Nth(19)}))).tie_wrong);
 }
 
+TEST_CASE("what was found at a keyframe comes over the wire to the last bit") {
+  const LoopFinding finding{Nth(3), Nth(20), {1.0 / 3.0, -0.7, 0.1}, 0.9, LoopFinding::By::kNearby};
+  const auto OverTheWire = [](const std::optional<EarlierSearch>& search) {
+    return FindSearch(Send(ToMessage(Keyframe{}, {kEpoch, Nth(20), Nth(19), Nth(12), search})));
+  };
+  CHECK_FALSE(OverTheWire({}));
+  REQUIRE(OverTheWire(EarlierSearch{}));
+  CHECK_FALSE(OverTheWire(EarlierSearch{})->finding);
+  REQUIRE(OverTheWire(EarlierSearch{finding}));
+  CHECK(OverTheWire(EarlierSearch{finding})->finding == finding);
+
+  GraphUpdate update;  // which changes nothing
+  update.keyframe = Nth(20);
+  update.finding = finding;
+  CHECK(PutTogether(MakeParts(update, 5, kEpoch)) == update);
+}
+
 TEST_CASE("an update comes over the wire to the last bit, in parts of 32 KB at most") {
   GraphUpdate update = MakeUpdate(0, 2499);
   std::size_t num_parts = 3;
   SECTION("of 2500 poses") {}
   SECTION("with ties that are wrong") { update.ties_wrong_from = Nth(0); }
+  SECTION("with what was found") {
+    update.finding = LoopFinding{Nth(3), update.keyframe, {1.0 / 3.0, -0.7, 0.1}, 0.9, LoopFinding::By::kCheck};
+  }
   SECTION("of the last poses only") {
     update = MakeUpdate(1700, 2499);
     num_parts = 1;

@@ -1,3 +1,4 @@
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -35,7 +36,38 @@ void CheckLoopIn(LoopOf loop_of) {
   CheckPoseIn(PoseGraphMessage(), [&](Message& m) -> pose2_t& { return loop_of(m).T_older_newer; });
 }
 
+template <class Message>
+void CheckFindingIn(const Message& message) {
+  const auto With = [&](auto change) { return IsDecoded(message, [&](Message& m) { change(m.findings[0]); }); };
+  CHECK(With([](loop_finding_t& f) { f.older = {1, 7}; }));
+  CHECK_FALSE(With([](loop_finding_t& f) { f.older = {1, 8}; }));  // the keyframe itself
+  CHECK_FALSE(With([](loop_finding_t& f) { f.older = {-1, -1}; }));
+  CHECK_FALSE(With([](loop_finding_t& f) { f.older = {0, -1}; }));
+  for (const double score : {0.0, 1.0}) CHECK(With([=](loop_finding_t& f) { f.score = score; }));
+  for (const double score : {kNan, -0.01, 1.01}) CHECK_FALSE(With([=](loop_finding_t& f) { f.score = score; }));
+  for (const auto by : std::to_array<std::int8_t>({0, 1, 2, 3})) CHECK(With([=](loop_finding_t& f) { f.by = by; }));
+  for (const auto by : std::to_array<std::int8_t>({-1, 4})) CHECK_FALSE(With([=](loop_finding_t& f) { f.by = by; }));
+  CheckPoseIn(message, [](Message& m) -> pose2_t& { return m.findings[0].T_older_this; });
+  CHECK(IsDecoded(message, [](Message& m) { m.num_findings = 0, m.findings.clear(); }));
+  CHECK_FALSE(IsDecoded(message, [](Message& m) { m.num_findings = 2, m.findings.push_back(m.findings[0]); }));
+  CHECK_FALSE(IsDecoded(message, [](Message& m) { m.num_findings = -1, m.findings.clear(); }));
+}
+
 }  // namespace
+
+TEST_CASE("a finding is of an older keyframe, and there is one at most") {
+  CheckFindingIn(PoseGraphMessage());
+  CheckFindingIn(KeyframeMessage());
+}
+
+TEST_CASE("a keyframe has a finding only if it was searched") {
+  using Message = keyframe_t;
+  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.searched = 0; }));
+  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.searched = m.num_findings = 0, m.findings.clear(); }));
+  for (const auto no_flag : {std::int8_t{-1}, std::int8_t{2}}) {
+    CHECK_FALSE(IsDecoded(KeyframeMessage(), [=](Message& m) { m.searched = no_flag; }));
+  }
+}
 
 TEST_CASE("a keyframe has a name, rays that are measurements, and hangs on keyframes before it") {
   using Message = keyframe_t;
@@ -84,7 +116,8 @@ TEST_CASE("the keyframe before another one has one number less, or is of the tra
       m.previous = previous;
       m.id = id;
       m.as_of = m.tied_to = {-1, -1};
-      m.num_ties = 0;
+      m.num_ties = m.num_findings = 0;
+      m.findings.clear();
     });
   };
   CHECK(Fits({-1, -1}, {0, 0}));

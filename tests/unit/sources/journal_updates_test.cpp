@@ -175,6 +175,71 @@ TEST_CASE("an LCM log shows each part of what loops have brought, and time does 
                                              "JOURNAL_CHECK"});
 }
 
+TEST_CASE("a journal says up to which keyframe loops were searched, at once or a few scans later") {
+  const Folder folder;
+  struct Told {
+    std::vector<KeyframeId> searched;
+    int num_scans = 0;
+  };
+  const auto ReadTold = [&](const char* name) {
+    Told told;
+    ReadJournal(
+        folder / name, kMapping, kRefuse,
+        {[&](const CriticalRays*, const ScanMatch&) { ++told.num_scans; }, [](const GraphUpdate&) { return true; },
+         [&](KeyframeId keyframe) {
+           told.searched.push_back(keyframe);
+           return true;
+         }});
+    return told;
+  };
+  {
+    Journal journal(folder / "a", kMapping);
+    for (int i = 0; i < 35; ++i) {
+      const CriticalRays scan = Scan(100 + i);
+      journal.Append(&scan, Match(100 + i));
+      journal.AppendSearched({0, i}, {}, 100 + i);
+      const auto told = ReadTold("a").searched;  // as if it were killed now
+      CHECK((told.empty() ? 0 : told.back().number + 1) == (i + 1) / 10 * 10);
+    }
+  }
+  CHECK(ReadTold("a").searched == std::vector<KeyframeId>{{0, 9}, {0, 19}, {0, 29}, {0, 34}});
+  const std::string before = Content(folder / "a/journal.lcm");
+  {
+    Entries entries;
+    Journal journal(folder / "a", kMapping, kRefuse, NoteIn(entries));
+    journal.AppendSearched({0, 34}, {}, 134);  // which it says already
+  }
+  CHECK(Content(folder / "a/journal.lcm") == before);
+  {
+    Entries entries;
+    Journal journal(folder / "a", kMapping, kRefuse, NoteIn(entries));
+    GraphUpdate update;
+    update.keyframe = {0, 33};
+    update.finding = LoopFinding{{0, 2}, {0, 33}, {0.5, 1.0 / 3.0, 0.1}, 0.75, LoopFinding::By::kCheck, true};
+    journal.Append(update, 133);
+    journal.AppendSearched({0, 33}, KeyframeId{0, 33}, 133);  // which the update says
+  }
+  std::string notice;
+  const Entries entries = Read(folder / "a", notice);
+  CHECK(notice.empty());
+  REQUIRE(entries.back().update);
+  CHECK(entries.back().update->finding->T_older_newer == Pose2{0.5, 1.0 / 3.0, 0.1});
+  CHECK(ReadTold("a").searched.size() == 4);
+}
+
+TEST_CASE("a journal that was searched up to a keyframe that it does not have is an error that names the file") {
+  const Folder folder;
+  {
+    Journal journal(folder / "a", kMapping);
+    Append(journal, {{100}});
+    journal.AppendSearched({0, 0}, {}, 100);
+  }
+  const VisitJournal refuse{[](const CriticalRays*, const ScanMatch&) {}, [](const GraphUpdate&) { return true; },
+                            [](KeyframeId) { return false; }};
+  CHECK(ErrorOf([&] { ReadJournal(folder / "a", kMapping, kRefuse, refuse); }) ==
+        (folder / "a/journal.lcm").string() + ": its loop closures do not fit its scans");
+}
+
 TEST_CASE("a session that was killed amid the parts of an update loses that one alone, and the next goes on") {
   const Folder folder;
   {
