@@ -20,6 +20,7 @@ Slam::Slam(const Parameters& parameters, const MakeMatcher& make_matcher, const 
           make_loop_closer ? make_loop_closer() : DefaultLoopCloser(parameters.loops, parameters.update)())) {}
 
 Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot) {
+  DrawRestored();
   Step step;
   step.scan = selector_.Select(scan);
   step.match = MatchScan(*matcher_, step.scan, tracking_, T_odom_robot, loops_);
@@ -28,6 +29,8 @@ Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_od
   step.updates = OfferFound(std::max(0, loops_.lag - 1));  // before they would take effect with the next keyframe
   return step;
 }
+
+void Slam::DrawRestored() { matcher_->Apply(mapper_.DrawPutOff()); }
 
 /// Draws a matched scan into the map and remembers the match. Whether the map was drawn.
 bool Slam::Integrate(const CriticalRays* scan, const ScanMatch& match) {
@@ -59,11 +62,19 @@ std::vector<GraphUpdate> Slam::OfferFound(int num_left) {
   return found;
 }
 
-bool Slam::Restore(const CriticalRays* scan, const ScanMatch& match) { return Integrate(scan, match); }
+bool Slam::Restore(const CriticalRays* scan, const ScanMatch& match) {
+  if (map_version() == 0) mapper_.PutOffDrawing();
+  return Integrate(scan, match);
+}
 
 bool Slam::Restore(const GraphUpdate& update) { return mapper_.Offer(update); }
 
 bool Slam::RestoreSearched(KeyframeId keyframe) { return mapper_.NoteSearched(keyframe); }
+
+std::vector<GraphUpdate> Slam::AwaitLoops() {
+  DrawRestored();
+  return OfferFound(0);
+}
 
 void Slam::Resume(const std::optional<Pose2>& T_map_laser) {
   T_map_laser ? tracking_.BeginSessionNear(*T_map_laser) : tracking_.BeginSession(Onset::kResumed);

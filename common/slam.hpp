@@ -34,15 +34,16 @@ class Slam {
   Step Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot = std::nullopt);
 
   /// A matched scan of an earlier session, nullptr where it was not drawn: all of them one after the other make the
-  /// same map, and the next scan is matched as it would have been then.
+  /// same map, and the next scan is matched as it would have been then. With loops the map is drawn by AwaitLoops, or
+  /// before the next scan.
   bool Restore(const CriticalRays* scan, const ScanMatch& match);
 
   /// What was known of the graph in the earlier session, between its scans as it was then. False if it does not fit
   /// them.
   bool Restore(const GraphUpdate& update);
 
-  /// After the scans of an earlier session: the next one is the first of this session. T_map_laser: about where the
-  /// robot stands now; else it may stand where the earlier session ended.
+  /// After the scans of an earlier session: the next one is the first of this session.
+  /// T_map_laser: about where the robot stands now; else it may stand where the earlier session ended.
   void Resume(const std::optional<Pose2>& T_map_laser = std::nullopt);
 
   /// Another drive begins with the next scan: the robot may be anywhere. A trajectory begins; on a finished map the
@@ -54,7 +55,7 @@ class Slam {
 
   /// To be called where an earlier session ends, and where this one does: waits until all loops are found that the
   /// scans so far close. What that brings to the graph.
-  std::vector<GraphUpdate> AwaitLoops() { return OfferFound(0); }
+  std::vector<GraphUpdate> AwaitLoops();
 
   /// Finishes the map: from now on scans are localised on it and change nothing. Where the first of them was taken is
   /// searched on the whole map.
@@ -93,6 +94,7 @@ class Slam {
 
  private:
   bool Integrate(const CriticalRays* scan, const ScanMatch& match);
+  void DrawRestored();
   void SearchNew();
   std::vector<GraphUpdate> OfferFound(int num_left);
 

@@ -49,6 +49,7 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   step.delta.drawn = step.delta.drawn || begins;
   if (match.state == MatchState::kLost) lost_since_ = true;
   if (step.delta.drawn) AddKeyframe(scan->rays, match, begins);
+  if (step.delta.drawn && !begins && put_off_) put_off_->push_back({false, {{*graph_.newest(), match.T_map_laser}}});
   trajectories_.Add(match, graph_.num_trajectories());
   AnchorScan(step.delta.version - 1);
   step.after.trajectory = std::max(0, graph_.num_trajectories() - 1);
@@ -69,6 +70,30 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   const std::vector<TileChange> tiles = anew ? DrawAnew(needed) : DrawMissing(needed);
   step.delta.tiles.insert(step.delta.tiles.end(), tiles.begin(), tiles.end());
   return step;
+}
+
+void Mapper::PutOffDrawing() {
+  if (!loops_.loops || put_off_) return;
+  put_off_.emplace();
+  local_.PutOffDrawing();
+}
+
+std::vector<TileChange> Mapper::DrawPutOff() {
+  if (!put_off_) return {};
+  const auto put_off = *std::exchange(put_off_, std::nullopt);
+  auto first = put_off.begin();
+  if (local_.HasRoomForPutOff()) {
+    first = std::find_if(put_off.rbegin(), put_off.rend(), [](const PutOff& one) { return one.anew; }).base();
+    if (first != put_off.begin()) --first;
+  }
+  std::vector<ScanBatch> batches;
+  for (; first != put_off.end(); ++first) {
+    batches.push_back({first->anew, {}});
+    for (const auto& [id, T_map_laser] : first->scans) {
+      batches.back().scans.push_back({&graph_.keyframe(id).rays, T_map_laser});
+    }
+  }
+  return local_.DrawPutOff(batches);
 }
 
 bool Mapper::Offer(const GraphUpdate& update) {
@@ -103,8 +128,8 @@ std::vector<TileChange> Mapper::Finish() {
   ApplyDue(0);
   std::vector<KeyframeId> all = graph_.ids();
   std::erase_if(all, [&](KeyframeId id) { return !IsKeyframeOnMap(id); });
-  std::vector<TileChange> tiles;
-  if (loops_.loops) tiles = DrawAnew(all);
+  std::vector<TileChange> tiles = DrawPutOff();
+  if (loops_.loops) std::ranges::copy(DrawAnew(all), std::back_inserter(tiles));
   local_.Finish();
   loops_.loops = false;  // what comes is only localised
   return tiles;
@@ -379,8 +404,15 @@ std::vector<PlacedScan> Mapper::Place(const std::vector<KeyframeId>& keyframes) 
   return scans;
 }
 
+void Mapper::NotePutOff(const std::vector<KeyframeId>& keyframes, bool anew) {
+  if (!put_off_) return;
+  put_off_->push_back({anew, {}});
+  for (const KeyframeId id : keyframes) put_off_->back().scans.emplace_back(id, graph_.pose(id));
+}
+
 std::vector<TileChange> Mapper::DrawAnew(const std::vector<KeyframeId>& keyframes) {
   drawn_ = keyframes;
+  NotePutOff(keyframes, true);
   return local_.DrawAnew(Place(keyframes));
 }
 
@@ -390,6 +422,7 @@ std::vector<TileChange> Mapper::DrawMissing(const std::vector<KeyframeId>& keyfr
   const auto middle = static_cast<std::ptrdiff_t>(drawn_.size());
   drawn_.insert(drawn_.end(), missing.begin(), missing.end());
   std::inplace_merge(drawn_.begin(), drawn_.begin() + middle, drawn_.end());
+  NotePutOff(missing, false);
   return local_.DrawMore(Place(missing));
 }
 

@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "common/graph/keyframe_graph.hpp"
@@ -35,6 +36,12 @@ class Mapper {
   /// Draws a scan as MapUpdater::Update and UpdateWithoutScan do. scan: nullptr where there is none to draw. Where it
   /// has become a keyframe, the updates of keyframes that are `lag` older take effect.
   Step Integrate(const CriticalRays* scan, const ScanMatch& match);
+
+  /// What comes now was integrated in an earlier session: it is drawn all at once in the end, which gives the same map,
+  /// and much of it need not be drawn at all. Nothing without loops. To be called first.
+  void PutOffDrawing();
+  /// Draws it, and from now on all that comes. Returns what that changes.
+  std::vector<TileChange> DrawPutOff();
 
   /// What a keyframe of this mapper's has brought to the graph. It takes effect on the local map some keyframes later,
   /// `lag` of them if it comes before: so loops can be searched while the robot drives on. False, and nothing is done,
@@ -116,6 +123,12 @@ class Mapper {
     Pose2 T_map_keyframe;
   };
 
+  /// As of ScanBatch.
+  struct PutOff {
+    bool anew;
+    std::vector<std::pair<KeyframeId, Pose2>> scans;
+  };
+
   void AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool begins);
   void AnchorScan(std::int64_t scan);
   const Anchor* FindAnchor(std::int64_t scan) const;
@@ -127,6 +140,7 @@ class Mapper {
   bool Floats() const;
   std::optional<Tie> FindTie(const Pose2& T_map_laser) const;
   std::vector<PlacedScan> Place(const std::vector<KeyframeId>& keyframes) const;
+  void NotePutOff(const std::vector<KeyframeId>& keyframes, bool anew);
   std::vector<TileChange> DrawAnew(const std::vector<KeyframeId>& keyframes);
   std::vector<TileChange> DrawMissing(const std::vector<KeyframeId>& keyframes);
   std::vector<KeyframeId> ThinOut(const std::vector<KeyframeId>& local) const;
@@ -150,8 +164,9 @@ class Mapper {
   KeyframePoses best_poses_;
   std::vector<KeyframeId> drawn_;  ///< keyframes in the local map
   double looked_at_m_ = 0.0;       ///< where on the newest trajectory it was last looked which belong there
-  bool floats_ = false;            ///< the newest keyframe: it is not on the map that is shown
-  bool lost_since_ = false;        ///< scans were, since the newest keyframe
+  std::optional<std::vector<PutOff>> put_off_;
+  bool floats_ = false;      ///< the newest keyframe: it is not on the map that is shown
+  bool lost_since_ = false;  ///< scans were, since the newest keyframe
   std::vector<Anchor> anchors_;
 };
 

@@ -78,11 +78,7 @@ MapDelta MapUpdater::Update(const CriticalRays& scan, const ScanMatch& match) {
 
 std::vector<TileChange> MapUpdater::DrawAnew(std::span<const PlacedScan> scans) {
   BytesBefore before;
-  for (auto& [index, tile] : tiles_.entries()) {
-    if (tile->blank) continue;  // as most are, once the path is long
-    before.emplace(index, tile->bytes);
-    tile->Clear();
-  }
+  Clear(before);
   for (const PlacedScan& scan : scans) Draw(scan, &before);
   if (!scans.empty()) T_map_last_drawn_ = scans.back().T_map_laser;
   return ListChanges(before);
@@ -91,6 +87,32 @@ std::vector<TileChange> MapUpdater::DrawAnew(std::span<const PlacedScan> scans) 
 std::vector<TileChange> MapUpdater::DrawMore(std::span<const PlacedScan> scans) {
   BytesBefore before;
   for (const PlacedScan& scan : scans) Draw(scan, &before);
+  return ListChanges(before);
+}
+
+/// before: gets the tiles that are not in it yet, as they were.
+void MapUpdater::Clear(BytesBefore& before) {
+  for (auto& [index, tile] : tiles_.entries()) {
+    if (tile->blank) continue;  // as most are, once the path is long
+    before.try_emplace(index, tile->bytes);
+    tile->Clear();
+  }
+}
+
+bool MapUpdater::HasRoomForPutOff() const {
+  if (put_off_cells_.isEmpty()) return true;
+  constexpr double kMarginTiles = 2.0;  // for what is marked behind and beside the hits
+  const Eigen::Array2d size_tiles = put_off_cells_.sizes().array() / kTileSide + 2.0 * kMarginTiles;
+  return size_tiles.prod() <= static_cast<double>(kMostTiles);
+}
+
+std::vector<TileChange> MapUpdater::DrawPutOff(std::span<const ScanBatch> batches) {
+  put_off_ = false;
+  BytesBefore before;
+  for (const ScanBatch& batch : batches) {
+    if (batch.anew) Clear(before);
+    for (const PlacedScan& scan : batch.scans) Draw(scan, &before);
+  }
   return ListChanges(before);
 }
 
@@ -125,6 +147,13 @@ bool MapUpdater::MovedEnough(const Pose2& T_map_laser) const {
 bool MapUpdater::Draw(const PlacedScan& scan, BytesBefore* before) {
   const auto& [rays, T_map_laser] = scan;
   if (rays->size() == 0 || !InLimits(*rays, T_map_laser)) return false;
+  if (put_off_) {
+    const Eigen::Vector2d at_m(T_map_laser.x_m, T_map_laser.y_m);
+    const double reach_m = *std::max_element(rays->range_m.begin(), rays->range_m.end());
+    put_off_cells_.extend((at_m.array() - reach_m).matrix() / geometry_.cell_size_m());
+    put_off_cells_.extend((at_m.array() + reach_m).matrix() / geometry_.cell_size_m());
+    return true;
+  }
   const Eigen::Matrix2Xd hits_m = ComputeHits(*rays);
   const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
   Eigen::Matrix2d rotation;

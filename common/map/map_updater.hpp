@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -20,6 +21,12 @@ namespace crsm {
 struct PlacedScan {
   const ValidRays* rays;
   Pose2 T_map_laser;
+};
+
+/// Scans that are drawn in their order.
+struct ScanBatch {
+  bool anew = false;  ///< nothing that was drawn before stays
+  std::vector<PlacedScan> scans;
 };
 
 /// The owner of the map: draws matched scans into it. Source: section 6.
@@ -43,6 +50,14 @@ class MapUpdater {
   std::vector<TileChange> DrawMore(std::span<const PlacedScan> scans);
   /// The same of one scan, where nobody asks what it changes.
   void DrawMore(const PlacedScan& scan) { Draw(scan, nullptr); }
+
+  /// From now on nothing is drawn, and all else is as if it were. To be called while the map is empty.
+  void PutOffDrawing() { put_off_ = true; }
+  /// Whether no tile of what was put off can have lacked room: then the map is what was drawn since it was last drawn
+  /// anew, and else it may hang on what had come before.
+  bool HasRoomForPutOff() const;
+  /// Draws what was put off, in the version that there is, and from now on all that comes. Returns what that changes.
+  std::vector<TileChange> DrawPutOff(std::span<const ScanBatch> batches);
 
   /// Goes on with that version, in which nothing has changed, and which is no smaller than the one that there is.
   void SkipTo(std::int64_t version) { version_ = version; }
@@ -76,6 +91,7 @@ class MapUpdater {
   bool MovedEnough(const Pose2& T_map_laser) const;
   /// before: tiles that are not in it yet are added; nullptr where nobody asks.
   bool Draw(const PlacedScan& scan, BytesBefore* before);
+  void Clear(BytesBefore& before);
   /// What is not as before any more, which has changed in this version.
   std::vector<TileChange> ListChanges(const BytesBefore& before);
   void MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
@@ -100,6 +116,8 @@ class MapUpdater {
   std::int64_t num_scans_cut_ = 0;
   std::int64_t version_ = 0;
   bool finished_ = false;
+  bool put_off_ = false;
+  Eigen::AlignedBox2d put_off_cells_;  ///< around all that was put off
   std::optional<Pose2> T_map_last_drawn_;
 };
 

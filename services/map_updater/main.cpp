@@ -177,15 +177,16 @@ class MapUpdaterService {
   /// Makes the map of --localize, which then stays as it is; what comes now is a history of its own.
   void LoadFinishedMap() {
     if (settings_.localize.empty()) return;
+    mapper_.PutOffDrawing();
     const std::string notice =
         ReadJournal(JournalFolder(settings_.localize), {false, map_parameters_}, on_damage_, VisitOfJournal());
     if (!notice.empty()) Say(fmt::format("map_updater: {}", notice));
+    mapper_.Finish();
     if (local().num_tiles() == 0) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings_.localize));
     }
     Say(fmt::format("map_updater: localises on the finished map of {} scans from {}", answered_.size(),
                     settings_.localize));
-    mapper_.Finish();
     answered_ = MatchStore();
     tracking_ = TrackingState::OnFinishedMap();
   }

@@ -106,12 +106,12 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
   if (subject.finished_map) {
     SayNotice(command_line,
               ReadJournal(JournalFolder(settings.localize), {false, subject.parameters}, on_damage, restore));
+    run.slam.FinishMap();
     if (run.slam.map().empty()) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings.localize));
     }
     Say(fmt::format("{}: localises on the finished map of {} scans from {}", command_line.program(), run.matches.size(),
                     settings.localize));
-    run.slam.FinishMap();
     run.matches.clear();
     run.statistics = RunStatistics();
   }

@@ -49,9 +49,10 @@ enum class OnDamage {
 
 /// Everything that a map is made of, on the disk as it happens: FOLDER/journal.lcm, an LCM log that lcm-logplayer and
 /// lcm-spy read too. First the head (JOURNAL_HEAD), then for every match the scan (CRITICAL_RAYS) if it was drawn, and
-/// the match (SCAN_MATCH), and between them, with loops, what these have brought to the graph (POSE_GRAPH, part by
-/// part); behind each of these a check (JOURNAL_CHECK) with a checksum of all bytes since the last one. A process that
-/// is killed loses nothing that was kept, a power cut the last second.
+/// the match (SCAN_MATCH), and between them, with loops, what was found, what that has brought to the graph, and up to
+/// which keyframe loops were searched (POSE_GRAPH, part by part); behind each of these a check (JOURNAL_CHECK) with a
+/// checksum of all bytes since the last one. A process that is killed loses nothing that was kept, a power cut the last
+/// second.
 class Journal {
  public:
   /// Begins a new journal, of a new epoch. Throws std::runtime_error if there is one already, or if it cannot be

@@ -27,6 +27,14 @@ def local_origin(pose, pose_local):
     return (pose[0] - cos * pose_local[0] + sin * pose_local[1], pose[1] - sin * pose_local[0] - cos * pose_local[1])
 
 
+def closes_loop(pose_graph):
+    """Not each finding does."""
+    findings_at, finding_bytes, ties_bytes = 45, 42, 8
+    (num_findings,) = struct.unpack_from(">i", pose_graph, findings_at - 4)
+    (num_closed,) = struct.unpack_from(">i", pose_graph, findings_at + num_findings * finding_bytes + ties_bytes)
+    return num_closed > 0
+
+
 class MatchListener(Listener):
     """When each match came, by its utime; when loops were found, and when they moved the poses."""
 
@@ -43,7 +51,7 @@ class MatchListener(Listener):
     def hear(self, channel, data, at_s):
         if channel == b"SCAN_MATCH":
             self.matched_s.setdefault(utime_of(data), at_s)
-        elif channel == b"POSE_GRAPH" and data[32]:  # something has changed
+        elif channel == b"POSE_GRAPH" and closes_loop(data):
             self.found_s.append(at_s)
         elif channel in (b"POSE", b"POSE_LOCAL"):
             poses = self.poses.setdefault(utime_of(data), {})

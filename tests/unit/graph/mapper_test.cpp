@@ -328,6 +328,58 @@ TEST_CASE("a local map that is drawn anew has few keyframes of each place, howev
   for (const double way_m : {5.0, 10.0, 14.0}) CHECK(Knows(LocalMap(mapper), way_m));
 }
 
+TEST_CASE(
+    "a drive whose drawing was put off goes on with the same map, also where there may be no room for all of it") {
+  constexpr LoopParameters kShort{true, 10.0, 10};  // what was seen first is soon left out
+  Driven driven = Drive(60.0);
+  bool lacks_room = false;
+  SECTION("with room") {}
+  SECTION("without") {
+    // Backwards and later to one side: the square between has more tiles than there may be.
+    const auto SeeFar = [&](std::size_t scan, std::size_t ray) { driven.scans[scan].rays.range_m[ray] = 1000.0f; };
+    for (std::size_t i = 5; i < 15; ++i) SeeFar(i, 0);
+    for (std::size_t i = driven.scans.size() - 40; i < driven.scans.size(); ++i) {
+      for (const std::size_t ray : {std::size_t{0}, driven.scans[i].rays.size() / 4}) SeeFar(i, ray);
+    }
+    lacks_room = true;
+  }
+  const int num_scans = static_cast<int>(driven.scans.size());
+  for (const int num_put_off : {1, 20, 50, num_scans - 10}) {
+    CAPTURE(num_put_off);
+    Mapper whole(Drawing(), kShort);
+    Mapper put_off(Drawing(), kShort);
+    put_off.PutOffDrawing();
+    ByteMap replica(Drawing().cell_size_m);
+    const auto Tell = [&](const std::vector<TileChange>& tiles) {
+      for (const TileChange& tile : tiles) REQUIRE(replica.Apply(tile));
+    };
+    for (int i = 0; i < num_scans; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const Mapper::Step expected = whole.Integrate(&driven.scans[at], driven.matches[at]);
+      const Mapper::Step step = put_off.Integrate(&driven.scans[at], driven.matches[at]);
+      REQUIRE(step.delta.version == expected.delta.version);
+      REQUIRE(step.delta.drawn == expected.delta.drawn);
+      REQUIRE(step.after.T_new_old == expected.after.T_new_old);
+      Tell(step.delta.tiles);
+      if (i == 40) {
+        GraphUpdate update;
+        update.keyframe = *whole.graph().newest();
+        update.moved = {Moved(whole.graph(), {0.1, 0.2, 0.003}, 10, update.keyframe.number)};
+        REQUIRE(whole.Offer(update));
+        REQUIRE(put_off.Offer(update));
+      }
+      if (i < num_put_off) CHECK(put_off.local().num_tiles() == 0);
+      if (i + 1 == num_put_off) Tell(put_off.DrawPutOff());
+      if (i + 1 < num_put_off) continue;
+      REQUIRE((replica.ToDenseGrid().cells == LocalMap(whole).ToDenseGrid().cells));
+      REQUIRE((LocalMap(put_off).ToDenseGrid().cells == replica.ToDenseGrid().cells));
+    }
+    CHECK(put_off.graph().poses() == whole.graph().poses());
+    CHECK(put_off.local().num_scans_cut() == whole.local().num_scans_cut());
+    CHECK((whole.local().num_scans_cut() > 0) == lacks_room);
+  }
+}
+
 TEST_CASE("an update comes to the same whether keyframes come before it or after it") {
   const Driven driven = Drive(20.0);
   Mapper early(Drawing(), kLoops);

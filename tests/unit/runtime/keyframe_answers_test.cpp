@@ -132,7 +132,7 @@ TEST_CASE("a keyframe at which something was found that lies in no keyframe know
   message.previous = {0, 4};
   message.searched = 1;
   message.num_findings = 1;
-  message.findings = {{{0, 5}, {}, 0.8, loop_finding_t::ANYWHERE, 0}};
+  message.findings = {loop_finding_t{{0, 5}, {}, 0.8, loop_finding_t::ANYWHERE}};
   CHECK(answers.Answer(message).empty());
   CHECK(answers.graph().size() == 5);
   message.findings[0].older = {0, 4};
