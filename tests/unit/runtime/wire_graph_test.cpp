@@ -63,7 +63,11 @@ TEST_CASE("a finding is of an older keyframe, and there is one at most") {
 TEST_CASE("a keyframe has a finding only if it was searched") {
   using Message = keyframe_t;
   CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.searched = 0; }));
-  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.searched = m.num_findings = 0, m.findings.clear(); }));
+  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) {
+    m.searched = 0;
+    m.num_findings = 0;
+    m.findings.clear();
+  }));
   for (const auto no_flag : {std::int8_t{-1}, std::int8_t{2}}) {
     CHECK_FALSE(IsDecoded(KeyframeMessage(), [=](Message& m) { m.searched = no_flag; }));
   }
