@@ -215,7 +215,7 @@ TEST_CASE("a journal says up to which keyframe loops were searched, at once or a
     Journal journal(folder / "a", kMapping, kRefuse, NoteIn(entries));
     GraphUpdate update;
     update.keyframe = {0, 33};
-    update.finding = LoopFinding{{0, 2}, {0, 33}, {0.5, 1.0 / 3.0, 0.1}, 0.75, LoopFinding::By::kCheck, true};
+    update.finding = LoopFinding{{0, 2}, {0, 33}, {0.5, 1.0 / 3.0, 0.1}, 0.75, LoopFinding::By::kCheck};
     journal.Append(update, 133);
     journal.AppendSearched({0, 33}, KeyframeId{0, 33}, 133);  // which the update says
   }
