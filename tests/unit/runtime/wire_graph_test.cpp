@@ -45,8 +45,8 @@ void CheckFindingIn(const Message& message) {
   CHECK_FALSE(With([](loop_finding_t& f) { f.older = {0, -1}; }));
   for (const double score : {0.0, 1.0}) CHECK(With([=](loop_finding_t& f) { f.score = score; }));
   for (const double score : {kNan, -0.01, 1.01}) CHECK_FALSE(With([=](loop_finding_t& f) { f.score = score; }));
-  for (const auto by : std::to_array<std::int8_t>({0, 1, 2, 3})) CHECK(With([=](loop_finding_t& f) { f.by = by; }));
-  for (const auto by : std::to_array<std::int8_t>({-1, 4})) CHECK_FALSE(With([=](loop_finding_t& f) { f.by = by; }));
+  for (const auto by : std::to_array<std::int8_t>({0, 1, 2, 3, 4})) CHECK(With([=](loop_finding_t& f) { f.by = by; }));
+  for (const auto by : std::to_array<std::int8_t>({-1, 5})) CHECK_FALSE(With([=](loop_finding_t& f) { f.by = by; }));
   CheckPoseIn(message, [](Message& m) -> pose2_t& { return m.findings[0].T_older_this; });
   CHECK(IsDecoded(message, [](Message& m) { m.num_findings = 0, m.findings.clear(); }));
   CHECK_FALSE(IsDecoded(message, [](Message& m) { m.num_findings = 2, m.findings.push_back(m.findings[0]); }));
