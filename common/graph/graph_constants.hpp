@@ -60,8 +60,8 @@ struct GraphConstants {
     DriftModel largest{0.02, 0.0006};  ///< with a slip in a corridor
     double least_score = 0.55;
     int most_evaluations = 60'000;
-    /// So far poses may have drifted apart where the way along the graph is that long; with DriftModel::most_m it goes by
-    /// the way driven, which is longer.
+    /// So far poses may have drifted apart where the way along the graph is that long; with DriftModel::most_m it goes
+    /// by the way driven, which is longer.
     double farthest_m = 40.0;
     double passing_m = 2.0;       ///< from one path to the other, where they meet
     double known_m = 2.5;         ///< from a keyframe where the graph vouches for the place
@@ -101,7 +101,8 @@ struct GraphConstants {
     double least_score = 0.5;       ///< of 106 right places none scored less than 0.57; one wrong one more, 0.78
     int most_evaluations = 30'000;  ///< a submap that takes longer is clutter, where anything fits
     int num_turns = 24;  ///< degrees of 180 that the lines of both agree best at; right ones of fr-clinic were among 22
-    std::size_t most_drawn = 256;  ///< submaps that are kept, about 0.3 MB each
+    std::size_t most_drawn = 256;  ///< submaps that are kept, about 0.3 MB each, and searched at a time
+    double turn_near_m = 40.0;  ///< of a place that was found before, along the path: a submap that is searched always
     double every_m = 3.0;
     double soon_every_m = 1.5;    ///< soon after a break
     double least_apart_m = 8.0;   ///< of two findings: they share nothing of what was seen (Submaps::recent_m)
@@ -121,7 +122,7 @@ struct GraphConstants {
     double nearby_rad = kGuessWindow.rad;
     double m_per_s = kGuessWindow.m_per_s;
     double rad_per_s = kGuessWindow.rad_per_s;
-    double nearby_most_m = 4.0;  ///< ... up to
+    double nearby_most_m = kGuessWindow.most_m;  ///< ... up to
     double nearby_most_rad = 0.8;
     double nearby_point_m = 30.0;  ///< farthest, from the laser: outdoors little is near
     double nearby_score = 0.2;

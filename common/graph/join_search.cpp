@@ -30,7 +30,7 @@ KeyframeId FindNearest(const KeyframeGraph& graph, double far_m) {
 
 }  // namespace
 
-std::optional<LoopFinding> JoinSearch::Search(const KeyframeGraph& graph) {
+std::optional<LoopFinding> JoinSearch::Search(const KeyframeGraph& graph, const std::vector<KeyframeId>& found_before) {
   const GraphConstants::Joins& joins = constants_.joins;
   const auto nearby = SearchNearby(graph);
   if (nearby && nearby->by == LoopFinding::By::kSoon) return nearby;
@@ -42,14 +42,18 @@ std::optional<LoopFinding> JoinSearch::Search(const KeyframeGraph& graph) {
   const LineSpectrum spectrum = ComputeLineSpectrum(points_m);
   BestFinding best(graph, constants_.submaps, LoopFinding::By::kAnywhere);
   if (nearby) best.Add(nearby->older, {nearby->T_older_newer, nearby->score});
-  for (const KeyframeId middle : middles) {
+  const auto SearchIn = [&](KeyframeId middle) {
     const DrawnSubmap& submap = Draw(graph, middle);
     const Turns turns = FindBestTurns(submap.spectrum, spectrum, joins.num_turns);
     const Place place = FindPlace(
         submap.pyramid, points_m, {{}, joins.reach_m, kPi, turns},
         {farthest_m, best.LeastScore(joins.least_score), constants_.submaps.rival_share, joins.most_evaluations});
     if (place.evaluations <= joins.most_evaluations) best.Add(middle, place);
-  }
+  };
+  const auto [now, later] = TakeTurns(graph, middles, found_before);
+  std::ranges::for_each(now, SearchIn);
+  if (!best.Unrivalled()) return std::nullopt;
+  std::ranges::for_each(later, SearchIn);  // is there another one like it?
   const auto found = best.Unrivalled();
   return found && nearby && found->older == nearby->older ? nearby : found;
 }
@@ -106,6 +110,27 @@ std::vector<KeyframeId> JoinSearch::FindMiddles(const KeyframeGraph& graph) cons
     }
   }
   return middles;
+}
+
+/// Which submaps are searched now, and which only if something is found in those. Of so many that they are not all
+/// kept, a part takes its turn every few metres, and those near places that were found before always.
+JoinSearch::Turn JoinSearch::TakeTurns(const KeyframeGraph& graph, const std::vector<KeyframeId>& middles,
+                                       const std::vector<KeyframeId>& found_before) const {
+  const GraphConstants::Joins& joins = constants_.joins;
+  const std::size_t num_parts = (middles.size() + joins.most_drawn - 1) / joins.most_drawn;
+  const auto turn = static_cast<std::size_t>(graph.path_m(*graph.newest()) / joins.every_m) % num_parts;
+  const auto WasFoundNear = [&](KeyframeId middle) {
+    return std::ranges::any_of(found_before, [&](KeyframeId found) {
+      return found.trajectory == middle.trajectory &&
+             std::abs(graph.path_m(found) - graph.path_m(middle)) < joins.turn_near_m;
+    });
+  };
+  Turn found;
+  for (std::size_t i = 0; i < middles.size(); ++i) {
+    const bool is_now = i * num_parts / middles.size() == turn || WasFoundNear(middles[i]);
+    (is_now ? found.now : found.later).push_back(middles[i]);
+  }
+  return found;
 }
 
 /// Drawn before, or now. Of a trajectory that has ended nothing changes any more.

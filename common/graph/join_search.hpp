@@ -18,13 +18,15 @@ namespace crsm {
 /// then everywhere, in any direction.
 ///
 /// What makes it cheap: the lines that were seen tell how the robot may be turned; a place where hits lie in what was
-/// seen to be free is soon ruled out; and the submaps of finished trajectories are drawn once.
+/// seen to be free is soon ruled out; the submaps of finished trajectories are drawn once; and of very many only a part
+/// is searched at a time.
 class JoinSearch {
  public:
   explicit JoinSearch(const GraphConstants& constants) : constants_(constants) {}
 
-  /// For the newest keyframe. Nothing where no place fits, or another one fits nearly as well.
-  std::optional<LoopFinding> Search(const KeyframeGraph& graph);
+  /// For the newest keyframe. Nothing where no place fits, or another one fits nearly as well. found_before: keyframes
+  /// of other components near which it was found some metres ago.
+  std::optional<LoopFinding> Search(const KeyframeGraph& graph, const std::vector<KeyframeId>& found_before);
 
  private:
   struct DrawnSubmap {
@@ -32,6 +34,13 @@ class JoinSearch {
     LineSpectrum spectrum;
   };
 
+  struct Turn {
+    std::vector<KeyframeId> now;
+    std::vector<KeyframeId> later;
+  };
+
+  Turn TakeTurns(const KeyframeGraph& graph, const std::vector<KeyframeId>& middles,
+                 const std::vector<KeyframeId>& found_before) const;
   std::optional<LoopFinding> SearchNearby(const KeyframeGraph& graph) const;
   std::vector<KeyframeId> FindMiddles(const KeyframeGraph& graph) const;
   const DrawnSubmap& Draw(const KeyframeGraph& graph, KeyframeId middle);

@@ -90,7 +90,8 @@ std::optional<LoopFinding> SubmapLoopCloser::Search(const std::optional<EarlierS
   if (newest.number == 0) next_elsewhere_m_ = next_search_m_ = next_thorough_m_ = 0.0;
   if (!graph_.is_one_component() && here_m >= next_elsewhere_m_) {
     next_elsewhere_m_ = here_m + (here_m < joins.soon_m ? joins.soon_every_m : joins.every_m);
-    if (const auto finding = earlier ? FoundElsewhere(*earlier) : joins_.Search(graph_)) return finding;
+    if (const auto finding = earlier ? FoundElsewhere(*earlier) : joins_.Search(graph_, PlacesFoundBefore()))
+      return finding;
   }
   if (here_m < next_search_m_) return std::nullopt;
   next_search_m_ = here_m + loops.every_m;
@@ -98,6 +99,16 @@ std::optional<LoopFinding> SubmapLoopCloser::Search(const std::optional<EarlierS
   if (thoroughly) next_thorough_m_ = here_m + loops.thoroughly_every_m;
   if (earlier) return earlier->finding;
   return SearchLoop(graph_, parameters_.local_map_m, thoroughly, constants_);
+}
+
+/// Where in other components the newest trajectory was found.
+std::vector<KeyframeId> SubmapLoopCloser::PlacesFoundBefore() const {
+  std::vector<KeyframeId> places;
+  for (const Remembered& one : findings_) {
+    const bool elsewhere = !graph_.HangTogether(one.finding.older, *graph_.newest());
+    if (elsewhere && one.finding.newer.trajectory == graph_.newest()->trajectory) places.push_back(one.finding.older);
+  }
+  return places;
 }
 
 bool SubmapLoopCloser::AgreesWithGraph(const LoopFinding& finding) const {

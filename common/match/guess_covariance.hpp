@@ -15,6 +15,7 @@ struct GuessWindow {
   double rad = 0.2;
   double m_per_s = 0.35;
   double rad_per_s = 0.1;
+  double most_m = 4.0;  ///< the limit
 };
 inline constexpr GuessWindow kGuessWindow;
 

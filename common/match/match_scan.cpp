@@ -102,6 +102,12 @@ ScanMatch Begin(const ScanMatch& match, const Pose2& guess) {
   return first;
 }
 
+/// Where the known map shows a scan to be, far from the last one. Nearby a guess is as good, and promises nothing.
+std::optional<Pose2> FindFarAway(const Matcher& matcher, const CriticalRays& scan, const Pose2& T_map_last) {
+  const auto found = matcher.Locate(scan);
+  return found && Distance(*found, T_map_last) > kGuessWindow.most_m ? found : std::nullopt;
+}
+
 /// As of MatchScan; what a guess is worth is still to be said.
 ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
                        const std::optional<Pose2>& T_odom_robot, const LoopParameters& parameters) {
@@ -125,7 +131,10 @@ ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const T
   if (lost_for_long && by_odometry) return Begin(match, match.T_map_laser);
   if (!lost_for_long && !broken && !resumed_elsewhere) return match;
   const Pose2 guess = lost_for_long ? GuessOnward(tracking.recent(), scan.utime) : last.T_map_laser;
-  return Begin(match, matcher.Locate(scan).value_or(guess));
+  const auto found = FindFarAway(matcher, scan, last.T_map_laser);
+  ScanMatch first = Begin(match, found.value_or(guess));
+  if (found) first.covariance = {kUnknownVariance, 0.0, 0.0, kUnknownVariance, 0.0, kUnknownVariance};
+  return first;
 }
 
 }  // namespace
@@ -134,7 +143,8 @@ ScanMatch MatchScan(const Matcher& matcher, const CriticalRays& scan, const Trac
                     const std::optional<Pose2>& T_odom_robot, const LoopParameters& parameters) {
   ScanMatch match = MatchOrBegin(matcher, scan, tracking, T_odom_robot, parameters);
   const bool begins_amid = match.state == MatchState::kFirst && match.trajectory > 0;
-  if (match.state == MatchState::kLost || begins_amid) match.covariance = ComputeGuessCovariance(match, tracking);
+  const bool is_guess = match.state == MatchState::kLost || (begins_amid && match.covariance[0] == 0.0);
+  if (is_guess) match.covariance = ComputeGuessCovariance(match, tracking);
   return match;
 }
 

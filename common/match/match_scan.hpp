@@ -11,10 +11,10 @@ namespace crsm {
 inline constexpr std::size_t kHardlyMatched = 3;
 
 /// Matches a scan to the map, as MatchSweep does, and decides whether it goes on from there: where nobody knows any
-/// more how the robot came here, a new trajectory begins. Such a match is kFirst. Its pose is where Matcher::Locate finds
-/// the scan on the known map, or else a guess, and it floats: one scan proves nothing, and nothing joins it to the map
-/// yet. Every other match is of the trajectory of the last one, and floats if that does by
-/// now. The covariance of a guess is as of ComputeGuessCovariance.
+/// more how the robot came here, a new trajectory begins. Such a match is kFirst. Its pose is where Matcher::Locate
+/// finds the scan on the known map, far from the last one, or else a guess. It floats: nothing joins it to the map yet.
+/// One scan proves nothing, so a place that was found has kUnknownVariance. Every other match is of the trajectory of
+/// the last one, and floats if that does by now. The covariance of a guess is as of ComputeGuessCovariance.
 ///
 /// A trajectory ends when scans were lost for too long, and after a gap in time, unless the robot stands where it
 /// stood. With odometry over the gap it goes on. Where the clock begins anew, so may have the odometry: it does not

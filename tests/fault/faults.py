@@ -93,6 +93,18 @@ class Case:
         """As logs(), of courses on which loops are closed."""
         yield "sim:block", self.convert("sim_block", "sim:block"), ["--preset", "sick"]
 
+    def logs_that_break(self):
+        """As logs(), of a robot that is carried, and later goes on after a gap: trajectories that are joined."""
+        drives = [read_log(self.convert(f"demo_{seed}", "sim:demo", seed)) for seed in (1, 2)]
+        scans = []
+        for drive, begin, end, later_us in ((0, 0.0, 0.55, 0), (1, 0.2, 0.6, 200_000), (0, 0.4, 1.0, 20_000_000)):
+            part = drives[drive][int(begin * len(drives[drive])):int(end * len(drives[drive]))]
+            shift = utime_of(scans[-1]) + later_us - utime_of(part[0]) if scans else 0
+            scans += [with_utime(scan, utime_of(scan) + shift) for scan in part]
+        path = self.out / "broken.lcm"
+        write_log(path, scans[::3])
+        yield "a robot that is carried", path, []
+
     def convert(self, name, source, seed=1):
         """An LCM log of what the publisher reads from `source`."""
         path = self.out / f"{name}.lcm"

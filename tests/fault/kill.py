@@ -52,7 +52,7 @@ def map_and_kill(log, out, flags, moments, end_bytes):
 def test(case):
     randomness = random.Random(1)
     num_runs, num_kills_in_storm = (3, 5) if case.quick else (20, 20)
-    for name, log, flags in [*case.logs(), *case.logs_that_come_back()]:
+    for name, log, flags in [*case.logs(), *case.logs_that_come_back(), *case.logs_that_break()]:
         undisturbed = case.folder("undisturbed")
         alone_s = run_stack(log, undisturbed, flags)
         end_bytes = journal_bytes(undisturbed)

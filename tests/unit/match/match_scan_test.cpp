@@ -147,8 +147,13 @@ TEST_CASE("a trajectory begins where the known map shows the scan to be, and flo
     CHECK(first.state == MatchState::kFirst);
     CHECK(first.T_map_laser == place);
     CHECK(first.floating);
+    CHECK(first.covariance[0] == kUnknownVariance);
   }
   CHECK(Match(After(2, Pose2{}), kPeriod_us, Pose2{}).T_map_laser == kPlace);  // wheels tell more than one scan
+  matcher.SetLocated(kPlace * Pose2{3.0, 0.0, 0.0});
+  const ScanMatch near = Match(After(2), kPeriod_us);
+  CHECK(near.T_map_laser == kPlace);
+  CHECK(near.covariance[0] < 10.0);
 }
 
 TEST_CASE("a turn is not gone on with for long") {
