@@ -347,7 +347,12 @@ void WriteJournal(const Seeds& seeds) {
     Journal journal(folder, {false, {{"cell_size_m", "0.05"}}});
     const CriticalRays scan = RaySelector({}).Select(Scan(1, 20));
     journal.Append(&scan, {1, {}, 0.0, 0, 1, 0, MatchState::kFirst});
-    journal.Append({{}, std::nullopt, {}, {}, std::nullopt, {{{}, {{}}}}}, 1);
+    GraphUpdate update;
+    update.keyframe = {0, 1};
+    update.finding = LoopFinding{{0, 0}, {0, 1}, {1.0, 0.5, 0.1}, 0.75};
+    update.moved = {{{}, {{}}}};
+    journal.Append(update, 1);
+    journal.AppendSearched({0, 2}, KeyframeId{0, 1}, 2);
     journal.Append(nullptr, {2, {0.1, 0.0, 0.0}, 0.9, 1, 1, 1, MatchState::kOk});
   }
   std::filesystem::rename(folder / "journal.lcm", seeds.PathOf("journal", "whole"));
