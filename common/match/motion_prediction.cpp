@@ -12,12 +12,14 @@ double ComputeDistance(const Pose2& a, const Pose2& b) {
   return std::abs(a.x_m - b.x_m) + std::abs(a.y_m - b.y_m) + std::abs(WrapAngle(a.yaw_rad - b.yaw_rad));
 }
 
-/// Whether a robot can move so far from one scan to the next: odometry that was reset, or not sent for a while, jumps.
-bool IsMotion(const Pose2& motion) {
-  constexpr double kFarthest_m = 1.0;
-  constexpr double kWidest_rad = 1.5;
-  return std::abs(motion.x_m) <= kFarthest_m && std::abs(motion.y_m) <= kFarthest_m &&
-         std::abs(motion.yaw_rad) <= kWidest_rad;
+/// Whether a robot can move so far in that time: odometry that was reset, or not sent for a while, jumps.
+bool IsMotion(const Pose2& motion, double elapsed_s) {
+  constexpr double kFastest_m_s = 3.0;
+  constexpr double kFastest_rad_s = 3.0;
+  const double farthest_m = std::max(1.0, kFastest_m_s * elapsed_s);  // and stamps are not exact
+  const double widest_rad = std::max(1.5, kFastest_rad_s * elapsed_s);
+  return std::abs(motion.x_m) <= farthest_m && std::abs(motion.y_m) <= farthest_m &&
+         std::abs(motion.yaw_rad) <= widest_rad;
 }
 
 /// Whether odometry told the last motions that were matched no worse than the velocity model would have.
@@ -108,11 +110,13 @@ Pose2 GuessOnward(std::span<const ScanMatch> recent, std::int64_t utime) {
   return onward;
 }
 
-std::optional<Pose2> PredictPoseByOdometry(std::span<const ScanMatch> recent, const std::optional<Pose2>& T_odom_robot,
+std::optional<Pose2> PredictPoseByOdometry(std::span<const ScanMatch> recent, std::int64_t utime,
+                                           const std::optional<Pose2>& T_odom_robot,
                                            const MatchParameters& parameters) {
   if (!T_odom_robot || !recent.back().T_odom_robot) return std::nullopt;
   const Pose2 motion = Inverse(*recent.back().T_odom_robot) * *T_odom_robot;
-  if (!IsMotion(motion) || !OdometryHolds(recent, parameters)) return std::nullopt;
+  const double elapsed_s = 1e-6 * static_cast<double>(utime - recent.back().utime);
+  if (!IsMotion(motion, elapsed_s) || !OdometryHolds(recent, parameters)) return std::nullopt;
   return recent.back().T_map_laser * motion;
 }
 

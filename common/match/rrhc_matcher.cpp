@@ -97,7 +97,7 @@ ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& trac
   if (map_.cells().empty()) return match;
 
   match.state = MatchState::kLost;
-  const Guess guess = GuessPose(tracking, match.T_odom_robot);
+  const Guess guess = GuessPose(tracking, scan.utime, match.T_odom_robot);
   match.T_map_laser = guess.best();
   if (scan.critical.empty()) return match;
 
@@ -120,11 +120,11 @@ std::optional<Pose2> RrhcMatcher::Locate(const CriticalRays& scan) const {
   return found.IsConvincing() ? std::optional(found.T_map_laser) : std::nullopt;
 }
 
-RrhcMatcher::Guess RrhcMatcher::GuessPose(const TrackingState& tracking,
+RrhcMatcher::Guess RrhcMatcher::GuessPose(const TrackingState& tracking, std::int64_t utime,
                                           const std::optional<Pose2>& T_odom_robot) const {
   if (tracking.empty()) return {parameters_.start.value_or(Pose2{}), std::nullopt};
   return {PredictPose(tracking.recent(), parameters_),
-          PredictPoseByOdometry(tracking.recent(), T_odom_robot, parameters_)};
+          PredictPoseByOdometry(tracking.recent(), utime, T_odom_robot, parameters_)};
 }
 
 /// Step 1. "The presumed new robot transformation" of section 5.3, and on a finished map a search of all of it.

@@ -49,7 +49,7 @@ class RrhcMatcher : public Matcher {
   struct Found;
   struct Refined;
 
-  Guess GuessPose(const TrackingState& tracking, const std::optional<Pose2>& T_odom_robot) const;
+  Guess GuessPose(const TrackingState& tracking, std::int64_t utime, const std::optional<Pose2>& T_odom_robot) const;
   Presumption Presume(const Rays& rays, const Guess& guess, const TrackingState& tracking) const;
   Found Search(const Rays& rays, const Presumption& presumed, const TrackingState& tracking, std::int64_t utime) const;
   Found SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near, const TrackingState& tracking,

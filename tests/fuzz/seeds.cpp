@@ -262,7 +262,7 @@ std::vector<Bytes> WithSearches(std::vector<Bytes> messages) {
     auto message = *Decode<keyframe_t>(bytes);
     message.searched = 1;
     message.num_findings = message.id.number > 0 && message.id.number % 3 == 0 ? 1 : 0;
-    if (message.num_findings > 0) message.findings = {{{0, 0}, {1.0, 0.5, 0.1}, 0.8, loop_finding_t::DRIFT, 1}};
+    if (message.num_findings > 0) message.findings = {{{0, 0}, {1.0, 0.5, 0.1}, 0.8, loop_finding_t::DRIFT}};
     bytes = Encode(message);
   }
   return messages;

@@ -91,12 +91,16 @@ TEST_CASE("a robot that drives round a circle is presumed on the circle") {
   CheckPose(PredictPose({history.data(), 8}, parameters), history.back().T_map_laser, 1e-9);
 }
 
+/// When the next scan is taken.
+static std::int64_t After(const std::vector<ScanMatch>& history) { return history.back().utime + 100'000; }
+
 TEST_CASE("by odometry the presumed pose is the last one and the motion of the wheels since") {
   const MatchParameters parameters = TestParameters().match;
   const auto history = Drive(8, kStep, kStep);
   // The robot stops, turns on the spot, or goes on: what no repeated motion tells.
   for (const Pose2& motion : {Pose2{}, {0.0, 0.0, -0.4}, {0.3, 0.0, 0.1}}) {
-    const auto presumed = PredictPoseByOdometry(history, *history.back().T_odom_robot * motion, parameters);
+    const auto presumed =
+        PredictPoseByOdometry(history, After(history), *history.back().T_odom_robot * motion, parameters);
     REQUIRE(presumed);
     CheckPose(*presumed, history.back().T_map_laser * motion, 1e-9);
   }
@@ -106,16 +110,27 @@ TEST_CASE("odometry that is missing, jumps or tells the last motions wrong presu
   const MatchParameters parameters = TestParameters().match;
   auto history = Drive(8, kStep, kStep);
   const Pose2 last = *history.back().T_odom_robot;
-  CHECK_FALSE(PredictPoseByOdometry(history, std::nullopt, parameters));
-  CHECK_FALSE(PredictPoseByOdometry(history, last * Pose2{5.0, 0.0, 0.0}, parameters));
-  CHECK_FALSE(PredictPoseByOdometry(history, last * Pose2{0.0, 0.0, 3.0}, parameters));
-  CHECK_FALSE(PredictPoseByOdometry(history, Pose2{}, parameters));  // it was reset
+  CHECK_FALSE(PredictPoseByOdometry(history, After(history), std::nullopt, parameters));
+  CHECK_FALSE(PredictPoseByOdometry(history, After(history), last * Pose2{5.0, 0.0, 0.0}, parameters));
+  CHECK_FALSE(PredictPoseByOdometry(history, After(history), last * Pose2{0.0, 0.0, 3.0}, parameters));
+  CHECK_FALSE(PredictPoseByOdometry(history, After(history), Pose2{}, parameters));  // it was reset
   history.back().T_odom_robot.reset();
-  CHECK_FALSE(PredictPoseByOdometry(history, last, parameters));
+  CHECK_FALSE(PredictPoseByOdometry(history, After(history), last, parameters));
 
   const Pose2 reverse{-0.1, 0.0, 0.05};
   const auto wrong = Drive(8, kStep, reverse);
-  CHECK_FALSE(PredictPoseByOdometry(wrong, *wrong.back().T_odom_robot * reverse, parameters));
+  CHECK_FALSE(PredictPoseByOdometry(wrong, After(wrong), *wrong.back().T_odom_robot * reverse, parameters));
+}
+
+TEST_CASE("the longer the time between two scans, the further the wheels may have gone") {
+  const MatchParameters parameters = TestParameters().match;
+  const auto history = Drive(8, kStep, kStep);
+  const Pose2 there = *history.back().T_odom_robot * Pose2{2.5, 0.0, 2.0};
+  const std::int64_t last = history.back().utime;
+  CHECK_FALSE(PredictPoseByOdometry(history, last + 500'000, there, parameters));
+  const auto presumed = PredictPoseByOdometry(history, last + 1'000'000, there, parameters);
+  REQUIRE(presumed);
+  CheckPose(*presumed, history.back().T_map_laser * Pose2{2.5, 0.0, 2.0}, 1e-9);
 }
 
 TEST_CASE("odometry that was wrong is believed again after some scans that it told right") {
@@ -126,7 +141,8 @@ TEST_CASE("odometry that was wrong is believed again after some scans that it to
     match.T_odom_robot = Pose2{3.0, 3.0, 1.0} * *match.T_odom_robot;
   }
   const auto Presume = [&](std::size_t num_scans) {
-    return PredictPoseByOdometry({history.data(), num_scans}, history[num_scans].T_odom_robot, parameters);
+    return PredictPoseByOdometry({history.data(), num_scans}, history[num_scans].utime, history[num_scans].T_odom_robot,
+                                 parameters);
   };
   CHECK(Presume(19));
   CHECK_FALSE(Presume(20));  // the jump itself
