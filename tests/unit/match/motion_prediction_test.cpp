@@ -92,7 +92,7 @@ TEST_CASE("a robot that drives round a circle is presumed on the circle") {
 }
 
 /// When the next scan is taken.
-static std::int64_t After(const std::vector<ScanMatch>& history) { return history.back().utime + 100'000; }
+static std::int64_t NextTime(const std::vector<ScanMatch>& history) { return history.back().utime + 100'000; }
 
 TEST_CASE("by odometry the presumed pose is the last one and the motion of the wheels since") {
   const MatchParameters parameters = TestParameters().match;
@@ -100,7 +100,7 @@ TEST_CASE("by odometry the presumed pose is the last one and the motion of the w
   // The robot stops, turns on the spot, or goes on: what no repeated motion tells.
   for (const Pose2& motion : {Pose2{}, {0.0, 0.0, -0.4}, {0.3, 0.0, 0.1}}) {
     const auto presumed =
-        PredictPoseByOdometry(history, After(history), *history.back().T_odom_robot * motion, parameters);
+        PredictPoseByOdometry(history, NextTime(history), *history.back().T_odom_robot * motion, parameters);
     REQUIRE(presumed);
     CheckPose(*presumed, history.back().T_map_laser * motion, 1e-9);
   }
@@ -110,16 +110,16 @@ TEST_CASE("odometry that is missing, jumps or tells the last motions wrong presu
   const MatchParameters parameters = TestParameters().match;
   auto history = Drive(8, kStep, kStep);
   const Pose2 last = *history.back().T_odom_robot;
-  CHECK_FALSE(PredictPoseByOdometry(history, After(history), std::nullopt, parameters));
-  CHECK_FALSE(PredictPoseByOdometry(history, After(history), last * Pose2{5.0, 0.0, 0.0}, parameters));
-  CHECK_FALSE(PredictPoseByOdometry(history, After(history), last * Pose2{0.0, 0.0, 3.0}, parameters));
-  CHECK_FALSE(PredictPoseByOdometry(history, After(history), Pose2{}, parameters));  // it was reset
+  CHECK_FALSE(PredictPoseByOdometry(history, NextTime(history), std::nullopt, parameters));
+  CHECK_FALSE(PredictPoseByOdometry(history, NextTime(history), last * Pose2{5.0, 0.0, 0.0}, parameters));
+  CHECK_FALSE(PredictPoseByOdometry(history, NextTime(history), last * Pose2{0.0, 0.0, 3.0}, parameters));
+  CHECK_FALSE(PredictPoseByOdometry(history, NextTime(history), Pose2{}, parameters));  // it was reset
   history.back().T_odom_robot.reset();
-  CHECK_FALSE(PredictPoseByOdometry(history, After(history), last, parameters));
+  CHECK_FALSE(PredictPoseByOdometry(history, NextTime(history), last, parameters));
 
   const Pose2 reverse{-0.1, 0.0, 0.05};
   const auto wrong = Drive(8, kStep, reverse);
-  CHECK_FALSE(PredictPoseByOdometry(wrong, After(wrong), *wrong.back().T_odom_robot * reverse, parameters));
+  CHECK_FALSE(PredictPoseByOdometry(wrong, NextTime(wrong), *wrong.back().T_odom_robot * reverse, parameters));
 }
 
 TEST_CASE("the longer the time between two scans, the further the wheels may have gone") {
