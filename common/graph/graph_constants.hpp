@@ -104,10 +104,12 @@ struct GraphConstants {
     std::size_t most_drawn = 256;  ///< submaps that are kept, about 0.3 MB each, and searched at a time
     double turn_near_m = 40.0;  ///< of a place that was found before, along the path: a submap that is searched always
     double every_m = 3.0;
-    double soon_every_m = 1.5;    ///< soon after a break
-    double least_apart_m = 8.0;   ///< of two findings: they share nothing of what was seen (Submaps::recent_m)
-    double remembered_m = 100.0;  ///< a finding that waits for another
-    double least_away_m = 2.0;    ///< of two findings, as the crow flies: a robot that turns on the spot sees the same
+    double soon_every_m = 1.5;   ///< soon after a break
+    double least_apart_m = 8.0;  ///< of two findings: they share nothing of what was seen (Submaps::recent_m)
+    double few_m = 50.0;  ///< of way in other components: in so little another place hardly looks the same, and ...
+    double least_apart_of_few_m = 3.0;  ///< ... this is enough
+    double remembered_m = 100.0;        ///< a finding that waits for another
+    double least_away_m = 2.0;  ///< of two findings, as the crow flies: a robot that turns on the spot sees the same
 
     // What was joined is checked for some metres, while the graph vouches for where the robot is.
     double checked_m = 50.0;

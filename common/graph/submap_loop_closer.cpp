@@ -101,6 +101,16 @@ std::optional<LoopFinding> SubmapLoopCloser::Search(const std::optional<EarlierS
   return SearchLoop(graph_, parameters_.local_map_m, thoroughly, constants_);
 }
 
+/// How long the trajectories of other components are.
+double SubmapLoopCloser::ComputeWayElsewhere() const {
+  double way_m = 0.0;
+  for (int i = 0; i < graph_.num_trajectories(); ++i) {
+    const KeyframeId last = graph_.LastOf(i);
+    if (!graph_.HangTogether(last, *graph_.newest())) way_m += graph_.path_m(last);
+  }
+  return way_m;
+}
+
 /// Where in other components the newest trajectory was found.
 std::vector<KeyframeId> SubmapLoopCloser::PlacesFoundBefore() const {
   std::vector<KeyframeId> places;
@@ -134,7 +144,10 @@ bool SubmapLoopCloser::AreApart(const LoopFinding& earlier, const LoopFinding& l
   if (graph_.HangTogether(later.older, later.newer)) return apart_m >= constants_.loops.least_apart_m;
   if (earlier.by == LoopFinding::By::kSoon && later.by == LoopFinding::By::kSoon)
     return apart_m >= joins.nearby_apart_m;
-  return apart_m >= joins.least_apart_m && Length(graph_.Motion(earlier.newer, later.newer)) >= joins.least_away_m;
+  const bool clear = std::min(earlier.score, later.score) >= joins.least_score;
+  const double least_m =
+      clear && ComputeWayElsewhere() < joins.few_m ? joins.least_apart_of_few_m : joins.least_apart_m;
+  return apart_m >= least_m && Length(graph_.Motion(earlier.newer, later.newer)) >= joins.least_away_m;
 }
 
 /// The loops of a finding and of an earlier one that agrees with it; none without such a one.

@@ -45,6 +45,7 @@ class SubmapLoopCloser : public LoopCloser {
   bool Agree(const LoopFinding& earlier, const LoopFinding& later) const;
   std::vector<Loop> Confirm(const LoopFinding& finding);
   void TakeApart(GraphUpdate& update);
+  double ComputeWayElsewhere() const;
   std::vector<KeyframeId> PlacesFoundBefore() const;
   std::optional<LoopFinding> Search(const std::optional<EarlierSearch>& earlier);
 

@@ -251,13 +251,19 @@ std::vector<GraphUpdate> DriveAgain(SubmapLoopCloser& closer, const std::vector<
 
 }  // namespace
 
-TEST_CASE("a robot that was carried is joined after two findings that share nothing of what was seen") {
-  SubmapLoopCloser closer(kLoops, UpdateParameters{});
+TEST_CASE(
+    "a robot that was carried is joined after two findings, which share nothing of what was seen if there is much") {
+  const bool much = GENERATE(false, true);
+  GraphConstants constants;
+  if (much) constants.joins.few_m = 0.0;
+  SubmapLoopCloser closer(kLoops, UpdateParameters{}, constants);
   const auto updates = DriveAgain(closer, MakeBlock(3));
   REQUIRE_FALSE(updates.empty());
   REQUIRE(updates[0].closed.size() == 2);
   const auto [first, second] = std::pair(updates[0].closed[0], updates[0].closed[1]);
-  CHECK(closer.graph().path_m(second.newer) - closer.graph().path_m(first.newer) >= GraphConstants().submaps.recent_m);
+  const double apart_m = closer.graph().path_m(second.newer) - closer.graph().path_m(first.newer);
+  CHECK(apart_m >= (much ? constants.submaps.recent_m : constants.joins.least_apart_of_few_m));
+  CHECK((apart_m < constants.submaps.recent_m) == !much);
   CHECK(closer.graph().is_one_component());
   CHECK(closer.graph().num_loops_dropped() == 0);
 }
