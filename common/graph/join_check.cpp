@@ -4,30 +4,11 @@
 #include "common/graph/submap.hpp"
 
 namespace crsm {
-namespace {
-
-/// The keyframe of another trajectory of the component that is nearest to the newest one.
-std::optional<KeyframeId> FindNearestOther(const KeyframeGraph& graph, double within_m) {
-  const KeyframeId newest = *graph.newest();
-  std::optional<KeyframeId> nearest;
-  double nearest_m = within_m;
-  for (std::optional<KeyframeId> id = KeyframeId{}; id < KeyframeId{newest.trajectory, 0}; id = graph.After(*id)) {
-    if (!graph.HangTogether(*id, newest)) continue;
-    const double away_m = Distance(graph.pose(*id), graph.pose(newest));
-    if (away_m >= nearest_m) continue;
-    nearest_m = away_m;
-    nearest = id;
-  }
-  return nearest;
-}
-
-}  // namespace
-
 std::optional<double> ComputeContradictionByOthers(const KeyframeGraph& graph, const GraphConstants& constants) {
   const GraphConstants::Joins& joins = constants.joins;
   const double farthest_m = constants.submaps.farthest_point_m;
   const KeyframeId newest = *graph.newest();
-  const auto nearest = FindNearestOther(graph, joins.checked_within_m);
+  const auto nearest = graph.FindNearest(graph.pose(newest), newest, newest.trajectory, joins.checked_within_m);
   if (!nearest) return std::nullopt;
   const Eigen::Matrix2Xd points_m = CollectRecentPoints(graph, newest, farthest_m, constants.submaps);
   const Pose2 presumed = Inverse(graph.pose(*nearest)) * graph.pose(newest);

@@ -19,13 +19,8 @@ double ComputeBreak(const KeyframeGraph& graph, int before) {
 KeyframeId FindNearest(const KeyframeGraph& graph, double far_m) {
   const KeyframeId first{graph.newest()->trajectory, 0};
   const KeyframeId last = *graph.Before(first);
-  const auto DistanceOf = [&](KeyframeId id) { return Distance(graph.pose(id), graph.pose(first)); };
-  if (DistanceOf(last) <= far_m) return last;
-  KeyframeId nearest = last;
-  for (std::optional<KeyframeId> id = KeyframeId{}; id < first; id = graph.After(*id)) {
-    if (graph.HangTogether(*id, last) && DistanceOf(*id) < DistanceOf(nearest)) nearest = *id;
-  }
-  return nearest;
+  if (Distance(graph.pose(last), graph.pose(first)) <= far_m) return last;
+  return graph.FindNearest(graph.pose(first), last, first.trajectory, HUGE_VAL).value_or(last);
 }
 
 }  // namespace

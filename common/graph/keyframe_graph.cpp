@@ -152,6 +152,28 @@ std::vector<int> KeyframeGraph::FindComponents(const std::vector<Loop>& loops) c
   return components;
 }
 
+std::vector<int> KeyframeGraph::CountKeyframes(const std::vector<int>& components) const {
+  std::vector<int> counts(components.size(), 0);
+  for (int i = 0; i < num_trajectories(); ++i) {
+    counts[static_cast<std::size_t>(components[static_cast<std::size_t>(i)])] += size(i);
+  }
+  return counts;
+}
+
+std::optional<KeyframeId> KeyframeGraph::FindNearest(const Pose2& T_map_place, KeyframeId with, int before_trajectory,
+                                                     double within_m) const {
+  std::optional<KeyframeId> nearest;
+  double nearest_m = within_m;
+  for (std::optional<KeyframeId> id = KeyframeId{}; id && id->trajectory < before_trajectory; id = After(*id)) {
+    if (!HangTogether(*id, with)) continue;
+    const double away_m = Distance(pose(*id), T_map_place);
+    if (away_m >= nearest_m) continue;
+    nearest_m = away_m;
+    nearest = id;
+  }
+  return nearest;
+}
+
 std::vector<Loop> KeyframeGraph::FindLoopsAcross(int trajectory) const {
   std::vector<Loop> across;
   std::ranges::copy_if(loops_, std::back_inserter(across), [&](const Loop& loop) {

@@ -158,6 +158,15 @@ class KeyframeGraph {
   /// For each trajectory its component, if these were all the loops.
   std::vector<int> FindComponents(const std::vector<Loop>& loops) const;
 
+  const std::vector<int>& components() const { return components_; }  ///< by trajectory
+  /// How many keyframes each component has. components: by trajectory.
+  std::vector<int> CountKeyframes(const std::vector<int>& components) const;
+
+  /// Of the keyframes before a trajectory that hang together with another one: the nearest to a place in its frame;
+  /// nothing if none is nearer than `within_m`.
+  std::optional<KeyframeId> FindNearest(const Pose2& T_map_place, KeyframeId with, int before_trajectory,
+                                        double within_m) const;
+
   /// The loops between a trajectory and others.
   std::vector<Loop> FindLoopsAcross(int trajectory) const;
 

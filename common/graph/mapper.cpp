@@ -181,10 +181,7 @@ const Mapper::Anchor* Mapper::FindAnchor(std::int64_t scan) const {
 /// Counts the keyframes of all components. Other trajectories hang together by now.
 void Mapper::CountComponents() {
   best_components_ = graph_.FindComponents(loops_closed_);
-  component_sizes_.assign(best_components_.size(), 0);
-  for (int i = 0; i < graph_.num_trajectories(); ++i) {
-    component_sizes_[static_cast<std::size_t>(best_components_[static_cast<std::size_t>(i)])] += graph_.size(i);
-  }
+  component_sizes_ = graph_.CountKeyframes(best_components_);
   largest_ = static_cast<int>(std::max_element(component_sizes_.begin(), component_sizes_.end()) -
                               component_sizes_.begin());  // of several the oldest
 }
@@ -360,10 +357,7 @@ bool Mapper::ApplyDue(int lag) {
 /// Whether the newest keyframe is of another component than the one with the most keyframes, of several the oldest: by
 /// what has taken effect.
 bool Mapper::Floats() const {
-  std::vector<int> sizes(static_cast<std::size_t>(graph_.num_trajectories()));
-  for (int i = 0; i < graph_.num_trajectories(); ++i) {
-    sizes[static_cast<std::size_t>(graph_.component(graph_.LastOf(i)))] += graph_.size(i);
-  }
+  const std::vector<int> sizes = graph_.CountKeyframes(graph_.components());
   return graph_.component(*graph_.newest()) != std::ranges::max_element(sizes) - sizes.begin();
 }
 

@@ -19,10 +19,6 @@ struct Spread {
 constexpr double kMost_m = 50.0;
 constexpr double kMost_rad = kPi / 1.7320508075688772;  // a heading that may be any: uniform from -pi to pi
 
-std::array<double, 6> MakeCovariance(double variance_m2, double variance_rad2) {
-  return {variance_m2, 0.0, 0.0, variance_m2, 0.0, variance_rad2};
-}
-
 /// Per second, over the matches that are remembered and follow each other; 0 where there are none.
 Spread FindSpeed(std::span<const ScanMatch> recent) {
   Spread way{0.0, 0.0};
@@ -30,8 +26,7 @@ Spread FindSpeed(std::span<const ScanMatch> recent) {
   for (std::size_t i = 1; i < recent.size(); ++i) {
     const ScanMatch& from = recent[i - 1];
     const ScanMatch& to = recent[i];
-    if (from.state == MatchState::kLost || to.state == MatchState::kLost || to.state == MatchState::kFirst) continue;
-    if (to.utime <= from.utime) continue;
+    if (!IsMotionMatched(from, to) || to.utime <= from.utime) continue;
     const Pose2 motion = Inverse(from.T_map_laser) * to.T_map_laser;
     way.m += Length(motion);
     way.rad += std::abs(motion.yaw_rad);
@@ -68,7 +63,7 @@ std::array<double, 6> ComputeGuessCovariance(const ScanMatch& guess, const Track
   const bool another_drive = tracking.onset() == Onset::kNear || tracking.onset() == Onset::kAnywhere;
   const bool never_matched = tracking.on_finished_map() && tracking.fitnesses().empty();
   if (tracking.empty() || never_matched || (another_drive && !is_told)) {
-    return MakeCovariance(kUnknownVariance, kUnknownVariance);
+    return kUnknownCovariance;
   }
   Spread sigma{0.5 * kGuessWindow.m, 0.5 * kGuessWindow.rad};
   if (!is_told) {
@@ -79,7 +74,7 @@ std::array<double, 6> ComputeGuessCovariance(const ScanMatch& guess, const Track
     sigma.rad += growth.rad;
   }
   sigma = {std::min(sigma.m, kMost_m), std::min(sigma.rad, kMost_rad)};
-  return MakeCovariance(sigma.m * sigma.m, sigma.rad * sigma.rad);
+  return {sigma.m * sigma.m, 0.0, 0.0, sigma.m * sigma.m, 0.0, sigma.rad * sigma.rad};
 }
 
 }  // namespace crsm

@@ -133,7 +133,7 @@ ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const T
   const Pose2 guess = lost_for_long ? GuessOnward(tracking.recent(), scan.utime) : last.T_map_laser;
   const auto found = FindFarAway(matcher, scan, last.T_map_laser);
   ScanMatch first = Begin(match, found.value_or(guess));
-  if (found) first.covariance = {kUnknownVariance, 0.0, 0.0, kUnknownVariance, 0.0, kUnknownVariance};
+  if (found) first.covariance = kUnknownCovariance;
   return first;
 }
 

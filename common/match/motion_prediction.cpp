@@ -30,7 +30,7 @@ bool OdometryHolds(std::span<const ScanMatch> recent, const MatchParameters& par
   for (std::size_t i = 0; i < kMotions && i + 1 < recent.size(); ++i) {
     const ScanMatch& to = recent[recent.size() - 1 - i];
     const ScanMatch& from = recent[recent.size() - 2 - i];
-    if (from.state == MatchState::kLost || to.state == MatchState::kLost || to.state == MatchState::kFirst) continue;
+    if (!IsMotionMatched(from, to)) continue;
     if (!from.T_odom_robot || !to.T_odom_robot) continue;
     const Pose2 presumed = PredictPose(recent.first(recent.size() - 1 - i), parameters);
     excess_m +=
@@ -58,7 +58,7 @@ Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchParameters& para
     const ScanMatch& to = recent[recent.size() - 1 - num];
     const ScanMatch& from = recent[recent.size() - 2 - num];
     if (num >= kMotions && recent.back().utime - from.utime > kOld_us) break;
-    if (from.state == MatchState::kLost || to.state == MatchState::kLost || to.state == MatchState::kFirst) break;
+    if (!IsMotionMatched(from, to)) break;
     const Pose2 motion = Inverse(from.T_map_laser) * to.T_map_laser;
     sum.x_m += motion.x_m;
     sum.y_m += motion.y_m;

@@ -11,6 +11,8 @@ namespace crsm {
 inline constexpr double kFastest = 20.0;  ///< that any laser moves [m/s] or turns [rad/s]
 
 inline constexpr double kUnknownVariance = 1e4;  ///< variance of a pose of which nothing is known [m^2 and rad^2]
+inline constexpr std::array<double, 6> kUnknownCovariance{kUnknownVariance, 0.0, 0.0,
+                                                          kUnknownVariance, 0.0, kUnknownVariance};
 
 /// How a laser moves, in its own frame.
 struct Twist {
@@ -50,5 +52,10 @@ struct ScanMatch {
 
   friend bool operator==(const ScanMatch&, const ScanMatch&) = default;
 };
+
+/// Whether the motion between two scans that follow each other was matched: none was lost, and no trajectory begins.
+inline bool IsMotionMatched(const ScanMatch& from, const ScanMatch& to) {
+  return from.state != MatchState::kLost && to.state != MatchState::kLost && to.state != MatchState::kFirst;
+}
 
 }  // namespace crsm
