@@ -187,13 +187,34 @@ std::optional<LaserScan> CarmenLog::Next() {
       ++counts_["utime_repeated"];
     } else {
       laser->scan.utime = *utime;
-      T_odom_robot_ = RoundOdometry(laser->T_odom_robot);
-      if (!T_odom_robot_) ++counts_["bad_odometry"];
+      TakeOdometry(laser->T_odom_robot);
       return std::move(laser->scan);
     }
   }
   if (file_.truncated()) counts_["truncated"] = 1;
   return std::nullopt;
+}
+
+void CarmenLog::TakeOdometry(const Pose2& T_odom_robot) {
+  T_odom_robot_ = RoundOdometry(T_odom_robot);
+  if (!T_odom_robot_) {
+    ++counts_["bad_odometry"];
+    return;
+  }
+  if (!T_odom_first_) T_odom_first_ = T_odom_robot_;
+  furthest_m_ = std::max(furthest_m_, Distance(*T_odom_first_, *T_odom_robot_));
+}
+
+std::vector<std::string> CarmenLog::OdometryNotes() const {
+  constexpr double kLeastWay_m = 1.0;  // lines without odometry have zeros there, or a pose that hardly changes
+  const std::string there = "has odometry (the robot's pose in its lines)";
+  const bool moves = furthest_m_ >= kLeastWay_m;
+  if (!odometry_is_used_) return moves ? std::vector{there + ": --odometry uses it"} : std::vector<std::string>();
+  if (!moves) return {there + ", but it never moves by 1 m"};
+  const auto bad = counts_.find("bad_odometry");
+  const auto num_bad = bad == counts_.end() ? 0 : bad->second;
+  return {"gives odometry to " + std::to_string(utimes_.size() - num_bad) + " of " + std::to_string(utimes_.size()) +
+          " scans (the robot's pose in its lines)"};
 }
 
 std::vector<std::string> CarmenLog::Complaints() const {

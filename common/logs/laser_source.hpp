@@ -32,7 +32,8 @@ class LaserSource {
   virtual std::optional<Pose2> TruePose() const { return std::nullopt; }
 
   /// Where the robot stood at the last scan given, by its wheels (T_odom_robot), as RoundOdometry leaves it; nothing
-  /// where the source has none.
+  /// where the source has none. Where the source knows the laser's place on the robot and its odometry is used, the
+  /// laser's pose instead (T_odom_laser).
   virtual std::optional<Pose2> Odometry() const { return std::nullopt; }
 
   /// How much of the source has been read, [0, 1].
@@ -44,6 +45,10 @@ class LaserSource {
   /// What is wrong with the scans that were left out, where they were too many to be an accident, and what mends it; a
   /// sentence each.
   virtual std::vector<std::string> Complaints() const { return {}; }
+
+  /// What a user is to know of the odometry so far: that it is there and is not used, what is used, or why it cannot
+  /// be. Sentences that begin behind the name of the source: "has odometry (/odom): --odometry uses it".
+  virtual std::vector<std::string> OdometryNotes() const { return {}; }
 };
 
 }  // namespace crsm

@@ -16,37 +16,54 @@ namespace crsm {
 namespace {
 
 bool IsLaser(std::string_view data) { return FindLaserType(Bytes(data)) != nullptr; }
+bool IsPoseMessage(std::string_view data) { return IsPose(Bytes(data)); }
+
+/// What is looked for in a log.
+struct Wanted {
+  bool (*is)(std::string_view data);
+  const char* word;
+  std::string types;
+};
 
 /// "ENCODERS (12), LASER (3, laser)".
 std::string ListChannels(const std::map<std::string, std::int64_t>& num_events,
-                         const std::map<std::string, std::int64_t>& num_lasers) {
+                         const std::map<std::string, std::int64_t>& num_wanted, const char* word) {
   std::vector<std::string> entries;
   for (const auto& [channel, count] : num_events) {
-    entries.push_back(fmt::format("{} ({}{})", channel, count, num_lasers.count(channel) ? ", laser" : ""));
+    const std::string mark = num_wanted.count(channel) ? fmt::format(", {}", word) : "";
+    entries.push_back(fmt::format("{} ({}{})", channel, count, mark));
   }
   return ListPrintable(entries);
 }
 
-/// The channel to take: `channel` if it has a laser's message, or the first that has one if `channel` is empty.
-std::string FindLaserChannel(const std::string& path, const std::string& channel) {
+/// The channel to take: `channel` if it has a message that is wanted, or the first that has one if `channel` is empty.
+std::string FindChannel(const std::string& path, const std::string& channel, const Wanted& wanted) {
   LcmEventLog log(path);
   std::map<std::string, std::int64_t> num_events;
-  std::map<std::string, std::int64_t> num_lasers;
+  std::map<std::string, std::int64_t> num_wanted;
   constexpr std::size_t kMaxChannels = 1000;  // a hostile log may have a name for each event
   while (const auto event = log.Next()) {
-    const bool is_laser = IsLaser(event->data);
-    if (is_laser && (channel.empty() || channel == event->channel)) return event->channel;
+    const bool is_wanted = wanted.is(event->data);
+    if (is_wanted && (channel.empty() || channel == event->channel)) return event->channel;
     if (num_events.size() >= kMaxChannels && !num_events.count(event->channel)) continue;
     ++num_events[event->channel];
-    if (is_laser) ++num_lasers[event->channel];
+    if (is_wanted) ++num_wanted[event->channel];
   }
-  const std::string wanted = channel.empty() ? "" : fmt::format(" on channel {}", channel);
-  throw std::runtime_error(fmt::format("{} has no laser messages ({}){}; its channels: {}", path, LaserTypeNames(),
-                                       wanted, ListChannels(num_events, num_lasers)));
+  const std::string where = channel.empty() ? "" : fmt::format(" on channel {}", channel);
+  throw std::runtime_error(fmt::format("{} has no {} messages ({}){}; its channels: {}", path, wanted.word,
+                                       wanted.types, where, ListChannels(num_events, num_wanted, wanted.word)));
 }
 
-/// "robot1/ODOMETRY" for "robot1/LASER".
-std::string OdometryChannel(const std::string& laser_channel) {
+std::string FindLaserChannel(const std::string& path, const std::string& channel) {
+  return FindChannel(path, channel, {IsLaser, "laser", LaserTypeNames()});
+}
+
+/// The one that is named; else "robot1/ODOMETRY" for "robot1/LASER".
+std::string FindOdometryChannel(const std::string& path, const std::string& laser_channel,
+                                const OdometryOptions& odometry) {
+  if (odometry.is_used && !odometry.topic.empty()) {
+    return FindChannel(path, odometry.topic, {IsPoseMessage, "pose", "bot_core.pose_t, mbot_lcm_msgs.pose2D_t"});
+  }
   const std::string_view laser = kLaserChannel;
   const bool is_ours = laser_channel.ends_with(laser);
   return (is_ours ? laser_channel.substr(0, laser_channel.size() - laser.size()) : "") + kOdometryChannel;
@@ -54,11 +71,13 @@ std::string OdometryChannel(const std::string& laser_channel) {
 
 }  // namespace
 
-LcmLogSource::LcmLogSource(const std::string& path, const std::string& channel, const ScanParameters& parameters)
+LcmLogSource::LcmLogSource(const std::string& path, const std::string& channel, const ScanParameters& parameters,
+                           const OdometryOptions& odometry)
     : parameters_(parameters),
       log_(path),
       channel_(FindLaserChannel(path, channel)),
-      odometry_channel_(OdometryChannel(channel_)) {}
+      odometry_is_used_(odometry.is_used),
+      odometry_channel_(FindOdometryChannel(path, channel_, odometry)) {}
 
 std::optional<LaserScan> LcmLogSource::Next() {
   while (!scans_.NextIsReady() && ReadEvent()) {
@@ -109,6 +128,26 @@ std::vector<std::string> LcmLogSource::Complaints() const {
     break;
   }
   return complaints;
+}
+
+std::vector<std::string> LcmLogSource::OdometryNotes() const {
+  const std::int64_t num = scans_.num_with_odometry();
+  if (!odometry_is_used_) {
+    return num > 0 ? std::vector{fmt::format("has odometry ({}): --odometry uses it", odometry_channel_)}
+                   : std::vector<std::string>();
+  }
+  if (num > 0)
+    return {fmt::format("gives odometry to {} of {} scans ({})", num, scans_.num_scans(), odometry_channel_)};
+  if (handedness_.count(odometry_channel_)) {
+    return {
+        fmt::format("has odometry ({}), but gives it to no scan: {}", odometry_channel_, scans_.ExplainNoOdometry())};
+  }
+  std::vector<std::string> others;
+  for (const auto& [pose_channel, judge] : handedness_) others.push_back(pose_channel);
+  return {
+      fmt::format("has no odometry that can be used: there is no pose on {}; --odometry-topic may name another "
+                  "channel with poses: {}",
+                  odometry_channel_, ListPrintable(others))};
 }
 
 std::map<std::string, std::int64_t> LcmLogSource::Counts() const {

@@ -12,6 +12,7 @@
 #include "common/scan/handedness.hpp"
 #include "services/runtime/laser_types.hpp"
 #include "services/sources/lcm_event_log.hpp"
+#include "services/sources/odometry_options.hpp"
 #include "services/sources/scans_with_odometry.hpp"
 
 namespace crsm {
@@ -19,8 +20,8 @@ namespace crsm {
 /// Scans of an LCM log, plain or compressed by gzip, in the log's order. A message is a laser's by its type, whatever
 /// its channel; lasers/ has the types that are known.
 ///
-/// Odometry: from the ODOMETRY messages (pose_types.hpp) on the channel with the laser's prefix, that of the scan's own
-/// utime or between the two around it (ScansWithOdometry).
+/// Odometry: from the ODOMETRY messages (pose_types.hpp) on the channel with the laser's prefix, or from the channel
+/// that OdometryOptions names: that of the scan's own utime or between the two around it (ScansWithOdometry).
 ///
 /// Poses that others have left in the log, on whatever channel, tell whether the scans are mirrored: a complaint says
 /// so.
@@ -35,13 +36,16 @@ class LcmLogSource : public LaserSource {
   /// channel: whose scans to take; empty for the first channel that has a laser's message. Throws std::runtime_error if
   /// there is no such channel, with the channels that there are.
   /// parameters: what laser messages do not tell themselves.
-  LcmLogSource(const std::string& path, const std::string& channel, const ScanParameters& parameters = {});
+  /// odometry: Throws too if no message on the channel that it names is a pose.
+  LcmLogSource(const std::string& path, const std::string& channel, const ScanParameters& parameters = {},
+               const OdometryOptions& odometry = {});
 
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return scans_.T_odom_robot(); }
   double Progress() const override { return log_.Progress(); }
   std::map<std::string, std::int64_t> Counts() const override;
   std::vector<std::string> Complaints() const override;
+  std::vector<std::string> OdometryNotes() const override;
 
  private:
   /// Takes what the next event says; false at the end of the log.
@@ -52,6 +56,7 @@ class LcmLogSource : public LaserSource {
   ScanParameters parameters_;
   LcmEventLog log_;
   std::string channel_;
+  bool odometry_is_used_;
   std::string odometry_channel_;
   std::map<std::string, std::int64_t> counts_;
   std::string first_refusal_;                          ///< what is wrong with the first bad message

@@ -8,6 +8,7 @@
 #include "common/logs/carmen_log.hpp"
 #include "common/logs/gzip_file.hpp"
 #include "common/worlds/simulator.hpp"
+#include "services/runtime/printable.hpp"
 #include "services/runtime/service.hpp"
 #include "services/sources/bags/bag_folder.hpp"
 #include "services/sources/bags/bag_source.hpp"
@@ -19,6 +20,11 @@ namespace crsm {
 namespace {
 
 constexpr const char* kLog = "a CARMEN or LCM log, or a bag";
+
+void CheckNoTopic(const SourceOptions& options, const std::string& why) {
+  if (!options.odometry.is_used || options.odometry.topic.empty()) return;
+  throw std::runtime_error(fmt::format("--odometry-topic {}: {}; remove it", options.odometry.topic, why));
+}
 
 std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOptions& options) {
   constexpr std::size_t kSearchedBytes = std::size_t{1} << 16;
@@ -33,10 +39,15 @@ std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOption
     if (file.is_compressed()) {
       throw std::runtime_error(fmt::format("{} is a gzip-compressed bag: run gunzip on it first", name));
     }
-    return std::make_unique<BagSource>(name, options.channel);
+    return std::make_unique<BagSource>(name, options.channel, options.odometry);
   }
-  if (HasLcmSync(start)) return std::make_unique<LcmLogSource>(name, options.channel, options.scan);
-  if (HasCarmenLaser(file, kSearchedLines)) return std::make_unique<CarmenLog>(name);
+  if (HasLcmSync(start)) {
+    return std::make_unique<LcmLogSource>(name, options.channel, options.scan, options.odometry);
+  }
+  if (HasCarmenLaser(file, kSearchedLines)) {
+    CheckNoTopic(options, name + " is a CARMEN log, which has its odometry in the lines of the laser");
+    return std::make_unique<CarmenLog>(name, options.odometry.is_used);
+  }
   throw std::runtime_error(
       fmt::format("{} is neither a CARMEN log (no FLASER or ROBOTLASER1 line in its first {} lines) nor an LCM log, "
                   "nor a bag of ROS or MCAP",
@@ -53,9 +64,11 @@ std::string DescribeSources() {
 std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options) {
   constexpr std::string_view kSimulated = "sim:";
   if (name.starts_with(kSimulated)) {
+    CheckNoTopic(options, "a simulated world has no odometry");
     return std::make_unique<Simulator>(LoadWorld(name.substr(kSimulated.size())), options.seed);
   }
   if (const auto device = ParseDevice(name)) {
+    CheckNoTopic(options, "a laser has no odometry");
     return std::make_unique<LiveLaser>(*device, [prefix = fmt::format("{}: {}: ", options.program, name)](
                                                     const std::string& line) { Say(prefix + line); });
   }
@@ -64,7 +77,7 @@ std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const Sour
   const std::filesystem::file_status status = std::filesystem::status(name, error);
   if (!std::filesystem::exists(status)) throw std::runtime_error(fmt::format("there is no file {}", name));
   if (std::filesystem::is_directory(status)) {
-    if (IsBagFolder(name)) return std::make_unique<BagSource>(name, options.channel);
+    if (IsBagFolder(name)) return std::make_unique<BagSource>(name, options.channel, options.odometry);
     throw std::runtime_error(fmt::format("{} is a directory without a bag of ROS 2, must be {}", name, kLog));
   }
   if (!std::filesystem::is_regular_file(status)) {
@@ -78,6 +91,13 @@ std::string DescribeCut(const std::string& name, const LaserSource& source) {
   const auto truncated = counts.find("truncated");
   if (truncated == counts.end() || truncated->second == 0) return "";
   return fmt::format("{} is cut short or damaged at its end: only the scans before that were read (truncated)", name);
+}
+
+std::vector<std::string> DescribeOdometry(const std::string& name, const LaserSource& source) {
+  std::vector<std::string> lines;
+  for (const std::string& note : source.OdometryNotes())
+    lines.push_back(fmt::format("{} {}", name, MakePrintable(note)));
+  return lines;
 }
 
 }  // namespace crsm

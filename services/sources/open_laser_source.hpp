@@ -3,9 +3,11 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "common/logs/laser_source.hpp"
 #include "common/parameters.hpp"
+#include "services/sources/odometry_options.hpp"
 
 namespace crsm {
 
@@ -14,6 +16,7 @@ struct SourceOptions {
   std::string channel;       ///< of an LCM log; empty for the first that has a laser. Or topic of a bag
   ScanParameters scan = {};  ///< what messages of an LCM log do not tell themselves
   std::string program = {};  ///< which says on stderr what becomes of a live laser
+  OdometryOptions odometry = {};
 };
 
 /// What `name` of OpenLaserSource may be, for --help.
@@ -22,11 +25,16 @@ std::string DescribeSources();
 /// Opens what `name` says: "sim:NAME" a built-in world, "sim:FILE" a world file, "hokuyo:PORT" and its like a laser,
 /// which need not be there yet (devices/live_laser.hpp), else a CARMEN or LCM log or a bag (a file of ROS 1 or 2, MCAP,
 /// or a folder of ROS 2). Which kind of log it is, and whether gzip has compressed it, is found from its content.
-/// Throws std::runtime_error, one line, if there is no such thing, if it has no laser, or if the world file is wrong.
+/// Throws std::runtime_error, one line, if there is no such thing, if it has no laser or not the odometry that
+/// `options` name, or if the world file is wrong.
 std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options);
 
 /// One line about a log that ends before its end, for who has read all of `source`; empty if it does not. What was
 /// whole has been read.
 std::string DescribeCut(const std::string& name, const LaserSource& source);
+
+/// A line each about the odometry of a log, for who has read all of `source`: what is used, that it is there and is not
+/// used, or why it cannot be.
+std::vector<std::string> DescribeOdometry(const std::string& name, const LaserSource& source);
 
 }  // namespace crsm

@@ -17,7 +17,7 @@ bool ScansWithOdometry::NextIsReady() const {
   constexpr std::size_t kMostWaiting = 8;
   if (waiting_.empty()) return false;
   const std::int64_t utime = waiting_.front().clock_utime;
-  return waiting_.size() > kMostWaiting || waiting_.back().clock_utime - utime > OdometryBuffer::kFurthest_us ||
+  return waiting_.size() > kMostWaiting || waiting_.back().clock_utime - utime > longest_wait_us_ ||
          odometry_.Find(utime).state != ScanOdometry::State::kAwaited;
 }
 
@@ -25,8 +25,18 @@ std::optional<LaserScan> ScansWithOdometry::Next() {
   if (waiting_.empty()) return std::nullopt;
   Waiting next = std::move(waiting_.front());
   waiting_.pop_front();
-  T_odom_robot_ = odometry_.Find(next.clock_utime).T_odom_robot;
+  const ScanOdometry found = odometry_.Find(next.clock_utime);
+  T_odom_robot_ = found.T_odom_robot;
+  if (T_odom_robot_) ++num_with_odometry_;
+  if (found.state == ScanOdometry::State::kAwaited) ++num_given_up_;
   return std::move(next.scan);
+}
+
+std::string ScansWithOdometry::ExplainNoOdometry() const {
+  if (2 * num_given_up_ > num_scans()) {
+    return "its messages stand too late in the recording, behind the next scan, or are too few";
+  }
+  return "a scan needs a message within 0.1 s before it and one within 0.1 s after it, by their own times";
 }
 
 std::vector<std::string> ScansWithOdometry::Complaints(const std::string& channel,

@@ -14,10 +14,13 @@
 namespace crsm {
 
 /// The scans of a log in its order, each with the odometry of its own utime or what lies between the two around it
-/// (OdometryBuffer). For it a scan is held back until the odometry has come past it, another scan is more than 0.1 s
-/// later, or eight more scans wait.
+/// (OdometryBuffer). For it a scan is held back until the odometry has come past it, another scan is later by more than
+/// `longest_wait_us`, or eight more scans wait.
 class ScansWithOdometry {
  public:
+  explicit ScansWithOdometry(std::int64_t longest_wait_us = OdometryBuffer::kFurthest_us)
+      : longest_wait_us_(longest_wait_us) {}
+
   /// False, and nothing done, if an earlier scan of the same drive has its utime; UniqueUtimes says what a drive is.
   bool Add(LaserScan scan);
   void Add(const Odometry& odometry) { odometry_.Add(odometry); }
@@ -31,7 +34,11 @@ class ScansWithOdometry {
   /// Of the last scan given out.
   const std::optional<Pose2>& T_odom_robot() const { return T_odom_robot_; }
 
-  std::int64_t num_scans() const { return utimes_.size(); }  ///< that were added
+  std::int64_t num_scans() const { return utimes_.size(); }              ///< that were added
+  std::int64_t num_with_odometry() const { return num_with_odometry_; }  ///< of those given out
+
+  /// Why the odometry was of no use to any scan, in words for people.
+  std::string ExplainNoOdometry() const;
 
   /// What is wrong with scans that were left out, "bad_message" and "utime_repeated" of `counts`, where these are more
   /// than the others. channel: theirs. refusal: why the first one was bad; empty where nobody knows. time: what a
@@ -45,10 +52,13 @@ class ScansWithOdometry {
     std::int64_t clock_utime;  ///< as the log says it; odometry is found by it
   };
 
+  std::int64_t longest_wait_us_;
   OdometryBuffer odometry_;
   UniqueUtimes utimes_;          ///< of all scans so far
   std::deque<Waiting> waiting_;  ///< for their odometry, in the log's order
   std::optional<Pose2> T_odom_robot_;
+  std::int64_t num_with_odometry_ = 0;
+  std::int64_t num_given_up_ = 0;  ///< scans for which odometry was waited in vain
 };
 
 }  // namespace crsm

@@ -1,9 +1,11 @@
 """A simulated drive as an LCM log, read and written here by the book and not by the project's own code."""
 
 import dataclasses
+import math
 import struct
 
 SYNC = 0xEDA1DA01
+MOUNTING = (0.25, -0.1, math.pi / 2)  # x, y, yaw of the laser on the robot
 
 
 @dataclasses.dataclass
@@ -18,6 +20,19 @@ class Sweep:
     def stamp(self):
         """Seconds and nanoseconds."""
         return self.utime // 1000000, self.utime % 1000000 * 1000
+
+    @property
+    def robot(self):
+        """x, y, yaw of the robot that carries the laser along this path."""
+        yaw = 2 * math.atan2(self.pose[6], self.pose[3]) - MOUNTING[2]
+        cos, sin = math.cos(yaw), math.sin(yaw)
+        return (self.pose[0] - cos * MOUNTING[0] + sin * MOUNTING[1],
+                self.pose[1] - sin * MOUNTING[0] - cos * MOUNTING[1], yaw)
+
+    def as_json(self):
+        return {"sec": self.stamp[0], "nsec": self.stamp[1], "angle_min": self.angle_min, "pose": self.pose,
+                "robot": self.robot if self.pose else None, "mounting": MOUNTING,
+                "angle_increment": self.angle_increment, "ranges": self.ranges}
 
 
 def events_of(log):
@@ -44,6 +59,13 @@ def read_drive(path, most):
                 if sweeps and values[0] == sweeps[-1].utime:
                     sweeps[-1].pose = (*values[1:4], *values[7:11])
     return sweeps
+
+
+def read_odometry(path):
+    """Each pose on ODOMETRY: x, y, z and the quaternion w, x, y, z."""
+    with open(path, "rb") as log:
+        values = [struct.unpack_from(">q16d", data, 8) for _, channel, data in events_of(log) if channel == b"ODOMETRY"]
+    return [(*value[1:4], *value[7:11]) for value in values]
 
 
 def copy_as_odometry(path, to, most):

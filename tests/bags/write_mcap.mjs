@@ -1,7 +1,7 @@
 // Writes a drive as MCAP files by their own library, and its messages in CDR for write_rosbag2.py.
 //
 // usage: node write_mcap.mjs SWEEPS.json OUT_DIR
-// SWEEPS.json: [{sec, nsec, angle_min, angle_increment, ranges, pose}, ...]. The packages are where NODE_MODULES says.
+// SWEEPS.json: [{sec, nsec, angle_min, angle_increment, ranges, pose, robot, mounting}, ...]. The packages are where NODE_MODULES says.
 
 import {execFileSync} from "node:child_process";
 import {readFileSync, writeFileSync} from "node:fs";
@@ -25,6 +25,7 @@ function withParts(type, seen = new Map()) {
 }
 const laser_writer = new MessageWriter(withParts("sensor_msgs/LaserScan"));
 const odometry_writer = new MessageWriter(withParts("nav_msgs/Odometry"));
+const transforms_writer = new MessageWriter(withParts("tf2_msgs/TFMessage"));
 
 const headerOf = ({sec, nsec}, frame_id) => ({stamp: {sec, nanosec: nsec}, frame_id});
 
@@ -43,6 +44,18 @@ function encodeOdometry(sweep) {
     header: headerOf(sweep, "odom"), child_frame_id: "base_link",
     pose: {pose: {position: {x: px, y: py, z: pz}, orientation: {x, y, z, w}}, covariance: new Array(36).fill(0)},
     twist: {twist: {linear: zero, angular: zero}, covariance: new Array(36).fill(0)},
+  });
+}
+
+// Where the robot stands by its wheels, and the laser on the robot. The laser is told again and again.
+function encodeTransforms(sweep) {
+  const transform = (parent, child, [x, y, yaw]) => ({
+    header: headerOf(sweep, parent), child_frame_id: child,
+    transform: {translation: {x, y, z: 0.1}, rotation: {x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2)}},
+  });
+  return transforms_writer.writeMessage({
+    transforms: [transform("odom", "base_footprint", sweep.robot), transform("base_footprint", "base_link", [0, 0, 0]),
+                 transform("base_link", "laser", sweep.mounting)],
   });
 }
 
@@ -71,6 +84,12 @@ const cdr = {
   profile: "ros2", topics: [
     ["/scan", "sensor_msgs/msg/LaserScan", "ros2msg", "cdr", encodeLaser],
     ["/odom", "nav_msgs/msg/Odometry", "ros2msg", "cdr", encodeOdometry],
+  ],
+};
+const tf = {
+  profile: "ros2", topics: [
+    ["/scan", "sensor_msgs/msg/LaserScan", "ros2msg", "cdr", encodeLaser],
+    ["/tf", "tf2_msgs/msg/TFMessage", "ros2msg", "cdr", encodeTransforms],
   ],
 };
 const json = {profile: "", topics: [["/scan", "foxglove.LaserScan", "jsonschema", "json", encodeJson]]};
@@ -108,9 +127,11 @@ await writeMcap("no_summary.mcap", cdr, {
   useChunkIndex: false,
 });
 await writeMcap("json.mcap", json, {});
+await writeMcap("tf.mcap", tf, {compressChunk: by("zstd")});
 
 const messages = sweeps.map((sweep) => ({
   time: Number(sweep.sec) * 1e9 + sweep.nsec, scan: Buffer.from(encodeLaser(sweep)).toString("base64"),
   odom: sweep.pose && Buffer.from(encodeOdometry(sweep)).toString("base64"),
+  tf: sweep.pose && Buffer.from(encodeTransforms(sweep)).toString("base64"),
 }));
 writeFileSync(path.join(out, "cdr.json"), JSON.stringify(messages));

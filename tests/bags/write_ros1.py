@@ -4,17 +4,27 @@
 usage: tests/bags/write_ros1.py DRIVE.lcm MOST_SCANS OUT_DIR [CHUNK_BYTES]
 """
 
+import math
 import os
 import pathlib
 import sys
 
+import genpy.dynamic
 import rosbag
 import rospy
+from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
-from drive import read_drive
+from drive import MOUNTING, read_drive
+
+# TF's messages are of no package of Debian's python3-rosbag: genpy makes them from their definition.
+TRANSFORMS = "geometry_msgs/TransformStamped[] transforms\n" + "=" * 80 + """
+MSG: geometry_msgs/TransformStamped
+""" + TransformStamped._full_text
+TfMessage = genpy.dynamic.generate_dynamic("tf2_msgs/TFMessage", TRANSFORMS)["tf2_msgs/TFMessage"]
+OldTfMessage = genpy.dynamic.generate_dynamic("tf/tfMessage", TRANSFORMS)["tf/tfMessage"]
 
 
 def laser_message(sweep):
@@ -38,6 +48,41 @@ def odometry_message(sweep):
     orientation = pose.orientation
     orientation.w, orientation.x, orientation.y, orientation.z = sweep.pose[3:]
     return message
+
+
+def transform(parent, child, pose, time):
+    stamped = TransformStamped()
+    stamped.header.stamp = time
+    stamped.header.frame_id = parent
+    stamped.child_frame_id = child
+    x, y, yaw = pose
+    stamped.transform.translation.x, stamped.transform.translation.y = x, y
+    stamped.transform.rotation.z, stamped.transform.rotation.w = math.sin(yaw / 2), math.cos(yaw / 2)
+    return stamped
+
+
+def write_tf(path, sweeps):
+    """What never moves once, on /tf_static; and a map to which another program moves the odometry."""
+    with rosbag.Bag(path, "w") as bag:
+        start = rospy.Time(*sweeps[0].stamp)
+        plate = transform("base_link", "plate", (MOUNTING[0], MOUNTING[1], 0), rospy.Time(0))
+        laser = transform("plate", "laser", (0, 0, MOUNTING[2]), rospy.Time(0))
+        bag.write("/tf_static", TfMessage([plate, laser]), start)
+        for number, sweep in enumerate(sweeps):
+            time = rospy.Time(*sweep.stamp)
+            bag.write("/scan", laser_message(sweep), time)
+            correction = transform("map", "odom", (number % 7, 0, number), time)
+            bag.write("/tf", TfMessage([correction, transform("odom", "base_link", sweep.robot, time)]), time)
+
+
+def write_old_tf(path, sweeps):
+    """As before ROS Hydro: slashes before the names, and what never moves again and again."""
+    with rosbag.Bag(path, "w") as bag:
+        for sweep in sweeps:
+            time = rospy.Time(*sweep.stamp)
+            bag.write("/tf", OldTfMessage([transform("/odom_combined", "/base_link", sweep.robot, time)]), time)
+            bag.write("/tf", OldTfMessage([transform("/base_link", "/laser", MOUNTING, time)]), time)
+            bag.write("/scan", laser_message(sweep), time)
 
 
 def fill(bag, sweeps, lasers=("/scan",)):
@@ -74,6 +119,8 @@ def main():
     for compression in ("none", "bz2", "lz4"):
         write(str(out / f"{compression}.bag"), sweeps, compression, chunk_bytes)
         write_and_be_killed(str(out / f"{compression}_killed.bag"), sweeps, compression, chunk_bytes)
+    write_tf(str(out / "tf.bag"), sweeps)
+    write_old_tf(str(out / "old_tf.bag"), sweeps)
     write(str(out / "two_lasers.bag"), sweeps, "none", chunk_bytes, ("/front/scan", "/rear/scan"))
 
 

@@ -21,6 +21,7 @@ CREATE INDEX timestamp_idx ON messages (timestamp ASC);
 """
 TOPICS = ((1, "/scan", "sensor_msgs/msg/LaserScan", "cdr", ""), (2, "/odom", "nav_msgs/msg/Odometry", "cdr", ""),
           (3, "/rosout", "rcl_interfaces/msg/Log", "cdr", ""))
+TF_TOPICS = ((1, "/scan", "sensor_msgs/msg/LaserScan", "cdr", ""), (2, "/tf", "tf2_msgs/msg/TFMessage", "cdr", ""))
 METADATA = """rosbag2_bagfile_information:
   version: 5
   storage_identifier: sqlite3
@@ -31,6 +32,19 @@ METADATA = """rosbag2_bagfile_information:
   compression_format: ""
   compression_mode: ""
 """
+
+
+def write_tf(path, messages, page_bytes):
+    database = sqlite3.connect(path)
+    database.execute(f"PRAGMA page_size = {page_bytes}")
+    database.executescript(SCHEMA)
+    database.executemany("INSERT INTO topics VALUES (?, ?, ?, ?, ?)", TF_TOPICS)
+    for message in messages:
+        for topic, key in ((1, "scan"), (2, "tf")):
+            database.execute("INSERT INTO messages(topic_id, timestamp, data) VALUES (?, ?, ?)",
+                             (topic, int(message["time"]), base64.b64decode(message[key])))
+    database.commit()
+    database.close()
 
 
 def write(path, messages, page_bytes, pack=bytes):
@@ -62,6 +76,7 @@ def main():
     out = pathlib.Path(sys.argv[2])
     page_bytes = int(sys.argv[3]) if len(sys.argv) > 3 else 4096
     write(out / "run.db3", messages, page_bytes)
+    write_tf(out / "tf.db3", messages, page_bytes)
     write(out / "messages_zstd.db3", messages[:20], page_bytes, zstd)
     middle = len(messages) // 2
     for name, numbers in (("folder", (9, 10)), ("killed_folder", (9, 10))):

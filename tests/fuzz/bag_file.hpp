@@ -13,7 +13,7 @@ namespace crsm {
 /// Reads a bag to its end. What it gives must be what the wire takes.
 inline void ReadBagFile(const std::string& path) {
   try {
-    BagSource source(path, "");
+    BagSource source(path, "", {true, ""});
     while (const auto scan = source.Next()) {
       if (scan->ranges_m.size() < kMinBeams || scan->ranges_m.size() > kMaxBeams || scan->utime < 0) std::abort();
       const double progress = source.Progress();
@@ -21,6 +21,7 @@ inline void ReadBagFile(const std::string& path) {
     }
     source.Counts();
     source.Complaints();
+    source.OdometryNotes();
   } catch (const std::runtime_error&) {  // is how a log is refused
   }
 }

@@ -323,11 +323,11 @@ std::string ReadWhole(const std::filesystem::path& path) {
 
 /// The bags of tests/bags/data, which others' programs have written, and what is in them.
 void WriteBags(const Seeds& seeds) {
-  const std::vector<BagTopic> topics{{"/scan", "sensor_msgs/LaserScan", "ros1"},  // as in fuzz_bag_messages
-                                     {"/scan", "sensor_msgs/msg/LaserScan", "cdr"},
-                                     {"/scan", "foxglove.LaserScan", "json"},
-                                     {"/odom", "nav_msgs/Odometry", "ros1"},
-                                     {"/odom", "nav_msgs/msg/Odometry", "cdr"}};
+  const std::vector<BagTopic> topics{
+      {"/scan", "sensor_msgs/LaserScan", "ros1"},  // as in fuzz_bag_messages
+      {"/scan", "sensor_msgs/msg/LaserScan", "cdr"}, {"/scan", "foxglove.LaserScan", "json"},
+      {"/odom", "nav_msgs/Odometry", "ros1"},        {"/odom", "nav_msgs/msg/Odometry", "cdr"},
+      {"/tf", "tf2_msgs/TFMessage", "ros1"},         {"/tf", "tf2_msgs/msg/TFMessage", "cdr"}};
   const std::map<std::string, std::string> targets{{".bag", "ros1_bag"}, {".mcap", "mcap"}, {".db3", "rosbag2"}};
   for (const auto& entry : std::filesystem::directory_iterator(CRSM_SOURCE_DIR "/tests/bags/data")) {
     const std::filesystem::path& path = entry.path();

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "services/runtime/printable.hpp"
 #include "services/sources/bags/bag_folder.hpp"
 #include "services/sources/bags/mcap_bag.hpp"
 #include "services/sources/bags/ros1_bag.hpp"
@@ -45,6 +46,13 @@ std::set<BagTopic> FindTopics(const std::string& path) {
     while (bag->Next()) continue;
   }
   return topics;
+}
+
+std::string ListTopics(const std::set<BagTopic>& topics) {
+  std::vector<std::string> entries;
+  for (const BagTopic& topic : topics)
+    entries.push_back(fmt::format("{} ({} in {})", topic.name, topic.type, topic.encoding));
+  return ListPrintable(entries);
 }
 
 }  // namespace crsm

@@ -67,4 +67,7 @@ std::unique_ptr<BagReader> OpenBag(const std::string& path, const WantTopic& wan
 /// is longer than any real one.
 std::set<BagTopic> FindTopics(const std::string& path);
 
+/// Topics for people: "/scan (sensor_msgs/LaserScan in ros1), ..."; "none" of none.
+std::string ListTopics(const std::set<BagTopic>& topics);
+
 }  // namespace crsm

@@ -6,7 +6,6 @@
 #include <iterator>
 #include <stdexcept>
 
-#include "services/runtime/printable.hpp"
 #include "services/sources/bags/decompress.hpp"
 #include "services/sources/bags/scan_messages.hpp"
 
@@ -15,56 +14,32 @@ namespace {
 
 using Topics = std::set<BagTopic>;
 
-std::string List(const Topics& topics) {
-  std::vector<std::string> entries;
-  for (const BagTopic& topic : topics)
-    entries.push_back(fmt::format("{} ({} in {})", topic.name, topic.type, topic.encoding));
-  return ListPrintable(entries);
-}
-
-Topics Select(const Topics& topics, bool (*is)(const BagTopic&)) {
-  Topics selected;
-  std::copy_if(topics.begin(), topics.end(), std::inserter(selected, selected.end()), is);
-  return selected;
-}
-
 BagTopic ChooseLaser(const std::string& path, const Topics& topics, const std::string& name) {
-  Topics lasers = Select(topics, IsLaserTopic);
-  if (!name.empty()) std::erase_if(lasers, [&](const BagTopic& topic) { return topic.name != name; });
+  Topics lasers;
+  std::copy_if(topics.begin(), topics.end(), std::inserter(lasers, lasers.end()),
+               [&](const BagTopic& topic) { return IsLaserTopic(topic) && (name.empty() || topic.name == name); });
   if (lasers.empty()) {
     throw std::runtime_error(fmt::format("{} has no laser topic ({}){}; its topics: {}", path, LaserTopicTypes(),
-                                         name.empty() ? "" : " named " + name, List(topics)));
+                                         name.empty() ? "" : " named " + name, ListTopics(topics)));
   }
   if (lasers.size() > 1) {
     throw std::runtime_error(
-        fmt::format("{} has several laser topics: --laser-channel must name one of {}", path, List(lasers)));
+        fmt::format("{} has several laser topics: --laser-channel must name one of {}", path, ListTopics(lasers)));
   }
   return *lasers.begin();
 }
 
-/// "/robot1/odom" for "/robot1/scan".
-std::string OdometryBeside(const std::string& laser) { return laser.substr(0, laser.rfind('/') + 1) + "odom"; }
-
-std::optional<BagTopic> ChooseOdometry(const Topics& odometries, const std::string& laser) {
-  if (odometries.size() == 1) return *odometries.begin();
-  const auto beside = std::find_if(odometries.begin(), odometries.end(),
-                                   [&](const BagTopic& topic) { return topic.name == OdometryBeside(laser); });
-  return beside == odometries.end() ? std::nullopt : std::optional(*beside);
-}
-
 }  // namespace
 
-BagSource::BagSource(const std::string& path, const std::string& topic) {
-  const Topics topics = FindTopics(path);
-  laser_ = ChooseLaser(path, topics, topic);
-  const Topics odometries = Select(topics, IsOdometryTopic);
-  odometry_ = ChooseOdometry(odometries, laser_.name);
-  if (!odometry_ && !odometries.empty()) {
-    odometry_choice_ = fmt::format("no odometry is used: there is no topic {}, and several topics could be meant: {}",
-                                   OdometryBeside(laser_.name), List(odometries));
-  }
-  bag_ = OpenBag(path, [this](const BagTopic& met) { return met == laser_ || met == odometry_; });
-}
+BagSource::BagSource(const std::string& path, const std::string& topic, const OdometryOptions& odometry)
+    : BagSource(path, FindTopics(path), topic, odometry) {}
+
+BagSource::BagSource(const std::string& path, const Topics& topics, const std::string& topic,
+                     const OdometryOptions& odometry)
+    : laser_(ChooseLaser(path, topics, topic)),
+      odometry_(path, topics, laser_, odometry),
+      bag_(OpenBag(path, [this](const BagTopic& met) { return met == laser_ || odometry_.Wants(met); })),
+      scans_(odometry_.LongestWait_us()) {}
 
 std::optional<LaserScan> BagSource::Next() {
   while (!scans_.NextIsReady()) {
@@ -76,18 +51,9 @@ std::optional<LaserScan> BagSource::Next() {
 }
 
 void BagSource::Take(const BagMessage& message) {
-  std::string_view data = message.data;
-  std::unique_ptr<MemoryRange> unpacked;  // rosbag2 may compress each message
-  if (const std::size_t size = SizeOfZstdMessage(data)) {
-    unpacked = Decompress({"zstd", data, size});
-    data = unpacked ? unpacked->All() : std::string_view();
-  }
-  if (message.topic == laser_.name) return TakeScan(data);
-  if (const auto odometry = DecodeOdometry(*odometry_, data)) {
-    scans_.Add(*odometry);
-  } else {
-    ++counts_["bad_odometry"];
-  }
+  const PlainMessage plain(message.data);
+  if (message.topic == laser_.name) return TakeScan(plain.data());
+  if (const auto num_bad = odometry_.Take(message.topic, plain.data(), scans_)) counts_["bad_odometry"] += num_bad;
 }
 
 void BagSource::TakeScan(std::string_view data) {
@@ -113,7 +79,6 @@ std::vector<std::string> BagSource::Complaints() const {
   if (const auto num = bag_->damage().num_bad_chunks; num > 0) {
     complaints.push_back(fmt::format("{} chunks are damaged; their messages are left out", num));
   }
-  if (!odometry_choice_.empty()) complaints.push_back(odometry_choice_);
   return complaints;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/logs/laser_source.hpp"
+#include "services/sources/bags/bag_odometry.hpp"
 #include "services/sources/bags/bag_reader.hpp"
 #include "services/sources/scans_with_odometry.hpp"
 
@@ -14,7 +15,7 @@ namespace crsm {
 
 /// Scans of a bag (OpenBag), in the order in which they stand in it: the recorder's own, whatever their stamps say.
 ///
-/// Odometry: from a topic of nav_msgs/Odometry, if it is the only one, or `odom` in the laser's namespace.
+/// Odometry: from a topic of nav_msgs/Odometry or from TF (BagOdometry).
 ///
 /// Counted and skipped: "bad_message" (a message that is no sweep), "utime_repeated" (the time of an earlier scan),
 /// "bad_odometry" (one that is none), "bad_chunk" (damaged parts of the bag). Also counted: "truncated" (the bag ends
@@ -23,21 +24,24 @@ class BagSource : public LaserSource {
  public:
   /// topic: whose scans to take; empty for the only one of a laser. Throws std::runtime_error that lists the topics
   /// where that does not tell which.
-  BagSource(const std::string& path, const std::string& topic);
+  /// odometry: Throws std::runtime_error too if the bag has not what it names.
+  BagSource(const std::string& path, const std::string& topic, const OdometryOptions& odometry = {});
 
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return scans_.T_odom_robot(); }
   double Progress() const override { return bag_->Progress(); }
   std::map<std::string, std::int64_t> Counts() const override;
   std::vector<std::string> Complaints() const override;
+  std::vector<std::string> OdometryNotes() const override { return odometry_.Notes(scans_); }
 
  private:
+  BagSource(const std::string& path, const std::set<BagTopic>& topics, const std::string& topic,
+            const OdometryOptions& odometry);
   void Take(const BagMessage& message);
   void TakeScan(std::string_view data);
 
   BagTopic laser_;
-  std::optional<BagTopic> odometry_;
-  std::string odometry_choice_;  ///< what to tell of it where several could be meant
+  BagOdometry odometry_;
   std::unique_ptr<BagReader> bag_;
   std::map<std::string, std::int64_t> counts_;
   std::string first_refusal_;

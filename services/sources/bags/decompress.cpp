@@ -102,4 +102,11 @@ std::size_t SizeOfZstdMessage(std::string_view message) {
   return size > kMostMessageBytes ? 0 : static_cast<std::size_t>(size);  // unknown and wrong ones are huge
 }
 
+PlainMessage::PlainMessage(std::string_view message) : data_(message) {
+  const std::size_t size = SizeOfZstdMessage(message);
+  if (size == 0) return;
+  unpacked_ = Decompress({"zstd", message, size});
+  data_ = unpacked_ ? unpacked_->All() : std::string_view();
+}
+
 }  // namespace crsm

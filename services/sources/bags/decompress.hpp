@@ -43,4 +43,15 @@ std::unique_ptr<MemoryRange> Decompress(const PackedBytes& packed);
 /// kMostMessageBytes.
 std::size_t SizeOfZstdMessage(std::string_view message);
 
+/// A message as it was before rosbag2 has perhaps compressed it alone; empty if it is damaged.
+class PlainMessage {
+ public:
+  explicit PlainMessage(std::string_view message);
+  std::string_view data() const { return data_; }
+
+ private:
+  std::unique_ptr<MemoryRange> unpacked_;
+  std::string_view data_;
+};
+
 }  // namespace crsm

@@ -11,7 +11,7 @@
 #include "services/runtime/bus.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/message_types.hpp"
-#include "services/sources/bags/byte_reader.hpp"
+#include "services/sources/bags/ros_message.hpp"
 #include "services/sources/ros_scan.hpp"
 
 namespace crsm {
@@ -39,37 +39,6 @@ DecodedScan MakeScan(RosScan raw) {
   return {{}, DescribeRefusedLaser(bytes)};
 }
 
-/// Fields that ROS 1 and ROS 2 have in common; they differ in what is around them.
-struct RosMessage {
-  ByteReader reader;
-  bool has_sequence = false;     ///< before the stamp of a header
-  std::size_t most_padding = 0;  ///< bytes that may follow
-
-  bool IsWhole() const { return reader.ok() && reader.left() <= most_padding; }
-};
-
-std::optional<RosMessage> OpenMessage(const BagTopic& topic, std::string_view data) {
-  if (topic.encoding == "ros1") return RosMessage{ByteReader(data), true, 0};
-  constexpr std::size_t kHeadBytes = 4;
-  if (data.size() < kHeadBytes || data[0] != 0 || (data[1] != 0 && data[1] != 1)) return std::nullopt;  // plain CDR
-  return RosMessage{ByteReader(data.substr(kHeadBytes), {true, data[1] == 0}), false, 7};
-}
-
-/// std_msgs/Header.
-RosTime ReadHeader(RosMessage& message) {
-  ByteReader& reader = message.reader;
-  RosTime stamp;
-  if (message.has_sequence) {
-    reader.Read<std::uint32_t>();
-    stamp.sec = reader.Read<std::uint32_t>();
-  } else {
-    stamp.sec = reader.Read<std::int32_t>();
-  }
-  stamp.nanosec = reader.Read<std::uint32_t>();
-  reader.Text();  // the frame
-  return stamp;
-}
-
 /// Nothing if there are more than bytes for them.
 std::vector<float> ReadFloats(ByteReader& reader) {
   const auto count = reader.Read<std::uint32_t>();
@@ -88,7 +57,8 @@ DecodedScan DecodeRosScan(const BagTopic& topic, std::string_view data) {
   if (!message) return {{}, kMalformed};
   ByteReader& reader = message->reader;
   RosScan raw;
-  raw.stamp = ReadHeader(*message);
+  RosHeader header = ReadHeader(*message);
+  raw.stamp = header.stamp;
   raw.angle_min = reader.Read<float>();
   reader.Read<float>();  // angle_max follows from the others
   raw.angle_increment = reader.Read<float>();
@@ -98,7 +68,10 @@ DecodedScan DecodeRosScan(const BagTopic& topic, std::string_view data) {
   raw.range_max = reader.Read<float>();
   raw.ranges = ReadFloats(reader);
   ReadFloats(reader);  // intensities
-  return message->IsWhole() ? MakeScan(std::move(raw)) : DecodedScan{{}, kMalformed};
+  if (!message->IsWhole()) return {{}, kMalformed};
+  DecodedScan decoded = MakeScan(std::move(raw));
+  decoded.frame = std::move(header.frame);
+  return decoded;
 }
 
 /// Nothing if it is no number.
@@ -150,6 +123,7 @@ struct Kind {
 constexpr std::array<Kind, 3> kLasers{
     {{"ros1", "sensor_msgs/LaserScan"}, {"cdr", "sensor_msgs/msg/LaserScan"}, {"json", "foxglove.LaserScan"}}};
 constexpr std::array<Kind, 2> kOdometries{{{"ros1", "nav_msgs/Odometry"}, {"cdr", "nav_msgs/msg/Odometry"}}};
+constexpr std::array<Kind, 2> kPoses{{{"ros1", "geometry_msgs/PoseStamped"}, {"cdr", "geometry_msgs/msg/PoseStamped"}}};
 
 template <class Kinds>
 bool IsOneOf(const Kinds& kinds, const BagTopic& topic) {
@@ -161,6 +135,7 @@ bool IsOneOf(const Kinds& kinds, const BagTopic& topic) {
 
 bool IsLaserTopic(const BagTopic& topic) { return IsOneOf(kLasers, topic); }
 bool IsOdometryTopic(const BagTopic& topic) { return IsOneOf(kOdometries, topic); }
+bool IsPoseTopic(const BagTopic& topic) { return IsOdometryTopic(topic) || IsOneOf(kPoses, topic); }
 
 std::string LaserTopicTypes() {
   std::vector<std::string> names;
@@ -172,21 +147,24 @@ DecodedScan DecodeScan(const BagTopic& topic, std::string_view data) {
   return topic.encoding == "json" ? DecodeJsonScan(data) : DecodeRosScan(topic, data);
 }
 
-std::optional<Odometry> DecodeOdometry(const BagTopic& topic, std::string_view data) {
+std::optional<RobotOdometry> DecodeOdometry(const BagTopic& topic, std::string_view data) {
   auto message = OpenMessage(topic, data);
   if (!message) return std::nullopt;
-  const RosTime stamp = ReadHeader(*message);
+  const RosTime stamp = ReadHeader(*message).stamp;
   ByteReader& reader = message->reader;
-  reader.Text();  // the robot's frame
+  const bool is_odometry = IsOdometryTopic(topic);
+  RobotOdometry odometry;
+  if (is_odometry) odometry.robot_frame = ReadFrame(reader);
   bot_core::pose_t pose{};
   pose.utime = ToUtime(stamp);
   for (double& coordinate : pose.pos) coordinate = reader.Read<double>();
   auto& [w, x, y, z] = pose.orientation;
   for (double* part : {&x, &y, &z, &w}) *part = reader.Read<double>();
   constexpr std::size_t kRestBytes = (36 + 6 + 36) * sizeof(double);  // covariance, speeds and theirs
-  reader.Take(kRestBytes);
+  if (is_odometry) reader.Take(kRestBytes);
   if (!message->IsWhole() || stamp.nanosec >= kRosSecond_ns || !ValuesInRange(pose)) return std::nullopt;
-  return FromMessage(pose);
+  odometry.sample = FromMessage(pose);
+  return odometry;
 }
 
 }  // namespace crsm

@@ -14,6 +14,13 @@ namespace crsm {
 struct DecodedScan {
   std::optional<LaserScan> scan;
   std::string refusal;
+  std::string frame = {};  ///< of the laser; empty where the message names none
+};
+
+/// Where the robot stood by its odometry, and which frame of TF this robot is.
+struct RobotOdometry {
+  Odometry sample;
+  std::string robot_frame;  ///< child_frame_id; empty where the message names none
 };
 
 /// Whether messages of this topic are read as a laser's: sensor_msgs/LaserScan of ROS 1 and 2, and
@@ -23,13 +30,16 @@ bool IsLaserTopic(const BagTopic& topic);
 /// Whether they are read as odometry: nav_msgs/Odometry of ROS 1 and 2.
 bool IsOdometryTopic(const BagTopic& topic);
 
+/// Whether they are read as odometry if somebody names the topic: also geometry_msgs/PoseStamped.
+bool IsPoseTopic(const BagTopic& topic);
+
 /// "sensor_msgs/LaserScan, ..." of IsLaserTopic.
 std::string LaserTopicTypes();
 
 /// Reads a message of a laser's topic.
 DecodedScan DecodeScan(const BagTopic& topic, std::string_view data);
 
-/// Reads a message of a topic with odometry; nothing if it is malformed.
-std::optional<Odometry> DecodeOdometry(const BagTopic& topic, std::string_view data);
+/// Reads a message of a topic with odometry or poses; nothing if it is malformed.
+std::optional<RobotOdometry> DecodeOdometry(const BagTopic& topic, std::string_view data);
 
 }  // namespace crsm

@@ -68,6 +68,27 @@ TEST_CASE("a FLASER line begins at -90 deg, and its step follows from the number
   }
 }
 
+TEST_CASE("odometry that moves by a metre is told, also where it goes there and back, and what becomes of it") {
+  using Notes = std::vector<std::string>;
+  const auto NotesOf = [](const std::vector<std::string>& poses, bool is_used) {
+    std::string lines;
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      lines += "FLASER 3 1 1 1 0 0 0 " + poses[i] + " " + std::to_string(i) + ".5 host 7.5\n";
+    }
+    const ScratchFile file(lines);
+    CarmenLog log(file.path(), is_used);
+    while (log.Next()) continue;
+    return log.OdometryNotes();
+  };
+  const std::vector<std::string> drive{"5 5 0", "5.7 5.8 1", "nan 0 0", "5 5 0"};
+  CHECK(NotesOf(drive, false) == Notes{"has odometry (the robot's pose in its lines): --odometry uses it"});
+  CHECK(NotesOf(drive, true) == Notes{"gives odometry to 3 of 4 scans (the robot's pose in its lines)"});
+  const std::vector<std::string> still{"0 0 0", "0.9 0 1", "0 0 3"};
+  CHECK(NotesOf(still, false).empty());
+  CHECK(NotesOf(still, true) == Notes{"has odometry (the robot's pose in its lines), but it never moves by 1 m"});
+  CHECK(NotesOf({"nan 0 0"}, false).empty());
+}
+
 TEST_CASE("a ROBOTLASER1 line brings its own angles, and a reading at its maximum range or beyond is no return") {
   const ScratchFile file(RobotLaser("-2.0 4.0 0.5 4.0", "5 0.007 3.999 4.0 5.24 nan"));
   CarmenLog log(file.path());

@@ -134,6 +134,43 @@ TEST_CASE("a scan has no odometry where there is none around it, none that can b
 }
 
 TEST_CASE(
+    "odometry of any channel with poses is used if it is named, and its absence an error that lists what there is") {
+  const std::string log = OdometryEvent(1, 1.0) + OdometryEvent(1, 2.0, "VICON") + PlanarEvent(1);
+  const ScratchFile file(log);
+  LcmLogSource source(file.path(), "", {}, {true, "VICON"});
+  source.Next();
+  CHECK(source.Odometry() == Pose2{2.0, 2.0, -3.0});
+  CHECK(ErrorOf([&] {
+          LcmLogSource(file.path(), "", {}, {true, "LASER"});
+        }) == file.path() +
+                  " has no pose messages (bot_core.pose_t, mbot_lcm_msgs.pose2D_t) on channel LASER; its channels: "
+                  "LASER (1), ODOMETRY (1, pose), VICON (1, pose)");
+  LcmLogSource unused(file.path(), "", {}, {false, "VICON"});
+  unused.Next();
+  CHECK(unused.Odometry() == Pose2{1.0, 2.0, -3.0});
+}
+
+TEST_CASE("what is told of the odometry: that it is used or could be, or why not") {
+  using Notes = std::vector<std::string>;
+  const auto NotesOf = [](const std::string& log, bool is_used) {
+    const ScratchFile file(log);
+    LcmLogSource source(file.path(), "", {}, {is_used, ""});
+    ReadAll(source);
+    return source.OdometryNotes();
+  };
+  const std::string good = OdometryEvent(1, 1.0) + PlanarEvent(1) + PlanarEvent(300'000);
+  CHECK(NotesOf(good, true) == Notes{"gives odometry to 1 of 2 scans (ODOMETRY)"});
+  CHECK(NotesOf(good, false) == Notes{"has odometry (ODOMETRY): --odometry uses it"});
+  CHECK(NotesOf(PlanarEvent(1), false).empty());
+  CHECK(NotesOf(PlanarEvent(1) + OdometryEvent(1, 1.0, "VICON"), true) ==
+        Notes{"has no odometry that can be used: there is no pose on ODOMETRY; --odometry-topic may name another "
+              "channel with poses: VICON"});
+  const std::string far = OdometryEvent(5'000'000, 1.0) + PlanarEvent(1);
+  CHECK(NotesOf(far, true).at(0).starts_with("has odometry (ODOMETRY), but gives it to no scan: "));
+  CHECK(NotesOf(far, false).empty());
+}
+
+TEST_CASE(
     "odometry that is late is waited for as long as eight more scans, or one that is 0.1 s later, have not come") {
   const auto log = [](int num_later_scans, std::int64_t step_us) {
     std::string events = OdometryEvent(999'999, 1.0) + PlanarEvent(1'000'000);

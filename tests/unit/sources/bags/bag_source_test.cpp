@@ -19,6 +19,7 @@ struct Result {
   std::vector<std::optional<Pose2>> odometry;
   std::map<std::string, std::int64_t> counts;
   std::vector<std::string> complaints;
+  std::vector<std::string> notes;  ///< on the odometry
 };
 
 Result Read(const std::string& path, const std::string& topic = "") {
@@ -31,6 +32,7 @@ Result Read(const std::string& path, const std::string& topic = "") {
   CHECK(source.Progress() == 1.0);
   result.counts = source.Counts();
   result.complaints = source.Complaints();
+  result.notes = source.OdometryNotes();
   return result;
 }
 
@@ -163,13 +165,13 @@ TEST_CASE("of several odometries that of the laser's namespace is taken, or none
   };
   const Result beside = ReadBytes(bag("/a/odom"));
   CHECK(beside.counts.at("bad_odometry") == 1);
-  CHECK(beside.complaints.empty());
+  CHECK(beside.notes.empty());
   const Result unknown = ReadBytes(bag("/b/odom"));
   CHECK(unknown.counts.count("bad_odometry") == 0);
-  REQUIRE(unknown.complaints.size() == 1);
+  REQUIRE(unknown.notes.size() == 1);
   CHECK(
-      unknown.complaints[0].starts_with("no odometry is used: there is no topic /a/odom, and several topics could be "
-                                        "meant: /b/odom (nav_msgs/Odometry in ros1), "));
+      unknown.notes[0].starts_with("has odometry, but there is no topic /a/odom, and several could be meant: "
+                                   "--odometry-topic must name one of /b/odom (nav_msgs/Odometry in ros1), "));
 }
 
 TEST_CASE("scans that are mostly bad, or have the same stamp, are complained of") {

@@ -180,9 +180,9 @@ TEST_CASE("odometry is the robot's place and heading in the plane") {
   const double half = std::sqrt(0.5);
   const auto odometry = DecodeOdometry(kOdometry, OdometryMessage(1.5, -2.0, {0.0, 0.0, half, half}, 2000));
   REQUIRE(odometry);
-  CHECK(odometry->utime == 100'000'002);
-  CHECK(odometry->T_odom_robot == Pose2{1.5, -2.0, 1.570796});  // whole microradians
-  CHECK(DecodeOdometry(kOdometry, OdometryMessage(1.0, 1.0, {0, 0, 0, 0}))->T_odom_robot == std::nullopt);
+  CHECK(odometry->sample.utime == 100'000'002);
+  CHECK(odometry->sample.T_odom_robot == Pose2{1.5, -2.0, 1.570796});  // whole microradians
+  CHECK(DecodeOdometry(kOdometry, OdometryMessage(1.0, 1.0, {0, 0, 0, 0}))->sample.T_odom_robot == std::nullopt);
 }
 
 TEST_CASE("odometry that is none is refused") {

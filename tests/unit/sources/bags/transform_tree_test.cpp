@@ -1,0 +1,149 @@
+#include "services/sources/bags/transform_tree.hpp"
+
+#include "catch.hpp"
+
+namespace crsm {
+namespace {
+
+const auto kUpsideDown = Eigen::AngleAxisd(kPi, Eigen::Vector3d::UnitX());
+
+Transform At(const std::string& parent, const std::string& child, const Pose2& pose = {},
+             const Eigen::AngleAxisd& turn = Eigen::AngleAxisd::Identity()) {
+  Eigen::Isometry3d T_parent_child = Eigen::Isometry3d::Identity();
+  T_parent_child.translate(Eigen::Vector3d(pose.x_m, pose.y_m, 0.3));
+  T_parent_child.rotate(Eigen::AngleAxisd(pose.yaw_rad, Eigen::Vector3d::UnitZ())).rotate(turn);
+  return {0, parent, child, T_parent_child};
+}
+
+TransformTree MakeTree(const std::vector<Transform>& transforms, const std::string& odometry_frame = "") {
+  TransformTree tree(odometry_frame);
+  for (const Transform& transform : transforms) tree.Add(transform);
+  return tree;
+}
+
+using Path = std::vector<std::string>;
+
+void CheckPose(const Pose2& pose, const Pose2& expected) {
+  constexpr double kRounding = 2e-6;  // poses are whole micrometres and microradians
+  CHECK(std::abs(pose.x_m - expected.x_m) < kRounding);
+  CHECK(std::abs(pose.y_m - expected.y_m) < kRounding);
+  CHECK(std::abs(WrapAngle(pose.yaw_rad - expected.yaw_rad)) < kRounding);
+}
+
+}  // namespace
+
+TEST_CASE("a path leads from the laser to the odometry frame, and no further") {
+  const TransformTree tree =
+      MakeTree({At("base", "laser"), At("footprint", "base"), At("odom", "footprint"), At("map", "odom")});
+  CHECK(tree.FindPath("laser") == Path{"laser", "base", "footprint", "odom"});
+  CHECK(tree.FindPath("unknown") == Path{"unknown"});
+}
+
+TEST_CASE("a map is no odometry, and nothing leads through it") {
+  const TransformTree tree = MakeTree({At("base", "laser"), At("map", "base"), At("odom", "map")});
+  CHECK(tree.FindPath("laser") == Path{"laser", "base", "map"});
+  CHECK(tree.FindRobots().size() == 1);
+}
+
+TEST_CASE("odometry frames are known by their names, with any prefix, or by the name that is asked for") {
+  const TransformTree usual;
+  for (const char* name : {"odom", "robot1/odom", "odom_combined", "a/b/odom"}) CHECK(usual.IsOdometryFrame(name));
+  for (const char* name : {"", "odometry", "map", "odom/base", "wheel_odom"}) CHECK_FALSE(usual.IsOdometryFrame(name));
+  const TransformTree named("wheels");
+  CHECK(named.IsOdometryFrame("wheels"));
+  CHECK_FALSE(named.IsOdometryFrame("odom"));
+}
+
+TEST_CASE("a robot that odometry and a map both claim stays with the odometry, whichever came first") {
+  for (const auto& transforms :
+       {std::vector{At("odom", "base"), At("map", "base")}, std::vector{At("map", "base"), At("odom", "base")}}) {
+    CHECK(MakeTree(transforms).FindPath("base") == Path{"base", "odom"});
+  }
+}
+
+TEST_CASE("a loop is gone through once, a path without end is cut") {
+  CHECK(MakeTree({At("b", "a"), At("c", "b"), At("a", "c")}).FindPath("a") == Path{"a", "b", "c"});
+  CHECK(MakeTree({At("a", "a")}).FindPath("a") == Path{"a"});
+  std::vector<Transform> chain;
+  for (int i = 0; i < 1000; ++i) chain.push_back(At(std::to_string(i + 1), std::to_string(i)));
+  CHECK(MakeTree(chain).FindPath("0").size() == 64);
+  CHECK_FALSE(MakeTree(chain).FindMounting("900", "0").mounting);
+}
+
+TEST_CASE("of a hundred thousand names some thousands are kept, and of one that is endless none") {
+  TransformTree tree;
+  int num_kept = 0;
+  for (int i = 0; i < 100'000; ++i) num_kept += tree.Add(At("odom", std::to_string(i))) ? 1 : 0;
+  CHECK(num_kept == 4096);
+  CHECK(tree.FindRobots().size() == 4096);
+  CHECK_FALSE(TransformTree().Add(At("odom", std::string(257, 'x'))));
+  CHECK_FALSE(TransformTree().Add({0, "odom", "base", std::nullopt}));
+}
+
+TEST_CASE("a mounting is the way from the robot to the laser, over as many joints as there are") {
+  const TransformTree tree =
+      MakeTree({At("plate", "laser", {0.1, 0.0, kPi / 2}), At("base", "plate", {0.2, 0.3, kPi})});
+  const auto found = tree.FindMounting("base", "laser");
+  REQUIRE(found.mounting);
+  CheckPose(found.mounting->T_robot_laser, {0.1, 0.3, -kPi / 2});
+  CHECK_FALSE(found.mounting->is_upside_down);
+  CHECK(found.mounting->joints.size() == 2);
+}
+
+TEST_CASE("the robot may be another frame than the one that the laser stands on") {
+  const TransformTree tree = MakeTree({At("base", "laser", {0.5, 0.0, 0.0}), At("base", "footprint", {0.2, 0.1, kPi})});
+  CheckPose(tree.FindMounting("footprint", "laser").mounting->T_robot_laser, {-0.3, 0.1, kPi});
+  CheckPose(tree.FindMounting("laser", "laser").mounting->T_robot_laser, {});
+}
+
+TEST_CASE("no mounting leads through the odometry frame or a map, to which both may be tied") {
+  const TransformTree tree = MakeTree({At("odom", "base"), At("odom", "laser"), At("map", "other")});
+  CHECK(tree.FindMounting("base", "laser").refusal == "TF does not lead from laser to base");
+  CHECK_FALSE(tree.FindMounting("base", "other").mounting);
+  CHECK_FALSE(tree.FindMounting("base", "unknown").mounting);
+}
+
+TEST_CASE("a laser off the centre moves when the robot turns on the spot") {
+  const Mounting mounting = *MakeTree({At("base", "laser", {0.2, 0.0, kPi})}).FindMounting("base", "laser").mounting;
+  CheckPose(mounting.PlaceLaser({1.0, 2.0, 0.0}), {1.2, 2.0, kPi});
+  CheckPose(mounting.PlaceLaser({1.0, 2.0, kPi / 2}), {1.0, 2.2, -kPi / 2});
+}
+
+TEST_CASE("a laser that hangs upside down sees the robot turn the other way, and go to the other side") {
+  const auto found = MakeTree({At("base", "laser", {0.2, 0.0, 0.0}, kUpsideDown)}).FindMounting("base", "laser");
+  REQUIRE(found.mounting);
+  CHECK(found.mounting->is_upside_down);
+  // Motion of the laser in its own axes, worked out in space.
+  const auto InSpace = [](const Pose2& robot) {
+    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+    T.translate(Eigen::Vector3d(robot.x_m, robot.y_m, 0.0));
+    T.rotate(Eigen::AngleAxisd(robot.yaw_rad, Eigen::Vector3d::UnitZ()));
+    T.translate(Eigen::Vector3d(0.2, 0.0, 0.3)).rotate(kUpsideDown);
+    return T;
+  };
+  const Pose2 from{1.0, 2.0, 0.3};
+  const Pose2 to{1.5, 2.4, 1.1};
+  const Eigen::Isometry3d motion = InSpace(from).inverse() * InSpace(to);
+  const Pose2 expected{motion.translation().x(), motion.translation().y(),
+                       std::atan2(motion.linear()(1, 0), motion.linear()(0, 0))};
+  CHECK(expected.yaw_rad < 0.0);  // the robot turns left
+  CheckPose(Inverse(found.mounting->PlaceLaser(from)) * found.mounting->PlaceLaser(to), expected);
+}
+
+TEST_CASE("a laser that leans by more than 45 degrees has no place in the plane") {
+  const auto Lean = [](double angle_deg) {
+    const Eigen::AngleAxisd lean(angle_deg * kPi / 180.0, Eigen::Vector3d::UnitY());
+    return MakeTree({At("base", "laser", {}, lean)}).FindMounting("base", "laser");
+  };
+  CHECK(Lean(20.0).mounting);
+  CHECK(Lean(170.0).mounting->is_upside_down);
+  CHECK(Lean(90.0).refusal == "TF tilts it by 90 deg");
+  CHECK_FALSE(Lean(120.0).mounting);
+}
+
+TEST_CASE("a laser that is absurdly far from its robot has no mounting") {
+  const TransformTree tree = MakeTree({At("base", "arm", {9e5, 0.0, 0.0}), At("arm", "laser", {9e5, 0.0, 0.0})});
+  CHECK(tree.FindMounting("base", "laser").refusal == "TF puts it too far away");
+}
+
+}  // namespace crsm
