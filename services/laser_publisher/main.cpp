@@ -33,11 +33,12 @@ void PrintCounts(const std::string& program, const std::string& source_name, con
   for (const std::string& complaint : source.Complaints()) {
     Say(fmt::format("{}: {}", program, MakePrintable(complaint)));
   }
+  for (const std::string& line : DescribeOdometry(source_name, source)) Say(fmt::format("{}: {}", program, line));
 }
 
 /// What cannot be meant for a laser.
 void CheckNothingIsOfALog(const CommandLine& command_line) {
-  for (const char* flag : {"rate", "resend_s", "laser_channel", "position", "odometry"}) {
+  for (const char* flag : {"rate", "resend_s", "laser_channel", "position", "odometry_topic", "odometry"}) {
     if (!command_line.WasGiven(flag)) continue;
     throw UsageError(fmt::format("{}: applies to logs only; remove it for a laser", FlagOf(flag)));
   }
@@ -46,7 +47,7 @@ void CheckNothingIsOfALog(const CommandLine& command_line) {
 class LaserPublisher {
  public:
   LaserPublisher(const CommandLine& command_line, LaserSource& source)
-      : with_odometry_(command_line.parameters().match.odometry),
+      : with_odometry_(command_line.parameters().match.odometry && !source.IsLive()),
         rate_(ParseRate(command_line.settings().rate)),
         resend_(command_line.settings().resend_s),
         source_(source),
@@ -198,8 +199,11 @@ int main(int argc, char** argv) {
   return crsm::RunMain(command_line.program(), [&] {
     const crsm::Settings& settings = command_line.settings();
     const crsm::Parameters& parameters = command_line.parameters();
-    const auto source = crsm::OpenLaserSource(
-        name, {parameters.match.seed, settings.laser_channel, parameters.scan, command_line.program()});
+    const auto source = crsm::OpenLaserSource(name, {parameters.match.seed,
+                                                     settings.laser_channel,
+                                                     parameters.scan,
+                                                     command_line.program(),
+                                                     {parameters.match.odometry, settings.odometry_topic}});
     if (source->IsLive()) crsm::CheckNothingIsOfALog(command_line);
     if (settings.lcm_url.rfind("file://", 0) == 0) {
       crsm::WriteLog(*source, name, settings.lcm_url, settings.channel_prefix, parameters.match.odometry);

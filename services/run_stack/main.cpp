@@ -81,8 +81,11 @@ void CheckInputs(const CommandLine& command_line, const StackOptions& options) {
   const Settings& settings = command_line.settings();
   if (!options.is_live()) {
     const Parameters& parameters = command_line.parameters();
-    const auto source =
-        OpenLaserSource(options.source, {parameters.match.seed, settings.laser_channel, parameters.scan});
+    const auto source = OpenLaserSource(options.source, {parameters.match.seed,
+                                                         settings.laser_channel,
+                                                         parameters.scan,
+                                                         command_line.program(),
+                                                         {parameters.match.odometry, settings.odometry_topic}});
     if (!source->Next()) throw std::runtime_error(fmt::format("{} has no scans", options.source));
   }
   if (!options.earlier.resume.empty()) FindJournal(options.earlier.resume);

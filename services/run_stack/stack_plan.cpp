@@ -52,6 +52,17 @@ PlannedService PlanSelector(const Planner& planner, const StackOptions& options)
   return planner.Plan("ray_selector", flags, {"--laser-channel", kLaserChannel});
 }
 
+/// A publisher of ours reads a log's --odometry-topic, and publishes on ODOMETRY.
+PlannedService PlanMatcher(const Planner& planner, const StackOptions& options, const std::string& odometry_topic,
+                           std::vector<std::string> own) {
+  ProgramFlags flags = FlagsOfMatcher();
+  if (!options.is_live() && !odometry_topic.empty()) {
+    std::erase(flags.settings, "odometry_topic");
+    own.insert(own.end(), {"--odometry-topic", kOdometryChannel});
+  }
+  return planner.Plan("rrhc_matcher", flags, std::move(own));
+}
+
 /// Where the robot stands at its start is of the first process only: one that is started again goes on.
 PlannedService PlanUpdater(const Planner& planner, const std::string& start, const std::vector<std::string>& own) {
   ProgramFlags flags = FlagsOfUpdater();
@@ -102,7 +113,7 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   StackPlan plan;
   PlannedService updater = PlanUpdater(planner, settings.start, lockstep + journal);
   if (settings.resume) updater.when_new = {"--no-resume"};
-  plan.services = {std::move(updater), planner.Plan("rrhc_matcher", FlagsOfMatcher(), lockstep),
+  plan.services = {std::move(updater), PlanMatcher(planner, options, settings.odometry_topic, lockstep),
                    PlanSelector(planner, options),
                    planner.Plan("map_exporter", FlagsOfExporter(), {"--out", folder.path().string()})};
   if (command_line.parameters().loops.loops && settings.localize.empty()) {
@@ -118,7 +129,12 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
     const std::string position = (folder.log_folder() / "laser_publisher.position").string();
     std::vector<std::string> own{options.source};
     if (!plan.live) own = own + std::vector<std::string>{"--rate", settings.rate, "--position", position};
-    plan.publisher = planner.Plan("laser_publisher", FlagsOfPublisher(), own);
+    ProgramFlags flags = FlagsOfPublisher();
+    if (plan.live) {  // a laser has no odometry: what is on the bus is another driver's
+      std::erase(flags.groups, ParameterGroup::kOdometry);
+      std::erase(flags.settings, "odometry_topic");
+    }
+    plan.publisher = planner.Plan("laser_publisher", flags, own);
     plan.publisher->command.log.clear();  // it shows how far it is
     fs::remove(position);
   }

@@ -208,6 +208,7 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
         throw std::runtime_error(FlagOf(key) + std::string(error.what()).substr(key.size()));
       }
     }
+    UseNamedOdometry();
     ParseRate(settings_.rate);
     parameters_.match.start = ParseStart(settings_.start);
     CheckConsistency(parameters_);
@@ -220,6 +221,17 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
     fmt::print(stderr, "{}: {}\n", program_, error.what());
   }
   return 2;
+}
+
+/// Who names odometry wants it used, unless something said later turns it off.
+void CommandLine::UseNamedOdometry() {
+  if (settings_.odometry_topic.empty() || parameters_.match.odometry) return;
+  if (WasGiven("odometry_topic") && WasGiven("odometry")) {
+    throw UsageError("--odometry-topic: names odometry that --no-odometry turns off: remove one of them");
+  }
+  if (!WasGiven("odometry_topic") && said_by_.count("odometry") > 0) return;
+  parameters_.match.odometry = true;
+  if (Has("odometry")) flags_.emplace_back("odometry", "true");  // for the programs that are told the same
 }
 
 /// The preset, the profile and the configuration file, which may name the two.

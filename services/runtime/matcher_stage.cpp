@@ -52,7 +52,8 @@ MatcherStage::MatcherStage(const CommandLine& command_line, MakeMatcher make_mat
   service_.bus().SubscribeToOne<critical_rays_t>(
       kCriticalRaysChannel, [this](const critical_rays_t& message) { Receive(FromMessage(message)); });
   if (!parameters_.odometry) return;
-  service_.bus().SubscribeBytes(kOdometryChannel, [this](std::span<const std::uint8_t> bytes) {
+  const std::string channel = settings_.odometry_topic.empty() ? kOdometryChannel : settings_.odometry_topic;
+  service_.bus().SubscribeBytes(channel, [this](std::span<const std::uint8_t> bytes) {
     const auto odometry = DecodePose(bytes);
     if (odometry) odometry_.Add(*odometry);
     return odometry.has_value();

@@ -5,13 +5,15 @@ namespace crsm {
 using enum ParameterGroup;
 
 ProgramFlags FlagsOfPublisher() {
-  return {{kSeed, kOdometry, kLaser}, {"lcm_url", "channel_prefix", "rate", "resend_s", "laser_channel", "position"}};
+  return {{kSeed, kOdometry, kLaser},
+          {"lcm_url", "channel_prefix", "rate", "resend_s", "laser_channel", "odometry_topic", "position"}};
 }
 
 ProgramFlags FlagsOfSelector() { return {{kLaser, kScan, kSelection}, {"lcm_url", "channel_prefix", "laser_channel"}}; }
 
 ProgramFlags FlagsOfMatcher() {
-  return {{kSeed, kOdometry, kMatch, kLoops}, {"lcm_url", "channel_prefix", "lockstep", "map_wait_s", "start"}};
+  return {{kSeed, kOdometry, kMatch, kLoops},
+          {"lcm_url", "channel_prefix", "odometry_topic", "lockstep", "map_wait_s", "start"}};
 }
 
 ProgramFlags FlagsOfUpdater() {

@@ -14,6 +14,7 @@ struct Settings {
   std::string out;
   std::string rate = "1";
   std::string laser_channel;
+  std::string odometry_topic;
   std::string position;
   bool lockstep = false;
   double map_wait_s = 0.2;
@@ -43,6 +44,10 @@ void VisitSettings(Settings& s, Visitor&& visit) {
         "channel or topic of the laser; if empty: LCM log: the first channel with a laser; bag: the only topic; live: "
         "LASER",
         s.laser_channel);
+  visit("odometry_topic",
+        "odometry to use, also without --odometry; bag: topic, or frame of TF; LCM log or live: channel; if empty: "
+        "bag: the only topic, or odom beside the laser, or TF; LCM: ODOMETRY",
+        s.odometry_topic);
   visit("position",
         "file that stores how many scans were published; if it exists, publishing continues after these scans",
         s.position);

@@ -123,6 +123,7 @@ void SayWhatWasLeftOut(const std::string& program, const Session& session, const
   for (const std::string& complaint : source.Complaints()) {
     Say(fmt::format("{}: {}: {}", program, session.log, MakePrintable(complaint)));
   }
+  for (const std::string& line : DescribeOdometry(session.log, source)) Say(fmt::format("{}: {}", program, line));
   if (session.num_repeated > 0) {
     Say(fmt::format("{}: {}: {} scans were in the map already and were skipped (utime_repeated)", program, session.log,
                     session.num_repeated));
@@ -217,8 +218,12 @@ std::unique_ptr<LaserSource> Open(const CommandLine& command_line, const std::ve
                                   std::size_t number) {
   const Parameters& parameters = command_line.parameters();
   // A world that is simulated twice has other noise the second time, as on another day.
-  return OpenLaserSource(logs[number], {parameters.match.seed + number, command_line.settings().laser_channel,
-                                        parameters.scan, command_line.program()});
+  const Settings& settings = command_line.settings();
+  return OpenLaserSource(logs[number], {parameters.match.seed + number,
+                                        settings.laser_channel,
+                                        parameters.scan,
+                                        command_line.program(),
+                                        {parameters.match.odometry, settings.odometry_topic}});
 }
 
 /// What cannot be meant for several logs.
@@ -338,7 +343,7 @@ int main(int argc, char** argv) {
       "are joined to one map where they come to the same places. Exit codes: 0 done, 1 failed, 2 usage, "
       "3 with --strict: the map is not to be trusted.",
       {kSeed, kOdometry, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops},
-      {"lcm_url", "channel_prefix", "out", "laser_channel", "until_damage", "localize", "start"});
+      {"lcm_url", "channel_prefix", "out", "laser_channel", "odometry_topic", "until_damage", "localize", "start"});
   std::vector<std::string> logs;
   command_line.app().add_option("SOURCE", logs, crsm::DescribeSources())->required();
   crsm::EarlierResults earlier;

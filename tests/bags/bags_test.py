@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 
-from drive import copy_as_odometry, read_drive, write_carmen
+from drive import copy_as_odometry, read_drive, read_odometry, write_carmen
 
 HERE = pathlib.Path(__file__).resolve().parent
 SKIPPED = 77
@@ -84,6 +84,19 @@ class Drive:
         if same_map:
             check(self.map(source, source.name) == self.maps, f"{source.name}: the same map and trajectory")
 
+    def check_transforms(self, source):
+        """The path of the laser by TF, which a robot carries off its centre."""
+        scans, said = self.convert(source)
+        check(without_odometry(scans) == without_odometry(self.reference), f"{source.name}: the same scans")
+        check("the laser stands at x 0.250 m, y -0.100 m, yaw 90.0 deg on the robot" in said,
+              f"{source.name}: where the laser stands is found in TF")
+        poses = read_odometry(self.folder / "converted.lcm")
+        check(len(poses) == len(self.sweeps) and all(map(is_same_pose, poses, (s.pose for s in self.sweeps))),
+              f"{source.name}: the path of the laser by TF")
+        out = self.folder / "out_hint"
+        hint = run(self.bin / "slam_offline", source, "--out", out, "--force").stderr
+        check("of TF): --odometry uses it" in hint, f"{source.name}: the hint")
+
     def check_begin(self, source, least):
         """Of a recording that was killed: as far as it goes, and said."""
         scans, said = self.convert(source)
@@ -102,6 +115,11 @@ def without_odometry(log):
     return [event for event in log.split(b"\xed\xa1\xda\x01") if b"ODOMETRY" not in event[:40]]
 
 
+def is_same_pose(a, b):
+    """Of x, y, z and quaternion; poses have whole micrometres and microradians, and are rounded twice."""
+    return all(abs(value - other) < 3e-6 for value, other in zip(a, b))
+
+
 def cut(path, share):
     to = path.with_name(f"{path.stem}_cut{path.suffix}")
     content = path.read_bytes()
@@ -117,6 +135,8 @@ def test_ros1(drive):
         drive.check_same(out / f"{compression}.bag")
         drive.check_begin(out / f"{compression}_killed.bag", 0.7)
         drive.check_begin(cut(out / f"{compression}.bag", 0.6), 0.4)
+    for name in ("tf.bag", "old_tf.bag"):
+        drive.check_transforms(out / name)
     two = out / "two_lasers.bag"
     drive.check_refused(two, "--laser-channel must name one of /front/scan (sensor_msgs/LaserScan in ros1), /rear/scan")
     rear = drive.convert(two, "--laser-channel", "/rear/scan")[0]
@@ -140,9 +160,7 @@ def test_ros2(drive):
     modules = install_packages(drive.bin)
     out = drive.folder / "ros2"
     out.mkdir()
-    sweeps = [{"sec": sweep.stamp[0], "nsec": sweep.stamp[1], "angle_min": sweep.angle_min, "pose": sweep.pose,
-               "angle_increment": sweep.angle_increment, "ranges": sweep.ranges} for sweep in drive.sweeps]
-    (out / "sweeps.json").write_text(json.dumps(sweeps), encoding="ascii")
+    (out / "sweeps.json").write_text(json.dumps([sweep.as_json() for sweep in drive.sweeps]), encoding="ascii")
     environment = {**os.environ, "NODE_MODULES": str(modules)}
     must_run("node", HERE / "write_mcap.mjs", out / "sweeps.json", out, env=environment)
     must_run(sys.executable, "-B", HERE / "write_rosbag2.py", out / "cdr.json", out)
@@ -150,6 +168,8 @@ def test_ros2(drive):
                  "killed_folder"):
         drive.check_same(out / name)
     drive.check_same(out / "json.mcap", odometry=False)
+    for name in ("tf.mcap", "tf.db3"):
+        drive.check_transforms(out / name)
     some = without_odometry(drive.convert(out / "messages_zstd.db3")[0])
     check(len(some) > 10 and some == without_odometry(drive.reference)[:len(some)], "messages_zstd.db3: the same scans")
     for name in ("chunks.mcap", "lz4.mcap", "zstd.mcap", "no_chunks.mcap", "run.db3"):

@@ -21,7 +21,7 @@ class Program {
                                                          ParameterGroup::kSelection, ParameterGroup::kMatch,
                                                          ParameterGroup::kUpdate})
       : line("program", "What it does.", std::move(groups),
-             {"lcm_url", "channel_prefix", "lockstep", "map_wait_s", "start"}) {
+             {"lcm_url", "channel_prefix", "odometry_topic", "lockstep", "map_wait_s", "start"}) {
     std::vector<const char*> argv{"program"};
     for (const std::string& word : words) argv.push_back(word.c_str());
     said = Capture([&] { exit_code = line.Parse(static_cast<int>(argv.size()), argv.data()); });
@@ -76,8 +76,9 @@ TEST_CASE("without flags the defaults hold") {
 
 TEST_CASE("a program tells the values of what it uses, and of nothing else") {
   const Program program({"--seed", "7", "--lockstep", "--map-wait-s", "0.5"}, {ParameterGroup::kSeed});
-  const NamedValues expected{{"seed", std::uint64_t{7}}, {"lcm_url", ""},     {"channel_prefix", ""},
-                             {"lockstep", true},         {"map_wait_s", 0.5}, {"start", ""}};
+  const NamedValues expected{
+      {"seed", std::uint64_t{7}}, {"lcm_url", ""},     {"channel_prefix", ""}, {"odometry_topic", ""},
+      {"lockstep", true},         {"map_wait_s", 0.5}, {"start", ""}};
   CHECK(program.line.UsedValues() == expected);
 }
 
@@ -228,6 +229,32 @@ TEST_CASE("what contradicts itself is refused by name") {
   CheckRefused(Program({"--range-min-m", "3", "--range-max-m", "2"}), "range_min_m: 3 is more than range_max_m, 2");
   CHECK_FALSE(Program({"--intensity-min", "0.5", "--intensity-max", "0.5"}).exit_code);
   CHECK_FALSE(Program({"--start", "1,2,3"}).exit_code);  // of a program that has no --localize
+}
+
+TEST_CASE("odometry that is named is used, unless something said later turns it off") {
+  const ScratchFile named("odometry_topic = '/odom'\n");
+  const ScratchFile off("odometry = false\n");
+  const ScratchFile both("odometry = false\nodometry_topic = '/odom'\n");
+  const auto Uses = [](const std::vector<std::string>& words) {
+    const Program program(words, {ParameterGroup::kOdometry});
+    CHECK_FALSE(program.exit_code);
+    return program.parameters().match.odometry;
+  };
+  CHECK(Uses({"--odometry-topic", "/odom"}));
+  CHECK(Uses({"--odometry-topic", "/odom", "--odometry"}));
+  CHECK(Uses({"--config", named.path()}));
+  CHECK(Uses({"--config", off.path(), "--odometry-topic", "/odom"}));
+  CHECK_FALSE(Uses({"--config", named.path(), "--no-odometry"}));
+  CHECK_FALSE(Uses({"--config", both.path()}));
+  CHECK_FALSE(Uses({}));
+  CheckRefused(Program({"--odometry-topic", "/odom", "--no-odometry"}, {ParameterGroup::kOdometry}),
+               "--odometry-topic: names odometry that --no-odometry turns off: remove one of them");
+
+  const Program told({"--odometry-topic", "/odom"}, {ParameterGroup::kOdometry});
+  CHECK(told.line.WordsFor({{ParameterGroup::kOdometry}, {}}) == std::vector<std::string>{"--odometry"});
+  const Program without_flag({"--config", named.path()});
+  CHECK(without_flag.line.WordsFor({{ParameterGroup::kOdometry}, {}}) ==
+        std::vector<std::string>{"--config", named.path()});
 }
 
 TEST_CASE("the words for another program are those that it knows, in the order of --help") {
