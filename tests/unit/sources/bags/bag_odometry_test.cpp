@@ -236,18 +236,21 @@ TEST_CASE("odometry that is named and not there is an error that lists what ther
 }
 
 TEST_CASE("of several TF that of the laser's namespace is read") {
-  const Bag bag = Bag()
-                      .Topic(kScan, "/scan", "sensor_msgs/LaserScan")
-                      .Topic(kOther, "/r1/scan", "sensor_msgs/LaserScan")
-                      .Topic(kTf, "/r1/tf", kTfType)
-                      .Topic(kStatic, "/r2/tf", kTfType)
-                      .Tf({RobotAt(2.0, 0)}, kStatic)
-                      .Tf({RobotAt(1.0, 0)})
-                      .Add(kOther, LaserMessage().Ros1());
-  const ScratchFile file(bag.bytes());
-  BagSource source(file.path(), "/r1/scan", {true, ""});
-  REQUIRE(source.Next());
-  CHECK(source.Odometry() == Pose2{1.0, 0.0, 0.0});
+  for (const std::string robot : {"/a1", "/z1"}) {  // before and behind "/tf" in the list of topics
+    const Bag bag = Bag()
+                        .Topic(kScan, robot + "/scan", "sensor_msgs/LaserScan")
+                        .Topic(kTf, robot + "/tf", kTfType)
+                        .Topic(kStatic, "/other/tf", kTfType)
+                        .Topic(kOther, "/tf", kTfType)
+                        .Tf({RobotAt(1.0, 0)})
+                        .Tf({RobotAt(2.0, 0)}, kStatic)
+                        .Tf({RobotAt(3.0, 0)}, kOther)
+                        .Scan(0);
+    const ScratchFile file(bag.bytes());
+    BagSource source(file.path(), "", {true, ""});
+    REQUIRE(source.Next());
+    CHECK(source.Odometry() == Pose2{1.0, 0.0, 0.0});
+  }
 }
 
 TEST_CASE("bad TF is counted where it is the odometry's, and passed over") {
