@@ -162,7 +162,8 @@ void VisitMatchParameters(MatchParameters& match, Visitor&& visit) {
   using enum ParameterGroup;
   constexpr std::array<std::string_view, 2> kClimbs{"fixed", "shrinking"};
   visit({kSeed, "seed", "seed of the random numbers"}, match.seed, std::uint64_t{0}, ~std::uint64_t{0});
-  visit({kOdometry, "odometry", "take the initial guess from odometry, if the source has odometry that can be trusted"},
+  visit({kOdometry, "odometry",
+         "use the wheel odometry of the source, as far as it agrees with the laser; what it is worth is learned"},
         match.odometry);
   visit({kMatch, "num_evaluations", "most evaluations of the fitness for a scan (N_HC)"}, match.num_evaluations, 1,
         10000000);

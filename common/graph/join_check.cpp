@@ -1,7 +1,7 @@
 #include "common/graph/join_check.hpp"
 
-#include "common/graph/place_search.hpp"
 #include "common/graph/submap.hpp"
+#include "common/match/place_search.hpp"
 
 namespace crsm {
 std::optional<double> ComputeContradictionByOthers(const KeyframeGraph& graph, const GraphConstants& constants) {

@@ -8,9 +8,9 @@
 
 #include "common/graph/graph_constants.hpp"
 #include "common/graph/keyframe_graph.hpp"
-#include "common/graph/line_spectrum.hpp"
 #include "common/graph/loop_finding.hpp"
-#include "common/graph/place_search.hpp"
+#include "common/match/line_spectrum.hpp"
+#include "common/match/place_search.hpp"
 
 namespace crsm {
 
@@ -34,6 +34,11 @@ class JoinSearch {
     LineSpectrum spectrum;
   };
 
+  struct Drift {
+    double reach_m;
+    double reach_rad;
+  };
+
   struct Turn {
     std::vector<KeyframeId> now;
     std::vector<KeyframeId> later;
@@ -41,6 +46,8 @@ class JoinSearch {
 
   Turn TakeTurns(const KeyframeGraph& graph, const std::vector<KeyframeId>& middles,
                  const std::vector<KeyframeId>& found_before) const;
+  static Drift FindDrift(const KeyframeGraph& graph, KeyframeId last, double between_s,
+                         const GraphConstants::Joins& joins);
   std::optional<LoopFinding> SearchNearby(const KeyframeGraph& graph) const;
   std::vector<KeyframeId> FindMiddles(const KeyframeGraph& graph) const;
   const DrawnSubmap& Draw(const KeyframeGraph& graph, KeyframeId middle);

@@ -29,6 +29,13 @@ GraphEdge MakeMatchedEdge(int older, int index, const Pose2& T_older_this, const
   return GraphEdge::Make(older, index, T_older_this, sigma, axis);
 }
 
+/// Two trajectories hang together: those that hang together with either.
+void Unite(std::vector<int>& groups, int trajectory, int other) {
+  const int a = groups[static_cast<std::size_t>(trajectory)];
+  const int b = groups[static_cast<std::size_t>(other)];
+  if (a != b) std::replace(groups.begin(), groups.end(), std::max(a, b), std::min(a, b));
+}
+
 bool HardlyDiffer(const Pose2& a, const Pose2& b) {
   constexpr double kHardly = 1e-6;  // [m] and [rad]
   return std::abs(a.x_m - b.x_m) < kHardly && std::abs(a.y_m - b.y_m) < kHardly &&
@@ -53,10 +60,24 @@ GraphEdge MakeLoopEdge(const Loop& loop, const PoseIndices& indices, const Motio
   return edge;
 }
 
-/// From the keyframe before. Over a break, where nothing is known, the poses as they are.
+/// From the keyframe before, by the wheels: they may slip.
+GraphEdge MakeWheelEdge(int index, const WheelMotion& motion) {
+  GraphEdge edge =
+      GraphEdge::Make(index - 1, index, motion.T_from_to, {motion.sigma_m, motion.sigma_m, motion.sigma_rad});
+  edge.may_be_wrong = true;
+  return edge;
+}
+
+/// Whether the wheels say something of a motion that its match does not know better.
+bool DoWheelsTell(const Keyframe& keyframe) {
+  return keyframe.by_wheels && !keyframe.begins && (keyframe.open_axis || keyframe.after_lost);
+}
+
+/// From the keyframe before. Over a break that nothing bridges, the poses as they are.
 GraphEdge MakeMotionEdge(const KeyframeGraph& graph, KeyframeId id, int index, const GraphConstants::Edges& constants) {
   const Keyframe& at = graph.keyframe(id);
   if (id.number > 0) return MakeMatchedEdge(index - 1, index, at.T_previous_this, at, constants);
+  if (graph.IsBridged(id.trajectory)) return MakeWheelEdge(index, *at.by_wheels);
   return GraphEdge::Make(index - 1, index, Inverse(graph.pose(*graph.Before(id))) * graph.pose(id),
                          constants.across_break);
 }
@@ -70,6 +91,7 @@ KeyframeId KeyframeGraph::Add(Keyframe keyframe) {
   keyframe.begins = keyframe.begins || !before;
   if (keyframe.begins) {
     components_.push_back(num_trajectories());
+    pieces_.push_back(before && keyframe.by_wheels ? pieces_.back() : num_trajectories());
     ++num_components_;
     trajectories_.emplace_back();
     poses_.emplace_back();
@@ -144,12 +166,34 @@ std::vector<KeyframeId> KeyframeGraph::ids() const {
 std::vector<int> KeyframeGraph::FindComponents(const std::vector<Loop>& loops) const {
   std::vector<int> components(trajectories_.size());
   std::iota(components.begin(), components.end(), 0);
-  for (const Loop& loop : loops) {
-    const int a = components[static_cast<std::size_t>(loop.older.trajectory)];
-    const int b = components[static_cast<std::size_t>(loop.newer.trajectory)];
-    if (a != b) std::replace(components.begin(), components.end(), std::max(a, b), std::min(a, b));
-  }
+  for (const Loop& loop : loops) Unite(components, loop.older.trajectory, loop.newer.trajectory);
   return components;
+}
+
+std::vector<int> KeyframeGraph::FindPieces(const std::vector<Loop>& loops) const {
+  std::vector<int> pieces = FindComponents(loops);
+  for (int i = 1; i < num_trajectories(); ++i) {
+    if (IsBridged(i)) Unite(pieces, i - 1, i);
+  }
+  return pieces;
+}
+
+bool KeyframeGraph::IsBridged(int trajectory) const {
+  return trajectory > 0 && keyframe({trajectory, 0}).by_wheels.has_value();
+}
+
+std::optional<WheelMotion> KeyframeGraph::SumBridges(KeyframeId older, KeyframeId newer) const {
+  const auto Piece = [&](KeyframeId id) { return pieces_[static_cast<std::size_t>(id.trajectory)]; };
+  if (Piece(older) != Piece(newer)) return std::nullopt;
+  std::optional<WheelMotion> sum;
+  for (int i = older.trajectory + 1; i <= newer.trajectory; ++i) {
+    if (!IsBridged(i)) continue;
+    const WheelMotion& bridge = *keyframe({i, 0}).by_wheels;
+    const Pose2 onward{Distance(pose({i, 0}), pose(newer)), 0.0, 0.0};  // over which an error of the heading grows
+    const WheelMotion error = WheelMotion{{}, bridge.sigma_m, bridge.sigma_rad} * WheelMotion{onward, 0.0, 0.0};
+    sum = sum.value_or(WheelMotion{}) * WheelMotion{{}, error.sigma_m, error.sigma_rad};
+  }
+  return sum;
 }
 
 std::vector<int> KeyframeGraph::CountKeyframes(const std::vector<int>& components) const {
@@ -185,6 +229,7 @@ std::vector<Loop> KeyframeGraph::FindLoopsAcross(int trajectory) const {
 
 void KeyframeGraph::UpdateComponents() {
   components_ = FindComponents(loops_);
+  pieces_ = FindPieces(loops_);
   num_components_ = static_cast<int>(std::set(components_.begin(), components_.end()).size());
 }
 
@@ -254,6 +299,7 @@ PoseGraph KeyframeGraph::MakePoseGraph() const {
     if (index == 0) continue;
     const Keyframe& at = keyframe(id);
     graph.AddEdge(MakeMotionEdge(*this, id, index, constants_));
+    if (DoWheelsTell(at)) graph.AddEdge(MakeWheelEdge(index, *at.by_wheels));
     if (!at.tie || at.tie_wrong || !HangTogether(at.tie->keyframe, id)) continue;
     graph.AddEdge(MakeMatchedEdge(indices(at.tie->keyframe), index, at.tie->T_keyframe_this, at, constants_));
   }

@@ -10,6 +10,7 @@
 #include "common/graph/graph_constants.hpp"
 #include "common/graph/pose_graph.hpp"
 #include "common/scan/valid_rays.hpp"
+#include "common/scan/wheel_motion.hpp"
 
 namespace crsm {
 
@@ -42,6 +43,8 @@ struct Keyframe {
   /// The motion since the keyframe before, as matched. Where a trajectory begins, a guess: the place of its frame seen
   /// from the last keyframe of the trajectory before. Of no meaning in the first of all.
   Pose2 T_previous_this;
+  /// The same by the wheels, where they are believed. Where a trajectory begins, they bridge the break.
+  std::optional<WheelMotion> by_wheels = std::nullopt;
   bool after_lost = false;                                  ///< scans were lost between the two
   bool begins = false;                                      ///< a trajectory
   bool begins_anywhere = false;                             ///< ... of another drive: nothing is known of its place
@@ -106,7 +109,8 @@ struct GraphUpdate {
 /// A *trajectory* is an unbroken run of keyframes, each matched to what those before it drew. Where one ends and the
 /// next begins nobody knows the motion, and there is no way from one to the other but over loops. Trajectories that
 /// loops lead across hang together: they are one *component*, in one frame. The poses of another component are in a
-/// frame of its own.
+/// frame of its own. Where the wheels *bridge* a break, components on both sides are one *piece*, in about one frame:
+/// where they lie is not known so well that scans of one could be matched to the other.
 class KeyframeGraph {
  public:
   explicit KeyframeGraph(const GraphConstants::Edges& constants = {}) : constants_(constants) {}
@@ -157,8 +161,18 @@ class KeyframeGraph {
 
   /// For each trajectory its component, if these were all the loops.
   std::vector<int> FindComponents(const std::vector<Loop>& loops) const;
+  /// For each trajectory its piece, the oldest one with which it hangs together by these loops, or over breaks that the
+  /// wheels bridge. Pieces are what is shown as one map.
+  std::vector<int> FindPieces(const std::vector<Loop>& loops) const;
+
+  /// Whether the wheels bridge the break before a trajectory.
+  bool IsBridged(int trajectory) const;
+  /// How well a keyframe is known as seen from an older one of its piece, by the bridges between: standard deviations.
+  /// Nothing if there is none.
+  std::optional<WheelMotion> SumBridges(KeyframeId older, KeyframeId newer) const;
 
   const std::vector<int>& components() const { return components_; }  ///< by trajectory
+  const std::vector<int>& pieces() const { return pieces_; }          ///< by trajectory
   /// How many keyframes each component has. components: by trajectory.
   std::vector<int> CountKeyframes(const std::vector<int>& components) const;
 
@@ -219,6 +233,7 @@ class KeyframeGraph {
   int size_ = 0;
   std::vector<int> components_;  ///< by trajectory
   int num_components_ = 0;
+  std::vector<int> pieces_;  ///< by trajectory
   std::vector<Loop> loops_;
   std::int64_t num_loops_dropped_ = 0;
 };

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "common/graph/draw_scans.hpp"
-#include "common/graph/place_search.hpp"
 #include "common/graph/submap.hpp"
 #include "common/match/global_search.hpp"
+#include "common/match/place_search.hpp"
 #include "common/match/scored_map.hpp"
 #include "common/match/summit.hpp"
 

@@ -48,6 +48,7 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   if (!loops_.loops) return step;
   step.delta.drawn = step.delta.drawn || begins;
   if (match.state == MatchState::kLost) lost_since_ = true;
+  if (by_wheels_) by_wheels_ = match.by_wheels ? std::optional(*by_wheels_ * *match.by_wheels) : std::nullopt;
   if (step.delta.drawn) AddKeyframe(scan->rays, match, begins);
   if (step.delta.drawn && !begins && put_off_) put_off_->push_back({false, {{*graph_.newest(), match.T_map_laser}}});
   trajectories_.Add(match, graph_.num_trajectories());
@@ -180,7 +181,7 @@ const Mapper::Anchor* Mapper::FindAnchor(std::int64_t scan) const {
 
 /// Counts the keyframes of all components. Other trajectories hang together by now.
 void Mapper::CountComponents() {
-  best_components_ = graph_.FindComponents(loops_closed_);
+  best_components_ = graph_.FindPieces(loops_closed_);
   component_sizes_ = graph_.CountKeyframes(best_components_);
   largest_ = static_cast<int>(std::max_element(component_sizes_.begin(), component_sizes_.end()) -
                               component_sizes_.begin());  // of several the oldest
@@ -189,7 +190,8 @@ void Mapper::CountComponents() {
 /// The newest keyframe, too.
 void Mapper::CountNewest(bool begins) {
   if (begins) {
-    best_components_.push_back(static_cast<int>(best_components_.size()));
+    const int trajectory = static_cast<int>(best_components_.size());
+    best_components_.push_back(graph_.IsBridged(trajectory) ? best_components_.back() : trajectory);
     component_sizes_.push_back(0);
   }
   const int component = best_components_.back();
@@ -297,6 +299,11 @@ MapPieces Mapper::FindPieces() const {
     at.piece = OnPiece(i);
     found.breaks.push_back(at);
   }
+  const std::vector<int> components = graph_.FindComponents(loops_closed_);
+  for (int i = 1; i < trajectories_.size(); ++i) {
+    const bool by_loops = components[static_cast<std::size_t>(i) - 1] == components[static_cast<std::size_t>(i)];
+    if (!by_loops && OnPiece(i - 1) == OnPiece(i)) ++found.num_bridged;
+  }
   found.num_pieces = std::ssize(pieces);
   found.num_breaks = std::ssize(found.breaks);
   pieces.resize(std::min(pieces.size(), MapPieces::kMostPieces));
@@ -315,6 +322,8 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
   keyframe.begins = begins || !before;
   keyframe.begins_anywhere = begins && match.covariance[0] >= kUnknownVariance;
   keyframe.as_of = applied_update_;
+  if (before) keyframe.by_wheels = by_wheels_;
+  by_wheels_.emplace();
   if (before) {
     keyframe.T_previous_this = Inverse(graph_.pose(*before)) * match.T_map_laser;
     if (!begins) keyframe.tie = FindTie(match.T_map_laser);
@@ -357,8 +366,8 @@ bool Mapper::ApplyDue(int lag) {
 /// Whether the newest keyframe is of another component than the one with the most keyframes, of several the oldest: by
 /// what has taken effect.
 bool Mapper::Floats() const {
-  const std::vector<int> sizes = graph_.CountKeyframes(graph_.components());
-  return graph_.component(*graph_.newest()) != std::ranges::max_element(sizes) - sizes.begin();
+  const std::vector<int> sizes = graph_.CountKeyframes(graph_.pieces());
+  return graph_.pieces().back() != std::ranges::max_element(sizes) - sizes.begin();
 }
 
 /// The nearest keyframe of long ago that is in the local map.

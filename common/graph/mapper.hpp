@@ -165,8 +165,9 @@ class Mapper {
   std::vector<KeyframeId> drawn_;  ///< keyframes in the local map
   double looked_at_m_ = 0.0;       ///< where on the newest trajectory it was last looked which belong there
   std::optional<std::vector<PutOff>> put_off_;
-  bool floats_ = false;      ///< the newest keyframe: it is not on the map that is shown
-  bool lost_since_ = false;  ///< scans were, since the newest keyframe
+  bool floats_ = false;                   ///< the newest keyframe: it is not on the map that is shown
+  bool lost_since_ = false;               ///< scans were, since the newest keyframe
+  std::optional<WheelMotion> by_wheels_;  ///< since the newest keyframe, where the wheels are believed
   std::vector<Anchor> anchors_;
 };
 

@@ -55,6 +55,7 @@ struct MapPieces {
   std::int64_t num_pieces = 0;
   std::int64_t num_breaks = 0;
   std::int64_t num_matched = 0;  ///< scans that were matched, in all pieces
+  std::int64_t num_bridged = 0;  ///< breaks over which pieces hang together by the wheels alone
   std::vector<MapPiece> pieces;  ///< by their number: piece 1 is the map that is shown; the others by size; kMostPieces
   std::vector<Break> breaks;     ///< the newest ones, oldest first; kMostBreaks
 

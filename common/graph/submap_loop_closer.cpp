@@ -53,6 +53,7 @@ std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe, const std::o
     verified_ = update.keyframe;
     return update;
   }
+  if (ContradictsBridges(*finding)) return update;
   update.closed = Confirm(*finding);
   if (update.closed.empty()) return update;
   if (checked) {
@@ -124,6 +125,21 @@ std::vector<KeyframeId> SubmapLoopCloser::PlacesFoundBefore() const {
 bool SubmapLoopCloser::AgreesWithGraph(const LoopFinding& finding) const {
   const Pose2 expected = Inverse(graph_.pose(finding.older)) * graph_.pose(finding.newer);
   return AreNear(expected, finding.T_older_newer, constants_.check.agrees_m, constants_.check.agrees_rad);
+}
+
+/// Whether the wheels say that the robot is elsewhere: rooms and corridors are alike, and wheels that were right so far
+/// know better.
+bool SubmapLoopCloser::ContradictsBridges(const LoopFinding& finding) const {
+  const auto bridges = graph_.SumBridges(finding.older, finding.newer);
+  if (!bridges || graph_.HangTogether(finding.older, finding.newer)) return false;
+  const auto& [joins, loops] = std::tie(constants_.joins, constants_.loops);
+  double way_m = graph_.path_m(finding.newer) - graph_.path_m(finding.older);
+  for (int i = finding.older.trajectory; i < finding.newer.trajectory; ++i) way_m += graph_.path_m(graph_.LastOf(i));
+  const Pose2 expected = Inverse(graph_.pose(finding.older)) * graph_.pose(finding.newer);
+  return !AreNear(
+      expected, finding.T_older_newer,
+      joins.bridged_sigmas * bridges->sigma_m + loops.largest.least_m + loops.largest.m_per_m * way_m,
+      joins.bridged_sigmas * bridges->sigma_rad + loops.largest.least_rad + loops.largest.rad_per_m * way_m);
 }
 
 /// Whether they are of one drift: the robot moved between them as it was matched.

@@ -40,6 +40,7 @@ class SubmapLoopCloser : public LoopCloser {
     bool is_loop = false;
   };
 
+  bool ContradictsBridges(const LoopFinding& finding) const;
   bool AgreesWithGraph(const LoopFinding& finding) const;
   bool AreApart(const LoopFinding& earlier, const LoopFinding& later) const;
   bool Agree(const LoopFinding& earlier, const LoopFinding& later) const;

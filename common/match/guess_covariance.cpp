@@ -35,20 +35,10 @@ Spread FindSpeed(std::span<const ScanMatch> recent) {
   return time_s > 0.0 ? Spread{way.m / time_s, way.rad / time_s} : Spread{0.0, 0.0};
 }
 
-/// By the wheels since the last scan; nothing where the guess does not follow them.
-std::optional<Pose2> FindWheelMotion(const ScanMatch& guess, const ScanMatch& last) {
-  if (!guess.T_odom_robot || !last.T_odom_robot) return std::nullopt;
-  const Pose2 motion = Inverse(*last.T_odom_robot) * *guess.T_odom_robot;
-  return last.T_map_laser * motion == guess.T_map_laser ? std::optional(motion) : std::nullopt;
-}
-
 /// Since the last scan.
 Spread FindGrowth(const ScanMatch& guess, std::span<const ScanMatch> recent) {
-  constexpr double kOfWheelMotion = 0.1;
   const ScanMatch& last = recent.back();
-  if (const auto motion = FindWheelMotion(guess, last)) {
-    return {kOfWheelMotion * Length(*motion), kOfWheelMotion * std::abs(motion->yaw_rad)};
-  }
+  if (guess.by_wheels) return {guess.by_wheels->sigma_m, guess.by_wheels->sigma_rad};
   if (HasClockRestarted(last.utime, guess.utime)) return {kMost_m, kMost_rad};
   const double elapsed_s = std::max(0.0, 1e-6 * static_cast<double>(guess.utime - last.utime));
   const Spread speed = FindSpeed(recent);

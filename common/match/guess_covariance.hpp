@@ -24,7 +24,7 @@ inline constexpr GuessWindow kGuessWindow;
 ///
 /// Standard deviations are half of kGuessWindow, without a limit to the time: with each second since the last match
 /// they grow by as much as its half does, or by what the robot moved in a second when it was matched last, if that is
-/// more. Where the guess follows the wheels they grow by a tenth of the wheels' motion instead. They end at 50 m, and
+/// more. Where the wheels are believed they grow by what those are worth instead. They end at 50 m, and
 /// at what any heading has; so does a guess after a clock that begins anew: nobody knows the time between.
 ///
 /// kUnknownVariance where there is nothing to guess from: in another drive that begins anywhere, and on a finished map

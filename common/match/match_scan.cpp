@@ -87,6 +87,11 @@ std::int64_t FindPatience(const TrackingState& tracking, int lost_scans_max) {
   return tracking.fitnesses().size() < kHardlyMatched ? std::min(lost_scans_max, 1) : lost_scans_max;
 }
 
+/// Where the wheels lead from the last scan; there where they are not believed.
+Pose2 GuessByWheels(const ScanMatch& match, const ScanMatch& last) {
+  return match.by_wheels ? last.T_map_laser * match.by_wheels->T_from_to : last.T_map_laser;
+}
+
 /// A new trajectory, where the robot is guessed to be or was found on the known map: one scan proves nothing, so it
 /// floats all the same. While the map is empty it is still the first of all.
 ScanMatch Begin(const ScanMatch& match, const Pose2& guess) {
@@ -102,6 +107,18 @@ ScanMatch Begin(const ScanMatch& match, const Pose2& guess) {
   return first;
 }
 
+/// The same where the wheels lead on from the last scan that was matched. A robot whose wheels stand while its scans
+/// are lost is carried.
+ScanMatch BeginByWheels(const ScanMatch& match, const TrackingState& tracking) {
+  constexpr double kStands_m = 0.05;
+  constexpr double kStands_rad = 0.05;
+  const auto way = FindWayByWheels(tracking.recent(), match.by_wheels);
+  ScanMatch first = Begin(match, match.T_map_laser);
+  const bool stands = way && Length(way->T_from_to) < kStands_m && std::abs(way->T_from_to.yaw_rad) < kStands_rad;
+  if (way && !stands) first.by_wheels = match.by_wheels;
+  return first;
+}
+
 /// Where the known map shows a scan to be, far from the last one. Nearby a guess is as good, and promises nothing.
 std::optional<Pose2> FindFarAway(const Matcher& matcher, const CriticalRays& scan, const Pose2& T_map_last) {
   const auto found = matcher.Locate(scan);
@@ -112,6 +129,7 @@ std::optional<Pose2> FindFarAway(const Matcher& matcher, const CriticalRays& sca
 ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
                        const std::optional<Pose2>& T_odom_robot, const LoopParameters& parameters) {
   ScanMatch match = MatchSweep(matcher, scan, tracking, T_odom_robot);
+  match.by_wheels = tracking.wheels().Predict(tracking.recent(), scan.utime, match.T_odom_robot);
   match.trajectory = tracking.trajectory();
   match.floating = tracking.floating();
   if (!parameters.loops || tracking.empty() || tracking.on_finished_map()) return match;
@@ -121,14 +139,13 @@ ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const T
   if (!HasEnoughRays(scan)) return match;
   const ScanMatch& last = tracking.recent().back();
   const bool is_convincing = tracking.num_lost() == 0 || IsConvincing(match, tracking);
-  if (!is_convincing || IsContradicted(matcher, scan, match, tracking)) match = Lose(match, last.T_map_laser);
+  if (!is_convincing || IsContradicted(matcher, scan, match, tracking)) match = Lose(match, GuessByWheels(match, last));
   const bool lost_for_long = match.state == MatchState::kLost && parameters.lost_scans_max > 0 &&
                              tracking.num_lost() + 1 >= FindPatience(tracking, parameters.lost_scans_max);
   const bool resumed_elsewhere = match.state == MatchState::kLost && tracking.onset() == Onset::kResumed;
-  const bool by_odometry = match.T_odom_robot && last.T_odom_robot;
-  const bool is_gap = IsGap(tracking, scan.utime, parameters.gap_max_s) && !by_odometry;
+  const bool is_gap = IsGap(tracking, scan.utime, parameters.gap_max_s) && !match.by_wheels;
   const bool broken = (is_gap || HasClockRestarted(last.utime, scan.utime)) && !StoodStill(match, tracking);
-  if (lost_for_long && by_odometry) return Begin(match, match.T_map_laser);
+  if (lost_for_long && match.by_wheels) return BeginByWheels(match, tracking);
   if (!lost_for_long && !broken && !resumed_elsewhere) return match;
   const Pose2 guess = lost_for_long ? GuessOnward(tracking.recent(), scan.utime) : last.T_map_laser;
   const auto found = FindFarAway(matcher, scan, last.T_map_laser);

@@ -5,43 +5,6 @@
 #include <iterator>
 
 namespace crsm {
-namespace {
-
-/// How far two motions are apart [m]; turns count at 1 m from the laser.
-double ComputeDistance(const Pose2& a, const Pose2& b) {
-  return std::abs(a.x_m - b.x_m) + std::abs(a.y_m - b.y_m) + std::abs(WrapAngle(a.yaw_rad - b.yaw_rad));
-}
-
-/// Whether a robot can move so far in that time: odometry that was reset, or not sent for a while, jumps.
-bool IsMotion(const Pose2& motion, double elapsed_s) {
-  constexpr double kFastest_m_s = 3.0;
-  constexpr double kFastest_rad_s = 3.0;
-  const double farthest_m = std::max(1.0, kFastest_m_s * elapsed_s);  // and stamps are not exact
-  const double widest_rad = std::max(1.5, kFastest_rad_s * elapsed_s);
-  return std::abs(motion.x_m) <= farthest_m && std::abs(motion.y_m) <= farthest_m &&
-         std::abs(motion.yaw_rad) <= widest_rad;
-}
-
-/// Whether odometry told the last motions that were matched no worse than the velocity model would have.
-bool OdometryHolds(std::span<const ScanMatch> recent, const MatchParameters& parameters) {
-  constexpr std::size_t kMotions = 5;    // a second of a laser at 5 Hz
-  constexpr double kTolerance_m = 0.02;  // for each motion: what a good match may be off
-  double excess_m = 0.0;
-  for (std::size_t i = 0; i < kMotions && i + 1 < recent.size(); ++i) {
-    const ScanMatch& to = recent[recent.size() - 1 - i];
-    const ScanMatch& from = recent[recent.size() - 2 - i];
-    if (!IsMotionMatched(from, to)) continue;
-    if (!from.T_odom_robot || !to.T_odom_robot) continue;
-    const Pose2 presumed = PredictPose(recent.first(recent.size() - 1 - i), parameters);
-    excess_m +=
-        ComputeDistance(Inverse(*from.T_odom_robot) * *to.T_odom_robot, Inverse(from.T_map_laser) * to.T_map_laser) -
-        ComputeDistance(Inverse(from.T_map_laser) * presumed, Inverse(from.T_map_laser) * to.T_map_laser) -
-        kTolerance_m;
-  }
-  return excess_m <= 0.0;
-}
-
-}  // namespace
 
 Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchParameters& parameters) {
   // The way is the mean of some motions, because along a corridor no single one is known well. Where nothing seen holds
@@ -108,16 +71,6 @@ Pose2 GuessOnward(std::span<const ScanMatch> recent, std::int64_t utime) {
     onward = onward * Pose2{share * motion.x_m, share * motion.y_m, share * kOfTurn * motion.yaw_rad};
   }
   return onward;
-}
-
-std::optional<Pose2> PredictPoseByOdometry(std::span<const ScanMatch> recent, std::int64_t utime,
-                                           const std::optional<Pose2>& T_odom_robot,
-                                           const MatchParameters& parameters) {
-  if (!T_odom_robot || !recent.back().T_odom_robot) return std::nullopt;
-  const Pose2 motion = Inverse(*recent.back().T_odom_robot) * *T_odom_robot;
-  const double elapsed_s = 1e-6 * static_cast<double>(utime - recent.back().utime);
-  if (!IsMotion(motion, elapsed_s) || !OdometryHolds(recent, parameters)) return std::nullopt;
-  return recent.back().T_map_laser * motion;
 }
 
 }  // namespace crsm

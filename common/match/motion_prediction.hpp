@@ -28,13 +28,4 @@ std::optional<Pose2> ContinueMotion(std::span<const ScanMatch> recent, const Mat
 /// were matched one after the other, but straighter. The last pose where that is not known.
 Pose2 GuessOnward(std::span<const ScanMatch> recent, std::int64_t utime);
 
-/// The same by odometry: the last pose and the motion of the wheels since. Nothing if that is not to be trusted: when
-/// there was no odometry at either scan, when it jumps further than a robot drives in that time, or when it told the
-/// last motions worse than PredictPose did.
-///
-/// recent: as of PredictPose; more than ten change nothing. utime, T_odom_robot: of the scan. The laser is taken to
-/// stand at the robot's centre; what that costs is its distance from there times the turn between two scans.
-std::optional<Pose2> PredictPoseByOdometry(std::span<const ScanMatch> recent, std::int64_t utime,
-                                           const std::optional<Pose2>& T_odom_robot, const MatchParameters& parameters);
-
 }  // namespace crsm

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/match/expectation.hpp"
+#include "common/match/far_search.hpp"
 #include "common/match/global_search.hpp"
 #include "common/match/motion_prediction.hpp"
 #include "common/match/objective.hpp"
@@ -25,6 +26,16 @@ bool IsGlobalSearchDue(const TrackingState& tracking) {
   constexpr std::int64_t kPatience = 10;  // people who stand around a robot go on again after a second or two
   if (!tracking.on_finished_map() || tracking.num_lost() < std::min(tracking.num_scans(), kPatience)) return false;
   return tracking.num_scans() < kPatience || tracking.num_scans() % kPatience == 0;
+}
+
+/// How strongly the wheels' pose holds along an axis that the walls leave open [1/m^2]: chance gains nearly 0.05 of
+/// fitness there, which three standard deviations have to outweigh.
+double FindPull(const WheelMotion& way) {
+  constexpr double kByChance = 0.05;
+  constexpr double kLeast_m = 0.01;
+  constexpr double kMost_m = 0.03;
+  const double sigma_m = 3.0 * std::clamp(way.sigma_m, kLeast_m, kMost_m);
+  return kByChance / (sigma_m * sigma_m);
 }
 
 /// The pose that is as far along an axis as the presumed one.
@@ -57,18 +68,21 @@ struct RrhcMatcher::Rays {
 
 /// Where the laser is by what is known without the scan.
 struct RrhcMatcher::Guess {
-  Pose2 by_motion;                   ///< the start, the last pose, or the last motions repeated
-  std::optional<Pose2> by_odometry;  ///< where that is to be trusted
+  Pose2 by_motion;                  ///< the start, the last pose, or the last motions repeated
+  std::optional<Pose2> by_wheels;   ///< where they are believed
+  std::optional<WheelMotion> step;  ///< ... since the last scan
+  std::optional<WheelMotion> way;   ///< ... since the last one that was matched
 
-  Pose2 best() const { return by_odometry.value_or(by_motion); }
+  Pose2 best() const { return by_wheels.value_or(by_motion); }
 };
 
 /// Where the search begins.
 struct RrhcMatcher::Presumption {
   Pose2 T_map_laser;
-  bool known = true;                ///< false: the robot may be anywhere, and was not found
-  bool found_on_whole_map = false;  ///< nothing is left to be searched
-  Pose2 if_lost;                    ///< the guess that a lost scan gets
+  std::optional<WheelMotion> by_wheels;  ///< where it is the wheels' pose: since the last scan that was matched
+  bool known = true;                     ///< false: the robot may be anywhere, and was not found
+  bool found_on_whole_map = false;       ///< nothing is left to be searched
+  Pose2 if_lost;                         ///< the guess that a lost scan gets
   int evaluations = 0;
 };
 
@@ -107,10 +121,13 @@ ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& trac
   if (!presumed.known) return match;
 
   const Found found = Search(rays, presumed, tracking, scan.utime);
-  const Refined refined = Refine(rays, found, ComputeSteadiness(tracking.recent(), scan.utime));
+  Refined refined = Refine(rays, found, presumed, ComputeSteadiness(tracking.recent(), scan.utime));
+  if (ContradictsWheels(guess, refined.pose, tracking)) {
+    if (const auto rival = FindRivalByWheels(rays, guess, presumed, refined)) refined = *rival;
+  }
   match.evaluations += found.evaluations + refined.evaluations;
   match.best_evaluation = found.best_evaluation;
-  Judge(rays, presumed, refined, tracking, match);
+  Judge(rays, guess, presumed, refined, tracking, match);
   return match;
 }
 
@@ -122,9 +139,28 @@ std::optional<Pose2> RrhcMatcher::Locate(const CriticalRays& scan) const {
 
 RrhcMatcher::Guess RrhcMatcher::GuessPose(const TrackingState& tracking, std::int64_t utime,
                                           const std::optional<Pose2>& T_odom_robot) const {
-  if (tracking.empty()) return {parameters_.start.value_or(Pose2{}), std::nullopt};
-  return {PredictPose(tracking.recent(), parameters_),
-          PredictPoseByOdometry(tracking.recent(), utime, T_odom_robot, parameters_)};
+  Guess guess;
+  if (tracking.empty()) {
+    guess.by_motion = parameters_.start.value_or(Pose2{});
+    return guess;
+  }
+  const auto recent = tracking.recent();
+  guess.by_motion = PredictPose(recent, parameters_);
+  guess.step = tracking.wheels().Predict(recent, utime, T_odom_robot);
+  if (!guess.step) return guess;
+  guess.by_wheels = recent.back().T_map_laser * guess.step->T_from_to;
+  guess.way = FindWayByWheels(recent, guess.step);
+  return guess;
+}
+
+/// Whether the wheels' pose is presumed: where they have told the last motions better than the velocity model did, or
+/// the walls did not tell how far. The other one is where it fits clearly better, since the robot moves in another way.
+bool RrhcMatcher::PrefersWheels(const Rays& rays, const Guess& guess, const TrackingState& tracking) const {
+  constexpr double kClearly = 1.2;  // smaller ratios are within noise
+  if (tracking.recent().back().state != MatchState::kOk) return true;
+  const double by_wheels = map_.Fitness(rays.critical, *guess.by_wheels);
+  const double by_motion = map_.Fitness(rays.critical, guess.by_motion);
+  return tracking.wheels().TellsBest() ? by_motion <= kClearly * by_wheels : by_wheels > kClearly * by_motion;
 }
 
 /// Step 1. "The presumed new robot transformation" of section 5.3, and on a finished map a search of all of it.
@@ -133,16 +169,10 @@ RrhcMatcher::Presumption RrhcMatcher::Presume(const Rays& rays, const Guess& gue
   Presumption presumed;
   presumed.T_map_laser = guess.by_motion;
   presumed.if_lost =
-      tracking.empty() ? guess.by_motion : guess.by_odometry.value_or(tracking.recent().back().T_map_laser);
-  if (guess.by_odometry) {
-    // Motions that were matched are known better than those of wheels, unless the robot moves in another way now, or
-    // the walls did not tell how far.
-    constexpr double kClearly = 1.2;  // smaller ratios are within noise
-    const bool walls_told = tracking.recent().back().state == MatchState::kOk;
-    const auto FitnessAt = [&](const Pose2& pose) { return map_.Fitness(rays.critical, pose); };
-    if (!walls_told || FitnessAt(*guess.by_odometry) > kClearly * FitnessAt(guess.by_motion)) {
-      presumed.T_map_laser = *guess.by_odometry;
-    }
+      tracking.empty() ? guess.by_motion : guess.by_wheels.value_or(tracking.recent().back().T_map_laser);
+  if (guess.by_wheels && PrefersWheels(rays, guess, tracking)) {
+    presumed.T_map_laser = *guess.by_wheels;
+    presumed.by_wheels = guess.way;
   }
   const bool start_is_told = tracking.empty() && parameters_.start;
   if (IsGlobalSearchDue(tracking) && !start_is_told) {
@@ -168,13 +198,22 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& pres
     return expected.IsMetBy(pose, false, rays.critical_hits_m, map_.cells());
   };
   Random random(parameters_.seed, static_cast<std::uint64_t>(utime));
-  const MotionBounds window{parameters_.window_m, parameters_.window_rad};
+  const MotionBounds near_window{parameters_.window_m, parameters_.window_rad};
   const auto SearchAround = [&](const Pose2& presumed_pose) {
     const Objective objective{map_, rays.critical, presumed_pose, parameters_.pull_per_m2};
     return RrhcSearch(parameters_, objective, random)
-        .Run({presumed_pose, window, parameters_.restart_draws, parameters_.num_evaluations, expected.enough()});
+        .Run({presumed_pose, near_window, parameters_.restart_draws, parameters_.num_evaluations, expected.enough()});
   };
-  const SearchResult near = SearchAround(start);
+  SearchResult near = SearchAround(start);
+  if (const auto window = FindFarWindow(tracking.recent(), utime); window && !presumed.by_wheels) {
+    constexpr double kClearly = 1.1;  // a place further away is as likely where it fits that much better
+    if (const auto place = SearchFar(map_.cells(), rays.hits_m, start, *window)) {
+      const SearchResult far = SearchAround(*place);
+      near.evaluations += far.evaluations;
+      const bool better = far.best.fitness > kClearly * near.best.fitness;
+      if (better) return {far.best.pose, *place, true, near.evaluations, near.evaluations};
+    }
+  }
   if (const auto onward = ContinueMotion(tracking.recent(), parameters_)) {
     const SearchResult there = SearchAround(*onward);
     if (there.best.fitness > near.best.fitness && Explains(there.best)) {
@@ -218,7 +257,8 @@ RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& sta
 
 /// Step 3. A climb with all rays, weighted by their spacing, to a fraction of a cell. Along an axis that the walls
 /// leave open the presumed pose holds, as far as the motion is steady, unless another look finds what they do tell.
-RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, double steadiness) const {
+RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, const Presumption& presumed,
+                                         double steadiness) const {
   Refined refined{found.pose, found.is_presumed, {}, 0};
   const double cell_size_m = map_.geometry().cell_size_m();
   const auto Counted = [&refined](const Objective& objective, bool smooth = false) {
@@ -238,10 +278,13 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, d
   Climb(found.pose, pulled);
 
   constexpr double kLeastOpenness = 0.2;  // below, the walls tell more than the pull
+  const bool by_wheels = presumed.by_wheels && found.presumed == presumed.T_map_laser;
   const PoseUncertainty& known = refined.uncertainty;
   if (found.is_presumed && known.openness > kLeastOpenness && parameters_.axis_pull_per_m2 > 0.0) {
     const Pose2 back = MoveBackAlong(known.weak_axis, refined.pose, found.presumed);
-    const double axis_pull_per_m2 = steadiness * std::min(known.openness, 1.0) * parameters_.axis_pull_per_m2;
+    const double axis_pull_per_m2 =
+        std::min(known.openness, 1.0) *
+        (by_wheels ? FindPull(*presumed.by_wheels) : steadiness * parameters_.axis_pull_per_m2);
     const Objective held{map_, rays.all, found.presumed, pulled.pull_per_m2, known.weak_axis, axis_pull_per_m2};
     const auto Score = Fine(held);
     Climb(Score(back) > Score(refined.pose) ? back : refined.pose, held);
@@ -250,7 +293,7 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, d
 
   // A robot that has become faster or slower is presumed at the wrong place, scan after scan: look without any pull.
   // In a bare corridor chance gains nearly 0.05; the longer ago the last match, the likelier is a gain that is true.
-  const double least_gain = 0.02 + 0.03 * steadiness;
+  const double least_gain = 0.02 + 0.03 * (by_wheels ? 1.0 : steadiness);
   const Objective free{map_, rays.all, found.presumed, 0.0};
   const Pose2 better =
       LookAlong(refined.pose, known.weak_axis, parameters_.axis_window_m, cell_size_m, least_gain, Counted(free));
@@ -258,10 +301,38 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, d
   return refined;
 }
 
+/// Whether a match is far from where the wheels say, which were right so far.
+bool RrhcMatcher::ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking) {
+  constexpr double kFar = 5.0;  // standard deviations ...
+  constexpr double kNear_m = 0.1;
+  constexpr double kNear_rad = 0.05;  // ... and what a match may be off
+  if (!guess.way || !tracking.wheels().IsReliable()) return false;
+  const Pose2 off = Inverse(*guess.by_wheels) * T_map_laser;
+  return Length(off) > kFar * guess.way->sigma_m + kNear_m ||
+         std::abs(off.yaw_rad) > kFar * guess.way->sigma_rad + kNear_rad;
+}
+
+/// Whether a match that the wheels contradict is better proven than they are: it fits about as scans do as a rule.
+bool RrhcMatcher::IsProven(const Rays& rays, const Pose2& T_map_laser, const TrackingState& tracking) const {
+  constexpr double kAsUsual = 0.75;
+  return map_.Fitness(rays.critical, T_map_laser) >= kAsUsual * tracking.usual_fitness();
+}
+
+/// The pose near the wheels' one, where it fits nearly as well as another that they contradict: places are alike.
+std::optional<RrhcMatcher::Refined> RrhcMatcher::FindRivalByWheels(const Rays& rays, const Guess& guess,
+                                                                   const Presumption& presumed,
+                                                                   const Refined& refined) const {
+  constexpr double kNearlyAsWell = 0.85;
+  const Refined rival = Refine(rays, {*guess.by_wheels, *guess.by_wheels, true, 0, 0}, presumed, 1.0);
+  const bool fits =
+      map_.Fitness(rays.critical, rival.pose) >= kNearlyAsWell * map_.Fitness(rays.critical, refined.pose);
+  return fits ? std::optional(rival) : std::nullopt;
+}
+
 /// Step 4. What the critical rays say there decides; where nobody knew where the robot is, all rays and their ways. On
 /// a finished map those have a say in every scan: a place that was found wrongly must not live on by its own low
 /// fitness.
-void RrhcMatcher::Judge(const Rays& rays, const Presumption& presumed, const Refined& refined,
+void RrhcMatcher::Judge(const Rays& rays, const Guess& guess, const Presumption& presumed, const Refined& refined,
                         const TrackingState& tracking, ScanMatch& match) const {
   const Expectation expected(tracking, parameters_);
   const double fitness = map_.Fitness(rays.critical, refined.pose);
@@ -274,6 +345,7 @@ void RrhcMatcher::Judge(const Rays& rays, const Presumption& presumed, const Ref
                 (!tracking.on_finished_map() || Score() >= kLeastTrackedScore);
   match.T_map_laser = presumed.if_lost;
   if (!explained) return;
+  if (ContradictsWheels(guess, refined.pose, tracking) && !IsProven(rays, refined.pose, tracking)) return;
 
   match.T_map_laser = {refined.pose.x_m, refined.pose.y_m, WrapAngle(refined.pose.yaw_rad)};
   const Eigen::Matrix3d& c = refined.uncertainty.covariance;

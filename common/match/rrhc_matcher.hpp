@@ -50,13 +50,18 @@ class RrhcMatcher : public Matcher {
   struct Refined;
 
   Guess GuessPose(const TrackingState& tracking, std::int64_t utime, const std::optional<Pose2>& T_odom_robot) const;
+  bool PrefersWheels(const Rays& rays, const Guess& guess, const TrackingState& tracking) const;
   Presumption Presume(const Rays& rays, const Guess& guess, const TrackingState& tracking) const;
   Found Search(const Rays& rays, const Presumption& presumed, const TrackingState& tracking, std::int64_t utime) const;
   Found SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near, const TrackingState& tracking,
                       double steadiness, Random& random) const;
-  Refined Refine(const Rays& rays, const Found& found, double steadiness) const;
-  void Judge(const Rays& rays, const Presumption& presumed, const Refined& refined, const TrackingState& tracking,
-             ScanMatch& match) const;
+  Refined Refine(const Rays& rays, const Found& found, const Presumption& presumed, double steadiness) const;
+  static bool ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking);
+  bool IsProven(const Rays& rays, const Pose2& T_map_laser, const TrackingState& tracking) const;
+  std::optional<Refined> FindRivalByWheels(const Rays& rays, const Guess& guess, const Presumption& presumed,
+                                           const Refined& refined) const;
+  void Judge(const Rays& rays, const Guess& guess, const Presumption& presumed, const Refined& refined,
+             const TrackingState& tracking, ScanMatch& match) const;
 
   MatchParameters parameters_;
   ScoredMap map_;

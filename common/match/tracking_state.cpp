@@ -32,7 +32,8 @@ TrackingState::TrackingState(Parts parts)
       onset_(parts.onset),
       T_map_guess_(parts.T_map_guess),
       trajectory_(parts.trajectory),
-      floating_(parts.floating) {
+      floating_(parts.floating),
+      wheels_(parts.wheels) {
   KeepLast(fitnesses_, kUsual);
   KeepLast(recent_, kRecent);
 }
@@ -44,6 +45,7 @@ TrackingState TrackingState::OnFinishedMap() {
 }
 
 void TrackingState::Add(const ScanMatch& match, const AfterMatch& after) {
+  wheels_.Add(recent_, match);
   ++num_scans_;
   num_lost_ = match.state == MatchState::kLost ? num_lost_ + 1 : 0;
   newest_utime_ = std::max(newest_utime_, match.utime);
@@ -74,6 +76,7 @@ void TrackingState::BeginSessionNear(const Pose2& T_map_laser) {
 
 void TrackingState::Move(const Pose2& T_new_old) {
   for (ScanMatch& match : recent_) match.T_map_laser = T_new_old * match.T_map_laser;
+  wheels_.Move(T_new_old);
   T_local_map_ = T_local_map_ * Inverse(T_new_old);
   if (onset_ == Onset::kNear || onset_ == Onset::kAnywhere) T_map_guess_ = T_new_old * T_map_guess_;
 }

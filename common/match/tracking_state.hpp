@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/match/wheel_model.hpp"
 #include "common/scan/scan_match.hpp"
 
 namespace crsm {
@@ -77,6 +78,9 @@ class TrackingState {
   /// Whether by now that trajectory is not joined to the map that is shown.
   bool floating() const { return floating_; }
 
+  /// What the wheels are worth, by the matches so far.
+  const WheelModel& wheels() const { return wheels_; }
+
   /// The utime of the newest scan so far, by its own clock; -1 before the first.
   std::int64_t newest_utime() const { return newest_utime_; }
 
@@ -96,6 +100,7 @@ class TrackingState {
     Pose2 T_map_guess;
     std::int32_t trajectory = 0;
     bool floating = false;
+    WheelModel wheels;
   };
   explicit TrackingState(Parts parts);
 
@@ -115,6 +120,7 @@ class TrackingState {
   Pose2 T_map_guess_;
   std::int32_t trajectory_ = 0;
   bool floating_ = false;
+  WheelModel wheels_;
 };
 
 }  // namespace crsm

@@ -121,7 +121,8 @@ void RunStatistics::CountOpen(const ScanMatch& match) {
 void RunStatistics::AddStep(const ScanMatch& from, const ScanMatch& to) {
   const Pose2 motion = Inverse(from.T_map_laser) * to.T_map_laser;
   ++values_.steps;
-  if (std::hypot(motion.x_m, motion.y_m) > kFar_m || std::abs(motion.yaw_rad) > kFar_rad) ++values_.far_steps;
+  const bool is_far = std::hypot(motion.x_m, motion.y_m) > kFar_m || std::abs(motion.yaw_rad) > kFar_rad;
+  if (is_far && !to.by_wheels) ++values_.far_steps;  // wheels that are believed tell where to look
   if (!from.T_odom_robot || !to.T_odom_robot) return;
   const Pose2 wheels = Inverse(*from.T_odom_robot) * *to.T_odom_robot;
   turns_.product += wheels.yaw_rad * motion.yaw_rad;

@@ -34,6 +34,21 @@ Json ToJson(const Break& at) {
           {"joined", at.joined()}};
 }
 
+Json ToJson(const WheelModel::Values& wheels) {
+  return {{"way_scale", wheels.scale},
+          {"turn_scale", wheels.turn_scale},
+          {"laser_x_m", wheels.laser_x_m},
+          {"laser_y_m", wheels.laser_y_m},
+          {"laser_yaw_rad", wheels.laser_yaw_rad},
+          {"delay_s", wheels.delay_s},
+          {"way_noise_m_after_1_m", wheels.way_per_m},
+          {"way_noise_m_after_1_rad", wheels.way_per_rad},
+          {"turn_noise_rad_after_1_m", wheels.turn_per_m},
+          {"turn_noise_rad_after_1_rad", wheels.turn_per_rad},
+          {"steps", wheels.steps},
+          {"slips", wheels.slips}};
+}
+
 void AddPieces(const MapPieces& pieces, Json& json) {
   const std::vector<int> with_map = pieces.OthersWithMap();
   Json list = Json::array();
@@ -51,6 +66,7 @@ void AddPieces(const MapPieces& pieces, Json& json) {
   }
   json["pieces"] = {{"count", pieces.num_pieces}, {"scans", pieces.num_matched}, {"largest_first", std::move(list)}};
   json["num_breaks"] = pieces.num_breaks;
+  json["num_bridged"] = pieces.num_bridged;
   json["breaks"] = Json::array();
   for (const Break& at : pieces.breaks) json["breaks"].push_back(ToJson(at));
 }
@@ -110,6 +126,7 @@ std::string FormatSummary(const Summary& summary) {
     json["loops"] = {{"keyframes", loops->keyframes}, {"closed", loops->closed}, {"taken_out", loops->taken_out}};
   }
   if (summary.pieces) AddPieces(*summary.pieces, json);
+  if (summary.wheels) json["wheels"] = ToJson(*summary.wheels);
   for (const auto& [name, count] : summary.counts) json["counts"][name] = count;
   for (const auto& [stage, timing] : summary.timings) {
     json["timings"][stage] = {

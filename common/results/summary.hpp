@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/map/dense_grid.hpp"
+#include "common/match/wheel_model.hpp"
 #include "common/parameters.hpp"
 #include "common/results/match_sequence.hpp"
 #include "common/results/verdict.hpp"
@@ -45,6 +46,7 @@ struct Summary {
   std::map<std::string, StageTiming> timings;  ///< by stage
   std::optional<LoopSums> loops;               ///< where they were looked for
   std::optional<MapPieces> pieces;             ///< likewise
+  std::optional<WheelModel::Values> wheels;    ///< where there was odometry to learn from
   Verdict verdict;                             ///< whether the map is to be trusted
 };
 

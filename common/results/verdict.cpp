@@ -94,8 +94,19 @@ double ShareOnLargest(const MapPieces& pieces) {
 
 bool IsInPieces(const MapPieces& pieces) { return pieces.num_pieces > 1 && ShareOnLargest(pieces) < kLeastOnLargest; }
 
+void JudgeBridges(const MapPieces& pieces, Verdict& verdict) {
+  if (pieces.num_bridged == 0) return;
+  Warn(
+      verdict, Trust::kDoubtful,
+      fmt::format("{} of {} interruptions of the track are bridged by the wheels alone, and the map behind each may be "
+                  "off by what they err: drive once more where the robot was before",
+                  pieces.num_bridged, pieces.num_breaks));
+}
+
 void JudgePieces(const MapPieces& pieces, Verdict& verdict) {
   if (pieces.num_breaks == 0) return;
+  JudgeBridges(pieces, verdict);
+  if (pieces.num_pieces <= 1 && pieces.num_bridged > 0) return;
   if (pieces.num_pieces <= 1) {
     verdict.notes.push_back(
         pieces.num_breaks == 1

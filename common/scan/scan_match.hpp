@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "common/math/pose2.hpp"
+#include "common/scan/wheel_motion.hpp"
 
 namespace crsm {
 
@@ -49,6 +50,8 @@ struct ScanMatch {
       {};  ///< by which the scan was deskewed; 0 where nothing is known of it, or all beams are measured at once
   std::int32_t trajectory = 0;  ///< which unbroken run of scans it is of, from 0
   bool floating = false;        ///< that trajectory is not joined to the map that is shown: its frame is its own
+  /// Since the last scan, where the wheels are believed.
+  std::optional<WheelMotion> by_wheels = std::nullopt;
 
   friend bool operator==(const ScanMatch&, const ScanMatch&) = default;
 };

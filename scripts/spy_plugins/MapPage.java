@@ -11,6 +11,8 @@ final class MapPage {
   private static final int MOST_LOOPS = 200;
   private static final int MOST_PIECES = 50;
   private static final int MOST_BREAKS = 200;
+  private static final int MOST_REMEMBERED = 10;
+  private static final int WHEEL_SUMS = 30;  // of wheel_model_t, and its two errors
   private static final int MOST_RUN_BYTES = TileMap.TILE_CELLS + 4;
 
   /** Changed cells of one tile, in runs as crsm_map_tile_t.lcm describes them. */
@@ -32,7 +34,7 @@ final class MapPage {
 
   /**
    * The fields in the order of crsm_map_delta_t.lcm. Null for a message that is not for `recipient`, of which no more
-   * is read. Pages have neither `asked`, `T_new_old` nor `tracking`, for which this recipient does not ask.
+   * is read. Pages have neither `asked` nor `T_new_old`, for which this recipient does not ask.
    */
   static MapPage decode(byte[] message, long recipient) throws MessageReader.Malformed {
     MessageReader reader = new MessageReader(message, map_delta_t.LCM_FINGERPRINT);
@@ -56,7 +58,7 @@ final class MapPage {
     for (int i = 0; i < 2; ++i) reader.readInt(0, 0);  // num_asked, num_moved
     reader.readInt(0, 0);  // trajectory
     MessageReader.require(reader.readByte() == 0, "floating is not 0 in a page");
-    reader.readInt(0, 0);  // num_tracking
+    if (reader.readInt(0, 1) == 1) skipTracking(reader);
     skipLoops(reader);
     skipLayout(reader);
     reader.end();
@@ -78,15 +80,31 @@ final class MapPage {
     return request;
   }
 
+  /** What a matcher remembers: the fields in the order of crsm_tracking_state_t.lcm. */
+  private static void skipTracking(MessageReader reader) throws MessageReader.Malformed {
+    for (int i = 0; i < 2; ++i) reader.readLong(0);  // num_scans, num_lost
+    reader.readLong(-1);  // newest_utime
+    reader.readByte();  // on_finished_map
+    int num_fitnesses = reader.readInt(0, MOST_REMEMBERED);
+    for (int i = 0; i < num_fitnesses; ++i) reader.readDouble(0, 1);
+    int num_recent = reader.readInt(0, MOST_REMEMBERED);
+    for (int i = 0; i < num_recent; ++i) ScanMatch.read(reader);
+    reader.skipPose();  // T_local_map
+    reader.readByte();  // onset
+    reader.skipPose();  // T_map_guess
+    reader.readInt(0, Integer.MAX_VALUE - 1);  // trajectory
+    reader.readByte();  // floating
+    for (int i = 0; i < WHEEL_SUMS; ++i) reader.readDouble(-1e15, 1e15);
+    for (int i = 0; i < 3; ++i) reader.readLong(0);  // steps, slips, steps_since_slip
+    reader.readByte();  // has_start
+    for (int pose = 0; pose < 3; ++pose) reader.skipPose();
+  }
+
   /** The view does not draw them. */
   private static void skipLoops(MessageReader reader) throws MessageReader.Malformed {
     int num_loops = reader.readInt(0, MOST_LOOPS);
     for (int i = 0; i < num_loops; ++i) {
-      for (int pose = 0; pose < 2; ++pose) {
-        reader.readCoordinateM();
-        reader.readCoordinateM();
-        reader.readAngleRad();
-      }
+      for (int pose = 0; pose < 2; ++pose) reader.skipPose();
       reader.readByte();  // taken_out
       reader.readByte();  // joins
     }
@@ -95,7 +113,7 @@ final class MapPage {
   /** How the map hangs together, which the view does not show. */
   private static void skipLayout(MessageReader reader) throws MessageReader.Malformed {
     if (reader.readInt(0, 1) == 0) return;
-    for (int i = 0; i < 3; ++i) reader.readLong(0);  // num_all_pieces, num_all_breaks, num_matched
+    for (int i = 0; i < 4; ++i) reader.readLong(0);  // num_all_pieces, num_all_breaks, num_matched, num_bridged
     int num_pieces = reader.readInt(0, MOST_PIECES);
     for (int i = 0; i < num_pieces; ++i) {
       reader.readLong(0);  // keyframes
@@ -107,9 +125,7 @@ final class MapPage {
       reader.readLong(0);  // utime
       reader.readLong(0);  // scan
       reader.readDouble(0, Double.MAX_VALUE);  // seconds
-      reader.readCoordinateM();
-      reader.readCoordinateM();
-      reader.readAngleRad();
+      reader.skipPose();
       reader.readInt(1, Integer.MAX_VALUE);  // piece_before
       reader.readInt(1, Integer.MAX_VALUE);  // piece
       reader.readByte();  // reason

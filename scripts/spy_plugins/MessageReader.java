@@ -98,6 +98,12 @@ final class MessageReader {
     return readDouble(-LARGEST_COORDINATE_M, LARGEST_COORDINATE_M);
   }
 
+  void skipPose() throws Malformed {
+    readCoordinateM();
+    readCoordinateM();
+    readAngleRad();
+  }
+
   double readAngleRad() throws Malformed {
     return readDouble(-FULL_TURN_RAD, FULL_TURN_RAD);
   }

@@ -56,6 +56,11 @@ final class ScanMatch {
     byte floating = reader.readByte();
     MessageReader.require(floating == 0 || floating == 1, "floating is neither 0 nor 1");
     match.floating = floating == 1;
+    int num_by_wheels = reader.readInt(0, 1);
+    for (int i = 0; i < num_by_wheels; ++i) {
+      reader.skipPose();
+      for (int sigma = 0; sigma < 2; ++sigma) reader.readDouble(1e-6, 1e6);
+    }
     return match;
   }
 

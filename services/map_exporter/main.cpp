@@ -240,6 +240,7 @@ class MapExporter {
     summary.map_version = map_follower_.replica().version();
     const ByteMap no_map(1.0);
     summary.pieces = map_follower_.replica().pieces();
+    summary.wheels = map_follower_.replica().tracking().wheels().Learned();
     summary.verdict = Judge(statistics_, map_ ? *map_ : no_map, summary.pieces.value_or(MapPieces()));
     if (const auto owner = statuses_.find("map_updater"); owner != statuses_.end()) {
       summary.loops = CountLoops(owner->second);

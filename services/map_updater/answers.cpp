@@ -146,7 +146,7 @@ map_delta_t MakePage(const map_request_t& asked, const MapUpdater& updater, cons
   }
   const bool last = tile >= updater.num_tiles();
   page.message.next_tile = last ? -1 : static_cast<std::int32_t>(tile);
-  if (last && request.first_match < 0) page.Add(answered.tracking);
+  if (last && !answered.component) page.Add(answered.tracking);
   return page.message;
 }
 

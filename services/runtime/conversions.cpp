@@ -30,6 +30,55 @@ sweep_t ToSweepMessage(const LaserScan& scan) {
   return {scan.utime, num_beams, scan.ranges_m, scan.times_s, scan.angle_min_rad, scan.angle_step_rad};
 }
 
+std::optional<WheelMotion> FromMessages(const std::vector<wheel_motion_t>& messages) {
+  if (messages.empty()) return std::nullopt;
+  const wheel_motion_t& message = messages.front();
+  return WheelMotion{FromMessage(message.T_from_to), message.sigma_m, message.sigma_rad};
+}
+
+std::vector<wheel_motion_t> ToMessages(const std::optional<WheelMotion>& motion) {
+  if (!motion) return {};
+  return {{ToMessage(motion->T_from_to), motion->sigma_m, motion->sigma_rad}};
+}
+
+WheelModel::State FromMessage(const wheel_model_t& message) {
+  return {std::to_array(message.way_information),
+          std::to_array(message.way_vector),
+          std::to_array(message.turn),
+          std::to_array(message.delay),
+          std::to_array(message.way_noise),
+          std::to_array(message.turn_noise),
+          message.wheels_error_m,
+          message.velocity_error_m,
+          message.steps,
+          message.slips,
+          message.steps_since_slip,
+          message.has_start == 1,
+          FromMessage(message.T_map_start),
+          FromMessage(message.T_odom_start),
+          FromMessage(message.rate_at_start)};
+}
+
+wheel_model_t ToMessage(const WheelModel::State& state) {
+  wheel_model_t message;
+  std::ranges::copy(state.way_information, message.way_information);
+  std::ranges::copy(state.way_vector, message.way_vector);
+  std::ranges::copy(state.turn, message.turn);
+  std::ranges::copy(state.delay, message.delay);
+  std::ranges::copy(state.way_noise, message.way_noise);
+  std::ranges::copy(state.turn_noise, message.turn_noise);
+  message.wheels_error_m = state.wheels_error_m;
+  message.velocity_error_m = state.velocity_error_m;
+  message.steps = state.steps;
+  message.slips = state.slips;
+  message.steps_since_slip = state.steps_since_slip;
+  message.has_start = state.has_start ? 1 : 0;
+  message.T_map_start = ToMessage(state.T_map_start);
+  message.T_odom_start = ToMessage(state.T_odom_start);
+  message.rate_at_start = ToMessage(state.rate_at_start);
+  return message;
+}
+
 ScanMatch FromMessage(const scan_match_t& message) {
   const Pose2 T_odom_robot{message.odometry_x_m, message.odometry_y_m, message.odometry_yaw_rad};
   return {message.utime,
@@ -45,7 +94,8 @@ ScanMatch FromMessage(const scan_match_t& message) {
           message.has_odometry ? std::optional(T_odom_robot) : std::nullopt,
           {message.twist_x_m_s, message.twist_y_m_s, message.twist_yaw_rad_s},
           message.trajectory,
-          message.floating == 1};
+          message.floating == 1,
+          FromMessages(message.by_wheels)};
 }
 
 scan_match_t ToMessage(const ScanMatch& match) {
@@ -72,6 +122,8 @@ scan_match_t ToMessage(const ScanMatch& match) {
   message.odometry_yaw_rad = T_odom_robot.yaw_rad;
   message.trajectory = match.trajectory;
   message.floating = match.floating ? 1 : 0;
+  message.by_wheels = ToMessages(match.by_wheels);
+  message.num_by_wheels = static_cast<std::int32_t>(message.by_wheels.size());
   return message;
 }
 
@@ -99,7 +151,7 @@ map_loop_t ToMessage(const PlacedLoop& loop) {
 }
 
 MapPieces FromMessage(const map_pieces_t& message) {
-  MapPieces pieces{message.num_all_pieces, message.num_all_breaks, message.num_matched, {}, {}};
+  MapPieces pieces{message.num_all_pieces, message.num_all_breaks, message.num_matched, message.num_bridged, {}, {}};
   for (const map_piece_t& piece : message.pieces) pieces.pieces.push_back({piece.keyframes, piece.scans, piece.way_m});
   for (const map_break_t& at : message.breaks) {
     pieces.breaks.push_back({at.utime, at.scan, static_cast<BreakReason>(at.reason), at.seconds,
@@ -113,6 +165,7 @@ map_pieces_t ToMessage(const MapPieces& pieces) {
   message.num_all_pieces = pieces.num_pieces;
   message.num_all_breaks = pieces.num_breaks;
   message.num_matched = pieces.num_matched;
+  message.num_bridged = pieces.num_bridged;
   message.num_pieces = static_cast<std::int32_t>(pieces.pieces.size());
   for (const MapPiece& piece : pieces.pieces) message.pieces.push_back({piece.keyframes, piece.scans, piece.way_m});
   message.num_breaks = static_cast<std::int32_t>(pieces.breaks.size());
@@ -155,7 +208,8 @@ TrackingState FromMessage(const tracking_state_t& message) {
                              static_cast<Onset>(message.onset),
                              FromMessage(message.T_map_guess),
                              message.trajectory,
-                             message.floating == 1};
+                             message.floating == 1,
+                             WheelModel(FromMessage(message.wheels))};
   for (const scan_match_t& match : message.recent) parts.recent.push_back(FromMessage(match));
   return TrackingState(std::move(parts));
 }
@@ -175,6 +229,7 @@ tracking_state_t ToMessage(const TrackingState& tracking) {
   message.T_map_guess = ToMessage(tracking.T_map_guess());
   message.trajectory = tracking.trajectory();
   message.floating = tracking.floating() ? 1 : 0;
+  message.wheels = ToMessage(tracking.wheels().state());
   return message;
 }
 

@@ -46,6 +46,12 @@ map_pieces_t ToMessage(const MapPieces& pieces);
 CriticalRays FromMessage(const critical_rays_t& message);
 critical_rays_t ToMessage(const CriticalRays& scan);
 
+std::optional<WheelMotion> FromMessages(const std::vector<wheel_motion_t>& messages);
+std::vector<wheel_motion_t> ToMessages(const std::optional<WheelMotion>& motion);
+
+WheelModel::State FromMessage(const wheel_model_t& message);
+wheel_model_t ToMessage(const WheelModel::State& state);
+
 TrackingState FromMessage(const tracking_state_t& message);
 tracking_state_t ToMessage(const TrackingState& tracking);
 

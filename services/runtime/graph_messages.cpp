@@ -103,6 +103,8 @@ keyframe_t ToMessage(const Keyframe& keyframe, const KeyframeHead& head) {
   message.angle_rad = keyframe.rays.angle_rad;
   message.range_m = keyframe.rays.range_m;
   message.T_previous_this = ToMessage(keyframe.T_previous_this);
+  message.by_wheels = crsm::ToMessages(keyframe.by_wheels);
+  message.num_by_wheels = static_cast<std::int32_t>(message.by_wheels.size());
   message.after_lost = keyframe.after_lost ? 1 : 0;
   message.begins_anywhere = keyframe.begins_anywhere ? 1 : 0;
   message.as_of = ToMessage(keyframe.as_of);
@@ -130,6 +132,7 @@ Keyframe FromMessage(const keyframe_t& message) {
   keyframe.utime = message.utime;
   keyframe.rays = {message.angle_rad, message.range_m};
   keyframe.T_previous_this = FromMessage(message.T_previous_this);
+  keyframe.by_wheels = crsm::FromMessages(message.by_wheels);
   keyframe.after_lost = message.after_lost == 1;
   keyframe.begins_anywhere = message.begins_anywhere == 1;
   keyframe.begins = message.id.number == 0;

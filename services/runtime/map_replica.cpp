@@ -175,6 +175,7 @@ bool MapReplica::TakeMatches(const map_delta_t& page) {
   if (static_cast<std::int64_t>(page.next_match) - page.num_matches != num_matches_) return false;
   for (const scan_match_t& match : page.matches) keeper_.add(FromMessage(match));
   num_matches_ += page.num_matches;
+  if (!page.tracking.empty()) tracking_ = FromMessage(page.tracking.front());
   if (page.next_match < page.version) return true;
   loops_.clear();
   for (const map_loop_t& loop : page.loops) loops_.push_back(FromMessage(loop));

@@ -65,7 +65,7 @@ class MapReplica {
   /// Of the map that is held; 0 before the owner was heard.
   std::int64_t epoch() const { return epoch_; }
   std::int64_t version() const { return version_; }
-  /// After the scans that the owner has answered; kept where no matches are wanted.
+  /// After the scans that the owner has answered; where matches are wanted, as the owner last said.
   const TrackingState& tracking() const { return tracking_; }
   /// Loops as the owner last said, where matches are wanted.
   const std::vector<PlacedLoop>& loops() const { return loops_; }

@@ -61,6 +61,28 @@ bool IsBefore(const keyframe_id_t& previous, const keyframe_id_t& id) {
   return IsNone(previous);
 }
 
+bool IsWheelMotion(const wheel_motion_t& motion) {
+  constexpr double kLeastSigma = 1e-6;  // what is known better than that would be all that counts in a graph
+  const auto IsSigma = [](double sigma) { return sigma >= kLeastSigma && sigma <= kLargestCoordinate_m; };
+  return IsPose(motion.T_from_to) && IsSigma(motion.sigma_m) && IsSigma(motion.sigma_rad);
+}
+
+bool AreWheelMotions(const std::vector<wheel_motion_t>& motions) {
+  return std::all_of(motions.begin(), motions.end(), IsWheelMotion);
+}
+
+bool IsWheelModel(const wheel_model_t& model) {
+  constexpr double kLargestSum = 1e15;
+  const auto AreSums = [](const auto& sums) {
+    return std::all_of(std::begin(sums), std::end(sums), [](double sum) { return std::abs(sum) <= kLargestSum; });
+  };
+  return AreSums(model.way_information) && AreSums(model.way_vector) && AreSums(model.turn) && AreSums(model.delay) &&
+         AreSums(model.way_noise) && AreSums(model.turn_noise) && IsAmount(model.wheels_error_m) &&
+         IsAmount(model.velocity_error_m) && model.steps >= 0 && model.slips >= 0 && model.slips <= model.steps &&
+         model.steps_since_slip >= 0 && IsFlag(model.has_start) && IsPose(model.T_map_start) &&
+         IsPose(model.T_odom_start) && IsPose(model.rate_at_start);
+}
+
 bool IsLoop(const loop_t& loop) {
   return IsKeyframe(loop.older) && IsKeyframe(loop.newer) && IsOlder(loop.older, loop.newer) &&
          IsPose(loop.T_older_newer);
@@ -98,7 +120,8 @@ bool IsBreak(const map_break_t& at) {
 
 bool IsLayout(const map_pieces_t& layout) {
   return layout.num_all_pieces >= layout.num_pieces && layout.num_all_breaks >= layout.num_breaks &&
-         layout.num_matched >= 0 && std::all_of(layout.pieces.begin(), layout.pieces.end(), IsPiece) &&
+         layout.num_matched >= 0 && layout.num_bridged >= 0 && layout.num_bridged <= layout.num_all_breaks &&
+         std::all_of(layout.pieces.begin(), layout.pieces.end(), IsPiece) &&
          std::all_of(layout.breaks.begin(), layout.breaks.end(), IsBreak);
 }
 
@@ -181,7 +204,7 @@ bool ValuesInRange(const scan_match_t& message) {
          IsSpeed(message.twist_x_m_s) && IsSpeed(message.twist_y_m_s) && IsSpeed(message.twist_yaw_rad_s) &&
          IsFlag(message.has_odometry) && std::abs(message.odometry_x_m) <= kLargestCoordinate_m &&
          std::abs(message.odometry_y_m) <= kLargestCoordinate_m && IsAngle(message.odometry_yaw_rad) &&
-         IsTrajectory(message.trajectory) && IsFlag(message.floating);
+         IsTrajectory(message.trajectory) && IsFlag(message.floating) && AreWheelMotions(message.by_wheels);
 }
 
 template <>
@@ -192,7 +215,8 @@ bool ValuesInRange(const tracking_state_t& message) {
          std::cmp_less_equal(message.num_recent, message.num_scans) &&
          (message.num_scans == 0) == message.recent.empty() && IsPose(message.T_local_map) &&
          message.onset >= tracking_state_t::GOES_ON && message.onset <= tracking_state_t::ANYWHERE &&
-         IsPose(message.T_map_guess) && IsTrajectory(message.trajectory) && IsFlag(message.floating);
+         IsPose(message.T_map_guess) && IsTrajectory(message.trajectory) && IsFlag(message.floating) &&
+         IsWheelModel(message.wheels);
 }
 
 template <>
@@ -225,13 +249,13 @@ bool ValuesInRange(const keyframe_t& message) {
   const bool axis_in_range = message.num_open_axes == 1 ? std::abs(square - 1.0) <= 0.01 : square == 0.0;
   return message.utime >= 0 && message.epoch != 0 && IsKeyframe(message.id) && IsBefore(message.previous, message.id) &&
          (IsNone(message.last_update) || IsKeyframe(message.last_update)) &&
-         AreRays(message.angle_rad, message.range_m) && IsPose(message.T_previous_this) && IsFlag(message.after_lost) &&
-         IsFlag(message.begins_anywhere) && (message.begins_anywhere == 0 || message.id.number == 0) &&
-         IsNoneOrOlder(message.as_of, message.id) && (message.num_open_axes == 0 || message.num_open_axes == 1) &&
-         axis_in_range && (message.num_ties == 0 || message.num_ties == 1) &&
-         IsNone(message.tied_to) == (message.num_ties == 0) && IsNoneOrOlder(message.tied_to, message.id) &&
-         IsPose(message.T_tied_this) && IsFlag(message.searched) && message.num_findings <= message.searched &&
-         AreFindings(message.findings, message.id);
+         AreRays(message.angle_rad, message.range_m) && IsPose(message.T_previous_this) &&
+         AreWheelMotions(message.by_wheels) && IsFlag(message.after_lost) && IsFlag(message.begins_anywhere) &&
+         (message.begins_anywhere == 0 || message.id.number == 0) && IsNoneOrOlder(message.as_of, message.id) &&
+         (message.num_open_axes == 0 || message.num_open_axes == 1) && axis_in_range &&
+         (message.num_ties == 0 || message.num_ties == 1) && IsNone(message.tied_to) == (message.num_ties == 0) &&
+         IsNoneOrOlder(message.tied_to, message.id) && IsPose(message.T_tied_this) && IsFlag(message.searched) &&
+         message.num_findings <= message.searched && AreFindings(message.findings, message.id);
 }
 
 template <>

@@ -21,6 +21,8 @@
 #include <crsm/service_status_t.hpp>
 #include <crsm/sweep_t.hpp>
 #include <crsm/tracking_state_t.hpp>
+#include <crsm/wheel_model_t.hpp>
+#include <crsm/wheel_motion_t.hpp>
 
 #include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
@@ -73,18 +75,33 @@ constexpr auto FieldsOf<critical_rays_t>() {
 }
 
 template <>
+constexpr auto FieldsOf<pose2_t>() {
+  using T = pose2_t;
+  return std::tuple(&T::x_m, &T::y_m, &T::yaw_rad);
+}
+
+template <>
+constexpr auto FieldsOf<wheel_motion_t>() {
+  using T = wheel_motion_t;
+  return std::tuple(&T::T_from_to, &T::sigma_m, &T::sigma_rad);
+}
+
+template <>
+constexpr auto FieldsOf<wheel_model_t>() {
+  using T = wheel_model_t;
+  return std::tuple(&T::way_information, &T::way_vector, &T::turn, &T::delay, &T::way_noise, &T::turn_noise,
+                    &T::wheels_error_m, &T::velocity_error_m, &T::steps, &T::slips, &T::steps_since_slip, &T::has_start,
+                    &T::T_map_start, &T::T_odom_start, &T::rate_at_start);
+}
+
+template <>
 constexpr auto FieldsOf<scan_match_t>() {
   using T = scan_match_t;
   return std::tuple(&T::utime, &T::x_m, &T::y_m, &T::yaw_rad, &T::fitness, &T::evaluations, &T::best_evaluation,
                     &T::num_critical, &T::map_version, &T::covariance, &T::degenerate_axis, &T::state, &T::has_odometry,
                     &T::odometry_x_m, &T::odometry_y_m, &T::odometry_yaw_rad, &T::twist_x_m_s, &T::twist_y_m_s,
-                    &T::twist_yaw_rad_s, &T::trajectory, &T::floating);
-}
-
-template <>
-constexpr auto FieldsOf<pose2_t>() {
-  using T = pose2_t;
-  return std::tuple(&T::x_m, &T::y_m, &T::yaw_rad);
+                    &T::twist_yaw_rad_s, &T::trajectory, &T::floating, &T::num_by_wheels,
+                    Array(&T::by_wheels, &T::num_by_wheels, 1));
 }
 
 template <>
@@ -99,7 +116,7 @@ constexpr auto FieldsOf<tracking_state_t>() {
   return std::tuple(&T::num_scans, &T::num_lost, &T::newest_utime, &T::on_finished_map, &T::num_fitnesses,
                     Array(&T::fitness, &T::num_fitnesses, TrackingState::kUsual), &T::num_recent,
                     Array(&T::recent, &T::num_recent, TrackingState::kRecent), &T::T_local_map, &T::onset,
-                    &T::T_map_guess, &T::trajectory, &T::floating);
+                    &T::T_map_guess, &T::trajectory, &T::floating, &T::wheels);
 }
 
 template <>
@@ -123,7 +140,7 @@ constexpr auto FieldsOf<map_break_t>() {
 template <>
 constexpr auto FieldsOf<map_pieces_t>() {
   using T = map_pieces_t;
-  return std::tuple(&T::num_all_pieces, &T::num_all_breaks, &T::num_matched, &T::num_pieces,
+  return std::tuple(&T::num_all_pieces, &T::num_all_breaks, &T::num_matched, &T::num_bridged, &T::num_pieces,
                     Array(&T::pieces, &T::num_pieces, MapPieces::kMostPieces), &T::num_breaks,
                     Array(&T::breaks, &T::num_breaks, MapPieces::kMostBreaks));
 }
@@ -171,9 +188,9 @@ constexpr auto FieldsOf<keyframe_t>() {
   using T = keyframe_t;
   return std::tuple(&T::utime, &T::epoch, &T::id, &T::previous, &T::last_update, &T::num_rays,
                     Array(&T::angle_rad, &T::num_rays, kMaxBeams), Array(&T::range_m, &T::num_rays, kMaxBeams),
-                    &T::T_previous_this, &T::after_lost, &T::begins_anywhere, &T::as_of, &T::num_open_axes,
-                    &T::open_axis, &T::num_ties, &T::tied_to, &T::T_tied_this, &T::searched, &T::num_findings,
-                    Array(&T::findings, &T::num_findings, 1));
+                    &T::T_previous_this, &T::num_by_wheels, Array(&T::by_wheels, &T::num_by_wheels, 1), &T::after_lost,
+                    &T::begins_anywhere, &T::as_of, &T::num_open_axes, &T::open_axis, &T::num_ties, &T::tied_to,
+                    &T::T_tied_this, &T::searched, &T::num_findings, Array(&T::findings, &T::num_findings, 1));
 }
 
 template <>

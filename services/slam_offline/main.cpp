@@ -194,6 +194,7 @@ Trust WriteRun(const CommandLine& command_line, Run& run) {
   summary.version = kVersion;
   summary.parameters[command_line.program()] = command_line.UsedValues();
   summary.map_version = run.slam.map_version();
+  summary.wheels = run.slam.tracking().wheels().Learned();
   summary.wall_s = std::chrono::duration<double>(Clock::now() - run.begun).count();
   summary.counts = run.counts;
   if (run.slam.closes_loops()) summary.counts["keyframes_searched"] = run.slam.num_searched();

@@ -11,7 +11,10 @@ import crsm.map_tile_t;
 import crsm.pose2_t;
 import crsm.scan_match_t;
 import crsm.tracking_state_t;
+import crsm.wheel_model_t;
+import crsm.wheel_motion_t;
 import java.io.IOException;
+import java.util.Arrays;
 import java.util.Random;
 import lcm.lcm.LCMDataOutputStream;
 import lcm.lcm.LCMEncodable;
@@ -78,6 +81,10 @@ final class Tests {
     match.twist_yaw_rad_s = -3;
     match.trajectory = 3;
     match.floating = 1;
+    match.num_by_wheels = 1;
+    match.by_wheels = new wheel_motion_t[] {new wheel_motion_t()};
+    match.by_wheels[0].T_from_to = new pose2_t();
+    match.by_wheels[0].sigma_m = match.by_wheels[0].sigma_rad = 0.02;
     return match;
   }
 
@@ -111,6 +118,22 @@ final class Tests {
     return layout;
   }
 
+  static tracking_state_t tracking(scan_match_t[] matches) {
+    tracking_state_t tracking = new tracking_state_t();
+    tracking.num_scans = matches.length;
+    tracking.num_fitnesses = 1;
+    tracking.fitness = new double[] {0.5};
+    tracking.num_recent = Math.min(matches.length, 1);
+    tracking.recent = Arrays.copyOf(matches, tracking.num_recent);
+    tracking.T_local_map = new pose2_t();
+    tracking.T_map_guess = new pose2_t();
+    tracking.wheels = new wheel_model_t();
+    tracking.wheels.T_map_start = new pose2_t();
+    tracking.wheels.T_odom_start = new pose2_t();
+    tracking.wheels.rate_at_start = new pose2_t();
+    return tracking;
+  }
+
   static map_request_t request(long requester) {
     map_request_t request = new map_request_t();
     request.requester = requester;
@@ -138,7 +161,8 @@ final class Tests {
     page.matches = matches;
     page.asked = new scan_match_t[0];
     page.T_new_old = new pose2_t[0];
-    page.tracking = new tracking_state_t[0];
+    page.num_tracking = 1;
+    page.tracking = new tracking_state_t[] {tracking(matches)};
     page.num_loops = 2;
     page.loops = new map_loop_t[] {loop(1, 0), loop(2, 1)};
     page.num_layouts = 1;

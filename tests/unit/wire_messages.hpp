@@ -30,6 +30,26 @@ inline critical_rays_t CriticalRaysMessage() {
   return {5, 3, {-0.5f, 0.0f, 0.5f}, {1.0f, 2.0f, 3.0f}, 2, {0, 2}, 3, {-0.1f, -0.05f, 0.0f}};
 }
 
+inline wheel_motion_t WheelMotionMessage() { return {{0.25, -0.5, 0.125}, 0.02, 0.01}; }
+
+inline wheel_model_t WheelModelMessage() {
+  return {{1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0},
+          {1.5, 2.5, 3.5, 4.5},
+          {0.5, 0.25},
+          {0.75, 0.125},
+          {1.0, 2.0, 3.0, 4.0, 5.0},
+          {6.0, 7.0, 8.0, 9.0, 10.0},
+          0.02,
+          0.03,
+          40,
+          2,
+          7,
+          1,
+          {1.0, 2.0, 0.5},
+          {3.0, 4.0, -0.5},
+          {0.5, 0.0, 0.25}};
+}
+
 inline scan_match_t ScanMatchMessage() {
   return {5,
           1.0,
@@ -51,11 +71,26 @@ inline scan_match_t ScanMatchMessage() {
           -0.25,
           3.0,
           2,
-          1};
+          1,
+          1,
+          {WheelMotionMessage()}};
 }
 
 inline tracking_state_t TrackingStateMessage() {
-  return {8, 1, 5, 0, 2, {0.5, 0.75}, 1, {ScanMatchMessage()}, {0.5, -1.0, 0.25}, 2, {1.5, 2.0, -0.5}, 2, 1};
+  return {8,
+          1,
+          5,
+          0,
+          2,
+          {0.5, 0.75},
+          1,
+          {ScanMatchMessage()},
+          {0.5, -1.0, 0.25},
+          2,
+          {1.5, 2.0, -0.5},
+          2,
+          1,
+          WheelModelMessage()};
 }
 
 inline map_request_t MapRequestMessage() { return {77, 4, 99, 8, 2, 3, 5, 1, 1, 2}; }
@@ -77,7 +112,7 @@ inline map_delta_t MapDeltaMessage() {
   message.num_loops = 2;
   message.loops = {{{1.0, 2.0, 0.5}, {3.0, -4.0, 6.0}, 1, 0}, {{}, {}, 0, 1}};
   message.num_layouts = 1;
-  message.layout = {{3, 4, 90, 2, {{7, 60, 12.5}, {2, 30, 0.5}}, 1, {{9, 40, 1.5, {1.0, -2.0, 0.25}, 1, 2, 3}}}};
+  message.layout = {{3, 4, 90, 1, 2, {{7, 60, 12.5}, {2, 30, 0.5}}, 1, {{9, 40, 1.5, {1.0, -2.0, 0.25}, 1, 2, 3}}}};
   message.num_asked = 1;
   message.asked = {ScanMatchMessage()};
   message.num_moved = 1;
@@ -102,6 +137,8 @@ inline keyframe_t KeyframeMessage() {
   message.angle_rad = {-0.5f, 0.0f, 0.5f};
   message.range_m = {1.0f, 2.0f, 3.0f};
   message.T_previous_this = {0.5, -0.25, 0.125};
+  message.num_by_wheels = 1;
+  message.by_wheels = {WheelMotionMessage()};
   message.after_lost = 1;
   message.as_of = {1, 4};
   message.num_open_axes = 1;

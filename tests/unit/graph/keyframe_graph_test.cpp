@@ -320,6 +320,69 @@ TEST_CASE("a loop across joins two trajectories: the younger moves; without the 
   CHECK(Within(graph, KeyframeId{1, 2}, 1000.0).size() == 10);
 }
 
+/// The same, but the wheels have told the way over the break, too.
+KeyframeGraph DriveBridged(const WheelMotion& bridge) {
+  KeyframeGraph graph;
+  for (int i = 0; i < 20; ++i) {
+    Keyframe keyframe = MakeKeyframe({1.0, 0.0, 0.0});
+    keyframe.begins = i == 10;
+    if (keyframe.begins) keyframe.by_wheels = bridge;
+    graph.Add(keyframe);
+  }
+  return graph;
+}
+
+TEST_CASE("where the wheels bridge a break, both sides are one piece, but no way leads across") {
+  KeyframeGraph graph = DriveBridged({{1.0, 0.0, 0.0}, 0.1, 0.02});
+  CHECK(graph.IsBridged(1));
+  CHECK_FALSE(graph.IsBridged(0));
+  CHECK_FALSE(graph.HangTogether({0, 0}, {1, 0}));
+  CHECK(graph.pieces() == std::vector<int>{0, 0});
+  CHECK(Within(graph, KeyframeId{1, 2}, 1000.0).size() == 10);
+  CHECK(DriveBroken().pieces() == std::vector<int>{0, 1});
+}
+
+TEST_CASE("a bridge tells how well what lies behind it is known, the further away the less") {
+  const KeyframeGraph graph = DriveBridged({{1.0, 0.0, 0.0}, 0.3, 0.1});
+  const auto at_start = graph.SumBridges({0, 4}, {1, 0});
+  REQUIRE(at_start);
+  CHECK(at_start->sigma_m == Approx(0.3));
+  CHECK(at_start->sigma_rad == Approx(0.1));
+  const auto further = graph.SumBridges({0, 4}, {1, 4});
+  REQUIRE(further);
+  CHECK(further->sigma_m == Approx(0.5));  // 0.3 m, and 0.1 rad over 4 m
+  CHECK_FALSE(graph.SumBridges({0, 4}, {0, 9}));
+  CHECK_FALSE(DriveBroken().SumBridges({0, 4}, {1, 4}));
+}
+
+TEST_CASE("a bridge weighs as much as the wheels are worth") {
+  KeyframeGraph graph = DriveBridged({{1.5, 0.0, 0.0}, 0.01, 0.001});  // half a metre more than was guessed
+  graph.Optimise();
+  CheckPose(Inverse(graph.pose({0, 9})) * graph.pose({1, 0}), {1.5, 0.0, 0.0}, 1e-3);
+  graph = DriveBroken();
+  const Pose2 guess = Inverse(graph.pose({0, 9})) * graph.pose({1, 0});
+  graph.Optimise();
+  CheckPose(Inverse(graph.pose({0, 9})) * graph.pose({1, 0}), guess, 1e-3);
+}
+
+TEST_CASE("along a degenerate direction the wheels and the match share what a loop moves, by what each is worth") {
+  const auto Moved = [](double sigma_m) {
+    KeyframeGraph graph;
+    for (int i = 0; i < 10; ++i) {
+      Keyframe keyframe = MakeKeyframe({1.0, 0.0, 0.0});
+      keyframe.open_axis = Eigen::Vector2d(1.0, 0.0);
+      if (sigma_m > 0.0 && i == 4) keyframe.by_wheels = WheelMotion{{1.0, 0.0, 0.0}, sigma_m, 0.01};
+      graph.Add(keyframe);
+    }
+    graph.AddLoop({Nth(0), Nth(9), {9.1, 0.0, 0.0}});
+    graph.Optimise();
+    return (Inverse(graph.pose(Nth(3))) * graph.pose(Nth(4))).x_m - 1.0;
+  };
+  CHECK(Moved(0.0) == Approx(0.1 / 9).margin(0.003));
+  CHECK(Moved(0.01) < 0.2 * Moved(0.0));
+  CHECK(Moved(1.0) == Approx(Moved(0.0)).margin(1e-3));
+}
+
 TEST_CASE("what is learned of one component leaves the other where it is") {
   KeyframeGraph graph = DriveBroken();
   graph.AddLoop({{1, 0}, {1, 9}, {8.9, 0.0, 0.0}});  // 0.1 m shorter than it was matched

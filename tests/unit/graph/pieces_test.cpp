@@ -37,7 +37,9 @@ struct BrokenDrive {
   MatchStore matches;
   TrackingState tracking;
 
-  explicit BrokenDrive(const std::vector<int>& lengths) {
+  /// by_wheels: of every step, also over the breaks.
+  explicit BrokenDrive(const std::vector<int>& lengths, const std::optional<WheelMotion>& by_wheels = std::nullopt)
+      : by_wheels_(by_wheels) {
     const std::vector<Wall> walls = MakeBlock(5);
     double way_m = 5.0;
     for (const int length : lengths) {
@@ -52,6 +54,7 @@ struct BrokenDrive {
     ScanMatch match = MatchedAt(rays.utime, Inverse(PlaceRoundBlock(5.0)) * PlaceRoundBlock(way_m));
     if (begins) match.state = MatchState::kFirst;
     match.map_version = scan;
+    match.by_wheels = by_wheels_;
     mapper.Integrate(&rays, match);
     matches.Append(match);
     tracking.Add(match);
@@ -66,6 +69,9 @@ struct BrokenDrive {
     update.closed = {{graph.LastOf(older), graph.LastOf(newer), {}}};
     return mapper.Offer(update);
   }
+
+ private:
+  std::optional<WheelMotion> by_wheels_;
 };
 
 std::vector<std::int64_t> ScansOf(const MapPieces& pieces) {
@@ -153,6 +159,22 @@ TEST_CASE("the pieces of a map are counted by size, and a join makes one of two"
   CHECK(drive.mapper.FindPieces().num_elsewhere() == 5);
   CHECK(drive.mapper.FindPieces().breaks[0].joined());
   CHECK_FALSE(drive.mapper.FindPieces().breaks[2].joined());
+}
+
+TEST_CASE("where the wheels bridge the breaks the map is one piece, and says how often it hangs on them alone") {
+  BrokenDrive drive({20, 60, 40}, WheelMotion{{0.25, 0.0, 0.0}, 0.02, 0.01});
+  const MapPieces bridged = drive.mapper.FindPieces();
+  CHECK(bridged.num_pieces == 1);
+  CHECK(bridged.num_breaks == 2);
+  CHECK(bridged.num_bridged == 2);
+  CHECK(bridged.num_elsewhere() == 0);
+  CHECK_FALSE(drive.mapper.MoveToBest(119, drive.matches.At(119)).floating);
+  const Keyframe& first = drive.mapper.graph().keyframe({1, 0});
+  REQUIRE(first.by_wheels);
+  CHECK(first.by_wheels->T_from_to.x_m > 0.2);
+  REQUIRE(drive.Join(0, 1));
+  CHECK(drive.mapper.FindPieces().num_bridged == 1);
+  CHECK(BrokenDrive({20, 60, 40}).mapper.FindPieces().num_bridged == 0);
 }
 
 TEST_CASE("loops of another piece are not on the map that is shown") {

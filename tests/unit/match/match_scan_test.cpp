@@ -100,6 +100,37 @@ TEST_CASE("a trajectory begins where the robot is if it went on as before, for 6
   CheckPose(MatchAfter(with_wheels, lost, {}, kPeriod_us, Pose2{}).T_map_laser, lost.T_map_laser, 1e-9);
 }
 
+TEST_CASE(
+    "where the wheels lead on they bridge the break; a robot whose wheels stand is carried, and nothing is bridged") {
+  const auto Lost = [](const Pose2& T_odom_robot) {
+    TrackingState tracking = After(0, Pose2{});
+    for (int i = 0; i < 2; ++i) {
+      ScanMatch match = MatchAfter(tracking, Answer(MatchState::kLost), {}, kPeriod_us, T_odom_robot);
+      CHECK(match.by_wheels);
+      tracking.Add(match);
+    }
+    return MatchAfter(tracking, Answer(MatchState::kLost, {1.5, 2.0, 0.5}), {}, kPeriod_us, T_odom_robot);
+  };
+  const ScanMatch bridged = Lost({0.4, 0.0, 0.0});
+  CHECK(bridged.state == MatchState::kFirst);
+  CHECK(bridged.by_wheels);
+  CHECK(bridged.T_map_laser == Pose2{1.5, 2.0, 0.5});
+  CHECK(bridged.covariance[0] > 0.0);
+  const ScanMatch carried = Lost({});
+  CHECK(carried.state == MatchState::kFirst);
+  CHECK_FALSE(carried.by_wheels);
+}
+
+TEST_CASE("a match says how the wheels moved since the last scan, also where it is lost") {
+  const TrackingState tracking = After(0, Pose2{});
+  for (const MatchState state : {MatchState::kOk, MatchState::kLost}) {
+    const ScanMatch match = MatchAfter(tracking, Answer(state), {}, kPeriod_us, Pose2{0.3, 0.1, 0.2});
+    REQUIRE(match.by_wheels);
+    CheckPose(match.by_wheels->T_from_to, {0.3, 0.1, 0.2}, 1e-9);
+  }
+  CHECK_FALSE(MatchAfter(tracking, Answer(MatchState::kOk)).by_wheels);
+}
+
 TEST_CASE("a match is of the trajectory of the last one; one that begins a trajectory is of the next, and floats") {
   TrackingState tracking = After(2);
   const bool floats = GENERATE(true, false);

@@ -9,19 +9,13 @@
 namespace crsm {
 namespace {
 
-/// A drive of 0.1 m and 0.05 rad a scan as the odometry tells it, in a frame of its own.
-const Pose2 kStep{0.1, 0.0, 0.05};
-const Pose2 kOdometryStart{100.0, -50.0, 2.0};
-
-/// Matches of a drive of `motion` a scan, with odometry that tells of `told` a scan.
-std::vector<ScanMatch> Drive(int num_scans, const Pose2& motion, const Pose2& told) {
+/// Matches of a drive of `motion` a scan.
+std::vector<ScanMatch> Drive(int num_scans, const Pose2& motion) {
   Pose2 pose;
-  Pose2 odometry = kOdometryStart;
   std::vector<ScanMatch> history;
   for (int k = 0; k < num_scans; ++k) {
-    history.push_back({k, pose, 1.0, 1, 1, k, MatchState::kOk, 1, {}, {}, odometry});
+    history.push_back(MatchedAt(k, pose));
     pose = pose * motion;
-    odometry = odometry * told;
   }
   return history;
 }
@@ -87,67 +81,8 @@ TEST_CASE("the presumed turn is the last one alone: a robot turns soon in anothe
 TEST_CASE("a robot that drives round a circle is presumed on the circle") {
   const MatchParameters parameters = TestParameters().match;
   const Pose2 step{0.1, 0.02, 0.3};
-  const auto history = Drive(9, step, step);
+  const auto history = Drive(9, step);
   CheckPose(PredictPose({history.data(), 8}, parameters), history.back().T_map_laser, 1e-9);
-}
-
-/// When the next scan is taken.
-static std::int64_t NextTime(const std::vector<ScanMatch>& history) { return history.back().utime + 100'000; }
-
-TEST_CASE("by odometry the presumed pose is the last one and the motion of the wheels since") {
-  const MatchParameters parameters = TestParameters().match;
-  const auto history = Drive(8, kStep, kStep);
-  // The robot stops, turns on the spot, or goes on: what no repeated motion tells.
-  for (const Pose2& motion : {Pose2{}, {0.0, 0.0, -0.4}, {0.3, 0.0, 0.1}}) {
-    const auto presumed =
-        PredictPoseByOdometry(history, NextTime(history), *history.back().T_odom_robot * motion, parameters);
-    REQUIRE(presumed);
-    CheckPose(*presumed, history.back().T_map_laser * motion, 1e-9);
-  }
-}
-
-TEST_CASE("odometry that is missing, jumps or tells the last motions wrong presumes nothing") {
-  const MatchParameters parameters = TestParameters().match;
-  auto history = Drive(8, kStep, kStep);
-  const Pose2 last = *history.back().T_odom_robot;
-  CHECK_FALSE(PredictPoseByOdometry(history, NextTime(history), std::nullopt, parameters));
-  CHECK_FALSE(PredictPoseByOdometry(history, NextTime(history), last * Pose2{5.0, 0.0, 0.0}, parameters));
-  CHECK_FALSE(PredictPoseByOdometry(history, NextTime(history), last * Pose2{0.0, 0.0, 3.0}, parameters));
-  CHECK_FALSE(PredictPoseByOdometry(history, NextTime(history), Pose2{}, parameters));  // it was reset
-  history.back().T_odom_robot.reset();
-  CHECK_FALSE(PredictPoseByOdometry(history, NextTime(history), last, parameters));
-
-  const Pose2 reverse{-0.1, 0.0, 0.05};
-  const auto wrong = Drive(8, kStep, reverse);
-  CHECK_FALSE(PredictPoseByOdometry(wrong, NextTime(wrong), *wrong.back().T_odom_robot * reverse, parameters));
-}
-
-TEST_CASE("the longer the time between two scans, the further the wheels may have gone") {
-  const MatchParameters parameters = TestParameters().match;
-  const auto history = Drive(8, kStep, kStep);
-  const Pose2 there = *history.back().T_odom_robot * Pose2{2.5, 0.0, 2.0};
-  const std::int64_t last = history.back().utime;
-  CHECK_FALSE(PredictPoseByOdometry(history, last + 500'000, there, parameters));
-  const auto presumed = PredictPoseByOdometry(history, last + 1'000'000, there, parameters);
-  REQUIRE(presumed);
-  CheckPose(*presumed, history.back().T_map_laser * Pose2{2.5, 0.0, 2.0}, 1e-9);
-}
-
-TEST_CASE("odometry that was wrong is believed again after some scans that it told right") {
-  const MatchParameters parameters = TestParameters().match;
-  auto history = Drive(30, kStep, kStep);
-  for (int k = 0; k < 20; ++k) {  // it jumped at the 20th
-    ScanMatch& match = history[static_cast<std::size_t>(k)];
-    match.T_odom_robot = Pose2{3.0, 3.0, 1.0} * *match.T_odom_robot;
-  }
-  const auto Presume = [&](std::size_t num_scans) {
-    return PredictPoseByOdometry({history.data(), num_scans}, history[num_scans].utime, history[num_scans].T_odom_robot,
-                                 parameters);
-  };
-  CHECK(Presume(19));
-  CHECK_FALSE(Presume(20));  // the jump itself
-  CHECK_FALSE(Presume(21));
-  CHECK(Presume(27));
 }
 
 }  // namespace crsm

@@ -300,6 +300,23 @@ TEST_CASE("a map in pieces is never good where more than a fiftieth of the match
   CHECK(JudgeWith(400, 600).trust == Trust::kBad);
 }
 
+TEST_CASE("a map that hangs together by the wheels alone is doubtful, and says where it hangs on them") {
+  const auto JudgeWith = [](std::int64_t num_bridged) {
+    Run run;
+    run.Add(1000);
+    MapPieces pieces;
+    pieces.num_pieces = 1;
+    pieces.num_breaks = 3;
+    pieces.num_bridged = num_bridged;
+    pieces.num_matched = 1000;
+    pieces.pieces = {{90, 1000, 40.0}};
+    return Judge(run.statistics, ByteMap(0.1), pieces);
+  };
+  CHECK(JudgeWith(0).trust == Trust::kGood);
+  CHECK(JudgeWith(2).trust == Trust::kDoubtful);
+  CHECK(Mentions(JudgeWith(2), "warning: 2 of 3 interruptions of the track are bridged by the wheels alone"));
+}
+
 TEST_CASE("scans that are lost beside a piece are bad as ever") {
   Run run;
   run.Add(900);

@@ -42,6 +42,9 @@ TEST_CASE("a match comes over the wire as it was") {
     afloat.trajectory = 3;
     afloat.floating = true;
     CHECK(FromMessage(Send(ToMessage(afloat))) == afloat);
+    ScanMatch driven = with_odometry;
+    driven.by_wheels = WheelMotion{{0.5, -0.1, 0.2}, 0.03, 0.01};
+    CHECK(FromMessage(Send(ToMessage(driven))) == driven);
   }
   CHECK(ToMessage(ScanMatch{}).state == scan_match_t::FIRST);
   CHECK(static_cast<std::int8_t>(MatchState::kOk) == scan_match_t::OK);

@@ -31,6 +31,7 @@ Keyframe MakeKeyframe() {
   keyframe.utime = 1234567890123456;
   keyframe.rays = {{-1.0f / 3.0f, 0.1f, 2.0f}, {0.7f, 1.0f / 7.0f, 30.0f}};
   keyframe.T_previous_this = DrawPose(random);
+  keyframe.by_wheels = WheelMotion{DrawPose(random), 0.03, 0.01};
   keyframe.as_of = Nth(3);
   return keyframe;
 }
@@ -39,6 +40,7 @@ void CheckSame(const Keyframe& one, const Keyframe& other) {
   CHECK(one.utime == other.utime);
   CHECK(one.rays == other.rays);
   CHECK(one.T_previous_this == other.T_previous_this);
+  CHECK(one.by_wheels == other.by_wheels);
   CHECK(one.after_lost == other.after_lost);
   CHECK(one.begins == other.begins);
   CHECK(one.begins_anywhere == other.begins_anywhere);

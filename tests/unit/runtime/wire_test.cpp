@@ -155,6 +155,38 @@ TEST_CASE("a match is a finite pose with a fitness from 0 to 1 and a state that 
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.floating = 2; }));
 }
 
+TEST_CASE("a motion of the wheels is a pose with deviations that are neither nothing nor endless, and one at most") {
+  using Message = scan_match_t;
+  CHECK(IsDecoded(ScanMatchMessage(), [](Message& m) { m.num_by_wheels = 0, m.by_wheels.clear(); }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) {
+    m.num_by_wheels = 2;
+    m.by_wheels.push_back(m.by_wheels[0]);
+  }));
+  CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.by_wheels[0].T_from_to.x_m = kNan; }));
+  for (const double sigma : {0.0, -0.1, kNan, HUGE_VAL}) {
+    CHECK_FALSE(IsDecoded(ScanMatchMessage(), [sigma](Message& m) { m.by_wheels[0].sigma_m = sigma; }));
+    CHECK_FALSE(IsDecoded(ScanMatchMessage(), [sigma](Message& m) { m.by_wheels[0].sigma_rad = sigma; }));
+  }
+}
+
+TEST_CASE("what was learned of the wheels are finite sums") {
+  using Message = tracking_state_t;
+  for (const double sum : {kNan, HUGE_VAL, 1e16}) {
+    CHECK_FALSE(IsDecoded(TrackingStateMessage(), [sum](Message& m) { m.wheels.way_information[9] = sum; }));
+    CHECK_FALSE(IsDecoded(TrackingStateMessage(), [sum](Message& m) { m.wheels.way_vector[0] = sum; }));
+    CHECK_FALSE(IsDecoded(TrackingStateMessage(), [sum](Message& m) { m.wheels.turn[1] = sum; }));
+    CHECK_FALSE(IsDecoded(TrackingStateMessage(), [sum](Message& m) { m.wheels.delay[0] = sum; }));
+    CHECK_FALSE(IsDecoded(TrackingStateMessage(), [sum](Message& m) { m.wheels.way_noise[4] = sum; }));
+    CHECK_FALSE(IsDecoded(TrackingStateMessage(), [sum](Message& m) { m.wheels.turn_noise[0] = sum; }));
+  }
+  CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.wheels.wheels_error_m = -1.0; }));
+  CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.wheels.velocity_error_m = kNan; }));
+  CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.wheels.steps = -1; }));
+  CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.wheels.slips = 41; }));
+  CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.wheels.has_start = 2; }));
+  CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.wheels.T_map_start.x_m = kNan; }));
+}
+
 TEST_CASE("a match has a finite covariance with variances that are not negative, and a unit vector's axis") {
   using Message = scan_match_t;
   for (int i = 0; i < 6; ++i) {
@@ -209,6 +241,8 @@ TEST_CASE("a map has no more pieces and breaks than it says, and no more than ar
   CHECK_FALSE(Fits([](map_pieces_t& m) { m.num_all_pieces = 1; }));
   CHECK_FALSE(Fits([](map_pieces_t& m) { m.num_all_breaks = 0; }));
   CHECK_FALSE(Fits([](map_pieces_t& m) { m.num_matched = -1; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.num_bridged = -1; }));
+  CHECK_FALSE(Fits([](map_pieces_t& m) { m.num_bridged = 5; }));
   CHECK_FALSE(Fits([](map_pieces_t& m) { m.pieces[1].keyframes = -1; }));
   CHECK_FALSE(Fits([](map_pieces_t& m) { m.pieces[1].scans = -1; }));
   CHECK_FALSE(Fits([](map_pieces_t& m) { m.pieces[0].way_m = kNan; }));
@@ -239,7 +273,7 @@ TEST_CASE("a tracking state counts what there can be, and remembers the last mat
     return IsDecoded<map_delta_t>(Encode(message));
   };
   CHECK(Fits([](Message&) {}));
-  CHECK(Fits([](Message& m) { m = {0, 0, -1, 1, 0, {}, 0, {}, {}, 0, {}, 0, 0}; }));
+  CHECK(Fits([](Message& m) { m = {0, 0, -1, 1, 0, {}, 0, {}, {}, 0, {}, 0, 0, {}}; }));
   CHECK_FALSE(Fits([](Message& m) { m.num_lost = -1; }));
   CHECK_FALSE(Fits([](Message& m) { m.num_lost = m.num_scans + 1; }));
   CHECK_FALSE(Fits([](Message& m) { m.newest_utime = -2; }));

@@ -1,4 +1,4 @@
-#include "common/graph/line_spectrum.hpp"
+#include "common/match/line_spectrum.hpp"
 
 #include <cmath>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "common/graph/place_search.hpp"
+#include "common/match/place_search.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "common/graph/line_spectrum.hpp"
+#include "common/match/line_spectrum.hpp"
 #include "common/math/pose2.hpp"
 
 namespace crsm {

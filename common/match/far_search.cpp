@@ -1,0 +1,91 @@
+#include "common/match/far_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace crsm {
+namespace {
+
+constexpr double kCell_m = 0.1;
+constexpr double kFarthest_m = 15.0;  // of a hit, from the laser
+constexpr Eigen::Index kMostPoints = 180;
+
+/// Hits that are near, evenly spread; no more than needed.
+Eigen::Matrix2Xd ThinOut(const Eigen::Matrix2Xd& hits_m) {
+  const Eigen::Index step = (hits_m.cols() + kMostPoints - 1) / kMostPoints;
+  std::vector<Eigen::Vector2d> some;
+  for (Eigen::Index i = 0; i < hits_m.cols(); i += std::max<Eigen::Index>(step, 1)) {
+    if (hits_m.col(i).squaredNorm() <= kFarthest_m * kFarthest_m) some.emplace_back(hits_m.col(i));
+  }
+  Eigen::Matrix2Xd points_m(2, static_cast<Eigen::Index>(some.size()));
+  for (std::size_t i = 0; i < some.size(); ++i) points_m.col(static_cast<Eigen::Index>(i)) = some[i];
+  return points_m;
+}
+
+/// Occupied cells of a map within a square, map frame.
+Eigen::Matrix2Xd CollectOccupied(const ByteMap& map, const Pose2& middle, double reach_m) {
+  std::vector<Eigen::Vector2d> found;
+  const double cell_m = map.geometry().cell_size_m();
+  const double tile_m = kTileSide * cell_m;
+  const auto IsNear = [&](double x_m, double y_m, double more_m) {
+    return std::abs(x_m - middle.x_m) <= reach_m + more_m && std::abs(y_m - middle.y_m) <= reach_m + more_m;
+  };
+  for (const auto& [index, tile] : map.tiles().entries()) {
+    const Cell first = CellAt(index, 0);
+    if (!IsNear((first.x + 0.5 * kTileSide) * cell_m, (first.y + 0.5 * kTileSide) * cell_m, tile_m)) continue;
+    for (int offset = 0; offset < kTileCells; ++offset) {
+      if (!IsOccupied(tile->cells[static_cast<std::size_t>(offset)])) continue;
+      const Cell cell = CellAt(index, offset);
+      const Eigen::Vector2d at_m((cell.x + 0.5) * cell_m, (cell.y + 0.5) * cell_m);
+      if (IsNear(at_m.x(), at_m.y(), 0.0)) found.push_back(at_m);
+    }
+  }
+  Eigen::Matrix2Xd occupied_m(2, static_cast<Eigen::Index>(found.size()));
+  for (std::size_t i = 0; i < found.size(); ++i) occupied_m.col(static_cast<Eigen::Index>(i)) = found[i];
+  return occupied_m;
+}
+
+}  // namespace
+
+std::optional<FarWindow> FindFarWindow(std::span<const ScanMatch> recent, std::int64_t utime) {
+  constexpr double kClose_s = 0.5;  // between scans
+  constexpr double kLeast_m = 0.3;  // what a pose that is presumed right is off
+  constexpr double kLeast_rad = 0.25;
+  constexpr double kFaster_m_s = 0.4;  // that a robot becomes in a second
+  constexpr double kFaster_rad_s = 0.6;
+  constexpr double kMost_m = 3.0;
+  constexpr double kMost_rad = 1.6;
+  if (recent.size() < 2 || recent.back().state == MatchState::kLost) return std::nullopt;
+  const double elapsed_s = 1e-6 * static_cast<double>(utime - recent.back().utime);
+  const double usual_s = 1e-6 * static_cast<double>(recent.back().utime - recent.front().utime) /
+                         static_cast<double>(recent.size() - 1);
+  if (elapsed_s < kClose_s || usual_s < kClose_s) return std::nullopt;
+  double farthest_m = 0.0;
+  double widest_rad = 0.0;
+  for (std::size_t i = 1; i < recent.size(); ++i) {
+    if (!IsMotionMatched(recent[i - 1], recent[i])) continue;
+    const Pose2 motion = Inverse(recent[i - 1].T_map_laser) * recent[i].T_map_laser;
+    farthest_m = std::max(farthest_m, Length(motion));
+    widest_rad = std::max(widest_rad, std::abs(motion.yaw_rad));
+  }
+  return FarWindow{std::min(kLeast_m + std::min(kFaster_m_s * elapsed_s, 1.0) + farthest_m, kMost_m),
+                   std::min(kLeast_rad + kFaster_rad_s * elapsed_s + widest_rad, kMost_rad)};
+}
+
+std::optional<Pose2> SearchFar(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& presumed,
+                               const FarWindow& window) {
+  constexpr double kLeastScore = 0.4;  // of the hits
+  constexpr double kRivalShare = 0.9;
+  constexpr int kMostEvaluations = 60'000;
+  constexpr Eigen::Index kFewestPoints = 20;
+  const Eigen::Matrix2Xd points_m = ThinOut(hits_m);
+  if (points_m.cols() < kFewestPoints) return std::nullopt;
+  const HitPyramid pyramid(CollectOccupied(map, presumed, window.reach_m + kFarthest_m), kCell_m);
+  const Place place = FindPlace(pyramid, points_m, {presumed, window.reach_m, window.reach_rad},
+                                {kFarthest_m, kLeastScore, kRivalShare, kMostEvaluations});
+  if (place.score == 0.0 || place.rival > 0.0) return std::nullopt;
+  return place.pose;
+}
+
+}  // namespace crsm
