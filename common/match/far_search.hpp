@@ -22,7 +22,7 @@ struct FarWindow {
 /// Nothing where scans follow each other closely as a rule, or nothing was matched yet. recent: as of TrackingState.
 std::optional<FarWindow> FindFarWindow(std::span<const ScanMatch> recent, std::int64_t utime);
 
-/// The best place in the window by branch and bound, to a cell of 0.1 m; nothing where too little fits, or another
+/// The best place in the window by branch and bound, to two cells of 0.1 m; nothing where too little fits, or another
 /// place fits nearly as well. hits_m: 2 x N, laser frame, in order of rising angle.
 std::optional<Pose2> SearchFar(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& presumed,
                                const FarWindow& window);

@@ -105,6 +105,8 @@ void AddNoise(std::array<double, 5>& sums, double way_m, double turn_rad, double
   sums[4] += weight * turn_rad * squared;
 }
 
+double ComputeDelay(const std::array<double, 2>& sums) { return sums[1] / (sums[0] + 1.0 / Square(kPriorDelay_s)); }
+
 /// Of a residual.
 double Weigh(double off, double sigma) { return std::min(1.0, kHuber * sigma / std::max(off, 1e-9)) / Square(sigma); }
 
@@ -152,8 +154,8 @@ std::optional<WheelMotion> WheelModel::Predict(std::span<const ScanMatch> recent
   return WithNoise(ToLaser(*wheels, FindRateBefore(recent), FindRate(wheels, elapsed_s)));
 }
 
-/// Whether their last step was none that they slipped on, and they are not so noisy that they are frozen, or slip as they
-/// like. Before enough is learned, whether they told the last motions no worse than the velocity model.
+/// Whether their last step was none that they slipped on, and they are not so noisy that they are frozen, or slip as
+/// they like. Before enough is learned, whether they told the last motions no worse than the velocity model.
 bool WheelModel::AreBelieved() const {
   constexpr double kMostNoise = 0.2;  // after a metre, and after a radian
   if (state_.steps < kFewSteps) return state_.wheels_error_m <= state_.velocity_error_m + kTolerance_m;
@@ -230,6 +232,7 @@ void WheelModel::LearnDelay(std::span<const ScanMatch> recent, const ScanMatch& 
   const double weight = Weigh(off_rad, sigma_rad);
   state_.delay[0] += weight * change_rad_s * change_rad_s;
   state_.delay[1] += weight * change_rad_s * late_rad;
+  values_.delay_s = ComputeDelay(state_.delay);  // at once: a model that is made of this state knows it, too
 }
 
 void WheelModel::LearnStep(const Pose2& wheels, const Pose2& matched, const Pose2& rate_after) {
@@ -303,7 +306,7 @@ void WheelModel::Solve() {
 
   const double of_turn = 1.0 / Square(kPriorTurn);
   values_.turn_scale = (state_.turn[1] + of_turn) / (state_.turn[0] + of_turn);
-  values_.delay_s = state_.delay[1] / (state_.delay[0] + 1.0 / Square(kPriorDelay_s));
+  values_.delay_s = ComputeDelay(state_.delay);
 
   const Noise of_way = SolveNoise(state_.way_noise, prior.way_per_m, prior.way_per_rad);
   const Noise of_heading = SolveNoise(state_.turn_noise, prior.turn_per_m, prior.turn_per_rad);

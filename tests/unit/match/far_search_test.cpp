@@ -94,7 +94,7 @@ TEST_CASE("a place that is metres from where it is presumed is found") {
   for (const Pose2& truth : {Pose2{1.4, -0.8, 0.7}, {-1.6, -1.2, -0.9}, {0.3, 0.2, 0.1}}) {
     const auto found = SearchFar(map, SeenFrom(walls, truth, 10.0), {}, {2.0, 1.2});
     REQUIRE(found);
-    CheckPose(*found, truth, 0.15);
+    CheckPose(*found, truth, 0.25);  // two cells, and what is left of the next search
   }
 }
 

@@ -76,18 +76,15 @@ TEST_CASE("where nobody knows the time between, or it is long, a guess says hard
   CheckSigmas(ComputeGuessCovariance(Guess(9 * kSecond_us - 1), Driven(0.8)), 0.35, 0.1);  // clocks step back
 }
 
-TEST_CASE("a guess that follows the wheels is worth a tenth of their motion less, however long that takes") {
+TEST_CASE("a guess that follows the wheels is worth as much less as they err, however long that takes") {
   TrackingState tracking;
   ScanMatch match = Guess(0, {1.0, 2.0, 0.5}, MatchState::kOk);
-  match.T_odom_robot = Pose2{7.0, 8.0, 1.5};
   tracking.Add(match);
-  const Pose2 motion{3.0, -4.0, 0.5};
   ScanMatch guess = Guess(100 * kSecond_us);
-  guess.T_odom_robot = *match.T_odom_robot * motion;
-  const Pose2 by_wheels = Inverse(*match.T_odom_robot) * *guess.T_odom_robot;
-  guess.T_map_laser = match.T_map_laser * by_wheels;
+  guess.by_wheels = WheelMotion{{3.0, -4.0, 0.5}, 0.5, 0.05};
+  guess.T_map_laser = match.T_map_laser * guess.by_wheels->T_from_to;
   CheckSigmas(ComputeGuessCovariance(guess, tracking), 0.35 + 0.5, 0.1 + 0.05);
-  guess.T_map_laser = match.T_map_laser;  // does not follow them
+  guess.by_wheels.reset();  // they are not believed
   CheckSigmas(ComputeGuessCovariance(guess, tracking), 0.35 + 17.5, kPi / std::sqrt(3.0));
 }
 
