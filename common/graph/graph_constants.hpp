@@ -126,8 +126,7 @@ struct GraphConstants {
     double rad_per_s = kGuessWindow.rad_per_s;
     double nearby_most_m = kGuessWindow.most_m;  ///< ... up to
     double nearby_most_rad = 0.8;
-    double bridged_m =
-        0.3;  ///< ... or, where the wheels bridge the breaks between, so many standard deviations more ...
+    double bridged_m = 0.3;  ///< ... or, where wheels bridge the break, so much and some standard deviations
     double bridged_rad = 0.05;
     double bridged_sigmas = 5.0;
     double nearby_point_m = 30.0;  ///< farthest, from the laser: outdoors little is near

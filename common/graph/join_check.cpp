@@ -4,6 +4,7 @@
 #include "common/match/place_search.hpp"
 
 namespace crsm {
+
 std::optional<double> ComputeContradictionByOthers(const KeyframeGraph& graph, const GraphConstants& constants) {
   const GraphConstants::Joins& joins = constants.joins;
   const double farthest_m = constants.submaps.farthest_point_m;

@@ -23,6 +23,15 @@ KeyframeId FindNearest(const KeyframeGraph& graph, double far_m) {
   return graph.FindNearest(graph.pose(first), last, first.trajectory, HUGE_VAL).value_or(last);
 }
 
+/// How far the newest keyframe may be from where it is guessed to be, since the end of a trajectory before a break.
+PlaceReach FindReach(const KeyframeGraph& graph, KeyframeId last, double between_s,
+                     const GraphConstants::Joins& joins) {
+  const auto bridges = graph.SumBridges(last, *graph.newest());
+  if (!bridges) return {joins.nearby_m + joins.m_per_s * between_s, joins.nearby_rad + joins.rad_per_s * between_s};
+  return {joins.bridged_m + joins.bridged_sigmas * bridges->sigma_m,
+          joins.bridged_rad + joins.bridged_sigmas * bridges->sigma_rad};
+}
+
 }  // namespace
 
 std::optional<LoopFinding> JoinSearch::Search(const KeyframeGraph& graph, const std::vector<KeyframeId>& found_before) {
@@ -53,15 +62,6 @@ std::optional<LoopFinding> JoinSearch::Search(const KeyframeGraph& graph, const 
   return found && nearby && found->older == nearby->older ? nearby : found;
 }
 
-/// How far the newest keyframe may be from where it is guessed to be, since the end of a trajectory before a break.
-JoinSearch::Drift JoinSearch::FindDrift(const KeyframeGraph& graph, KeyframeId last, double between_s,
-                                        const GraphConstants::Joins& joins) {
-  const auto bridges = graph.SumBridges(last, *graph.newest());
-  if (!bridges) return {joins.nearby_m + joins.m_per_s * between_s, joins.nearby_rad + joins.rad_per_s * between_s};
-  return {joins.bridged_m + joins.bridged_sigmas * bridges->sigma_m,
-          joins.bridged_rad + joins.bridged_sigmas * bridges->sigma_rad};
-}
-
 /// Soon after a break the robot is near where it was before it, unless it was carried: less has to fit there than in a
 /// window of any size.
 std::optional<LoopFinding> JoinSearch::SearchNearby(const KeyframeGraph& graph) const {
@@ -82,10 +82,10 @@ std::optional<LoopFinding> JoinSearch::SearchNearby(const KeyframeGraph& graph) 
     const KeyframeId nearest = before + 1 == newest.trajectory ? FindNearest(graph, joins.nearby_most_m) : last;
     const KeyframeId middle = graph.FindByPath(nearest.trajectory, graph.path_m(nearest) - joins.before_m);
     const Submap submap = MakeSubmap(graph, middle, *graph.newest(), constants_.submaps);
-    const Drift drift = FindDrift(graph, last, between_s, joins);
+    const PlaceReach reach = FindReach(graph, last, between_s, joins);
     const PlaceWindow window{Inverse(graph.pose(middle)) * graph.pose(newest),
-                             std::min(drift.reach_m, joins.nearby_most_m),
-                             std::min(drift.reach_rad, joins.nearby_most_rad)};
+                             std::min(reach.reach_m, joins.nearby_most_m),
+                             std::min(reach.reach_rad, joins.nearby_most_rad)};
     const HitPyramid pyramid(CollectHits(graph, submap, window.centre, window.reach_m + joins.nearby_point_m),
                              constants_.submaps.cell_m,
                              CollectRays(graph, submap, joins.nearby_point_m, joins.shorter_m));

@@ -34,11 +34,6 @@ class JoinSearch {
     LineSpectrum spectrum;
   };
 
-  struct Drift {
-    double reach_m;
-    double reach_rad;
-  };
-
   struct Turn {
     std::vector<KeyframeId> now;
     std::vector<KeyframeId> later;
@@ -46,8 +41,6 @@ class JoinSearch {
 
   Turn TakeTurns(const KeyframeGraph& graph, const std::vector<KeyframeId>& middles,
                  const std::vector<KeyframeId>& found_before) const;
-  static Drift FindDrift(const KeyframeGraph& graph, KeyframeId last, double between_s,
-                         const GraphConstants::Joins& joins);
   std::optional<LoopFinding> SearchNearby(const KeyframeGraph& graph) const;
   std::vector<KeyframeId> FindMiddles(const KeyframeGraph& graph) const;
   const DrawnSubmap& Draw(const KeyframeGraph& graph, KeyframeId middle);

@@ -227,6 +227,12 @@ std::vector<Loop> KeyframeGraph::FindLoopsAcross(int trajectory) const {
   return across;
 }
 
+double KeyframeGraph::ComputeDriven(KeyframeId older, KeyframeId newer) const {
+  double driven_m = path_m(newer) - path_m(older);
+  for (int i = older.trajectory; i < newer.trajectory; ++i) driven_m += path_m(LastOf(i));
+  return driven_m;
+}
+
 void KeyframeGraph::UpdateComponents() {
   components_ = FindComponents(loops_);
   pieces_ = FindPieces(loops_);

@@ -154,6 +154,9 @@ class KeyframeGraph {
   /// The first keyframe of a trajectory so far along it or further; its last one if none is.
   KeyframeId FindByPath(int trajectory, double path_m) const;
 
+  /// What was driven between two keyframes, without what nobody knows of [m]: the poses may have drifted apart over it.
+  double ComputeDriven(KeyframeId older, KeyframeId newer) const;
+
   /// The component of a keyframe: its oldest trajectory.
   int component(KeyframeId id) const { return components_[static_cast<std::size_t>(id.trajectory)]; }
   bool HangTogether(KeyframeId a, KeyframeId b) const { return component(a) == component(b); }

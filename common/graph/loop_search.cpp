@@ -16,19 +16,14 @@ namespace crsm {
 namespace {
 
 /// How far poses may have drifted apart.
-struct Drift {
-  double reach_m;
-  double reach_rad;
-};
-
-Drift ComputeDrift(const GraphConstants::DriftModel& model, double way_m, double most_m) {
+PlaceReach ComputeDrift(const GraphConstants::DriftModel& model, double way_m, double most_m) {
   return {std::min(model.least_m + model.m_per_m * way_m, most_m),
           std::min(model.least_rad + model.rad_per_m * way_m, model.most_rad)};
 }
 
 struct Candidate {
   KeyframeId middle;  ///< of a submap
-  Drift drift;
+  PlaceReach drift;
 };
 
 /// Where the newest keyframe may be.
@@ -53,13 +48,6 @@ class Ways {
   std::size_t next_ = 0;
 };
 
-/// What was driven since a keyframe, without what nobody knows of: the poses may have drifted apart over it.
-double ComputeDriven(const KeyframeGraph& graph, KeyframeId older, KeyframeId newest) {
-  double driven_m = graph.path_m(newest) - graph.path_m(older);
-  for (int i = older.trajectory; i < newest.trajectory; ++i) driven_m += graph.path_m(graph.LastOf(i));
-  return driven_m;
-}
-
 /// far: also beyond drift.most_m, where the way along the graph is so long.
 Candidates FindCandidates(const KeyframeGraph& graph, double local_map_m, const GraphConstants::DriftModel& drift,
                           bool far, const GraphConstants& constants) {
@@ -72,7 +60,7 @@ Candidates FindCandidates(const KeyframeGraph& graph, double local_map_m, const 
   double nearest_m = loops.known_m;
   std::pair last_slot{-1, -1};  // trajectory, and which part of it
   for (std::optional<KeyframeId> i = KeyframeId{}; IsLongAgo(graph, *i, constants.submaps.long_ago_m);) {
-    const double by_path_m = ComputeDriven(graph, *i, newest);
+    const double by_path_m = graph.ComputeDriven(*i, newest);
     const double away_m = Distance(graph.pose(*i), graph.pose(newest));
     const double most_m = far ? loops.farthest_m : drift.most_m;
     const double beyond_m = away_m - ComputeDrift(drift, by_path_m, most_m).reach_m - loops.passing_m;
@@ -94,7 +82,7 @@ Candidates FindCandidates(const KeyframeGraph& graph, double local_map_m, const 
       }
       continue;
     }
-    Drift there = ComputeDrift(drift, way_m, drift.most_m);
+    PlaceReach there = ComputeDrift(drift, way_m, drift.most_m);
     if (far && away_m > there.reach_m + loops.passing_m) {
       if (!all_ways) all_ways.emplace(graph, newest, HUGE_VAL);
       there = ComputeDrift(drift, all_ways->To(at), loops.farthest_m);
@@ -122,7 +110,7 @@ class PlaceFinder {
   bool HasEnough() const { return points_m_.cols() >= constants_.submaps.fewest_points; }
 
   /// least_score: what is worse is of no interest.
-  Place Find(const HitPyramid& pyramid, KeyframeId middle, const Drift& drift, double least_score,
+  Place Find(const HitPyramid& pyramid, KeyframeId middle, const PlaceReach& drift, double least_score,
              int most_evaluations) const {
     return FindPlace(
         pyramid, points_m_, {PresumedIn(middle), drift.reach_m, drift.reach_rad},

@@ -283,6 +283,7 @@ std::int64_t Mapper::CountScans(int component) const {
 
 MapPieces Mapper::FindPieces() const {
   const std::vector<int> numbers = FindPieceNumbers();
+  const std::vector<int> components = graph_.FindComponents(loops_closed_);
   std::vector<MapPiece> pieces(SortComponents().size());
   MapPieces found;
   const auto OnPiece = [&](int trajectory) { return numbers[static_cast<std::size_t>(trajectory)]; };
@@ -297,12 +298,9 @@ MapPieces Mapper::FindPieces() const {
     at.T_map_before = At(best_poses_, graph_.LastOf(i - 1));
     at.piece_before = OnPiece(i - 1);
     at.piece = OnPiece(i);
-    found.breaks.push_back(at);
-  }
-  const std::vector<int> components = graph_.FindComponents(loops_closed_);
-  for (int i = 1; i < trajectories_.size(); ++i) {
     const bool by_loops = components[static_cast<std::size_t>(i) - 1] == components[static_cast<std::size_t>(i)];
-    if (!by_loops && OnPiece(i - 1) == OnPiece(i)) ++found.num_bridged;
+    if (at.joined() && !by_loops) ++found.num_bridged;
+    found.breaks.push_back(at);
   }
   found.num_pieces = std::ssize(pieces);
   found.num_breaks = std::ssize(found.breaks);
@@ -322,8 +320,7 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
   keyframe.begins = begins || !before;
   keyframe.begins_anywhere = begins && match.covariance[0] >= kUnknownVariance;
   keyframe.as_of = applied_update_;
-  if (before) keyframe.by_wheels = by_wheels_;
-  by_wheels_.emplace();
+  keyframe.by_wheels = std::exchange(by_wheels_, WheelMotion{});
   if (before) {
     keyframe.T_previous_this = Inverse(graph_.pose(*before)) * match.T_map_laser;
     if (!begins) keyframe.tie = FindTie(match.T_map_laser);

@@ -5,6 +5,8 @@
 #include <unordered_set>
 #include <vector>
 
+#include "common/math/columns.hpp"
+
 namespace crsm {
 namespace {
 
@@ -16,13 +18,6 @@ void VisitScans(const KeyframeGraph& graph, const Submap& submap, Visit&& visit)
     if (at > submap.first) T_submap_at = T_submap_at * graph.keyframe(at).T_previous_this;
     visit(T_submap_at, ComputeHits(graph.keyframe(at).rays));
   }
-}
-
-template <class Columns, class Column>
-Columns Join(const std::vector<Column>& all) {
-  Columns columns(Columns::RowsAtCompileTime, static_cast<Eigen::Index>(all.size()));
-  for (std::size_t i = 0; i < all.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = all[i];
-  return columns;
 }
 
 }  // namespace
@@ -47,7 +42,7 @@ Eigen::Matrix2Xd CollectHits(const KeyframeGraph& graph, const Submap& submap, c
       if (distance2_m2 < farthest_m * farthest_m) all.push_back(hit_m);
     }
   });
-  return Join<Eigen::Matrix2Xd>(all);
+  return JoinColumns<Eigen::Matrix2Xd>(all);
 }
 
 Eigen::Matrix4Xd CollectRays(const KeyframeGraph& graph, const Submap& submap, double farthest_m, double shorter_m) {
@@ -63,7 +58,7 @@ Eigen::Matrix4Xd CollectRays(const KeyframeGraph& graph, const Submap& submap, d
                        laser.y_m + sin * end_m.x() + cos * end_m.y());
     }
   });
-  return Join<Eigen::Matrix4Xd>(all);
+  return JoinColumns<Eigen::Matrix4Xd>(all);
 }
 
 Eigen::Matrix2Xd ThinOut(const Eigen::Matrix2Xd& points_m, double square_m) {

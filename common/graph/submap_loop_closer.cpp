@@ -133,8 +133,7 @@ bool SubmapLoopCloser::ContradictsBridges(const LoopFinding& finding) const {
   const auto bridges = graph_.SumBridges(finding.older, finding.newer);
   if (!bridges || graph_.HangTogether(finding.older, finding.newer)) return false;
   const auto& [joins, loops] = std::tie(constants_.joins, constants_.loops);
-  double way_m = graph_.path_m(finding.newer) - graph_.path_m(finding.older);
-  for (int i = finding.older.trajectory; i < finding.newer.trajectory; ++i) way_m += graph_.path_m(graph_.LastOf(i));
+  const double way_m = graph_.ComputeDriven(finding.older, finding.newer);
   const Pose2 expected = Inverse(graph_.pose(finding.older)) * graph_.pose(finding.newer);
   return !AreNear(
       expected, finding.T_older_newer,

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "common/math/columns.hpp"
+
 namespace crsm {
 namespace {
 
@@ -13,14 +15,12 @@ constexpr Eigen::Index kMostPoints = 180;
 
 /// Hits that are near, evenly spread; no more than needed.
 Eigen::Matrix2Xd ThinOut(const Eigen::Matrix2Xd& hits_m) {
-  const Eigen::Index step = (hits_m.cols() + kMostPoints - 1) / kMostPoints;
-  std::vector<Eigen::Vector2d> some;
-  for (Eigen::Index i = 0; i < hits_m.cols(); i += std::max<Eigen::Index>(step, 1)) {
-    if (hits_m.col(i).squaredNorm() <= kFarthest_m * kFarthest_m) some.emplace_back(hits_m.col(i));
+  const Eigen::Matrix2Xd some_m = ThinColumns(hits_m, kMostPoints);
+  std::vector<Eigen::Vector2d> near;
+  for (const auto& hit_m : some_m.colwise()) {
+    if (hit_m.squaredNorm() <= kFarthest_m * kFarthest_m) near.emplace_back(hit_m);
   }
-  Eigen::Matrix2Xd points_m(2, static_cast<Eigen::Index>(some.size()));
-  for (std::size_t i = 0; i < some.size(); ++i) points_m.col(static_cast<Eigen::Index>(i)) = some[i];
-  return points_m;
+  return JoinColumns<Eigen::Matrix2Xd>(near);
 }
 
 /// Occupied cells of a map within a square, map frame.
@@ -41,14 +41,12 @@ Eigen::Matrix2Xd CollectOccupied(const ByteMap& map, const Pose2& middle, double
       if (IsNear(at_m.x(), at_m.y(), 0.0)) found.push_back(at_m);
     }
   }
-  Eigen::Matrix2Xd occupied_m(2, static_cast<Eigen::Index>(found.size()));
-  for (std::size_t i = 0; i < found.size(); ++i) occupied_m.col(static_cast<Eigen::Index>(i)) = found[i];
-  return occupied_m;
+  return JoinColumns<Eigen::Matrix2Xd>(found);
 }
 
 }  // namespace
 
-std::optional<FarWindow> FindFarWindow(std::span<const ScanMatch> recent, std::int64_t utime) {
+std::optional<PlaceReach> FindFarWindow(std::span<const ScanMatch> recent, std::int64_t utime) {
   constexpr double kClose_s = 0.5;  // between scans
   constexpr double kLeast_m = 0.3;  // what a pose that is presumed right is off
   constexpr double kLeast_rad = 0.25;
@@ -58,8 +56,8 @@ std::optional<FarWindow> FindFarWindow(std::span<const ScanMatch> recent, std::i
   constexpr double kMost_rad = 1.6;
   if (recent.size() < 2 || recent.back().state == MatchState::kLost) return std::nullopt;
   const double elapsed_s = 1e-6 * static_cast<double>(utime - recent.back().utime);
-  const double usual_s = 1e-6 * static_cast<double>(recent.back().utime - recent.front().utime) /
-                         static_cast<double>(recent.size() - 1);
+  const double usual_s =
+      1e-6 * static_cast<double>(recent.back().utime - recent.front().utime) / static_cast<double>(recent.size() - 1);
   if (elapsed_s < kClose_s || usual_s < kClose_s) return std::nullopt;
   double farthest_m = 0.0;
   double widest_rad = 0.0;
@@ -69,20 +67,20 @@ std::optional<FarWindow> FindFarWindow(std::span<const ScanMatch> recent, std::i
     farthest_m = std::max(farthest_m, Length(motion));
     widest_rad = std::max(widest_rad, std::abs(motion.yaw_rad));
   }
-  return FarWindow{std::min(kLeast_m + std::min(kFaster_m_s * elapsed_s, 1.0) + farthest_m, kMost_m),
-                   std::min(kLeast_rad + kFaster_rad_s * elapsed_s + widest_rad, kMost_rad)};
+  return PlaceReach{std::min(kLeast_m + std::min(kFaster_m_s * elapsed_s, 1.0) + farthest_m, kMost_m),
+                    std::min(kLeast_rad + kFaster_rad_s * elapsed_s + widest_rad, kMost_rad)};
 }
 
 std::optional<Pose2> SearchFar(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& presumed,
-                               const FarWindow& window) {
+                               const PlaceReach& reach) {
   constexpr double kLeastScore = 0.4;  // of the hits
   constexpr double kRivalShare = 0.9;
   constexpr int kMostEvaluations = 60'000;
   constexpr Eigen::Index kFewestPoints = 20;
   const Eigen::Matrix2Xd points_m = ThinOut(hits_m);
   if (points_m.cols() < kFewestPoints) return std::nullopt;
-  const HitPyramid pyramid(CollectOccupied(map, presumed, window.reach_m + kFarthest_m), kCell_m);
-  const Place place = FindPlace(pyramid, points_m, {presumed, window.reach_m, window.reach_rad},
+  const HitPyramid pyramid(CollectOccupied(map, presumed, reach.reach_m + kFarthest_m), kCell_m);
+  const Place place = FindPlace(pyramid, points_m, {presumed, reach.reach_m, reach.reach_rad},
                                 {kFarthest_m, kLeastScore, kRivalShare, kMostEvaluations});
   if (place.score == 0.0 || place.rival > 0.0) return std::nullopt;
   return place.pose;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/match/summit.hpp"
+#include "common/math/columns.hpp"
 
 namespace crsm {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 constexpr double kFirstCell_m = 0.2;
 constexpr int kDirections = 120;
 constexpr std::size_t kMostPlaces = 10'000;
-constexpr int kMostRays = 180;  ///< of a scan; more tell no more
+constexpr Eigen::Index kMostRays = 180;  ///< of a scan; more tell no more
 constexpr std::size_t kMostClimbs = 5000;
 constexpr std::size_t kMostFinalists = 50;
 
@@ -100,15 +101,6 @@ std::vector<ScoredPose> KeepDistinct(std::vector<ScoredPose> candidates, std::si
   return distinct;
 }
 
-/// Some columns of many, evenly spread.
-Eigen::Matrix2Xd Thin(const Eigen::Matrix2Xd& all) {
-  const Eigen::Index step = (all.cols() + kMostRays - 1) / kMostRays;
-  if (step <= 1) return all;
-  Eigen::Matrix2Xd some(2, (all.cols() + step - 1) / step);
-  for (Eigen::Index i = 0; i < some.cols(); ++i) some.col(i) = all.col(i * step);
-  return some;
-}
-
 }  // namespace
 
 double ComputeAgreement(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser) {
@@ -135,7 +127,7 @@ double ComputeAgreement(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, cons
 }
 
 double ScorePlace(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser) {
-  const Eigen::Matrix2Xd thinned_m = Thin(hits_m);
+  const Eigen::Matrix2Xd thinned_m = ThinColumns(hits_m, kMostRays);
   return map.Fitness(map.InCells(thinned_m), T_map_laser) * ComputeAgreement(map.cells(), thinned_m, T_map_laser);
 }
 
@@ -149,7 +141,7 @@ GlobalMatch SearchWholeMap(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m,
     coarse = MakeCoarse(map.cells(), factor *= 2);
     places = FindFreePlaces(coarse.cells());
   }
-  const Eigen::Matrix2Xd few_hits_m = Thin(critical_hits_m);
+  const Eigen::Matrix2Xd few_hits_m = ThinColumns(critical_hits_m, kMostRays);
   std::vector<ScoredPose> candidates = TryEverywhere(coarse, places, few_hits_m, match.evaluations);
 
   // Each of them climbs on finer and finer maps.
@@ -171,7 +163,7 @@ GlobalMatch SearchWholeMap(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m,
 
   // The highest climb on with all rays, and are looked at more closely.
   std::vector<ScoredPose> finalists = KeepDistinct(std::move(candidates), kMostFinalists);
-  ClimbOn(map, Thin(hits_m), 4, finalists);
+  ClimbOn(map, ThinColumns(hits_m, kMostRays), 4, finalists);
   for (ScoredPose& finalist : finalists) finalist.fitness = ScorePlace(map, hits_m, finalist.pose);
   finalists = KeepDistinct(std::move(finalists), 2);
   if (finalists.empty()) return match;

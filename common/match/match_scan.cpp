@@ -107,15 +107,24 @@ ScanMatch Begin(const ScanMatch& match, const Pose2& guess) {
   return first;
 }
 
+/// From the newest of some scans that was matched [s].
+double FindSecondsLost(std::span<const ScanMatch> recent, std::int64_t utime) {
+  const auto matched = std::find_if(recent.rbegin(), recent.rend(),
+                                    [](const ScanMatch& match) { return match.state != MatchState::kLost; });
+  const ScanMatch& last = matched == recent.rend() ? recent.front() : *matched;
+  return 1e-6 * static_cast<double>(utime - last.utime);
+}
+
 /// The same where the wheels lead on from the last scan that was matched. A robot whose wheels stand while its scans
-/// are lost is carried.
+/// are lost is carried, unless that is faster than anyone lifts it: then something stands before the laser.
 ScanMatch BeginByWheels(const ScanMatch& match, const TrackingState& tracking) {
   constexpr double kStands_m = 0.05;
   constexpr double kStands_rad = 0.05;
+  constexpr double kLifted_s = 2.0;
   const auto way = FindWayByWheels(tracking.recent(), match.by_wheels);
   ScanMatch first = Begin(match, match.T_map_laser);
   const bool stands = way && Length(way->T_from_to) < kStands_m && std::abs(way->T_from_to.yaw_rad) < kStands_rad;
-  if (way && !stands) first.by_wheels = match.by_wheels;
+  if (way && (!stands || FindSecondsLost(tracking.recent(), match.utime) < kLifted_s)) first.by_wheels = match.by_wheels;
   return first;
 }
 

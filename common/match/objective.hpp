@@ -25,7 +25,7 @@ struct Objective {
   /// The same by the smooth fitness, for the last fraction of a cell.
   double Smooth(const Pose2& pose) const { return map.SmoothFitness(rays, pose) - Pull(pose); }
 
- private:
+  /// What is taken off the fitness.
   double Pull(const Pose2& pose) const {
     const Eigen::Vector2d way_m = WayFrom(presumed, pose);
     const double along_m = way_m.dot(open_axis);

@@ -60,6 +60,12 @@ class HitPyramid {
   std::array<Grid, kLevels> levels_;  ///< a cell has two bits for each of the four poses: hit, and free
 };
 
+/// How far something may be from where it is presumed, to each side.
+struct PlaceReach {
+  double reach_m;
+  double reach_rad;
+};
+
 /// Where to look: so far to each side of a pose.
 struct PlaceWindow {
   Pose2 centre;

@@ -5,6 +5,7 @@
 #include "common/match/expectation.hpp"
 #include "common/match/far_search.hpp"
 #include "common/match/global_search.hpp"
+#include "common/match/known_rays.hpp"
 #include "common/match/motion_prediction.hpp"
 #include "common/match/objective.hpp"
 #include "common/match/pose_uncertainty.hpp"
@@ -53,25 +54,22 @@ struct RrhcMatcher::Rays {
         normals(ComputeNormals(hits_m, map.geometry().cell_size_m())),
         critical_hits_m(Columns(hits_m, scan.critical)),
         critical(map.InCells(critical_hits_m)),
-        all(InCells(map, TraceOutline(scan.rays, hits_m, spacing_cap_m))) {}
-
-  static RaysInCells InCells(const ScoredMap& map, const Outline& outline) {
-    return map.InCells(outline.points_m, outline.weights);
-  }
+        outline(TraceOutline(scan.rays, hits_m, spacing_cap_m)),
+        all(map.InCells(outline.points_m, outline.weights)) {}
 
   Eigen::Matrix2Xd hits_m;           ///< laser frame
   Eigen::Matrix2Xd normals;          ///< of the surfaces on which they lie, laser frame
   Eigen::Matrix2Xd critical_hits_m;  ///< laser frame
   RaysInCells critical;
-  RaysInCells all;  ///< ... and points between them, weighted by their spacing
+  Outline outline;  ///< the hits and points between them, weighted by their spacing
+  RaysInCells all;  ///< the same
 };
 
 /// Where the laser is by what is known without the scan.
 struct RrhcMatcher::Guess {
-  Pose2 by_motion;                  ///< the start, the last pose, or the last motions repeated
-  std::optional<Pose2> by_wheels;   ///< where they are believed
-  std::optional<WheelMotion> step;  ///< ... since the last scan
-  std::optional<WheelMotion> way;   ///< ... since the last one that was matched
+  Pose2 by_motion;                 ///< the start, the last pose, or the last motions repeated
+  std::optional<Pose2> by_wheels;  ///< where the wheels are believed
+  std::optional<WheelMotion> way;  ///< ... their motion since the last scan that was matched
 
   Pose2 best() const { return by_wheels.value_or(by_motion); }
 };
@@ -146,10 +144,10 @@ RrhcMatcher::Guess RrhcMatcher::GuessPose(const TrackingState& tracking, std::in
   }
   const auto recent = tracking.recent();
   guess.by_motion = PredictPose(recent, parameters_);
-  guess.step = tracking.wheels().Predict(recent, utime, T_odom_robot);
-  if (!guess.step) return guess;
-  guess.by_wheels = recent.back().T_map_laser * guess.step->T_from_to;
-  guess.way = FindWayByWheels(recent, guess.step);
+  const auto step = tracking.wheels().Predict(recent, utime, T_odom_robot);
+  if (!step) return guess;
+  guess.by_wheels = recent.back().T_map_laser * step->T_from_to;
+  guess.way = FindWayByWheels(recent, step);
   return guess;
 }
 
@@ -198,16 +196,17 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& pres
     return expected.IsMetBy(pose, false, rays.critical_hits_m, map_.cells());
   };
   Random random(parameters_.seed, static_cast<std::uint64_t>(utime));
-  const MotionBounds near_window{parameters_.window_m, parameters_.window_rad};
+  const MotionBounds window{parameters_.window_m, parameters_.window_rad};
   const auto SearchAround = [&](const Pose2& presumed_pose) {
     const Objective objective{map_, rays.critical, presumed_pose, parameters_.pull_per_m2};
     return RrhcSearch(parameters_, objective, random)
-        .Run({presumed_pose, near_window, parameters_.restart_draws, parameters_.num_evaluations, expected.enough()});
+        .Run({presumed_pose, window, parameters_.restart_draws, parameters_.num_evaluations, expected.enough()});
   };
   SearchResult near = SearchAround(start);
-  if (const auto window = FindFarWindow(tracking.recent(), utime); window && !presumed.by_wheels) {
+  const auto far_window = presumed.by_wheels ? std::nullopt : FindFarWindow(tracking.recent(), utime);
+  if (far_window) {
     constexpr double kClearly = 1.1;  // a place further away is as likely where it fits that much better
-    if (const auto place = SearchFar(map_.cells(), rays.hits_m, start, *window)) {
+    if (const auto place = SearchFar(map_.cells(), rays.hits_m, start, *far_window)) {
       const SearchResult far = SearchAround(*place);
       near.evaluations += far.evaluations;
       const bool better = far.best.fitness > kClearly * near.best.fitness;
@@ -255,6 +254,20 @@ RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& sta
   return {near.best.pose, start, is_presumed, evaluations, near.best_evaluation};
 }
 
+/// The rays that are known from a pose, and from a cell before and behind it: a climb meets none that becomes known on
+/// the way. All rays where those are too few to say where the laser is.
+RaysInCells RrhcMatcher::SelectKnownNear(const Rays& rays, const Pose2& pose, const Eigen::Vector2d& axis) const {
+  constexpr double kLeastShare = 0.8;
+  const double cell_size_m = map_.geometry().cell_size_m();
+  const auto FindAt = [&](double along_m) {
+    const Pose2 there{pose.x_m + along_m * axis.x(), pose.y_m + along_m * axis.y(), pose.yaw_rad};
+    return FindKnownRays(map_.cells(), rays.outline.points_m, there);
+  };
+  RaysInCells known = SelectRays(map_, rays.outline, FindAt(0.0) && FindAt(cell_size_m) && FindAt(-cell_size_m));
+  const auto least = kLeastShare * static_cast<double>(rays.all.total_weight());
+  return static_cast<double>(known.total_weight()) > least ? known : rays.all;
+}
+
 /// Step 3. A climb with all rays, weighted by their spacing, to a fraction of a cell. Along an axis that the walls
 /// leave open the presumed pose holds, as far as the motion is steady, unless another look finds what they do tell.
 RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, const Presumption& presumed,
@@ -280,24 +293,33 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   constexpr double kLeastOpenness = 0.2;  // below, the walls tell more than the pull
   const bool by_wheels = presumed.by_wheels && found.presumed == presumed.T_map_laser;
   const PoseUncertainty& known = refined.uncertainty;
+  const auto FindKnown = [&](const Pose2& pose) { return FindKnownRays(map_.cells(), rays.outline.points_m, pose); };
   if (found.is_presumed && known.openness > kLeastOpenness && parameters_.axis_pull_per_m2 > 0.0) {
     const Pose2 back = MoveBackAlong(known.weak_axis, refined.pose, found.presumed);
     const double axis_pull_per_m2 =
         std::min(known.openness, 1.0) *
         (by_wheels ? FindPull(*presumed.by_wheels) : steadiness * parameters_.axis_pull_per_m2);
-    const Objective held{map_, rays.all, found.presumed, pulled.pull_per_m2, known.weak_axis, axis_pull_per_m2};
-    const auto Score = Fine(held);
-    Climb(Score(back) > Score(refined.pose) ? back : refined.pose, held);
+    const RaysInCells rays_there = by_wheels ? SelectKnownNear(rays, back, known.weak_axis) : rays.all;
+    const Objective held{map_, rays_there, found.presumed, pulled.pull_per_m2, known.weak_axis, axis_pull_per_m2};
+    const double gain = ComputeGain(map_, rays.outline, back, FindKnown(back), refined.pose, parameters_.smooth_climb);
+    Climb(gain > held.Pull(refined.pose) - held.Pull(back) ? refined.pose : back, held);
   }
   if (!known.degenerate() || parameters_.axis_window_m == 0.0) return refined;
 
   // A robot that has become faster or slower is presumed at the wrong place, scan after scan: look without any pull.
   // In a bare corridor chance gains nearly 0.05; the longer ago the last match, the likelier is a gain that is true.
+  // Wheels slip little by little.
+  constexpr double kAgainstWheels_per_m = 0.1;
   const double least_gain = 0.02 + 0.03 * (by_wheels ? 1.0 : steadiness);
-  const Objective free{map_, rays.all, found.presumed, 0.0};
-  const Pose2 better =
-      LookAlong(refined.pose, known.weak_axis, parameters_.axis_window_m, cell_size_m, least_gain, Counted(free));
-  if (better != refined.pose) Climb(better, free);
+  const Pose2 here = refined.pose;
+  const KnownRays known_here = FindKnown(here);
+  const auto Gain = [&](const Pose2& there) {
+    ++refined.evaluations;
+    const double off_m = by_wheels ? WayFrom(here, there).norm() : 0.0;
+    return ComputeGain(map_, rays.outline, here, known_here, there) - kAgainstWheels_per_m * off_m;
+  };
+  const Pose2 better = LookAlong(here, known.weak_axis, parameters_.axis_window_m, cell_size_m, least_gain, Gain);
+  if (better != here) Climb(better, Objective{map_, rays.all, found.presumed, 0.0});
   return refined;
 }
 

@@ -17,6 +17,10 @@ constexpr double kPriorTurn = 0.1;     // ... of the turn's scale ...
 constexpr double kPriorDelay_s = 0.05;
 constexpr double kPriorSteps = 5.0;  // of the noise
 
+/// A step ends that far from where it began.
+constexpr double kStep_m = 0.5;
+constexpr double kStep_rad = 0.5;
+
 constexpr double kForget = 0.995;      // with each step: a hundred metres count
 constexpr double kHuber = 2.0;         // standard deviations, from which on a residual counts less
 constexpr double kMostResidual = 4.0;  // ... as which a larger one counts
@@ -180,7 +184,7 @@ void WheelModel::Add(std::span<const ScanMatch> recent, const ScanMatch& match) 
   if (!wheels) return Begin({});
   const Pose2 rate = FindRate(wheels, elapsed_s);
   if (match.state == MatchState::kOk) {
-    LearnErrors(recent, match);
+    LearnErrors(recent, match, *wheels, rate);
     LearnDelay(recent, match);
   }
   if (!state_.has_start) return Begin(rate);
@@ -200,11 +204,10 @@ void WheelModel::Move(const Pose2& T_new_old) {
 }
 
 /// Which of the two tells motions better.
-void WheelModel::LearnErrors(std::span<const ScanMatch> recent, const ScanMatch& match) {
+void WheelModel::LearnErrors(std::span<const ScanMatch> recent, const ScanMatch& match, const Pose2& wheels,
+                             const Pose2& rate) {
   const ScanMatch& last = recent.back();
-  const double elapsed_s = Seconds(last.utime, match.utime);
-  const Pose2 wheels = Inverse(*last.T_odom_robot) * *match.T_odom_robot;
-  const Pose2 by_wheels = ToLaser(wheels, FindRateBefore(recent), FindRate(wheels, elapsed_s));
+  const Pose2 by_wheels = ToLaser(wheels, FindRateBefore(recent), rate);
   const Pose2 matched = Inverse(last.T_map_laser) * match.T_map_laser;
   const Pose2 by_velocity = Inverse(last.T_map_laser) * PredictPose(recent, MatchParameters{});
   const auto Follow = [](double& mean, double error) { mean += kFollow * (error - mean); };

@@ -42,10 +42,6 @@ class WheelModel {
     std::int64_t slips = 0;  ///< of them: further from the model than five standard deviations
   };
 
-  /// A step ends that far from where it began.
-  static constexpr double kStep_m = 0.5;
-  static constexpr double kStep_rad = 0.5;
-
   /// recent: the scans before, as of TrackingState. Learns where both were matched and have odometry.
   void Add(std::span<const ScanMatch> recent, const ScanMatch& match);
 
@@ -102,7 +98,7 @@ class WheelModel {
   bool AreBelieved() const;
   Pose2 ToLaser(const Pose2& wheels, const Pose2& rate_before, const Pose2& rate_after) const;
   WheelMotion WithNoise(const Pose2& T_from_to) const;
-  void LearnErrors(std::span<const ScanMatch> recent, const ScanMatch& match);
+  void LearnErrors(std::span<const ScanMatch> recent, const ScanMatch& match, const Pose2& wheels, const Pose2& rate);
   void LearnDelay(std::span<const ScanMatch> recent, const ScanMatch& match);
   void LearnStep(const Pose2& wheels, const Pose2& matched, const Pose2& rate_after);
   void Solve();

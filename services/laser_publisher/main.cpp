@@ -199,11 +199,7 @@ int main(int argc, char** argv) {
   return crsm::RunMain(command_line.program(), [&] {
     const crsm::Settings& settings = command_line.settings();
     const crsm::Parameters& parameters = command_line.parameters();
-    const auto source = crsm::OpenLaserSource(name, {parameters.match.seed,
-                                                     settings.laser_channel,
-                                                     parameters.scan,
-                                                     command_line.program(),
-                                                     {parameters.match.odometry, settings.odometry_topic}});
+    const auto source = crsm::OpenLaserSource(name, crsm::SourceOptionsOf(command_line));
     if (source->IsLive()) crsm::CheckNothingIsOfALog(command_line);
     if (settings.lcm_url.rfind("file://", 0) == 0) {
       crsm::WriteLog(*source, name, settings.lcm_url, settings.channel_prefix, parameters.match.odometry);

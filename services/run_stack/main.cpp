@@ -80,12 +80,7 @@ void SayWhatIsMissing(const StackOptions& options) {
 void CheckInputs(const CommandLine& command_line, const StackOptions& options) {
   const Settings& settings = command_line.settings();
   if (!options.is_live()) {
-    const Parameters& parameters = command_line.parameters();
-    const auto source = OpenLaserSource(options.source, {parameters.match.seed,
-                                                         settings.laser_channel,
-                                                         parameters.scan,
-                                                         command_line.program(),
-                                                         {parameters.match.odometry, settings.odometry_topic}});
+    const auto source = OpenLaserSource(options.source, SourceOptionsOf(command_line));
     if (!source->Next()) throw std::runtime_error(fmt::format("{} has no scans", options.source));
   }
   if (!options.earlier.resume.empty()) FindJournal(options.earlier.resume);

@@ -217,14 +217,9 @@ Trust WriteRun(const CommandLine& command_line, Run& run) {
 
 std::unique_ptr<LaserSource> Open(const CommandLine& command_line, const std::vector<std::string>& logs,
                                   std::size_t number) {
-  const Parameters& parameters = command_line.parameters();
-  // A world that is simulated twice has other noise the second time, as on another day.
-  const Settings& settings = command_line.settings();
-  return OpenLaserSource(logs[number], {parameters.match.seed + number,
-                                        settings.laser_channel,
-                                        parameters.scan,
-                                        command_line.program(),
-                                        {parameters.match.odometry, settings.odometry_topic}});
+  SourceOptions options = SourceOptionsOf(command_line);
+  options.seed += number;  // a world that is simulated twice has other noise the second time, as on another day
+  return OpenLaserSource(logs[number], options);
 }
 
 /// What cannot be meant for several logs.

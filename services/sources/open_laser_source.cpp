@@ -56,6 +56,16 @@ std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOption
 
 }  // namespace
 
+SourceOptions SourceOptionsOf(const CommandLine& command_line) {
+  const Parameters& parameters = command_line.parameters();
+  const Settings& settings = command_line.settings();
+  return {parameters.match.seed,
+          settings.laser_channel,
+          parameters.scan,
+          command_line.program(),
+          {parameters.match.odometry, settings.odometry_topic}};
+}
+
 std::string DescribeSources() {
   return "CARMEN or LCM log, also gzip-compressed; bag of ROS 1 or 2, or MCAP; sim:FILE, or sim:NAME of " +
          DescribeBuiltInWorlds() + "; " + DescribeDevices();

@@ -7,6 +7,7 @@
 
 #include "common/logs/laser_source.hpp"
 #include "common/parameters.hpp"
+#include "services/runtime/command_line.hpp"
 #include "services/sources/odometry_options.hpp"
 
 namespace crsm {
@@ -18,6 +19,9 @@ struct SourceOptions {
   std::string program = {};  ///< which says on stderr what becomes of a live laser
   OdometryOptions odometry = {};
 };
+
+/// As the flags of a program say.
+SourceOptions SourceOptionsOf(const CommandLine& command_line);
 
 /// What `name` of OpenLaserSource may be, for --help.
 std::string DescribeSources();

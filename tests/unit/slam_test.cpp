@@ -183,7 +183,7 @@ TEST_CASE("as shipped, a robot on its way through a bare corridor does not seem 
 }
 
 TEST_CASE("as shipped, a robot in a bare corridor is where its wheels say, also where it stands or hurries") {
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
     CAPTURE(seed);
     Parameters parameters;
     parameters.scan.range_max_m = 10.6;  // the laser's reach is 95 % of it
@@ -192,7 +192,7 @@ TEST_CASE("as shipped, a robot in a bare corridor is where its wheels say, also 
     Slam slam(parameters);
     const BareCorridorDrive drive = DriveThroughBareCorridor(seed, slam, 1.01);
     CHECK(drive.num_degenerate > 300);
-    CHECK(std::hypot(drive.error.x_m, drive.error.y_m) < 0.8);  // the wheels are 0.4 m off, of 40 m
+    CHECK(std::hypot(drive.error.x_m, drive.error.y_m) < 0.4);  // as far as the wheels, on 40 m
   }
 }
 

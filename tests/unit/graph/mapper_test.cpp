@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <functional>
+#include <map>
 #include <optional>
 
 #include "catch.hpp"
@@ -56,6 +57,16 @@ ByteMap LocalMap(const Mapper& mapper) {
     if (const auto tile = mapper.local().TileSince(i, -1)) map.Apply(*tile);
   }
   return map;
+}
+
+/// The tiles in which anything is explored: of a map whose corners are a kilometre apart it is the fastest look.
+std::map<TileIndex, TileBytes> ExploredTiles(const ByteMap& map) {
+  const TileBytes unexplored = ByteMap::Tile().cells;
+  std::map<TileIndex, TileBytes> explored;
+  for (const auto& entry : map.tiles().entries()) {
+    if (entry.tile->cells != unexplored) explored.emplace(entry.index, entry.tile->cells);
+  }
+  return explored;
 }
 
 /// Whether anything was seen at a place round the block.
@@ -371,8 +382,9 @@ TEST_CASE(
       if (i < num_put_off) CHECK(put_off.local().num_tiles() == 0);
       if (i + 1 == num_put_off) Tell(put_off.DrawPutOff());
       if (i + 1 < num_put_off) continue;
-      REQUIRE((replica.ToDenseGrid().cells == LocalMap(whole).ToDenseGrid().cells));
-      REQUIRE((LocalMap(put_off).ToDenseGrid().cells == replica.ToDenseGrid().cells));
+      const auto explored = ExploredTiles(replica);
+      REQUIRE((explored == ExploredTiles(LocalMap(whole))));
+      REQUIRE((explored == ExploredTiles(LocalMap(put_off))));
     }
     CHECK(put_off.graph().poses() == whole.graph().poses());
     CHECK(put_off.local().num_scans_cut() == whole.local().num_scans_cut());

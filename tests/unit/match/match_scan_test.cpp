@@ -101,22 +101,25 @@ TEST_CASE("a trajectory begins where the robot is if it went on as before, for 6
 }
 
 TEST_CASE(
-    "where the wheels lead on they bridge the break; a robot whose wheels stand is carried, and nothing is bridged") {
-  const auto Lost = [](const Pose2& T_odom_robot) {
+    "where the wheels lead on they bridge the break; a robot whose wheels stand for longer than a moment is carried, "
+    "and "
+    "nothing is bridged") {
+  const auto Lost = [](const Pose2& T_odom_robot, std::int64_t later_us = kPeriod_us) {
     TrackingState tracking = After(0, Pose2{});
     for (int i = 0; i < 2; ++i) {
       ScanMatch match = MatchAfter(tracking, Answer(MatchState::kLost), {}, kPeriod_us, T_odom_robot);
       CHECK(match.by_wheels);
       tracking.Add(match);
     }
-    return MatchAfter(tracking, Answer(MatchState::kLost, {1.5, 2.0, 0.5}), {}, kPeriod_us, T_odom_robot);
+    return MatchAfter(tracking, Answer(MatchState::kLost, {1.5, 2.0, 0.5}), {}, later_us, T_odom_robot);
   };
   const ScanMatch bridged = Lost({0.4, 0.0, 0.0});
   CHECK(bridged.state == MatchState::kFirst);
   CHECK(bridged.by_wheels);
   CHECK(bridged.T_map_laser == Pose2{1.5, 2.0, 0.5});
   CHECK(bridged.covariance[0] > 0.0);
-  const ScanMatch carried = Lost({});
+  CHECK(Lost({}).by_wheels);  // a hand before the laser
+  const ScanMatch carried = Lost({}, 2'500'000);
   CHECK(carried.state == MatchState::kFirst);
   CHECK_FALSE(carried.by_wheels);
 }

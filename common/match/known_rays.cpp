@@ -1,0 +1,57 @@
+#include "common/match/known_rays.hpp"
+
+#include <cmath>
+#include <vector>
+
+namespace crsm {
+namespace {
+
+/// Whether a ray passes through a wall, and not just before it ends: along a wall that is seen flat it may touch it.
+bool PassesWall(const ByteMap& map, const Pose2& laser, const Eigen::Vector2d& ray_m) {
+  constexpr double kBefore_m = 0.5;
+  constexpr int kLeastCells = 2;
+  constexpr double kMostSteps = 4000.0;
+  const double range_m = std::sqrt(ray_m.squaredNorm());
+  const double step_m = std::max(map.geometry().cell_size_m(), range_m / kMostSteps);
+  int num = 0;
+  for (double way_m = step_m; way_m < range_m - kBefore_m; way_m += step_m) {
+    const Eigen::Vector2d at_m = way_m / range_m * ray_m;
+    if (IsOccupied(map.At(map.geometry().CellAt(laser.x_m + at_m.x(), laser.y_m + at_m.y()))) && ++num >= kLeastCells) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser) {
+  const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
+  KnownRays known(points_m.cols());
+  for (Eigen::Index i = 0; i < points_m.cols(); ++i) {
+    const Eigen::Vector2d ray_m(cos * points_m(0, i) - sin * points_m(1, i),
+                                sin * points_m(0, i) + cos * points_m(1, i));
+    const Cell end = map.geometry().CellAt(T_map_laser.x_m + ray_m.x(), T_map_laser.y_m + ray_m.y());
+    known[i] = map.At(end) != kUnexploredByte || PassesWall(map, T_map_laser, ray_m);
+  }
+  return known;
+}
+
+RaysInCells SelectRays(const ScoredMap& map, const Outline& outline, const KnownRays& rays) {
+  std::vector<Eigen::Index> chosen;
+  for (Eigen::Index i = 0; i < rays.size(); ++i) {
+    if (rays[i]) chosen.push_back(i);
+  }
+  return map.InCells(outline.points_m(Eigen::all, chosen), outline.weights(chosen));
+}
+
+double ComputeGain(const ScoredMap& map, const Outline& outline, const Pose2& from, const KnownRays& known_from,
+                   const Pose2& to, bool smooth) {
+  const KnownRays known = known_from && FindKnownRays(map.cells(), outline.points_m, to);
+  const RaysInCells rays = SelectRays(map, outline, known);
+  const double share = static_cast<double>(rays.total_weight()) / static_cast<double>(outline.weights.sum());
+  const auto Fit = [&](const Pose2& pose) { return smooth ? map.SmoothFitness(rays, pose) : map.Fitness(rays, pose); };
+  return share * (Fit(to) - Fit(from));
+}
+
+}  // namespace crsm
