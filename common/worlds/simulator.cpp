@@ -36,9 +36,20 @@ std::vector<Wall> WallsWithin(double reach_m, const Point& origin, double time_s
   return near;
 }
 
+/// How the wheels tell a motion of the robot.
+Pose2 Tell(const Pose2& motion, const World::Wheels& wheels, Random& random) {
+  const double way_m = Length(motion);
+  const double way_off_m = wheels.way_noise * std::sqrt(way_m) * random.Gaussian();
+  const double turn_off_rad = wheels.turn_noise * std::sqrt(std::abs(motion.yaw_rad)) * random.Gaussian();
+  const double share = way_m > 0.0 ? wheels.way_scale + way_off_m / way_m : 0.0;
+  return {share * motion.x_m, share * motion.y_m, wheels.turn_scale * motion.yaw_rad + turn_off_rad};
+}
+
+constexpr std::uint64_t kWheelStream = 1;
+
 }  // namespace
 
-Simulator::Simulator(const World& world, std::uint64_t seed) : world_(world), random_(seed) {
+Simulator::Simulator(const World& world, std::uint64_t seed) : world_(world), random_(seed), wheel_random_(seed, kWheelStream) {
   for (std::size_t i = 1; i < world_.path.size(); ++i) {
     const Point& from = world_.path[i - 1];
     const Point& to = world_.path[i];
@@ -64,6 +75,7 @@ std::optional<LaserScan> Simulator::Next() {
   while (leg_ + 1 < legs_.size() && time_s >= legs_[leg_ + 1].start_s) ++leg_;
 
   T_start_laser_ = Inverse(legs_.front().T_world_from) * PoseAt(time_s);
+  if (num_scans_ > 0) TurnWheels(static_cast<double>(num_scans_ - 1) / world_.laser.rate_hz, time_s);
   ++num_scans_;
 
   LaserScan scan = Scan(time_s);
@@ -82,6 +94,29 @@ Pose2 Simulator::PoseAt(double time_s) const {
   const Leg& leg = legs_[at];
   const double done = std::clamp((time_s - leg.start_s) / leg.duration_s, 0.0, 1.0);
   return leg.T_world_from * Pose2{done * leg.T_from_to.x_m, 0.0, done * leg.T_from_to.yaw_rad};
+}
+
+/// T_world_robot, of PoseAt.
+Pose2 Simulator::RobotAt(double time_s) const { return PoseAt(time_s) * Inverse(world_.wheels->T_robot_laser); }
+
+/// Adds to the odometry what the wheels tell between two times. In short steps: the robot may turn between rare scans,
+/// even by more than half a turn.
+void Simulator::TurnWheels(double from_s, double to_s) {
+  constexpr double kLongestStep_s = 0.05;
+  if (!world_.wheels) return;
+  const double delay_s = world_.wheels->delay_s;
+  const int num_steps = std::max(1, static_cast<int>(std::ceil((to_s - from_s) / kLongestStep_s)));
+  Pose2 T_world_before = RobotAt(from_s - delay_s);
+  for (int step = 1; step <= num_steps; ++step) {
+    const double done = static_cast<double>(step) / num_steps;
+    const Pose2 T_world_robot = RobotAt(from_s + done * (to_s - from_s) - delay_s);
+    T_odom_robot_ = T_odom_robot_ * Tell(Inverse(T_world_before) * T_world_robot, *world_.wheels, wheel_random_);
+    T_world_before = T_world_robot;
+  }
+}
+
+std::optional<Pose2> Simulator::Odometry() const {
+  return world_.wheels ? RoundOdometry(T_odom_robot_) : std::nullopt;
 }
 
 LaserScan Simulator::Scan(double time_s) {

@@ -51,6 +51,8 @@ const Keys& KnownKeys() {
         {"rate_hz", 0.1, kReach_m},
         {"noise_m", 0.0, 1.0}}},
       {"speed", {{"linear_m_s", kSmallest, 10.0}, {"angular_rad_s", kSmallest, 10.0}}},
+      {"wheels",
+       {{"way_scale", 0.0, 10.0}, {"turn_scale", 0.0, 10.0}, {"way_noise", 0.0, 10.0}, {"turn_noise", 0.0, 10.0}}},
   };
   return kKeys;
 }
@@ -63,6 +65,7 @@ const Keys& KnownOptions() {
       {"wall", {{"from_s", 0.0, kLongest_s}, {"until_s", 0.0, kLongest_s}}},
       {"box", {{"from_s", 0.0, kLongest_s}, {"until_s", 0.0, kLongest_s}}},
       {"person", {{"from_s", 0.0, kLongest_s}, {"until_s", 0.0, kLongest_s}}},
+      {"wheels", {{"x_m", -10.0, 10.0}, {"y_m", -10.0, 10.0}, {"yaw_deg", -180.0, 180.0}, {"delay_s", 0.0, 10.0}}},
   };
   return kOptions;
 }
@@ -203,6 +206,16 @@ World::Laser MakeLaser(const std::string& place, const std::vector<double>& numb
           options.Get("angle_scale", 1.0)};
 }
 
+World::Wheels MakeWheels(const std::vector<double>& numbers, const Options& options) {
+  const double yaw_rad = options.Get("yaw_deg", 0.0) * kPi / 180.0;
+  return {numbers[0],
+          numbers[1],
+          numbers[2],
+          numbers[3],
+          {options.Get("x_m", 0.0), options.Get("y_m", 0.0), yaw_rad},
+          options.Get("delay_s", 0.0)};
+}
+
 /// Throws unless there is something to see, and a way that can be driven. counts: of lines by their keys.
 /// waypoint_places: where the points of the path stand in the file.
 void Check(const World& world, const std::map<std::string, int>& counts,
@@ -257,6 +270,8 @@ World ParseWorld(const std::string& text, const std::string& name) {
       throw std::runtime_error(fmt::format("{}: a second '{}' line; there must be one", place, key));
     } else if (key == "laser") {
       world.laser = MakeLaser(place, numbers, options);
+    } else if (key == "wheels") {
+      world.wheels = MakeWheels(numbers, options);
     } else {
       world.linear_m_s = numbers[0];
       world.angular_rad_s = numbers[1];

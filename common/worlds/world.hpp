@@ -1,9 +1,11 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "common/math/pose2.hpp"
 #include "common/math/trigonometry.hpp"
 
 namespace crsm {
@@ -59,11 +61,22 @@ struct World {
     double angle_scale = 1.0;  ///< beams look at this share of the angle that the scan says, as a real SICK's do
   };
 
+  /// What the wheels tell of a true way and a true turn of the robot: told = true * scale + noise.
+  struct Wheels {
+    double way_scale = 1.0;   ///< told way per true way
+    double turn_scale = 1.0;  ///< told turn per true turn
+    double way_noise = 0.0;   ///< standard deviation of a way of a metre [m]; it grows with the root of the way
+    double turn_noise = 0.0;  ///< standard deviation of a turn of a radian [rad]; it grows with the root of the turn
+    Pose2 T_robot_laser;      ///< the path of the world is the laser's
+    double delay_s = 0.0;     ///< what is told at a time is the robot's pose so long before
+  };
+
   std::vector<Wall> walls;
   std::vector<Point> path;  ///< two points or more, each different from the one before; no leg touches a lasting wall
   std::vector<Corner> corners;
   std::vector<Person> people;
   Laser laser;
+  std::optional<Wheels> wheels;  ///< nothing: no odometry
   double linear_m_s = 0.0;
   double angular_rad_s = 0.0;
 };
@@ -76,6 +89,9 @@ struct World {
 ///     laser fov_deg beams range_max_m rate_hz noise_m    once; may end in `dropout SHARE`, `quantum_m STEP`,
 ///                                                        `sweep_s TIME` and `angle_scale SHARE`
 ///     speed linear_m_s angular_rad_s                     once
+///     wheels way_scale turn_scale way_noise turn_noise   at most once, as World::Wheels: the robot has odometry; may
+///                                                        end in `x_m X`, `y_m Y` and `yaw_deg A`, the place of the
+///                                                        laser on the robot, and in `delay_s TIME`
 ///     corner NAME x_m y_m                                where walls meet, seen from both sides: what CMSE looks for
 ///     person x1_m y1_m x2_m y2_m speed_m_s               somebody who walks to and fro
 ///

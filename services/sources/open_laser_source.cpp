@@ -74,7 +74,7 @@ std::string DescribeSources() {
 std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options) {
   constexpr std::string_view kSimulated = "sim:";
   if (name.starts_with(kSimulated)) {
-    CheckNoTopic(options, "a simulated world has no odometry");
+    CheckNoTopic(options, "a simulated world has its odometry in its line 'wheels'");
     return std::make_unique<Simulator>(LoadWorld(name.substr(kSimulated.size())), options.seed);
   }
   if (const auto device = ParseDevice(name)) {

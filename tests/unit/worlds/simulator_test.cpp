@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "catch.hpp"
+#include "check_pose.hpp"
 #include "source_helpers.hpp"
 
 namespace crsm {
@@ -13,6 +14,22 @@ namespace {
 World Room(const std::string& waypoints, const std::string& laser = "laser 360 4 8 10 0\n") {
   return ParseWorld("box 0 0 4 3\nspeed 0.1 1\n" + laser + waypoints, "room");
 }
+
+/// 10 s ahead, pi / 2 s of turning to the left, 10 s ahead; a scan every 0.1 s.
+const std::string kCorner = "waypoint 1 1\nwaypoint 2 1\nwaypoint 2 2\n";
+
+/// What the wheels tell at each scan.
+std::vector<Pose2> OdometryOf(const std::string& wheels, std::uint64_t seed = 1) {
+  Simulator simulator(Room(kCorner + wheels), seed);
+  std::vector<Pose2> poses;
+  while (simulator.Next()) {
+    REQUIRE(simulator.Odometry());
+    poses.push_back(*simulator.Odometry());
+  }
+  return poses;
+}
+
+constexpr double kRounded = 2e-6;  // RoundOdometry, and headings count thrice
 
 }  // namespace
 
@@ -230,6 +247,90 @@ TEST_CASE("somebody who walks to and fro stands in the way, and the truth knows 
   CHECK(Ahead() == Approx(first_m + 0.76));
   for (int i = 22; i < 40; ++i) Ahead();
   CHECK(Ahead() == Approx(first_m));
+}
+
+TEST_CASE("wheels without a fault tell where the laser truly is, from the start on, and a world without them tells nothing") {
+  Simulator simulator(Room(kCorner + "wheels 1 1 0 0\n"), 1);
+  CHECK(simulator.Odometry() == Pose2{});
+  while (simulator.Next()) {
+    REQUIRE(simulator.Odometry());
+    CheckPose(*simulator.Odometry(), *simulator.TruePose(), kRounded);
+    CHECK(simulator.Odometry() == RoundOdometry(*simulator.Odometry()));
+  }
+  Simulator without(Room(kCorner), 1);
+  without.Next();
+  CHECK_FALSE(without.Odometry());
+}
+
+TEST_CASE("ways and turns are told by their scales") {
+  const auto poses = OdometryOf("wheels 1.1 0.9 0 0\n");
+  REQUIRE(poses.size() == 217);
+  CheckPose(poses[50], {0.55, 0.0, 0.0}, kRounded);
+  CheckPose(poses[110], {1.1, 0.0, 0.9}, kRounded);
+  const double turned_rad = 0.9 * kPi / 2.0;
+  CheckPose(poses[216], {1.1 + 1.1 * std::cos(turned_rad), 1.1 * std::sin(turned_rad), turned_rad}, kRounded);
+}
+
+TEST_CASE("a laser that is off the robot's centre swings the robot around where it turns on the spot") {
+  const auto poses = OdometryOf("wheels 1 1 0 0 x_m 0.2 y_m -0.1 yaw_deg 90\n");
+  REQUIRE(poses.size() == 217);
+  // The laser looks to the robot's left, and so the robot goes to its own left.
+  CheckPose(poses[50], {0.0, 0.5, 0.0}, kRounded);
+  // After a quarter of a turn to the left, the laser at (0.2, -0.1) is where it was: the robot has gone around it.
+  const Pose2 turned = Pose2{0.2, -0.1 + 1.0, 0.0} * Pose2{0.0, 0.0, kPi / 2.0} * Pose2{-0.2, 0.1, 0.0};
+  CheckPose(poses[116], turned * Pose2{0.0, 0.1 * (11.6 - 10.0 - kPi / 2.0), 0.0}, kRounded);
+}
+
+TEST_CASE("with a delay the wheels tell where the robot was") {
+  const auto poses = OdometryOf("wheels 1 1 0 0\n");
+  const auto late = OdometryOf("wheels 1 1 0 0 delay_s 0.3\n");
+  REQUIRE(late.size() == poses.size());
+  for (std::size_t k = 0; k < late.size(); ++k) {
+    CAPTURE(k);
+    CheckPose(late[k], k < 3 ? Pose2{} : poses[k - 3], 2.0 * kRounded);
+  }
+}
+
+TEST_CASE("wheels count all turns between rare scans, and the ways around a corner") {
+  Simulator simulator(Room("waypoint 1 1\nwaypoint 2 1\nwaypoint 1 1.001\nwaypoint 1.3 2\nwheels 1 0.5 0 0\n",
+                           "laser 360 4 8 0.1 0\n"),
+                      1);
+  std::optional<Pose2> last;
+  while (simulator.Next()) last = simulator.Odometry();
+  // A turn to the left by nearly pi, then one to the right: half of each, to less than a thousandth of the path.
+  const double first_rad = kPi - 0.001;
+  const double second_rad = std::atan2(0.999, 0.3) - first_rad;
+  const Pose2 expected = Pose2{1.0, 0.0, 0.5 * first_rad} * Pose2{1.0, 0.0, 0.5 * second_rad} *
+                         Pose2{std::hypot(0.3, 0.999), 0.0, 0.0};
+  REQUIRE(last);
+  CheckPose(*last, expected, 2e-3);
+}
+
+TEST_CASE("the wheels are as noisy as the world says, with noise that grows with the root") {
+  // 400 drives of 2 m and of pi / 2. Ways: of both legs, 1 m each.
+  double ways_m2 = 0.0;
+  double turns_rad2 = 0.0;
+  constexpr int kDrives = 400;
+  for (int seed = 1; seed <= kDrives; ++seed) {
+    const auto poses = OdometryOf("wheels 1 1 0.02 0.03\n", static_cast<std::uint64_t>(seed));
+    ways_m2 += (poses[100].x_m - 1.0) * (poses[100].x_m - 1.0);
+    const double turned_rad = poses[216].yaw_rad - kPi / 2.0;
+    turns_rad2 += turned_rad * turned_rad;
+    CHECK(poses[100].y_m == 0.0);
+    CHECK(poses[100].yaw_rad == 0.0);
+  }
+  const double four_sigma = 4.0 / std::sqrt(2.0 * kDrives);  // of a standard deviation, its share
+  CHECK(std::sqrt(ways_m2 / kDrives) == Approx(0.02).epsilon(four_sigma));
+  CHECK(std::sqrt(turns_rad2 / kDrives) == Approx(0.03 * std::sqrt(kPi / 2.0)).epsilon(four_sigma));
+}
+
+TEST_CASE("wheels change no range of a seed, and their noise is that of the seed") {
+  const std::string laser = "laser 360 40 8 10 0.02 dropout 0.1\n";
+  Simulator without(Room(kCorner, laser), 5);
+  Simulator with(Room(kCorner + "wheels 1 1 0.02 0.03 delay_s 0.1\n", laser), 5);
+  CHECK(ReadAll(with) == ReadAll(without));
+  CHECK(OdometryOf("wheels 1 1 0.02 0.03\n", 5) == OdometryOf("wheels 1 1 0.02 0.03\n", 5));
+  CHECK(OdometryOf("wheels 1 1 0.02 0.03\n", 5) != OdometryOf("wheels 1 1 0.02 0.03\n", 6));
 }
 
 TEST_CASE("the simulator's progress rises to 1, and then it ends for good") {

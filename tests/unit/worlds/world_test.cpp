@@ -80,7 +80,7 @@ TEST_CASE("a world is read from its text, comments and all") {
 
 TEST_CASE("an error in a world names the file, the line and what would be right") {
   const std::vector<std::pair<std::string, std::string>> errors = {
-      {"wal 0 0 1 1\n" + kRoom, "w:1: 'wal' is none of box, corner, laser, person, speed, wall, waypoint"},
+      {"wal 0 0 1 1\n" + kRoom, "w:1: 'wal' is none of box, corner, laser, person, speed, wall, waypoint, wheels"},
       {"# one\nbox 0 0 4\n" + kRest, "w:2: 3 numbers after 'box', must be 4: box x_m y_m width_m height_m"},
       {"wall 0 0 1 2 3\n" + kRest, "w:1: 5 numbers after 'wall', must be 4: wall x1_m y1_m x2_m y2_m"},
       {"wall 0 0 1 nan\n" + kRest, "w:1: wall y2_m is 'nan', must be a number from -1000 to 1000"},
@@ -104,6 +104,13 @@ TEST_CASE("an error in a world names the file, the line and what would be right"
       {"corner a 1 1\ncorner a 2 2\n", "w:2: a second corner 'a'; each needs a name of its own"},
       {"person 1 1 2 2 0\n", "w:1: person speed_m_s is '0', must be a number from 0.001 to 10"},
       {kRoom + "speed 1 1\n", "w:6: a second 'speed' line; there must be one"},
+      {"wheels 1 1 0\n", "w:1: 3 numbers after 'wheels', must be 4: wheels way_scale turn_scale way_noise turn_noise"},
+      {"wheels -1 1 0 0\n", "w:1: wheels way_scale is '-1', must be a number from 0 to 10"},
+      {"wheels 1 1 0 0 yaw_deg 181\n", "w:1: wheels yaw_deg is '181', must be a number from -180 to 180"},
+      {"wheels 1 1 0 0 delay_s -0.1\n", "w:1: wheels delay_s is '-0.1', must be a number from 0 to 10"},
+      {"wheels 1 1 0 0 yaw_rad 1\n",
+       "w:1: wheels option 'yaw_rad' is none of x_m, y_m, yaw_deg, delay_s, each with a number"},
+      {"wheels 1 1 0 0\nwheels 1 1 0 0\n", "w:2: a second 'wheels' line; there must be one"},
       {"", "w: no line 'laser fov_deg beams range_max_m rate_hz noise_m'"},
       {"laser 180 181 8 10 0\n", "w: no line 'speed linear_m_s angular_rad_s'"},
       {kRest, "w: no wall and no box; there is nothing to see"},
@@ -144,6 +151,25 @@ TEST_CASE("corners, people and the laser's options are read") {
   CHECK(world.laser.dropout == 0.1);
   CHECK(world.laser.quantum_m == 0.005);
   CHECK(world.laser.angle_scale == 0.99);
+}
+
+TEST_CASE("wheels and the laser's place on the robot are read, and most worlds have none") {
+  const auto wheels = ParseWorld(kRoom + "wheels 1.05 0.97 0.02 0.03 delay_s 0.1 yaw_deg 90 y_m -0.2 x_m 0.1\n", "w").wheels;
+  REQUIRE(wheels);
+  CHECK(wheels->way_scale == 1.05);
+  CHECK(wheels->turn_scale == 0.97);
+  CHECK(wheels->way_noise == 0.02);
+  CHECK(wheels->turn_noise == 0.03);
+  CHECK(wheels->T_robot_laser.x_m == 0.1);
+  CHECK(wheels->T_robot_laser.y_m == -0.2);
+  CHECK(wheels->T_robot_laser.yaw_rad == Approx(kPi / 2.0));
+  CHECK(wheels->delay_s == 0.1);
+  const auto plain = ParseWorld(kRoom + "wheels 1 1 0 0\n", "w").wheels;
+  REQUIRE(plain);
+  CHECK(plain->T_robot_laser == Pose2{});
+  CHECK(plain->delay_s == 0.0);
+  CHECK_FALSE(ParseWorld(kRoom, "w").wheels);
+  CHECK_FALSE(LoadWorld("demo").wheels);
 }
 
 TEST_CASE("the environments have the paper's areas, laser and speeds, and walls meet at their corners") {
