@@ -6,6 +6,8 @@
 #include "check_pose.hpp"
 #include "common/match/tracking_state.hpp"
 #include "common/math/random.hpp"
+#include "common/slam.hpp"
+#include "common/worlds/simulator.hpp"
 #include "synthetic_scans.hpp"
 
 namespace crsm {
@@ -106,6 +108,39 @@ TEST_CASE("stamps that are late are noticed, and the prediction makes up for the
   const TrackingState tracking = Drive(1500, late);
   CHECK(tracking.wheels().values().delay_s == Approx(0.1).margin(0.03));
   CHECK(Drive(1500, {1.0, 1.0, {}, 0.0, 0.002}).wheels().values().delay_s == Approx(0.0).margin(0.02));
+}
+
+TEST_CASE("what is learned in the flat is the truth about its wheels") {
+  constexpr double kTrueWayScale = 1.0 / 1.05;
+  constexpr double kTrueTurnScale = 1.0 / 0.97;
+  std::string text = LoadWorldText("demo");
+  text.replace(text.find("speed 0.3 0.5"), 13, "speed 0.3 0.6");
+  const World world =
+      ParseWorld(text + "\nwheels 1.05 0.97 0.02 0.03 x_m 0.12 y_m -0.05 yaw_deg 10 delay_s 0.1\n", "flat");
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    CAPTURE(seed);
+    Parameters parameters;
+    parameters.match.odometry = true;
+    parameters.match.seed = seed;
+    Slam slam(parameters);
+    Simulator simulator(world, seed);
+    while (const auto scan = simulator.Next()) slam.Process(*scan, simulator.Odometry());
+    const WheelModel::Values& values = slam.tracking().wheels().values();
+    CHECK(values.steps > 150);
+    CHECK(values.slips <= 2);
+    // The noise lets the last 200 steps, about 50 m and 50 rad, tell scales to 0.3 % and 0.4 %: three sigma.
+    CHECK(values.scale == Approx(kTrueWayScale).margin(0.009));
+    CHECK(values.turn_scale == Approx(kTrueTurnScale).margin(0.012));
+    CHECK(values.laser_x_m == Approx(0.12).margin(0.005));
+    CHECK(values.laser_y_m == Approx(-0.05).margin(0.005));
+    CHECK(values.laser_yaw_rad == Approx(10.0 * kPi / 180.0).margin(0.005));
+    CHECK(values.delay_s == Approx(0.1).margin(0.005));
+    // Of the noise the caution of the first steps stays: never less than it is, up to twice as much.
+    CHECK(values.way_per_m >= 0.015);
+    CHECK(values.way_per_m <= 0.04);
+    CHECK(values.turn_per_rad >= 0.025);
+    CHECK(values.turn_per_rad <= 0.06);
+  }
 }
 
 TEST_CASE("odometry that is missing or jumps predicts nothing") {
