@@ -49,7 +49,8 @@ constexpr std::uint64_t kWheelStream = 1;
 
 }  // namespace
 
-Simulator::Simulator(const World& world, std::uint64_t seed) : world_(world), random_(seed), wheel_random_(seed, kWheelStream) {
+Simulator::Simulator(const World& world, std::uint64_t seed)
+    : world_(world), random_(seed), wheel_random_(seed, kWheelStream) {
   for (std::size_t i = 1; i < world_.path.size(); ++i) {
     const Point& from = world_.path[i - 1];
     const Point& to = world_.path[i];
@@ -115,9 +116,7 @@ void Simulator::TurnWheels(double from_s, double to_s) {
   }
 }
 
-std::optional<Pose2> Simulator::Odometry() const {
-  return world_.wheels ? RoundOdometry(T_odom_robot_) : std::nullopt;
-}
+std::optional<Pose2> Simulator::Odometry() const { return world_.wheels ? RoundOdometry(T_odom_robot_) : std::nullopt; }
 
 LaserScan Simulator::Scan(double time_s) {
   const World::Laser& laser = world_.laser;

@@ -95,8 +95,9 @@ TEST_CASE("odometry that is named and not there is refused in a line, before any
   CheckRefused(RunAndListen(kRunStack, {kOdomBag, "--out", out, "--odometry-topic", "/wheels"}, folder),
                "run_stack: " + kOdomBag + there);
   CHECK_FALSE(fs::exists(out));
-  CheckRefused(MapOffline("sim:demo", {"--odometry-topic", "/odom"}),
-               "slam_offline: --odometry-topic /odom: a simulated world has its odometry in its line 'wheels'; remove it");
+  CheckRefused(
+      MapOffline("sim:demo", {"--odometry-topic", "/odom"}),
+      "slam_offline: --odometry-topic /odom: a simulated world has its odometry in its line 'wheels'; remove it");
   CheckRefused(MapOffline("hokuyo:/dev/ttyACM9", {"--odometry-topic", "/odom"}),
                "slam_offline: --odometry-topic /odom: a laser has no odometry; remove it");
   const fs::path carmen = folder / "run.clf";

@@ -128,7 +128,8 @@ TEST_CASE("what is learned in the flat is the truth about its wheels") {
     const WheelModel::Values& values = slam.tracking().wheels().values();
     CHECK(values.steps > 150);
     CHECK(values.slips <= 2);
-    // The noise lets the last 200 steps, about 50 m and 50 rad, tell scales to 0.3 % and 0.4 %: three sigma.
+    // Over 8 seeds scales scatter by 0.2 % and 0.4 %. The turns' is also 0.8 % too small in the mean: noise and delay
+    // of the wheels shrink it. Of that the margin holds but a part: other seeds than these may be beyond it.
     CHECK(values.scale == Approx(kTrueWayScale).margin(0.009));
     CHECK(values.turn_scale == Approx(kTrueTurnScale).margin(0.012));
     CHECK(values.laser_x_m == Approx(0.12).margin(0.005));

@@ -249,7 +249,8 @@ TEST_CASE("somebody who walks to and fro stands in the way, and the truth knows 
   CHECK(Ahead() == Approx(first_m));
 }
 
-TEST_CASE("wheels without a fault tell where the laser truly is, from the start on, and a world without them tells nothing") {
+TEST_CASE(
+    "wheels without a fault tell where the laser truly is, from the start on, and a world without them tells nothing") {
   Simulator simulator(Room(kCorner + "wheels 1 1 0 0\n"), 1);
   CHECK(simulator.Odometry() == Pose2{});
   while (simulator.Next()) {
@@ -292,16 +293,16 @@ TEST_CASE("with a delay the wheels tell where the robot was") {
 }
 
 TEST_CASE("wheels count all turns between rare scans, and the ways around a corner") {
-  Simulator simulator(Room("waypoint 1 1\nwaypoint 2 1\nwaypoint 1 1.001\nwaypoint 1.3 2\nwheels 1 0.5 0 0\n",
-                           "laser 360 4 8 0.1 0\n"),
-                      1);
+  Simulator simulator(
+      Room("waypoint 1 1\nwaypoint 2 1\nwaypoint 1 1.001\nwaypoint 1.3 2\nwheels 1 0.5 0 0\n", "laser 360 4 8 0.1 0\n"),
+      1);
   std::optional<Pose2> last;
   while (simulator.Next()) last = simulator.Odometry();
   // A turn to the left by nearly pi, then one to the right: half of each, to less than a thousandth of the path.
   const double first_rad = kPi - 0.001;
   const double second_rad = std::atan2(0.999, 0.3) - first_rad;
-  const Pose2 expected = Pose2{1.0, 0.0, 0.5 * first_rad} * Pose2{1.0, 0.0, 0.5 * second_rad} *
-                         Pose2{std::hypot(0.3, 0.999), 0.0, 0.0};
+  const Pose2 expected =
+      Pose2{1.0, 0.0, 0.5 * first_rad} * Pose2{1.0, 0.0, 0.5 * second_rad} * Pose2{std::hypot(0.3, 0.999), 0.0, 0.0};
   REQUIRE(last);
   CheckPose(*last, expected, 2e-3);
 }

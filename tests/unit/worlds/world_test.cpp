@@ -154,7 +154,8 @@ TEST_CASE("corners, people and the laser's options are read") {
 }
 
 TEST_CASE("wheels and the laser's place on the robot are read, and most worlds have none") {
-  const auto wheels = ParseWorld(kRoom + "wheels 1.05 0.97 0.02 0.03 delay_s 0.1 yaw_deg 90 y_m -0.2 x_m 0.1\n", "w").wheels;
+  const auto wheels =
+      ParseWorld(kRoom + "wheels 1.05 0.97 0.02 0.03 delay_s 0.1 yaw_deg 90 y_m -0.2 x_m 0.1\n", "w").wheels;
   REQUIRE(wheels);
   CHECK(wheels->way_scale == 1.05);
   CHECK(wheels->turn_scale == 0.97);
