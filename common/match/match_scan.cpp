@@ -124,7 +124,8 @@ ScanMatch BeginByWheels(const ScanMatch& match, const TrackingState& tracking) {
   const auto way = FindWayByWheels(tracking.recent(), match.by_wheels);
   ScanMatch first = Begin(match, match.T_map_laser);
   const bool stands = way && Length(way->T_from_to) < kStands_m && std::abs(way->T_from_to.yaw_rad) < kStands_rad;
-  if (way && (!stands || FindSecondsLost(tracking.recent(), match.utime) < kLifted_s)) first.by_wheels = match.by_wheels;
+  if (way && (!stands || FindSecondsLost(tracking.recent(), match.utime) < kLifted_s))
+    first.by_wheels = match.by_wheels;
   return first;
 }
 

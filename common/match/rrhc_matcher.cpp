@@ -77,10 +77,12 @@ struct RrhcMatcher::Guess {
 /// Where the search begins.
 struct RrhcMatcher::Presumption {
   Pose2 T_map_laser;
-  std::optional<WheelMotion> by_wheels;  ///< where it is the wheels' pose: since the last scan that was matched
-  bool known = true;                     ///< false: the robot may be anywhere, and was not found
-  bool found_on_whole_map = false;       ///< nothing is left to be searched
-  Pose2 if_lost;                         ///< the guess that a lost scan gets
+  bool by_wheels = false;                   ///< it is the wheels' pose
+  std::optional<Pose2> by_reliable_wheels;  ///< that pose, whether or not it is presumed
+  std::optional<WheelMotion> way;           ///< of the wheels, as of Guess
+  bool known = true;                        ///< false: the robot may be anywhere, and was not found
+  bool found_on_whole_map = false;          ///< nothing is left to be searched
+  Pose2 if_lost;                            ///< the guess that a lost scan gets
   int evaluations = 0;
 };
 
@@ -91,6 +93,13 @@ struct RrhcMatcher::Found {
   bool is_presumed = true;  ///< false after the wide search, unless the robot goes on as before
   int evaluations = 0;
   int best_evaluation = 0;
+};
+
+/// Where the laser is held along an axis.
+struct RrhcMatcher::AxisHold {
+  Pose2 T_map_laser;
+  std::optional<WheelMotion> way;  ///< where the wheels hold it
+  bool reliable = false;
 };
 
 struct RrhcMatcher::Refined {
@@ -170,8 +179,10 @@ RrhcMatcher::Presumption RrhcMatcher::Presume(const Rays& rays, const Guess& gue
       tracking.empty() ? guess.by_motion : guess.by_wheels.value_or(tracking.recent().back().T_map_laser);
   if (guess.by_wheels && PrefersWheels(rays, guess, tracking)) {
     presumed.T_map_laser = *guess.by_wheels;
-    presumed.by_wheels = guess.way;
+    presumed.by_wheels = true;
   }
+  if (guess.way && tracking.wheels().IsReliable()) presumed.by_reliable_wheels = guess.by_wheels;
+  presumed.way = guess.way;
   const bool start_is_told = tracking.empty() && parameters_.start;
   if (IsGlobalSearchDue(tracking) && !start_is_told) {
     const GlobalMatch found = SearchWholeMap(map_, rays.hits_m, rays.critical_hits_m);
@@ -268,6 +279,16 @@ RaysInCells RrhcMatcher::SelectKnownNear(const Rays& rays, const Pose2& pose, co
   return static_cast<double>(known.total_weight()) > least ? known : rays.all;
 }
 
+/// What holds along an axis that the walls leave open: wheels that are reliable, if the search ended near them, or what
+/// was presumed.
+RrhcMatcher::AxisHold RrhcMatcher::FindHold(const Found& found, const Presumption& presumed, bool degenerate) {
+  constexpr double kNear_m = 0.3;
+  const auto& wheels = presumed.by_reliable_wheels;
+  if (degenerate && wheels && Distance(*wheels, found.pose) < kNear_m) return {*wheels, presumed.way, true};
+  const bool by_wheels = presumed.by_wheels && found.presumed == presumed.T_map_laser;
+  return {found.presumed, by_wheels ? presumed.way : std::nullopt, false};
+}
+
 /// Step 3. A climb with all rays, weighted by their spacing, to a fraction of a cell. Along an axis that the walls
 /// leave open the presumed pose holds, as far as the motion is steady, unless another look finds what they do tell.
 RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, const Presumption& presumed,
@@ -291,35 +312,43 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   Climb(found.pose, pulled);
 
   constexpr double kLeastOpenness = 0.2;  // below, the walls tell more than the pull
-  const bool by_wheels = presumed.by_wheels && found.presumed == presumed.T_map_laser;
+  const AxisHold hold = FindHold(found, presumed, refined.uncertainty.degenerate());
+  const bool by_wheels = hold.way.has_value();
   const PoseUncertainty& known = refined.uncertainty;
-  const auto FindKnown = [&](const Pose2& pose) { return FindKnownRays(map_.cells(), rays.outline.points_m, pose); };
+  // How much better one pose is than another; by the known rays where wheels hold.
+  const auto FindGain = [&](const Objective& objective, const Pose2& from, bool smooth) {
+    const KnownRays known_from = by_wheels ? FindKnownRays(map_.cells(), rays.outline.points_m, from) : KnownRays();
+    const auto Score = Counted(objective, smooth);
+    const double score_from = by_wheels ? 0.0 : Score(from);
+    return [=, this, &rays](const Pose2& to) {
+      if (!by_wheels) return Score(to) - score_from;
+      const double gain = ComputeGain(map_, rays.outline, from, known_from, to, smooth);
+      return gain - objective.Pull(to) + objective.Pull(from);
+    };
+  };
   if (found.is_presumed && known.openness > kLeastOpenness && parameters_.axis_pull_per_m2 > 0.0) {
-    const Pose2 back = MoveBackAlong(known.weak_axis, refined.pose, found.presumed);
+    const Pose2 back = MoveBackAlong(known.weak_axis, refined.pose, hold.T_map_laser);
     const double axis_pull_per_m2 =
-        std::min(known.openness, 1.0) *
-        (by_wheels ? FindPull(*presumed.by_wheels) : steadiness * parameters_.axis_pull_per_m2);
+        std::min(known.openness, 1.0) * (by_wheels ? FindPull(*hold.way) : steadiness * parameters_.axis_pull_per_m2);
     const RaysInCells rays_there = by_wheels ? SelectKnownNear(rays, back, known.weak_axis) : rays.all;
-    const Objective held{map_, rays_there, found.presumed, pulled.pull_per_m2, known.weak_axis, axis_pull_per_m2};
-    const double gain = ComputeGain(map_, rays.outline, back, FindKnown(back), refined.pose, parameters_.smooth_climb);
-    Climb(gain > held.Pull(refined.pose) - held.Pull(back) ? refined.pose : back, held);
+    const Objective held{map_, rays_there, hold.T_map_laser, pulled.pull_per_m2, known.weak_axis, axis_pull_per_m2};
+    const bool is_worse = FindGain(held, refined.pose, parameters_.smooth_climb)(back) > 0.0;
+    Climb(is_worse ? back : refined.pose, held);
   }
   if (!known.degenerate() || parameters_.axis_window_m == 0.0) return refined;
 
   // A robot that has become faster or slower is presumed at the wrong place, scan after scan: look without any pull.
   // In a bare corridor chance gains nearly 0.05; the longer ago the last match, the likelier is a gain that is true.
   // Wheels slip little by little.
-  constexpr double kAgainstWheels_per_m = 0.1;
-  const double least_gain = 0.02 + 0.03 * (by_wheels ? 1.0 : steadiness);
+  const double least_gain = 0.02 + 0.03 * (hold.reliable ? 1.0 : steadiness);
+  const double against_per_m = by_wheels ? 0.1 : 0.0;
+  const Objective free{map_, rays.all, found.presumed, 0.0};
   const Pose2 here = refined.pose;
-  const KnownRays known_here = FindKnown(here);
-  const auto Gain = [&](const Pose2& there) {
-    ++refined.evaluations;
-    const double off_m = by_wheels ? WayFrom(here, there).norm() : 0.0;
-    return ComputeGain(map_, rays.outline, here, known_here, there) - kAgainstWheels_per_m * off_m;
-  };
-  const Pose2 better = LookAlong(here, known.weak_axis, parameters_.axis_window_m, cell_size_m, least_gain, Gain);
-  if (better != here) Climb(better, Objective{map_, rays.all, found.presumed, 0.0});
+  const auto Gain = FindGain(free, here, false);
+  const Pose2 better =
+      LookAlong(here, known.weak_axis, parameters_.axis_window_m, cell_size_m, least_gain,
+                [&](const Pose2& there) { return Gain(there) - against_per_m * Distance(here, there); });
+  if (better != here) Climb(better, free);
   return refined;
 }
 

@@ -47,6 +47,7 @@ class RrhcMatcher : public Matcher {
   struct Guess;
   struct Presumption;
   struct Found;
+  struct AxisHold;
   struct Refined;
 
   Guess GuessPose(const TrackingState& tracking, std::int64_t utime, const std::optional<Pose2>& T_odom_robot) const;
@@ -56,6 +57,7 @@ class RrhcMatcher : public Matcher {
   Found SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near, const TrackingState& tracking,
                       double steadiness, Random& random) const;
   RaysInCells SelectKnownNear(const Rays& rays, const Pose2& pose, const Eigen::Vector2d& axis) const;
+  static AxisHold FindHold(const Found& found, const Presumption& presumed, bool degenerate);
   Refined Refine(const Rays& rays, const Found& found, const Presumption& presumed, double steadiness) const;
   static bool ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking);
   bool IsProven(const Rays& rays, const Pose2& T_map_laser, const TrackingState& tracking) const;

@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <vector>
 
 #include "common/match/motion_prediction.hpp"
 
@@ -47,21 +49,52 @@ double ComputeDistance(const Pose2& a, const Pose2& b) {
   return std::abs(a.x_m - b.x_m) + std::abs(a.y_m - b.y_m) + std::abs(WrapAngle(a.yaw_rad - b.yaw_rad));
 }
 
-/// Whether a robot can move so far in that time: odometry that was reset, or not sent for a while, jumps.
-bool IsMotion(const Pose2& motion, double elapsed_s) {
-  constexpr double kFastest_m_s = 3.0;
-  constexpr double kFastest_rad_s = 3.0;
-  const double farthest_m = std::max(1.0, kFastest_m_s * elapsed_s);  // and stamps are not exact
-  const double widest_rad = std::max(1.5, kFastest_rad_s * elapsed_s);
-  return std::abs(motion.x_m) <= farthest_m && std::abs(motion.y_m) <= farthest_m &&
-         std::abs(motion.yaw_rad) <= widest_rad;
+/// How fast the wheels go: the median of their steps between the scans that are remembered, in the mean time between
+/// those. Some loggers stamp several scans at once.
+struct Pace {
+  double m_per_s = 0.0;
+  double rad_per_s = 0.0;
+};
+
+double FindMedian(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
-/// The motion of the wheels between two scans; nothing where one has none, or they jump.
-std::optional<Pose2> FindWheels(const std::optional<Pose2>& from, const std::optional<Pose2>& to, double elapsed_s) {
-  if (!from || !to) return std::nullopt;
-  const Pose2 motion = Inverse(*from) * *to;
-  return IsMotion(motion, elapsed_s) ? std::optional(motion) : std::nullopt;
+Pace FindPace(std::span<const ScanMatch> recent) {
+  std::vector<double> ways_m;
+  std::vector<double> turns_rad;
+  for (std::size_t i = 1; i < recent.size(); ++i) {
+    const auto& [from, to] = std::tie(recent[i - 1], recent[i]);
+    if (!from.T_odom_robot || !to.T_odom_robot) continue;
+    const Pose2 motion = Inverse(*from.T_odom_robot) * *to.T_odom_robot;
+    ways_m.push_back(Length(motion));
+    turns_rad.push_back(std::abs(motion.yaw_rad));
+  }
+  if (ways_m.empty()) return {};
+  const double period_s = Seconds(recent.front().utime, recent.back().utime) / static_cast<double>(recent.size() - 1);
+  if (period_s <= 0.0) return {};
+  return {FindMedian(ways_m) / period_s, FindMedian(turns_rad) / period_s};
+}
+
+/// Whether a robot can move so far in that time: odometry that was reset, or not sent for a while, jumps.
+bool IsMotion(const Pose2& motion, double elapsed_s, const Pace& pace) {
+  constexpr double kTimesPace = 2.0;
+  constexpr double kFaster_m_s = 1.0;
+  constexpr double kFaster_rad_s = 1.0;
+  const double farthest_m = std::max(1.0, (kTimesPace * pace.m_per_s + kFaster_m_s) * elapsed_s);
+  const double widest_rad = std::max(1.5, (kTimesPace * pace.rad_per_s + kFaster_rad_s) * elapsed_s);
+  return Length(motion) <= farthest_m && std::abs(motion.yaw_rad) <= widest_rad;  // stamps are not exact
+}
+
+/// The motion of the wheels since the newest of these scans; nothing where one has none, or they jump.
+std::optional<Pose2> FindWheels(std::span<const ScanMatch> recent, std::int64_t utime,
+                                const std::optional<Pose2>& T_odom_robot) {
+  if (recent.empty() || !recent.back().T_odom_robot || !T_odom_robot) return std::nullopt;
+  const Pose2 motion = Inverse(*recent.back().T_odom_robot) * *T_odom_robot;
+  const bool is_motion = IsMotion(motion, Seconds(recent.back().utime, utime), FindPace(recent));
+  return is_motion ? std::optional(motion) : std::nullopt;
 }
 
 /// The same in a second; 0 where that is not known, or the scans are far apart.
@@ -73,10 +106,9 @@ Pose2 FindRate(const std::optional<Pose2>& wheels, double elapsed_s) {
 /// That of the wheels before the newest of these scans.
 Pose2 FindRateBefore(std::span<const ScanMatch> recent) {
   if (recent.size() < 2) return {};
-  const ScanMatch& from = recent[recent.size() - 2];
+  const auto before = recent.first(recent.size() - 1);
   const ScanMatch& to = recent.back();
-  const double elapsed_s = Seconds(from.utime, to.utime);
-  return FindRate(FindWheels(from.T_odom_robot, to.T_odom_robot, elapsed_s), elapsed_s);
+  return FindRate(FindWheels(before, to.utime, to.T_odom_robot), Seconds(before.back().utime, to.utime));
 }
 
 /// Two variances, per metre and per radian, of which a sum makes that of a step: least squares, none negative.
@@ -151,19 +183,26 @@ WheelMotion WheelModel::WithNoise(const Pose2& T_from_to) const {
 
 std::optional<WheelMotion> WheelModel::Predict(std::span<const ScanMatch> recent, std::int64_t utime,
                                                const std::optional<Pose2>& T_odom_robot) const {
-  if (recent.empty()) return std::nullopt;
-  const double elapsed_s = Seconds(recent.back().utime, utime);
-  const auto wheels = FindWheels(recent.back().T_odom_robot, T_odom_robot, elapsed_s);
+  const auto wheels = FindWheels(recent, utime, T_odom_robot);
   if (!wheels || !AreBelieved()) return std::nullopt;
+  const double elapsed_s = Seconds(recent.back().utime, utime);
   return WithNoise(ToLaser(*wheels, FindRateBefore(recent), FindRate(wheels, elapsed_s)));
 }
 
 /// Whether their last step was none that they slipped on, and they are not so noisy that they are frozen, or slip as
 /// they like. Before enough is learned, whether they told the last motions no worse than the velocity model.
 bool WheelModel::AreBelieved() const {
-  constexpr double kMostNoise = 0.2;  // after a metre, and after a radian
+  constexpr double kMost_m = 0.12;   // of noise after a metre ...
+  constexpr double kMost_rad = 0.2;  // ... and after a radian
   if (state_.steps < kFewSteps) return state_.wheels_error_m <= state_.velocity_error_m + kTolerance_m;
-  return state_.steps_since_slip > 0 && values_.way_per_m <= kMostNoise && values_.turn_per_rad <= kMostNoise;
+  return state_.steps_since_slip > 0 && values_.way_per_m <= kMost_m && values_.turn_per_rad <= kMost_rad;
+}
+
+bool WheelModel::IsReliable() const {
+  constexpr std::int64_t kSlipsByChance = 2;
+  constexpr std::int64_t kStepsPerSlip = 32;  // of right wheels at least: 45 in fr079, 69 in killian
+  const bool slip_often = state_.slips > kSlipsByChance + state_.steps / kStepsPerSlip;
+  return state_.steps >= kManySteps && state_.steps_since_slip >= (slip_often ? 2 * kManySteps : kFewSteps);
 }
 
 bool WheelModel::TellsBest() const {
@@ -174,7 +213,7 @@ bool WheelModel::TellsBest() const {
 void WheelModel::Add(std::span<const ScanMatch> recent, const ScanMatch& match) {
   const bool is_matched = !recent.empty() && IsMotionMatched(recent.back(), match);
   const double elapsed_s = recent.empty() ? 0.0 : Seconds(recent.back().utime, match.utime);
-  const auto wheels = is_matched ? FindWheels(recent.back().T_odom_robot, match.T_odom_robot, elapsed_s) : std::nullopt;
+  const auto wheels = is_matched ? FindWheels(recent, match.utime, match.T_odom_robot) : std::nullopt;
   const auto Begin = [&](const Pose2& rate) {
     state_.has_start = match.state != MatchState::kLost && match.T_odom_robot;
     state_.T_map_start = state_.has_start ? match.T_map_laser : Pose2{};

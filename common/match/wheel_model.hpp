@@ -58,7 +58,8 @@ class WheelModel {
   bool TellsBest() const;
 
   /// Whether enough steps agree with the model: what contradicts the wheels is then likelier to be wrong than they are.
-  bool IsReliable() const { return state_.steps >= kManySteps && state_.steps_since_slip >= kFewSteps; }
+  /// Wheels that slip again and again have to agree for longer.
+  bool IsReliable() const;
 
   const Values& values() const { return values_; }
   /// The same; nothing while there was nothing to learn from.

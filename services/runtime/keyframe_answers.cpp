@@ -40,7 +40,8 @@ std::vector<pose_graph_t> KeyframeAnswers::Answer(const keyframe_t& message) {
   }
   const auto next = std::upper_bound(updates_.begin(), updates_.end(), id);
   const auto last = next == updates_.begin() ? std::nullopt : std::optional(*(next - 1));
-  if (last < id) answers.push_back(MakeUnchanged(id, last, message.utime, epoch_));
+  const bool owner_began_here = id == newest_ && last == id && last == known_to_owner_;  // with what a journal had
+  if (last < id || owner_began_here) answers.push_back(MakeUnchanged(id, last, message.utime, epoch_));
   return answers;
 }
 

@@ -11,7 +11,9 @@ Lies:
   slip90    90 degrees at once, every 300 scans
   noise10   gaussian noise of 0.3 m per root metre and 0.5 rad per root radian: ten times that of good wheels
 
-Exit codes: 0 no lie makes a map worse than none by more than 10 % and 2 mm, 1 one does, 2 usage.
+A log that is not there is looked for in $CRSM_DATA, or shared/data beside the project.
+
+Exit codes: 0 no lie makes a map worse than none by more than 10 % and 2 mm, 1 one does, 2 usage, 77 a log is not there.
 """
 import argparse
 import gzip
@@ -26,7 +28,10 @@ import tempfile
 
 FLAT = 'flat'
 FLAT_WHEELS = 'wheels 1 1 0.02 0.03'
-DEMO = os.path.join(os.path.dirname(os.path.abspath(__file__)), '../../common/worlds/demo.world')
+PROJECT = os.path.join(os.path.dirname(os.path.abspath(__file__)), '../..')
+DEMO = f'{PROJECT}/common/worlds/demo.world'
+DATA = os.environ.get('CRSM_DATA', f'{PROJECT}/../shared/data')
+SKIPPED = 77
 WORSE_SHARE, WORSE_M = 1.1, 0.002
 PERIOD = 300  # scans between two jumps
 LEAST_BACKWARDS_M = 1.0  # less is the noise of the wheels
@@ -242,11 +247,16 @@ def main():
     if wrong:
         parser.error(f'--kinds: {wrong[0]} is none of {", ".join(LIES)}')
     seeds = [int(seed) for seed in args.seeds.split(',')]
+    logs = [name if name == FLAT or os.path.exists(name) else os.path.join(DATA, name) for name in args.logs]
+    missing = [name for name in logs if name != FLAT and not os.path.exists(name)]
+    if missing:
+        print(f'skipped: no {os.path.normpath(missing[0])}; CRSM_DATA names another folder')
+        return SKIPPED
     width = 9 * len(seeds)
     print(f"{'log':<10} {'kind':<8} {'error with [m]':<{width}} {'without [m]':<{width}} {'lost with':<{6 * len(seeds)}} "
           f"{'without':<{6 * len(seeds)}} {'map with':<{10 * len(seeds)}} verdict")
-    num_worse = sum(compare(name, kinds, seeds, args.bin_dir) for name in args.logs)
-    print(f'{num_worse} of {len(kinds) * len(args.logs)} are worse than without wheels')
+    num_worse = sum(compare(name, kinds, seeds, args.bin_dir) for name in logs)
+    print(f'{num_worse} of {len(kinds) * len(logs)} are worse than without wheels')
     return 1 if num_worse else 0
 
 

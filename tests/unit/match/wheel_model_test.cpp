@@ -156,15 +156,28 @@ TEST_CASE("odometry that is missing or jumps predicts nothing") {
   CHECK_FALSE(without.wheels().Predict(without.recent(), NextTime(without), tracking.recent().back().T_odom_robot));
 }
 
-TEST_CASE("the longer the time between two scans, the further the wheels may have gone") {
-  const TrackingState tracking = Drive(100, {});
+TEST_CASE("the longer the time between two scans, the further the wheels may have gone, at about their usual pace") {
+  const TrackingState tracking = Drive(100, {});  // at 0.5 m/s
   const Pose2 there = *tracking.recent().back().T_odom_robot * Pose2{2.5, 0.0, 2.0};
   const std::int64_t last = tracking.recent().back().utime;
   CHECK_FALSE(tracking.wheels().Predict(tracking.recent(), last + 500'000, there));
-  const auto motion = tracking.wheels().Predict(tracking.recent(), last + 1'000'000, there);
+  const auto motion = tracking.wheels().Predict(tracking.recent(), last + 1'500'000, there);
   REQUIRE(motion);
   CHECK(motion->T_from_to.x_m == Approx(2.5).margin(0.05));
   CHECK(motion->sigma_m > PredictAfter(tracking, {0.1, 0.0, 0.0})->sigma_m);
+  const Pose2 jumped = *tracking.recent().back().T_odom_robot * Pose2{5.0, 0.0, 0.0};
+  CHECK_FALSE(tracking.wheels().Predict(tracking.recent(), last + 1'900'000, jumped));
+}
+
+TEST_CASE("wheels that slip again and again have to agree with the model for longer until they are reliable") {
+  WheelModel::State state = Drive(3000, {}).wheels().state();
+  state.steps_since_slip = 20;
+  state.slips = state.steps / 50;
+  CHECK(WheelModel(state).IsReliable());
+  state.slips = state.steps / 20;
+  CHECK_FALSE(WheelModel(state).IsReliable());
+  state.steps_since_slip = 40;
+  CHECK(WheelModel(state).IsReliable());
 }
 
 TEST_CASE("wheels that are frozen lose their say, and get it back") {

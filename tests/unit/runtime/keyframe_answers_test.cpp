@@ -157,6 +157,13 @@ TEST_CASE("an answer that was lost is given again, until the owner says that it 
   CHECK(Encode(answers.Answer(Tell(k + 1, k))) == Encode({Unchanged(k + 1, k)}));
 }
 
+TEST_CASE("an owner that begins with an update at its newest keyframe is told that loops were looked for there") {
+  const int newest = Updates()[0].keyframe.number;
+  KeyframeAnswers answers = MakeAnswers();
+  for (int i = 0; i < newest; ++i) CHECK(answers.Answer(Tell(i, newest)).empty());
+  CHECK(Encode(answers.Answer(Tell(newest, newest))) == Encode({Unchanged(newest, newest)}));
+}
+
 TEST_CASE("all updates that an owner lacks are given in their order") {
   KeyframeAnswers answers = BeforeFirstUpdate();
   const int last = Updates()[1].keyframe.number;
