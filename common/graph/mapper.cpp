@@ -320,8 +320,8 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
   keyframe.begins = begins || !before;
   keyframe.begins_anywhere = begins && match.covariance[0] >= kUnknownVariance;
   keyframe.as_of = applied_update_;
-  const std::optional<WheelMotion> by_wheels = std::exchange(by_wheels_, WheelMotion{});
-  if (before) keyframe.by_wheels = by_wheels;
+  if (before) keyframe.by_wheels = by_wheels_;
+  by_wheels_.emplace();
   if (before) {
     keyframe.T_previous_this = Inverse(graph_.pose(*before)) * match.T_map_laser;
     if (!begins) keyframe.tie = FindTie(match.T_map_laser);

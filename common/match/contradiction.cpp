@@ -1,6 +1,8 @@
 #include "common/match/contradiction.hpp"
 
-#include <algorithm>
+#include <cstdint>
+
+#include "common/match/ray_walk.hpp"
 
 namespace crsm {
 namespace {
@@ -17,19 +19,12 @@ bool IsFreeAround(const ByteMap& map, double x_m, double y_m) {
   return true;
 }
 
-/// Whether a ray passes through what surely stands: two cells of it at least, and not just before its end.
+/// Whether a ray passes through what surely stands, and not just before its end.
 bool PassesThrough(const ByteMap& map, const Pose2& laser, const Eigen::Vector2d& direction, double range_m) {
   constexpr std::uint8_t kSurely = 80;
-  constexpr int kLeast = 2;
-  constexpr double kMostSteps = 4000.0;
   const double cell_m = map.geometry().cell_size_m();
-  const double step_m = std::max(cell_m, range_m / kMostSteps);
-  int num = 0;
-  for (double way_m = 2.0 * cell_m; way_m < range_m - 4.0 * cell_m; way_m += step_m) {
-    const Cell cell = map.geometry().CellAt(laser.x_m + way_m * direction.x(), laser.y_m + way_m * direction.y());
-    if (map.At(cell) < kSurely && ++num >= kLeast) return true;
-  }
-  return false;
+  return IsInTheWay(map, laser, direction, 2.0 * cell_m, range_m - 4.0 * cell_m,
+                    [](std::uint8_t byte) { return byte < kSurely; });
 }
 
 }  // namespace

@@ -1,7 +1,8 @@
 #include "common/match/known_rays.hpp"
 
-#include <cmath>
 #include <vector>
+
+#include "common/match/ray_walk.hpp"
 
 namespace crsm {
 namespace {
@@ -9,18 +10,8 @@ namespace {
 /// Whether a ray passes through a wall, and not just before it ends: along a wall that is seen flat it may touch it.
 bool PassesWall(const ByteMap& map, const Pose2& laser, const Eigen::Vector2d& ray_m) {
   constexpr double kBefore_m = 0.5;
-  constexpr int kLeastCells = 2;
-  constexpr double kMostSteps = 4000.0;
-  const double range_m = std::sqrt(ray_m.squaredNorm());
-  const double step_m = std::max(map.geometry().cell_size_m(), range_m / kMostSteps);
-  int num = 0;
-  for (double way_m = step_m; way_m < range_m - kBefore_m; way_m += step_m) {
-    const Eigen::Vector2d at_m = way_m / range_m * ray_m;
-    if (IsOccupied(map.At(map.geometry().CellAt(laser.x_m + at_m.x(), laser.y_m + at_m.y()))) && ++num >= kLeastCells) {
-      return true;
-    }
-  }
-  return false;
+  const double range_m = ray_m.norm();
+  return IsInTheWay(map, laser, ray_m / range_m, map.geometry().cell_size_m(), range_m - kBefore_m, IsOccupied);
 }
 
 }  // namespace

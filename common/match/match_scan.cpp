@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "common/match/contradiction.hpp"
 #include "common/match/guess_covariance.hpp"
 #include "common/match/motion_prediction.hpp"
 #include "common/match/sweep.hpp"
+#include "common/math/median.hpp"
 #include "common/scan/clock_restart.hpp"
 #include "common/scan/deskew.hpp"
 
@@ -26,9 +28,7 @@ Periods FindPeriods(const TrackingState& tracking, std::int64_t utime) {
   for (std::size_t i = 1; i < recent.size(); ++i) {
     periods_s.push_back(1e-6 * std::abs(static_cast<double>(recent[i].utime - recent[i - 1].utime)));
   }
-  const auto middle = periods_s.begin() + static_cast<std::ptrdiff_t>(periods_s.size() / 2);
-  std::nth_element(periods_s.begin(), middle, periods_s.end());
-  return {1e-6 * static_cast<double>(utime - recent.back().utime), periods_s.empty() ? 0.0 : *middle};
+  return {1e-6 * static_cast<double>(utime - recent.back().utime), FindMedian(std::move(periods_s))};
 }
 
 /// Whether so much time has passed that the robot may be anywhere.
@@ -124,8 +124,8 @@ ScanMatch BeginByWheels(const ScanMatch& match, const TrackingState& tracking) {
   const auto way = FindWayByWheels(tracking.recent(), match.by_wheels);
   ScanMatch first = Begin(match, match.T_map_laser);
   const bool stands = way && Length(way->T_from_to) < kStands_m && std::abs(way->T_from_to.yaw_rad) < kStands_rad;
-  if (way && (!stands || FindSecondsLost(tracking.recent(), match.utime) < kLifted_s))
-    first.by_wheels = match.by_wheels;
+  const bool is_carried = stands && FindSecondsLost(tracking.recent(), match.utime) >= kLifted_s;
+  if (way && !is_carried) first.by_wheels = match.by_wheels;
   return first;
 }
 

@@ -62,7 +62,7 @@ struct RrhcMatcher::Rays {
   Eigen::Matrix2Xd critical_hits_m;  ///< laser frame
   RaysInCells critical;
   Outline outline;  ///< the hits and points between them, weighted by their spacing
-  RaysInCells all;  ///< the same
+  RaysInCells all;  ///< that outline
 };
 
 /// Where the laser is by what is known without the scan.
@@ -320,8 +320,9 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
     const KnownRays known_from = by_wheels ? FindKnownRays(map_.cells(), rays.outline.points_m, from) : KnownRays();
     const auto Score = Counted(objective, smooth);
     const double score_from = by_wheels ? 0.0 : Score(from);
-    return [=, this, &rays](const Pose2& to) {
+    return [=, this, &rays, &refined](const Pose2& to) {
       if (!by_wheels) return Score(to) - score_from;
+      refined.evaluations += 2;
       const double gain = ComputeGain(map_, rays.outline, from, known_from, to, smooth);
       return gain - objective.Pull(to) + objective.Pull(from);
     };
@@ -332,8 +333,8 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
         std::min(known.openness, 1.0) * (by_wheels ? FindPull(*hold.way) : steadiness * parameters_.axis_pull_per_m2);
     const RaysInCells rays_there = by_wheels ? SelectKnownNear(rays, back, known.weak_axis) : rays.all;
     const Objective held{map_, rays_there, hold.T_map_laser, pulled.pull_per_m2, known.weak_axis, axis_pull_per_m2};
-    const bool is_worse = FindGain(held, refined.pose, parameters_.smooth_climb)(back) > 0.0;
-    Climb(is_worse ? back : refined.pose, held);
+    const bool fits_better = FindGain(held, refined.pose, parameters_.smooth_climb)(back) > 0.0;
+    Climb(fits_better ? back : refined.pose, held);
   }
   if (!known.degenerate() || parameters_.axis_window_m == 0.0) return refined;
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/match/motion_prediction.hpp"
+#include "common/math/median.hpp"
 
 namespace crsm {
 namespace {
@@ -56,12 +57,6 @@ struct Pace {
   double rad_per_s = 0.0;
 };
 
-double FindMedian(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 Pace FindPace(std::span<const ScanMatch> recent) {
   std::vector<double> ways_m;
   std::vector<double> turns_rad;
@@ -72,7 +67,7 @@ Pace FindPace(std::span<const ScanMatch> recent) {
     ways_m.push_back(Length(motion));
     turns_rad.push_back(std::abs(motion.yaw_rad));
   }
-  if (ways_m.empty()) return {};
+  if (recent.size() < 2) return {};
   const double period_s = Seconds(recent.front().utime, recent.back().utime) / static_cast<double>(recent.size() - 1);
   if (period_s <= 0.0) return {};
   return {FindMedian(ways_m) / period_s, FindMedian(turns_rad) / period_s};
