@@ -16,16 +16,22 @@ bool PassesWall(const ByteMap& map, const Pose2& laser, const Eigen::Vector2d& r
 
 }  // namespace
 
-KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser) {
+KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser,
+                        const KnownRays& among) {
   const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
-  KnownRays known(points_m.cols());
+  KnownRays known = among;
   for (Eigen::Index i = 0; i < points_m.cols(); ++i) {
+    if (!known[i]) continue;
     const Eigen::Vector2d ray_m(cos * points_m(0, i) - sin * points_m(1, i),
                                 sin * points_m(0, i) + cos * points_m(1, i));
     const Cell end = map.geometry().CellAt(T_map_laser.x_m + ray_m.x(), T_map_laser.y_m + ray_m.y());
     known[i] = map.At(end) != kUnexploredByte || PassesWall(map, T_map_laser, ray_m);
   }
   return known;
+}
+
+KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser) {
+  return FindKnownRays(map, points_m, T_map_laser, KnownRays::Constant(points_m.cols(), true));
 }
 
 RaysInCells SelectRays(const ScoredMap& map, const Outline& outline, const KnownRays& rays) {
@@ -38,7 +44,7 @@ RaysInCells SelectRays(const ScoredMap& map, const Outline& outline, const Known
 
 double ComputeGain(const ScoredMap& map, const Outline& outline, const Pose2& from, const KnownRays& known_from,
                    const Pose2& to, bool smooth) {
-  const KnownRays known = known_from && FindKnownRays(map.cells(), outline.points_m, to);
+  const KnownRays known = FindKnownRays(map.cells(), outline.points_m, to, known_from);
   const RaysInCells rays = SelectRays(map, outline, known);
   const double share = static_cast<double>(rays.total_weight()) / static_cast<double>(outline.weights.sum());
   const auto Fit = [&](const Pose2& pose) { return smooth ? map.SmoothFitness(rays, pose) : map.Fitness(rays, pose); };

@@ -18,6 +18,10 @@ using KnownRays = Eigen::Array<bool, Eigen::Dynamic, 1>;
 /// Rays end in explored cells, or pass through a wall before they end. points_m: 2 x N, laser frame.
 KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser);
 
+/// The same, of some of the rays alone: of the others nothing is told.
+KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser,
+                        const KnownRays& among);
+
 /// These rays alone.
 RaysInCells SelectRays(const ScoredMap& map, const Outline& outline, const KnownRays& rays);
 

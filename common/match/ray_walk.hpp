@@ -2,11 +2,34 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 
 #include "common/map/byte_map.hpp"
 #include "common/math/pose2.hpp"
 
 namespace crsm {
+
+/// Reads cells of a map, one beside the other as a rule: the tile that holds the last one is looked up once.
+class CellReader {
+ public:
+  explicit CellReader(const ByteMap& map) : map_(map) {}
+
+  std::uint8_t At(Cell cell) {
+    if (const TileIndex index = TileOf(cell); !tile_is_known_ || index != index_) {
+      tile_is_known_ = true;
+      index_ = index;
+      tile_ = map_.tiles().Find(index);
+    }
+    return tile_ ? tile_->cells[static_cast<std::size_t>(OffsetInTile(cell))] : kUnexploredByte;
+  }
+
+ private:
+  const ByteMap& map_;
+  bool tile_is_known_ = false;
+  TileIndex index_;
+  const ByteMap::Tile* tile_ = nullptr;
+};
 
 /// Whether something stands in the way of a ray: two cells of it at least, from first_m to last_m along it.
 /// direction: unit vector, map frame. stands: of a cell's byte.
@@ -15,12 +38,24 @@ bool IsInTheWay(const ByteMap& map, const Pose2& laser, const Eigen::Vector2d& d
                 Stands&& stands) {
   constexpr int kLeast = 2;
   constexpr double kMostSteps = 4000.0;
+  constexpr int kStepBits = 32;  // coordinates are whole numbers of 2^-32 cells: a step is two additions
+  constexpr double kOne = static_cast<double>(std::int64_t{1} << kStepBits);
+  if (!(first_m < last_m)) return false;
   const MapGeometry& geometry = map.geometry();
   const double step_m = std::max(geometry.cell_size_m(), last_m / kMostSteps);
+  const Eigen::Vector2d from_m = Eigen::Vector2d(laser.x_m, laser.y_m) + first_m * direction;
+  const Eigen::Vector2d to_m = Eigen::Vector2d(laser.x_m, laser.y_m) + last_m * direction;
+  if (!geometry.InLimits(from_m.x(), from_m.y(), 0.0) || !geometry.InLimits(to_m.x(), to_m.y(), 0.0)) return false;
+  const auto Fixed = [&](double length_m) { return static_cast<std::int64_t>(geometry.ToCells(length_m) * kOne); };
+  const std::int64_t dx = Fixed(step_m * direction.x());
+  const std::int64_t dy = Fixed(step_m * direction.y());
+  std::int64_t x = Fixed(from_m.x());
+  std::int64_t y = Fixed(from_m.y());
+  CellReader cells(map);
   int num = 0;
-  for (double way_m = first_m; way_m < last_m; way_m += step_m) {
-    const Cell cell = geometry.CellAt(laser.x_m + way_m * direction.x(), laser.y_m + way_m * direction.y());
-    if (stands(map.At(cell)) && ++num >= kLeast) return true;
+  for (auto steps = static_cast<int>(std::ceil((last_m - first_m) / step_m)); steps > 0; --steps, x += dx, y += dy) {
+    const Cell cell{static_cast<int>(x >> kStepBits), static_cast<int>(y >> kStepBits)};
+    if (stands(cells.At(cell)) && ++num >= kLeast) return true;
   }
   return false;
 }

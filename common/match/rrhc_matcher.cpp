@@ -270,11 +270,12 @@ RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& sta
 RaysInCells RrhcMatcher::SelectKnownNear(const Rays& rays, const Pose2& pose, const Eigen::Vector2d& axis) const {
   constexpr double kLeastShare = 0.8;
   const double cell_size_m = map_.geometry().cell_size_m();
-  const auto FindAt = [&](double along_m) {
+  KnownRays everywhere = FindKnownRays(map_.cells(), rays.outline.points_m, pose);
+  for (const double along_m : {cell_size_m, -cell_size_m}) {
     const Pose2 there{pose.x_m + along_m * axis.x(), pose.y_m + along_m * axis.y(), pose.yaw_rad};
-    return FindKnownRays(map_.cells(), rays.outline.points_m, there);
-  };
-  RaysInCells known = SelectRays(map_, rays.outline, FindAt(0.0) && FindAt(cell_size_m) && FindAt(-cell_size_m));
+    everywhere = FindKnownRays(map_.cells(), rays.outline.points_m, there, everywhere);
+  }
+  RaysInCells known = SelectRays(map_, rays.outline, everywhere);
   const auto least = kLeastShare * static_cast<double>(rays.all.total_weight());
   return static_cast<double>(known.total_weight()) > least ? known : rays.all;
 }
