@@ -13,26 +13,24 @@ namespace crsm {
 /// Reads cells of a map, one beside the other as a rule: the tile that holds the last one is looked up once.
 class CellReader {
  public:
-  explicit CellReader(const ByteMap& map) : map_(map) {}
+  explicit CellReader(const ByteMap& map) : tiles_(map.tiles()), tile_(tiles_.Find(index_)) {}
 
   std::uint8_t At(Cell cell) {
-    if (const TileIndex index = TileOf(cell); !tile_is_known_ || index != index_) {
-      tile_is_known_ = true;
+    if (const TileIndex index = TileOf(cell); index != index_) {
       index_ = index;
-      tile_ = map_.tiles().Find(index);
+      tile_ = tiles_.Find(index);
     }
     return tile_ ? tile_->cells[static_cast<std::size_t>(OffsetInTile(cell))] : kUnexploredByte;
   }
 
  private:
-  const ByteMap& map_;
-  bool tile_is_known_ = false;
+  const TileGrid<ByteMap::Tile>& tiles_;
   TileIndex index_;
-  const ByteMap::Tile* tile_ = nullptr;
+  const ByteMap::Tile* tile_;
 };
 
 /// Whether something stands in the way of a ray: two cells of it at least, from first_m to last_m along it.
-/// direction: unit vector, map frame. stands: of a cell's byte.
+/// direction: unit vector, map frame. stands: of a cell's byte. False for what lies beyond the limits of the map.
 template <class Stands>
 bool IsInTheWay(const ByteMap& map, const Pose2& laser, const Eigen::Vector2d& direction, double first_m, double last_m,
                 Stands&& stands) {
