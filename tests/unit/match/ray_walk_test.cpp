@@ -43,6 +43,8 @@ TEST_CASE("only what lies between both ends of a ray stands in its way") {
   CHECK_FALSE(IsBlocked(map, laser, 0.0, 1.15, 1.9));
   CHECK_FALSE(IsBlocked(map, laser, 0.0, 1.9, 0.1));
   CHECK_FALSE(IsBlocked(map, laser, M_PI, 0.1, 1.9));
+  CHECK(IsBlocked(MakeMap(-22, -21), laser, M_PI, 0.1, 1.13));
+  CHECK_FALSE(IsBlocked(MakeMap(-22, -21), laser, M_PI, 0.1, 1.08));
 }
 
 TEST_CASE("a ray that leaves the map's limits, or is no number, meets nothing") {
