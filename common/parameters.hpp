@@ -197,7 +197,8 @@ void VisitMatchParameters(MatchParameters& match, Visitor&& visit) {
          "motion prior: fitness lost per squared distance from the initial guess [1/m^2]; 0 = the paper"},
         match.pull_per_m2, 0.0, 100.0);
   visit({kMatch, "axis_pull_per_m2",
-         "motion prior along a degenerate direction, weaker where the walls give some information [1/m^2]; 0: none"},
+         "motion prior along a degenerate direction, at least; weaker where the walls give some information, stronger "
+         "for a robot that drives evenly [1/m^2]; 0: none"},
         match.axis_pull_per_m2, 0.0, 100.0);
   visit({kMatch, "axis_window_m",
          "if a direction is degenerate, search this far along it for a better position [m]; 0: no search"},

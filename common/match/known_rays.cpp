@@ -14,24 +14,49 @@ bool PassesWall(const ByteMap& map, const Pose2& laser, const Eigen::Vector2d& r
   return IsInTheWay(map, laser, ray_m / range_m, map.geometry().cell_size_m(), range_m - kBefore_m, IsOccupied);
 }
 
+/// Whether a place is just behind a wall. The cells behind a wall are unexplored as those beyond its drawn end are; but
+/// of a ray that ends behind it the map says that the laser is too close to it.
+bool IsBehindWall(const ByteMap& map, const Eigen::Vector2d& place_m, const OpenAxis& axis) {
+  constexpr int kReach_cells = 3;
+  constexpr int kWidth_cells = 2;  // of what stands across the axis, to either side ...
+  constexpr int kLeastAcross = 3;  // ... and of these five cells
+  const double cell_size_m = map.geometry().cell_size_m();
+  const Eigen::Vector2d& along = axis.direction;
+  const Eigen::Vector2d across(-along.y(), along.x());
+  CellReader cells(map);
+  const auto IsWall = [&](int i, int j) {
+    const Eigen::Vector2d at_m = place_m + cell_size_m * (i * along + j * across);
+    return IsOccupied(cells.At(map.geometry().CellAt(at_m.x(), at_m.y())));
+  };
+  for (int i = -kReach_cells; i <= kReach_cells; ++i) {
+    if (IsWall(0, i)) return true;
+    int num_across = 0;
+    for (int j = -kWidth_cells; !axis.held_by_wheels && j <= kWidth_cells; ++j) num_across += IsWall(i, j);
+    if (num_across >= kLeastAcross) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser,
-                        const KnownRays& among) {
+                        const OpenAxis& axis, const KnownRays& among) {
   const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
   KnownRays known = among;
   for (Eigen::Index i = 0; i < points_m.cols(); ++i) {
     if (!known[i]) continue;
     const Eigen::Vector2d ray_m(cos * points_m(0, i) - sin * points_m(1, i),
                                 sin * points_m(0, i) + cos * points_m(1, i));
-    const Cell end = map.geometry().CellAt(T_map_laser.x_m + ray_m.x(), T_map_laser.y_m + ray_m.y());
-    known[i] = map.At(end) != kUnexploredByte || PassesWall(map, T_map_laser, ray_m);
+    const Eigen::Vector2d end_m(T_map_laser.x_m + ray_m.x(), T_map_laser.y_m + ray_m.y());
+    known[i] = map.At(map.geometry().CellAt(end_m.x(), end_m.y())) != kUnexploredByte ||
+               PassesWall(map, T_map_laser, ray_m) || IsBehindWall(map, end_m, axis);
   }
   return known;
 }
 
-KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser) {
-  return FindKnownRays(map, points_m, T_map_laser, KnownRays::Constant(points_m.cols(), true));
+KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser,
+                        const OpenAxis& axis) {
+  return FindKnownRays(map, points_m, T_map_laser, axis, KnownRays::Constant(points_m.cols(), true));
 }
 
 RaysInCells SelectRays(const ScoredMap& map, const Outline& outline, const KnownRays& rays) {
@@ -42,9 +67,9 @@ RaysInCells SelectRays(const ScoredMap& map, const Outline& outline, const Known
   return map.InCells(outline.points_m(Eigen::all, chosen), outline.weights(chosen));
 }
 
-double ComputeGain(const ScoredMap& map, const Outline& outline, const Pose2& from, const KnownRays& known_from,
-                   const Pose2& to, bool smooth) {
-  const KnownRays known = FindKnownRays(map.cells(), outline.points_m, to, known_from);
+double ComputeGain(const ScoredMap& map, const Outline& outline, const OpenAxis& axis, const Pose2& from,
+                   const KnownRays& known_from, const Pose2& to, bool smooth) {
+  const KnownRays known = FindKnownRays(map.cells(), outline.points_m, to, axis, known_from);
   const RaysInCells rays = SelectRays(map, outline, known);
   const double share = static_cast<double>(rays.total_weight()) / static_cast<double>(outline.weights.sum());
   const auto Fit = [&](const Pose2& pose) { return smooth ? map.SmoothFitness(rays, pose) : map.Fitness(rays, pose); };

@@ -15,19 +15,27 @@ namespace crsm {
 /// poses are compared, only rays count that the map knows from both.
 using KnownRays = Eigen::Array<bool, Eigen::Dynamic, 1>;
 
-/// Rays end in explored cells, or pass through a wall before they end. points_m: 2 x N, laser frame.
-KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser);
+/// Along which poses are compared.
+struct OpenAxis {
+  Eigen::Vector2d direction;    ///< unit vector, map frame
+  bool held_by_wheels = false;  ///< then a few cells across it are no wall: the drawn end of a wall looks like one
+};
+
+/// Rays end in explored cells, or pass through a wall before they end, or end just behind one. points_m: 2 x N, laser
+/// frame.
+KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser,
+                        const OpenAxis& axis);
 
 /// The same, of some of the rays alone: of the others nothing is told.
 KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser,
-                        const KnownRays& among);
+                        const OpenAxis& axis, const KnownRays& among);
 
 /// These rays alone.
 RaysInCells SelectRays(const ScoredMap& map, const Outline& outline, const KnownRays& rays);
 
 /// How much better a scan fits at one pose than at another, by the rays that are known from both: a share of all rays.
 /// known_from: those that are known from there. smooth: by ScoredMap::SmoothFitness.
-double ComputeGain(const ScoredMap& map, const Outline& outline, const Pose2& from, const KnownRays& known_from,
-                   const Pose2& to, bool smooth = false);
+double ComputeGain(const ScoredMap& map, const Outline& outline, const OpenAxis& axis, const Pose2& from,
+                   const KnownRays& known_from, const Pose2& to, bool smooth = false);
 
 }  // namespace crsm

@@ -39,6 +39,16 @@ double FindPull(const WheelMotion& way) {
   return kByChance / (sigma_m * sigma_m);
 }
 
+/// How strongly the velocity model holds there: the better it told the motions so far, the more. A robot that drives
+/// evenly would else seem to slow down in a corridor whose end no beam reaches.
+double FindPull(const MatchParameters& parameters, const TrackingState& tracking) {
+  constexpr double kByError_per_m = 0.08;
+  constexpr double kMost_per_m2 = 40.0;
+  const double least_per_m2 = parameters.axis_pull_per_m2;
+  if (least_per_m2 == 0.0) return 0.0;
+  return std::max(least_per_m2, std::min(kByError_per_m / std::max(tracking.motion_error_m(), 1e-6), kMost_per_m2));
+}
+
 /// The pose that is as far along an axis as the presumed one.
 Pose2 MoveBackAlong(const Eigen::Vector2d& axis, const Pose2& pose, const Pose2& presumed) {
   const Eigen::Vector2d step_m = WayFrom(pose, presumed).dot(axis) * axis;
@@ -83,6 +93,7 @@ struct RrhcMatcher::Presumption {
   bool known = true;                        ///< false: the robot may be anywhere, and was not found
   bool found_on_whole_map = false;          ///< nothing is left to be searched
   Pose2 if_lost;                            ///< the guess that a lost scan gets
+  double axis_pull_per_m2 = 0.0;            ///< how strongly it holds along an axis that the walls leave open
   int evaluations = 0;
 };
 
@@ -175,6 +186,7 @@ RrhcMatcher::Presumption RrhcMatcher::Presume(const Rays& rays, const Guess& gue
                                               const TrackingState& tracking) const {
   Presumption presumed;
   presumed.T_map_laser = guess.by_motion;
+  presumed.axis_pull_per_m2 = FindPull(parameters_, tracking);
   presumed.if_lost =
       tracking.empty() ? guess.by_motion : guess.by_wheels.value_or(tracking.recent().back().T_map_laser);
   if (guess.by_wheels && PrefersWheels(rays, guess, tracking)) {
@@ -267,13 +279,13 @@ RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& sta
 
 /// The rays that are known from a pose, and from a cell before and behind it: a climb meets none that becomes known on
 /// the way. All rays where those are too few to say where the laser is.
-RaysInCells RrhcMatcher::SelectKnownNear(const Rays& rays, const Pose2& pose, const Eigen::Vector2d& axis) const {
+RaysInCells RrhcMatcher::SelectKnownNear(const Rays& rays, const Pose2& pose, const OpenAxis& axis) const {
   constexpr double kLeastShare = 0.8;
   const double cell_size_m = map_.geometry().cell_size_m();
-  KnownRays everywhere = FindKnownRays(map_.cells(), rays.outline.points_m, pose);
+  KnownRays everywhere = FindKnownRays(map_.cells(), rays.outline.points_m, pose, axis);
   for (const double along_m : {cell_size_m, -cell_size_m}) {
-    const Pose2 there{pose.x_m + along_m * axis.x(), pose.y_m + along_m * axis.y(), pose.yaw_rad};
-    everywhere = FindKnownRays(map_.cells(), rays.outline.points_m, there, everywhere);
+    const Pose2 there{pose.x_m + along_m * axis.direction.x(), pose.y_m + along_m * axis.direction.y(), pose.yaw_rad};
+    everywhere = FindKnownRays(map_.cells(), rays.outline.points_m, there, axis, everywhere);
   }
   RaysInCells known = SelectRays(map_, rays.outline, everywhere);
   const auto least = kLeastShare * static_cast<double>(rays.all.total_weight());
@@ -316,23 +328,21 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   const AxisHold hold = FindHold(found, presumed, refined.uncertainty.degenerate());
   const bool by_wheels = hold.way.has_value();
   const PoseUncertainty& known = refined.uncertainty;
-  // How much better one pose is than another; by the known rays where wheels hold.
+  // How much better one pose is than another, by the rays that are known from both.
   const auto FindGain = [&](const Objective& objective, const Pose2& from, bool smooth) {
-    const KnownRays known_from = by_wheels ? FindKnownRays(map_.cells(), rays.outline.points_m, from) : KnownRays();
-    const auto Score = Counted(objective, smooth);
-    const double score_from = by_wheels ? 0.0 : Score(from);
+    const OpenAxis axis{refined.uncertainty.weak_axis, by_wheels};
+    const KnownRays known_from = FindKnownRays(map_.cells(), rays.outline.points_m, from, axis);
     return [=, this, &rays, &refined](const Pose2& to) {
-      if (!by_wheels) return Score(to) - score_from;
       refined.evaluations += 2;
-      const double gain = ComputeGain(map_, rays.outline, from, known_from, to, smooth);
+      const double gain = ComputeGain(map_, rays.outline, axis, from, known_from, to, smooth);
       return gain - objective.Pull(to) + objective.Pull(from);
     };
   };
-  if (found.is_presumed && known.openness > kLeastOpenness && parameters_.axis_pull_per_m2 > 0.0) {
+  if (found.is_presumed && known.openness > kLeastOpenness && presumed.axis_pull_per_m2 > 0.0) {
     const Pose2 back = MoveBackAlong(known.weak_axis, refined.pose, hold.T_map_laser);
     const double axis_pull_per_m2 =
-        std::min(known.openness, 1.0) * (by_wheels ? FindPull(*hold.way) : steadiness * parameters_.axis_pull_per_m2);
-    const RaysInCells rays_there = by_wheels ? SelectKnownNear(rays, back, known.weak_axis) : rays.all;
+        std::min(known.openness, 1.0) * (by_wheels ? FindPull(*hold.way) : steadiness * presumed.axis_pull_per_m2);
+    const RaysInCells rays_there = SelectKnownNear(rays, back, {known.weak_axis, by_wheels});
     const Objective held{map_, rays_there, hold.T_map_laser, pulled.pull_per_m2, known.weak_axis, axis_pull_per_m2};
     const bool fits_better = FindGain(held, refined.pose, parameters_.smooth_climb)(back) > 0.0;
     Climb(fits_better ? back : refined.pose, held);

@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 
+#include "common/match/known_rays.hpp"
 #include "common/match/matcher.hpp"
 #include "common/match/rrhc_search.hpp"
 #include "common/match/scored_map.hpp"
@@ -56,7 +57,7 @@ class RrhcMatcher : public Matcher {
   Found Search(const Rays& rays, const Presumption& presumed, const TrackingState& tracking, std::int64_t utime) const;
   Found SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near, const TrackingState& tracking,
                       double steadiness, Random& random) const;
-  RaysInCells SelectKnownNear(const Rays& rays, const Pose2& pose, const Eigen::Vector2d& axis) const;
+  RaysInCells SelectKnownNear(const Rays& rays, const Pose2& pose, const OpenAxis& axis) const;
   static AxisHold FindHold(const Found& found, const Presumption& presumed, bool degenerate);
   Refined Refine(const Rays& rays, const Found& found, const Presumption& presumed, double steadiness) const;
   static bool ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking);

@@ -4,6 +4,8 @@
 #include <numeric>
 #include <utility>
 
+#include "common/match/motion_prediction.hpp"
+
 namespace crsm {
 namespace {
 
@@ -33,7 +35,8 @@ TrackingState::TrackingState(Parts parts)
       T_map_guess_(parts.T_map_guess),
       trajectory_(parts.trajectory),
       floating_(parts.floating),
-      wheels_(parts.wheels) {
+      wheels_(parts.wheels),
+      motion_error_m_(parts.motion_error_m) {
   KeepLast(fitnesses_, kUsual);
   KeepLast(recent_, kRecent);
 }
@@ -46,6 +49,7 @@ TrackingState TrackingState::OnFinishedMap() {
 
 void TrackingState::Add(const ScanMatch& match, const AfterMatch& after) {
   wheels_.Add(recent_, match);
+  LearnMotionError(match);
   ++num_scans_;
   num_lost_ = match.state == MatchState::kLost ? num_lost_ + 1 : 0;
   newest_utime_ = std::max(newest_utime_, match.utime);
@@ -60,6 +64,20 @@ void TrackingState::Add(const ScanMatch& match, const AfterMatch& after) {
   trajectory_ = after.trajectory;
   floating_ = after.floating;
   if (after.T_new_old) Move(*after.T_new_old);
+}
+
+/// Of scans whose place the walls tell along both axes, while the robot drives.
+void TrackingState::LearnMotionError(const ScanMatch& match) {
+  constexpr double kFollow = 0.01;  // of an error
+  constexpr double kStands_m = 0.01;
+  if (match.state != MatchState::kOk || recent_.size() < 2 || !IsMotionMatched(recent_.back(), match) ||
+      !IsMotionMatched(recent_[recent_.size() - 2], recent_.back())) {
+    return;
+  }
+  const Pose2 predicted = PredictPose(recent_, MatchParameters{});
+  const Pose2& last = recent_.back().T_map_laser;
+  if (Distance(last, match.T_map_laser) < kStands_m && Distance(last, predicted) < kStands_m) return;
+  motion_error_m_ += kFollow * (Distance(predicted, match.T_map_laser) - motion_error_m_);
 }
 
 void TrackingState::BeginSession(Onset onset) {

@@ -34,6 +34,8 @@ class TrackingState {
   static constexpr std::size_t kRecent = 10;  ///< as many as motion prediction looks back
   static constexpr std::size_t kUsual = 10;   ///< matched scans whose fitness is the usual one
 
+  static constexpr double kMotionErrorAtFirst_m = 0.02;  ///< of an uneven one
+
   TrackingState() = default;
 
   /// Before the first scan on a map that was there already: the robot may be anywhere on it.
@@ -81,6 +83,10 @@ class TrackingState {
   /// What the wheels are worth, by the matches so far.
   const WheelModel& wheels() const { return wheels_; }
 
+  /// How far the motion before told the next scan's place wrongly, on average of the scans so far: how unevenly the
+  /// robot drives.
+  double motion_error_m() const { return motion_error_m_; }
+
   /// The utime of the newest scan so far, by its own clock; -1 before the first.
   std::int64_t newest_utime() const { return newest_utime_; }
 
@@ -101,12 +107,14 @@ class TrackingState {
     std::int32_t trajectory = 0;
     bool floating = false;
     WheelModel wheels;
+    double motion_error_m = kMotionErrorAtFirst_m;
   };
   explicit TrackingState(Parts parts);
 
   friend bool operator==(const TrackingState&, const TrackingState&) = default;
 
  private:
+  void LearnMotionError(const ScanMatch& match);
   void Move(const Pose2& T_new_old);
 
   std::int64_t num_scans_ = 0;
@@ -121,6 +129,7 @@ class TrackingState {
   std::int32_t trajectory_ = 0;
   bool floating_ = false;
   WheelModel wheels_;
+  double motion_error_m_ = kMotionErrorAtFirst_m;
 };
 
 }  // namespace crsm

@@ -209,7 +209,8 @@ TrackingState FromMessage(const tracking_state_t& message) {
                              FromMessage(message.T_map_guess),
                              message.trajectory,
                              message.floating == 1,
-                             WheelModel(FromMessage(message.wheels))};
+                             WheelModel(FromMessage(message.wheels)),
+                             message.motion_error_m};
   for (const scan_match_t& match : message.recent) parts.recent.push_back(FromMessage(match));
   return TrackingState(std::move(parts));
 }
@@ -230,6 +231,7 @@ tracking_state_t ToMessage(const TrackingState& tracking) {
   message.trajectory = tracking.trajectory();
   message.floating = tracking.floating() ? 1 : 0;
   message.wheels = ToMessage(tracking.wheels().state());
+  message.motion_error_m = tracking.motion_error_m();
   return message;
 }
 

@@ -216,7 +216,7 @@ bool ValuesInRange(const tracking_state_t& message) {
          (message.num_scans == 0) == message.recent.empty() && IsPose(message.T_local_map) &&
          message.onset >= tracking_state_t::GOES_ON && message.onset <= tracking_state_t::ANYWHERE &&
          IsPose(message.T_map_guess) && IsTrajectory(message.trajectory) && IsFlag(message.floating) &&
-         IsWheelModel(message.wheels);
+         IsWheelModel(message.wheels) && IsAmount(message.motion_error_m);
 }
 
 template <>

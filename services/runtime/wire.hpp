@@ -116,7 +116,7 @@ constexpr auto FieldsOf<tracking_state_t>() {
   return std::tuple(&T::num_scans, &T::num_lost, &T::newest_utime, &T::on_finished_map, &T::num_fitnesses,
                     Array(&T::fitness, &T::num_fitnesses, TrackingState::kUsual), &T::num_recent,
                     Array(&T::recent, &T::num_recent, TrackingState::kRecent), &T::T_local_map, &T::onset,
-                    &T::T_map_guess, &T::trajectory, &T::floating, &T::wheels);
+                    &T::T_map_guess, &T::trajectory, &T::floating, &T::wheels, &T::motion_error_m);
 }
 
 template <>

@@ -80,7 +80,7 @@ void ForgePages(TestBus& bus) {
     page.next_tile = -1;
     page.next_match = 1;
     page.num_tracking = 1;
-    page.tracking = {tracking_state_t{1, 0, 1, 0, 0, {}, 1, {ForgedMatch(1)}, {}, 0, {}, 0, 0, {}}};
+    page.tracking = {tracking_state_t{1, 0, 1, 0, 0, {}, 1, {ForgedMatch(1)}, {}, 0, {}, 0, 0, {}, 0.0}};
     bus->Publish(kMapDeltaChannel, page);
     page.epoch = request.epoch;
     if (page.epoch != 0) bus->Publish(kMapDeltaChannel, page);

@@ -90,7 +90,8 @@ inline tracking_state_t TrackingStateMessage() {
           {1.5, 2.0, -0.5},
           2,
           1,
-          WheelModelMessage()};
+          WheelModelMessage(),
+          0.0125};
 }
 
 inline map_request_t MapRequestMessage() { return {77, 4, 99, 8, 2, 3, 5, 1, 1, 2}; }

@@ -9,6 +9,8 @@ namespace crsm {
 namespace {
 
 constexpr double kCell_m = 0.05;
+const OpenAxis kAlong{{1.0, 0.0}, false};
+const OpenAxis kAlongByWheels{{1.0, 0.0}, true};
 
 /// A corridor of 2 m along x whose walls are drawn from 0 to 8 m, free between them; its end, at 8 m, is not drawn, or
 /// is.
@@ -36,10 +38,21 @@ TEST_CASE("a ray is known where it ends in what is explored, or a wall is in its
   const Eigen::Matrix2Xd points_m =
       Seen({{2.0, 1.0}, {2.0, 0.0}, {6.0, 0.0}, {4.2, 0.0}}).points_m;  // the last just behind the wall
   const Pose2 laser{4.0, 0.0, 0.0};
-  const KnownRays open = FindKnownRays(MakeCorridor(false), points_m, laser);
+  const KnownRays open = FindKnownRays(MakeCorridor(false), points_m, laser, kAlong);
   CHECK((open == (KnownRays(4) << true, true, false, false).finished()).all());
-  const KnownRays closed = FindKnownRays(MakeCorridor(true), points_m, laser);
+  const KnownRays closed = FindKnownRays(MakeCorridor(true), points_m, laser, kAlong);
   CHECK((closed == (KnownRays(4) << true, true, true, false).finished()).all());
+}
+
+TEST_CASE("a ray that ends just behind a wall is known, one beyond the drawn end of a wall along the axis is not") {
+  const Eigen::Matrix2Xd points_m = Seen({{2.0, 1.1}, {2.0, -1.15}, {2.0, 1.3}, {4.1, 1.0}, {6.0, 1.05}}).points_m;
+  const KnownRays open = FindKnownRays(MakeCorridor(false), points_m, {4.0, 0.0, 0.0}, kAlong);
+  CHECK((open == (KnownRays(5) << true, true, false, false, false).finished()).all());
+
+  const Eigen::Matrix2Xd at_end_m = Seen({{4.1, 0.0}, {4.1, 0.6}, {4.3, 0.0}}).points_m;
+  const KnownRays closed = FindKnownRays(MakeCorridor(true), at_end_m, {4.0, 0.0, 0.0}, kAlong);
+  CHECK((closed == (KnownRays(3) << true, true, false).finished()).all());
+  CHECK_FALSE(FindKnownRays(MakeCorridor(true), at_end_m, {4.0, 0.0, 0.0}, kAlongByWheels).any());
 }
 
 TEST_CASE("where the drawn walls end a robot does not fit better for standing back, nor before a wall in its way") {
@@ -53,8 +66,9 @@ TEST_CASE("where the drawn walls end a robot does not fit better for standing ba
   const Pose2 here{4.0, 0.0, 0.0};
   const Pose2 back{3.0, 0.0, 0.0};
   REQUIRE(map.Fitness(all, back) > map.Fitness(all, here) + 0.05);
-  CHECK(std::abs(ComputeGain(map, seen, here, FindKnownRays(map.cells(), seen.points_m, here), back)) < 0.01);
-  CHECK(SelectRays(map, seen, FindKnownRays(map.cells(), seen.points_m, here)).size() < all.size());
+  CHECK(std::abs(ComputeGain(map, seen, kAlong, here, FindKnownRays(map.cells(), seen.points_m, here, kAlong), back)) <
+        0.01);
+  CHECK(SelectRays(map, seen, FindKnownRays(map.cells(), seen.points_m, here, kAlong)).size() < all.size());
 
   // The end of the corridor is seen 2 m away, where it is not by the pose that is too far on: there it counts.
   const ScoredMap closed(MakeCorridor(true), 0.0, true);
@@ -62,9 +76,9 @@ TEST_CASE("where the drawn walls end a robot does not fit better for standing ba
   for (double y_m = -0.9; y_m < 0.9; y_m += 0.05) end_m.emplace_back(3.9, y_m);
   const Outline seen_end = Seen(end_m);
   const Pose2 too_far{5.0, 0.0, 0.0};
-  const KnownRays known = FindKnownRays(closed.cells(), seen_end.points_m, too_far);
+  const KnownRays known = FindKnownRays(closed.cells(), seen_end.points_m, too_far, kAlong);
   CHECK(known.all());
-  CHECK(ComputeGain(closed, seen_end, too_far, known, here) > 0.5);
+  CHECK(ComputeGain(closed, seen_end, kAlong, too_far, known, here) > 0.5);
 }
 
 }  // namespace crsm

@@ -77,6 +77,22 @@ TEST_CASE("scans that are lost in a row are counted, and the first that is found
   CHECK(state.num_scans() == 32);
 }
 
+TEST_CASE("how far the motion before tells the next place wrongly is learned from scans whose place the walls tell") {
+  const auto LearnFrom = [](MatchState state, auto&& x_m) {
+    TrackingState learned;
+    learned.Add({0, {x_m(0), 0.0, 0.0}, 0.8, 1, 1, 0, MatchState::kFirst});
+    for (int k = 1; k < 500; ++k) learned.Add({100'000 * k, {x_m(k), 0.0, 0.0}, 0.8, 1, 1, 0, state});
+    return learned.motion_error_m();
+  };
+  const auto Evenly = [](int k) { return 0.05 * k; };
+  const auto Jerkily = [](int k) { return 0.05 * k + (k % 2 == 0 ? 0.02 : -0.02); };
+  const auto Stands = [](int) { return 1.0; };
+  CHECK(LearnFrom(MatchState::kOk, Evenly) < 0.001);
+  CHECK(LearnFrom(MatchState::kOk, Jerkily) > 0.01);
+  CHECK(LearnFrom(MatchState::kOk, Stands) == TrackingState::kMotionErrorAtFirst_m);
+  CHECK(LearnFrom(MatchState::kDegenerate, Evenly) == TrackingState::kMotionErrorAtFirst_m);
+}
+
 TEST_CASE("the last ten matches are remembered, oldest first, and found by their utime") {
   TrackingState state;
   for (int k = 0; k < 1000; ++k) state.Add(Match(k, 0.5, MatchState::kOk));

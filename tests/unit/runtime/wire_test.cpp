@@ -181,6 +181,8 @@ TEST_CASE("what was learned of the wheels are finite sums") {
   }
   CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.wheels.wheels_error_m = -1.0; }));
   CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.wheels.velocity_error_m = kNan; }));
+  CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.motion_error_m = kNan; }));
+  CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.motion_error_m = -0.1; }));
   CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.wheels.steps = -1; }));
   CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.wheels.slips = 41; }));
   CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.wheels.has_start = 2; }));
@@ -273,7 +275,7 @@ TEST_CASE("a tracking state counts what there can be, and remembers the last mat
     return IsDecoded<map_delta_t>(Encode(message));
   };
   CHECK(Fits([](Message&) {}));
-  CHECK(Fits([](Message& m) { m = {0, 0, -1, 1, 0, {}, 0, {}, {}, 0, {}, 0, 0, {}}; }));
+  CHECK(Fits([](Message& m) { m = {0, 0, -1, 1, 0, {}, 0, {}, {}, 0, {}, 0, 0, {}, 0.0}; }));
   CHECK_FALSE(Fits([](Message& m) { m.num_lost = -1; }));
   CHECK_FALSE(Fits([](Message& m) { m.num_lost = m.num_scans + 1; }));
   CHECK_FALSE(Fits([](Message& m) { m.newest_utime = -2; }));
