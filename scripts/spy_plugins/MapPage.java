@@ -98,6 +98,7 @@ final class MapPage {
     for (int i = 0; i < 3; ++i) reader.readLong(0);  // steps, slips, steps_since_slip
     reader.readByte();  // has_start
     for (int pose = 0; pose < 3; ++pose) reader.skipPose();
+    reader.readDouble(0, Double.MAX_VALUE);  // motion_error_m
   }
 
   /** The view does not draw them. */
