@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <utility>
+#include <vector>
 
 #include "common/match/global_search.hpp"
 #include "common/math/random.hpp"
@@ -12,9 +13,13 @@
 namespace crsm {
 namespace {
 
-constexpr std::size_t kMostSampled = 200;
-constexpr std::size_t kMostRays = 60;
-constexpr std::size_t kLeastSampled = 20;
+constexpr std::size_t kMostSampled = 2000;
+constexpr std::size_t kMostRays = 720;
+
+// Of those, what is asked for agreement.
+constexpr std::size_t kMostAsked = 200;
+constexpr std::size_t kMostRaysAsked = 60;
+constexpr std::size_t kLeastAsked = 20;
 
 // The window in which a scan is searched by default (window_m, window_rad): beyond it is luck.
 constexpr double kFar_m = 0.4;
@@ -22,8 +27,8 @@ constexpr double kFar_rad = 0.25;
 
 constexpr std::int64_t kMostByChance = 3;  // scans in a row of an open way that something seems to hold
 
-ValidRays Thin(const ValidRays& rays) {
-  const std::size_t step = (rays.size() + kMostRays - 1) / kMostRays;
+ValidRays Thin(const ValidRays& rays, std::size_t most) {
+  const std::size_t step = (rays.size() + most - 1) / most;
   ValidRays some;
   for (std::size_t i = 0; i < rays.size(); i += step) {
     some.angle_rad.push_back(rays.angle_rad[i]);
@@ -38,7 +43,7 @@ ValidRays Thin(const ValidRays& rays) {
 void RunStatistics::Add(std::int64_t utime, const ValidRays& rays) {
   if (rays.size() == 0) return;
   Sampled* sampled = FindSampled(utime);
-  if (sampled && !sampled->rays) sampled->rays = Thin(rays);
+  if (sampled && !sampled->rays) sampled->rays = Thin(rays, kMostRays);
 }
 
 void RunStatistics::Add(const ScanMatch& match) {
@@ -57,9 +62,12 @@ void RunStatistics::Add(const ScanMatch& match) {
     fitness_sum_ += match.fitness;
     ++num_fitnesses_;
   }
+  LengthenPath(match);
   if (Sampled* sampled = FindSampled(match.utime)) {
     sampled->T_map_laser = match.T_map_laser;
     sampled->twist = match.twist;
+    sampled->path_m = values_.path_m;
+    sampled->degenerate = match.state == MatchState::kDegenerate;
   }
   if (previous_) AddStep(*previous_, match);
   previous_ = match;
@@ -85,13 +93,26 @@ RunStatistics::Values RunStatistics::values() const {
 std::optional<double> RunStatistics::ComputeMeanAgreement(const ByteMap& map) const {
   double sum = 0.0;
   std::size_t num = 0;
+  std::size_t num_asked = 0;
   for (const auto& [hash, sampled] : sampled_) {
+    if (num_asked++ == kMostAsked) break;
     if (!sampled.rays || !sampled.T_map_laser) continue;
-    sum += ComputeAgreement(map, ComputeHits(Deskew(*sampled.rays, sampled.twist)), *sampled.T_map_laser);
+    const ValidRays rays = Deskew(Thin(*sampled.rays, kMostRaysAsked), sampled.twist);
+    sum += ComputeAgreement(map, ComputeHits(rays), *sampled.T_map_laser);
     ++num;
   }
-  if (num < kLeastSampled) return std::nullopt;
+  if (num < kLeastAsked) return std::nullopt;
   return sum / static_cast<double>(num);
+}
+
+SelfContradiction RunStatistics::FindContradiction() const {
+  std::vector<PlacedRays> scans;
+  for (const auto& [hash, sampled] : sampled_) {
+    if (!sampled.rays || !sampled.T_map_laser || sampled.degenerate) continue;
+    scans.push_back({Deskew(*sampled.rays, sampled.twist), *sampled.T_map_laser, sampled.path_m});
+  }
+  std::ranges::stable_sort(scans, {}, &PlacedRays::path_m);
+  return FindSelfContradiction(scans);
 }
 
 /// nullptr if the scan is not in the sample. What has left it never comes back: the largest hash in it only falls.
@@ -105,6 +126,16 @@ RunStatistics::Sampled* RunStatistics::FindSampled(std::int64_t utime) {
     sampled_.erase(last);
   }
   return &sampled_[hash];
+}
+
+/// By steps that are longer than what a robot that stands seems to move.
+void RunStatistics::LengthenPath(const ScanMatch& match) {
+  constexpr double kStep_m = 0.2;
+  const double step_m = T_map_on_path_ ? Distance(*T_map_on_path_, match.T_map_laser) : 0.0;
+  if (T_map_on_path_ && step_m < kStep_m) return;
+  values_.path_m += step_m;
+  if (match.state == MatchState::kDegenerate && !match.by_wheels) values_.open_path_m += step_m;
+  T_map_on_path_ = match.T_map_laser;
 }
 
 void RunStatistics::CountOpen(const ScanMatch& match) {

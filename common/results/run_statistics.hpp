@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "common/map/byte_map.hpp"
+#include "common/results/self_contradiction.hpp"
 #include "common/scan/scan_match.hpp"
 #include "common/scan/valid_rays.hpp"
 
@@ -16,7 +17,7 @@ namespace crsm {
 /// came and on the order of the matches.
 class RunStatistics {
  public:
-  /// The rays of a scan. A sample is kept, picked by a hash of the utime: 200 scans, 60 rays each.
+  /// The rays of a scan. A sample is kept, picked by a hash of the utime: 2,000 scans, 720 rays each.
   void Add(std::int64_t utime, const ValidRays& rays);
 
   /// The next match.
@@ -34,8 +35,10 @@ class RunStatistics {
     std::int64_t steps = 0;         ///< pairs of scans in a row that were matched
     std::int64_t far_steps = 0;     ///< those between which the laser moved by more than 0.4 m or 0.25 rad
     std::int64_t longest_open = 0;  ///< most degenerate scans in a row, without odometry
-    double mean_fitness = 0.0;      ///< of the matched scans, [0, 1]; 0 if there are none
-    bool finished_map = false;      ///< scans were localised, and changed nothing
+    double path_m = 0.0;        ///< length of the path, by steps that are longer than a robot that stands seems to make
+    double open_path_m = 0.0;   ///< length of the path on degenerate scans, where no wheels tell it
+    double mean_fitness = 0.0;  ///< of the matched scans, [0, 1]; 0 if there are none
+    bool finished_map = false;  ///< scans were localised, and changed nothing
     /// How the turns, and the ways, by odometry go with those by the laser, [-1, 1]; -1 where they are opposite.
     /// Nothing without odometry, or where the robot hardly moved.
     std::optional<double> turns_by_odometry;
@@ -43,15 +46,20 @@ class RunStatistics {
   };
   Values values() const;
 
-  /// Share of the rays in the sample that go through the map as they went through the building, [0, 1]: not through
-  /// walls, and to one. Nothing where fewer than 20 matched scans are in the sample.
+  /// Share of the rays that go through the map as they went through the building, [0, 1]: not through walls, and to
+  /// one. Of 200 scans of the sample, 60 rays each. Nothing where fewer than 20 of them were matched.
   std::optional<double> ComputeMeanAgreement(const ByteMap& map) const;
+
+  /// Whether the scans of the sample contradict each other where the robot was twice.
+  SelfContradiction FindContradiction() const;
 
  private:
   struct Sampled {
     std::optional<ValidRays> rays;
     std::optional<Pose2> T_map_laser;  ///< where the scan was matched
     Twist twist;                       ///< by which it was deskewed then
+    double path_m = 0.0;               ///< up to there
+    bool degenerate = false;
   };
 
   /// Sums over steps of products of motions by odometry and by the laser.
@@ -63,6 +71,7 @@ class RunStatistics {
   };
 
   Sampled* FindSampled(std::int64_t utime);
+  void LengthenPath(const ScanMatch& match);
   void CountOpen(const ScanMatch& match);
   void AddStep(const ScanMatch& from, const ScanMatch& to);
 
@@ -74,6 +83,7 @@ class RunStatistics {
   std::int64_t num_since_open_ = 0;
   Correlation turns_;
   Correlation ways_;
+  std::optional<Pose2> T_map_on_path_;        ///< up to which path_m is counted
   std::optional<ScanMatch> previous_;         ///< if it was matched
   std::map<std::uint64_t, Sampled> sampled_;  ///< by the hash of the utime: the scans of the smallest ones
 };

@@ -11,12 +11,22 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+Json ToJson(const SelfContradiction& found) {
+  return {{"compared", found.num_looks},
+          {"contradict", found.share},
+          {"worst_share", found.worst_share},
+          {"worst_x_m", found.worst_place_m.x()},
+          {"worst_y_m", found.worst_place_m.y()}};
+}
+
 /// "lines" is for people, and all that a program has to print.
 Json ToJson(const Verdict& verdict) {
   const RunStatistics::Values& values = verdict.values;
   return {{"trust", Name(verdict.trust)},
           {"lines", FormatVerdict(verdict)},
           {"agreement", verdict.agreement ? Json(*verdict.agreement) : Json(nullptr)},
+          {"revisits", ToJson(verdict.contradiction)},
+          {"open_path_m", values.open_path_m},
           {"without_rays", values.without_rays},
           {"longest_lost", values.longest_lost},
           {"far_steps", values.far_steps}};

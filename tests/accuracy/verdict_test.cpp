@@ -51,6 +51,11 @@ void CheckGood(const std::string& name, const std::string& source, const std::st
   }
 }
 
+void CheckDoubtful(const std::string& name, const std::string& source, const std::string& preset) {
+  INFO(name);
+  CHECK(JudgeMapOf(name, ReadScans(source, 1), ShippedParameters(preset, 1)).trust == Trust::kDoubtful);
+}
+
 void CheckBad(const std::string& name, const std::string& source, const std::string& preset,
               const std::vector<std::string>& ways) {
   const Parameters parameters = ShippedParameters(preset, 1);
@@ -67,7 +72,7 @@ void CheckBad(const std::string& name, const std::string& source, const std::str
 }  // namespace
 
 TEST_CASE("maps of simulated worlds are called good") {
-  for (const char* world : {"demo", "corridor", "hall", "twins", "env1", "env2", "env3", "env4"}) {
+  for (const char* world : {"demo", "corridor", "hall", "env1", "env2", "env3", "env4"}) {
     CheckGood(world, fmt::format("sim:{}", world), "", 1);
   }
 }
@@ -80,12 +85,23 @@ TEST_CASE("maps of spoilt scans of simulated worlds are called bad") {
 }
 
 TEST_CASE("maps of real logs that are right are called good", "[logs]") {
-  for (const char* name : {"fr079", "intel", "aces"}) {
+  for (const char* name : {"fr079", "intel"}) {
     if (const auto log = FindRealLog(fmt::format("radish/{}.clf.gz", name))) CheckGood(name, *log, "sick", 1);
   }
+}
+
+TEST_CASE("a map of corridors that look alike, driven once, is doubtful") {  // it comes out 0.3 m too long
+  CheckDoubtful("twins", "sim:twins", "");
+}
+
+TEST_CASE("maps of which half the way is on degenerate scans, and no place was seen twice, are doubtful", "[logs]") {
   for (const char* name : {"exp1", "exp3"}) {
-    if (const auto log = FindRealLog(fmt::format("urg04lx/{}.clf.gz", name))) CheckGood(name, *log, "urg-04lx", 1);
+    if (const auto log = FindRealLog(fmt::format("urg04lx/{}.clf.gz", name))) CheckDoubtful(name, *log, "urg-04lx");
   }
+}
+
+TEST_CASE("a map with a corridor that is drawn twice is doubtful", "[logs]") {  // the loop would close it
+  if (const auto log = FindRealLog("radish/aces.clf.gz")) CheckDoubtful("aces", *log, "sick");
 }
 
 TEST_CASE("maps of spoilt scans of real logs are called bad", "[logs]") {

@@ -7,20 +7,22 @@
 #include "catch.hpp"
 #include "common/results/summary.hpp"
 #include "results/wall_ahead.hpp"
+#include "synthetic_scans.hpp"
 
 using namespace crsm;
 
 namespace {
 
-/// A run of scans that were all matched well, 0.05 m apart.
+/// A run of scans that were all matched well, so far apart.
 struct Run {
+  double step_m = 0.05;
   std::int64_t utime = 0;
-  RunStatistics statistics;
+  RunStatistics statistics = {};
 
   ScanMatch Next() {
     ScanMatch match;
     match.utime = ++utime;
-    match.T_map_laser = {0.05 * static_cast<double>(utime), 0.0, 0.0};
+    match.T_map_laser = {step_m * static_cast<double>(utime), 0.0, 0.0};
     match.state = utime == 1 ? MatchState::kFirst : MatchState::kOk;
     match.fitness = 0.8;
     match.num_critical = 70;
@@ -235,7 +237,7 @@ TEST_CASE("many scans in a row in which nothing holds the position along an axis
     match.state = MatchState::kDegenerate;
     match.T_odom_robot = match.T_map_laser;
   };
-  Run bare;
+  Run bare{0.01};
   bare.Add(200);
   bare.Add(150, IsOpen);
   bare.Add(3);  // by chance
@@ -246,7 +248,7 @@ TEST_CASE("many scans in a row in which nothing holds the position along an axis
   CHECK(bare.Judged().trust == Trust::kDoubtful);
   CHECK(Mentions(bare.Judged(), "301 scans in a row are degenerate"));
 
-  Run with_a_door;
+  Run with_a_door{0.01};
   with_a_door.Add(200);
   with_a_door.Add(200, IsOpen);
   with_a_door.Add(4);
@@ -254,7 +256,7 @@ TEST_CASE("many scans in a row in which nothing holds the position along an axis
   with_a_door.Add(200);
   CHECK(with_a_door.Judged().trust == Trust::kGood);
 
-  Run with_wheels;
+  Run with_wheels{0.01};
   with_wheels.Add(200);
   with_wheels.Add(400, IsHeldByWheels);
   CHECK(with_wheels.Judged().trust == Trust::kGood);
@@ -329,6 +331,45 @@ TEST_CASE("scans that are lost beside a piece are bad as ever") {
   const Verdict verdict = Judge(run.statistics, ByteMap(0.1), pieces);
   CHECK(verdict.trust == Trust::kBad);
   CHECK(Mentions(verdict, "9 % of the scans are lost"));
+}
+
+TEST_CASE(
+    "a long way on degenerate scans of which hardly any place was seen twice is doubtful, unless wheels tell it") {
+  const auto JudgeDrive = [](int num_degenerate, bool wheels) {
+    Run run;
+    run.Add(200);
+    run.Add(num_degenerate, [&](ScanMatch& match) {
+      match.state = MatchState::kDegenerate;
+      if (wheels) match.by_wheels = WheelMotion{};
+    });
+    run.Add(300);
+    return run.Judged();
+  };
+  CHECK(JudgeDrive(120, false).trust == Trust::kGood);  // 6 m
+  const Verdict verdict = JudgeDrive(200, false);       // 10 m
+  CHECK(verdict.trust == Trust::kDoubtful);
+  CHECK(Mentions(verdict, "along 10 m of the path of 35 m nothing in view told how far the robot drove, and hardly"));
+  CHECK(JudgeDrive(200, true).trust == Trust::kGood);
+}
+
+TEST_CASE("a map whose scans contradict each other where the robot was twice is doubtful, and says where") {
+  const auto JudgeDrive = [](double off_m) {
+    Run run;
+    for (int i = 0; i < 400; ++i) {
+      const double along_m = 0.05 * (i % 200 < 100 ? i % 200 : 199 - i % 200);
+      const Pose2 truth{-2.5 + along_m, 0.0, i < 200 ? 0.0 : 0.3};
+      ScanMatch match = run.Next();
+      match.T_map_laser = {truth.x_m, truth.y_m + (i < 200 ? 0.0 : off_m), truth.yaw_rad};
+      run.statistics.Add(match.utime, FindValidRays(ScanNiche(truth, i), {}));
+      run.statistics.Add(match);
+    }
+    return run.Judged();
+  };
+  CHECK_FALSE(Mentions(JudgeDrive(0.0), "contradict others"));
+  const Verdict verdict = JudgeDrive(0.8);
+  CHECK(verdict.trust != Trust::kGood);
+  CHECK(Mentions(verdict, "contradict others that were taken at about the same place"));
+  CHECK(Mentions(verdict, "near x "));
 }
 
 TEST_CASE("breaks that were all joined are told in one line, and speak against nothing") {
