@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/math/columns.hpp"
 #include "common/math/median.hpp"
 #include "common/math/random.hpp"
 #include "common/math/trigonometry.hpp"
@@ -32,14 +33,13 @@ class Look {
 
   /// Share of another scan's hits that lie in front of what this one sees, [0, 1]; nothing where it sees few of them.
   std::optional<double> Contradict(const PlacedRays& other) const {
-    constexpr std::size_t kMostHits = 90;
+    constexpr Eigen::Index kMostHits = 90;
     constexpr int kLeastSeen = 10;
-    const Eigen::Matrix2Xd hits_m = ComputeHits(other.rays);
-    const auto step = static_cast<Eigen::Index>((other.rays.size() + kMostHits - 1) / kMostHits);
+    const Eigen::Matrix2Xd hits_m = ThinColumns(ComputeHits(other.rays), kMostHits);
     const Pose2 T_this_other = Inverse(scan_.T_map_laser) * other.T_map_laser;
     int num_free = 0;
     int num_hit = 0;
-    for (Eigen::Index i = 0; i < hits_m.cols(); i += step) {
+    for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
       const Pose2 hit = T_this_other * Pose2{hits_m(0, i), hits_m(1, i), 0.0};
       const double range_m = Length(hit);
       const auto seen = FindBeams(HeadingOf(hit.x_m, hit.y_m, 0.0));

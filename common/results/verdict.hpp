@@ -34,14 +34,15 @@ struct Verdict {
 /// shuffled, searches too short to keep the track). Where the truth is known, a run counts as wrong from 0.5 m
 /// (relations 0.3 m).
 ///
-/// Those for the lasers that see little, and for scans that contradict each other, were chosen on seed 1 of the
+/// Those for the lasers that see little, and for scans that contradict each other, were chosen on seeds 1 and 2 of the
 /// simulated worlds seen by lasers of 3.5 to 8 m and 57 to 360 degrees and of the logs with ranges up to 5 and 8 m, and
-/// checked on seed 2.
+/// checked on seed 4 of the worlds: of 77 maps 17 are wrong, one of them called good; 60 are right, 13 of them called
+/// doubtful and none bad.
 ///
 /// What it cannot see, because the map agrees with every scan: a building that is mirrored, turned or scaled as a whole
 /// (unless odometry tells); a loop that does not close where the robot comes only once; and a single slip in a bare
-/// corridor. Some runs on every 5th to 8th
-/// scan are wrong while others are right with the same statistics: they are called doubtful.
+/// corridor. Some runs on every 5th to 8th scan are wrong while others are right with the same statistics: they are
+/// called doubtful.
 ///
 /// pieces: how the map hangs together; those scans count as lost in `statistics` that are on another piece than the
 /// largest. A map with less than 98 % of the matched scans on its largest piece is doubtful at best.
