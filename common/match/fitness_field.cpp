@@ -101,6 +101,7 @@ RaysInCells::RaysInCells(Eigen::ArrayXf x, Eigen::ArrayXf y, Eigen::ArrayXi weig
       all_alike_((weight_ == 1).all()) {}
 
 RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry, const Eigen::ArrayXi& weight) {
+  if (hits_m.cols() == 0) return {{}, {}, weight};  // no second row to point at
   const Eigen::Matrix2Xf hits = (hits_m / geometry.cell_size_m()).cast<float>();
   return {hits.row(0).transpose(), hits.row(1).transpose(), weight};
 }
