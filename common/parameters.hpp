@@ -20,7 +20,8 @@ struct ScanParameters {
   double range_min_m = 0.05;
   double range_max_m = 30.0;
   double angle_scale = 1.0;  ///< of beams' angles from the laser's x axis, against the nominal ones
-  double sweep_s = 0.0;      ///< from the first beam to the last; 0: all are measured at once
+  double sweep_s = 0.0;      ///< from the first beam to the last, negative where that is the first; 0: all at once
+  bool beam_times = true;    ///< a scan's own times of its beams are believed, and sweep_s is for those without
   bool botlab_clockwise = true;
 };
 
@@ -127,9 +128,11 @@ void VisitScanParameters(ScanParameters& scan, Visitor&& visit) {
          "factor that corrects all beam angles, measured from straight ahead: true angle / nominal angle"},
         scan.angle_scale, 0.9, 1.1);
   visit({kScan, "sweep_s",
-         "time from the first to the last beam of a scan [s]; it deskews scans that have no beam times of their own; "
-         "0: no deskewing"},
-        scan.sweep_s, 0.0, 1.0);
+         "time from the first to the last beam of a scan [s], by which it is deskewed; negative: the last beam is "
+         "measured first; 0: no deskewing. As a flag it wins over the times in the messages"},
+        scan.sweep_s, -1.0, 1.0);
+  visit({kScan, "beam_times", "believe the times of the beams in the messages; sweep_s is for scans without them"},
+        scan.beam_times);
   visit({kLaser, "botlab_clockwise",
          "the angles of a botlab.lidar_t run clockwise; today's mbot driver needs --no-botlab-clockwise"},
         scan.botlab_clockwise);

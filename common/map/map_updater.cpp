@@ -164,9 +164,12 @@ bool MapUpdater::Draw(const PlacedScan& scan, BytesBefore* before) {
   for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) MarkFree(laser_cells, hits_cells.col(i));
   for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) MarkHit(hits_cells.col(i));
   if (parameters_.join_hits) {
-    const auto joined = FindSurfaces(hits_m, kNearHitsCells * geometry_.cell_size_m(), parameters_.join_max_m);
+    const double near_m = kNearHitsCells * geometry_.cell_size_m();
+    const auto joined = FindSurfaces(hits_m, near_m, parameters_.join_max_m);
     for (Eigen::Index i = 0; i < std::ssize(joined); ++i) {
       if (!joined[static_cast<std::size_t>(i)]) continue;
+      const bool is_near = (hits_m.col(i + 1) - hits_m.col(i)).norm() <= near_m;
+      if (!is_near && IsAlongBeam(hits_m.col(i), hits_m.col(i + 1))) continue;
       MarkSurface(hits_cells.col(i), hits_cells.col(i + 1));
       MarkBehind(hits_cells.col(i), hits_cells.col(i + 1));
     }

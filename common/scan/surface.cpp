@@ -1,5 +1,6 @@
 #include "common/scan/surface.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace crsm {
@@ -34,6 +35,13 @@ std::vector<bool> FindSurfaces(const Eigen::Matrix2Xd& hits_m, double near_m, do
     joined.push_back(gap_m <= near_m || (gap_m <= max_m && Continued()));
   }
   return joined;
+}
+
+bool IsAlongBeam(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m) {
+  constexpr double kLeastSine = 0.0872;  // 5 degrees
+  const Eigen::Vector2d way_m = to_m - from_m;
+  const double across = from_m.x() * way_m.y() - from_m.y() * way_m.x();
+  return std::abs(across) < kLeastSine * std::max(from_m.norm(), to_m.norm()) * way_m.norm();
 }
 
 }  // namespace crsm

@@ -13,4 +13,8 @@ namespace crsm {
 /// where the robot saw it from, and hold the robot there.
 std::vector<bool> FindSurfaces(const Eigen::Matrix2Xd& hits_m, double near_m, double max_m);
 
+/// Whether the way from one hit to the next lies within 5 degrees of the beam. Three hits on three things, one behind
+/// another, look like a wall that is seen so flat: far apart they are none that may be drawn.
+bool IsAlongBeam(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m);
+
 }  // namespace crsm

@@ -15,12 +15,10 @@ double LargestUsableRange(const ScanParameters& parameters) {
 
 namespace {
 
-/// When a beam was measured, after the scan's utime [s].
-float TimeOf(std::size_t beam, const LaserScan& scan, double sweep_s) {
-  if (!scan.times_s.empty()) return scan.times_s[beam];
-  const double last = static_cast<double>(std::max<std::size_t>(scan.ranges_m.size(), 2) - 1);
-  const double share_left = 1.0 - static_cast<double>(beam) / last;
-  return static_cast<float>(-sweep_s * share_left);
+/// When a beam was measured, after the scan's utime [s], where the scan does not say.
+float TimeOf(std::size_t beam, std::size_t num_beams, double sweep_s) {
+  const double share = static_cast<double>(beam) / static_cast<double>(std::max<std::size_t>(num_beams, 2) - 1);
+  return static_cast<float>(sweep_s < 0.0 ? sweep_s * share : -sweep_s * (1.0 - share));
 }
 
 }  // namespace
@@ -29,7 +27,8 @@ ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters)
   const double max_m = LargestUsableRange(parameters);
   const auto angle_scale = static_cast<float>(parameters.angle_scale);
 
-  const bool has_times = !scan.times_s.empty() || parameters.sweep_s > 0.0;
+  const bool says_times = parameters.beam_times && !scan.times_s.empty();
+  const bool has_times = says_times || parameters.sweep_s != 0.0;
 
   ValidRays rays;
   for (std::size_t beam = 0; beam < scan.ranges_m.size(); ++beam) {
@@ -37,7 +36,8 @@ ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters)
     if (!std::isfinite(range_m) || range_m <= 0.0f || range_m < parameters.range_min_m || range_m > max_m) continue;
     rays.angle_rad.push_back(angle_scale * (scan.angle_min_rad + static_cast<float>(beam) * scan.angle_step_rad));
     rays.range_m.push_back(range_m);
-    if (has_times) rays.time_s.push_back(TimeOf(beam, scan, parameters.sweep_s));
+    if (!has_times) continue;
+    rays.time_s.push_back(says_times ? scan.times_s[beam] : TimeOf(beam, scan.ranges_m.size(), parameters.sweep_s));
   }
   if (scan.angle_step_rad < 0.0f) {
     std::reverse(rays.angle_rad.begin(), rays.angle_rad.end());

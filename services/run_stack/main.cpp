@@ -22,6 +22,7 @@
 #include "services/sources/devices/live_laser.hpp"
 #include "services/sources/map_parameters.hpp"
 #include "services/sources/open_laser_source.hpp"
+#include "services/sources/study_laser.hpp"
 
 namespace crsm {
 namespace {
@@ -131,6 +132,7 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   const BusRole role(address, kStackRole);
   CheckRolesAreFree(address, options);
   SayWhatIsMissing(options);
+  if (!options.is_live()) StudyLaser(options.source, command_line);
   AskLaser(options, command_line);
   Signals signals;
   ResultsFolder folder(command_line.settings().out, options.earlier);

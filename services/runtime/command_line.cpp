@@ -209,6 +209,7 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
       }
     }
     UseNamedOdometry();
+    if (WasGiven("sweep_s")) SetUnlessSaid("beam_times", "false");  // who types it knows better than the messages
     ParseRate(settings_.rate);
     parameters_.match.start = ParseStart(settings_.start);
     CheckConsistency(parameters_);
@@ -278,9 +279,22 @@ void CommandLine::Adopt(const std::vector<std::pair<std::string, std::string>>& 
 }
 
 void CommandLine::SetUnlessSaid(const std::string& key, const std::string& text) {
-  if (said_by_.count(key) > 0 || WasGiven(key)) return;
+  if (said_by_.count(key) == 0) Correct(key, text);
+}
+
+void CommandLine::Correct(const std::string& key, const std::string& text) {
+  if (WasGiven(key)) return;
   SetValue(key, {WrittenValue::Kind::kFlag, text}, parameters_, settings_);
   flags_.emplace_back(key, text);
+}
+
+std::string CommandLine::WhoSaid(const std::string& key) const {
+  const auto said_by = said_by_.find(key);
+  if (said_by != said_by_.end()) return said_by->second;
+  for (const auto& [name, value] : UsedValues()) {
+    if (name == key) return fmt::format("{} = {}", key, FormatValue(value));
+  }
+  return key;
 }
 
 bool CommandLine::Has(const std::string& key) const { return app_->get_option_no_throw(FlagOf(key)) != nullptr; }

@@ -46,6 +46,12 @@ class CommandLine {
   /// has given it one.
   void SetUnlessSaid(const std::string& key, const std::string& text);
 
+  /// The same unless a flag has given it one.
+  void Correct(const std::string& key, const std::string& text);
+
+  /// Who gave a parameter its value, as "--range-max-m 40"; by default "range_max_m = 30".
+  std::string WhoSaid(const std::string& key) const;
+
   /// Whether a parameter or setting was a flag on this command line.
   bool WasGiven(const std::string& key) const;
 

@@ -30,6 +30,7 @@
 #include "services/sources/journal.hpp"
 #include "services/sources/map_parameters.hpp"
 #include "services/sources/open_laser_source.hpp"
+#include "services/sources/study_laser.hpp"
 
 namespace crsm {
 namespace {
@@ -302,6 +303,7 @@ Trust MapLogs(CommandLine& command_line, const std::vector<std::string>& logs, c
   if (logs.size() > 1) CheckSeveral(command_line, logs);
   AdoptEarlierMapParameters(earlier.resume, command_line);
   if (logs.size() > 1) CheckLogs(command_line, logs);
+  StudyLaser(logs.front(), command_line);
   auto source = Open(command_line, logs, 0);
   PrepareFolder(settings.out);
   const PathLock lock("--out", settings.out);

@@ -50,6 +50,15 @@ TEST_CASE("a near edge and what lies behind it are not joined") {
   CHECK(joined == std::vector<bool>{true, true, false, true, true});
 }
 
+TEST_CASE("a way within 5 degrees of the beam lies along it, in both directions") {
+  const Eigen::Vector2d near_m(1.0, 0.0);
+  CHECK(IsAlongBeam(near_m, {2.0, 0.0}));
+  CHECK(IsAlongBeam(near_m, {2.0, 0.15}));
+  CHECK(IsAlongBeam({2.0, 0.15}, near_m));
+  CHECK_FALSE(IsAlongBeam(near_m, {2.0, 0.2}));
+  CHECK_FALSE(IsAlongBeam(near_m, {1.0, 0.5}));
+}
+
 TEST_CASE("a lone hit between two surfaces is joined to neither") {
   const auto joined =
       FindSurfaces(Hits({{1.0, 0.0}, {1.0, 0.05}, {1.4, 0.06}, {1.6, 0.5}, {1.6, 0.58}}), kNearM, kMaxM);

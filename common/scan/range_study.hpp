@@ -1,0 +1,26 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "common/parameters.hpp"
+#include "common/scan/laser_scan.hpp"
+
+namespace crsm {
+
+/// What the ranges of a log's first scans tell of a laser.
+struct RangeFinding {
+  double reach_m = 0.0;               ///< the furthest hit; 0 without any
+  std::optional<float> no_return_m;   ///< the range that the laser reports where it measures nothing
+  double no_return_share = 0.0;       ///< of all beams
+  double beyond_share = 0.0;          ///< of all hits: beyond what the parameters take for one
+
+  /// The largest range_max_m that takes no_return_m for no hit. Only where there is one.
+  double RangeMax() const;
+};
+
+/// A range that many beams all over the view have exactly, and that none exceeds, is how the laser says that it
+/// measured nothing, as 8.19 m or 81.83 m. (Zero, infinity and NaN say so without a word.)
+RangeFinding StudyRanges(std::span<const LaserScan> scans, const ScanParameters& parameters);
+
+}  // namespace crsm

@@ -1,0 +1,92 @@
+#include "services/sources/study_laser.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "common/math/trigonometry.hpp"
+#include "common/scan/range_study.hpp"
+#include "common/scan/valid_rays.hpp"
+#include "common/sweep_study.hpp"
+#include "services/runtime/service.hpp"
+#include "services/sources/devices/live_laser.hpp"
+#include "services/sources/open_laser_source.hpp"
+
+namespace crsm {
+namespace {
+
+/// Fewer where no scan has times for its beams.
+std::vector<LaserScan> ReadFirstScans(const std::string& log, const CommandLine& command_line) {
+  constexpr std::size_t kForRanges = 300;
+  const bool has_sweep = command_line.parameters().scan.sweep_s != 0.0;
+  const auto source = OpenLaserSource(log, SourceOptionsOf(command_line));
+  std::vector<LaserScan> scans;
+  while (auto scan = source->Next()) {
+    scans.push_back(std::move(*scan));
+    const bool may_sweep = has_sweep || !scans.front().times_s.empty();
+    if (scans.size() >= (may_sweep ? kScansOfStudy : kForRanges)) break;
+  }
+  return scans;
+}
+
+std::string DescribeBeams(const LaserScan& scan) {
+  const double view_rad = std::abs(scan.angle_step_rad) * static_cast<double>(scan.ranges_m.size() - 1);
+  return fmt::format("{} beams over {:.0f} degrees", scan.ranges_m.size(), view_rad * 180.0 / kPi);
+}
+
+/// What became of the ranges, for the line.
+std::string StudyReach(std::span<const LaserScan> scans, CommandLine& command_line) {
+  constexpr double kMany = 0.2;  // of all hits
+  const ScanParameters& parameters = command_line.parameters().scan;
+  RangeFinding finding = StudyRanges(scans, parameters);
+  std::string text = fmt::format("hits to {:.4g} m", finding.reach_m);
+  if (finding.no_return_m && *finding.no_return_m <= LargestUsableRange(parameters)) {
+    text += fmt::format(", and {:.4g} m is no return ({:.0f} % of the beams)", *finding.no_return_m,
+                        100.0 * finding.no_return_share);
+    if (command_line.WasGiven("range_max_m")) {
+      text += fmt::format(", which --range-max-m {} takes for hits", parameters.range_max_m);
+    } else {
+      command_line.Correct("range_max_m", fmt::format("{:.4f}", finding.RangeMax()));
+      text += fmt::format(": range_max_m {}", parameters.range_max_m);
+    }
+  }
+  if (finding.beyond_share > kMany) {
+    text += fmt::format("; {} leaves out {:.0f} % of the hits, which lie beyond it", command_line.WhoSaid("range_max_m"),
+                        100.0 * finding.beyond_share);
+  }
+  return text;
+}
+
+/// What became of the beams' times, for the line.
+std::string StudyTimes(std::span<const LaserScan> scans, CommandLine& command_line) {
+  const auto finding = StudySweep(scans, command_line.parameters());
+  if (!finding) return "";
+  const bool is_asked = !scans.front().times_s.empty();
+  const std::string who = is_asked ? "the messages say" : command_line.WhoSaid("sweep_s") + " says";
+  if (finding->agrees()) {
+    return fmt::format(", a sweep of {:.3g} s{}", finding->said_s,
+                       finding->num_turning > 0 ? ", as scans show that turn" : "");
+  }
+  const std::string why = finding->can_be ? fmt::format("{} scans that turn fit better so", finding->num_turning)
+                                          : fmt::format("a scan comes every {:.3g} s", finding->period_s);
+  const std::string text = fmt::format("; {} a sweep of {:.3g} s, but {}: ", who, finding->said_s, why);
+  if (command_line.WasGiven("sweep_s")) return text + "remove --sweep-s";
+  command_line.Correct("sweep_s", fmt::format("{:.4f}", finding->sweep_s));
+  command_line.Correct("beam_times", "false");
+  return text + fmt::format("sweep_s {}", command_line.parameters().scan.sweep_s);
+}
+
+}  // namespace
+
+void StudyLaser(const std::string& log, CommandLine& command_line) {
+  if (ParseDevice(log)) return;
+  const std::vector<LaserScan> scans = ReadFirstScans(log, command_line);
+  if (scans.empty()) return;
+  std::string line = DescribeBeams(scans.front()) + ", " + StudyReach(scans, command_line);
+  line += StudyTimes(scans, command_line);
+  Say(fmt::format("{}: {}: {}", command_line.program(), log, line));
+}
+
+}  // namespace crsm
