@@ -220,6 +220,15 @@ TEST_CASE("run_stack --outputs mbot starts what speaks to an mbot's programs") {
   CHECK(stack.Find("mbot_publisher finished") > 0);
 }
 
+TEST_CASE("run_stack does not count lost scans as mapped while it runs") {
+  StandIns stack;
+  stack.Run("(" + AwaitEvent("map_exporter") +
+            R"(echo '{"scans": 12, "lost": 5, "verdict": {}}' >$out/summary.json) & )" +
+            "timeout --signal=INT 8 $run_stack live --out $out");
+  INFO(stack.output);
+  CHECK(stack.Said("run_stack: 7 scans mapped, 5 lost\n"));
+}
+
 TEST_CASE("run_stack --strict ends with the verdict on the map, and where there is none says so") {
   StandIns stack;
   const auto Run = [&](const std::string& summary, const std::string& flags) {
