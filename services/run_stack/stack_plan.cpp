@@ -44,11 +44,13 @@ class Planner {
   const ResultsFolder& folder_;
 };
 
-/// A publisher of ours reads a log's --laser-channel, and publishes on LASER.
+/// A publisher of ours reads a log's --laser-channel and --laser-frame, and publishes on LASER, whose scans name no
+/// frame.
 PlannedService PlanSelector(const Planner& planner, const StackOptions& options) {
   ProgramFlags flags = FlagsOfSelector();
   if (options.is_live()) return planner.Plan("ray_selector", flags, {});
   std::erase(flags.settings, "laser_channel");
+  std::erase(flags.settings, "laser_frame");
   return planner.Plan("ray_selector", flags, {"--laser-channel", kLaserChannel});
 }
 

@@ -56,7 +56,7 @@ struct Result {
 
 Result Read(const std::string& log, const std::string& channel = "") {
   const ScratchFile file(log);
-  LcmLogSource source(file.path(), channel, {});
+  LcmLogSource source(file.path(), {channel}, {});
   auto scans = ReadAll(source);
   return {std::move(scans), source.Counts()};
 }
@@ -73,7 +73,7 @@ using Odometries = std::vector<std::optional<double>>;
 /// Of each scan, the odometry's x [m].
 Odometries OdometryOf(const std::string& log) {
   const ScratchFile file(log);
-  LcmLogSource source(file.path(), "");
+  LcmLogSource source(file.path(), {});
   Odometries odometries;
   while (source.Next()) {
     const auto T_odom_robot = source.Odometry();
@@ -111,7 +111,7 @@ TEST_CASE("odometry of an mbot is odometry, rounded as all is") {
   CHECK(Read(bad).counts.at("bad_odometry") == 1);
 
   const ScratchFile file(MbotEvent(1, 0.1f, 7.0f) + PlanarEvent(1));
-  LcmLogSource source(file.path(), "");
+  LcmLogSource source(file.path(), {});
   source.Next();
   CHECK(source.Odometry() == RoundOdometry({0.1f, 2.0, WrapAngle(7.0)}));
 }
@@ -137,15 +137,15 @@ TEST_CASE(
     "odometry of any channel with poses is used if it is named, and its absence an error that lists what there is") {
   const std::string log = OdometryEvent(1, 1.0) + OdometryEvent(1, 2.0, "VICON") + PlanarEvent(1);
   const ScratchFile file(log);
-  LcmLogSource source(file.path(), "", {}, {true, "VICON"});
+  LcmLogSource source(file.path(), {}, {}, {true, "VICON"});
   source.Next();
   CHECK(source.Odometry() == Pose2{2.0, 2.0, -3.0});
   CHECK(ErrorOf([&] {
-          LcmLogSource(file.path(), "", {}, {true, "LASER"});
+          LcmLogSource(file.path(), {}, {}, {true, "LASER"});
         }) == file.path() +
                   " has no pose messages (bot_core.pose_t, mbot_lcm_msgs.pose2D_t) on channel LASER; its channels: "
                   "LASER (1), ODOMETRY (1, pose), VICON (1, pose)");
-  LcmLogSource unused(file.path(), "", {}, {false, "VICON"});
+  LcmLogSource unused(file.path(), {}, {}, {false, "VICON"});
   unused.Next();
   CHECK(unused.Odometry() == Pose2{1.0, 2.0, -3.0});
 }
@@ -154,7 +154,7 @@ TEST_CASE("what is told of the odometry: that it is used or could be, or why not
   using Notes = std::vector<std::string>;
   const auto NotesOf = [](const std::string& log, bool is_used) {
     const ScratchFile file(log);
-    LcmLogSource source(file.path(), "", {}, {is_used, ""});
+    LcmLogSource source(file.path(), {}, {}, {is_used, ""});
     ReadAll(source);
     return source.OdometryNotes();
   };
@@ -320,18 +320,18 @@ TEST_CASE("a log without a laser is an error that lists its channels") {
   const std::string log = Event("IMU", "12345678") + Event("ODO\nMETRY", "") + Event("IMU", "1");
   const ScratchFile none(log);
   const std::string no_laser = " has no laser messages (" + LaserTypeNames() + ")";
-  CHECK(ErrorOf([&] { LcmLogSource(none.path(), ""); }) ==
+  CHECK(ErrorOf([&] { LcmLogSource(none.path(), {}); }) ==
         none.path() + no_laser + "; its channels: IMU (2), ODO?METRY (1)");
   const ScratchFile other(log + PlanarEvent(1, "FRONT"));
-  CHECK(ErrorOf([&] { LcmLogSource(other.path(), "REAR"); }) ==
+  CHECK(ErrorOf([&] { LcmLogSource(other.path(), {"REAR"}); }) ==
         other.path() + no_laser + " on channel REAR; its channels: FRONT (1, laser), IMU (2), ODO?METRY (1)");
   std::string many;
   for (int i = 0; i < 3000; ++i) many += Event("C" + std::to_string(10000 + i), "x");
   const ScratchFile crowd(many);
-  const std::string error = ErrorOf([&] { LcmLogSource(crowd.path(), ""); });
+  const std::string error = ErrorOf([&] { LcmLogSource(crowd.path(), {}); });
   CHECK(error.find("C10019 (1), and 980 more") != std::string::npos);
   const ScratchFile torn(PlanarEvent(1).substr(0, 50));
-  CHECK(ErrorOf([&] { LcmLogSource(torn.path(), ""); }).find("its channels: none") != std::string::npos);
+  CHECK(ErrorOf([&] { LcmLogSource(torn.path(), {}); }).find("its channels: none") != std::string::npos);
 }
 
 TEST_CASE("the kind of a log is found from its content, not from its name") {
@@ -350,9 +350,9 @@ TEST_CASE("the kind of a log is found from its content, not from its name") {
 
 TEST_CASE("the options of a source reach it") {
   const ScratchFile file(PlanarEvent(1, "FRONT") + PlanarEvent(2, "REAR"));
-  CHECK(ReadAll(*OpenLaserSource(file.path(), {0, "REAR"})).at(0).utime == 2);
-  CHECK(OpenLaserSource("sim:demo", {1, ""})->Next() == OpenLaserSource("sim:demo", {1, ""})->Next());
-  CHECK(OpenLaserSource("sim:demo", {1, ""})->Next() != OpenLaserSource("sim:demo", {2, ""})->Next());
+  CHECK(ReadAll(*OpenLaserSource(file.path(), {0, {"REAR"}})).at(0).utime == 2);
+  CHECK(OpenLaserSource("sim:demo", {1, {}})->Next() == OpenLaserSource("sim:demo", {1, {}})->Next());
+  CHECK(OpenLaserSource("sim:demo", {1, {}})->Next() != OpenLaserSource("sim:demo", {2, {}})->Next());
 }
 
 TEST_CASE("a world file is opened as a source") {
@@ -409,7 +409,7 @@ TEST_CASE("a log whose scans turn against its own poses is complained of, with t
       log += poses_of_mbot ? Event("SLAM_POSE", Encode(pose)) : Event("ODOMETRY", Encode(odometry));
     }
     const ScratchFile file(log);
-    LcmLogSource source(file.path(), "", parameters);
+    LcmLogSource source(file.path(), {}, parameters);
     ReadAll(source);
     return source.Complaints();
   };
@@ -429,7 +429,7 @@ TEST_CASE("the real LCM log is complained of where its angles are taken for coun
   const auto path = FindRealLog("lcm/mbot_convex.lcmlog.gz");
   if (!path) return;
   for (const bool clockwise : {true, false}) {
-    LcmLogSource source(*path, "", {.botlab_clockwise = clockwise});
+    LcmLogSource source(*path, {}, {.botlab_clockwise = clockwise});
     ReadAll(source);
     CHECK(source.Complaints().empty() == clockwise);
   }
@@ -438,7 +438,7 @@ TEST_CASE("the real LCM log is complained of where its angles are taken for coun
 TEST_CASE("the real LCM log has the sweeps that its description says", "[logs]") {
   const auto path = FindRealLog("lcm/mbot_convex.lcmlog.gz");
   if (!path) return;
-  LcmLogSource source(*path, "", {});
+  LcmLogSource source(*path, {}, {});
   const auto scans = ReadAll(source);
   CHECK(scans.size() == 459);
   CHECK(source.Counts() == std::map<std::string, std::int64_t>{{"bad_event", 0}, {"truncated", 0}});
