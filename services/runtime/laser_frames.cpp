@@ -33,6 +33,7 @@ std::string LaserFrames::Complaint() const {
                                             ListPrintable(names));
   }
   if (frames_.empty() || frames_.count(wanted_) > 0) return "";
+  if (frames_ == std::set<std::string>{""}) return "the scans name no frame: remove --laser-frame";
   return fmt::format("no scan has the frame {}: --laser-frame must name one of {}", MakePrintable(wanted_),
                      ListPrintable(names));
 }

@@ -233,7 +233,8 @@ TEST_CASE("slam_offline says of a log what is wrong with its laser, and nothing 
     for (LaserScan& scan : scans) change(scan);
     WriteScans(scans, folder / name);
     Process process("slam_offline", {folder / name, "--out", folder / "out", "--force"}, folder / "log");
-    return std::pair(process.AwaitExit(), process.errors());
+    const int exit_code = process.AwaitExit();
+    return std::pair(exit_code, process.errors());
   };
   const auto good = Said("good.lcm", [](LaserScan&) {});
   CHECK(good.first == 0);

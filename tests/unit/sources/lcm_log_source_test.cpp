@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <mbot_lcm_msgs/pose2D_t.hpp>
+#include <sensor_msgs/LaserScan.hpp>
 
 #include "catch.hpp"
 #include "common/math/trigonometry.hpp"
@@ -358,6 +359,45 @@ TEST_CASE("the options of a source reach it") {
 TEST_CASE("a world file is opened as a source") {
   const ScratchFile file("box 0 0 4 3\nspeed 1 1\nlaser 90 10 8 10 0\nwaypoint 1 1\nwaypoint 2 1\n");
   CHECK(OpenLaserSource("sim:" + file.path(), {})->Next()->ranges_m.size() == 10);
+}
+
+TEST_CASE("two drivers of ROS on one channel are told apart by their frames, and one of them is chosen") {
+  std::string log;
+  for (int sec = 1; sec <= 4; ++sec) {
+    sensor_msgs::LaserScan scan{};
+    scan.header.stamp.sec = sec;
+    scan.header.frame_id = sec % 2 == 0 ? "/rear" : "front";
+    scan.angle_increment = 0.5f;
+    scan.ranges = {1.0f, 2.0f, 3.0f};
+    scan.ranges_length = 3;
+    log += Event("SCAN", Encode(scan));
+  }
+  const ScratchFile file(log);
+  const std::string choices = "--laser-frame must name one of front, rear";
+  CHECK(ErrorOf([&] { LcmLogSource(file.path(), {}); }) ==
+        file.path() + ": SCAN: the scans are of several lasers: " + choices);
+  CHECK(ErrorOf([&] {
+          LcmLogSource(file.path(), {"", "font"});
+        }) == file.path() + ": SCAN: no scan has the frame font: " + choices);
+  LcmLogSource rear(file.path(), {"", "rear"});
+  const auto scans = ReadAll(rear);
+  REQUIRE(scans.size() == 2);
+  CHECK(scans[0].utime == 2'000'000);
+  CHECK(rear.Counts().at("other_frame") == 2);
+  CHECK(rear.Complaints().empty());
+  const ScratchFile plain(PlanarEvent(1));
+  CHECK(ErrorOf([&] {
+          LcmLogSource(plain.path(), {"", "rear"});
+        }) == plain.path() + ": LASER: the scans name no frame: remove --laser-frame");
+}
+
+TEST_CASE("a frame that no scan can have is refused") {
+  const ScratchFile carmen("FLASER 2 1 1 0 0 0 0 0 0 1.5 host 1.5\n");
+  const SourceOptions options{0, {"", "front"}};
+  CHECK(ErrorOf([&] { OpenLaserSource(carmen.path(), options); }) ==
+        "--laser-frame front: " + carmen.path() + " is a CARMEN log, whose scans name no frame; remove it");
+  CHECK(ErrorOf([&] { OpenLaserSource("sim:demo", options); }) ==
+        "--laser-frame front: a simulated world has one laser; remove it");
 }
 
 TEST_CASE("a source that cannot be opened is an error of one line") {
