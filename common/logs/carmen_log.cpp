@@ -7,7 +7,9 @@
 #include <system_error>
 #include <utility>
 
+#include "common/logs/left_out.hpp"
 #include "common/math/trigonometry.hpp"
+#include "common/scan/thin_beams.hpp"
 
 namespace crsm {
 namespace {
@@ -124,7 +126,7 @@ struct Line {
 Line ReadFlaser(Fields& fields) {
   Line line;
   LaserScan& scan = line.scan;
-  const std::size_t num_beams = fields.ReadCount(kMinBeams, kMaxBeams);
+  const std::size_t num_beams = fields.ReadCount(kMinBeams, kMostBeamsRead);
   scan.angle_min_rad = static_cast<float>(-90.0 * kDegree);
   scan.angle_step_rad = static_cast<float>(FlaserStep(num_beams));
   scan.ranges_m = fields.ReadRanges(num_beams);
@@ -144,9 +146,9 @@ Line ReadRobotLaser(Fields& fields) {
   if (scan.angle_step_rad == 0.0f) fields.Refuse();
   auto max_range_m = fields.Read<float>();
   fields.SkipNumbers(2);  // accuracy, remission mode
-  scan.ranges_m = fields.ReadRanges(fields.ReadCount(kMinBeams, kMaxBeams));
-  fields.SkipNumbers(fields.ReadCount(0, kMaxBeams));  // remissions
-  fields.SkipNumbers(3);                               // the pose of the laser
+  scan.ranges_m = fields.ReadRanges(fields.ReadCount(kMinBeams, kMostBeamsRead));
+  fields.SkipNumbers(fields.ReadCount(0, kMostBeamsRead));  // remissions
+  fields.SkipNumbers(3);                                    // the pose of the laser
   line.T_odom_robot = fields.ReadPose();
   fields.SkipNumbers(5);  // speeds, safety
   scan.utime = fields.ReadUtimeAndEnd();
@@ -187,6 +189,7 @@ std::optional<LaserScan> CarmenLog::Next() {
       ++counts_["utime_repeated"];
     } else {
       laser->scan.utime = *utime;
+      if (const std::string thinned = ThinBeams(laser->scan); thinned_.empty()) thinned_ = thinned;
       TakeOdometry(laser->T_odom_robot);
       return std::move(laser->scan);
     }
@@ -211,19 +214,19 @@ std::vector<std::string> CarmenLog::OdometryNotes() const {
   const bool moves = furthest_m_ >= kLeastWay_m;
   if (!odometry_is_used_) return moves ? std::vector{there + ": --odometry uses it"} : std::vector<std::string>();
   if (!moves) return {there + ", but it never moves by 1 m"};
-  const auto bad = counts_.find("bad_odometry");
-  const auto num_bad = bad == counts_.end() ? 0 : bad->second;
+  const std::int64_t num_bad = FindCount(counts_, "bad_odometry");
   return {"gives odometry to " + std::to_string(utimes_.size() - num_bad) + " of " + std::to_string(utimes_.size()) +
           " scans (the robot's pose in its lines)"};
 }
 
 std::vector<std::string> CarmenLog::Complaints() const {
   std::vector<std::string> complaints;
+  if (!thinned_.empty()) complaints.push_back(thinned_);
+  const std::int64_t num_all = utimes_.size() + CountLeftOut(counts_);
   const auto Complain = [&](const char* name, const std::string& why) {
-    const auto found = counts_.find(name);
-    if (found == counts_.end() || found->second <= utimes_.size()) return;
-    complaints.push_back(std::to_string(found->second) + " of " + std::to_string(found->second + utimes_.size()) +
-                         " scans are left out: " + why);
+    const std::int64_t num = FindCount(counts_, name);
+    if (!IsWorthSaying(num, num_all)) return;
+    complaints.push_back(std::to_string(num) + " of " + std::to_string(num_all) + " scans are left out: " + why);
   };
   Complain("bad_line", first_bad_);
   Complain("utime_repeated", "their ipc_timestamp repeats that of an earlier scan; each scan needs its own");

@@ -21,7 +21,7 @@ namespace crsm {
 /// Both take the utime from ipc_timestamp, and the odometry from the robot's pose, which is that scan's. The laser's
 /// pose is not used: in logs that somebody corrected it is no odometry.
 ///
-/// Counted: "bad_line" (a number that is none, too few or too many fields, beams outside 2..4096, a line longer than
+/// Counted: "bad_line" (a number that is none, too few or too many fields, beams outside 2..65536, a line longer than
 /// 1 MiB, a last line cut short), "utime_repeated" (the utime of an earlier scan), "truncated" (the gzip stream is cut
 /// short or damaged; what was whole is used). All of these but the last are skipped. Also counted: "bad_odometry" (a
 /// pose that is none; the scan is used). Other kinds of lines are no concern of ours.
@@ -45,6 +45,7 @@ class CarmenLog : public LaserSource {
   GzipFile file_;
   std::int64_t num_lines_ = 0;
   std::string first_bad_;  ///< which line was the first that is bad, and what is wrong with it
+  std::string thinned_;    ///< as of ThinBeams
   std::map<std::string, std::int64_t> counts_;
   UniqueUtimes utimes_;                ///< given out so far
   std::optional<Pose2> T_odom_robot_;  ///< of the last scan given out

@@ -42,8 +42,8 @@ class LaserSource {
   /// What was counted on the way, by name ("bad_line", "utime_repeated", ...). Names with a count of 0 may be missing.
   virtual std::map<std::string, std::int64_t> Counts() const = 0;
 
-  /// What is wrong with the scans that were left out, where they were too many to be an accident, and what mends it; a
-  /// sentence each.
+  /// What is wrong with the scans, a sentence each: those that were left out, where they were too many to be an
+  /// accident (left_out.hpp), and what mends it; beams that were thinned.
   virtual std::vector<std::string> Complaints() const { return {}; }
 
   /// What a user is to know of the odometry so far: that it is there and is not used, what is used, or why it cannot

@@ -63,6 +63,7 @@ void RunStatistics::Add(const ScanMatch& match) {
     ++num_fitnesses_;
   }
   LengthenPath(match);
+  LookHowFar(match);
   if (Sampled* sampled = FindSampled(match.utime)) {
     sampled->T_map_laser = match.T_map_laser;
     sampled->twist = match.twist;
@@ -136,6 +137,13 @@ void RunStatistics::LengthenPath(const ScanMatch& match) {
   values_.path_m += step_m;
   if (match.state == MatchState::kDegenerate && !match.by_wheels) values_.open_path_m += step_m;
   T_map_on_path_ = match.T_map_laser;
+}
+
+void RunStatistics::LookHowFar(const ScanMatch& match) {
+  if (!first_ || first_->trajectory != match.trajectory) first_ = match;
+  const Pose2 motion = Inverse(first_->T_map_laser) * match.T_map_laser;
+  values_.furthest_m = std::max(values_.furthest_m, Length(motion));
+  values_.furthest_rad = std::max(values_.furthest_rad, std::abs(motion.yaw_rad));
 }
 
 void RunStatistics::CountOpen(const ScanMatch& match) {

@@ -36,6 +36,8 @@ class RunStatistics {
     std::int64_t far_steps = 0;     ///< those between which the laser moved by more than 0.4 m or 0.25 rad
     std::int64_t longest_open = 0;  ///< most degenerate scans in a row, without odometry
     double path_m = 0.0;        ///< length of the path, by steps that are longer than a robot that stands seems to make
+    double furthest_m = 0.0;    ///< of the matched poses from the first of their trajectory
+    double furthest_rad = 0.0;  ///< the same of their yaw
     double open_path_m = 0.0;   ///< length of the path on degenerate scans, where no wheels tell it
     double mean_fitness = 0.0;  ///< of the matched scans, [0, 1]; 0 if there are none
     bool finished_map = false;  ///< scans were localised, and changed nothing
@@ -72,6 +74,7 @@ class RunStatistics {
 
   Sampled* FindSampled(std::int64_t utime);
   void LengthenPath(const ScanMatch& match);
+  void LookHowFar(const ScanMatch& match);
   void CountOpen(const ScanMatch& match);
   void AddStep(const ScanMatch& from, const ScanMatch& to);
 
@@ -84,6 +87,7 @@ class RunStatistics {
   Correlation turns_;
   Correlation ways_;
   std::optional<Pose2> T_map_on_path_;        ///< up to which path_m is counted
+  std::optional<ScanMatch> first_;            ///< of the trajectory
   std::optional<ScanMatch> previous_;         ///< if it was matched
   std::map<std::uint64_t, Sampled> sampled_;  ///< by the hash of the utime: the scans of the smallest ones
 };

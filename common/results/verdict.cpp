@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "common/math/trigonometry.hpp"
+
 namespace crsm {
 namespace {
 
@@ -54,6 +56,12 @@ constexpr double kLongOpenPath_m = 8.0;
 // Right: 0.34 at most, and 0.45 of a laser that sees 3.5 m in rooms around a corridor. Wrong: 0.375 and more.
 constexpr double kMostOpenPath = 0.36;
 
+// A laser that stands seems to move by 0.055 m and 0.023 rad (an RPLidar in a hall).
+constexpr double kStandsWithin_m = 0.15;
+constexpr double kStandsWithin_rad = 0.1;
+
+constexpr double kMostLeftOut = 0.1;  // of the recording: that much may be a room
+
 constexpr double kOpposite = -0.5;  // of the correlation of two motions
 constexpr double kAcross = 0.5;
 
@@ -80,25 +88,46 @@ void JudgeRays(Verdict& verdict) {
                    100.0 * share));
 }
 
+/// From one place wrong angles and ranges cannot be told from right ones.
+void JudgeStanding(Verdict& verdict) {
+  const auto& values = verdict.values;
+  std::string text = fmt::format(
+      "the laser hardly moved ({:.2f} m and {:.0f} degrees at most): the map shows what it sees from one place",
+      values.furthest_m, values.furthest_rad * 180.0 / kPi);
+  if (values.mean_fitness >= kFairFitness) return verdict.notes.push_back(std::move(text));
+  Warn(verdict, Trust::kDoubtful,
+       text + fmt::format(", and the low fitness ({:.2f}) tells nothing: drive, to have the map checked",
+                          values.mean_fitness));
+}
+
+bool IsStanding(const RunStatistics::Values& values) {
+  return values.steps > 0 && values.furthest_m < kStandsWithin_m && values.furthest_rad < kStandsWithin_rad;
+}
+
+bool Jumps(const RunStatistics::Values& values) { return Share(values.far_steps, values.steps) > kManyFarSteps; }
+
 void JudgeFit(Verdict& verdict) {
   const auto& values = verdict.values;
-  const bool jumps = Share(values.far_steps, values.steps) > kManyFarSteps;
-  if (values.mean_fitness < kFairFitness) {
-    Warn(verdict, values.mean_fitness < kLeastFitness ? Trust::kBad : Trust::kDoubtful,
-         fmt::format("the scans fit the map badly (mean fitness {:.2f}; correct maps have 0.6 or more): {}",
-                     values.mean_fitness,
-                     jumps ? fmt::format("{}, or angles in degrees", kTooFewScans)
-                           : "likely wrong angles (--angle-scale), noisy ranges, or the preset of another laser"));
-  }
-  if (verdict.agreement && *verdict.agreement < kLeastAgreement) {
-    Warn(verdict, Trust::kBad,
-         fmt::format("the scans contradict the map: only {:.0f} % of their rays pass through free space and end at "
-                     "walls (correct maps have 58 % or more): {}",
-                     100.0 * *verdict.agreement,
-                     jumps ? kTooFewScans
-                           : "likely wrong angles (--angle-scale), wrong ranges, or one room drawn over another after "
-                             "a wrong match"));
-  }
+  if (IsStanding(values)) return JudgeStanding(verdict);
+  if (values.mean_fitness >= kFairFitness) return;
+  Warn(verdict, values.mean_fitness < kLeastFitness ? Trust::kBad : Trust::kDoubtful,
+       fmt::format(
+           "the scans fit the map badly (mean fitness {:.2f}; correct maps have 0.6 or more): {}", values.mean_fitness,
+           Jumps(values) ? fmt::format("{}, or angles in degrees", kTooFewScans)
+                         : "likely wrong angles (--angle-scale), noisy ranges, or the preset of another laser"));
+}
+
+void JudgeAgreement(Verdict& verdict) {
+  if (!verdict.agreement || *verdict.agreement >= kLeastAgreement) return;
+  const char* cause = IsStanding(verdict.values) ? "likely wrong ranges, or things that moved"
+                      : Jumps(verdict.values)
+                          ? kTooFewScans
+                          : "likely wrong angles (--angle-scale), wrong ranges, or one room drawn over another after "
+                            "a wrong match";
+  Warn(verdict, Trust::kBad,
+       fmt::format("the scans contradict the map: only {:.0f} % of their rays pass through free space and end at "
+                   "walls (correct maps have 58 % or more): {}",
+                   100.0 * *verdict.agreement, cause));
 }
 
 /// Of all scans that were matched, those that are on the map.
@@ -230,7 +259,7 @@ void JudgeLocalization(Verdict& verdict) {
 
 std::string Describe(const MapPieces& pieces, const Verdict& verdict) {
   const auto& values = verdict.values;
-  const std::int64_t found = values.scans - values.lost;
+  const std::int64_t found = values.scans - std::max(values.lost, values.without_rays);
   const std::int64_t elsewhere = std::min(pieces.num_elsewhere(), values.lost);
   std::string text =
       fmt::format("{} of {} scans {}, ", found, values.scans, values.finished_map ? "found on the map" : "mapped");
@@ -260,6 +289,7 @@ Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPiec
   }
   const bool blind = verdict.trust == Trust::kBad;
   if (!blind) JudgeFit(verdict);
+  if (!blind) JudgeAgreement(verdict);
   if (!blind) JudgeTrack(pieces, verdict);
   if (!blind) JudgeAxes(verdict);
   if (!blind) JudgeOpenPath(verdict);
@@ -275,6 +305,14 @@ void JudgeLoops(std::int64_t closed, std::int64_t taken_out, Verdict& verdict) {
        fmt::format("{} of {} loops were rejected, because the rest of the path contradicts them: one of the two is "
                    "wrong, and parts of the map may be metres off",
                    taken_out, closed + taken_out));
+}
+
+void JudgeLeftOut(std::int64_t num_left_out, Verdict& verdict) {
+  const std::int64_t num_all = verdict.values.scans + num_left_out;
+  if (verdict.values.scans == 0 || Share(num_left_out, num_all) <= kMostLeftOut) return;
+  Warn(verdict, Trust::kDoubtful,
+       fmt::format("{} of {} scans of the recording are left out ({:.0f} %): what only they saw is not in the map",
+                   num_left_out, num_all, 100.0 * Share(num_left_out, num_all)));
 }
 
 const char* Name(Trust trust) {

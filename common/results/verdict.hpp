@@ -44,6 +44,9 @@ struct Verdict {
 /// corridor. Some runs on every 5th to 8th scan are wrong while others are right with the same statistics: they are
 /// called doubtful.
 ///
+/// Where the laser stood, a low fitness accuses nobody: one scan is drawn, and the beams of the others fall between its
+/// points. The map is doubtful then, because nothing has checked it.
+///
 /// pieces: how the map hangs together; those scans count as lost in `statistics` that are on another piece than the
 /// largest. A map with less than 98 % of the matched scans on its largest piece is doubtful at best.
 Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPieces& pieces = {});
@@ -52,6 +55,10 @@ Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPiec
 /// were taken out again; simulated ones of kilometres that slipped in corridors had more of them than loops that
 /// stayed.
 void JudgeLoops(std::int64_t closed, std::int64_t taken_out, Verdict& verdict);
+
+/// Adds what scans say that never came so far as to be matched: a map without more than a tenth of the recording is
+/// doubtful at best.
+void JudgeLeftOut(std::int64_t num_left_out, Verdict& verdict);
 
 const char* Name(Trust trust);
 

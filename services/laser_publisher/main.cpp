@@ -38,7 +38,8 @@ void PrintCounts(const std::string& program, const std::string& source_name, con
 
 /// What cannot be meant for a laser.
 void CheckNothingIsOfALog(const CommandLine& command_line) {
-  for (const char* flag : {"rate", "resend_s", "laser_channel", "position", "odometry_topic", "odometry"}) {
+  for (const char* flag :
+       {"rate", "resend_s", "laser_channel", "laser_frame", "position", "odometry_topic", "odometry"}) {
     if (!command_line.WasGiven(flag)) continue;
     throw UsageError(fmt::format("{}: applies to logs only; remove it for a laser", FlagOf(flag)));
   }
@@ -75,7 +76,7 @@ class LaserPublisher {
     while (!StopRequested()) {
       const auto scan = source_.Poll(std::chrono::milliseconds(50));
       if (scan) Publish(*scan);
-      for (const auto& [name, count] : source_.Counts()) service_.counters().Set(name, count);
+      CountWhatWasLeftOut();
       service_.Spin(0);
     }
   }
@@ -99,6 +100,11 @@ class LaserPublisher {
       progress_.Show(source_.Progress(), num_scans_);
     }
     if (rate_ != kAsFastAsMapped && num_scans_ > 0) AwaitMap();
+    CountWhatWasLeftOut();
+  }
+
+  void CountWhatWasLeftOut() {
+    for (const auto& [name, count] : source_.Counts()) service_.counters().Set(name, count);
   }
 
   /// What an earlier process with the same --position has sent. It may have died behind one scan more: that is known to

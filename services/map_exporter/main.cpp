@@ -10,6 +10,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/logs/left_out.hpp"
 #include "common/map/byte_map.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
@@ -30,6 +31,16 @@ std::optional<std::int64_t> FindCounter(const service_status_t& status, const st
   const auto found = std::find(status.counter_name.begin(), status.counter_name.end(), name);
   if (found == status.counter_name.end()) return std::nullopt;
   return status.counter_value[static_cast<std::size_t>(found - status.counter_name.begin())];
+}
+
+/// Its counters by name. Anybody may have sent them: sums of them stay numbers.
+std::map<std::string, std::int64_t> CountsOf(const service_status_t& status) {
+  constexpr std::int64_t kMost = 1'000'000'000'000;
+  std::map<std::string, std::int64_t> counts;
+  for (std::size_t i = 0; i < status.counter_name.size(); ++i) {
+    counts[status.counter_name[i]] = std::clamp<std::int64_t>(status.counter_value[i], 0, kMost);
+  }
+  return counts;
 }
 
 class MapExporter {
@@ -233,6 +244,16 @@ class MapExporter {
                     FindCounter(owner, "loops_taken_out").value_or(0)};
   }
 
+  /// Scans that never came so far as to be matched: of a log, or of another driver.
+  std::int64_t CountLeftOut() const {
+    std::int64_t num = 0;
+    for (const char* name : {"laser_publisher", "ray_selector"}) {
+      const auto status = statuses_.find(name);
+      if (status != statuses_.end()) num += crsm::CountLeftOut(CountsOf(status->second));
+    }
+    return num;
+  }
+
   /// A summary with what is known besides poses and map.
   Summary Complete(Summary summary) {
     summary.version = kVersion;
@@ -246,6 +267,7 @@ class MapExporter {
       summary.loops = CountLoops(owner->second);
     }
     if (summary.loops) JudgeLoops(summary.loops->closed, summary.loops->taken_out, summary.verdict);
+    JudgeLeftOut(CountLeftOut(), summary.verdict);
     statuses_[service_.name()] = service_.MakeStatus();
     for (const auto& [name, status] : statuses_) {
       for (std::size_t i = 0; i < status.counter_name.size(); ++i) {

@@ -12,6 +12,7 @@
 #include "services/runtime/break_news.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/held_by_utime.hpp"
+#include "services/runtime/lost_news.hpp"
 #include "services/runtime/path_lock.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
@@ -150,6 +151,7 @@ class MapUpdaterService {
     service_.SetState(journal_ || settings_.journal.empty() ? work : work + ", but the journal cannot be written");
     service_.RecordLatency(start);
     PublishLastAnswer();
+    if (const auto line = lost_news_.Add(match, Clock::now())) Say(fmt::format("map_updater: {}", *line));
     if (link_ && drawn) link_->SendNewest(Clock::now());
   }
 
@@ -274,6 +276,7 @@ class MapUpdaterService {
   Mapper mapper_;
   WholeView whole_;
   BreakNews news_;
+  LostNews lost_news_;
   std::optional<LoopCloserLink> link_;  ///< with loops, unless the map is finished
   AnswerOptions options_{DrawIdentity(), static_cast<std::size_t>(settings_.part_bytes)};
   /// Whose match has not come yet: as many as the matcher may lag behind, and those that come meanwhile of a laser that

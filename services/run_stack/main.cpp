@@ -82,7 +82,7 @@ void CheckInputs(const CommandLine& command_line, const StackOptions& options) {
   const Settings& settings = command_line.settings();
   if (!options.is_live()) {
     const auto source = OpenLaserSource(options.source, SourceOptionsOf(command_line));
-    if (!source->Next()) throw std::runtime_error(fmt::format("{} has no scans", options.source));
+    if (!source->Next()) ThrowNoScans(options.source, *source);
   }
   if (!options.earlier.resume.empty()) FindJournal(options.earlier.resume);
   if (!settings.localize.empty()) FindJournal(settings.localize);

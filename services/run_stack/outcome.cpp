@@ -18,9 +18,12 @@ std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary) {
   const auto json = nlohmann::json::parse(file, nullptr, false);  // without exceptions
   if (!json.is_object()) return std::nullopt;
   Outcome outcome;
-  if (const auto scans = json.find("scans"); scans != json.end() && scans->is_number_integer()) {
-    outcome.scans = scans->get<std::int64_t>();
-  }
+  const auto CountOf = [&json](const char* name) {
+    const auto count = json.find(name);
+    return count != json.end() && count->is_number_integer() ? count->get<std::int64_t>() : 0;
+  };
+  outcome.scans = CountOf("scans");
+  outcome.lost = CountOf("lost");
   const auto verdict = json.find("verdict");
   if (verdict == json.end() || !verdict->is_object()) return std::nullopt;
   outcome.trusted = verdict->value("trust", nlohmann::json(Name(Trust::kBad))) != Name(Trust::kBad);

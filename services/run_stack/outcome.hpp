@@ -11,6 +11,7 @@ namespace crsm {
 /// What a run has come to, as its summary.json says.
 struct Outcome {
   std::int64_t scans = 0;
+  std::int64_t lost = 0;                  ///< of those
   std::vector<std::string> verdict = {};  ///< for people: the counts, and what speaks against the map
   bool trusted = false;
   std::int64_t dropped_overload = 0;  ///< scans, in all processes

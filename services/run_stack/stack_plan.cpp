@@ -44,12 +44,16 @@ class Planner {
   const ResultsFolder& folder_;
 };
 
-/// A publisher of ours reads a log's --laser-channel, and publishes on LASER.
-PlannedService PlanSelector(const Planner& planner, const StackOptions& options) {
+/// A publisher of ours reads a log's --laser-channel and --laser-frame, and publishes on LASER, whose scans name no
+/// frame.
+PlannedService PlanSelector(const Planner& planner, const StackOptions& options, const std::string& laser_frame) {
   ProgramFlags flags = FlagsOfSelector();
   if (options.is_live()) return planner.Plan("ray_selector", flags, {});
+  std::vector<std::string> own{"--laser-channel", kLaserChannel};
+  if (!laser_frame.empty()) own.insert(own.end(), {"--laser-frame", ""});  // whatever a configuration file says
   std::erase(flags.settings, "laser_channel");
-  return planner.Plan("ray_selector", flags, {"--laser-channel", kLaserChannel});
+  std::erase(flags.settings, "laser_frame");
+  return planner.Plan("ray_selector", flags, std::move(own));
 }
 
 /// A publisher of ours reads a log's --odometry-topic, and publishes on ODOMETRY.
@@ -114,7 +118,7 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   PlannedService updater = PlanUpdater(planner, settings.start, lockstep + journal);
   if (settings.resume) updater.when_new = {"--no-resume"};
   plan.services = {std::move(updater), PlanMatcher(planner, options, settings.odometry_topic, lockstep),
-                   PlanSelector(planner, options),
+                   PlanSelector(planner, options, settings.laser_frame),
                    planner.Plan("map_exporter", FlagsOfExporter(), {"--out", folder.path().string()})};
   if (command_line.parameters().loops.loops && settings.localize.empty()) {
     plan.services.push_back(planner.Plan("loop_closer", FlagsOfLoopCloser(), {"--out", folder.path().string()}));

@@ -10,6 +10,8 @@
 
 #include "services/run_stack/outcome.hpp"
 #include "services/runtime/break_news.hpp"
+#include "services/runtime/left_out_news.hpp"
+#include "services/runtime/lost_news.hpp"
 #include "services/runtime/service.hpp"
 
 namespace crsm {
@@ -118,7 +120,9 @@ bool Supervisor::WaitUntilReady(seconds patience) {
 void Supervisor::WaitForEnd() {
   // While other services made their maps, there was no publisher yet: what was said of that is no complaint.
   if (publisher_) passed_on_["ray_selector"] = static_cast<std::streamoff>(SizeOf(LogOf("ray_selector")));
-  passed_on_["map_updater"] = static_cast<std::streamoff>(SizeOf(LogOf("map_updater")));
+  for (const char* name : {"map_updater", "rrhc_matcher"}) {
+    passed_on_[name] = static_cast<std::streamoff>(SizeOf(LogOf(name)));
+  }
   while (!IsInterrupted()) {
     if (!CheckFolder()) return;
     PassOnComplaints();
@@ -242,7 +246,7 @@ void Supervisor::ShowProgress() {
   const auto outcome = ReadOutcome(folder_.summary());
   if (!outcome || outcome->scans == num_scans_shown_) return;
   num_scans_shown_ = outcome->scans;
-  Say(fmt::format("run_stack: {} scans mapped", num_scans_shown_));
+  Say(fmt::format("run_stack: {} scans mapped, {} lost", outcome->scans - outcome->lost, outcome->lost));
 }
 
 /// What the selector says of the laser must not wait in its log until somebody looks there.
@@ -250,11 +254,16 @@ void Supervisor::PassOnComplaints() {
   PassOn("ray_selector", [](const std::string& line) { return line != "ray_selector: ready"; });
 }
 
-/// The same of breaks and joins.
+/// The same of breaks and joins, of a robot that is lost, and of scans that are left out.
 void Supervisor::PassOnNews() {
-  PassOn("map_updater", [](const std::string& line) {
-    return line.find(kNewTrajectory) != std::string::npos || line.find(kMappedFrom) != std::string::npos;
-  });
+  const auto PassOnLines = [this](const std::string& name, std::initializer_list<const char*> parts) {
+    PassOn(name, [&](const std::string& line) {
+      return std::any_of(parts.begin(), parts.end(),
+                         [&](const char* part) { return line.find(part) != std::string::npos; });
+    });
+  };
+  PassOnLines("map_updater", {kNewTrajectory, kMappedFrom, kLostSince, kFoundAgain});
+  PassOnLines("rrhc_matcher", {kUtimeRepeated});
 }
 
 void Supervisor::PassOn(const std::string& name, const std::function<bool(const std::string&)>& is_wanted) {

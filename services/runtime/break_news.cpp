@@ -31,18 +31,9 @@ void BreakNews::Skip(const Mapper& mapper) { components_ = mapper.best_component
 
 std::vector<std::string> BreakNews::Look(const Mapper& mapper, Clock::time_point now) {
   if (mapper.best_components() == components_) return {};
-  left_ = std::min(kAtOnce, left_ + kPerSecond * std::chrono::duration<double>(now - last_).count());
-  last_ = now;
   std::vector<std::string> lines;
   for (std::string& line : FindNews(mapper)) {
-    if (left_ < 1.0) {
-      ++num_left_out_;
-      continue;
-    }
-    left_ -= 1.0;
-    if (num_left_out_ > 0) line += fmt::format(" ({} such lines before it were left out)", num_left_out_);
-    num_left_out_ = 0;
-    lines.push_back(std::move(line));
+    if (auto passed = limit_.Pass(std::move(line), now)) lines.push_back(std::move(*passed));
   }
   return lines;
 }

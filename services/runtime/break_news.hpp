@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/graph/mapper.hpp"
+#include "services/runtime/line_limit.hpp"
 
 namespace crsm {
 
@@ -17,8 +18,6 @@ inline constexpr const char* kMappedFrom = "what was mapped from scan ";
 class BreakNews {
  public:
   using Clock = std::chrono::steady_clock;
-  static constexpr double kAtOnce = 10.0;    ///< lines after a pause
-  static constexpr double kPerSecond = 0.1;  ///< lines when there are more
 
   /// What the mapper knows already is no news: it is of an earlier session.
   void Skip(const Mapper& mapper);
@@ -30,9 +29,7 @@ class BreakNews {
   std::vector<std::string> FindNews(const Mapper& mapper);
 
   std::vector<int> components_;  ///< by trajectory, as they were told
-  double left_ = kAtOnce;        ///< lines that may be said now
-  std::int64_t num_left_out_ = 0;
-  Clock::time_point last_{};
+  LineLimit limit_;
 };
 
 /// "scan 535: lost for 1.3 s: a new trajectory begins".

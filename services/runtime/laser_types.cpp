@@ -25,7 +25,7 @@ const LaserType* FindLaserType(std::uint64_t fingerprint) {
 
 const LaserType* FindLaserType(std::span<const std::uint8_t> bytes) { return FindLaserType(Fingerprint(bytes)); }
 
-std::optional<LaserScan> DecodeLaser(std::span<const std::uint8_t> bytes, const ScanParameters& parameters) {
+std::optional<LaserReading> DecodeLaser(std::span<const std::uint8_t> bytes, const ScanParameters& parameters) {
   const LaserType* type = FindLaserType(bytes);
   return type ? type->decode(bytes, parameters) : std::nullopt;
 }

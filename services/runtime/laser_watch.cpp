@@ -44,7 +44,7 @@ LaserWatch::LaserWatch(Service& service, const ScanParameters& parameters, std::
 
 void LaserWatch::Hear(const LaserScan& scan, const LaserType& type) {
   silence_.Hear(Clock::now());
-  num_refused_in_a_row_ = 0;
+  left_out_.Take();
   for (const std::string& complaint : judge_.Look(scan)) SayOf(complaint);
   if (handedness_) JudgeHandedness(scan, type);
 }
@@ -59,15 +59,13 @@ void LaserWatch::JudgeHandedness(const LaserScan& scan, const LaserType& type) {
   handedness_.reset();
 }
 
-/// One stray message proves nothing, and many are not to fill a log.
 void LaserWatch::Refuse(std::span<const std::uint8_t> bytes) {
-  constexpr int kEnough = 3;
-  constexpr auto kPause = std::chrono::minutes(1);
   const auto now = Clock::now();
   silence_.Hear(now);
-  if (++num_refused_in_a_row_ < kEnough || now < next_refusal_) return;
-  next_refusal_ = now + kPause;
-  SayOf(DescribeRefusedLaser(bytes));
+  const auto news = left_out_.LeaveOut(now);
+  if (!news) return;
+  SayOf(fmt::format("{} of the last {} messages are left out: {}", news->num_left_out, news->num_all,
+                    DescribeRefusedLaser(bytes)));
 }
 
 void LaserWatch::Poll() {
@@ -92,6 +90,12 @@ void LaserWatch::Poll() {
     listen_until_.reset();
     all_channels_.reset();
   }
+}
+
+void LaserWatch::SayOnce(const std::string& complaint) {
+  constexpr std::size_t kMost = 20;  // of what the network makes us say
+  if (complaint.empty() || said_.size() >= kMost || !said_.insert(complaint).second) return;
+  SayOf(complaint);
 }
 
 void LaserWatch::SayOf(const std::string& complaint) const {

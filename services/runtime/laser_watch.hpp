@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 
@@ -11,6 +12,7 @@
 #include "common/scan/laser_judge.hpp"
 #include "services/runtime/laser_silence.hpp"
 #include "services/runtime/laser_types.hpp"
+#include "services/runtime/left_out_news.hpp"
 #include "services/runtime/multicast_socket.hpp"
 #include "services/runtime/service.hpp"
 
@@ -28,6 +30,9 @@ class LaserWatch {
   void Hear(const LaserScan& scan, const LaserType& type);
   /// A message came that is no scan.
   void Refuse(std::span<const std::uint8_t> bytes);
+
+  /// Says what somebody else has found, unless it was said before or there is nothing.
+  void SayOnce(const std::string& complaint);
 
   /// Says what is due by the clock; to be called often.
   void Poll();
@@ -47,8 +52,8 @@ class LaserWatch {
   std::optional<HandednessJudge> handedness_;  ///< from the first odometry until it has told
   bool handedness_told_ = false;
   LaserSilence silence_;
-  int num_refused_in_a_row_ = 0;
-  Clock::time_point next_refusal_{};  ///< no earlier is a refused message said again
+  LeftOutNews left_out_;
+  std::set<std::string> said_;  ///< by SayOnce
 
   // For a moment, while the bus is searched for the laser.
   std::unique_ptr<MulticastSocket> all_channels_;

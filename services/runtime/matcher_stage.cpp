@@ -99,6 +99,7 @@ bool MatcherStage::Answer(const CriticalRays& scan) {
   if (!in_map) return false;
   if (*in_map) {  // in an earlier session, say
     service_.counters().Add("utime_repeated");
+    SayLeftOut();
     service_.bus().Publish(kScanMatchChannel, ToMessage(*map_.replica().AnswerAbout(scan.utime)->match));
     return true;
   }
@@ -116,6 +117,14 @@ bool MatcherStage::Answer(const CriticalRays& scan) {
   }
   Match(scan, odometry.T_odom_robot);
   return true;
+}
+
+/// In lockstep it is no news: there the source of the scans has told it, or an earlier session has mapped them.
+void MatcherStage::SayLeftOut() {
+  const auto news = left_out_.LeaveOut(Clock::now());
+  if (!news || settings_.lockstep) return;
+  Say(fmt::format("{}: {} of the last {} scans {}: the clock of the laser went back, or an earlier session has them",
+                  service_.name(), news->num_left_out, news->num_all, kUtimeRepeated));
 }
 
 /// In lockstep the publisher sends the odometry of each scan with the scan's own utime, so that nothing depends on when
@@ -203,6 +212,7 @@ void MatcherStage::Match(const CriticalRays& scan, const std::optional<Pose2>& T
   map_.ForgetAnswer();
   service_.RecordLatency(start);
   service_.counters().Add("handled");
+  left_out_.Take();
   if (last_match_->state == MatchState::kLost) service_.counters().Add("lost");
   if (last_match_->state == MatchState::kDegenerate) service_.counters().Add("degenerate");
   service_.SetState(Describe(last_match_->state));

@@ -6,6 +6,7 @@
 #include "common/match/matcher.hpp"
 #include "common/scan/odometry_buffer.hpp"
 #include "services/runtime/conversions.hpp"
+#include "services/runtime/left_out_news.hpp"
 #include "services/runtime/map_follower.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
@@ -40,6 +41,7 @@ class MatcherStage {
   ScanOdometry FindOdometry(std::int64_t utime);
   bool HasWaitedLong(std::int64_t utime);
   StallWatch::Awaited Awaited() const;
+  void SayLeftOut();
   void Match(const CriticalRays& scan, const std::optional<Pose2>& T_odom_robot);
   void Publish(const ScanMatch& match, const Pose2& T_local_map);
   ScanMatch LastMatchAsOfNow() const;
@@ -57,6 +59,7 @@ class MatcherStage {
   Pose2 T_local_map_;                    ///< of the tracking state when that was found
   Clock::time_point last_match_time_{};
   Backoff doubt_{std::chrono::milliseconds(100)};  ///< while its map does not come
+  LeftOutNews left_out_;                           ///< of scans that are in the map already
   StallWatch stall_watch_;
   std::optional<std::int64_t> odometry_awaited_;  ///< of the scan with this utime, which will be sent again with it
   std::int64_t held_utime_ = -1;                  ///< of the scan that waits for an answer or for its odometry, ...

@@ -5,11 +5,14 @@ namespace crsm {
 using enum ParameterGroup;
 
 ProgramFlags FlagsOfPublisher() {
-  return {{kSeed, kOdometry, kLaser},
-          {"lcm_url", "channel_prefix", "rate", "resend_s", "laser_channel", "odometry_topic", "position"}};
+  return {
+      {kSeed, kOdometry, kLaser},
+      {"lcm_url", "channel_prefix", "rate", "resend_s", "laser_channel", "laser_frame", "odometry_topic", "position"}};
 }
 
-ProgramFlags FlagsOfSelector() { return {{kLaser, kScan, kSelection}, {"lcm_url", "channel_prefix", "laser_channel"}}; }
+ProgramFlags FlagsOfSelector() {
+  return {{kLaser, kScan, kSelection}, {"lcm_url", "channel_prefix", "laser_channel", "laser_frame"}};
+}
 
 ProgramFlags FlagsOfMatcher() {
   return {{kSeed, kOdometry, kMatch, kLoops},

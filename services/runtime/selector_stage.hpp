@@ -5,6 +5,7 @@
 
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/laser_scan.hpp"
+#include "services/runtime/laser_frames.hpp"
 #include "services/runtime/laser_watch.hpp"
 #include "services/runtime/scan_queue.hpp"
 #include "services/runtime/service.hpp"
@@ -30,6 +31,7 @@ class SelectorStage {
   Service service_;
   Select select_;
   LaserWatch watch_;
+  LaserFrames frames_;
   ScanQueue<LaserScan> scans_;
   std::optional<critical_rays_t> last_answer_;
 };

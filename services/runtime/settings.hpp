@@ -14,6 +14,7 @@ struct Settings {
   std::string out;
   std::string rate = "1";
   std::string laser_channel;
+  std::string laser_frame;
   std::string odometry_topic;
   std::string position;
   bool lockstep = false;
@@ -44,6 +45,9 @@ void VisitSettings(Settings& s, Visitor&& visit) {
         "channel or topic of the laser; if empty: LCM log: the first channel with a laser; bag: the only topic; live: "
         "LASER",
         s.laser_channel);
+  visit("laser_frame",
+        "frame_id of the laser, if several lasers share the channel or topic; for messages of ROS, which have one",
+        s.laser_frame);
   visit("odometry_topic",
         "odometry to use, also without --odometry; bag: topic, or frame of TF; LCM log or live: channel; if empty: "
         "bag: the only topic, or odom beside the laser, or TF; LCM: ODOMETRY",

@@ -1,7 +1,7 @@
 // slam_offline: logs or simulated worlds -> map and trajectory, in one process without messages. The oracle that the
 // processes are tested against.
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -13,12 +13,14 @@
 #include <unordered_set>
 
 #include "common/graph/g2o.hpp"
+#include "common/logs/left_out.hpp"
 #include "common/logs/unique_utimes.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "common/scan/laser_judge.hpp"
 #include "common/slam.hpp"
 #include "services/runtime/break_news.hpp"
+#include "services/runtime/lost_news.hpp"
 #include "services/runtime/path_lock.hpp"
 #include "services/runtime/printable.hpp"
 #include "services/runtime/progress.hpp"
@@ -64,7 +66,9 @@ struct Run {
   Trajectory truth;
   Clock::time_point begun = Clock::now();
   std::map<std::string, std::int64_t> counts;  ///< of all logs
+  std::int64_t num_left_out = 0;               ///< scans of all logs that could not be used
   Latency latency;
+  LostNews lost_news;
 };
 
 void Keep(const std::vector<GraphUpdate>& updates, const Run& run, Journal& journal) {
@@ -84,6 +88,11 @@ void SayNews(const CommandLine& command_line, const Run& run, BreakNews& news) {
   for (const std::string& line : news.Look(run.slam.mapper(), Clock::now())) {
     Say(fmt::format("{}: {}", command_line.program(), line));
   }
+}
+
+void SayIfLost(const CommandLine& command_line, Run& run) {
+  const auto line = run.lost_news.Add(run.matches.back(), Clock::now());
+  if (line) Say(fmt::format("{}: {}", command_line.program(), *line));
 }
 
 /// Makes the map of an earlier run, where there is one to begin with, and opens the journal of this one, for which
@@ -185,8 +194,14 @@ void PrintSessions(const Run& run) {
   }
 }
 
-/// Writes the results, says whether the map is to be trusted, and returns it.
-Trust WriteRun(const CommandLine& command_line, Run& run) {
+/// What a run came to.
+struct Outcome {
+  Trust trust;
+  bool is_mapped;  ///< whether there is a map
+};
+
+/// Writes the results, and says whether the map is to be trusted.
+Outcome WriteRun(const CommandLine& command_line, Run& run) {
   Summary summary;
   Results results = Conclude(run, summary);
   results.matches = run.matches;
@@ -202,6 +217,7 @@ Trust WriteRun(const CommandLine& command_line, Run& run) {
   summary.counts["scan_cut"] = run.slam.num_scans_cut();
   summary.timings[command_line.program()] = {run.latency.Percentile(0.5), run.latency.Percentile(0.95),
                                              run.latency.Percentile(0.99), run.latency.max_ms()};
+  JudgeLeftOut(run.num_left_out, summary.verdict);
   results.summary_json = FormatSummary(summary);
   const std::string& out = command_line.settings().out;
   WriteResults(out, results);
@@ -213,7 +229,11 @@ Trust WriteRun(const CommandLine& command_line, Run& run) {
   }
   PrintSessions(run);
   for (const std::string& line : FormatVerdict(summary.verdict)) fmt::print("{}\n", line);
-  return summary.verdict.trust;
+  const bool is_mapped = summary.explored_area_m2 > 0.0 || StopRequested();
+  if (!is_mapped) {
+    Say(fmt::format("{}: no scan was mapped: {}", command_line.program(), fmt::join(summary.verdict.warnings, "; ")));
+  }
+  return {summary.verdict.trust, is_mapped};
 }
 
 std::unique_ptr<LaserSource> Open(const CommandLine& command_line, const std::vector<std::string>& logs,
@@ -247,7 +267,8 @@ void CheckSeveral(const CommandLine& command_line, const std::vector<std::string
 /// Throws if one of several logs cannot be mapped, before any of them is.
 void CheckLogs(const CommandLine& command_line, const std::vector<std::string>& logs) {
   for (std::size_t i = 0; i < logs.size(); ++i) {
-    if (!Open(command_line, logs, i)->Next()) throw std::runtime_error(fmt::format("{} has no scans", logs[i]));
+    const auto source = Open(command_line, logs, i);
+    if (!source->Next()) ThrowNoScans(logs[i], *source);
   }
 }
 
@@ -263,7 +284,7 @@ void MapScan(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot, Ru
   run.last_scan = std::move(step.scan);
 }
 
-/// One log of several. show: gets its progress, [0, 1].
+/// One log of several. show: gets its progress, [0, 1]. Throws std::runtime_error if the log has no scan.
 void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Journal& journal,
             const std::function<void(double)>& show) {
   const ScanParameters& parameters = command_line.parameters().scan;
@@ -272,8 +293,10 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
   bool is_first_scan = run.sessions.size() > 1;  // the first log goes on where an earlier run ended
   run.utimes.BeginDrive();
   LaserJudge judge(parameters);
+  bool has_scans = false;
   while (auto scan = source.Next()) {
     if (StopRequested()) break;
+    has_scans = true;
     for (const std::string& complaint : judge.Look(*scan)) {
       Say(fmt::format("{}: {}: {}", command_line.program(), session.log, complaint));
     }
@@ -282,6 +305,7 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
     if (utime && !run.earlier_utimes.count(*utime)) {
       if (is_first_scan) run.slam.BeginDrive();
       MapScan(*scan, source.Odometry(), run, journal);
+      SayIfLost(command_line, run);
     } else {
       run.statistics.Add(scan->utime, FindValidRays(*scan, parameters));  // as who hears CRITICAL_RAYS
       ++session.num_repeated;
@@ -290,14 +314,16 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
     if (const auto T_map_laser = source.TruePose()) run.truth.push_back({scan->utime, *T_map_laser});
     show(source.Progress());
   }
+  if (!has_scans && !StopRequested()) ThrowNoScans(session.log, source);
   session.num_matches = run.matches.size() - session.first_match;
   SayWhatWasLeftOut(command_line.program(), session, source);
+  run.num_left_out += CountLeftOut(source.Counts());
   for (const auto& [name, count] : source.Counts()) run.counts[name] += count;
   run.counts["utime_repeated"] += session.num_repeated;
 }
 
-/// Says whether the map is to be trusted, and returns it. A log after the first one is a session of its own.
-Trust MapLogs(CommandLine& command_line, const std::vector<std::string>& logs, const EarlierResults& earlier) {
+/// Says whether the map is to be trusted. A log after the first one is a session of its own.
+Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs, const EarlierResults& earlier) {
   const Settings& settings = command_line.settings();
   for (const std::string& log : logs) CheckEarlierResults(earlier, log, settings);
   if (logs.size() > 1) CheckSeveral(command_line, logs);
@@ -338,10 +364,12 @@ int main(int argc, char** argv) {
       "slam_offline",
       "Maps logs or simulated worlds in one process. Several logs are drives of their own, whose starts are unknown: "
       "they "
-      "are joined to one map where they come to the same places. Exit codes: 0 done, 1 failed, 2 usage, "
+      "are joined to one map where they come to the same places. Exit codes: 0 done, 1 failed or no scan mapped, 2 "
+      "usage, "
       "3 with --strict: the map is not to be trusted.",
       {kSeed, kOdometry, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops},
-      {"lcm_url", "channel_prefix", "out", "laser_channel", "odometry_topic", "until_damage", "localize", "start"});
+      {"lcm_url", "channel_prefix", "out", "laser_channel", "laser_frame", "odometry_topic", "until_damage", "localize",
+       "start"});
   std::vector<std::string> logs;
   command_line.app().add_option("SOURCE", logs, crsm::DescribeSources())->required();
   crsm::EarlierResults earlier;
@@ -351,7 +379,8 @@ int main(int argc, char** argv) {
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   crsm::CatchSignals();
   return crsm::ReportErrors(command_line.program(), [&] {
-    const crsm::Trust trust = crsm::MapLogs(command_line, logs, earlier);
-    return strict && trust == crsm::Trust::kBad ? crsm::kUntrustedExitCode : EXIT_SUCCESS;
+    const crsm::Outcome outcome = crsm::MapLogs(command_line, logs, earlier);
+    if (strict && outcome.trust == crsm::Trust::kBad) return crsm::kUntrustedExitCode;
+    return outcome.is_mapped ? EXIT_SUCCESS : EXIT_FAILURE;
   });
 }

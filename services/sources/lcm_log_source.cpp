@@ -71,13 +71,31 @@ std::string FindOdometryChannel(const std::string& path, const std::string& lase
 
 }  // namespace
 
-LcmLogSource::LcmLogSource(const std::string& path, const std::string& channel, const ScanParameters& parameters,
+LcmLogSource::LcmLogSource(const std::string& path, const LaserChoice& laser, const ScanParameters& parameters,
                            const OdometryOptions& odometry)
     : parameters_(parameters),
       log_(path),
-      channel_(FindLaserChannel(path, channel)),
+      channel_(FindLaserChannel(path, laser.channel)),
+      frames_(laser.frame),
       odometry_is_used_(odometry.is_used),
-      odometry_channel_(FindOdometryChannel(path, channel_, odometry)) {}
+      odometry_channel_(FindOdometryChannel(path, channel_, odometry)) {
+  CheckFrames(path, laser.frame);
+}
+
+/// Reads ahead. Throws where the first scans are of several lasers, or none of the log is of the one that is wanted.
+void LcmLogSource::CheckFrames(const std::string& path, const std::string& wanted) const {
+  constexpr int kMostEvents = 10'000;  // of a log with few scans, if there is nothing to look for
+  LaserFrames frames(wanted);
+  LcmEventLog log(path);
+  for (int i = 0; !frames.AreKnown() && (i < kMostEvents || !wanted.empty()); ++i) {
+    const auto event = log.Next();
+    if (!event) break;
+    if (event->channel != channel_) continue;
+    if (const auto reading = DecodeLaser(Bytes(event->data), parameters_)) frames.Take(reading->frame);
+  }
+  const std::string complaint = frames.Complaint();
+  if (!complaint.empty()) throw std::runtime_error(fmt::format("{}: {}: {}", path, channel_, complaint));
+}
 
 std::optional<LaserScan> LcmLogSource::Next() {
   while (!scans_.NextIsReady() && ReadEvent()) {
@@ -108,19 +126,27 @@ void LcmLogSource::TakePose(const std::string& channel, std::string_view data) {
 }
 
 void LcmLogSource::TakeScan(std::string_view data) {
-  std::optional<LaserScan> scan = DecodeLaser(Bytes(data), parameters_);
-  if (!scan) {
+  std::optional<LaserReading> reading = DecodeLaser(Bytes(data), parameters_);
+  if (!reading) {
     ++counts_["bad_message"];
     if (first_refusal_.empty() && IsLaser(data)) first_refusal_ = DescribeRefusedLaser(Bytes(data));
     return;
   }
+  if (!frames_.Take(reading->frame)) {
+    ++counts_["other_frame"];
+    return;
+  }
   laser_ = FindLaserType(Bytes(data));
-  for (auto& [pose_channel, judge] : handedness_) judge.Add(*scan);
-  if (!scans_.Add(std::move(*scan))) ++counts_["utime_repeated"];
+  if (thinned_.empty()) thinned_ = reading->thinned;
+  for (auto& [pose_channel, judge] : handedness_) judge.Add(reading->scan);
+  if (!scans_.Add(std::move(reading->scan))) ++counts_["utime_repeated"];
 }
 
 std::vector<std::string> LcmLogSource::Complaints() const {
   std::vector<std::string> complaints = scans_.Complaints(channel_, counts_, first_refusal_, "utime");
+  for (const std::string& complaint : {frames_.Complaint(), thinned_}) {
+    if (!complaint.empty()) complaints.push_back(fmt::format("{}: {}", channel_, complaint));
+  }
   for (const auto& [pose_channel, judge] : handedness_) {
     if (judge.verdict() != HandednessJudge::Verdict::kMirrored) continue;
     complaints.push_back(

@@ -10,7 +10,9 @@
 #include "common/logs/laser_source.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/handedness.hpp"
+#include "services/runtime/laser_frames.hpp"
 #include "services/runtime/laser_types.hpp"
+#include "services/sources/laser_choice.hpp"
 #include "services/sources/lcm_event_log.hpp"
 #include "services/sources/odometry_options.hpp"
 #include "services/sources/scans_with_odometry.hpp"
@@ -28,16 +30,15 @@ namespace crsm {
 ///
 /// Counted and skipped: "bad_message" (arrays that do not fill the message, beams outside 2..4096, angles that are
 /// none, a message on the laser's channel that is no laser's), "utime_repeated" (the utime of an earlier scan),
-/// "other_channel" (a laser's message on a channel other than the chosen), "bad_odometry" (numbers that are none),
-/// "bad_event" (damaged stretches of the log).
-/// Also counted: "truncated" (the log ends within an event; what was whole is used).
+/// "other_channel" (a laser's message on a channel other than the chosen), "other_frame" (of another laser there),
+/// "bad_odometry" (numbers that are none), "bad_event" (damaged stretches of the log). Also counted: "truncated" (the
+/// log ends within an event; what was whole is used).
 class LcmLogSource : public LaserSource {
  public:
-  /// channel: whose scans to take; empty for the first channel that has a laser's message. Throws std::runtime_error if
-  /// there is no such channel, with the channels that there are.
-  /// parameters: what laser messages do not tell themselves.
-  /// odometry: Throws too if no message on the channel that it names is a pose.
-  LcmLogSource(const std::string& path, const std::string& channel, const ScanParameters& parameters = {},
+  /// laser: whose scans to take. Throws std::runtime_error that lists the channels if there is no such one, or the
+  /// frames of the scans if they do not tell which. parameters: what laser messages do not tell themselves. odometry:
+  /// Throws too if no message on the channel that it names is a pose.
+  LcmLogSource(const std::string& path, const LaserChoice& laser, const ScanParameters& parameters = {},
                const OdometryOptions& odometry = {});
 
   std::optional<LaserScan> Next() override;
@@ -48,6 +49,7 @@ class LcmLogSource : public LaserSource {
   std::vector<std::string> OdometryNotes() const override;
 
  private:
+  void CheckFrames(const std::string& path, const std::string& wanted) const;
   /// Takes what the next event says; false at the end of the log.
   bool ReadEvent();
   void TakePose(const std::string& channel, std::string_view data);
@@ -56,10 +58,12 @@ class LcmLogSource : public LaserSource {
   ScanParameters parameters_;
   LcmEventLog log_;
   std::string channel_;
+  LaserFrames frames_;
   bool odometry_is_used_;
   std::string odometry_channel_;
   std::map<std::string, std::int64_t> counts_;
   std::string first_refusal_;                          ///< what is wrong with the first bad message
+  std::string thinned_;                                ///< as of ThinBeams
   const LaserType* laser_ = nullptr;                   ///< the type of the scans' messages
   std::map<std::string, HandednessJudge> handedness_;  ///< by the channel of the poses
   ScansWithOdometry scans_;

@@ -26,6 +26,11 @@ void CheckNoTopic(const SourceOptions& options, const std::string& why) {
   throw std::runtime_error(fmt::format("--odometry-topic {}: {}; remove it", options.odometry.topic, why));
 }
 
+void CheckNoFrame(const SourceOptions& options, const std::string& why) {
+  if (options.laser.frame.empty()) return;
+  throw std::runtime_error(fmt::format("--laser-frame {}: {}; remove it", options.laser.frame, why));
+}
+
 std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOptions& options) {
   constexpr std::size_t kSearchedBytes = std::size_t{1} << 16;
   constexpr int kSearchedLines = 10000;
@@ -39,12 +44,13 @@ std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOption
     if (file.is_compressed()) {
       throw std::runtime_error(fmt::format("{} is a gzip-compressed bag: run gunzip on it first", name));
     }
-    return std::make_unique<BagSource>(name, options.channel, options.odometry);
+    return std::make_unique<BagSource>(name, options.laser, options.odometry);
   }
   if (HasLcmSync(start)) {
-    return std::make_unique<LcmLogSource>(name, options.channel, options.scan, options.odometry);
+    return std::make_unique<LcmLogSource>(name, options.laser, options.scan, options.odometry);
   }
   if (HasCarmenLaser(file, kSearchedLines)) {
+    CheckNoFrame(options, name + " is a CARMEN log, whose scans name no frame");
     CheckNoTopic(options, name + " is a CARMEN log, which has its odometry in the lines of the laser");
     return std::make_unique<CarmenLog>(name, options.odometry.is_used);
   }
@@ -60,7 +66,7 @@ SourceOptions SourceOptionsOf(const CommandLine& command_line) {
   const Parameters& parameters = command_line.parameters();
   const Settings& settings = command_line.settings();
   return {parameters.match.seed,
-          settings.laser_channel,
+          {settings.laser_channel, settings.laser_frame},
           parameters.scan,
           command_line.program(),
           {parameters.match.odometry, settings.odometry_topic}};
@@ -74,10 +80,12 @@ std::string DescribeSources() {
 std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options) {
   constexpr std::string_view kSimulated = "sim:";
   if (name.starts_with(kSimulated)) {
+    CheckNoFrame(options, "a simulated world has one laser");
     CheckNoTopic(options, "a simulated world has its odometry in its line 'wheels'");
     return std::make_unique<Simulator>(LoadWorld(name.substr(kSimulated.size())), options.seed);
   }
   if (const auto device = ParseDevice(name)) {
+    CheckNoFrame(options, "a laser names no frame");
     CheckNoTopic(options, "a laser has no odometry");
     return std::make_unique<LiveLaser>(*device, [prefix = fmt::format("{}: {}: ", options.program, name)](
                                                     const std::string& line) { Say(prefix + line); });
@@ -87,13 +95,19 @@ std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const Sour
   const std::filesystem::file_status status = std::filesystem::status(name, error);
   if (!std::filesystem::exists(status)) throw std::runtime_error(fmt::format("there is no file {}", name));
   if (std::filesystem::is_directory(status)) {
-    if (IsBagFolder(name)) return std::make_unique<BagSource>(name, options.channel, options.odometry);
+    if (IsBagFolder(name)) return std::make_unique<BagSource>(name, options.laser, options.odometry);
     throw std::runtime_error(fmt::format("{} is a directory without a bag of ROS 2, must be {}", name, kLog));
   }
   if (!std::filesystem::is_regular_file(status)) {
     throw std::runtime_error(fmt::format("{} is no regular file, must be {}", name, kLog));
   }
   return OpenLog(name, options);
+}
+
+void ThrowNoScans(const std::string& name, const LaserSource& source) {
+  const std::vector<std::string> complaints = source.Complaints();
+  throw std::runtime_error(
+      fmt::format("{} has no scans{}", name, complaints.empty() ? "" : ": " + MakePrintable(complaints.front())));
 }
 
 std::string DescribeCut(const std::string& name, const LaserSource& source) {

@@ -8,13 +8,14 @@
 #include "common/logs/laser_source.hpp"
 #include "common/parameters.hpp"
 #include "services/runtime/command_line.hpp"
+#include "services/sources/laser_choice.hpp"
 #include "services/sources/odometry_options.hpp"
 
 namespace crsm {
 
 struct SourceOptions {
-  std::uint64_t seed = 0;    ///< of the simulator's noise
-  std::string channel;       ///< of an LCM log; empty for the first that has a laser. Or topic of a bag
+  std::uint64_t seed = 0;  ///< of the simulator's noise
+  LaserChoice laser = {};
   ScanParameters scan = {};  ///< what messages of an LCM log do not tell themselves
   std::string program = {};  ///< which says on stderr what becomes of a live laser
   OdometryOptions odometry = {};
@@ -32,6 +33,10 @@ std::string DescribeSources();
 /// Throws std::runtime_error, one line, if there is no such thing, if it has no laser or not the odometry that
 /// `options` name, or if the world file is wrong.
 std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options);
+
+/// Throws std::runtime_error, one line, that `name` has no scans and what is wrong with those that were left out, for
+/// who has read all of `source` and got none.
+[[noreturn]] void ThrowNoScans(const std::string& name, const LaserSource& source);
 
 /// One line about a log that ends before its end, for who has read all of `source`; empty if it does not. What was
 /// whole has been read.

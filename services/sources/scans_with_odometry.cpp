@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "common/logs/left_out.hpp"
+
 namespace crsm {
 
 bool ScansWithOdometry::Add(LaserScan scan) {
@@ -43,19 +45,15 @@ std::vector<std::string> ScansWithOdometry::Complaints(const std::string& channe
                                                        const std::map<std::string, std::int64_t>& counts,
                                                        const std::string& refusal, const std::string& time) const {
   std::vector<std::string> complaints;
-  const auto count_of = [&counts](const char* name) {
-    const auto count = counts.find(name);
-    return count == counts.end() ? 0 : count->second;
-  };
-  if (const auto num_bad = count_of("bad_message"); !refusal.empty() && num_bad > num_scans()) {
-    complaints.push_back(
-        fmt::format("{} of {} scans on {} are left out: {}", num_bad, num_bad + num_scans(), channel, refusal));
+  const std::int64_t num_all = num_scans() + CountLeftOut(counts);
+  if (const auto num_bad = FindCount(counts, "bad_message"); !refusal.empty() && IsWorthSaying(num_bad, num_all)) {
+    complaints.push_back(fmt::format("{} of {} scans on {} are left out: {}", num_bad, num_all, channel, refusal));
   }
-  if (const auto num_repeated = count_of("utime_repeated"); num_repeated > num_scans()) {
+  if (const auto num_repeated = FindCount(counts, "utime_repeated"); IsWorthSaying(num_repeated, num_all)) {
     complaints.push_back(
         fmt::format("{} of {} scans on {} repeat the {} of an earlier scan and are left out: the driver must set {} to "
                     "the time of each scan",
-                    num_repeated, num_repeated + num_scans(), channel, time, time));
+                    num_repeated, num_all, channel, time, time));
   }
   return complaints;
 }

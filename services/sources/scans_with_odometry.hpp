@@ -40,8 +40,8 @@ class ScansWithOdometry {
   /// Why the odometry was of no use to any scan, in words for people.
   std::string ExplainNoOdometry() const;
 
-  /// What is wrong with scans that were left out, "bad_message" and "utime_repeated" of `counts`, where these are more
-  /// than the others. channel: theirs. refusal: why the first one was bad; empty where nobody knows. time: what a
+  /// What is wrong with scans that were left out, "bad_message" and "utime_repeated" of `counts`, where these are worth
+  /// a word (left_out.hpp). channel: theirs. refusal: why the first one was bad; empty where nobody knows. time: what a
   /// driver has to set.
   std::vector<std::string> Complaints(const std::string& channel, const std::map<std::string, std::int64_t>& counts,
                                       const std::string& refusal, const std::string& time) const;

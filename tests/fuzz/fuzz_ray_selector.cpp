@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace crsm;
   const auto laser = DecodeLaser({data, size}, {});
   if (!laser) return 0;
-  const LaserScan& scan = *laser;
+  const LaserScan& scan = laser->scan;
   LaserJudge judge{ScanParameters{}};
   LaserScan next = scan;
   for (int i = 0; i < 12; ++i) {  // enough for a verdict

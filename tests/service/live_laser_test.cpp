@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sensor_msgs/LaserScan.hpp>
 #include <thread>
 
 #include "catch.hpp"
@@ -105,14 +106,15 @@ TEST_CASE("a bus on which nobody is says so, with the channel that is listened t
 TEST_CASE("a wrong type on the laser's channel is said, by its name and by that of the right one") {
   Driver driver;
   const bot_core::pose_t pose{5, {}, {}, {1.0, 0.0, 0.0, 0.0}, {}, {}};
-  CheckLine(driver.AwaitComplaint([&] { driver.lcm().publish("LASER", &pose); }), "LASER: messages are bot_core.pose_t",
-            {"bot_core.planar_lidar_t"});
+  CheckLine(driver.AwaitComplaint([&] { driver.lcm().publish("LASER", &pose); }),
+            "LASER: 3 of the last 3 messages are left out: messages are bot_core.pose_t", {"bot_core.planar_lidar_t"});
 }
 
 TEST_CASE("degrees, millimetres, a clock without time and a range that is too short are said") {
   using Change = std::function<void(bot_core::planar_lidar_t&)>;
   const std::vector<std::pair<Change, std::string>> wrong{
-      {[](auto& scan) { scan.rad0 = -120.0f, scan.radstep = 0.36f; }, "LASER: angles look like degrees"},
+      {[](auto& scan) { scan.rad0 = -120.0f, scan.radstep = 0.36f; },
+       "LASER: 3 of the last 3 messages are left out: angles look like degrees"},
       {[](auto& scan) {
          for (float& range : scan.ranges) range *= 1000.0f;
        },
@@ -127,6 +129,47 @@ TEST_CASE("degrees, millimetres, a clock without time and a range that is too sh
     const auto& change_one = change;
     CheckLine(driver.AwaitComplaint([&] { driver.Publish("LASER", change_one); }), expected, {});
   }
+}
+
+TEST_CASE("a driver of which every second message is no scan is said to be left out in part") {
+  Driver driver;
+  int num_messages = 0;
+  CheckLine(driver.AwaitComplaint([&] {
+    driver.Publish("LASER", [&](auto& scan) {
+      if (++num_messages % 2 == 0) scan.ranges.resize(1), scan.nranges = 1;
+    });
+  }),
+            "LASER: 3 of the last 6 messages are left out: scans have 1 rays", {});
+}
+
+TEST_CASE("two drivers on one channel are named by their frames, and one can be chosen") {
+  std::vector<std::int64_t> utimes;
+  const auto PublishTwo = [](Driver& driver, int i) {
+    sensor_msgs::LaserScan scan{};
+    scan.header.stamp.sec = i + 1;
+    scan.header.frame_id = i % 2 == 0 ? "front" : "rear";
+    scan.angle_increment = 0.01f;
+    scan.range_max = 10.0f;
+    scan.ranges.assign(300, 2.0f);
+    scan.ranges_length = 300;
+    driver.lcm().publish("LASER", &scan);
+  };
+  const std::string choices = "--laser-frame must name one of front, rear";
+  for (const auto& [flags, expected] : std::map<std::vector<std::string>, std::string>{
+           {{}, "LASER: the scans are of several lasers: " + choices},
+           {{"--laser-frame", "font"}, "LASER: no scan has the frame font: " + choices}}) {
+    Driver driver(flags);
+    int num_scans = 0;
+    CheckLine(driver.AwaitComplaint([&] { PublishTwo(driver, num_scans++); }), expected, {});
+  }
+  Driver driver({"--laser-frame", "front"});
+  TestBus bus(driver.url());
+  bus->Subscribe<critical_rays_t>(kCriticalRaysChannel,
+                                  [&](const critical_rays_t& rays) { utimes.push_back(rays.utime / 1'000'000); });
+  for (int i = 0; i < 4; ++i) PublishTwo(driver, i);
+  CHECK(bus.Await([&] { return utimes.size() == 2; }));
+  CHECK(utimes == std::vector<std::int64_t>{1, 3});
+  CHECK(driver.Complaints().empty());
 }
 
 TEST_CASE("a laser whose scans turn against the robot's odometry is said to be mirrored, once") {
@@ -190,23 +233,28 @@ TEST_CASE("slam_offline says of a log what is wrong with its laser, and nothing 
     for (LaserScan& scan : scans) change(scan);
     WriteScans(scans, folder / name);
     Process process("slam_offline", {folder / name, "--out", folder / "out", "--force"}, folder / "log");
-    CHECK(process.AwaitExit() == 0);
-    return process.errors();
+    const int exit_code = process.AwaitExit();
+    return std::pair(exit_code, process.errors());
   };
-  CHECK(Said("good.lcm", [](LaserScan&) {}).find("good.lcm") == std::string::npos);
-  const auto Expect = [&](const std::function<void(LaserScan&)>& change, const std::string& expected) {
-    const std::string said = Said("bad.lcm", change);
+  const auto good = Said("good.lcm", [](LaserScan&) {});
+  CHECK(good.first == 0);
+  CHECK(good.second.find("good.lcm") == std::string::npos);
+  const auto Expect = [&](const std::function<void(LaserScan&)>& change, const std::string& expected, int exit_code) {
+    const auto [code, said] = Said("bad.lcm", change);
     CAPTURE(said);
-    CHECK(said.find("bad.lcm: " + expected) != std::string::npos);
+    CHECK(said.find("bad.lcm" + expected) != std::string::npos);
+    CHECK(code == exit_code);
   };
   Expect(
       [](LaserScan& scan) {
         for (float& range_m : scan.ranges_m) range_m *= 1000.0f;
       },
-      "ranges look like millimetres");
-  Expect([](LaserScan& scan) { scan.utime = 0; }, "39 of 40 scans on LASER repeat the utime of an earlier scan");
+      ": ranges look like millimetres", 1);
+  Expect([](LaserScan& scan) { scan.utime = 0; }, ": 39 of 40 scans on LASER repeat the utime of an earlier scan", 0);
   Expect([](LaserScan& scan) { scan.angle_min_rad = -90.0f; },
-         "40 of 40 scans on LASER are left out: angles look like");
+         " has no scans: 40 of 40 scans on LASER are left out: angles look like", 1);
+  Expect([](LaserScan& scan) { scan.ranges_m.resize(1); },
+         " has no scans: 40 of 40 scans on LASER are left out: scans have 1 rays", 1);
 }
 
 TEST_CASE("run_stack passes on at once what its selector says of a live laser") {
@@ -225,5 +273,28 @@ TEST_CASE("run_stack passes on at once what its selector says of a live laser") 
   };
   CHECK(WaitUntil(Told, std::chrono::milliseconds(50)));
   CHECK(stack.errors().find("ray_selector: ready") == std::string::npos);
+  stack.Interrupt();
+}
+
+TEST_CASE("run_stack says of a live laser whose clock went back that scans are left out") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Process stack("run_stack", {"live", "--out", folder / "out", "--lcm-url", url}, folder / "log");
+  REQUIRE(WaitUntil([&] { return stack.errors().find("listening") != std::string::npos; }));
+  lcm::LCM lcm(url);
+  const std::vector<LaserScan> scans = TakeScans("sim:demo", 40);
+  TestBus bus(url);
+  std::int64_t last = 0;
+  bus->Subscribe<scan_match_t>(kScanMatchChannel, [&](const scan_match_t& match) { last = match.utime; });
+  for (std::size_t i = 0; i < 46; ++i) {
+    const bot_core::planar_lidar_t message = ToMessage(scans[i % scans.size()]);
+    lcm.publish("LASER", &message);
+    REQUIRE(bus.Await([&] { return last == message.utime; }));
+  }
+  CHECK(WaitUntil([&] {
+    return stack.errors().find(
+               "rrhc_matcher: 3 of the last 43 scans repeat the utime of an earlier scan and are left "
+               "out") != std::string::npos;
+  }));
   stack.Interrupt();
 }

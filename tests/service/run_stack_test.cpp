@@ -194,6 +194,18 @@ TEST_CASE("of a live laser run_stack tells the selector the channel; how its ang
   CHECK(of_a_log.Event("laser_publisher").find(" --no-botlab-clockwise") != std::string::npos);
 }
 
+TEST_CASE("the frame of a laser is for who hears its driver: the publisher of a log, or else the selector") {
+  StandIns live;
+  live.Run("timeout --signal=INT 3 $run_stack live --out $out --laser-frame front");
+  CHECK(live.Event("ray_selector") == "ray_selector started --laser-frame front");
+  const std::string bag = CRSM_SOURCE_DIR "/tests/bags/data/run.db3";
+  StandIns of_a_log;
+  of_a_log.Run("$run_stack " + bag + " --out $out --laser-frame laser");
+  INFO(of_a_log.output);
+  CHECK(of_a_log.Event("laser_publisher").find(" --laser-frame laser") != std::string::npos);
+  CHECK(of_a_log.Event("ray_selector") == "ray_selector started --laser-channel LASER --laser-frame ");
+}
+
 TEST_CASE("run_stack --without leaves a process to somebody else, and says what that one has to do") {
   for (const std::string name : {"ray_selector", "rrhc_matcher", "loop_closer", "map_exporter"}) {
     CAPTURE(name);
@@ -218,6 +230,15 @@ TEST_CASE("run_stack --outputs mbot starts what speaks to an mbot's programs") {
   CHECK(stack.exit_code == 0);
   CHECK(stack.Event("mbot_publisher") == "mbot_publisher started --channel-prefix robot1/");
   CHECK(stack.Find("mbot_publisher finished") > 0);
+}
+
+TEST_CASE("run_stack does not count lost scans as mapped while it runs") {
+  StandIns stack;
+  stack.Run("(" + AwaitEvent("map_exporter") +
+            R"(echo '{"scans": 12, "lost": 5, "verdict": {}}' >$out/summary.json) & )" +
+            "timeout --signal=INT 8 $run_stack live --out $out");
+  INFO(stack.output);
+  CHECK(stack.Said("run_stack: 7 scans mapped, 5 lost\n"));
 }
 
 TEST_CASE("run_stack --strict ends with the verdict on the map, and where there is none says so") {

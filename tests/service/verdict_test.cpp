@@ -29,6 +29,48 @@ TEST_CASE("five processes in lockstep judge a map as one process does") {
   CHECK(verdict == ReadVerdict(folder / "stack"));
 }
 
+TEST_CASE("a log of which half cannot be used is doubtful, and the reason is said, by one process and by many") {
+  const TemporaryFolder folder;
+  std::vector<LaserScan> scans = TakeScans("sim:demo", 60, 2);
+  for (std::size_t i = 1; i < scans.size(); i += 2) scans[i].ranges_m.resize(1);
+  const std::string log = folder / "run.lcm";
+  WriteScans(scans, log);
+  Process alone("slam_offline", {log, "--out", folder / "offline"}, folder / "log1");
+  CHECK(alone.AwaitExit() == 0);
+  Process stack(kRunStack, {log, "--out", folder / "stack", "--lcm-url", MakeBusUrl()}, folder / "log2");
+  CHECK(stack.AwaitExit() == 0);
+  for (const Process* process : {&alone, &stack}) {
+    INFO(process->errors() + process->output());
+    CHECK(process->errors().find("30 of 60 scans on LASER are left out: scans have 1 rays") != std::string::npos);
+    CHECK(process->output().find("the map is doubtful") != std::string::npos);
+    CHECK(process->output().find("30 of 60 scans of the recording are left out (50 %)") != std::string::npos);
+  }
+  CHECK(ReadVerdict(folder / "offline") == ReadVerdict(folder / "stack"));
+}
+
+TEST_CASE("a robot that is lost is said while it runs, and when it is found, by one process and by many") {
+  const TemporaryFolder folder;
+  std::vector<LaserScan> scans = TakeScans("sim:demo", 60);
+  for (std::size_t i = 20; i < 40; ++i) {  // leaves before the laser
+    for (std::size_t beam = 0; beam < scans[i].ranges_m.size(); ++beam) {
+      scans[i].ranges_m[beam] = 0.3f + 0.01f * static_cast<float>(beam * 37 % 100);
+    }
+  }
+  const std::string log = folder / "run.lcm";
+  WriteScans(scans, log);
+  Process alone("slam_offline", {log, "--out", folder / "offline", "--no-loops"}, folder / "log1");
+  CHECK(alone.AwaitExit() == 0);
+  Process stack(kRunStack, {log, "--out", folder / "stack", "--no-loops", "--lcm-url", MakeBusUrl()}, folder / "log2");
+  CHECK(stack.AwaitExit() == 0);
+  for (const auto& [process, name] : {std::pair(&alone, "slam_offline"), std::pair(&stack, "map_updater")}) {
+    INFO(process->errors());
+    const std::string said = name + std::string(": the robot is ");
+    CHECK(process->errors().find(said + "lost: 10 scans since t = ") != std::string::npos);
+    CHECK(process->errors().find(said + "lost: 20 scans since t = ") != std::string::npos);
+    CHECK(process->errors().find(said + "found again after 20 lost scans") != std::string::npos);
+  }
+}
+
 TEST_CASE("slam_offline says on its last lines whether the map is to be trusted, and with --strict by exit code 3") {
   const TemporaryFolder folder;
   std::vector<LaserScan> scans = TakeScans("sim:demo", 60, 2);
@@ -46,6 +88,6 @@ TEST_CASE("slam_offline says on its last lines whether the map is to be trusted,
     CHECK(process.output().find(words) != std::string::npos);
   };
   Map("good", {"--strict"}, 0, "the map is good");
-  Map("bad", {}, 0, "the map is not to be trusted");
+  Map("bad", {}, 1, "the map is not to be trusted");  // no scan is mapped
   Map("bad", {"--strict", "--force"}, 3, "warning: 100 % of the scans have no rays");
 }

@@ -96,9 +96,9 @@ struct BagOdometry::Survey {
   }
 };
 
-BagOdometry::BagOdometry(const std::string& path, const Topics& topics, const BagTopic& laser,
+BagOdometry::BagOdometry(const std::string& path, const Topics& topics, const BagLaser& laser,
                          const OdometryOptions& options)
-    : laser_(laser), options_(options), transforms_(ChooseTransforms(topics, laser.name)) {
+    : laser_(laser), options_(options), transforms_(ChooseTransforms(topics, laser.topic.name)) {
   if (!options_.is_used) options_.topic.clear();
   Choose(path, topics);
   if (!options_.is_used || !refusal_.empty()) return;
@@ -126,12 +126,12 @@ void BagOdometry::Choose(const std::string& path, const Topics& topics) {
     }
     return;
   }
-  topic_ = ChooseOdometry(odometries, laser_.name);
+  topic_ = ChooseOdometry(odometries, laser_.topic.name);
   if (topic_) return;
   if (!odometries.empty()) {
     must_be_named_ = true;
     refusal_ = fmt::format("there is no topic {}, and several could be meant: --odometry-topic must name one of {}",
-                           OdometryBeside(laser_.name), ListTopics(odometries));
+                           OdometryBeside(laser_.topic.name), ListTopics(odometries));
   } else if (transforms_.empty()) {
     refusal_ = "there is neither a topic of nav_msgs/Odometry nor TF";
   }
@@ -143,17 +143,18 @@ BagOdometry::Survey BagOdometry::LookAhead(const std::string& path) const {
   constexpr int kMostMessages = 200'000;
   Survey survey(options_.topic.empty() || topic_ ? "" : options_.topic);
   const auto bag = OpenBag(path, [&](const BagTopic& topic) {
-    return topic == laser_ || topic == topic_ || transforms_.count(topic.name) > 0;
+    return topic == laser_.topic || topic == topic_ || transforms_.count(topic.name) > 0;
   });
+  survey.laser_frame = laser_.frame;
   int num_scans = 0;
   for (int i = 0; i < kMostMessages && num_scans < kMostScans; ++i) {
     const auto message = bag->Next();
     if (!message) break;
     const PlainMessage plain(message->data);
     bool has_news = false;
-    if (message->topic == laser_.name) {
+    if (message->topic == laser_.topic.name) {
       ++num_scans;
-      if (survey.laser_frame.empty()) survey.laser_frame = DecodeScan(laser_, plain.data()).frame;
+      if (survey.laser_frame.empty()) survey.laser_frame = DecodeScan(laser_.topic, plain.data()).frame;
       has_news = num_scans == 1;
     } else if (topic_ && message->topic == topic_->name) {
       const auto odometry = DecodeOdometry(*topic_, plain.data());

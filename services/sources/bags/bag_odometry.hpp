@@ -16,6 +16,12 @@
 
 namespace crsm {
 
+/// The topic of a laser, and the frame of the scans to take, where several lasers are on it.
+struct BagLaser {
+  BagTopic topic;
+  std::string frame;
+};
+
 /// The odometry of a bag: from a topic of nav_msgs/Odometry, if it is the only one or `odom` in the laser's namespace;
 /// from TF where there is no such topic; or from what OdometryOptions names.
 ///
@@ -24,7 +30,7 @@ namespace crsm {
 class BagOdometry {
  public:
   /// Throws std::runtime_error that lists what there is, if the bag has not what `options` name.
-  BagOdometry(const std::string& path, const std::set<BagTopic>& topics, const BagTopic& laser,
+  BagOdometry(const std::string& path, const std::set<BagTopic>& topics, const BagLaser& laser,
               const OdometryOptions& options);
 
   /// Whether messages of this topic are to be taken.
@@ -56,7 +62,7 @@ class BagOdometry {
   std::string Describe() const;
   std::string DescribeMounting() const;
 
-  BagTopic laser_;
+  BagLaser laser_;
   OdometryOptions options_;
   std::optional<BagTopic> topic_;               ///< with the odometry; nothing where it is in TF
   std::map<std::string, BagTopic> transforms_;  ///< topics of TF, by name

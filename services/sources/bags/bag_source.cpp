@@ -29,17 +29,34 @@ BagTopic ChooseLaser(const std::string& path, const Topics& topics, const std::s
   return *lasers.begin();
 }
 
+/// Reads ahead. Throws where the first scans are of several lasers, or none of the bag is of the one that is wanted.
+void CheckFrames(const std::string& path, const BagTopic& laser, const std::string& wanted) {
+  LaserFrames frames(wanted);
+  const auto bag = OpenBag(path, [&](const BagTopic& topic) { return topic == laser; });
+  while (!frames.AreKnown()) {
+    const auto message = bag->Next();
+    if (!message) break;
+    const PlainMessage plain(message->data);
+    if (const DecodedScan decoded = DecodeScan(laser, plain.data()); decoded.scan) frames.Take(decoded.frame);
+  }
+  const std::string complaint = frames.Complaint();
+  if (!complaint.empty()) throw std::runtime_error(fmt::format("{}: {}: {}", path, laser.name, complaint));
+}
+
 }  // namespace
 
-BagSource::BagSource(const std::string& path, const std::string& topic, const OdometryOptions& odometry)
-    : BagSource(path, FindTopics(path), topic, odometry) {}
+BagSource::BagSource(const std::string& path, const LaserChoice& laser, const OdometryOptions& odometry)
+    : BagSource(path, FindTopics(path), laser, odometry) {}
 
-BagSource::BagSource(const std::string& path, const Topics& topics, const std::string& topic,
+BagSource::BagSource(const std::string& path, const Topics& topics, const LaserChoice& laser,
                      const OdometryOptions& odometry)
-    : laser_(ChooseLaser(path, topics, topic)),
-      odometry_(path, topics, laser_, odometry),
+    : laser_(ChooseLaser(path, topics, laser.channel)),
+      frames_(laser.frame),
+      odometry_(path, topics, {laser_, frames_.wanted()}, odometry),
       bag_(OpenBag(path, [this](const BagTopic& met) { return met == laser_ || odometry_.Wants(met); })),
-      scans_(odometry_.LongestWait_us()) {}
+      scans_(odometry_.LongestWait_us()) {
+  CheckFrames(path, laser_, laser.frame);
+}
 
 std::optional<LaserScan> BagSource::Next() {
   while (!scans_.NextIsReady()) {
@@ -58,11 +75,17 @@ void BagSource::Take(const BagMessage& message) {
 
 void BagSource::TakeScan(std::string_view data) {
   DecodedScan decoded = DecodeScan(laser_, data);
+  const bool names_frame = decoded.scan || !decoded.frame.empty();
+  if (names_frame && !frames_.Take(decoded.frame)) {
+    ++counts_["other_frame"];
+    return;
+  }
   if (!decoded.scan) {
     ++counts_["bad_message"];
     if (first_refusal_.empty()) first_refusal_ = decoded.refusal;
     return;
   }
+  if (thinned_.empty()) thinned_ = decoded.thinned;
   if (!scans_.Add(std::move(*decoded.scan))) ++counts_["utime_repeated"];
 }
 
@@ -76,6 +99,9 @@ std::map<std::string, std::int64_t> BagSource::Counts() const {
 
 std::vector<std::string> BagSource::Complaints() const {
   std::vector<std::string> complaints = scans_.Complaints(laser_.name, Counts(), first_refusal_, "header.stamp");
+  for (const std::string& complaint : {frames_.Complaint(), thinned_}) {
+    if (!complaint.empty()) complaints.push_back(fmt::format("{}: {}", laser_.name, complaint));
+  }
   if (const auto num = bag_->damage().num_bad_chunks; num > 0) {
     complaints.push_back(fmt::format("{} chunks are damaged; their messages are left out", num));
   }

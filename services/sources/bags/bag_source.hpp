@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "common/logs/laser_source.hpp"
+#include "services/runtime/laser_frames.hpp"
 #include "services/sources/bags/bag_odometry.hpp"
 #include "services/sources/bags/bag_reader.hpp"
+#include "services/sources/laser_choice.hpp"
 #include "services/sources/scans_with_odometry.hpp"
 
 namespace crsm {
@@ -17,15 +19,14 @@ namespace crsm {
 ///
 /// Odometry: from a topic of nav_msgs/Odometry or from TF (BagOdometry).
 ///
-/// Counted and skipped: "bad_message" (a message that is no sweep), "utime_repeated" (the time of an earlier scan),
-/// "bad_odometry" (one that is none), "bad_chunk" (damaged parts of the bag). Also counted: "truncated" (the bag ends
-/// before its end; what was whole is used).
+/// Counted and skipped: "bad_message" (a message that is no sweep), "other_frame" (of another laser on the topic),
+/// "utime_repeated" (the time of an earlier scan), "bad_odometry" (one that is none), "bad_chunk" (damaged parts of the
+/// bag). Also counted: "truncated" (the bag ends before its end; what was whole is used).
 class BagSource : public LaserSource {
  public:
-  /// topic: whose scans to take; empty for the only one of a laser. Throws std::runtime_error that lists the topics
-  /// where that does not tell which.
-  /// odometry: Throws std::runtime_error too if the bag has not what it names.
-  BagSource(const std::string& path, const std::string& topic, const OdometryOptions& odometry = {});
+  /// laser: whose scans to take. Throws std::runtime_error that lists the topics, or the frames of the scans, where
+  /// that does not tell which. odometry: Throws std::runtime_error too if the bag has not what it names.
+  BagSource(const std::string& path, const LaserChoice& laser, const OdometryOptions& odometry = {});
 
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return scans_.T_odom_robot(); }
@@ -35,16 +36,18 @@ class BagSource : public LaserSource {
   std::vector<std::string> OdometryNotes() const override { return odometry_.Notes(scans_); }
 
  private:
-  BagSource(const std::string& path, const std::set<BagTopic>& topics, const std::string& topic,
+  BagSource(const std::string& path, const std::set<BagTopic>& topics, const LaserChoice& laser,
             const OdometryOptions& odometry);
   void Take(const BagMessage& message);
   void TakeScan(std::string_view data);
 
   BagTopic laser_;
+  LaserFrames frames_;
   BagOdometry odometry_;
   std::unique_ptr<BagReader> bag_;
   std::map<std::string, std::int64_t> counts_;
   std::string first_refusal_;
+  std::string thinned_;  ///< as of ThinBeams
   ScansWithOdometry scans_;
 };
 

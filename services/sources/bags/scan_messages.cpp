@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "common/scan/thin_beams.hpp"
 #include "services/runtime/bus.hpp"
 #include "services/runtime/conversions.hpp"
 #include "services/runtime/message_types.hpp"
@@ -27,13 +28,15 @@ DecodedScan MakeScan(RosScan raw) {
   if (sec < 0 || sec > kMostSeconds || nanosec < 0 || nanosec >= kRosSecond_ns) {
     return {{}, fmt::format("their stamp is {} s and {} ns: it must be the time since 1970", sec, nanosec)};
   }
-  if (raw.ranges.size() < kMinBeams || raw.ranges.size() > kMaxBeams) {
-    return {{}, fmt::format("scans have {} ranges: they must have {} to {}", raw.ranges.size(), kMinBeams, kMaxBeams)};
+  if (raw.ranges.size() < kMinBeams || raw.ranges.size() > kMostBeamsRead) {
+    return {{},
+            fmt::format("scans have {} ranges: they must have {} to {}", raw.ranges.size(), kMinBeams, kMostBeamsRead)};
   }
   LaserScan scan = FromRosScan(std::move(raw));
+  std::string thinned = ThinBeams(scan);
   // What goes over the wire has to pass there.
   const bot_core::planar_lidar_t message = ToMessage(scan);
-  if (ValuesInRange(message)) return {std::move(scan), ""};
+  if (ValuesInRange(message)) return {std::move(scan), "", "", std::move(thinned)};
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
   message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
   return {{}, DescribeRefusedLaser(bytes)};
@@ -113,7 +116,11 @@ DecodedScan DecodeJsonScan(std::string_view data) {
   const double num_steps = ranges->empty() ? 1.0 : std::max(1.0, static_cast<double>(ranges->size() - 1));
   raw.angle_increment = static_cast<float>((*end_rad - *start_rad) / num_steps);
   raw.ranges = std::move(*ranges);
-  return MakeScan(std::move(raw));
+  DecodedScan decoded = MakeScan(std::move(raw));
+  if (const auto frame = json.find("frame_id"); frame != json.end() && frame->is_string()) {
+    decoded.frame = frame->get<std::string>();
+  }
+  return decoded;
 }
 
 struct Kind {

@@ -26,8 +26,8 @@ constexpr auto FieldsOf<sensor_msgs::LaserScan>() {
   using T = sensor_msgs::LaserScan;
   return std::tuple(&T::ranges_length, &T::intensities_length, &T::header, &T::angle_min, &T::angle_max,
                     &T::angle_increment, &T::time_increment, &T::scan_time, &T::range_min, &T::range_max,
-                    Array(&T::ranges, &T::ranges_length, kMaxBeams),
-                    Array(&T::intensities, &T::intensities_length, kMaxBeams));
+                    Array(&T::ranges, &T::ranges_length, kMostBeamsRead),
+                    Array(&T::intensities, &T::intensities_length, kMostBeamsRead));
 }
 
 template <>
@@ -53,7 +53,10 @@ LaserScan ToScan(const sensor_msgs::LaserScan& m, const ScanParameters&) {
                       m.ranges});
 }
 
-[[maybe_unused]] const bool kRegistered = RegisterLaserType<sensor_msgs::LaserScan>("sensor_msgs.LaserScan", &ToScan);
+std::string FrameOf(const sensor_msgs::LaserScan& scan) { return scan.header.frame_id; }
+
+[[maybe_unused]] const bool kRegistered =
+    RegisterLaserType<sensor_msgs::LaserScan>("sensor_msgs.LaserScan", &ToScan, &FrameOf);
 
 }  // namespace
 }  // namespace crsm

@@ -196,7 +196,7 @@ TEST_CASE("where the clock begins anew, scans with the times of the first drive 
   CHECK(CountOf(log, "utime_repeated") == 1);
 }
 
-TEST_CASE("where most scans are left out it is said why, and which line is the first of them") {
+TEST_CASE("where many scans are left out it is said why, and which line is the first of them") {
   const auto ComplaintsOf = [](const std::string& text) {
     const ScratchFile file(text);
     CarmenLog log(file.path());
@@ -206,7 +206,12 @@ TEST_CASE("where most scans are left out it is said why, and which line is the f
   using Said = std::vector<std::string>;
   const std::string good = Flaser(2, " 1 1", "3.0");
   const std::string no_time = "FLASER 2 1 1 0 0 0 0 0 0 nohost 0\n";
-  CHECK(ComplaintsOf(good + no_time).empty());
+  std::string drive;
+  for (int i = 0; i < 2000; ++i) drive += Flaser(2, " 1 1", std::to_string(i) + ".0");
+  CHECK(ComplaintsOf(drive + Repeat(no_time, 9)).empty());
+  CHECK(ComplaintsOf(drive + Repeat(no_time, 10)) ==
+        Said{"10 of 2010 scans are left out: line 2001 is wrong at 'nohost'"});
+  CHECK(ComplaintsOf(good + no_time) == Said{"1 of 2 scans are left out: line 2 is wrong at 'nohost'"});
   CHECK(ComplaintsOf("# a log\n" + no_time) == Said{"1 of 1 scans are left out: line 2 is wrong at 'nohost'"});
   CHECK(ComplaintsOf(good + no_time + no_time) == Said{"2 of 3 scans are left out: line 2 is wrong at 'nohost'"});
   CHECK(ComplaintsOf(Flaser(2, " 1 1", "1.01893e+09")) ==
@@ -220,6 +225,18 @@ TEST_CASE("where most scans are left out it is said why, and which line is the f
       Said{"2 of 3 scans are left out: their ipc_timestamp repeats that of an earlier scan; each scan needs its own"});
 }
 
+TEST_CASE("a line of more beams than a scan may have is thinned, over the same angles, and that is said once") {
+  const std::string line = Flaser(5520, Repeat(" 1 2", 2760), "1.5");
+  const ScratchFile file(line + Flaser(5520, Repeat(" 1 2", 2760), "2.5"));
+  CarmenLog log(file.path());
+  const std::vector<LaserScan> scans = ReadAll(log);
+  REQUIRE(scans.size() == 2);
+  CHECK(scans[0].ranges_m == std::vector<float>(2760, 1.0f));
+  CHECK(scans[0].angle_step_rad == Approx(2.0 * kPi / 5519.0));
+  CHECK(log.Complaints() ==
+        std::vector<std::string>{"scans have 5520 beams, of which one in 2 is used, because 4096 are the most"});
+}
+
 TEST_CASE("a malformed line is counted and skipped, and the next one is read") {
   const std::vector<std::string> bad_lines = {
       "FLASER\n",
@@ -227,7 +244,7 @@ TEST_CASE("a malformed line is counted and skipped, and the next one is read") {
       Flaser(1, " 1", "1.5"),  // too few beams
       Flaser(0, "", "1.5"),
       Flaser(-3, " 1 1 1", "1.5"),
-      Flaser(4097, Repeat(" 1", 4097), "1.5"),  // too many
+      Flaser(65537, Repeat(" 1", 65537), "1.5"),  // too many
       Flaser(2147483647, " 1 1", "1.5"),
       Flaser(3, " 1 1", "1.5"),      // fewer ranges than said
       Flaser(3, " 1 1 1 1", "1.5"),  // more

@@ -96,6 +96,7 @@ TEST_CASE("scans without rays point at the range or its unit") {
   CHECK(run.Judged().trust == Trust::kBad);
   CHECK(Mentions(run.Judged(), "--range-max-m"));
   CHECK(run.Judged().warnings.size() == 1);  // nothing else is known
+  CHECK(run.Judged().text.starts_with("0 of 100 scans mapped"));
 }
 
 TEST_CASE("a low fitness is bad, a fair one doubtful; with jumps the cause is in the rate or the unit of angles") {
@@ -113,6 +114,46 @@ TEST_CASE("a low fitness is bad, a fair one doubtful; with jumps the cause is in
   });
   CHECK(jumping.Judged().trust == Trust::kBad);
   CHECK(Mentions(jumping.Judged(), "degrees"));
+}
+
+TEST_CASE("a laser that stands is told so, and its low fitness accuses neither angles nor ranges") {
+  const auto Stand = [](ScanMatch& match) {
+    match.T_map_laser = {match.utime % 2 == 0 ? 0.05 : 0.0, 0.0, match.utime % 3 == 0 ? 0.02 : 0.0};
+  };
+  Run low;
+  low.Add(100, [&](ScanMatch& match) {
+    Stand(match);
+    match.fitness = 0.33;
+  });
+  CHECK(low.Judged().trust == Trust::kDoubtful);
+  CHECK(Mentions(low.Judged(), "the laser hardly moved (0.05 m and 1 degrees at most)"));
+  CHECK_FALSE(Mentions(low.Judged(), "angles"));
+  Run good;
+  good.Add(100, Stand);
+  CHECK(good.Judged().trust == Trust::kGood);
+  CHECK(Mentions(good.Judged(), "the laser hardly moved"));
+  Run turning;
+  turning.Add(100, [](ScanMatch& match) {
+    match.T_map_laser = {0.0, 0.0, 0.002 * static_cast<double>(match.utime)};
+    match.fitness = 0.33;
+  });
+  CHECK(turning.Judged().trust == Trust::kBad);
+  CHECK(Mentions(turning.Judged(), "angles"));
+}
+
+TEST_CASE("a map without more than a tenth of the recording is not called good") {
+  Run run;
+  run.Add(90);
+  Verdict tenth = run.Judged();
+  JudgeLeftOut(10, tenth);
+  CHECK(tenth.trust == Trust::kGood);
+  Verdict more = run.Judged();
+  JudgeLeftOut(30, more);
+  CHECK(more.trust == Trust::kDoubtful);
+  CHECK(Mentions(more, "30 of 120 scans of the recording are left out (25 %)"));
+  Verdict none = Run().Judged();
+  JudgeLeftOut(30, none);
+  CHECK_FALSE(Mentions(none, "left out"));  // nothing came: that is said
 }
 
 TEST_CASE("lost scans are bad from a twentieth on, and from a fiftieth on where the laser moves far") {

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <mbot_lcm_msgs/pose2D_t.hpp>
+#include <sensor_msgs/LaserScan.hpp>
 
 #include "catch.hpp"
 #include "common/math/trigonometry.hpp"
@@ -56,7 +57,7 @@ struct Result {
 
 Result Read(const std::string& log, const std::string& channel = "") {
   const ScratchFile file(log);
-  LcmLogSource source(file.path(), channel, {});
+  LcmLogSource source(file.path(), {channel}, {});
   auto scans = ReadAll(source);
   return {std::move(scans), source.Counts()};
 }
@@ -73,7 +74,7 @@ using Odometries = std::vector<std::optional<double>>;
 /// Of each scan, the odometry's x [m].
 Odometries OdometryOf(const std::string& log) {
   const ScratchFile file(log);
-  LcmLogSource source(file.path(), "");
+  LcmLogSource source(file.path(), {});
   Odometries odometries;
   while (source.Next()) {
     const auto T_odom_robot = source.Odometry();
@@ -111,7 +112,7 @@ TEST_CASE("odometry of an mbot is odometry, rounded as all is") {
   CHECK(Read(bad).counts.at("bad_odometry") == 1);
 
   const ScratchFile file(MbotEvent(1, 0.1f, 7.0f) + PlanarEvent(1));
-  LcmLogSource source(file.path(), "");
+  LcmLogSource source(file.path(), {});
   source.Next();
   CHECK(source.Odometry() == RoundOdometry({0.1f, 2.0, WrapAngle(7.0)}));
 }
@@ -137,15 +138,15 @@ TEST_CASE(
     "odometry of any channel with poses is used if it is named, and its absence an error that lists what there is") {
   const std::string log = OdometryEvent(1, 1.0) + OdometryEvent(1, 2.0, "VICON") + PlanarEvent(1);
   const ScratchFile file(log);
-  LcmLogSource source(file.path(), "", {}, {true, "VICON"});
+  LcmLogSource source(file.path(), {}, {}, {true, "VICON"});
   source.Next();
   CHECK(source.Odometry() == Pose2{2.0, 2.0, -3.0});
   CHECK(ErrorOf([&] {
-          LcmLogSource(file.path(), "", {}, {true, "LASER"});
+          LcmLogSource(file.path(), {}, {}, {true, "LASER"});
         }) == file.path() +
                   " has no pose messages (bot_core.pose_t, mbot_lcm_msgs.pose2D_t) on channel LASER; its channels: "
                   "LASER (1), ODOMETRY (1, pose), VICON (1, pose)");
-  LcmLogSource unused(file.path(), "", {}, {false, "VICON"});
+  LcmLogSource unused(file.path(), {}, {}, {false, "VICON"});
   unused.Next();
   CHECK(unused.Odometry() == Pose2{1.0, 2.0, -3.0});
 }
@@ -154,7 +155,7 @@ TEST_CASE("what is told of the odometry: that it is used or could be, or why not
   using Notes = std::vector<std::string>;
   const auto NotesOf = [](const std::string& log, bool is_used) {
     const ScratchFile file(log);
-    LcmLogSource source(file.path(), "", {}, {is_used, ""});
+    LcmLogSource source(file.path(), {}, {}, {is_used, ""});
     ReadAll(source);
     return source.OdometryNotes();
   };
@@ -320,18 +321,18 @@ TEST_CASE("a log without a laser is an error that lists its channels") {
   const std::string log = Event("IMU", "12345678") + Event("ODO\nMETRY", "") + Event("IMU", "1");
   const ScratchFile none(log);
   const std::string no_laser = " has no laser messages (" + LaserTypeNames() + ")";
-  CHECK(ErrorOf([&] { LcmLogSource(none.path(), ""); }) ==
+  CHECK(ErrorOf([&] { LcmLogSource(none.path(), {}); }) ==
         none.path() + no_laser + "; its channels: IMU (2), ODO?METRY (1)");
   const ScratchFile other(log + PlanarEvent(1, "FRONT"));
-  CHECK(ErrorOf([&] { LcmLogSource(other.path(), "REAR"); }) ==
+  CHECK(ErrorOf([&] { LcmLogSource(other.path(), {"REAR"}); }) ==
         other.path() + no_laser + " on channel REAR; its channels: FRONT (1, laser), IMU (2), ODO?METRY (1)");
   std::string many;
   for (int i = 0; i < 3000; ++i) many += Event("C" + std::to_string(10000 + i), "x");
   const ScratchFile crowd(many);
-  const std::string error = ErrorOf([&] { LcmLogSource(crowd.path(), ""); });
+  const std::string error = ErrorOf([&] { LcmLogSource(crowd.path(), {}); });
   CHECK(error.find("C10019 (1), and 980 more") != std::string::npos);
   const ScratchFile torn(PlanarEvent(1).substr(0, 50));
-  CHECK(ErrorOf([&] { LcmLogSource(torn.path(), ""); }).find("its channels: none") != std::string::npos);
+  CHECK(ErrorOf([&] { LcmLogSource(torn.path(), {}); }).find("its channels: none") != std::string::npos);
 }
 
 TEST_CASE("the kind of a log is found from its content, not from its name") {
@@ -350,14 +351,53 @@ TEST_CASE("the kind of a log is found from its content, not from its name") {
 
 TEST_CASE("the options of a source reach it") {
   const ScratchFile file(PlanarEvent(1, "FRONT") + PlanarEvent(2, "REAR"));
-  CHECK(ReadAll(*OpenLaserSource(file.path(), {0, "REAR"})).at(0).utime == 2);
-  CHECK(OpenLaserSource("sim:demo", {1, ""})->Next() == OpenLaserSource("sim:demo", {1, ""})->Next());
-  CHECK(OpenLaserSource("sim:demo", {1, ""})->Next() != OpenLaserSource("sim:demo", {2, ""})->Next());
+  CHECK(ReadAll(*OpenLaserSource(file.path(), {0, {"REAR"}})).at(0).utime == 2);
+  CHECK(OpenLaserSource("sim:demo", {1, {}})->Next() == OpenLaserSource("sim:demo", {1, {}})->Next());
+  CHECK(OpenLaserSource("sim:demo", {1, {}})->Next() != OpenLaserSource("sim:demo", {2, {}})->Next());
 }
 
 TEST_CASE("a world file is opened as a source") {
   const ScratchFile file("box 0 0 4 3\nspeed 1 1\nlaser 90 10 8 10 0\nwaypoint 1 1\nwaypoint 2 1\n");
   CHECK(OpenLaserSource("sim:" + file.path(), {})->Next()->ranges_m.size() == 10);
+}
+
+TEST_CASE("two drivers of ROS on one channel are told apart by their frames, and one of them is chosen") {
+  std::string log;
+  for (int sec = 1; sec <= 4; ++sec) {
+    sensor_msgs::LaserScan scan{};
+    scan.header.stamp.sec = sec;
+    scan.header.frame_id = sec % 2 == 0 ? "/rear" : "front";
+    scan.angle_increment = 0.5f;
+    scan.ranges = {1.0f, 2.0f, 3.0f};
+    scan.ranges_length = 3;
+    log += Event("SCAN", Encode(scan));
+  }
+  const ScratchFile file(log);
+  const std::string choices = "--laser-frame must name one of front, rear";
+  CHECK(ErrorOf([&] { LcmLogSource(file.path(), {}); }) ==
+        file.path() + ": SCAN: the scans are of several lasers: " + choices);
+  CHECK(ErrorOf([&] {
+          LcmLogSource(file.path(), {"", "font"});
+        }) == file.path() + ": SCAN: no scan has the frame font: " + choices);
+  LcmLogSource rear(file.path(), {"", "rear"});
+  const auto scans = ReadAll(rear);
+  REQUIRE(scans.size() == 2);
+  CHECK(scans[0].utime == 2'000'000);
+  CHECK(rear.Counts().at("other_frame") == 2);
+  CHECK(rear.Complaints().empty());
+  const ScratchFile plain(PlanarEvent(1));
+  CHECK(ErrorOf([&] {
+          LcmLogSource(plain.path(), {"", "rear"});
+        }) == plain.path() + ": LASER: the scans name no frame: remove --laser-frame");
+}
+
+TEST_CASE("a frame that no scan can have is refused") {
+  const ScratchFile carmen("FLASER 2 1 1 0 0 0 0 0 0 1.5 host 1.5\n");
+  const SourceOptions options{0, {"", "front"}};
+  CHECK(ErrorOf([&] { OpenLaserSource(carmen.path(), options); }) ==
+        "--laser-frame front: " + carmen.path() + " is a CARMEN log, whose scans name no frame; remove it");
+  CHECK(ErrorOf([&] { OpenLaserSource("sim:demo", options); }) ==
+        "--laser-frame front: a simulated world has one laser; remove it");
 }
 
 TEST_CASE("a source that cannot be opened is an error of one line") {
@@ -409,7 +449,7 @@ TEST_CASE("a log whose scans turn against its own poses is complained of, with t
       log += poses_of_mbot ? Event("SLAM_POSE", Encode(pose)) : Event("ODOMETRY", Encode(odometry));
     }
     const ScratchFile file(log);
-    LcmLogSource source(file.path(), "", parameters);
+    LcmLogSource source(file.path(), {}, parameters);
     ReadAll(source);
     return source.Complaints();
   };
@@ -429,7 +469,7 @@ TEST_CASE("the real LCM log is complained of where its angles are taken for coun
   const auto path = FindRealLog("lcm/mbot_convex.lcmlog.gz");
   if (!path) return;
   for (const bool clockwise : {true, false}) {
-    LcmLogSource source(*path, "", {.botlab_clockwise = clockwise});
+    LcmLogSource source(*path, {}, {.botlab_clockwise = clockwise});
     ReadAll(source);
     CHECK(source.Complaints().empty() == clockwise);
   }
@@ -438,7 +478,7 @@ TEST_CASE("the real LCM log is complained of where its angles are taken for coun
 TEST_CASE("the real LCM log has the sweeps that its description says", "[logs]") {
   const auto path = FindRealLog("lcm/mbot_convex.lcmlog.gz");
   if (!path) return;
-  LcmLogSource source(*path, "", {});
+  LcmLogSource source(*path, {}, {});
   const auto scans = ReadAll(source);
   CHECK(scans.size() == 459);
   CHECK(source.Counts() == std::map<std::string, std::int64_t>{{"bad_event", 0}, {"truncated", 0}});

@@ -58,7 +58,7 @@ struct Result {
 
 Result Read(const Bag& bag, const OdometryOptions& options = {true, ""}) {
   const ScratchFile file(bag.bytes());
-  BagSource source(file.path(), "/scan", options);
+  BagSource source(file.path(), {"/scan"}, options);
   Result result;
   while (source.Next()) result.poses.push_back(source.Odometry());
   result.num_bad = CountOf(source, "bad_odometry");
@@ -68,7 +68,7 @@ Result Read(const Bag& bag, const OdometryOptions& options = {true, ""}) {
 
 std::string ErrorOfBag(const Bag& bag, const OdometryOptions& options) {
   const ScratchFile file(bag.bytes());
-  const std::string error = ErrorOf([&] { BagSource(file.path(), "/scan", options); });
+  const std::string error = ErrorOf([&] { BagSource(file.path(), {"/scan"}, options); });
   return error.starts_with(file.path()) ? error.substr(file.path().size()) : error;
 }
 
@@ -191,7 +191,7 @@ TEST_CASE("TF that is recorded late is waited for, up to a second") {
     return Read(WithTf().Scan(0).Scan(next_nanosec).Tf({RobotAt(1.0, 0)})).poses.at(0);
   };
   CHECK(PoseOf(999'000'000) == Pose2{1.0, 0.0, 0.0});
-  CHECK(Read(WithTf().Scan(0).Add(kScan, LaserMessage{.sec = 102}.Ros1()).Tf({RobotAt(1.0, 0)})).poses.at(0) ==
+  CHECK(Read(WithTf().Scan(0).Add(kScan, LaserMessage{.sec = 102, .frame = "laser"}.Ros1()).Tf({RobotAt(1.0, 0)})).poses.at(0) ==
         std::nullopt);
 }
 
@@ -247,7 +247,7 @@ TEST_CASE("of several TF that of the laser's namespace is read") {
                         .Tf({RobotAt(3.0, 0)}, kOther)
                         .Scan(0);
     const ScratchFile file(bag.bytes());
-    BagSource source(file.path(), "", {true, ""});
+    BagSource source(file.path(), {}, {true, ""});
     REQUIRE(source.Next());
     CHECK(source.Odometry() == Pose2{1.0, 0.0, 0.0});
   }
@@ -285,7 +285,7 @@ TEST_CASE("a laser that hangs upside down, and one that moves on the robot, are 
 TEST_CASE("bags that other programs wrote with TF alone give the drive of their laser") {
   for (const std::string name : {"tf.bag", "old_tf.bag", "tf.mcap", "tf.db3"}) {
     INFO(name);
-    const auto source = OpenLaserSource(DataPath(name), {0, "", {}, "", {true, ""}});
+    const auto source = OpenLaserSource(DataPath(name), {0, {}, {}, "", {true, ""}});
     for (int i = 0; i < 3; ++i) {
       REQUIRE(source->Next());
       REQUIRE(source->Odometry());

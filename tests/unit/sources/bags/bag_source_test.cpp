@@ -23,7 +23,7 @@ struct Result {
 };
 
 Result Read(const std::string& path, const std::string& topic = "") {
-  BagSource source(path, topic);
+  BagSource source(path, {topic});
   Result result;
   while (auto scan = source.Next()) {
     result.scans.push_back(*scan);
@@ -174,6 +174,55 @@ TEST_CASE("of several odometries that of the laser's namespace is taken, or none
                                    "--odometry-topic must name one of /b/odom (nav_msgs/Odometry in ros1), "));
 }
 
+TEST_CASE("two drivers on one topic are told apart by their frames, and one of them is chosen") {
+  std::string messages = Ros1Connection(1, "/scan");
+  for (std::uint32_t sec = 1; sec <= 4; ++sec) {
+    messages += Ros1Message(1, LaserMessage{.sec = sec, .frame = sec % 2 == 0 ? "/rear" : "front"}.Ros1());
+  }
+  messages += Ros1Message(1, LaserMessage{.sec = 6, .ranges = {1.0f}, .frame = "rear"}.Ros1());
+  const ScratchFile file(Ros1Bytes(messages));
+  const auto ReadFrame = [&](const std::string& frame) {
+    BagSource source(file.path(), {"/scan", frame});
+    Result result;
+    while (auto scan = source.Next()) result.scans.push_back(*scan);
+    result.counts = source.Counts();
+    result.complaints = source.Complaints();
+    return result;
+  };
+  const std::string choices = "--laser-frame must name one of front, rear";
+  CHECK(ErrorOf([&] { ReadFrame(""); }) == file.path() + ": /scan: the scans are of several lasers: " + choices);
+  CHECK(ErrorOf([&] { ReadFrame("font"); }) == file.path() + ": /scan: no scan has the frame font: " + choices);
+  const Result front = ReadFrame("front");
+  CHECK(SecondsOf(front) == Seconds{1, 3});
+  CHECK(front.counts.at("other_frame") == 3);
+  CHECK(front.counts.count("bad_message") == 0);
+  CHECK(front.complaints.empty());
+  for (const std::string rear : {"rear", "/rear"}) CHECK(SecondsOf(ReadFrame(rear)) == Seconds{2, 4});
+}
+
+TEST_CASE("a second driver that begins later on the topic is complained of at the end") {
+  std::string messages = Ros1Connection(1, "/scan");
+  for (std::uint32_t sec = 1; sec <= 60; ++sec) messages += Ros1Message(1, Ros1At(sec));
+  messages += Ros1Message(1, LaserMessage{.sec = 61, .frame = "new"}.Ros1());
+  CHECK(ReadBytes(Ros1Bytes(messages)).complaints ==
+        std::vector<std::string>{"/scan: the scans are of several lasers: --laser-frame must name one of las, new"});
+}
+
+TEST_CASE("scans that are left out are complained of from ten or one in a hundred on, and no handful of many") {
+  const auto ComplaintsOf = [](int num_good, int num_bad) {
+    std::string messages = Ros1Connection(1, "/scan");
+    const std::string bad = Ros1Message(1, LaserMessage{.ranges = {1.0f}}.Ros1());
+    for (int i = 0; i < num_good; ++i) messages += Ros1Message(1, Ros1At(static_cast<std::uint32_t>(i)));
+    for (int i = 0; i < num_bad; ++i) messages += bad;
+    return ReadBytes(Ros1Bytes(messages)).complaints;
+  };
+  CHECK(ComplaintsOf(2000, 9).empty());
+  CHECK(ComplaintsOf(2000, 10) == std::vector<std::string>{"10 of 2010 scans on /scan are left out: scans have 1 "
+                                                           "ranges: they must have 2 to 65536"});
+  CHECK(ComplaintsOf(100, 1).empty());
+  CHECK(ComplaintsOf(99, 1).size() == 1);
+}
+
 TEST_CASE("scans that are mostly bad, or have the same stamp, are complained of") {
   const std::string bad = LaserMessage{.angle_min = -90.0f, .angle_increment = 1.0f}.Ros1();
   const Result degrees = ReadBytes(Ros1Bytes(Ros1Connection(1, "/scan") + Ros1Message(1, bad)));
@@ -282,8 +331,8 @@ TEST_CASE("bags of another version, damaged at their beginning or compressed by 
 TEST_CASE("a bag is a source like any other, and its topic the channel") {
   for (const std::string name : {"lz4.bag", "zstd.mcap", "run.db3"}) {
     CHECK(OpenLaserSource(DataPath(name), {})->Next()->utime == 1'000'000);
-    CHECK(OpenLaserSource(DataPath(name), {0, "/scan"})->Next()->utime == 1'000'000);
-    CHECK(ErrorOf([&] { OpenLaserSource(DataPath(name), {0, "/odom"}); }).find("named /odom") != std::string::npos);
+    CHECK(OpenLaserSource(DataPath(name), {0, {"/scan"}})->Next()->utime == 1'000'000);
+    CHECK(ErrorOf([&] { OpenLaserSource(DataPath(name), {0, {"/odom"}}); }).find("named /odom") != std::string::npos);
   }
 }
 

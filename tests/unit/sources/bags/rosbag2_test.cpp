@@ -127,7 +127,7 @@ TEST_CASE("messages of a database come in the order of their recording, not of t
   const Database database(kTopics + kMessages + Insert(2, LaserMessage{.sec = 2}.Cdr()) +
                           Insert(1, LaserMessage{.sec = 1}.Cdr()) + Insert(3, std::string(2 << 20, 'x')) +
                           "INSERT INTO messages VALUES (4, 1, 0, NULL);" + Insert(5, LaserMessage{.sec = 5}.Cdr()));
-  BagSource source(database.path(), "");
+  BagSource source(database.path(), {});
   CHECK(SecondsOf(source) == Seconds{1, 2, 5});
   CHECK(source.Counts() == std::map<std::string, std::int64_t>{{"bad_chunk", 0}, {"bad_message", 2}, {"truncated", 0}});
 }
@@ -135,7 +135,7 @@ TEST_CASE("messages of a database come in the order of their recording, not of t
 TEST_CASE("a database that is none of rosbag2, or that computes without end, is refused") {
   const auto error_of = [](const std::string& sql) {
     const Database database(sql);
-    return ErrorOf([&] { BagSource(database.path(), ""); }).substr(database.path().size());
+    return ErrorOf([&] { BagSource(database.path(), {}); }).substr(database.path().size());
   };
   const std::string refusal = " is an SQLite database, but not of rosbag2: it has no tables topics and messages";
   CHECK(error_of("CREATE TABLE t(a);") == refusal);
@@ -143,7 +143,7 @@ TEST_CASE("a database that is none of rosbag2, or that computes without end, is 
   CHECK(error_of(kTopics + "CREATE VIEW messages AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n) "
                            "SELECT id, 1 AS topic_id, x'' AS data FROM n;") == refusal);
   const Database other_columns("CREATE TABLE topics(a); CREATE TABLE messages(b);");
-  CHECK(ErrorOf([&] { BagSource(other_columns.path(), ""); }) ==
+  CHECK(ErrorOf([&] { BagSource(other_columns.path(), {}); }) ==
         "cannot read " + other_columns.path() + ": no such column: id");
 }
 

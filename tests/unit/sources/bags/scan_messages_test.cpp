@@ -87,13 +87,30 @@ TEST_CASE("a laser that does not know its range has any") {
   }
 }
 
-TEST_CASE("scans have 2 to 4096 beams") {
+TEST_CASE("scans have 2 to 65536 beams") {
   const auto with = [](std::size_t count) {
     return LaserMessage{.angle_increment = 0.001f, .ranges = std::vector<float>(count, 1.0f)};
   };
   for (const std::size_t count : {2u, 4096u}) CHECK(ScanOf(with(count)).ranges_m.size() == count);
-  for (const std::size_t count : {0u, 1u, 4097u}) {
-    CHECK(RefusalOf(with(count)) == "scans have " + std::to_string(count) + " ranges: they must have 2 to 4096");
+  for (const std::size_t count : {0u, 1u, 65537u}) {
+    CHECK(RefusalOf(with(count)) == "scans have " + std::to_string(count) + " ranges: they must have 2 to 65536");
+  }
+}
+
+TEST_CASE("of more than 4096 beams every second is used, each with its own angle and time") {
+  LaserMessage message{.angle_min = -0.75f, .angle_increment = 0.0001f, .time_increment = 0.0001f, .ranges = {}};
+  for (int i = 0; i < 5520; ++i) message.ranges.push_back(1.0f + 0.001f * static_cast<float>(i));
+  const DecodedScan decoded = DecodeScan(kCdr, message.Cdr());
+  REQUIRE(decoded.scan);
+  REQUIRE(decoded.scan->ranges_m.size() == 2760);
+  REQUIRE(decoded.scan->times_s.size() == 2760);
+  CHECK(decoded.thinned == "scans have 5520 beams, of which one in 2 is used, because 4096 are the most");
+  for (const std::size_t beam : {0u, 1u, 2759u}) {
+    const float original = 2.0f * static_cast<float>(beam);
+    CHECK(decoded.scan->ranges_m[beam] == message.ranges[2 * beam]);
+    CHECK(decoded.scan->angle_min_rad + static_cast<float>(beam) * decoded.scan->angle_step_rad ==
+          Approx(-0.75f + 0.0001f * original));
+    CHECK(decoded.scan->times_s[beam] == Approx(0.0001f * (original - 5519.0f)).margin(1e-6));
   }
 }
 
@@ -173,7 +190,7 @@ TEST_CASE("JSON that is no LaserScan is refused") {
   }
   const std::string deep(kMostMessageBytes, '[');
   CHECK_FALSE(DecodeScan(kJson, deep).scan);
-  CHECK(DecodeScan(kJson, Json("[]")).refusal == "scans have 0 ranges: they must have 2 to 4096");
+  CHECK(DecodeScan(kJson, Json("[]")).refusal == "scans have 0 ranges: they must have 2 to 65536");
 }
 
 TEST_CASE("odometry is the robot's place and heading in the plane") {

@@ -42,7 +42,8 @@ botlab::lidar_nranges_t OtherSpelling(const botlab::lidar_t& lidar) {
 }
 
 std::optional<LaserScan> Read(const Bytes& message, bool clockwise = true) {
-  return DecodeLaser(message, {.botlab_clockwise = clockwise});
+  const auto reading = DecodeLaser(message, {.botlab_clockwise = clockwise});
+  return reading ? std::optional(reading->scan) : std::nullopt;
 }
 
 /// Four beams, at times of their own.

@@ -13,9 +13,9 @@ constexpr std::uint64_t kFingerprint = 0x0123456789abcdef;
 constexpr std::size_t kMessageBytes = 8 + 2;
 
 /// Its message: behind the fingerprint a byte for the utime, and a byte for the one range of all its beams [m].
-std::optional<LaserScan> DecodeMadeUp(std::span<const std::uint8_t> bytes, const ScanParameters&) {
+std::optional<LaserReading> DecodeMadeUp(std::span<const std::uint8_t> bytes, const ScanParameters&) {
   if (bytes.size() != kMessageBytes) return std::nullopt;
-  return LaserScan{bytes[8], 0.0f, 0.5f, std::vector<float>(3, bytes[9])};
+  return LaserReading{{bytes[8], 0.0f, 0.5f, std::vector<float>(3, bytes[9])}};
 }
 
 [[maybe_unused]] const bool kRegistered = RegisterLaserType(kFingerprint, {"made_up.ring_t", &DecodeMadeUp});

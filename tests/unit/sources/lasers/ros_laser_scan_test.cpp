@@ -24,7 +24,10 @@ sensor_msgs::LaserScan RosScan() {
   return scan;
 }
 
-std::optional<LaserScan> Read(const sensor_msgs::LaserScan& scan) { return DecodeLaser(Encode(scan), {}); }
+std::optional<LaserScan> Read(const sensor_msgs::LaserScan& scan) {
+  auto reading = DecodeLaser(Encode(scan), {});
+  return reading ? std::optional(reading->scan) : std::nullopt;
+}
 
 template <class Change>
 bool IsRead(Change change) {
@@ -39,6 +42,20 @@ TEST_CASE("a scan of ROS is found by the fingerprint that dimos has, and named")
   const LaserType* type = FindLaserType(std::uint64_t{0x8de5754e00f25f00});  // of dimos's own Python types
   REQUIRE(type);
   CHECK(type->name == "sensor_msgs.LaserScan");
+}
+
+TEST_CASE("a scan of ROS says whose it is, and more than 4096 beams are thinned") {
+  sensor_msgs::LaserScan message = RosScan();
+  message.ranges.assign(5520, 1.0f);
+  message.ranges_length = 5520;
+  message.angle_increment = 0.001f;
+  const auto reading = DecodeLaser(Encode(message), {});
+  REQUIRE(reading);
+  CHECK(reading->frame == "laser");
+  CHECK(reading->scan.ranges_m.size() == 2760);
+  CHECK(reading->scan.angle_step_rad == 0.002f);
+  CHECK(reading->thinned == "scans have 5520 beams, of which one in 2 is used, because 4096 are the most");
+  CHECK(DecodeLaser(Encode(RosScan()), {})->thinned.empty());
 }
 
 TEST_CASE("a scan of ROS has its stamp as utime, and no return where a range is at its upper limit or beyond") {
@@ -78,7 +95,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("a scan of ROS needs a time, angles within a turn, and from 2 to 4096 beams") {
+TEST_CASE("a scan of ROS needs a time, angles within a turn, and from 2 to 65536 beams") {
   CHECK(IsRead([](auto&) {}));
   CHECK_FALSE(IsRead([](auto& scan) { scan.header.stamp.sec = -1; }));
   CHECK_FALSE(IsRead([](auto& scan) { scan.header.stamp.nsec = -1; }));
@@ -90,14 +107,14 @@ TEST_CASE("a scan of ROS needs a time, angles within a turn, and from 2 to 4096 
   CHECK_FALSE(IsRead([](auto& scan) { scan.angle_increment = kNan; }));
   CHECK_FALSE(IsRead([](auto& scan) { scan.intensities = {1.0f}, scan.intensities_length = 1; }));
   CHECK(IsRead([](auto& scan) { scan.intensities.resize(4), scan.intensities_length = 4; }));
-  for (const int num_beams : {0, 1, 2, 4096, 4097}) {
+  for (const int num_beams : {0, 1, 2, 65536, 65537}) {
     CAPTURE(num_beams);
     const bool read = IsRead([&](auto& scan) {
-      scan.angle_increment = 0.001f;
+      scan.angle_increment = 0.00005f;
       scan.ranges.assign(static_cast<std::size_t>(num_beams), 1.0f);
       scan.ranges_length = num_beams;
     });
-    CHECK(read == (num_beams == 2 || num_beams == 4096));
+    CHECK(read == (num_beams == 2 || num_beams == 65536));
   }
 }
 
