@@ -127,11 +127,11 @@ void VisitScanParameters(ScanParameters& scan, Visitor&& visit) {
   visit({kScan, "angle_scale",
          "factor that corrects all beam angles, measured from straight ahead: true angle / nominal angle"},
         scan.angle_scale, 0.9, 1.1);
-  visit({kScan, "sweep_s",
+  visit({kLaser, "sweep_s",
          "time from the first to the last beam of a scan [s], by which it is deskewed; negative: the last beam is "
          "measured first; 0: no deskewing. As a flag it wins over the times in the messages"},
         scan.sweep_s, -1.0, 1.0);
-  visit({kScan, "beam_times", "believe the times of the beams in the messages; sweep_s is for scans without them"},
+  visit({kLaser, "beam_times", "believe the times of the beams in the messages; sweep_s is for scans without them"},
         scan.beam_times);
   visit({kLaser, "botlab_clockwise",
          "the angles of a botlab.lidar_t run clockwise; today's mbot driver needs --no-botlab-clockwise"},

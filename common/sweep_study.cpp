@@ -119,9 +119,8 @@ std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, Paramet
     std::vector<Trial> trials = Try(scans, parameters, sweep_s);
     if (turns.empty()) {
       turns = best = std::move(trials);
-      finding.num_turning = static_cast<int>(std::count_if(turns.begin(), turns.end(), [](const Trial& trial) {
-        return std::abs(trial.turned_rad) > kTurning_rad;
-      }));
+      finding.num_turning = static_cast<int>(std::count_if(
+          turns.begin(), turns.end(), [](const Trial& trial) { return std::abs(trial.turned_rad) > kTurning_rad; }));
       if (finding.num_turning < static_cast<int>(kFewTurning)) break;
       scans = scans.first(std::min(scans.size(), turns.size()));
     } else if (IsClearlyBetter(trials, best, turns)) {

@@ -14,6 +14,15 @@ constexpr double kUsualFitness = 0.6;
 /// building that was mapped have more, but for one in twenty; at wrong places they have 0.2 to 0.5.
 constexpr double kLeastUsualFitness = 0.75;
 
+/// Whether the robot is followed on a finished map, by the last scans that were found: where it goes on, people may
+/// stand before walls, and doors be closed that were open.
+bool IsFollowed(const TrackingState& tracking) {
+  constexpr double kFirmly = 0.5;  // hardly ever reached at wrong places
+  constexpr std::int64_t kAWhile = 5;
+  return tracking.on_finished_map() && tracking.fitnesses().size() == TrackingState::kUsual &&
+         tracking.usual_fitness() >= kFirmly && tracking.num_lost() < kAWhile;
+}
+
 /// After each consecutive loss accept 10 % less fitness, at most four times: the scene may have changed. On a finished
 /// map it did not: the robot was carried away.
 double ComputeAcceptable(const TrackingState& tracking, double lost_ratio) {
@@ -40,10 +49,11 @@ Expectation::Expectation(const TrackingState& tracking, const MatchParameters& p
     : usual_(tracking.usual_fitness()),
       acceptable_(ComputeAcceptable(tracking, parameters.lost_ratio)),
       unknown_(tracking.on_finished_map() && usual_ == 0.0),
+      followed_(IsFollowed(tracking)),
       goes_on_(tracking.num_lost() == 0 && !tracking.on_finished_map()) {
   if (unknown_) usual_ = kUsualFitness;
   enough_ = usual_ > 0.0 ? parameters.good_ratio * usual_ : parameters.satisfying_fitness;
-  if (tracking.on_finished_map()) usual_ = std::max(usual_, kLeastUsualFitness);
+  if (tracking.on_finished_map() && !followed_) usual_ = std::max(usual_, kLeastUsualFitness);
 }
 
 bool Expectation::IsMetBy(const ScoredPose& found, bool leniently, const Eigen::Matrix2Xd& critical_hits_m,

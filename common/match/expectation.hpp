@@ -19,6 +19,9 @@ class Expectation {
   /// Whether nothing is known of the fitness that is usual on this map: no scan was found on it yet.
   bool unknown() const { return unknown_; }
 
+  /// Whether the robot is followed on a finished map, at a place that is sure: a scan near there may fit worse.
+  bool followed() const { return followed_; }
+
   /// Whether a fitness explains a scan. A scan that looks into the unknown need fit only as far as the rest can: as
   /// much as half of it where the robot goes on as before, a fifth where it may be anywhere.
   ///
@@ -32,7 +35,8 @@ class Expectation {
   double enough_;      ///< see enough()
   double acceptable_;  ///< share of the expected fitness below which a scan is lost
   bool unknown_;
-  bool goes_on_;  ///< the scan before was matched, so that the motion tells where this one may be
+  bool followed_;  ///< on a finished map, at a place that is sure
+  bool goes_on_;   ///< the scan before was matched, so that the motion tells where this one may be
 };
 
 }  // namespace crsm

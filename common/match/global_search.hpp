@@ -28,6 +28,10 @@ inline constexpr double kLeastScore = 0.45;
 /// of them less than 0.04.
 inline constexpr double kLeastTrackedScore = 0.25;
 
+/// The same where the last ten scans that were found fit so well that the place is right: on intel people and doors
+/// bring scans of the mapping itself down to 0.1.
+inline constexpr double kLeastFollowedScore = 0.08;
+
 /// What a search of the whole map has found.
 struct GlobalMatch {
   Pose2 T_map_laser;       ///< the best place

@@ -49,6 +49,13 @@ double FindPull(const MatchParameters& parameters, const TrackingState& tracking
   return std::max(least_per_m2, std::min(kByError_per_m / std::max(tracking.motion_error_m(), 1e-6), kMost_per_m2));
 }
 
+/// Whether a robot that is followed may have come from one pose to another.
+bool IsNear(const Pose2& from, const Pose2& to) {
+  constexpr double kNear_m = 0.3;
+  constexpr double kNear_rad = 0.25;
+  return Distance(from, to) < kNear_m && std::abs(WrapAngle(to.yaw_rad - from.yaw_rad)) < kNear_rad;
+}
+
 /// The pose that is as far along an axis as the presumed one.
 Pose2 MoveBackAlong(const Eigen::Vector2d& axis, const Pose2& pose, const Pose2& presumed) {
   const Eigen::Vector2d step_m = WayFrom(pose, presumed).dot(axis) * axis;
@@ -405,7 +412,9 @@ void RrhcMatcher::Judge(const Rays& rays, const Guess& guess, const Presumption&
       presumed.found_on_whole_map || expected.unknown()
           ? Score() >= kLeastScore
           : expected.IsMetBy({refined.pose, fitness}, refined.is_presumed, rays.critical_hits_m, map_.cells()) &&
-                (!tracking.on_finished_map() || Score() >= kLeastTrackedScore);
+                (!tracking.on_finished_map() ||
+                 Score() >= (expected.followed() && IsNear(presumed.if_lost, refined.pose) ? kLeastFollowedScore
+                                                                                           : kLeastTrackedScore));
   match.T_map_laser = presumed.if_lost;
   if (!explained) return;
   if (ContradictsWheels(guess, refined.pose, tracking) && !IsProven(rays, refined.pose, tracking)) return;

@@ -135,7 +135,13 @@ void RunStatistics::LengthenPath(const ScanMatch& match) {
   const double step_m = T_map_on_path_ ? Distance(*T_map_on_path_, match.T_map_laser) : 0.0;
   if (T_map_on_path_ && step_m < kStep_m) return;
   values_.path_m += step_m;
-  if (match.state == MatchState::kDegenerate && !match.by_wheels) values_.open_path_m += step_m;
+  const bool is_open = match.state == MatchState::kDegenerate && !match.by_wheels;
+  open_m_ = is_open ? open_m_ + step_m : 0.0;
+  if (is_open) values_.open_path_m += step_m;
+  if (open_m_ > values_.longest_open_m) {
+    values_.longest_open_m = open_m_;
+    values_.longest_open_ends_m = {match.T_map_laser.x_m, match.T_map_laser.y_m};
+  }
   T_map_on_path_ = match.T_map_laser;
 }
 

@@ -39,6 +39,8 @@ class RunStatistics {
     double furthest_m = 0.0;    ///< of the matched poses from the first of their trajectory
     double furthest_rad = 0.0;  ///< the same of their yaw
     double open_path_m = 0.0;   ///< length of the path on degenerate scans, where no wheels tell it
+    double longest_open_m = 0.0;                                    ///< of that path, the longest piece
+    Eigen::Vector2d longest_open_ends_m = Eigen::Vector2d::Zero();  ///< where that ends, map frame
     double mean_fitness = 0.0;  ///< of the matched scans, [0, 1]; 0 if there are none
     bool finished_map = false;  ///< scans were localised, and changed nothing
     /// How the turns, and the ways, by odometry go with those by the laser, [-1, 1]; -1 where they are opposite.
@@ -87,6 +89,7 @@ class RunStatistics {
   Correlation turns_;
   Correlation ways_;
   std::optional<Pose2> T_map_on_path_;        ///< up to which path_m is counted
+  double open_m_ = 0.0;                       ///< path on degenerate scans up to there
   std::optional<ScanMatch> first_;            ///< of the trajectory
   std::optional<ScanMatch> previous_;         ///< if it was matched
   std::map<std::uint64_t, Sampled> sampled_;  ///< by the hash of the utime: the scans of the smallest ones

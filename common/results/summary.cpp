@@ -27,6 +27,9 @@ Json ToJson(const Verdict& verdict) {
           {"agreement", verdict.agreement ? Json(*verdict.agreement) : Json(nullptr)},
           {"revisits", ToJson(verdict.contradiction)},
           {"open_path_m", values.open_path_m},
+          {"off_m", verdict.off_m ? Json(*verdict.off_m) : Json(nullptr)},
+          {"off_x_m", verdict.off_at_m ? Json(verdict.off_at_m->x()) : Json(nullptr)},
+          {"off_y_m", verdict.off_at_m ? Json(verdict.off_at_m->y()) : Json(nullptr)},
           {"without_rays", values.without_rays},
           {"longest_lost", values.longest_lost},
           {"far_steps", values.far_steps}};

@@ -10,10 +10,10 @@ namespace crsm {
 
 /// What the ranges of a log's first scans tell of a laser.
 struct RangeFinding {
-  double reach_m = 0.0;               ///< the furthest hit; 0 without any
-  std::optional<float> no_return_m;   ///< the range that the laser reports where it measures nothing
-  double no_return_share = 0.0;       ///< of all beams
-  double beyond_share = 0.0;          ///< of all hits: beyond what the parameters take for one
+  double reach_m = 0.0;              ///< the furthest hit; 0 without any
+  std::optional<float> no_return_m;  ///< the range that the laser reports where it measures nothing
+  double no_return_share = 0.0;      ///< of all beams
+  double beyond_share = 0.0;         ///< of all hits: beyond what the parameters take for one
 
   /// The largest range_max_m that takes no_return_m for no hit. Only where there is one.
   double RangeMax() const;

@@ -102,6 +102,7 @@ void AskLaser(const StackOptions& options, CommandLine& command_line) {
     if (!laser.Next()) throw std::runtime_error("ended before the laser sent enough scans");
   }
   command_line.SetUnlessSaid("sweep_s", fmt::format("{:.3f}", std::min(laser.sweep_s(), 1.0)));
+  command_line.SetUnlessSaid("beam_times", "true");  // where scans have them they are better than that
 }
 
 /// Said here in one line, where else the logs of several processes would. A publisher that is not ours may feed a

@@ -44,7 +44,7 @@ std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOption
     if (file.is_compressed()) {
       throw std::runtime_error(fmt::format("{} is a gzip-compressed bag: run gunzip on it first", name));
     }
-    return std::make_unique<BagSource>(name, options.laser, options.odometry);
+    return std::make_unique<BagSource>(name, options.laser, options.odometry, options.scan);
   }
   if (HasLcmSync(start)) {
     return std::make_unique<LcmLogSource>(name, options.laser, options.scan, options.odometry);
@@ -95,7 +95,7 @@ std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const Sour
   const std::filesystem::file_status status = std::filesystem::status(name, error);
   if (!std::filesystem::exists(status)) throw std::runtime_error(fmt::format("there is no file {}", name));
   if (std::filesystem::is_directory(status)) {
-    if (IsBagFolder(name)) return std::make_unique<BagSource>(name, options.laser, options.odometry);
+    if (IsBagFolder(name)) return std::make_unique<BagSource>(name, options.laser, options.odometry, options.scan);
     throw std::runtime_error(fmt::format("{} is a directory without a bag of ROS 2, must be {}", name, kLog));
   }
   if (!std::filesystem::is_regular_file(status)) {

@@ -25,9 +25,10 @@ bool IsReturn(float range_m, const RosScan& scan) {
 
 std::int64_t ToUtime(const RosTime& time) { return (time.sec * kRosSecond_ns + time.nanosec + 500) / 1000; }
 
-LaserScan FromRosScan(RosScan ros) {
-  const double sweep_s = SweepTime(ros);
-  const double last_s = std::max(0.0, sweep_s);  // after the stamp
+LaserScan FromRosScan(RosScan ros, const ScanParameters& parameters) {
+  const double sweep_s = parameters.beam_times ? SweepTime(ros) : 0.0;
+  const double last_s =
+      parameters.beam_times ? std::max(0.0, sweep_s) : std::abs(parameters.sweep_s);  // after the stamp
   const std::int64_t last_ns = std::llround(last_s * kRosSecond_ns);
   LaserScan scan{ToUtime({ros.stamp.sec, ros.stamp.nanosec + last_ns}), ros.angle_min, ros.angle_increment, {}};
   for (std::size_t beam = 0; sweep_s != 0.0 && beam < ros.ranges.size(); ++beam) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/parameters.hpp"
 #include "common/scan/laser_scan.hpp"
 
 namespace crsm {
@@ -35,6 +36,9 @@ struct RosScan {
 ///
 /// Ranges outside of what the message calls its range, infinity and NaN are 0 = no return; so is one that is range_max
 /// itself, which simulators and older drivers set for it. Limits that cannot be, as 0 to 0, are none.
-LaserScan FromRosScan(RosScan ros);
+///
+/// parameters: where they do not believe the times of beams, the beams have none, and utime is the stamp and their
+/// sweep_s.
+LaserScan FromRosScan(RosScan ros, const ScanParameters& parameters = {});
 
 }  // namespace crsm

@@ -53,8 +53,8 @@ std::string StudyReach(std::span<const LaserScan> scans, CommandLine& command_li
     }
   }
   if (finding.beyond_share > kMany) {
-    text += fmt::format("; {} leaves out {:.0f} % of the hits, which lie beyond it", command_line.WhoSaid("range_max_m"),
-                        100.0 * finding.beyond_share);
+    text += fmt::format("; {} leaves out {:.0f} % of the hits, which lie beyond it",
+                        command_line.WhoSaid("range_max_m"), 100.0 * finding.beyond_share);
   }
   return text;
 }

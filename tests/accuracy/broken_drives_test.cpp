@@ -40,7 +40,7 @@ struct Pieces {
 };
 
 Recording Record(const std::string& world, std::uint64_t seed) {
-  const auto source = OpenLaserSource(world, {seed, ""});
+  const auto source = OpenLaserSource(world, {seed});
   Recording recording;
   while (auto scan = source->Next()) {
     recording.truth.push_back({scan->utime, source->TruePose().value()});

@@ -40,7 +40,7 @@ int FromEnvironment(const char* name, int usual) {
 
 /// Maps a building; returns its scans too, with the poses that they got.
 Visit MapBuilding(const Building& building, const Parameters& parameters, Slam& slam) {
-  const auto source = OpenLaserSource(building.source, {parameters.match.seed, ""});
+  const auto source = OpenLaserSource(building.source, {parameters.match.seed});
   Visit visit;
   while (auto scan = source->Next()) {
     visit.T_map_laser.push_back(slam.Process(*scan).match.T_map_laser);
@@ -51,7 +51,7 @@ Visit MapBuilding(const Building& building, const Parameters& parameters, Slam& 
 
 /// A simulated building once more, with other noise, and the true poses.
 Visit SimulateAnotherDay(const Building& building) {
-  const auto source = OpenLaserSource(building.source, {2, ""});
+  const auto source = OpenLaserSource(building.source, {2});
   Visit visit;
   while (auto scan = source->Next()) {
     visit.T_map_laser.push_back(source->TruePose().value());
@@ -136,6 +136,28 @@ TEST_CASE("a robot is found on the map of its own building and of no other: real
   // Half of the places in aces are like others. A corridor of aces is like one of fr079 for some metres, as far as a
   // laser sees.
   if (buildings.size() > 1) CheckAllPairs(buildings, "sick", 0.0, 0.05);
+}
+
+TEST_CASE("a robot is followed on the map that its own scans have made", "[logs]") {
+  const auto log = FindRealLog("radish/intel.clf.gz");
+  if (!log) return;
+  constexpr std::size_t kMapped = 7000;
+  constexpr std::size_t kFirst = 4000;
+  constexpr std::size_t kFollowed = 1000;  // people stand in the way of some
+  const auto source = OpenLaserSource(*log, {1});
+  Slam slam(ShippedParameters("sick", 1));
+  std::vector<LaserScan> scans;
+  while (scans.size() < kMapped) {
+    scans.push_back(source->Next().value());
+    slam.Process(scans.back());
+  }
+  slam.AwaitLoops();
+  slam.FinishMap();
+  std::size_t num_found = 0;
+  for (std::size_t i = 0; i < kFollowed; ++i) {
+    num_found += slam.Process(scans[kFirst + i]).match.state != MatchState::kLost;
+  }
+  CHECK(num_found >= kFollowed - 10);
 }
 
 }  // namespace crsm

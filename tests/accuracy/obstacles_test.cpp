@@ -25,7 +25,7 @@ struct MapErrors {
 
 MapErrors Measure(const std::string& world_name, std::uint64_t seed) {
   const Parameters parameters = ShippedParameters("paper", seed);
-  const auto source = OpenLaserSource("sim:" + world_name, {seed, "", parameters.scan});
+  const auto source = OpenLaserSource("sim:" + world_name, {seed, {}, parameters.scan});
   Slam slam(parameters);
   std::vector<ScanMatch> matches;
   while (const auto scan = source->Next()) matches.push_back(slam.Process(*scan).match);

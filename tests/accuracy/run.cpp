@@ -69,7 +69,7 @@ Parameters ShippedParameters(const std::string& preset, std::uint64_t seed, cons
 }
 
 Outcome Map(const Drive& drive, const Parameters& parameters) {
-  const auto source = OpenLaserSource(drive.source, {parameters.match.seed, "", parameters.scan});
+  const auto source = OpenLaserSource(drive.source, {parameters.match.seed, {}, parameters.scan});
   Slam slam(parameters);
   std::vector<ScanMatch> matches;
   std::vector<double> cpu_s;

@@ -16,7 +16,7 @@ namespace crsm {
 namespace {
 
 std::vector<LaserScan> ReadScans(const std::string& source, std::uint64_t seed) {
-  const auto opened = OpenLaserSource(source, {seed, ""});
+  const auto opened = OpenLaserSource(source, {seed});
   std::vector<LaserScan> scans;
   while (auto scan = opened->Next()) scans.push_back(std::move(*scan));
   return scans;

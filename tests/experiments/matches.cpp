@@ -100,7 +100,7 @@ class Matches {
 
 Outcome MeasureMatches(const Run& run) {
   const Parameters parameters = ParametersOf(run);
-  const auto source = OpenLaserSource("sim:" + run.source, {static_cast<std::uint64_t>(run.seed), ""});
+  const auto source = OpenLaserSource("sim:" + run.source, {static_cast<std::uint64_t>(run.seed)});
   RaySelector selector(parameters);
   RrhcMatcher matcher(parameters.match, parameters.update.cell_size_m);
   MapUpdater updater(parameters.update);

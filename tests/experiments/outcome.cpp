@@ -67,7 +67,7 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
   const Parameters parameters = ParametersOf(run);
   const bool simulated = run.source.starts_with("env");
   const auto source =
-      OpenLaserSource(simulated ? "sim:" + run.source : LogOf(run, radish), {static_cast<std::uint64_t>(run.seed), ""});
+      OpenLaserSource(simulated ? "sim:" + run.source : LogOf(run, radish), {static_cast<std::uint64_t>(run.seed)});
   Slam slam(parameters);
   Results results;
   std::vector<ScanMatch> matches;

@@ -28,7 +28,7 @@ struct Drive {
 };
 
 Drive TakeDrive(std::uint64_t seed, std::size_t first, std::size_t last) {
-  const auto source = OpenLaserSource("sim:demo", {seed, ""});
+  const auto source = OpenLaserSource("sim:demo", {seed});
   Drive drive;
   for (std::size_t i = 0; i < last; ++i) {
     auto scan = source->Next();

@@ -22,7 +22,7 @@ const std::vector<std::string> kMapFiles{"map.png", "map.yaml", "trajectory.tum"
 /// A CARMEN log of the demo world, every second scan of it: odometry drifts, is upside down for a while, jumps once,
 /// and is missing from some lines.
 fs::path WriteCarmenLog(const fs::path& path, int num_scans) {
-  const auto source = OpenLaserSource("sim:demo", {1, ""});
+  const auto source = OpenLaserSource("sim:demo", {1});
   std::ofstream log(path);
   Random noise(7);
   Pose2 T_map_last;

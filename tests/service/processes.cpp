@@ -221,7 +221,7 @@ bool Stack::Finish() {
 }
 
 std::vector<LaserScan> TakeScans(const std::string& source_name, std::size_t count, std::size_t step) {
-  const auto source = OpenLaserSource(source_name, {ParametersOf({}).match.seed, ""});
+  const auto source = OpenLaserSource(source_name, {ParametersOf({}).match.seed});
   std::vector<LaserScan> scans;
   for (std::size_t i = 0; scans.size() < count; ++i) {
     auto scan = source->Next();

@@ -80,7 +80,7 @@ std::map<std::string, std::string> ReadFolder(const fs::path& folder) {
 
 /// Scans of the simulated robot on another day: noise of another seed, from the middle of its way on.
 std::vector<LaserScan> OtherDay(std::size_t count) {
-  const auto source = OpenLaserSource("sim:demo", {2, ""});
+  const auto source = OpenLaserSource("sim:demo", {2});
   std::vector<LaserScan> scans;
   for (std::size_t i = 0; i < 300; ++i) source->Next();
   while (scans.size() < count) scans.push_back(source->Next().value());

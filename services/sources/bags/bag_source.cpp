@@ -45,12 +45,14 @@ void CheckFrames(const std::string& path, const BagTopic& laser, const std::stri
 
 }  // namespace
 
-BagSource::BagSource(const std::string& path, const LaserChoice& laser, const OdometryOptions& odometry)
-    : BagSource(path, FindTopics(path), laser, odometry) {}
+BagSource::BagSource(const std::string& path, const LaserChoice& laser, const OdometryOptions& odometry,
+                     const ScanParameters& parameters)
+    : BagSource(path, FindTopics(path), laser, odometry, parameters) {}
 
 BagSource::BagSource(const std::string& path, const Topics& topics, const LaserChoice& laser,
-                     const OdometryOptions& odometry)
+                     const OdometryOptions& odometry, const ScanParameters& parameters)
     : laser_(ChooseLaser(path, topics, laser.channel)),
+      laser_parameters_(parameters),
       frames_(laser.frame),
       odometry_(path, topics, {laser_, frames_.wanted()}, odometry),
       bag_(OpenBag(path, [this](const BagTopic& met) { return met == laser_ || odometry_.Wants(met); })),
@@ -74,7 +76,7 @@ void BagSource::Take(const BagMessage& message) {
 }
 
 void BagSource::TakeScan(std::string_view data) {
-  DecodedScan decoded = DecodeScan(laser_, data);
+  DecodedScan decoded = DecodeScan(laser_, data, laser_parameters_);
   const bool names_frame = decoded.scan || !decoded.frame.empty();
   if (names_frame && !frames_.Take(decoded.frame)) {
     ++counts_["other_frame"];

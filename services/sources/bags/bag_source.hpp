@@ -26,7 +26,8 @@ class BagSource : public LaserSource {
  public:
   /// laser: whose scans to take. Throws std::runtime_error that lists the topics, or the frames of the scans, where
   /// that does not tell which. odometry: Throws std::runtime_error too if the bag has not what it names.
-  BagSource(const std::string& path, const LaserChoice& laser, const OdometryOptions& odometry = {});
+  BagSource(const std::string& path, const LaserChoice& laser, const OdometryOptions& odometry = {},
+            const ScanParameters& parameters = {});
 
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return scans_.T_odom_robot(); }
@@ -37,11 +38,12 @@ class BagSource : public LaserSource {
 
  private:
   BagSource(const std::string& path, const std::set<BagTopic>& topics, const LaserChoice& laser,
-            const OdometryOptions& odometry);
+            const OdometryOptions& odometry, const ScanParameters& parameters);
   void Take(const BagMessage& message);
   void TakeScan(std::string_view data);
 
   BagTopic laser_;
+  ScanParameters laser_parameters_;  ///< as of FromRosScan
   LaserFrames frames_;
   BagOdometry odometry_;
   std::unique_ptr<BagReader> bag_;

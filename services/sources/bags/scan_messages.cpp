@@ -22,7 +22,7 @@ using Json = nlohmann::json;
 
 constexpr const char* kMalformed = "messages are cut short, or do not match their type";
 
-DecodedScan MakeScan(RosScan raw) {
+DecodedScan MakeScan(RosScan raw, const ScanParameters& parameters) {
   constexpr std::int64_t kMostSeconds = 9'000'000'000;
   const auto& [sec, nanosec] = raw.stamp;
   if (sec < 0 || sec > kMostSeconds || nanosec < 0 || nanosec >= kRosSecond_ns) {
@@ -32,7 +32,7 @@ DecodedScan MakeScan(RosScan raw) {
     return {{},
             fmt::format("scans have {} ranges: they must have {} to {}", raw.ranges.size(), kMinBeams, kMostBeamsRead)};
   }
-  LaserScan scan = FromRosScan(std::move(raw));
+  LaserScan scan = FromRosScan(std::move(raw), parameters);
   std::string thinned = ThinBeams(scan);
   // What goes over the wire has to pass there.
   const bot_core::planar_lidar_t message = ToMessage(scan);
@@ -55,7 +55,7 @@ std::vector<float> ReadFloats(ByteReader& reader) {
 }
 
 /// sensor_msgs/LaserScan.
-DecodedScan DecodeRosScan(const BagTopic& topic, std::string_view data) {
+DecodedScan DecodeRosScan(const BagTopic& topic, std::string_view data, const ScanParameters& parameters) {
   auto message = OpenMessage(topic, data);
   if (!message) return {{}, kMalformed};
   ByteReader& reader = message->reader;
@@ -72,7 +72,7 @@ DecodedScan DecodeRosScan(const BagTopic& topic, std::string_view data) {
   raw.ranges = ReadFloats(reader);
   ReadFloats(reader);  // intensities
   if (!message->IsWhole()) return {{}, kMalformed};
-  DecodedScan decoded = MakeScan(std::move(raw));
+  DecodedScan decoded = MakeScan(std::move(raw), parameters);
   decoded.frame = std::move(header.frame);
   return decoded;
 }
@@ -98,7 +98,7 @@ std::optional<std::vector<float>> FindRanges(const Json& json) {
 }
 
 /// foxglove.LaserScan. It knows neither a laser's range nor the time of a sweep.
-DecodedScan DecodeJsonScan(std::string_view data) {
+DecodedScan DecodeJsonScan(std::string_view data, const ScanParameters& parameters) {
   const Json json = Json::parse(data, nullptr, false);
   if (!json.is_object() || !json.contains("timestamp") || !json["timestamp"].is_object()) return {{}, kMalformed};
   const auto sec = FindNumber(json["timestamp"], "sec");
@@ -116,7 +116,7 @@ DecodedScan DecodeJsonScan(std::string_view data) {
   const double num_steps = ranges->empty() ? 1.0 : std::max(1.0, static_cast<double>(ranges->size() - 1));
   raw.angle_increment = static_cast<float>((*end_rad - *start_rad) / num_steps);
   raw.ranges = std::move(*ranges);
-  DecodedScan decoded = MakeScan(std::move(raw));
+  DecodedScan decoded = MakeScan(std::move(raw), parameters);
   if (const auto frame = json.find("frame_id"); frame != json.end() && frame->is_string()) {
     decoded.frame = frame->get<std::string>();
   }
@@ -150,8 +150,8 @@ std::string LaserTopicTypes() {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-DecodedScan DecodeScan(const BagTopic& topic, std::string_view data) {
-  return topic.encoding == "json" ? DecodeJsonScan(data) : DecodeRosScan(topic, data);
+DecodedScan DecodeScan(const BagTopic& topic, std::string_view data, const ScanParameters& parameters) {
+  return topic.encoding == "json" ? DecodeJsonScan(data, parameters) : DecodeRosScan(topic, data, parameters);
 }
 
 std::optional<RobotOdometry> DecodeOdometry(const BagTopic& topic, std::string_view data) {

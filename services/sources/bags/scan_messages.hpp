@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "common/parameters.hpp"
 #include "common/scan/laser_scan.hpp"
 #include "common/scan/odometry_buffer.hpp"
 #include "services/sources/bags/bag_reader.hpp"
@@ -38,7 +39,7 @@ bool IsPoseTopic(const BagTopic& topic);
 std::string LaserTopicTypes();
 
 /// Reads a message of a laser's topic.
-DecodedScan DecodeScan(const BagTopic& topic, std::string_view data);
+DecodedScan DecodeScan(const BagTopic& topic, std::string_view data, const ScanParameters& parameters = {});
 
 /// Reads a message of a topic with odometry or poses; nothing if it is malformed.
 std::optional<RobotOdometry> DecodeOdometry(const BagTopic& topic, std::string_view data);

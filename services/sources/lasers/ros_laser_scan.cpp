@@ -43,14 +43,15 @@ bool ValuesInRange(const sensor_msgs::LaserScan& scan) {
 
 namespace {
 
-LaserScan ToScan(const sensor_msgs::LaserScan& m, const ScanParameters&) {
+LaserScan ToScan(const sensor_msgs::LaserScan& m, const ScanParameters& parameters) {
   return FromRosScan({{m.header.stamp.sec, m.header.stamp.nsec},
                       m.angle_min,
                       m.angle_increment,
                       m.time_increment,
                       m.range_min,
                       m.range_max,
-                      m.ranges});
+                      m.ranges},
+                     parameters);
 }
 
 std::string FrameOf(const sensor_msgs::LaserScan& scan) { return scan.header.frame_id; }

@@ -77,6 +77,37 @@ TEST_CASE("a run whose scans all fit is good, and says how many there were") {
   CHECK(verdict.text == "100 of 100 scans mapped, 0 lost, 0 degenerate, mean fitness 0.80");
 }
 
+TEST_CASE("the longer the way that nothing told, the further off the map may be, and it is said behind where") {
+  Run short_one;
+  short_one.Add(100);
+  CHECK(*short_one.Judged().off_m < 0.05);
+  CHECK_FALSE(short_one.Judged().off_at_m);
+  CHECK(Mentions(short_one.Judged(), "parts of it may be off by up to 0.04 m"));
+
+  Run open;  // 3.75 m of 12.5 m, in two pieces
+  open.step_m = 0.25;
+  open.Add(10);
+  open.Add(10, [](ScanMatch& match) { match.state = MatchState::kDegenerate; });
+  open.Add(10);
+  open.Add(5, [](ScanMatch& match) { match.state = MatchState::kDegenerate; });
+  open.Add(15);
+  CHECK(open.Judged().trust == Trust::kGood);
+  CHECK(*open.Judged().off_m > 0.1);
+  REQUIRE(open.Judged().off_at_m);
+  CHECK(open.Judged().off_at_m->x() == Approx(5.0));
+  CHECK(Mentions(open.Judged(), "behind x 5 m, y 0 m"));
+
+  Run lost;
+  lost.Add(100);
+  lost.Add(25, Lose);
+  lost.Add(900);
+  CHECK(*lost.Judged().off_m > 20.0);
+
+  Run bad;
+  bad.Add(100, [](ScanMatch& match) { match.fitness = 0.3; });
+  CHECK_FALSE(bad.Judged().off_m);
+}
+
 TEST_CASE("no scan at all is bad, a few tell nothing") {
   CHECK(Run().Judged().trust == Trust::kBad);
   CHECK(Mentions(Run().Judged(), "no scan came"));
@@ -423,7 +454,7 @@ TEST_CASE("breaks that were all joined are told in one line, and speak against n
   pieces.pieces = {{90, 100, 40.0}};
   const Verdict verdict = Judge(run.statistics, ByteMap(0.1), pieces);
   CHECK(verdict.trust == Trust::kGood);
-  CHECK(FormatVerdict(verdict).size() == 3);
+  CHECK(FormatVerdict(verdict).size() == 4);  // the scans, the verdict, its metres
   CHECK(Mentions(verdict, "lost or interrupted 4 times, and all parts of the map were joined"));
   pieces.num_breaks = 1;
   CHECK(Mentions(Judge(run.statistics, ByteMap(0.1), pieces), "lost or interrupted once, and the two parts"));

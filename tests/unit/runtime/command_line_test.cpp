@@ -17,9 +17,9 @@ namespace {
 class Program {
  public:
   explicit Program(const std::vector<std::string>& words,
-                   std::vector<ParameterGroup> groups = {ParameterGroup::kSeed, ParameterGroup::kScan,
-                                                         ParameterGroup::kSelection, ParameterGroup::kMatch,
-                                                         ParameterGroup::kUpdate})
+                   std::vector<ParameterGroup> groups = {ParameterGroup::kSeed, ParameterGroup::kLaser,
+                                                         ParameterGroup::kScan, ParameterGroup::kSelection,
+                                                         ParameterGroup::kMatch, ParameterGroup::kUpdate})
       : line("program", "What it does.", std::move(groups),
              {"lcm_url", "channel_prefix", "odometry_topic", "lockstep", "map_wait_s", "start"}) {
     std::vector<const char*> argv{"program"};
@@ -293,13 +293,29 @@ TEST_CASE("what a laser says of itself holds where nobody has said otherwise, an
   Program silent({});
   silent.line.SetUnlessSaid("sweep_s", "0.075");
   CHECK(silent.parameters().scan.sweep_s == 0.075);
-  CHECK(silent.line.WordsFor({{ParameterGroup::kScan}, {}}) == std::vector<std::string>{"--sweep-s", "0.075"});
+  CHECK(silent.line.WordsFor({{ParameterGroup::kLaser}, {}}) == std::vector<std::string>{"--sweep-s", "0.075"});
   Program flagged({"--sweep-s", "0.1"});
   flagged.line.SetUnlessSaid("sweep_s", "0.075");
   CHECK(flagged.parameters().scan.sweep_s == 0.1);
   Program preset({"--preset", "rplidar-a1"});
   preset.line.SetUnlessSaid("sweep_s", "0.075");
   CHECK(preset.parameters().scan.sweep_s == 0.15);
+}
+
+TEST_CASE("what the scans show goes before a preset, not before a flag") {
+  Program preset({"--preset", "rplidar-a1", "--range-max-m", "9"});
+  preset.line.Correct("sweep_s", "-0.1");
+  preset.line.Correct("range_max_m", "8");
+  CHECK(preset.parameters().scan.sweep_s == -0.1);
+  CHECK(preset.parameters().scan.range_max_m == 9.0);
+  CHECK(preset.line.WhoSaid("range_max_m") == "--range-max-m 9");
+  CHECK(preset.line.WhoSaid("cell_size_m").find("rplidar-a1") != std::string::npos);
+}
+
+TEST_CASE("a sweep that is typed goes before the times in the messages, one of a preset does not") {
+  CHECK_FALSE(Program({"--sweep-s", "0.1"}).parameters().scan.beam_times);
+  CHECK(Program({"--sweep-s", "0.1", "--beam-times"}).parameters().scan.beam_times);
+  CHECK(Program({"--preset", "rplidar-a1"}).parameters().scan.beam_times);
 }
 
 TEST_CASE("a start is three numbers, or none") {

@@ -65,6 +65,8 @@ TEST_CASE("the beams of a sweep are measured one after the other, the last one a
   scan.angle_step_rad = -0.25f;  // clockwise: rays rise, times fall
   CHECK(FindValidRays(scan, laser).time_s == std::vector<float>{-0.0f, -0.1f, -0.2f, -0.4f});
   CHECK(FindValidRays(scan, kLaser).time_s.empty());
+  laser.sweep_s = -0.4;  // the first beam last
+  CHECK(FindValidRays(scan, laser).time_s == std::vector<float>{-0.4f, -0.3f, -0.2f, -0.0f});
 }
 
 TEST_CASE("what a scan says of its beams' times goes before what is known of the laser") {
@@ -75,6 +77,8 @@ TEST_CASE("what a scan says of its beams' times goes before what is known of the
   CHECK(FindValidRays(scan, kLaser).time_s == std::vector<float>{-0.3f, -0.125f, 0.0625f});
   scan.angle_step_rad = -0.25f;
   CHECK(FindValidRays(scan, kLaser).time_s == std::vector<float>{0.0625f, -0.125f, -0.3f});
+  laser.beam_times = false;
+  CHECK(FindValidRays(scan, laser).time_s.back() == -0.4f);
 }
 
 TEST_CASE("a clockwise scan gives the same rays as its counter-clockwise twin") {

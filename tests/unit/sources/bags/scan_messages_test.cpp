@@ -57,6 +57,21 @@ TEST_CASE("the stamp of a LaserScan is that of its first beam, the utime that of
   CHECK(ScanOf(message).times_s == std::vector<float>{-0.5f, -0.25f, 0.0f});
 }
 
+TEST_CASE("where the times of a LaserScan are not believed, its utime is the stamp and the sweep, either way round") {
+  const LaserMessage message{.time_increment = 0.25f};
+  ScanParameters parameters;
+  parameters.beam_times = false;
+  for (const double sweep_s : {0.1, -0.1}) {
+    parameters.sweep_s = sweep_s;
+    const auto scan = DecodeScan(kCdr, message.Cdr(), parameters).scan;
+    REQUIRE(scan);
+    CHECK(scan->utime == 100'100'000);
+    CHECK(scan->times_s.empty());
+  }
+  parameters.sweep_s = 0.0;
+  CHECK(DecodeScan(kCdr, message.Cdr(), parameters).scan->utime == 100'000'000);
+}
+
 TEST_CASE("a driver that turns its scans round has measured the first beam last") {
   const LaserScan scan = ScanOf({.time_increment = -0.25f});
   CHECK(scan.utime == 100'000'000);
