@@ -133,10 +133,10 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   const BusRole role(address, kStackRole);
   CheckRolesAreFree(address, options);
   SayWhatIsMissing(options);
-  if (!options.is_live()) StudyLaser(options.source, command_line);
   AskLaser(options, command_line);
   Signals signals;
   ResultsFolder folder(command_line.settings().out, options.earlier);
+  if (!options.is_live()) StudyLaser(options.source, command_line);
   const bool success = Supervisor(PlanStack(command_line, options, folder), folder, signals).Run();
   const int verdict = ReportOutcome(folder.path(), options.strict);
   return success ? verdict : EXIT_FAILURE;

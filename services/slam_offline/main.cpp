@@ -329,11 +329,12 @@ Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs,
   if (logs.size() > 1) CheckSeveral(command_line, logs);
   AdoptEarlierMapParameters(earlier.resume, command_line);
   if (logs.size() > 1) CheckLogs(command_line, logs);
-  StudyLaser(logs.front(), command_line);
   auto source = Open(command_line, logs, 0);
   PrepareFolder(settings.out);
   const PathLock lock("--out", settings.out);
   MakeRoom(command_line.program(), settings.out, earlier);
+  StudyLaser(logs.front(), command_line);
+  source = Open(command_line, logs, 0);
 
   Run run(command_line.parameters());
   const std::unique_ptr<Journal> journal = Begin(command_line, earlier.resume, run);

@@ -238,7 +238,8 @@ TEST_CASE("slam_offline says of a log what is wrong with its laser, and nothing 
   };
   const auto good = Said("good.lcm", [](LaserScan&) {});
   CHECK(good.first == 0);
-  CHECK(good.second.find("good.lcm") == std::string::npos);
+  CHECK(good.second.find("good.lcm: 270 beams over 269 degrees, hits to 9.") != std::string::npos);
+  CHECK(good.second.find("good.lcm") == good.second.rfind("good.lcm"));  // and no more
   const auto Expect = [&](const std::function<void(LaserScan&)>& change, const std::string& expected, int exit_code) {
     const auto [code, said] = Said("bad.lcm", change);
     CAPTURE(said);
