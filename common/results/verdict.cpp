@@ -40,13 +40,15 @@ constexpr std::int64_t kLongOpen = 300;
 
 // What is not on the map is missing: a room, say. Right: 1.
 constexpr double kLeastOnLargest = 0.98;
-constexpr double kLeastOfAll = 0.5;  // less than half of what was seen is no map of it
+constexpr double kLeastOfAll = 0.25;  // so little of what was seen is no map of it
 
 // Scans of about the same place, long apart along the path. Right by the mean of their errors: 0.041 at most, but for
 // killian at 8 m with odometry (0.076), aces without loops (0.48) and the flat by 70 and 90 degrees (0.41). Wrong: up
 // to 1, but also as little as 0.014 (aces at 8 m).
 constexpr std::int64_t kFewLooks = 20;
 constexpr double kMostContradict = 0.05;
+constexpr std::int64_t kVeryFewLooks = 10;
+constexpr double kMostOfFewContradict = 0.2;
 
 // Where next to nothing was seen twice nothing vouches for what degenerate scans leave open. Right: 6 m at most by
 // lasers that see 180 degrees and 5 m; those that see less are right with 72 m, and wrong from 9 m on.
@@ -110,7 +112,9 @@ void JudgeFit(Verdict& verdict) {
   const auto& values = verdict.values;
   if (IsStanding(values)) return JudgeStanding(verdict);
   if (values.mean_fitness >= kFairFitness) return;
-  Warn(verdict, values.mean_fitness < kLeastFitness ? Trust::kBad : Trust::kDoubtful,
+  // Outdoors, and with a scan a metre, scans of right maps fit badly too, but their rays agree with the map.
+  const bool agrees = verdict.agreement.value_or(0.0) >= kLeastAgreement;
+  Warn(verdict, values.mean_fitness < kLeastFitness && !agrees ? Trust::kBad : Trust::kDoubtful,
        fmt::format(
            "the scans fit the map badly (mean fitness {:.2f}; correct maps have 0.6 or more): {}", values.mean_fitness,
            Jumps(values) ? fmt::format("{}, or angles in degrees", kTooFewScans)
@@ -207,10 +211,15 @@ void JudgeAxes(Verdict& verdict) {
   }
 }
 
+bool IsContradiction(const SelfContradiction& found) {
+  return (found.num_looks >= kFewLooks && found.share > kMostContradict) ||
+         (found.num_looks >= kVeryFewLooks && found.share > kMostOfFewContradict);
+}
+
 /// What was seen where the robot was twice.
 void JudgeContradiction(Verdict& verdict) {
   const SelfContradiction& found = verdict.contradiction;
-  if (found.num_looks < kFewLooks || found.share <= kMostContradict) return;
+  if (!IsContradiction(found)) return;
   std::string text = fmt::format(
       "{:.0f} % of the scans contradict others that were taken at about the same place before", 100.0 * found.share);
   if (found.worst_share > 0.0) {
@@ -249,7 +258,7 @@ void JudgeMetres(Verdict& verdict) {
   const SelfContradiction& found = verdict.contradiction;
   const double open_path_m = values.open_path_m;
   const bool seen_twice = found.num_looks >= kManyLooks;
-  const bool contradicts = found.num_looks >= kFewLooks && found.share > kMostContradict;
+  const bool contradicts = IsContradiction(found);
   double off_m = kAnyMap_m + kPerPath * values.path_m + (seen_twice ? kPerOpenPath : kPerUnseenPath) * open_path_m;
   if (open_path_m > kMostOpenPath * values.path_m) off_m += kPerDoubtfulPath * open_path_m;
   if (contradicts) off_m += std::max(kContradicts_m, kMuchOpenPath * open_path_m);

@@ -31,7 +31,7 @@ set(LIBRARY_ROOMS math scan map match graph library)
 list(TRANSFORM LIBRARY_ROOMS REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/common/\\1/*.cpp" OUTPUT_VARIABLE LIBRARY_GLOBS)
 file(GLOB LIBRARY_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/common/*.cpp ${LIBRARY_GLOBS})
 # What only programs say: it would need fmt.
-list(FILTER LIBRARY_SOURCES EXCLUDE REGEX "/(laser_judge|g2o)\\.cpp$")
+list(FILTER LIBRARY_SOURCES EXCLUDE REGEX "/(laser_judge|thin_beams|g2o)\\.cpp$")
 
 add_library(crsm_slam_objects OBJECT ${LIBRARY_SOURCES})
 target_compile_features(crsm_slam_objects PUBLIC cxx_std_20)

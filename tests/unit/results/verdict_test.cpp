@@ -303,6 +303,23 @@ TEST_CASE("scans that contradict the map are bad") {
   CHECK(Mentions(verdict, "contradict the map: only 40 %"));
 }
 
+TEST_CASE("scans that fit badly, but whose rays agree with the map, make it doubtful: as outdoors") {
+  const auto JudgeRays = [](float range_m) {
+    Run run;
+    run.step_m = 0.0;
+    for (int i = 0; i < 50; ++i) {
+      ScanMatch match = run.Next();
+      match.T_map_laser = {0.0, 0.2 * (i % 2), 0.0};  // it drives to and fro
+      match.fitness = 0.45;
+      run.statistics.Add(match.utime, LookAhead(range_m));
+      run.statistics.Add(match);
+    }
+    return Judge(run.statistics, MakeWall());
+  };
+  CHECK(JudgeRays(2.05f).trust == Trust::kDoubtful);
+  CHECK(JudgeRays(3.0f).trust == Trust::kBad);
+}
+
 TEST_CASE("many scans in a row in which nothing holds the position along an axis are doubtful, unless odometry does") {
   const auto IsOpen = [](ScanMatch& match) { match.state = MatchState::kDegenerate; };
   const auto IsHeldByWheels = [&](ScanMatch& match) {
@@ -371,7 +388,8 @@ TEST_CASE("a map in pieces is never good where more than a fiftieth of the match
   CHECK(some.warnings.size() == 1);  // they are not lost
   CHECK(Mentions(some, "warning: the map is in 3 pieces: the largest has 970 of 1000 mapped scans"));
   CHECK(JudgeWith(600, 400).trust == Trust::kDoubtful);
-  CHECK(JudgeWith(400, 600).trust == Trust::kBad);
+  CHECK(JudgeWith(300, 700).trust == Trust::kDoubtful);  // right in itself
+  CHECK(JudgeWith(200, 800).trust == Trust::kBad);
 }
 
 TEST_CASE("a map that hangs together by the wheels alone is doubtful, and says where it hangs on them") {
@@ -425,14 +443,14 @@ TEST_CASE(
 }
 
 TEST_CASE("a map whose scans contradict each other where the robot was twice is doubtful, and says where") {
-  const auto JudgeDrive = [](double off_m) {
+  const auto JudgeDrive = [](double off_m, int every = 1) {
     Run run;
     for (int i = 0; i < 400; ++i) {
       const double along_m = 0.05 * (i % 200 < 100 ? i % 200 : 199 - i % 200);
       const Pose2 truth{-2.5 + along_m, 0.0, i < 200 ? 0.0 : 0.3};
       ScanMatch match = run.Next();
       match.T_map_laser = {truth.x_m, truth.y_m + (i < 200 ? 0.0 : off_m), truth.yaw_rad};
-      run.statistics.Add(match.utime, FindValidRays(ScanNiche(truth, i), {}));
+      if (i % every == 0) run.statistics.Add(match.utime, FindValidRays(ScanNiche(truth, i), {}));
       run.statistics.Add(match);
     }
     return run.Judged();
@@ -442,6 +460,10 @@ TEST_CASE("a map whose scans contradict each other where the robot was twice is 
   CHECK(verdict.trust != Trust::kGood);
   CHECK(Mentions(verdict, "contradict others that were taken at about the same place"));
   CHECK(Mentions(verdict, "near x "));
+  constexpr int kSeldom = 36;
+  CHECK(JudgeDrive(0.8, kSeldom).contradiction.num_looks < 20);
+  CHECK(Mentions(JudgeDrive(0.8, kSeldom), "contradict others"));  // most of a few
+  CHECK_FALSE(Mentions(JudgeDrive(0.0, kSeldom), "contradict others"));
 }
 
 TEST_CASE("breaks that were all joined are told in one line, and speak against nothing") {
