@@ -86,7 +86,7 @@ void LaserWatch::Poll() {
     if (heard_.size() < kMostChannels && !IsOurs(channel)) heard_[channel] = Fingerprint(message->bytes);
   }
   if (silence_.ever_heard() || now >= *listen_until_) {
-    if (!silence_.ever_heard()) SayNothingCame();
+    if (!silence_.ever_heard() && !others_came_) SayNothingCame();
     listen_until_.reset();
     all_channels_.reset();
   }

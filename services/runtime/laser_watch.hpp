@@ -28,6 +28,8 @@ class LaserWatch {
 
   /// A scan came, also one that is sent again, in a message of that type.
   void Hear(const LaserScan& scan, const LaserType& type);
+  /// A scan of another laser came on the channel.
+  void HearOther() { others_came_ = true; }
   /// A message came that is no scan.
   void Refuse(std::span<const std::uint8_t> bytes);
 
@@ -54,6 +56,7 @@ class LaserWatch {
   LaserSilence silence_;
   LeftOutNews left_out_;
   std::set<std::string> said_;  ///< by SayOnce
+  bool others_came_ = false;    ///< scans of other lasers
 
   // For a moment, while the bus is searched for the laser.
   std::unique_ptr<MulticastSocket> all_channels_;

@@ -43,6 +43,7 @@ SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
         const bool is_wanted = frames_.Take(reading->frame);
         if (frames_.num_scans() % LaserFrames::kEnough == 0) watch_.SayOnce(frames_.Complaint());
         if (!is_wanted) {
+          watch_.HearOther();
           service_.counters().Add("other_frame");
           return true;
         }
