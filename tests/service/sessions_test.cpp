@@ -57,8 +57,8 @@ void MapWithStack(const TemporaryFolder& folder, const std::string& log, const s
   REQUIRE(exit_code == 0);
 }
 
-/// Channel and data of every event but the checks, which tell of sessions and disks, the head, whose epoch is drawn, and
-/// what loops have brought, which comes when it is found.
+/// Channel and data of every event but the checks, which tell of sessions and disks, the head, whose epoch is drawn,
+/// and what loops have brought, which comes when it is found.
 std::vector<std::pair<std::string, std::string>> ReadEvents(const fs::path& journal) {
   LcmEventLog log(journal.string());
   std::vector<std::pair<std::string, std::string>> events;

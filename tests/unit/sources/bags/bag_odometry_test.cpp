@@ -191,8 +191,8 @@ TEST_CASE("TF that is recorded late is waited for, up to a second") {
     return Read(WithTf().Scan(0).Scan(next_nanosec).Tf({RobotAt(1.0, 0)})).poses.at(0);
   };
   CHECK(PoseOf(999'000'000) == Pose2{1.0, 0.0, 0.0});
-  CHECK(Read(WithTf().Scan(0).Add(kScan, LaserMessage{.sec = 102, .frame = "laser"}.Ros1()).Tf({RobotAt(1.0, 0)})).poses.at(0) ==
-        std::nullopt);
+  CHECK(Read(WithTf().Scan(0).Add(kScan, LaserMessage{.sec = 102, .frame = "laser"}.Ros1()).Tf({RobotAt(1.0, 0)}))
+            .poses.at(0) == std::nullopt);
 }
 
 TEST_CASE("a named topic is used, also one of poses, and one of several") {
