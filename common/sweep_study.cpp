@@ -20,6 +20,8 @@ constexpr std::size_t kFewTurning = 12;     // fewer prove nothing
 struct Trial {
   double fitness = 0.0;   ///< 0 if it was lost
   double turned_rad = 0;  ///< in a sweep
+
+  bool turns() const { return std::abs(turned_rad) > kTurning_rad; }
 };
 
 /// What became of each scan, up to enough that turn.
@@ -39,7 +41,7 @@ std::vector<Trial> Try(std::span<const LaserScan> scans, const Parameters& param
     }
     trials.push_back(trial);
     last = match;
-    num_turning += std::abs(trial.turned_rad) > kTurning_rad;
+    num_turning += trial.turns();
     if (num_turning == kEnoughTurning) break;
   }
   return trials;
@@ -53,7 +55,7 @@ bool IsClearlyBetter(const std::vector<Trial>& one, const std::vector<Trial>& ot
   double squares = 0.0;
   double num = 0.0;
   for (std::size_t i = 0; i < std::min({one.size(), other.size(), turns.size()}); ++i) {
-    if (std::abs(turns[i].turned_rad) <= kTurning_rad) continue;
+    if (!turns[i].turns()) continue;
     const double better = one[i].fitness - other[i].fitness;
     sum += better;
     squares += better * better;
@@ -86,11 +88,14 @@ double FindSaidSweep(std::span<const LaserScan> scans) {
 /// The share of a turn that the laser sees, of the time for a turn.
 double LikelySweep(const LaserScan& scan, double period_s) {
   constexpr double kLongest_s = 1.0;
-  const double view_rad = std::abs(scan.angle_step_rad) * static_cast<double>(scan.ranges_m.size() - 1);
-  return period_s <= kLongest_s ? period_s * std::min(1.0, view_rad / (2.0 * kPi)) : 0.0;
+  return period_s <= kLongest_s ? period_s * std::min(1.0, ViewOf(scan) / (2.0 * kPi)) : 0.0;
 }
 
 }  // namespace
+
+double ViewOf(const LaserScan& scan) {
+  return std::abs(scan.angle_step_rad) * static_cast<double>(scan.ranges_m.size() - 1);
+}
 
 std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, Parameters parameters) {
   constexpr double kShortest = 0.02;  // of the period
@@ -119,8 +124,7 @@ std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, Paramet
     std::vector<Trial> trials = Try(scans, parameters, sweep_s);
     if (turns.empty()) {
       turns = best = std::move(trials);
-      finding.num_turning = static_cast<int>(std::count_if(
-          turns.begin(), turns.end(), [](const Trial& trial) { return std::abs(trial.turned_rad) > kTurning_rad; }));
+      finding.num_turning = static_cast<int>(std::ranges::count_if(turns, &Trial::turns));
       if (finding.num_turning < static_cast<int>(kFewTurning)) break;
       scans = scans.first(std::min(scans.size(), turns.size()));
     } else if (IsClearlyBetter(trials, best, turns)) {

@@ -20,6 +20,9 @@ struct SweepFinding {
   bool agrees() const { return sweep_s == said_s; }
 };
 
+/// The angle from the first beam to the last [rad]; there are some.
+double ViewOf(const LaserScan& scan);
+
 /// How many scans StudySweep may look at.
 inline constexpr std::size_t kScansOfStudy = 1500;
 

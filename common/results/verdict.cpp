@@ -382,7 +382,7 @@ std::vector<std::string> FormatVerdict(const Verdict& verdict) {
                                                             : "not to be trusted";
   const char* subject = verdict.values.finished_map ? "the poses are" : "the map is";
   std::vector<std::string> lines{verdict.text, fmt::format("{} {}", subject, meaning)};
-  if (verdict.off_m && verdict.trust != Trust::kBad) lines.push_back(DescribeMetres(verdict));
+  if (verdict.off_m) lines.push_back(DescribeMetres(verdict));
   lines.insert(lines.end(), verdict.notes.begin(), verdict.notes.end());
   for (const std::string& warning : verdict.warnings) lines.push_back("warning: " + warning);
   return lines;

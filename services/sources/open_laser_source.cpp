@@ -7,6 +7,7 @@
 
 #include "common/logs/carmen_log.hpp"
 #include "common/logs/gzip_file.hpp"
+#include "common/logs/left_out.hpp"
 #include "common/worlds/simulator.hpp"
 #include "services/runtime/printable.hpp"
 #include "services/runtime/service.hpp"
@@ -111,9 +112,7 @@ void ThrowNoScans(const std::string& name, const LaserSource& source) {
 }
 
 std::string DescribeCut(const std::string& name, const LaserSource& source) {
-  const auto counts = source.Counts();
-  const auto truncated = counts.find("truncated");
-  if (truncated == counts.end() || truncated->second == 0) return "";
+  if (FindCount(source.Counts(), "truncated") == 0) return "";
   return fmt::format("{} is cut short or damaged at its end: only the scans before that were read (truncated)", name);
 }
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -32,8 +31,7 @@ std::vector<LaserScan> ReadFirstScans(const std::string& log, const CommandLine&
 }
 
 std::string DescribeBeams(const LaserScan& scan) {
-  const double view_rad = std::abs(scan.angle_step_rad) * static_cast<double>(scan.ranges_m.size() - 1);
-  return fmt::format("{} beams over {:.0f} degrees", scan.ranges_m.size(), view_rad * 180.0 / kPi);
+  return fmt::format("{} beams over {:.0f} degrees", scan.ranges_m.size(), ViewOf(scan) * 180.0 / kPi);
 }
 
 /// What became of the ranges, for the line.
