@@ -176,6 +176,14 @@ WheelMotion WheelModel::WithNoise(const Pose2& T_from_to) const {
           std::sqrt(Square(kLeast_rad) + Square(v.turn_per_m) * way_m + Square(v.turn_per_rad) * turn_rad)};
 }
 
+bool WheelModel::Values::AreTooNoisy() const {
+  constexpr double kMost_m = 0.12;   // after a metre ...
+  constexpr double kMost_rad = 0.2;  // ... and after a radian
+  return way_per_m > kMost_m || turn_per_rad > kMost_rad;
+}
+
+bool WheelModel::Values::ContradictLaser() const { return steps >= kFewSteps && AreTooNoisy(); }
+
 std::optional<WheelMotion> WheelModel::Predict(std::span<const ScanMatch> recent, std::int64_t utime,
                                                const std::optional<Pose2>& T_odom_robot) const {
   const auto wheels = FindWheels(recent, utime, T_odom_robot);
@@ -187,10 +195,8 @@ std::optional<WheelMotion> WheelModel::Predict(std::span<const ScanMatch> recent
 /// Whether their last step was none that they slipped on, and they are not so noisy that they are frozen, or slip as
 /// they like. Before enough is learned, whether they told the last motions no worse than the velocity model.
 bool WheelModel::AreBelieved() const {
-  constexpr double kMost_m = 0.12;   // of noise after a metre ...
-  constexpr double kMost_rad = 0.2;  // ... and after a radian
   if (state_.steps < kFewSteps) return state_.wheels_error_m <= state_.velocity_error_m + kTolerance_m;
-  return state_.steps_since_slip > 0 && values_.way_per_m <= kMost_m && values_.turn_per_rad <= kMost_rad;
+  return state_.steps_since_slip > 0 && !values_.AreTooNoisy();
 }
 
 bool WheelModel::IsReliable() const {

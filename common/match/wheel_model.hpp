@@ -40,6 +40,11 @@ class WheelModel {
     double turn_per_rad = 0.1;
     std::int64_t steps = 0;  ///< learned from
     std::int64_t slips = 0;  ///< of them: further from the model than five standard deviations
+
+    /// Whether they and the laser tell ways so different that they are no help.
+    bool AreTooNoisy() const;
+    /// The same where enough was learned to say so: one of the two is wrong.
+    bool ContradictLaser() const;
   };
 
   /// recent: the scans before, as of TrackingState. Learns where both were matched and have odometry.

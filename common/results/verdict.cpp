@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/math/trigonometry.hpp"
 
@@ -13,8 +14,9 @@ namespace {
 
 constexpr std::int64_t kFewScans = 20;  // fewer tell nothing
 
-// Right: 0.58 (aces) to 0.98. Wrong by angles, ranges, order or noise: 0.02 to 0.5, a few 0.8.
-constexpr double kLeastAgreement = 0.5;
+// Right: 0.58 (aces) to 0.98, outdoors 0.49. Wrong by angles, ranges, order or noise: 0.02 to 0.5, a few 0.8.
+constexpr double kLeastAgreement = 0.45;
+constexpr double kFairAgreement = 0.5;
 
 // Right: 0.63 (exp3) to 0.84. Scans that do not belong together: 0.21 to 0.5, a few 0.58.
 constexpr double kLeastFitness = 0.5;
@@ -122,13 +124,13 @@ void JudgeFit(Verdict& verdict) {
 }
 
 void JudgeAgreement(Verdict& verdict) {
-  if (!verdict.agreement || *verdict.agreement >= kLeastAgreement) return;
+  if (!verdict.agreement || *verdict.agreement >= kFairAgreement) return;
   const char* cause = IsStanding(verdict.values) ? "likely wrong ranges, or things that moved"
                       : Jumps(verdict.values)
                           ? kTooFewScans
                           : "likely wrong angles (--angle-scale), wrong ranges, or one room drawn over another after "
                             "a wrong match";
-  Warn(verdict, Trust::kBad,
+  Warn(verdict, *verdict.agreement < kLeastAgreement ? Trust::kBad : Trust::kDoubtful,
        fmt::format("the scans contradict the map: only {:.0f} % of their rays pass through free space and end at "
                    "walls (correct maps have 58 % or more): {}",
                    100.0 * *verdict.agreement, cause));
@@ -354,6 +356,16 @@ void JudgeLoops(std::int64_t closed, std::int64_t taken_out, Verdict& verdict) {
        fmt::format("{} of {} loops were rejected, because the rest of the path contradicts them: one of the two is "
                    "wrong, and parts of the map may be metres off",
                    taken_out, closed + taken_out));
+}
+
+void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict) {
+  constexpr double kSigmas = 3.0;
+  if (!wheels.ContradictLaser() || verdict.values.finished_map) return;
+  Warn(verdict, Trust::kDoubtful,
+       fmt::format("the wheels and the laser tell different ways, {:.2f} m apart after a metre and {:.2f} rad after a "
+                   "turn of 1 rad: one of the two is wrong; compare with a map without --odometry",
+                   wheels.way_per_m, wheels.turn_per_rad));
+  if (verdict.off_m) *verdict.off_m += kSigmas * wheels.way_per_m * std::sqrt(verdict.values.path_m);
 }
 
 void JudgeLeftOut(std::int64_t num_left_out, Verdict& verdict) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/graph/pieces.hpp"
+#include "common/match/wheel_model.hpp"
 #include "common/results/run_statistics.hpp"
 
 namespace crsm {
@@ -59,6 +60,11 @@ Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPiec
 /// were taken out again; simulated ones of kilometres that slipped in corridors had more of them than loops that
 /// stayed.
 void JudgeLoops(std::int64_t closed, std::int64_t taken_out, Verdict& verdict);
+
+/// Adds what the wheels say, where they were used: so far apart from the laser one of the two is wrong. In eight logs
+/// with right maps they differ by 0.02 to 0.06 m after a metre; a depth camera that bends walls, and orbits before them
+/// while the robot turns, differs by 0.22 m.
+void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict);
 
 /// Adds what scans say that never came so far as to be matched: a map without more than a tenth of the recording is
 /// doubtful at best.

@@ -267,6 +267,7 @@ class MapExporter {
       summary.loops = CountLoops(owner->second);
     }
     if (summary.loops) JudgeLoops(summary.loops->closed, summary.loops->taken_out, summary.verdict);
+    if (summary.wheels) JudgeWheels(*summary.wheels, summary.verdict);
     JudgeLeftOut(CountLeftOut(), summary.verdict);
     statuses_[service_.name()] = service_.MakeStatus();
     for (const auto& [name, status] : statuses_) {

@@ -217,6 +217,7 @@ Outcome WriteRun(const CommandLine& command_line, Run& run) {
   summary.counts["scan_cut"] = run.slam.num_scans_cut();
   summary.timings[command_line.program()] = {run.latency.Percentile(0.5), run.latency.Percentile(0.95),
                                              run.latency.Percentile(0.99), run.latency.max_ms()};
+  if (summary.wheels) JudgeWheels(*summary.wheels, summary.verdict);
   JudgeLeftOut(run.num_left_out, summary.verdict);
   results.summary_json = FormatSummary(summary);
   const std::string& out = command_line.settings().out;

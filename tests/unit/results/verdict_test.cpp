@@ -367,6 +367,32 @@ TEST_CASE("loops that were rejected make a map doubtful, and never better than i
   CHECK(bad.trust == Trust::kBad);
 }
 
+TEST_CASE("wheels that tell another way than the laser make a map doubtful, and further off") {
+  Run run;
+  run.step_m = 0.25;
+  run.Add(100);
+  const Verdict good = run.Judged();
+  REQUIRE(good.off_m);
+  const auto JudgeBy = [&good](double way_per_m, double turn_per_rad, std::int64_t steps) {
+    Verdict verdict = good;
+    WheelModel::Values wheels;
+    wheels.way_per_m = way_per_m;
+    wheels.turn_per_rad = turn_per_rad;
+    wheels.steps = steps;
+    JudgeWheels(wheels, verdict);
+    return verdict;
+  };
+  CHECK(JudgeBy(0.06, 0.16, 100).trust == Trust::kGood);
+  CHECK(JudgeBy(0.06, 0.16, 100).off_m == good.off_m);
+  CHECK(JudgeBy(0.22, 0.1, 3).trust == Trust::kGood);  // too little was learned
+
+  for (const Verdict& verdict : {JudgeBy(0.22, 0.1, 8), JudgeBy(0.06, 0.3, 8)}) {
+    CHECK(verdict.trust == Trust::kDoubtful);
+    CHECK(Mentions(verdict, "the wheels and the laser tell different ways"));
+  }
+  CHECK(JudgeBy(0.22, 0.1, 8).off_m > good.off_m);
+}
+
 TEST_CASE("a map in pieces is never good where more than a fiftieth of the matched scans is on others") {
   const auto JudgeWith = [](std::int64_t on_largest, std::int64_t elsewhere) {
     Run run;
