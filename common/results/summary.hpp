@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
+#include "common/diagnosis/verdict.hpp"
 #include "common/map/dense_grid.hpp"
 #include "common/match/wheel_model.hpp"
 #include "common/parameters.hpp"
 #include "common/results/match_sequence.hpp"
-#include "common/results/verdict.hpp"
 
 namespace crsm {
 

@@ -5,11 +5,11 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "services/runtime/bus.hpp"
-#include "services/runtime/conversions.hpp"
-#include "services/runtime/event_log_writer.hpp"
-#include "services/runtime/progress.hpp"
-#include "services/runtime/usage_error.hpp"
+#include "services/base/progress.hpp"
+#include "services/base/usage_error.hpp"
+#include "services/wire/channels.hpp"
+#include "services/wire/conversions.hpp"
+#include "services/wire/event_log_writer.hpp"
 
 namespace crsm {
 namespace {

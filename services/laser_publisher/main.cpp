@@ -7,17 +7,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "services/base/backoff.hpp"
+#include "services/base/printable.hpp"
+#include "services/base/progress.hpp"
+#include "services/base/stall_watch.hpp"
+#include "services/base/usage_error.hpp"
+#include "services/bus/service.hpp"
+#include "services/diagnosis/laser_silence.hpp"
 #include "services/laser_publisher/log_writer.hpp"
 #include "services/laser_publisher/position.hpp"
-#include "services/runtime/backoff.hpp"
-#include "services/runtime/conversions.hpp"
-#include "services/runtime/laser_silence.hpp"
-#include "services/runtime/printable.hpp"
-#include "services/runtime/progress.hpp"
-#include "services/runtime/service.hpp"
-#include "services/runtime/stall_watch.hpp"
-#include "services/runtime/usage_error.hpp"
 #include "services/sources/open_laser_source.hpp"
+#include "services/wire/conversions.hpp"
 
 namespace crsm {
 namespace {

@@ -2,7 +2,7 @@
 // are now.
 
 #include "common/graph/default_loop_closer.hpp"
-#include "services/runtime/loop_closer_stage.hpp"
+#include "services/stages/loop_closer_stage.hpp"
 
 int main(int argc, char** argv) {
   crsm::CommandLine command_line("loop_closer",

@@ -12,16 +12,16 @@
 
 #include "common/logs/left_out.hpp"
 #include "common/map/byte_map.hpp"
+#include "common/metrics/path_sketch.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
+#include "services/base/path_lock.hpp"
+#include "services/base/version.hpp"
+#include "services/bus/service.hpp"
+#include "services/journal/match_store.hpp"
 #include "services/map_exporter/results_writer.hpp"
-#include "services/runtime/conversions.hpp"
-#include "services/runtime/map_follower.hpp"
-#include "services/runtime/match_store.hpp"
-#include "services/runtime/path_lock.hpp"
-#include "services/runtime/path_sketch.hpp"
-#include "services/runtime/service.hpp"
-#include "services/runtime/version.hpp"
+#include "services/replica/map_follower.hpp"
+#include "services/wire/conversions.hpp"
 
 namespace crsm {
 namespace {

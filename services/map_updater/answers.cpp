@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "services/runtime/conversions.hpp"
+#include "services/wire/conversions.hpp"
 
 namespace crsm {
 namespace {

@@ -6,8 +6,8 @@
 #include "common/graph/mapper.hpp"
 #include "common/map/map_updater.hpp"
 #include "common/match/tracking_state.hpp"
-#include "services/runtime/match_store.hpp"
-#include "services/runtime/wire.hpp"
+#include "services/journal/match_store.hpp"
+#include "services/wire/wire.hpp"
 
 namespace crsm {
 

@@ -4,10 +4,10 @@
 #include <optional>
 
 #include "common/graph/mapper.hpp"
+#include "services/base/backoff.hpp"
+#include "services/base/status.hpp"
 #include "services/map_updater/request_limiter.hpp"
-#include "services/runtime/backoff.hpp"
-#include "services/runtime/graph_messages.hpp"
-#include "services/runtime/status.hpp"
+#include "services/wire/graph_messages.hpp"
 
 namespace crsm {
 

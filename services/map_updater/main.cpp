@@ -5,21 +5,21 @@
 #include <fmt/core.h>
 
 #include "common/graph/mapper.hpp"
+#include "services/base/held_by_utime.hpp"
+#include "services/base/path_lock.hpp"
+#include "services/base/stall_watch.hpp"
+#include "services/base/usage_error.hpp"
+#include "services/bus/service.hpp"
+#include "services/diagnosis/break_news.hpp"
+#include "services/diagnosis/lost_news.hpp"
+#include "services/journal/journal.hpp"
+#include "services/journal/map_parameters.hpp"
 #include "services/map_updater/answers.hpp"
 #include "services/map_updater/loop_closer_link.hpp"
 #include "services/map_updater/request_limiter.hpp"
 #include "services/map_updater/whole_view.hpp"
-#include "services/runtime/break_news.hpp"
-#include "services/runtime/conversions.hpp"
-#include "services/runtime/held_by_utime.hpp"
-#include "services/runtime/lost_news.hpp"
-#include "services/runtime/path_lock.hpp"
-#include "services/runtime/scan_queue.hpp"
-#include "services/runtime/service.hpp"
-#include "services/runtime/stall_watch.hpp"
-#include "services/runtime/usage_error.hpp"
-#include "services/sources/journal.hpp"
-#include "services/sources/map_parameters.hpp"
+#include "services/stages/scan_queue.hpp"
+#include "services/wire/conversions.hpp"
 
 namespace crsm {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "services/runtime/sole_sender.hpp"
+#include "services/bus/sole_sender.hpp"
 
 namespace crsm {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "services/runtime/map_replica.hpp"
+#include "services/replica/map_replica.hpp"
 
 namespace crsm {
 namespace {

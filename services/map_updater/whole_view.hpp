@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "common/graph/whole_map.hpp"
+#include "services/bus/bus.hpp"
 #include "services/map_updater/answers.hpp"
-#include "services/runtime/bus.hpp"
 
 namespace crsm {
 

@@ -9,7 +9,7 @@
 #include <random>
 
 #include "common/math/parse_number.hpp"
-#include "services/runtime/usage_error.hpp"
+#include "services/base/usage_error.hpp"
 
 namespace crsm {
 namespace {

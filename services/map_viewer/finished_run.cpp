@@ -15,11 +15,11 @@
 #include "common/logs/read_map.hpp"
 #include "common/map/byte_map.hpp"
 #include "common/scan/deskew.hpp"
+#include "services/journal/earlier_results.hpp"
+#include "services/journal/journal.hpp"
+#include "services/journal/map_parameters.hpp"
 #include "services/map_viewer/join_news.hpp"
-#include "services/runtime/command_line.hpp"
-#include "services/sources/earlier_results.hpp"
-#include "services/sources/journal.hpp"
-#include "services/sources/map_parameters.hpp"
+#include "services/settings/command_line.hpp"
 
 namespace crsm {
 namespace {

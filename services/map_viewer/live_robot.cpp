@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "common/scan/deskew.hpp"
-#include "services/runtime/conversions.hpp"
+#include "services/wire/conversions.hpp"
 
 namespace crsm {
 namespace {

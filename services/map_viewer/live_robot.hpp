@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "common/map/byte_map.hpp"
+#include "common/metrics/path_sketch.hpp"
+#include "services/base/held_by_utime.hpp"
+#include "services/bus/service.hpp"
 #include "services/map_viewer/join_news.hpp"
 #include "services/map_viewer/scene.hpp"
-#include "services/runtime/held_by_utime.hpp"
-#include "services/runtime/map_follower.hpp"
-#include "services/runtime/path_sketch.hpp"
-#include "services/runtime/service.hpp"
+#include "services/replica/map_follower.hpp"
 
 namespace crsm {
 

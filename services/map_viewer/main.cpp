@@ -10,15 +10,15 @@
 #include <string>
 #include <vector>
 
+#include "services/base/process.hpp"
+#include "services/base/usage_error.hpp"
 #include "services/map_viewer/access.hpp"
 #include "services/map_viewer/finished_run.hpp"
 #include "services/map_viewer/live_robot.hpp"
 #include "services/map_viewer/mcap_export.hpp"
 #include "services/map_viewer/site.hpp"
 #include "services/map_viewer/web_server.hpp"
-#include "services/runtime/command_line.hpp"
-#include "services/runtime/service.hpp"
-#include "services/runtime/usage_error.hpp"
+#include "services/settings/command_line.hpp"
 
 namespace crsm {
 namespace {

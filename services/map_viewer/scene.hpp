@@ -11,9 +11,9 @@
 #include "common/map/byte_map.hpp"
 #include "common/map/dense_grid.hpp"
 #include "common/map/map_delta.hpp"
+#include "common/metrics/path_sketch.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
-#include "services/runtime/path_sketch.hpp"
 
 namespace crsm {
 

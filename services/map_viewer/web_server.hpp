@@ -8,9 +8,9 @@
 #include <variant>
 #include <vector>
 
+#include "services/base/status.hpp"
 #include "services/map_viewer/access.hpp"
 #include "services/map_viewer/feed.hpp"
-#include "services/runtime/status.hpp"
 
 namespace crsm {
 

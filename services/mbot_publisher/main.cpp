@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "common/map/byte_map.hpp"
+#include "services/bus/service.hpp"
 #include "services/mbot_publisher/mbot_map.hpp"
-#include "services/runtime/conversions.hpp"
-#include "services/runtime/map_follower.hpp"
-#include "services/runtime/service.hpp"
+#include "services/replica/map_follower.hpp"
+#include "services/wire/conversions.hpp"
 
 namespace crsm {
 namespace {

@@ -1,7 +1,7 @@
 // ray_selector: LASER -> CRITICAL_RAYS. Keeps the measurements of each scan and says which of them are critical.
 
 #include "common/scan/ray_selector.hpp"
-#include "services/runtime/selector_stage.hpp"
+#include "services/stages/selector_stage.hpp"
 
 int main(int argc, char** argv) {
   crsm::CommandLine command_line("ray_selector", "Picks the critical rays of each scan: LASER -> CRITICAL_RAYS.",

@@ -1,7 +1,7 @@
 // rrhc_matcher: CRITICAL_RAYS, the map so far and, with --odometry, ODOMETRY -> SCAN_MATCH and POSE.
 
 #include "common/match/rrhc_matcher.hpp"
-#include "services/runtime/matcher_stage.hpp"
+#include "services/stages/matcher_stage.hpp"
 
 int main(int argc, char** argv) {
   crsm::CommandLine command_line(

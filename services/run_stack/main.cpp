@@ -9,18 +9,18 @@
 #include <filesystem>
 #include <string>
 
+#include "services/base/process.hpp"
+#include "services/base/usage_error.hpp"
+#include "services/bus/bus.hpp"
+#include "services/bus/bus_role.hpp"
+#include "services/journal/map_parameters.hpp"
 #include "services/run_stack/outcome.hpp"
 #include "services/run_stack/results_folder.hpp"
 #include "services/run_stack/signals.hpp"
 #include "services/run_stack/stack_plan.hpp"
 #include "services/run_stack/supervisor.hpp"
-#include "services/runtime/bus.hpp"
-#include "services/runtime/bus_role.hpp"
-#include "services/runtime/command_line.hpp"
-#include "services/runtime/service.hpp"
-#include "services/runtime/usage_error.hpp"
+#include "services/settings/command_line.hpp"
 #include "services/sources/devices/live_laser.hpp"
-#include "services/sources/map_parameters.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "services/sources/study_laser.hpp"
 

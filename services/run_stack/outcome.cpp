@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "common/results/verdict.hpp"
-#include "services/runtime/service.hpp"
+#include "common/diagnosis/verdict.hpp"
+#include "services/base/process.hpp"
 
 namespace crsm {
 

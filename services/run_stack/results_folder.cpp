@@ -4,8 +4,8 @@
 
 #include <stdexcept>
 
-#include "services/runtime/service.hpp"
-#include "services/sources/journal.hpp"
+#include "services/base/process.hpp"
+#include "services/journal/journal.hpp"
 
 namespace crsm {
 

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <optional>
 
-#include "services/runtime/path_lock.hpp"
-#include "services/sources/earlier_results.hpp"
+#include "services/base/path_lock.hpp"
+#include "services/journal/earlier_results.hpp"
 
 namespace crsm {
 

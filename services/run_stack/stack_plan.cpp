@@ -6,8 +6,8 @@
 #include <array>
 #include <cstdlib>
 
-#include "services/runtime/bus.hpp"
 #include "services/sources/devices/live_laser.hpp"
+#include "services/wire/channels.hpp"
 
 namespace crsm {
 namespace {

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "services/bus/bus_role.hpp"
 #include "services/run_stack/child.hpp"
 #include "services/run_stack/results_folder.hpp"
-#include "services/runtime/bus_role.hpp"
-#include "services/runtime/command_line.hpp"
+#include "services/settings/command_line.hpp"
 
 namespace crsm {
 

@@ -8,11 +8,11 @@
 #include <deque>
 #include <fstream>
 
+#include "services/base/process.hpp"
+#include "services/diagnosis/break_news.hpp"
+#include "services/diagnosis/left_out_news.hpp"
+#include "services/diagnosis/lost_news.hpp"
 #include "services/run_stack/outcome.hpp"
-#include "services/runtime/break_news.hpp"
-#include "services/runtime/left_out_news.hpp"
-#include "services/runtime/lost_news.hpp"
-#include "services/runtime/service.hpp"
 
 namespace crsm {
 namespace {

@@ -4,9 +4,9 @@
 #include <cstdlib>
 #include <string>
 
-#include "services/runtime/service.hpp"
-#include "services/runtime/usage_error.hpp"
-#include "services/runtime/version.hpp"
+#include "services/base/process.hpp"
+#include "services/base/usage_error.hpp"
+#include "services/base/version.hpp"
 #include "services/slam_eval/commands.hpp"
 
 int main(int argc, char** argv) {

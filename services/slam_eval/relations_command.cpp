@@ -9,7 +9,7 @@
 
 #include "common/metrics/relations.hpp"
 #include "common/metrics/trajectory.hpp"
-#include "services/runtime/usage_error.hpp"
+#include "services/base/usage_error.hpp"
 #include "services/slam_eval/commands.hpp"
 
 namespace crsm {

@@ -10,7 +10,7 @@
 #include "common/metrics/map_metrics.hpp"
 #include "common/results/pictures.hpp"
 #include "common/worlds/simulator.hpp"
-#include "services/runtime/usage_error.hpp"
+#include "services/base/usage_error.hpp"
 #include "services/slam_eval/commands.hpp"
 
 namespace crsm {

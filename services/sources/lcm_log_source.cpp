@@ -5,11 +5,11 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "services/runtime/bus.hpp"
-#include "services/runtime/laser_types.hpp"
-#include "services/runtime/message_types.hpp"
-#include "services/runtime/pose_types.hpp"
-#include "services/runtime/printable.hpp"
+#include "services/base/printable.hpp"
+#include "services/wire/channels.hpp"
+#include "services/wire/laser_types.hpp"
+#include "services/wire/message_types.hpp"
+#include "services/wire/pose_types.hpp"
 
 namespace crsm {
 

@@ -7,15 +7,15 @@
 #include <string_view>
 #include <vector>
 
+#include "common/diagnosis/handedness.hpp"
 #include "common/logs/laser_source.hpp"
 #include "common/parameters.hpp"
-#include "common/scan/handedness.hpp"
-#include "services/runtime/laser_frames.hpp"
-#include "services/runtime/laser_types.hpp"
+#include "services/diagnosis/laser_frames.hpp"
 #include "services/sources/laser_choice.hpp"
-#include "services/sources/lcm_event_log.hpp"
 #include "services/sources/odometry_options.hpp"
 #include "services/sources/scans_with_odometry.hpp"
+#include "services/wire/laser_types.hpp"
+#include "services/wire/lcm_event_log.hpp"
 
 namespace crsm {
 

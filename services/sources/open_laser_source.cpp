@@ -9,13 +9,13 @@
 #include "common/logs/gzip_file.hpp"
 #include "common/logs/left_out.hpp"
 #include "common/worlds/simulator.hpp"
-#include "services/runtime/printable.hpp"
-#include "services/runtime/service.hpp"
+#include "services/base/printable.hpp"
+#include "services/base/process.hpp"
 #include "services/sources/bags/bag_folder.hpp"
 #include "services/sources/bags/bag_source.hpp"
 #include "services/sources/devices/live_laser.hpp"
-#include "services/sources/lcm_event_log.hpp"
 #include "services/sources/lcm_log_source.hpp"
+#include "services/wire/lcm_event_log.hpp"
 
 namespace crsm {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "common/logs/laser_source.hpp"
 #include "common/parameters.hpp"
-#include "services/runtime/command_line.hpp"
+#include "services/settings/command_line.hpp"
 #include "services/sources/laser_choice.hpp"
 #include "services/sources/odometry_options.hpp"
 

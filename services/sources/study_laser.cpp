@@ -5,11 +5,11 @@
 #include <optional>
 #include <vector>
 
+#include "common/diagnosis/range_study.hpp"
+#include "common/diagnosis/sweep_study.hpp"
 #include "common/math/trigonometry.hpp"
-#include "common/scan/range_study.hpp"
 #include "common/scan/valid_rays.hpp"
-#include "common/sweep_study.hpp"
-#include "services/runtime/service.hpp"
+#include "services/base/process.hpp"
 #include "services/sources/devices/live_laser.hpp"
 #include "services/sources/open_laser_source.hpp"
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "services/runtime/command_line.hpp"
+#include "services/settings/command_line.hpp"
 
 namespace crsm {
 

@@ -13,7 +13,7 @@
 #include "common/metrics/trajectory_error.hpp"
 #include "common/slam.hpp"
 #include "cpu_seconds.hpp"
-#include "services/runtime/command_line.hpp"
+#include "services/settings/command_line.hpp"
 #include "services/sources/open_laser_source.hpp"
 
 namespace crsm {

@@ -1,4 +1,4 @@
-#include "common/results/verdict.hpp"
+#include "common/diagnosis/verdict.hpp"
 
 #include <fmt/format.h>
 

@@ -11,7 +11,7 @@
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "common/slam.hpp"
-#include "services/runtime/command_line.hpp"
+#include "services/settings/command_line.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "tests/cpu_seconds.hpp"
 

@@ -1,7 +1,7 @@
 // Configuration files: taken, or refused in words. No value gets past its range.
 
 #include "input.hpp"
-#include "services/runtime/command_line.hpp"
+#include "services/settings/command_line.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace crsm;

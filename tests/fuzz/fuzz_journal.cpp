@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "services/sources/journal.hpp"
+#include "services/journal/journal.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace crsm;

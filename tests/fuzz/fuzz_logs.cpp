@@ -3,8 +3,8 @@
 #include <stdexcept>
 
 #include "input.hpp"
-#include "services/runtime/conversions.hpp"
 #include "services/sources/open_laser_source.hpp"
+#include "services/wire/conversions.hpp"
 #include "wire_messages.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -4,8 +4,8 @@
 
 #include "common/graph/default_loop_closer.hpp"
 #include "input.hpp"
-#include "services/runtime/graph_messages.hpp"
-#include "services/runtime/keyframe_answers.hpp"
+#include "services/stages/keyframe_answers.hpp"
+#include "services/wire/graph_messages.hpp"
 #include "tame_pose.hpp"
 #include "wire_messages.hpp"
 

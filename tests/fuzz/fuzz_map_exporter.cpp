@@ -3,9 +3,9 @@
 #include "common/map/byte_map.hpp"
 #include "common/results/summary.hpp"
 #include "input.hpp"
-#include "services/runtime/command_line.hpp"
-#include "services/runtime/conversions.hpp"
-#include "services/runtime/map_replica.hpp"
+#include "services/replica/map_replica.hpp"
+#include "services/settings/command_line.hpp"
+#include "services/wire/conversions.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace crsm;

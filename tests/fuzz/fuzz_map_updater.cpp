@@ -6,8 +6,8 @@
 #include "common/graph/whole_map.hpp"
 #include "input.hpp"
 #include "services/map_updater/answers.cpp"  // in no library: it is map_updater's own
-#include "services/runtime/conversions.hpp"
-#include "services/runtime/graph_messages.hpp"
+#include "services/wire/conversions.hpp"
+#include "services/wire/graph_messages.hpp"
 #include "tame_pose.hpp"
 #include "wire_messages.hpp"
 

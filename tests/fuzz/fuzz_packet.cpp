@@ -4,8 +4,8 @@
 #include <cstdlib>
 
 #include "input.hpp"
-#include "services/runtime/multicast_socket.hpp"
-#include "services/runtime/wire.hpp"
+#include "services/bus/multicast_socket.hpp"
+#include "services/wire/wire.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace crsm;

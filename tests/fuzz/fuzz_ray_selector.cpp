@@ -3,10 +3,10 @@
 
 #include <cstdlib>
 
-#include "common/scan/laser_judge.hpp"
+#include "common/diagnosis/laser_judge.hpp"
 #include "common/scan/ray_selector.hpp"
-#include "services/runtime/conversions.hpp"
-#include "services/runtime/laser_types.hpp"
+#include "services/wire/conversions.hpp"
+#include "services/wire/laser_types.hpp"
 #include "wire_messages.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

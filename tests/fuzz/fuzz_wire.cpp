@@ -4,10 +4,10 @@
 #include <cstdlib>
 
 #include "input.hpp"
-#include "services/runtime/laser_types.hpp"
-#include "services/runtime/message_types.hpp"
-#include "services/runtime/pose_types.hpp"
-#include "services/runtime/wire.hpp"
+#include "services/wire/laser_types.hpp"
+#include "services/wire/message_types.hpp"
+#include "services/wire/pose_types.hpp"
+#include "services/wire/wire.hpp"
 
 namespace crsm {
 namespace {

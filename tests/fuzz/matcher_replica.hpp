@@ -5,8 +5,8 @@
 
 #include "common/match/rrhc_matcher.hpp"
 #include "common/match/sweep.hpp"
-#include "services/runtime/conversions.hpp"
-#include "services/runtime/map_replica.hpp"
+#include "services/replica/map_replica.hpp"
+#include "services/wire/conversions.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {

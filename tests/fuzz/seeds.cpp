@@ -15,12 +15,12 @@
 #include "graph/nth.hpp"
 #include "input.hpp"
 #include "map_owner.hpp"
+#include "services/journal/journal.hpp"
 #include "services/map_updater/answers.cpp"  // in no library: it is map_updater's own
-#include "services/runtime/event_log_writer.hpp"
-#include "services/runtime/graph_messages.hpp"
-#include "services/runtime/presets.hpp"
+#include "services/settings/presets.hpp"
 #include "services/sources/bags/bag_reader.hpp"
-#include "services/sources/journal.hpp"
+#include "services/wire/event_log_writer.hpp"
+#include "services/wire/graph_messages.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "services/runtime/wire.hpp"
+#include "services/wire/wire.hpp"
 
 namespace crsm {
 

@@ -1,6 +1,6 @@
 // hill_climber: a process in the place of rrhc_matcher.
 
-#include "services/runtime/matcher_stage.hpp"
+#include "services/stages/matcher_stage.hpp"
 #include "tests/matchers/hill_climber.hpp"
 
 int main(int argc, char** argv) {

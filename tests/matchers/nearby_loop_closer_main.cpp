@@ -1,6 +1,6 @@
 // nearby_loop_closer: a process in the place of loop_closer.
 
-#include "services/runtime/loop_closer_stage.hpp"
+#include "services/stages/loop_closer_stage.hpp"
 #include "tests/matchers/nearby_loop_closer.hpp"
 
 int main(int argc, char** argv) {

@@ -13,16 +13,16 @@ SOURCES = [
     "common/match/*.?pp",
     "common/slam.?pp",
     # the checks of what comes over the wire
-    "services/runtime/wire*.?pp",
+    "services/wire/wire*.?pp",
     # the replica of the map, what waits for it, and who answers its requests
-    "services/runtime/map_replica.?pp",
-    "services/runtime/map_follower.?pp",
-    "services/runtime/held_by_utime.hpp",
-    "services/runtime/scan_queue.hpp",
+    "services/replica/map_replica.?pp",
+    "services/replica/map_follower.?pp",
+    "services/base/held_by_utime.hpp",
+    "services/stages/scan_queue.hpp",
     "services/map_updater/answers.?pp",
     # the journal
-    "services/sources/journal.?pp",
-    "services/sources/lcm_event_log.?pp",
+    "services/journal/journal.?pp",
+    "services/wire/lcm_event_log.?pp",
 ]
 
 # What the verdict on a mutant depends on besides the tests. When one of these changes, all mutants are judged anew.

@@ -151,7 +151,7 @@ def reason_not_to_run(command):
 def check_is_there(command, folder):
     """For what is not run: the script, or the program's target."""
     program, _ = program_of(command)
-    targets = (folder / "CMakeLists.txt").read_text()
+    targets = (folder / "CMakeLists.txt").read_text() + (folder / "tests/CMakeLists.txt").read_text()
     if program.startswith("scripts/") and not (folder / program).is_file():
         raise Failed(f"{command.place}: there is no {program}")
     target = program.removeprefix("build/bin/").removesuffix("_tests").removeprefix("example_")

@@ -1,4 +1,4 @@
-#include "services/runtime/bus.hpp"
+#include "services/bus/bus.hpp"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>
@@ -11,7 +11,7 @@
 
 #include "catch.hpp"
 #include "processes.hpp"
-#include "services/runtime/conversions.hpp"
+#include "services/wire/conversions.hpp"
 
 using namespace crsm;
 

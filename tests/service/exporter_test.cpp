@@ -12,7 +12,7 @@
 #include "common/map/byte_map.hpp"
 #include "common/results/results.hpp"
 #include "processes.hpp"
-#include "services/runtime/conversions.hpp"
+#include "services/wire/conversions.hpp"
 
 using namespace crsm;
 

@@ -7,7 +7,7 @@
 
 #include "catch.hpp"
 #include "processes.hpp"
-#include "services/runtime/conversions.hpp"
+#include "services/wire/conversions.hpp"
 
 using namespace crsm;
 

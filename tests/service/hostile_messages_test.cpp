@@ -10,8 +10,8 @@
 
 #include "catch.hpp"
 #include "processes.hpp"
-#include "services/runtime/conversions.hpp"
-#include "services/runtime/graph_messages.hpp"
+#include "services/wire/conversions.hpp"
+#include "services/wire/graph_messages.hpp"
 
 using namespace crsm;
 

@@ -8,7 +8,7 @@
 #include "catch.hpp"
 #include "common/worlds/simulator.hpp"
 #include "processes.hpp"
-#include "services/runtime/event_log_writer.hpp"
+#include "services/wire/event_log_writer.hpp"
 
 using namespace crsm;
 

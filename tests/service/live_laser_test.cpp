@@ -8,7 +8,7 @@
 #include "catch.hpp"
 #include "common/math/trigonometry.hpp"
 #include "processes.hpp"
-#include "services/runtime/conversions.hpp"
+#include "services/wire/conversions.hpp"
 
 using namespace crsm;
 

@@ -8,8 +8,8 @@
 #include "catch.hpp"
 #include "common/math/random.hpp"
 #include "processes.hpp"
-#include "services/runtime/conversions.hpp"
 #include "services/sources/open_laser_source.hpp"
+#include "services/wire/conversions.hpp"
 
 using namespace crsm;
 

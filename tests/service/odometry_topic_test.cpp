@@ -5,7 +5,7 @@
 
 #include "catch.hpp"
 #include "processes.hpp"
-#include "services/runtime/conversions.hpp"
+#include "services/wire/conversions.hpp"
 #include "stand_ins.hpp"
 
 using namespace crsm;

@@ -9,7 +9,7 @@
 #include "common/results/results.hpp"
 #include "common/scan/ray_selector.hpp"
 #include "processes.hpp"
-#include "services/runtime/conversions.hpp"
+#include "services/wire/conversions.hpp"
 
 using namespace crsm;
 

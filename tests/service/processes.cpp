@@ -16,9 +16,9 @@
 #include <stdexcept>
 #include <thread>
 
-#include "services/runtime/command_line.hpp"
-#include "services/runtime/conversions.hpp"
+#include "services/settings/command_line.hpp"
 #include "services/sources/open_laser_source.hpp"
+#include "services/wire/conversions.hpp"
 
 namespace crsm {
 namespace {

@@ -14,7 +14,7 @@
 
 #include "common/parameters.hpp"
 #include "common/scan/laser_scan.hpp"
-#include "services/runtime/bus.hpp"
+#include "services/bus/bus.hpp"
 
 namespace crsm {
 

@@ -8,9 +8,9 @@
 #include "catch.hpp"
 #include "common/scan/ray_selector.hpp"
 #include "processes.hpp"
-#include "services/runtime/conversions.hpp"
-#include "services/sources/lcm_event_log.hpp"
 #include "services/sources/open_laser_source.hpp"
+#include "services/wire/conversions.hpp"
+#include "services/wire/lcm_event_log.hpp"
 #include "source_helpers.hpp"
 
 using namespace crsm;

@@ -9,7 +9,7 @@
 #include "map_viewer/page_client.hpp"
 #include "services/map_viewer/page_feed.hpp"
 #include "services/map_viewer/web_server.hpp"
-#include "services/runtime/conversions.hpp"
+#include "services/wire/conversions.hpp"
 #include "web_client.hpp"
 
 using namespace crsm;

@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "map_viewer/page_client.hpp"
 #include "services/map_viewer/page_feed.hpp"
-#include "services/runtime/conversions.hpp"
+#include "services/wire/conversions.hpp"
 #include "web_client.hpp"
 
 namespace crsm {

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "catch.hpp"
-#include "services/runtime/conversions.hpp"
-#include "services/runtime/map_replica.hpp"
+#include "services/replica/map_replica.hpp"
+#include "services/wire/conversions.hpp"
 #include "viewer_page.hpp"
 
 using namespace crsm;

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "catch.hpp"
-#include "common/results/verdict.hpp"
+#include "common/diagnosis/verdict.hpp"
 #include "common/worlds/simulator.hpp"
 #include "synthetic_scans.hpp"
 

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "services/runtime/wire.hpp"
+#include "services/wire/wire.hpp"
 
 namespace crsm {
 

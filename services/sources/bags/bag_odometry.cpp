@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "common/math/trigonometry.hpp"
-#include "services/runtime/printable.hpp"
+#include "services/base/printable.hpp"
 #include "services/sources/bags/decompress.hpp"
 
 namespace crsm {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "services/runtime/printable.hpp"
+#include "services/base/printable.hpp"
 #include "services/sources/bags/bag_folder.hpp"
 #include "services/sources/bags/mcap_bag.hpp"
 #include "services/sources/bags/ros1_bag.hpp"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "common/logs/laser_source.hpp"
-#include "services/runtime/laser_frames.hpp"
+#include "services/diagnosis/laser_frames.hpp"
 #include "services/sources/bags/bag_odometry.hpp"
 #include "services/sources/bags/bag_reader.hpp"
 #include "services/sources/laser_choice.hpp"

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "services/base/crc32.hpp"
 #include "services/sources/bags/decompress.hpp"
-#include "services/sources/journal_reader.hpp"
 
 namespace crsm {
 namespace {

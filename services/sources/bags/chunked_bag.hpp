@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "services/base/file_window.hpp"
 #include "services/sources/bags/bag_reader.hpp"
-#include "services/sources/file_window.hpp"
 
 namespace crsm {
 

@@ -5,7 +5,7 @@
 #include <memory>
 #include <string_view>
 
-#include "services/sources/file_window.hpp"
+#include "services/base/file_window.hpp"
 
 namespace crsm {
 

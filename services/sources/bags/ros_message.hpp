@@ -6,7 +6,7 @@
 
 #include "services/sources/bags/bag_reader.hpp"
 #include "services/sources/bags/byte_reader.hpp"
-#include "services/sources/ros_scan.hpp"
+#include "services/wire/ros_scan.hpp"
 
 namespace crsm {
 

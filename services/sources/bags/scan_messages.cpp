@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "common/scan/thin_beams.hpp"
-#include "services/runtime/bus.hpp"
-#include "services/runtime/conversions.hpp"
-#include "services/runtime/message_types.hpp"
 #include "services/sources/bags/ros_message.hpp"
-#include "services/sources/ros_scan.hpp"
+#include "services/wire/channels.hpp"
+#include "services/wire/conversions.hpp"
+#include "services/wire/message_types.hpp"
+#include "services/wire/ros_scan.hpp"
 
 namespace crsm {
 namespace {

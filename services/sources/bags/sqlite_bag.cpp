@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <stdexcept>
 
-#include "services/sources/file_window.hpp"
-#include "services/sources/lcm_event_log.hpp"
+#include "services/base/file_window.hpp"
+#include "services/wire/lcm_event_log.hpp"
 
 namespace crsm {
 namespace {

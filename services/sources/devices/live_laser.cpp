@@ -9,8 +9,8 @@
 
 #include "common/math/parse_number.hpp"
 #include "common/math/trigonometry.hpp"
-#include "services/runtime/service.hpp"
-#include "services/runtime/usage_error.hpp"
+#include "services/base/process.hpp"
+#include "services/base/usage_error.hpp"
 
 namespace crsm {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "common/math/trigonometry.hpp"
-#include "services/sources/polar_grid.hpp"
+#include "services/wire/polar_grid.hpp"
 
 namespace crsm {
 namespace {

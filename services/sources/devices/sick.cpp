@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "services/runtime/printable.hpp"
+#include "services/base/printable.hpp"
 #include "services/sources/devices/cola.hpp"
 #include "services/sources/devices/laser_device.hpp"
 #include "services/sources/devices/wrapping_clock.hpp"

@@ -9,9 +9,9 @@
 #include "common/graph/mapper.hpp"
 #include "common/graph/whole_map.hpp"
 #include "graph/block.hpp"
+#include "services/diagnosis/break_news.hpp"
 #include "services/map_updater/answers.hpp"
-#include "services/runtime/break_news.hpp"
-#include "services/runtime/map_replica.hpp"
+#include "services/replica/map_replica.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {

@@ -10,7 +10,7 @@
 #include "common/set_parameter.hpp"
 #include "common/slam.hpp"
 #include "common/worlds/simulator.hpp"
-#include "services/runtime/command_line.hpp"
+#include "services/settings/command_line.hpp"
 
 namespace crsm {
 namespace {

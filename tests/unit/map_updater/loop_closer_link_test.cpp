@@ -10,7 +10,7 @@
 #include "common/graph/default_loop_closer.hpp"
 #include "graph/block.hpp"
 #include "graph/nth.hpp"
-#include "services/runtime/keyframe_answers.hpp"
+#include "services/stages/keyframe_answers.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {

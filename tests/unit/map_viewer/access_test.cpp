@@ -5,7 +5,7 @@
 #include <array>
 
 #include "catch.hpp"
-#include "services/runtime/usage_error.hpp"
+#include "services/base/usage_error.hpp"
 
 namespace crsm {
 

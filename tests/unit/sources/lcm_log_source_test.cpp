@@ -13,9 +13,9 @@
 #include "common/math/trigonometry.hpp"
 #include "lcm_events.hpp"
 #include "real_logs.hpp"
-#include "services/runtime/conversions.hpp"
-#include "services/runtime/laser_types.hpp"
 #include "services/sources/open_laser_source.hpp"
+#include "services/wire/conversions.hpp"
+#include "services/wire/laser_types.hpp"
 #include "source_helpers.hpp"
 
 namespace crsm {

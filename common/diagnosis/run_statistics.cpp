@@ -1,0 +1,186 @@
+#include "common/diagnosis/run_statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+#include "common/match/global_search.hpp"
+#include "common/math/random.hpp"
+#include "common/scan/deskew.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr std::size_t kMostSampled = 2000;
+constexpr std::size_t kMostRays = 720;
+
+// Of those, what is asked for agreement.
+constexpr std::size_t kMostAsked = 200;
+constexpr std::size_t kMostRaysAsked = 60;
+constexpr std::size_t kLeastAsked = 20;
+
+// The window in which a scan is searched by default (window_m, window_rad): beyond it is luck.
+constexpr double kFar_m = 0.4;
+constexpr double kFar_rad = 0.25;
+
+constexpr std::int64_t kMostByChance = 3;  // scans in a row of an open way that something seems to hold
+
+ValidRays Thin(const ValidRays& rays, std::size_t most) {
+  const std::size_t step = (rays.size() + most - 1) / most;
+  ValidRays some;
+  for (std::size_t i = 0; i < rays.size(); i += step) {
+    some.angle_rad.push_back(rays.angle_rad[i]);
+    some.range_m.push_back(rays.range_m[i]);
+    if (!rays.time_s.empty()) some.time_s.push_back(rays.time_s[i]);
+  }
+  return some;
+}
+
+}  // namespace
+
+void RunStatistics::Add(std::int64_t utime, const ValidRays& rays) {
+  if (rays.size() == 0) return;
+  Sampled* sampled = FindSampled(utime);
+  if (sampled && !sampled->rays) sampled->rays = Thin(rays, kMostRays);
+}
+
+void RunStatistics::Add(const ScanMatch& match) {
+  ++values_.scans;
+  if (match.num_critical == 0) ++values_.without_rays;
+  if (match.state != MatchState::kFirst && match.map_version == 0) values_.finished_map = true;
+  if (match.state == MatchState::kLost) {
+    ++values_.lost;
+    values_.longest_lost = std::max(values_.longest_lost, ++num_lost_in_a_row_);
+    previous_.reset();
+    return;
+  }
+  num_lost_in_a_row_ = 0;
+  CountOpen(match);
+  if (match.state != MatchState::kFirst) {
+    fitness_sum_ += match.fitness;
+    ++num_fitnesses_;
+  }
+  LengthenPath(match);
+  LookHowFar(match);
+  if (Sampled* sampled = FindSampled(match.utime)) {
+    sampled->T_map_laser = match.T_map_laser;
+    sampled->twist = match.twist;
+    sampled->path_m = values_.path_m;
+    sampled->degenerate = match.state == MatchState::kDegenerate;
+  }
+  if (previous_) AddStep(*previous_, match);
+  previous_ = match;
+}
+
+void RunStatistics::ForgetMatches() {
+  auto sampled = std::move(sampled_);
+  for (auto& [hash, each] : sampled) each.T_map_laser.reset();
+  *this = RunStatistics();
+  sampled_ = std::move(sampled);
+}
+
+RunStatistics::Values RunStatistics::values() const {
+  Values values = values_;
+  if (num_fitnesses_ > 0) values.mean_fitness = fitness_sum_ / static_cast<double>(num_fitnesses_);
+  constexpr double kLeastTurns_rad2 = 0.1;  // thirty turns of 0.06 rad
+  constexpr double kLeastWays_m2 = 0.3;     // thirty steps of 0.1 m
+  values.turns_by_odometry = turns_.Compute(kLeastTurns_rad2);
+  values.ways_by_odometry = ways_.Compute(kLeastWays_m2);
+  return values;
+}
+
+std::optional<double> RunStatistics::ComputeMeanAgreement(const ByteMap& map) const {
+  double sum = 0.0;
+  std::size_t num = 0;
+  std::size_t num_asked = 0;
+  for (const auto& [hash, sampled] : sampled_) {
+    if (num_asked++ == kMostAsked) break;
+    if (!sampled.rays || !sampled.T_map_laser) continue;
+    const ValidRays rays = Deskew(Thin(*sampled.rays, kMostRaysAsked), sampled.twist);
+    sum += ComputeAgreement(map, ComputeHits(rays), *sampled.T_map_laser);
+    ++num;
+  }
+  if (num < kLeastAsked) return std::nullopt;
+  return sum / static_cast<double>(num);
+}
+
+SelfContradiction RunStatistics::FindContradiction() const {
+  std::vector<PlacedRays> scans;
+  for (const auto& [hash, sampled] : sampled_) {
+    if (!sampled.rays || !sampled.T_map_laser || sampled.degenerate) continue;
+    scans.push_back({Deskew(*sampled.rays, sampled.twist), *sampled.T_map_laser, sampled.path_m});
+  }
+  std::ranges::stable_sort(scans, {}, &PlacedRays::path_m);
+  return FindSelfContradiction(scans);
+}
+
+/// nullptr if the scan is not in the sample. What has left it never comes back: the largest hash in it only falls.
+RunStatistics::Sampled* RunStatistics::FindSampled(std::int64_t utime) {
+  const std::uint64_t hash = Random(0, static_cast<std::uint64_t>(utime)).Next();
+  const auto found = sampled_.find(hash);
+  if (found != sampled_.end()) return &found->second;
+  if (sampled_.size() == kMostSampled) {
+    const auto last = std::prev(sampled_.end());
+    if (hash > last->first) return nullptr;
+    sampled_.erase(last);
+  }
+  return &sampled_[hash];
+}
+
+/// By steps that are longer than what a robot that stands seems to move.
+void RunStatistics::LengthenPath(const ScanMatch& match) {
+  constexpr double kStep_m = 0.2;
+  const double step_m = T_map_on_path_ ? Distance(*T_map_on_path_, match.T_map_laser) : 0.0;
+  if (T_map_on_path_ && step_m < kStep_m) return;
+  values_.path_m += step_m;
+  const bool is_open = match.state == MatchState::kDegenerate && !match.by_wheels;
+  open_m_ = is_open ? open_m_ + step_m : 0.0;
+  if (is_open) values_.open_path_m += step_m;
+  if (open_m_ > values_.longest_open_m) {
+    values_.longest_open_m = open_m_;
+    values_.longest_open_ends_m = {match.T_map_laser.x_m, match.T_map_laser.y_m};
+  }
+  T_map_on_path_ = match.T_map_laser;
+}
+
+void RunStatistics::LookHowFar(const ScanMatch& match) {
+  if (!first_ || first_->trajectory != match.trajectory) first_ = match;
+  const Pose2 motion = Inverse(first_->T_map_laser) * match.T_map_laser;
+  values_.furthest_m = std::max(values_.furthest_m, Length(motion));
+  values_.furthest_rad = std::max(values_.furthest_rad, std::abs(motion.yaw_rad));
+}
+
+void RunStatistics::CountOpen(const ScanMatch& match) {
+  const bool degenerate = match.state == MatchState::kDegenerate;
+  if (degenerate) ++values_.degenerate;
+  if (degenerate && !match.T_odom_robot) {
+    num_since_open_ = 0;
+    values_.longest_open = std::max(values_.longest_open, ++num_open_in_a_row_);
+  } else if (++num_since_open_ > kMostByChance) {
+    num_open_in_a_row_ = 0;
+  }
+}
+
+void RunStatistics::AddStep(const ScanMatch& from, const ScanMatch& to) {
+  const Pose2 motion = Inverse(from.T_map_laser) * to.T_map_laser;
+  ++values_.steps;
+  const bool is_far = std::hypot(motion.x_m, motion.y_m) > kFar_m || std::abs(motion.yaw_rad) > kFar_rad;
+  if (is_far && !to.by_wheels) ++values_.far_steps;  // wheels that are believed tell where to look
+  if (!from.T_odom_robot || !to.T_odom_robot) return;
+  const Pose2 wheels = Inverse(*from.T_odom_robot) * *to.T_odom_robot;
+  turns_.product += wheels.yaw_rad * motion.yaw_rad;
+  turns_.odometry += wheels.yaw_rad * wheels.yaw_rad;
+  turns_.laser += motion.yaw_rad * motion.yaw_rad;
+  ways_.product += wheels.x_m * motion.x_m + wheels.y_m * motion.y_m;
+  ways_.odometry += wheels.x_m * wheels.x_m + wheels.y_m * wheels.y_m;
+  ways_.laser += motion.x_m * motion.x_m + motion.y_m * motion.y_m;
+}
+
+std::optional<double> RunStatistics::Correlation::Compute(double least) const {
+  if (odometry < least || laser < least) return std::nullopt;
+  return product / std::sqrt(odometry * laser);
+}
+
+}  // namespace crsm

@@ -1,0 +1,98 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+
+#include "common/diagnosis/self_contradiction.hpp"
+#include "common/map/byte_map.hpp"
+#include "common/scan/scan_match.hpp"
+#include "common/scan/valid_rays.hpp"
+
+namespace crsm {
+
+/// What tells whether a map is right, gathered while it is made, in memory that does not grow.
+///
+/// Rays and matches may come in any order to each other, and rays may be missing; what comes out depends only on which
+/// came and on the order of the matches.
+class RunStatistics {
+ public:
+  /// The rays of a scan. A sample is kept, picked by a hash of the utime: 2,000 scans, 720 rays each.
+  void Add(std::int64_t utime, const ValidRays& rays);
+
+  /// The next match.
+  void Add(const ScanMatch& match);
+
+  /// All matches are to come again, where it is known better by now: the map was put right. Rays stay.
+  void ForgetMatches();
+
+  struct Values {
+    std::int64_t scans = 0;
+    std::int64_t lost = 0;
+    std::int64_t degenerate = 0;
+    std::int64_t without_rays = 0;  ///< nothing of the scan was a measurement
+    std::int64_t longest_lost = 0;  ///< most scans that were lost in a row
+    std::int64_t steps = 0;         ///< pairs of scans in a row that were matched
+    std::int64_t far_steps = 0;     ///< those between which the laser moved by more than 0.4 m or 0.25 rad
+    std::int64_t longest_open = 0;  ///< most degenerate scans in a row, without odometry
+    double path_m = 0.0;        ///< length of the path, by steps that are longer than a robot that stands seems to make
+    double furthest_m = 0.0;    ///< of the matched poses from the first of their trajectory
+    double furthest_rad = 0.0;  ///< the same of their yaw
+    double open_path_m = 0.0;   ///< length of the path on degenerate scans, where no wheels tell it
+    double longest_open_m = 0.0;                                    ///< of that path, the longest piece
+    Eigen::Vector2d longest_open_ends_m = Eigen::Vector2d::Zero();  ///< where that ends, map frame
+    double mean_fitness = 0.0;  ///< of the matched scans, [0, 1]; 0 if there are none
+    bool finished_map = false;  ///< scans were localised, and changed nothing
+    /// How the turns, and the ways, by odometry go with those by the laser, [-1, 1]; -1 where they are opposite.
+    /// Nothing without odometry, or where the robot hardly moved.
+    std::optional<double> turns_by_odometry;
+    std::optional<double> ways_by_odometry;
+  };
+  Values values() const;
+
+  /// Share of the rays that go through the map as they went through the building, [0, 1]: not through walls, and to
+  /// one. Of 200 scans of the sample, 60 rays each. Nothing where fewer than 20 of them were matched.
+  std::optional<double> ComputeMeanAgreement(const ByteMap& map) const;
+
+  /// Whether the scans of the sample contradict each other where the robot was twice.
+  SelfContradiction FindContradiction() const;
+
+ private:
+  struct Sampled {
+    std::optional<ValidRays> rays;
+    std::optional<Pose2> T_map_laser;  ///< where the scan was matched
+    Twist twist;                       ///< by which it was deskewed then
+    double path_m = 0.0;               ///< up to there
+    bool degenerate = false;
+  };
+
+  /// Sums over steps of products of motions by odometry and by the laser.
+  struct Correlation {
+    double product = 0.0;
+    double odometry = 0.0;
+    double laser = 0.0;
+    std::optional<double> Compute(double least) const;
+  };
+
+  Sampled* FindSampled(std::int64_t utime);
+  void LengthenPath(const ScanMatch& match);
+  void LookHowFar(const ScanMatch& match);
+  void CountOpen(const ScanMatch& match);
+  void AddStep(const ScanMatch& from, const ScanMatch& to);
+
+  Values values_;
+  double fitness_sum_ = 0.0;
+  std::int64_t num_fitnesses_ = 0;
+  std::int64_t num_lost_in_a_row_ = 0;
+  std::int64_t num_open_in_a_row_ = 0;
+  std::int64_t num_since_open_ = 0;
+  Correlation turns_;
+  Correlation ways_;
+  std::optional<Pose2> T_map_on_path_;        ///< up to which path_m is counted
+  double open_m_ = 0.0;                       ///< path on degenerate scans up to there
+  std::optional<ScanMatch> first_;            ///< of the trajectory
+  std::optional<ScanMatch> previous_;         ///< if it was matched
+  std::map<std::uint64_t, Sampled> sampled_;  ///< by the hash of the utime: the scans of the smallest ones
+};
+
+}  // namespace crsm

@@ -1,0 +1,82 @@
+#include "services/base/process.hpp"
+
+#include <fmt/core.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <random>
+#include <regex>
+#include <stdexcept>
+
+#include "services/base/usage_error.hpp"
+
+namespace crsm {
+namespace {
+
+volatile sig_atomic_t stop_requested = 0;
+
+void RequestStop(int) { stop_requested = 1; }
+
+/// What a process that was killed while it wrote results (WriteResults) has left: .NAME.PID.tmp
+void RemoveLeftovers(const std::string& out) {
+  static const std::regex kLeftover(R"(\.(?:map|overview|trajectory|truth|summary)\.[a-z]+\.([0-9]{1,9})\.tmp)");
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(out, error)) {
+    const std::string name = entry.path().filename().string();
+    std::smatch parts;
+    if (!std::regex_match(name, parts, kLeftover)) continue;
+    if (kill(std::stoi(parts[1]), 0) != 0 && errno == ESRCH) std::filesystem::remove(entry.path(), error);
+  }
+}
+
+}  // namespace
+
+void CatchSignals() {
+  struct sigaction action {};
+  action.sa_handler = RequestStop;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+bool StopRequested() { return stop_requested != 0; }
+
+void PrepareFolder(const std::string& out) {
+  if (out.empty()) throw UsageError("--out is missing: give the folder for the results");
+  std::error_code error;
+  std::filesystem::create_directories(out, error);
+  if (error || access(out.c_str(), W_OK) != 0) {
+    throw std::runtime_error(
+        fmt::format("--out {}: cannot be written: {}", out, error ? error.message() : std::strerror(errno)));
+  }
+  RemoveLeftovers(out);
+}
+
+void Say(const std::string& line) { std::fputs((line + '\n').c_str(), stderr); }
+
+std::int64_t DrawIdentity() {
+  std::random_device device;
+  return (std::int64_t{device()} << 31 | std::int64_t{device() >> 1}) + 1;
+}
+
+int ReportErrors(const std::string& program, const std::function<int()>& body) {
+  try {
+    return body();
+  } catch (const UsageError& error) {
+    Say(fmt::format("{}: {}", program, error.what()));
+    return 2;
+  } catch (const std::exception& error) {
+    Say(fmt::format("{}: {}", program, error.what()));
+    return 1;
+  }
+}
+
+int RunMain(const std::string& program, const std::function<void()>& body) {
+  CatchSignals();
+  return ReportErrors(program, [&] { return body(), 0; });
+}
+
+}  // namespace crsm

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+
+namespace crsm {
+
+using Clock = std::chrono::steady_clock;
+
+/// From now on SIGINT and SIGTERM only ask the process to finish.
+void CatchSignals();
+bool StopRequested();
+
+/// Makes the folder for the results, if need be. What cannot be written is said before the work, not after it: throws
+/// std::runtime_error that names --out, UsageError if there is none. Removes files that a killed process left half
+/// written.
+void PrepareFolder(const std::string& out);
+
+/// Says a line on stderr. A log that cannot be written, on a full disk say, is no reason to stop.
+void Say(const std::string& line);
+
+/// A number that no other process draws, not 0. Nothing that is computed depends on it.
+std::int64_t DrawIdentity();
+
+/// With --strict, where the map is not to be trusted.
+inline constexpr int kUntrustedExitCode = 3;
+
+/// Runs `body` and turns an exception into one line on stderr. Returns the exit code: that of `body`, 2 after a
+/// UsageError, 1 after any other exception.
+int ReportErrors(const std::string& program, const std::function<int()>& body);
+
+/// The main function of a process: catches signals, and ReportErrors of `body`, whose own exit code is 0.
+int RunMain(const std::string& program, const std::function<void()>& body);
+
+}  // namespace crsm

@@ -1,0 +1,249 @@
+#include "services/bus/bus.hpp"
+
+#include <fmt/core.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <regex>
+#include <stdexcept>
+#include <utility>
+
+#include "services/base/usage_error.hpp"
+#include "services/bus/socket_filter.hpp"
+
+namespace crsm {
+namespace {
+
+// Messages of one channel. LCM drops the newest of more, and does not say so: room for all that come while a stage
+// works, or waits for a core, 0.15 s of 65,000 scans/s. Longer queues belong to the stages, which count what they drop.
+constexpr int kQueueCapacity = 10000;
+// Handled in one go: all that are there, so that what a stage works on is fresh; but who sends faster than they are
+// read does not keep it from its work.
+constexpr int kMostMessages = 1000;
+
+/// Where a udpm:// URL leads, if LCM will take all of it as it is meant: it passes over options that it does not know
+/// or cannot read.
+std::optional<MulticastAddress> ParseMulticastUrl(const std::string& url) {
+  static const std::regex kForm(R"(udpm://(?:(2(?:2[4-9]|3[0-9])(?:\.[0-9]{1,3}){3})(?::([0-9]{1,5}))?)?)"
+                                R"((?:\?(?:ttl|recv_buf_size)=[0-9]+(?:&(?:ttl|recv_buf_size)=[0-9]+)*)?)");
+  static const std::regex kBuffer("recv_buf_size=([0-9]{1,9})(?:&|$)");
+  static const std::regex kReaching("ttl=0*[1-9]");
+  std::smatch parts;
+  if (!std::regex_match(url, parts, kForm)) return std::nullopt;
+  MulticastAddress address;
+  if (parts[1].matched) address.group = parts[1];
+  if (parts[2].matched) address.port = std::stoi(parts[2]);
+  std::smatch buffer;
+  if (std::regex_search(url, buffer, kBuffer)) address.buffer_bytes = std::stoi(buffer[1]);
+  address.ttl = std::regex_search(url, kReaching) ? 1 : 0;
+  return address.port >= 1 && address.port <= 65535 ? std::optional(address) : std::nullopt;
+}
+
+/// The URL as LCM is to see it: checked, because LCM turns some mistakes into another transport in silence, and with
+/// the receive buffer that it asks for only when told.
+std::string CompleteUrl(std::string url) {
+  if (url.empty()) {
+    const char* environment = std::getenv("LCM_DEFAULT_URL");
+    url = environment && *environment ? environment : "udpm://239.255.76.67:7667?ttl=0";
+  }
+  const bool multicast = url.rfind("udpm://", 0) == 0;
+  if (multicast ? !ParseMulticastUrl(url) : url.rfind("tcpq://", 0) != 0) {
+    throw UsageError(
+        fmt::format("--lcm-url {}: is no bus between processes; use one like udpm://239.255.76.67:7667?ttl=0 or "
+                    "tcpq://localhost:7700",
+                    url));
+  }
+  if (multicast && url.find("recv_buf_size") == std::string::npos) {
+    url += (url.find('?') == std::string::npos ? "?" : "&") +
+           fmt::format("recv_buf_size={}", MulticastAddress().buffer_bytes);
+  }
+  return url;
+}
+
+/// LCM's own way to name a channel, or all that begin so: a regular expression.
+std::string ToRegex(const std::string& channel) {
+  const bool all_that_begin_so = channel.ends_with('*');
+  const std::string text = all_that_begin_so ? channel.substr(0, channel.size() - 1) : channel;
+  std::string escaped;
+  for (const char c : text) {
+    if (std::string("\\^$.|?*+()[]{}").find(c) != std::string::npos) escaped += '\\';
+    escaped += c;
+  }
+  return all_that_begin_so ? escaped + ".*" : escaped;
+}
+
+/// What to say where LCM cannot open a bus. By multicast it finds out when it is made, by a server when it subscribes.
+std::string WhyUnreachable(const std::string& url, bool multicast) {
+  if (multicast) {
+    return fmt::format("--lcm-url {}: no multicast route for LCM; as root: {}", url,
+                       "ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo");
+  }
+  return fmt::format("--lcm-url {}: no LCM server answers there; is the address right, and does the server run?", url);
+}
+
+/// The socket that the first subscription has opened; none if that is not clear.
+std::optional<int> FindNewSocket(int port, const std::set<int>& old_sockets) {
+  std::set<int> sockets = FindUdpSockets(port);
+  for (const int socket : old_sockets) sockets.erase(socket);
+  return sockets.size() == 1 ? std::optional(*sockets.begin()) : std::nullopt;
+}
+
+}  // namespace
+
+std::string NameBus(const std::string& url) {
+  const std::string complete = CompleteUrl(url);
+  const auto multicast = ParseMulticastUrl(complete);
+  return multicast ? fmt::format("port {}", multicast->port) : complete;
+}
+
+Bus::Bus(std::string url, const std::string& channel_prefix, Counters& counters, Reception reception)
+    : url_(CompleteUrl(std::move(url))),
+      multicast_(ParseMulticastUrl(url_)),
+      lcm_(url_),
+      prefix_(channel_prefix),
+      counters_(counters) {
+  if (!lcm_.good()) {
+    throw std::runtime_error(WhyUnreachable(url_, multicast_.has_value()));
+  }
+  if (multicast_ && reception == Reception::kByHandler) own_socket_ = MulticastSocket::Open(*multicast_);
+}
+
+bool Bus::Subscription::Takes(std::string_view heard) const {
+  if (!channel.ends_with('*')) return channel == heard;
+  return heard.starts_with(std::string_view(channel).substr(0, channel.size() - 1));
+}
+
+void Bus::Subscription::ReceiveFromLcm(const lcm::ReceiveBuffer* buffer, const std::string&) {
+  // LCM does not tell senders. Ours send whole messages, which come by the own socket; what LCM got before its socket
+  // was filtered comes too early for anybody.
+  if (sole_sender && bus->own_socket_) return bus->counters_.Add(channel.substr(bus->prefix_.size()) + "_unattributed");
+  Receive({}, {static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
+}
+
+void Bus::Subscription::Receive(const Sender& sender, std::span<const std::uint8_t> bytes) {
+  constexpr std::size_t kMostHeldBytes = 1 << 24;  // what comes in the 0.1 s of a decision, many times over
+  if (!sole_sender) return Handle(sender, bytes);
+  const auto verdict = sole_sender->Judge(sender, SoleSender::Clock::now());
+  if (verdict == SoleSender::Verdict::kRefused || held_bytes + bytes.size() > kMostHeldBytes) return Refuse(sender);
+  if (verdict == SoleSender::Verdict::kBelieved && held.empty()) return Handle(sender, bytes);
+  held.push_back({sender, {bytes.begin(), bytes.end()}});
+  held_bytes += bytes.size();
+  DecideHeld();
+}
+
+void Bus::Subscription::DecideHeld() {
+  while (!held.empty()) {
+    const auto verdict = sole_sender->Judge(held.front().sender, SoleSender::Clock::now(), false);
+    if (verdict == SoleSender::Verdict::kUndecided) return;
+    const HeldMessage message = std::move(held.front());
+    held.pop_front();
+    held_bytes -= message.bytes.size();
+    verdict == SoleSender::Verdict::kBelieved ? Handle(message.sender, message.bytes) : Refuse(message.sender);
+  }
+}
+
+void Bus::Subscription::Refuse(const Sender& refused) {
+  bus->counters_.Add(channel.substr(bus->prefix_.size()) + "_refused");
+  if (std::exchange(refused_before, true)) return;
+  fmt::print(stderr, "{} from {} is refused: {}\n", channel, refused.Describe(),
+             sole_sender->contested() ? "several processes send it; none is accepted until only one is left"
+                                      : "another process sends it; stop one of the two");
+}
+
+void Bus::Subscription::Handle(const Sender& sender, std::span<const std::uint8_t> bytes) {
+  bus->sender_ = sender;
+  try {
+    handler(bytes);
+  } catch (const std::exception& error) {  // would poison the LCM handle
+    bus->counters_.Add("handler_failed");
+    if (!std::exchange(failed_before, true))
+      fmt::print(stderr, "cannot handle a message on {}: {}\n", channel, error.what());
+  }
+}
+
+void Bus::SubscribeBytes(const std::string& channel, std::function<bool(std::span<const std::uint8_t>)> handler) {
+  SubscribeRaw(channel, [this, counter = MalformedCounter(channel),
+                         handler = std::move(handler)](std::span<const std::uint8_t> bytes) {
+    if (!handler(bytes)) counters_.Add(counter);
+  });
+}
+
+void Bus::SubscribeRaw(const std::string& channel, RawHandler handler) {
+  const bool first = channels_.empty();
+  const std::set<int> sockets_of_others = first && multicast_ ? FindUdpSockets(multicast_->port) : std::set<int>();
+  subscriptions_.push_back(std::make_unique<Subscription>(Subscription{prefix_ + channel, std::move(handler), this}));
+  lcm::Subscription* subscription =
+      lcm_.subscribe(ToRegex(prefix_ + channel), &Subscription::ReceiveFromLcm, subscriptions_.back().get());
+  if (!subscription || lcm_.getFileno() < 0) {
+    throw std::runtime_error(WhyUnreachable(url_, multicast_.has_value()));
+  }
+  subscription->setQueueCapacity(kQueueCapacity);
+  if (first && multicast_) lcm_socket_ = FindNewSocket(multicast_->port, sockets_of_others);
+  channels_.push_back(prefix_ + channel);
+  if (multicast_) FilterSockets();
+}
+
+/// LCM's socket lets through what the other does not, so that nothing is heard twice. Without filters, and without that
+/// other socket, everything works as well, at a price.
+void Bus::FilterSockets() {
+  const Hosts hosts = HostsHeardAt(multicast_->ttl);
+  if (own_socket_ && lcm_socket_ &&
+      AttachFilter(*lcm_socket_, MakeChannelFilter(channels_, {Packets::kFragments, hosts})) &&
+      own_socket_->Listen(channels_)) {
+    return;
+  }
+  own_socket_.reset();
+  if (!lcm_socket_ || !AttachFilter(*lcm_socket_, MakeChannelFilter(channels_, {Packets::kBoth, hosts}))) {
+    counters_.Add("socket_unfiltered");
+  }
+}
+
+void Bus::CountUnpublished(const std::string& channel, int error) {
+  if (counters_.counts().count("publish_failed") == 0) {
+    fmt::print(stderr, "LCM cannot publish on {}{}\n", prefix_ + channel,
+               error != 0 ? fmt::format(": {}", std::strerror(error)) : "");
+  }
+  counters_.Add("publish_failed");
+}
+
+void Bus::Wait(int timeout_ms) {
+  constexpr int kDecisionPeriod_ms = 20;
+  const auto IsDecided = [](const auto& subscription) { return subscription->held.empty(); };
+  const bool decided = std::all_of(subscriptions_.begin(), subscriptions_.end(), IsDecided);
+  Receive(decided ? timeout_ms : std::min(timeout_ms, kDecisionPeriod_ms));
+  for (const auto& subscription : subscriptions_) {
+    if (!subscription->held.empty()) subscription->DecideHeld();
+  }
+}
+
+void Bus::Receive(int timeout_ms) {
+  errno = 0;
+  if (own_socket_) {
+    if (!HandleWhole(timeout_ms)) return;
+    timeout_ms = 0;
+  }
+  int handled = lcm_.handleTimeout(timeout_ms);
+  for (int i = 1; handled > 0 && i < kMostMessages; ++i) handled = lcm_.handleTimeout(0);
+  if (handled < 0 && errno != EINTR) throw std::runtime_error("the bus is gone: LCM cannot receive messages any more");
+}
+
+/// Handles the messages on the own socket. Whether LCM has some too: what came in fragments.
+bool Bus::HandleWhole(int timeout_ms) {
+  std::array<pollfd, 2> waited{{{own_socket_->descriptor(), POLLIN, 0}, {lcm_.getFileno(), POLLIN, 0}}};
+  if (poll(waited.data(), waited.size(), timeout_ms) <= 0) return false;
+  for (int i = 0; i < kMostMessages; ++i) {
+    const auto message = own_socket_->Receive();
+    if (!message) break;
+    for (const auto& subscription : subscriptions_) {
+      if (subscription->Takes(message->channel)) subscription->Receive(message->sender, message->bytes);
+    }
+  }
+  return waited[1].revents != 0;
+}
+
+}  // namespace crsm

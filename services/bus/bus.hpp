@@ -1,0 +1,136 @@
+#pragma once
+
+#include <cerrno>
+#include <deque>
+#include <functional>
+#include <lcm/lcm-cpp.hpp>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "services/base/status.hpp"
+#include "services/bus/multicast_socket.hpp"
+#include "services/bus/sole_sender.hpp"
+#include "services/wire/channels.hpp"
+#include "services/wire/wire.hpp"
+
+namespace crsm {
+
+/// What tells the bus of a URL from others on this machine: "port 7667", since LCM heeds nothing else of a multicast
+/// address, or the whole URL of a server. Throws UsageError where the URL is of no bus.
+std::string NameBus(const std::string& url);
+
+/// Who takes messages out of the kernel's buffer.
+enum class Reception {
+  kByHandler,  ///< the thread that handles them, at the least cost: for those that handle messages all the time
+  kByThread    ///< a thread of LCM, at once: for those that are busy with other things for long
+};
+
+/// The thin seam over LCM: checked messages in, messages out, no exception into C code.
+class Bus {
+ public:
+  /// url: empty for LCM's default. Throws in one line: UsageError if it is of no bus, std::runtime_error if the bus
+  /// cannot be reached.
+  Bus(std::string url, const std::string& channel_prefix, Counters& counters,
+      Reception reception = Reception::kByHandler);
+
+  /// Calls `handler` for each well-formed message; others are counted as CHANNEL_malformed and dropped. An exception
+  /// that leaves the handler is counted as handler_failed; its text is said on stderr, the first time. A channel that
+  /// ends in * stands for all whose names begin so.
+  template <class Message>
+  void Subscribe(const std::string& channel, std::function<void(const Message&)> handler) {
+    SubscribeRaw(channel, MakeRawHandler(channel, std::move(handler)));
+  }
+
+  /// The same of messages of whatever type: `handler` returns whether they are well-formed.
+  void SubscribeBytes(const std::string& channel, std::function<bool(std::span<const std::uint8_t>)> handler);
+
+  /// The same on a channel on which one process alone has something to say. What comes from another one is counted as
+  /// CHANNEL_refused and dropped, and said on stderr, the first time; see SoleSender. By UDP multicast only, and where
+  /// the kernel gives as large a buffer as the URL asks for: else all senders are the same, and senders_unknown counts.
+  template <class Message>
+  void SubscribeToOne(const char* channel, std::function<void(const Message&)> handler,
+                      std::chrono::milliseconds probation = SoleSender::kProbation) {
+    SubscribeRaw(channel, MakeRawHandler(channel, std::move(handler)));
+    subscriptions_.back()->sole_sender.emplace(probation);
+    if (!own_socket_) counters_.Add("senders_unknown");
+  }
+
+  /// Who sent the message that is being handled.
+  const Sender& sender() const { return sender_; }
+
+  /// A message that LCM cannot send is counted as publish_failed; why is said on stderr, the first time.
+  template <class Message>
+  void Publish(const char* channel, const Message& message) {
+    errno = 0;
+    if (lcm_.publish(prefix_ + channel, &message) != 0) CountUnpublished(channel, errno);
+  }
+
+  /// Handles the messages that are there, 1000 at most, waiting for the first no longer than `timeout_ms`. Throws
+  /// std::runtime_error if the bus is gone.
+  void Wait(int timeout_ms);
+
+  /// Where this bus is, if it is one by UDP multicast.
+  const std::optional<MulticastAddress>& multicast() const { return multicast_; }
+  const std::string& prefix() const { return prefix_; }
+
+ private:
+  using RawHandler = std::function<void(std::span<const std::uint8_t>)>;
+  struct HeldMessage {
+    Sender sender;
+    std::vector<std::uint8_t> bytes;
+  };
+  struct Subscription {
+    std::string channel;
+    RawHandler handler;
+    Bus* bus;
+    bool failed_before = false;
+    std::optional<SoleSender> sole_sender = {};  ///< who is to be believed, where it is not everybody
+    std::deque<HeldMessage> held = {};           ///< until it is decided
+    std::size_t held_bytes = 0;
+    bool refused_before = false;
+
+    bool Takes(std::string_view heard) const;
+    void Receive(const Sender& sender, std::span<const std::uint8_t> bytes);
+    void ReceiveFromLcm(const lcm::ReceiveBuffer* buffer, const std::string& channel);
+    void DecideHeld();
+    void Refuse(const Sender& sender);
+    void Handle(const Sender& sender, std::span<const std::uint8_t> bytes);
+  };
+
+  template <class Message>
+  RawHandler MakeRawHandler(const std::string& channel, std::function<void(const Message&)> handler) {
+    return
+        [this, counter = MalformedCounter(channel), handler = std::move(handler)](std::span<const std::uint8_t> bytes) {
+          if (const auto message = Decode<Message>(bytes)) {
+            handler(*message);
+          } else {
+            counters_.Add(counter);
+          }
+        };
+  }
+
+  static std::string MalformedCounter(const std::string& channel) {
+    return channel.substr(0, channel.find_last_not_of("/*") + 1) + "_malformed";
+  }
+
+  void SubscribeRaw(const std::string& channel, RawHandler handler);
+  void FilterSockets();
+  void Receive(int timeout_ms);
+  bool HandleWhole(int timeout_ms);
+  void CountUnpublished(const std::string& channel, int error);
+
+  std::string url_;
+  std::optional<MulticastAddress> multicast_;  ///< of a bus by UDP multicast
+  lcm::LCM lcm_;
+  std::string prefix_;
+  Counters& counters_;
+  std::vector<std::unique_ptr<Subscription>> subscriptions_;
+  std::vector<std::string> channels_;            ///< subscribed to, with the prefix
+  std::optional<int> lcm_socket_;                ///< on which LCM receives, if it is known
+  std::unique_ptr<MulticastSocket> own_socket_;  ///< which leaves to LCM no more than fragments, if it is there
+  Sender sender_;                                ///< of the message that is being handled
+};
+
+}  // namespace crsm

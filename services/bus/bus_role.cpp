@@ -1,0 +1,98 @@
+#include "services/bus/bus_role.hpp"
+
+#include <fmt/core.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstddef>
+#include <cstring>
+#include <stdexcept>
+#include <thread>
+
+#include "services/base/process_info.hpp"
+#include "services/bus/bus.hpp"
+
+namespace crsm {
+namespace {
+
+struct SocketName {
+  sockaddr_un address{};
+  socklen_t size = 0;
+};
+
+/// FNV-1a: the same on every machine and in every build.
+std::uint64_t Hash(const std::string& text) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  return hash;
+}
+
+/// A leading NUL makes the name an abstract one, of which every byte counts.
+SocketName NameOf(const BusAddress& bus, const std::string& role) {
+  SocketName name;
+  std::string text = fmt::format("crsm/{}/{}/{}", NameBus(bus.lcm_url), bus.channel_prefix, role);
+  if (text.size() >= sizeof name.address.sun_path) text = fmt::format("crsm/{:016x}/{}", Hash(text), role);
+  name.address.sun_family = AF_UNIX;
+  std::memcpy(name.address.sun_path + 1, text.data(), text.size());
+  name.size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + text.size());
+  return name;
+}
+
+int OpenSocket() {
+  const int opened = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (opened < 0) throw std::runtime_error(fmt::format("cannot open a Unix socket: {}", std::strerror(errno)));
+  return opened;
+}
+
+}  // namespace
+
+BusRole::BusRole(const BusAddress& address, const std::string& role) : socket_(OpenSocket()) {
+  constexpr int kLongestQueue = 4096;
+  const SocketName name = NameOf(address, role);
+  if (bind(socket_, reinterpret_cast<const sockaddr*>(&name.address), name.size) == 0 &&
+      listen(socket_, kLongestQueue) == 0) {
+    return;
+  }
+  const int error = errno;
+  close(socket_);
+  if (error != EADDRINUSE) {
+    throw std::runtime_error(
+        fmt::format("cannot become the {} of {}: {}", role, NameBus(address.lcm_url), std::strerror(error)));
+  }
+  const auto holder = FindRoleHolder(address, role);
+  throw std::runtime_error(
+      DescribeTakenRole(address, role, holder.value_or("a process that starts or ends at this moment")));
+}
+
+BusRole::~BusRole() { close(socket_); }
+
+void BusRole::DismissVisitors() const {
+  for (int visitor = 0; (visitor = accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC)) >= 0;) close(visitor);
+}
+
+std::optional<std::string> FindRoleHolder(const BusAddress& address, const std::string& role) {
+  const SocketName name = NameOf(address, role);
+  const int visitor = OpenSocket();
+  ucred holder{};
+  socklen_t size = sizeof holder;
+  const bool connected = connect(visitor, reinterpret_cast<const sockaddr*>(&name.address), name.size) == 0;
+  const bool queue_full = !connected && errno == EAGAIN;
+  const bool known = connected && getsockopt(visitor, SOL_SOCKET, SO_PEERCRED, &holder, &size) == 0;
+  close(visitor);
+  if (!connected && !queue_full) return std::nullopt;
+  return known ? DescribeProcess(holder.pid) : "an unknown process";
+}
+
+std::string DescribeTakenRole(const BusAddress& address, const std::string& role, const std::string& holder) {
+  const std::string prefix =
+      address.channel_prefix.empty() ? "" : fmt::format(" with the channel prefix {}", address.channel_prefix);
+  return fmt::format(
+      "{}{} already has its {}, {}: stop that process, or choose another bus (--lcm-url "
+      "'udpm://239.255.76.67:7700?ttl=0') or another --channel-prefix",
+      NameBus(address.lcm_url), prefix, role, holder);
+}
+
+}  // namespace crsm

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+
+#include "common/diagnosis/handedness.hpp"
+#include "common/diagnosis/laser_judge.hpp"
+#include "services/bus/multicast_socket.hpp"
+#include "services/bus/service.hpp"
+#include "services/diagnosis/laser_silence.hpp"
+#include "services/diagnosis/left_out_news.hpp"
+#include "services/wire/laser_types.hpp"
+
+namespace crsm {
+
+/// Says on stderr, in a line that names the mend, what is wrong with a live laser: nothing on its channel, messages of
+/// a wrong type or with angles in degrees, what LaserJudge sees in its scans, that they turn against the robot's
+/// odometry where there is some, and that it has fallen silent.
+class LaserWatch {
+ public:
+  /// channel: of the laser, without prefix.
+  LaserWatch(Service& service, const ScanParameters& parameters, std::string channel);
+
+  /// A scan came, also one that is sent again, in a message of that type.
+  void Hear(const LaserScan& scan, const LaserType& type);
+  /// A scan of another laser came on the channel.
+  void HearOther() { others_came_ = true; }
+  /// A message came that is no scan.
+  void Refuse(std::span<const std::uint8_t> bytes);
+
+  /// Says what somebody else has found, unless it was said before or there is nothing.
+  void SayOnce(const std::string& complaint);
+
+  /// Says what is due by the clock; to be called often.
+  void Poll();
+
+ private:
+  void JudgeHandedness(const LaserScan& scan, const LaserType& type);
+  void SayOf(const std::string& complaint) const;
+  void ListenToAll();
+  void SayNothingCame();
+  std::string DescribeOtherChannel(const std::string& channel) const;
+  std::string DescribeBus() const;
+
+  Service& service_;
+  std::string channel_;  ///< with the prefix
+  ScanParameters parameters_;
+  LaserJudge judge_;
+  std::optional<HandednessJudge> handedness_;  ///< from the first odometry until it has told
+  bool handedness_told_ = false;
+  LaserSilence silence_;
+  LeftOutNews left_out_;
+  std::set<std::string> said_;  ///< by SayOnce
+  bool others_came_ = false;    ///< scans of other lasers
+
+  // For a moment, while the bus is searched for the laser.
+  std::unique_ptr<MulticastSocket> all_channels_;
+  std::optional<Clock::time_point> listen_until_;
+  std::map<std::string, std::uint64_t> heard_;  ///< fingerprints by channel, of a few channels
+};
+
+}  // namespace crsm

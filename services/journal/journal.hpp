@@ -1,0 +1,132 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/graph/keyframe_graph.hpp"
+#include "common/scan/critical_rays.hpp"
+#include "common/scan/scan_match.hpp"
+#include "services/journal/journal_file.hpp"
+#include "services/wire/wire.hpp"
+
+namespace crsm {
+
+/// Parameters by their keys, each as a flag says it.
+using ParameterTexts = std::vector<std::pair<std::string, std::string>>;
+
+/// What a journal is to be of; one of something else is refused.
+struct JournalSubject {
+  bool finished_map = false;  ///< localization on the map of another journal; else the map is made of this one
+  ParameterTexts parameters;  ///< of the map: ListMapParameters
+};
+
+/// What a journal says of itself at its beginning.
+struct JournalHead {
+  std::int64_t epoch = 0;
+  JournalSubject subject;
+};
+
+/// Called for the entries of a journal, in their order.
+struct VisitJournal {
+  /// A match; the scan is nullptr where it was not drawn.
+  std::function<void(const CriticalRays* scan, const ScanMatch& match)> match;
+  /// What loops have brought to the graph, in a journal of a run with loops. False if it does not fit the scans before.
+  std::function<bool(const GraphUpdate& update)> update = [](const GraphUpdate&) { return true; };
+  /// Loops were searched up to a keyframe. False if there is no such keyframe.
+  std::function<bool(KeyframeId keyframe)> searched = [](KeyframeId) { return true; };
+};
+
+/// What to do about a journal that is damaged in the middle, by a bad disk say, and not torn at its end by a power cut.
+enum class OnDamage {
+  kRefuse,
+  kTakeWhatIsBefore,
+};
+
+/// Everything that a map is made of, on the disk as it happens: FOLDER/journal.lcm, an LCM log that lcm-logplayer and
+/// lcm-spy read too. First the head (JOURNAL_HEAD), then for every match the scan (CRITICAL_RAYS) if it was drawn, and
+/// the match (SCAN_MATCH), and between them, with loops, what was found, what that has brought to the graph, and up to
+/// which keyframe loops were searched (POSE_GRAPH, part by part); behind each of these a check (JOURNAL_CHECK) with a
+/// checksum of all bytes since the last one. A process that is killed loses nothing that was kept, a power cut the last
+/// second.
+class Journal {
+ public:
+  /// Begins a new journal, of a new epoch. Throws std::runtime_error if there is one already, or if it cannot be
+  /// written.
+  Journal(const std::filesystem::path& folder, const JournalSubject& subject);
+
+  /// Reads the journal in `folder` from its beginning, then goes on writing at its end. What was torn there is cut off;
+  /// so is what follows a damage, if that is allowed, and the file as it was is kept beside. Throws std::runtime_error
+  /// if there is no journal, if it is damaged, of another subject or of an older version, or if it cannot be written.
+  Journal(const std::filesystem::path& folder, const JournalSubject& subject, OnDamage on_damage,
+          const VisitJournal& visit);
+
+  /// Writes through to the disk, and that the session ended in order.
+  ~Journal();
+
+  /// Of the map: drawn by who began the journal.
+  std::int64_t epoch() const { return epoch_; }
+
+  /// In one line, what was wrong with the journal that was read; empty if nothing was.
+  const std::string& notice() const { return notice_; }
+
+  /// Keeps one match, and its scan where it was drawn (else nullptr), handed to the operating system when this returns:
+  /// it survives the end of the process, and within a second also a power cut. Throws std::runtime_error if it cannot
+  /// be written.
+  void Append(const CriticalRays* scan, const ScanMatch& match);
+
+  /// Keeps what loops have brought to the graph, in the same way: it was known before the next match. utime: of its
+  /// keyframe.
+  void Append(const GraphUpdate& update, std::int64_t utime);
+
+  /// Keeps that loops were searched up to a keyframe, and that nothing was found since the update of `last_update`. It
+  /// is written where the session ends, and before that for every tenth drawn scan: if the process is killed, those
+  /// that came since are searched once more. utime: of the keyframe.
+  void AppendSearched(KeyframeId keyframe, std::optional<KeyframeId> last_update, std::int64_t utime);
+
+ private:
+  template <class Message>
+  void AddEvent(const char* channel, const Message& message);
+  void WriteSearched();
+  void WriteStretch(std::int64_t utime);
+
+  JournalSubject subject_;
+  std::int64_t epoch_;
+  bool head_written_ = false;
+  bool appended_ = false;                   ///< in this session
+  std::optional<KeyframeId> searched_;      ///< of it and those before it no more is to be kept
+  std::optional<pose_graph_t> to_be_kept_;  ///< says so
+  int num_drawn_ = 0;                       ///< scans, since that was written
+  std::int64_t num_events_ = 0;
+  std::int64_t last_utime_ = 0;
+  std::string notice_;
+  std::string stretch_;  ///< bytes that are to be written at once
+  std::unique_ptr<JournalFile> file_;
+};
+
+/// Reads a journal and leaves it as it is. Returns what Journal::notice would say. Throws as the second constructor.
+std::string ReadJournal(const std::filesystem::path& folder, const JournalSubject& subject, OnDamage on_damage,
+                        const VisitJournal& visit);
+
+/// The head of the journal in `folder`; nothing if the journal is empty, or torn before its first scan was kept. Throws
+/// std::runtime_error if there is no such file, or if it is no journal.
+std::optional<JournalHead> ReadHead(const std::filesystem::path& folder);
+
+/// Where run_stack and slam_offline keep the journal of a folder of results.
+inline std::filesystem::path JournalFolder(const std::filesystem::path& out) { return out / "journal"; }
+
+/// The journal in its folder.
+inline std::filesystem::path JournalPath(const std::filesystem::path& folder) { return folder / "journal.lcm"; }
+
+/// Makes `out` the folder in which the map of `earlier` goes on: its journal is copied, unless they are the same
+/// folder. Throws std::runtime_error if there is none, or if it cannot be copied.
+void TakeOverJournal(const std::filesystem::path& earlier, const std::filesystem::path& out);
+
+/// Makes room for a new journal in a folder of results.
+void RemoveJournal(const std::filesystem::path& out);
+
+}  // namespace crsm

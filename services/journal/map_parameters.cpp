@@ -1,0 +1,52 @@
+#include "services/journal/map_parameters.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "services/base/usage_error.hpp"
+
+namespace crsm {
+namespace {
+
+ParameterTexts ListTexts(const Parameters& parameters, const std::vector<ParameterGroup>& groups) {
+  ParameterTexts texts;
+  for (const auto& [key, value] : ListParameters(parameters, groups)) texts.emplace_back(key, FormatValue(value));
+  return texts;
+}
+
+}  // namespace
+
+ParameterTexts ListMapParameters(const Parameters& parameters) {
+  return ListTexts(parameters,
+                   {ParameterGroup::kLaser, ParameterGroup::kScan, ParameterGroup::kUpdate, ParameterGroup::kLoops});
+}
+
+void AdoptMapParameters(const std::filesystem::path& folder, CommandLine& command_line) {
+  if (const auto head = ReadHead(folder)) command_line.Adopt(head->subject.parameters, folder.string());
+}
+
+void AdoptEarlierMapParameters(const std::string& resume, CommandLine& command_line) {
+  const std::string& earlier = resume.empty() ? command_line.settings().localize : resume;
+  if (!earlier.empty()) AdoptMapParameters(JournalFolder(earlier), command_line);
+}
+
+void CheckLaserParameters(const std::filesystem::path& folder, const CommandLine& command_line) {
+  const auto head = ReadHead(folder);
+  if (!head) return;
+  const ParameterTexts& made_with = head->subject.parameters;
+  std::vector<std::string> wrong;
+  for (const auto& parameter : ListTexts(command_line.parameters(), {ParameterGroup::kLaser, ParameterGroup::kScan})) {
+    const auto found = std::find_if(made_with.begin(), made_with.end(),
+                                    [&](const auto& other) { return other.first == parameter.first; });
+    if (found != made_with.end() && *found != parameter) {
+      wrong.push_back(fmt::format("{} {}", FlagOf(found->first), found->second));
+    }
+  }
+  if (wrong.empty()) return;
+  throw UsageError(fmt::format(
+      "the map of {} was made with {}: give {} and ray_selector the same flags, or the --preset of its first run",
+      folder.string(), fmt::join(wrong, " "), command_line.program()));
+}
+
+}  // namespace crsm

@@ -1,0 +1,326 @@
+#include "services/settings/command_line.hpp"
+
+#include <fmt/core.h>
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <stdexcept>
+#include <type_traits>
+
+#include "common/set_parameter.hpp"
+#include "services/base/usage_error.hpp"
+#include "services/base/version.hpp"
+#include "services/settings/presets.hpp"
+
+namespace crsm {
+namespace {
+
+void SetValue(const std::string& key, const WrittenValue& value, Parameters& parameters, Settings& settings) {
+  ValueSetter setter(key, value);
+  VisitParameters(parameters, setter);
+  VisitSettings(settings, setter);
+  if (!setter.found()) throw std::runtime_error(fmt::format("{}: no such key; --help of each program lists them", key));
+}
+
+WrittenValue ToWrittenValue(const toml::node& node) {
+  using Kind = WrittenValue::Kind;
+  if (const auto* string = node.as_string()) return {Kind::kString, string->get()};
+  if (const auto* integer = node.as_integer()) return {Kind::kNumber, fmt::format("{}", integer->get())};
+  if (const auto* number = node.as_floating_point()) return {Kind::kNumber, fmt::format("{}", number->get())};
+  if (const auto* boolean = node.as_boolean()) return {Kind::kBoolean, boolean->get() ? "true" : "false"};
+  return {Kind::kOther, "(a table or a list)"};
+}
+
+template <std::size_t N>
+std::vector<std::string> Names(const BuiltInConfig (&configs)[N]) {
+  std::vector<std::string> names;
+  for (const BuiltInConfig& config : configs) names.emplace_back(config.name);
+  return names;
+}
+
+/// The name of a built-in configuration, and who says it: a flag or a line of a file.
+struct BuiltInChoice {
+  std::string name;
+  std::string said_by;
+};
+
+template <std::size_t N>
+std::string FindBuiltIn(const BuiltInConfig (&configs)[N], const BuiltInChoice& choice) {
+  for (const BuiltInConfig& config : configs) {
+    if (config.name == choice.name) return std::string(config.toml);
+  }
+  throw std::runtime_error(
+      fmt::format("{}: '{}' is not one of {}", choice.said_by, choice.name, fmt::join(Names(configs), ", ")));
+}
+
+std::string ReadConfig(const std::string& path) {
+  std::ifstream file(path);
+  std::stringstream text;
+  if (!(file && text << file.rdbuf())) throw std::runtime_error(fmt::format("{}: cannot be read, or is empty", path));
+  return text.str();
+}
+
+toml::table ParseToml(const std::string& text, const std::string& name) {
+  try {
+    return toml::parse(text, name);
+  } catch (const toml::parse_error& error) {
+    throw std::runtime_error(fmt::format("{}:{}: {}", name, error.source().begin.line, error.description()));
+  }
+}
+
+/// The built-in configuration that a flag names, or else a key of the configuration file.
+BuiltInChoice Choose(const std::string& key, const std::string& flag, const std::string& config,
+                     const toml::table& file) {
+  const toml::node* node = file.get(key);
+  if (!flag.empty() || !node) return {flag, "--" + key};
+  const std::string said_by = fmt::format("{}:{}: {}", config, node->source().begin.line, key);
+  if (!node->is_string()) throw std::runtime_error(said_by + ": must be a name in quotes");
+  return {node->as_string()->get(), said_by};
+}
+
+NamedValues ListSettings(const Settings& settings) {
+  Settings copy = settings;
+  NamedValues list;
+  VisitSettings(copy, [&]<class T>(const char* key, const char*, T& value, auto...) {
+    if constexpr (std::is_same_v<T, int>) {
+      list.emplace_back(key, std::int64_t{value});
+    } else {
+      list.emplace_back(key, value);
+    }
+  });
+  return list;
+}
+
+}  // namespace
+
+std::string FlagOf(std::string key) {
+  std::replace(key.begin(), key.end(), '_', '-');
+  return "--" + key;
+}
+
+CommandLine::CommandLine(const std::string& program, const std::string& description, std::vector<ParameterGroup> groups,
+                         std::vector<std::string> settings)
+    : CommandLine(program, description, ProgramFlags{std::move(groups), std::move(settings)}) {}
+
+CommandLine::CommandLine(const std::string& program, const std::string& description, const ProgramFlags& flags)
+    : program_(program),
+      groups_(flags.groups),
+      setting_names_(flags.settings),
+      app_(std::make_unique<CLI::App>(description, program)),
+      settings_(flags.defaults) {
+  app_->set_version_flag("--version", fmt::format("{} {}", program, kVersion));
+  app_->add_option("--config", config_, "TOML file; its keys are the flags, with _ for -; one file serves all programs")
+      ->type_name("FILE");
+  app_->add_option("--preset", preset_, fmt::format("laser: {}", fmt::join(Names(kPresets), ", ")))->type_name("NAME");
+  app_->add_option("--profile", profile_, fmt::format("algorithm: {}", fmt::join(Names(kProfiles), ", ")))
+      ->type_name("NAME");
+  AddFlags();
+}
+
+CommandLine::~CommandLine() = default;
+
+template <class Key>
+bool CommandLine::Uses(const Key& key) const {
+  if constexpr (std::is_same_v<Key, ParameterGroup>) {
+    return std::find(groups_.begin(), groups_.end(), key) != groups_.end();
+  } else {
+    return std::find(setting_names_.begin(), setting_names_.end(), key) != setting_names_.end();
+  }
+}
+
+void CommandLine::AddFlags() {
+  const auto AddOption = [this](const std::string& key, const std::string& help, const std::string& type) {
+    app_->add_option_function<std::string>(
+            FlagOf(key), [this, key](const std::string& text) { flags_.emplace_back(key, text); }, help)
+        ->type_name(type);
+  };
+  const auto AddFlag = [this](const std::string& key, const std::string& help) {
+    const std::string flag = FlagOf(key);
+    app_->add_flag_function(
+        flag + ",!--no-" + flag.substr(2),
+        [this, key](std::int64_t count) { flags_.emplace_back(key, count > 0 ? "true" : "false"); }, help);
+  };
+  const auto Add = [&]<class T, class... Rest>(const std::string& key, const std::string& help, const T& value,
+                                               const Rest&... rest) {
+    if constexpr (std::is_same_v<T, bool>) {
+      AddFlag(key, fmt::format("{} [{}]", help, value));
+    } else if constexpr (std::is_same_v<T, std::string>) {
+      AddOption(key, value.empty() ? help : fmt::format("{} [{}]", help, value), "TEXT");
+    } else if constexpr (std::is_enum_v<T>) {
+      const auto& names = std::get<0>(std::tie(rest...));
+      AddOption(key, fmt::format("{} [{}]", help, names.at(static_cast<std::size_t>(value))),
+                fmt::format("{}", fmt::join(names, "|")));
+    } else {
+      AddOption(key, fmt::format("{} [{}]", help, value), std::is_integral_v<T> ? "INT" : "NUMBER");
+    }
+  };
+  VisitSettings(settings_, [&](const char* key, const char* help, auto& value, auto... range) {
+    if (Uses(std::string(key))) Add(key, help, value, range...);
+  });
+  VisitParameters(parameters_, [&](const ParameterInfo& info, auto& value, const auto&... range) {
+    if (Uses(info.group)) Add(info.key, info.help, value, range...);
+  });
+}
+
+NamedValues CommandLine::UsedValues() const {
+  NamedValues used;
+  for (auto& value : ListParameters(parameters_, groups_)) used.push_back(std::move(value));
+  for (auto& value : ListSettings(settings_)) {
+    if (Uses(value.first)) used.push_back(std::move(value));
+  }
+  return used;
+}
+
+std::string FormatValue(const ParameterValue& value) {
+  return std::visit([](const auto& plain) { return fmt::format("{}", plain); }, value);
+}
+
+ParameterValue ReadValue(const std::string& key, const std::string& text) {
+  Parameters parameters;
+  Settings settings;
+  try {
+    SetValue(key, {WrittenValue::Kind::kFlag, text}, parameters, settings);
+  } catch (const std::runtime_error&) {
+    return text;
+  }
+  for (const NamedValues& values : {ListParameters(parameters), ListSettings(settings)}) {
+    for (const auto& [name, value] : values) {
+      if (name == key) return value;
+    }
+  }
+  return text;
+}
+
+std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
+  try {
+    app_->parse(argc, argv);
+    ApplyConfigs();
+    for (const auto& [key, text] : flags_) {
+      try {
+        SetValue(key, {WrittenValue::Kind::kFlag, text}, parameters_, settings_);
+        said_by_[key] = fmt::format("{} {}", FlagOf(key), text);
+      } catch (const std::runtime_error& error) {
+        throw std::runtime_error(FlagOf(key) + std::string(error.what()).substr(key.size()));
+      }
+    }
+    UseNamedOdometry();
+    if (WasGiven("sweep_s")) SetUnlessSaid("beam_times", "false");  // who types it knows better than the messages
+    ParseRate(settings_.rate);
+    parameters_.match.start = ParseStart(settings_.start);
+    CheckConsistency(parameters_);
+    return std::nullopt;
+  } catch (const CLI::Success& wanted) {  // --help, --version
+    return app_->exit(wanted);
+  } catch (const CLI::ParseError& error) {
+    fmt::print(stderr, "{}: {}; --help lists the flags\n", program_, error.what());
+  } catch (const std::runtime_error& error) {
+    fmt::print(stderr, "{}: {}\n", program_, error.what());
+  }
+  return 2;
+}
+
+/// Who names odometry wants it used, unless something said later turns it off.
+void CommandLine::UseNamedOdometry() {
+  if (settings_.odometry_topic.empty() || parameters_.match.odometry) return;
+  if (WasGiven("odometry_topic") && WasGiven("odometry")) {
+    throw UsageError("--odometry-topic: names odometry that --no-odometry turns off: remove one of them");
+  }
+  if (!WasGiven("odometry_topic") && said_by_.count("odometry") > 0) return;
+  parameters_.match.odometry = true;
+  if (Has("odometry")) flags_.emplace_back("odometry", "true");  // for the programs that are told the same
+}
+
+/// The preset, the profile and the configuration file, which may name the two.
+void CommandLine::ApplyConfigs() {
+  const std::string text = config_.empty() ? "" : ReadConfig(config_);
+  const toml::table file = ParseToml(text, config_);
+  const BuiltInChoice preset = Choose("preset", preset_, config_, file);
+  const BuiltInChoice profile = Choose("profile", profile_, config_, file);
+  if (!preset.name.empty()) Apply(FindBuiltIn(kPresets, preset), preset.name);
+  if (!profile.name.empty()) Apply(FindBuiltIn(kProfiles, profile), profile.name);
+  Apply(text, config_);
+}
+
+void CommandLine::Apply(const std::string& text, const std::string& name) {
+  for (const auto& [key, node] : ParseToml(text, name)) {
+    if (key == "preset" || key == "profile") continue;
+    try {
+      SetValue(std::string(std::string_view(key)), ToWrittenValue(node), parameters_, settings_);
+      said_by_[std::string(std::string_view(key))] = fmt::format("{}:{}: {} = {}", name, node.source().begin.line,
+                                                                 std::string_view(key), ToWrittenValue(node).text);
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error(fmt::format("{}:{}: {}", name, node.source().begin.line, error.what()));
+    }
+  }
+}
+
+void CommandLine::Adopt(const std::vector<std::pair<std::string, std::string>>& of_map, const std::string& map_name) {
+  for (const auto& [key, text] : of_map) {
+    Parameters adopted = parameters_;
+    try {
+      SetValue(key, {WrittenValue::Kind::kFlag, text}, adopted, settings_);
+    } catch (const std::runtime_error& error) {  // of another version of the programs
+      throw UsageError(fmt::format("the map of {} was made with {} = {}: {}", map_name, key, text, error.what()));
+    }
+    const auto said_by = said_by_.find(key);
+    if (said_by != said_by_.end() && ListParameters(adopted) != ListParameters(parameters_)) {
+      throw UsageError(fmt::format("{}: the map of {} was made with {}; remove this setting, or set {} {}",
+                                   said_by->second, map_name, text, FlagOf(key), text));
+    }
+    parameters_ = adopted;
+    std::erase_if(flags_, [&key = key](const auto& flag) { return flag.first == key; });
+    flags_.emplace_back(key, text);  // for the programs that are told the same
+  }
+}
+
+void CommandLine::SetUnlessSaid(const std::string& key, const std::string& text) {
+  if (said_by_.count(key) == 0) Correct(key, text);
+}
+
+void CommandLine::Correct(const std::string& key, const std::string& text) {
+  if (WasGiven(key)) return;
+  SetValue(key, {WrittenValue::Kind::kFlag, text}, parameters_, settings_);
+  flags_.emplace_back(key, text);
+}
+
+std::string CommandLine::WhoSaid(const std::string& key) const {
+  const auto said_by = said_by_.find(key);
+  if (said_by != said_by_.end()) return said_by->second;
+  for (const auto& [name, value] : UsedValues()) {
+    if (name == key) return fmt::format("{} = {}", key, FormatValue(value));
+  }
+  return key;
+}
+
+bool CommandLine::Has(const std::string& key) const { return app_->get_option_no_throw(FlagOf(key)) != nullptr; }
+
+bool CommandLine::WasGiven(const std::string& key) const {
+  return std::any_of(flags_.begin(), flags_.end(), [&](const auto& flag) { return flag.first == key; });
+}
+
+std::vector<std::string> CommandLine::WordsFor(const ProgramFlags& program) const {
+  std::vector<std::string> words;
+  for (const auto& [flag, value] :
+       std::map<std::string, std::string>{{"--config", config_}, {"--preset", preset_}, {"--profile", profile_}}) {
+    if (!value.empty()) words.insert(words.end(), {flag, value});
+  }
+  std::vector<std::string> keys = program.settings;
+  Parameters any;
+  VisitParameters(any, [&](const ParameterInfo& info, const auto&...) {
+    if (std::count(program.groups.begin(), program.groups.end(), info.group) > 0) keys.emplace_back(info.key);
+  });
+  for (const auto& [key, text] : flags_) {
+    if (std::count(keys.begin(), keys.end(), key) == 0) continue;
+    const bool is_switch = app_->get_option(FlagOf(key))->get_expected_max() == 0;
+    words.push_back(is_switch && text == "false" ? "--no-" + FlagOf(key).substr(2) : FlagOf(key));
+    if (!is_switch) words.push_back(text);
+  }
+  return words;
+}
+
+}  // namespace crsm

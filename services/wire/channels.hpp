@@ -1,0 +1,33 @@
+#pragma once
+
+#include <string>
+
+namespace crsm {
+
+// The channels, and what travels on them.
+inline constexpr const char* kLaserChannel = "LASER";                 // any type of LaserTypes()
+inline constexpr const char* kOdometryChannel = "ODOMETRY";           // bot_core.pose_t, of a scan, before it
+inline constexpr const char* kCriticalRaysChannel = "CRITICAL_RAYS";  // crsm.critical_rays_t
+inline constexpr const char* kScanMatchChannel = "SCAN_MATCH";        // crsm.scan_match_t
+inline constexpr const char* kPoseChannel = "POSE";                   // bot_core.pose_t
+inline constexpr const char* kLocalPoseChannel = "POSE_LOCAL";        // bot_core.pose_t, in a frame that never jumps
+inline constexpr const char* kTruePoseChannel = "TRUE_POSE";          // bot_core.pose_t, of simulated worlds
+inline constexpr const char* kMapDeltaChannel = "MAP_DELTA";          // crsm.map_delta_t
+inline constexpr const char* kMapRequestChannel = "MAP_REQUEST";      // crsm.map_request_t
+inline constexpr const char* kWholeMapChannel = "WHOLE_MAP";          // crsm.map_delta_t, pages only
+inline constexpr const char* kKeyframeChannel = "KEYFRAME";           // crsm.keyframe_t
+inline constexpr const char* kKeyframeRequestChannel = "KEYFRAME_REQUEST";  // crsm.keyframe_request_t
+inline constexpr const char* kPoseGraphChannel = "POSE_GRAPH";              // crsm.pose_graph_t
+// crsm.service_status_t, a channel for each process: so each has a row of its own in lcm-spy.
+inline std::string ServiceStatusChannel(const std::string& process) { return "SERVICE_STATUS/" + process; }
+inline constexpr const char* kEveryServiceStatus = "SERVICE_STATUS/*";
+// On which no laser can be.
+inline constexpr const char* kChannelsOfStack[]{kOdometryChannel, kCriticalRaysChannel,    kScanMatchChannel,
+                                                kPoseChannel,     kLocalPoseChannel,       kTruePoseChannel,
+                                                kMapDeltaChannel, kMapRequestChannel,      kWholeMapChannel,
+                                                kKeyframeChannel, kKeyframeRequestChannel, kPoseGraphChannel};
+// In journals only.
+inline constexpr const char* kJournalHeadChannel = "JOURNAL_HEAD";    // crsm.journal_head_t, the first event
+inline constexpr const char* kJournalCheckChannel = "JOURNAL_CHECK";  // crsm.journal_check_t, behind each stretch
+
+}  // namespace crsm

@@ -1,0 +1,258 @@
+#include "services/wire/conversions.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace crsm {
+
+LaserScan FromMessage(const bot_core::planar_lidar_t& message) {
+  return {message.utime, message.rad0, message.radstep, message.ranges};
+}
+
+bot_core::planar_lidar_t ToMessage(const LaserScan& scan) {
+  bot_core::planar_lidar_t message;
+  message.utime = scan.utime;
+  message.nranges = static_cast<std::int32_t>(scan.ranges_m.size());
+  message.ranges = scan.ranges_m;
+  message.nintensities = 0;
+  message.rad0 = scan.angle_min_rad;
+  message.radstep = scan.angle_step_rad;
+  return message;
+}
+
+LaserScan FromMessage(const sweep_t& message) {
+  return {message.utime, message.angle_min_rad, message.angle_step_rad, message.range_m, message.time_s};
+}
+
+sweep_t ToSweepMessage(const LaserScan& scan) {
+  const auto num_beams = static_cast<std::int32_t>(scan.ranges_m.size());
+  return {scan.utime, num_beams, scan.ranges_m, scan.times_s, scan.angle_min_rad, scan.angle_step_rad};
+}
+
+std::optional<WheelMotion> FromMessages(const std::vector<wheel_motion_t>& messages) {
+  if (messages.empty()) return std::nullopt;
+  const wheel_motion_t& message = messages.front();
+  return WheelMotion{FromMessage(message.T_from_to), message.sigma_m, message.sigma_rad};
+}
+
+std::vector<wheel_motion_t> ToMessages(const std::optional<WheelMotion>& motion) {
+  if (!motion) return {};
+  return {{ToMessage(motion->T_from_to), motion->sigma_m, motion->sigma_rad}};
+}
+
+WheelModel::State FromMessage(const wheel_model_t& message) {
+  return {std::to_array(message.way_information),
+          std::to_array(message.way_vector),
+          std::to_array(message.turn),
+          std::to_array(message.delay),
+          std::to_array(message.way_noise),
+          std::to_array(message.turn_noise),
+          message.wheels_error_m,
+          message.velocity_error_m,
+          message.steps,
+          message.slips,
+          message.steps_since_slip,
+          message.has_start == 1,
+          FromMessage(message.T_map_start),
+          FromMessage(message.T_odom_start),
+          FromMessage(message.rate_at_start)};
+}
+
+wheel_model_t ToMessage(const WheelModel::State& state) {
+  wheel_model_t message;
+  std::ranges::copy(state.way_information, message.way_information);
+  std::ranges::copy(state.way_vector, message.way_vector);
+  std::ranges::copy(state.turn, message.turn);
+  std::ranges::copy(state.delay, message.delay);
+  std::ranges::copy(state.way_noise, message.way_noise);
+  std::ranges::copy(state.turn_noise, message.turn_noise);
+  message.wheels_error_m = state.wheels_error_m;
+  message.velocity_error_m = state.velocity_error_m;
+  message.steps = state.steps;
+  message.slips = state.slips;
+  message.steps_since_slip = state.steps_since_slip;
+  message.has_start = state.has_start ? 1 : 0;
+  message.T_map_start = ToMessage(state.T_map_start);
+  message.T_odom_start = ToMessage(state.T_odom_start);
+  message.rate_at_start = ToMessage(state.rate_at_start);
+  return message;
+}
+
+ScanMatch FromMessage(const scan_match_t& message) {
+  const Pose2 T_odom_robot{message.odometry_x_m, message.odometry_y_m, message.odometry_yaw_rad};
+  return {message.utime,
+          {message.x_m, message.y_m, message.yaw_rad},
+          message.fitness,
+          message.evaluations,
+          message.num_critical,
+          message.map_version,
+          static_cast<MatchState>(message.state),
+          message.best_evaluation,
+          std::to_array(message.covariance),
+          std::to_array(message.degenerate_axis),
+          message.has_odometry ? std::optional(T_odom_robot) : std::nullopt,
+          {message.twist_x_m_s, message.twist_y_m_s, message.twist_yaw_rad_s},
+          message.trajectory,
+          message.floating == 1,
+          FromMessages(message.by_wheels)};
+}
+
+scan_match_t ToMessage(const ScanMatch& match) {
+  scan_match_t message;
+  message.utime = match.utime;
+  message.x_m = match.T_map_laser.x_m;
+  message.y_m = match.T_map_laser.y_m;
+  message.yaw_rad = match.T_map_laser.yaw_rad;
+  message.fitness = match.fitness;
+  message.evaluations = match.evaluations;
+  message.best_evaluation = match.best_evaluation;
+  message.num_critical = match.num_critical;
+  message.map_version = match.map_version;
+  std::copy(match.covariance.begin(), match.covariance.end(), message.covariance);
+  std::copy(match.degenerate_axis.begin(), match.degenerate_axis.end(), message.degenerate_axis);
+  message.state = static_cast<std::int8_t>(match.state);
+  message.twist_x_m_s = match.twist.x_m_s;
+  message.twist_y_m_s = match.twist.y_m_s;
+  message.twist_yaw_rad_s = match.twist.yaw_rad_s;
+  message.has_odometry = match.T_odom_robot ? 1 : 0;
+  const Pose2 T_odom_robot = match.T_odom_robot.value_or(Pose2{});
+  message.odometry_x_m = T_odom_robot.x_m;
+  message.odometry_y_m = T_odom_robot.y_m;
+  message.odometry_yaw_rad = T_odom_robot.yaw_rad;
+  message.trajectory = match.trajectory;
+  message.floating = match.floating ? 1 : 0;
+  message.by_wheels = ToMessages(match.by_wheels);
+  message.num_by_wheels = static_cast<std::int32_t>(message.by_wheels.size());
+  return message;
+}
+
+TileChange FromMessage(const map_tile_t& message) { return {{message.tile_x, message.tile_y}, message.runs}; }
+
+map_tile_t ToMessage(const TileChange& change) {
+  map_tile_t message;
+  message.tile_x = static_cast<std::int16_t>(change.index.x);
+  message.tile_y = static_cast<std::int16_t>(change.index.y);
+  message.num_bytes = static_cast<std::int32_t>(change.runs.size());
+  message.runs = change.runs;
+  return message;
+}
+
+Pose2 FromMessage(const pose2_t& message) { return {message.x_m, message.y_m, message.yaw_rad}; }
+
+PlacedLoop FromMessage(const map_loop_t& message) {
+  return {FromMessage(message.T_map_older), FromMessage(message.T_map_newer), message.taken_out == 1,
+          message.joins == 1};
+}
+
+map_loop_t ToMessage(const PlacedLoop& loop) {
+  return {ToMessage(loop.T_map_older), ToMessage(loop.T_map_newer), static_cast<std::int8_t>(loop.taken_out ? 1 : 0),
+          static_cast<std::int8_t>(loop.joins ? 1 : 0)};
+}
+
+MapPieces FromMessage(const map_pieces_t& message) {
+  MapPieces pieces{message.num_all_pieces, message.num_all_breaks, message.num_matched, message.num_bridged, {}, {}};
+  for (const map_piece_t& piece : message.pieces) pieces.pieces.push_back({piece.keyframes, piece.scans, piece.way_m});
+  for (const map_break_t& at : message.breaks) {
+    pieces.breaks.push_back({at.utime, at.scan, static_cast<BreakReason>(at.reason), at.seconds,
+                             FromMessage(at.T_map_before), at.piece_before, at.piece});
+  }
+  return pieces;
+}
+
+map_pieces_t ToMessage(const MapPieces& pieces) {
+  map_pieces_t message{};
+  message.num_all_pieces = pieces.num_pieces;
+  message.num_all_breaks = pieces.num_breaks;
+  message.num_matched = pieces.num_matched;
+  message.num_bridged = pieces.num_bridged;
+  message.num_pieces = static_cast<std::int32_t>(pieces.pieces.size());
+  for (const MapPiece& piece : pieces.pieces) message.pieces.push_back({piece.keyframes, piece.scans, piece.way_m});
+  message.num_breaks = static_cast<std::int32_t>(pieces.breaks.size());
+  for (const Break& at : pieces.breaks) {
+    message.breaks.push_back({at.utime, at.scan, at.seconds, ToMessage(at.T_map_before), at.piece_before, at.piece,
+                              static_cast<std::int8_t>(at.reason)});
+  }
+  return message;
+}
+
+pose2_t ToMessage(const Pose2& pose) { return {pose.x_m, pose.y_m, pose.yaw_rad}; }
+
+CriticalRays FromMessage(const critical_rays_t& message) {
+  return {message.utime,
+          {message.angle_rad, message.range_m, message.time_s},
+          std::vector<int>(message.critical.begin(), message.critical.end())};
+}
+
+critical_rays_t ToMessage(const CriticalRays& scan) {
+  critical_rays_t message;
+  message.utime = scan.utime;
+  message.num_rays = static_cast<std::int32_t>(scan.rays.size());
+  message.angle_rad = scan.rays.angle_rad;
+  message.range_m = scan.rays.range_m;
+  message.num_times = static_cast<std::int32_t>(scan.rays.time_s.size());
+  message.time_s = scan.rays.time_s;
+  message.num_critical = static_cast<std::int32_t>(scan.critical.size());
+  message.critical.assign(scan.critical.begin(), scan.critical.end());
+  return message;
+}
+
+TrackingState FromMessage(const tracking_state_t& message) {
+  TrackingState::Parts parts{message.num_scans,
+                             message.num_lost,
+                             message.newest_utime,
+                             message.on_finished_map == 1,
+                             message.fitness,
+                             {},
+                             FromMessage(message.T_local_map),
+                             static_cast<Onset>(message.onset),
+                             FromMessage(message.T_map_guess),
+                             message.trajectory,
+                             message.floating == 1,
+                             WheelModel(FromMessage(message.wheels)),
+                             message.motion_error_m};
+  for (const scan_match_t& match : message.recent) parts.recent.push_back(FromMessage(match));
+  return TrackingState(std::move(parts));
+}
+
+tracking_state_t ToMessage(const TrackingState& tracking) {
+  tracking_state_t message;
+  message.num_scans = tracking.num_scans();
+  message.num_lost = tracking.num_lost();
+  message.newest_utime = tracking.newest_utime();
+  message.on_finished_map = tracking.on_finished_map() ? 1 : 0;
+  message.fitness.assign(tracking.fitnesses().begin(), tracking.fitnesses().end());
+  message.num_fitnesses = static_cast<std::int32_t>(message.fitness.size());
+  for (const ScanMatch& match : tracking.recent()) message.recent.push_back(ToMessage(match));
+  message.num_recent = static_cast<std::int32_t>(message.recent.size());
+  message.T_local_map = ToMessage(tracking.T_local_map());
+  message.onset = static_cast<std::int8_t>(tracking.onset());
+  message.T_map_guess = ToMessage(tracking.T_map_guess());
+  message.trajectory = tracking.trajectory();
+  message.floating = tracking.floating() ? 1 : 0;
+  message.wheels = ToMessage(tracking.wheels().state());
+  message.motion_error_m = tracking.motion_error_m();
+  return message;
+}
+
+bot_core::pose_t ToPoseMessage(std::int64_t utime, const Pose2& T_map_laser) {
+  const auto half = ComputeSinCos(0.5 * T_map_laser.yaw_rad);
+  return {utime, {T_map_laser.x_m, T_map_laser.y_m, 0.0}, {}, {half.cos, 0.0, 0.0, half.sin}, {}, {}};
+}
+
+Odometry FromMessage(const bot_core::pose_t& message) {
+  const auto& [w, x, y, z] = message.orientation;
+  const double square = w * w + x * x + y * y + z * z;
+  if (square == 0.0) return {message.utime, std::nullopt};
+  const double yaw_rad = std::atan2(2.0 * (w * z + x * y), square - 2.0 * (y * y + z * z));
+  return {message.utime, RoundOdometry({message.pos[0], message.pos[1], yaw_rad})};
+}
+
+bot_core::pose_t ToMessage(const Odometry& odometry) {
+  if (!odometry.T_odom_robot) return {odometry.utime, {}, {}, {}, {}, {}};
+  return ToPoseMessage(odometry.utime, *odometry.T_odom_robot);
+}
+
+bot_core::pose_t ToPoseMessage(const ScanMatch& match) { return ToPoseMessage(match.utime, match.T_map_laser); }
+
+}  // namespace crsm

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "common/parameters.hpp"
+#include "common/scan/laser_scan.hpp"
+#include "common/scan/thin_beams.hpp"
+#include "services/wire/wire_reader.hpp"
+
+namespace crsm {
+
+/// A scan as a laser's message has it.
+struct LaserReading {
+  LaserScan scan;            ///< its utime >= 0, with kMinBeams to kMaxBeams
+  std::string frame = {};    ///< of the laser; empty where the message names none
+  std::string thinned = {};  ///< as of ThinBeams
+};
+
+/// A type of LCM message that a laser speaks: a file in services/wire/lasers/ for each type, or family of types,
+/// which registers it. A program that links crsm_sources knows them all.
+struct LaserType {
+  std::string name;  ///< package and type
+
+  /// The scan in a message; nothing if the message is malformed. What the message itself does not tell is in the
+  /// parameters.
+  std::function<std::optional<LaserReading>(std::span<const std::uint8_t> bytes, const ScanParameters& parameters)>
+      decode;
+};
+
+/// All types that are known, by fingerprint.
+const std::map<std::uint64_t, LaserType>& LaserTypes();
+
+/// The type with a fingerprint, or that a message says it is of; nullptr if it is no laser's.
+const LaserType* FindLaserType(std::uint64_t fingerprint);
+const LaserType* FindLaserType(std::span<const std::uint8_t> bytes);
+
+/// The scan in a message of any type that is known; nothing if it is of another one, or malformed.
+std::optional<LaserReading> DecodeLaser(std::span<const std::uint8_t> bytes, const ScanParameters& parameters);
+
+/// The names of the types that are known, each once: "bot_core.planar_lidar_t, botlab.lidar_t".
+std::string LaserTypeNames();
+
+/// Makes a type known, before main() where the result is kept in a constant of a file. Throws std::logic_error if one
+/// of its fingerprint is known already.
+bool RegisterLaserType(std::uint64_t fingerprint, LaserType type);
+
+/// The same for a type that lcm-gen made and that has FieldsOf and ValuesInRange (wire_reader.hpp).
+/// frame_of: where its messages name the laser's frame.
+template <class Message>
+bool RegisterLaserType(const std::string& name, LaserScan (*to_scan)(const Message&, const ScanParameters&),
+                       std::string (*frame_of)(const Message&) = nullptr) {
+  const auto decode = [to_scan, frame_of](std::span<const std::uint8_t> bytes,
+                                          const ScanParameters& parameters) -> std::optional<LaserReading> {
+    const auto message = Decode<Message>(bytes);
+    if (!message) return std::nullopt;
+    LaserReading reading{to_scan(*message, parameters), frame_of ? frame_of(*message) : ""};
+    reading.thinned = ThinBeams(reading.scan);
+    return reading;
+  };
+  return RegisterLaserType(static_cast<std::uint64_t>(Message::getHash()), LaserType{name, decode});
+}
+
+}  // namespace crsm

@@ -1,0 +1,300 @@
+#include "services/wire/wire.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "common/map/map_delta.hpp"
+#include "common/map/tile_grid.hpp"
+#include "common/math/trigonometry.hpp"
+#include "common/parameters.hpp"
+#include "common/scan/laser_scan.hpp"
+#include "common/scan/scan_match.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr auto kMostBeams = static_cast<std::int32_t>(kMaxBeams);
+constexpr std::int32_t kMostParts = 4096;
+constexpr double kLargestCoordinate_m = 1e6;
+constexpr double kLargestVariance = 1e12;  // of a coordinate [m2]; fits into single precision, as the page has it
+constexpr float kLongestSweep_s = 2.0f;
+constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single precision
+
+bool IsShare(double value) { return value >= 0.0 && value <= 1.0; }  // false for NaN
+
+bool IsAngle(double angle_rad) { return std::abs(angle_rad) <= kFullTurn; }  // false for NaN
+
+bool IsSpeed(double speed) { return std::abs(speed) <= kFastest; }  // false for NaN
+
+/// No process has taken so long, or has so much memory.
+bool IsAmount(double value) { return value >= 0.0 && value <= 1e12; }  // false for NaN
+
+bool IsFlag(std::int8_t value) { return value == 0 || value == 1; }
+
+/// And one more may begin.
+bool IsTrajectory(std::int32_t value) { return value >= 0 && value < std::numeric_limits<std::int32_t>::max(); }
+
+bool IsPose(const pose2_t& pose) {
+  return std::abs(pose.x_m) <= kLargestCoordinate_m && std::abs(pose.y_m) <= kLargestCoordinate_m &&
+         IsAngle(pose.yaw_rad);
+}
+
+bool IsKeyframe(const keyframe_id_t& id) { return id.trajectory >= 0 && id.number >= 0; }
+
+bool IsNone(const keyframe_id_t& id) { return id.trajectory == -1 && id.number == -1; }
+
+bool IsOlder(const keyframe_id_t& a, const keyframe_id_t& b) {
+  return std::pair(a.trajectory, a.number) < std::pair(b.trajectory, b.number);
+}
+
+bool IsNoneOrOlder(const keyframe_id_t& a, const keyframe_id_t& b) {
+  return IsNone(a) || (IsKeyframe(a) && IsOlder(a, b));
+}
+
+/// Whether the keyframe before another one may have that name.
+bool IsBefore(const keyframe_id_t& previous, const keyframe_id_t& id) {
+  if (id.number > 0) return previous.trajectory == id.trajectory && previous.number == id.number - 1;
+  if (id.trajectory > 0) return previous.trajectory == id.trajectory - 1 && previous.number >= 0;
+  return IsNone(previous);
+}
+
+bool IsWheelMotion(const wheel_motion_t& motion) {
+  constexpr double kLeastSigma = 1e-6;  // what is known better than that would be all that counts in a graph
+  const auto IsSigma = [](double sigma) { return sigma >= kLeastSigma && sigma <= kLargestCoordinate_m; };
+  return IsPose(motion.T_from_to) && IsSigma(motion.sigma_m) && IsSigma(motion.sigma_rad);
+}
+
+bool AreWheelMotions(const std::vector<wheel_motion_t>& motions) {
+  return std::all_of(motions.begin(), motions.end(), IsWheelMotion);
+}
+
+bool IsWheelModel(const wheel_model_t& model) {
+  constexpr double kLargestSum = 1e15;
+  const auto AreSums = [](const auto& sums) {
+    return std::all_of(std::begin(sums), std::end(sums), [](double sum) { return std::abs(sum) <= kLargestSum; });
+  };
+  return AreSums(model.way_information) && AreSums(model.way_vector) && AreSums(model.turn) && AreSums(model.delay) &&
+         AreSums(model.way_noise) && AreSums(model.turn_noise) && IsAmount(model.wheels_error_m) &&
+         IsAmount(model.velocity_error_m) && model.steps >= 0 && model.slips >= 0 && model.slips <= model.steps &&
+         model.steps_since_slip >= 0 && IsFlag(model.has_start) && IsPose(model.T_map_start) &&
+         IsPose(model.T_odom_start) && IsPose(model.rate_at_start);
+}
+
+bool IsLoop(const loop_t& loop) {
+  return IsKeyframe(loop.older) && IsKeyframe(loop.newer) && IsOlder(loop.older, loop.newer) &&
+         IsPose(loop.T_older_newer);
+}
+
+/// Of a keyframe.
+bool IsFinding(const loop_finding_t& finding, const keyframe_id_t& keyframe) {
+  return IsKeyframe(finding.older) && IsOlder(finding.older, keyframe) && IsPose(finding.T_older_this) &&
+         finding.score >= 0.0 && finding.score <= 1.0 && finding.by >= loop_finding_t::DRIFT &&
+         finding.by <= loop_finding_t::ANYWHERE;
+}
+
+bool AreFindings(const std::vector<loop_finding_t>& findings, const keyframe_id_t& keyframe) {
+  return std::all_of(findings.begin(), findings.end(),
+                     [&](const loop_finding_t& finding) { return IsFinding(finding, keyframe); });
+}
+
+bool IsStretch(const pose_stretch_t& stretch) {
+  constexpr std::int64_t kMostKeyframes = std::numeric_limits<std::int32_t>::max();
+  return IsKeyframe(stretch.first) && stretch.num_poses >= 1 &&
+         std::int64_t{stretch.first.number} + stretch.num_poses <= kMostKeyframes &&
+         std::all_of(stretch.poses.begin(), stretch.poses.end(), IsPose);
+}
+
+bool IsPlacedLoop(const map_loop_t& loop) {
+  return IsPose(loop.T_map_older) && IsPose(loop.T_map_newer) && IsFlag(loop.taken_out) && IsFlag(loop.joins);
+}
+
+bool IsPiece(const map_piece_t& piece) { return piece.keyframes >= 0 && piece.scans >= 0 && IsAmount(piece.way_m); }
+
+bool IsBreak(const map_break_t& at) {
+  return at.utime >= 0 && at.scan >= 0 && at.seconds >= 0.0 && std::isfinite(at.seconds) && IsPose(at.T_map_before) &&
+         at.piece_before >= 1 && at.piece >= 1 && at.reason >= map_break_t::LOST && at.reason <= map_break_t::SESSION;
+}
+
+bool IsLayout(const map_pieces_t& layout) {
+  return layout.num_all_pieces >= layout.num_pieces && layout.num_all_breaks >= layout.num_breaks &&
+         layout.num_matched >= 0 && layout.num_bridged >= 0 && layout.num_bridged <= layout.num_all_breaks &&
+         std::all_of(layout.pieces.begin(), layout.pieces.end(), IsPiece) &&
+         std::all_of(layout.breaks.begin(), layout.breaks.end(), IsBreak);
+}
+
+/// Of the valid rays of a scan, by their angles.
+bool AreRays(const std::vector<float>& angles_rad, const std::vector<float>& ranges_m) {
+  const auto IsRange = [](float range_m) { return range_m > 0.0f && range_m <= kLongestRange_m; };
+  const auto IsRayAngle = [](float angle_rad) { return std::abs(angle_rad) <= 2.0 * kFullTurn; };
+  return std::all_of(ranges_m.begin(), ranges_m.end(), IsRange) &&
+         std::all_of(angles_rad.begin(), angles_rad.end(), IsRayAngle) &&
+         std::is_sorted(angles_rad.begin(), angles_rad.end());
+}
+
+/// Of a scan's beams, from the first to the last.
+bool AreBeamAngles(float first_rad, float step_rad, std::int32_t num_beams) {
+  return IsAngle(first_rad) && step_rad != 0.0f && IsAngle(static_cast<double>(step_rad) * std::max(0, num_beams - 1));
+}
+
+bool AreTimes(const std::vector<float>& times_s) {
+  return std::all_of(times_s.begin(), times_s.end(), [](float time_s) {
+    return std::abs(time_s) <= kLongestSweep_s;  // false for NaN
+  });
+}
+
+template <class Message>
+bool AllInRange(const std::vector<Message>& messages) {
+  return std::all_of(messages.begin(), messages.end(), [](const Message& message) { return ValuesInRange(message); });
+}
+
+}  // namespace
+
+template <>
+bool ValuesInRange(const bot_core::planar_lidar_t& message) {
+  return message.utime >= 0 && message.nranges >= static_cast<std::int32_t>(kMinBeams) &&
+         AreBeamAngles(message.rad0, message.radstep, message.nranges) &&
+         (message.nintensities == 0 || message.nintensities == message.nranges);
+}
+
+template <>
+bool ValuesInRange(const sweep_t& message) {
+  return message.utime >= 0 && message.num_beams >= static_cast<std::int32_t>(kMinBeams) &&
+         AreBeamAngles(message.angle_min_rad, message.angle_step_rad, message.num_beams) && AreTimes(message.time_s);
+}
+
+template <>
+bool ValuesInRange(const bot_core::pose_t& message) {
+  const auto InRange = [](double value) { return std::abs(value) <= kLargestCoordinate_m; };
+  double square = 0.0;
+  for (const double part : message.orientation) square += part * part;
+  const bool is_rotation = std::abs(square - 1.0) <= 0.01;  // false for NaN
+  const auto IsFinite = [](double value) { return std::isfinite(value); };
+  const bool rates_finite = std::all_of(message.vel, message.vel + 3, IsFinite) &&
+                            std::all_of(message.rotation_rate, message.rotation_rate + 3, IsFinite) &&
+                            std::all_of(message.accel, message.accel + 3, IsFinite);
+  return message.utime >= 0 && std::all_of(message.pos, message.pos + 3, InRange) && rates_finite &&
+         (is_rotation || square == 0.0);
+}
+
+template <>
+bool ValuesInRange(const critical_rays_t& message) {
+  const bool in_order = std::adjacent_find(message.critical.begin(), message.critical.end(), std::greater_equal<>()) ==
+                        message.critical.end();
+  const bool times_in_range =
+      (message.num_times == 0 || message.num_times == message.num_rays) && AreTimes(message.time_s);
+  return message.utime >= 0 && AreRays(message.angle_rad, message.range_m) && times_in_range && in_order &&
+         (message.critical.empty() || (message.critical.front() >= 0 && message.critical.back() < message.num_rays));
+}
+
+template <>
+bool ValuesInRange(const scan_match_t& message) {
+  const auto* covariance = message.covariance;
+  const bool covariance_in_range =
+      std::all_of(covariance, covariance + 6, [](double value) { return std::abs(value) <= kLargestVariance; }) &&
+      covariance[0] >= 0.0 && covariance[3] >= 0.0 && covariance[5] >= 0.0;
+  const bool axis_in_range = std::abs(message.degenerate_axis[0]) <= 1.0 && std::abs(message.degenerate_axis[1]) <= 1.0;
+  return message.utime >= 0 && std::abs(message.x_m) <= kLargestCoordinate_m &&
+         std::abs(message.y_m) <= kLargestCoordinate_m && IsAngle(message.yaw_rad) && IsShare(message.fitness) &&
+         message.evaluations >= 0 && message.best_evaluation >= 0 && message.num_critical >= 0 &&
+         message.num_critical <= kMostBeams && message.map_version >= 0 && covariance_in_range && axis_in_range &&
+         message.state >= scan_match_t::FIRST && message.state <= scan_match_t::DEGENERATE &&
+         IsSpeed(message.twist_x_m_s) && IsSpeed(message.twist_y_m_s) && IsSpeed(message.twist_yaw_rad_s) &&
+         IsFlag(message.has_odometry) && std::abs(message.odometry_x_m) <= kLargestCoordinate_m &&
+         std::abs(message.odometry_y_m) <= kLargestCoordinate_m && IsAngle(message.odometry_yaw_rad) &&
+         IsTrajectory(message.trajectory) && IsFlag(message.floating) && AreWheelMotions(message.by_wheels);
+}
+
+template <>
+bool ValuesInRange(const tracking_state_t& message) {
+  return message.num_scans >= 0 && message.num_lost >= 0 && message.num_lost <= message.num_scans &&
+         message.newest_utime >= -1 && IsFlag(message.on_finished_map) &&
+         std::all_of(message.fitness.begin(), message.fitness.end(), IsShare) && AllInRange(message.recent) &&
+         std::cmp_less_equal(message.num_recent, message.num_scans) &&
+         (message.num_scans == 0) == message.recent.empty() && IsPose(message.T_local_map) &&
+         message.onset >= tracking_state_t::GOES_ON && message.onset <= tracking_state_t::ANYWHERE &&
+         IsPose(message.T_map_guess) && IsTrajectory(message.trajectory) && IsFlag(message.floating) &&
+         IsWheelModel(message.wheels) && IsAmount(message.motion_error_m);
+}
+
+template <>
+bool ValuesInRange(const map_delta_t& message) {
+  const auto InLimits = [](const map_tile_t& tile) { return InMapLimits(TileIndex{tile.tile_x, tile.tile_y}); };
+  // A page repeats what was asked for: the asker may be ahead of an owner that lost its map.
+  const bool onward = message.version >= message.base_version || message.num_requests != 0;
+  return message.utime >= 0 && message.epoch != 0 && message.base_version >= 0 && message.version >= 0 && onward &&
+         message.cell_size_m >= 0.001 && message.cell_size_m <= 10.0 && message.part >= 0 &&
+         message.num_parts <= kMostParts && message.part < message.num_parts && message.next_tile >= -1 &&
+         message.next_match >= -1 && AllInRange(message.request) &&
+         std::all_of(message.tiles.begin(), message.tiles.end(), InLimits) && AllInRange(message.matches) &&
+         AllInRange(message.asked) && std::all_of(message.T_new_old.begin(), message.T_new_old.end(), IsPose) &&
+         IsTrajectory(message.trajectory) && IsFlag(message.floating) && AllInRange(message.tracking) &&
+         std::all_of(message.loops.begin(), message.loops.end(), IsPlacedLoop) &&
+         std::all_of(message.layout.begin(), message.layout.end(), IsLayout);
+}
+
+template <>
+bool ValuesInRange(const map_request_t& message) {
+  return message.requester != 0 && message.question >= 0 && message.base_version >= 0 && message.first_tile >= 0 &&
+         message.first_match >= -1 && IsFlag(message.whole) && IsFlag(message.settled) && message.asked_utime >= -1 &&
+         (message.piece == 0 ||
+          (message.whole == 1 && message.piece >= 2 && std::cmp_less_equal(message.piece, MapPieces::kMostPieces)));
+}
+
+template <>
+bool ValuesInRange(const keyframe_t& message) {
+  const double square = message.open_axis[0] * message.open_axis[0] + message.open_axis[1] * message.open_axis[1];
+  const bool axis_in_range = message.num_open_axes == 1 ? std::abs(square - 1.0) <= 0.01 : square == 0.0;
+  return message.utime >= 0 && message.epoch != 0 && IsKeyframe(message.id) && IsBefore(message.previous, message.id) &&
+         (IsNone(message.last_update) || IsKeyframe(message.last_update)) &&
+         AreRays(message.angle_rad, message.range_m) && IsPose(message.T_previous_this) &&
+         AreWheelMotions(message.by_wheels) && IsFlag(message.after_lost) && IsFlag(message.begins_anywhere) &&
+         (message.begins_anywhere == 0 || message.id.number == 0) && IsNoneOrOlder(message.as_of, message.id) &&
+         (message.num_open_axes == 0 || message.num_open_axes == 1) && axis_in_range &&
+         (message.num_ties == 0 || message.num_ties == 1) && IsNone(message.tied_to) == (message.num_ties == 0) &&
+         IsNoneOrOlder(message.tied_to, message.id) && IsPose(message.T_tied_this) && IsFlag(message.searched) &&
+         message.num_findings <= message.searched && AreFindings(message.findings, message.id);
+}
+
+template <>
+bool ValuesInRange(const keyframe_request_t& message) {
+  return message.epoch != 0 && (IsNone(message.after) || IsKeyframe(message.after)) && message.num_keyframes >= 1 &&
+         std::cmp_less_equal(message.num_keyframes, kMostKeyframesAtOnce);
+}
+
+template <>
+bool ValuesInRange(const pose_graph_t& message) {
+  const bool previous_in_range =
+      IsNone(message.previous) || (IsKeyframe(message.previous) && !IsOlder(message.keyframe, message.previous) &&
+                                   (message.changed == 0 || IsOlder(message.previous, message.keyframe)));
+  const bool ties_in_range = IsNone(message.ties_wrong_from) || (IsKeyframe(message.ties_wrong_from) &&
+                                                                 !IsOlder(message.keyframe, message.ties_wrong_from));
+  return message.utime >= 0 && message.epoch != 0 && IsKeyframe(message.keyframe) && previous_in_range &&
+         IsFlag(message.changed) && message.part >= 0 && message.num_parts <= kMostParts &&
+         message.part < message.num_parts && AreFindings(message.findings, message.keyframe) && ties_in_range &&
+         std::all_of(message.closed.begin(), message.closed.end(), IsLoop) &&
+         std::all_of(message.taken_out.begin(), message.taken_out.end(), IsLoop) &&
+         std::all_of(message.moved.begin(), message.moved.end(), IsStretch);
+}
+
+template <>
+bool ValuesInRange(const service_status_t& message) {
+  const double amounts[] = {message.latency_p50_ms, message.latency_p95_ms, message.latency_p99_ms,
+                            message.latency_max_ms, message.resident_mb};
+  return message.utime >= 0 && message.num_latencies >= 0 &&
+         std::all_of(std::begin(amounts), std::end(amounts), IsAmount);
+}
+
+template <>
+bool ValuesInRange(const journal_head_t& message) {
+  return message.utime >= 0 && message.epoch != 0 && IsFlag(message.finished_map);
+}
+
+template <>
+bool ValuesInRange(const journal_check_t& message) {
+  return message.utime >= 0 && message.first_byte >= 0 && message.num_bytes >= 0 && message.synced_bytes >= 0;
+}
+
+}  // namespace crsm

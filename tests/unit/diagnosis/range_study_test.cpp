@@ -1,0 +1,60 @@
+#include "common/diagnosis/range_study.hpp"
+
+#include <vector>
+
+#include "catch.hpp"
+#include "common/scan/valid_rays.hpp"
+#include "common/worlds/simulator.hpp"
+
+namespace crsm {
+namespace {
+
+/// A drive through the flat of a laser that reaches 6 m, and says `no_return_m` where it sees nothing.
+std::vector<LaserScan> Drive(float no_return_m) {
+  Simulator simulator(LoadWorld("hall"), 1);
+  std::vector<LaserScan> scans;
+  while (auto scan = simulator.Next()) {
+    for (float& range_m : scan->ranges_m) {
+      if (range_m <= 0.0f || range_m > 6.0f) range_m = no_return_m;
+    }
+    scans.push_back(std::move(*scan));
+    if (scans.size() == 200) break;
+  }
+  return scans;
+}
+
+}  // namespace
+
+TEST_CASE("a range that many beams have exactly, and none exceeds, is no return") {
+  for (const float no_return_m : {8.19f, 81.83f}) {
+    const RangeFinding finding = StudyRanges(Drive(no_return_m), {});
+    REQUIRE(finding.no_return_m);
+    CHECK(*finding.no_return_m == no_return_m);
+    CHECK(finding.no_return_share > 0.05);
+    CHECK(finding.reach_m == Approx(6.0).margin(0.1));
+    ScanParameters corrected;
+    corrected.range_max_m = finding.RangeMax();
+    CHECK(LargestUsableRange(corrected) < no_return_m);
+    CHECK(LargestUsableRange(corrected) > 0.999 * no_return_m);
+  }
+}
+
+TEST_CASE("zero is no return without a word; a wall ahead of a robot that stands is none") {
+  const std::vector<LaserScan> scans = Drive(0.0f);
+  CHECK_FALSE(StudyRanges(scans, {}).no_return_m);
+  std::vector<LaserScan> standing(50, scans.front());
+  for (LaserScan& scan : standing) {
+    for (std::size_t beam = 0; beam < scan.ranges_m.size() / 10; ++beam) scan.ranges_m[beam] = 7.5f;
+  }
+  CHECK_FALSE(StudyRanges(standing, {}).no_return_m);
+  CHECK_FALSE(StudyRanges({}, {}).no_return_m);
+}
+
+TEST_CASE("hits beyond what the parameters take for one are counted") {
+  ScanParameters parameters;
+  CHECK(StudyRanges(Drive(0.0f), parameters).beyond_share == 0.0);
+  parameters.range_max_m = 3.0;
+  CHECK(StudyRanges(Drive(0.0f), parameters).beyond_share > 0.2);
+}
+
+}  // namespace crsm

@@ -1,0 +1,68 @@
+#include "common/diagnosis/run_statistics.hpp"
+
+#include <tuple>
+
+#include "catch.hpp"
+#include "diagnosis/wall_ahead.hpp"
+
+namespace crsm {
+namespace {
+
+auto AllOf(const RunStatistics& statistics) {
+  const RunStatistics::Values v = statistics.values();
+  return std::tuple(v.scans, v.lost, v.degenerate, v.without_rays, v.longest_lost, v.steps, v.far_steps, v.mean_fitness,
+                    v.finished_map, v.path_m, v.open_path_m, v.longest_open_m, v.longest_open_ends_m.x(),
+                    v.turns_by_odometry, v.ways_by_odometry);
+}
+
+/// The matches of a drive in which everything happens that is counted, ending in lost scans. far_m: by which all poses
+/// are off.
+void AddMatches(RunStatistics& statistics, double far_m, double fitness) {
+  for (int i = 0; i < 100; ++i) {
+    ScanMatch match;
+    match.utime = i;
+    match.state = i > 95 ? MatchState::kLost : i % 10 == 3 ? MatchState::kDegenerate : MatchState::kOk;
+    match.T_map_laser = {far_m, 0.5 * (i % 2), 0.06 * (i % 2)};
+    match.T_odom_robot = Pose2{0.0, 0.4 * (i % 2), 0.05 * (i % 2)};
+    match.fitness = fitness;
+    match.num_critical = i == 20 ? 0 : 70;
+    match.map_version = 0;
+    statistics.Add(match);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("matches that are forgotten leave nothing behind, and come again to the rays that have stayed") {
+  const ByteMap wall = MakeWall();
+  RunStatistics statistics;
+  for (int i = 0; i < 100; ++i) statistics.Add(i, LookAhead(2.05f));
+  AddMatches(statistics, -1.0, 0.5);  // a metre from where they were: the wall is not there
+  REQUIRE(statistics.ComputeMeanAgreement(wall) < 0.9);
+  REQUIRE(statistics.values().turns_by_odometry);
+
+  statistics.ForgetMatches();
+  CHECK(AllOf(statistics) == AllOf(RunStatistics()));
+  CHECK_FALSE(statistics.ComputeMeanAgreement(wall));
+
+  RunStatistics fresh;
+  AddMatches(fresh, 0.0, 0.75);
+  AddMatches(statistics, 0.0, 0.75);
+  CHECK(AllOf(statistics) == AllOf(fresh));
+  CHECK_FALSE(fresh.ComputeMeanAgreement(wall));
+  CHECK(statistics.ComputeMeanAgreement(wall) > 0.9);
+}
+
+TEST_CASE("the first match after all were forgotten is a step from nowhere") {
+  RunStatistics statistics;
+  AddMatches(statistics, 0.0, 0.5);
+  ScanMatch match;
+  match.utime = 200;
+  match.state = MatchState::kOk;
+  statistics.Add(match);
+  statistics.ForgetMatches();
+  statistics.Add(match);
+  CHECK(statistics.values().steps == 0);
+}
+
+}  // namespace crsm

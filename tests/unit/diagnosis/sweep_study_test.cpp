@@ -1,0 +1,73 @@
+#include "common/diagnosis/sweep_study.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include "catch.hpp"
+#include "common/worlds/simulator.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr double kSweep_s = 0.15;  // of the arena's laser, whose scans are as far apart
+
+/// A drive whose robot turns by 3 rad/s. time_of: by the messages, of a beam behind that share of a sweep [s].
+template <class TimeOf>
+std::vector<LaserScan> DriveArena(TimeOf&& time_of) {
+  Simulator simulator(LoadWorld("arena"), 1);
+  std::vector<LaserScan> scans;
+  while (auto scan = simulator.Next()) {
+    const auto num_beams = static_cast<double>(scan->ranges_m.size());
+    for (double beam = 0.0; beam < num_beams; ++beam) {
+      scan->times_s.push_back(static_cast<float>(time_of(beam / (num_beams - 1.0))));
+    }
+    scans.push_back(std::move(*scan));
+  }
+  return scans;
+}
+
+SweepFinding Study(const std::vector<LaserScan>& scans) {
+  Parameters parameters;
+  parameters.scan.range_max_m = 12.0;
+  return *StudySweep(scans, parameters);
+}
+
+}  // namespace
+
+TEST_CASE("a sweep that the messages say rightly stays") {
+  const SweepFinding finding = Study(DriveArena([](double share) { return kSweep_s * (share - 1.0); }));
+  CHECK(finding.agrees());
+  CHECK(finding.can_be);
+  CHECK(finding.said_s == Approx(kSweep_s));
+  CHECK(finding.num_turning > 12);
+}
+
+TEST_CASE("beams that were measured in the other order fit better so, while the robot turns") {
+  const SweepFinding finding = Study(DriveArena([](double share) { return -kSweep_s * share; }));
+  CHECK_FALSE(finding.agrees());
+  CHECK(finding.said_s == Approx(-kSweep_s));
+  CHECK(finding.sweep_s == Approx(kSweep_s));
+}
+
+TEST_CASE("times a thousand times too short, or longer than a turn of the laser, are not believed") {
+  for (const double factor : {0.001, 3.0}) {
+    const SweepFinding finding = Study(DriveArena([&](double share) { return factor * kSweep_s * (share - 1.0); }));
+    CHECK_FALSE(finding.can_be);
+    CHECK(finding.said_s == Approx(factor * kSweep_s));
+    CHECK(finding.sweep_s == Approx(kSweep_s).margin(0.01));
+  }
+}
+
+TEST_CASE("of a robot that does not turn, what the messages say stays; without times there is nothing to study") {
+  std::vector<LaserScan> scans = DriveArena([](double share) { return -kSweep_s * share; });
+  scans.resize(20);
+  for (LaserScan& scan : scans) scan.ranges_m = scans.front().ranges_m;  // it stands
+  CHECK(Study(scans).agrees());
+  for (LaserScan& scan : scans) scan.times_s.clear();
+  CHECK_FALSE(StudySweep(scans, Parameters{}));
+  Parameters preset;
+  preset.scan.sweep_s = 0.1;
+  CHECK(StudySweep(scans, preset)->said_s == 0.1);
+}
+
+}  // namespace crsm

@@ -1,0 +1,350 @@
+#include "services/settings/command_line.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+
+#include "catch.hpp"
+#include "source_helpers.hpp"
+
+namespace crsm {
+namespace {
+
+/// How a program with all parameters and settings fares with these words.
+class Program {
+ public:
+  explicit Program(const std::vector<std::string>& words,
+                   std::vector<ParameterGroup> groups = {ParameterGroup::kSeed, ParameterGroup::kLaser,
+                                                         ParameterGroup::kScan, ParameterGroup::kSelection,
+                                                         ParameterGroup::kMatch, ParameterGroup::kUpdate})
+      : line("program", "What it does.", std::move(groups),
+             {"lcm_url", "channel_prefix", "odometry_topic", "lockstep", "map_wait_s", "start"}) {
+    std::vector<const char*> argv{"program"};
+    for (const std::string& word : words) argv.push_back(word.c_str());
+    said = Capture([&] { exit_code = line.Parse(static_cast<int>(argv.size()), argv.data()); });
+  }
+
+  const Parameters& parameters() const { return line.parameters(); }
+  bool Says(const std::string& text) const { return said.find(text) != std::string::npos; }
+
+  CommandLine line;
+  std::optional<int> exit_code;
+  std::string said;  ///< on stderr and stdout
+
+ private:
+  template <class Call>
+  static std::string Capture(Call call) {
+    const ScratchFile file("");
+    std::unique_ptr<std::FILE, int (*)(std::FILE*)> out(std::fopen(file.path().c_str(), "w"), &std::fclose);
+    const auto Flush = [] { std::cout.flush(), std::fflush(stdout), std::fflush(stderr); };
+    Flush();
+    const int kept_out = dup(STDOUT_FILENO);
+    const int kept_err = dup(STDERR_FILENO);
+    dup2(fileno(out.get()), STDOUT_FILENO);
+    dup2(fileno(out.get()), STDERR_FILENO);
+    call();
+    Flush();
+    dup2(kept_out, STDOUT_FILENO);
+    dup2(kept_err, STDERR_FILENO);
+    close(kept_out);
+    close(kept_err);
+    std::ifstream in(file.path());
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+};
+
+/// Refuses in one line that names the program and holds `text`.
+void CheckRefused(const Program& program, const std::string& text) {
+  CAPTURE(text, program.said);
+  CHECK(program.exit_code == 2);
+  CHECK(program.said.rfind("program: ", 0) == 0);
+  CHECK(program.Says(text));
+  CHECK(std::count(program.said.begin(), program.said.end(), '\n') == 1);
+}
+
+}  // namespace
+
+TEST_CASE("without flags the defaults hold") {
+  const Program program({});
+  CHECK_FALSE(program.exit_code);
+  CHECK(program.said.empty());
+  CHECK(ListParameters(program.parameters()) == ListParameters(Parameters()));
+}
+
+TEST_CASE("a program tells the values of what it uses, and of nothing else") {
+  const Program program({"--seed", "7", "--lockstep", "--map-wait-s", "0.5"}, {ParameterGroup::kSeed});
+  const NamedValues expected{
+      {"seed", std::uint64_t{7}}, {"lcm_url", ""},     {"channel_prefix", ""}, {"odometry_topic", ""},
+      {"lockstep", true},         {"map_wait_s", 0.5}, {"start", ""}};
+  CHECK(program.line.UsedValues() == expected);
+}
+
+TEST_CASE("a value as text is the same value again, for every parameter and setting") {
+  Program program({"--method", "density", "--cell-size-m", "0.07", "--no-interpolate", "--seed", "18446744073709551615",
+                   "--lcm-url", "7"});
+  for (const auto& [key, value] : program.line.UsedValues()) {
+    INFO(key << ": " << FormatValue(value));
+    CHECK(ReadValue(key, FormatValue(value)) == value);
+  }
+}
+
+TEST_CASE("a text that is no value of its key, or of a key that is unknown, stays a text") {
+  CHECK(ReadValue("seed", "abc") == ParameterValue{std::string("abc")});
+  CHECK(ReadValue("cell_size_m", "nan") == ParameterValue{std::string("nan")});
+  CHECK(ReadValue("of_another_matcher", "5") == ParameterValue{std::string("5")});
+}
+
+TEST_CASE("every kind of flag sets its value") {
+  const Program program({"--cell-size-m", "0.07", "--num-evaluations=123", "--method", "density", "--no-interpolate",
+                         "--limit-edges", "--seed", "18446744073709551615", "--lcm-url", "tcpq://localhost",
+                         "--lockstep", "--map-wait-s", "1.5", "--unexplored-score", "-100"});
+  CHECK_FALSE(program.exit_code);
+  CHECK(program.said.empty());
+  CHECK(program.parameters().update.cell_size_m == 0.07);
+  CHECK(program.parameters().match.num_evaluations == 123);
+  CHECK(program.parameters().selection.method == SelectionMethod::kDensity);
+  CHECK_FALSE(program.parameters().match.interpolate);
+  CHECK(program.parameters().selection.limit_edges);
+  CHECK(program.parameters().match.seed == ~std::uint64_t{0});
+  CHECK(program.parameters().match.unexplored_score == -100.0);
+  CHECK(program.line.settings().lcm_url == "tcpq://localhost");
+  CHECK(program.line.settings().lockstep);
+  CHECK(program.line.settings().map_wait_s == 1.5);
+}
+
+TEST_CASE("a flag wins over the file, the file over the preset") {
+  const ScratchFile config("range_max_m = 7.0\nseed = 5\n");
+  const Program preset({"--preset", "paper"});
+  CHECK(preset.parameters().scan.range_max_m == 9.5);     // section 4: "up to 9.5 meters"
+  CHECK(preset.parameters().update.cell_size_m == 0.02);  // section 5.3: "one pixel has a side of 0.02 m"
+  const Program file({"--preset", "paper", "--config", config.path()});
+  CHECK(file.parameters().scan.range_max_m == 7.0);
+  CHECK(file.parameters().update.cell_size_m == 0.02);
+  const Program flag({"--range-max-m", "8", "--config", config.path(), "--preset", "paper"});
+  CHECK(flag.parameters().scan.range_max_m == 8.0);
+  CHECK(flag.parameters().match.seed == 5);
+}
+
+TEST_CASE("the file and flags win over the profile, and the preset leaves the profile's own alone") {
+  const ScratchFile config("num_evaluations = 77\n");
+  const Program program({"--profile", "paper", "--preset", "sick", "--config", config.path(), "--rays-max", "49"});
+  CHECK_FALSE(program.exit_code);
+  CHECK(program.parameters().match.num_evaluations == 77);
+  CHECK(program.parameters().selection.rays_max == 49);
+  CHECK(program.parameters().selection.rays_min == 30);
+}
+
+TEST_CASE("the profile paper is the text of the paper") {
+  const Program program({"--profile", "paper"});
+  CHECK_FALSE(program.exit_code);
+  const Parameters& p = program.parameters();
+  CHECK(p.selection.method == SelectionMethod::kSegments);
+  CHECK(p.selection.rays_min == 30);
+  CHECK(p.selection.rays_max == 50);
+  CHECK(p.selection.density_scale_mode == DensityScaleMode::kPrevious);
+  CHECK(p.match.num_evaluations == 10000);
+  CHECK(p.match.unexplored_score == -100.0);
+  CHECK(p.match.climb == ClimbMode::kFixed);
+  CHECK(p.match.restart_draws == 1);
+  CHECK_FALSE(p.match.interpolate);
+  CHECK(p.match.window_m == Approx(20 * 0.02));  // "bounded in [-20, 20] pixels"
+  CHECK(p.match.window_rad == 0.25);
+  CHECK(p.match.mutation_m == Approx(5 * 0.02));
+  CHECK(p.match.mutation_rad == 0.1);
+  CHECK(p.update.occupied_density > 1.0);
+  CHECK(p.update.sparseness_intensity);
+  CHECK(p.update.intensity_min == 0.0);
+  CHECK(p.update.intensity_max == 1.0);
+  CHECK(p.update.first_intensity == 0.0);
+  CHECK(p.update.update_distance_m == 0.0);
+}
+
+TEST_CASE("every preset and profile is well-formed") {
+  for (const char* preset : {"sick", "urg-04lx", "utm-30lx", "paper"}) {
+    CHECK_FALSE(Program({"--preset", preset, "--profile", "default"}).exit_code);
+  }
+}
+
+TEST_CASE("a file may hold what is another program's, and it is checked all the same") {
+  const ScratchFile good(
+      "# for all\nnum_evaluations = 9\nexport_period_s = 2\ninterpolate = false\nmethod = \"all\"\nout = \"a\"\n");
+  const Program program({"--config", good.path()}, {ParameterGroup::kScan});
+  CHECK_FALSE(program.exit_code);
+  CHECK(program.parameters().match.num_evaluations == 9);
+  CHECK(program.line.settings().export_period_s == 2.0);
+  const ScratchFile bad("\nnum_evaluations = 0\n");
+  CheckRefused(Program({"--config", bad.path()}, {ParameterGroup::kScan}),
+               bad.path() + ":2: num_evaluations: '0' is not a whole number from 1");
+}
+
+TEST_CASE("a file that is wrong is refused in one line that names the file, the line, the key and the mend") {
+  const std::pair<const char*, const char*> cases[] = {
+      {"seed = 1\nsed = 2\n", ":2: sed: no such key"},
+      {"cell_size_m = 5.0\n", ":1: cell_size_m: '5' is not a number from 0.005 to 1"},
+      {"cell_size_m = nan\n", ":1: cell_size_m: 'nan' is not a number from 0.005 to 1"},
+      {"cell_size_m = \"0.05\"\n", ":1: cell_size_m: '0.05' is not a number"},
+      {"num_evaluations = 1.5\n", ":1: num_evaluations: '1.5' is not a whole number"},
+      {"num_evaluations = 99999999999\n", ":1: num_evaluations: '99999999999' is not a whole number"},
+      {"seed = -1\n", ":1: seed: '-1' is not a whole number from 0"},
+      {"interpolate = 1\n", ":1: interpolate: '1' is not true or false"},
+      {"interpolate = \"true\"\n", ":1: interpolate: 'true' is not true or false"},
+      {"method = \"best\"\n", ":1: method: 'best' is not one of all, uniform, density, segments"},
+      {"method = 2\n", ":1: method: '2' is not one of all, uniform, density, segments"},
+      {"channel_prefix = 3\n", ":1: channel_prefix: '3' is not a string in quotes"},
+      {"\n\nseed = [1, 2]\n", ":3: seed: '(a table or a list)' is not a whole number"},
+      {"[match]\nseed = 1\n", ":1: match: no such key"},
+      {"seed = 1\nseed == 2\n", ":2: "},
+      {"seed = 1\nseed = 2\n", ":2: "},
+  };
+  for (const auto& [text, expected] : cases) {
+    const ScratchFile config(text);
+    CheckRefused(Program({"--config", config.path()}), config.path() + expected);
+  }
+}
+
+TEST_CASE("a file may name preset and profile, which come before its other keys; flags win") {
+  const ScratchFile file("range_max_m = 7\npreset = \"sick\"\nprofile = \"paper\"\n");
+  const Program both({"--config", file.path()});
+  CHECK_FALSE(both.exit_code);
+  CHECK(both.parameters().scan.range_max_m == 7.0);
+  CHECK(both.parameters().scan.angle_scale == Program({"--preset", "sick"}).parameters().scan.angle_scale);
+  CHECK(both.parameters().match.climb == ClimbMode::kFixed);
+  const Program flags({"--config", file.path(), "--preset", "urg-04lx", "--profile", "default"});
+  CHECK(flags.parameters().scan.angle_scale == 1.0);
+  CHECK(flags.parameters().match.climb == ClimbMode::kShrinking);
+  CHECK(flags.parameters().scan.range_max_m == 7.0);
+  const ScratchFile wrong("seed = 3\npreset = \"sikc\"\n");
+  CheckRefused(Program({"--config", wrong.path()}),
+               wrong.path() + ":2: preset: 'sikc' is not one of paper, rplidar-a1, sick");
+  const ScratchFile number("profile = 3\n");
+  CheckRefused(Program({"--config", number.path()}), number.path() + ":1: profile: must be a name in quotes");
+}
+
+TEST_CASE("what contradicts itself is refused by name") {
+  CheckRefused(Program({"--intensity-min", "0.5", "--intensity-max", "0.1"}),
+               "intensity_min: 0.5 is more than intensity_max, 0.1");
+  CheckRefused(Program({"--range-min-m", "3", "--range-max-m", "2"}), "range_min_m: 3 is more than range_max_m, 2");
+  CHECK_FALSE(Program({"--intensity-min", "0.5", "--intensity-max", "0.5"}).exit_code);
+  CHECK_FALSE(Program({"--start", "1,2,3"}).exit_code);  // of a program that has no --localize
+}
+
+TEST_CASE("odometry that is named is used, unless something said later turns it off") {
+  const ScratchFile named("odometry_topic = '/odom'\n");
+  const ScratchFile off("odometry = false\n");
+  const ScratchFile both("odometry = false\nodometry_topic = '/odom'\n");
+  const auto Uses = [](const std::vector<std::string>& words) {
+    const Program program(words, {ParameterGroup::kOdometry});
+    CHECK_FALSE(program.exit_code);
+    return program.parameters().match.odometry;
+  };
+  CHECK(Uses({"--odometry-topic", "/odom"}));
+  CHECK(Uses({"--odometry-topic", "/odom", "--odometry"}));
+  CHECK(Uses({"--config", named.path()}));
+  CHECK(Uses({"--config", off.path(), "--odometry-topic", "/odom"}));
+  CHECK_FALSE(Uses({"--config", named.path(), "--no-odometry"}));
+  CHECK_FALSE(Uses({"--config", both.path()}));
+  CHECK_FALSE(Uses({}));
+  CheckRefused(Program({"--odometry-topic", "/odom", "--no-odometry"}, {ParameterGroup::kOdometry}),
+               "--odometry-topic: names odometry that --no-odometry turns off: remove one of them");
+
+  const Program told({"--odometry-topic", "/odom"}, {ParameterGroup::kOdometry});
+  CHECK(told.line.WordsFor({{ParameterGroup::kOdometry}, {}}) == std::vector<std::string>{"--odometry"});
+  const Program without_flag({"--config", named.path()});
+  CHECK(without_flag.line.WordsFor({{ParameterGroup::kOdometry}, {}}) ==
+        std::vector<std::string>{"--config", named.path()});
+}
+
+TEST_CASE("the words for another program are those that it knows, in the order of --help") {
+  const Program program({"--seed", "7", "--no-limit-edges", "--preset", "sick", "--window-m", "0.5", "--lockstep",
+                         "--channel-prefix", "robot1/"});
+  CHECK(program.line.WordsFor(FlagsOfSelector()) ==
+        std::vector<std::string>{"--preset", "sick", "--channel-prefix", "robot1/", "--no-limit-edges"});
+  CHECK(program.line.WordsFor(FlagsOfMatcher()) == std::vector<std::string>{"--preset", "sick", "--channel-prefix",
+                                                                            "robot1/", "--lockstep", "--seed", "7",
+                                                                            "--window-m", "0.5"});
+  CHECK(program.line.WasGiven("seed"));
+  CHECK_FALSE(program.line.WasGiven("rays_min"));
+}
+
+TEST_CASE("a file that is not there or is empty is refused") {
+  const ScratchFile empty("");
+  CheckRefused(Program({"--config", empty.path()}), empty.path() + ": cannot be read, or is empty");
+  CheckRefused(Program({"--config", "/nowhere/a.toml"}), "/nowhere/a.toml: cannot be read");
+}
+
+TEST_CASE("a flag that is wrong is refused in one line that names it and the mend") {
+  CheckRefused(Program({"--no-such-flag"}), "--no-such-flag");
+  CheckRefused(Program({"--cell-size-m", "5"}), "--cell-size-m: '5' is not a number from 0.005 to 1");
+  CheckRefused(Program({"--cell-size-m", "small"}), "--cell-size-m: 'small' is not a number from 0.005 to 1");
+  CheckRefused(Program({"--cell-size-m", "0.05m"}), "--cell-size-m: '0.05m' is not a number");
+  CheckRefused(Program({"--cell-size-m"}), "--cell-size-m");
+  CheckRefused(Program({"--seed", "-1"}), "--seed: '-1' is not a whole number from 0");
+  CheckRefused(Program({"--method", "best"}), "--method: 'best' is not one of all, uniform, density, segments");
+  CheckRefused(Program({"--preset", "pocket"}),
+               "--preset: 'pocket' is not one of paper, rplidar-a1, sick, urg-04lx, utm-30lx");
+  CheckRefused(Program({"--profile", "best"}), "--profile: 'best' is not one of default, paper");
+  CheckRefused(Program({"--rays-min", "50", "--rays-max", "40"}), "rays_min: 50 is more than rays_max, 40");
+}
+
+TEST_CASE("what a laser says of itself holds where nobody has said otherwise, and is handed on") {
+  Program silent({});
+  silent.line.SetUnlessSaid("sweep_s", "0.075");
+  CHECK(silent.parameters().scan.sweep_s == 0.075);
+  CHECK(silent.line.WordsFor({{ParameterGroup::kLaser}, {}}) == std::vector<std::string>{"--sweep-s", "0.075"});
+  Program flagged({"--sweep-s", "0.1"});
+  flagged.line.SetUnlessSaid("sweep_s", "0.075");
+  CHECK(flagged.parameters().scan.sweep_s == 0.1);
+  Program preset({"--preset", "rplidar-a1"});
+  preset.line.SetUnlessSaid("sweep_s", "0.075");
+  CHECK(preset.parameters().scan.sweep_s == 0.15);
+}
+
+TEST_CASE("what the scans show goes before a preset, not before a flag") {
+  Program preset({"--preset", "rplidar-a1", "--range-max-m", "9"});
+  preset.line.Correct("sweep_s", "-0.1");
+  preset.line.Correct("range_max_m", "8");
+  CHECK(preset.parameters().scan.sweep_s == -0.1);
+  CHECK(preset.parameters().scan.range_max_m == 9.0);
+  CHECK(preset.line.WhoSaid("range_max_m") == "--range-max-m 9");
+  CHECK(preset.line.WhoSaid("cell_size_m").find("rplidar-a1") != std::string::npos);
+}
+
+TEST_CASE("a sweep that is typed goes before the times in the messages, one of a preset does not") {
+  CHECK_FALSE(Program({"--sweep-s", "0.1"}).parameters().scan.beam_times);
+  CHECK(Program({"--sweep-s", "0.1", "--beam-times"}).parameters().scan.beam_times);
+  CHECK(Program({"--preset", "rplidar-a1"}).parameters().scan.beam_times);
+}
+
+TEST_CASE("a start is three numbers, or none") {
+  CHECK_FALSE(Program({}).parameters().match.start);
+  CHECK_FALSE(Program({"--start", ""}).parameters().match.start);
+  const Program program({"--start", "3.5,-2,1.5"});
+  REQUIRE(program.parameters().match.start);
+  CHECK(*program.parameters().match.start == Pose2{3.5, -2.0, 1.5});
+  for (const std::string text : {"1,2", "1,2,3,4", "1,2,", ",,", "1,2,x", "1;2;3", "nan,0,0", "1e9,0,0", "0,0,inf"}) {
+    CheckRefused(Program({"--start", text}), "--start: '" + text + "' is not X,Y,YAW [m, m, rad]");
+  }
+}
+
+TEST_CASE("a flag of another program is unknown here") {
+  CheckRefused(Program({"--num-evaluations", "5"}, {ParameterGroup::kScan}), "--num-evaluations");
+}
+
+TEST_CASE("help lists the flags with their defaults, and the program ends well") {
+  const Program help({"--help"});
+  CHECK(help.exit_code == 0);
+  for (const char* text :
+       {"What it does.", "--cell-size-m", "--method", "all|uniform|density|segments", "--lcm-url", "--preset"}) {
+    CAPTURE(text);
+    CHECK(help.Says(text));
+  }
+  CHECK_FALSE(help.Says("--export-period-s"));
+  const Program version({"--version"});
+  CHECK(version.exit_code == 0);
+  CHECK(version.Says("program "));
+}
+
+}  // namespace crsm

@@ -1,0 +1,90 @@
+#include "services/stages/scan_queue.hpp"
+
+#include "catch.hpp"
+
+namespace crsm {
+namespace {
+
+struct Item {
+  std::int64_t utime = 0;
+  int number = 0;
+};
+
+std::int64_t CountOf(const Counters& counters, const std::string& name) {
+  const auto found = counters.counts().find(name);
+  return found == counters.counts().end() ? 0 : found->second;
+}
+
+}  // namespace
+
+TEST_CASE("scans leave the queue in the order in which they came, whatever their times") {
+  Counters counters;
+  ScanQueue<Item> queue(counters);
+  CHECK(queue.empty());
+  for (const int utime : {5, 3, 9}) queue.Push({utime});
+  for (const int utime : {5, 3, 9}) {
+    REQUIRE_FALSE(queue.empty());
+    CHECK(queue.front().utime == utime);
+    queue.Pop();
+  }
+  CHECK(queue.empty());
+  CHECK(CountOf(counters, "received") == 3);
+  CHECK(CountOf(counters, "dropped_overload") == 0);
+}
+
+TEST_CASE("a scan that comes again while it waits is the same scan; once it has left it is a new one") {
+  Counters counters;
+  ScanQueue<Item> queue(counters);
+  queue.Push({1, 10});
+  queue.Push({2, 20});
+  queue.Push({1, 30});
+  CHECK(CountOf(counters, "resent") == 1);
+  CHECK(queue.front().number == 10);
+  queue.Pop();
+  queue.Push({1, 40});
+  queue.Pop();
+  CHECK(queue.front().number == 40);
+  CHECK(CountOf(counters, "resent") == 1);
+}
+
+TEST_CASE("a stage that falls behind drops the oldest scans and counts them") {
+  Counters counters;
+  ScanQueue<Item> queue(counters);
+  for (int utime = 0; utime < 1000; ++utime) queue.Push({utime});
+  const std::int64_t num_dropped = CountOf(counters, "dropped_overload");
+  CHECK(queue.front().utime == num_dropped);
+  std::int64_t num_left = 0;
+  for (; !queue.empty(); queue.Pop()) ++num_left;
+  CHECK(CountOf(counters, "received") == 1000);
+  CHECK(num_left + num_dropped == 1000);
+  CHECK(num_left > 0);
+  CHECK(num_left < 100);  // stays fresh: a few seconds of the fastest laser at most
+}
+
+TEST_CASE("until a stage is under way a second of the fastest laser waits for it, later half of one") {
+  Counters counters;
+  ScanQueue<Item> queue(counters);
+  auto CountWaiting = [&, utime = 0](int num_pushed) mutable {
+    for (int i = 0; i < num_pushed; ++i) queue.Push({utime++});
+    int num_waiting = 0;
+    for (; !queue.empty(); queue.Pop()) ++num_waiting;
+    return num_waiting;
+  };
+  CHECK(CountWaiting(1) == 1);  // its answer is long in coming
+  CHECK(CountWaiting(39) == 39);
+  CHECK(CountOf(counters, "dropped_overload") == 0);
+  for (int i = 0; i < 3; ++i) CHECK(CountWaiting(40) == 20);
+  CHECK(CountOf(counters, "dropped_overload") == 60);
+}
+
+TEST_CASE("a stage that is slow from the beginning has its scans no older than others soon") {
+  Counters counters;
+  ScanQueue<Item> queue(counters);
+  for (int utime = 0; utime < 400; ++utime) {  // ten come while one is handled
+    queue.Push({utime});
+    if (utime % 10 == 9) queue.Pop();
+  }
+  CHECK(queue.front().utime == 400 - 19);
+}
+
+}  // namespace crsm

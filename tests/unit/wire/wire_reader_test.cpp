@@ -1,0 +1,195 @@
+#include "services/wire/wire_reader.hpp"
+
+#include <limits>
+#include <map>
+#include <random>
+#include <set>
+#include <string>
+
+#include "catch.hpp"
+#include "wire_messages.hpp"
+
+namespace crsm {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// Fills messages with any numbers, and with strings and arrays of 0 to 4 elements.
+class RandomFiller {
+ public:
+  template <class Message>
+  Message Make() {
+    Message message{};
+    Counts counts;
+    const auto fill = [&](const auto&... fields) { (FillField(message, fields, counts), ...); };
+    std::apply(fill, FieldsOf<Message>());
+    return message;
+  }
+
+ private:
+  using Counts = std::set<const void*>;  ///< members of the message that are the count of an array filled so far
+
+  template <class Message, class Value>
+  void FillField(Message& message, Value Message::*member, Counts&) {
+    FillValue(message.*member);
+  }
+
+  /// The first array of a count says how many.
+  template <class Message, class Element, class Count>
+  void FillField(Message& message, const ArrayField<Message, Element, Count>& array, Counts& counts) {
+    Count& count = message.*array.count;
+    if (counts.insert(&count).second) count = static_cast<Count>(random_() % std::min<std::size_t>(5, array.most + 1));
+    (message.*array.elements).resize(static_cast<std::size_t>(count));
+    for (Element& element : message.*array.elements) FillValue(element);
+  }
+
+  template <class Value>
+  void FillValue(Value& value) {
+    if constexpr (std::is_arithmetic_v<Value>) {
+      value = static_cast<Value>(random_());
+    } else if constexpr (std::is_array_v<Value>) {
+      for (auto& element : value) FillValue(element);
+    } else if constexpr (std::is_same_v<Value, std::string>) {
+      value.assign(random_() % 5, 'x');
+    } else {
+      value = Make<Value>();
+    }
+  }
+
+  std::mt19937_64 random_{1};
+};
+
+/// Where the counts of arrays and strings stand in an encoded message.
+class CountFinder {
+ public:
+  template <class Message>
+  void Visit(const Message& message) {
+    const auto visit = [&](const auto&... fields) { (VisitField(message, fields), ...); };
+    std::apply(visit, FieldsOf<Message>());
+  }
+
+  const std::map<std::size_t, std::int32_t>& counts() const { return counts_; }  ///< by the place of their first byte
+
+ private:
+  template <class Message, class Value>
+  void VisitField(const Message& message, Value Message::*member) {
+    place_of_[&(message.*member)] = at_;
+    VisitValue(message.*member);
+  }
+
+  template <class Message, class Element, class Count>
+  void VisitField(const Message& message, const ArrayField<Message, Element, Count>& array) {
+    counts_[place_of_.at(&(message.*array.count))] = message.*array.count;
+    for (const Element& element : message.*array.elements) VisitValue(element);
+  }
+
+  template <class Value>
+  void VisitValue(const Value& value) {
+    if constexpr (std::is_same_v<Value, std::string>) {
+      counts_[at_] = static_cast<std::int32_t>(value.size()) + 1;
+      at_ += 4 + value.size() + 1;
+    } else if constexpr (std::is_class_v<Value>) {
+      Visit(value);
+    } else {
+      at_ += sizeof(Value);
+    }
+  }
+
+  std::size_t at_ = 8;  // behind the fingerprint
+  std::map<const void*, std::size_t> place_of_;
+  std::map<std::size_t, std::int32_t> counts_;
+};
+
+std::int32_t ReadCount(const Bytes& bytes, std::size_t at) {
+  std::uint32_t count = 0;
+  for (std::size_t i = 0; i < 4; ++i) count = count << 8 | bytes[at + i];
+  return static_cast<std::int32_t>(count);
+}
+
+Bytes WithCount(Bytes bytes, std::size_t at, std::int32_t count) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    bytes[at + i] = static_cast<std::uint8_t>(static_cast<std::uint32_t>(count) >> (24 - 8 * i));
+  }
+  return bytes;
+}
+
+template <class Message>
+void CheckHostileCounts(const Message& message, const Bytes& bytes) {
+  constexpr auto kLargest = std::numeric_limits<std::int32_t>::max();
+  CountFinder finder;
+  finder.Visit(message);
+  for (const auto& [at, count] : finder.counts()) {
+    CAPTURE(at, count);
+    REQUIRE(ReadCount(bytes, at) == count);
+    for (const std::int32_t hostile : {count + 1, count - 1, -1, -kLargest - 1, kLargest, 1 << 30, 1 << 29, 1000000}) {
+      CAPTURE(hostile);
+      CHECK_FALSE(CountsFit<Message>(WithCount(bytes, at, hostile)));
+    }
+  }
+}
+
+template <class Message>
+void CheckType() {
+  CAPTURE(Message::getTypeName());
+  RandomFiller filler;
+  for (int i = 0; i < 20; ++i) {
+    const auto message = filler.Make<Message>();
+    const Bytes bytes = Encode(message);
+    CHECK(CountsFit<Message>(bytes));
+    Bytes longer = bytes;
+    longer.push_back(0);
+    CHECK_FALSE(CountsFit<Message>(longer));
+    for (std::size_t size = 0; size < bytes.size(); ++size) {  // a copy, so that reading beyond it is an error
+      CAPTURE(size);
+      CHECK_FALSE(CountsFit<Message>(Bytes(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size))));
+    }
+    CheckHostileCounts(message, bytes);
+  }
+}
+
+}  // namespace
+
+TEST_CASE(
+    "what lcm-gen writes of any message is walked over whole; cut, lengthened or counted wrongly, it is refused") {
+  CheckType<bot_core::planar_lidar_t>();
+  CheckType<sweep_t>();
+  CheckType<bot_core::pose_t>();
+  CheckType<critical_rays_t>();
+  CheckType<scan_match_t>();
+  CheckType<map_tile_t>();
+  CheckType<map_delta_t>();
+  CheckType<map_request_t>();
+  CheckType<service_status_t>();
+}
+
+TEST_CASE("an array has the most elements that are allowed, and not one more although its bytes are there") {
+  map_tile_t tile{};
+  for (const std::size_t size : {kMaxRunBytes, kMaxRunBytes + 1}) {
+    tile.runs.resize(size);
+    tile.num_bytes = static_cast<std::int32_t>(size);
+    CHECK(CountsFit<map_tile_t>(Encode(tile)) == (size == kMaxRunBytes));
+  }
+  service_status_t status{};
+  for (const std::size_t size : {kMostCounters, kMostCounters + 1}) {
+    status.counter_name.resize(size);
+    status.counter_value.resize(size);
+    status.num_counters = static_cast<std::int32_t>(size);
+    CHECK(CountsFit<service_status_t>(Encode(status)) == (size == kMostCounters));
+  }
+}
+
+TEST_CASE("a string has 1023 letters at most, and a NUL at its end") {
+  service_status_t status{};
+  for (const std::size_t size : {1023u, 1024u}) {
+    status.name.assign(size, 'x');
+    CHECK(CountsFit<service_status_t>(Encode(status)) == (size == 1023));
+  }
+  status.name.clear();
+  const Bytes bytes = Encode(status);
+  REQUIRE(ReadCount(bytes, 16) == 1);
+  Bytes without_nul = WithCount(bytes, 16, 0);
+  without_nul.erase(without_nul.begin() + 20);
+  CHECK_FALSE(CountsFit<service_status_t>(without_nul));
+}
+
+}  // namespace crsm
