@@ -126,33 +126,27 @@ void Bus::Subscription::ReceiveFromLcm(const lcm::ReceiveBuffer* buffer, const s
 }
 
 void Bus::Subscription::Receive(const Sender& sender, std::span<const std::uint8_t> bytes) {
-  constexpr std::size_t kMostHeldBytes = 1 << 24;  // what comes in the 0.1 s of a decision, many times over
-  if (!sole_sender) return Handle(sender, bytes);
-  const auto verdict = sole_sender->Judge(sender, SoleSender::Clock::now());
-  if (verdict == SoleSender::Verdict::kRefused || held_bytes + bytes.size() > kMostHeldBytes) return Refuse(sender);
-  if (verdict == SoleSender::Verdict::kBelieved && held.empty()) return Handle(sender, bytes);
-  held.push_back({sender, {bytes.begin(), bytes.end()}});
-  held_bytes += bytes.size();
-  DecideHeld();
-}
-
-void Bus::Subscription::DecideHeld() {
-  while (!held.empty()) {
-    const auto verdict = sole_sender->Judge(held.front().sender, SoleSender::Clock::now(), false);
-    if (verdict == SoleSender::Verdict::kUndecided) return;
-    const HeldMessage message = std::move(held.front());
-    held.pop_front();
-    held_bytes -= message.bytes.size();
-    verdict == SoleSender::Verdict::kBelieved ? Handle(message.sender, message.bytes) : Refuse(message.sender);
-  }
+  using enum SoleSender::Verdict;
+  const auto verdict = sole_sender ? sole_sender->Judge(sender, SoleSender::Clock::now()) : kBelieved;
+  if (verdict == kRefused) return Refuse(sender);
+  if (verdict == kChanged) SayChanged(sender);
+  Handle(sender, bytes);
 }
 
 void Bus::Subscription::Refuse(const Sender& refused) {
   bus->counters_.Add(channel.substr(bus->prefix_.size()) + "_refused");
   if (std::exchange(refused_before, true)) return;
-  fmt::print(stderr, "{} from {} is refused: {}\n", channel, refused.Describe(),
-             sole_sender->contested() ? "several processes send it; none is accepted until only one is left"
-                                      : "another process sends it; stop one of the two");
+  fmt::print(stderr, "{} from {} is refused: another process sends it; stop one of the two\n", channel,
+             refused.Describe());
+}
+
+void Bus::Subscription::SayChanged(const Sender& sender) {
+  bus->counters_.Add(channel.substr(bus->prefix_.size()) + "_sender_changed");
+  const auto line = changes.Pass(fmt::format("{} comes from another process now, {}: the one before has ended, or had "
+                                             "not the role",
+                                             channel, sender.Describe()),
+                                 SoleSender::Clock::now());
+  if (line) fmt::print(stderr, "{}\n", *line);
 }
 
 void Bus::Subscription::Handle(const Sender& sender, std::span<const std::uint8_t> bytes) {
@@ -212,16 +206,6 @@ void Bus::CountUnpublished(const std::string& channel, int error) {
 }
 
 void Bus::Wait(int timeout_ms) {
-  constexpr int kDecisionPeriod_ms = 20;
-  const auto IsDecided = [](const auto& subscription) { return subscription->held.empty(); };
-  const bool decided = std::all_of(subscriptions_.begin(), subscriptions_.end(), IsDecided);
-  Receive(decided ? timeout_ms : std::min(timeout_ms, kDecisionPeriod_ms));
-  for (const auto& subscription : subscriptions_) {
-    if (!subscription->held.empty()) subscription->DecideHeld();
-  }
-}
-
-void Bus::Receive(int timeout_ms) {
   errno = 0;
   if (own_socket_) {
     if (!HandleWhole(timeout_ms)) return;

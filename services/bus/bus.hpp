@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cerrno>
-#include <deque>
 #include <functional>
 #include <lcm/lcm-cpp.hpp>
 #include <memory>
@@ -9,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "services/base/line_limit.hpp"
 #include "services/base/status.hpp"
+#include "services/bus/bus_role.hpp"
 #include "services/bus/multicast_socket.hpp"
 #include "services/bus/sole_sender.hpp"
 #include "services/wire/channels.hpp"
@@ -46,14 +47,17 @@ class Bus {
   /// The same of messages of whatever type: `handler` returns whether they are well-formed.
   void SubscribeBytes(const std::string& channel, std::function<bool(std::span<const std::uint8_t>)> handler);
 
-  /// The same on a channel on which one process alone has something to say. What comes from another one is counted as
-  /// CHANNEL_refused and dropped, and said on stderr, the first time; see SoleSender. By UDP multicast only, and where
-  /// the kernel gives as large a buffer as the URL asks for: else all senders are the same, and senders_unknown counts.
+  /// The same on a channel on which one process alone has something to say, the one that has the channel's role. What
+  /// comes from another one is counted as CHANNEL_refused and dropped, and said on stderr, the first time; see
+  /// SoleSender. A change from one sender to the next is counted as CHANNEL_sender_changed and said. By UDP multicast
+  /// only, and where the kernel gives as large a buffer as the URL asks for: else all senders are the same, and
+  /// senders_unknown counts.
   template <class Message>
-  void SubscribeToOne(const char* channel, std::function<void(const Message&)> handler,
-                      std::chrono::milliseconds probation = SoleSender::kProbation) {
+  void SubscribeToOne(const char* channel, const char* role, std::function<void(const Message&)> handler) {
     SubscribeRaw(channel, MakeRawHandler(channel, std::move(handler)));
-    subscriptions_.back()->sole_sender.emplace(probation);
+    subscriptions_.back()->sole_sender.emplace([this, role](const Sender& sender) {
+      return FindRole({url_, prefix_}, role, sender);
+    });
     if (!own_socket_) counters_.Add("senders_unknown");
   }
 
@@ -77,25 +81,20 @@ class Bus {
 
  private:
   using RawHandler = std::function<void(std::span<const std::uint8_t>)>;
-  struct HeldMessage {
-    Sender sender;
-    std::vector<std::uint8_t> bytes;
-  };
   struct Subscription {
     std::string channel;
     RawHandler handler;
     Bus* bus;
     bool failed_before = false;
     std::optional<SoleSender> sole_sender = {};  ///< who is to be believed, where it is not everybody
-    std::deque<HeldMessage> held = {};           ///< until it is decided
-    std::size_t held_bytes = 0;
     bool refused_before = false;
+    LineLimit changes = {};  ///< of the sender
 
     bool Takes(std::string_view heard) const;
     void Receive(const Sender& sender, std::span<const std::uint8_t> bytes);
     void ReceiveFromLcm(const lcm::ReceiveBuffer* buffer, const std::string& channel);
-    void DecideHeld();
     void Refuse(const Sender& sender);
+    void SayChanged(const Sender& sender);
     void Handle(const Sender& sender, std::span<const std::uint8_t> bytes);
   };
 
@@ -117,7 +116,6 @@ class Bus {
 
   void SubscribeRaw(const std::string& channel, RawHandler handler);
   void FilterSockets();
-  void Receive(int timeout_ms);
   bool HandleWhole(int timeout_ms);
   void CountUnpublished(const std::string& channel, int error);
 

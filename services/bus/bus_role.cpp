@@ -47,6 +47,20 @@ int OpenSocket() {
   return opened;
 }
 
+/// Of the process that has a role; 0 where it cannot be seen, nothing where none has it.
+std::optional<pid_t> FindPid(const BusAddress& address, const std::string& role) {
+  const SocketName name = NameOf(address, role);
+  const int visitor = OpenSocket();
+  ucred holder{};
+  socklen_t size = sizeof holder;
+  const bool connected = connect(visitor, reinterpret_cast<const sockaddr*>(&name.address), name.size) == 0;
+  const bool queue_full = !connected && errno == EAGAIN;
+  const bool known = connected && getsockopt(visitor, SOL_SOCKET, SO_PEERCRED, &holder, &size) == 0;
+  close(visitor);
+  if (!connected && !queue_full) return std::nullopt;
+  return known ? holder.pid : 0;
+}
+
 }  // namespace
 
 BusRole::BusRole(const BusAddress& address, const std::string& role) : socket_(OpenSocket()) {
@@ -74,16 +88,18 @@ void BusRole::DismissVisitors() const {
 }
 
 std::optional<std::string> FindRoleHolder(const BusAddress& address, const std::string& role) {
-  const SocketName name = NameOf(address, role);
-  const int visitor = OpenSocket();
-  ucred holder{};
-  socklen_t size = sizeof holder;
-  const bool connected = connect(visitor, reinterpret_cast<const sockaddr*>(&name.address), name.size) == 0;
-  const bool queue_full = !connected && errno == EAGAIN;
-  const bool known = connected && getsockopt(visitor, SOL_SOCKET, SO_PEERCRED, &holder, &size) == 0;
-  close(visitor);
-  if (!connected && !queue_full) return std::nullopt;
-  return known ? DescribeProcess(holder.pid) : "an unknown process";
+  const auto pid = FindPid(address, role);
+  if (!pid) return std::nullopt;
+  return *pid > 0 ? DescribeProcess(*pid) : "an unknown process";
+}
+
+RoleHolder FindRole(const BusAddress& address, const std::string& role, const Sender& sender) {
+  const auto pid = FindPid(address, role);
+  if (!pid) return RoleHolder::kNobody;
+  if (!IsOfThisHost(sender)) return RoleHolder::kAnother;
+  const auto has_port = *pid > 0 ? HasUdpPort(*pid, sender.port) : std::nullopt;
+  if (!has_port) return RoleHolder::kUnknown;
+  return *has_port ? RoleHolder::kSender : RoleHolder::kAnother;
 }
 
 std::string DescribeTakenRole(const BusAddress& address, const std::string& role, const std::string& holder) {

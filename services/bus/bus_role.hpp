@@ -3,6 +3,8 @@
 #include <optional>
 #include <string>
 
+#include "services/bus/sole_sender.hpp"
+
 namespace crsm {
 
 // What only one process may be on a bus, with one channel prefix: two would mix their scans, poses or maps.
@@ -38,6 +40,9 @@ class BusRole {
 
 /// Which process has a role, in words; nothing where none has it.
 std::optional<std::string> FindRoleHolder(const BusAddress& address, const std::string& role);
+
+/// Who has a role, for one that sent a message.
+RoleHolder FindRole(const BusAddress& address, const std::string& role, const Sender& sender);
 
 /// What to say to who wants a role that is taken.
 std::string DescribeTakenRole(const BusAddress& address, const std::string& role, const std::string& holder);

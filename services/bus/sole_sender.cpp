@@ -6,12 +6,27 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <utility>
 
 namespace crsm {
+namespace {
+
+/// Whether a socket of this process can be at that place: 0, or why not (errno). Port 0 stands for any.
+int TryToBind(const Sender& place) {
+  const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (probe < 0) return errno;
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = place.address;
+  address.sin_port = htons(place.port);
+  const int error = bind(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 ? 0 : errno;
+  close(probe);
+  return error;
+}
+
+}  // namespace
 
 std::string Sender::Describe() const {
   if (!known()) return "an unknown sender";
@@ -21,59 +36,55 @@ std::string Sender::Describe() const {
   return fmt::format("{}:{}", text.data(), port);
 }
 
-SoleSender::SoleSender(std::chrono::milliseconds probation, Lives lives)
-    : probation_(probation), lives_(std::move(lives)) {}
+SoleSender::SoleSender(FindRole find_role, Lives lives) : find_role_(std::move(find_role)), lives_(std::move(lives)) {}
 
-SoleSender::Verdict SoleSender::Judge(const Sender& sender, Clock::time_point now, bool heard) {
-  if (Candidate* known = Find(sender); known && heard) known->last_heard = now;
-  if (believed_ && candidates_.front().sender == sender) return Verdict::kBelieved;
-  DropDead(now);
-  if (believed_ && now - alone_since_ >= kYoung) return Verdict::kRefused;
-  believed_ = false;
-  if (!Find(sender)) {
-    constexpr std::size_t kMost = 16;  // more change nothing: there are too many already
-    if (!heard || candidates_.size() == kMost) return Verdict::kRefused;
-    candidates_.push_back({sender, now});
-    alone_since_ = now;
+SoleSender::Verdict SoleSender::Judge(const Sender& sender, Clock::time_point now) {
+  constexpr auto kCheckPeriod = std::chrono::milliseconds(250);
+  constexpr auto kLookPeriod = std::chrono::milliseconds(100);
+  const bool is_believed = sender_ == sender;
+  Clock::time_point& next = is_believed ? next_check_ : next_looks_[sender.port % next_looks_.size()];
+  if (now < next) {
+    if (is_believed) last_heard_ = now;
+    return is_believed ? Verdict::kBelieved : Verdict::kRefused;
   }
-  if (candidates_.size() > 1) return Verdict::kRefused;
-  believed_ = now - alone_since_ >= probation_;
-  return believed_ ? Verdict::kBelieved : Verdict::kUndecided;
+  next = now + (is_believed ? kCheckPeriod : kLookPeriod);
+  const RoleHolder holder = find_role_(sender);
+  if (holder == RoleHolder::kSender) return Believe(sender, true, now);
+  if (holder == RoleHolder::kAnother) {
+    if (is_believed) sender_.reset();
+    return Verdict::kRefused;
+  }
+  if (holder == RoleHolder::kNobody && sender_ && has_role_) LoseRoleHolder(now);  // also where the port is another process's by now
+  if (now < vacant_until_) return Verdict::kRefused;
+  const bool is_free = is_believed || !sender_ || !lives_(*sender_, last_heard_, now);
+  return is_free ? Believe(sender, is_believed && has_role_, now) : Verdict::kRefused;
 }
 
-/// To look whether a socket is still open takes some system calls: not for each message of a flood.
-void SoleSender::DropDead(Clock::time_point now) {
-  constexpr auto kPause = std::chrono::milliseconds(20);
-  if (now < next_look_) return;
-  next_look_ = now + kPause;
-  const auto num_dead =
-      std::erase_if(candidates_, [&](const Candidate& one) { return !lives_(one.sender, one.last_heard, now); });
-  if (num_dead == 0) return;
-  believed_ = false;
-  alone_since_ = now;
+SoleSender::Verdict SoleSender::Believe(const Sender& sender, bool has_role, Clock::time_point now) {
+  const bool changed = last_ && *last_ != sender;
+  sender_ = last_ = sender;
+  has_role_ = has_role;
+  last_heard_ = now;
+  return changed ? Verdict::kChanged : Verdict::kBelieved;
 }
 
-SoleSender::Candidate* SoleSender::Find(const Sender& sender) {
-  const auto found =
-      std::find_if(candidates_.begin(), candidates_.end(), [&](const Candidate& one) { return one.sender == sender; });
-  return found == candidates_.end() ? nullptr : &*found;
+/// The next one that has the role is believed at once, one without it only after a while.
+void SoleSender::LoseRoleHolder(Clock::time_point now) {
+  constexpr auto kForAnother = std::chrono::seconds(5);
+  sender_.reset();
+  has_role_ = false;
+  vacant_until_ = now + kForAnother;
 }
+
+bool IsOfThisHost(const Sender& sender) { return TryToBind({sender.address, 0}) != EADDRNOTAVAIL; }
 
 bool SenderLives(const Sender& sender, std::chrono::steady_clock::time_point last_heard,
                  std::chrono::steady_clock::time_point now) {
   constexpr auto kSilence = std::chrono::seconds(2);
   const bool heard_lately = now - last_heard < kSilence;
   if (!sender.known()) return heard_lately;
-  const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  if (probe < 0) return true;
-  sockaddr_in place{};
-  place.sin_family = AF_INET;
-  place.sin_addr.s_addr = sender.address;
-  place.sin_port = htons(sender.port);
-  const bool is_free = bind(probe, reinterpret_cast<const sockaddr*>(&place), sizeof place) == 0;
-  const int error = errno;
-  close(probe);
-  if (is_free) return false;                            // of this host, and nobody's any more
+  const int error = TryToBind(sender);
+  if (error == 0) return false;                         // of this host, and nobody's any more
   return error == EADDRNOTAVAIL ? heard_lately : true;  // not of this host; or in use
 }
 

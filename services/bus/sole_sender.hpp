@@ -1,10 +1,11 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
-#include <vector>
 
 namespace crsm {
 
@@ -19,56 +20,56 @@ struct Sender {
   std::string Describe() const;
 };
 
+/// Whether a packet came from this host: its address is one of it.
+bool IsOfThisHost(const Sender& sender);
+
 /// Whether the socket of a sender is still open, on this host; of another host, whether it was heard in the last two
 /// seconds.
 bool SenderLives(const Sender& sender, std::chrono::steady_clock::time_point last_heard,
                  std::chrono::steady_clock::time_point now);
 
-/// Who is believed on a channel on which only one process has something to say: the first that is heard, for as long as
-/// it lives. There are no keys: who is first when all begin is not known. So the first is not believed before it has
-/// been the only one for a moment, and when there are two in its first seconds, neither is until one has ended. Later
-/// it is the first that stays.
+/// Who has the role to which a channel belongs (BusRole), as far as this host sees.
+enum class RoleHolder {
+  kNobody,
+  kSender,   ///< the process that sent the message
+  kAnother,  ///< another process
+  kUnknown   ///< a process of which it cannot be told which sockets it has
+};
+
+/// Who is believed on a channel on which only one process has something to say: at once the process that has the
+/// channel's role on this host, and no other. Where none is known to have it, the first that is heard, for as long as it
+/// lives. There are no keys.
 class SoleSender {
  public:
   using Clock = std::chrono::steady_clock;
-  /// How long the first one must be the only one. What answers at once, and wrongly, is found out by the right answer.
-  static constexpr auto kProbation = std::chrono::milliseconds(100);
-  /// The same where the right answer comes later, since who gives it must first believe in the sender of the question.
-  static constexpr auto kProbationOfAnswers = 4 * kProbation;
-  /// How long another one may still show that the first was not the right one.
-  static constexpr auto kYoung = std::chrono::seconds(2);
 
   enum class Verdict {
-    kBelieved,   ///< from the one sender
-    kUndecided,  ///< keep it, and ask again later
-    kRefused     ///< from another one
+    kBelieved,
+    kChanged,  ///< believed, and not the one that was before
+    kRefused
   };
 
-  /// lives: whether a sender is still there that was heard last at that time. By default: SenderLives.
+  /// Both are asked seldom: they take system calls.
+  using FindRole = std::function<RoleHolder(const Sender&)>;
   using Lives = std::function<bool(const Sender&, Clock::time_point last_heard, Clock::time_point now)>;
-  explicit SoleSender(std::chrono::milliseconds probation = kProbation, Lives lives = SenderLives);
+  explicit SoleSender(FindRole find_role, Lives lives = SenderLives);
 
-  /// A message has come. heard: false to ask once more about one that came before.
-  Verdict Judge(const Sender& sender, Clock::time_point now, bool heard = true);
-
-  /// Whether there are several at the moment and none is believed.
-  bool contested() const { return !believed_ && candidates_.size() > 1; }
+  /// A message has come.
+  Verdict Judge(const Sender& sender, Clock::time_point now);
 
  private:
-  struct Candidate {
-    Sender sender;
-    Clock::time_point last_heard;
-  };
+  Verdict Believe(const Sender& sender, bool has_role, Clock::time_point now);
+  void LoseRoleHolder(Clock::time_point now);
 
-  void DropDead(Clock::time_point now);
-  Candidate* Find(const Sender& sender);
-
-  std::chrono::milliseconds probation_;
+  FindRole find_role_;
   Lives lives_;
-  bool believed_ = false;              ///< the only candidate is the sender
-  std::vector<Candidate> candidates_;  ///< that live; few, since a sender that is believed keeps the others out
-  Clock::time_point alone_since_{};
-  Clock::time_point next_look_{};  ///< for dead ones
+  std::optional<Sender> sender_;  ///< that is believed
+  std::optional<Sender> last_;    ///< that was believed last
+  bool has_role_ = false;         ///< it is, because it has the role
+  Clock::time_point last_heard_{};
+  Clock::time_point next_check_{};                  ///< of the one that is believed
+  std::array<Clock::time_point, 64> next_looks_{};  ///< at others, by their ports: a flood does not shut one out
+  Clock::time_point vacant_until_{};                ///< the role's holder has gone: another one is waited for so long
 };
 
 }  // namespace crsm

@@ -56,7 +56,7 @@ class LaserPublisher {
         position_(command_line.settings().position),
         progress_(command_line.program()) {
     service_.TakeRole(kPublisherRole);
-    service_.bus().SubscribeToOne<map_delta_t>(kMapDeltaChannel, [this](const map_delta_t& delta) {
+    service_.bus().SubscribeToOne<map_delta_t>(kMapDeltaChannel, kMapOwnerRole, [this](const map_delta_t& delta) {
       if (delta.num_requests == 0 && delta.utime == awaited_utime_) mapped_ = true;
     });
   }

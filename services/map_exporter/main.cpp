@@ -53,7 +53,7 @@ class MapExporter {
                        [this](std::span<const TileChange> changes) { return Apply(changes); },
                        [this](const ScanMatch& match) { Add(match); }}) {
     Bus& bus = service_.bus();
-    bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel, [this](const critical_rays_t& message) {
+    bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel, kSelectorRole, [this](const critical_rays_t& message) {
       last_scan_ = FromMessage(message);
       statistics_.Add(last_scan_.utime, last_scan_.rays);
     });

@@ -39,11 +39,10 @@ class MapUpdaterService {
     news_.Skip(mapper_);
     if (mapper_.closes_loops()) LinkToLoopCloser(command_line.parameters().loops.lag);
     Bus& bus = service_.bus();
-    bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel,
+    bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel, kSelectorRole,
                                         [this](const critical_rays_t& message) { Hold(FromMessage(message)); });
-    bus.SubscribeToOne<scan_match_t>(
-        kScanMatchChannel, [this](const scan_match_t& message) { matches_.Push(FromMessage(message)); },
-        SoleSender::kProbationOfAnswers);
+    bus.SubscribeToOne<scan_match_t>(kScanMatchChannel, kMatcherRole,
+                                     [this](const scan_match_t& message) { matches_.Push(FromMessage(message)); });
     bus.Subscribe<map_request_t>(kMapRequestChannel, [this](const map_request_t& request) { AnswerRequest(request); });
   }
 
@@ -69,9 +68,8 @@ class MapUpdaterService {
                       [this](KeyframeId keyframe) { KeepSearched(keyframe); },
                   });
     link_->SetEpoch(options_.epoch);
-    bus.SubscribeToOne<pose_graph_t>(
-        kPoseGraphChannel, [this](const pose_graph_t& message) { link_->Take(message, Clock::now()); },
-        SoleSender::kProbationOfAnswers);
+    bus.SubscribeToOne<pose_graph_t>(kPoseGraphChannel, kLoopCloserRole,
+                                     [this](const pose_graph_t& message) { link_->Take(message, Clock::now()); });
     bus.Subscribe<keyframe_request_t>(kKeyframeRequestChannel, [this, &bus](const keyframe_request_t& request) {
       link_->Answer(request, bus.sender(), Clock::now());
     });

@@ -29,10 +29,12 @@ LiveRobot::LiveRobot(const CommandLine& command_line)
                      [this](std::span<const TileChange> changes) { return Apply(changes); },
                      [this](const ScanMatch& match) { Add(match); }}) {
   Bus& bus = service_.bus();
-  bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel,
+  bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel, kSelectorRole,
                                       [this](const critical_rays_t& message) { scans_.Hold(FromMessage(message)); });
-  bus.SubscribeToOne<scan_match_t>(kScanMatchChannel, [this](const scan_match_t& message) { Hear(message); });
-  bus.SubscribeToOne<bot_core::pose_t>(kLocalPoseChannel, [this](const bot_core::pose_t& message) { Hear(message); });
+  bus.SubscribeToOne<scan_match_t>(kScanMatchChannel, kMatcherRole,
+                                   [this](const scan_match_t& message) { Hear(message); });
+  bus.SubscribeToOne<bot_core::pose_t>(kLocalPoseChannel, kMatcherRole,
+                                       [this](const bot_core::pose_t& message) { Hear(message); });
   bus.Subscribe<service_status_t>(kEveryServiceStatus, [this](const service_status_t& status) { Keep(status); });
 }
 

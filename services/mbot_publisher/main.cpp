@@ -25,7 +25,7 @@ class MbotPublisher {
         map_follower_(service_, MapFollower::View::kWhole,
                       {[this](double cell_size_m) { map_.emplace(cell_size_m); },
                        [this](std::span<const TileChange> changes) { return Apply(changes); }}) {
-    service_.bus().SubscribeToOne<scan_match_t>(kScanMatchChannel, [this](const scan_match_t& message) {
+    service_.bus().SubscribeToOne<scan_match_t>(kScanMatchChannel, kMatcherRole, [this](const scan_match_t& message) {
       if (std::exchange(utime_, message.utime) == message.utime) return;  // sent again
       const auto start = Clock::now();
       service_.bus().Publish(kMbotPoseChannel, ToMbotPose(FromMessage(message)));

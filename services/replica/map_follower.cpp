@@ -12,7 +12,7 @@ MapFollower::MapFollower(Service& service, View view, Keeper keeper)
                 std::move(keeper.add)},
                view),
       stall_watch_(service.name(), Say) {
-  service_.bus().SubscribeToOne<map_delta_t>(view == View::kWhole ? kWholeMapChannel : kMapDeltaChannel,
+  service_.bus().SubscribeToOne<map_delta_t>(view == View::kWhole ? kWholeMapChannel : kMapDeltaChannel, kMapOwnerRole,
                                              [this](const map_delta_t& delta) { Handle(delta); });
 }
 

@@ -13,7 +13,8 @@ namespace crsm {
 LoopCloserStage::LoopCloserStage(const CommandLine& command_line, MakeLoopCloser make_closer)
     : settings_(command_line.settings()), service_(command_line), answers_(std::move(make_closer)) {
   service_.TakeRole(kLoopCloserRole);
-  service_.bus().SubscribeToOne<keyframe_t>(kKeyframeChannel, [this](const keyframe_t& message) { Answer(message); });
+  service_.bus().SubscribeToOne<keyframe_t>(kKeyframeChannel, kMapOwnerRole,
+                                            [this](const keyframe_t& message) { Answer(message); });
 }
 
 void LoopCloserStage::Run() {

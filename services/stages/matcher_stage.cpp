@@ -50,7 +50,7 @@ MatcherStage::MatcherStage(const CommandLine& command_line, MakeMatcher make_mat
       stall_watch_(service_.name(), Say) {
   service_.TakeRole(kMatcherRole);
   service_.bus().SubscribeToOne<critical_rays_t>(
-      kCriticalRaysChannel, [this](const critical_rays_t& message) { Receive(FromMessage(message)); });
+      kCriticalRaysChannel, kSelectorRole, [this](const critical_rays_t& message) { Receive(FromMessage(message)); });
   if (!parameters_.odometry) return;
   const std::string channel = settings_.odometry_topic.empty() ? kOdometryChannel : settings_.odometry_topic;
   service_.bus().SubscribeBytes(channel, [this](std::span<const std::uint8_t> bytes) {

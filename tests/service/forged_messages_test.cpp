@@ -134,9 +134,6 @@ void AskForEverything(TestBus& bus) {
   });
 }
 
-/// Lets the services know each other for longer than one of them is new to the others.
-void Rest() { std::this_thread::sleep_for(SoleSender::kYoung + std::chrono::milliseconds(200)); }
-
 struct Course {
   TemporaryFolder folder;
   std::string url = MakeBusUrl();
@@ -179,7 +176,6 @@ TEST_CASE("messages that are forged during a run in lockstep change nothing in i
     REQUIRE(course.stack.StartPublisher(course.folder / "run.lcm", "max"));
     REQUIRE(map.AwaitVersion(5));
     course.stack["laser_publisher"].Signal(SIGSTOP);
-    Rest();
     attack(bus);
     course.stack["laser_publisher"].Signal(SIGCONT);
     CHECK(bus.Await([&] { return !course.stack["laser_publisher"].IsRunning(); }));
@@ -239,17 +235,13 @@ TEST_CASE("requests that are forged in another's name leave no hole in its map; 
   }
 }
 
-TEST_CASE("forged from the first scan on, nothing is mapped; when the attacker has left, the map is the right one") {
+TEST_CASE("matches that are forged from the first scan on are refused, and the map is the right one") {
   Course course;
-  auto bus = std::make_unique<TestBus>(course.url);
-  ForgeMatches(*bus);
-  MapWatcher map(course.url);
+  TestBus bus(course.url);
+  ForgeMatches(bus);
   REQUIRE(course.stack.StartPublisher(course.folder / "run.lcm", "max"));
-  CHECK(bus->Await(
-      [&] { return course.stack["map_updater"].errors().find("is refused: several processes") != std::string::npos; }));
-  for (int i = 0; i < 100; ++i) (*bus)->Wait(10);
-  CHECK(course.stack["laser_publisher"].IsRunning());
-  bus.reset();
+  CHECK(bus.Await([&] { return !course.stack["laser_publisher"].IsRunning(); }));
+  CHECK(course.stack["map_updater"].errors().find("is refused: another process") != std::string::npos);
   course.CheckSameMap();
 }
 
