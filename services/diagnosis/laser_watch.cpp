@@ -24,12 +24,13 @@ bool IsOurs(const std::string& channel) {
 
 }  // namespace
 
-LaserWatch::LaserWatch(Service& service, const ScanParameters& parameters, std::string channel)
+LaserWatch::LaserWatch(Service& service, const Parameters& parameters, std::string channel)
     : service_(service),
       channel_(service.bus().prefix() + std::move(channel)),
-      parameters_(parameters),
-      judge_(parameters),
-      silence_(Clock::now()) {
+      parameters_(parameters.scan),
+      judge_(parameters.scan),
+      silence_(Clock::now()),
+      study_(parameters) {
   service_.bus().Subscribe<service_status_t>(
       ServiceStatusChannel("laser_publisher"),
       [this](const service_status_t& status) { silence_.HearPublisher(Clock::now(), status.state); });
@@ -47,6 +48,7 @@ void LaserWatch::Hear(const LaserScan& scan, const LaserType& type) {
   left_out_.Take();
   for (const std::string& complaint : judge_.Look(scan)) SayOf(complaint);
   if (handedness_) JudgeHandedness(scan, type);
+  if (!silence_.publisher_heard()) study_.Add(scan);
 }
 
 void LaserWatch::JudgeHandedness(const LaserScan& scan, const LaserType& type) {
@@ -70,6 +72,7 @@ void LaserWatch::Refuse(std::span<const std::uint8_t> bytes) {
 
 void LaserWatch::Poll() {
   const auto now = Clock::now();
+  for (const std::string& finding : study_.TakeFindings()) SayOf(finding);
   switch (silence_.Look(now)) {
     case LaserSilence::Verdict::kNothingYet:
       return ListenToAll();

@@ -14,17 +14,19 @@
 #include "services/bus/service.hpp"
 #include "services/diagnosis/laser_silence.hpp"
 #include "services/diagnosis/left_out_news.hpp"
+#include "services/diagnosis/live_study.hpp"
 #include "services/wire/laser_types.hpp"
 
 namespace crsm {
 
 /// Says on stderr, in a line that names the mend, what is wrong with a live laser: nothing on its channel, messages of
-/// a wrong type or with angles in degrees, what LaserJudge sees in its scans, that they turn against the robot's
-/// odometry where there is some, and that it has fallen silent.
+/// a wrong type or with angles in degrees, what LaserJudge and LiveStudy see in its scans, that they turn against the
+/// robot's odometry where there is some, and that it has fallen silent. Scans that a publisher of ours sends are not
+/// studied: who reads logs has done so.
 class LaserWatch {
  public:
   /// channel: of the laser, without prefix.
-  LaserWatch(Service& service, const ScanParameters& parameters, std::string channel);
+  LaserWatch(Service& service, const Parameters& parameters, std::string channel);
 
   /// A scan came, also one that is sent again, in a message of that type.
   void Hear(const LaserScan& scan, const LaserType& type);
@@ -54,6 +56,7 @@ class LaserWatch {
   std::optional<HandednessJudge> handedness_;  ///< from the first odometry until it has told
   bool handedness_told_ = false;
   LaserSilence silence_;
+  LiveStudy study_;
   LeftOutNews left_out_;
   std::set<std::string> said_;  ///< by SayOnce
   bool others_came_ = false;    ///< scans of other lasers

@@ -27,7 +27,7 @@ std::string LaserChannel(const Settings& settings) {
 SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
     : service_(command_line),
       select_(std::move(select)),
-      watch_(service_, command_line.parameters().scan, LaserChannel(command_line.settings())),
+      watch_(service_, command_line.parameters(), LaserChannel(command_line.settings())),
       frames_(command_line.settings().laser_frame),
       scans_(service_.counters()) {
   service_.TakeRole(kSelectorRole);

@@ -17,8 +17,8 @@ namespace {
 /// A ray_selector, and a driver that talks to it.
 class Driver {
  public:
-  explicit Driver(std::vector<std::string> flags = {})
-      : lcm_(url_), scans_(TakeScans("sim:demo", 60)), selector_("ray_selector", Complete(flags), folder_ / "log") {
+  explicit Driver(std::vector<std::string> flags = {}, std::vector<LaserScan> scans = TakeScans("sim:demo", 60))
+      : lcm_(url_), scans_(std::move(scans)), selector_("ray_selector", Complete(flags), folder_ / "log") {
     REQUIRE(selector_.AwaitReady());
   }
 
@@ -129,6 +129,16 @@ TEST_CASE("degrees, millimetres, a clock without time and a range that is too sh
     const auto& change_one = change;
     CheckLine(driver.AwaitComplaint([&] { driver.Publish("LASER", change_one); }), expected, {});
   }
+}
+
+TEST_CASE("a laser whose beams are measured in the other order than the flags say is told so while it runs") {
+  Driver driver({"--preset", "rplidar-a1", "--sweep-s", "-0.15"}, TakeScans("sim:arena", 340));
+  for (int i = 0; i < 340; ++i) {
+    driver.PublishGood("LASER");
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  CheckLine(driver.AwaitComplaint(), "LASER: the beams are said to take -0.15 s, but ",
+            {"scans that turn fit better otherwise: --no-beam-times --sweep-s 0.15"});
 }
 
 TEST_CASE("a driver of which every second message is no scan is said to be left out in part") {
