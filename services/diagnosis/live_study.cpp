@@ -44,8 +44,8 @@ void LiveStudy::Add(const LaserScan& scan) {
   const bool is_last = due_at_ == kScansOfStudy;
   due_at_ = is_last ? 0 : kScansOfStudy;
   study_ = std::async(std::launch::async, [parameters = parameters_, scans = is_last ? std::move(scans_) : scans_] {
-    constexpr int kLast = 19;
-    setpriority(PRIO_PROCESS, 0, kLast);  // of this thread alone
+    constexpr int kNice = 5;
+    setpriority(PRIO_PROCESS, 0, kNice);  // of this thread alone
     return DescribeStudy(scans, parameters);
   });
 }

@@ -123,7 +123,7 @@ TEST_CASE("the page of a viewer has the owner's map, the robot's scans, its path
 TEST_CASE("the viewer and the owner of the map may be killed: the next page is whole again", "[viewer]") {
   const TemporaryFolder folder;
   const std::string url = MakeBusUrl();
-  Stack stack({url, folder / "out", {}});
+  Stack stack({url, folder / "out", {}, false});
   REQUIRE(stack.StartServices());
   REQUIRE(stack.StartPublisher("sim:demo", "20"));
   auto viewer = std::make_unique<Viewer>(std::vector<std::string>{"--lcm-url", url}, folder);
@@ -163,7 +163,7 @@ TEST_CASE("a match is on the page within a moment, also when many come", "[viewe
   REQUIRE(page.Await([&] { return page->robot_utime == 300; }));
   CHECK(page->num_robots < 250);  // no screen shows more than about 60 in a second
   CHECK(page->num_rays == 3);
-  REQUIRE(page.Await([&] { return page->fitnesses.size() >= 290; }));  // the first wait until their sender is believed
+  REQUIRE(page.Await([&] { return page->fitnesses.size() >= 290; }));
 }
 
 TEST_CASE("prints how long a match takes to a page", "[.viewer_latency]") {
