@@ -61,11 +61,11 @@ struct MatchParameters {
   bool final_climb = true;
   bool smooth_climb = false;
   double spacing_cap_m = 0.3;
-  double summit_rad = 0.02;       ///< half the width of the summit in whose middle the yaw is
-  double pull_per_m2 = 0.5;       ///< weight of the distance from the presumed pose
+  double summit_rad = 0.02;       ///< half the width of the optimum in whose middle the yaw is
+  double pull_per_m2 = 0.5;       ///< weight of the distance from the initial guess
   double axis_pull_per_m2 = 7.0;  ///< ... along an axis that the walls leave open
   double axis_window_m = 1.0;     ///< +- along such an axis
-  double good_ratio = 0.95;       ///< of the usual fitness: the search stops here
+  double good_ratio = 0.95;       ///< of the baseline fitness: the search stops here
   double lost_ratio = 0.7;        ///< ... below here the wide window is searched, and then the scan is lost
   int wide_evaluations = 10000;
   double wide_window_m = 0.6;                 ///< +- in x and y

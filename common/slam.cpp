@@ -26,7 +26,7 @@ Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_od
   step.match = MatchScan(*matcher_, step.scan, tracking_, T_odom_robot, loops_);
   step.match.map_version = map_version();
   step.drawn = Integrate(&step.scan, step.match);
-  step.updates = OfferFound(std::max(0, loops_.lag - 1));  // before they would take effect with the next keyframe
+  step.updates = AcceptFound(std::max(0, loops_.lag - 1));  // before they would take effect with the next keyframe
   return step;
 }
 
@@ -52,10 +52,10 @@ void Slam::SearchNew() {
 }
 
 /// Tells the mapper what was found by all keyframes but the newest ones. Returns what it did not know.
-std::vector<GraphUpdate> Slam::OfferFound(int num_left) {
+std::vector<GraphUpdate> Slam::AcceptFound(int num_left) {
   SearchNew();
   std::vector<GraphUpdate> found = loop_closer_->Take(num_left);
-  std::erase_if(found, [&](const GraphUpdate& update) { return !mapper_.Offer(update); });
+  std::erase_if(found, [&](const GraphUpdate& update) { return !mapper_.Accept(update); });
   auto searched = mapper_.graph().newest();
   for (int i = 0; i < num_left && searched; ++i) searched = mapper_.graph().Before(*searched);
   if (searched) mapper_.NoteSearched(*searched);
@@ -67,13 +67,13 @@ bool Slam::Restore(const CriticalRays* scan, const ScanMatch& match) {
   return Integrate(scan, match);
 }
 
-bool Slam::Restore(const GraphUpdate& update) { return mapper_.Offer(update); }
+bool Slam::Restore(const GraphUpdate& update) { return mapper_.Accept(update); }
 
 bool Slam::RestoreSearched(KeyframeId keyframe) { return mapper_.NoteSearched(keyframe); }
 
 std::vector<GraphUpdate> Slam::AwaitLoops() {
   DrawRestored();
-  return OfferFound(0);
+  return AcceptFound(0);
 }
 
 void Slam::Resume(const std::optional<Pose2>& T_map_laser) {
@@ -94,7 +94,7 @@ void Slam::FinishMap() {
   tracking_ = TrackingState::OnFinishedMap();
 }
 
-Slam::Outcome Slam::Conclude(std::span<ScanMatch> matches) {
+Slam::Outcome Slam::Finalize(std::span<ScanMatch> matches) {
   AwaitLoops();
   std::int64_t scan = 0;
   for (ScanMatch& match : matches) match = mapper_.BestMatch(scan++, match);

@@ -88,15 +88,15 @@ class Slam {
     std::vector<PlacedLoop> loops;
   };
   /// matches: of all scans, in their order; each is moved to where it belongs. Those of other components are lost.
-  Outcome Conclude(std::span<ScanMatch> matches);
-  /// With loops, after Conclude: all that was seen on the piece of that number, as of Mapper::FindComponent.
+  Outcome Finalize(std::span<ScanMatch> matches);
+  /// With loops, after Finalize: all that was seen on the piece of that number, as of Mapper::FindComponent.
   ByteMap DrawPiece(int number) const;
 
  private:
   bool Integrate(const CriticalRays* scan, const ScanMatch& match);
   void DrawRestored();
   void SearchNew();
-  std::vector<GraphUpdate> OfferFound(int num_left);
+  std::vector<GraphUpdate> AcceptFound(int num_left);
 
   UpdateParameters drawing_;
   RaySelector selector_;

@@ -4,7 +4,7 @@ namespace crsm {
 
 ByteMap DrawScans(const UpdateParameters& drawing, std::span<const PlacedScan> scans) {
   ByteMap cells(drawing.cell_size_m);
-  for (const TileChange& tile : MapUpdater(drawing).DrawAnew(scans)) cells.Apply(tile);
+  for (const TileChange& tile : MapUpdater(drawing).Redraw(scans)) cells.Apply(tile);
   return cells;
 }
 

@@ -15,8 +15,8 @@ struct GraphConstants {
   struct Edges {
     /// A match is good to a fifth of a cell of 0.05 m.
     MotionSigma motion{0.01, 0.01, 0.0015};
-    /// Along an open axis to a cell: there the motion before decides.
-    double along_open_axis_m = 0.05;
+    /// Along a degenerate direction to a cell: there the motion before decides.
+    double along_degenerate_axis_m = 0.05;
     /// Over lost scans so many times as much.
     double across_lost = 10.0;
     /// Over a break nobody knows anything. It keeps components that hang on nothing from drifting while others are
@@ -142,7 +142,7 @@ struct GraphConstants {
     double period_m = 20.0;       ///< of looks which keyframes belong there
     double bearable_reach = 3.0;  ///< times its reach along the graph: what lies within may stay ...
     double far_away = 0.5;        ///< ... if it is so many times its reach away as the crow flies
-    double tie_m = 2.5;           ///< from a keyframe of long ago to one that is tied to it
+    double constraint_m = 2.5;    ///< from a keyframe of long ago to one that is tied to it
     double place_m = 1.5;         ///< of those of long ago the newest of each place ...
     double direction_rad = 0.35;  ///< ... and direction is drawn
   };

@@ -12,11 +12,11 @@ std::optional<double> ComputeContradictionByOthers(const KeyframeGraph& graph, c
   const auto nearest = graph.FindNearest(graph.pose(newest), newest, newest.trajectory, joins.checked_within_m);
   if (!nearest) return std::nullopt;
   const Eigen::Matrix2Xd points_m = CollectRecentPoints(graph, newest, farthest_m, constants.submaps);
-  const Pose2 presumed = Inverse(graph.pose(*nearest)) * graph.pose(newest);
+  const Pose2 initial_guess = Inverse(graph.pose(*nearest)) * graph.pose(newest);
   const Submap submap = MakeSubmap(graph, *nearest, newest, constants.submaps);
-  const HitPyramid pyramid(CollectHits(graph, submap, presumed, farthest_m + joins.cell_m), joins.cell_m,
+  const HitPyramid pyramid(CollectHits(graph, submap, initial_guess, farthest_m + joins.cell_m), joins.cell_m,
                            CollectRays(graph, submap, joins.seen_m, joins.shorter_m));
-  const auto [on_hits, on_free] = pyramid.Lay(points_m, presumed);
+  const auto [on_hits, on_free] = pyramid.Lay(points_m, initial_guess);
   if (on_hits + on_free < constants.submaps.fewest_points) return std::nullopt;
   return static_cast<double>(on_free) / (on_hits + on_free);
 }

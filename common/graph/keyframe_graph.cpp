@@ -16,11 +16,11 @@ GraphEdge MakeMatchedEdge(int older, int index, const Pose2& T_older_this, const
                           const GraphConstants::Edges& constants) {
   MotionSigma sigma = constants.motion;
   Eigen::Vector2d axis = Eigen::Vector2d::UnitX();
-  if (keyframe.open_axis) {
+  if (keyframe.degenerate_axis) {
     const auto [sin, cos] = ComputeSinCos(T_older_this.yaw_rad);
-    const Eigen::Vector2d& open = *keyframe.open_axis;
+    const Eigen::Vector2d& open = *keyframe.degenerate_axis;
     axis = {cos * open.x() - sin * open.y(), sin * open.x() + cos * open.y()};
-    sigma.x_m = constants.along_open_axis_m;
+    sigma.x_m = constants.along_degenerate_axis_m;
   }
   if (keyframe.after_lost && older == index - 1) {
     const double times = constants.across_lost;
@@ -70,7 +70,7 @@ GraphEdge MakeWheelEdge(int index, const WheelMotion& motion) {
 
 /// Whether the wheels say something of a motion that its match does not know better.
 bool DoWheelsTell(const Keyframe& keyframe) {
-  return keyframe.by_wheels && !keyframe.begins && (keyframe.open_axis || keyframe.after_lost);
+  return keyframe.by_wheels && !keyframe.begins && (keyframe.degenerate_axis || keyframe.after_lost);
 }
 
 /// From the keyframe before. Over a break that nothing bridges, the poses as they are.
@@ -105,7 +105,8 @@ KeyframeId KeyframeGraph::Add(Keyframe keyframe) {
   const KeyframeId id = LastOf(num_trajectories() - 1);
   const Keyframe& added = trajectory.keyframes.back();
   if (!added.begins) Link(*before, id, Length(added.T_previous_this));
-  if (added.tie && !added.tie_wrong) Link(added.tie->keyframe, id, Length(added.tie->T_keyframe_this));
+  if (added.constraint && !added.constraint_wrong)
+    Link(added.constraint->keyframe, id, Length(added.constraint->T_keyframe_this));
   return id;
 }
 
@@ -124,10 +125,11 @@ void KeyframeGraph::DropLoop(const Loop& loop) {
   if (loop.older.trajectory != loop.newer.trajectory) UpdateComponents();
 }
 
-void KeyframeGraph::DropTies(KeyframeId first) {
+void KeyframeGraph::DropConstraints(KeyframeId first) {
   for (std::optional<KeyframeId> id = first; id; id = After(*id)) {
     Keyframe& at = of(id->trajectory).keyframes[Index(*id)];
-    if (at.tie && !std::exchange(at.tie_wrong, true)) Unlink(at.tie->keyframe, *id, Length(at.tie->T_keyframe_this));
+    if (at.constraint && !std::exchange(at.constraint_wrong, true))
+      Unlink(at.constraint->keyframe, *id, Length(at.constraint->T_keyframe_this));
   }
 }
 
@@ -282,7 +284,7 @@ std::vector<std::pair<KeyframeId, double>> KeyframeGraph::FindWithin(KeyframeId 
     if (distance > KnownDistance(at)) continue;
     found.emplace_back(at, distance);
     for (const auto& [next, length_m] : of(at.trajectory).links[Index(at)]) {
-      if (!HangTogether(at, next)) continue;  // a tie that was made while they did
+      if (!HangTogether(at, next)) continue;  // a constraint that was made while they did
       const double there_m = distance + length_m;
       double& known_m = KnownDistance(next);
       if (there_m > reach_m || there_m >= known_m) continue;
@@ -306,8 +308,9 @@ PoseGraph KeyframeGraph::MakePoseGraph() const {
     const Keyframe& at = keyframe(id);
     graph.AddEdge(MakeMotionEdge(*this, id, index, constants_));
     if (DoWheelsTell(at)) graph.AddEdge(MakeWheelEdge(index, *at.by_wheels));
-    if (!at.tie || at.tie_wrong || !HangTogether(at.tie->keyframe, id)) continue;
-    graph.AddEdge(MakeMatchedEdge(indices(at.tie->keyframe), index, at.tie->T_keyframe_this, at, constants_));
+    if (!at.constraint || at.constraint_wrong || !HangTogether(at.constraint->keyframe, id)) continue;
+    graph.AddEdge(
+        MakeMatchedEdge(indices(at.constraint->keyframe), index, at.constraint->T_keyframe_this, at, constants_));
   }
   for (const Loop& loop : loops_) graph.AddEdge(MakeLoopEdge(loop, indices, constants_.loop));
   return graph;
@@ -338,7 +341,7 @@ std::vector<Loop> KeyframeGraph::Optimise() {
 void KeyframeGraph::Apply(const GraphUpdate& update) {
   for (const Loop& loop : update.closed) AddLoop(loop);
   for (const Loop& loop : update.taken_out) DropLoop(loop);
-  if (update.ties_wrong_from) DropTies(*update.ties_wrong_from);
+  if (update.ties_wrong_from) DropConstraints(*update.ties_wrong_from);
   PutRight(update, poses_);
 }
 

@@ -30,10 +30,10 @@ inline const Pose2& At(const KeyframePoses& poses, KeyframeId id) {
 }
 
 /// A match on a part of the map that was drawn long ago: where the robot stands by it.
-struct Tie {
+struct ProximityConstraint {
   KeyframeId keyframe;  ///< the older one
   Pose2 T_keyframe_this;
-  friend bool operator==(const Tie&, const Tie&) = default;
+  friend bool operator==(const ProximityConstraint&, const ProximityConstraint&) = default;
 };
 
 /// A scan that was drawn into the map.
@@ -45,12 +45,12 @@ struct Keyframe {
   Pose2 T_previous_this;
   /// The same by the wheels, where they are believed. Where a trajectory begins, they bridge the break.
   std::optional<WheelMotion> by_wheels = std::nullopt;
-  bool after_lost = false;                                  ///< scans were lost between the two
-  bool begins = false;                                      ///< a trajectory
-  bool begins_anywhere = false;                             ///< ... of another drive: nothing is known of its place
-  std::optional<Eigen::Vector2d> open_axis = std::nullopt;  ///< laser frame: along it the walls did not tell
-  std::optional<Tie> tie = std::nullopt;
-  bool tie_wrong = false;                          ///< the map on which it was matched was found wrong since
+  bool after_lost = false;       ///< scans were lost between the two
+  bool begins = false;           ///< a trajectory
+  bool begins_anywhere = false;  ///< ... of another drive: nothing is known of its place
+  std::optional<Eigen::Vector2d> degenerate_axis = std::nullopt;  ///< laser frame: along it the walls did not tell
+  std::optional<ProximityConstraint> constraint = std::nullopt;
+  bool constraint_wrong = false;                   ///< the map on which it was matched was found wrong since
   std::optional<KeyframeId> as_of = std::nullopt;  ///< keyframe of the last GraphUpdate in the map of its match
 };
 
@@ -123,7 +123,7 @@ class KeyframeGraph {
   void DropLoop(const Loop& loop);  ///< nothing if it is not there
 
   /// Takes the ties of a keyframe and of all newer ones for wrong.
-  void DropTies(KeyframeId first);
+  void DropConstraints(KeyframeId first);
 
   /// Keyframes, of all trajectories.
   int size() const { return size_; }

@@ -8,9 +8,9 @@
 #include "common/graph/draw_scans.hpp"
 #include "common/graph/submap.hpp"
 #include "common/match/global_search.hpp"
+#include "common/match/optimum.hpp"
 #include "common/match/place_search.hpp"
 #include "common/match/scored_map.hpp"
-#include "common/match/summit.hpp"
 
 namespace crsm {
 namespace {
@@ -113,14 +113,14 @@ class PlaceFinder {
   Place Find(const HitPyramid& pyramid, KeyframeId middle, const PlaceReach& drift, double least_score,
              int most_evaluations) const {
     return FindPlace(
-        pyramid, points_m_, {PresumedIn(middle), drift.reach_m, drift.reach_rad},
+        pyramid, points_m_, {GuessedIn(middle), drift.reach_m, drift.reach_rad},
         {constants_.submaps.farthest_point_m, least_score, constants_.submaps.rival_share, most_evaluations});
   }
 
   /// Of what the points may come to lie on in a window of that reach.
   HitPyramid MakePyramid(KeyframeId middle, double reach_m) const {
     const GraphConstants::Submaps& submaps = constants_.submaps;
-    return HitPyramid(CollectHits(graph_, MakeSubmap(graph_, middle, *graph_.newest(), submaps), PresumedIn(middle),
+    return HitPyramid(CollectHits(graph_, MakeSubmap(graph_, middle, *graph_.newest(), submaps), GuessedIn(middle),
                                   reach_m + submaps.farthest_point_m),
                       submaps.cell_m);
   }
@@ -137,7 +137,7 @@ class PlaceFinder {
   }
 
  private:
-  Pose2 PresumedIn(KeyframeId middle) const { return Inverse(graph_.pose(middle)) * graph_.pose(*graph_.newest()); }
+  Pose2 GuessedIn(KeyframeId middle) const { return Inverse(graph_.pose(middle)) * graph_.pose(*graph_.newest()); }
 
   const KeyframeGraph& graph_;
   const GraphConstants& constants_;
@@ -200,7 +200,7 @@ std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& find
   const RaysInCells rays = map.InCells(CollectRecentPoints(graph, finding.newer, submaps.farthest_point_m, submaps));
   const auto Fitness = [&](const Pose2& at) { return map.Fitness(rays, at); };
   const auto SmoothFitness = [&](const Pose2& at) { return map.SmoothFitness(rays, at); };
-  const Pose2 pose = FindSummit(finding.T_older_newer, submaps.cell_m, submaps.summit_rad, Fitness, SmoothFitness);
+  const Pose2 pose = FindOptimum(finding.T_older_newer, submaps.cell_m, submaps.summit_rad, Fitness, SmoothFitness);
 
   const Eigen::Matrix2Xd newest_hits_m = ComputeHits(graph.keyframe(finding.newer).rays);
   const bool told_by_rays = finding.by == LoopFinding::By::kSoon || finding.by == LoopFinding::By::kNearby;

@@ -68,7 +68,7 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   const auto [local, bearable] = FindLocal(graph_, loops_.local_map_m, constants_.local_map);
   const std::vector<KeyframeId> needed = ThinOut(local);
   const bool anew = put_right || !std::ranges::includes(bearable, drawn_);
-  const std::vector<TileChange> tiles = anew ? DrawAnew(needed) : DrawMissing(needed);
+  const std::vector<TileChange> tiles = anew ? Redraw(needed) : DrawMissing(needed);
   step.delta.tiles.insert(step.delta.tiles.end(), tiles.begin(), tiles.end());
   return step;
 }
@@ -97,7 +97,7 @@ std::vector<TileChange> Mapper::DrawPutOff() {
   return local_.DrawPutOff(batches);
 }
 
-bool Mapper::Offer(const GraphUpdate& update) {
+bool Mapper::Accept(const GraphUpdate& update) {
   if (update.previous != last_update_ || !graph_.Fits(update)) return false;
   last_update_ = update.keyframe;
   NoteSearched(update.keyframe);
@@ -130,7 +130,7 @@ std::vector<TileChange> Mapper::Finish() {
   std::vector<KeyframeId> all = graph_.ids();
   std::erase_if(all, [&](KeyframeId id) { return !IsKeyframeOnMap(id); });
   std::vector<TileChange> tiles = DrawPutOff();
-  if (loops_.loops) std::ranges::copy(DrawAnew(all), std::back_inserter(tiles));
+  if (loops_.loops) std::ranges::copy(Redraw(all), std::back_inserter(tiles));
   local_.Finish();
   loops_.loops = false;  // what comes is only localised
   return tiles;
@@ -324,12 +324,12 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
   by_wheels_.emplace();
   if (before) {
     keyframe.T_previous_this = Inverse(graph_.pose(*before)) * match.T_map_laser;
-    if (!begins) keyframe.tie = FindTie(match.T_map_laser);
+    if (!begins) keyframe.constraint = FindConstraint(match.T_map_laser);
   }
   if (match.state == MatchState::kDegenerate) {
     const auto [sin, cos] = ComputeSinCos(match.T_map_laser.yaw_rad);
     const auto& [x, y] = match.degenerate_axis;
-    keyframe.open_axis = Eigen::Vector2d(cos * x + sin * y, cos * y - sin * x);
+    keyframe.degenerate_axis = Eigen::Vector2d(cos * x + sin * y, cos * y - sin * x);
   }
   const Pose2 best_pose = before ? At(best_poses_, *before) * keyframe.T_previous_this : Pose2{};
   const bool begins_trajectory = keyframe.begins;
@@ -369,24 +369,25 @@ bool Mapper::Floats() const {
 }
 
 /// The nearest keyframe of long ago that is in the local map.
-std::optional<Tie> Mapper::FindTie(const Pose2& T_map_laser) const {
-  double nearest_m = constants_.local_map.tie_m;
-  std::optional<Tie> tie;
+std::optional<ProximityConstraint> Mapper::FindConstraint(const Pose2& T_map_laser) const {
+  double nearest_m = constants_.local_map.constraint_m;
+  std::optional<ProximityConstraint> constraint;
   for (const KeyframeId id : drawn_) {
     if (!IsLongAgo(graph_, id, constants_.submaps.long_ago_m)) break;
     const Pose2 T_keyframe_laser = Inverse(graph_.pose(id)) * T_map_laser;
     const double distance_m = Length(T_keyframe_laser);
     if (distance_m >= nearest_m) continue;
     nearest_m = distance_m;
-    tie = Tie{id, T_keyframe_laser};
+    constraint = ProximityConstraint{id, T_keyframe_laser};
   }
-  return tie;
+  return constraint;
 }
 
 /// Those of the local map that are needed in it: of long ago the newest of each place and direction. So drawing it
 /// costs the same however often the robot has passed there.
 std::vector<KeyframeId> Mapper::ThinOut(const std::vector<KeyframeId>& local) const {
-  const auto& [place_m, direction_rad] = std::tie(constants_.local_map.place_m, constants_.local_map.direction_rad);
+  const auto& [place_m, direction_rad] =
+      std::tie(constants_.local_map.place_m, constants_.local_map.direction_rad);
   const auto Round = [](double value, double step) { return static_cast<int>(std::floor(value / step)); };
   std::set<std::array<int, 3>> taken;
   std::vector<KeyframeId> needed;
@@ -411,10 +412,10 @@ void Mapper::NotePutOff(const std::vector<KeyframeId>& keyframes, bool anew) {
   for (const KeyframeId id : keyframes) put_off_->back().scans.emplace_back(id, graph_.pose(id));
 }
 
-std::vector<TileChange> Mapper::DrawAnew(const std::vector<KeyframeId>& keyframes) {
+std::vector<TileChange> Mapper::Redraw(const std::vector<KeyframeId>& keyframes) {
   drawn_ = keyframes;
   NotePutOff(keyframes, true);
-  return local_.DrawAnew(Place(keyframes));
+  return local_.Redraw(Place(keyframes));
 }
 
 std::vector<TileChange> Mapper::DrawMissing(const std::vector<KeyframeId>& keyframes) {

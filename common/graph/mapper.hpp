@@ -46,7 +46,7 @@ class Mapper {
   /// What a keyframe of this mapper's has brought to the graph. It takes effect on the local map some keyframes later,
   /// `lag` of them if it comes before: so loops can be searched while the robot drives on. False, and nothing is done,
   /// if it is not the one that follows the last.
-  bool Offer(const GraphUpdate& update);
+  bool Accept(const GraphUpdate& update);
 
   /// No more updates come of this keyframe and those before it. False, and nothing is done, if it is not there.
   bool NoteSearched(KeyframeId keyframe);
@@ -138,10 +138,10 @@ class Mapper {
   void CountNewest(bool begins);
   bool ApplyDue(int lag);
   bool Floats() const;
-  std::optional<Tie> FindTie(const Pose2& T_map_laser) const;
+  std::optional<ProximityConstraint> FindConstraint(const Pose2& T_map_laser) const;
   std::vector<PlacedScan> Place(const std::vector<KeyframeId>& keyframes) const;
   void NotePutOff(const std::vector<KeyframeId>& keyframes, bool anew);
-  std::vector<TileChange> DrawAnew(const std::vector<KeyframeId>& keyframes);
+  std::vector<TileChange> Redraw(const std::vector<KeyframeId>& keyframes);
   std::vector<TileChange> DrawMissing(const std::vector<KeyframeId>& keyframes);
   std::vector<KeyframeId> ThinOut(const std::vector<KeyframeId>& local) const;
 

@@ -38,7 +38,7 @@ std::optional<LoopFinding> FoundElsewhere(const EarlierSearch& earlier) {
 }  // namespace
 
 std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe, const std::optional<EarlierSearch>& earlier) {
-  keyframe.tie_wrong = keyframe.as_of < ties_wrong_before_;
+  keyframe.constraint_wrong = keyframe.as_of < constraints_wrong_before_;
   GraphUpdate update;
   update.keyframe = graph_.Add(std::move(keyframe));
   if (join_check_.IsContradicted(graph_)) {
@@ -58,8 +58,8 @@ std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe, const std::o
   if (update.closed.empty()) return update;
   if (checked) {
     update.ties_wrong_from = graph_.After(verified_);
-    graph_.DropTies(*update.ties_wrong_from);
-    ties_wrong_before_ = update.keyframe;
+    graph_.DropConstraints(*update.ties_wrong_from);
+    constraints_wrong_before_ = update.keyframe;
   }
   verified_ = update.keyframe;
   const KeyframePoses before = graph_.poses();

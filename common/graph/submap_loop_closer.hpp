@@ -63,7 +63,7 @@ class SubmapLoopCloser : public LoopCloser {
   KeyframeId verified_;               ///< the last keyframe of which it is known that it is where the graph says
   std::optional<KeyframeId> update_;  ///< keyframe of the last update
   /// Keyframe of the last update that took ties for wrong: those that were matched on a map before it are, too.
-  std::optional<KeyframeId> ties_wrong_before_;
+  std::optional<KeyframeId> constraints_wrong_before_;
 };
 
 }  // namespace crsm

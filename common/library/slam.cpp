@@ -144,7 +144,7 @@ Step Slam::Process(const Scan& scan, const std::optional<Pose>& T_odom_robot) {
 
 Map Slam::MakeMap() const {
   crsm::Slam& slam = impl_->Await();
-  const crsm::DenseGrid grid = slam.closes_loops() ? slam.Conclude({}).map.ToDenseGrid() : slam.map().ToDenseGrid();
+  const crsm::DenseGrid grid = slam.closes_loops() ? slam.Finalize({}).map.ToDenseGrid() : slam.map().ToDenseGrid();
   return {grid.width_cells,
           grid.height_cells,
           grid.cell_size_m,

@@ -76,7 +76,7 @@ MapDelta MapUpdater::Update(const CriticalRays& scan, const ScanMatch& match) {
   return delta;
 }
 
-std::vector<TileChange> MapUpdater::DrawAnew(std::span<const PlacedScan> scans) {
+std::vector<TileChange> MapUpdater::Redraw(std::span<const PlacedScan> scans) {
   BytesBefore before;
   Clear(before);
   for (const PlacedScan& scan : scans) Draw(scan, &before);

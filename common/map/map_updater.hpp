@@ -44,7 +44,7 @@ class MapUpdater {
 
   /// Draws all of the map anew, as of these scans in their order, in the version that there is. Returns what that
   /// changes.
-  std::vector<TileChange> DrawAnew(std::span<const PlacedScan> scans);
+  std::vector<TileChange> Redraw(std::span<const PlacedScan> scans);
 
   /// Draws more scans, in the version that there is, wherever they are on the path. Returns what that changes.
   std::vector<TileChange> DrawMore(std::span<const PlacedScan> scans);

@@ -7,12 +7,12 @@ namespace {
 
 /// Of a scan on a finished map before any was found there: the search stops near it. Scans of the building that was
 /// mapped have 0.65 to 0.8 on intel, aces, fr079 and the simulated worlds.
-constexpr double kUsualFitness = 0.6;
+constexpr double kBaselineFitness = 0.6;
 
 /// What is expected at least on a finished map, whatever the last scans had: else a place that was found wrongly lowers
 /// from scan to scan what the next one has to reach. With a lost_ratio of 0.7 this asks for 0.53. Scans of the
 /// building that was mapped have more, but for one in twenty; at wrong places they have 0.2 to 0.5.
-constexpr double kLeastUsualFitness = 0.75;
+constexpr double kLeastBaselineFitness = 0.75;
 
 /// Whether the robot is followed on a finished map, by the last scans that were found: where it goes on, people may
 /// stand before walls, and doors be closed that were open.
@@ -20,7 +20,7 @@ bool IsFollowed(const TrackingState& tracking) {
   constexpr double kFirmly = 0.5;  // hardly ever reached at wrong places
   constexpr std::int64_t kAWhile = 5;
   return tracking.on_finished_map() && tracking.fitnesses().size() == TrackingState::kUsual &&
-         tracking.usual_fitness() >= kFirmly && tracking.num_lost() < kAWhile;
+         tracking.baseline_fitness() >= kFirmly && tracking.num_lost() < kAWhile;
 }
 
 /// After each consecutive loss accept 10 % less fitness, at most four times: the scene may have changed. On a finished
@@ -46,14 +46,14 @@ double ComputeExploredShare(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, 
 }  // namespace
 
 Expectation::Expectation(const TrackingState& tracking, const MatchParameters& parameters)
-    : usual_(tracking.usual_fitness()),
+    : usual_(tracking.baseline_fitness()),
       acceptable_(ComputeAcceptable(tracking, parameters.lost_ratio)),
       unknown_(tracking.on_finished_map() && usual_ == 0.0),
       followed_(IsFollowed(tracking)),
       goes_on_(tracking.num_lost() == 0 && !tracking.on_finished_map()) {
-  if (unknown_) usual_ = kUsualFitness;
+  if (unknown_) usual_ = kBaselineFitness;
   enough_ = usual_ > 0.0 ? parameters.good_ratio * usual_ : parameters.satisfying_fitness;
-  if (tracking.on_finished_map() && !followed_) usual_ = std::max(usual_, kLeastUsualFitness);
+  if (tracking.on_finished_map() && !followed_) usual_ = std::max(usual_, kLeastBaselineFitness);
 }
 
 bool Expectation::IsMetBy(const ScoredPose& found, bool leniently, const Eigen::Matrix2Xd& critical_hits_m,

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "common/match/optimum.hpp"
 #include "common/match/scored_map.hpp"
-#include "common/match/summit.hpp"
 #include "common/match/tracking_state.hpp"
 #include "common/parameters.hpp"
 
@@ -25,7 +25,7 @@ class Expectation {
   /// Whether a fitness explains a scan. A scan that looks into the unknown need fit only as far as the rest can: as
   /// much as half of it where the robot goes on as before, a fifth where it may be anywhere.
   ///
-  /// leniently: whether that half is granted: at a pose near the presumed one, if none further away fits better.
+  /// leniently: whether that half is granted: at a pose near the initial guess, if none further away fits better.
   /// critical_hits_m: 2 x N, laser frame, of the rays that have that fitness at `found.pose`.
   bool IsMetBy(const ScoredPose& found, bool leniently, const Eigen::Matrix2Xd& critical_hits_m,
                const ByteMap& map) const;

@@ -48,7 +48,7 @@ Eigen::Matrix2Xd CollectOccupied(const ByteMap& map, const Pose2& middle, double
 
 std::optional<PlaceReach> FindFarWindow(std::span<const ScanMatch> recent, std::int64_t utime) {
   constexpr double kClose_s = 0.5;  // between scans
-  constexpr double kLeast_m = 0.3;  // what a pose that is presumed right is off
+  constexpr double kLeast_m = 0.3;  // what a pose that is guessed right is off
   constexpr double kLeast_rad = 0.25;
   constexpr double kFaster_m_s = 0.4;  // that a robot becomes in a second
   constexpr double kFaster_rad_s = 0.6;
@@ -71,7 +71,7 @@ std::optional<PlaceReach> FindFarWindow(std::span<const ScanMatch> recent, std::
                     std::min(kLeast_rad + kFaster_rad_s * elapsed_s + widest_rad, kMost_rad)};
 }
 
-std::optional<Pose2> SearchFar(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& presumed,
+std::optional<Pose2> SearchFar(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& initial_guess,
                                const PlaceReach& reach) {
   constexpr double kLeastScore = 0.4;  // of the hits
   constexpr double kRivalShare = 0.9;
@@ -79,8 +79,8 @@ std::optional<Pose2> SearchFar(const ByteMap& map, const Eigen::Matrix2Xd& hits_
   constexpr Eigen::Index kFewestPoints = 20;
   const Eigen::Matrix2Xd points_m = ThinOut(hits_m);
   if (points_m.cols() < kFewestPoints) return std::nullopt;
-  const HitPyramid pyramid(CollectOccupied(map, presumed, reach.reach_m + kFarthest_m), kCell_m);
-  const Place place = FindPlace(pyramid, points_m, {presumed, reach.reach_m, reach.reach_rad},
+  const HitPyramid pyramid(CollectOccupied(map, initial_guess, reach.reach_m + kFarthest_m), kCell_m);
+  const Place place = FindPlace(pyramid, points_m, {initial_guess, reach.reach_m, reach.reach_rad},
                                 {kFarthest_m, kLeastScore, kRivalShare, kMostEvaluations});
   if (place.score == 0.0 || place.rival > 0.0) return std::nullopt;
   return place.pose;

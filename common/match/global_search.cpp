@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-#include "common/match/summit.hpp"
+#include "common/match/optimum.hpp"
 #include "common/math/columns.hpp"
 
 namespace crsm {
@@ -151,7 +151,7 @@ GlobalMatch SearchWholeMap(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m,
     const RaysInCells rays = there.InCells(seen_m);
     for (ScoredPose& climber : climbers) {
       climber =
-          ClimbToSummit(climber.pose, there.geometry().cell_size_m(), step_rad, num_halvings, [&](const Pose2& pose) {
+          ClimbToOptimum(climber.pose, there.geometry().cell_size_m(), step_rad, num_halvings, [&](const Pose2& pose) {
             ++match.evaluations;
             return there.Fitness(rays, pose);
           });

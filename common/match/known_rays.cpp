@@ -16,7 +16,7 @@ bool PassesWall(const ByteMap& map, const Pose2& laser, const Eigen::Vector2d& r
 
 /// Whether a place is just behind a wall. The cells behind a wall are unexplored as those beyond its drawn end are; but
 /// of a ray that ends behind it the map says that the laser is too close to it.
-bool IsBehindWall(const ByteMap& map, const Eigen::Vector2d& place_m, const OpenAxis& axis) {
+bool IsBehindWall(const ByteMap& map, const Eigen::Vector2d& place_m, const DegenerateAxis& axis) {
   constexpr int kReach_cells = 3;
   constexpr int kWidth_cells = 2;  // of what stands across the axis, to either side ...
   constexpr int kLeastAcross = 3;  // ... and of these five cells
@@ -40,7 +40,7 @@ bool IsBehindWall(const ByteMap& map, const Eigen::Vector2d& place_m, const Open
 }  // namespace
 
 KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser,
-                        const OpenAxis& axis, const KnownRays& among) {
+                        const DegenerateAxis& axis, const KnownRays& among) {
   const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
   KnownRays known = among;
   for (Eigen::Index i = 0; i < points_m.cols(); ++i) {
@@ -55,23 +55,23 @@ KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, co
 }
 
 KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser,
-                        const OpenAxis& axis) {
+                        const DegenerateAxis& axis) {
   return FindKnownRays(map, points_m, T_map_laser, axis, KnownRays::Constant(points_m.cols(), true));
 }
 
-RaysInCells SelectRays(const ScoredMap& map, const Outline& outline, const KnownRays& rays) {
+RaysInCells SelectRays(const ScoredMap& map, const Contour& contour, const KnownRays& rays) {
   std::vector<Eigen::Index> chosen;
   for (Eigen::Index i = 0; i < rays.size(); ++i) {
     if (rays[i]) chosen.push_back(i);
   }
-  return map.InCells(outline.points_m(Eigen::all, chosen), outline.weights(chosen));
+  return map.InCells(contour.points_m(Eigen::all, chosen), contour.weights(chosen));
 }
 
-double ComputeGain(const ScoredMap& map, const Outline& outline, const OpenAxis& axis, const Pose2& from,
+double ComputeGain(const ScoredMap& map, const Contour& contour, const DegenerateAxis& axis, const Pose2& from,
                    const KnownRays& known_from, const Pose2& to, bool smooth) {
-  const KnownRays known = FindKnownRays(map.cells(), outline.points_m, to, axis, known_from);
-  const RaysInCells rays = SelectRays(map, outline, known);
-  const double share = static_cast<double>(rays.total_weight()) / static_cast<double>(outline.weights.sum());
+  const KnownRays known = FindKnownRays(map.cells(), contour.points_m, to, axis, known_from);
+  const RaysInCells rays = SelectRays(map, contour, known);
+  const double share = static_cast<double>(rays.total_weight()) / static_cast<double>(contour.weights.sum());
   const auto Fit = [&](const Pose2& pose) { return smooth ? map.SmoothFitness(rays, pose) : map.Fitness(rays, pose); };
   return share * (Fit(to) - Fit(from));
 }

@@ -4,7 +4,7 @@
 
 #include "common/match/scored_map.hpp"
 #include "common/math/pose2.hpp"
-#include "common/scan/outline.hpp"
+#include "common/scan/contour.hpp"
 
 namespace crsm {
 
@@ -16,7 +16,7 @@ namespace crsm {
 using KnownRays = Eigen::Array<bool, Eigen::Dynamic, 1>;
 
 /// Along which poses are compared.
-struct OpenAxis {
+struct DegenerateAxis {
   Eigen::Vector2d direction;    ///< unit vector, map frame
   bool held_by_wheels = false;  ///< then a few cells across it are no wall: the drawn end of a wall looks like one
 };
@@ -24,18 +24,18 @@ struct OpenAxis {
 /// Rays end in explored cells, or pass through a wall before they end, or end just behind one. points_m: 2 x N, laser
 /// frame.
 KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser,
-                        const OpenAxis& axis);
+                        const DegenerateAxis& axis);
 
 /// The same, of some of the rays alone: of the others nothing is told.
 KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser,
-                        const OpenAxis& axis, const KnownRays& among);
+                        const DegenerateAxis& axis, const KnownRays& among);
 
 /// These rays alone.
-RaysInCells SelectRays(const ScoredMap& map, const Outline& outline, const KnownRays& rays);
+RaysInCells SelectRays(const ScoredMap& map, const Contour& contour, const KnownRays& rays);
 
 /// How much better a scan fits at one pose than at another, by the rays that are known from both: a share of all rays.
 /// known_from: those that are known from there. smooth: by ScoredMap::SmoothFitness.
-double ComputeGain(const ScoredMap& map, const Outline& outline, const OpenAxis& axis, const Pose2& from,
+double ComputeGain(const ScoredMap& map, const Contour& contour, const DegenerateAxis& axis, const Pose2& from,
                    const KnownRays& known_from, const Pose2& to, bool smooth = false);
 
 }  // namespace crsm

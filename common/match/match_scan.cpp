@@ -45,14 +45,14 @@ bool StoodStill(const ScanMatch& match, const TrackingState& tracking) {
   constexpr double kAsUsual = 0.9;
   const Pose2 motion = Inverse(tracking.recent().back().T_map_laser) * match.T_map_laser;
   return match.state != MatchState::kLost && Length(motion) < kStill_m && std::abs(motion.yaw_rad) < kStill_rad &&
-         match.fitness >= kAsUsual * tracking.usual_fitness();
+         match.fitness >= kAsUsual * tracking.baseline_fitness();
 }
 
 /// Whether a scan is found again after others were lost. In a window that has grown something fits by chance, and what
 /// lies beyond the map is not asked for: a wrong place costs the map, a new trajectory only time.
 bool IsConvincing(const ScanMatch& match, const TrackingState& tracking) {
   constexpr double kConvincing = 0.6;  // of the baseline fitness
-  return match.state == MatchState::kLost || match.fitness >= kConvincing * tracking.usual_fitness();
+  return match.state == MatchState::kLost || match.fitness >= kConvincing * tracking.baseline_fitness();
 }
 
 /// Whether the map contradicts a scan that fits it much worse than scans do as a rule: the robot was carried, and
@@ -64,7 +64,7 @@ bool IsContradicted(const Matcher& matcher, const CriticalRays& scan, const Scan
   constexpr double kMuchWorse = 0.75;  // of the baseline fitness
   constexpr double kContradicted = 0.42;
   if (match.state == MatchState::kLost || tracking.fitnesses().size() < TrackingState::kUsual) return false;
-  if (match.fitness >= kMuchWorse * tracking.usual_fitness()) return false;
+  if (match.fitness >= kMuchWorse * tracking.baseline_fitness()) return false;
   const Eigen::Matrix2Xd hits_m = ComputeHits(Deskew(scan, match.twist).rays);
   return ComputeContradiction(matcher.map(), hits_m, match.T_map_laser) > kContradicted;
 }

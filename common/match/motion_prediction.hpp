@@ -17,7 +17,7 @@ namespace crsm {
 Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchParameters& parameters);
 
 /// How steady a motion is until `utime`: 1 up to 0.3 s after the last match, later less with the square of the time, in
-/// which a robot becomes faster or slower. 1 if there was no match: the pose is not presumed by a motion.
+/// which a robot becomes faster or slower. 1 if there was no match: the pose is not guessed from a motion.
 double ComputeSteadiness(std::span<const ScanMatch> recent, std::int64_t utime);
 
 /// Where the robot is if it went on as before while its last scans were lost, five at most. Nothing if none was lost,

@@ -60,7 +60,7 @@ class HitPyramid {
   std::array<Grid, kLevels> levels_;  ///< a cell has two bits for each of the four poses: hit, and free
 };
 
-/// How far something may be from where it is presumed, to each side.
+/// How far something may be from where it is guessed, to each side.
 struct PlaceReach {
   double reach_m;
   double reach_rad;

@@ -104,8 +104,8 @@ PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Eigen::
   constexpr double kFewRays = 3.0;
   constexpr double kNoiseShare = 0.02;
   PoseUncertainty uncertainty;
-  uncertainty.weak_axis = axis;
-  uncertainty.openness = (kFewRays + kNoiseShare * (position.trace() - weakest)) / std::max(weakest, 1e-9);
+  uncertainty.degenerate_axis = axis;
+  uncertainty.degeneracy = (kFewRays + kNoiseShare * (position.trace() - weakest)) / std::max(weakest, 1e-9);
 
   const double sigma_m = kRaySigmaCells * geometry.cell_size_m();
   Eigen::Matrix3d prior = Eigen::Matrix3d::Zero();

@@ -9,11 +9,11 @@ namespace crsm {
 
 /// How well a scan tells where it was taken on the map.
 struct PoseUncertainty {
-  Eigen::Matrix3d covariance;  ///< of x [m], y [m] and yaw [rad], map frame
-  Eigen::Vector2d weak_axis;   ///< unit vector, map frame: along it the position is known least
-  double openness = 0.0;       ///< of that axis; from 1: nothing seen holds the position along it
+  Eigen::Matrix3d covariance;       ///< of x [m], y [m] and yaw [rad], map frame
+  Eigen::Vector2d degenerate_axis;  ///< unit vector, map frame: along it the position is known least
+  double degeneracy = 0.0;          ///< of that axis; from 1: nothing seen holds the position along it
 
-  bool degenerate() const { return openness >= 1.0; }
+  bool degenerate() const { return degeneracy >= 1.0; }
 };
 
 /// Unit normals of the surfaces on which hits lie, 2 x N like them; zero where that is not known. Surfaces are joined

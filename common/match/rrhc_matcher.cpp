@@ -8,9 +8,9 @@
 #include "common/match/known_rays.hpp"
 #include "common/match/motion_prediction.hpp"
 #include "common/match/objective.hpp"
+#include "common/match/optimum.hpp"
 #include "common/match/pose_uncertainty.hpp"
-#include "common/match/summit.hpp"
-#include "common/scan/outline.hpp"
+#include "common/scan/contour.hpp"
 
 namespace crsm {
 namespace {
@@ -31,7 +31,7 @@ bool IsGlobalSearchDue(const TrackingState& tracking) {
 
 /// How strongly the wheels' pose holds along an axis that the walls leave open [1/m^2]: chance gains nearly 0.05 of
 /// fitness there, which three standard deviations have to outweigh.
-double FindPull(const WheelMotion& way) {
+double FindPriorWeight(const WheelMotion& way) {
   constexpr double kByChance = 0.05;
   constexpr double kLeast_m = 0.01;
   constexpr double kMost_m = 0.03;
@@ -41,7 +41,7 @@ double FindPull(const WheelMotion& way) {
 
 /// How strongly the velocity model holds there: the better it told the motions so far, the more. A robot that drives
 /// evenly would else seem to slow down in a corridor whose end no beam reaches.
-double FindPull(const MatchParameters& parameters, const TrackingState& tracking) {
+double FindPriorWeight(const MatchParameters& parameters, const TrackingState& tracking) {
   constexpr double kByError_per_m = 0.08;
   constexpr double kMost_per_m2 = 40.0;
   const double least_per_m2 = parameters.axis_pull_per_m2;
@@ -56,9 +56,9 @@ bool IsNear(const Pose2& from, const Pose2& to) {
   return Distance(from, to) < kNear_m && std::abs(WrapAngle(to.yaw_rad - from.yaw_rad)) < kNear_rad;
 }
 
-/// The pose that is as far along an axis as the presumed one.
-Pose2 MoveBackAlong(const Eigen::Vector2d& axis, const Pose2& pose, const Pose2& presumed) {
-  const Eigen::Vector2d step_m = WayFrom(pose, presumed).dot(axis) * axis;
+/// The pose that is as far along an axis as the initial guess.
+Pose2 MoveBackAlong(const Eigen::Vector2d& axis, const Pose2& pose, const Pose2& initial_guess) {
+  const Eigen::Vector2d step_m = WayFrom(pose, initial_guess).dot(axis) * axis;
   return {pose.x_m + step_m.x(), pose.y_m + step_m.y(), pose.yaw_rad};
 }
 
@@ -71,15 +71,15 @@ struct RrhcMatcher::Rays {
         normals(ComputeNormals(hits_m, map.geometry().cell_size_m())),
         critical_hits_m(Columns(hits_m, scan.critical)),
         critical(map.InCells(critical_hits_m)),
-        outline(TraceOutline(scan.rays, hits_m, spacing_cap_m)),
-        all(map.InCells(outline.points_m, outline.weights)) {}
+        contour(TraceContour(scan.rays, hits_m, spacing_cap_m)),
+        all(map.InCells(contour.points_m, contour.weights)) {}
 
   Eigen::Matrix2Xd hits_m;           ///< laser frame
   Eigen::Matrix2Xd normals;          ///< of the surfaces on which they lie, laser frame
   Eigen::Matrix2Xd critical_hits_m;  ///< laser frame
   RaysInCells critical;
-  Outline outline;  ///< the hits and points between them, weighted by their spacing
-  RaysInCells all;  ///< that outline
+  Contour contour;  ///< the hits and points between them, weighted by their spacing
+  RaysInCells all;  ///< that contour
 };
 
 /// Where the laser is by what is known without the scan.
@@ -92,10 +92,10 @@ struct RrhcMatcher::Guess {
 };
 
 /// Where the search begins.
-struct RrhcMatcher::Presumption {
+struct RrhcMatcher::InitialGuess {
   Pose2 T_map_laser;
   bool by_wheels = false;                   ///< it is the wheels' pose
-  std::optional<Pose2> by_reliable_wheels;  ///< that pose, whether or not it is presumed
+  std::optional<Pose2> by_reliable_wheels;  ///< that pose, whether or not it is guessed
   std::optional<WheelMotion> way;           ///< of the wheels, as of Guess
   bool known = true;                        ///< false: the robot may be anywhere, and was not found
   bool found_on_whole_map = false;          ///< nothing is left to be searched
@@ -107,8 +107,8 @@ struct RrhcMatcher::Presumption {
 /// What the search found.
 struct RrhcMatcher::Found {
   Pose2 pose;
-  Pose2 presumed;
-  bool is_presumed = true;  ///< false after the wide search, unless the robot goes on as before
+  Pose2 initial_guess;
+  bool is_near_guess = true;  ///< false after the wide search, unless the robot goes on as before
   int evaluations = 0;
   int best_evaluation = 0;
 };
@@ -122,7 +122,7 @@ struct RrhcMatcher::AxisHold {
 
 struct RrhcMatcher::Refined {
   Pose2 pose;
-  bool is_presumed = true;  ///< as of Found
+  bool is_near_guess = true;  ///< as of Found
   PoseUncertainty uncertainty;
   int evaluations = 0;
 };
@@ -141,18 +141,18 @@ ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& trac
   if (scan.critical.empty()) return match;
 
   const Rays rays(scan, map_, parameters_.spacing_cap_m);
-  const Presumption presumed = Presume(rays, guess, tracking);
-  match.evaluations = presumed.evaluations;
-  if (!presumed.known) return match;
+  const InitialGuess initial_guess = MakeInitialGuess(rays, guess, tracking);
+  match.evaluations = initial_guess.evaluations;
+  if (!initial_guess.known) return match;
 
-  const Found found = Search(rays, presumed, tracking, scan.utime);
-  Refined refined = Refine(rays, found, presumed, ComputeSteadiness(tracking.recent(), scan.utime));
+  const Found found = Search(rays, initial_guess, tracking, scan.utime);
+  Refined refined = Refine(rays, found, initial_guess, ComputeSteadiness(tracking.recent(), scan.utime));
   if (ContradictsWheels(guess, refined.pose, tracking)) {
-    if (const auto rival = FindRivalByWheels(rays, guess, presumed, refined)) refined = *rival;
+    if (const auto rival = FindRivalByWheels(rays, guess, initial_guess, refined)) refined = *rival;
   }
   match.evaluations += found.evaluations + refined.evaluations;
   match.best_evaluation = found.best_evaluation;
-  Judge(rays, guess, presumed, refined, tracking, match);
+  Judge(rays, guess, initial_guess, refined, tracking, match);
   return match;
 }
 
@@ -178,7 +178,7 @@ RrhcMatcher::Guess RrhcMatcher::GuessPose(const TrackingState& tracking, std::in
   return guess;
 }
 
-/// Whether the wheels' pose is presumed: where they have told the last motions better than the velocity model did, or
+/// Whether the wheels' pose is guessed: where they have told the last motions better than the velocity model did, or
 /// the walls did not tell how far. The other one is where it fits clearly better, since the robot moves in another way.
 bool RrhcMatcher::PrefersWheels(const Rays& rays, const Guess& guess, const TrackingState& tracking) const {
   constexpr double kClearly = 1.2;  // smaller ratios are within noise
@@ -189,37 +189,37 @@ bool RrhcMatcher::PrefersWheels(const Rays& rays, const Guess& guess, const Trac
 }
 
 /// Step 1. "The presumed new robot transformation" of section 5.3, and on a finished map a search of all of it.
-RrhcMatcher::Presumption RrhcMatcher::Presume(const Rays& rays, const Guess& guess,
-                                              const TrackingState& tracking) const {
-  Presumption presumed;
-  presumed.T_map_laser = guess.by_motion;
-  presumed.axis_pull_per_m2 = FindPull(parameters_, tracking);
-  presumed.if_lost =
+RrhcMatcher::InitialGuess RrhcMatcher::MakeInitialGuess(const Rays& rays, const Guess& guess,
+                                                        const TrackingState& tracking) const {
+  InitialGuess initial_guess;
+  initial_guess.T_map_laser = guess.by_motion;
+  initial_guess.axis_pull_per_m2 = FindPriorWeight(parameters_, tracking);
+  initial_guess.if_lost =
       tracking.empty() ? guess.by_motion : guess.by_wheels.value_or(tracking.recent().back().T_map_laser);
   if (guess.by_wheels && PrefersWheels(rays, guess, tracking)) {
-    presumed.T_map_laser = *guess.by_wheels;
-    presumed.by_wheels = true;
+    initial_guess.T_map_laser = *guess.by_wheels;
+    initial_guess.by_wheels = true;
   }
-  if (guess.way && tracking.wheels().IsReliable()) presumed.by_reliable_wheels = guess.by_wheels;
-  presumed.way = guess.way;
+  if (guess.way && tracking.wheels().IsReliable()) initial_guess.by_reliable_wheels = guess.by_wheels;
+  initial_guess.way = guess.way;
   const bool start_is_told = tracking.empty() && parameters_.start;
   if (IsGlobalSearchDue(tracking) && !start_is_told) {
     const GlobalMatch found = SearchWholeMap(map_, rays.hits_m, rays.critical_hits_m);
-    presumed.evaluations = found.evaluations;
-    presumed.known = presumed.found_on_whole_map = found.IsConvincing();
-    presumed.T_map_laser = found.T_map_laser;
+    initial_guess.evaluations = found.evaluations;
+    initial_guess.known = initial_guess.found_on_whole_map = found.IsConvincing();
+    initial_guess.T_map_laser = found.T_map_laser;
   } else if (!tracking.empty() && Expectation(tracking, parameters_).unknown()) {
-    presumed.known = false;
+    initial_guess.known = false;
   }
-  return presumed;
+  return initial_guess;
 }
 
-/// Step 2. Section 5.3 with the critical rays, where the robot is presumed. While it is lost it stands still, or goes
+/// Step 2. Section 5.3 with the critical rays, where the robot is guessed. While it is lost it stands still, or goes
 /// on as before.
-RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& presumed, const TrackingState& tracking,
-                                       std::int64_t utime) const {
-  const Pose2& start = presumed.T_map_laser;
-  if (presumed.found_on_whole_map) return {start, start, true, 0, 0};
+RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const InitialGuess& initial_guess,
+                                       const TrackingState& tracking, std::int64_t utime) const {
+  const Pose2& start = initial_guess.T_map_laser;
+  if (initial_guess.found_on_whole_map) return {start, start, true, 0, 0};
 
   const Expectation expected(tracking, parameters_);
   const auto Explains = [&](const ScoredPose& pose) {
@@ -227,13 +227,13 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const Presumption& pres
   };
   Random random(parameters_.seed, static_cast<std::uint64_t>(utime));
   const MotionBounds window{parameters_.window_m, parameters_.window_rad};
-  const auto SearchAround = [&](const Pose2& presumed_pose) {
-    const Objective objective{map_, rays.critical, presumed_pose, parameters_.pull_per_m2};
+  const auto SearchAround = [&](const Pose2& around) {
+    const Objective objective{map_, rays.critical, around, parameters_.pull_per_m2};
     return RrhcSearch(parameters_, objective, random)
-        .Run({presumed_pose, window, parameters_.restart_draws, parameters_.num_evaluations, expected.enough()});
+        .Run({around, window, parameters_.restart_draws, parameters_.num_evaluations, expected.enough()});
   };
   SearchResult near = SearchAround(start);
-  const auto far_window = presumed.by_wheels ? std::nullopt : FindFarWindow(tracking.recent(), utime);
+  const auto far_window = initial_guess.by_wheels ? std::nullopt : FindFarWindow(tracking.recent(), utime);
   if (far_window) {
     constexpr double kClearly = 1.1;  // a place further away is as likely where it fits that much better
     if (const auto place = SearchFar(map_.cells(), rays.hits_m, start, *far_window)) {
@@ -269,51 +269,51 @@ RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& sta
   const double growth = std::max(kGrowth * num_lost, kGrowthUnsteady * (1.0 - steadiness));
   const MotionBounds window = (1.0 + growth) * MotionBounds{parameters_.wide_window_m, parameters_.wide_window_rad};
   const Expectation expected(tracking, parameters_);
-  const Objective without_pull{map_, rays.critical, start, 0.0};
-  const SearchResult wide = RrhcSearch(parameters_, without_pull, random)
+  const Objective without_prior{map_, rays.critical, start, 0.0};
+  const SearchResult wide = RrhcSearch(parameters_, without_prior, random)
                                 .Run({start, window, kWideDraws, parameters_.wide_evaluations, expected.enough()});
   const int evaluations = near.evaluations + wide.evaluations;
   const auto AgreementAt = [&](const Pose2& pose) { return ComputeAgreement(map_.cells(), rays.hits_m, pose); };
   const double least_agreement = std::max(num_lost > 0.0 ? kLeastAgreement : 0.0, AgreementAt(near.best.pose));
-  if (wide.best.fitness > without_pull(near.best.pose) &&
+  if (wide.best.fitness > without_prior(near.best.pose) &&
       expected.IsMetBy(wide.best, false, rays.critical_hits_m, map_.cells()) &&
       AgreementAt(wide.best.pose) >= least_agreement) {
     return {wide.best.pose, start, false, evaluations, near.evaluations + wide.best_evaluation};
   }
-  const bool is_presumed = expected.IsMetBy(near.best, true, rays.critical_hits_m, map_.cells());
-  return {near.best.pose, start, is_presumed, evaluations, near.best_evaluation};
+  const bool is_near_guess = expected.IsMetBy(near.best, true, rays.critical_hits_m, map_.cells());
+  return {near.best.pose, start, is_near_guess, evaluations, near.best_evaluation};
 }
 
 /// The rays that are known from a pose, and from a cell before and behind it: a climb meets none that becomes known on
 /// the way. All rays where those are too few to say where the laser is.
-RaysInCells RrhcMatcher::SelectKnownNear(const Rays& rays, const Pose2& pose, const OpenAxis& axis) const {
+RaysInCells RrhcMatcher::SelectKnownNear(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis) const {
   constexpr double kLeastShare = 0.8;
   const double cell_size_m = map_.geometry().cell_size_m();
-  KnownRays everywhere = FindKnownRays(map_.cells(), rays.outline.points_m, pose, axis);
+  KnownRays everywhere = FindKnownRays(map_.cells(), rays.contour.points_m, pose, axis);
   for (const double along_m : {cell_size_m, -cell_size_m}) {
     const Pose2 there{pose.x_m + along_m * axis.direction.x(), pose.y_m + along_m * axis.direction.y(), pose.yaw_rad};
-    everywhere = FindKnownRays(map_.cells(), rays.outline.points_m, there, axis, everywhere);
+    everywhere = FindKnownRays(map_.cells(), rays.contour.points_m, there, axis, everywhere);
   }
-  RaysInCells known = SelectRays(map_, rays.outline, everywhere);
+  RaysInCells known = SelectRays(map_, rays.contour, everywhere);
   const auto least = kLeastShare * static_cast<double>(rays.all.total_weight());
   return static_cast<double>(known.total_weight()) > least ? known : rays.all;
 }
 
 /// What holds along an axis that the walls leave open: wheels that are reliable, if the search ended near them, or what
-/// was presumed.
-RrhcMatcher::AxisHold RrhcMatcher::FindHold(const Found& found, const Presumption& presumed, bool degenerate) {
+/// was guessed.
+RrhcMatcher::AxisHold RrhcMatcher::FindHold(const Found& found, const InitialGuess& initial_guess, bool degenerate) {
   constexpr double kNear_m = 0.3;
-  const auto& wheels = presumed.by_reliable_wheels;
-  if (degenerate && wheels && Distance(*wheels, found.pose) < kNear_m) return {*wheels, presumed.way, true};
-  const bool by_wheels = presumed.by_wheels && found.presumed == presumed.T_map_laser;
-  return {found.presumed, by_wheels ? presumed.way : std::nullopt, false};
+  const auto& wheels = initial_guess.by_reliable_wheels;
+  if (degenerate && wheels && Distance(*wheels, found.pose) < kNear_m) return {*wheels, initial_guess.way, true};
+  const bool by_wheels = initial_guess.by_wheels && found.initial_guess == initial_guess.T_map_laser;
+  return {found.initial_guess, by_wheels ? initial_guess.way : std::nullopt, false};
 }
 
 /// Step 3. A climb with all rays, weighted by their spacing, to a fraction of a cell. Along an axis that the walls
-/// leave open the presumed pose holds, as far as the motion is steady, unless another look finds what they do tell.
-RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, const Presumption& presumed,
+/// leave open the initial guess holds, as far as the motion is steady, unless another look finds what they do tell.
+RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, const InitialGuess& initial_guess,
                                          double steadiness) const {
-  Refined refined{found.pose, found.is_presumed, {}, 0};
+  Refined refined{found.pose, found.is_near_guess, {}, 0};
   const double cell_size_m = map_.geometry().cell_size_m();
   const auto Counted = [&refined](const Objective& objective, bool smooth = false) {
     return [&refined, objective, smooth](const Pose2& pose) {
@@ -324,48 +324,50 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   const auto Fine = [&](const Objective& objective) { return Counted(objective, parameters_.smooth_climb); };
   const auto Climb = [&](const Pose2& from, const Objective& objective) {
     refined.pose = parameters_.final_climb
-                       ? FindSummit(from, cell_size_m, parameters_.summit_rad, Counted(objective), Fine(objective))
+                       ? FindOptimum(from, cell_size_m, parameters_.summit_rad, Counted(objective), Fine(objective))
                        : from;
     refined.uncertainty = ComputeUncertainty(rays.hits_m, rays.normals, refined.pose, map_.cells());
   };
-  const Objective pulled{map_, rays.all, found.presumed, found.is_presumed ? parameters_.pull_per_m2 : 0.0};
-  Climb(found.pose, pulled);
+  const Objective with_prior{map_, rays.all, found.initial_guess, found.is_near_guess ? parameters_.pull_per_m2 : 0.0};
+  Climb(found.pose, with_prior);
 
-  constexpr double kLeastOpenness = 0.2;  // below, the walls tell more than the pull
-  const AxisHold hold = FindHold(found, presumed, refined.uncertainty.degenerate());
+  constexpr double kLeastDegeneracy = 0.2;  // below, the walls tell more than the pull
+  const AxisHold hold = FindHold(found, initial_guess, refined.uncertainty.degenerate());
   const bool by_wheels = hold.way.has_value();
   const PoseUncertainty& known = refined.uncertainty;
   // How much better one pose is than another, by the rays that are known from both.
   const auto FindGain = [&](const Objective& objective, const Pose2& from, bool smooth) {
-    const OpenAxis axis{refined.uncertainty.weak_axis, by_wheels};
-    const KnownRays known_from = FindKnownRays(map_.cells(), rays.outline.points_m, from, axis);
+    const DegenerateAxis axis{refined.uncertainty.degenerate_axis, by_wheels};
+    const KnownRays known_from = FindKnownRays(map_.cells(), rays.contour.points_m, from, axis);
     return [=, this, &rays, &refined](const Pose2& to) {
       refined.evaluations += 2;
-      const double gain = ComputeGain(map_, rays.outline, axis, from, known_from, to, smooth);
-      return gain - objective.Pull(to) + objective.Pull(from);
+      const double gain = ComputeGain(map_, rays.contour, axis, from, known_from, to, smooth);
+      return gain - objective.Prior(to) + objective.Prior(from);
     };
   };
-  if (found.is_presumed && known.openness > kLeastOpenness && presumed.axis_pull_per_m2 > 0.0) {
-    const Pose2 back = MoveBackAlong(known.weak_axis, refined.pose, hold.T_map_laser);
+  if (found.is_near_guess && known.degeneracy > kLeastDegeneracy && initial_guess.axis_pull_per_m2 > 0.0) {
+    const Pose2 back = MoveBackAlong(known.degenerate_axis, refined.pose, hold.T_map_laser);
     const double axis_pull_per_m2 =
-        std::min(known.openness, 1.0) * (by_wheels ? FindPull(*hold.way) : steadiness * presumed.axis_pull_per_m2);
-    const RaysInCells rays_there = SelectKnownNear(rays, back, {known.weak_axis, by_wheels});
-    const Objective held{map_, rays_there, hold.T_map_laser, pulled.pull_per_m2, known.weak_axis, axis_pull_per_m2};
+        std::min(known.degeneracy, 1.0) *
+        (by_wheels ? FindPriorWeight(*hold.way) : steadiness * initial_guess.axis_pull_per_m2);
+    const RaysInCells rays_there = SelectKnownNear(rays, back, {known.degenerate_axis, by_wheels});
+    const Objective held{
+        map_, rays_there, hold.T_map_laser, with_prior.pull_per_m2, known.degenerate_axis, axis_pull_per_m2};
     const bool fits_better = FindGain(held, refined.pose, parameters_.smooth_climb)(back) > 0.0;
     Climb(fits_better ? back : refined.pose, held);
   }
   if (!known.degenerate() || parameters_.axis_window_m == 0.0) return refined;
 
-  // A robot that has become faster or slower is presumed at the wrong place, scan after scan: look without any pull.
+  // A robot that has become faster or slower is guessed at the wrong place, scan after scan: look without any pull.
   // In a bare corridor chance gains nearly 0.05; the longer ago the last match, the likelier is a gain that is true.
   // Wheels slip little by little.
   const double least_gain = 0.02 + 0.03 * (hold.reliable ? 1.0 : steadiness);
   const double against_per_m = by_wheels ? 0.1 : 0.0;
-  const Objective free{map_, rays.all, found.presumed, 0.0};
+  const Objective free{map_, rays.all, found.initial_guess, 0.0};
   const Pose2 here = refined.pose;
   const auto Gain = FindGain(free, here, false);
   const Pose2 better =
-      LookAlong(here, known.weak_axis, parameters_.axis_window_m, cell_size_m, least_gain,
+      LookAlong(here, known.degenerate_axis, parameters_.axis_window_m, cell_size_m, least_gain,
                 [&](const Pose2& there) { return Gain(there) - against_per_m * Distance(here, there); });
   if (better != here) Climb(better, free);
   return refined;
@@ -385,15 +387,15 @@ bool RrhcMatcher::ContradictsWheels(const Guess& guess, const Pose2& T_map_laser
 /// Whether a match that the wheels contradict is better proven than they are: it fits about as scans do as a rule.
 bool RrhcMatcher::IsProven(const Rays& rays, const Pose2& T_map_laser, const TrackingState& tracking) const {
   constexpr double kAsUsual = 0.75;
-  return map_.Fitness(rays.critical, T_map_laser) >= kAsUsual * tracking.usual_fitness();
+  return map_.Fitness(rays.critical, T_map_laser) >= kAsUsual * tracking.baseline_fitness();
 }
 
 /// The pose near the wheels' one, where it fits nearly as well as another that they contradict: places are alike.
 std::optional<RrhcMatcher::Refined> RrhcMatcher::FindRivalByWheels(const Rays& rays, const Guess& guess,
-                                                                   const Presumption& presumed,
+                                                                   const InitialGuess& initial_guess,
                                                                    const Refined& refined) const {
   constexpr double kNearlyAsWell = 0.85;
-  const Refined rival = Refine(rays, {*guess.by_wheels, *guess.by_wheels, true, 0, 0}, presumed, 1.0);
+  const Refined rival = Refine(rays, {*guess.by_wheels, *guess.by_wheels, true, 0, 0}, initial_guess, 1.0);
   const bool fits =
       map_.Fitness(rays.critical, rival.pose) >= kNearlyAsWell * map_.Fitness(rays.critical, refined.pose);
   return fits ? std::optional(rival) : std::nullopt;
@@ -402,20 +404,20 @@ std::optional<RrhcMatcher::Refined> RrhcMatcher::FindRivalByWheels(const Rays& r
 /// Step 4. What the critical rays say there decides; where nobody knew where the robot is, all rays and their ways. On
 /// a finished map those have a say in every scan: a place that was found wrongly must not live on by its own low
 /// fitness.
-void RrhcMatcher::Judge(const Rays& rays, const Guess& guess, const Presumption& presumed, const Refined& refined,
+void RrhcMatcher::Judge(const Rays& rays, const Guess& guess, const InitialGuess& initial_guess, const Refined& refined,
                         const TrackingState& tracking, ScanMatch& match) const {
   const Expectation expected(tracking, parameters_);
   const double fitness = map_.Fitness(rays.critical, refined.pose);
   match.fitness = std::clamp(fitness, 0.0, 1.0);
   const auto Score = [&] { return ScorePlace(map_, rays.hits_m, refined.pose); };
   const bool explained =
-      presumed.found_on_whole_map || expected.unknown()
+      initial_guess.found_on_whole_map || expected.unknown()
           ? Score() >= kLeastScore
-          : expected.IsMetBy({refined.pose, fitness}, refined.is_presumed, rays.critical_hits_m, map_.cells()) &&
+          : expected.IsMetBy({refined.pose, fitness}, refined.is_near_guess, rays.critical_hits_m, map_.cells()) &&
                 (!tracking.on_finished_map() ||
-                 Score() >= (expected.followed() && IsNear(presumed.if_lost, refined.pose) ? kLeastFollowedScore
-                                                                                           : kLeastTrackedScore));
-  match.T_map_laser = presumed.if_lost;
+                 Score() >= (expected.followed() && IsNear(initial_guess.if_lost, refined.pose) ? kLeastFollowedScore
+                                                                                                : kLeastTrackedScore));
+  match.T_map_laser = initial_guess.if_lost;
   if (!explained) return;
   if (ContradictsWheels(guess, refined.pose, tracking) && !IsProven(rays, refined.pose, tracking)) return;
 
@@ -425,7 +427,7 @@ void RrhcMatcher::Judge(const Rays& rays, const Guess& guess, const Presumption&
   match.state = MatchState::kOk;
   if (refined.uncertainty.degenerate()) {
     match.state = MatchState::kDegenerate;
-    match.degenerate_axis = {refined.uncertainty.weak_axis.x(), refined.uncertainty.weak_axis.y()};
+    match.degenerate_axis = {refined.uncertainty.degenerate_axis.x(), refined.uncertainty.degenerate_axis.y()};
   }
 }
 

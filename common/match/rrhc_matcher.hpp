@@ -12,7 +12,7 @@
 namespace crsm {
 
 /// Finds the pose of a scan on the map by random restart hill climbing. Source: section 5, and what was added to it: a
-/// presumed pose from the last motions or odometry, a wider search where the first one fails, a climb with all rays,
+/// initial guess from the last motions or odometry, a wider search where the first one fails, a climb with all rays,
 /// and the courage to say that a scan is lost.
 class RrhcMatcher : public Matcher {
  public:
@@ -23,7 +23,8 @@ class RrhcMatcher : public Matcher {
 
   /// When the map is empty the scan becomes the origin of the map frame. Otherwise four steps:
   ///
-  /// 1. Presume where the robot may be: by the velocity model, or by odometry where that fits clearly better, or the
+  /// 1. MakeInitialGuess where the robot may be: by the velocity model, or by odometry where that fits clearly better,
+  /// or the
   ///    last scan was lost or left open how far the robot went. On a map that was there before the first scan: at the
   ///    start that the parameters name, or where a search of the whole map finds the first scan, and again after ten
   ///    scans were lost in a row.
@@ -46,25 +47,26 @@ class RrhcMatcher : public Matcher {
  private:
   struct Rays;
   struct Guess;
-  struct Presumption;
+  struct InitialGuess;
   struct Found;
   struct AxisHold;
   struct Refined;
 
   Guess GuessPose(const TrackingState& tracking, std::int64_t utime, const std::optional<Pose2>& T_odom_robot) const;
   bool PrefersWheels(const Rays& rays, const Guess& guess, const TrackingState& tracking) const;
-  Presumption Presume(const Rays& rays, const Guess& guess, const TrackingState& tracking) const;
-  Found Search(const Rays& rays, const Presumption& presumed, const TrackingState& tracking, std::int64_t utime) const;
+  InitialGuess MakeInitialGuess(const Rays& rays, const Guess& guess, const TrackingState& tracking) const;
+  Found Search(const Rays& rays, const InitialGuess& initial_guess, const TrackingState& tracking,
+               std::int64_t utime) const;
   Found SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near, const TrackingState& tracking,
                       double steadiness, Random& random) const;
-  RaysInCells SelectKnownNear(const Rays& rays, const Pose2& pose, const OpenAxis& axis) const;
-  static AxisHold FindHold(const Found& found, const Presumption& presumed, bool degenerate);
-  Refined Refine(const Rays& rays, const Found& found, const Presumption& presumed, double steadiness) const;
+  RaysInCells SelectKnownNear(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis) const;
+  static AxisHold FindHold(const Found& found, const InitialGuess& initial_guess, bool degenerate);
+  Refined Refine(const Rays& rays, const Found& found, const InitialGuess& initial_guess, double steadiness) const;
   static bool ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking);
   bool IsProven(const Rays& rays, const Pose2& T_map_laser, const TrackingState& tracking) const;
-  std::optional<Refined> FindRivalByWheels(const Rays& rays, const Guess& guess, const Presumption& presumed,
+  std::optional<Refined> FindRivalByWheels(const Rays& rays, const Guess& guess, const InitialGuess& initial_guess,
                                            const Refined& refined) const;
-  void Judge(const Rays& rays, const Guess& guess, const Presumption& presumed, const Refined& refined,
+  void Judge(const Rays& rays, const Guess& guess, const InitialGuess& initial_guess, const Refined& refined,
              const TrackingState& tracking, ScanMatch& match) const;
 
   MatchParameters parameters_;

@@ -13,13 +13,13 @@ Pose2 Mutate(const Pose2& pose, const MotionBounds& bounds, Random& random) {
 }  // namespace
 
 SearchResult RrhcSearch::Run(const SearchTask& task) {
-  constexpr int kMinClimbs = 3;  // one climb alone may end on a summit beside the highest, and be good enough there
+  constexpr int kMinClimbs = 3;  // one climb alone may end on an optimum beside the highest, and be good enough there
   evaluations_ = best_evaluation_ = 0;
   best_fitness_ = -HUGE_VAL;
   last_evaluation_ = task.num_evaluations;
-  ScoredPose best = Climb(Evaluate(task.presumed));
+  ScoredPose best = Climb(Evaluate(task.initial_guess));
   for (int climbs = 1; !Finished(best) && (climbs < kMinClimbs || best.fitness < task.enough); ++climbs) {
-    const ScoredPose climbed = Climb(Draw(task.presumed, task.window, task.num_draws));
+    const ScoredPose climbed = Climb(Draw(task.initial_guess, task.window, task.num_draws));
     if (climbed.fitness > best.fitness) best = climbed;
   }
   return {best, evaluations_, best_evaluation_};

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <functional>
 
-#include "common/match/summit.hpp"
+#include "common/match/optimum.hpp"
 #include "common/math/random.hpp"
 #include "common/parameters.hpp"
 
@@ -21,7 +21,7 @@ struct MotionBounds {
 
 /// Where to search, and when to stop.
 struct SearchTask {
-  Pose2 presumed;       ///< the first climb starts here
+  Pose2 initial_guess;  ///< the first climb starts here
   MotionBounds window;  ///< the later ones somewhere in here around it ...
   int num_draws;        ///< ... each from the best of so many random poses, >= 1
   int num_evaluations;  ///< the search ends when they are spent, >= 1 ...
@@ -44,7 +44,7 @@ class RrhcSearch {
   RrhcSearch(const MatchParameters& parameters, Fitness fitness, Random& random)
       : parameters_(parameters), fitness_(std::move(fitness)), random_(random) {}
 
-  /// Climbs from the presumed pose, then again and again from random ones in a window around it.
+  /// Climbs from the initial guess, then again and again from random ones in a window around it.
   SearchResult Run(const SearchTask& task);
 
  private:

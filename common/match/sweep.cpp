@@ -81,13 +81,13 @@ class SweepMatcher {
 
 ScanMatch MatchSweep(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
                      const std::optional<Pose2>& T_odom_robot) {
-  constexpr double kGood = 0.95;      // of the usual fitness
+  constexpr double kGood = 0.95;      // of the baseline fitness
   constexpr double kStep_rad = 0.25;  // turned in a sweep: to half of it, the search of the matcher finds the rest
   constexpr double kFastestTurn_rad_s = 5.0;
   if (scan.rays.time_s.empty()) return matcher.Match(scan, tracking, T_odom_robot);
   const SweepMatcher sweep(matcher, scan, tracking, T_odom_robot);
   const auto IsGood = [&](const ScanMatch& match) {
-    return match.state != MatchState::kLost && match.fitness >= kGood * tracking.usual_fitness();
+    return match.state != MatchState::kLost && match.fitness >= kGood * tracking.baseline_fitness();
   };
   const auto IsBetter = [](const ScanMatch& one, const ScanMatch& other) {
     const bool one_lost = one.state == MatchState::kLost;

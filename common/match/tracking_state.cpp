@@ -99,7 +99,7 @@ void TrackingState::Move(const Pose2& T_new_old) {
   if (onset_ == Onset::kNear || onset_ == Onset::kAnywhere) T_map_guess_ = T_new_old * T_map_guess_;
 }
 
-double TrackingState::usual_fitness() const {
+double TrackingState::baseline_fitness() const {
   if (fitnesses_.empty()) return 0.0;
   // The newest first: the order of a sum decides its last bit.
   return std::accumulate(fitnesses_.rbegin(), fitnesses_.rend(), 0.0) / static_cast<double>(fitnesses_.size());

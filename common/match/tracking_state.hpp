@@ -68,7 +68,7 @@ class TrackingState {
   std::int64_t num_lost() const { return num_lost_; }
 
   /// Mean fitness of the last scans that were matched; 0 while there are none.
-  double usual_fitness() const;
+  double baseline_fitness() const;
 
   /// The last matches, oldest first; at most kRecent.
   std::span<const ScanMatch> recent() const { return recent_; }

@@ -159,8 +159,8 @@ class Shades {
   std::vector<float> shades_;
 };
 
-/// Where the parabola through three values at -1, 0 and 1 has its summit; the middle one is not the smallest.
-double SummitOf(double before, double at, double after) {
+/// Where the parabola through three values at -1, 0 and 1 has its optimum; the middle one is not the smallest.
+double OptimumOf(double before, double at, double after) {
   const double bend = before - 2.0 * at + after;
   return bend < 0.0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
 }
@@ -188,8 +188,8 @@ CornerMatch FindCorner(const Shades& shades, const Patch& patch, const std::stri
     if (best.found) break;
   }
   const auto At = [&](int dx, int dy) { return shades.Likeness(patch, best_dx + dx, best_dy + dy); };
-  best.dx_px = best_dx + SummitOf(At(-1, 0), best.likeness, At(1, 0));
-  best.dy_px = best_dy + SummitOf(At(0, -1), best.likeness, At(0, 1));
+  best.dx_px = best_dx + OptimumOf(At(-1, 0), best.likeness, At(1, 0));
+  best.dy_px = best_dy + OptimumOf(At(0, -1), best.likeness, At(0, 1));
   return best;
 }
 

@@ -27,7 +27,7 @@ std::vector<int> SelectUniform(std::size_t num_rays, int step) {
   return picked;
 }
 
-/// Walks along the outline of the scan and picks a ray each time that another N-th of it lies behind.
+/// Walks along the contour of the scan and picks a ray each time that another N-th of it lies behind.
 std::vector<int> SelectByDensity(const std::vector<double>& displacements, int num_rays) {
   const double total_m = std::accumulate(displacements.begin(), displacements.end(), 0.0);  // Eq. 3
   const double step_m = total_m / num_rays;

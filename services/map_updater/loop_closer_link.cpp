@@ -55,7 +55,7 @@ void LoopCloserLink::Take(const pose_graph_t& message, Clock::time_point now) {
     if (message.num_parts > MostParts(mapper_.graph().size())) return counters_.Add("pose_graph_refused");
     const auto update = parts_.Add(message);
     if (!update && !parts_.empty()) return;  // others are to come
-    if (!update || !mapper_.Offer(*update)) return counters_.Add("pose_graph_refused");
+    if (!update || !mapper_.Accept(*update)) return counters_.Add("pose_graph_refused");
     Count();
     owner_.keep(*update);
   }

@@ -221,7 +221,7 @@ class MapUpdaterService {
   /// Makes the map of a journal.
   VisitJournal VisitOfJournal() {
     return {[this](const CriticalRays* scan, const ScanMatch& match) { Draw(scan, match); },
-            [this](const GraphUpdate& update) { return mapper_.Offer(update); },
+            [this](const GraphUpdate& update) { return mapper_.Accept(update); },
             [this](KeyframeId keyframe) { return mapper_.NoteSearched(keyframe); }};
   }
 

@@ -53,7 +53,7 @@ class Run {
                    Add(scan, match);
                    after_scan(*this);
                  },
-                 [this](const GraphUpdate& update) { return mapper_->Offer(update); }});
+                 [this](const GraphUpdate& update) { return mapper_->Accept(update); }});
   }
 
   std::size_t num_scans() const { return matches_.size(); }

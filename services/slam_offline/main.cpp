@@ -144,7 +144,7 @@ void SayWhatWasLeftOut(const std::string& program, const Session& session, const
 
 /// What was seen belongs elsewhere where loops were closed: map, poses and what is said of them follow the graph.
 Results PutRight(Run& run, Summary& summary) {
-  const Slam::Outcome outcome = run.slam.Conclude(run.matches);
+  const Slam::Outcome outcome = run.slam.Finalize(run.matches);
   run.statistics.ForgetMatches();
   for (const ScanMatch& match : run.matches) run.statistics.Add(match);
   Results results;
@@ -161,7 +161,7 @@ Results PutRight(Run& run, Summary& summary) {
   return results;
 }
 
-Results Conclude(Run& run, Summary& summary) {
+Results Finalize(Run& run, Summary& summary) {
   if (run.slam.closes_loops()) return PutRight(run, summary);
   Results results;
   results.grid = run.slam.map().ToDenseGrid();
@@ -170,7 +170,7 @@ Results Conclude(Run& run, Summary& summary) {
   return results;
 }
 
-/// Writes the pieces that are not joined with the map, after Conclude.
+/// Writes the pieces that are not joined with the map, after Finalize.
 void WritePieces(const std::string& out, const Run& run, const MapPieces& pieces) {
   RemovePieces(out);
   for (const int number : pieces.OthersWithMap()) {
@@ -203,7 +203,7 @@ struct Outcome {
 /// Writes the results, and says whether the map is to be trusted.
 Outcome WriteRun(const CommandLine& command_line, Run& run) {
   Summary summary;
-  Results results = Conclude(run, summary);
+  Results results = Finalize(run, summary);
   results.matches = run.matches;
   results.last_scan = run.last_scan;
   results.truth = run.truth;

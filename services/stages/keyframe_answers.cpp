@@ -16,7 +16,7 @@ std::vector<pose_graph_t> KeyframeAnswers::Answer(const keyframe_t& message) {
   if (!graph().Has(id)) {
     Keyframe keyframe = FromMessage(message);
     const bool is_next = FromOptional(message.previous) == graph().newest();
-    if (!is_next || (keyframe.tie && !graph().Has(keyframe.tie->keyframe))) return {};
+    if (!is_next || (keyframe.constraint && !graph().Has(keyframe.constraint->keyframe))) return {};
     const auto earlier = FindSearch(message);
     if (earlier && earlier->finding && !graph().Has(earlier->finding->older)) return {};
     if (!earlier) ++num_searched_;

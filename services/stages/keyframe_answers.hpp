@@ -22,7 +22,7 @@ class KeyframeAnswers {
   explicit KeyframeAnswers(MakeLoopCloser make_closer)
       : make_closer_(std::move(make_closer)), closer_(make_closer_()) {}
 
-  /// Answers one; nothing where one before it or its tie's is lacking, or where is_of_another_closer.
+  /// Answers one; nothing where one before it or its constraint's is lacking, or where is_of_another_closer.
   std::vector<pose_graph_t> Answer(const keyframe_t& message);
 
   /// Asks for some of the keyframes that are lacking; nothing where none are.

@@ -108,16 +108,16 @@ keyframe_t ToMessage(const Keyframe& keyframe, const KeyframeHead& head) {
   message.after_lost = keyframe.after_lost ? 1 : 0;
   message.begins_anywhere = keyframe.begins_anywhere ? 1 : 0;
   message.as_of = ToMessage(keyframe.as_of);
-  if (keyframe.open_axis) {
+  if (keyframe.degenerate_axis) {
     message.num_open_axes = 1;
-    message.open_axis[0] = keyframe.open_axis->x();
-    message.open_axis[1] = keyframe.open_axis->y();
+    message.open_axis[0] = keyframe.degenerate_axis->x();
+    message.open_axis[1] = keyframe.degenerate_axis->y();
   }
   message.tied_to = ToMessage(std::optional<KeyframeId>());
-  if (keyframe.tie) {
+  if (keyframe.constraint) {
     message.num_ties = 1;
-    message.tied_to = ToMessage(keyframe.tie->keyframe);
-    message.T_tied_this = ToMessage(keyframe.tie->T_keyframe_this);
+    message.tied_to = ToMessage(keyframe.constraint->keyframe);
+    message.T_tied_this = ToMessage(keyframe.constraint->T_keyframe_this);
   }
   if (head.search) {
     message.searched = 1;
@@ -137,8 +137,10 @@ Keyframe FromMessage(const keyframe_t& message) {
   keyframe.begins_anywhere = message.begins_anywhere == 1;
   keyframe.begins = message.id.number == 0;
   keyframe.as_of = FromOptional(message.as_of);
-  if (message.num_open_axes == 1) keyframe.open_axis = Eigen::Vector2d(message.open_axis[0], message.open_axis[1]);
-  if (message.num_ties == 1) keyframe.tie = Tie{FromMessage(message.tied_to), FromMessage(message.T_tied_this)};
+  if (message.num_open_axes == 1)
+    keyframe.degenerate_axis = Eigen::Vector2d(message.open_axis[0], message.open_axis[1]);
+  if (message.num_ties == 1)
+    keyframe.constraint = ProximityConstraint{FromMessage(message.tied_to), FromMessage(message.T_tied_this)};
   return keyframe;
 }
 

@@ -269,11 +269,12 @@ bool ValuesInRange(const pose_graph_t& message) {
   const bool previous_in_range =
       IsNone(message.previous) || (IsKeyframe(message.previous) && !IsOlder(message.keyframe, message.previous) &&
                                    (message.changed == 0 || IsOlder(message.previous, message.keyframe)));
-  const bool ties_in_range = IsNone(message.ties_wrong_from) || (IsKeyframe(message.ties_wrong_from) &&
-                                                                 !IsOlder(message.keyframe, message.ties_wrong_from));
+  const bool constraints_in_range =
+      IsNone(message.ties_wrong_from) ||
+      (IsKeyframe(message.ties_wrong_from) && !IsOlder(message.keyframe, message.ties_wrong_from));
   return message.utime >= 0 && message.epoch != 0 && IsKeyframe(message.keyframe) && previous_in_range &&
          IsFlag(message.changed) && message.part >= 0 && message.num_parts <= kMostParts &&
-         message.part < message.num_parts && AreFindings(message.findings, message.keyframe) && ties_in_range &&
+         message.part < message.num_parts && AreFindings(message.findings, message.keyframe) && constraints_in_range &&
          std::all_of(message.closed.begin(), message.closed.end(), IsLoop) &&
          std::all_of(message.taken_out.begin(), message.taken_out.end(), IsLoop) &&
          std::all_of(message.moved.begin(), message.moved.end(), IsStretch);

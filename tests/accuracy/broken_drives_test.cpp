@@ -72,7 +72,7 @@ Pieces MapBroken(const Recording& recording, const Parameters& parameters) {
   Slam slam(parameters);
   std::vector<ScanMatch> matches;
   for (const LaserScan& scan : recording.scans) matches.push_back(slam.Process(scan).match);
-  const KeyframeGraph graph = slam.Conclude(matches).graph;
+  const KeyframeGraph graph = slam.Finalize(matches).graph;
   Trajectory placed;
   for (const ScanMatch& match : matches) {
     if (match.state != MatchState::kLost) placed.push_back({match.utime, match.T_map_laser});

@@ -29,7 +29,7 @@ struct Tally {
 };
 
 /// What `num_runs` runs come to, of which some may not have ended: these count as if they had no error.
-Bounds Conclude(const Tally& tally, int num_runs) {
+Bounds Finalize(const Tally& tally, int num_runs) {
   std::vector<double> worst_m = tally.worst_m;
   worst_m.resize(std::max(worst_m.size(), static_cast<std::size_t>(num_runs)));
   std::sort(worst_m.begin(), worst_m.end());
@@ -45,7 +45,7 @@ std::vector<std::string> FindFailures(const Course& course, const Tally& tally) 
     if (value <= bound) return;
     failures.push_back(fmt::format("{}: {} is {:.4f}, may be {:.4f} at most", course.name, what, value, bound));
   };
-  const Bounds found = Conclude(tally, course.num_seeds);
+  const Bounds found = Finalize(tally, course.num_seeds);
   const Bounds& bounds = course.bounds;
   CheckMost("the worst error [m]", found.worst_m, bounds.worst_m);
   CheckMost("the median of the runs' worst errors [m]", found.typical_m, bounds.typical_m);
@@ -118,7 +118,7 @@ class Gate {
     for (std::size_t i = 0; i < courses_.size(); ++i) {
       const int num_runs = static_cast<int>(tallies_[i].worst_m.size());
       if (num_runs == 0) continue;
-      const Bounds found = Conclude(tallies_[i], num_runs);
+      const Bounds found = Finalize(tallies_[i], num_runs);
       const Bounds& bounds = courses_[i].bounds;
       fmt::print("{:<11}{:>5}", courses_[i].name, num_runs);
       for (const double Bounds::*value :

@@ -45,7 +45,7 @@ double MapWorld(const World& world, std::uint64_t seed) {
     matches.push_back(slam.Process(*scan).match);
     truth.push_back({scan->utime, simulator.TruePose().value()});
   }
-  slam.Conclude(matches);
+  slam.Finalize(matches);
   Trajectory trajectory;
   for (const ScanMatch& match : matches) trajectory.push_back({match.utime, match.T_map_laser});
   return EvaluateTrajectory(Align(trajectory, truth), truth).rmse_m;

@@ -29,7 +29,7 @@ MapErrors Measure(const std::string& world_name, std::uint64_t seed) {
   Slam slam(parameters);
   std::vector<ScanMatch> matches;
   while (const auto scan = source->Next()) matches.push_back(slam.Process(*scan).match);
-  const DenseGrid map = slam.Conclude(matches).map.ToDenseGrid();
+  const DenseGrid map = slam.Finalize(matches).map.ToDenseGrid();
   const World world = LoadWorld(world_name);
   return {EvaluateObstacles(map, world).omse_px2, EvaluateCorners(map, world).cmse_px2};
 }

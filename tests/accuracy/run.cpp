@@ -39,7 +39,7 @@ Outcome Summarize(const std::vector<ScanMatch>& matches) {
 
 /// Loops move poses; and they are right or wrong themselves.
 void PutRight(Slam& slam, const Trajectory& truth, std::vector<ScanMatch>& matches, Outcome& outcome) {
-  const Slam::Outcome put_right = slam.Conclude(matches);
+  const Slam::Outcome put_right = slam.Finalize(matches);
   outcome.num_loops = static_cast<int>(put_right.graph.loops().size());
   std::map<std::int64_t, Pose2> true_poses;
   for (const auto& [utime, pose] : truth) true_poses[utime] = pose;

@@ -89,7 +89,7 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
     results.last_scan = step.scan;
   }
   // With loops, what the matcher sees is the map around the robot.
-  results.grid = slam.closes_loops() ? slam.Conclude(matches).map.ToDenseGrid() : slam.map().ToDenseGrid();
+  results.grid = slam.closes_loops() ? slam.Finalize(matches).map.ToDenseGrid() : slam.map().ToDenseGrid();
   Trajectory trajectory;
   for (const ScanMatch& match : matches) trajectory.push_back({match.utime, match.T_map_laser});
   results.matches = matches;

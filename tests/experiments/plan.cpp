@@ -14,7 +14,7 @@ const std::vector<Change> kChanges = {
     {"final climb", {"--final-climb", "--spacing-cap-m", "0.1"}, {"--no-final-climb"}},
     {"interpolation", {"--interpolate"}, {"--no-interpolate"}},
     {"unexplored scores 0", {"--unexplored-score", "0"}, {"--unexplored-score", "-100"}},
-    {"pull to the presumed pose", {"--pull-per-m2", "0.5"}, {"--pull-per-m2", "0"}},
+    {"motion prior", {"--pull-per-m2", "0.5"}, {"--pull-per-m2", "0"}},
     {"look along corridors", {"--axis-window-m", "1"}, {"--axis-window-m", "0"}},
     {"sparse updates",
      {"--update-distance-m", "0.2", "--update-angle-rad", "0.17"},

@@ -67,7 +67,7 @@ class Owner {
 
   void Take(const pose_graph_t& part) {
     if (!loops_ || part.changed == 0) return;
-    if (const auto update = parts_.Add(part)) mapper_.Offer(*update);
+    if (const auto update = parts_.Add(part)) mapper_.Accept(*update);
   }
 
   void AnswerWithPiece(const map_request_t& request) const {

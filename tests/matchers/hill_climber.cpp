@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/match/summit.hpp"
+#include "common/match/optimum.hpp"
 
 namespace crsm {
 
@@ -26,7 +26,7 @@ ScanMatch HillClimber::Match(const CriticalRays& scan, const TrackingState& trac
   constexpr double kFirstStep_rad = 0.05;
   constexpr int kHalvings = 6;  // down to 2 mm
   const ScoredPose top =
-      ClimbToSummit(match.T_map_laser, kFirstStep_m, kFirstStep_rad, kHalvings, [&](const Pose2& pose) {
+      ClimbToOptimum(match.T_map_laser, kFirstStep_m, kFirstStep_rad, kHalvings, [&](const Pose2& pose) {
         ++match.evaluations;
         return map_.Fitness(rays, pose);
       });

@@ -27,7 +27,7 @@ TEST_CASE("a stack with another loop closer closes loops, and gives the bytes th
   Slam slam(ParametersOf(flags), {}, [] { return std::make_unique<NearbyLoopCloser>(); });
   std::vector<ScanMatch> matches;
   for (const LaserScan& scan : scans) matches.push_back(slam.Process(scan).match);
-  const Slam::Outcome outcome = slam.Conclude(matches);
+  const Slam::Outcome outcome = slam.Finalize(matches);
   Trajectory expected;
   for (const ScanMatch& match : matches) expected.push_back({match.utime, match.T_map_laser});
   CHECK_FALSE(outcome.graph.loops().empty());

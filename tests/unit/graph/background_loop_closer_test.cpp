@@ -59,7 +59,7 @@ TEST_CASE("keyframes that are never asked about are searched all the same, and d
 
 TEST_CASE("what a search throws, who takes its updates gets") {
   std::vector<Keyframe> keyframes = MakeRound();
-  keyframes[50].tie = Tie{{0, 0}, {NAN, 0.0, 0.0}};
+  keyframes[50].constraint = ProximityConstraint{{0, 0}, {NAN, 0.0, 0.0}};
   BackgroundLoopCloser closer(MakeCloser());
   for (const Keyframe& keyframe : keyframes) closer.Add(keyframe, {});
   CHECK_THROWS_AS(closer.Take(0), std::invalid_argument);

@@ -11,10 +11,11 @@
 namespace crsm {
 namespace {
 
-Keyframe MakeKeyframe(const Pose2& T_previous_this, const std::optional<Tie>& tie = std::nullopt) {
+Keyframe MakeKeyframe(const Pose2& T_previous_this,
+                      const std::optional<ProximityConstraint>& constraint = std::nullopt) {
   Keyframe keyframe;
   keyframe.T_previous_this = T_previous_this;
-  keyframe.tie = tie;
+  keyframe.constraint = constraint;
   return keyframe;
 }
 
@@ -107,14 +108,14 @@ TEST_CASE("what is near is near along motions, ties and loops, by the shortest w
   CHECK(Within(graph, 4, 0.0) == std::map<int, double>{{4, 0.0}});
   CHECK(Within(graph, 4, 2.0) == std::map<int, double>{{2, 2.0}, {3, 1.0}, {4, 0.0}, {5, 1.0}, {6, 2.0}});
 
-  SECTION("a tie leads to the keyframe it was matched at, until it is dropped") {
-    const KeyframeId tied = graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, Tie{Nth(2), {0.3, 0.4, 0.0}}));
+  SECTION("a constraint leads to the keyframe it was matched at, until it is dropped") {
+    const KeyframeId tied = graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, ProximityConstraint{Nth(2), {0.3, 0.4, 0.0}}));
     CHECK(Within(graph, tied.number, 1.6) == std::map<int, double>{{1, 1.5}, {2, 0.5}, {3, 1.5}, {9, 1.0}, {10, 0.0}});
-    graph.DropTies({0, tied.number + 1});
+    graph.DropConstraints({0, tied.number + 1});
     CHECK(Within(graph, tied.number, 1.0).count(2) == 1);
-    graph.DropTies(tied);
+    graph.DropConstraints(tied);
     CHECK(Within(graph, tied.number, 1.6) == std::map<int, double>{{9, 1.0}, {10, 0.0}});
-    CHECK(graph.keyframe(tied).tie_wrong);
+    CHECK(graph.keyframe(tied).constraint_wrong);
   }
   SECTION("so does a loop, until it is dropped") {
     const Loop loop{Nth(1), Nth(9), {0.0, 0.5, 3.0}};
@@ -126,8 +127,8 @@ TEST_CASE("what is near is near along motions, ties and loops, by the shortest w
     CHECK(graph.loops().empty());
     CHECK(Within(graph, 9, 1.5) == std::map<int, double>{{8, 1.0}, {9, 0.0}});
   }
-  SECTION("a loop between keyframes that are tied is dropped without the tie") {
-    const KeyframeId tied = graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, Tie{Nth(2), {0.5, 0.0, 0.0}}));
+  SECTION("a loop between keyframes that are tied is dropped without the constraint") {
+    const KeyframeId tied = graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, ProximityConstraint{Nth(2), {0.5, 0.0, 0.0}}));
     const Loop loop{Nth(2), tied, {0.25, 0.0, 0.0}};
     graph.AddLoop(loop);
     CHECK(Within(graph, tied.number, 1.0)[2] == 0.25);
@@ -168,13 +169,13 @@ TEST_CASE("a loop that all others contradict is taken out") {
   CHECK(graph.Optimise().empty());
 }
 
-TEST_CASE("a tie holds a keyframe at the place where it was matched") {
+TEST_CASE("a constraint holds a keyframe at the place where it was matched") {
   const std::vector<Pose2> truth = SquareRound(81);
   KeyframeGraph graph = DriveDrifting(truth, {0.0, 0.0, 0.001});
-  Keyframe tied = MakeKeyframe(Inverse(truth[0]) * truth[1], Tie{Nth(1), {}});
+  Keyframe tied = MakeKeyframe(Inverse(truth[0]) * truth[1], ProximityConstraint{Nth(1), {}});
   tied.T_previous_this = Inverse(graph.pose(Nth(80))) * graph.pose(Nth(1));  // as matched: right where it was
   graph.Add(tied);
-  CHECK(graph.MakePoseGraph().edges().size() == 82);  // 81 motions and the tie
+  CHECK(graph.MakePoseGraph().edges().size() == 82);  // 81 motions and the constraint
   graph.Optimise();
   CheckPose(Inverse(graph.pose(Nth(1))) * graph.pose(Nth(81)), {}, 0.02);
 }
@@ -191,9 +192,9 @@ TEST_CASE("where a corridor left the position open, and where scans were lost, a
   };
   Keyframe plain = MakeKeyframe({1.0, 0.0, 0.0});
   Keyframe open = plain;
-  open.open_axis = Eigen::Vector2d(0.0, 1.0);
+  open.degenerate_axis = Eigen::Vector2d(0.0, 1.0);
   Keyframe turned = MakeKeyframe({1.0, 0.0, kPi / 2});
-  turned.open_axis = Eigen::Vector2d(1.0, 0.0);  // its own x axis is the first one's y axis
+  turned.degenerate_axis = Eigen::Vector2d(1.0, 0.0);  // its own x axis is the first one's y axis
   Keyframe after_lost = plain;
   after_lost.after_lost = true;
   CHECK(BendAt(open) > 1.5 * BendAt(plain));
@@ -231,7 +232,7 @@ TEST_CASE("what another graph has learned is taken over, and later keyframes fol
 
 TEST_CASE("what an update takes out is gone, and an update without poses moves nothing") {
   KeyframeGraph graph = DriveStraight(10);
-  graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, Tie{Nth(2), {}}));
+  graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, ProximityConstraint{Nth(2), {}}));
   const KeyframePoses poses = graph.poses();
   const Loop one{Nth(1), Nth(9), {}};
   const Loop two{Nth(2), Nth(8), {}};
@@ -243,7 +244,7 @@ TEST_CASE("what an update takes out is gone, and an update without poses moves n
   update.ties_wrong_from = Nth(3);
   graph.Apply(update);
   CHECK(graph.loops() == std::vector<Loop>{two});
-  CHECK(graph.keyframe(Nth(10)).tie_wrong);
+  CHECK(graph.keyframe(Nth(10)).constraint_wrong);
   CHECK(graph.poses() == poses);
 }
 
@@ -370,7 +371,7 @@ TEST_CASE("along a degenerate direction the wheels and the match share what a lo
     KeyframeGraph graph;
     for (int i = 0; i < 10; ++i) {
       Keyframe keyframe = MakeKeyframe({1.0, 0.0, 0.0});
-      keyframe.open_axis = Eigen::Vector2d(1.0, 0.0);
+      keyframe.degenerate_axis = Eigen::Vector2d(1.0, 0.0);
       if (sigma_m > 0.0 && i == 4) keyframe.by_wheels = WheelMotion{{1.0, 0.0, 0.0}, sigma_m, 0.01};
       graph.Add(keyframe);
     }

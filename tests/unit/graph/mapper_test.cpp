@@ -184,17 +184,17 @@ TEST_CASE("a keyframe is tied to the nearest one of long ago, where it was match
   Mapper mapper(Drawing(), kLoops);
   for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
   const KeyframeGraph& graph = mapper.graph();
-  int num_tied = 0;
+  int num_constrained = 0;
   for (const KeyframeId id : graph.ids()) {
-    const auto& tie = graph.keyframe(id).tie;
-    if (!tie) continue;
-    ++num_tied;
-    REQUIRE(graph.path_m(id) - graph.path_m(tie->keyframe) > GraphConstants().submaps.long_ago_m);
-    CheckPose(graph.pose(tie->keyframe) * tie->T_keyframe_this, graph.pose(id), 1e-6);
-    REQUIRE(std::hypot(tie->T_keyframe_this.x_m, tie->T_keyframe_this.y_m) < 2.5);
+    const auto& constraint = graph.keyframe(id).constraint;
+    if (!constraint) continue;
+    ++num_constrained;
+    REQUIRE(graph.path_m(id) - graph.path_m(constraint->keyframe) > GraphConstants().submaps.long_ago_m);
+    CheckPose(graph.pose(constraint->keyframe) * constraint->T_keyframe_this, graph.pose(id), 1e-6);
+    REQUIRE(std::hypot(constraint->T_keyframe_this.x_m, constraint->T_keyframe_this.y_m) < 2.5);
   }
-  CHECK(num_tied >= 5);
-  CHECK_FALSE(graph.keyframe(graph.FindByPath(0, 24.0)).tie);
+  CHECK(num_constrained >= 5);
+  CHECK_FALSE(graph.keyframe(graph.FindByPath(0, 24.0)).constraint);
 }
 
 TEST_CASE("a keyframe says what is not known of its motion") {
@@ -212,13 +212,13 @@ TEST_CASE("a keyframe says what is not known of its motion") {
   REQUIRE(keyframe);
   CHECK(keyframe->utime == open.utime);
   CHECK(keyframe->after_lost);
-  REQUIRE(keyframe->open_axis);
-  CHECK(keyframe->open_axis->x() == Approx(1.0));  // the map's y axis is straight ahead
-  CHECK(keyframe->open_axis->y() == Approx(0.0).margin(1e-9));
+  REQUIRE(keyframe->degenerate_axis);
+  CHECK(keyframe->degenerate_axis->x() == Approx(1.0));  // the map's y axis is straight ahead
+  CHECK(keyframe->degenerate_axis->y() == Approx(0.0).margin(1e-9));
   keyframe = mapper.Integrate(&driven.scans[8], driven.matches[8]).keyframe;
   REQUIRE(keyframe);
   CHECK_FALSE(keyframe->after_lost);
-  CHECK_FALSE(keyframe->open_axis);
+  CHECK_FALSE(keyframe->degenerate_axis);
 }
 
 TEST_CASE("what is put right takes effect some keyframes later, and moves the map, the robot and all scans") {
@@ -235,7 +235,7 @@ TEST_CASE("what is put right takes effect some keyframes later, and moves the ma
   GraphUpdate update;
   update.keyframe = Nth(before.size() - kLoops.lag);
   update.moved = {Moved(before, turn, 0, update.keyframe.number)};
-  REQUIRE(mapper.Offer(update));
+  REQUIRE(mapper.Accept(update));
   CHECK(mapper.last_update() == update.keyframe);
   CHECK(mapper.num_layouts() == 1);
 
@@ -289,7 +289,7 @@ TEST_CASE("scans between keyframes follow the one that they were matched after, 
   update.keyframe = Nth(newest + 1 - kLoops.lag);  // the next keyframe brings it to the map
   const Pose2 turn{0.5, 0.0, 0.1};
   update.moved = {Moved(mapper.graph(), turn, 0, update.keyframe.number)};
-  REQUIRE(mapper.Offer(update));
+  REQUIRE(mapper.Accept(update));
 
   const CriticalRays scan = driven.scans.back();
   const Pose2 last = matches.back().T_map_laser;
@@ -325,7 +325,7 @@ TEST_CASE("a local map that is drawn anew has few keyframes of each place, howev
     update.previous = mapper.last_update();
     update.keyframe = Nth(mapper.graph().size() - kLoops.lag);
     update.moved = {Moved(mapper.graph(), {}, 0, update.keyframe.number)};
-    REQUIRE(mapper.Offer(update));
+    REQUIRE(mapper.Accept(update));
     DriveOn(1);
     return mapper.num_drawn();
   };
@@ -376,8 +376,8 @@ TEST_CASE(
         GraphUpdate update;
         update.keyframe = *whole.graph().newest();
         update.moved = {Moved(whole.graph(), {0.1, 0.2, 0.003}, 10, update.keyframe.number)};
-        REQUIRE(whole.Offer(update));
-        REQUIRE(put_off.Offer(update));
+        REQUIRE(whole.Accept(update));
+        REQUIRE(put_off.Accept(update));
       }
       if (i < num_put_off) CHECK(put_off.local().num_tiles() == 0);
       if (i + 1 == num_put_off) Tell(put_off.DrawPutOff());
@@ -404,12 +404,12 @@ TEST_CASE("an update comes to the same whether keyframes come before it or after
     update.emplace();
     update->keyframe = Nth(24);
     update->moved = {Moved(early.graph(), {0.1, 0.2, 0.003}, 10, 24)};  // those before it stay
-    REQUIRE(early.Offer(*update));
+    REQUIRE(early.Accept(*update));
     REQUIRE(early.graph().size() - 1 < 24 + kLoops.lag);
   }
   REQUIRE(update);
   REQUIRE(late.graph().size() <= 24 + kLoops.lag);  // not due yet
-  REQUIRE(late.Offer(*update));
+  REQUIRE(late.Accept(*update));
   CHECK(early.best_poses() == late.best_poses());
   CHECK(early.MakeBestGraph().poses() == early.best_poses());
   for (int k = 0; k < 10; ++k) CHECK(At(early.best_poses(), Nth(k)) == early.graph().pose(Nth(k)));
@@ -420,22 +420,22 @@ TEST_CASE("loops are placed by all that is known: those that hold, those that we
   Mapper mapper(Drawing(), kLoops);
   for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
   CHECK(mapper.PlaceLoops().empty());
-  const auto Offer = [&](int keyframe, std::vector<Loop> closed, std::vector<Loop> taken_out, double moved_m) {
+  const auto Accept = [&](int keyframe, std::vector<Loop> closed, std::vector<Loop> taken_out, double moved_m) {
     GraphUpdate update;
     update.keyframe = Nth(keyframe);
     update.previous = mapper.last_update();
     update.closed = std::move(closed);
     update.taken_out = std::move(taken_out);
     update.moved = {Moved(mapper.graph(), {moved_m, 0.0, 0.0}, 0, keyframe)};
-    REQUIRE(mapper.Offer(update));
+    REQUIRE(mapper.Accept(update));
   };
   const auto Placed = [&](int older, int newer, double moved_m, bool taken_out) {
     const Pose2 motion{moved_m, 0.0, 0.0};
     return PlacedLoop{motion * mapper.graph().pose(Nth(older)), motion * mapper.graph().pose(Nth(newer)), taken_out};
   };
-  Offer(10, {{Nth(1), Nth(9), {}}, {Nth(2), Nth(10), {}}}, {}, 0.5);
+  Accept(10, {{Nth(1), Nth(9), {}}, {Nth(2), Nth(10), {}}}, {}, 0.5);
   CHECK(mapper.PlaceLoops() == std::vector{Placed(1, 9, 0.5, false), Placed(2, 10, 0.5, false)});
-  Offer(12, {{Nth(3), Nth(12), {}}}, {{Nth(1), Nth(9), {}}}, 0.25);
+  Accept(12, {{Nth(3), Nth(12), {}}}, {{Nth(1), Nth(9), {}}}, 0.25);
   CHECK(mapper.PlaceLoops() ==
         std::vector{Placed(2, 10, 0.25, false), Placed(3, 12, 0.25, false), Placed(1, 9, 0.25, true)});
   CHECK(mapper.num_loops() == 2);
@@ -444,7 +444,7 @@ TEST_CASE("loops are placed by all that is known: those that hold, those that we
   std::vector<Loop> many;
   for (int i = 0; i < 150; ++i) many.push_back({Nth(i % 10), Nth(11), {}});
   many.push_back({Nth(4), Nth(11), {}});
-  Offer(13, many, {}, 0.0);
+  Accept(13, many, {}, 0.0);
   const std::vector<PlacedLoop> placed = mapper.PlaceLoops();
   REQUIRE(placed.size() == kMostPlacedLoops / 2 + 1);
   CHECK(placed[kMostPlacedLoops / 2 - 1] == Placed(4, 11, 0.0, false));
@@ -464,12 +464,12 @@ TEST_CASE("what was found changes nothing before it closes a loop, and is known 
   const auto IsRefused = [&](const std::function<void(GraphUpdate&)>& spoil) {
     GraphUpdate spoilt = update;
     spoil(spoilt);
-    return !mapper.Offer(spoilt);
+    return !mapper.Accept(spoilt);
   };
   CHECK(IsRefused([](GraphUpdate& u) { u.finding->older = Nth(20); }));
   CHECK(IsRefused([](GraphUpdate& u) { u.finding->older = Nth(-1); }));
   CHECK(IsRefused([](GraphUpdate& u) { u.finding->newer = Nth(19); }));
-  REQUIRE(mapper.Offer(update));
+  REQUIRE(mapper.Accept(update));
   CHECK(mapper.num_layouts() == 0);
   CHECK(mapper.last_update() == Nth(20));
   CHECK(mapper.searched() == Nth(20));
@@ -495,7 +495,7 @@ TEST_CASE("an update that does not follow the last one, or is of no such graph, 
   const auto IsRefused = [&](const std::function<void(GraphUpdate&)>& spoil) {
     GraphUpdate update = good;
     spoil(update);
-    return !mapper.Offer(update) && mapper.best_poses() == poses && mapper.num_layouts() == 0;
+    return !mapper.Accept(update) && mapper.best_poses() == poses && mapper.num_layouts() == 0;
   };
   CHECK(IsRefused([](GraphUpdate& u) { u.previous = Nth(5); }));
   CHECK(IsRefused([](GraphUpdate& u) { u.previous = KeyframeId{-1, 2}; }));
@@ -513,8 +513,8 @@ TEST_CASE("an update that does not follow the last one, or is of no such graph, 
     u.keyframe = Nth(mapper.graph().size());
     u.moved = {{Nth(0), std::vector<Pose2>(IndexOf(u.keyframe) + 1)}};
   }));
-  CHECK(mapper.Offer(good));
-  CHECK_FALSE(mapper.Offer(good));  // it is known
+  CHECK(mapper.Accept(good));
+  CHECK_FALSE(mapper.Accept(good));  // it is known
 }
 
 TEST_CASE("scans before the first keyframe stay where they were") {
@@ -545,7 +545,7 @@ TEST_CASE("a first scan amid a drive begins a map of its own, and what is shown 
     if (i != num_before) continue;
     REQUIRE(step.keyframe);
     CHECK(step.keyframe->begins);
-    CHECK_FALSE(step.keyframe->tie);
+    CHECK_FALSE(step.keyframe->constraint);
     CHECK(mapper.num_drawn() == 1);  // nothing that came before is matched any more
     CHECK(mapper.IsScanOnMap(0));
     CHECK_FALSE(mapper.IsScanOnMap(static_cast<std::int64_t>(i)));
@@ -579,7 +579,7 @@ TEST_CASE("a trajectory floats until it has the most keyframes or is joined, by 
       GraphUpdate update;
       update.keyframe = *newest;
       update.closed = {{{0, 20}, {1, 20}, {}}};
-      REQUIRE(mapper.Offer(update));
+      REQUIRE(mapper.Accept(update));
       num_joined = 20;
       CHECK(mapper.IsKeyframeOnMap(*newest));  // is known at once, but takes effect some keyframes later
     }

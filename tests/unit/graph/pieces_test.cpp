@@ -67,7 +67,7 @@ struct BrokenDrive {
     update.keyframe = *graph.newest();
     update.previous = mapper.last_update();
     update.closed = {{graph.LastOf(older), graph.LastOf(newer), {}}};
-    return mapper.Offer(update);
+    return mapper.Accept(update);
   }
 
  private:
@@ -270,7 +270,7 @@ TEST_CASE("on the terminal stands where a trajectory begins and where it is join
   update.taken_out = {{drive.mapper.graph().LastOf(0), drive.mapper.graph().LastOf(1), {}}};
   drive.Add(MakeBlock(5), 15.0, false);
   update.keyframe = *drive.mapper.graph().newest();
-  REQUIRE(drive.mapper.Offer(update));
+  REQUIRE(drive.mapper.Accept(update));
   REQUIRE(Look().size() == 1);
 
   BreakNews later;

@@ -35,18 +35,19 @@ double WorstLoop_m(const std::vector<Loop>& loops, const std::vector<Pose2>& tru
   return worst_m;
 }
 
-/// A tie to the nearest keyframe of long ago, as the mapper makes it: by where the matches say that the robot is.
-std::optional<Tie> TieWhereMatched(const KeyframeGraph& graph, const Pose2& T_map_this) {
-  std::optional<Tie> tie;
+/// A constraint to the nearest keyframe of long ago, as the mapper makes it: by where the matches say that the robot
+/// is.
+std::optional<ProximityConstraint> ConstrainWhereMatched(const KeyframeGraph& graph, const Pose2& T_map_this) {
+  std::optional<ProximityConstraint> constraint;
   double nearest_m = 2.5;
   for (KeyframeId id = Nth(0); IsLongAgo(graph, id, GraphConstants().submaps.long_ago_m); ++id.number) {
     const double away_m = Distance_m(graph.pose(id), T_map_this);
     if (away_m < nearest_m) {
       nearest_m = away_m;
-      tie = Tie{id, Inverse(graph.pose(id)) * T_map_this};
+      constraint = ProximityConstraint{id, Inverse(graph.pose(id)) * T_map_this};
     }
   }
-  return tie;
+  return constraint;
 }
 
 /// Two corridors of 40 m, with a door every 2 m on both sides, between two halls: 2.2 m from middle to middle.
@@ -194,26 +195,27 @@ TEST_CASE("where a place is known the matches are checked, and a slip between tw
   const std::vector<Pose2> truth = FromFirst(places);
   constexpr int kSlip = 130;  // after 65 m, where the first ties are 9 m old
   constexpr int kSlipped = 138;
-  // Eight motions along an open axis and what they hang on are known to 0.15 m: four deviations.
+  // Eight motions along a degenerate direction and what they hang on are known to 0.15 m: four deviations.
   for (const double slip_m : {0.0, 0.6}) {
     CAPTURE(slip_m);
     auto keyframes = MakeKeyframes(walls, places, {}, 4);
     for (std::size_t i = kSlip; i < kSlipped; ++i) {  // the walls left it open how far the robot went
       keyframes[i].T_previous_this = keyframes[i].T_previous_this * Pose2{slip_m / (kSlipped - kSlip), 0.0, 0.0};
-      keyframes[i].open_axis = Eigen::Vector2d::UnitX();
+      keyframes[i].degenerate_axis = Eigen::Vector2d::UnitX();
     }
     SubmapLoopCloser closer(kLoops, UpdateParameters{});
     std::optional<GraphUpdate> found;
-    int num_tied = 0;
+    int num_constrained = 0;
     for (Keyframe& keyframe : keyframes) {
       const KeyframeGraph& graph = closer.graph();
-      if (graph.size() > 0) keyframe.tie = TieWhereMatched(graph, graph.poses()[0].back() * keyframe.T_previous_this);
-      num_tied += keyframe.tie.has_value();
+      if (graph.size() > 0)
+        keyframe.constraint = ConstrainWhereMatched(graph, graph.poses()[0].back() * keyframe.T_previous_this);
+      num_constrained += keyframe.constraint.has_value();
       if (found && graph.CountAfter(found->keyframe) >= kLoops.lag) keyframe.as_of = found->keyframe;
       auto update = closer.Add(keyframe, {});
       if (update && update->ChangesGraph() && !found) found = std::move(update);
     }
-    REQUIRE(num_tied > 10);
+    REQUIRE(num_constrained > 10);
     REQUIRE(found.has_value() == (slip_m > 0.0));
     if (!found) continue;
     REQUIRE(found->ties_wrong_from);
@@ -223,7 +225,7 @@ TEST_CASE("where a place is known the matches are checked, and a slip between tw
     const KeyframeId last = std::min(Nth(found->keyframe.number + kLoops.lag), *closer.graph().newest());
     for (KeyframeId id = *found->ties_wrong_from; id <= last; ++id.number) {
       const Keyframe& keyframe = closer.graph().keyframe(id);  // also of those that were matched until it took effect
-      CHECK((!keyframe.tie || keyframe.tie_wrong));
+      CHECK((!keyframe.constraint || keyframe.constraint_wrong));
     }
     CHECK(Distance_m(closer.graph().poses()[0].back(), truth.back()) < 0.15);
   }

@@ -38,7 +38,7 @@ std::vector<std::uint8_t> Expected(const KeyframeGraph& graph, const KeyframePos
   std::vector<PlacedScan> scans;
   for (const KeyframeId id : graph.ids()) scans.push_back({&graph.keyframe(id).rays, At(poses, id)});
   MapUpdater updater(Drawing());
-  updater.DrawAnew(scans);
+  updater.Redraw(scans);
   return CellsOf(updater);
 }
 

@@ -85,7 +85,7 @@ TEST_CASE("the library's map, poses and loops are those of the algorithm, whoeve
   CHECK(loop_closed == with_loops);
 
   if (!with_loops) CheckSame(library.MakeMap(), slam.map().ToDenseGrid());
-  const Slam::Outcome outcome = slam.Conclude(matches);
+  const Slam::Outcome outcome = slam.Finalize(matches);
   if (with_loops) CheckSame(library.MakeMap(), outcome.map.ToDenseGrid());
   const auto trajectory = library.Trajectory();
   REQUIRE(trajectory.size() == matches.size());

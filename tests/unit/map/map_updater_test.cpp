@@ -396,14 +396,14 @@ TEST_CASE("drawn anew, the tiles that are not as they were have changed, and no 
   map.updater.UpdateWithoutScan();
   const ValidRays rays = AllRays(Beam(1.0f)).rays;
   const PlacedScan first{&rays, kInCell};
-  const std::vector<TileChange> changes = map.updater.DrawAnew({&first, 1});
+  const std::vector<TileChange> changes = map.updater.Redraw({&first, 1});
   CHECK(changes.size() == 1);
   for (const TileChange& change : changes) REQUIRE(map.bytes.Apply(change));
   CHECK(map.At(5, 0) == kFreeOnce);
   CHECK(map.At(205, 0) == kUnexploredByte);
   CHECK_FALSE(map.updater.TileSince(0, version));
   CHECK(map.updater.TileSince(1, version));
-  CHECK(map.updater.DrawAnew({&first, 1}).empty());
+  CHECK(map.updater.Redraw({&first, 1}).empty());
 }
 
 TEST_CASE("a finished map answers and does not change, and its versions start over") {

@@ -179,7 +179,7 @@ TEST_CASE(
   GraphUpdate update;
   update.keyframe = {0, 3};
   update.moved = {{{0, 3}, {{1.5, 0.75, 0.1}}}};  // this one and what follows it are elsewhere
-  REQUIRE(mapper.Offer(update));
+  REQUIRE(mapper.Accept(update));
 
   const AnswerOptions options{kEpoch, kMostBytes};
   for (const int first_match : {0, 2, 4}) {
@@ -216,7 +216,7 @@ TEST_CASE("with the last matches who looks at the map is told its loops, and in 
   update.keyframe = *mapper.graph().newest();
   REQUIRE(update.keyframe.number >= 250);
   for (int k = 1; k <= 250; ++k) update.closed.push_back({{0, k - 1}, {0, k}, {}});
-  REQUIRE(mapper.Offer(update));
+  REQUIRE(mapper.Accept(update));
 
   const AnswerOptions options{kEpoch, kMostBytes};
   map_request_t request = Ask(0, 0, 0);

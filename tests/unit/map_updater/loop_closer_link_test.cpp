@@ -125,7 +125,7 @@ const std::vector<GraphUpdate>& UpdatesRoundBlock() {
       const KeyframeGraph& graph = owner.mapper.graph();
       auto update = closer->Add(graph.keyframe(*graph.newest()), {});
       if (!update) continue;
-      REQUIRE(owner.mapper.Offer(*update));
+      REQUIRE(owner.mapper.Accept(*update));
       found.push_back(std::move(*update));
     }
     return found;

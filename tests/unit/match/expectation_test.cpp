@@ -41,7 +41,8 @@ double LeastFitness(const TrackingState& tracking, int num_explored = 20, bool l
 
 }  // namespace
 
-TEST_CASE("a scan is explained by seven tenths of the usual fitness, and by a tenth less after each of four losses") {
+TEST_CASE(
+    "a scan is explained by seven tenths of the baseline fitness, and by a tenth less after each of four losses") {
   const double shares[] = {0.7, 0.63, 0.567, 0.5103, 0.45927};
   for (int num_lost = 0; num_lost < 5; ++num_lost) {
     CHECK(LeastFitness(AfterLosing(num_lost)) == Approx(kUsual * shares[num_lost]).margin(0.001));  // as it is searched
@@ -98,7 +99,7 @@ TEST_CASE("what the hits see is told at the pose that was found") {
   CHECK(expected.IsMetBy({{1.5, 0.0, 0.0}, fitness}, false, Hits(20), map));
 }
 
-TEST_CASE("the search stops a twentieth below the usual fitness, where there is one") {
+TEST_CASE("the search stops a twentieth below the baseline fitness, where there is one") {
   CHECK(Expectation(AfterLosing(0), MatchParameters{}).enough() == Approx(0.95 * kUsual));
   CHECK(Expectation(AfterLosing(9), MatchParameters{}).enough() == Approx(0.95 * kUsual));
   const TrackingState second = After({{0, {}, 0.0, 0, 0, 0, MatchState::kFirst}});

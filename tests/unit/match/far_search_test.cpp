@@ -88,7 +88,7 @@ TEST_CASE("the window follows from the time between scans, and from how the robo
   CHECK_FALSE(Window(lost, kSecond_us));
 }
 
-TEST_CASE("a place that is metres from where it is presumed is found") {
+TEST_CASE("a place that is metres from where it is guessed is found") {
   const auto walls = RoomWalls();
   const ByteMap map = MapOf(walls);
   for (const Pose2& truth : {Pose2{1.4, -0.8, 0.7}, {-1.6, -1.2, -0.9}, {0.3, 0.2, 0.1}}) {

@@ -9,8 +9,8 @@ namespace crsm {
 namespace {
 
 constexpr double kCell_m = 0.05;
-const OpenAxis kAlong{{1.0, 0.0}, false};
-const OpenAxis kAlongByWheels{{1.0, 0.0}, true};
+const DegenerateAxis kAlong{{1.0, 0.0}, false};
+const DegenerateAxis kAlongByWheels{{1.0, 0.0}, true};
 
 /// A corridor of 2 m along x whose walls are drawn from 0 to 8 m, free between them; its end, at 8 m, is not drawn, or
 /// is.
@@ -25,8 +25,8 @@ ByteMap MakeCorridor(bool with_end) {
   return map;
 }
 
-Outline Seen(const std::vector<Eigen::Vector2d>& points_m) {
-  Outline seen{Eigen::Matrix2Xd(2, static_cast<Eigen::Index>(points_m.size())),
+Contour Seen(const std::vector<Eigen::Vector2d>& points_m) {
+  Contour seen{Eigen::Matrix2Xd(2, static_cast<Eigen::Index>(points_m.size())),
                Eigen::ArrayXi::Ones(static_cast<Eigen::Index>(points_m.size()))};
   for (std::size_t i = 0; i < points_m.size(); ++i) seen.points_m.col(static_cast<Eigen::Index>(i)) = points_m[i];
   return seen;
@@ -61,7 +61,7 @@ TEST_CASE("where the drawn walls end a robot does not fit better for standing ba
   for (double x_m = -3.0; x_m < 6.0; x_m += 0.1) {
     for (const double y_m : {-0.975, 1.025}) points_m.emplace_back(x_m, y_m);
   }
-  const Outline seen = Seen(points_m);
+  const Contour seen = Seen(points_m);
   const RaysInCells all = map.InCells(seen.points_m, seen.weights);
   const Pose2 here{4.0, 0.0, 0.0};
   const Pose2 back{3.0, 0.0, 0.0};
@@ -74,7 +74,7 @@ TEST_CASE("where the drawn walls end a robot does not fit better for standing ba
   const ScoredMap closed(MakeCorridor(true), 0.0, true);
   std::vector<Eigen::Vector2d> end_m;
   for (double y_m = -0.9; y_m < 0.9; y_m += 0.05) end_m.emplace_back(3.9, y_m);
-  const Outline seen_end = Seen(end_m);
+  const Contour seen_end = Seen(end_m);
   const Pose2 too_far{5.0, 0.0, 0.0};
   const KnownRays known = FindKnownRays(closed.cells(), seen_end.points_m, too_far, kAlong);
   CHECK(known.all());

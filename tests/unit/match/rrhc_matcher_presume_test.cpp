@@ -30,7 +30,7 @@ LaserScan ScanOfElsewhere(std::int64_t utime) {
   return ScanAllRound([](double, double, double) { return 1.3; }, {}, utime, 360);
 }
 
-/// On the map of two walls along x, between which no place along them is like another only by what is presumed.
+/// On the map of two walls along x, between which no place along them is like another only by what is guessed.
 ScanMatch MatchBetweenWalls(const std::optional<Pose2>& told_motion, MatchState last_state) {
   const std::vector<Wall> walls{{{-30.0, -1.0}, {30.0, -1.0}}, {{-30.0, 1.0}, {30.0, 1.0}}};
   RrhcMatcher matcher(WithOdometry(), 0.05);

@@ -54,7 +54,7 @@ constexpr double kUsual = 0.8;  // fitness of scans that are matched on such map
 
 }  // namespace
 
-TEST_CASE("as shipped, the presumed pose tells how far along a corridor, where walls do not") {
+TEST_CASE("as shipped, the initial guess tells how far along a corridor, where walls do not") {
   const std::vector<Wall> walls = BareCorridor(0.0);
   const RrhcMatcher matcher = MatcherAmong(walls);
   for (int k = 0; k < 10; ++k) {
@@ -91,7 +91,7 @@ TEST_CASE("as shipped, a match along a corridor says which axis is open, and its
   CHECK(std::sqrt(match.covariance[0]) < 0.06);
 }
 
-TEST_CASE("as shipped, a pose that was found far off is not drawn back to where it was presumed") {
+TEST_CASE("as shipped, a pose that was found far off is not drawn back to where it was guessed to be") {
   const std::vector<Wall> walls = DeadEnd();
   const RrhcMatcher matcher = MatcherAmong(walls);
   // 1.2 m further on, and turned by more than the first window holds. The wide search finds the end of the corridor in
@@ -109,17 +109,18 @@ TEST_CASE("as shipped, a pose that was found far off is not drawn back to where 
 TEST_CASE("as shipped, where neither search explains a scan, the last climb is not held back by the pull either") {
   RrhcMatcher matcher({}, 0.05);
   REQUIRE(matcher.Apply(PaintTiles(-1, 1, NicheByte)));
-  const Pose2 presumed{-2.5, 0.3, 0.0};
+  const Pose2 initial_guess{-2.5, 0.3, 0.0};
   int num_found = 0;
   for (int k = 0; k < 9; ++k) {  // far beyond both windows, but along the walls that fit already a climb gets there
     const Pose2 truth{0.0, 0.1 + 0.1 * (k % 5), 0.1 * (k - 4)};
-    const ScanMatch match = matcher.Match(ShippedRays(ScanNiche(truth, 1000 + k)), AfterStanding(presumed, 0.85), {});
+    const ScanMatch match =
+        matcher.Match(ShippedRays(ScanNiche(truth, 1000 + k)), AfterStanding(initial_guess, 0.85), {});
     num_found += match.state == MatchState::kOk && std::abs(match.T_map_laser.x_m - truth.x_m) < 0.025;  // half a cell
   }
   CHECK(num_found >= 4);
 }
 
-TEST_CASE("as shipped, rays count by the outline that they stand for: what moved close by does not win by numbers") {
+TEST_CASE("as shipped, rays count by the contour that they stand for: what moved close by does not win by numbers") {
   // A room of 7 m, and 0.4 m to the left of the laser a board of 1.8 m: on it end a third of all rays, and twice as
   // many as on the wall to the right, which is three times as long.
   const auto Walls = [](double board_x_m) {

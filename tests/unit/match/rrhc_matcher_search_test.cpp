@@ -182,7 +182,7 @@ TEST_CASE("as shipped, a robot that drives on into the open is not lost for what
   CHECK(Match({-0.3, -0.2, 1.0}, 0, 0.65).state == MatchState::kLost);  // in a wide window it may be chance, too
 }
 
-TEST_CASE("as shipped, the wide search is not drawn back to where the robot was presumed") {
+TEST_CASE("as shipped, the wide search is not drawn back to where the robot was guessed to be") {
   // At 1.8 m the pull would cost 1.6 of the fitness, which is 1 at most; see above for how many there are.
   CHECK(Hall().CountFound(1.8, 12) >= 15);
 }

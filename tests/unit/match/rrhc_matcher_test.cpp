@@ -83,7 +83,7 @@ LaserScan ScanCorridor(double x_m, std::int64_t utime) {
   return ScanAllRound(Range, {x_m, 0.0, 0.0}, utime, 360);
 }
 
-/// Matches a scan of the corridor, taken so far from where it is presumed, to a map of it.
+/// Matches a scan of the corridor, taken so far from where it is guessed, to a map of it.
 ScanMatch MatchInCorridor(double way_m, const MatchParameters& parameters, const std::optional<double>& told_way_m = {},
                           MatchState last_state = MatchState::kDegenerate) {
   RrhcMatcher matcher(parameters, 0.05);
@@ -145,7 +145,7 @@ TEST_CASE("a smooth climb is what the parameters ask for: in a room that is not 
   CHECK(smooth_m < 0.7 * rough_m);
 }
 
-TEST_CASE("the yaw in the middle of a rough summit is no further from the truth than that of its top") {
+TEST_CASE("the yaw in the middle of a rough optimum is no further from the truth than that of its top") {
   RrhcMatcher by_top(Shrinking(), 0.05);
   MatchParameters parameters = Shrinking();
   parameters.summit_rad = 0.02;
@@ -177,7 +177,7 @@ TEST_CASE("the yaw in the middle of a rough summit is no further from the truth 
   CHECK(middle_rad2 < top_rad2);
 }
 
-TEST_CASE("in a corridor a pose that was presumed too far back is found by the few rays that tell") {
+TEST_CASE("in a corridor a pose that was guessed too far back is found by the few rays that tell") {
   MatchParameters parameters = Usual();
   for (const double way_m : {-0.6, 0.0, 0.6, 0.9}) {
     CAPTURE(way_m);
@@ -206,7 +206,7 @@ TEST_CASE("the first scan is the origin of the map") {
   CHECK(match.num_critical > 0);
 }
 
-TEST_CASE("a scan without rays is lost where it was presumed") {
+TEST_CASE("a scan without rays is lost where it was guessed to be") {
   const RrhcMatcher matcher = MatcherOn(RoomByte, PaperLike());
   const ScanMatch match = matcher.Match({9, {}, {}}, After({MatchedAt(1, {1.0, 2.0, 0.5})}), {});
   CHECK(match.state == MatchState::kLost);
@@ -312,7 +312,7 @@ TEST_CASE("the same seed gives the same match, bit for bit, and another seed one
   }
 }
 
-TEST_CASE("where the map tells nothing, a match is the presumed pose, with fitness 0, however long the search") {
+TEST_CASE("where the map tells nothing, a match is the initial guess, with fitness 0, however long the search") {
   RrhcMatcher matcher(PaperLike(), 0.05);
   REQUIRE(matcher.Apply(PaintTiles(-3, 3, [](Cell) { return kFreeByte; })));
   const ScanMatch match = MatchScan(matcher, ScanRoom({}, 2), kAtOrigin);

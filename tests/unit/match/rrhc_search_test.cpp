@@ -88,7 +88,7 @@ TEST_CASE("a second run of a search goes on with the random numbers of the first
   TestSearch test(Endless(), OneHill);
   for (int run = 0; run < 2; ++run) CHECK(test.search.Run({{}, kWindow, 1, 500, kNever}).evaluations == 500);
   REQUIRE(test.asked.size() == 1000);
-  CHECK(test.asked[0] == test.asked[500]);  // the presumed pose
+  CHECK(test.asked[0] == test.asked[500]);  // the initial guess
   CHECK_FALSE(test.asked[1] == test.asked[501]);
 }
 
@@ -127,7 +127,7 @@ TEST_CASE("a climb that is far below the highest when its steps are half as long
   CHECK(std::abs(test.search.Run({kNear, kWindow, 1, 50, kNever}).best.pose.x_m) < 0.02);
 }
 
-TEST_CASE("on a plain a search stays where it is presumed, and its climbs end") {
+TEST_CASE("on a plain a search stays where it is guessed, and its climbs end") {
   const auto Plain = [](const Pose2&) { return 0.5; };
   // A fixed climb is over with its first mutation, one that shrinks when 0.9^n < 0.02, n = 38.
   for (const auto& [climb, num_mutations] : {std::pair{ClimbMode::kFixed, 1}, {ClimbMode::kShrinking, 38}}) {

@@ -22,7 +22,7 @@ RaysInCells RaysOn(const ScoredMap& map) {
 
 constexpr double kCell_m = 0.05;
 
-/// How far from a wall its hits may fit best [cells]: where the summit is flat, its further end. The wall is
+/// How far from a wall its hits may fit best [cells]: where the optimum is flat, its further end. The wall is
 /// `wall_cells` above the centre of a cell, and lies along the cells; it occupies them as MapUpdater draws it.
 template <class Fitness>
 double FindBestPlace(double wall_cells, Fitness&& fitness) {

@@ -16,7 +16,7 @@ TEST_CASE("before the first scan nothing is remembered") {
   for (const TrackingState& state : {TrackingState(), TrackingState::OnFinishedMap()}) {
     CHECK(state.empty());
     CHECK(state.num_lost() == 0);
-    CHECK(state.usual_fitness() == 0.0);
+    CHECK(state.baseline_fitness() == 0.0);
     CHECK(state.recent().empty());
     CHECK(state.newest_utime() == -1);
   }
@@ -46,22 +46,23 @@ TEST_CASE("how a session begins holds until a scan is placed, and its place move
   CHECK(state.T_map_guess() == Pose2{});
 }
 
-TEST_CASE("the usual fitness is the mean of the last ten scans that were matched; first and lost ones do not count") {
+TEST_CASE(
+    "the baseline fitness is the mean of the last ten scans that were matched; first and lost ones do not count") {
   TrackingState state;
   state.Add(Match(0, 0.0, MatchState::kFirst));
-  CHECK(state.usual_fitness() == 0.0);
+  CHECK(state.baseline_fitness() == 0.0);
   state.Add(Match(1, 0.3, MatchState::kOk));
   state.Add(Match(2, 0.9, MatchState::kLost));
   state.Add(Match(3, 0.5, MatchState::kDegenerate));
-  CHECK(state.usual_fitness() == Approx(0.4));
+  CHECK(state.baseline_fitness() == Approx(0.4));
   for (int k = 4; k < 14; ++k) state.Add(Match(k, 0.05 * k, MatchState::kOk));
-  CHECK(state.usual_fitness() == Approx(0.05 * (4 + 13) / 2.0));
+  CHECK(state.baseline_fitness() == Approx(0.05 * (4 + 13) / 2.0));
   for (int k = 14; k < 2000; ++k) state.Add(Match(k, 0.1, MatchState::kLost));
-  CHECK(state.usual_fitness() == Approx(0.05 * (4 + 13) / 2.0));  // for ever, if need be
+  CHECK(state.baseline_fitness() == Approx(0.05 * (4 + 13) / 2.0));  // for ever, if need be
   state.Add(Match(2000, 0.0, MatchState::kFirst));
-  CHECK(state.usual_fitness() == 0.0);  // a new trajectory has a map of its own
+  CHECK(state.baseline_fitness() == 0.0);  // a new trajectory has a map of its own
   state.Add(Match(2001, 0.7, MatchState::kOk));
-  CHECK(state.usual_fitness() == Approx(0.7));
+  CHECK(state.baseline_fitness() == Approx(0.7));
 }
 
 TEST_CASE("scans that are lost in a row are counted, and the first that is found ends the row") {
@@ -150,7 +151,7 @@ TEST_CASE(
     }
   }
   CHECK(state.num_scans() == std::ssize(matched));
-  CHECK(state.usual_fitness() == Approx(0.5));
+  CHECK(state.baseline_fitness() == Approx(0.5));
 }
 
 }  // namespace crsm

@@ -127,7 +127,7 @@ TEST_CASE("the uniform method picks every n-th ray") {
   CHECK(SelectRays(RoomRays(30), parameters).critical == std::vector<int>{0});
 }
 
-TEST_CASE("the density method picks the first ray in each N-th of the outline") {
+TEST_CASE("the density method picks the first ray in each N-th of the contour") {
   for (const ValidRays& rays : {HandMadeRays(), RoomRays(683)}) {
     SelectionParameters parameters = TestSelection(SelectionMethod::kDensity);
     parameters.density_rays = 37;

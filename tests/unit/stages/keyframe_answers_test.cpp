@@ -329,10 +329,10 @@ TEST_CASE("a keyframe that is tied to one that is not there is not taken") {
   KeyframeAnswers answers = MakeAnswers();
   for (int i = 0; i <= 10; ++i) answers.Answer(Tell(i, -1));
   Keyframe keyframe = Drive()[11];
-  keyframe.tie = Tie{{0, 11}, {}};
+  keyframe.constraint = ProximityConstraint{{0, 11}, {}};
   CHECK(answers.Answer(ToMessage(keyframe, {kEpoch, {1, 0}, Nth(10)})).empty());
   CHECK(answers.graph().size() == 11);
-  keyframe.tie = Tie{{0, 10}, {}};
+  keyframe.constraint = ProximityConstraint{{0, 10}, {}};
   CHECK(answers.Answer(ToMessage(keyframe, {kEpoch, {1, 0}, Nth(10)})).size() == 1);
 }
 

@@ -44,8 +44,8 @@ void CheckSame(const Keyframe& one, const Keyframe& other) {
   CHECK(one.after_lost == other.after_lost);
   CHECK(one.begins == other.begins);
   CHECK(one.begins_anywhere == other.begins_anywhere);
-  CHECK(one.open_axis == other.open_axis);
-  CHECK(one.tie == other.tie);
+  CHECK(one.degenerate_axis == other.degenerate_axis);
+  CHECK(one.constraint == other.constraint);
   CHECK(one.as_of == other.as_of);
 }
 
@@ -80,10 +80,10 @@ TEST_CASE("a keyframe comes over the wire to the last bit") {
   SECTION("with what is not known of its motion") {
     keyframe.after_lost = true;
     keyframe.as_of.reset();
-    keyframe.open_axis = Eigen::Vector2d(std::cos(0.3), std::sin(0.3));
+    keyframe.degenerate_axis = Eigen::Vector2d(std::cos(0.3), std::sin(0.3));
   }
-  SECTION("with a tie") { keyframe.tie = Tie{Nth(17), {0.1, -0.2, 1.0 / 3.0}}; }
-  SECTION("tied to the first keyframe, at its very place") { keyframe.tie = Tie{Nth(0), {}}; }
+  SECTION("with a constraint") { keyframe.constraint = ProximityConstraint{Nth(17), {0.1, -0.2, 1.0 / 3.0}}; }
+  SECTION("tied to the first keyframe, at its very place") { keyframe.constraint = ProximityConstraint{Nth(0), {}}; }
   SECTION("without rays") { keyframe.rays = {}; }
   const keyframe_t message = Send(ToMessage(keyframe, {kEpoch, Nth(20), Nth(19), Nth(12)}));
   CHECK(message.epoch == kEpoch);
@@ -115,11 +115,11 @@ TEST_CASE("a keyframe without number 0 goes on with a trajectory, one with it be
   CHECK_FALSE(FromMessage(Send(ToMessage(keyframe, {kEpoch, {1, 1}, KeyframeId{1, 0}}))).begins);
 }
 
-TEST_CASE("what a receiver has found out of a tie is its own and does not travel") {
+TEST_CASE("what a receiver has found out of a constraint is its own and does not travel") {
   Keyframe keyframe = MakeKeyframe();
-  keyframe.tie = Tie{Nth(17), {}};
-  keyframe.tie_wrong = true;
-  CHECK_FALSE(FromMessage(Send(ToMessage(keyframe, {kEpoch, Nth(20), Nth(19)}))).tie_wrong);
+  keyframe.constraint = ProximityConstraint{Nth(17), {}};
+  keyframe.constraint_wrong = true;
+  CHECK_FALSE(FromMessage(Send(ToMessage(keyframe, {kEpoch, Nth(20), Nth(19)}))).constraint_wrong);
 }
 
 TEST_CASE("what was found at a keyframe comes over the wire to the last bit") {

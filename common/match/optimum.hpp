@@ -13,12 +13,12 @@ struct ScoredPose {
   double fitness = 0.0;
 };
 
-/// Climbs from a pose to the nearest summit of its fitness, by steps along each axis that halve when none leads up.
+/// Climbs from a pose to the nearest optimum of its fitness, by steps along each axis that halve when none leads up.
 ///
 /// step_m, step_rad: the first steps along x and y, and of the yaw. num_halvings: after so many the climb ends.
 /// fitness: of a pose; finite, or the climb has no end.
 template <class Fitness>
-ScoredPose ClimbToSummit(const Pose2& from, double step_m, double step_rad, int num_halvings, Fitness&& fitness) {
+ScoredPose ClimbToOptimum(const Pose2& from, double step_m, double step_rad, int num_halvings, Fitness&& fitness) {
   ScoredPose best{from, fitness(from)};
   for (int halving = 0; halving < num_halvings;) {
     bool climbed = false;
@@ -58,14 +58,14 @@ Pose2 LookAlong(const Pose2& from, const Eigen::Vector2d& axis, double reach_m, 
   return best.pose;
 }
 
-/// Puts the yaw into the middle of its summit: which point of a rough summit is its highest is chance, and on the way
+/// Puts the yaw into the middle of its optimum: which point of a rough optimum is its highest is chance, and on the way
 /// through a building the errors of yaw are those that add up. Four widths from `width_rad` down to an eighth of it say
 /// where the middle is, each from the fitness so far to either side. The narrow ones know it better, unless it is flat
 /// there; so each counts by how steeply the fitness falls.
 template <class Fitness>
 Pose2 CentreYaw(const ScoredPose& top, double width_rad, Fitness&& fitness) {
   constexpr int kWidths = 4;
-  constexpr double kLeastFall = 0.02;  // a summit as flat as this has no middle
+  constexpr double kLeastFall = 0.02;  // an optimum as flat as this has no middle
   const auto Turned = [&](double turn_rad) { return Pose2{top.pose.x_m, top.pose.y_m, top.pose.yaw_rad + turn_rad}; };
   double sum = 0.0;
   double sum_of_turns = 0.0;
@@ -82,17 +82,17 @@ Pose2 CentreYaw(const ScoredPose& top, double width_rad, Fitness&& fitness) {
   return sum > 0.0 ? Turned(sum_of_turns / sum) : top.pose;
 }
 
-/// The summit next to a pose, to a fraction of a cell: to half a cell by one fitness, on from there by another, which
+/// The optimum next to a pose, to a fraction of a cell: to half a cell by one fitness, on from there by another, which
 /// may cost more and be right between cells.
 template <class Fitness, class FineFitness>
-Pose2 FindSummit(const Pose2& from, double cell_size_m, double width_rad, Fitness&& fitness, FineFitness&& fine) {
+Pose2 FindOptimum(const Pose2& from, double cell_size_m, double width_rad, Fitness&& fitness, FineFitness&& fine) {
   constexpr double kFirstStep_rad = 0.01;
   constexpr int kHalvings = 6;
   constexpr int kCoarse = 2;                      // of these: the last of them steps by half a cell
   constexpr double kLeft = 1.0 / (1 << kCoarse);  // of the first step
-  const ScoredPose near = ClimbToSummit(from, cell_size_m, kFirstStep_rad, kCoarse, fitness);
+  const ScoredPose near = ClimbToOptimum(from, cell_size_m, kFirstStep_rad, kCoarse, fitness);
   const ScoredPose top =
-      ClimbToSummit(near.pose, kLeft * cell_size_m, kLeft * kFirstStep_rad, kHalvings - kCoarse, fine);
+      ClimbToOptimum(near.pose, kLeft * cell_size_m, kLeft * kFirstStep_rad, kHalvings - kCoarse, fine);
   return width_rad > 0.0 ? CentreYaw(top, width_rad, fine) : top.pose;
 }
 

@@ -1,4 +1,4 @@
-#include "common/scan/outline.hpp"
+#include "common/scan/contour.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -34,17 +34,17 @@ std::vector<Gap> MeasureGaps(const ValidRays& rays, const Eigen::Matrix2Xd& hits
 
 }  // namespace
 
-Outline TraceOutline(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, double cap_m) {
+Contour TraceContour(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, double cap_m) {
   if (cap_m <= 0.0 || rays.size() == 0) return {hits_m, Eigen::ArrayXi::Ones(hits_m.cols())};
   const std::vector<Gap> gaps = MeasureGaps(rays, hits_m, cap_m);
   Eigen::Index num_points = hits_m.cols();
   for (const Gap& gap : gaps) num_points += gap.num_pieces - 1;
 
-  Outline outline{Eigen::Matrix2Xd(2, num_points), Eigen::ArrayXi(num_points)};
+  Contour contour{Eigen::Matrix2Xd(2, num_points), Eigen::ArrayXi(num_points)};
   Eigen::Index num = 0;
   const auto Add = [&](const Eigen::Vector2d& point_m, double weight) {
-    outline.points_m.col(num) = point_m;
-    outline.weights[num++] = static_cast<int>(std::lround(weight));
+    contour.points_m.col(num) = point_m;
+    contour.weights[num++] = static_cast<int>(std::lround(weight));
   };
   double before = 0.0;  // half a piece of the gap before a hit
   for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
@@ -58,7 +58,7 @@ Outline TraceOutline(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, doub
       Add(hits_m.col(i) + share * (hits_m.col(i + 1) - hits_m.col(i)), piece);
     }
   }
-  return outline;
+  return contour;
 }
 
 }  // namespace crsm

@@ -1,4 +1,4 @@
-#include "common/match/summit.hpp"
+#include "common/match/optimum.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -16,13 +16,14 @@ const Pose2 kOther{kTop.x_m + 0.6 * kAxis.x(), kTop.y_m + 0.6 * kAxis.y(), kTop.
 
 }  // namespace
 
-TEST_CASE("a climb by halving steps ends within the last of them of the summit") {
-  const ScoredPose top = ClimbToSummit({0.3, -0.2, 0.1}, 0.05, 0.01, 6, OneHill);
+TEST_CASE("a climb by halving steps ends within the last of them of the optimum") {
+  const ScoredPose top = ClimbToOptimum({0.3, -0.2, 0.1}, 0.05, 0.01, 6, OneHill);
   CheckPose(top.pose, kTop, 0.001);
   CHECK(top.fitness == OneHill(top.pose));
 }
 
-TEST_CASE("the yaw goes to the top of a parabola, to the middle of a summit with one flank, and not beyond the width") {
+TEST_CASE(
+    "the yaw goes to the top of a parabola, to the middle of an optimum with one flank, and not beyond the width") {
   const Pose2 top{1.0, 2.0, 0.0};
   const auto Centred = [&](auto&& fitness) {
     return CentreYaw({top, fitness(0.0)}, 0.02, [&](const Pose2& pose) {
@@ -43,7 +44,7 @@ TEST_CASE("the yaw goes to the top of a parabola, to the middle of a summit with
   CheckPose(Centred(Higher), {1.0, 2.0, 0.02 * 4.0 / 15.0}, 1e-9);  // each goes its whole width
 }
 
-TEST_CASE("of a summit that is flat in its midst, what lies outside of that tells its middle") {
+TEST_CASE("of an optimum that is flat in its midst, what lies outside of that tells its middle") {
   const auto Plateau = [](const Pose2& pose) {  // from -0.01 to 0.014
     return 0.8 - 50.0 * std::max(0.0, std::abs(pose.yaw_rad - 0.002) - 0.012);
   };
@@ -62,20 +63,20 @@ TEST_CASE("along an axis a higher hill is found within reach") {
   CHECK(Look({0.6, 0.8}, 1.0, 0.02) == kTop);        // not on the axis
 }
 
-TEST_CASE("a summit is found to half a cell by one fitness, and on from there by a finer one") {
+TEST_CASE("an optimum is found to half a cell by one fitness, and on from there by a finer one") {
   const Pose2 fine_top{kTop.x_m + 0.01, kTop.y_m - 0.01, kTop.yaw_rad + 0.002};  // a quarter of a cell away, together
   int num_fine = 0;
   const auto Fine = [&](const Pose2& pose) {
     ++num_fine;
     return Hill(pose, fine_top, 0.8);
   };
-  CheckPose(FindSummit({0.3, -0.2, 0.1}, 0.05, 0.0, OneHill, Fine), fine_top, 0.002);
+  CheckPose(FindOptimum({0.3, -0.2, 0.1}, 0.05, 0.0, OneHill, Fine), fine_top, 0.002);
   int num_all = 0;
   const auto Counted = [&](const Pose2& pose) {
     ++num_all;
     return Hill(pose, fine_top, 0.8);
   };
-  FindSummit({0.3, -0.2, 0.1}, 0.05, 0.0, Counted, Counted);
+  FindOptimum({0.3, -0.2, 0.1}, 0.05, 0.0, Counted, Counted);
   CHECK(num_fine < num_all);  // the long way there costs little
 }
 
@@ -85,11 +86,11 @@ TEST_CASE("on a plain a climb stays where it is, and ends") {
     if (++num_asked > 1000) throw std::runtime_error("the climb has no end");
     return 0.5;
   };
-  CHECK(ClimbToSummit(kTop, 0.05, 0.01, 6, Plain).pose == kTop);
+  CHECK(ClimbToOptimum(kTop, 0.05, 0.01, 6, Plain).pose == kTop);
   CHECK(num_asked == 1 + 6 * 6);  // two directions on each of three axes, at each of six steps
 }
 
-TEST_CASE("a summit that is nearly flat has no middle, and one that falls a little more has one") {
+TEST_CASE("an optimum that is nearly flat has no middle, and one that falls a little more has one") {
   const auto Centred = [](double fall) {  // at the largest width, all of it to the right
     return CentreYaw({Pose2{}, 0.8}, 0.02, [&](const Pose2& pose) { return pose.yaw_rad > -0.015 ? 0.8 : 0.8 - fall; });
   };
