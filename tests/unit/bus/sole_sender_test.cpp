@@ -88,6 +88,16 @@ TEST_CASE("when the holder of the role has gone, who takes over its very port is
   CHECK(channel.Hear(kOne, 250ms) == kRefused);
 }
 
+TEST_CASE("who had the role is not believed any more when another has it, also before that one has said a word") {
+  Channel channel;
+  channel.holder = kOne;
+  CHECK(channel.Hear(kOne) == kBelieved);
+  channel.holder = kThird;
+  CHECK(channel.Hear(kOne, 250ms) == kRefused);
+  CHECK(channel.Hear(kOne, 1ms) == kRefused);
+  CHECK(channel.Hear(kThird) == kChanged);
+}
+
 TEST_CASE("when the holder of the role has gone for long, one without the role is believed, and it is said") {
   Channel channel;
   channel.holder = kOne;
