@@ -22,6 +22,11 @@ flag_value() {
   echo "$2"
 }
 
+# Where scripts/build puts what it builds with a preset: build_folder release
+build_folder() {
+  [[ $1 == release ]] && echo "$project/build" || echo "$project/build-$1"
+}
+
 # Runs a command as root: directly, or by sudo. Fails when there is neither.
 as_root() {
   if ((EUID == 0)); then

@@ -60,6 +60,7 @@ RangeFinding StudyRanges(std::span<const LaserScan> scans, const ScanParameters&
     finding.no_return_share = share;
   }
   const double usable_m = LargestUsableRange(parameters);
+  finding.no_return_is_hit = finding.no_return_m && *finding.no_return_m <= usable_m;
   std::size_t num_hits = 0;
   std::size_t num_beyond = 0;
   for (const LaserScan& scan : scans) {

@@ -13,6 +13,7 @@ struct RangeFinding {
   double reach_m = 0.0;              ///< the furthest hit; 0 without any
   std::optional<float> no_return_m;  ///< the range that the laser reports where it measures nothing
   double no_return_share = 0.0;      ///< of all beams
+  bool no_return_is_hit = false;     ///< the parameters take it for one
   double beyond_share = 0.0;         ///< of all hits: beyond what the parameters take for one
 
   /// The largest range_max_m that takes no_return_m for no hit. Only where there is one.

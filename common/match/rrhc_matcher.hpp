@@ -23,8 +23,7 @@ class RrhcMatcher : public Matcher {
 
   /// When the map is empty the scan becomes the origin of the map frame. Otherwise four steps:
   ///
-  /// 1. MakeInitialGuess where the robot may be: by the velocity model, or by odometry where that fits clearly better,
-  /// or the
+  /// 1. Guess where the robot may be: by the velocity model, or by odometry where that fits clearly better, or the
   ///    last scan was lost or left open how far the robot went. On a map that was there before the first scan: at the
   ///    start that the parameters name, or where a search of the whole map finds the first scan, and again after ten
   ///    scans were lost in a row.

@@ -86,7 +86,7 @@ class Canvas {
   }
 
   /// A line between two discs: a short one shows too.
-  void DrawConstraint(const cv::Point2d& from_m, const cv::Point2d& to_m, const cv::Scalar& colour) {
+  void DrawPair(const cv::Point2d& from_m, const cv::Point2d& to_m, const cv::Scalar& colour) {
     DrawLine(ToSubpixels(from_m), ToSubpixels(to_m), colour);
     for (const cv::Point2d& end_m : {from_m, to_m}) DrawDisc(end_m, 5.0, colour);
   }
@@ -256,7 +256,7 @@ std::string EncodeOverview(const Results& results) {
   Canvas canvas(results.grid, MinWidth(results));
   const Path path = DrawPath(results, canvas);
   for (const PlacedLoop& loop : results.loops) {
-    canvas.DrawConstraint(PointOf(loop.T_map_older), PointOf(loop.T_map_newer), ColourOf(loop));
+    canvas.DrawPair(PointOf(loop.T_map_older), PointOf(loop.T_map_newer), ColourOf(loop));
   }
   const auto DrawIfLost = [&](const ScanMatch& match) {
     if (match.state != MatchState::kLost || match.floating) return;

@@ -7,23 +7,20 @@
 #include <utility>
 
 #include "common/diagnosis/range_study.hpp"
-#include "common/scan/valid_rays.hpp"
+#include "services/diagnosis/study_text.hpp"
 
 namespace crsm {
 namespace {
 
-std::string DescribeNoReturn(const RangeFinding& finding, const ScanParameters& parameters) {
-  if (!finding.no_return_m || *finding.no_return_m > LargestUsableRange(parameters)) return "";
-  return fmt::format("{:.4g} m is no return ({:.0f} % of the beams), and is taken for hits: --range-max-m {:.4f}",
-                     *finding.no_return_m, 100.0 * finding.no_return_share, finding.RangeMax());
+std::string ComplainOfRanges(const RangeFinding& finding) {
+  if (!finding.no_return_is_hit) return "";
+  return fmt::format("{}, and is taken for hits: --range-max-m {:.4f}", DescribeNoReturn(finding), finding.RangeMax());
 }
 
-std::string DescribeSweep(const SweepFinding& finding) {
-  if (finding.agrees() || (finding.can_be && finding.num_turning == 0)) return "";
-  const std::string why = finding.can_be ? fmt::format("{} scans that turn fit better otherwise", finding.num_turning)
-                                         : fmt::format("a scan comes every {:.3g} s", finding.period_s);
+std::string ComplainOfSweep(const SweepFinding& finding) {
+  if (finding.agrees()) return "";
   return fmt::format("the beams are said to take {:.3g} s, but {}: --no-beam-times --sweep-s {:.4f}", finding.said_s,
-                     why, finding.sweep_s);
+                     ExplainSweep(finding, "otherwise"), finding.sweep_s);
 }
 
 }  // namespace
@@ -31,8 +28,8 @@ std::string DescribeSweep(const SweepFinding& finding) {
 std::vector<std::string> DescribeStudy(const std::vector<LaserScan>& first_scans, const Parameters& parameters) {
   std::vector<std::string> lines;
   if (first_scans.empty()) return lines;
-  lines.push_back(DescribeNoReturn(StudyRanges(first_scans, parameters.scan), parameters.scan));
-  if (const auto finding = StudySweep(first_scans, parameters)) lines.push_back(DescribeSweep(*finding));
+  lines.push_back(ComplainOfRanges(StudyRanges(first_scans, parameters.scan)));
+  if (const auto finding = StudySweep(first_scans, parameters)) lines.push_back(ComplainOfSweep(*finding));
   std::erase(lines, "");
   return lines;
 }

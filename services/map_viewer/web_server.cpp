@@ -83,7 +83,7 @@ class Client : public std::enable_shared_from_this<Client> {
   bool is_fed() const { return feed_ && websocket_.is_open(); }
 
   /// Tells what is new, unless the message before is still under way, or went a moment ago.
-  void Accept() {
+  void Offer() {
     if (!is_fed() || writing_ || Clock::now() < next_offer_) return;
     auto message = feed_->Next();
     if (!message) return;
@@ -95,7 +95,7 @@ class Client : public std::enable_shared_from_this<Client> {
     websocket_.text(message->is_text);
     websocket_.async_write(asio::buffer(outgoing_), [self = shared_from_this()](beast::error_code error, std::size_t) {
       self->writing_ = false;
-      if (!error) self->Accept();
+      if (!error) self->Offer();
     });
   }
 
@@ -148,7 +148,7 @@ class Client : public std::enable_shared_from_this<Client> {
     websocket_.async_accept(parser_.get(), [self = shared_from_this()](beast::error_code error) {
       if (error) return self->End();
       self->counters_.Add("clients_accepted");
-      self->Accept();
+      self->Offer();
       self->Hear();
     });
   }
@@ -159,7 +159,7 @@ class Client : public std::enable_shared_from_this<Client> {
       const auto message = beast::buffers_to_string(self->incoming_.data());
       self->incoming_.consume(self->incoming_.size());
       if (self->IsTooFast() || !self->feed_->Hear(message, self->websocket_.got_text())) return self->SendAway();
-      self->Accept();
+      self->Offer();
       self->Hear();
     });
   }
@@ -228,7 +228,7 @@ class WebServer::Impl {
   }
 
   void Serve(std::chrono::milliseconds duration) {
-    for (const auto& client : LivingClients()) client->Accept();
+    for (const auto& client : LivingClients()) client->Offer();
     context_.restart();
     duration.count() > 0 ? context_.run_for(duration) : context_.poll();
   }

@@ -8,8 +8,8 @@
 #include "common/diagnosis/range_study.hpp"
 #include "common/diagnosis/sweep_study.hpp"
 #include "common/math/trigonometry.hpp"
-#include "common/scan/valid_rays.hpp"
 #include "services/base/process.hpp"
+#include "services/diagnosis/study_text.hpp"
 #include "services/sources/devices/live_laser.hpp"
 #include "services/sources/open_laser_source.hpp"
 
@@ -40,9 +40,8 @@ std::string StudyReach(std::span<const LaserScan> scans, CommandLine& command_li
   const ScanParameters& parameters = command_line.parameters().scan;
   RangeFinding finding = StudyRanges(scans, parameters);
   std::string text = fmt::format("hits to {:.4g} m", finding.reach_m);
-  if (finding.no_return_m && *finding.no_return_m <= LargestUsableRange(parameters)) {
-    text += fmt::format(", and {:.4g} m is no return ({:.0f} % of the beams)", *finding.no_return_m,
-                        100.0 * finding.no_return_share);
+  if (finding.no_return_is_hit) {
+    text += ", and " + DescribeNoReturn(finding);
     if (command_line.WasGiven("range_max_m")) {
       text += fmt::format(", which --range-max-m {} takes for hits", parameters.range_max_m);
     } else {
@@ -67,9 +66,8 @@ std::string StudyTimes(std::span<const LaserScan> scans, CommandLine& command_li
     return fmt::format(", a sweep of {:.3g} s{}", finding->said_s,
                        finding->num_turning > 0 ? ", as scans show that turn" : "");
   }
-  const std::string why = finding->can_be ? fmt::format("{} scans that turn fit better so", finding->num_turning)
-                                          : fmt::format("a scan comes every {:.3g} s", finding->period_s);
-  const std::string text = fmt::format("; {} a sweep of {:.3g} s, but {}: ", who, finding->said_s, why);
+  const std::string text =
+      fmt::format("; {} a sweep of {:.3g} s, but {}: ", who, finding->said_s, ExplainSweep(*finding, "so"));
   if (command_line.WasGiven("sweep_s")) return text + "remove --sweep-s";
   command_line.Correct("sweep_s", fmt::format("{:.4f}", finding->sweep_s));
   command_line.Correct("beam_times", "false");

@@ -21,8 +21,8 @@ def room_of(path):
     return tree, room.split(".")[0]
 
 
-def find_arrows(tree):
-    """Each include of a file of the project: file, its tree and room, and those of what it includes."""
+def find_includes(tree):
+    """Each file of a tree with each file of the project that it includes, as paths from the root."""
     for path in sorted((ROOT / tree).rglob("*.?pp")):
         name = path.relative_to(ROOT).as_posix()
         for included in INCLUDE.findall(path.read_text()):
@@ -32,10 +32,10 @@ def find_arrows(tree):
 class Arrows(unittest.TestCase):
     def check(self, tree, rooms, is_allowed_elsewhere):
         wrong = []
-        num_arrows = 0
-        for name, included in find_arrows(tree):
+        num_includes = 0
+        for name, included in find_includes(tree):
             (_, room), (other_tree, other) = room_of(name), room_of(included)
-            num_arrows += 1
+            num_includes += 1
             if other_tree != tree:
                 fits = is_allowed_elsewhere
             elif room == other:
@@ -47,7 +47,7 @@ class Arrows(unittest.TestCase):
             if not fits:
                 wrong.append(f"{name} includes {included}")
         self.assertEqual(wrong, [])
-        self.assertGreater(num_arrows, 100)
+        self.assertGreater(num_includes, 100)
 
     def test_rooms_of_common_use_those_above_them(self):
         rooms = read_rooms("common", "The rooms")
