@@ -34,13 +34,6 @@ class Lister {
   }
 };
 
-template <class Number>
-void CheckOrder(const char* lower_key, Number lower, const char* upper_key, Number upper) {
-  if (lower <= upper) return;
-  throw std::runtime_error(std::string(lower_key) + ": " + FormatNumber(lower) + " is more than " + upper_key + ", " +
-                           FormatNumber(upper));
-}
-
 std::vector<std::pair<ParameterGroup, NamedValues::value_type>> ListWithGroups(const Parameters& parameters) {
   Parameters copy = parameters;
   Lister lister;
@@ -66,11 +59,9 @@ NamedValues ListParameters(const Parameters& parameters, const std::vector<Param
 
 void CheckConsistency(const Parameters& parameters) {
   const ScanParameters& scan = parameters.scan;
-  const SelectionParameters& selection = parameters.selection;
-  const UpdateParameters& update = parameters.update;
-  CheckOrder("range_min_m", scan.range_min_m, "range_max_m", scan.range_max_m);
-  CheckOrder("rays_min", selection.rays_min, "rays_max", selection.rays_max);
-  CheckOrder("intensity_min", update.intensity_min, "intensity_max", update.intensity_max);
+  if (scan.range_min_m <= scan.range_max_m) return;
+  throw std::runtime_error("range_min_m: " + FormatNumber(scan.range_min_m) + " is more than range_max_m, " +
+                           FormatNumber(scan.range_max_m));
 }
 
 }  // namespace crsm

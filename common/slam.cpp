@@ -4,29 +4,29 @@
 
 #include "common/graph/default_loop_closer.hpp"
 #include "common/graph/draw_scans.hpp"
-#include "common/match/match_scan.hpp"
-#include "common/match/rrhc_matcher.hpp"
 
 namespace crsm {
 
-Slam::Slam(const Parameters& parameters, const MakeMatcher& make_matcher, const MakeLoopCloser& make_loop_closer)
-    : drawing_(parameters.update),
-      selector_(parameters),
-      matcher_(make_matcher ? make_matcher(parameters.update.cell_size_m)
-                            : std::make_unique<RrhcMatcher>(parameters.match, parameters.update.cell_size_m)),
-      mapper_(parameters.update, parameters.loops),
-      loops_(parameters.loops),
+Slam::Slam(const Parameters& parameters, const Parts& parts, const Constants& constants)
+    : drawing_{parameters.update, constants.drawing, constants.paper_drawing},
+      matching_{parameters.loops.loops, constants.match},
+      selector_(parameters.scan, parts.select ? parts.select : DefaultSelection(parameters, constants.selection)),
+      matcher_((parts.make_matcher ? parts.make_matcher
+                                   : DefaultMatcher(parameters, constants.match, constants.paper_match))(
+          parameters.update.cell_size_m)),
+      mapper_(drawing_, parameters.loops, constants.graph),
       loop_closer_(std::make_unique<BackgroundLoopCloser>(
-          make_loop_closer ? make_loop_closer() : DefaultLoopCloser(parameters.loops, parameters.update)())) {}
+          (parts.make_loop_closer ? parts.make_loop_closer
+                                  : DefaultLoopCloser(parameters.loops, parameters.update, constants.graph))())) {}
 
 Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot) {
   DrawRestored();
   Step step;
   step.scan = selector_.Select(scan);
-  step.match = MatchScan(*matcher_, step.scan, tracking_, T_odom_robot, loops_);
+  step.match = MatchScan(*matcher_, step.scan, tracking_, T_odom_robot, matching_);
   step.match.map_version = map_version();
   step.drawn = Integrate(&step.scan, step.match);
-  step.updates = AcceptFound(std::max(0, loops_.lag - 1));  // before they would take effect with the next keyframe
+  step.updates = AcceptFound(std::max(0, mapper_.lag() - 1));  // before they would take effect with the next keyframe
   return step;
 }
 

@@ -7,6 +7,8 @@
 
 #include "common/graph/background_loop_closer.hpp"
 #include "common/graph/mapper.hpp"
+#include "common/match/default_matcher.hpp"
+#include "common/match/match_scan.hpp"
 #include "common/match/matcher.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/ray_selector.hpp"
@@ -16,9 +18,26 @@ namespace crsm {
 /// The whole algorithm in one process: what the processes do together, step by step and bit for bit.
 class Slam {
  public:
-  /// make_matcher, make_loop_closer: for those of others; ours where they are empty.
-  explicit Slam(const Parameters& parameters, const MakeMatcher& make_matcher = {},
-                const MakeLoopCloser& make_loop_closer = {});
+  /// Selection, matcher and loop closer of others; ours where they are empty.
+  struct Parts {
+    SelectCritical select = {};
+    MakeMatcher make_matcher = {};
+    MakeLoopCloser make_loop_closer = {};
+  };
+
+  /// Of our parts and those of the paper, for tests and studies.
+  struct Constants {
+    SelectionConstants selection = {};
+    MatchConstants match = {};
+    DrawingConstants drawing = {};
+    GraphConstants graph = {};
+    PaperMatchConstants paper_match = {};
+    PaperDrawingConstants paper_drawing = {};
+  };
+
+  explicit Slam(const Parameters& parameters) : Slam(parameters, Parts{}, Constants{}) {}
+  Slam(const Parameters& parameters, const Parts& parts) : Slam(parameters, parts, Constants{}) {}
+  Slam(const Parameters& parameters, const Parts& parts, const Constants& constants);
 
   /// What became of a scan.
   struct Step {
@@ -98,11 +117,11 @@ class Slam {
   void SearchNew();
   std::vector<GraphUpdate> AcceptFound(int num_left);
 
-  UpdateParameters drawing_;
+  DrawingRules drawing_;
+  MatchOptions matching_;
   RaySelector selector_;
   std::unique_ptr<Matcher> matcher_;
   Mapper mapper_;
-  LoopParameters loops_;
   std::unique_ptr<BackgroundLoopCloser> loop_closer_;
   std::optional<KeyframeId> given_;  ///< the newest keyframe that the loop closer has
   std::int64_t num_searched_ = 0;

@@ -23,7 +23,7 @@ class RunStatistics {
   /// The next match.
   void Add(const ScanMatch& match);
 
-  /// All matches are to come again, where it is known better by now: the map was put right. Rays stay.
+  /// All matches are to come again, where it is known better by now: the map was corrected. Rays stay.
   void ForgetMatches();
 
   struct Values {

@@ -113,8 +113,8 @@ std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, Paramet
   if (finding.sweep_s == 0.0) return finding;
 
   parameters.loops.loops = false;
-  parameters.match.odometry = false;
   parameters.match.start.reset();
+  parameters.update.algorithm = Algorithm::kCrsm;  // what is studied is the laser
   const std::array<double, 3> sweeps_s{finding.sweep_s, -finding.sweep_s, 0.0};
   std::vector<Trial> turns;
   std::vector<Trial> best;

@@ -350,12 +350,12 @@ Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPiec
   return verdict;
 }
 
-void JudgeLoops(std::int64_t closed, std::int64_t taken_out, Verdict& verdict) {
-  if (taken_out == 0) return;
+void JudgeLoops(std::int64_t closed, std::int64_t rejected, Verdict& verdict) {
+  if (rejected == 0) return;
   Warn(verdict, Trust::kDoubtful,
        fmt::format("{} of {} loops were rejected, because the rest of the path contradicts them: one of the two is "
                    "wrong, and parts of the map may be metres off",
-                   taken_out, closed + taken_out));
+                   rejected, closed + rejected));
 }
 
 void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict) {

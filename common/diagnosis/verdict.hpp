@@ -59,9 +59,9 @@ struct Verdict {
 Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPieces& pieces = {});
 
 /// Adds what the loops say: of 90 runs on fr079, intel, aces and killian whose maps are right, three had loops that
-/// were taken out again; simulated ones of kilometres that slipped in corridors had more of them than loops that
+/// were rejected again; simulated ones of kilometres that slipped in corridors had more of them than loops that
 /// stayed.
-void JudgeLoops(std::int64_t closed, std::int64_t taken_out, Verdict& verdict);
+void JudgeLoops(std::int64_t closed, std::int64_t rejected, Verdict& verdict);
 
 /// Adds what the wheels say, where they were used: so far apart from the laser one of the two is wrong. In eight logs
 /// with right maps they differ by 0.02 to 0.06 m after a metre; a depth camera that bends walls, and orbits before them

@@ -4,8 +4,9 @@
 
 namespace crsm {
 
-MakeLoopCloser DefaultLoopCloser(const LoopParameters& parameters, const UpdateParameters& drawing) {
-  return [=] { return std::make_unique<SubmapLoopCloser>(parameters, drawing); };
+MakeLoopCloser DefaultLoopCloser(const LoopParameters& parameters, const DrawingRules& drawing,
+                                 const GraphConstants& constants) {
+  return [=] { return std::make_unique<SubmapLoopCloser>(parameters, drawing, constants); };
 }
 
 }  // namespace crsm

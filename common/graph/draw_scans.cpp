@@ -2,8 +2,8 @@
 
 namespace crsm {
 
-ByteMap DrawScans(const UpdateParameters& drawing, std::span<const PlacedScan> scans) {
-  ByteMap cells(drawing.cell_size_m);
+ByteMap DrawScans(const DrawingRules& drawing, std::span<const PlacedScan> scans) {
+  ByteMap cells(drawing.parameters.cell_size_m);
   for (const TileChange& tile : MapUpdater(drawing).Redraw(scans)) cells.Apply(tile);
   return cells;
 }

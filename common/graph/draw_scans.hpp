@@ -8,6 +8,6 @@
 namespace crsm {
 
 /// A map of some scans, drawn one after the other.
-ByteMap DrawScans(const UpdateParameters& drawing, std::span<const PlacedScan> scans);
+ByteMap DrawScans(const DrawingRules& drawing, std::span<const PlacedScan> scans);
 
 }  // namespace crsm

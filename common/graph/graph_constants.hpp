@@ -37,7 +37,7 @@ struct GraphConstants {
     int most_points = 300;           ///< ... and so many in all
     int fewest_points = 100;         ///< less is no place to be found by
     double cell_m = 0.05;
-    double summit_rad = 0.02;      ///< first step of the climb to the pose of a loop
+    double optimum_rad = 0.02;     ///< first step of the climb to the pose of a loop
     double least_agreement = 0.2;  ///< of the newest scan's rays. Of 118 right loops the lowest two had 0.25 and 0.30
     double long_ago_m = 25.0;      ///< what is nearer is in every map that is matched against
     double rival_share = 0.9;      ///< of the best score: corridors are alike every few metres
@@ -142,17 +142,18 @@ struct GraphConstants {
     double period_m = 20.0;       ///< of looks which keyframes belong there
     double bearable_reach = 3.0;  ///< times its reach along the graph: what lies within may stay ...
     double far_away = 0.5;        ///< ... if it is so many times its reach away as the crow flies
-    double constraint_m = 2.5;    ///< from a keyframe of long ago to one that is tied to it
+    double constraint_m = 2.5;    ///< of a proximity constraint: from a keyframe of long ago to the new one
     double place_m = 1.5;         ///< of those of long ago the newest of each place ...
     double direction_rad = 0.35;  ///< ... and direction is drawn
   };
 
-  Edges edges;
-  Submaps submaps;
-  Loops loops;
-  Check check;
-  Joins joins;
-  LocalMap local_map;
+  int lag = 10;  ///< keyframes until what a loop has brought takes effect
+  Edges edges = {};
+  Submaps submaps = {};
+  Loops loops = {};
+  Check check = {};
+  Joins joins = {};
+  LocalMap local_map = {};
 };
 
 }  // namespace crsm

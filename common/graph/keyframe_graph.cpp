@@ -340,12 +340,12 @@ std::vector<Loop> KeyframeGraph::Optimise() {
 
 void KeyframeGraph::Apply(const GraphUpdate& update) {
   for (const Loop& loop : update.closed) AddLoop(loop);
-  for (const Loop& loop : update.taken_out) DropLoop(loop);
-  if (update.ties_wrong_from) DropConstraints(*update.ties_wrong_from);
-  PutRight(update, poses_);
+  for (const Loop& loop : update.rejected) DropLoop(loop);
+  if (update.constraints_wrong_from) DropConstraints(*update.constraints_wrong_from);
+  Correct(update, poses_);
 }
 
-void KeyframeGraph::PutRight(const GraphUpdate& update, KeyframePoses& poses) const {
+void KeyframeGraph::Correct(const GraphUpdate& update, KeyframePoses& poses) const {
   for (const PoseStretch& stretch : update.moved) {
     std::ranges::copy(stretch.poses,
                       poses[static_cast<std::size_t>(stretch.first.trajectory)].begin() + stretch.first.number);
@@ -377,8 +377,8 @@ bool KeyframeGraph::Fits(const GraphUpdate& update) const {
   const auto Overlap = [](const PoseStretch& a, const PoseStretch& b) { return a.last() >= b.first; };
   return Has(update.keyframe) && (!update.previous || (Has(*update.previous) && update.previous < update.keyframe)) &&
          (!update.finding || IsFinding(*update.finding)) && std::ranges::all_of(update.closed, IsLoop) &&
-         std::ranges::all_of(update.taken_out, IsLoop) &&
-         (!update.ties_wrong_from || WasThere(*update.ties_wrong_from)) &&
+         std::ranges::all_of(update.rejected, IsLoop) &&
+         (!update.constraints_wrong_from || WasThere(*update.constraints_wrong_from)) &&
          std::ranges::all_of(update.moved, IsStretch) &&
          std::ranges::adjacent_find(update.moved, Overlap) == update.moved.end();
 }

@@ -95,16 +95,16 @@ struct GraphUpdate {
   std::optional<KeyframeId> previous = std::nullopt;  ///< keyframe of the update before this one; none: it is the first
   /// None of a loop closer that does not tell.
   std::optional<LoopFinding> finding = std::nullopt;
-  std::vector<Loop> closed;     ///< by it
-  std::vector<Loop> taken_out;  ///< which all others contradict
+  std::vector<Loop> closed;    ///< by it
+  std::vector<Loop> rejected;  ///< which all others contradict
   /// Ties of this keyframe and of all newer ones so far are wrong.
-  std::optional<KeyframeId> ties_wrong_from = std::nullopt;
+  std::optional<KeyframeId> constraints_wrong_from = std::nullopt;
   std::vector<PoseStretch> moved;  ///< in the order of their names; all other keyframes stay where they were
-  bool ChangesGraph() const { return !closed.empty() || !taken_out.empty() || ties_wrong_from || !moved.empty(); }
+  bool ChangesGraph() const { return !closed.empty() || !rejected.empty() || constraints_wrong_from || !moved.empty(); }
   friend bool operator==(const GraphUpdate&, const GraphUpdate&) = default;
 };
 
-/// Trajectories of keyframes, the motions in them, ties and loops: what is known of the poses.
+/// Trajectories of keyframes, the motions in them, proximity constraints and loops: what is known of the poses.
 ///
 /// A *trajectory* is an unbroken run of keyframes, each matched to what those before it drew. Where one ends and the
 /// next begins nobody knows the motion, and there is no way from one to the other but over loops. Trajectories that
@@ -122,7 +122,7 @@ class KeyframeGraph {
   void AddLoop(const Loop& loop);
   void DropLoop(const Loop& loop);  ///< nothing if it is not there
 
-  /// Takes the ties of a keyframe and of all newer ones for wrong.
+  /// Takes the proximity constraints of a keyframe and of all newer ones for wrong.
   void DropConstraints(KeyframeId first);
 
   /// Keyframes, of all trajectories.
@@ -193,7 +193,7 @@ class KeyframeGraph {
   /// T_from_to along their trajectory, by matched motions alone: what it says never changes.
   Pose2 Motion(KeyframeId from, KeyframeId to) const;
 
-  /// How far each keyframe is that lies within `reach_m` of one along the motions, ties and loops [m]; by name.
+  /// How far each keyframe is that lies within `reach_m` of one along the motions, constraints and loops [m]; by name.
   std::vector<std::pair<KeyframeId, double>> FindWithin(KeyframeId from, double reach_m) const;
 
   /// The poses and all that is known of the motions between them. Its poses are those of ids(), in that order.
@@ -208,7 +208,7 @@ class KeyframeGraph {
   void Apply(const GraphUpdate& update);
 
   /// The same for poses of these keyframes alone.
-  void PutRight(const GraphUpdate& update, KeyframePoses& poses) const;
+  void Correct(const GraphUpdate& update, KeyframePoses& poses) const;
 
   /// Whether an update can be one of a graph that has no other keyframes than these.
   bool Fits(const GraphUpdate& update) const;

@@ -188,7 +188,7 @@ std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_m
   return SearchUnknown(graph, candidates, known_score, constants);
 }
 
-std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& finding, const UpdateParameters& drawing,
+std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& finding, const DrawingRules& drawing,
                              const GraphConstants& constants) {
   const GraphConstants::Submaps& submaps = constants.submaps;
   const Submap submap = MakeSubmap(graph, finding.older, finding.newer, submaps);
@@ -196,11 +196,11 @@ std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& find
   for (KeyframeId at = submap.first; at <= submap.last; ++at.number) {
     scans.push_back({&graph.keyframe(at).rays, graph.Motion(finding.older, at)});
   }
-  const ScoredMap map(DrawScans(drawing, scans), 0.0, true);
+  const ScoredMap map(DrawScans(drawing, scans));
   const RaysInCells rays = map.InCells(CollectRecentPoints(graph, finding.newer, submaps.farthest_point_m, submaps));
   const auto Fitness = [&](const Pose2& at) { return map.Fitness(rays, at); };
   const auto SmoothFitness = [&](const Pose2& at) { return map.SmoothFitness(rays, at); };
-  const Pose2 pose = FindOptimum(finding.T_older_newer, submaps.cell_m, submaps.summit_rad, Fitness, SmoothFitness);
+  const Pose2 pose = FindOptimum(finding.T_older_newer, submaps.cell_m, submaps.optimum_rad, Fitness, SmoothFitness);
 
   const Eigen::Matrix2Xd newest_hits_m = ComputeHits(graph.keyframe(finding.newer).rays);
   const bool told_by_rays = finding.by == LoopFinding::By::kSoon || finding.by == LoopFinding::By::kNearby;

@@ -6,7 +6,7 @@
 #include "common/graph/graph_constants.hpp"
 #include "common/graph/keyframe_graph.hpp"
 #include "common/graph/loop_finding.hpp"
-#include "common/parameters.hpp"
+#include "common/map/map_updater.hpp"
 
 namespace crsm {
 
@@ -19,7 +19,7 @@ std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_m
 
 /// The loop of a finding, its pose refined on a map of the submap; nothing if the rays of the newest keyframe would run
 /// through walls there.
-std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& finding, const UpdateParameters& drawing,
+std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& finding, const DrawingRules& drawing,
                              const GraphConstants& constants);
 
 /// Whether a keyframe is of another trajectory than the newest one, or further back than `long_ago_m`.

@@ -36,8 +36,8 @@ LocalKeyframes FindLocal(const KeyframeGraph& graph, double local_map_m, const G
 
 }  // namespace
 
-Mapper::Mapper(const UpdateParameters& drawing, const LoopParameters& loops, const GraphConstants& constants)
-    : loops_(loops), constants_(constants), local_(drawing), graph_(constants.edges), trajectories_(loops) {}
+Mapper::Mapper(const DrawingRules& drawing, const LoopParameters& loops, const GraphConstants& constants)
+    : loops_(loops), constants_(constants), local_(drawing), graph_(constants.edges), trajectories_() {}
 
 Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match) {
   std::optional<CriticalRays> deskewed;
@@ -60,14 +60,14 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   step.keyframe = &graph_.keyframe(newest);
 
   const Pose2 before = graph_.pose(newest);
-  const bool put_right = ApplyDue(loops_.lag);
+  const bool corrected = ApplyDue(constants_.lag);
   step.after.floating = floats_ = Floats();
-  if (put_right) step.after.T_new_old = graph_.pose(newest) * Inverse(before);
-  if (!put_right && !begins && graph_.path_m(newest) - looked_at_m_ < constants_.local_map.period_m) return step;
+  if (corrected) step.after.T_new_old = graph_.pose(newest) * Inverse(before);
+  if (!corrected && !begins && graph_.path_m(newest) - looked_at_m_ < constants_.local_map.period_m) return step;
   looked_at_m_ = graph_.path_m(newest);
   const auto [local, bearable] = FindLocal(graph_, loops_.local_map_m, constants_.local_map);
   const std::vector<KeyframeId> needed = ThinOut(local);
-  const bool anew = put_right || !std::ranges::includes(bearable, drawn_);
+  const bool anew = corrected || !std::ranges::includes(bearable, drawn_);
   const std::vector<TileChange> tiles = anew ? Redraw(needed) : DrawMissing(needed);
   step.delta.tiles.insert(step.delta.tiles.end(), tiles.begin(), tiles.end());
   return step;
@@ -105,9 +105,9 @@ bool Mapper::Accept(const GraphUpdate& update) {
   if (!update.ChangesGraph()) return true;
   ++num_layouts_;
   loops_closed_.insert(loops_closed_.end(), update.closed.begin(), update.closed.end());
-  for (const Loop& loop : update.taken_out) std::erase(loops_closed_, loop);
-  loops_taken_out_.insert(loops_taken_out_.end(), update.taken_out.begin(), update.taken_out.end());
-  graph_.PutRight(update, best_poses_);
+  for (const Loop& loop : update.rejected) std::erase(loops_closed_, loop);
+  loops_rejected_.insert(loops_rejected_.end(), update.rejected.begin(), update.rejected.end());
+  graph_.Correct(update, best_poses_);
   CountComponents();
   pending_.push_back(update);
   return true;
@@ -221,20 +221,20 @@ std::set<int> Mapper::FindJoins() const {
 std::vector<PlacedLoop> Mapper::PlaceLoops() const {
   const std::set<int> joins = FindJoins();
   std::vector<PlacedLoop> placed;
-  const auto Place = [&](const std::vector<Loop>& loops, bool taken_out) {
+  const auto Place = [&](const std::vector<Loop>& loops, bool rejected) {
     std::size_t num = 0;
     const std::size_t before = placed.size();
     for (std::size_t i = loops.size(); i > 0 && num < kMostPlacedLoops / 2; --i) {
       const Loop& loop = loops[i - 1];
       if (!IsKeyframeOnMap(loop.older) || !IsKeyframeOnMap(loop.newer)) continue;
-      const bool joins_pieces = !taken_out && joins.contains(static_cast<int>(i) - 1);
-      placed.push_back({At(best_poses_, loop.older), At(best_poses_, loop.newer), taken_out, joins_pieces});
+      const bool joins_pieces = !rejected && joins.contains(static_cast<int>(i) - 1);
+      placed.push_back({At(best_poses_, loop.older), At(best_poses_, loop.newer), rejected, joins_pieces});
       ++num;
     }
     std::reverse(placed.begin() + static_cast<std::ptrdiff_t>(before), placed.end());
   };
   Place(loops_closed_, false);
-  Place(loops_taken_out_, true);
+  Place(loops_rejected_, true);
   return placed;
 }
 
@@ -386,8 +386,7 @@ std::optional<ProximityConstraint> Mapper::FindConstraint(const Pose2& T_map_las
 /// Those of the local map that are needed in it: of long ago the newest of each place and direction. So drawing it
 /// costs the same however often the robot has passed there.
 std::vector<KeyframeId> Mapper::ThinOut(const std::vector<KeyframeId>& local) const {
-  const auto& [place_m, direction_rad] =
-      std::tie(constants_.local_map.place_m, constants_.local_map.direction_rad);
+  const auto& [place_m, direction_rad] = std::tie(constants_.local_map.place_m, constants_.local_map.direction_rad);
   const auto Round = [](double value, double step) { return static_cast<int>(std::floor(value / step)); };
   std::set<std::array<int, 3>> taken;
   std::vector<KeyframeId> needed;

@@ -22,10 +22,13 @@ namespace crsm {
 /// map*, what was drawn from keyframes within some way of the robot along the pose graph. What lies nearby on paper but
 /// far in the graph may be metres off, and would draw the robot onto wrong walls.
 ///
-/// With loops each scan hangs on its keyframe, so that its pose is put right with that of the keyframe.
+/// With loops each scan hangs on its keyframe, so that its pose is corrected with that of the keyframe.
 class Mapper {
  public:
-  Mapper(const UpdateParameters& drawing, const LoopParameters& loops, const GraphConstants& constants = {});
+  Mapper(const DrawingRules& drawing, const LoopParameters& loops, const GraphConstants& constants = {});
+
+  /// Keyframes until what a loop has brought takes effect.
+  int lag() const { return constants_.lag; }
 
   struct Step {
     MapDelta delta;                      ///< of the local map
@@ -62,12 +65,12 @@ class Mapper {
   std::int64_t num_layouts() const { return num_layouts_; }
   /// In them all: loops that hold, and loops that others contradicted.
   std::int64_t num_loops() const { return std::ssize(loops_closed_); }
-  std::int64_t num_loops_taken_out() const { return std::ssize(loops_taken_out_); }
+  std::int64_t num_loops_rejected() const { return std::ssize(loops_rejected_); }
 
   /// The map is finished: it is all that was seen, and stays as it is. Returns what that changes.
   std::vector<TileChange> Finish();
 
-  /// Whether keyframes are kept, and put right: with loops, until the map is finished.
+  /// Whether keyframes are kept, and corrected: with loops, until the map is finished.
   bool closes_loops() const { return loops_.loops; }
 
   const MapUpdater& local() const { return local_; }
@@ -160,7 +163,7 @@ class Mapper {
   int largest_ = 0;                   ///< component
   TrajectoryLog trajectories_;
   std::vector<Loop> loops_closed_;  ///< by them all
-  std::vector<Loop> loops_taken_out_;
+  std::vector<Loop> loops_rejected_;
   KeyframePoses best_poses_;
   std::vector<KeyframeId> drawn_;  ///< keyframes in the local map
   double looked_at_m_ = 0.0;       ///< where on the newest trajectory it was last looked which belong there

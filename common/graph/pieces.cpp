@@ -54,15 +54,15 @@ Break TrajectoryLog::MakeBreak(const ScanMatch& match) const {
   begun.utime = match.utime;
   begun.scan = num_scans_;
   begun.seconds = SecondsBetween(match.utime, last_utime_);
-  if (loops_.lost_scans_max > 0 && num_lost_ + 1 >= loops_.lost_scans_max) {
+  if (num_lost_ + 1 >= constants_.lost_scans_max) {
     begun.reason = BreakReason::kLost;
     begun.seconds = SecondsBetween(match.utime, last_match_utime_);
   } else if (match.utime < last_utime_) {
     begun.reason = BreakReason::kClock;
-  } else if (loops_.gap_max_s > 0.0 && begun.seconds > loops_.gap_max_s) {
+  } else if (begun.seconds > constants_.gap_max_s) {
     begun.reason = BreakReason::kGap;
   } else {
-    const bool soon = size() > 0 && std::cmp_less_equal(trajectories_.back().num_matched, kHardlyMatched);
+    const bool soon = size() > 0 && std::cmp_less_equal(trajectories_.back().num_matched, constants_.hardly_matched);
     begun.reason = soon ? BreakReason::kLost : BreakReason::kSession;
   }
   return begun;

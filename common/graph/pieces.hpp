@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "common/match/match_constants.hpp"
 #include "common/math/pose2.hpp"
-#include "common/parameters.hpp"
 #include "common/scan/scan_match.hpp"
 
 namespace crsm {
@@ -69,7 +69,7 @@ struct MapPieces {
 /// What is to be known of each trajectory, gathered match by match.
 class TrajectoryLog {
  public:
-  explicit TrajectoryLog(const LoopParameters& loops) : loops_(loops) {}
+  explicit TrajectoryLog(const MatchConstants::Break& constants = {}) : constants_(constants) {}
 
   struct Trajectory {
     Break start;  ///< but for the pose and the pieces
@@ -90,7 +90,7 @@ class TrajectoryLog {
  private:
   Break MakeBreak(const ScanMatch& match) const;
 
-  LoopParameters loops_;
+  MatchConstants::Break constants_;
   std::vector<Trajectory> trajectories_;
   std::int64_t num_scans_ = 0;
   std::int64_t num_lost_ = 0;          ///< of the newest scans, in a row

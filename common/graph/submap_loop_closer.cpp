@@ -57,8 +57,8 @@ std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe, const std::o
   update.closed = Confirm(*finding);
   if (update.closed.empty()) return update;
   if (checked) {
-    update.ties_wrong_from = graph_.After(verified_);
-    graph_.DropConstraints(*update.ties_wrong_from);
+    update.constraints_wrong_from = graph_.After(verified_);
+    graph_.DropConstraints(*update.constraints_wrong_from);
     constraints_wrong_before_ = update.keyframe;
   }
   verified_ = update.keyframe;
@@ -68,7 +68,7 @@ std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe, const std::o
     graph_.Join(loop);
     graph_.AddLoop(loop);
   }
-  update.taken_out = graph_.Optimise();
+  update.rejected = graph_.Optimise();
   update.moved = FindMoved(before, graph_.poses());
   return update;
 }
@@ -76,8 +76,8 @@ std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe, const std::o
 /// The newest trajectory hangs together with no other any more. The poses stay as they are.
 void SubmapLoopCloser::TakeApart(GraphUpdate& update) {
   update.previous = std::exchange(update_, update.keyframe);
-  update.taken_out = graph_.FindLoopsAcross(update.keyframe.trajectory);
-  for (const Loop& loop : update.taken_out) graph_.DropLoop(loop);
+  update.rejected = graph_.FindLoopsAcross(update.keyframe.trajectory);
+  for (const Loop& loop : update.rejected) graph_.DropLoop(loop);
   findings_.clear();
 }
 

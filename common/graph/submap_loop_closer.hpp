@@ -9,6 +9,7 @@
 #include "common/graph/keyframe_graph.hpp"
 #include "common/graph/loop_closer.hpp"
 #include "common/graph/loop_finding.hpp"
+#include "common/map/map_updater.hpp"
 #include "common/parameters.hpp"
 
 namespace crsm {
@@ -17,12 +18,11 @@ namespace crsm {
 ///
 /// A wrong loop is worse than none. A place has to fit, and clearly better than any other; then a second finding, some
 /// metres later, has to agree with the first one; in the graph a loop that contradicts all others counts for nothing
-/// (Geman and McClure's loss), and is taken out; and where what the robot sees next contradicts a join, the component
+/// (Geman and McClure's loss), and is rejected; and where what the robot sees next contradicts a join, the component
 /// falls apart again.
 class SubmapLoopCloser : public LoopCloser {
  public:
-  SubmapLoopCloser(const LoopParameters& parameters, const UpdateParameters& drawing,
-                   const GraphConstants& constants = {})
+  SubmapLoopCloser(const LoopParameters& parameters, const DrawingRules& drawing, const GraphConstants& constants = {})
       : parameters_(parameters),
         drawing_(drawing),
         constants_(constants),
@@ -51,7 +51,7 @@ class SubmapLoopCloser : public LoopCloser {
   std::optional<LoopFinding> Search(const std::optional<EarlierSearch>& earlier);
 
   LoopParameters parameters_;
-  UpdateParameters drawing_;
+  DrawingRules drawing_;
   GraphConstants constants_;
   KeyframeGraph graph_;
   JoinSearch joins_;
@@ -62,7 +62,8 @@ class SubmapLoopCloser : public LoopCloser {
   double next_elsewhere_m_ = 0.0;
   KeyframeId verified_;               ///< the last keyframe of which it is known that it is where the graph says
   std::optional<KeyframeId> update_;  ///< keyframe of the last update
-  /// Keyframe of the last update that took ties for wrong: those that were matched on a map before it are, too.
+  /// Keyframe of the last update that took proximity constraints for wrong: those that were matched on a map before it
+  /// are, too.
   std::optional<KeyframeId> constraints_wrong_before_;
 };
 

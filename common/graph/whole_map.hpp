@@ -13,7 +13,7 @@ namespace crsm {
 /// It is drawn when somebody wants to see it, some scans at a time, so that who draws it can do other things between.
 class WholeMap {
  public:
-  explicit WholeMap(const UpdateParameters& drawing) : drawing_(drawing), map_(drawing) {}
+  explicit WholeMap(const DrawingRules& drawing) : drawing_(drawing), map_(drawing) {}
 
   /// Keyframes are elsewhere than they were: the map is to be drawn anew, as a version of its own.
   void Forget() { num_drawn_.clear(); }
@@ -42,7 +42,7 @@ class WholeMap {
   bool Draw(const KeyframeGraph& graph, const KeyframePoses& poses, std::int64_t version, int most,
             const std::function<bool(KeyframeId)>& is_on_map);
 
-  UpdateParameters drawing_;
+  DrawingRules drawing_;
   MapUpdater map_;
   std::vector<int> num_drawn_;  ///< keyframes, by trajectory; none before the first was drawn
 };

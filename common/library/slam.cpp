@@ -43,7 +43,6 @@ crsm::Parameters MakeParameters(const Settings& settings) {
   Check("preset", settings.preset, presets);
   Check("profile", settings.profile, profiles);
   crsm::Parameters parameters;
-  parameters.match.odometry = true;  // who has none hands none to Process
   Apply(kPresetValues, settings.preset, parameters);
   Apply(kProfileValues, settings.profile, parameters);
   for (const auto& [key, text] : settings.values) SetParameter(parameters, key, text);

@@ -1,16 +1,18 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <array>
 #include <cstdint>
-#include <map>
+#include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
-#include "common/map/blend_cells.hpp"
 #include "common/map/map_delta.hpp"
 #include "common/map/map_geometry.hpp"
+#include "common/map/paper_drawing.hpp"
+#include "common/map/surface_drawing.hpp"
+#include "common/map/tile_canvas.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
@@ -29,13 +31,24 @@ struct ScanBatch {
   std::vector<PlacedScan> scans;
 };
 
+/// How a map is drawn.
+struct DrawingRules {
+  DrawingRules(const UpdateParameters& update, const DrawingConstants& ours = {},
+               const PaperDrawingConstants& of_paper = {})
+      : parameters(update), constants(ours), paper(of_paper) {}
+
+  UpdateParameters parameters;
+  DrawingConstants constants;   ///< of our drawing
+  PaperDrawingConstants paper;  ///< of the paper's
+};
+
 /// The owner of the map: draws matched scans into it. Source: section 6.
 class MapUpdater {
  public:
-  explicit MapUpdater(const UpdateParameters& parameters);
-  ~MapUpdater();
-  MapUpdater(MapUpdater&&) noexcept;
-  MapUpdater& operator=(MapUpdater&&) noexcept;
+  /// Draws scans as the parameters' algorithm does.
+  explicit MapUpdater(const DrawingRules& rules);
+  MapUpdater(const UpdateParameters& parameters, std::unique_ptr<const ScanDrawing> drawing)
+      : parameters_(parameters), geometry_(parameters.cell_size_m), drawing_(std::move(drawing)) {}
 
   /// Draws a scan that was taken at `match.T_map_laser`, and says what changed. The map's version rises by one with
   /// every call, also when nothing changes: a lost scan, one without rays or beyond the limits of the map, or too
@@ -79,40 +92,23 @@ class MapUpdater {
   std::int64_t num_scans_cut() const { return num_scans_cut_; }
 
   /// Tiles in the order of their creation.
-  std::size_t num_tiles() const { return tiles_.entries().size(); }
+  std::size_t num_tiles() const { return canvas_.tiles().entries().size(); }
 
   /// A whole tile, for a replica that lacks it; nothing if it has not changed since `version`.
   std::optional<TileChange> TileSince(std::size_t tile, std::int64_t version) const;
 
  private:
-  struct Tile;
-  using BytesBefore = std::map<TileIndex, TileBytes>;  ///< tiles that were drawn into, as they were
-
   bool MovedEnough(const Pose2& T_map_laser) const;
-  /// before: tiles that are not in it yet are added; nullptr where nobody asks.
+  /// before: as of TileCanvas::Blend.
   bool Draw(const PlacedScan& scan, BytesBefore* before);
   void Clear(BytesBefore& before);
   /// What is not as before any more, which has changed in this version.
   std::vector<TileChange> ListChanges(const BytesBefore& before);
-  void MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
-  void MarkBehind(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
-  void MarkSurface(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
-  void MarkHit(const Eigen::Vector2d& at_cells);
-  void Mark(Cell cell, std::uint8_t mark);
-  bool IsExplored(Cell cell) const;
-  std::uint8_t* FindMark(Cell cell);
-  Tile* MarkTile(TileIndex index);
-  void Blend(Tile& tile, double intensity) const;
 
   UpdateParameters parameters_;
   MapGeometry geometry_;
-  std::vector<std::array<std::uint8_t, 4>> hit_marks_;  ///< by where between the centres of four cells a hit lies
-  BlendKernel blend_;
-  TileGrid<Tile> tiles_;
-  std::vector<TileIndex> marked_;  ///< tiles that the scan at hand touches
-  Tile* marking_ = nullptr;        ///< the one it touched last, nullptr if there is no room for it ...
-  TileIndex marking_index_;        ///< ... and where that is
-  bool cut_ = false;               ///< there was no room for all of it
+  std::unique_ptr<const ScanDrawing> drawing_;
+  TileCanvas canvas_;
   std::int64_t num_scans_cut_ = 0;
   std::int64_t version_ = 0;
   bool finished_ = false;

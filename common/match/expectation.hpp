@@ -1,9 +1,9 @@
 #pragma once
 
+#include "common/match/match_constants.hpp"
 #include "common/match/optimum.hpp"
 #include "common/match/scored_map.hpp"
 #include "common/match/tracking_state.hpp"
-#include "common/parameters.hpp"
 
 namespace crsm {
 
@@ -11,7 +11,7 @@ namespace crsm {
 /// little to be true.
 class Expectation {
  public:
-  Expectation(const TrackingState& tracking, const MatchParameters& parameters);
+  Expectation(const TrackingState& tracking, const MatchConstants& constants);
 
   /// The fitness at which the search stops.
   double enough() const { return enough_; }
@@ -31,6 +31,7 @@ class Expectation {
                const ByteMap& map) const;
 
  private:
+  MatchConstants::Acceptance constants_;
   double usual_;       ///< fitness of the last scans; on a finished map no less than its building gives
   double enough_;      ///< see enough()
   double acceptable_;  ///< share of the expected fitness below which a scan is lost

@@ -110,10 +110,10 @@ RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry)
   return ToCells(hits_m, geometry, Eigen::ArrayXi::Ones(hits_m.cols()));
 }
 
-FitnessField::FitnessField(const MapGeometry& geometry, double unexplored_score, bool interpolate, FitnessKernel kernel)
+FitnessField::FitnessField(const MapGeometry& geometry, const ScoreRules& rules, FitnessKernel kernel)
     : geometry_(geometry),
-      unexplored_score_(static_cast<std::int16_t>(std::lround(unexplored_score))),
-      interpolate_(interpolate),
+      unexplored_score_(static_cast<std::int16_t>(std::lround(rules.unexplored_score))),
+      interpolate_(rules.interpolate),
       kernel_(kernel),
       pairs_(MakeBlankTiles(rectangle_)) {}
 

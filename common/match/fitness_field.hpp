@@ -37,14 +37,19 @@ class RaysInCells {
 RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry, const Eigen::ArrayXi& weight);
 RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry);
 
+/// What a ray scores between cells, and where nothing is known.
+struct ScoreRules {
+  double unexplored_score = 0.0;  ///< for a ray that ends in an unexplored cell; a full hit scores 3570
+  bool interpolate = true;        ///< bilinear between the centres of cells; false: the cell in which a ray ends
+};
+
 /// What a ray scores that ends in a given cell, kept up to date with the map: one read a ray instead of five.
 /// Source: section 5.2, lines 6 to 10.
 class FitnessField {
  public:
-  /// geometry: of the map's cells. unexplored_score: for a ray that ends in an unexplored cell; the paper's is -100.
-  /// kernel: how scores are summed, all of which give the same.
-  FitnessField(const MapGeometry& geometry, double unexplored_score, bool interpolate,
-               FitnessKernel kernel = FindFitnessKernels().back());
+  /// geometry: of the map's cells. kernel: how scores are summed, all of which give the same.
+  explicit FitnessField(const MapGeometry& geometry, const ScoreRules& rules = {},
+                        FitnessKernel kernel = FindFitnessKernels().back());
 
   /// Takes over the tiles that changed, from the map after the change.
   void Refresh(const ByteMap& map, const std::vector<TileIndex>& changed);

@@ -43,7 +43,7 @@ ScoredMap MakeCoarse(const ByteMap& map, int factor) {
       if (IsFree(byte) && coarse.At(cell) == kUnexploredByte) coarse.Set(cell, kFreeByte);
     }
   }
-  return ScoredMap(std::move(coarse), 0.0, true);
+  return ScoredMap(std::move(coarse));
 }
 
 std::vector<Pose2> FindFreePlaces(const ByteMap& coarse) {

@@ -32,41 +32,34 @@ Periods FindPeriods(const TrackingState& tracking, std::int64_t utime) {
 }
 
 /// Whether so much time has passed that the robot may be anywhere.
-bool IsGap(const TrackingState& tracking, std::int64_t utime, double gap_max_s) {
-  constexpr double kTimesUsual = 8.0;  // a logger that takes a scan a metre has no gaps, however slow the robot is
+bool IsGap(const TrackingState& tracking, std::int64_t utime, const MatchConstants::Break& constants) {
   const Periods periods = FindPeriods(tracking, utime);
-  return gap_max_s > 0.0 && periods.last_s > std::max(gap_max_s, kTimesUsual * periods.usual_s);
+  return periods.last_s > std::max(constants.gap_max_s, constants.gap_periods * periods.usual_s);
 }
 
 /// Whether a scan fits where the last one was taken, as well as scans do as a rule.
-bool StoodStill(const ScanMatch& match, const TrackingState& tracking) {
-  constexpr double kStill_m = 0.3;
-  constexpr double kStill_rad = 0.2;
-  constexpr double kAsUsual = 0.9;
+bool StoodStill(const ScanMatch& match, const TrackingState& tracking, const MatchConstants::Break& constants) {
   const Pose2 motion = Inverse(tracking.recent().back().T_map_laser) * match.T_map_laser;
-  return match.state != MatchState::kLost && Length(motion) < kStill_m && std::abs(motion.yaw_rad) < kStill_rad &&
-         match.fitness >= kAsUsual * tracking.baseline_fitness();
+  return match.state != MatchState::kLost && Length(motion) < constants.stood_still_m &&
+         std::abs(motion.yaw_rad) < constants.stood_still_rad &&
+         match.fitness >= constants.stood_still_fitness * tracking.baseline_fitness();
 }
 
 /// Whether a scan is found again after others were lost. In a window that has grown something fits by chance, and what
 /// lies beyond the map is not asked for: a wrong place costs the map, a new trajectory only time.
-bool IsConvincing(const ScanMatch& match, const TrackingState& tracking) {
-  constexpr double kConvincing = 0.6;  // of the baseline fitness
-  return match.state == MatchState::kLost || match.fitness >= kConvincing * tracking.baseline_fitness();
+bool IsConvincing(const ScanMatch& match, const TrackingState& tracking, const MatchConstants::Break& constants) {
+  return match.state == MatchState::kLost ||
+         match.fitness >= constants.found_again_fitness * tracking.baseline_fitness();
 }
 
 /// Whether the map contradicts a scan that fits it much worse than scans do as a rule: the robot was carried, and
-/// stands where something fits by chance. No scan of intel, fr079, aces and killian is so bad: a robot that drives into
-/// a niche of aces has 0.416. Of six robots that were carried in aces and killian to where a scan fits by chance, four
-/// had more than 0.38.
+/// stands where something fits by chance.
 bool IsContradicted(const Matcher& matcher, const CriticalRays& scan, const ScanMatch& match,
-                    const TrackingState& tracking) {
-  constexpr double kMuchWorse = 0.75;  // of the baseline fitness
-  constexpr double kContradicted = 0.42;
+                    const TrackingState& tracking, const MatchConstants::Break& constants) {
   if (match.state == MatchState::kLost || tracking.fitnesses().size() < TrackingState::kUsual) return false;
-  if (match.fitness >= kMuchWorse * tracking.baseline_fitness()) return false;
+  if (match.fitness >= constants.suspect_fitness * tracking.baseline_fitness()) return false;
   const Eigen::Matrix2Xd hits_m = ComputeHits(Deskew(scan, match.twist).rays);
-  return ComputeContradiction(matcher.map(), hits_m, match.T_map_laser) > kContradicted;
+  return ComputeContradiction(matcher.map(), hits_m, match.T_map_laser) > constants.contradiction_max;
 }
 
 ScanMatch Lose(ScanMatch match, const Pose2& guess) {
@@ -77,15 +70,10 @@ ScanMatch Lose(ScanMatch match, const Pose2& guess) {
   return match;
 }
 
-bool HasEnoughRays(const CriticalRays& scan) {
-  constexpr std::size_t kFewest = 20;  // less is no place to begin a map at
-  return scan.rays.size() >= kFewest;
-}
-
 /// After how many lost scans in a row a trajectory ends. One on which hardly anything was matched yet is no loss: there
 /// was a hand before the laser, say.
-std::int64_t FindPatience(const TrackingState& tracking, int lost_scans_max) {
-  return tracking.fitnesses().size() < kHardlyMatched ? std::min(lost_scans_max, 1) : lost_scans_max;
+std::int64_t FindPatience(const TrackingState& tracking, const MatchConstants::Break& constants) {
+  return tracking.fitnesses().size() < constants.hardly_matched ? 1 : constants.lost_scans_max;
 }
 
 /// Where the wheels lead from the last scan; there where they are not believed.
@@ -118,14 +106,13 @@ double FindSecondsLost(std::span<const ScanMatch> recent, std::int64_t utime) {
 
 /// The same where the wheels lead on from the last scan that was matched. A robot whose wheels stand while its scans
 /// are lost is carried, unless that is faster than anyone lifts it: then something stands before the laser.
-ScanMatch BeginByWheels(const ScanMatch& match, const TrackingState& tracking) {
-  constexpr double kStands_m = 0.05;
-  constexpr double kStands_rad = 0.05;
-  constexpr double kLifted_s = 2.0;
+ScanMatch BeginByWheels(const ScanMatch& match, const TrackingState& tracking,
+                        const MatchConstants::Wheels& constants) {
   const auto way = FindWayByWheels(tracking.recent(), match.by_wheels);
   ScanMatch first = Begin(match, match.T_map_laser);
-  const bool stands = way && Length(way->T_from_to) < kStands_m && std::abs(way->T_from_to.yaw_rad) < kStands_rad;
-  const bool is_carried = stands && FindSecondsLost(tracking.recent(), match.utime) >= kLifted_s;
+  const bool stands =
+      way && Length(way->T_from_to) < constants.stands_m && std::abs(way->T_from_to.yaw_rad) < constants.stands_rad;
+  const bool is_carried = stands && FindSecondsLost(tracking.recent(), match.utime) >= constants.lifted_s;
   if (way && !is_carried) first.by_wheels = match.by_wheels;
   return first;
 }
@@ -138,27 +125,31 @@ std::optional<Pose2> FindFarAway(const Matcher& matcher, const CriticalRays& sca
 
 /// As of MatchScan; what a guess is worth is still to be said.
 ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
-                       const std::optional<Pose2>& T_odom_robot, const LoopParameters& parameters) {
+                       const std::optional<Pose2>& T_odom_robot, const MatchOptions& options) {
+  const MatchConstants::Break& breaks = options.constants.breaks;
+  const bool has_enough_rays = scan.rays.size() >= breaks.fewest_rays;
   ScanMatch match = MatchSweep(matcher, scan, tracking, T_odom_robot);
   match.by_wheels = tracking.wheels().Predict(tracking.recent(), scan.utime, match.T_odom_robot);
   match.trajectory = tracking.trajectory();
   match.floating = tracking.floating();
-  if (!parameters.loops || tracking.empty() || tracking.on_finished_map()) return match;
+  if (!options.loops || tracking.empty() || tracking.on_finished_map()) return match;
   if (tracking.onset() == Onset::kNear || tracking.onset() == Onset::kAnywhere) {
-    return HasEnoughRays(scan) ? Begin(match, tracking.T_map_guess()) : Lose(match, tracking.T_map_guess());
+    return has_enough_rays ? Begin(match, tracking.T_map_guess()) : Lose(match, tracking.T_map_guess());
   }
-  if (!HasEnoughRays(scan)) return match;
+  if (!has_enough_rays) return match;
   const ScanMatch& last = tracking.recent().back();
-  const bool is_convincing = tracking.num_lost() == 0 || IsConvincing(match, tracking);
-  if (!is_convincing || IsContradicted(matcher, scan, match, tracking)) match = Lose(match, GuessByWheels(match, last));
-  const bool lost_for_long = match.state == MatchState::kLost && parameters.lost_scans_max > 0 &&
-                             tracking.num_lost() + 1 >= FindPatience(tracking, parameters.lost_scans_max);
+  const bool is_convincing = tracking.num_lost() == 0 || IsConvincing(match, tracking, breaks);
+  if (!is_convincing || IsContradicted(matcher, scan, match, tracking, breaks))
+    match = Lose(match, GuessByWheels(match, last));
+  const bool lost_for_long =
+      match.state == MatchState::kLost && tracking.num_lost() + 1 >= FindPatience(tracking, breaks);
   const bool resumed_elsewhere = match.state == MatchState::kLost && tracking.onset() == Onset::kResumed;
-  const bool is_gap = IsGap(tracking, scan.utime, parameters.gap_max_s) && !match.by_wheels;
-  const bool broken = (is_gap || HasClockRestarted(last.utime, scan.utime)) && !StoodStill(match, tracking);
-  if (lost_for_long && match.by_wheels) return BeginByWheels(match, tracking);
+  const bool is_gap = IsGap(tracking, scan.utime, breaks) && !match.by_wheels;
+  const bool broken = (is_gap || HasClockRestarted(last.utime, scan.utime)) && !StoodStill(match, tracking, breaks);
+  if (lost_for_long && match.by_wheels) return BeginByWheels(match, tracking, options.constants.wheels);
   if (!lost_for_long && !broken && !resumed_elsewhere) return match;
-  const Pose2 guess = lost_for_long ? GuessOnward(tracking.recent(), scan.utime) : last.T_map_laser;
+  const Pose2 guess =
+      lost_for_long ? GuessOnward(tracking.recent(), scan.utime, options.constants.prediction) : last.T_map_laser;
   const auto found = FindFarAway(matcher, scan, last.T_map_laser);
   ScanMatch first = Begin(match, found.value_or(guess));
   if (found) first.covariance = kUnknownCovariance;
@@ -168,8 +159,8 @@ ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const T
 }  // namespace
 
 ScanMatch MatchScan(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
-                    const std::optional<Pose2>& T_odom_robot, const LoopParameters& parameters) {
-  ScanMatch match = MatchOrBegin(matcher, scan, tracking, T_odom_robot, parameters);
+                    const std::optional<Pose2>& T_odom_robot, const MatchOptions& options) {
+  ScanMatch match = MatchOrBegin(matcher, scan, tracking, T_odom_robot, options);
   const bool begins_amid = match.state == MatchState::kFirst && match.trajectory > 0;
   const bool is_guess = match.state == MatchState::kLost || (begins_amid && match.covariance[0] == 0.0);
   if (is_guess) match.covariance = ComputeGuessCovariance(match, tracking);

@@ -1,14 +1,16 @@
 #pragma once
 
+#include "common/match/match_constants.hpp"
 #include "common/match/matcher.hpp"
 #include "common/match/tracking_state.hpp"
-#include "common/parameters.hpp"
 #include "common/scan/critical_rays.hpp"
 
 namespace crsm {
 
-/// Fewer matched scans are no trajectory yet: the first lost one ends it.
-inline constexpr std::size_t kHardlyMatched = 3;
+struct MatchOptions {
+  bool loops = true;  ///< else no trajectory ever ends
+  MatchConstants constants = {};
+};
 
 /// Matches a scan to the map, as MatchSweep does, and decides whether it goes on from there: where nobody knows any
 /// more how the robot came here, a new trajectory begins. Such a match is kFirst. Its pose is where Matcher::Locate
@@ -21,6 +23,6 @@ inline constexpr std::size_t kHardlyMatched = 3;
 /// tell how the robot moved. Another drive always begins one. So does a session on an earlier map whose first scan does
 /// not fit where that one ended. On a finished map, and without loops, no trajectory ever ends.
 ScanMatch MatchScan(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
-                    const std::optional<Pose2>& T_odom_robot, const LoopParameters& parameters);
+                    const std::optional<Pose2>& T_odom_robot, const MatchOptions& options);
 
 }  // namespace crsm

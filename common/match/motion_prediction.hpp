@@ -3,7 +3,7 @@
 #include <optional>
 #include <span>
 
-#include "common/parameters.hpp"
+#include "common/match/match_constants.hpp"
 #include "common/scan/scan_match.hpp"
 
 namespace crsm {
@@ -14,18 +14,21 @@ namespace crsm {
 /// recent: the last matches, oldest first; at least one, and more than ten change nothing. Lasers turn steadily and
 /// loggers stamp unsteadily: a motion is one from scan to scan, whatever the times say. The pose of a lost scan is a
 /// guess and tells no speed.
-Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchParameters& parameters);
+Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchConstants::Prediction& constants = {});
 
 /// How steady a motion is until `utime`: 1 up to 0.3 s after the last match, later less with the square of the time, in
 /// which a robot becomes faster or slower. 1 if there was no match: the pose is not guessed from a motion.
-double ComputeSteadiness(std::span<const ScanMatch> recent, std::int64_t utime);
+double ComputeSteadiness(std::span<const ScanMatch> recent, std::int64_t utime,
+                         const MatchConstants::MotionPrior& constants = {});
 
 /// Where the robot is if it went on as before while its last scans were lost, five at most. Nothing if none was lost,
 /// or how it moved before that is not known.
-std::optional<Pose2> ContinueMotion(std::span<const ScanMatch> recent, const MatchParameters& parameters);
+std::optional<Pose2> ContinueMotion(std::span<const ScanMatch> recent,
+                                    const MatchConstants::Prediction& constants = {});
 
 /// The same by time, however many scans were lost, for 6 s at most: as the robot moved between the last two scans that
 /// were matched one after the other, but straighter. The last pose where that is not known.
-Pose2 GuessOnward(std::span<const ScanMatch> recent, std::int64_t utime);
+Pose2 GuessOnward(std::span<const ScanMatch> recent, std::int64_t utime,
+                  const MatchConstants::Prediction& constants = {});
 
 }  // namespace crsm

@@ -10,15 +10,15 @@ namespace crsm {
 /// The way from one place to another [m], map frame.
 inline Eigen::Vector2d WayFrom(const Pose2& from, const Pose2& to) { return {to.x_m - from.x_m, to.y_m - from.y_m}; }
 
-/// What is climbed: the fitness of some rays, less a pull to where the laser is guessed. Where the walls do not tell,
-/// as along a corridor, the initial guess does.
+/// What is climbed: the fitness of some rays, less the prior: the distance from where the laser is guessed. Where the
+/// walls do not tell, as along a corridor, the initial guess does.
 struct Objective {
   const ScoredMap& map;
   const RaysInCells& rays;
   Pose2 initial_guess;
-  double pull_per_m2;
+  double prior_per_m2;
   Eigen::Vector2d degenerate_axis{1.0, 0.0};  ///< unit vector, map frame
-  double axis_pull_per_m2 = 0.0;              ///< along it, besides
+  double degenerate_per_m2 = 0.0;             ///< of the prior along it, besides
 
   double operator()(const Pose2& pose) const { return map.Fitness(rays, pose) - Prior(pose); }
 
@@ -29,7 +29,7 @@ struct Objective {
   double Prior(const Pose2& pose) const {
     const Eigen::Vector2d way_m = WayFrom(initial_guess, pose);
     const double along_m = way_m.dot(degenerate_axis);
-    return pull_per_m2 * way_m.squaredNorm() + axis_pull_per_m2 * along_m * along_m;
+    return prior_per_m2 * way_m.squaredNorm() + degenerate_per_m2 * along_m * along_m;
   }
 };
 

@@ -10,50 +10,37 @@
 #include "common/match/objective.hpp"
 #include "common/match/optimum.hpp"
 #include "common/match/pose_uncertainty.hpp"
+#include "common/math/columns.hpp"
 #include "common/scan/contour.hpp"
 
 namespace crsm {
 namespace {
 
-Eigen::Matrix2Xd Columns(const Eigen::Matrix2Xd& all, std::span<const int> picked) {
-  Eigen::Matrix2Xd columns(2, static_cast<Eigen::Index>(picked.size()));
-  for (std::size_t i = 0; i < picked.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = all.col(picked[i]);
-  return columns;
-}
-
 /// Whether a scan is to be looked for on all of a finished map: the first ones until one is found, later every tenth
 /// after ten were lost in a row.
-bool IsGlobalSearchDue(const TrackingState& tracking) {
-  constexpr std::int64_t kPatience = 10;  // people who stand around a robot go on again after a second or two
-  if (!tracking.on_finished_map() || tracking.num_lost() < std::min(tracking.num_scans(), kPatience)) return false;
-  return tracking.num_scans() < kPatience || tracking.num_scans() % kPatience == 0;
+bool IsGlobalSearchDue(const TrackingState& tracking, const MatchConstants::FinishedMap& constants) {
+  const std::int64_t every = constants.search_every;
+  if (!tracking.on_finished_map() || tracking.num_lost() < std::min(tracking.num_scans(), every)) return false;
+  return tracking.num_scans() < every || tracking.num_scans() % every == 0;
 }
 
 /// How strongly the wheels' pose holds along an axis that the walls leave open [1/m^2]: chance gains nearly 0.05 of
 /// fitness there, which three standard deviations have to outweigh.
-double FindPriorWeight(const WheelMotion& way) {
-  constexpr double kByChance = 0.05;
-  constexpr double kLeast_m = 0.01;
-  constexpr double kMost_m = 0.03;
-  const double sigma_m = 3.0 * std::clamp(way.sigma_m, kLeast_m, kMost_m);
-  return kByChance / (sigma_m * sigma_m);
+double FindPriorWeight(const WheelMotion& way, const MatchConstants::MotionPrior& constants) {
+  const double sigma_m = 3.0 * std::clamp(way.sigma_m, constants.wheels_sigma_min_m, constants.wheels_sigma_max_m);
+  return constants.chance_gain / (sigma_m * sigma_m);
 }
 
 /// How strongly the velocity model holds there: the better it told the motions so far, the more. A robot that drives
 /// evenly would else seem to slow down in a corridor whose end no beam reaches.
-double FindPriorWeight(const MatchParameters& parameters, const TrackingState& tracking) {
-  constexpr double kByError_per_m = 0.08;
-  constexpr double kMost_per_m2 = 40.0;
-  const double least_per_m2 = parameters.axis_pull_per_m2;
-  if (least_per_m2 == 0.0) return 0.0;
-  return std::max(least_per_m2, std::min(kByError_per_m / std::max(tracking.motion_error_m(), 1e-6), kMost_per_m2));
+double FindPriorWeight(const TrackingState& tracking, const MatchConstants::MotionPrior& constants) {
+  const double by_error_per_m2 = constants.degenerate_per_m / std::max(tracking.motion_error_m(), 1e-6);
+  return std::max(constants.degenerate_per_m2, std::min(by_error_per_m2, constants.degenerate_max_per_m2));
 }
 
 /// Whether a robot that is followed may have come from one pose to another.
-bool IsNear(const Pose2& from, const Pose2& to) {
-  constexpr double kNear_m = 0.3;
-  constexpr double kNear_rad = 0.25;
-  return Distance(from, to) < kNear_m && std::abs(WrapAngle(to.yaw_rad - from.yaw_rad)) < kNear_rad;
+bool IsNear(const Pose2& from, const Pose2& to, const MatchConstants::FinishedMap& constants) {
+  return Distance(from, to) < constants.near_m && std::abs(WrapAngle(to.yaw_rad - from.yaw_rad)) < constants.near_rad;
 }
 
 /// The pose that is as far along an axis as the initial guess.
@@ -66,12 +53,12 @@ Pose2 MoveBackAlong(const Eigen::Vector2d& axis, const Pose2& pose, const Pose2&
 
 /// The rays of a scan, as the steps need them.
 struct RrhcMatcher::Rays {
-  Rays(const CriticalRays& scan, const ScoredMap& map, double spacing_cap_m)
+  Rays(const CriticalRays& scan, const ScoredMap& map, double spacing_max_m)
       : hits_m(ComputeHits(scan.rays)),
         normals(ComputeNormals(hits_m, map.geometry().cell_size_m())),
-        critical_hits_m(Columns(hits_m, scan.critical)),
+        critical_hits_m(SelectColumns(hits_m, scan.critical)),
         critical(map.InCells(critical_hits_m)),
-        contour(TraceContour(scan.rays, hits_m, spacing_cap_m)),
+        contour(TraceContour(scan.rays, hits_m, spacing_max_m)),
         all(map.InCells(contour.points_m, contour.weights)) {}
 
   Eigen::Matrix2Xd hits_m;           ///< laser frame
@@ -100,7 +87,7 @@ struct RrhcMatcher::InitialGuess {
   bool known = true;                        ///< false: the robot may be anywhere, and was not found
   bool found_on_whole_map = false;          ///< nothing is left to be searched
   Pose2 if_lost;                            ///< the guess that a lost scan gets
-  double axis_pull_per_m2 = 0.0;            ///< how strongly it holds along an axis that the walls leave open
+  double degenerate_per_m2 = 0.0;           ///< how strongly it holds along an axis that the walls leave open
   int evaluations = 0;
 };
 
@@ -132,7 +119,7 @@ ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& trac
   ScanMatch match;
   match.utime = scan.utime;
   match.num_critical = static_cast<std::int32_t>(scan.critical.size());
-  if (parameters_.odometry) match.T_odom_robot = T_odom_robot;
+  match.T_odom_robot = T_odom_robot;
   if (map_.cells().empty()) return match;
 
   match.state = MatchState::kLost;
@@ -140,13 +127,14 @@ ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& trac
   match.T_map_laser = guess.best();
   if (scan.critical.empty()) return match;
 
-  const Rays rays(scan, map_, parameters_.spacing_cap_m);
+  const Rays rays(scan, map_, constants_.final_climb.spacing_max_m);
   const InitialGuess initial_guess = MakeInitialGuess(rays, guess, tracking);
   match.evaluations = initial_guess.evaluations;
   if (!initial_guess.known) return match;
 
   const Found found = Search(rays, initial_guess, tracking, scan.utime);
-  Refined refined = Refine(rays, found, initial_guess, ComputeSteadiness(tracking.recent(), scan.utime));
+  Refined refined =
+      Refine(rays, found, initial_guess, ComputeSteadiness(tracking.recent(), scan.utime, constants_.prior));
   if (ContradictsWheels(guess, refined.pose, tracking)) {
     if (const auto rival = FindRivalByWheels(rays, guess, initial_guess, refined)) refined = *rival;
   }
@@ -158,7 +146,7 @@ ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& trac
 
 std::optional<Pose2> RrhcMatcher::Locate(const CriticalRays& scan) const {
   const Eigen::Matrix2Xd hits_m = ComputeHits(scan.rays);
-  const GlobalMatch found = SearchWholeMap(map_, hits_m, Columns(hits_m, scan.critical));
+  const GlobalMatch found = SearchWholeMap(map_, hits_m, SelectColumns(hits_m, scan.critical));
   return found.IsConvincing() ? std::optional(found.T_map_laser) : std::nullopt;
 }
 
@@ -170,7 +158,7 @@ RrhcMatcher::Guess RrhcMatcher::GuessPose(const TrackingState& tracking, std::in
     return guess;
   }
   const auto recent = tracking.recent();
-  guess.by_motion = PredictPose(recent, parameters_);
+  guess.by_motion = PredictPose(recent, constants_.prediction);
   const auto step = tracking.wheels().Predict(recent, utime, T_odom_robot);
   if (!step) return guess;
   guess.by_wheels = recent.back().T_map_laser * step->T_from_to;
@@ -181,11 +169,11 @@ RrhcMatcher::Guess RrhcMatcher::GuessPose(const TrackingState& tracking, std::in
 /// Whether the wheels' pose is guessed: where they have told the last motions better than the velocity model did, or
 /// the walls did not tell how far. The other one is where it fits clearly better, since the robot moves in another way.
 bool RrhcMatcher::PrefersWheels(const Rays& rays, const Guess& guess, const TrackingState& tracking) const {
-  constexpr double kClearly = 1.2;  // smaller ratios are within noise
   if (tracking.recent().back().state != MatchState::kOk) return true;
+  const double gain = constants_.wheels.preferred_gain;
   const double by_wheels = map_.Fitness(rays.critical, *guess.by_wheels);
   const double by_motion = map_.Fitness(rays.critical, guess.by_motion);
-  return tracking.wheels().TellsBest() ? by_motion <= kClearly * by_wheels : by_wheels > kClearly * by_motion;
+  return tracking.wheels().TellsBest() ? by_motion <= gain * by_wheels : by_wheels > gain * by_motion;
 }
 
 /// Step 1. "The presumed new robot transformation" of section 5.3, and on a finished map a search of all of it.
@@ -193,7 +181,7 @@ RrhcMatcher::InitialGuess RrhcMatcher::MakeInitialGuess(const Rays& rays, const 
                                                         const TrackingState& tracking) const {
   InitialGuess initial_guess;
   initial_guess.T_map_laser = guess.by_motion;
-  initial_guess.axis_pull_per_m2 = FindPriorWeight(parameters_, tracking);
+  initial_guess.degenerate_per_m2 = FindPriorWeight(tracking, constants_.prior);
   initial_guess.if_lost =
       tracking.empty() ? guess.by_motion : guess.by_wheels.value_or(tracking.recent().back().T_map_laser);
   if (guess.by_wheels && PrefersWheels(rays, guess, tracking)) {
@@ -203,12 +191,12 @@ RrhcMatcher::InitialGuess RrhcMatcher::MakeInitialGuess(const Rays& rays, const 
   if (guess.way && tracking.wheels().IsReliable()) initial_guess.by_reliable_wheels = guess.by_wheels;
   initial_guess.way = guess.way;
   const bool start_is_told = tracking.empty() && parameters_.start;
-  if (IsGlobalSearchDue(tracking) && !start_is_told) {
+  if (IsGlobalSearchDue(tracking, constants_.finished_map) && !start_is_told) {
     const GlobalMatch found = SearchWholeMap(map_, rays.hits_m, rays.critical_hits_m);
     initial_guess.evaluations = found.evaluations;
     initial_guess.known = initial_guess.found_on_whole_map = found.IsConvincing();
     initial_guess.T_map_laser = found.T_map_laser;
-  } else if (!tracking.empty() && Expectation(tracking, parameters_).unknown()) {
+  } else if (!tracking.empty() && Expectation(tracking, constants_).unknown()) {
     initial_guess.known = false;
   }
   return initial_guess;
@@ -221,29 +209,29 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const InitialGuess& ini
   const Pose2& start = initial_guess.T_map_laser;
   if (initial_guess.found_on_whole_map) return {start, start, true, 0, 0};
 
-  const Expectation expected(tracking, parameters_);
+  const Expectation expected(tracking, constants_);
   const auto Explains = [&](const ScoredPose& pose) {
     return expected.IsMetBy(pose, false, rays.critical_hits_m, map_.cells());
   };
   Random random(parameters_.seed, static_cast<std::uint64_t>(utime));
-  const MotionBounds window{parameters_.window_m, parameters_.window_rad};
+  const MatchConstants::Search& search = constants_.search;
+  const MotionBounds window{search.window_m, search.window_rad};
   const auto SearchAround = [&](const Pose2& around) {
-    const Objective objective{map_, rays.critical, around, parameters_.pull_per_m2};
-    return RrhcSearch(parameters_, objective, random)
-        .Run({around, window, parameters_.restart_draws, parameters_.num_evaluations, expected.enough()});
+    const Objective objective{map_, rays.critical, around, constants_.prior.per_m2};
+    return RrhcSearch(search, objective, random)
+        .Run({around, window, search.restart_draws, search.num_evaluations, expected.enough()});
   };
   SearchResult near = SearchAround(start);
   const auto far_window = initial_guess.by_wheels ? std::nullopt : FindFarWindow(tracking.recent(), utime);
   if (far_window) {
-    constexpr double kClearly = 1.1;  // a place further away is as likely where it fits that much better
     if (const auto place = SearchFar(map_.cells(), rays.hits_m, start, *far_window)) {
       const SearchResult far = SearchAround(*place);
       near.evaluations += far.evaluations;
-      const bool better = far.best.fitness > kClearly * near.best.fitness;
+      const bool better = far.best.fitness > constants_.wide_search.far_gain * near.best.fitness;
       if (better) return {far.best.pose, *place, true, near.evaluations, near.evaluations};
     }
   }
-  if (const auto onward = ContinueMotion(tracking.recent(), parameters_)) {
+  if (const auto onward = ContinueMotion(tracking.recent(), constants_.prediction)) {
     const SearchResult there = SearchAround(*onward);
     if (there.best.fitness > near.best.fitness && Explains(there.best)) {
       return {there.best.pose, *onward, true, near.evaluations + there.evaluations,
@@ -251,7 +239,8 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const InitialGuess& ini
     }
   }
   if (Explains(near.best)) return {near.best.pose, start, true, near.evaluations, near.best_evaluation};
-  return SearchFurther(rays, start, near, tracking, ComputeSteadiness(tracking.recent(), utime), random);
+  return SearchFurther(rays, start, near, tracking, ComputeSteadiness(tracking.recent(), utime, constants_.prior),
+                       random);
 }
 
 /// ... and where nothing fits there: the robot turned or was pushed. Presumes nothing. Lost for a scan or two, as when
@@ -259,22 +248,18 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const InitialGuess& ini
 /// somewhere in so wide a window. Between scans a second apart it can go further, too.
 RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near,
                                               const TrackingState& tracking, double steadiness, Random& random) const {
-  constexpr std::int64_t kPatience = 2;
-  constexpr std::int64_t kMostLost = 12;  // 3.5 times the window: 2 m to either side
-  constexpr double kGrowth = 0.25;
-  constexpr double kGrowthUnsteady = 0.5;
-  constexpr double kLeastAgreement = 0.5;  // in a window that has grown
-  constexpr int kWideDraws = 30;           // most poses in so wide a window are not worth a climb
-  const auto num_lost = static_cast<double>(std::clamp(tracking.num_lost(), kPatience, kMostLost) - kPatience);
-  const double growth = std::max(kGrowth * num_lost, kGrowthUnsteady * (1.0 - steadiness));
-  const MotionBounds window = (1.0 + growth) * MotionBounds{parameters_.wide_window_m, parameters_.wide_window_rad};
-  const Expectation expected(tracking, parameters_);
+  const MatchConstants::WideSearch& constants = constants_.wide_search;
+  const std::int64_t least = constants.lost_scans_min;
+  const auto num_lost = static_cast<double>(std::clamp(tracking.num_lost(), least, constants.lost_scans_max) - least);
+  const double growth = std::max(constants.growth * num_lost, constants.growth_unsteady * (1.0 - steadiness));
+  const MotionBounds window = (1.0 + growth) * MotionBounds{constants.window_m, constants.window_rad};
+  const Expectation expected(tracking, constants_);
   const Objective without_prior{map_, rays.critical, start, 0.0};
-  const SearchResult wide = RrhcSearch(parameters_, without_prior, random)
-                                .Run({start, window, kWideDraws, parameters_.wide_evaluations, expected.enough()});
+  const SearchResult wide = RrhcSearch(constants_.search, without_prior, random)
+                                .Run({start, window, constants.draws, constants.num_evaluations, expected.enough()});
   const int evaluations = near.evaluations + wide.evaluations;
   const auto AgreementAt = [&](const Pose2& pose) { return ComputeAgreement(map_.cells(), rays.hits_m, pose); };
-  const double least_agreement = std::max(num_lost > 0.0 ? kLeastAgreement : 0.0, AgreementAt(near.best.pose));
+  const double least_agreement = std::max(num_lost > 0.0 ? constants.agreement_min : 0.0, AgreementAt(near.best.pose));
   if (wide.best.fitness > without_prior(near.best.pose) &&
       expected.IsMetBy(wide.best, false, rays.critical_hits_m, map_.cells()) &&
       AgreementAt(wide.best.pose) >= least_agreement) {
@@ -287,7 +272,6 @@ RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& sta
 /// The rays that are known from a pose, and from a cell before and behind it: a climb meets none that becomes known on
 /// the way. All rays where those are too few to say where the laser is.
 RaysInCells RrhcMatcher::SelectKnownNear(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis) const {
-  constexpr double kLeastShare = 0.8;
   const double cell_size_m = map_.geometry().cell_size_m();
   KnownRays everywhere = FindKnownRays(map_.cells(), rays.contour.points_m, pose, axis);
   for (const double along_m : {cell_size_m, -cell_size_m}) {
@@ -295,16 +279,17 @@ RaysInCells RrhcMatcher::SelectKnownNear(const Rays& rays, const Pose2& pose, co
     everywhere = FindKnownRays(map_.cells(), rays.contour.points_m, there, axis, everywhere);
   }
   RaysInCells known = SelectRays(map_, rays.contour, everywhere);
-  const auto least = kLeastShare * static_cast<double>(rays.all.total_weight());
+  const auto least = constants_.final_climb.known_share_min * static_cast<double>(rays.all.total_weight());
   return static_cast<double>(known.total_weight()) > least ? known : rays.all;
 }
 
 /// What holds along an axis that the walls leave open: wheels that are reliable, if the search ended near them, or what
 /// was guessed.
-RrhcMatcher::AxisHold RrhcMatcher::FindHold(const Found& found, const InitialGuess& initial_guess, bool degenerate) {
-  constexpr double kNear_m = 0.3;
+RrhcMatcher::AxisHold RrhcMatcher::FindHold(const Found& found, const InitialGuess& initial_guess,
+                                            bool degenerate) const {
   const auto& wheels = initial_guess.by_reliable_wheels;
-  if (degenerate && wheels && Distance(*wheels, found.pose) < kNear_m) return {*wheels, initial_guess.way, true};
+  if (degenerate && wheels && Distance(*wheels, found.pose) < constants_.prior.wheels_near_m)
+    return {*wheels, initial_guess.way, true};
   const bool by_wheels = initial_guess.by_wheels && found.initial_guess == initial_guess.T_map_laser;
   return {found.initial_guess, by_wheels ? initial_guess.way : std::nullopt, false};
 }
@@ -323,15 +308,13 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   };
   const auto Fine = [&](const Objective& objective) { return Counted(objective, parameters_.smooth_climb); };
   const auto Climb = [&](const Pose2& from, const Objective& objective) {
-    refined.pose = parameters_.final_climb
-                       ? FindOptimum(from, cell_size_m, parameters_.summit_rad, Counted(objective), Fine(objective))
-                       : from;
+    refined.pose =
+        FindOptimum(from, cell_size_m, constants_.final_climb.optimum_rad, Counted(objective), Fine(objective));
     refined.uncertainty = ComputeUncertainty(rays.hits_m, rays.normals, refined.pose, map_.cells());
   };
-  const Objective with_prior{map_, rays.all, found.initial_guess, found.is_near_guess ? parameters_.pull_per_m2 : 0.0};
+  const Objective with_prior{map_, rays.all, found.initial_guess, found.is_near_guess ? constants_.prior.per_m2 : 0.0};
   Climb(found.pose, with_prior);
 
-  constexpr double kLeastDegeneracy = 0.2;  // below, the walls tell more than the pull
   const AxisHold hold = FindHold(found, initial_guess, refined.uncertainty.degenerate());
   const bool by_wheels = hold.way.has_value();
   const PoseUncertainty& known = refined.uncertainty;
@@ -345,59 +328,55 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
       return gain - objective.Prior(to) + objective.Prior(from);
     };
   };
-  if (found.is_near_guess && known.degeneracy > kLeastDegeneracy && initial_guess.axis_pull_per_m2 > 0.0) {
+  if (found.is_near_guess && known.degeneracy > constants_.prior.degeneracy_min) {
     const Pose2 back = MoveBackAlong(known.degenerate_axis, refined.pose, hold.T_map_laser);
-    const double axis_pull_per_m2 =
-        std::min(known.degeneracy, 1.0) *
-        (by_wheels ? FindPriorWeight(*hold.way) : steadiness * initial_guess.axis_pull_per_m2);
+    const double by_motion_per_m2 = steadiness * initial_guess.degenerate_per_m2;
+    const double degenerate_per_m2 =
+        std::min(known.degeneracy, 1.0) * (by_wheels ? FindPriorWeight(*hold.way, constants_.prior) : by_motion_per_m2);
     const RaysInCells rays_there = SelectKnownNear(rays, back, {known.degenerate_axis, by_wheels});
     const Objective held{
-        map_, rays_there, hold.T_map_laser, with_prior.pull_per_m2, known.degenerate_axis, axis_pull_per_m2};
+        map_, rays_there, hold.T_map_laser, with_prior.prior_per_m2, known.degenerate_axis, degenerate_per_m2};
     const bool fits_better = FindGain(held, refined.pose, parameters_.smooth_climb)(back) > 0.0;
     Climb(fits_better ? back : refined.pose, held);
   }
-  if (!known.degenerate() || parameters_.axis_window_m == 0.0) return refined;
+  if (!known.degenerate()) return refined;
 
-  // A robot that has become faster or slower is guessed at the wrong place, scan after scan: look without any pull.
+  // A robot that has become faster or slower is guessed at the wrong place, scan after scan: look without the prior.
   // In a bare corridor chance gains nearly 0.05; the longer ago the last match, the likelier is a gain that is true.
-  // Wheels slip little by little.
-  const double least_gain = 0.02 + 0.03 * (hold.reliable ? 1.0 : steadiness);
-  const double against_per_m = by_wheels ? 0.1 : 0.0;
+  const MatchConstants::FinalClimb& constants = constants_.final_climb;
+  const double least_gain = constants.look_gain + constants.look_gain_steady * (hold.reliable ? 1.0 : steadiness);
+  const double against_per_m = by_wheels ? constants.look_cost_wheels_per_m : 0.0;
   const Objective free{map_, rays.all, found.initial_guess, 0.0};
   const Pose2 here = refined.pose;
   const auto Gain = FindGain(free, here, false);
   const Pose2 better =
-      LookAlong(here, known.degenerate_axis, parameters_.axis_window_m, cell_size_m, least_gain,
+      LookAlong(here, known.degenerate_axis, constants.look_along_m, cell_size_m, least_gain,
                 [&](const Pose2& there) { return Gain(there) - against_per_m * Distance(here, there); });
   if (better != here) Climb(better, free);
   return refined;
 }
 
 /// Whether a match is far from where the wheels say, which were right so far.
-bool RrhcMatcher::ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking) {
-  constexpr double kFar = 5.0;  // standard deviations ...
-  constexpr double kNear_m = 0.1;
-  constexpr double kNear_rad = 0.05;  // ... and what a match may be off
+bool RrhcMatcher::ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking) const {
+  const MatchConstants::Wheels& constants = constants_.wheels;
   if (!guess.way || !tracking.wheels().IsReliable()) return false;
   const Pose2 off = Inverse(*guess.by_wheels) * T_map_laser;
-  return Length(off) > kFar * guess.way->sigma_m + kNear_m ||
-         std::abs(off.yaw_rad) > kFar * guess.way->sigma_rad + kNear_rad;
+  return Length(off) > constants.contradict_sigmas * guess.way->sigma_m + constants.match_error_m ||
+         std::abs(off.yaw_rad) > constants.contradict_sigmas * guess.way->sigma_rad + constants.match_error_rad;
 }
 
 /// Whether a match that the wheels contradict is better proven than they are: it fits about as scans do as a rule.
 bool RrhcMatcher::IsProven(const Rays& rays, const Pose2& T_map_laser, const TrackingState& tracking) const {
-  constexpr double kAsUsual = 0.75;
-  return map_.Fitness(rays.critical, T_map_laser) >= kAsUsual * tracking.baseline_fitness();
+  return map_.Fitness(rays.critical, T_map_laser) >= constants_.wheels.proven * tracking.baseline_fitness();
 }
 
 /// The pose near the wheels' one, where it fits nearly as well as another that they contradict: places are alike.
 std::optional<RrhcMatcher::Refined> RrhcMatcher::FindRivalByWheels(const Rays& rays, const Guess& guess,
                                                                    const InitialGuess& initial_guess,
                                                                    const Refined& refined) const {
-  constexpr double kNearlyAsWell = 0.85;
   const Refined rival = Refine(rays, {*guess.by_wheels, *guess.by_wheels, true, 0, 0}, initial_guess, 1.0);
   const bool fits =
-      map_.Fitness(rays.critical, rival.pose) >= kNearlyAsWell * map_.Fitness(rays.critical, refined.pose);
+      map_.Fitness(rays.critical, rival.pose) >= constants_.wheels.rival * map_.Fitness(rays.critical, refined.pose);
   return fits ? std::optional(rival) : std::nullopt;
 }
 
@@ -406,7 +385,7 @@ std::optional<RrhcMatcher::Refined> RrhcMatcher::FindRivalByWheels(const Rays& r
 /// fitness.
 void RrhcMatcher::Judge(const Rays& rays, const Guess& guess, const InitialGuess& initial_guess, const Refined& refined,
                         const TrackingState& tracking, ScanMatch& match) const {
-  const Expectation expected(tracking, parameters_);
+  const Expectation expected(tracking, constants_);
   const double fitness = map_.Fitness(rays.critical, refined.pose);
   match.fitness = std::clamp(fitness, 0.0, 1.0);
   const auto Score = [&] { return ScorePlace(map_, rays.hits_m, refined.pose); };
@@ -415,8 +394,9 @@ void RrhcMatcher::Judge(const Rays& rays, const Guess& guess, const InitialGuess
           ? Score() >= kLeastScore
           : expected.IsMetBy({refined.pose, fitness}, refined.is_near_guess, rays.critical_hits_m, map_.cells()) &&
                 (!tracking.on_finished_map() ||
-                 Score() >= (expected.followed() && IsNear(initial_guess.if_lost, refined.pose) ? kLeastFollowedScore
-                                                                                                : kLeastTrackedScore));
+                 Score() >= (expected.followed() && IsNear(initial_guess.if_lost, refined.pose, constants_.finished_map)
+                                 ? kLeastFollowedScore
+                                 : kLeastTrackedScore));
   match.T_map_laser = initial_guess.if_lost;
   if (!explained) return;
   if (ContradictsWheels(guess, refined.pose, tracking) && !IsProven(rays, refined.pose, tracking)) return;

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "common/match/known_rays.hpp"
+#include "common/match/match_constants.hpp"
 #include "common/match/matcher.hpp"
 #include "common/match/rrhc_search.hpp"
 #include "common/match/scored_map.hpp"
@@ -11,13 +12,13 @@
 
 namespace crsm {
 
-/// Finds the pose of a scan on the map by random restart hill climbing. Source: section 5, and what was added to it: a
+/// Finds the pose of a scan on the map by random restart hill climbing. Source: section 5, and what was added to it: an
 /// initial guess from the last motions or odometry, a wider search where the first one fails, a climb with all rays,
 /// and the courage to say that a scan is lost.
 class RrhcMatcher : public Matcher {
  public:
-  RrhcMatcher(const MatchParameters& parameters, double cell_size_m)
-      : parameters_(parameters), map_(cell_size_m, parameters.unexplored_score, parameters.interpolate) {}
+  RrhcMatcher(const MatchParameters& parameters, double cell_size_m, const MatchConstants& constants = {})
+      : parameters_(parameters), constants_(constants), map_(cell_size_m) {}
 
   bool Apply(std::span<const TileChange> changes) override { return map_.Apply(changes); }
 
@@ -34,7 +35,7 @@ class RrhcMatcher : public Matcher {
   /// 4. Judge: OK, DEGENERATE (open along an axis), or LOST: nothing explains the scan, or it has no rays. Its pose is
   ///    then a guess, the last one or by odometry.
   ///
-  /// T_odom_robot is of use only where the parameters say so. The match keeps it for the next one.
+  /// The match keeps T_odom_robot for the next one.
   ScanMatch Match(const CriticalRays& scan, const TrackingState& tracking,
                   const std::optional<Pose2>& T_odom_robot) const override;
 
@@ -59,9 +60,9 @@ class RrhcMatcher : public Matcher {
   Found SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near, const TrackingState& tracking,
                       double steadiness, Random& random) const;
   RaysInCells SelectKnownNear(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis) const;
-  static AxisHold FindHold(const Found& found, const InitialGuess& initial_guess, bool degenerate);
+  AxisHold FindHold(const Found& found, const InitialGuess& initial_guess, bool degenerate) const;
   Refined Refine(const Rays& rays, const Found& found, const InitialGuess& initial_guess, double steadiness) const;
-  static bool ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking);
+  bool ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking) const;
   bool IsProven(const Rays& rays, const Pose2& T_map_laser, const TrackingState& tracking) const;
   std::optional<Refined> FindRivalByWheels(const Rays& rays, const Guess& guess, const InitialGuess& initial_guess,
                                            const Refined& refined) const;
@@ -69,6 +70,7 @@ class RrhcMatcher : public Matcher {
              const TrackingState& tracking, ScanMatch& match) const;
 
   MatchParameters parameters_;
+  MatchConstants constants_;
   ScoredMap map_;
 };
 

@@ -3,21 +3,11 @@
 #include <cmath>
 #include <functional>
 
+#include "common/match/match_constants.hpp"
+#include "common/match/mutate.hpp"
 #include "common/match/optimum.hpp"
-#include "common/math/random.hpp"
-#include "common/parameters.hpp"
 
 namespace crsm {
-
-/// Bounds of a random change of the genome [Dx, Dy, Dtheta]. Source: section 5.1.
-struct MotionBounds {
-  double x_m;  ///< and y
-  double yaw_rad;
-
-  friend MotionBounds operator*(double factor, const MotionBounds& bounds) {
-    return {factor * bounds.x_m, factor * bounds.yaw_rad};
-  }
-};
 
 /// Where to search, and when to stop.
 struct SearchTask {
@@ -40,22 +30,20 @@ class RrhcSearch {
  public:
   using Fitness = std::function<double(const Pose2&)>;
 
-  /// parameters, random: outlive the search. The numbers that it draws are the next ones of `random`.
-  RrhcSearch(const MatchParameters& parameters, Fitness fitness, Random& random)
-      : parameters_(parameters), fitness_(std::move(fitness)), random_(random) {}
+  /// constants, random: outlive the search. The numbers that it draws are the next ones of `random`.
+  RrhcSearch(const MatchConstants::Search& constants, Fitness fitness, Random& random)
+      : constants_(constants), fitness_(std::move(fitness)), random_(random) {}
 
   /// Climbs from the initial guess, then again and again from random ones in a window around it.
   SearchResult Run(const SearchTask& task);
 
  private:
   ScoredPose Draw(const Pose2& pose, const MotionBounds& bounds, int num_draws);
-  ScoredPose Climb(const ScoredPose& start);
-  ScoredPose ClimbFixed(ScoredPose climber);
-  ScoredPose ClimbShrinking(ScoredPose climber);
+  ScoredPose Climb(ScoredPose climber);
   ScoredPose Evaluate(const Pose2& pose);
   bool Finished(const ScoredPose& best) const;
 
-  const MatchParameters& parameters_;
+  const MatchConstants::Search& constants_;
   Fitness fitness_;
   Random& random_;
   int evaluations_ = 0;

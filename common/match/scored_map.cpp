@@ -5,8 +5,8 @@
 
 namespace crsm {
 
-ScoredMap::ScoredMap(ByteMap cells, double unexplored_score, bool interpolate)
-    : cells_(std::move(cells)), field_(cells_.geometry(), unexplored_score, interpolate) {
+ScoredMap::ScoredMap(ByteMap cells, const ScoreRules& rules)
+    : cells_(std::move(cells)), field_(cells_.geometry(), rules) {
   std::vector<TileIndex> all;
   for (const auto& entry : cells_.tiles().entries()) all.push_back(entry.index);
   field_.Refresh(cells_, all);

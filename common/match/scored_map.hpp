@@ -10,12 +10,11 @@ namespace crsm {
 /// The map as the matcher holds it: its cells, their size, and what a ray scores that ends in each of them.
 class ScoredMap {
  public:
-  /// An empty map. unexplored_score, interpolate: as of FitnessField.
-  ScoredMap(double cell_size_m, double unexplored_score, bool interpolate)
-      : ScoredMap(ByteMap(cell_size_m), unexplored_score, interpolate) {}
+  /// An empty map. rules: as of FitnessField.
+  explicit ScoredMap(double cell_size_m, const ScoreRules& rules = {}) : ScoredMap(ByteMap(cell_size_m), rules) {}
 
   /// A map that is there already.
-  ScoredMap(ByteMap cells, double unexplored_score, bool interpolate);
+  explicit ScoredMap(ByteMap cells, const ScoreRules& rules = {});
 
   /// Takes over what changed in the map. False if a change is malformed, or the map has no room for it; the others are
   /// applied.

@@ -74,7 +74,7 @@ void TrackingState::LearnMotionError(const ScanMatch& match) {
       !IsMotionMatched(recent_[recent_.size() - 2], recent_.back())) {
     return;
   }
-  const Pose2 predicted = PredictPose(recent_, MatchParameters{});
+  const Pose2 predicted = PredictPose(recent_);
   const Pose2& last = recent_.back().T_map_laser;
   if (Distance(last, match.T_map_laser) < kStands_m && Distance(last, predicted) < kStands_m) return;
   motion_error_m_ += kFollow * (Distance(predicted, match.T_map_laser) - motion_error_m_);

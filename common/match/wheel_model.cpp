@@ -249,7 +249,7 @@ void WheelModel::LearnErrors(std::span<const ScanMatch> recent, const ScanMatch&
   const ScanMatch& last = recent.back();
   const Pose2 by_wheels = ToLaser(wheels, FindRateBefore(recent), rate);
   const Pose2 matched = Inverse(last.T_map_laser) * match.T_map_laser;
-  const Pose2 by_velocity = Inverse(last.T_map_laser) * PredictPose(recent, MatchParameters{});
+  const Pose2 by_velocity = Inverse(last.T_map_laser) * PredictPose(recent);
   const auto Follow = [](double& mean, double error) { mean += kFollow * (error - mean); };
   Follow(state_.wheels_error_m, ComputeDistance(by_wheels, matched));
   Follow(state_.velocity_error_m, ComputeDistance(by_velocity, matched));

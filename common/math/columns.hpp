@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 namespace crsm {
@@ -10,6 +11,13 @@ template <class Matrix, class Column>
 Matrix JoinColumns(const std::vector<Column>& all) {
   Matrix columns(Matrix::RowsAtCompileTime, static_cast<Eigen::Index>(all.size()));
   for (std::size_t i = 0; i < all.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = all[i];
+  return columns;
+}
+
+/// Those columns, in that order.
+inline Eigen::Matrix2Xd SelectColumns(const Eigen::Matrix2Xd& all, std::span<const int> picked) {
+  Eigen::Matrix2Xd columns(2, static_cast<Eigen::Index>(picked.size()));
+  for (std::size_t i = 0; i < picked.size(); ++i) columns.col(static_cast<Eigen::Index>(i)) = all.col(picked[i]);
   return columns;
 }
 

@@ -31,7 +31,7 @@ const cv::Scalar kEndColour(40, 30, 220);
 const cv::Scalar kLostColour(0, 130, 255);
 const cv::Scalar kHitColour(200, 30, 200);
 const cv::Scalar kLoopColour(170, 170, 0);
-const cv::Scalar kTakenOutColour(20, 70, 130);
+const cv::Scalar kRejectedColour(20, 70, 130);
 const cv::Scalar kJoinColour(170, 30, 90);
 const cv::Scalar kBreakColour(90, 0, 200);
 const cv::Scalar kInk(40, 40, 40);
@@ -231,11 +231,11 @@ void AddCaptions(const Results& results, const Path& path, Canvas& canvas) {
   canvas.AddCaption("end", kEndColour);
   canvas.AddCaption("lost", kLostColour);
   canvas.AddCaption("last scan", kHitColour);
-  const auto num_taken_out = std::ranges::count(results.loops, true, &PlacedLoop::taken_out);
+  const auto num_rejected = std::ranges::count(results.loops, true, &PlacedLoop::rejected);
   if (!results.loops.empty()) {
-    canvas.AddCaption(fmt::format("{} loops closed", std::ssize(results.loops) - num_taken_out), kLoopColour);
+    canvas.AddCaption(fmt::format("{} loops closed", std::ssize(results.loops) - num_rejected), kLoopColour);
   }
-  if (num_taken_out > 0) canvas.AddCaption(fmt::format("{} rejected", num_taken_out), kTakenOutColour);
+  if (num_rejected > 0) canvas.AddCaption(fmt::format("{} rejected", num_rejected), kRejectedColour);
   AddCaptionsOfPieces(results, canvas);
 }
 
@@ -245,7 +245,7 @@ int MinWidth(const Results& results) {
 }
 
 const cv::Scalar& ColourOf(const PlacedLoop& loop) {
-  return loop.taken_out ? kTakenOutColour : loop.joins ? kJoinColour : kLoopColour;
+  return loop.rejected ? kRejectedColour : loop.joins ? kJoinColour : kLoopColour;
 }
 
 }  // namespace

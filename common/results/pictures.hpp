@@ -11,7 +11,7 @@ namespace crsm {
 std::string EncodeMap(const DenseGrid& grid);
 
 /// The map enlarged, with the trajectory from green to red, loops as lines between two discs, turquoise where they are
-/// closed, violet where one joined two pieces, and brown where they were taken out, breaks as crimson crosses, lost
+/// closed, violet where one joined two pieces, and brown where they were rejected, breaks as crimson crosses, lost
 /// scans orange, the last scan's hits magenta, deskewed, and below it a strip with a scale bar, the number of scans and
 /// the meaning of the colours, as PNG bytes. At least one cell; all poses finite.
 std::string EncodeOverview(const Results& results);

@@ -136,7 +136,7 @@ std::string FormatSummary(const Summary& summary) {
                {"timings", Json::object()},
                {"parameters", Json::object()}};
   if (const auto& loops = summary.loops) {
-    json["loops"] = {{"keyframes", loops->keyframes}, {"closed", loops->closed}, {"taken_out", loops->taken_out}};
+    json["loops"] = {{"keyframes", loops->keyframes}, {"closed", loops->closed}, {"rejected", loops->rejected}};
   }
   if (summary.pieces) AddPieces(*summary.pieces, json);
   if (summary.wheels) json["wheels"] = ToJson(*summary.wheels);

@@ -18,8 +18,8 @@ namespace crsm {
 /// Places that the robot came back to.
 struct LoopSums {
   std::int64_t keyframes = 0;
-  std::int64_t closed = 0;     ///< loops in the pose graph
-  std::int64_t taken_out = 0;  ///< that the others contradicted later
+  std::int64_t closed = 0;    ///< loops in the pose graph
+  std::int64_t rejected = 0;  ///< that the others contradicted later
 };
 
 /// How long one stage took a scan.

@@ -2,29 +2,30 @@
 
 #include <vector>
 
-#include "common/parameters.hpp"
 #include "common/scan/valid_rays.hpp"
 
 namespace crsm {
 
-/// The critical rays of a scan and how they came about.
-struct RaySelection {
-  std::vector<int> critical;   ///< indices into the valid rays, rising, no repeats
-  double density_scale = 0.0;  ///< the P that picked them; 0 where the method has none
+/// What the selection of critical rays takes for granted.
+struct SelectionConstants {
+  double edge_threshold_m = 0.5;  ///< D_THRES: the paper gives no number
+  int gap_threshold_rays = 10;    ///< RAY_THRES: the paper gives no number
+  double fewest = 2.0 / 3.0;      ///< rays, of the most
+  double most_on_edges = 0.5;     ///< of the most rays: the others are for the surfaces between edges
+  double density_scale_min = 1e-3;
+  double density_scale_max = 1e6;
+  int halvings = 24;  ///< of the density scale's logarithm, until the count is in its band
 };
 
-inline constexpr double kFirstDensityScale = 100.0;  ///< P of the first scan, section 4.3
-
-/// Picks the critical rays by the method that the parameters name; any number of rays, also none.
+/// Picks the critical rays of a scan, as indices into the valid rays, rising, no repeats. Keeps no state.
 ///
-/// The segments method keeps the number of rays in [rays_min, rays_max]; where a scan has more rays than rays_max gaps
-/// of gap_threshold_rays take, its gaps are as much wider as that needs. In mode `scan` it finds P for this scan alone
-/// and keeps no state. In mode `previous`, which is the paper's, it uses `density_scale`; see NextDensityScale.
-/// Source: section 4.
-RaySelection SelectRays(const ValidRays& rays, const SelectionParameters& parameters,
-                        double density_scale = kFirstDensityScale);
+/// rays: any number, also none. rays_max: the most to pick; the fewest are two thirds of them, where the scan has so
+/// many. The edges that pick rays are the widest; where a scan has more rays than rays_max gaps take, its gaps are as
+/// much wider as that needs. The density scale P is found for this scan alone.
+/// Source: section 4.3, where P follows the scans before; see paper_selection.hpp.
+std::vector<int> SelectRays(const ValidRays& rays, int rays_max, const SelectionConstants& constants = {});
 
-/// The P for the next scan: larger after too many rays, smaller after too few (section 4.3).
-double NextDensityScale(double density_scale, std::size_t num_critical, const SelectionParameters& parameters);
+/// All rays: 0 to num_rays - 1.
+std::vector<int> SelectAll(std::size_t num_rays);
 
 }  // namespace crsm

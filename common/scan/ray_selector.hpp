@@ -1,30 +1,44 @@
 #pragma once
 
+#include <functional>
+#include <utility>
+#include <vector>
+
 #include "common/parameters.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/laser_scan.hpp"
+#include "common/scan/paper_selection.hpp"
 #include "common/scan/ray_selection.hpp"
 
 namespace crsm {
 
-/// From a scan to its critical rays. What picks other rays is another class with the same `Select`.
+/// Picks the critical rays among the valid ones of a scan, as indices, rising, no repeats.
+using SelectCritical = std::function<std::vector<int>(const ValidRays&)>;
+
+/// Ours, or that of the paper.
+inline SelectCritical DefaultSelection(const Parameters& parameters, const SelectionConstants& constants = {}) {
+  if (parameters.update.algorithm == Algorithm::kPaper) return PaperSelection();
+  return [rays_max = parameters.selection.rays_max, constants](const ValidRays& rays) {
+    return SelectRays(rays, rays_max, constants);
+  };
+}
+
+/// From a scan to its critical rays.
 class RaySelector {
  public:
-  explicit RaySelector(const Parameters& parameters) : scan_(parameters.scan), selection_(parameters.selection) {}
+  explicit RaySelector(const Parameters& parameters) : RaySelector(parameters.scan, DefaultSelection(parameters)) {}
+  RaySelector(const ScanParameters& scan, SelectCritical select) : scan_(scan), select_(std::move(select)) {}
 
-  /// Finds the measurements of a scan and picks the critical ones among them. The result depends on the scan alone,
-  /// but in the mode in which the density scale P follows the scan before (section 4.3).
+  /// Finds the measurements of a scan and picks the critical ones among them.
   CriticalRays Select(const LaserScan& scan) {
     CriticalRays selected{scan.utime, FindValidRays(scan, scan_), {}};
-    selected.critical = SelectRays(selected.rays, selection_, density_scale_).critical;
-    density_scale_ = NextDensityScale(density_scale_, selected.critical.size(), selection_);
+    selected.critical = select_(selected.rays);
     return selected;
   }
 
  private:
   ScanParameters scan_;
-  SelectionParameters selection_;
-  double density_scale_ = kFirstDensityScale;
+  SelectCritical select_;
 };
 
 }  // namespace crsm

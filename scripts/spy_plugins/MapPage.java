@@ -1,13 +1,12 @@
 package crsm.spy;
 
-import crsm.map_delta_t;
+import crsm.map_page_t;
 import crsm.map_request_t;
 
 /** One answer of the map's owner to a MAP_REQUEST: changed tiles, and matches. */
 final class MapPage {
   private static final int MOST_TILES = 4096;
   private static final int MOST_MATCHES = 1024;
-  private static final int MOST_PARTS = 4096;
   private static final int MOST_LOOPS = 200;
   private static final int MOST_PIECES = 50;
   private static final int MOST_BREAKS = 200;
@@ -25,39 +24,27 @@ final class MapPage {
   map_request_t request;  // that it answers
   long epoch;
   long version;
-  long base_version;
   double cell_size_m;
   int next_tile;   // ask again from here; -1: there are no more
   int next_match;  // ask again from here
   TileChange[] tiles;
   ScanMatch[] matches;
 
-  /**
-   * The fields in the order of crsm_map_delta_t.lcm. Null for a message that is not for `recipient`, of which no more
-   * is read. Pages have neither `asked` nor `T_new_old`, for which this recipient does not ask.
-   */
+  /** The fields in the order of crsm_map_page_t.lcm. Null for a page that is not for `recipient`: no more is read. */
   static MapPage decode(byte[] message, long recipient) throws MessageReader.Malformed {
-    MessageReader reader = new MessageReader(message, map_delta_t.LCM_FINGERPRINT);
+    MessageReader reader = new MessageReader(message, map_page_t.LCM_FINGERPRINT);
     MapPage page = new MapPage();
-    reader.readLong(0);  // utime
-    page.epoch = reader.readLong();
-    page.version = reader.readLong(0);
-    page.base_version = reader.readLong(0);
-    page.cell_size_m = reader.readDouble(0.001, 10);
-    int part = reader.readInt(0, MOST_PARTS - 1);
-    reader.readInt(part + 1, MOST_PARTS);
-    if (reader.readInt(0, 1) == 0) return null;
     page.request = readRequest(reader);
     if (page.request.requester != recipient) return null;
+    page.epoch = reader.readLong();
     MessageReader.require(page.epoch != 0, "no epoch");
+    page.version = reader.readLong(0);
+    page.cell_size_m = reader.readDouble(0.001, 10);
     page.next_tile = reader.readInt(-1, Integer.MAX_VALUE);
     page.next_match = reader.readInt(0, Integer.MAX_VALUE);
     page.tiles = readTiles(reader);
     page.matches = new ScanMatch[reader.readInt(0, MOST_MATCHES)];
     for (int i = 0; i < page.matches.length; ++i) page.matches[i] = ScanMatch.read(reader);
-    for (int i = 0; i < 2; ++i) reader.readInt(0, 0);  // num_asked, num_moved
-    reader.readInt(0, 0);  // trajectory
-    MessageReader.require(reader.readByte() == 0, "floating is not 0 in a page");
     if (reader.readInt(0, 1) == 1) skipTracking(reader);
     skipLoops(reader);
     skipLayout(reader);
@@ -73,7 +60,6 @@ final class MapPage {
     request.base_version = reader.readLong(0);
     request.first_tile = reader.readInt(0, Integer.MAX_VALUE);
     request.first_match = reader.readInt(-1, Integer.MAX_VALUE);
-    request.asked_utime = reader.readLong(-1);
     request.whole = reader.readByte();
     request.settled = reader.readByte();
     request.piece = reader.readInt(0, MOST_PIECES);
@@ -106,7 +92,7 @@ final class MapPage {
     int num_loops = reader.readInt(0, MOST_LOOPS);
     for (int i = 0; i < num_loops; ++i) {
       for (int pose = 0; pose < 2; ++pose) reader.skipPose();
-      reader.readByte();  // taken_out
+      reader.readByte();  // rejected
       reader.readByte();  // joins
     }
   }

@@ -3,6 +3,7 @@ package crsm.spy;
 import bot_core.pose_t;
 import crsm.critical_rays_t;
 import crsm.map_delta_t;
+import crsm.map_page_t;
 import java.awt.Dimension;
 import java.awt.event.ActionEvent;
 import java.io.IOException;
@@ -16,13 +17,13 @@ import lcm.spy.SpyPlugin;
 
 /** Draws map, path, robot and rays of a robot when its map, its pose or its rays are double-clicked in lcm-spy. */
 public class MapPlugin implements SpyPlugin {
-  private static final String[] CHANNELS = {"MAP_DELTA", "WHOLE_MAP", "CRITICAL_RAYS", "TRUE_POSE", "POSE_LOCAL",
-                                            "POSE", "ODOMETRY"};
+  private static final String[] CHANNELS = {"MAP_DELTA", "MAP_PAGE", "WHOLE_MAP", "CRITICAL_RAYS", "TRUE_POSE",
+                                            "POSE_LOCAL", "POSE", "ODOMETRY"};
 
   @Override
   public boolean canHandle(long fingerprint) {
-    return fingerprint == map_delta_t.LCM_FINGERPRINT || fingerprint == pose_t.LCM_FINGERPRINT ||
-           fingerprint == critical_rays_t.LCM_FINGERPRINT;
+    return fingerprint == map_delta_t.LCM_FINGERPRINT || fingerprint == map_page_t.LCM_FINGERPRINT ||
+           fingerprint == pose_t.LCM_FINGERPRINT || fingerprint == critical_rays_t.LCM_FINGERPRINT;
   }
 
   /** lcm-spy also asks with nulls, for the name. */

@@ -87,7 +87,6 @@ final class MapReplica {
     request.base_version = version;
     request.first_tile = next_tile;
     request.first_match = num_matches;
-    request.asked_utime = -1;
     request.whole = 1;
     return request;
   }
@@ -95,7 +94,7 @@ final class MapReplica {
   private static boolean isSame(map_request_t one, map_request_t other) {
     return one.requester == other.requester && one.question == other.question && one.epoch == other.epoch &&
            one.base_version == other.base_version && one.first_tile == other.first_tile &&
-           one.first_match == other.first_match && one.asked_utime == other.asked_utime && one.whole == other.whole &&
+           one.first_match == other.first_match && one.whole == other.whole &&
            one.settled == other.settled && one.piece == other.piece;
   }
 
@@ -105,7 +104,6 @@ final class MapReplica {
     if (question == null || !isSame(page.request, question)) return;
     if (page.epoch != epoch) begin(page.epoch, page.cell_size_m);
     if (page.cell_size_m != map.cell_size_m) return;  // not the owner's: a map keeps its cells
-    if (page.base_version != version) return;
     if (page.version < Math.max(num_matches, pages_version)) {  // the owner's journal has lost its end
       begin(epoch, page.cell_size_m);
       return;

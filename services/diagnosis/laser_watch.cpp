@@ -24,13 +24,13 @@ bool IsOurs(const std::string& channel) {
 
 }  // namespace
 
-LaserWatch::LaserWatch(Service& service, const Parameters& parameters, std::string channel)
+LaserWatch::LaserWatch(Service& service, const CommandLine& command_line, std::string channel)
     : service_(service),
       channel_(service.bus().prefix() + std::move(channel)),
-      parameters_(parameters.scan),
-      judge_(parameters.scan),
+      messages_(LaserMessagesOf(command_line)),
+      judge_(command_line.parameters().scan),
       silence_(Clock::now()),
-      study_(parameters) {
+      study_(command_line.parameters()) {
   service_.bus().Subscribe<service_status_t>(
       ServiceStatusChannel("laser_publisher"),
       [this](const service_status_t& status) { silence_.HearPublisher(Clock::now(), status.state); });
@@ -56,7 +56,7 @@ void LaserWatch::JudgeHandedness(const LaserScan& scan, const LaserType& type) {
   handedness_->Add(scan);
   const Verdict verdict = handedness_->verdict();
   if (verdict == Verdict::kUnknown) return;
-  if (verdict == Verdict::kMirrored) SayOf("scans " + DescribeMirrored(kOdometryChannel, type, parameters_));
+  if (verdict == Verdict::kMirrored) SayOf("scans " + DescribeMirrored(kOdometryChannel, type, messages_));
   handedness_told_ = true;
   handedness_.reset();
 }

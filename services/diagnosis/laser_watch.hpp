@@ -26,7 +26,7 @@ namespace crsm {
 class LaserWatch {
  public:
   /// channel: of the laser, without prefix.
-  LaserWatch(Service& service, const Parameters& parameters, std::string channel);
+  LaserWatch(Service& service, const CommandLine& command_line, std::string channel);
 
   /// A scan came, also one that is sent again, in a message of that type.
   void Hear(const LaserScan& scan, const LaserType& type);
@@ -51,7 +51,7 @@ class LaserWatch {
 
   Service& service_;
   std::string channel_;  ///< with the prefix
-  ScanParameters parameters_;
+  LaserMessageOptions messages_;
   LaserJudge judge_;
   std::optional<HandednessJudge> handedness_;  ///< from the first odometry until it has told
   bool handedness_told_ = false;

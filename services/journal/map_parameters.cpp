@@ -18,8 +18,8 @@ ParameterTexts ListTexts(const Parameters& parameters, const std::vector<Paramet
 }  // namespace
 
 ParameterTexts ListMapParameters(const Parameters& parameters) {
-  return ListTexts(parameters,
-                   {ParameterGroup::kLaser, ParameterGroup::kScan, ParameterGroup::kUpdate, ParameterGroup::kLoops});
+  return ListTexts(parameters, {ParameterGroup::kLaser, ParameterGroup::kScan, ParameterGroup::kUpdate,
+                                ParameterGroup::kLoops, ParameterGroup::kAlgorithm});
 }
 
 void AdoptMapParameters(const std::filesystem::path& folder, CommandLine& command_line) {

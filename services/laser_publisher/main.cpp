@@ -48,7 +48,7 @@ void CheckNothingIsOfALog(const CommandLine& command_line) {
 class LaserPublisher {
  public:
   LaserPublisher(const CommandLine& command_line, LaserSource& source)
-      : with_odometry_(command_line.parameters().match.odometry && !source.IsLive()),
+      : with_odometry_(command_line.settings().odometry && !source.IsLive()),
         rate_(ParseRate(command_line.settings().rate)),
         resend_(command_line.settings().resend_s),
         source_(source),
@@ -57,8 +57,13 @@ class LaserPublisher {
         progress_(command_line.program()) {
     service_.TakeRole(kPublisherRole);
     service_.bus().SubscribeToOne<map_delta_t>(kMapDeltaChannel, kMapOwnerRole, [this](const map_delta_t& delta) {
-      if (delta.num_requests == 0 && delta.utime == awaited_utime_) mapped_ = true;
+      if (delta.utime == awaited_utime_) mapped_ = true;
     });
+    service_.bus().SubscribeToOne<scan_answer_t>(kScanAnswerChannel, kMapOwnerRole,
+                                                 [this](const scan_answer_t& answer) {
+                                                   if (answer.utime == awaited_utime_ && answer.num_matches == 1)
+                                                     mapped_ = true;
+                                                 });
   }
 
   void Run() {
@@ -204,11 +209,10 @@ int main(int argc, char** argv) {
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] {
     const crsm::Settings& settings = command_line.settings();
-    const crsm::Parameters& parameters = command_line.parameters();
     const auto source = crsm::OpenLaserSource(name, crsm::SourceOptionsOf(command_line));
     if (source->IsLive()) crsm::CheckNothingIsOfALog(command_line);
     if (settings.lcm_url.rfind("file://", 0) == 0) {
-      crsm::WriteLog(*source, name, settings.lcm_url, settings.channel_prefix, parameters.match.odometry);
+      crsm::WriteLog(*source, name, settings.lcm_url, settings.channel_prefix, settings.odometry);
     } else {
       crsm::LaserPublisher(command_line, *source).Run();
     }

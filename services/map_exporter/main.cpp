@@ -241,7 +241,7 @@ class MapExporter {
     const auto keyframes = FindCounter(owner, "keyframes");
     if (!keyframes) return std::nullopt;
     return LoopSums{*keyframes, FindCounter(owner, "loops_closed").value_or(0),
-                    FindCounter(owner, "loops_taken_out").value_or(0)};
+                    FindCounter(owner, "loops_rejected").value_or(0)};
   }
 
   /// Scans that never came so far as to be matched: of a log, or of another driver.
@@ -266,7 +266,7 @@ class MapExporter {
     if (const auto owner = statuses_.find("map_updater"); owner != statuses_.end()) {
       summary.loops = CountLoops(owner->second);
     }
-    if (summary.loops) JudgeLoops(summary.loops->closed, summary.loops->taken_out, summary.verdict);
+    if (summary.loops) JudgeLoops(summary.loops->closed, summary.loops->rejected, summary.verdict);
     if (summary.wheels) JudgeWheels(*summary.wheels, summary.verdict);
     JudgeLeftOut(CountLeftOut(), summary.verdict);
     statuses_[service_.name()] = service_.MakeStatus();

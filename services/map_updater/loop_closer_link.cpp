@@ -24,7 +24,7 @@ void LoopCloserLink::Poll(Clock::time_point now) {
 void LoopCloserLink::Count() {
   counters_.Set("keyframes", mapper_.graph().size());
   counters_.Set("loops_closed", mapper_.num_loops());
-  counters_.Set("loops_taken_out", mapper_.num_loops_taken_out());
+  counters_.Set("loops_rejected", mapper_.num_loops_rejected());
 }
 
 void LoopCloserLink::Send(KeyframeId id) {

@@ -1,5 +1,5 @@
 // map_updater: CRITICAL_RAYS and SCAN_MATCH -> MAP_DELTA. The owner of the map: draws each matched scan into it and
-// tells the replicas what changed. It sends what it draws to a loop closer, and puts the map right by what comes back:
+// tells the replicas what changed. It sends what it draws to a loop closer, and corrects the map by what comes back:
 // KEYFRAME -> POSE_GRAPH, but for --no-loops.
 
 #include <fmt/core.h>
@@ -14,7 +14,7 @@
 #include "services/diagnosis/lost_news.hpp"
 #include "services/journal/journal.hpp"
 #include "services/journal/map_parameters.hpp"
-#include "services/map_updater/answers.hpp"
+#include "services/map_updater/delta_parts.hpp"
 #include "services/map_updater/loop_closer_link.hpp"
 #include "services/map_updater/request_limiter.hpp"
 #include "services/map_updater/whole_view.hpp"
@@ -37,13 +37,17 @@ class MapUpdaterService {
     LoadFinishedMap();
     OpenJournal();
     news_.Skip(mapper_);
-    if (mapper_.closes_loops()) LinkToLoopCloser(command_line.parameters().loops.lag);
+    if (mapper_.closes_loops()) LinkToLoopCloser();
     Bus& bus = service_.bus();
     bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel, kSelectorRole,
                                         [this](const critical_rays_t& message) { Hold(FromMessage(message)); });
     bus.SubscribeToOne<scan_match_t>(kScanMatchChannel, kMatcherRole,
                                      [this](const scan_match_t& message) { matches_.Push(FromMessage(message)); });
     bus.Subscribe<map_request_t>(kMapRequestChannel, [this](const map_request_t& request) { AnswerRequest(request); });
+    bus.Subscribe<scan_request_t>(kScanRequestChannel, [this](const scan_request_t& request) {
+      service_.counters().Add("scan_requests");
+      if (Admit(request.requester, "scan_requests_refused", kScanRequestChannel)) AnswerAbout(request.utime);
+    });
   }
 
   void Run() {
@@ -59,9 +63,9 @@ class MapUpdaterService {
   }
 
  private:
-  void LinkToLoopCloser(int lag) {
+  void LinkToLoopCloser() {
     Bus& bus = service_.bus();
-    link_.emplace(mapper_, lag, service_.counters(),
+    link_.emplace(mapper_, mapper_.lag(), service_.counters(),
                   LoopCloserLink::Owner{
                       [&bus](const keyframe_t& keyframe) { bus.Publish(kKeyframeChannel, keyframe); },
                       [this](const GraphUpdate& update) { Keep(update); },
@@ -91,15 +95,27 @@ class MapUpdaterService {
     return {"CRITICAL_RAYS and SCAN_MATCH after those of scan {}", tracking_.recent().back().utime};
   }
 
+  bool Admit(std::int64_t requester, const char* counter, const char* channel) {
+    if (request_limiter_.Admit(service_.bus().sender(), requester, Clock::now())) return true;
+    service_.Complain(counter, fmt::format("map_updater: {} comes more often than anybody needs: most of them get no "
+                                           "answer",
+                                           channel));
+    return false;
+  }
+
+  /// Whether a scan is in the map.
+  void AnswerAbout(std::int64_t utime) {
+    scan_answer_t answer{utime, options_.epoch, 0, {}};
+    if (const auto match = answered_.Find(utime)) answer.matches.push_back(ToMessage(*match));
+    answer.num_matches = static_cast<std::int32_t>(answer.matches.size());
+    service_.bus().Publish(kScanAnswerChannel, answer);
+  }
+
   void AnswerRequest(const map_request_t& request) {
     service_.counters().Add("map_requests");
-    if (!request_limiter_.Admit(service_.bus().sender(), request.requester, Clock::now())) {
-      return service_.Complain(
-          "map_requests_refused",
-          "map_updater: MAP_REQUEST comes more often than any replica needs: most of them get no answer");
-    }
+    if (!Admit(request.requester, "map_requests_refused", kMapRequestChannel)) return;
     if (request.whole == 0) {
-      return service_.bus().Publish(kMapDeltaChannel, MakePage(request, local(), {answered_, tracking_}, options_));
+      return service_.bus().Publish(kMapPageChannel, MakePage(request, local(), {answered_, tracking_}, options_));
     }
     if (request.settled == 1 && link_ && !link_->IsSettled()) return;  // it will be asked again
     whole_.Ask(request, service_.bus().sender());
@@ -113,7 +129,7 @@ class MapUpdaterService {
   bool Answer(const ScanMatch& match) {
     if (!tracking_.empty() && tracking_.recent().back().utime == match.utime) {
       service_.counters().Add("resent");
-      // The map may have been put right after it, and the match with it.
+      // The map may have been corrected after it, and the match with it.
       const bool same = tracking_.recent().back() == match || answered_.At(answered_.size() - 1) == match;
       if (!same) CountContradiction(match);
       PublishLastAnswer();
@@ -121,7 +137,7 @@ class MapUpdaterService {
     }
     if (match.utime <= tracking_.newest_utime() && answered_.Find(match.utime)) {
       service_.counters().Add("utime_repeated");
-      service_.bus().Publish(kMapDeltaChannel, MakeEmptyAnswer(match.utime, local(), options_));
+      AnswerAbout(match.utime);
       return true;
     }
     if (MustWaitForLoops()) return false;
@@ -168,7 +184,7 @@ class MapUpdaterService {
       if (num_cut_before == 0) Say(fmt::format("map_updater: {}", kMapIsFull));
       service_.counters().Add("scan_cut");
     }
-    last_answer_ = MakeParts(step.delta, match, local().geometry(), options_, step.after);
+    last_answer_ = MakeParts(step.delta, match.utime, local().geometry(), options_, step.after);
     answered_.Append(match);
     tracking_.Add(match, step.after);
     return step.delta.drawn;

@@ -5,7 +5,7 @@
 
 #include "common/graph/whole_map.hpp"
 #include "services/bus/bus.hpp"
-#include "services/map_updater/answers.hpp"
+#include "services/map_updater/pages.hpp"
 
 namespace crsm {
 

@@ -71,7 +71,7 @@ void LiveRobot::Hear(const scan_match_t& message) {
   if (!T_best_local_) Show(*last_match_);
 }
 
-/// The robot stands on the map that is shown, which a loop may have put right already when the map that scans are
+/// The robot stands on the map that is shown, which a loop may have corrected already when the map that scans are
 /// matched to was not yet, or the other way round. What leads from one scan to the next is the same on both: it is
 /// taken from the poses that never jump.
 void LiveRobot::Hear(const bot_core::pose_t& message) {
@@ -124,7 +124,7 @@ void LiveRobot::AskNowAndThen(bool is_watched) {
   }
 }
 
-/// When it is whole; where it is put right again and again, and is never whole for long, what there is of it.
+/// When it is whole; where it is corrected again and again, and is never whole for long, what there is of it.
 void LiveRobot::ShowMap() {
   constexpr auto kPatience = milliseconds(500);
   if (!map_ || (touched_.empty() && !is_anew_ && !path_is_anew_ && !map_follower_.replica().synced())) return;

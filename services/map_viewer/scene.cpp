@@ -73,7 +73,7 @@ void Scene::AddSample(const SceneSample& sample) {
 }
 
 void Scene::SetLoops(std::vector<PlacedLoop> loops) {
-  std::erase_if(loops, [](const PlacedLoop& loop) { return loop.taken_out; });
+  std::erase_if(loops, [](const PlacedLoop& loop) { return loop.rejected; });
   if (loops == loops_) return;
   loops_ = std::move(loops);
   ++info_change_;

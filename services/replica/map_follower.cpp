@@ -12,13 +12,13 @@ MapFollower::MapFollower(Service& service, View view, Keeper keeper)
                 std::move(keeper.add)},
                view),
       stall_watch_(service.name(), Say) {
-  service_.bus().SubscribeToOne<map_delta_t>(view == View::kWhole ? kWholeMapChannel : kMapDeltaChannel, kMapOwnerRole,
-                                             [this](const map_delta_t& delta) { Handle(delta); });
+  service_.bus().SubscribeToOne<map_page_t>(view == View::kWhole ? kWholeMapChannel : kMapPageChannel, kMapOwnerRole,
+                                            [this](const map_page_t& page) { Handle(page); });
 }
 
-void MapFollower::Handle(const map_delta_t& delta) {
+void MapFollower::Handle(const map_page_t& page) {
   const std::int64_t num_forged_before = replica_.num_forged();
-  replica_.Handle(delta);
+  replica_.Handle(page);
   if (replica_.num_forged() == num_forged_before) return;
   service_.Complain("pages_refused",
                     service_.name() +
@@ -29,7 +29,7 @@ void MapFollower::Handle(const map_delta_t& delta) {
 void MapFollower::CountRefused() {
   service_.Complain(
       "tiles_refused",
-      service_.name() + ": a MAP_DELTA has malformed tiles, or more tiles than a map may have; they are left out");
+      service_.name() + ": the map has malformed tiles, or more tiles than a map may have; they are left out");
 }
 
 void MapFollower::Poll() {

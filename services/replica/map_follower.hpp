@@ -7,8 +7,8 @@
 
 namespace crsm {
 
-/// A MapReplica on the bus: listens to MAP_DELTA and asks for what is missing, the next page at once when one has come,
-/// and more and more seldom while none comes.
+/// A MapReplica on the bus: asks for what is missing, the next page at once when one has come, and more and more seldom
+/// while none comes.
 class MapFollower {
  public:
   /// Who keeps the map; as MapReplica::Keeper, but for `apply`: false if some of the changes are malformed, or if the
@@ -24,17 +24,16 @@ class MapFollower {
   MapFollower(Service& service, View view, Keeper keeper);
 
   const MapReplica& replica() const { return replica_; }
+  MapReplica& replica() { return replica_; }
   void Doubt() { replica_.Doubt(); }
   void AwaitSettled() { replica_.AwaitSettled(); }
   void TurnTo(int piece) { replica_.TurnTo(piece); }
-  void AskAbout(std::int64_t utime) { replica_.AskAbout(utime); }
-  void ForgetAnswer() { replica_.ForgetAnswer(); }
 
   /// Sends the request that is due, if any; to be called often.
   void Poll();
 
  private:
-  void Handle(const map_delta_t& delta);
+  void Handle(const map_page_t& page);
   void CountRefused();
 
   Service& service_;

@@ -1,6 +1,6 @@
 // rrhc_matcher: CRITICAL_RAYS, the map so far and, with --odometry, ODOMETRY -> SCAN_MATCH and POSE.
 
-#include "common/match/rrhc_matcher.hpp"
+#include "common/match/default_matcher.hpp"
 #include "services/stages/matcher_stage.hpp"
 
 int main(int argc, char** argv) {
@@ -10,9 +10,6 @@ int main(int argc, char** argv) {
       crsm::FlagsOfMatcher());
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] {
-    const crsm::MatchParameters& parameters = command_line.parameters().match;
-    crsm::MatcherStage(command_line, [&](double cell_size_m) {
-      return std::make_unique<crsm::RrhcMatcher>(parameters, cell_size_m);
-    }).Run();
+    crsm::MatcherStage(command_line, crsm::DefaultMatcher(command_line.parameters())).Run();
   });
 }

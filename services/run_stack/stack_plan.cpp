@@ -135,7 +135,7 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
     if (!plan.live) own = own + std::vector<std::string>{"--rate", settings.rate, "--position", position};
     ProgramFlags flags = FlagsOfPublisher();
     if (plan.live) {  // a laser has no odometry: what is on the bus is another driver's
-      std::erase(flags.groups, ParameterGroup::kOdometry);
+      std::erase(flags.settings, "odometry");
       std::erase(flags.settings, "odometry_topic");
     }
     plan.publisher = planner.Plan("laser_publisher", flags, own);

@@ -36,6 +36,32 @@ WrittenValue ToWrittenValue(const toml::node& node) {
   return {Kind::kOther, "(a table or a list)"};
 }
 
+/// The heading of --help under which a flag stands; the common ones come first, as CLI11 calls them.
+constexpr const char* kCommon = "Options";
+constexpr const char* kOfLaser = "Laser";
+constexpr const char* kOfMap = "Matching and map";
+constexpr const char* kOfProcess = "Process and bus";
+
+const char* HeadingOf(const std::string& setting) {
+  static const std::map<std::string, const char*> kHeadings{{"out", kCommon},
+                                                            {"rate", kCommon},
+                                                            {"odometry", kCommon},
+                                                            {"localize", kCommon},
+                                                            {"start", kCommon},
+                                                            {"resume", kCommon},
+                                                            {"http", kCommon},
+                                                            {"laser_channel", kOfLaser},
+                                                            {"laser_frame", kOfLaser},
+                                                            {"odometry_topic", kOfLaser},
+                                                            {"botlab_clockwise", kOfLaser}};
+  const auto found = kHeadings.find(setting);
+  return found == kHeadings.end() ? kOfProcess : found->second;
+}
+
+const char* HeadingOf(ParameterGroup group) {
+  return group == ParameterGroup::kScan || group == ParameterGroup::kLaser ? kOfLaser : kOfMap;
+}
+
 template <std::size_t N>
 std::vector<std::string> Names(const BuiltInConfig (&configs)[N]) {
   std::vector<std::string> names;
@@ -98,6 +124,10 @@ NamedValues ListSettings(const Settings& settings) {
 
 }  // namespace
 
+LaserMessageOptions LaserMessagesOf(const CommandLine& command_line) {
+  return {command_line.parameters().scan, command_line.settings().botlab_clockwise};
+}
+
 std::string FlagOf(std::string key) {
   std::replace(key.begin(), key.end(), '_', '-');
   return "--" + key;
@@ -114,11 +144,12 @@ CommandLine::CommandLine(const std::string& program, const std::string& descript
       app_(std::make_unique<CLI::App>(description, program)),
       settings_(flags.defaults) {
   app_->set_version_flag("--version", fmt::format("{} {}", program, kVersion));
+  app_->add_option("--preset", preset_, fmt::format("laser: {}", fmt::join(Names(kPresets), ", ")))->type_name("NAME");
   app_->add_option("--config", config_, "TOML file; its keys are the flags, with _ for -; one file serves all programs")
       ->type_name("FILE");
-  app_->add_option("--preset", preset_, fmt::format("laser: {}", fmt::join(Names(kPresets), ", ")))->type_name("NAME");
   app_->add_option("--profile", profile_, fmt::format("algorithm: {}", fmt::join(Names(kProfiles), ", ")))
-      ->type_name("NAME");
+      ->type_name("NAME")
+      ->group(kOfMap);
   AddFlags();
 }
 
@@ -134,16 +165,19 @@ bool CommandLine::Uses(const Key& key) const {
 }
 
 void CommandLine::AddFlags() {
-  const auto AddOption = [this](const std::string& key, const std::string& help, const std::string& type) {
+  const char* heading = kCommon;
+  const auto AddOption = [&](const std::string& key, const std::string& help, const std::string& type) {
     app_->add_option_function<std::string>(
             FlagOf(key), [this, key](const std::string& text) { flags_.emplace_back(key, text); }, help)
-        ->type_name(type);
+        ->type_name(type)
+        ->group(heading);
   };
-  const auto AddFlag = [this](const std::string& key, const std::string& help) {
+  const auto AddFlag = [&](const std::string& key, const std::string& help) {
     const std::string flag = FlagOf(key);
     app_->add_flag_function(
-        flag + ",!--no-" + flag.substr(2),
-        [this, key](std::int64_t count) { flags_.emplace_back(key, count > 0 ? "true" : "false"); }, help);
+            flag + ",!--no-" + flag.substr(2),
+            [this, key](std::int64_t count) { flags_.emplace_back(key, count > 0 ? "true" : "false"); }, help)
+        ->group(heading);
   };
   const auto Add = [&]<class T, class... Rest>(const std::string& key, const std::string& help, const T& value,
                                                const Rest&... rest) {
@@ -160,9 +194,11 @@ void CommandLine::AddFlags() {
     }
   };
   VisitSettings(settings_, [&](const char* key, const char* help, auto& value, auto... range) {
+    heading = HeadingOf(std::string(key));
     if (Uses(std::string(key))) Add(key, help, value, range...);
   });
   VisitParameters(parameters_, [&](const ParameterInfo& info, auto& value, const auto&... range) {
+    heading = HeadingOf(info.group);
     if (Uses(info.group)) Add(info.key, info.help, value, range...);
   });
 }
@@ -226,12 +262,12 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
 
 /// Who names odometry wants it used, unless something said later turns it off.
 void CommandLine::UseNamedOdometry() {
-  if (settings_.odometry_topic.empty() || parameters_.match.odometry) return;
+  if (settings_.odometry_topic.empty() || settings_.odometry) return;
   if (WasGiven("odometry_topic") && WasGiven("odometry")) {
     throw UsageError("--odometry-topic: names odometry that --no-odometry turns off: remove one of them");
   }
   if (!WasGiven("odometry_topic") && said_by_.count("odometry") > 0) return;
-  parameters_.match.odometry = true;
+  settings_.odometry = true;
   if (Has("odometry")) flags_.emplace_back("odometry", "true");  // for the programs that are told the same
 }
 

@@ -10,6 +10,7 @@
 #include "common/parameters.hpp"
 #include "services/settings/programs.hpp"
 #include "services/settings/settings.hpp"
+#include "services/wire/laser_types.hpp"
 
 namespace CLI {
 class App;  // its header takes six seconds to compile: only who adds flags of its own includes it
@@ -87,6 +88,9 @@ class CommandLine {
   Parameters parameters_;
   Settings settings_;
 };
+
+/// How a laser's messages are read.
+LaserMessageOptions LaserMessagesOf(const CommandLine& command_line);
 
 /// A value as a flag would say it, and the other way round: a text that is not one of `key`, or of a key that this
 /// program does not know, stays a text.

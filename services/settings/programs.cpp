@@ -5,27 +5,28 @@ namespace crsm {
 using enum ParameterGroup;
 
 ProgramFlags FlagsOfPublisher() {
-  return {
-      {kSeed, kOdometry, kLaser},
-      {"lcm_url", "channel_prefix", "rate", "resend_s", "laser_channel", "laser_frame", "odometry_topic", "position"}};
+  return {{kSeed, kLaser},
+          {"lcm_url", "channel_prefix", "rate", "resend_s", "laser_channel", "laser_frame", "odometry",
+           "odometry_topic", "botlab_clockwise", "position"}};
 }
 
 ProgramFlags FlagsOfSelector() {
-  return {{kLaser, kScan, kSelection}, {"lcm_url", "channel_prefix", "laser_channel", "laser_frame"}};
+  return {{kLaser, kScan, kSelection, kAlgorithm},
+          {"lcm_url", "channel_prefix", "laser_channel", "laser_frame", "botlab_clockwise"}};
 }
 
 ProgramFlags FlagsOfMatcher() {
-  return {{kSeed, kOdometry, kMatch, kLoops},
-          {"lcm_url", "channel_prefix", "odometry_topic", "lockstep", "map_wait_s", "start"}};
+  return {{kSeed, kMatch, kLoops, kAlgorithm},
+          {"lcm_url", "channel_prefix", "odometry", "odometry_topic", "lockstep", "map_wait_s", "start"}};
 }
 
 ProgramFlags FlagsOfUpdater() {
-  return {{kLaser, kScan, kUpdate, kLoops},
+  return {{kLaser, kScan, kUpdate, kLoops, kAlgorithm},
           {"lcm_url", "channel_prefix", "lockstep", "journal", "resume", "new_session", "until_damage", "localize",
            "start", "part_bytes"}};
 }
 
-ProgramFlags FlagsOfLoopCloser() { return {{kUpdate, kLoops}, {"lcm_url", "channel_prefix", "out"}}; }
+ProgramFlags FlagsOfLoopCloser() { return {{kUpdate, kLoops, kAlgorithm}, {"lcm_url", "channel_prefix", "out"}}; }
 
 ProgramFlags FlagsOfExporter() { return {{}, {"lcm_url", "channel_prefix", "out", "export_period_s"}}; }
 

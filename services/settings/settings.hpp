@@ -15,6 +15,8 @@ struct Settings {
   std::string rate = "1";
   std::string laser_channel;
   std::string laser_frame;
+  bool odometry = false;
+  bool botlab_clockwise = true;
   std::string odometry_topic;
   std::string position;
   bool lockstep = false;
@@ -48,6 +50,12 @@ void VisitSettings(Settings& s, Visitor&& visit) {
   visit("laser_frame",
         "frame_id of the laser, if several lasers share the channel or topic; for messages of ROS, which have one",
         s.laser_frame);
+  visit("odometry",
+        "use the wheel odometry of the source, as far as it agrees with the laser; what it is worth is learned",
+        s.odometry);
+  visit("botlab_clockwise",
+        "the angles of a botlab.lidar_t run clockwise; today's mbot driver needs --no-botlab-clockwise",
+        s.botlab_clockwise);
   visit("odometry_topic",
         "odometry to use, also without --odometry; bag: topic, or frame of TF; LCM log or live: channel; if empty: "
         "bag: the only topic, or odom beside the laser, or TF; LCM: ODOMETRY",

@@ -143,7 +143,7 @@ void SayWhatWasLeftOut(const std::string& program, const Session& session, const
 }
 
 /// What was seen belongs elsewhere where loops were closed: map, poses and what is said of them follow the graph.
-Results PutRight(Run& run, Summary& summary) {
+Results Correct(Run& run, Summary& summary) {
   const Slam::Outcome outcome = run.slam.Finalize(run.matches);
   run.statistics.ForgetMatches();
   for (const ScanMatch& match : run.matches) run.statistics.Add(match);
@@ -157,12 +157,12 @@ Results PutRight(Run& run, Summary& summary) {
   results.pieces = run.slam.mapper().FindPieces();
   summary.pieces = results.pieces;
   summary.verdict = Judge(run.statistics, outcome.map, results.pieces);
-  JudgeLoops(summary.loops->closed, summary.loops->taken_out, summary.verdict);
+  JudgeLoops(summary.loops->closed, summary.loops->rejected, summary.verdict);
   return results;
 }
 
 Results Finalize(Run& run, Summary& summary) {
-  if (run.slam.closes_loops()) return PutRight(run, summary);
+  if (run.slam.closes_loops()) return Correct(run, summary);
   Results results;
   results.grid = run.slam.map().ToDenseGrid();
   summary = Summarize(run.matches, results.grid);
@@ -225,8 +225,7 @@ Outcome WriteRun(const CommandLine& command_line, Run& run) {
   WritePieces(out, run, results.pieces);
   fmt::print("{} scans, {} lost, map of {:.0f} m2 in {}\n", summary.scans, summary.lost, summary.explored_area_m2, out);
   if (const auto& loops = summary.loops) {
-    fmt::print("{} loops closed between {} keyframes, {} rejected\n", loops->closed, loops->keyframes,
-               loops->taken_out);
+    fmt::print("{} loops closed between {} keyframes, {} rejected\n", loops->closed, loops->keyframes, loops->rejected);
   }
   PrintSessions(run);
   for (const std::string& line : FormatVerdict(summary.verdict)) fmt::print("{}\n", line);
@@ -305,7 +304,7 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
     scan->utime = utime.value_or(scan->utime);
     if (utime && !run.earlier_utimes.count(*utime)) {
       if (is_first_scan) run.slam.BeginDrive();
-      MapScan(*scan, source.Odometry(), run, journal);
+      MapScan(*scan, command_line.settings().odometry ? source.Odometry() : std::nullopt, run, journal);
       SayIfLost(command_line, run);
     } else {
       run.statistics.Add(scan->utime, FindValidRays(*scan, parameters));  // as who hears CRITICAL_RAYS
@@ -369,9 +368,9 @@ int main(int argc, char** argv) {
       "are joined to one map where they come to the same places. Exit codes: 0 done, 1 failed or no scan mapped, 2 "
       "usage, "
       "3 with --strict: the map is not to be trusted.",
-      {kSeed, kOdometry, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops},
-      {"lcm_url", "channel_prefix", "out", "laser_channel", "laser_frame", "odometry_topic", "until_damage", "localize",
-       "start"});
+      {kSeed, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops, kAlgorithm},
+      {"lcm_url", "channel_prefix", "out", "laser_channel", "laser_frame", "odometry", "odometry_topic",
+       "botlab_clockwise", "until_damage", "localize", "start"});
   std::vector<std::string> logs;
   command_line.app().add_option("SOURCE", logs, crsm::DescribeSources())->required();
   crsm::EarlierResults earlier;

@@ -71,9 +71,9 @@ std::string FindOdometryChannel(const std::string& path, const std::string& lase
 
 }  // namespace
 
-LcmLogSource::LcmLogSource(const std::string& path, const LaserChoice& laser, const ScanParameters& parameters,
+LcmLogSource::LcmLogSource(const std::string& path, const LaserChoice& laser, const LaserMessageOptions& messages,
                            const OdometryOptions& odometry)
-    : parameters_(parameters),
+    : messages_(messages),
       log_(path),
       channel_(FindLaserChannel(path, laser.channel)),
       frames_(laser.frame),
@@ -91,7 +91,7 @@ void LcmLogSource::CheckFrames(const std::string& path, const std::string& wante
     const auto event = log.Next();
     if (!event) break;
     if (event->channel != channel_) continue;
-    if (const auto reading = DecodeLaser(Bytes(event->data), parameters_)) frames.Take(reading->frame);
+    if (const auto reading = DecodeLaser(Bytes(event->data), messages_)) frames.Take(reading->frame);
   }
   const std::string complaint = frames.Complaint();
   if (!complaint.empty()) throw std::runtime_error(fmt::format("{}: {}: {}", path, channel_, complaint));
@@ -126,7 +126,7 @@ void LcmLogSource::TakePose(const std::string& channel, std::string_view data) {
 }
 
 void LcmLogSource::TakeScan(std::string_view data) {
-  std::optional<LaserReading> reading = DecodeLaser(Bytes(data), parameters_);
+  std::optional<LaserReading> reading = DecodeLaser(Bytes(data), messages_);
   if (!reading) {
     ++counts_["bad_message"];
     if (first_refusal_.empty() && IsLaser(data)) first_refusal_ = DescribeRefusedLaser(Bytes(data));
@@ -150,7 +150,7 @@ std::vector<std::string> LcmLogSource::Complaints() const {
   for (const auto& [pose_channel, judge] : handedness_) {
     if (judge.verdict() != HandednessJudge::Verdict::kMirrored) continue;
     complaints.push_back(
-        fmt::format("the scans on {} {}", channel_, DescribeMirrored(pose_channel, *laser_, parameters_)));
+        fmt::format("the scans on {} {}", channel_, DescribeMirrored(pose_channel, *laser_, messages_)));
     break;
   }
   return complaints;

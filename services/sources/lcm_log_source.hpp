@@ -38,7 +38,7 @@ class LcmLogSource : public LaserSource {
   /// laser: whose scans to take. Throws std::runtime_error that lists the channels if there is no such one, or the
   /// frames of the scans if they do not tell which. parameters: what laser messages do not tell themselves. odometry:
   /// Throws too if no message on the channel that it names is a pose.
-  LcmLogSource(const std::string& path, const LaserChoice& laser, const ScanParameters& parameters = {},
+  LcmLogSource(const std::string& path, const LaserChoice& laser, const LaserMessageOptions& messages = {},
                const OdometryOptions& odometry = {});
 
   std::optional<LaserScan> Next() override;
@@ -55,7 +55,7 @@ class LcmLogSource : public LaserSource {
   void TakePose(const std::string& channel, std::string_view data);
   void TakeScan(std::string_view data);
 
-  ScanParameters parameters_;
+  LaserMessageOptions messages_;
   LcmEventLog log_;
   std::string channel_;
   LaserFrames frames_;

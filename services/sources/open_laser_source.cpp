@@ -45,10 +45,10 @@ std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOption
     if (file.is_compressed()) {
       throw std::runtime_error(fmt::format("{} is a gzip-compressed bag: run gunzip on it first", name));
     }
-    return std::make_unique<BagSource>(name, options.laser, options.odometry, options.scan);
+    return std::make_unique<BagSource>(name, options.laser, options.odometry, options.messages.scan);
   }
   if (HasLcmSync(start)) {
-    return std::make_unique<LcmLogSource>(name, options.laser, options.scan, options.odometry);
+    return std::make_unique<LcmLogSource>(name, options.laser, options.messages, options.odometry);
   }
   if (HasCarmenLaser(file, kSearchedLines)) {
     CheckNoFrame(options, name + " is a CARMEN log, whose scans name no frame");
@@ -68,9 +68,9 @@ SourceOptions SourceOptionsOf(const CommandLine& command_line) {
   const Settings& settings = command_line.settings();
   return {parameters.match.seed,
           {settings.laser_channel, settings.laser_frame},
-          parameters.scan,
+          LaserMessagesOf(command_line),
           command_line.program(),
-          {parameters.match.odometry, settings.odometry_topic}};
+          {settings.odometry, settings.odometry_topic}};
 }
 
 std::string DescribeSources() {
@@ -96,7 +96,8 @@ std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const Sour
   const std::filesystem::file_status status = std::filesystem::status(name, error);
   if (!std::filesystem::exists(status)) throw std::runtime_error(fmt::format("there is no file {}", name));
   if (std::filesystem::is_directory(status)) {
-    if (IsBagFolder(name)) return std::make_unique<BagSource>(name, options.laser, options.odometry, options.scan);
+    if (IsBagFolder(name))
+      return std::make_unique<BagSource>(name, options.laser, options.odometry, options.messages.scan);
     throw std::runtime_error(fmt::format("{} is a directory without a bag of ROS 2, must be {}", name, kLog));
   }
   if (!std::filesystem::is_regular_file(status)) {

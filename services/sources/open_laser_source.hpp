@@ -16,7 +16,7 @@ namespace crsm {
 struct SourceOptions {
   std::uint64_t seed = 0;  ///< of the simulator's noise
   LaserChoice laser = {};
-  ScanParameters scan = {};  ///< what messages do not tell themselves, or wrongly
+  LaserMessageOptions messages = {};
   std::string program = {};  ///< which says on stderr what becomes of a live laser
   OdometryOptions odometry = {};
 };

@@ -34,7 +34,7 @@ class KeyframeAnswers {
   }
   /// Keyframes at which loops were searched, because the owner did not tell what was found there.
   std::int64_t num_searched() const { return num_searched_; }
-  /// Whether the owner's map was put right by another loop closer, which found other loops.
+  /// Whether the owner's map was corrected by another loop closer, which found other loops.
   bool is_of_another_closer() const { return is_of_another_closer_; }
 
  private:

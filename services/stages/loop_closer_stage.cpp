@@ -39,7 +39,7 @@ void LoopCloserStage::Answer(const keyframe_t& message) {
   service_.counters().Set("keyframes", answers_.graph().size());
   service_.counters().Set("keyframes_searched", answers_.num_searched());
   service_.counters().Set("loops_closed", static_cast<std::int64_t>(answers_.graph().loops().size()));
-  service_.counters().Set("loops_taken_out", answers_.graph().num_loops_dropped());
+  service_.counters().Set("loops_rejected", answers_.graph().num_loops_dropped());
   Describe();
 }
 

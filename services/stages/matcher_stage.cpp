@@ -13,7 +13,7 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-/// But for the last bits of the poses, which a map that is put right takes along.
+/// But for the last bits of the poses, which a map that is corrected takes along.
 bool AreSame(ScanMatch a, const ScanMatch& b) {
   constexpr double kLastBits = 1e-6;  // [m] and [rad]
   const Pose2 error = Inverse(a.T_map_laser) * b.T_map_laser;
@@ -35,23 +35,21 @@ const char* Describe(MatchState state) {
 }  // namespace
 
 MatcherStage::MatcherStage(const CommandLine& command_line, MakeMatcher make_matcher)
-    : parameters_(command_line.parameters().match),
-      loops_(command_line.parameters().loops),
+    : matching_{command_line.parameters().loops.loops},
       settings_(command_line.settings()),
       service_(command_line),
       scans_(service_.counters()),
       make_matcher_(std::move(make_matcher)),
-      map_(service_, MapFollower::View::kMatched,
-           {[this](double cell_size_m) {
-              matcher_ = make_matcher_(cell_size_m);
-              last_match_.reset();
-            },
-            [this](std::span<const TileChange> changes) { return matcher_->Apply(changes); }}),
+      map_(service_, {[this](double cell_size_m) {
+                        matcher_ = make_matcher_(cell_size_m);
+                        last_match_.reset();
+                      },
+                      [this](std::span<const TileChange> changes) { return matcher_->Apply(changes); }}),
       stall_watch_(service_.name(), Say) {
   service_.TakeRole(kMatcherRole);
   service_.bus().SubscribeToOne<critical_rays_t>(
       kCriticalRaysChannel, kSelectorRole, [this](const critical_rays_t& message) { Receive(FromMessage(message)); });
-  if (!parameters_.odometry) return;
+  if (!settings_.odometry) return;
   const std::string channel = settings_.odometry_topic.empty() ? kOdometryChannel : settings_.odometry_topic;
   service_.bus().SubscribeBytes(channel, [this](std::span<const std::uint8_t> bytes) {
     const auto odometry = DecodePose(bytes);
@@ -100,11 +98,11 @@ bool MatcherStage::Answer(const CriticalRays& scan) {
   if (*in_map) {  // in an earlier session, say
     service_.counters().Add("utime_repeated");
     SayLeftOut();
-    service_.bus().Publish(kScanMatchChannel, ToMessage(*map_.replica().AnswerAbout(scan.utime)->match));
+    service_.bus().Publish(kScanMatchChannel, ToMessage(*map_.AnswerAbout(scan.utime)->match));
     return true;
   }
   ScanOdometry odometry;
-  if (parameters_.odometry) {
+  if (settings_.odometry) {
     odometry = FindOdometry(scan.utime);
     if (odometry.state == ScanOdometry::State::kAwaited && settings_.lockstep) {
       service_.counters().Add("odometry_awaited");  // it will be sent again, and the scan with it
@@ -158,7 +156,7 @@ bool MatcherStage::MapIsCurrent() {
   return true;
 }
 
-/// Where senders are not known, this is how it shows that another one's match was taken for this one's.
+/// Where senders are not known, this is how it shows that the map has another one's match of a scan.
 void MatcherStage::CheckAnswer() {
   const ScanMatch* answered = last_match_ ? map_.replica().tracking().FindRecent(last_match_->utime) : nullptr;
   if (!answered || AreSame(*answered, LastMatchAsOfNow())) return;
@@ -167,7 +165,7 @@ void MatcherStage::CheckAnswer() {
                                                       service_.name(), last_match_->utime));
 }
 
-/// The map may have been put right since it was found, and the poses of the last scans with it.
+/// The map may have been corrected since it was found, and the poses of the last scans with it.
 ScanMatch MatcherStage::LastMatchAsOfNow() const {
   ScanMatch match = *last_match_;
   const Pose2& T_local_map = map_.replica().tracking().T_local_map();
@@ -191,7 +189,7 @@ bool MatcherStage::WasAnswered(std::int64_t utime) const { return map_.replica()
 std::optional<bool> MatcherStage::IsInMap(std::int64_t utime) {
   const MapReplica& replica = map_.replica();
   if (utime > replica.tracking().newest_utime()) return false;
-  if (const MapReplica::Answer* answer = replica.AnswerAbout(utime)) return answer->match.has_value();
+  if (const auto* answer = map_.AnswerAbout(utime)) return answer->match.has_value();
   map_.AskAbout(utime);
   if (HasWaitedLong(utime) && !settings_.lockstep)
     return false;  // if it is there, the owner will say so and not draw it again
@@ -203,13 +201,13 @@ void MatcherStage::Match(const CriticalRays& scan, const std::optional<Pose2>& T
   const MapReplica& replica = map_.replica();
   TrackingState tracking = replica.tracking();
   if (last_match_ && !WasAnswered(last_match_->utime)) tracking.Add(*last_match_);  // the map is late; this counts
-  last_match_ = MatchScan(*matcher_, scan, tracking, T_odom_robot, loops_);
+  last_match_ = MatchScan(*matcher_, scan, tracking, T_odom_robot, matching_);
   last_match_->map_version = replica.version();
   T_local_map_ = tracking.T_local_map();
   last_match_time_ = Clock::now();
   doubt_.Restart(last_match_time_);
   odometry_awaited_.reset();
-  map_.ForgetAnswer();
+  map_.Await(*last_match_);
   service_.RecordLatency(start);
   service_.counters().Add("handled");
   left_out_.Take();

@@ -3,11 +3,12 @@
 #include <memory>
 #include <optional>
 
+#include "common/match/match_scan.hpp"
 #include "common/match/matcher.hpp"
 #include "common/scan/odometry_buffer.hpp"
 #include "services/bus/service.hpp"
 #include "services/diagnosis/left_out_news.hpp"
-#include "services/replica/map_follower.hpp"
+#include "services/replica/matched_map.hpp"
 #include "services/stages/scan_queue.hpp"
 #include "services/wire/conversions.hpp"
 
@@ -46,15 +47,14 @@ class MatcherStage {
   void Publish(const ScanMatch& match, const Pose2& T_local_map);
   ScanMatch LastMatchAsOfNow() const;
 
-  const MatchParameters& parameters_;
-  const LoopParameters& loops_;
+  MatchOptions matching_;
   const crsm::Settings& settings_;
   Service service_;
   ScanQueue<CriticalRays> scans_;
   OdometryBuffer odometry_;
   MakeMatcher make_matcher_;
   std::unique_ptr<Matcher> matcher_;  ///< none before the map's owner was heard
-  MapFollower map_;
+  MatchedMap map_;
   std::optional<ScanMatch> last_match_;  ///< sent once more when its scan comes once more
   Pose2 T_local_map_;                    ///< of the tracking state when that was found
   Clock::time_point last_match_time_{};

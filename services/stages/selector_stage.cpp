@@ -27,31 +27,31 @@ std::string LaserChannel(const Settings& settings) {
 SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
     : service_(command_line),
       select_(std::move(select)),
-      watch_(service_, command_line.parameters(), LaserChannel(command_line.settings())),
+      watch_(service_, command_line, LaserChannel(command_line.settings())),
       frames_(command_line.settings().laser_frame),
       scans_(service_.counters()) {
   service_.TakeRole(kSelectorRole);
-  service_.bus().SubscribeBytes(
-      LaserChannel(command_line.settings()),
-      [this, parameters = command_line.parameters().scan](std::span<const std::uint8_t> bytes) {
-        std::optional<LaserReading> reading = DecodeLaser(bytes, parameters);
-        if (!reading) {
-          watch_.Refuse(bytes);
-          service_.counters().Add("bad_message");
-          return false;
-        }
-        const bool is_wanted = frames_.Take(reading->frame);
-        if (frames_.num_scans() % LaserFrames::kEnough == 0) watch_.SayOnce(frames_.Complaint());
-        if (!is_wanted) {
-          watch_.HearOther();
-          service_.counters().Add("other_frame");
-          return true;
-        }
-        watch_.SayOnce(reading->thinned);
-        watch_.Hear(reading->scan, *FindLaserType(bytes));
-        scans_.Push(std::move(reading->scan));
-        return true;
-      });
+  service_.bus().SubscribeBytes(LaserChannel(command_line.settings()),
+                                [this, options = LaserMessagesOf(command_line)](std::span<const std::uint8_t> bytes) {
+                                  std::optional<LaserReading> reading = DecodeLaser(bytes, options);
+                                  if (!reading) {
+                                    watch_.Refuse(bytes);
+                                    service_.counters().Add("bad_message");
+                                    return false;
+                                  }
+                                  const bool is_wanted = frames_.Take(reading->frame);
+                                  if (frames_.num_scans() % LaserFrames::kEnough == 0)
+                                    watch_.SayOnce(frames_.Complaint());
+                                  if (!is_wanted) {
+                                    watch_.HearOther();
+                                    service_.counters().Add("other_frame");
+                                    return true;
+                                  }
+                                  watch_.SayOnce(reading->thinned);
+                                  watch_.Hear(reading->scan, *FindLaserType(bytes));
+                                  scans_.Push(std::move(reading->scan));
+                                  return true;
+                                });
 }
 
 void SelectorStage::Run() {

@@ -14,7 +14,10 @@ inline constexpr const char* kLocalPoseChannel = "POSE_LOCAL";        // bot_cor
 inline constexpr const char* kTruePoseChannel = "TRUE_POSE";          // bot_core.pose_t, of simulated worlds
 inline constexpr const char* kMapDeltaChannel = "MAP_DELTA";          // crsm.map_delta_t
 inline constexpr const char* kMapRequestChannel = "MAP_REQUEST";      // crsm.map_request_t
-inline constexpr const char* kWholeMapChannel = "WHOLE_MAP";          // crsm.map_delta_t, pages only
+inline constexpr const char* kMapPageChannel = "MAP_PAGE";            // crsm.map_page_t, of what is matched to
+inline constexpr const char* kWholeMapChannel = "WHOLE_MAP";          // crsm.map_page_t, of all that was seen
+inline constexpr const char* kScanRequestChannel = "SCAN_REQUEST";    // crsm.scan_request_t
+inline constexpr const char* kScanAnswerChannel = "SCAN_ANSWER";      // crsm.scan_answer_t
 inline constexpr const char* kKeyframeChannel = "KEYFRAME";           // crsm.keyframe_t
 inline constexpr const char* kKeyframeRequestChannel = "KEYFRAME_REQUEST";  // crsm.keyframe_request_t
 inline constexpr const char* kPoseGraphChannel = "POSE_GRAPH";              // crsm.pose_graph_t
@@ -24,7 +27,8 @@ inline constexpr const char* kEveryServiceStatus = "SERVICE_STATUS/*";
 // On which no laser can be.
 inline constexpr const char* kChannelsOfStack[]{kOdometryChannel, kCriticalRaysChannel,    kScanMatchChannel,
                                                 kPoseChannel,     kLocalPoseChannel,       kTruePoseChannel,
-                                                kMapDeltaChannel, kMapRequestChannel,      kWholeMapChannel,
+                                                kMapDeltaChannel, kMapRequestChannel,      kMapPageChannel,
+                                                kWholeMapChannel, kScanRequestChannel,     kScanAnswerChannel,
                                                 kKeyframeChannel, kKeyframeRequestChannel, kPoseGraphChannel};
 // In journals only.
 inline constexpr const char* kJournalHeadChannel = "JOURNAL_HEAD";    // crsm.journal_head_t, the first event

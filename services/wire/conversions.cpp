@@ -141,12 +141,12 @@ map_tile_t ToMessage(const TileChange& change) {
 Pose2 FromMessage(const pose2_t& message) { return {message.x_m, message.y_m, message.yaw_rad}; }
 
 PlacedLoop FromMessage(const map_loop_t& message) {
-  return {FromMessage(message.T_map_older), FromMessage(message.T_map_newer), message.taken_out == 1,
+  return {FromMessage(message.T_map_older), FromMessage(message.T_map_newer), message.rejected == 1,
           message.joins == 1};
 }
 
 map_loop_t ToMessage(const PlacedLoop& loop) {
-  return {ToMessage(loop.T_map_older), ToMessage(loop.T_map_newer), static_cast<std::int8_t>(loop.taken_out ? 1 : 0),
+  return {ToMessage(loop.T_map_older), ToMessage(loop.T_map_newer), static_cast<std::int8_t>(loop.rejected ? 1 : 0),
           static_cast<std::int8_t>(loop.joins ? 1 : 0)};
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/graph/pieces.hpp"
+#include "common/graph/placed_loop.hpp"
 #include "common/map/map_delta.hpp"
 #include "common/match/tracking_state.hpp"
 #include "common/scan/critical_rays.hpp"

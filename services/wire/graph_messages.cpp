@@ -109,15 +109,12 @@ keyframe_t ToMessage(const Keyframe& keyframe, const KeyframeHead& head) {
   message.begins_anywhere = keyframe.begins_anywhere ? 1 : 0;
   message.as_of = ToMessage(keyframe.as_of);
   if (keyframe.degenerate_axis) {
-    message.num_open_axes = 1;
-    message.open_axis[0] = keyframe.degenerate_axis->x();
-    message.open_axis[1] = keyframe.degenerate_axis->y();
+    message.degenerate_axis[0] = keyframe.degenerate_axis->x();
+    message.degenerate_axis[1] = keyframe.degenerate_axis->y();
   }
-  message.tied_to = ToMessage(std::optional<KeyframeId>());
-  if (keyframe.constraint) {
-    message.num_ties = 1;
-    message.tied_to = ToMessage(keyframe.constraint->keyframe);
-    message.T_tied_this = ToMessage(keyframe.constraint->T_keyframe_this);
+  if (const auto& constraint = keyframe.constraint) {
+    message.num_constraints = 1;
+    message.constraints = {{ToMessage(constraint->keyframe), ToMessage(constraint->T_keyframe_this)}};
   }
   if (head.search) {
     message.searched = 1;
@@ -137,10 +134,11 @@ Keyframe FromMessage(const keyframe_t& message) {
   keyframe.begins_anywhere = message.begins_anywhere == 1;
   keyframe.begins = message.id.number == 0;
   keyframe.as_of = FromOptional(message.as_of);
-  if (message.num_open_axes == 1)
-    keyframe.degenerate_axis = Eigen::Vector2d(message.open_axis[0], message.open_axis[1]);
-  if (message.num_ties == 1)
-    keyframe.constraint = ProximityConstraint{FromMessage(message.tied_to), FromMessage(message.T_tied_this)};
+  const Eigen::Vector2d degenerate_axis(message.degenerate_axis);
+  if (!degenerate_axis.isZero(0.0)) keyframe.degenerate_axis = degenerate_axis;
+  for (const proximity_constraint_t& constraint : message.constraints) {
+    keyframe.constraint = ProximityConstraint{FromMessage(constraint.older), FromMessage(constraint.T_older_this)};
+  }
   return keyframe;
 }
 
@@ -158,14 +156,14 @@ std::vector<pose_graph_t> MakeParts(const GraphUpdate& update, std::int64_t utim
     part.changed = 1;
     part.part = i;
     part.num_parts = num_parts;
-    part.ties_wrong_from = ToMessage(update.ties_wrong_from);
+    part.constraints_wrong_from = ToMessage(update.constraints_wrong_from);
     if (i == 0) {
       part.findings = ToMessages(update.finding);
       part.num_findings = static_cast<std::int32_t>(part.findings.size());
       part.closed = ToMessages(update.closed);
       part.num_closed = static_cast<std::int32_t>(part.closed.size());
-      part.taken_out = ToMessages(update.taken_out);
-      part.num_taken_out = static_cast<std::int32_t>(part.taken_out.size());
+      part.rejected = ToMessages(update.rejected);
+      part.num_rejected = static_cast<std::int32_t>(part.rejected.size());
     }
     part.moved = std::move(moved[static_cast<std::size_t>(i)]);
     part.num_moved = static_cast<std::int32_t>(part.moved.size());
@@ -182,7 +180,7 @@ pose_graph_t MakeUnchanged(KeyframeId keyframe, std::optional<KeyframeId> previo
   message.keyframe = ToMessage(keyframe);
   message.previous = ToMessage(previous);
   message.num_parts = 1;
-  message.ties_wrong_from = ToMessage(std::optional<KeyframeId>());
+  message.constraints_wrong_from = ToMessage(std::optional<KeyframeId>());
   return message;
 }
 
@@ -204,8 +202,8 @@ std::optional<GraphUpdate> GraphUpdateParts::Add(const pose_graph_t& part) {
   update.previous = FromOptional(first.previous);
   update.finding = FromMessages(first.findings, first.keyframe);
   update.closed = FromMessages(first.closed);
-  update.taken_out = FromMessages(first.taken_out);
-  update.ties_wrong_from = FromOptional(first.ties_wrong_from);
+  update.rejected = FromMessages(first.rejected);
+  update.constraints_wrong_from = FromOptional(first.constraints_wrong_from);
   for (const auto& [number, each] : parts_) {
     for (const pose_stretch_t& stretch : each.moved) Append(stretch, update.moved);
   }

@@ -25,9 +25,9 @@ const LaserType* FindLaserType(std::uint64_t fingerprint) {
 
 const LaserType* FindLaserType(std::span<const std::uint8_t> bytes) { return FindLaserType(Fingerprint(bytes)); }
 
-std::optional<LaserReading> DecodeLaser(std::span<const std::uint8_t> bytes, const ScanParameters& parameters) {
+std::optional<LaserReading> DecodeLaser(std::span<const std::uint8_t> bytes, const LaserMessageOptions& options) {
   const LaserType* type = FindLaserType(bytes);
-  return type ? type->decode(bytes, parameters) : std::nullopt;
+  return type ? type->decode(bytes, options) : std::nullopt;
 }
 
 std::string LaserTypeNames() {

@@ -14,6 +14,12 @@
 
 namespace crsm {
 
+/// What a laser's messages do not tell themselves, or wrongly.
+struct LaserMessageOptions {
+  ScanParameters scan = {};
+  bool botlab_clockwise = true;  ///< the angles of a botlab.lidar_t run clockwise
+};
+
 /// A scan as a laser's message has it.
 struct LaserReading {
   LaserScan scan;            ///< its utime >= 0, with kMinBeams to kMaxBeams
@@ -26,9 +32,8 @@ struct LaserReading {
 struct LaserType {
   std::string name;  ///< package and type
 
-  /// The scan in a message; nothing if the message is malformed. What the message itself does not tell is in the
-  /// parameters.
-  std::function<std::optional<LaserReading>(std::span<const std::uint8_t> bytes, const ScanParameters& parameters)>
+  /// The scan in a message; nothing if the message is malformed.
+  std::function<std::optional<LaserReading>(std::span<const std::uint8_t> bytes, const LaserMessageOptions& options)>
       decode;
 };
 
@@ -40,7 +45,7 @@ const LaserType* FindLaserType(std::uint64_t fingerprint);
 const LaserType* FindLaserType(std::span<const std::uint8_t> bytes);
 
 /// The scan in a message of any type that is known; nothing if it is of another one, or malformed.
-std::optional<LaserReading> DecodeLaser(std::span<const std::uint8_t> bytes, const ScanParameters& parameters);
+std::optional<LaserReading> DecodeLaser(std::span<const std::uint8_t> bytes, const LaserMessageOptions& options);
 
 /// The names of the types that are known, each once: "bot_core.planar_lidar_t, botlab.lidar_t".
 std::string LaserTypeNames();
@@ -52,13 +57,13 @@ bool RegisterLaserType(std::uint64_t fingerprint, LaserType type);
 /// The same for a type that lcm-gen made and that has FieldsOf and ValuesInRange (wire_reader.hpp).
 /// frame_of: where its messages name the laser's frame.
 template <class Message>
-bool RegisterLaserType(const std::string& name, LaserScan (*to_scan)(const Message&, const ScanParameters&),
+bool RegisterLaserType(const std::string& name, LaserScan (*to_scan)(const Message&, const LaserMessageOptions&),
                        std::string (*frame_of)(const Message&) = nullptr) {
   const auto decode = [to_scan, frame_of](std::span<const std::uint8_t> bytes,
-                                          const ScanParameters& parameters) -> std::optional<LaserReading> {
+                                          const LaserMessageOptions& options) -> std::optional<LaserReading> {
     const auto message = Decode<Message>(bytes);
     if (!message) return std::nullopt;
-    LaserReading reading{to_scan(*message, parameters), frame_of ? frame_of(*message) : ""};
+    LaserReading reading{to_scan(*message, options), frame_of ? frame_of(*message) : ""};
     reading.thinned = ThinBeams(reading.scan);
     return reading;
   };

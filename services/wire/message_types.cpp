@@ -54,9 +54,12 @@ std::string NameOfType(std::uint64_t fingerprint) {
       {FingerprintOf<keyframe_t>(), "crsm.keyframe_t"},
       {FingerprintOf<keyframe_request_t>(), "crsm.keyframe_request_t"},
       {FingerprintOf<map_delta_t>(), "crsm.map_delta_t"},
+      {FingerprintOf<map_page_t>(), "crsm.map_page_t"},
       {FingerprintOf<map_request_t>(), "crsm.map_request_t"},
       {FingerprintOf<pose_graph_t>(), "crsm.pose_graph_t"},
+      {FingerprintOf<scan_answer_t>(), "crsm.scan_answer_t"},
       {FingerprintOf<scan_match_t>(), "crsm.scan_match_t"},
+      {FingerprintOf<scan_request_t>(), "crsm.scan_request_t"},
       {FingerprintOf<service_status_t>(), "crsm.service_status_t"}};
   const auto name = kNames.find(fingerprint);
   return name != kNames.end() ? name->second : fmt::format("a type with fingerprint 0x{:016x}", fingerprint);
@@ -83,10 +86,10 @@ std::string DescribeRefusedLaser(std::span<const std::uint8_t> bytes) {
 }
 
 std::string DescribeMirrored(const std::string& pose_channel, const LaserType& laser,
-                             const ScanParameters& parameters) {
+                             const LaserMessageOptions& options) {
   std::string mend = "the driver must reverse the sign of its angles";
   if (laser.name.starts_with("botlab.")) {
-    mend = parameters.botlab_clockwise ? "add --no-botlab-clockwise" : "remove --no-botlab-clockwise";
+    mend = options.botlab_clockwise ? "add --no-botlab-clockwise" : "remove --no-botlab-clockwise";
   }
   return fmt::format("turn in the opposite direction to the poses on {}: the map is a mirror image: {}",
                      MakePrintable(pose_channel), mend);

@@ -18,6 +18,7 @@ std::string DescribeRefusedLaser(std::span<const std::uint8_t> bytes);
 
 /// What mirrored scans do, "turn against the poses on ODOMETRY: ...", what comes of it and what mends it.
 /// pose_channel: of the poses that tell. laser: the type of the scans' messages.
-std::string DescribeMirrored(const std::string& pose_channel, const LaserType& laser, const ScanParameters& parameters);
+std::string DescribeMirrored(const std::string& pose_channel, const LaserType& laser,
+                             const LaserMessageOptions& options);
 
 }  // namespace crsm

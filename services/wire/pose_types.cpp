@@ -1,18 +1,12 @@
 #include "services/wire/pose_types.hpp"
 
 #include <cmath>
-#include <mbot_lcm_msgs/pose2D_t.hpp>
+#include <wire_fields/mbot_lcm_msgs/pose2D_t.hpp>
 
 #include "common/math/trigonometry.hpp"
 #include "services/wire/conversions.hpp"
 
 namespace crsm {
-
-template <>
-constexpr auto FieldsOf<mbot_lcm_msgs::pose2D_t>() {
-  using T = mbot_lcm_msgs::pose2D_t;
-  return std::tuple(&T::utime, &T::x, &T::y, &T::theta);
-}
 
 template <>
 bool ValuesInRange(const mbot_lcm_msgs::pose2D_t& pose) {

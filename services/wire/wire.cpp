@@ -6,8 +6,11 @@
 #include <limits>
 #include <utility>
 
+#include "common/graph/pieces.hpp"
+#include "common/graph/placed_loop.hpp"
 #include "common/map/map_delta.hpp"
 #include "common/map/tile_grid.hpp"
+#include "common/match/tracking_state.hpp"
 #include "common/math/trigonometry.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/laser_scan.hpp"
@@ -22,6 +25,18 @@ constexpr double kLargestCoordinate_m = 1e6;
 constexpr double kLargestVariance = 1e12;  // of a coordinate [m2]; fits into single precision, as the page has it
 constexpr float kLongestSweep_s = 2.0f;
 constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single precision
+
+// The limits of common/ that the .lcm files state too.
+static_assert(MostOf(&bot_core::planar_lidar_t::nranges) == kMaxBeams);
+static_assert(MostOf(&sweep_t::num_beams) == kMaxBeams);
+static_assert(MostOf(&critical_rays_t::num_rays) == kMaxBeams);
+static_assert(MostOf(&keyframe_t::num_rays) == kMaxBeams);
+static_assert(MostOf(&map_tile_t::num_bytes) == kMaxRunBytes);
+static_assert(MostOf(&tracking_state_t::num_fitnesses) == TrackingState::kUsual);
+static_assert(MostOf(&tracking_state_t::num_recent) == TrackingState::kRecent);
+static_assert(MostOf(&map_pieces_t::num_pieces) == MapPieces::kMostPieces);
+static_assert(MostOf(&map_pieces_t::num_breaks) == MapPieces::kMostBreaks);
+static_assert(MostOf(&map_page_t::num_loops) == kMostPlacedLoops);
 
 bool IsShare(double value) { return value >= 0.0 && value <= 1.0; }  // false for NaN
 
@@ -100,6 +115,12 @@ bool AreFindings(const std::vector<loop_finding_t>& findings, const keyframe_id_
                      [&](const loop_finding_t& finding) { return IsFinding(finding, keyframe); });
 }
 
+bool AreConstraints(const std::vector<proximity_constraint_t>& constraints, const keyframe_id_t& keyframe) {
+  return std::all_of(constraints.begin(), constraints.end(), [&](const proximity_constraint_t& constraint) {
+    return IsKeyframe(constraint.older) && IsOlder(constraint.older, keyframe) && IsPose(constraint.T_older_this);
+  });
+}
+
 bool IsStretch(const pose_stretch_t& stretch) {
   constexpr std::int64_t kMostKeyframes = std::numeric_limits<std::int32_t>::max();
   return IsKeyframe(stretch.first) && stretch.num_poses >= 1 &&
@@ -108,7 +129,7 @@ bool IsStretch(const pose_stretch_t& stretch) {
 }
 
 bool IsPlacedLoop(const map_loop_t& loop) {
-  return IsPose(loop.T_map_older) && IsPose(loop.T_map_newer) && IsFlag(loop.taken_out) && IsFlag(loop.joins);
+  return IsPose(loop.T_map_older) && IsPose(loop.T_map_newer) && IsFlag(loop.rejected) && IsFlag(loop.joins);
 }
 
 bool IsPiece(const map_piece_t& piece) { return piece.keyframes >= 0 && piece.scans >= 0 && IsAmount(piece.way_m); }
@@ -142,6 +163,14 @@ bool AreBeamAngles(float first_rad, float step_rad, std::int32_t num_beams) {
 bool AreTimes(const std::vector<float>& times_s) {
   return std::all_of(times_s.begin(), times_s.end(), [](float time_s) {
     return std::abs(time_s) <= kLongestSweep_s;  // false for NaN
+  });
+}
+
+bool IsCellSize(double cell_size_m) { return cell_size_m >= 0.001 && cell_size_m <= 10.0; }  // false for NaN
+
+bool AreInMap(const std::vector<map_tile_t>& tiles) {
+  return std::all_of(tiles.begin(), tiles.end(), [](const map_tile_t& tile) {
+    return InMapLimits(TileIndex{tile.tile_x, tile.tile_y});
   });
 }
 
@@ -221,16 +250,17 @@ bool ValuesInRange(const tracking_state_t& message) {
 
 template <>
 bool ValuesInRange(const map_delta_t& message) {
-  const auto InLimits = [](const map_tile_t& tile) { return InMapLimits(TileIndex{tile.tile_x, tile.tile_y}); };
-  // A page repeats what was asked for: the asker may be ahead of an owner that lost its map.
-  const bool onward = message.version >= message.base_version || message.num_requests != 0;
-  return message.utime >= 0 && message.epoch != 0 && message.base_version >= 0 && message.version >= 0 && onward &&
-         message.cell_size_m >= 0.001 && message.cell_size_m <= 10.0 && message.part >= 0 &&
-         message.num_parts <= kMostParts && message.part < message.num_parts && message.next_tile >= -1 &&
-         message.next_match >= -1 && AllInRange(message.request) &&
-         std::all_of(message.tiles.begin(), message.tiles.end(), InLimits) && AllInRange(message.matches) &&
-         AllInRange(message.asked) && std::all_of(message.T_new_old.begin(), message.T_new_old.end(), IsPose) &&
-         IsTrajectory(message.trajectory) && IsFlag(message.floating) && AllInRange(message.tracking) &&
+  return message.utime >= 0 && message.epoch != 0 && message.version >= 1 && IsCellSize(message.cell_size_m) &&
+         message.part >= 0 && message.num_parts <= kMostParts && message.part < message.num_parts &&
+         AreInMap(message.tiles) && std::all_of(message.T_new_old.begin(), message.T_new_old.end(), IsPose) &&
+         IsTrajectory(message.trajectory) && IsFlag(message.floating);
+}
+
+template <>
+bool ValuesInRange(const map_page_t& message) {
+  return ValuesInRange(message.request) && message.epoch != 0 && message.version >= 0 &&
+         IsCellSize(message.cell_size_m) && message.next_tile >= -1 && message.next_match >= -1 &&
+         AreInMap(message.tiles) && AllInRange(message.matches) && AllInRange(message.tracking) &&
          std::all_of(message.loops.begin(), message.loops.end(), IsPlacedLoop) &&
          std::all_of(message.layout.begin(), message.layout.end(), IsLayout);
 }
@@ -238,23 +268,34 @@ bool ValuesInRange(const map_delta_t& message) {
 template <>
 bool ValuesInRange(const map_request_t& message) {
   return message.requester != 0 && message.question >= 0 && message.base_version >= 0 && message.first_tile >= 0 &&
-         message.first_match >= -1 && IsFlag(message.whole) && IsFlag(message.settled) && message.asked_utime >= -1 &&
+         message.first_match >= -1 && IsFlag(message.whole) && IsFlag(message.settled) &&
          (message.piece == 0 ||
           (message.whole == 1 && message.piece >= 2 && std::cmp_less_equal(message.piece, MapPieces::kMostPieces)));
 }
 
 template <>
+bool ValuesInRange(const scan_request_t& message) {
+  return message.utime >= 0 && message.requester != 0;
+}
+
+template <>
+bool ValuesInRange(const scan_answer_t& message) {
+  const auto is_of_scan = [&](const scan_match_t& match) { return match.utime == message.utime; };
+  return message.utime >= 0 && message.epoch != 0 && AllInRange(message.matches) &&
+         std::all_of(message.matches.begin(), message.matches.end(), is_of_scan);
+}
+
+template <>
 bool ValuesInRange(const keyframe_t& message) {
-  const double square = message.open_axis[0] * message.open_axis[0] + message.open_axis[1] * message.open_axis[1];
-  const bool axis_in_range = message.num_open_axes == 1 ? std::abs(square - 1.0) <= 0.01 : square == 0.0;
+  const auto& [axis_x, axis_y] = message.degenerate_axis;
+  const double square = axis_x * axis_x + axis_y * axis_y;
+  const bool axis_in_range = square == 0.0 || std::abs(square - 1.0) <= 0.01;  // false for NaN
   return message.utime >= 0 && message.epoch != 0 && IsKeyframe(message.id) && IsBefore(message.previous, message.id) &&
          (IsNone(message.last_update) || IsKeyframe(message.last_update)) &&
          AreRays(message.angle_rad, message.range_m) && IsPose(message.T_previous_this) &&
          AreWheelMotions(message.by_wheels) && IsFlag(message.after_lost) && IsFlag(message.begins_anywhere) &&
          (message.begins_anywhere == 0 || message.id.number == 0) && IsNoneOrOlder(message.as_of, message.id) &&
-         (message.num_open_axes == 0 || message.num_open_axes == 1) && axis_in_range &&
-         (message.num_ties == 0 || message.num_ties == 1) && IsNone(message.tied_to) == (message.num_ties == 0) &&
-         IsNoneOrOlder(message.tied_to, message.id) && IsPose(message.T_tied_this) && IsFlag(message.searched) &&
+         axis_in_range && AreConstraints(message.constraints, message.id) && IsFlag(message.searched) &&
          message.num_findings <= message.searched && AreFindings(message.findings, message.id);
 }
 
@@ -270,13 +311,13 @@ bool ValuesInRange(const pose_graph_t& message) {
       IsNone(message.previous) || (IsKeyframe(message.previous) && !IsOlder(message.keyframe, message.previous) &&
                                    (message.changed == 0 || IsOlder(message.previous, message.keyframe)));
   const bool constraints_in_range =
-      IsNone(message.ties_wrong_from) ||
-      (IsKeyframe(message.ties_wrong_from) && !IsOlder(message.keyframe, message.ties_wrong_from));
+      IsNone(message.constraints_wrong_from) ||
+      (IsKeyframe(message.constraints_wrong_from) && !IsOlder(message.keyframe, message.constraints_wrong_from));
   return message.utime >= 0 && message.epoch != 0 && IsKeyframe(message.keyframe) && previous_in_range &&
          IsFlag(message.changed) && message.part >= 0 && message.num_parts <= kMostParts &&
          message.part < message.num_parts && AreFindings(message.findings, message.keyframe) && constraints_in_range &&
          std::all_of(message.closed.begin(), message.closed.end(), IsLoop) &&
-         std::all_of(message.taken_out.begin(), message.taken_out.end(), IsLoop) &&
+         std::all_of(message.rejected.begin(), message.rejected.end(), IsLoop) &&
          std::all_of(message.moved.begin(), message.moved.end(), IsStretch);
 }
 

@@ -13,7 +13,7 @@
 namespace crsm {
 
 /// The members of a message in the order of the wire, as std::tuple(&T::utime, &T::num, Array(&T::values, &T::num,
-/// 99)). Each type that is to be decoded has one (a specialisation); that it is right, wire_test shows against lcm-gen.
+/// 99)). The build makes one for each type from its .lcm file: <wire_fields/PACKAGE/TYPE.hpp>.
 template <class Message>
 constexpr auto FieldsOf();
 
@@ -33,6 +33,19 @@ template <class Message, class Element, class Count>
 constexpr ArrayField<Message, Element, Count> Array(std::vector<Element> Message::*elements, Count Message::*count,
                                                     std::size_t most) {
   return {elements, count, most};
+}
+
+/// The most elements that the arrays of a count may have, as MostOf(&T::num).
+template <class Message, class Count>
+constexpr std::size_t MostOf(Count Message::*count) {
+  std::size_t most = 0;
+  const auto look = [&](const auto& field) {
+    if constexpr (requires { field.count == count; }) {
+      if (field.count == count) most = field.most;
+    }
+  };
+  std::apply([&](const auto&... fields) { (look(fields), ...); }, FieldsOf<Message>());
+  return most;
 }
 
 /// Walks over an encoded message without decoding it. Decoders that lcm-gen makes trust array counts: a hostile count

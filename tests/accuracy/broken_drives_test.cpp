@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <map>
 #include <string>
@@ -15,19 +14,11 @@
 #include "catch.hpp"
 #include "common/math/random.hpp"
 #include "common/metrics/trajectory_error.hpp"
-#include "common/slam.hpp"
-#include "services/sources/open_laser_source.hpp"
 
 namespace crsm {
 namespace {
 
 constexpr double kRight_m = 0.3;  ///< what is further off is wrong
-
-/// The scans of a simulated drive, and where they were taken.
-struct Recording {
-  std::vector<LaserScan> scans;
-  Trajectory truth;
-};
 
 /// What came of a broken drive.
 struct Pieces {
@@ -39,21 +30,11 @@ struct Pieces {
   int num_wrong_joins = 0;  ///< of them
 };
 
-Recording Record(const std::string& world, std::uint64_t seed) {
-  const auto source = OpenLaserSource(world, {seed});
-  Recording recording;
-  while (auto scan = source->Next()) {
-    recording.truth.push_back({scan->utime, source->TruePose().value()});
-    recording.scans.push_back(std::move(*scan));
-  }
-  return recording;
-}
-
 /// A drive that ends at a share of its way, and goes on at another, recorded on another day: the robot was carried, or
 /// moved while nothing was recorded. The clock goes on by `gap_us`.
 Recording Carry(const std::string& world, std::uint64_t seed, double end, double from, double to, std::int64_t gap_us) {
-  Recording broken = Record(world, seed);
-  const Recording later = Record(world, seed + 1000);
+  Recording broken = Record(world, ShippedParameters("", seed));
+  const Recording later = Record(world, ShippedParameters("", seed + 1000));
   const auto size = static_cast<double>(broken.scans.size());
   broken.scans.resize(static_cast<std::size_t>(end * size));
   broken.truth.resize(broken.scans.size());
@@ -69,33 +50,26 @@ Recording Carry(const std::string& world, std::uint64_t seed, double end, double
 }
 
 Pieces MapBroken(const Recording& recording, const Parameters& parameters) {
-  Slam slam(parameters);
-  std::vector<ScanMatch> matches;
-  for (const LaserScan& scan : recording.scans) matches.push_back(slam.Process(scan).match);
-  const KeyframeGraph graph = slam.Finalize(matches).graph;
+  const Outcome outcome = Map(recording, parameters);
   Trajectory placed;
-  for (const ScanMatch& match : matches) {
+  for (const ScanMatch& match : outcome.matches) {
     if (match.state != MatchState::kLost) placed.push_back({match.utime, match.T_map_laser});
   }
   const Trajectory aligned = Align(placed, recording.truth);
   Pieces pieces;
-  pieces.placed = static_cast<double>(placed.size()) / static_cast<double>(matches.size());
+  pieces.placed = static_cast<double>(placed.size()) / static_cast<double>(outcome.matches.size());
   pieces.error_m = EvaluateTrajectory(aligned, recording.truth).rmse_m;
-  pieces.num_trajectories = graph.num_trajectories();
+  pieces.num_trajectories = outcome.graph.num_trajectories();
   std::map<std::int64_t, Pose2> true_poses;
   for (const auto& [utime, pose] : recording.truth) true_poses[utime] = pose;
   const auto num_wrong = std::count_if(aligned.begin(), aligned.end(), [&](const auto& at) {
-    return Length(Pose2{at.T_map_laser.x_m - true_poses[at.utime].x_m, at.T_map_laser.y_m - true_poses[at.utime].y_m,
-                        0.0}) > kRight_m;
+    return Distance(at.T_map_laser, true_poses[at.utime]) > kRight_m;
   });
-  pieces.wrong = static_cast<double>(num_wrong) / static_cast<double>(matches.size());
-  for (const Loop& loop : graph.loops()) {
+  pieces.wrong = static_cast<double>(num_wrong) / static_cast<double>(outcome.matches.size());
+  for (const Loop& loop : outcome.graph.loops()) {
     if (loop.older.trajectory == loop.newer.trajectory) continue;
     ++pieces.num_joins;
-    const Pose2 truth =
-        Inverse(true_poses.at(graph.keyframe(loop.older).utime)) * true_poses.at(graph.keyframe(loop.newer).utime);
-    const Pose2 off = Inverse(truth) * loop.T_older_newer;
-    if (std::hypot(off.x_m, off.y_m) > kRightLoop_m) ++pieces.num_wrong_joins;
+    if (ErrorOf(loop, outcome.graph, recording.truth) > kRightLoop_m) ++pieces.num_wrong_joins;
   }
   return pieces;
 }
@@ -152,7 +126,7 @@ TEST_CASE("a robot that is carried to where it was not is on a map of its own") 
 }
 
 TEST_CASE("a hand before the laser at the start costs the scans that show nothing else") {
-  Recording recording = Record("sim:demo", 1);
+  Recording recording = Record("sim:demo", ShippedParameters("", 1));
   for (std::size_t i = 0; i < 2; ++i) {
     for (float& range_m : recording.scans[i].ranges_m) range_m = 0.2f;
   }

@@ -32,10 +32,8 @@ struct Tally {
 Bounds Finalize(const Tally& tally, int num_runs) {
   std::vector<double> worst_m = tally.worst_m;
   worst_m.resize(std::max(worst_m.size(), static_cast<std::size_t>(num_runs)));
-  std::sort(worst_m.begin(), worst_m.end());
-  const std::size_t half = worst_m.size() / 2;
-  const double median_m = 0.5 * (worst_m[half] + worst_m[(worst_m.size() - 1) / 2]);
-  return {worst_m.back(), median_m, tally.sum_m / num_runs, tally.lost, tally.fitness};
+  return {*std::max_element(worst_m.begin(), worst_m.end()), Median(worst_m), tally.sum_m / num_runs, tally.lost,
+          tally.fitness};
 }
 
 /// What is out of bounds, as it is said.

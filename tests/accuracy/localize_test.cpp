@@ -1,14 +1,16 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <memory>
 
 #include "accuracy/run.hpp"
 #include "catch.hpp"
+#include "common/math/random.hpp"
 #include "common/slam.hpp"
 #include "real_logs.hpp"
-#include "services/sources/open_laser_source.hpp"
 
 namespace crsm {
 namespace {
@@ -19,10 +21,7 @@ struct Building {
 };
 
 /// Scans, and where they were taken on the map of their own building.
-struct Visit {
-  std::vector<LaserScan> scans;
-  std::vector<Pose2> T_map_laser;
-};
+using Visit = Recording;
 
 /// Where the scans of one building were found on the finished map of another, or of the same.
 struct Found {
@@ -40,28 +39,16 @@ int FromEnvironment(const char* name, int usual) {
 
 /// Maps a building; returns its scans too, with the poses that they got.
 Visit MapBuilding(const Building& building, const Parameters& parameters, Slam& slam) {
-  const auto source = OpenLaserSource(building.source, {parameters.match.seed});
-  Visit visit;
-  while (auto scan = source->Next()) {
-    visit.T_map_laser.push_back(slam.Process(*scan).match.T_map_laser);
-    visit.scans.push_back(std::move(*scan));
+  Visit visit = Record(building.source, parameters);
+  visit.truth.clear();
+  for (const LaserScan& scan : visit.scans) {
+    visit.truth.push_back({scan.utime, slam.Process(scan).match.T_map_laser});
   }
   return visit;
 }
 
-/// A simulated building once more, with other noise, and the true poses.
-Visit SimulateAnotherDay(const Building& building) {
-  const auto source = OpenLaserSource(building.source, {2});
-  Visit visit;
-  while (auto scan = source->Next()) {
-    visit.T_map_laser.push_back(source->TruePose().value());
-    visit.scans.push_back(std::move(*scan));
-  }
-  return visit;
-}
-
-bool IsSamePlace(const Pose2& a, const Pose2& b) {
-  return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m) < 0.5 && std::abs(WrapAngle(a.yaw_rad - b.yaw_rad)) < 0.3;
+bool IsSamePlace(const Pose2& a, const Pose2& b, double most_m = 0.5, double most_rad = 0.3) {
+  return Distance(a, b) <= most_m && std::abs(WrapAngle(a.yaw_rad - b.yaw_rad)) <= most_rad;
 }
 
 /// Switches the robot on at some places of its way, and follows it from each for some scans.
@@ -82,7 +69,7 @@ Found Localize(Slam& slam, const Visit& visit) {
       ++found.found;
       if (was_found) ++found.kept;
       was_found = true;
-      if (!IsSamePlace(match.T_map_laser, visit.T_map_laser[i])) ++found.elsewhere;
+      if (!IsSamePlace(match.T_map_laser, visit.truth[i].T_map_laser)) ++found.elsewhere;
     }
   }
   return found;
@@ -97,7 +84,7 @@ void CheckAllPairs(const std::vector<Building>& buildings, const std::string& pr
   for (const Building& building : buildings) {
     maps.push_back(std::make_unique<Slam>(parameters));
     visits.push_back(MapBuilding(building, parameters, *maps.back()));
-    if (building.source.rfind("sim:", 0) == 0) visits.back() = SimulateAnotherDay(building);
+    if (building.source.rfind("sim:", 0) == 0) visits.back() = Record(building.source, ShippedParameters(preset, 2));
   }
   Found foreign;
   for (std::size_t map = 0; map < buildings.size(); ++map) {
@@ -144,13 +131,9 @@ TEST_CASE("a robot is followed on the map that its own scans have made", "[logs]
   constexpr std::size_t kMapped = 7000;
   constexpr std::size_t kFirst = 4000;
   constexpr std::size_t kFollowed = 1000;  // people stand in the way of some
-  const auto source = OpenLaserSource(*log, {1});
+  const std::vector<LaserScan> scans = Record(*log, ShippedParameters("sick", 1)).scans;
   Slam slam(ShippedParameters("sick", 1));
-  std::vector<LaserScan> scans;
-  while (scans.size() < kMapped) {
-    scans.push_back(source->Next().value());
-    slam.Process(scans.back());
-  }
+  for (std::size_t i = 0; i < kMapped; ++i) slam.Process(scans[i]);
   slam.AwaitLoops();
   slam.FinishMap();
   std::size_t num_found = 0;
@@ -158,6 +141,120 @@ TEST_CASE("a robot is followed on the map that its own scans have made", "[logs]
     num_found += slam.Process(scans[kFirst + i]).match.state != MatchState::kLost;
   }
   CHECK(num_found >= kFollowed - 10);
+}
+
+namespace {
+
+/// What became of scans that were localised on a finished map.
+struct Localized {
+  std::vector<ScanMatch> matches;
+  double longest_ms = 0.0;  ///< of a scan
+};
+
+Localized LocalizeAll(Slam& slam, std::span<const LaserScan> scans, Localized localized = {}) {
+  for (const LaserScan& scan : scans) {
+    const auto begin = std::chrono::steady_clock::now();
+    localized.matches.push_back(slam.Process(scan).match);
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
+    localized.longest_ms = std::max(localized.longest_ms, took.count());
+  }
+  return localized;
+}
+
+/// A robot is switched on at places of a visit: the first scan that is not lost is the answer, and has to be right.
+/// Places are drawn, of those that are given.
+void CheckSwitchedOn(const std::string& name, Slam& slam, const Visit& visit, const std::vector<std::size_t>& places,
+                     int num_starts) {
+  Random random(1);
+  int num_right = 0;
+  std::vector<double> waits, times_ms;
+  for (int i = 0; i < num_starts; ++i) {
+    const std::size_t start = places[random.Next() % places.size()];
+    slam.FinishMap();
+    const auto [matches, longest_ms] = LocalizeAll(slam, std::span(visit.scans).subspan(start, 200));
+    times_ms.push_back(longest_ms);
+    const auto found = std::find_if(matches.begin(), matches.end(),
+                                    [](const ScanMatch& match) { return match.state != MatchState::kLost; });
+    if (found == matches.end()) continue;
+    const auto after = static_cast<std::size_t>(found - matches.begin());
+    waits.push_back(static_cast<double>(after) + 1.0);
+    num_right += IsSamePlace(found->T_map_laser, visit.truth[start + after].T_map_laser, 0.3, 0.175);
+  }
+  const auto num_found = static_cast<int>(waits.size());
+  fmt::print(
+      "{}: {} of {} right, {} wrong, {} not found within 200 scans; found after {} scans (median), {} at most; the "
+      "search takes {:.0f} ms (median), {:.0f} ms at most\n",
+      name, num_right, num_starts, num_found - num_right, num_starts - num_found, Median(waits),
+      *std::max_element(waits.begin(), waits.end()), Median(times_ms),
+      *std::max_element(times_ms.begin(), times_ms.end()));
+  CHECK(30 * num_right >= 28 * num_starts);
+}
+
+/// A robot that knows where it is, and the next moment is elsewhere: at the end of 200 scans it knows that.
+void CheckCarried(const std::string& name, Slam& slam, const Visit& visit, int num_times) {
+  Random random(1);
+  int num_right = 0;
+  std::vector<double> lost;
+  for (int i = 0; i < num_times; ++i) {
+    const auto Place = [&] { return static_cast<std::size_t>(random.Next() % (visit.scans.size() - 200)); };
+    const std::size_t before = Place();
+    const std::size_t after = Place();
+    slam.FinishMap();
+    const auto scans = std::span(visit.scans);
+    const Localized localized =
+        LocalizeAll(slam, scans.subspan(after, 200), LocalizeAll(slam, scans.subspan(before, 50)));
+    num_right += IsSamePlace(localized.matches.back().T_map_laser, visit.truth[after + 199].T_map_laser, 0.3, 0.175);
+    lost.push_back(
+        static_cast<double>(std::count_if(localized.matches.begin() + 50, localized.matches.end(),
+                                          [](const ScanMatch& match) { return match.state == MatchState::kLost; })));
+  }
+  fmt::print("{}: carried away {} times, found again {} times, after {} lost scans (median), {} at most\n", name,
+             num_times, num_right, Median(lost), *std::max_element(lost.begin(), lost.end()));
+  CHECK(10 * num_right >= 8 * num_times);
+}
+
+std::vector<std::size_t> PlacesUpTo(std::size_t first, std::size_t end) {
+  std::vector<std::size_t> places;
+  for (std::size_t i = first; i < end; ++i) places.push_back(i);
+  return places;
+}
+
+}  // namespace
+
+TEST_CASE("localize", "[.][fault][localize]") {
+  const char* effort = std::getenv("CRSM_FAULT_EFFORT");
+  const bool quick = effort && effort == std::string("quick");
+  {
+    // A simulated building on another day: other noise.
+    const Parameters parameters = ShippedParameters("", 1);
+    Slam slam(parameters);
+    MapBuilding({"demo", "sim:demo"}, parameters, slam);
+    slam.AwaitLoops();
+    const Visit visit = Record("sim:demo", ShippedParameters("", 2));
+    CheckSwitchedOn("sim:demo", slam, visit, PlacesUpTo(0, visit.scans.size() - 200), quick ? 10 : 30);
+    const std::vector<std::uint8_t> cells = slam.map().ToDenseGrid().cells;
+    CheckCarried("sim:demo", slam, visit, quick ? 3 : 10);
+    CHECK((slam.map().ToDenseGrid().cells == cells));
+  }
+  // A real one: the map is made of the first 60 % of the log, and the robot is switched on in the rest, where it has
+  // been before. The poses of the whole log, mapped in one run, tell where that is.
+  const auto log = FindRealLog("radish/intel.clf.gz");
+  if (!log) return;
+  const Parameters parameters = ShippedParameters("sick", 1);
+  Visit visit = Record(*log, parameters);
+  for (const ScanMatch& match : Map(visit, parameters).matches) visit.truth.push_back({match.utime, match.T_map_laser});
+  const std::size_t end = visit.scans.size() * 6 / 10;
+  Slam slam(parameters);
+  for (std::size_t i = 0; i < end; ++i) slam.Process(visit.scans[i]);
+  slam.AwaitLoops();
+  std::vector<std::size_t> places = PlacesUpTo(end, visit.scans.size() - 200);
+  std::erase_if(places, [&](std::size_t place) {
+    for (std::size_t i = 0; i < end; i += 10) {
+      if (IsSamePlace(visit.truth[i].T_map_laser, visit.truth[place].T_map_laser, 0.5, 0.5)) return false;
+    }
+    return true;
+  });
+  CheckSwitchedOn("intel", slam, visit, places, quick ? 10 : 30);
 }
 
 }  // namespace crsm

@@ -3,15 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <map>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "common/metrics/relations.hpp"
 #include "common/metrics/trajectory_error.hpp"
-#include "common/slam.hpp"
 #include "cpu_seconds.hpp"
 #include "services/settings/command_line.hpp"
 #include "services/sources/open_laser_source.hpp"
@@ -37,27 +34,54 @@ Outcome Summarize(const std::vector<ScanMatch>& matches) {
   return outcome;
 }
 
+Trajectory TrajectoryOf(const Outcome& outcome) {
+  Trajectory trajectory;
+  for (const ScanMatch& match : outcome.matches) trajectory.push_back({match.utime, match.T_map_laser});
+  return trajectory;
+}
+
 /// Loops move poses; and they are right or wrong themselves.
-void PutRight(Slam& slam, const Trajectory& truth, std::vector<ScanMatch>& matches, Outcome& outcome) {
-  const Slam::Outcome put_right = slam.Finalize(matches);
-  outcome.num_loops = static_cast<int>(put_right.graph.loops().size());
-  std::map<std::int64_t, Pose2> true_poses;
-  for (const auto& [utime, pose] : truth) true_poses[utime] = pose;
-  if (true_poses.empty()) return;
-  for (const Loop& loop : put_right.graph.loops()) {
-    const Pose2& older = true_poses.at(put_right.graph.keyframe(loop.older).utime);
-    const Pose2& newer = true_poses.at(put_right.graph.keyframe(loop.newer).utime);
-    const Pose2 error = Inverse(Inverse(older) * newer) * loop.T_older_newer;
-    outcome.worst_loop_m = std::max(outcome.worst_loop_m, std::hypot(error.x_m, error.y_m));
+void CloseLoops(Slam& slam, const Trajectory& truth, Outcome& outcome) {
+  Slam::Outcome closed = slam.Finalize(outcome.matches);
+  outcome.map = std::make_shared<ByteMap>(std::move(closed.map));
+  outcome.graph = std::move(closed.graph);
+  for (const Loop& loop : outcome.graph.loops()) {
+    outcome.worst_loop_m = std::max(outcome.worst_loop_m, ErrorOf(loop, outcome.graph, truth).value_or(0.0));
   }
 }
 
 }  // namespace
 
+std::optional<double> ErrorOf(const Loop& loop, const KeyframeGraph& graph, const Trajectory& truth) {
+  const auto TruePose = [&](KeyframeId id) {
+    const std::int64_t utime = graph.keyframe(id).utime;
+    return std::find_if(truth.begin(), truth.end(), [&](const StampedPose& at) { return at.utime == utime; });
+  };
+  const auto older = TruePose(loop.older);
+  const auto newer = TruePose(loop.newer);
+  if (older == truth.end() || newer == truth.end()) return std::nullopt;
+  return Length(Inverse(Inverse(older->T_map_laser) * newer->T_map_laser) * loop.T_older_newer);
+}
+
+Recording Record(LaserSource& source, int every) {
+  Recording recording;
+  for (int i = 0; auto scan = source.Next(); ++i) {
+    if (i % every != 0) continue;
+    if (const auto T_start_laser = source.TruePose()) recording.truth.push_back({scan->utime, *T_start_laser});
+    recording.odometry.push_back(source.Odometry());
+    recording.scans.push_back(std::move(*scan));
+  }
+  return recording;
+}
+
+Recording Record(const std::string& source, const Parameters& parameters, int every) {
+  return Record(*OpenLaserSource(source, {parameters.match.seed}), every);
+}
+
 Parameters ShippedParameters(const std::string& preset, std::uint64_t seed, const std::vector<std::string>& flags) {
   using enum ParameterGroup;
-  CommandLine command_line("accuracy_tests", "", {kSeed, kOdometry, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops},
-                           {});
+  CommandLine command_line("accuracy_tests", "",
+                           {kSeed, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops, kAlgorithm}, {});
   const std::string seed_text = std::to_string(seed);
   std::vector<const char*> arguments{"accuracy_tests", "--seed", seed_text.c_str()};
   if (!preset.empty()) arguments.insert(arguments.end(), {"--preset", preset.c_str()});
@@ -68,37 +92,55 @@ Parameters ShippedParameters(const std::string& preset, std::uint64_t seed, cons
   return command_line.parameters();
 }
 
-Outcome Map(const Drive& drive, const Parameters& parameters) {
-  const auto source = OpenLaserSource(drive.source, {parameters.match.seed, {}, parameters.scan});
-  Slam slam(parameters);
+Outcome Map(const Recording& recording, const Parameters& parameters,
+            const std::function<void(const Slam::Step&)>& look) {
+  const auto slam_owner = std::make_shared<Slam>(parameters);
+  Slam& slam = *slam_owner;
   std::vector<ScanMatch> matches;
   std::vector<double> cpu_s;
-  Trajectory truth;
-  for (int i = 0; const auto scan = source->Next(); ++i) {
-    if (i % drive.every != 0) continue;
+  for (std::size_t i = 0; i < recording.scans.size(); ++i) {
     const double start_s = CpuSeconds();
-    matches.push_back(slam.Process(*scan).match);
+    const bool has_odometry = recording.uses_odometry && i < recording.odometry.size();
+    const Slam::Step step = slam.Process(recording.scans[i], has_odometry ? recording.odometry[i] : std::nullopt);
     cpu_s.push_back(CpuSeconds() - start_s);
-    if (const auto T_start_laser = source->TruePose()) truth.push_back({scan->utime, *T_start_laser});
+    matches.push_back(step.match);
+    if (look) look(step);
   }
   Outcome outcome = Summarize(matches);
   outcome.cpu_s = std::move(cpu_s);
-  if (slam.closes_loops()) PutRight(slam, truth, matches, outcome);
-  Trajectory trajectory;
-  for (const ScanMatch& match : matches) trajectory.push_back({match.utime, match.T_map_laser});
-  if (!truth.empty()) {
-    const TrajectoryError error = EvaluateTrajectory(trajectory, truth);
+  outcome.matches = std::move(matches);
+  if (slam.closes_loops()) {
+    CloseLoops(slam, recording.truth, outcome);
+  } else {
+    outcome.map = {slam_owner, &slam.map()};
+  }
+  if (!recording.truth.empty()) {
+    const Trajectory trajectory = TrajectoryOf(outcome);
+    const TrajectoryError error = EvaluateTrajectory(trajectory, recording.truth);
     outcome.worst_m = error.max_m;
     outcome.error_m = error.rmse_m;
-    outcome.aligned_m = EvaluateTrajectory(Align(trajectory, truth), truth).rmse_m;
-  }
-  if (!drive.relations.empty()) {
-    const ErrorStatistics errors =
-        EvaluateRelations(ReadRelations(drive.relations), trajectory, drive.T_robot_laser).translation_m;
-    outcome.worst_m = errors.max;
-    outcome.error_m = errors.mean;
+    outcome.aligned_m = EvaluateTrajectory(Align(trajectory, recording.truth), recording.truth).rmse_m;
   }
   return outcome;
+}
+
+Outcome Map(const Drive& drive, const Recording& recording, const Parameters& parameters) {
+  Outcome outcome = Map(recording, parameters);
+  if (drive.relations.empty()) return outcome;
+  const ErrorStatistics errors =
+      EvaluateRelations(ReadRelations(drive.relations), TrajectoryOf(outcome), drive.T_robot_laser).translation_m;
+  outcome.worst_m = errors.max;
+  outcome.error_m = errors.mean;
+  return outcome;
+}
+
+Outcome Map(const Drive& drive, const Parameters& parameters) {
+  return Map(drive, Record(drive.source, parameters, drive.every), parameters);
+}
+
+double Median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return 0.5 * (values[values.size() / 2] + values[(values.size() - 1) / 2]);
 }
 
 }  // namespace crsm

@@ -1,13 +1,34 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "common/logs/laser_source.hpp"
 #include "common/math/pose2.hpp"
+#include "common/metrics/trajectory.hpp"
 #include "common/parameters.hpp"
+#include "common/slam.hpp"
 
 namespace crsm {
+
+// The harness of all runs with a truth: a recording of a simulated world or a real log is mapped in this process.
+
+/// All that a source gives.
+struct Recording {
+  std::vector<LaserScan> scans;
+  std::vector<std::optional<Pose2>> odometry;  ///< T_odom_robot of each scan; what is missing is none
+  bool uses_odometry = false;                  ///< whether a map is made with it
+  Trajectory truth;                            ///< of a simulated world
+};
+
+/// One scan in `every`.
+Recording Record(LaserSource& source, int every = 1);
+/// With the parameters' seed. Throws std::runtime_error if the source cannot be read.
+Recording Record(const std::string& source, const Parameters& parameters, int every = 1);
 
 /// A way through a building: a simulated world or a real log.
 struct Drive {
@@ -30,16 +51,29 @@ struct Outcome {
   double aligned_m = 0.0;     ///< simulated: as error_m, once the path is aligned with the true one
   double lost = 0.0;          ///< share of the scans
   double mean_fitness = 0.0;  ///< of the scans that were matched
-  int num_loops = 0;          ///< closed
   double worst_loop_m = 0.0;  ///< simulated: how far a loop is from the truth, at most
   std::vector<double> cpu_s;  ///< of each scan, without the search for loops
+  std::vector<ScanMatch> matches;  ///< where loops have moved them to
+  std::shared_ptr<const ByteMap> map;
+  KeyframeGraph graph;
 };
+
+/// How far a loop is from the truth [m]; nothing where that is not known.
+std::optional<double> ErrorOf(const Loop& loop, const KeyframeGraph& graph, const Trajectory& truth);
 
 /// The parameters of a program that was started with this preset and seed, and no flags but these. Throws
 /// std::runtime_error if there is no such preset or flag.
 Parameters ShippedParameters(const std::string& preset, std::uint64_t seed, const std::vector<std::string>& flags = {});
 
-/// Maps the drive in this process. Throws std::runtime_error if the source or the relations cannot be read.
+/// Maps a recording. look: called after each scan.
+Outcome Map(const Recording& recording, const Parameters& parameters,
+            const std::function<void(const Slam::Step&)>& look = {});
+
+/// Maps what was recorded on a drive. Throws std::runtime_error if its relations cannot be read.
+Outcome Map(const Drive& drive, const Recording& recording, const Parameters& parameters);
+/// Throws std::runtime_error if the files of the drive cannot be read.
 Outcome Map(const Drive& drive, const Parameters& parameters);
+
+double Median(std::vector<double> values);
 
 }  // namespace crsm

@@ -77,11 +77,11 @@ std::vector<std::string> WaysToSpoil() {
   return names;
 }
 
-std::vector<LaserScan> Spoil(std::vector<LaserScan> scans, const std::string& way) {
+Recording Spoil(Recording recording, const std::string& way) {
   const auto found = Ways().find(way);
   if (found == Ways().end()) throw std::invalid_argument("no way to spoil scans: " + way);
-  found->second(scans);
-  return scans;
+  found->second(recording.scans);
+  return recording;
 }
 
 }  // namespace crsm

@@ -8,32 +8,21 @@
 #include "accuracy/run.hpp"
 #include "accuracy/spoil.hpp"
 #include "catch.hpp"
-#include "common/slam.hpp"
 #include "real_logs.hpp"
-#include "services/sources/open_laser_source.hpp"
 
 namespace crsm {
 namespace {
 
-std::vector<LaserScan> ReadScans(const std::string& source, std::uint64_t seed) {
-  const auto opened = OpenLaserSource(source, {seed});
-  std::vector<LaserScan> scans;
-  while (auto scan = opened->Next()) scans.push_back(std::move(*scan));
-  return scans;
-}
-
-/// Maps scans, prints a line of the table, and returns the verdict.
-/// Of a map as scans are matched to it: where loops are closed is not judged here.
-Verdict JudgeMapOf(const std::string& name, const std::vector<LaserScan>& scans, Parameters parameters) {
+/// Maps a recording, prints a line of the table, and returns the verdict. Of a map as scans are matched to it: where
+/// loops are closed is not judged here.
+Verdict JudgeMapOf(const std::string& name, const Recording& recording, Parameters parameters) {
   parameters.loops.loops = false;
-  Slam slam(parameters);
   RunStatistics statistics;
-  for (const LaserScan& scan : scans) {
-    const Slam::Step step = slam.Process(scan);
-    statistics.Add(scan.utime, step.scan.rays);
+  const Outcome outcome = Map(recording, parameters, [&](const Slam::Step& step) {
+    statistics.Add(step.scan.utime, step.scan.rays);
     statistics.Add(step.match);
-  }
-  const Verdict verdict = Judge(statistics, slam.map());
+  });
+  const Verdict verdict = Judge(statistics, *outcome.map);
   const auto& values = verdict.values;
   fmt::print("{:<34} {:<9} scans {:>5}  lost {:>5}  degenerate {:>5}  fitness {:.2f}  agreement {:.2f}  far {:>4}\n",
              name, Name(verdict.trust), values.scans, values.lost, values.degenerate, values.mean_fitness,
@@ -44,22 +33,24 @@ Verdict JudgeMapOf(const std::string& name, const std::vector<LaserScan>& scans,
 
 void CheckGood(const std::string& name, const std::string& source, const std::string& preset, std::uint64_t seed) {
   INFO(name);
-  CHECK(JudgeMapOf(name, ReadScans(source, seed), ShippedParameters(preset, seed)).trust == Trust::kGood);
+  const Parameters parameters = ShippedParameters(preset, seed);
+  CHECK(JudgeMapOf(name, Record(source, parameters), parameters).trust == Trust::kGood);
 }
 
 void CheckDoubtful(const std::string& name, const std::string& source, const std::string& preset) {
   INFO(name);
-  CHECK(JudgeMapOf(name, ReadScans(source, 1), ShippedParameters(preset, 1)).trust == Trust::kDoubtful);
+  const Parameters parameters = ShippedParameters(preset, 1);
+  CHECK(JudgeMapOf(name, Record(source, parameters), parameters).trust == Trust::kDoubtful);
 }
 
 void CheckBad(const std::string& name, const std::string& source, const std::string& preset,
               const std::vector<std::string>& ways) {
   const Parameters parameters = ShippedParameters(preset, 1);
-  const std::vector<LaserScan> scans = ReadScans(source, 1);
+  const Recording recording = Record(source, parameters);
   for (const std::string& way : ways) {
     const std::string title = fmt::format("{}, {}", name, way);
     INFO(title);
-    const Verdict verdict = JudgeMapOf(title, Spoil(scans, way), parameters);
+    const Verdict verdict = JudgeMapOf(title, Spoil(recording, way), parameters);
     CHECK(verdict.trust == Trust::kBad);
     CHECK(!verdict.warnings.empty());
   }

@@ -11,13 +11,14 @@ namespace {
 
 constexpr int kBeams = 1080;
 constexpr double kRoomPitch_m = 8.0;
+constexpr double kCell_m = 0.05;
 const Pose2 kPose{0.13, -0.08, 0.05};
 
-Parameters BenchParameters(int num_evaluations) {
-  Parameters parameters = TestParameters();
-  parameters.match.num_evaluations = num_evaluations;
-  parameters.match.final_climb = false;  // so that evaluations are those asked for
-  return parameters;
+MatchConstants BenchConstants(int num_evaluations) {
+  MatchConstants constants;
+  constants.search.num_evaluations = num_evaluations;
+  constants.search.highest = 10.0;  // never reached: all evaluations are spent
+  return constants;
 }
 
 ByteMap PaintRoom() { return PaintMap(-2, 1, RoomByte); }
@@ -25,12 +26,11 @@ ByteMap PaintRoom() { return PaintMap(-2, 1, RoomByte); }
 }  // namespace
 
 Site::Site(int num_rooms, int num_evaluations)
-    : parameters_(BenchParameters(num_evaluations)),
-      matcher_(parameters_.match, parameters_.update.cell_size_m),
-      updater_(parameters_.update),
-      map_(parameters_.update.cell_size_m, parameters_.match.unexplored_score, parameters_.match.interpolate),
+    : matcher_({}, kCell_m, BenchConstants(num_evaluations)),
+      updater_(TestParameters().update),
+      map_(kCell_m),
       scan_(ScanRoom(kPose, 1, kBeams)),
-      rays_(AllRays(scan_, parameters_.scan)) {
+      rays_(AllRays(scan_)) {
   constexpr int kRoomsInRow = 16;
   for (int room = 0; room < num_rooms; ++room) {
     ScanMatch match;
@@ -42,7 +42,7 @@ Site::Site(int num_rooms, int num_evaluations)
   }
 }
 
-RaySelection Site::Select() const { return SelectRays(rays_.rays, parameters_.selection); }
+std::vector<int> Site::Select() const { return SelectRays(rays_.rays, SelectionParameters{}.rays_max); }
 
 ScanMatch Site::Match(int num_rays) const {
   return matcher_.Match({scan_.utime, rays_.rays, PickIndices(num_rays)}, After({ScanMatch{}}), {});

@@ -14,11 +14,11 @@ namespace crsm::bench {
 /// which the work for one scan stays the same.
 class Site {
  public:
-  /// num_rooms: >= 1. num_evaluations: spent on every match, no more and no fewer.
+  /// num_rooms: >= 1. num_evaluations: spent on the search of every match, no more and no fewer.
   Site(int num_rooms, int num_evaluations);
 
   /// What the pipeline does for one scan, each step alone. All at a pose a little off the origin.
-  RaySelection Select() const;
+  std::vector<int> Select() const;
   ScanMatch Match(int num_rays) const;
   MapDelta Update();
   double Evaluate(const RaysInCells& rays) const;
@@ -35,7 +35,6 @@ class Site {
  private:
   std::vector<int> PickIndices(int num_rays) const;
 
-  Parameters parameters_;
   RrhcMatcher matcher_;
   MapUpdater updater_;
   ScoredMap map_;

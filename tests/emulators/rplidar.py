@@ -5,7 +5,7 @@ import struct
 
 from emulator import Emulator
 
-SAMPLE_US = 500
+SAMPLE_US = 508
 
 
 class Rplidar(Emulator):

@@ -11,8 +11,8 @@ import re
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent / "fault"))
-from faults import BIN, PROJECT, Program, await_condition, bus_url, check, run, run_offline, summary
+sys.path.insert(0, str(HERE.parent))
+from programs import BIN, PROJECT, Program, await_condition, bus_url, check, run, run_offline, summary
 
 EXAMPLES = PROJECT / "scripts/examples"
 sys.path.insert(0, str(EXAMPLES))

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "tests/experiments/paper_figures.hpp"
+#include "tests/experiments/setup.hpp"
 
 namespace crsm {
 namespace {
@@ -236,7 +237,7 @@ void DrawMatches(Page& page, const Outcomes& outcomes) {
 void WriteAblation(Page& page) {
   page.Add("### One thing at a time\n");
   page.Add(
-      "ATE [m], median (worst) of {} seeds. Left of each pair: the paper profile with one setting of the default "
+      "ATE [m], median (worst) of {} seeds. Left of each pair: the paper profile with one part of the default "
       "profile put in. Right: the default profile with it taken out. The velocity model is in both, and is taken "
       "out of both; since the simulated robot drives at constant speed, it flatters them.\n",
       page.plan().num_ablation_seeds());
@@ -254,8 +255,7 @@ void WriteAblation(Page& page) {
     page.Add("| {} |{}", title, cells);
   };
   Row("the profiles as they are", "");
-  for (const Change& change : kChanges)
-    Row(change.name == "velocity model" ? "no velocity model" : change.name, change.name);
+  for (const std::string& change : kChanges) Row(change == "velocity model" ? "no velocity model" : change, change);
   page.Add("");
   const auto Sum = [&](const std::string& profile, const std::string& changed) {
     double sum = 0.0;
@@ -268,20 +268,18 @@ void WriteAblation(Page& page) {
   };
   const double paper_m = Sum("paper", "");
   const double default_m = Sum("default", "");
-  const std::string both = "walls joined and final climb";
   std::string most_helpful;
   std::string most_missed;
   double least_m = paper_m;
   double most_m = default_m;
-  for (const Change& change : kChanges) {
-    if (change.name == both) continue;
-    if (change.name != "velocity model" && Sum("paper", change.name) < least_m) {
-      least_m = Sum("paper", change.name);
-      most_helpful = change.name;
+  for (const std::string& change : kChanges) {
+    if (change != "velocity model" && Sum("paper", change) < least_m) {
+      least_m = Sum("paper", change);
+      most_helpful = change;
     }
-    if (Sum("default", change.name) > most_m) {
-      most_m = Sum("default", change.name);
-      most_missed = change.name;
+    if (Sum("default", change) > most_m) {
+      most_m = Sum("default", change);
+      most_missed = change;
     }
   }
   if (most_helpful.empty() || most_missed.empty()) return;
@@ -341,9 +339,9 @@ void WriteClaims(Page& page) {
         return worst ? spread.worst : spread.median;
       };
     };
-    const SelectionParameters band = ParametersOf(Standard(page, "env1", profile)).selection;
+    const Band band = BandOf(profile);
     all.push_back({Ours(&Outcome::omse_px2, true), Ours(&Outcome::cmse_px2, true), Ours(&Outcome::cpu_ms, false),
-                   Ours(&Outcome::rays, false), band.rays_min, band.rays_max});
+                   Ours(&Outcome::rays, false), band.low, band.high});
   }
   const auto Row = [&](const std::string& claim, const std::function<std::string(const Judged&)>& judge) {
     std::string cells;

@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/match/rrhc_matcher.hpp"
+#include "common/match/default_matcher.hpp"
 #include "common/match/scored_map.hpp"
 #include "common/math/random.hpp"
 #include "common/slam.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "tests/experiments/outcome.hpp"
+#include "tests/experiments/setup.hpp"
 
 namespace crsm {
 namespace {
@@ -16,9 +17,7 @@ namespace {
 /// Adds up what single matches show.
 class Matches {
  public:
-  explicit Matches(const Parameters& parameters)
-      : parameters_(parameters),
-        map_(parameters.update.cell_size_m, parameters.match.unexplored_score, parameters.match.interpolate) {}
+  Matches(double cell_size_m, const ScoreRules& rules) : map_(cell_size_m, rules) {}
 
   void Apply(const std::vector<TileChange>& changes) { map_.Apply(changes); }
 
@@ -70,7 +69,7 @@ class Matches {
   template <class Fitness>
   void Draw(Fitness&& fitness, const Pose2& last, double last_fitness, std::uint64_t stream) {
     constexpr int kDraws = 20000;
-    const MatchParameters& match = parameters_.match;
+    const PaperMatchConstants match;  // ours has the same window
     Random random(1, stream);
     for (int i = 0; i < kDraws; ++i) {
       const double dx_m = random.Uniform(-match.window_m, match.window_m);
@@ -81,7 +80,6 @@ class Matches {
     draws_ += kDraws;
   }
 
-  const Parameters& parameters_;
   ScoredMap map_;
   Outcome outcome_;
   double num_ = 0.0;
@@ -99,18 +97,20 @@ class Matches {
 }  // namespace
 
 Outcome MeasureMatches(const Run& run) {
-  const Parameters parameters = ParametersOf(run);
+  const auto& [parameters, parts, constants] = SetUp(run);
   const auto source = OpenLaserSource("sim:" + run.source, {static_cast<std::uint64_t>(run.seed)});
-  RaySelector selector(parameters);
-  RrhcMatcher matcher(parameters.match, parameters.update.cell_size_m);
-  MapUpdater updater(parameters.update);
-  Matches matches(parameters);
+  const double cell_size_m = parameters.update.cell_size_m;
+  RaySelector selector(parameters.scan, parts.select ? parts.select : DefaultSelection(parameters));
+  const auto matcher = DefaultMatcher(parameters, constants.match, constants.paper_match)(cell_size_m);
+  MapUpdater updater({parameters.update, constants.drawing, constants.paper_drawing});
+  const bool is_paper = run.profile == "paper";
+  Matches matches(cell_size_m, is_paper ? ScoreRules{constants.paper_match.unexplored_score, false} : ScoreRules{});
   TrackingState tracking;
   Pose2 T_map_laser_before;  // the true one of the scan before
   while (const auto scan = source->Next()) {
     const Pose2 T_map_laser = *source->TruePose();
     const CriticalRays rays = selector.Select(*scan);
-    ScanMatch match = matcher.Match(rays, tracking, {});
+    ScanMatch match = matcher->Match(rays, tracking, {});
     if (!tracking.empty()) {
       const Pose2& last = tracking.recent().back().T_map_laser;
       const Pose2 truth = last * (Inverse(T_map_laser_before) * T_map_laser);
@@ -122,7 +122,7 @@ Outcome MeasureMatches(const Run& run) {
       if (!tracking.empty()) match.state = MatchState::kOk;
     }
     const MapDelta delta = updater.Update(rays, match);
-    matcher.Apply(delta.tiles);
+    matcher->Apply(delta.tiles);
     matches.Apply(delta.tiles);
     tracking.Add(match);
   }

@@ -11,23 +11,11 @@
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "common/slam.hpp"
-#include "services/settings/command_line.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "tests/cpu_seconds.hpp"
+#include "tests/experiments/setup.hpp"
 
 namespace crsm {
-
-Parameters ParametersOf(const Run& run) {
-  using enum ParameterGroup;
-  CommandLine command_line("experiments", "", {kSeed, kScan, kSelection, kMatch, kUpdate}, {});
-  const std::vector<std::string> flags = FlagsOf(run);
-  std::vector<const char*> arguments = {"experiments"};
-  for (const std::string& flag : flags) arguments.push_back(flag.c_str());
-  if (command_line.Parse(static_cast<int>(arguments.size()), arguments.data())) {
-    throw std::runtime_error(fmt::format("{}: slam_offline would not take these flags", NameOf(run)));
-  }
-  return command_line.parameters();
-}
 
 namespace {
 
@@ -64,11 +52,11 @@ void CompareWithWorld(const Results& results, const Trajectory& trajectory, cons
 
 Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::filesystem::path& folder) {
   if (run.measured != Measured::kRun) return MeasureMatches(run);
-  const Parameters parameters = ParametersOf(run);
+  const Setup setup = SetUp(run);
   const bool simulated = run.source.starts_with("env");
   const auto source =
       OpenLaserSource(simulated ? "sim:" + run.source : LogOf(run, radish), {static_cast<std::uint64_t>(run.seed)});
-  Slam slam(parameters);
+  Slam slam(setup.parameters, setup.parts, setup.constants);
   Results results;
   std::vector<ScanMatch> matches;
   Outcome outcome;
@@ -83,7 +71,7 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
     if (const auto T_map_laser = source->TruePose()) results.truth.push_back({scan->utime, *T_map_laser});
     rays += match.num_critical;
     evaluations += match.evaluations;
-    const int bin = (match.best_evaluation - 1) * kNumBins / parameters.match.num_evaluations;
+    const int bin = (match.best_evaluation - 1) * kNumBins / run.num_evaluations;
     if (match.best_evaluation > 0) ++outcome.bins.at(static_cast<std::size_t>(std::min(bin, kNumBins - 1)));
     matches.push_back(match);
     results.last_scan = step.scan;
@@ -94,7 +82,7 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
   for (const ScanMatch& match : matches) trajectory.push_back({match.utime, match.T_map_laser});
   results.matches = matches;
   Summary summary = Summarize(results.matches, results.grid);
-  summary.parameters["slam_offline"] = ListParameters(parameters);
+  summary.parameters["slam_offline"] = ListParameters(setup.parameters);
   results.summary_json = FormatSummary(summary);
 
   outcome.scans = static_cast<double>(summary.scans);

@@ -77,9 +77,6 @@ void VisitFigures(AnyOutcome& o, Visitor&& visit) {
   for (auto& scans : o.bins) visit(("bin_" + std::to_string(bin++)).c_str(), scans);
 }
 
-/// The parameters of a run: its profile, its preset and its own flags.
-Parameters ParametersOf(const Run& run);
-
 /// Runs it, or its single matches. Leaves its pictures, map and trajectory in `folder` if that is not empty.
 /// `radish`: the folder of the logs, LOG.clf or LOG.clf.gz, and their LOG.relations.
 Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::filesystem::path& folder);

@@ -7,35 +7,6 @@
 
 namespace crsm {
 
-const std::vector<Change> kChanges = {
-    {"velocity model", {"--no-velocity-model"}, {"--no-velocity-model"}},
-    {"walls joined between hits", {"--join-hits"}, {"--no-join-hits"}},
-    {"shrinking climb", {"--climb", "shrinking"}, {"--climb", "fixed"}},
-    {"final climb", {"--final-climb", "--spacing-cap-m", "0.1"}, {"--no-final-climb"}},
-    {"interpolation", {"--interpolate"}, {"--no-interpolate"}},
-    {"unexplored scores 0", {"--unexplored-score", "0"}, {"--unexplored-score", "-100"}},
-    {"motion prior", {"--pull-per-m2", "0.5"}, {"--pull-per-m2", "0"}},
-    {"look along corridors", {"--axis-window-m", "1"}, {"--axis-window-m", "0"}},
-    {"sparse updates",
-     {"--update-distance-m", "0.2", "--update-angle-rad", "0.17"},
-     {"--update-distance-m", "0", "--update-angle-rad", "0"}},
-    {"early stop and lost scans",
-     {"--good-ratio", "0.95", "--lost-ratio", "0.75"},
-     {"--good-ratio", "100", "--lost-ratio", "0"}},
-    {"60 to 90 rays",
-     {"--rays-min", "60", "--rays-max", "90", "--gap-threshold-rays", "10", "--density-scale-mode", "scan",
-      "--limit-edges"},
-     {"--rays-min", "30", "--rays-max", "50", "--gap-threshold-rays", "25", "--density-scale-mode", "previous",
-      "--no-limit-edges"}},
-    {"first update intense", {"--first-intensity", "0.6"}, {"--first-intensity", "0"}},
-    {"intensity from 0.04 to 0.2",
-     {"--intensity-min", "0.04", "--intensity-max", "0.2"},
-     {"--intensity-min", "0", "--intensity-max", "1"}},
-    {"obstacles six times as intense", {"--occupied-density", "6"}, {"--occupied-density", "2"}},
-    {"walls joined and final climb",
-     {"--join-hits", "--final-climb", "--spacing-cap-m", "0.1"},
-     {"--no-join-hits", "--no-final-climb"}}};
-
 bool Plan::Has(const std::string& experiment) const {
   return std::find(experiments.begin(), experiments.end(), experiment) != experiments.end();
 }
@@ -48,28 +19,6 @@ std::string NameOf(const Run& run) {
   if (!run.changed.empty()) name += "_" + run.changed;
   std::replace(name.begin(), name.end(), ' ', '-');
   return name;
-}
-
-std::vector<std::string> FlagsOf(const Run& run) {
-  const bool simulated = run.source.starts_with("env");
-  const std::string preset = !simulated ? "sick" : run.source == "env4" ? "urg-04lx" : "paper";
-  std::vector<std::string> flags = {"--profile", run.profile, "--preset", preset};
-  const auto Add = [&](const std::string& flag, const std::string& value) {
-    flags.push_back(flag);
-    flags.push_back(value);
-  };
-  Add("--method", run.method);
-  Add("--num-evaluations", std::to_string(run.num_evaluations));
-  Add("--seed", std::to_string(run.seed));
-  if (run.source == "env4") Add("--cell-size-m", "0.02");  // the paper's, as in the other environments
-  if (run.update != "both") Add("--occupied-density", "1");
-  if (run.update == "none") flags.push_back("--no-sparseness-intensity");
-  for (const Change& change : kChanges) {
-    if (change.name != run.changed) continue;
-    const auto& changed = run.profile == "paper" ? change.of_paper : change.of_default;
-    flags.insert(flags.end(), changed.begin(), changed.end());
-  }
-  return flags;
 }
 
 std::vector<Run> ListRuns(const Plan& plan) {
@@ -110,8 +59,8 @@ std::vector<Run> ListRuns(const Plan& plan) {
     }
     if (!plan.Has("ablation")) continue;
     Add({world, "", "segments", standard});
-    for (const Change& change : kChanges) {
-      AddSeeds({world, "", "segments", standard, "both", 1, change.name}, plan.num_ablation_seeds());
+    for (const std::string& change : kChanges) {
+      AddSeeds({world, "", "segments", standard, "both", 1, change}, plan.num_ablation_seeds());
     }
   }
   for (const std::string& log : kRadishLogs) {
@@ -127,7 +76,7 @@ double CostOf(const Run& run) {
   constexpr int kEarly = 1000;  // evaluations after which a search that may stop has mostly stopped
   const double rays = run.method == "all" ? (run.source == "env4" ? 600.0 : 270.0) : 60.0;
   const double scans = run.source == "intel" ? 13.6 : run.source == "fr079" ? 4.9 : run.source == "env4" ? 1.5 : 2.4;
-  const bool stops_early = run.profile == "default" && !run.changed.starts_with("early stop");
+  const bool stops_early = run.profile == "default" && run.changed != "matcher";
   const double evaluations = stops_early ? std::min(run.num_evaluations, kEarly) : run.num_evaluations;
   return scans * (rays * evaluations + 3e5);  // the rest of a scan's work costs about as much as 3e5 rays
 }

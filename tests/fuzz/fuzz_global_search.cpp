@@ -1,4 +1,5 @@
-// MAP_DELTA and CRITICAL_RAYS, as rrhc_matcher takes them on a finished map: the scan is looked for on all of it.
+// MAP_DELTA, MAP_PAGE and CRITICAL_RAYS, as rrhc_matcher takes them on a finished map: the scan is looked for on all of
+// it.
 
 #include "input.hpp"
 #include "matcher_replica.hpp"
@@ -8,7 +9,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   MatcherReplica matcher{MatchParameters{}};
   MessageReader messages({data, size});
   while (const auto bytes = messages.Next()) {
-    if (const auto delta = Decode<map_delta_t>(*bytes)) matcher.Handle(*delta);
+    matcher.Handle(*bytes);
     const auto scan = Decode<critical_rays_t>(*bytes);
     if (!scan || !matcher.has_map()) continue;
     matcher.Match(*scan, TrackingState::OnFinishedMap());

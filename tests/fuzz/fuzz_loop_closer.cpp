@@ -12,7 +12,7 @@
 namespace crsm {
 namespace {
 
-constexpr LoopParameters kLoops{true, 10.0, 10};
+constexpr LoopParameters kLoops{true, 10.0};
 constexpr int kMostKeyframes = 56;  // a search takes some milliseconds
 constexpr int kMostMessages = 120;
 
@@ -22,7 +22,7 @@ void Check(pose_graph_t answer) {
   }
   for (loop_finding_t& finding : answer.findings) Tame(finding.T_older_this);
   for (loop_t& loop : answer.closed) Tame(loop.T_older_newer);
-  for (loop_t& loop : answer.taken_out) Tame(loop.T_older_newer);
+  for (loop_t& loop : answer.rejected) Tame(loop.T_older_newer);
   if (!Decode<pose_graph_t>(Encode(answer))) std::abort();
 }
 

@@ -1,9 +1,9 @@
-// MAP_DELTA and SERVICE_STATUS, as map_exporter takes them: replica, rectangle and summary.
+// WHOLE_MAP and SERVICE_STATUS, as map_exporter takes them: replica, rectangle and summary.
 
 #include "common/map/byte_map.hpp"
 #include "common/results/summary.hpp"
 #include "input.hpp"
-#include "services/replica/map_replica.hpp"
+#include "matcher_replica.hpp"
 #include "services/settings/command_line.hpp"
 #include "services/wire/conversions.hpp"
 
@@ -11,22 +11,21 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace crsm;
   ByteMap map(1.0);
   std::vector<ScanMatch> matches;
-  MapReplica replica(77, {[&](double cell_size_m) {
-                            map = ByteMap(cell_size_m);
-                            matches.clear();
-                          },
-                          [&](std::span<const TileChange> changes) {
-                            for (const TileChange& change : changes) map.Apply(change);
-                          },
-                          [&](const ScanMatch& match) { matches.push_back(match); }});
+  MapReplica replica(77,
+                     {[&](double cell_size_m) {
+                        map = ByteMap(cell_size_m);
+                        matches.clear();
+                      },
+                      [&](std::span<const TileChange> changes) {
+                        for (const TileChange& change : changes) map.Apply(change);
+                      },
+                      [&](const ScanMatch& match) { matches.push_back(match); }},
+                     MapReplica::View::kWhole);
   Summary summary;
   MessageReader messages({data, size});
   while (const auto bytes = messages.Next()) {
-    if (auto delta = Decode<map_delta_t>(*bytes)) {
-      // As of an owner that answers what it was asked: no fuzzer finds the question by itself.
-      const auto question = replica.NextRequest();
-      if (delta->num_requests == 1 && question) delta->request = {*question};
-      replica.Handle(*delta);
+    if (auto page = Decode<map_page_t>(*bytes)) {
+      HandleAsAsked(std::move(*page), replica);
     } else if (const auto status = Decode<service_status_t>(*bytes)) {
       for (std::size_t i = 0; i < status->counter_name.size(); ++i) {
         summary.counts[status->name + "." + status->counter_name[i]] = status->counter_value[i];

@@ -5,7 +5,8 @@
 
 #include "common/graph/whole_map.hpp"
 #include "input.hpp"
-#include "services/map_updater/answers.cpp"  // in no library: it is map_updater's own
+#include "services/map_updater/delta_parts.cpp"  // in no library: it is map_updater's own
+#include "services/map_updater/pages.cpp"
 #include "services/wire/conversions.hpp"
 #include "services/wire/graph_messages.hpp"
 #include "tame_pose.hpp"
@@ -15,7 +16,7 @@ namespace crsm {
 namespace {
 
 constexpr AnswerOptions kOptions{99, 1400};
-constexpr LoopParameters kLoops{true, 30.0, 2};
+constexpr LoopParameters kLoops{true, 30.0};
 
 void Tame(scan_match_t& match) {
   pose2_t pose{match.x_m, match.y_m, match.yaw_rad};
@@ -24,9 +25,13 @@ void Tame(scan_match_t& match) {
   match.y_m = pose.y_m;
 }
 
-void Check(map_delta_t answer) {
+void Check(map_delta_t delta) {
+  for (pose2_t& motion : delta.T_new_old) Tame(motion);
+  if (!Decode<map_delta_t>(Encode(delta))) std::abort();
+}
+
+void Check(map_page_t answer) {
   for (scan_match_t& match : answer.matches) Tame(match);
-  for (pose2_t& motion : answer.T_new_old) Tame(motion);
   for (map_loop_t& loop : answer.loops) {
     Tame(loop.T_map_older);
     Tame(loop.T_map_newer);
@@ -38,13 +43,13 @@ void Check(map_delta_t answer) {
     Tame(tracking.T_local_map);
     for (scan_match_t& match : tracking.recent) Tame(match);
   }
-  if (!Decode<map_delta_t>(Encode(answer))) std::abort();
+  if (!Decode<map_page_t>(Encode(answer))) std::abort();
 }
 
 /// The map's owner, with loops or without.
 class Owner {
  public:
-  explicit Owner(bool loops) : loops_(loops), mapper_({}, {loops, kLoops.local_map_m, kLoops.lag}) {}
+  explicit Owner(bool loops) : loops_(loops), mapper_(UpdateParameters{}, {loops, kLoops.local_map_m}, {.lag = 2}) {}
 
   void Handle(std::span<const std::uint8_t> bytes) {
     if (const auto rays = Decode<critical_rays_t>(bytes)) scan_ = FromMessage(*rays);
@@ -59,10 +64,9 @@ class Owner {
     const Mapper::Step step = mapper_.Integrate(matched ? &*scan_ : nullptr, match);
     answered_.Append(match);
     tracking_.Add(match, step.after);
-    for (const map_delta_t& part : MakeParts(step.delta, match, local().geometry(), kOptions, step.after)) {
+    for (const map_delta_t& part : MakeParts(step.delta, match.utime, local().geometry(), kOptions, step.after)) {
       Check(part);
     }
-    Check(MakeEmptyAnswer(match.utime, local(), kOptions));
   }
 
   void Take(const pose_graph_t& part) {
@@ -74,7 +78,7 @@ class Owner {
     const int component = mapper_.FindComponent(request.piece);
     std::int64_t num_scans = 0;
     for (const Mapper::ScanRun& run : mapper_.FindScans(component)) num_scans += run.end - run.first;
-    WholeMap piece({});
+    WholeMap piece(UpdateParameters{});
     piece.Draw(mapper_, component, num_scans, mapper_.graph().size());
     Check(MakePage(request, piece.map(), {answered_, tracking_, &mapper_, component}, kOptions));
   }
@@ -82,7 +86,7 @@ class Owner {
   void Answer(const map_request_t& request) const {
     if (!loops_ || request.whole == 0) return Check(MakePage(request, local(), {answered_, tracking_}, kOptions));
     if (request.piece != 0) return AnswerWithPiece(request);
-    WholeMap whole({});
+    WholeMap whole(UpdateParameters{});
     whole.Draw(mapper_, mapper_.graph().size());
     Check(MakePage(request, whole.map(), {answered_, tracking_, &mapper_}, kOptions));
   }

@@ -20,10 +20,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     judge.Look(next);
     ++next.utime;
   }
-  for (const auto method :
-       {SelectionMethod::kAll, SelectionMethod::kUniform, SelectionMethod::kDensity, SelectionMethod::kSegments}) {
+  for (const auto algorithm : {Algorithm::kCrsm, Algorithm::kPaper}) {
     Parameters parameters;
-    parameters.selection.method = method;
+    parameters.update.algorithm = algorithm;
     const critical_rays_t answer = ToMessage(RaySelector(parameters).Select(scan));
     if (!Decode<critical_rays_t>(Encode(answer))) std::abort();
   }

@@ -1,4 +1,4 @@
-// MAP_DELTA and CRITICAL_RAYS, as rrhc_matcher takes them: its answer must be one that map_updater believes.
+// MAP_DELTA, MAP_PAGE and CRITICAL_RAYS, as rrhc_matcher takes them: its answer must be one that map_updater believes.
 
 #include "input.hpp"
 #include "matcher_replica.hpp"
@@ -6,12 +6,11 @@
 namespace crsm {
 namespace {
 
-MatchParameters QuickParameters() {
-  MatchParameters parameters;
-  parameters.num_evaluations = 30;
-  parameters.wide_evaluations = 60;
-  parameters.start = Pose2{};  // what looks on the whole map has a target of its own
-  return parameters;
+MatchConstants QuickConstants() {
+  MatchConstants constants;
+  constants.search.num_evaluations = 30;
+  constants.wide_search.num_evaluations = 60;
+  return constants;
 }
 
 /// Whether the scan would be looked for on the whole map.
@@ -24,10 +23,10 @@ bool IsLostFromTheStart(const TrackingState& tracking) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace crsm;
-  MatcherReplica matcher(QuickParameters());
+  MatcherReplica matcher({.start = Pose2{}}, QuickConstants());  // what looks on the whole map has a target of its own
   MessageReader messages({data, size});
   while (const auto bytes = messages.Next()) {
-    if (const auto delta = Decode<map_delta_t>(*bytes)) matcher.Handle(*delta);
+    matcher.Handle(*bytes);
     const auto scan = Decode<critical_rays_t>(*bytes);
     if (!scan || !matcher.has_map() || IsLostFromTheStart(matcher.tracking())) continue;
     matcher.Match(*scan, matcher.tracking());

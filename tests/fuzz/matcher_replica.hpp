@@ -5,28 +5,38 @@
 
 #include "common/match/rrhc_matcher.hpp"
 #include "common/match/sweep.hpp"
-#include "services/replica/map_replica.hpp"
+#include "services/replica/delta_reader.hpp"
 #include "services/wire/conversions.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {
 
+/// A page comes as of an owner that answers what it was asked: no fuzzer finds the question by itself.
+inline void HandleAsAsked(map_page_t page, MapReplica& replica) {
+  if (const auto question = replica.NextRequest()) page.request = *question;
+  replica.Handle(page);
+}
+
 /// A matcher and its replica of the map, fed as rrhc_matcher feeds them.
 class MatcherReplica {
  public:
-  explicit MatcherReplica(const MatchParameters& parameters)
+  explicit MatcherReplica(const MatchParameters& parameters, const MatchConstants& constants = {})
       : parameters_(parameters),
-        replica_(77, {[this](double cell_size_m) { matcher_.emplace(parameters_, cell_size_m); },
-                      [this](std::span<const TileChange> changes) { matcher_->Apply(changes); }}) {}
+        constants_(constants),
+        replica_(77, {[this](double cell_size_m) { matcher_.emplace(parameters_, cell_size_m, constants_); },
+                      [this](std::span<const TileChange> changes) { matcher_->Apply(changes); }},
+                 MapReplica::View::kMatched) {}
 
   bool has_map() const { return matcher_.has_value(); }
   const TrackingState& tracking() const { return replica_.tracking(); }
 
-  /// A page comes as of an owner that answers what it was asked: no fuzzer finds the question by itself.
-  void Handle(map_delta_t delta) {
-    const auto question = replica_.NextRequest();
-    if (delta.num_requests == 1 && question) delta.request = {*question};
-    replica_.Handle(delta);
+  /// A delta or a page. A delta comes as of the last match that was sent.
+  void Handle(std::span<const std::uint8_t> bytes) {
+    if (auto delta = Decode<map_delta_t>(bytes)) {
+      deltas_.Await(ScanMatch{.utime = delta->utime});
+      deltas_.Handle(*delta);
+    }
+    if (auto page = Decode<map_page_t>(bytes)) HandleAsAsked(std::move(*page), replica_);
   }
 
   /// The answer must be one that map_updater believes.
@@ -37,8 +47,10 @@ class MatcherReplica {
 
  private:
   MatchParameters parameters_;
+  MatchConstants constants_;
   std::optional<RrhcMatcher> matcher_;
   MapReplica replica_;
+  DeltaReader deltas_{replica_};
 };
 
 }  // namespace crsm

@@ -16,7 +16,6 @@
 #include "input.hpp"
 #include "map_owner.hpp"
 #include "services/journal/journal.hpp"
-#include "services/map_updater/answers.cpp"  // in no library: it is map_updater's own
 #include "services/settings/presets.hpp"
 #include "services/sources/bags/bag_reader.hpp"
 #include "services/wire/event_log_writer.hpp"
@@ -76,10 +75,9 @@ Bytes MatchOf(const LaserScan& scan, const Pose2& pose, MatchState state = Match
 }
 
 /// The first page of a small map, for a replica that has nothing.
-map_delta_t FirstPage() {
-  map_delta_t page = MapDeltaMessage();
+map_page_t FirstPage() {
+  map_page_t page = MapPageMessage();
   page.version = 1;
-  page.base_version = 0;
   page.next_tile = -1;
   page.next_match = 1;
   page.tracking[0] = ToMessage(After({FromMessage(page.matches[0])}));
@@ -91,9 +89,9 @@ map_delta_t FirstPage() {
 }
 
 /// FirstPage of a robot that drives and turns: by its last two scans, and by the twist of the last one.
-map_delta_t PageOfDrive() {
+map_page_t PageOfDrive() {
   constexpr std::int64_t kPeriod_us = 100000;
-  map_delta_t page = FirstPage();
+  map_page_t page = FirstPage();
   ScanMatch before = FromMessage(page.matches[0]);
   before.state = MatchState::kOk;
   before.T_map_laser = {0.0, 0.2, 0.2};
@@ -125,18 +123,14 @@ Bytes EncodeSweep(std::int64_t utime) {
 /// The next version after FirstPage, with one small change.
 map_delta_t NextDelta() {
   map_delta_t delta = MapDeltaMessage();
-  delta.num_requests = 0;
-  delta.request.clear();
+  delta.utime = 6;
   delta.version = 2;
-  delta.base_version = 1;
-  delta.matches[0].utime = 6;
-  delta.matches[0].x_m = 1.1;
   return delta;
 }
 
 /// A page of as many tiles as fit, each with one cell, as far from each other as the map is large.
-map_delta_t ScatteredPage() {
-  map_delta_t page = FirstPage();
+map_page_t ScatteredPage() {
+  map_page_t page = FirstPage();
   page.tiles.clear();
   Random random(1);
   for (int i = 0; i < 4096; ++i) {
@@ -166,7 +160,10 @@ void WriteMessages(const Seeds& seeds) {
                                                             {"critical_rays", Encode(CriticalRaysMessage())},
                                                             {"scan_match", Encode(ScanMatchMessage())},
                                                             {"map_delta", Encode(MapDeltaMessage())},
+                                                            {"map_page", Encode(MapPageMessage())},
                                                             {"map_request", Encode(MapRequestMessage())},
+                                                            {"scan_request", Encode(ScanRequestMessage())},
+                                                            {"scan_answer", Encode(ScanAnswerMessage())},
                                                             {"keyframe", Encode(KeyframeMessage())},
                                                             {"keyframe_request", Encode(KeyframeRequestMessage())},
                                                             {"pose_graph", Encode(PoseGraphMessage())},
@@ -190,7 +187,7 @@ void WriteMessages(const Seeds& seeds) {
   seeds.Write("rrhc_matcher", "small", std::vector<Bytes>{page, Encode(CriticalRaysMessage())});
   const Bytes sweep = EncodeSweep(PageOfDrive().tracking[0].recent[1].utime + 100000);
   seeds.Write("rrhc_matcher", "sweep", std::vector<Bytes>{Encode(PageOfDrive()), sweep, rays});
-  map_delta_t finished = FirstPage();  // a map without a history: the scan is looked for on all of it
+  map_page_t finished = FirstPage();  // a map without a history: the scan is looked for on all of it
   finished.version = 0;
   finished.next_match = 0;
   finished.num_matches = 0;
@@ -199,12 +196,12 @@ void WriteMessages(const Seeds& seeds) {
   seeds.Write("global_search", "finished", std::vector<Bytes>{Encode(finished), rays, Encode(CriticalRaysMessage())});
   seeds.Write("rrhc_matcher", "scattered", std::vector<Bytes>{Encode(ScatteredPage()), rays});
   seeds.Write("global_search", "scattered", std::vector<Bytes>{Encode(ScatteredPage()), rays});
-  seeds.Write("map_exporter", "status", std::vector<Bytes>{page, Encode(ServiceStatusMessage()), delta});
-  map_delta_t anew = FirstPage();
+  seeds.Write("map_exporter", "status", std::vector<Bytes>{page, Encode(ServiceStatusMessage())});
+  map_page_t anew = FirstPage();
   anew.epoch = 100;
-  seeds.Write("map_exporter", "anew", std::vector<Bytes>{page, Encode(anew), delta, page});
+  seeds.Write("map_exporter", "anew", std::vector<Bytes>{page, Encode(anew), page});
   seeds.Write("map_exporter", "scattered", std::vector<Bytes>{Encode(ScatteredPage())});
-  seeds.Write("map_exporter", "parts", ManyParts());
+  seeds.Write("rrhc_matcher", "parts", ManyParts());
 
   const std::string key = "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
   const std::string upgrade = " HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n" + key;
@@ -220,17 +217,26 @@ void WriteMessages(const Seeds& seeds) {
 
   MapOwner owner;
   std::vector<Bytes> pages;
-  for (const map_delta_t& part : owner.Answer()) pages.push_back(Encode(part));
+  owner.Answer();
+  for (std::int32_t tile = 0; tile >= 0;) {
+    const map_page_t owned = owner.Page({.epoch = owner.epoch, .first_tile = tile});
+    pages.push_back(Encode(owned));
+    tile = owned.next_tile;
+  }
   seeds.Write("map_exporter", "owner", pages);
 
-  const Bytes request = Encode(map_request_t{kRequester, 1, 0, 0, 0, 0, -1, 0, 0, 0});
+  const Bytes request = Encode(map_request_t{.requester = kRequester, .question = 1});
   std::vector<Bytes> drive;
   for (const std::int64_t utime : {1, 2, 3}) {
     drive.push_back(EncodeRays(Scan(utime, 20)));
     drive.push_back(MatchOf(Scan(utime), {static_cast<double>(utime), 0.0, 0.1}));
   }
   drive.push_back(request);
-  drive.push_back(Encode(map_request_t{kRequester, 2, 99, 1, 0, -1, 2, 0, 0, 0}));  // the target's own epoch
+  drive.push_back(Encode(map_request_t{.requester = kRequester,
+                                       .question = 2,
+                                       .epoch = 99,
+                                       .base_version = 1,
+                                       .first_match = -1}));  // the target's own epoch
   seeds.Write("map_updater", "drive", drive);
   std::vector<Bytes> jumps;
   for (const std::int64_t utime : {1, 2, 3, 4, 5, 6}) {
@@ -279,7 +285,7 @@ void WriteLoops(const Seeds& seeds) {
   seeds.Write("loop_closer", "searched", WithSearches(Keyframes(round)));
   seeds.Write("loop_closer", "small", std::vector<Bytes>{Encode(KeyframeMessage())});
 
-  // A drive whose map is put right on the way, and who looks at it.
+  // A drive whose map is corrected on the way, and who looks at it.
   std::vector<Bytes> drive;
   for (int i = 0; i < 8; ++i) {
     drive.push_back(EncodeRays(Scan(i, 20)));
@@ -288,14 +294,15 @@ void WriteLoops(const Seeds& seeds) {
     GraphUpdate update;
     update.keyframe = {0, 3};
     update.closed = {{{0, 0}, {0, 3}, {3.0, 0.1, 0.0}}};
-    update.ties_wrong_from = KeyframeId{0, 2};
+    update.constraints_wrong_from = KeyframeId{0, 2};
     update.moved = {{{0, 0}, {}}};
     for (int k = 0; k <= 3; ++k) update.moved[0].poses.push_back({static_cast<double>(k), 0.1 * k, 0.0});
     for (const pose_graph_t& part : MakeParts(update, 3, 99)) drive.push_back(Encode(part));
   }
-  drive.push_back(Encode(map_request_t{kRequester, 1, 0, 0, 0, 0, -1, 1, 0, 0}));
-  drive.push_back(Encode(map_request_t{kRequester, 2, 99, 1, 0, -1, 2, 0, 0, 0}));
-  seeds.Write("map_updater", "put_right", drive);
+  drive.push_back(Encode(map_request_t{.requester = kRequester, .question = 1, .whole = 1}));
+  drive.push_back(
+      Encode(map_request_t{.requester = kRequester, .question = 2, .epoch = 99, .base_version = 1, .first_match = -1}));
+  seeds.Write("map_updater", "corrected", drive);
 }
 
 void WriteLogs(const Seeds& seeds) {

@@ -13,7 +13,7 @@ namespace crsm {
 /// rrhc_matcher.
 class HillClimber : public Matcher {
  public:
-  explicit HillClimber(double cell_size_m) : map_(cell_size_m, 0.0, true) {}
+  explicit HillClimber(double cell_size_m) : map_(cell_size_m) {}
 
   bool Apply(std::span<const TileChange> changes) override { return map_.Apply(changes); }
   ScanMatch Match(const CriticalRays& scan, const TrackingState& tracking,

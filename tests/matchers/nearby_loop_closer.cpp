@@ -77,7 +77,7 @@ std::optional<GraphUpdate> NearbyLoopCloser::Add(Keyframe keyframe, const std::o
   update.closed = {*loop};
   graph_.Join(*loop);
   graph_.AddLoop(*loop);
-  update.taken_out = graph_.Optimise();
+  update.rejected = graph_.Optimise();
   for (int i = 0; i < graph_.num_trajectories(); ++i) {
     update.moved.push_back({{i, 0}, graph_.poses()[static_cast<std::size_t>(i)]});
   }

@@ -87,7 +87,7 @@ class Verdicts(WithFolder):
         store = Results(self.store)
         store.add(record_of(MUTANTS[0], SURVIVED, ["unit"]))
         self.assertIsNotNone(store.find("p", MUTANTS[0], ["unit"]))
-        self.assertIsNone(store.find("p", MUTANTS[0], ["unit", "service"]))
+        self.assertIsNone(store.find("p", MUTANTS[0], ["unit", "process"]))
         self.assertIsNone(store.find("other", MUTANTS[0], ["unit"]))
 
     def test_survivors_are_those_of_the_last_verdict(self):

@@ -26,7 +26,7 @@ def parse():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=pathlib.Path, default=PROJECT / "out/mutants")
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--service", choices=("all", "services", "none"), default="all")
+    parser.add_argument("--process", choices=("all", "services", "none"), default="all")
     parser.add_argument("--least", type=float, default=85.0)
     parser.add_argument("--list", action="store_true")
     parser.add_argument("--only", nargs="+")
@@ -118,11 +118,11 @@ def judge_all(arguments, mutants, results, progress):
     workspaces, tree = make_workspaces(arguments, commands)
     program = sources.program_hash(PROJECT)
     suites = [suite for suite in SUITES if workspaces[0].has_target(suite.target)]
-    suites = [suite for suite in suites if arguments.service != "none" or not suite.others]
+    suites = [suite for suite in suites if arguments.process != "none" or not suite.others]
 
     def suites_for(mutant):
-        with_service = arguments.service == "all" or mutant.file.startswith("services/")
-        return [suite for suite in suites if with_service or not suite.others]
+        with_processes = arguments.process == "all" or mutant.file.startswith("services/")
+        return [suite for suite in suites if with_processes or not suite.others]
 
     def find_record(mutant):
         return results.find(program, mutant, [suite.name for suite in suites_for(mutant)]) if go_on else None

@@ -19,7 +19,8 @@ SOURCES = [
     "services/replica/map_follower.?pp",
     "services/base/held_by_utime.hpp",
     "services/stages/scan_queue.hpp",
-    "services/map_updater/answers.?pp",
+    "services/map_updater/delta_parts.?pp",
+    "services/map_updater/pages.?pp",
     # the journal
     "services/journal/journal.?pp",
     "services/wire/lcm_event_log.?pp",

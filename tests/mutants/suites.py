@@ -36,7 +36,7 @@ class Suite:
 SUITES = [
     Suite("unit", "unit_tests"),
     Suite("accuracy", "accuracy_tests"),
-    Suite("service", "service_tests", others=True, tries=2),
+    Suite("process", "process_tests", others=True, tries=2),
 ]
 
 

@@ -83,19 +83,15 @@ def measure_few_scans():
 
 
 def measure_loops():
-    with tempfile.TemporaryDirectory(prefix="crsm_results_") as folder:
-        call(BIN / "loop_experiments", "--out", folder)
-        lines = (pathlib.Path(folder) / "loops.md").read_text().splitlines()
     rows = {}
-    for line in lines:
+    for line in call_tests("accuracy_tests", "[loops]").splitlines():
         cells = [cell.strip() for cell in line.strip("|").split("|")]
-        if len(cells) == 11 and cells[1] in ("yes", "no"):
-            name = cells[0] if cells[0].startswith("campus") else f"`sim:{cells[0]}`"
-            rows.setdefault(name, {})[cells[1]] = cells
+        if len(cells) == 8 and cells[1] in ("yes", "no"):
+            rows.setdefault(cells[0], {})[cells[1]] = cells
     return table(["drive", "seeds", "with loops, median [m]", "worst [m]", "without, median [m]", "worst [m]",
                   "loops closed, median", "wrong loops", "cost of a scan", "without loops"],
-                 [[name, pair["yes"][2], *pair["yes"][3:5], *pair["no"][3:5], *pair["yes"][7:9], pair["yes"][10],
-                   pair["no"][10]] for name, pair in rows.items()])
+                 [[name, pair["yes"][2], *pair["yes"][3:5], *pair["no"][3:5], *pair["yes"][5:8], pair["no"][7]]
+                  for name, pair in rows.items()])
 
 
 def measure_campuses():

@@ -76,7 +76,7 @@ def measure_view():
 
 
 def measure_viewer_latency():
-    said = call_tests("service_tests", "[.viewer_latency]")
+    said = call_tests("process_tests", "[.viewer_latency]")
     rows = [[f"{share} %", within] for share, within in
             re.findall(r"^ *(\d+) % of \d+ matches: within ([\d.]+) ms", said, re.MULTILINE)]
     return table(["matches", "on the page within [ms]"], rows)
@@ -118,7 +118,7 @@ SECTIONS = [
             "map is drawn anew: in the three seconds after a loop has moved the poses. Killian's loop is closed 1.7 km from "
             "its start.", ["scripts/fault latency"], measure_live_latency, is_timed=True),
     Section("Viewer latency", 2, "How long after it was sent a match is on a page of `map_viewer`.",
-            ["build/bin/service_tests \"[.viewer_latency]\""], measure_viewer_latency, is_timed=True),
+            ["build/bin/process_tests \"[.viewer_latency]\""], measure_viewer_latency, is_timed=True),
     Section("View", 22, "What `map_viewer` takes, and what it sends to each page that is open. Whole grids instead: what it "
             "would send if each change of the map sent all of it.",
             ["scripts/bench view fr079.clf.gz --preset sick --rate 40",

@@ -53,7 +53,6 @@ final class OwnerOfMap {
     page.request = request;
     page.epoch = epoch;
     page.version = matches.size();
-    page.base_version = same_map ? request.base_version : 0;
     page.cell_size_m = cell_size_m;
     int first_match = Math.min(same_map ? request.first_match : 0, matches.size());
     page.next_match = Math.min(first_match + MATCHES_A_PAGE, matches.size());
@@ -62,7 +61,7 @@ final class OwnerOfMap {
     List<Tile> all = new ArrayList<>(tiles.values());
     int tile = same_map ? request.first_tile : 0;
     for (; tile < all.size() && changes.size() < TILES_A_PAGE; ++tile) {
-      if (all.get(tile).changed_at > page.base_version) changes.add(pack(all.get(tile)));
+      if (all.get(tile).changed_at > (same_map ? request.base_version : 0)) changes.add(pack(all.get(tile)));
     }
     page.next_tile = tile < all.size() ? tile : -1;
     page.tiles = changes.toArray(new MapPage.TileChange[0]);

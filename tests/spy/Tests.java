@@ -1,7 +1,7 @@
 package crsm.spy;
 
 import crsm.critical_rays_t;
-import crsm.map_delta_t;
+import crsm.map_page_t;
 import crsm.map_break_t;
 import crsm.map_loop_t;
 import crsm.map_piece_t;
@@ -98,12 +98,12 @@ final class Tests {
     return tile;
   }
 
-  static map_loop_t loop(double x_m, int taken_out) {
+  static map_loop_t loop(double x_m, int rejected) {
     map_loop_t loop = new map_loop_t();
     loop.T_map_older = new pose2_t();
     loop.T_map_newer = new pose2_t();
     loop.T_map_newer.x_m = x_m;
-    loop.taken_out = (byte) taken_out;
+    loop.rejected = (byte) rejected;
     return loop;
   }
 
@@ -138,29 +138,23 @@ final class Tests {
     map_request_t request = new map_request_t();
     request.requester = requester;
     request.question = 1;
-    request.asked_utime = -1;
     request.whole = 1;
     return request;
   }
 
   /** A page with these tiles and matches, and two loops, and a piece with a break; the first and last of version 1. */
-  static map_delta_t page(long recipient, map_tile_t[] tiles, scan_match_t[] matches) {
-    map_delta_t page = new map_delta_t();
+  static map_page_t page(long recipient, map_tile_t[] tiles, scan_match_t[] matches) {
+    map_page_t page = new map_page_t();
     page.epoch = 11;
     page.version = 1;
     page.cell_size_m = 0.05;
-    page.num_parts = 1;
-    page.num_requests = recipient == 0 ? 0 : 1;
-    page.request = new map_request_t[page.num_requests];
-    for (int i = 0; i < page.num_requests; ++i) page.request[i] = request(recipient);
+    page.request = request(recipient);
     page.next_tile = -1;
     page.next_match = matches.length;
     page.num_tiles = tiles.length;
     page.tiles = tiles;
     page.num_matches = matches.length;
     page.matches = matches;
-    page.asked = new scan_match_t[0];
-    page.T_new_old = new pose2_t[0];
     page.num_tracking = 1;
     page.tracking = new tracking_state_t[] {tracking(matches)};
     page.num_loops = 2;

@@ -6,6 +6,7 @@ import static crsm.spy.Tests.test;
 
 import bot_core.pose_t;
 import crsm.map_delta_t;
+import crsm.map_page_t;
 import java.awt.image.BufferedImage;
 
 /** What is drawn where. */
@@ -90,7 +91,8 @@ final class ViewTest {
 
   private static void prefixes() {
     MapPlugin plugin = new MapPlugin();
-    check(plugin.canHandle(map_delta_t.LCM_FINGERPRINT) && plugin.canHandle(pose_t.LCM_FINGERPRINT), "it does not");
+    check(plugin.canHandle(map_delta_t.LCM_FINGERPRINT) && plugin.canHandle(map_page_t.LCM_FINGERPRINT) &&
+          plugin.canHandle(pose_t.LCM_FINGERPRINT), "it does not");
     checkEqual(MapPlugin.findPrefix("MAP_DELTA"), "", "prefix");
     checkEqual(MapPlugin.findPrefix("robot1/TRUE_POSE"), "robot1/", "prefix");
     checkEqual(MapPlugin.findPrefix("r2POSE_LOCAL"), "r2", "prefix");

@@ -10,7 +10,7 @@ import static crsm.spy.Tests.test;
 import static crsm.spy.Tests.tile;
 
 import crsm.critical_rays_t;
-import crsm.map_delta_t;
+import crsm.map_page_t;
 import crsm.map_tile_t;
 import crsm.scan_match_t;
 import java.nio.ByteBuffer;
@@ -84,7 +84,6 @@ final class WireTest {
     MapPage read = MapPage.decode(encodePage(), RECIPIENT);
     checkEqual(read.epoch, 11L, "epoch");
     checkEqual(read.version, 1L, "version");
-    checkEqual(read.base_version, 0L, "base_version");
     checkEqual(read.cell_size_m, 0.05, "cell_size_m");
     checkEqual(read.next_tile, -1, "next_tile");
     checkEqual(read.next_match, 2, "next_match");
@@ -151,11 +150,11 @@ final class WireTest {
     fast.twist_yaw_rad_s = 21;
     check(isRefused(ScanMatch::decode, encode(fast)), "a turn of 21 rad/s");
     for (double cell_size_m : new double[] {0, -1, Double.NaN, 1e-9, 11}) {
-      map_delta_t page = page(RECIPIENT, new map_tile_t[0], new scan_match_t[0]);
+      map_page_t page = page(RECIPIENT, new map_tile_t[0], new scan_match_t[0]);
       page.cell_size_m = cell_size_m;
       check(isRefused(DECODERS[0], encode(page)), "cells of " + cell_size_m);
     }
-    map_delta_t page = page(RECIPIENT, new map_tile_t[0], new scan_match_t[0]);
+    map_page_t page = page(RECIPIENT, new map_tile_t[0], new scan_match_t[0]);
     page.epoch = 0;
     check(isRefused(DECODERS[0], encode(page)), "epoch 0");
   }

@@ -17,8 +17,8 @@ import threading
 import time
 
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent / "fault"))
-from faults import PROJECT, Program, Skipped, await_condition, bus_url, check, child, run, summary
+sys.path.insert(0, str(HERE.parent))
+from programs import PROJECT, Program, Skipped, await_condition, bus_url, check, child, run, summary
 
 LIBRARIES = [pathlib.Path("/usr/share/java") / name for name in ("lcm.jar", "jchart2d.jar")]
 LOSS = 0.3  # of the messages that the replica hears and sends

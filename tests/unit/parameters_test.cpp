@@ -51,23 +51,22 @@ TEST_CASE("every key stands in the list once") {
 
 TEST_CASE("the list of some groups has their parameters and no others") {
   using enum ParameterGroup;
-  const auto list = ListParameters(Parameters(), {kSeed, kOdometry});
+  const auto list = ListParameters(Parameters(), {kSeed, kMatch});
   REQUIRE(list.size() == 2);
   CHECK(list[0].first == "seed");
-  CHECK(list[1].first == "odometry");
+  CHECK(list[1].first == "smooth_climb");
   CHECK(ListParameters(Parameters(), {}).empty());
-  CHECK(ListParameters(Parameters(), {kSeed, kOdometry, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops}) ==
+  CHECK(ListParameters(Parameters(), {kSeed, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops, kAlgorithm}) ==
         ListParameters(Parameters()));
 }
 
 TEST_CASE("the list gives each value as what it is") {
   Parameters parameters;
   parameters.match.seed = ~std::uint64_t{0};
-  parameters.match.num_evaluations = 123;
-  parameters.match.climb = ClimbMode::kFixed;
-  parameters.match.interpolate = false;
+  parameters.selection.rays_max = 123;
+  parameters.match.smooth_climb = true;
   parameters.update.cell_size_m = 0.07;
-  parameters.selection.method = SelectionMethod::kDensity;
+  parameters.update.algorithm = Algorithm::kPaper;
   const auto list = ListParameters(parameters);
   const auto Value = [&](const std::string& key) {
     for (const auto& [name, value] : list) {
@@ -76,10 +75,9 @@ TEST_CASE("the list gives each value as what it is") {
     return ParameterValue{std::string("(missing)")};
   };
   CHECK(Value("seed") == ParameterValue{~std::uint64_t{0}});
-  CHECK(Value("num_evaluations") == ParameterValue{std::int64_t{123}});
-  CHECK(Value("climb") == ParameterValue{std::string("fixed")});
-  CHECK(Value("method") == ParameterValue{std::string("density")});
-  CHECK(Value("interpolate") == ParameterValue{false});
+  CHECK(Value("rays_max") == ParameterValue{std::int64_t{123}});
+  CHECK(Value("algorithm") == ParameterValue{std::string("paper")});
+  CHECK(Value("smooth_climb") == ParameterValue{true});
   CHECK(Value("cell_size_m") == ParameterValue{0.07});
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "catch.hpp"
 #include "common/diagnosis/verdict.hpp"
@@ -14,13 +15,6 @@ namespace {
 
 /// Where the laser is at the k-th scan: along a bend of 1 m, 4 cm and 1.1 degrees a scan.
 Pose2 TruePose(int k) { return {2.0 * std::sin(0.02 * k), 2.0 * (1.0 - std::cos(0.02 * k)), 0.02 * k}; }
-
-Parameters SlamParameters() {
-  Parameters parameters = TestParameters();
-  parameters.match.num_evaluations = 1000;
-  parameters.update.join_hits = true;  // hits are two cells apart: alone they would dot the wall, not draw it
-  return parameters;
-}
 
 std::vector<Slam::Step> DriveSteps(Slam& slam, int num_scans = 25) {
   std::vector<Slam::Step> steps;
@@ -71,7 +65,7 @@ struct BareCorridorDrive {
   int num_degenerate = 0;
 };
 
-BareCorridorDrive DriveThroughBareCorridor(std::uint64_t seed, Slam& slam, double wheels_scale) {
+BareCorridorDrive DriveThroughBareCorridor(std::uint64_t seed, Slam& slam, std::optional<double> wheels_scale) {
   constexpr int kMiddle = 340;  // the scan: 20 m into the corridor
   constexpr int kFast = 125;    // scans, every second of which is left out
   BareCorridorDrive drive;
@@ -84,10 +78,10 @@ BareCorridorDrive DriveThroughBareCorridor(std::uint64_t seed, Slam& slam, doubl
   const auto See = [&](LaserScan scan) {
     Pose2 motion = Inverse(last) * *simulator.TruePose();
     last = *simulator.TruePose();
-    if (motion != Pose2{}) motion.x_m = wheels_scale * motion.x_m + 0.002 * random.Gaussian();
+    if (motion != Pose2{}) motion.x_m = wheels_scale.value_or(1.0) * motion.x_m + 0.002 * random.Gaussian();
     odometry = odometry * motion;
     scan.utime = utime += 200'000;
-    const Slam::Step step = slam.Process(scan, odometry);
+    const Slam::Step step = slam.Process(scan, wheels_scale ? std::optional(odometry) : std::nullopt);
     drive.statistics.Add(scan.utime, step.scan.rays);
     drive.statistics.Add(step.match);
     drive.num_degenerate += step.match.state == MatchState::kDegenerate;
@@ -112,7 +106,7 @@ void CheckSamePose(const Pose2& a, const Pose2& b, double margin_m) {
 }  // namespace
 
 TEST_CASE("a drive around a room is followed to within a cell, and its map is the room") {
-  Slam slam(SlamParameters());
+  Slam slam(TestParameters());
   const auto history = Drive(slam);
   REQUIRE(history.size() == 25);
   CHECK(history.front().state == MatchState::kFirst);
@@ -131,7 +125,7 @@ TEST_CASE("a drive around a room is followed to within a cell, and its map is th
 }
 
 TEST_CASE("the same seed draws the same map bit for bit, another seed the same drive within a cell") {
-  Parameters parameters = SlamParameters();
+  Parameters parameters = TestParameters();
   Slam first(parameters);
   Slam again(parameters);
   parameters.match.seed = 99;
@@ -146,15 +140,8 @@ TEST_CASE("the same seed draws the same map bit for bit, another seed the same d
 
 TEST_CASE("the paper's way follows the drive to within two of its cells") {
   Parameters parameters = TestParameters();
-  parameters.selection.density_scale_mode = DensityScaleMode::kPrevious;
-  parameters.match.num_evaluations = 5000;
-  parameters.match.climb = ClimbMode::kFixed;
-  parameters.match.restart_draws = 1;
-  parameters.match.interpolate = false;
-  parameters.match.velocity_model = false;
-  parameters.match.final_climb = false;
-  parameters.match.unexplored_score = -100.0;
-  parameters.update.sparseness_intensity = true;
+  parameters.update.algorithm = Algorithm::kPaper;
+  parameters.loops.loops = false;
   Slam slam(parameters);
   CheckSamePose(Drive(slam).back().T_map_laser, TruePose(24), 0.1);
 }
@@ -188,7 +175,6 @@ TEST_CASE("as shipped, a robot in a bare corridor is where its wheels say, also 
     Parameters parameters;
     parameters.scan.range_max_m = 10.6;  // the laser's reach is 95 % of it
     parameters.match.seed = seed;
-    parameters.match.odometry = true;
     Slam slam(parameters);
     const BareCorridorDrive drive = DriveThroughBareCorridor(seed, slam, 1.01);
     CHECK(drive.num_degenerate > 300);
@@ -203,7 +189,7 @@ TEST_CASE("a map that was made in a bare corridor without odometry is doubtful a
     parameters.scan.range_max_m = 10.6;
     parameters.match.seed = seed;
     Slam slam(parameters);
-    const BareCorridorDrive drive = DriveThroughBareCorridor(seed, slam, 1.0);
+    const BareCorridorDrive drive = DriveThroughBareCorridor(seed, slam, {});
     CHECK(std::hypot(drive.error.x_m, drive.error.y_m) > 1.0);  // else there is nothing to say
     const Verdict verdict = Judge(drive.statistics, slam.map());
     // Bad where scans are lost when the corridor ends, as in eight of ten. Where none is, the map agrees with them all.
@@ -226,7 +212,7 @@ TEST_CASE("what loops have brought is told once, one keyframe before it takes ef
     const Slam::Step step = slam.Process(*scan);
     next_session.Restore(step.drawn ? &step.scan : nullptr, step.match);
     for (const GraphUpdate& update : step.updates) {
-      CHECK(slam.graph().CountAfter(update.keyframe) == parameters.loops.lag - 1);
+      CHECK(slam.graph().CountAfter(update.keyframe) == slam.mapper().lag() - 1);
       CHECK(next_session.Restore(update));
       ++num_updates;
     }
@@ -239,7 +225,7 @@ TEST_CASE("what loops have brought is told once, one keyframe before it takes ef
 }
 
 TEST_CASE("a scan that sees nothing is lost, and the next one is matched again") {
-  Slam slam(SlamParameters());
+  Slam slam(TestParameters());
   Drive(slam, 5);
   const LaserScan blind{5000, -1.0f, 0.5f, {0.0f, 0.0f, 0.0f}};
   CHECK(slam.Process(blind).match.state == MatchState::kLost);
@@ -250,7 +236,7 @@ TEST_CASE("a scan that sees nothing is lost, and the next one is matched again")
 }
 
 TEST_CASE("a first scan that sees nothing does not keep the next ones from making a map") {
-  Slam slam(SlamParameters());
+  Slam slam(TestParameters());
   CHECK(slam.Process({1, -1.0f, 0.5f, {0.0f, 0.0f}}).match.T_map_laser == Pose2{});
   CHECK(slam.map().empty());
   Drive(slam, 3);
@@ -258,7 +244,7 @@ TEST_CASE("a first scan that sees nothing does not keep the next ones from makin
 }
 
 TEST_CASE("a drive that goes on in a later session gives the poses and the map of one without a break") {
-  Parameters parameters = SlamParameters();
+  Parameters parameters = TestParameters();
   parameters.update.update_distance_m = 0.1;  // some scans are drawn: those alone are kept
   parameters.update.update_angle_rad = 1.0;
   Slam whole(parameters);
@@ -283,7 +269,7 @@ TEST_CASE("a drive that goes on in a later session gives the poses and the map o
 }
 
 TEST_CASE("a match whose scan was not drawn is remembered and draws nothing") {
-  Slam slam(SlamParameters());
+  Slam slam(TestParameters());
   CHECK_FALSE(slam.Restore(nullptr, {5, {}, 0.0, 0, 0, 0, MatchState::kFirst}));
   CHECK(slam.tracking().num_scans() == 1);
   CHECK(slam.map_version() == 1);
@@ -308,7 +294,8 @@ TEST_CASE("another matcher takes the place of ours") {
    private:
     ByteMap map_;
   };
-  Slam slam(SlamParameters(), [](double cell_size_m) { return std::make_unique<Standing>(cell_size_m); });
+  Slam slam(TestParameters(),
+            {.make_matcher = [](double cell_size_m) { return std::make_unique<Standing>(cell_size_m); }});
   for (const ScanMatch& match : Drive(slam)) CHECK(match.T_map_laser == Pose2{});
   CHECK_FALSE(slam.map().empty());
 }

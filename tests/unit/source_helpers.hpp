@@ -1,37 +1,15 @@
 #pragma once
 
-#include <unistd.h>
 #include <zlib.h>
 
-#include <filesystem>
-#include <fstream>
-#include <iterator>
-#include <stdexcept>
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "common/logs/laser_source.hpp"
+#include "scratch.hpp"
 
 namespace crsm {
-
-/// A file with the given content, gone at the end of the test.
-class ScratchFile {
- public:
-  explicit ScratchFile(const std::string& content) {
-    static int number = 0;
-    path_ = std::filesystem::temp_directory_path() /
-            ("crsm_scratch_" + std::to_string(getpid()) + "_" + std::to_string(number++));
-    std::ofstream(path_, std::ios::binary) << content;
-  }
-  ScratchFile(const ScratchFile&) = delete;
-  ScratchFile& operator=(const ScratchFile&) = delete;
-  ~ScratchFile() { std::filesystem::remove(path_); }
-
-  std::string path() const { return path_.string(); }
-
- private:
-  std::filesystem::path path_;
-};
 
 /// What gzip makes of `content`.
 inline std::string Compress(const std::string& content) {
@@ -39,8 +17,7 @@ inline std::string Compress(const std::string& content) {
   gzFile out = gzopen(file.path().c_str(), "wb");
   gzwrite(out, content.data(), static_cast<unsigned>(content.size()));
   gzclose(out);
-  std::ifstream in(file.path(), std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
+  return BytesOf(file.path());
 }
 
 inline std::vector<LaserScan> ReadAll(LaserSource& source) {
@@ -49,21 +26,16 @@ inline std::vector<LaserScan> ReadAll(LaserSource& source) {
   return scans;
 }
 
+inline std::vector<std::int64_t> UtimesOf(const std::vector<LaserScan>& scans) {
+  std::vector<std::int64_t> utimes;
+  for (const LaserScan& scan : scans) utimes.push_back(scan.utime);
+  return utimes;
+}
+
 inline std::int64_t CountOf(const LaserSource& source, const std::string& name) {
   const auto counts = source.Counts();
   const auto found = counts.find(name);
   return found == counts.end() ? 0 : found->second;
-}
-
-/// The message of the std::runtime_error that `call` throws; empty if it throws none.
-template <class Call>
-std::string ErrorOf(Call call) {
-  try {
-    call();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
 }
 
 }  // namespace crsm

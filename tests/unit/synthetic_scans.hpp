@@ -4,11 +4,13 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "common/map/byte_map.hpp"
 #include "common/map/map_updater.hpp"
+#include "common/map/paper_drawing.hpp"
 #include "common/match/tracking_state.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/critical_rays.hpp"
@@ -118,49 +120,15 @@ inline CriticalRays AllRays(const LaserScan& scan, const ScanParameters& paramet
   return rays;
 }
 
-/// A plain and quick set-up whose numbers do not follow the defaults.
+/// The parameters that ship, but for a laser of 20 m, and every scan is drawn.
 inline Parameters TestParameters() {
-  Parameters p;
-  p.scan.range_min_m = 0.05;
-  p.scan.range_max_m = 20.0;
-  p.selection.method = SelectionMethod::kSegments;
-  p.selection.uniform_step = 5;
-  p.selection.density_rays = 40;
-  p.selection.edge_threshold_m = 0.5;
-  p.selection.gap_threshold_rays = 10;
-  p.selection.rays_min = 60;
-  p.selection.rays_max = 90;
-  p.selection.density_scale_mode = DensityScaleMode::kScan;
-  p.selection.limit_edges = true;
-  p.match.seed = 1;
-  p.match.num_evaluations = 2000;
-  p.match.satisfying_fitness = 1.0;
-  p.match.window_m = 0.4;
-  p.match.window_rad = 0.25;
-  p.match.mutation_m = 0.1;
-  p.match.mutation_rad = 0.1;
-  p.match.unexplored_score = 0.0;
-  p.match.climb = ClimbMode::kShrinking;
-  p.match.interpolate = true;
-  p.match.velocity_model = true;
-  p.match.final_climb = true;
-  p.match.spacing_cap_m = 0.0;
-  p.match.summit_rad = 0.0;
-  p.match.pull_per_m2 = 0.0;
-  p.match.axis_pull_per_m2 = 0.0;
-  p.match.good_ratio = 100.0;
-  p.match.lost_ratio = 0.0;
-  p.update.cell_size_m = 0.05;
-  p.update.occupied_density = 2.0;
-  p.update.first_intensity = 0.0;
-  p.update.sparseness_intensity = false;
-  p.update.intensity = 0.1;
-  p.update.hit_spread = 0.0;
-  p.update.join_hits = false;
-  p.update.join_max_m = 0.8;
-  p.update.update_distance_m = 0.0;
-  p.update.update_angle_rad = 0.0;
-  return p;
+  return {.scan = {.range_max_m = 20.0}, .update = {.update_distance_m = 0.0, .update_angle_rad = 0.0}};
+}
+
+/// A map into which scans are drawn as in the paper, with an intensity of 0.1 whatever the scan: easy to reckon.
+inline MapUpdater PlainUpdater(const UpdateParameters& parameters = TestParameters().update,
+                               const PaperDrawingConstants& constants = {.intensity_min = 0.1, .intensity_max = 0.1}) {
+  return {parameters, std::make_unique<PaperDrawing>(constants)};
 }
 
 /// With those parameters.

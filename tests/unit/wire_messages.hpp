@@ -5,6 +5,9 @@
 
 #include "services/wire/wire.hpp"
 
+// Fields of a message that are not named are 0.
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+
 namespace crsm {
 
 template <class Message>
@@ -94,35 +97,67 @@ inline tracking_state_t TrackingStateMessage() {
           0.0125};
 }
 
-inline map_request_t MapRequestMessage() { return {77, 4, 99, 8, 2, 3, 5, 1, 1, 2}; }
-
 inline map_delta_t MapDeltaMessage() {
-  map_delta_t message{};
-  message.utime = 5;
-  message.epoch = 99;
-  message.version = 8;
-  message.base_version = 7;
-  message.cell_size_m = 0.05;
-  message.num_parts = 1;
-  message.num_tiles = 2;
-  message.tiles = {{-3, 4, 5, {0, 0, 0, 1, 9}}, {1023, -1024, 0, {}}};
-  message.num_matches = 1;
-  message.matches = {ScanMatchMessage()};
-  message.num_requests = 1;
-  message.request = {MapRequestMessage()};
-  message.num_loops = 2;
-  message.loops = {{{1.0, 2.0, 0.5}, {3.0, -4.0, 6.0}, 1, 0}, {{}, {}, 0, 1}};
-  message.num_layouts = 1;
-  message.layout = {{3, 4, 90, 1, 2, {{7, 60, 12.5}, {2, 30, 0.5}}, 1, {{9, 40, 1.5, {1.0, -2.0, 0.25}, 1, 2, 3}}}};
-  message.num_asked = 1;
-  message.asked = {ScanMatchMessage()};
-  message.num_moved = 1;
-  message.T_new_old = {{0.25, -0.5, 0.125}};
-  message.trajectory = 2;
-  message.floating = 1;
-  message.num_tracking = 1;
-  message.tracking = {TrackingStateMessage()};
-  return message;
+  return {.utime = 5,
+          .epoch = 99,
+          .version = 8,
+          .cell_size_m = 0.05,
+          .part = 0,
+          .num_parts = 1,
+          .num_tiles = 2,
+          .tiles = {{-3, 4, 5, {0, 0, 0, 1, 9}}, {1023, -1024, 0, {}}},
+          .num_corrections = 1,
+          .T_new_old = {{0.25, -0.5, 0.125}},
+          .trajectory = 2,
+          .floating = 1};
+}
+
+inline map_request_t MapRequestMessage() {
+  return {.requester = 77,
+          .question = 4,
+          .epoch = 99,
+          .base_version = 7,
+          .first_tile = 2,
+          .first_match = 3,
+          .whole = 1,
+          .settled = 1,
+          .piece = 2};
+}
+
+inline map_pieces_t MapPiecesMessage() {
+  return {.num_all_pieces = 3,
+          .num_all_breaks = 4,
+          .num_matched = 90,
+          .num_bridged = 1,
+          .num_pieces = 2,
+          .pieces = {{7, 60, 12.5}, {2, 30, 0.5}},
+          .num_breaks = 1,
+          .breaks = {{9, 40, 1.5, {1.0, -2.0, 0.25}, 1, 2, map_break_t::SESSION}}};
+}
+
+inline map_page_t MapPageMessage() {
+  return {.request = MapRequestMessage(),
+          .epoch = 99,
+          .version = 8,
+          .cell_size_m = 0.05,
+          .next_tile = 4,
+          .next_match = 4,
+          .num_tiles = 2,
+          .tiles = {{-3, 4, 5, {0, 0, 0, 1, 9}}, {1023, -1024, 0, {}}},
+          .num_matches = 1,
+          .matches = {ScanMatchMessage()},
+          .num_tracking = 1,
+          .tracking = {TrackingStateMessage()},
+          .num_loops = 2,
+          .loops = {{{1.0, 2.0, 0.5}, {3.0, -4.0, 6.0}, 1, 0}, {{}, {}, 0, 1}},
+          .num_layouts = 1,
+          .layout = {MapPiecesMessage()}};
+}
+
+inline scan_request_t ScanRequestMessage() { return {.utime = 5, .requester = 77}; }
+
+inline scan_answer_t ScanAnswerMessage() {
+  return {.utime = 5, .epoch = 99, .num_matches = 1, .matches = {ScanMatchMessage()}};
 }
 
 inline loop_finding_t LoopFindingMessage() { return {{0, 3}, {0.5, -0.25, 0.125}, 0.75, loop_finding_t::NEARBY}; }
@@ -142,12 +177,10 @@ inline keyframe_t KeyframeMessage() {
   message.by_wheels = {WheelMotionMessage()};
   message.after_lost = 1;
   message.as_of = {1, 4};
-  message.num_open_axes = 1;
-  message.open_axis[0] = 0.6;
-  message.open_axis[1] = -0.8;
-  message.num_ties = 1;
-  message.tied_to = {0, 2};
-  message.T_tied_this = {1.5, 0.25, -0.5};
+  message.degenerate_axis[0] = 0.6;
+  message.degenerate_axis[1] = -0.8;
+  message.num_constraints = 1;
+  message.constraints = {{{0, 2}, {1.5, 0.25, -0.5}}};
   message.searched = 1;
   message.num_findings = 1;
   message.findings = {LoopFindingMessage()};
@@ -166,11 +199,11 @@ inline pose_graph_t PoseGraphMessage() {
   message.num_parts = 1;
   message.num_findings = 1;
   message.findings = {LoopFindingMessage()};
-  message.ties_wrong_from = {1, 7};
+  message.constraints_wrong_from = {1, 7};
   message.num_closed = 2;
   message.closed = {{{0, 9}, {1, 8}, {0.5, 0.0, 0.25}}, {{1, 1}, {1, 7}, {}}};
-  message.num_taken_out = 1;
-  message.taken_out = {{{1, 2}, {1, 6}, {1.0, 2.0, 3.0}}};
+  message.num_rejected = 1;
+  message.rejected = {{{1, 2}, {1, 6}, {1.0, 2.0, 3.0}}};
   message.num_moved = 2;
   message.moved = {{{0, 9}, 1, {{1.0, 2.0, 0.5}}}, {{1, 7}, 2, {{2.0, 2.0, 0.5}, {3.0, 2.0, -0.5}}}};
   return message;

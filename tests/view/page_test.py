@@ -167,7 +167,7 @@ import('/main.js').then(({robots}) => {
     const floats = text('floating');
     const number = model.num_news + 1;
     model.take({...info, kind: 'info', news: {number, text: 'joined: trajectory 3 with the map'}});
-    model.tell('put_right');
+    model.tell('corrected');
     model.take({...robot, kind: 'robot', floating: false, trajectory: 3});
     soon(() => {
       context.setLineDash = setLineDash;

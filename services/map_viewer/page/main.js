@@ -19,7 +19,7 @@ function addRobot(index) {
   for (const type of ["connection", "map", "robot", "path", "samples", "info"]) {
     model.addEventListener(type, () => robot.changed.add(type));
   }
-  model.addEventListener("put_right", () => toast("loop closed: the map was corrected"));
+  model.addEventListener("corrected", () => toast("loop closed: the map was corrected"));
   model.addEventListener("news", ({detail}) => toast(detail, NEWS_MS));
   model.addEventListener("info", () => label(robot));
   robot.view.addEventListener("chosen", () => choose(index));

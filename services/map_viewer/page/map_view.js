@@ -32,7 +32,7 @@ export class MapView extends EventTarget {
     this.readTheme();
     new ResizeObserver(() => this.resize()).observe(parent);
     this.listen();
-    model.addEventListener("put_right", () => { this.loop_closed_at = performance.now(); });
+    model.addEventListener("corrected", () => { this.loop_closed_at = performance.now(); });
   }
 
   readTheme() {

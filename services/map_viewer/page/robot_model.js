@@ -48,9 +48,9 @@ export class RobotModel extends EventTarget {
     this.map.cell_size_m = cell_size_m;
     for (const tile of tiles) this.map.take(tile);
     if (!complete) return;
-    const put_right = this.cursor.epoch !== 0n && epoch !== this.cursor.epoch;
+    const corrected = this.cursor.epoch !== 0n && epoch !== this.cursor.epoch;
     this.cursor = {epoch, version};
-    if (put_right) this.tell("put_right");
+    if (corrected) this.tell("corrected");
   }
 
   take_robot(robot) {

@@ -8,9 +8,9 @@
 // botlab's own programs say their poses; the utime of the message is that of the first one, or of the last.
 
 #include <algorithm>
-#include <botlab/lidar_nranges_t.hpp>
-#include <botlab/lidar_t.hpp>
 #include <cmath>
+#include <wire_fields/botlab/lidar_nranges_t.hpp>
+#include <wire_fields/botlab/lidar_t.hpp>
 
 #include "common/math/trigonometry.hpp"
 #include "services/wire/laser_types.hpp"
@@ -19,13 +19,8 @@
 namespace crsm {
 namespace {
 
-/// The two types differ in nothing but the name of the count.
-template <class Lidar>
-constexpr auto LidarFields(std::int32_t Lidar::*count) {
-  return std::tuple(&Lidar::utime, count, Array(&Lidar::ranges, count, kMaxBeams),
-                    Array(&Lidar::thetas, count, kMaxBeams), Array(&Lidar::times, count, kMaxBeams),
-                    Array(&Lidar::intensities, count, kMaxBeams));
-}
+static_assert(MostOf(&botlab::lidar_t::num_ranges) == kMaxBeams);
+static_assert(MostOf(&botlab::lidar_nranges_t::nranges) == kMaxBeams);
 
 template <class Lidar>
 bool LidarInRange(const Lidar& lidar) {
@@ -59,11 +54,11 @@ std::vector<std::int64_t> PutInOrder(std::vector<std::int64_t> times, bool clock
 }
 
 template <class Lidar>
-LaserScan ToScan(const Lidar& lidar, const ScanParameters& parameters) {
+LaserScan ToScan(const Lidar& lidar, const LaserMessageOptions& options) {
   const bool has_times = AreOfSweep(lidar.times);
   const std::vector<std::int64_t> times =
-      has_times ? PutInOrder(lidar.times, parameters.botlab_clockwise) : std::vector<std::int64_t>(lidar.ranges.size());
-  const auto sense = parameters.botlab_clockwise ? PolarGrid::Sense::kClockwise : PolarGrid::Sense::kCounterClockwise;
+      has_times ? PutInOrder(lidar.times, options.botlab_clockwise) : std::vector<std::int64_t>(lidar.ranges.size());
+  const auto sense = options.botlab_clockwise ? PolarGrid::Sense::kClockwise : PolarGrid::Sense::kCounterClockwise;
   PolarGrid grid(lidar.thetas.front(), sense, has_times);
   const std::int64_t end = has_times ? lidar.times.back() : 0;
   for (std::size_t i = 0; i < lidar.ranges.size(); ++i) {
@@ -75,16 +70,6 @@ LaserScan ToScan(const Lidar& lidar, const ScanParameters& parameters) {
 }
 
 }  // namespace
-
-template <>
-constexpr auto FieldsOf<botlab::lidar_t>() {
-  return LidarFields(&botlab::lidar_t::num_ranges);
-}
-
-template <>
-constexpr auto FieldsOf<botlab::lidar_nranges_t>() {
-  return LidarFields(&botlab::lidar_nranges_t::nranges);
-}
 
 template <>
 bool ValuesInRange(const botlab::lidar_t& lidar) {

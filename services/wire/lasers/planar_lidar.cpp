@@ -10,7 +10,7 @@ namespace crsm {
 namespace {
 
 template <class Message>
-LaserScan ToScan(const Message& message, const ScanParameters&) {
+LaserScan ToScan(const Message& message, const LaserMessageOptions&) {
   return FromMessage(message);
 }
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sensor_msgs/LaserScan.hpp>
+#include <wire_fields/sensor_msgs/LaserScan.hpp>
 
 #include "common/math/trigonometry.hpp"
 #include "services/wire/laser_types.hpp"
@@ -11,24 +11,7 @@
 
 namespace crsm {
 
-template <>
-constexpr auto FieldsOf<std_msgs::Time>() {
-  return std::tuple(&std_msgs::Time::sec, &std_msgs::Time::nsec);
-}
-
-template <>
-constexpr auto FieldsOf<std_msgs::Header>() {
-  return std::tuple(&std_msgs::Header::seq, &std_msgs::Header::stamp, &std_msgs::Header::frame_id);
-}
-
-template <>
-constexpr auto FieldsOf<sensor_msgs::LaserScan>() {
-  using T = sensor_msgs::LaserScan;
-  return std::tuple(&T::ranges_length, &T::intensities_length, &T::header, &T::angle_min, &T::angle_max,
-                    &T::angle_increment, &T::time_increment, &T::scan_time, &T::range_min, &T::range_max,
-                    Array(&T::ranges, &T::ranges_length, kMostBeamsRead),
-                    Array(&T::intensities, &T::intensities_length, kMostBeamsRead));
-}
+static_assert(MostOf(&sensor_msgs::LaserScan::ranges_length) == kMostBeamsRead);
 
 template <>
 bool ValuesInRange(const sensor_msgs::LaserScan& scan) {
@@ -43,7 +26,7 @@ bool ValuesInRange(const sensor_msgs::LaserScan& scan) {
 
 namespace {
 
-LaserScan ToScan(const sensor_msgs::LaserScan& m, const ScanParameters& parameters) {
+LaserScan ToScan(const sensor_msgs::LaserScan& m, const LaserMessageOptions& options) {
   return FromRosScan({{m.header.stamp.sec, m.header.stamp.nsec},
                       m.angle_min,
                       m.angle_increment,
@@ -51,7 +34,7 @@ LaserScan ToScan(const sensor_msgs::LaserScan& m, const ScanParameters& paramete
                       m.range_min,
                       m.range_max,
                       m.ranges},
-                     parameters);
+                     options.scan);
 }
 
 std::string FrameOf(const sensor_msgs::LaserScan& scan) { return scan.header.frame_id; }

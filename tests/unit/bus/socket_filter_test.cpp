@@ -7,18 +7,13 @@
 #include <unistd.h>
 
 #include "catch.hpp"
+#include "lcm_events.hpp"
 
 using namespace crsm;
 
 namespace {
 
 using Bytes = std::string;
-
-Bytes BigEndian(std::uint64_t value, int num_bytes) {
-  Bytes bytes;
-  for (int shift = 8 * (num_bytes - 1); shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 0xff);
-  return bytes;
-}
 
 /// A message in one packet. channel: with its NUL.
 Bytes Message(const Bytes& channel, const Bytes& data = "data") {
@@ -38,10 +33,10 @@ struct Fragment {
   }
 };
 
-/// A UDP socket of its own on the loopback, and one that sends to it.
+/// A UDP socket of its own on the loopback, which lets through these channels, and one that sends to it.
 class Loopback {
  public:
-  Loopback() {
+  explicit Loopback(const std::vector<std::string>& channels = {"LASER", "END"}, const Passage& passage = {}) {
     sockaddr_in address{};
     address.sin_family = AF_INET;
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
@@ -50,12 +45,17 @@ class Loopback {
     REQUIRE(getsockname(receiver_, reinterpret_cast<sockaddr*>(&address), &size) == 0);
     REQUIRE(connect(sender_, reinterpret_cast<sockaddr*>(&address), size) == 0);
     port_ = ntohs(address.sin_port);
+    REQUIRE(Filter(channels, passage));
   }
   ~Loopback() {
     close(receiver_);
     close(sender_);
   }
   Loopback(const Loopback&) = delete;
+
+  bool Filter(const std::vector<std::string>& channels, const Passage& passage = {}) {
+    return AttachFilter(receiver_, MakeChannelFilter(channels, passage));
+  }
 
   /// Whether the packet arrives before another one that is sent after it, and that no filter here keeps away.
   bool Passes(const Bytes& packet, const Bytes& last = Message(Bytes("END\0", 4), "")) {
@@ -95,8 +95,7 @@ Bytes Name(const std::string& channel) { return Bytes(channel.c_str(), channel.s
 
 TEST_CASE("messages on the channels of the filter pass whole, whatever the length of their names") {
   const std::vector<std::string> channels{"END", "LASER", "robot1/LASER", "A", "LONG", "LASE", std::string(63, 'n')};
-  Loopback loopback;
-  REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter(channels)));
+  Loopback loopback(channels);
   for (const std::string& channel : channels) {
     INFO(channel);
     CHECK(loopback.Passes(Message(Name(channel))));
@@ -107,8 +106,7 @@ TEST_CASE("messages on the channels of the filter pass whole, whatever the lengt
 }
 
 TEST_CASE("a channel that ends in * lets all pass whose names begin so, and * alone lets every message pass") {
-  Loopback loopback;
-  REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter({"END", "SERVICE_STATUS/*", "SERVICE_STATUS/longer"})));
+  Loopback loopback({"END", "SERVICE_STATUS/*", "SERVICE_STATUS/longer"});
   for (const std::string channel : {"SERVICE_STATUS/", "SERVICE_STATUS/a", "SERVICE_STATUS/rrhc_matcher"}) {
     INFO(channel);
     CHECK(loopback.Passes(Message(Name(channel))));
@@ -117,14 +115,13 @@ TEST_CASE("a channel that ends in * lets all pass whose names begin so, and * al
     INFO(channel);
     CHECK_FALSE(loopback.Passes(Message(Name(channel))));
   }
-  REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter({"*"}, {Packets::kWhole})));
+  REQUIRE(loopback.Filter({"*"}, {Packets::kWhole}));
   CHECK(loopback.Passes(Message(Name("anything"))));
   CHECK_FALSE(loopback.Passes(Fragment{}.Encode()));
 }
 
 TEST_CASE("messages on any other channel are dropped") {
-  Loopback loopback;
-  REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter({"LASER", "MAP_DELTA", "END"})));
+  Loopback loopback({"LASER", "MAP_DELTA", "END"});
   for (const std::string channel : {"", "L", "LASE", "LASES", "LASER2", "laser", "robot1/LASER", "POSE", "MAP_DELT",
                                     "MAP_DELTA_2", "XMAP_DELTA", "LCM_SELF_TEST"}) {
     INFO(channel);
@@ -135,7 +132,6 @@ TEST_CASE("messages on any other channel are dropped") {
 
 TEST_CASE("what is no message of LCM is dropped") {
   Loopback loopback;
-  REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter({"LASER", "END"})));
   const Bytes message = Message(Name("LASER"), "");
   REQUIRE(loopback.Passes(message));
   for (std::size_t size = 0; size < message.size(); ++size) {  // up to the name without its NUL
@@ -149,7 +145,6 @@ TEST_CASE("what is no message of LCM is dropped") {
 
 TEST_CASE("the later fragments of a message pass if they can be part of one") {
   Loopback loopback;
-  REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter({"LASER", "END"})));
   const Bytes data(1000, 'x');
   CHECK(loopback.Passes(Fragment{.offset = 1000, .number = 1, .rest = data}.Encode()));
   CHECK(loopback.Passes(Fragment{.offset = 2000, .number = 2, .rest = data}.Encode()));
@@ -166,23 +161,17 @@ TEST_CASE("the later fragments of a message pass if they can be part of one") {
 
 TEST_CASE("fragments that LCM 1.3.1 would write outside of their message are dropped") {
   Loopback loopback;
-  REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter({"LASER", "END"})));
   // Offset and length together wrap at 32 bits to less than the size.
   for (const std::uint16_t number : {std::uint16_t{0}, std::uint16_t{1}}) {
     CHECK_FALSE(loopback.Passes(Fragment{.size = 1000, .offset = 0xffffff00, .number = number}.Encode()));
   }
   // A header that is cut off, and a first fragment whose channel has no end: the length would be negative.
-  const Bytes first = Fragment{.rest = Name("LASER")}.Encode();
-  REQUIRE(loopback.Passes(first));
-  for (std::size_t size = 0; size < first.size(); ++size) {
-    INFO(size);
-    CHECK_FALSE(loopback.Passes(first.substr(0, size)));
-  }
-  const Bytes later = Fragment{.number = 1, .rest = ""}.Encode();
-  REQUIRE(loopback.Passes(later));
-  for (std::size_t size = 0; size < later.size(); ++size) {
-    INFO(size);
-    CHECK_FALSE(loopback.Passes(later.substr(0, size)));
+  for (const Bytes& whole : {Fragment{.rest = Name("LASER")}.Encode(), Fragment{.number = 1, .rest = ""}.Encode()}) {
+    REQUIRE(loopback.Passes(whole));
+    for (std::size_t size = 0; size < whole.size(); ++size) {
+      INFO(size);
+      CHECK_FALSE(loopback.Passes(whole.substr(0, size)));
+    }
   }
 }
 
@@ -191,8 +180,7 @@ TEST_CASE("one of two filters lets through what the other does not") {
   const std::vector<Bytes> fragments{Fragment{}.Encode(), Fragment{.offset = 1000, .number = 1}.Encode()};
   const std::vector<Bytes> neither{Message(Name("POSE")), Fragment{.offset = 0xffffff00, .number = 1}.Encode()};
   for (const Packets packets : {Packets::kWhole, Packets::kFragments}) {
-    Loopback loopback;
-    REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter({"LASER"}, {.packets = packets})));
+    Loopback loopback({"LASER"}, {.packets = packets});
     const Bytes last = packets == Packets::kWhole ? whole[0] : fragments[0];
     for (const Bytes& packet : whole) CHECK(loopback.Passes(packet, last) == (packets == Packets::kWhole));
     for (const Bytes& packet : fragments) CHECK(loopback.Passes(packet, last) == (packets == Packets::kFragments));
@@ -202,18 +190,18 @@ TEST_CASE("one of two filters lets through what the other does not") {
 
 TEST_CASE("a filter takes the place of the one before; one that the kernel refuses leaves none") {
   Loopback loopback;
-  REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter({"LASER", "END"})));
   CHECK_FALSE(loopback.Passes(Message(Name("POSE"))));
-  REQUIRE(AttachFilter(loopback.receiver(), MakeChannelFilter({"LASER", "POSE", "END"})));
+  REQUIRE(loopback.Filter({"LASER", "POSE", "END"}));
   CHECK(loopback.Passes(Message(Name("POSE"))));
   CHECK_FALSE(loopback.Passes(Message(Name("ODOMETRY"))));
-  CHECK_FALSE(AttachFilter(loopback.receiver(), MakeChannelFilter(std::vector(1000, std::string(60, 'n')))));
+  CHECK_FALSE(loopback.Filter(std::vector(1000, std::string(60, 'n'))));
   CHECK(loopback.Passes(Message(Name("ODOMETRY"))));
   CHECK_FALSE(AttachFilter(-1, MakeChannelFilter({"LASER"})));
 }
 
 TEST_CASE("the sockets that receive on a port are found, and no others") {
-  Loopback one, other;
+  Loopback one;
+  Loopback other;
   CHECK(FindUdpSockets(one.port()) == std::set{one.receiver()});
   CHECK(FindUdpSockets(other.port()) == std::set{other.receiver()});
 }

@@ -31,18 +31,19 @@ struct Run {
   }
 
   template <class Change>
-  void Add(int num, Change&& change) {
+  Run& Add(int num, Change&& change) {
     for (int i = 0; i < num; ++i) {
       ScanMatch match = Next();
       change(match);
       statistics.Add(match);
     }
+    return *this;
   }
-  void Add(int num) {
-    Add(num, [](ScanMatch&) {});
+  Run& Add(int num) {
+    return Add(num, [](ScanMatch&) {});
   }
 
-  Verdict Judged() const { return Judge(statistics, ByteMap(0.1)); }
+  Verdict Judged(const MapPieces& pieces = {}) const { return Judge(statistics, ByteMap(0.1), pieces); }
 };
 
 bool Mentions(const Verdict& verdict, const std::string& words) {
@@ -51,7 +52,43 @@ bool Mentions(const Verdict& verdict, const std::string& words) {
                      [&](const std::string& line) { return line.find(words) != std::string::npos; });
 }
 
+// What befalls a scan.
 void Lose(ScanMatch& match) { match.state = MatchState::kLost; }
+void Degenerate(ScanMatch& match) { match.state = MatchState::kDegenerate; }
+void FitBadly(ScanMatch& match) { match.fitness = 0.45; }
+void Jump(ScanMatch& match) { match.T_map_laser.x_m *= 10.0; }
+void TurnFar(ScanMatch& match) { match.T_map_laser.yaw_rad = match.utime % 5 == 0 ? 0.3 : 0.0; }
+void Stand(ScanMatch& match) {
+  match.T_map_laser = {match.utime % 2 == 0 ? 0.05 : 0.0, 0.0, match.utime % 3 == 0 ? 0.02 : 0.0};
+}
+void TurnOnTheSpot(ScanMatch& match) { match.T_map_laser = {0.0, 0.0, 0.002 * static_cast<double>(match.utime)}; }
+void SeeNothing(ScanMatch& match) {
+  match.state = MatchState::kFirst;  // the map stays empty
+  match.num_critical = 0;
+}
+/// Wheels whose turns have that sense.
+auto Turning(double sense) {
+  return [sense](ScanMatch& match) {
+    const double turn_rad = 0.1 * static_cast<double>(match.utime % 20);
+    match.T_map_laser.yaw_rad = turn_rad;
+    match.T_odom_robot = Pose2{match.T_map_laser.x_m, 0.0, sense * turn_rad};
+  };
+}
+void DriveBackwards(ScanMatch& match) { match.T_odom_robot = Pose2{-match.T_map_laser.x_m, 0.0, 0.0}; }
+void OnFinishedMap(ScanMatch& match) { match.map_version = 0; }
+auto Both(void (*one)(ScanMatch&), void (*other)(ScanMatch&)) {
+  return [=](ScanMatch& match) {
+    one(match);
+    other(match);
+  };
+}
+
+/// A localization, of whose 100 scans so many are lost. There is no first scan.
+Run Localized(int num_lost) {
+  return Run{.utime = 1}.Add(num_lost, Both(OnFinishedMap, Lose)).Add(100 - num_lost, OnFinishedMap);
+}
+
+Run Slow() { return Run{.step_m = 0.01}; }
 
 std::optional<double> AgreementOf(float range_m, int num_scans, bool rays_first = true) {
   RunStatistics statistics;
@@ -68,200 +105,94 @@ std::optional<double> AgreementOf(float range_m, int num_scans, bool rays_first 
 
 }  // namespace
 
-TEST_CASE("a run whose scans all fit is good, and says how many there were") {
-  Run run;
-  run.Add(100);
-  const Verdict verdict = run.Judged();
-  CHECK(verdict.trust == Trust::kGood);
-  CHECK(verdict.warnings.empty());
-  CHECK(verdict.text == "100 of 100 scans mapped, 0 lost, 0 degenerate, mean fitness 0.80");
+TEST_CASE("a run is as good as its scans, and what speaks against it is said") {
+  struct Case {
+    const char* drive;
+    Run run;
+    Trust trust;
+    const char* says = "";
+  };
+  const auto WithWheels = [](ScanMatch& match) {
+    Degenerate(match);
+    match.T_odom_robot = match.T_map_laser;
+  };
+  const auto WithWheelMotion = [](ScanMatch& match) {
+    Degenerate(match);
+    match.by_wheels = WheelMotion{};
+  };
+  using enum Trust;
+  const std::vector<Case> cases{
+      {"all scans fit", Run().Add(100), kGood, "100 of 100 scans mapped, 0 lost, 0 degenerate, mean fitness 0.80"},
+      {"no scan", Run(), kBad, "no scan came"},
+      {"too few to tell", Run().Add(19), kDoubtful},
+      {"just enough", Run().Add(20), kGood},
+      {"no rays", Run().Add(100, SeeNothing), kBad, "--range-max-m"},
+      {"low fitness", Run().Add(100, FitBadly), kBad, "--angle-scale"},
+      {"fair fitness", Run().Add(100, [](ScanMatch& match) { match.fitness = 0.55; }), kDoubtful},
+      {"low fitness with jumps: rate or unit of angles", Run().Add(100, Both(FitBadly, Jump)), kBad, "degrees"},
+      {"it stands", Run().Add(100, Stand), kGood, "the laser hardly moved (0.05 m and 1 degrees at most)"},
+      {"it stands and fits badly", Run().Add(100, Both(Stand, FitBadly)), kDoubtful, "the laser hardly moved"},
+      {"it turns and fits badly", Run().Add(100, Both(TurnOnTheSpot, FitBadly)), kBad, "angles"},
+      {"4 % lost", Run().Add(96).Add(4, Lose), kGood},
+      {"6 % lost", Run().Add(94).Add(6, Lose), kBad, "6 % of the scans are lost"},
+      {"4 % lost among far steps", Run().Add(90).Add(6, Jump).Add(4, Lose), kBad, "too few scans"},
+      {"1 % lost, in a row", Run().Add(1000).Add(20, Lose).Add(1000), kDoubtful},
+      {"far turns", Run().Add(100, TurnFar), kDoubtful, "deskewing (--sweep-s)"},
+      {"degenerate", Run().Add(10).Add(90, Degenerate), kBad, "do not fix the position in one direction"},
+      {"300 degenerate, 3 fixed by chance", Slow().Add(200).Add(150, Degenerate).Add(3).Add(150, Degenerate), kGood},
+      {"301 degenerate", Slow().Add(200).Add(150, Degenerate).Add(3).Add(151, Degenerate).Add(200), kDoubtful,
+       "301 scans in a row are degenerate"},
+      {"a door between", Slow().Add(200).Add(200, Degenerate).Add(4).Add(200, Degenerate).Add(200), kGood},
+      {"wheels hold the position", Slow().Add(200).Add(400, WithWheels), kGood},
+      {"6 m of degenerate scans", Run().Add(200).Add(120, Degenerate).Add(300), kGood},
+      {"10 m of degenerate scans", Run().Add(200).Add(200, Degenerate).Add(300), kDoubtful,
+       "along 10 m of the path of 35 m nothing in view told how far the robot drove, and hardly"},
+      {"10 m told by wheels", Run().Add(200).Add(200, WithWheelMotion).Add(300), kGood},
+      {"wheels turn as the laser does", Run().Add(200, Turning(1.0)), kGood},
+      {"wheels turn the other way", Run().Add(200, Turning(-1.0)), kDoubtful, "mirrored"},
+      {"wheels drive backwards", Run().Add(200, DriveBackwards), kDoubtful, "mounted rotated"},
+      {"localized", Localized(5), kGood},
+      {"localized with many lost scans", Localized(30), kDoubtful},
+      {"localized in another building", Localized(80), kBad, "another building"},
+      {"poses, not a map", Localized(80), kBad, "the poses are not to be trusted"},
+  };
+  for (const Case& tested : cases) {
+    CAPTURE(tested.drive);
+    const Verdict verdict = tested.run.Judged();
+    CHECK(verdict.trust == tested.trust);
+    CHECK(Mentions(verdict, tested.says));
+  }
+  CHECK(Run().Add(100).Judged().warnings.empty());
+  CHECK(Run().Add(100, SeeNothing).Judged().warnings.size() == 1);  // nothing else is known
+  CHECK_FALSE(Mentions(Run().Add(100, Both(Stand, FitBadly)).Judged(), "angles"));
 }
 
 TEST_CASE("the longer the way that nothing told, the further off the map may be, and it is said behind where") {
-  Run short_one;
-  short_one.Add(100);
-  CHECK(*short_one.Judged().off_m < 0.05);
-  CHECK_FALSE(short_one.Judged().off_at_m);
-  CHECK(Mentions(short_one.Judged(), "parts of it may be off by up to 0.04 m"));
-
-  Run open;  // 3.75 m of 12.5 m, in two pieces
-  open.step_m = 0.25;
-  open.Add(10);
-  open.Add(10, [](ScanMatch& match) { match.state = MatchState::kDegenerate; });
-  open.Add(10);
-  open.Add(5, [](ScanMatch& match) { match.state = MatchState::kDegenerate; });
-  open.Add(15);
-  CHECK(open.Judged().trust == Trust::kGood);
-  CHECK(*open.Judged().off_m > 0.1);
-  REQUIRE(open.Judged().off_at_m);
-  CHECK(open.Judged().off_at_m->x() == Approx(5.0));
-  CHECK(Mentions(open.Judged(), "behind x 5 m, y 0 m"));
-
-  Run lost;
-  lost.Add(100);
-  lost.Add(25, Lose);
-  lost.Add(900);
-  CHECK(*lost.Judged().off_m > 20.0);
-
-  Run bad;
-  bad.Add(100, [](ScanMatch& match) { match.fitness = 0.3; });
-  CHECK_FALSE(bad.Judged().off_m);
-}
-
-TEST_CASE("no scan at all is bad, a few tell nothing") {
-  CHECK(Run().Judged().trust == Trust::kBad);
-  CHECK(Mentions(Run().Judged(), "no scan came"));
-  Run few;
-  few.Add(19);
-  CHECK(few.Judged().trust == Trust::kDoubtful);
-  few.Add(1);
-  CHECK(few.Judged().trust == Trust::kGood);
-}
-
-TEST_CASE("scans without rays point at the range or its unit") {
-  Run run;
-  run.Add(100, [](ScanMatch& match) {
-    match.state = MatchState::kFirst;  // the map stays empty
-    match.num_critical = 0;
-  });
-  CHECK(run.Judged().trust == Trust::kBad);
-  CHECK(Mentions(run.Judged(), "--range-max-m"));
-  CHECK(run.Judged().warnings.size() == 1);  // nothing else is known
-  CHECK(run.Judged().text.starts_with("0 of 100 scans mapped"));
-}
-
-TEST_CASE("a low fitness is bad, a fair one doubtful; with jumps the cause is in the rate or the unit of angles") {
-  Run still;
-  still.Add(100, [](ScanMatch& match) { match.fitness = 0.45; });
-  CHECK(still.Judged().trust == Trust::kBad);
-  CHECK(Mentions(still.Judged(), "--angle-scale"));
-  Run fair;
-  fair.Add(100, [](ScanMatch& match) { match.fitness = 0.55; });
-  CHECK(fair.Judged().trust == Trust::kDoubtful);
-  Run jumping;
-  jumping.Add(100, [](ScanMatch& match) {
-    match.fitness = 0.45;
-    match.T_map_laser.x_m *= 10.0;
-  });
-  CHECK(jumping.Judged().trust == Trust::kBad);
-  CHECK(Mentions(jumping.Judged(), "degrees"));
-}
-
-TEST_CASE("a laser that stands is told so, and its low fitness accuses neither angles nor ranges") {
-  const auto Stand = [](ScanMatch& match) {
-    match.T_map_laser = {match.utime % 2 == 0 ? 0.05 : 0.0, 0.0, match.utime % 3 == 0 ? 0.02 : 0.0};
-  };
-  Run low;
-  low.Add(100, [&](ScanMatch& match) {
-    Stand(match);
-    match.fitness = 0.33;
-  });
-  CHECK(low.Judged().trust == Trust::kDoubtful);
-  CHECK(Mentions(low.Judged(), "the laser hardly moved (0.05 m and 1 degrees at most)"));
-  CHECK_FALSE(Mentions(low.Judged(), "angles"));
-  Run good;
-  good.Add(100, Stand);
-  CHECK(good.Judged().trust == Trust::kGood);
-  CHECK(Mentions(good.Judged(), "the laser hardly moved"));
-  Run turning;
-  turning.Add(100, [](ScanMatch& match) {
-    match.T_map_laser = {0.0, 0.0, 0.002 * static_cast<double>(match.utime)};
-    match.fitness = 0.33;
-  });
-  CHECK(turning.Judged().trust == Trust::kBad);
-  CHECK(Mentions(turning.Judged(), "angles"));
+  const Verdict sure = Run().Add(100).Judged();
+  CHECK(*sure.off_m < 0.05);
+  CHECK_FALSE(sure.off_at_m);
+  CHECK(Mentions(sure, "parts of it may be off by up to 0.04 m"));
+  // 3.75 m of 12.5 m, in two pieces.
+  const Verdict open = Run{.step_m = 0.25}.Add(10).Add(10, Degenerate).Add(10).Add(5, Degenerate).Add(15).Judged();
+  CHECK(open.trust == Trust::kGood);
+  CHECK(*open.off_m > 0.1);
+  REQUIRE(open.off_at_m);
+  CHECK(open.off_at_m->x() == Approx(5.0));
+  CHECK(Mentions(open, "behind x 5 m, y 0 m"));
+  CHECK(*Run().Add(100).Add(25, Lose).Add(900).Judged().off_m > 20.0);
+  CHECK_FALSE(Run().Add(100, FitBadly).Judged().off_m);
 }
 
 TEST_CASE("a map without more than a tenth of the recording is not called good") {
-  Run run;
-  run.Add(90);
-  Verdict tenth = run.Judged();
-  JudgeLeftOut(10, tenth);
-  CHECK(tenth.trust == Trust::kGood);
-  Verdict more = run.Judged();
-  JudgeLeftOut(30, more);
-  CHECK(more.trust == Trust::kDoubtful);
-  CHECK(Mentions(more, "30 of 120 scans of the recording are left out (25 %)"));
-  Verdict none = Run().Judged();
-  JudgeLeftOut(30, none);
-  CHECK_FALSE(Mentions(none, "left out"));  // nothing came: that is said
-}
-
-TEST_CASE("lost scans are bad from a twentieth on, and from a fiftieth on where the laser moves far") {
-  Run few;
-  few.Add(96);
-  few.Add(4, Lose);
-  CHECK(few.Judged().trust == Trust::kGood);
-  Run many;
-  many.Add(94);
-  many.Add(6, Lose);
-  CHECK(many.Judged().trust == Trust::kBad);
-  Run moving;
-  moving.Add(90);
-  moving.Add(6, [](ScanMatch& match) { match.T_map_laser.x_m *= 10.0; });
-  moving.Add(4, Lose);
-  CHECK(moving.Judged().trust == Trust::kBad);
-  CHECK(Mentions(moving.Judged(), "too few scans"));
-}
-
-TEST_CASE("a long time lost, or many far steps, make a map doubtful") {
-  Run lost;
-  lost.Add(1000);
-  lost.Add(20, Lose);
-  lost.Add(1000);
-  CHECK(lost.statistics.values().longest_lost == 20);
-  CHECK(lost.Judged().trust == Trust::kDoubtful);
-  Run turning;
-  turning.Add(100, [](ScanMatch& match) { match.T_map_laser.yaw_rad = match.utime % 5 == 0 ? 0.3 : 0.0; });
-  CHECK(turning.Judged().trust == Trust::kDoubtful);
-  CHECK(Mentions(turning.Judged(), "deskewing (--sweep-s)"));
-}
-
-TEST_CASE("where nothing holds the position along an axis, lengths are not known") {
-  Run run;
-  run.Add(100, [](ScanMatch& match) { match.state = match.utime > 10 ? MatchState::kDegenerate : match.state; });
-  CHECK(run.Judged().trust == Trust::kBad);
-  CHECK(Mentions(run.Judged(), "do not fix the position in one direction"));
-}
-
-TEST_CASE("odometry that turns the other way tells that one of the two is mirrored") {
-  const auto Judged = [](double sign) {
-    Run run;
-    run.Add(200, [&](ScanMatch& match) {
-      const double turn = 0.1 * static_cast<double>(match.utime % 20);
-      match.T_map_laser.yaw_rad = turn;
-      match.T_odom_robot = Pose2{match.T_map_laser.x_m, 0.0, sign * turn};
-    });
-    return run.Judged();
+  const auto JudgeWithout = [](int num_left_out, const Run& run) {
+    Verdict verdict = run.Judged();
+    JudgeLeftOut(num_left_out, verdict);
+    return verdict;
   };
-  CHECK(Judged(1.0).trust == Trust::kGood);
-  CHECK(Judged(-1.0).trust == Trust::kDoubtful);
-  CHECK(Mentions(Judged(-1.0), "mirrored"));
-}
-
-TEST_CASE("odometry that drives backwards tells that the laser is mounted rotated") {
-  Run run;
-  run.Add(200, [](ScanMatch& match) { match.T_odom_robot = Pose2{-match.T_map_laser.x_m, 0.0, 0.0}; });
-  CHECK(run.Judged().trust == Trust::kDoubtful);
-  CHECK(Mentions(run.Judged(), "mounted rotated"));
-}
-
-TEST_CASE("on a finished map lost scans are of another building") {
-  const auto Judged = [](int num_lost) {
-    Run run;
-    run.utime = 1;  // no first scan
-    run.Add(num_lost, [](ScanMatch& match) {
-      match.map_version = 0;
-      match.state = MatchState::kLost;
-    });
-    run.Add(100 - num_lost, [](ScanMatch& match) { match.map_version = 0; });
-    return run.Judged();
-  };
-  CHECK(Judged(5).trust == Trust::kGood);
-  CHECK(Judged(30).trust == Trust::kDoubtful);
-  CHECK(Judged(80).trust == Trust::kBad);
-  CHECK(Mentions(Judged(80), "another building"));
-  CHECK(Mentions(Judged(80), "the poses are not to be trusted"));
+  CHECK(JudgeWithout(10, Run().Add(90)).trust == Trust::kGood);
+  CHECK(JudgeWithout(30, Run().Add(90)).trust == Trust::kDoubtful);
+  CHECK(Mentions(JudgeWithout(30, Run().Add(90)), "30 of 120 scans of the recording are left out (25 %)"));
+  CHECK_FALSE(Mentions(JudgeWithout(30, Run()), "left out"));  // nothing came: that is said
 }
 
 TEST_CASE("agreement is the share of rays that end at walls, in whatever order rays and matches come") {
@@ -269,12 +200,9 @@ TEST_CASE("agreement is the share of rays that end at walls, in whatever order r
   CHECK(AgreementOf(2.05f, 30, false) == 1.0);
   CHECK(AgreementOf(3.0f, 30) == 0.0);  // through the wall
   CHECK(AgreementOf(1.0f, 30) == 0.0);  // in the open
-}
-
-TEST_CASE("agreement is unknown below twenty scans, and its sample is bounded") {
-  CHECK(!AgreementOf(2.05f, 19));
+  CHECK(!AgreementOf(2.05f, 19));       // too few to tell
   CHECK(AgreementOf(2.05f, 20) == 1.0);
-  CHECK(AgreementOf(2.05f, 5000) == 1.0);
+  CHECK(AgreementOf(2.05f, 5000) == 1.0);  // more than are kept
 }
 
 TEST_CASE("lost scans and scans whose rays were not heard do not count for the agreement") {
@@ -320,58 +248,21 @@ TEST_CASE("scans that fit badly, but whose rays agree with the map, make it doub
   CHECK(JudgeRays(3.0f).trust == Trust::kBad);
 }
 
-TEST_CASE("many scans in a row in which nothing holds the position along an axis are doubtful, unless odometry does") {
-  const auto IsOpen = [](ScanMatch& match) { match.state = MatchState::kDegenerate; };
-  const auto IsHeldByWheels = [&](ScanMatch& match) {
-    match.state = MatchState::kDegenerate;
-    match.T_odom_robot = match.T_map_laser;
-  };
-  Run bare{0.01};
-  bare.Add(200);
-  bare.Add(150, IsOpen);
-  bare.Add(3);  // by chance
-  bare.Add(150, IsOpen);
-  CHECK(bare.Judged().trust == Trust::kGood);
-  bare.Add(1, IsOpen);
-  bare.Add(200);
-  CHECK(bare.Judged().trust == Trust::kDoubtful);
-  CHECK(Mentions(bare.Judged(), "301 scans in a row are degenerate"));
-
-  Run with_a_door{0.01};
-  with_a_door.Add(200);
-  with_a_door.Add(200, IsOpen);
-  with_a_door.Add(4);
-  with_a_door.Add(200, IsOpen);
-  with_a_door.Add(200);
-  CHECK(with_a_door.Judged().trust == Trust::kGood);
-
-  Run with_wheels{0.01};
-  with_wheels.Add(200);
-  with_wheels.Add(400, IsHeldByWheels);
-  CHECK(with_wheels.Judged().trust == Trust::kGood);
-}
-
 TEST_CASE("loops that were rejected make a map doubtful, and never better than it was") {
-  Run run;
-  run.Add(100);
-  Verdict verdict = run.Judged();
-  JudgeLoops(12, 0, verdict);
-  CHECK(verdict.trust == Trust::kGood);
-  CHECK(verdict.warnings.empty());
-  JudgeLoops(12, 3, verdict);
-  CHECK(verdict.trust == Trust::kDoubtful);
-  CHECK(Mentions(verdict, "3 of 15 loops were rejected"));
-
-  Verdict bad = Run().Judged();
-  JudgeLoops(12, 3, bad);
-  CHECK(bad.trust == Trust::kBad);
+  const auto JudgeWith = [](int num_rejected, const Run& run) {
+    Verdict verdict = run.Judged();
+    JudgeLoops(12, num_rejected, verdict);
+    return verdict;
+  };
+  CHECK(JudgeWith(0, Run().Add(100)).trust == Trust::kGood);
+  CHECK(JudgeWith(0, Run().Add(100)).warnings.empty());
+  CHECK(JudgeWith(3, Run().Add(100)).trust == Trust::kDoubtful);
+  CHECK(Mentions(JudgeWith(3, Run().Add(100)), "3 of 15 loops were rejected"));
+  CHECK(JudgeWith(3, Run()).trust == Trust::kBad);
 }
 
 TEST_CASE("wheels that tell another way than the laser make a map doubtful, and further off") {
-  Run run;
-  run.step_m = 0.25;
-  run.Add(100);
-  const Verdict good = run.Judged();
+  const Verdict good = Run{.step_m = 0.25}.Add(100).Judged();
   REQUIRE(good.off_m);
   const auto JudgeBy = [&good](double way_per_m, double turn_per_rad, std::int64_t steps) {
     Verdict verdict = good;
@@ -385,7 +276,6 @@ TEST_CASE("wheels that tell another way than the laser make a map doubtful, and 
   CHECK(JudgeBy(0.06, 0.16, 100).trust == Trust::kGood);
   CHECK(JudgeBy(0.06, 0.16, 100).off_m == good.off_m);
   CHECK(JudgeBy(0.22, 0.1, 3).trust == Trust::kGood);  // too little was learned
-
   for (const Verdict& verdict : {JudgeBy(0.22, 0.1, 8), JudgeBy(0.06, 0.3, 8)}) {
     CHECK(verdict.trust == Trust::kDoubtful);
     CHECK(Mentions(verdict, "the wheels and the laser tell different ways"));
@@ -395,15 +285,13 @@ TEST_CASE("wheels that tell another way than the laser make a map doubtful, and 
 
 TEST_CASE("a map in pieces is never good where more than a fiftieth of the matched scans is on others") {
   const auto JudgeWith = [](std::int64_t on_largest, std::int64_t elsewhere) {
-    Run run;
-    run.Add(static_cast<int>(on_largest));
-    run.Add(static_cast<int>(elsewhere), Lose);  // as scans of other pieces come
-    MapPieces pieces;
-    pieces.num_pieces = 3;
-    pieces.num_breaks = 2;
-    pieces.num_matched = on_largest + elsewhere;
-    pieces.pieces = {{90, on_largest, 40.0}, {20, elsewhere - 1, 5.0}, {1, 1, 0.0}};
-    return Judge(run.statistics, ByteMap(0.1), pieces);
+    const MapPieces pieces{.num_pieces = 3,
+                           .num_breaks = 2,
+                           .num_matched = on_largest + elsewhere,
+                           .pieces = {{90, on_largest, 40.0}, {20, elsewhere - 1, 5.0}, {1, 1, 0.0}},
+                           .breaks = {}};
+    // As lost come the scans of other pieces.
+    return Run().Add(static_cast<int>(on_largest)).Add(static_cast<int>(elsewhere), Lose).Judged(pieces);
   };
   const Verdict few = JudgeWith(990, 10);
   CHECK(few.trust == Trust::kGood);
@@ -418,54 +306,29 @@ TEST_CASE("a map in pieces is never good where more than a fiftieth of the match
   CHECK(JudgeWith(200, 800).trust == Trust::kBad);
 }
 
-TEST_CASE("a map that hangs together by the wheels alone is doubtful, and says where it hangs on them") {
-  const auto JudgeWith = [](std::int64_t num_bridged) {
-    Run run;
-    run.Add(1000);
-    MapPieces pieces;
-    pieces.num_pieces = 1;
-    pieces.num_breaks = 3;
-    pieces.num_bridged = num_bridged;
-    pieces.num_matched = 1000;
-    pieces.pieces = {{90, 1000, 40.0}};
-    return Judge(run.statistics, ByteMap(0.1), pieces);
-  };
-  CHECK(JudgeWith(0).trust == Trust::kGood);
-  CHECK(JudgeWith(2).trust == Trust::kDoubtful);
-  CHECK(Mentions(JudgeWith(2), "warning: 2 of 3 interruptions of the track are bridged by the wheels alone"));
-}
-
 TEST_CASE("scans that are lost beside a piece are bad as ever") {
-  Run run;
-  run.Add(900);
-  run.Add(100, Lose);
-  MapPieces pieces;
-  pieces.num_pieces = 2;
-  pieces.num_breaks = 1;
-  pieces.num_matched = 910;
-  pieces.pieces = {{90, 900, 40.0}, {2, 10, 1.0}};
-  const Verdict verdict = Judge(run.statistics, ByteMap(0.1), pieces);
+  const MapPieces pieces{
+      .num_pieces = 2, .num_breaks = 1, .num_matched = 910, .pieces = {{90, 900, 40.0}, {2, 10, 1.0}}, .breaks = {}};
+  const Verdict verdict = Run().Add(900).Add(100, Lose).Judged(pieces);
   CHECK(verdict.trust == Trust::kBad);
   CHECK(Mentions(verdict, "9 % of the scans are lost"));
 }
 
-TEST_CASE(
-    "a long way on degenerate scans of which hardly any place was seen twice is doubtful, unless wheels tell it") {
-  const auto JudgeDrive = [](int num_degenerate, bool wheels) {
-    Run run;
-    run.Add(200);
-    run.Add(num_degenerate, [&](ScanMatch& match) {
-      match.state = MatchState::kDegenerate;
-      if (wheels) match.by_wheels = WheelMotion{};
-    });
-    run.Add(300);
-    return run.Judged();
+TEST_CASE("breaks that were joined speak against nothing, those that the wheels alone bridge make a map doubtful") {
+  const auto JudgeWith = [](std::int64_t num_breaks, std::int64_t num_bridged) {
+    return Run().Add(1000).Judged({.num_pieces = 1,
+                                   .num_breaks = num_breaks,
+                                   .num_matched = 1000,
+                                   .num_bridged = num_bridged,
+                                   .pieces = {{90, 1000, 40.0}},
+                                   .breaks = {}});
   };
-  CHECK(JudgeDrive(120, false).trust == Trust::kGood);  // 6 m
-  const Verdict verdict = JudgeDrive(200, false);       // 10 m
-  CHECK(verdict.trust == Trust::kDoubtful);
-  CHECK(Mentions(verdict, "along 10 m of the path of 35 m nothing in view told how far the robot drove, and hardly"));
-  CHECK(JudgeDrive(200, true).trust == Trust::kGood);
+  CHECK(JudgeWith(4, 0).trust == Trust::kGood);
+  CHECK(FormatVerdict(JudgeWith(4, 0)).size() == 4);  // the scans, the verdict, its metres, and the breaks
+  CHECK(Mentions(JudgeWith(4, 0), "lost or interrupted 4 times, and all parts of the map were joined"));
+  CHECK(Mentions(JudgeWith(1, 0), "lost or interrupted once, and the two parts"));
+  CHECK(JudgeWith(3, 2).trust == Trust::kDoubtful);
+  CHECK(Mentions(JudgeWith(3, 2), "warning: 2 of 3 interruptions of the track are bridged by the wheels alone"));
 }
 
 TEST_CASE("a map whose scans contradict each other where the robot was twice is doubtful, and says where") {
@@ -492,32 +355,15 @@ TEST_CASE("a map whose scans contradict each other where the robot was twice is 
   CHECK_FALSE(Mentions(JudgeDrive(0.0, kSeldom), "contradict others"));
 }
 
-TEST_CASE("breaks that were all joined are told in one line, and speak against nothing") {
-  Run run;
-  run.Add(100);
-  MapPieces pieces;
-  pieces.num_pieces = 1;
-  pieces.num_breaks = 4;
-  pieces.num_matched = 100;
-  pieces.pieces = {{90, 100, 40.0}};
-  const Verdict verdict = Judge(run.statistics, ByteMap(0.1), pieces);
-  CHECK(verdict.trust == Trust::kGood);
-  CHECK(FormatVerdict(verdict).size() == 4);  // the scans, the verdict, its metres
-  CHECK(Mentions(verdict, "lost or interrupted 4 times, and all parts of the map were joined"));
-  pieces.num_breaks = 1;
-  CHECK(Mentions(Judge(run.statistics, ByteMap(0.1), pieces), "lost or interrupted once, and the two parts"));
-}
-
 TEST_CASE("summary.json has the pieces, and where and why each break was") {
   Summary summary;
   CHECK_FALSE(nlohmann::json::parse(FormatSummary(summary)).contains("breaks"));
-  MapPieces pieces;
-  pieces.num_pieces = 3;
-  pieces.num_breaks = 2;
-  pieces.num_matched = 100;
-  pieces.pieces = {{90, 80, 40.0}, {10, 15, 5.0}, {2, 5, 0.5}};
-  pieces.breaks = {{7, 40, BreakReason::kGap, 9.5, {1.0, 2.0, 0.5}, 1, 2}, {9, 60, BreakReason::kLost, 1.5, {}, 1, 1}};
-  summary.pieces = pieces;
+  summary.pieces = {
+      .num_pieces = 3,
+      .num_breaks = 2,
+      .num_matched = 100,
+      .pieces = {{90, 80, 40.0}, {10, 15, 5.0}, {2, 5, 0.5}},
+      .breaks = {{7, 40, BreakReason::kGap, 9.5, {1.0, 2.0, 0.5}, 1, 2}, {9, 60, BreakReason::kLost, 1.5, {}, 1, 1}}};
   const auto json = nlohmann::json::parse(FormatSummary(summary));
   CHECK(json["pieces"]["count"] == 3);
   CHECK(json["pieces"]["scans"] == 100);
@@ -537,11 +383,8 @@ TEST_CASE("summary.json has the pieces, and where and why each break was") {
 }
 
 TEST_CASE("summary.json has the verdict, with the lines that a program prints") {
-  Run run;
-  run.Add(94);
-  run.Add(6, Lose);
   Summary summary;
-  summary.verdict = run.Judged();
+  summary.verdict = Run().Add(94).Add(6, Lose).Judged();
   const auto json = nlohmann::json::parse(FormatSummary(summary))["verdict"];
   CHECK(json["trust"] == "bad");
   CHECK(json["agreement"].is_null());

@@ -109,13 +109,15 @@ TEST_CASE("what is near is near along motions, ties and loops, by the shortest w
   CHECK(Within(graph, 4, 2.0) == std::map<int, double>{{2, 2.0}, {3, 1.0}, {4, 0.0}, {5, 1.0}, {6, 2.0}});
 
   SECTION("a constraint leads to the keyframe it was matched at, until it is dropped") {
-    const KeyframeId tied = graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, ProximityConstraint{Nth(2), {0.3, 0.4, 0.0}}));
-    CHECK(Within(graph, tied.number, 1.6) == std::map<int, double>{{1, 1.5}, {2, 0.5}, {3, 1.5}, {9, 1.0}, {10, 0.0}});
-    graph.DropConstraints({0, tied.number + 1});
-    CHECK(Within(graph, tied.number, 1.0).count(2) == 1);
-    graph.DropConstraints(tied);
-    CHECK(Within(graph, tied.number, 1.6) == std::map<int, double>{{9, 1.0}, {10, 0.0}});
-    CHECK(graph.keyframe(tied).constraint_wrong);
+    const KeyframeId constrained =
+        graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, ProximityConstraint{Nth(2), {0.3, 0.4, 0.0}}));
+    CHECK(Within(graph, constrained.number, 1.6) ==
+          std::map<int, double>{{1, 1.5}, {2, 0.5}, {3, 1.5}, {9, 1.0}, {10, 0.0}});
+    graph.DropConstraints({0, constrained.number + 1});
+    CHECK(Within(graph, constrained.number, 1.0).count(2) == 1);
+    graph.DropConstraints(constrained);
+    CHECK(Within(graph, constrained.number, 1.6) == std::map<int, double>{{9, 1.0}, {10, 0.0}});
+    CHECK(graph.keyframe(constrained).constraint_wrong);
   }
   SECTION("so does a loop, until it is dropped") {
     const Loop loop{Nth(1), Nth(9), {0.0, 0.5, 3.0}};
@@ -127,13 +129,14 @@ TEST_CASE("what is near is near along motions, ties and loops, by the shortest w
     CHECK(graph.loops().empty());
     CHECK(Within(graph, 9, 1.5) == std::map<int, double>{{8, 1.0}, {9, 0.0}});
   }
-  SECTION("a loop between keyframes that are tied is dropped without the constraint") {
-    const KeyframeId tied = graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, ProximityConstraint{Nth(2), {0.5, 0.0, 0.0}}));
-    const Loop loop{Nth(2), tied, {0.25, 0.0, 0.0}};
+  SECTION("a loop between keyframes with a constraint is dropped without the constraint") {
+    const KeyframeId constrained =
+        graph.Add(MakeKeyframe({1.0, 0.0, 0.0}, ProximityConstraint{Nth(2), {0.5, 0.0, 0.0}}));
+    const Loop loop{Nth(2), constrained, {0.25, 0.0, 0.0}};
     graph.AddLoop(loop);
-    CHECK(Within(graph, tied.number, 1.0)[2] == 0.25);
+    CHECK(Within(graph, constrained.number, 1.0)[2] == 0.25);
     graph.DropLoop(loop);
-    CHECK(Within(graph, tied.number, 1.0)[2] == 0.5);
+    CHECK(Within(graph, constrained.number, 1.0)[2] == 0.5);
   }
 }
 
@@ -156,7 +159,7 @@ TEST_CASE("a loop puts a square right that has drifted, and motions stay as they
   CHECK(graph.path_m(Nth(82)) == Approx(82.0).margin(0.2));
 }
 
-TEST_CASE("a loop that all others contradict is taken out") {
+TEST_CASE("a loop that all others contradict is rejected") {
   const std::vector<Pose2> truth = SquareRound(83);
   KeyframeGraph graph = DriveDrifting(truth, {0.0, 0.0, 0.0005});
   const Loop wrong = TrueLoop(truth, 10, 50, {4.0, 0.0, 0.0});  // as far as from one door to the next
@@ -172,9 +175,9 @@ TEST_CASE("a loop that all others contradict is taken out") {
 TEST_CASE("a constraint holds a keyframe at the place where it was matched") {
   const std::vector<Pose2> truth = SquareRound(81);
   KeyframeGraph graph = DriveDrifting(truth, {0.0, 0.0, 0.001});
-  Keyframe tied = MakeKeyframe(Inverse(truth[0]) * truth[1], ProximityConstraint{Nth(1), {}});
-  tied.T_previous_this = Inverse(graph.pose(Nth(80))) * graph.pose(Nth(1));  // as matched: right where it was
-  graph.Add(tied);
+  Keyframe constrained = MakeKeyframe(Inverse(truth[0]) * truth[1], ProximityConstraint{Nth(1), {}});
+  constrained.T_previous_this = Inverse(graph.pose(Nth(80))) * graph.pose(Nth(1));  // as matched: right where it was
+  graph.Add(constrained);
   CHECK(graph.MakePoseGraph().edges().size() == 82);  // 81 motions and the constraint
   graph.Optimise();
   CheckPose(Inverse(graph.pose(Nth(1))) * graph.pose(Nth(81)), {}, 0.02);
@@ -239,9 +242,9 @@ TEST_CASE("what an update takes out is gone, and an update without poses moves n
   graph.AddLoop(one);
   GraphUpdate update;
   update.closed = {two};
-  update.taken_out = {one};
+  update.rejected = {one};
   update.keyframe = Nth(10);
-  update.ties_wrong_from = Nth(3);
+  update.constraints_wrong_from = Nth(3);
   graph.Apply(update);
   CHECK(graph.loops() == std::vector<Loop>{two});
   CHECK(graph.keyframe(Nth(10)).constraint_wrong);
@@ -433,7 +436,7 @@ TEST_CASE("an update of keyframes that are not there, or were not yet, does not 
   good.keyframe = {1, 6};
   good.previous = KeyframeId{0, 9};
   good.closed = {{{0, 9}, {1, 6}, {}}};
-  good.ties_wrong_from = KeyframeId{0, 3};
+  good.constraints_wrong_from = KeyframeId{0, 3};
   good.moved = {{{0, 0}, std::vector<Pose2>(10)}, {{1, 0}, std::vector<Pose2>(3)}, {{1, 3}, std::vector<Pose2>(4)}};
   REQUIRE(graph.Fits(good));
   const auto Fits = [&](const auto& spoil) {
@@ -448,7 +451,7 @@ TEST_CASE("an update of keyframes that are not there, or were not yet, does not 
   CHECK_FALSE(Fits([](GraphUpdate& u) { u.closed[0].older = {0, 10}; }));
   CHECK_FALSE(Fits([](GraphUpdate& u) { u.closed[0].newer = {1, 7}; }));  // not yet
   CHECK_FALSE(Fits([](GraphUpdate& u) { u.closed[0].newer = u.closed[0].older; }));
-  CHECK_FALSE(Fits([](GraphUpdate& u) { u.ties_wrong_from = KeyframeId{0, 10}; }));
+  CHECK_FALSE(Fits([](GraphUpdate& u) { u.constraints_wrong_from = KeyframeId{0, 10}; }));
   CHECK_FALSE(Fits([](GraphUpdate& u) { u.moved[0].poses.emplace_back(); }));
   CHECK_FALSE(Fits([](GraphUpdate& u) { u.moved[0].first.number = -1; }));
   CHECK_FALSE(Fits([](GraphUpdate& u) { u.moved[1].first.number = 1; }));      // over the next one

@@ -96,7 +96,7 @@ TEST_CASE("a place is not taken if one that is alike lies further away than pose
 TEST_CASE("findings that do not agree on how the robot has moved close no loop") {
   const std::vector<Pose2> places = DriveRoundBlock(5.0, 5.0 + 1.4 * kRoundBlock_m);
   const auto FirstLoops = [](const std::vector<Keyframe>& keyframes) {
-    SubmapLoopCloser closer({true, kLocalMap_m, 10}, UpdateParameters{});
+    SubmapLoopCloser closer({true, kLocalMap_m}, UpdateParameters{});
     for (const Keyframe& keyframe : keyframes) {
       const auto update = closer.Add(keyframe, {});
       if (update && update->ChangesGraph()) return update->closed;

@@ -22,8 +22,9 @@ UpdateParameters Drawing() {
   return drawing;
 }
 
-constexpr LoopParameters kNoLoops{false, 30.0, 10};
-constexpr LoopParameters kLoops{true, 30.0, 10};
+constexpr LoopParameters kNoLoops{false, 30.0};
+constexpr LoopParameters kLoops{true, 30.0};
+const int kLag = GraphConstants{}.lag;
 
 /// A drive along corridors, as it was matched.
 struct Driven {
@@ -143,7 +144,7 @@ TEST_CASE("the local map leaves out what is far along the path; the whole map ha
 
 TEST_CASE("keyframes stay in the local map for a while where the way went straight on, and only there") {
   const auto ShareDrawn = [&](const Driven& driven, double local_map_m = 10.0) {
-    Mapper mapper(Drawing(), {true, local_map_m, 10});
+    Mapper mapper(Drawing(), {true, local_map_m});
     for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
     return static_cast<double>(mapper.num_drawn()) / mapper.graph().size();
   };
@@ -179,7 +180,7 @@ TEST_CASE("where the robot comes back to, the local map has again what it had le
   CHECK(replica.ToDenseGrid().cells == LocalMap(mapper).ToDenseGrid().cells);
 }
 
-TEST_CASE("a keyframe is tied to the nearest one of long ago, where it was matched") {
+TEST_CASE("a keyframe has a constraint to the nearest one of long ago, where it was matched") {
   const Driven driven = Drive(22.0, 16.0);
   Mapper mapper(Drawing(), kLoops);
   for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
@@ -221,7 +222,7 @@ TEST_CASE("a keyframe says what is not known of its motion") {
   CHECK_FALSE(keyframe->degenerate_axis);
 }
 
-TEST_CASE("what is put right takes effect some keyframes later, and moves the map, the robot and all scans") {
+TEST_CASE("what is corrected takes effect some keyframes later, and moves the map, the robot and all scans") {
   const Driven driven = Drive(20.0);
   Mapper mapper(Drawing(), kLoops);
   for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
@@ -233,7 +234,7 @@ TEST_CASE("what is put right takes effect some keyframes later, and moves the ma
   const KeyframeGraph before = mapper.graph();
   const Pose2 turn{0.0, 0.0, 0.05};
   GraphUpdate update;
-  update.keyframe = Nth(before.size() - kLoops.lag);
+  update.keyframe = Nth(before.size() - kLag);
   update.moved = {Moved(before, turn, 0, update.keyframe.number)};
   REQUIRE(mapper.Accept(update));
   CHECK(mapper.last_update() == update.keyframe);
@@ -286,7 +287,7 @@ TEST_CASE("scans between keyframes follow the one that they were matched after, 
   for (std::size_t i = 0; i < driven.scans.size(); ++i) MatchNext(driven.scans[i], driven.matches[i].T_map_laser);
   const int newest = mapper.graph().size() - 1;
   GraphUpdate update;
-  update.keyframe = Nth(newest + 1 - kLoops.lag);  // the next keyframe brings it to the map
+  update.keyframe = Nth(newest + 1 - kLag);  // the next keyframe brings it to the map
   const Pose2 turn{0.5, 0.0, 0.1};
   update.moved = {Moved(mapper.graph(), turn, 0, update.keyframe.number)};
   REQUIRE(mapper.Accept(update));
@@ -323,7 +324,7 @@ TEST_CASE("a local map that is drawn anew has few keyframes of each place, howev
   const auto NumAfterUpdate = [&] {
     GraphUpdate update;
     update.previous = mapper.last_update();
-    update.keyframe = Nth(mapper.graph().size() - kLoops.lag);
+    update.keyframe = Nth(mapper.graph().size() - kLag);
     update.moved = {Moved(mapper.graph(), {}, 0, update.keyframe.number)};
     REQUIRE(mapper.Accept(update));
     DriveOn(1);
@@ -341,7 +342,7 @@ TEST_CASE("a local map that is drawn anew has few keyframes of each place, howev
 
 TEST_CASE(
     "a drive whose drawing was put off goes on with the same map, also where there may be no room for all of it") {
-  constexpr LoopParameters kShort{true, 10.0, 10};  // what was seen first is soon left out
+  constexpr LoopParameters kShort{true, 10.0};  // what was seen first is soon left out
   Driven driven = Drive(60.0);
   bool lacks_room = false;
   SECTION("with room") {}
@@ -405,33 +406,33 @@ TEST_CASE("an update comes to the same whether keyframes come before it or after
     update->keyframe = Nth(24);
     update->moved = {Moved(early.graph(), {0.1, 0.2, 0.003}, 10, 24)};  // those before it stay
     REQUIRE(early.Accept(*update));
-    REQUIRE(early.graph().size() - 1 < 24 + kLoops.lag);
+    REQUIRE(early.graph().size() - 1 < 24 + kLag);
   }
   REQUIRE(update);
-  REQUIRE(late.graph().size() <= 24 + kLoops.lag);  // not due yet
+  REQUIRE(late.graph().size() <= 24 + kLag);  // not due yet
   REQUIRE(late.Accept(*update));
   CHECK(early.best_poses() == late.best_poses());
   CHECK(early.MakeBestGraph().poses() == early.best_poses());
   for (int k = 0; k < 10; ++k) CHECK(At(early.best_poses(), Nth(k)) == early.graph().pose(Nth(k)));
 }
 
-TEST_CASE("loops are placed by all that is known: those that hold, those that were taken out, the newest of many") {
+TEST_CASE("loops are placed by all that is known: those that hold, those that were rejected, the newest of many") {
   const Driven driven = Drive(20.0);
   Mapper mapper(Drawing(), kLoops);
   for (std::size_t i = 0; i < driven.scans.size(); ++i) mapper.Integrate(&driven.scans[i], driven.matches[i]);
   CHECK(mapper.PlaceLoops().empty());
-  const auto Accept = [&](int keyframe, std::vector<Loop> closed, std::vector<Loop> taken_out, double moved_m) {
+  const auto Accept = [&](int keyframe, std::vector<Loop> closed, std::vector<Loop> rejected, double moved_m) {
     GraphUpdate update;
     update.keyframe = Nth(keyframe);
     update.previous = mapper.last_update();
     update.closed = std::move(closed);
-    update.taken_out = std::move(taken_out);
+    update.rejected = std::move(rejected);
     update.moved = {Moved(mapper.graph(), {moved_m, 0.0, 0.0}, 0, keyframe)};
     REQUIRE(mapper.Accept(update));
   };
-  const auto Placed = [&](int older, int newer, double moved_m, bool taken_out) {
+  const auto Placed = [&](int older, int newer, double moved_m, bool rejected) {
     const Pose2 motion{moved_m, 0.0, 0.0};
-    return PlacedLoop{motion * mapper.graph().pose(Nth(older)), motion * mapper.graph().pose(Nth(newer)), taken_out};
+    return PlacedLoop{motion * mapper.graph().pose(Nth(older)), motion * mapper.graph().pose(Nth(newer)), rejected};
   };
   Accept(10, {{Nth(1), Nth(9), {}}, {Nth(2), Nth(10), {}}}, {}, 0.5);
   CHECK(mapper.PlaceLoops() == std::vector{Placed(1, 9, 0.5, false), Placed(2, 10, 0.5, false)});
@@ -439,7 +440,7 @@ TEST_CASE("loops are placed by all that is known: those that hold, those that we
   CHECK(mapper.PlaceLoops() ==
         std::vector{Placed(2, 10, 0.25, false), Placed(3, 12, 0.25, false), Placed(1, 9, 0.25, true)});
   CHECK(mapper.num_loops() == 2);
-  CHECK(mapper.num_loops_taken_out() == 1);
+  CHECK(mapper.num_loops_rejected() == 1);
 
   std::vector<Loop> many;
   for (int i = 0; i < 150; ++i) many.push_back({Nth(i % 10), Nth(11), {}});
@@ -505,8 +506,8 @@ TEST_CASE("an update that does not follow the last one, or is of no such graph, 
   CHECK(IsRefused([](GraphUpdate& u) { u.moved[0].first = Nth(-1); }));
   CHECK(IsRefused([](GraphUpdate& u) { u.closed = {{Nth(3), Nth(21), {}}}; }));
   CHECK(IsRefused([](GraphUpdate& u) { u.closed = {{Nth(3), Nth(3), {}}}; }));
-  CHECK(IsRefused([](GraphUpdate& u) { u.taken_out = {{Nth(-1), Nth(3), {}}}; }));
-  CHECK(IsRefused([](GraphUpdate& u) { u.ties_wrong_from = Nth(-1); }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.rejected = {{Nth(-1), Nth(3), {}}}; }));
+  CHECK(IsRefused([](GraphUpdate& u) { u.constraints_wrong_from = Nth(-1); }));
   CHECK(IsRefused([](GraphUpdate& u) { u.moved[0].poses[7].x_m = -1e6; }));
   CHECK(IsRefused([](GraphUpdate& u) { u.moved[0].poses[7].y_m = NAN; }));
   CHECK(IsRefused([&](GraphUpdate& u) {
@@ -587,7 +588,7 @@ TEST_CASE("a trajectory floats until it has the most keyframes or is joined, by 
     const int num_first = mapper.graph().size(0);
     const int num_second = mapper.graph().size() - num_first;
     CHECK(step.after.trajectory == (i < num_before ? 0 : 1));
-    const bool has_joined = num_joined > 0 && num_second > num_joined + kLoops.lag;
+    const bool has_joined = num_joined > 0 && num_second > num_joined + kLag;
     CHECK(step.after.floating == (i >= num_before && num_second <= num_first && !has_joined));
     match.state = MatchState::kLost;
     const auto scan = static_cast<std::int64_t>(i > num_before ? i + 1 : i);

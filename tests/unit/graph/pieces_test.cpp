@@ -10,14 +10,14 @@
 #include "common/graph/whole_map.hpp"
 #include "graph/block.hpp"
 #include "services/diagnosis/break_news.hpp"
-#include "services/map_updater/answers.hpp"
+#include "services/map_updater/pages.hpp"
 #include "services/replica/map_replica.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {
 namespace {
 
-constexpr LoopParameters kLoops{true, 30.0, 10, 6, 8.0};
+constexpr LoopParameters kLoops{true, 30.0};
 
 UpdateParameters Drawing() {
   UpdateParameters drawing = TestParameters().update;
@@ -83,7 +83,7 @@ std::vector<std::int64_t> ScansOf(const MapPieces& pieces) {
 }  // namespace
 
 TEST_CASE("why a trajectory began follows from the scans before it") {
-  TrajectoryLog log(kLoops);
+  TrajectoryLog log;
   std::int64_t utime = 10'000'000;
   int num = 1;
   const auto Next = [&](std::int64_t step_us, MatchState state) { log.Add(At(utime += step_us, state), num); };
@@ -120,7 +120,7 @@ TEST_CASE("why a trajectory began follows from the scans before it") {
 }
 
 TEST_CASE("times at both ends of what a clock can say do no harm") {
-  TrajectoryLog log(kLoops);
+  TrajectoryLog log;
   log.Add(At(std::numeric_limits<std::int64_t>::max(), MatchState::kFirst), 1);
   log.Add(At(0, MatchState::kFirst), 2);
   CHECK(log.at(1).start.reason == BreakReason::kClock);
@@ -225,8 +225,8 @@ TEST_CASE("a replica that turns to a piece gets its scans and its map, and of a 
       const auto request = replica.NextRequest();
       if (!request) break;
       CHECK(request->piece == (piece == 1 ? 0 : piece));
-      const map_delta_t page = MakePage(*request, drawn.map(), answered, {90 + piece, 6000});
-      REQUIRE(Decode<map_delta_t>(Encode(page)));
+      const map_page_t page = MakePage(*request, drawn.map(), answered, {90 + piece, 6000});
+      REQUIRE(Decode<map_page_t>(Encode(page)));
       replica.Handle(page);
     }
     CHECK(replica.synced());
@@ -267,7 +267,7 @@ TEST_CASE("on the terminal stands where a trajectory begins and where it is join
   CHECK(Look().empty());
   GraphUpdate update;
   update.previous = drive.mapper.last_update();
-  update.taken_out = {{drive.mapper.graph().LastOf(0), drive.mapper.graph().LastOf(1), {}}};
+  update.rejected = {{drive.mapper.graph().LastOf(0), drive.mapper.graph().LastOf(1), {}}};
   drive.Add(MakeBlock(5), 15.0, false);
   update.keyframe = *drive.mapper.graph().newest();
   REQUIRE(drive.mapper.Accept(update));

@@ -8,7 +8,8 @@
 namespace crsm {
 namespace {
 
-constexpr LoopParameters kLoops{true, 40.0, 10};
+constexpr LoopParameters kLoops{true, 40.0};
+const int kLag = GraphConstants{}.lag;
 
 double Distance_m(const Pose2& a, const Pose2& b) { return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m); }
 
@@ -98,7 +99,7 @@ std::vector<Pose2> DriveTwins() {
 
 }  // namespace
 
-TEST_CASE("a drive round a block that has drifted is put right when it comes back") {
+TEST_CASE("a drive round a block that has drifted is corrected when it comes back") {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     CAPTURE(seed);
     const std::vector<Pose2> places = DriveRoundBlock(5.0, 5.0 + 1.4 * kRoundBlock_m);
@@ -115,7 +116,7 @@ TEST_CASE("a drive round a block that has drifted is put right when it comes bac
       CHECK(update->keyframe == Nth(static_cast<int>(i)));
       CHECK(update->previous == std::exchange(previous, update->keyframe));
       CHECK(closer.graph().Fits(*update));
-      CHECK(update->taken_out.empty());
+      CHECK(update->rejected.empty());
       closed.insert(closed.end(), update->closed.begin(), update->closed.end());
     }
     const double before_m = LargestDistance_m(without.poses()[0], truth);
@@ -187,7 +188,7 @@ TEST_CASE("in corridors that are alike, to each other and every two metres, no l
   }
 }
 
-TEST_CASE("where a place is known the matches are checked, and a slip between two ties is put right") {
+TEST_CASE("where a place is known the matches are checked, and a slip between two proximity constraints is corrected") {
   const std::vector<Wall> walls = MakeBlock(4);
   std::vector<Pose2> places = DriveRoundBlock(2.0, 45.0);
   const std::vector<Pose2> back = DriveRoundBlock(44.5, 3.0);
@@ -211,19 +212,19 @@ TEST_CASE("where a place is known the matches are checked, and a slip between tw
       if (graph.size() > 0)
         keyframe.constraint = ConstrainWhereMatched(graph, graph.poses()[0].back() * keyframe.T_previous_this);
       num_constrained += keyframe.constraint.has_value();
-      if (found && graph.CountAfter(found->keyframe) >= kLoops.lag) keyframe.as_of = found->keyframe;
+      if (found && graph.CountAfter(found->keyframe) >= kLag) keyframe.as_of = found->keyframe;
       auto update = closer.Add(keyframe, {});
       if (update && update->ChangesGraph() && !found) found = std::move(update);
     }
     REQUIRE(num_constrained > 10);
     REQUIRE(found.has_value() == (slip_m > 0.0));
     if (!found) continue;
-    REQUIRE(found->ties_wrong_from);
-    CHECK(*found->ties_wrong_from <= Nth(kSlipped));  // half of a slip is what a check takes for agreement
-    CHECK(*found->ties_wrong_from > Nth(110));        // what was checked before it stays
+    REQUIRE(found->constraints_wrong_from);
+    CHECK(*found->constraints_wrong_from <= Nth(kSlipped));  // half of a slip is what a check takes for agreement
+    CHECK(*found->constraints_wrong_from > Nth(110));        // what was checked before it stays
     CHECK(WorstLoop_m(found->closed, truth) < 0.1);
-    const KeyframeId last = std::min(Nth(found->keyframe.number + kLoops.lag), *closer.graph().newest());
-    for (KeyframeId id = *found->ties_wrong_from; id <= last; ++id.number) {
+    const KeyframeId last = std::min(Nth(found->keyframe.number + kLag), *closer.graph().newest());
+    for (KeyframeId id = *found->constraints_wrong_from; id <= last; ++id.number) {
       const Keyframe& keyframe = closer.graph().keyframe(id);  // also of those that were matched until it took effect
       CHECK((!keyframe.constraint || keyframe.constraint_wrong));
     }
@@ -246,7 +247,7 @@ std::vector<GraphUpdate> DriveAgain(SubmapLoopCloser& closer, const std::vector<
   for (Keyframe& keyframe : again) {
     keyframe.utime += 60'000'000;
     auto update = closer.Add(std::move(keyframe), {});
-    if (update && !(update->closed.empty() && update->taken_out.empty())) updates.push_back(std::move(*update));
+    if (update && !(update->closed.empty() && update->rejected.empty())) updates.push_back(std::move(*update));
   }
   return updates;
 }
@@ -279,7 +280,7 @@ TEST_CASE("a join falls apart where the robot then sees walls that others saw to
   CHECK(updates.front().closed.size() == 2);
   const GraphUpdate& last = updates.back();
   CHECK(last.closed.empty());
-  CHECK(last.taken_out.size() >= 2);
+  CHECK(last.rejected.size() >= 2);
   CHECK(last.previous >= updates[updates.size() - 2].keyframe);
   CHECK(closer.graph().Fits(last));
   CHECK_FALSE(closer.graph().is_one_component());

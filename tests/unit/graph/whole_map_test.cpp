@@ -68,7 +68,7 @@ TEST_CASE("a whole map that is drawn piece by piece is the one that is drawn at 
   CHECK(CellsOf(whole.map()) == expected);
 }
 
-TEST_CASE("what is put right is drawn anew where it belongs by now, and nothing of it is left where it was") {
+TEST_CASE("what is corrected is drawn anew where it belongs by now, and nothing of it is left where it was") {
   const KeyframeGraph graph = DriveAlong(30.0);
   WholeMap whole = DrawAll(graph, graph.poses(), 5);
   KeyframePoses poses = graph.poses();

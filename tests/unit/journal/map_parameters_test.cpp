@@ -13,7 +13,9 @@ namespace fs = std::filesystem;
 class Called {
  public:
   explicit Called(const std::vector<std::string>& flags)
-      : command_line("test", "", {ParameterGroup::kScan, ParameterGroup::kMatch, ParameterGroup::kUpdate}, {}) {
+      : command_line(
+            "test", "",
+            {ParameterGroup::kScan, ParameterGroup::kMatch, ParameterGroup::kUpdate, ParameterGroup::kAlgorithm}, {}) {
     std::vector<const char*> argv{"test"};
     for (const std::string& flag : flags) argv.push_back(flag.c_str());
     REQUIRE_FALSE(command_line.Parse(static_cast<int>(argv.size()), argv.data()));
@@ -45,34 +47,34 @@ class MadeWith {
 
 TEST_CASE(
     "the parameters of a map are those of the laser and of drawing, as flags say them, and not those of a search") {
-  const auto texts = ListMapParameters(Called({"--range-max-m", "81.9", "--no-join-hits"}).command_line.parameters());
+  const auto texts =
+      ListMapParameters(Called({"--range-max-m", "81.9", "--algorithm", "paper"}).command_line.parameters());
   CHECK(ValueOf(texts, "range_max_m") == "81.9");
   CHECK(ValueOf(texts, "angle_scale") == "1");
-  CHECK(ValueOf(texts, "join_hits") == "false");
+  CHECK(ValueOf(texts, "algorithm") == "paper");
   CHECK(ValueOf(texts, "cell_size_m") == "0.05");
-  CHECK(ValueOf(texts, "window_m").empty());
-  CHECK(ValueOf(texts, "rays_min").empty());
+  CHECK(ValueOf(texts, "smooth_climb").empty());
+  CHECK(ValueOf(texts, "rays_max").empty());
   CHECK(ValueOf(texts, "seed").empty());
 }
 
 TEST_CASE("the parameters of a map are taken over, to the last bit, where nobody says anything else") {
-  const std::vector<std::string> flags{
-      "--range-max-m", "81.9", "--intensity-min", "0.1000000000000001", "--no-join-hits", "--cell-size-m", "0.02"};
+  const std::vector<std::string> flags{"--range-max-m", "81.9",  "--update-distance-m", "0.1000000000000001",
+                                       "--algorithm",   "paper", "--cell-size-m",       "0.02"};
   const MadeWith map(flags);
-  for (std::vector<std::string> said :
-       {std::vector<std::string>{}, {"--range-max-m", "81.90"}, {"--window-m", "0.5"}}) {
+  for (std::vector<std::string> said : {std::vector<std::string>{}, {"--range-max-m", "81.90"}, {"--smooth-climb"}}) {
     Called called(said);
     AdoptMapParameters(map.folder, called.command_line);
     CHECK(ListMapParameters(called.command_line.parameters()) ==
           ListMapParameters(Called(flags).command_line.parameters()));
   }
-  Called called({"--window-m", "0.5"});
+  Called called({"--smooth-climb"});
   AdoptMapParameters(map.folder, called.command_line);
-  CHECK(called.command_line.parameters().match.window_m == 0.5);
+  CHECK(called.command_line.parameters().match.smooth_climb);
 }
 
 TEST_CASE("another value is refused by the name of who said it, also where it is the default") {
-  const MadeWith map({"--range-max-m", "81.9", "--no-join-hits"});
+  const MadeWith map({"--range-max-m", "81.9", "--algorithm", "paper"});
   const auto Refused = [&](const std::vector<std::string>& flags) {
     Called called(flags);
     return ErrorOf([&] { AdoptMapParameters(map.folder, called.command_line); });
@@ -81,7 +83,7 @@ TEST_CASE("another value is refused by the name of who said it, also where it is
   CHECK(Refused({"--range-max-m", "40"}) ==
         "--range-max-m 40" + was + "81.9; remove this setting, or set --range-max-m 81.9");
   CHECK(Refused({"--range-max-m", "30"}).find("--range-max-m 30" + was + "81.9") == 0);
-  CHECK(Refused({"--join-hits"}).find("--join-hits true" + was + "false") == 0);
+  CHECK(Refused({"--algorithm", "crsm"}).find("--algorithm crsm" + was + "paper") == 0);
   CHECK(Refused({"--preset", "urg-04lx"}).find("urg-04lx:") == 0);
   CHECK(Refused({"--profile", "paper"}).find("paper:") == 0);
   const ScratchFile config("seed = 3\nrange_max_m = 40\n");
@@ -90,7 +92,7 @@ TEST_CASE("another value is refused by the name of who said it, also where it is
 }
 
 TEST_CASE("a parameter that this version does not know is refused, and one that the map's did not is left as it is") {
-  Called called({"--window-m", "0.5"});
+  Called called({"--smooth-climb"});
   const auto Refused = [&](const ParameterTexts& of_map) {
     return ErrorOf([&] { called.command_line.Adopt(of_map, "MAP"); });
   };

@@ -2,12 +2,11 @@
 
 #include <zlib.h>
 
-#include <cstdlib>
-#include <fstream>
 #include <string>
 
 #include "catch.hpp"
 #include "common/results/pictures.hpp"
+#include "scratch.hpp"
 
 namespace crsm {
 namespace {
@@ -15,27 +14,12 @@ namespace {
 namespace fs = std::filesystem;
 
 /// A folder of results, whose map has two rows of three cells.
-class ResultsFolder {
+class ResultsFolder : public ScratchFolder {
  public:
   ResultsFolder() {
-    std::string name = fs::temp_directory_path() / "crsm_read_map_test_XXXXXX";
-    REQUIRE(mkdtemp(name.data()));
-    path_ = name;
     Write("map.yaml", "image: map.png\nresolution: 0.05\norigin: [-0.100000, 0.150000, 0.0]\nnegate: 0\n");
     Write("map.png", EncodeMap({3, 2, 0, 0, 0.05, {0, 1, 128, 255, 254, 127}}));
   }
-  ~ResultsFolder() { fs::remove_all(path_); }
-  ResultsFolder(const ResultsFolder&) = delete;
-  ResultsFolder& operator=(const ResultsFolder&) = delete;
-
-  void Write(const std::string& name, const std::string& text) const {
-    std::ofstream(path_ / name, std::ios::binary) << text;
-  }
-
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
 };
 
 /// A picture that says something else of itself: at 0 of its header its width in four bytes, at 4 its height, at 8 the
@@ -48,15 +32,6 @@ std::string WithHeader(std::string png, std::size_t at, const std::string& bytes
   const auto sum = crc32(0, reinterpret_cast<const Bytef*>(png.data() + kName), kChecksum - kName);
   for (std::size_t i = 0; i < 4; ++i) png[kChecksum + i] = static_cast<char>(sum >> (24 - 8 * i));
   return png;
-}
-
-std::string ErrorOf(const fs::path& folder) {
-  try {
-    ReadByteMap(folder);
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return "";
 }
 
 }  // namespace
@@ -81,38 +56,36 @@ TEST_CASE("a map is read from its picture and its place: each pixel is a cell, a
 
 TEST_CASE("what is no map of ours is refused, and the file named") {
   const ResultsFolder results;
-  const std::string yaml = (results.path() / "map.yaml").string();
-  const std::string png = (results.path() / "map.png").string();
-  const std::string place_is_missing = yaml + ": must have lines 'resolution: METRES' and 'origin: [X, Y, YAW]'";
+  const auto CheckRefused = [&](const char* file, const std::string& reason) {
+    CHECK(ErrorOf([&] { ReadByteMap(results.path()); }).starts_with((results / file).string() + reason));
+  };
   for (const std::string text :
        {"", "resolution: 0.05", "resolution: 0\norigin: [0, 0, 0]", "resolution: -1\norigin: [0, 0, 0]",
         "resolution: nan\norigin: [0, 0, 0]", "resolution: 0.05\norigin: [3300, 0, 0]",
         "resolution: 0.05\norigin: [0, nan, 0]", "resolution: 1e-300\norigin: [1e5, 0, 0]"}) {
     CAPTURE(text);
     results.Write("map.yaml", text);
-    CHECK(ErrorOf(results.path()).rfind(place_is_missing, 0) == 0);
+    CheckRefused("map.yaml", ": must have lines 'resolution: METRES' and 'origin: [X, Y, YAW]'");
   }
   results.Write("map.yaml", "resolution: 1\norigin: [0, 0, 0]");
-  CHECK(ErrorOf(results.path()).empty());
+  CHECK_NOTHROW(ReadByteMap(results.path()));
   const std::string good = EncodeMap({2, 1, 0, 0, 0.05, {0, 255}});
-  for (const std::string& other : {WithHeader(good, 9, "\2"), WithHeader(good, 8, "\x10")}) {  // colours; 16 bits
-    results.Write("map.png", other);
-    CHECK(ErrorOf(results.path()) == png + ": is no 8-bit grey picture");
+  const std::vector<std::pair<std::string, std::string>> pictures{
+      {WithHeader(good, 9, "\2"), ": is no 8-bit grey picture"},    // colours
+      {WithHeader(good, 8, "\x10"), ": is no 8-bit grey picture"},  // 16 bits
+      {WithHeader(good, 0, std::string("\0\1\0\0\0\1\0\0", 8)), ": has 65536 x 65536 pixels, more than"},
+      {EncodeMap({70000, 1, 0, 0, 0.05, std::vector<std::uint8_t>(70000, 9)}), ": is larger than a map can be"},
+      {good.substr(0, good.size() - 20), ": cannot be read as a picture: "},
+      {"", ": cannot be read as a picture: "},
+      {"P5 1 1 255 x", ": cannot be read as a picture: "}};
+  for (const auto& [picture, reason] : pictures) {
+    results.Write("map.png", picture);
+    CheckRefused("map.png", reason);
   }
-  results.Write("map.png", WithHeader(good, 0, std::string("\0\1\0\0\0\1\0\0", 8)));
-  CHECK(ErrorOf(results.path()) == png + ": has 65536 x 65536 pixels, more than a map can have cells");
-  results.Write("map.png", EncodeMap({70000, 1, 0, 0, 0.05, std::vector<std::uint8_t>(70000, 9)}));
-  CHECK(ErrorOf(results.path()) == png + ": is larger than a map can be");
-  results.Write("map.png", good.substr(0, good.size() - 20));
-  CHECK(ErrorOf(results.path()).rfind(png + ": cannot be read as a picture: ", 0) == 0);
-  for (const std::string& text : {std::string(), std::string("P5 1 1 255 x")}) {
-    results.Write("map.png", text);
-    CHECK(ErrorOf(results.path()).rfind(png + ": cannot be read as a picture: ", 0) == 0);
-  }
-  fs::remove(png);
-  CHECK(ErrorOf(results.path()).rfind(png + ": cannot be read as a picture: ", 0) == 0);
-  fs::remove(yaml);
-  CHECK(ErrorOf(results.path()) == "cannot read " + yaml);
+  fs::remove(results / "map.png");
+  CheckRefused("map.png", ": cannot be read as a picture: ");
+  fs::remove(results / "map.yaml");
+  CHECK(ErrorOf([&] { ReadByteMap(results.path()); }) == "cannot read " + (results / "map.yaml").string());
 }
 
 }  // namespace crsm

@@ -1,6 +1,5 @@
 #include "common/logs/temporary_file.hpp"
 
-#include <cstdlib>
 #include <stdexcept>
 #include <vector>
 
@@ -30,12 +29,7 @@ TEST_CASE("what was appended is read back, whether it is on the disk already or 
   CHECK(Read(file, 0, all.size()) == all);
   CHECK(Read(file, 20000, 10) == std::vector<std::uint8_t>(all.begin() + 20000, all.begin() + 20010));
   CHECK(Read(file, all.size(), 0).empty());
-}
-
-TEST_CASE("nothing is read beyond the end") {
-  TemporaryFile file;
-  file.Append(std::vector<std::uint8_t>{1, 2, 3});
-  CHECK_THROWS_AS(Read(file, 2, 2), std::runtime_error);
+  CHECK_THROWS_AS(Read(file, all.size() - 1, 2), std::runtime_error);
 }
 
 TEST_CASE("a file takes its bytes along when it is moved") {
@@ -45,16 +39,6 @@ TEST_CASE("a file takes its bytes along when it is moved") {
   CHECK(Read(other, 1, 2) == std::vector<std::uint8_t>{2, 3});
   other = TemporaryFile();
   CHECK(other.size() == 0);
-}
-
-TEST_CASE("where no file can be made the folder is named, and the way out") {
-  const char* before = std::getenv("TMPDIR");
-  const std::string folder = before ? before : "";
-  setenv("TMPDIR", "/nowhere", 1);
-  CHECK_THROWS_WITH(
-      TemporaryFile(),
-      "a temporary file in /nowhere cannot be made: No such file or directory; TMPDIR names another folder");
-  before ? setenv("TMPDIR", folder.c_str(), 1) : unsetenv("TMPDIR");
 }
 
 }  // namespace crsm

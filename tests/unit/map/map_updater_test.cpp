@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "catch.hpp"
 #include "common/math/random.hpp"
@@ -19,12 +20,13 @@ constexpr int kOccupiedOnce = 102;
 /// A map and the replica that its deltas make.
 class TestMap {
  public:
-  explicit TestMap(const Parameters& parameters = TestParameters())
-      : updater(parameters.update), bytes(parameters.update.cell_size_m), scan_(parameters.scan) {}
+  explicit TestMap(MapUpdater drawn_by = PlainUpdater()) : updater(std::move(drawn_by)), bytes(0.05) {}
+  explicit TestMap(const DrawingConstants& constants)
+      : TestMap(MapUpdater(DrawingRules(TestParameters().update, constants))) {}
 
   MapDelta Draw(const LaserScan& scan, const Pose2& T_map_laser = {}, MatchState state = MatchState::kOk) {
-    MapDelta delta =
-        updater.Update(AllRays(scan, scan_), {scan.utime, T_map_laser, 1.0, 1, 1, updater.version(), state});
+    const CriticalRays rays = AllRays(scan);
+    MapDelta delta = updater.Update(rays, {scan.utime, T_map_laser, 1.0, 1, 1, updater.version(), state});
     for (const TileChange& change : delta.tiles) REQUIRE(bytes.Apply(change));
     return delta;
   }
@@ -32,10 +34,11 @@ class TestMap {
 
   MapUpdater updater;
   ByteMap bytes;
-
- private:
-  ScanParameters scan_;
 };
+
+/// With the plain updater's intensity and density: a hit occupies one cell or more, whole.
+constexpr DrawingConstants kPlain{
+    .occupied_density = 2.0, .intensity_min = 0.1, .intensity_max = 0.1, .first_intensity = 0.0, .hit_spread = 4.0};
 
 LaserScan Beam(float range_m, float angle_rad = 0.0f) { return {1, angle_rad, 0.01f, {range_m}}; }
 
@@ -118,10 +121,7 @@ TEST_CASE("an occupied cell wins over a free one within a scan") {
 }
 
 TEST_CASE("cells follow the asymptotic rule of the paper") {
-  Parameters parameters = TestParameters();
-  parameters.update.intensity = 0.07;
-  parameters.update.occupied_density = 3.0;
-  TestMap map(parameters);
+  TestMap map(PlainUpdater(TestParameters().update, {3.0, 0.07, 0.07}));
   double free = 0.5;
   double occupied = 0.5;
   for (int scan = 0; scan < 60; ++scan) {
@@ -145,11 +145,9 @@ TEST_CASE("no cell is ever certain: what changed in the world changes in the map
 }
 
 TEST_CASE("no explored cell has the byte of an unexplored one") {
-  Parameters parameters = TestParameters();
-  parameters.update.intensity = 0.001;  // 0.5 +- 0.0005 is 127.6 and 127.4 in 255ths
-  parameters.update.occupied_density = 1.0;
-  TestMap map(parameters);
-  for (int scan = 0; scan < 300; ++scan) {  // crosses the middle upwards and downwards
+  TestMap map(
+      PlainUpdater(TestParameters().update, {1.0, 0.001, 0.001}));  // 0.5 +- 0.0005 is 127.6 and 127.4 in 255ths
+  for (int scan = 0; scan < 300; ++scan) {                          // crosses the middle upwards and downwards
     map.Draw(Beam(scan < 20 || scan > 100 ? 1.0f : 2.0f), kInCell);
     REQUIRE(map.At(10, 0) != kUnexploredByte);
     REQUIRE(map.At(20, 0) != kUnexploredByte);
@@ -157,10 +155,8 @@ TEST_CASE("no explored cell has the byte of an unexplored one") {
 }
 
 TEST_CASE("a cell just off one half keeps its side of the byte of unexplored cells") {
-  Parameters parameters = TestParameters();
-  parameters.update.intensity = 0.001;  // 0.5 -+ 0.0005 is 127.4 and 127.6 in 255ths, and 127 is kept
-  parameters.update.occupied_density = 1.0;
-  TestMap map(parameters);
+  TestMap map(PlainUpdater(TestParameters().update,
+                           {1.0, 0.001, 0.001}));  // 0.5 -+ 0.0005 is 127.4 and 127.6 in 255ths, and 127 is kept
   map.Draw(Beam(1.0f), kInCell);
   CHECK(map.At(20, 0) == 126);
   CHECK(map.At(10, 0) == 128);
@@ -169,20 +165,18 @@ TEST_CASE("a cell just off one half keeps its side of the byte of unexplored cel
 }
 
 TEST_CASE("the intensity of the update is the scan's mean sparseness") {
-  Parameters parameters = TestParameters();
-  parameters.update.sparseness_intensity = true;
-  TestMap map(parameters);
+  TestMap map(PlainUpdater(TestParameters().update, {}));
   map.Draw({1, 0.0f, 0.05f, std::vector<float>(60, 2.0f)}, kInCell);  // chord: 4 sin(0.025) = 0.1
   CHECK(map.At(10, 0) == kFreeOnce);
-  TestMap sparser(parameters);
+  TestMap sparser(PlainUpdater(TestParameters().update, {}));
   sparser.Draw({1, 0.0f, 0.075f, std::vector<float>(40, 2.0f)}, kInCell);
   CHECK(sparser.At(10, 0) > kFreeOnce);
 }
 
 TEST_CASE("the first update of a cell is more intense than the next ones") {
-  Parameters parameters = TestParameters();
-  parameters.update.first_intensity = 0.6;
-  TestMap map(parameters);
+  DrawingConstants constants = kPlain;
+  constants.first_intensity = 0.6;
+  TestMap map(constants);
   double free = 0.5 + 0.5 * 0.6;
   double occupied = 0.5 - 0.5 * 0.6;
   for (int scan = 0; scan < 5; ++scan) {
@@ -195,10 +189,10 @@ TEST_CASE("the first update of a cell is more intense than the next ones") {
 }
 
 TEST_CASE("an update more intense than the first one has to be is not held back") {
-  Parameters parameters = TestParameters();
-  parameters.update.occupied_density = 8.0;
-  parameters.update.first_intensity = 0.6;
-  TestMap map(parameters);
+  DrawingConstants constants = kPlain;
+  constants.occupied_density = 8.0;
+  constants.first_intensity = 0.6;
+  TestMap map(constants);
   map.Draw(Beam(1.0f), kInCell);
   CHECK(std::abs(map.At(20, 0) - 255.0 * 0.5 * (1.0 - 0.8)) <= 0.51);
 }
@@ -214,23 +208,22 @@ TEST_CASE("the map grows in every direction") {
 
 TEST_CASE("neighbouring hits on one surface become a line where that is wanted") {
   for (const bool join : {false, true}) {
-    Parameters parameters = TestParameters();
-    parameters.update.join_hits = join;
-    TestMap map(parameters);
+    DrawingConstants constants = kPlain;
+    constants.join_max_m = join ? 0.8 : 0.0;
+    TestMap map(constants);
     LaserScan scan{1, -0.3f, 0.1f, {}};  // the wall x = 3.001 m, a hit every six cells
     for (int i = 0; i < 7; ++i) scan.ranges_m.push_back(static_cast<float>(2.981 / std::cos(-0.3 + 0.1 * i)));
     map.Draw(scan, kInCell);
     int num_occupied = 0;
     for (int y = -30; y <= 30; ++y) num_occupied += map.At(60, y) == kOccupiedOnce;
-    CHECK(num_occupied == (join ? 38 : 7));  // from y = 0.02 - 0.922 m to 0.02 + 0.922 m, cells -19 to 18
+    // One of the seven hits lies in the middle between two rows. Joined: from y = 0.02 - 0.922 m to 0.02 + 0.922 m,
+    // cells -19 to 18
+    CHECK(num_occupied == (join ? 38 : 8));
   }
 }
 
 TEST_CASE("behind a surface that is seen fades what was drawn there, and only that") {
-  Parameters parameters = TestParameters();
-  parameters.update.join_hits = true;
-  parameters.update.erase_behind_m = 0.1;
-  TestMap map(parameters);
+  TestMap map(kPlain);
   // A wall across, from both sides of the way to it, so that it is one surface; then the same wall 5 cm nearer.
   const auto Wall = [](float range_m) {
     const float edge_m = range_m / std::cos(0.02f);
@@ -245,22 +238,19 @@ TEST_CASE("behind a surface that is seen fades what was drawn there, and only th
   for (int i = 0; i < 20; ++i) map.Draw(Wall(0.95f), kInCell);
   CHECK(map.At(20, 0) > kUnexploredByte);  // free
 
-  TestMap far(parameters);  // further behind nothing fades
+  TestMap far(kPlain);  // further behind nothing fades
   far.Draw(Wall(1.0f), kInCell);
   for (int i = 0; i < 20; ++i) far.Draw(Wall(0.8f), kInCell);
   CHECK(far.At(20, 0) == kOccupiedOnce);
 
-  TestMap alone(parameters);  // nor does it behind a hit of no surface
+  TestMap alone(kPlain);  // nor does it behind a hit of no surface
   alone.Draw(Beam(1.0f), kInCell);
   alone.Draw(Beam(0.95f), kInCell);
   CHECK(alone.At(20, 0) == kOccupiedOnce);
 }
 
 TEST_CASE("two hits on one point are a surface without a far side") {  // numbers that are none: for the sanitizers
-  Parameters parameters = TestParameters();
-  parameters.update.join_hits = true;
-  parameters.update.erase_behind_m = 0.1;
-  TestMap map(parameters);
+  TestMap map(kPlain);
   const CriticalRays twice{1, {{0.0f, 0.0f}, {1.0f, 1.0f}}, {0, 1}};
   for (const TileChange& change : map.updater.Update(twice, {1, kInCell, 1.0, 1, 1, 0, MatchState::kOk}).tiles) {
     REQUIRE(map.bytes.Apply(change));
@@ -270,10 +260,10 @@ TEST_CASE("two hits on one point are a surface without a far side") {  // number
 }
 
 TEST_CASE("a hit that spreads occupies the cells around it by how near they are") {
-  Parameters parameters = TestParameters();
-  parameters.update.hit_spread = 1.0;
-  parameters.update.occupied_density = 1.0;
-  TestMap map(parameters);
+  DrawingConstants constants = kPlain;
+  constants.hit_spread = 1.0;
+  constants.occupied_density = 1.0;
+  TestMap map(constants);
   // It ends 0.3 of the way from the centre of cell (20, 0) to that of (21, 0), and 0.4 from row 0 to row 1.
   map.Draw(Beam(0.985f), {0.055, 0.045, 0.0});
   const auto Once = [](double share) { return 255.0 * (0.5 + 0.1 * (1.0 - share - 0.5)); };
@@ -286,9 +276,9 @@ TEST_CASE("a hit that spreads occupies the cells around it by how near they are"
 }
 
 TEST_CASE("the spread of hits makes up for walls between cells, up to whole cells") {
-  Parameters parameters = TestParameters();
-  parameters.update.hit_spread = 2.0;
-  TestMap map(parameters);
+  DrawingConstants constants = kPlain;
+  constants.hit_spread = 2.0;
+  TestMap map(constants);
   map.Draw(Beam(1.0f), {0.05, 0.025, 0.0});  // ends between cells 20 and 21
   CHECK(map.At(20, 0) == kOccupiedOnce);
   CHECK(map.At(21, 0) == kOccupiedOnce);
@@ -297,10 +287,9 @@ TEST_CASE("the spread of hits makes up for walls between cells, up to whole cell
 }
 
 TEST_CASE("a wall seen again and again is as strong in a cell as its share there") {
-  Parameters parameters = TestParameters();
-  parameters.update.hit_spread = 1.0;
-  parameters.update.join_hits = true;
-  TestMap map(parameters);
+  DrawingConstants constants = kPlain;
+  constants.hit_spread = 1.0;
+  TestMap map(constants);
   LaserScan scan{1, -0.3f, 0.02f, {}};  // the wall x = 3.04 m, 0.3 of the way from the centre of cell 60 to that of 61
   for (int i = 0; i <= 30; ++i) scan.ranges_m.push_back(static_cast<float>(3.015 / std::cos(-0.3 + 0.02 * i)));
   for (int i = 0; i < 200; ++i) map.Draw(scan, {0.025, 0.025, 0.0});
@@ -327,10 +316,7 @@ TEST_CASE("every call makes a version, also when nothing changes") {
 }
 
 TEST_CASE("a scan is drawn after enough motion or enough turning since the last that was drawn") {
-  Parameters parameters = TestParameters();
-  parameters.update.update_distance_m = 0.2;
-  parameters.update.update_angle_rad = 0.1;
-  TestMap map(parameters);
+  TestMap map(PlainUpdater({.update_distance_m = 0.2, .update_angle_rad = 0.1}));
   CHECK_FALSE(map.Draw(Beam(1.0f)).tiles.empty());
   CHECK(map.Draw(Beam(1.0f), {0.15, 0.0, 0.0}).tiles.empty());
   CHECK_FALSE(map.Draw(Beam(1.0f), {0.15, 0.15, 0.0}).tiles.empty());

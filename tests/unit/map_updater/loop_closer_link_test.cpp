@@ -19,7 +19,8 @@ namespace {
 using Clock = LoopCloserLink::Clock;
 using std::chrono::milliseconds;
 
-constexpr LoopParameters kLoops{true, 40.0, 10};
+constexpr LoopParameters kLoops{true, 40.0};
+const int kLag = GraphConstants{}.lag;
 constexpr std::int64_t kEpoch = 7;
 
 /// Every scan becomes a keyframe.
@@ -75,7 +76,7 @@ class Owner {
   std::vector<GraphUpdate> kept;
   std::vector<KeyframeId> kept_searched;
   LoopCloserLink link{mapper,
-                      kLoops.lag,
+                      mapper.lag(),
                       counters,
                       {[this](const keyframe_t& message) { sent.push_back(message); },
                        [this](const GraphUpdate& update) { kept.push_back(update); },
@@ -214,14 +215,14 @@ TEST_CASE("a keyframe is sent again, more and more seldom, until loops were look
 
 TEST_CASE("a loop closer that never answers is asked every half second at most, and the next keyframes wait for it") {
   Owner owner;
-  owner.DriveOn(kLoops.lag);
+  owner.DriveOn(kLag);
   CHECK(owner.link.IsReadyForNext() == false);  // keyframe 0 is due
   const int num_resends = owner.CountResends(std::chrono::minutes(1));
   CHECK(num_resends >= 115);
   CHECK(num_resends <= 125);  // pauses of 50 ms to 0.4 s before
   CHECK(owner.Counter("keyframes_resent") == num_resends);
-  CHECK(FromMessage(owner.sent.back().id) == Nth(kLoops.lag - 1));
-  CHECK(owner.link.num_awaited() == kLoops.lag);
+  CHECK(FromMessage(owner.sent.back().id) == Nth(kLag - 1));
+  CHECK(owner.link.num_awaited() == kLag);
   CHECK(owner.kept.empty());
   owner.Hear({Unchanged(0)});
   CHECK(owner.link.IsReadyForNext());

@@ -29,9 +29,9 @@ SceneRobot RobotAt(double x_m) {
   return robot;
 }
 
-/// What Foxglove would know.
+/// A scene, and what Foxglove knows of it.
 struct Client {
-  explicit Client(FoxgloveFeed& of) : feed(of) { TakeAll(); }
+  Client() { TakeAll(); }
 
   void TakeAll() {
     while (const auto message = feed.Next()) {
@@ -50,6 +50,12 @@ struct Client {
     CHECK_FALSE(feed.has_more());
   }
 
+  /// When a topic may be told again.
+  void TakeLater() {
+    std::this_thread::sleep_for(std::chrono::milliseconds(40));
+    TakeAll();
+  }
+
   void TakeText(const json& message) {
     texts.push_back(message["op"]);
     if (message["op"] != "advertise") return;
@@ -63,7 +69,9 @@ struct Client {
     return heard;
   }
 
-  FoxgloveFeed& feed;
+  Scene scene{""};
+  Scene other{"robot2/"};
+  FoxgloveFeed feed{{FoxgloveScene(scene, ""), FoxgloveScene(other, "robot2/")}};
   std::vector<std::string> texts;
   std::map<std::string, std::uint32_t> channels;
   std::map<std::uint32_t, json> told;  ///< by subscription, the last
@@ -88,23 +96,21 @@ void RunWithStack(std::size_t num_bytes, std::function<void()> run) {
 }  // namespace
 
 TEST_CASE("Foxglove is greeted, told of the topics, and of a block of the map when there is one") {
-  Scene scene("");
-  FoxgloveFeed feed({FoxgloveScene(scene, "")});
-  Client client(feed);
+  Client client;
   CHECK(client.texts == std::vector<std::string>{"serverInfo", "advertise"});
-  CHECK(client.channels.size() == 5);
-  scene.map().Set({-1, 0}, Filled(200), 1);
-  scene.map().Set({7, 7}, Filled(200), 1);
+  CHECK(client.channels.size() == 5 + 5);  // of two robots
+  client.scene.map().Set({-1, 0}, Filled(200), 1);
+  client.scene.map().Set({7, 7}, Filled(200), 1);
   client.TakeAll();
   CHECK(client.texts.size() == 3);
   CHECK(client.channels.count("/map/-1_0") == 1);
   CHECK(client.channels.count("/map/0_0") == 1);
-  CHECK(client.channels.size() == 7);
+  CHECK(client.channels.size() == 7 + 5);
   CHECK(client.num_told == 0);  // nothing was asked for
 
   TileBytes cells = Filled(10);
   cells[1] = 20;
-  scene.map().Set({-8, 7}, cells, 1);  // in the block of the first
+  client.scene.map().Set({-8, 7}, cells, 1);  // in the block of the first
   client.Subscribe("/map/-1_0", 1);
   const json& grid = client.told[1];
   CHECK(grid["pose"]["position"] == json{{"x", -25.6}, {"y", 0.0}, {"z", 0.0}});
@@ -117,12 +123,10 @@ TEST_CASE("Foxglove is greeted, told of the topics, and of a block of the map wh
 }
 
 TEST_CASE("a topic that was subscribed to is told when it has changed, and no more after that") {
-  Scene scene("");
-  FoxgloveFeed feed({FoxgloveScene(scene, "")});
-  Client client(feed);
+  Client client;
   CHECK(client.Subscribe("/pose", 5));
   CHECK(client.num_told == 0);  // no robot yet
-  scene.SetRobot(RobotAt(2.0));
+  client.scene.SetRobot(RobotAt(2.0));
   client.TakeAll();
   CHECK(client.num_told == 1);
   CHECK(client.told[5]["pose"]["position"]["x"] == 2.0);
@@ -130,22 +134,18 @@ TEST_CASE("a topic that was subscribed to is told when it has changed, and no mo
   CHECK(client.time_ns == 1'700'000'000'250'000'000U);
   client.TakeAll();
   CHECK(client.num_told == 1);
-  scene.SetRobot(RobotAt(3.0));
-  std::this_thread::sleep_for(std::chrono::milliseconds(40));
-  client.TakeAll();
+  client.scene.SetRobot(RobotAt(3.0));
+  client.TakeLater();
   CHECK(client.told[5]["pose"]["position"]["x"] == 3.0);
-  CHECK(feed.Hear(R"({"op":"unsubscribe","subscriptionIds":[5]})", true));
-  scene.SetRobot(RobotAt(4.0));
-  std::this_thread::sleep_for(std::chrono::milliseconds(40));
-  client.TakeAll();
+  CHECK(client.feed.Hear(R"({"op":"unsubscribe","subscriptionIds":[5]})", true));
+  client.scene.SetRobot(RobotAt(4.0));
+  client.TakeLater();
   CHECK(client.num_told == 2);
 }
 
 TEST_CASE("a scan with gaps is told at equal steps of the angle, 0 where nothing was measured") {
-  Scene scene("");
-  scene.SetRobot(RobotAt(2.0));
-  FoxgloveFeed feed({FoxgloveScene(scene, "")});
-  Client client(feed);
+  Client client;
+  client.scene.SetRobot(RobotAt(2.0));
   client.Subscribe("/scan", 0);
   CHECK(client.told[0]["start_angle"] == -0.5);
   CHECK(client.told[0]["end_angle"] == 0.25);
@@ -154,16 +154,15 @@ TEST_CASE("a scan with gaps is told at equal steps of the angle, 0 where nothing
                                 ValidRays{{-3.0F, 1e-30F, 3.0F}, {1.0F, 2.0F, 3.0F}}}) {
     SceneRobot robot;
     robot.scan.rays = rays;
-    scene.SetRobot(robot);
-    std::this_thread::sleep_for(std::chrono::milliseconds(40));
-    client.TakeAll();
+    client.scene.SetRobot(robot);
+    client.TakeLater();
     CHECK(client.told[0]["ranges"].size() <= 8193);
     CHECK(client.told[0]["ranges"].size() >= std::min<std::size_t>(1, rays.size()));
   }
 }
 
 TEST_CASE("what floats is a path of its own, and what happens is a log, of which there is a topic when there is one") {
-  Scene scene("");
+  Client client;
   PathSketch path;
   for (const bool floating : {false, true, true}) {
     ScanMatch match;
@@ -172,18 +171,16 @@ TEST_CASE("what floats is a path of its own, and what happens is a log, of which
     match.floating = floating;
     path.Add(match);
   }
-  scene.SetPath(path, true);
-  FoxgloveFeed feed({FoxgloveScene(scene, "")});
-  Client client(feed);
+  client.scene.SetPath(path, true);
   client.Subscribe("/path", 1);
   client.Subscribe("/floating_path", 2);
   CHECK(client.told[1]["poses"].size() == 1);
   REQUIRE(client.told[2]["poses"].size() == 2);
   CHECK(client.told[2]["poses"][1]["position"]["x"] == 2.0);
-  scene.AddNews({});
+  client.scene.AddNews({});
   client.TakeAll();
   CHECK(client.channels.count("/log") == 0);
-  scene.AddNews({"one", "two"});
+  client.scene.AddNews({"one", "two"});
   client.TakeAll();
   REQUIRE(client.channels.count("/log") == 1);
   client.Subscribe("/log", 3);
@@ -191,65 +188,56 @@ TEST_CASE("what floats is a path of its own, and what happens is a log, of which
   CHECK(client.told[3]["level"] == 2);
   CHECK_FALSE(client.told[3].contains("frame_id"));
   std::this_thread::sleep_for(std::chrono::milliseconds(40));
-  scene.AddNews({"two"});
+  client.scene.AddNews({"two"});
   client.TakeAll();
   CHECK(client.told[3]["message"] == "two");
 }
 
 TEST_CASE("several robots have topics and frames of their own") {
-  Scene one("robot1/");
-  Scene two("robot2/");
-  two.SetRobot(RobotAt(2.0));
-  FoxgloveFeed feed({FoxgloveScene(one, "robot1/"), FoxgloveScene(two, "robot2/")});
-  Client client(feed);
-  CHECK(client.channels.size() == 10);
+  Client client;
+  client.other.SetRobot(RobotAt(2.0));
   client.Subscribe("/robot2/tf", 1);
   CHECK(client.told[1]["parent_frame_id"] == "robot2/map");
   CHECK(client.told[1]["child_frame_id"] == "robot2/laser");
 }
 
 TEST_CASE("what Foxglove does not say is not believed") {
-  Scene scene("");
-  FoxgloveFeed feed({FoxgloveScene(scene, "")});
-  Client client(feed);
+  Client client;
   for (const char* text :
        {"", "x", "[]", "1", "null", "{", R"({"op":"subscribe","subscriptions":[1]})",
         R"({"op":"subscribe","subscriptions":[{"id":0}]})", R"({"op":"subscribe","subscriptions":[{"channelId":0}]})",
         R"({"op":"subscribe","subscriptions":[{"id":-1,"channelId":0}]})",
         R"({"op":"subscribe","subscriptions":[{"id":4294967296,"channelId":0}]})",
-        R"({"op":"subscribe","subscriptions":[{"id":0,"channelId":5}]})",
+        R"({"op":"subscribe","subscriptions":[{"id":0,"channelId":99}]})",
         R"({"op":"subscribe","subscriptions":[{"id":"0","channelId":0.5}]})"}) {
     INFO(text);
-    CHECK_FALSE(feed.Hear(text, true));
+    CHECK_FALSE(client.feed.Hear(text, true));
   }
-  CHECK_FALSE(feed.Hear("{}", false));
+  CHECK_FALSE(client.feed.Hear("{}", false));
   for (const char* text : {"{}", R"({"op":7})", R"({"op":"subscribe"})", R"({"op":"subscribe","subscriptions":{}})",
                            R"({"op":"unsubscribe","subscriptionIds":[null,"x",9]})", R"({"op":"fetchAsset"})"}) {
     INFO(text);
-    CHECK(feed.Hear(text, true));
+    CHECK(client.feed.Hear(text, true));
   }
 }
 
 TEST_CASE("a topic that is subscribed to a thousand times is told once, by the last subscription") {
-  Scene scene("");
-  FoxgloveFeed feed({FoxgloveScene(scene, "")});
-  Client client(feed);
+  Client client;
   for (std::uint32_t id = 0; id < 1000; ++id) CHECK(client.Subscribe("/pose", id));
-  scene.SetRobot(RobotAt(2.0));
+  client.scene.SetRobot(RobotAt(2.0));
   client.TakeAll();
   CHECK(client.num_told == 1);
   CHECK(client.told.count(999) == 1);
 }
 
 TEST_CASE("what a client nests ten thousand times deep is heard with a stack of 128 KB") {
-  Scene scene("");
-  FoxgloveFeed feed({FoxgloveScene(scene, "")});
+  Client client;
   const std::string deep = std::string(10000, '[') + std::string(10000, ']');
   const std::vector<std::string> texts{deep, R"({"op":)" + deep + "}",
                                        R"({"op":"subscribe","subscriptions":[)" + deep + "]}",
                                        R"({"op":"unsubscribe","subscriptionIds":)" + deep + "}"};
   const auto Hear = [&] {
-    for (const std::string& text : texts) feed.Hear(text, true);
+    for (const std::string& text : texts) client.feed.Hear(text, true);
   };
   RunWithStack(std::size_t{128} * 1024, Hear);
 }

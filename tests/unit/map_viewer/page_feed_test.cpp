@@ -19,12 +19,18 @@ TileBytes Striped(int seed) {
   return cells;
 }
 
-void TakeAll(PageFeed& feed, PageClient& client) {
-  while (const auto message = feed.Next()) {
-    CHECK_FALSE(message->is_text);
-    client.Take(message->bytes);
+/// A scene, and what a page knows of it.
+struct Page : PageClient {
+  void TakeAll() {
+    while (const auto message = feed.Next()) {
+      CHECK_FALSE(message->is_text);
+      Take(message->bytes);
+    }
   }
-}
+
+  Scene scene{""};
+  PageFeed feed{scene, {""}, {}};
+};
 
 PathSketch PathOf(int num_matches, double step_m = 1.0) {
   PathSketch path;
@@ -41,67 +47,61 @@ PathSketch PathOf(int num_matches, double step_m = 1.0) {
 }  // namespace
 
 TEST_CASE("a page that comes late is told the whole map, and then of each tile the cells that have changed") {
-  Scene scene("");
-  for (int x = 0; x < 3; ++x) scene.map().Set({x, -x}, Filled(200), 5);
-  scene.map().SetVersion(7, 5);
-  PageFeed feed(scene, {""}, {});
-  PageClient client;
-  TakeAll(feed, client);
-  CHECK(client.num_begun == 1);
-  CHECK(client.complete);
-  CHECK((client.epoch == 7 && client.version == 5));
-  CHECK(client.num_whole_tiles == 3);
-  CHECK_FALSE(feed.Next());
+  Page page;
+  for (int x = 0; x < 3; ++x) page.scene.map().Set({x, -x}, Filled(200), 5);
+  page.scene.map().SetVersion(7, 5);
+  page.TakeAll();
+  CHECK(page.num_begun == 1);
+  CHECK(page.complete);
+  CHECK((page.epoch == 7 && page.version == 5));
+  CHECK(page.num_whole_tiles == 3);
+  CHECK_FALSE(page.feed.Next());
 
   TileBytes changed = Filled(200);
   changed[4095] = 0;
-  scene.map().Set({1, -1}, changed, 6);
-  scene.map().Set({2, -2}, Filled(200), 6);  // as it was
-  scene.map().SetVersion(7, 6);
-  const auto message = feed.Next();
+  page.scene.map().Set({1, -1}, changed, 6);
+  page.scene.map().Set({2, -2}, Filled(200), 6);  // as it was
+  page.scene.map().SetVersion(7, 6);
+  const auto message = page.feed.Next();
   REQUIRE(message);
   CHECK(message->bytes.size() < 60);
-  client.Take(message->bytes);
-  CHECK(client.num_changed_tiles == 1);
-  CHECK(client.version == 6);
-  CHECK(client.tiles.at({1, -1}) == changed);
-  CHECK(client.tiles.at({0, 0}) == Filled(200));
+  page.Take(message->bytes);
+  CHECK(page.num_changed_tiles == 1);
+  CHECK(page.version == 6);
+  CHECK(page.tiles.at({1, -1}) == changed);
+  CHECK(page.tiles.at({0, 0}) == Filled(200));
 }
 
 TEST_CASE("a page that has missed changes of a tile is told all of it, as it is now and once") {
-  Scene scene("");
-  scene.map().Set({0, 0}, Filled(200), 1);
-  PageFeed feed(scene, {""}, {});
-  PageClient client;
-  TakeAll(feed, client);
+  Page page;
+  page.scene.map().Set({0, 0}, Filled(200), 1);
+  page.TakeAll();
   TileBytes cells = Filled(200);
   for (std::size_t i = 0; i < 5; ++i) {
     cells[i] = 10;
-    scene.map().Set({0, 0}, cells, 2);
+    page.scene.map().Set({0, 0}, cells, 2);
   }
-  TakeAll(feed, client);
-  CHECK(client.num_whole_tiles == 2);
-  CHECK(client.num_changed_tiles == 0);
-  CHECK(client.tiles.at({0, 0}) == cells);
+  page.TakeAll();
+  CHECK(page.num_whole_tiles == 2);
+  CHECK(page.num_changed_tiles == 0);
+  CHECK(page.tiles.at({0, 0}) == cells);
 }
 
 TEST_CASE("no message is much larger than 256 KB, and the robot is told of between the parts of a large map") {
-  Scene scene("");
-  for (int i = 0; i < 400; ++i) scene.map().Set({i % 20, i / 20}, Striped(i), 1);
-  scene.map().SetVersion(3, 1);
-  PageFeed feed(scene, {""}, {});
-  PageClient client;
+  Page page;
+  for (int i = 0; i < 400; ++i) page.scene.map().Set({i % 20, i / 20}, Striped(i), 1);
+  page.scene.map().SetVersion(3, 1);
   int num_messages = 0;
-  while (const auto message = feed.Next()) {
+  while (const auto message = page.feed.Next()) {
     CHECK(message->bytes.size() < 300 * 1024);
-    client.Take(message->bytes);
-    CHECK(client.complete == !feed.has_more());
-    scene.SetRobot({});
+    page.Take(message->bytes);
+    CHECK(page.complete == !page.feed.has_more());
+    page.scene.SetRobot({});
     if (++num_messages == 20) break;
   }
-  CHECK(client.num_robots == 19);
-  CHECK(client.num_map_records == 7);
-  CHECK(client.num_whole_tiles == 400);
+  CHECK(page.num_robots == 19);
+  CHECK(page.num_map_records == 7);
+  CHECK(page.num_whole_tiles == 400);
 }
 
 TEST_CASE("a page that was cut off goes on where it was, also with a viewer that was started anew") {
@@ -114,7 +114,7 @@ TEST_CASE("a page that was cut off goes on where it was, also with a viewer that
   const auto NumTold = [&](std::int64_t epoch, std::int64_t version, int begun) {
     PageFeed feed(scene, {""}, {epoch, version});
     PageClient client;
-    TakeAll(feed, client);
+    while (const auto message = feed.Next()) client.Take(message->bytes);
     CHECK(client.num_begun == begun);
     return client.num_whole_tiles + client.num_changed_tiles;
   };
@@ -127,24 +127,20 @@ TEST_CASE("a page that was cut off goes on where it was, also with a viewer that
 }
 
 TEST_CASE("a map with other cells begins anew") {
-  Scene scene("");
-  scene.map().Set({0, 0}, Filled(200), 5);
-  PageFeed feed(scene, {""}, {});
-  PageClient client;
-  TakeAll(feed, client);
-  scene.map().Begin(0.02);
-  scene.map().Set({4, 4}, Filled(10), 1);
-  TakeAll(feed, client);
-  CHECK(client.num_begun == 2);
-  CHECK(client.tiles.size() == 1);
-  CHECK(client.tiles.count({4, 4}) == 1);
+  Page page;
+  page.scene.map().Set({0, 0}, Filled(200), 5);
+  page.TakeAll();
+  page.scene.map().Begin(0.02);
+  page.scene.map().Set({4, 4}, Filled(10), 1);
+  page.TakeAll();
+  CHECK(page.num_begun == 2);
+  CHECK(page.tiles.size() == 1);
+  CHECK(page.tiles.count({4, 4}) == 1);
 }
 
 TEST_CASE("of the robot only the newest is told, with its scan") {
-  Scene scene("");
-  PageFeed feed(scene, {""}, {});
-  PageClient client;
-  TakeAll(feed, client);
+  Page page;
+  page.TakeAll();
   for (int i = 1; i <= 100; ++i) {
     SceneRobot robot;
     robot.match.utime = i;
@@ -152,74 +148,68 @@ TEST_CASE("of the robot only the newest is told, with its scan") {
     robot.match.trajectory = 3 * i;
     robot.match.floating = i == 100;
     robot.scan = {i, {{0.0F, 0.1F}, {3.0F, 4.0F}}, {1}};
-    scene.SetRobot(robot);
+    page.scene.SetRobot(robot);
   }
-  TakeAll(feed, client);
-  CHECK(client.num_robots == 1);
-  CHECK(client.robot_utime == 100);
-  CHECK(client.robot_x_m == 50.0);
-  CHECK(client.robot_trajectory == 300);
-  CHECK(client.robot_floats);
-  CHECK(client.num_rays == 2);
+  page.TakeAll();
+  CHECK(page.num_robots == 1);
+  CHECK(page.robot_utime == 100);
+  CHECK(page.robot_x_m == 50.0);
+  CHECK(page.robot_trajectory == 300);
+  CHECK(page.robot_floats);
+  CHECK(page.num_rays == 2);
 }
 
 TEST_CASE("the path grows at its end, and is told anew when it is another one") {
-  Scene scene("");
-  PageFeed feed(scene, {""}, {});
-  PageClient client;
-  scene.SetPath(PathOf(5), true);
-  TakeAll(feed, client);
-  REQUIRE(client.path.size() == 5);
-  CHECK(client.path[2].state == 2);
-  scene.SetPath(PathOf(6), false);
-  const auto more = feed.Next();
+  Page page;
+  page.scene.SetPath(PathOf(5), true);
+  page.TakeAll();
+  REQUIRE(page.path.size() == 5);
+  CHECK(page.path[2].state == 2);
+  page.scene.SetPath(PathOf(6), false);
+  const auto more = page.feed.Next();
   REQUIRE(more);
   CHECK(more->bytes.size() < 40);
-  client.Take(more->bytes);
-  CHECK(client.path.size() == 6);
-  scene.SetPath(PathOf(4, 2.0), true);
-  TakeAll(feed, client);
-  REQUIRE(client.path.size() == 4);
-  CHECK(client.path[3].x_m == 6.0F);
-  scene.SetPath(PathOf(10000, 2.0), false);  // so long that it was thinned
-  TakeAll(feed, client);
-  CHECK(client.path.size() == scene.path().kept().size());
-  CHECK(client.path[1].x_m == static_cast<float>(scene.path().kept()[1].match.T_map_laser.x_m));
+  page.Take(more->bytes);
+  CHECK(page.path.size() == 6);
+  page.scene.SetPath(PathOf(4, 2.0), true);
+  page.TakeAll();
+  REQUIRE(page.path.size() == 4);
+  CHECK(page.path[3].x_m == 6.0F);
+  page.scene.SetPath(PathOf(10000, 2.0), false);  // so long that it was thinned
+  page.TakeAll();
+  CHECK(page.path.size() == page.scene.path().kept().size());
+  CHECK(page.path[1].x_m == static_cast<float>(page.scene.path().kept()[1].match.T_map_laser.x_m));
 }
 
 TEST_CASE("a path says what of it floats, and news are told with their number") {
-  Scene scene("");
+  Page page;
   PathSketch path = PathOf(3);
   ScanMatch afloat;
   afloat.T_map_laser = {9.0, 0.0, 0.0};
   afloat.state = MatchState::kLost;
   afloat.floating = true;
   path.Add(afloat);
-  scene.SetPath(path, true);
-  PageFeed feed(scene, {""}, {});
-  PageClient client;
-  TakeAll(feed, client);
-  REQUIRE(client.path.size() == 4);
-  CHECK(client.path[2].state == 2);
-  CHECK(client.path[3].state == 4);
-  CHECK(client.info["news"] == nlohmann::json{{"number", 0}, {"text", ""}});
-  scene.AddNews({"joined"});
-  TakeAll(feed, client);
-  CHECK(client.info["news"] == nlohmann::json{{"number", 1}, {"text", "joined"}});
+  page.scene.SetPath(path, true);
+  page.TakeAll();
+  REQUIRE(page.path.size() == 4);
+  CHECK(page.path[2].state == 2);
+  CHECK(page.path[3].state == 4);
+  CHECK(page.info["news"] == nlohmann::json{{"number", 0}, {"text", ""}});
+  page.scene.AddNews({"joined"});
+  page.TakeAll();
+  CHECK(page.info["news"] == nlohmann::json{{"number", 1}, {"text", "joined"}});
 }
 
 TEST_CASE("of the running curves no more is told than is kept, and no scan twice") {
-  Scene scene("");
-  for (int i = 0; i < 3000; ++i) scene.AddSample({i, static_cast<float>(i), MatchState::kOk});
-  PageFeed feed(scene, {""}, {});
-  PageClient client;
-  TakeAll(feed, client);
-  REQUIRE(client.fitnesses.size() == Scene::kMostSamples);
-  CHECK(client.fitnesses.front() == 3000 - 1024);
-  scene.AddSample({3000, 3000.0F, MatchState::kLost});
-  TakeAll(feed, client);
-  CHECK(client.fitnesses.size() == Scene::kMostSamples + 1);
-  CHECK(client.fitnesses.back() == 3000.0F);
+  Page page;
+  for (int i = 0; i < 3000; ++i) page.scene.AddSample({i, static_cast<float>(i), MatchState::kOk});
+  page.TakeAll();
+  REQUIRE(page.fitnesses.size() == Scene::kMostSamples);
+  CHECK(page.fitnesses.front() == 3000 - 1024);
+  page.scene.AddSample({3000, 3000.0F, MatchState::kLost});
+  page.TakeAll();
+  CHECK(page.fitnesses.size() == Scene::kMostSamples + 1);
+  CHECK(page.fitnesses.back() == 3000.0F);
 }
 
 TEST_CASE("services and loops that hold are told as JSON, whatever their names are") {
@@ -228,16 +218,11 @@ TEST_CASE("services and loops that hold are told as JSON, whatever their names a
   scene.SetLoops({{{1.0, 2.0, 0.0}, {3.0, 4.0, 0.0}, false}, {{5.0, 6.0, 0.0}, {7.0, 8.0, 0.0}, true}});
   PageFeed feed(scene, {"robot1/", "bad \xff name"}, {});
   PageClient client;
-  TakeAll(feed, client);
+  while (const auto message = feed.Next()) client.Take(message->bytes);
   CHECK(client.info["robot"] == "robot1/");
   CHECK(client.info["robots"].size() == 2);
-  CHECK(client.info["loops"] == nlohmann::json::parse("[[1.0, 2.0, 3.0, 4.0]]"));  // the other was taken out
-}
-
-TEST_CASE("a page has nothing to say") {
-  const Scene scene("");
-  PageFeed feed(scene, {""}, {});
-  CHECK_FALSE(feed.Hear("{}", true));
+  CHECK(client.info["loops"] == nlohmann::json::parse("[[1.0, 2.0, 3.0, 4.0]]"));  // the other was rejected
+  CHECK_FALSE(feed.Hear("{}", true));                                              // a page has nothing to say
 }
 
 }  // namespace crsm

@@ -31,7 +31,7 @@ TrackingState AfterLosing(int num_lost, bool on_finished_map = false) {
 
 /// The least fitness that explains a scan, to half a thousandth.
 double LeastFitness(const TrackingState& tracking, int num_explored = 20, bool leniently = false) {
-  const Expectation expected(tracking, MatchParameters{});
+  const Expectation expected(tracking, MatchConstants{});
   const ByteMap map = HalfExplored();
   for (int i = 0; i <= 2000; ++i) {
     if (expected.IsMetBy({{}, 0.0005 * i}, leniently, Hits(num_explored), map)) return 0.0005 * i;
@@ -64,7 +64,7 @@ TEST_CASE("on a finished map matches that fit badly do not lower what the next o
   const TrackingState tracking = After(matches);
   REQUIRE(tracking.on_finished_map());
   CHECK(LeastFitness(tracking) == Approx(0.525).margin(0.001));  // seven tenths of 0.75
-  CHECK(Expectation(tracking, MatchParameters{}).enough() == Approx(0.95 * 0.3));
+  CHECK(Expectation(tracking, MatchConstants{}).enough() == Approx(0.95 * 0.3));
 }
 
 TEST_CASE("rays that look into the unknown need not fit, up to a fifth of them") {
@@ -91,7 +91,7 @@ TEST_CASE("where the robot goes on as before, as many as half of the rays may lo
 }
 
 TEST_CASE("what the hits see is told at the pose that was found") {
-  const Expectation expected(AfterLosing(0), MatchParameters{});
+  const Expectation expected(AfterLosing(0), MatchConstants{});
   const double fitness = 0.7 * kUsual;  // enough where a fifth of the rays looks into the unknown, else too little
   const ByteMap map = HalfExplored();
   CHECK_FALSE(expected.IsMetBy({{0.0, 0.0, 0.0}, fitness}, false, Hits(20), map));
@@ -100,11 +100,11 @@ TEST_CASE("what the hits see is told at the pose that was found") {
 }
 
 TEST_CASE("the search stops a twentieth below the baseline fitness, where there is one") {
-  CHECK(Expectation(AfterLosing(0), MatchParameters{}).enough() == Approx(0.95 * kUsual));
-  CHECK(Expectation(AfterLosing(9), MatchParameters{}).enough() == Approx(0.95 * kUsual));
+  CHECK(Expectation(AfterLosing(0), MatchConstants{}).enough() == Approx(0.95 * kUsual));
+  CHECK(Expectation(AfterLosing(9), MatchConstants{}).enough() == Approx(0.95 * kUsual));
   const TrackingState second = After({{0, {}, 0.0, 0, 0, 0, MatchState::kFirst}});
-  CHECK(Expectation(second, MatchParameters{}).enough() == 1.0);  // only the best there is
-  CHECK(LeastFitness(second) == 0.0);                             // nothing tells what is too little
+  CHECK(Expectation(second, MatchConstants{}).enough() == 1.0);  // only the best there is
+  CHECK(LeastFitness(second) == 0.0);                            // nothing tells what is too little
 }
 
 TEST_CASE("before a scan was found on a finished map it is expected to fit as scans of the mapped building do") {
@@ -112,14 +112,14 @@ TEST_CASE("before a scan was found on a finished map it is expected to fit as sc
     std::vector<ScanMatch> matches;
     for (int k = 0; k < num_lost; ++k) matches.push_back({k, {}, 0.1, 0, 0, 0, MatchState::kLost});
     const TrackingState tracking = After(matches);
-    const Expectation expected(tracking, MatchParameters{});
+    const Expectation expected(tracking, MatchConstants{});
     CHECK(expected.unknown());
     CHECK(expected.enough() < 0.65);       // these have 0.65 to 0.8
     CHECK(LeastFitness(tracking) > 0.4);   // walls that are not the building's are met by chance,
     CHECK(LeastFitness(tracking) < 0.55);  // some noise and people are not
   }
-  CHECK_FALSE(Expectation(AfterLosing(3, true), MatchParameters{}).unknown());
-  CHECK_FALSE(Expectation(TrackingState(), MatchParameters{}).unknown());
+  CHECK_FALSE(Expectation(AfterLosing(3, true), MatchConstants{}).unknown());
+  CHECK_FALSE(Expectation(TrackingState(), MatchConstants{}).unknown());
 }
 
 }  // namespace crsm

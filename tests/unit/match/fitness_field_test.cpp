@@ -32,7 +32,7 @@ std::vector<TileIndex> AllTiles(const ByteMap& map) {
 }
 
 FitnessField Field(const ByteMap& map, double unexplored_score, bool interpolate) {
-  FitnessField field(map.geometry(), unexplored_score, interpolate);
+  FitnessField field(map.geometry(), {unexplored_score, interpolate});
   field.Refresh(map, AllTiles(map));
   return field;
 }
@@ -123,11 +123,11 @@ TEST_CASE("rays on cells of value 0 amid such cells fit perfectly, on cells of v
 TEST_CASE("a ray on an unexplored cell scores -100 of 3570, on an empty map and beyond its tiles too") {
   const RaysInCells rays = ToCells(DrawHits(10, 1.0, 2), kGeometry);
   for (const bool interpolate : {false, true}) {
-    const FitnessField empty(kGeometry, -100.0, interpolate);
+    const FitnessField empty(kGeometry, {-100.0, interpolate});
     CHECK(empty.Evaluate(rays, {}) == Approx(-100.0 / 3570.0));
     const FitnessField far = Field(Map(Noise), -100.0, interpolate);
     CHECK(far.Evaluate(rays, {100.0, -200.0, 0.5}) == Approx(-100.0 / 3570.0));
-    CHECK(FitnessField(kGeometry, 0.0, interpolate).Evaluate(rays, {}) == 0.0);
+    CHECK(FitnessField(kGeometry, {0.0, interpolate}).Evaluate(rays, {}) == 0.0);
   }
 }
 
@@ -243,7 +243,7 @@ TEST_CASE("a field that follows changed cells is the field of the changed map, w
   Random random(10);
   const auto Draw = [&](int low, int high) { return low + static_cast<int>(random.Uniform(0.0, high - low + 1.0)); };
   ByteMap map(0.05);  // of which each change explores a piece
-  FitnessField following(kGeometry, -100.0, true);
+  FitnessField following(kGeometry, {-100.0, true});
   for (int i = 0; i < 300; ++i) {
     // A rectangle in one tile; every other one ends at a side or a corner of it.
     const Cell corner = CellsOf(TileOf({Draw(-kReach, kReach), Draw(-kReach, kReach)})).low;
@@ -280,7 +280,7 @@ TEST_CASE("a field that follows changed cells is the field of the changed map, w
 
 TEST_CASE("a field that makes room for tiles far away loses none") {
   ByteMap map(0.05);
-  FitnessField following(kGeometry, -100.0, true);
+  FitnessField following(kGeometry, {-100.0, true});
   // Each beyond the room around those before, on another side.
   for (const TileIndex far : {TileIndex{0, 0}, {200, 3}, {-120, -2}, {0, 190}, {3, -1}}) {
     for (int y = 0; y < 2; ++y) {
@@ -330,10 +330,10 @@ TEST_CASE("all kernels give the same fitness, bit by bit") {
       poses.push_back({middle_m + Draw(-9.0, 9.0), middle_m + Draw(-9.0, 9.0), Draw(-7.0, 7.0)});
     }
 
-    FitnessField reference(kGeometry, unexplored_score, interpolate, PlainFitnessKernel());
+    FitnessField reference(kGeometry, {unexplored_score, interpolate}, PlainFitnessKernel());
     reference.Refresh(map, AllTiles(map));
     for (const FitnessKernel kernel : FindFitnessKernels()) {
-      FitnessField field(kGeometry, unexplored_score, interpolate, kernel);
+      FitnessField field(kGeometry, {unexplored_score, interpolate}, kernel);
       field.Refresh(map, AllTiles(map));
       for (const Pose2& pose : poses) {
         CHECK(Alike(field, reference, rays, pose));
@@ -348,7 +348,7 @@ TEST_CASE("all kernels sum the largest weights and scores without overflow") {
   const Eigen::Matrix2Xd hits_m = DrawHits(4096, 1.0, 8);
   for (const FitnessKernel kernel : FindFitnessKernels()) {
     for (const double unexplored_score : {-100.0, -3570.0}) {
-      FitnessField field(kGeometry, unexplored_score, true, kernel);
+      FitnessField field(kGeometry, {unexplored_score, true}, kernel);
       field.Refresh(map, AllTiles(map));
       for (const int weight : {1, 21, 500000}) {
         const RaysInCells rays = ToCells(hits_m, kGeometry, Eigen::ArrayXi::Constant(4096, weight));
@@ -403,7 +403,7 @@ TEST_CASE("the fitness is the mean of the rays' scores by their weights") {
   TileBytes after;
   after.fill(kOccupiedByte);
   REQUIRE(map.Apply({{0, 0}, PackRuns(before, after)}));
-  FitnessField field(kGeometry, 0.0, false);
+  FitnessField field(kGeometry, {0.0, false});
   field.Refresh(map, {{0, 0}});
   Eigen::Matrix2Xd hits_m(2, 2);  // one in the tile, one in the unexplored
   hits_m << 0.5, -0.5,            //

@@ -13,13 +13,12 @@ namespace {
 /// A map in which scans are looked for.
 struct TestMap {
   template <class Paint>
-  TestMap(int low, int high, Paint&& paint, double cell_size_m = 0.05)
-      : map(PaintMap(low, high, paint, cell_size_m), 0.0, true) {}
+  TestMap(int low, int high, Paint&& paint, double cell_size_m = 0.05) : map(PaintMap(low, high, paint, cell_size_m)) {}
 
   GlobalMatch Search(const LaserScan& scan) const {
     const ValidRays rays = FindValidRays(scan, TestParameters().scan);
     const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
-    const std::vector<int> critical = SelectRays(rays, TestParameters().selection).critical;
+    const std::vector<int> critical = SelectRays(rays, 90);
     Eigen::Matrix2Xd critical_hits_m(2, static_cast<Eigen::Index>(critical.size()));
     for (std::size_t i = 0; i < critical.size(); ++i) {
       critical_hits_m.col(static_cast<Eigen::Index>(i)) = hits_m.col(critical[i]);

@@ -56,7 +56,7 @@ TEST_CASE("a ray that ends just behind a wall is known, one beyond the drawn end
 }
 
 TEST_CASE("where the drawn walls end a robot does not fit better for standing back, nor before a wall in its way") {
-  const ScoredMap map(MakeCorridor(false), 0.0, true);
+  const ScoredMap map(MakeCorridor(false));
   std::vector<Eigen::Vector2d> points_m;
   for (double x_m = -3.0; x_m < 6.0; x_m += 0.1) {
     for (const double y_m : {-0.975, 1.025}) points_m.emplace_back(x_m, y_m);
@@ -71,7 +71,7 @@ TEST_CASE("where the drawn walls end a robot does not fit better for standing ba
   CHECK(SelectRays(map, seen, FindKnownRays(map.cells(), seen.points_m, here, kAlong)).size() < all.size());
 
   // The end of the corridor is seen 2 m away, where it is not by the pose that is too far on: there it counts.
-  const ScoredMap closed(MakeCorridor(true), 0.0, true);
+  const ScoredMap closed(MakeCorridor(true));
   std::vector<Eigen::Vector2d> end_m;
   for (double y_m = -0.9; y_m < 0.9; y_m += 0.05) end_m.emplace_back(3.9, y_m);
   const Contour seen_end = Seen(end_m);

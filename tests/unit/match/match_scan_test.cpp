@@ -62,9 +62,9 @@ CriticalRays ScanAfter(const TrackingState& tracking, std::int64_t later_us = kP
   return AllRays(ScanRoom({}, tracking.recent().back().utime + later_us, num_beams));
 }
 
-ScanMatch MatchAfter(const TrackingState& tracking, const ScanMatch& answer, const LoopParameters& parameters = {},
+ScanMatch MatchAfter(const TrackingState& tracking, const ScanMatch& answer, const MatchOptions& options = {},
                      std::int64_t later_us = kPeriod_us, const std::optional<Pose2>& T_odom_robot = std::nullopt) {
-  return MatchScan(ToldMatcher(answer), ScanAfter(tracking, later_us), tracking, T_odom_robot, parameters);
+  return MatchScan(ToldMatcher(answer), ScanAfter(tracking, later_us), tracking, T_odom_robot, options);
 }
 
 }  // namespace
@@ -216,12 +216,9 @@ TEST_CASE("a trajectory on which hardly anything was matched ends with the first
 TEST_CASE(
     "no trajectory begins on a finished map, without loops, where that is switched off, nor with hardly any rays") {
   const ScanMatch lost = Answer(MatchState::kLost);
-  LoopParameters parameters;
-  parameters.loops = false;
-  CHECK(MatchAfter(After(5), lost, parameters).state == MatchState::kLost);
-  parameters = {};
-  parameters.lost_scans_max = 0;
-  CHECK(MatchAfter(After(50), lost, parameters).state == MatchState::kLost);
+  MatchOptions options;
+  options.loops = false;
+  CHECK(MatchAfter(After(5), lost, options).state == MatchState::kLost);
   TrackingState finished = TrackingState::OnFinishedMap();
   for (int i = 0; i < 10; ++i) finished.Add(lost);
   CHECK(MatchAfter(finished, lost).state == MatchState::kLost);
@@ -274,9 +271,9 @@ TEST_CASE("after a gap a trajectory begins, unless the robot stands where it sto
   CHECK(MatchAfter(tracking, Answer(MatchState::kOk, {1.0, 2.2, 0.6}), {}, kGap_us).state == MatchState::kOk);
   CHECK(MatchAfter(tracking, elsewhere, {}, 7'900'000).state == MatchState::kOk);
   CHECK(MatchAfter(After(0, Pose2{}), elsewhere, {}, kGap_us, Pose2{}).state == MatchState::kOk);
-  LoopParameters parameters;
-  parameters.gap_max_s = 0.0;
-  CHECK(MatchAfter(tracking, elsewhere, parameters, kGap_us).state == MatchState::kOk);
+  MatchOptions options;
+  options.constants.breaks.gap_max_s = 1e9;
+  CHECK(MatchAfter(tracking, elsewhere, options, kGap_us).state == MatchState::kOk);
 }
 
 TEST_CASE("where the clock begins anew a trajectory does, unless the robot stands where it stood; wheels do not tell") {
@@ -290,9 +287,9 @@ TEST_CASE("where the clock begins anew a trajectory does, unless the robot stand
 
   CHECK(MatchAfter(After(0), Answer(MatchState::kOk, {1.0, 2.2, 0.6}), {}, kBack_us).state == MatchState::kOk);
   CHECK(MatchAfter(After(0), elsewhere, {}, kBack_us + 1).state == MatchState::kOk);  // logs step back by a second
-  LoopParameters parameters;
-  parameters.loops = false;
-  CHECK(MatchAfter(After(0), elsewhere, parameters, kBack_us).state == MatchState::kOk);
+  MatchOptions options;
+  options.loops = false;
+  CHECK(MatchAfter(After(0), elsewhere, options, kBack_us).state == MatchState::kOk);
 }
 
 TEST_CASE("another drive begins a trajectory whatever fits, and is lost before a scan that can begin one") {

@@ -5,19 +5,13 @@
 #include "common/match/rrhc_matcher.hpp"
 #include "synthetic_scans.hpp"
 
-// Where the matcher begins to search as it ships: with the parameters that nobody set, but for the switch of odometry.
+// Where the matcher begins to search as it ships: with the parameters that nobody set.
 
 namespace crsm {
 namespace {
 
 const Pose2 kOdometryStart{100.0, -50.0, 2.0};
 constexpr double kUsual = 0.85;  // fitness of scans of the niche on its map: 0.88
-
-MatchParameters WithOdometry() {
-  MatchParameters parameters;
-  parameters.odometry = true;
-  return parameters;
-}
 
 RrhcMatcher MatcherInNiche(const MatchParameters& parameters = {}) {
   RrhcMatcher matcher(parameters, 0.05);
@@ -33,7 +27,7 @@ LaserScan ScanOfElsewhere(std::int64_t utime) {
 /// On the map of two walls along x, between which no place along them is like another only by what is guessed.
 ScanMatch MatchBetweenWalls(const std::optional<Pose2>& told_motion, MatchState last_state) {
   const std::vector<Wall> walls{{{-30.0, -1.0}, {30.0, -1.0}}, {{-30.0, 1.0}, {30.0, 1.0}}};
-  RrhcMatcher matcher(WithOdometry(), 0.05);
+  RrhcMatcher matcher({}, 0.05);
   MapUpdater updater(UpdateParameters{});
   for (int k = 0; k < 10; ++k) {
     const ScanMatch match = MatchedAt(k, {0.4 * k - 2.0, 0.0, 0.0});
@@ -60,12 +54,12 @@ TEST_CASE("as shipped, odometry that fits clearly better than the last motions s
   const Pose2 truth{0.5, -0.4, 0.8};  // the robot stood, and turns
   const TrackingState standing = AfterStanding({}, kUsual, 0, kOdometryStart);
   const CriticalRays rays = ShippedRays(ScanNiche(truth, 100));
-  const ScanMatch match = MatcherInNiche(WithOdometry()).Match(rays, standing, kOdometryStart * truth);
+  const ScanMatch match = MatcherInNiche().Match(rays, standing, kOdometryStart * truth);
   CheckPose(match.T_map_laser, truth, 0.025);
-  CHECK(match.evaluations < MatchParameters{}.num_evaluations);
-  const ScanMatch without = MatcherInNiche().Match(rays, standing, kOdometryStart * truth);
+  CHECK(match.evaluations < MatchConstants{}.search.num_evaluations);
+  const ScanMatch without = MatcherInNiche().Match(rays, standing, {});
   CheckPose(without.T_map_laser, truth, 0.025);
-  CHECK(without.evaluations > MatchParameters{}.num_evaluations);
+  CHECK(without.evaluations > MatchConstants{}.search.num_evaluations);
 }
 
 TEST_CASE("as shipped, a lost robot is where the wheels say, or where it was last seen: its motion is not repeated") {
@@ -77,7 +71,7 @@ TEST_CASE("as shipped, a lost robot is where the wheels say, or where it was las
   }
   const Pose2 last = drive.back().T_map_laser;
   const Pose2 motion{0.07, 0.01, 0.3};
-  const RrhcMatcher matcher = MatcherInNiche(WithOdometry());
+  const RrhcMatcher matcher = MatcherInNiche();
   const CriticalRays elsewhere = ShippedRays(ScanOfElsewhere(100));
   const ScanMatch told = matcher.Match(elsewhere, After(drive), *drive.back().T_odom_robot * motion);
   CHECK(told.state == MatchState::kLost);
@@ -96,7 +90,7 @@ TEST_CASE("as shipped, a start that is told is believed at little cost, and mend
   };
   const ScanMatch right = MatchFrom(truth);
   CHECK(right.state == MatchState::kOk);
-  CHECK(right.evaluations < MatchParameters{}.num_evaluations / 2);
+  CHECK(right.evaluations < MatchConstants{}.search.num_evaluations / 2);
   const ScanMatch wrong = MatchFrom({truth.x_m + 0.5, truth.y_m - 0.4, truth.yaw_rad + 0.9});
   CHECK(wrong.state == MatchState::kOk);
   CheckPose(wrong.T_map_laser, truth, 0.025);  // half a cell

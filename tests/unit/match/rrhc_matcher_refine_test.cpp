@@ -38,9 +38,8 @@ LaserScan WithNoise(LaserScan scan, double noise_m) {
 }
 
 /// A matcher that knows walls from a drive of 5 m through the origin.
-RrhcMatcher MatcherAmong(const std::vector<Wall>& walls, double direction_rad = 0.0,
-                         const MatchParameters& parameters = {}) {
-  RrhcMatcher matcher(parameters, 0.05);
+RrhcMatcher MatcherAmong(const std::vector<Wall>& walls, double direction_rad = 0.0) {
+  RrhcMatcher matcher({}, 0.05);
   MapUpdater updater(UpdateParameters{});
   for (int k = 0; k < 12; ++k) {
     const double way_m = 0.4 * k - 3.2;

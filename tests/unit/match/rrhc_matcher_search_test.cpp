@@ -71,8 +71,8 @@ class Hall {
 };
 
 /// A matcher that knows a niche from a drive.
-RrhcMatcher MakeNicheMatcher(const MatchParameters& parameters) {
-  RrhcMatcher matcher(parameters, 0.05);
+RrhcMatcher MakeNicheMatcher(const MatchConstants& constants) {
+  RrhcMatcher matcher({}, 0.05, constants);
   MapUpdater updater(UpdateParameters{});
   for (int k = 0; k < 6; ++k) {
     const ScanMatch match = MatchedAt(k, {0.31 * k - 1.0, 0.1 * k, 0.0});
@@ -90,7 +90,7 @@ TEST_CASE("as shipped, a robot that turned or was pushed further than the window
     const ScanMatch match = hall.Match(truth, 100, standing);
     CHECK(match.state != MatchState::kLost);
     CheckPose(match.T_map_laser, truth, 0.025);  // half a cell
-    CHECK(match.evaluations > MatchParameters{}.num_evaluations);
+    CHECK(match.evaluations > MatchConstants{}.search.num_evaluations);
   }
 }
 
@@ -102,18 +102,18 @@ TEST_CASE("as shipped, most scans that fit as well as the last ones are found by
     const ScanMatch match = matcher.Match(ShippedRays(ScanNiche(truth, 100 + k)), AfterStanding({}, 0.8), {});
     CheckPose(match.T_map_laser, truth, 0.025);  // half a cell
     CHECK(match.fitness > 0.8);
-    num_short += match.evaluations < MatchParameters{}.num_evaluations / 2;
+    num_short += match.evaluations < MatchConstants{}.search.num_evaluations / 2;
   }
   CHECK(num_short > 10);
 }
 
 TEST_CASE("each climb but the first begins on the best of as many poses as are asked for") {
   const auto CountEvaluations = [](int restart_draws) {
-    MatchParameters parameters;
-    parameters.num_evaluations = 10000;
-    parameters.restart_draws = restart_draws;
+    MatchConstants constants;
+    constants.search.num_evaluations = 10000;
+    constants.search.restart_draws = restart_draws;
     const LaserScan scan = ScanNiche({0.02, 0.01, 0.0}, 100);
-    return MakeNicheMatcher(parameters).Match(ShippedRays(scan), AfterStanding({}, 0.8), {}).evaluations;
+    return MakeNicheMatcher(constants).Match(ShippedRays(scan), AfterStanding({}, 0.8), {}).evaluations;
   };
   CHECK(CountEvaluations(1) < 500);
   CHECK(CountEvaluations(1000) > 2 * 1000);  // three climbs

@@ -16,29 +16,22 @@ namespace {
 const MotionBounds kWindow{0.5, 0.3};
 constexpr double kNever = 10.0;  // more than any fitness
 
-/// The parameters of a search that only its budget ends.
-MatchParameters Endless(ClimbMode climb = ClimbMode::kShrinking) {
-  MatchParameters parameters = TestParameters().match;
-  parameters.climb = climb;
-  parameters.satisfying_fitness = kNever;
-  return parameters;
-}
+/// A search that only its budget ends.
+constexpr MatchConstants::Search kEndless{.highest = kNever};
 
 /// A search on a landscape, and what it asked for.
 template <class Landscape>
 struct TestSearch {
-  TestSearch(const MatchParameters& match, Landscape landscape, std::uint64_t seed = 1)
-      : parameters(match),
-        random(seed),
+  explicit TestSearch(Landscape landscape, std::uint64_t seed = 1)
+      : random(seed),
         search(
-            parameters,
+            kEndless,
             [this, landscape](const Pose2& pose) {
               asked.push_back(pose);
               return landscape(pose);
             },
             random) {}
 
-  MatchParameters parameters;
   Random random;
   RrhcSearch search;
   std::vector<Pose2> asked;
@@ -49,7 +42,7 @@ const Pose2 kNear{0.2, -0.3, 0.1};
 }  // namespace
 
 TEST_CASE("a climb of shrinking steps comes to the top") {
-  TestSearch test(Endless(), OneHill);
+  TestSearch test(OneHill);
   const ScoredPose best = test.search.Run({{}, kWindow, 1, 5000, kNever}).best;
   CheckPose(best.pose, kTop, 0.01);
   CHECK(best.fitness == OneHill(best.pose));
@@ -57,35 +50,33 @@ TEST_CASE("a climb of shrinking steps comes to the top") {
 
 TEST_CASE("restarts find the higher hill behind the one at which the search begins") {
   const auto TwoHills = [](const Pose2& pose) { return std::max(Hill(pose, {}, 0.5), Hill(pose, kTop, 0.8)); };
-  TestSearch test(Endless(), TwoHills);
+  TestSearch test(TwoHills);
   CheckPose(test.search.Run({{}, kWindow, 1, 5000, kNever}).best.pose, kTop, 0.05);
 }
 
 TEST_CASE("a search is over after its first climbs if the best is good enough, and goes on if it is not") {
-  TestSearch enough(Endless(), OneHill);
+  TestSearch enough(OneHill);
   CHECK(enough.search.Run({kNear, kWindow, 1, 100000, 0.9}).evaluations < 1000);
-  TestSearch not_enough(Endless(), OneHill);
+  TestSearch not_enough(OneHill);
   CHECK(not_enough.search.Run({kNear, kWindow, 1, 100000, 1.01}).evaluations == 100000);
 }
 
 TEST_CASE("a search that is never satisfied spends the evaluations that it may, and no more") {
-  for (const ClimbMode climb : {ClimbMode::kFixed, ClimbMode::kShrinking}) {
-    for (const int num_draws : {1, 30}) {
-      for (const int num_evaluations : {1, 2, 999, 1000, 1001, 1003}) {
-        TestSearch test(Endless(climb), OneHill);
-        const SearchResult found = test.search.Run({{}, kWindow, num_draws, num_evaluations, kNever});
-        CHECK(test.asked.size() == static_cast<std::size_t>(num_evaluations));
-        CHECK(found.evaluations == num_evaluations);
-        REQUIRE(found.best_evaluation >= 1);
-        REQUIRE(found.best_evaluation <= num_evaluations);
-        CHECK(test.asked[static_cast<std::size_t>(found.best_evaluation) - 1] == found.best.pose);
-      }
+  for (const int num_draws : {1, 30}) {
+    for (const int num_evaluations : {1, 2, 999, 1000, 1001, 1003}) {
+      TestSearch test(OneHill);
+      const SearchResult found = test.search.Run({{}, kWindow, num_draws, num_evaluations, kNever});
+      CHECK(test.asked.size() == static_cast<std::size_t>(num_evaluations));
+      CHECK(found.evaluations == num_evaluations);
+      REQUIRE(found.best_evaluation >= 1);
+      REQUIRE(found.best_evaluation <= num_evaluations);
+      CHECK(test.asked[static_cast<std::size_t>(found.best_evaluation) - 1] == found.best.pose);
     }
   }
 }
 
 TEST_CASE("a second run of a search goes on with the random numbers of the first, and counts anew") {
-  TestSearch test(Endless(), OneHill);
+  TestSearch test(OneHill);
   for (int run = 0; run < 2; ++run) CHECK(test.search.Run({{}, kWindow, 1, 500, kNever}).evaluations == 500);
   REQUIRE(test.asked.size() == 1000);
   CHECK(test.asked[0] == test.asked[500]);  // the initial guess
@@ -93,9 +84,9 @@ TEST_CASE("a second run of a search goes on with the random numbers of the first
 }
 
 TEST_CASE("the same random numbers make the same search") {
-  TestSearch one(Endless(), OneHill, 7);
-  TestSearch same(Endless(), OneHill, 7);
-  TestSearch other(Endless(), OneHill, 8);
+  TestSearch one(OneHill, 7);
+  TestSearch same(OneHill, 7);
+  TestSearch other(OneHill, 8);
   const SearchTask task{{}, kWindow, 30, 3000, kNever};
   const ScoredPose best = one.search.Run(task).best;
   CHECK(best.pose == same.search.Run(task).best.pose);
@@ -109,7 +100,7 @@ TEST_CASE("a first climb that was good enough, on a small hill, does not end the
   };
   int num_found = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    TestSearch test(Endless(), SmallHillFirst, seed);
+    TestSearch test(SmallHillFirst, seed);
     num_found += test.search.Run({{}, kWindow, 1, 5000, 0.4}).best.fitness > 0.5;
   }
   CHECK(num_found >= 5);  // on the other hill: each of the next two climbs comes so high in a third of the searches
@@ -119,25 +110,22 @@ TEST_CASE("a climb that is far below the highest when its steps are half as long
   // Steps are half as long after 7 failures, 0.9^7 < 0.5; to its end a climb has 38.
   for (const auto& [elsewhere, num_mutations] : {std::pair{0.65, 7}, {0.75, 38}}) {
     const auto Needle = [elsewhere = elsewhere](const Pose2& pose) { return pose == kNear ? 1.0 : elsewhere; };
-    TestSearch test(Endless(), Needle);
+    TestSearch test(Needle);
     CHECK(test.search.Run({kNear, kWindow, 6, 10000, 0.4}).evaluations == 1 + 38 + 2 * (6 + num_mutations));
   }
-  // Where nothing fits fitness is pull alone, and less than 0: climbs go on.
-  TestSearch test(Endless(), [](const Pose2& pose) { return -1.0 - pose.x_m * pose.x_m; });
+  // Where nothing fits fitness is the prior alone, and less than 0: climbs go on.
+  TestSearch test([](const Pose2& pose) { return -1.0 - pose.x_m * pose.x_m; });
   CHECK(std::abs(test.search.Run({kNear, kWindow, 1, 50, kNever}).best.pose.x_m) < 0.02);
 }
 
 TEST_CASE("on a plain a search stays where it is guessed, and its climbs end") {
   const auto Plain = [](const Pose2&) { return 0.5; };
-  // A fixed climb is over with its first mutation, one that shrinks when 0.9^n < 0.02, n = 38.
-  for (const auto& [climb, num_mutations] : {std::pair{ClimbMode::kFixed, 1}, {ClimbMode::kShrinking, 38}}) {
-    for (const int num_draws : {1, 30}) {
-      TestSearch test(Endless(climb), Plain);
-      const SearchResult found = test.search.Run({kNear, kWindow, num_draws, 10000, 0.4});
-      CHECK(found.best.pose == kNear);
-      CHECK(found.best_evaluation == 1);
-      CHECK(found.evaluations == 1 + num_mutations + 2 * (num_draws + num_mutations));  // three climbs
-    }
+  for (const int num_draws : {1, 30}) {
+    TestSearch test(Plain);
+    const SearchResult found = test.search.Run({kNear, kWindow, num_draws, 10000, 0.4});
+    CHECK(found.best.pose == kNear);
+    CHECK(found.best_evaluation == 1);
+    CHECK(found.evaluations == 1 + 38 + 2 * (num_draws + 38));  // three climbs, each over when 0.9^n < 0.02, n = 38
   }
 }
 

@@ -30,7 +30,7 @@ double FindBestPlace(double wall_cells, Fitness&& fitness) {
     const double share = std::clamp(2.5 * (1.0 - std::abs(cell.y - wall_cells)), 0.0, 1.0);
     return static_cast<std::uint8_t>(std::lround(254.0 * (1.0 - share)));
   };
-  ScoredMap map(kCell_m, 0.0, true);
+  ScoredMap map(kCell_m);
   REQUIRE(map.Apply(PaintTiles(-1, 1, Wall)));
   Eigen::Matrix2Xd hits_m(2, 40);
   for (int i = 0; i < 40; ++i) hits_m.col(i) << -1.0 + 0.0517 * i, 0.0;
@@ -76,9 +76,9 @@ TEST_CASE("after changes of which some are refused, cells and scores are those o
     mixed.push_back(change);
     mixed.push_back({{change.index.x + 100, 0}, {}});  // nothing changes
   }
-  ScoredMap map(0.05, 0.0, true);
+  ScoredMap map(0.05);
   CHECK_FALSE(map.Apply(mixed));
-  ScoredMap reference(0.05, 0.0, true);
+  ScoredMap reference(0.05);
   CHECK(reference.Apply(good));
   CHECK(map.cells().ToDenseGrid().cells == reference.cells().ToDenseGrid().cells);
   CHECK(map.cells().tiles().entries().size() == good.size());
@@ -89,7 +89,7 @@ TEST_CASE("after changes of which some are refused, cells and scores are those o
 }
 
 TEST_CASE("a change that is refused changes neither cells nor scores of what was there") {
-  ScoredMap map(0.05, 0.0, true);
+  ScoredMap map(0.05);
   REQUIRE(map.Apply(PaintTiles(-1, 1, Stripes)));
   const auto before = map.cells().ToDenseGrid().cells;
   const double fitness = map.Fitness(RaysOn(map), {});
@@ -102,9 +102,9 @@ TEST_CASE("a change that is refused changes neither cells nor scores of what was
 }
 
 TEST_CASE("a map that is there already has the scores of one that was applied piece by piece") {
-  ScoredMap pieces(0.05, -100.0, true);
+  ScoredMap pieces(0.05, {-100.0, true});
   for (const TileChange& change : PaintTiles(-1, 1, Stripes)) REQUIRE(pieces.Apply(std::span(&change, 1)));
-  const ScoredMap whole(PaintMap(-1, 1, Stripes), -100.0, true);
+  const ScoredMap whole(PaintMap(-1, 1, Stripes), {-100.0, true});
   for (const Pose2& pose : {Pose2{}, {0.51, 0.02, 0.3}, {-3.0, 1.0, 2.0}}) {
     CHECK(pieces.Fitness(RaysOn(pieces), pose) == whole.Fitness(RaysOn(whole), pose));
   }

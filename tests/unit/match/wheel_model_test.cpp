@@ -120,7 +120,6 @@ TEST_CASE("what is learned in the flat is the truth about its wheels") {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     CAPTURE(seed);
     Parameters parameters;
-    parameters.match.odometry = true;
     parameters.match.seed = seed;
     Slam slam(parameters);
     Simulator simulator(world, seed);

@@ -56,7 +56,7 @@ TEST_CASE("the exponential is exact to 1e-15 of its value") {
   CHECK(ComputeExp(0.0) == 1.0);
 }
 
-TEST_CASE("a wrapped angle lies in [-pi, pi] and looks the same way") {
+TEST_CASE("a wrapped angle lies in [-pi, pi] and looks the same way; one that is not finite cannot be wrapped") {
   for (int tenth = -1000; tenth <= 1000; ++tenth) {
     const double angle_rad = 0.1 * tenth;
     const double wrapped_rad = WrapAngle(angle_rad);
@@ -68,9 +68,6 @@ TEST_CASE("a wrapped angle lies in [-pi, pi] and looks the same way") {
   }
   CHECK(WrapAngle(3.0) == 3.0);
   CHECK(std::abs(WrapAngle(3.0 * kPi)) == Approx(kPi));
-}
-
-TEST_CASE("an angle that is not finite cannot be wrapped") {
   CHECK_THROWS_AS(WrapAngle(std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
   CHECK_THROWS_AS(WrapAngle(std::numeric_limits<double>::infinity()), std::invalid_argument);
 }

@@ -1,53 +1,18 @@
 #include "common/metrics/trajectory.hpp"
 
-#include <unistd.h>
-#include <zlib.h>
-
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <limits>
 #include <string>
 
 #include "catch.hpp"
+#include "source_helpers.hpp"
 
 using namespace crsm;
 
 namespace {
 
-/// A file of its own name that lives as long as this does.
-class TextFile {
- public:
-  explicit TextFile(const std::string& text) : path_(MakeName()) { std::ofstream(path_, std::ios::binary) << text; }
-  ~TextFile() { std::filesystem::remove(path_); }
-  TextFile(const TextFile&) = delete;
-  TextFile& operator=(const TextFile&) = delete;
-
-  const std::string& path() const { return path_; }
-
- private:
-  static std::string MakeName() {
-    std::string name = std::filesystem::temp_directory_path() / "crsm_trajectory_test_XXXXXX";
-    close(mkstemp(name.data()));
-    return name;
-  }
-
-  const std::string path_;
-};
-
-/// What reading the file throws, without the path that it begins with.
-std::string ErrorOf(const TextFile& file) {
-  try {
-    ReadTrajectory(file.path());
-  } catch (const std::runtime_error& error) {
-    const std::string what = error.what();
-    REQUIRE(what.rfind(file.path(), 0) == 0);
-    return what.substr(file.path().size());
-  }
-  return "no error";
-}
+Trajectory Read(const std::string& text) { return ReadTrajectory(ScratchFile(text).path()); }
 
 }  // namespace
 
@@ -78,8 +43,7 @@ TEST_CASE("what is written is read back: utimes exactly, poses to their nine dec
   trajectory.push_back({4000000000000001, {}});
   trajectory.push_back({-3999999999999999, {}});
 
-  const TextFile file(FormatTrajectory(trajectory));
-  const Trajectory read = ReadTrajectory(file.path());
+  const Trajectory read = Read(FormatTrajectory(trajectory));
   REQUIRE(read.size() == trajectory.size());
   for (std::size_t i = 0; i < read.size(); ++i) {
     CHECK(read[i].utime == trajectory[i].utime);
@@ -91,8 +55,8 @@ TEST_CASE("what is written is read back: utimes exactly, poses to their nine dec
 }
 
 TEST_CASE("comments, empty lines, tabs, exponents and Windows line ends are read") {
-  const TextFile file("# t x y z qx qy qz qw\n\n  \t\r\n1.5\t2 3 0 0 0 0 1\r\n  # so far\n2.5e0 1e-1 0 9 0 0 -1 0");
-  const Trajectory read = ReadTrajectory(file.path());
+  const Trajectory read =
+      Read("# t x y z qx qy qz qw\n\n  \t\r\n1.5\t2 3 0 0 0 0 1\r\n  # so far\n2.5e0 1e-1 0 9 0 0 -1 0");
   REQUIRE(read.size() == 2);
   CHECK(read[0] == StampedPose{1500000, {2.0, 3.0, 0.0}});
   CHECK(read[1].utime == 2500000);
@@ -106,37 +70,36 @@ TEST_CASE("the yaw of a tilted pose is the heading of its x axis on the floor") 
   const double qx = -std::sin(0.3) * std::sin(0.15);
   const double qy = std::cos(0.3) * std::sin(0.15);
   const double qz = std::sin(0.3) * std::cos(0.15);
-  const TextFile file("0 0 0 0 " + std::to_string(qx) + " " + std::to_string(qy) + " " + std::to_string(qz) + " " +
-                      std::to_string(qw));
-  CHECK(ReadTrajectory(file.path()).at(0).T_map_laser.yaw_rad == Approx(0.6).margin(1e-5));  // six decimals
+  const std::string line =
+      "0 0 0 0 " + std::to_string(qx) + " " + std::to_string(qy) + " " + std::to_string(qz) + " " + std::to_string(qw);
+  CHECK(Read(line).at(0).T_map_laser.yaw_rad == Approx(0.6).margin(1e-5));  // six decimals
 }
 
-TEST_CASE("a bad line is named with its file and number") {
-  const std::string expected = "must be the eight numbers t x y z qx qy qz qw, each within +-4.5e9";
-  CHECK(ErrorOf(TextFile("# ok\n1 2 3 0 0 0 0\n")) == ":2: " + expected);
-  CHECK(ErrorOf(TextFile("1 2 3 0 0 0 0 1 9\n")) == ":1: " + expected);
-  CHECK(ErrorOf(TextFile("1 2 3 0 0 0 0 1\n1 2 3 0 0 0 zero 1\n")) == ":2: " + expected);
-  CHECK(ErrorOf(TextFile("1 2 nan 0 0 0 0 1\n")) == ":1: " + expected);
-  CHECK(ErrorOf(TextFile("1 2 1e999 0 0 0 0 1\n")) == ":1: " + expected);
-  CHECK(ErrorOf(TextFile("976052857337530 2 3 0 0 0 0 1\n")) ==
-        ":1: " + expected);  // microseconds where seconds belong
-  CHECK(ErrorOf(TextFile("1,2,3,0,0,0,0,1\n")) == ":1: " + expected);
-  CHECK(ErrorOf(TextFile(std::string(2 << 20, '1'))) == ":1: " + expected);
-  CHECK(ErrorOf(TextFile("#" + std::string(2 << 20, '1'))) ==
-        ":1: " + expected);  // longer than any line that is looked at
-  CHECK(ErrorOf(TextFile("1 2 3 0 0 0 0 0\n")) == ":1: the quaternion's length is 0, must be 1");
-  CHECK(ErrorOf(TextFile("1 2 3 0 0 0 0 1.01\n")) == ":1: the quaternion's length is 1.01, must be 1");
+TEST_CASE("a bad line is named with its number, and what it must be") {
+  const std::string numbers = "must be the eight numbers t x y z qx qy qz qw, each within +-4.5e9";
+  const std::vector<std::pair<std::string, std::string>> errors{
+      {"# ok\n1 2 3 0 0 0 0\n", ":2: " + numbers},
+      {"1 2 3 0 0 0 0 1 9\n", ":1: " + numbers},
+      {"1 2 3 0 0 0 0 1\n1 2 3 0 0 0 zero 1\n", ":2: " + numbers},
+      {"1 2 nan 0 0 0 0 1\n", ":1: " + numbers},
+      {"1 2 1e999 0 0 0 0 1\n", ":1: " + numbers},
+      {"976052857337530 2 3 0 0 0 0 1\n", ":1: " + numbers},  // microseconds where seconds belong
+      {"1,2,3,0,0,0,0,1\n", ":1: " + numbers},
+      {std::string(2 << 20, '1'), ":1: " + numbers},
+      {"#" + std::string(2 << 20, '1'), ":1: " + numbers},  // longer than any line that is looked at
+      {"1 2 3 0 0 0 0 0\n", ":1: the quaternion's length is 0, must be 1"},
+      {"1 2 3 0 0 0 0 1.01\n", ":1: the quaternion's length is 1.01, must be 1"}};
+  for (const auto& [text, error] : errors) CHECK(ErrorOf([&, &lines = text] { Read(lines); }).ends_with(error));
 }
 
 TEST_CASE("an empty trajectory is no error, a missing or cut one is") {
-  CHECK(ReadTrajectory(TextFile("").path()).empty());
-  CHECK_THROWS_WITH(ReadTrajectory("/no/such.tum"), "cannot read /no/such.tum: No such file or directory");
-
-  const TextFile file("");
-  gzFile packed = gzopen(file.path().c_str(), "wb");
-  for (int i = 0; i < 1000; ++i) gzprintf(packed, "%d.000000 %d 0 0 0 0 0 1\n", i, i * i);
-  gzclose(packed);
-  CHECK(ReadTrajectory(file.path()).size() == 1000);
-  std::filesystem::resize_file(file.path(), std::filesystem::file_size(file.path()) - 10);
-  CHECK(ErrorOf(file) == ": the compressed file is cut short or damaged");
+  CHECK(Read("").empty());
+  CHECK(ErrorOf([] { ReadTrajectory("/no/such.tum"); }) == "cannot read /no/such.tum: No such file or directory");
+  std::string text;
+  for (int i = 0; i < 1000; ++i) text += std::to_string(i) + ".0 " + std::to_string(i * i) + " 0 0 0 0 0 1\n";
+  const std::string packed = Compress(text);
+  CHECK(Read(packed).size() == 1000);
+  CHECK(ErrorOf([&] {
+          Read(packed.substr(0, packed.size() - 10));
+        }).ends_with(": the compressed file is cut short or damaged"));
 }

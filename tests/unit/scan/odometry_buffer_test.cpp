@@ -10,8 +10,9 @@ namespace {
 using State = ScanOdometry::State;
 
 constexpr std::int64_t kSecond = 1'000'000;
+const Pose2 kPose{1.0, 2.0, 3.0};
 
-OdometryBuffer BufferOf(std::initializer_list<Odometry> samples) {
+OdometryBuffer BufferOf(const std::vector<Odometry>& samples) {
   OdometryBuffer buffer;
   for (const Odometry& sample : samples) buffer.Add(sample);
   return buffer;
@@ -27,33 +28,44 @@ void CheckNotKnown(const ScanOdometry& odometry, State expected) {
   CHECK_FALSE(odometry.T_odom_robot);
 }
 
-const Pose2 kPose{1.0, 2.0, 3.0};
+Pose2 Along(double x_m) { return {x_m, 0.0, 0.0}; }
 
 }  // namespace
 
-TEST_CASE("where no odometry has come, a scan's is awaited") {
-  CheckNotKnown(OdometryBuffer().Find(5), State::kAwaited);
-  CheckNotKnown(OdometryBuffer().FindExact(5), State::kAwaited);
+TEST_CASE("a scan's odometry is that of its own utime, or what lies between the samples around it, to a millionth") {
+  struct Case {
+    std::vector<Odometry> samples;
+    std::int64_t utime;
+    Pose2 expected;
+  };
+  const std::vector<Odometry> way{{kSecond, Pose2{1.0, 2.0, 0.4}}, {kSecond + 40'000, Pose2{2.0, 0.0, 0.0}}};
+  const std::vector<Odometry> steps{{0, Pose2{}}, {3, Pose2{1e-6, 1.0, -1.0}}};
+  for (const Case& tested : {Case{{{kSecond, kPose}}, kSecond, kPose},
+                             {way, kSecond + 10'000, {1.25, 1.5, 0.3}},
+                             {way, kSecond + 20'000, {1.5, 1.0, 0.2}},
+                             {way, kSecond + 39'999, {1.999975, 0.00005, 0.00001}},
+                             {steps, 1, {0.0, 0.333333, -0.333333}},
+                             {steps, 2, {1e-6, 0.666667, -0.666667}},
+                             {{{0, Along(9.0)}, {10, Along(1.0)}, {30, Along(3.0)}, {90, Along(9.0)}}, 20, Along(2.0)},
+                             {{{0, Pose2{}}, {10, std::nullopt}, {40, Along(4.0)}}, 20, Along(2.0)}}) {
+    CAPTURE(tested.utime);
+    CheckKnown(BufferOf(tested.samples).Find(tested.utime), tested.expected);
+  }
+  CheckKnown(BufferOf(way).FindExact(kSecond), way[0].T_odom_robot.value());
 }
 
-TEST_CASE("the odometry of a scan's own utime is its odometry as it is") {
-  const OdometryBuffer buffer = BufferOf({{kSecond, kPose}});
-  CheckKnown(buffer.Find(kSecond), kPose);
-  CheckKnown(buffer.FindExact(kSecond), kPose);
-}
-
-TEST_CASE("a scan between two samples is where the robot was on the way between them") {
-  const OdometryBuffer buffer = BufferOf({{kSecond, Pose2{1.0, 2.0, 0.4}}, {kSecond + 40'000, Pose2{2.0, 0.0, 0.0}}});
-  CheckKnown(buffer.Find(kSecond + 10'000), {1.25, 1.5, 0.3});
-  CheckKnown(buffer.Find(kSecond + 20'000), {1.5, 1.0, 0.2});
-  CheckKnown(buffer.Find(kSecond + 39'999), {1.999975, 0.00005, 0.00001});
-  CheckNotKnown(buffer.FindExact(kSecond + 20'000), State::kAwaited);
-}
-
-TEST_CASE("what lies between two samples is rounded to whole micrometres and microradians") {
-  const OdometryBuffer buffer = BufferOf({{0, Pose2{0.0, 0.0, 0.0}}, {3, Pose2{1e-6, 1.0, -1.0}}});
-  CheckKnown(buffer.Find(1), {0.0, 0.333333, -0.333333});
-  CheckKnown(buffer.Find(2), {1e-6, 0.666667, -0.666667});
+TEST_CASE("a scan after the last sample is awaited; one before the first, or that says that it has none, has none") {
+  const std::vector<Odometry> none_at_10{{0, Pose2{}}, {10, std::nullopt}, {40, Along(4.0)}};
+  CheckNotKnown(BufferOf({}).Find(5), State::kAwaited);
+  CheckNotKnown(BufferOf({}).FindExact(5), State::kAwaited);
+  CheckNotKnown(BufferOf({{0, kPose}, {40, kPose}}).FindExact(20), State::kAwaited);
+  CheckNotKnown(BufferOf({{kSecond, kPose}}).Find(kSecond + 1), State::kAwaited);
+  // Samples of before a step back are later than the scan.
+  CheckNotKnown(BufferOf({{9 * kSecond, kPose}, {8 * kSecond, kPose}}).Find(8 * kSecond + 50'000), State::kAwaited);
+  CheckNotKnown(BufferOf({{kSecond, kPose}}).Find(kSecond - 1), State::kNone);
+  CheckNotKnown(BufferOf(none_at_10).Find(10), State::kNone);
+  CheckNotKnown(BufferOf(none_at_10).FindExact(10), State::kNone);
+  CheckNotKnown(BufferOf({{0, kPose}, {20, std::nullopt}}).Find(10), State::kNone);  // the odometry went past the scan
 }
 
 TEST_CASE("between two headings the robot turned the shorter way, across the seam too") {
@@ -66,43 +78,14 @@ TEST_CASE("between two headings the robot turned the shorter way, across the sea
   CHECK(std::abs(BufferOf({{0, left}, {100, right}}).Find(50).T_odom_robot->yaw_rad) == half_way_rad);
 }
 
-TEST_CASE("of many samples the nearest before and after the scan count") {
-  const OdometryBuffer buffer = BufferOf({{0, Pose2{100.0, 0.0, 0.0}},
-                                          {10, Pose2{1.0, 0.0, 0.0}},
-                                          {30, Pose2{3.0, 0.0, 0.0}},
-                                          {90, Pose2{100.0, 0.0, 0.0}}});
-  CheckKnown(buffer.Find(20), {2.0, 0.0, 0.0});
-}
-
-TEST_CASE("a scan after the last sample is awaited, also where samples of before a step back are later than it") {
-  CheckNotKnown(BufferOf({{kSecond, kPose}}).Find(kSecond + 1), State::kAwaited);
-  const OdometryBuffer stepped_back = BufferOf({{9 * kSecond, kPose}, {8 * kSecond, kPose}});
-  CheckNotKnown(stepped_back.Find(8 * kSecond + 50'000), State::kAwaited);
-}
-
-TEST_CASE("a scan before the first sample has no odometry") {
-  CheckNotKnown(BufferOf({{kSecond, kPose}}).Find(kSecond - 1), State::kNone);
-}
-
 TEST_CASE("samples up to 0.1 s from the scan count, others leave it without odometry") {
-  const Pose2 far{1.0, 4.0, 3.0};
-  for (const std::int64_t gap_us : {100'000, 100'001}) {
+  for (const auto& [gap_us, expected] : {std::pair(100'000, State::kKnown), {100'001, State::kNone}}) {
     CAPTURE(gap_us);
-    const OdometryBuffer before = BufferOf({{kSecond - gap_us, kPose}, {kSecond + gap_us, far}});
-    CHECK(before.Find(kSecond).state == (gap_us == 100'000 ? State::kKnown : State::kNone));
-    const OdometryBuffer near_after = BufferOf({{kSecond - gap_us, kPose}, {kSecond + 1, far}});
-    CHECK(near_after.Find(kSecond).state == (gap_us == 100'000 ? State::kKnown : State::kNone));
-    const OdometryBuffer near_before = BufferOf({{kSecond - 1, kPose}, {kSecond + gap_us, far}});
-    CHECK(near_before.Find(kSecond).state == (gap_us == 100'000 ? State::kKnown : State::kNone));
+    for (const auto& [before_us, after_us] : {std::pair(gap_us, gap_us), {gap_us, 1}, {1, gap_us}}) {
+      const OdometryBuffer buffer = BufferOf({{kSecond - before_us, kPose}, {kSecond + after_us, kPose}});
+      CHECK(buffer.Find(kSecond).state == expected);
+    }
   }
-}
-
-TEST_CASE("a sample that says that its scan has none is believed for that scan, and passed over for others") {
-  const OdometryBuffer buffer = BufferOf({{0, Pose2{0.0, 0.0, 0.0}}, {10, std::nullopt}, {40, Pose2{4.0, 0.0, 0.0}}});
-  CheckNotKnown(buffer.Find(10), State::kNone);
-  CheckNotKnown(buffer.FindExact(10), State::kNone);
-  CheckKnown(buffer.Find(20), {2.0, 0.0, 0.0});
-  CheckNotKnown(BufferOf({{0, kPose}, {20, std::nullopt}}).Find(10), State::kNone);  // the odometry went past the scan
 }
 
 TEST_CASE("a sample that comes again takes the place of the first") {

@@ -1,6 +1,7 @@
 #include "common/scan/surface.hpp"
 
 #include <cmath>
+#include <vector>
 
 #include "catch.hpp"
 
@@ -10,7 +11,7 @@ namespace {
 constexpr double kNearM = 0.1;
 constexpr double kMaxM = 0.8;
 
-Eigen::Matrix2Xd Hits(std::initializer_list<Eigen::Vector2d> points_m) {
+Eigen::Matrix2Xd Hits(const std::vector<Eigen::Vector2d>& points_m) {
   Eigen::Matrix2Xd hits_m(2, static_cast<Eigen::Index>(points_m.size()));
   Eigen::Index column = 0;
   for (const auto& point_m : points_m) hits_m.col(column++) = point_m;
@@ -19,12 +20,9 @@ Eigen::Matrix2Xd Hits(std::initializer_list<Eigen::Vector2d> points_m) {
 
 }  // namespace
 
-TEST_CASE("no hit and one hit have no neighbours") {
+TEST_CASE("two hits are joined if they are near, whatever lies around them; fewer have no neighbours") {
   CHECK(FindSurfaces(Hits({}), kNearM, kMaxM).empty());
   CHECK(FindSurfaces(Hits({{1.0, 0.0}}), kNearM, kMaxM).empty());
-}
-
-TEST_CASE("two hits are joined if they are near, whatever lies around them") {
   CHECK(FindSurfaces(Hits({{1.0, 0.0}, {1.0, 0.09}}), kNearM, kMaxM) == std::vector<bool>{true});
   CHECK(FindSurfaces(Hits({{1.0, 0.0}, {1.0, 0.11}}), kNearM, kMaxM) == std::vector<bool>{false});
 }
@@ -43,13 +41,6 @@ TEST_CASE("a wall seen at a grazing angle is one surface up to the largest gap")
   CHECK_FALSE(joined.back());
 }
 
-TEST_CASE("a near edge and what lies behind it are not joined") {
-  // A cupboard's front at x = 1 m, then the wall at x = 1.6 m.
-  const auto joined =
-      FindSurfaces(Hits({{1.0, 0.0}, {1.0, 0.05}, {1.0, 0.1}, {1.6, 0.2}, {1.6, 0.28}, {1.6, 0.36}}), kNearM, kMaxM);
-  CHECK(joined == std::vector<bool>{true, true, false, true, true});
-}
-
 TEST_CASE("a way within 5 degrees of the beam lies along it, in both directions") {
   const Eigen::Vector2d near_m(1.0, 0.0);
   CHECK(IsAlongBeam(near_m, {2.0, 0.0}));
@@ -59,18 +50,28 @@ TEST_CASE("a way within 5 degrees of the beam lies along it, in both directions"
   CHECK_FALSE(IsAlongBeam(near_m, {1.0, 0.5}));
 }
 
-TEST_CASE("a lone hit between two surfaces is joined to neither") {
-  const auto joined =
-      FindSurfaces(Hits({{1.0, 0.0}, {1.0, 0.05}, {1.4, 0.06}, {1.6, 0.5}, {1.6, 0.58}}), kNearM, kMaxM);
-  CHECK(joined == std::vector<bool>{true, false, false, true});
-}
-
-TEST_CASE("both sides of a corner are joined up to it, and to each other where they meet near") {
-  const auto joined = FindSurfaces(Hits({{1.0, 0.7}, {1.0, 0.9}, {0.95, 1.0}, {0.75, 1.0}, {0.55, 1.0}}), 0.12, kMaxM);
-  CHECK(joined[0] == false);  // 0.2 m, and the next hit turns away by 27 degrees
-  CHECK(joined[1]);
-  CHECK(joined[2]);
-  CHECK(joined[3]);
+TEST_CASE("hits are joined along walls and round corners, and across no edge") {
+  struct Case {
+    const char* seen;
+    std::vector<Eigen::Vector2d> hits_m;
+    std::vector<bool> joined;
+    double near_m = kNearM;
+  };
+  for (const Case& tested :
+       {Case{"a cupboard's front, then the wall 0.6 m behind it",
+             {{1.0, 0.0}, {1.0, 0.05}, {1.0, 0.1}, {1.6, 0.2}, {1.6, 0.28}, {1.6, 0.36}},
+             {true, true, false, true, true}},
+        {"a lone hit between two surfaces",
+         {{1.0, 0.0}, {1.0, 0.05}, {1.4, 0.06}, {1.6, 0.5}, {1.6, 0.58}},
+         {true, false, false, true}},
+        {"a corner; the first hits are 0.2 m apart, and the next turns away by 27 degrees",
+         {{1.0, 0.7}, {1.0, 0.9}, {0.95, 1.0}, {0.75, 1.0}, {0.55, 1.0}},
+         {false, true, true, true},
+         0.12},
+        {"two hits in one place, which point to none", {{1.0, 0.0}, {1.0, 0.0}, {1.0, 0.5}}, {true, false}}}) {
+    CAPTURE(tested.seen);
+    CHECK(FindSurfaces(Hits(tested.hits_m), tested.near_m, kMaxM) == tested.joined);
+  }
 }
 
 TEST_CASE("hits that are far apart go on where the line of the others points, within 15 degrees") {
@@ -119,11 +120,6 @@ TEST_CASE("the laser itself is on no surface: the first two hits, in line with i
     hits_m.col(1) << 1.0, 0.0;
     CHECK_FALSE(FindSurfaces(hits_m, kNearM, kMaxM).front());
   }
-}
-
-TEST_CASE("hits in one place are joined and continue no line") {
-  const auto joined = FindSurfaces(Hits({{1.0, 0.0}, {1.0, 0.0}, {1.0, 0.5}}), kNearM, kMaxM);
-  CHECK(joined == std::vector<bool>{true, false});
 }
 
 }  // namespace crsm

@@ -19,9 +19,10 @@ class Program {
   explicit Program(const std::vector<std::string>& words,
                    std::vector<ParameterGroup> groups = {ParameterGroup::kSeed, ParameterGroup::kLaser,
                                                          ParameterGroup::kScan, ParameterGroup::kSelection,
-                                                         ParameterGroup::kMatch, ParameterGroup::kUpdate})
+                                                         ParameterGroup::kMatch, ParameterGroup::kUpdate,
+                                                         ParameterGroup::kLoops, ParameterGroup::kAlgorithm})
       : line("program", "What it does.", std::move(groups),
-             {"lcm_url", "channel_prefix", "odometry_topic", "lockstep", "map_wait_s", "start"}) {
+             {"lcm_url", "channel_prefix", "odometry", "odometry_topic", "lockstep", "map_wait_s", "start"}) {
     std::vector<const char*> argv{"program"};
     for (const std::string& word : words) argv.push_back(word.c_str());
     said = Capture([&] { exit_code = line.Parse(static_cast<int>(argv.size()), argv.data()); });
@@ -76,14 +77,14 @@ TEST_CASE("without flags the defaults hold") {
 
 TEST_CASE("a program tells the values of what it uses, and of nothing else") {
   const Program program({"--seed", "7", "--lockstep", "--map-wait-s", "0.5"}, {ParameterGroup::kSeed});
-  const NamedValues expected{
-      {"seed", std::uint64_t{7}}, {"lcm_url", ""},     {"channel_prefix", ""}, {"odometry_topic", ""},
-      {"lockstep", true},         {"map_wait_s", 0.5}, {"start", ""}};
+  const NamedValues expected{{"seed", std::uint64_t{7}}, {"lcm_url", ""},        {"channel_prefix", ""},
+                             {"odometry", false},        {"odometry_topic", ""}, {"lockstep", true},
+                             {"map_wait_s", 0.5},        {"start", ""}};
   CHECK(program.line.UsedValues() == expected);
 }
 
 TEST_CASE("a value as text is the same value again, for every parameter and setting") {
-  Program program({"--method", "density", "--cell-size-m", "0.07", "--no-interpolate", "--seed", "18446744073709551615",
+  Program program({"--algorithm", "paper", "--cell-size-m", "0.07", "--smooth-climb", "--seed", "18446744073709551615",
                    "--lcm-url", "7"});
   for (const auto& [key, value] : program.line.UsedValues()) {
     INFO(key << ": " << FormatValue(value));
@@ -98,18 +99,18 @@ TEST_CASE("a text that is no value of its key, or of a key that is unknown, stay
 }
 
 TEST_CASE("every kind of flag sets its value") {
-  const Program program({"--cell-size-m", "0.07", "--num-evaluations=123", "--method", "density", "--no-interpolate",
-                         "--limit-edges", "--seed", "18446744073709551615", "--lcm-url", "tcpq://localhost",
-                         "--lockstep", "--map-wait-s", "1.5", "--unexplored-score", "-100"});
+  const Program program({"--cell-size-m", "0.07", "--rays-max=123", "--algorithm", "paper", "--no-beam-times",
+                         "--smooth-climb", "--seed", "18446744073709551615", "--lcm-url", "tcpq://localhost",
+                         "--lockstep", "--map-wait-s", "1.5", "--sweep-s", "-0.1"});
   CHECK_FALSE(program.exit_code);
   CHECK(program.said.empty());
   CHECK(program.parameters().update.cell_size_m == 0.07);
-  CHECK(program.parameters().match.num_evaluations == 123);
-  CHECK(program.parameters().selection.method == SelectionMethod::kDensity);
-  CHECK_FALSE(program.parameters().match.interpolate);
-  CHECK(program.parameters().selection.limit_edges);
+  CHECK(program.parameters().selection.rays_max == 123);
+  CHECK(program.parameters().update.algorithm == Algorithm::kPaper);
+  CHECK_FALSE(program.parameters().scan.beam_times);
+  CHECK(program.parameters().match.smooth_climb);
   CHECK(program.parameters().match.seed == ~std::uint64_t{0});
-  CHECK(program.parameters().match.unexplored_score == -100.0);
+  CHECK(program.parameters().scan.sweep_s == -0.1);
   CHECK(program.line.settings().lcm_url == "tcpq://localhost");
   CHECK(program.line.settings().lockstep);
   CHECK(program.line.settings().map_wait_s == 1.5);
@@ -129,37 +130,13 @@ TEST_CASE("a flag wins over the file, the file over the preset") {
 }
 
 TEST_CASE("the file and flags win over the profile, and the preset leaves the profile's own alone") {
-  const ScratchFile config("num_evaluations = 77\n");
-  const Program program({"--profile", "paper", "--preset", "sick", "--config", config.path(), "--rays-max", "49"});
+  const ScratchFile config("update_distance_m = 0.7\n");
+  const Program program({"--profile", "paper", "--preset", "sick", "--config", config.path(), "--loops"});
   CHECK_FALSE(program.exit_code);
-  CHECK(program.parameters().match.num_evaluations == 77);
-  CHECK(program.parameters().selection.rays_max == 49);
-  CHECK(program.parameters().selection.rays_min == 30);
-}
-
-TEST_CASE("the profile paper is the text of the paper") {
-  const Program program({"--profile", "paper"});
-  CHECK_FALSE(program.exit_code);
-  const Parameters& p = program.parameters();
-  CHECK(p.selection.method == SelectionMethod::kSegments);
-  CHECK(p.selection.rays_min == 30);
-  CHECK(p.selection.rays_max == 50);
-  CHECK(p.selection.density_scale_mode == DensityScaleMode::kPrevious);
-  CHECK(p.match.num_evaluations == 10000);
-  CHECK(p.match.unexplored_score == -100.0);
-  CHECK(p.match.climb == ClimbMode::kFixed);
-  CHECK(p.match.restart_draws == 1);
-  CHECK_FALSE(p.match.interpolate);
-  CHECK(p.match.window_m == Approx(20 * 0.02));  // "bounded in [-20, 20] pixels"
-  CHECK(p.match.window_rad == 0.25);
-  CHECK(p.match.mutation_m == Approx(5 * 0.02));
-  CHECK(p.match.mutation_rad == 0.1);
-  CHECK(p.update.occupied_density > 1.0);
-  CHECK(p.update.sparseness_intensity);
-  CHECK(p.update.intensity_min == 0.0);
-  CHECK(p.update.intensity_max == 1.0);
-  CHECK(p.update.first_intensity == 0.0);
-  CHECK(p.update.update_distance_m == 0.0);
+  CHECK(program.parameters().update.update_distance_m == 0.7);
+  CHECK(program.parameters().update.update_angle_rad == 0.0);
+  CHECK(program.parameters().update.algorithm == Algorithm::kPaper);
+  CHECK(program.parameters().loops.loops);
 }
 
 TEST_CASE("every preset and profile is well-formed") {
@@ -170,14 +147,14 @@ TEST_CASE("every preset and profile is well-formed") {
 
 TEST_CASE("a file may hold what is another program's, and it is checked all the same") {
   const ScratchFile good(
-      "# for all\nnum_evaluations = 9\nexport_period_s = 2\ninterpolate = false\nmethod = \"all\"\nout = \"a\"\n");
+      "# for all\nrays_max = 9\nexport_period_s = 2\nsmooth_climb = true\nalgorithm = \"paper\"\nout = \"a\"\n");
   const Program program({"--config", good.path()}, {ParameterGroup::kScan});
   CHECK_FALSE(program.exit_code);
-  CHECK(program.parameters().match.num_evaluations == 9);
+  CHECK(program.parameters().selection.rays_max == 9);
   CHECK(program.line.settings().export_period_s == 2.0);
-  const ScratchFile bad("\nnum_evaluations = 0\n");
+  const ScratchFile bad("\nrays_max = 0\n");
   CheckRefused(Program({"--config", bad.path()}, {ParameterGroup::kScan}),
-               bad.path() + ":2: num_evaluations: '0' is not a whole number from 1");
+               bad.path() + ":2: rays_max: '0' is not a whole number from 6");
 }
 
 TEST_CASE("a file that is wrong is refused in one line that names the file, the line, the key and the mend") {
@@ -186,13 +163,13 @@ TEST_CASE("a file that is wrong is refused in one line that names the file, the 
       {"cell_size_m = 5.0\n", ":1: cell_size_m: '5' is not a number from 0.005 to 1"},
       {"cell_size_m = nan\n", ":1: cell_size_m: 'nan' is not a number from 0.005 to 1"},
       {"cell_size_m = \"0.05\"\n", ":1: cell_size_m: '0.05' is not a number"},
-      {"num_evaluations = 1.5\n", ":1: num_evaluations: '1.5' is not a whole number"},
-      {"num_evaluations = 99999999999\n", ":1: num_evaluations: '99999999999' is not a whole number"},
+      {"rays_max = 10.5\n", ":1: rays_max: '10.5' is not a whole number"},
+      {"rays_max = 99999999999\n", ":1: rays_max: '99999999999' is not a whole number"},
       {"seed = -1\n", ":1: seed: '-1' is not a whole number from 0"},
-      {"interpolate = 1\n", ":1: interpolate: '1' is not true or false"},
-      {"interpolate = \"true\"\n", ":1: interpolate: 'true' is not true or false"},
-      {"method = \"best\"\n", ":1: method: 'best' is not one of all, uniform, density, segments"},
-      {"method = 2\n", ":1: method: '2' is not one of all, uniform, density, segments"},
+      {"smooth_climb = 1\n", ":1: smooth_climb: '1' is not true or false"},
+      {"smooth_climb = \"true\"\n", ":1: smooth_climb: 'true' is not true or false"},
+      {"algorithm = \"best\"\n", ":1: algorithm: 'best' is not one of crsm, paper"},
+      {"algorithm = 2\n", ":1: algorithm: '2' is not one of crsm, paper"},
       {"channel_prefix = 3\n", ":1: channel_prefix: '3' is not a string in quotes"},
       {"\n\nseed = [1, 2]\n", ":3: seed: '(a table or a list)' is not a whole number"},
       {"[match]\nseed = 1\n", ":1: match: no such key"},
@@ -211,10 +188,10 @@ TEST_CASE("a file may name preset and profile, which come before its other keys;
   CHECK_FALSE(both.exit_code);
   CHECK(both.parameters().scan.range_max_m == 7.0);
   CHECK(both.parameters().scan.angle_scale == Program({"--preset", "sick"}).parameters().scan.angle_scale);
-  CHECK(both.parameters().match.climb == ClimbMode::kFixed);
+  CHECK(both.parameters().update.algorithm == Algorithm::kPaper);
   const Program flags({"--config", file.path(), "--preset", "urg-04lx", "--profile", "default"});
   CHECK(flags.parameters().scan.angle_scale == 1.0);
-  CHECK(flags.parameters().match.climb == ClimbMode::kShrinking);
+  CHECK(flags.parameters().update.algorithm == Algorithm::kCrsm);
   CHECK(flags.parameters().scan.range_max_m == 7.0);
   const ScratchFile wrong("seed = 3\npreset = \"sikc\"\n");
   CheckRefused(Program({"--config", wrong.path()}),
@@ -224,10 +201,8 @@ TEST_CASE("a file may name preset and profile, which come before its other keys;
 }
 
 TEST_CASE("what contradicts itself is refused by name") {
-  CheckRefused(Program({"--intensity-min", "0.5", "--intensity-max", "0.1"}),
-               "intensity_min: 0.5 is more than intensity_max, 0.1");
   CheckRefused(Program({"--range-min-m", "3", "--range-max-m", "2"}), "range_min_m: 3 is more than range_max_m, 2");
-  CHECK_FALSE(Program({"--intensity-min", "0.5", "--intensity-max", "0.5"}).exit_code);
+  CHECK_FALSE(Program({"--range-min-m", "3", "--range-max-m", "3"}).exit_code);
   CHECK_FALSE(Program({"--start", "1,2,3"}).exit_code);  // of a program that has no --localize
 }
 
@@ -236,9 +211,9 @@ TEST_CASE("odometry that is named is used, unless something said later turns it 
   const ScratchFile off("odometry = false\n");
   const ScratchFile both("odometry = false\nodometry_topic = '/odom'\n");
   const auto Uses = [](const std::vector<std::string>& words) {
-    const Program program(words, {ParameterGroup::kOdometry});
+    const Program program(words);
     CHECK_FALSE(program.exit_code);
-    return program.parameters().match.odometry;
+    return program.line.settings().odometry;
   };
   CHECK(Uses({"--odometry-topic", "/odom"}));
   CHECK(Uses({"--odometry-topic", "/odom", "--odometry"}));
@@ -247,26 +222,25 @@ TEST_CASE("odometry that is named is used, unless something said later turns it 
   CHECK_FALSE(Uses({"--config", named.path(), "--no-odometry"}));
   CHECK_FALSE(Uses({"--config", both.path()}));
   CHECK_FALSE(Uses({}));
-  CheckRefused(Program({"--odometry-topic", "/odom", "--no-odometry"}, {ParameterGroup::kOdometry}),
+  CheckRefused(Program({"--odometry-topic", "/odom", "--no-odometry"}),
                "--odometry-topic: names odometry that --no-odometry turns off: remove one of them");
 
-  const Program told({"--odometry-topic", "/odom"}, {ParameterGroup::kOdometry});
-  CHECK(told.line.WordsFor({{ParameterGroup::kOdometry}, {}}) == std::vector<std::string>{"--odometry"});
-  const Program without_flag({"--config", named.path()});
-  CHECK(without_flag.line.WordsFor({{ParameterGroup::kOdometry}, {}}) ==
-        std::vector<std::string>{"--config", named.path()});
+  const Program told({"--odometry-topic", "/odom"});
+  CHECK(told.line.WordsFor({{}, {"odometry"}}) == std::vector<std::string>{"--odometry"});
+  const Program by_file({"--config", named.path()});
+  CHECK(by_file.line.WordsFor({{}, {"odometry"}}) == std::vector<std::string>{"--config", named.path(), "--odometry"});
 }
 
 TEST_CASE("the words for another program are those that it knows, in the order of --help") {
-  const Program program({"--seed", "7", "--no-limit-edges", "--preset", "sick", "--window-m", "0.5", "--lockstep",
+  const Program program({"--seed", "7", "--rays-max", "70", "--preset", "sick", "--smooth-climb", "--lockstep",
                          "--channel-prefix", "robot1/"});
   CHECK(program.line.WordsFor(FlagsOfSelector()) ==
-        std::vector<std::string>{"--preset", "sick", "--channel-prefix", "robot1/", "--no-limit-edges"});
+        std::vector<std::string>{"--preset", "sick", "--channel-prefix", "robot1/", "--rays-max", "70"});
   CHECK(program.line.WordsFor(FlagsOfMatcher()) == std::vector<std::string>{"--preset", "sick", "--channel-prefix",
                                                                             "robot1/", "--lockstep", "--seed", "7",
-                                                                            "--window-m", "0.5"});
+                                                                            "--smooth-climb"});
   CHECK(program.line.WasGiven("seed"));
-  CHECK_FALSE(program.line.WasGiven("rays_min"));
+  CHECK_FALSE(program.line.WasGiven("range_min_m"));
 }
 
 TEST_CASE("a file that is not there or is empty is refused") {
@@ -282,11 +256,10 @@ TEST_CASE("a flag that is wrong is refused in one line that names it and the men
   CheckRefused(Program({"--cell-size-m", "0.05m"}), "--cell-size-m: '0.05m' is not a number");
   CheckRefused(Program({"--cell-size-m"}), "--cell-size-m");
   CheckRefused(Program({"--seed", "-1"}), "--seed: '-1' is not a whole number from 0");
-  CheckRefused(Program({"--method", "best"}), "--method: 'best' is not one of all, uniform, density, segments");
+  CheckRefused(Program({"--algorithm", "best"}), "--algorithm: 'best' is not one of crsm, paper");
   CheckRefused(Program({"--preset", "pocket"}),
                "--preset: 'pocket' is not one of paper, rplidar-a1, sick, urg-04lx, utm-30lx");
   CheckRefused(Program({"--profile", "best"}), "--profile: 'best' is not one of default, paper");
-  CheckRefused(Program({"--rays-min", "50", "--rays-max", "40"}), "rays_min: 50 is more than rays_max, 40");
 }
 
 TEST_CASE("what a laser says of itself holds where nobody has said otherwise, and is handed on") {
@@ -330,14 +303,13 @@ TEST_CASE("a start is three numbers, or none") {
 }
 
 TEST_CASE("a flag of another program is unknown here") {
-  CheckRefused(Program({"--num-evaluations", "5"}, {ParameterGroup::kScan}), "--num-evaluations");
+  CheckRefused(Program({"--rays-max", "50"}, {ParameterGroup::kScan}), "--rays-max");
 }
 
 TEST_CASE("help lists the flags with their defaults, and the program ends well") {
   const Program help({"--help"});
   CHECK(help.exit_code == 0);
-  for (const char* text :
-       {"What it does.", "--cell-size-m", "--method", "all|uniform|density|segments", "--lcm-url", "--preset"}) {
+  for (const char* text : {"What it does.", "--cell-size-m", "--algorithm", "crsm|paper", "--lcm-url", "--preset"}) {
     CAPTURE(text);
     CHECK(help.Says(text));
   }

@@ -13,7 +13,7 @@
 namespace crsm {
 namespace {
 
-constexpr LoopParameters kLoops{true, 40.0, 10};
+constexpr LoopParameters kLoops{true, 40.0};
 const MakeLoopCloser kMakeCloser = DefaultLoopCloser(kLoops, UpdateParameters{});
 constexpr std::int64_t kEpoch = 7;
 
@@ -325,7 +325,7 @@ TEST_CASE("a trajectory goes on from the last keyframe of the one before: what i
   }
 }
 
-TEST_CASE("a keyframe that is tied to one that is not there is not taken") {
+TEST_CASE("a keyframe with a constraint to one that is not there is not taken") {
   KeyframeAnswers answers = MakeAnswers();
   for (int i = 0; i <= 10; ++i) answers.Answer(Tell(i, -1));
   Keyframe keyframe = Drive()[11];

@@ -56,7 +56,7 @@ GraphUpdate MakeUpdate(int first_pose, int keyframe) {
   update.keyframe = Nth(keyframe);
   update.previous = Nth(7);
   update.closed = {{Nth(3), Nth(keyframe), DrawPose(random)}, {Nth(5), Nth(keyframe - 4), DrawPose(random)}};
-  update.taken_out = {{Nth(1), Nth(40), DrawPose(random)}};
+  update.rejected = {{Nth(1), Nth(40), DrawPose(random)}};
   update.moved = {{Nth(first_pose), {}}};
   for (int i = first_pose; i <= keyframe; ++i) update.moved[0].poses.push_back(DrawPose(random));
   return update;
@@ -83,7 +83,9 @@ TEST_CASE("a keyframe comes over the wire to the last bit") {
     keyframe.degenerate_axis = Eigen::Vector2d(std::cos(0.3), std::sin(0.3));
   }
   SECTION("with a constraint") { keyframe.constraint = ProximityConstraint{Nth(17), {0.1, -0.2, 1.0 / 3.0}}; }
-  SECTION("tied to the first keyframe, at its very place") { keyframe.constraint = ProximityConstraint{Nth(0), {}}; }
+  SECTION("with a constraint to the first keyframe, at its very place") {
+    keyframe.constraint = ProximityConstraint{Nth(0), {}};
+  }
   SECTION("without rays") { keyframe.rays = {}; }
   const keyframe_t message = Send(ToMessage(keyframe, {kEpoch, Nth(20), Nth(19), Nth(12)}));
   CHECK(message.epoch == kEpoch);
@@ -143,7 +145,7 @@ TEST_CASE("an update comes over the wire to the last bit, in parts of 32 KB at m
   GraphUpdate update = MakeUpdate(0, 2499);
   std::size_t num_parts = 3;
   SECTION("of 2500 poses") {}
-  SECTION("with ties that are wrong") { update.ties_wrong_from = Nth(0); }
+  SECTION("with constraints that are wrong") { update.constraints_wrong_from = Nth(0); }
   SECTION("with what was found") {
     update.finding = LoopFinding{Nth(3), update.keyframe, {1.0 / 3.0, -0.7, 0.1}, 0.9, LoopFinding::By::kCheck};
   }
@@ -262,9 +264,9 @@ TEST_CASE("that nothing has changed is said in one part with nothing in it") {
   CHECK(FromOptional(message.previous) == Nth(60));
   CHECK(message.changed == 0);
   CHECK(message.num_parts == 1);
-  CHECK_FALSE(FromOptional(message.ties_wrong_from));
+  CHECK_FALSE(FromOptional(message.constraints_wrong_from));
   CHECK(message.num_closed == 0);
-  CHECK(message.num_taken_out == 0);
+  CHECK(message.num_rejected == 0);
   CHECK(message.num_moved == 0);
 }
 

@@ -119,8 +119,9 @@ TEST_CASE("the keyframe before another one has one number less, or is of the tra
     return IsDecoded(KeyframeMessage(), [&](keyframe_t& m) {
       m.previous = previous;
       m.id = id;
-      m.as_of = m.tied_to = {-1, -1};
-      m.num_ties = m.num_findings = 0;
+      m.as_of = {-1, -1};
+      m.num_constraints = m.num_findings = 0;
+      m.constraints.clear();
       m.findings.clear();
     });
   };
@@ -136,33 +137,26 @@ TEST_CASE("the keyframe before another one has one number less, or is of the tra
   CHECK_FALSE(Fits({0, 30}, {1, 1}));
 }
 
-TEST_CASE("a keyframe's open axis is a unit vector, and nothing where there is none") {
-  using Message = keyframe_t;
-  const auto Fits = [](int num, double x, double y) {
-    return IsDecoded(KeyframeMessage(),
-                     [=](Message& m) { m.num_open_axes = num, m.open_axis[0] = x, m.open_axis[1] = y; });
+TEST_CASE("a keyframe's degenerate axis is a unit vector, or 0") {
+  const auto Fits = [](double x, double y) {
+    return IsDecoded(KeyframeMessage(), [=](keyframe_t& m) { m.degenerate_axis[0] = x, m.degenerate_axis[1] = y; });
   };
-  CHECK(Fits(1, 0.0, -1.0));
-  CHECK(Fits(0, 0.0, 0.0));
-  CHECK_FALSE(Fits(0, 0.6, -0.8));
-  CHECK_FALSE(Fits(1, 0.0, 0.0));
-  CHECK_FALSE(Fits(1, 0.6, 0.9));
-  CHECK_FALSE(Fits(1, kNan, 0.0));
-  CHECK_FALSE(Fits(0, 0.0, kNan));
-  CHECK_FALSE(Fits(-1, 0.0, 0.0));
-  CHECK_FALSE(Fits(2, 0.0, 0.0));
+  CHECK(Fits(0.0, -1.0));
+  CHECK(Fits(0.0, 0.0));
+  CHECK_FALSE(Fits(0.6, 0.9));
+  CHECK_FALSE(Fits(0.1, 0.0));
+  CHECK_FALSE(Fits(kNan, 0.0));
+  CHECK_FALSE(Fits(0.0, kNan));
 }
 
-TEST_CASE("a keyframe is tied to one that is older, once at most") {
+TEST_CASE("a keyframe has a constraint to one that is older, once at most") {
   using Message = keyframe_t;
-  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.num_ties = 0, m.tied_to = {-1, -1}; }));
-  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.tied_to = {1, 7}; }));
-  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.num_ties = 0; }));
-  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.num_ties = 2; }));
-  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.num_ties = -1; }));
-  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.tied_to = {1, 8}; }));
-  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.tied_to = {-1, -1}; }));
-  CheckPoseIn(KeyframeMessage(), [](Message& m) -> pose2_t& { return m.T_tied_this; });
+  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.num_constraints = 0, m.constraints.clear(); }));
+  CHECK(IsDecoded(KeyframeMessage(), [](Message& m) { m.constraints[0].older = {1, 7}; }));
+  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.num_constraints = 2, m.constraints.resize(2); }));
+  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.constraints[0].older = {1, 8}; }));
+  CHECK_FALSE(IsDecoded(KeyframeMessage(), [](Message& m) { m.constraints[0].older = {-1, -1}; }));
+  CheckPoseIn(KeyframeMessage(), [](Message& m) -> pose2_t& { return m.constraints[0].T_older_this; });
 }
 
 TEST_CASE("keyframes are asked for after one that there can be, or none, up to 64 at once") {
@@ -183,7 +177,7 @@ TEST_CASE("a pose graph follows an older one, in parts that there are, of keyfra
   CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) {
     m = {};
     m.epoch = m.num_parts = 1;
-    m.keyframe = m.previous = m.ties_wrong_from = {-1, -1};
+    m.keyframe = m.previous = m.constraints_wrong_from = {-1, -1};
   }));
   CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.previous = {-1, -1}; }));
   CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.previous = {-1, 2}; }));
@@ -198,15 +192,15 @@ TEST_CASE("a pose graph follows an older one, in parts that there are, of keyfra
   CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.part = -1; }));
   CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.part = 1; }));
   CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.num_parts = 4097; }));
-  CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.ties_wrong_from = {-1, -1}; }));
-  CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.ties_wrong_from = {1, 8}; }));
-  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.ties_wrong_from = {1, -1}; }));
-  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.ties_wrong_from = {1, 9}; }));
+  CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.constraints_wrong_from = {-1, -1}; }));
+  CHECK(IsDecoded(PoseGraphMessage(), [](Message& m) { m.constraints_wrong_from = {1, 8}; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.constraints_wrong_from = {1, -1}; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [](Message& m) { m.constraints_wrong_from = {1, 9}; }));
 }
 
 TEST_CASE("the loops of a pose graph lead from an older keyframe to a newer one") {
   CheckLoopIn([](pose_graph_t& m) -> loop_t& { return m.closed[1]; });
-  CheckLoopIn([](pose_graph_t& m) -> loop_t& { return m.taken_out[0]; });
+  CheckLoopIn([](pose_graph_t& m) -> loop_t& { return m.rejected[0]; });
 }
 
 TEST_CASE("the poses of a pose graph are of keyframes that there can be") {
@@ -243,8 +237,8 @@ TEST_CASE("a pose graph's arrays are limited although the bytes are there") {
   const std::vector<loop_t> loops(1025, {{0, 0}, {0, 1}, {}});
   CHECK(IsDecoded(PoseGraphMessage(), [&](Message& m) { m.num_closed = 1024, m.closed = loops; }));
   CHECK_FALSE(IsDecoded(PoseGraphMessage(), [&](Message& m) { m.num_closed = 1025, m.closed = loops; }));
-  CHECK(IsDecoded(PoseGraphMessage(), [&](Message& m) { m.num_taken_out = 1024, m.taken_out = loops; }));
-  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [&](Message& m) { m.num_taken_out = 1025, m.taken_out = loops; }));
+  CHECK(IsDecoded(PoseGraphMessage(), [&](Message& m) { m.num_rejected = 1024, m.rejected = loops; }));
+  CHECK_FALSE(IsDecoded(PoseGraphMessage(), [&](Message& m) { m.num_rejected = 1025, m.rejected = loops; }));
 }
 
 }  // namespace crsm

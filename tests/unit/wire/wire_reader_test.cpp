@@ -5,14 +5,17 @@
 #include <random>
 #include <set>
 #include <string>
+#include <wire_fields/botlab/lidar_nranges_t.hpp>
+#include <wire_fields/botlab/lidar_t.hpp>
+#include <wire_fields/mbot_lcm_msgs/pose2D_t.hpp>
+#include <wire_fields/sensor_msgs/LaserScan.hpp>
 
 #include "catch.hpp"
+#include "count_finder.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {
 namespace {
-
-using Bytes = std::vector<std::uint8_t>;
 
 /// Fills messages with any numbers, and with strings and arrays of 0 to 4 elements.
 class RandomFiller {
@@ -59,60 +62,6 @@ class RandomFiller {
   std::mt19937_64 random_{1};
 };
 
-/// Where the counts of arrays and strings stand in an encoded message.
-class CountFinder {
- public:
-  template <class Message>
-  void Visit(const Message& message) {
-    const auto visit = [&](const auto&... fields) { (VisitField(message, fields), ...); };
-    std::apply(visit, FieldsOf<Message>());
-  }
-
-  const std::map<std::size_t, std::int32_t>& counts() const { return counts_; }  ///< by the place of their first byte
-
- private:
-  template <class Message, class Value>
-  void VisitField(const Message& message, Value Message::*member) {
-    place_of_[&(message.*member)] = at_;
-    VisitValue(message.*member);
-  }
-
-  template <class Message, class Element, class Count>
-  void VisitField(const Message& message, const ArrayField<Message, Element, Count>& array) {
-    counts_[place_of_.at(&(message.*array.count))] = message.*array.count;
-    for (const Element& element : message.*array.elements) VisitValue(element);
-  }
-
-  template <class Value>
-  void VisitValue(const Value& value) {
-    if constexpr (std::is_same_v<Value, std::string>) {
-      counts_[at_] = static_cast<std::int32_t>(value.size()) + 1;
-      at_ += 4 + value.size() + 1;
-    } else if constexpr (std::is_class_v<Value>) {
-      Visit(value);
-    } else {
-      at_ += sizeof(Value);
-    }
-  }
-
-  std::size_t at_ = 8;  // behind the fingerprint
-  std::map<const void*, std::size_t> place_of_;
-  std::map<std::size_t, std::int32_t> counts_;
-};
-
-std::int32_t ReadCount(const Bytes& bytes, std::size_t at) {
-  std::uint32_t count = 0;
-  for (std::size_t i = 0; i < 4; ++i) count = count << 8 | bytes[at + i];
-  return static_cast<std::int32_t>(count);
-}
-
-Bytes WithCount(Bytes bytes, std::size_t at, std::int32_t count) {
-  for (std::size_t i = 0; i < 4; ++i) {
-    bytes[at + i] = static_cast<std::uint8_t>(static_cast<std::uint32_t>(count) >> (24 - 8 * i));
-  }
-  return bytes;
-}
-
 template <class Message>
 void CheckHostileCounts(const Message& message, const Bytes& bytes) {
   constexpr auto kLargest = std::numeric_limits<std::int32_t>::max();
@@ -152,29 +101,40 @@ void CheckType() {
 TEST_CASE(
     "what lcm-gen writes of any message is walked over whole; cut, lengthened or counted wrongly, it is refused") {
   CheckType<bot_core::planar_lidar_t>();
+  CheckType<botlab::lidar_t>();
+  CheckType<botlab::lidar_nranges_t>();
+  CheckType<sensor_msgs::LaserScan>();
   CheckType<sweep_t>();
   CheckType<bot_core::pose_t>();
+  CheckType<mbot_lcm_msgs::pose2D_t>();
   CheckType<critical_rays_t>();
   CheckType<scan_match_t>();
-  CheckType<map_tile_t>();
   CheckType<map_delta_t>();
+  CheckType<map_page_t>();
   CheckType<map_request_t>();
+  CheckType<scan_request_t>();
+  CheckType<scan_answer_t>();
+  CheckType<keyframe_t>();
+  CheckType<keyframe_request_t>();
+  CheckType<pose_graph_t>();
   CheckType<service_status_t>();
+  CheckType<journal_head_t>();
+  CheckType<journal_check_t>();
 }
 
 TEST_CASE("an array has the most elements that are allowed, and not one more although its bytes are there") {
   map_tile_t tile{};
-  for (const std::size_t size : {kMaxRunBytes, kMaxRunBytes + 1}) {
+  for (const std::size_t size : {4100u, 4101u}) {
     tile.runs.resize(size);
     tile.num_bytes = static_cast<std::int32_t>(size);
-    CHECK(CountsFit<map_tile_t>(Encode(tile)) == (size == kMaxRunBytes));
+    CHECK(CountsFit<map_tile_t>(Encode(tile)) == (size == 4100));
   }
   service_status_t status{};
-  for (const std::size_t size : {kMostCounters, kMostCounters + 1}) {
+  for (const std::size_t size : {64u, 65u}) {
     status.counter_name.resize(size);
     status.counter_value.resize(size);
     status.num_counters = static_cast<std::int32_t>(size);
-    CHECK(CountsFit<service_status_t>(Encode(status)) == (size == kMostCounters));
+    CHECK(CountsFit<service_status_t>(Encode(status)) == (size == 64));
   }
 }
 

@@ -25,7 +25,10 @@ TEST_CASE(
   CheckType(CriticalRaysMessage());
   CheckType(ScanMatchMessage());
   CheckType(MapDeltaMessage());
+  CheckType(MapPageMessage());
   CheckType(MapRequestMessage());
+  CheckType(ScanRequestMessage());
+  CheckType(ScanAnswerMessage());
   CheckType(KeyframeMessage());
   CheckType(KeyframeRequestMessage());
   CheckType(PoseGraphMessage());
@@ -56,19 +59,6 @@ TEST_CASE("a million beams are refused although the bytes for them are there") {
   message.ranges.resize(4096);
   message.radstep = 0.001f;
   CHECK(IsDecoded<bot_core::planar_lidar_t>(Encode(message)));
-}
-
-TEST_CASE("a page for a replica that is ahead of an owner that lost its map is taken, such a delta for all is not") {
-  map_delta_t message = MapDeltaMessage();
-  message.num_requests = 0;
-  message.request.clear();
-  message.version = message.base_version - 1;
-  CHECK_FALSE(IsDecoded<map_delta_t>(Encode(message)));
-  message.num_requests = 1;
-  message.request = {MapRequestMessage()};
-  CHECK(IsDecoded<map_delta_t>(Encode(message)));
-  message.version = -1;
-  CHECK_FALSE(IsDecoded<map_delta_t>(Encode(message)));
 }
 
 TEST_CASE("a lidar message is the one that the LCM world knows") {
@@ -202,42 +192,63 @@ TEST_CASE("a match has a finite covariance with variances that are not negative,
   CHECK_FALSE(IsDecoded(ScanMatchMessage(), [](Message& m) { m.degenerate_axis[1] = kNan; }));
 }
 
-TEST_CASE("a map delta leads forwards, in parts that there are, to tiles that there can be") {
+TEST_CASE("a map delta has parts that there are, tiles that there can be, and a correction that is a pose") {
   using Message = map_delta_t;
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.utime = -1; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.epoch = 0; }));
   CHECK(IsDecoded(MapDeltaMessage(), [](Message& m) { m.epoch = -1; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_requests = 0, m.request.clear(), m.version = 6; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.base_version = -1; }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.version = 0; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.part = 1; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.part = -1; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_parts = 1 << 30; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.cell_size_m = kNan; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.cell_size_m = 0.0; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.next_tile = -2; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.next_match = -2; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.request[0].asked_utime = -2; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.asked[0].fitness = 2.0; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.tracking[0].num_scans = -1; }));
-  CHECK(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_moved = 0, m.T_new_old.clear(); }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_moved = 2, m.T_new_old.resize(2); }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.tiles[0].tile_x = 1024; }));
+  CHECK(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_corrections = 0, m.T_new_old.clear(); }));
+  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_corrections = 2, m.T_new_old.resize(2); }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.T_new_old[0].x_m = kNan; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.T_new_old[0].y_m = 1e7; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.T_new_old[0].yaw_rad = 7.0; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.trajectory = -1; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.trajectory = 2'147'483'647; }));
   CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.floating = 2; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.tiles[0].tile_x = 1024; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.matches[0].x_m = kNan; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.loops[1].T_map_older.x_m = kNan; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.loops[0].T_map_newer.y_m = -1e7; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.loops[0].taken_out = 2; }));
-  CHECK(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_loops = 200, m.loops.resize(200); }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](Message& m) { m.num_loops = 201, m.loops.resize(201); }));
+}
+
+TEST_CASE("a page repeats a request that there can be, and holds tiles, matches and loops that there can be") {
+  using Message = map_page_t;
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.request.requester = 0; }));
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.request.first_tile = -1; }));
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.epoch = 0; }));
+  CHECK(IsDecoded(MapPageMessage(), [](Message& m) { m.version = 0; }));  // of an owner that lost its map
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.version = -1; }));
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.cell_size_m = 11.0; }));
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.next_tile = -2; }));
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.next_match = -2; }));
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.tiles[0].tile_x = 1024; }));
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.matches[0].x_m = kNan; }));
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.tracking[0].num_scans = -1; }));
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.loops[1].T_map_older.x_m = kNan; }));
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.loops[0].T_map_newer.y_m = -1e7; }));
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.loops[0].rejected = 2; }));
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.loops[0].joins = 2; }));
+  CHECK(IsDecoded(MapPageMessage(), [](Message& m) { m.num_loops = 200, m.loops.resize(200); }));
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.num_loops = 201, m.loops.resize(201); }));
+  CHECK_FALSE(IsDecoded(MapPageMessage(), [](Message& m) { m.num_layouts = 2, m.layout.resize(2); }));
+}
+
+TEST_CASE("a scan is asked about by somebody, and the answer has the match of that scan") {
+  CHECK_FALSE(IsDecoded(ScanRequestMessage(), [](scan_request_t& m) { m.utime = -1; }));
+  CHECK_FALSE(IsDecoded(ScanRequestMessage(), [](scan_request_t& m) { m.requester = 0; }));
+  CHECK(IsDecoded(ScanAnswerMessage(), [](scan_answer_t& m) { m.num_matches = 0, m.matches.clear(); }));
+  CHECK_FALSE(IsDecoded(ScanAnswerMessage(), [](scan_answer_t& m) { m.num_matches = 2, m.matches.resize(2); }));
+  CHECK_FALSE(IsDecoded(ScanAnswerMessage(), [](scan_answer_t& m) { m.utime = 6; }));
+  CHECK_FALSE(IsDecoded(ScanAnswerMessage(), [](scan_answer_t& m) { m.epoch = 0; }));
+  CHECK_FALSE(IsDecoded(ScanAnswerMessage(), [](scan_answer_t& m) { m.matches[0].fitness = 2.0; }));
 }
 
 TEST_CASE("a map has no more pieces and breaks than it says, and no more than are told") {
   const auto Fits = [](auto&& change) {
-    return IsDecoded(MapDeltaMessage(), [&](map_delta_t& m) { change(m.layout[0]); });
+    return IsDecoded(MapPageMessage(), [&](map_page_t& m) { change(m.layout[0]); });
   };
   CHECK(Fits([](map_pieces_t&) {}));
   CHECK_FALSE(Fits([](map_pieces_t& m) { m.num_all_pieces = 1; }));
@@ -258,10 +269,8 @@ TEST_CASE("a map has no more pieces and breaks than it says, and no more than ar
   CHECK_FALSE(Fits([](map_pieces_t& m) { m.breaks[0].reason = 4; }));
   CHECK_FALSE(Fits([](map_pieces_t& m) { m.num_pieces = 51, m.num_all_pieces = 60, m.pieces.resize(51); }));
   CHECK_FALSE(Fits([](map_pieces_t& m) {
-    m.num_breaks = 201, m.num_all_breaks = 300, m.breaks.assign(201, MapDeltaMessage().layout[0].breaks[0]);
+    m.num_breaks = 201, m.num_all_breaks = 300, m.breaks.assign(201, MapPiecesMessage().breaks[0]);
   }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](map_delta_t& m) { m.loops[0].joins = 2; }));
-  CHECK_FALSE(IsDecoded(MapDeltaMessage(), [](map_delta_t& m) { m.num_layouts = 2, m.layout.resize(2); }));
 }
 
 TEST_CASE("a tracking state counts what there can be, and remembers the last matches where there were any") {
@@ -270,9 +279,7 @@ TEST_CASE("a tracking state counts what there can be, and remembers the last mat
   CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.trajectory = 2'147'483'647; }));
   CHECK_FALSE(IsDecoded(TrackingStateMessage(), [](Message& m) { m.floating = -1; }));
   const auto Fits = [](auto&& change) {
-    map_delta_t message = MapDeltaMessage();
-    change(message.tracking[0]);
-    return IsDecoded<map_delta_t>(Encode(message));
+    return IsDecoded(MapPageMessage(), [&](map_page_t& m) { change(m.tracking[0]); });
   };
   CHECK(Fits([](Message&) {}));
   CHECK(Fits([](Message& m) { m = {0, 0, -1, 1, 0, {}, 0, {}, {}, 0, {}, 0, 0, {}, 0.0}; }));
@@ -302,8 +309,7 @@ TEST_CASE("a map request comes from somebody and asks from a place that there ca
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.base_version = -1; }));
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_tile = -1; }));
   CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = -2; }));
-  CHECK(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = -1, m.asked_utime = -1; }));
-  CHECK_FALSE(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.asked_utime = -2; }));
+  CHECK(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.first_match = -1; }));
   CHECK(IsDecoded(MapRequestMessage(), [](map_request_t& m) { m.whole = m.settled = 0, m.piece = 0; }));
   for (const auto no_flag : {std::int8_t{-1}, std::int8_t{2}}) {
     CHECK_FALSE(IsDecoded(MapRequestMessage(), [=](map_request_t& m) { m.whole = no_flag; }));

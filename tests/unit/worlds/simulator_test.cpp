@@ -29,6 +29,12 @@ std::vector<Pose2> OdometryOf(const std::string& wheels, std::uint64_t seed = 1)
   return poses;
 }
 
+/// The first scan of a robot that drives up from (1, 1), where a room's walls are 1 m behind, 3 m to the right, 2 m
+/// ahead and 1 m to the left: in this order the four beams meet them.
+LaserScan FirstScan(const std::string& laser, std::uint64_t seed = 1) {
+  return *Simulator(Room("waypoint 1 1\nwaypoint 1 2\n", laser), seed).Next();
+}
+
 constexpr double kRounded = 2e-6;  // RoundOdometry, and headings count thrice
 
 }  // namespace
@@ -41,41 +47,29 @@ TEST_CASE("the first scan shows the room from where the path begins") {
   CHECK(scan->angle_min_rad == static_cast<float>(-kPi));
   CHECK(scan->angle_step_rad == static_cast<float>(kPi / 2.0));
   REQUIRE(scan->ranges_m.size() == 4);
-  // Looking up: behind is the floor's lower edge, then the right wall, the upper, the left one. Single precision.
   const double expected_m[] = {1.0, 3.0, 2.0, 1.0};
-  for (std::size_t i = 0; i < 4; ++i) CHECK(scan->ranges_m[i] == Approx(expected_m[i]).epsilon(1e-6));
-  CHECK(simulator.TruePose()->x_m == Approx(0.0).margin(1e-12));
-  CHECK(simulator.TruePose()->y_m == Approx(0.0).margin(1e-12));
-  CHECK(simulator.TruePose()->yaw_rad == 0.0);
+  for (std::size_t i = 0; i < 4; ++i) CHECK(scan->ranges_m[i] == Approx(expected_m[i]).epsilon(1e-6));  // floats
+  CheckPose(*simulator.TruePose(), {}, 1e-12);
 }
 
 TEST_CASE("what is beyond the laser's reach is no return") {
-  Simulator simulator(Room("waypoint 1 1\nwaypoint 1 2\n", "laser 360 4 2.5 10 0\n"), 1);
-  const auto scan = simulator.Next();
-  REQUIRE(scan);
-  CHECK(scan->ranges_m[1] == 0.0f);
-  CHECK(scan->ranges_m[2] == Approx(2.0));
+  const LaserScan scan = FirstScan("laser 360 4 2.5 10 0\n");
+  CHECK(scan.ranges_m[1] == 0.0f);
+  CHECK(scan.ranges_m[2] == Approx(2.0));
 }
 
-TEST_CASE("a wall or a box is there from its beginning until its end, and a leg may lead through where it was") {
-  const std::string waypoints = "waypoint 1 1\nwaypoint 1 2\nwall 0.5 1.5 3 1.5 until_s 0.2\nbox 2 0 1 3 from_s 0.3\n";
-  Simulator simulator(Room(waypoints), 1);  // a scan every 0.1 s, up at 0.01 m a scan
-  for (int k = 0; k < 6; ++k) {
+TEST_CASE(
+    "a wall, a box or somebody who walks is there from its beginning until its end, and a leg may lead through it") {
+  const std::string waypoints = "waypoint 1 1\nwaypoint 1 2\n";
+  Simulator walls(Room(waypoints + "wall 0.5 1.5 3 1.5 until_s 0.2\nbox 2 0 1 3 from_s 0.3\n"), 1);
+  Simulator person(Room(waypoints + "person 2 1 2 1.001 0.001 from_s 0.1 until_s 0.3\n"), 1);
+  for (int k = 0; k < 6; ++k) {  // a scan every 0.1 s, up at 0.01 m a scan
     CAPTURE(k);
-    const auto scan = simulator.Next();
+    const auto scan = walls.Next();
     REQUIRE(scan);
     CHECK(scan->ranges_m[2] == Approx((k < 2 ? 0.5 : 2.0) - 0.01 * k).epsilon(1e-6));  // ahead
     CHECK(scan->ranges_m[1] == Approx(k < 3 ? 3.0 : 1.0).epsilon(1e-6));               // to the right
-  }
-}
-
-TEST_CASE("somebody who walks is seen while there") {
-  Simulator simulator(Room("waypoint 1 1\nwaypoint 1 2\nperson 2 1 2 1.001 0.001 from_s 0.1 until_s 0.3\n"), 1);
-  for (int k = 0; k < 5; ++k) {
-    CAPTURE(k);
-    const auto scan = simulator.Next();
-    REQUIRE(scan);
-    CHECK((scan->ranges_m[1] < 2.9f) == (k == 1 || k == 2));
+    CHECK((person.Next()->ranges_m[1] < 2.9f) == (k == 1 || k == 2));
   }
 }
 
@@ -96,14 +90,12 @@ TEST_CASE("in a sweep each beam is measured from where the laser is then, the la
 }
 
 TEST_CASE("with an angle scale, beams look at that share of the angle that the scan says") {
-  Simulator simulator(Room("waypoint 1 1\nwaypoint 1 2\n", "laser 360 4 9 10 0 angle_scale 0.95\n"), 1);
-  const auto scan = simulator.Next();
-  REQUIRE(scan);
-  CHECK(scan->angle_min_rad == static_cast<float>(-kPi));
-  CHECK(scan->angle_step_rad == static_cast<float>(kPi / 2.0));
-  // Looking up from 3 m before the right wall, the beam to the right is 4.5 degrees ahead of the perpendicular.
-  CHECK(scan->ranges_m[1] == Approx(3.0 / std::cos(4.5 * kPi / 180.0)).epsilon(1e-6));
-  CHECK(scan->ranges_m[2] == Approx(2.0).epsilon(1e-6));
+  const LaserScan scan = FirstScan("laser 360 4 9 10 0 angle_scale 0.95\n");
+  CHECK(scan.angle_min_rad == static_cast<float>(-kPi));
+  CHECK(scan.angle_step_rad == static_cast<float>(kPi / 2.0));
+  // 3 m before the right wall, the beam to the right is 4.5 degrees ahead of the perpendicular.
+  CHECK(scan.ranges_m[1] == Approx(3.0 / std::cos(4.5 * kPi / 180.0)).epsilon(1e-6));
+  CHECK(scan.ranges_m[2] == Approx(2.0).epsilon(1e-6));
 }
 
 TEST_CASE("the laser drives straight, turns on the spot and drives on, at the world's speeds") {
@@ -148,43 +140,14 @@ TEST_CASE("the laser faces its way in every direction") {
   }
 }
 
-TEST_CASE("every hit of a scan lies on a wall when it is seen from the true pose") {
-  World world = LoadWorld("demo");
-  world.laser.noise_m = 0.0;
-  Simulator simulator(world, 1);
-  const Pose2 T_world_start{4.6, 5.0, -kPi / 2.0};
-  double farthest_m = 0.0;
-  for (int k = 0; k < 300; ++k) {
-    const auto scan = simulator.Next();
-    REQUIRE(scan);
-    for (std::size_t i = 0; i < scan->ranges_m.size(); i += 10) {
-      if (scan->ranges_m[i] <= 0.0f) continue;
-      const double angle_rad = scan->angle_min_rad + static_cast<double>(i) * scan->angle_step_rad;
-      const Pose2 hit = T_world_start * *simulator.TruePose() *
-                        Pose2{scan->ranges_m[i] * std::cos(angle_rad), scan->ranges_m[i] * std::sin(angle_rad), 0.0};
-      double nearest_m = 1.0;
-      for (const Wall& wall : world.walls) {  // all walls of the demo run along an axis
-        const double beside_x_m = std::max(
-            {std::min(wall.from.x_m, wall.to.x_m) - hit.x_m, hit.x_m - std::max(wall.from.x_m, wall.to.x_m), 0.0});
-        const double beside_y_m = std::max(
-            {std::min(wall.from.y_m, wall.to.y_m) - hit.y_m, hit.y_m - std::max(wall.from.y_m, wall.to.y_m), 0.0});
-        nearest_m = std::min(nearest_m, std::hypot(beside_x_m, beside_y_m));
-      }
-      farthest_m = std::max(farthest_m, nearest_m);
-    }
-  }
-  CHECK(farthest_m < 1e-5);  // single precision over 10 m
-}
-
 TEST_CASE("the same seed gives the same scans, another seed other ones") {
-  const World world = LoadWorld("corridor");
-  Simulator a(world, 7);
-  Simulator b(world, 7);
-  Simulator c(world, 8);
-  const auto scans = ReadAll(a);
-  CHECK(scans.size() > 900);
-  CHECK(ReadAll(b) == scans);
-  CHECK(ReadAll(c) != scans);
+  const auto ScansOf = [](std::uint64_t seed) {
+    Simulator simulator(LoadWorld("corridor"), seed);
+    return ReadAll(simulator);
+  };
+  CHECK(ScansOf(7).size() > 900);
+  CHECK(ScansOf(7) == ScansOf(7));
+  CHECK(ScansOf(7) != ScansOf(8));
 }
 
 TEST_CASE("walls beyond the laser's reach change nothing, and one that noise brings within it is seen") {
@@ -197,39 +160,28 @@ TEST_CASE("walls beyond the laser's reach change nothing, and one that noise bri
   CHECK(ScansOf(near) != ScansOf(near + "wall 7.1 -1 7.1 1\n"));
 }
 
-TEST_CASE("ranges are as noisy as the world says") {
-  Simulator simulator(Room("waypoint 1 1\nwaypoint 1.01 1\n", "laser 360 4096 8 10 0.02\n"), 3);
-  Simulator quiet(Room("waypoint 1 1\nwaypoint 1.01 1\n", "laser 360 4096 8 10 0\n"), 3);
-  const auto noisy_scan = simulator.Next();
-  const auto quiet_scan = quiet.Next();
+TEST_CASE("ranges are as noisy as the world says, come in its steps, and as many are dropped as it says") {
+  constexpr std::size_t kBeams = 4096;
+  const auto Ranges = [](const std::string& rest) { return FirstScan("laser 360 4096 8 10 " + rest, 3).ranges_m; };
+  const std::vector<float> quiet = Ranges("0\n");
+  const std::vector<float> noisy = Ranges("0.02\n");
+  const std::vector<float> stepped = Ranges("0.02 quantum_m 0.05\n");
   double sum = 0.0;
   double sum_of_squares = 0.0;
-  for (std::size_t i = 0; i < 4096; ++i) {
-    const double error_m = noisy_scan->ranges_m[i] - quiet_scan->ranges_m[i];
+  double largest_step_m = 0.0;
+  for (std::size_t i = 0; i < kBeams; ++i) {
+    const double error_m = noisy[i] - quiet[i];
     sum += error_m;
     sum_of_squares += error_m * error_m;
+    CHECK(stepped[i] / 0.05 == Approx(std::round(stepped[i] / 0.05)).margin(1e-4));
+    largest_step_m = std::max(largest_step_m, std::abs(static_cast<double>(stepped[i]) - noisy[i]));
   }
-  CHECK(sum / 4096.0 == Approx(0.0).margin(4.0 * 0.02 / 64.0));                   // four sigma of a mean of 4096
-  CHECK(std::sqrt(sum_of_squares / 4096.0) == Approx(0.02).epsilon(4.0 / 90.5));  // and of their deviation
-}
-
-TEST_CASE("ranges come in steps, and as many are dropped as the world says") {
-  const std::string path = "waypoint 1 1\nwaypoint 1.01 1\n";
-  Simulator exact(Room(path, "laser 360 4096 8 10 0.02\n"), 3);
-  Simulator stepped(Room(path, "laser 360 4096 8 10 0.02 quantum_m 0.05\n"), 3);
-  Simulator dropping(Room(path, "laser 360 4096 8 10 0 dropout 0.2\n"), 3);
-  const auto exact_scan = exact.Next();
-  const auto stepped_scan = stepped.Next();
-  double largest = 0.0;
-  for (std::size_t i = 0; i < 4096; ++i) {
-    const double range_m = stepped_scan->ranges_m[i];
-    CHECK(range_m / 0.05 == Approx(std::round(range_m / 0.05)).margin(1e-4));
-    largest = std::max(largest, std::abs(range_m - exact_scan->ranges_m[i]));
-  }
-  CHECK(largest <= 0.025 + 1e-6);
-  const auto dropped_scan = dropping.Next();
-  const auto dropped = std::count(dropped_scan->ranges_m.begin(), dropped_scan->ranges_m.end(), 0.0f);
-  CHECK(static_cast<double>(dropped) == Approx(0.2 * 4096).margin(4.0 * std::sqrt(0.2 * 0.8 * 4096)));  // four sigma
+  CHECK(sum / kBeams == Approx(0.0).margin(4.0 * 0.02 / 64.0));                   // four sigma of a mean of 4096
+  CHECK(std::sqrt(sum_of_squares / kBeams) == Approx(0.02).epsilon(4.0 / 90.5));  // and of their deviation
+  CHECK(largest_step_m <= 0.025 + 1e-6);
+  const std::vector<float> dropping = Ranges("0 dropout 0.2\n");
+  const auto num_dropped = std::count(dropping.begin(), dropping.end(), 0.0f);
+  CHECK(static_cast<double>(num_dropped) == Approx(0.2 * kBeams).margin(4.0 * std::sqrt(0.2 * 0.8 * kBeams)));
 }
 
 TEST_CASE("somebody who walks to and fro stands in the way, and the truth knows nothing of it") {
@@ -263,23 +215,21 @@ TEST_CASE(
   CHECK_FALSE(without.Odometry());
 }
 
-TEST_CASE("ways and turns are told by their scales") {
+TEST_CASE("ways and turns are told by their scales, and from where the laser stands on the robot") {
   const auto poses = OdometryOf("wheels 1.1 0.9 0 0\n");
   REQUIRE(poses.size() == 217);
   CheckPose(poses[50], {0.55, 0.0, 0.0}, kRounded);
   CheckPose(poses[110], {1.1, 0.0, 0.9}, kRounded);
   const double turned_rad = 0.9 * kPi / 2.0;
   CheckPose(poses[216], {1.1 + 1.1 * std::cos(turned_rad), 1.1 * std::sin(turned_rad), turned_rad}, kRounded);
-}
 
-TEST_CASE("a laser that is off the robot's centre swings the robot around where it turns on the spot") {
-  const auto poses = OdometryOf("wheels 1 1 0 0 x_m 0.2 y_m -0.1 yaw_deg 90\n");
-  REQUIRE(poses.size() == 217);
   // The laser looks to the robot's left, and so the robot goes to its own left.
-  CheckPose(poses[50], {0.0, 0.5, 0.0}, kRounded);
+  const auto beside = OdometryOf("wheels 1 1 0 0 x_m 0.2 y_m -0.1 yaw_deg 90\n");
+  REQUIRE(beside.size() == 217);
+  CheckPose(beside[50], {0.0, 0.5, 0.0}, kRounded);
   // After a quarter of a turn to the left, the laser at (0.2, -0.1) is where it was: the robot has gone around it.
   const Pose2 turned = Pose2{0.2, -0.1 + 1.0, 0.0} * Pose2{0.0, 0.0, kPi / 2.0} * Pose2{-0.2, 0.1, 0.0};
-  CheckPose(poses[116], turned * Pose2{0.0, 0.1 * (11.6 - 10.0 - kPi / 2.0), 0.0}, kRounded);
+  CheckPose(beside[116], turned * Pose2{0.0, 0.1 * (11.6 - 10.0 - kPi / 2.0), 0.0}, kRounded);
 }
 
 TEST_CASE("with a delay the wheels tell where the robot was") {

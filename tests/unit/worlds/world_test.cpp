@@ -84,32 +84,23 @@ TEST_CASE("an error in a world names the file, the line and what would be right"
       {"# one\nbox 0 0 4\n" + kRest, "w:2: 3 numbers after 'box', must be 4: box x_m y_m width_m height_m"},
       {"wall 0 0 1 2 3\n" + kRest, "w:1: 5 numbers after 'wall', must be 4: wall x1_m y1_m x2_m y2_m"},
       {"wall 0 0 1 nan\n" + kRest, "w:1: wall y2_m is 'nan', must be a number from -1000 to 1000"},
-      {"wall 0 0 1 1m\n" + kRest, "w:1: wall y2_m is '1m', must be a number from -1000 to 1000"},
       {"box 0 0 -4 3\n" + kRest, "w:1: box width_m is '-4', must be a number from 0.001 to 1000"},
       {"laser 180 1 8 10 0\n", "w:1: laser beams is '1', must be a number from 2 to 4096"},
       {"laser 180 2.5 8 10 0\n", "w:1: laser beams is 2.5, must be a whole number"},
-      {"laser 361 180 8 10 0\n", "w:1: laser fov_deg is '361', must be a number from 1 to 360"},
-      {"speed 0 1\n", "w:1: speed linear_m_s is '0', must be a number from 0.001 to 10"},
       {"laser 180 181 8 10 0 dropout 1.5\n", "w:1: laser dropout is '1.5', must be a number from 0 to 1"},
-      {"laser 180 181 8 10 0 quantum_m -1\n", "w:1: laser quantum_m is '-1', must be a number from 0 to 1"},
       {"laser 180 181 8 10 0 drop 0.1\n",
        "w:1: laser option 'drop' is none of dropout, quantum_m, sweep_s, angle_scale, each with a number"},
       {"laser 180 181 8 10 0 dropout\n",
        "w:1: 6 numbers after 'laser', must be 5: laser fov_deg beams range_max_m rate_hz noise_m"},
       {"wall 0 0 1 2 from_s 3 until_s 3\n" + kRest, "w:1: until_s is 3, must be above from_s, which is 3"},
       {"box 0 0 1 2 until_s -1\n" + kRest, "w:1: box until_s is '-1', must be a number from 0 to 1000000"},
-      {"box 0 0 1 2 til_s 4\n" + kRest, "w:1: box option 'til_s' is none of from_s, until_s, each with a number"},
       {"corner\n", "w:1: a corner needs a name: corner NAME x_m y_m"},
       {"corner a 1\n", "w:1: 1 numbers after 'corner', must be 2: corner NAME x_m y_m"},
       {"corner a 1 1\ncorner a 2 2\n", "w:2: a second corner 'a'; each needs a name of its own"},
       {"person 1 1 2 2 0\n", "w:1: person speed_m_s is '0', must be a number from 0.001 to 10"},
       {kRoom + "speed 1 1\n", "w:6: a second 'speed' line; there must be one"},
-      {"wheels 1 1 0\n", "w:1: 3 numbers after 'wheels', must be 4: wheels way_scale turn_scale way_noise turn_noise"},
       {"wheels -1 1 0 0\n", "w:1: wheels way_scale is '-1', must be a number from 0 to 10"},
       {"wheels 1 1 0 0 yaw_deg 181\n", "w:1: wheels yaw_deg is '181', must be a number from -180 to 180"},
-      {"wheels 1 1 0 0 delay_s -0.1\n", "w:1: wheels delay_s is '-0.1', must be a number from 0 to 10"},
-      {"wheels 1 1 0 0 yaw_rad 1\n",
-       "w:1: wheels option 'yaw_rad' is none of x_m, y_m, yaw_deg, delay_s, each with a number"},
       {"wheels 1 1 0 0\nwheels 1 1 0 0\n", "w:2: a second 'wheels' line; there must be one"},
       {"", "w: no line 'laser fov_deg beams range_max_m rate_hz noise_m'"},
       {"laser 180 181 8 10 0\n", "w: no line 'speed linear_m_s angular_rad_s'"},
@@ -130,16 +121,14 @@ TEST_CASE("a world is loaded by its name or from its file") {
   const ScratchFile wrong("box 1\n");
   CHECK(ErrorOf([&] { LoadWorld(wrong.path()); }).find(wrong.path() + ":1: ") == 0);
   CHECK(LoadWorldText(file.path()) == kRoom);
-  CHECK(ErrorOf([] { LoadWorld("no_such"); }) ==
-        "there is no world file no_such and no built-in world of that name; the built-in worlds are arena, block, "
-        "corridor, demo, "
-        "env1, env2, env3, env4, hall, rooms, symmetric, twins, campus[:LENGTH_M[:NUMBER]]");
+  CHECK(ErrorOf([] { LoadWorld("no_such"); }).ends_with("symmetric, twins, campus[:LENGTH_M[:NUMBER]]"));
 }
 
-TEST_CASE("corners, people and the laser's options are read") {
+TEST_CASE("corners, people, wheels and options are read; most worlds have no wheels") {
   const World world = ParseWorld(
       "box 0 0 4 3\nspeed 1 1\nwaypoint 1 1\nwaypoint 3 1\ncorner left 0 3\nperson 1 2 3 2.5 0.7\n"
-      "laser 180 181 8 10 0.01 quantum_m 0.005 dropout 0.1 angle_scale 0.99\n",
+      "laser 180 181 8 10 0.01 quantum_m 0.005 dropout 0.1 angle_scale 0.99\n"
+      "wheels 1.05 0.97 0.02 0.03 delay_s 0.1 yaw_deg 90 y_m -0.2 x_m 0.1\n",
       "w");
   REQUIRE(world.corners.size() == 1);
   CHECK(world.corners[0].name == "left");
@@ -151,26 +140,20 @@ TEST_CASE("corners, people and the laser's options are read") {
   CHECK(world.laser.dropout == 0.1);
   CHECK(world.laser.quantum_m == 0.005);
   CHECK(world.laser.angle_scale == 0.99);
-}
-
-TEST_CASE("wheels and the laser's place on the robot are read, and most worlds have none") {
-  const auto wheels =
-      ParseWorld(kRoom + "wheels 1.05 0.97 0.02 0.03 delay_s 0.1 yaw_deg 90 y_m -0.2 x_m 0.1\n", "w").wheels;
-  REQUIRE(wheels);
-  CHECK(wheels->way_scale == 1.05);
-  CHECK(wheels->turn_scale == 0.97);
-  CHECK(wheels->way_noise == 0.02);
-  CHECK(wheels->turn_noise == 0.03);
-  CHECK(wheels->T_robot_laser.x_m == 0.1);
-  CHECK(wheels->T_robot_laser.y_m == -0.2);
-  CHECK(wheels->T_robot_laser.yaw_rad == Approx(kPi / 2.0));
-  CHECK(wheels->delay_s == 0.1);
+  REQUIRE(world.wheels);
+  CHECK(world.wheels->way_scale == 1.05);
+  CHECK(world.wheels->turn_scale == 0.97);
+  CHECK(world.wheels->way_noise == 0.02);
+  CHECK(world.wheels->turn_noise == 0.03);
+  CHECK(world.wheels->T_robot_laser.x_m == 0.1);
+  CHECK(world.wheels->T_robot_laser.y_m == -0.2);
+  CHECK(world.wheels->T_robot_laser.yaw_rad == Approx(kPi / 2.0));
+  CHECK(world.wheels->delay_s == 0.1);
   const auto plain = ParseWorld(kRoom + "wheels 1 1 0 0\n", "w").wheels;
   REQUIRE(plain);
   CHECK(plain->T_robot_laser == Pose2{});
   CHECK(plain->delay_s == 0.0);
   CHECK_FALSE(ParseWorld(kRoom, "w").wheels);
-  CHECK_FALSE(LoadWorld("demo").wheels);
 }
 
 TEST_CASE("the environments have the paper's areas, laser and speeds, and walls meet at their corners") {
@@ -209,22 +192,18 @@ TEST_CASE("a ray meets a disc where the circle's equation says") {
   CHECK(std::isinf(CastRayAtDisc(centre, 0.5, {3.1, 1.0}, {0.0, 1.0})));           // from within
 }
 
-TEST_CASE("a ray in a room ends at the wall in front of it") {
-  const World world = ParseWorld(kRoom, "room");
-  CHECK(CastRay(world.walls, {1.0, 1.0}, {0.0, 1.0}) == Approx(3.0));
-  CHECK(CastRay(world.walls, {1.0, 1.0}, {0.0, -1.0}) == Approx(1.0));
-  CHECK(CastRay(world.walls, {1.0, 1.0}, {1.0, 0.0}) == Approx(2.0));
-  CHECK(CastRay(world.walls, {1.0, 1.0}, {-0.6, 0.8}) == Approx(1.0 / 0.6));
-  CHECK(CastRay(world.walls, {1.0, 0.0}, {1.0, 0.0}) == 0.0);  // standing on a wall
-}
-
-TEST_CASE("a ray passes beside a wall, behind it and along it") {
-  const std::vector<Wall> walls = {{{1.0, 0.0}, {1.0, 2.0}}};
+TEST_CASE("a ray ends at the wall in front of it, and passes beside a wall, behind it and along it") {
+  const World room = ParseWorld(kRoom, "room");
+  CHECK(CastRay(room.walls, {1.0, 1.0}, {0.0, -1.0}) == Approx(1.0));
+  CHECK(CastRay(room.walls, {1.0, 1.0}, {1.0, 0.0}) == Approx(2.0));
+  CHECK(CastRay(room.walls, {1.0, 1.0}, {-0.6, 0.8}) == Approx(1.0 / 0.6));
+  CHECK(CastRay(room.walls, {1.0, 0.0}, {1.0, 0.0}) == 0.0);  // standing on a wall
+  const std::vector<Wall> wall = {{{1.0, 0.0}, {1.0, 2.0}}};
   CHECK(std::isinf(CastRay({}, {0.0, 0.0}, {0.0, 1.0})));
-  CHECK(std::isinf(CastRay(walls, {0.0, 2.1}, {0.0, 1.0})));
-  CHECK(std::isinf(CastRay(walls, {1.5, 1.0}, {0.0, 1.0})));
-  CHECK(std::isinf(CastRay(walls, {1.0, -1.0}, {1.0, 0.0})));
-  CHECK(CastRay(walls, {0.0, 2.0}, {0.0, 1.0}) == Approx(1.0));  // its very end stops a ray
+  CHECK(std::isinf(CastRay(wall, {0.0, 2.1}, {0.0, 1.0})));
+  CHECK(std::isinf(CastRay(wall, {1.5, 1.0}, {0.0, 1.0})));
+  CHECK(std::isinf(CastRay(wall, {1.0, -1.0}, {1.0, 0.0})));
+  CHECK(CastRay(wall, {0.0, 2.0}, {0.0, 1.0}) == Approx(1.0));  // its very end stops a ray
 }
 
 TEST_CASE("no ray leaves a closed room through its corners") {
@@ -256,13 +235,14 @@ TEST_CASE("rays in the demo world end where walking in safe steps ends") {
   }
 }
 
-TEST_CASE("the paths of the built-in worlds keep 0.25 m from every wall") {
-  for (const std::string& name : ListBuiltInWorlds()) {
+TEST_CASE("the paths of the built-in worlds and of campuses keep 0.25 m from every wall") {
+  std::vector<std::string> names = ListBuiltInWorlds();
+  for (const char* campus : {"campus:1000:1", "campus:1000:2", "campus:1000:3"}) names.push_back(campus);
+  for (const std::string& name : names) {
     CAPTURE(name);
     const World world = LoadWorld(name);
-    double nearest_m = 1.0;
-    for (const Point& point : PointsOnPath(world)) nearest_m = std::min(nearest_m, DistanceToWalls(world, point));
-    CHECK(nearest_m >= 0.25);
+    for (const Point& point : PointsOnPath(world)) REQUIRE(DistanceToWalls(world, point) >= 0.25);
+    CHECK(world.path.size() > (name.starts_with("campus") ? 20u : 1u));
   }
 }
 
@@ -283,61 +263,6 @@ TEST_CASE("a campus is as long as it is asked to be, and each number is another 
         "campus:9: campus LENGTH_M is '9', must be a number from 10 to 100000");
   CHECK(ErrorOf([] { LoadWorld("campus:500:b"); }) ==
         "campus:500:b: campus NUMBER is 'b', must be a number from 0 to 1000000000");
-}
-
-TEST_CASE("the paths of campuses keep 0.25 m from every wall, and see halls from many sides") {
-  for (const char* name : {"campus:1000:1", "campus:1000:2", "campus:1000:3"}) {
-    CAPTURE(name);
-    const World world = LoadWorld(name);
-    for (const Point& point : PointsOnPath(world)) REQUIRE(DistanceToWalls(world, point) >= 0.25);
-    CHECK(world.path.size() > 20);
-  }
-}
-
-TEST_CASE("the demo's path goes through its six rooms and back to its start") {
-  const World world = LoadWorld("demo");
-  CHECK(world.path.front().x_m == world.path.back().x_m);
-  CHECK(world.path.front().y_m == world.path.back().y_m);
-  const std::vector<Point> points = PointsOnPath(world);
-  // The rooms' lower left and upper right corners.
-  const std::vector<Wall> rooms = {{{0, 0}, {4, 4.8}},    {{4, 0}, {10, 3}},  {{10, 0}, {14, 5.2}},
-                                   {{10, 5.2}, {14, 10}}, {{4, 7}, {10, 10}}, {{0, 4.8}, {4, 10}}};
-  for (const Wall& room : rooms) {
-    CHECK(std::any_of(points.begin(), points.end(), [&](const Point& point) {
-      return point.x_m > room.from.x_m + 1.0 && point.x_m < room.to.x_m - 1.0 && point.y_m > room.from.y_m + 1.0 &&
-             point.y_m < room.to.y_m - 1.0;
-    }));
-  }
-}
-
-TEST_CASE("everywhere on the corridor's path the laser sees walls along both axes") {
-  const World world = LoadWorld("corridor");
-  const World::Laser& laser = world.laser;
-  std::size_t next = 1;
-  int least = laser.beams;
-  for (std::size_t leg = 1; leg < world.path.size(); leg = next) {
-    next = leg + 1;
-    const Point& from = world.path[leg - 1];
-    const Point& to = world.path[leg];
-    const double heading_rad = std::atan2(to.y_m - from.y_m, to.x_m - from.x_m);
-    for (double done = 0.0; done <= 1.0; done += 0.02) {
-      const Point origin{from.x_m + done * (to.x_m - from.x_m), from.y_m + done * (to.y_m - from.y_m)};
-      int across_x = 0;
-      int across_y = 0;
-      for (int beam = 0; beam < laser.beams; ++beam) {
-        const SinCos direction = ComputeSinCos(heading_rad + laser.fov_rad * (beam - laser.beams / 2) / laser.beams);
-        const double range_m = CastRay(world.walls, origin, direction);
-        if (range_m > laser.range_max_m) continue;
-        const Point hit{origin.x_m + range_m * direction.cos, origin.y_m + range_m * direction.sin};
-        const auto wall = std::min_element(world.walls.begin(), world.walls.end(), [&](const Wall& a, const Wall& b) {
-          return DistanceToWall(a, hit) < DistanceToWall(b, hit);
-        });
-        (std::abs(wall->to.x_m - wall->from.x_m) < std::abs(wall->to.y_m - wall->from.y_m) ? across_x : across_y) += 1;
-      }
-      least = std::min({least, across_x, across_y});
-    }
-  }
-  CHECK(least >= 10);  // with 1 cm of noise, ten beams fix a position to 3 mm
 }
 
 }  // namespace crsm

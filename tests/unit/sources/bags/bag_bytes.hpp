@@ -2,13 +2,12 @@
 
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "scratch.hpp"
 
 namespace crsm {
 
@@ -106,9 +105,6 @@ inline std::string McapBytes(const std::string& records) {
 
 /// A file of tests/bags/data, which others' programs have written.
 inline std::string DataPath(const std::string& name) { return CRSM_SOURCE_DIR "/tests/bags/data/" + name; }
-inline std::string DataBytes(const std::string& name) {
-  std::ifstream file(DataPath(name), std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
+inline std::string DataBytes(const std::string& name) { return BytesOf(DataPath(name)); }
 
 }  // namespace crsm

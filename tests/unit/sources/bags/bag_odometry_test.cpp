@@ -49,11 +49,12 @@ Bag WithOdometry() {
 }
 
 using Poses = std::vector<std::optional<Pose2>>;
+using Notes = std::vector<std::string>;
 
 struct Result {
   Poses poses;  ///< by the odometry, of each scan
   std::int64_t num_bad = 0;
-  std::vector<std::string> notes;
+  Notes notes;
 };
 
 Result Read(const Bag& bag, const OdometryOptions& options = {true, ""}) {
@@ -67,9 +68,7 @@ Result Read(const Bag& bag, const OdometryOptions& options = {true, ""}) {
 }
 
 std::string ErrorOfBag(const Bag& bag, const OdometryOptions& options) {
-  const ScratchFile file(bag.bytes());
-  const std::string error = ErrorOf([&] { BagSource(file.path(), {"/scan"}, options); });
-  return error.starts_with(file.path()) ? error.substr(file.path().size()) : error;
+  return ErrorOf([&] { Read(bag, options); });
 }
 
 const double kHalf = std::sqrt(0.5);
@@ -80,17 +79,17 @@ TransformFields RobotAt(double x_m, std::uint32_t nanosec) { return {.x_m = x_m,
 }  // namespace
 
 TEST_CASE("odometry of TF is where the laser is by the wheels, between two messages too") {
+  // The mounting is known from the first scan on, wherever in the bag TF tells it.
   const Result result = Read(WithTf()
-                                 .Tf({kMounting})
                                  .Tf({RobotAt(1.0, 0)})
                                  .Scan(0)
                                  .Scan(10'000'000)
-                                 .Tf({RobotAt(2.0, 20'000'000), {.parent = "base_link", .child = "wheel"}}));
+                                 .Tf({RobotAt(2.0, 20'000'000), {.parent = "base_link", .child = "wheel"}})
+                                 .Tf({kMounting}));
   CHECK(result.poses == Poses{Pose2{1.2, 0.0, 3.141592}, Pose2{1.7, 0.0, 3.141592}});
   CHECK(result.num_bad == 0);
-  CHECK(result.notes ==
-        std::vector<std::string>{"gives odometry to 2 of 2 scans (base_link in the frame odom of TF): "
-                                 "the laser stands at x 0.200 m, y 0.000 m, yaw 180.0 deg on the robot"});
+  CHECK(result.notes == Notes{"gives odometry to 2 of 2 scans (base_link in the frame odom of TF): "
+                              "the laser stands at x 0.200 m, y 0.000 m, yaw 180.0 deg on the robot"});
 }
 
 TEST_CASE("old TF is read as the new, with slashes and prefixes, and from a topic of its own for what never moves") {
@@ -102,12 +101,6 @@ TEST_CASE("old TF is read as the new, with slashes and prefixes, and from a topi
                       .Scan(0, "/r1/laser")
                       .Tf({{.parent = "r1/base", .child = "r1/laser", .y_m = 0.5, .sec = 0}}, kStatic);
   CHECK(Read(bag).poses == Poses{Pose2{1.0, 0.5, 0.0}});
-}
-
-TEST_CASE("the mounting is known from the first scan on, wherever in the bag TF tells it") {
-  const Result result =
-      Read(WithTf().Tf({RobotAt(1.0, 0)}).Scan(0).Tf({RobotAt(1.0, 50'000'000)}).Scan(50'000'000).Tf({kMounting}));
-  CHECK(result.poses == Poses{Pose2{1.2, 0.0, 3.141592}, Pose2{1.2, 0.0, 3.141592}});
 }
 
 TEST_CASE("a topic of odometry goes before TF, which then tells the mounting alone") {
@@ -147,34 +140,26 @@ TEST_CASE("in TF without a way from the laser the only robot is meant, or of sev
   CHECK(Read2({{.child = "arm", .x_m = 2.0}, {.child = "base_footprint", .x_m = 1.0}}).poses == one.poses);
   const Result two = Read2({{.child = "a", .x_m = 2.0}, {.child = "b", .x_m = 1.0}});
   CHECK(two.poses == Poses{std::nullopt});
-  CHECK(two.notes == std::vector<std::string>{"has no odometry that can be used: TF does not have the laser's frame "
-                                              "laser, and several robots could be meant: a in odom, b in odom"});
+  CHECK(two.notes.at(0).ends_with("several robots could be meant: a in odom, b in odom"));
   CHECK(Read2({{.parent = "r1/odom"}, {.parent = "r2/odom", .child = "r2/base_link"}}).poses == two.poses);
 }
 
 TEST_CASE("what another program corrects is no odometry: TF that leads to a map alone is not used, which is said") {
   const Result result = Read(WithTf().Tf({kMounting, {.parent = "map", .x_m = 5.0}}).Scan(0));
   CHECK(result.poses == Poses{std::nullopt});
-  CHECK(result.notes == std::vector<std::string>{
-                            "has no odometry that can be used: TF leads from laser to map and ends there, and has no "
-                            "frame odom: --odometry-topic may name another of its frames: base_link, map"});
+  CHECK(result.notes.at(0).ends_with("--odometry-topic may name another of its frames: base_link, map"));
 }
 
-TEST_CASE("a bag without odometry says so if it is to be used, and else nothing") {
-  const Bag bag = Bag().Topic(kScan, "/scan", "sensor_msgs/LaserScan").Scan(0);
-  CHECK(Read(bag).notes == std::vector<std::string>{"has no odometry that can be used: there is neither a topic of "
-                                                    "nav_msgs/Odometry nor TF"});
-  CHECK(Read(bag, {}).notes.empty());
-  CHECK(Read(WithTf().Tf({kMounting}).Scan(0), {}).notes.empty());
-  CHECK(Read(WithOdometry().Scan(0), {}).notes.empty());
-}
-
-TEST_CASE("odometry that is there and not used is told, and its flag") {
-  CHECK(Read(WithOdometry().Odometry({}).Scan(0), {}).notes ==
-        std::vector<std::string>{"has odometry (/odom): --odometry uses it"});
+TEST_CASE("odometry that is there and not used is told, and its flag; that there is none, if it is to be used") {
+  const Bag none = Bag().Topic(kScan, "/scan", "sensor_msgs/LaserScan").Scan(0);
   const Result tf = Read(WithTf().Tf({{}, kMounting}).Scan(0), {});
-  CHECK(tf.notes == std::vector<std::string>{"has odometry (the frame odom of TF): --odometry uses it"});
+  CHECK(tf.notes == Notes{"has odometry (the frame odom of TF): --odometry uses it"});
   CHECK(tf.poses == Poses{std::nullopt});
+  CHECK(Read(WithOdometry().Odometry({}).Scan(0), {}).notes == Notes{"has odometry (/odom): --odometry uses it"});
+  for (const Bag& bag : {none, WithTf().Tf({kMounting}).Scan(0), WithOdometry().Scan(0)}) {
+    CHECK(Read(bag, {}).notes.empty());
+  }
+  CHECK(Read(none).notes.at(0).ends_with("there is neither a topic of nav_msgs/Odometry nor TF"));
 }
 
 TEST_CASE("odometry that no scan can have says why") {
@@ -222,17 +207,15 @@ TEST_CASE("a named frame of TF is used, before a topic and whatever it is called
   CHECK(Read(vicon, {true, "vicon"}).poses == Poses{Pose2{4.2, 0.0, 3.141592}});
   const Result map = Read(bag, {true, "map"});
   CHECK(map.poses == Poses{std::nullopt});
-  CHECK(map.notes == std::vector<std::string>{"has no odometry that can be used: the frame map of TF moves odom, and "
-                                              "that moves the robot: --odometry-topic odom is its odometry"});
+  CHECK(map.notes.at(0).ends_with("--odometry-topic odom is its odometry"));
 }
 
 TEST_CASE("odometry that is named and not there is an error that lists what there is") {
-  CHECK(ErrorOfBag(WithOdometry().Scan(0), {true, "/wheels"}) ==
-        " has no odometry /wheels; its topics of odometry: /odom (nav_msgs/Odometry in ros1); it has no TF");
-  CHECK(ErrorOfBag(WithTf().Tf({kMounting, {}}).Scan(0), {true, "/wheels"}) ==
-        " has no odometry /wheels: neither a topic of nav_msgs/Odometry or geometry_msgs/PoseStamped, nor a frame of "
-        "TF; frames in which others stand: base_link, odom");
-  CHECK(ErrorOfBag(WithOdometry().Scan(0), {true, "/scan"}).starts_with(" has no odometry /scan"));
+  CHECK(ErrorOfBag(WithOdometry().Scan(0), {true, "/wheels"})
+            .ends_with("; its topics of odometry: /odom (nav_msgs/Odometry in ros1); it has no TF"));
+  CHECK(ErrorOfBag(WithTf().Tf({kMounting, {}}).Scan(0), {true, "/wheels"})
+            .ends_with("; frames in which others stand: base_link, odom"));
+  CHECK(ErrorOfBag(WithOdometry().Scan(0), {true, "/scan"}).find(" has no odometry /scan") != std::string::npos);
 }
 
 TEST_CASE("of several TF that of the laser's namespace is read") {

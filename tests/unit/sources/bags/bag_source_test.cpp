@@ -22,8 +22,8 @@ struct Result {
   std::vector<std::string> notes;  ///< on the odometry
 };
 
-Result Read(const std::string& path, const std::string& topic = "") {
-  BagSource source(path, {topic});
+Result Read(const std::string& path, const LaserChoice& laser = {}) {
+  BagSource source(path, laser);
   Result result;
   while (auto scan = source.Next()) {
     result.scans.push_back(*scan);
@@ -36,14 +36,18 @@ Result Read(const std::string& path, const std::string& topic = "") {
   return result;
 }
 
-Result ReadBytes(const std::string& bytes, const std::string& topic = "") {
+Result ReadBag(const std::string& bytes, const LaserChoice& laser = {}) {
   const ScratchFile file(bytes);
-  return Read(file.path(), topic);
+  return Read(file.path(), laser);
 }
 
-std::string ErrorOfBytes(const std::string& bytes, const std::string& topic = "") {
+/// Of a bag of ROS 1, or of MCAP, whose scans are on /scan.
+Result ReadRos1(const std::string& records) { return ReadBag(Ros1Bytes(Ros1Connection(1, "/scan") + records)); }
+Result ReadMcap(const std::string& records) { return ReadBag(McapBytes(McapChannel(1, "/scan") + records)); }
+
+std::string ErrorOfBag(const std::string& bytes, const LaserChoice& laser = {}) {
   const ScratchFile file(bytes);
-  const std::string error = ErrorOf([&] { Read(file.path(), topic); });
+  const std::string error = ErrorOf([&] { Read(file.path(), laser); });
   return error.starts_with(file.path()) ? error.substr(file.path().size()) : error;
 }
 
@@ -56,15 +60,19 @@ double TrueRange(double x_m, double angle_rad) {
   return std::min(to_right_m, to_wall_m);
 }
 
-std::string Ros1At(std::uint32_t sec) { return LaserMessage{.sec = sec}.Ros1(); }
+/// A scan of that second.
+std::string Ros1At(std::uint32_t sec, const std::string& frame = "las") {
+  return Ros1Message(1, LaserMessage{.sec = sec, .frame = frame}.Ros1());
+}
 std::string CdrAt(std::uint32_t sec) { return LaserMessage{.sec = sec}.Cdr(); }
 
-std::vector<std::int64_t> SecondsOf(const Result& result) {
-  std::vector<std::int64_t> seconds;
+using Seconds = std::vector<std::int64_t>;
+
+Seconds SecondsOf(const Result& result) {
+  Seconds seconds;
   for (const LaserScan& scan : result.scans) seconds.push_back(scan.utime / 1'000'000);
   return seconds;
 }
-using Seconds = std::vector<std::int64_t>;
 
 std::string PackBzip2(const std::string& bytes) {
   std::string packed(bytes.size() + 1000, '\0');
@@ -80,29 +88,32 @@ std::string PackZstd(const std::string& bytes) {
   return packed;
 }
 
+const std::vector<std::string> kFiles{"lz4.bag",        "bz2_killed.bag", "none_killed.bag", "zstd.mcap",
+                                      "no_chunks.mcap", "json.mcap",      "run.db3"};
+
 std::uint32_t SizeOf(const std::string& bytes) { return static_cast<std::uint32_t>(bytes.size()); }
 
 }  // namespace
 
 TEST_CASE("bags that other programs wrote give the sweeps and the odometry that went in") {
-  const std::string name =
-      GENERATE("lz4.bag", "bz2_killed.bag", "none_killed.bag", "zstd.mcap", "no_chunks.mcap", "json.mcap", "run.db3");
+  const std::string name = GENERATE(from_range(kFiles));
   INFO(name);
   const Result result = Read(DataPath(name));
   REQUIRE(result.scans.size() == 3);
-  for (int i = 0; i < 3; ++i) {
-    const LaserScan& scan = result.scans[static_cast<std::size_t>(i)];
-    CHECK(scan.utime == 1'000'000 + i * 100'000);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const LaserScan& scan = result.scans[i];
+    const double driven_m = 0.1 * static_cast<double>(i);
+    CHECK(scan.utime == 1'000'000 + static_cast<std::int64_t>(i) * 100'000);
     REQUIRE(scan.ranges_m.size() == 10);
-    for (int beam = 0; beam < 10; ++beam) {
-      const double angle_rad = -kPi / 2 + beam * kPi / 10;
+    for (std::size_t beam = 0; beam < 10; ++beam) {
+      const double angle_rad = -kPi / 2 + static_cast<double>(beam) * kPi / 10;
       CHECK(std::abs(scan.angle_min_rad + static_cast<float>(beam) * scan.angle_step_rad - angle_rad) < 1e-5);
-      CHECK(std::abs(scan.ranges_m[static_cast<std::size_t>(beam)] - TrueRange(1.0 + 0.1 * i, angle_rad)) < 1e-5);
+      CHECK(std::abs(scan.ranges_m[beam] - TrueRange(1.0 + driven_m, angle_rad)) < 1e-5);
     }
     const bool is_lost = name == "bz2_killed.bag" && i == 2;  // it had not reached the file
-    const auto expected =
-        name == "json.mcap" || is_lost ? std::nullopt : std::optional(Pose2{std::round(i * 10) / 100, 0.0, 0.0});
-    CHECK(result.odometry[static_cast<std::size_t>(i)] == expected);
+    const bool has_odometry = name != "json.mcap" && !is_lost;
+    REQUIRE(result.odometry[i].has_value() == has_odometry);
+    if (has_odometry) CHECK(*result.odometry[i] == Pose2{std::round(driven_m * 100) / 100, 0.0, 0.0});
   }
   const bool is_killed = name.find("killed") != std::string::npos;
   CHECK(result.counts == std::map<std::string, std::int64_t>{{"bad_chunk", 0}, {"truncated", is_killed}});
@@ -110,16 +121,14 @@ TEST_CASE("bags that other programs wrote give the sweeps and the odometry that 
 }
 
 TEST_CASE("a bag that is cut anywhere gives its first scans as they are, and says that it is cut") {
-  const std::string name =
-      GENERATE("lz4.bag", "bz2_killed.bag", "none_killed.bag", "zstd.mcap", "no_chunks.mcap", "json.mcap", "run.db3");
+  const std::string name = GENERATE(from_range(kFiles));
   INFO(name);
   const std::string whole = DataBytes(name);
   const auto scans = Read(DataPath(name)).scans;
   std::size_t most = 0;
   for (std::size_t size = 1; size < whole.size(); size += 11) {
-    const ScratchFile file(whole.substr(0, size));
     try {
-      const Result result = Read(file.path());
+      const Result result = ReadBag(whole.substr(0, size));
       INFO(size);
       REQUIRE(result.scans.size() <= scans.size());
       CHECK(std::equal(result.scans.begin(), result.scans.end(), scans.begin()));
@@ -131,162 +140,122 @@ TEST_CASE("a bag that is cut anywhere gives its first scans as they are, and say
   CHECK(most >= 2);
 }
 
-TEST_CASE("a bag with several lasers wants to be told which") {
-  const std::string bag = Ros1Bytes(Ros1Connection(1, "/front") + Ros1Message(1, Ros1At(1)) +
-                                    Ros1Connection(2, "/rear") + Ros1Message(2, Ros1At(2)));
-  CHECK(ErrorOfBytes(bag) ==
+TEST_CASE("a bag with several lasers, or none that is wanted, is an error that lists its topics") {
+  const std::string two = Ros1Bytes(Ros1Connection(1, "/front") + Ros1At(1) + Ros1Connection(2, "/rear") +
+                                    Ros1Message(2, LaserMessage{.sec = 2}.Ros1()));
+  CHECK(ErrorOfBag(two) ==
         " has several laser topics: --laser-channel must name one of /front (sensor_msgs/LaserScan in ros1), "
         "/rear (sensor_msgs/LaserScan in ros1)");
-  CHECK(SecondsOf(ReadBytes(bag, "/rear")) == Seconds{2});
-}
-
-TEST_CASE("a bag without the laser that is wanted says which topics it has") {
-  const std::string bag = Ros1Bytes(Ros1Connection(1, "/scan") + Ros1Connection(2, "/im\tage", "sensor_msgs/Image"));
-  CHECK(
-      ErrorOfBytes(bag, "/other") ==
-      " has no laser topic (sensor_msgs/LaserScan in ros1, sensor_msgs/msg/LaserScan in cdr, foxglove.LaserScan "
-      "in json) named /other; its topics: /im?age (sensor_msgs/Image in ros1), /scan (sensor_msgs/LaserScan in ros1)");
-  CHECK(ErrorOfBytes(Ros1Bytes("")).ends_with("its topics: none"));
+  CHECK(SecondsOf(ReadBag(two, {"/rear"})) == Seconds{2});
+  const std::string other = Ros1Bytes(Ros1Connection(1, "/scan") + Ros1Connection(2, "/im\tage", "sensor_msgs/Image"));
+  CHECK(ErrorOfBag(other, {"/other"})
+            .ends_with(" named /other; its topics: /im?age (sensor_msgs/Image in ros1), /scan (sensor_msgs/LaserScan "
+                       "in ros1)"));
+  CHECK(ErrorOfBag(Ros1Bytes("")).ends_with("its topics: none"));
 }
 
 TEST_CASE("scans keep the order of the recording, whatever their stamps") {
-  const std::string messages = Ros1Connection(1, "/scan") + Ros1Message(1, Ros1At(5)) + Ros1Message(1, Ros1At(3)) +
-                               Ros1Message(1, Ros1At(4)) + Ros1Message(1, Ros1At(3));
-  const Result result = ReadBytes(Ros1Bytes(messages));
+  const Result result = ReadRos1(Ros1At(5) + Ros1At(3) + Ros1At(4) + Ros1At(3));
   CHECK(SecondsOf(result) == Seconds{5, 3, 4});
   CHECK(result.counts.at("utime_repeated") == 1);
 }
 
 TEST_CASE("of several odometries that of the laser's namespace is taken, or none, which is said") {
-  const auto bag = [](const std::string& odometry) {
-    return Ros1Bytes(
-        Ros1Connection(1, "/a/scan") + Ros1Message(1, Ros1At(1)) + Ros1Connection(2, odometry, "nav_msgs/Odometry") +
-        Ros1Connection(3, "/wheels", "nav_msgs/Odometry") + Ros1Message(2, "no odometry") + Ros1Message(3, "nor this"));
+  const auto ReadWith = [](const std::string& odometry) {
+    return ReadBag(Ros1Bytes(Ros1Connection(1, "/a/scan") + Ros1At(1) +
+                             Ros1Connection(2, odometry, "nav_msgs/Odometry") +
+                             Ros1Connection(3, "/wheels", "nav_msgs/Odometry") + Ros1Message(2, "no odometry") +
+                             Ros1Message(3, "nor this")));
   };
-  const Result beside = ReadBytes(bag("/a/odom"));
+  const Result beside = ReadWith("/a/odom");
   CHECK(beside.counts.at("bad_odometry") == 1);
   CHECK(beside.notes.empty());
-  const Result unknown = ReadBytes(bag("/b/odom"));
+  const Result unknown = ReadWith("/b/odom");
   CHECK(unknown.counts.count("bad_odometry") == 0);
   REQUIRE(unknown.notes.size() == 1);
-  CHECK(
-      unknown.notes[0].starts_with("has odometry, but there is no topic /a/odom, and several could be meant: "
-                                   "--odometry-topic must name one of /b/odom (nav_msgs/Odometry in ros1), "));
+  CHECK(unknown.notes[0].find("--odometry-topic must name one of /b/odom (nav_msgs/Odometry in ros1), ") !=
+        std::string::npos);
 }
 
 TEST_CASE("two drivers on one topic are told apart by their frames, and one of them is chosen") {
-  std::string messages = Ros1Connection(1, "/scan");
-  for (std::uint32_t sec = 1; sec <= 4; ++sec) {
-    messages += Ros1Message(1, LaserMessage{.sec = sec, .frame = sec % 2 == 0 ? "/rear" : "front"}.Ros1());
-  }
-  messages += Ros1Message(1, LaserMessage{.sec = 6, .ranges = {1.0f}, .frame = "rear"}.Ros1());
-  const ScratchFile file(Ros1Bytes(messages));
-  const auto ReadFrame = [&](const std::string& frame) {
-    BagSource source(file.path(), {"/scan", frame});
-    Result result;
-    while (auto scan = source.Next()) result.scans.push_back(*scan);
-    result.counts = source.Counts();
-    result.complaints = source.Complaints();
-    return result;
-  };
+  std::string bag = Ros1Connection(1, "/scan");
+  for (std::uint32_t sec = 1; sec <= 4; ++sec) bag += Ros1At(sec, sec % 2 == 0 ? "/rear" : "front");
+  bag = Ros1Bytes(bag + Ros1Message(1, LaserMessage{.sec = 6, .ranges = {1.0f}, .frame = "rear"}.Ros1()));
   const std::string choices = "--laser-frame must name one of front, rear";
-  CHECK(ErrorOf([&] { ReadFrame(""); }) == file.path() + ": /scan: the scans are of several lasers: " + choices);
-  CHECK(ErrorOf([&] { ReadFrame("font"); }) == file.path() + ": /scan: no scan has the frame font: " + choices);
-  const Result front = ReadFrame("front");
+  CHECK(ErrorOfBag(bag) == ": /scan: the scans are of several lasers: " + choices);
+  CHECK(ErrorOfBag(bag, {"/scan", "font"}) == ": /scan: no scan has the frame font: " + choices);
+  const Result front = ReadBag(bag, {"/scan", "front"});
   CHECK(SecondsOf(front) == Seconds{1, 3});
   CHECK(front.counts.at("other_frame") == 3);
   CHECK(front.counts.count("bad_message") == 0);
   CHECK(front.complaints.empty());
-  for (const std::string rear : {"rear", "/rear"}) CHECK(SecondsOf(ReadFrame(rear)) == Seconds{2, 4});
+  for (const std::string rear : {"rear", "/rear"}) CHECK(SecondsOf(ReadBag(bag, {"/scan", rear})) == Seconds{2, 4});
 }
 
-TEST_CASE("a second driver that begins later on the topic is complained of at the end") {
-  std::string messages = Ros1Connection(1, "/scan");
-  for (std::uint32_t sec = 1; sec <= 60; ++sec) messages += Ros1Message(1, Ros1At(sec));
-  messages += Ros1Message(1, LaserMessage{.sec = 61, .frame = "new"}.Ros1());
-  CHECK(ReadBytes(Ros1Bytes(messages)).complaints ==
-        std::vector<std::string>{"/scan: the scans are of several lasers: --laser-frame must name one of las, new"});
-}
-
-TEST_CASE("scans that are left out are complained of from ten or one in a hundred on, and no handful of many") {
-  const auto ComplaintsOf = [](int num_good, int num_bad) {
-    std::string messages = Ros1Connection(1, "/scan");
-    const std::string bad = Ros1Message(1, LaserMessage{.ranges = {1.0f}}.Ros1());
-    for (int i = 0; i < num_good; ++i) messages += Ros1Message(1, Ros1At(static_cast<std::uint32_t>(i)));
-    for (int i = 0; i < num_bad; ++i) messages += bad;
-    return ReadBytes(Ros1Bytes(messages)).complaints;
-  };
-  CHECK(ComplaintsOf(2000, 9).empty());
-  CHECK(ComplaintsOf(2000, 10) == std::vector<std::string>{"10 of 2010 scans on /scan are left out: scans have 1 "
-                                                           "ranges: they must have 2 to 65536"});
-  CHECK(ComplaintsOf(100, 1).empty());
-  CHECK(ComplaintsOf(99, 1).size() == 1);
-}
-
-TEST_CASE("scans that are mostly bad, or have the same stamp, are complained of") {
-  const std::string bad = LaserMessage{.angle_min = -90.0f, .angle_increment = 1.0f}.Ros1();
-  const Result degrees = ReadBytes(Ros1Bytes(Ros1Connection(1, "/scan") + Ros1Message(1, bad)));
-  CHECK(degrees.counts.at("bad_message") == 1);
-  REQUIRE(degrees.complaints.size() == 1);
-  CHECK(degrees.complaints[0].starts_with("1 of 1 scans on /scan are left out: angles look like degrees"));
-  const std::string same = Ros1Message(1, Ros1At(0));
-  const Result repeated = ReadBytes(Ros1Bytes(Ros1Connection(1, "/scan") + same + same + same));
-  REQUIRE(repeated.complaints.size() == 1);
-  CHECK(repeated.complaints[0] ==
-        "2 of 3 scans on /scan repeat the header.stamp of an earlier scan and are left out: the driver must set "
-        "header.stamp to the time of each scan");
+TEST_CASE("what is complained of at the end: a second driver, bad scans, stamps that repeat") {
+  std::string second_driver;
+  for (std::uint32_t sec = 1; sec <= 60; ++sec) second_driver += Ros1At(sec);
+  second_driver += Ros1At(61, "new");
+  const std::string degrees = Ros1Message(1, LaserMessage{.angle_min = -90.0f, .angle_increment = 1.0f}.Ros1());
+  for (const auto& [records, complaint] :
+       {std::pair(second_driver, "/scan: the scans are of several lasers: --laser-frame must name one of las, new"),
+        std::pair(Ros1At(1) + degrees, "1 of 2 scans on /scan are left out: angles look like degrees"),
+        std::pair(Ros1At(0) + Ros1At(0) + Ros1At(0),
+                  "2 of 3 scans on /scan repeat the header.stamp of an earlier scan and are left out")}) {
+    const Result result = ReadRos1(records);
+    REQUIRE(result.complaints.size() == 1);
+    CHECK(result.complaints[0].starts_with(complaint));
+  }
+  CHECK(ReadRos1(degrees).counts.at("bad_message") == 1);
 }
 
 TEST_CASE("a damaged chunk is passed over and counted, its neighbours are read") {
-  const auto records = [](std::uint32_t sec) { return Ros1Message(1, Ros1At(sec)); };
-  const auto bag = [&](const std::string& chunk, std::uint32_t size) {
-    return Ros1Bytes(Ros1Connection(1, "/scan") + records(1) + Ros1Chunk(chunk, "bz2", size) + records(3));
+  const auto ReadWith = [&](const std::string& chunk, std::uint32_t size) {
+    return ReadRos1(Ros1At(1) + Ros1Chunk(chunk, "bz2", size) + Ros1At(3));
   };
-  const std::string good = PackBzip2(records(2));
-  CHECK(SecondsOf(ReadBytes(bag(good, SizeOf(records(2))))) == Seconds{1, 2, 3});
+  const std::string good = PackBzip2(Ros1At(2));
+  const std::uint32_t size = SizeOf(Ros1At(2));
+  CHECK(SecondsOf(ReadWith(good, size)) == Seconds{1, 2, 3});
   std::string flipped = good;
   flipped[flipped.size() / 2] ^= 4;
-  for (const auto& [chunk, size] : {std::pair(flipped, SizeOf(records(2))), std::pair(good, SizeOf(records(2)) - 1),
-                                    std::pair(good, SizeOf(records(2)) + 1), std::pair(good, 0xffffffffu)}) {
-    const Result result = ReadBytes(bag(chunk, size));
+  for (const auto& [chunk, said] :
+       {std::pair(flipped, size), std::pair(good, size - 1), std::pair(good, size + 1), std::pair(good, 0xffffffffu)}) {
+    const Result result = ReadWith(chunk, said);
     CHECK(SecondsOf(result) == Seconds{1, 3});
     CHECK(result.counts.at("bad_chunk") == 1);
-    REQUIRE(result.complaints.size() == 1);
-    CHECK(result.complaints[0] == "1 chunks are damaged; their messages are left out");
+    CHECK(result.complaints.size() == 1);
   }
 }
 
 TEST_CASE("a chunk of MCAP with a wrong checksum is passed over") {
   const std::string records = McapMessage(1, CdrAt(2));
-  const auto bag = [&](std::uint32_t crc) {
-    return McapBytes(McapChannel(1, "/scan") + McapMessage(1, CdrAt(1)) + McapChunk(records, "", records.size(), crc) +
-                     McapChunk(PackZstd(records), "zstd", records.size(), crc) + McapMessage(1, CdrAt(3)));
+  const auto ReadWith = [&](std::uint32_t crc) {
+    return ReadMcap(McapMessage(1, CdrAt(1)) + McapChunk(records, "", records.size(), crc) +
+                    McapChunk(PackZstd(records), "zstd", records.size(), crc) + McapMessage(1, CdrAt(3)));
   };
   const auto crc = static_cast<std::uint32_t>(
       crc32(0, reinterpret_cast<const Bytef*>(records.data()), static_cast<uInt>(records.size())));
-  for (const std::uint32_t right : {0u, crc}) CHECK(SecondsOf(ReadBytes(bag(right))) == Seconds{1, 2, 3});
-  CHECK(ReadBytes(bag(crc)).counts.at("bad_chunk") == 0);
-  CHECK(SecondsOf(ReadBytes(bag(crc + 1))) == Seconds{1, 3});
-  CHECK(ReadBytes(bag(crc + 1)).counts.at("bad_chunk") == 2);
+  for (const std::uint32_t right : {0u, crc}) CHECK(SecondsOf(ReadWith(right)) == Seconds{1, 2, 3});
+  CHECK(ReadWith(crc).counts.at("bad_chunk") == 0);
+  CHECK(SecondsOf(ReadWith(crc + 1)) == Seconds{1, 3});
+  CHECK(ReadWith(crc + 1).counts.at("bad_chunk") == 2);
 }
 
 TEST_CASE("sizes that are lies end the reading, and take no memory") {
   const std::string huge = Little(0xfffffff0u);
   for (const std::string& lie : {huge, huge + std::string(100, 'x'), Text("op=\x02") + huge + "few",
                                  Text(huge) + Text("data"), std::string(50, '\0')}) {
-    const Result result = ReadBytes(Ros1Bytes(Ros1Connection(1, "/scan") + Ros1Message(1, Ros1At(1)) + lie));
+    const Result result = ReadRos1(Ros1At(1) + lie);
     CHECK(SecondsOf(result) == Seconds{1});
     CHECK(result.counts.at("truncated") == 1);
   }
-  const std::string start = McapBytes("").substr(0, 25);
+  const std::string start = McapBytes("").substr(0, 25) + McapChannel(1, "/scan") + McapMessage(1, CdrAt(1));
   for (const std::uint64_t size : {~std::uint64_t{0}, ~std::uint64_t{0} / 2, std::uint64_t{100000}}) {
-    const std::string lie = Little(std::uint8_t{5}) + Little(size) + std::string(30, 'x');
-    const Result result = ReadBytes(start + McapChannel(1, "/scan") + McapMessage(1, CdrAt(1)) + lie);
+    const Result result = ReadBag(start + Little(std::uint8_t{5}) + Little(size) + std::string(30, 'x'));
     CHECK(SecondsOf(result) == Seconds{1});
     CHECK(result.counts.at("truncated") == 1);
   }
-  const std::string chunk = McapChunk("", "zstd", std::uint64_t{1} << 60);
-  CHECK(ReadBytes(McapBytes(McapChannel(1, "/scan") + chunk)).counts.at("bad_chunk") == 1);
+  CHECK(ReadMcap(McapChunk("", "zstd", std::uint64_t{1} << 60)).counts.at("bad_chunk") == 1);
 }
 
 TEST_CASE("a chunk is read to its end, or up to a size that no recorder writes") {
@@ -304,28 +273,18 @@ TEST_CASE("a chunk is read to its end, or up to a size that no recorder writes")
   }
 }
 
-TEST_CASE("a message that is far too long for a laser is counted, and the next one is read") {
-  const std::string bag = McapBytes(McapChannel(1, "/scan") + McapMessage(1, std::string(kMostMessageBytes + 1, 'x')) +
-                                    McapMessage(1, CdrAt(2)));
-  const Result result = ReadBytes(bag);
-  CHECK(SecondsOf(result) == Seconds{2});
-  CHECK(result.counts.at("bad_message") == 1);
-}
-
-TEST_CASE("messages that rosbag2 has compressed one by one are read") {
-  const std::string bag = McapBytes(McapChannel(1, "/scan") + McapMessage(1, PackZstd(CdrAt(1))) +
-                                    McapMessage(1, PackZstd(CdrAt(2)).substr(0, 30)));
-  const Result result = ReadBytes(bag);
-  CHECK(SecondsOf(result) == Seconds{1});
-  CHECK(result.counts.at("bad_message") == 1);
+TEST_CASE("messages that rosbag2 has compressed one by one are read; what is cut or far too long is counted") {
+  const Result result = ReadMcap(McapMessage(1, PackZstd(CdrAt(1))) + McapMessage(1, PackZstd(CdrAt(2)).substr(0, 30)) +
+                                 McapMessage(1, std::string(kMostMessageBytes + 1, 'x')) + McapMessage(1, CdrAt(4)));
+  CHECK(SecondsOf(result) == Seconds{1, 4});
+  CHECK(result.counts.at("bad_message") == 2);
 }
 
 TEST_CASE("bags of another version, damaged at their beginning or compressed by gzip are refused with what mends it") {
-  CHECK(ErrorOfBytes("#ROSBAG V1.2\n") == " is no ROS 1 bag of format 2.0: convert it with rosbag fix");
-  CHECK(ErrorOfBytes("#ROSBAG V2.0\nrubbish") == " is a ROS 1 bag that is damaged at its beginning");
+  CHECK(ErrorOfBag("#ROSBAG V1.2\n").ends_with("convert it with rosbag fix"));
+  CHECK(ErrorOfBag("#ROSBAG V2.0\nrubbish").ends_with("is damaged at its beginning"));
   const ScratchFile packed(Compress(DataBytes("zstd.mcap")));
-  CHECK(ErrorOf([&] { OpenLaserSource(packed.path(), {}); }) ==
-        packed.path() + " is a gzip-compressed bag: run gunzip on it first");
+  CHECK(ErrorOf([&] { OpenLaserSource(packed.path(), {}); }).ends_with("run gunzip on it first"));
 }
 
 TEST_CASE("a bag is a source like any other, and its topic the channel") {

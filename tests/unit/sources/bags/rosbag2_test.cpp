@@ -13,20 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class ScratchFolder {
- public:
-  ScratchFolder() : path_(ScratchFile("").path() + "_folder") { fs::create_directory(path_); }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ~ScratchFolder() { fs::remove_all(path_); }
-  std::string path() const { return path_; }
-  void Write(const std::string& name, const std::string& content) const {
-    std::ofstream(fs::path(path_) / name, std::ios::binary) << content;
-  }
-
- private:
-  std::string path_;
-};
-
 std::string OneScan(std::uint32_t sec) {
   return McapBytes(McapChannel(1, "/scan") + McapMessage(1, LaserMessage{.sec = sec}.Cdr()));
 }
@@ -93,7 +79,7 @@ TEST_CASE("without metadata.yaml the files of a folder go by their numbers") {
   folder.Write("notes.txt", "none");
   CHECK(SecondsOf(folder) == Seconds{9, 10});
   folder.Write("other_1.mcap", OneScan(1));
-  CHECK(RefusalOf(folder) == folder.path() + " has 2 recordings and no metadata.yaml: give the file of one recording");
+  CHECK(RefusalOf(folder).ends_with("has 2 recordings and no metadata.yaml: give the file of one recording"));
 }
 
 TEST_CASE("the last file of a folder may be empty, which is said") {
@@ -108,17 +94,14 @@ TEST_CASE("the last file of a folder may be empty, which is said") {
 
 TEST_CASE("a folder whose files are missing or compressed is refused, with what mends it") {
   const ScratchFolder folder;
-  const auto name = [&](const std::string& file) {
+  const auto RefusalOfOne = [&](const std::string& file) {
     folder.Write("metadata.yaml", "relative_file_paths:\n  - " + file + "\n");
+    return RefusalOf(folder);
   };
-  name("run_0.mcap");
-  CHECK(RefusalOf(folder) ==
-        folder.path() + "/run_0.mcap is missing, but " + folder.path() + "/metadata.yaml names it");
-  name("run_0.db3.zstd");
-  CHECK(RefusalOf(folder) == folder.path() + " is compressed as a whole: run zstd -d " + folder.path() +
-                                 "/run_0.db3.zstd first, and give the decompressed file");
+  CHECK(RefusalOfOne("run_0.mcap").find("/run_0.mcap is missing, but ") != std::string::npos);
+  CHECK(RefusalOfOne("run_0.db3.zstd").find("/run_0.db3.zstd first") != std::string::npos);
   folder.Write("metadata.yaml", "nothing");
-  CHECK(RefusalOf(folder) == folder.path() + " has no .db3 or .mcap file of rosbag2");
+  CHECK(RefusalOf(folder).ends_with("has no .db3 or .mcap file of rosbag2"));
   folder.Write("run_0.mcap", "no bag, though it is called one");
   CHECK(RefusalOf(folder).ends_with("/run_0.mcap is neither a ROS 1 bag, nor MCAP, nor a database of rosbag2"));
 }
@@ -135,37 +118,34 @@ TEST_CASE("messages of a database come in the order of their recording, not of t
 TEST_CASE("a database that is none of rosbag2, or that computes without end, is refused") {
   const auto error_of = [](const std::string& sql) {
     const Database database(sql);
-    return ErrorOf([&] { BagSource(database.path(), {}); }).substr(database.path().size());
+    return ErrorOf([&] { BagSource(database.path(), {}); });
   };
-  const std::string refusal = " is an SQLite database, but not of rosbag2: it has no tables topics and messages";
-  CHECK(error_of("CREATE TABLE t(a);") == refusal);
-  CHECK(error_of(kTopics) == refusal);
-  CHECK(error_of(kTopics + "CREATE VIEW messages AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n) "
-                           "SELECT id, 1 AS topic_id, x'' AS data FROM n;") == refusal);
-  const Database other_columns("CREATE TABLE topics(a); CREATE TABLE messages(b);");
-  CHECK(ErrorOf([&] { BagSource(other_columns.path(), {}); }) ==
-        "cannot read " + other_columns.path() + ": no such column: id");
+  for (const std::string& sql : {std::string("CREATE TABLE t(a);"), kTopics,
+                                 kTopics + "CREATE VIEW messages AS WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT "
+                                           "id + 1 FROM n) SELECT id, 1 AS topic_id, x'' AS data FROM n;"}) {
+    CHECK(error_of(sql).ends_with("not of rosbag2: it has no tables topics and messages"));
+  }
+  CHECK(error_of("CREATE TABLE topics(a); CREATE TABLE messages(b);").ends_with("no such column: id"));
 }
 
 TEST_CASE("a database with special characters in its name is read, and nothing is left beside it") {
   const ScratchFolder folder;
   folder.Write("a?b#c%20d.db3", DataBytes("run.db3"));
-  const std::string path = folder.path() + "/a?b#c%20d.db3";
-  CHECK(OpenLaserSource(path, {})->Next()->utime == 1'000'000);
+  CHECK(OpenLaserSource(folder / "a?b#c%20d.db3", {})->Next()->utime == 1'000'000);
   CHECK(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()) == 1);
 }
 
 TEST_CASE("what a recorder that was killed has left in a write-ahead log is read") {
   const ScratchFolder folder;
-  const std::string path = folder.path() + "/run.db3";
+  const std::string path = folder / "run.db3";
   sqlite3* database = nullptr;
   REQUIRE(sqlite3_open(path.c_str(), &database) == SQLITE_OK);
   const std::string sql = "PRAGMA journal_mode = WAL;" + kTopics + kMessages + Insert(1, LaserMessage{.sec = 1}.Cdr());
   REQUIRE(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK);
   const ScratchFolder left;
-  for (const std::string suffix : {"", "-wal"}) fs::copy(path + suffix, left.path() + "/run.db3" + suffix);
+  for (const std::string suffix : {"", "-wal"}) fs::copy(path + suffix, left / ("run.db3" + suffix));
   sqlite3_close(database);
-  CHECK(SecondsOf(*OpenLaserSource(left.path() + "/run.db3", {})) == Seconds{1});
+  CHECK(SecondsOf(*OpenLaserSource(left / "run.db3", {})) == Seconds{1});
 }
 
 }  // namespace crsm

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "bag_bytes.hpp"
 #include "catch.hpp"
+#include "transform_bytes.hpp"
 
 namespace crsm {
 namespace {
@@ -36,13 +36,6 @@ std::string Json(const std::string& ranges, const std::string& rest = R"("start_
   return R"({"timestamp": {"sec": 100, "nsec": 7000}, "frame_id": "laser", )" + rest + R"(, "ranges": )" + ranges + "}";
 }
 
-/// nav_msgs/Odometry at 100 s, its quaternion x, y, z, w.
-std::string OdometryMessage(double x_m, double y_m, const std::vector<double>& quaternion, std::uint32_t nanosec = 0) {
-  std::string bytes = Little(7u) + Little(100u) + Little(nanosec) + Text("odom") + Text("base");
-  for (const double number : {x_m, y_m, 0.5}) bytes += Little(number);
-  for (const double number : quaternion) bytes += Little(number);
-  return bytes + std::string((36 + 6 + 36) * 8, '\0');
-}
 const BagTopic kOdometry{"/odom", "nav_msgs/Odometry", "ros1"};
 
 }  // namespace
@@ -52,37 +45,27 @@ TEST_CASE("a LaserScan of ROS is a scan as it was measured") {
 }
 
 TEST_CASE("the stamp of a LaserScan is that of its first beam, the utime that of its last; each beam has its time") {
-  const LaserMessage message{.nanosec = 1'000'600, .time_increment = 0.25f};
-  CHECK(ScanOf(message).utime == 100'501'001);  // 1000.6 us and twice 0.25 s later, rounded
-  CHECK(ScanOf(message).times_s == std::vector<float>{-0.5f, -0.25f, 0.0f});
+  const LaserScan scan = ScanOf({.nanosec = 1'000'600, .time_increment = 0.25f});
+  CHECK(scan.utime == 100'501'001);  // 1000.6 us and twice 0.25 s later, rounded
+  CHECK(scan.times_s == std::vector<float>{-0.5f, -0.25f, 0.0f});
+  const LaserScan turned = ScanOf({.time_increment = -0.25f});  // its driver has measured the first beam last
+  CHECK(turned.utime == 100'000'000);
+  CHECK(turned.times_s == std::vector<float>{0.0f, -0.25f, -0.5f});
+  for (const float cannot_be : {NAN, INFINITY, 1000.0f}) {
+    CHECK(ScanOf({.time_increment = cannot_be}).utime == 100'000'000);
+    CHECK(ScanOf({.time_increment = cannot_be}).times_s.empty());
+  }
 }
 
 TEST_CASE("where the times of a LaserScan are not believed, its utime is the stamp and the sweep, either way round") {
-  const LaserMessage message{.time_increment = 0.25f};
   ScanParameters parameters;
   parameters.beam_times = false;
-  for (const double sweep_s : {0.1, -0.1}) {
+  for (const auto& [sweep_s, utime] : {std::pair(0.1, 100'100'000), {-0.1, 100'100'000}, {0.0, 100'000'000}}) {
     parameters.sweep_s = sweep_s;
-    const auto scan = DecodeScan(kCdr, message.Cdr(), parameters).scan;
+    const auto scan = DecodeScan(kCdr, LaserMessage{.time_increment = 0.25f}.Cdr(), parameters).scan;
     REQUIRE(scan);
-    CHECK(scan->utime == 100'100'000);
+    CHECK(scan->utime == utime);
     CHECK(scan->times_s.empty());
-  }
-  parameters.sweep_s = 0.0;
-  CHECK(DecodeScan(kCdr, message.Cdr(), parameters).scan->utime == 100'000'000);
-}
-
-TEST_CASE("a driver that turns its scans round has measured the first beam last") {
-  const LaserScan scan = ScanOf({.time_increment = -0.25f});
-  CHECK(scan.utime == 100'000'000);
-  CHECK(scan.times_s == std::vector<float>{0.0f, -0.25f, -0.5f});
-}
-
-TEST_CASE("a time between beams that cannot be is as good as none") {
-  for (const float time_increment : {NAN, INFINITY, 1000.0f}) {
-    const LaserScan scan = ScanOf({.time_increment = time_increment});
-    CHECK(scan.utime == 100'000'000);
-    CHECK(scan.times_s.empty());
   }
 }
 
@@ -129,15 +112,11 @@ TEST_CASE("of more than 4096 beams every second is used, each with its own angle
   }
 }
 
-TEST_CASE("a scan with angles that are none is refused, with the reason") {
+TEST_CASE("a scan whose angles or stamp cannot be is refused, with the reason") {
   CHECK(RefusalOf({.angle_increment = 0.0f}).find("radstep must not be 0") != std::string::npos);
   CHECK(RefusalOf({.angle_min = NAN}).find("must be finite") != std::string::npos);
   CHECK(RefusalOf({.angle_min = -90.0f, .angle_increment = 1.0f}).find("degrees") != std::string::npos);
-}
-
-TEST_CASE("a scan whose stamp is no time is refused") {
-  CHECK(RefusalOf({.nanosec = 1'000'000'000}) ==
-        "their stamp is 100 s and 1000000000 ns: it must be the time since 1970");
+  CHECK(RefusalOf({.nanosec = 1'000'000'000}).ends_with("it must be the time since 1970"));
   const LaserMessage before_1970{.sec = 0x80000000u};
   CHECK_FALSE(DecodeScan(kCdr, before_1970.Cdr()).scan);
   CHECK(DecodeScan(kRos1, before_1970.Ros1()).scan->utime == 2'147'483'648'000'000);  // ROS 1 counts to 2106
@@ -156,12 +135,12 @@ TEST_CASE("a LaserScan that is cut anywhere is refused, and so is one with more 
 }
 
 TEST_CASE("a count of ranges that is a lie is refused") {
-  std::string bytes = LaserMessage().Ros1();
-  const std::size_t count_at = 12 + 4 + 3 + 7 * 4;
-  REQUIRE(bytes.substr(count_at, 4) == Little(3u));
+  const LaserMessage message;
+  std::string good = message.Ros1();
+  const std::size_t count_at = good.size() - 4 * (message.ranges.size() + 2);  // ranges and intensities follow it
+  REQUIRE(good.substr(count_at, 4) == Little(3u));
   for (const std::uint32_t lie : {0x7fffffffu, 0xffffffffu, 0x40000003u}) {
-    bytes.replace(count_at, 4, Little(lie));
-    CHECK_FALSE(DecodeScan(kRos1, bytes).scan);
+    CHECK_FALSE(DecodeScan(kRos1, good.replace(count_at, 4, Little(lie))).scan);
   }
 }
 
@@ -208,22 +187,25 @@ TEST_CASE("JSON that is no LaserScan is refused") {
   CHECK(DecodeScan(kJson, Json("[]")).refusal == "scans have 0 ranges: they must have 2 to 65536");
 }
 
-TEST_CASE("odometry is the robot's place and heading in the plane") {
+TEST_CASE("odometry is the robot's place and heading in the plane; that without an orientation is none") {
   const double half = std::sqrt(0.5);
-  const auto odometry = DecodeOdometry(kOdometry, OdometryMessage(1.5, -2.0, {0.0, 0.0, half, half}, 2000));
+  const auto odometry = DecodeOdometry(
+      kOdometry, Ros1Odometry({.x_m = 1.5, .y_m = -2.0, .rotation = {0, 0, half, half}, .nanosec = 2000}));
   REQUIRE(odometry);
   CHECK(odometry->sample.utime == 100'000'002);
   CHECK(odometry->sample.T_odom_robot == Pose2{1.5, -2.0, 1.570796});  // whole microradians
-  CHECK(DecodeOdometry(kOdometry, OdometryMessage(1.0, 1.0, {0, 0, 0, 0}))->sample.T_odom_robot == std::nullopt);
+  CHECK(DecodeOdometry(kOdometry, Ros1Odometry({.rotation = {0, 0, 0, 0}}))->sample.T_odom_robot == std::nullopt);
 }
 
 TEST_CASE("odometry that is none is refused") {
-  const std::string good = OdometryMessage(1.0, 1.0, {0, 0, 0, 1});
+  const std::string good = Ros1Odometry({});
+  REQUIRE(DecodeOdometry(kOdometry, good));
   for (std::size_t size = 0; size < good.size(); ++size) CHECK_FALSE(DecodeOdometry(kOdometry, good.substr(0, size)));
   CHECK_FALSE(DecodeOdometry(kOdometry, good + '\0'));
-  CHECK_FALSE(DecodeOdometry(kOdometry, OdometryMessage(NAN, 1.0, {0, 0, 0, 1})));
-  CHECK_FALSE(DecodeOdometry(kOdometry, OdometryMessage(1.0, 1.0, {0, 0, 0, 2})));
-  CHECK_FALSE(DecodeOdometry(kOdometry, OdometryMessage(1.0, 1.0, {0, 0, 0, 1}, 1'000'000'000)));
+  for (const TransformFields& bad : {TransformFields{.x_m = NAN}, TransformFields{.rotation = {0, 0, 0, 2}},
+                                     TransformFields{.nanosec = 1'000'000'000}}) {
+    CHECK_FALSE(DecodeOdometry(kOdometry, Ros1Odometry(bad)));
+  }
 }
 
 }  // namespace crsm

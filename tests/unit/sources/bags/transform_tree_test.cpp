@@ -32,17 +32,17 @@ void CheckPose(const Pose2& pose, const Pose2& expected) {
 
 }  // namespace
 
-TEST_CASE("a path leads from the laser to the odometry frame, and no further") {
+TEST_CASE("a path leads from the laser to the odometry frame or to a map, and no further") {
   const TransformTree tree =
       MakeTree({At("base", "laser"), At("footprint", "base"), At("odom", "footprint"), At("map", "odom")});
   CHECK(tree.FindPath("laser") == Path{"laser", "base", "footprint", "odom"});
   CHECK(tree.FindPath("unknown") == Path{"unknown"});
-}
-
-TEST_CASE("a map is no odometry, and nothing leads through it") {
-  const TransformTree tree = MakeTree({At("base", "laser"), At("map", "base"), At("odom", "map")});
-  CHECK(tree.FindPath("laser") == Path{"laser", "base", "map"});
-  CHECK(tree.FindRobots().size() == 1);
+  const TransformTree through_map = MakeTree({At("base", "laser"), At("map", "base"), At("odom", "map")});
+  CHECK(through_map.FindPath("laser") == Path{"laser", "base", "map"});
+  CHECK(through_map.FindRobots().size() == 1);
+  // A robot that odometry and a map both claim stays with the odometry, whichever came first.
+  CHECK(MakeTree({At("odom", "base"), At("map", "base")}).FindPath("base") == Path{"base", "odom"});
+  CHECK(MakeTree({At("map", "base"), At("odom", "base")}).FindPath("base") == Path{"base", "odom"});
 }
 
 TEST_CASE("odometry frames are known by their names, with any prefix, or by the name that is asked for") {
@@ -52,13 +52,6 @@ TEST_CASE("odometry frames are known by their names, with any prefix, or by the 
   const TransformTree named("wheels");
   CHECK(named.IsOdometryFrame("wheels"));
   CHECK_FALSE(named.IsOdometryFrame("odom"));
-}
-
-TEST_CASE("a robot that odometry and a map both claim stays with the odometry, whichever came first") {
-  for (const auto& transforms :
-       {std::vector{At("odom", "base"), At("map", "base")}, std::vector{At("map", "base"), At("odom", "base")}}) {
-    CHECK(MakeTree(transforms).FindPath("base") == Path{"base", "odom"});
-  }
 }
 
 TEST_CASE("a loop is gone through once, a path without end is cut") {
@@ -94,13 +87,6 @@ TEST_CASE("the robot may be another frame than the one that the laser stands on"
   const TransformTree tree = MakeTree({At("base", "laser", {0.5, 0.0, 0.0}), At("base", "footprint", {0.2, 0.1, kPi})});
   CheckPose(tree.FindMounting("footprint", "laser").mounting->T_robot_laser, {-0.3, 0.1, kPi});
   CheckPose(tree.FindMounting("laser", "laser").mounting->T_robot_laser, {});
-}
-
-TEST_CASE("no mounting leads through the odometry frame or a map, to which both may be tied") {
-  const TransformTree tree = MakeTree({At("odom", "base"), At("odom", "laser"), At("map", "other")});
-  CHECK(tree.FindMounting("base", "laser").refusal == "TF does not lead from laser to base");
-  CHECK_FALSE(tree.FindMounting("base", "other").mounting);
-  CHECK_FALSE(tree.FindMounting("base", "unknown").mounting);
 }
 
 TEST_CASE("a laser off the centre moves when the robot turns on the spot") {
@@ -141,9 +127,13 @@ TEST_CASE("a laser that leans by more than 45 degrees has no place in the plane"
   CHECK_FALSE(Lean(120.0).mounting);
 }
 
-TEST_CASE("a laser that is absurdly far from its robot has no mounting") {
-  const TransformTree tree = MakeTree({At("base", "arm", {9e5, 0.0, 0.0}), At("arm", "laser", {9e5, 0.0, 0.0})});
-  CHECK(tree.FindMounting("base", "laser").refusal == "TF puts it too far away");
+TEST_CASE("no mounting leads through the odometry frame or a map, nor to a laser that is absurdly far away") {
+  const TransformTree tied = MakeTree({At("odom", "base"), At("odom", "laser"), At("map", "other")});
+  CHECK(tied.FindMounting("base", "laser").refusal == "TF does not lead from laser to base");
+  CHECK_FALSE(tied.FindMounting("base", "other").mounting);
+  CHECK_FALSE(tied.FindMounting("base", "unknown").mounting);
+  const TransformTree far = MakeTree({At("base", "arm", {9e5, 0.0, 0.0}), At("arm", "laser", {9e5, 0.0, 0.0})});
+  CHECK(far.FindMounting("base", "laser").refusal == "TF puts it too far away");
 }
 
 }  // namespace crsm

@@ -2,7 +2,6 @@
 
 #include "catch.hpp"
 #include "common/math/trigonometry.hpp"
-#include "fake_connection.hpp"
 
 namespace crsm {
 namespace {
@@ -73,32 +72,6 @@ TEST_CASE("a telegram without end is garbage, and takes no memory") {
   ColaReader reader(report);
   for (int i = 0; i < 100; ++i) CHECK(reader.Take("\x02" + std::string(100'000, '1')).empty());
   CHECK(reader.Take(ColaTelegram("good")) == std::vector<std::string>{"good"});
-}
-
-TEST_CASE("a SICK is asked in order; its own faults, dirt and missing telegrams are counted and said once") {
-  FakeConnection connection([](const std::string& request) -> std::string {
-    if (request == ColaTelegram("sEN LMDscandata 0"))
-      return ColaTelegram(Telegram()) + ColaTelegram("sEA LMDscandata 0");
-    if (request == ColaTelegram("sRN DeviceIdent")) return ColaTelegram("sRA DeviceIdent 6 LMS111 5 V1.36");
-    if (request == ColaTelegram("sEN LMDscandata 1"))
-      return ColaTelegram("sEA LMDscandata 1") + ColaTelegram(Telegram("0", "1"));
-    return ColaTelegram("sFA 3");
-  });
-  DeviceReport report;
-  const auto laser = MakeSick(report);
-  CHECK(laser->Start(connection) == "LMS111 5 V1.36");
-  std::vector<DeviceScan> scans;
-  laser->Take(ColaTelegram(Telegram("0", "2")), scans);
-  CHECK(scans.size() == 2);  // one came with the answer
-  laser->Take(ColaTelegram(Telegram("0", "5")), scans);
-  CHECK(report.counts["skipped"] == 2);
-  for (const char* number : {"6", "7"}) laser->Take(ColaTelegram(Telegram("2", number)), scans);
-  CHECK(scans.size() == 5);
-  CHECK(report.complaints == std::vector<std::string>{"its window gets dirty: clean it"});
-  for (const char* number : {"8", "9"}) laser->Take(ColaTelegram(Telegram("5", number)), scans);
-  CHECK(scans.size() == 5);
-  CHECK(report.counts["error_status"] == 2);
-  CHECK(report.complaints.size() == 3);
 }
 
 }  // namespace crsm

@@ -2,8 +2,6 @@
 
 #include "catch.hpp"
 #include "common/math/trigonometry.hpp"
-#include "fake_connection.hpp"
-#include "source_helpers.hpp"
 
 namespace crsm {
 namespace {
@@ -151,45 +149,6 @@ TEST_CASE("garbage without end is no answer, and takes no memory") {
   for (int i = 0; i < 10'000; ++i) CHECK(reader.Take("x\n").empty());
   CHECK(reader.Take("\n\n" + kScan).size() == 1);
   CHECK(report.counts["bad_checksum"] == 1);
-}
-
-TEST_CASE("a Hokuyo is asked in order, and what it says of itself is passed on") {
-  const std::map<std::string, std::string> answers{
-      {"QT\n", "QT\n00P\n\n"},
-      {"VV\n", "VV\n00P\nSERI:H1;M\n\n"},
-      {"PP\n", "PP\n00P\nMODL:X;5\nDMIN:20;4\nDMAX:5600;_\nARES:4;B\nAMIN:1;4\nAMAX:3;8\nAFRT:2;B\nSCAN:600;e\n\n"},
-      {"II\n", "II\n00P\nSTAT:ok.;W\n\n"},
-      {"BM\n", "BM\n00P\n\n"}};
-  const auto Checksummed = [](const std::string& text) {  // the words' checksums, which are not what is tested here
-    std::string out;
-    std::size_t begin = 0;
-    for (std::size_t end = text.find('\n'); end != std::string::npos; begin = end + 1, end = text.find('\n', begin)) {
-      std::string line = text.substr(begin, end - begin);
-      if (line.find(';') != std::string::npos) {
-        line.pop_back();
-        unsigned sum = 0;
-        for (const char letter : line.substr(0, line.size() - 1)) sum += static_cast<unsigned char>(letter);
-        line += static_cast<char>((sum & 0x3f) + 0x30);
-      }
-      out += line + '\n';
-    }
-    return out;
-  };
-  FakeConnection connection([&](const std::string& request) {
-    const auto found = answers.find(request);
-    return found == answers.end() ? "" : Checksummed(found->second);
-  });
-  DeviceReport report;
-  const auto laser = MakeHokuyo(report);
-  CHECK(laser->Start(connection).find("X, serial H1: 3 beams over 180 deg, 0.02 to 5.60 m, 10 scans") == 0);
-  CHECK(connection.requests().back() == "MD0001000301000\n");
-  std::vector<DeviceScan> scans;
-  laser->Take(kScan, scans);
-  CHECK(scans.size() == 1);
-  CHECK_THROWS_AS(laser->Take("MD0001000301000\n50U\n\n", scans), DeviceError);
-  laser->Stop(connection);
-  CHECK(connection.requests().back() == "QT\n");
-  CHECK(report.counts["error_status"] == 1);
 }
 
 }  // namespace crsm

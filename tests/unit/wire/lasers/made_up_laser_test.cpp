@@ -13,7 +13,7 @@ constexpr std::uint64_t kFingerprint = 0x0123456789abcdef;
 constexpr std::size_t kMessageBytes = 8 + 2;
 
 /// Its message: behind the fingerprint a byte for the utime, and a byte for the one range of all its beams [m].
-std::optional<LaserReading> DecodeMadeUp(std::span<const std::uint8_t> bytes, const ScanParameters&) {
+std::optional<LaserReading> DecodeMadeUp(std::span<const std::uint8_t> bytes, const LaserMessageOptions&) {
   if (bytes.size() != kMessageBytes) return std::nullopt;
   return LaserReading{{bytes[8], 0.0f, 0.5f, std::vector<float>(3, bytes[9])}};
 }

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <optional>
+
+#include "common/graph/mapper.hpp"
+#include "common/map/map_updater.hpp"
+#include "common/match/tracking_state.hpp"
+#include "services/journal/match_store.hpp"
+#include "services/map_updater/growing_message.hpp"
+
+namespace crsm {
+
+/// What an owner has besides its map.
+struct Answered {
+  const MatchStore& matches;      ///< all that were answered so far
+  const TrackingState& tracking;  ///< after them
+  /// Who knows better by now where the scans were taken; nullptr: they are to be told as they were matched.
+  const Mapper* corrected = nullptr;
+  /// With `corrected`: the component whose scans alone are told; nothing: all scans.
+  std::optional<int> component = std::nullopt;
+};
+
+/// The next page of what a replica lacks: tiles that changed since its version, whole, and matches that it does not
+/// have; everything, for a replica of another map. With the last tiles the tracking state, and with the last matches
+/// the loops, and how the map hangs together.
+map_page_t MakePage(const map_request_t& request, const MapUpdater& updater, const Answered& answered,
+                    const AnswerOptions& options);
+
+}  // namespace crsm

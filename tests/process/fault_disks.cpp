@@ -1,0 +1,370 @@
+// Disks that are full, cannot be written or lose what was written, and writers that are killed: the path is named,
+// older files stay whole, and mapping goes on.
+
+#include <sys/mount.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <regex>
+#include <thread>
+
+#include "catch.hpp"
+#include "common/math/random.hpp"
+#include "faults.hpp"
+#include "services/wire/channels.hpp"
+#include "services/wire/lcm_event_log.hpp"
+
+using namespace crsm;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::vector<std::string> kFiles{"map.png", "trajectory.tum"};
+
+// ---- files
+
+/// A small disk of its own.
+class Disk {
+ public:
+  Disk(const fs::path& path, int size_kb) : path_(path) {
+    fs::create_directories(path);
+    REQUIRE(mount("tmpfs", path.c_str(), "tmpfs", 0, fmt::format("size={}k", size_kb).c_str()) == 0);
+  }
+  ~Disk() { umount2(path_.c_str(), MNT_DETACH); }
+  Disk(const Disk&) = delete;
+
+  void Remount(unsigned long flags, const std::string& options = "") const {
+    REQUIRE(mount(nullptr, path_.c_str(), nullptr, MS_REMOUNT | flags, options.c_str()) == 0);
+  }
+
+  /// Takes all the room that is left, also behind the ends of `others`. Returns the file that does.
+  fs::path Fill(const std::vector<fs::path>& others = {}) const {
+    const auto Append = [](const fs::path& file, const std::string& block) {
+      for (std::ofstream out(file, std::ios::app); out.write(block.data(), std::ssize(block)).flush();) continue;
+    };
+    Append(path_ / "ballast", std::string(4096, '.'));
+    for (const fs::path& other : others) Append(other, ".");
+    return path_ / "ballast";
+  }
+
+ private:
+  fs::path path_;
+};
+
+/// Whether the results are whole, as WriteResults makes them.
+void CheckWhole(const fs::path& out) {
+  for (const char* name : {"map.png", "overview.png"}) CHECK(ReadFile(out / name).ends_with("IEND\xae\x42\x60\x82"));
+  std::istringstream trajectory(ReadFile(out / "trajectory.tum"));
+  for (std::string line; std::getline(trajectory, line);) CHECK(std::count(line.begin(), line.end(), ' ') == 7);
+  CHECK(nlohmann::json::accept(ReadFile(out / "summary.json")));
+}
+
+using FileNumbers = std::map<std::string, ino_t>;
+
+/// Of the results that are replaced; trajectory.tum grows.
+FileNumbers NumbersOf(const fs::path& out) {
+  FileNumbers numbers;
+  for (const char* name : {"map.png", "map.yaml", "overview.png", "summary.json"}) {
+    struct stat status {};
+    REQUIRE(stat((out / name).c_str(), &status) == 0);
+    numbers[name] = status.st_ino;
+  }
+  return numbers;
+}
+
+/// Whether all the results are other files than before, or none, or all but those of a map that is the same.
+bool AreWrittenTogether(const FileNumbers& before, const FileNumbers& now) {
+  const auto IsNew = [&](const char* name) { return before.at(name) != now.at(name); };
+  return IsNew("overview.png") == IsNew("summary.json") && IsNew("map.png") == IsNew("map.yaml") &&
+         (!IsNew("map.png") || IsNew("overview.png"));
+}
+
+/// A log of many scans, its map, and flags with which results are written all the time.
+struct LongRun {
+  TemporaryFolder folder;
+  std::string log =
+      WriteToAndFro(folder, TakeScans("sim:demo", 1'000'000), ByEffort<std::size_t>(30'000, 120'000, 120'000));
+  std::vector<std::string> flags{"--config", folder / "often.toml"};
+
+  LongRun() {
+    std::ofstream(folder / "often.toml") << "export_period_s = 0.1\n";
+    folder.MapWithStack(log, "undisturbed");
+  }
+  Process Start(const std::string& out) const { return folder.StartStack(log, out, MakeBusUrl(), flags); }
+  void AwaitResults(const std::string& out) const {
+    REQUIRE(WaitUntil([&] { return fs::exists(folder / out / "summary.json"); }));
+  }
+};
+
+void FillDiskForASecond(const LongRun& run) {
+  constexpr std::uintmax_t kRoom_bytes = 40'000;  // map.png needs 16,000, the overview 120,000, a new scan 65
+  const TemporaryFolder& folder = run.folder;
+  const Disk disk(folder / "full", 200'000);
+  Process stack = run.Start("full/out");
+  run.AwaitResults("full/out");
+  const fs::path out = folder / "full/out";
+  std::map<std::string, pid_t> pids;
+  for (const char* name : {"map_updater", "loop_closer", "rrhc_matcher", "ray_selector", "map_exporter"}) {
+    pids[name] = FindChild(stack.pid(), name);
+  }
+  std::vector<fs::path> logs;
+  for (const auto& entry : fs::directory_iterator(out / "log")) {
+    if (entry.path().extension() == ".log") logs.push_back(entry.path());
+  }
+  const fs::path ballast = disk.Fill(logs);
+  // When the journal has ended, the room that follows is for some of the results, but not for all.
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  fs::resize_file(ballast, fs::file_size(ballast) - kRoom_bytes);
+  FileNumbers numbers = NumbersOf(out);
+  for (int i = 0; i < 10; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    CheckWhole(out);
+    if (!AreWrittenTogether(numbers, NumbersOf(out))) {  // they were just being replaced: not twice in a row
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      CHECK(AreWrittenTogether(numbers, NumbersOf(out)));
+    }
+    numbers = NumbersOf(out);
+  }
+  for (const auto& [name, pid] : pids) CHECK(FindChild(stack.pid(), name) == pid);
+  fs::remove(ballast);
+  CHECK(stack.AwaitExit(kLongRun) == 0);
+  folder.CheckSame("full/out", "undisturbed", kFiles);
+  const nlohmann::json counts = folder.Summary("full/out")["counts"];
+  CHECK(counts.value("map_exporter.write_failed", 0) > 0);
+  CHECK(counts.value("map_updater.journal_failed", 0) == 1);
+}
+
+/// Only the results, or only the journal, are on the full disk: the log says so.
+void FillDiskOfOne(const std::string& log, const TemporaryFolder& folder) {
+  for (const std::string service : {"map_exporter", "map_updater"}) {
+    const std::string path = folder / "small";
+    const Disk disk(path, 400);
+    const bool of_results = service == "map_exporter";
+    fs::remove_all(folder / "results");
+    const std::string out = of_results ? "small" : "results";
+    Stack stack({.url = MakeBusUrl(),
+                 .out = folder / out,
+                 .logs = folder / "log",
+                 .own_flags = {{"map_exporter", {"--export-period-s", "0.1"}},
+                               {"map_updater", {"--journal", of_results ? (folder / "journal").string() : path}}}});
+    if (of_results) disk.Fill();
+    REQUIRE(stack.StartServices());
+    REQUIRE(stack.StartPublisher(log, "max"));
+    REQUIRE(stack["laser_publisher"].AwaitExit() == 0);
+    if (of_results) {
+      fs::remove(path + "/ballast");
+      disk.Remount(0, "size=4000k");
+    }
+    CHECK(stack.Finish());
+    folder.CheckSame(out, "undisturbed_short", kFiles);
+    const std::string said = stack[service].errors();
+    INFO(said);
+    const std::size_t at = said.find(path);
+    REQUIRE(at != std::string::npos);
+    CHECK(said.substr(at, said.find('\n', at) - at).find("No space left") != std::string::npos);
+  }
+}
+
+void KillWriter(const LongRun& run) {
+  const TemporaryFolder& folder = run.folder;
+  Process stack = run.Start("interrupted");
+  run.AwaitResults("interrupted");
+  const fs::path out = folder / "interrupted";
+  const pid_t publisher = FindChild(stack.pid(), "laser_publisher");
+  const auto AwaitExporter = [&](pid_t other) {
+    pid_t pid = 0;
+    REQUIRE(WaitUntil([&] { return (pid = FindChild(stack.pid(), "map_exporter")) != 0 && pid != other; }));
+    return pid;
+  };
+  Random random(2);
+  std::size_t num_torn = 0;
+  pid_t pid = 0;
+  for (int i = 0; i < ByEffort(6, 20, 20); ++i) {
+    pid = AwaitExporter(pid);
+    REQUIRE(FindChild(stack.pid(), "laser_publisher") == publisher);  // the run goes on
+    const std::string half = fmt::format(".{}.tmp", pid);
+    if (i % 2 == 1) {
+      REQUIRE(WaitUntil([&] { return CountHalfFiles(out, half) > 0; }, std::chrono::microseconds(0)));
+    } else {
+      std::this_thread::sleep_for(std::chrono::duration<double>(random.Uniform(0.0, 0.3)));
+    }
+    kill(pid, SIGKILL);
+    REQUIRE(WaitUntil([&] { return FindChild(stack.pid(), "map_exporter") != pid; }));
+    num_torn += CountHalfFiles(out, half) > 0;
+    CheckWhole(out);
+  }
+  CHECK(num_torn > 0);
+  CHECK(stack.AwaitExit(kLongRun) == 0);
+  folder.CheckSame("interrupted", "undisturbed", kFiles);
+  CHECK(CountHalfFiles(out) == 0);
+}
+
+void RefuseUnwritable(const TemporaryFolder& folder) {
+  const std::string path = folder / "read_only";
+  const Disk disk(path, 1000);
+  disk.Remount(MS_RDONLY);
+  for (const std::string& at : {path, path + "/below"}) {
+    folder.CheckRefused("map_exporter", {"--out", at, "--lcm-url", MakeBusUrl()}, at, 1);
+    folder.CheckRefused("map_updater", {"--journal", at, "--lcm-url", MakeBusUrl()}, at, 1);
+    folder.CheckRefused("run_stack", {"sim:demo", "--out", at, "--lcm-url", MakeBusUrl()}, at, 1);
+  }
+  const std::string missing = folder / "missing/a/b";
+  Process updater("map_updater", {"--journal", missing + "/journal", "--lcm-url", MakeBusUrl()}, folder / "log");
+  Process exporter("map_exporter", {"--out", missing + "/out", "--lcm-url", MakeBusUrl()}, folder / "log");
+  for (Process* process : {&updater, &exporter}) {
+    CHECK(process->AwaitReady());
+    CHECK(process->Interrupt() == 0);
+  }
+  CHECK(fs::exists(missing + "/journal/journal.lcm"));
+  CHECK(fs::exists(missing + "/out/map.png"));
+}
+
+// ---- journal
+
+const std::vector<std::string> kDamages{"a flipped bit",
+                                        "cut short",
+                                        "zeros",
+                                        "a repeated block instead of another",
+                                        "a repeated block between others",
+                                        "zeros at the end",
+                                        "garbage at the end"};
+
+std::string Damage(const std::string& whole, std::size_t kind, Random& random) {
+  const auto Below = [&](std::size_t end) { return static_cast<std::size_t>(random.Next() % end); };
+  const std::size_t at = Below(whole.size());
+  const std::size_t size = std::min(1 + Below(4096), whole.size() - at);
+  const std::string block = whole.substr(Below(whole.size() - size + 1), size);
+  std::string damaged = whole;
+  switch (kind) {
+    case 0:
+      damaged[at] = static_cast<char>(damaged[at] ^ (1 << Below(8)));
+      return damaged;
+    case 1:
+      return damaged.substr(0, at);
+    case 2:
+      return damaged.replace(at, size, size, '\0');
+    case 3:
+      return damaged.replace(at, size, block);
+    case 4:
+      return damaged.insert(at, block);
+    default:
+      break;
+  }
+  std::string tail(size, '\0');
+  if (kind == 6) std::generate(tail.begin(), tail.end(), [&] { return static_cast<char>(random.Next()); });
+  return (random.Next() % 2 ? damaged.substr(0, at) : damaged) + tail;
+}
+
+/// Where in a journal each scan is whole: behind its check.
+std::vector<std::size_t> EndsOfScans(const std::string& journal) {
+  std::vector<std::size_t> ends;
+  std::string_view last_channel;
+  for (std::string_view rest = journal; const auto extent = ReadEventHeader(rest);) {
+    const std::string_view channel = rest.substr(kEventHeaderBytes, extent->channel_bytes);
+    rest.remove_prefix(extent->size());
+    if (channel == kJournalCheckChannel && last_channel == kScanMatchChannel)
+      ends.push_back(journal.size() - rest.size());
+    last_channel = channel;
+  }
+  return ends;
+}
+
+/// Goes on with journals, with a log of one scan that is in all maps but the empty one.
+class Journals {
+ public:
+  static constexpr std::size_t kNumScans = 60;
+
+  Journals() {
+    const std::vector<LaserScan> scans = TakeScans("sim:demo", kNumScans, 4);
+    one_ = folder_.Write({scans[0]}, "one.lcm");
+    folder_.Map(folder_.Write(scans, "all.lcm"), "first");
+    whole_ = ReadFile(folder_ / "first/journal/journal.lcm");
+    ends_ = EndsOfScans(whole_);
+    REQUIRE(ends_.size() == kNumScans);
+  }
+
+  const std::string& whole() const { return whole_; }
+
+  /// What became of it: "the same map", "cut off" or "refused".
+  std::string GoOnWith(const std::string& journal) {
+    Ended ended = GoOn(journal, "damaged");
+    INFO(ended.errors);
+    std::smatch found;
+    if (ended.exit_code == 0) {
+      const bool is_cut = std::regex_search(ended.errors, found, std::regex("([0-9]+) scans (remain|are complete)"));
+      const std::size_t num_scans = is_cut ? std::stoul(found[1]) : kNumScans;
+      CheckMap(num_scans);
+      return num_scans == kNumScans ? "the same map" : "cut off";
+    }
+    CHECK(ended.exit_code == 1);
+    CHECK(CountOf("journal.lcm", ended.errors) == 1);
+    CHECK((ReadFile(folder_ / "damaged/journal/journal.lcm") == journal));
+    if (ended.errors.find("--until-damage") == std::string::npos) return "refused";
+    REQUIRE(std::regex_search(ended.errors, found, std::regex("first ([0-9]+) scans")));
+    const std::size_t num_scans = std::stoul(found[1]);
+    REQUIRE(GoOn(journal, "damaged", {"--until-damage"}).exit_code == 0);
+    CheckMap(num_scans);
+    CHECK((ReadFile(folder_ / "damaged/journal/journal.lcm.damaged") == journal));
+    return "refused";
+  }
+
+ private:
+  Ended GoOn(const std::string& journal, const std::string& out, const std::vector<std::string>& flags = {}) {
+    fs::remove_all(folder_ / out);
+    fs::create_directories(folder_ / out / "journal");
+    std::ofstream(folder_ / out / "journal/journal.lcm", std::ios::binary) << journal;
+    std::vector<std::string> arguments{one_, "--out", folder_ / out, "--resume", folder_ / out};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    return folder_.Run("slam_offline", arguments);
+  }
+
+  /// Whether the map is that of the first scans, from a journal that was never longer.
+  void CheckMap(std::size_t num_scans) {
+    const std::string expected = "map_" + std::to_string(num_scans);
+    if (!fs::exists(folder_ / expected)) {
+      REQUIRE(GoOn(whole_.substr(0, num_scans == 0 ? 0 : ends_[num_scans - 1]), expected).exit_code == 0);
+      REQUIRE(folder_.Summary(expected)["scans"] == std::max<std::size_t>(1, num_scans));
+    }
+    folder_.CheckSame("damaged", expected, kFiles);
+  }
+
+  TemporaryFolder folder_;
+  std::string one_;
+  std::string whole_;
+  std::vector<std::size_t> ends_;
+};
+
+}  // namespace
+
+TEST_CASE("files", "[.][fault][files]") {
+  if (geteuid() != 0) return Skip("needs root, to mount small disks");
+  const LongRun run;
+  FillDiskForASecond(run);
+  fmt::print("a disk of results, journal and logs that is full for 1 s: every service lives, same map\n");
+  const std::string log = run.folder.Write(TakeScans("sim:demo", 1'000'000), "short.lcm");
+  run.folder.MapWithStack(log, "undisturbed_short");
+  FillDiskOfOne(log, run.folder);
+  fmt::print("a full disk of the results, or of the journal, alone: it is named, same map\n");
+  KillWriter(run);
+  fmt::print("an exporter that is killed while it writes: files always whole, same map\n");
+  RefuseUnwritable(run.folder);
+  fmt::print("folders that cannot be written are refused, those that are missing are made\n");
+}
+
+TEST_CASE("journal", "[.][fault][journal]") {
+  Journals journals;
+  Random random(14);
+  std::map<std::string, std::map<std::string, int>> counts;
+  for (std::size_t i = 0; i < ByEffort(140, 1000); ++i) {
+    const std::string& kind = kDamages[i % kDamages.size()];
+    INFO("damage " << i << ", " << kind);
+    ++counts[kind][journals.GoOnWith(Damage(journals.whole(), i % kDamages.size(), random))];
+  }
+  for (const auto& [kind, outcomes] : counts) {
+    for (const auto& [outcome, count] : outcomes) fmt::print("{}: {} {}\n", kind, count, outcome);
+  }
+}

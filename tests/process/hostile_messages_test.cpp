@@ -1,0 +1,332 @@
+// Messages that no honest sender sends. Every process reads them, none believes them.
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <limits>
+#include <set>
+#include <sstream>
+#include <thread>
+
+#include "catch.hpp"
+#include "count_finder.hpp"
+#include "processes.hpp"
+#include "services/wire/conversions.hpp"
+#include "services/wire/graph_messages.hpp"
+#include "wire_messages.hpp"
+
+using namespace crsm;
+
+namespace {
+
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr std::int64_t kFar = std::int64_t{1} << 62;
+constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
+constexpr std::int64_t kUtime = 5'000'000;
+
+bot_core::planar_lidar_t MakeLaser(int num_beams = 40) {
+  LaserScan scan{kUtime, -1.5f, 3.0f / static_cast<float>(num_beams), {}};
+  for (int i = 0; i < num_beams; ++i) scan.ranges_m.push_back(3.0f + 0.01f * static_cast<float>(i % 100));
+  return ToMessage(scan);
+}
+
+critical_rays_t MakeRays() {
+  return {.utime = kUtime,
+          .num_rays = 4,
+          .angle_rad = {-1.0f, -0.5f, 0.5f, 1.0f},
+          .range_m = {2.0f, 2.0f, 3.0f, 3.0f},
+          .num_critical = 2,
+          .critical = {0, 3}};
+}
+
+scan_match_t MakeMatch() { return {.utime = kUtime, .fitness = 0.5, .state = scan_match_t::OK}; }
+
+map_delta_t MakeDelta() {
+  return {.utime = kUtime,
+          .epoch = 7,
+          .version = 1,
+          .cell_size_m = 0.05,
+          .num_parts = 1,
+          .num_tiles = 1,
+          .tiles = {{0, 0, 7, {0, 0, 0, 3, 255, 255, 0}}}};
+}
+
+map_request_t MakeRequest() { return {.requester = 42}; }
+
+constexpr const char* kStatusOfSomebody = "SERVICE_STATUS/somebody";
+
+service_status_t MakeStatus() {
+  return {.name = "somebody",
+          .version = "1",
+          .state = "at rest",
+          .num_counters = 1,
+          .counter_name = {"handled"},
+          .counter_value = {3}};
+}
+
+/// A well-formed message with one field changed: encoded as it is, so counts are not to be changed here.
+template <class Message, class Change>
+Bytes Changed(Message message, Change change) {
+  change(message);
+  return Encode(message);
+}
+
+/// A channel and all that is wrong on it.
+struct Channel {
+  const char* name;
+  std::vector<Bytes> malformed;
+  std::int64_t num_sent = 0;
+};
+
+/// What goes wrong with any type: nothing there, cut short, too long, another type, counts that are none; and values
+/// that cannot be.
+template <class Message>
+Channel Hostile(const char* name, const Message& good, const std::vector<std::function<void(Message&)>>& changes = {}) {
+  const Bytes bytes = Encode(good);
+  Channel channel{name, {}};
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    channel.malformed.emplace_back(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
+  }
+  channel.malformed.push_back(bytes);
+  channel.malformed.back().push_back(0);
+  for (const std::uint8_t byte : {std::uint8_t{0x00}, std::uint8_t{0xff}}) {
+    channel.malformed.push_back(bytes);
+    std::fill_n(channel.malformed.back().begin(), 8, byte);
+  }
+  constexpr auto kLargest = std::numeric_limits<std::int32_t>::max();
+  CountFinder counts;
+  counts.Visit(good);
+  for (const auto& [at, count] : counts.counts()) {
+    for (const std::int32_t hostile : {-1, 1'000'000, 1 << 30, kLargest, -kLargest - 1}) {
+      channel.malformed.push_back(WithCount(bytes, at, hostile));
+    }
+  }
+  for (const auto& change : changes) channel.malformed.push_back(Changed(good, change));
+  return channel;
+}
+
+std::vector<Channel> MakeChannels() {
+  const keyframe_t keyframe =
+      ToMessage(Keyframe{kUtime, {{-1.0f, 1.0f}, {2.0f, 3.0f}}, {}}, {7, {0, 3}, KeyframeId{0, 2}});
+  GraphUpdate update;
+  update.closed = {{{0, 0}, {0, 1}, {}}};
+  update.keyframe = {0, 1};
+  update.moved = {{{0, 0}, std::vector<Pose2>(2)}};
+  std::vector<Channel> channels{
+      Hostile<bot_core::planar_lidar_t>(
+          kLaserChannel, MakeLaser(),
+          {[](auto& laser) { laser.rad0 = kNan; }, [](auto& laser) { laser.rad0 = 7.0f; },
+           [](auto& laser) { laser.radstep = 0.0f; }, [](auto& laser) { laser.utime = -1; }}),
+      Hostile<bot_core::pose_t>(kOdometryChannel, ToPoseMessage(kUtime, {}),
+                                {[](auto& pose) { pose.pos[0] = kNan; }, [](auto& pose) { pose.pos[2] = 1e30; },
+                                 [](auto& pose) { pose.orientation[3] = kInfinity; }}),
+      Hostile<critical_rays_t>(
+          kCriticalRaysChannel, MakeRays(),
+          {[](auto& rays) { rays.range_m[1] = kNan; }, [](auto& rays) { rays.angle_rad[3] = 1e9f; },
+           [](auto& rays) { rays.critical[1] = 4; }, [](auto& rays) { rays.critical[0] = -1; }}),
+      Hostile<scan_match_t>(kScanMatchChannel, MakeMatch(),
+                            {[](auto& match) { match.x_m = kNan; }, [](auto& match) { match.fitness = kInfinity; },
+                             [](auto& match) { match.state = 4; }, [](auto& match) { match.num_critical = 1'000'000; },
+                             [](auto& match) { match.map_version = -1; }}),
+      Hostile<map_delta_t>(kMapDeltaChannel, MakeDelta(),
+                           {[](auto& delta) { delta.cell_size_m = kNan; }, [](auto& delta) { delta.epoch = 0; },
+                            [](auto& delta) { delta.num_parts = 1'000'000; }, [](auto& delta) { delta.part = -1; },
+                            [](auto& delta) { delta.tiles[0].tile_x = 2000; }}),
+      Hostile<scan_request_t>(kScanRequestChannel, ScanRequestMessage(), {[](auto& asked) { asked.utime = -1; }}),
+      Hostile<scan_answer_t>(kScanAnswerChannel, ScanAnswerMessage(),
+                             {[](auto& answer) { answer.matches[0].x_m = kNan; }}),
+      Hostile<map_request_t>(
+          kMapRequestChannel, MakeRequest(),
+          {[](auto& request) { request.requester = 0; }, [](auto& request) { request.base_version = -1; },
+           [](auto& request) { request.first_tile = -1; }, [](auto& request) { request.whole = 2; }}),
+      Hostile<keyframe_t>(
+          kKeyframeChannel, keyframe,
+          {[](auto& k) { k.epoch = 0; }, [](auto& k) { k.id.number = -1; }, [](auto& k) { k.range_m[0] = kNan; },
+           [](auto& k) { k.T_previous_this.x_m = kInfinity; }, [](auto& k) { k.degenerate_axis[0] = 0.5; }}),
+      Hostile<keyframe_request_t>(kKeyframeRequestChannel, {7, {-1, -1}, 20},
+                                  {[](auto& r) { r.epoch = 0; }, [](auto& r) { r.num_keyframes = kMost; }}),
+      Hostile<pose_graph_t>(
+          kPoseGraphChannel, MakeParts(update, kUtime, 7).front(),
+          {[](auto& g) { g.epoch = 0; }, [](auto& g) { g.num_parts = 0; },
+           [](auto& g) { g.closed[0].newer.number = 0; }, [](auto& g) { g.moved[0].first.number = kMost; },
+           [](auto& g) { g.moved[0].poses[1].yaw_rad = kNan; }}),
+      Hostile<service_status_t>(
+          kStatusOfSomebody, MakeStatus(),
+          {[](auto& status) { status.latency_p50_ms = kNan; }, [](auto& status) { status.resident_mb = -1.0; }})};
+  for (const char* name : {kMapPageChannel, kWholeMapChannel}) {
+    channels.push_back(Hostile<map_page_t>(
+        name, MapPageMessage(),
+        {[](auto& page) { page.request.requester = 0; }, [](auto& page) { page.matches[0].fitness = kNan; },
+         [](auto& page) { page.next_tile = -2; }, [](auto& page) { page.loops[0].T_map_older.x_m = kNan; }}));
+  }
+  return channels;
+}
+
+/// Whether every program on the bus has taken all messages out of the kernel's buffer, where more would be lost.
+bool KernelIsEmpty(const std::string& url) {
+  const int port = std::stoi(url.substr(url.rfind(':') + 1));
+  std::ifstream sockets("/proc/net/udp");
+  for (std::string line; std::getline(sockets, line);) {
+    std::istringstream fields(line);
+    std::string number, local, remote, state, queues;
+    fields >> number >> local >> remote >> state >> queues;  // address:port in hexadecimal; bytes to send:received
+    const bool here = local.find(':') == 8 && std::stoi(local.substr(9), nullptr, 16) == port;
+    if (here && queues.substr(queues.find(':') + 1) != "00000000") return false;
+  }
+  return true;
+}
+
+/// Sends bytes as they are, no faster than they are taken.
+class Attacker {
+ public:
+  explicit Attacker(const std::string& url) : url_(url), lcm_(url) {}
+
+  void Send(const std::string& channel, const Bytes& bytes) {
+    constexpr int kInFlight = 20;  // fit into the smallest buffer that a kernel gives
+    REQUIRE(lcm_.publish(channel, bytes.data(), static_cast<unsigned>(bytes.size())) == 0);
+    if (++num_sent_ % kInFlight == 0) Settle();
+  }
+  void Settle() {
+    REQUIRE(WaitUntil([this] { return KernelIsEmpty(url_); }, std::chrono::microseconds(100)));
+  }
+
+ private:
+  std::string url_;
+  lcm::LCM lcm_;
+  int num_sent_ = 0;
+};
+
+/// The count of a service, when it has reached `least` or is late.
+std::int64_t AwaitCount(TestBus& bus, const std::string& service, const std::string& counter, std::int64_t least) {
+  const std::string name = service + "." + counter;
+  bus.Await([&] { return bus.Count(name) >= least; });
+  return bus.Count(name);
+}
+
+const std::map<std::string, std::vector<std::string>> kListensTo{
+    {"laser_publisher", {kMapDeltaChannel, kScanAnswerChannel}},
+    {"ray_selector", {kLaserChannel}},
+    {"rrhc_matcher", {kOdometryChannel, kCriticalRaysChannel, kMapDeltaChannel, kMapPageChannel, kScanAnswerChannel}},
+    {"map_updater",
+     {kCriticalRaysChannel, kScanMatchChannel, kMapRequestChannel, kScanRequestChannel, kPoseGraphChannel,
+      kKeyframeRequestChannel}},
+    {"loop_closer", {kKeyframeChannel}},
+    {"map_exporter", {kCriticalRaysChannel, kWholeMapChannel, kStatusOfSomebody}}};
+
+/// On these channels a process believes one sender, and does not even read what others send.
+const std::set<std::string> kOfOneSender{kCriticalRaysChannel, kScanMatchChannel,  kMapDeltaChannel, kMapPageChannel,
+                                         kWholeMapChannel,     kScanAnswerChannel, kKeyframeChannel, kPoseGraphChannel};
+
+std::string CounterOf(const std::string& channel) {
+  return channel.substr(0, channel.find('/')) + (kOfOneSender.count(channel) ? "_refused" : "_malformed");
+}
+
+/// What memory may grow by between 1,000 messages on each channel and 10,000: the allocator's slack, in which one kept
+/// block of a hundred bytes a message, 0.9 MB, would not hide. The sanitizers keep freed blocks for a while.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr double kSlackMb = 8.0;
+#else
+constexpr double kSlackMb = 0.6;
+#endif
+
+}  // namespace
+
+TEST_CASE("malformed messages are counted one by one, take no memory and stop nobody") {
+  const TemporaryFolder folder;
+  const std::string log = folder.Write(TakeScans("sim:demo", 3), "run.lcm");
+  const std::string url = MakeBusUrl();
+  MapWatcher map(url);
+  TestBus bus(url);
+  std::ofstream(folder / "all.toml") << "odometry = true\n";
+  Stack stack({url, folder / "out", {"--config", folder / "all.toml"}, false});
+  REQUIRE(stack.StartServices());
+  REQUIRE(stack.Start("loop_closer"));
+  REQUIRE(stack.StartPublisher(log, "0.0001"));  // after the first scan it waits for hours
+  REQUIRE(map.AwaitVersion(1));
+
+  Attacker attacker(url);
+  std::vector<Channel> channels = MakeChannels();
+  std::map<std::string, double> resident_mb;
+  for (int batch = 1; batch <= 10; ++batch) {
+    for (Channel& channel : channels) {
+      for (int i = 0; i < 1000; ++i) {
+        attacker.Send(channel.name, channel.malformed[channel.num_sent++ % channel.malformed.size()]);
+      }
+    }
+    for (const auto& [service, listens_to] : kListensTo) {
+      for (const Channel& channel : channels) {
+        if (std::count(listens_to.begin(), listens_to.end(), channel.name) == 0) continue;
+        INFO(service << " on " << channel.name);
+        REQUIRE(AwaitCount(bus, service, CounterOf(channel.name), channel.num_sent) == channel.num_sent);
+      }
+      if (batch == 1) resident_mb[service] = stack[service].ResidentMb();
+    }
+  }
+  for (const auto& [service, after_1000_mb] : resident_mb) {
+    INFO(service << ": " << after_1000_mb << " MB after 1,000, " << stack[service].ResidentMb() << " MB after 10,000");
+    CHECK(stack[service].ResidentMb() < after_1000_mb + kSlackMb);
+  }
+
+  attacker.Send(kLaserChannel, Encode(MakeLaser(1'000'000)));
+  attacker.Settle();
+  MapWatcher fresh(url);  // the queue of the other is full of malformed messages
+  attacker.Send(kLaserChannel, Encode(MakeLaser()));
+  CHECK(fresh.AwaitScan(kUtime));
+  stack["laser_publisher"].Signal(SIGINT);
+  CHECK(stack.Finish());
+  CHECK(CountLines(ReadFile(folder / "out/trajectory.tum")) == 2);
+}
+
+TEST_CASE("well-formed messages that mean nothing do not change the map of a run in lockstep") {
+  const TemporaryFolder folder;
+  const std::vector<LaserScan> scans = TakeScans("sim:demo", 200, 2);
+  const std::string log = folder.Write(scans, "run.lcm");
+  folder.Map(log, "offline");
+  const std::string url = MakeBusUrl();
+  MapWatcher map(url);
+  Stack stack({url, folder / "out", {}});
+  REQUIRE(stack.StartServices());
+  REQUIRE(stack.StartPublisher(log, "max"));
+  REQUIRE(map.AwaitVersion(2));
+
+  const std::vector<std::pair<const char*, Bytes>> nonsense{
+      {kMapRequestChannel, Changed(MakeRequest(), [](auto& request) { request.base_version = kFar; })},
+      {kMapRequestChannel, Changed(MakeRequest(), [](auto& request) { request.first_tile = kMost; })},
+      {kMapRequestChannel, Changed(MakeRequest(), [](auto& request) { request.first_match = kMost; })},
+      {kMapDeltaChannel, Changed(MakeDelta(), [](auto& delta) { delta.version = kFar; })},
+      {kMapPageChannel, Encode(MapPageMessage())},
+      {kScanAnswerChannel, Encode(ScanAnswerMessage())},
+      {kScanRequestChannel, Changed(ScanRequestMessage(), [&](auto& asked) { asked.utime = scans[0].utime; })},
+      {kMapDeltaChannel, Changed(MakeDelta(), [](auto& delta) { delta.epoch = -1; })},
+      {kMapRequestChannel, Changed(MakeRequest(), [](auto& request) { request.epoch = kFar; })},
+      {kScanMatchChannel, Changed(MakeMatch(), [](auto& match) { match.utime = 123; })},
+      {kScanMatchChannel, Changed(MakeMatch(), [&](auto& match) { match.utime = scans[0].utime; })},
+      {kCriticalRaysChannel, Changed(MakeRays(), [&](auto& rays) { rays.utime = scans[0].utime; })},
+      {kStatusOfSomebody, Changed(MakeStatus(), [](auto& status) { status.name = "\xff\xfe"; })}};
+  Attacker attacker(url);
+  for (std::size_t i = 0; stack["laser_publisher"].IsRunning(); ++i) {
+    attacker.Send(nonsense[i % nonsense.size()].first, nonsense[i % nonsense.size()].second);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  CHECK(stack.Finish());
+  folder.CheckSame("out", "offline");
+}
+
+TEST_CASE("an exporter that hears of thousands of services remembers a few of them") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  TestBus bus(url);
+  Process exporter("map_exporter", {"--lcm-url", url, "--out", folder / "out"}, folder / "log");
+  REQUIRE(exporter.AwaitReady());
+  Attacker attacker(url);
+  double after_1000_mb = 0.0;
+  for (int i = 1; i <= 3000; ++i) {
+    attacker.Send(kStatusOfSomebody, Changed(MakeStatus(), [&](auto& status) { status.name = std::to_string(i); }));
+    if (i % 1000 != 0) continue;
+    REQUIRE(AwaitCount(bus, "map_exporter", "status_ignored", i - 64) > 0);
+    if (i == 1000) after_1000_mb = exporter.ResidentMb();
+  }
+  CHECK(exporter.ResidentMb() < after_1000_mb + kSlackMb);
+  CHECK(exporter.Interrupt() == 0);
+}

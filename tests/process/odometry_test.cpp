@@ -1,0 +1,129 @@
+// Odometry, when it is on: to the last bit the same in one process and in five, and never waited for in vain.
+
+#include <fmt/core.h>
+
+#include <fstream>
+#include <mbot_lcm_msgs/pose2D_t.hpp>
+
+#include "catch.hpp"
+#include "common/math/random.hpp"
+#include "faults.hpp"
+#include "services/sources/open_laser_source.hpp"
+#include "services/wire/conversions.hpp"
+
+using namespace crsm;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A CARMEN log of the demo world, every second scan of it: odometry drifts, is upside down for a while, jumps once,
+/// and is missing from some lines.
+fs::path WriteCarmenLog(const fs::path& path, int num_scans) {
+  const auto source = OpenLaserSource("sim:demo", {1});
+  std::ofstream log(path);
+  Random noise(7);
+  Pose2 T_map_last;
+  Pose2 odometry{10.0, -3.0, 2.0};
+  for (int k = 0; k < num_scans; ++k) {
+    source->Next();
+    const LaserScan scan = source->Next().value();
+    const Pose2 T_map_laser = source->TruePose().value();
+    Pose2 motion = Inverse(T_map_last) * T_map_laser;
+    T_map_last = T_map_laser;
+    motion.x_m = motion.x_m * 1.02 * (k / 40 == 2 ? -1.0 : 1.0) + (k == 150 ? 30.0 : 0.0);
+    motion.yaw_rad += noise.Uniform(-0.01, 0.01);
+    odometry = odometry * motion;
+
+    log << fmt::format("ROBOTLASER1 0 {} 4.7 {} 30 0.01 0 {}", scan.angle_min_rad, scan.angle_step_rad,
+                       scan.ranges_m.size());
+    for (const float range_m : scan.ranges_m) log << fmt::format(" {}", range_m);
+    const std::string pose =
+        k % 60 == 7 ? "nan 0 0" : fmt::format("{:.6f} {:.6f} {:.6f}", odometry.x_m, odometry.y_m, odometry.yaw_rad);
+    log << fmt::format(" 0 0 0 0 {} 0 0 0 0 0 {}.{:06} host 1.0\n", pose, scan.utime / 1'000'000,
+                       scan.utime % 1'000'000);
+  }
+  return path;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "with odometry an LCM log of a CARMEN log, and processes of which some are killed, give the files of one process") {
+  const TemporaryFolder folder;
+  const std::string log = WriteCarmenLog(folder / "run.clf", 1000);
+  const std::vector<std::string> flags{"--odometry"};
+  folder.Map(log, "offline", flags);
+  folder.Map(log, "without");
+  CHECK(ReadFile(folder / "offline/trajectory.tum") != ReadFile(folder / "without/trajectory.tum"));
+  const std::string converted = folder / "run.lcm";
+  REQUIRE(
+      folder.Run("laser_publisher", {log, "--odometry", "--lcm-url", "file://" + converted + "?mode=w"}).exit_code ==
+      0);
+  folder.Map(converted, "converted", flags);
+  folder.CheckSame("converted", "offline");
+  MapAndKill(folder, {"odometry", log, flags}, "out",
+             {{0.2, "rrhc_matcher"}, {0.4, "ray_selector"}, {0.6, "rrhc_matcher"}}, JournalBytes(folder / "offline"));
+  folder.CheckSame("out", "offline");
+}
+
+TEST_CASE("laser_publisher sends the odometry of a scan before each sending of the scan, and none unless asked") {
+  const TemporaryFolder folder;
+  const fs::path log = WriteCarmenLog(folder / "run.clf", 20);
+  for (const bool with_odometry : {true, false}) {
+    const std::string url = MakeBusUrl();
+    TestBus bus(url);
+    std::vector<Odometry> odometry;
+    int num_scans = 0;
+    bool in_order = true;
+    bus->Subscribe<bot_core::pose_t>(kOdometryChannel,
+                                     [&](const auto& pose) { odometry.push_back(FromMessage(pose)); });
+    bus->Subscribe<bot_core::planar_lidar_t>(kLaserChannel, [&](const auto& laser) {
+      ++num_scans;
+      if (with_odometry) in_order = in_order && !odometry.empty() && odometry.back().utime == laser.utime;
+    });
+    std::vector<std::string> flags{log.string(), "--lcm-url", url, "--rate", "max", "--resend-s", "0.02"};
+    if (with_odometry) flags.push_back("--odometry");
+    Process publisher("laser_publisher", flags, folder / "log");
+    REQUIRE(bus.Await([&] { return num_scans >= 4; }));  // nobody maps: the first scan again and again
+    CHECK(publisher.Interrupt() == 0);
+    CHECK(in_order);
+    CHECK(odometry.empty() != with_odometry);
+    for (const Odometry& sent : odometry) CHECK(sent.T_odom_robot == odometry.front().T_odom_robot);
+  }
+}
+
+TEST_CASE("a matcher in lockstep waits for the odometry of a scan; one that runs live goes on without it") {
+  const TemporaryFolder folder;
+  const std::vector<std::string> flags{"--config", folder / "odometry.toml"};
+  std::ofstream(folder / "odometry.toml") << "odometry = true\n";
+  const std::vector<LaserScan> scans = TakeScans("sim:demo", 2);
+  for (const std::string run : {"lockstep", "mbot", "live"}) {
+    CAPTURE(run);
+    const bool lockstep = run != "live";
+    const std::string url = MakeBusUrl();
+    Stack stack({url, folder / run, flags, lockstep});
+    REQUIRE(stack.StartServices());
+    TestBus bus(url);
+    int num_matches = 0;
+    bus->Subscribe<scan_match_t>(kScanMatchChannel, [&](const scan_match_t& match) {
+      ++num_matches;
+      CHECK(match.has_odometry == (lockstep ? 1 : 0));
+    });
+    bus->Publish(kLaserChannel, ToMessage(scans[0]));
+    if (lockstep) {
+      REQUIRE(bus.Await([&] { return bus.Count("rrhc_matcher.odometry_awaited") == 1; }));
+      CHECK(num_matches == 0);
+      if (run == "mbot") {
+        bus->Publish(kOdometryChannel, mbot_lcm_msgs::pose2D_t{scans[0].utime, 1.0f, 2.0f, 3.0f});
+      } else {
+        bus->Publish(kOdometryChannel, ToMessage(Odometry{scans[0].utime, Pose2{1.0, 2.0, 3.0}}));
+      }
+      bus->Publish(kLaserChannel, ToMessage(scans[0]));
+    } else {
+      REQUIRE(bus.Await([&] { return bus.Count("rrhc_matcher.odometry_missing") == 1; }));
+    }
+    CHECK(bus.Await([&] { return num_matches == 1; }));
+    CHECK(stack.Finish());
+  }
+}

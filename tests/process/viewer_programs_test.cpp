@@ -1,0 +1,115 @@
+// map_viewer as it is started: by run_stack, for a finished run, for several robots, and wrongly.
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "catch.hpp"
+#include "common/metrics/trajectory.hpp"
+#include "viewer_page.hpp"
+
+using namespace crsm;
+
+TEST_CASE("run_stack --view says where the map is, and its folder is shown without a bus afterwards", "[viewer]") {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  const Ended stack = folder.MapWithStack("sim:block", "out", {"--view", "--http", "127.0.0.1:0"});
+  CHECK(stack.errors.find("run_stack: the map is at http://127.0.0.1:") != std::string::npos);
+
+  Viewer viewer({out}, folder);
+  REQUIRE(viewer.AwaitReady());
+  Page page(viewer.port());
+  REQUIRE(page.Await([&] { return page->complete && page->num_robots > 0 && !page->info.is_null(); }));
+  const nlohmann::json summary = folder.Summary("out");
+  CHECK(page->version == summary["map_version"]);
+  CHECK(page->info["scans"] == summary["scans"]);
+  CHECK(page->info["live"] == false);
+  CHECK(page->info["loops"].size() == summary["loops"]["closed"]);
+  CHECK(page->info["loops"].size() > 0);
+  double area_m2 = 0.0;
+  for (const auto& [index, cells] : page->tiles) {
+    for (const std::uint8_t byte : cells) area_m2 += byte == kUnexploredByte ? 0.0 : 0.05 * 0.05;
+  }
+  CHECK(area_m2 == Approx(summary["explored_area_m2"].get<double>()).epsilon(1e-3));  // printed with three digits
+  CHECK(viewer.process().Interrupt() == 0);
+}
+
+TEST_CASE("a run on a finished map is shown on that map, with its own path alone", "[viewer]") {
+  const TemporaryFolder folder;
+  folder.Map("sim:demo", "map");
+  folder.Map("sim:demo", "today", {"--seed", "2", "--localize", folder / "map"});
+  std::filesystem::rename(folder / "map", folder / "elsewhere");  // it is not needed any more
+
+  Viewer viewer({folder / "today", folder / "elsewhere"}, folder);
+  REQUIRE(viewer.AwaitReady());
+  Page today(viewer.port(), "robot=0");
+  Page earlier(viewer.port(), "robot=1");
+  for (Page* page : {&today, &earlier}) {
+    REQUIRE(page->Await([&] { return (*page)->complete && (*page)->num_robots > 0 && !(*page)->info.is_null(); }));
+  }
+  CHECK(today->ExploredTiles() == earlier->ExploredTiles());
+  const nlohmann::json summary = folder.Summary("today");
+  CHECK(today->info["scans"] == summary["scans"]);
+  CHECK(today->info["lost"] == summary["lost"]);
+  const Trajectory path = ReadTrajectory(folder / "today/trajectory.tum");
+  CHECK(today->robot_utime == path.back().utime);
+  CHECK(today->robot_x_m == Approx(path.back().T_map_laser.x_m).margin(1e-6));  // as the file is rounded
+  REQUIRE(today->path.size() > 100);
+  for (const auto& [x_m, y_m, state] : today->path) {
+    const auto IsThere = [x = x_m, y = y_m](const StampedPose& pose) {
+      return std::hypot(pose.T_map_laser.x_m - x, pose.T_map_laser.y_m - y) < 1e-5;
+    };
+    if (!std::any_of(path.begin(), path.end(), IsThere)) FAIL("(" << x_m << ", " << y_m << ") is not of this run");
+  }
+}
+
+TEST_CASE("several robots are shown side by side, each with its own scans", "[viewer]") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Viewer viewer({"--lcm-url", url, "--robots", "robot1/", "robot2/"}, folder);
+  REQUIRE(viewer.AwaitReady());
+  Page first(viewer.port(), "robot=0");
+  Page second(viewer.port(), "robot=1");
+  TestBus one(url, "robot1/");
+  TestBus two(url, "robot2/");
+  scan_match_t match = MatchOf(1);
+  const auto Publish = [&](TestBus& bus, double x_m) {
+    match.x_m = x_m;
+    bus->Publish(kScanMatchChannel, match);
+  };
+  const auto Shows = [&](Page& page, double x_m) {
+    return page.Await([&] {
+      match.utime += 1;
+      Publish(one, 1.5);
+      Publish(two, 2.5);
+      return page->num_robots > 0 && page->robot_x_m == x_m;
+    });
+  };
+  CHECK(Shows(first, 1.5));
+  CHECK(Shows(second, 2.5));
+  CHECK(first->info["robots"] == nlohmann::json({"robot1/", "robot2/"}));
+  CHECK(second->info["robot"] == "robot2/");
+}
+
+TEST_CASE("a viewer that cannot show what it was asked for says why in one line", "[viewer]") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Viewer first({"--lcm-url", url}, folder);
+  REQUIRE(first.AwaitReady());
+  const std::string taken = "127.0.0.1:" + std::to_string(first.port());
+  struct Case {
+    std::vector<std::string> arguments;
+    std::string expected;
+    int exit_code;
+  };
+  for (const Case& wrong : std::vector<Case>{
+           {{"--lcm-url", url, "--http", taken}, "--http " + taken + ": Address already in use", 1},
+           {{"--lcm-url", url, "--http", "192.0.2.1:8765"}, "--http 192.0.2.1:8765: ", 1},
+           {{"--lcm-url", url, "--http", "here"}, "--http: 'here' is not ADDRESS:PORT", 2},
+           {{folder / "nowhere"}, "there is no file " + (folder / "nowhere/journal/journal.lcm").string(), 1},
+           {{folder / "nowhere", "--channel-prefix", "a/"}, "--channel-prefix: applies to live robots only", 2},
+           {{folder / "nowhere", "--robots", "a/"}, "--robots: shows live robots", 2},
+       }) {
+    folder.CheckRefused("map_viewer", wrong.arguments, wrong.expected, wrong.exit_code);
+  }
+}
