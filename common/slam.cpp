@@ -10,14 +10,16 @@ namespace crsm {
 Slam::Slam(const Parameters& parameters, const Parts& parts, const Constants& constants)
     : drawing_{parameters.update, constants.drawing, constants.paper_drawing},
       matching_{parameters.loops.loops, constants.match},
-      selector_(parameters.scan, parts.select ? parts.select : DefaultSelection(parameters, constants.selection)),
+      selector_(parameters.scan, parts.select ? parts.select : DefaultSelection(parameters, constants.selection),
+                constants.selection.valid_rays),
       matcher_((parts.make_matcher ? parts.make_matcher
                                    : DefaultMatcher(parameters, constants.match, constants.paper_match))(
           parameters.update.cell_size_m)),
-      mapper_(drawing_, parameters.loops, constants.graph),
-      loop_closer_(std::make_unique<BackgroundLoopCloser>(
-          (parts.make_loop_closer ? parts.make_loop_closer
-                                  : DefaultLoopCloser(parameters.loops, parameters.update, constants.graph))())) {}
+      mapper_(drawing_, parameters.loops, constants.graph, constants.match),
+      loop_closer_(std::make_unique<BackgroundLoopCloser>((
+          parts.make_loop_closer ? parts.make_loop_closer
+                                 : DefaultLoopCloser(parameters.loops, drawing_, constants.graph, constants.match))())),
+      tracking_(constants.match) {}
 
 Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot) {
   DrawRestored();
@@ -82,7 +84,7 @@ void Slam::Resume(const std::optional<Pose2>& T_map_laser) {
 
 void Slam::BeginDrive() {
   if (tracking_.on_finished_map()) {
-    tracking_ = TrackingState::OnFinishedMap();
+    tracking_ = TrackingState::OnFinishedMap(matching_.constants);
   } else {
     tracking_.BeginSession(Onset::kAnywhere);
   }
@@ -91,7 +93,7 @@ void Slam::BeginDrive() {
 void Slam::FinishMap() {
   if (mapper_.searched() < mapper_.graph().newest()) AwaitLoops();
   matcher_->Apply(mapper_.Finish());
-  tracking_ = TrackingState::OnFinishedMap();
+  tracking_ = TrackingState::OnFinishedMap(matching_.constants);
 }
 
 Slam::Outcome Slam::Finalize(std::span<ScanMatch> matches) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <span>
 #include <vector>
@@ -100,10 +101,13 @@ class MapOwner {
     return page;
   }
 
-  scan_answer_t AnswerAbout(std::int64_t utime) const {
-    scan_answer_t answer{utime, epoch, 0, {}};
+  scan_answer_t AnswerAbout(const scan_request_t& request) const {
+    scan_answer_t answer{request.utime, epoch, request.requester, std::numeric_limits<std::int64_t>::max(), 0, {}};
     for (const ScanMatch& match : history) {
-      if (match.utime == utime) answer.matches = {ToMessage(match)};
+      if (match.utime > request.utime) answer.next_utime = std::min(answer.next_utime, match.utime);
+    }
+    for (const ScanMatch& match : history) {
+      if (match.utime == request.utime) answer.matches = {ToMessage(match)};
     }
     answer.num_matches = static_cast<std::int32_t>(answer.matches.size());
     return answer;
@@ -116,7 +120,7 @@ class MapOwner {
       ++num_pages;
     });
     bus.Subscribe<scan_request_t>(kScanRequestChannel, [&](const scan_request_t& request) {
-      bus.Publish(kScanAnswerChannel, AnswerAbout(request.utime));
+      bus.Publish(kScanAnswerChannel, AnswerAbout(request));
     });
   }
 

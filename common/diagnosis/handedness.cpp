@@ -9,7 +9,7 @@
 namespace crsm {
 
 void HandednessJudge::Add(const LaserScan& scan) {
-  constexpr std::size_t kMostWaiting = 32;
+  constexpr std::size_t kMostWaiting = 32;  // for memory
   waiting_.push_back({scan.utime, MakeProfile(scan)});
   if (waiting_.size() > kMostWaiting) waiting_.pop_front();
   CompareWaiting();
@@ -21,11 +21,9 @@ void HandednessJudge::Add(const Odometry& heading) {
 }
 
 HandednessJudge::Verdict HandednessJudge::verdict() const {
-  constexpr int kEnough = 10;
-  constexpr int kMostOthers = 5;  // one in so many
-  if (num_right_ + num_mirrored_ < kEnough) return Verdict::kUnknown;
-  if (kMostOthers * num_mirrored_ <= num_right_ + num_mirrored_) return Verdict::kRight;
-  if (kMostOthers * num_right_ <= num_right_ + num_mirrored_) return Verdict::kMirrored;
+  if (num_right_ + num_mirrored_ < constants_.enough_pairs) return Verdict::kUnknown;
+  if (constants_.others_one_in * num_mirrored_ <= num_right_ + num_mirrored_) return Verdict::kRight;
+  if (constants_.others_one_in * num_right_ <= num_right_ + num_mirrored_) return Verdict::kMirrored;
   return Verdict::kUnknown;
 }
 
@@ -41,17 +39,14 @@ void HandednessJudge::CompareWaiting() {
 
 /// With the last scan that it has turned from, not far from which it was taken.
 void HandednessJudge::Compare(const Sight& sight) {
-  constexpr double kLeastTurn_rad = 4.0 * kPi / 180.0;
-  constexpr double kMostTurn_rad = 45.0 * kPi / 180.0;
-  constexpr int kOldest = 10;        // scans
-  constexpr double kClearly = 0.75;  // how much better one of the two must fit
   const double turn_rad = reference_ ? WrapAngle(sight.yaw_rad - reference_->yaw_rad) : 0.0;
-  if (reference_ && std::abs(turn_rad) < kLeastTurn_rad && ++reference_age_ < kOldest) return;
-  if (std::abs(turn_rad) >= kLeastTurn_rad && std::abs(turn_rad) <= kMostTurn_rad) {
+  if (reference_ && std::abs(turn_rad) < constants_.least_turn_rad && ++reference_age_ < constants_.oldest_scans)
+    return;
+  if (std::abs(turn_rad) >= constants_.least_turn_rad && std::abs(turn_rad) <= constants_.most_turn_rad) {
     const auto as_is = Differ(sight.profile, reference_->profile, turn_rad);
     const auto mirrored = Differ(sight.profile, reference_->profile, -turn_rad);
-    if (as_is && mirrored && *as_is < kClearly * *mirrored) ++num_right_;
-    if (as_is && mirrored && *mirrored < kClearly * *as_is) ++num_mirrored_;
+    if (as_is && mirrored && *as_is < constants_.clearly * *mirrored) ++num_right_;
+    if (as_is && mirrored && *mirrored < constants_.clearly * *as_is) ++num_mirrored_;
   }
   reference_ = sight;
   reference_age_ = 0;
@@ -71,9 +66,7 @@ HandednessJudge::Profile HandednessJudge::MakeProfile(const LaserScan& scan) {
 }
 
 /// How much a profile differs from the reference if the robot has turned so since [m]; nothing where they share little.
-std::optional<double> HandednessJudge::Differ(const Profile& profile, const Profile& reference, double turn_rad) {
-  constexpr int kEnough = 30;
-  constexpr float kMost_m = 0.5f;  // what stands free differs by more, and tells no more
+std::optional<double> HandednessJudge::Differ(const Profile& profile, const Profile& reference, double turn_rad) const {
   const long shift = std::lround(turn_rad / (2.0 * kPi) * kBins);
   int num_shared = 0;
   double sum_m = 0.0;
@@ -82,9 +75,9 @@ std::optional<double> HandednessJudge::Differ(const Profile& profile, const Prof
     const float before_m = reference[static_cast<std::size_t>((bin + shift + kBins) % kBins)];
     if (now_m == 0.0f || before_m == 0.0f) continue;
     ++num_shared;
-    sum_m += std::min(std::abs(now_m - before_m), kMost_m);
+    sum_m += std::min(std::abs(now_m - before_m), constants_.most_difference_m);
   }
-  return num_shared >= kEnough ? std::optional(sum_m / num_shared) : std::nullopt;
+  return num_shared >= constants_.enough_shared ? std::optional(sum_m / num_shared) : std::nullopt;
 }
 
 }  // namespace crsm

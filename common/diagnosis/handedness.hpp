@@ -4,6 +4,7 @@
 #include <deque>
 #include <optional>
 
+#include "common/diagnosis/diagnosis_constants.hpp"
 #include "common/scan/laser_scan.hpp"
 #include "common/scan/odometry_buffer.hpp"
 
@@ -17,6 +18,8 @@ class HandednessJudge {
  public:
   enum class Verdict { kUnknown, kRight, kMirrored };
 
+  explicit HandednessJudge(const DiagnosisConstants::Handedness& constants = {}) : constants_(constants) {}
+
   /// Scans in their order, and headings in theirs; a scan is compared when the headings around it are known
   /// (OdometryBuffer).
   void Add(const LaserScan& scan);
@@ -27,7 +30,7 @@ class HandednessJudge {
   Verdict verdict() const;
 
  private:
-  static constexpr int kBins = 180;
+  static constexpr int kBins = 180;  ///< the size of an array
   /// The nearest range in each direction [m], counter-clockwise from the laser's x axis; 0: none.
   using Profile = std::array<float, kBins>;
   struct Sight {
@@ -39,6 +42,7 @@ class HandednessJudge {
   void CompareWaiting();
   void Compare(const Sight& sight);
 
+  DiagnosisConstants::Handedness constants_;
   OdometryBuffer headings_{256};
   std::deque<Sight> waiting_;  ///< for the heading after them
   std::optional<Sight> reference_;
@@ -47,7 +51,7 @@ class HandednessJudge {
   int num_mirrored_ = 0;
 
   static Profile MakeProfile(const LaserScan& scan);
-  static std::optional<double> Differ(const Profile& profile, const Profile& reference, double turn_rad);
+  std::optional<double> Differ(const Profile& profile, const Profile& reference, double turn_rad) const;
 };
 
 }  // namespace crsm

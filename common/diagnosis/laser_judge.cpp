@@ -59,11 +59,12 @@ RangeSpread FindSpread(const LaserScan& scan) {
 
 /// Whether ranges that the laser cannot have would be of a room if they were a thousandth of it. A laser that says "no
 /// return" by a large number says the same one each time.
-bool LookLikeMillimetres(const RangeCount& count, const RangeSpread& spread) {
-  constexpr float kLeastMedian = 100.0f;     // metres that few lasers reach, and 0.1 m: closer than most walls are
-  constexpr float kMostMedian = 100'000.0f;  // 100 m
-  return 10 * count.num_valid <= count.num_measured && spread.median_m > kLeastMedian &&
-         spread.median_m < kMostMedian && spread.least_m != spread.most_m;
+bool LookLikeMillimetres(const LaserScan& scan, const RangeCount& count,
+                         const DiagnosisConstants::LaserJudge& constants) {
+  if (count.num_measured == 0 || constants.valid_one_in * count.num_valid > count.num_measured) return false;
+  const RangeSpread spread = FindSpread(scan);
+  return spread.median_m > constants.millimetres_median_min && spread.median_m < constants.millimetres_median_max &&
+         spread.least_m != spread.most_m;
 }
 
 std::string DescribeNoRays(const LaserScan& scan, const RangeCount& count, const ScanParameters& parameters) {
@@ -85,8 +86,6 @@ std::string DescribeNoRays(const LaserScan& scan, const RangeCount& count, const
 }  // namespace
 
 std::vector<std::string> LaserJudge::Look(const LaserScan& scan) {
-  constexpr int kFirst = 30;
-  constexpr int kOneIn = 10;
   if (num_scans_ > 0 && IsResend(scan)) return {};
   std::vector<std::string> found;
   if (num_scans_ > 0) {
@@ -94,7 +93,8 @@ std::vector<std::string> LaserJudge::Look(const LaserScan& scan) {
     JudgeClock(scan, found);
   }
   const bool doubted = std::any_of(in_a_row_.begin(), in_a_row_.end(), [](const auto& row) { return row.second > 0; });
-  if (num_scans_ < kFirst || num_scans_ % kOneIn == 0 || doubted) JudgeRanges(scan, found);
+  const bool due = num_scans_ < constants_.looked_at_first || num_scans_ % constants_.looked_at_one_in == 0;
+  if (due || doubted) JudgeRanges(scan, found);
   last_ = scan;
   ++num_scans_;
   return found;
@@ -111,24 +111,25 @@ void LaserJudge::JudgeClock(const LaserScan& scan, std::vector<std::string>& fou
   standing_steps_[0] = scan.utime == last_.utime;
   backward_steps_ <<= 1;
   backward_steps_[0] = scan.utime < last_.utime;
-  if (standing_steps_.count() >= kEnough && IsNew(Fault::kClockStands)) {
+  if (CountInWindow(standing_steps_) >= constants_.enough && IsNew(Fault::kClockStands)) {
     found.push_back(
         fmt::format("utime {} {}: all scans but one are lost, because utime identifies a scan: the driver must set it "
                     "to the time of each scan [us]",
                     scan.utime == 0 ? "is always" : "stands still at", scan.utime));
   }
-  if (backward_steps_.count() >= kEnough && IsNew(Fault::kClockGoesBack)) {
+  const int num_backward = CountInWindow(backward_steps_);
+  if (num_backward >= constants_.enough && IsNew(Fault::kClockGoesBack)) {
     found.push_back(
         fmt::format("utime goes back in {} of {} scans, now from {} to {} [us]: are there two lasers on this channel, "
                     "or is the driver's clock wrong?",
-                    backward_steps_.count(), kWindow, last_.utime, scan.utime));
+                    num_backward, constants_.window_steps, last_.utime, scan.utime));
   }
 }
 
 void LaserJudge::JudgeRestart(const LaserScan& scan, std::vector<std::string>& found) {
   if (!HasClockRestarted(last_.utime, scan.utime)) return;
   const auto earlier = std::exchange(restart_, num_scans_);
-  if (earlier && num_scans_ - *earlier < kWindow) return;
+  if (earlier && num_scans_ - *earlier < constants_.window_steps) return;
   found.push_back(
       fmt::format("the clock steps back by {} at scan {}: unless the robot stands where it stood, a new "
                   "trajectory begins",
@@ -137,12 +138,11 @@ void LaserJudge::JudgeRestart(const LaserScan& scan, std::vector<std::string>& f
 
 void LaserJudge::JudgeRanges(const LaserScan& scan, std::vector<std::string>& found) {
   const RangeCount count = CountRanges(scan, parameters_);
-  const bool millimetres = 10 * count.num_valid <= count.num_measured && count.num_measured > 0 &&
-                           LookLikeMillimetres(count, FindSpread(scan));
+  const bool millimetres = LookLikeMillimetres(scan, count, constants_);
   const auto Show = [this](Fault fault, bool shown) {
     int& in_a_row = in_a_row_[fault];
     in_a_row = shown ? in_a_row + 1 : 0;
-    return in_a_row >= kEnough && IsNew(fault);
+    return in_a_row >= constants_.enough && IsNew(fault);
   };
   if (Show(Fault::kMillimetres, millimetres)) {
     found.push_back(
@@ -153,6 +153,10 @@ void LaserJudge::JudgeRanges(const LaserScan& scan, std::vector<std::string>& fo
   if (Show(Fault::kNoRays, count.num_valid == 0 && !millimetres)) {
     found.push_back(DescribeNoRays(scan, count, parameters_));
   }
+}
+
+int LaserJudge::CountInWindow(const Steps& steps) const {
+  return static_cast<int>((steps << (steps.size() - static_cast<std::size_t>(constants_.window_steps))).count());
 }
 
 bool LaserJudge::IsNew(Fault fault) { return !std::exchange(said_[fault], true); }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/diagnosis/diagnosis_constants.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/laser_scan.hpp"
 
@@ -18,7 +19,8 @@ namespace crsm {
 /// steps back in time 5 times in 20 scans, where 10 are complained of, and none has a scan without rays.
 class LaserJudge {
  public:
-  explicit LaserJudge(const ScanParameters& parameters) : parameters_(parameters) {}
+  explicit LaserJudge(const ScanParameters& parameters, const DiagnosisConstants::LaserJudge& constants = {})
+      : parameters_(parameters), constants_(constants) {}
 
   /// The next scan as it came; one that is sent again counts once. Returns what is wrong and what mends it, a sentence
   /// for each fault, after ten scans that show it, and not again. That the clock begins anew is said each time, unless
@@ -29,20 +31,21 @@ class LaserJudge {
 
  private:
   enum class Fault { kClockStands, kClockGoesBack, kMillimetres, kNoRays };
-  static constexpr int kWindow = 20;  ///< last steps of the clock
-  static constexpr int kEnough = 10;  ///< of them, or scans in a row: a second of a slow laser
+  using Steps = std::bitset<64>;  ///< of the clock, the newest first: those that show a fault
 
   void JudgeClock(const LaserScan& scan, std::vector<std::string>& found);
   void JudgeRestart(const LaserScan& scan, std::vector<std::string>& found);
   void JudgeRanges(const LaserScan& scan, std::vector<std::string>& found);
   bool IsResend(const LaserScan& scan) const;
   bool IsNew(Fault fault);
+  int CountInWindow(const Steps& steps) const;  ///< those that show the fault
 
   ScanParameters parameters_;
+  DiagnosisConstants::LaserJudge constants_;
   LaserScan last_;
   std::int64_t num_scans_ = 0;
-  std::bitset<kWindow> standing_steps_;
-  std::bitset<kWindow> backward_steps_;
+  Steps standing_steps_;
+  Steps backward_steps_;
   std::optional<std::int64_t> restart_;  ///< the scan with which the clock last began anew, in the order of arrival
   std::map<Fault, int> in_a_row_;        ///< of the faults that the ranges show
   std::map<Fault, bool> said_;

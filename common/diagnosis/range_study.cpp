@@ -36,15 +36,14 @@ Largest FindLargest(std::span<const LaserScan> scans) {
 }  // namespace
 
 double RangeFinding::RangeMax() const {
-  constexpr double kDigits = 1e4;
+  constexpr double kDigits = 1e4;  // four decimals, as it is written
   ScanParameters unit;
   unit.range_max_m = 1.0;
   return (std::ceil(kDigits * static_cast<double>(*no_return_m) / LargestUsableRange(unit)) - 1.0) / kDigits;
 }
 
-RangeFinding StudyRanges(std::span<const LaserScan> scans, const ScanParameters& parameters) {
-  constexpr double kManyBeams = 0.05;  // of all that were measured
-  constexpr double kAllOver = 0.2;     // of the view: a wall straight ahead of a robot that stands is narrower
+RangeFinding StudyRanges(std::span<const LaserScan> scans, const ScanParameters& parameters,
+                         const DiagnosisConstants::RangeStudy& constants) {
   RangeFinding finding;
   std::size_t num_beams = 0;
   std::size_t widest = 0;
@@ -55,7 +54,8 @@ RangeFinding StudyRanges(std::span<const LaserScan> scans, const ScanParameters&
   if (num_beams == 0) return finding;
   const Largest largest = FindLargest(scans);
   const double share = static_cast<double>(largest.count) / static_cast<double>(num_beams);
-  if (share >= kManyBeams && static_cast<double>(largest.beams.size()) >= kAllOver * static_cast<double>(widest)) {
+  if (share >= constants.many_beams &&
+      static_cast<double>(largest.beams.size()) >= constants.all_over * static_cast<double>(widest)) {
     finding.no_return_m = largest.range_m;
     finding.no_return_share = share;
   }

@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 
+#include "common/diagnosis/diagnosis_constants.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/laser_scan.hpp"
 
@@ -22,6 +23,7 @@ struct RangeFinding {
 
 /// A range that many beams all over the view have exactly, and that none exceeds, is how the laser says that it
 /// measured nothing, as 8.19 m or 81.83 m. (Zero, infinity and NaN say so without a word.)
-RangeFinding StudyRanges(std::span<const LaserScan> scans, const ScanParameters& parameters);
+RangeFinding StudyRanges(std::span<const LaserScan> scans, const ScanParameters& parameters,
+                         const DiagnosisConstants::RangeStudy& constants = {});
 
 }  // namespace crsm

@@ -13,20 +13,6 @@
 namespace crsm {
 namespace {
 
-constexpr std::size_t kMostSampled = 2000;
-constexpr std::size_t kMostRays = 720;
-
-// Of those, what is asked for agreement.
-constexpr std::size_t kMostAsked = 200;
-constexpr std::size_t kMostRaysAsked = 60;
-constexpr std::size_t kLeastAsked = 20;
-
-// The window in which a scan is searched by default (window_m, window_rad): beyond it is luck.
-constexpr double kFar_m = 0.4;
-constexpr double kFar_rad = 0.25;
-
-constexpr std::int64_t kMostByChance = 3;  // scans in a row of an open way that something seems to hold
-
 ValidRays Thin(const ValidRays& rays, std::size_t most) {
   const std::size_t step = (rays.size() + most - 1) / most;
   ValidRays some;
@@ -43,7 +29,7 @@ ValidRays Thin(const ValidRays& rays, std::size_t most) {
 void RunStatistics::Add(std::int64_t utime, const ValidRays& rays) {
   if (rays.size() == 0) return;
   Sampled* sampled = FindSampled(utime);
-  if (sampled && !sampled->rays) sampled->rays = Thin(rays, kMostRays);
+  if (sampled && !sampled->rays) sampled->rays = Thin(rays, constants_.most_rays);
 }
 
 void RunStatistics::Add(const ScanMatch& match) {
@@ -77,17 +63,15 @@ void RunStatistics::Add(const ScanMatch& match) {
 void RunStatistics::ForgetMatches() {
   auto sampled = std::move(sampled_);
   for (auto& [hash, each] : sampled) each.T_map_laser.reset();
-  *this = RunStatistics();
+  *this = RunStatistics(constants_);
   sampled_ = std::move(sampled);
 }
 
 RunStatistics::Values RunStatistics::values() const {
   Values values = values_;
   if (num_fitnesses_ > 0) values.mean_fitness = fitness_sum_ / static_cast<double>(num_fitnesses_);
-  constexpr double kLeastTurns_rad2 = 0.1;  // thirty turns of 0.06 rad
-  constexpr double kLeastWays_m2 = 0.3;     // thirty steps of 0.1 m
-  values.turns_by_odometry = turns_.Compute(kLeastTurns_rad2);
-  values.ways_by_odometry = ways_.Compute(kLeastWays_m2);
+  values.turns_by_odometry = turns_.Compute(constants_.least_turns_rad2);
+  values.ways_by_odometry = ways_.Compute(constants_.least_ways_m2);
   return values;
 }
 
@@ -96,13 +80,13 @@ std::optional<double> RunStatistics::ComputeMeanAgreement(const ByteMap& map) co
   std::size_t num = 0;
   std::size_t num_asked = 0;
   for (const auto& [hash, sampled] : sampled_) {
-    if (num_asked++ == kMostAsked) break;
+    if (num_asked++ == constants_.most_asked) break;
     if (!sampled.rays || !sampled.T_map_laser) continue;
-    const ValidRays rays = Deskew(Thin(*sampled.rays, kMostRaysAsked), sampled.twist);
+    const ValidRays rays = Deskew(Thin(*sampled.rays, constants_.most_rays_asked), sampled.twist);
     sum += ComputeAgreement(map, ComputeHits(rays), *sampled.T_map_laser);
     ++num;
   }
-  if (num < kLeastAsked) return std::nullopt;
+  if (num < constants_.least_asked) return std::nullopt;
   return sum / static_cast<double>(num);
 }
 
@@ -113,7 +97,7 @@ SelfContradiction RunStatistics::FindContradiction() const {
     scans.push_back({Deskew(*sampled.rays, sampled.twist), *sampled.T_map_laser, sampled.path_m});
   }
   std::ranges::stable_sort(scans, {}, &PlacedRays::path_m);
-  return FindSelfContradiction(scans);
+  return FindSelfContradiction(scans, constants_.contradiction);
 }
 
 /// nullptr if the scan is not in the sample. What has left it never comes back: the largest hash in it only falls.
@@ -121,7 +105,7 @@ RunStatistics::Sampled* RunStatistics::FindSampled(std::int64_t utime) {
   const std::uint64_t hash = Random(0, static_cast<std::uint64_t>(utime)).Next();
   const auto found = sampled_.find(hash);
   if (found != sampled_.end()) return &found->second;
-  if (sampled_.size() == kMostSampled) {
+  if (sampled_.size() == constants_.most_sampled) {
     const auto last = std::prev(sampled_.end());
     if (hash > last->first) return nullptr;
     sampled_.erase(last);
@@ -131,9 +115,8 @@ RunStatistics::Sampled* RunStatistics::FindSampled(std::int64_t utime) {
 
 /// By steps that are longer than what a robot that stands seems to move.
 void RunStatistics::LengthenPath(const ScanMatch& match) {
-  constexpr double kStep_m = 0.2;
   const double step_m = T_map_on_path_ ? Distance(*T_map_on_path_, match.T_map_laser) : 0.0;
-  if (T_map_on_path_ && step_m < kStep_m) return;
+  if (T_map_on_path_ && step_m < constants_.path_step_m) return;
   values_.path_m += step_m;
   const bool is_open = match.state == MatchState::kDegenerate && !match.by_wheels;
   open_m_ = is_open ? open_m_ + step_m : 0.0;
@@ -158,7 +141,7 @@ void RunStatistics::CountOpen(const ScanMatch& match) {
   if (degenerate && !match.T_odom_robot) {
     num_since_open_ = 0;
     values_.longest_open = std::max(values_.longest_open, ++num_open_in_a_row_);
-  } else if (++num_since_open_ > kMostByChance) {
+  } else if (++num_since_open_ > constants_.most_by_chance) {
     num_open_in_a_row_ = 0;
   }
 }
@@ -166,7 +149,8 @@ void RunStatistics::CountOpen(const ScanMatch& match) {
 void RunStatistics::AddStep(const ScanMatch& from, const ScanMatch& to) {
   const Pose2 motion = Inverse(from.T_map_laser) * to.T_map_laser;
   ++values_.steps;
-  const bool is_far = std::hypot(motion.x_m, motion.y_m) > kFar_m || std::abs(motion.yaw_rad) > kFar_rad;
+  const bool is_far =
+      std::hypot(motion.x_m, motion.y_m) > constants_.far_m || std::abs(motion.yaw_rad) > constants_.far_rad;
   if (is_far && !to.by_wheels) ++values_.far_steps;  // wheels that are believed tell where to look
   if (!from.T_odom_robot || !to.T_odom_robot) return;
   const Pose2 wheels = Inverse(*from.T_odom_robot) * *to.T_odom_robot;

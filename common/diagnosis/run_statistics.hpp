@@ -4,6 +4,7 @@
 #include <map>
 #include <optional>
 
+#include "common/diagnosis/diagnosis_constants.hpp"
 #include "common/diagnosis/self_contradiction.hpp"
 #include "common/map/byte_map.hpp"
 #include "common/scan/scan_match.hpp"
@@ -17,6 +18,9 @@ namespace crsm {
 /// came and on the order of the matches.
 class RunStatistics {
  public:
+  RunStatistics() = default;
+  explicit RunStatistics(const DiagnosisConstants::Statistics& constants) : constants_(constants) {}
+
   /// The rays of a scan. A sample is kept, picked by a hash of the utime: 2,000 scans, 720 rays each.
   void Add(std::int64_t utime, const ValidRays& rays);
 
@@ -80,6 +84,7 @@ class RunStatistics {
   void CountOpen(const ScanMatch& match);
   void AddStep(const ScanMatch& from, const ScanMatch& to);
 
+  DiagnosisConstants::Statistics constants_ = {};
   Values values_;
   double fitness_sum_ = 0.0;
   std::int64_t num_fitnesses_ = 0;

@@ -16,26 +16,21 @@
 namespace crsm {
 namespace {
 
-constexpr double kSamePlace_m = 1.0;
-constexpr double kLongApart_m = 8.0;
-constexpr std::size_t kMostPairs = 1000;
+using Constants = DiagnosisConstants::SelfContradiction;
 
 /// One scan, to be asked what its beams meet.
 class Look {
  public:
-  explicit Look(const PlacedRays& scan) : scan_(scan) {
+  Look(const PlacedRays& scan, const Constants& constants) : scan_(scan), constants_(constants) {
     std::vector<double> steps_rad;
     const auto& angles_rad = scan.rays.angle_rad;
     for (std::size_t i = 1; i < angles_rad.size(); ++i) steps_rad.push_back(angles_rad[i] - angles_rad[i - 1]);
-    constexpr double kGap = 1.6;  // of the usual step: a beam between them met nothing
-    widest_rad_ = steps_rad.empty() ? 0.0 : kGap * FindMedian(std::move(steps_rad));
+    widest_rad_ = steps_rad.empty() ? 0.0 : constants.beam_gap * FindMedian(std::move(steps_rad));
   }
 
   /// Share of another scan's hits that lie in front of what this one sees, [0, 1]; nothing where it sees few of them.
   std::optional<double> Contradict(const PlacedRays& other) const {
-    constexpr Eigen::Index kMostHits = 90;
-    constexpr int kLeastSeen = 10;
-    const Eigen::Matrix2Xd hits_m = ThinColumns(ComputeHits(other.rays), kMostHits);
+    const Eigen::Matrix2Xd hits_m = ThinColumns(ComputeHits(other.rays), constants_.most_hits);
     const Pose2 T_this_other = Inverse(scan_.T_map_laser) * other.T_map_laser;
     int num_free = 0;
     int num_hit = 0;
@@ -43,18 +38,16 @@ class Look {
       const Pose2 hit = T_this_other * Pose2{hits_m(0, i), hits_m(1, i), 0.0};
       const double range_m = Length(hit);
       const auto seen = FindBeams(HeadingOf(hit.x_m, hit.y_m, 0.0));
-      if (!seen || range_m < kNearest_m) continue;
-      const double tolerance_m = 0.1 + 0.02 * range_m;
+      if (!seen || range_m < constants_.nearest_m) continue;
+      const double tolerance_m = constants_.tolerance_m + constants_.tolerance_per_m * range_m;
       num_free += seen->first > range_m + tolerance_m;
       num_hit += seen->first < range_m + tolerance_m && range_m < seen->second + tolerance_m;
     }
-    if (num_free + num_hit < kLeastSeen) return std::nullopt;
+    if (num_free + num_hit < constants_.least_seen) return std::nullopt;
     return static_cast<double>(num_free) / (num_free + num_hit);
   }
 
  private:
-  static constexpr double kNearest_m = 0.2;
-
   /// The smallest and the largest range of the three beams next to a direction [m]; nothing where one of them met
   /// nothing.
   std::optional<std::pair<double, double>> FindBeams(double angle_rad) const {
@@ -76,18 +69,17 @@ class Look {
   }
 
   const PlacedRays& scan_;
+  const Constants& constants_;
   double widest_rad_ = 0.0;
 };
 
 /// Of scans that were taken where the robot hardly moved, one.
-std::vector<const PlacedRays*> ThinOut(std::span<const PlacedRays> scans) {
-  constexpr double kApart_m = 0.4;
-  constexpr double kApart_rad = 0.4;
+std::vector<const PlacedRays*> ThinOut(std::span<const PlacedRays> scans, const Constants& constants) {
   std::vector<const PlacedRays*> kept;
   for (const PlacedRays& scan : scans) {
     if (!kept.empty()) {
       const Pose2 motion = Inverse(kept.back()->T_map_laser) * scan.T_map_laser;
-      if (Length(motion) < kApart_m && std::abs(motion.yaw_rad) < kApart_rad) continue;
+      if (Length(motion) < constants.apart_m && std::abs(motion.yaw_rad) < constants.apart_rad) continue;
     }
     kept.push_back(&scan);
   }
@@ -107,18 +99,19 @@ struct Counted {
 };
 
 /// Pairs of scans of one place, long apart along the path.
-std::vector<std::pair<const PlacedRays*, const PlacedRays*>> FindPairs(const std::vector<const PlacedRays*>& scans) {
+std::vector<std::pair<const PlacedRays*, const PlacedRays*>> FindPairs(const std::vector<const PlacedRays*>& scans,
+                                                                       const Constants& constants) {
   std::map<Square, std::vector<const PlacedRays*>> at;
   std::vector<std::pair<const PlacedRays*, const PlacedRays*>> pairs;
   for (const PlacedRays* scan : scans) {
-    const auto [x, y] = SquareOf(scan->T_map_laser, kSamePlace_m);
+    const auto [x, y] = SquareOf(scan->T_map_laser, constants.same_place_m);
     for (int dx = -1; dx <= 1; ++dx) {
       for (int dy = -1; dy <= 1; ++dy) {
         const auto square = at.find({x + dx, y + dy});
         if (square == at.end()) continue;
         for (const PlacedRays* earlier : square->second) {
-          const bool is_here = Distance(earlier->T_map_laser, scan->T_map_laser) < kSamePlace_m;
-          if (is_here && scan->path_m - earlier->path_m > kLongApart_m) pairs.emplace_back(earlier, scan);
+          const bool is_here = Distance(earlier->T_map_laser, scan->T_map_laser) < constants.same_place_m;
+          if (is_here && scan->path_m - earlier->path_m > constants.long_apart_m) pairs.emplace_back(earlier, scan);
         }
       }
     }
@@ -129,35 +122,34 @@ std::vector<std::pair<const PlacedRays*, const PlacedRays*>> FindPairs(const std
 
 }  // namespace
 
-SelfContradiction FindSelfContradiction(std::span<const PlacedRays> scans) {
-  constexpr double kContradicts = 0.3;
-  constexpr double kPlace_m = 2.0;
-  constexpr int kOften = 8;
-  auto pairs = FindPairs(ThinOut(scans));
+SelfContradiction FindSelfContradiction(std::span<const PlacedRays> scans,
+                                        const DiagnosisConstants::SelfContradiction& constants) {
+  auto pairs = FindPairs(ThinOut(scans, constants), constants);
   Random random(1);
-  for (std::size_t i = 0; i < std::min(pairs.size(), kMostPairs); ++i) {
+  for (std::size_t i = 0; i < std::min(pairs.size(), constants.most_pairs); ++i) {
     std::swap(pairs[i], pairs[i + random.Next() % (pairs.size() - i)]);
   }
-  pairs.resize(std::min(pairs.size(), kMostPairs));
+  pairs.resize(std::min(pairs.size(), constants.most_pairs));
   SelfContradiction found;
   std::int64_t num_contradict = 0;
   std::map<Square, Counted> squares;
   for (const auto& [earlier, later] : pairs) {
-    for (const auto share : {Look(*earlier).Contradict(*later), Look(*later).Contradict(*earlier)}) {
+    for (const auto share :
+         {Look(*earlier, constants).Contradict(*later), Look(*later, constants).Contradict(*earlier)}) {
       if (!share) continue;
-      const bool contradicts = *share > kContradicts;
+      const bool contradicts = *share > constants.contradicting_share;
       ++found.num_looks;
       num_contradict += contradicts;
-      Counted& there = squares[SquareOf(later->T_map_laser, kPlace_m)];
+      Counted& there = squares[SquareOf(later->T_map_laser, constants.square_m)];
       ++there.num_looks;
       there.num_contradict += contradicts;
     }
   }
   for (const auto& [square, there] : squares) {
     const double share = static_cast<double>(there.num_contradict) / there.num_looks;
-    if (there.num_looks < kOften || share <= found.worst_share) continue;
+    if (there.num_looks < constants.square_looks_min || share <= found.worst_share) continue;
     found.worst_share = share;
-    found.worst_place_m = kPlace_m * (Eigen::Vector2d(square.first, square.second).array() + 0.5).matrix();
+    found.worst_place_m = constants.square_m * (Eigen::Vector2d(square.first, square.second).array() + 0.5).matrix();
   }
   if (found.num_looks > 0) found.share = static_cast<double>(num_contradict) / static_cast<double>(found.num_looks);
   return found;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "common/diagnosis/diagnosis_constants.hpp"
 #include "common/math/pose2.hpp"
 #include "common/scan/valid_rays.hpp"
 
@@ -31,6 +32,7 @@ struct SelfContradiction {
 /// other sees at all, lie in front of what that one sees.
 ///
 /// scans: in the order of their path. Looks at no more than 1,000 pairs, the same ones each time.
-SelfContradiction FindSelfContradiction(std::span<const PlacedRays> scans);
+SelfContradiction FindSelfContradiction(std::span<const PlacedRays> scans,
+                                        const DiagnosisConstants::SelfContradiction& constants = {});
 
 }  // namespace crsm

@@ -12,24 +12,21 @@
 namespace crsm {
 namespace {
 
-constexpr double kTurning_rad = 0.03;       // in a sweep: a tenth of it is a cell at 10 m
-constexpr std::size_t kEnoughTurning = 60;  // scans
-constexpr std::size_t kFewTurning = 12;     // fewer prove nothing
+using Constants = DiagnosisConstants::SweepStudy;
 
 /// What a sweep makes of a scan.
 struct Trial {
-  double fitness = 0.0;   ///< 0 if it was lost
-  double turned_rad = 0;  ///< in a sweep
-
-  bool turns() const { return std::abs(turned_rad) > kTurning_rad; }
+  double fitness = 0.0;  ///< 0 if it was lost
+  bool turns = false;    ///< the robot, in the sweep
 };
 
 /// What became of each scan, up to enough that turn.
-std::vector<Trial> Try(std::span<const LaserScan> scans, const Parameters& parameters, double sweep_s) {
+std::vector<Trial> Try(std::span<const LaserScan> scans, const Parameters& parameters, double sweep_s,
+                       const Constants& constants) {
   std::vector<Trial> trials;
   Slam slam(parameters);
   ScanMatch last;
-  std::size_t num_turning = 0;
+  int num_turning = 0;
   for (const LaserScan& scan : scans) {
     if (!trials.empty() && scan.utime <= last.utime) continue;
     const ScanMatch match = slam.Process(scan).match;
@@ -37,34 +34,34 @@ std::vector<Trial> Try(std::span<const LaserScan> scans, const Parameters& param
     if (match.state != MatchState::kLost) trial.fitness = match.fitness;
     if (!trials.empty() && IsMotionMatched(last, match)) {
       const double elapsed_s = 1e-6 * static_cast<double>(match.utime - last.utime);
-      trial.turned_rad = WrapAngle(match.T_map_laser.yaw_rad - last.T_map_laser.yaw_rad) * sweep_s / elapsed_s;
+      const double turned_rad = WrapAngle(match.T_map_laser.yaw_rad - last.T_map_laser.yaw_rad) * sweep_s / elapsed_s;
+      trial.turns = std::abs(turned_rad) > constants.turning_rad;
     }
     trials.push_back(trial);
     last = match;
-    num_turning += trial.turns();
-    if (num_turning == kEnoughTurning) break;
+    num_turning += trial.turns;
+    if (num_turning == constants.enough_turning) break;
   }
   return trials;
 }
 
 /// Whether turning scans fit better by one sweep than by another, so clearly that it is no chance.
-bool IsClearlyBetter(const std::vector<Trial>& one, const std::vector<Trial>& other, const std::vector<Trial>& turns) {
-  constexpr double kLeast = 0.01;
-  constexpr double kSigmas = 3.0;
+bool IsClearlyBetter(const std::vector<Trial>& one, const std::vector<Trial>& other, const std::vector<Trial>& turns,
+                     const Constants& constants) {
   double sum = 0.0;
   double squares = 0.0;
   double num = 0.0;
   for (std::size_t i = 0; i < std::min({one.size(), other.size(), turns.size()}); ++i) {
-    if (!turns[i].turns()) continue;
+    if (!turns[i].turns) continue;
     const double better = one[i].fitness - other[i].fitness;
     sum += better;
     squares += better * better;
     ++num;
   }
-  if (num < kFewTurning) return false;
+  if (num < constants.few_turning) return false;
   const double mean = sum / num;
   const double deviation = std::sqrt(std::max(0.0, squares / num - mean * mean) / num);
-  return mean > kLeast && mean > kSigmas * deviation;
+  return mean > constants.better_fitness_min && mean > constants.better_sigmas * deviation;
 }
 
 double FindPeriod(std::span<const LaserScan> scans) {
@@ -86,9 +83,8 @@ double FindSaidSweep(std::span<const LaserScan> scans) {
 }
 
 /// The share of a turn that the laser sees, of the time for a turn.
-double LikelySweep(const LaserScan& scan, double period_s) {
-  constexpr double kLongest_s = 1.0;
-  return period_s <= kLongest_s ? period_s * std::min(1.0, ViewOf(scan) / (2.0 * kPi)) : 0.0;
+double LikelySweep(const LaserScan& scan, double period_s, const Constants& constants) {
+  return period_s <= constants.longest_period_s ? period_s * std::min(1.0, ViewOf(scan) / (2.0 * kPi)) : 0.0;
 }
 
 }  // namespace
@@ -97,10 +93,9 @@ double ViewOf(const LaserScan& scan) {
   return std::abs(scan.angle_step_rad) * static_cast<double>(scan.ranges_m.size() - 1);
 }
 
-std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, Parameters parameters) {
-  constexpr double kShortest = 0.02;  // of the period
-  constexpr double kLongest = 1.05;
-  scans = scans.first(std::min(scans.size(), kScansOfStudy));
+std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, Parameters parameters,
+                                       const DiagnosisConstants::SweepStudy& constants) {
+  scans = scans.first(std::min(scans.size(), constants.num_scans));
   SweepFinding finding;
   finding.said_s = parameters.scan.beam_times ? FindSaidSweep(scans) : 0.0;
   const bool says_times = finding.said_s != 0.0;
@@ -108,8 +103,8 @@ std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, Paramet
   if (finding.said_s == 0.0) return std::nullopt;
   finding.period_s = FindPeriod(scans);
   const double share = finding.period_s > 0.0 ? std::abs(finding.said_s) / finding.period_s : 0.5;
-  finding.can_be = share >= kShortest && share <= kLongest;
-  finding.sweep_s = finding.can_be ? finding.said_s : LikelySweep(scans.front(), finding.period_s);
+  finding.can_be = share >= constants.shortest_share && share <= constants.longest_share;
+  finding.sweep_s = finding.can_be ? finding.said_s : LikelySweep(scans.front(), finding.period_s, constants);
   if (finding.sweep_s == 0.0) return finding;
 
   parameters.loops.loops = false;
@@ -121,13 +116,13 @@ std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, Paramet
   for (const double sweep_s : sweeps_s) {
     parameters.scan.beam_times = says_times && sweep_s == finding.said_s;
     parameters.scan.sweep_s = sweep_s;
-    std::vector<Trial> trials = Try(scans, parameters, sweep_s);
+    std::vector<Trial> trials = Try(scans, parameters, sweep_s, constants);
     if (turns.empty()) {
       turns = best = std::move(trials);
       finding.num_turning = static_cast<int>(std::ranges::count_if(turns, &Trial::turns));
-      if (finding.num_turning < static_cast<int>(kFewTurning)) break;
+      if (finding.num_turning < constants.few_turning) break;
       scans = scans.first(std::min(scans.size(), turns.size()));
-    } else if (IsClearlyBetter(trials, best, turns)) {
+    } else if (IsClearlyBetter(trials, best, turns, constants)) {
       best = std::move(trials);
       finding.sweep_s = sweep_s;
     }

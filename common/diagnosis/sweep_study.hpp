@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 
+#include "common/diagnosis/diagnosis_constants.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/laser_scan.hpp"
 
@@ -23,9 +24,6 @@ struct SweepFinding {
 /// The angle from the first beam to the last [rad]; there are some.
 double ViewOf(const LaserScan& scan);
 
-/// How many scans StudySweep may look at.
-inline constexpr std::size_t kScansOfStudy = 1500;
-
 /// Maps the first scans three times: with the sweep that the messages say, the other way round, and all beams at once.
 /// While the robot turns, what is right fits best. Drivers of lasers that turn clockwise reverse their beams, and some
 /// leave the times as they were; others say times that are a thousand times too short, or longer than a turn of the
@@ -34,6 +32,7 @@ inline constexpr std::size_t kScansOfStudy = 1500;
 ///
 /// scans: of one laser, in their order. Where they have no times, parameters.scan.sweep_s is what is said; nothing if
 /// that is 0.
-std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, Parameters parameters);
+std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, Parameters parameters,
+                                       const DiagnosisConstants::SweepStudy& constants = {});
 
 }  // namespace crsm

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "common/diagnosis/diagnosis_constants.hpp"
 #include "common/diagnosis/run_statistics.hpp"
 #include "common/graph/pieces.hpp"
 #include "common/match/wheel_model.hpp"
@@ -56,21 +57,21 @@ struct Verdict {
 ///
 /// pieces: how the map hangs together; those scans count as lost in `statistics` that are on another piece than the
 /// largest. A map with less than 98 % of the matched scans on its largest piece is doubtful at best.
-Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPieces& pieces = {});
-
-/// Adds what the loops say: of 90 runs on fr079, intel, aces and killian whose maps are right, three had loops that
-/// were rejected again; simulated ones of kilometres that slipped in corridors had more of them than loops that
+///
+/// A map is also doubtful whose loops were rejected again: of 90 runs on fr079, intel, aces and killian whose maps are
+/// right, three had such loops; simulated ones of kilometres that slipped in corridors had more of them than loops that
 /// stayed.
-void JudgeLoops(std::int64_t closed, std::int64_t rejected, Verdict& verdict);
+Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPieces& pieces = {},
+              const DiagnosisConstants::Verdict& constants = {});
 
 /// Adds what the wheels say, where they were used: so far apart from the laser one of the two is wrong. In eight logs
 /// with right maps they differ by 0.02 to 0.06 m after a metre; a depth camera that bends walls, and orbits before them
 /// while the robot turns, differs by 0.22 m.
-void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict);
+void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict, const DiagnosisConstants::Verdict& constants = {});
 
 /// Adds what scans say that never came so far as to be matched: a map without more than a tenth of the recording is
 /// doubtful at best.
-void JudgeLeftOut(std::int64_t num_left_out, Verdict& verdict);
+void JudgeLeftOut(std::int64_t num_left_out, Verdict& verdict, const DiagnosisConstants::Verdict& constants = {});
 
 const char* Name(Trust trust);
 

@@ -5,8 +5,8 @@
 namespace crsm {
 
 MakeLoopCloser DefaultLoopCloser(const LoopParameters& parameters, const DrawingRules& drawing,
-                                 const GraphConstants& constants) {
-  return [=] { return std::make_unique<SubmapLoopCloser>(parameters, drawing, constants); };
+                                 const GraphConstants& constants, const MatchConstants& match) {
+  return [=] { return std::make_unique<SubmapLoopCloser>(parameters, drawing, constants, match); };
 }
 
 }  // namespace crsm

@@ -11,7 +11,7 @@ namespace crsm {
 /// Lengths along the path, unless said otherwise. Where no source is given, a value was chosen on aces, intel,
 /// simulated campuses, sim:rooms, sim:hall and exp3, and checked on fr079, killian and other seeds of the campuses.
 struct GraphConstants {
-  /// How well motions and loops are known.
+  /// How well motions and loops are known, and how poses are found that agree with them.
   struct Edges {
     /// A match is good to a fifth of a cell of 0.05 m.
     MotionSigma motion{0.01, 0.01, 0.0015};
@@ -26,6 +26,9 @@ struct GraphConstants {
     MotionSigma loop{0.03, 0.03, 0.005};
     /// A loop's squared error, in standard deviations, above which the others contradict it: six of them.
     double contradicted = 36.0;
+    /// [m] and [rad]: poses that an optimisation moves by less stay where they are, up to the first that moves by more.
+    double hardly = 1e-6;
+    OptimisationConstants optimisation = {};
   };
 
   /// What is put together to search in, and what for.
@@ -135,6 +138,11 @@ struct GraphConstants {
     double nearby_apart_m = 1.4;  ///< of two findings
     double sure_score = 0.75;     ///< of a finding that needs no second one, soon after a break of ...
     double short_break_s = 5.0;  ///< ... less than this: in more, the robot may be anywhere, and no other place may fit
+  };
+
+  /// The parts of a map that hang together.
+  struct Pieces {
+    double least_way_m = 3.0;  ///< a smaller piece gets no map of its own: a turn on the spot, say
   };
 
   /// The map that scans are matched to.

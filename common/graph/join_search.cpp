@@ -43,15 +43,15 @@ std::optional<LoopFinding> JoinSearch::Search(const KeyframeGraph& graph, const 
   const double farthest_m = constants_.submaps.farthest_point_m;
   const Eigen::Matrix2Xd points_m = CollectRecentPoints(graph, *graph.newest(), farthest_m, constants_.submaps);
   if (points_m.cols() < constants_.submaps.fewest_points) return std::nullopt;
-  const LineSpectrum spectrum = ComputeLineSpectrum(points_m);
+  const LineSpectrum spectrum = ComputeLineSpectrum(points_m, match_.line_spectrum);
   BestFinding best(graph, constants_.submaps, LoopFinding::By::kAnywhere);
   if (nearby) best.Add(nearby->older, {nearby->T_older_newer, nearby->score});
   const auto SearchIn = [&](KeyframeId middle) {
     const DrawnSubmap& submap = Draw(graph, middle);
     const Turns turns = FindBestTurns(submap.spectrum, spectrum, joins.num_turns);
-    const Place place = FindPlace(
-        submap.pyramid, points_m, {{}, joins.reach_m, kPi, turns},
-        {farthest_m, best.LeastScore(joins.least_score), constants_.submaps.rival_share, joins.most_evaluations});
+    const Place place = FindPlace(submap.pyramid, points_m, {{}, joins.reach_m, kPi, turns},
+                                  {farthest_m, best.LeastScore(joins.least_score), constants_.submaps.rival_share,
+                                   joins.most_evaluations, match_.place_search});
     if (place.evaluations <= joins.most_evaluations) best.Add(middle, place);
   };
   const auto [now, later] = TakeTurns(graph, middles, found_before);
@@ -91,7 +91,7 @@ std::optional<LoopFinding> JoinSearch::SearchNearby(const KeyframeGraph& graph) 
                              CollectRays(graph, submap, joins.nearby_point_m, joins.shorter_m));
     best.Add(middle, FindPlace(pyramid, points_m, window,
                                {joins.nearby_point_m, best.LeastScore(joins.nearby_score),
-                                constants_.submaps.rival_share, joins.nearby_evaluations}));
+                                constants_.submaps.rival_share, joins.nearby_evaluations, match_.place_search}));
   }
   auto found = best.Unrivalled();
   if (found) {
@@ -151,7 +151,7 @@ const JoinSearch::DrawnSubmap& JoinSearch::Draw(const KeyframeGraph& graph, Keyf
   const Submap submap = MakeSubmap(graph, middle, *graph.newest(), constants_.submaps);
   const Eigen::Matrix2Xd hits_m = CollectHits(graph, submap, {}, joins.reach_m + constants_.submaps.farthest_point_m);
   DrawnSubmap drawn{HitPyramid(hits_m, joins.cell_m, CollectRays(graph, submap, joins.seen_m, joins.shorter_m)),
-                    ComputeLineSpectrum(ThinOut(hits_m, constants_.submaps.square_m))};
+                    ComputeLineSpectrum(ThinOut(hits_m, constants_.submaps.square_m), match_.line_spectrum)};
   return drawn_.emplace(middle, std::move(drawn)).first->second;
 }
 

@@ -10,6 +10,7 @@
 #include "common/graph/keyframe_graph.hpp"
 #include "common/graph/loop_finding.hpp"
 #include "common/match/line_spectrum.hpp"
+#include "common/match/match_constants.hpp"
 #include "common/match/place_search.hpp"
 
 namespace crsm {
@@ -22,7 +23,8 @@ namespace crsm {
 /// is searched at a time.
 class JoinSearch {
  public:
-  explicit JoinSearch(const GraphConstants& constants) : constants_(constants) {}
+  explicit JoinSearch(const GraphConstants& constants, const MatchConstants& match = {})
+      : constants_(constants), match_(match) {}
 
   /// For the newest keyframe. Nothing where no place fits, or another one fits nearly as well. found_before: keyframes
   /// of other components near which it was found some metres ago.
@@ -46,6 +48,7 @@ class JoinSearch {
   const DrawnSubmap& Draw(const KeyframeGraph& graph, KeyframeId middle);
 
   GraphConstants constants_;
+  MatchConstants match_;
   std::map<KeyframeId, DrawnSubmap> drawn_;  ///< by the middle
   std::deque<KeyframeId> drawn_order_;       ///< the oldest first
 };

@@ -36,10 +36,9 @@ void Unite(std::vector<int>& groups, int trajectory, int other) {
   if (a != b) std::replace(groups.begin(), groups.end(), std::max(a, b), std::min(a, b));
 }
 
-bool HardlyDiffer(const Pose2& a, const Pose2& b) {
-  constexpr double kHardly = 1e-6;  // [m] and [rad]
-  return std::abs(a.x_m - b.x_m) < kHardly && std::abs(a.y_m - b.y_m) < kHardly &&
-         std::abs(a.yaw_rad - b.yaw_rad) < kHardly;
+bool HardlyDiffer(const Pose2& a, const Pose2& b, double hardly) {
+  return std::abs(a.x_m - b.x_m) < hardly && std::abs(a.y_m - b.y_m) < hardly &&
+         std::abs(a.yaw_rad - b.yaw_rad) < hardly;
 }
 
 /// Where a pose graph of all keyframes has them: in the order of their names, from 0.
@@ -298,7 +297,7 @@ std::vector<std::pair<KeyframeId, double>> KeyframeGraph::FindWithin(KeyframeId 
 
 PoseGraph KeyframeGraph::MakePoseGraph() const {
   const PoseIndices indices(*this);
-  PoseGraph graph;
+  PoseGraph graph(constants_.optimisation);
   for (const std::vector<Pose2>& trajectory : poses_) {
     for (const Pose2& pose : trajectory) graph.AddPose(pose);
   }
@@ -323,7 +322,7 @@ std::vector<Loop> KeyframeGraph::Optimise() {
   bool moves = false;
   for (std::vector<Pose2>& trajectory : poses_) {
     for (Pose2& pose : trajectory) {
-      moves = moves || !HardlyDiffer(pose, *solved);
+      moves = moves || !HardlyDiffer(pose, *solved, constants_.hardly);
       if (moves) pose = *solved;
       ++solved;
     }

@@ -102,24 +102,25 @@ Candidates FindCandidates(const KeyframeGraph& graph, double local_map_m, const 
 /// Searches of the newest keyframe.
 class PlaceFinder {
  public:
-  PlaceFinder(const KeyframeGraph& graph, const GraphConstants& constants)
+  PlaceFinder(const KeyframeGraph& graph, const LoopSearchConstants& constants)
       : graph_(graph),
         constants_(constants),
-        points_m_(CollectRecentPoints(graph, *graph.newest(), constants.submaps.farthest_point_m, constants.submaps)) {}
+        points_m_(CollectRecentPoints(graph, *graph.newest(), constants.graph.submaps.farthest_point_m,
+                                      constants.graph.submaps)) {}
 
-  bool HasEnough() const { return points_m_.cols() >= constants_.submaps.fewest_points; }
+  bool HasEnough() const { return points_m_.cols() >= constants_.graph.submaps.fewest_points; }
 
   /// least_score: what is worse is of no interest.
   Place Find(const HitPyramid& pyramid, KeyframeId middle, const PlaceReach& drift, double least_score,
              int most_evaluations) const {
-    return FindPlace(
-        pyramid, points_m_, {GuessedIn(middle), drift.reach_m, drift.reach_rad},
-        {constants_.submaps.farthest_point_m, least_score, constants_.submaps.rival_share, most_evaluations});
+    return FindPlace(pyramid, points_m_, {GuessedIn(middle), drift.reach_m, drift.reach_rad},
+                     {constants_.graph.submaps.farthest_point_m, least_score, constants_.graph.submaps.rival_share,
+                      most_evaluations, constants_.match.place_search});
   }
 
   /// Of what the points may come to lie on in a window of that reach.
   HitPyramid MakePyramid(KeyframeId middle, double reach_m) const {
-    const GraphConstants::Submaps& submaps = constants_.submaps;
+    const GraphConstants::Submaps& submaps = constants_.graph.submaps;
     return HitPyramid(CollectHits(graph_, MakeSubmap(graph_, middle, *graph_.newest(), submaps), GuessedIn(middle),
                                   reach_m + submaps.farthest_point_m),
                       submaps.cell_m);
@@ -127,8 +128,8 @@ class PlaceFinder {
 
   /// Where the matches say that the robot is: if it fits there, whether nowhere nearby as well; else further away.
   Place Check(KeyframeId middle) const {
-    const GraphConstants::Check& check = constants_.check;
-    const GraphConstants::Loops& loops = constants_.loops;
+    const GraphConstants::Check& check = constants_.graph.check;
+    const GraphConstants::Loops& loops = constants_.graph.loops;
     const HitPyramid pyramid = MakePyramid(middle, check.far_m);
     const Place here = Find(pyramid, middle, {check.near_m, check.near_rad}, loops.least_score, loops.most_evaluations);
     return here.score >= check.fine_score
@@ -140,31 +141,32 @@ class PlaceFinder {
   Pose2 GuessedIn(KeyframeId middle) const { return Inverse(graph_.pose(middle)) * graph_.pose(*graph_.newest()); }
 
   const KeyframeGraph& graph_;
-  const GraphConstants& constants_;
+  const LoopSearchConstants& constants_;
   Eigen::Matrix2Xd points_m_;
 };
 
 /// Where the robot is of the places for which the graph does not vouch. known_score: of one that is known.
 std::optional<LoopFinding> SearchUnknown(const KeyframeGraph& graph, const Candidates& candidates, double known_score,
-                                         const GraphConstants& constants) {
+                                         const LoopSearchConstants& constants) {
   if (candidates.unknown.empty()) return std::nullopt;
   const PlaceFinder finder(graph, constants);
   if (!finder.HasEnough()) return std::nullopt;
-  BestFinding best(graph, constants.submaps, LoopFinding::By::kDrift);
+  BestFinding best(graph, constants.graph.submaps, LoopFinding::By::kDrift);
   for (const auto& [middle, drift] : candidates.unknown) {
     const double least_score =
-        best.LeastScore(std::max(constants.loops.least_score, constants.submaps.rival_share * known_score));
+        best.LeastScore(std::max(constants.graph.loops.least_score, constants.graph.submaps.rival_share * known_score));
     best.Add(middle, finder.Find(finder.MakePyramid(middle, drift.reach_m), middle, drift, least_score,
-                                 constants.loops.most_evaluations));
+                                 constants.graph.loops.most_evaluations));
   }
   return best.Unrivalled();
 }
 
 /// Whether the robot is where the matches say.
-std::optional<LoopFinding> CheckKnown(const KeyframeGraph& graph, KeyframeId middle, const GraphConstants& constants) {
+std::optional<LoopFinding> CheckKnown(const KeyframeGraph& graph, KeyframeId middle,
+                                      const LoopSearchConstants& constants) {
   const PlaceFinder finder(graph, constants);
   if (!finder.HasEnough()) return std::nullopt;
-  BestFinding best(graph, constants.submaps, LoopFinding::By::kCheck);
+  BestFinding best(graph, constants.graph.submaps, LoopFinding::By::kCheck);
   best.Add(middle, finder.Check(middle));
   return best.Unrivalled();
 }
@@ -172,16 +174,16 @@ std::optional<LoopFinding> CheckKnown(const KeyframeGraph& graph, KeyframeId mid
 }  // namespace
 
 std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_map_m, bool thoroughly,
-                                      const GraphConstants& constants) {
-  const auto& [usual, largest] = std::tie(constants.loops.usual, constants.loops.largest);
+                                      const LoopSearchConstants& constants) {
+  const auto& [usual, largest] = std::tie(constants.graph.loops.usual, constants.graph.loops.largest);
   double known_score = 0.0;
   if (!thoroughly) {
     const auto likely =
-        SearchUnknown(graph, FindCandidates(graph, local_map_m, usual, false, constants), 0.0, constants);
+        SearchUnknown(graph, FindCandidates(graph, local_map_m, usual, false, constants.graph), 0.0, constants);
     if (!likely) return std::nullopt;
     known_score = likely->score;
   }
-  const Candidates candidates = FindCandidates(graph, local_map_m, largest, thoroughly, constants);
+  const Candidates candidates = FindCandidates(graph, local_map_m, largest, thoroughly, constants.graph);
   if (thoroughly && candidates.unknown.empty() && candidates.known) {
     return CheckKnown(graph, *candidates.known, constants);
   }
@@ -189,8 +191,8 @@ std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_m
 }
 
 std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& finding, const DrawingRules& drawing,
-                             const GraphConstants& constants) {
-  const GraphConstants::Submaps& submaps = constants.submaps;
+                             const LoopSearchConstants& constants) {
+  const GraphConstants::Submaps& submaps = constants.graph.submaps;
   const Submap submap = MakeSubmap(graph, finding.older, finding.newer, submaps);
   std::vector<PlacedScan> scans;
   for (KeyframeId at = submap.first; at <= submap.last; ++at.number) {
@@ -200,12 +202,14 @@ std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& find
   const RaysInCells rays = map.InCells(CollectRecentPoints(graph, finding.newer, submaps.farthest_point_m, submaps));
   const auto Fitness = [&](const Pose2& at) { return map.Fitness(rays, at); };
   const auto SmoothFitness = [&](const Pose2& at) { return map.SmoothFitness(rays, at); };
-  const Pose2 pose = FindOptimum(finding.T_older_newer, submaps.cell_m, submaps.optimum_rad, Fitness, SmoothFitness);
+  const Pose2 pose = FindOptimum(finding.T_older_newer, submaps.cell_m, submaps.optimum_rad, Fitness, SmoothFitness,
+                                 constants.match.optimum);
 
   const Eigen::Matrix2Xd newest_hits_m = ComputeHits(graph.keyframe(finding.newer).rays);
   const bool told_by_rays = finding.by == LoopFinding::By::kSoon || finding.by == LoopFinding::By::kNearby;
   // The newest scan may see little of the submap.
-  if (!told_by_rays && ComputeAgreement(map.cells(), newest_hits_m, pose) < submaps.least_agreement) {
+  if (!told_by_rays &&
+      ComputeAgreement(map.cells(), newest_hits_m, pose, constants.match.agreement) < submaps.least_agreement) {
     return std::nullopt;
   }
   const auto nearest = std::min_element(scans.begin(), scans.end(), [&](const PlacedScan& a, const PlacedScan& b) {

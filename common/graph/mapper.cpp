@@ -36,8 +36,9 @@ LocalKeyframes FindLocal(const KeyframeGraph& graph, double local_map_m, const G
 
 }  // namespace
 
-Mapper::Mapper(const DrawingRules& drawing, const LoopParameters& loops, const GraphConstants& constants)
-    : loops_(loops), constants_(constants), local_(drawing), graph_(constants.edges), trajectories_() {}
+Mapper::Mapper(const DrawingRules& drawing, const LoopParameters& loops, const GraphConstants& constants,
+               const MatchConstants& match)
+    : loops_(loops), constants_(constants), local_(drawing), graph_(constants.edges), trajectories_(match.breaks) {}
 
 Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match) {
   std::optional<CriticalRays> deskewed;
@@ -286,6 +287,9 @@ MapPieces Mapper::FindPieces() const {
   const std::vector<int> components = graph_.FindComponents(loops_closed_);
   std::vector<MapPiece> pieces(SortComponents().size());
   MapPieces found;
+  found.num_keyframes = graph_.size();
+  found.num_closed = std::ssize(loops_closed_);
+  found.num_rejected = std::ssize(loops_rejected_);
   const auto OnPiece = [&](int trajectory) { return numbers[static_cast<std::size_t>(trajectory)]; };
   for (int i = 0; i < trajectories_.size(); ++i) {
     MapPiece& piece = pieces[static_cast<std::size_t>(OnPiece(i)) - 1];

@@ -12,6 +12,7 @@
 #include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_updater.hpp"
+#include "common/match/match_constants.hpp"
 #include "common/match/tracking_state.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
@@ -25,7 +26,8 @@ namespace crsm {
 /// With loops each scan hangs on its keyframe, so that its pose is corrected with that of the keyframe.
 class Mapper {
  public:
-  Mapper(const DrawingRules& drawing, const LoopParameters& loops, const GraphConstants& constants = {});
+  Mapper(const DrawingRules& drawing, const LoopParameters& loops, const GraphConstants& constants = {},
+         const MatchConstants& match = {});
 
   /// Keyframes until what a loop has brought takes effect.
   int lag() const { return constants_.lag; }
@@ -64,8 +66,6 @@ class Mapper {
   /// the largest.
   std::int64_t num_layouts() const { return num_layouts_; }
   /// In them all: loops that hold, and loops that others contradicted.
-  std::int64_t num_loops() const { return std::ssize(loops_closed_); }
-  std::int64_t num_loops_rejected() const { return std::ssize(loops_rejected_); }
 
   /// The map is finished: it is all that was seen, and stays as it is. Returns what that changes.
   std::vector<TileChange> Finish();

@@ -30,10 +30,10 @@ const char* Name(BreakReason reason) {
   return "";
 }
 
-std::vector<int> MapPieces::OthersWithMap() const {
+std::vector<int> MapPieces::OthersWithMap(const GraphConstants::Pieces& constants) const {
   std::vector<int> numbers;
   for (std::size_t i = 1; i < pieces.size(); ++i) {
-    if (pieces[i].way_m >= kLeastWay_m) numbers.push_back(static_cast<int>(i) + 1);
+    if (pieces[i].way_m >= constants.least_way_m) numbers.push_back(static_cast<int>(i) + 1);
   }
   return numbers;
 }

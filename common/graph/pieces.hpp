@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/graph/graph_constants.hpp"
 #include "common/match/match_constants.hpp"
 #include "common/math/pose2.hpp"
 #include "common/scan/scan_match.hpp"
@@ -50,19 +51,21 @@ struct MapPiece {
 struct MapPieces {
   static constexpr std::size_t kMostPieces = 50;
   static constexpr std::size_t kMostBreaks = 200;
-  static constexpr double kLeastWay_m = 3.0;  ///< a smaller piece gets no map of its own: a turn on the spot, say
 
   std::int64_t num_pieces = 0;
   std::int64_t num_breaks = 0;
   std::int64_t num_matched = 0;  ///< scans that were matched, in all pieces
   std::int64_t num_bridged = 0;  ///< breaks over which pieces hang together by the wheels alone
-  std::vector<MapPiece> pieces;  ///< by their number: piece 1 is the map that is shown; the others by size; kMostPieces
-  std::vector<Break> breaks;     ///< the newest ones, oldest first; kMostBreaks
+  std::int64_t num_keyframes = 0;
+  std::int64_t num_closed = 0;    ///< loops that hold
+  std::int64_t num_rejected = 0;  ///< loops that the others contradicted later
+  std::vector<MapPiece> pieces = {};  ///< the first is the map that is shown, the others follow by size; kMostPieces
+  std::vector<Break> breaks = {};  ///< the newest ones, oldest first; kMostBreaks
 
   /// Matched scans of all pieces but the largest.
   std::int64_t num_elsewhere() const { return pieces.empty() ? 0 : num_matched - pieces.front().scans; }
   /// Numbers of the pieces that get a map of their own beside that of piece 1.
-  std::vector<int> OthersWithMap() const;
+  std::vector<int> OthersWithMap(const GraphConstants::Pieces& constants = {}) const;
   friend bool operator==(const MapPieces&, const MapPieces&) = default;
 };
 

@@ -23,8 +23,6 @@ struct Loss {
   }
 };
 
-constexpr double kDoubt = 9.0;  // three standard deviations: of right loops hardly one has more
-
 /// The error of an edge, in standard deviations, and its derivatives by the two poses.
 struct Linearised {
   Eigen::Vector3d error;
@@ -146,19 +144,21 @@ void PoseGraph::AddEdge(const GraphEdge& edge) {
 double PoseGraph::SquaredError(const GraphEdge& edge) const { return ComputeSquaredError(edge, poses_); }
 
 GraphOptimisation PoseGraph::Optimise() {
-  constexpr double kRelease = 4.0;
+  const double last_doubt = constants_.doubt;
   GraphOptimisation result;
-  const auto Cost = [&] { return ComputeCost(poses_, kDoubt); };
+  const auto Cost = [&] { return ComputeCost(poses_, last_doubt); };
   result.cost_before = result.cost_after = Cost();
   if (poses_.size() < 2 || edges_.empty()) return result;
   // A loop that closes metres at once lies where the loss is flat, and would not pull. So the doubt begins beyond the
   // largest error, and comes down step by step: graduated non-convexity (Yang, Antonante, Tzoumas and Carlone 2020).
-  double doubt = kDoubt;
+  double doubt = last_doubt;
   for (const GraphEdge& edge : edges_) {
-    if (edge.may_be_wrong) doubt = std::max(doubt, 2.0 * SquaredError(edge));
+    if (edge.may_be_wrong) doubt = std::max(doubt, constants_.first_doubt * SquaredError(edge));
   }
-  for (; doubt > kDoubt; doubt = std::max(doubt / kRelease, kDoubt)) result.iterations += Descend(doubt, 2);
-  result.iterations += Descend(kDoubt, 30);
+  for (; doubt > last_doubt; doubt = std::max(doubt / constants_.release, last_doubt)) {
+    result.iterations += Descend(doubt, constants_.steps_per_doubt);
+  }
+  result.iterations += Descend(last_doubt, constants_.steps_max);
   result.cost_after = Cost();
   return result;
 }
@@ -171,11 +171,8 @@ double PoseGraph::ComputeCost(const std::vector<Pose2>& poses, double doubt) con
 
 /// Levenberg and Marquardt's steps, until one moves no pose by more than 0.1 mm. Returns how many.
 int PoseGraph::Descend(double doubt, int most_iterations) {
-  constexpr double kSmallStep = 1e-4;  // [m] and [rad]
-  constexpr double kLeastDamping = 1e-9;
-  constexpr double kLargestDamping = 1e6;
   double cost = ComputeCost(poses_, doubt);
-  double damping = kLeastDamping;
+  double damping = constants_.damping_min;
   int iterations = 0;
   NormalEquations equations(poses_.size());
   for (bool ended = false; !ended && iterations < most_iterations; ++iterations) {
@@ -190,8 +187,9 @@ int PoseGraph::Descend(double doubt, int most_iterations) {
       const std::vector<Pose2> moved = solved ? Moved(poses_, step) : poses_;
       const double moved_cost = ComputeCost(moved, doubt);
       better = moved_cost < cost;
-      ended = damping > kLargestDamping || (solved && step.cwiseAbs().maxCoeff() < kSmallStep);
-      damping = better ? std::max(damping / 10.0, kLeastDamping) : std::max(damping, 1e-6) * 10.0;
+      ended = damping > constants_.damping_max || (solved && step.cwiseAbs().maxCoeff() < constants_.small_step);
+      damping = better ? std::max(damping / constants_.damping_change, constants_.damping_min)
+                       : std::max(damping, constants_.damping_raised_min) * constants_.damping_change;
       if (better) poses_ = moved, cost = moved_cost;
     }
   }

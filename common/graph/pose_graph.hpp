@@ -14,6 +14,20 @@ struct MotionSigma {
   double yaw_rad;
 };
 
+/// How poses are found that agree best with all edges.
+struct OptimisationConstants {
+  double doubt = 9.0;         ///< standard deviations, squared: three, of right loops hardly one has more
+  double first_doubt = 2.0;   ///< times the largest squared error of an edge that may be wrong ...
+  double release = 4.0;       ///< ... by which it is divided from then on, after ...
+  int steps_per_doubt = 2;    ///< ... so many steps, at most
+  int steps_max = 30;         ///< with the last doubt
+  double small_step = 1e-4;   ///< [m] and [rad]: one that moves no pose by more is the last
+  double damping_min = 1e-9;  ///< of the diagonal, as a share
+  double damping_max = 1e6;   ///< where no step leads down
+  double damping_raised_min = 1e-6;
+  double damping_change = 10.0;  ///< divided by it after a step that leads down, else multiplied
+};
+
 /// What a match says about two poses of a graph.
 struct GraphEdge {
   int from;
@@ -42,6 +56,9 @@ struct GraphOptimisation {
 /// of our own, no logarithm.
 class PoseGraph {
  public:
+  PoseGraph() = default;
+  explicit PoseGraph(const OptimisationConstants& constants) : constants_(constants) {}
+
   /// The index of the new pose.
   int AddPose(const Pose2& T_map_pose);
 
@@ -63,6 +80,7 @@ class PoseGraph {
   double ComputeCost(const std::vector<Pose2>& poses, double doubt) const;
   int Descend(double doubt, int most_iterations);
 
+  OptimisationConstants constants_ = {};
   std::vector<Pose2> poses_;
   std::vector<GraphEdge> edges_;
 };

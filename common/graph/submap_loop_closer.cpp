@@ -99,7 +99,7 @@ std::optional<LoopFinding> SubmapLoopCloser::Search(const std::optional<EarlierS
   const bool thoroughly = here_m >= next_thorough_m_;
   if (thoroughly) next_thorough_m_ = here_m + loops.thoroughly_every_m;
   if (earlier) return earlier->finding;
-  return SearchLoop(graph_, parameters_.local_map_m, thoroughly, constants_);
+  return SearchLoop(graph_, parameters_.local_map_m, thoroughly, {constants_, match_});
 }
 
 /// How long the trajectories of other components are.
@@ -178,14 +178,14 @@ std::vector<Loop> SubmapLoopCloser::Confirm(const LoopFinding& finding) {
   findings_.push_back({finding});
   if (finding.by == LoopFinding::By::kSoon && finding.score >= constants_.joins.sure_score) {
     findings_.back().is_loop = true;
-    if (const auto loop = MakeLoop(graph_, finding, drawing_, constants_)) loops.push_back(*loop);
+    if (const auto loop = MakeLoop(graph_, finding, drawing_, {constants_, match_})) loops.push_back(*loop);
     return loops;
   }
   for (std::size_t i = 0; i + 1 < findings_.size() && loops.empty(); ++i) {
     if (!Agree(findings_[i].finding, finding)) continue;
     for (Remembered* one : {&findings_[i], &findings_.back()}) {
       if (std::exchange(one->is_loop, true)) continue;
-      if (const auto loop = MakeLoop(graph_, one->finding, drawing_, constants_)) loops.push_back(*loop);
+      if (const auto loop = MakeLoop(graph_, one->finding, drawing_, {constants_, match_})) loops.push_back(*loop);
     }
   }
   return loops;

@@ -10,6 +10,7 @@
 #include "common/graph/loop_closer.hpp"
 #include "common/graph/loop_finding.hpp"
 #include "common/map/map_updater.hpp"
+#include "common/match/match_constants.hpp"
 #include "common/parameters.hpp"
 
 namespace crsm {
@@ -22,12 +23,14 @@ namespace crsm {
 /// falls apart again.
 class SubmapLoopCloser : public LoopCloser {
  public:
-  SubmapLoopCloser(const LoopParameters& parameters, const DrawingRules& drawing, const GraphConstants& constants = {})
+  SubmapLoopCloser(const LoopParameters& parameters, const DrawingRules& drawing, const GraphConstants& constants = {},
+                   const MatchConstants& match = {})
       : parameters_(parameters),
         drawing_(drawing),
         constants_(constants),
+        match_(match),
         graph_(constants.edges),
-        joins_(constants),
+        joins_(constants, match),
         join_check_(constants) {}
 
   std::optional<GraphUpdate> Add(Keyframe keyframe, const std::optional<EarlierSearch>& earlier) override;
@@ -53,6 +56,7 @@ class SubmapLoopCloser : public LoopCloser {
   LoopParameters parameters_;
   DrawingRules drawing_;
   GraphConstants constants_;
+  MatchConstants match_;
   KeyframeGraph graph_;
   JoinSearch joins_;
   JoinCheck join_check_;

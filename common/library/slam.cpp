@@ -63,7 +63,6 @@ void Check(const Scan& scan) {
   const auto Refuse = [&](const std::string& what) {
     throw std::invalid_argument("scan of utime " + std::to_string(scan.utime) + ": " + what);
   };
-  constexpr double kFullTurn = 2.0 * crsm::kPi + 1e-3;  // angles are in single precision
   const std::size_t num_beams = scan.ranges_m.size();
   if (scan.utime < 0) Refuse("must be 0 or later");
   if (num_beams < crsm::kMinBeams || num_beams > crsm::kMaxBeams) {
@@ -71,9 +70,8 @@ void Check(const Scan& scan) {
            std::to_string(crsm::kMaxBeams));
   }
   const double sweep_rad = static_cast<double>(scan.angle_step_rad) * static_cast<double>(num_beams - 1);
-  // Written so that NaN is refused.
-  if (!(std::abs(scan.angle_min_rad) <= kFullTurn)) Refuse("angle_min_rad must be within a full turn");
-  if (!(std::abs(sweep_rad) <= kFullTurn)) Refuse("angle_step_rad times its ranges must be within a full turn");
+  if (!crsm::IsBeamAngle(scan.angle_min_rad)) Refuse("angle_min_rad must be within a full turn");
+  if (!crsm::IsBeamAngle(sweep_rad)) Refuse("angle_step_rad times its ranges must be within a full turn");
   if (scan.angle_step_rad == 0.0f) Refuse("angle_step_rad must not be 0");
 }
 

@@ -15,7 +15,6 @@ namespace crsm {
 namespace {
 
 constexpr double kDegree = kPi / 180.0;
-constexpr double kMaxAngle_rad = 100.0;  // no laser's geometry is beyond it
 
 /// The blank-separated fields of a line, one after the other. The first that is missing or wrong makes `good` false for
 /// good, so that a line is read straight through and judged at its end.
@@ -25,6 +24,14 @@ class Fields {
 
   bool good() const { return good_; }
   std::string_view wrong() const { return wrong_; }  ///< the first word that is; empty where the line ends too early
+
+  bool beams_wrong() const { return beams_wrong_; }
+
+  /// Each word is right, but they are not those of one scan.
+  void RefuseBeams() {
+    good_ = false;
+    beams_wrong_ = true;
+  }
 
   /// The word that was read last is wrong.
   void Refuse() {
@@ -54,7 +61,7 @@ class Fields {
   /// An angle that a laser can have, in radians.
   double ReadAngle() {
     const auto angle_rad = Read<double>();
-    if (!(std::abs(angle_rad) <= kMaxAngle_rad)) Refuse();
+    if (!IsBeamAngle(angle_rad)) Refuse();
     return angle_rad;
   }
 
@@ -99,6 +106,7 @@ class Fields {
   std::string_view word_;
   std::string_view wrong_;
   bool good_ = true;
+  bool beams_wrong_ = false;
 };
 
 double FlaserStep(std::size_t num_beams) {
@@ -163,6 +171,7 @@ Line ReadRobotLaser(Fields& fields) {
 std::string Describe(const GzipFile::Line& line, const Fields& fields) {
   constexpr std::size_t kMostShown = 20;
   if (line.too_long) return " is longer than any line of a laser";
+  if (fields.beams_wrong()) return " has beams over more than a full turn: its angles must be radians";
   if (fields.wrong().empty()) return " ends before its last field";
   return " is wrong at '" + std::string(fields.wrong().substr(0, kMostShown)) + "'";
 }
@@ -171,6 +180,10 @@ bool IsLaser(std::string_view kind) { return kind == "FLASER" || kind == "ROBOTL
 
 std::optional<Line> ReadLaser(std::string_view kind, Fields& fields) {
   Line line = kind == "FLASER" ? ReadFlaser(fields) : ReadRobotLaser(fields);
+  const LaserScan& scan = line.scan;
+  if (fields.good() && !AreBeamAngles(scan.angle_min_rad, scan.angle_step_rad, scan.ranges_m.size())) {
+    fields.RefuseBeams();
+  }
   return fields.good() ? std::optional(std::move(line)) : std::nullopt;
 }
 

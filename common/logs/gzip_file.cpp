@@ -1,5 +1,6 @@
 #include "common/logs/gzip_file.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <zlib.h>
 
@@ -8,6 +9,10 @@
 #include <cstring>
 #include <filesystem>
 #include <stdexcept>
+#include <utility>
+
+#include "common/logs/regular_file.hpp"
+#include "common/logs/stop_request.hpp"
 
 namespace crsm {
 namespace {
@@ -16,8 +21,13 @@ constexpr std::size_t kChunkBytes = std::size_t{1} << 16;
 
 }  // namespace
 
-GzipFile::GzipFile(const std::string& path) : path_(path), file_(gzopen(path.c_str(), "rb"), gzclose) {
-  if (!file_) throw std::runtime_error(fmt::format("cannot read {}: {}", path, std::strerror(errno)));
+GzipFile::GzipFile(const std::string& path) : path_(path), file_(nullptr, gzclose) {
+  try {
+    file_.reset(gzdopen(OpenRegularFile(path, O_RDONLY), "rb"));
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(fmt::format("cannot read {}: {}", path, error.what()));
+  }
+  if (!file_) throw std::runtime_error(fmt::format("cannot read {}: there is no memory", path));
   gzbuffer(file_.get(), kChunkBytes);
   std::error_code error;
   file_bytes_ = std::filesystem::file_size(path, error);
@@ -41,6 +51,10 @@ std::string_view GzipFile::Peek(std::size_t size) {
 
 void GzipFile::FillBuffer() {
   while (end_ < buffer_.size() && !at_end_) {
+    if (StopRequested()) {
+      at_end_ = true;
+      return;
+    }
     const auto wanted = static_cast<unsigned>(std::min(buffer_.size() - end_, kChunkBytes));
     const int got = gzread(file_.get(), buffer_.data() + end_, wanted);
     if (got > 0) {
@@ -57,6 +71,10 @@ void GzipFile::FillBuffer() {
 }
 
 std::optional<GzipFile::Line> GzipFile::ReadLine() {
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";  // which some editors put before a text
+  if (!std::exchange(is_within_, true) && Peek(kByteOrderMark.size()).starts_with(kByteOrderMark)) {
+    Skip(kByteOrderMark.size());
+  }
   bool too_long = false;
   std::size_t searched = 0;
   while (true) {

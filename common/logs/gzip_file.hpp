@@ -32,7 +32,8 @@ class GzipFile {
   /// Moves on by `size` bytes that Peek has shown.
   void Skip(std::size_t size) { begin_ += size; }
 
-  /// The next line; the last one may lack its line end. Nothing at the end of the file. Throws as Peek.
+  /// The next line; the last one may lack its line end. Nothing at the end of the file. A byte order mark before the
+  /// first line is none of it. Throws as Peek.
   std::optional<Line> ReadLine();
 
   /// How much of the file has been taken, [0, 1], by its size on the disk.
@@ -56,6 +57,7 @@ class GzipFile {
   std::size_t begin_ = 0;  ///< of what has not been taken yet, in buffer_
   std::size_t end_ = 0;    ///< of what has been read
   std::uint64_t read_bytes_ = 0;
+  bool is_within_ = false;  ///< a line has been read
   bool at_end_ = false;
   bool truncated_ = false;
 };

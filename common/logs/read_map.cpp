@@ -5,17 +5,18 @@
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <string>
+
+#include "common/logs/regular_file.hpp"
 
 namespace crsm {
 namespace {
 
 /// A grid that knows where it lies, and has no cells yet.
 DenseGrid ReadPlace(const std::filesystem::path& path) {
-  std::ifstream yaml(path);
-  if (!yaml) throw std::runtime_error(fmt::format("cannot read {}", path.string()));
+  std::istringstream yaml(ReadWholeFile(path));
   double resolution_m = 0.0;
   double origin_x_m = NAN;
   double origin_y_m = NAN;
@@ -39,9 +40,9 @@ DenseGrid ReadPlace(const std::filesystem::path& path) {
 
 /// libpng's image, which frees what it has made.
 struct Png : png_image {
-  explicit Png(const std::string& path) : png_image{} {
+  explicit Png(const std::string& bytes) : png_image{} {
     version = PNG_IMAGE_VERSION;
-    png_image_begin_read_from_file(this, path.c_str());
+    png_image_begin_read_from_memory(this, bytes.data(), bytes.size());
   }
   Png(const Png&) = delete;
   Png& operator=(const Png&) = delete;
@@ -56,7 +57,8 @@ DenseGrid ReadMap(const std::filesystem::path& dir) {
   constexpr std::int64_t kMostCells = kMostTilesInRectangle * kTileCells;
   DenseGrid grid = ReadPlace(dir / "map.yaml");
   const std::string path = (dir / "map.png").string();
-  Png png(path);
+  const std::string bytes = ReadWholeFile(path);
+  Png png(bytes);
   if (png.failed()) throw std::runtime_error(fmt::format("{}: cannot be read as a picture: {}", path, png.message));
   if (png.format != PNG_FORMAT_GRAY) throw std::runtime_error(fmt::format("{}: is no 8-bit grey picture", path));
   if (std::int64_t{png.width} * png.height > kMostCells) {

@@ -30,7 +30,8 @@ void Replacement::Write(const std::string& name, std::string_view bytes) {
 
 void Replacement::Write(const std::string& name, const std::function<void(const Sink&)>& produce) {
   names_.push_back(name);
-  const int descriptor = open(Temporary(name).c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  const int descriptor =
+      open(Temporary(name).c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
   if (descriptor < 0) Fail(name, errno);
   int error = 0;
   produce([&](std::string_view bytes) {

@@ -59,6 +59,11 @@ void TemporaryFile::Append(std::span<const std::uint8_t> bytes) {
   if (pending_.size() >= write_at_) Write();
 }
 
+void TemporaryFile::Flush() {
+  Write();
+  if (!pending_.empty()) Fail("cannot be written");
+}
+
 void TemporaryFile::Read(std::uint64_t offset, std::span<std::uint8_t> bytes) const {
   if (offset + bytes.size() > size()) throw std::runtime_error("a temporary file was read beyond its end");
   while (!bytes.empty() && offset < written_) {

@@ -20,6 +20,12 @@ class TemporaryFile {
 
   void Append(std::span<const std::uint8_t> bytes);
 
+  /// All that was appended is in the file afterwards. Throws std::runtime_error if the disk does not take it.
+  void Flush();
+
+  /// Under which this process can open the file, for what takes no less than a path.
+  std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+
   /// Fills `bytes` with those from `offset` on. Throws std::runtime_error if they were not appended, or if the disk
   /// does not give them back.
   void Read(std::uint64_t offset, std::span<std::uint8_t> bytes) const;

@@ -18,9 +18,15 @@ class UtimeIndex {
   /// far is new without a look at the disk. Throws std::runtime_error as TemporaryFile does.
   std::optional<std::int64_t> Find(std::int64_t utime) const;
 
+  /// The least utime that came and is larger; the largest number if there is none. Throws likewise.
+  std::int64_t FindNext(std::int64_t utime) const;
+
   std::int64_t size() const { return size_; }
 
  private:
+  /// Of a thousand, from the disk.
+  std::vector<std::int64_t> ReadBlock(std::size_t number) const;
+
   struct Block {
     std::int64_t least;
     std::int64_t largest;

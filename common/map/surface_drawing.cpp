@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "common/map/walk_cells.hpp"
-#include "common/scan/surface.hpp"
 
 namespace crsm {
 namespace {
@@ -42,11 +41,11 @@ BlendIntensity SurfaceDrawing::Draw(const ScanOnMap& scan, TileCanvas& canvas) c
   for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) canvas.MarkFree(scan.laser_cells, hits_cells.col(i));
   for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) MarkHit(hits_cells.col(i), canvas);
   const double near_m = constants_.near_hits_cells * scan.cell_size_m;
-  const auto joined = FindSurfaces(hits_m, near_m, constants_.join_max_m);
+  const auto joined = FindSurfaces(hits_m, near_m, constants_.join_max_m, constants_.surface);
   for (Eigen::Index i = 0; i < std::ssize(joined); ++i) {
     if (!joined[static_cast<std::size_t>(i)]) continue;
     const bool is_near = (hits_m.col(i + 1) - hits_m.col(i)).norm() <= near_m;
-    if (!is_near && IsAlongBeam(hits_m.col(i), hits_m.col(i + 1))) continue;
+    if (!is_near && IsAlongBeam(hits_m.col(i), hits_m.col(i + 1), constants_.surface)) continue;
     MarkSurface(hits_cells.col(i), hits_cells.col(i + 1), canvas);
     MarkBehind(hits_cells.col(i), hits_cells.col(i + 1), scan.cell_size_m, canvas);
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/map/scan_drawing.hpp"
+#include "common/scan/surface.hpp"
 
 namespace crsm {
 
@@ -21,6 +22,7 @@ struct DrawingConstants {
   double join_max_m = 2.0;        ///< hits further apart than this are never joined
   double near_hits_cells = 2.0;   ///< hits this close are neighbours in the map whatever they lie on
   double step_cells = 0.25;       ///< along a surface: no cell on the way gets less than 3/4 of its share
+  SurfaceConstants surface = {};
 };
 
 /// Draws hits between the centres of cells, and the surfaces between neighbouring hits; what stood behind them fades.

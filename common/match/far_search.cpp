@@ -9,16 +9,12 @@
 namespace crsm {
 namespace {
 
-constexpr double kCell_m = 0.1;
-constexpr double kFarthest_m = 15.0;  // of a hit, from the laser
-constexpr Eigen::Index kMostPoints = 180;
-
 /// Hits that are near, evenly spread; no more than needed.
-Eigen::Matrix2Xd ThinOut(const Eigen::Matrix2Xd& hits_m) {
-  const Eigen::Matrix2Xd some_m = ThinColumns(hits_m, kMostPoints);
+Eigen::Matrix2Xd ThinOut(const Eigen::Matrix2Xd& hits_m, const MatchConstants::FarSearch& constants) {
+  const Eigen::Matrix2Xd some_m = ThinColumns(hits_m, constants.most_points);
   std::vector<Eigen::Vector2d> near;
   for (const auto& hit_m : some_m.colwise()) {
-    if (hit_m.squaredNorm() <= kFarthest_m * kFarthest_m) near.emplace_back(hit_m);
+    if (hit_m.squaredNorm() <= constants.farthest_m * constants.farthest_m) near.emplace_back(hit_m);
   }
   return JoinColumns<Eigen::Matrix2Xd>(near);
 }
@@ -46,19 +42,13 @@ Eigen::Matrix2Xd CollectOccupied(const ByteMap& map, const Pose2& middle, double
 
 }  // namespace
 
-std::optional<PlaceReach> FindFarWindow(std::span<const ScanMatch> recent, std::int64_t utime) {
-  constexpr double kClose_s = 0.5;  // between scans
-  constexpr double kLeast_m = 0.3;  // what a pose that is guessed right is off
-  constexpr double kLeast_rad = 0.25;
-  constexpr double kFaster_m_s = 0.4;  // that a robot becomes in a second
-  constexpr double kFaster_rad_s = 0.6;
-  constexpr double kMost_m = 3.0;
-  constexpr double kMost_rad = 1.6;
+std::optional<PlaceReach> FindFarWindow(std::span<const ScanMatch> recent, std::int64_t utime,
+                                        const MatchConstants::FarSearch& constants) {
   if (recent.size() < 2 || recent.back().state == MatchState::kLost) return std::nullopt;
   const double elapsed_s = 1e-6 * static_cast<double>(utime - recent.back().utime);
   const double usual_s =
       1e-6 * static_cast<double>(recent.back().utime - recent.front().utime) / static_cast<double>(recent.size() - 1);
-  if (elapsed_s < kClose_s || usual_s < kClose_s) return std::nullopt;
+  if (elapsed_s < constants.close_s || usual_s < constants.close_s) return std::nullopt;
   double farthest_m = 0.0;
   double widest_rad = 0.0;
   for (std::size_t i = 1; i < recent.size(); ++i) {
@@ -67,21 +57,21 @@ std::optional<PlaceReach> FindFarWindow(std::span<const ScanMatch> recent, std::
     farthest_m = std::max(farthest_m, Length(motion));
     widest_rad = std::max(widest_rad, std::abs(motion.yaw_rad));
   }
-  return PlaceReach{std::min(kLeast_m + std::min(kFaster_m_s * elapsed_s, 1.0) + farthest_m, kMost_m),
-                    std::min(kLeast_rad + kFaster_rad_s * elapsed_s + widest_rad, kMost_rad)};
+  const double faster_m = std::min(constants.faster_m_s * elapsed_s, constants.faster_most_m);
+  return PlaceReach{
+      std::min(constants.least_m + faster_m + farthest_m, constants.most_m),
+      std::min(constants.least_rad + constants.faster_rad_s * elapsed_s + widest_rad, constants.most_rad)};
 }
 
 std::optional<Pose2> SearchFar(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& initial_guess,
-                               const PlaceReach& reach) {
-  constexpr double kLeastScore = 0.4;  // of the hits
-  constexpr double kRivalShare = 0.9;
-  constexpr int kMostEvaluations = 60'000;
-  constexpr Eigen::Index kFewestPoints = 20;
-  const Eigen::Matrix2Xd points_m = ThinOut(hits_m);
-  if (points_m.cols() < kFewestPoints) return std::nullopt;
-  const HitPyramid pyramid(CollectOccupied(map, initial_guess, reach.reach_m + kFarthest_m), kCell_m);
-  const Place place = FindPlace(pyramid, points_m, {initial_guess, reach.reach_m, reach.reach_rad},
-                                {kFarthest_m, kLeastScore, kRivalShare, kMostEvaluations});
+                               const PlaceReach& reach, const MatchConstants& constants) {
+  const MatchConstants::FarSearch& far = constants.far_search;
+  const Eigen::Matrix2Xd points_m = ThinOut(hits_m, far);
+  if (points_m.cols() < far.fewest_points) return std::nullopt;
+  const HitPyramid pyramid(CollectOccupied(map, initial_guess, reach.reach_m + far.farthest_m), far.cell_m);
+  const Place place =
+      FindPlace(pyramid, points_m, {initial_guess, reach.reach_m, reach.reach_rad},
+                {far.farthest_m, far.least_score, far.rival_share, far.most_evaluations, constants.place_search});
   if (place.score == 0.0 || place.rival > 0.0) return std::nullopt;
   return place.pose;
 }

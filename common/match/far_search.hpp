@@ -6,6 +6,7 @@
 #include <span>
 
 #include "common/map/byte_map.hpp"
+#include "common/match/match_constants.hpp"
 #include "common/match/place_search.hpp"
 #include "common/scan/scan_match.hpp"
 
@@ -15,11 +16,12 @@ namespace crsm {
 /// logs with a scan a metre: how far from the initial guess. It follows from the time since the last scan, and from how
 /// fast the robot moved and turned over the last matches. Nothing where scans follow each other closely as a rule, or
 /// nothing was matched yet. recent: as of TrackingState.
-std::optional<PlaceReach> FindFarWindow(std::span<const ScanMatch> recent, std::int64_t utime);
+std::optional<PlaceReach> FindFarWindow(std::span<const ScanMatch> recent, std::int64_t utime,
+                                        const MatchConstants::FarSearch& constants = {});
 
 /// The best place in the window by branch and bound, to two cells of 0.1 m; nothing where too little fits, or another
 /// place fits nearly as well. hits_m: 2 x N, laser frame, in order of rising angle.
 std::optional<Pose2> SearchFar(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& initial_guess,
-                               const PlaceReach& reach);
+                               const PlaceReach& reach, const MatchConstants& constants = {});
 
 }  // namespace crsm

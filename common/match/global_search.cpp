@@ -11,21 +11,12 @@
 namespace crsm {
 namespace {
 
-constexpr double kFirstCell_m = 0.2;
-constexpr int kDirections = 120;
-constexpr std::size_t kMostPlaces = 10'000;
-constexpr Eigen::Index kMostRays = 180;  ///< of a scan; more tell no more
-constexpr std::size_t kMostClimbs = 5000;
-constexpr std::size_t kMostFinalists = 50;
-
 bool Better(const ScoredPose& a, const ScoredPose& b) { return a.fitness > b.fitness; }
 
 /// Whether two poses are of one place.
-bool AreNear(const Pose2& a, const Pose2& b) {
-  constexpr double kNear_m = 0.5;
-  constexpr double kNear_rad = 0.26;
-  return std::abs(a.x_m - b.x_m) <= kNear_m && std::abs(a.y_m - b.y_m) <= kNear_m &&
-         std::abs(WrapAngle(a.yaw_rad - b.yaw_rad)) <= kNear_rad;
+bool AreNear(const Pose2& a, const Pose2& b, const MatchConstants::GlobalSearch& constants) {
+  return std::abs(a.x_m - b.x_m) <= constants.other_m && std::abs(a.y_m - b.y_m) <= constants.other_m &&
+         std::abs(WrapAngle(a.yaw_rad - b.yaw_rad)) <= constants.other_rad;
 }
 
 /// The map in larger cells, of `factor` x `factor`: occupied where one of them is, free where one is and none is
@@ -63,39 +54,41 @@ std::vector<Pose2> FindFreePlaces(const ByteMap& coarse) {
 
 /// The best poses on the coarse map, those that the neighbouring directions do not beat.
 std::vector<ScoredPose> TryEverywhere(const ScoredMap& coarse, const std::vector<Pose2>& places,
-                                      const Eigen::Matrix2Xd& hits_m, int& evaluations) {
+                                      const Eigen::Matrix2Xd& hits_m, const MatchConstants::GlobalSearch& constants,
+                                      int& evaluations) {
   const RaysInCells rays = coarse.InCells(hits_m);
+  const int num = constants.directions;
   std::vector<ScoredPose> best;
-  std::array<double, kDirections> scores;
+  std::vector<double> scores(static_cast<std::size_t>(num));
   for (const Pose2& place : places) {
-    const auto At = [&](int direction) {
-      return Pose2{place.x_m, place.y_m, 2.0 * kPi * direction / kDirections - kPi};
-    };
-    for (int i = 0; i < kDirections; ++i) {
-      scores[static_cast<std::size_t>(i)] = coarse.Fitness(rays, At(i));
+    const auto At = [&](int direction) { return Pose2{place.x_m, place.y_m, 2.0 * kPi * direction / num - kPi}; };
+    for (int i = 0; i < num; ++i) scores[static_cast<std::size_t>(i)] = coarse.Fitness(rays, At(i));
+    const auto Score = [&](int direction) { return scores[static_cast<std::size_t>(direction)]; };
+    for (int i = 0; i < num; ++i) {
+      const double before = Score(i > 0 ? i - 1 : num - 1);
+      const double after = Score(i + 1 < num ? i + 1 : 0);
+      if (Score(i) > before && Score(i) >= after) best.push_back({At(i), Score(i)});
     }
-    for (int i = 0; i < kDirections; ++i) {
-      const auto Score = [&](int direction) { return scores[static_cast<std::size_t>(direction % kDirections)]; };
-      if (Score(i) > Score(i + kDirections - 1) && Score(i) >= Score(i + 1)) best.push_back({At(i), Score(i)});
-    }
-    evaluations += kDirections;
-    if (best.size() < 4 * kMostClimbs) continue;
+    evaluations += num;
+    if (best.size() < 4 * constants.most_climbs) continue;  // sorted now and then: so they are no more than that
     std::stable_sort(best.begin(), best.end(), Better);
-    best.resize(kMostClimbs);
+    best.resize(constants.most_climbs);
   }
   std::stable_sort(best.begin(), best.end(), Better);
-  if (best.size() > kMostClimbs) best.resize(kMostClimbs);
+  if (best.size() > constants.most_climbs) best.resize(constants.most_climbs);
   return best;
 }
 
 /// The best of each place, best first; `most` of them.
-std::vector<ScoredPose> KeepDistinct(std::vector<ScoredPose> candidates, std::size_t most) {
+std::vector<ScoredPose> KeepDistinct(std::vector<ScoredPose> candidates, std::size_t most,
+                                     const MatchConstants::GlobalSearch& constants) {
   std::stable_sort(candidates.begin(), candidates.end(), Better);
   std::vector<ScoredPose> distinct;
   for (const ScoredPose& candidate : candidates) {
     if (distinct.size() == most) break;
-    const bool known = std::any_of(distinct.begin(), distinct.end(),
-                                   [&](const ScoredPose& other) { return AreNear(candidate.pose, other.pose); });
+    const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const ScoredPose& other) {
+      return AreNear(candidate.pose, other.pose, constants);
+    });
     if (!known) distinct.push_back(candidate);
   }
   return distinct;
@@ -103,12 +96,11 @@ std::vector<ScoredPose> KeepDistinct(std::vector<ScoredPose> candidates, std::si
 
 }  // namespace
 
-double ComputeAgreement(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser) {
-  constexpr double kNear_m = 0.3;  // what stands so near was there for a moment
-  constexpr double kMostSteps = 4000.0;
+double ComputeAgreement(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser,
+                        const MatchConstants::Agreement& constants) {
   const MapGeometry& geometry = map.geometry();
   const double cell_m = geometry.cell_size_m();
-  const double tolerance_m = std::max(0.15, 1.5 * cell_m);
+  const double tolerance_m = std::max(constants.tolerance_m, constants.tolerance_cells * cell_m);
   if (hits_m.cols() == 0) return 0.0;
   const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
   int num_agreeing = 0;
@@ -116,8 +108,9 @@ double ComputeAgreement(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, cons
     const double range_m = std::sqrt(hits_m.col(i).squaredNorm());
     const double dx = (cos * hits_m(0, i) - sin * hits_m(1, i)) / range_m;
     const double dy = (sin * hits_m(0, i) + cos * hits_m(1, i)) / range_m;
-    const double step_m = std::max(cell_m, range_m / kMostSteps);
-    for (double way_m = std::min(kNear_m, range_m - tolerance_m); way_m <= range_m + tolerance_m; way_m += step_m) {
+    const double step_m = std::max(cell_m, range_m / constants.most_steps);
+    const double first_m = std::min(constants.near_m, range_m - tolerance_m);
+    for (double way_m = first_m; way_m <= range_m + tolerance_m; way_m += step_m) {
       if (!IsOccupied(map.At(geometry.CellAt(T_map_laser.x_m + way_m * dx, T_map_laser.y_m + way_m * dy)))) continue;
       if (way_m >= range_m - tolerance_m) ++num_agreeing;
       break;
@@ -126,26 +119,29 @@ double ComputeAgreement(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, cons
   return static_cast<double>(num_agreeing) / static_cast<double>(hits_m.cols());
 }
 
-double ScorePlace(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser) {
-  const Eigen::Matrix2Xd thinned_m = ThinColumns(hits_m, kMostRays);
-  return map.Fitness(map.InCells(thinned_m), T_map_laser) * ComputeAgreement(map.cells(), thinned_m, T_map_laser);
+double ScorePlace(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser,
+                  const MatchConstants& constants) {
+  const Eigen::Matrix2Xd thinned_m = ThinColumns(hits_m, constants.global_search.most_rays);
+  return map.Fitness(map.InCells(thinned_m), T_map_laser) *
+         ComputeAgreement(map.cells(), thinned_m, T_map_laser, constants.agreement);
 }
 
 GlobalMatch SearchWholeMap(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m,
-                           const Eigen::Matrix2Xd& critical_hits_m) {
+                           const Eigen::Matrix2Xd& critical_hits_m, const MatchConstants& constants) {
+  const MatchConstants::GlobalSearch& search = constants.global_search;
   GlobalMatch match;
-  int factor = std::max(1, static_cast<int>(std::lround(kFirstCell_m / map.geometry().cell_size_m())));
+  int factor = std::max(1, static_cast<int>(std::lround(search.first_cell_m / map.geometry().cell_size_m())));
   ScoredMap coarse = MakeCoarse(map.cells(), factor);
   std::vector<Pose2> places = FindFreePlaces(coarse.cells());
-  while (places.size() > kMostPlaces) {
+  while (places.size() > search.most_places) {
     coarse = MakeCoarse(map.cells(), factor *= 2);
     places = FindFreePlaces(coarse.cells());
   }
-  const Eigen::Matrix2Xd few_hits_m = ThinColumns(critical_hits_m, kMostRays);
-  std::vector<ScoredPose> candidates = TryEverywhere(coarse, places, few_hits_m, match.evaluations);
+  const Eigen::Matrix2Xd few_hits_m = ThinColumns(critical_hits_m, search.most_rays);
+  std::vector<ScoredPose> candidates = TryEverywhere(coarse, places, few_hits_m, search, match.evaluations);
 
   // Each of them climbs on finer and finer maps.
-  double step_rad = kPi / kDirections;
+  double step_rad = kPi / search.directions;
   const auto ClimbOn = [&](const ScoredMap& there, const Eigen::Matrix2Xd& seen_m, int num_halvings,
                            std::vector<ScoredPose>& climbers) {
     const RaysInCells rays = there.InCells(seen_m);
@@ -158,14 +154,14 @@ GlobalMatch SearchWholeMap(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m,
     }
     step_rad *= 0.5;
   };
-  while ((factor /= 2) > 1) ClimbOn(MakeCoarse(map.cells(), factor), few_hits_m, 2, candidates);
-  ClimbOn(map, few_hits_m, 2, candidates);
+  while ((factor /= 2) > 1) ClimbOn(MakeCoarse(map.cells(), factor), few_hits_m, search.halvings, candidates);
+  ClimbOn(map, few_hits_m, search.halvings, candidates);
 
   // The highest climb on with all rays, and are looked at more closely.
-  std::vector<ScoredPose> finalists = KeepDistinct(std::move(candidates), kMostFinalists);
-  ClimbOn(map, ThinColumns(hits_m, kMostRays), 4, finalists);
-  for (ScoredPose& finalist : finalists) finalist.fitness = ScorePlace(map, hits_m, finalist.pose);
-  finalists = KeepDistinct(std::move(finalists), 2);
+  std::vector<ScoredPose> finalists = KeepDistinct(std::move(candidates), search.most_finalists, search);
+  ClimbOn(map, ThinColumns(hits_m, search.most_rays), search.halvings_at_end, finalists);
+  for (ScoredPose& finalist : finalists) finalist.fitness = ScorePlace(map, hits_m, finalist.pose, constants);
+  finalists = KeepDistinct(std::move(finalists), 2, search);
   if (finalists.empty()) return match;
   match.T_map_laser = finalists[0].pose;
   match.score = finalists[0].fitness;

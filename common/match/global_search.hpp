@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "common/match/match_constants.hpp"
 #include "common/match/scored_map.hpp"
 #include "common/math/pose2.hpp"
 
@@ -13,24 +14,12 @@ namespace crsm {
 /// Share of the rays that go through the map as they went through the building, [0, 1]: over cells that are not
 /// occupied, to an occupied one. Fitness asks only where rays end; this tells a room from another one that has its
 /// walls and more. 0 without rays.
-double ComputeAgreement(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser);
+double ComputeAgreement(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser,
+                        const MatchConstants::Agreement& constants = {});
 
 /// How well a scan fits a place: its fitness there times its agreement, [0, 1].
-double ScorePlace(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser);
-
-/// Less is no place of the scan. Of 780 searches for scans in maps of other buildings one was convincing; of 660 in
-/// maps of their own 7 % of those that found the place scored less, and none was convincing elsewhere.
-inline constexpr double kLeastScore = 0.45;
-
-/// Less, and a scan is lost although it is near the place of the last one on a finished map. Where scans of the
-/// building are followed, 1 in 20 scores less than 0.42 on intel, 0.38 on aces and 0.26 on fr079, the last ones where
-/// the robot looks into rooms that are not on the map. Scans that were followed at wrong places scored up to 0.18, half
-/// of them less than 0.04.
-inline constexpr double kLeastTrackedScore = 0.25;
-
-/// The same where the last ten scans that were found fit so well that the place is right: on intel people and doors
-/// bring scans of the mapping itself down to 0.1.
-inline constexpr double kLeastFollowedScore = 0.08;
+double ScorePlace(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser,
+                  const MatchConstants& constants = {});
 
 /// What a search of the whole map has found.
 struct GlobalMatch {
@@ -40,7 +29,9 @@ struct GlobalMatch {
   int evaluations = 0;     ///< of the fitness
 
   /// Whether the place fits, and clearly better than any other: rooms may be alike.
-  bool IsConvincing() const { return score >= kLeastScore && runner_up <= 0.8 * score; }
+  bool IsConvincing(const MatchConstants::GlobalSearch& constants = {}) const {
+    return score >= constants.least_score && runner_up <= constants.runner_up_share * score;
+  }
 };
 
 /// Finds where on the whole map a scan was taken.
@@ -51,6 +42,6 @@ struct GlobalMatch {
 /// that it takes no longer: two million evaluations, a quarter of a second. Cells of 0.4 m found as much as those of
 /// 0.2 m on three maps of buildings; cells of 0.8 and 1.6 m found a tenth less.
 GlobalMatch SearchWholeMap(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m,
-                           const Eigen::Matrix2Xd& critical_hits_m);
+                           const Eigen::Matrix2Xd& critical_hits_m, const MatchConstants& constants = {});
 
 }  // namespace crsm

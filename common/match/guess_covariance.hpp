@@ -2,33 +2,26 @@
 
 #include <array>
 
+#include "common/match/match_constants.hpp"
 #include "common/match/tracking_state.hpp"
 #include "common/scan/scan_match.hpp"
 
 namespace crsm {
 
-/// How far a robot was found from where it was guessed to be after lost scans or a gap: to either side, and how that
-/// grows with the time between. It is what is searched there, up to a limit, for the place where a trajectory begins.
-/// Chosen on fr-clinic and carried drives in sim:demo.
-struct GuessWindow {
-  double m = 0.7;
-  double rad = 0.2;
-  double m_per_s = 0.35;
-  double rad_per_s = 0.1;
-  double most_m = 4.0;  ///< the limit
-};
-inline constexpr GuessWindow kGuessWindow;
+/// The usual one: the graph's constants of the search near a break begin as this.
+inline constexpr MatchConstants::GuessWindow kGuessWindow;
 
 /// How well a pose is known that is a guess: that of a lost scan, or of the first one of a trajectory, on the map of
 /// the trajectory before it. As of ScanMatch::covariance, the same in all directions.
 ///
-/// Standard deviations are half of kGuessWindow, without a limit to the time: with each second since the last match
+/// Standard deviations are half of the window, without a limit to the time: with each second since the last match
 /// they grow by as much as its half does, or by what the robot moved in a second when it was matched last, if that is
 /// more. Where the wheels are believed they grow by what those are worth instead. They end at 50 m, and
 /// at what any heading has; so does a guess after a clock that begins anew: nobody knows the time between.
 ///
 /// kUnknownVariance where there is nothing to guess from: in another drive that begins anywhere, and on a finished map
 /// before the first match. tracking: before the scan of the match.
-std::array<double, 6> ComputeGuessCovariance(const ScanMatch& guess, const TrackingState& tracking);
+std::array<double, 6> ComputeGuessCovariance(const ScanMatch& guess, const TrackingState& tracking,
+                                             const MatchConstants::GuessWindow& constants = {});
 
 }  // namespace crsm

@@ -8,18 +8,18 @@ namespace crsm {
 namespace {
 
 /// Whether a ray passes through a wall, and not just before it ends: along a wall that is seen flat it may touch it.
-bool PassesWall(const ByteMap& map, const Pose2& laser, const Eigen::Vector2d& ray_m) {
-  constexpr double kBefore_m = 0.5;
+bool PassesWall(const ByteMap& map, const Pose2& laser, const Eigen::Vector2d& ray_m,
+                const MatchConstants::KnownRays& constants) {
   const double range_m = ray_m.norm();
-  return IsInTheWay(map, laser, ray_m / range_m, map.geometry().cell_size_m(), range_m - kBefore_m, IsOccupied);
+  return IsInTheWay(map, laser, ray_m / range_m, map.geometry().cell_size_m(), range_m - constants.before_end_m,
+                    IsOccupied, constants.walk);
 }
 
 /// Whether a place is just behind a wall. The cells behind a wall are unexplored as those beyond its drawn end are; but
 /// of a ray that ends behind it the map says that the laser is too close to it.
 bool IsBehindWall(const ByteMap& map, const Eigen::Vector2d& place_m, const DegenerateAxis& axis) {
-  constexpr int kReach_cells = 3;
-  constexpr int kWidth_cells = 2;  // of what stands across the axis, to either side ...
-  constexpr int kLeastAcross = 3;  // ... and of these five cells
+  const int reach_cells = axis.constants.behind_wall_cells;
+  const int width_cells = axis.constants.beside_axis_cells;
   const double cell_size_m = map.geometry().cell_size_m();
   const Eigen::Vector2d& along = axis.direction;
   const Eigen::Vector2d across(-along.y(), along.x());
@@ -28,11 +28,11 @@ bool IsBehindWall(const ByteMap& map, const Eigen::Vector2d& place_m, const Dege
     const Eigen::Vector2d at_m = place_m + cell_size_m * (i * along + j * across);
     return IsOccupied(cells.At(map.geometry().CellAt(at_m.x(), at_m.y())));
   };
-  for (int i = -kReach_cells; i <= kReach_cells; ++i) {
+  for (int i = -reach_cells; i <= reach_cells; ++i) {
     if (IsWall(0, i)) return true;
     int num_across = 0;
-    for (int j = -kWidth_cells; !axis.held_by_wheels && j <= kWidth_cells; ++j) num_across += IsWall(i, j);
-    if (num_across >= kLeastAcross) return true;
+    for (int j = -width_cells; !axis.held_by_wheels && j <= width_cells; ++j) num_across += IsWall(i, j);
+    if (num_across >= axis.constants.least_across_cells) return true;
   }
   return false;
 }
@@ -49,7 +49,7 @@ KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, co
                                 sin * points_m(0, i) + cos * points_m(1, i));
     const Eigen::Vector2d end_m(T_map_laser.x_m + ray_m.x(), T_map_laser.y_m + ray_m.y());
     known[i] = map.At(map.geometry().CellAt(end_m.x(), end_m.y())) != kUnexploredByte ||
-               PassesWall(map, T_map_laser, ray_m) || IsBehindWall(map, end_m, axis);
+               PassesWall(map, T_map_laser, ray_m, axis.constants) || IsBehindWall(map, end_m, axis);
   }
   return known;
 }

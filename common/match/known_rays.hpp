@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "common/match/match_constants.hpp"
 #include "common/match/scored_map.hpp"
 #include "common/math/pose2.hpp"
 #include "common/scan/contour.hpp"
@@ -15,10 +16,11 @@ namespace crsm {
 /// poses are compared, only rays count that the map knows from both.
 using KnownRays = Eigen::Array<bool, Eigen::Dynamic, 1>;
 
-/// Along which poses are compared.
+/// Along which poses are compared, and how.
 struct DegenerateAxis {
   Eigen::Vector2d direction;    ///< unit vector, map frame
   bool held_by_wheels = false;  ///< then a few cells across it are no wall: the drawn end of a wall looks like one
+  MatchConstants::KnownRays constants = {};
 };
 
 /// Rays end in explored cells, or pass through a wall before they end, or end just behind one. points_m: 2 x N, laser

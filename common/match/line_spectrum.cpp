@@ -12,15 +12,14 @@ namespace {
 
 constexpr std::size_t kDegrees = std::tuple_size_v<LineSpectrum>;
 
-/// Points on parallel lines, 0.2 m apart: the square of how many lie on each, summed up.
-double SumOfSquares(const Eigen::Matrix2Xd& points_m, double direction_rad) {
-  constexpr double kApart_m = 0.2;
-  constexpr int kLines = 400;
-  std::array<int, kLines> on_line{};
+/// Points on parallel lines: the square of how many lie on each, summed up.
+double SumOfSquares(const Eigen::Matrix2Xd& points_m, double direction_rad,
+                    const MatchConstants::LineSpectrum& constants) {
+  std::vector<int> on_line(static_cast<std::size_t>(constants.lines), 0);
   const auto [sin, cos] = ComputeSinCos(direction_rad);
   for (Eigen::Index i = 0; i < points_m.cols(); ++i) {
-    const double across = (cos * points_m(0, i) + sin * points_m(1, i)) / kApart_m + kLines / 2;
-    if (across >= 0.0 && across < kLines) ++on_line[static_cast<std::size_t>(across)];
+    const double across = (cos * points_m(0, i) + sin * points_m(1, i)) / constants.apart_m + constants.lines / 2;
+    if (across >= 0.0 && across < constants.lines) ++on_line[static_cast<std::size_t>(across)];
   }
   return std::transform_reduce(on_line.begin(), on_line.end(), 0.0, std::plus<>(),
                                [](int num) { return static_cast<double>(num) * num; });
@@ -28,10 +27,10 @@ double SumOfSquares(const Eigen::Matrix2Xd& points_m, double direction_rad) {
 
 }  // namespace
 
-LineSpectrum ComputeLineSpectrum(const Eigen::Matrix2Xd& points_m) {
+LineSpectrum ComputeLineSpectrum(const Eigen::Matrix2Xd& points_m, const MatchConstants::LineSpectrum& constants) {
   Eigen::Array<double, kDegrees, 1> sums;
   for (std::size_t i = 0; i < kDegrees; ++i) {
-    sums[static_cast<Eigen::Index>(i)] = SumOfSquares(points_m, static_cast<double>(i) * kPi / kDegrees);
+    sums[static_cast<Eigen::Index>(i)] = SumOfSquares(points_m, static_cast<double>(i) * kPi / kDegrees, constants);
   }
   sums -= sums.mean();
   const double length = std::sqrt(sums.square().sum());

@@ -4,6 +4,8 @@
 #include <array>
 #include <bitset>
 
+#include "common/match/match_constants.hpp"
+
 namespace crsm {
 
 /// How much of some points lies on straight lines, by the direction of these, a degree each: it turns with the points,
@@ -13,7 +15,7 @@ namespace crsm {
 using LineSpectrum = std::array<float, 180>;
 
 /// points_m: 2 x N, spread evenly. Of none it is 0.
-LineSpectrum ComputeLineSpectrum(const Eigen::Matrix2Xd& points_m);
+LineSpectrum ComputeLineSpectrum(const Eigen::Matrix2Xd& points_m, const MatchConstants::LineSpectrum& constants = {});
 
 /// Yaws, by degrees; half a turn more is the same one.
 using Turns = std::bitset<180>;

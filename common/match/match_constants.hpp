@@ -39,6 +39,81 @@ struct MatchConstants {
     double far_gain = 1.1;             ///< by which a place of the far search must fit better
   };
 
+  /// Where a robot may have gone further than random climbs find: logs with a scan a metre.
+  struct FarSearch {
+    double close_s = 0.5;  ///< between scans: where they follow closer, random climbs do
+    double least_m = 0.3;  ///< what a pose that is guessed right is off
+    double least_rad = 0.25;
+    double faster_m_s = 0.4;  ///< that a robot becomes in a second
+    double faster_rad_s = 0.6;
+    double faster_most_m = 1.0;  ///< further, becoming faster does not bring it
+    double most_m = 3.0;         ///< the largest window
+    double most_rad = 1.6;
+    double cell_m = 0.1;
+    double farthest_m = 15.0;          ///< of a hit, from the laser
+    std::ptrdiff_t most_points = 180;  ///< hits, evenly spread
+    std::ptrdiff_t fewest_points = 20;
+    double least_score = 0.4;  ///< of the hits
+    double rival_share = 0.9;  ///< of the best score: as good as this, another place is a rival
+    int most_evaluations = 60'000;
+  };
+
+  /// Branch and bound in a window, for the far search and for loops.
+  struct PlaceSearch {
+    double other_m = 0.6;  ///< what is this far away is another place
+    double other_rad = 0.2;
+  };
+
+  /// Where on the whole map a scan was taken.
+  struct GlobalSearch {
+    double first_cell_m = 0.2;
+    int directions = 120;              ///< tried at each free place
+    std::size_t most_places = 10'000;  ///< more, and the first cells are larger
+    std::ptrdiff_t most_rays = 180;    ///< of a scan; more tell no more
+    std::size_t most_climbs = 5000;
+    std::size_t most_finalists = 50;
+    int halvings = 2;         ///< of the step, on each of the finer maps ...
+    int halvings_at_end = 4;  ///< ... and with all rays
+    double other_m = 0.5;     ///< in x or y: what is further away is another place
+    double other_rad = 0.26;
+    double runner_up_share = 0.8;  ///< of the best score: with more the other place may be it. Rooms may be alike
+    /// Less is no place of the scan. Of 780 searches for scans in maps of other buildings one was convincing; of 660 in
+    /// maps of their own 7 % of those that found the place scored less, and none was convincing elsewhere.
+    double least_score = 0.45;
+  };
+
+  /// Share of the rays that go through the map as they went through the building.
+  struct Agreement {
+    double near_m = 0.3;           ///< what stands so near was there for a moment
+    double tolerance_m = 0.15;     ///< from the end of a ray to the occupied cell: this ...
+    double tolerance_cells = 1.5;  ///< ... or this, the larger one
+    double most_steps = 4000.0;    ///< along a ray: a longer one takes longer steps
+  };
+
+  /// A ray through the map: whether something stands in its way.
+  struct RayWalk {
+    int least_cells = 2;         ///< occupied: a single one may be an error of drawing
+    double most_steps = 4000.0;  ///< along a ray: a longer one takes longer steps
+  };
+
+  /// Which rays a map tells anything of.
+  struct KnownRays {
+    double before_end_m = 0.5;   ///< of a ray: along a wall that is seen flat it may touch it there
+    int behind_wall_cells = 3;   ///< at most, from the wall to a place that is just behind it
+    int beside_axis_cells = 2;   ///< of what stands across the axis, to either side ...
+    int least_across_cells = 3;  ///< ... and of these five cells
+    RayWalk walk = {};
+  };
+
+  /// Which rays contradict a map.
+  struct Contradiction {
+    int free_cells = 2;                    ///< all so near to the end of a ray are free: nothing stands there
+    std::uint8_t surely_below = 80;        ///< a cell with a smaller byte surely stands
+    double passed_first_cells = 2.0;       ///< from the laser to where a ray begins to pass through what stands ...
+    double passed_before_end_cells = 4.0;  ///< ... and from there to its end
+    RayWalk walk = {};
+  };
+
   /// What holds the pose at its initial guess.
   struct MotionPrior {
     double per_m2 = 0.5;             ///< fitness lost per squared distance
@@ -46,11 +121,53 @@ struct MatchConstants {
     double degenerate_max_per_m2 = 40.0;
     double degenerate_per_m = 0.08;  ///< divided by the error of motions so far: who drives evenly is held more
     double degeneracy_min = 0.2;     ///< below, the walls tell more than the prior
-    double chance_gain = 0.05;       ///< of fitness along a bare corridor: three sigma of the wheels outweigh it
+    double chance_gain = 0.05;       ///< of fitness along a bare corridor ...
+    double chance_sigmas = 3.0;      ///< ... which so many standard deviations of the wheels outweigh
     double wheels_sigma_min_m = 0.01;
     double wheels_sigma_max_m = 0.03;
     double wheels_near_m = 0.3;  ///< reliable wheels hold where the search ended so near to them
     double steady_s = 0.3;       ///< after the last match: longer, and a robot becomes faster or slower
+  };
+
+  /// The climb to the top of an optimum, to a fraction of a cell.
+  struct Optimum {
+    double first_step_rad = 0.01;
+    int halvings = 6;          ///< of the step
+    int coarse_halvings = 2;   ///< of these: the last of them steps by half a cell
+    int widths = 4;            ///< that say where the middle of the yaw is
+    double least_fall = 0.02;  ///< of fitness: an optimum as flat as this has no middle
+  };
+
+  /// How well a scan tells where it was taken.
+  struct Uncertainty {
+    double near_cells = 2.0;  ///< hits this close lie on one surface
+    /// Hits further apart tell no direction: those of a wall 8 m away at one beam a degree and 10 degrees from its
+    /// plane.
+    double largest_surface_gap_m = 0.8;
+    double chord_m = 0.4;          ///< a shorter piece of wall does not tell its direction: hits are a centimetre off
+    int chord_gaps_min = 2;        ///< between its hits: two hits alone tell no direction
+    double ray_sigma_cells = 1.0;  ///< of one ray; neighbouring rays err alike
+    double map_cells = 1.0;        ///< what the map is good for
+    double map_rad = 0.005;
+    double unknown_m = 1.0;  ///< where nothing is told: as far as one gets between scans
+    double unknown_rad = 0.3;
+    /// An axis is degenerate where less is told than by a few rays, or by that share of all rays which the noise of the
+    /// normals alone makes of a straight wall.
+    double few_rays = 3.0;
+    double noise_share = 0.02;
+  };
+
+  /// How far a robot was found from where it was guessed to be after lost scans or a gap: to either side, and how that
+  /// grows with the time between. It is what is searched there, up to a limit, for the place where a trajectory begins.
+  /// Chosen on fr-clinic and carried drives in sim:demo.
+  struct GuessWindow {
+    double m = 0.7;
+    double rad = 0.2;
+    double m_per_s = 0.35;
+    double rad_per_s = 0.1;
+    double most_m = 4.0;       ///< the limit
+    double sigma_share = 0.5;  ///< of the window: a standard deviation
+    double most_sigma_m = 50.0;
   };
 
   /// The last climb, with all rays.
@@ -77,6 +194,75 @@ struct MatchConstants {
     double lifted_s = 2.0;  ///< ... and nobody lifts a robot faster
   };
 
+  /// What the wheels are worth, learned from matched motions.
+  struct WheelModel {
+    // What is believed before anything was learned, and how strongly: as if so many steps had said so.
+    double prior_scale = 0.2;    ///< standard deviations: of the scale, and of the mounting [rad] ...
+    double prior_lever_m = 0.3;  ///< ... of the laser's place ...
+    double prior_turn = 0.1;     ///< ... of the turn's scale ...
+    double prior_delay_s = 0.05;
+    double prior_steps = 5.0;         ///< of the noise, which is:
+    double prior_way_per_m = 0.1;     ///< standard deviation of a way of a metre [m]
+    double prior_way_per_rad = 0.05;  ///< ... of a turn of a radian
+    double prior_turn_per_m = 0.05;   ///< standard deviation of the heading after a metre [rad]
+    double prior_turn_per_rad = 0.1;
+
+    double step_m = 0.5;  ///< a step ends that far from where it began
+    double step_rad = 0.5;
+    double forget = 0.995;       ///< with each step: a hundred metres count
+    double huber = 2.0;          ///< standard deviations, from which on a residual counts less
+    double most_residual = 4.0;  ///< ... as which a larger one counts
+    double slip = 5.0;           ///< ... from which on it is a slip
+    double match_m = 0.01;       ///< of the matches at both ends of a step
+    double match_rad = 0.003;
+    double matched_heading_rad = 0.003;  ///< of one scan: for the delay
+    double longest_period_s = 0.5;       ///< between scans: over more, a delay of the stamps is nothing
+    double follow = 0.05;                ///< share of the newest motion in the mean errors
+    double tolerance_m = 0.02;           ///< what a good match may be off
+
+    // Whether a robot can move so far: so many times the pace of its wheels, and faster. Stamps are not exact.
+    double times_pace = 2.0;
+    double faster_m_s = 1.0;
+    double faster_rad_s = 1.0;
+    double jump_m = 1.0;  ///< less is no jump in any time
+    double jump_rad = 1.5;
+
+    double least_noise = 0.005;  ///< per root metre, and per root radian: no wheels are better
+    double least_m = 0.003;      ///< standard deviation of any motion
+    double least_rad = 0.001;
+    double jitter_share = 0.5;    ///< of the mean error, in each motion: stamps are not exact
+    double most_noise_m = 0.12;   ///< after a metre: more, and they are no help ...
+    double most_noise_rad = 0.2;  ///< ... and after a radian
+
+    std::int64_t few_steps = 5;    ///< learned from: with fewer nothing is said
+    std::int64_t many_steps = 20;  ///< with these they are reliable
+    std::int64_t slips_by_chance = 2;
+    std::int64_t steps_per_slip = 32;             ///< of right wheels at least: 45 in fr079, 69 in killian
+    std::int64_t steps_since_slip_if_often = 40;  ///< else few_steps
+    double clearly = 0.7;  ///< of the velocity model's mean error: with less the wheels tell motions better
+  };
+
+  /// What is learned of how the robot drives.
+  struct Tracking {
+    double first_motion_error_m = 0.02;  ///< of an uneven one
+    double follow = 0.01;                ///< share of the newest motion in the mean error
+    double stands_m = 0.01;              ///< less is no motion
+
+    friend bool operator==(const Tracking&, const Tracking&) = default;
+  };
+
+  /// Scans whose beams were measured one after the other.
+  struct Sweep {
+    double longest_s = 0.5;     ///< between scans: longer ago, the motion tells nothing of this one
+    std::int64_t patience = 5;  ///< lost scans, after which nobody knows how the robot moves
+    double lever_m = 5.0;       ///< from the laser: there turns are counted as ways
+    int most_matches = 4;
+    double enough_m = 0.01;  ///< apart: two twists that bring beams no further are the same
+    double good = 0.95;      ///< of the baseline fitness
+    double step_rad = 0.25;  ///< turned in a sweep: to half of it, the search of the matcher finds the rest
+    double fastest_turn_rad_s = 5.0;
+  };
+
   /// Which fitness is enough, and which is too little.
   struct Acceptance {
     double good = 0.95;                ///< the search stops here
@@ -99,6 +285,14 @@ struct MatchConstants {
     std::int64_t search_every = 10;  ///< lost scans between searches of the whole map: people walk on after a second
     double near_m = 0.3;             ///< that a followed robot may have moved between scans
     double near_rad = 0.25;
+    /// A score, as of ScorePlace: less, and a scan is lost although it is near the place of the last one on a finished
+    /// map. Where scans of the building are followed, 1 in 20 scores less than 0.42 on intel, 0.38 on aces and 0.26 on
+    /// fr079, the last ones where the robot looks into rooms that are not on the map. Scans that were followed at wrong
+    /// places scored up to 0.18, half of them less than 0.04.
+    double least_tracked_score = 0.25;
+    /// The same where the last ten scans that were found fit so well that the place is right: on intel people and doors
+    /// bring scans of the mapping itself down to 0.1.
+    double least_followed_score = 0.08;
   };
 
   /// How the motion goes on. A mean of some motions: along a corridor no single one is known well.
@@ -109,6 +303,15 @@ struct MatchConstants {
     std::size_t lost_scans_max = 5;  ///< after a second the robot does something else
     double onward_max_s = 6.0;
     double onward_turn = 0.5;  ///< turns end sooner than drives
+    int onward_steps = 10;     ///< pieces of that way
+
+    friend bool operator==(const Prediction&, const Prediction&) = default;
+  };
+
+  /// How much of what was seen lies on straight lines, by their direction.
+  struct LineSpectrum {
+    double apart_m = 0.2;  ///< two lines
+    int lines = 400;       ///< so many of each direction, half of them to either side of the middle
   };
 
   /// When a trajectory ends.
@@ -132,12 +335,25 @@ struct MatchConstants {
 
   Search search = {};
   WideSearch wide_search = {};
+  FarSearch far_search = {};
+  PlaceSearch place_search = {};
+  GlobalSearch global_search = {};
+  Agreement agreement = {};
+  KnownRays known_rays = {};
+  Contradiction contradiction = {};
   MotionPrior prior = {};
+  Optimum optimum = {};
+  Uncertainty uncertainty = {};
+  GuessWindow guess_window = {};
   FinalClimb final_climb = {};
   Wheels wheels = {};
+  WheelModel wheel_model = {};
+  Tracking tracking = {};
+  Sweep sweep = {};
   Acceptance acceptance = {};
   FinishedMap finished_map = {};
   Prediction prediction = {};
+  LineSpectrum line_spectrum = {};
   Break breaks = {};
 };
 

@@ -55,11 +55,13 @@ bool IsConvincing(const ScanMatch& match, const TrackingState& tracking, const M
 /// Whether the map contradicts a scan that fits it much worse than scans do as a rule: the robot was carried, and
 /// stands where something fits by chance.
 bool IsContradicted(const Matcher& matcher, const CriticalRays& scan, const ScanMatch& match,
-                    const TrackingState& tracking, const MatchConstants::Break& constants) {
+                    const TrackingState& tracking, const MatchConstants& constants) {
+  const MatchConstants::Break& breaks = constants.breaks;
   if (match.state == MatchState::kLost || tracking.fitnesses().size() < TrackingState::kUsual) return false;
-  if (match.fitness >= constants.suspect_fitness * tracking.baseline_fitness()) return false;
+  if (match.fitness >= breaks.suspect_fitness * tracking.baseline_fitness()) return false;
   const Eigen::Matrix2Xd hits_m = ComputeHits(Deskew(scan, match.twist).rays);
-  return ComputeContradiction(matcher.map(), hits_m, match.T_map_laser) > constants.contradiction_max;
+  const double share = ComputeContradiction(matcher.map(), hits_m, match.T_map_laser, constants.contradiction);
+  return share > breaks.contradiction_max;
 }
 
 ScanMatch Lose(ScanMatch match, const Pose2& guess) {
@@ -118,9 +120,10 @@ ScanMatch BeginByWheels(const ScanMatch& match, const TrackingState& tracking,
 }
 
 /// Where the known map shows a scan to be, far from the last one. Nearby a guess is as good, and promises nothing.
-std::optional<Pose2> FindFarAway(const Matcher& matcher, const CriticalRays& scan, const Pose2& T_map_last) {
+std::optional<Pose2> FindFarAway(const Matcher& matcher, const CriticalRays& scan, const Pose2& T_map_last,
+                                 double nearby_m) {
   const auto found = matcher.Locate(scan);
-  return found && Distance(*found, T_map_last) > kGuessWindow.most_m ? found : std::nullopt;
+  return found && Distance(*found, T_map_last) > nearby_m ? found : std::nullopt;
 }
 
 /// As of MatchScan; what a guess is worth is still to be said.
@@ -128,7 +131,7 @@ ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const T
                        const std::optional<Pose2>& T_odom_robot, const MatchOptions& options) {
   const MatchConstants::Break& breaks = options.constants.breaks;
   const bool has_enough_rays = scan.rays.size() >= breaks.fewest_rays;
-  ScanMatch match = MatchSweep(matcher, scan, tracking, T_odom_robot);
+  ScanMatch match = MatchSweep(matcher, scan, tracking, T_odom_robot, options.constants.sweep);
   match.by_wheels = tracking.wheels().Predict(tracking.recent(), scan.utime, match.T_odom_robot);
   match.trajectory = tracking.trajectory();
   match.floating = tracking.floating();
@@ -139,7 +142,7 @@ ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const T
   if (!has_enough_rays) return match;
   const ScanMatch& last = tracking.recent().back();
   const bool is_convincing = tracking.num_lost() == 0 || IsConvincing(match, tracking, breaks);
-  if (!is_convincing || IsContradicted(matcher, scan, match, tracking, breaks))
+  if (!is_convincing || IsContradicted(matcher, scan, match, tracking, options.constants))
     match = Lose(match, GuessByWheels(match, last));
   const bool lost_for_long =
       match.state == MatchState::kLost && tracking.num_lost() + 1 >= FindPatience(tracking, breaks);
@@ -150,7 +153,7 @@ ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const T
   if (!lost_for_long && !broken && !resumed_elsewhere) return match;
   const Pose2 guess =
       lost_for_long ? GuessOnward(tracking.recent(), scan.utime, options.constants.prediction) : last.T_map_laser;
-  const auto found = FindFarAway(matcher, scan, last.T_map_laser);
+  const auto found = FindFarAway(matcher, scan, last.T_map_laser, options.constants.guess_window.most_m);
   ScanMatch first = Begin(match, found.value_or(guess));
   if (found) first.covariance = kUnknownCovariance;
   return first;
@@ -163,7 +166,7 @@ ScanMatch MatchScan(const Matcher& matcher, const CriticalRays& scan, const Trac
   ScanMatch match = MatchOrBegin(matcher, scan, tracking, T_odom_robot, options);
   const bool begins_amid = match.state == MatchState::kFirst && match.trajectory > 0;
   const bool is_guess = match.state == MatchState::kLost || (begins_amid && match.covariance[0] == 0.0);
-  if (is_guess) match.covariance = ComputeGuessCovariance(match, tracking);
+  if (is_guess) match.covariance = ComputeGuessCovariance(match, tracking, options.constants.guess_window);
   return match;
 }
 

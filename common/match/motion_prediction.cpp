@@ -49,7 +49,6 @@ std::optional<Pose2> ContinueMotion(std::span<const ScanMatch> recent, const Mat
 }
 
 Pose2 GuessOnward(std::span<const ScanMatch> recent, std::int64_t utime, const MatchConstants::Prediction& constants) {
-  constexpr int kSteps = 10;
   const auto IsLost = [](const ScanMatch& match) { return match.state == MatchState::kLost; };
   const auto last = std::find_if_not(recent.rbegin(), recent.rend(), IsLost);
   const Pose2& guess = recent.back().T_map_laser;
@@ -60,9 +59,9 @@ Pose2 GuessOnward(std::span<const ScanMatch> recent, std::int64_t utime, const M
   const double since_s = 1e-6 * static_cast<double>(utime - last->utime);
   if (period_s <= 0.0 || since_s <= 0.0) return guess;
   const Pose2 motion = Inverse(before->T_map_laser) * last->T_map_laser;
-  const double share = std::min(since_s, constants.onward_max_s) / period_s / kSteps;
+  const double share = std::min(since_s, constants.onward_max_s) / period_s / constants.onward_steps;
   Pose2 onward = last->T_map_laser;
-  for (int i = 0; i < kSteps; ++i) {
+  for (int i = 0; i < constants.onward_steps; ++i) {
     onward = onward * Pose2{share * motion.x_m, share * motion.y_m, share * constants.onward_turn * motion.yaw_rad};
   }
   return onward;

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 
+#include "common/match/match_constants.hpp"
 #include "common/math/pose2.hpp"
 
 namespace crsm {
@@ -63,17 +64,16 @@ Pose2 LookAlong(const Pose2& from, const Eigen::Vector2d& axis, double reach_m, 
 /// where the middle is, each from the fitness so far to either side. The narrow ones know it better, unless it is flat
 /// there; so each counts by how steeply the fitness falls.
 template <class Fitness>
-Pose2 CentreYaw(const ScoredPose& top, double width_rad, Fitness&& fitness) {
-  constexpr int kWidths = 4;
-  constexpr double kLeastFall = 0.02;  // an optimum as flat as this has no middle
+Pose2 CentreYaw(const ScoredPose& top, double width_rad, Fitness&& fitness,
+                const MatchConstants::Optimum& constants = {}) {
   const auto Turned = [&](double turn_rad) { return Pose2{top.pose.x_m, top.pose.y_m, top.pose.yaw_rad + turn_rad}; };
   double sum = 0.0;
   double sum_of_turns = 0.0;
-  for (int i = 0; i < kWidths; ++i, width_rad *= 0.5) {
+  for (int i = 0; i < constants.widths; ++i, width_rad *= 0.5) {
     const double left = fitness(Turned(width_rad));
     const double right = fitness(Turned(-width_rad));
     const double fall = 2.0 * top.fitness - left - right;
-    if (fall < kLeastFall) continue;
+    if (fall < constants.least_fall) continue;
     const double turn_rad = std::clamp(0.5 * (left - right) / fall, -1.0, 1.0) * width_rad;
     const double steepness = fall / width_rad;
     sum += steepness;
@@ -85,15 +85,15 @@ Pose2 CentreYaw(const ScoredPose& top, double width_rad, Fitness&& fitness) {
 /// The optimum next to a pose, to a fraction of a cell: to half a cell by one fitness, on from there by another, which
 /// may cost more and be right between cells.
 template <class Fitness, class FineFitness>
-Pose2 FindOptimum(const Pose2& from, double cell_size_m, double width_rad, Fitness&& fitness, FineFitness&& fine) {
-  constexpr double kFirstStep_rad = 0.01;
-  constexpr int kHalvings = 6;
-  constexpr int kCoarse = 2;                      // of these: the last of them steps by half a cell
-  constexpr double kLeft = 1.0 / (1 << kCoarse);  // of the first step
-  const ScoredPose near = ClimbToOptimum(from, cell_size_m, kFirstStep_rad, kCoarse, fitness);
+Pose2 FindOptimum(const Pose2& from, double cell_size_m, double width_rad, Fitness&& fitness, FineFitness&& fine,
+                  const MatchConstants::Optimum& constants = {}) {
+  const double step_rad = constants.first_step_rad;
+  const int coarse = constants.coarse_halvings;
+  const double left = 1.0 / (1 << coarse);  // of the first step
+  const ScoredPose near = ClimbToOptimum(from, cell_size_m, step_rad, coarse, fitness);
   const ScoredPose top =
-      ClimbToOptimum(near.pose, kLeft * cell_size_m, kLeft * kFirstStep_rad, kHalvings - kCoarse, fine);
-  return width_rad > 0.0 ? CentreYaw(top, width_rad, fine) : top.pose;
+      ClimbToOptimum(near.pose, left * cell_size_m, left * step_rad, constants.halvings - coarse, fine);
+  return width_rad > 0.0 ? CentreYaw(top, width_rad, fine, constants) : top.pose;
 }
 
 }  // namespace crsm

@@ -89,17 +89,15 @@ class Lattice {
   }
 
   /// Whether all poses of a node are those of one place.
-  bool IsAt(const Node& node, const Node& place) const {
-    constexpr double kOther_m = 0.6;
-    constexpr double kOther_rad = 0.2;
+  bool IsAt(const Node& node, const Node& place, const MatchConstants::PlaceSearch& constants) const {
     const int size = 1 << node.level;
     const auto Far = [size](int at, int from) { return std::max(from - at, at + size - 1 - from); };
     const double far_m = pyramid_.cell_m() * std::max(Far(node.x, place.x), Far(node.y, place.y));
-    if (far_m >= kOther_m) return false;
+    if (far_m >= constants.other_m) return false;
     const int turn = static_cast<int>(std::lround(2.0 * kPi / step_rad_));  // in a wide window the ends meet
     const int far =
         std::min({Far(node.yaw, place.yaw), Far(node.yaw + turn, place.yaw), Far(node.yaw - turn, place.yaw)});
-    return step_rad_ * far < kOther_rad;
+    return step_rad_ * far < constants.other_rad;
   }
 
   /// The nodes whose halves are those of the highest level.
@@ -349,7 +347,7 @@ Place FindPlace(const HitPyramid& pyramid, const Eigen::Matrix2Xd& points_m, con
       place.rival = place.score = std::max(place.score, node.count / num_points);
       break;
     }
-    if (best && lattice.IsAt(node, *best)) continue;
+    if (best && lattice.IsAt(node, *best, terms.constants)) continue;
     if (node.level > 0) {
       Halve(node);
     } else if (best) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/match/line_spectrum.hpp"
+#include "common/match/match_constants.hpp"
 #include "common/math/pose2.hpp"
 
 namespace crsm {
@@ -16,7 +17,8 @@ class HitPyramid {
  public:
   static constexpr int kLevels = 7;
   /// What a point where nothing stands takes from what a point on a hit counts. At 107 right places in sim:demo no
-  /// point lay there, at 73 wrong ones 5 to 20 in a hundred.
+  /// point lay there, at 73 wrong ones 5 to 20 in a hundred. Fixed: the tables of the innermost loop are made of it
+  /// when this is compiled.
   static constexpr int kFreeWeight = 2;
 
   /// hits_m: 2 x N; of none there is no place. rays_m: 4 x M, from (rows 0, 1) to (rows 2, 3): between them nothing
@@ -80,6 +82,7 @@ struct PlaceTerms {
   double least_score;    ///< of the best place
   double rival_share;    ///< of the best score: as good as this, another place is a rival
   int most_evaluations;  ///< more say that too much is alike
+  MatchConstants::PlaceSearch constants = {};
 };
 
 /// The best place of some points.

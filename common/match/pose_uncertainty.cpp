@@ -11,21 +11,10 @@
 namespace crsm {
 namespace {
 
-constexpr double kNearCells = 2.0;  // hits this close lie on one surface
-/// Hits further apart tell no direction: those of a wall 8 m away at one beam a degree and 10 degrees from its plane.
-constexpr double kLargestSurfaceGap_m = 0.8;
-constexpr double kChord_m = 0.4;  // a shorter piece of wall does not tell its direction: hits are a centimetre off
-
-constexpr double kRaySigmaCells = 1.0;  // of one ray; neighbouring rays err alike
-constexpr double kMapCells = 1.0;       // what the map is good for
-constexpr double kMap_rad = 0.005;
-constexpr double kUnknown_m = 1.0;  // where nothing is told: as far as one gets between scans
-constexpr double kUnknown_rad = 0.3;
-
 /// Whether a chord is too short to tell a direction. Most are by far, which shows without a square root.
-bool IsShort(const Eigen::Vector2d& chord_m) {
+bool IsShort(const Eigen::Vector2d& chord_m, double least_m) {
   const double squared_m2 = chord_m.squaredNorm();
-  return squared_m2 < 0.9 * kChord_m * kChord_m || std::sqrt(squared_m2) < kChord_m;
+  return squared_m2 < 0.9 * least_m * least_m || std::sqrt(squared_m2) < least_m;
 }
 
 bool IsOnWall(const ByteMap& map, Cell cell) {
@@ -56,28 +45,31 @@ std::pair<double, Eigen::Vector2d> FindWeakest(const Eigen::Matrix2d& a) {
 
 }  // namespace
 
-Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size_m) {
-  const std::vector<bool> joined = FindSurfaces(hits_m, kNearCells * cell_size_m, kLargestSurfaceGap_m);
+Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size_m,
+                                const MatchConstants::Uncertainty& constants) {
+  const std::vector<bool> joined =
+      FindSurfaces(hits_m, constants.near_cells * cell_size_m, constants.largest_surface_gap_m);
   const auto num = static_cast<int>(hits_m.cols());
   Eigen::Matrix2Xd normals = Eigen::Matrix2Xd::Zero(2, num);
   for (int i = 0; i < num; ++i) {
     int first = i;
     int last = i;
     Eigen::Vector2d chord = Eigen::Vector2d::Zero();
-    for (bool grows = true; grows && IsShort(chord);) {
+    for (bool grows = true; grows && IsShort(chord, constants.chord_m);) {
       grows = false;
       if (first > 0 && joined[static_cast<std::size_t>(first) - 1]) --first, grows = true;
       if (last + 1 < num && joined[static_cast<std::size_t>(last)]) ++last, grows = true;
       chord = hits_m.col(last) - hits_m.col(first);
     }
-    if (last - first < 2 || IsShort(chord)) continue;
+    if (last - first < constants.chord_gaps_min || IsShort(chord, constants.chord_m)) continue;
     normals.col(i) = Eigen::Vector2d(-chord.y(), chord.x()).normalized();
   }
   return normals;
 }
 
 PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Eigen::Matrix2Xd& normals,
-                                   const Pose2& T_map_laser, const ByteMap& map) {
+                                   const Pose2& T_map_laser, const ByteMap& map,
+                                   const MatchConstants::Uncertainty& constants) {
   const MapGeometry& geometry = map.geometry();
   const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
   Eigen::Matrix2d rotation;
@@ -100,20 +92,19 @@ PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Eigen::
   const Eigen::Matrix2d position =
       information.topLeftCorner<2, 2>() - coupling * coupling.transpose() / yaw_information;
   const auto [weakest, axis] = FindWeakest(position);
-  // A few rays, or that share of all which the noise of the normals alone makes of a straight wall.
-  constexpr double kFewRays = 3.0;
-  constexpr double kNoiseShare = 0.02;
   PoseUncertainty uncertainty;
   uncertainty.degenerate_axis = axis;
-  uncertainty.degeneracy = (kFewRays + kNoiseShare * (position.trace() - weakest)) / std::max(weakest, 1e-9);
+  uncertainty.degeneracy =
+      (constants.few_rays + constants.noise_share * (position.trace() - weakest)) / std::max(weakest, 1e-9);
 
-  const double sigma_m = kRaySigmaCells * geometry.cell_size_m();
+  const double sigma_m = constants.ray_sigma_cells * geometry.cell_size_m();
   Eigen::Matrix3d prior = Eigen::Matrix3d::Zero();
-  prior.diagonal() << 1.0 / (kUnknown_m * kUnknown_m), 1.0 / (kUnknown_m * kUnknown_m),
-      1.0 / (kUnknown_rad * kUnknown_rad);
+  const double of_place = 1.0 / (constants.unknown_m * constants.unknown_m);
+  prior.diagonal() << of_place, of_place, 1.0 / (constants.unknown_rad * constants.unknown_rad);
   uncertainty.covariance = (information / (sigma_m * sigma_m) + prior).inverse();
-  const double map_m = kMapCells * geometry.cell_size_m();
-  uncertainty.covariance.diagonal() += Eigen::Vector3d(map_m * map_m, map_m * map_m, kMap_rad * kMap_rad);
+  const double map_m = constants.map_cells * geometry.cell_size_m();
+  uncertainty.covariance.diagonal() +=
+      Eigen::Vector3d(map_m * map_m, map_m * map_m, constants.map_rad * constants.map_rad);
   return uncertainty;
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "common/map/byte_map.hpp"
+#include "common/match/match_constants.hpp"
 #include "common/math/pose2.hpp"
 
 namespace crsm {
@@ -20,7 +21,8 @@ struct PoseUncertainty {
 /// hits, their direction the chord from some hits before to some hits after.
 ///
 /// hits_m: 2 x N, laser frame, in order of rising angle.
-Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size_m);
+Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size_m,
+                                const MatchConstants::Uncertainty& constants = {});
 
 /// Each hit on a mapped wall tells how far the laser is from that wall: across it, not along it. The covariance is the
 /// inverse of what all of them tell together (Censi 2007), no less than what the map itself is good for. It is of the
@@ -28,6 +30,7 @@ Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size
 ///
 /// hits_m, normals: 2 x N, laser frame.
 PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Eigen::Matrix2Xd& normals,
-                                   const Pose2& T_map_laser, const ByteMap& map);
+                                   const Pose2& T_map_laser, const ByteMap& map,
+                                   const MatchConstants::Uncertainty& constants = {});
 
 }  // namespace crsm

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "common/map/byte_map.hpp"
+#include "common/match/match_constants.hpp"
 #include "common/math/pose2.hpp"
 
 namespace crsm {
@@ -29,18 +30,16 @@ class CellReader {
   const ByteMap::Tile* tile_;
 };
 
-/// Whether something stands in the way of a ray: two cells of it at least, from first_m to last_m along it.
+/// Whether something stands in the way of a ray: some cells of it at least, from first_m to last_m along it.
 /// direction: unit vector, map frame. stands: of a cell's byte. False for what lies beyond the limits of the map.
 template <class Stands>
 bool IsInTheWay(const ByteMap& map, const Pose2& laser, const Eigen::Vector2d& direction, double first_m, double last_m,
-                Stands&& stands) {
-  constexpr int kLeast = 2;
-  constexpr double kMostSteps = 4000.0;
+                Stands&& stands, const MatchConstants::RayWalk& constants = {}) {
   constexpr int kStepBits = 32;  // coordinates are whole numbers of 2^-32 cells: a step is two additions
   constexpr double kOne = static_cast<double>(std::int64_t{1} << kStepBits);
   if (!(first_m < last_m)) return false;
   const MapGeometry& geometry = map.geometry();
-  const double step_m = std::max(geometry.cell_size_m(), last_m / kMostSteps);
+  const double step_m = std::max(geometry.cell_size_m(), last_m / constants.most_steps);
   const Eigen::Vector2d from_m = Eigen::Vector2d(laser.x_m, laser.y_m) + first_m * direction;
   const Eigen::Vector2d to_m = Eigen::Vector2d(laser.x_m, laser.y_m) + last_m * direction;
   if (!geometry.InLimits(from_m.x(), from_m.y(), 0.0) || !geometry.InLimits(to_m.x(), to_m.y(), 0.0)) return false;
@@ -53,7 +52,7 @@ bool IsInTheWay(const ByteMap& map, const Pose2& laser, const Eigen::Vector2d& d
   int num = 0;
   for (auto steps = static_cast<int>(std::ceil((last_m - first_m) / step_m)); steps > 0; --steps, x += dx, y += dy) {
     const Cell cell{static_cast<int>(x >> kStepBits), static_cast<int>(y >> kStepBits)};
-    if (stands(cells.At(cell)) && ++num >= kLeast) return true;
+    if (stands(cells.At(cell)) && ++num >= constants.least_cells) return true;
   }
   return false;
 }

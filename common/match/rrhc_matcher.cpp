@@ -27,7 +27,8 @@ bool IsGlobalSearchDue(const TrackingState& tracking, const MatchConstants::Fini
 /// How strongly the wheels' pose holds along an axis that the walls leave open [1/m^2]: chance gains nearly 0.05 of
 /// fitness there, which three standard deviations have to outweigh.
 double FindPriorWeight(const WheelMotion& way, const MatchConstants::MotionPrior& constants) {
-  const double sigma_m = 3.0 * std::clamp(way.sigma_m, constants.wheels_sigma_min_m, constants.wheels_sigma_max_m);
+  const double sigma_m =
+      constants.chance_sigmas * std::clamp(way.sigma_m, constants.wheels_sigma_min_m, constants.wheels_sigma_max_m);
   return constants.chance_gain / (sigma_m * sigma_m);
 }
 
@@ -53,12 +54,12 @@ Pose2 MoveBackAlong(const Eigen::Vector2d& axis, const Pose2& pose, const Pose2&
 
 /// The rays of a scan, as the steps need them.
 struct RrhcMatcher::Rays {
-  Rays(const CriticalRays& scan, const ScoredMap& map, double spacing_max_m)
+  Rays(const CriticalRays& scan, const ScoredMap& map, const MatchConstants& constants)
       : hits_m(ComputeHits(scan.rays)),
-        normals(ComputeNormals(hits_m, map.geometry().cell_size_m())),
+        normals(ComputeNormals(hits_m, map.geometry().cell_size_m(), constants.uncertainty)),
         critical_hits_m(SelectColumns(hits_m, scan.critical)),
         critical(map.InCells(critical_hits_m)),
-        contour(TraceContour(scan.rays, hits_m, spacing_max_m)),
+        contour(TraceContour(scan.rays, hits_m, constants.final_climb.spacing_max_m)),
         all(map.InCells(contour.points_m, contour.weights)) {}
 
   Eigen::Matrix2Xd hits_m;           ///< laser frame
@@ -127,7 +128,7 @@ ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& trac
   match.T_map_laser = guess.best();
   if (scan.critical.empty()) return match;
 
-  const Rays rays(scan, map_, constants_.final_climb.spacing_max_m);
+  const Rays rays(scan, map_, constants_);
   const InitialGuess initial_guess = MakeInitialGuess(rays, guess, tracking);
   match.evaluations = initial_guess.evaluations;
   if (!initial_guess.known) return match;
@@ -146,8 +147,8 @@ ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& trac
 
 std::optional<Pose2> RrhcMatcher::Locate(const CriticalRays& scan) const {
   const Eigen::Matrix2Xd hits_m = ComputeHits(scan.rays);
-  const GlobalMatch found = SearchWholeMap(map_, hits_m, SelectColumns(hits_m, scan.critical));
-  return found.IsConvincing() ? std::optional(found.T_map_laser) : std::nullopt;
+  const GlobalMatch found = SearchWholeMap(map_, hits_m, SelectColumns(hits_m, scan.critical), constants_);
+  return found.IsConvincing(constants_.global_search) ? std::optional(found.T_map_laser) : std::nullopt;
 }
 
 RrhcMatcher::Guess RrhcMatcher::GuessPose(const TrackingState& tracking, std::int64_t utime,
@@ -192,9 +193,9 @@ RrhcMatcher::InitialGuess RrhcMatcher::MakeInitialGuess(const Rays& rays, const 
   initial_guess.way = guess.way;
   const bool start_is_told = tracking.empty() && parameters_.start;
   if (IsGlobalSearchDue(tracking, constants_.finished_map) && !start_is_told) {
-    const GlobalMatch found = SearchWholeMap(map_, rays.hits_m, rays.critical_hits_m);
+    const GlobalMatch found = SearchWholeMap(map_, rays.hits_m, rays.critical_hits_m, constants_);
     initial_guess.evaluations = found.evaluations;
-    initial_guess.known = initial_guess.found_on_whole_map = found.IsConvincing();
+    initial_guess.known = initial_guess.found_on_whole_map = found.IsConvincing(constants_.global_search);
     initial_guess.T_map_laser = found.T_map_laser;
   } else if (!tracking.empty() && Expectation(tracking, constants_).unknown()) {
     initial_guess.known = false;
@@ -222,9 +223,10 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const InitialGuess& ini
         .Run({around, window, search.restart_draws, search.num_evaluations, expected.enough()});
   };
   SearchResult near = SearchAround(start);
-  const auto far_window = initial_guess.by_wheels ? std::nullopt : FindFarWindow(tracking.recent(), utime);
+  const auto far_window =
+      initial_guess.by_wheels ? std::nullopt : FindFarWindow(tracking.recent(), utime, constants_.far_search);
   if (far_window) {
-    if (const auto place = SearchFar(map_.cells(), rays.hits_m, start, *far_window)) {
+    if (const auto place = SearchFar(map_.cells(), rays.hits_m, start, *far_window, constants_)) {
       const SearchResult far = SearchAround(*place);
       near.evaluations += far.evaluations;
       const bool better = far.best.fitness > constants_.wide_search.far_gain * near.best.fitness;
@@ -258,7 +260,9 @@ RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& sta
   const SearchResult wide = RrhcSearch(constants_.search, without_prior, random)
                                 .Run({start, window, constants.draws, constants.num_evaluations, expected.enough()});
   const int evaluations = near.evaluations + wide.evaluations;
-  const auto AgreementAt = [&](const Pose2& pose) { return ComputeAgreement(map_.cells(), rays.hits_m, pose); };
+  const auto AgreementAt = [&](const Pose2& pose) {
+    return ComputeAgreement(map_.cells(), rays.hits_m, pose, constants_.agreement);
+  };
   const double least_agreement = std::max(num_lost > 0.0 ? constants.agreement_min : 0.0, AgreementAt(near.best.pose));
   if (wide.best.fitness > without_prior(near.best.pose) &&
       expected.IsMetBy(wide.best, false, rays.critical_hits_m, map_.cells()) &&
@@ -308,9 +312,10 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   };
   const auto Fine = [&](const Objective& objective) { return Counted(objective, parameters_.smooth_climb); };
   const auto Climb = [&](const Pose2& from, const Objective& objective) {
-    refined.pose =
-        FindOptimum(from, cell_size_m, constants_.final_climb.optimum_rad, Counted(objective), Fine(objective));
-    refined.uncertainty = ComputeUncertainty(rays.hits_m, rays.normals, refined.pose, map_.cells());
+    refined.pose = FindOptimum(from, cell_size_m, constants_.final_climb.optimum_rad, Counted(objective),
+                               Fine(objective), constants_.optimum);
+    refined.uncertainty =
+        ComputeUncertainty(rays.hits_m, rays.normals, refined.pose, map_.cells(), constants_.uncertainty);
   };
   const Objective with_prior{map_, rays.all, found.initial_guess, found.is_near_guess ? constants_.prior.per_m2 : 0.0};
   Climb(found.pose, with_prior);
@@ -320,7 +325,7 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   const PoseUncertainty& known = refined.uncertainty;
   // How much better one pose is than another, by the rays that are known from both.
   const auto FindGain = [&](const Objective& objective, const Pose2& from, bool smooth) {
-    const DegenerateAxis axis{refined.uncertainty.degenerate_axis, by_wheels};
+    const DegenerateAxis axis{refined.uncertainty.degenerate_axis, by_wheels, constants_.known_rays};
     const KnownRays known_from = FindKnownRays(map_.cells(), rays.contour.points_m, from, axis);
     return [=, this, &rays, &refined](const Pose2& to) {
       refined.evaluations += 2;
@@ -333,7 +338,8 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
     const double by_motion_per_m2 = steadiness * initial_guess.degenerate_per_m2;
     const double degenerate_per_m2 =
         std::min(known.degeneracy, 1.0) * (by_wheels ? FindPriorWeight(*hold.way, constants_.prior) : by_motion_per_m2);
-    const RaysInCells rays_there = SelectKnownNear(rays, back, {known.degenerate_axis, by_wheels});
+    const RaysInCells rays_there =
+        SelectKnownNear(rays, back, {known.degenerate_axis, by_wheels, constants_.known_rays});
     const Objective held{
         map_, rays_there, hold.T_map_laser, with_prior.prior_per_m2, known.degenerate_axis, degenerate_per_m2};
     const bool fits_better = FindGain(held, refined.pose, parameters_.smooth_climb)(back) > 0.0;
@@ -385,18 +391,19 @@ std::optional<RrhcMatcher::Refined> RrhcMatcher::FindRivalByWheels(const Rays& r
 /// fitness.
 void RrhcMatcher::Judge(const Rays& rays, const Guess& guess, const InitialGuess& initial_guess, const Refined& refined,
                         const TrackingState& tracking, ScanMatch& match) const {
+  const MatchConstants::FinishedMap& finished_map = constants_.finished_map;
   const Expectation expected(tracking, constants_);
   const double fitness = map_.Fitness(rays.critical, refined.pose);
   match.fitness = std::clamp(fitness, 0.0, 1.0);
-  const auto Score = [&] { return ScorePlace(map_, rays.hits_m, refined.pose); };
+  const auto Score = [&] { return ScorePlace(map_, rays.hits_m, refined.pose, constants_); };
   const bool explained =
       initial_guess.found_on_whole_map || expected.unknown()
-          ? Score() >= kLeastScore
+          ? Score() >= constants_.global_search.least_score
           : expected.IsMetBy({refined.pose, fitness}, refined.is_near_guess, rays.critical_hits_m, map_.cells()) &&
                 (!tracking.on_finished_map() ||
-                 Score() >= (expected.followed() && IsNear(initial_guess.if_lost, refined.pose, constants_.finished_map)
-                                 ? kLeastFollowedScore
-                                 : kLeastTrackedScore));
+                 Score() >= (expected.followed() && IsNear(initial_guess.if_lost, refined.pose, finished_map)
+                                 ? finished_map.least_followed_score
+                                 : finished_map.least_tracked_score));
   match.T_map_laser = initial_guess.if_lost;
   if (!explained) return;
   if (ContradictsWheels(guess, refined.pose, tracking) && !IsProven(rays, refined.pose, tracking)) return;

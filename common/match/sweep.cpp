@@ -9,51 +9,46 @@ namespace crsm {
 namespace {
 
 /// How the laser moved on the way to a match, as seen from there. Nothing if that is not known, or too long ago.
-std::optional<Twist> FindTwist(const ScanMatch& from, const ScanMatch& to) {
-  constexpr double kLongest_s = 0.5;
+std::optional<Twist> FindTwist(const ScanMatch& from, const ScanMatch& to, const MatchConstants::Sweep& constants) {
   const double elapsed_s = 1e-6 * static_cast<double>(to.utime - from.utime);
   if (from.state == MatchState::kLost || to.state == MatchState::kLost) return std::nullopt;
   if (to.state == MatchState::kFirst) return std::nullopt;  // its pose is a guess
-  if (elapsed_s <= 0.0 || elapsed_s > kLongest_s) return std::nullopt;
+  if (elapsed_s <= 0.0 || elapsed_s > constants.longest_s) return std::nullopt;
   const Pose2 back = Inverse(to.T_map_laser) * from.T_map_laser;
   const Twist twist{-back.x_m / elapsed_s, -back.y_m / elapsed_s, -back.yaw_rad / elapsed_s};
   const double fastest = std::max({std::abs(twist.x_m_s), std::abs(twist.y_m_s), std::abs(twist.yaw_rad_s)});
   return fastest <= kFastest ? std::optional(twist) : std::nullopt;
 }
 
-constexpr std::int64_t kPatience = 5;  ///< lost scans, after which nobody knows how the robot moves
-
 /// As the laser moved last; over scans that were lost it goes on so.
-Twist PredictTwist(const TrackingState& tracking) {
+Twist PredictTwist(const TrackingState& tracking, const MatchConstants::Sweep& constants) {
   const auto recent = tracking.recent();
-  if (recent.size() < 2 || tracking.num_lost() >= kPatience) return {};
-  return FindTwist(recent[recent.size() - 2], recent.back()).value_or(recent.back().twist);
+  if (recent.size() < 2 || tracking.num_lost() >= constants.patience) return {};
+  return FindTwist(recent[recent.size() - 2], recent.back(), constants).value_or(recent.back().twist);
 }
 
-/// How far apart two twists bring the beam that they move most [m]; turns count at 5 m from the laser.
-double ComputeDifference(const Twist& a, const Twist& b, double sweep_s) {
-  constexpr double kLever_m = 5.0;
+/// How far apart two twists bring the beam that they move most [m]; turns count at a lever from the laser.
+double ComputeDifference(const Twist& a, const Twist& b, double sweep_s, double lever_m) {
   return sweep_s *
-         (std::abs(a.x_m_s - b.x_m_s) + std::abs(a.y_m_s - b.y_m_s) + kLever_m * std::abs(a.yaw_rad_s - b.yaw_rad_s));
+         (std::abs(a.x_m_s - b.x_m_s) + std::abs(a.y_m_s - b.y_m_s) + lever_m * std::abs(a.yaw_rad_s - b.yaw_rad_s));
 }
 
 /// Matches a sweep that is deskewed by a twist, and again by the twist that this brings, until they agree.
 class SweepMatcher {
  public:
   SweepMatcher(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
-               const std::optional<Pose2>& T_odom_robot)
-      : matcher_(matcher), scan_(scan), tracking_(tracking), T_odom_robot_(T_odom_robot) {
+               const std::optional<Pose2>& T_odom_robot, const MatchConstants::Sweep& constants)
+      : matcher_(matcher), scan_(scan), tracking_(tracking), T_odom_robot_(T_odom_robot), constants_(constants) {
     const auto [first, last] = std::minmax_element(scan.rays.time_s.begin(), scan.rays.time_s.end());
     sweep_s_ = static_cast<double>(*last) - *first;
   }
 
   ScanMatch MatchFrom(Twist twist) const {
-    constexpr int kMostMatches = 4;
-    constexpr double kEnough_m = 0.01;
     ScanMatch best = MatchAs(twist);
-    for (int i = 1; i < kMostMatches && !tracking_.recent().empty(); ++i) {
-      const auto matched = FindTwist(tracking_.recent().back(), best);
-      if (!matched || ComputeDifference(*matched, best.twist, sweep_s_) < kEnough_m) break;
+    for (int i = 1; i < constants_.most_matches && !tracking_.recent().empty(); ++i) {
+      const auto matched = FindTwist(tracking_.recent().back(), best, constants_);
+      if (!matched) break;
+      if (ComputeDifference(*matched, best.twist, sweep_s_, constants_.lever_m) < constants_.enough_m) break;
       const ScanMatch next = MatchAs(*matched);
       if (next.state == MatchState::kLost || next.fitness < best.fitness) break;
       best = next;
@@ -74,33 +69,31 @@ class SweepMatcher {
   const CriticalRays& scan_;
   const TrackingState& tracking_;
   const std::optional<Pose2>& T_odom_robot_;
+  const MatchConstants::Sweep& constants_;
   double sweep_s_;
 };
 
 }  // namespace
 
 ScanMatch MatchSweep(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
-                     const std::optional<Pose2>& T_odom_robot) {
-  constexpr double kGood = 0.95;      // of the baseline fitness
-  constexpr double kStep_rad = 0.25;  // turned in a sweep: to half of it, the search of the matcher finds the rest
-  constexpr double kFastestTurn_rad_s = 5.0;
+                     const std::optional<Pose2>& T_odom_robot, const MatchConstants::Sweep& constants) {
   if (scan.rays.time_s.empty()) return matcher.Match(scan, tracking, T_odom_robot);
-  const SweepMatcher sweep(matcher, scan, tracking, T_odom_robot);
+  const SweepMatcher sweep(matcher, scan, tracking, T_odom_robot, constants);
   const auto IsGood = [&](const ScanMatch& match) {
-    return match.state != MatchState::kLost && match.fitness >= kGood * tracking.baseline_fitness();
+    return match.state != MatchState::kLost && match.fitness >= constants.good * tracking.baseline_fitness();
   };
   const auto IsBetter = [](const ScanMatch& one, const ScanMatch& other) {
     const bool one_lost = one.state == MatchState::kLost;
     const bool other_lost = other.state == MatchState::kLost;
     return one_lost == other_lost ? one.fitness > other.fitness : other_lost;
   };
-  const Twist predicted = PredictTwist(tracking);
+  const Twist predicted = PredictTwist(tracking, constants);
   ScanMatch best = sweep.MatchFrom(predicted);
-  if (tracking.recent().empty() || tracking.num_lost() >= kPatience) return best;
+  if (tracking.recent().empty() || tracking.num_lost() >= constants.patience) return best;
   for (const double steps : {0.0, 1.0, -1.0, 2.0, -2.0}) {
-    const double turn_rad = steps * kStep_rad;
+    const double turn_rad = steps * constants.step_rad;
     if (IsGood(best)) break;
-    if (std::abs(turn_rad) > kFastestTurn_rad_s * sweep.sweep_s()) continue;
+    if (std::abs(turn_rad) > constants.fastest_turn_rad_s * sweep.sweep_s()) continue;
     const Twist twist{0.0, 0.0, turn_rad == 0.0 ? 0.0 : turn_rad / sweep.sweep_s()};
     if (twist == predicted) continue;
     const ScanMatch other = sweep.MatchFrom(twist);

@@ -41,8 +41,11 @@ TrackingState::TrackingState(Parts parts)
   KeepLast(recent_, kRecent);
 }
 
-TrackingState TrackingState::OnFinishedMap() {
-  TrackingState state;
+TrackingState::TrackingState(const MatchConstants& constants)
+    : constants_(constants.tracking), prediction_(constants.prediction), wheels_(constants) {}
+
+TrackingState TrackingState::OnFinishedMap(const MatchConstants& constants) {
+  TrackingState state(constants);
   state.on_finished_map_ = true;
   return state;
 }
@@ -68,16 +71,15 @@ void TrackingState::Add(const ScanMatch& match, const AfterMatch& after) {
 
 /// Of scans whose place the walls tell along both axes, while the robot drives.
 void TrackingState::LearnMotionError(const ScanMatch& match) {
-  constexpr double kFollow = 0.01;  // of an error
-  constexpr double kStands_m = 0.01;
   if (match.state != MatchState::kOk || recent_.size() < 2 || !IsMotionMatched(recent_.back(), match) ||
       !IsMotionMatched(recent_[recent_.size() - 2], recent_.back())) {
     return;
   }
-  const Pose2 predicted = PredictPose(recent_);
+  const Pose2 predicted = PredictPose(recent_, prediction_);
   const Pose2& last = recent_.back().T_map_laser;
-  if (Distance(last, match.T_map_laser) < kStands_m && Distance(last, predicted) < kStands_m) return;
-  motion_error_m_ += kFollow * (Distance(predicted, match.T_map_laser) - motion_error_m_);
+  const double stands_m = constants_.stands_m;
+  if (Distance(last, match.T_map_laser) < stands_m && Distance(last, predicted) < stands_m) return;
+  motion_error_m_ += constants_.follow * (Distance(predicted, match.T_map_laser) - motion_error_m_);
 }
 
 void TrackingState::BeginSession(Onset onset) {

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/match/match_constants.hpp"
 #include "common/match/wheel_model.hpp"
 #include "common/scan/scan_match.hpp"
 
@@ -34,12 +35,12 @@ class TrackingState {
   static constexpr std::size_t kRecent = 10;  ///< as many as motion prediction looks back
   static constexpr std::size_t kUsual = 10;   ///< matched scans whose fitness is the usual one
 
-  static constexpr double kMotionErrorAtFirst_m = 0.02;  ///< of an uneven one
-
   TrackingState() = default;
+  /// constants: by which it learns. They do not travel.
+  explicit TrackingState(const MatchConstants& constants);
 
   /// Before the first scan on a map that was there already: the robot may be anywhere on it.
-  static TrackingState OnFinishedMap();
+  static TrackingState OnFinishedMap(const MatchConstants& constants = {});
 
   /// The next scan was matched, or lost, and drawn into the map. What follows a scan that is not lost goes on from
   /// there. Where the map has moved, what was at T_old is at T_new_old * T_old. Of the matches it takes the poses
@@ -107,7 +108,7 @@ class TrackingState {
     std::int32_t trajectory = 0;
     bool floating = false;
     WheelModel wheels;
-    double motion_error_m = kMotionErrorAtFirst_m;
+    double motion_error_m = MatchConstants::Tracking{}.first_motion_error_m;
   };
   explicit TrackingState(Parts parts);
 
@@ -117,6 +118,8 @@ class TrackingState {
   void LearnMotionError(const ScanMatch& match);
   void Move(const Pose2& T_new_old);
 
+  MatchConstants::Tracking constants_;
+  MatchConstants::Prediction prediction_;
   std::int64_t num_scans_ = 0;
   std::int64_t num_lost_ = 0;
   std::int64_t newest_utime_ = -1;
@@ -129,7 +132,7 @@ class TrackingState {
   std::int32_t trajectory_ = 0;
   bool floating_ = false;
   WheelModel wheels_;
-  double motion_error_m_ = kMotionErrorAtFirst_m;
+  double motion_error_m_ = constants_.first_motion_error_m;
 };
 
 }  // namespace crsm

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "common/match/match_constants.hpp"
 #include "common/scan/scan_match.hpp"
 #include "common/scan/wheel_motion.hpp"
 
@@ -25,7 +26,7 @@ std::optional<WheelMotion> FindWayByWheels(std::span<const ScanMatch> recent, co
 /// model are learned from as well, but each no more than four standard deviations: wheels that lie lose their say.
 class WheelModel {
  public:
-  /// What is known by now. Begins with cautious values.
+  /// What is known by now. A model begins with the cautious noise of its constants.
   struct Values {
     double scale = 1.0;       ///< true way per way of the wheels
     double turn_scale = 1.0;  ///< true turn per turn of the wheels
@@ -33,18 +34,18 @@ class WheelModel {
     double laser_x_m = 0.0;
     double laser_y_m = 0.0;
     double laser_yaw_rad = 0.0;
-    double delay_s = 0.0;       ///< by which the wheels' stamps are late
-    double way_per_m = 0.1;     ///< standard deviation of a way of a metre [m]; it grows with the root of the way
-    double way_per_rad = 0.05;  ///< ... of a turn of a radian
-    double turn_per_m = 0.05;   ///< standard deviation of the heading after a metre [rad]
-    double turn_per_rad = 0.1;
+    double delay_s = 0.0;      ///< by which the wheels' stamps are late
+    double way_per_m = 0.0;    ///< standard deviation of a way of a metre [m]; it grows with the root of the way
+    double way_per_rad = 0.0;  ///< ... of a turn of a radian
+    double turn_per_m = 0.0;   ///< standard deviation of the heading after a metre [rad]
+    double turn_per_rad = 0.0;
     std::int64_t steps = 0;  ///< learned from
     std::int64_t slips = 0;  ///< of them: further from the model than five standard deviations
 
     /// Whether they and the laser tell ways so different that they are no help.
-    bool AreTooNoisy() const;
+    bool AreTooNoisy(const MatchConstants::WheelModel& constants = {}) const;
     /// The same where enough was learned to say so: one of the two is wrong.
-    bool ContradictLaser() const;
+    bool ContradictLaser(const MatchConstants::WheelModel& constants = {}) const;
   };
 
   /// recent: the scans before, as of TrackingState. Learns where both were matched and have odometry.
@@ -92,15 +93,14 @@ class WheelModel {
     friend bool operator==(const State&, const State&) = default;
   };
   const State& state() const { return state_; }
-  explicit WheelModel(const State& state);
-  WheelModel() = default;
+  /// constants: by which it learns. They do not travel.
+  WheelModel() : WheelModel(MatchConstants{}) {}
+  explicit WheelModel(const MatchConstants& constants);
+  explicit WheelModel(const State& state, const MatchConstants& constants = {});
 
   friend bool operator==(const WheelModel& a, const WheelModel& b) { return a.state_ == b.state_; }
 
  private:
-  static constexpr std::int64_t kFewSteps = 5;
-  static constexpr std::int64_t kManySteps = 20;
-
   bool AreBelieved() const;
   Pose2 ToLaser(const Pose2& wheels, const Pose2& rate_before, const Pose2& rate_after) const;
   WheelMotion WithNoise(const Pose2& T_from_to) const;
@@ -109,6 +109,8 @@ class WheelModel {
   void LearnStep(const Pose2& wheels, const Pose2& matched, const Pose2& rate_after);
   void Solve();
 
+  MatchConstants::WheelModel constants_;
+  MatchConstants::Prediction prediction_;  ///< of the velocity model
   State state_;
   Values values_;
   std::array<double, 4> way_{1.0, 0.0, 0.0, 0.0};  ///< what way_information is of

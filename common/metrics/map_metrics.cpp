@@ -76,7 +76,9 @@ double SquaredDistance(const Wall& wall, const Point& point) {
 }
 
 /// How much of a wall a cell shows whose centre is this far from it.
-float Shade(double squared_distance_px2) { return static_cast<float>(std::exp(-squared_distance_px2 / 4.5)); }
+float Shade(double squared_distance_px2, const CornerConstants& constants) {
+  return static_cast<float>(std::exp(-squared_distance_px2 / constants.shade_px2));
+}
 
 /// The patch around a corner as the world has it.
 struct Patch {
@@ -98,16 +100,17 @@ void Normalise(std::vector<float>& shades) {
   for (float& shade : shades) shade /= static_cast<float>(std::sqrt(squares));
 }
 
-Patch MakePatch(const std::vector<Wall>& walls, const Point& corner, const MapGeometry& geometry) {
-  constexpr double kRadius_m = 0.3;
-  Patch patch{geometry.CellAt(corner.x_m, corner.y_m), static_cast<int>(std::lround(geometry.ToCells(kRadius_m))), {}};
+Patch MakePatch(const std::vector<Wall>& walls, const Point& corner, const MapGeometry& geometry,
+                const CornerConstants& constants) {
+  Patch patch{
+      geometry.CellAt(corner.x_m, corner.y_m), static_cast<int>(std::lround(geometry.ToCells(constants.patch_m))), {}};
   const double cell_m = geometry.cell_size_m();
   for (int y = -patch.radius; y <= patch.radius; ++y) {
     for (int x = -patch.radius; x <= patch.radius; ++x) {
       const Point centre{(patch.centre.x + x + 0.5) * cell_m, (patch.centre.y + y + 0.5) * cell_m};
       double nearest_m2 = HUGE_VAL;
       for (const Wall& wall : walls) nearest_m2 = std::min(nearest_m2, SquaredDistance(wall, centre));
-      patch.shades.push_back(Shade(nearest_m2 / (cell_m * cell_m)));
+      patch.shades.push_back(Shade(nearest_m2 / (cell_m * cell_m), constants));
     }
   }
   Normalise(patch.shades);
@@ -117,8 +120,8 @@ Patch MakePatch(const std::vector<Wall>& walls, const Point& corner, const MapGe
 /// The map's picture, in which a patch is looked for.
 class Shades {
  public:
-  explicit Shades(const DenseGrid& map) : grid_(Cover(map, Widen(map))) {
-    for (const float distance : ComputeSquaredDistances(grid_)) shades_.push_back(Shade(distance));
+  Shades(const DenseGrid& map, const CornerConstants& constants) : grid_(Cover(map, Widen(map))) {
+    for (const float distance : ComputeSquaredDistances(grid_)) shades_.push_back(Shade(distance, constants));
   }
 
   /// Normalised cross-correlation with the patch when that is shifted by (dx, dy).
@@ -149,7 +152,7 @@ class Shades {
 
   /// A rim on which an obstacle at the edge of the map fades out.
   static DenseGrid Widen(const DenseGrid& map) {
-    constexpr int kRim = 8;
+    constexpr int kRim = 8;  // where nothing is left of its shade
     return MakeGrid({map.origin_x_cells - kRim, map.origin_y_cells - kRim},
                     {map.origin_x_cells + map.width_cells - 1 + kRim, map.origin_y_cells + map.height_cells - 1 + kRim},
                     map.cell_size_m);
@@ -165,12 +168,13 @@ double OptimumOf(double before, double at, double after) {
   return bend < 0.0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
 }
 
-CornerMatch FindCorner(const Shades& shades, const Patch& patch, const std::string& name, const MapGeometry& geometry) {
+CornerMatch FindCorner(const Shades& shades, const Patch& patch, const std::string& name, const MapGeometry& geometry,
+                       const CornerConstants& constants) {
   CornerMatch best{name, 0.0, 0.0, -1.0, false};
   int best_dx = 0;
   int best_dy = 0;
   int searched = -1;
-  for (const double reach_m : {0.25, 0.5, 1.0}) {
+  for (const double reach_m : constants.reaches_m) {
     const auto reach = static_cast<int>(std::lround(geometry.ToCells(reach_m)));
     for (int dy = -reach; dy <= reach; ++dy) {
       for (int dx = -reach; dx <= reach; ++dx) {
@@ -184,7 +188,7 @@ CornerMatch FindCorner(const Shades& shades, const Patch& patch, const std::stri
     }
     searched = reach;
     // A best one on the rim may be the slope of a better one outside.
-    best.found = best.likeness > kMinLikeness && std::max(std::abs(best_dx), std::abs(best_dy)) < reach;
+    best.found = best.likeness > constants.likeness_min && std::max(std::abs(best_dx), std::abs(best_dy)) < reach;
     if (best.found) break;
   }
   const auto At = [&](int dx, int dy) { return shades.Likeness(patch, best_dx + dx, best_dy + dy); };
@@ -248,16 +252,16 @@ ObstacleError EvaluateObstacles(const DenseGrid& map, const World& world) {
   return error;
 }
 
-CornerError EvaluateCorners(const DenseGrid& map, const World& world) {
+CornerError EvaluateCorners(const DenseGrid& map, const World& world, const CornerConstants& constants) {
   if (world.corners.empty()) throw std::runtime_error("the world names no corner, so there is no CMSE");
   const MapGeometry geometry(map.cell_size_m);
   const std::vector<Wall> walls = WallsInMap(world);
   const Pose2 T_map_world = Inverse(StartOf(world));
-  const Shades shades(map);
+  const Shades shades(map, constants);
   CornerError error;
   for (const Corner& corner : world.corners) {
-    const Patch patch = MakePatch(walls, ToMap(T_map_world, corner.at), geometry);
-    const CornerMatch match = FindCorner(shades, patch, corner.name, geometry);
+    const Patch patch = MakePatch(walls, ToMap(T_map_world, corner.at), geometry, constants);
+    const CornerMatch match = FindCorner(shades, patch, corner.name, geometry, constants);
     error.corners.push_back(match);
     if (match.found) {
       error.cmse_px2 += match.dx_px * match.dx_px + match.dy_px * match.dy_px;

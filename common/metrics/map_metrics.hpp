@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -26,15 +27,21 @@ struct ObstacleError {
 /// Throws std::runtime_error if the map has no obstacle.
 ObstacleError EvaluateObstacles(const DenseGrid& map, const World& world);
 
+/// How corners are looked for.
+struct CornerConstants {
+  double patch_m = 0.3;    ///< to either side of the corner
+  double shade_px2 = 4.5;  ///< obstacles fade with exp(-d^2 / shade_px2), d = distance to the nearest one
+  std::array<double, 3> reaches_m{0.25, 0.5, 1.0};  ///< of the search, one after the other until the corner is found
+  double likeness_min = 0.75;                       ///< above it a corner is in the map
+};
+
 struct CornerMatch {
   std::string name;
   double dx_px = 0.0;  ///< from where the corner is to where the map has it
   double dy_px = 0.0;
-  double likeness = 0.0;  ///< [-1, 1]; a corner is in the map if it is above kMinLikeness
+  double likeness = 0.0;  ///< [-1, 1]; as of CornerConstants::likeness_min
   bool found = false;
 };
-
-inline constexpr double kMinLikeness = 0.75;
 
 struct CornerError {
   std::vector<CornerMatch> corners;  ///< in the world's order
@@ -46,9 +53,9 @@ struct CornerError {
 ///
 /// Both are pictures of exp(-d^2 / 4.5 px2), d = distance to the nearest obstacle. A patch of 0.3 m around the corner,
 /// made from the world's exact walls, is laid over the map at every shift of up to 0.25 m, then 0.5 and 1 m, until the
-/// normalised cross-correlation of the two is above kMinLikeness; parabolas through the best shift and its neighbours
+/// normalised cross-correlation of the two is above likeness_min; parabolas through the best shift and its neighbours
 /// give the parts of a cell. The nearest likeness wins over a better one further away, because walls repeat. Throws
 /// std::runtime_error if the world names no corner.
-CornerError EvaluateCorners(const DenseGrid& map, const World& world);
+CornerError EvaluateCorners(const DenseGrid& map, const World& world, const CornerConstants& constants = {});
 
 }  // namespace crsm

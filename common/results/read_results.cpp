@@ -2,9 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+
+#include "common/logs/regular_file.hpp"
 
 namespace crsm {
 
@@ -12,9 +13,7 @@ namespace {
 
 /// summary.json, or an object without anything if it is none.
 nlohmann::json ReadSummaryJson(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file) throw std::runtime_error(fmt::format("cannot read {}", path.string()));
-  auto json = nlohmann::json::parse(file, nullptr, false);
+  auto json = nlohmann::json::parse(ReadWholeFile(path), nullptr, false);
   return json.is_object() ? json : nlohmann::json::object();
 }
 

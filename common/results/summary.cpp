@@ -77,6 +77,8 @@ void AddPieces(const MapPieces& pieces, Json& json) {
                                : has_map   ? Json(fmt::format("pieces/{}", number))
                                            : Json()}});
   }
+  json["loops"] = {
+      {"keyframes", pieces.num_keyframes}, {"closed", pieces.num_closed}, {"rejected", pieces.num_rejected}};
   json["pieces"] = {{"count", pieces.num_pieces}, {"scans", pieces.num_matched}, {"largest_first", std::move(list)}};
   json["num_breaks"] = pieces.num_breaks;
   json["num_bridged"] = pieces.num_bridged;
@@ -123,6 +125,7 @@ Summary Summarize(const MatchSequence& matches, const DenseGrid& grid) {
 
 std::string FormatSummary(const Summary& summary) {
   Json json = {{"version", summary.version},
+               {"ended", summary.ended},
                {"scans", summary.scans},
                {"lost", summary.lost},
                {"degenerate", summary.degenerate},
@@ -135,9 +138,6 @@ std::string FormatSummary(const Summary& summary) {
                {"counts", Json::object()},
                {"timings", Json::object()},
                {"parameters", Json::object()}};
-  if (const auto& loops = summary.loops) {
-    json["loops"] = {{"keyframes", loops->keyframes}, {"closed", loops->closed}, {"rejected", loops->rejected}};
-  }
   if (summary.pieces) AddPieces(*summary.pieces, json);
   if (summary.wheels) json["wheels"] = ToJson(*summary.wheels);
   for (const auto& [name, count] : summary.counts) json["counts"][name] = count;

@@ -15,13 +15,6 @@
 
 namespace crsm {
 
-/// Places that the robot came back to.
-struct LoopSums {
-  std::int64_t keyframes = 0;
-  std::int64_t closed = 0;    ///< loops in the pose graph
-  std::int64_t rejected = 0;  ///< that the others contradicted later
-};
-
 /// How long one stage took a scan.
 struct StageTiming {
   double p50_ms = 0.0;
@@ -33,6 +26,7 @@ struct StageTiming {
 /// What a run came to, for summary.json.
 struct Summary {
   std::string version;
+  bool ended = true;                              ///< false: written while the run goes on
   std::map<std::string, NamedValues> parameters;  ///< that each process used
   std::int64_t scans = 0;
   std::int64_t lost = 0;
@@ -44,8 +38,7 @@ struct Summary {
   double mean_fitness = 0.0;                   ///< of the matched scans (the paper's MFV), [0, 1]; 0 if there are none
   std::map<std::string, std::int64_t> counts;  ///< drops, resends, bad messages ..., by name
   std::map<std::string, StageTiming> timings;  ///< by stage
-  std::optional<LoopSums> loops;               ///< where they were looked for
-  std::optional<MapPieces> pieces;             ///< likewise
+  std::optional<MapPieces> pieces;             ///< where loops were looked for
   std::optional<WheelModel::Values> wheels;    ///< where there was odometry to learn from
   Verdict verdict;                             ///< whether the map is to be trusted
 };

@@ -6,13 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "common/scan/surface.hpp"
-
 namespace crsm {
 namespace {
-
-constexpr double kMostOfGap = 20.0;  // weight of a gap as long as the cap, or longer
-constexpr int kMostPieces = 7;       // of a gap: what each of them weighs is a whole number too
 
 /// What lies between a hit and the next.
 struct Gap {
@@ -20,23 +15,26 @@ struct Gap {
   int num_pieces = 1;
 };
 
-std::vector<Gap> MeasureGaps(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, double cap_m) {
+std::vector<Gap> MeasureGaps(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, double cap_m,
+                             const ContourConstants& constants) {
   const std::vector<double> displacements_m = ComputeDisplacements(rays);
-  const std::vector<bool> joined = FindSurfaces(hits_m, 0.0, std::numeric_limits<double>::infinity());
+  const std::vector<bool> joined =
+      FindSurfaces(hits_m, 0.0, std::numeric_limits<double>::infinity(), constants.surface);
   std::vector<Gap> gaps;
   for (std::size_t i = 0; i < displacements_m.size(); ++i) {
     const double caps = displacements_m[i] / cap_m;
-    gaps.push_back({kMostOfGap * std::min(caps, 1.0),
-                    joined[i] ? static_cast<int>(std::min<double>(caps, kMostPieces - 1)) + 1 : 1});
+    gaps.push_back({constants.most_of_gap * std::min(caps, 1.0),
+                    joined[i] ? static_cast<int>(std::min<double>(caps, constants.most_pieces - 1)) + 1 : 1});
   }
   return gaps;
 }
 
 }  // namespace
 
-Contour TraceContour(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, double cap_m) {
+Contour TraceContour(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, double cap_m,
+                     const ContourConstants& constants) {
   if (cap_m <= 0.0 || rays.size() == 0) return {hits_m, Eigen::ArrayXi::Ones(hits_m.cols())};
-  const std::vector<Gap> gaps = MeasureGaps(rays, hits_m, cap_m);
+  const std::vector<Gap> gaps = MeasureGaps(rays, hits_m, cap_m, constants);
   Eigen::Index num_points = hits_m.cols();
   for (const Gap& gap : gaps) num_points += gap.num_pieces - 1;
 

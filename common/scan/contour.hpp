@@ -2,9 +2,17 @@
 
 #include <Eigen/Core>
 
+#include "common/scan/surface.hpp"
 #include "common/scan/valid_rays.hpp"
 
 namespace crsm {
+
+/// How the hits of a scan are weighed.
+struct ContourConstants {
+  double most_of_gap = 20.0;  ///< weight of a gap as long as the cap, or longer
+  int most_pieces = 7;        ///< of a gap: what each of them weighs is a whole number too
+  SurfaceConstants surface = {};
+};
 
 /// Points on what a scan saw.
 struct Contour {
@@ -21,6 +29,7 @@ struct Contour {
 /// before, and a robot on its way through a bare corridor would seem to stand. cap_m = 0: the hits, all alike.
 ///
 /// hits_m: of the rays, as ComputeHits gives them.
-Contour TraceContour(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, double cap_m);
+Contour TraceContour(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, double cap_m,
+                     const ContourConstants& constants = {});
 
 }  // namespace crsm

@@ -10,6 +10,7 @@
 namespace crsm {
 namespace {
 
+// Limits of what goes over the wire.
 constexpr double kMostAngle_rad = 4.0 * kPi;
 constexpr double kShortest_m = 1e-3;
 

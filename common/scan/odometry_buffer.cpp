@@ -45,11 +45,12 @@ ScanOdometry OdometryBuffer::Find(std::int64_t utime) const {
   if (const ScanOdometry exact = FindExact(utime); exact.state != ScanOdometry::State::kAwaited) return exact;
   const bool passed = !samples_.empty() && samples_.back().utime > utime;
   const ScanOdometry not_known{passed ? ScanOdometry::State::kNone : ScanOdometry::State::kAwaited};
+  const auto furthest_us = static_cast<std::uint64_t>(constants_.furthest_us);
   const Odometry* next = nullptr;  // by arrival
   for (auto sample = samples_.rbegin(); sample != samples_.rend(); ++sample) {
     if (!sample->T_odom_robot) continue;
-    const bool next_is_near = next && next->utime > utime && Gap_us(utime, next->utime) <= kFurthest_us;
-    if (sample->utime < utime && Gap_us(sample->utime, utime) <= kFurthest_us) {
+    const bool next_is_near = next && next->utime > utime && Gap_us(utime, next->utime) <= furthest_us;
+    if (sample->utime < utime && Gap_us(sample->utime, utime) <= furthest_us) {
       if (!next) return not_known;
       if (!next_is_near) return {ScanOdometry::State::kNone};
       return {ScanOdometry::State::kKnown, Interpolate(*sample, *next, utime)};

@@ -26,6 +26,11 @@ struct ScanOdometry {
   std::optional<Pose2> T_odom_robot = std::nullopt;  ///< where known
 };
 
+/// Which odometry is of a scan.
+struct OdometryConstants {
+  std::int64_t furthest_us = 100'000;  ///< no sample further from a scan than this says anything about it
+};
+
 /// The last samples of a robot's odometry, for scans that were taken at other moments than the samples.
 ///
 /// Where utimes step back, scans and samples of before and after the step share their times: a scan is between two
@@ -34,11 +39,9 @@ struct ScanOdometry {
 /// begins anew, the samples before it are forgotten.
 class OdometryBuffer {
  public:
-  /// No sample further from a scan than this says anything about it.
-  static constexpr std::int64_t kFurthest_us = 100'000;
-
   /// most: samples that are kept, >= 1; the oldest by arrival gives way.
-  explicit OdometryBuffer(std::size_t most = 1024) : most_(most) {}
+  explicit OdometryBuffer(std::size_t most = 1024, const OdometryConstants& constants = {})
+      : most_(most), constants_(constants) {}
 
   void Add(const Odometry& sample);
 
@@ -48,12 +51,13 @@ class OdometryBuffer {
 
   /// The same; where there is no such sample, the pose between the two around the scan: position and heading
   /// proportional to time, the heading the shorter way round, rounded by RoundOdometry. kAwaited while the next sample
-  /// may still be the one after the scan; kNone where one of the two is more than kFurthest_us away, or where utimes
+  /// may still be the one after the scan; kNone where one of the two is too far away, or where utimes
   /// stepped back between them.
   ScanOdometry Find(std::int64_t utime) const;
 
  private:
   std::size_t most_;
+  OdometryConstants constants_;
   std::deque<Odometry> samples_;  ///< in the order of their arrival, each utime once
   std::int64_t latest_utime_ = std::numeric_limits<std::int64_t>::min();  ///< of all that ever came
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <utility>
 
 #include "common/scan/segmented_scan.hpp"
 
@@ -46,8 +47,9 @@ std::vector<int> SelectAll(std::size_t num_rays) {
 
 std::vector<int> SelectRays(const ValidRays& rays, int rays_max, const SelectionConstants& constants) {
   if (rays.size() < 2) return SelectAll(rays.size());
-  const std::vector<double> displacements = ComputeDisplacements(rays);
-  const SegmentedScan scan(rays, displacements, FindEdgeThreshold(displacements, rays_max, constants));
+  std::vector<double> displacements = ComputeDisplacements(rays);
+  const double edge_threshold_m = FindEdgeThreshold(displacements, rays_max, constants);
+  const SegmentedScan scan(rays, std::move(displacements), edge_threshold_m);
   const int gap_rays = FindGapThreshold(scan, static_cast<int>(rays.size()), rays_max, constants.gap_threshold_rays);
   const auto most = static_cast<std::size_t>(rays_max);
   const auto fewest = static_cast<std::size_t>(std::lround(constants.fewest * rays_max));

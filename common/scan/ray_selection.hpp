@@ -15,6 +15,7 @@ struct SelectionConstants {
   double density_scale_min = 1e-3;
   double density_scale_max = 1e6;
   int halvings = 24;  ///< of the density scale's logarithm, until the count is in its band
+  ValidRayConstants valid_rays = {};
 };
 
 /// Picks the critical rays of a scan, as indices into the valid rays, rising, no repeats. Keeps no state.

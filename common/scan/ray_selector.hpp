@@ -27,11 +27,12 @@ inline SelectCritical DefaultSelection(const Parameters& parameters, const Selec
 class RaySelector {
  public:
   explicit RaySelector(const Parameters& parameters) : RaySelector(parameters.scan, DefaultSelection(parameters)) {}
-  RaySelector(const ScanParameters& scan, SelectCritical select) : scan_(scan), select_(std::move(select)) {}
+  RaySelector(const ScanParameters& scan, SelectCritical select, const ValidRayConstants& constants = {})
+      : scan_(scan), select_(std::move(select)), constants_(constants) {}
 
   /// Finds the measurements of a scan and picks the critical ones among them.
   CriticalRays Select(const LaserScan& scan) {
-    CriticalRays selected{scan.utime, FindValidRays(scan, scan_), {}};
+    CriticalRays selected{scan.utime, FindValidRays(scan, scan_, constants_), {}};
     selected.critical = select_(selected.rays);
     return selected;
   }
@@ -39,6 +40,7 @@ class RaySelector {
  private:
   ScanParameters scan_;
   SelectCritical select_;
+  ValidRayConstants constants_;
 };
 
 }  // namespace crsm

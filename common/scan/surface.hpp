@@ -5,16 +5,25 @@
 
 namespace crsm {
 
+/// When hits lie on one surface.
+struct SurfaceConstants {
+  double cosine_min = 0.966;        ///< of the angle by which it bends from one hit to the next: 15 degrees
+  double beside_max_m = 0.05;       ///< a door that stands back by more is no part of its wall
+  double growth_max = 3.0;          ///< of a wall seen at 10 degrees, one beam a degree: a quarter; the rest is noise
+  double along_beam_sine = 0.0872;  ///< 5 degrees
+};
+
 /// Which neighbouring hits lie on one surface: result[i] speaks of hits i and i + 1.
 ///
 /// hits_m: 2 x N. Two hits less than `near_m` apart are joined; up to `max_m` apart they are joined if the hit before
 /// or the hit after continues their line: a wall seen at a grazing angle, whose hits are far apart, and not the jump
 /// from a near edge to what lies behind it, nor the small one to a door that stands back: drawn aslant it would lie
 /// where the robot saw it from, and hold the robot there.
-std::vector<bool> FindSurfaces(const Eigen::Matrix2Xd& hits_m, double near_m, double max_m);
+std::vector<bool> FindSurfaces(const Eigen::Matrix2Xd& hits_m, double near_m, double max_m,
+                               const SurfaceConstants& constants = {});
 
 /// Whether the way from one hit to the next lies within 5 degrees of the beam. Three hits on three things, one behind
 /// another, look like a wall that is seen so flat: far apart they are none that may be drawn.
-bool IsAlongBeam(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m);
+bool IsAlongBeam(const Eigen::Vector2d& from_m, const Eigen::Vector2d& to_m, const SurfaceConstants& constants = {});
 
 }  // namespace crsm

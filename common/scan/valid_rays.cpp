@@ -8,9 +8,8 @@
 
 namespace crsm {
 
-double LargestUsableRange(const ScanParameters& parameters) {
-  constexpr double kUsableShare = 0.95;  // section 4, "for safety reasons"
-  return kUsableShare * parameters.range_max_m;
+double LargestUsableRange(const ScanParameters& parameters, const ValidRayConstants& constants) {
+  return constants.usable_share * parameters.range_max_m;
 }
 
 namespace {
@@ -23,8 +22,8 @@ float TimeOf(std::size_t beam, std::size_t num_beams, double sweep_s) {
 
 }  // namespace
 
-ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters) {
-  const double max_m = LargestUsableRange(parameters);
+ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters, const ValidRayConstants& constants) {
+  const double max_m = LargestUsableRange(parameters, constants);
   const auto angle_scale = static_cast<float>(parameters.angle_scale);
 
   const bool says_times = parameters.beam_times && !scan.times_s.empty();

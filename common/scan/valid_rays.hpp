@@ -8,6 +8,11 @@
 
 namespace crsm {
 
+/// Which beams count as measurements.
+struct ValidRayConstants {
+  double usable_share = 0.95;  ///< of the laser's maximum range: section 4, "for safety reasons"
+};
+
 /// The measurements of a scan, in order of rising angle.
 struct ValidRays {
   std::vector<float> angle_rad;  ///< laser frame, counter-clockwise from x
@@ -20,13 +25,14 @@ struct ValidRays {
 };
 
 /// 95 % of the laser's maximum range [m]: what reads further has not measured anything (section 4).
-double LargestUsableRange(const ScanParameters& parameters);
+double LargestUsableRange(const ScanParameters& parameters, const ValidRayConstants& constants = {});
 
 /// Keeps the beams that measured something: finite, at least `range_min_m`, and at most 95 % of the laser's maximum
 /// range (section 4), at their angles times `angle_scale`. Descending scans are turned round. An empty scan gives no
 /// rays. Where the scan does not say when its beams were measured, the last one was at its utime, and the first one
 /// `sweep_s` before.
-ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters);
+ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters,
+                        const ValidRayConstants& constants = {});
 
 /// Where the rays end. 2 x N, laser frame, metres.
 Eigen::Matrix2Xd ComputeHits(const ValidRays& rays);

@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <optional>
 #include <sstream>
 #include <stdexcept>
 
+#include "common/logs/regular_file.hpp"
 #include "common/scan/laser_scan.hpp"
 #include "common/worlds/built_in_worlds.hpp"
 #include "common/worlds/campus.hpp"
@@ -303,9 +303,7 @@ std::string LoadWorldText(const std::string& name) {
         fmt::format("there is no world file {} and no built-in world of that name; the built-in worlds are {}", name,
                     DescribeBuiltInWorlds()));
   }
-  std::ifstream file(name, std::ios::binary);
-  if (!file) throw std::runtime_error(fmt::format("cannot read {}", name));
-  return {std::istreambuf_iterator<char>(file), {}};
+  return ReadWholeFile(name);
 }
 
 World LoadWorld(const std::string& name) { return ParseWorld(LoadWorldText(name), name); }

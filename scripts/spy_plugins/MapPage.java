@@ -100,7 +100,7 @@ final class MapPage {
   /** How the map hangs together, which the view does not show. */
   private static void skipLayout(MessageReader reader) throws MessageReader.Malformed {
     if (reader.readInt(0, 1) == 0) return;
-    for (int i = 0; i < 4; ++i) reader.readLong(0);  // num_all_pieces, num_all_breaks, num_matched, num_bridged
+    for (int i = 0; i < 7; ++i) reader.readLong(0);  // from num_all_pieces to num_rejected
     int num_pieces = reader.readInt(0, MOST_PIECES);
     for (int i = 0; i < num_pieces; ++i) {
       reader.readLong(0);  // keyframes

@@ -2,13 +2,14 @@
 
 #include <fcntl.h>
 #include <fmt/core.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
+
+#include "common/logs/regular_file.hpp"
 
 namespace crsm {
 namespace {
@@ -17,14 +18,13 @@ constexpr std::size_t kWindowBytes = std::size_t{1} << 18;
 
 }  // namespace
 
-FileWindow::FileWindow(const std::string& path) : path_(path), descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
-  struct stat status {};
-  if (descriptor_ < 0 || fstat(descriptor_, &status) != 0) {
-    const int error = errno;
-    if (descriptor_ >= 0) close(descriptor_);
-    throw std::runtime_error(fmt::format("cannot read {}: {}", path, std::strerror(error)));
+FileWindow::FileWindow(const std::string& path) : path_(path) {
+  try {
+    descriptor_ = OpenRegularFile(path, O_RDONLY);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(fmt::format("cannot read {}: {}", path, error.what()));
   }
-  size_ = static_cast<std::uint64_t>(status.st_size);
+  size_ = static_cast<std::uint64_t>(std::max<off_t>(0, lseek(descriptor_, 0, SEEK_END)));
 }
 
 FileWindow::~FileWindow() { close(descriptor_); }

@@ -32,7 +32,7 @@ class FileWindow : public ByteRange {
 
  private:
   std::string path_;
-  int descriptor_;
+  int descriptor_ = -1;
   std::uint64_t size_ = 0;
   std::string buffer_;
   std::uint64_t buffer_at_ = 0;  ///< where in the file the buffer begins

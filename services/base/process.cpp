@@ -8,18 +8,19 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <new>
 #include <random>
 #include <regex>
 #include <stdexcept>
 
+#include "services/base/crc32.hpp"
 #include "services/base/usage_error.hpp"
 
 namespace crsm {
 namespace {
 
-volatile sig_atomic_t stop_requested = 0;
-
-void RequestStop(int) { stop_requested = 1; }
+void RequestStop(int) { stop_requested = true; }
 
 /// What a process that was killed while it wrote results (WriteResults) has left: .NAME.PID.tmp
 void RemoveLeftovers(const std::string& out) {
@@ -42,8 +43,6 @@ void CatchSignals() {
   sigaction(SIGTERM, &action, nullptr);
 }
 
-bool StopRequested() { return stop_requested != 0; }
-
 void PrepareFolder(const std::string& out) {
   if (out.empty()) throw UsageError("--out is missing: give the folder for the results");
   std::error_code error;
@@ -62,12 +61,23 @@ std::int64_t DrawIdentity() {
   return (std::int64_t{device()} << 31 | std::int64_t{device() >> 1}) + 1;
 }
 
+std::int64_t IdentityOfThisBoot(std::int64_t identity) {
+  std::ifstream file("/proc/sys/kernel/random/boot_id");
+  std::string boot;
+  file >> boot;
+  const auto mixed = static_cast<std::int64_t>(static_cast<std::uint64_t>(identity) ^ Crc32(boot));
+  return mixed != 0 ? mixed : identity;
+}
+
 int ReportErrors(const std::string& program, const std::function<int()>& body) {
   try {
     return body();
   } catch (const UsageError& error) {
     Say(fmt::format("{}: {}", program, error.what()));
     return 2;
+  } catch (const std::bad_alloc&) {
+    Say(program + ": there is no memory left");
+    return 1;
   } catch (const std::exception& error) {
     Say(fmt::format("{}: {}", program, error.what()));
     return 1;

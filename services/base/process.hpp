@@ -5,13 +5,14 @@
 #include <functional>
 #include <string>
 
+#include "common/logs/stop_request.hpp"
+
 namespace crsm {
 
 using Clock = std::chrono::steady_clock;
 
-/// From now on SIGINT and SIGTERM only ask the process to finish.
+/// From now on SIGINT and SIGTERM only ask the process to finish: StopRequested.
 void CatchSignals();
-bool StopRequested();
 
 /// Makes the folder for the results, if need be. What cannot be written is said before the work, not after it: throws
 /// std::runtime_error that names --out, UsageError if there is none. Removes files that a killed process left half
@@ -23,6 +24,10 @@ void Say(const std::string& line);
 
 /// A number that no other process draws, not 0. Nothing that is computed depends on it.
 std::int64_t DrawIdentity();
+
+/// The same number for the same identity until the machine starts anew, and another one afterwards: a power cut may take
+/// back what was told already, and nobody who was told is to go on from there.
+std::int64_t IdentityOfThisBoot(std::int64_t identity);
 
 /// With --strict, where the map is not to be trusted.
 inline constexpr int kUntrustedExitCode = 3;

@@ -1,7 +1,9 @@
 #include "services/bus/bus.hpp"
 
+#include <fcntl.h>
 #include <fmt/core.h>
 #include <poll.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -9,6 +11,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 #include <regex>
 #include <stdexcept>
 #include <utility>
@@ -93,6 +96,29 @@ std::optional<int> FindNewSocket(int port, const std::set<int>& old_sockets) {
   return sockets.size() == 1 ? std::optional(*sockets.begin()) : std::nullopt;
 }
 
+/// LCM opens sockets and pipes when it first listens, and does not survive it where it cannot.
+void CheckDescriptors() {
+  constexpr std::size_t kOfLcm = 12;
+  std::vector<int> opened;
+  while (opened.size() < kOfLcm) {
+    const int descriptor = open("/dev/null", O_RDONLY | O_CLOEXEC);
+    if (descriptor < 0) break;
+    opened.push_back(descriptor);
+  }
+  for (const int descriptor : opened) close(descriptor);
+  if (opened.size() < kOfLcm) {
+    throw std::runtime_error(
+        fmt::format("the bus needs {} more open files than this process may have ({}): ulimit -n "
+                    "allows more",
+                    kOfLcm - opened.size(), std::strerror(EMFILE)));
+  }
+}
+
+std::string PrepareUrl(std::string url) {
+  CheckDescriptors();
+  return CompleteUrl(std::move(url));
+}
+
 }  // namespace
 
 std::string NameBus(const std::string& url) {
@@ -102,7 +128,7 @@ std::string NameBus(const std::string& url) {
 }
 
 Bus::Bus(std::string url, const std::string& channel_prefix, Counters& counters, Reception reception)
-    : url_(CompleteUrl(std::move(url))),
+    : url_(PrepareUrl(std::move(url))),
       multicast_(ParseMulticastUrl(url_)),
       lcm_(url_),
       prefix_(channel_prefix),
@@ -153,6 +179,9 @@ void Bus::Subscription::Handle(const Sender& sender, std::span<const std::uint8_
   bus->sender_ = sender;
   try {
     handler(bytes);
+  } catch (const std::bad_alloc&) {  // nothing is right from here on
+    std::fputs("there is no memory left: the process ends\n", stderr);
+    std::_Exit(EXIT_FAILURE);
   } catch (const std::exception& error) {  // would poison the LCM handle
     bus->counters_.Add("handler_failed");
     if (!std::exchange(failed_before, true))

@@ -63,6 +63,10 @@ class Bus {
 
   /// Who sent the message that is being handled.
   const Sender& sender() const { return sender_; }
+  /// Whether a sender is known to be the process that has a role on this bus.
+  bool HasRole(const Sender& sender, const char* role) const {
+    return FindRole({url_, prefix_}, role, sender) == RoleHolder::kSender;
+  }
 
   /// A message that LCM cannot send is counted as publish_failed; why is said on stderr, the first time.
   template <class Message>

@@ -75,6 +75,7 @@ service_status_t Service::MakeStatus() const {
   status.version = kVersion;
   status.pid = getpid();
   status.state = state_;
+  status.num_left_out = num_left_out_;
   status.num_counters = static_cast<std::int32_t>(counters_.counts().size());
   for (const auto& [name, count] : counters_.counts()) {
     status.counter_name.push_back(name);

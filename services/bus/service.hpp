@@ -34,6 +34,8 @@ class Service {
 
   /// What the process does or waits for, in words, for SERVICE_STATUS.
   void SetState(const std::string& state) { state_ = state; }
+  /// How many scans the process got and could not use, for SERVICE_STATUS.
+  void SetNumLeftOut(std::int64_t num) { num_left_out_ = num; }
   /// One message was worked on since `start`.
   void RecordLatency(Clock::time_point start);
 
@@ -55,6 +57,7 @@ class Service {
   Counters counters_;
   Latency latency_;
   std::string state_ = "waiting for messages";
+  std::int64_t num_left_out_ = 0;
   BusAddress address_;
   Bus bus_;
   std::optional<BusRole> role_;

@@ -40,24 +40,37 @@ SoleSender::SoleSender(FindRole find_role, Lives lives) : find_role_(std::move(f
 
 SoleSender::Verdict SoleSender::Judge(const Sender& sender, Clock::time_point now) {
   constexpr auto kCheckPeriod = std::chrono::milliseconds(250);
-  constexpr auto kLookPeriod = std::chrono::milliseconds(100);
   const bool is_believed = sender_ == sender;
-  Clock::time_point& next = is_believed ? next_check_ : next_looks_[sender.port % next_looks_.size()];
-  if (now < next) {
-    if (is_believed) last_heard_ = now;
-    return is_believed ? Verdict::kBelieved : Verdict::kRefused;
+  if (is_believed && now < next_check_) {
+    last_heard_ = now;
+    return Verdict::kBelieved;
   }
-  next = now + (is_believed ? kCheckPeriod : kLookPeriod);
+  if (!is_believed && !MayLook(sender, now)) return Verdict::kRefused;
+  if (is_believed) next_check_ = now + kCheckPeriod;
   const RoleHolder holder = find_role_(sender);
   if (holder == RoleHolder::kSender) return Believe(sender, true, now);
   if (holder == RoleHolder::kAnother) {
     if (is_believed) sender_.reset();
     return Verdict::kRefused;
   }
-  if (holder == RoleHolder::kNobody && sender_ && has_role_) LoseRoleHolder(now);  // also where the port is another process's by now
+  if (holder == RoleHolder::kNobody && sender_ && has_role_)
+    LoseRoleHolder(now);  // also where the port is another process's by now
   if (now < vacant_until_) return Verdict::kRefused;
   const bool is_free = is_believed || !sender_ || !lives_(*sender_, last_heard_, now);
   return is_free ? Believe(sender, is_believed && has_role_, now) : Verdict::kRefused;
+}
+
+/// At each of the others ten times a second, and at no more than a thousand of them.
+bool SoleSender::MayLook(const Sender& sender, Clock::time_point now) {
+  constexpr auto kLookPeriod = std::chrono::milliseconds(100);
+  constexpr std::size_t kMost = 1000;
+  if (next_looks_.size() >= kMost) std::erase_if(next_looks_, [now](const auto& look) { return look.second <= now; });
+  const auto known = next_looks_.find(sender);
+  if (known == next_looks_.end())
+    return next_looks_.size() < kMost && next_looks_.emplace(sender, now + kLookPeriod).second;
+  if (now < known->second) return false;
+  known->second = now + kLookPeriod;
+  return true;
 }
 
 SoleSender::Verdict SoleSender::Believe(const Sender& sender, bool has_role, Clock::time_point now) {

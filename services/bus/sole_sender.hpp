@@ -1,9 +1,10 @@
 #pragma once
 
-#include <array>
 #include <chrono>
+#include <compare>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -15,7 +16,7 @@ struct Sender {
   std::uint32_t address = 0;  ///< IPv4, in the order of the network; 0: this host, which has no address of its own
   std::uint16_t port = 0;     ///< 0: the sender is not known
   bool known() const { return port != 0; }
-  friend bool operator==(const Sender&, const Sender&) = default;
+  friend auto operator<=>(const Sender&, const Sender&) = default;
 
   std::string Describe() const;
 };
@@ -37,8 +38,8 @@ enum class RoleHolder {
 };
 
 /// Who is believed on a channel on which only one process has something to say: at once the process that has the
-/// channel's role on this host, and no other. Where none is known to have it, the first that is heard, for as long as it
-/// lives. There are no keys.
+/// channel's role on this host, and no other. Where none is known to have it, the first that is heard, for as long as
+/// it lives. There are no keys.
 class SoleSender {
  public:
   using Clock = std::chrono::steady_clock;
@@ -58,6 +59,7 @@ class SoleSender {
   Verdict Judge(const Sender& sender, Clock::time_point now);
 
  private:
+  bool MayLook(const Sender& sender, Clock::time_point now);
   Verdict Believe(const Sender& sender, bool has_role, Clock::time_point now);
   void LoseRoleHolder(Clock::time_point now);
 
@@ -68,7 +70,7 @@ class SoleSender {
   bool has_role_ = false;         ///< it is, because it has the role
   Clock::time_point last_heard_{};
   Clock::time_point next_check_{};                  ///< of the one that is believed
-  std::array<Clock::time_point, 64> next_looks_{};  ///< at others, by their ports: a flood does not shut one out
+  std::map<Sender, Clock::time_point> next_looks_;  ///< at others: a flood from many ports does not shut one out
   Clock::time_point vacant_until_{};                ///< the role's holder has gone: another one is waited for so long
 };
 

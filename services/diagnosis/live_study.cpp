@@ -38,8 +38,9 @@ void LiveStudy::Add(const LaserScan& scan) {
   if (due_at_ == 0 || (!scans_.empty() && scans_.back().utime == scan.utime)) return;
   scans_.push_back(scan);
   if (scans_.size() < due_at_ || study_.valid()) return;
-  const bool is_last = due_at_ == kScansOfStudy;
-  due_at_ = is_last ? 0 : kScansOfStudy;
+  const std::size_t last_at = DiagnosisConstants::SweepStudy{}.num_scans;
+  const bool is_last = due_at_ == last_at;
+  due_at_ = is_last ? 0 : last_at;
   study_ = std::async(std::launch::async, [parameters = parameters_, scans = is_last ? std::move(scans_) : scans_] {
     constexpr int kNice = 5;
     setpriority(PRIO_PROCESS, 0, kNice);  // of this thread alone

@@ -23,6 +23,9 @@ class MatchStore {
   /// The match of a scan; nothing if there is none.
   std::optional<ScanMatch> Find(std::int64_t utime) const;
 
+  /// The least utime of a match that is larger; the largest number if there is none.
+  std::int64_t FindNext(std::int64_t utime) const { return utimes_.FindNext(utime); }
+
   /// All of them, as long as the store is there.
   MatchSequence Sequence() const;
 

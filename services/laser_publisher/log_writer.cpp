@@ -7,6 +7,7 @@
 
 #include "services/base/progress.hpp"
 #include "services/base/usage_error.hpp"
+#include "services/sources/open_laser_source.hpp"
 #include "services/wire/channels.hpp"
 #include "services/wire/conversions.hpp"
 #include "services/wire/event_log_writer.hpp"
@@ -28,9 +29,10 @@ std::string PathOf(const std::string& url) {
 void WriteLog(LaserSource& source, const std::string& source_name, const std::string& url,
               const std::string& channel_prefix, bool with_odometry) {
   const std::string path = PathOf(url);
-  std::error_code not_there;
-  if (std::filesystem::equivalent(path, source_name, not_there)) {
-    throw UsageError(fmt::format("--lcm-url {}: would overwrite the log that is read; choose another file", url));
+  for (const std::string& file : FilesOfSource(source_name)) {
+    std::error_code not_there;
+    if (!std::filesystem::equivalent(path, file, not_there)) continue;
+    throw UsageError(fmt::format("--lcm-url {}: would overwrite {}, which is read; choose another file", url, file));
   }
   EventLogWriter log(path);
   Progress progress("laser_publisher");

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/logs/left_out.hpp"
 #include "services/base/backoff.hpp"
 #include "services/base/printable.hpp"
 #include "services/base/progress.hpp"
@@ -59,11 +60,11 @@ class LaserPublisher {
     service_.bus().SubscribeToOne<map_delta_t>(kMapDeltaChannel, kMapOwnerRole, [this](const map_delta_t& delta) {
       if (delta.utime == awaited_utime_) mapped_ = true;
     });
-    service_.bus().SubscribeToOne<scan_answer_t>(kScanAnswerChannel, kMapOwnerRole,
-                                                 [this](const scan_answer_t& answer) {
-                                                   if (answer.utime == awaited_utime_ && answer.num_matches == 1)
-                                                     mapped_ = true;
-                                                 });
+    service_.bus().SubscribeToOne<scan_answer_t>(
+        kScanAnswerChannel, kMapOwnerRole, [this](const scan_answer_t& answer) {
+          const bool of_match = answer.requester == 0 && answer.num_matches == 1;
+          if (of_match && answer.utime == awaited_utime_) mapped_ = true;
+        });
   }
 
   void Run() {
@@ -110,12 +111,17 @@ class LaserPublisher {
 
   void CountWhatWasLeftOut() {
     for (const auto& [name, count] : source_.Counts()) service_.counters().Set(name, count);
+    service_.SetNumLeftOut(CountLeftOut(source_.Counts()));
   }
 
   /// What an earlier process with the same --position has sent. It may have died behind one scan more: that is known to
   /// be in the map, as every scan that comes twice.
   void SkipPublished() {
-    for (std::int64_t i = 0; i < position_.num_scans() && source_.Next() && !StopRequested(); ++i) continue;
+    for (std::int64_t i = 0; i < position_.num_scans() && !StopRequested(); ++i) {
+      if (source_.Next() || StopRequested()) continue;
+      throw std::runtime_error(fmt::format(
+          "the log has {} scans, but {} of it were published before: it is another one", i, position_.num_scans()));
+    }
     if (position_.num_scans() > 0) {
       Say(fmt::format("{}: continues after {} published scans", service_.name(), position_.num_scans()));
     }

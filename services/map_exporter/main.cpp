@@ -10,12 +10,12 @@
 #include <thread>
 #include <utility>
 
-#include "common/logs/left_out.hpp"
 #include "common/map/byte_map.hpp"
 #include "common/metrics/path_sketch.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "services/base/path_lock.hpp"
+#include "services/base/printable.hpp"
 #include "services/base/version.hpp"
 #include "services/bus/service.hpp"
 #include "services/journal/match_store.hpp"
@@ -25,23 +25,6 @@
 
 namespace crsm {
 namespace {
-
-/// Nothing for one that the process does not have.
-std::optional<std::int64_t> FindCounter(const service_status_t& status, const std::string& name) {
-  const auto found = std::find(status.counter_name.begin(), status.counter_name.end(), name);
-  if (found == status.counter_name.end()) return std::nullopt;
-  return status.counter_value[static_cast<std::size_t>(found - status.counter_name.begin())];
-}
-
-/// Its counters by name. Anybody may have sent them: sums of them stay numbers.
-std::map<std::string, std::int64_t> CountsOf(const service_status_t& status) {
-  constexpr std::int64_t kMost = 1'000'000'000'000;
-  std::map<std::string, std::int64_t> counts;
-  for (std::size_t i = 0; i < status.counter_name.size(); ++i) {
-    counts[status.counter_name[i]] = std::clamp<std::int64_t>(status.counter_value[i], 0, kMost);
-  }
-  return counts;
-}
 
 class MapExporter {
  public:
@@ -76,13 +59,19 @@ class MapExporter {
   }
 
  private:
-  /// Of a few services only: the names come from the network.
+  /// Of a few services only: the names come from the network. Those of the stack are known whatever else comes.
   void Keep(const service_status_t& status) {
-    constexpr std::size_t kMostServices = 64;
-    if (statuses_.size() == kMostServices && statuses_.count(status.name) == 0) {
-      return service_.counters().Add("status_ignored");
+    constexpr std::size_t kMostOthers = 64;
+    const bool is_known = IsOfStack(status.name) || statuses_.count(status.name) > 0;
+    if (!is_known && statuses_.size() >= kMostOthers) {
+      return service_.Complain("status_ignored",
+                               fmt::format("{}: more than {} processes say SERVICE_STATUS: the summary leaves out {} "
+                                           "and those that come later",
+                                           service_.name(), kMostOthers, MakePrintable(status.name)));
     }
     statuses_[status.name] = status;
+    std::int64_t& num_left_out = num_left_out_[status.name];
+    num_left_out = std::max(num_left_out, status.num_left_out);     // who says less later, takes nothing back
     if (status.name == "map_updater") last_change_ = Clock::now();  // it is there, and may wait for a loop closer
   }
 
@@ -168,6 +157,7 @@ class MapExporter {
     snapshot.loops = map_follower_.replica().loops();
     snapshot.pieces = map_follower_.replica().pieces().value_or(MapPieces());
     snapshot.summary = Complete(sums_.Sum());
+    snapshot.summary.ended = false;
     return snapshot;
   }
 
@@ -189,8 +179,13 @@ class MapExporter {
     }
   }
 
-  /// At the end: everything once more, from all matches.
+  /// At the end: everything once more, from all matches. Where no map ever came, results that are there already are
+  /// those of an earlier run, and stay.
   void Write() {
+    const std::filesystem::path out = command_line_.settings().out;
+    if (!map_ && std::filesystem::exists(out / "map.png")) {
+      return Say(fmt::format("{}: no map came: the results in {} stay as they were", service_.name(), out.string()));
+    }
     Results results;
     if (map_) results.grid = map_->ToDenseGrid();
     results.matches = matches_.Sequence();
@@ -237,20 +232,10 @@ class MapExporter {
     return map_follower_.replica().synced();
   }
 
-  static std::optional<LoopSums> CountLoops(const service_status_t& owner) {
-    const auto keyframes = FindCounter(owner, "keyframes");
-    if (!keyframes) return std::nullopt;
-    return LoopSums{*keyframes, FindCounter(owner, "loops_closed").value_or(0),
-                    FindCounter(owner, "loops_rejected").value_or(0)};
-  }
-
   /// Scans that never came so far as to be matched: of a log, or of another driver.
   std::int64_t CountLeftOut() const {
     std::int64_t num = 0;
-    for (const char* name : {"laser_publisher", "ray_selector"}) {
-      const auto status = statuses_.find(name);
-      if (status != statuses_.end()) num += crsm::CountLeftOut(CountsOf(status->second));
-    }
+    for (const auto& [name, num_left_out] : num_left_out_) num += num_left_out;
     return num;
   }
 
@@ -263,10 +248,6 @@ class MapExporter {
     summary.pieces = map_follower_.replica().pieces();
     summary.wheels = map_follower_.replica().tracking().wheels().Learned();
     summary.verdict = Judge(statistics_, map_ ? *map_ : no_map, summary.pieces.value_or(MapPieces()));
-    if (const auto owner = statuses_.find("map_updater"); owner != statuses_.end()) {
-      summary.loops = CountLoops(owner->second);
-    }
-    if (summary.loops) JudgeLoops(summary.loops->closed, summary.loops->rejected, summary.verdict);
     if (summary.wheels) JudgeWheels(*summary.wheels, summary.verdict);
     JudgeLeftOut(CountLeftOut(), summary.verdict);
     statuses_[service_.name()] = service_.MakeStatus();
@@ -306,6 +287,7 @@ class MapExporter {
   MapFollower map_follower_;
   CriticalRays last_scan_;
   std::map<std::string, service_status_t> statuses_;
+  std::map<std::string, std::int64_t> num_left_out_;  ///< scans, by process
   std::int64_t written_version_ = 0;
   bool asked_ = false;  ///< for what is to be written next
   const Clock::time_point begun_ = Clock::now();

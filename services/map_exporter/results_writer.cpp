@@ -118,7 +118,7 @@ bool ResultsWriter::TrajectoryGoesOn(const Snapshot& snapshot) const {
 /// Where the disk has no room for all of it, nothing is added.
 void ResultsWriter::AppendTrajectory(std::uint64_t end) {
   const std::string path = dir_ / kTrajectory;
-  const int descriptor = open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  const int descriptor = open(path.c_str(), O_WRONLY | O_APPEND | O_NONBLOCK | O_CLOEXEC);
   int error = descriptor < 0 ? errno : 0;
   if (error == 0) {
     std::string lines;  // a reader sees whole ones

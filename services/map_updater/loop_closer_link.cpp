@@ -4,13 +4,10 @@
 
 namespace crsm {
 
-LoopCloserLink::LoopCloserLink(Mapper& mapper, int lag, Counters& counters, Owner owner)
-    : mapper_(mapper), lag_(lag), counters_(counters), owner_(std::move(owner)) {
-  Count();
-}
+LoopCloserLink::LoopCloserLink(Mapper& mapper, Counters& counters, Owner owner)
+    : mapper_(mapper), counters_(counters), owner_(std::move(owner)), request_limiter_(owner_.is_loop_closer) {}
 
 void LoopCloserLink::SendNewest(Clock::time_point now) {
-  Count();
   Send(*mapper_.graph().newest());
   backoff_.Restart(now);
 }
@@ -19,12 +16,6 @@ void LoopCloserLink::Poll(Clock::time_point now) {
   if (IsSettled() || !backoff_.Due(now)) return;
   counters_.Add("keyframes_resent");
   Send(*mapper_.graph().newest());
-}
-
-void LoopCloserLink::Count() {
-  counters_.Set("keyframes", mapper_.graph().size());
-  counters_.Set("loops_closed", mapper_.num_loops());
-  counters_.Set("loops_rejected", mapper_.num_loops_rejected());
 }
 
 void LoopCloserLink::Send(KeyframeId id) {
@@ -56,7 +47,6 @@ void LoopCloserLink::Take(const pose_graph_t& message, Clock::time_point now) {
     const auto update = parts_.Add(message);
     if (!update && !parts_.empty()) return;  // others are to come
     if (!update || !mapper_.Accept(*update)) return counters_.Add("pose_graph_refused");
-    Count();
     owner_.keep(*update);
   }
   if (keyframe <= looked_through_) return;

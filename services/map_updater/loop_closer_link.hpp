@@ -24,9 +24,11 @@ class LoopCloserLink {
     std::function<void(const keyframe_t&)> send;
     std::function<void(const GraphUpdate&)> keep;   ///< gets each update that the mapper has taken
     std::function<void(KeyframeId)> keep_searched;  ///< gets keyframes of which, and before which, no more will come
+    /// Whose questions come first.
+    std::function<bool(const Sender&)> is_loop_closer = [](const Sender&) { return false; };
   };
 
-  LoopCloserLink(Mapper& mapper, int lag, Counters& counters, Owner owner);
+  LoopCloserLink(Mapper& mapper, Counters& counters, Owner owner);
 
   /// Of the map; nothing is sent or heard before.
   void SetEpoch(std::int64_t epoch) { epoch_ = epoch; }
@@ -40,7 +42,7 @@ class LoopCloserLink {
   void Answer(const keyframe_request_t& request, const Sender& sender, Clock::time_point now);
 
   /// Whether all is known that has to take effect with the next keyframe.
-  bool IsReadyForNext() const { return num_awaited() < lag_; }
+  bool IsReadyForNext() const { return num_awaited() < mapper_.lag(); }
   /// Whether loops were looked for in all keyframes.
   bool IsSettled() const { return num_awaited() == 0; }
   /// Keyframes, the newest ones, of which it was not said yet that loops were looked for in them.
@@ -49,11 +51,9 @@ class LoopCloserLink {
   }
 
  private:
-  void Count();
   void Send(KeyframeId id);
 
   Mapper& mapper_;
-  int lag_;
   Counters& counters_;
   Owner owner_;
   std::int64_t epoch_ = 0;

@@ -46,7 +46,7 @@ class MapUpdaterService {
     bus.Subscribe<map_request_t>(kMapRequestChannel, [this](const map_request_t& request) { AnswerRequest(request); });
     bus.Subscribe<scan_request_t>(kScanRequestChannel, [this](const scan_request_t& request) {
       service_.counters().Add("scan_requests");
-      if (Admit(request.requester, "scan_requests_refused", kScanRequestChannel)) AnswerAbout(request.utime);
+      if (Admit(request.requester, "scan_requests_refused", kScanRequestChannel)) AnswerAbout(request);
     });
   }
 
@@ -65,11 +65,12 @@ class MapUpdaterService {
  private:
   void LinkToLoopCloser() {
     Bus& bus = service_.bus();
-    link_.emplace(mapper_, mapper_.lag(), service_.counters(),
+    link_.emplace(mapper_, service_.counters(),
                   LoopCloserLink::Owner{
                       [&bus](const keyframe_t& keyframe) { bus.Publish(kKeyframeChannel, keyframe); },
                       [this](const GraphUpdate& update) { Keep(update); },
                       [this](KeyframeId keyframe) { KeepSearched(keyframe); },
+                      [&bus](const Sender& sender) { return bus.HasRole(sender, kLoopCloserRole); },
                   });
     link_->SetEpoch(options_.epoch);
     bus.SubscribeToOne<pose_graph_t>(kPoseGraphChannel, kLoopCloserRole,
@@ -103,10 +104,10 @@ class MapUpdaterService {
     return false;
   }
 
-  /// Whether a scan is in the map.
-  void AnswerAbout(std::int64_t utime) {
-    scan_answer_t answer{utime, options_.epoch, 0, {}};
-    if (const auto match = answered_.Find(utime)) answer.matches.push_back(ToMessage(*match));
+  /// Whether a scan is in the map. requester: 0 where a match of it came once more.
+  void AnswerAbout(const scan_request_t& request) {
+    scan_answer_t answer{request.utime, options_.epoch, request.requester, answered_.FindNext(request.utime), 0, {}};
+    if (const auto match = answered_.Find(request.utime)) answer.matches.push_back(ToMessage(*match));
     answer.num_matches = static_cast<std::int32_t>(answer.matches.size());
     service_.bus().Publish(kScanAnswerChannel, answer);
   }
@@ -137,7 +138,7 @@ class MapUpdaterService {
     }
     if (match.utime <= tracking_.newest_utime() && answered_.Find(match.utime)) {
       service_.counters().Add("utime_repeated");
-      AnswerAbout(match.utime);
+      AnswerAbout({match.utime, 0});
       return true;
     }
     if (MustWaitForLoops()) return false;
@@ -218,11 +219,11 @@ class MapUpdaterService {
     if (!settings_.resume) {
       journal_.emplace(settings_.journal, subject);
       LockJournal();
-      return SetEpoch(journal_->epoch());
+      return SetEpoch(IdentityOfThisBoot(journal_->epoch()));
     }
     LockJournal();
     journal_.emplace(settings_.journal, subject, on_damage_, VisitOfJournal());
-    SetEpoch(journal_->epoch());
+    SetEpoch(IdentityOfThisBoot(journal_->epoch()));
     BeginSession();
     if (!journal_->notice().empty()) Say(fmt::format("map_updater: {}", journal_->notice()));
     Say(fmt::format("map_updater: continues after {} scans from {}", answered_.size(), settings_.journal));
@@ -296,7 +297,8 @@ class MapUpdaterService {
   /// Whose match has not come yet: as many as the matcher may lag behind, and those that come meanwhile of a laser that
   /// is ten times too fast.
   HeldByUtime<CriticalRays, 2048> scans_;
-  RequestLimiter request_limiter_;
+  RequestLimiter request_limiter_{
+      [this](const Sender& sender) { return service_.bus().HasRole(sender, kMatcherRole); }};
   MatchStore answered_;
   TrackingState tracking_;  ///< after those
   std::vector<map_delta_t> last_answer_;

@@ -1,22 +1,30 @@
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstdint>
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include "services/bus/sole_sender.hpp"
 
 namespace crsm {
 
-/// How many MAP_REQUEST are answered. A page takes a small question and much work: without a limit, who asks on and on
-/// keeps the owner of the map from mapping.
+/// How many requests are answered. A page takes a small question and much work: without a limit, who asks on and on
+/// keeps the owner of the map from mapping. Those that mapping waits for, the matcher say, come first: others take
+/// nothing from them.
 class RequestLimiter {
  public:
   using Clock = std::chrono::steady_clock;
-  static constexpr double kPerSecond = 200.0;    ///< pages for one asker
-  static constexpr double kAtOnce = 400.0;       ///< of them after a pause: the whole of a map of 3,000 tiles
-  static constexpr std::size_t kMostAskers = 8;  ///< others have to wait; so all together are limited too
+  static constexpr double kPerSecond = 200.0;     ///< answers for one asker at most ...
+  static constexpr double kAtOnce = 400.0;        ///< ... of them after a pause: the whole of a map of 3,000 tiles
+  static constexpr double kShared = 8.0;          ///< so many times as much for all together, in equal parts
+  static constexpr std::size_t kMostAskers = 64;  ///< others have to wait
   static constexpr auto kForgotten = std::chrono::seconds(10);  ///< an asker that has not asked for as long
+
+  /// comes_first: whether a sender is one that mapping waits for. It is asked seldom: it takes system calls.
+  explicit RequestLimiter(std::function<bool(const Sender&)> comes_first) : comes_first_(std::move(comes_first)) {}
 
   /// Whether a request is to be answered. An asker is a sender, or where that is not known, a requester.
   bool Admit(const Sender& sender, std::int64_t requester, Clock::time_point now);
@@ -25,12 +33,19 @@ class RequestLimiter {
   struct Asker {
     Sender sender;
     std::int64_t requester;  ///< 0 where the sender is known
-    double left = kAtOnce;   ///< pages that may be asked for now
+    bool comes_first;
+    Clock::time_point next_look;  ///< whether it comes first: it may have become what mapping waits for
+    double left = kAtOnce;        ///< answers that it may have now
     Clock::time_point last_asked;
   };
   Asker* Find(const Sender& sender, std::int64_t requester, Clock::time_point now);
+  bool Look(const Sender& sender, Clock::time_point now);
+  /// Of what one asker alone may have.
+  double Share(const Asker& asker) const;
 
+  std::function<bool(const Sender&)> comes_first_;
   std::vector<Asker> askers_;
+  std::array<Clock::time_point, 64> next_looks_{};  ///< at those that are no askers yet, by their ports
 };
 
 }  // namespace crsm

@@ -95,12 +95,13 @@ bool Access::AllowsHost(std::string_view text) const {
   return !is_loopback_ && (IsIpv4(host) || IsIpv6(host) || host == NameOfThisHost());
 }
 
-bool Access::AllowsOrigin(std::string_view origin, bool foxglove) const {
+bool Access::AllowsOrigin(std::string_view origin, std::string_view host, bool foxglove) {
   if (foxglove && std::find(kFoxgloveOrigins.begin(), kFoxgloveOrigins.end(), origin) != kFoxgloveOrigins.end()) {
     return true;
   }
   constexpr std::string_view kScheme = "http://";
-  return origin.starts_with(kScheme) && AllowsHost(origin.substr(kScheme.size()));
+  return origin.starts_with(kScheme) &&
+         ToLower(std::string(origin.substr(kScheme.size()))) == ToLower(std::string(host));
 }
 
 bool Access::AllowsToken(std::string_view token) const {

@@ -28,8 +28,9 @@ std::string DrawToken();
 /// host: that a request comes from this host says nothing.
 ///
 /// Host must be one that no foreign name server can give to a site: an IP address or this host's own name, and of the
-/// loopback alone where the viewer listens there alone. Origin, which browsers send, must be such a host too, or the
-/// desktop program or site of Foxglove or Lichtblick. Beyond this host, a token is needed besides.
+/// loopback alone where the viewer listens there alone. Origin, which browsers send, must be the very
+/// address under which the viewer was asked, with its port, or the desktop program or site of Foxglove or Lichtblick.
+/// Beyond this host, a token is needed besides.
 class Access {
  public:
   /// token: empty where none is needed.
@@ -37,8 +38,9 @@ class Access {
 
   /// Of a Host header, with or without a port.
   bool AllowsHost(std::string_view host) const;
-  /// Of an Origin header. foxglove: whether Foxglove's protocol is asked for.
-  bool AllowsOrigin(std::string_view origin, bool foxglove) const;
+  /// Of an Origin header. host: the Host header beside it, which is allowed. foxglove: whether Foxglove's protocol is
+  /// asked for.
+  static bool AllowsOrigin(std::string_view origin, std::string_view host, bool foxglove);
   /// Takes as long for a token that is nearly right.
   bool AllowsToken(std::string_view token) const;
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -19,6 +18,7 @@
 #include "services/journal/journal.hpp"
 #include "services/journal/map_parameters.hpp"
 #include "services/map_viewer/join_news.hpp"
+#include "services/map_viewer/json_text.hpp"
 #include "services/settings/command_line.hpp"
 
 namespace crsm {
@@ -85,7 +85,7 @@ class Run {
     scene.SetLoops(mapper_->PlaceLoops());
     const PathSketch& path = scene.path();
     const nlohmann::json info{{"live", false}, {"scans", path.num_matches()}, {"lost", path.num_lost()}};
-    scene.SetInfo(info.dump());
+    scene.SetInfo(ToText(info));
   }
 
  private:

@@ -1,9 +1,9 @@
 #include "services/map_viewer/foxglove_feed.hpp"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "services/map_viewer/json_text.hpp"
 #include "services/map_viewer/little_endian.hpp"
 
 namespace crsm {
@@ -44,12 +44,11 @@ json ListIn(const json& message, const char* key) {
 std::optional<Feed::Message> FoxgloveFeed::Next() {
   has_more_ = true;
   if (!std::exchange(greeted_, true)) {
-    return Message{true, json{{"op", "serverInfo"},
-                              {"name", "CRSM SLAM"},
-                              {"capabilities", json::array()},
-                              {"supportedEncodings", {"json"}},
-                              {"metadata", json::object()}}
-                             .dump()};
+    return Message{true, ToText({{"op", "serverInfo"},
+                                 {"name", "CRSM SLAM"},
+                                 {"capabilities", json::array()},
+                                 {"supportedEncodings", {"json"}},
+                                 {"metadata", json::object()}})};
   }
   if (auto message = Advertise()) return message;
   if (auto message = TellNext()) return message;
@@ -74,8 +73,7 @@ std::optional<Feed::Message> FoxgloveFeed::Advertise() {
     }
   }
   if (channels.empty()) return std::nullopt;
-  return Message{
-      true, json{{"op", "advertise"}, {"channels", channels}}.dump(-1, ' ', false, json::error_handler_t::replace)};
+  return Message{true, ToText({{"op", "advertise"}, {"channels", channels}})};
 }
 
 bool FoxgloveFeed::IsDue(const Subscription& subscription, Clock::time_point now) const {

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <span>
 
 #include "common/map/dense_grid.hpp"
+#include "services/map_viewer/json_text.hpp"
 
 namespace crsm {
 namespace {
@@ -164,6 +164,7 @@ FoxgloveScene::FoxgloveScene(const Scene& scene, std::string prefix) : scene_(sc
 }
 
 const std::vector<FoxgloveTopic>& FoxgloveScene::Topics() {
+  if (scene_.robot_change() != 0) clock_.Follow(std::max<std::int64_t>(0, scene_.robot().match.utime));
   const SceneMap& map = scene_.map();
   if (std::exchange(generation_, map.generation()) != map.generation()) blocks_known_ = 0;
   for (auto change = map.changes().upper_bound(blocks_known_); change != map.changes().end(); ++change) {
@@ -219,7 +220,7 @@ std::string FoxgloveScene::SchemaNameOf(const FoxgloveTopic& topic) {
 std::string FoxgloveScene::SchemaOf(const FoxgloveTopic& topic) {
   json schema = Object(SchemaProperties(topic.kind));
   schema["title"] = SchemaNameOf(topic);
-  return schema.dump();
+  return ToText(schema);
 }
 
 ChangeNumber FoxgloveScene::LastChange(const FoxgloveTopic& topic) const {
@@ -236,7 +237,7 @@ ChangeNumber FoxgloveScene::LastChange(const FoxgloveTopic& topic) const {
 
 std::string FoxgloveScene::Encode(const FoxgloveTopic& topic) const {
   const auto& [match, scan] = scene_.robot();
-  const std::int64_t utime = std::max<std::int64_t>(0, match.utime);
+  const std::int64_t utime = clock_.now();
   json message{{"timestamp",
                 {{"sec", utime / kMicrosecondsPerSecond},
                  {"nsec", utime % kMicrosecondsPerSecond * kNanosecondsPerMicrosecond}}}};
@@ -273,12 +274,7 @@ std::string FoxgloveScene::Encode(const FoxgloveTopic& topic) const {
   } else {
     AddGrid(scene_.map(), topic.block, message);
   }
-  return message.dump();
-}
-
-std::uint64_t FoxgloveScene::time_ns() const {
-  return static_cast<std::uint64_t>(std::max<std::int64_t>(0, scene_.robot().match.utime)) *
-         static_cast<std::uint64_t>(kNanosecondsPerMicrosecond);
+  return ToText(message);
 }
 
 std::string MakeFoxgloveLayout(const std::vector<std::string>& prefixes) {
@@ -307,12 +303,12 @@ std::string MakeFoxgloveLayout(const std::vector<std::string>& prefixes) {
                   {"topics", topics},
                   {"transforms", json::object()},
                   {"layers", json::object()}};
-  return json{{"configById", {{"3D!map", view}}},
-              {"globalVariables", json::object()},
-              {"userNodes", json::object()},
-              {"playbackConfig", {{"speed", 1}}},
-              {"layout", "3D!map"}}
-      .dump(1);
+  return ToText({{"configById", {{"3D!map", view}}},
+                 {"globalVariables", json::object()},
+                 {"userNodes", json::object()},
+                 {"playbackConfig", {{"speed", 1}}},
+                 {"layout", "3D!map"}},
+                1);
 }
 
 }  // namespace crsm

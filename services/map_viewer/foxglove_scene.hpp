@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "services/map_viewer/scene.hpp"
+#include "services/wire/replay_clock.hpp"
 
 namespace crsm {
 
@@ -41,12 +42,14 @@ class FoxgloveScene {
   /// The message that tells how it is now.
   std::string Encode(const FoxgloveTopic& topic) const;
 
-  /// Of the last scan [ns since the epoch of the log]; 0 before the first.
-  std::uint64_t time_ns() const;
+  /// Of the last scan, as of the last call of Topics() [ns since the epoch of the log], such that players can play it
+  /// (ReplayClock); 0 before the first.
+  std::uint64_t time_ns() const { return static_cast<std::uint64_t>(clock_.now()) * 1000; }
 
  private:
   const Scene& scene_;
   std::string prefix_;
+  ReplayClock clock_;
   std::vector<FoxgloveTopic> topics_;
   std::map<TileIndex, ChangeNumber> blocks_;  ///< when each has changed last
   ChangeNumber blocks_known_ = 0;             ///< changes of the map up to this one are in blocks_

@@ -1,11 +1,15 @@
 #include "services/map_viewer/live_robot.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <chrono>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "common/scan/deskew.hpp"
+#include "services/base/printable.hpp"
+#include "services/map_viewer/json_text.hpp"
+#include "services/map_viewer/service_info.hpp"
 #include "services/wire/conversions.hpp"
 
 namespace crsm {
@@ -99,10 +103,14 @@ void LiveRobot::Show(ScanMatch match) {
   scene_.SetRobot({std::move(match), std::move(deskewed)});
 }
 
-/// Of a few services only: the names come from the network.
+/// Of a few services only: the names come from the network. Those of the stack are known whatever else comes.
 void LiveRobot::Keep(const service_status_t& status) {
-  if (statuses_.size() >= kMostServices && statuses_.count(status.name) == 0) {
-    return service_.counters().Add("status_ignored");
+  const bool is_known = IsOfStack(status.name) || statuses_.count(status.name) > 0;
+  if (!is_known && statuses_.size() >= kMostServices) {
+    return service_.Complain("status_ignored",
+                             fmt::format("{}: more than {} processes say SERVICE_STATUS: the page leaves out {} and "
+                                         "those that come later",
+                                         service_.name(), kMostServices, MakePrintable(status.name)));
   }
   statuses_[status.name] = {status, Clock::now()};
 }
@@ -154,22 +162,9 @@ void LiveRobot::ShowInfo() {
   next_info_ = now + std::chrono::seconds(1);
   statuses_[service_.name()] = {service_.MakeStatus(), now};
   nlohmann::json info{{"live", true}, {"scans", path_.num_matches()}, {"lost", path_.num_lost()}};
+  if (const auto& pieces = map_follower_.replica().pieces()) info["loops_closed"] = pieces->num_closed;
   for (const auto& [name, heard] : statuses_) {
-    const service_status_t& status = heard.status;
-    nlohmann::json counters = nlohmann::json::object();
-    for (std::size_t i = 0; i < status.counter_name.size(); ++i) {
-      counters[status.counter_name[i]] = status.counter_value[i];
-    }
-    info["services"].push_back({{"name", name},
-                                {"version", status.version},
-                                {"pid", status.pid},
-                                {"state", status.state},
-                                {"silent_s", std::chrono::duration<double>(now - heard.heard).count()},
-                                {"counters", counters},
-                                {"p50_ms", status.latency_p50_ms},
-                                {"p99_ms", status.latency_p99_ms},
-                                {"max_ms", status.latency_max_ms},
-                                {"resident_mb", status.resident_mb}});
+    info["services"].push_back(DescribeService(heard.status, std::chrono::duration<double>(now - heard.heard).count()));
   }
   StageTimes times;
   for (const char* stage : kStages) {
@@ -181,7 +176,7 @@ void LiveRobot::ShowInfo() {
   stage_times_.push_back(times);
   if (stage_times_.size() > kMostStageTimes) stage_times_.pop_front();
   for (const auto& [median_ms, p99_ms] : stage_times_) info["scan_times_ms"].push_back({median_ms, p99_ms});
-  scene_.SetInfo(info.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  scene_.SetInfo(ToText(info));
 }
 
 }  // namespace crsm

@@ -1,9 +1,13 @@
 #include "services/map_viewer/mcap_export.hpp"
 
+#include <fmt/core.h>
+
 #include <map>
 #include <stdexcept>
 
 #include "common/logs/replacement.hpp"
+#include "common/logs/stop_request.hpp"
+#include "services/base/file_window.hpp"
 #include "services/map_viewer/finished_run.hpp"
 #include "services/map_viewer/foxglove_scene.hpp"
 #include "services/map_viewer/mcap_writer.hpp"
@@ -44,14 +48,33 @@ class Recorder {
   std::map<FoxgloveTopic, Told> told_;
 };
 
+/// What is there and is no MCAP file was hardly meant: a journal, say, or a device.
+void CheckReplaceable(const std::filesystem::path& file) {
+  constexpr std::string_view kMagic = "\x89MCAP";
+  std::error_code error;
+  if (!std::filesystem::exists(std::filesystem::symlink_status(file, error))) return;
+  if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(file, error))) {
+    throw std::runtime_error(fmt::format("--mcap {}: is no regular file; choose another one", file.string()));
+  }
+  const std::string start(FileWindow(file.string()).At(0, kMagic.size()));
+  if (start.empty() || start == kMagic) return;
+  throw std::runtime_error(
+      fmt::format("--mcap {}: is no MCAP file, and would be overwritten; choose another one", file.string()));
+}
+
 }  // namespace
 
 void WriteMcap(const std::string& results, const std::filesystem::path& file) {
+  CheckReplaceable(file);
   Scene scene(results);
   Replacement replacement(file.has_parent_path() ? file.parent_path() : ".");
   replacement.Write(file.filename(), [&](const Sink& sink) {
     Recorder recorder(scene, sink);
-    ReplayRun(results, scene, [&] { recorder.Record(); });
+    ReplayRun(results, scene, [&] {
+      if (StopRequested())
+        throw std::runtime_error(fmt::format("--mcap {}: stopped; nothing was written", file.string()));
+      recorder.Record();
+    });
     recorder.Finish();
   });
   replacement.Rename();

@@ -1,9 +1,9 @@
 #include "services/map_viewer/page_feed.hpp"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <utility>
 
+#include "services/map_viewer/json_text.hpp"
 #include "services/map_viewer/little_endian.hpp"
 
 namespace crsm {
@@ -146,7 +146,7 @@ void PageFeed::AddInfo(std::string& message) {
     const Pose2& newer = loop.T_map_newer;
     info["loops"].push_back({older.x_m, older.y_m, newer.x_m, newer.y_m});
   }
-  AppendRecord(message, kInfo, info.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  AppendRecord(message, kInfo, ToText(info));
 }
 
 }  // namespace crsm

@@ -47,7 +47,8 @@ bool Knows(const WebRequest& request, std::string_view subprotocol) {
 WebAnswer Site::Answer(const WebRequest& request) const {
   if (!access_.AllowsHost(request.host)) return Refuse(403, "Host: not a name of this viewer");
   if (request.is_upgrade) return AnswerUpgrade(request);
-  if (request.origin && !access_.AllowsOrigin(*request.origin, false)) return Refuse(403, "Origin: not this viewer");
+  if (request.origin && !Access::AllowsOrigin(*request.origin, request.host, false))
+    return Refuse(403, "Origin: not this viewer");
   if (request.method != "GET" && request.method != "HEAD") return Refuse(405, "method: only GET and HEAD are allowed");
   if (request.target == kLayout) return WebPage{200, ContentTypeOf(kLayout), MakeFoxgloveLayout(Prefixes())};
   return FindFile(request);
@@ -70,7 +71,7 @@ std::unique_ptr<Feed> Site::MakeFoxgloveFeed() const {
 
 WebAnswer Site::AnswerUpgrade(const WebRequest& request) const {
   const bool page = Knows(request, PageFeed::kSubprotocol);
-  if (request.origin && !access_.AllowsOrigin(*request.origin, !page)) {
+  if (request.origin && !Access::AllowsOrigin(*request.origin, request.host, !page)) {
     return Refuse(403, "Origin: neither this viewer nor one that it knows");
   }
   if (!access_.AllowsToken(FindInQuery(request.target, "token").value_or(""))) {

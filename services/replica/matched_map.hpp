@@ -20,11 +20,14 @@ class MatchedMap {
   /// A match has been sent: its delta leads on from it.
   void Await(const ScanMatch& match) {
     deltas_.Await(match);
-    question_.Forget();
+    question_.NoteMatched(match.utime);
   }
 
   void AskAbout(std::int64_t utime) { question_.Ask(utime); }
   const ScanQuestion::Answer* AnswerAbout(std::int64_t utime) const { return question_.AnswerAbout(utime); }
+  bool IsKnownToBeNew(std::int64_t utime) const {
+    return question_epoch_ == replica().epoch() && question_.IsKnownToBeNew(utime);
+  }
 
   /// Sends the requests that are due, if any; to be called often.
   void Poll();
@@ -35,6 +38,7 @@ class MatchedMap {
   MapFollower pages_;
   DeltaReader deltas_;
   ScanQuestion question_;
+  std::int64_t question_epoch_ = 0;         ///< of the map that was asked about
   std::optional<std::int64_t> last_asked_;  ///< scan
   Backoff backoff_{std::chrono::milliseconds(50)};
   StallWatch stall_watch_;

@@ -7,7 +7,8 @@
 
 namespace crsm {
 
-/// Asks the map's owner whether a scan is in the map already.
+/// Asks the map's owner whether a scan is in the map already. It is asked once where a clock steps back: its answer
+/// says also up to where in time the scans behind that one are new.
 class ScanQuestion {
  public:
   /// What the owner said of a scan.
@@ -30,16 +31,26 @@ class ScanQuestion {
     asked_.reset();
     answer_ = Answer{answer.utime, std::nullopt};
     if (!answer.matches.empty()) answer_->match = FromMessage(answer.matches.front());
+    new_after_ = answer.utime;
+    new_before_ = answer.next_utime;
   }
+
+  /// Whether a scan is known to be in no map, by what was answered about an earlier one.
+  bool IsKnownToBeNew(std::int64_t utime) const { return utime > new_after_ && utime < new_before_; }
   const Answer* AnswerAbout(std::int64_t utime) const {
     return answer_ && answer_->utime == utime ? &*answer_ : nullptr;
   }
-  /// What was answered is true no longer: the scan has just been matched.
-  void Forget() { answer_.reset(); }
+  /// A scan has just been matched: what was answered about it is true no longer, and none before it is new.
+  void NoteMatched(std::int64_t utime) {
+    answer_.reset();
+    if (IsKnownToBeNew(utime)) new_after_ = utime;
+  }
 
  private:
   std::optional<std::int64_t> asked_;
   std::optional<Answer> answer_;
+  std::int64_t new_after_ = 0;   ///< scans with utimes between ...
+  std::int64_t new_before_ = 0;  ///< ... these are in no map
 };
 
 }  // namespace crsm

@@ -5,6 +5,7 @@
 #include <sched.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -37,8 +38,9 @@ void StayOn(int core) {
   if (core) StayOn(*core);
   dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
   if (*log != '\0') {
-    const int file = open(log, O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
-    if (file >= 0) {
+    // For the user alone: a viewer's log has the token of its page.
+    const int file = open(log, O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0600);
+    if (file >= 0 && fchmod(file, 0600) == 0) {
       dup2(file, STDOUT_FILENO);
       dup2(file, STDERR_FILENO);
     }

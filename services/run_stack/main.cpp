@@ -138,8 +138,12 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   ResultsFolder folder(command_line.settings().out, options.earlier);
   if (!options.is_live()) StudyLaser(options.source, command_line);
   const bool success = Supervisor(PlanStack(command_line, options, folder), folder, signals).Run();
-  const int verdict = ReportOutcome(folder.path(), options.strict);
-  return success ? verdict : EXIT_FAILURE;
+  if (success) return ReportOutcome(folder.path(), options.strict);
+  if (fs::exists(folder.summary())) {
+    Say(fmt::format("run_stack: failed; {} has what was mapped until then, and no verdict is given on that",
+                    folder.path().string()));
+  }
+  return EXIT_FAILURE;
 }
 
 }  // namespace

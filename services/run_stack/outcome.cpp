@@ -3,25 +3,37 @@
 #include <fmt/core.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string_view>
 
 #include "common/diagnosis/verdict.hpp"
+#include "common/logs/regular_file.hpp"
 #include "services/base/process.hpp"
 
 namespace crsm {
+namespace {
+
+/// Without exceptions: one that cannot be read is no object.
+nlohmann::json ReadJson(const std::filesystem::path& path) {
+  try {
+    return nlohmann::json::parse(ReadWholeFile(path), nullptr, false);
+  } catch (const std::runtime_error&) {
+    return {};
+  }
+}
+
+}  // namespace
 
 std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary) {
-  std::ifstream file(summary);
-  const auto json = nlohmann::json::parse(file, nullptr, false);  // without exceptions
+  const auto json = ReadJson(summary);
   if (!json.is_object()) return std::nullopt;
   Outcome outcome;
   const auto CountOf = [&json](const char* name) {
     const auto count = json.find(name);
     return count != json.end() && count->is_number_integer() ? count->get<std::int64_t>() : 0;
   };
+  outcome.ended = json.value("ended", nlohmann::json(false)) == true;
   outcome.scans = CountOf("scans");
   outcome.lost = CountOf("lost");
   const auto verdict = json.find("verdict");
@@ -40,14 +52,21 @@ std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary) {
 }
 
 int ReportOutcome(const std::filesystem::path& out, bool strict) {
-  const auto outcome = ReadOutcome(out / "summary.json");
+  const std::filesystem::path summary = out / "summary.json";
+  const auto outcome = ReadOutcome(summary);
+  if (outcome && !outcome->ended) {
+    throw std::runtime_error(fmt::format(
+        "{} is of scan {}, when the run had not ended: its end could not be written, and there is no verdict "
+        "on the map; its journal has more: --resume {} goes on from there",
+        summary.string(), outcome->scans, out.string()));
+  }
   if (outcome) {
     for (const std::string& line : outcome->verdict) fmt::print("{}\n", line);
     if (outcome->dropped_overload > 0)
       fmt::print("{} scans dropped: the machine is too slow\n", outcome->dropped_overload);
     fmt::print("see {}\n", out.string());
   } else if (strict) {
-    throw std::runtime_error(fmt::format("--strict: {} has no verdict on the map", (out / "summary.json").string()));
+    throw std::runtime_error(fmt::format("--strict: {} has no verdict on the map", summary.string()));
   }
   return strict && !outcome->trusted ? kUntrustedExitCode : EXIT_SUCCESS;
 }

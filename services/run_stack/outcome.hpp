@@ -10,6 +10,7 @@ namespace crsm {
 
 /// What a run has come to, as its summary.json says.
 struct Outcome {
+  bool ended = false;  ///< else it is of some scan on the way
   std::int64_t scans = 0;
   std::int64_t lost = 0;                  ///< of those
   std::vector<std::string> verdict = {};  ///< for people: the counts, and what speaks against the map
@@ -21,7 +22,8 @@ struct Outcome {
 std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary);
 
 /// The last words of a run, on stdout. Returns its exit code: 0, or with `strict` kUntrustedExitCode where the map is
-/// not to be trusted. With `strict` throws std::runtime_error where there is no verdict.
+/// not to be trusted. Throws std::runtime_error where there is a summary of some scan on the way and none of the end,
+/// and with `strict` where there is none at all.
 int ReportOutcome(const std::filesystem::path& out, bool strict);
 
 }  // namespace crsm

@@ -21,7 +21,13 @@ ResultsFolder::ResultsFolder(const fs::path& out, const EarlierResults& earlier)
   if (error) throw std::runtime_error(fmt::format("--out {}: cannot be written: {}", out_.string(), error.message()));
   log_lock_.reset();
   log_lock_.emplace("--out", log_folder());
-  fs::remove(summary(), error);  // so that none of an earlier run is taken for one of this
+  fs::rename(summary(), earlier_summary(), error);  // so that none of an earlier run is taken for one of this
+}
+
+ResultsFolder::~ResultsFolder() {
+  std::error_code error;
+  if (!fs::exists(summary(), error)) fs::rename(earlier_summary(), summary(), error);
+  fs::remove(earlier_summary(), error);
 }
 
 std::optional<std::uintmax_t> ResultsFolder::JournalBytes() const {

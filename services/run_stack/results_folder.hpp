@@ -16,6 +16,10 @@ class ResultsFolder {
   /// the way, if another process writes there, or if the folder cannot be written.
   ResultsFolder(const std::filesystem::path& out, const EarlierResults& earlier);
 
+  /// What an earlier run has said stays where this one has said nothing.
+  ~ResultsFolder();
+  ResultsFolder(const ResultsFolder&) = delete;
+
   const std::filesystem::path& path() const { return out_; }
   std::filesystem::path journal_folder() const { return out_ / "journal"; }
   std::filesystem::path log_folder() const { return out_ / "log"; }
@@ -28,6 +32,8 @@ class ResultsFolder {
   bool IsInPlace();
 
  private:
+  std::filesystem::path earlier_summary() const { return out_ / ".summary.earlier.json"; }
+
   std::filesystem::path out_;
   std::optional<PathLock> log_lock_;
   bool had_journal_ = false;

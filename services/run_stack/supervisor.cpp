@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <deque>
 #include <fstream>
+#include <stdexcept>
 
 #include "services/base/process.hpp"
 #include "services/diagnosis/break_news.hpp"
@@ -34,10 +35,16 @@ std::uintmax_t SizeOf(const std::filesystem::path& file) {
   return error ? 0 : size;
 }
 
+/// Of what a process has said; empty where somebody has put something else there: a FIFO would let us wait.
+std::ifstream OpenLog(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(path, error) ? std::ifstream(path) : std::ifstream();
+}
+
 std::deque<std::string> LastLines(const std::filesystem::path& path) {
   constexpr std::size_t kNumLines = 10;
   std::deque<std::string> lines;
-  std::ifstream file(path);
+  std::ifstream file = OpenLog(path);
   for (std::string line; std::getline(file, line);) {
     lines.push_back(line);
     if (lines.size() > kNumLines) lines.pop_front();
@@ -49,9 +56,7 @@ std::deque<std::string> LastLines(const std::filesystem::path& path) {
 
 /// Whether it has said so since it was started.
 bool Supervisor::Member::IsReady() const {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(plan.command.log, error)) return false;  // a FIFO would let us wait
-  std::ifstream file(plan.command.log);
+  std::ifstream file = OpenLog(plan.command.log);
   file.seekg(static_cast<std::streamoff>(log_begin));
   const std::string ready = plan.name + ": ready";
   for (std::string line; std::getline(file, line);) {
@@ -64,6 +69,14 @@ Supervisor::Supervisor(StackPlan plan, ResultsFolder& folder, Signals& signals)
     : plan_(std::move(plan)), folder_(folder), signals_(signals) {
   for (const PlannedService& service : plan_.services) services_.push_back({service});
   if (plan_.publisher) publisher_ = Member{*plan_.publisher};
+  for (const Member* member : All()) {
+    const std::filesystem::path& log = member->plan.command.log;
+    std::error_code error;
+    const auto status = std::filesystem::symlink_status(log, error);
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+      throw std::runtime_error(fmt::format("{} is no regular file: remove it", log.string()));
+    }
+  }
 }
 
 bool Supervisor::Run() {
@@ -270,7 +283,7 @@ void Supervisor::PassOn(const std::string& name, const std::function<bool(const 
   const std::filesystem::path log = LogOf(name);
   std::streamoff& passed_on = passed_on_[name];
   if (SizeOf(log) <= static_cast<std::uintmax_t>(passed_on)) return;
-  std::ifstream file(log);
+  std::ifstream file = OpenLog(log);
   file.seekg(passed_on);
   for (std::string line; std::getline(file, line) && !file.eof();) {  // a line that is not whole yet comes later
     passed_on = file.tellg();
@@ -281,7 +294,7 @@ void Supervisor::PassOn(const std::string& name, const std::function<bool(const 
 /// With a viewer: the address that it has said.
 void Supervisor::SayWhereToLook() const {
   constexpr std::string_view kAddress = "map_viewer: http://";
-  std::ifstream file(LogOf("map_viewer"));
+  std::ifstream file = OpenLog(LogOf("map_viewer"));
   std::string last;
   for (std::string line; std::getline(file, line);) {
     if (line.starts_with(kAddress)) last = line.substr(line.find("http://"));

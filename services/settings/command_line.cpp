@@ -6,12 +6,11 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <fstream>
 #include <map>
-#include <sstream>
 #include <stdexcept>
 #include <type_traits>
 
+#include "common/logs/regular_file.hpp"
 #include "common/set_parameter.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/base/version.hpp"
@@ -85,10 +84,10 @@ std::string FindBuiltIn(const BuiltInConfig (&configs)[N], const BuiltInChoice& 
 }
 
 std::string ReadConfig(const std::string& path) {
-  std::ifstream file(path);
-  std::stringstream text;
-  if (!(file && text << file.rdbuf())) throw std::runtime_error(fmt::format("{}: cannot be read, or is empty", path));
-  return text.str();
+  constexpr std::size_t kMostBytes = std::size_t{1} << 20;
+  const std::string text = ReadWholeFile(path, kMostBytes);
+  if (text.empty()) throw std::runtime_error(fmt::format("{}: is empty", path));
+  return text;
 }
 
 toml::table ParseToml(const std::string& text, const std::string& name) {
@@ -247,6 +246,7 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
     UseNamedOdometry();
     if (WasGiven("sweep_s")) SetUnlessSaid("beam_times", "false");  // who types it knows better than the messages
     ParseRate(settings_.rate);
+    CheckPrefix(settings_.channel_prefix);
     parameters_.match.start = ParseStart(settings_.start);
     CheckConsistency(parameters_);
     return std::nullopt;

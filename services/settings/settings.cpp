@@ -9,6 +9,7 @@
 
 #include "common/math/parse_number.hpp"
 #include "services/base/usage_error.hpp"
+#include "services/wire/channels.hpp"
 
 namespace crsm {
 
@@ -21,6 +22,15 @@ double ParseRate(const std::string& text) {
     throw UsageError(fmt::format("--rate: '{}' is neither max nor a number above 0", text));
   }
   return *rate;
+}
+
+void CheckPrefix(const std::string& channel_prefix) {
+  const std::size_t longest = kLongestChannel - ServiceStatusChannel("laser_publisher").size();
+  if (channel_prefix.size() <= longest) return;
+  throw UsageError(
+      fmt::format("--channel-prefix {}: has {} characters, must have at most {}: the channels with it must "
+                  "fit into the {} characters of LCM's",
+                  channel_prefix, channel_prefix.size(), longest, kLongestChannel));
 }
 
 std::optional<Pose2> ParseStart(const std::string& text) {

@@ -91,6 +91,9 @@ void VisitSettings(Settings& s, Visitor&& visit) {
 /// The factor to real time that a rate says, 0 for max: as fast as scans are mapped. Throws UsageError if it says none.
 double ParseRate(const std::string& text);
 
+/// Throws UsageError where channels of the stack with this prefix would be longer than LCM's names.
+void CheckPrefix(const std::string& channel_prefix);
+
 /// X,Y,YAW; nothing where there is no text. Throws UsageError if it is something else.
 std::optional<Pose2> ParseStart(const std::string& text);
 

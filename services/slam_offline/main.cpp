@@ -152,12 +152,9 @@ Results Correct(Run& run, Summary& summary) {
   results.loops = outcome.loops;
   results.graph_g2o = FormatG2o(outcome.graph.MakePoseGraph());
   summary = Summarize(run.matches, results.grid);
-  summary.loops = {outcome.graph.size(), static_cast<std::int64_t>(outcome.graph.loops().size()),
-                   outcome.graph.num_loops_dropped()};
   results.pieces = run.slam.mapper().FindPieces();
   summary.pieces = results.pieces;
   summary.verdict = Judge(run.statistics, outcome.map, results.pieces);
-  JudgeLoops(summary.loops->closed, summary.loops->rejected, summary.verdict);
   return results;
 }
 
@@ -224,8 +221,9 @@ Outcome WriteRun(const CommandLine& command_line, Run& run) {
   WriteResults(out, results);
   WritePieces(out, run, results.pieces);
   fmt::print("{} scans, {} lost, map of {:.0f} m2 in {}\n", summary.scans, summary.lost, summary.explored_area_m2, out);
-  if (const auto& loops = summary.loops) {
-    fmt::print("{} loops closed between {} keyframes, {} rejected\n", loops->closed, loops->keyframes, loops->rejected);
+  if (const auto& pieces = summary.pieces) {
+    fmt::print("{} loops closed between {} keyframes, {} rejected\n", pieces->num_closed, pieces->num_keyframes,
+               pieces->num_rejected);
   }
   PrintSessions(run);
   for (const std::string& line : FormatVerdict(summary.verdict)) fmt::print("{}\n", line);
@@ -284,6 +282,14 @@ void MapScan(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot, Ru
   run.last_scan = std::move(step.scan);
 }
 
+/// Whether a log whose first scan has this utime is the next part of the drive before it: recorders split long logs.
+bool GoesOn(const Run& run, std::int64_t utime) {
+  constexpr std::int64_t kLongestGap_us = 8'000'000;  // as the gap that ends a trajectory
+  if (run.matches.empty()) return false;
+  const std::int64_t last = run.matches.back().utime;
+  return utime > last && utime - last < kLongestGap_us;
+}
+
 /// One log of several. show: gets its progress, [0, 1]. Throws std::runtime_error if the log has no scan.
 void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Journal& journal,
             const std::function<void(double)>& show) {
@@ -291,12 +297,17 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
   Session& session = run.sessions.back();
   session.first_match = run.matches.size();
   bool is_first_scan = run.sessions.size() > 1;  // the first log goes on where an earlier run ended
-  run.utimes.BeginDrive();
   LaserJudge judge(parameters);
   bool has_scans = false;
   while (auto scan = source.Next()) {
     if (StopRequested()) break;
     has_scans = true;
+    if (is_first_scan && GoesOn(run, scan->utime)) {
+      Say(fmt::format("{}: {}: goes on where the log before it ends: the same drive", command_line.program(),
+                      session.log));
+      is_first_scan = false;
+    }
+    if (is_first_scan) run.utimes.BeginDrive();
     for (const std::string& complaint : judge.Look(*scan)) {
       Say(fmt::format("{}: {}: {}", command_line.program(), session.log, complaint));
     }

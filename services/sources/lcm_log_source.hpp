@@ -36,8 +36,8 @@ namespace crsm {
 class LcmLogSource : public LaserSource {
  public:
   /// laser: whose scans to take. Throws std::runtime_error that lists the channels if there is no such one, or the
-  /// frames of the scans if they do not tell which. parameters: what laser messages do not tell themselves. odometry:
-  /// Throws too if no message on the channel that it names is a pose.
+  /// frames of the scans if they do not tell which. odometry: throws too if no message on the channel that it names is
+  /// a pose.
   LcmLogSource(const std::string& path, const LaserChoice& laser, const LaserMessageOptions& messages = {},
                const OdometryOptions& odometry = {});
 

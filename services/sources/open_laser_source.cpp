@@ -9,17 +9,22 @@
 #include "common/logs/gzip_file.hpp"
 #include "common/logs/left_out.hpp"
 #include "common/worlds/simulator.hpp"
+#include "services/base/file_window.hpp"
 #include "services/base/printable.hpp"
 #include "services/base/process.hpp"
 #include "services/sources/bags/bag_folder.hpp"
 #include "services/sources/bags/bag_source.hpp"
 #include "services/sources/devices/live_laser.hpp"
 #include "services/sources/lcm_log_source.hpp"
+#include "services/sources/parts_source.hpp"
+#include "services/sources/unpacked_file.hpp"
+#include "services/sources/unpacker.hpp"
 #include "services/wire/lcm_event_log.hpp"
 
 namespace crsm {
 namespace {
 
+constexpr std::string_view kSimulated = "sim:";
 constexpr const char* kLog = "a CARMEN or LCM log, or a bag";
 
 void CheckNoTopic(const SourceOptions& options, const std::string& why) {
@@ -32,33 +37,48 @@ void CheckNoFrame(const SourceOptions& options, const std::string& why) {
   throw std::runtime_error(fmt::format("--laser-frame {}: {}; remove it", options.laser.frame, why));
 }
 
-std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOptions& options) {
+/// Who is asked to end finds nothing any more: that is not the log's fault.
+void ThrowIfStopped(const std::string& name) {
+  if (StopRequested()) throw std::runtime_error(fmt::format("{}: stopped before its first scan was found", name));
+}
+
+std::unique_ptr<LaserSource> OpenPlainLog(const std::string& name, const std::string& path,
+                                          const SourceOptions& options) {
   constexpr std::size_t kSearchedBytes = std::size_t{1} << 16;
   constexpr int kSearchedLines = 10000;
-  GzipFile file(name);
+  GzipFile file(path);
   const std::string_view start = file.Peek(kSearchedBytes).substr(0, kSearchedBytes);
   if (start.empty()) {
     throw std::runtime_error(
         fmt::format("{} is {}, must be {}", name, file.truncated() ? "a damaged gzip file" : "empty", kLog));
   }
   if (IsBag(start)) {
-    if (file.is_compressed()) {
-      throw std::runtime_error(fmt::format("{} is a gzip-compressed bag: run gunzip on it first", name));
-    }
     return std::make_unique<BagSource>(name, options.laser, options.odometry, options.messages.scan);
   }
   if (HasLcmSync(start)) {
-    return std::make_unique<LcmLogSource>(name, options.laser, options.messages, options.odometry);
+    return std::make_unique<LcmLogSource>(path, options.laser, options.messages, options.odometry);
   }
   if (HasCarmenLaser(file, kSearchedLines)) {
     CheckNoFrame(options, name + " is a CARMEN log, whose scans name no frame");
     CheckNoTopic(options, name + " is a CARMEN log, which has its odometry in the lines of the laser");
-    return std::make_unique<CarmenLog>(name, options.odometry.is_used);
+    return std::make_unique<CarmenLog>(path, options.odometry.is_used);
   }
   throw std::runtime_error(
       fmt::format("{} is neither a CARMEN log (no FLASER or ROBOTLASER1 line in its first {} lines) nor an LCM log, "
                   "nor a bag of ROS or MCAP",
                   name, kSearchedLines));
+}
+
+/// What gzip has compressed is read as it is; what others have, is unpacked first.
+std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOptions& options) {
+  constexpr std::size_t kStartBytes = 16;
+  const std::string compression = FindCompression(FileWindow(name).At(0, kStartBytes));
+  const bool is_read_as_it_is = compression.empty() || compression == "gzip";
+  try {
+    return OpenPlainLog(name, is_read_as_it_is ? name : PathOfUnpacked(name, Say), options);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(NameUnpacked(error.what()));
+  }
 }
 
 }  // namespace
@@ -74,12 +94,12 @@ SourceOptions SourceOptionsOf(const CommandLine& command_line) {
 }
 
 std::string DescribeSources() {
-  return "CARMEN or LCM log, also gzip-compressed; bag of ROS 1 or 2, or MCAP; sim:FILE, or sim:NAME of " +
+  return "CARMEN or LCM log; bag of ROS 1 or 2, or MCAP; these also compressed; 'NAME.*', the parts of a log; "
+         "sim:FILE, or sim:NAME of " +
          DescribeBuiltInWorlds() + "; " + DescribeDevices();
 }
 
 std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options) {
-  constexpr std::string_view kSimulated = "sim:";
   if (name.starts_with(kSimulated)) {
     CheckNoFrame(options, "a simulated world has one laser");
     CheckNoTopic(options, "a simulated world has its odometry in its line 'wheels'");
@@ -94,19 +114,45 @@ std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const Sour
 
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(name, error);
-  if (!std::filesystem::exists(status)) throw std::runtime_error(fmt::format("there is no file {}", name));
+  if (!std::filesystem::exists(status)) {
+    if (name.find_first_of("*?") == std::string::npos)
+      throw std::runtime_error(fmt::format("there is no file {}", name));
+    return std::make_unique<PartsSource>(FindParts(name),
+                                         [options](const std::string& part) { return OpenLaserSource(part, options); });
+  }
   if (std::filesystem::is_directory(status)) {
-    if (IsBagFolder(name))
+    if (IsBagFolder(name)) {
       return std::make_unique<BagSource>(name, options.laser, options.odometry, options.messages.scan);
+    }
     throw std::runtime_error(fmt::format("{} is a directory without a bag of ROS 2, must be {}", name, kLog));
   }
   if (!std::filesystem::is_regular_file(status)) {
     throw std::runtime_error(fmt::format("{} is no regular file, must be {}", name, kLog));
   }
-  return OpenLog(name, options);
+  try {
+    return OpenLog(name, options);
+  } catch (const std::runtime_error&) {
+    ThrowIfStopped(name);
+    throw;
+  }
+}
+
+std::vector<std::string> FilesOfSource(const std::string& name) {
+  const std::string path = name.starts_with(kSimulated) ? name.substr(kSimulated.size()) : name;
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) {
+    std::vector<std::string> files;
+    for (std::filesystem::directory_iterator entry(path, error), end; !error && entry != end; entry.increment(error)) {
+      files.push_back(entry->path().string());
+    }
+    return files;
+  }
+  if (std::filesystem::exists(path, error)) return {path};
+  return path.find_first_of("*?") == std::string::npos ? std::vector<std::string>() : FindParts(path);
 }
 
 void ThrowNoScans(const std::string& name, const LaserSource& source) {
+  ThrowIfStopped(name);
   const std::vector<std::string> complaints = source.Complaints();
   throw std::runtime_error(
       fmt::format("{} has no scans{}", name, complaints.empty() ? "" : ": " + MakePrintable(complaints.front())));

@@ -29,10 +29,14 @@ std::string DescribeSources();
 
 /// Opens what `name` says: "sim:NAME" a built-in world, "sim:FILE" a world file, "hokuyo:PORT" and its like a laser,
 /// which need not be there yet (devices/live_laser.hpp), else a CARMEN or LCM log or a bag (a file of ROS 1 or 2, MCAP,
-/// or a folder of ROS 2). Which kind of log it is, and whether gzip has compressed it, is found from its content.
+/// or a folder of ROS 2). Which kind of log it is, and what has compressed it, is found from its content. A name with *
+/// or ? stands for the parts of one log that its recorder has split.
 /// Throws std::runtime_error, one line, if there is no such thing, if it has no laser or not the odometry that
 /// `options` name, or if the world file is wrong.
 std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options);
+
+/// The files that a source is read from, by its name; none of a laser or a built-in world.
+std::vector<std::string> FilesOfSource(const std::string& name);
 
 /// Throws std::runtime_error, one line, that `name` has no scans and what is wrong with those that were left out, for
 /// who has read all of `source` and got none.

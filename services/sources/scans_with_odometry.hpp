@@ -18,7 +18,7 @@ namespace crsm {
 /// `longest_wait_us`, or eight more scans wait.
 class ScansWithOdometry {
  public:
-  explicit ScansWithOdometry(std::int64_t longest_wait_us = OdometryBuffer::kFurthest_us)
+  explicit ScansWithOdometry(std::int64_t longest_wait_us = OdometryConstants{}.furthest_us)
       : longest_wait_us_(longest_wait_us) {}
 
   /// False, and nothing done, if an earlier scan of the same drive has its utime; UniqueUtimes says what a drive is.

@@ -25,7 +25,7 @@ std::vector<LaserScan> ReadFirstScans(const std::string& log, const CommandLine&
   while (auto scan = source->Next()) {
     scans.push_back(std::move(*scan));
     const bool may_sweep = has_sweep || !scans.front().times_s.empty();
-    if (scans.size() >= (may_sweep ? kScansOfStudy : kForRanges)) break;
+    if (scans.size() >= (may_sweep ? DiagnosisConstants::SweepStudy{}.num_scans : kForRanges)) break;
   }
   return scans;
 }

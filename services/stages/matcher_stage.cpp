@@ -148,7 +148,19 @@ bool MatcherStage::MapIsCurrent() {
     CheckAnswer();
     return true;
   }
-  if (replica.synced() && doubt_.Due(now)) map_.Doubt();
+  if (replica.synced() && settings_.lockstep && std::exchange(has_doubted_, false)) {
+    // The publisher has gone on, so that scan was in the map; the owner, asked since, has it no longer.
+    service_.Complain(
+        "match_taken_back",
+        fmt::format("{}: map_updater has lost scan {} again, by a power cut say: the map goes on without it",
+                    service_.name(), last_match_->utime));
+    last_match_.reset();
+    return true;
+  }
+  if (replica.synced() && doubt_.Due(now)) {
+    map_.Doubt();
+    has_doubted_ = true;
+  }
   const bool has_map = replica.synced() || replica.version() > 0;  // whole, be it an old one
   if (settings_.lockstep || !has_map) return false;
   if (now - last_match_time_ < Seconds(settings_.map_wait_s)) return false;
@@ -188,7 +200,7 @@ bool MatcherStage::WasAnswered(std::int64_t utime) const { return map_.replica()
 /// that steps back may be of an earlier session, or of a clock that does.
 std::optional<bool> MatcherStage::IsInMap(std::int64_t utime) {
   const MapReplica& replica = map_.replica();
-  if (utime > replica.tracking().newest_utime()) return false;
+  if (utime > replica.tracking().newest_utime() || map_.IsKnownToBeNew(utime)) return false;
   if (const auto* answer = map_.AnswerAbout(utime)) return answer->match.has_value();
   map_.AskAbout(utime);
   if (HasWaitedLong(utime) && !settings_.lockstep)
@@ -206,6 +218,7 @@ void MatcherStage::Match(const CriticalRays& scan, const std::optional<Pose2>& T
   T_local_map_ = tracking.T_local_map();
   last_match_time_ = Clock::now();
   doubt_.Restart(last_match_time_);
+  has_doubted_ = false;
   odometry_awaited_.reset();
   map_.Await(*last_match_);
   service_.RecordLatency(start);

@@ -59,6 +59,7 @@ class MatcherStage {
   Pose2 T_local_map_;                    ///< of the tracking state when that was found
   Clock::time_point last_match_time_{};
   Backoff doubt_{std::chrono::milliseconds(100)};  ///< while its map does not come
+  bool has_doubted_ = false;                       ///< the owner was asked for it
   LeftOutNews left_out_;                           ///< of scans that are in the map already
   StallWatch stall_watch_;
   std::optional<std::int64_t> odometry_awaited_;  ///< of the scan with this utime, which will be sent again with it

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "services/base/usage_error.hpp"
+#include "services/wire/channels.hpp"
 #include "services/wire/conversions.hpp"
 #include "services/wire/laser_types.hpp"
 
@@ -12,12 +13,11 @@ namespace crsm {
 namespace {
 
 std::string LaserChannel(const Settings& settings) {
-  constexpr std::size_t kLongest = 63;  // of LCM, with the prefix
   const std::string& channel = settings.laser_channel;
-  if (channel.find('*') != std::string::npos || settings.channel_prefix.size() + channel.size() > kLongest) {
+  if (channel.find('*') != std::string::npos || settings.channel_prefix.size() + channel.size() > kLongestChannel) {
     throw UsageError(
         fmt::format("--laser-channel {}: must name one channel, without *, in at most {} characters with the prefix",
-                    channel, kLongest));
+                    channel, kLongestChannel));
   }
   return channel.empty() ? kLaserChannel : channel;
 }
@@ -37,6 +37,7 @@ SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
                                   if (!reading) {
                                     watch_.Refuse(bytes);
                                     service_.counters().Add("bad_message");
+                                    service_.SetNumLeftOut(++num_left_out_);
                                     return false;
                                   }
                                   const bool is_wanted = frames_.Take(reading->frame);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 
@@ -34,6 +35,7 @@ class SelectorStage {
   LaserFrames frames_;
   ScanQueue<LaserScan> scans_;
   std::optional<critical_rays_t> last_answer_;
+  std::int64_t num_left_out_ = 0;
 };
 
 }  // namespace crsm

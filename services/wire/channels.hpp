@@ -1,8 +1,15 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <string>
+#include <string_view>
 
 namespace crsm {
+
+/// Characters of a channel's name, with its prefix: of LCM.
+inline constexpr std::size_t kLongestChannel = 63;
 
 // The channels, and what travels on them.
 inline constexpr const char* kLaserChannel = "LASER";                 // any type of LaserTypes()
@@ -24,6 +31,12 @@ inline constexpr const char* kPoseGraphChannel = "POSE_GRAPH";              // c
 // crsm.service_status_t, a channel for each process: so each has a row of its own in lcm-spy.
 inline std::string ServiceStatusChannel(const std::string& process) { return "SERVICE_STATUS/" + process; }
 inline constexpr const char* kEveryServiceStatus = "SERVICE_STATUS/*";
+/// Whether a process is one of those that map, by its name.
+inline bool IsOfStack(std::string_view process) {
+  constexpr std::array<std::string_view, 7> kProcesses{"laser_publisher", "ray_selector", "rrhc_matcher", "map_updater",
+                                                       "loop_closer",     "map_exporter", "map_viewer"};
+  return std::find(kProcesses.begin(), kProcesses.end(), process) != kProcesses.end();
+}
 // On which no laser can be.
 inline constexpr const char* kChannelsOfStack[]{kOdometryChannel, kCriticalRaysChannel,    kScanMatchChannel,
                                                 kPoseChannel,     kLocalPoseChannel,       kTruePoseChannel,

@@ -151,7 +151,14 @@ map_loop_t ToMessage(const PlacedLoop& loop) {
 }
 
 MapPieces FromMessage(const map_pieces_t& message) {
-  MapPieces pieces{message.num_all_pieces, message.num_all_breaks, message.num_matched, message.num_bridged, {}, {}};
+  MapPieces pieces;
+  pieces.num_pieces = message.num_all_pieces;
+  pieces.num_breaks = message.num_all_breaks;
+  pieces.num_matched = message.num_matched;
+  pieces.num_bridged = message.num_bridged;
+  pieces.num_keyframes = message.num_keyframes;
+  pieces.num_closed = message.num_closed;
+  pieces.num_rejected = message.num_rejected;
   for (const map_piece_t& piece : message.pieces) pieces.pieces.push_back({piece.keyframes, piece.scans, piece.way_m});
   for (const map_break_t& at : message.breaks) {
     pieces.breaks.push_back({at.utime, at.scan, static_cast<BreakReason>(at.reason), at.seconds,
@@ -166,6 +173,9 @@ map_pieces_t ToMessage(const MapPieces& pieces) {
   message.num_all_breaks = pieces.num_breaks;
   message.num_matched = pieces.num_matched;
   message.num_bridged = pieces.num_bridged;
+  message.num_keyframes = pieces.num_keyframes;
+  message.num_closed = pieces.num_closed;
+  message.num_rejected = pieces.num_rejected;
   message.num_pieces = static_cast<std::int32_t>(pieces.pieces.size());
   for (const MapPiece& piece : pieces.pieces) message.pieces.push_back({piece.keyframes, piece.scans, piece.way_m});
   message.num_breaks = static_cast<std::int32_t>(pieces.breaks.size());

@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -15,8 +14,7 @@ EventLogWriter::EventLogWriter(const std::string& path) : path_(path), log_(path
 }
 
 void EventLogWriter::WriteBytes(const std::string& channel, std::int64_t utime) {
-  last_utime_ = std::max(last_utime_, utime);
-  lcm::LogEvent event{0, last_utime_, channel, static_cast<std::int32_t>(bytes_.size()), bytes_.data()};
+  lcm::LogEvent event{0, clock_.Follow(utime), channel, static_cast<std::int32_t>(bytes_.size()), bytes_.data()};
   if (log_.writeEvent(&event) != 0) Fail();
 }
 

@@ -5,10 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "services/wire/replay_clock.hpp"
+
 namespace crsm {
 
-/// Writes messages to an LCM log that lcm-logplayer plays at the pace of their own times: an event carries its
-/// message's utime, and where that goes back the last one. The same messages give the same bytes.
+/// Writes messages to an LCM log that lcm-logplayer plays at the pace of their own times (ReplayClock). The same
+/// messages give the same bytes.
 class EventLogWriter {
  public:
   /// Begins a new log. Throws std::runtime_error if it cannot be written.
@@ -33,7 +35,7 @@ class EventLogWriter {
 
   std::string path_;
   lcm::LogFile log_;
-  std::int64_t last_utime_ = 0;
+  ReplayClock clock_;
   std::vector<std::uint8_t> bytes_;
 };
 

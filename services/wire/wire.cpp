@@ -132,6 +132,9 @@ bool IsPlacedLoop(const map_loop_t& loop) {
   return IsPose(loop.T_map_older) && IsPose(loop.T_map_newer) && IsFlag(loop.rejected) && IsFlag(loop.joins);
 }
 
+/// So that sums of a few of them stay numbers.
+bool IsCount(std::int64_t count) { return count >= 0 && count <= 1'000'000'000'000; }
+
 bool IsPiece(const map_piece_t& piece) { return piece.keyframes >= 0 && piece.scans >= 0 && IsAmount(piece.way_m); }
 
 bool IsBreak(const map_break_t& at) {
@@ -142,6 +145,7 @@ bool IsBreak(const map_break_t& at) {
 bool IsLayout(const map_pieces_t& layout) {
   return layout.num_all_pieces >= layout.num_pieces && layout.num_all_breaks >= layout.num_breaks &&
          layout.num_matched >= 0 && layout.num_bridged >= 0 && layout.num_bridged <= layout.num_all_breaks &&
+         IsCount(layout.num_keyframes) && IsCount(layout.num_closed) && IsCount(layout.num_rejected) &&
          std::all_of(layout.pieces.begin(), layout.pieces.end(), IsPiece) &&
          std::all_of(layout.breaks.begin(), layout.breaks.end(), IsBreak);
 }
@@ -153,11 +157,6 @@ bool AreRays(const std::vector<float>& angles_rad, const std::vector<float>& ran
   return std::all_of(ranges_m.begin(), ranges_m.end(), IsRange) &&
          std::all_of(angles_rad.begin(), angles_rad.end(), IsRayAngle) &&
          std::is_sorted(angles_rad.begin(), angles_rad.end());
-}
-
-/// Of a scan's beams, from the first to the last.
-bool AreBeamAngles(float first_rad, float step_rad, std::int32_t num_beams) {
-  return IsAngle(first_rad) && step_rad != 0.0f && IsAngle(static_cast<double>(step_rad) * std::max(0, num_beams - 1));
 }
 
 bool AreTimes(const std::vector<float>& times_s) {
@@ -183,15 +182,14 @@ bool AllInRange(const std::vector<Message>& messages) {
 
 template <>
 bool ValuesInRange(const bot_core::planar_lidar_t& message) {
-  return message.utime >= 0 && message.nranges >= static_cast<std::int32_t>(kMinBeams) &&
-         AreBeamAngles(message.rad0, message.radstep, message.nranges) &&
+  return message.utime >= 0 && AreBeamAngles(message.rad0, message.radstep, message.ranges.size()) &&
          (message.nintensities == 0 || message.nintensities == message.nranges);
 }
 
 template <>
 bool ValuesInRange(const sweep_t& message) {
-  return message.utime >= 0 && message.num_beams >= static_cast<std::int32_t>(kMinBeams) &&
-         AreBeamAngles(message.angle_min_rad, message.angle_step_rad, message.num_beams) && AreTimes(message.time_s);
+  return message.utime >= 0 && AreBeamAngles(message.angle_min_rad, message.angle_step_rad, message.range_m.size()) &&
+         AreTimes(message.time_s);
 }
 
 template <>
@@ -281,8 +279,8 @@ bool ValuesInRange(const scan_request_t& message) {
 template <>
 bool ValuesInRange(const scan_answer_t& message) {
   const auto is_of_scan = [&](const scan_match_t& match) { return match.utime == message.utime; };
-  return message.utime >= 0 && message.epoch != 0 && AllInRange(message.matches) &&
-         std::all_of(message.matches.begin(), message.matches.end(), is_of_scan);
+  return message.utime >= 0 && message.epoch != 0 && message.next_utime > message.utime &&
+         AllInRange(message.matches) && std::all_of(message.matches.begin(), message.matches.end(), is_of_scan);
 }
 
 template <>
@@ -325,7 +323,7 @@ template <>
 bool ValuesInRange(const service_status_t& message) {
   const double amounts[] = {message.latency_p50_ms, message.latency_p95_ms, message.latency_p99_ms,
                             message.latency_max_ms, message.resident_mb};
-  return message.utime >= 0 && message.num_latencies >= 0 &&
+  return message.utime >= 0 && IsCount(message.num_left_out) && message.num_latencies >= 0 &&
          std::all_of(std::begin(amounts), std::end(amounts), IsAmount);
 }
 

@@ -7,6 +7,8 @@
 #include "input.hpp"
 #include "services/sources/bags/scan_messages.hpp"
 #include "services/sources/bags/transform_tree.hpp"
+#include "services/wire/conversions.hpp"
+#include "wire_messages.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace crsm;
@@ -23,6 +25,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (IsLaserTopic(topic)) {
     const DecodedScan decoded = DecodeScan(topic, message);
     if (decoded.scan.has_value() != decoded.refusal.empty()) std::abort();
+    if (decoded.scan && decoded.scan->ranges_m.size() <= kMaxBeams &&  // more are thinned behind it
+        !Decode<bot_core::planar_lidar_t>(Encode(ToMessage(*decoded.scan)))) {
+      std::abort();
+    }
   } else if (IsTransformTopic(topic)) {
     TransformTree tree;
     for (const Transform& transform : DecodeTransforms(topic, message).value_or(std::vector<Transform>())) {

@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     const auto source = OpenLaserSource(file.path(), {});
     while (const auto scan = source->Next()) {
-      if (scan->ranges_m.size() < kMinBeams || scan->ranges_m.size() > kMaxBeams) std::abort();
+      if (!Decode<bot_core::planar_lidar_t>(Encode(ToMessage(*scan)))) std::abort();
       FindValidRays(*scan, {});
     }
     source->Progress();

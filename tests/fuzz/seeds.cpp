@@ -196,6 +196,9 @@ void WriteMessages(const Seeds& seeds) {
   seeds.Write("global_search", "finished", std::vector<Bytes>{Encode(finished), rays, Encode(CriticalRaysMessage())});
   seeds.Write("rrhc_matcher", "scattered", std::vector<Bytes>{Encode(ScatteredPage()), rays});
   seeds.Write("global_search", "scattered", std::vector<Bytes>{Encode(ScatteredPage()), rays});
+  seeds.Write("view", "all",
+              std::vector<Bytes>{Encode(CriticalRaysMessage()), Encode(ScanMatchMessage()), page,
+                                 Encode(ServiceStatusMessage())});
   seeds.Write("map_exporter", "status", std::vector<Bytes>{page, Encode(ServiceStatusMessage())});
   map_page_t anew = FirstPage();
   anew.epoch = 100;

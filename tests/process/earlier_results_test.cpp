@@ -42,6 +42,22 @@ const std::vector<std::string> kPrograms{"slam_offline", "run_stack"};
 
 }  // namespace
 
+TEST_CASE(
+    "a map that cannot be continued, because its journal is damaged, is left as it is with all that was said of it") {
+  for (const std::string& program : kPrograms) {
+    Mapped run(program);
+    const std::string journal = run.out + "/journal/journal.lcm";
+    std::string bytes = ReadFile(journal);
+    bytes.replace(bytes.size() / 2, 100, 100, '\0');
+    std::ofstream(journal, std::ios::binary) << bytes;
+    const auto before = run.Files();
+    REQUIRE(before.count("summary.json") == 1);
+    CHECK(run.Map({"--resume", run.out}) == 1);
+    CHECK(run.errors.find(journal + " is damaged at byte ") != std::string::npos);
+    CHECK(run.Files() == before);
+  }
+}
+
 TEST_CASE("the results of an earlier run are left as they are, and the three ways out are said") {
   for (const std::string& program : kPrograms) {
     Mapped run(program);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <fstream>
 #include <utility>
 
 #include "catch.hpp"
@@ -132,6 +133,18 @@ TEST_CASE("map_exporter writes what has changed, adds to the trajectory what is 
   WriteExpected(folder / "expected", owner);
   folder.CheckSame("out", "expected", {"map.png", "map.yaml", "trajectory.tum", "overview.png"});
   CHECK(ScansIn(out) == 701);
+}
+
+TEST_CASE("map_exporter leaves earlier results as they are where no map comes") {
+  const TemporaryFolder folder;
+  const fs::path out = folder / "out";
+  fs::create_directories(out);
+  for (const char* name : {"map.png", "trajectory.tum"}) std::ofstream(out / name) << "of an earlier run";
+  Process exporter("map_exporter", {"--lcm-url", MakeBusUrl(), "--out", out}, folder / "log");
+  REQUIRE(exporter.AwaitReady());
+  CHECK(exporter.Interrupt() == 0);
+  for (const char* name : {"map.png", "trajectory.tum"}) CHECK(ReadFile(out / name) == "of an earlier run");
+  CHECK(exporter.errors().find("map_exporter: no map came: the results in ") != std::string::npos);
 }
 
 // Prints figures, which a busy machine makes larger; not of the usual tests: process_tests "[large]"

@@ -76,6 +76,14 @@ FileNumbers NumbersOf(const fs::path& out) {
   return numbers;
 }
 
+std::uintmax_t FolderBytes(const fs::path& folder) {
+  std::uintmax_t num = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) num += entry.file_size();
+  }
+  return num;
+}
+
 /// Whether all the results are other files than before, or none, or all but those of a map that is the same.
 bool AreWrittenTogether(const FileNumbers& before, const FileNumbers& now) {
   const auto IsNew = [&](const char* name) { return before.at(name) != now.at(name); };
@@ -136,6 +144,33 @@ void FillDiskForASecond(const LongRun& run) {
   const nlohmann::json counts = folder.Summary("full/out")["counts"];
   CHECK(counts.value("map_exporter.write_failed", 0) > 0);
   CHECK(counts.value("map_updater.journal_failed", 0) == 1);
+}
+
+/// The disk of a run that fills up and stays full, at a random scan: the run says so, no verdict is that of a part of
+/// it, and what its journal has is gone on from when there is room. Returns whether there was a verdict.
+bool FillDiskForGood(const std::string& program, const std::string& log, int size_kb, const TemporaryFolder& folder) {
+  const Disk disk(folder / "full", size_kb);
+  std::vector<std::string> arguments{log, "--out", folder / "full/out"};
+  if (program == "run_stack") arguments.insert(arguments.end(), {"--lcm-url", MakeBusUrl()});
+  const std::int64_t num_scans = folder.Summary("undisturbed_short")["scans"];
+  const Ended ended = folder.Run(program, arguments);
+  INFO(program << " on a disk of " << size_kb << " kB: " << ended.output << ended.errors);
+  const bool has_verdict = ended.output.find("the map is ") != std::string::npos;
+  if (has_verdict) {
+    CHECK(ended.output.find(fmt::format("{} of {} scans", num_scans, num_scans)) != std::string::npos);
+    CHECK(folder.Summary("full/out")["scans"] == num_scans);
+  }
+  const bool is_named = ended.errors.find("No space left") != std::string::npos;
+  CHECK((ended.exit_code == 0 ? has_verdict : is_named));
+  disk.Remount(0, "size=200m");
+  if (!fs::exists(folder / "full/out/journal/journal.lcm")) return has_verdict;  // there was no room for a beginning
+  arguments.insert(arguments.end(), {"--resume", folder / "full/out"});
+  const Ended resumed = folder.Run(program, arguments);
+  INFO("then: " << resumed.output << resumed.errors);
+  CHECK(resumed.exit_code == 0);
+  CHECK(folder.Summary("full/out")["ended"] == true);
+  CHECK(folder.Summary("full/out")["scans"] == num_scans);
+  return has_verdict;
 }
 
 /// Only the results, or only the journal, are on the full disk: the log says so.
@@ -347,6 +382,16 @@ TEST_CASE("files", "[.][fault][files]") {
   fmt::print("a disk of results, journal and logs that is full for 1 s: every service lives, same map\n");
   const std::string log = run.folder.Write(TakeScans("sim:demo", 1'000'000), "short.lcm");
   run.folder.MapWithStack(log, "undisturbed_short");
+  Random random(7);
+  const auto room_kb = static_cast<double>(FolderBytes(run.folder / "undisturbed_short")) / 1000.0;
+  int num_verdicts = 0;
+  const auto num_disks = static_cast<int>(ByEffort(6, 50));
+  for (int i = 0; i < num_disks; ++i) {
+    const int size_kb = static_cast<int>(random.Uniform(0.05, 1.1) * room_kb);
+    num_verdicts += FillDiskForGood(i % 2 == 0 ? "run_stack" : "slam_offline", log, size_kb, run.folder);
+  }
+  fmt::print("{} disks that become full for good: {} runs with room for all, no verdict on a part of the others\n",
+             num_disks, num_verdicts);
   FillDiskOfOne(log, run.folder);
   fmt::print("a full disk of the results, or of the journal, alone: it is named, same map\n");
   KillWriter(run);

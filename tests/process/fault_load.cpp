@@ -330,7 +330,7 @@ TEST_CASE("soak", "[.][fault][soak]") {
 }
 
 TEST_CASE("overload", "[.][fault][overload]") {
-  Overload("seed = 1\n");  // as it is shipped
+  Overload("seed = 1\n");                             // as it is shipped
   Overload("cell_size_m = 0.02\nrays_max = 1000\n");  // a heavy match
 }
 

@@ -95,7 +95,7 @@ void ForgeWholeMaps(TestBus& bus) {
 /// That each scan is in the map already, at another place.
 void ForgeAnswers(TestBus& bus) {
   bus->Subscribe<critical_rays_t>(kCriticalRaysChannel, [&](const critical_rays_t& rays) {
-    bus->Publish(kScanAnswerChannel, scan_answer_t{rays.utime, 12345, 1, {ForgedMatch(rays.utime)}});
+    bus->Publish(kScanAnswerChannel, scan_answer_t{rays.utime, 12345, 0, rays.utime + 1, 1, {ForgedMatch(rays.utime)}});
   });
 }
 

@@ -120,6 +120,28 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("a matcher goes on where the owner has lost its last match again, and the publisher has gone on") {
+  const Recording recording = Record(TakeScans("sim:demo", 3, 10), {});
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Process matcher("rrhc_matcher", {"--lcm-url", url, "--lockstep"}, folder / "log");
+  REQUIRE(matcher.AwaitReady());
+  TestBus bus(url);
+  MapOwner owner(Parameters().update);
+  owner.Serve(*bus);
+  std::vector<scan_match_t> answers;
+  bus->Subscribe<scan_match_t>(kScanMatchChannel, [&](const scan_match_t& answer) { answers.push_back(answer); });
+  REQUIRE(bus.Await([&] { return owner.num_pages > 0; }));
+  for (const Step& step : recording.steps) {  // which the owner has taken, and has forgotten by now
+    REQUIRE(bus.Await([&] {
+      bus->Publish(kCriticalRaysChannel, ToMessage(step.rays));
+      return !answers.empty() && answers.back().utime == step.scan.utime;
+    }));
+  }
+  CHECK(matcher.Interrupt() == 0);
+  CHECK(matcher.errors().find("has lost scan") != std::string::npos);
+}
+
 TEST_CASE("map_updater answers recorded scans and poses with the change of the map, and tells a newcomer all of it") {
   for (const auto& profile : Profiles()) {
     const Parameters parameters = ParametersOf(profile);
@@ -223,6 +245,7 @@ TEST_CASE(
   bus->Subscribe<bot_core::planar_lidar_t>(kLaserChannel,
                                            [&](const bot_core::planar_lidar_t& message) { sent.push_back(message); });
   Process publisher("laser_publisher", {log, "--lcm-url", url, "--rate", "max", "--resend-s", "0.05"}, folder / "log");
+  constexpr std::int64_t kNoLater = std::numeric_limits<std::int64_t>::max();
   for (std::size_t i = 0; i < scans.size(); ++i) {
     // No map comes for the fourth scan, so that it is sent three times.
     // The first may be sent again before it is believed who owns the map.
@@ -232,13 +255,16 @@ TEST_CASE(
     REQUIRE(bus.Await([&] { return DropFormer(), sent.size() >= (i == 3 ? 3 : 1); }));
     for (const auto& message : sent) CHECK(Encode(message) == Encode(ToMessage(scans[i])));
     sent.clear();
-    if (i % 2 == 1) {                                                                        // it is in the map already
-      bus->Publish(kScanAnswerChannel, scan_answer_t{.utime = scans[i].utime, .epoch = 1});  // which this does not say
-      REQUIRE(bus.Await([&] { return !sent.empty(); }));
-      CHECK(sent.back().utime == scans[i].utime);
-      sent.clear();
-      const scan_match_t match{.utime = scans[i].utime};
-      bus->Publish(kScanAnswerChannel, scan_answer_t{scans[i].utime, 1, 1, {match}});
+    if (i % 2 == 1) {                                     // it is in the map already
+      const scan_match_t match{.utime = scans[i].utime};  // which neither of these says to the publisher
+      for (const scan_answer_t& other : {scan_answer_t{scans[i].utime, 1, 0, kNoLater, 0, {}},
+                                         scan_answer_t{scans[i].utime, 1, 77, kNoLater, 1, {match}}}) {
+        bus->Publish(kScanAnswerChannel, other);
+        REQUIRE(bus.Await([&] { return !sent.empty(); }));
+        CHECK(sent.back().utime == scans[i].utime);
+        sent.clear();
+      }
+      bus->Publish(kScanAnswerChannel, scan_answer_t{scans[i].utime, 1, 0, kNoLater, 1, {match}});
       continue;
     }
     const map_delta_t delta{.utime = scans[i].utime,

@@ -110,7 +110,9 @@ TEST_CASE("a log that cannot be written, or that is the one to be read, is refus
   const std::string before = ReadFile(log);
   files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + log}, "use file://PATH?mode=w");
   files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + log + "?mode=w"},
-                     "would overwrite the log that is read");
+                     "would overwrite " + log + ", which is read");
+  files.CheckRefused("laser_publisher", {files / "run.*", "--lcm-url", "file://" + log + "?mode=w"},
+                     "would overwrite " + log + ", which is read");
   files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + (files / "file/below") + "?mode=w"},
                      "file/below", kFailure);
   files.CheckRefused("laser_publisher", {log, "--lcm-url", "file://" + (files / "directory") + "?mode=w"}, "directory",

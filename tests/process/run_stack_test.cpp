@@ -234,24 +234,29 @@ TEST_CASE("run_stack --strict ends with the verdict on the map, and where there 
   const auto Run = [&](const std::string& summary, const std::string& flags) {
     stack.Run("$run_stack sim:demo --force --out $out " + flags, "SUMMARY='" + summary + "'");
   };
-  const std::string good = R"({"scans": 7, "verdict": {"trust": "good", "lines": ["5 of 7 scans mapped"]}, )"
-                           R"("counts": {"lost": 9, "a.dropped_overload": 3, "b.dropped_overload": 4}})";
+  const std::string good =
+      R"({"ended": true, "scans": 7, "verdict": {"trust": "good", "lines": ["5 of 7 scans mapped"]}, )"
+      R"("counts": {"lost": 9, "a.dropped_overload": 3, "b.dropped_overload": 4}})";
   Run(good, "");
   CHECK(stack.exit_code == 0);
   CHECK(stack.Said("5 of 7 scans mapped\n7 scans dropped: the machine is too slow\nsee " + stack.Path("out") + "\n"));
   Run(good, "--strict");
   CHECK(stack.exit_code == 0);
-  Run(R"({"verdict": {"trust": "doubtful", "lines": []}})", "--strict");
+  Run(R"({"ended": true, "verdict": {"trust": "doubtful", "lines": []}})", "--strict");
   CHECK(stack.exit_code == 0);
-  const std::string bad = R"({"verdict": {"trust": "bad", "lines": ["warning: doubled"]}})";
+  const std::string bad = R"({"ended": true, "verdict": {"trust": "bad", "lines": ["warning: doubled"]}})";
   Run(bad, "");
   CHECK(stack.exit_code == 0);
   CHECK(stack.Said("warning: doubled\n"));
   Run(bad, "--strict");
   CHECK(stack.exit_code == 3);
-  Run(R"({"verdict": {"lines": 7}})", "--strict");
+  Run(R"({"ended": true, "verdict": {"lines": 7}})", "--strict");
   CHECK(stack.exit_code == 3);
-  Run(R"({"scans": 7})", "--strict");
+  Run(R"({"ended": false, "scans": 7, "verdict": {"trust": "good", "lines": ["7 of 7 scans mapped"]}})", "");
+  CHECK(stack.exit_code == 1);
+  CHECK_FALSE(stack.Said("7 of 7 scans mapped"));
+  CHECK(stack.Said(stack.Path("out/summary.json") + " is of scan 7, when the run had not ended"));
+  Run(R"({"ended": true, "scans": 7})", "--strict");
   CHECK(stack.exit_code == 1);
   CHECK(stack.Said("run_stack: --strict: " + stack.Path("out/summary.json") + " has no verdict on the map"));
 }

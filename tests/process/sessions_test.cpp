@@ -173,11 +173,13 @@ TEST_CASE("map_updater answers a match that comes again after others with the ma
   Send(scans[0], 1.0);
   REQUIRE(bus.Await([&] { return !answers.empty(); }));
   CHECK(answers.front().utime == scans[0].utime);
+  CHECK(answers.front().requester == 0);
   REQUIRE(answers.front().num_matches == 1);
   CHECK(answers.front().matches[0].x_m == 0.0);
   bus->Publish(kScanRequestChannel, scan_request_t{1, 77});
   REQUIRE(bus.Await([&] { return answers.size() == 2; }));
   CHECK(answers.back().utime == 1);
+  CHECK(answers.back().requester == 77);
   CHECK(answers.back().num_matches == 0);
   CHECK(version == 2);
   CHECK(updater.Interrupt() == 0);

@@ -132,7 +132,7 @@ TEST_CASE("slam_eval summary prints a line for each run, and names the folders t
   CHECK(with_bad.output == Run("a").output);
   CHECK(with_bad.errors ==
         "slam_eval: 2 of 3 runs have no summary: bad/summary.json: must have the numbers scans, lost and mean_fitness, "
-        "and a verdict; cannot read nowhere/summary.json\n");
+        "and a verdict; cannot read nowhere/summary.json: No such file or directory\n");
 }
 
 TEST_CASE("slam_eval says what is wrong in one line, and exits 2 where the flags are") {
@@ -167,7 +167,7 @@ TEST_CASE("slam_eval says what is wrong in one line, and exits 2 where the flags
                          {{"trajectory", trajectory}, "truth.tum"},
                          {{"map", folder / "", "env1"}, "map.yaml"},
                          {{"map", no_origin, "env1"}, "map.yaml: must have lines"},
-                         {{"map", no_png, "env1"}, "map.png: cannot be read"},
+                         {{"map", no_png, "env1"}, "map.png: No such file or directory"},
                          {{"relations", "/no/such.tum", relations}, "/no/such.tum"},
                          {{"relations", trajectory, "/no/such.relations"}, "/no/such.relations"},
                          {{"relations", trajectory, bad}, "bad.relations:1: must be the eight numbers"},

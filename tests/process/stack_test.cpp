@@ -191,6 +191,10 @@ TEST_CASE("laser_publisher goes on where its --position says, and refuses one th
   std::ofstream(position) << "00000000000000000025\n";
   REQUIRE(folder.Run("laser_publisher", arguments).exit_code == 0);
   CHECK(bus.Await([&] { return num_scans == 35; }));
+  std::ofstream(position) << "00000000000000001000\n";
+  const Ended other_log = folder.Run("laser_publisher", arguments);
+  CHECK(other_log.exit_code == 1);
+  CHECK(other_log.errors.find("the log has 30 scans, but 1000 of it were published before") != std::string::npos);
   std::ofstream(position) << "nothing\n";
   folder.CheckRefused("laser_publisher", arguments, "--position " + position + ": holds no number of scans", 1);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include "catch.hpp"
 #include "common/metrics/trajectory.hpp"
@@ -96,6 +97,8 @@ TEST_CASE("a viewer that cannot show what it was asked for says why in one line"
   const std::string url = MakeBusUrl();
   Viewer first({"--lcm-url", url}, folder);
   REQUIRE(first.AwaitReady());
+  const std::string journal = folder / "journal.lcm";
+  std::ofstream(journal) << "of an earlier run";
   const std::string taken = "127.0.0.1:" + std::to_string(first.port());
   struct Case {
     std::vector<std::string> arguments;
@@ -109,6 +112,10 @@ TEST_CASE("a viewer that cannot show what it was asked for says why in one line"
            {{folder / "nowhere"}, "there is no file " + (folder / "nowhere/journal/journal.lcm").string(), 1},
            {{folder / "nowhere", "--channel-prefix", "a/"}, "--channel-prefix: applies to live robots only", 2},
            {{folder / "nowhere", "--robots", "a/"}, "--robots: shows live robots", 2},
+           {{folder / "nowhere", "--mcap", "/dev/null"}, "--mcap /dev/null: is no regular file", 1},
+           {{folder / "nowhere", "--mcap", journal},
+            "--mcap " + journal + ": is no MCAP file, and would be overwritten",
+            1},
        }) {
     folder.CheckRefused("map_viewer", wrong.arguments, wrong.expected, wrong.exit_code);
   }

@@ -49,6 +49,30 @@ std::map<TileIndex, TileBytes> AskOwner(const std::string& url) {
   return tiles;
 }
 
+/// A viewer on a bus of its own, and its page.
+struct ViewerOnBus {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  Viewer viewer{{"--lcm-url", url}, folder};
+  Page page{AwaitPort(viewer)};
+  TestBus bus{url};
+
+  /// Takes what the page is told, and hears the bus, until `condition` holds. False if it does not in time.
+  template <class Condition>
+  bool Await(const Condition& condition) {
+    return page.Await([&] {
+      bus->Wait(1);
+      return condition();
+    });
+  }
+
+ private:
+  static std::uint16_t AwaitPort(Viewer& viewer) {
+    REQUIRE(viewer.AwaitReady());
+    return viewer.port();
+  }
+};
+
 }  // namespace
 
 TEST_CASE("the page of a viewer has the owner's map, the robot's scans, its path, the services and their counters",
@@ -122,12 +146,9 @@ TEST_CASE("the viewer and the owner of the map may be killed: the next page is w
 }
 
 TEST_CASE("a match is on the page within a moment, also when many come", "[viewer]") {
-  const TemporaryFolder folder;
-  const std::string url = MakeBusUrl();
-  Viewer viewer({"--lcm-url", url}, folder);
-  REQUIRE(viewer.AwaitReady());
-  Page page(viewer.port());
-  TestBus bus(url);
+  ViewerOnBus on;
+  Page& page = on.page;
+  TestBus& bus = on.bus;
   for (int utime = 1; utime <= 300; ++utime) {
     bus->Publish(kCriticalRaysChannel, ScanOf(utime));
     bus->Publish(kScanMatchChannel, MatchOf(utime));
@@ -141,12 +162,9 @@ TEST_CASE("a match is on the page within a moment, also when many come", "[viewe
 
 TEST_CASE("prints how long a match takes to a page", "[.viewer_latency]") {
   constexpr std::size_t kCount = 2000;
-  const TemporaryFolder folder;
-  const std::string url = MakeBusUrl();
-  Viewer viewer({"--lcm-url", url}, folder);
-  REQUIRE(viewer.AwaitReady());
-  Page page(viewer.port());
-  TestBus bus(url);
+  ViewerOnBus on;
+  Page& page = on.page;
+  TestBus& bus = on.bus;
   std::vector<std::atomic<Clock::rep>> sent(kCount + 1);
   std::thread publisher([&] {
     for (std::size_t utime = 1; utime <= kCount; ++utime) {
@@ -177,12 +195,9 @@ TEST_CASE("prints how long a match takes to a page", "[.viewer_latency]") {
 
 TEST_CASE("the robot stays on the map that is shown, whichever of the two maps a loop has corrected first",
           "[viewer]") {
-  const TemporaryFolder folder;
-  const std::string url = MakeBusUrl();
-  Viewer viewer({"--lcm-url", url}, folder);
-  REQUIRE(viewer.AwaitReady());
-  Page page(viewer.port());
-  TestBus bus(url);
+  ViewerOnBus on;
+  Page& page = on.page;
+  TestBus& bus = on.bus;
   MapOwner owner;
   owner.Serve(*bus);
   const auto Say = [&](std::int64_t utime, double matched_x_m, double local_x_m) {
@@ -193,19 +208,13 @@ TEST_CASE("the robot stays on the map that is shown, whichever of the two maps a
     bus->Publish(kLocalPoseChannel, ToPoseMessage(utime, {local_x_m, 0.0, 0.0}));
   };
   const auto Shows = [&](std::int64_t utime, double x_m) {
-    return page.Await([&] {
-      bus->Wait(1);
-      return page->robot_utime == utime && page->robot_x_m == Approx(x_m);
-    });
+    return on.Await([&] { return page->robot_utime == utime && page->robot_x_m == Approx(x_m); });
   };
   Say(1, 10.0, 10.0);
   CHECK(Shows(1, 10.0));  // nothing else is known
   owner.history = {FromMessage(MatchOf(1))};
   owner.history[0].T_map_laser.x_m = 15.0;
-  REQUIRE(page.Await([&] {
-    bus->Wait(1);
-    return page->version == 1;
-  }));
+  REQUIRE(on.Await([&] { return page->version == 1; }));
   Say(2, 11.0, 11.0);
   CHECK(Shows(2, 16.0));  // the map that scans are matched to does not know yet
   Say(3, 17.0, 12.0);
@@ -214,20 +223,16 @@ TEST_CASE("the robot stays on the map that is shown, whichever of the two maps a
 
 TEST_CASE("what a run leaves, its loops and its path, is not shown of the next one, on a finished map say",
           "[viewer]") {
-  const TemporaryFolder folder;
-  const std::string url = MakeBusUrl();
-  Viewer viewer({"--lcm-url", url}, folder);
-  REQUIRE(viewer.AwaitReady());
-  Page page(viewer.port());
-  TestBus bus(url);
+  ViewerOnBus on;
+  Page& page = on.page;
+  TestBus& bus = on.bus;
   MapOwner owner;
   owner.history = {FromMessage(MatchOf(1)), FromMessage(MatchOf(2))};
   owner.history[1].T_map_laser.x_m = 3.0;
   owner.loops = {map_loop_t{}};
   owner.Serve(*bus);
   const auto Shows = [&](std::size_t num_loops, std::size_t num_points) {
-    return page.Await([&] {
-      bus->Wait(1);
+    return on.Await([&] {
       return page->info.contains("loops") && page->info["loops"].size() == num_loops && page->path.size() == num_points;
     });
   };

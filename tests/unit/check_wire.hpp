@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <initializer_list>
+#include <type_traits>
 #include <vector>
 
 #include "catch.hpp"
@@ -13,12 +16,56 @@ bool IsDecoded(const std::vector<std::uint8_t>& bytes) {
   return Decode<Message>(bytes).has_value();
 }
 
-/// Whether the message is still accepted after `change`.
-template <class Message, class Change>
-bool IsDecoded(Message message, Change change) {
-  change(message);
-  return IsDecoded<Message>(Encode(message));
-}
+/// A message that is accepted, and what else its fields may hold. A field is a part of `message`; each of the values is
+/// tried alone.
+template <class Message>
+class Fields {
+ public:
+  explicit Fields(const Message& accepted) : message(accepted) { CHECK(IsDecoded<Message>(Encode(message))); }
+  Fields(const Fields&) = delete;
+  Fields& operator=(const Fields&) = delete;
+
+  template <class Value>
+  void Accept(Value& field, std::initializer_list<std::type_identity_t<Value>> values) {
+    Try(field, values, true);
+  }
+  template <class Value>
+  void Refuse(Value& field, std::initializer_list<std::type_identity_t<Value>> values) {
+    Try(field, values, false);
+  }
+  void AreFlags(std::initializer_list<std::int8_t*> fields) {
+    for (std::int8_t* field : fields) {
+      Accept(*field, {0, 1});
+      Refuse(*field, {-1, 2});
+    }
+  }
+  /// Whether each of its three numbers has to be one that there can be.
+  void IsPose(pose2_t& pose) {
+    for (double* position_m : {&pose.x_m, &pose.y_m}) Refuse(*position_m, {NAN, 1.1e6, -1.1e6});
+    Refuse(pose.yaw_rad, {NAN, 6.4, -6.4});
+  }
+  /// Whether the message is still accepted after `change`.
+  template <class Change>
+  bool After(Change change) const {
+    Message changed = message;
+    change(changed);
+    return IsDecoded<Message>(Encode(changed));
+  }
+
+  Message message;
+
+ private:
+  template <class Value>
+  void Try(Value& field, std::initializer_list<Value> values, bool accepted) {
+    const Value before = field;
+    for (const Value& value : values) {
+      INFO("value " << &value - values.begin());
+      field = value;
+      CHECK(IsDecoded<Message>(Encode(message)) == accepted);
+    }
+    field = before;
+  }
+};
 
 /// What holds for every type, whatever is in it.
 template <class Message>

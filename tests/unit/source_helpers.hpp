@@ -1,24 +1,17 @@
 #pragma once
 
-#include <zlib.h>
-
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "common/logs/laser_source.hpp"
+#include "packed.hpp"
 #include "scratch.hpp"
 
 namespace crsm {
 
 /// What gzip makes of `content`.
-inline std::string Compress(const std::string& content) {
-  const ScratchFile file("");
-  gzFile out = gzopen(file.path().c_str(), "wb");
-  gzwrite(out, content.data(), static_cast<unsigned>(content.size()));
-  gzclose(out);
-  return BytesOf(file.path());
-}
+inline std::string Compress(const std::string& content) { return Pack("gzip", content); }
 
 inline std::vector<LaserScan> ReadAll(LaserSource& source) {
   std::vector<LaserScan> scans;

@@ -129,6 +129,9 @@ inline map_pieces_t MapPiecesMessage() {
           .num_all_breaks = 4,
           .num_matched = 90,
           .num_bridged = 1,
+          .num_keyframes = 9,
+          .num_closed = 5,
+          .num_rejected = 2,
           .num_pieces = 2,
           .pieces = {{7, 60, 12.5}, {2, 30, 0.5}},
           .num_breaks = 1,
@@ -157,7 +160,7 @@ inline map_page_t MapPageMessage() {
 inline scan_request_t ScanRequestMessage() { return {.utime = 5, .requester = 77}; }
 
 inline scan_answer_t ScanAnswerMessage() {
-  return {.utime = 5, .epoch = 99, .num_matches = 1, .matches = {ScanMatchMessage()}};
+  return {.utime = 5, .epoch = 99, .requester = 77, .next_utime = 9, .num_matches = 1, .matches = {ScanMatchMessage()}};
 }
 
 inline loop_finding_t LoopFindingMessage() { return {{0, 3}, {0.5, -0.25, 0.125}, 0.75, loop_finding_t::NEARBY}; }
@@ -210,7 +213,7 @@ inline pose_graph_t PoseGraphMessage() {
 }
 
 inline service_status_t ServiceStatusMessage() {
-  return {5, "map_updater", "1.0", 42,  "",  2,   {"handled", "lost"}, {9, 1}, 1, {"seed"}, {"7"},
+  return {5, "map_updater", "1.0", 42,  "",  3,   2, {"handled", "lost"}, {9, 1}, 1, {"seed"}, {"7"},
           9, 1.0,           1.5,   2.0, 3.0, 40.0};
 }
 

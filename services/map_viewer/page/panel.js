@@ -85,11 +85,10 @@ function showServices(services) {
 
 function showInfo(model) {
   const {info} = model;
-  const closer = info.services.find(({name}) => name === "loop_closer");
   const times_ms = info.scan_times_ms ?? [];
   show("scans", whole.format(info.scans ?? 0));
   show("lost", whole.format(info.lost ?? 0));
-  show("loops", whole.format(Math.max(info.loops.length, closer?.counters.loops_closed ?? 0)));
+  show("loops", whole.format(Math.max(info.loops.length, info.loops_closed ?? 0)));
   show("scan_time", times_ms.length ? `${fixed(times_ms.at(-1)[0], 2)} ms` : "–");
   drawTimes($("time_chart"), times_ms);
   showServices(info.services);

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
-#include <fstream>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 
+#include "common/logs/regular_file.hpp"
 #include "common/math/parse_number.hpp"
 
 namespace crsm {
@@ -17,12 +19,24 @@ namespace fs = std::filesystem;
 
 constexpr const char* kMetadata = "metadata.yaml";
 
-bool IsStorage(const fs::path& file) { return file.extension() == ".db3" || file.extension() == ".mcap"; }
+/// Of files that are compressed as a whole; what is in them tells how.
+constexpr std::array<std::string_view, 6> kEndings{".bz2", ".gz", ".lz4", ".xz", ".zst", ".zstd"};
+
+fs::path WithoutCompression(const fs::path& file) {
+  const bool is_packed = std::ranges::count(kEndings, file.extension().string()) > 0;
+  return is_packed ? file.parent_path() / file.stem() : file;
+}
+
+bool IsStorage(const fs::path& file) {
+  const fs::path ending = WithoutCompression(file).extension();
+  return ending == ".db3" || ending == ".mcap";
+}
 
 /// The entries of the list `relative_file_paths`, which stand below it, a line each.
 std::vector<fs::path> ReadMetadata(const fs::path& folder) {
   constexpr std::string_view kBlanksAndQuotes = " \t\r\"'";
-  std::ifstream file(folder / kMetadata);
+  if (!fs::exists(folder / kMetadata)) return {};
+  std::istringstream file(ReadWholeFile(folder / kMetadata));
   std::vector<fs::path> paths;
   bool in_list = false;
   for (std::string line; std::getline(file, line);) {
@@ -43,12 +57,12 @@ std::vector<fs::path> ReadMetadata(const fs::path& folder) {
 
 /// "run_12.db3" is the 12th of "run"; nothing if there is no number.
 std::optional<std::pair<std::string, int>> SplitName(const fs::path& file) {
-  const std::string stem = file.stem().string();
+  const std::string stem = WithoutCompression(file).stem().string();
   const std::size_t line = stem.rfind('_');
   if (line == std::string::npos) return std::nullopt;
   const auto number = ParseNumber<int>(std::string_view(stem).substr(line + 1));
   if (!number) return std::nullopt;
-  return std::pair(stem.substr(0, line) + file.extension().string(), *number);
+  return std::pair(stem.substr(0, line) + WithoutCompression(file).extension().string(), *number);
 }
 
 /// By the names of the files.
@@ -70,6 +84,16 @@ std::vector<fs::path> GuessFiles(const fs::path& folder) {
   return paths;
 }
 
+/// The file that is meant: what compresses a recording, or unpacks it, seldom tells metadata.yaml.
+fs::path FindFile(const fs::path& named) {
+  if (fs::exists(named)) return named;
+  if (const fs::path plain = WithoutCompression(named); fs::exists(plain)) return plain;
+  for (const std::string_view ending : kEndings) {
+    if (const fs::path packed = named.string() + std::string(ending); fs::exists(packed)) return packed;
+  }
+  return named;
+}
+
 }  // namespace
 
 bool IsBagFolder(const std::string& path) {
@@ -86,11 +110,8 @@ BagFolder::BagFolder(const std::string& path, WantTopic want) : want_(std::move(
   std::vector<fs::path> paths = ReadMetadata(folder);
   if (paths.empty()) paths = GuessFiles(folder);
   if (paths.empty()) throw std::runtime_error(fmt::format("{} has no .db3 or .mcap file of rosbag2", path));
-  for (const fs::path& file : paths) {
-    if (file.extension() == ".zstd") {
-      throw std::runtime_error(fmt::format(
-          "{} is compressed as a whole: run zstd -d {} first, and give the decompressed file", path, file.string()));
-    }
+  for (const fs::path& named : paths) {
+    const fs::path file = FindFile(named);
     if (!fs::exists(file)) {
       throw std::runtime_error(
           fmt::format("{} is missing, but {} names it", file.string(), (folder / kMetadata).string()));

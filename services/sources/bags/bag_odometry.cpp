@@ -225,7 +225,7 @@ bool BagOdometry::Wants(const BagTopic& topic) const {
 
 std::int64_t BagOdometry::LongestWait_us() const {
   constexpr std::int64_t kTransforms_us = 1'000'000;  // recorders get TF up to 0.2 s after the scan
-  return topic_ ? OdometryBuffer::kFurthest_us : kTransforms_us;
+  return topic_ ? OdometryConstants{}.furthest_us : kTransforms_us;
 }
 
 std::int64_t BagOdometry::Take(const std::string& topic, std::string_view data, ScansWithOdometry& scans) {

@@ -7,22 +7,36 @@
 #include <stdexcept>
 
 #include "services/base/printable.hpp"
+#include "services/base/process.hpp"
 #include "services/sources/bags/bag_folder.hpp"
 #include "services/sources/bags/mcap_bag.hpp"
 #include "services/sources/bags/ros1_bag.hpp"
 #include "services/sources/bags/sqlite_bag.hpp"
+#include "services/sources/unpacked_file.hpp"
 
 namespace crsm {
 
 bool IsBag(std::string_view start) { return Ros1Bag::Is(start) || McapBag::Is(start) || SqliteBag::Is(start); }
 
-std::unique_ptr<BagReader> OpenBagFile(const std::string& path, const WantTopic& want) {
+namespace {
+
+std::unique_ptr<BagReader> OpenPlainBag(const std::string& path, const WantTopic& want) {
   constexpr std::size_t kStartBytes = 16;
   const std::string start(FileWindow(path).At(0, kStartBytes));
   if (Ros1Bag::Is(start)) return std::make_unique<Ros1Bag>(path, want);
   if (McapBag::Is(start)) return std::make_unique<McapBag>(path, want);
   if (SqliteBag::Is(start)) return std::make_unique<SqliteBag>(path, want);
   throw std::runtime_error(fmt::format("{} is neither a ROS 1 bag, nor MCAP, nor a database of rosbag2", path));
+}
+
+}  // namespace
+
+std::unique_ptr<BagReader> OpenBagFile(const std::string& path, const WantTopic& want) {
+  try {
+    return OpenPlainBag(PathOfUnpacked(path, Say), want);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(NameUnpacked(error.what()));
+  }
 }
 
 std::unique_ptr<BagReader> OpenBag(const std::string& path, const WantTopic& want) {

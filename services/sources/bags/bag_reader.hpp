@@ -56,7 +56,8 @@ class BagReader {
 /// Whether a file begins as a bag of any kind does.
 bool IsBag(std::string_view start);
 
-/// Opens a bag, of which kind its content tells: a ROS 1 bag, an MCAP file, or rosbag2's SQLite database. Throws
+/// Opens a bag, of which kind its content tells: a ROS 1 bag, an MCAP file, or rosbag2's SQLite database, also
+/// compressed as a whole. Throws
 /// std::runtime_error, one line, if it is none or cannot be opened.
 std::unique_ptr<BagReader> OpenBagFile(const std::string& path, const WantTopic& want);
 

@@ -14,14 +14,40 @@ namespace {
 
 using Topics = std::set<BagTopic>;
 
+/// Why topics may be missing; empty where the bag is whole.
+std::string DescribeDamage(const std::string& path) {
+  const auto bag = OpenBag(path, [](const BagTopic&) { return false; });
+  while (bag->Next()) continue;
+  if (const auto num = bag->damage().num_bad_chunks; num > 0) {
+    return fmt::format("; {} parts of it are damaged, and what stood in them is not known", num);
+  }
+  return bag->damage().truncated ? "; it is cut short or damaged at its end" : "";
+}
+
+/// Those that have a message, at least two where there are as many; all where none has. Recorders declare topics on
+/// which nothing is sent.
+Topics WithMessages(const std::string& path, Topics topics) {
+  const auto bag = OpenBag(path, [&](const BagTopic& topic) { return topics.count(topic) > 0; });
+  std::set<std::string> names;
+  while (names.size() < 2) {
+    const auto message = bag->Next();
+    if (!message) break;
+    names.insert(message->topic);
+  }
+  if (!names.empty()) std::erase_if(topics, [&](const BagTopic& topic) { return names.count(topic.name) == 0; });
+  return topics;
+}
+
 BagTopic ChooseLaser(const std::string& path, const Topics& topics, const std::string& name) {
   Topics lasers;
   std::copy_if(topics.begin(), topics.end(), std::inserter(lasers, lasers.end()),
                [&](const BagTopic& topic) { return IsLaserTopic(topic) && (name.empty() || topic.name == name); });
   if (lasers.empty()) {
-    throw std::runtime_error(fmt::format("{} has no laser topic ({}){}; its topics: {}", path, LaserTopicTypes(),
-                                         name.empty() ? "" : " named " + name, ListTopics(topics)));
+    throw std::runtime_error(fmt::format("{} has no laser topic ({}){}; its topics: {}{}", path, LaserTopicTypes(),
+                                         name.empty() ? "" : " named " + name, ListTopics(topics),
+                                         DescribeDamage(path)));
   }
+  if (lasers.size() > 1) lasers = WithMessages(path, std::move(lasers));
   if (lasers.size() > 1) {
     throw std::runtime_error(
         fmt::format("{} has several laser topics: --laser-channel must name one of {}", path, ListTopics(lasers)));

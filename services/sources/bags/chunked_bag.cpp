@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/logs/stop_request.hpp"
 #include "services/base/crc32.hpp"
 #include "services/sources/bags/decompress.hpp"
 
@@ -40,7 +41,7 @@ std::uint32_t ComputeCrc(ByteRange& bytes) {
 }  // namespace
 
 std::optional<BagMessage> ChunkedBag::Next() {
-  while (!ended_) {
+  while (!ended_ && !StopRequested()) {
     std::optional<BagMessage> message;
     if (chunk_) {
       const bool is_over = chunk_at_ >= chunk_->size();

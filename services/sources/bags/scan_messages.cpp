@@ -54,7 +54,23 @@ std::vector<float> ReadFloats(ByteReader& reader) {
   return floats;
 }
 
-/// sensor_msgs/LaserScan.
+/// Of sensor_msgs/MultiEchoLaserScan: the first echo of each beam, the nearest thing that it has met; NaN where there
+/// is none.
+std::vector<float> ReadFirstEchoes(ByteReader& reader) {
+  const auto count = reader.Read<std::uint32_t>();
+  if (!reader.ok() || count > reader.left() / sizeof(std::uint32_t)) {
+    reader.Take(std::numeric_limits<std::uint64_t>::max());
+    return {};
+  }
+  std::vector<float> firsts;
+  for (std::uint32_t beam = 0; beam < count && reader.ok(); ++beam) {
+    const std::vector<float> echoes = ReadFloats(reader);
+    firsts.push_back(echoes.empty() ? std::numeric_limits<float>::quiet_NaN() : echoes.front());
+  }
+  return firsts;
+}
+
+/// sensor_msgs/LaserScan, and MultiEchoLaserScan, which differs in its ranges and intensities alone.
 DecodedScan DecodeRosScan(const BagTopic& topic, std::string_view data, const ScanParameters& parameters) {
   auto message = OpenMessage(topic, data);
   if (!message) return {{}, kMalformed};
@@ -69,8 +85,9 @@ DecodedScan DecodeRosScan(const BagTopic& topic, std::string_view data, const Sc
   reader.Read<float>();  // time between scans
   raw.range_min = reader.Read<float>();
   raw.range_max = reader.Read<float>();
-  raw.ranges = ReadFloats(reader);
-  ReadFloats(reader);  // intensities
+  const auto ReadRanges = topic.type.ends_with("/MultiEchoLaserScan") ? &ReadFirstEchoes : &ReadFloats;
+  raw.ranges = ReadRanges(reader);
+  ReadRanges(reader);  // intensities
   if (!message->IsWhole()) return {{}, kMalformed};
   DecodedScan decoded = MakeScan(std::move(raw), parameters);
   decoded.frame = std::move(header.frame);
@@ -127,8 +144,11 @@ struct Kind {
   const char* encoding;
   const char* type;
 };
-constexpr std::array<Kind, 3> kLasers{
-    {{"ros1", "sensor_msgs/LaserScan"}, {"cdr", "sensor_msgs/msg/LaserScan"}, {"json", "foxglove.LaserScan"}}};
+constexpr std::array<Kind, 5> kLasers{{{"ros1", "sensor_msgs/LaserScan"},
+                                       {"ros1", "sensor_msgs/MultiEchoLaserScan"},
+                                       {"cdr", "sensor_msgs/msg/LaserScan"},
+                                       {"cdr", "sensor_msgs/msg/MultiEchoLaserScan"},
+                                       {"json", "foxglove.LaserScan"}}};
 constexpr std::array<Kind, 2> kOdometries{{{"ros1", "nav_msgs/Odometry"}, {"cdr", "nav_msgs/msg/Odometry"}}};
 constexpr std::array<Kind, 2> kPoses{{{"ros1", "geometry_msgs/PoseStamped"}, {"cdr", "geometry_msgs/msg/PoseStamped"}}};
 

@@ -25,8 +25,8 @@ struct RobotOdometry {
   std::string robot_frame;  ///< child_frame_id; empty where the message names none
 };
 
-/// Whether messages of this topic are read as a laser's: sensor_msgs/LaserScan of ROS 1 and 2, and
-/// foxglove.LaserScan in JSON.
+/// Whether messages of this topic are read as a laser's: sensor_msgs/LaserScan and MultiEchoLaserScan of ROS 1 and 2,
+/// and foxglove.LaserScan in JSON.
 bool IsLaserTopic(const BagTopic& topic);
 
 /// Whether they are read as odometry: nav_msgs/Odometry of ROS 1 and 2.

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "common/logs/stop_request.hpp"
 #include "services/base/file_window.hpp"
 #include "services/wire/lcm_event_log.hpp"
 
@@ -67,6 +68,9 @@ void SqliteBag::Open() {
   database_.reset(database);
   if (code != SQLITE_OK) Fail();
   sqlite3_limit(database, SQLITE_LIMIT_LENGTH, 16 << 20);
+  constexpr int kInstructions = 100'000;  // of SQLite's, a millisecond's worth
+  sqlite3_progress_handler(
+      database, kInstructions, [](void*) { return StopRequested() ? 1 : 0; }, nullptr);
   sqlite3_db_config(database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);  // its views and triggers run nothing
   // Without it SQLite refuses all of a file that is cut short. Nothing can be written all the same.
   sqlite3_db_config(database, SQLITE_DBCONFIG_WRITABLE_SCHEMA, 1, nullptr);
@@ -82,16 +86,26 @@ SqliteBag::Statement SqliteBag::Prepare(const std::string& query) const {
   return {statement, sqlite3_finalize};
 }
 
-/// Plain tables only: a view could make rows without end.
+/// Plain tables only, as SQLite itself sees them: a view could make rows without end, and columns that are computed
+/// could compute for ever.
 void SqliteBag::CheckTables() const {
-  const Statement tables = Prepare(
-      "SELECT count(*) FROM sqlite_master WHERE type = 'table' AND name IN ('topics', 'messages') AND rootpage > 0");
-  const int code = sqlite3_step(tables.get());
-  if (code != SQLITE_ROW) Fail();
-  if (sqlite3_column_int(tables.get(), 0) != 2) {
+  if (Count("SELECT count(*) FROM pragma_table_list WHERE schema = 'main' AND type = 'table' AND "
+            "name IN ('topics', 'messages')") != 2) {
     throw std::runtime_error(
         fmt::format("{} is an SQLite database, but not of rosbag2: it has no tables topics and messages", path_));
   }
+  if (Count("SELECT (SELECT count(*) FROM pragma_table_xinfo('topics') WHERE hidden != 0) + "
+            "(SELECT count(*) FROM pragma_table_xinfo('messages') WHERE hidden != 0)") != 0) {
+    throw std::runtime_error(
+        fmt::format("{} is no recording of rosbag2: its tables have columns that are computed", path_));
+  }
+}
+
+/// What a query counts.
+int SqliteBag::Count(const std::string& query) const {
+  const Statement row = Prepare(query);
+  if (sqlite3_step(row.get()) != SQLITE_ROW) Fail();
+  return sqlite3_column_int(row.get(), 0);
 }
 
 void SqliteBag::ReadTopics(const WantTopic& want) {

@@ -30,6 +30,7 @@ class SqliteBag : public BagReader {
   void Open();
   Statement Prepare(const std::string& query) const;
   void CheckTables() const;
+  int Count(const std::string& query) const;
   void ReadTopics(const WantTopic& want);
   [[noreturn]] void Fail() const;
 

@@ -24,10 +24,8 @@ static_assert(MostOf(&botlab::lidar_nranges_t::nranges) == kMaxBeams);
 
 template <class Lidar>
 bool LidarInRange(const Lidar& lidar) {
-  constexpr double kFullTurn_rad = 2.0 * kPi + 1e-3;  // angles travel in single precision
-  const auto is_angle = [](float theta_rad) { return std::abs(theta_rad) <= kFullTurn_rad; };  // false for NaN
   return lidar.utime >= 0 && lidar.ranges.size() >= kMinBeams &&
-         std::all_of(lidar.thetas.begin(), lidar.thetas.end(), is_angle);
+         std::all_of(lidar.thetas.begin(), lidar.thetas.end(), IsBeamAngle);
 }
 
 /// Whether times are those of a sweep [us], and not zeros, or from different clocks.

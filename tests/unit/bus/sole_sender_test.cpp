@@ -116,6 +116,16 @@ TEST_CASE("a flood costs few looks, and does not keep the holder of the role out
   CHECK(channel.num_looks < 120);
 }
 
+TEST_CASE("a flood from many ports does not keep a new holder of the role out for a moment") {
+  Channel channel{.holder = kOne};
+  for (int i = 0; i < 2000; ++i) {
+    const auto port = static_cast<std::uint16_t>(2000 + i % 64);  // whatever looks are shared out by
+    CHECK(channel.Hear({htonl(INADDR_LOOPBACK), port}, 1ms) == kRefused);
+  }
+  CHECK(channel.Hear(kOne) == kBelieved);
+  CHECK(channel.num_looks < 1500);
+}
+
 TEST_CASE("a sender of this host lives as long as its socket, and one of another host for two seconds of silence") {
   const SoleSender::Clock::time_point now{1h};
   const int descriptor = socket(AF_INET, SOCK_DGRAM, 0);

@@ -35,8 +35,8 @@ struct Motion {
 };
 
 template <class Change>
-Verdict Judge(const Motion& motion, Change change) {
-  HandednessJudge judge;
+Verdict Judge(const Motion& motion, Change change, const DiagnosisConstants::Handedness& constants = {}) {
+  HandednessJudge judge(constants);
   for (int k = 0; k < motion.num_scans; ++k) {
     const double yaw_rad = WrapAngle(3.0 + k * motion.turn_rad);
     const std::int64_t utime = 1'000'000 + 100'000 * k;
@@ -81,8 +81,10 @@ TEST_CASE(
 }
 
 TEST_CASE("two turns of ten may go against the others, three leave it open") {
-  const auto JudgeTurns = [](int num_against) {
-    HandednessJudge judge;
+  const auto JudgeTurns = [](int num_against, int others_one_in = 5) {
+    DiagnosisConstants::Handedness constants;
+    constants.others_one_in = others_one_in;
+    HandednessJudge judge(constants);
     double told_rad = 0.0;
     for (int k = 0; k <= 10; ++k) {
       constexpr double kTurn_rad = 0.15;
@@ -97,6 +99,8 @@ TEST_CASE("two turns of ten may go against the others, three leave it open") {
   CHECK(JudgeTurns(3) == Verdict::kUnknown);
   CHECK(JudgeTurns(7) == Verdict::kUnknown);
   CHECK(JudgeTurns(8) == Verdict::kMirrored);
+  CHECK(JudgeTurns(2, 6) == Verdict::kUnknown);
+  CHECK(JudgeTurns(3, 3) == Verdict::kRight);
 }
 
 TEST_CASE("a scan between two headings is judged by both; one far from any by none") {
@@ -122,6 +126,26 @@ TEST_CASE("real scans turn as the odometry of their robots does, from wherever o
     }
     CHECK(num_right >= 20);
   }
+}
+
+TEST_CASE("scans are called mirrored by the constants that are given") {
+  using Constants = DiagnosisConstants::Handedness;
+  const auto JudgeBy = [](const Motion& motion, void (*change)(Constants&)) {
+    Constants constants;
+    change(constants);
+    return Judge(motion, Mirror, constants);
+  };
+  const Motion slow{.turn_rad = 0.005, .num_scans = 300};  // 0.05 rad in the ten scans of a pair
+  CHECK(JudgeBy({}, [](Constants&) {}) == Verdict::kMirrored);
+  CHECK(JudgeBy({}, [](Constants& c) { c.enough_pairs = 31; }) == Verdict::kUnknown);
+  CHECK(JudgeBy({.num_scans = 10}, [](Constants& c) { c.enough_pairs = 9; }) == Verdict::kMirrored);
+  CHECK(JudgeBy({}, [](Constants& c) { c.least_turn_rad = 0.8; }) == Verdict::kUnknown);
+  CHECK(JudgeBy({}, [](Constants& c) { c.most_turn_rad = 0.1; }) == Verdict::kUnknown);
+  CHECK(JudgeBy({}, [](Constants& c) { c.clearly = 0.0; }) == Verdict::kUnknown);
+  CHECK(JudgeBy({}, [](Constants& c) { c.enough_shared = 181; }) == Verdict::kUnknown);
+  CHECK(JudgeBy({}, [](Constants& c) { c.most_difference_m = 0.0f; }) == Verdict::kUnknown);
+  CHECK(JudgeBy(slow, [](Constants&) {}) == Verdict::kUnknown);
+  CHECK(JudgeBy(slow, [](Constants& c) { c.oldest_scans = 20; }) == Verdict::kMirrored);
 }
 
 }  // namespace crsm

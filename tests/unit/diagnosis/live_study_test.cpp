@@ -36,7 +36,7 @@ std::vector<std::string> Follow(LiveStudy& study, const std::vector<LaserScan>& 
     study.Add(scan);  // sent again
     Take();
   }
-  for (int i = 0; i < 500 && found.empty(); ++i) {
+  for (int i = 0; i < 6000 && found.empty(); ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
     Take();
   }

@@ -65,4 +65,59 @@ TEST_CASE("the first match after all were forgotten is a step from nowhere") {
   CHECK(statistics.values().steps == 0);
 }
 
+TEST_CASE("statistics are gathered by the constants that are given, also after matches were forgotten") {
+  using Constants = DiagnosisConstants::Statistics;
+  const auto Gather = [](void (*change)(Constants&)) {
+    Constants constants;
+    change(constants);
+    RunStatistics statistics(constants);
+    for (int i = 0; i < 100; ++i) statistics.Add(i, LookAhead(2.05f));
+    AddMatches(statistics, 9.0, 0.5);
+    statistics.ForgetMatches();
+    AddMatches(statistics, 0.0, 0.75);
+    return statistics;
+  };
+  const auto Agreement = [&](void (*change)(Constants&)) { return Gather(change).ComputeMeanAgreement(MakeWall()); };
+  const RunStatistics usual = Gather([](Constants&) {});
+  CHECK(usual.values().far_steps > 0);
+  CHECK(Gather([](Constants& c) { c.far_m = 0.6; }).values().far_steps == 0);
+  CHECK(Gather([](Constants& c) {
+          c.far_rad = 0.01;
+          c.far_m = 0.6;
+        })
+            .values()
+            .far_steps > 0);
+  CHECK(Gather([](Constants& c) { c.path_step_m = 0.6; }).values().path_m == 0.0);
+  CHECK_FALSE(Gather([](Constants& c) { c.least_turns_rad2 = 99.0; }).values().turns_by_odometry);
+  CHECK_FALSE(Gather([](Constants& c) { c.least_ways_m2 = 99.0; }).values().ways_by_odometry);
+  CHECK(Agreement([](Constants&) {}));
+  CHECK_FALSE(Agreement([](Constants& c) { c.least_asked = 101; }));
+  CHECK_FALSE(Agreement([](Constants& c) { c.most_asked = 10; }));
+  CHECK_FALSE(Agreement([](Constants& c) { c.most_sampled = 10; }));
+}
+
+TEST_CASE("whether scans contradict each other, and what chance holds, goes by the constants, too") {
+  using Constants = DiagnosisConstants::Statistics;
+  const auto Gather = [](void (*change)(Constants&)) {
+    Constants constants;
+    change(constants);
+    RunStatistics statistics(constants);
+    for (int i = 0; i < 100; ++i) {  // to and fro over a metre, a scan every 0.2 m
+      ScanMatch match;
+      match.utime = i;
+      match.state = i % 20 < 2 ? MatchState::kDegenerate : MatchState::kOk;
+      match.T_map_laser = {0.2 * (i % 10 < 5 ? i % 10 : 9 - i % 10), 0.0, 0.5 * (i % 2)};
+      statistics.Add(i, LookAhead(2.05f));
+      statistics.Add(match);
+    }
+    return statistics;
+  };
+  const RunStatistics usual = Gather([](Constants&) {});
+  CHECK(usual.FindContradiction().num_looks > 0);
+  CHECK(Gather([](Constants& c) { c.contradiction.long_apart_m = 1e6; }).FindContradiction().num_looks == 0);
+  CHECK(Gather([](Constants& c) { c.most_rays = 2; }).FindContradiction().num_looks == 0);
+  CHECK(usual.values().longest_open == 2);
+  CHECK(Gather([](Constants& c) { c.most_by_chance = 18; }).values().longest_open == 10);
+}
+
 }  // namespace crsm

@@ -26,10 +26,10 @@ std::vector<LaserScan> DriveArena(TimeOf&& time_of) {
   return scans;
 }
 
-SweepFinding Study(const std::vector<LaserScan>& scans) {
+SweepFinding Study(const std::vector<LaserScan>& scans, const DiagnosisConstants::SweepStudy& constants = {}) {
   Parameters parameters;
   parameters.scan.range_max_m = 12.0;
-  return *StudySweep(scans, parameters);
+  return *StudySweep(scans, parameters, constants);
 }
 
 }  // namespace
@@ -65,6 +65,25 @@ TEST_CASE("of a robot that does not turn, what the messages say stays; without t
   Parameters preset;
   preset.scan.sweep_s = 0.1;
   CHECK(StudySweep(scans, preset)->said_s == 0.1);
+}
+
+TEST_CASE("a sweep is studied by the constants that are given") {
+  using Constants = DiagnosisConstants::SweepStudy;
+  const std::vector<LaserScan> scans = DriveArena([](double share) { return -kSweep_s * share; });
+  const auto StudyBy = [&](void (*change)(Constants&)) {
+    Constants constants;
+    change(constants);
+    return Study(scans, constants);
+  };
+  CHECK(StudyBy([](Constants& c) { c.num_scans = 5; }).num_turning < 5);
+  CHECK(StudyBy([](Constants& c) { c.turning_rad = 9.0; }).num_turning == 0);
+  CHECK(StudyBy([](Constants& c) { c.enough_turning = 20; }).num_turning == 20);
+  CHECK(StudyBy([](Constants& c) { c.few_turning = 10'000; }).agrees());
+  CHECK(StudyBy([](Constants& c) { c.better_fitness_min = 1.0; }).agrees());
+  CHECK(StudyBy([](Constants& c) { c.better_sigmas = 1e6; }).agrees());
+  CHECK_FALSE(StudyBy([](Constants& c) { c.longest_share = 0.1; }).can_be);
+  CHECK_FALSE(StudyBy([](Constants& c) { c.shortest_share = 2.0; }).can_be);
+  CHECK(StudyBy([](Constants& c) { c.longest_share = c.longest_period_s = 0.1; }).sweep_s == 0.0);
 }
 
 }  // namespace crsm

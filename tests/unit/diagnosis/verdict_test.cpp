@@ -43,7 +43,9 @@ struct Run {
     return Add(num, [](ScanMatch&) {});
   }
 
-  Verdict Judged(const MapPieces& pieces = {}) const { return Judge(statistics, ByteMap(0.1), pieces); }
+  Verdict Judged(const MapPieces& pieces = {}, const DiagnosisConstants::Verdict& constants = {}) const {
+    return Judge(statistics, ByteMap(0.1), pieces, constants);
+  }
 };
 
 bool Mentions(const Verdict& verdict, const std::string& words) {
@@ -250,9 +252,7 @@ TEST_CASE("scans that fit badly, but whose rays agree with the map, make it doub
 
 TEST_CASE("loops that were rejected make a map doubtful, and never better than it was") {
   const auto JudgeWith = [](int num_rejected, const Run& run) {
-    Verdict verdict = run.Judged();
-    JudgeLoops(12, num_rejected, verdict);
-    return verdict;
+    return run.Judged({.num_closed = 12, .num_rejected = num_rejected, .pieces = {}, .breaks = {}});
   };
   CHECK(JudgeWith(0, Run().Add(100)).trust == Trust::kGood);
   CHECK(JudgeWith(0, Run().Add(100)).warnings.empty());
@@ -391,4 +391,115 @@ TEST_CASE("summary.json has the verdict, with the lines that a program prints") 
   CHECK(json["lines"].size() == 3);
   CHECK(json["lines"][1] == "the map is not to be trusted");
   CHECK(json["lines"][2].get<std::string>().rfind("warning: 6 % of the scans are lost", 0) == 0);
+}
+
+TEST_CASE("a verdict goes by the constants that it is given") {
+  using Constants = DiagnosisConstants::Verdict;
+  using enum Trust;
+  struct Case {
+    const char* constant;
+    void (*change)(Constants&);
+    Run run;
+    Trust before;
+    Trust after;
+  };
+  const Run few_jumps = Run().Add(90).Add(6, Jump).Add(4, Lose);
+  const Run corridor = Slow().Add(200).Add(150, Degenerate).Add(3).Add(151, Degenerate).Add(200);
+  for (const Case& tested :
+       {Case{"few_scans", [](Constants& c) { c.few_scans = 101; }, Run().Add(100), kGood, kDoubtful},
+        {"least_fitness", [](Constants& c) { c.least_fitness = 0.4; }, Run().Add(100, FitBadly), kBad, kDoubtful},
+        {"fair_fitness", [](Constants& c) { c.fair_fitness = 0.85; }, Run().Add(100), kGood, kDoubtful},
+        {"most_lost", [](Constants& c) { c.most_lost = 0.03; }, Run().Add(96).Add(4, Lose), kGood, kBad},
+        {"most_lost_in_motion", [](Constants& c) { c.most_lost_in_motion = 0.05; }, few_jumps, kBad, kGood},
+        {"few_far_steps", [](Constants& c) { c.few_far_steps = 0.1; }, few_jumps, kBad, kGood},
+        {"most_degenerate", [](Constants& c) { c.most_degenerate = 0.95; }, Run().Add(10).Add(90, Degenerate), kBad,
+         kGood},
+        {"many_far_steps", [](Constants& c) { c.many_far_steps = 0.9; }, Run().Add(100, TurnFar), kDoubtful, kGood},
+        {"long_lost", [](Constants& c) { c.long_lost = 21; }, Run().Add(1000).Add(20, Lose).Add(1000), kDoubtful,
+         kGood},
+        {"long_open", [](Constants& c) { c.long_open = 301; }, corridor, kDoubtful, kGood},
+        {"long_open_path_m", [](Constants& c) { c.long_open_path_m = 11.0; },
+         Run().Add(200).Add(200, Degenerate).Add(300), kDoubtful, kGood},
+        {"many_looks", [](Constants& c) { c.many_looks = 0; }, Run().Add(200).Add(200, Degenerate).Add(300), kDoubtful,
+         kGood},
+        {"stands_within_m", [](Constants& c) { c.stands_within_m = 0.01; }, Run().Add(100, Both(Stand, FitBadly)),
+         kDoubtful, kBad},
+        {"stands_within_rad", [](Constants& c) { c.stands_within_rad = 0.01; }, Run().Add(100, Both(Stand, FitBadly)),
+         kDoubtful, kBad},
+        {"opposite", [](Constants& c) { c.opposite = c.across = -1.1; }, Run().Add(200, Turning(-1.0)), kDoubtful,
+         kGood},
+        {"across", [](Constants& c) { c.across = -1.1; }, Run().Add(200, DriveBackwards), kDoubtful, kGood},
+        {"most_lost_on_map", [](Constants& c) { c.most_lost_on_map = 0.4; }, Localized(30), kDoubtful, kGood},
+        {"mostly_lost_on_map", [](Constants& c) { c.mostly_lost_on_map = 0.9; }, Localized(80), kBad, kDoubtful}}) {
+    CAPTURE(tested.constant);
+    Constants constants;
+    tested.change(constants);
+    CHECK(tested.run.Judged().trust == tested.before);
+    CHECK(tested.run.Judged({}, constants).trust == tested.after);
+  }
+}
+
+TEST_CASE("so do what is said of pieces, of scans that are left out, of wheels, and how far off a map may be") {
+  DiagnosisConstants::Verdict constants;
+  constants.most_left_out = 0.3;
+  constants.least_on_largest = 0.5;
+  constants.long_lost = 100;
+  constants.least_of_all = 0.05;
+  constants.map_error.any_map_m = 1.04;
+  constants.map_error.wheels_sigmas = 6.0;
+  const Run run = Run{.step_m = 0.25}.Add(100);
+  Verdict verdict = run.Judged({}, constants);
+  CHECK(*verdict.off_m == Approx(*run.Judged().off_m + 1.0));
+  JudgeLeftOut(30, verdict, constants);
+  CHECK(verdict.trust == Trust::kGood);
+
+  WheelModel::Values wheels;
+  wheels.way_per_m = 0.22;
+  wheels.steps = 8;
+  Verdict usual = verdict;
+  JudgeWheels(wheels, usual);
+  JudgeWheels(wheels, verdict, constants);
+  CHECK(*verdict.off_m - *run.Judged({}, constants).off_m ==
+        Approx(2.0 * (*usual.off_m - *run.Judged({}, constants).off_m)));
+
+  const MapPieces pieces{
+      .num_pieces = 2, .num_breaks = 1, .num_matched = 100, .pieces = {{9, 60, 9.0}, {9, 40, 9.0}}, .breaks = {}};
+  CHECK(Run().Add(60).Add(40, Lose).Judged(pieces).trust == Trust::kDoubtful);
+  CHECK(Run().Add(60).Add(40, Lose).Judged(pieces, constants).trust == Trust::kGood);
+  const MapPieces many{
+      .num_pieces = 9, .num_breaks = 8, .num_matched = 100, .pieces = {{9, 20, 9.0}, {9, 10, 9.0}}, .breaks = {}};
+  CHECK(Run().Add(20).Add(80, Lose).Judged(many).trust == Trust::kBad);
+  CHECK(Run().Add(20).Add(80, Lose).Judged(many, constants).trust == Trust::kDoubtful);
+}
+
+TEST_CASE("a threshold of agreement, or of contradiction, is the one that is given") {
+  Run against_wall;
+  Run to_and_fro;
+  for (int i = 0; i < 50; ++i) {
+    ScanMatch match = against_wall.Next();
+    match.T_map_laser = {0.0, 0.2 * (i % 2), 0.0};
+    against_wall.statistics.Add(match.utime, LookAhead(i % 5 < 3 ? 3.0f : 2.05f));
+    against_wall.statistics.Add(match);
+  }
+  for (int i = 0; i < 400; ++i) {
+    const double along_m = 0.05 * (i % 200 < 100 ? i % 200 : 199 - i % 200);
+    const Pose2 truth{-2.5 + along_m, 0.0, i < 200 ? 0.0 : 0.3};
+    ScanMatch match = to_and_fro.Next();
+    match.T_map_laser = {truth.x_m, truth.y_m + (i < 200 ? 0.0 : 0.8), truth.yaw_rad};
+    to_and_fro.statistics.Add(match.utime, FindValidRays(ScanNiche(truth, i), {}));
+    to_and_fro.statistics.Add(match);
+  }
+  DiagnosisConstants::Verdict constants;
+  constants.least_agreement = 0.3;
+  CHECK(Judge(against_wall.statistics, MakeWall()).trust == Trust::kBad);
+  CHECK(Judge(against_wall.statistics, MakeWall(), {}, constants).trust == Trust::kDoubtful);
+  constants.fair_agreement = 0.3;
+  CHECK(Judge(against_wall.statistics, MakeWall(), {}, constants).trust == Trust::kGood);
+
+  constants.few_looks = constants.very_few_looks = 100'000;
+  CHECK(Mentions(to_and_fro.Judged(), "contradict others"));
+  CHECK_FALSE(Mentions(to_and_fro.Judged({}, constants), "contradict others"));
+  constants = {};
+  constants.most_contradict = constants.most_of_few_contradict = 1.0;
+  CHECK_FALSE(Mentions(to_and_fro.Judged({}, constants), "contradict others"));
 }

@@ -52,6 +52,10 @@ TEST_CASE("a place is found where it was seen long ago") {
   const Pose2 found = graph.pose(finding->older) * finding->T_older_newer;
   const Pose2 first = Inverse(PlaceRoundBlock(5.0)) * PlaceRoundBlock(18.0);
   CHECK(std::hypot(found.x_m - first.x_m, found.y_m - first.y_m) < 0.15);
+
+  MatchConstants match;
+  match.place_search = {0.0, 0.0};  // each pose beside it is another place, and a rival
+  CHECK_FALSE(SearchLoop(graph, kLocalMap_m, false, {{}, match}));
 }
 
 TEST_CASE("of two places that are alike none is taken, though each of them is the only one in its part of the path") {

@@ -2,17 +2,12 @@
 
 #include "common/graph/pieces.hpp"
 
-#include <algorithm>
-#include <numeric>
+#include <limits>
 
 #include "catch.hpp"
 #include "common/graph/mapper.hpp"
-#include "common/graph/whole_map.hpp"
 #include "graph/block.hpp"
 #include "services/diagnosis/break_news.hpp"
-#include "services/map_updater/pages.hpp"
-#include "services/replica/map_replica.hpp"
-#include "wire_messages.hpp"
 
 namespace crsm {
 namespace {
@@ -34,8 +29,7 @@ ScanMatch At(std::int64_t utime, MatchState state) {
 /// A scan a second, each 0.25 m further round the block, with a new trajectory where it is said.
 struct BrokenDrive {
   Mapper mapper{Drawing(), kLoops};
-  MatchStore matches;
-  TrackingState tracking;
+  std::vector<ScanMatch> matches;
 
   /// by_wheels: of every step, also over the breaks.
   explicit BrokenDrive(const std::vector<int>& lengths, const std::optional<WheelMotion>& by_wheels = std::nullopt)
@@ -48,7 +42,7 @@ struct BrokenDrive {
   }
 
   void Add(const std::vector<Wall>& walls, double way_m, bool begins) {
-    const std::int64_t scan = matches.size();
+    const std::int64_t scan = std::ssize(matches);
     Random random(static_cast<std::uint64_t>(scan));
     const CriticalRays rays{1'000'000 * scan, SeeRays(walls, PlaceRoundBlock(way_m), random), {}};
     ScanMatch match = MatchedAt(rays.utime, Inverse(PlaceRoundBlock(5.0)) * PlaceRoundBlock(way_m));
@@ -56,8 +50,7 @@ struct BrokenDrive {
     match.map_version = scan;
     match.by_wheels = by_wheels_;
     mapper.Integrate(&rays, match);
-    matches.Append(match);
-    tracking.Add(match);
+    matches.push_back(match);
   }
 
   /// As a loop between the newest keyframes of two trajectories.
@@ -108,6 +101,9 @@ TEST_CASE("why a trajectory began follows from the scans before it") {
     CHECK(log.at(trajectory).start.seconds == Approx(seconds));
     CHECK(log.at(trajectory).start.scan == scan);
   };
+  CHECK(DescribeBreak(log.at(1).start) == "scan 6: lost for 1.2 s: a new trajectory begins");
+  CHECK(DescribeBreak(log.at(2).start) == "scan 8: no scan came for 20.0 s: a new trajectory begins");
+  CHECK(DescribeBreak(log.at(3).start) == "scan 9: the clock went back by 5.0 s: a new trajectory begins");
   Check(1, BreakReason::kLost, 1.2, 6);  // since the first scan
   Check(2, BreakReason::kGap, 20.0, 8);
   Check(3, BreakReason::kClock, 5.0, 9);
@@ -137,6 +133,7 @@ TEST_CASE("the pieces of a map are counted by size, and a join makes one of two"
   CHECK(apart.num_elsewhere() == 64);
   CHECK(apart.pieces[0].way_m == Approx(59 * 0.25));
   CHECK(apart.OthersWithMap() == std::vector{2, 3});  // less than 3 m of way
+  CHECK(apart.OthersWithMap({.least_way_m = 0.7}) == std::vector{2, 3, 4});
   REQUIRE(apart.breaks.size() == 3);
   CHECK(apart.breaks[0].scan == 20);
   CHECK(apart.breaks[0].piece_before == 3);
@@ -145,8 +142,6 @@ TEST_CASE("the pieces of a map are counted by size, and a join makes one of two"
   CHECK(apart.breaks[2].piece == 4);
   const Pose2 end = Inverse(PlaceRoundBlock(5.0)) * PlaceRoundBlock(5.0 + 19 * 0.25);
   CHECK(Length(Inverse(end) * apart.breaks[0].T_map_before) < 1e-9);
-  CHECK(drive.mapper.PlaceLoops().empty());
-
   REQUIRE(drive.Join(0, 2));
   const MapPieces joined = drive.mapper.FindPieces();
   CHECK(joined.num_pieces == 3);
@@ -156,6 +151,9 @@ TEST_CASE("the pieces of a map are counted by size, and a join makes one of two"
   CHECK(drive.mapper.PlaceLoops()[0].joins);
   drive.Add(MakeBlock(5), 36.0, false);  // an update is of a newer keyframe than the last
   REQUIRE(drive.Join(1, 2));
+  BrokenDrive elsewhere({20, 20, 60});
+  REQUIRE(elsewhere.Join(0, 1));
+  CHECK(elsewhere.mapper.PlaceLoops().empty());  // on the map that is shown
   CHECK(drive.mapper.FindPieces().num_elsewhere() == 5);
   CHECK(drive.mapper.FindPieces().breaks[0].joined());
   CHECK_FALSE(drive.mapper.FindPieces().breaks[2].joined());
@@ -168,20 +166,13 @@ TEST_CASE("where the wheels bridge the breaks the map is one piece, and says how
   CHECK(bridged.num_breaks == 2);
   CHECK(bridged.num_bridged == 2);
   CHECK(bridged.num_elsewhere() == 0);
-  CHECK_FALSE(drive.mapper.MoveToBest(119, drive.matches.At(119)).floating);
+  CHECK_FALSE(drive.mapper.MoveToBest(119, drive.matches[119]).floating);
   const Keyframe& first = drive.mapper.graph().keyframe({1, 0});
   REQUIRE(first.by_wheels);
   CHECK(first.by_wheels->T_from_to.x_m > 0.2);
   REQUIRE(drive.Join(0, 1));
   CHECK(drive.mapper.FindPieces().num_bridged == 1);
   CHECK(BrokenDrive({20, 60, 40}).mapper.FindPieces().num_bridged == 0);
-}
-
-TEST_CASE("loops of another piece are not on the map that is shown") {
-  BrokenDrive drive({20, 20, 60});
-  REQUIRE(drive.Join(0, 1));
-  CHECK(drive.mapper.FindPieces().num_pieces == 2);
-  CHECK(drive.mapper.PlaceLoops().empty());
 }
 
 TEST_CASE("of hundreds of breaks the newest are listed, and of as many pieces the largest") {
@@ -193,66 +184,6 @@ TEST_CASE("of hundreds of breaks the newest are listed, and of as many pieces th
   REQUIRE(pieces.breaks.size() == MapPieces::kMostBreaks);
   CHECK(pieces.breaks.back().scan == 229);
   CHECK(pieces.OthersWithMap().empty());
-}
-
-TEST_CASE("a replica that turns to a piece gets its scans and its map, and of a piece that is not there nothing") {
-  BrokenDrive drive({20, 120, 40, 30});
-  REQUIRE(drive.Join(0, 3));  // piece 2 is in two parts
-  std::vector<ScanMatch> told;
-  std::optional<ByteMap> map;
-  MapReplica replica(7,
-                     {[&](double cell_size_m) {
-                        map.emplace(cell_size_m);
-                        told.clear();
-                      },
-                      [&](std::span<const TileChange> changes) {
-                        for (const TileChange& change : changes) REQUIRE(map->Apply(change));
-                      },
-                      [&](const ScanMatch& match) { told.push_back(match); }},
-                     MapReplica::View::kWhole);
-  const auto Fetch = [&](int piece) {
-    if (piece != 1) replica.TurnTo(piece);
-    const Mapper& mapper = drive.mapper;
-    const int component = mapper.FindComponent(piece);
-    std::int64_t num_scans = 0;
-    for (const Mapper::ScanRun& run : mapper.FindScans(component)) num_scans += run.end - run.first;
-    WholeMap drawn(Drawing());
-    const int all = mapper.graph().size();
-    piece == 1 ? drawn.Draw(mapper, all) : drawn.Draw(mapper, component, num_scans, all);
-    Answered answered{drive.matches, drive.tracking, &mapper};
-    if (piece != 1) answered.component = component;
-    for (int i = 0; i < 100; ++i) {
-      const auto request = replica.NextRequest();
-      if (!request) break;
-      CHECK(request->piece == (piece == 1 ? 0 : piece));
-      const map_page_t page = MakePage(*request, drawn.map(), answered, {90 + piece, 6000});
-      REQUIRE(Decode<map_page_t>(Encode(page)));
-      replica.Handle(page);
-    }
-    CHECK(replica.synced());
-    CHECK(replica.version() == static_cast<std::int64_t>(told.size()));
-    if (piece == 1) return drawn;
-    std::size_t num_tiles = 0;
-    for (; num_tiles < drawn.map().num_tiles(); ++num_tiles) CHECK(drawn.map().TileSince(num_tiles, 0));
-    CHECK((num_tiles > 0) == (component >= 0));
-    return drawn;
-  };
-  Fetch(1);
-  CHECK(told.size() == 210);
-  REQUIRE(replica.pieces());
-  CHECK(*replica.pieces() == drive.mapper.FindPieces());
-  Fetch(2);
-  CHECK_FALSE(replica.pieces());
-  REQUIRE(told.size() == 50);
-  CHECK(told[19].utime == 19'000'000);
-  CHECK(told[20].utime == 180'000'000);
-  CHECK(told[20].state == MatchState::kFirst);  // as it was matched
-  CHECK(told[20].T_map_laser == drive.mapper.BestPose(180, drive.matches.At(180).T_map_laser));
-  Fetch(3);
-  CHECK(told.size() == 40);
-  Fetch(9);
-  CHECK(told.empty());
-  CHECK(replica.version() == 0);
 }
 
 TEST_CASE("on the terminal stands where a trajectory begins and where it is joined, once") {
@@ -276,13 +207,6 @@ TEST_CASE("on the terminal stands where a trajectory begins and where it is join
   BreakNews later;
   later.Skip(drive.mapper);
   CHECK(later.Look(drive.mapper, now).empty());
-}
-
-TEST_CASE("a break is said by its reason") {
-  CHECK(DescribeBreak({0, 5, BreakReason::kLost, 1.26, {}}) == "scan 5: lost for 1.3 s: a new trajectory begins");
-  CHECK(DescribeBreak({0, 5, BreakReason::kGap, 9.0, {}}) == "scan 5: no scan came for 9.0 s: a new trajectory begins");
-  CHECK(DescribeBreak({0, 5, BreakReason::kClock, 2.0, {}}) ==
-        "scan 5: the clock went back by 2.0 s: a new trajectory begins");
 }
 
 TEST_CASE("hundreds of breaks do not flood the terminal, and those that were left out are counted") {

@@ -153,13 +153,42 @@ TEST_CASE("what is no pose and no edge is refused") {
   PoseGraph graph;
   CHECK_THROWS_AS(graph.AddPose({nan, 0.0, 0.0}), std::invalid_argument);
   graph.AddPose({});
-  CHECK_THROWS_AS(graph.AddEdge(GraphEdge::Make(0, 1, {}, kLoop)), std::invalid_argument);
-  CHECK_THROWS_AS(graph.AddEdge(GraphEdge::Make(0, 0, {}, kLoop)), std::invalid_argument);
+  for (const int to : {0, 1}) CHECK_THROWS_AS(graph.AddEdge(GraphEdge::Make(0, to, {}, kLoop)), std::invalid_argument);
   graph.AddPose({});
-  CHECK_THROWS_AS(graph.AddEdge(GraphEdge::Make(-1, 1, {}, kLoop)), std::invalid_argument);
-  CHECK_THROWS_AS(graph.AddEdge(GraphEdge::Make(0, 1, {0.0, nan, 0.0}, kLoop)), std::invalid_argument);
-  CHECK_THROWS_AS(graph.AddEdge(GraphEdge::Make(0, 1, {}, {0.0, 0.0, 0.0})), std::invalid_argument);
+  for (const GraphEdge& edge : {GraphEdge::Make(-1, 1, {}, kLoop), GraphEdge::Make(0, 1, {0.0, nan, 0.0}, kLoop),
+                                GraphEdge::Make(0, 1, {}, {0.0, 0.0, 0.0})}) {
+    CHECK_THROWS_AS(graph.AddEdge(edge), std::invalid_argument);
+  }
   CHECK(graph.Optimise().iterations == 0);
+}
+
+TEST_CASE("poses are optimised by the constants that are given") {
+  const std::vector<Pose2> truth = DriveRound(40);
+  const auto Optimise = [&](const OptimisationConstants& constants, GraphOptimisation* result = nullptr) {
+    const PoseGraph chain = Chain(truth, {0.0, 0.0, 0.0005}, 3);
+    PoseGraph graph(constants);
+    for (const Pose2& pose : chain.poses()) graph.AddPose(pose);
+    for (const GraphEdge& edge : chain.edges()) graph.AddEdge(edge);
+    for (const GraphEdge& edge : {Loop(truth, 0, 160), Loop(truth, 5, 155), Loop(truth, 20, 100, {4.6, 0.0, 0.0})}) {
+      graph.AddEdge(edge);
+    }
+    const GraphOptimisation optimisation = graph.Optimise();
+    if (result) *result = optimisation;
+    return LargestDistance_m(graph.poses(), truth);
+  };
+  const double usual_m = Optimise({});
+  GraphOptimisation few;
+  CHECK(Optimise({.doubt = 1e9}) > 2.0 * usual_m);        // the wrong loop counts as much as the right ones
+  CHECK(Optimise({.first_doubt = 0.0}) > 1.5 * usual_m);  // the right ones count too little from the beginning
+  CHECK(Optimise({.steps_per_doubt = 0, .steps_max = 0}, &few) > 1.5 * usual_m);
+  CHECK(few.iterations == 0);
+  Optimise({.steps_per_doubt = 0, .steps_max = 3}, &few);
+  CHECK(few.iterations <= 3);
+  Optimise({.small_step = 1e9}, &few);  // each descent ends after its first step
+  GraphOptimisation many;
+  Optimise({.release = 1.5}, &many);
+  CHECK(few.iterations < many.iterations);
+  CHECK(Optimise({.damping_min = 1e12, .damping_max = 1e13}) > 1.5 * usual_m);  // steps of nothing
 }
 
 }  // namespace crsm

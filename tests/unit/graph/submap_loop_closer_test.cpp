@@ -51,52 +51,6 @@ std::optional<ProximityConstraint> ConstrainWhereMatched(const KeyframeGraph& gr
   return constraint;
 }
 
-/// Two corridors of 40 m, with a door every 2 m on both sides, between two halls: 2.2 m from middle to middle.
-std::vector<Wall> MakeTwins() {
-  std::vector<Wall> walls;
-  const auto Line = [&](double x1, double y1, double x2, double y2) { walls.push_back({{x1, y1}, {x2, y2}}); };
-  for (const double middle_m : {0.0, 2.2}) {
-    for (const double side : {-1.0, 1.0}) {
-      const double wall_m = middle_m + 0.8 * side;
-      const double door_m = middle_m + 1.0 * side;
-      for (int i = 0; i < 20; ++i) {
-        const double x_m = 2.0 * i;
-        Line(x_m, wall_m, x_m + 1.2, wall_m);
-        Line(x_m + 1.2, wall_m, x_m + 1.2, door_m);
-        Line(x_m + 1.2, door_m, x_m + 2.0, door_m);
-        Line(x_m + 2.0, door_m, x_m + 2.0, wall_m);
-      }
-    }
-  }
-  for (const double x_m : {0.0, 40.0}) Line(x_m, 0.8, x_m, 1.4);
-  const auto Hall = [&](double near_m, double far_m) {
-    Line(near_m, -0.8, near_m, -4.0);
-    Line(near_m, -4.0, far_m, -4.0);
-    Line(far_m, -4.0, far_m, 6.0);
-    Line(far_m, 6.0, near_m, 6.0);
-    Line(near_m, 6.0, near_m, 3.0);
-  };
-  Hall(0.0, -6.0);
-  Hall(40.0, 47.0);
-  return walls;
-}
-
-/// There along one of the twins and back along the other.
-std::vector<Pose2> DriveTwins() {
-  std::vector<Pose2> places;
-  const auto Go = [&](double from_x, double from_y, double to_x, double to_y) {
-    const double way_m = std::hypot(to_x - from_x, to_y - from_y);
-    const double yaw_rad = std::atan2(to_y - from_y, to_x - from_x);
-    for (double at_m = 0.0; at_m < way_m; at_m += 0.5) {
-      places.push_back({from_x + at_m * std::cos(yaw_rad), from_y + at_m * std::sin(yaw_rad), yaw_rad});
-    }
-  };
-  Go(0.0, 0.0, 43.0, 0.0);
-  Go(43.0, 0.0, 43.0, 2.2);
-  Go(43.0, 2.2, 3.0, 2.2);
-  return places;
-}
-
 }  // namespace
 
 TEST_CASE("a drive round a block that has drifted is corrected when it comes back") {
@@ -134,20 +88,6 @@ TEST_CASE("a drive round a block that has drifted is corrected when it comes bac
   }
 }
 
-TEST_CASE("the same keyframes give the same updates, to the last bit") {
-  const auto keyframes =
-      MakeKeyframes(MakeBlock(7), DriveRoundBlock(5.0, 5.0 + 1.2 * kRoundBlock_m), {0.0, 0.001, 0.0008}, 7);
-  SubmapLoopCloser one(kLoops, UpdateParameters{});
-  SubmapLoopCloser other(kLoops, UpdateParameters{});
-  int num_closed = 0;
-  for (const Keyframe& keyframe : keyframes) {
-    const auto update = one.Add(keyframe, {});
-    REQUIRE(update == other.Add(keyframe, {}));
-    if (update) num_closed += static_cast<int>(update->closed.size());
-  }
-  CHECK(num_closed > 0);
-}
-
 TEST_CASE("what was found before is not searched again, and gives the same updates, to the last bit") {
   auto keyframes =
       MakeKeyframes(MakeBlock(7), DriveRoundBlock(5.0, 5.0 + 1.4 * kRoundBlock_m), {0.0, 0.001, 0.0008}, 7);
@@ -175,17 +115,6 @@ TEST_CASE("what was found before is not searched again, and gives the same updat
   }
   CHECK(num_closed > 0);
   CHECK(num_found_alone > 0);
-}
-
-TEST_CASE("in corridors that are alike, to each other and every two metres, no loop is closed") {
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    CAPTURE(seed);
-    const std::vector<Pose2> places = DriveTwins();
-    SubmapLoopCloser closer(kLoops, UpdateParameters{});
-    for (const Keyframe& keyframe : MakeKeyframes(MakeTwins(), places, {0.0, 0.0, 0.0004}, seed))
-      closer.Add(keyframe, {});
-    CHECK(WorstLoop_m(closer.graph().loops(), FromFirst(places)) < 0.3);
-  }
 }
 
 TEST_CASE("where a place is known the matches are checked, and a slip between two proximity constraints is corrected") {

@@ -66,6 +66,9 @@ TEST_CASE("a whole map that is drawn piece by piece is the one that is drawn at 
   CHECK(whole.Draw(graph, graph.poses(), 20, 10));  // there is nothing left to draw
   CHECK(whole.map().version() == 20);
   CHECK(CellsOf(whole.map()) == expected);
+  WholeMap of_none(Drawing());
+  CHECK(of_none.Draw(KeyframeGraph(), {}, 4, 10));
+  CHECK((of_none.map().num_tiles() == 0 && of_none.map().version() == 4));
 }
 
 TEST_CASE("what is corrected is drawn anew where it belongs by now, and nothing of it is left where it was") {
@@ -102,13 +105,6 @@ TEST_CASE(
   CHECK(num_changed < static_cast<int>(whole.map().num_tiles()));
   CHECK(replica.ToDenseGrid().cells == CellsOf(whole.map()));
   CHECK(TakeOver(whole.map(), 9, replica) == 0);
-}
-
-TEST_CASE("the whole map of no keyframes is empty, and of its version") {
-  WholeMap whole(Drawing());
-  CHECK(whole.Draw(KeyframeGraph(), {}, 4, 10));
-  CHECK(whole.map().num_tiles() == 0);
-  CHECK(whole.map().version() == 4);
 }
 
 }  // namespace crsm

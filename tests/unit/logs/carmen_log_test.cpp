@@ -184,6 +184,10 @@ TEST_CASE("scans that are left out are worth a word from ten or one in a hundred
   CHECK_FALSE(IsWorthSaying(0, 0));
 }
 
+TEST_CASE("what an editor puts before a text is no part of its first line") {
+  CHECK(Read("\xef\xbb\xbf" + ScanAt("3.0") + ScanAt("4.0")).scans.size() == 2);
+}
+
 TEST_CASE("where many scans are left out it is said why, and which line is the first of them") {
   const std::string good = ScanAt("3.0");
   const std::string no_time = "FLASER 2 1 1 0 0 0 0 0 0 nohost 0\n";
@@ -193,6 +197,9 @@ TEST_CASE("where many scans are left out it is said why, and which line is the f
       {good + no_time + no_time, "2 of 3 scans are left out: line 2 is wrong at 'nohost'"},
       {ScanAt("1.01893e+09"), "1 of 1 scans are left out: line 1 is wrong at '1.01893e+09'"},
       {RobotLaser("-2 4.0 0 4.0", "2 1 1"), "1 of 1 scans are left out: line 1 is wrong at '0'"},
+      {RobotLaser("50 4.0 0.5 4.0", "2 1 1"), "1 of 1 scans are left out: line 1 is wrong at '50'"},
+      {RobotLaser("-2 4.0 2.2 4.0", "4 1 1 1 1"),
+       "1 of 1 scans are left out: line 1 has beams over more than a full turn: its angles must be radians"},
       {"FLASER 2 1\n", "1 of 1 scans are left out: line 1 ends before its last field"},
       {"FLASER 2 1 1 " + Repeat("0 ", 1 << 19) + "\n",
        "1 of 1 scans are left out: line 1 is longer than any line of a laser"},

@@ -4,10 +4,10 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <map>
 #include <random>
 #include <stdexcept>
 #include <string>
-#include <unordered_map>
 #include <utility>
 
 #include "catch.hpp"
@@ -103,12 +103,14 @@ TEST_CASE("a utime that was added again is still the first one") {
 
 TEST_CASE("random utimes are found as a map in memory finds them") {
   UtimeIndex index;
-  std::unordered_map<std::int64_t, std::int64_t> expected;
+  std::map<std::int64_t, std::int64_t> expected;
   std::mt19937_64 random(1);
   for (std::int64_t i = 0; i < 20000; ++i) {
     const auto utime = static_cast<std::int64_t>(random() % 30000) - 15000;
     const auto known = expected.find(utime);
     CHECK(index.Find(utime) == (known == expected.end() ? std::nullopt : std::optional(known->second)));
+    const auto next = expected.upper_bound(utime);
+    CHECK(index.FindNext(utime) == (next == expected.end() ? kLargest : next->first));
     index.Add(utime);
     expected.emplace(utime, i);
   }

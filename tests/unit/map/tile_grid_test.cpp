@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <vector>
 
 #include "catch.hpp"
 #include "common/map/map_geometry.hpp"
@@ -11,9 +12,7 @@
 namespace crsm {
 namespace {
 
-struct Tile {
-  int number = 0;
-};
+struct Tile {};
 
 }  // namespace
 
@@ -24,29 +23,14 @@ TEST_CASE("cells left of and below the origin belong to tiles with negative numb
   CHECK(TileOf({-65, 128}) == TileIndex{-2, 2});
 }
 
-TEST_CASE("every cell of a tile has a place of its own, row by row from the lower left") {
-  std::set<int> offsets;
+TEST_CASE("every cell of a tile has a place of its own, row by row from the lower left, and is found again by it") {
+  int offset = 0;
   for (int y = -64; y < 0; ++y) {
-    for (int x = -64; x < 0; ++x) offsets.insert(OffsetInTile({x, y}));
+    for (int x = -64; x < 0; ++x) REQUIRE(OffsetInTile({x, y}) == offset++);
   }
-  CHECK(offsets.size() == kTileCells);
-  CHECK(OffsetInTile({-64, -64}) == 0);
-  CHECK(OffsetInTile({-63, -64}) == 1);
-  CHECK(OffsetInTile({-64, -63}) == kTileSide);
-  CHECK(OffsetInTile({-1, -1}) == kTileCells - 1);
-}
-
-TEST_CASE("a cell is found again by its tile and its place there") {
   for (const Cell cell : {Cell{0, 0}, {63, 64}, {-1, -64}, {-65, 127}, {-kMaxCell, kMaxCell - 1}}) {
     CHECK(CellAt(TileOf(cell), OffsetInTile(cell)) == cell);
   }
-}
-
-TEST_CASE("an empty grid holds no tile anywhere") {
-  const TileGrid<Tile> grid;
-  CHECK(grid.Find({0, 0}) == nullptr);
-  CHECK(grid.Find({-kMaxTile, kMaxTile - 1}) == nullptr);
-  CHECK(grid.entries().empty());
 }
 
 TEST_CASE("a rectangle grows to hold a tile, and what it held; what lies beyond has a place of its own") {
@@ -75,33 +59,22 @@ TEST_CASE("a rectangle grows to hold a tile, and what it held; what lies beyond 
   }
 }
 
-TEST_CASE("a rectangle around a map that grows on all sides changes a few times") {
-  TileRectangle rectangle;
-  int num_changes = 0;
-  for (int reach = 0; reach < 128; ++reach) {
-    for (const TileIndex index : {TileIndex{reach, reach}, {-reach, -reach}, {reach, -reach}}) {
-      if (rectangle.Contains(index)) continue;
-      rectangle = rectangle.GrownTo(index);
-      REQUIRE(rectangle.Contains(index));
-      ++num_changes;
-    }
-  }
-  CHECK(num_changes < 20);                        // 1.5^14 = 292 tiles a side, the first steps being longer
-  CHECK(rectangle.num_places() < 4 * 255 * 255);  // each side is less than twice as long as it has to be
-}
-
-TEST_CASE("a grid grows in any direction and loses nothing") {
+TEST_CASE(
+    "a grid grows in any direction, a few times, and loses nothing; its entries stand in the order they came in") {
   TileGrid<Tile> grid;
   std::map<TileIndex, Tile*> reference;
+  std::vector<TileIndex> order;
   Random random(1);
   for (int i = 0; i < 300; ++i) {
     const TileIndex index{static_cast<int>(random.Uniform(-60.0, 60.0)), static_cast<int>(random.Uniform(-60.0, 60.0))};
+    CHECK((grid.Find(index) != nullptr) == reference.contains(index));
     Tile& tile = grid.Touch(index);
     const auto [known, is_new] = reference.emplace(index, &tile);
     CHECK(known->second == &tile);
-    if (is_new) tile.number = i;
+    if (is_new) order.push_back(index);
   }
-  CHECK(grid.entries().size() == reference.size());
+  REQUIRE(grid.entries().size() == order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) CHECK(grid.entries()[i].index == order[i]);
   int num_wrong = 0;
   for (int y = -70; y < 70; ++y) {
     for (int x = -70; x < 70; ++x) {
@@ -110,15 +83,17 @@ TEST_CASE("a grid grows in any direction and loses nothing") {
     }
   }
   CHECK(num_wrong == 0);
-}
-
-TEST_CASE("entries stand in the order in which their tiles were made") {
-  TileGrid<Tile> grid;
-  for (const TileIndex index : {TileIndex{5, 5}, {-9, 0}, {5, 5}, {0, 40}}) grid.Touch(index);
-  REQUIRE(grid.entries().size() == 3);
-  CHECK(grid.entries()[0].index == TileIndex{5, 5});
-  CHECK(grid.entries()[1].index == TileIndex{-9, 0});
-  CHECK(grid.entries()[2].index == TileIndex{0, 40});
+  TileRectangle rectangle;
+  int num_changes = 0;
+  for (int reach = 0; reach < 128; ++reach) {
+    for (const TileIndex index : {TileIndex{reach, reach}, {-reach, -reach}, {reach, -reach}}) {
+      num_changes += !rectangle.Contains(index);
+      if (!rectangle.Contains(index)) rectangle = rectangle.GrownTo(index);
+      REQUIRE(rectangle.Contains(index));
+    }
+  }
+  CHECK(num_changes < 20);                        // 1.5^14 = 292 tiles a side, the first steps being longer
+  CHECK(rectangle.num_places() < 4 * 255 * 255);  // each side is less than twice as long as it has to be
 }
 
 TEST_CASE("the grid ends at the limits of the map") {

@@ -53,16 +53,29 @@ map_request_t Ask(std::int64_t base_version, std::int32_t first_tile, std::int32
 
 }  // namespace
 
-TEST_CASE("the page of an empty map is empty and the last") {
-  const Owner owner;
-  const map_page_t page = owner.Page(Ask(0, 0, 0));
-  CHECK(page.request.requester == 77);
-  CHECK(page.version == 0);
-  CHECK(page.num_tiles == 0);
-  CHECK(page.num_matches == 0);
-  CHECK(page.next_tile == -1);
-  CHECK(page.next_match == 0);
-  CHECK(Decode<map_page_t>(Encode(page)));
+TEST_CASE(
+    "a page has what changed since the version that a replica holds: nothing of an empty map, or beyond the end") {
+  constexpr std::int32_t kFar = std::numeric_limits<std::int32_t>::max();
+  const Owner empty;
+  Owner owner;
+  owner.Draw();
+  owner.Draw(MatchState::kLost);
+  struct Case {
+    const Owner& of;
+    map_request_t request;
+    std::int32_t num_matches, next_match;
+  };
+  for (const Case& a :
+       {Case{empty, Ask(0, 0, 0), 0, 0}, {owner, Ask(1, 0, 1), 1, 2}, {owner, Ask(kFar, kFar, kFar), 0, 2}}) {
+    const map_page_t page = a.of.Page(a.request);
+    CHECK(Decode<map_page_t>(Encode(page)));
+    CHECK(page.request.requester == 77);
+    CHECK(page.version == std::ssize(a.of.history));
+    CHECK(page.num_tiles == 0);
+    CHECK(page.next_tile == -1);
+    CHECK(page.num_matches == a.num_matches);
+    CHECK(page.next_match == a.next_match);
+  }
 }
 
 TEST_CASE("page by page the whole map and all matches are given, each tile once") {
@@ -88,17 +101,6 @@ TEST_CASE("page by page the whole map and all matches are given, each tile once"
   CHECK(num_tiles == owner.updater->num_tiles());
   CHECK(matches == owner.history);
   CHECK(map.ToDenseGrid().cells == owner.map.ToDenseGrid().cells);
-}
-
-TEST_CASE("a replica that holds a version is given only what changed since") {
-  Owner owner;
-  owner.Draw();
-  owner.Draw(MatchState::kLost);
-  const map_page_t page = owner.Page(Ask(1, 0, 1));
-  CHECK(page.num_tiles == 0);
-  CHECK(page.next_tile == -1);
-  CHECK(page.num_matches == 1);
-  CHECK(page.next_match == 2);
 }
 
 TEST_CASE("a replica of another map, or of none, is given everything from the start") {
@@ -136,8 +138,7 @@ TEST_CASE(
     const map_request_t request = Ask(0, 0, first_match);
     const map_page_t page = MakePage(request, mapper.local(), {matches, tracking, &mapper}, kOptions);
     const map_page_t as_matched = MakePage(request, mapper.local(), {matches, tracking}, kOptions);
-    REQUIRE(page.num_matches == 5 - first_match);
-    REQUIRE(as_matched.num_matches == 5 - first_match);
+    REQUIRE((page.num_matches == 5 - first_match && as_matched.num_matches == 5 - first_match));
     for (int i = first_match; i < 5; ++i) {
       const auto at = static_cast<std::size_t>(i - first_match);
       ScanMatch expected = matches.At(i);
@@ -182,17 +183,6 @@ TEST_CASE("with the last matches who looks at the map is told its loops, and in 
   }
   CHECK(num_pages > 1);
   CHECK(MakePage(request, mapper.local(), {matches, tracking}, kOptions).num_loops == 0);  // of a matcher's map
-}
-
-TEST_CASE("a request beyond what there is gets nothing") {
-  Owner owner;
-  owner.Draw();
-  const std::int32_t far = std::numeric_limits<std::int32_t>::max();
-  const map_page_t page = owner.Page(Ask(far, far, far));
-  CHECK(page.num_tiles == 0);
-  CHECK(page.num_matches == 0);
-  CHECK(page.next_tile == -1);
-  CHECK(page.next_match == 1);
 }
 
 TEST_CASE("who wants no matches gets none, and the tracking state with the last page") {

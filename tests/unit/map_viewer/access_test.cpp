@@ -48,18 +48,20 @@ TEST_CASE("beyond this host, IP addresses and its own name are hosts") {
 }
 
 TEST_CASE("a page of another site is not let in; Foxglove's and Lichtblick's are, to what they know") {
-  const Access access(true, "");
-  CHECK(access.AllowsOrigin("http://localhost:8765", false));
-  CHECK(access.AllowsOrigin("http://127.0.0.1:9000", false));
+  constexpr const char* kHost = "localhost:8765";
+  CHECK(Access::AllowsOrigin("http://localhost:8765", kHost, false));
+  CHECK(Access::AllowsOrigin("http://LOCALHOST:8765", kHost, true));
+  CHECK_FALSE(Access::AllowsOrigin("http://localhost:9000", kHost, true));  // another program's page
+  CHECK_FALSE(Access::AllowsOrigin("http://127.0.0.1:8765", kHost, true));
   for (const char* origin : {"", "null", "http://evil.example", "https://localhost", "http://localhost@evil.example",
                              "http://localhost/", "file://", "https://app.foxglove.dev"}) {
     INFO(origin);
-    CHECK_FALSE(access.AllowsOrigin(origin, false));
+    CHECK_FALSE(Access::AllowsOrigin(origin, kHost, false));
   }
-  CHECK(access.AllowsOrigin("https://app.foxglove.dev", true));
-  CHECK(access.AllowsOrigin("file://", true));
-  CHECK_FALSE(access.AllowsOrigin("https://app.foxglove.dev.evil.example", true));
-  CHECK_FALSE(access.AllowsOrigin("null", true));
+  CHECK(Access::AllowsOrigin("https://app.foxglove.dev", kHost, true));
+  CHECK(Access::AllowsOrigin("file://", kHost, true));
+  CHECK_FALSE(Access::AllowsOrigin("https://app.foxglove.dev.evil.example", kHost, true));
+  CHECK_FALSE(Access::AllowsOrigin("null", kHost, true));
 }
 
 TEST_CASE("only the whole token is the token") {

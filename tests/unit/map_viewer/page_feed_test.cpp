@@ -38,7 +38,8 @@ PathSketch PathOf(int num_matches, double step_m = 1.0) {
     ScanMatch match;
     match.utime = i;
     match.T_map_laser = {step_m * i, -1.0, 0.0};
-    match.state = i == 2 ? MatchState::kLost : MatchState::kOk;
+    match.state = i == 2 || i == 3 ? MatchState::kLost : MatchState::kOk;
+    match.floating = i == 3;
     path.Add(match);
   }
   return path;
@@ -70,21 +71,13 @@ TEST_CASE("a page that comes late is told the whole map, and then of each tile t
   CHECK(page.version == 6);
   CHECK(page.tiles.at({1, -1}) == changed);
   CHECK(page.tiles.at({0, 0}) == Filled(200));
-}
-
-TEST_CASE("a page that has missed changes of a tile is told all of it, as it is now and once") {
-  Page page;
-  page.scene.map().Set({0, 0}, Filled(200), 1);
-  page.TakeAll();
-  TileBytes cells = Filled(200);
-  for (std::size_t i = 0; i < 5; ++i) {
-    cells[i] = 10;
-    page.scene.map().Set({0, 0}, cells, 2);
+  for (std::size_t i = 0; i < 5; ++i) {  // who has missed changes of a tile is told all of it, as it is now and once
+    changed[i] = 10;
+    page.scene.map().Set({1, -1}, changed, 7);
   }
   page.TakeAll();
-  CHECK(page.num_whole_tiles == 2);
-  CHECK(page.num_changed_tiles == 0);
-  CHECK(page.tiles.at({0, 0}) == cells);
+  CHECK((page.num_whole_tiles == 4 && page.num_changed_tiles == 1));
+  CHECK(page.tiles.at({1, -1}) == changed);
 }
 
 TEST_CASE("no message is much larger than 256 KB, and the robot is told of between the parts of a large map") {
@@ -165,6 +158,7 @@ TEST_CASE("the path grows at its end, and is told anew when it is another one") 
   page.TakeAll();
   REQUIRE(page.path.size() == 5);
   CHECK(page.path[2].state == 2);
+  CHECK(page.path[3].state == 4);  // it floats
   page.scene.SetPath(PathOf(6), false);
   const auto more = page.feed.Next();
   REQUIRE(more);
@@ -181,25 +175,6 @@ TEST_CASE("the path grows at its end, and is told anew when it is another one") 
   CHECK(page.path[1].x_m == static_cast<float>(page.scene.path().kept()[1].match.T_map_laser.x_m));
 }
 
-TEST_CASE("a path says what of it floats, and news are told with their number") {
-  Page page;
-  PathSketch path = PathOf(3);
-  ScanMatch afloat;
-  afloat.T_map_laser = {9.0, 0.0, 0.0};
-  afloat.state = MatchState::kLost;
-  afloat.floating = true;
-  path.Add(afloat);
-  page.scene.SetPath(path, true);
-  page.TakeAll();
-  REQUIRE(page.path.size() == 4);
-  CHECK(page.path[2].state == 2);
-  CHECK(page.path[3].state == 4);
-  CHECK(page.info["news"] == nlohmann::json{{"number", 0}, {"text", ""}});
-  page.scene.AddNews({"joined"});
-  page.TakeAll();
-  CHECK(page.info["news"] == nlohmann::json{{"number", 1}, {"text", "joined"}});
-}
-
 TEST_CASE("of the running curves no more is told than is kept, and no scan twice") {
   Page page;
   for (int i = 0; i < 3000; ++i) page.scene.AddSample({i, static_cast<float>(i), MatchState::kOk});
@@ -212,13 +187,20 @@ TEST_CASE("of the running curves no more is told than is kept, and no scan twice
   CHECK(page.fitnesses.back() == 3000.0F);
 }
 
-TEST_CASE("services and loops that hold are told as JSON, whatever their names are") {
+TEST_CASE("services, news and loops that hold are told as JSON, whatever their names are") {
   Scene scene("robot1/");
   scene.SetInfo(R"({"services":[{"name":"\u0000<b>"}]})");
   scene.SetLoops({{{1.0, 2.0, 0.0}, {3.0, 4.0, 0.0}, false}, {{5.0, 6.0, 0.0}, {7.0, 8.0, 0.0}, true}});
   PageFeed feed(scene, {"robot1/", "bad \xff name"}, {});
   PageClient client;
-  while (const auto message = feed.Next()) client.Take(message->bytes);
+  const auto TakeAll = [&] {
+    while (const auto message = feed.Next()) client.Take(message->bytes);
+  };
+  TakeAll();
+  CHECK(client.info["news"] == nlohmann::json{{"number", 0}, {"text", ""}});
+  scene.AddNews({"joined"});
+  TakeAll();
+  CHECK(client.info["news"] == nlohmann::json{{"number", 1}, {"text", "joined"}});
   CHECK(client.info["robot"] == "robot1/");
   CHECK(client.info["robots"].size() == 2);
   CHECK(client.info["loops"] == nlohmann::json::parse("[[1.0, 2.0, 3.0, 4.0]]"));  // the other was rejected

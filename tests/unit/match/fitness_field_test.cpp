@@ -105,17 +105,15 @@ double EvaluateLiterally(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, con
 
 }  // namespace
 
-TEST_CASE("no rays fit nowhere") {
-  const ByteMap map = Map(Noise);
-  CHECK(Field(map, -100.0, true).Evaluate(ToCells(Eigen::Matrix2Xd(2, 0), kGeometry), {}) == 0.0);
-}
-
-TEST_CASE("rays on cells of value 0 amid such cells fit perfectly, on cells of value 255 not at all") {
+TEST_CASE("rays on cells of value 0 amid such cells fit perfectly, on cells of value 255 not at all, nor do no rays") {
   const RaysInCells rays = ToCells(DrawHits(100, 2.0, 1), kGeometry);
   for (const bool interpolate : {false, true}) {
+    const FitnessField occupied = Field(Map([](Cell) { return kOccupiedByte; }), -100.0, interpolate);
+    const FitnessField free = Field(Map([](Cell) { return kFreeByte; }), -100.0, interpolate);
     for (const Pose2& pose : {Pose2{}, {-0.1, -3.0, 2.0}, {-3.2, 0.0, -1.0}}) {
-      CHECK(Field(Map([](Cell) { return kOccupiedByte; }), -100.0, interpolate).Evaluate(rays, pose) == 1.0);
-      CHECK(Field(Map([](Cell) { return kFreeByte; }), -100.0, interpolate).Evaluate(rays, pose) == 0.0);
+      CHECK(occupied.Evaluate(rays, pose) == 1.0);
+      CHECK(free.Evaluate(rays, pose) == 0.0);
+      CHECK(occupied.Evaluate(ToCells(Eigen::Matrix2Xd(2, 0), kGeometry), pose) == 0.0);
     }
   }
 }
@@ -196,49 +194,8 @@ TEST_CASE("the smooth fitness of one ray is a quadratic B-spline of nine cells")
   }
 }
 
-TEST_CASE("the smooth fitness is the same to both sides, and has no edge") {
-  const int kWall = 10;  // [cells]
-  const FitnessField field =
-      Field(Map([](Cell cell) { return cell.x == kWall ? kOccupiedByte : kFreeByte; }), 0.0, true);
-  const auto At = [&](int fraction) {  // 1/128 of a cell right of the wall's middle
-    const float x = static_cast<float>(kWall) + 0.5f + static_cast<float>(fraction) / 128.0f;
-    return field.EvaluateSmooth(OneRay(x, 0.5f), {});
-  };
-  for (int i = 1; i < 320; ++i) {
-    CAPTURE(i);
-    CHECK(At(i) == At(-i));
-    CHECK(At(i) <= At(i - 1));
-    // At an edge of the bilinear one, which a wall's middle is, this is 0.1.
-    CHECK(std::abs(At(i + 8) - 2.0 * At(i) + At(i - 8)) < 0.01);
-  }
-  CHECK(At(0) == Approx(0.75 * 12.0 / 14.0 + 0.25 / 14.0));
-}
-
-TEST_CASE("a field that follows changes is the field of the changed map, also across the seams of tiles") {
-  ByteMap map = Map(Noise);
-  FitnessField following = Field(map, -100.0, true);
-  const Cell corners[] = {{-1, -1}, {0, 0}, {63, -64}, {-64, 63}, {20, -65}, {127, 10}, {128, 128}};
-  for (const Cell corner : corners) {  // cells at the edges of tiles, some in tiles that are new
-    const TileIndex tile = TileOf(corner);
-    const int offset = OffsetInTile(corner);
-    const auto byte = static_cast<std::uint8_t>(map.At(corner) == 0 ? 255 : 0);
-    REQUIRE(map.Apply(
-        {tile, {static_cast<std::uint8_t>(offset >> 8), static_cast<std::uint8_t>(offset & 255), 0, 1, byte}}));
-    following.Refresh(map, {tile});
-  }
-  const FitnessField anew = Field(map, -100.0, true);
-  for (const Cell corner : corners) {
-    for (int y = -3; y <= 3; ++y) {
-      for (int x = -3; x <= 3; ++x) {
-        const RaysInCells ray =
-            OneRay(static_cast<float>(corner.x + x) + 0.25f, static_cast<float>(corner.y + y) + 0.75f);
-        CHECK(Alike(following, anew, ray, {}));
-      }
-    }
-  }
-}
-
-TEST_CASE("a field that follows changed cells is the field of the changed map, wherever in their tiles they are") {
+TEST_CASE(
+    "a field that follows changed cells or tiles is the field of the changed map, wherever in their tiles they are") {
   constexpr int kReach = 130;  // cells: tiles -3 to 2
   Random random(10);
   const auto Draw = [&](int low, int high) { return low + static_cast<int>(random.Uniform(0.0, high - low + 1.0)); };
@@ -264,7 +221,7 @@ TEST_CASE("a field that follows changed cells is the field of the changed map, w
       }
     }
     REQUIRE(map.Apply({tile, PackRuns(before, after)}));
-    following.RefreshCells(map, {changed});
+    i % 5 == 0 ? following.Refresh(map, {tile}) : following.RefreshCells(map, {changed});
     const FitnessField anew = Field(map, -100.0, true);
     int num_wrong = 0;
     for (int y = changed.low.y - 4; y <= changed.high.y + 4; ++y) {
@@ -343,8 +300,7 @@ TEST_CASE("all kernels give the same fitness, bit by bit") {
 }
 
 TEST_CASE("all kernels sum the largest weights and scores without overflow") {
-  ByteMap map(0.05);
-  for (const TileChange& change : PaintTiles(-1, 1, [](Cell) { return kOccupiedByte; })) REQUIRE(map.Apply(change));
+  const ByteMap map = PaintMap(-1, 1, [](Cell) { return kOccupiedByte; });
   const Eigen::Matrix2Xd hits_m = DrawHits(4096, 1.0, 8);
   for (const FitnessKernel kernel : FindFitnessKernels()) {
     for (const double unexplored_score : {-100.0, -3570.0}) {
@@ -357,26 +313,6 @@ TEST_CASE("all kernels sum the largest weights and scores without overflow") {
       }
     }
   }
-}
-
-TEST_CASE("the order of the rays does not matter") {
-  const FitnessField field = Field(Map(Noise), -100.0, true);
-  const Eigen::Matrix2Xd hits_m = DrawHits(200, 3.0, 5);
-  CHECK(field.Evaluate(ToCells(hits_m.rowwise().reverse(), kGeometry), {0.1, 0.2, 0.3}) ==
-        field.Evaluate(ToCells(hits_m, kGeometry), {0.1, 0.2, 0.3}));
-}
-
-TEST_CASE("4096 rays at the far end of the map are weighed without overflow") {
-  ByteMap map(0.05);
-  TileBytes cells;
-  cells.fill(kUnexploredByte);
-  TileBytes occupied{};
-  for (int y = 1020; y < 1023; ++y) {
-    for (int x = -1023; x < -1020; ++x) REQUIRE(map.Apply({{x, y}, PackRuns(cells, occupied)}));
-  }
-  const FitnessField field = Field(map, -100.0, true);
-  const Pose2 pose{(-1022 * 64 + 32) * 0.05, (1021 * 64 + 32) * 0.05, 0.0};
-  CHECK(field.Evaluate(ToCells(DrawHits(4096, 1.5, 6), kGeometry), pose) == 1.0);
 }
 
 TEST_CASE("a field takes memory for what is explored, however far apart that lies") {
@@ -397,19 +333,11 @@ TEST_CASE("a field takes memory for what is explored, however far apart that lie
 }
 
 TEST_CASE("the fitness is the mean of the rays' scores by their weights") {
-  ByteMap map(0.05);
-  TileBytes before;
-  before.fill(kUnexploredByte);
-  TileBytes after;
-  after.fill(kOccupiedByte);
-  REQUIRE(map.Apply({{0, 0}, PackRuns(before, after)}));
-  FitnessField field(kGeometry, {0.0, false});
-  field.Refresh(map, {{0, 0}});
+  const FitnessField field = Field(PaintMap(0, 0, [](Cell) { return kOccupiedByte; }), 0.0, false);
   Eigen::Matrix2Xd hits_m(2, 2);  // one in the tile, one in the unexplored
   hits_m << 0.5, -0.5,            //
       0.5, 0.5;
-  const RaysInCells rays = ToCells(hits_m, kGeometry, Eigen::Array2i(3, 1));
-  CHECK(field.Evaluate(rays, {0.0, 0.0, 0.0}) == Approx(0.75));
+  CHECK(field.Evaluate(ToCells(hits_m, kGeometry, Eigen::Array2i(3, 1)), {}) == Approx(0.75));
 }
 
 }  // namespace crsm

@@ -58,6 +58,12 @@ TrackingState After(int num_lost, const std::optional<Pose2>& T_odom_robot = std
   return tracking;
 }
 
+void Add(TrackingState& tracking, MatchState state, const Pose2& pose, std::int64_t utime) {
+  ScanMatch match = Answer(state, pose);
+  match.utime = utime;
+  tracking.Add(match);
+}
+
 CriticalRays ScanAfter(const TrackingState& tracking, std::int64_t later_us = kPeriod_us, int num_beams = 90) {
   return AllRays(ScanRoom({}, tracking.recent().back().utime + later_us, num_beams));
 }
@@ -69,11 +75,10 @@ ScanMatch MatchAfter(const TrackingState& tracking, const ScanMatch& answer, con
 
 }  // namespace
 
-TEST_CASE("the third lost scan in a row begins a trajectory where the robot is guessed to be, no earlier one does") {
+TEST_CASE(
+    "the third lost scan in a row begins a trajectory where the robot is guessed to be; the first one soon after") {
   const ScanMatch lost = Answer(MatchState::kLost, {1.5, 2.0, 0.5});
-  for (int num_lost = 0; num_lost < 2; ++num_lost) {
-    CHECK(MatchAfter(After(num_lost), lost).state == MatchState::kLost);
-  }
+  for (int num_lost = 0; num_lost < 2; ++num_lost) CHECK(MatchAfter(After(num_lost), lost).state == MatchState::kLost);
   const TrackingState tracking = After(2);
   const ScanMatch first = MatchAfter(tracking, lost);
   CHECK(first.state == MatchState::kFirst);
@@ -81,23 +86,27 @@ TEST_CASE("the third lost scan in a row begins a trajectory where the robot is g
   CHECK(first.utime == tracking.recent().back().utime + kPeriod_us);
   CHECK(first.covariance == ComputeGuessCovariance(first, tracking));
   CHECK(first.covariance[0] > 0.0);
+  for (const int num_matched : {0, 2, 3}) {  // on the trajectory so far
+    TrackingState soon;
+    Add(soon, MatchState::kFirst, {}, 0);
+    for (int i = 1; i <= num_matched; ++i) Add(soon, MatchState::kOk, {}, i * kPeriod_us);
+    CHECK(MatchAfter(soon, lost).state == (num_matched < 3 ? MatchState::kFirst : MatchState::kLost));
+  }
 }
 
 TEST_CASE("a trajectory begins where the robot is if it went on as before, for 6 s at most, or where its wheels say") {
-  TrackingState tracking;
-  const auto Add = [&](MatchState state, double x_m, std::int64_t utime) {
-    ScanMatch match = Answer(state, {x_m, 0.0, 0.0});
-    match.utime = utime;
-    tracking.Add(match);
-  };
-  for (int i = 0; i < 10; ++i) Add(MatchState::kOk, 0.1 * i, i * kPeriod_us);
-  for (int i = 10; i < 12; ++i) Add(MatchState::kLost, 0.9, i * kPeriod_us);
+  TrackingState straight;
+  TrackingState turning;  // which is not gone on with for long
+  for (int i = 0; i < 12; ++i) {
+    const MatchState state = i < 10 ? MatchState::kOk : MatchState::kLost;
+    Add(straight, state, {0.1 * std::min(i, 9), 0.0, 0.0}, i * kPeriod_us);
+    Add(turning, state, {0.0, 0.0, 0.1 * std::min(i, 9)}, i * kPeriod_us);
+  }
   const ScanMatch lost = Answer(MatchState::kLost, {0.9, 0.5, 0.0});
-  CheckPose(MatchAfter(tracking, lost).T_map_laser, {1.2, 0.0, 0.0}, 1e-9);
-  CheckPose(MatchAfter(tracking, lost, {}, 60'000'000).T_map_laser, {6.9, 0.0, 0.0}, 1e-9);
-
-  TrackingState with_wheels = After(2, Pose2{});
-  CheckPose(MatchAfter(with_wheels, lost, {}, kPeriod_us, Pose2{}).T_map_laser, lost.T_map_laser, 1e-9);
+  CheckPose(MatchAfter(straight, lost).T_map_laser, {1.2, 0.0, 0.0}, 1e-9);
+  CheckPose(MatchAfter(straight, lost, {}, 60'000'000).T_map_laser, {6.9, 0.0, 0.0}, 1e-9);
+  CheckPose(MatchAfter(turning, lost).T_map_laser, {0.0, 0.0, 0.9 + 3 * 0.05}, 1e-9);
+  CheckPose(MatchAfter(After(2, Pose2{}), lost, {}, kPeriod_us, Pose2{}).T_map_laser, lost.T_map_laser, 1e-9);
 }
 
 TEST_CASE(
@@ -152,14 +161,9 @@ TEST_CASE("a match is of the trajectory of the last one; one that begins a traje
 
 TEST_CASE("while the map is empty each first scan is of the first trajectory of all, also after a gap") {
   TrackingState tracking;
+  for (const std::int64_t utime : {0, 1, 2}) Add(tracking, MatchState::kFirst, {}, utime * kPeriod_us);
   ScanMatch empty = Answer(MatchState::kFirst, {5.0, 0.0, 0.0});
   empty.covariance = {};
-  for (const std::int64_t utime : {0, 1, 2}) {
-    ScanMatch match = empty;
-    match.utime = utime * kPeriod_us;
-    match.T_map_laser = {};
-    tracking.Add(match);
-  }
   const ScanMatch first = MatchAfter(tracking, empty, {}, 600'000'000);
   CHECK(first.state == MatchState::kFirst);
   CHECK(first.T_map_laser == Pose2{});
@@ -188,29 +192,6 @@ TEST_CASE("a trajectory begins where the known map shows the scan to be, and flo
   const ScanMatch near = Match(After(2), kPeriod_us);
   CHECK(near.T_map_laser == kPlace);
   CHECK(near.covariance[0] < 10.0);
-}
-
-TEST_CASE("a turn is not gone on with for long") {
-  TrackingState tracking;
-  for (int i = 0; i < 12; ++i) {
-    ScanMatch match = Answer(i < 10 ? MatchState::kOk : MatchState::kLost, {0.0, 0.0, 0.1 * std::min(i, 9)});
-    match.utime = i * kPeriod_us;
-    tracking.Add(match);
-  }
-  CheckPose(MatchAfter(tracking, Answer(MatchState::kLost)).T_map_laser, {0.0, 0.0, 0.9 + 3 * 0.05}, 1e-9);
-}
-
-TEST_CASE("a trajectory on which hardly anything was matched ends with the first lost scan") {
-  const ScanMatch lost = Answer(MatchState::kLost);
-  for (const int num_matched : {0, 2, 3}) {
-    TrackingState tracking;
-    for (int i = 0; i <= num_matched; ++i) {
-      ScanMatch match = Answer(i == 0 ? MatchState::kFirst : MatchState::kOk);
-      match.utime = i * kPeriod_us;
-      tracking.Add(match);
-    }
-    CHECK(MatchAfter(tracking, lost).state == (num_matched < 3 ? MatchState::kFirst : MatchState::kLost));
-  }
 }
 
 TEST_CASE(
@@ -257,39 +238,38 @@ TEST_CASE("a scan that fits much worse than usual, and that the map contradicts,
   CHECK(StateOf(0.59, unexplored) == MatchState::kOk);  // what is unexplored contradicts nothing
 }
 
-TEST_CASE("after a gap a trajectory begins, unless the robot stands where it stood or its wheels tell how it moved") {
-  constexpr std::int64_t kGap_us = 9'000'000;
+TEST_CASE("after a gap, or where the clock begins anew, a trajectory does, unless the robot stands where it stood") {
+  const ScanMatch elsewhere = Answer(MatchState::kOk, {1.0, 2.4, 0.5});
   const TrackingState tracking = After(0);
-  const ScanMatch elsewhere = Answer(MatchState::kOk, {1.0, 2.4, 0.5});
-  const ScanMatch first = MatchAfter(tracking, elsewhere, {}, kGap_us);
-  CHECK(first.state == MatchState::kFirst);
-  CHECK(first.T_map_laser == kPlace);
-  CHECK(MatchAfter(tracking, Answer(MatchState::kOk, {1.0, 2.0, 0.8}), {}, kGap_us).state == MatchState::kFirst);
-  CHECK(MatchAfter(tracking, Answer(MatchState::kOk, kPlace, 0.7), {}, kGap_us).state == MatchState::kFirst);
-  CHECK(MatchAfter(tracking, Answer(MatchState::kLost), {}, kGap_us).state == MatchState::kFirst);
-
-  CHECK(MatchAfter(tracking, Answer(MatchState::kOk, {1.0, 2.2, 0.6}), {}, kGap_us).state == MatchState::kOk);
-  CHECK(MatchAfter(tracking, elsewhere, {}, 7'900'000).state == MatchState::kOk);
-  CHECK(MatchAfter(After(0, Pose2{}), elsewhere, {}, kGap_us, Pose2{}).state == MatchState::kOk);
-  MatchOptions options;
-  options.constants.breaks.gap_max_s = 1e9;
-  CHECK(MatchAfter(tracking, elsewhere, options, kGap_us).state == MatchState::kOk);
-}
-
-TEST_CASE("where the clock begins anew a trajectory does, unless the robot stands where it stood; wheels do not tell") {
-  constexpr std::int64_t kBack_us = -8'000'001;
-  const ScanMatch elsewhere = Answer(MatchState::kOk, {1.0, 2.4, 0.5});
-  const ScanMatch first = MatchAfter(After(0), elsewhere, {}, kBack_us);
-  CHECK(first.state == MatchState::kFirst);
-  CHECK(first.T_map_laser == kPlace);
-  CHECK(MatchAfter(After(0), Answer(MatchState::kLost), {}, kBack_us).state == MatchState::kFirst);
-  CHECK(MatchAfter(After(0, Pose2{}), elsewhere, {}, kBack_us, Pose2{}).state == MatchState::kFirst);
-
-  CHECK(MatchAfter(After(0), Answer(MatchState::kOk, {1.0, 2.2, 0.6}), {}, kBack_us).state == MatchState::kOk);
-  CHECK(MatchAfter(After(0), elsewhere, {}, kBack_us + 1).state == MatchState::kOk);  // logs step back by a second
-  MatchOptions options;
-  options.loops = false;
-  CHECK(MatchAfter(After(0), elsewhere, options, kBack_us).state == MatchState::kOk);
+  MatchOptions without_loops;
+  without_loops.loops = false;
+  MatchOptions without_gaps;
+  without_gaps.constants.breaks.gap_max_s = 1e9;
+  struct Break {
+    std::int64_t later_us, too_small_us;
+    MatchOptions never;
+    MatchState with_wheels;  ///< which tell how it moved in a gap, but not when
+  };
+  for (const auto& [later_us, too_small_us, never, with_wheels] :
+       {Break{9'000'000, 7'900'000, without_gaps, MatchState::kOk},
+        Break{-8'000'001, -8'000'000, without_loops, MatchState::kFirst}}) {  // logs step back by a second
+    CAPTURE(later_us);
+    for (const ScanMatch& answer : {elsewhere, Answer(MatchState::kOk, {1.0, 2.0, 0.8}),
+                                    Answer(MatchState::kOk, kPlace, 0.7), Answer(MatchState::kLost)}) {
+      const ScanMatch first = MatchAfter(tracking, answer, {}, later_us);
+      CHECK(first.state == MatchState::kFirst);
+      CHECK(first.T_map_laser == kPlace);
+    }
+    const ScanMatch near = Answer(MatchState::kOk, {1.0, 2.2, 0.6});
+    CHECK(MatchAfter(tracking, near, {}, later_us).state == MatchState::kOk);
+    CHECK(MatchAfter(tracking, elsewhere, {}, too_small_us).state == MatchState::kOk);
+    CHECK(MatchAfter(tracking, elsewhere, never, later_us).state == MatchState::kOk);
+    CHECK(MatchAfter(After(0, Pose2{}), elsewhere, {}, later_us, Pose2{}).state == with_wheels);
+  }
+  TrackingState seldom;  // such a step is no gap
+  for (int i = 0; i < 10; ++i) Add(seldom, MatchState::kOk, kPlace, i * 3'000'000);
+  CHECK(MatchAfter(seldom, elsewhere, {}, 20'000'000).state == MatchState::kOk);
+  CHECK(MatchAfter(seldom, elsewhere, {}, 25'000'000).state == MatchState::kFirst);
 }
 
 TEST_CASE("another drive begins a trajectory whatever fits, and is lost before a scan that can begin one") {
@@ -314,22 +294,9 @@ TEST_CASE("a session on an earlier map goes on where its first scan fits, else b
   tracking.BeginSession(Onset::kResumed);
   CHECK(MatchAfter(tracking, Answer(MatchState::kOk)).state == MatchState::kOk);
   const ScanMatch first = MatchAfter(tracking, Answer(MatchState::kLost));
-  CHECK(first.state == MatchState::kFirst);
-  CHECK(first.T_map_laser == kPlace);
+  CHECK((first.state == MatchState::kFirst && first.T_map_laser == kPlace));
   CHECK(first.covariance == ComputeGuessCovariance(first, tracking));
   CHECK(first.covariance[0] < kUnknownVariance);  // else it would not be looked for nearby
-}
-
-TEST_CASE("where scans are far apart in time as a rule, such a step is no gap") {
-  TrackingState tracking;
-  for (int i = 0; i < 10; ++i) {
-    ScanMatch match = Answer(MatchState::kOk);
-    match.utime = i * 3'000'000;
-    tracking.Add(match);
-  }
-  const ScanMatch elsewhere = Answer(MatchState::kOk, {1.0, 3.0, 0.5});
-  CHECK(MatchAfter(tracking, elsewhere, {}, 20'000'000).state == MatchState::kOk);
-  CHECK(MatchAfter(tracking, elsewhere, {}, 25'000'000).state == MatchState::kFirst);
 }
 
 }  // namespace crsm

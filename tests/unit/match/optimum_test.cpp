@@ -44,13 +44,6 @@ TEST_CASE(
   CheckPose(Centred(Higher), {1.0, 2.0, 0.02 * 4.0 / 15.0}, 1e-9);  // each goes its whole width
 }
 
-TEST_CASE("of an optimum that is flat in its midst, what lies outside of that tells its middle") {
-  const auto Plateau = [](const Pose2& pose) {  // from -0.01 to 0.014
-    return 0.8 - 50.0 * std::max(0.0, std::abs(pose.yaw_rad - 0.002) - 0.012);
-  };
-  CHECK(CentreYaw({Pose2{}, 0.8}, 0.02, Plateau).yaw_rad == Approx(0.0025));  // the largest width alone
-}
-
 TEST_CASE("along an axis a higher hill is found within reach") {
   const auto TwoHills = [](const Pose2& pose) { return std::max(Hill(pose, kTop, 0.7), Hill(pose, kOther, 0.8)); };
   const auto Look = [&](const Eigen::Vector2d& axis, double reach_m, double least_gain) {
@@ -90,13 +83,17 @@ TEST_CASE("on a plain a climb stays where it is, and ends") {
   CHECK(num_asked == 1 + 6 * 6);  // two directions on each of three axes, at each of six steps
 }
 
-TEST_CASE("an optimum that is nearly flat has no middle, and one that falls a little more has one") {
+TEST_CASE("an optimum that is flat in its midst has a middle if it falls by enough outside") {
   const auto Centred = [](double fall) {  // at the largest width, all of it to the right
     return CentreYaw({Pose2{}, 0.8}, 0.02, [&](const Pose2& pose) { return pose.yaw_rad > -0.015 ? 0.8 : 0.8 - fall; });
   };
   CHECK(Centred(0.019).yaw_rad == 0.0);           // noise
   CHECK(Centred(0.021).yaw_rad == Approx(0.01));  // a parabola with equal values at 0 and 0.02
   CHECK(Centred(0.3).yaw_rad == Approx(0.01));    // as steep as it may be
+  const auto Plateau = [](const Pose2& pose) {    // from -0.01 to 0.014
+    return 0.8 - 50.0 * std::max(0.0, std::abs(pose.yaw_rad - 0.002) - 0.012);
+  };
+  CHECK(CentreYaw({Pose2{}, 0.8}, 0.02, Plateau).yaw_rad == Approx(0.0025));  // the largest width alone
 }
 
 TEST_CASE("a look along an axis goes to both its ends and beyond neither, in steps along it") {

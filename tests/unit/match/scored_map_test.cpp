@@ -1,8 +1,5 @@
 #include "common/match/scored_map.hpp"
 
-#include <algorithm>
-#include <cmath>
-
 #include "catch.hpp"
 #include "common/math/random.hpp"
 #include "synthetic_scans.hpp"
@@ -20,51 +17,7 @@ RaysInCells RaysOn(const ScoredMap& map) {
   return map.InCells(hits_m);
 }
 
-constexpr double kCell_m = 0.05;
-
-/// How far from a wall its hits may fit best [cells]: where the optimum is flat, its further end. The wall is
-/// `wall_cells` above the centre of a cell, and lies along the cells; it occupies them as MapUpdater draws it.
-template <class Fitness>
-double FindBestPlace(double wall_cells, Fitness&& fitness) {
-  const auto Wall = [&](Cell cell) {
-    const double share = std::clamp(2.5 * (1.0 - std::abs(cell.y - wall_cells)), 0.0, 1.0);
-    return static_cast<std::uint8_t>(std::lround(254.0 * (1.0 - share)));
-  };
-  ScoredMap map(kCell_m);
-  REQUIRE(map.Apply(PaintTiles(-1, 1, Wall)));
-  Eigen::Matrix2Xd hits_m(2, 40);
-  for (int i = 0; i < 40; ++i) hits_m.col(i) << -1.0 + 0.0517 * i, 0.0;
-  const RaysInCells rays = map.InCells(hits_m);
-  double best = -1.0;
-  double first_cells = 0.0;
-  double last_cells = 0.0;
-  for (double y_cells = -1.5; y_cells < 2.5; y_cells += 0.01) {
-    const double there = fitness(map, rays, Pose2{0.0, (y_cells + 0.5) * kCell_m, 0.0});
-    if (there > best + 1e-6) {
-      best = there;
-      first_cells = y_cells;
-    }
-    if (there > best - 1e-6) last_cells = y_cells;
-  }
-  return std::max(std::abs(first_cells - wall_cells), std::abs(last_cells - wall_cells));
-}
-
 }  // namespace
-
-TEST_CASE("a wall along the cells fits where it stands by the smooth fitness, and by the other at a cell's centre") {
-  const auto Rough = [](const ScoredMap& map, const auto& rays, const Pose2& pose) { return map.Fitness(rays, pose); };
-  const auto Smooth = [](const ScoredMap& map, const auto& rays, const Pose2& pose) {
-    return map.SmoothFitness(rays, pose);
-  };
-  double rough_cells = 0.0;
-  double smooth_cells = 0.0;
-  for (int i = 0; i < 20; ++i) {
-    rough_cells += FindBestPlace(0.05 * i, Rough) / 20.0;
-    smooth_cells += FindBestPlace(0.05 * i, Smooth) / 20.0;
-  }
-  CHECK(rough_cells > 0.25);  // at the nearest centre it would be a quarter of a cell in the mean
-  CHECK(smooth_cells < 0.75 * rough_cells);
-}
 
 TEST_CASE("after changes of which some are refused, cells and scores are those of the others") {
   const std::vector<TileChange> good = PaintTiles(-1, 1, Stripes);
@@ -85,19 +38,6 @@ TEST_CASE("after changes of which some are refused, cells and scores are those o
   CHECK(reference.Fitness(RaysOn(reference), {}) > 0.1);  // a third of the cells is occupied
   for (const Pose2& pose : {Pose2{}, {0.51, 0.02, 0.3}, {-3.0, 1.0, 2.0}}) {
     CHECK(map.Fitness(RaysOn(map), pose) == reference.Fitness(RaysOn(reference), pose));
-  }
-}
-
-TEST_CASE("a change that is refused changes neither cells nor scores of what was there") {
-  ScoredMap map(0.05);
-  REQUIRE(map.Apply(PaintTiles(-1, 1, Stripes)));
-  const auto before = map.cells().ToDenseGrid().cells;
-  const double fitness = map.Fitness(RaysOn(map), {});
-  for (const std::vector<std::uint8_t>& runs : {std::vector<std::uint8_t>{0, 0, 0, 1}, {0, 0, 0, 1, 9, 7}}) {
-    const std::vector<TileChange> change{{{0, 0}, runs}};
-    CHECK_FALSE(map.Apply(change));
-    CHECK(map.cells().ToDenseGrid().cells == before);
-    CHECK(map.Fitness(RaysOn(map), {}) == fitness);
   }
 }
 

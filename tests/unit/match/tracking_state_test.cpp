@@ -38,7 +38,8 @@ TEST_CASE("how a session begins holds until a scan is placed, and its place move
   state.BeginSession(Onset::kAnywhere);
   CHECK(state.T_map_guess() == state.recent().back().T_map_laser);
   state.BeginSessionNear({3.0, 4.0, 0.5});
-  state.Add(Match(13, 0.0, MatchState::kLost), {Pose2{1.0, 0.0, 0.0}});
+  state.Add(Match(7, 0.0, MatchState::kLost), {Pose2{1.0, 0.0, 0.0}});
+  CHECK(state.newest_utime() == 12);  // clocks step back
   CHECK(state.onset() == Onset::kNear);
   CHECK(state.T_map_guess() == Pose2{4.0, 4.0, 0.5});
   state.Add(Match(14, 0.0, MatchState::kFirst));
@@ -65,19 +66,6 @@ TEST_CASE(
   CHECK(state.baseline_fitness() == Approx(0.7));
 }
 
-TEST_CASE("scans that are lost in a row are counted, and the first that is found ends the row") {
-  TrackingState state;
-  for (int k = 0; k < 30; ++k) {
-    state.Add(Match(k, 0.1, MatchState::kLost));
-    CHECK(state.num_lost() == k + 1);
-  }
-  state.Add(Match(30, 0.5, MatchState::kDegenerate));
-  CHECK(state.num_lost() == 0);
-  state.Add(Match(31, 0.5, MatchState::kLost));
-  CHECK(state.num_lost() == 1);
-  CHECK(state.num_scans() == 32);
-}
-
 TEST_CASE("how far the motion before tells the next place wrongly is learned from scans whose place the walls tell") {
   const auto LearnFrom = [](MatchState state, auto&& x_m) {
     TrackingState learned;
@@ -90,26 +78,23 @@ TEST_CASE("how far the motion before tells the next place wrongly is learned fro
   const auto Stands = [](int) { return 1.0; };
   CHECK(LearnFrom(MatchState::kOk, Evenly) < 0.001);
   CHECK(LearnFrom(MatchState::kOk, Jerkily) > 0.01);
-  CHECK(LearnFrom(MatchState::kOk, Stands) == TrackingState::kMotionErrorAtFirst_m);
-  CHECK(LearnFrom(MatchState::kDegenerate, Evenly) == TrackingState::kMotionErrorAtFirst_m);
+  CHECK(LearnFrom(MatchState::kOk, Stands) == MatchConstants::Tracking{}.first_motion_error_m);
+  CHECK(LearnFrom(MatchState::kDegenerate, Evenly) == MatchConstants::Tracking{}.first_motion_error_m);
 }
 
-TEST_CASE("the last ten matches are remembered, oldest first, and found by their utime") {
+TEST_CASE(
+    "the last ten matches are remembered, oldest first, and found by their utime; those lost in a row are counted") {
   TrackingState state;
-  for (int k = 0; k < 1000; ++k) state.Add(Match(k, 0.5, MatchState::kOk));
+  for (int k = 0; k < 1000; ++k) {
+    state.Add(Match(k, 0.5, k % 40 < 30 ? MatchState::kLost : MatchState::kOk));
+    CHECK(state.num_lost() == (k % 40 < 30 ? k % 40 + 1 : 0));
+    CHECK(state.num_scans() == k + 1);
+  }
   REQUIRE(state.recent().size() == 10);
-  for (int k = 0; k < 10; ++k)
-    CHECK(state.recent()[static_cast<std::size_t>(k)] == Match(990 + k, 0.5, MatchState::kOk));
+  for (int k = 0; k < 10; ++k) CHECK(state.recent()[static_cast<std::size_t>(k)].utime == 990 + k);
   REQUIRE(state.FindRecent(993));
-  CHECK(state.FindRecent(993)->utime == 993);
-  CHECK_FALSE(state.FindRecent(989));
-  CHECK_FALSE(state.FindRecent(1000));
-}
-
-TEST_CASE("the newest utime is the largest so far, also where clocks step back") {
-  TrackingState state;
-  for (const std::int64_t utime : {5, 9, 7, 3}) state.Add(Match(utime, 0.5, MatchState::kOk));
-  CHECK(state.newest_utime() == 9);
+  CHECK(*state.FindRecent(993) == state.recent()[3]);
+  for (const std::int64_t utime : {989, 1000}) CHECK_FALSE(state.FindRecent(utime));
 }
 
 TEST_CASE("the trajectory is that of the map after the last match, else that of the match") {

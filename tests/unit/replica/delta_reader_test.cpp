@@ -40,15 +40,41 @@ class MatchedReplica : public TestReplica {
 
 }  // namespace
 
-TEST_CASE("a replica from the start follows the owner delta by delta") {
+TEST_CASE("a replica from the start follows the owner delta by delta, also where several matches wait or it doubts") {
   MapOwner owner;
   MatchedReplica replica;
   CHECK(replica.Ask(owner) == 1);
   for (int i = 0; i < 10; ++i) {
-    replica.Take(replica.Match(owner, i % 4 == 3 ? MatchState::kLost : MatchState::kOk));
+    if (i % 3 == 1) replica.replica.Doubt();
+    std::vector<Parts> answers;
+    for (int k = 0; k <= i % 3; ++k)
+      answers.push_back(replica.Match(owner, k == 1 ? MatchState::kLost : MatchState::kOk));
+    for (const Parts& parts : answers) replica.Take(parts);
     replica.CheckSameAs(owner);
     CHECK_FALSE(replica.replica.NextRequest());
   }
+}
+
+TEST_CASE("a version that was lost, overtaken or of another's match, as before a restart, is noticed and asked for") {
+  MapOwner owner;
+  MatchedReplica replica;
+  replica.Begin(owner);
+  std::int64_t version = 3;
+  SECTION("lost") {
+    replica.Match(owner);
+    replica.Take(replica.Match(owner));
+  }
+  SECTION("overtaken") {
+    const Parts one = replica.Match(owner);
+    replica.Take(replica.Match(owner));
+    replica.Take(one);
+    version = 4;
+  }
+  SECTION("of another's match") { replica.Take(owner.Answer()); }
+  CHECK(replica.replica.version() == version);
+  replica.CheckAsks(owner);
+  replica.Take(replica.Match(owner));
+  replica.CheckSameAs(owner);
 }
 
 TEST_CASE("a replica whose map is corrected moves what is remembered of the scans, that of this answer too") {
@@ -74,26 +100,6 @@ TEST_CASE("a replica whose map is corrected moves what is remembered of the scan
   replica.CheckSameAs(owner);
 }
 
-TEST_CASE("a version of a match that another matcher has sent, as before a restart, is asked for") {
-  MapOwner owner;
-  MatchedReplica replica;
-  replica.Begin(owner);
-  replica.Take(owner.Answer());
-  replica.CheckAsks(owner);
-  replica.Take(replica.Match(owner));
-  replica.CheckSameAs(owner);
-}
-
-TEST_CASE("several matches may wait for their deltas, which come in their order") {
-  MapOwner owner;
-  MatchedReplica replica;
-  replica.Begin(owner);
-  std::vector<Parts> answers;
-  for (int i = 0; i < 3; ++i) answers.push_back(replica.Match(owner));
-  for (const Parts& parts : answers) replica.Take(parts);
-  replica.CheckSameAs(owner);
-}
-
 TEST_CASE("deltas that overtake the pages under way leave a whole map in the end") {
   MapOwner owner;
   for (int i = 0; i < 5; ++i) owner.Answer();
@@ -106,16 +112,6 @@ TEST_CASE("deltas that overtake the pages under way leave a whole map in the end
     replica.replica.Handle(page);
   }
   replica.CheckSameAs(owner);
-}
-
-TEST_CASE("a lost version is noticed with the next one and healed") {
-  MapOwner owner;
-  MatchedReplica replica;
-  replica.Begin(owner);
-  replica.Match(owner);
-  replica.Take(replica.Match(owner));
-  CHECK(replica.replica.version() == 3);
-  replica.CheckAsks(owner);
 }
 
 TEST_CASE("any lost part keeps the version out; the parts sent again, or pages, complete it") {
@@ -183,7 +179,8 @@ TEST_CASE("a delta of an older state of the same map is followed back") {
   replica.CheckAsks(owner);
 }
 
-TEST_CASE("a delta of a map that nobody owns makes the replica ask, and changes nothing") {
+TEST_CASE(
+    "a delta of a map that nobody owns makes the replica ask, one with other cells does not; neither changes it") {
   MapOwner owner;
   MatchedReplica replica;
   replica.Begin(owner);
@@ -193,6 +190,13 @@ TEST_CASE("a delta of a map that nobody owns makes the replica ask, and changes 
     replica.CheckAsks(owner);
     CHECK(replica.num_begins == 1);
   }
+  const Parts parts = replica.Match(owner);
+  Parts forged = parts;
+  for (map_delta_t& part : forged) part.cell_size_m = 0.5;
+  replica.Take(forged);
+  CHECK(replica.replica.version() == 3);
+  replica.Take(parts);
+  replica.CheckSameAs(owner);
 }
 
 TEST_CASE("parts that together have more tiles than a map are dropped, and the owner is asked") {
@@ -212,19 +216,6 @@ TEST_CASE("parts that together have more tiles than a map are dropped, and the o
   replica.CheckSameAs(owner);
 }
 
-TEST_CASE("a delta with cells of another size than the map's is not the owner's, and changes nothing") {
-  MapOwner owner;
-  MatchedReplica replica;
-  replica.Begin(owner);
-  const Parts parts = replica.Match(owner);
-  Parts forged = parts;
-  for (map_delta_t& part : forged) part.cell_size_m = 0.5;
-  replica.Take(forged);
-  CHECK(replica.replica.version() == 3);
-  replica.Take(parts);
-  replica.CheckSameAs(owner);
-}
-
 TEST_CASE("a next version that was not the owner's is found out by the owner's, and the map is fetched anew") {
   MapOwner owner;
   MatchedReplica replica;
@@ -239,29 +230,6 @@ TEST_CASE("a next version that was not the owner's is found out by the owner's, 
                             .tiles = {{50, 50, 5, {0, 0, 0, 1, 0}}}}});
   REQUIRE(replica.replica.version() == 4);
   replica.Take(replica.Match(owner));
-  replica.CheckAsks(owner);
-}
-
-TEST_CASE("a replica that doubts takes the next version, when it comes, without a page") {
-  MapOwner owner;
-  MatchedReplica replica;
-  replica.Begin(owner);
-  replica.replica.Doubt();
-  replica.Take(replica.Match(owner));
-  CHECK(replica.replica.synced());
-  replica.Take(replica.Match(owner));
-  replica.CheckSameAs(owner);
-}
-
-TEST_CASE("versions in another order are taken as far as they lead on, and the owner is asked for the rest") {
-  MapOwner owner;
-  MatchedReplica replica;
-  replica.Begin(owner);
-  const Parts one = replica.Match(owner);
-  const Parts two = replica.Match(owner);
-  replica.Take(two);
-  replica.Take(one);
-  CHECK(replica.replica.version() == 4);
   replica.CheckAsks(owner);
 }
 

@@ -45,18 +45,10 @@ TEST_CASE("a replica has the loops of the last page of matches, until it is told
   CHECK(replica.replica.loops().empty());
 }
 
-TEST_CASE("a late joiner gets the map page by page") {
+TEST_CASE(
+    "a late joiner gets the map page by page, whole in the end though it changes meanwhile, and then what is new") {
   MapOwner owner;
-  for (int i = 0; i < 5; ++i) owner.Answer();
-  for (int i = 0; i < 600; ++i) owner.Answer(MatchState::kLost);
-  TestReplica replica(GENERATE(true, false));
-  CHECK(replica.Ask(owner) > 1);
-  replica.CheckSameAs(owner);
-}
-
-TEST_CASE("a replica that asks again gets what is new, and a map that changes meanwhile is whole in the end") {
-  MapOwner owner;
-  for (int i = 0; i < 5; ++i) owner.Answer();
+  for (int i = 0; i < 605; ++i) owner.Answer(i < 5 ? MatchState::kOk : MatchState::kLost);
   TestReplica replica(GENERATE(true, false));
   int num_pages = 0;
   for (; const auto request = replica.replica.NextRequest(); ++num_pages) {
@@ -66,44 +58,39 @@ TEST_CASE("a replica that asks again gets what is new, and a map that changes me
     replica.replica.Handle(page);
   }
   REQUIRE(num_pages > 20);
+  replica.CheckSameAs(owner);
   owner.Answer();
   replica.replica.Doubt();
   replica.Ask(owner);
   replica.CheckSameAs(owner);
 }
 
-TEST_CASE("an old page that comes late, or any page that comes twice, does no harm") {
+TEST_CASE("a question keeps its number until it is answered; a page that comes late or again does no harm") {
   MapOwner owner;
   TestReplica replica(GENERATE(true, false));
   for (int i = 0; i < 5; ++i) owner.Answer();
   std::vector<map_page_t> pages;
-  for (int i = 0; i < 100 && replica.replica.NextRequest(); ++i) {
-    pages.push_back(owner.Page(*replica.replica.NextRequest()));
+  while (const auto request = replica.replica.NextRequest()) {
+    REQUIRE(request->question == std::ssize(pages) + 1);
+    CHECK(replica.replica.NextRequest()->question == request->question);
+    pages.push_back(owner.Page(*request));
     replica.replica.Handle(pages.front());
     for (int time = 0; time < 2; ++time) replica.replica.Handle(pages.back());
   }
+  CHECK(pages.size() > 1);
   replica.CheckSameAs(owner);
   for (const map_page_t& page : pages) replica.replica.Handle(page);
   replica.CheckSameAs(owner);
   CHECK(replica.replica.num_forged() == 0);
 }
 
-TEST_CASE("pages for another replica are not its own") {
-  MapOwner owner;
-  TestReplica replica;
-  for (int i = 0; i < 5; ++i) owner.Answer();
-  map_request_t request = *replica.replica.NextRequest();
-  ++request.requester;
-  replica.replica.Handle(owner.Page(request));
-  CHECK(replica.num_begins == 0);
-  CHECK(replica.replica.num_forged() == 0);
-}
-
-TEST_CASE("an owner that lost its map is followed from the start of the new one") {
+TEST_CASE(
+    "an owner that lost its map is followed from the start of the new one, and a late page of the old does no harm") {
   const bool wants_matches = GENERATE(true, false);
   for (const int num_scans : {3, 4, 5, 8}) {  // behind, level, the very next version, far ahead
     MapOwner owner;
     TestReplica replica(wants_matches);
+    const map_request_t first = *replica.replica.NextRequest();
     replica.Begin(owner, 4);
     MapOwner anew;
     for (int i = 0; i < num_scans; ++i) anew.Answer();
@@ -111,17 +98,14 @@ TEST_CASE("an owner that lost its map is followed from the start of the new one"
     replica.Ask(anew);
     CHECK(replica.num_begins == 2);
     CHECK(replica.replica.epoch() == anew.epoch);
+    replica.replica.Handle(owner.Page(first));
     replica.CheckSameAs(anew);
   }
-}
-
-TEST_CASE("an owner that lost its map while pages were under way is followed too") {
   MapOwner owner;
-  TestReplica replica;
+  TestReplica replica(wants_matches);
   for (int i = 0; i < 5; ++i) owner.Answer();
   for (int i = 0; i < 2; ++i) replica.replica.Handle(owner.Page(*replica.replica.NextRequest()));
-  REQUIRE_FALSE(replica.replica.synced());
-  REQUIRE_FALSE(replica.matches.empty());
+  REQUIRE_FALSE(replica.replica.synced());  // pages are under way
   MapOwner anew;
   anew.Answer();
   replica.Ask(anew);
@@ -138,20 +122,6 @@ TEST_CASE("an owner whose map is an older state of the same is followed back") {
   replica.replica.Doubt();
   replica.Ask(owner);
   replica.CheckSameAs(owner);
-}
-
-TEST_CASE("a late page of the old map does no harm") {
-  MapOwner owner;
-  TestReplica replica(GENERATE(true, false));
-  const map_request_t first = *replica.replica.NextRequest();
-  replica.Begin(owner);
-  const map_page_t late = owner.Page(first);
-  MapOwner anew;
-  anew.Answer();
-  replica.replica.Doubt();
-  replica.Ask(anew);
-  replica.replica.Handle(late);
-  replica.CheckSameAs(anew);
 }
 
 TEST_CASE("pages that answer a question in the replica's name that it did not ask are left out, and counted") {
@@ -190,22 +160,6 @@ TEST_CASE("pages that answer a question in the replica's name that it did not as
   }
 }
 
-TEST_CASE("a question that is asked again keeps its number, and an answer that comes twice is nobody's forgery") {
-  MapOwner owner;
-  TestReplica replica(GENERATE(true, false));
-  for (int i = 0; i < 5; ++i) owner.Answer();
-  std::int64_t last_question = 0;
-  while (const auto request = replica.replica.NextRequest()) {
-    CHECK(request->question == last_question + 1);
-    CHECK(replica.replica.NextRequest()->question == request->question);
-    last_question = request->question;
-    for (int i = 0; i < 2; ++i) replica.replica.Handle(owner.Page(*request));
-  }
-  CHECK(last_question > 1);
-  CHECK(replica.replica.num_forged() == 0);
-  replica.CheckSameAs(owner);
-}
-
 TEST_CASE("what was answered before the loops were looked for is not taken as settled") {
   MapOwner owner;
   TestReplica replica;
@@ -221,63 +175,44 @@ TEST_CASE("what was answered before the loops were looked for is not taken as se
   CHECK(replica.replica.num_forged() == 0);
 }
 
-TEST_CASE("a page with cells of another size than the map's is not the owner's, and changes nothing") {
+TEST_CASE("a page with cells of another size, or of another number of scans or matches, is not the owner's") {
+  const bool wants_matches = GENERATE(true, false);
+  using Spoil = void (*)(map_page_t&);
+  std::vector<Spoil> spoils{[](map_page_t& page) { page.cell_size_m = 0.05; }};
+  if (wants_matches) {
+    spoils.push_back([](map_page_t& page) { page.num_matches = 2, page.matches.push_back(page.matches.front()); });
+  } else {
+    spoils.push_back([](map_page_t& page) { page.tracking.front().num_scans = 3; });
+    spoils.push_back([](map_page_t& page) { page.tracking.clear(); });
+  }
   MapOwner owner;
-  TestReplica replica(GENERATE(true, false));
+  TestReplica replica(wants_matches);
   replica.Begin(owner);
-  owner.Answer();
+  owner.Answer(MatchState::kLost);  // changes nothing: its page is the only one
   replica.replica.Doubt();
-  map_page_t page = owner.Page(replica.replica.NextRequest().value());
-  page.cell_size_m = 0.05;
-  replica.replica.Handle(page);
-  CHECK(replica.replica.version() == 3);
-  CHECK(replica.num_begins == 1);
+  for (const Spoil spoil : spoils) {
+    map_page_t page = owner.Page(replica.replica.NextRequest().value());
+    spoil(page);
+    replica.replica.Handle(page);
+    CHECK_FALSE(replica.replica.synced());
+    CHECK(replica.num_begins == 1);
+  }
   replica.Ask(owner);
   replica.CheckSameAs(owner);
 }
 
-TEST_CASE("a page that was not asked for changes nothing") {
+TEST_CASE("a page that was not asked for, or that another asked for, changes nothing") {
   MapOwner owner;
   TestReplica replica(GENERATE(true, false));
-  const map_request_t first = *replica.replica.NextRequest();
+  map_request_t request = *replica.replica.NextRequest();
   replica.Begin(owner);
   MapOwner other;
   for (int i = 0; i < 5; ++i) other.Answer();
-  replica.replica.Handle(other.Page(first));
+  replica.replica.Handle(other.Page(request));
+  ++request.requester;
+  replica.replica.Handle(owner.Page(request));
   CHECK(replica.num_begins == 1);
-  replica.CheckSameAs(owner);
-}
-
-TEST_CASE("a last page whose tracking state is of another version is not taken") {
-  MapOwner owner;
-  TestReplica replica(false);
-  replica.Begin(owner);
-  owner.Answer();
-  replica.replica.Doubt();
-  map_page_t page = owner.Page(*replica.replica.NextRequest());
-  for (; page.next_tile >= 0; page = owner.Page(*replica.replica.NextRequest())) replica.replica.Handle(page);
-  page.tracking.front().num_scans = 3;
-  replica.replica.Handle(page);
-  CHECK_FALSE(replica.replica.synced());
-  page.tracking.clear();
-  replica.replica.Handle(page);
-  CHECK_FALSE(replica.replica.synced());
-  replica.Ask(owner);
-  replica.CheckSameAs(owner);
-}
-
-TEST_CASE("a page of other matches than those that were asked for is not taken") {
-  MapOwner owner;
-  TestReplica replica;
-  replica.Begin(owner);
-  owner.Answer(MatchState::kLost);
-  replica.replica.Doubt();
-  map_page_t page = owner.Page(replica.replica.NextRequest().value());
-  page.matches.push_back(page.matches.front());
-  page.num_matches = 2;
-  replica.replica.Handle(page);
-  CHECK_FALSE(replica.replica.synced());
-  replica.Ask(owner);
+  CHECK(replica.replica.num_forged() == 0);
   replica.CheckSameAs(owner);
 }
 

@@ -58,4 +58,14 @@ TEST_CASE("there is nothing between a near edge and what lies behind it") {
   CHECK(contour.weights[7] == 1 + 10 + 3);  // the whole cap on one side all the same
 }
 
+TEST_CASE("a contour is traced by the constants that are given") {
+  const ValidRays rays = WallSeenAt({10.0, 6.0, 3.5, 2.5});
+  const auto TraceBy = [&](const ContourConstants& constants) {
+    return TraceContour(rays, ComputeHits(rays), 0.5, constants);
+  };
+  CHECK(TraceBy({.most_pieces = 2}).points_m.cols() == 4 + 3);
+  CHECK(TraceBy({.surface = {.growth_max = 1.0}}).points_m.cols() == 4);
+  CHECK(TraceBy({.most_of_gap = 40.0}).weights.sum() == Approx(4 + 3 * 40).margin(6));  // rounded
+}
+
 }  // namespace crsm

@@ -1,5 +1,6 @@
 #include "services/settings/command_line.hpp"
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -182,6 +183,19 @@ TEST_CASE("a file that is wrong is refused in one line that names the file, the 
   }
 }
 
+TEST_CASE("a prefix leaves room for the longest channel, and a configuration is a file that ends") {
+  CHECK_FALSE(Program({"--channel-prefix", std::string(33, 'x')}).exit_code);
+  CheckRefused(Program({"--channel-prefix", std::string(34, 'x')}), "has 34 characters, must have at most 33");
+  CheckRefused(Program({"--config", "/nowhere/a.toml"}), "cannot read /nowhere/a.toml: No such file or directory");
+  CheckRefused(Program({"--config", "/dev/zero"}), "cannot read /dev/zero: is no regular file");
+  const ScratchFolder folder;
+  const std::string fifo = (folder / "fifo").string();
+  REQUIRE(mkfifo(fifo.c_str(), 0600) == 0);
+  CheckRefused(Program({"--config", fifo}), "cannot read " + fifo + ": is no regular file");
+  const ScratchFile empty("");
+  CheckRefused(Program({"--config", empty.path()}), empty.path() + ": is empty");
+}
+
 TEST_CASE("a file may name preset and profile, which come before its other keys; flags win") {
   const ScratchFile file("range_max_m = 7\npreset = \"sick\"\nprofile = \"paper\"\n");
   const Program both({"--config", file.path()});
@@ -241,12 +255,6 @@ TEST_CASE("the words for another program are those that it knows, in the order o
                                                                             "--smooth-climb"});
   CHECK(program.line.WasGiven("seed"));
   CHECK_FALSE(program.line.WasGiven("range_min_m"));
-}
-
-TEST_CASE("a file that is not there or is empty is refused") {
-  const ScratchFile empty("");
-  CheckRefused(Program({"--config", empty.path()}), empty.path() + ": cannot be read, or is empty");
-  CheckRefused(Program({"--config", "/nowhere/a.toml"}), "/nowhere/a.toml: cannot be read");
 }
 
 TEST_CASE("a flag that is wrong is refused in one line that names it and the mend") {

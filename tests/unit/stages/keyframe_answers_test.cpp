@@ -68,13 +68,20 @@ pose_graph_t Unchanged(int keyframe, int previous, std::int64_t epoch = kEpoch) 
   return MakeUnchanged(Nth(keyframe), NthOrNone(previous), Drive()[static_cast<std::size_t>(keyframe)].utime, epoch);
 }
 
-KeyframeAnswers MakeAnswers() { return KeyframeAnswers(kMakeCloser); }
+/// Who has heard so many keyframes.
+KeyframeAnswers MakeAnswers(int num_keyframes = 0) {
+  KeyframeAnswers answers(kMakeCloser);
+  for (int i = 0; i < num_keyframes; ++i) answers.Answer(Tell(i, -1));
+  return answers;
+}
 
 /// Who has heard all keyframes before the one that closes the first loop.
-KeyframeAnswers BeforeFirstUpdate() {
-  KeyframeAnswers answers = MakeAnswers();
-  for (int i = 0; i < Updates()[0].keyframe.number; ++i) answers.Answer(Tell(i, -1));
-  return answers;
+KeyframeAnswers BeforeFirstUpdate() { return MakeAnswers(Updates()[0].keyframe.number); }
+
+/// Whether nothing is known, and all keyframes are asked for.
+bool BeginsAnew(KeyframeAnswers& answers) {
+  const auto request = answers.NextRequest();
+  return answers.graph().size() == 0 && request && !FromOptional(request->after);
 }
 
 }  // namespace
@@ -117,16 +124,14 @@ TEST_CASE("a loop closer that is started anew does not search where the owner sa
   CHECK(answers.num_searched() == 5);
   CHECK(answers.last_update() >= Nth(known));
   CHECK_FALSE(answers.is_of_another_closer());
-  KeyframeAnswers all = MakeAnswers();
-  for (int i = 0; i <= known + 5; ++i) all.Answer(Tell(i, -1));
+  const KeyframeAnswers all = MakeAnswers(known + 6);
   CHECK(all.num_searched() == known + 6);
   CHECK(answers.graph().poses() == all.graph().poses());
   CHECK(answers.graph().loops() == all.graph().loops());
 }
 
 TEST_CASE("a keyframe at which something was found that lies in no keyframe known here waits") {
-  KeyframeAnswers answers = MakeAnswers();
-  for (int i = 0; i < 5; ++i) answers.Answer(Tell(i, -1));
+  KeyframeAnswers answers = MakeAnswers(5);
   keyframe_t message = Tell(5, -1);
   message.id = {1, 0};
   message.previous = {0, 4};
@@ -140,23 +145,6 @@ TEST_CASE("a keyframe at which something was found that lies in no keyframe know
   CHECK(answers.graph().size() == 6);
 }
 
-TEST_CASE("an answer that was lost is given again, until the owner says that it has it") {
-  KeyframeAnswers answers = BeforeFirstUpdate();
-  const GraphUpdate& update = Updates()[0];
-  const int k = update.keyframe.number;
-  const auto parts = PartsOf(update);
-  CHECK(Encode(answers.Answer(Tell(k, -1))) == Encode(parts));
-  CHECK(Encode(answers.Answer(Tell(k, -1))) == Encode(parts));
-  CHECK(answers.graph().size() == k + 1);  // it is no new one
-
-  std::vector<pose_graph_t> late = parts;
-  late.push_back(Unchanged(k + 1, k));
-  CHECK(Encode(answers.Answer(Tell(k + 1, -1))) == Encode(late));
-  CHECK(Encode(answers.Answer(Tell(k, -1))) == Encode(parts));
-  CHECK(Encode(answers.Answer(Tell(k + 1, k))) == Encode({Unchanged(k + 1, k)}));
-  CHECK(Encode(answers.Answer(Tell(k + 1, k))) == Encode({Unchanged(k + 1, k)}));
-}
-
 TEST_CASE("an owner that begins with an update at its newest keyframe is told that loops were looked for there") {
   const int newest = Updates()[0].keyframe.number;
   KeyframeAnswers answers = MakeAnswers();
@@ -164,70 +152,26 @@ TEST_CASE("an owner that begins with an update at its newest keyframe is told th
   CHECK(Encode(answers.Answer(Tell(newest, newest))) == Encode({Unchanged(newest, newest)}));
 }
 
-TEST_CASE("all updates that an owner lacks are given in their order") {
+TEST_CASE("all updates that an owner lacks are given in their order, and again, until it says that it has them") {
   KeyframeAnswers answers = BeforeFirstUpdate();
+  const int first = Updates()[0].keyframe.number;
   const int last = Updates()[1].keyframe.number;
-  for (int i = Updates()[0].keyframe.number; i < last; ++i) answers.Answer(Tell(i, -1));
+  const auto Answer = [&](int keyframe, int last_update) {
+    return Encode(answers.Answer(Tell(keyframe, last_update)));
+  };
   std::vector<pose_graph_t> expected = PartsOf(Updates()[0]);
+  for (int time = 0; time < 2; ++time) CHECK(Answer(first, -1) == Encode(expected));
+  CHECK(answers.graph().size() == first + 1);  // it is no new one
+  for (int i = first + 1; i < last; ++i) {
+    expected.push_back(Unchanged(i, first));
+    CHECK(Answer(i, -1) == Encode(expected));
+    expected.pop_back();
+  }
   for (const pose_graph_t& part : PartsOf(Updates()[1])) expected.push_back(part);
-  CHECK(Encode(answers.Answer(Tell(last, -1))) == Encode(expected));
-  std::vector<pose_graph_t> before = PartsOf(Updates()[0]);
-  before.push_back(Unchanged(last - 1, Updates()[0].keyframe.number));
-  CHECK(Encode(answers.Answer(Tell(last - 1, -1))) == Encode(before));  // sent again: not more than was known then
-  CHECK(Encode(answers.Answer(Tell(last, Updates()[0].keyframe.number))) == Encode(PartsOf(Updates()[1])));
-}
-
-TEST_CASE("a loop closer that is started anew asks for all keyframes and comes to the same answers") {
-  KeyframeAnswers first = BeforeFirstUpdate();
-  const int known = Updates()[0].keyframe.number;
-  first.Answer(Tell(known, -1));
-  const int now = known + 1;
-  REQUIRE(now < Updates()[1].keyframe.number);
-  for (int i = known + 1; i <= now; ++i) first.Answer(Tell(i, known));
-
-  KeyframeAnswers anew = MakeAnswers();
-  CHECK_FALSE(anew.NextRequest());  // of which map?
-  CHECK(anew.Answer(Tell(now, known)).empty());
-  int num_requests = 0;
-  for (; const auto request = anew.NextRequest(); ++num_requests) {
-    REQUIRE(num_requests < 10);  // some forty at a time
-    REQUIRE(Decode<keyframe_request_t>(crsm::Encode(*request)));
-    CHECK(request->epoch == kEpoch);
-    const int lacking = anew.graph().size();
-    REQUIRE(FromOptional(request->after) == NthOrNone(lacking - 1));
-    for (int i = lacking; i < lacking + request->num_keyframes && i <= now; ++i) {
-      const auto answer = anew.Answer(Tell(i, known));
-      if (i <= known) CHECK(answer.empty());  // the owner knows that
-      if (i > known) CHECK(Encode(answer) == Encode({Unchanged(i, known)}));
-    }
-  }
-  CHECK(anew.graph().poses() == first.graph().poses());
-  CHECK(anew.graph().loops() == first.graph().loops());
-  CHECK(anew.last_update() == Nth(known));
-  CHECK_FALSE(anew.is_of_another_closer());
-  for (int i = now + 1; i <= Updates()[1].keyframe.number; ++i) {
-    REQUIRE(Encode(anew.Answer(Tell(i, known))) == Encode(first.Answer(Tell(i, known))));
-  }
-  CHECK(anew.last_update() == Updates()[1].keyframe);
-}
-
-TEST_CASE("keyframes that were lost on the way are asked for") {
-  KeyframeAnswers answers = MakeAnswers();
-  for (int i = 0; i <= 10; ++i) answers.Answer(Tell(i, -1));
-  CHECK(answers.Answer(Tell(13, -1)).empty());
-  CHECK(answers.graph().size() == 11);
-  auto request = answers.NextRequest();
-  REQUIRE(request);
-  CHECK(request->epoch == kEpoch);
-  CHECK(FromOptional(request->after) == Nth(10));
-  CHECK(Encode(answers.Answer(Tell(11, -1))) == Encode({Unchanged(11, -1)}));
-  request = answers.NextRequest();
-  REQUIRE(request);
-  CHECK(FromOptional(request->after) == Nth(11));
-  answers.Answer(Tell(12, -1));
-  CHECK(answers.NextRequest());
-  CHECK(Encode(answers.Answer(Tell(13, -1))) == Encode({Unchanged(13, -1)}));
-  CHECK_FALSE(answers.NextRequest());
+  CHECK(Answer(last, -1) == Encode(expected));
+  CHECK(Answer(first, -1) == Encode(PartsOf(Updates()[0])));  // sent again: not more than was known then
+  CHECK(Answer(last, first) == Encode(PartsOf(Updates()[1])));
+  for (int time = 0; time < 2; ++time) CHECK(Answer(last + 1, last) == Encode({Unchanged(last + 1, last)}));
 }
 
 TEST_CASE("as many keyframes are asked for at once as a receiver surely keeps") {
@@ -266,18 +210,14 @@ TEST_CASE("an owner that no longer has an update is given all again, from the fi
   answers.Answer(Tell(k, -1));
   answers.Answer(Tell(k + 1, k));  // it has it, and nobody has to keep it
   CHECK(answers.Answer(Tell(k, -1)).empty());
-  CHECK(answers.graph().size() == 0);
-  const auto request = answers.NextRequest();
-  REQUIRE(request);
-  CHECK_FALSE(FromOptional(request->after));
+  CHECK(BeginsAnew(answers));
   for (int i = 0; i < k; ++i) REQUIRE(Encode(answers.Answer(Tell(i, -1))) == Encode({Unchanged(i, -1)}));
   CHECK(Encode(answers.Answer(Tell(k, -1))) == Encode(PartsOf(Updates()[0])));
   CHECK_FALSE(answers.NextRequest());
 }
 
 TEST_CASE("an owner whose keyframes are other ones than they were makes it begin anew") {
-  KeyframeAnswers answers = MakeAnswers();
-  for (int i = 0; i <= 10; ++i) answers.Answer(Tell(i, -1));
+  KeyframeAnswers answers = MakeAnswers(11);
   keyframe_t message = Tell(8, -1);
   answers.Answer(message);
   REQUIRE(answers.graph().size() == 11);  // the same
@@ -285,18 +225,14 @@ TEST_CASE("an owner whose keyframes are other ones than they were makes it begin
   SECTION("after another motion") { message.T_previous_this.x_m += 1e-9; }
   SECTION("with other rays") { message.range_m[3] += 0.001f; }
   CHECK(answers.Answer(message).empty());
-  CHECK(answers.graph().size() == 0);
-  const auto request = answers.NextRequest();
-  REQUIRE(request);
-  CHECK_FALSE(FromOptional(request->after));
+  CHECK(BeginsAnew(answers));
 }
 
 TEST_CASE("a trajectory goes on from the last keyframe of the one before: what is lacking there is asked for") {
   const auto TellOf = [](KeyframeId id, KeyframeId previous) {
     return ToMessage(Drive()[IndexOf(id)], {kEpoch, id, previous});
   };
-  KeyframeAnswers answers = MakeAnswers();
-  for (int i = 0; i <= 10; ++i) answers.Answer(Tell(i, -1));
+  KeyframeAnswers answers = MakeAnswers(11);
   SECTION("the end of the first") {
     CHECK(answers.Answer(TellOf({1, 0}, {0, 11})).empty());
     const auto request = answers.NextRequest();
@@ -326,8 +262,7 @@ TEST_CASE("a trajectory goes on from the last keyframe of the one before: what i
 }
 
 TEST_CASE("a keyframe with a constraint to one that is not there is not taken") {
-  KeyframeAnswers answers = MakeAnswers();
-  for (int i = 0; i <= 10; ++i) answers.Answer(Tell(i, -1));
+  KeyframeAnswers answers = MakeAnswers(11);
   Keyframe keyframe = Drive()[11];
   keyframe.constraint = ProximityConstraint{{0, 11}, {}};
   CHECK(answers.Answer(ToMessage(keyframe, {kEpoch, {1, 0}, Nth(10)})).empty());

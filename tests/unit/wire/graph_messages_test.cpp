@@ -6,20 +6,13 @@
 #include "catch.hpp"
 #include "common/math/random.hpp"
 #include "graph/nth.hpp"
+#include "send.hpp"
 #include "wire_messages.hpp"
 
 namespace crsm {
 namespace {
 
 constexpr std::int64_t kEpoch = 99;
-
-/// Over the wire: what a receiver gets of it.
-template <class Message>
-Message Send(const Message& message) {
-  const auto received = Decode<Message>(Encode(message));
-  REQUIRE(received);
-  return *received;
-}
 
 Pose2 DrawPose(Random& random) {
   return {random.Uniform(-100.0, 100.0), random.Uniform(-100.0, 100.0), random.Uniform(-kPi, kPi)};
@@ -93,14 +86,8 @@ TEST_CASE("a keyframe comes over the wire to the last bit") {
   CHECK(FromOptional(message.previous) == Nth(19));
   CHECK(FromOptional(message.last_update) == Nth(12));
   CheckSame(FromMessage(message), keyframe);
-}
-
-TEST_CASE("that a keyframe is of another drive comes over the wire, too") {
-  Keyframe keyframe = MakeKeyframe();
-  keyframe.begins = keyframe.begins_anywhere = true;
-  const keyframe_t message = Send(ToMessage(keyframe, {kEpoch, {1, 0}, Nth(19), Nth(12)}));
-  CHECK(FromMessage(message).begins);
-  CHECK(FromMessage(message).begins_anywhere);
+  keyframe.constraint_wrong = true;  // what a receiver has found out of a constraint is its own
+  CHECK_FALSE(FromMessage(Send(ToMessage(keyframe, {kEpoch, Nth(20), Nth(19)}))).constraint_wrong);
 }
 
 TEST_CASE("a keyframe without number 0 goes on with a trajectory, one with it begins one") {
@@ -114,14 +101,10 @@ TEST_CASE("a keyframe without number 0 goes on with a trajectory, one with it be
   const keyframe_t after_a_break = Send(ToMessage(keyframe, {kEpoch, {1, 0}, Nth(19)}));
   CHECK(FromMessage(after_a_break).begins);
   CHECK(FromOptional(after_a_break.previous) == Nth(19));
+  CHECK_FALSE(FromMessage(after_a_break).begins_anywhere);
   CHECK_FALSE(FromMessage(Send(ToMessage(keyframe, {kEpoch, {1, 1}, KeyframeId{1, 0}}))).begins);
-}
-
-TEST_CASE("what a receiver has found out of a constraint is its own and does not travel") {
-  Keyframe keyframe = MakeKeyframe();
-  keyframe.constraint = ProximityConstraint{Nth(17), {}};
-  keyframe.constraint_wrong = true;
-  CHECK_FALSE(FromMessage(Send(ToMessage(keyframe, {kEpoch, Nth(20), Nth(19)}))).constraint_wrong);
+  keyframe.begins_anywhere = true;  // of another drive
+  CHECK(FromMessage(Send(ToMessage(keyframe, {kEpoch, {1, 0}, Nth(19)}))).begins_anywhere);
 }
 
 TEST_CASE("what was found at a keyframe comes over the wire to the last bit") {
@@ -191,7 +174,7 @@ TEST_CASE("an update comes over the wire to the last bit, in parts of 32 KB at m
   CHECK(PutTogether(parts) == update);
 }
 
-TEST_CASE("the parts of an update may come in any order, and twice") {
+TEST_CASE("the parts of an update may come in any order, and twice, and of a whole one nothing is left") {
   const GraphUpdate update = MakeUpdate(0, 2499);
   const auto parts = MakeParts(update, 5, kEpoch);
   std::vector<int> order{0, 1, 2};
@@ -204,15 +187,10 @@ TEST_CASE("the parts of an update may come in any order, and twice") {
     coming.insert(coming.begin(), coming[2]);
     CHECK(PutTogether(coming) == update);
   } while (std::next_permutation(order.begin(), order.end()));
-}
-
-TEST_CASE("one update comes after the other, and of a whole one nothing is left") {
-  GraphUpdateParts together;
-  const GraphUpdate first = MakeUpdate(0, 2499);
-  const GraphUpdate second = MakeUpdate(300, 2600);
-  CHECK(PutTogether(MakeParts(first, 5, kEpoch), together) == first);
-  CHECK(PutTogether(MakeParts(second, 6, kEpoch), together) == second);
-  CHECK(PutTogether(MakeParts(second, 6, kEpoch), together) == second);  // sent again, it takes all of its parts again
+  GraphUpdateParts together;  // of one update after the other; sent again, it takes all of its parts again
+  for (const GraphUpdate& next : {update, MakeUpdate(300, 2600), MakeUpdate(300, 2600)}) {
+    CHECK(PutTogether(MakeParts(next, 5, kEpoch), together) == next);
+  }
 }
 
 TEST_CASE("an update whose parts are followed by those of another one is given up") {

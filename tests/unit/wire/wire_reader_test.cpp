@@ -96,30 +96,19 @@ void CheckType() {
   }
 }
 
+template <class... Messages>
+void CheckTypes() {
+  (CheckType<Messages>(), ...);
+}
+
 }  // namespace
 
 TEST_CASE(
     "what lcm-gen writes of any message is walked over whole; cut, lengthened or counted wrongly, it is refused") {
-  CheckType<bot_core::planar_lidar_t>();
-  CheckType<botlab::lidar_t>();
-  CheckType<botlab::lidar_nranges_t>();
-  CheckType<sensor_msgs::LaserScan>();
-  CheckType<sweep_t>();
-  CheckType<bot_core::pose_t>();
-  CheckType<mbot_lcm_msgs::pose2D_t>();
-  CheckType<critical_rays_t>();
-  CheckType<scan_match_t>();
-  CheckType<map_delta_t>();
-  CheckType<map_page_t>();
-  CheckType<map_request_t>();
-  CheckType<scan_request_t>();
-  CheckType<scan_answer_t>();
-  CheckType<keyframe_t>();
-  CheckType<keyframe_request_t>();
-  CheckType<pose_graph_t>();
-  CheckType<service_status_t>();
-  CheckType<journal_head_t>();
-  CheckType<journal_check_t>();
+  CheckTypes<bot_core::planar_lidar_t, botlab::lidar_t, botlab::lidar_nranges_t, sensor_msgs::LaserScan, sweep_t>();
+  CheckTypes<bot_core::pose_t, mbot_lcm_msgs::pose2D_t, critical_rays_t, scan_match_t, map_delta_t, map_page_t>();
+  CheckTypes<map_request_t, scan_request_t, scan_answer_t, keyframe_t, keyframe_request_t, pose_graph_t>();
+  CheckTypes<service_status_t, journal_head_t, journal_check_t>();
 }
 
 TEST_CASE("an array has the most elements that are allowed, and not one more although its bytes are there") {

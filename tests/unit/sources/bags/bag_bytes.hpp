@@ -36,6 +36,7 @@ struct LaserMessage {
   float range_min = 0.0f;
   float range_max = 10.0f;
   std::vector<float> ranges = {1.0f, 2.0f, 3.0f};
+  bool has_echoes = false;    ///< a MultiEchoLaserScan: each range is followed by that of what is behind
   std::string frame = "las";  ///< of three letters: what follows is aligned in CDR with the NUL at its end
 
   std::string Floats() const {
@@ -44,7 +45,9 @@ struct LaserMessage {
       bytes += Little(number);
     }
     bytes += Little(static_cast<std::uint32_t>(ranges.size()));
-    for (const float range : ranges) bytes += Little(range);
+    for (const float range : ranges) {
+      bytes += has_echoes ? Little(2u) + Little(range) + Little(range + 5.0f) : Little(range);
+    }
     return bytes + Little(std::uint32_t{0});  // no intensities
   }
   std::string Ros1() const { return Little(7u) + Little(sec) + Little(nanosec) + Text(frame) + Floats(); }

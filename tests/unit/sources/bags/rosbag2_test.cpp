@@ -4,6 +4,7 @@
 
 #include "bag_bytes.hpp"
 #include "catch.hpp"
+#include "packed.hpp"
 #include "services/sources/bags/bag_source.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "source_helpers.hpp"
@@ -92,14 +93,25 @@ TEST_CASE("the last file of a folder may be empty, which is said") {
   CHECK(DescribeCut("run", *source).find("(truncated)") != std::string::npos);
 }
 
-TEST_CASE("a folder whose files are missing or compressed is refused, with what mends it") {
+TEST_CASE("the files of a folder may be compressed, and metadata.yaml need not know it") {
+  for (const bool is_told : {false, true}) {
+    const ScratchFolder folder;
+    folder.Write("run_0.mcap.zstd", Pack("zstd", OneScan(1)));
+    folder.Write("run_1.mcap", OneScan(2));
+    folder.Write("run_2.mcap.xz", Pack("xz", OneScan(3)));
+    if (is_told)
+      folder.Write("metadata.yaml", "relative_file_paths:\n  - run_0.mcap\n  - run_1.mcap.zstd\n  - run_2.mcap.xz\n");
+    CHECK(SecondsOf(folder) == Seconds{1, 2, 3});
+  }
+}
+
+TEST_CASE("a folder whose files are missing is refused, with what mends it") {
   const ScratchFolder folder;
   const auto RefusalOfOne = [&](const std::string& file) {
     folder.Write("metadata.yaml", "relative_file_paths:\n  - " + file + "\n");
     return RefusalOf(folder);
   };
   CHECK(RefusalOfOne("run_0.mcap").find("/run_0.mcap is missing, but ") != std::string::npos);
-  CHECK(RefusalOfOne("run_0.db3.zstd").find("/run_0.db3.zstd first") != std::string::npos);
   folder.Write("metadata.yaml", "nothing");
   CHECK(RefusalOf(folder).ends_with("has no .db3 or .mcap file of rosbag2"));
   folder.Write("run_0.mcap", "no bag, though it is called one");

@@ -1,0 +1,176 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "common/math/trigonometry.hpp"
+
+namespace crsm {
+
+/// All that the diagnosis takes for granted, by subject. Tests and studies vary it; users do not. For the data on which
+/// the values were chosen and checked see Judge. Shares are in [0, 1].
+struct DiagnosisConstants {
+  /// Whether scans contradict each other where the robot was twice.
+  struct SelfContradiction {
+    double apart_m = 0.4;  ///< of scans that are compared: of those that are less apart one is taken
+    double apart_rad = 0.4;
+    double same_place_m = 1.0;         ///< two scans within it are of one place ...
+    double long_apart_m = 8.0;         ///< ... long apart, if so far along the path
+    std::size_t most_pairs = 1000;     ///< that are compared
+    std::ptrdiff_t most_hits = 90;     ///< of a scan
+    int least_seen = 10;               ///< hits: a scan that sees fewer of another's tells nothing
+    double beam_gap = 1.6;             ///< of the usual step between beams: a beam between them met nothing
+    double nearest_m = 0.2;            ///< hits that are nearer tell nothing
+    double tolerance_m = 0.1;          ///< of ranges ...
+    double tolerance_per_m = 0.02;     ///< ... and so much more with each metre of them
+    double contradicting_share = 0.3;  ///< of the hits, above which two scans contradict each other
+    double square_m = 2.0;             ///< side of the squares, of which the worst is found ...
+    int square_looks_min = 8;          ///< ... among those with so many looks
+  };
+
+  /// What is gathered of a run.
+  struct Statistics {
+    std::size_t most_sampled = 2000;  ///< scans in the sample ...
+    std::size_t most_rays = 720;      ///< ... and rays of each
+    // Of those, what is asked for agreement.
+    std::size_t most_asked = 200;      ///< scans ...
+    std::size_t most_rays_asked = 60;  ///< ... and rays of each
+    std::size_t least_asked = 20;      ///< fewer scans tell nothing
+    /// The window in which a scan is searched by default (MatchConstants::Search): beyond it is luck.
+    double far_m = 0.4;
+    double far_rad = 0.25;
+    std::int64_t most_by_chance = 3;  ///< scans in a row of an open way that something seems to hold
+    double path_step_m = 0.2;         ///< of the path: longer than what a robot that stands seems to move
+    double least_turns_rad2 = 0.1;    ///< that odometry is judged by: thirty turns of 0.06 rad
+    double least_ways_m2 = 0.3;       ///< ... and thirty steps of 0.1 m
+    SelfContradiction contradiction = {};
+  };
+
+  /// How far off parts of a map may be. Chosen on seeds 1, 2 and 4 of the simulated worlds and on the logs.
+  struct MapError {
+    double any_map_m = 0.04;
+    double per_path = 0.0003;         ///< for each metre of the path ...
+    double per_open_path = 0.01;      ///< ... of the open one, where places were seen twice ...
+    double per_unseen_path = 0.03;    ///< ... or where hardly any was ...
+    double per_doubtful_path = 0.05;  ///< ... and more of it where most of the way was open
+    double much_of_path = 0.5;     ///< of the open path where places contradict each other, of all of it after a loss
+    double contradiction_m = 0.5;  ///< at least, where places contradict each other
+    double wheels_sigmas = 3.0;    ///< of wheels that contradict the laser
+    double open_place_m = 2.0;     ///< where so much was open at once, the map is off most likely
+  };
+
+  /// Whether a map is to be trusted. With each threshold: the extremes of the maps that are right, and of those that
+  /// are wrong, in our logs and worlds.
+  struct Verdict {
+    std::int64_t few_scans = 20;  ///< fewer tell nothing
+
+    /// Right: 0.58 (aces) to 0.98, outdoors 0.49. Wrong by angles, ranges, order or noise: 0.02 to 0.5, a few 0.8.
+    double least_agreement = 0.45;
+    double fair_agreement = 0.5;
+
+    /// Right: 0.63 (exp3) to 0.84. Scans that do not belong together: 0.21 to 0.5, a few 0.58.
+    double least_fitness = 0.5;
+    double fair_fitness = 0.6;
+
+    /// Right: 0 to 0.01. Every 20th scan: 0.02 to 0.5; what else loses the track: 0.06 to 0.8.
+    double most_lost = 0.05;            ///< also of scans without rays
+    double most_lost_in_motion = 0.02;  ///< where the laser also moves far between scans
+    double few_far_steps = 0.03;        ///< right, at full rate: 0 to 0.006, and 0.13 in hall, with nothing lost
+    double mostly_blind = 0.5;          ///< of the scans without rays: the map is bad, not doubtful
+
+    /// Right: 0 to 0.18, 0.59 of a laser with a reach of 4 m. Ranges of a tenth: 0.7 to 1.
+    double most_degenerate = 0.8;
+
+    /// Right: 0 to 0.13 (hall), turns of 3 rad/s 0.17 if they are deskewed, on every 5th scan up to 0.98. Wrong: 0.17
+    /// to 0.95.
+    double many_far_steps = 0.15;
+
+    /// Scans in a row. Right: 4. Tracks that were found again elsewhere: 10 to 770.
+    std::int64_t long_lost = 20;
+
+    /// Scans in a row. Right: 244 at most (killian). A smooth corridor of 40 m, in which the robot seems to stand: 430
+    /// to 450.
+    std::int64_t long_open = 300;
+
+    /// Of the matched scans. What is not on the map is missing: a room, say. Right: 1.
+    double least_on_largest = 0.98;
+    double least_of_all = 0.25;  ///< so little of what was seen is no map of it
+
+    /// Scans of about the same place, long apart along the path. Right by the mean of their errors: 0.041 at most, but
+    /// for killian at 8 m with odometry (0.076), aces without loops (0.48) and the flat by 70 and 90 degrees (0.41).
+    /// Wrong: up to 1, but also as little as 0.014 (aces at 8 m).
+    std::int64_t few_looks = 20;
+    double most_contradict = 0.05;
+    std::int64_t very_few_looks = 10;
+    double most_of_few_contradict = 0.2;
+
+    /// Where next to nothing was seen twice nothing vouches for what degenerate scans leave open. Right: 6 m at most by
+    /// lasers that see 180 degrees and 5 m; those that see less are right with 72 m, and wrong from 9 m on.
+    std::int64_t many_looks = 200;
+    double long_open_path_m = 8.0;
+
+    /// Of the path. Right: 0.34 at most, and 0.45 of a laser that sees 3.5 m in rooms around a corridor. Wrong: 0.375
+    /// and more.
+    double most_open_path = 0.36;
+
+    /// A laser that stands seems to move by 0.055 m and 0.023 rad (an RPLidar in a hall).
+    double stands_within_m = 0.15;
+    double stands_within_rad = 0.1;
+
+    double most_left_out = 0.1;  ///< of the recording: that much may be a room
+
+    double opposite = -0.5;  ///< of the correlation of two motions: turns that are mirrored ...
+    double across = 0.5;     ///< ... and ways in different directions
+
+    // On a finished map.
+    double most_lost_on_map = 0.1;
+    double mostly_lost_on_map = 0.5;  ///< the poses are bad, not doubtful
+
+    MapError map_error = {};
+  };
+
+  /// By which sweep turning scans fit best.
+  struct SweepStudy {
+    std::size_t num_scans = 1500;      ///< that may be looked at
+    double turning_rad = 0.03;         ///< in a sweep: a tenth of it is a cell at 10 m
+    int enough_turning = 60;           ///< scans
+    int few_turning = 12;              ///< fewer prove nothing
+    double better_fitness_min = 0.01;  ///< by which one sweep is better than another ...
+    double better_sigmas = 3.0;        ///< ... and that is no chance
+    double longest_period_s = 1.0;     ///< of scans whose sweep is guessed
+    double shortest_share = 0.02;      ///< of the period: a likely sweep
+    double longest_share = 1.05;
+  };
+
+  /// The range that stands for "no return".
+  struct RangeStudy {
+    double many_beams = 0.05;  ///< of all that were measured
+    double all_over = 0.2;     ///< of the view: a wall straight ahead of a robot that stands is narrower
+  };
+
+  /// Whether a laser is set up wrongly.
+  struct LaserJudge {
+    int window_steps = 20;          ///< last steps of the clock, 64 at most
+    int enough = 10;                ///< of them, or scans in a row: a second of a slow laser
+    int looked_at_first = 30;       ///< scans, and then ...
+    int looked_at_one_in = 10;      ///< ... one in so many
+    std::size_t valid_one_in = 10;  ///< in millimetres no more than one range in so many is one that the laser has
+    /// Of the median range. Metres that few lasers reach, and 0.1 m: closer than most walls are.
+    float millimetres_median_min = 100.0f;
+    float millimetres_median_max = 100'000.0f;  ///< 100 m
+  };
+
+  /// Whether scans are mirrored.
+  struct Handedness {
+    int enough_pairs = 10;                      ///< of scans
+    int others_one_in = 5;                      ///< of the pairs at most one in so many tells otherwise
+    double least_turn_rad = 4.0 * kPi / 180.0;  ///< between the scans of a pair
+    double most_turn_rad = 45.0 * kPi / 180.0;
+    int oldest_scans = 10;           ///< ago, the first of a pair
+    double clearly = 0.75;           ///< how much better one of the two must fit
+    int enough_shared = 30;          ///< directions in which both scans saw something
+    float most_difference_m = 0.5f;  ///< what stands free differs by more, and tells no more
+  };
+};
+
+}  // namespace crsm

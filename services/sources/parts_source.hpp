@@ -1,0 +1,40 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/logs/laser_source.hpp"
+
+namespace crsm {
+
+/// The files that a pattern with * and ? stands for, in the order of their names, where 9 comes before 10. Throws
+/// std::runtime_error that names the pattern if there are none.
+std::vector<std::string> FindParts(const std::string& pattern);
+
+/// A log that its recorder has split: one part after the other, as if they were one.
+class PartsSource : public LaserSource {
+ public:
+  using Open = std::function<std::unique_ptr<LaserSource>(const std::string& path)>;
+
+  /// Opens the first part. Throws as `open` does.
+  PartsSource(std::vector<std::string> paths, Open open);
+
+  std::optional<LaserScan> Next() override;
+  std::optional<Pose2> Odometry() const override { return part_->Odometry(); }
+  double Progress() const override;
+  std::map<std::string, std::int64_t> Counts() const override;
+  std::vector<std::string> Complaints() const override;
+  std::vector<std::string> OdometryNotes() const override { return part_->OdometryNotes(); }
+
+ private:
+  std::vector<std::string> paths_;
+  Open open_;
+  std::unique_ptr<LaserSource> part_;
+  std::size_t num_opened_ = 1;
+  std::map<std::string, std::int64_t> counts_;  ///< of parts that have been read
+  std::vector<std::string> complaints_;         ///< likewise
+};
+
+}  // namespace crsm
