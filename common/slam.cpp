@@ -27,16 +27,15 @@ Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_od
   step.scan = selector_.Select(scan);
   step.match = MatchScan(*matcher_, step.scan, tracking_, T_odom_robot, matching_);
   step.match.map_version = map_version();
-  step.drawn = Integrate(&step.scan, step.match);
+  step.drawn = Take(mapper_.Integrate(&step.scan, step.match), step.match);
   step.updates = AcceptFound(std::max(0, mapper_.lag() - 1));  // before they would take effect with the next keyframe
   return step;
 }
 
 void Slam::DrawRestored() { matcher_->Apply(mapper_.DrawPutOff()); }
 
-/// Draws a matched scan into the map and remembers the match. Whether the map was drawn.
-bool Slam::Integrate(const CriticalRays* scan, const ScanMatch& match) {
-  const Mapper::Step step = mapper_.Integrate(scan, match);
+/// What has become of a scan is remembered. Whether it was drawn.
+bool Slam::Take(const Mapper::Step& step, const ScanMatch& match) {
   matcher_->Apply(step.delta.tiles);
   tracking_.Add(match, step.after);
   return step.delta.drawn;
@@ -66,7 +65,7 @@ std::vector<GraphUpdate> Slam::AcceptFound(int num_left) {
 
 bool Slam::Restore(const CriticalRays* scan, const ScanMatch& match) {
   if (map_version() == 0) mapper_.PutOffDrawing();
-  return Integrate(scan, match);
+  return Take(mapper_.Restore(scan, match), match);
 }
 
 bool Slam::Restore(const GraphUpdate& update) { return mapper_.Accept(update); }

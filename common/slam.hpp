@@ -112,7 +112,7 @@ class Slam {
   ByteMap DrawPiece(int number) const;
 
  private:
-  bool Integrate(const CriticalRays* scan, const ScanMatch& match);
+  bool Take(const Mapper::Step& step, const ScanMatch& match);
   void DrawRestored();
   void SearchNew();
   std::vector<GraphUpdate> AcceptFound(int num_left);

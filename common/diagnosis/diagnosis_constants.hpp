@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "common/match/match_constants.hpp"
 #include "common/math/trigonometry.hpp"
 
 namespace crsm {
@@ -33,13 +34,16 @@ struct DiagnosisConstants {
     std::size_t most_sampled = 2000;  ///< scans in the sample ...
     std::size_t most_rays = 720;      ///< ... and rays of each
     // Of those, what is asked for agreement.
-    std::size_t most_asked = 200;      ///< scans ...
-    std::size_t most_rays_asked = 60;  ///< ... and rays of each
-    std::size_t least_asked = 20;      ///< fewer scans tell nothing
-    /// The window in which a scan is searched by default (MatchConstants::Search): beyond it is luck.
-    double far_m = 0.4;
-    double far_rad = 0.25;
+    std::size_t most_asked = 200;                      ///< scans ...
+    std::size_t most_rays_asked = 60;                  ///< ... and rays of each
+    std::size_t least_asked = 20;                      ///< fewer scans tell nothing
+    double far_m = MatchConstants::Search{}.window_m;  ///< a step beyond the window of the search is found by luck
+    double far_rad = MatchConstants::Search{}.window_rad;
+    double jump_m = 3.0;              ///< a step longer than this, and ...
+    double jump_m_s = 10.0;           ///< ... faster, is of no robot
     std::int64_t most_by_chance = 3;  ///< scans in a row of an open way that something seems to hold
+    double square_m = 1.5;            ///< of the floor: a path through it adds no error to the map ...
+    int known_steps = 150;            ///< ... when it has so many steps: twenty passes, say
     double path_step_m = 0.2;         ///< of the path: longer than what a robot that stands seems to move
     double least_turns_rad2 = 0.1;    ///< that odometry is judged by: thirty turns of 0.06 rad
     double least_ways_m2 = 0.3;       ///< ... and thirty steps of 0.1 m

@@ -118,9 +118,15 @@ void RunStatistics::LengthenPath(const ScanMatch& match) {
   const double step_m = T_map_on_path_ ? Distance(*T_map_on_path_, match.T_map_laser) : 0.0;
   if (T_map_on_path_ && step_m < constants_.path_step_m) return;
   values_.path_m += step_m;
+  const auto Round = [&](double value_m) { return static_cast<int>(std::floor(value_m / constants_.square_m)); };
+  int& num_steps = num_steps_in_[{Round(match.T_map_laser.x_m), Round(match.T_map_laser.y_m)}];
+  const bool is_known = num_steps >= constants_.known_steps;
+  if (!is_known) values_.new_path_m += step_m;
+  if (!is_known && T_map_on_path_) ++num_steps;
   const bool is_open = match.state == MatchState::kDegenerate && !match.by_wheels;
   open_m_ = is_open ? open_m_ + step_m : 0.0;
   if (is_open) values_.open_path_m += step_m;
+  if (is_open && !is_known) values_.new_open_path_m += step_m;
   if (open_m_ > values_.longest_open_m) {
     values_.longest_open_m = open_m_;
     values_.longest_open_ends_m = {match.T_map_laser.x_m, match.T_map_laser.y_m};
@@ -152,6 +158,7 @@ void RunStatistics::AddStep(const ScanMatch& from, const ScanMatch& to) {
   const bool is_far =
       std::hypot(motion.x_m, motion.y_m) > constants_.far_m || std::abs(motion.yaw_rad) > constants_.far_rad;
   if (is_far && !to.by_wheels) ++values_.far_steps;  // wheels that are believed tell where to look
+  LookForJump(from, to);
   if (!from.T_odom_robot || !to.T_odom_robot) return;
   const Pose2 wheels = Inverse(*from.T_odom_robot) * *to.T_odom_robot;
   turns_.product += wheels.yaw_rad * motion.yaw_rad;
@@ -160,6 +167,16 @@ void RunStatistics::AddStep(const ScanMatch& from, const ScanMatch& to) {
   ways_.product += wheels.x_m * motion.x_m + wheels.y_m * motion.y_m;
   ways_.odometry += wheels.x_m * wheels.x_m + wheels.y_m * wheels.y_m;
   ways_.laser += motion.x_m * motion.x_m + motion.y_m * motion.y_m;
+}
+
+/// The place of another trajectory is not known so well.
+void RunStatistics::LookForJump(const ScanMatch& from, const ScanMatch& to) {
+  const double step_m = Distance(from.T_map_laser, to.T_map_laser);
+  const double time_s = 1e-6 * std::abs(static_cast<double>(to.utime) - static_cast<double>(from.utime));
+  if (from.trajectory != to.trajectory || step_m <= std::max(constants_.jump_m, constants_.jump_m_s * time_s)) return;
+  if (step_m <= values_.longest_jump_m) return;
+  values_.longest_jump_m = step_m;
+  values_.longest_jump_ends_m = {to.T_map_laser.x_m, to.T_map_laser.y_m};
 }
 
 std::optional<double> RunStatistics::Correlation::Compute(double least) const {

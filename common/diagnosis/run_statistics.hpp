@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "common/diagnosis/diagnosis_constants.hpp"
 #include "common/diagnosis/self_contradiction.hpp"
@@ -38,11 +39,15 @@ class RunStatistics {
     std::int64_t longest_lost = 0;  ///< most scans that were lost in a row
     std::int64_t steps = 0;         ///< pairs of scans in a row that were matched
     std::int64_t far_steps = 0;     ///< those between which the laser moved by more than 0.4 m or 0.25 rad
+    double longest_jump_m = 0.0;    ///< longest step that no robot can make; 0 if there is none
+    Eigen::Vector2d longest_jump_ends_m = Eigen::Vector2d::Zero();  ///< where that ends, map frame
     std::int64_t longest_open = 0;  ///< most degenerate scans in a row, without odometry
     double path_m = 0.0;        ///< length of the path, by steps that are longer than a robot that stands seems to make
     double furthest_m = 0.0;    ///< of the matched poses from the first of their trajectory
     double furthest_rad = 0.0;  ///< the same of their yaw
     double open_path_m = 0.0;   ///< length of the path on degenerate scans, where no wheels tell it
+    double new_path_m = 0.0;    ///< of path_m, without that through squares where the robot has been often
+    double new_open_path_m = 0.0;                                   ///< the same of open_path_m
     double longest_open_m = 0.0;                                    ///< of that path, the longest piece
     Eigen::Vector2d longest_open_ends_m = Eigen::Vector2d::Zero();  ///< where that ends, map frame
     double mean_fitness = 0.0;  ///< of the matched scans, [0, 1]; 0 if there are none
@@ -83,6 +88,7 @@ class RunStatistics {
   void LookHowFar(const ScanMatch& match);
   void CountOpen(const ScanMatch& match);
   void AddStep(const ScanMatch& from, const ScanMatch& to);
+  void LookForJump(const ScanMatch& from, const ScanMatch& to);
 
   DiagnosisConstants::Statistics constants_ = {};
   Values values_;
@@ -93,11 +99,12 @@ class RunStatistics {
   std::int64_t num_since_open_ = 0;
   Correlation turns_;
   Correlation ways_;
-  std::optional<Pose2> T_map_on_path_;        ///< up to which path_m is counted
-  double open_m_ = 0.0;                       ///< path on degenerate scans up to there
-  std::optional<ScanMatch> first_;            ///< of the trajectory
-  std::optional<ScanMatch> previous_;         ///< if it was matched
-  std::map<std::uint64_t, Sampled> sampled_;  ///< by the hash of the utime: the scans of the smallest ones
+  std::map<std::pair<int, int>, int> num_steps_in_;  ///< of the path, in each square; no more than known_steps
+  std::optional<Pose2> T_map_on_path_;               ///< up to which path_m is counted
+  double open_m_ = 0.0;                              ///< path on degenerate scans up to there
+  std::optional<ScanMatch> first_;                   ///< of the trajectory
+  std::optional<ScanMatch> previous_;                ///< if it was matched
+  std::map<std::uint64_t, Sampled> sampled_;         ///< by the hash of the utime: the scans of the smallest ones
 };
 
 }  // namespace crsm

@@ -145,6 +145,16 @@ void JudgeTrack(const MapPieces& pieces, const Constants& constants, Verdict& ve
   }
 }
 
+void JudgeJumps(Verdict& verdict) {
+  const auto& values = verdict.values;
+  if (values.longest_jump_m == 0.0) return;
+  Warn(
+      verdict, Trust::kDoubtful,
+      fmt::format("the pose jumps by {:.1f} m from one scan to the next, to x {:.0f} m, y {:.0f} m, and no robot is so "
+                  "fast: likely a wrong match, or another program that publishes poses on this bus",
+                  values.longest_jump_m, values.longest_jump_ends_m.x(), values.longest_jump_ends_m.y()));
+}
+
 void JudgeAxes(const Constants& constants, Verdict& verdict) {
   const auto& values = verdict.values;
   const double degenerate = Share(values.degenerate, values.scans);
@@ -199,16 +209,17 @@ void JudgeMetres(const Constants& constants, Verdict& verdict) {
   const DiagnosisConstants::MapError& error = constants.map_error;
   const auto& values = verdict.values;
   const SelfContradiction& found = verdict.contradiction;
-  const double open_path_m = values.open_path_m;
+  const double path_m = values.new_path_m;
+  const double open_path_m = values.new_open_path_m;
   const bool seen_twice = found.num_looks >= constants.many_looks;
   const bool contradicts = IsContradiction(found, constants);
-  double off_m = error.any_map_m + error.per_path * values.path_m +
+  double off_m = error.any_map_m + error.per_path * path_m +
                  (seen_twice ? error.per_open_path : error.per_unseen_path) * open_path_m;
-  if (open_path_m > constants.most_open_path * values.path_m) off_m += error.per_doubtful_path * open_path_m;
+  if (open_path_m > constants.most_open_path * path_m) off_m += error.per_doubtful_path * open_path_m;
   if (contradicts) off_m += std::max(error.contradiction_m, error.much_of_path * open_path_m);
   if (!contradicts && !seen_twice && open_path_m > constants.long_open_path_m)
     off_m += error.much_of_path * open_path_m;
-  if (values.longest_lost >= constants.long_lost) off_m += error.much_of_path * values.path_m;
+  if (values.longest_lost >= constants.long_lost) off_m += error.much_of_path * path_m;
   verdict.off_m = off_m;
   if (contradicts && found.worst_share > 0.0) {
     verdict.off_at_m = found.worst_place_m;
@@ -291,6 +302,7 @@ Verdict JudgeScans(const RunStatistics& statistics, const ByteMap& map, const Ma
   if (!blind) JudgeFit(constants, verdict);
   if (!blind) JudgeAgreement(constants, verdict);
   if (!blind) JudgeTrack(pieces, constants, verdict);
+  if (!blind) JudgeJumps(verdict);
   if (!blind) JudgeAxes(constants, verdict);
   if (!blind) JudgeOpenPath(constants, verdict);
   if (!blind) JudgeContradiction(constants, verdict);

@@ -155,6 +155,14 @@ struct GraphConstants {
     double direction_rad = 0.35;  ///< ... and direction is drawn
   };
 
+  /// Where the robot has been so often that a scan tells little that is new. There fewer are drawn, so that a map grows
+  /// with the building, and hardly with the time. By the place and direction of LocalMap.
+  struct KnownGround {
+    int keyframes = 20;           ///< of one place and direction: four passes, say
+    double every_m = 10.0;        ///< so far from the last keyframe the next one is drawn all the same
+    double least_fitness = 0.55;  ///< of a scan that need not be drawn: in a lower one something may have changed
+  };
+
   int lag = 10;  ///< keyframes until what a loop has brought takes effect
   Edges edges = {};
   Submaps submaps = {};
@@ -162,6 +170,7 @@ struct GraphConstants {
   Check check = {};
   Joins joins = {};
   LocalMap local_map = {};
+  KnownGround known_ground = {};
 };
 
 }  // namespace crsm

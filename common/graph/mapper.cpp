@@ -14,6 +14,8 @@
 namespace crsm {
 namespace {
 
+constexpr double kSurelyFarther_m = 1e-6;  // whatever the last bits say
+
 /// Keyframes for the local map, oldest first.
 struct LocalKeyframes {
   std::vector<KeyframeId> wanted;
@@ -41,6 +43,10 @@ Mapper::Mapper(const DrawingRules& drawing, const LoopParameters& loops, const G
     : loops_(loops), constants_(constants), local_(drawing), graph_(constants.edges), trajectories_(match.breaks) {}
 
 Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match) {
+  return Restore(IsOnKnownGround(match) ? nullptr : scan, match);
+}
+
+Mapper::Step Mapper::Restore(const CriticalRays* scan, const ScanMatch& match) {
   std::optional<CriticalRays> deskewed;
   if (scan && !scan->rays.time_s.empty()) scan = &deskewed.emplace(Deskew(*scan, match.twist));
   const bool begins = loops_.loops && scan && match.state == MatchState::kFirst && graph_.size() > 0 &&
@@ -315,6 +321,24 @@ MapPieces Mapper::FindPieces() const {
   return found;
 }
 
+Mapper::PlaceOnMap Mapper::PlaceOf(const Pose2& T_map_laser) const {
+  const auto& [place_m, direction_rad] = std::tie(constants_.local_map.place_m, constants_.local_map.direction_rad);
+  const auto Round = [](double value, double step) { return static_cast<int>(std::floor(value / step)); };
+  return {graph_.component(*graph_.newest()), Round(T_map_laser.x_m, place_m), Round(T_map_laser.y_m, place_m),
+          Round(WrapAngle(T_map_laser.yaw_rad), direction_rad)};
+}
+
+/// Whether a scan need not be drawn.
+bool Mapper::IsOnKnownGround(const ScanMatch& match) const {
+  const GraphConstants::KnownGround& known = constants_.known_ground;
+  const bool is_matched = match.state == MatchState::kOk || match.state == MatchState::kDegenerate;
+  if (!is_matched || !loops_.loops || lost_since_ || graph_.size() == 0 || match.fitness < known.least_fitness)
+    return false;
+  if (Distance(graph_.pose(*graph_.newest()), match.T_map_laser) >= known.every_m) return false;
+  const auto found = num_keyframes_at_.find(PlaceOf(match.T_map_laser));
+  return found != num_keyframes_at_.end() && found->second >= known.keyframes;
+}
+
 void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool begins) {
   Keyframe keyframe;
   keyframe.utime = match.utime;
@@ -340,6 +364,7 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
   if (begins_trajectory) best_poses_.emplace_back();
   best_poses_.back().push_back(best_pose);
   drawn_.push_back(graph_.Add(std::move(keyframe)));
+  ++num_keyframes_at_[PlaceOf(match.T_map_laser)];
   CountNewest(begins_trajectory);
 }
 
@@ -378,6 +403,7 @@ std::optional<ProximityConstraint> Mapper::FindConstraint(const Pose2& T_map_las
   std::optional<ProximityConstraint> constraint;
   for (const KeyframeId id : drawn_) {
     if (!IsLongAgo(graph_, id, constants_.submaps.long_ago_m)) break;
+    if (Distance(graph_.pose(id), T_map_laser) > nearest_m + kSurelyFarther_m) continue;  // spares most of the sines
     const Pose2 T_keyframe_laser = Inverse(graph_.pose(id)) * T_map_laser;
     const double distance_m = Length(T_keyframe_laser);
     if (distance_m >= nearest_m) continue;
@@ -390,14 +416,11 @@ std::optional<ProximityConstraint> Mapper::FindConstraint(const Pose2& T_map_las
 /// Those of the local map that are needed in it: of long ago the newest of each place and direction. So drawing it
 /// costs the same however often the robot has passed there.
 std::vector<KeyframeId> Mapper::ThinOut(const std::vector<KeyframeId>& local) const {
-  const auto& [place_m, direction_rad] = std::tie(constants_.local_map.place_m, constants_.local_map.direction_rad);
-  const auto Round = [](double value, double step) { return static_cast<int>(std::floor(value / step)); };
-  std::set<std::array<int, 3>> taken;
+  std::set<PlaceOnMap> taken;
   std::vector<KeyframeId> needed;
   for (auto id = local.rbegin(); id != local.rend(); ++id) {
-    const Pose2& at = graph_.pose(*id);
-    const std::array place{Round(at.x_m, place_m), Round(at.y_m, place_m), Round(at.yaw_rad, direction_rad)};
-    if (!IsLongAgo(graph_, *id, constants_.submaps.long_ago_m) || taken.insert(place).second) needed.push_back(*id);
+    const bool is_long_ago = IsLongAgo(graph_, *id, constants_.submaps.long_ago_m);
+    if (!is_long_ago || taken.insert(PlaceOf(graph_.pose(*id))).second) needed.push_back(*id);
   }
   std::reverse(needed.begin(), needed.end());
   return needed;

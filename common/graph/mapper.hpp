@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <deque>
 #include <map>
 #include <optional>
@@ -40,7 +41,10 @@ class Mapper {
 
   /// Draws a scan as MapUpdater::Update and UpdateWithoutScan do. scan: nullptr where there is none to draw. Where it
   /// has become a keyframe, the updates of keyframes that are `lag` older take effect.
+  /// On known ground a scan may stay out of the map.
   Step Integrate(const CriticalRays* scan, const ScanMatch& match);
+  /// The same for what an earlier session has integrated. scan: nullptr where it was not drawn.
+  Step Restore(const CriticalRays* scan, const ScanMatch& match);
 
   /// What comes now was integrated in an earlier session: it is drawn all at once in the end, which gives the same map,
   /// and much of it need not be drawn at all. Nothing without loops. To be called first.
@@ -132,6 +136,10 @@ class Mapper {
     std::vector<std::pair<KeyframeId, Pose2>> scans;
   };
 
+  using PlaceOnMap = std::array<int, 4>;  ///< component, and which square and direction of it
+
+  PlaceOnMap PlaceOf(const Pose2& T_map_laser) const;
+  bool IsOnKnownGround(const ScanMatch& match) const;
   void AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool begins);
   void AnchorScan(std::int64_t scan);
   const Anchor* FindAnchor(std::int64_t scan) const;
@@ -172,6 +180,7 @@ class Mapper {
   bool lost_since_ = false;               ///< scans were, since the newest keyframe
   std::optional<WheelMotion> by_wheels_;  ///< since the newest keyframe, where the wheels are believed
   std::vector<Anchor> anchors_;
+  std::map<PlaceOnMap, int> num_keyframes_at_;  ///< where they were matched
 };
 
 }  // namespace crsm

@@ -70,8 +70,8 @@ void Check(const Scan& scan) {
            std::to_string(crsm::kMaxBeams));
   }
   const double sweep_rad = static_cast<double>(scan.angle_step_rad) * static_cast<double>(num_beams - 1);
-  if (!crsm::IsBeamAngle(scan.angle_min_rad)) Refuse("angle_min_rad must be within a full turn");
-  if (!crsm::IsBeamAngle(sweep_rad)) Refuse("angle_step_rad times its ranges must be within a full turn");
+  if (!crsm::IsWithinFullTurn(scan.angle_min_rad)) Refuse("angle_min_rad must be within a full turn");
+  if (!crsm::IsWithinFullTurn(sweep_rad)) Refuse("angle_step_rad times its ranges must be within a full turn");
   if (scan.angle_step_rad == 0.0f) Refuse("angle_step_rad must not be 0");
 }
 

@@ -61,7 +61,7 @@ class Fields {
   /// An angle that a laser can have, in radians.
   double ReadAngle() {
     const auto angle_rad = Read<double>();
-    if (!IsBeamAngle(angle_rad)) Refuse();
+    if (!IsWithinFullTurn(angle_rad)) Refuse();
     return angle_rad;
   }
 

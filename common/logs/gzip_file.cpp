@@ -21,12 +21,8 @@ constexpr std::size_t kChunkBytes = std::size_t{1} << 16;
 
 }  // namespace
 
-GzipFile::GzipFile(const std::string& path) : path_(path), file_(nullptr, gzclose) {
-  try {
-    file_.reset(gzdopen(OpenRegularFile(path, O_RDONLY), "rb"));
-  } catch (const std::runtime_error& error) {
-    throw std::runtime_error(fmt::format("cannot read {}: {}", path, error.what()));
-  }
+GzipFile::GzipFile(const std::string& path)
+    : path_(path), file_(gzdopen(OpenRegularFile(path, O_RDONLY), "rb"), gzclose) {
   if (!file_) throw std::runtime_error(fmt::format("cannot read {}: there is no memory", path));
   gzbuffer(file_.get(), kChunkBytes);
   std::error_code error;

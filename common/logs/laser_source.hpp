@@ -28,6 +28,9 @@ class LaserSource {
   /// Of a live source: the next scan if one comes within about `longest`.
   virtual std::optional<LaserScan> Poll(std::chrono::milliseconds /*longest*/) { return Next(); }
 
+  /// Where in the source the scans come from, if it has several places for them: channel or topic. Else empty.
+  virtual std::string Channel() const { return ""; }
+
   /// Where the laser truly stood at the last scan given, seen from where it stood at the first: of simulated worlds.
   virtual std::optional<Pose2> TruePose() const { return std::nullopt; }
 

@@ -32,21 +32,20 @@ int OpenRegularFile(const std::filesystem::path& path, int flags, mode_t mode) {
   const int descriptor = open(path.c_str(), flags | O_NONBLOCK | O_CLOEXEC, mode);
   struct stat status {};
   if (descriptor >= 0 && fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode)) return descriptor;
-  const int error = errno;
-  if (descriptor < 0) throw std::runtime_error(error == ENXIO ? "is no regular file" : std::strerror(error));
-  close(descriptor);
-  throw std::runtime_error("is no regular file");
+  const int error = descriptor < 0 ? errno : ENXIO;
+  if (descriptor >= 0) close(descriptor);
+  throw std::runtime_error(fmt::format("cannot {} {}: {}", (flags & O_ACCMODE) == O_RDONLY ? "read" : "write",
+                                       path.string(), error == ENXIO ? "is no regular file" : std::strerror(error)));
 }
 
 std::string ReadWholeFile(const std::filesystem::path& path, std::size_t most_bytes) {
-  int descriptor = -1;
+  const int descriptor = OpenRegularFile(path, O_RDONLY);
   try {
-    descriptor = OpenRegularFile(path, O_RDONLY);
     std::string text = ReadAll(descriptor, most_bytes);
     close(descriptor);
     return text;
   } catch (const std::runtime_error& error) {
-    if (descriptor >= 0) close(descriptor);
+    close(descriptor);
     throw std::runtime_error(fmt::format("cannot read {}: {}", path.string(), error.what()));
   }
 }

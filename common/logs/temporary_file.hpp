@@ -24,7 +24,10 @@ class TemporaryFile {
   void Flush();
 
   /// Under which this process can open the file, for what takes no less than a path.
-  std::string path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
+  std::string path() const { return kFolder + std::to_string(descriptor_); }
+
+  /// Whether a path is that of such a file. It has no name elsewhere, to which some libraries would follow it.
+  static bool IsPath(const std::string& path) { return path.starts_with(kFolder); }
 
   /// Fills `bytes` with those from `offset` on. Throws std::runtime_error if they were not appended, or if the disk
   /// does not give them back.
@@ -33,6 +36,8 @@ class TemporaryFile {
   std::uint64_t size() const { return written_ + pending_.size(); }
 
  private:
+  static constexpr const char* kFolder = "/proc/self/fd/";
+
   void Write();
 
   int descriptor_ = -1;

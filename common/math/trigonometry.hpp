@@ -3,6 +3,10 @@
 namespace crsm {
 
 inline constexpr double kPi = 3.14159265358979323846;
+inline constexpr double kFullTurn_rad = 2.0 * kPi + 1e-3;  ///< which an angle in single precision may miss by a little
+
+/// Whether an angle [rad] is at most a full turn. False for NaN.
+constexpr bool IsWithinFullTurn(double angle_rad) { return angle_rad <= kFullTurn_rad && angle_rad >= -kFullTurn_rad; }
 
 struct SinCos {
   double sin;

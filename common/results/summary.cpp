@@ -6,6 +6,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "common/results/json_text.hpp"
+
 namespace crsm {
 namespace {
 
@@ -152,7 +154,7 @@ std::string FormatSummary(const Summary& summary) {
     }
   }
   // File names are bytes and may be no UTF-8: such bytes are replaced, a run's summary is not lost for them.
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return ToText(json, 2) + "\n";
 }
 
 }  // namespace crsm

@@ -12,14 +12,12 @@ namespace crsm {
 inline constexpr std::size_t kMinBeams = 2;
 inline constexpr std::size_t kMaxBeams = 4096;
 
-/// Whether an angle [rad] is within a full turn, which single precision may miss by a little. False for NaN.
-inline bool IsBeamAngle(double angle_rad) { return std::abs(angle_rad) <= 2.0 * kPi + 1e-3; }
-
 /// Whether the beams of a scan are in different directions, and no more than a full turn apart. All lasers are; what
 /// is not was given in degrees, or is damaged.
 inline bool AreBeamAngles(float angle_min_rad, float angle_step_rad, std::size_t num_beams) {
   const double sweep_rad = static_cast<double>(angle_step_rad) * (static_cast<double>(num_beams) - 1.0);
-  return num_beams >= kMinBeams && angle_step_rad != 0.0f && IsBeamAngle(angle_min_rad) && IsBeamAngle(sweep_rad);
+  return num_beams >= kMinBeams && angle_step_rad != 0.0f && IsWithinFullTurn(angle_min_rad) &&
+         IsWithinFullTurn(sweep_rad);
 }
 
 /// One sweep of a planar laser, as it is measured and as it travels: single precision, so that a scan read from a

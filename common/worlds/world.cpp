@@ -298,7 +298,7 @@ std::string LoadWorldText(const std::string& name) {
   for (const BuiltInWorld& world : kBuiltInWorlds) {
     if (world.name == name) return std::string(world.text);
   }
-  if (!std::filesystem::is_regular_file(name)) {
+  if (std::error_code error; !std::filesystem::exists(name, error)) {
     throw std::runtime_error(
         fmt::format("there is no world file {} and no built-in world of that name; the built-in worlds are {}", name,
                     DescribeBuiltInWorlds()));

@@ -18,14 +18,10 @@ constexpr std::size_t kWindowBytes = std::size_t{1} << 18;
 
 }  // namespace
 
-FileWindow::FileWindow(const std::string& path) : path_(path) {
-  try {
-    descriptor_ = OpenRegularFile(path, O_RDONLY);
-  } catch (const std::runtime_error& error) {
-    throw std::runtime_error(fmt::format("cannot read {}: {}", path, error.what()));
-  }
-  size_ = static_cast<std::uint64_t>(std::max<off_t>(0, lseek(descriptor_, 0, SEEK_END)));
-}
+FileWindow::FileWindow(const std::string& path)
+    : path_(path),
+      descriptor_(OpenRegularFile(path, O_RDONLY)),
+      size_(static_cast<std::uint64_t>(std::max<off_t>(0, lseek(descriptor_, 0, SEEK_END)))) {}
 
 FileWindow::~FileWindow() { close(descriptor_); }
 

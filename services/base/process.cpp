@@ -1,5 +1,6 @@
 #include "services/base/process.hpp"
 
+#include <fcntl.h>
 #include <fmt/core.h>
 #include <signal.h>
 #include <unistd.h>
@@ -15,6 +16,7 @@
 #include <stdexcept>
 
 #include "services/base/crc32.hpp"
+#include "services/base/printable.hpp"
 #include "services/base/usage_error.hpp"
 
 namespace crsm {
@@ -41,6 +43,19 @@ void CatchSignals() {
   action.sa_handler = RequestStop;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  struct sigaction hangup {};
+  if (sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
+}
+
+void PrepareProcess() {
+  for (int descriptor = STDIN_FILENO; descriptor <= STDERR_FILENO;) {
+    if (fcntl(descriptor, F_GETFD) >= 0) {
+      ++descriptor;
+    } else if (open("/dev/null", O_RDWR) < 0) {  // gets the lowest number that is free
+      break;
+    }
+  }
+  signal(SIGXFSZ, SIG_IGN);
 }
 
 void PrepareFolder(const std::string& out) {
@@ -54,7 +69,7 @@ void PrepareFolder(const std::string& out) {
   RemoveLeftovers(out);
 }
 
-void Say(const std::string& line) { std::fputs((line + '\n').c_str(), stderr); }
+void Say(const std::string& line) { std::fputs((WithoutControls(line) + '\n').c_str(), stderr); }
 
 std::int64_t DrawIdentity() {
   std::random_device device;

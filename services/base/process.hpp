@@ -11,22 +11,27 @@ namespace crsm {
 
 using Clock = std::chrono::steady_clock;
 
-/// From now on SIGINT and SIGTERM only ask the process to finish: StopRequested.
+/// From now on SIGINT, SIGTERM and SIGHUP, the end of the terminal, only ask the process to finish: StopRequested.
 void CatchSignals();
+
+/// To be called first: no file of ours takes the place of stdin, stdout or stderr where those are closed, and a file
+/// that may grow no further (ulimit -f) is as a full disk.
+void PrepareProcess();
 
 /// Makes the folder for the results, if need be. What cannot be written is said before the work, not after it: throws
 /// std::runtime_error that names --out, UsageError if there is none. Removes files that a killed process left half
 /// written.
 void PrepareFolder(const std::string& out);
 
-/// Says a line on stderr. A log that cannot be written, on a full disk say, is no reason to stop.
+/// Says a line on stderr, WithoutControls: names come from files and devices. A log that cannot be written, on a full
+/// disk say, is no reason to stop.
 void Say(const std::string& line);
 
 /// A number that no other process draws, not 0. Nothing that is computed depends on it.
 std::int64_t DrawIdentity();
 
-/// The same number for the same identity until the machine starts anew, and another one afterwards: a power cut may take
-/// back what was told already, and nobody who was told is to go on from there.
+/// The same number for the same identity until the machine starts anew, and another one afterwards: a power cut may
+/// take back what was told already, and nobody who was told is to go on from there.
 std::int64_t IdentityOfThisBoot(std::int64_t identity);
 
 /// With --strict, where the map is not to be trusted.

@@ -47,8 +47,14 @@ int OpenSocket() {
   return opened;
 }
 
-/// Of the process that has a role; 0 where it cannot be seen, nothing where none has it.
-std::optional<pid_t> FindPid(const BusAddress& address, const std::string& role) {
+/// A process that has a role.
+struct Holder {
+  pid_t pid = 0;  ///< 0 where it cannot be seen
+  bool is_busy = false;
+};
+
+/// Nothing where none has it.
+std::optional<Holder> FindHolder(const BusAddress& address, const std::string& role) {
   const SocketName name = NameOf(address, role);
   const int visitor = OpenSocket();
   ucred holder{};
@@ -58,7 +64,7 @@ std::optional<pid_t> FindPid(const BusAddress& address, const std::string& role)
   const bool known = connected && getsockopt(visitor, SOL_SOCKET, SO_PEERCRED, &holder, &size) == 0;
   close(visitor);
   if (!connected && !queue_full) return std::nullopt;
-  return known ? holder.pid : 0;
+  return Holder{known ? holder.pid : 0, queue_full};
 }
 
 }  // namespace
@@ -84,20 +90,26 @@ BusRole::BusRole(const BusAddress& address, const std::string& role) : socket_(O
 BusRole::~BusRole() { close(socket_); }
 
 void BusRole::DismissVisitors() const {
-  for (int visitor = 0; (visitor = accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC)) >= 0;) close(visitor);
+  constexpr int kMostAtOnce = 4096;  // who comes again and again does not keep this process from its work
+  for (int i = 0; i < kMostAtOnce; ++i) {
+    const int visitor = accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC);
+    if (visitor < 0) return;
+    close(visitor);
+  }
 }
 
 std::optional<std::string> FindRoleHolder(const BusAddress& address, const std::string& role) {
-  const auto pid = FindPid(address, role);
-  if (!pid) return std::nullopt;
-  return *pid > 0 ? DescribeProcess(*pid) : "an unknown process";
+  const auto holder = FindHolder(address, role);
+  if (!holder) return std::nullopt;
+  return holder->pid > 0 ? DescribeProcess(holder->pid) : "an unknown process";
 }
 
 RoleHolder FindRole(const BusAddress& address, const std::string& role, const Sender& sender) {
-  const auto pid = FindPid(address, role);
-  if (!pid) return RoleHolder::kNobody;
+  const auto holder = FindHolder(address, role);
+  if (!holder) return RoleHolder::kNobody;
   if (!IsOfThisHost(sender)) return RoleHolder::kAnother;
-  const auto has_port = *pid > 0 ? HasUdpPort(*pid, sender.port) : std::nullopt;
+  if (holder->is_busy) return RoleHolder::kBusy;
+  const auto has_port = holder->pid > 0 ? HasUdpPort(holder->pid, sender.port) : std::nullopt;
   if (!has_port) return RoleHolder::kUnknown;
   return *has_port ? RoleHolder::kSender : RoleHolder::kAnother;
 }

@@ -1,17 +1,17 @@
 #include "services/bus/sole_sender.hpp"
 
 #include <arpa/inet.h>
-#include <fmt/core.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <utility>
 
 namespace crsm {
 namespace {
+
+constexpr auto kLookPeriod = std::chrono::milliseconds(100);
 
 /// Whether a socket of this process can be at that place: 0, or why not (errno). Port 0 stands for any.
 int TryToBind(const Sender& place) {
@@ -28,15 +28,8 @@ int TryToBind(const Sender& place) {
 
 }  // namespace
 
-std::string Sender::Describe() const {
-  if (!known()) return "an unknown sender";
-  std::array<char, INET_ADDRSTRLEN> text{};
-  const in_addr network{address};
-  inet_ntop(AF_INET, &network, text.data(), text.size());
-  return fmt::format("{}:{}", text.data(), port);
-}
-
-SoleSender::SoleSender(FindRole find_role, Lives lives) : find_role_(std::move(find_role)), lives_(std::move(lives)) {}
+SoleSender::SoleSender(FindRole find_role, Lives lives)
+    : find_role_(std::move(find_role)), lives_(std::move(lives)), look_limiter_(kLookPeriod) {}
 
 SoleSender::Verdict SoleSender::Judge(const Sender& sender, Clock::time_point now) {
   constexpr auto kCheckPeriod = std::chrono::milliseconds(250);
@@ -45,10 +38,11 @@ SoleSender::Verdict SoleSender::Judge(const Sender& sender, Clock::time_point no
     last_heard_ = now;
     return Verdict::kBelieved;
   }
-  if (!is_believed && !MayLook(sender, now)) return Verdict::kRefused;
+  if (!is_believed && !look_limiter_.MayLook(sender, now)) return Verdict::kRefused;
   if (is_believed) next_check_ = now + kCheckPeriod;
   const RoleHolder holder = find_role_(sender);
   if (holder == RoleHolder::kSender) return Believe(sender, true, now);
+  if (holder == RoleHolder::kBusy) return is_believed ? Believe(sender, has_role_, now) : Verdict::kRefused;
   if (holder == RoleHolder::kAnother) {
     if (is_believed) sender_.reset();
     return Verdict::kRefused;
@@ -58,19 +52,6 @@ SoleSender::Verdict SoleSender::Judge(const Sender& sender, Clock::time_point no
   if (now < vacant_until_) return Verdict::kRefused;
   const bool is_free = is_believed || !sender_ || !lives_(*sender_, last_heard_, now);
   return is_free ? Believe(sender, is_believed && has_role_, now) : Verdict::kRefused;
-}
-
-/// At each of the others ten times a second, and at no more than a thousand of them.
-bool SoleSender::MayLook(const Sender& sender, Clock::time_point now) {
-  constexpr auto kLookPeriod = std::chrono::milliseconds(100);
-  constexpr std::size_t kMost = 1000;
-  if (next_looks_.size() >= kMost) std::erase_if(next_looks_, [now](const auto& look) { return look.second <= now; });
-  const auto known = next_looks_.find(sender);
-  if (known == next_looks_.end())
-    return next_looks_.size() < kMost && next_looks_.emplace(sender, now + kLookPeriod).second;
-  if (now < known->second) return false;
-  known->second = now + kLookPeriod;
-  return true;
 }
 
 SoleSender::Verdict SoleSender::Believe(const Sender& sender, bool has_role, Clock::time_point now) {

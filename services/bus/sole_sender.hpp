@@ -1,25 +1,13 @@
 #pragma once
 
 #include <chrono>
-#include <compare>
-#include <cstdint>
 #include <functional>
-#include <map>
 #include <optional>
-#include <string>
+
+#include "services/bus/look_limiter.hpp"
+#include "services/bus/sender.hpp"
 
 namespace crsm {
-
-/// Where a UDP packet came from. On its own host a sender cannot pretend to be another one: the port is that of its
-/// socket, which no other process can have while the first lives.
-struct Sender {
-  std::uint32_t address = 0;  ///< IPv4, in the order of the network; 0: this host, which has no address of its own
-  std::uint16_t port = 0;     ///< 0: the sender is not known
-  bool known() const { return port != 0; }
-  friend auto operator<=>(const Sender&, const Sender&) = default;
-
-  std::string Describe() const;
-};
 
 /// Whether a packet came from this host: its address is one of it.
 bool IsOfThisHost(const Sender& sender);
@@ -34,6 +22,7 @@ enum class RoleHolder {
   kNobody,
   kSender,   ///< the process that sent the message
   kAnother,  ///< another process
+  kBusy,     ///< a process that cannot be asked now: somebody else asks it without end
   kUnknown   ///< a process of which it cannot be told which sockets it has
 };
 
@@ -59,7 +48,6 @@ class SoleSender {
   Verdict Judge(const Sender& sender, Clock::time_point now);
 
  private:
-  bool MayLook(const Sender& sender, Clock::time_point now);
   Verdict Believe(const Sender& sender, bool has_role, Clock::time_point now);
   void LoseRoleHolder(Clock::time_point now);
 
@@ -69,9 +57,9 @@ class SoleSender {
   std::optional<Sender> last_;    ///< that was believed last
   bool has_role_ = false;         ///< it is, because it has the role
   Clock::time_point last_heard_{};
-  Clock::time_point next_check_{};                  ///< of the one that is believed
-  std::map<Sender, Clock::time_point> next_looks_;  ///< at others: a flood from many ports does not shut one out
-  Clock::time_point vacant_until_{};                ///< the role's holder has gone: another one is waited for so long
+  Clock::time_point next_check_{};    ///< of the one that is believed
+  LookLimiter look_limiter_;          ///< for others
+  Clock::time_point vacant_until_{};  ///< the role's holder has gone: another one is waited for so long
 };
 
 }  // namespace crsm

@@ -35,7 +35,6 @@ class LaserSilence {
   }
 
   bool ever_heard() const { return last_heard_.has_value(); }
-  bool publisher_heard() const { return publisher_heard_.has_value(); }
 
   /// Anything but kNone once for each silence.
   Verdict Look(Time now) {

@@ -48,7 +48,7 @@ void LaserWatch::Hear(const LaserScan& scan, const LaserType& type) {
   left_out_.Take();
   for (const std::string& complaint : judge_.Look(scan)) SayOf(complaint);
   if (handedness_) JudgeHandedness(scan, type);
-  if (!silence_.publisher_heard()) study_.Add(scan);
+  study_.Add(scan);
 }
 
 void LaserWatch::JudgeHandedness(const LaserScan& scan, const LaserType& type) {

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <stdexcept>
 
@@ -19,17 +20,22 @@ namespace fs = std::filesystem;
 constexpr std::array kResults{"map.png",   "map.pgm",      "map.yaml", "overview.png", "trajectory.tum", "truth.tum",
                               "graph.g2o", "summary.json", "journal",  "log",          "pieces"};
 
+/// Those of them that a run writes over.
+constexpr std::array kWrittenAnew{"map.png", "map.pgm", "map.yaml", "overview.png", "graph.g2o", "summary.json"};
+
 bool HasContent(const fs::path& file) {
   std::error_code error;
   const auto size = fs::file_size(file, error);
   return error ? fs::exists(fs::symlink_status(file, error)) : size > 0;  // what is no file is not ours
 }
 
-/// A run that saw no scan leaves nothing that is worth keeping: no poses, and one unexplored cell.
+/// A run that saw no scan leaves nothing that is worth keeping: no poses, and one unexplored cell. Without a trajectory
+/// such files are not of a run: somebody's own map.
 bool HoldsResults(const fs::path& out) {
+  if (HasContent(JournalPath(JournalFolder(out))) || HasContent(out / "trajectory.tum")) return true;
   std::error_code error;
-  return HasContent(JournalPath(JournalFolder(out))) || HasContent(out / "trajectory.tum") ||
-         (fs::exists(out / "map.png", error) && !fs::exists(out / "trajectory.tum", error));
+  if (fs::exists(out / "trajectory.tum", error)) return false;
+  return std::ranges::any_of(kWrittenAnew, [&](const char* name) { return HasContent(out / name); });
 }
 
 /// The first of earlier.1, earlier.2 ... that is not there. Below the folder itself: beside it there may be another

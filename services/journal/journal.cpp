@@ -131,7 +131,7 @@ Contents Read(const std::string& path, const JournalSubject& subject, OnDamage o
       const KeyframeId keyframe = FromMessage(stretch->graph->keyframe);
       if (!changed || update) contents.searched = keyframe;
       if (changed ? update && !visit.update(*update) : !visit.searched(keyframe)) {
-        throw std::runtime_error(fmt::format("{}: its loop closures do not fit its scans", path));
+        ThrowLoopsDoNotFit(path);
       }
     }
     if (!stretch->match) continue;
@@ -152,6 +152,8 @@ void CopyWhole(const fs::path& from, const fs::path& to) {
   half += ".tmp";
   fs::create_directories(to.parent_path(), error);
   if (!error) fs::copy_file(from, half, fs::copy_options::overwrite_existing, error);
+  if (!error)
+    fs::permissions(half, fs::perms::owner_write, fs::perm_options::add, error);  // of a copy of a finished map
   if (!error) JournalFile(half.string(), fs::file_size(half)).Sync();
   if (!error) fs::rename(half, to, error);
   if (error) {
@@ -290,6 +292,10 @@ void TakeOverJournal(const fs::path& earlier, const fs::path& out) {
   std::error_code error;
   if (!fs::exists(from, error)) throw std::runtime_error(fmt::format("there is no file {}", from.string()));
   if (!fs::equivalent(from, to, error)) CopyWhole(from, to);
+}
+
+void ThrowLoopsDoNotFit(const fs::path& journal) {
+  throw std::runtime_error(fmt::format("{}: its loop closures do not fit its scans", journal.string()));
 }
 
 void RemoveJournal(const fs::path& out) { fs::remove(JournalPath(JournalFolder(out))); }

@@ -41,6 +41,9 @@ struct VisitJournal {
   std::function<bool(KeyframeId keyframe)> searched = [](KeyframeId) { return true; };
 };
 
+/// What a journal is refused with where `update` or `searched` is false. Throws std::runtime_error that names it.
+[[noreturn]] void ThrowLoopsDoNotFit(const std::filesystem::path& journal);
+
 /// What to do about a journal that is damaged in the middle, by a bad disk say, and not torn at its end by a power cut.
 enum class OnDamage {
   kRefuse,

@@ -13,20 +13,9 @@
 #include "common/logs/regular_file.hpp"
 
 namespace crsm {
-namespace {
-
-int Open(const std::string& path) {
-  try {
-    return OpenRegularFile(path, O_WRONLY | O_CREAT);
-  } catch (const std::runtime_error& error) {
-    throw std::runtime_error(fmt::format("{}: cannot be written: {}", path, error.what()));
-  }
-}
-
-}  // namespace
 
 JournalFile::JournalFile(const std::string& path, std::uint64_t size)
-    : path_(path), descriptor_(Open(path)), size_(size) {
+    : path_(path), descriptor_(OpenRegularFile(path, O_WRONLY | O_CREAT)), size_(size) {
   if (ftruncate(descriptor_, static_cast<off_t>(size)) != 0) {
     const int error = errno;
     close(descriptor_);

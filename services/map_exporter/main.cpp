@@ -15,8 +15,8 @@
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "services/base/path_lock.hpp"
-#include "services/base/printable.hpp"
 #include "services/base/version.hpp"
+#include "services/bus/known_statuses.hpp"
 #include "services/bus/service.hpp"
 #include "services/journal/match_store.hpp"
 #include "services/map_exporter/results_writer.hpp"
@@ -59,19 +59,12 @@ class MapExporter {
   }
 
  private:
-  /// Of a few services only: the names come from the network. Those of the stack are known whatever else comes.
   void Keep(const service_status_t& status) {
-    constexpr std::size_t kMostOthers = 64;
-    const bool is_known = IsOfStack(status.name) || statuses_.count(status.name) > 0;
-    if (!is_known && statuses_.size() >= kMostOthers) {
-      return service_.Complain("status_ignored",
-                               fmt::format("{}: more than {} processes say SERVICE_STATUS: the summary leaves out {} "
-                                           "and those that come later",
-                                           service_.name(), kMostOthers, MakePrintable(status.name)));
-    }
-    statuses_[status.name] = status;
-    std::int64_t& num_left_out = num_left_out_[status.name];
-    num_left_out = std::max(num_left_out, status.num_left_out);     // who says less later, takes nothing back
+    if (!MayKeepStatus(statuses_, status.name, "the summary", service_)) return;
+    service_status_t& kept = statuses_[status.name];
+    const std::int64_t num_left_out = std::max(kept.num_left_out, status.num_left_out);
+    kept = status;
+    kept.num_left_out = num_left_out;                               // who says less later, takes nothing back
     if (status.name == "map_updater") last_change_ = Clock::now();  // it is there, and may wait for a loop closer
   }
 
@@ -120,7 +113,7 @@ class MapExporter {
     if (const auto outcome = writer_->TakeOutcome()) NoteOutcome(*outcome);
     const auto now = Clock::now();
     if (now < next_write_ || writer_->busy()) return;
-    if (!std::exchange(asked_, true)) map_follower_.Doubt();  // there will be more by now
+    if (!std::exchange(asked_, true)) map_follower_.RequestUpdate();  // there will be more by now
     if (!replica.synced()) return;
     asked_ = false;
     const bool is_new = replica.version() != written_version_;
@@ -235,7 +228,7 @@ class MapExporter {
   /// Scans that never came so far as to be matched: of a log, or of another driver.
   std::int64_t CountLeftOut() const {
     std::int64_t num = 0;
-    for (const auto& [name, num_left_out] : num_left_out_) num += num_left_out;
+    for (const auto& [name, status] : statuses_) num += status.num_left_out;
     return num;
   }
 
@@ -287,7 +280,6 @@ class MapExporter {
   MapFollower map_follower_;
   CriticalRays last_scan_;
   std::map<std::string, service_status_t> statuses_;
-  std::map<std::string, std::int64_t> num_left_out_;  ///< scans, by process
   std::int64_t written_version_ = 0;
   bool asked_ = false;  ///< for what is to be written next
   const Clock::time_point begun_ = Clock::now();

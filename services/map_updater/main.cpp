@@ -156,7 +156,7 @@ class MapUpdaterService {
     const auto start = Clock::now();
     if (!scan) service_.counters().Add("scan_missing");
     if (scan && !local().InLimits(scan->rays, match.T_map_laser)) service_.counters().Add("match_out_of_limits");
-    const bool drawn = Draw(scan, match);
+    const bool drawn = PrepareAnswer(mapper_.Integrate(scan, match), match);
     if (journal_) Keep([&] { journal_->Append(drawn ? scan : nullptr, match); });
     scans_.DropThrough(match.utime);
     match_without_scan_.reset();
@@ -177,13 +177,12 @@ class MapUpdaterService {
                                                         match.utime));
   }
 
-  /// scan: nullptr where there is none to draw; the match is answered all the same. Whether the scan was drawn.
-  bool Draw(const CriticalRays* scan, const ScanMatch& match) {
-    const std::int64_t num_cut_before = local().num_scans_cut();
-    const Mapper::Step step = mapper_.Integrate(scan, match);
-    if (local().num_scans_cut() > num_cut_before) {
-      if (num_cut_before == 0) Say(fmt::format("map_updater: {}", kMapIsFull));
-      service_.counters().Add("scan_cut");
+  /// Makes the answer to a match of what became of its scan. Whether that was drawn.
+  bool PrepareAnswer(const Mapper::Step& step, const ScanMatch& match) {
+    if (const std::int64_t num_cut = local().num_scans_cut(); num_cut > num_cut_) {
+      if (num_cut_ == 0) Say(fmt::format("map_updater: {}", kMapIsFull));
+      service_.counters().Add("scan_cut", num_cut - num_cut_);
+      num_cut_ = num_cut;
     }
     last_answer_ = MakeParts(step.delta, match.utime, local().geometry(), options_, step.after);
     answered_.Append(match);
@@ -195,8 +194,9 @@ class MapUpdaterService {
   void LoadFinishedMap() {
     if (settings_.localize.empty()) return;
     mapper_.PutOffDrawing();
-    const std::string notice =
-        ReadJournal(JournalFolder(settings_.localize), {false, map_parameters_}, on_damage_, VisitOfJournal());
+    const std::string notice = ReadJournal(JournalFolder(settings_.localize), {false, map_parameters_}, on_damage_,
+                                           VisitOfJournal(JournalFolder(settings_.localize)));
+    RestoreTail(JournalFolder(settings_.localize));
     if (!notice.empty()) Say(fmt::format("map_updater: {}", notice));
     mapper_.Finish();
     if (local().num_tiles() == 0) {
@@ -222,7 +222,10 @@ class MapUpdaterService {
       return SetEpoch(IdentityOfThisBoot(journal_->epoch()));
     }
     LockJournal();
-    journal_.emplace(settings_.journal, subject, on_damage_, VisitOfJournal());
+    mapper_.PutOffDrawing();
+    journal_.emplace(settings_.journal, subject, on_damage_, VisitOfJournal(settings_.journal));
+    mapper_.DrawPutOff();
+    RestoreTail(settings_.journal);
     SetEpoch(IdentityOfThisBoot(journal_->epoch()));
     BeginSession();
     if (!journal_->notice().empty()) Say(fmt::format("map_updater: {}", journal_->notice()));
@@ -235,11 +238,37 @@ class MapUpdaterService {
     start ? tracking_.BeginSessionNear(*start) : tracking_.BeginSession(Onset::kResumed);
   }
 
-  /// Makes the map of a journal.
-  VisitJournal VisitOfJournal() {
-    return {[this](const CriticalRays* scan, const ScanMatch& match) { Draw(scan, match); },
-            [this](const GraphUpdate& update) { return mapper_.Accept(update); },
-            [this](KeyframeId keyframe) { return mapper_.NoteSearched(keyframe); }};
+  /// The last scan of a journal, and what was learned of loops since. All before it is drawn at once in the end. What
+  /// the scan itself has changed may be asked for again.
+  struct Tail {
+    std::optional<CriticalRays> scan;
+    ScanMatch match;
+    std::vector<std::function<bool()>> updates = {};
+  };
+
+  /// Makes the map of a journal, but for its tail.
+  VisitJournal VisitOfJournal(const std::filesystem::path& folder) {
+    return {[this, folder](const CriticalRays* scan, const ScanMatch& match) {
+              RestoreTail(folder);
+              tail_ = {scan ? std::optional(*scan) : std::nullopt, match};
+            },
+            [this](const GraphUpdate& update) { return Hold([this, update] { return mapper_.Accept(update); }); },
+            [this](KeyframeId keyframe) { return Hold([this, keyframe] { return mapper_.NoteSearched(keyframe); }); }};
+  }
+
+  /// False where there is no scan yet.
+  bool Hold(std::function<bool()> update) {
+    if (tail_) tail_->updates.push_back(std::move(update));
+    return tail_.has_value();
+  }
+
+  /// folder: of the journal.
+  void RestoreTail(const std::filesystem::path& folder) {
+    const auto tail = std::exchange(tail_, std::nullopt);
+    if (!tail) return;
+    PrepareAnswer(mapper_.Restore(tail->scan ? &*tail->scan : nullptr, tail->match), tail->match);
+    const bool fit = std::ranges::all_of(tail->updates, [](const auto& update) { return update(); });
+    if (!fit) ThrowLoopsDoNotFit(JournalPath(folder));
   }
 
   /// Also against an owner of another bus.
@@ -302,6 +331,8 @@ class MapUpdaterService {
   MatchStore answered_;
   TrackingState tracking_;  ///< after those
   std::vector<map_delta_t> last_answer_;
+  std::optional<Tail> tail_;  ///< while a journal is read
+  std::int64_t num_cut_ = 0;  ///< scans for which the map had no room
   std::optional<PathLock> journal_lock_;
   std::optional<Journal> journal_;
   std::optional<std::int64_t> match_without_scan_;  ///< utime of a match that waits for its rays

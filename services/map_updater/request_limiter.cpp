@@ -1,6 +1,7 @@
 #include "services/map_updater/request_limiter.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace crsm {
 namespace {
@@ -8,6 +9,9 @@ namespace {
 constexpr auto kLookPeriod = std::chrono::seconds(1);
 
 }  // namespace
+
+RequestLimiter::RequestLimiter(std::function<bool(const Sender&)> comes_first)
+    : comes_first_(std::move(comes_first)), look_limiter_(kLookPeriod) {}
 
 bool RequestLimiter::Admit(const Sender& sender, std::int64_t requester, Clock::time_point now) {
   Asker* asker = Find(sender, sender.known() ? 0 : requester, now);
@@ -22,28 +26,17 @@ bool RequestLimiter::Admit(const Sender& sender, std::int64_t requester, Clock::
 }
 
 RequestLimiter::Asker* RequestLimiter::Find(const Sender& sender, std::int64_t requester, Clock::time_point now) {
-  const auto found = std::ranges::find_if(
-      askers_, [&](const Asker& asker) { return asker.sender == sender && asker.requester == requester; });
-  if (found != askers_.end()) {
-    if (!found->comes_first && sender.known() && now >= found->next_look) {
-      found->next_look = now + kLookPeriod;
-      found->comes_first = comes_first_(sender);
-    }
-    return &*found;
+  auto asker = std::ranges::find_if(
+      askers_, [&](const Asker& each) { return each.sender == sender && each.requester == requester; });
+  bool comes_first = asker != askers_.end() && asker->comes_first;
+  if (!comes_first && sender.known() && look_limiter_.MayLook(sender, now)) comes_first = comes_first_(sender);
+  if (asker == askers_.end()) {
+    std::erase_if(askers_, [now](const Asker& each) { return now - each.last_asked > kForgotten; });
+    if (!comes_first && std::ranges::count(askers_, false, &Asker::comes_first) == kMostAskers) return nullptr;
+    asker = askers_.insert(askers_.end(), {.sender = sender, .requester = requester, .last_asked = now});
   }
-  std::erase_if(askers_, [now](const Asker& asker) { return now - asker.last_asked > kForgotten; });
-  const bool comes_first = Look(sender, now);
-  if (!comes_first && std::ranges::count(askers_, false, &Asker::comes_first) == kMostAskers) return nullptr;
-  return &askers_.emplace_back(Asker{sender, requester, comes_first, now, kAtOnce, now});
-}
-
-/// A flood from many ports is not looked at packet by packet; one that was not seen asks again.
-bool RequestLimiter::Look(const Sender& sender, Clock::time_point now) {
-  constexpr auto kPause = std::chrono::milliseconds(50);
-  Clock::time_point& next = next_looks_[sender.port % next_looks_.size()];
-  if (!sender.known() || now < next) return false;
-  next = now + kPause;
-  return comes_first_(sender);
+  asker->comes_first = comes_first;
+  return &*asker;
 }
 
 double RequestLimiter::Share(const Asker& asker) const {

@@ -1,13 +1,12 @@
 #pragma once
 
-#include <array>
 #include <chrono>
 #include <cstdint>
 #include <functional>
-#include <utility>
 #include <vector>
 
-#include "services/bus/sole_sender.hpp"
+#include "services/bus/look_limiter.hpp"
+#include "services/bus/sender.hpp"
 
 namespace crsm {
 
@@ -24,7 +23,7 @@ class RequestLimiter {
   static constexpr auto kForgotten = std::chrono::seconds(10);  ///< an asker that has not asked for as long
 
   /// comes_first: whether a sender is one that mapping waits for. It is asked seldom: it takes system calls.
-  explicit RequestLimiter(std::function<bool(const Sender&)> comes_first) : comes_first_(std::move(comes_first)) {}
+  explicit RequestLimiter(std::function<bool(const Sender&)> comes_first);
 
   /// Whether a request is to be answered. An asker is a sender, or where that is not known, a requester.
   bool Admit(const Sender& sender, std::int64_t requester, Clock::time_point now);
@@ -33,19 +32,17 @@ class RequestLimiter {
   struct Asker {
     Sender sender;
     std::int64_t requester;  ///< 0 where the sender is known
-    bool comes_first;
-    Clock::time_point next_look;  ///< whether it comes first: it may have become what mapping waits for
-    double left = kAtOnce;        ///< answers that it may have now
+    bool comes_first = false;
+    double left = kAtOnce;  ///< answers that it may have now
     Clock::time_point last_asked;
   };
   Asker* Find(const Sender& sender, std::int64_t requester, Clock::time_point now);
-  bool Look(const Sender& sender, Clock::time_point now);
   /// Of what one asker alone may have.
   double Share(const Asker& asker) const;
 
   std::function<bool(const Sender&)> comes_first_;
   std::vector<Asker> askers_;
-  std::array<Clock::time_point, 64> next_looks_{};  ///< at those that are no askers yet, by their ports
+  LookLimiter look_limiter_;  ///< at who comes first: it may have become what mapping waits for
 };
 
 }  // namespace crsm

@@ -13,12 +13,13 @@
 #include "common/graph/whole_map.hpp"
 #include "common/logs/read_map.hpp"
 #include "common/map/byte_map.hpp"
+#include "common/results/json_text.hpp"
 #include "common/scan/deskew.hpp"
+#include "services/base/process.hpp"
 #include "services/journal/earlier_results.hpp"
 #include "services/journal/journal.hpp"
 #include "services/journal/map_parameters.hpp"
 #include "services/map_viewer/join_news.hpp"
-#include "services/map_viewer/json_text.hpp"
 #include "services/settings/command_line.hpp"
 
 namespace crsm {
@@ -48,12 +49,14 @@ class Run {
       finished_map_ = ReadByteMap(results);
       mapper_->Finish();
     }
-    ReadJournal(folder, {head->subject.finished_map, ListMapParameters(parameters)}, OnDamage::kRefuse,
-                {[&](const CriticalRays* scan, const ScanMatch& match) {
-                   Add(scan, match);
-                   after_scan(*this);
-                 },
-                 [this](const GraphUpdate& update) { return mapper_->Accept(update); }});
+    const std::string notice =
+        ReadJournal(folder, {head->subject.finished_map, ListMapParameters(parameters)}, OnDamage::kRefuse,
+                    {[&](const CriticalRays* scan, const ScanMatch& match) {
+                       Add(scan, match);
+                       after_scan(*this);
+                     },
+                     [this](const GraphUpdate& update) { return mapper_->Accept(update); }});
+    if (!notice.empty()) Say(fmt::format("map_viewer: {}", notice));
   }
 
   std::size_t num_scans() const { return matches_.size(); }
@@ -90,7 +93,7 @@ class Run {
 
  private:
   void Add(const CriticalRays* scan, const ScanMatch& match) {
-    mapper_->Integrate(scan, match);
+    mapper_->Restore(scan, match);
     matches_.push_back(match);
     if (!scan) return;
     last_scan_ = *scan;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "services/map_viewer/json_text.hpp"
+#include "common/results/json_text.hpp"
 #include "services/map_viewer/little_endian.hpp"
 
 namespace crsm {

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "common/map/dense_grid.hpp"
-#include "services/map_viewer/json_text.hpp"
+#include "common/results/json_text.hpp"
 
 namespace crsm {
 namespace {

@@ -6,9 +6,9 @@
 #include <chrono>
 #include <utility>
 
+#include "common/results/json_text.hpp"
 #include "common/scan/deskew.hpp"
-#include "services/base/printable.hpp"
-#include "services/map_viewer/json_text.hpp"
+#include "services/bus/known_statuses.hpp"
 #include "services/map_viewer/service_info.hpp"
 #include "services/wire/conversions.hpp"
 
@@ -17,7 +17,6 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::size_t kMostServices = 64;
 constexpr std::size_t kMostStageTimes = 600;
 
 /// The stages that a scan goes through one after the other.
@@ -103,16 +102,8 @@ void LiveRobot::Show(ScanMatch match) {
   scene_.SetRobot({std::move(match), std::move(deskewed)});
 }
 
-/// Of a few services only: the names come from the network. Those of the stack are known whatever else comes.
 void LiveRobot::Keep(const service_status_t& status) {
-  const bool is_known = IsOfStack(status.name) || statuses_.count(status.name) > 0;
-  if (!is_known && statuses_.size() >= kMostServices) {
-    return service_.Complain("status_ignored",
-                             fmt::format("{}: more than {} processes say SERVICE_STATUS: the page leaves out {} and "
-                                         "those that come later",
-                                         service_.name(), kMostServices, MakePrintable(status.name)));
-  }
-  statuses_[status.name] = {status, Clock::now()};
+  if (MayKeepStatus(statuses_, status.name, "the page", service_)) statuses_[status.name] = {status, Clock::now()};
 }
 
 void LiveRobot::AskNowAndThen(bool is_watched) {
@@ -127,7 +118,7 @@ void LiveRobot::AskNowAndThen(bool is_watched) {
   }
   const auto due = is_watched ? next_ask_ : next_ask_ + kPauseUnwatched;
   if (!asked_ && synced && now >= due) {
-    map_follower_.Doubt();
+    map_follower_.RequestUpdate();
     asked_ = now;
   }
 }

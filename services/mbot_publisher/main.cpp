@@ -54,7 +54,7 @@ class MbotPublisher {
     constexpr auto kLongestPause = std::chrono::seconds(5);
     const auto now = Clock::now();
     if (now < next_map_) return;
-    if (!std::exchange(asked_, true)) map_follower_.Doubt();  // there will be more by now
+    if (!std::exchange(asked_, true)) map_follower_.RequestUpdate();  // there will be more by now
     const MapReplica& replica = map_follower_.replica();
     if (!replica.synced()) return;
     asked_ = false;

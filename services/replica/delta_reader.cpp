@@ -17,15 +17,16 @@ std::int64_t UtimeOf(const TrackingState& tracking) { return tracking.empty() ? 
 }  // namespace
 
 void DeltaReader::Handle(const map_delta_t& part) {
-  if (part.epoch != replica_.epoch()) return replica_.Doubt();    // the owner began anew
-  if (part.cell_size_m != replica_.cell_size_m()) return;         // not the owner's: a map keeps its cells
-  if (part.version == replica_.version() && replica_.synced()) {  // the last answer, sent again
+  if (part.epoch != replica_.epoch()) return replica_.RequestUpdate();  // the owner began anew
+  if (part.cell_size_m != replica_.cell_size_m()) return;               // not the owner's: a map keeps its cells
+  if (part.version == replica_.version() && replica_.synced()) {        // the last answer, sent again
     if (part.utime != UtimeOf(replica_.tracking())) replica_.BeginAgain();
     return;
   }
   replica_.Hear(part.version);
-  if (part.version != replica_.version() + 1) return replica_.Doubt();  // a version was missed, or the owner's are lost
-  if (!replica_.whole()) return;                                        // pages are under way and will bring it
+  if (part.version != replica_.version() + 1)
+    return replica_.RequestUpdate();  // a version was missed, or the owner's are lost
+  if (!replica_.whole()) return;      // pages are under way and will bring it
   const auto is_other = [&](const map_delta_t& other) {
     return other.version != part.version || other.utime != part.utime || other.num_parts != part.num_parts;
   };
@@ -33,7 +34,7 @@ void DeltaReader::Handle(const map_delta_t& part) {
   parts_[part.part] = part;
   if (NumTiles(parts_) > kMostTiles) {  // not the owner's: no map has so many
     parts_.clear();
-    return replica_.Doubt();
+    return replica_.RequestUpdate();
   }
   if (static_cast<std::int32_t>(parts_.size()) == part.num_parts) Apply();
 }
@@ -43,7 +44,7 @@ void DeltaReader::Apply() {
   const auto parts = std::exchange(parts_, {});
   const map_delta_t& first = parts.begin()->second;
   const ScanMatch* match = awaited_.Find(first.utime);
-  if (!match) return replica_.Doubt();
+  if (!match) return replica_.RequestUpdate();
   for (const auto& [number, part] : parts) {
     std::vector<TileChange> changes;
     for (const map_tile_t& tile : part.tiles) changes.push_back(FromMessage(tile));

@@ -25,7 +25,8 @@ class MapFollower {
 
   const MapReplica& replica() const { return replica_; }
   MapReplica& replica() { return replica_; }
-  void Doubt() { replica_.Doubt(); }
+  /// There may be a newer version: Poll asks for it.
+  void RequestUpdate() { replica_.RequestUpdate(); }
   void AwaitSettled() { replica_.AwaitSettled(); }
   void TurnTo(int piece) { replica_.TurnTo(piece); }
 

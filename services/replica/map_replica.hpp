@@ -64,17 +64,17 @@ class MapReplica {
   /// Pages that answer a question in this replica's name that it never asked: somebody forges MAP_REQUEST.
   std::int64_t num_forged() const { return num_forged_; }
 
-  /// Doubts that the version held is the last: the owner is to be asked.
-  void Doubt() { synced_ = false; }
-  /// Doubts; and from now on wants answers of when loops have been looked for in all scans so far.
+  /// There may be a newer version: the owner is to be asked.
+  void RequestUpdate() { synced_ = false; }
+  /// Likewise; and from now on wants answers of when loops have been looked for in all scans so far.
   void AwaitSettled() {
     lacking_.settled = 1;
-    Doubt();
+    RequestUpdate();
   }
   /// From now on the whole map is that of another piece, by its number from 2 on: its own scans, its own versions.
   void TurnTo(int piece) {
     lacking_.piece = piece;
-    Doubt();
+    RequestUpdate();
   }
 
   /// What to ask the owner; nothing when synced. A new question has a new number.

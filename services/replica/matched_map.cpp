@@ -14,7 +14,7 @@ MatchedMap::MatchedMap(Service& service, MapFollower::Keeper keeper)
   bus.SubscribeToOne<map_delta_t>(kMapDeltaChannel, kMapOwnerRole,
                                   [this](const map_delta_t& part) { deltas_.Handle(part); });
   bus.SubscribeToOne<scan_answer_t>(kScanAnswerChannel, kMapOwnerRole, [this](const scan_answer_t& answer) {
-    if (answer.epoch != replica().epoch()) return Doubt();
+    if (answer.epoch != replica().epoch()) return RequestUpdate();
     question_epoch_ = answer.epoch;
     question_.Handle(answer);
   });

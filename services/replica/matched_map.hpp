@@ -15,7 +15,7 @@ class MatchedMap {
   MatchedMap(Service& service, MapFollower::Keeper keeper);
 
   const MapReplica& replica() const { return pages_.replica(); }
-  void Doubt() { pages_.Doubt(); }
+  void RequestUpdate() { pages_.RequestUpdate(); }
 
   /// A match has been sent: its delta leads on from it.
   void Await(const ScanMatch& match) {

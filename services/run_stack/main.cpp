@@ -5,9 +5,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "services/base/process.hpp"
 #include "services/base/usage_error.hpp"
@@ -45,9 +48,13 @@ void AddOwnFlags(CommandLine& command_line, StackOptions& options) {
   AddFlags(command_line, options.earlier);
   app.add_flag("--strict", options.strict, "fail if the map is not to be trusted");
   app.add_flag("--view", options.view, "show the growing map in a browser; prints the address");
-  app.add_option("--outputs", options.outputs,
-                 "also publish pose and map for other programs: mbot: SLAM_POSE, SLAM_MAP")
-      ->check(CLI::IsMember({kMbot}));
+  std::vector<std::string> outputs;
+  std::string help = "also publish pose and map for other programs";
+  for (const Output& output : kOutputs) {
+    outputs.emplace_back(output.name);
+    help += fmt::format("; {}: {}", output.name, output.what);
+  }
+  app.add_option("--outputs", options.outputs, help)->check(CLI::IsMember(outputs));
   std::vector<std::string> replaceable;
   for (const Replaceable& process : kReplaceable) replaceable.emplace_back(process.name);
   app.add_option("--without", options.without, "do not start this process; another process replaces it")
@@ -69,11 +76,26 @@ void CheckUsage(const CommandLine& command_line, const StackOptions& options) {
   }
 }
 
-/// What must be there for the stack to work.
-void SayWhatIsMissing(const StackOptions& options) {
+/// As a shell takes it.
+std::string Quote(const std::string& word) {
+  const auto IsPlain = [](unsigned char c) {
+    return std::isalnum(c) || std::string_view("-_./:=,+").find(static_cast<char>(c)) != std::string_view::npos;
+  };
+  if (!word.empty() && std::all_of(word.begin(), word.end(), IsPlain)) return word;
+  std::string quoted = "'";
+  for (const char c : word) c == '\'' ? quoted += "'\\''" : quoted += c;
+  return quoted + "'";
+}
+
+/// What must be there for the stack to work, and with which flags ours would: some come from a study of the log.
+void SayWhatIsMissing(const std::vector<PlannedService>& replaced) {
   for (const Replaceable& process : kReplaceable) {
-    if (!options.IsWithout(process.name)) continue;
-    Say(fmt::format("run_stack: without {}: another process must {}", process.name, process.contract));
+    const auto ours = std::ranges::find(replaced, process.name, &PlannedService::name);
+    if (ours == replaced.end()) continue;
+    std::string words;
+    for (const std::string& word : ours->command.arguments) words += ' ' + Quote(word);
+    Say(fmt::format("run_stack: without {0}: another process must {1}; ours would be started as: {0}{2}", process.name,
+                    process.contract, words));
   }
 }
 
@@ -132,12 +154,13 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   }
   const BusRole role(address, kStackRole);
   CheckRolesAreFree(address, options);
-  SayWhatIsMissing(options);
   AskLaser(options, command_line);
   Signals signals;
   ResultsFolder folder(command_line.settings().out, options.earlier);
   if (!options.is_live()) StudyLaser(options.source, command_line);
-  const bool success = Supervisor(PlanStack(command_line, options, folder), folder, signals).Run();
+  StackPlan plan = PlanStack(command_line, options, folder);
+  SayWhatIsMissing(plan.replaced);
+  const bool success = Supervisor(std::move(plan), folder, signals).Run();
   if (success) return ReportOutcome(folder.path(), options.strict);
   if (fs::exists(folder.summary())) {
     Say(fmt::format("run_stack: failed; {} has what was mapped until then, and no verdict is given on that",

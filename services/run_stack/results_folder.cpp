@@ -1,9 +1,14 @@
 #include "services/run_stack/results_folder.hpp"
 
+#include <fcntl.h>
 #include <fmt/core.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <stdexcept>
 
+#include "common/logs/regular_file.hpp"
 #include "services/base/process.hpp"
 #include "services/journal/journal.hpp"
 
@@ -34,6 +39,22 @@ std::optional<std::uintmax_t> ResultsFolder::JournalBytes() const {
   std::error_code error;
   const auto size = fs::file_size(JournalPath(journal_folder()), error);
   return error ? std::nullopt : std::optional(size);
+}
+
+std::string ResultsFolder::WhyNotWritable() const {
+  const std::string block(4096, '\0');  // a name alone may find room on a full disk
+  const fs::path path = log_folder() / ".probe";
+  std::string why;
+  try {
+    const int descriptor = OpenRegularFile(path, O_WRONLY | O_CREAT);
+    if (write(descriptor, block.data(), block.size()) < std::ssize(block)) why = std::strerror(errno);
+    close(descriptor);
+  } catch (const std::runtime_error& error) {
+    why = error.what();
+  }
+  std::error_code ignored;
+  fs::remove(path, ignored);
+  return why;
 }
 
 bool ResultsFolder::IsInPlace() {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "services/base/path_lock.hpp"
 #include "services/journal/earlier_results.hpp"
@@ -27,6 +28,10 @@ class ResultsFolder {
 
   /// Size of the journal [bytes]; nothing if there is none.
   std::optional<std::uintmax_t> JournalBytes() const;
+
+  /// Why nothing can be written there, by trying it; empty where it can be. What the processes say of a disk that is
+  /// full, or has become read-only, has no place there either.
+  std::string WhyNotWritable() const;
 
   /// Whether nobody has removed or moved the folder, nor the journal once there was one.
   bool IsInPlace();

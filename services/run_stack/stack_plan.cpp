@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <iterator>
 
 #include "services/sources/devices/live_laser.hpp"
 #include "services/wire/channels.hpp"
@@ -22,8 +23,10 @@ bool IsSetByStack(const std::string& setting) {
 }
 
 std::vector<ProgramFlags> FlagsOfAll() {
-  return {FlagsOfPublisher(),  FlagsOfSelector(), FlagsOfMatcher(), FlagsOfUpdater(),
-          FlagsOfLoopCloser(), FlagsOfExporter(), FlagsOfViewer(),  FlagsOfMbotPublisher()};
+  std::vector<ProgramFlags> all{FlagsOfPublisher(),  FlagsOfSelector(), FlagsOfMatcher(), FlagsOfUpdater(),
+                                FlagsOfLoopCloser(), FlagsOfExporter(), FlagsOfViewer()};
+  for (const Output& output : kOutputs) all.push_back(output.flags());
+  return all;
 }
 
 class Planner {
@@ -123,10 +126,14 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   if (command_line.parameters().loops.loops && settings.localize.empty()) {
     plan.services.push_back(planner.Plan("loop_closer", FlagsOfLoopCloser(), {"--out", folder.path().string()}));
   }
-  std::erase_if(plan.services, [&](const PlannedService& service) { return options.IsWithout(service.name); });
+  const auto replaced = std::stable_partition(plan.services.begin(), plan.services.end(),
+                                              [&](const auto& service) { return !options.IsWithout(service.name); });
+  plan.replaced.assign(std::move_iterator(replaced), std::move_iterator(plan.services.end()));
+  plan.services.erase(replaced, plan.services.end());
   if (options.view) plan.services.push_back(planner.Plan("map_viewer", FlagsOfViewer(), {}));
-  if (std::count(options.outputs.begin(), options.outputs.end(), kMbot) > 0) {
-    plan.services.push_back(planner.Plan("mbot_publisher", FlagsOfMbotPublisher(), {}));
+  for (const Output& output : kOutputs) {
+    if (std::count(options.outputs.begin(), options.outputs.end(), output.name) > 0)
+      plan.services.push_back(planner.Plan(output.program, output.flags(), {}));
   }
   plan.live = options.is_live();
   if (options.has_publisher()) {

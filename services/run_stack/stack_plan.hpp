@@ -15,7 +15,16 @@ namespace crsm {
 
 inline constexpr const char* kLive = "live";  ///< in the place of a source: a laser driver feeds the bus
 
-inline constexpr const char* kMbot = "mbot";  ///< outputs for the University of Michigan's robots
+/// A process that publishes pose and map for the programs of others.
+struct Output {
+  const char* name;  ///< as --outputs has it
+  const char* program;
+  const char* what;
+  ProgramFlags (*flags)();
+};
+inline constexpr Output kOutputs[]{{"mbot", "mbot_publisher",
+                                    "SLAM_POSE and SLAM_MAP for mbots of the University of Michigan",
+                                    &FlagsOfMbotPublisher}};
 
 /// A process in whose place another one may be, its role on the bus, and what that one has to do.
 struct Replaceable {
@@ -36,7 +45,7 @@ struct StackOptions {
   EarlierResults earlier;
   bool strict = false;
   bool view = false;                 ///< with map_viewer
-  std::vector<std::string> outputs;  ///< for the programs of others: kMbot
+  std::vector<std::string> outputs;  ///< names of kOutputs
   std::vector<std::string> without;  ///< processes of kReplaceable that another one stands in for
 
   bool has_publisher() const { return source != kLive; }
@@ -59,6 +68,7 @@ struct PlannedService {
 /// What is to be started, and how.
 struct StackPlan {
   std::vector<PlannedService> services;      ///< in the order in which they start
+  std::vector<PlannedService> replaced;      ///< by processes of others, StackOptions::without
   std::optional<PlannedService> publisher;   ///< none where somebody else's driver feeds the bus
   bool live = false;                         ///< the end is when somebody asks for it
   bool resume = false;                       ///< with the journal that is in the folder already

@@ -143,6 +143,7 @@ void Supervisor::WaitForEnd() {
     for (Member& service : services_) {
       if (!service.IsRunning() && !StartAgain(service)) return;
     }
+    LookAtDisk();
     if (plan_.live) ShowProgress();
     if (publisher_ && !publisher_->IsRunning()) {
       if (publisher_->child->EndedWell() || !StartAgain(*publisher_)) return;
@@ -250,6 +251,20 @@ void Supervisor::Report(const Member& member, const std::string& what) {
   if (lines.empty()) return;
   Say(fmt::format("last lines of {}:", member.plan.command.log.string()));
   for (const std::string& line : lines) Say(line);
+}
+
+/// What the processes have to say of a disk that is full, or has become read-only, is in logs on it.
+void Supervisor::LookAtDisk() {
+  if (Clock::now() < next_look_at_disk_) return;
+  next_look_at_disk_ = Clock::now() + seconds(5);
+  const std::string why = folder_.WhyNotWritable();
+  if (why.empty() == why_not_writable_.empty()) return;
+  why_not_writable_ = why;
+  Say(why.empty()
+          ? fmt::format("run_stack: --out {}: can be written again", folder_.path().string())
+          : fmt::format("run_stack: --out {}: cannot be written: {}: mapping goes on, but its journal and its results "
+                        "may end here",
+                        folder_.path().string(), why));
 }
 
 /// Of what is live; the publisher of a log shows how far it is itself.

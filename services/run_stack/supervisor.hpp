@@ -50,6 +50,7 @@ class Supervisor {
   bool IsInterrupted() const { return signals_.num_interrupts() > 0; }
   void Report(const Member& member, const std::string& what);
   void ShowProgress();
+  void LookAtDisk();
   void PassOnComplaints();
   void PassOnNews();
   void PassOn(const std::string& name, const std::function<bool(const std::string&)>& is_wanted);
@@ -67,6 +68,8 @@ class Supervisor {
   std::int64_t num_scans_shown_ = 0;
   std::map<std::string, std::streamoff> passed_on_;  ///< up to where the log of a service was passed on [bytes]
   std::chrono::steady_clock::time_point next_progress_{};
+  std::chrono::steady_clock::time_point next_look_at_disk_{};
+  std::string why_not_writable_;  ///< at the last look
 };
 
 }  // namespace crsm

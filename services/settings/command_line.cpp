@@ -7,11 +7,13 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 #include <type_traits>
 
 #include "common/logs/regular_file.hpp"
 #include "common/set_parameter.hpp"
+#include "services/base/process.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/base/version.hpp"
 #include "services/settings/presets.hpp"
@@ -83,10 +85,22 @@ std::string FindBuiltIn(const BuiltInConfig (&configs)[N], const BuiltInChoice& 
       fmt::format("{}: '{}' is not one of {}", choice.said_by, choice.name, fmt::join(Names(configs), ", ")));
 }
 
+/// A key of very many parts is more than the parser's stack.
+void CheckLines(const std::string& text, const std::string& path) {
+  constexpr std::size_t kLongest = 10'000;
+  std::istringstream lines(text);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    if (line.size() > kLongest)
+      throw std::runtime_error(fmt::format("{}:{}: is longer than {} characters", path, number, kLongest));
+  }
+}
+
 std::string ReadConfig(const std::string& path) {
   constexpr std::size_t kMostBytes = std::size_t{1} << 20;
   const std::string text = ReadWholeFile(path, kMostBytes);
   if (text.empty()) throw std::runtime_error(fmt::format("{}: is empty", path));
+  CheckLines(text, path);
   return text;
 }
 
@@ -142,6 +156,7 @@ CommandLine::CommandLine(const std::string& program, const std::string& descript
       setting_names_(flags.settings),
       app_(std::make_unique<CLI::App>(description, program)),
       settings_(flags.defaults) {
+  PrepareProcess();
   app_->set_version_flag("--version", fmt::format("{} {}", program, kVersion));
   app_->add_option("--preset", preset_, fmt::format("laser: {}", fmt::join(Names(kPresets), ", ")))->type_name("NAME");
   app_->add_option("--config", config_, "TOML file; its keys are the flags, with _ for -; one file serves all programs")

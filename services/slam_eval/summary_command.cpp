@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/results/read_results.hpp"
+#include "services/base/printable.hpp"
 #include "services/slam_eval/commands.hpp"
 
 namespace crsm {
@@ -27,7 +28,7 @@ Row MakeHead() { return {"run", "verdict", "scans", "lost", "loops", "fitness", 
 
 Row MakeRow(const std::string& folder, const RunSummary& summary) {
   return {folder,
-          summary.trust,
+          WithoutControls(summary.trust),
           fmt::format("{}", summary.scans),
           fmt::format("{}", summary.lost),
           summary.loops ? fmt::format("{}", *summary.loops) : "-",

@@ -10,12 +10,13 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <unordered_set>
+#include <optional>
 
 #include "common/diagnosis/laser_judge.hpp"
 #include "common/graph/g2o.hpp"
 #include "common/logs/left_out.hpp"
 #include "common/logs/unique_utimes.hpp"
+#include "common/match/match_constants.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "common/slam.hpp"
@@ -30,6 +31,7 @@
 #include "services/journal/earlier_results.hpp"
 #include "services/journal/journal.hpp"
 #include "services/journal/map_parameters.hpp"
+#include "services/journal/match_store.hpp"
 #include "services/sources/devices/live_laser.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "services/sources/study_laser.hpp"
@@ -40,8 +42,8 @@ namespace {
 /// What a log brought.
 struct Session {
   std::string log;
-  std::size_t first_match = 0;  ///< of Run::matches
-  std::size_t num_matches = 0;
+  std::int64_t first_match = 0;  ///< of Run::matches
+  std::int64_t num_matches = 0;
   std::int64_t num_repeated = 0;  ///< scans that were in the map already
 };
 
@@ -51,16 +53,36 @@ struct Run {
 
   void Restore(const CriticalRays* scan, const ScanMatch& match) {
     slam.Restore(scan, match);
-    matches.push_back(match);
-    statistics.Add(match);
+    Add(match);
     if (scan) last_scan = *scan;
   }
 
+  void Add(const ScanMatch& match) {
+    matches.Append(match);
+    last_match = match;
+    statistics.Add(match);
+  }
+
+  /// All of them, by what is known at the end.
+  MatchSequence Matches() const {
+    return MatchSequence([this](const MatchSequence::Visit& visit) {
+      std::int64_t scan = 0;
+      matches.Sequence().ForEach([&](const ScanMatch& match) { visit(ByAllThatIsKnown(scan++, match)); });
+    });
+  }
+
+  /// scan: its number, from 0.
+  ScanMatch ByAllThatIsKnown(std::int64_t scan, const ScanMatch& match) const {
+    return is_final ? slam.mapper().BestMatch(scan, match) : match;
+  }
+
   Slam slam;
-  std::vector<ScanMatch> matches;
+  MatchStore matches;  ///< as they were found
+  std::optional<ScanMatch> last_match;
+  bool is_final = false;  ///< all loops are closed: poses follow the graph
   std::vector<Session> sessions;
-  UniqueUtimes utimes;                              ///< of the scans of all logs
-  std::unordered_set<std::int64_t> earlier_utimes;  ///< of the scans that are in the map already
+  UniqueUtimes utimes;      ///< of the scans of all logs
+  bool is_resumed = false;  ///< there are scans in the map already
   RunStatistics statistics;
   CriticalRays last_scan;
   Trajectory truth;
@@ -91,7 +113,7 @@ void SayNews(const CommandLine& command_line, const Run& run, BreakNews& news) {
 }
 
 void SayIfLost(const CommandLine& command_line, Run& run) {
-  const auto line = run.lost_news.Add(run.matches.back(), Clock::now());
+  const auto line = run.lost_news.Add(*run.last_match, Clock::now());
   if (line) Say(fmt::format("{}: {}", command_line.program(), *line));
 }
 
@@ -109,7 +131,7 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
     SayNotice(command_line, journal->notice());
     Keep(run.slam.AwaitLoops(), run, *journal);
     run.slam.Resume(command_line.parameters().match.start);
-    for (const ScanMatch& match : run.matches) run.earlier_utimes.insert(match.utime);
+    run.is_resumed = true;
     Say(fmt::format("{}: continues after {} scans from {}", command_line.program(), run.matches.size(), resume));
     return journal;
   }
@@ -122,7 +144,8 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
     }
     Say(fmt::format("{}: localises on the finished map of {} scans from {}", command_line.program(), run.matches.size(),
                     settings.localize));
-    run.matches.clear();
+    run.matches = MatchStore();
+    run.last_match.reset();
     run.statistics = RunStatistics();
   }
   return std::make_unique<Journal>(JournalFolder(settings.out), subject);
@@ -144,14 +167,15 @@ void SayWhatWasLeftOut(const std::string& program, const Session& session, const
 
 /// What was seen belongs elsewhere where loops were closed: map, poses and what is said of them follow the graph.
 Results Correct(Run& run, Summary& summary) {
-  const Slam::Outcome outcome = run.slam.Finalize(run.matches);
+  const Slam::Outcome outcome = run.slam.Finalize({});
+  run.is_final = true;
   run.statistics.ForgetMatches();
-  for (const ScanMatch& match : run.matches) run.statistics.Add(match);
+  run.Matches().ForEach([&](const ScanMatch& match) { run.statistics.Add(match); });
   Results results;
   results.grid = outcome.map.ToDenseGrid();
   results.loops = outcome.loops;
   results.graph_g2o = FormatG2o(outcome.graph.MakePoseGraph());
-  summary = Summarize(run.matches, results.grid);
+  summary = Summarize(run.Matches(), results.grid);
   results.pieces = run.slam.mapper().FindPieces();
   summary.pieces = results.pieces;
   summary.verdict = Judge(run.statistics, outcome.map, results.pieces);
@@ -162,7 +186,7 @@ Results Finalize(Run& run, Summary& summary) {
   if (run.slam.closes_loops()) return Correct(run, summary);
   Results results;
   results.grid = run.slam.map().ToDenseGrid();
-  summary = Summarize(run.matches, results.grid);
+  summary = Summarize(run.Matches(), results.grid);
   summary.verdict = Judge(run.statistics, run.slam.map());
   return results;
 }
@@ -171,23 +195,27 @@ Results Finalize(Run& run, Summary& summary) {
 void WritePieces(const std::string& out, const Run& run, const MapPieces& pieces) {
   RemovePieces(out);
   for (const int number : pieces.OthersWithMap()) {
-    std::vector<ScanMatch> matches;
-    for (const auto& [first, end] : run.slam.mapper().FindScans(run.slam.mapper().FindComponent(number))) {
-      matches.insert(matches.end(), run.matches.begin() + first, run.matches.begin() + end);
-    }
-    WritePiece(out, number, run.slam.DrawPiece(number).ToDenseGrid(), std::move(matches));
+    const MatchSequence matches([&](const MatchSequence::Visit& visit) {
+      for (const auto& [first, end] : run.slam.mapper().FindScans(run.slam.mapper().FindComponent(number))) {
+        for (std::int64_t scan = first; scan < end; ++scan) visit(run.ByAllThatIsKnown(scan, run.matches.At(scan)));
+      }
+    });
+    WritePiece(out, number, run.slam.DrawPiece(number).ToDenseGrid(), matches);
   }
 }
 
 /// Which logs have a place on the map, where it has others too: the poses of the rest are not known there.
 void PrintSessions(const Run& run) {
-  if (run.sessions.size() < 2 && run.earlier_utimes.empty()) return;
+  if (run.sessions.size() < 2 && !run.is_resumed) return;
   for (const Session& session : run.sessions) {
-    const auto first = run.matches.begin() + static_cast<std::ptrdiff_t>(session.first_match);
-    const auto num_lost = std::count_if(first, first + static_cast<std::ptrdiff_t>(session.num_matches),
-                                        [](const ScanMatch& match) { return match.state == MatchState::kLost; });
-    fmt::print("{}: {} of {} scans are on the map\n", session.log,
-               static_cast<std::int64_t>(session.num_matches) - num_lost, session.num_matches);
+    std::int64_t num_lost = 0;
+    for (std::int64_t scan = session.first_match; scan < session.first_match + session.num_matches; ++scan)
+      num_lost += run.ByAllThatIsKnown(scan, run.matches.At(scan)).state == MatchState::kLost ? 1 : 0;
+    if (session.num_matches == 0) {
+      fmt::print("{}: none of its scans is new\n", session.log);
+      continue;
+    }
+    fmt::print("{}: {} of {} scans are on the map\n", session.log, session.num_matches - num_lost, session.num_matches);
   }
 }
 
@@ -201,7 +229,7 @@ struct Outcome {
 Outcome WriteRun(const CommandLine& command_line, Run& run) {
   Summary summary;
   Results results = Finalize(run, summary);
-  results.matches = run.matches;
+  results.matches = run.Matches();
   results.last_scan = run.last_scan;
   results.truth = run.truth;
   summary.version = kVersion;
@@ -276,18 +304,45 @@ void MapScan(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot, Ru
   run.latency.Record(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
   journal.Append(step.drawn ? &step.scan : nullptr, step.match);
   Keep(step.updates, run, journal);
-  run.matches.push_back(step.match);
   run.statistics.Add(scan.utime, step.scan.rays);
-  run.statistics.Add(step.match);
+  run.Add(step.match);
   run.last_scan = std::move(step.scan);
 }
 
+/// No other program goes on with the journal in the folder of the results, or begins one there: map_updater may,
+/// without a word of the folder.
+class JournalLock {
+ public:
+  explicit JournalLock(const std::string& out) : out_(out) { Renew(); }
+
+  /// Of the journal that is there now, if any.
+  void Renew() {
+    const std::filesystem::path path = JournalPath(JournalFolder(out_));
+    if ((lock_ && lock_->IsInPlace()) || !std::filesystem::exists(path)) return;
+    lock_.reset();
+    lock_.emplace("--out", path);
+  }
+
+  /// Throws std::runtime_error where the journal is not there any more.
+  void CheckIsInPlace() const {
+    if (lock_ && lock_->IsInPlace()) return;
+    throw std::runtime_error(
+        fmt::format("--out {}: this folder or its journal was removed or moved meanwhile: no results are written; the "
+                    "journal has all scans",
+                    out_));
+  }
+
+ private:
+  std::string out_;
+  std::optional<PathLock> lock_;
+};
+
 /// Whether a log whose first scan has this utime is the next part of the drive before it: recorders split long logs.
 bool GoesOn(const Run& run, std::int64_t utime) {
-  constexpr std::int64_t kLongestGap_us = 8'000'000;  // as the gap that ends a trajectory
-  if (run.matches.empty()) return false;
-  const std::int64_t last = run.matches.back().utime;
-  return utime > last && utime - last < kLongestGap_us;
+  const double gap_max_s = MatchConstants::Break{}.gap_max_s;  // of a trajectory
+  if (!run.last_match) return false;
+  const std::int64_t last = run.last_match->utime;
+  return utime > last && static_cast<double>(utime - last) < gap_max_s * 1e6;
 }
 
 /// One log of several. show: gets its progress, [0, 1]. Throws std::runtime_error if the log has no scan.
@@ -296,16 +351,21 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
   const ScanParameters& parameters = command_line.parameters().scan;
   Session& session = run.sessions.back();
   session.first_match = run.matches.size();
+  constexpr std::int64_t kToFindOut = 5;  // scans: a log that does not go on where the last one ended is lost at once
   bool is_first_scan = run.sessions.size() > 1;  // the first log goes on where an earlier run ended
+  bool goes_on = false;
+  const RangeLimit limit = run.sessions.size() > 1 ? StudyFurtherLog(session.log, command_line) : RangeLimit();
   LaserJudge judge(parameters);
   bool has_scans = false;
   while (auto scan = source.Next()) {
     if (StopRequested()) break;
     has_scans = true;
+    limit.Apply(*scan);
     if (is_first_scan && GoesOn(run, scan->utime)) {
       Say(fmt::format("{}: {}: goes on where the log before it ends: the same drive", command_line.program(),
                       session.log));
       is_first_scan = false;
+      goes_on = true;
     }
     if (is_first_scan) run.utimes.BeginDrive();
     for (const std::string& complaint : judge.Look(*scan)) {
@@ -313,10 +373,18 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
     }
     const auto utime = run.utimes.Add(scan->utime);
     scan->utime = utime.value_or(scan->utime);
-    if (utime && !run.earlier_utimes.count(*utime)) {
+    const bool is_in_map = utime && run.is_resumed && run.matches.Find(*utime);
+    if (utime && !is_in_map) {
       if (is_first_scan) run.slam.BeginDrive();
       MapScan(*scan, command_line.settings().odometry ? source.Odometry() : std::nullopt, run, journal);
       SayIfLost(command_line, run);
+      goes_on = goes_on && run.matches.size() - session.first_match < kToFindOut;
+      if (goes_on && run.last_match->state == MatchState::kLost) {
+        Say(fmt::format("{}: {}: is not where the log before it ends: a drive of its own", command_line.program(),
+                        session.log));
+        run.slam.BeginDrive();
+        goes_on = false;
+      }
     } else {
       run.statistics.Add(scan->utime, FindValidRays(*scan, parameters));  // as who hears CRITICAL_RAYS
       ++session.num_repeated;
@@ -343,12 +411,14 @@ Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs,
   auto source = Open(command_line, logs, 0);
   PrepareFolder(settings.out);
   const PathLock lock("--out", settings.out);
+  JournalLock journal_lock(settings.out);
   MakeRoom(command_line.program(), settings.out, earlier);
   StudyLaser(logs.front(), command_line);
   source = Open(command_line, logs, 0);
 
   Run run(command_line.parameters());
   const std::unique_ptr<Journal> journal = Begin(command_line, earlier.resume, run);
+  journal_lock.Renew();
   BreakNews news;
   news.Skip(run.slam.mapper());
   Progress progress(command_line.program());
@@ -364,6 +434,7 @@ Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs,
   Keep(run.slam.AwaitLoops(), run, *journal);
   SayNews(command_line, run, news);
   if (run.slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", command_line.program(), kMapIsFull));
+  journal_lock.CheckIsInPlace();
   return WriteRun(command_line, run);
 }
 

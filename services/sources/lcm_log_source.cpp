@@ -110,6 +110,7 @@ bool LcmLogSource::ReadEvent() {
     TakeScan(event->data);
   } else if (IsLaser(event->data)) {
     ++counts_["other_channel"];
+    if (other_channel_.empty()) other_channel_ = event->channel;
   } else if (IsPose(Bytes(event->data))) {
     TakePose(event->channel, event->data);
   }
@@ -146,6 +147,10 @@ std::vector<std::string> LcmLogSource::Complaints() const {
   std::vector<std::string> complaints = scans_.Complaints(channel_, counts_, first_refusal_, "utime");
   for (const std::string& complaint : {frames_.Complaint(), thinned_}) {
     if (!complaint.empty()) complaints.push_back(fmt::format("{}: {}", channel_, complaint));
+  }
+  if (!other_channel_.empty()) {
+    complaints.push_back(fmt::format("the scans are those on {}; there is a laser on {}, too: --laser-channel takes it",
+                                     channel_, other_channel_));
   }
   for (const auto& [pose_channel, judge] : handedness_) {
     if (judge.verdict() != HandednessJudge::Verdict::kMirrored) continue;

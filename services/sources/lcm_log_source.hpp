@@ -44,6 +44,7 @@ class LcmLogSource : public LaserSource {
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return scans_.T_odom_robot(); }
   double Progress() const override { return log_.Progress(); }
+  std::string Channel() const override { return channel_; }
   std::map<std::string, std::int64_t> Counts() const override;
   std::vector<std::string> Complaints() const override;
   std::vector<std::string> OdometryNotes() const override;
@@ -62,6 +63,7 @@ class LcmLogSource : public LaserSource {
   bool odometry_is_used_;
   std::string odometry_channel_;
   std::map<std::string, std::int64_t> counts_;
+  std::string other_channel_;                          ///< the first that has a laser, too
   std::string first_refusal_;                          ///< what is wrong with the first bad message
   std::string thinned_;                                ///< as of ThinBeams
   const LaserType* laser_ = nullptr;                   ///< the type of the scans' messages

@@ -69,13 +69,36 @@ std::unique_ptr<LaserSource> OpenPlainLog(const std::string& name, const std::st
                   name, kSearchedLines));
 }
 
+/// A log whose compressed file is cut short or damaged.
+class CutSource : public LaserSource {
+ public:
+  explicit CutSource(std::unique_ptr<LaserSource> source) : source_(std::move(source)) {}
+
+  std::optional<LaserScan> Next() override { return source_->Next(); }
+  std::optional<Pose2> Odometry() const override { return source_->Odometry(); }
+  double Progress() const override { return source_->Progress(); }
+  std::string Channel() const override { return source_->Channel(); }
+  std::vector<std::string> Complaints() const override { return source_->Complaints(); }
+  std::vector<std::string> OdometryNotes() const override { return source_->OdometryNotes(); }
+  std::map<std::string, std::int64_t> Counts() const override {
+    std::map<std::string, std::int64_t> counts = source_->Counts();
+    counts["truncated"] = 1;
+    return counts;
+  }
+
+ private:
+  std::unique_ptr<LaserSource> source_;
+};
+
 /// What gzip has compressed is read as it is; what others have, is unpacked first.
 std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOptions& options) {
   constexpr std::size_t kStartBytes = 16;
   const std::string compression = FindCompression(FileWindow(name).At(0, kStartBytes));
   const bool is_read_as_it_is = compression.empty() || compression == "gzip";
   try {
-    return OpenPlainLog(name, is_read_as_it_is ? name : PathOfUnpacked(name, Say), options);
+    if (is_read_as_it_is) return OpenPlainLog(name, name, options);
+    auto source = OpenPlainLog(name, PathOfUnpacked(name, Say), options);
+    return IsUnpackedWhole(name) ? std::move(source) : std::make_unique<CutSource>(std::move(source));
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(NameUnpacked(error.what()));
   }
@@ -115,10 +138,13 @@ std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const Sour
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(name, error);
   if (!std::filesystem::exists(status)) {
-    if (name.find_first_of("*?") == std::string::npos)
-      throw std::runtime_error(fmt::format("there is no file {}", name));
+    if (!IsPattern(name)) throw std::runtime_error(fmt::format("there is no file {}", name));
     return std::make_unique<PartsSource>(FindParts(name),
-                                         [options](const std::string& part) { return OpenLaserSource(part, options); });
+                                         [options](const std::string& part, const std::string& channel) {
+                                           SourceOptions of_part = options;
+                                           if (of_part.laser.channel.empty()) of_part.laser.channel = channel;
+                                           return OpenLaserSource(part, of_part);
+                                         });
   }
   if (std::filesystem::is_directory(status)) {
     if (IsBagFolder(name)) {
@@ -148,7 +174,7 @@ std::vector<std::string> FilesOfSource(const std::string& name) {
     return files;
   }
   if (std::filesystem::exists(path, error)) return {path};
-  return path.find_first_of("*?") == std::string::npos ? std::vector<std::string>() : FindParts(path);
+  return IsPattern(path) ? FindParts(path) : std::vector<std::string>();
 }
 
 void ThrowNoScans(const std::string& name, const LaserSource& source) {
@@ -160,6 +186,9 @@ void ThrowNoScans(const std::string& name, const LaserSource& source) {
 
 std::string DescribeCut(const std::string& name, const LaserSource& source) {
   if (FindCount(source.Counts(), "truncated") == 0) return "";
+  std::error_code error;
+  if (IsPattern(name) && !std::filesystem::exists(name, error))
+    return fmt::format("{}: a part is cut short or damaged: scans that it had are missing (truncated)", name);
   return fmt::format("{} is cut short or damaged at its end: only the scans before that were read (truncated)", name);
 }
 

@@ -2,9 +2,14 @@
 
 #include <fmt/core.h>
 #include <glob.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
+#include <exception>
+#include <functional>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -55,6 +60,8 @@ class NoScans : public LaserSource {
 
 }  // namespace
 
+bool IsPattern(const std::string& path) { return path.find_first_of("*?") != std::string::npos; }
+
 std::vector<std::string> FindParts(const std::string& pattern) {
   std::string escaped;  // only * and ? stand for others
   for (const char c : pattern) escaped += c == '[' || c == '\\' ? std::string("\\") + c : std::string(1, c);
@@ -65,11 +72,56 @@ std::vector<std::string> FindParts(const std::string& pattern) {
   globfree(&found);
   if (paths.empty()) throw std::runtime_error(fmt::format("there is no file {}", pattern));
   std::ranges::sort(paths, ComesBefore);
+  std::set<std::pair<dev_t, ino_t>> files;  // each once: a link may name the newest
+  std::erase_if(paths, [&](const std::string& path) {
+    struct stat status {};
+    return stat(path.c_str(), &status) == 0 && !files.emplace(status.st_dev, status.st_ino).second;
+  });
+  const std::set<std::string> names(paths.begin(), paths.end());
+  std::erase_if(paths, [&](const std::string& path) {  // run.lcm.gz beside run.lcm
+    constexpr std::array kEndings{".bz2", ".gz", ".lz4", ".xz", ".zst", ".zstd"};
+    return std::ranges::any_of(kEndings, [&](const std::string& ending) {
+      return path.ends_with(ending) && names.count(path.substr(0, path.size() - ending.size())) > 0;
+    });
+  });
   return paths;
 }
 
 PartsSource::PartsSource(std::vector<std::string> paths, Open open)
-    : paths_(std::move(paths)), open_(std::move(open)), part_(open_(paths_.front())) {}
+    : paths_(std::move(paths)), open_(std::move(open)), part_(std::make_unique<NoScans>()) {
+  SortByTime();
+  OpenNext();
+}
+
+void PartsSource::SortByTime() {
+  constexpr std::size_t kLooks = 3;
+  std::vector<std::int64_t> first_utimes;  // of the first parts that have scans
+  std::exception_ptr first_error;
+  for (std::size_t i = 0; i < paths_.size() && first_utimes.size() < kLooks; ++i) {
+    try {
+      if (const auto scan = open_(paths_[i], "")->Next()) first_utimes.push_back(scan->utime);
+    } catch (const std::runtime_error&) {
+      if (!first_error) first_error = std::current_exception();
+    }
+  }
+  if (first_utimes.empty() && first_error) std::rethrow_exception(first_error);
+  if (first_utimes.size() < 2 || !std::ranges::is_sorted(first_utimes, std::greater<>())) return;
+  std::ranges::reverse(paths_);
+  complaints_.push_back("the parts are read from the last to the first: their times go that way");
+}
+
+/// The last part of a recording that was killed may be none.
+void PartsSource::OpenNext() {
+  try {
+    part_ = open_(paths_[num_opened_], channel_);
+    if (channel_.empty()) channel_ = part_->Channel();
+  } catch (const std::runtime_error& error) {
+    counts_["truncated"] = 1;
+    complaints_.emplace_back(error.what());
+    part_ = std::make_unique<NoScans>();
+  }
+  ++num_opened_;
+}
 
 std::optional<LaserScan> PartsSource::Next() {
   while (true) {
@@ -78,14 +130,7 @@ std::optional<LaserScan> PartsSource::Next() {
     counts_ = Counts();
     complaints_ = Complaints();
     ForgetUnpacked(paths_[num_opened_ - 1]);
-    try {
-      part_ = open_(paths_[num_opened_]);
-    } catch (const std::runtime_error& error) {  // the last part of a recording that was killed, say
-      counts_["truncated"] = 1;
-      complaints_.emplace_back(error.what());
-      part_ = std::make_unique<NoScans>();
-    }
-    ++num_opened_;
+    OpenNext();
   }
 }
 

@@ -9,16 +9,22 @@
 
 namespace crsm {
 
+/// Whether a path has * or ?, which stand for parts of a name.
+bool IsPattern(const std::string& path);
+
 /// The files that a pattern with * and ? stands for, in the order of their names, where 9 comes before 10. Throws
 /// std::runtime_error that names the pattern if there are none.
 std::vector<std::string> FindParts(const std::string& pattern);
 
-/// A log that its recorder has split: one part after the other, as if they were one.
+/// A log that its recorder has split: one part after the other, as if they were one, of one laser. Where the first
+/// parts are younger than those behind them, as lcm-logger --rotate numbers them, they are read from the last to the
+/// first.
 class PartsSource : public LaserSource {
  public:
-  using Open = std::function<std::unique_ptr<LaserSource>(const std::string& path)>;
+  /// channel: of the parts before, as LaserSource has it; empty for the first.
+  using Open = std::function<std::unique_ptr<LaserSource>(const std::string& path, const std::string& channel)>;
 
-  /// Opens the first part. Throws as `open` does.
+  /// Throws as `open` does where no part can be read.
   PartsSource(std::vector<std::string> paths, Open open);
 
   std::optional<LaserScan> Next() override;
@@ -29,10 +35,14 @@ class PartsSource : public LaserSource {
   std::vector<std::string> OdometryNotes() const override { return part_->OdometryNotes(); }
 
  private:
+  void SortByTime();
+  void OpenNext();
+
   std::vector<std::string> paths_;
   Open open_;
+  std::string channel_;
   std::unique_ptr<LaserSource> part_;
-  std::size_t num_opened_ = 1;
+  std::size_t num_opened_ = 0;
   std::map<std::string, std::int64_t> counts_;  ///< of parts that have been read
   std::vector<std::string> complaints_;         ///< likewise
 };

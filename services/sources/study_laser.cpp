@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
 #include "common/diagnosis/range_study.hpp"
 #include "common/diagnosis/sweep_study.hpp"
 #include "common/math/trigonometry.hpp"
+#include "common/scan/valid_rays.hpp"
 #include "services/base/process.hpp"
 #include "services/diagnosis/study_text.hpp"
 #include "services/sources/devices/live_laser.hpp"
@@ -83,6 +85,21 @@ void StudyLaser(const std::string& log, CommandLine& command_line) {
   std::string line = DescribeBeams(scans.front()) + ", " + StudyReach(scans, command_line);
   line += StudyTimes(scans, command_line);
   Say(fmt::format("{}: {}: {}", command_line.program(), log, line));
+}
+
+void RangeLimit::Apply(LaserScan& scan) const {
+  std::ranges::replace_if(
+      scan.ranges_m, [this](float each_m) { return each_m >= range_m; }, 0.0f);
+}
+
+RangeLimit StudyFurtherLog(const std::string& log, const CommandLine& command_line) {
+  const std::vector<LaserScan> scans = ReadFirstScans(log, command_line);
+  if (scans.empty() || command_line.WasGiven("range_max_m")) return {};
+  const RangeFinding finding = StudyRanges(scans, command_line.parameters().scan);
+  if (!finding.no_return_is_hit) return {};
+  Say(fmt::format("{}: {}: {}: not taken for hits in this log", command_line.program(), log,
+                  DescribeNoReturn(finding)));
+  return {static_cast<float>(LargestUsableRange({.range_max_m = finding.RangeMax()}))};
 }
 
 }  // namespace crsm

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -30,6 +31,7 @@ struct Identity {
 struct Copy {
   Identity of;
   TemporaryFile file;
+  bool is_whole = false;
 };
 
 /// Of this process, by the paths of what was unpacked.
@@ -42,8 +44,22 @@ std::map<std::string, Copy>& Copies() {
   throw std::runtime_error(fmt::format("{}: {}", path, what));
 }
 
-TemporaryFile Unpack(const std::string& path, FileWindow& file, Unpacker& unpacker,
-                     const std::function<void(std::uint64_t num_bytes)>& progress) {
+/// A file that unpacks to very much, by accident or not, leaves others room on the disk.
+void CheckRoom(const std::string& path, const TemporaryFile& copy) {
+  constexpr double kLeastFree = 0.05;
+  std::error_code error;
+  const std::filesystem::space_info space = std::filesystem::space(copy.path(), error);
+  if (error || static_cast<double>(space.available) >= kLeastFree * static_cast<double>(space.capacity)) return;
+  Fail(path, fmt::format("has unpacked to {} MB so far, and would fill the disk of the temporary file: TMPDIR names "
+                         "another folder",
+                         copy.size() >> 20));
+}
+
+/// A large file is said, once.
+Copy Unpack(const std::string& path, FileWindow& file, const std::string& compression,
+            const std::function<void(const std::string&)>& say) {
+  constexpr std::uint64_t kLarge = std::uint64_t{50} << 20;
+  const std::unique_ptr<Unpacker> unpacker = MakeUnpacker(compression);
   TemporaryFile copy;
   std::vector<char> buffer(kPieceBytes);
   auto state = Unpacker::State::kGoesOn;
@@ -55,22 +71,24 @@ TemporaryFile Unpack(const std::string& path, FileWindow& file, Unpacker& unpack
       if (StopRequested()) Fail(path, "stopped while it was unpacked");
       std::span<char> to(buffer);
       const std::size_t before = packed.size();
-      state = unpacker.Go(packed, to);
+      state = unpacker->Go(packed, to);
       const std::size_t num = buffer.size() - to.size();
+      const std::uint64_t size_before = copy.size();
       copy.Append({reinterpret_cast<const std::uint8_t*>(buffer.data()), num});
-      progress(copy.size());
+      if (copy.size() / kLarge > size_before / kLarge) CheckRoom(path, copy);
+      if (size_before < kLarge && copy.size() >= kLarge)
+        say(fmt::format("{}: is unpacked ({}) to a temporary file first", path, compression));
       goes_on = num > 0 || packed.size() != before;
     }
   }
   copy.Flush();
   if (copy.size() == 0) Fail(path, "cannot be unpacked: it is damaged, or empty");
-  return copy;
+  return {{}, std::move(copy), state == Unpacker::State::kWhole};
 }
 
 }  // namespace
 
 std::string PathOfUnpacked(const std::string& path, const std::function<void(const std::string&)>& say) {
-  constexpr std::uint64_t kLarge = std::uint64_t{50} << 20;
   constexpr std::size_t kStartBytes = 16;
   FileWindow file(path);
   const Identity identity{file.size(), std::filesystem::last_write_time(path)};
@@ -80,11 +98,14 @@ std::string PathOfUnpacked(const std::string& path, const std::function<void(con
   }
   const std::string compression = FindCompression(file.At(0, kStartBytes));
   if (compression.empty()) return path;
-  TemporaryFile copy = Unpack(path, file, *MakeUnpacker(compression), [&, said = false](std::uint64_t size) mutable {
-    if (size < kLarge || std::exchange(said, true)) return;
-    say(fmt::format("{}: is unpacked ({}) to a temporary file first", path, compression));
-  });
-  return Copies().emplace(path, Copy{identity, std::move(copy)}).first->second.file.path();
+  Copy copy = Unpack(path, file, compression, say);
+  copy.of = identity;
+  return Copies().emplace(path, std::move(copy)).first->second.file.path();
+}
+
+bool IsUnpackedWhole(const std::string& path) {
+  const auto copy = Copies().find(path);
+  return copy == Copies().end() || copy->second.is_whole;
 }
 
 void ForgetUnpacked(const std::string& path) { Copies().erase(path); }

@@ -13,6 +13,9 @@ namespace crsm {
 /// nothing, or does not fit, and when the process is asked to end.
 std::string PathOfUnpacked(const std::string& path, const std::function<void(const std::string&)>& say);
 
+/// Whether a file that PathOfUnpacked has unpacked was so to its end: not where it is cut short or damaged.
+bool IsUnpackedWhole(const std::string& path);
+
 /// The copy of a file goes when nobody reads it any more.
 void ForgetUnpacked(const std::string& path);
 

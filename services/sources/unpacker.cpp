@@ -54,15 +54,22 @@ class StreamView {
   std::size_t num_out_ = 0;
 };
 
-/// A library that ends with each stream, and has to begin anew for the next one. What is behind the last is no matter:
-/// some tools fill the file up.
+/// end, good, waits: the library's codes for the end of a stream, for a call that moved on and for one that could not.
+template <class Code>
+State StateOf(Code code, Code end, Code good, Code waits) {
+  return code == end ? State::kWhole : code == good || code == waits ? State::kGoesOn : State::kDamaged;
+}
+
+/// A library that ends with each stream, and has to begin anew for the next one. Zeros behind a stream are no matter:
+/// xz and some tools fill the file up.
 template <class Library>
 class StreamByStream : public Unpacker {
  public:
   State Go(std::string_view& packed, std::span<char>& to) override {
     if (ended_ && !packed.empty()) {
-      if (!packed.starts_with(Library::Start().substr(0, packed.size()))) packed = {};
+      packed.remove_prefix(std::min(packed.find_first_not_of('\0'), packed.size()));
       if (packed.empty()) return State::kWhole;
+      if (!packed.starts_with(Library::Start().substr(0, packed.size()))) return State::kDamaged;
       library_ = std::make_unique<Library>();
       ended_ = false;
     }
@@ -87,8 +94,7 @@ class Bzip2 {
 
   State Go(std::string_view& packed, std::span<char>& to) {
     const StreamView view(stream_, packed, to);
-    const int code = BZ2_bzDecompress(&stream_);
-    return code == BZ_STREAM_END ? State::kWhole : code == BZ_OK ? State::kGoesOn : State::kDamaged;
+    return StateOf(BZ2_bzDecompress(&stream_), BZ_STREAM_END, BZ_OK, BZ_OK);
   }
 
  private:
@@ -107,10 +113,7 @@ class Gzip {
 
   State Go(std::string_view& packed, std::span<char>& to) {
     const StreamView view(stream_, packed, to);
-    const int code = inflate(&stream_, Z_NO_FLUSH);
-    return code == Z_STREAM_END                  ? State::kWhole
-           : code == Z_OK || code == Z_BUF_ERROR ? State::kGoesOn
-                                                 : State::kDamaged;
+    return StateOf(inflate(&stream_, Z_NO_FLUSH), Z_STREAM_END, Z_OK, Z_BUF_ERROR);
   }
 
  private:
@@ -129,10 +132,7 @@ class Xz {
 
   State Go(std::string_view& packed, std::span<char>& to) {
     const StreamView view(stream_, packed, to);
-    const lzma_ret code = lzma_code(&stream_, LZMA_RUN);
-    return code == LZMA_STREAM_END                     ? State::kWhole
-           : code == LZMA_OK || code == LZMA_BUF_ERROR ? State::kGoesOn
-                                                       : State::kDamaged;
+    return StateOf(lzma_code(&stream_, LZMA_RUN), LZMA_STREAM_END, LZMA_OK, LZMA_BUF_ERROR);
   }
 
  private:

@@ -13,7 +13,7 @@ class Unpacker {
   enum class State {
     kGoesOn,
     kWhole,   ///< a stream has ended, and nothing is left of what came
-    kDamaged  ///< the bytes are none of this compression; what was given before is right
+    kDamaged  ///< the bytes are none of this compression; the last that was given may be wrong, too
   };
 
   virtual ~Unpacker() = default;

@@ -158,7 +158,7 @@ bool MatcherStage::MapIsCurrent() {
     return true;
   }
   if (replica.synced() && doubt_.Due(now)) {
-    map_.Doubt();
+    map_.RequestUpdate();
     has_doubted_ = true;
   }
   const bool has_map = replica.synced() || replica.version() > 0;  // whole, be it an old one

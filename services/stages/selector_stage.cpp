@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "common/logs/left_out.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/wire/channels.hpp"
 #include "services/wire/conversions.hpp"
@@ -37,7 +38,7 @@ SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
                                   if (!reading) {
                                     watch_.Refuse(bytes);
                                     service_.counters().Add("bad_message");
-                                    service_.SetNumLeftOut(++num_left_out_);
+                                    service_.SetNumLeftOut(CountLeftOut(service_.counters().counts()));
                                     return false;
                                   }
                                   const bool is_wanted = frames_.Take(reading->frame);

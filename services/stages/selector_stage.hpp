@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <optional>
 
@@ -35,7 +34,6 @@ class SelectorStage {
   LaserFrames frames_;
   ScanQueue<LaserScan> scans_;
   std::optional<critical_rays_t> last_answer_;
-  std::int64_t num_left_out_ = 0;
 };
 
 }  // namespace crsm

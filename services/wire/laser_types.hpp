@@ -28,7 +28,7 @@ struct LaserReading {
 };
 
 /// A type of LCM message that a laser speaks: a file in services/wire/lasers/ for each type, or family of types,
-/// which registers it. A program that links crsm_sources knows them all.
+/// which registers it. A program that links crsm_lasers knows them all.
 struct LaserType {
   std::string name;  ///< package and type
 
@@ -54,7 +54,8 @@ std::string LaserTypeNames();
 /// of its fingerprint is known already.
 bool RegisterLaserType(std::uint64_t fingerprint, LaserType type);
 
-/// The same for a type that lcm-gen made and that has FieldsOf and ValuesInRange (wire_reader.hpp).
+/// The same for a type that lcm-gen made of a file in lcmtypes/. Its ValuesInRange says which values may be read, and
+/// to_scan makes of them metres, radians counter-clockwise from straight ahead, and 0 for no return.
 /// frame_of: where its messages name the laser's frame.
 template <class Message>
 bool RegisterLaserType(const std::string& name, LaserScan (*to_scan)(const Message&, const LaserMessageOptions&),

@@ -20,11 +20,10 @@ std::uint64_t FingerprintOf() {
 
 /// Why the values of a scan whose bytes are those of its type are out of range.
 std::string DescribeValues(const bot_core::planar_lidar_t& scan) {
-  constexpr double kFullTurn_rad = 2.0 * kPi;
   constexpr double kTwoTurns_deg = 720.0;
   const double sweep = std::abs(static_cast<double>(scan.radstep)) * std::max(0, scan.nranges - 1);
   const double largest = std::max(sweep, std::abs(static_cast<double>(scan.rad0)));
-  if (largest > kFullTurn_rad + 1e-3 && largest <= kTwoTurns_deg) {
+  if (largest > kFullTurn_rad && largest <= kTwoTurns_deg) {
     return fmt::format(
         "angles look like degrees (rad0 {:.6g}, radstep {:.6g}, {} rays): they must be radians: the driver must divide "
         "by 57.2958",

@@ -24,7 +24,6 @@ constexpr std::int32_t kMostParts = 4096;
 constexpr double kLargestCoordinate_m = 1e6;
 constexpr double kLargestVariance = 1e12;  // of a coordinate [m2]; fits into single precision, as the page has it
 constexpr float kLongestSweep_s = 2.0f;
-constexpr double kFullTurn = 2.0 * kPi + 1e-3;  // angles travel in single precision
 
 // The limits of common/ that the .lcm files state too.
 static_assert(MostOf(&bot_core::planar_lidar_t::nranges) == kMaxBeams);
@@ -40,8 +39,6 @@ static_assert(MostOf(&map_page_t::num_loops) == kMostPlacedLoops);
 
 bool IsShare(double value) { return value >= 0.0 && value <= 1.0; }  // false for NaN
 
-bool IsAngle(double angle_rad) { return std::abs(angle_rad) <= kFullTurn; }  // false for NaN
-
 bool IsSpeed(double speed) { return std::abs(speed) <= kFastest; }  // false for NaN
 
 /// No process has taken so long, or has so much memory.
@@ -54,7 +51,7 @@ bool IsTrajectory(std::int32_t value) { return value >= 0 && value < std::numeri
 
 bool IsPose(const pose2_t& pose) {
   return std::abs(pose.x_m) <= kLargestCoordinate_m && std::abs(pose.y_m) <= kLargestCoordinate_m &&
-         IsAngle(pose.yaw_rad);
+         IsWithinFullTurn(pose.yaw_rad);
 }
 
 bool IsKeyframe(const keyframe_id_t& id) { return id.trajectory >= 0 && id.number >= 0; }
@@ -153,7 +150,7 @@ bool IsLayout(const map_pieces_t& layout) {
 /// Of the valid rays of a scan, by their angles.
 bool AreRays(const std::vector<float>& angles_rad, const std::vector<float>& ranges_m) {
   const auto IsRange = [](float range_m) { return range_m > 0.0f && range_m <= kLongestRange_m; };
-  const auto IsRayAngle = [](float angle_rad) { return std::abs(angle_rad) <= 2.0 * kFullTurn; };
+  const auto IsRayAngle = [](float angle_rad) { return std::abs(angle_rad) <= 2.0 * kFullTurn_rad; };
   return std::all_of(ranges_m.begin(), ranges_m.end(), IsRange) &&
          std::all_of(angles_rad.begin(), angles_rad.end(), IsRayAngle) &&
          std::is_sorted(angles_rad.begin(), angles_rad.end());
@@ -224,13 +221,14 @@ bool ValuesInRange(const scan_match_t& message) {
       covariance[0] >= 0.0 && covariance[3] >= 0.0 && covariance[5] >= 0.0;
   const bool axis_in_range = std::abs(message.degenerate_axis[0]) <= 1.0 && std::abs(message.degenerate_axis[1]) <= 1.0;
   return message.utime >= 0 && std::abs(message.x_m) <= kLargestCoordinate_m &&
-         std::abs(message.y_m) <= kLargestCoordinate_m && IsAngle(message.yaw_rad) && IsShare(message.fitness) &&
-         message.evaluations >= 0 && message.best_evaluation >= 0 && message.num_critical >= 0 &&
-         message.num_critical <= kMostBeams && message.map_version >= 0 && covariance_in_range && axis_in_range &&
-         message.state >= scan_match_t::FIRST && message.state <= scan_match_t::DEGENERATE &&
-         IsSpeed(message.twist_x_m_s) && IsSpeed(message.twist_y_m_s) && IsSpeed(message.twist_yaw_rad_s) &&
-         IsFlag(message.has_odometry) && std::abs(message.odometry_x_m) <= kLargestCoordinate_m &&
-         std::abs(message.odometry_y_m) <= kLargestCoordinate_m && IsAngle(message.odometry_yaw_rad) &&
+         std::abs(message.y_m) <= kLargestCoordinate_m && IsWithinFullTurn(message.yaw_rad) &&
+         IsShare(message.fitness) && message.evaluations >= 0 && message.best_evaluation >= 0 &&
+         message.num_critical >= 0 && message.num_critical <= kMostBeams && message.map_version >= 0 &&
+         covariance_in_range && axis_in_range && message.state >= scan_match_t::FIRST &&
+         message.state <= scan_match_t::DEGENERATE && IsSpeed(message.twist_x_m_s) && IsSpeed(message.twist_y_m_s) &&
+         IsSpeed(message.twist_yaw_rad_s) && IsFlag(message.has_odometry) &&
+         std::abs(message.odometry_x_m) <= kLargestCoordinate_m &&
+         std::abs(message.odometry_y_m) <= kLargestCoordinate_m && IsWithinFullTurn(message.odometry_yaw_rad) &&
          IsTrajectory(message.trajectory) && IsFlag(message.floating) && AreWheelMotions(message.by_wheels);
 }
 

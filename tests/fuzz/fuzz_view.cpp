@@ -4,10 +4,10 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "common/results/json_text.hpp"
 #include "input.hpp"
 #include "matcher_replica.hpp"
 #include "services/map_viewer/foxglove_feed.hpp"
-#include "services/map_viewer/json_text.hpp"
 #include "services/map_viewer/page_feed.hpp"
 #include "services/map_viewer/service_info.hpp"
 

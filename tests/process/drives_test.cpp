@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "catch.hpp"
 #include "common/metrics/trajectory_error.hpp"
@@ -49,6 +50,17 @@ double MeanError_m(const fs::path& results, const std::vector<Pose2>& true_poses
     truth.push_back({static_cast<std::int64_t>(i), true_poses[i]});
   }
   return EvaluateTrajectory(Align(poses, truth), truth).mean_m;
+}
+
+/// Two logs on one map: what slam_offline says of them, and the mean error of the poses [m].
+std::pair<std::string, double> MapBoth(const Drive& first, const Drive& second) {
+  const TemporaryFolder folder;
+  const std::string log = folder.Write(first.scans, "first");
+  const Ended ended = folder.Run("slam_offline", {log, folder.Write(second.scans, "second"), "--out", folder / "out"});
+  CHECK(ended.exit_code == 0);
+  std::vector<Pose2> truth = first.truth;
+  truth.insert(truth.end(), second.truth.begin(), second.truth.end());
+  return {ended.errors, MeanError_m(folder / "out", truth)};
 }
 
 }  // namespace
@@ -163,6 +175,30 @@ TEST_CASE("where the clock of a log begins anew nothing is left out and a line s
   const Trajectory poses = ReadTrajectory(folder / "alone/trajectory.tum");
   REQUIRE(poses.size() == 600);
   CHECK(poses[300].utime == poses[0].utime + 1);
+}
+
+TEST_CASE("a log that begins soon behind another one, but elsewhere, is a drive of its own") {
+  const Drive first = TakeDrive(1, 0, 1500);
+  Drive second = TakeDrive(2, 0, 900);
+  const std::int64_t later_us = first.scans.back().utime + 3'000'000 - second.scans.front().utime;
+  for (LaserScan& scan : second.scans) scan.utime += later_us;
+  const auto [said, error_m] = MapBoth(first, second);
+  CHECK(said.find("second: is not where the log before it ends: a drive of its own") != std::string::npos);
+  CHECK(error_m < 0.05);
+}
+
+TEST_CASE("each of several logs may have a number of its own for no return") {
+  const Drive first = TakeDrive(1, 0, 900);
+  Drive second = TakeDrive(2, 0, 900);
+  int num = 0;
+  for (LaserScan& scan : second.scans) {
+    for (float& range_m : scan.ranges_m) {
+      if (range_m > 4.0f || ++num % 5 == 0) range_m = 4.095f;
+    }
+  }
+  const auto [said, error_m] = MapBoth(first, second);
+  CHECK(said.find("not taken for hits in this log") != std::string::npos);
+  CHECK(error_m < 0.05);
 }
 
 TEST_CASE(

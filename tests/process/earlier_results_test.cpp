@@ -68,7 +68,8 @@ TEST_CASE("the results of an earlier run are left as they are, and the three way
                             " continues its map, --force moves them to " + run.out +
                             "/earlier.1, or choose another folder\n");
     // One file of a run is enough.
-    for (const std::string file : {"map.png", "trajectory.tum", "journal/journal.lcm"}) {
+    for (const std::string file : {"map.png", "map.pgm", "map.yaml", "overview.png", "graph.g2o", "summary.json",
+                                   "trajectory.tum", "journal/journal.lcm"}) {
       INFO(program << ' ' << file);
       run.out = run.folder / file;
       fs::create_directories(fs::path(run.out + "/" + file).parent_path());

@@ -9,6 +9,12 @@ using namespace crsm;
 
 namespace {
 
+std::string Repeat(const std::string& text, int times) {
+  std::string all;
+  for (int i = 0; i < times; ++i) all += text;
+  return all;
+}
+
 constexpr int kFailure = 1;  ///< exit code where the flags are right, and what they name is not
 
 const std::vector<std::string> kServices{"ray_selector", "rrhc_matcher", "map_updater", "loop_closer", "map_exporter"};
@@ -25,7 +31,8 @@ class BadFiles : public TemporaryFolder {
                                             {"unknown.toml", "rays_max = 90\nnonesuch = 3\n"},
                                             {"range.toml", "seed = 7\n\nrays_max = 1\n"},
                                             {"type.toml", "rays_max = \"60\"\n"},
-                                            {"syntax.toml", "rays_max = \n"}}) {
+                                            {"syntax.toml", "rays_max = \n"},
+                                            {"long.toml", "a" + Repeat(".a", 50'000) + " = 1\n"}}) {
       std::ofstream(TemporaryFolder::operator/(name)) << content;
     }
   }
@@ -128,6 +135,7 @@ TEST_CASE("a configuration file stops the program with the line and the key that
              {"range.toml", "range.toml:3: rays_max: '1' is not a whole number from 6 to 4096"},
              {"type.toml", "type.toml:1: rays_max"},
              {"syntax.toml", "syntax.toml:1: "},
+             {"long.toml", "long.toml:1: is longer than 10000 characters"},
              {"nonesuch.toml", "nonesuch.toml: "},
              {"directory", "directory: "}}) {
       files.CheckRefused(service, {"--lcm-url", MakeBusUrl(), "--config", files / file}, expected);

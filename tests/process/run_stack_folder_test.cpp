@@ -27,6 +27,16 @@ TEST_CASE("run_stack whose folder is removed says so in one line and ends") {
   CHECK(stack.Find("map_updater finished") > stack.Find("map_exporter finished"));
 }
 
+TEST_CASE("run_stack says once when nothing can be written to its folder any more, and when it can again") {
+  StandIns stack;
+  stack.Run("(" + AwaitEvent("map_exporter") + "mkdir -p $out/log/.probe/in_use; sleep 12; rm -r $out/log/.probe) & " +
+            "timeout --signal=INT 20 $run_stack live --out $out");
+  INFO(stack.output);
+  const std::string begin = "run_stack: --out " + stack.Path("out") + ": ";
+  CHECK(stack.Said(begin + "cannot be written: cannot write " + stack.Path("out/log/.probe") + ": Is a directory: "));
+  CHECK(stack.Said(begin + "can be written again\n"));
+}
+
 TEST_CASE("run_stack does not wait for what is in the place of its files") {
   StandIns stack;
   stack.Run("mkdir $out; mkfifo $out/log; timeout 5 $run_stack live --out $out");

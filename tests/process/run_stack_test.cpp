@@ -207,10 +207,12 @@ TEST_CASE("run_stack --without leaves a process to somebody else, and says what 
   for (const std::string name : {"ray_selector", "rrhc_matcher", "loop_closer", "map_exporter"}) {
     CAPTURE(name);
     StandIns stack;
-    stack.Run("$run_stack sim:demo --out $out --without " + name);
+    stack.Run("$run_stack sim:demo --out $out --channel-prefix 'a b/' --without " + name);
     INFO(stack.output);
     CHECK(stack.exit_code == 0);
     CHECK(stack.Said("run_stack: without " + name + ": another process must "));
+    CHECK(stack.Said("; ours would be started as: " + name + " "));
+    CHECK(stack.Said(" --channel-prefix 'a b/'"));
     CHECK(stack.Find(name + " started") == -1);
     CHECK(stack.Find("map_updater finished") >= 0);
     CHECK(stack.Find("laser_publisher finished") == 5);

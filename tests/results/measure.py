@@ -81,17 +81,23 @@ class Run:
         return self.summary["timings"]["slam_offline"][which]
 
 
+def run_measured(command):
+    """What the system says that a command took, as os.wait4 has it."""
+    command = [str(part) for part in command]
+    with tempfile.TemporaryFile("w+") as said:
+        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT)
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode != 0:
+            said.seek(0)
+            raise Failed(f"exit code {process.returncode}: {' '.join(command)}\n{said.read()}")
+    return usage
+
+
 def map_log(source, flags, relations=None, laser_x_m=0.0, align_truth=False):
     """Maps a log in a folder that goes afterwards. The error is that of the relations, or of the path from its truth."""
     with tempfile.TemporaryDirectory(prefix="crsm_results_") as out:
-        command = [str(part) for part in (BIN / "slam_offline", source, "--out", out, "--force", *flags)]
-        with tempfile.TemporaryFile("w+") as said:
-            process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT)
-            _, status, usage = os.wait4(process.pid, 0)
-            process.returncode = os.waitstatus_to_exitcode(status)
-            if process.returncode != 0:
-                said.seek(0)
-                raise Failed(f"exit code {process.returncode}: {' '.join(command)}\n{said.read()}")
+        usage = run_measured([BIN / "slam_offline", source, "--out", out, "--force", *flags])
         error_m = float("nan")
         if relations:
             error_m = json.loads(call(BIN / "slam_eval", "relations", out, relations, "--laser-x-m", laser_x_m,

@@ -12,11 +12,12 @@ import time
 
 import accuracy
 import costs
+import endurance
 import page
 import places
 from measure import PROJECT, Failed, progress
 
-SECTIONS = [*accuracy.SECTIONS, *places.SECTIONS, *costs.SECTIONS]
+SECTIONS = [*accuracy.SECTIONS, *places.SECTIONS, *costs.SECTIONS, *endurance.SECTIONS]
 BUSY_CORES = 0.2  # of other work, from which on a time is said to be measured beside it
 LOOK_S = 2.0       # at other work, before and behind a section
 

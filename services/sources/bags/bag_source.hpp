@@ -31,6 +31,7 @@ class BagSource : public LaserSource {
 
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return scans_.T_odom_robot(); }
+  std::string Channel() const override { return laser_.name; }
   double Progress() const override { return bag_->Progress(); }
   std::map<std::string, std::int64_t> Counts() const override;
   std::vector<std::string> Complaints() const override;

@@ -1,13 +1,20 @@
 #include "services/sources/bags/sqlite_bag.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <stdexcept>
 
+#include "common/logs/regular_file.hpp"
 #include "common/logs/stop_request.hpp"
+#include "common/logs/temporary_file.hpp"
 #include "services/base/file_window.hpp"
 #include "services/wire/lcm_event_log.hpp"
 
@@ -61,12 +68,12 @@ void SqliteBag::Open() {
   // have its last messages in a write-ahead log.
   const bool has_log = std::filesystem::exists(path_ + "-wal");
   damage_.truncated = !has_log && IsCut(path_);
-  const std::string uri = fmt::format("file:{}?{}", Escape(path_), has_log ? "mode=ro" : "immutable=1");
-  sqlite3* database = nullptr;
-  const int code =
-      sqlite3_open_v2(uri.c_str(), &database, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, nullptr);
-  database_.reset(database);
-  if (code != SQLITE_OK) Fail();
+  if (TemporaryFile::IsPath(path_)) {
+    OpenUnpacked();
+  } else {
+    OpenFile(has_log);
+  }
+  sqlite3* const database = database_.get();
   sqlite3_limit(database, SQLITE_LIMIT_LENGTH, 16 << 20);
   constexpr int kInstructions = 100'000;  // of SQLite's, a millisecond's worth
   sqlite3_progress_handler(
@@ -74,6 +81,35 @@ void SqliteBag::Open() {
   sqlite3_db_config(database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);  // its views and triggers run nothing
   // Without it SQLite refuses all of a file that is cut short. Nothing can be written all the same.
   sqlite3_db_config(database, SQLITE_DBCONFIG_WRITABLE_SCHEMA, 1, nullptr);
+}
+
+void SqliteBag::OpenFile(bool has_log) {
+  const std::string uri = fmt::format("file:{}?{}", Escape(path_), has_log ? "mode=ro" : "immutable=1");
+  sqlite3* database = nullptr;
+  const int code =
+      sqlite3_open_v2(uri.c_str(), &database, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, nullptr);
+  database_.reset(database);
+  if (code != SQLITE_OK) Fail();
+}
+
+/// SQLite follows a path to the name of the file, which a temporary one has not. It is given the bytes instead; the
+/// kernel reads those that it looks at.
+void SqliteBag::OpenUnpacked() {
+  constexpr std::size_t kFormatVersions = 18;  // 2 and 2: there may be a write-ahead log, which memory cannot have
+  const int descriptor = OpenRegularFile(path_, O_RDONLY);
+  const auto size = static_cast<std::size_t>(std::max<off_t>(0, lseek(descriptor, 0, SEEK_END)));
+  void* const bytes = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_NORESERVE, descriptor, 0);
+  close(descriptor);
+  if (bytes == MAP_FAILED) throw std::runtime_error(fmt::format("cannot read {}: {}", path_, std::strerror(errno)));
+  memory_ = {static_cast<unsigned char*>(bytes), [size](unsigned char* begin) { munmap(begin, size); }};
+  if (size > kFormatVersions + 1) memory_.get()[kFormatVersions] = memory_.get()[kFormatVersions + 1] = 1;
+  sqlite3* database = nullptr;
+  int code = sqlite3_open_v2(":memory:", &database, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, nullptr);
+  database_.reset(database);
+  const auto count = static_cast<sqlite3_int64>(size);
+  if (code == SQLITE_OK)
+    code = sqlite3_deserialize(database, "main", memory_.get(), count, count, SQLITE_DESERIALIZE_READONLY);
+  if (code != SQLITE_OK) Fail();
 }
 
 void SqliteBag::Fail() const {

@@ -28,6 +28,8 @@ class SqliteBag : public BagReader {
   using Statement = std::unique_ptr<sqlite3_stmt, int (*)(sqlite3_stmt*)>;
 
   void Open();
+  void OpenFile(bool has_log);
+  void OpenUnpacked();
   Statement Prepare(const std::string& query) const;
   void CheckTables() const;
   int Count(const std::string& query) const;
@@ -35,6 +37,7 @@ class SqliteBag : public BagReader {
   [[noreturn]] void Fail() const;
 
   std::string path_;
+  std::shared_ptr<unsigned char> memory_;  ///< of the whole file, where it has no name by which SQLite could open it
   std::unique_ptr<sqlite3, int (*)(sqlite3*)> database_;
   Statement messages_;
   std::vector<BagTopic> topics_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <vector>
 
 namespace crsm {
@@ -34,7 +35,12 @@ double ClockFit::ComputeSlope() const {
 
 std::int64_t ClockFit::Fit(std::int64_t device_us, std::int64_t arrival_us) {
   constexpr std::size_t kMostArrivals = 256;
-  if (!arrivals_.empty() && device_us <= arrivals_.back().device_us) Restart();
+  constexpr std::int64_t kLongestDelay_us = 10'000'000;  // of a host that does nothing
+  if (!arrivals_.empty()) {
+    const Arrival& last = arrivals_.back();
+    const std::int64_t ahead_us = (device_us - last.device_us) - (arrival_us - last.arrival_us);
+    if (device_us <= last.device_us || std::abs(ahead_us) > kLongestDelay_us) Restart();
+  }
   const std::int64_t passed_us = arrivals_.empty() ? 0 : device_us - last_device_us_;
   arrivals_.push_back({device_us, arrival_us});
   if (arrivals_.size() > kMostArrivals) arrivals_.pop_front();

@@ -19,7 +19,8 @@ class ClockFit {
   /// returned before, if only by half of what has passed on the laser's clock, or by 1 us.
   std::int64_t Fit(std::int64_t device_us, std::int64_t arrival_us);
 
-  /// The laser's clock has begun anew, or stood still; the host's time goes on.
+  /// The laser's clock has begun anew, stood still, or said something wrong; the host's time goes on. Fit finds that
+  /// out where the two clocks go apart by more than ten seconds from one scan to the next.
   void Restart() { arrivals_.clear(); }
 
  private:

@@ -133,7 +133,7 @@ std::optional<LaserScan> LiveLaser::Poll(milliseconds longest) {
         std::this_thread::sleep_for(std::min<Clock::duration>(longest, next_try_ - Clock::now()));
       }
     } catch (const DeviceError& error) {
-      Disconnect(error.what());
+      if (!StopRequested()) Disconnect(error.what());
     }
     SayNews();
   }

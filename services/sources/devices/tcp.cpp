@@ -8,8 +8,13 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
+#include <future>
+#include <thread>
+#include <utility>
 
+#include "common/logs/stop_request.hpp"
 #include "services/sources/devices/descriptor_connection.hpp"
 
 namespace crsm {
@@ -17,14 +22,32 @@ namespace {
 
 using AddressList = std::unique_ptr<addrinfo, decltype(&freeaddrinfo)>;
 
-AddressList Resolve(const std::string& host, const std::string& port) {
+/// What a name server says, or the error.
+struct Answer {
+  int error = 0;
+  AddressList addresses{nullptr, &freeaddrinfo};
+};
+
+Answer LookUp(const std::string& host, const std::string& port) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
   addrinfo* found = nullptr;
-  if (const int error = getaddrinfo(host.c_str(), port.c_str(), &hints, &found)) {
-    throw DeviceError(fmt::format("there is no host {}: {}", host, gai_strerror(error)));
+  const int error = getaddrinfo(host.c_str(), port.c_str(), &hints, &found);
+  return {error, {found, &freeaddrinfo}};
+}
+
+/// A name server that is silent lets who asks wait for long, whatever signal comes: a thread of its own waits.
+AddressList Resolve(const std::string& host, const std::string& port) {
+  constexpr auto kLookEvery = std::chrono::milliseconds(20);
+  std::promise<Answer> promise;
+  std::future<Answer> future = promise.get_future();
+  std::thread([host, port, promise = std::move(promise)]() mutable { promise.set_value(LookUp(host, port)); }).detach();
+  while (future.wait_for(kLookEvery) != std::future_status::ready) {
+    if (StopRequested()) throw DeviceError(fmt::format("stopped while the host {} was looked up", host));
   }
-  return {found, &freeaddrinfo};
+  Answer answer = future.get();
+  if (answer.error != 0) throw DeviceError(fmt::format("there is no host {}: {}", host, gai_strerror(answer.error)));
+  return std::move(answer.addresses);
 }
 
 /// 0, or the errno of a connection that did not come about.

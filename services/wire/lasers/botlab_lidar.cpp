@@ -25,7 +25,7 @@ static_assert(MostOf(&botlab::lidar_nranges_t::nranges) == kMaxBeams);
 template <class Lidar>
 bool LidarInRange(const Lidar& lidar) {
   return lidar.utime >= 0 && lidar.ranges.size() >= kMinBeams &&
-         std::all_of(lidar.thetas.begin(), lidar.thetas.end(), IsBeamAngle);
+         std::all_of(lidar.thetas.begin(), lidar.thetas.end(), IsWithinFullTurn);
 }
 
 /// Whether times are those of a sweep [us], and not zeros, or from different clocks.

@@ -1,5 +1,6 @@
 #include "services/bus/bus_role.hpp"
 
+#include <netinet/in.h>
 #include <unistd.h>
 
 #include <optional>
@@ -68,6 +69,17 @@ TEST_CASE("who has a role is known however often it was asked, also where the qu
     if (i % 1000 == 0) role.DismissVisitors();
   }
   CHECK(FindRoleHolder(bus, kSelectorRole) == known);
+}
+
+TEST_CASE("who has a role is busy, not unknown, while the queue of those who ask is full") {
+  const BusAddress bus = OwnBus();
+  const BusRole role(bus, kSelectorRole);
+  const Sender sender{htonl(INADDR_LOOPBACK), 9};
+  CHECK(FindRole(bus, kSelectorRole, sender) == RoleHolder::kAnother);
+  for (int i = 0; i < 5000; ++i) FindRoleHolder(bus, kSelectorRole);
+  CHECK(FindRole(bus, kSelectorRole, sender) == RoleHolder::kBusy);
+  role.DismissVisitors();
+  CHECK(FindRole(bus, kSelectorRole, sender) == RoleHolder::kAnother);
 }
 
 }  // namespace crsm

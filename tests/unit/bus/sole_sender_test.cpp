@@ -105,6 +105,18 @@ TEST_CASE("a holder of the role stays believed while it cannot be asked for") {
   CHECK(channel.Hear(kOne, 250ms) == kBelieved);
 }
 
+TEST_CASE("while the holder of the role is kept from answering, who was believed stays, and nobody else is") {
+  Channel channel{.otherwise = RoleHolder::kBusy};
+  CHECK(channel.Hear(kOne) == kRefused);
+  channel.holder = kOne;
+  CHECK(channel.Hear(kOne, 1s) == kBelieved);
+  channel.holder.reset();
+  for (int i = 0; i < 100; ++i) {
+    CHECK(channel.Hear(kOther, 500ms) == kRefused);
+    CHECK(channel.Hear(kOne) == kBelieved);
+  }
+}
+
 TEST_CASE("a flood costs few looks, and does not keep the holder of the role out") {
   Channel channel{.holder = kOne};
   for (int i = 0; i < 10'000; ++i) {

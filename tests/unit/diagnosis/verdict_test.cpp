@@ -58,7 +58,7 @@ bool Mentions(const Verdict& verdict, const std::string& words) {
 void Lose(ScanMatch& match) { match.state = MatchState::kLost; }
 void Degenerate(ScanMatch& match) { match.state = MatchState::kDegenerate; }
 void FitBadly(ScanMatch& match) { match.fitness = 0.45; }
-void Jump(ScanMatch& match) { match.T_map_laser.x_m *= 10.0; }
+void Jump(ScanMatch& match) { match.T_map_laser.y_m = match.utime % 2 == 0 ? 1.0 : 0.0; }
 void TurnFar(ScanMatch& match) { match.T_map_laser.yaw_rad = match.utime % 5 == 0 ? 0.3 : 0.0; }
 void Stand(ScanMatch& match) {
   match.T_map_laser = {match.utime % 2 == 0 ? 0.05 : 0.0, 0.0, match.utime % 3 == 0 ? 0.02 : 0.0};
@@ -106,6 +106,17 @@ std::optional<double> AgreementOf(float range_m, int num_scans, bool rays_first 
 }
 
 }  // namespace
+
+TEST_CASE("a pose that jumps as no robot can is doubtful, once is enough; one behind a break, or a slow one, is none") {
+  const auto BeCarried = [](ScanMatch& match) { match.T_map_laser.y_m = 12.0; };
+  const Verdict verdict = Run().Add(100).Add(1, BeCarried).Add(300).Judged();
+  CHECK(verdict.trust == Trust::kDoubtful);
+  CHECK(Mentions(verdict, "the pose jumps by 12.0 m from one scan to the next, to x 5 m, y 12 m"));
+  const auto BeginElsewhere = [&](ScanMatch& match) { BeCarried(match), match.trajectory = 1; };
+  CHECK_FALSE(Mentions(Run().Add(100).Add(100, BeginElsewhere).Judged(), "jumps"));
+  const auto BeCarriedSlowly = [&](ScanMatch& match) { BeCarried(match), match.utime += 2'000'000; };
+  CHECK_FALSE(Mentions(Run().Add(100).Add(100, BeCarriedSlowly).Judged(), "jumps"));
+}
 
 TEST_CASE("a run is as good as its scans, and what speaks against it is said") {
   struct Case {

@@ -289,7 +289,9 @@ TEST_CASE("scans between keyframes follow the one that they were matched after, 
 
 TEST_CASE("a local map that is drawn anew has few keyframes of each place, however often the robot passed there") {
   Driven driven;
-  Mapper mapper(Drawing(), kLoops);
+  GraphConstants constants;
+  constants.known_ground.keyframes = 1000;  // each scan becomes one
+  Mapper mapper(Drawing(), kLoops, constants);
   const auto DriveOn = [&](int num_passes) {
     for (int step = 0; step < 40 * num_passes; ++step) {
       const int to_and_fro = step / 40 % 2 == 0 ? step % 40 : 40 - step % 40;
@@ -353,6 +355,46 @@ TEST_CASE(
     CHECK(put_off.local().num_scans_cut() == whole.local().num_scans_cut());
     CHECK((whole.local().num_scans_cut() > 0) == lacks_room);
   }
+}
+
+TEST_CASE("where the robot was often a scan is drawn now and then, or where something has changed") {
+  GraphConstants constants;
+  constants.known_ground = {.keyframes = 8, .every_m = 4.0, .least_fitness = 0.6};
+  Driven to_and_fro;
+  for (int pass = 0; pass < 20; ++pass) {
+    for (double way_m = 5.0; way_m < 20.0; way_m += 0.25) to_and_fro.Add(PlaceRoundBlock(way_m));
+    for (double way_m = 20.0; way_m > 5.0; way_m -= 0.25) to_and_fro.Add(PlaceRoundBlock(way_m));
+  }
+  const std::size_t per_pass = to_and_fro.scans.size() / 20;
+  const std::size_t last_pass = 19 * per_pass;
+  for (ScanMatch& match : to_and_fro.matches) match.fitness = 0.8;
+  const auto FindDrawn = [&](const Driven& driven) {
+    Mapper mapper(Drawing(), kLoops, constants);
+    std::vector<bool> drawn;
+    for (std::size_t i = 0; i < driven.scans.size(); ++i) drawn.push_back(driven.IntegrateIn(mapper, i).delta.drawn);
+    return drawn;
+  };
+  const auto CountInPass = [&](const std::vector<bool>& drawn, std::size_t first) {
+    const auto begin = drawn.begin() + static_cast<std::ptrdiff_t>(first);
+    return std::count(begin, begin + static_cast<std::ptrdiff_t>(per_pass), true);
+  };
+  const std::vector<bool> drawn = FindDrawn(to_and_fro);
+  CHECK(CountInPass(drawn, 0) == 60);
+  CHECK(CountInPass(drawn, last_pass) <= 8);
+  CHECK(CountInPass(drawn, last_pass) >= 6);
+
+  Driven changed = to_and_fro;
+  for (std::size_t i = last_pass; i < changed.matches.size(); ++i) changed.matches[i].fitness = 0.5;
+  CHECK(CountInPass(FindDrawn(changed), last_pass) == 60);
+  Driven elsewhere = to_and_fro;  // another trajectory has a frame of its own
+  elsewhere.matches[last_pass].state = MatchState::kFirst;
+  CHECK(CountInPass(FindDrawn(elsewhere), last_pass) == 60);
+  Driven lost = to_and_fro;  // behind it a keyframe tells where the robot is
+  const auto next = static_cast<std::size_t>(
+      std::find(drawn.begin() + static_cast<std::ptrdiff_t>(last_pass), drawn.end(), true) - drawn.begin());
+  REQUIRE_FALSE(drawn[next + 5]);
+  lost.matches[next + 4].state = MatchState::kLost;
+  CHECK(FindDrawn(lost)[next + 5]);
 }
 
 TEST_CASE("an update comes to the same whether keyframes come before it or after it") {

@@ -5,85 +5,50 @@
 #include <thread>
 
 #include "catch.hpp"
-#include "common/math/random.hpp"
 #include "journal/journal_folder.hpp"
 #include "services/wire/channels.hpp"
-#include "source_helpers.hpp"
 
 namespace crsm {
 namespace {
 
-const JournalSubject kLocalization{true, kMapping.parameters};
-constexpr OnDamage kRefuse = OnDamage::kRefuse;
-constexpr OnDamage kTakeWhatIsBefore = OnDamage::kTakeWhatIsBefore;
-
-/// Appends scans of these utimes; every third one was not drawn.
-void Append(Journal& journal, const std::vector<std::int64_t>& utimes) {
-  for (const std::int64_t utime : utimes) {
-    const CriticalRays scan = Scan(utime);
-    journal.Append(utime % 3 == 0 ? nullptr : &scan, Match(utime));
-  }
-}
-
-/// What a visitor is told: utimes, and whether each came with its scan.
-struct Visited {
-  std::vector<std::int64_t> utimes;
-  VisitJournal Visit() {
-    return {[this](const CriticalRays* scan, const ScanMatch& match) {
-      CHECK(match == Match(match.utime));
-      CHECK((scan != nullptr) == (match.utime % 3 != 0));
-      if (scan) CHECK(*scan == Scan(match.utime));
-      utimes.push_back(match.utime);
-    }};
-  }
-};
-
-/// A journal of these utimes, which ended in order, as bytes.
-std::string MakeJournal(const fs::path& folder, const std::vector<std::int64_t>& utimes) {
-  {
-    Journal journal(folder, kMapping);
-    Append(journal, utimes);
-  }
-  return Content(folder / "journal.lcm");
-}
-
-/// What a journal of these utimes has been when the process was killed: without the check that ends the session.
-std::string MakeKilled(const fs::path& folder, const std::vector<std::int64_t>& utimes) {
-  Journal journal(folder, kMapping);
-  Append(journal, utimes);
-  return Content(folder / "journal.lcm");
-}
-
-std::vector<std::int64_t> Utimes(std::int64_t count) {
-  std::vector<std::int64_t> utimes;
-  for (std::int64_t i = 0; i < count; ++i) utimes.push_back(100 + i);
-  return utimes;
-}
-
 const VisitJournal kIgnore{[](const CriticalRays*, const ScanMatch&) {}};
+
+bool Says(const std::string& text, const std::string& expected) {
+  CAPTURE(text);
+  return text.find(expected) != std::string::npos;
+}
+
+void WriteJournal(const fs::path& folder, const std::string& content) {
+  std::ofstream(folder / "journal.lcm", std::ios::binary) << content;
+}
+
+/// What is said of a journal when a session goes on with it, and what it reads.
+JournalRead GoOnWith(const fs::path& folder, OnDamage on_damage = kRefuse) {
+  JournalRead read;
+  read.notice = Journal(folder, kMapping, on_damage, NoteIn(read.entries)).notice();
+  return read;
+}
 
 }  // namespace
 
 TEST_CASE("a journal gives back what was kept, in several sessions, and its epoch stays") {
-  const Folder folder;
+  const ScratchFolder folder;
+  Entries all;
   std::int64_t epoch = 0;
-  {
-    Journal journal(folder / "a", kMapping);
-    epoch = journal.epoch();
-    CHECK(epoch != 0);
-    Append(journal, {100, 102, 101});
-  }
-  for (int session = 1; session < 3; ++session) {
-    Visited visited;
-    Journal journal(folder / "a", kMapping, kRefuse, visited.Visit());
-    CHECK(journal.epoch() == epoch);
+  CHECK(Keep(folder / "a", {}).empty());
+  for (const Entries& session : {Entries{}, {{100}, {102}, {101}}, {{110}, {111}, {112}}, {{120}, {121}}}) {
+    Entries before;
+    Journal journal(folder / "a", kMapping, kRefuse, NoteIn(before));
+    CHECK(before == all);
     CHECK(journal.notice().empty());
-    CHECK(visited.utimes.size() == 3 * static_cast<std::size_t>(session));
-    Append(journal, {100 + 10 * session, 101 + 10 * session, 102 + 10 * session});
+    CHECK(journal.epoch() != 0);
+    if (all.size() > 0) CHECK(journal.epoch() == epoch);
+    epoch = journal.epoch();
+    Append(journal, session);
+    all.insert(all.end(), session.begin(), session.end());
+    if (all.empty()) CHECK_FALSE(ReadHead(folder / "a"));
   }
-  Visited visited;
-  CHECK(ReadJournal(folder / "a", kMapping, kRefuse, visited.Visit()).empty());
-  CHECK(visited.utimes == std::vector<std::int64_t>{100, 102, 101, 110, 111, 112, 120, 121, 122});
+  CHECK(Holds(folder / "a", all));
   lcm::LogFile log((folder / "a/journal.lcm").string(), "r");
   for (std::int64_t number = 0; const lcm::LogEvent* event = log.readNextEvent(); ++number) {
     CHECK(event->eventnum == number);  // on from session to session
@@ -91,190 +56,156 @@ TEST_CASE("a journal gives back what was kept, in several sessions, and its epoc
   CHECK(Journal(folder / "b", kMapping).epoch() != epoch);
 }
 
-TEST_CASE("a journal is an LCM log that begins with its head, at the time of its first scan, and numbers its events") {
-  const Folder folder;
+TEST_CASE("a journal is an LCM log that begins with its head, at the time of its first scan") {
+  const ScratchFolder folder;
   for (const bool finished_map : {false, true}) {
+    const fs::path path = folder / (finished_map ? "finished" : "grows");
     std::int64_t epoch = 0;
     {
-      Journal journal(folder / "a", {finished_map, kMapping.parameters});
+      Journal journal(path, {finished_map, kMapping.parameters});
       epoch = journal.epoch();
-      Append(journal, {100, 102});
+      Append(journal, {{100}, {102}});
     }
-    lcm::LogFile log((folder / "a/journal.lcm").string(), "r");
-    const lcm::LogEvent* event = log.readNextEvent();
-    REQUIRE(event);
-    CHECK(event->channel == "JOURNAL_HEAD");
-    CHECK(event->timestamp == 100);
-    journal_head_t head;
-    REQUIRE(head.decode(event->data, 0, event->datalen) > 0);
-    CHECK(head.epoch == epoch);
-    CHECK(head.finished_map == finished_map);
-    CHECK(head.parameter_name == std::vector<std::string>{"cell_size_m", "join_hits"});
-    CHECK(head.parameter_value == std::vector<std::string>{"0.05", "true"});
-    const std::vector<std::string> rest{"CRITICAL_RAYS", "SCAN_MATCH",    "JOURNAL_CHECK",
-                                        "SCAN_MATCH",    "JOURNAL_CHECK", "JOURNAL_CHECK"};
-    for (std::size_t i = 0; i < rest.size(); ++i) {
-      REQUIRE((event = log.readNextEvent()));
-      CHECK(event->channel == rest[i]);
-      CHECK(event->eventnum == static_cast<std::int64_t>(i) + 1);
-      CHECK(event->timestamp == (i < 3 ? 100 : 102));
+    lcm::LogFile log((path / "journal.lcm").string(), "r");
+    const std::pair<std::string, std::int64_t> expected[] = {
+        {"JOURNAL_HEAD", 100}, {"CRITICAL_RAYS", 100}, {"SCAN_MATCH", 100},   {"JOURNAL_CHECK", 100},
+        {"SCAN_MATCH", 102},   {"JOURNAL_CHECK", 102}, {"JOURNAL_CHECK", 102}};
+    for (const auto& [channel, utime] : expected) {
+      const lcm::LogEvent* event = log.readNextEvent();
+      REQUIRE(event);
+      CHECK(event->channel == channel);
+      CHECK(event->timestamp == utime);
+      if (channel != "JOURNAL_HEAD") continue;
+      journal_head_t head;
+      REQUIRE(head.decode(event->data, 0, event->datalen) > 0);
+      CHECK(head.epoch == epoch);
+      CHECK(head.finished_map == finished_map);
+      CHECK(head.parameter_name == std::vector<std::string>{"cell_size_m", "join_hits"});
+      CHECK(head.parameter_value == std::vector<std::string>{"0.05", "true"});
     }
     CHECK(log.readNextEvent() == nullptr);
-    const auto said = ReadHead(folder / "a");
+    const auto said = ReadHead(path);
     REQUIRE(said);
     CHECK(said->epoch == epoch);
     CHECK(said->subject.finished_map == finished_map);
     CHECK(said->subject.parameters == kMapping.parameters);
-    fs::remove_all(folder / "a");
   }
-}
-
-TEST_CASE("a journal of an empty session may be gone on with") {
-  const Folder folder;
-  { Journal journal(folder / "a", kMapping); }
-  CHECK(fs::file_size(folder / "a/journal.lcm") == 0);
-  CHECK_FALSE(ReadHead(folder / "a"));
-  Visited visited;
-  std::int64_t epoch = 0;
-  {
-    Journal journal(folder / "a", kMapping, kRefuse, visited.Visit());
-    epoch = journal.epoch();
-    CHECK(epoch != 0);
-    Append(journal, {100});
-  }
-  CHECK(Journal(folder / "a", kMapping, kRefuse, visited.Visit()).epoch() == epoch);
-  CHECK(visited.utimes == std::vector<std::int64_t>{100});
 }
 
 TEST_CASE(
     "a tail that a power cut left is cut off behind the last whole scan, wherever it was torn, and that is said") {
-  const Folder folder;
-  const std::string whole = MakeKilled(folder / "a", Utimes(6));
-  const std::string five = MakeKilled(folder / "b", Utimes(5));
-  REQUIRE(whole.size() > five.size() + 100);
-  const fs::path path = folder / "a/journal.lcm";
-  const std::size_t last = whole.size() - five.size();  // bytes of the last scan
+  const ScratchFolder folder;
+  const std::string whole = Keep(folder / "a", Scans(6), true);
+  const std::string five = Keep(folder / "b", Scans(5), true);
+  const std::string last = whole.substr(five.size());
+  REQUIRE(last.size() > 100);
   for (const std::string& tail :
-       {whole.substr(five.size(), last - 1), whole.substr(five.size(), 5), whole.substr(five.size(), last / 2),
-        std::string(4096, '\0'), std::string(3000, '\x5a'), whole.substr(five.size(), 40) + std::string(4096, '\0')}) {
-    Write(path, whole.substr(0, five.size()) + tail);
-    Visited visited;
-    CHECK(ReadJournal(folder / "a", kMapping, kRefuse, visited.Visit()).find("5 scans remain") != std::string::npos);
-    CHECK(Content(path).size() == five.size() + tail.size());  // who reads only leaves it as it is
-    Visited again;
-    {
-      Journal journal(folder / "a", kMapping, kRefuse, again.Visit());
-      CHECK(again.utimes == Utimes(5));
-      CHECK(journal.notice() == path.string() + ": torn by a power cut or a kill at byte " +
-                                    std::to_string(five.size()) + " (event 15): the last " +
-                                    std::to_string(tail.size()) + " bytes are left out; 5 scans remain");
-      CHECK(fs::file_size(path) == five.size());
-      Append(journal, {200});
-    }
-    Visited after;
-    CHECK(ReadJournal(folder / "a", kMapping, kRefuse, after.Visit()).empty());
-    CHECK(after.utimes.back() == 200);
-    CHECK(after.utimes.size() == 6);
+       {last.substr(0, last.size() - 1), last.substr(0, 5), last.substr(0, last.size() / 2), std::string(4096, '\0'),
+        std::string(3000, '\x5a'), last.substr(0, 40) + std::string(4096, '\0')}) {
+    WriteJournal(folder / "a", five + tail);
+    CHECK(Says(Read(folder / "a").notice, "5 scans remain"));
+    CHECK(Content(folder / "a") == five + tail);  // who reads only leaves it as it is
+    const JournalRead read = GoOnWith(folder / "a");
+    CHECK(read.entries == Scans(5));
+    CHECK(Says(read.notice, "the last " + std::to_string(tail.size()) + " bytes are left out; 5 scans remain"));
+    CHECK(Content(folder / "a").starts_with(five));
+    GoOn(folder / "a", {{200}});
+    Entries expected = Scans(5);
+    expected.push_back({200});
+    CHECK(Holds(folder / "a", expected));
   }
 }
 
 TEST_CASE("a journal that a killed process left is whole, and that its session did not end in order is said") {
-  const Folder folder;
-  const std::string killed = MakeKilled(folder / "a", Utimes(4));
-  Write(folder / "a/journal.lcm", killed);
-  Visited visited;
-  Journal journal(folder / "a", kMapping, kRefuse, visited.Visit());
-  CHECK(visited.utimes == Utimes(4));
-  CHECK(journal.notice().find("ended unexpectedly; 4 scans are complete") != std::string::npos);
-  CHECK(Content(folder / "a/journal.lcm") == killed);
+  const ScratchFolder folder;
+  const std::string killed = Keep(folder / "a", Scans(4), true);
+  WriteJournal(folder / "a", killed);
+  Entries entries;
+  Journal journal(folder / "a", kMapping, kRefuse, NoteIn(entries));
+  CHECK(entries == Scans(4));
+  CHECK(Says(journal.notice(), "ended unexpectedly; 4 scans are complete"));
+  CHECK(Content(folder / "a") == killed);
 }
 
 TEST_CASE("a journal torn before its first scan was whole begins anew, but another file is refused") {
-  const Folder folder;
-  const std::string whole = MakeKilled(folder / "a", Utimes(3));
-  const fs::path path = folder / "a/journal.lcm";
+  const ScratchFolder folder;
+  const std::string whole = Keep(folder / "a", Scans(3), true);
   for (const std::string& torn :
        {whole.substr(0, 10), whole.substr(0, 60), whole.substr(0, 200), std::string(5000, '\0')}) {
-    Write(path, torn);
-    Visited visited;
+    WriteJournal(folder / "a", torn);
     CHECK_FALSE(ReadHead(folder / "a"));
-    Journal journal(folder / "a", kMapping, kRefuse, visited.Visit());
-    CHECK(visited.utimes.empty());
-    CHECK(journal.notice().find("0 scans remain") != std::string::npos);
-    CHECK(fs::file_size(path) == 0);
+    const JournalRead read = GoOnWith(folder / "a");
+    CHECK(read.entries.empty());
+    CHECK(Says(read.notice, "0 scans remain"));
+    CHECK(Content(folder / "a").empty());
   }
   for (const std::string& other : {std::string("x"), std::string("a text of somebody\n"), std::string(500, 'x')}) {
-    Write(path, other);
+    WriteJournal(folder / "a", other);
     for (const OnDamage on_damage : {kRefuse, kTakeWhatIsBefore}) {
-      CHECK(ErrorOf([&] { Journal(folder / "a", kMapping, on_damage, kIgnore); }).find(" is no journal") !=
-            std::string::npos);
-      CHECK(Content(path) == other);
+      CHECK(Says(ErrorOf([&] { GoOnWith(folder / "a", on_damage); }), " is no journal"));
+      CHECK(Content(folder / "a") == other);
     }
   }
 }
 
 TEST_CASE("damage in the middle is refused with its place, and what is before it is taken where that is allowed") {
-  const Folder folder;
-  const std::string whole = MakeJournal(folder / "a", Utimes(20));
-  const std::string nine = MakeKilled(folder / "b", Utimes(9));
-  const fs::path path = folder / "a/journal.lcm";
-  std::string damaged = whole;
+  const ScratchFolder folder;
+  std::string damaged = Keep(folder / "a", Scans(20));
+  const std::string nine = Keep(folder / "b", Scans(9), true);
   damaged[nine.size() + 77] ^= 0x10;
-  Write(path, damaged);
-  const std::string place = "at byte " + std::to_string(nine.size()) + " (event 25)";
+  WriteJournal(folder / "a", damaged);
+  const std::string place = "damaged at byte " + std::to_string(nine.size()) + " (event 25)";
   for (int time = 0; time < 2; ++time) {
-    const std::string error = ErrorOf([&] { Journal(folder / "a", kMapping, kRefuse, kIgnore); });
-    CHECK(error.find(path.string() + " is damaged " + place + ", after its first 9 scans: --until-damage") == 0);
-    CHECK(Content(path) == damaged);
+    CHECK(Says(ErrorOf([&] { GoOnWith(folder / "a"); }), place + ", after its first 9 scans: --until-damage"));
+    CHECK(Content(folder / "a") == damaged);
   }
   for (const char* beside : {"a/journal.lcm.damaged", "a/journal.lcm.damaged2"}) {
-    Write(path, damaged);
-    Visited visited;
-    Journal journal(folder / "a", kMapping, kTakeWhatIsBefore, visited.Visit());
-    CHECK(visited.utimes == Utimes(9));
-    CHECK(journal.notice().find("damaged " + place) != std::string::npos);
-    CHECK(journal.notice().find("; the original file is now " + (folder / beside).string()) != std::string::npos);
-    CHECK(Content(folder / beside) == damaged);
-    CHECK(Content(path) == whole.substr(0, nine.size()));
+    WriteJournal(folder / "a", damaged);
+    Entries entries;
+    Journal journal(folder / "a", kMapping, kTakeWhatIsBefore, NoteIn(entries));
+    CHECK(entries == Scans(9));
+    CHECK(Says(journal.notice(), place));
+    CHECK(Says(journal.notice(), "; the original file is now " + (folder / beside).string()));
+    CHECK(BytesOf(folder / beside) == damaged);
+    CHECK(Content(folder / "a") == damaged.substr(0, nine.size()));
   }
 }
 
 TEST_CASE("a scan that stands twice in a journal, or that is left out, is a damage although each is whole") {
-  const Folder folder;
-  const std::string whole = MakeJournal(folder / "a", Utimes(20));
-  const std::size_t nine = MakeKilled(folder / "b", Utimes(9)).size();
-  const std::size_t ten = MakeKilled(folder / "c", Utimes(10)).size();
-  for (const std::string& damaged :
-       {whole.substr(0, ten) + whole.substr(nine), whole.substr(0, nine) + whole.substr(ten)}) {
-    Write(folder / "a/journal.lcm", damaged);
-    Visited visited;
-    const auto Read = [&] { ReadJournal(folder / "a", kMapping, kRefuse, visited.Visit()); };
-    CHECK(ErrorOf(Read).find(" is damaged at byte ") != std::string::npos);
-    CHECK(visited.utimes == Utimes(damaged.size() > whole.size() ? 10 : 9));
+  const ScratchFolder folder;
+  const std::string whole = Keep(folder / "a", Scans(20));
+  const std::size_t nine = Keep(folder / "b", Scans(9), true).size();
+  const std::size_t ten = Keep(folder / "c", Scans(10), true).size();
+  for (const auto& [first_end, then_begin] : {std::pair(ten, nine), std::pair(nine, ten)}) {
+    WriteJournal(folder / "a", whole.substr(0, first_end) + whole.substr(then_begin));
+    Entries entries;
+    const auto Visit = [&] { ReadJournal(folder / "a", kMapping, kRefuse, NoteIn(entries)); };
+    CHECK(Says(ErrorOf(Visit), " is damaged at byte "));
+    CHECK(entries == Scans(first_end == ten ? 10 : 9));
   }
 }
 
 TEST_CASE("a hole that was never on the disk is what a power cut leaves, and is kept beside with what follows") {
-  const Folder folder;
-  std::string killed = MakeKilled(folder / "a", Utimes(12));  // faster than the disk is told of
-  const std::string four = MakeKilled(folder / "b", Utimes(4));
-  killed.replace(four.size() + 10, 100, 100, '\0');
-  Write(folder / "a/journal.lcm", killed);
-  Visited visited;
-  Journal journal(folder / "a", kMapping, kRefuse, visited.Visit());
-  CHECK(visited.utimes == Utimes(4));
-  CHECK(journal.notice().find("4 scans remain; the original file is now ") != std::string::npos);
-  CHECK(Content(folder / "a/journal.lcm.damaged") == killed);
+  const ScratchFolder folder;
+  std::string killed = Keep(folder / "a", Scans(12), true);  // faster than the disk is told of
+  killed.replace(Keep(folder / "b", Scans(4), true).size() + 10, 100, 100, '\0');
+  WriteJournal(folder / "a", killed);
+  const JournalRead read = GoOnWith(folder / "a");
+  CHECK(read.entries == Scans(4));
+  CHECK(Says(read.notice, "4 scans remain; the original file is now "));
+  CHECK(BytesOf(folder / "a/journal.lcm.damaged") == killed);
 }
 
 TEST_CASE("a thousand damages: each is cut off, refused, or changes nothing, and none is silent") {
-  const Folder folder;
-  const std::vector<std::int64_t> utimes = Utimes(40);
-  const std::string whole = MakeJournal(folder / "a", utimes);
-  const fs::path path = folder / "a/journal.lcm";
+  const ScratchFolder folder;
+  const Entries kept = Scans(40);
+  const std::string whole = Keep(folder / "a", kept);
   Random random(14);
   const auto Below = [&](std::size_t most) {
     return static_cast<std::size_t>(random.Uniform(0.0, static_cast<double>(most)));
+  };
+  const auto IsBegin = [&](const Entries& read) {
+    return read.size() <= kept.size() && std::equal(read.begin(), read.end(), kept.begin());
   };
   std::map<std::string, int> counts;
   for (int number = 0; number < 1000; ++number) {
@@ -297,38 +228,35 @@ TEST_CASE("a thousand damages: each is cut off, refused, or changes nothing, and
       default:
         damaged.insert(at, whole.substr(Below(whole.size() - size), size));
     }
-    Write(path, damaged);
-    Visited visited;
+    WriteJournal(folder / "a", damaged);
+    Entries entries;
     std::string said;
-    const std::string error = ErrorOf([&] { said = ReadJournal(folder / "a", kMapping, kRefuse, visited.Visit()); });
+    const std::string error = ErrorOf([&] { said = ReadJournal(folder / "a", kMapping, kRefuse, NoteIn(entries)); });
     CAPTURE(number, at, size, said, error);
-    REQUIRE(visited.utimes.size() <= utimes.size());
-    CHECK(std::equal(visited.utimes.begin(), visited.utimes.end(), utimes.begin()));
-    const bool all = visited.utimes == utimes;
-    CHECK((all || !error.empty() || !said.empty()));
-    CHECK((damaged == whole || all || !(error + said).empty()));
+    REQUIRE(IsBegin(entries));
+    const bool all = entries == kept;
+    CHECK((all || !(error + said).empty()));
     if (!error.empty() && error.find("no journal") == std::string::npos) {
-      Visited before;
-      said = ReadJournal(folder / "a", kMapping, kTakeWhatIsBefore, before.Visit());
-      CHECK(std::equal(before.utimes.begin(), before.utimes.end(), utimes.begin()));
-      CHECK(said.find(std::to_string(before.utimes.size()) + " scans remain") != std::string::npos);
+      Entries before;
+      said = ReadJournal(folder / "a", kMapping, kTakeWhatIsBefore, NoteIn(before));
+      CHECK(IsBegin(before));
+      CHECK(Says(said, std::to_string(before.size()) + " scans remain"));
     }
     ++counts[!error.empty() ? "refused" : all ? "same" : "cut"];
   }
   CHECK(counts["refused"] > 500);
   CHECK(counts["cut"] > 100);
-  CHECK(counts["refused"] + counts["cut"] + counts["same"] == 1000);
 }
 
 TEST_CASE("what was kept reaches the disk within a second, and a check tells how much") {
-  const Folder folder;
+  const ScratchFolder folder;
   Journal journal(folder / "a", kMapping);
-  Append(journal, {100});
-  const auto size = static_cast<std::int64_t>(fs::file_size(folder / "a/journal.lcm"));
+  Append(journal, {{100}});
+  const auto size = static_cast<std::int64_t>(Content(folder / "a").size());
   std::int64_t synced = 0;
   for (std::int64_t utime = 101; synced == 0 && utime < 120; ++utime) {
     std::this_thread::sleep_for(std::chrono::milliseconds(utime == 101 ? 1000 : 100));
-    Append(journal, {utime});
+    Append(journal, {{utime}});
     lcm::LogFile log((folder / "a/journal.lcm").string(), "r");
     while (const lcm::LogEvent* event = log.readNextEvent()) {
       journal_check_t check;
@@ -339,45 +267,42 @@ TEST_CASE("what was kept reaches the disk within a second, and a check tells how
 }
 
 TEST_CASE("a journal of something else, missing or in the way is refused by name") {
-  const Folder folder;
-  MakeJournal(folder / "map", {100, 101, 102});
+  const ScratchFolder folder;
+  const JournalSubject localization{true, kMapping.parameters};
+  Keep(folder / "map", Scans(3));
   {
-    Journal localization(folder / "loc", kLocalization);
-    Append(localization, {100});
+    Journal journal(folder / "loc", localization);
+    Append(journal, {{100}});
   }
-  const std::string map_path = (folder / "map/journal.lcm").string();
-  const auto Refused = [&](const std::string& name, const JournalSubject& subject) {
-    return ErrorOf([&] { ReadJournal(folder / name, subject, kRefuse, kIgnore); });
+  struct Case {
+    std::string name;
+    JournalSubject subject;
+    std::string error;  ///< a part of it
   };
-  CHECK(Refused("map", kMapping).empty());
-  CHECK(Refused("map", kLocalization) ==
-        map_path + " belongs to a run that made a map: choose another folder for the journal of a localization");
-  CHECK(Refused("loc", kMapping).find("loc/journal.lcm belongs to a run that localised on the map of another folder") !=
-        std::string::npos);
-  CHECK(Refused("map", {false, {{"cell_size_m", "0.02"}}}) ==
-        map_path + ": its map was made with cell_size_m = 0.05, not with 0.02");
-  CHECK(Refused("map", {false, {{"of_a_later_version", "1"}}}).empty());
-  CHECK(Refused("none", kMapping).find("none/journal.lcm") != std::string::npos);
-  CHECK(ErrorOf([&] { ReadHead(folder / "none"); }).find("none/journal.lcm") != std::string::npos);
-  CHECK(ErrorOf([&] { Journal(folder / "map", kMapping); }).find(map_path + " exists already") == 0);
+  for (const auto& [name, subject, error] :
+       {Case{"map", localization, " belongs to a run that made a map"},
+        {"loc", kMapping, " belongs to a run that localised on the map of another folder"},
+        {"map", {false, {{"cell_size_m", "0.02"}}}, ": its map was made with cell_size_m = 0.05, not with 0.02"},
+        {"none", kMapping, ""}}) {
+    const auto Visit = [&, name = name, subject = subject] { ReadJournal(folder / name, subject, kRefuse, kIgnore); };
+    CHECK(Says(ErrorOf(Visit), (folder / name / "journal.lcm").string() + error));
+  }
+  CHECK(Holds(folder / "map", Scans(3)));
+  CHECK_NOTHROW(ReadJournal(folder / "map", {false, {{"of_a_later_version", "1"}}}, kRefuse, kIgnore));
+  CHECK(Says(ErrorOf([&] { ReadHead(folder / "none"); }), "none/journal.lcm"));
+  CHECK(Says(ErrorOf([&] { Journal(folder / "map", kMapping); }), "map/journal.lcm exists already"));
 }
 
 TEST_CASE("a journal is taken over whole by another folder, and by its own") {
-  const Folder folder;
-  {
-    Journal journal(folder / "a/journal", kMapping);
-    Append(journal, {100, 101});
-    Journal other(folder / "b/journal", kMapping);
-  }
-  const std::string content = Content(folder / "a/journal/journal.lcm");
-  TakeOverJournal(folder / "a", folder / "a");
-  CHECK(Content(folder / "a/journal/journal.lcm") == content);
-  for (const char* name : {"b", "c"}) {
+  const ScratchFolder folder;
+  const std::string content = Keep(folder / "a/journal", Scans(2));
+  Keep(folder / "b/journal", {});
+  for (const char* name : {"a", "b", "c"}) {
     TakeOverJournal(folder / "a", folder / name);
-    CHECK(Content(folder / name / "journal/journal.lcm") == content);
+    CHECK(Content(folder / name / "journal") == content);
     CHECK_FALSE(fs::exists(folder / name / "journal/journal.lcm.tmp"));
   }
-  CHECK(ErrorOf([&] { TakeOverJournal(folder / "none", folder / "d"); }).find("there is no file ") == 0);
+  CHECK(Says(ErrorOf([&] { TakeOverJournal(folder / "none", folder / "d"); }), "there is no file "));
   RemoveJournal(folder / "b");
   CHECK_FALSE(fs::exists(folder / "b/journal/journal.lcm"));
   CHECK(fs::exists(folder / "c/journal/journal.lcm"));

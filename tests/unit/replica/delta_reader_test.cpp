@@ -45,7 +45,7 @@ TEST_CASE("a replica from the start follows the owner delta by delta, also where
   MatchedReplica replica;
   CHECK(replica.Ask(owner) == 1);
   for (int i = 0; i < 10; ++i) {
-    if (i % 3 == 1) replica.replica.Doubt();
+    if (i % 3 == 1) replica.replica.RequestUpdate();
     std::vector<Parts> answers;
     for (int k = 0; k <= i % 3; ++k)
       answers.push_back(replica.Match(owner, k == 1 ? MatchState::kLost : MatchState::kOk));
@@ -132,7 +132,7 @@ TEST_CASE("any lost part keeps the version out; the parts sent again, or pages, 
       replica.Take(parts);
       CHECK(replica.replica.synced());
     } else {
-      lost % 3 == 1 ? replica.replica.Doubt() : replica.Take(replica.Match(owner));
+      lost % 3 == 1 ? replica.replica.RequestUpdate() : replica.Take(replica.Match(owner));
       CHECK_FALSE(replica.replica.synced());
       replica.Ask(owner);
     }

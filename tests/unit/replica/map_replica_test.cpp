@@ -25,7 +25,7 @@ TEST_CASE("a replica has the loops of the last page of matches, until it is told
   const auto Tell = [&](const std::vector<map_loop_t>& loops, bool last) {
     owner.Answer(MatchState::kLost);  // changes nothing: its page is the only one
     owner.loops = loops;
-    replica.replica.Doubt();
+    replica.replica.RequestUpdate();
     map_page_t page = owner.Page(replica.replica.NextRequest().value());
     if (!last) {
       page.next_match -= 1;
@@ -40,7 +40,7 @@ TEST_CASE("a replica has the loops of the last page of matches, until it is told
   CHECK(Tell({loop}, true) == std::vector<PlacedLoop>{FromMessage(loop)});
   replica.CheckSameAs(owner);
   MapOwner another;
-  replica.replica.Doubt();
+  replica.replica.RequestUpdate();
   replica.Ask(another);
   CHECK(replica.replica.loops().empty());
 }
@@ -60,7 +60,7 @@ TEST_CASE(
   REQUIRE(num_pages > 20);
   replica.CheckSameAs(owner);
   owner.Answer();
-  replica.replica.Doubt();
+  replica.replica.RequestUpdate();
   replica.Ask(owner);
   replica.CheckSameAs(owner);
 }
@@ -94,7 +94,7 @@ TEST_CASE(
     replica.Begin(owner, 4);
     MapOwner anew;
     for (int i = 0; i < num_scans; ++i) anew.Answer();
-    replica.replica.Doubt();
+    replica.replica.RequestUpdate();
     replica.Ask(anew);
     CHECK(replica.num_begins == 2);
     CHECK(replica.replica.epoch() == anew.epoch);
@@ -119,7 +119,7 @@ TEST_CASE("an owner whose map is an older state of the same is followed back") {
   MapOwner ahead;
   ahead.epoch = owner.epoch;
   replica.Begin(ahead, 5);
-  replica.replica.Doubt();
+  replica.replica.RequestUpdate();
   replica.Ask(owner);
   replica.CheckSameAs(owner);
 }
@@ -164,7 +164,7 @@ TEST_CASE("what was answered before the loops were looked for is not taken as se
   MapOwner owner;
   TestReplica replica;
   replica.Begin(owner);
-  replica.replica.Doubt();
+  replica.replica.RequestUpdate();
   const map_page_t unsettled = owner.Page(replica.replica.NextRequest().value());
   replica.replica.AwaitSettled();
   replica.replica.Handle(unsettled);
@@ -189,7 +189,7 @@ TEST_CASE("a page with cells of another size, or of another number of scans or m
   TestReplica replica(wants_matches);
   replica.Begin(owner);
   owner.Answer(MatchState::kLost);  // changes nothing: its page is the only one
-  replica.replica.Doubt();
+  replica.replica.RequestUpdate();
   for (const Spoil spoil : spoils) {
     map_page_t page = owner.Page(replica.replica.NextRequest().value());
     spoil(page);

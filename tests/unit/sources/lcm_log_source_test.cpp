@@ -333,7 +333,8 @@ TEST_CASE("a source that cannot be opened is an error of one line") {
   const auto error_of = [](const std::string& name) { return ErrorOf([&] { OpenLaserSource(name, {}); }); };
   CHECK(error_of("no_such.log") == "there is no file no_such.log");
   CHECK(error_of("sim:no_such").find("the built-in worlds are arena, block, corridor, demo") != std::string::npos);
-  const std::string directory = std::filesystem::temp_directory_path().string();
+  const ScratchFolder empty;
+  const std::string directory = empty.path().string();
   CHECK(error_of(directory).starts_with(directory + " is a directory without a bag of ROS 2"));
   const std::string pipe = ScratchPath();
   REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);

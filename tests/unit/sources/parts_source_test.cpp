@@ -1,7 +1,12 @@
 #include "services/sources/parts_source.hpp"
 
+#include <algorithm>
+
 #include "catch.hpp"
+#include "lcm_events.hpp"
+#include "packed.hpp"
 #include "services/sources/open_laser_source.hpp"
+#include "services/wire/wire.hpp"
 #include "source_helpers.hpp"
 
 using namespace crsm;
@@ -45,6 +50,52 @@ TEST_CASE("the parts of a log are one log, in the order of their numbers, compre
   CHECK(parts->Complaints()[0].find((folder / "run.log.10").string() + ": 1 of 11 scans") == 0);
   CHECK(ErrorOf([&] { OpenLaserSource((folder / "other.*").string(), options); }) ==
         "there is no file " + (folder / "other.*").string());
+}
+
+TEST_CASE(
+    "parts whose times go from the last to the first are read so, and one that is compressed, too, is read once") {
+  const ScratchFolder folder;
+  for (int part = 0; part < 4; ++part) folder.Write("run.log." + std::to_string(part), LineAt(10 - part));
+  folder.Write("run.log.3.gz", Pack("gzip", LineAt(7)));
+  const auto parts = OpenLaserSource((folder / "run.log.*").string(), {});
+  const auto scans = ReadAll(*parts);
+  REQUIRE(scans.size() == 4);
+  CHECK(std::ranges::is_sorted(scans, {}, &LaserScan::utime));
+  REQUIRE(parts->Complaints().size() == 1);
+  CHECK(parts->Complaints()[0].starts_with("the parts are read from the last to the first"));
+}
+
+TEST_CASE("all parts are of the laser of the first one, and a first part without one is left out") {
+  const ScratchFolder folder;
+  const auto ScanOn = [](const std::string& channel, std::int64_t utime) {
+    bot_core::planar_lidar_t scan{};
+    scan.utime = utime;
+    scan.nranges = 3;
+    scan.ranges = {1.0f, 2.0f, 3.0f};
+    scan.radstep = 0.5f;
+    std::string data(static_cast<std::size_t>(scan.getEncodedSize()), char{});
+    scan.encode(data.data(), 0, static_cast<int>(data.size()));
+    return Event(channel, data);
+  };
+  folder.Write("run.lcm.0", Event("OTHER", "nothing"));
+  folder.Write("run.lcm.1", ScanOn("FRONT", 1) + ScanOn("REAR", 2));
+  folder.Write("run.lcm.2", ScanOn("REAR", 3) + ScanOn("FRONT", 4));
+  const auto parts = OpenLaserSource((folder / "run.lcm.*").string(), {});
+  const auto scans = ReadAll(*parts);
+  REQUIRE(scans.size() == 2);
+  CHECK(scans[0].utime == 1);
+  CHECK(scans[1].utime == 4);
+  const std::vector<std::string> complaints = parts->Complaints();
+  REQUIRE(complaints.size() == 3);
+  CHECK(complaints[0].find("run.lcm.0 has no laser messages") != std::string::npos);
+  CHECK(complaints[1].find("the scans are those on FRONT; there is a laser on REAR, too") != std::string::npos);
+}
+
+TEST_CASE("a part that a link names once more is read once") {
+  const ScratchFolder folder;
+  for (int part = 0; part < 3; ++part) folder.Write("run.log." + std::to_string(part), LineAt(part));
+  std::filesystem::create_symlink(folder / "run.log.2", folder / "run.log.latest");
+  CHECK(ReadAll(*OpenLaserSource((folder / "run.log.*").string(), {})).size() == 3);
 }
 
 TEST_CASE("a part that cannot be read is left out and said, and the parts behind it are read") {

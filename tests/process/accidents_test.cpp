@@ -1,0 +1,110 @@
+// What befalls a process that is nobody's fault of the log: streams that are closed, limits of the system, a folder
+// that goes, and a second program that would write to the same journal.
+
+#include <fmt/format.h>
+#include <signal.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "catch.hpp"
+#include "processes.hpp"
+
+using namespace crsm;
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool Has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// slam_offline by way of a shell, which closes or limits something.
+Ended RunInShell(const TemporaryFolder& folder, const std::string& before, const std::string& arguments,
+                 const std::string& behind = "") {
+  return folder.Run("/bin/bash",
+                    {"-c", fmt::format("{} exec {}/slam_offline {} {}", before, CRSM_BIN_DIR, arguments, behind)});
+}
+
+/// A drive that takes some seconds.
+std::string WriteLongDrive(const TemporaryFolder& folder) {
+  const std::string world = (folder / "long.world").string();
+  std::ofstream file(world);
+  file << ReadFile(std::string(CRSM_SOURCE_DIR) + "/common/worlds/demo.world");
+  for (int i = 0; i < 60; ++i) file << "waypoint 4.6 6.3\nwaypoint 4.6 5\n";
+  return "sim:" + world;
+}
+
+}  // namespace
+
+TEST_CASE("closed streams change nothing: what is said does not go into a file of ours") {
+  const TemporaryFolder folder;
+  const std::string log = folder.Write(TakeScans("sim:demo", 600), "scans");
+  folder.Map(log, "expected");
+  CHECK(RunInShell(folder, "", fmt::format("{} --out {}", log, (folder / "out").string()), "<&- >&- 2>&-").exit_code ==
+        0);
+  folder.CheckSame("out", "expected");
+  CHECK(ReadFile(folder / "out/journal/journal.lcm").size() ==
+        ReadFile(folder / "expected/journal/journal.lcm").size());
+}
+
+TEST_CASE("a file that may grow no further is an error that is said, and the journal has what came before") {
+  const TemporaryFolder folder;
+  const std::string log = folder.Write(TakeScans("sim:demo", 1500), "scans");
+  const Ended ended = RunInShell(folder, "ulimit -f 300;", fmt::format("{} --out {}", log, (folder / "out").string()));
+  CHECK(ended.exit_code == 1);
+  CHECK(Has(ended.errors, "journal.lcm: cannot be written: File too large"));
+  folder.Map(log, "expected");
+  const Ended resumed = folder.Run("slam_offline", {log, "--resume", folder / "out", "--out", folder / "out"});
+  CHECK(resumed.exit_code == 0);
+  folder.CheckSame("out", "expected", {"trajectory.tum"});
+}
+
+TEST_CASE("the end of the terminal ends a run as Ctrl-C does: the map so far is written") {
+  const TemporaryFolder folder;
+  Process program("slam_offline", {WriteLongDrive(folder), "--out", folder / "out"}, folder / "log");
+  while (!fs::exists(folder / "out/journal/journal.lcm") || fs::file_size(folder / "out/journal/journal.lcm") == 0)
+    REQUIRE(program.IsRunning());
+  program.Signal(SIGHUP);
+  CHECK(program.AwaitExit() == 0);
+  CHECK(fs::exists(folder / "out/map.png"));
+}
+
+TEST_CASE("a folder that is moved away in a run is said, and no results are written in its place") {
+  const TemporaryFolder folder;
+  Process program("slam_offline", {WriteLongDrive(folder), "--out", folder / "out"}, folder / "log");
+  while (!fs::exists(folder / "out/journal/journal.lcm") || fs::file_size(folder / "out/journal/journal.lcm") == 0)
+    REQUIRE(program.IsRunning());
+  fs::rename(folder / "out", folder / "elsewhere");
+  CHECK(program.AwaitExit() == 1);
+  CHECK(Has(program.errors(), "was removed or moved meanwhile: no results are written"));
+  CHECK_FALSE(fs::exists(folder / "out/map.png"));
+}
+
+TEST_CASE("a journal has one writer, be it begun or gone on with by map_updater or by slam_offline") {
+  const TemporaryFolder folder;
+  const std::string log = folder.Write(TakeScans("sim:demo", 300), "scans");
+  const std::string out = (folder / "out").string();
+  const auto Refuse = [&](const std::vector<std::string>& flags) {
+    std::vector<std::string> arguments{log, "--out", out};
+    arguments.insert(arguments.end(), flags.begin(), flags.end());
+    const Ended ended = folder.Run("slam_offline", arguments);
+    CHECK(ended.exit_code == 1);
+    INFO(ended.errors);
+    CHECK(Has(ended.errors, "journal.lcm: "));
+    CHECK(Has(ended.errors, "writes there"));
+  };
+  const std::string journal = (folder / "out/journal").string();
+  const std::vector<std::string> own{"--journal", journal, "--lcm-url", MakeBusUrl()};
+  {
+    Process owner("map_updater", own, folder / "log");
+    REQUIRE(owner.AwaitReady());
+    Refuse({});
+  }
+  fs::remove_all(out);
+  folder.Map(log, "out");
+  std::vector<std::string> resumed = own;
+  resumed.emplace_back("--resume");
+  Process owner("map_updater", resumed, folder / "log");
+  REQUIRE(owner.AwaitReady());
+  Refuse({"--resume", out});
+}
