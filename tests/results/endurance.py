@@ -86,7 +86,7 @@ def draw(curves, path):
                      f'<path d="M{left:.1f},{top:.1f} V{bottom:.1f} H{right:.1f}" fill="none" stroke="black"/>'
                      f'<polyline points="{points}" fill="none" stroke="#c02020" stroke-width="2"/>'
                      f'<text x="{left - 4:.0f}" y="{bottom:.0f}" text-anchor="end">0</text>'
-                     f'<text x="{left - 4:.0f}" y="{place(0, max(values))[1]:.0f}" text-anchor="end">{max(values):.3g}</text>'
+                     f'<text x="{left - 4:.0f}" y="{place(0, max(values))[1]:.0f}" text-anchor="end">{max(values):,.0f}</text>'
                      f'<text x="{right:.0f}" y="{bottom + 16:.0f}" text-anchor="end">day {len(values)}</text>')
     path.write_text("\n".join([*parts, "</svg>"]) + "\n")
 
