@@ -153,7 +153,6 @@ std::string FormatSummary(const Summary& summary) {
       std::visit([&of_process, &key = key](const auto& plain) { of_process[key] = plain; }, value);
     }
   }
-  // File names are bytes and may be no UTF-8: such bytes are replaced, a run's summary is not lost for them.
   return ToText(json, 2) + "\n";
 }
 

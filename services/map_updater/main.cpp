@@ -193,10 +193,10 @@ class MapUpdaterService {
   /// Makes the map of --localize, which then stays as it is; what comes now is a history of its own.
   void LoadFinishedMap() {
     if (settings_.localize.empty()) return;
+    const std::filesystem::path folder = JournalFolder(settings_.localize);
     mapper_.PutOffDrawing();
-    const std::string notice = ReadJournal(JournalFolder(settings_.localize), {false, map_parameters_}, on_damage_,
-                                           VisitOfJournal(JournalFolder(settings_.localize)));
-    RestoreTail(JournalFolder(settings_.localize));
+    const std::string notice = ReadJournal(folder, {false, map_parameters_}, on_damage_, VisitOfJournal(folder));
+    RestoreTail(folder);
     if (!notice.empty()) Say(fmt::format("map_updater: {}", notice));
     mapper_.Finish();
     if (local().num_tiles() == 0) {

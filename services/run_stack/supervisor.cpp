@@ -8,6 +8,7 @@
 #include <deque>
 #include <fstream>
 #include <stdexcept>
+#include <utility>
 
 #include "services/base/process.hpp"
 #include "services/diagnosis/break_news.hpp"
@@ -258,8 +259,7 @@ void Supervisor::LookAtDisk() {
   if (Clock::now() < next_look_at_disk_) return;
   next_look_at_disk_ = Clock::now() + seconds(5);
   const std::string why = folder_.WhyNotWritable();
-  if (why.empty() == why_not_writable_.empty()) return;
-  why_not_writable_ = why;
+  if (why.empty() == std::exchange(is_writable_, why.empty())) return;
   Say(why.empty()
           ? fmt::format("run_stack: --out {}: can be written again", folder_.path().string())
           : fmt::format("run_stack: --out {}: cannot be written: {}: mapping goes on, but its journal and its results "

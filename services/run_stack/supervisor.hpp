@@ -69,7 +69,7 @@ class Supervisor {
   std::map<std::string, std::streamoff> passed_on_;  ///< up to where the log of a service was passed on [bytes]
   std::chrono::steady_clock::time_point next_progress_{};
   std::chrono::steady_clock::time_point next_look_at_disk_{};
-  std::string why_not_writable_;  ///< at the last look
+  bool is_writable_ = true;  ///< the folder, at the last look
 };
 
 }  // namespace crsm

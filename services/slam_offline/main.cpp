@@ -30,6 +30,7 @@
 #include "services/diagnosis/lost_news.hpp"
 #include "services/journal/earlier_results.hpp"
 #include "services/journal/journal.hpp"
+#include "services/journal/journal_lock.hpp"
 #include "services/journal/map_parameters.hpp"
 #include "services/journal/match_store.hpp"
 #include "services/sources/devices/live_laser.hpp"
@@ -63,6 +64,9 @@ struct Run {
     statistics.Add(match);
   }
 
+  /// Whether there were scans in the map before the first log.
+  bool IsResumed() const { return !sessions.empty() && sessions.front().first_match > 0; }
+
   /// All of them, by what is known at the end.
   MatchSequence Matches() const {
     return MatchSequence([this](const MatchSequence::Visit& visit) {
@@ -71,7 +75,9 @@ struct Run {
     });
   }
 
-  /// scan: its number, from 0.
+  /// One of them, by its number from 0.
+  ScanMatch Match(std::int64_t scan) const { return ByAllThatIsKnown(scan, matches.At(scan)); }
+
   ScanMatch ByAllThatIsKnown(std::int64_t scan, const ScanMatch& match) const {
     return is_final ? slam.mapper().BestMatch(scan, match) : match;
   }
@@ -81,8 +87,7 @@ struct Run {
   std::optional<ScanMatch> last_match;
   bool is_final = false;  ///< all loops are closed: poses follow the graph
   std::vector<Session> sessions;
-  UniqueUtimes utimes;      ///< of the scans of all logs
-  bool is_resumed = false;  ///< there are scans in the map already
+  UniqueUtimes utimes;  ///< of the scans of all logs
   RunStatistics statistics;
   CriticalRays last_scan;
   Trajectory truth;
@@ -131,7 +136,6 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
     SayNotice(command_line, journal->notice());
     Keep(run.slam.AwaitLoops(), run, *journal);
     run.slam.Resume(command_line.parameters().match.start);
-    run.is_resumed = true;
     Say(fmt::format("{}: continues after {} scans from {}", command_line.program(), run.matches.size(), resume));
     return journal;
   }
@@ -197,7 +201,7 @@ void WritePieces(const std::string& out, const Run& run, const MapPieces& pieces
   for (const int number : pieces.OthersWithMap()) {
     const MatchSequence matches([&](const MatchSequence::Visit& visit) {
       for (const auto& [first, end] : run.slam.mapper().FindScans(run.slam.mapper().FindComponent(number))) {
-        for (std::int64_t scan = first; scan < end; ++scan) visit(run.ByAllThatIsKnown(scan, run.matches.At(scan)));
+        for (std::int64_t scan = first; scan < end; ++scan) visit(run.Match(scan));
       }
     });
     WritePiece(out, number, run.slam.DrawPiece(number).ToDenseGrid(), matches);
@@ -206,15 +210,15 @@ void WritePieces(const std::string& out, const Run& run, const MapPieces& pieces
 
 /// Which logs have a place on the map, where it has others too: the poses of the rest are not known there.
 void PrintSessions(const Run& run) {
-  if (run.sessions.size() < 2 && !run.is_resumed) return;
+  if (run.sessions.size() < 2 && !run.IsResumed()) return;
   for (const Session& session : run.sessions) {
-    std::int64_t num_lost = 0;
-    for (std::int64_t scan = session.first_match; scan < session.first_match + session.num_matches; ++scan)
-      num_lost += run.ByAllThatIsKnown(scan, run.matches.At(scan)).state == MatchState::kLost ? 1 : 0;
     if (session.num_matches == 0) {
       fmt::print("{}: none of its scans is new\n", session.log);
       continue;
     }
+    std::int64_t num_lost = 0;
+    for (std::int64_t scan = session.first_match; scan < session.first_match + session.num_matches; ++scan)
+      num_lost += run.Match(scan).state == MatchState::kLost ? 1 : 0;
     fmt::print("{}: {} of {} scans are on the map\n", session.log, session.num_matches - num_lost, session.num_matches);
   }
 }
@@ -309,34 +313,6 @@ void MapScan(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot, Ru
   run.last_scan = std::move(step.scan);
 }
 
-/// No other program goes on with the journal in the folder of the results, or begins one there: map_updater may,
-/// without a word of the folder.
-class JournalLock {
- public:
-  explicit JournalLock(const std::string& out) : out_(out) { Renew(); }
-
-  /// Of the journal that is there now, if any.
-  void Renew() {
-    const std::filesystem::path path = JournalPath(JournalFolder(out_));
-    if ((lock_ && lock_->IsInPlace()) || !std::filesystem::exists(path)) return;
-    lock_.reset();
-    lock_.emplace("--out", path);
-  }
-
-  /// Throws std::runtime_error where the journal is not there any more.
-  void CheckIsInPlace() const {
-    if (lock_ && lock_->IsInPlace()) return;
-    throw std::runtime_error(
-        fmt::format("--out {}: this folder or its journal was removed or moved meanwhile: no results are written; the "
-                    "journal has all scans",
-                    out_));
-  }
-
- private:
-  std::string out_;
-  std::optional<PathLock> lock_;
-};
-
 /// Whether a log whose first scan has this utime is the next part of the drive before it: recorders split long logs.
 bool GoesOn(const Run& run, std::int64_t utime) {
   const double gap_max_s = MatchConstants::Break{}.gap_max_s;  // of a trajectory
@@ -373,7 +349,7 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
     }
     const auto utime = run.utimes.Add(scan->utime);
     scan->utime = utime.value_or(scan->utime);
-    const bool is_in_map = utime && run.is_resumed && run.matches.Find(*utime);
+    const bool is_in_map = utime && run.IsResumed() && run.matches.Find(*utime);
     if (utime && !is_in_map) {
       if (is_first_scan) run.slam.BeginDrive();
       MapScan(*scan, command_line.settings().odometry ? source.Odometry() : std::nullopt, run, journal);

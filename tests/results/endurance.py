@@ -9,13 +9,12 @@ import subprocess
 import tempfile
 import time
 
-from measure import BIN, PROJECT, SICK, Failed, Section, call, progress, run_measured
+from measure import BIN, LCM_EVENT, PROJECT, SICK, Failed, Section, call, progress, run_measured
 from page import table
 
 DAYS = 7
 DAY_US = 24 * 3600 * 1_000_000
 ROUNDS_A_DAY = 190  # through all rooms of sim:rooms, and back to where it began
-EVENT = struct.Struct(">IqqII")  # of an LCM log: sync word, number, utime, sizes of channel and message
 PICTURE = PROJECT / "tests/results/week.svg"
 
 
@@ -32,13 +31,13 @@ def write_day(world, day, log):
     simulated = log.with_suffix(".simulated")
     call(BIN / "laser_publisher", world, "--rate", "max", "--seed", day + 1, "--lcm-url", f"file://{simulated}?mode=w")
     with open(simulated, "rb") as events, open(log, "wb") as shifted:
-        while head := events.read(EVENT.size):
-            sync, number, utime, channel_bytes, message_bytes = EVENT.unpack(head)
+        while head := events.read(LCM_EVENT.size):
+            sync, number, utime, channel_bytes, message_bytes = LCM_EVENT.unpack(head)
             channel, message = events.read(channel_bytes), events.read(message_bytes)
             if channel != b"LASER":
                 continue
             (of_scan,) = struct.unpack_from(">q", message, 8)  # behind the fingerprint
-            shifted.write(EVENT.pack(sync, number, utime + day * DAY_US, channel_bytes, message_bytes))
+            shifted.write(LCM_EVENT.pack(sync, number, utime + day * DAY_US, channel_bytes, message_bytes))
             shifted.write(channel + message[:8] + struct.pack(">q", of_scan + day * DAY_US) + message[16:])
     simulated.unlink()
 

@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import statistics
+import struct
 import subprocess
 import sys
 import tempfile
@@ -15,6 +16,7 @@ PROJECT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("CRSM_BIN_DIR", PROJECT / "build/bin"))
 DATA = pathlib.Path(os.environ.get("CRSM_DATA", PROJECT.parent / "shared/data"))
 SICK = ["--preset", "sick"]
+LCM_EVENT = struct.Struct(">IqqII")  # of an LCM log: sync word, number, utime, sizes of channel and message
 
 
 class Failed(Exception):

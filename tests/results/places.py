@@ -8,11 +8,10 @@ import re
 import struct
 import tempfile
 
-from measure import BIN, DATA, Failed, Section, call, call_script, call_tests, map_all, median, radish
+from measure import BIN, DATA, LCM_EVENT, Failed, Section, call, call_script, call_tests, map_all, median, radish
 from page import table
 
 MBOT = "lcm/mbot_convex.lcmlog.gz"
-LCM_EVENT = struct.Struct(">IqqII")  # sync word, number, utime, sizes of channel and message
 LCM_SYNC = 0xEDA1DA01
 
 

@@ -39,9 +39,9 @@ Answer LookUp(const std::string& host, const std::string& port) {
 /// A name server that is silent lets who asks wait for long, whatever signal comes: a thread of its own waits.
 AddressList Resolve(const std::string& host, const std::string& port) {
   constexpr auto kLookEvery = std::chrono::milliseconds(20);
-  std::promise<Answer> promise;
-  std::future<Answer> future = promise.get_future();
-  std::thread([host, port, promise = std::move(promise)]() mutable { promise.set_value(LookUp(host, port)); }).detach();
+  std::packaged_task<Answer()> task([host, port] { return LookUp(host, port); });
+  std::future<Answer> future = task.get_future();
+  std::thread(std::move(task)).detach();
   while (future.wait_for(kLookEvery) != std::future_status::ready) {
     if (StopRequested()) throw DeviceError(fmt::format("stopped while the host {} was looked up", host));
   }
