@@ -28,7 +28,7 @@ Slam::Step Slam::Process(const LaserScan& scan, const std::optional<Pose2>& T_od
   step.match = MatchScan(*matcher_, step.scan, tracking_, T_odom_robot, matching_);
   step.match.map_version = map_version();
   step.drawn = Take(mapper_.Integrate(&step.scan, step.match), step.match);
-  step.updates = AcceptFound(std::max(0, mapper_.lag() - 1));  // before they would take effect with the next keyframe
+  step.updates = AcceptFound(std::max(0, mapper_.lag() - 1));  // before they would be taken up with the next keyframe
   return step;
 }
 
@@ -41,20 +41,22 @@ bool Slam::Take(const Mapper::Step& step, const ScanMatch& match) {
   return step.delta.drawn;
 }
 
-/// Has loops searched at the keyframes that are new to the loop closer, but for what an earlier session has found.
-void Slam::SearchNew() {
+/// Has loops searched at the keyframes that are new to the loop closer, up to one of them, but for what an earlier
+/// session has found. update: of the last of them, by that session.
+void Slam::SearchUpTo(std::optional<KeyframeId> last, const GraphUpdate* update) {
   const KeyframeGraph& graph = mapper_.graph();
-  while (given_ < graph.newest()) {
+  while (given_ < last) {
     given_ = given_ ? graph.After(*given_) : KeyframeId{};
-    const auto earlier = mapper_.FindSearch(*given_);
+    auto earlier = mapper_.FindSearch(*given_);
     if (!earlier) ++num_searched_;
+    if (earlier && update && given_ == last) earlier->update = std::make_shared<const GraphUpdate>(*update);
     loop_closer_->Add(graph.keyframe(*given_), earlier);
   }
 }
 
 /// Tells the mapper what was found by all keyframes but the newest ones. Returns what it did not know.
 std::vector<GraphUpdate> Slam::AcceptFound(int num_left) {
-  SearchNew();
+  SearchUpTo(mapper_.graph().newest());
   std::vector<GraphUpdate> found = loop_closer_->Take(num_left);
   std::erase_if(found, [&](const GraphUpdate& update) { return !mapper_.Accept(update); });
   auto searched = mapper_.graph().newest();
@@ -68,7 +70,11 @@ bool Slam::Restore(const CriticalRays* scan, const ScanMatch& match) {
   return Take(mapper_.Restore(scan, match), match);
 }
 
-bool Slam::Restore(const GraphUpdate& update) { return mapper_.Accept(update); }
+bool Slam::Restore(const GraphUpdate& update) {
+  if (!mapper_.Accept(update)) return false;
+  if (update.ChangesGraph()) SearchUpTo(update.keyframe, &update);  // which need not be solved once more
+  return true;
+}
 
 bool Slam::RestoreSearched(KeyframeId keyframe) { return mapper_.NoteSearched(keyframe); }
 
@@ -108,7 +114,7 @@ ByteMap Slam::DrawPiece(int number) const {
   std::vector<PlacedScan> scans;
   for (const KeyframeId id : graph.ids()) {
     if (!mapper_.IsKeyframeOf(component, id)) continue;
-    scans.push_back({&graph.keyframe(id).rays, At(mapper_.best_poses(), id)});
+    scans.push_back({graph.keyframe(id).rays, At(mapper_.best_poses(), id)});
   }
   return DrawScans(drawing_, scans);
 }

@@ -85,7 +85,7 @@ class Slam {
 
   /// The map that the next scan is matched to.
   const ByteMap& map() const { return matcher_->map(); }
-  /// With loops: what has taken effect.
+  /// With loops: what was taken up.
   const KeyframeGraph& graph() const { return mapper_.graph(); }
   /// With loops: all that is known.
   KeyframeGraph MakeBestGraph() const { return mapper_.MakeBestGraph(); }
@@ -114,7 +114,7 @@ class Slam {
  private:
   bool Take(const Mapper::Step& step, const ScanMatch& match);
   void DrawRestored();
-  void SearchNew();
+  void SearchUpTo(std::optional<KeyframeId> last, const GraphUpdate* update = nullptr);
   std::vector<GraphUpdate> AcceptFound(int num_left);
 
   DrawingRules drawing_;

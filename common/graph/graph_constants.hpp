@@ -153,6 +153,7 @@ struct GraphConstants {
     double constraint_m = 2.5;    ///< of a proximity constraint: from a keyframe of long ago to the new one
     double place_m = 1.5;         ///< of those of long ago the newest of each place ...
     double direction_rad = 0.35;  ///< ... and direction is drawn
+    int missing_at_once = 2;      ///< keyframes of long ago that are drawn with a new one, where the robot comes back
   };
 
   /// Where the robot has been so often that a scan tells little that is new. There fewer are drawn, so that a map grows
@@ -163,7 +164,8 @@ struct GraphConstants {
     double least_fitness = 0.55;  ///< of a scan that need not be drawn: in a lower one something may have changed
   };
 
-  int lag = 10;  ///< keyframes until what a loop has brought takes effect
+  int lag = 6;          ///< keyframes until what a loop has brought is taken up: so long it is searched ...
+  int drawing_lag = 4;  ///< ... and so many more until it takes effect: so long the map is drawn anew beside
   Edges edges = {};
   Submaps submaps = {};
   Loops loops = {};

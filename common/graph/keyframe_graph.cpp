@@ -88,6 +88,7 @@ KeyframeId KeyframeGraph::Add(Keyframe keyframe) {
   const Pose2& motion = keyframe.T_previous_this;
   const Pose2 pose = before ? this->pose(*before) * motion : Pose2{};
   keyframe.begins = keyframe.begins || !before;
+  if (before) keyframe.rays.ShareAngles(this->keyframe(*before).rays);
   if (keyframe.begins) {
     components_.push_back(num_trajectories());
     pieces_.push_back(before && keyframe.by_wheels ? pieces_.back() : num_trajectories());
@@ -341,7 +342,7 @@ void KeyframeGraph::Apply(const GraphUpdate& update) {
   for (const Loop& loop : update.closed) AddLoop(loop);
   for (const Loop& loop : update.rejected) DropLoop(loop);
   if (update.constraints_wrong_from) DropConstraints(*update.constraints_wrong_from);
-  Correct(update, poses_);
+  Move(update);
 }
 
 void KeyframeGraph::Correct(const GraphUpdate& update, KeyframePoses& poses) const {

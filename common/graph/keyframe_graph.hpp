@@ -9,7 +9,7 @@
 
 #include "common/graph/graph_constants.hpp"
 #include "common/graph/pose_graph.hpp"
-#include "common/scan/valid_rays.hpp"
+#include "common/scan/packed_rays.hpp"
 #include "common/scan/wheel_motion.hpp"
 
 namespace crsm {
@@ -39,7 +39,7 @@ struct ProximityConstraint {
 /// A scan that was drawn into the map.
 struct Keyframe {
   std::int64_t utime = 0;
-  ValidRays rays;
+  PackedRays rays;
   /// The motion since the keyframe before, as matched. Where a trajectory begins, a guess: the place of its frame seen
   /// from the last keyframe of the trajectory before. Of no meaning in the first of all.
   Pose2 T_previous_this;
@@ -209,6 +209,8 @@ class KeyframeGraph {
 
   /// The same for poses of these keyframes alone.
   void Correct(const GraphUpdate& update, KeyframePoses& poses) const;
+  /// The same for its own poses, where it has the loops already.
+  void Move(const GraphUpdate& update) { Correct(update, poses_); }
 
   /// Whether an update can be one of a graph that has no other keyframes than these.
   bool Fits(const GraphUpdate& update) const;

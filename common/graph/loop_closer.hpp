@@ -11,6 +11,8 @@ namespace crsm {
 /// What the search at a keyframe came to when it was done.
 struct EarlierSearch {
   std::optional<LoopFinding> finding;  ///< none: nothing was found
+  /// What that has brought to the graph, or the keyframe's other checks have; nullptr: nothing, or it is not told.
+  std::shared_ptr<const GraphUpdate> update = nullptr;
 };
 
 /// Finds where the path comes back to where it was, and moves the keyframes to where they agree best.

@@ -196,7 +196,7 @@ std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& find
   const Submap submap = MakeSubmap(graph, finding.older, finding.newer, submaps);
   std::vector<PlacedScan> scans;
   for (KeyframeId at = submap.first; at <= submap.last; ++at.number) {
-    scans.push_back({&graph.keyframe(at).rays, graph.Motion(finding.older, at)});
+    scans.push_back({graph.keyframe(at).rays, graph.Motion(finding.older, at)});
   }
   const ScoredMap map(DrawScans(drawing, scans));
   const RaysInCells rays = map.InCells(CollectRecentPoints(graph, finding.newer, submaps.farthest_point_m, submaps));
@@ -205,7 +205,7 @@ std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& find
   const Pose2 pose = FindOptimum(finding.T_older_newer, submaps.cell_m, submaps.optimum_rad, Fitness, SmoothFitness,
                                  constants.match.optimum);
 
-  const Eigen::Matrix2Xd newest_hits_m = ComputeHits(graph.keyframe(finding.newer).rays);
+  const Eigen::Matrix2Xd newest_hits_m = ComputeHits(graph.keyframe(finding.newer).rays.Unpack());
   const bool told_by_rays = finding.by == LoopFinding::By::kSoon || finding.by == LoopFinding::By::kNearby;
   // The newest scan may see little of the submap.
   if (!told_by_rays &&

@@ -40,7 +40,12 @@ LocalKeyframes FindLocal(const KeyframeGraph& graph, double local_map_m, const G
 
 Mapper::Mapper(const DrawingRules& drawing, const LoopParameters& loops, const GraphConstants& constants,
                const MatchConstants& match)
-    : loops_(loops), constants_(constants), local_(drawing), graph_(constants.edges), trajectories_(match.breaks) {}
+    : rules_(drawing),
+      loops_(loops),
+      constants_(constants),
+      local_(drawing),
+      graph_(constants.edges),
+      trajectories_(match.breaks) {}
 
 Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match) {
   return Restore(IsOnKnownGround(match) ? nullptr : scan, match);
@@ -65,19 +70,44 @@ Mapper::Step Mapper::Restore(const CriticalRays* scan, const ScanMatch& match) {
   if (!step.delta.drawn) return step;
   const KeyframeId newest = *graph_.newest();
   step.keyframe = &graph_.keyframe(newest);
+  const Pose2 before = MatchedPose(newest);
+  const std::vector<TileChange> tiles = FollowGraph(begins);
+  step.delta.tiles.insert(step.delta.tiles.end(), tiles.begin(), tiles.end());
+  if (MatchedPose(newest) != before) step.after.T_new_old = MatchedPose(newest) * Inverse(before);
+  step.after.floating = floats_;
+  return step;
+}
 
-  const Pose2 before = graph_.pose(newest);
+/// After a keyframe: what has become due is taken up, and what was drawn beside takes effect. What that changes of the
+/// local map.
+std::vector<TileChange> Mapper::FollowGraph(bool begins) {
+  const KeyframeId newest = *graph_.newest();
+  if (coming_ && !begins) return TakeDueDrawing();
+  std::optional<KeyframePoses> poses_before;
+  if (IsDue(constants_.lag)) poses_before = graph_.poses();
   const bool corrected = ApplyDue(constants_.lag);
-  step.after.floating = floats_ = Floats();
-  if (corrected) step.after.T_new_old = graph_.pose(newest) * Inverse(before);
-  if (!corrected && !begins && graph_.path_m(newest) - looked_at_m_ < constants_.local_map.period_m) return step;
+  const bool looks = corrected || begins || graph_.path_m(newest) - looked_at_m_ >= constants_.local_map.period_m;
+  if (!looks) {
+    floats_ = Floats();
+    return DrawMissing();
+  }
   looked_at_m_ = graph_.path_m(newest);
   const auto [local, bearable] = FindLocal(graph_, loops_.local_map_m, constants_.local_map);
   const std::vector<KeyframeId> needed = ThinOut(local);
-  const bool anew = corrected || !std::ranges::includes(bearable, drawn_);
-  const std::vector<TileChange> tiles = anew ? Redraw(needed) : DrawMissing(needed);
-  step.delta.tiles.insert(step.delta.tiles.end(), tiles.begin(), tiles.end());
-  return step;
+  if (begins) {  // few, and nothing that came before is matched any more
+    coming_.reset();
+    applied_update_ = taken_up_;
+    floats_ = Floats();
+    return Redraw(needed);
+  }
+  if (corrected || !std::ranges::includes(bearable, drawn_)) {
+    BeginDrawing(needed, poses_before ? *std::move(poses_before) : graph_.poses());
+    return TakeDueDrawing();
+  }
+  missing_.clear();
+  std::ranges::set_difference(needed, drawn_, std::back_inserter(missing_));
+  floats_ = Floats();
+  return DrawMissing();
 }
 
 void Mapper::PutOffDrawing() {
@@ -97,10 +127,9 @@ std::vector<TileChange> Mapper::DrawPutOff() {
   std::vector<ScanBatch> batches;
   for (; first != put_off.end(); ++first) {
     batches.push_back({first->anew, {}});
-    for (const auto& [id, T_map_laser] : first->scans) {
-      batches.back().scans.push_back({&graph_.keyframe(id).rays, T_map_laser});
-    }
+    batches.back().scans = ScansOf(first->scans);
   }
+  if (coming_) drawing().Begin(ScansOf(coming_->drawn));
   return local_.DrawPutOff(batches);
 }
 
@@ -134,6 +163,7 @@ std::optional<EarlierSearch> Mapper::FindSearch(KeyframeId keyframe) const {
 
 std::vector<TileChange> Mapper::Finish() {
   ApplyDue(0);
+  coming_.reset();
   std::vector<KeyframeId> all = graph_.ids();
   std::erase_if(all, [&](KeyframeId id) { return !IsKeyframeOnMap(id); });
   std::vector<TileChange> tiles = DrawPutOff();
@@ -334,7 +364,7 @@ bool Mapper::IsOnKnownGround(const ScanMatch& match) const {
   const bool is_matched = match.state == MatchState::kOk || match.state == MatchState::kDegenerate;
   if (!is_matched || !loops_.loops || lost_since_ || graph_.size() == 0 || match.fitness < known.least_fitness)
     return false;
-  if (Distance(graph_.pose(*graph_.newest()), match.T_map_laser) >= known.every_m) return false;
+  if (Distance(MatchedPose(*graph_.newest()), match.T_map_laser) >= known.every_m) return false;
   const auto found = num_keyframes_at_.find(PlaceOf(match.T_map_laser));
   return found != num_keyframes_at_.end() && found->second >= known.keyframes;
 }
@@ -351,7 +381,7 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
   if (before) keyframe.by_wheels = by_wheels_;
   by_wheels_.emplace();
   if (before) {
-    keyframe.T_previous_this = Inverse(graph_.pose(*before)) * match.T_map_laser;
+    keyframe.T_previous_this = Inverse(MatchedPose(*before)) * match.T_map_laser;
     if (!begins) keyframe.constraint = FindConstraint(match.T_map_laser);
   }
   if (match.state == MatchState::kDegenerate) {
@@ -364,27 +394,38 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
   if (begins_trajectory) best_poses_.emplace_back();
   best_poses_.back().push_back(best_pose);
   drawn_.push_back(graph_.Add(std::move(keyframe)));
+  if (coming_) Follow(*before, drawn_.back());
   ++num_keyframes_at_[PlaceOf(match.T_map_laser)];
   CountNewest(begins_trajectory);
+}
+
+/// The newest keyframe belongs to what is being drawn, too.
+void Mapper::Follow(KeyframeId before, KeyframeId newest) {
+  KeyframePoses& poses = coming_->poses_before;
+  const Pose2 pose = At(poses, before) * graph_.keyframe(newest).T_previous_this;
+  if (newest.number == 0) poses.emplace_back();
+  poses.back().push_back(pose);
+  coming_->drawn.emplace_back(newest, graph_.pose(newest));
+  if (!put_off_) drawing().Add({graph_.keyframe(newest).rays, graph_.pose(newest)});
 }
 
 /// Scans come by the thousand between two keyframes: kept is only where another anchor begins.
 void Mapper::AnchorScan(std::int64_t scan) {
   if (graph_.size() == 0) return;
   const KeyframeId keyframe = *graph_.newest();
-  const Pose2& T_map_keyframe = graph_.pose(keyframe);
+  const Pose2& T_map_keyframe = MatchedPose(keyframe);
   if (!anchors_.empty() && anchors_.back().keyframe == keyframe && anchors_.back().T_map_keyframe == T_map_keyframe) {
     return;
   }
   anchors_.push_back({scan, keyframe, T_map_keyframe});
 }
 
-/// Those with so many newer keyframes take effect on the graph. Whether there were any.
+/// Those with so many newer keyframes are taken up by the graph. Whether there were any.
 bool Mapper::ApplyDue(int lag) {
   bool any = false;
-  for (; !pending_.empty() && graph_.CountAfter(pending_.front().keyframe) >= lag; pending_.pop_front()) {
+  for (; IsDue(lag); pending_.pop_front()) {
     graph_.Apply(pending_.front());
-    applied_update_ = pending_.front().keyframe;
+    taken_up_ = pending_.front().keyframe;
     any = true;
   }
   return any;
@@ -403,8 +444,8 @@ std::optional<ProximityConstraint> Mapper::FindConstraint(const Pose2& T_map_las
   std::optional<ProximityConstraint> constraint;
   for (const KeyframeId id : drawn_) {
     if (!IsLongAgo(graph_, id, constants_.submaps.long_ago_m)) break;
-    if (Distance(graph_.pose(id), T_map_laser) > nearest_m + kSurelyFarther_m) continue;  // spares most of the sines
-    const Pose2 T_keyframe_laser = Inverse(graph_.pose(id)) * T_map_laser;
+    if (Distance(MatchedPose(id), T_map_laser) > nearest_m + kSurelyFarther_m) continue;  // spares most of the sines
+    const Pose2 T_keyframe_laser = Inverse(MatchedPose(id)) * T_map_laser;
     const double distance_m = Length(T_keyframe_laser);
     if (distance_m >= nearest_m) continue;
     nearest_m = distance_m;
@@ -426,32 +467,60 @@ std::vector<KeyframeId> Mapper::ThinOut(const std::vector<KeyframeId>& local) co
   return needed;
 }
 
-std::vector<PlacedScan> Mapper::Place(const std::vector<KeyframeId>& keyframes) const {
+std::vector<Mapper::PlacedKeyframe> Mapper::Place(const std::vector<KeyframeId>& keyframes) const {
+  std::vector<PlacedKeyframe> placed;
+  for (const KeyframeId id : keyframes) placed.emplace_back(id, graph_.pose(id));
+  return placed;
+}
+
+std::vector<PlacedScan> Mapper::ScansOf(const std::vector<PlacedKeyframe>& keyframes) const {
   std::vector<PlacedScan> scans;
-  for (const KeyframeId id : keyframes) scans.push_back({&graph_.keyframe(id).rays, graph_.pose(id)});
+  for (const auto& [id, T_map_laser] : keyframes) scans.push_back({graph_.keyframe(id).rays, T_map_laser});
   return scans;
 }
 
-void Mapper::NotePutOff(const std::vector<KeyframeId>& keyframes, bool anew) {
-  if (!put_off_) return;
-  put_off_->push_back({anew, {}});
-  for (const KeyframeId id : keyframes) put_off_->back().scans.emplace_back(id, graph_.pose(id));
+BackgroundDrawing& Mapper::drawing() {
+  if (!drawing_) drawing_ = std::make_unique<BackgroundDrawing>(rules_);
+  return *drawing_;
+}
+
+/// poses_before: of all keyframes, on the map that is matched.
+void Mapper::BeginDrawing(const std::vector<KeyframeId>& keyframes, KeyframePoses poses_before) {
+  missing_.clear();
+  coming_ = Coming{*graph_.newest(), Place(keyframes), std::move(poses_before), taken_up_};
+  if (!put_off_) drawing().Begin(ScansOf(coming_->drawn));
+}
+
+/// What was drawn beside is the local map from now on, if it is time for that.
+std::vector<TileChange> Mapper::TakeDueDrawing() {
+  if (graph_.CountAfter(coming_->begun_at) < constants_.drawing_lag) return {};
+  const Coming taken = *std::exchange(coming_, std::nullopt);
+  drawn_.clear();
+  for (const auto& [id, T_map_laser] : taken.drawn) drawn_.push_back(id);
+  applied_update_ = taken.applied_update;
+  floats_ = Floats();
+  if (!put_off_) return local_.Replace(drawing().Take(), taken.drawn.back().second);
+  put_off_->push_back({true, taken.drawn});
+  return local_.Redraw(ScansOf(taken.drawn));
 }
 
 std::vector<TileChange> Mapper::Redraw(const std::vector<KeyframeId>& keyframes) {
   drawn_ = keyframes;
-  NotePutOff(keyframes, true);
-  return local_.Redraw(Place(keyframes));
+  missing_.clear();
+  if (put_off_) put_off_->push_back({true, Place(keyframes)});
+  return local_.Redraw(ScansOf(Place(keyframes)));
 }
 
-std::vector<TileChange> Mapper::DrawMissing(const std::vector<KeyframeId>& keyframes) {
-  std::vector<KeyframeId> missing;
-  std::ranges::set_difference(keyframes, drawn_, std::back_inserter(missing));
-  const auto middle = static_cast<std::ptrdiff_t>(drawn_.size());
-  drawn_.insert(drawn_.end(), missing.begin(), missing.end());
-  std::inplace_merge(drawn_.begin(), drawn_.begin() + middle, drawn_.end());
-  NotePutOff(missing, false);
-  return local_.DrawMore(Place(missing));
+/// Some of those that are missing: so few that no scan waits long for it.
+std::vector<TileChange> Mapper::DrawMissing() {
+  std::vector<KeyframeId> next;
+  for (; std::ssize(next) < constants_.local_map.missing_at_once && !missing_.empty(); missing_.pop_front()) {
+    next.push_back(missing_.front());
+    drawn_.insert(std::ranges::lower_bound(drawn_, next.back()), next.back());
+  }
+  if (next.empty()) return {};
+  if (put_off_) put_off_->push_back({false, Place(next)});
+  return local_.DrawMore(ScansOf(Place(next)));
 }
 
 }  // namespace crsm

@@ -3,11 +3,13 @@
 #include <array>
 #include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <utility>
 #include <vector>
 
+#include "common/graph/background_drawing.hpp"
 #include "common/graph/keyframe_graph.hpp"
 #include "common/graph/loop_closer.hpp"
 #include "common/graph/pieces.hpp"
@@ -24,13 +26,16 @@ namespace crsm {
 /// map*, what was drawn from keyframes within some way of the robot along the pose graph. What lies nearby on paper but
 /// far in the graph may be metres off, and would draw the robot onto wrong walls.
 ///
+/// What a loop has moved is drawn anew beside, while scans are matched to the map as it was; some keyframes later the
+/// new map takes its place. No scan waits for drawing, and nothing depends on how fast that is.
+///
 /// With loops each scan hangs on its keyframe, so that its pose is corrected with that of the keyframe.
 class Mapper {
  public:
   Mapper(const DrawingRules& drawing, const LoopParameters& loops, const GraphConstants& constants = {},
          const MatchConstants& match = {});
 
-  /// Keyframes until what a loop has brought takes effect.
+  /// Keyframes until what a loop has brought is taken up: it has to be known by then. Some more, and it takes effect.
   int lag() const { return constants_.lag; }
 
   struct Step {
@@ -40,7 +45,7 @@ class Mapper {
   };
 
   /// Draws a scan as MapUpdater::Update and UpdateWithoutScan do. scan: nullptr where there is none to draw. Where it
-  /// has become a keyframe, the updates of keyframes that are `lag` older take effect.
+  /// has become a keyframe, the updates of keyframes that are `lag` older are taken up.
   /// On known ground a scan may stay out of the map.
   Step Integrate(const CriticalRays* scan, const ScanMatch& match);
   /// The same for what an earlier session has integrated. scan: nullptr where it was not drawn.
@@ -52,9 +57,9 @@ class Mapper {
   /// Draws it, and from now on all that comes. Returns what that changes.
   std::vector<TileChange> DrawPutOff();
 
-  /// What a keyframe of this mapper's has brought to the graph. It takes effect on the local map some keyframes later,
-  /// `lag` of them if it comes before: so loops can be searched while the robot drives on. False, and nothing is done,
-  /// if it is not the one that follows the last.
+  /// What a keyframe of this mapper's has brought to the graph. It is taken up some keyframes later, `lag` of them if
+  /// it comes before: so loops can be searched while the robot drives on. False, and nothing is done, if it is not the
+  /// one that follows the last.
   bool Accept(const GraphUpdate& update);
 
   /// No more updates come of this keyframe and those before it. False, and nothing is done, if it is not there.
@@ -80,8 +85,10 @@ class Mapper {
   const MapUpdater& local() const { return local_; }
   /// Keyframes in the local map.
   int num_drawn() const { return static_cast<int>(drawn_.size()); }
-  /// What has taken effect on the local map.
+  /// What was taken up.
   const KeyframeGraph& graph() const { return graph_; }
+  /// Whether that is to take effect yet.
+  bool is_drawing() const { return coming_.has_value(); }
 
   /// All that is known.
   KeyframeGraph MakeBestGraph() const;
@@ -130,38 +137,61 @@ class Mapper {
     Pose2 T_map_keyframe;
   };
 
+  using PlacedKeyframe = std::pair<KeyframeId, Pose2>;
+
   /// As of ScanBatch.
   struct PutOff {
     bool anew;
-    std::vector<std::pair<KeyframeId, Pose2>> scans;
+    std::vector<PlacedKeyframe> scans;
+  };
+
+  /// The local map that is being drawn. Until it is there, scans are matched where keyframes were before.
+  struct Coming {
+    KeyframeId begun_at;  ///< the newest keyframe then
+    std::vector<PlacedKeyframe> drawn;
+    KeyframePoses poses_before;  ///< T_map_keyframe on the map that is matched, of the keyframes since then too
+    std::optional<KeyframeId> applied_update;
   };
 
   using PlaceOnMap = std::array<int, 4>;  ///< component, and which square and direction of it
 
   PlaceOnMap PlaceOf(const Pose2& T_map_laser) const;
   bool IsOnKnownGround(const ScanMatch& match) const;
+  std::vector<TileChange> FollowGraph(bool begins);
   void AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool begins);
+  void Follow(KeyframeId before, KeyframeId newest);
   void AnchorScan(std::int64_t scan);
   const Anchor* FindAnchor(std::int64_t scan) const;
   void CountComponents();
   std::vector<int> SortComponents() const;
   std::set<int> FindJoins() const;
   void CountNewest(bool begins);
+  bool IsDue(int lag) const { return !pending_.empty() && graph_.CountAfter(pending_.front().keyframe) >= lag; }
   bool ApplyDue(int lag);
+  const Pose2& MatchedPose(KeyframeId keyframe) const {
+    return coming_ ? At(coming_->poses_before, keyframe) : graph_.pose(keyframe);
+  }
   bool Floats() const;
   std::optional<ProximityConstraint> FindConstraint(const Pose2& T_map_laser) const;
-  std::vector<PlacedScan> Place(const std::vector<KeyframeId>& keyframes) const;
-  void NotePutOff(const std::vector<KeyframeId>& keyframes, bool anew);
+  std::vector<PlacedKeyframe> Place(const std::vector<KeyframeId>& keyframes) const;
+  std::vector<PlacedScan> ScansOf(const std::vector<PlacedKeyframe>& keyframes) const;
+  BackgroundDrawing& drawing();
+  void BeginDrawing(const std::vector<KeyframeId>& keyframes, KeyframePoses poses_before);
+  std::vector<TileChange> TakeDueDrawing();
   std::vector<TileChange> Redraw(const std::vector<KeyframeId>& keyframes);
-  std::vector<TileChange> DrawMissing(const std::vector<KeyframeId>& keyframes);
+  std::vector<TileChange> DrawMissing();
   std::vector<KeyframeId> ThinOut(const std::vector<KeyframeId>& local) const;
 
+  DrawingRules rules_;
   LoopParameters loops_;
   GraphConstants constants_;
   MapUpdater local_;
   KeyframeGraph graph_;
-  std::deque<GraphUpdate> pending_;           ///< that have not taken effect yet
-  std::optional<KeyframeId> applied_update_;  ///< keyframe of the last one that has
+  std::deque<GraphUpdate> pending_;           ///< that were not taken up yet
+  std::optional<KeyframeId> taken_up_;        ///< keyframe of the last one that the graph has
+  std::optional<KeyframeId> applied_update_;  ///< ... and of the last one that has taken effect
+  std::optional<Coming> coming_;
+  std::unique_ptr<BackgroundDrawing> drawing_;  ///< of it, if it is not put off
   std::optional<KeyframeId> last_update_;
   std::optional<KeyframeId> searched_;
   std::map<KeyframeId, LoopFinding> findings_;
@@ -173,8 +203,9 @@ class Mapper {
   std::vector<Loop> loops_closed_;  ///< by them all
   std::vector<Loop> loops_rejected_;
   KeyframePoses best_poses_;
-  std::vector<KeyframeId> drawn_;  ///< keyframes in the local map
-  double looked_at_m_ = 0.0;       ///< where on the newest trajectory it was last looked which belong there
+  std::vector<KeyframeId> drawn_;   ///< keyframes in the local map
+  std::deque<KeyframeId> missing_;  ///< that belong there, too, and are drawn on the way
+  double looked_at_m_ = 0.0;        ///< where on the newest trajectory it was last looked which belong there
   std::optional<std::vector<PutOff>> put_off_;
   bool floats_ = false;                   ///< the newest keyframe: it is not on the map that is shown
   bool lost_since_ = false;               ///< scans were, since the newest keyframe

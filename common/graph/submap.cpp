@@ -16,7 +16,7 @@ void VisitScans(const KeyframeGraph& graph, const Submap& submap, Visit&& visit)
   Pose2 T_submap_at = graph.Motion(submap.middle, submap.first);
   for (KeyframeId at = submap.first; at <= submap.last; ++at.number) {
     if (at > submap.first) T_submap_at = T_submap_at * graph.keyframe(at).T_previous_this;
-    visit(T_submap_at, ComputeHits(graph.keyframe(at).rays));
+    visit(T_submap_at, ComputeHits(graph.keyframe(at).rays.Unpack()));
   }
 }
 

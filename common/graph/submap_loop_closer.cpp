@@ -54,7 +54,8 @@ std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe, const std::o
     return update;
   }
   if (ContradictsBridges(*finding)) return update;
-  update.closed = Confirm(*finding);
+  const GraphUpdate* known = earlier ? earlier->update.get() : nullptr;
+  update.closed = Confirm(*finding, known);
   if (update.closed.empty()) return update;
   if (checked) {
     update.constraints_wrong_from = graph_.After(verified_);
@@ -62,15 +63,27 @@ std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe, const std::o
     constraints_wrong_before_ = update.keyframe;
   }
   verified_ = update.keyframe;
-  const KeyframePoses before = graph_.poses();
+  Solve(update, known);
+  return update;
+}
+
+/// Adds the loops that an update has closed, and moves the keyframes. earlier: that update, as it was found then.
+void SubmapLoopCloser::Solve(GraphUpdate& update, const GraphUpdate* earlier) {
+  const KeyframePoses before = earlier ? KeyframePoses() : graph_.poses();
   for (const Loop& loop : update.closed) {
     if (!graph_.HangTogether(loop.older, loop.newer)) join_check_.Watch(graph_);
     graph_.Join(loop);
     graph_.AddLoop(loop);
   }
-  update.rejected = graph_.Optimise();
-  update.moved = FindMoved(before, graph_.poses());
-  return update;
+  if (earlier) {
+    update.rejected = earlier->rejected;
+    update.moved = earlier->moved;
+    for (const Loop& loop : update.rejected) graph_.DropLoop(loop);
+    graph_.Move(update);
+  } else {
+    update.rejected = graph_.Optimise();
+    update.moved = FindMoved(before, graph_.poses());
+  }
 }
 
 /// The newest trajectory hangs together with no other any more. The poses stay as they are.
@@ -165,8 +178,14 @@ bool SubmapLoopCloser::AreApart(const LoopFinding& earlier, const LoopFinding& l
   return apart_m >= least_m && Length(graph_.Motion(earlier.newer, later.newer)) >= joins.least_away_m;
 }
 
-/// The loops of a finding and of an earlier one that agrees with it; none without such a one.
-std::vector<Loop> SubmapLoopCloser::Confirm(const LoopFinding& finding) {
+/// The loops of a finding and of an earlier one that agrees with it; none without such a one. earlier: what it has
+/// brought then.
+std::vector<Loop> SubmapLoopCloser::Confirm(const LoopFinding& finding, const GraphUpdate* earlier) {
+  const auto Make = [&](const LoopFinding& found) -> std::optional<Loop> {
+    if (!earlier) return MakeLoop(graph_, found, drawing_, {constants_, match_});
+    const auto loop = std::ranges::find(earlier->closed, found.newer, &Loop::newer);
+    return loop == earlier->closed.end() ? std::nullopt : std::optional(*loop);
+  };
   const double here_m = graph_.path_m(finding.newer);
   std::erase_if(findings_, [&](const Remembered& one) {
     const auto& [older, newer] = std::tie(one.finding.older, one.finding.newer);
@@ -178,14 +197,14 @@ std::vector<Loop> SubmapLoopCloser::Confirm(const LoopFinding& finding) {
   findings_.push_back({finding});
   if (finding.by == LoopFinding::By::kSoon && finding.score >= constants_.joins.sure_score) {
     findings_.back().is_loop = true;
-    if (const auto loop = MakeLoop(graph_, finding, drawing_, {constants_, match_})) loops.push_back(*loop);
+    if (const auto loop = Make(finding)) loops.push_back(*loop);
     return loops;
   }
   for (std::size_t i = 0; i + 1 < findings_.size() && loops.empty(); ++i) {
     if (!Agree(findings_[i].finding, finding)) continue;
     for (Remembered* one : {&findings_[i], &findings_.back()}) {
       if (std::exchange(one->is_loop, true)) continue;
-      if (const auto loop = MakeLoop(graph_, one->finding, drawing_, {constants_, match_})) loops.push_back(*loop);
+      if (const auto loop = Make(one->finding)) loops.push_back(*loop);
     }
   }
   return loops;

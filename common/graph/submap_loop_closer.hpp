@@ -47,8 +47,9 @@ class SubmapLoopCloser : public LoopCloser {
   bool AgreesWithGraph(const LoopFinding& finding) const;
   bool AreApart(const LoopFinding& earlier, const LoopFinding& later) const;
   bool Agree(const LoopFinding& earlier, const LoopFinding& later) const;
-  std::vector<Loop> Confirm(const LoopFinding& finding);
+  std::vector<Loop> Confirm(const LoopFinding& finding, const GraphUpdate* earlier);
   void TakeApart(GraphUpdate& update);
+  void Solve(GraphUpdate& update, const GraphUpdate* earlier);
   double ComputeWayElsewhere() const;
   std::vector<KeyframeId> PlacesFoundBefore() const;
   std::optional<LoopFinding> Search(const std::optional<EarlierSearch>& earlier);

@@ -12,7 +12,7 @@ bool WholeMap::Draw(const KeyframeGraph& graph, const KeyframePoses& poses, std:
     int& num_drawn = num_drawn_[static_cast<std::size_t>(i)];
     for (; num_drawn < graph.size(i) && most > 0; ++num_drawn, --most) {
       const KeyframeId id{i, num_drawn};
-      if (is_on_map(id)) map_.DrawMore({&graph.keyframe(id).rays, At(poses, id)});
+      if (is_on_map(id)) map_.DrawMore({graph.keyframe(id).rays, At(poses, id)});
     }
     all_drawn = all_drawn && num_drawn == graph.size(i);
   }

@@ -55,6 +55,8 @@ class ByteMap {
   DenseGrid ToDenseGrid() const;
 
  private:
+  CellRectangle FindExplored() const;
+
   MapGeometry geometry_;
   TileGrid<Tile> tiles_;
 };

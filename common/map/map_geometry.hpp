@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/map/tile_grid.hpp"
+#include "common/math/floor_to_int.hpp"
 
 namespace crsm {
 
@@ -20,9 +21,7 @@ class MapGeometry {
   /// The cell that holds a point of the map frame; for a point beyond the limits of the map some cell beyond them.
   Cell CellAt(double x_m, double y_m) const {
     constexpr double kFar = 2.0 * kMaxCell;
-    const auto Index = [&](double length_m) {
-      return static_cast<int>(std::floor(std::clamp(ToCells(length_m), -kFar, kFar)));
-    };
+    const auto Index = [&](double length_m) { return FloorToInt(std::clamp(ToCells(length_m), -kFar, kFar)); };
     return {Index(x_m), Index(y_m)};
   }
 

@@ -22,7 +22,7 @@ MapDelta MapUpdater::Update(const CriticalRays& scan, const ScanMatch& match) {
   MapDelta delta = UpdateWithoutScan();
   if (finished_ || match.state == MatchState::kLost || !MovedEnough(match.T_map_laser)) return delta;
   BytesBefore before;
-  delta.drawn = Draw({&scan.rays, match.T_map_laser}, &before);
+  delta.drawn = Draw(scan.rays, match.T_map_laser, &before);
   delta.tiles = ListChanges(before);
   if (delta.drawn) T_map_last_drawn_ = match.T_map_laser;
   return delta;
@@ -31,15 +31,55 @@ MapDelta MapUpdater::Update(const CriticalRays& scan, const ScanMatch& match) {
 std::vector<TileChange> MapUpdater::Redraw(std::span<const PlacedScan> scans) {
   BytesBefore before;
   Clear(before);
-  for (const PlacedScan& scan : scans) Draw(scan, &before);
+  DrawAll(scans, before);
   if (!scans.empty()) T_map_last_drawn_ = scans.back().T_map_laser;
   return ListChanges(before);
 }
 
 std::vector<TileChange> MapUpdater::DrawMore(std::span<const PlacedScan> scans) {
   BytesBefore before;
-  for (const PlacedScan& scan : scans) Draw(scan, &before);
+  DrawAll(scans, before);
   return ListChanges(before);
+}
+
+void MapUpdater::DrawAll(std::span<const PlacedScan> scans, BytesBefore& before) {
+  for (const PlacedScan& scan : scans) Draw(scan.rays.Unpack(), scan.T_map_laser, &before);
+}
+
+std::vector<TileChange> MapUpdater::Replace(MapUpdater other, const Pose2& T_map_last_drawn) {
+  T_map_last_drawn_ = T_map_last_drawn;
+  std::vector<TileChange> changes;
+  const auto Take = [&](std::size_t entry, std::unique_ptr<TileCanvas::Tile> tile) {
+    const auto& [index, mine] = canvas_.tiles().entries()[entry];
+    tile->changed_in_version = mine->changed_in_version;
+    if (tile->bytes != mine->bytes) {
+      tile->changed_in_version = version_;
+      changes.push_back({index, PackRuns(mine->bytes, tile->bytes)});
+    }
+    canvas_.tiles().Replace(entry, std::move(tile));
+  };
+  auto others = std::move(other.canvas_.tiles()).TakeEntries();
+  std::ranges::sort(others, {}, &TileGrid<TileCanvas::Tile>::Entry::index);
+  const std::size_t num_mine = num_tiles();
+  for (std::size_t i = 0; i < num_mine; ++i) {
+    const auto& [index, mine] = canvas_.tiles().entries()[i];
+    const auto found = std::ranges::lower_bound(others, index, {}, &TileGrid<TileCanvas::Tile>::Entry::index);
+    if (found != others.end() && found->index == index) {
+      Take(i, std::move(found->tile));
+    } else if (!mine->blank) {
+      Take(i, std::make_unique<TileCanvas::Tile>());
+    }
+  }
+  bool cut = false;
+  for (auto& [index, tile] : others) {
+    if (!tile) continue;
+    cut = cut || !canvas_.tiles().HasRoomFor(index);
+    if (!canvas_.tiles().HasRoomFor(index)) continue;
+    canvas_.tiles().Touch(index);
+    Take(num_tiles() - 1, std::move(tile));
+  }
+  num_scans_cut_ += other.num_scans_cut_ + (cut ? 1 : 0);
+  return changes;
 }
 
 /// before: gets the tiles that are not in it yet, as they were.
@@ -63,7 +103,7 @@ std::vector<TileChange> MapUpdater::DrawPutOff(std::span<const ScanBatch> batche
   BytesBefore before;
   for (const ScanBatch& batch : batches) {
     if (batch.anew) Clear(before);
-    for (const PlacedScan& scan : batch.scans) Draw(scan, &before);
+    DrawAll(batch.scans, before);
   }
   return ListChanges(before);
 }
@@ -96,24 +136,23 @@ bool MapUpdater::MovedEnough(const Pose2& T_map_laser) const {
 }
 
 /// False if there is nothing to draw, or not all of it lies within the limits of the map.
-bool MapUpdater::Draw(const PlacedScan& scan, BytesBefore* before) {
-  const auto& [rays, T_map_laser] = scan;
-  if (rays->size() == 0 || !InLimits(*rays, T_map_laser)) return false;
+bool MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, BytesBefore* before) {
+  if (rays.size() == 0 || !InLimits(rays, T_map_laser)) return false;
   if (put_off_) {
     const Eigen::Vector2d at_m(T_map_laser.x_m, T_map_laser.y_m);
-    const double reach_m = *std::max_element(rays->range_m.begin(), rays->range_m.end());
+    const double reach_m = *std::max_element(rays.range_m.begin(), rays.range_m.end());
     put_off_cells_.extend((at_m.array() - reach_m).matrix() / geometry_.cell_size_m());
     put_off_cells_.extend((at_m.array() + reach_m).matrix() / geometry_.cell_size_m());
     return true;
   }
-  const Eigen::Matrix2Xd hits_m = ComputeHits(*rays);
+  const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
   const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
   Eigen::Matrix2d rotation;
   rotation << cos, -sin, sin, cos;
   const Eigen::Vector2d laser_cells(geometry_.ToCells(T_map_laser.x_m), geometry_.ToCells(T_map_laser.y_m));
   const Eigen::Matrix2Xd hits_cells = (rotation * hits_m / geometry_.cell_size_m()).colwise() + laser_cells;
 
-  const ScanOnMap scan_on_map{*rays, hits_m, hits_cells, laser_cells, geometry_.cell_size_m()};
+  const ScanOnMap scan_on_map{rays, hits_m, hits_cells, laser_cells, geometry_.cell_size_m()};
   const BlendIntensity intensity = drawing_->Draw(scan_on_map, canvas_);
   if (!canvas_.Blend(intensity, version_, before)) ++num_scans_cut_;
   return true;

@@ -15,13 +15,14 @@
 #include "common/map/tile_canvas.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/critical_rays.hpp"
+#include "common/scan/packed_rays.hpp"
 #include "common/scan/scan_match.hpp"
 
 namespace crsm {
 
 /// A scan, and where it was taken.
 struct PlacedScan {
-  const ValidRays* rays;
+  PackedRays rays;
   Pose2 T_map_laser;
 };
 
@@ -62,7 +63,11 @@ class MapUpdater {
   /// Draws more scans, in the version that there is, wherever they are on the path. Returns what that changes.
   std::vector<TileChange> DrawMore(std::span<const PlacedScan> scans);
   /// The same of one scan, where nobody asks what it changes.
-  void DrawMore(const PlacedScan& scan) { Draw(scan, nullptr); }
+  void DrawMore(const PlacedScan& scan) { Draw(scan.rays.Unpack(), scan.T_map_laser, nullptr); }
+
+  /// All of the map is as another one of such cells, in the version that there is. T_map_last_drawn: where the last of
+  /// its scans was taken. Returns what that changes.
+  std::vector<TileChange> Replace(MapUpdater other, const Pose2& T_map_last_drawn);
 
   /// From now on nothing is drawn, and all else is as if it were. To be called while the map is empty.
   void PutOffDrawing() { put_off_ = true; }
@@ -100,7 +105,8 @@ class MapUpdater {
  private:
   bool MovedEnough(const Pose2& T_map_laser) const;
   /// before: as of TileCanvas::Blend.
-  bool Draw(const PlacedScan& scan, BytesBefore* before);
+  bool Draw(const ValidRays& rays, const Pose2& T_map_laser, BytesBefore* before);
+  void DrawAll(std::span<const PlacedScan> scans, BytesBefore& before);
   void Clear(BytesBefore& before);
   /// What is not as before any more, which has changed in this version.
   std::vector<TileChange> ListChanges(const BytesBefore& before);

@@ -140,6 +140,13 @@ class TileGrid {
   /// All tiles in the order in which they were made.
   const std::vector<Entry>& entries() const { return entries_; }
 
+  /// Another tile in the place of one of them. entry: its number.
+  void Replace(std::size_t entry, std::unique_ptr<Tile> tile) {
+    directory_[rectangle_.Place(entries_[entry].index)] = tile.get();
+    entries_[entry].tile = std::move(tile);
+  }
+  std::vector<Entry> TakeEntries() && { return std::move(entries_); }
+
   /// Around all tiles, with room to grow.
   const TileRectangle& rectangle() const { return rectangle_; }
 

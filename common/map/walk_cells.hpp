@@ -5,14 +5,9 @@
 #include <cstdint>
 
 #include "common/map/tile_grid.hpp"
+#include "common/math/floor_to_int.hpp"
 
 namespace crsm {
-
-/// std::floor is a function call on the x86-64 that every machine has.
-inline int FloorToInt(double value) {
-  const int truncated = static_cast<int>(value);
-  return truncated - (value < truncated ? 1 : 0);
-}
 
 /// The cell that holds a point.
 inline Cell CellOf(const Eigen::Vector2d& point_cells) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "common/match/match_constants.hpp"
 #include "common/match/scored_map.hpp"
@@ -35,9 +36,40 @@ KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, co
 /// These rays alone.
 RaysInCells SelectRays(const ScoredMap& map, const Contour& contour, const KnownRays& rays);
 
-/// How much better a scan fits at one pose than at another, by the rays that are known from both: a share of all rays.
-/// known_from: those that are known from there. smooth: by ScoredMap::SmoothFitness.
-double ComputeGain(const ScoredMap& map, const Contour& contour, const DegenerateAxis& axis, const Pose2& from,
-                   const KnownRays& known_from, const Pose2& to, bool smooth = false);
+/// How much better a scan fits at other poses than at one, by the rays that are known from both: a share of all rays.
+class FitGain {
+ public:
+  /// smooth: by ScoredMap::SmoothFitness. Map and contour have to outlive it.
+  FitGain(const ScoredMap& map, const Contour& contour, const DegenerateAxis& axis, const Pose2& from,
+          bool smooth = false);
+
+  double At(const Pose2& to);
+  /// About the same, for a pose of the same heading: which rays are known from there is asked again only where the one
+  /// that was asked last is further away.
+  double Near(const Pose2& to, double as_known_within_m);
+  /// known: the rays that are known from there.
+  double At(const Pose2& to, const KnownRays& known);
+
+ private:
+  double Compare(const Pose2& to, KnownRays known_from_both);
+  double Fit(const Pose2& pose) const {
+    return smooth_ ? map_.SmoothFitness(*rays_, pose) : map_.Fitness(*rays_, pose);
+  }
+
+  const ScoredMap& map_;
+  const Contour& contour_;
+  DegenerateAxis axis_;
+  Pose2 from_;
+  bool smooth_;
+  double yaw_rad_;           ///< of the last pose ...
+  Eigen::Matrix2Xd rays_m_;  ///< ... and the contour, turned so
+  KnownRays known_from_;
+  std::optional<Pose2> asked_;  ///< from where it was asked last which rays are known
+  // Of the last pose; another one along an axis is mostly compared by the same.
+  KnownRays compared_;
+  std::optional<RaysInCells> rays_;
+  double share_ = 0.0;
+  double fit_from_ = 0.0;
+};
 
 }  // namespace crsm

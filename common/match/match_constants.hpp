@@ -175,6 +175,7 @@ struct MatchConstants {
     double spacing_max_m = 0.3;           ///< weight of a ray: the distance to its neighbours, at most this
     double optimum_rad = 0.02;            ///< half the width of the optimum in whose middle the yaw is
     double look_along_m = 1.0;            ///< along a degenerate direction
+    double look_same_rays_cells = 4.0;    ///< so far on, about the same rays are known
     double look_gain = 0.02;              ///< least gain of fitness there ...
     double look_gain_steady = 0.03;       ///< ... and so much more where the motion is steady
     double look_cost_wheels_per_m = 0.1;  ///< wheels slip little by little

@@ -275,16 +275,17 @@ RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& sta
 
 /// The rays that are known from a pose, and from a cell before and behind it: a climb meets none that becomes known on
 /// the way. All rays where those are too few to say where the laser is.
-RaysInCells RrhcMatcher::SelectKnownNear(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis) const {
+/// known: from the pose.
+RaysInCells RrhcMatcher::SelectKnownNear(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis,
+                                         KnownRays known) const {
   const double cell_size_m = map_.geometry().cell_size_m();
-  KnownRays everywhere = FindKnownRays(map_.cells(), rays.contour.points_m, pose, axis);
   for (const double along_m : {cell_size_m, -cell_size_m}) {
     const Pose2 there{pose.x_m + along_m * axis.direction.x(), pose.y_m + along_m * axis.direction.y(), pose.yaw_rad};
-    everywhere = FindKnownRays(map_.cells(), rays.contour.points_m, there, axis, everywhere);
+    known = FindKnownRays(map_.cells(), rays.contour.points_m, there, axis, known);
   }
-  RaysInCells known = SelectRays(map_, rays.contour, everywhere);
+  RaysInCells selected = SelectRays(map_, rays.contour, known);
   const auto least = constants_.final_climb.known_share_min * static_cast<double>(rays.all.total_weight());
-  return static_cast<double>(known.total_weight()) > least ? known : rays.all;
+  return static_cast<double>(selected.total_weight()) > least ? selected : rays.all;
 }
 
 /// What holds along an axis that the walls leave open: wheels that are reliable, if the search ended near them, or what
@@ -323,26 +324,20 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   const AxisHold hold = FindHold(found, initial_guess, refined.uncertainty.degenerate());
   const bool by_wheels = hold.way.has_value();
   const PoseUncertainty& known = refined.uncertainty;
-  // How much better one pose is than another, by the rays that are known from both.
-  const auto FindGain = [&](const Objective& objective, const Pose2& from, bool smooth) {
-    const DegenerateAxis axis{refined.uncertainty.degenerate_axis, by_wheels, constants_.known_rays};
-    const KnownRays known_from = FindKnownRays(map_.cells(), rays.contour.points_m, from, axis);
-    return [=, this, &rays, &refined](const Pose2& to) {
-      refined.evaluations += 2;
-      const double gain = ComputeGain(map_, rays.contour, axis, from, known_from, to, smooth);
-      return gain - objective.Prior(to) + objective.Prior(from);
-    };
-  };
   if (found.is_near_guess && known.degeneracy > constants_.prior.degeneracy_min) {
     const Pose2 back = MoveBackAlong(known.degenerate_axis, refined.pose, hold.T_map_laser);
     const double by_motion_per_m2 = steadiness * initial_guess.degenerate_per_m2;
     const double degenerate_per_m2 =
         std::min(known.degeneracy, 1.0) * (by_wheels ? FindPriorWeight(*hold.way, constants_.prior) : by_motion_per_m2);
-    const RaysInCells rays_there =
-        SelectKnownNear(rays, back, {known.degenerate_axis, by_wheels, constants_.known_rays});
+    const DegenerateAxis axis{known.degenerate_axis, by_wheels, constants_.known_rays};
+    const KnownRays known_from_back = FindKnownRays(map_.cells(), rays.contour.points_m, back, axis);
+    const RaysInCells rays_there = SelectKnownNear(rays, back, axis, known_from_back);
     const Objective held{
         map_, rays_there, hold.T_map_laser, with_prior.prior_per_m2, known.degenerate_axis, degenerate_per_m2};
-    const bool fits_better = FindGain(held, refined.pose, parameters_.smooth_climb)(back) > 0.0;
+    refined.evaluations += 2;
+    const double gain =
+        FitGain(map_, rays.contour, axis, refined.pose, parameters_.smooth_climb).At(back, known_from_back);
+    const bool fits_better = gain - held.Prior(back) + held.Prior(refined.pose) > 0.0;
     Climb(fits_better ? back : refined.pose, held);
   }
   if (!known.degenerate()) return refined;
@@ -354,11 +349,15 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   const double against_per_m = by_wheels ? constants.look_cost_wheels_per_m : 0.0;
   const Objective free{map_, rays.all, found.initial_guess, 0.0};
   const Pose2 here = refined.pose;
-  const auto Gain = FindGain(free, here, false);
+  const double as_known_within_m = (constants.look_same_rays_cells + 0.5) * cell_size_m;
+  FitGain gain(map_, rays.contour, {known.degenerate_axis, by_wheels, constants_.known_rays}, here);
   const Pose2 better =
-      LookAlong(here, known.degenerate_axis, constants.look_along_m, cell_size_m, least_gain,
-                [&](const Pose2& there) { return Gain(there) - against_per_m * Distance(here, there); });
-  if (better != here) Climb(better, free);
+      LookAlong(here, known.degenerate_axis, constants.look_along_m, cell_size_m, least_gain, [&](const Pose2& there) {
+        refined.evaluations += 2;
+        return gain.Near(there, as_known_within_m) - against_per_m * Distance(here, there);
+      });
+  const bool surely = better != here && gain.At(better) - against_per_m * Distance(here, better) > least_gain;
+  if (surely) Climb(better, free);
   return refined;
 }
 

@@ -59,7 +59,7 @@ class RrhcMatcher : public Matcher {
                std::int64_t utime) const;
   Found SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near, const TrackingState& tracking,
                       double steadiness, Random& random) const;
-  RaysInCells SelectKnownNear(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis) const;
+  RaysInCells SelectKnownNear(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis, KnownRays known) const;
   AxisHold FindHold(const Found& found, const InitialGuess& initial_guess, bool degenerate) const;
   Refined Refine(const Rays& rays, const Found& found, const InitialGuess& initial_guess, double steadiness) const;
   bool ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking) const;

@@ -24,21 +24,21 @@ constexpr int kMinWidthLoops = 900;    // ... with what it says of loops
 constexpr int kMinWidthBreaks = 1300;  // ... and of breaks, joins and pieces
 constexpr int kSubpixelBits = 4;       // OpenCV draws to 1/16 of a pixel
 
-// Blue, green, red.
-const cv::Scalar kPathColour(210, 100, 20);
-const cv::Scalar kStartColour(50, 160, 30);
-const cv::Scalar kEndColour(40, 30, 220);
-const cv::Scalar kLostColour(0, 130, 255);
+// Red, green, blue.
+const cv::Scalar kPathColour(20, 100, 210);
+const cv::Scalar kStartColour(30, 160, 50);
+const cv::Scalar kEndColour(220, 30, 40);
+const cv::Scalar kLostColour(255, 130, 0);
 const cv::Scalar kHitColour(200, 30, 200);
-const cv::Scalar kLoopColour(170, 170, 0);
-const cv::Scalar kRejectedColour(20, 70, 130);
-const cv::Scalar kJoinColour(170, 30, 90);
-const cv::Scalar kBreakColour(90, 0, 200);
+const cv::Scalar kLoopColour(0, 170, 170);
+const cv::Scalar kRejectedColour(130, 70, 20);
+const cv::Scalar kJoinColour(90, 30, 170);
+const cv::Scalar kBreakColour(200, 0, 90);
 const cv::Scalar kInk(40, 40, 40);
 const cv::Scalar kPaper(255, 255, 255);
 
-std::string EncodePicture(const cv::Mat& picture) {
-  return EncodePng({picture.cols, picture.rows, picture.channels(), picture.data});
+std::string EncodePicture(const cv::Mat& picture, PngEncoder& encoder) {
+  return encoder.Encode({picture.cols, picture.rows, picture.channels(), picture.data});
 }
 
 /// The map as a picture, y up.
@@ -73,7 +73,7 @@ class Canvas {
     enlargement_ = std::max(1.0, static_cast<double>(std::max(map.cols, map.rows)) / kWantedSide);
     image_ = cv::Mat(map.rows + Enlarge(kStripHeight), std::max(map.cols, Enlarge(min_width)), CV_8UC3, kPaper);
     map_ = image_(cv::Rect(0, 0, map.cols, map.rows));
-    cv::cvtColor(map, map_, cv::COLOR_GRAY2BGR);
+    cv::cvtColor(map, map_, cv::COLOR_GRAY2RGB);
   }
 
   const cv::Mat& image() const { return image_; }
@@ -250,9 +250,9 @@ const cv::Scalar& ColourOf(const PlacedLoop& loop) {
 
 }  // namespace
 
-std::string EncodeMap(const DenseGrid& grid) { return EncodePicture(ToPicture(grid)); }
+std::string EncodeMap(const DenseGrid& grid, PngEncoder& encoder) { return EncodePicture(ToPicture(grid), encoder); }
 
-std::string EncodeOverview(const Results& results) {
+std::string EncodeOverview(const Results& results, PngEncoder& encoder) {
   Canvas canvas(results.grid, MinWidth(results));
   const Path path = DrawPath(results, canvas);
   for (const PlacedLoop& loop : results.loops) {
@@ -270,7 +270,7 @@ std::string EncodeOverview(const Results& results) {
     canvas.DrawDisc(path.end_m, 7.0, kEndColour);
   }
   AddCaptions(results, path, canvas);
-  return EncodePicture(canvas.image());
+  return EncodePicture(canvas.image(), encoder);
 }
 
 }  // namespace crsm

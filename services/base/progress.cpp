@@ -16,10 +16,10 @@ Progress::Progress(std::string program) : program_(std::move(program)), terminal
   next_ = start_ + (terminal_ ? std::chrono::milliseconds(0) : std::chrono::seconds(5));
 }
 
-void Progress::Show(double share, std::int64_t num_scans) {
-  share_ = std::max(share_, share);  // a source that reads ahead in blocks may step back a little
+void Progress::Show(const std::function<double()>& share, std::int64_t num_scans) {
   const auto now = Clock::now();
   if (now < next_) return;
+  share_ = std::max(share_, share());  // a source that reads ahead in blocks may step back a little
   next_ = now + (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(5));
   const double rate_hz = static_cast<double>(num_scans) / Seconds(now - start_).count();
   Print(fmt::format("{}: {:3.0f} %, {} scans, {:.0f} scans/s", program_, 100.0 * share_, num_scans, rate_hz), false);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "services/base/process.hpp"
@@ -13,8 +14,8 @@ class Progress {
  public:
   explicit Progress(std::string program);
 
-  /// share: of the work done, [0, 1].
-  void Show(double share, std::int64_t num_scans);
+  /// share: of the work done, [0, 1]; asked only when it is time to show it.
+  void Show(const std::function<double()>& share, std::int64_t num_scans);
   /// The last word.
   void Finish(std::int64_t num_scans);
 

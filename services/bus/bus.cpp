@@ -35,7 +35,7 @@ std::optional<MulticastAddress> ParseMulticastUrl(const std::string& url) {
   static const std::regex kForm(R"(udpm://(?:(2(?:2[4-9]|3[0-9])(?:\.[0-9]{1,3}){3})(?::([0-9]{1,5}))?)?)"
                                 R"((?:\?(?:ttl|recv_buf_size)=[0-9]+(?:&(?:ttl|recv_buf_size)=[0-9]+)*)?)");
   static const std::regex kBuffer("recv_buf_size=([0-9]{1,9})(?:&|$)");
-  static const std::regex kReaching("ttl=0*[1-9]");
+  static const std::regex kTtl("ttl=([0-9]{1,9})(?:&|$)");
   std::smatch parts;
   if (!std::regex_match(url, parts, kForm)) return std::nullopt;
   MulticastAddress address;
@@ -43,7 +43,8 @@ std::optional<MulticastAddress> ParseMulticastUrl(const std::string& url) {
   if (parts[2].matched) address.port = std::stoi(parts[2]);
   std::smatch buffer;
   if (std::regex_search(url, buffer, kBuffer)) address.buffer_bytes = std::stoi(buffer[1]);
-  address.ttl = std::regex_search(url, kReaching) ? 1 : 0;
+  std::smatch ttl;
+  if (std::regex_search(url, ttl, kTtl)) address.ttl = std::stoi(ttl[1]);
   return address.port >= 1 && address.port <= 65535 ? std::optional(address) : std::nullopt;
 }
 
@@ -137,6 +138,7 @@ Bus::Bus(std::string url, const std::string& channel_prefix, Counters& counters,
     throw std::runtime_error(WhyUnreachable(url_, multicast_.has_value()));
   }
   if (multicast_ && reception == Reception::kByHandler) own_socket_ = MulticastSocket::Open(*multicast_);
+  if (multicast_) own_sender_ = MulticastSender::Open(*multicast_);
 }
 
 bool Bus::Subscription::Takes(std::string_view heard) const {
@@ -226,6 +228,20 @@ void Bus::FilterSockets() {
   }
 }
 
+void Bus::Together(const std::function<void()>& publish) {
+  const auto Finish = [this](bool* gathers) {
+    *gathers = false;
+    if (own_sender_) Send("");
+  };
+  gathers_ = true;
+  const std::unique_ptr<bool, decltype(Finish)> finish(&gathers_, Finish);  // also where something is thrown
+  publish();
+}
+
+void Bus::Send(const std::string& channel) {
+  if (const int error = own_sender_->Flush(); error != 0) CountUnpublished(channel, error);
+}
+
 void Bus::CountUnpublished(const std::string& channel, int error) {
   if (counters_.counts().count("publish_failed") == 0) {
     fmt::print(stderr, "LCM cannot publish on {}{}\n", prefix_ + channel,
@@ -235,28 +251,42 @@ void Bus::CountUnpublished(const std::string& channel, int error) {
 }
 
 void Bus::Wait(int timeout_ms) {
-  errno = 0;
+  constexpr auto kSeldom = std::chrono::milliseconds(20);
+  constexpr auto kFragmentsGoOn = std::chrono::seconds(10);
   if (own_socket_) {
-    if (!HandleWhole(timeout_ms)) return;
+    AwaitAny(timeout_ms);
+    HandleWhole();
+    const auto now = Clock::now();
+    if (now < next_look_at_lcm_ && now >= fragments_until_) return;
+    next_look_at_lcm_ = now + kSeldom;
     timeout_ms = 0;
   }
+  errno = 0;
   int handled = lcm_.handleTimeout(timeout_ms);
+  if (handled > 0) fragments_until_ = Clock::now() + kFragmentsGoOn;
   for (int i = 1; handled > 0 && i < kMostMessages; ++i) handled = lcm_.handleTimeout(0);
   if (handled < 0 && errno != EINTR) throw std::runtime_error("the bus is gone: LCM cannot receive messages any more");
 }
 
-/// Handles the messages on the own socket. Whether LCM has some too: what came in fragments.
-bool Bus::HandleWhole(int timeout_ms) {
-  std::array<pollfd, 2> waited{{{own_socket_->descriptor(), POLLIN, 0}, {lcm_.getFileno(), POLLIN, 0}}};
-  if (poll(waited.data(), waited.size(), timeout_ms) <= 0) return false;
-  for (int i = 0; i < kMostMessages; ++i) {
+/// Waits for a message on the own socket; where others come in fragments, for those too, at one more system call.
+void Bus::AwaitAny(int timeout_ms) {
+  if (Clock::now() < fragments_until_) {
+    std::array<pollfd, 2> waited{{{own_socket_->descriptor(), POLLIN, 0}, {lcm_.getFileno(), POLLIN, 0}}};
+    poll(waited.data(), waited.size(), timeout_ms);
+    timeout_ms = 0;
+  }
+  own_socket_->Await(timeout_ms);
+}
+
+/// Handles the messages on the own socket.
+void Bus::HandleWhole() {
+  for (int i = 0; i < kMostMessages || own_socket_->has_more(); ++i) {
     const auto message = own_socket_->Receive();
-    if (!message) break;
+    if (!message) return;
     for (const auto& subscription : subscriptions_) {
       if (subscription->Takes(message->channel)) subscription->Receive(message->sender, message->bytes);
     }
   }
-  return waited[1].revents != 0;
 }
 
 }  // namespace crsm

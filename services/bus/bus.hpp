@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cerrno>
+#include <chrono>
 #include <functional>
 #include <lcm/lcm-cpp.hpp>
 #include <memory>
@@ -11,6 +12,7 @@
 #include "services/base/line_limit.hpp"
 #include "services/base/status.hpp"
 #include "services/bus/bus_role.hpp"
+#include "services/bus/multicast_sender.hpp"
 #include "services/bus/multicast_socket.hpp"
 #include "services/bus/sole_sender.hpp"
 #include "services/wire/channels.hpp"
@@ -71,9 +73,18 @@ class Bus {
   /// A message that LCM cannot send is counted as publish_failed; why is said on stderr, the first time.
   template <class Message>
   void Publish(const char* channel, const Message& message) {
+    const std::string name = prefix_ + channel;
+    const int size = message.getEncodedSize();
+    if (own_sender_ && MulticastSender::Fits(name, static_cast<std::size_t>(size))) {
+      message.encode(own_sender_->Add(name, static_cast<std::size_t>(size)).data(), 0, size);
+      return gathers_ ? void() : Send(channel);
+    }
     errno = 0;
-    if (lcm_.publish(prefix_ + channel, &message) != 0) CountUnpublished(channel, errno);
+    if (lcm_.publish(name, &message) != 0) CountUnpublished(channel, errno);
   }
+
+  /// Sends at once what `publish` publishes, by Publish.
+  void Together(const std::function<void()>& publish);
 
   /// Handles the messages that are there, 1000 at most, waiting for the first no longer than `timeout_ms`. Throws
   /// std::runtime_error if the bus is gone.
@@ -120,7 +131,9 @@ class Bus {
 
   void SubscribeRaw(const std::string& channel, RawHandler handler);
   void FilterSockets();
-  bool HandleWhole(int timeout_ms);
+  void AwaitAny(int timeout_ms);
+  void HandleWhole();
+  void Send(const std::string& channel);
   void CountUnpublished(const std::string& channel, int error);
 
   std::string url_;
@@ -132,7 +145,12 @@ class Bus {
   std::vector<std::string> channels_;            ///< subscribed to, with the prefix
   std::optional<int> lcm_socket_;                ///< on which LCM receives, if it is known
   std::unique_ptr<MulticastSocket> own_socket_;  ///< which leaves to LCM no more than fragments, if it is there
-  Sender sender_;                                ///< of the message that is being handled
+  std::unique_ptr<MulticastSender> own_sender_;  ///< the same of what is sent
+  bool gathers_ = false;                         ///< what is published is sent later
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point next_look_at_lcm_{};  ///< for fragments, where none came for a while
+  Clock::time_point fragments_until_{};   ///< some came, and more may
+  Sender sender_;                         ///< of the message that is being handled
 };
 
 }  // namespace crsm

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "services/bus/socket_filter.hpp"
 
@@ -65,18 +66,47 @@ std::optional<MulticastSocket::Message> MulticastSocket::Parse(std::span<const s
   return Message{{}, {reinterpret_cast<const char*>(named.data()), channel_size}, named.subspan(channel_size + 1)};
 }
 
+void MulticastSocket::Await(int timeout_ms) {
+  if (has_more()) return;
+  if (timeout_ms <= 0) return Read(MSG_DONTWAIT);
+  if (timeout_ms != timeout_ms_) {
+    const timeval timeout{timeout_ms / 1000, timeout_ms % 1000 * 1000};
+    if (SetOption(descriptor_, SOL_SOCKET, SO_RCVTIMEO, timeout)) timeout_ms_ = timeout_ms;
+  }
+  Read(MSG_WAITFORONE);
+}
+
+void MulticastSocket::Read(int flags) {
+  std::array<mmsghdr, kAtOnce> headers{};
+  std::array<iovec, kAtOnce> parts{};
+  std::array<sockaddr_in, kAtOnce> sources{};
+  for (std::size_t i = 0; i < kAtOnce; ++i) {
+    parts[i] = {packets_.get() + i * kLargestPacket, kLargestPacket};
+    headers[i].msg_hdr.msg_iov = &parts[i];
+    headers[i].msg_hdr.msg_iovlen = 1;
+    headers[i].msg_hdr.msg_name = &sources[i];
+    headers[i].msg_hdr.msg_namelen = sizeof sources[i];
+  }
+  const int num = recvmmsg(descriptor_, headers.data(), kAtOnce, flags, nullptr);
+  next_ = 0;
+  num_read_ = static_cast<std::size_t>(std::max(num, 0));
+  all_read_ = num_read_ < kAtOnce;
+  for (std::size_t i = 0; i < num_read_; ++i) {
+    read_[i] = {{sources[i].sin_addr.s_addr, ntohs(sources[i].sin_port)}, headers[i].msg_len};
+  }
+}
+
 std::optional<MulticastSocket::Message> MulticastSocket::Receive() {
-  while (true) {
-    sockaddr_in source{};
-    socklen_t source_size = sizeof source;
-    const ssize_t size = recvfrom(descriptor_, packet_.data(), packet_.size(), MSG_DONTWAIT,
-                                  reinterpret_cast<sockaddr*>(&source), &source_size);
-    if (size < 0) return std::nullopt;
-    auto message = Parse({packet_.data(), static_cast<std::size_t>(size)});
+  while (has_more() || !std::exchange(all_read_, false)) {
+    if (!has_more()) Read(MSG_DONTWAIT);
+    if (!has_more()) continue;
+    const std::size_t at = next_++;
+    auto message = Parse({packets_.get() + at * kLargestPacket, read_[at].num_bytes});
     if (!message) continue;  // the filter lets only whole messages through
-    message->sender = {source.sin_addr.s_addr, ntohs(source.sin_port)};
+    message->sender = read_[at].sender;
     return message;
   }
+  return std::nullopt;
 }
 
 }  // namespace crsm

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -17,7 +18,7 @@ struct MulticastAddress {
   std::string group = "239.255.76.67";
   int port = 7667;
   int buffer_bytes = 2097152;  ///< a burst of map parts fits
-  int ttl = 0;                 ///< 0: messages do not leave the host, and none from others are heard
+  int ttl = 0;  ///< routers that a message may pass and one more; 0: it stays on the host, and others are not heard
 };
 
 /// A socket that receives the messages of LCM's UDP multicast protocol that come in one packet, in the thread that
@@ -46,16 +47,37 @@ class MulticastSocket {
   /// To wait on.
   int descriptor() const { return descriptor_; }
 
-  /// The next message that is there; good until the next call.
+  /// Waits for a message, and reads it and those that are there by then, with one system call. At most that long, or
+  /// until a signal comes; 0: not at all.
+  void Await(int timeout_ms);
+
+  /// The next message that is there; good until the next call. One that comes while others are read is left to the next
+  /// time: nothing is read just to learn that there is no more.
   std::optional<Message> Receive();
+  /// Whether some were read that Receive has not given yet.
+  bool has_more() const { return next_ < num_read_; }
 
  private:
+  static constexpr std::size_t kAtOnce = 16;
+  static constexpr std::size_t kLargestPacket = 65536;
+
   MulticastSocket(int descriptor, int ttl) : descriptor_(descriptor), ttl_(ttl) {}
   bool Prepare(const MulticastAddress& address);
+  void Read(int flags);
 
   int descriptor_;
   int ttl_;
-  std::vector<std::uint8_t> packet_ = std::vector<std::uint8_t>(65536);  // no UDP packet is larger
+  std::unique_ptr<std::uint8_t[]> packets_ =  // of which the system gives memory only where something is read
+      std::make_unique_for_overwrite<std::uint8_t[]>(kAtOnce * kLargestPacket);
+  struct Packet {
+    Sender sender;
+    std::size_t num_bytes = 0;
+  };
+  std::array<Packet, kAtOnce> read_;
+  std::size_t num_read_ = 0;
+  std::size_t next_ = 0;
+  bool all_read_ = false;  ///< there were no more
+  int timeout_ms_ = 0;     ///< that the kernel knows of
 };
 
 }  // namespace crsm

@@ -45,7 +45,7 @@ void WriteLog(LaserSource& source, const std::string& source_name, const std::st
     AsLaserMessage(*scan, [&](const auto& message) { log.Write(channel_prefix + kLaserChannel, message); });
     if (const auto T_map_laser = source.TruePose())
       log.Write(channel_prefix + kTruePoseChannel, ToPoseMessage(scan->utime, *T_map_laser));
-    progress.Show(source.Progress(), ++num_scans);
+    progress.Show([&] { return source.Progress(); }, ++num_scans);
   }
   log.Flush();
   progress.Finish(num_scans);

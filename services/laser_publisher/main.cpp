@@ -103,7 +103,7 @@ class LaserPublisher {
       if (StopRequested()) break;  // the scan may not be in the map
       position_.Advance();
       last_utime = scan->utime;
-      progress_.Show(source_.Progress(), num_scans_);
+      progress_.Show([this] { return source_.Progress(); }, num_scans_);
     }
     if (rate_ != kAsFastAsMapped && num_scans_ > 0) AwaitMap();
     CountWhatWasLeftOut();
@@ -129,10 +129,12 @@ class LaserPublisher {
 
   void Publish(const LaserScan& scan) {
     const auto start = Clock::now();
-    Send(scan);
-    if (const auto T_map_laser = source_.TruePose()) {
-      service_.bus().Publish(kTruePoseChannel, ToPoseMessage(scan.utime, *T_map_laser));
-    }
+    service_.bus().Together([&] {
+      Send(scan);
+      if (const auto T_map_laser = source_.TruePose()) {
+        service_.bus().Publish(kTruePoseChannel, ToPoseMessage(scan.utime, *T_map_laser));
+      }
+    });
     service_.RecordLatency(start);
     service_.counters().Add("published");
     ++num_scans_;

@@ -117,15 +117,23 @@ class MapExporter {
     if (!replica.synced()) return;
     asked_ = false;
     const bool is_new = replica.version() != written_version_;
-    const double pause_s = is_new ? command_line_.settings().export_period_s
-                                  : std::min(command_line_.settings().export_period_s, kNothingNew_s);
-    next_write_ = now + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(pause_s));
+    const double period_s = command_line_.settings().export_period_s;
+    Pause(now, is_new ? period_s : std::min(period_s, kNothingNew_s));
     if (!is_new) return;
     writer_->Start(MakeSnapshot());
     service_.RecordLatency(now);  // so long messages waited
   }
 
+  void Pause(Clock::time_point since, double pause_s) {
+    const auto pause = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(pause_s));
+    next_write_ = std::max(next_write_, since + pause);
+  }
+
+  /// A large map is written more seldom: to look at it in between is not worth a core.
   void NoteOutcome(const ResultsWriter::Outcome& outcome) {
+    constexpr double kShareOfCore = 0.01;
+    constexpr double kLongest_s = 60.0;
+    Pause(Clock::now(), std::min(outcome.cpu_s / kShareOfCore, kLongest_s));
     if (outcome.error.empty()) {
       if (outcome.text == trajectory_text_) written_version_ = outcome.version;
       return service_.SetState("exporting");

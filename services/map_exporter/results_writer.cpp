@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/core.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -15,6 +16,13 @@ namespace crsm {
 namespace {
 
 constexpr const char* kTrajectory = "trajectory.tum";
+
+/// Of this thread [s]: what others take of the machine does not count.
+double CpuTime() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
 
 }  // namespace
 
@@ -57,11 +65,13 @@ void ResultsWriter::Work() {
     waiting_.reset();
     lock.unlock();
     Outcome outcome{snapshot.version, snapshot.text, ""};
+    const double begun_s = CpuTime();
     try {
       Write(snapshot);
     } catch (const std::exception& error) {  // the disk may have room again later
       outcome.error = error.what();
     }
+    outcome.cpu_s = CpuTime() - begun_s;
     lock.lock();
     outcome_ = std::move(outcome);
     busy_ = false;
@@ -82,10 +92,10 @@ void ResultsWriter::Write(Snapshot& snapshot) {
   const bool goes_on = TrajectoryGoesOn(snapshot);
   Replacement files(dir_);
   if (!map_written_) {
-    files.Write("map.png", EncodeMap(drawn_.grid));
+    files.Write("map.png", EncodeMap(drawn_.grid, map_encoder_));
     files.Write("map.yaml", FormatMapYaml(drawn_.grid));
   }
-  files.Write("overview.png", EncodeOverview(drawn_));
+  files.Write("overview.png", EncodeOverview(drawn_, overview_encoder_));
   if (!goes_on) {
     files.Write(kTrajectory, [&](const Sink& sink) { snapshot.text->Copy(0, text_end, sink); });
   }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/map/byte_map.hpp"
+#include "common/results/png.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "common/scan/critical_rays.hpp"
@@ -50,6 +51,7 @@ class ResultsWriter {
     std::int64_t version = 0;
     std::shared_ptr<const TrajectoryText> text;  ///< tells whether it was of the same map
     std::string error;                           ///< empty if all was written; else older files are as they were
+    double cpu_s = 0.0;                          ///< that it took
   };
   /// Of a snapshot that was written meanwhile; once.
   std::optional<Outcome> TakeOutcome();
@@ -66,6 +68,8 @@ class ResultsWriter {
   // Of the thread.
   std::optional<ByteMap> map_;
   Results drawn_;  ///< with the last map
+  PngEncoder map_encoder_;
+  PngEncoder overview_encoder_;
   double explored_area_m2_ = 0.0;
   bool map_written_ = false;
   std::shared_ptr<const TrajectoryText> text_;  ///< of which the first bytes are in the file

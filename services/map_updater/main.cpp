@@ -307,7 +307,9 @@ class MapUpdaterService {
   }
 
   void PublishLastAnswer() {
-    for (const map_delta_t& part : last_answer_) service_.bus().Publish(kMapDeltaChannel, part);
+    service_.bus().Together([this] {
+      for (const map_delta_t& part : last_answer_) service_.bus().Publish(kMapDeltaChannel, part);
+    });
   }
 
   const MapUpdater& local() const { return mapper_.local(); }

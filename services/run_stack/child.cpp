@@ -5,6 +5,7 @@
 #include <sched.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -28,14 +29,28 @@ void StayOn(int core) {
   sched_setaffinity(0, sizeof(cores), &cores);
 }
 
+/// As far as the kernel grants it. The same as in the units of systemd.
+void Take(Priority priority) {
+  constexpr int kAboveUsual = 5;  // of the real-time ones, which are 1 to 99
+  constexpr int kNiceFirst = -10;
+  constexpr int kNiceLast = 10;
+  if (priority == Priority::kLast) setpriority(PRIO_PROCESS, 0, kNiceLast);
+  if (priority != Priority::kFirst) return;
+  sched_param parameters{};
+  parameters.sched_priority = kAboveUsual;
+  // What a thread of it does beside, drawing say, has time.
+  if (sched_setscheduler(0, SCHED_RR | SCHED_RESET_ON_FORK, &parameters) != 0) setpriority(PRIO_PROCESS, 0, kNiceFirst);
+}
+
 /// Runs in the new process. Where the log cannot be written, what it says goes where ours goes.
-[[noreturn]] void Become(const char* program, char* const* arguments, const char* log, std::optional<int> core,
+[[noreturn]] void Become(const char* program, char* const* arguments, const char* log, const Command& command,
                          pid_t supervisor) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != supervisor) _exit(kNotStarted);  // it died before the kernel knew of our wish
   setsid();
   Signals::Restore();
-  if (core) StayOn(*core);
+  if (command.core) StayOn(*command.core);
+  Take(command.priority);
   dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
   if (*log != '\0') {
     // For the user alone: a viewer's log has the token of its page.
@@ -60,7 +75,7 @@ Child::Child(const Command& command) {
   const std::string log = command.log.string();
   const pid_t supervisor = getpid();
   pid_ = fork();
-  if (pid_ == 0) Become(words.front().c_str(), argv.data(), log.c_str(), command.core, supervisor);
+  if (pid_ == 0) Become(words.front().c_str(), argv.data(), log.c_str(), command, supervisor);
   if (pid_ < 0) throw std::runtime_error(fmt::format("cannot start a process: {}", std::strerror(errno)));
 }
 

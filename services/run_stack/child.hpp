@@ -9,12 +9,20 @@
 
 namespace crsm {
 
+/// Who gets the processor where there is too little of it.
+enum class Priority {
+  kFirst,  ///< a control loop waits for it: before everybody else, where the user may ask for that
+  kUsual,
+  kLast  ///< nobody waits for it: what is left
+};
+
 /// What a process is started with.
 struct Command {
   std::filesystem::path program;
   std::vector<std::string> arguments;
   std::filesystem::path log;     ///< what it says goes to the end of this file; empty: where ours goes
   std::optional<int> core = {};  ///< of the processor, on which alone it runs where the kernel grants that
+  Priority priority = Priority::kUsual;
 };
 
 /// A process that was started here. It has a session of its own, so that Ctrl-C in a terminal does not reach it, and is

@@ -95,6 +95,16 @@ void ShareCore(StackPlan& plan) {
   if (plan.publisher) plan.publisher->command.core = core;
 }
 
+/// Live, a pose that comes late is of no use, and pictures of the map can wait.
+void SetPriorities(StackPlan& plan) {
+  constexpr std::array<std::string_view, 3> kOnTheWay{"ray_selector", "rrhc_matcher", "map_updater"};
+  for (PlannedService& service : plan.services) {
+    const bool is_on_the_way = std::count(kOnTheWay.begin(), kOnTheWay.end(), service.name) > 0;
+    service.command.priority = is_on_the_way ? Priority::kFirst : Priority::kLast;
+  }
+  if (plan.publisher) plan.publisher->command.priority = Priority::kFirst;
+}
+
 std::vector<std::string> operator+(std::vector<std::string> words, const std::vector<std::string>& more) {
   words.insert(words.end(), more.begin(), more.end());
   return words;
@@ -149,7 +159,11 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
     plan.publisher->command.log.clear();  // it shows how far it is
     fs::remove(position);
   }
-  if (in_lockstep) ShareCore(plan);
+  if (in_lockstep) {
+    ShareCore(plan);
+  } else {
+    SetPriorities(plan);
+  }
   plan.resume = !options.earlier.resume.empty();
   if (plan.resume) plan.earlier_journal_bytes += fs::file_size(FindJournal(options.earlier.resume));
   if (!settings.localize.empty()) plan.earlier_journal_bytes += fs::file_size(FindJournal(settings.localize));

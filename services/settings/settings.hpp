@@ -84,7 +84,8 @@ void VisitSettings(Settings& s, Visitor&& visit) {
   visit("part_bytes",
         "largest MAP_DELTA [bytes], though a tile is never split; use about 1400 on a network that loses packets",
         s.part_bytes, 200, 48000);
-  visit("export_period_s", "time between two writes of the results [s]", s.export_period_s, 0.1, 3600.0);
+  visit("export_period_s", "time between two writes of the results, at least [s]; a large map is written more seldom",
+        s.export_period_s, 0.1, 3600.0);
   visit("http", "ADDRESS:PORT where map_viewer shows the map; browsers on other hosts need its token", s.http);
 }
 

@@ -323,7 +323,7 @@ bool GoesOn(const Run& run, std::int64_t utime) {
 
 /// One log of several. show: gets its progress, [0, 1]. Throws std::runtime_error if the log has no scan.
 void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Journal& journal,
-            const std::function<void(double)>& show) {
+            const std::function<void()>& show) {
   const ScanParameters& parameters = command_line.parameters().scan;
   Session& session = run.sessions.back();
   session.first_match = run.matches.size();
@@ -367,7 +367,7 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
     }
     is_first_scan = false;
     if (const auto T_map_laser = source.TruePose()) run.truth.push_back({scan->utime, *T_map_laser});
-    show(source.Progress());
+    show();
   }
   if (!has_scans && !StopRequested()) ThrowNoScans(session.log, source);
   session.num_matches = run.matches.size() - session.first_match;
@@ -401,9 +401,12 @@ Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs,
   for (std::size_t i = 0; i < logs.size() && !StopRequested(); ++i) {
     if (i > 0) source = Open(command_line, logs, i);
     run.sessions.push_back({logs[i]});
-    MapLog(command_line, *source, run, *journal, [&](double share) {
+    MapLog(command_line, *source, run, *journal, [&] {
       SayNews(command_line, run, news);
-      progress.Show((static_cast<double>(i) + share) / static_cast<double>(logs.size()), run.latency.num_recorded());
+      const auto Share = [&] {
+        return (static_cast<double>(i) + source->Progress()) / static_cast<double>(logs.size());
+      };
+      progress.Show(Share, run.latency.num_recorded());
     });
   }
   progress.Finish(run.latency.num_recorded());

@@ -231,9 +231,11 @@ void MatcherStage::Match(const CriticalRays& scan, const std::optional<Pose2>& T
 }
 
 void MatcherStage::Publish(const ScanMatch& match, const Pose2& T_local_map) {
-  service_.bus().Publish(kScanMatchChannel, ToMessage(match));
-  service_.bus().Publish(kPoseChannel, ToPoseMessage(match));
-  service_.bus().Publish(kLocalPoseChannel, ToPoseMessage(match.utime, T_local_map * match.T_map_laser));
+  service_.bus().Together([&] {
+    service_.bus().Publish(kScanMatchChannel, ToMessage(match));
+    service_.bus().Publish(kPoseChannel, ToPoseMessage(match));
+    service_.bus().Publish(kLocalPoseChannel, ToPoseMessage(match.utime, T_local_map * match.T_map_laser));
+  });
 }
 
 }  // namespace crsm

@@ -100,8 +100,9 @@ keyframe_t ToMessage(const Keyframe& keyframe, const KeyframeHead& head) {
   message.previous = ToMessage(head.previous);
   message.last_update = ToMessage(head.last_update);
   message.num_rays = static_cast<std::int32_t>(keyframe.rays.size());
-  message.angle_rad = keyframe.rays.angle_rad;
-  message.range_m = keyframe.rays.range_m;
+  ValidRays rays = keyframe.rays.Unpack();
+  message.angle_rad = std::move(rays.angle_rad);
+  message.range_m = std::move(rays.range_m);
   message.T_previous_this = ToMessage(keyframe.T_previous_this);
   message.by_wheels = crsm::ToMessages(keyframe.by_wheels);
   message.num_by_wheels = static_cast<std::int32_t>(message.by_wheels.size());
@@ -127,7 +128,7 @@ keyframe_t ToMessage(const Keyframe& keyframe, const KeyframeHead& head) {
 Keyframe FromMessage(const keyframe_t& message) {
   Keyframe keyframe;
   keyframe.utime = message.utime;
-  keyframe.rays = {message.angle_rad, message.range_m};
+  keyframe.rays = ValidRays{message.angle_rad, message.range_m};
   keyframe.T_previous_this = FromMessage(message.T_previous_this);
   keyframe.by_wheels = crsm::FromMessages(message.by_wheels);
   keyframe.after_lost = message.after_lost == 1;

@@ -99,11 +99,11 @@ std::vector<Course> RealCourses() {
        3,
        {0.45, 0.30, 0.0300, 0.0008, 0.755}},
       // One scan a second. Of the seeds 1 to 130 the median was 0.024 m; two came to 4.9 m, all others to 0.09 m at
-      // most.
+      // most. Of the seeds 1 to 40 the fitness was 0.7375 to 0.745.
       {"intel, slow",
        {"radish/intel.clf.gz", "sick", "radish/intel.relations", {}, {}, 5},
        12,
-       {kUnknown, kUnknown, 0.0350, 0.003, 0.74}},
+       {kUnknown, kUnknown, 0.0350, 0.003, 0.735}},
       // A student's robot in an arena; the log tells each beam's time. lost 0, fitness 0.8366
       {"mbot", {"lcm/mbot_convex.lcmlog.gz", "rplidar-a1"}, 3, {kUnknown, kUnknown, kUnknown, 0.003, 0.815}},
       // Where these two went nobody knows. What their maps are worth shows in how well the scans fit into them.

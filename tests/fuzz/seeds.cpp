@@ -254,11 +254,13 @@ void WriteMessages(const Seeds& seeds) {
 std::vector<Bytes> Keyframes(const std::vector<Pose2>& places) {
   std::vector<Bytes> messages;
   for (Keyframe& keyframe : MakeKeyframes(MakeBlock(7), places, {0.0, 0.001, 0.0008}, 7)) {
-    const ValidRays rays = std::exchange(keyframe.rays, {});
+    const ValidRays rays = keyframe.rays.Unpack();
+    ValidRays few;
     for (std::size_t i = 0; i < rays.size(); i += 4) {
-      keyframe.rays.angle_rad.push_back(rays.angle_rad[i]);
-      keyframe.rays.range_m.push_back(rays.range_m[i]);
+      few.angle_rad.push_back(rays.angle_rad[i]);
+      few.range_m.push_back(rays.range_m[i]);
     }
+    keyframe.rays = few;
     const int number = static_cast<int>(messages.size());
     messages.push_back(Encode(ToMessage(keyframe, {99, Nth(number), NthOrNone(number - 1)})));
   }

@@ -90,7 +90,8 @@ std::optional<Loop> NearbyLoopCloser::FindLoop() const {
   const auto nearest = FindNearest();
   if (!nearest) return std::nullopt;
   const Pose2 expected = Inverse(graph_.pose(*nearest)) * graph_.pose(newest);
-  const auto T_older_newer = MatchPoints(ComputeHits(graph_.keyframe(newest).rays), HitsAround(*nearest), expected);
+  const auto T_older_newer =
+      MatchPoints(ComputeHits(graph_.keyframe(newest).rays.Unpack()), HitsAround(*nearest), expected);
   if (!T_older_newer) return std::nullopt;
   return Loop{*nearest, newest, *T_older_newer};
 }
@@ -116,7 +117,7 @@ Eigen::Matrix2Xd NearbyLoopCloser::HitsAround(KeyframeId middle) const {
   Eigen::Matrix2Xd hits_m(2, 0);
   for (KeyframeId at{middle.trajectory, std::max(0, middle.number - kAround)}; at.number <= last; ++at.number) {
     const Eigen::Matrix2Xd more_m =
-        Move(Inverse(graph_.pose(middle)) * graph_.pose(at), ComputeHits(graph_.keyframe(at).rays));
+        Move(Inverse(graph_.pose(middle)) * graph_.pose(at), ComputeHits(graph_.keyframe(at).rays.Unpack()));
     hits_m.conservativeResize(2, hits_m.cols() + more_m.cols());
     hits_m.rightCols(more_m.cols()) = more_m;
   }

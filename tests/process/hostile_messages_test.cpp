@@ -108,7 +108,7 @@ Channel Hostile(const char* name, const Message& good, const std::vector<std::fu
 
 std::vector<Channel> MakeChannels() {
   const keyframe_t keyframe =
-      ToMessage(Keyframe{kUtime, {{-1.0f, 1.0f}, {2.0f, 3.0f}}, {}}, {7, {0, 3}, KeyframeId{0, 2}});
+      ToMessage(Keyframe{kUtime, ValidRays{{-1.0f, 1.0f}, {2.0f, 3.0f}}, {}}, {7, {0, 3}, KeyframeId{0, 2}});
   GraphUpdate update;
   update.closed = {{{0, 0}, {0, 1}, {}}};
   update.keyframe = {0, 1};

@@ -188,7 +188,7 @@ TEST_CASE("the map's owner that waits for a loop closer in lockstep says so") {
     REQUIRE(stack.Start(service));
   }
   REQUIRE(stack.StartPublisher(course.WriteFirst(200), "max"));
-  CHECK(stack["map_updater"].AwaitSaid("has waited 5 s for loop_closer to search for loops in 10 keyframes"));
+  CHECK(stack["map_updater"].AwaitSaid("has waited 5 s for loop_closer to search for loops in 6 keyframes"));
   REQUIRE(stack.Start("loop_closer"));
   CHECK(stack.Finish());
 }

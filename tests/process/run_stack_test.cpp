@@ -43,6 +43,29 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("at a pace the processes on a scan's way come before all others, and exporter and loop closer behind them") {
+  StandIns stack;
+  const auto ScheduleOf = [&](const std::string& name) {
+    const std::string event = stack.Event(name + " is scheduled by ");
+    REQUIRE_FALSE(event.empty());
+    return event.substr(event.find(" by ") + 4);
+  };
+  stack.Run("cut -d ' ' -f 19 /proc/$$/stat | tr -d '\\n'");
+  const std::string own_nice = stack.output;
+  const std::string usual = "SCHED_OTHER " + own_nice;
+  stack.Run("$run_stack sim:demo --out $out", "CORES=1");
+  for (const char* name : {"laser_publisher", "rrhc_matcher", "map_exporter"}) CHECK(ScheduleOf(name) == usual);
+  stack.Run("chrt --rr 5 true 2>/dev/null && echo may || nice -n -10 true 2>&1");
+  const std::string first = stack.output.starts_with("may") ? "SCHED_RR|SCHED_RESET_ON_FORK " + own_nice
+                            : stack.output.empty()          ? "SCHED_OTHER -10"
+                                                            : usual;
+  stack.Run("rm $EVENTS; $run_stack sim:demo --out $out --rate 2 --force", "CORES=1");
+  for (const char* name : {"laser_publisher", "ray_selector", "rrhc_matcher", "map_updater"}) {
+    CHECK(ScheduleOf(name) == first);
+  }
+  for (const char* name : {"loop_closer", "map_exporter"}) CHECK(ScheduleOf(name) == "SCHED_OTHER 10");
+}
+
 TEST_CASE(
     "run_stack starts what has died again, and after five deaths without a scan mapped shows its last words and ends") {
   for (const auto& [source, dying] : {std::pair("live", "rrhc_matcher"), std::pair("sim:demo", "laser_publisher")}) {

@@ -12,7 +12,7 @@
 #include "processes.hpp"
 
 // Takes 0.5 s over its work if it is the publisher, else waits for SIGINT; the exporter then takes 0.3 s to finish,
-// and writes what SUMMARY says. With CORES, says which cores of the processor it may run on.
+// and writes what SUMMARY says. With CORES, says which cores of the processor it may run on, and before whom.
 inline constexpr const char* kStandIn = R"(#!/usr/bin/env bash
 name=$(basename "$0")
 say() { echo "$name $*" >>"$EVENTS"; }
@@ -25,6 +25,7 @@ finish() {
 trap finish INT TERM
 say started "$@"
 [[ -z $CORES ]] || say may run on $(taskset --cpu-list --pid $$ | sed 's/.*: //')
+[[ -z $CORES ]] || say is scheduled by $(chrt --pid $$ | sed -n 's/.*policy: //p') $(cut -d ' ' -f 19 /proc/$$/stat)
 [[ $UNREADY == "$name" ]] || echo "$name: ready" >&2
 [[ $DYING != "$name" ]] || { sleep 0.5; echo "$name: out of luck" >&2; exit 3; }
 [[ $name != laser_publisher ]] || { sleep 0.5; finish; }

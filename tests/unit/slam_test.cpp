@@ -162,7 +162,7 @@ TEST_CASE("constants of a slam reach what they are of") {
   CHECK(NumRays({.selection = {.valid_rays = {.usable_share = 0.1}}}) < 90);  // 2 m in a room of 7 x 5 m
 }
 
-TEST_CASE("what loops have brought is told once, one keyframe before it takes effect, also to a session that goes on") {
+TEST_CASE("what loops have brought is told once, one keyframe before it is taken up, also to a session that goes on") {
   Parameters parameters;
   parameters.scan.range_max_m = 50.0;
   Slam slam(parameters);

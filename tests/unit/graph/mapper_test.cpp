@@ -23,6 +23,7 @@ UpdateParameters Drawing() {
 
 constexpr LoopParameters kLoops{true, 30.0};
 const int kLag = GraphConstants{}.lag;
+const int kDrawingLag = GraphConstants{}.drawing_lag;
 
 /// A drive along corridors, as it was matched.
 struct Driven {
@@ -131,7 +132,7 @@ TEST_CASE("without loops a mapper draws what the map's owner draws, and keeps no
 }
 
 TEST_CASE("the local map leaves out what is far along the path; the whole map has it") {
-  const Driven driven = Drive(86.0);  // nearly all round: what it saw first is near again, as the crow flies
+  const Driven driven = Drive(88.0);  // nearly all round: what it saw first is near again, as the crow flies
   Mapper mapper(Drawing(), kLoops);
   int num_drawn = 0;
   ByteMap replica(Drawing().cell_size_m);  // which hears nothing but the changes
@@ -158,9 +159,9 @@ TEST_CASE("keyframes stay in the local map for a while where the way went straig
   };
   CHECK(ShareDrawn(Drive(25.5)) == 1.0);        // 20 m along a corridor
   CHECK(ShareDrawn(Drive(16.0, 12.0)) < 0.7);   // to and fro
-  CHECK(ShareDrawn(Drive(46.0)) < 0.6);         // 41 m, by when it is far
-  CHECK(ShareDrawn(Drive(46.0), 16.0) == 1.0);  // ... for a map of 10 m, not for one of 16 m
-  CHECK(ShareDrawn(Drive(46.0), 30.0) == 1.0);  // nor round two corners, where it is half of 30 m away
+  CHECK(ShareDrawn(Drive(48.0)) < 0.6);         // 43 m, by when it is far
+  CHECK(ShareDrawn(Drive(48.0), 16.0) == 1.0);  // ... for a map of 10 m, not for one of 16 m
+  CHECK(ShareDrawn(Drive(48.0), 30.0) == 1.0);  // nor round two corners, where it is half of 30 m away
 }
 
 TEST_CASE("where the robot comes back to, the local map has again what it had left out") {
@@ -220,7 +221,7 @@ TEST_CASE("a keyframe says what is not known of its motion") {
   CHECK_FALSE(keyframe->degenerate_axis);
 }
 
-TEST_CASE("what is corrected takes effect some keyframes later, and moves the map, the robot and all scans") {
+TEST_CASE("what is corrected is drawn beside, takes effect some keyframes later, and moves map, robot and all scans") {
   const Driven driven = Drive(20.0);
   Mapper mapper = driven.Mapped();
   const auto CheckScans = [&](const Pose2& T_new_old) {
@@ -243,25 +244,34 @@ TEST_CASE("what is corrected takes effect some keyframes later, and moves the ma
   CheckPose(mapper.best_poses()[0].back(), turn * before[0].back(), 1e-9);
   CheckScans(turn);
 
-  // The next keyframe was matched on the map as it was, and takes it along.
+  // The next keyframe takes it up. Those while it is drawn are matched on the map as it was.
   ByteMap replica = LocalMap(mapper);
   CriticalRays scan{1000, driven.scans.back().rays, {}};
-  const ScanMatch next = MatchedAt(1000, driven.matches.back().T_map_laser * Pose2{0.5, 0.0, 0.0});
-  const Mapper::Step step = mapper.Integrate(&scan, next);
-  REQUIRE(step.keyframe);
-  CHECK_FALSE(step.keyframe->as_of);
-  CheckPose(step.keyframe->T_previous_this, Inverse(before[0].back()) * next.T_map_laser, 1e-9);
-  REQUIRE(step.after.T_new_old);
-  CheckPose(*step.after.T_new_old, turn, 1e-9);
-  CHECK(mapper.graph().poses() == mapper.best_poses());
-  CheckPose(mapper.graph().poses()[0].back(), turn * next.T_map_laser, 1e-9);
-  Take(replica, step.delta.tiles);
-  CHECK(CellsOf(replica) == CellsOf(LocalMap(mapper)));
-  CHECK(CellsOf(replica) == CellsOf(DrawWhole(mapper)));
+  Pose2 matched = before[0].back();
+  const int num_until_effect = kDrawingLag + 1;
+  for (int i = 1; i <= num_until_effect; ++i) {
+    CAPTURE(i);
+    const bool takes_effect = i == num_until_effect;
+    const Pose2 onward{0.45 + 0.01 * i, 0.0, 0.0};
+    matched = matched * onward;
+    ++scan.utime;
+    const Mapper::Step step = mapper.Integrate(&scan, MatchedAt(scan.utime, matched));
+    REQUIRE(step.keyframe);
+    CHECK_FALSE(step.keyframe->as_of);
+    CheckPose(step.keyframe->T_previous_this, onward, 1e-9);
+    CHECK(mapper.is_drawing() != takes_effect);
+    CHECK(mapper.graph().poses() == mapper.best_poses());
+    CheckPose(mapper.graph().poses()[0].back(), turn * matched, 1e-9);
+    Take(replica, step.delta.tiles);
+    CHECK(CellsOf(replica) == CellsOf(LocalMap(mapper)));
+    CHECK((CellsOf(replica) == CellsOf(DrawWhole(mapper))) == takes_effect);
+    REQUIRE(step.after.T_new_old.has_value() == takes_effect);
+    if (takes_effect) CheckPose(*step.after.T_new_old, turn, 1e-9);
+  }
 
   // The one after it is matched on the map that was moved.
-  scan.utime = 1001;
-  const Mapper::Step then = mapper.Integrate(&scan, MatchedAt(1001, turn * next.T_map_laser * Pose2{0.5, 0.0, 0.0}));
+  ++scan.utime;
+  const Mapper::Step then = mapper.Integrate(&scan, MatchedAt(scan.utime, turn * matched * Pose2{0.5, 0.0, 0.0}));
   REQUIRE(then.keyframe);
   CHECK(then.keyframe->as_of == update.keyframe);
   CHECK_FALSE(then.after.T_new_old);
@@ -271,19 +281,27 @@ TEST_CASE("what is corrected takes effect some keyframes later, and moves the ma
 TEST_CASE("scans between keyframes follow the one that they were matched after, also while it moves") {
   const Driven driven = Drive(10.0);
   Mapper mapper = driven.Mapped();
-  const Pose2 turn{0.5, 0.0, 0.1};  // which the next keyframe brings to the map
+  const Pose2 turn{0.5, 0.0, 0.1};  // which the last of the next keyframes brings to the map
+  const int num_until_effect = kDrawingLag + 1;
   REQUIRE(mapper.Accept(Move(mapper, turn, 0, mapper.graph().size() - kLag)));
   const Pose2 last = driven.matches.back().T_map_laser;
   const auto num_scans = static_cast<std::int64_t>(driven.scans.size());
-  const Pose2 ahead[] = {{0.01, 0.0, 0.0}, {0.5, 0.0, 0.0}, {0.51, 0.0, 0.0}};  // of which the second one is drawn
-  const Pose2 matched[] = {last * ahead[0], last * ahead[1], turn * last * ahead[2]};
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Mapper::Step step = mapper.Integrate(&driven.scans.back(), MatchedAt(driven.scans.back().utime, matched[i]));
-    CHECK((step.keyframe != nullptr) == (i == 1));
-    CHECK(step.after.T_new_old.has_value() == (i == 1));
+  std::vector<std::pair<Pose2, Pose2>> best_and_matched;
+  const auto Integrate = [&](double ahead_m, bool is_moved) {
+    const Pose2 at = last * Pose2{ahead_m, 0.0, 0.0};
+    best_and_matched.emplace_back(turn * at, is_moved ? turn * at : at);
+    return mapper.Integrate(&driven.scans.back(), MatchedAt(driven.scans.back().utime, best_and_matched.back().second));
+  };
+  for (int i = 1; i <= num_until_effect; ++i) {
+    CHECK(Integrate(0.5 * (i - 1) + 0.01, false).keyframe == nullptr);
+    const Mapper::Step step = Integrate(0.5 * i, false);
+    CHECK(step.keyframe != nullptr);
+    CHECK(step.after.T_new_old.has_value() == (i == num_until_effect));
   }
-  for (std::size_t i = 0; i < 3; ++i) {
-    CheckPose(mapper.BestPose(num_scans + static_cast<std::int64_t>(i), matched[i]), turn * last * ahead[i], 1e-9);
+  CHECK(Integrate(0.5 * num_until_effect + 0.01, true).keyframe == nullptr);
+  for (std::size_t i = 0; i < best_and_matched.size(); ++i) {
+    const auto& [best, matched] = best_and_matched[i];
+    CheckPose(mapper.BestPose(num_scans + static_cast<std::int64_t>(i), matched), best, 1e-9);
   }
 }
 
@@ -521,7 +539,7 @@ TEST_CASE(
     const int num_first = mapper.graph().size(0);
     const int num_second = mapper.graph().size() - num_first;
     CHECK(step.after.trajectory == (i < num_before ? 0 : 1));
-    const bool has_joined = num_joined > 0 && num_second > num_joined + kLag;
+    const bool has_joined = num_joined > 0 && num_second > num_joined + kLag + kDrawingLag;
     CHECK(step.after.floating == (i >= num_before && num_second <= num_first && !has_joined));
     ScanMatch lost = driven.matches[i];
     lost.state = MatchState::kLost;

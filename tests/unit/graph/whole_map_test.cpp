@@ -36,7 +36,7 @@ std::vector<std::uint8_t> CellsOf(const MapUpdater& updater) {
 /// The map of keyframes at these poses, drawn by who draws all maps.
 std::vector<std::uint8_t> Expected(const KeyframeGraph& graph, const KeyframePoses& poses) {
   std::vector<PlacedScan> scans;
-  for (const KeyframeId id : graph.ids()) scans.push_back({&graph.keyframe(id).rays, At(poses, id)});
+  for (const KeyframeId id : graph.ids()) scans.push_back({graph.keyframe(id).rays, At(poses, id)});
   MapUpdater updater(Drawing());
   updater.Redraw(scans);
   return CellsOf(updater);

@@ -316,7 +316,7 @@ TEST_CASE("drawn anew, the tiles that are not as they were have changed, and no 
   const std::int64_t version = map.updater.UpdateWithoutScan().version;
   map.updater.UpdateWithoutScan();
   const ValidRays rays = AllRays(Beam(1.0f)).rays;
-  const PlacedScan first{&rays, kInCell};
+  const PlacedScan first{rays, kInCell};
   const std::vector<TileChange> changes = map.updater.Redraw({&first, 1});
   CHECK(changes.size() == 1);
   for (const TileChange& change : changes) REQUIRE(map.bytes.Apply(change));
@@ -325,6 +325,37 @@ TEST_CASE("drawn anew, the tiles that are not as they were have changed, and no 
   CHECK_FALSE(map.updater.TileSince(0, version));
   CHECK(map.updater.TileSince(1, version));
   CHECK(map.updater.Redraw({&first, 1}).empty());
+}
+
+TEST_CASE("a map that takes the place of another one gives the same, and says what that changes") {
+  UpdateParameters parameters = TestParameters().update;
+  parameters.update_distance_m = 0.1;
+  parameters.update_angle_rad = 1.0;
+  TestMap map(PlainUpdater(parameters));
+  map.Draw(Beam(1.0f), kInCell);
+  map.Draw(Beam(1.0f), {kInCell.x_m + 10.0, kInCell.y_m, 0.0});
+  map.Draw(Beam(1.0f), {kInCell.x_m + 20.0, kInCell.y_m, 0.0});
+  const std::int64_t version = map.updater.UpdateWithoutScan().version;
+  map.updater.UpdateWithoutScan();
+  const ValidRays rays = AllRays(Beam(1.0f)).rays;
+  const Pose2 turned{kInCell.x_m + 10.0, kInCell.y_m, 0.3};
+  const Pose2 new_place{kInCell.x_m - 10.0, kInCell.y_m, 0.0};
+  MapUpdater other = PlainUpdater();
+  for (const Pose2& place : {turned, kInCell, new_place}) other.DrawMore({rays, place});
+  ByteMap expected(0.05);
+  for (std::size_t tile = 0; tile < other.num_tiles(); ++tile) REQUIRE(expected.Apply(*other.TileSince(tile, -1)));
+
+  const std::vector<TileChange> changes = map.updater.Replace(std::move(other), new_place);
+  for (const TileChange& change : changes) REQUIRE(map.bytes.Apply(change));
+  CHECK(map.bytes.ToDenseGrid().cells == expected.ToDenseGrid().cells);
+  CHECK(map.updater.version() == version + 1);
+  map.CheckWholeTiles();
+  CHECK_FALSE(map.updater.TileSince(0, version));  // is as it was
+  for (const std::size_t tile : {1, 2, 3}) CHECK(map.updater.TileSince(tile, version));
+  // The next scan is drawn if it is far enough from the last one of that map.
+  CHECK_FALSE(map.Draw(Beam(1.0f), new_place).drawn);
+  CHECK(map.Draw(Beam(1.0f), kInCell).drawn);
+  map.CheckWholeTiles();
 }
 
 TEST_CASE("a finished map answers and does not change, and its versions start over") {

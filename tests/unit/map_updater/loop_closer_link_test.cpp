@@ -112,7 +112,7 @@ const std::vector<Keyframe>& RoundBlock() {
   return keyframes;
 }
 
-void DriveTo(const Keyframe& place, Owner& owner) { owner.Drive(place.T_previous_this, place.rays); }
+void DriveTo(const Keyframe& place, Owner& owner) { owner.Drive(place.T_previous_this, place.rays.Unpack()); }
 
 /// What the loops of that drive bring where nothing comes in between: by the algorithm alone, as in one process.
 const std::vector<GraphUpdate>& UpdatesRoundBlock() {

@@ -66,8 +66,7 @@ TEST_CASE("where the drawn walls end a robot does not fit better for standing ba
   const Pose2 here{4.0, 0.0, 0.0};
   const Pose2 back{3.0, 0.0, 0.0};
   REQUIRE(map.Fitness(all, back) > map.Fitness(all, here) + 0.05);
-  CHECK(std::abs(ComputeGain(map, seen, kAlong, here, FindKnownRays(map.cells(), seen.points_m, here, kAlong), back)) <
-        0.01);
+  CHECK(std::abs(FitGain(map, seen, kAlong, here).At(back)) < 0.01);
   CHECK(SelectRays(map, seen, FindKnownRays(map.cells(), seen.points_m, here, kAlong)).size() < all.size());
 
   // The end of the corridor is seen 2 m away, where it is not by the pose that is too far on: there it counts.
@@ -78,7 +77,7 @@ TEST_CASE("where the drawn walls end a robot does not fit better for standing ba
   const Pose2 too_far{5.0, 0.0, 0.0};
   const KnownRays known = FindKnownRays(closed.cells(), seen_end.points_m, too_far, kAlong);
   CHECK(known.all());
-  CHECK(ComputeGain(closed, seen_end, kAlong, too_far, known, here) > 0.5);
+  CHECK(FitGain(closed, seen_end, kAlong, too_far).At(here) > 0.5);
 }
 
 }  // namespace crsm

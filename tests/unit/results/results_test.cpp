@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
+#include <fstream>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -137,8 +138,36 @@ TEST_CASE("map.png and map.pgm hold each cell's byte, with the highest y on top"
 
 TEST_CASE("a picture that cannot be a PNG file is an error, no crash") {
   const std::uint8_t one = 0;
-  CHECK_THROWS_AS(EncodePng({0, 1, 1, &one}), std::runtime_error);
-  CHECK_THROWS_AS(EncodePng({1, -1, 1, &one}), std::runtime_error);
+  CHECK_THROWS_AS(EncodePng({0, 1, 1, &one}), std::invalid_argument);
+  CHECK_THROWS_AS(EncodePng({1, -1, 1, &one}), std::invalid_argument);
+}
+
+TEST_CASE("a picture that is made again has the bytes that it has alone, whatever has changed, and its pixels") {
+  const ScratchFolder folder;
+  for (const int channels : {1, 3}) {
+    PngEncoder encoder;
+    std::vector<std::uint8_t> bytes;
+    const auto Check = [&](int width, int height) {
+      CAPTURE(channels, width, height);
+      bytes.resize(static_cast<std::size_t>(width * height * channels), 9);
+      const Pixels pixels{width, height, channels, bytes.data()};
+      const std::string png = encoder.Encode(pixels);
+      CHECK((png == EncodePng(pixels)));
+      std::ofstream(folder / "picture.png", std::ios::binary) << png;
+      const Picture picture = ReadPng(folder / "picture.png");
+      REQUIRE((picture.width == static_cast<std::size_t>(width) && picture.height == static_cast<std::size_t>(height) &&
+               picture.channels == static_cast<std::size_t>(channels)));
+      CHECK((picture.samples == bytes));
+    };
+    for (int i = 0; i < 300 * 150 * channels; ++i) bytes.push_back(static_cast<std::uint8_t>(i / 3 * 37 % 251));
+    Check(300, 150);
+    bytes[static_cast<std::size_t>(300 * 70 * channels + 5)] ^= 0x55;  // of the second strip of rows alone
+    Check(300, 150);
+    Check(300, 200);
+    Check(300, 64);
+    Check(200, 64);
+    Check(1, 1);
+  }
 }
 
 TEST_CASE("the folder is made, holds the six files and no others, and a second run gives the same bytes") {

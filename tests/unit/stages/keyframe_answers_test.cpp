@@ -178,10 +178,12 @@ TEST_CASE("as many keyframes are asked for at once as a receiver surely keeps") 
   const auto Asked = [](std::size_t num_rays) {
     KeyframeAnswers answers = MakeAnswers();
     Keyframe keyframe;
+    ValidRays rays;
     for (std::size_t i = 0; i < num_rays; ++i) {
-      keyframe.rays.angle_rad.push_back(0.001f * static_cast<float>(i));
-      keyframe.rays.range_m.push_back(2.0f);
+      rays.angle_rad.push_back(0.001f * static_cast<float>(i));
+      rays.range_m.push_back(2.0f);
     }
+    keyframe.rays = rays;
     answers.Answer(ToMessage(keyframe, Head(0, -1)));
     answers.Answer(ToMessage(keyframe, Head(100, -1)));
     return answers.NextRequest()->num_keyframes;

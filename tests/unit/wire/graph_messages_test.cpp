@@ -22,7 +22,7 @@ Keyframe MakeKeyframe() {
   Random random(3);
   Keyframe keyframe;
   keyframe.utime = 1234567890123456;
-  keyframe.rays = {{-1.0f / 3.0f, 0.1f, 2.0f}, {0.7f, 1.0f / 7.0f, 30.0f}};
+  keyframe.rays = ValidRays{{-1.0f / 3.0f, 0.1f, 2.0f}, {0.7f, 1.0f / 7.0f, 30.0f}};
   keyframe.T_previous_this = DrawPose(random);
   keyframe.by_wheels = WheelMotion{DrawPose(random), 0.03, 0.01};
   keyframe.as_of = Nth(3);
