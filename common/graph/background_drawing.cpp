@@ -1,5 +1,6 @@
 #include "common/graph/background_drawing.hpp"
 
+#include <iterator>
 #include <utility>
 
 namespace crsm {

@@ -73,6 +73,10 @@ Mapper::Step Mapper::Restore(const CriticalRays* scan, const ScanMatch& match) {
   const Pose2 before = MatchedPose(newest);
   const std::vector<TileChange> tiles = FollowGraph(begins);
   step.delta.tiles.insert(step.delta.tiles.end(), tiles.begin(), tiles.end());
+  if (!coming_) {  // all that was taken up has taken effect
+    applied_update_ = taken_up_;
+    floats_ = Floats();
+  }
   if (MatchedPose(newest) != before) step.after.T_new_old = MatchedPose(newest) * Inverse(before);
   step.after.floating = floats_;
   return step;
@@ -87,17 +91,12 @@ std::vector<TileChange> Mapper::FollowGraph(bool begins) {
   if (IsDue(constants_.lag)) poses_before = graph_.poses();
   const bool corrected = ApplyDue(constants_.lag);
   const bool looks = corrected || begins || graph_.path_m(newest) - looked_at_m_ >= constants_.local_map.period_m;
-  if (!looks) {
-    floats_ = Floats();
-    return DrawMissing();
-  }
+  if (!looks) return DrawMissing();
   looked_at_m_ = graph_.path_m(newest);
   const auto [local, bearable] = FindLocal(graph_, loops_.local_map_m, constants_.local_map);
   const std::vector<KeyframeId> needed = ThinOut(local);
   if (begins) {  // few, and nothing that came before is matched any more
     coming_.reset();
-    applied_update_ = taken_up_;
-    floats_ = Floats();
     return Redraw(needed);
   }
   if (corrected || !std::ranges::includes(bearable, drawn_)) {
@@ -106,7 +105,6 @@ std::vector<TileChange> Mapper::FollowGraph(bool begins) {
   }
   missing_.clear();
   std::ranges::set_difference(needed, drawn_, std::back_inserter(missing_));
-  floats_ = Floats();
   return DrawMissing();
 }
 
@@ -487,7 +485,7 @@ BackgroundDrawing& Mapper::drawing() {
 /// poses_before: of all keyframes, on the map that is matched.
 void Mapper::BeginDrawing(const std::vector<KeyframeId>& keyframes, KeyframePoses poses_before) {
   missing_.clear();
-  coming_ = Coming{*graph_.newest(), Place(keyframes), std::move(poses_before), taken_up_};
+  coming_ = Coming{*graph_.newest(), Place(keyframes), std::move(poses_before)};
   if (!put_off_) drawing().Begin(ScansOf(coming_->drawn));
 }
 
@@ -497,8 +495,6 @@ std::vector<TileChange> Mapper::TakeDueDrawing() {
   const Coming taken = *std::exchange(coming_, std::nullopt);
   drawn_.clear();
   for (const auto& [id, T_map_laser] : taken.drawn) drawn_.push_back(id);
-  applied_update_ = taken.applied_update;
-  floats_ = Floats();
   if (!put_off_) return local_.Replace(drawing().Take(), taken.drawn.back().second);
   put_off_->push_back({true, taken.drawn});
   return local_.Redraw(ScansOf(taken.drawn));

@@ -150,7 +150,6 @@ class Mapper {
     KeyframeId begun_at;  ///< the newest keyframe then
     std::vector<PlacedKeyframe> drawn;
     KeyframePoses poses_before;  ///< T_map_keyframe on the map that is matched, of the keyframes since then too
-    std::optional<KeyframeId> applied_update;
   };
 
   using PlaceOnMap = std::array<int, 4>;  ///< component, and which square and direction of it

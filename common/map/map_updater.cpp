@@ -73,8 +73,10 @@ std::vector<TileChange> MapUpdater::Replace(MapUpdater other, const Pose2& T_map
   bool cut = false;
   for (auto& [index, tile] : others) {
     if (!tile) continue;
-    cut = cut || !canvas_.tiles().HasRoomFor(index);
-    if (!canvas_.tiles().HasRoomFor(index)) continue;
+    if (!canvas_.tiles().HasRoomFor(index)) {
+      cut = true;
+      continue;
+    }
     canvas_.tiles().Touch(index);
     Take(num_tiles() - 1, std::move(tile));
   }

@@ -9,6 +9,8 @@
 #include <new>
 #include <utility>
 
+#include "common/math/floor_to_int.hpp"
+
 namespace crsm {
 namespace {
 
@@ -22,8 +24,7 @@ struct SplitCoordinate {
 SplitCoordinate Split(double cells) {
   constexpr double kFar = 8.0 * kMaxCell;
   const double near = std::clamp(cells, -kFar, kFar);
-  const int truncated = static_cast<int>(near);
-  const int cell = truncated - (near < truncated ? 1 : 0);  // std::floor is a function call on old processors
+  const int cell = FloorToInt(near);
   return {cell, near - cell};
 }
 

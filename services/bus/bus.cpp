@@ -35,7 +35,7 @@ std::optional<MulticastAddress> ParseMulticastUrl(const std::string& url) {
   static const std::regex kForm(R"(udpm://(?:(2(?:2[4-9]|3[0-9])(?:\.[0-9]{1,3}){3})(?::([0-9]{1,5}))?)?)"
                                 R"((?:\?(?:ttl|recv_buf_size)=[0-9]+(?:&(?:ttl|recv_buf_size)=[0-9]+)*)?)");
   static const std::regex kBuffer("recv_buf_size=([0-9]{1,9})(?:&|$)");
-  static const std::regex kTtl("ttl=([0-9]{1,9})(?:&|$)");
+  static const std::regex kTtl("ttl=0*([0-9]{1,9})(?:&|$)");
   std::smatch parts;
   if (!std::regex_match(url, parts, kForm)) return std::nullopt;
   MulticastAddress address;
@@ -43,8 +43,9 @@ std::optional<MulticastAddress> ParseMulticastUrl(const std::string& url) {
   if (parts[2].matched) address.port = std::stoi(parts[2]);
   std::smatch buffer;
   if (std::regex_search(url, buffer, kBuffer)) address.buffer_bytes = std::stoi(buffer[1]);
-  std::smatch ttl;
-  if (std::regex_search(url, ttl, kTtl)) address.ttl = std::stoi(ttl[1]);
+  for (std::sregex_iterator ttl(url.begin(), url.end(), kTtl); ttl != std::sregex_iterator(); ++ttl) {
+    address.ttl = std::stoi((*ttl)[1]);  // LCM takes the last one, too
+  }
   return address.port >= 1 && address.port <= 65535 ? std::optional(address) : std::nullopt;
 }
 
@@ -231,15 +232,15 @@ void Bus::FilterSockets() {
 void Bus::Together(const std::function<void()>& publish) {
   const auto Finish = [this](bool* gathers) {
     *gathers = false;
-    if (own_sender_) Send("");
+    if (own_sender_) Send();
   };
   gathers_ = true;
   const std::unique_ptr<bool, decltype(Finish)> finish(&gathers_, Finish);  // also where something is thrown
   publish();
 }
 
-void Bus::Send(const std::string& channel) {
-  if (const int error = own_sender_->Flush(); error != 0) CountUnpublished(channel, error);
+void Bus::Send() {
+  if (const int error = own_sender_->Flush(); error != 0) CountUnpublished(own_sender_channel_, error);
 }
 
 void Bus::CountUnpublished(const std::string& channel, int error) {

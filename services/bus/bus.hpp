@@ -77,7 +77,8 @@ class Bus {
     const int size = message.getEncodedSize();
     if (own_sender_ && MulticastSender::Fits(name, static_cast<std::size_t>(size))) {
       message.encode(own_sender_->Add(name, static_cast<std::size_t>(size)).data(), 0, size);
-      return gathers_ ? void() : Send(channel);
+      own_sender_channel_ = channel;
+      return gathers_ ? void() : Send();
     }
     errno = 0;
     if (lcm_.publish(name, &message) != 0) CountUnpublished(channel, errno);
@@ -133,7 +134,7 @@ class Bus {
   void FilterSockets();
   void AwaitAny(int timeout_ms);
   void HandleWhole();
-  void Send(const std::string& channel);
+  void Send();
   void CountUnpublished(const std::string& channel, int error);
 
   std::string url_;
@@ -146,6 +147,7 @@ class Bus {
   std::optional<int> lcm_socket_;                ///< on which LCM receives, if it is known
   std::unique_ptr<MulticastSocket> own_socket_;  ///< which leaves to LCM no more than fragments, if it is there
   std::unique_ptr<MulticastSender> own_sender_;  ///< the same of what is sent
+  std::string own_sender_channel_;               ///< of what it was given last
   bool gathers_ = false;                         ///< what is published is sent later
   using Clock = std::chrono::steady_clock;
   Clock::time_point next_look_at_lcm_{};  ///< for fragments, where none came for a while

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/core.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -11,18 +10,12 @@
 
 #include "common/results/pictures.hpp"
 #include "common/results/results.hpp"
+#include "services/base/cpu_seconds.hpp"
 
 namespace crsm {
 namespace {
 
 constexpr const char* kTrajectory = "trajectory.tum";
-
-/// Of this thread [s]: what others take of the machine does not count.
-double CpuTime() {
-  timespec time{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 }  // namespace
 
@@ -65,13 +58,13 @@ void ResultsWriter::Work() {
     waiting_.reset();
     lock.unlock();
     Outcome outcome{snapshot.version, snapshot.text, ""};
-    const double begun_s = CpuTime();
+    const double begun_s = CpuSeconds();
     try {
       Write(snapshot);
     } catch (const std::exception& error) {  // the disk may have room again later
       outcome.error = error.what();
     }
-    outcome.cpu_s = CpuTime() - begun_s;
+    outcome.cpu_s = CpuSeconds() - begun_s;
     lock.lock();
     outcome_ = std::move(outcome);
     busy_ = false;

@@ -81,26 +81,29 @@ PlannedService PlanUpdater(const Planner& planner, const std::string& start, con
   return updater;
 }
 
+/// Whether each scan goes through a process on its way to a pose and into the map.
+bool IsOnScansWay(const PlannedService& service) {
+  constexpr std::array<std::string_view, 3> kOnTheWay{"ray_selector", "rrhc_matcher", "map_updater"};
+  return std::count(kOnTheWay.begin(), kOnTheWay.end(), service.name) > 0;
+}
+
 /// In lockstep each scan goes from one of these to the next, and no two of them work at a time. On one core the next
 /// one finds in the caches what the last one wrote, and no core has to be woken for it: a third less processor time,
 /// and no fewer scans a second (scripts/bench stack). The core is the one that the kernel has found free for this
 /// process.
 void ShareCore(StackPlan& plan) {
-  constexpr std::array<std::string_view, 3> kTakeTurns{"ray_selector", "rrhc_matcher", "map_updater"};
   const int core = sched_getcpu();
   if (core < 0) return;
   for (PlannedService& service : plan.services) {
-    if (std::count(kTakeTurns.begin(), kTakeTurns.end(), service.name) > 0) service.command.core = core;
+    if (IsOnScansWay(service)) service.command.core = core;
   }
   if (plan.publisher) plan.publisher->command.core = core;
 }
 
 /// Live, a pose that comes late is of no use, and pictures of the map can wait.
 void SetPriorities(StackPlan& plan) {
-  constexpr std::array<std::string_view, 3> kOnTheWay{"ray_selector", "rrhc_matcher", "map_updater"};
   for (PlannedService& service : plan.services) {
-    const bool is_on_the_way = std::count(kOnTheWay.begin(), kOnTheWay.end(), service.name) > 0;
-    service.command.priority = is_on_the_way ? Priority::kFirst : Priority::kLast;
+    service.command.priority = IsOnScansWay(service) ? Priority::kFirst : Priority::kLast;
   }
   if (plan.publisher) plan.publisher->command.priority = Priority::kFirst;
 }

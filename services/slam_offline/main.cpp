@@ -321,7 +321,7 @@ bool GoesOn(const Run& run, std::int64_t utime) {
   return utime > last && static_cast<double>(utime - last) < gap_max_s * 1e6;
 }
 
-/// One log of several. show: gets its progress, [0, 1]. Throws std::runtime_error if the log has no scan.
+/// One log of several. show: called after each scan. Throws std::runtime_error if the log has no scan.
 void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Journal& journal,
             const std::function<void()>& show) {
   const ScanParameters& parameters = command_line.parameters().scan;

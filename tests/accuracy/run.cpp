@@ -9,7 +9,7 @@
 
 #include "common/metrics/relations.hpp"
 #include "common/metrics/trajectory_error.hpp"
-#include "cpu_seconds.hpp"
+#include "services/base/cpu_seconds.hpp"
 #include "services/settings/command_line.hpp"
 #include "services/sources/open_laser_source.hpp"
 

@@ -11,8 +11,8 @@
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "common/slam.hpp"
+#include "services/base/cpu_seconds.hpp"
 #include "services/sources/open_laser_source.hpp"
-#include "tests/cpu_seconds.hpp"
 #include "tests/experiments/setup.hpp"
 
 namespace crsm {

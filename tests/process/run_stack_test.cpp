@@ -6,6 +6,17 @@
 
 namespace fs = std::filesystem;
 
+namespace {
+
+/// The rest of the event that begins so, which there must be.
+std::string WhatBegins(const StandIns& stack, const std::string& beginning) {
+  const std::string event = stack.Event(beginning);
+  REQUIRE_FALSE(event.empty());
+  return event.substr(beginning.size());
+}
+
+}  // namespace
+
 TEST_CASE("run_stack starts the publisher last and ends the exporter before those that it asks") {
   StandIns stack;
   stack.Run("$run_stack sim:demo --out $out --seed 7");
@@ -25,11 +36,7 @@ TEST_CASE("run_stack starts the publisher last and ends the exporter before thos
 TEST_CASE(
     "in lockstep the processes that take turns share a core; at a pace, and beside them, each runs where it likes") {
   StandIns stack;
-  const auto CoresOf = [&](const std::string& name) {
-    const std::string event = stack.Event(name + " may run on ");
-    REQUIRE_FALSE(event.empty());
-    return event.substr(event.rfind(' ') + 1);
-  };
+  const auto CoresOf = [&](const std::string& name) { return WhatBegins(stack, name + " may run on "); };
   stack.Run("taskset --cpu-list --pid $$ | sed 's/.*: //'");
   const std::string all = stack.output.substr(0, stack.output.find('\n'));
   stack.Run("$run_stack sim:demo --out $out", "CORES=1");
@@ -45,11 +52,7 @@ TEST_CASE(
 
 TEST_CASE("at a pace the processes on a scan's way come before all others, and exporter and loop closer behind them") {
   StandIns stack;
-  const auto ScheduleOf = [&](const std::string& name) {
-    const std::string event = stack.Event(name + " is scheduled by ");
-    REQUIRE_FALSE(event.empty());
-    return event.substr(event.find(" by ") + 4);
-  };
+  const auto ScheduleOf = [&](const std::string& name) { return WhatBegins(stack, name + " is scheduled by "); };
   stack.Run("cut -d ' ' -f 19 /proc/$$/stat | tr -d '\\n'");
   const std::string own_nice = stack.output;
   const std::string usual = "SCHED_OTHER " + own_nice;

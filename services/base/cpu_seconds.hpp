@@ -4,7 +4,7 @@
 
 namespace crsm {
 
-/// CPU time of this thread [s].
+/// CPU time of this thread [s]: what others take of the machine does not count.
 inline double CpuSeconds() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
