@@ -275,14 +275,12 @@ std::vector<std::pair<KeyframeId, double>> KeyframeGraph::FindWithin(KeyframeId 
   const auto KnownDistance = [&](KeyframeId id) -> double& {
     return distance_m[static_cast<std::size_t>(indices(id))];
   };
-  std::vector<std::pair<KeyframeId, double>> found;
   KnownDistance(from) = 0.0;
   front.emplace(0.0, from);
   while (!front.empty()) {
     const auto [distance, at] = front.top();
     front.pop();
     if (distance > KnownDistance(at)) continue;
-    found.emplace_back(at, distance);
     for (const auto& [next, length_m] : of(at.trajectory).links[Index(at)]) {
       if (!HangTogether(at, next)) continue;  // a constraint that was made while they did
       const double there_m = distance + length_m;
@@ -292,7 +290,12 @@ std::vector<std::pair<KeyframeId, double>> KeyframeGraph::FindWithin(KeyframeId 
       front.emplace(there_m, next);
     }
   }
-  std::sort(found.begin(), found.end());
+  std::vector<std::pair<KeyframeId, double>> found;
+  KeyframeId at;
+  for (const double known_m : distance_m) {
+    if (known_m < HUGE_VAL) found.emplace_back(at, known_m);
+    if (++at.number == size(at.trajectory)) at = {at.trajectory + 1, 0};
+  }
   return found;
 }
 

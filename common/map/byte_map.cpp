@@ -20,7 +20,10 @@ bool ByteMap::Set(Cell cell, std::uint8_t byte) {
 bool ByteMap::Apply(const TileChange& change) {
   if (!tiles_.HasRoomFor(change.index) || !RunsFit(change.runs)) return false;
   if (change.runs.empty()) return true;
-  return UnpackRuns(change.runs, tiles_.Touch(change.index).cells);
+  TileBytes& cells = tiles_.Touch(change.index).cells;
+  UnpackRuns(change.runs, cells);
+  if (cells == kUnexploredBytes) tiles_.Remove(change.index);
+  return true;
 }
 
 /// Around all explored cells; its low end is beyond its high one if there are none.

@@ -15,8 +15,7 @@ namespace crsm {
 class ByteMap {
  public:
   struct Tile {
-    TileBytes cells;
-    Tile() { cells.fill(kUnexploredByte); }
+    TileBytes cells = kUnexploredBytes;
   };
 
   /// cell_size_m: > 0.
@@ -30,8 +29,8 @@ class ByteMap {
   /// False, with nothing changed, if the cell is beyond the limits of the map, or the map has no room for its tile.
   bool Set(Cell cell, std::uint8_t byte);
 
-  /// Applies one tile's change. False, with nothing changed, if it is malformed, beyond the limits of the map, or if
-  /// the map has no room for the tile.
+  /// Applies one tile's change. A tile in which nothing is explored any more is no longer there. False, with nothing
+  /// changed, if it is malformed, beyond the limits of the map, or if the map has no room for the tile.
   bool Apply(const TileChange& change);
 
   /// The same of many. Calls `applied` with each that could be applied; whether all could.

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/map/dense_grid.hpp"
 #include "common/map/tile_grid.hpp"
 
 namespace crsm {
@@ -26,6 +27,13 @@ struct MapDelta {
 };
 
 using TileBytes = std::array<std::uint8_t, kTileCells>;
+
+/// Of a tile in which nothing was explored.
+inline constexpr TileBytes kUnexploredBytes = [] {
+  TileBytes bytes{};
+  bytes.fill(kUnexploredByte);
+  return bytes;
+}();
 
 /// No change of a tile packs into more than this: a gap of up to four cells is sent along, a run header being as long.
 inline constexpr std::size_t kMaxRunBytes = kTileCells + 4;

@@ -52,9 +52,9 @@ std::vector<TileChange> MapUpdater::Replace(MapUpdater other, const Pose2& T_map
   const auto Take = [&](std::size_t entry, std::unique_ptr<TileCanvas::Tile> tile) {
     const auto& [index, mine] = canvas_.tiles().entries()[entry];
     tile->changed_in_version = mine->changed_in_version;
-    if (tile->bytes != mine->bytes) {
+    if (tile->bytes() != mine->bytes()) {
       tile->changed_in_version = version_;
-      changes.push_back({index, PackRuns(mine->bytes, tile->bytes)});
+      changes.push_back({index, PackRuns(mine->bytes(), tile->bytes())});
     }
     canvas_.tiles().Replace(entry, std::move(tile));
   };
@@ -66,7 +66,7 @@ std::vector<TileChange> MapUpdater::Replace(MapUpdater other, const Pose2& T_map
     const auto found = std::ranges::lower_bound(others, index, {}, &TileGrid<TileCanvas::Tile>::Entry::index);
     if (found != others.end() && found->index == index) {
       Take(i, std::move(found->tile));
-    } else if (!mine->blank) {
+    } else if (mine->cells) {
       Take(i, std::make_unique<TileCanvas::Tile>());
     }
   }
@@ -87,9 +87,9 @@ std::vector<TileChange> MapUpdater::Replace(MapUpdater other, const Pose2& T_map
 /// before: gets the tiles that are not in it yet, as they were.
 void MapUpdater::Clear(BytesBefore& before) {
   for (auto& [index, tile] : canvas_.tiles().entries()) {
-    if (tile->blank) continue;  // as most are, once the path is long
-    before.try_emplace(index, tile->bytes);
-    tile->Clear();
+    if (!tile->cells) continue;
+    before.try_emplace(index, tile->bytes());
+    tile->cells.reset();
   }
 }
 
@@ -126,9 +126,9 @@ void MapUpdater::Finish() {
 std::optional<TileChange> MapUpdater::TileSince(std::size_t tile, std::int64_t version) const {
   const auto& entry = canvas_.tiles().entries().at(tile);
   if (entry.tile->changed_in_version <= version) return std::nullopt;
-  TileBytes other = entry.tile->bytes;
+  TileBytes other = entry.tile->bytes();
   for (std::uint8_t& byte : other) byte ^= 0xFF;  // differs in every cell, so that the whole tile is packed
-  return TileChange{entry.index, PackRuns(other, entry.tile->bytes)};
+  return TileChange{entry.index, PackRuns(other, entry.tile->bytes())};
 }
 
 bool MapUpdater::MovedEnough(const Pose2& T_map_laser) const {
@@ -164,9 +164,9 @@ std::vector<TileChange> MapUpdater::ListChanges(const BytesBefore& before) {
   std::vector<TileChange> changes;
   for (const auto& [index, bytes] : before) {
     TileCanvas::Tile& tile = *canvas_.tiles().Find(index);
-    if (tile.bytes == bytes) continue;
+    if (tile.bytes() == bytes) continue;
     tile.changed_in_version = version_;
-    changes.push_back({index, PackRuns(bytes, tile.bytes)});
+    changes.push_back({index, PackRuns(bytes, tile.bytes())});
   }
   return changes;
 }

@@ -41,7 +41,7 @@ BlendIntensity SurfaceDrawing::Draw(const ScanOnMap& scan, TileCanvas& canvas) c
   for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) canvas.MarkFree(scan.laser_cells, hits_cells.col(i));
   for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) MarkHit(hits_cells.col(i), canvas);
   const double near_m = constants_.near_hits_cells * scan.cell_size_m;
-  const auto joined = FindSurfaces(hits_m, near_m, constants_.join_max_m, constants_.surface);
+  const auto joined = Gaps(hits_m, constants_.surface).FindSurfaces(near_m, constants_.join_max_m);
   for (Eigen::Index i = 0; i < std::ssize(joined); ++i) {
     if (!joined[static_cast<std::size_t>(i)]) continue;
     const bool is_near = (hits_m.col(i + 1) - hits_m.col(i)).norm() <= near_m;

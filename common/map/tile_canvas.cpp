@@ -7,11 +7,7 @@
 
 namespace crsm {
 
-void TileCanvas::Tile::Clear() {
-  p_free.fill(0.5f);
-  bytes.fill(kUnexploredByte);
-  blank = true;
-}
+TileCanvas::Cells::Cells() : bytes(kUnexploredBytes) { p_free.fill(0.5f); }
 
 void TileCanvas::MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {
   constexpr Cell kNowhere{-2 * kMaxCell, kMaxCell};
@@ -21,7 +17,7 @@ void TileCanvas::MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector
   const auto MarkOne = [&](Cell cell) {
     if (!IsInside(cell.x - corner.x, cell.y - corner.y)) {
       Tile* tile = MarkTile(TileOf(cell));
-      marks = tile ? tile->marks.data() : nullptr;
+      marks = tile ? tile->cells->marks.data() : nullptr;
       corner = tile ? CellsOf(TileOf(cell)).low : kNowhere;
     }
     if (marks) marks[OffsetInTile(cell)] = kFreeMark;
@@ -42,15 +38,15 @@ void TileCanvas::MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector
 bool TileCanvas::IsExplored(Cell cell) const {
   const TileIndex index = TileOf(cell);
   const Tile* tile = marking_ && index == marking_index_ ? marking_ : tiles_.Find(index);
-  return tile && tile->bytes[static_cast<std::size_t>(OffsetInTile(cell))] != kUnexploredByte;
+  return tile && tile->bytes()[static_cast<std::size_t>(OffsetInTile(cell))] != kUnexploredByte;
 }
 
 bool TileCanvas::Blend(const BlendIntensity& intensity, std::int64_t version, BytesBefore* before) {
   for (const TileIndex index : marked_) {
     Tile& tile = *tiles_.Find(index);
-    if (before) before->try_emplace(index, tile.bytes);
-    tile.marked = tile.blank = false;
-    blend_(intensity, tile.marks.data(), tile.p_free.data(), tile.bytes.data());
+    if (before) before->try_emplace(index, tile.bytes());
+    tile.marked = false;
+    blend_(intensity, tile.cells->marks.data(), tile.cells->p_free.data(), tile.cells->bytes.data());
     if (!before) tile.changed_in_version = version;
   }
   marked_.clear();
@@ -65,6 +61,7 @@ TileCanvas::Tile* TileCanvas::MarkTile(TileIndex index) {
   if (!tile) {
     cut_ = true;
   } else if (!std::exchange(tile->marked, true)) {
+    if (!tile->cells) tile->cells = std::make_unique<Cells>();
     marked_.push_back(index);
   }
   return tile;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <vector>
 
 #include "common/map/blend_cells.hpp"
@@ -18,16 +19,21 @@ using BytesBefore = std::map<TileIndex, TileBytes>;  ///< tiles that were drawn 
 /// The cells that scans are drawn into: a scan marks the cells that it touches, then all of these are blended at once.
 class TileCanvas {
  public:
-  struct Tile {
-    std::array<float, kTileCells> p_free;          // exact; the wire carries it rounded to a byte
-    std::array<std::uint8_t, kTileCells> marks{};  // of the scan at hand
-    bool marked = false;                           // by it
-    bool blank = true;                             // nothing was drawn into it
+  /// What it takes to draw into a tile.
+  struct Cells {
+    std::array<float, kTileCells> p_free;          ///< exact; the wire carries it rounded to a byte
+    std::array<std::uint8_t, kTileCells> marks{};  ///< of the scan at hand
     TileBytes bytes;
+
+    Cells();
+  };
+
+  struct Tile {
+    std::unique_ptr<Cells> cells;  ///< nullptr where nothing is drawn, as in most once the path is long
+    bool marked = false;           ///< by the scan at hand
     std::int64_t changed_in_version = 0;
 
-    Tile() { Clear(); }
-    void Clear();
+    const TileBytes& bytes() const { return cells ? cells->bytes : kUnexploredBytes; }
   };
 
   TileCanvas() : blend_(FindBlendKernels().back()) {}
@@ -47,7 +53,7 @@ class TileCanvas {
       marking_ = MarkTile(index);
       marking_index_ = index;
     }
-    return marking_ ? &marking_->marks[static_cast<std::size_t>(OffsetInTile(cell))] : nullptr;
+    return marking_ ? &marking_->cells->marks[static_cast<std::size_t>(OffsetInTile(cell))] : nullptr;
   }
 
   bool IsExplored(Cell cell) const;

@@ -145,6 +145,11 @@ class TileGrid {
     directory_[rectangle_.Place(entries_[entry].index)] = tile.get();
     entries_[entry].tile = std::move(tile);
   }
+  /// Takes a tile that is there away. Its place goes on to count for the rectangle around all tiles.
+  void Remove(TileIndex index) {
+    directory_[rectangle_.Place(index)] = nullptr;
+    entries_.erase(std::ranges::find(entries_, index, &Entry::index));
+  }
   std::vector<Entry> TakeEntries() && { return std::move(entries_); }
 
   /// Around all tiles, with room to grow.

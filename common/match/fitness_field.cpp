@@ -1,12 +1,17 @@
 #include "common/match/fitness_field.hpp"
 
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <climits>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <map>
 #include <new>
+#include <span>
 #include <utility>
 
 #include "common/math/floor_to_int.hpp"
@@ -48,6 +53,12 @@ TileRectangle AddRoom(TileIndex low, TileIndex high) {
   return {{low.x - beside, low.y - above},
           static_cast<unsigned>(width + 2 * beside),
           static_cast<unsigned>(height + 2 * above)};
+}
+
+/// The rectangle around two.
+CellRectangle Around(const CellRectangle& a, const CellRectangle& b) {
+  return {{std::min(a.low.x, b.low.x), std::min(a.low.y, b.low.y)},
+          {std::max(a.high.x, b.high.x), std::max(a.high.y, b.high.y)}};
 }
 
 constexpr int kPadded = kTileSide + 4;
@@ -116,6 +127,7 @@ FitnessField::FitnessField(const MapGeometry& geometry, const ScoreRules& rules,
       unexplored_score_(static_cast<std::int16_t>(std::lround(rules.unexplored_score))),
       interpolate_(rules.interpolate),
       kernel_(kernel),
+      written_(rectangle_.num_places()),
       pairs_(MakeBlankTiles(rectangle_)) {}
 
 void FitnessField::Unmap::operator()(ScorePair* pairs) const { munmap(pairs, num_bytes); }
@@ -137,6 +149,7 @@ void FitnessField::Refresh(const ByteMap& map, const std::vector<TileIndex>& cha
 }
 
 void FitnessField::RefreshCells(const ByteMap& map, const std::vector<CellRectangle>& changed) {
+  std::map<TileIndex, CellRectangle> stale_of;  // each tile once, however many around it have changed
   for (const auto& [low, high] : changed) {
     // The score of a cell depends on its neighbours, and each score is in the pair of the cell below too.
     const CellRectangle stale{{low.x - 1, low.y - 2}, {high.x + 1, high.y + 1}};
@@ -144,9 +157,13 @@ void FitnessField::RefreshCells(const ByteMap& map, const std::vector<CellRectan
     const TileIndex last = TileOf(stale.high);
     for (int y = first.y; y <= last.y; ++y) {
       for (int x = first.x; x <= last.x; ++x) {
-        if (IsNearMap(map, {x, y})) RefreshPairs(map, {x, y}, stale);
+        const auto [of_tile, is_first] = stale_of.try_emplace({x, y}, stale);
+        if (!is_first) of_tile->second = Around(of_tile->second, stale);
       }
     }
+  }
+  for (const auto& [index, stale] : stale_of) {
+    IsNearMap(map, index) ? RefreshPairs(map, index, stale) : Blank(index);
   }
 }
 
@@ -160,8 +177,10 @@ void FitnessField::MakeRoom(const ByteMap& map) {
   }
   const TileRectangle roomier = AddRoom(low, high);
   Pairs moved = MakeBlankTiles(roomier);
+  std::vector<bool> written(roomier.num_places());
   const auto Move = [&](TileIndex index) {
-    if (!rectangle_.Contains(index)) return;
+    if (!rectangle_.Contains(index) || !written_[rectangle_.Place(index)]) return;
+    written[roomier.Place(index)] = true;
     std::copy_n(FindTile(index), kPairsInTile, moved.get() + roomier.Place(index) * kPairsInTile);
   };
   for (const auto& entry : map.tiles().entries()) {
@@ -172,7 +191,33 @@ void FitnessField::MakeRoom(const ByteMap& map) {
     }
   }
   rectangle_ = roomier;
+  written_ = std::move(written);
   pairs_ = std::move(moved);
+}
+
+/// What the tile holds is 0 from now on, and its memory goes back to the system: of pages that it shares with others,
+/// as soon as these hold nothing either.
+void FitnessField::Blank(TileIndex index) {
+  if (!rectangle_.Contains(index) || !written_[rectangle_.Place(index)]) return;
+  written_[rectangle_.Place(index)] = false;
+  static const auto page_bytes = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
+  const auto begin = reinterpret_cast<std::uintptr_t>(FindTile(index));
+  const auto end = begin + kPairsInTile * sizeof(ScorePair);
+  const auto first_page = begin / page_bytes * page_bytes;
+  const auto last_page = (end - 1) / page_bytes * page_bytes;
+  if (first_page + page_bytes > last_page) {
+    std::memset(reinterpret_cast<void*>(begin), 0, end - begin);
+    return;
+  }
+  std::memset(reinterpret_cast<void*>(begin), 0, first_page + page_bytes - begin);
+  std::memset(reinterpret_cast<void*>(last_page), 0, end - last_page);
+  const auto IsBlank = [](std::uintptr_t page) {
+    const auto* bytes = reinterpret_cast<const char*>(page);
+    return bytes[0] == 0 && std::memcmp(bytes, bytes + 1, page_bytes - 1) == 0;
+  };
+  const auto from = IsBlank(first_page) ? first_page : first_page + page_bytes;
+  const auto to = IsBlank(last_page) ? last_page + page_bytes : last_page;
+  madvise(reinterpret_cast<void*>(from), to - from, MADV_DONTNEED);
 }
 
 /// stale: cells of the map whose pairs are to be made anew where they are in the tile.
@@ -184,15 +229,19 @@ void FitnessField::RefreshPairs(const ByteMap& map, TileIndex index, const CellR
   const int y_high = std::min(stale.high.y - corner.y, kPairRows - 1);
   if (x_low > x_high || y_low > y_high) return;
   if (!rectangle_.Contains(index)) MakeRoom(map);
+  written_[rectangle_.Place(index)] = true;
 
-  PaddedBytes bytes{};
+  PaddedBytes bytes;
   CopyBytes(map, index, {{x_low - 1, y_low - 1}, {x_high + 1, y_high + 2}}, bytes);
   // Between cells it matters that both sides of a wall score alike: if the one that nobody sees scored more, each wall
   // would seem to stand a little further away, and the map would grow by a thousandth.
   PaddedBytes beside;
   const std::uint8_t unexplored_beside = interpolate_ ? kFreeByte : kUnexploredByte;
-  std::transform(bytes.begin(), bytes.end(), beside.begin(),
-                 [=](std::uint8_t byte) { return byte == kUnexploredByte ? unexplored_beside : byte; });
+  const std::size_t first_row = static_cast<std::size_t>(y_low) * kPadded;
+  const std::size_t num_rows = static_cast<std::size_t>(y_high - y_low) + 4;
+  const auto copied = std::span(bytes).subspan(first_row, num_rows * kPadded);
+  std::ranges::transform(copied, beside.begin() + static_cast<std::ptrdiff_t>(first_row),
+                         [=](std::uint8_t byte) { return byte == kUnexploredByte ? unexplored_beside : byte; });
   ScoreRow here, above;
   const auto Compute = [&](int y, ScoreRow& scores) {
     const int begin = (y + 1) * kPadded + 1;

@@ -80,13 +80,15 @@ class FitnessField {
   ScorePair* FindTile(TileIndex index) const { return pairs_.get() + rectangle_.Place(index) * kPairsInTile; }
   void MakeRoom(const ByteMap& map);
   void RefreshPairs(const ByteMap& map, TileIndex index, const CellRectangle& stale);
+  void Blank(TileIndex index);
 
   MapGeometry geometry_;
   std::int16_t unexplored_score_;
   bool interpolate_;
   FitnessKernel kernel_;
   TileRectangle rectangle_;
-  Pairs pairs_;  ///< scores less unexplored_score_: what is unexplored holds 0
+  std::vector<bool> written_;  ///< whether the system gave memory for a tile, by its place in the rectangle
+  Pairs pairs_;                ///< scores less unexplored_score_: what is unexplored holds 0
 };
 
 }  // namespace crsm

@@ -28,6 +28,13 @@ class Matcher {
   virtual ScanMatch Match(const CriticalRays& scan, const TrackingState& tracking,
                           const std::optional<Pose2>& T_odom_robot) const = 0;
 
+  /// The same by a short look near the guess alone, where many questions are asked and most are wrong; for a matcher
+  /// that has none, the same.
+  virtual ScanMatch MatchNear(const CriticalRays& scan, const TrackingState& tracking,
+                              const std::optional<Pose2>& T_odom_robot) const {
+    return Match(scan, tracking, T_odom_robot);
+  }
+
   /// Where on the whole map a scan was taken, by this scan alone; nothing where no place is convincing, or this matcher
   /// does not search so.
   virtual std::optional<Pose2> Locate(const CriticalRays& /*scan*/) const { return std::nullopt; }

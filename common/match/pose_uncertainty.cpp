@@ -6,8 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "common/scan/surface.hpp"
-
 namespace crsm {
 namespace {
 
@@ -45,10 +43,10 @@ std::pair<double, Eigen::Vector2d> FindWeakest(const Eigen::Matrix2d& a) {
 
 }  // namespace
 
-Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size_m,
+Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, const Gaps& gaps, double cell_size_m,
                                 const MatchConstants::Uncertainty& constants) {
   const std::vector<bool> joined =
-      FindSurfaces(hits_m, constants.near_cells * cell_size_m, constants.largest_surface_gap_m);
+      gaps.FindSurfaces(constants.near_cells * cell_size_m, constants.largest_surface_gap_m);
   const auto num = static_cast<int>(hits_m.cols());
   Eigen::Matrix2Xd normals = Eigen::Matrix2Xd::Zero(2, num);
   for (int i = 0; i < num; ++i) {

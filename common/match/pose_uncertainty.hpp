@@ -5,6 +5,7 @@
 #include "common/map/byte_map.hpp"
 #include "common/match/match_constants.hpp"
 #include "common/math/pose2.hpp"
+#include "common/scan/surface.hpp"
 
 namespace crsm {
 
@@ -20,8 +21,8 @@ struct PoseUncertainty {
 /// Unit normals of the surfaces on which hits lie, 2 x N like them; zero where that is not known. Surfaces are joined
 /// hits, their direction the chord from some hits before to some hits after.
 ///
-/// hits_m: 2 x N, laser frame, in order of rising angle.
-Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, double cell_size_m,
+/// hits_m: 2 x N, laser frame, in order of rising angle. gaps: between these.
+Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, const Gaps& gaps, double cell_size_m,
                                 const MatchConstants::Uncertainty& constants = {});
 
 /// Each hit on a mapped wall tells how far the laser is from that wall: across it, not along it. The covariance is the

@@ -56,13 +56,15 @@ Pose2 MoveBackAlong(const Eigen::Vector2d& axis, const Pose2& pose, const Pose2&
 struct RrhcMatcher::Rays {
   Rays(const CriticalRays& scan, const ScoredMap& map, const MatchConstants& constants)
       : hits_m(ComputeHits(scan.rays)),
-        normals(ComputeNormals(hits_m, map.geometry().cell_size_m(), constants.uncertainty)),
+        gaps(hits_m),
+        normals(ComputeNormals(hits_m, gaps, map.geometry().cell_size_m(), constants.uncertainty)),
         critical_hits_m(SelectColumns(hits_m, scan.critical)),
         critical(map.InCells(critical_hits_m)),
-        contour(TraceContour(scan.rays, hits_m, constants.final_climb.spacing_max_m)),
+        contour(TraceContour(scan.rays, hits_m, gaps, constants.final_climb.spacing_max_m)),
         all(map.InCells(contour.points_m, contour.weights)) {}
 
   Eigen::Matrix2Xd hits_m;           ///< laser frame
+  Gaps gaps;                         ///< between the hits
   Eigen::Matrix2Xd normals;          ///< of the surfaces on which they lie, laser frame
   Eigen::Matrix2Xd critical_hits_m;  ///< laser frame
   RaysInCells critical;
@@ -115,8 +117,9 @@ struct RrhcMatcher::Refined {
   int evaluations = 0;
 };
 
+/// wide: the wider window is searched, where nothing fits near the guess.
 ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& tracking,
-                             const std::optional<Pose2>& T_odom_robot) const {
+                             const std::optional<Pose2>& T_odom_robot, bool wide) const {
   ScanMatch match;
   match.utime = scan.utime;
   match.num_critical = static_cast<std::int32_t>(scan.critical.size());
@@ -133,7 +136,7 @@ ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& trac
   match.evaluations = initial_guess.evaluations;
   if (!initial_guess.known) return match;
 
-  const Found found = Search(rays, initial_guess, tracking, scan.utime);
+  const Found found = Search(rays, initial_guess, tracking, scan.utime, wide);
   Refined refined =
       Refine(rays, found, initial_guess, ComputeSteadiness(tracking.recent(), scan.utime, constants_.prior));
   if (ContradictsWheels(guess, refined.pose, tracking)) {
@@ -206,7 +209,7 @@ RrhcMatcher::InitialGuess RrhcMatcher::MakeInitialGuess(const Rays& rays, const 
 /// Step 2. Section 5.3 with the critical rays, where the robot is guessed. While it is lost it stands still, or goes
 /// on as before.
 RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const InitialGuess& initial_guess,
-                                       const TrackingState& tracking, std::int64_t utime) const {
+                                       const TrackingState& tracking, std::int64_t utime, bool wide) const {
   const Pose2& start = initial_guess.T_map_laser;
   if (initial_guess.found_on_whole_map) return {start, start, true, 0, 0};
 
@@ -241,6 +244,10 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const InitialGuess& ini
     }
   }
   if (Explains(near.best)) return {near.best.pose, start, true, near.evaluations, near.best_evaluation};
+  if (!wide) {
+    const bool is_near_guess = expected.IsMetBy(near.best, true, rays.critical_hits_m, map_.cells());
+    return {near.best.pose, start, is_near_guess, near.evaluations, near.best_evaluation};
+  }
   return SearchFurther(rays, start, near, tracking, ComputeSteadiness(tracking.recent(), utime, constants_.prior),
                        random);
 }

@@ -37,7 +37,15 @@ class RrhcMatcher : public Matcher {
   ///
   /// The match keeps T_odom_robot for the next one.
   ScanMatch Match(const CriticalRays& scan, const TrackingState& tracking,
-                  const std::optional<Pose2>& T_odom_robot) const override;
+                  const std::optional<Pose2>& T_odom_robot) const override {
+    return Match(scan, tracking, T_odom_robot, true);
+  }
+
+  /// Without the wider window.
+  ScanMatch MatchNear(const CriticalRays& scan, const TrackingState& tracking,
+                      const std::optional<Pose2>& T_odom_robot) const override {
+    return Match(scan, tracking, T_odom_robot, false);
+  }
 
   /// By a search of the whole map: a quarter of a second.
   std::optional<Pose2> Locate(const CriticalRays& scan) const override;
@@ -52,11 +60,13 @@ class RrhcMatcher : public Matcher {
   struct AxisHold;
   struct Refined;
 
+  ScanMatch Match(const CriticalRays& scan, const TrackingState& tracking, const std::optional<Pose2>& T_odom_robot,
+                  bool wide) const;
   Guess GuessPose(const TrackingState& tracking, std::int64_t utime, const std::optional<Pose2>& T_odom_robot) const;
   bool PrefersWheels(const Rays& rays, const Guess& guess, const TrackingState& tracking) const;
   InitialGuess MakeInitialGuess(const Rays& rays, const Guess& guess, const TrackingState& tracking) const;
-  Found Search(const Rays& rays, const InitialGuess& initial_guess, const TrackingState& tracking,
-               std::int64_t utime) const;
+  Found Search(const Rays& rays, const InitialGuess& initial_guess, const TrackingState& tracking, std::int64_t utime,
+               bool wide) const;
   Found SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near, const TrackingState& tracking,
                       double steadiness, Random& random) const;
   RaysInCells SelectKnownNear(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis, KnownRays known) const;

@@ -15,7 +15,8 @@ ScoredMap::ScoredMap(ByteMap cells, const ScoreRules& rules)
 bool ScoredMap::Apply(std::span<const TileChange> changes) {
   std::vector<CellRectangle> changed;
   const bool all_applied = cells_.Apply(changes, [&](const TileChange& change) {
-    if (!change.runs.empty()) changed.push_back(FindChangedCells(change));
+    if (change.runs.empty()) return;
+    changed.push_back(cells_.tiles().Find(change.index) ? FindChangedCells(change) : CellsOf(change.index));
   });
   field_.RefreshCells(cells_, changed);
   return all_applied;

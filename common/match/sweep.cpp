@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "common/scan/deskew.hpp"
 
@@ -44,23 +45,30 @@ class SweepMatcher {
   }
 
   ScanMatch MatchFrom(Twist twist) const {
-    ScanMatch best = MatchAs(twist);
+    ScanMatch best = MatchNear(twist);
     for (int i = 1; i < constants_.most_matches && !tracking_.recent().empty(); ++i) {
       const auto matched = FindTwist(tracking_.recent().back(), best, constants_);
       if (!matched) break;
       if (ComputeDifference(*matched, best.twist, sweep_s_, constants_.lever_m) < constants_.enough_m) break;
-      const ScanMatch next = MatchAs(*matched);
+      const ScanMatch next = MatchNear(*matched);
       if (next.state == MatchState::kLost || next.fitness < best.fitness) break;
       best = next;
     }
     return best;
   }
 
+  /// With all that the matcher does where nothing fits.
+  ScanMatch MatchAll(const Twist& twist) const {
+    ScanMatch match = matcher_.Match(Deskew(scan_, twist), tracking_, T_odom_robot_);
+    match.twist = twist;
+    return match;
+  }
+
   double sweep_s() const { return sweep_s_; }
 
  private:
-  ScanMatch MatchAs(const Twist& twist) const {
-    ScanMatch match = matcher_.Match(Deskew(scan_, twist), tracking_, T_odom_robot_);
+  ScanMatch MatchNear(const Twist& twist) const {
+    ScanMatch match = matcher_.MatchNear(Deskew(scan_, twist), tracking_, T_odom_robot_);
     match.twist = twist;
     return match;
   }
@@ -88,15 +96,25 @@ ScanMatch MatchSweep(const Matcher& matcher, const CriticalRays& scan, const Tra
     return one_lost == other_lost ? one.fitness > other.fitness : other_lost;
   };
   const Twist predicted = PredictTwist(tracking, constants);
+  if (tracking.recent().empty() || tracking.num_lost() >= constants.patience) return sweep.MatchAll(predicted);
   ScanMatch best = sweep.MatchFrom(predicted);
-  if (tracking.recent().empty() || tracking.num_lost() >= constants.patience) return best;
+  std::vector<Twist> others;
   for (const double steps : {0.0, 1.0, -1.0, 2.0, -2.0}) {
     const double turn_rad = steps * constants.step_rad;
-    if (IsGood(best)) break;
     if (std::abs(turn_rad) > constants.fastest_turn_rad_s * sweep.sweep_s()) continue;
     const Twist twist{0.0, 0.0, turn_rad == 0.0 ? 0.0 : turn_rad / sweep.sweep_s()};
-    if (twist == predicted) continue;
+    if (twist != predicted) others.push_back(twist);
+  }
+  for (const Twist& twist : others) {
+    if (IsGood(best)) return best;
     const ScanMatch other = sweep.MatchFrom(twist);
+    if (IsBetter(other, best)) best = other;
+  }
+  // Nothing fits near the guess: the rare case, and the dear one.
+  others.insert(others.begin(), {best.twist, predicted});
+  for (auto twist = others.begin(); best.state == MatchState::kLost && twist != others.end(); ++twist) {
+    if (std::find(others.begin(), twist, *twist) != twist) continue;  // once more
+    const ScanMatch other = sweep.MatchAll(*twist);
     if (IsBetter(other, best)) best = other;
   }
   return best;

@@ -12,7 +12,7 @@ namespace crsm {
 /// of this map alone.
 std::string EncodeMap(const DenseGrid& grid, PngEncoder& encoder);
 inline std::string EncodeMap(const DenseGrid& grid) {
-  PngEncoder encoder;
+  PngEncoder encoder(PngEncoder::Use::kOnce);
   return EncodeMap(grid, encoder);
 }
 
@@ -22,7 +22,7 @@ inline std::string EncodeMap(const DenseGrid& grid) {
 /// the meaning of the colours, as PNG bytes. At least one cell; all poses finite.
 std::string EncodeOverview(const Results& results, PngEncoder& encoder);
 inline std::string EncodeOverview(const Results& results) {
-  PngEncoder encoder;
+  PngEncoder encoder(PngEncoder::Use::kOnce);
   return EncodeOverview(results, encoder);
 }
 

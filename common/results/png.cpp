@@ -53,6 +53,7 @@ class Deflater {
     stream_.avail_out = static_cast<uInt>(compressed.size());
     if (deflate(&stream_, Z_FULL_FLUSH) != Z_OK || stream_.avail_in > 0) throw std::bad_alloc();
     compressed.resize(compressed.size() - stream_.avail_out);
+    compressed.shrink_to_fit();
     return compressed;
   }
 
@@ -122,7 +123,7 @@ std::string PngEncoder::Encode(const Pixels& pixels) {
       strip.compressed = deflater.Compress(filtered);
       strip.num_bytes = filtered.size();
       strip.checksum = adler32(adler32(0, nullptr, 0), filtered.data(), static_cast<uInt>(filtered.size()));
-      strip.pixels.assign(rows.begin(), rows.end());
+      if (use_ == Use::kAgain) strip.pixels.assign(rows.begin(), rows.end());
     }
     AppendChunk(file, "IDAT", strip.compressed);
     checksum = adler32_combine(checksum, strip.checksum, static_cast<z_off_t>(strip.num_bytes));
@@ -132,6 +133,6 @@ std::string PngEncoder::Encode(const Pixels& pixels) {
   return file;
 }
 
-std::string EncodePng(const Pixels& pixels) { return PngEncoder().Encode(pixels); }
+std::string EncodePng(const Pixels& pixels) { return PngEncoder(PngEncoder::Use::kOnce).Encode(pixels); }
 
 }  // namespace crsm

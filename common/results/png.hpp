@@ -18,6 +18,9 @@ struct Pixels {
 /// were are not compressed again. Source: PNG (Third Edition), 5, 9 and 10; RFC 1950, 2.2; RFC 1951, 3.2.3.
 class PngEncoder {
  public:
+  enum class Use { kOnce, kAgain };  ///< for one picture, or for what it will be later, too: the rows are remembered
+  explicit PngEncoder(Use use = Use::kAgain) : use_(use) {}
+
   /// The bytes of a file. Throws std::invalid_argument where a side has no pixels.
   std::string Encode(const Pixels& pixels);
 
@@ -30,6 +33,7 @@ class PngEncoder {
     std::size_t num_bytes = 0;   ///< of that
   };
 
+  Use use_;
   int width_ = 0;
   int channels_ = 0;
   std::vector<Strip> strips_;  ///< from the top

@@ -9,34 +9,33 @@
 namespace crsm {
 namespace {
 
-/// What lies between a hit and the next.
-struct Gap {
+/// How what lies between a hit and the next counts.
+struct Piece {
   double weight = 0.0;
   int num_pieces = 1;
 };
 
-std::vector<Gap> MeasureGaps(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, double cap_m,
-                             const ContourConstants& constants) {
+std::vector<Piece> MeasureGaps(const ValidRays& rays, const Gaps& gaps, double cap_m,
+                               const ContourConstants& constants) {
   const std::vector<double> displacements_m = ComputeDisplacements(rays);
-  const std::vector<bool> joined =
-      FindSurfaces(hits_m, 0.0, std::numeric_limits<double>::infinity(), constants.surface);
-  std::vector<Gap> gaps;
+  const std::vector<bool> joined = gaps.FindSurfaces(0.0, std::numeric_limits<double>::infinity());
+  std::vector<Piece> pieces;
   for (std::size_t i = 0; i < displacements_m.size(); ++i) {
     const double caps = displacements_m[i] / cap_m;
-    gaps.push_back({constants.most_of_gap * std::min(caps, 1.0),
-                    joined[i] ? static_cast<int>(std::min<double>(caps, constants.most_pieces - 1)) + 1 : 1});
+    pieces.push_back({constants.most_of_gap * std::min(caps, 1.0),
+                      joined[i] ? static_cast<int>(std::min<double>(caps, constants.most_pieces - 1)) + 1 : 1});
   }
-  return gaps;
+  return pieces;
 }
 
 }  // namespace
 
-Contour TraceContour(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, double cap_m,
+Contour TraceContour(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, const Gaps& gaps, double cap_m,
                      const ContourConstants& constants) {
   if (cap_m <= 0.0 || rays.size() == 0) return {hits_m, Eigen::ArrayXi::Ones(hits_m.cols())};
-  const std::vector<Gap> gaps = MeasureGaps(rays, hits_m, cap_m, constants);
+  const std::vector<Piece> pieces = MeasureGaps(rays, gaps, cap_m, constants);
   Eigen::Index num_points = hits_m.cols();
-  for (const Gap& gap : gaps) num_points += gap.num_pieces - 1;
+  for (const Piece& piece : pieces) num_points += piece.num_pieces - 1;
 
   Contour contour{Eigen::Matrix2Xd(2, num_points), Eigen::ArrayXi(num_points)};
   Eigen::Index num = 0;
@@ -47,7 +46,7 @@ Contour TraceContour(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, doub
   double before = 0.0;  // half a piece of the gap before a hit
   for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
     const bool is_last = i + 1 == hits_m.cols();
-    const Gap gap = is_last ? Gap{} : gaps[static_cast<std::size_t>(i)];
+    const Piece gap = is_last ? Piece{} : pieces[static_cast<std::size_t>(i)];
     const double piece = gap.weight / gap.num_pieces;
     const double half_piece = 0.5 * piece;
     Add(hits_m.col(i), 1.0 + std::exchange(before, half_piece) + half_piece);

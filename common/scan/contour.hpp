@@ -11,7 +11,6 @@ namespace crsm {
 struct ContourConstants {
   double most_of_gap = 20.0;  ///< weight of a gap as long as the cap, or longer
   int most_pieces = 7;        ///< of a gap: what each of them weighs is a whole number too
-  SurfaceConstants surface = {};
 };
 
 /// Points on what a scan saw.
@@ -28,8 +27,8 @@ struct Contour {
 /// flat that its hits are metres apart is a wall between them too. Alone they would fit best onto those of the scan
 /// before, and a robot on its way through a bare corridor would seem to stand. cap_m = 0: the hits, all alike.
 ///
-/// hits_m: of the rays, as ComputeHits gives them.
-Contour TraceContour(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, double cap_m,
+/// hits_m: of the rays, as ComputeHits gives them. gaps: between these.
+Contour TraceContour(const ValidRays& rays, const Eigen::Matrix2Xd& hits_m, const Gaps& gaps, double cap_m,
                      const ContourConstants& constants = {});
 
 }  // namespace crsm

@@ -51,10 +51,12 @@ PackedRays::PackedRays(const ValidRays& rays) {
 
 void PackedRays::ShareAngles(const PackedRays& other) {
   if (!packed_ || !other.packed_ || packed_->angle_rad == other.packed_->angle_rad) return;
-  const std::vector<float> mine = Unpack().angle_rad;
   const std::vector<float>& known = *other.packed_->angle_rad;
+  const std::vector<float> mine = Unpack().angle_rad;
   const bool rise = std::ranges::adjacent_find(mine, std::greater_equal()) == mine.end();
   if (!rise || std::ranges::adjacent_find(known, std::greater_equal()) != known.end()) return;
+  const std::vector<float>& mine_and_more = *packed_->angle_rad;
+  if (mine_and_more.size() > known.size() && std::ranges::includes(mine_and_more, known)) return;
   Angles all = other.packed_->angle_rad;
   if (!std::ranges::includes(known, mine)) {
     std::vector<float> united;

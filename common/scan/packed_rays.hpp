@@ -16,8 +16,8 @@ class PackedRays {
   PackedRays() = default;
   PackedRays(const ValidRays& rays);  // NOLINT(google-explicit-constructor): the same in less room
 
-  /// They share the angles of beams with those of another scan, if that has them: a laser's beams are the same in each
-  /// scan, unless it is deskewed.
+  /// They share the angles of beams with those of another scan, if that has them, and they do not know these already: a
+  /// laser's beams are the same in each scan, unless it is deskewed.
   void ShareAngles(const PackedRays& other);
 
   std::size_t size() const { return packed_ ? packed_->num_rays : 0; }

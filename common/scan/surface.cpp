@@ -23,18 +23,20 @@ bool Continues(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::
 
 }  // namespace
 
-std::vector<bool> FindSurfaces(const Eigen::Matrix2Xd& hits_m, double near_m, double max_m,
-                               const SurfaceConstants& constants) {
+Gaps::Gaps(const Eigen::Matrix2Xd& hits_m, const SurfaceConstants& constants) {
   const Eigen::Index num_hits = hits_m.cols();
-  std::vector<bool> joined;
   for (Eigen::Index i = 0; i + 1 < num_hits; ++i) {
-    const double gap_m = (hits_m.col(i + 1) - hits_m.col(i)).norm();
-    const auto Continued = [&] {
-      return (i > 0 && Continues(hits_m.col(i - 1), hits_m.col(i), hits_m.col(i + 1), constants)) ||
-             (i + 2 < num_hits && Continues(hits_m.col(i + 2), hits_m.col(i + 1), hits_m.col(i), constants));
-    };
-    joined.push_back(gap_m <= near_m || (gap_m <= max_m && Continued()));
+    const bool continued =
+        (i > 0 && Continues(hits_m.col(i - 1), hits_m.col(i), hits_m.col(i + 1), constants)) ||
+        (i + 2 < num_hits && Continues(hits_m.col(i + 2), hits_m.col(i + 1), hits_m.col(i), constants));
+    gaps_.push_back({(hits_m.col(i + 1) - hits_m.col(i)).norm(), continued});
   }
+}
+
+std::vector<bool> Gaps::FindSurfaces(double near_m, double max_m) const {
+  std::vector<bool> joined;
+  for (const auto& [length_m, continued] : gaps_)
+    joined.push_back(length_m <= near_m || (length_m <= max_m && continued));
   return joined;
 }
 

@@ -49,6 +49,18 @@ TEST_CASE("a change that changes nothing makes no tile, and an unexplored map is
   CHECK(grid.cell_size_m == 0.05);
 }
 
+TEST_CASE("a tile in which nothing is explored any more is no longer there, and can come again") {
+  ByteMap map(0.05);
+  for (const TileIndex index : {TileIndex{0, 0}, {1, 0}, {2, 0}}) CHECK(map.Apply({index, {0, 7, 0, 1, 9}}));
+  CHECK(map.Apply({{1, 0}, {0, 7, 0, 1, kUnexploredByte}}));
+  CHECK(map.tiles().entries().size() == 2);
+  CHECK(map.tiles().Find({1, 0}) == nullptr);
+  CHECK(map.At({2 * kTileSide + 7, 0}) == 9);
+  CHECK(map.Apply({{1, 0}, {0, 8, 0, 1, 5}}));
+  CHECK(map.At({kTileSide + 7, 0}) == kUnexploredByte);
+  CHECK(map.At({kTileSide + 8, 0}) == 5);
+}
+
 TEST_CASE("a dense grid is the rectangle around the explored cells, row by row from the lower left") {
   ByteMap map(0.1);
   CHECK(map.Apply({{-1, -1}, {15, 255, 0, 1, 5}}));  // cell (-1, -1)

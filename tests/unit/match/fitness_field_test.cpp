@@ -31,6 +31,15 @@ std::vector<TileIndex> AllTiles(const ByteMap& map) {
   return tiles;
 }
 
+/// Of this process.
+double ResidentMb() {
+  std::ifstream pages("/proc/self/statm");
+  double all = 0.0;
+  double resident = 0.0;
+  pages >> all >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) * 1e-6;
+}
+
 FitnessField Field(const ByteMap& map, double unexplored_score, bool interpolate) {
   FitnessField field(map.geometry(), {unexplored_score, interpolate});
   field.Refresh(map, AllTiles(map));
@@ -257,6 +266,43 @@ TEST_CASE("a field that makes room for tiles far away loses none") {
       CHECK(Alike(following, anew, rays, pose));
     }
   }
+}
+
+TEST_CASE("where nothing is explored any more, rays score as in the unexplored, and the memory goes back") {
+  constexpr int kSide = 24;  // tiles
+  const auto PaintOver = [](ByteMap& map, FitnessField& field, TileIndex index, auto&& paint) {
+    TileBytes before = kUnexploredBytes;
+    if (const ByteMap::Tile* tile = map.tiles().Find(index)) before = tile->cells;
+    TileBytes after;
+    for (int k = 0; k < kTileCells; ++k) after[static_cast<std::size_t>(k)] = paint(CellAt(index, k));
+    REQUIRE(map.Apply({index, PackRuns(before, after)}));
+    field.RefreshCells(map, {CellsOf(index)});
+  };
+  const auto IsKept = [](TileIndex index) { return index == TileIndex{3, 7} || index == TileIndex{4, 8}; };
+  ByteMap map(0.05);
+  FitnessField field(kGeometry, {-100.0, true});
+  const auto ForEachTile = [](auto&& action) {
+    for (int k = 0; k < kSide * kSide; ++k) action(TileIndex{k % kSide, k / kSide});
+  };
+  const double empty_mb = ResidentMb();
+  ForEachTile([&](TileIndex index) { PaintOver(map, field, index, Noise); });
+  const double full_mb = ResidentMb();
+  ForEachTile([&](TileIndex index) {
+    if (!IsKept(index)) PaintOver(map, field, index, [](Cell) { return kUnexploredByte; });
+  });
+  CHECK(map.tiles().entries().size() == 2);
+  constexpr double kPairs_mb = kSide * kSide * kPairsInTile * sizeof(ScorePair) * 1e-6;
+  CHECK(full_mb - empty_mb > 0.9 * kPairs_mb);
+  CHECK(full_mb - ResidentMb() > 0.9 * kPairs_mb);
+  const FitnessField anew = Field(map, -100.0, true);
+  const RaysInCells rays = ToCells(DrawHitsOverCorners(500, 11), kGeometry);
+  ForEachTile([&](TileIndex index) {
+    const Cell middle = CellAt(index, kTileCells / 2 + kTileSide / 2);
+    REQUIRE(Alike(field, anew, rays, {middle.x * 0.05, middle.y * 0.05, 0.0}));
+  });
+  PaintOver(map, field, {3, 6}, Noise);
+  const FitnessField again = Field(map, -100.0, true);
+  CHECK(Alike(field, again, rays, {3.5 * kTileSide * 0.05, 6.5 * kTileSide * 0.05, 0.0}));
 }
 
 TEST_CASE("all kernels give the same fitness, bit by bit") {

@@ -42,7 +42,8 @@ Drive DriveThrough(const World& world, const Parameters& parameters) {
 }
 
 PoseUncertainty UncertaintyOf(const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser, const ByteMap& map) {
-  return ComputeUncertainty(hits_m, ComputeNormals(hits_m, map.geometry().cell_size_m()), T_map_laser, map);
+  return ComputeUncertainty(hits_m, ComputeNormals(hits_m, Gaps(hits_m), map.geometry().cell_size_m()), T_map_laser,
+                            map);
 }
 
 PoseUncertainty UncertaintyInRoom(const Pose2& T_map_laser, const ByteMap& map) {

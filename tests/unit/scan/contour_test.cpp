@@ -18,7 +18,11 @@ ValidRays WallSeenAt(const std::vector<double>& xs_m) {
   return rays;
 }
 
-Contour Trace(const ValidRays& rays, double cap_m) { return TraceContour(rays, ComputeHits(rays), cap_m); }
+Contour Trace(const ValidRays& rays, double cap_m, const ContourConstants& constants = {},
+              const SurfaceConstants& surface = {}) {
+  const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
+  return TraceContour(rays, hits_m, Gaps(hits_m, surface), cap_m, constants);
+}
 
 }  // namespace
 
@@ -60,12 +64,9 @@ TEST_CASE("there is nothing between a near edge and what lies behind it") {
 
 TEST_CASE("a contour is traced by the constants that are given") {
   const ValidRays rays = WallSeenAt({10.0, 6.0, 3.5, 2.5});
-  const auto TraceBy = [&](const ContourConstants& constants) {
-    return TraceContour(rays, ComputeHits(rays), 0.5, constants);
-  };
-  CHECK(TraceBy({.most_pieces = 2}).points_m.cols() == 4 + 3);
-  CHECK(TraceBy({.surface = {.growth_max = 1.0}}).points_m.cols() == 4);
-  CHECK(TraceBy({.most_of_gap = 40.0}).weights.sum() == Approx(4 + 3 * 40).margin(6));  // rounded
+  CHECK(Trace(rays, 0.5, {.most_pieces = 2}).points_m.cols() == 4 + 3);
+  CHECK(Trace(rays, 0.5, {}, {.growth_max = 1.0}).points_m.cols() == 4);
+  CHECK(Trace(rays, 0.5, {.most_of_gap = 40.0}).weights.sum() == Approx(4 + 3 * 40).margin(6));  // rounded
 }
 
 }  // namespace crsm

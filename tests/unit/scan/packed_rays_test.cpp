@@ -51,6 +51,17 @@ TEST_CASE("scans of a laser share the angles of its beams, and take a third of t
   CHECK(3 * last.num_bytes() < sizeof(ValidRays) + 2 * last.size() * sizeof(float));
 }
 
+TEST_CASE("a scan whose angles are shared already, and are those of another one and more, keeps them") {
+  const PackedRays first = MakeRays(361, 5);
+  PackedRays second = MakeRays(361, 6);
+  second.ShareAngles(first);  // now with all 361
+  PackedRays copy = second;
+  copy.ShareAngles(PackedRays(MakeRays(361, 5)));
+  PackedRays third = MakeRays(361, 6);
+  third.ShareAngles(copy);
+  CHECK(second.num_bytes() < 361 * sizeof(float));  // as it shares its angles with the third one
+}
+
 TEST_CASE("scans whose angles are others, or do not rise, keep their own") {
   const PackedRays before = MakeRays(361, 5);
   const ValidRays turned = MakeRays(361, 5, 0.001, 0.001f);

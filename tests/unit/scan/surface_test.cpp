@@ -18,6 +18,11 @@ Eigen::Matrix2Xd Hits(const std::vector<Eigen::Vector2d>& points_m) {
   return hits_m;
 }
 
+std::vector<bool> FindSurfaces(const Eigen::Matrix2Xd& hits_m, double near_m, double max_m,
+                               const SurfaceConstants& constants = {}) {
+  return Gaps(hits_m, constants).FindSurfaces(near_m, max_m);
+}
+
 }  // namespace
 
 TEST_CASE("two hits are joined if they are near, whatever lies around them; fewer have no neighbours") {
