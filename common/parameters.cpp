@@ -1,5 +1,7 @@
 #include "common/parameters.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <stdexcept>
 #include <type_traits>
@@ -42,6 +44,10 @@ std::vector<std::pair<ParameterGroup, NamedValues::value_type>> ListWithGroups(c
 }
 
 }  // namespace
+
+std::string FormatValue(const ParameterValue& value) {
+  return std::visit([](const auto& plain) { return fmt::format("{}", plain); }, value);
+}
 
 NamedValues ListParameters(const Parameters& parameters) {
   NamedValues values;

@@ -114,6 +114,9 @@ using ParameterValue = std::variant<bool, std::int64_t, std::uint64_t, double, s
 /// Values by their keys, in an order that means something.
 using NamedValues = std::vector<std::pair<std::string, ParameterValue>>;
 
+/// A value as a flag would say it.
+std::string FormatValue(const ParameterValue& value);
+
 /// Every parameter by its key, in the order of VisitParameters; of some groups only.
 NamedValues ListParameters(const Parameters& parameters);
 NamedValues ListParameters(const Parameters& parameters, const std::vector<ParameterGroup>& groups);

@@ -42,15 +42,6 @@ void FormatTrajectory(const MatchSequence& matches, const Sink& sink) {
   sink(piece);
 }
 
-/// The picture of EncodeMap in the plain form that some tools want, row by row.
-void FormatPgm(const DenseGrid& grid, const Sink& sink) {
-  sink(fmt::format("P5\n{} {}\n255\n", grid.width_cells, grid.height_cells));
-  const auto width = static_cast<std::size_t>(grid.width_cells);
-  for (std::size_t row = grid.cells.size() / width; row > 0; --row) {
-    sink({reinterpret_cast<const char*>(grid.cells.data()) + (row - 1) * width, width});
-  }
-}
-
 void WriteMap(const DenseGrid& grid, Replacement& files) {
   files.Write("map.png", EncodeMap(grid));
   files.Write("map.pgm", [&](const Sink& sink) { FormatPgm(grid, sink); });
@@ -64,22 +55,6 @@ bool IsNumber(const std::string& name) {
 }
 
 }  // namespace
-
-DenseGrid MakeUnexploredCell(double cell_size_m) {
-  return {1, 1, 0, 0, cell_size_m > 0.0 ? cell_size_m : 1.0, {kUnexploredByte}};
-}
-
-std::string FormatMapYaml(const DenseGrid& grid) {
-  // map_server takes (255 - byte) / 255 for the probability that a cell is occupied.
-  return fmt::format(
-      "image: map.png\n"
-      "resolution: {}\n"
-      "origin: [{:.6f}, {:.6f}, 0.0]\n"
-      "negate: 0\n"
-      "occupied_thresh: 0.65\n"
-      "free_thresh: 0.196\n",
-      grid.cell_size_m, grid.origin_x_cells * grid.cell_size_m, grid.origin_y_cells * grid.cell_size_m);
-}
 
 void WriteResults(const std::filesystem::path& dir, const Results& results) {
   CheckSize(results.grid);

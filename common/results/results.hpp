@@ -11,6 +11,7 @@
 #include "common/logs/replacement.hpp"
 #include "common/map/dense_grid.hpp"
 #include "common/metrics/trajectory.hpp"
+#include "common/logs/map_files.hpp"
 #include "common/results/match_sequence.hpp"
 #include "common/scan/critical_rays.hpp"
 
@@ -57,11 +58,5 @@ void WritePiece(const std::filesystem::path& dir, int number, const DenseGrid& g
 
 /// Removes what WritePiece has written there, and nothing else. Throws std::runtime_error if that fails.
 void RemovePieces(const std::filesystem::path& dir);
-
-/// The text of map.yaml. At least one cell.
-std::string FormatMapYaml(const DenseGrid& grid);
-
-/// The map of nothing: one unexplored cell, of 1 m if the size is 0.
-DenseGrid MakeUnexploredCell(double cell_size_m);
 
 }  // namespace crsm

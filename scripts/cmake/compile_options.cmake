@@ -14,6 +14,11 @@ if(CRSM_SANITIZERS)
   add_link_options(-fsanitize=${CRSM_SANITIZERS})
 endif()
 
+# One compile for programs and for the Python module, which shows of itself only what Python asks for.
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_CXX_VISIBILITY_PRESET hidden)
+set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
+
 # Hardening of what is installed: release builds only, because the sanitizers bring guards of their own and FORTIFY needs
 # an optimiser. Stack protector, checked calls of the C library, addresses that change from run to run, and tables of
 # the linker that nobody can write once the program runs. What it costs: scripts/bench --instructions.
@@ -23,7 +28,6 @@ if(CMAKE_BUILD_TYPE STREQUAL Release AND NOT CRSM_SANITIZERS)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND NOT CMAKE_CXX_COMPILER_VERSION VERSION_LESS 12)
     set(FORTIFY_LEVEL 3)
   endif()
-  add_compile_options($<$<NOT:$<BOOL:$<TARGET_PROPERTY:POSITION_INDEPENDENT_CODE>>>:-fPIE>
-                      -fstack-protector-strong -U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=${FORTIFY_LEVEL})
+  add_compile_options(-fstack-protector-strong -U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=${FORTIFY_LEVEL})
   add_link_options($<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:-pie> -Wl,-z,relro,-z,now)
 endif()

@@ -1,8 +1,10 @@
-# The library: the algorithm alone, which needs Eigen to compile and nothing to run. What it shows of itself is
-# common/library/crsm_slam/slam.hpp.
+# The library: the algorithm and the journal, which need the headers of Eigen, fmt and LCM to compile, and nothing to
+# run. What it shows of itself is services/library/crsm_slam/slam.hpp.
 include(GNUInstallDirs)
 find_package(Eigen3 REQUIRED NO_MODULE)
+find_package(fmt REQUIRED)
 find_package(Threads REQUIRED)
+include(${CMAKE_CURRENT_LIST_DIR}/wire.cmake)
 
 # Sets `variable` to entries of {name, key, text}, one for each line `key = value` of the files that match `pattern`.
 function(crsm_embed_values variable pattern)
@@ -24,20 +26,27 @@ endfunction()
 
 crsm_embed_values(PRESET_VALUES "${PROJECT_SOURCE_DIR}/scripts/presets/*.toml")
 crsm_embed_values(PROFILE_VALUES "${PROJECT_SOURCE_DIR}/scripts/profiles/*.toml")
-configure_file(${PROJECT_SOURCE_DIR}/common/library/presets.hpp.in
-               ${PROJECT_BINARY_DIR}/generated/common/library/presets.hpp @ONLY)
+configure_file(${PROJECT_SOURCE_DIR}/services/library/presets.hpp.in
+               ${PROJECT_BINARY_DIR}/generated/services/library/presets.hpp @ONLY)
+configure_file(${PROJECT_SOURCE_DIR}/services/base/version.hpp.in
+               ${PROJECT_BINARY_DIR}/generated/services/base/version.hpp @ONLY)
 
-set(LIBRARY_ROOMS math scan map match graph library)
-list(TRANSFORM LIBRARY_ROOMS REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/common/\\1/*.cpp" OUTPUT_VARIABLE LIBRARY_GLOBS)
+set(LIBRARY_ROOMS common/math common/scan common/map common/match common/graph services/library)
+list(TRANSFORM LIBRARY_ROOMS REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/\\1/*.cpp" OUTPUT_VARIABLE LIBRARY_GLOBS)
 file(GLOB LIBRARY_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/common/*.cpp ${LIBRARY_GLOBS})
-# What only programs say: it would need fmt.
-list(FILTER LIBRARY_SOURCES EXCLUDE REGEX "/(laser_judge|thin_beams|g2o)\\.cpp$")
+# Of other rooms what knows nothing of programs.
+set(LIBRARY_FILES common/diagnosis/handedness common/diagnosis/run_statistics common/diagnosis/self_contradiction
+    common/diagnosis/verdict common/logs/regular_file common/logs/replacement common/metrics/format_trajectory common/logs/map_files
+    services/base/crc32 services/base/file_window services/base/identity services/base/printable services/base/say
+    services/wire/conversions services/wire/graph_messages services/wire/lcm_event services/wire/wire
+    services/journal/journal services/journal/journal_file services/journal/journal_reader)
+list(TRANSFORM LIBRARY_FILES REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/\\1.cpp" OUTPUT_VARIABLE LIBRARY_FILES)
 
-add_library(crsm_slam_objects OBJECT ${LIBRARY_SOURCES})
+add_library(crsm_slam_objects OBJECT ${LIBRARY_SOURCES} ${LIBRARY_FILES})
 target_compile_features(crsm_slam_objects PUBLIC cxx_std_20)
-target_include_directories(crsm_slam_objects PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/common/library
+target_include_directories(crsm_slam_objects PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/services/library
                            ${PROJECT_BINARY_DIR}/generated)
-target_link_libraries(crsm_slam_objects PRIVATE Eigen3::Eigen Threads::Threads)
+target_link_libraries(crsm_slam_objects PRIVATE Eigen3::Eigen Threads::Threads fmt::fmt-header-only crsm_lcmtypes)
 target_compile_definitions(crsm_slam_objects PRIVATE CRSM_SLAM_VERSION="${PROJECT_VERSION}")
 # No contraction into fused multiply-adds: the same map on every x86-64 machine.
 target_compile_options(crsm_slam_objects PRIVATE -ffp-contract=off)
@@ -49,7 +58,7 @@ function(crsm_library name)
   add_library(crsm_slam::${name} ALIAS ${name})
   target_compile_features(${name} PUBLIC cxx_std_20)
   target_link_libraries(${name} PRIVATE Threads::Threads)
-  target_include_directories(${name} INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/common/library>
+  target_include_directories(${name} INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/services/library>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   set_target_properties(${name} PROPERTIES LINKER_LANGUAGE CXX OUTPUT_NAME crsm_slam
                         VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})

@@ -1,4 +1,5 @@
-# Debian packages by CPack, one for each component: crsm-slam, libcrsm-slam0, libcrsm-slam-dev. scripts/packages makes them.
+# Debian packages by CPack, one for each component: crsm-slam, libcrsm-slam0, libcrsm-slam-dev, python3-crsm-slam.
+# scripts/packages makes them.
 set(CRSM_MAINTAINER "CRSM SLAM authors <crsm-slam@users.noreply.github.com>" CACHE STRING "Who packages are from")
 find_program(HELP2MAN help2man REQUIRED)
 
@@ -32,8 +33,9 @@ install(FILES ${JAR} DESTINATION ${CMAKE_INSTALL_DATADIR}/java RENAME crsm-spy.j
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME crsm-slam)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libcrsm-slam${PROJECT_VERSION_MAJOR})
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libcrsm-slam-dev)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-crsm-slam)
 string(TIMESTAMP NOW "%a, %d %b %Y %H:%M:%S +0000" UTC)  # or SOURCE_DATE_EPOCH
-foreach(component PROGRAMS RUNTIME DEVELOPMENT)
+foreach(component PROGRAMS RUNTIME DEVELOPMENT PYTHON)
   set(package ${CPACK_DEBIAN_${component}_PACKAGE_NAME})
   string(TOLOWER ${component} lower)
   set(changelog ${CMAKE_BINARY_DIR}/debian/${package}/changelog)
@@ -52,7 +54,7 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE
     WORLD_READ WORLD_EXECUTE)
 set(CPACK_STRIP_FILES ON)
-set(CPACK_COMPONENTS_ALL programs runtime development)
+set(CPACK_COMPONENTS_ALL programs runtime development python)
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -66,6 +68,11 @@ set(CPACK_COMPONENT_DEVELOPMENT_DEPENDS runtime)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+math(EXPR NEXT_PYTHON "${Python_VERSION_MINOR} + 1")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${NEXT_PYTHON}), python3-numpy")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "crsm-slam, python3-matplotlib")
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS iproute2)  # crsm_bus.service
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SUGGESTS "liblcm-bin, liblcm-java, default-jre")  # lcm-spy
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_EXTRA
@@ -82,4 +89,6 @@ laser, but neither odometry nor middleware.")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "This package is for developers. It contains the header, a CMake package, a
 pkg-config file and the static library of CRSM SLAM. It also contains the types
 of its LCM messages, and their Python code from lcm-gen.")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "This package is the library for Python: maps, poses and verdicts as NumPy arrays,
+from arrays of ranges or from logs and bags.")
 include(CPack)

@@ -6,17 +6,12 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <new>
-#include <random>
 #include <regex>
 #include <stdexcept>
 
-#include "services/base/crc32.hpp"
-#include "services/base/printable.hpp"
 #include "services/base/usage_error.hpp"
 
 namespace crsm {
@@ -67,21 +62,6 @@ void PrepareFolder(const std::string& out) {
         fmt::format("--out {}: cannot be written: {}", out, error ? error.message() : std::strerror(errno)));
   }
   RemoveLeftovers(out);
-}
-
-void Say(const std::string& line) { std::fputs((WithoutControls(line) + '\n').c_str(), stderr); }
-
-std::int64_t DrawIdentity() {
-  std::random_device device;
-  return (std::int64_t{device()} << 31 | std::int64_t{device() >> 1}) + 1;
-}
-
-std::int64_t IdentityOfThisBoot(std::int64_t identity) {
-  std::ifstream file("/proc/sys/kernel/random/boot_id");
-  std::string boot;
-  file >> boot;
-  const auto mixed = static_cast<std::int64_t>(static_cast<std::uint64_t>(identity) ^ Crc32(boot));
-  return mixed != 0 ? mixed : identity;
 }
 
 int ReportErrors(const std::string& program, const std::function<int()>& body) {

@@ -1,11 +1,12 @@
 #pragma once
 
 #include <chrono>
-#include <cstdint>
 #include <functional>
 #include <string>
 
 #include "common/logs/stop_request.hpp"
+#include "services/base/identity.hpp"
+#include "services/base/say.hpp"
 
 namespace crsm {
 
@@ -22,17 +23,6 @@ void PrepareProcess();
 /// std::runtime_error that names --out, UsageError if there is none. Removes files that a killed process left half
 /// written.
 void PrepareFolder(const std::string& out);
-
-/// Says a line on stderr, WithoutControls: names come from files and devices. A log that cannot be written, on a full
-/// disk say, is no reason to stop.
-void Say(const std::string& line);
-
-/// A number that no other process draws, not 0. Nothing that is computed depends on it.
-std::int64_t DrawIdentity();
-
-/// The same number for the same identity until the machine starts anew, and another one afterwards: a power cut may
-/// take back what was told already, and nobody who was told is to go on from there.
-std::int64_t IdentityOfThisBoot(std::int64_t identity);
 
 /// With --strict, where the map is not to be trusted.
 inline constexpr int kUntrustedExitCode = 3;

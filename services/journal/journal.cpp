@@ -4,15 +4,17 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "services/base/crc32.hpp"
-#include "services/base/process.hpp"
+#include "services/base/identity.hpp"
+#include "services/base/say.hpp"
 #include "services/base/version.hpp"
 #include "services/journal/journal_reader.hpp"
 #include "services/wire/channels.hpp"
 #include "services/wire/conversions.hpp"
 #include "services/wire/graph_messages.hpp"
-#include "services/wire/lcm_event_log.hpp"
+#include "services/wire/lcm_event.hpp"
 
 namespace crsm {
 namespace {
@@ -201,13 +203,18 @@ Journal::Journal(const fs::path& folder, const JournalSubject& subject, OnDamage
   file_ = std::make_unique<JournalFile>(path.string(), contents.whole_bytes);
 }
 
+void Journal::Finish() {
+  if (std::exchange(finished_, true)) return;
+  if (to_be_kept_) WriteSearched();
+  if (!appended_) return;
+  file_->Sync();
+  WriteStretch(last_utime_);
+  file_->Sync();
+}
+
 Journal::~Journal() {
   try {
-    if (to_be_kept_) WriteSearched();
-    if (!appended_) return;
-    file_->Sync();
-    WriteStretch(last_utime_);
-    file_->Sync();
+    Finish();
   } catch (const std::runtime_error& error) {
     Say(error.what());
   }
@@ -292,6 +299,17 @@ void TakeOverJournal(const fs::path& earlier, const fs::path& out) {
   std::error_code error;
   if (!fs::exists(from, error)) throw std::runtime_error(fmt::format("there is no file {}", from.string()));
   if (!fs::equivalent(from, to, error)) CopyWhole(from, to);
+}
+
+ParameterTexts ListTexts(const Parameters& parameters, const std::vector<ParameterGroup>& groups) {
+  ParameterTexts texts;
+  for (const auto& [key, value] : ListParameters(parameters, groups)) texts.emplace_back(key, FormatValue(value));
+  return texts;
+}
+
+ParameterTexts ListMapParameters(const Parameters& parameters) {
+  using enum ParameterGroup;
+  return ListTexts(parameters, {kLaser, kScan, kUpdate, kLoops, kAlgorithm});
 }
 
 void ThrowLoopsDoNotFit(const fs::path& journal) {

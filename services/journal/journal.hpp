@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/graph/keyframe_graph.hpp"
+#include "common/parameters.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
 #include "services/journal/journal_file.hpp"
@@ -18,6 +19,11 @@ namespace crsm {
 
 /// Parameters by their keys, each as a flag says it.
 using ParameterTexts = std::vector<std::pair<std::string, std::string>>;
+ParameterTexts ListTexts(const Parameters& parameters, const std::vector<ParameterGroup>& groups);
+
+/// The parameters that a map is made with: which readings are measurements and where they point, and how they are
+/// drawn. How poses are searched is none of them, and may change from session to session.
+ParameterTexts ListMapParameters(const Parameters& parameters);
 
 /// What a journal is to be of; one of something else is refused.
 struct JournalSubject {
@@ -68,8 +74,12 @@ class Journal {
   Journal(const std::filesystem::path& folder, const JournalSubject& subject, OnDamage on_damage,
           const VisitJournal& visit);
 
-  /// Writes through to the disk, and that the session ended in order.
+  /// Does what Finish does, if that was not called; what goes wrong then is said on stderr.
   ~Journal();
+
+  /// Writes through to the disk, and that the session ended in order. Nothing can be appended afterwards. Throws
+  /// std::runtime_error if it cannot be written.
+  void Finish();
 
   /// Of the map: drawn by who began the journal.
   std::int64_t epoch() const { return epoch_; }
@@ -101,6 +111,7 @@ class Journal {
   std::int64_t epoch_;
   bool head_written_ = false;
   bool appended_ = false;                   ///< in this session
+  bool finished_ = false;
   std::optional<KeyframeId> searched_;      ///< of it and those before it no more is to be kept
   std::optional<pose_graph_t> to_be_kept_;  ///< says so
   int num_drawn_ = 0;                       ///< scans, since that was written

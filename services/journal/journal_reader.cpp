@@ -7,7 +7,7 @@
 #include "services/base/crc32.hpp"
 #include "services/wire/channels.hpp"
 #include "services/wire/conversions.hpp"
-#include "services/wire/lcm_event_log.hpp"
+#include "services/wire/lcm_event.hpp"
 
 namespace crsm {
 namespace {

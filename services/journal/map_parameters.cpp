@@ -7,20 +7,6 @@
 #include "services/base/usage_error.hpp"
 
 namespace crsm {
-namespace {
-
-ParameterTexts ListTexts(const Parameters& parameters, const std::vector<ParameterGroup>& groups) {
-  ParameterTexts texts;
-  for (const auto& [key, value] : ListParameters(parameters, groups)) texts.emplace_back(key, FormatValue(value));
-  return texts;
-}
-
-}  // namespace
-
-ParameterTexts ListMapParameters(const Parameters& parameters) {
-  return ListTexts(parameters, {ParameterGroup::kLaser, ParameterGroup::kScan, ParameterGroup::kUpdate,
-                                ParameterGroup::kLoops, ParameterGroup::kAlgorithm});
-}
 
 void AdoptMapParameters(const std::filesystem::path& folder, CommandLine& command_line) {
   if (const auto head = ReadHead(folder)) command_line.Adopt(head->subject.parameters, folder.string());

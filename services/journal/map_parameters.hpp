@@ -2,15 +2,10 @@
 
 #include <filesystem>
 
-#include "common/parameters.hpp"
 #include "services/journal/journal.hpp"
 #include "services/settings/command_line.hpp"
 
 namespace crsm {
-
-/// The parameters that a map is made with: which readings are measurements and where they point, and how they are
-/// drawn. How poses are searched is none of them, and may change from session to session.
-ParameterTexts ListMapParameters(const Parameters& parameters);
 
 /// Takes over the parameters of the map whose journal is in `folder`, if there is one in it. Throws UsageError that
 /// names the flag, preset or line of a file that says something else, std::runtime_error as ReadHead.

@@ -226,10 +226,6 @@ NamedValues CommandLine::UsedValues() const {
   return used;
 }
 
-std::string FormatValue(const ParameterValue& value) {
-  return std::visit([](const auto& plain) { return fmt::format("{}", plain); }, value);
-}
-
 ParameterValue ReadValue(const std::string& key, const std::string& text) {
   Parameters parameters;
   Settings settings;

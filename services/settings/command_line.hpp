@@ -92,9 +92,7 @@ class CommandLine {
 /// How a laser's messages are read.
 LaserMessageOptions LaserMessagesOf(const CommandLine& command_line);
 
-/// A value as a flag would say it, and the other way round: a text that is not one of `key`, or of a key that this
-/// program does not know, stays a text.
-std::string FormatValue(const ParameterValue& value);
+/// What a flag says. A text that is not one of `key`, or of a key that this program does not know, stays a text.
 ParameterValue ReadValue(const std::string& key, const std::string& text);
 
 /// The flag of a parameter or setting: "--range-max-m" of "range_max_m".

@@ -7,7 +7,7 @@ import subprocess
 ORDER = ("README.md", "services/run_stack/README.md", "services/README.md", "services/map_viewer/README.md",
          "services/sources/README.md", "scripts/README.md", "scripts/systemd/README.md", "common/README.md",
          "lcmtypes/README.md", "logs/README.md", "tests/README.md", "scripts/examples/README.md")
-COMMAND = re.compile(r"    (?:[A-Z_]+=\S+ )*(?:(?:scripts|build/bin)/\w|(?:sudo|ip|sysctl|export|parallel|cp|echo) )")
+COMMAND = re.compile(r"    (?:[A-Z_]+=\S+ )*(?:(?:scripts|build/bin)/\w|(?:sudo|ip|sysctl|export|parallel|cp|echo|pip) )")
 
 
 @dataclasses.dataclass(frozen=True)

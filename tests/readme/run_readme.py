@@ -55,6 +55,7 @@ UNRUN = {  # by how a command begins, behind sudo and variables
     "build/bin/unit_tests": "scripts/test runs it",
     "build/bin/experiments": "scripts/experiments runs it",
     "apt": "as scripts/packages",
+    "pip": "builds once more; the test python uses the package as it is built here",
     "dpkg": "as scripts/packages",
     "systemctl": "needs a running systemd; tests/process/systemd_test.cpp reads the units",
     "usermod": "is for the whole machine",

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "catch.hpp"
-#include "common/library/presets.hpp"
+#include "services/library/presets.hpp"
 #include "common/set_parameter.hpp"
 #include "common/slam.hpp"
 #include "common/worlds/simulator.hpp"

@@ -13,8 +13,8 @@
 /// CRSM SLAM as a library: it makes a map and poses from the scans of a planar laser, without odometry. Lengths are in
 /// metres, angles in radians, counter-clockwise. The frame of the map is the frame of the laser at the first scan.
 ///
-/// The same scans and settings give the same map on every x86-64 machine. `slam_offline` makes the same map too. The
-/// library prints nothing and reads no clock. Use an object from one thread at a time. Each object has one thread of
+/// The same scans and settings give the same map on every x86-64 machine. `slam_offline` makes the same map too, and
+/// each can go on with what the other has saved. The library prints nothing and reads no clock. Use an object from one thread at a time. Each object has one thread of
 /// its own that searches loop closures, unless the setting `loops` is false.
 namespace crsm_slam {
 
@@ -31,6 +31,8 @@ struct Scan {
   float angle_min_rad = 0.0f;   ///< angle of beam 0, laser frame, from x
   float angle_step_rad = 0.0f;  ///< angle from a beam to the next; negative for lasers that turn clockwise
   std::vector<float> ranges_m;  ///< of 2 to 4096 beams; <= 0, NaN or above the maximum range: no return
+  /// When each beam was measured, from utime on [s], -2 to 2: the scan is deskewed by that. Empty: `sweep_s` says it.
+  std::vector<float> times_s = {};
 };
 
 /// How the pose of a scan was found.
@@ -45,6 +47,7 @@ enum class State {
 struct Step {
   State state = State::kFirst;  ///< whether you can trust the pose
   Pose T_map_laser;             ///< the pose of the laser
+  Pose T_local_laser;           ///< the same in a frame that drifts: corrections of the map make no jump in it
   double fitness = 0.0;         ///< of the scan at that pose, 0 to 1
   /// xx, xy, x yaw, yy, y yaw, yaw yaw [m^2, m rad, rad^2]; 0 in the first scan of all. That of a guess, kLost or
   /// kFirst, grows with the time since the last match; variances of 1e4: nothing is known of the pose.
@@ -84,11 +87,51 @@ struct Map {
   std::vector<std::uint8_t> cells;  ///< row by row from the lower left, y up: 255 free .. 0 occupied, 127 unexplored
 };
 
-/// The settings of a map. The order is defaults, preset, profile, values; a later one overrides an earlier one.
+/// What changed in a map: squares of 64 x 64 cells.
+struct MapChanges {
+  std::int64_t version = 0;  ///< of the map with these changes
+  double cell_size_m = 0.0;  ///< side of a cell
+  struct Tile {
+    int x_cells = 0;                                  ///< of its lower left cell; cell (0, 0) has its lower left ...
+    int y_cells = 0;                                  ///< ... corner at the origin of the map
+    std::array<std::uint8_t, std::size_t{64} * 64> cells;  ///< as of Map: all of the tile, as it is now
+  };
+  std::vector<Tile> tiles;
+};
+
+/// Whether a map can be trusted.
+enum class Trust {
+  kGood,      ///< no check found a fault
+  kDoubtful,  ///< look at the map before you rely on it
+  kBad,       ///< not to be trusted
+};
+
+/// What speaks for a map and against it.
+struct Verdict {
+  Trust trust = Trust::kGood;
+  std::vector<std::string> lines;  ///< for people: what came of the scans, and the reasons
+  std::optional<double> off_m;     ///< how far off parts of the map may be; more in one map of twenty
+};
+
+/// The settings of a map. The order is defaults, preset, profile, single ones, values; a later one overrides an earlier
+/// one. Nothing: as the preset says. `slam_offline --help` says what each does and its limits.
 struct Settings {
   std::string preset = {};   ///< the laser, one of Presets(); empty: a laser with a range of 30 m
   std::string profile = {};  ///< "default", or "paper", which follows the text of the paper exactly
-  /// Single parameters, as `slam_offline --help` lists them, with _ for -: {{"range_max_m", "40"}, {"loops", "false"}}.
+  std::optional<double> range_min_m = {};        ///< shorter readings are ignored
+  std::optional<double> range_max_m = {};        ///< of the laser; readings beyond 95 % of it are ignored
+  std::optional<double> angle_scale = {};        ///< true angle / nominal angle of the beams
+  std::optional<double> sweep_s = {};            ///< from the first to the last beam; negative: the last one comes first
+  std::optional<bool> beam_times = {};           ///< believe Scan::times_s
+  std::optional<int> rays_max = {};              ///< most critical rays of a scan
+  std::optional<std::uint64_t> seed = {};        ///< of the random numbers
+  std::optional<bool> smooth_climb = {};         ///< more accurate between cells, for twice the time
+  std::optional<double> cell_size_m = {};        ///< side of a map cell
+  std::optional<double> update_distance_m = {};  ///< a scan updates the map after this much motion ...
+  std::optional<double> update_angle_rad = {};   ///< ... or this much turning
+  std::optional<bool> loops = {};                ///< detect loop closures and correct the map
+  std::optional<double> local_map_m = {};        ///< length of the local map, to which scans are matched
+  /// The same and others by their names, as text that was read from a file: {{"range_max_m", "40"}, {"loops", "false"}}.
   std::map<std::string, std::string> values = {};
 };
 
@@ -130,8 +173,37 @@ class CRSM_SLAM_PUBLIC Slam {
   /// The loop closures that were accepted and not rejected later.
   std::vector<Loop> Loops() const;
 
+  /// What changed in the map of MakeMap since a version of it, which a call before has named; 0: all of it. As costly as
+  /// MakeMap.
+  MapChanges ChangesSince(std::int64_t version);
+
+  /// Whether the map, or the poses on a finished one, can be trusted, and why. As costly as MakeMap.
+  Verdict Judge() const;
+
+  /// Another drive begins with the next scan: the robot may be anywhere. Where it comes to known places, the two are
+  /// joined.
+  void BeginDrive();
+
+  /// Finishes the map. From now on scans are localised on it, and change nothing; where the first of them was taken is
+  /// searched on all of the map.
+  void FinishMap();
+
+  /// Writes into a folder, which is made if need be: map.png, map.pgm and map.yaml (as map_server reads them),
+  /// trajectory.tum, graph.g2o (with loops), and journal/, of which Load and slam_offline make the map again. What is
+  /// there already is replaced as a whole. Throws std::runtime_error if that fails, and std::logic_error on a finished
+  /// map, which is saved already.
+  void Save(const std::string& folder) const;
+
+  /// A map that was saved, by slam_offline or run_stack too: the next scan goes on with it, or is localised after
+  /// FinishMap. T_map_laser: about where the next scan is taken; without, where the last one was, or anywhere on a
+  /// finished map. Settings that the map was made with are taken over; others than these throw std::invalid_argument.
+  /// Throws std::runtime_error if there is no map in the folder, or if it is damaged.
+  static Slam Load(const std::string& folder, const Settings& settings = {},
+                   const std::optional<Pose>& T_map_laser = std::nullopt);
+
  private:
   struct Impl;
+  explicit Slam(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -1,0 +1,20 @@
+# The Python package crsm_slam, in the build folder's python/ beside the message types: where pybind11 is installed.
+set(Python_FIND_STRATEGY LOCATION)  # the python3 of the path, not the newest one
+find_package(Python 3.8 COMPONENTS Interpreter Development.Module QUIET)
+if(Python_FOUND)
+  find_package(pybind11 CONFIG QUIET)
+endif()
+if(NOT pybind11_FOUND)
+  message(STATUS "no pybind11: the Python package is not built (scripts/setup --python)")
+  return()
+endif()
+
+file(GLOB PYTHON_SOURCES CONFIGURE_DEPENDS services/python/*.cpp services/library/*.cpp)
+pybind11_add_module(crsm_python MODULE NO_EXTRAS ${PYTHON_SOURCES})
+set(PYTHON_PACKAGE ${CMAKE_BINARY_DIR}/python/crsm_slam)
+set_target_properties(crsm_python PROPERTIES OUTPUT_NAME _crsm_slam LIBRARY_OUTPUT_DIRECTORY ${PYTHON_PACKAGE})
+target_include_directories(crsm_python PRIVATE ${CMAKE_SOURCE_DIR}/services/library)
+target_compile_definitions(crsm_python PRIVATE CRSM_SLAM_VERSION="${PROJECT_VERSION}")
+target_link_libraries(crsm_python PRIVATE crsm_sources crsm_lasers crsm_journal crsm_shared)
+file(GLOB PYTHON_FILES CONFIGURE_DEPENDS services/python/crsm_slam/*)
+add_custom_command(TARGET crsm_python POST_BUILD COMMAND ${CMAKE_COMMAND} -E copy_if_different ${PYTHON_FILES} ${PYTHON_PACKAGE})

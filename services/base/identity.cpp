@@ -1,0 +1,24 @@
+#include "services/base/identity.hpp"
+
+#include <fstream>
+#include <random>
+#include <string>
+
+#include "services/base/crc32.hpp"
+
+namespace crsm {
+
+std::int64_t DrawIdentity() {
+  std::random_device device;
+  return (std::int64_t{device()} << 31 | std::int64_t{device() >> 1}) + 1;
+}
+
+std::int64_t IdentityOfThisBoot(std::int64_t identity) {
+  std::ifstream file("/proc/sys/kernel/random/boot_id");
+  std::string boot;
+  file >> boot;
+  const auto mixed = static_cast<std::int64_t>(static_cast<std::uint64_t>(identity) ^ Crc32(boot));
+  return mixed != 0 ? mixed : identity;
+}
+
+}  // namespace crsm
