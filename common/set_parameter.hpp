@@ -9,6 +9,7 @@
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "common/math/format_number.hpp"
 #include "common/math/parse_number.hpp"
@@ -38,15 +39,19 @@ class ValueSetter {
 
   template <class... Rest>
   void operator()(const ParameterInfo& info, Rest&&... rest) {
-    if (key_ == info.key) Set(std::forward<Rest>(rest)...);
+    (*this)(info.key, info.help, std::forward<Rest>(rest)...);
   }
   template <class... Rest>
   void operator()(const char* key, const char*, Rest&&... rest) {
+    keys_.emplace_back(key);
     if (key_ == key) Set(std::forward<Rest>(rest)...);
   }
 
   /// Whether one of those that were visited has the key.
   bool found() const { return found_; }
+
+  /// All that were visited.
+  const std::vector<std::string>& keys() const { return keys_; }
 
  private:
   using Kind = WrittenValue::Kind;
@@ -93,6 +98,7 @@ class ValueSetter {
   std::string key_;
   WrittenValue value_;
   bool found_ = false;
+  std::vector<std::string> keys_;
 };
 
 }  // namespace crsm

@@ -16,12 +16,12 @@
 namespace crsm {
 namespace {
 
-using Constants = DiagnosisConstants::SelfContradiction;
+using ContradictionConstants = DiagnosisConstants::SelfContradiction;
 
 /// One scan, to be asked what its beams meet.
 class Look {
  public:
-  Look(const PlacedRays& scan, const Constants& constants) : scan_(scan), constants_(constants) {
+  Look(const PlacedRays& scan, const ContradictionConstants& constants) : scan_(scan), constants_(constants) {
     std::vector<double> steps_rad;
     const auto& angles_rad = scan.rays.angle_rad;
     for (std::size_t i = 1; i < angles_rad.size(); ++i) steps_rad.push_back(angles_rad[i] - angles_rad[i - 1]);
@@ -69,12 +69,12 @@ class Look {
   }
 
   const PlacedRays& scan_;
-  const Constants& constants_;
+  const ContradictionConstants& constants_;
   double widest_rad_ = 0.0;
 };
 
 /// Of scans that were taken where the robot hardly moved, one.
-std::vector<const PlacedRays*> ThinOut(std::span<const PlacedRays> scans, const Constants& constants) {
+std::vector<const PlacedRays*> ThinOut(std::span<const PlacedRays> scans, const ContradictionConstants& constants) {
   std::vector<const PlacedRays*> kept;
   for (const PlacedRays& scan : scans) {
     if (!kept.empty()) {
@@ -100,7 +100,7 @@ struct Counted {
 
 /// Pairs of scans of one place, long apart along the path.
 std::vector<std::pair<const PlacedRays*, const PlacedRays*>> FindPairs(const std::vector<const PlacedRays*>& scans,
-                                                                       const Constants& constants) {
+                                                                       const ContradictionConstants& constants) {
   std::map<Square, std::vector<const PlacedRays*>> at;
   std::vector<std::pair<const PlacedRays*, const PlacedRays*>> pairs;
   for (const PlacedRays* scan : scans) {

@@ -12,8 +12,6 @@
 namespace crsm {
 namespace {
 
-using Constants = DiagnosisConstants::SweepStudy;
-
 /// What a sweep makes of a scan.
 struct Trial {
   double fitness = 0.0;  ///< 0 if it was lost
@@ -22,7 +20,7 @@ struct Trial {
 
 /// What became of each scan, up to enough that turn.
 std::vector<Trial> Try(std::span<const LaserScan> scans, const Parameters& parameters, double sweep_s,
-                       const Constants& constants) {
+                       const DiagnosisConstants::SweepStudy& constants) {
   std::vector<Trial> trials;
   Slam slam(parameters);
   ScanMatch last;
@@ -47,7 +45,7 @@ std::vector<Trial> Try(std::span<const LaserScan> scans, const Parameters& param
 
 /// Whether turning scans fit better by one sweep than by another, so clearly that it is no chance.
 bool IsClearlyBetter(const std::vector<Trial>& one, const std::vector<Trial>& other, const std::vector<Trial>& turns,
-                     const Constants& constants) {
+                     const DiagnosisConstants::SweepStudy& constants) {
   double sum = 0.0;
   double squares = 0.0;
   double num = 0.0;
@@ -83,7 +81,7 @@ double FindSaidSweep(std::span<const LaserScan> scans) {
 }
 
 /// The share of a turn that the laser sees, of the time for a turn.
-double LikelySweep(const LaserScan& scan, double period_s, const Constants& constants) {
+double LikelySweep(const LaserScan& scan, double period_s, const DiagnosisConstants::SweepStudy& constants) {
   return period_s <= constants.longest_period_s ? period_s * std::min(1.0, ViewOf(scan) / (2.0 * kPi)) : 0.0;
 }
 

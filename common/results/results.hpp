@@ -8,10 +8,10 @@
 
 #include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
+#include "common/logs/map_files.hpp"
 #include "common/logs/replacement.hpp"
 #include "common/map/dense_grid.hpp"
 #include "common/metrics/trajectory.hpp"
-#include "common/logs/map_files.hpp"
 #include "common/results/match_sequence.hpp"
 #include "common/scan/critical_rays.hpp"
 

@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "common/logs/regular_file.hpp"
+#include "common/math/nearest_name.hpp"
 #include "common/scan/laser_scan.hpp"
 #include "common/worlds/built_in_worlds.hpp"
 #include "common/worlds/campus.hpp"
@@ -299,9 +300,11 @@ std::string LoadWorldText(const std::string& name) {
     if (world.name == name) return std::string(world.text);
   }
   if (std::error_code error; !std::filesystem::exists(name, error)) {
+    std::vector<std::string> names = ListBuiltInWorlds();
+    names.emplace_back("campus");
     throw std::runtime_error(
-        fmt::format("there is no world file {} and no built-in world of that name; the built-in worlds are {}", name,
-                    DescribeBuiltInWorlds()));
+        fmt::format("there is no world file {} and no built-in world of that name; the built-in worlds are {}{}", name,
+                    DescribeBuiltInWorlds(), SuggestName(name, names, "sim:")));
   }
   return ReadWholeFile(name);
 }

@@ -15,9 +15,11 @@ if(CRSM_SANITIZERS)
 endif()
 
 # One compile for programs and for the Python module, which shows of itself only what Python asks for.
-set(CMAKE_POSITION_INDEPENDENT_CODE ON)
-set(CMAKE_CXX_VISIBILITY_PRESET hidden)
-set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
+if(NOT CRSM_SANITIZERS)
+  set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+  set(CMAKE_CXX_VISIBILITY_PRESET hidden)
+  set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
+endif()
 
 # Hardening of what is installed: release builds only, because the sanitizers bring guards of their own and FORTIFY needs
 # an optimiser. Stack protector, checked calls of the C library, addresses that change from run to run, and tables of

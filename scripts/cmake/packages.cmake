@@ -77,6 +77,8 @@ set(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS iproute2)  # crsm_bus.service
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SUGGESTS "liblcm-bin, liblcm-java, default-jre")  # lcm-spy
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_EXTRA
     "${CMAKE_SOURCE_DIR}/scripts/debian/postinst;${CMAKE_SOURCE_DIR}/scripts/debian/prerm;${CMAKE_SOURCE_DIR}/scripts/debian/postrm")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA
+    "${CMAKE_SOURCE_DIR}/scripts/debian/python/postinst;${CMAKE_SOURCE_DIR}/scripts/debian/python/prerm")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA "${CMAKE_SOURCE_DIR}/scripts/debian/triggers")
 # Below the project's own description.
 set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "These programs make a map of a building and localise a robot in it, from the
@@ -89,6 +91,6 @@ laser, but neither odometry nor middleware.")
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "This package is for developers. It contains the header, a CMake package, a
 pkg-config file and the static library of CRSM SLAM. It also contains the types
 of its LCM messages, and their Python code from lcm-gen.")
-set(CPACK_COMPONENT_PYTHON_DESCRIPTION "This package is the library for Python: maps, poses and verdicts as NumPy arrays,
-from arrays of ranges or from logs and bags.")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "This package is the library for Python: maps, poses and verdicts as NumPy
+arrays, from arrays of ranges or from logs and bags.")
 include(CPack)

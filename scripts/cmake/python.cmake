@@ -1,5 +1,11 @@
 # The Python package crsm_slam, in the build folder's python/ beside the message types: where pybind11 is installed.
-set(Python_FIND_STRATEGY LOCATION)  # the python3 of the path, not the newest one
+if(CRSM_SANITIZERS)
+  return()  # a Python that is not built with them cannot load it
+endif()
+# The system's Python, for which Debian has pybind11 and NumPy, unless another one is named.
+if(NOT Python_EXECUTABLE AND EXISTS /usr/bin/python3)
+  set(Python_EXECUTABLE /usr/bin/python3)
+endif()
 find_package(Python 3.8 COMPONENTS Interpreter Development.Module QUIET)
 if(Python_FOUND)
   find_package(pybind11 CONFIG QUIET)

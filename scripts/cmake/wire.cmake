@@ -17,7 +17,9 @@ add_custom_target(crsm_lcmtypes_gen DEPENDS ${LCM_HEADERS}/stamp)
 add_library(crsm_lcmtypes INTERFACE)
 add_dependencies(crsm_lcmtypes crsm_lcmtypes_gen)
 target_include_directories(crsm_lcmtypes SYSTEM INTERFACE ${LCM_HEADERS} ${LCM_INCLUDE_DIR})
-target_compile_options(crsm_lcmtypes INTERFACE -pthread)  # as lcm.pc says: LCM has threads
+# -pthread as lcm.pc says: LCM has threads. LCM's header decodes a float as an int32_t: a compiler that believes in types
+# takes such a field for what it was before.
+target_compile_options(crsm_lcmtypes INTERFACE -pthread -fno-strict-aliasing)
 
 include(${PROJECT_SOURCE_DIR}/scripts/cmake/wire_fields.cmake)
 foreach(lcm_file ${LCM_FILES})

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """An example of a laser driver: it publishes scans on LASER as bot_core.planar_lidar_t.
 
-usage: PYTHONPATH=build/python scripts/examples/driver.py [NUMBER OF SCANS]
+usage: scripts/examples/run driver.py [NUMBER OF SCANS]
 It has no device: it simulates a room of 6 x 4 m, in which the laser turns on the spot by 0.2 rad/s.
 """
 

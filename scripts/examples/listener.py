@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Prints the robot's pose from POSE: x y yaw, in metres and radians.
 
-usage: PYTHONPATH=build/python scripts/examples/listener.py
+usage: scripts/examples/run listener.py
 """
 
 import math

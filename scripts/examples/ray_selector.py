@@ -2,7 +2,7 @@
 """A replacement for ray_selector: it sends the valid rays of each scan, and marks every n-th of them as critical.
 
 usage: scripts/run_stack LOG --out DIR --without ray_selector &
-       PYTHONPATH=build/python scripts/examples/ray_selector.py
+       scripts/examples/run ray_selector.py
 README.md beside this file says what a replacement must do.
 """
 

@@ -1,8 +1,11 @@
 #include "services/bus/bus.hpp"
 
+#include <arpa/inet.h>
 #include <fcntl.h>
 #include <fmt/core.h>
+#include <netinet/in.h>
 #include <poll.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -116,9 +119,23 @@ void CheckDescriptors() {
   }
 }
 
-std::string PrepareUrl(std::string url) {
+/// Whether packets to a bus have a way. LCM finds out in the same manner, but says it in ten lines.
+bool HasRoute(const MulticastAddress& address) {
+  sockaddr_in place{};
+  place.sin_family = AF_INET;
+  place.sin_port = htons(static_cast<std::uint16_t>(address.port));
+  if (inet_pton(AF_INET, address.group.c_str(), &place.sin_addr) != 1) return true;  // LCM will say what is wrong
+  const int visitor = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (visitor < 0) return true;
+  const bool has_route = connect(visitor, reinterpret_cast<const sockaddr*>(&place), sizeof place) == 0;
+  close(visitor);
+  return has_route;
+}
+
+std::string PrepareUrl(const std::string& url) {
   CheckDescriptors();
-  return CompleteUrl(std::move(url));
+  CheckBus(url);
+  return CompleteUrl(url);
 }
 
 }  // namespace
@@ -129,8 +146,14 @@ std::string NameBus(const std::string& url) {
   return multicast ? fmt::format("port {}", multicast->port) : complete;
 }
 
-Bus::Bus(std::string url, const std::string& channel_prefix, Counters& counters, Reception reception)
-    : url_(PrepareUrl(std::move(url))),
+void CheckBus(const std::string& url) {
+  const std::string complete = CompleteUrl(url);
+  const auto multicast = ParseMulticastUrl(complete);
+  if (multicast && !HasRoute(*multicast)) throw std::runtime_error(WhyUnreachable(complete, true));
+}
+
+Bus::Bus(const std::string& url, const std::string& channel_prefix, Counters& counters, Reception reception)
+    : url_(PrepareUrl(url)),
       multicast_(ParseMulticastUrl(url_)),
       lcm_(url_),
       prefix_(channel_prefix),

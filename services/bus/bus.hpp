@@ -24,6 +24,10 @@ namespace crsm {
 /// address, or the whole URL of a server. Throws UsageError where the URL is of no bus.
 std::string NameBus(const std::string& url);
 
+/// Throws, in one line, where no Bus can be made of a URL: UsageError if it is of no bus, std::runtime_error if there
+/// is no route for multicast.
+void CheckBus(const std::string& url);
+
 /// Who takes messages out of the kernel's buffer.
 enum class Reception {
   kByHandler,  ///< the thread that handles them, at the least cost: for those that handle messages all the time
@@ -35,7 +39,7 @@ class Bus {
  public:
   /// url: empty for LCM's default. Throws in one line: UsageError if it is of no bus, std::runtime_error if the bus
   /// cannot be reached.
-  Bus(std::string url, const std::string& channel_prefix, Counters& counters,
+  Bus(const std::string& url, const std::string& channel_prefix, Counters& counters,
       Reception reception = Reception::kByHandler);
 
   /// Calls `handler` for each well-formed message; others are counted as CHANNEL_malformed and dropped. An exception

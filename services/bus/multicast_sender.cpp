@@ -9,11 +9,12 @@
 #include <array>
 #include <cerrno>
 
+#include "services/wire/channels.hpp"
+
 namespace crsm {
 namespace {
 
 constexpr std::size_t kMostBytes = 65499;  // of channel, NUL and message: longer ones LCM sends in fragments
-constexpr std::size_t kLongestChannel = 63;
 
 }  // namespace
 

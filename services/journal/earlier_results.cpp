@@ -10,6 +10,7 @@
 #include "services/base/process.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/journal/journal.hpp"
+#include "services/settings/help.hpp"
 
 namespace crsm {
 namespace {
@@ -68,9 +69,11 @@ void AddFlags(CommandLine& command_line, EarlierResults& earlier) {
       .add_option("--resume", earlier.resume,
                   "continue the map of an earlier run, whose --out may be this run's too; scans that are in the map "
                   "already are skipped")
-      ->type_name("DIR");
-  command_line.app().add_flag("--force", earlier.force,
-                              "move the results of an earlier run in --out to a folder below it");
+      ->type_name("DIR")
+      ->group(kEarlierRunsHeading);
+  command_line.app()
+      .add_flag("--force", earlier.force, "move the results of an earlier run in --out to a folder below it")
+      ->group(kEarlierRunsHeading);
 }
 
 void CheckEarlierResults(const EarlierResults& earlier, const std::string& source, const Settings& settings) {

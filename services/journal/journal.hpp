@@ -110,7 +110,7 @@ class Journal {
   JournalSubject subject_;
   std::int64_t epoch_;
   bool head_written_ = false;
-  bool appended_ = false;                   ///< in this session
+  bool appended_ = false;  ///< in this session
   bool finished_ = false;
   std::optional<KeyframeId> searched_;      ///< of it and those before it no more is to be kept
   std::optional<pose_graph_t> to_be_kept_;  ///< says so

@@ -12,8 +12,9 @@
 
 #include "common/diagnosis/verdict.hpp"
 #include "common/graph/g2o.hpp"
-#include "common/metrics/trajectory.hpp"
 #include "common/logs/map_files.hpp"
+#include "common/math/nearest_name.hpp"
+#include "common/metrics/trajectory.hpp"
 #include "common/scan/deskew.hpp"
 #include "common/set_parameter.hpp"
 #include "common/slam.hpp"
@@ -27,7 +28,9 @@ namespace {
 void SetParameter(crsm::Parameters& parameters, const std::string& key, const std::string& text) {
   crsm::ValueSetter setter(key, {crsm::WrittenValue::Kind::kFlag, text});
   crsm::VisitParameters(parameters, setter);
-  if (!setter.found()) throw std::runtime_error(key + ": no such key; slam_offline --help lists them, with - for _");
+  if (setter.found()) return;
+  throw std::runtime_error(key + ": no such key; slam_offline --help lists them, with - for _" +
+                           crsm::SuggestName(key, setter.keys()));
 }
 
 std::set<std::string> NamesOf(std::span<const PresetValue> values) {
@@ -75,7 +78,8 @@ crsm::Parameters MakeParameters(const Settings& settings, const crsm::ParameterT
   profiles.insert("default");
   const auto Check = [](const std::string& kind, const std::string& name, const std::set<std::string>& names) {
     if (name.empty() || names.contains(name)) return;
-    throw std::runtime_error(kind + ": '" + name + "' is not one of " + crsm::JoinNames(names));
+    throw std::runtime_error(kind + ": '" + name + "' is not one of " + crsm::JoinNames(names) +
+                             crsm::SuggestName(name, {names.begin(), names.end()}));
   };
   Check("preset", settings.preset, presets);
   Check("profile", settings.profile, profiles);
@@ -187,7 +191,8 @@ struct Slam::Impl {
     std::size_t num_drawn = 0;
     auto update = found.begin();
     for (std::size_t scan = 0; scan < matched.size(); ++scan) {
-      for (; update != found.end() && std::cmp_less_equal(update->first, scan); ++update) Append(update->second, journal);
+      for (; update != found.end() && std::cmp_less_equal(update->first, scan); ++update)
+        Append(update->second, journal);
       crsm::CriticalRays rays_of_scan;
       rays_of_scan.utime = matched[scan].utime;
       if (drawn[scan]) {
@@ -244,7 +249,6 @@ struct Slam::Impl {
 };
 
 Slam::Slam(const Settings& settings) : impl_(std::make_unique<Impl>(CheckedParameters(settings))) {}
-Slam::Slam(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Slam::~Slam() = default;
 Slam::Slam(Slam&&) noexcept = default;
 Slam& Slam::operator=(Slam&&) noexcept = default;
@@ -414,7 +418,9 @@ Slam Slam::Load(const std::string& folder, const Settings& settings, const std::
   crsm::ReadJournal(journal, {false, head->subject.parameters}, crsm::OnDamage::kRefuse, {Restore, Update, Searched});
   impl->Await();
   impl->slam.Resume(parameters.match.start);
-  return Slam(std::move(impl));
+  Slam loaded;
+  loaded.impl_ = std::move(impl);
+  return loaded;
 }
 
 }  // namespace crsm_slam

@@ -38,8 +38,10 @@ class Window {
         site_(std::move(scenes), Access(address_.is_loopback, token_)),
         server_(
             address_, [this](const WebRequest& request) { return site_.Answer(request); }, counters) {
-    Say(fmt::format("{}: http://{}/{}", command_line.program(), FormatAuthority(server_.address()),
-                    token_.empty() ? "" : "#token=" + token_));
+    const bool is_another_port = address_.port != 0 && server_.address().port != address_.port;
+    Say(fmt::format("{}: http://{}/{}{}", command_line.program(), FormatAuthority(server_.address()),
+                    token_.empty() ? "" : "#token=" + token_,
+                    is_another_port ? fmt::format(" (port {} is in use)", address_.port) : ""));
   }
 
   WebServer& server() { return server_; }

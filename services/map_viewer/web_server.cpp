@@ -201,14 +201,9 @@ class WebServer::Impl {
   Impl(const HttpAddress& address, Answer answer, Counters& counters)
       : address_(address), answer_(std::move(answer)), counters_(counters), acceptor_(context_) {
     try {
-      const asio::ip::tcp::endpoint endpoint(asio::ip::make_address(address.address), address.port);
-      acceptor_.open(endpoint.protocol());
-      acceptor_.set_option(asio::socket_base::reuse_address(true));
-      acceptor_.bind(endpoint);
-      acceptor_.listen();
+      while (!Listen({asio::ip::make_address(address_.address), address_.port})) ++address_.port;
     } catch (const boost::system::system_error& error) {
-      throw std::runtime_error(fmt::format("--http {}: {}; does another map_viewer use this port? Choose another port",
-                                           FormatAuthority(address), error.code().message()));
+      throw std::runtime_error(fmt::format("--http {}: {}", FormatAuthority(address), error.code().message()));
     }
     address_.port = acceptor_.local_endpoint().port();
     Accept();
@@ -243,6 +238,22 @@ class WebServer::Impl {
   void Adopt(int descriptor) { Adopt(Protocol::socket(context_, Protocol(AF_UNIX, 0), descriptor)); }
 
  private:
+  /// False if other programs use this port, and the next one may be free.
+  bool Listen(const asio::ip::tcp::endpoint& endpoint) {
+    constexpr std::uint16_t kLastPort = 65535;
+    boost::system::error_code error;
+    acceptor_.open(endpoint.protocol());
+    acceptor_.set_option(asio::socket_base::reuse_address(true));
+    acceptor_.bind(endpoint, error);
+    if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
+    if (!error) return true;
+    acceptor_.close();
+    if (error != asio::error::address_in_use || endpoint.port() == kLastPort) {
+      throw boost::system::system_error(error);
+    }
+    return false;
+  }
+
   void Accept() {
     acceptor_.async_accept([this](beast::error_code error, asio::ip::tcp::socket socket) {
       if (!error) {

@@ -28,13 +28,13 @@ def tag():
 def build(folder):
     """The files of the package, in folder/python/crsm_slam and folder/bin."""
     if not shutil.which("cmake") or not shutil.which("ninja"):
-        sys.exit("crsm_slam: building needs CMake, Ninja and more: type scripts/setup --python")
+        sys.exit("crsm_slam: building needs CMake, Ninja and more: type scripts/setup --demo --python")
     run = lambda *command: subprocess.run([str(word) for word in command], check=True)
     run("cmake", "-S", PROJECT, "-B", folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", "-DCRSM_TESTS=OFF",
-        f"-DPython_EXECUTABLE={sys.executable}")
+        "-DCRSM_VIEWER=OFF", f"-DPython_EXECUTABLE={sys.executable}")
     if "crsm_python" not in subprocess.run(["ninja", "-C", folder, "-t", "targets", "all"], stdout=subprocess.PIPE,
                                            text=True, check=True).stdout:
-        sys.exit("crsm_slam: pybind11 or the headers of Python are missing: type scripts/setup --python")
+        sys.exit("crsm_slam: pybind11 or the headers of Python are missing: type scripts/setup --demo --python")
     run("cmake", "--build", folder, "--target", "crsm_python", "slam_offline")
 
 

@@ -191,9 +191,9 @@ class Log {
     std::optional<Pose> T_odom_robot;
     if (const auto odometry = source_->Odometry(); odometry && command_line_->settings().odometry)
       T_odom_robot = Pose{odometry->x_m, odometry->y_m, odometry->yaw_rad};
-    return {{scan->utime, scan->angle_min_rad, scan->angle_step_rad, std::move(scan->ranges_m),
-             std::move(scan->times_s)},
-            T_odom_robot};
+    return {
+        {scan->utime, scan->angle_min_rad, scan->angle_step_rad, std::move(scan->ranges_m), std::move(scan->times_s)},
+        T_odom_robot};
   }
 
   std::optional<Pose> TruePose() const {
@@ -264,16 +264,17 @@ void AddTypes(py::module_& module) {
            "angle_min_rad: angle of beam 0 from x, counter-clockwise. angle_step_rad: from a beam to the next.\n"
            "utime: time of the scan [us], 0 or later; it identifies the scan. times_s: (N,), when each beam was\n"
            "measured, from utime on [s]. odometry: x [m], y [m], yaw [rad] by the wheels.")
-      .def_property_readonly(
-          "ranges_m", [](const ScanWithOdometry& scan) {
-            return Floats(static_cast<py::ssize_t>(scan.scan.ranges_m.size()), scan.scan.ranges_m.data());
-          })
-      .def_property_readonly("times_s",
+      .def_property_readonly("ranges_m",
                              [](const ScanWithOdometry& scan) {
-                               return Floats(static_cast<py::ssize_t>(scan.scan.times_s.size()),
-                                             scan.scan.times_s.data());
-                             },
-                             "(N,) [s], or (0,) where that is not known")
+                               return Floats(static_cast<py::ssize_t>(scan.scan.ranges_m.size()),
+                                             scan.scan.ranges_m.data());
+                             })
+      .def_property_readonly(
+          "times_s",
+          [](const ScanWithOdometry& scan) {
+            return Floats(static_cast<py::ssize_t>(scan.scan.times_s.size()), scan.scan.times_s.data());
+          },
+          "(N,) [s], or (0,) where that is not known")
       .def_property_readonly("angle_min_rad", [](const ScanWithOdometry& scan) { return scan.scan.angle_min_rad; })
       .def_property_readonly("angle_step_rad", [](const ScanWithOdometry& scan) { return scan.scan.angle_step_rad; })
       .def_property_readonly("utime", [](const ScanWithOdometry& scan) { return scan.scan.utime; })
@@ -283,47 +284,51 @@ void AddTypes(py::module_& module) {
 
   py::class_<crsm_slam::Step>(module, "Step", "The result of one scan.")
       .def_readonly("state", &crsm_slam::Step::state)
-      .def_property_readonly("T_map_laser", [](const crsm_slam::Step& step) { return ToArray(step.T_map_laser); },
-                             "(3,): x [m], y [m], yaw [rad]")
-      .def_property_readonly("T_local_laser", [](const crsm_slam::Step& step) { return ToArray(step.T_local_laser); },
-                             "(3,): the same in a frame that drifts, without jumps")
+      .def_property_readonly(
+          "T_map_laser", [](const crsm_slam::Step& step) { return ToArray(step.T_map_laser); },
+          "(3,): x [m], y [m], yaw [rad]")
+      .def_property_readonly(
+          "T_local_laser", [](const crsm_slam::Step& step) { return ToArray(step.T_local_laser); },
+          "(3,): the same in a frame that drifts, without jumps")
       .def_readonly("fitness", &crsm_slam::Step::fitness, "of the scan at that pose, 0 to 1")
-      .def_property_readonly("covariance", [](const crsm_slam::Step& step) { return ToMatrix(step.covariance); },
-                             "(3, 3), of x [m], y [m], yaw [rad]")
-      .def_property_readonly("degenerate_axis",
-                             [](const crsm_slam::Step& step) { return ToArray(step.degenerate_axis); },
-                             "(2,): unit vector, map frame, if the state is DEGENERATE; else 0")
+      .def_property_readonly(
+          "covariance", [](const crsm_slam::Step& step) { return ToMatrix(step.covariance); },
+          "(3, 3), of x [m], y [m], yaw [rad]")
+      .def_property_readonly(
+          "degenerate_axis", [](const crsm_slam::Step& step) { return ToArray(step.degenerate_axis); },
+          "(2,): unit vector, map frame, if the state is DEGENERATE; else 0")
       .def_readonly("drawn", &crsm_slam::Step::drawn, "the scan is in the map")
       .def_readonly("loop_closed", &crsm_slam::Step::loop_closed, "map and trajectory were corrected")
       .def_readonly("on_map", &crsm_slam::Step::on_map, "this part of the path is joined with the map")
       .def("__repr__", &Describe);
 
   py::class_<crsm_slam::Map>(module, "Map", "The smallest rectangle with all explored cells.")
-      .def_property_readonly("cells",
-                             [](const crsm_slam::Map& map) {
-                               return ToCells(map.cells.data(), map.height_cells, map.width_cells);
-                             },
-                             "(height, width), uint8, y up: 255 free .. 0 occupied, 127 unexplored")
+      .def_property_readonly(
+          "cells",
+          [](const crsm_slam::Map& map) { return ToCells(map.cells.data(), map.height_cells, map.width_cells); },
+          "(height, width), uint8, y up: 255 free .. 0 occupied, 127 unexplored")
       .def_readonly("cell_size_m", &crsm_slam::Map::cell_size_m)
-      .def_property_readonly("origin_m",
-                             [](const crsm_slam::Map& map) {
-                               return ToArray(std::array<double, 2>{map.T_map_grid.x_m, map.T_map_grid.y_m});
-                             },
-                             "(2,): x and y of the lower left corner, map frame [m]")
-      .def_property_readonly("extent_m",
-                             [](const crsm_slam::Map& map) {
-                               const auto& [x_m, y_m, yaw_rad] = map.T_map_grid;
-                               return py::make_tuple(x_m, x_m + map.width_cells * map.cell_size_m, y_m,
-                                                     y_m + map.height_cells * map.cell_size_m);
-                             },
-                             "left, right, bottom, top [m], as matplotlib.imshow takes it with origin='lower'");
+      .def_property_readonly(
+          "origin_m",
+          [](const crsm_slam::Map& map) {
+            return ToArray(std::array<double, 2>{map.T_map_grid.x_m, map.T_map_grid.y_m});
+          },
+          "(2,): x and y of the lower left corner, map frame [m]")
+      .def_property_readonly(
+          "extent_m",
+          [](const crsm_slam::Map& map) {
+            const auto& [x_m, y_m, yaw_rad] = map.T_map_grid;
+            return py::make_tuple(x_m, x_m + map.width_cells * map.cell_size_m, y_m,
+                                  y_m + map.height_cells * map.cell_size_m);
+          },
+          "left, right, bottom, top [m], as matplotlib.imshow takes it with origin='lower'");
 
   py::class_<crsm_slam::MapChanges::Tile>(module, "Tile", "A square of 64 x 64 cells.")
       .def_readonly("x_cells", &crsm_slam::MapChanges::Tile::x_cells, "of its lower left cell, from the map's origin")
       .def_readonly("y_cells", &crsm_slam::MapChanges::Tile::y_cells)
-      .def_property_readonly("cells",
-                             [](const crsm_slam::MapChanges::Tile& tile) { return ToCells(tile.cells.data(), 64, 64); },
-                             "(64, 64), uint8, y up, as of Map");
+      .def_property_readonly(
+          "cells", [](const crsm_slam::MapChanges::Tile& tile) { return ToCells(tile.cells.data(), 64, 64); },
+          "(64, 64), uint8, y up, as of Map");
   py::class_<crsm_slam::MapChanges>(module, "MapChanges", "What changed in a map.")
       .def_readonly("version", &crsm_slam::MapChanges::version)
       .def_readonly("cell_size_m", &crsm_slam::MapChanges::cell_size_m)
@@ -375,9 +380,10 @@ void AddSlam(py::module_& module) {
       .def(
           "make_map", [](PySlam& slam) { return slam.Do([](const crsm_slam::Slam& of) { return of.MakeMap(); }); },
           "The Map of all scans so far, corrected by all loop closures. Takes as long as some hundred scans.")
-      .def("trajectory", &TrajectoryOf,
-           "(scans,), with the fields utime [us], x_m, y_m, yaw_rad (T_map_laser, corrected), state (State), and piece\n"
-           "(1: on the map of make_map).")
+      .def(
+          "trajectory", &TrajectoryOf,
+          "(scans,), with the fields utime [us], x_m, y_m, yaw_rad (T_map_laser, corrected), state (State), and piece\n"
+          "(1: on the map of make_map).")
       .def("loops", &LoopsOf,
            "(loops,), with the fields older_utime, newer_utime [us], x_m, y_m, yaw_rad (T_older_newer).")
       .def(
@@ -391,11 +397,10 @@ void AddSlam(py::module_& module) {
           "The Verdict: whether the map can be trusted, and why.")
       .def(
           "save",
-          [](PySlam& slam, const std::string& folder) {
-            slam.Do([&](const crsm_slam::Slam& of) { of.Save(folder); });
-          },
+          [](PySlam& slam, const std::string& folder) { slam.Do([&](const crsm_slam::Slam& of) { of.Save(folder); }); },
           py::arg("folder"),
-          "Writes map.png, map.pgm, map.yaml, trajectory.tum, graph.g2o, and journal/, of which load() and slam_offline\n"
+          "Writes map.png, map.pgm, map.yaml, trajectory.tum, graph.g2o, and journal/, of which load() and "
+          "slam_offline\n"
           "make the map again.")
       .def(
           "begin_drive", [](PySlam& slam) { slam.Do([](crsm_slam::Slam& of) { of.BeginDrive(); }); },
@@ -410,25 +415,26 @@ void AddSlam(py::module_& module) {
 PYBIND11_MODULE(_crsm_slam, module) {
   AddTypes(module);
   AddSlam(module);
-  py::class_<Log>(module, "Log",
-                  "A log that slam_offline reads (CARMEN, LCM, bags of ROS 1 and 2, MCAP, these compressed) or a\n"
-                  "simulated world ('sim:demo'). It is looked at first, and one line on stderr says what the laser is:\n"
-                  "`settings` are those for Slam(**log.settings). Iterating gives each Scan, from the first one on.")
+  py::class_<Log>(
+      module, "Log",
+      "A log that slam_offline reads (CARMEN, LCM, bags of ROS 1 and 2, MCAP, these compressed) or a\n"
+      "simulated world ('sim:demo'). It is looked at first, and one line on stderr says what the laser is:\n"
+      "`settings` are those for Slam(**log.settings). Iterating gives each Scan, from the first one on.")
       .def(py::init([](const std::string& name, const py::kwargs& keywords) {
              return std::make_unique<Log>(name, keywords);
            }),
-           py::arg("name"),
-           "Keywords: settings as of Slam, and laser_channel, laser_frame, odometry, odometry_topic.")
+           py::arg("name"), "Keywords: settings as of Slam, and laser_channel, laser_frame, odometry, odometry_topic.")
       .def("__iter__", &Log::Iterate, py::return_value_policy::reference_internal)
       .def("__next__", &Log::Next)
       .def_property_readonly("settings", &Log::settings, "a dict, for Slam(**log.settings)")
       .def_property_readonly("progress", &Log::progress, "how much has been read, 0 to 1")
-      .def_property_readonly("true_pose",
-                             [](const Log& log) -> py::object {
-                               const auto pose = log.TruePose();
-                               return pose ? py::object(ToArray(*pose)) : py::none();
-                             },
-                             "(3,): where the laser truly stood at the last scan, of simulated worlds; else None");
+      .def_property_readonly(
+          "true_pose",
+          [](const Log& log) -> py::object {
+            const auto pose = log.TruePose();
+            return pose ? py::object(ToArray(*pose)) : py::none();
+          },
+          "(3,): where the laser truly stood at the last scan, of simulated worlds; else None");
   module.def("presets", &crsm_slam::Presets, "The names of the presets, one for each laser.");
   module.def("version", &crsm_slam::Version);
 }

@@ -23,6 +23,7 @@
 #include "services/run_stack/stack_plan.hpp"
 #include "services/run_stack/supervisor.hpp"
 #include "services/settings/command_line.hpp"
+#include "services/settings/help.hpp"
 #include "services/sources/devices/live_laser.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "services/sources/study_laser.hpp"
@@ -43,7 +44,7 @@ void AddOwnFlags(CommandLine& command_line, StackOptions& options) {
   app.add_option(
          "SOURCE", options.source,
          DescribeSources() +
-             "; live: scans from another program on the bus, such as a laser driver or lcm-logplayer, until Ctrl-C")
+             ";\nlive: scans from another program on the bus, such as a laser driver or lcm-logplayer, until Ctrl-C")
       ->required();
   AddFlags(command_line, options.earlier);
   app.add_flag("--strict", options.strict, "fail if the map is not to be trusted");
@@ -54,11 +55,12 @@ void AddOwnFlags(CommandLine& command_line, StackOptions& options) {
     outputs.emplace_back(output.name);
     help += fmt::format("; {}: {}", output.name, output.what);
   }
-  app.add_option("--outputs", options.outputs, help)->check(CLI::IsMember(outputs));
+  TakeOneOf(*app.add_option("--outputs", options.outputs, help)->group(kProcessHeading), outputs);
   std::vector<std::string> replaceable;
   for (const Replaceable& process : kReplaceable) replaceable.emplace_back(process.name);
-  app.add_option("--without", options.without, "do not start this process; another process replaces it")
-      ->check(CLI::IsMember(replaceable));
+  TakeOneOf(*app.add_option("--without", options.without, "do not start this process; another process replaces it")
+                 ->group(kProcessHeading),
+            replaceable);
   app.footer(kFooter);
 }
 
@@ -145,7 +147,7 @@ void CheckRolesAreFree(const BusAddress& address, const StackOptions& options) {
 int RunStack(CommandLine& command_line, const StackOptions& options) {
   const BusAddress address{command_line.settings().lcm_url, command_line.settings().channel_prefix};
   CheckUsage(command_line, options);
-  NameBus(address.lcm_url);  // throws where there is none
+  CheckBus(address.lcm_url);
   CheckInputs(command_line, options);
   AdoptEarlierMapParameters(options.earlier.resume, command_line);  // so that all processes are told the same
   if (!fs::exists(FindPrograms() / "map_updater")) {

@@ -143,7 +143,10 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
                                               [&](const auto& service) { return !options.IsWithout(service.name); });
   plan.replaced.assign(std::move_iterator(replaced), std::move_iterator(plan.services.end()));
   plan.services.erase(replaced, plan.services.end());
-  if (options.view) plan.services.push_back(planner.Plan("map_viewer", FlagsOfViewer(), {}));
+  if (options.view) {
+    plan.services.push_back(planner.Plan("map_viewer", FlagsOfViewer(), {}));
+    plan.services.back().is_needed = false;
+  }
   for (const Output& output : kOutputs) {
     if (std::count(options.outputs.begin(), options.outputs.end(), output.name) > 0)
       plan.services.push_back(planner.Plan(output.program, output.flags(), {}));

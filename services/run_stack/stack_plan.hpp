@@ -63,6 +63,7 @@ struct PlannedService {
   std::vector<std::string> when_resuming = {};        ///< more arguments, where it goes on with a journal, ...
   std::vector<std::string> when_resuming_first = {};  ///< ... of an earlier run, ...
   std::vector<std::string> when_new = {};             ///< ... and where it does not
+  bool is_needed = true;                              ///< the run fails if this process does
 };
 
 /// What is to be started, and how.

@@ -113,17 +113,15 @@ bool Supervisor::WaitUntilReady(seconds patience) {
   constexpr milliseconds kLookOften(20);
   const auto give_up = Clock::now() + patience;
   for (Member& service : services_) {
-    while (!service.IsReady()) {
+    while (!service.IsReady() && service.child) {
       if (!service.IsRunning()) {
-        Report(service, fmt::format("failed ({})", service.child ? service.child->DescribeEnd() : "not started"));
+        Report(service, fmt::format("failed ({})", service.child->DescribeEnd()));
         service.child.reset();
-        return false;
-      }
-      if (Clock::now() >= give_up) {
+      } else if (Clock::now() >= give_up) {
         Report(service, fmt::format("was not ready within {} s", patience.count()));
-        return false;
+        if (!service.plan.is_needed) break;
       }
-      if (!CheckFolder()) return false;
+      if (failed_ || !CheckFolder()) return false;
       Wait(kLookOften);
     }
   }
@@ -142,7 +140,7 @@ void Supervisor::WaitForEnd() {
     PassOnComplaints();
     PassOnNews();
     for (Member& service : services_) {
-      if (!service.IsRunning() && !StartAgain(service)) return;
+      if (service.HasEnded() && !StartAgain(service)) return;
     }
     LookAtDisk();
     if (plan_.live) ShowProgress();
@@ -163,7 +161,7 @@ bool Supervisor::StartAgain(Member& member) {
   if (++member.num_deaths >= kMostDeaths) {
     Report(member, fmt::format("ended unexpectedly for the fifth time ({}), and no scan was mapped in between", end));
     member.child.reset();
-    return false;
+    return !member.plan.is_needed;
   }
   Say(fmt::format("run_stack: {} ended unexpectedly ({}): restarted", member.plan.name, end));
   Start(member, journal_bytes.has_value());
@@ -175,7 +173,7 @@ bool Supervisor::StartAgain(Member& member) {
 void Supervisor::ReviveAll() {
   bool all_run = true;
   for (Member& service : services_) {
-    if (service.IsRunning()) continue;
+    if (!service.HasEnded()) continue;
     if (!StartAgain(service)) return;
     all_run = false;
   }
@@ -244,10 +242,11 @@ bool Supervisor::CheckFolder() {
   return false;
 }
 
-/// Says what went wrong with a process, and the end of its log if it has one.
+/// Says what went wrong with a process, and the end of its log if it has one. The run fails, if it needs the process.
 void Supervisor::Report(const Member& member, const std::string& what) {
-  failed_ = true;
-  Say(fmt::format("run_stack: {} {}", member.plan.name, what));
+  failed_ = failed_ || member.plan.is_needed;
+  Say(fmt::format("run_stack: {} {}{}", member.plan.name, what,
+                  member.plan.is_needed ? "" : ": the mapping goes on without it"));
   const auto lines = LastLines(member.plan.command.log);
   if (lines.empty()) return;
   Say(fmt::format("last lines of {}:", member.plan.command.log.string()));

@@ -34,6 +34,7 @@ class Supervisor {
     std::optional<std::uintmax_t> journal_bytes_at_death = std::nullopt;
 
     bool IsRunning() { return child && child->IsRunning(); }
+    bool HasEnded() { return child && !child->IsRunning(); }
     bool IsReady() const;
   };
 

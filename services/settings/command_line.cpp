@@ -12,10 +12,12 @@
 #include <type_traits>
 
 #include "common/logs/regular_file.hpp"
+#include "common/math/nearest_name.hpp"
 #include "common/set_parameter.hpp"
 #include "services/base/process.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/base/version.hpp"
+#include "services/settings/help.hpp"
 #include "services/settings/presets.hpp"
 
 namespace crsm {
@@ -25,7 +27,11 @@ void SetValue(const std::string& key, const WrittenValue& value, Parameters& par
   ValueSetter setter(key, value);
   VisitParameters(parameters, setter);
   VisitSettings(settings, setter);
-  if (!setter.found()) throw std::runtime_error(fmt::format("{}: no such key; --help of each program lists them", key));
+  if (setter.found()) return;
+  std::vector<std::string> keys = setter.keys();
+  keys.insert(keys.end(), {"preset", "profile"});
+  throw std::runtime_error(
+      fmt::format("{}: no such key; --help of each program lists them{}", key, SuggestName(key, keys)));
 }
 
 WrittenValue ToWrittenValue(const toml::node& node) {
@@ -37,30 +43,35 @@ WrittenValue ToWrittenValue(const toml::node& node) {
   return {Kind::kOther, "(a table or a list)"};
 }
 
-/// The heading of --help under which a flag stands; the common ones come first, as CLI11 calls them.
-constexpr const char* kCommon = "Options";
-constexpr const char* kOfLaser = "Laser";
-constexpr const char* kOfMap = "Matching and map";
-constexpr const char* kOfProcess = "Process and bus";
+/// How a setting stands in --help.
+struct SettingHelp {
+  const char* heading = kProcessHeading;
+  const char* type = "TEXT";
+};
 
-const char* HeadingOf(const std::string& setting) {
-  static const std::map<std::string, const char*> kHeadings{{"out", kCommon},
-                                                            {"rate", kCommon},
-                                                            {"odometry", kCommon},
-                                                            {"localize", kCommon},
-                                                            {"start", kCommon},
-                                                            {"resume", kCommon},
-                                                            {"http", kCommon},
-                                                            {"laser_channel", kOfLaser},
-                                                            {"laser_frame", kOfLaser},
-                                                            {"odometry_topic", kOfLaser},
-                                                            {"botlab_clockwise", kOfLaser}};
-  const auto found = kHeadings.find(setting);
-  return found == kHeadings.end() ? kOfProcess : found->second;
+SettingHelp HelpOf(const std::string& setting) {
+  static const std::map<std::string, SettingHelp> kHelps{{"out", {kOptionsHeading, "DIR"}},
+                                                         {"rate", {kOptionsHeading, "N|max"}},
+                                                         {"odometry", {kOptionsHeading}},
+                                                         {"localize", {kEarlierRunsHeading, "DIR"}},
+                                                         {"start", {kEarlierRunsHeading, "X,Y,YAW"}},
+                                                         {"resume", {kEarlierRunsHeading}},
+                                                         {"new_session", {kEarlierRunsHeading}},
+                                                         {"until_damage", {kEarlierRunsHeading}},
+                                                         {"laser_channel", {kLaserHeading, "NAME"}},
+                                                         {"laser_frame", {kLaserHeading, "NAME"}},
+                                                         {"odometry_topic", {kLaserHeading, "NAME"}},
+                                                         {"botlab_clockwise", {kLaserHeading}},
+                                                         {"lcm_url", {kProcessHeading, "URL"}},
+                                                         {"http", {kProcessHeading, "ADDRESS:PORT"}},
+                                                         {"journal", {kProcessHeading, "DIR"}},
+                                                         {"position", {kProcessHeading, "FILE"}}};
+  const auto found = kHelps.find(setting);
+  return found == kHelps.end() ? SettingHelp() : found->second;
 }
 
 const char* HeadingOf(ParameterGroup group) {
-  return group == ParameterGroup::kScan || group == ParameterGroup::kLaser ? kOfLaser : kOfMap;
+  return group == ParameterGroup::kScan || group == ParameterGroup::kLaser ? kLaserHeading : kMapHeading;
 }
 
 template <std::size_t N>
@@ -81,8 +92,8 @@ std::string FindBuiltIn(const BuiltInConfig (&configs)[N], const BuiltInChoice& 
   for (const BuiltInConfig& config : configs) {
     if (config.name == choice.name) return std::string(config.toml);
   }
-  throw std::runtime_error(
-      fmt::format("{}: '{}' is not one of {}", choice.said_by, choice.name, fmt::join(Names(configs), ", ")));
+  throw std::runtime_error(fmt::format("{}: '{}' is not one of {}{}", choice.said_by, choice.name,
+                                       fmt::join(Names(configs), ", "), SuggestName(choice.name, Names(configs))));
 }
 
 /// A key of very many parts is more than the parser's stack.
@@ -157,13 +168,17 @@ CommandLine::CommandLine(const std::string& program, const std::string& descript
       app_(std::make_unique<CLI::App>(description, program)),
       settings_(flags.defaults) {
   PrepareProcess();
-  app_->set_version_flag("--version", fmt::format("{} {}", program, kVersion));
+  app_->formatter(MakeHelpFormatter());
+  app_->set_help_flag("-h,--help", "show this help and exit")->group(kHelpHeading);
+  app_->set_version_flag("--version", fmt::format("{} {}", program, kVersion), "show the version and exit")
+      ->group(kHelpHeading);
   app_->add_option("--preset", preset_, fmt::format("laser: {}", fmt::join(Names(kPresets), ", ")))->type_name("NAME");
   app_->add_option("--config", config_, "TOML file; its keys are the flags, with _ for -; one file serves all programs")
-      ->type_name("FILE");
+      ->type_name("FILE")
+      ->group(kHelpHeading);
   app_->add_option("--profile", profile_, fmt::format("algorithm: {}", fmt::join(Names(kProfiles), ", ")))
       ->type_name("NAME")
-      ->group(kOfMap);
+      ->group(kMapHeading);
   AddFlags();
 }
 
@@ -179,26 +194,26 @@ bool CommandLine::Uses(const Key& key) const {
 }
 
 void CommandLine::AddFlags() {
-  const char* heading = kCommon;
+  SettingHelp help_of;
   const auto AddOption = [&](const std::string& key, const std::string& help, const std::string& type) {
     app_->add_option_function<std::string>(
             FlagOf(key), [this, key](const std::string& text) { flags_.emplace_back(key, text); }, help)
         ->type_name(type)
-        ->group(heading);
+        ->group(help_of.heading);
   };
   const auto AddFlag = [&](const std::string& key, const std::string& help) {
     const std::string flag = FlagOf(key);
     app_->add_flag_function(
             flag + ",!--no-" + flag.substr(2),
             [this, key](std::int64_t count) { flags_.emplace_back(key, count > 0 ? "true" : "false"); }, help)
-        ->group(heading);
+        ->group(help_of.heading);
   };
   const auto Add = [&]<class T, class... Rest>(const std::string& key, const std::string& help, const T& value,
                                                const Rest&... rest) {
     if constexpr (std::is_same_v<T, bool>) {
       AddFlag(key, fmt::format("{} [{}]", help, value));
     } else if constexpr (std::is_same_v<T, std::string>) {
-      AddOption(key, value.empty() ? help : fmt::format("{} [{}]", help, value), "TEXT");
+      AddOption(key, value.empty() ? help : fmt::format("{} [{}]", help, value), help_of.type);
     } else if constexpr (std::is_enum_v<T>) {
       const auto& names = std::get<0>(std::tie(rest...));
       AddOption(key, fmt::format("{} [{}]", help, names.at(static_cast<std::size_t>(value))),
@@ -208,11 +223,11 @@ void CommandLine::AddFlags() {
     }
   };
   VisitSettings(settings_, [&](const char* key, const char* help, auto& value, auto... range) {
-    heading = HeadingOf(std::string(key));
+    help_of = HelpOf(key);
     if (Uses(std::string(key))) Add(key, help, value, range...);
   });
   VisitParameters(parameters_, [&](const ParameterInfo& info, auto& value, const auto&... range) {
-    heading = HeadingOf(info.group);
+    help_of = {HeadingOf(info.group)};
     if (Uses(info.group)) Add(info.key, info.help, value, range...);
   });
 }
@@ -264,7 +279,7 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
   } catch (const CLI::Success& wanted) {  // --help, --version
     return app_->exit(wanted);
   } catch (const CLI::ParseError& error) {
-    fmt::print(stderr, "{}: {}; --help lists the flags\n", program_, error.what());
+    fmt::print(stderr, "{}: {}\n", program_, DescribeParseError(*app_, error));
   } catch (const std::runtime_error& error) {
     fmt::print(stderr, "{}: {}\n", program_, error.what());
   }

@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "common/math/nearest_name.hpp"
 #include "services/base/printable.hpp"
 #include "services/wire/channels.hpp"
 #include "services/wire/laser_types.hpp"
@@ -50,8 +51,11 @@ std::string FindChannel(const std::string& path, const std::string& channel, con
     if (is_wanted) ++num_wanted[event->channel];
   }
   const std::string where = channel.empty() ? "" : fmt::format(" on channel {}", channel);
-  throw std::runtime_error(fmt::format("{} has no {} messages ({}){}; its channels: {}", path, wanted.word,
-                                       wanted.types, where, ListChannels(num_events, num_wanted, wanted.word)));
+  std::vector<std::string> names;
+  for (const auto& entry : num_wanted) names.push_back(entry.first);
+  throw std::runtime_error(fmt::format("{} has no {} messages ({}){}; its channels: {}{}", path, wanted.word,
+                                       wanted.types, where, ListChannels(num_events, num_wanted, wanted.word),
+                                       MakePrintable(SuggestName(channel, names))));
 }
 
 std::string FindLaserChannel(const std::string& path, const std::string& channel) {

@@ -16,6 +16,7 @@
 #include "services/sources/bags/bag_source.hpp"
 #include "services/sources/devices/live_laser.hpp"
 #include "services/sources/lcm_log_source.hpp"
+#include "services/sources/missing_source.hpp"
 #include "services/sources/parts_source.hpp"
 #include "services/sources/unpacked_file.hpp"
 #include "services/sources/unpacker.hpp"
@@ -117,9 +118,9 @@ SourceOptions SourceOptionsOf(const CommandLine& command_line) {
 }
 
 std::string DescribeSources() {
-  return "CARMEN or LCM log; bag of ROS 1 or 2, or MCAP; these also compressed; 'NAME.*', the parts of a log; "
+  return "CARMEN or LCM log; bag of ROS 1 or 2, or MCAP; these also compressed;\n'NAME.*', the parts of a log;\n"
          "sim:FILE, or sim:NAME of " +
-         DescribeBuiltInWorlds() + "; " + DescribeDevices();
+         DescribeBuiltInWorlds() + ";\n" + DescribeDevices();
 }
 
 std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const SourceOptions& options) {
@@ -138,7 +139,7 @@ std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const Sour
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(name, error);
   if (!std::filesystem::exists(status)) {
-    if (!IsPattern(name)) throw std::runtime_error(fmt::format("there is no file {}", name));
+    if (!IsPattern(name)) ThrowMissingSource(name);
     return std::make_unique<PartsSource>(FindParts(name),
                                          [options](const std::string& part, const std::string& channel) {
                                            SourceOptions of_part = options;

@@ -147,7 +147,7 @@ template <class Message>
 std::optional<Message> Decode(std::span<const std::uint8_t> bytes) {
   if (bytes.size() > std::numeric_limits<std::int32_t>::max()) return std::nullopt;
   if (!Is<Message>(bytes) || !CountsFit<Message>(bytes)) return std::nullopt;
-  Message message;
+  Message message{};
   if (message.decode(bytes.data(), 0, static_cast<int>(bytes.size())) != static_cast<int>(bytes.size()))
     return std::nullopt;
   if (!ValuesInRange(message)) return std::nullopt;

@@ -1,6 +1,7 @@
 // What every program says when it is called wrongly: one line that names the thing, and an exit code that is not 0.
 
 #include <fstream>
+#include <sstream>
 
 #include "catch.hpp"
 #include "processes.hpp"
@@ -51,7 +52,35 @@ TEST_CASE("every program has --help and --version") {
       CHECK(ended.exit_code == 0);
       CHECK(ended.output.find(flag == "--help" ? "--version" : program + " ") != std::string::npos);
       CHECK(ended.errors.empty());
+      std::istringstream lines(ended.output);
+      for (std::string line; std::getline(lines, line);) {
+        CAPTURE(line);
+        CHECK(line.size() <= 100);
+      }
     }
+  }
+}
+
+TEST_CASE("a source that is mistyped, incomplete or of another program is answered with what to give") {
+  BadFiles files;
+  struct Case {
+    std::string program;
+    std::string source;
+    std::string expected;
+    int exit_code;
+  };
+  for (const Case& one : std::vector<Case>{
+           {"slam_offline", "live", "slam_offline: live: only run_stack maps the scans of another program", 2},
+           {"laser_publisher", "live", "run_stack live --out DIR", 2},
+           {"run_stack", "rplidar", "run_stack: rplidar: the port of the laser is missing: give rplidar:/dev/", 2},
+           {"slam_offline", "hokuyo", "slam_offline: hokuyo: the port of the laser is missing", 2},
+           {"run_stack", "lvie", "there is no file lvie; did you mean live?", kFailure},
+           {"slam_offline", "sim:corridr", "; did you mean sim:corridor?", kFailure},
+           {"run_stack", "rplidr:/dev/ttyUSB0", "; did you mean rplidar:/dev/ttyUSB0?", kFailure},
+           {"slam_offline", files / "txt.log", "; did you mean " + (files / "text.log") + "?", kFailure}}) {
+    std::vector<std::string> arguments{one.source};
+    if (one.program != "laser_publisher") arguments.insert(arguments.end(), {"--out", files / "out"});
+    files.CheckRefused(one.program, arguments, one.expected, one.exit_code);
   }
 }
 

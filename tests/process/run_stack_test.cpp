@@ -84,6 +84,20 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("run_stack goes on without a viewer that dies five times") {
+  StandIns stack;
+  stack.Run("timeout --preserve-status --signal=INT 6 $run_stack live --out $out --view", "DYING=map_viewer");
+  INFO(stack.output);
+  CHECK(stack.exit_code == 0);
+  CHECK(
+      stack.Said("map_viewer ended unexpectedly for the fifth time (exit code 3), and no scan was mapped in between: "
+                 "the mapping goes on without it\n"));
+  CHECK(stack.Find("map_exporter finished") > stack.Find("map_viewer started"));
+  stack.Run("timeout --preserve-status --signal=INT 2 $run_stack live --out $out --force --outputs mbot",
+            "DYING=mbot_publisher");
+  CHECK(stack.Said("mbot_publisher ended unexpectedly (exit code 3): restarted"));
+}
+
 TEST_CASE("run_stack starts a service again and again while scans are mapped") {
   StandIns stack;
   stack.Run("(" + AwaitEvent("map_updater") +
@@ -300,12 +314,14 @@ TEST_CASE("run_stack refuses what it does not know, in one line") {
     CHECK(stack.output == "run_stack: " + expected + "\n");
   };
   CheckRefused("sim:demo --out $out --ratio 3",
-               "The following arguments were not expected: 3 --ratio; --help lists the flags");
+               "The following arguments were not expected: 3 --ratio; did you mean --rate? --help lists the flags");
+  CheckRefused("sim:demo --out $out --veiw",
+               "The following argument was not expected: --veiw; did you mean --view? --help lists the flags");
   CheckRefused("sim:demo", "--out is missing: give the folder for the results");
   CheckRefused("--out $out", "SOURCE is required; --help lists the flags");
-  CheckRefused("sim:demo --out", "--out: 1 required TEXT missing; --help lists the flags");
+  CheckRefused("sim:demo --out", "--out: DIR is missing; --help lists the flags");
   CheckRefused("sim:demo --out $out --preset sikc",
-               "--preset: 'sikc' is not one of paper, rplidar-a1, sick, urg-04lx, utm-30lx");
+               "--preset: 'sikc' is not one of paper, rplidar-a1, sick, urg-04lx, utm-30lx; did you mean sick?");
   CheckRefused("sim:demo --out $out --rate 0", "--rate: '0' is neither max nor a number above 0");
   CheckRefused("live --out $out --rate 1", "--rate: applies to logs only; remove it for live scans");
   CheckRefused("sim:demo --out $out --strict --without map_exporter",

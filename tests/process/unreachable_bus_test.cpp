@@ -36,14 +36,29 @@ TEST_CASE("without a route for multicast every service says so, and how to get o
     const std::string arguments = service == "map_exporter"      ? " --out " + (folder / "out").string()
                                   : service == "laser_publisher" ? " sim:demo"
                                                                  : "";
-    const auto [exit_code, output, said] =  // LCM says something, too
+    const auto [exit_code, output, said] =
         folder.Run("/usr/bin/env", Isolated(CRSM_BIN_DIR "/" + service + arguments + " --lcm-url udpm://"));
     INFO(said);
     CHECK(exit_code == 1);
     CHECK(said.find(service + ": --lcm-url udpm://") != std::string::npos);
     CHECK(said.find(": no multicast route for LCM; as root: " + kMend + "\n") != std::string::npos);
     CHECK(said.find("server") == std::string::npos);
+    CHECK(CountLines(said) == 1);  // LCM itself would take ten
   }
+}
+
+TEST_CASE("without a route for multicast run_stack says so once, and starts nothing") {
+  const TemporaryFolder folder;
+  if (!MayIsolate(folder)) return;
+  const std::string out = folder / "out";
+  const Ended ended = folder.Run("/usr/bin/env", Isolated(CRSM_BIN_DIR "/run_stack sim:demo --out " + out +
+                                                          " --lcm-url udpm://239.255.76.67:7667?ttl=0"));
+  INFO(ended.errors);
+  CHECK(ended.exit_code == 1);
+  CHECK(CountLines(ended.errors) == 1);
+  CHECK(ended.errors.find("run_stack: --lcm-url udpm://239.255.76.67:7667") == 0);
+  CHECK(ended.errors.find(": no multicast route for LCM; as root: " + kMend + "\n") != std::string::npos);
+  CHECK_FALSE(std::filesystem::exists(out));
 }
 
 TEST_CASE("the mend that is named for a missing route is one") {

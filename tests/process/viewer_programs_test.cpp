@@ -95,18 +95,14 @@ TEST_CASE("several robots are shown side by side, each with its own scans", "[vi
 TEST_CASE("a viewer that cannot show what it was asked for says why in one line", "[viewer]") {
   const TemporaryFolder folder;
   const std::string url = MakeBusUrl();
-  Viewer first({"--lcm-url", url}, folder);
-  REQUIRE(first.AwaitReady());
   const std::string journal = folder / "journal.lcm";
   std::ofstream(journal) << "of an earlier run";
-  const std::string taken = "127.0.0.1:" + std::to_string(first.port());
   struct Case {
     std::vector<std::string> arguments;
     std::string expected;
     int exit_code;
   };
   for (const Case& wrong : std::vector<Case>{
-           {{"--lcm-url", url, "--http", taken}, "--http " + taken + ": Address already in use", 1},
            {{"--lcm-url", url, "--http", "192.0.2.1:8765"}, "--http 192.0.2.1:8765: ", 1},
            {{"--lcm-url", url, "--http", "here"}, "--http: 'here' is not ADDRESS:PORT", 2},
            {{folder / "nowhere"}, "there is no file " + (folder / "nowhere/journal/journal.lcm").string(), 1},
@@ -119,4 +115,28 @@ TEST_CASE("a viewer that cannot show what it was asked for says why in one line"
        }) {
     folder.CheckRefused("map_viewer", wrong.arguments, wrong.expected, wrong.exit_code);
   }
+}
+
+TEST_CASE("where another program uses the port, run_stack --view takes the next one and says so", "[viewer]") {
+  const TemporaryFolder folder;
+  Viewer other({"--lcm-url", MakeBusUrl()}, folder);
+  REQUIRE(other.AwaitReady());
+  const std::string port = std::to_string(other.port());
+  const Ended stack = folder.MapWithStack("sim:corridor", "out", {"--view", "--http", "127.0.0.1:" + port});
+  INFO(stack.errors);
+  const std::string begin = "run_stack: the map is at http://127.0.0.1:";
+  const std::size_t at = stack.errors.find(begin);
+  REQUIRE(at != std::string::npos);
+  CHECK(std::stoi(stack.errors.substr(at + begin.size())) > other.port());
+  CHECK(stack.errors.find("/ (port " + port + " is in use)\n") != std::string::npos);
+}
+
+TEST_CASE("a viewer that cannot start does not stop the mapping", "[viewer]") {
+  const TemporaryFolder folder;
+  const Ended stack = folder.MapWithStack("sim:corridor", "out", {"--view", "--http", "192.0.2.1:8765"});
+  INFO(stack.errors);
+  CHECK(stack.errors.find("run_stack: map_viewer failed (exit code 1): the mapping goes on without it\n") !=
+        std::string::npos);
+  CHECK(stack.errors.find("map_viewer: --http 192.0.2.1:8765: Cannot assign requested address") != std::string::npos);
+  CHECK(folder.Summary("out")["scans"] > 0);
 }

@@ -14,8 +14,9 @@
 /// metres, angles in radians, counter-clockwise. The frame of the map is the frame of the laser at the first scan.
 ///
 /// The same scans and settings give the same map on every x86-64 machine. `slam_offline` makes the same map too, and
-/// each can go on with what the other has saved. The library prints nothing and reads no clock. Use an object from one thread at a time. Each object has one thread of
-/// its own that searches loop closures, unless the setting `loops` is false.
+/// each can go on with what the other has saved. The library prints nothing and reads no clock. Use an object from one
+/// thread at a time. Each object has one thread of its own that searches loop closures, unless the setting `loops` is
+/// false.
 namespace crsm_slam {
 
 /// A pose in the plane: `T_a_b` is the pose of frame b in frame a.
@@ -91,12 +92,13 @@ struct Map {
 struct MapChanges {
   std::int64_t version = 0;  ///< of the map with these changes
   double cell_size_m = 0.0;  ///< side of a cell
+  /// A square, as it is now.
   struct Tile {
-    int x_cells = 0;                                  ///< of its lower left cell; cell (0, 0) has its lower left ...
-    int y_cells = 0;                                  ///< ... corner at the origin of the map
-    std::array<std::uint8_t, std::size_t{64} * 64> cells;  ///< as of Map: all of the tile, as it is now
+    int x_cells = 0;  ///< of its lower left cell: the corner of cell (0, 0) is the origin of the map
+    int y_cells = 0;  ///< likewise
+    std::array<std::uint8_t, std::size_t{64} * 64> cells;  ///< row by row from the lower left, as of Map
   };
-  std::vector<Tile> tiles;
+  std::vector<Tile> tiles;  ///< those that changed
 };
 
 /// Whether a map can be trusted.
@@ -108,7 +110,7 @@ enum class Trust {
 
 /// What speaks for a map and against it.
 struct Verdict {
-  Trust trust = Trust::kGood;
+  Trust trust = Trust::kGood;      ///< of all that was checked
   std::vector<std::string> lines;  ///< for people: what came of the scans, and the reasons
   std::optional<double> off_m;     ///< how far off parts of the map may be; more in one map of twenty
 };
@@ -116,22 +118,23 @@ struct Verdict {
 /// The settings of a map. The order is defaults, preset, profile, single ones, values; a later one overrides an earlier
 /// one. Nothing: as the preset says. `slam_offline --help` says what each does and its limits.
 struct Settings {
-  std::string preset = {};   ///< the laser, one of Presets(); empty: a laser with a range of 30 m
-  std::string profile = {};  ///< "default", or "paper", which follows the text of the paper exactly
-  std::optional<double> range_min_m = {};        ///< shorter readings are ignored
-  std::optional<double> range_max_m = {};        ///< of the laser; readings beyond 95 % of it are ignored
-  std::optional<double> angle_scale = {};        ///< true angle / nominal angle of the beams
-  std::optional<double> sweep_s = {};            ///< from the first to the last beam; negative: the last one comes first
-  std::optional<bool> beam_times = {};           ///< believe Scan::times_s
-  std::optional<int> rays_max = {};              ///< most critical rays of a scan
-  std::optional<std::uint64_t> seed = {};        ///< of the random numbers
-  std::optional<bool> smooth_climb = {};         ///< more accurate between cells, for twice the time
-  std::optional<double> cell_size_m = {};        ///< side of a map cell
+  std::string preset = {};                 ///< the laser, one of Presets(); empty: a laser with a range of 30 m
+  std::string profile = {};                ///< "default", or "paper", which follows the text of the paper exactly
+  std::optional<double> range_min_m = {};  ///< shorter readings are ignored
+  std::optional<double> range_max_m = {};  ///< of the laser; readings beyond 95 % of it are ignored
+  std::optional<double> angle_scale = {};  ///< true angle / nominal angle of the beams
+  std::optional<double> sweep_s = {};      ///< from the first to the last beam; negative: the last one comes first
+  std::optional<bool> beam_times = {};     ///< believe Scan::times_s
+  std::optional<int> rays_max = {};        ///< most critical rays of a scan
+  std::optional<std::uint64_t> seed = {};  ///< of the random numbers
+  std::optional<bool> smooth_climb = {};   ///< more accurate between cells, for twice the time
+  std::optional<double> cell_size_m = {};  ///< side of a map cell
   std::optional<double> update_distance_m = {};  ///< a scan updates the map after this much motion ...
   std::optional<double> update_angle_rad = {};   ///< ... or this much turning
   std::optional<bool> loops = {};                ///< detect loop closures and correct the map
   std::optional<double> local_map_m = {};        ///< length of the local map, to which scans are matched
-  /// The same and others by their names, as text that was read from a file: {{"range_max_m", "40"}, {"loops", "false"}}.
+  /// The same and others by their names, as text that was read from a file: {{"range_max_m", "40"}, {"loops",
+  /// "false"}}.
   std::map<std::string, std::string> values = {};
 };
 
@@ -173,8 +176,8 @@ class CRSM_SLAM_PUBLIC Slam {
   /// The loop closures that were accepted and not rejected later.
   std::vector<Loop> Loops() const;
 
-  /// What changed in the map of MakeMap since a version of it, which a call before has named; 0: all of it. As costly as
-  /// MakeMap.
+  /// What changed in the map of MakeMap since a version of it, which a call before has named; 0: all of it. As costly
+  /// as MakeMap.
   MapChanges ChangesSince(std::int64_t version);
 
   /// Whether the map, or the poses on a finished one, can be trusted, and why. As costly as MakeMap.
@@ -203,7 +206,6 @@ class CRSM_SLAM_PUBLIC Slam {
 
  private:
   struct Impl;
-  explicit Slam(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -6,6 +6,8 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "common/math/nearest_name.hpp"
+#include "services/base/printable.hpp"
 #include "services/sources/bags/decompress.hpp"
 #include "services/sources/bags/scan_messages.hpp"
 
@@ -40,12 +42,19 @@ Topics WithMessages(const std::string& path, Topics topics) {
 
 BagTopic ChooseLaser(const std::string& path, const Topics& topics, const std::string& name) {
   Topics lasers;
-  std::copy_if(topics.begin(), topics.end(), std::inserter(lasers, lasers.end()),
-               [&](const BagTopic& topic) { return IsLaserTopic(topic) && (name.empty() || topic.name == name); });
+  std::vector<std::string> others;
+  for (const BagTopic& topic : topics) {
+    if (!IsLaserTopic(topic)) continue;
+    if (name.empty() || topic.name == name) {
+      lasers.insert(topic);
+    } else {
+      others.push_back(topic.name);
+    }
+  }
   if (lasers.empty()) {
-    throw std::runtime_error(fmt::format("{} has no laser topic ({}){}; its topics: {}{}", path, LaserTopicTypes(),
-                                         name.empty() ? "" : " named " + name, ListTopics(topics),
-                                         DescribeDamage(path)));
+    throw std::runtime_error(fmt::format("{} has no laser topic ({}){}; its topics: {}{}{}", path, LaserTopicTypes(),
+                                         name.empty() ? "" : " named " + name, ListTopics(topics), DescribeDamage(path),
+                                         MakePrintable(SuggestName(name, others))));
   }
   if (lasers.size() > 1) lasers = WithMessages(path, std::move(lasers));
   if (lasers.size() > 1) {

@@ -7,18 +7,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
-#include <vector>
 
 #include "services/sources/devices/descriptor_connection.hpp"
+#include "services/sources/devices/serial_ports.hpp"
 
 namespace crsm {
 namespace {
-
-namespace fs = std::filesystem;
 
 class SerialPort : public DescriptorConnection {
  public:
@@ -30,19 +26,6 @@ class SerialPort : public DescriptorConnection {
   }
 };
 
-/// "/dev/ttyACM0, /dev/ttyUSB0"
-std::string ListSerialPorts() {
-  std::vector<std::string> ports;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator("/dev", error)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with("ttyACM") || name.starts_with("ttyUSB")) ports.push_back(entry.path().string());
-  }
-  std::sort(ports.begin(), ports.end());
-  if (ports.empty()) return "there is no port of a USB laser at all: does it have power, and is its cable plugged in?";
-  return fmt::format("there are {}", fmt::join(ports, ", "));
-}
-
 /// The group that may use a port: dialout on Debian.
 std::string GroupOf(const std::string& path) {
   struct stat status {};
@@ -53,7 +36,7 @@ std::string GroupOf(const std::string& path) {
 
 [[noreturn]] void Refuse(const std::string& path, int error) {
   if (error == ENOENT || error == ENODEV || error == ENXIO) {
-    throw DeviceError(fmt::format("there is no {}; {}", path, ListSerialPorts()));
+    throw DeviceError(fmt::format("there is no {}; {}", path, DescribeSerialPorts(FindSerialPorts())));
   }
   if (error == EACCES || error == EPERM) {
     throw DeviceError(

@@ -6,11 +6,11 @@
 #include <span>
 
 #include "catch.hpp"
-#include "services/library/presets.hpp"
 #include "common/set_parameter.hpp"
 #include "common/slam.hpp"
 #include "common/worlds/simulator.hpp"
 #include "scratch.hpp"
+#include "services/library/presets.hpp"
 #include "services/settings/command_line.hpp"
 
 namespace crsm {
@@ -163,7 +163,7 @@ TEST_CASE("the library uses the preset, the profile and the values that it is to
 TEST_CASE("a setting of the library that is none is refused in one line that says what would be right") {
   const std::vector<std::pair<crsm_slam::Settings, const char*>> refused{
       {crsm_slam::Settings{.preset = "sikc"},
-       "preset: 'sikc' is not one of paper, rplidar-a1, sick, urg-04lx, utm-30lx"},
+       "preset: 'sikc' is not one of paper, rplidar-a1, sick, urg-04lx, utm-30lx; did you mean sick?"},
       {crsm_slam::Settings{.profile = "best"}, "profile: 'best' is not one of default, paper"},
       {crsm_slam::Settings{.values = {{"range_max", "4"}}}, "range_max: no such key; "},
       {crsm_slam::Settings{.values = {{"cell_size_m", "5"}}}, "cell_size_m: '5' is not a number from 0.005 to 1"},

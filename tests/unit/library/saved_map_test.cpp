@@ -90,8 +90,9 @@ TEST_CASE("on a finished map scans are localised, where the start is told and wh
   constexpr std::size_t kFrom = 700;
   const Pose2& start = drive.T_start_laser[kFrom];
   const bool told = GENERATE(true, false);
-  auto localised = crsm_slam::Slam::Load(
-      folder.path().string(), {}, told ? std::optional(crsm_slam::Pose{start.x_m, start.y_m, start.yaw_rad}) : std::nullopt);
+  auto localised =
+      crsm_slam::Slam::Load(folder.path().string(), {},
+                            told ? std::optional(crsm_slam::Pose{start.x_m, start.y_m, start.yaw_rad}) : std::nullopt);
   localised.FinishMap();
   const crsm_slam::Map before = localised.MakeMap();
   for (std::size_t i = kFrom; i < later.scans.size(); ++i) {

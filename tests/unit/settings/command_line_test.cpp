@@ -3,12 +3,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
+#include <map>
 #include <memory>
+#include <sstream>
 
 #include "catch.hpp"
+#include "services/settings/help.hpp"
 #include "source_helpers.hpp"
 
 namespace crsm {
@@ -312,6 +316,85 @@ TEST_CASE("a start is three numbers, or none") {
 
 TEST_CASE("a flag of another program is unknown here") {
   CheckRefused(Program({"--rays-max", "50"}, {ParameterGroup::kScan}), "--rays-max");
+}
+
+TEST_CASE("a mistyped flag, name or key is answered with the nearest one") {
+  CheckRefused(Program({"--preste", "sick"}), "--preste; did you mean --preset? --help lists the flags");
+  CheckRefused(Program({"--preste=sick"}), "; did you mean --preset? ");
+  CheckRefused(Program({"--no-lops"}), "; did you mean --no-loops? ");
+  CheckRefused(Program({"--nonesuch"}), "--nonesuch; --help lists the flags");
+  CheckRefused(Program({"--preset", "sik"}), "urg-04lx, utm-30lx; did you mean sick?");
+  CheckRefused(Program({"--profile", "papr"}), "default, paper; did you mean paper?");
+  for (const auto& [text, nearest] : std::map<std::string, std::string>{{"rays_mx = 90\n", "rays_max"},
+                                                                        {"range-max-m = 20\n", "range_max_m"},
+                                                                        {"lcm_ulr = \"\"\n", "lcm_url"},
+                                                                        {"prset = \"sick\"\n", "preset"}}) {
+    const ScratchFile file(text);
+    CheckRefused(Program({"--config", file.path()}), "; did you mean " + nearest + "?");
+  }
+}
+
+TEST_CASE("an option that takes some names alone suggests the nearest one") {
+  CLI::App app("What it does.", "program");
+  std::vector<std::string> chosen;
+  TakeOneOf(*app.add_option("--without", chosen, "what is left out"), {"loop_closer", "map_exporter"});
+  const auto ErrorOf = [&](const std::string& words) -> std::string {
+    try {
+      app.parse(words);
+    } catch (const CLI::ParseError& error) {
+      return DescribeParseError(app, error);
+    }
+    return "";
+  };
+  CHECK(ErrorOf("--without loop_closer").empty());
+  CHECK(chosen == std::vector<std::string>{"loop_closer"});
+  CHECK(ErrorOf("--without loop_closr") ==
+        "--without: 'loop_closr' is not one of loop_closer, map_exporter; did you mean loop_closer? --help lists the "
+        "flags");
+}
+
+TEST_CASE("a mistyped subcommand is answered with the nearest one, and its flags with theirs") {
+  CLI::App app("What it does.", "program");
+  app.require_subcommand(1);
+  app.add_subcommand("summary", "what it prints")->add_flag("--csv");
+  const auto ErrorOf = [&](const std::string& words) -> std::string {
+    try {
+      app.parse(words);
+    } catch (const CLI::ParseError& error) {
+      return DescribeParseError(app, error);
+    }
+    return "";
+  };
+  CHECK(ErrorOf("sumary").ends_with("; did you mean summary? --help lists the flags"));
+  CHECK(ErrorOf("summary --cvs").ends_with("--cvs; did you mean --csv? --help lists the flags"));
+}
+
+TEST_CASE("help fits 100 columns, without a trailing space or two empty lines") {
+  std::istringstream help(Program({"--help"}).said);
+  std::string before = "none";
+  for (std::string line; std::getline(help, line); before = line) {
+    CAPTURE(line);
+    CHECK(line.size() <= 100);
+    CHECK_FALSE(line.ends_with(' '));
+    CHECK_FALSE((line.empty() && before.empty()));
+  }
+  CHECK_FALSE(before.empty());
+}
+
+TEST_CASE("help begins with the flags that matter most, and ends with help itself") {
+  const std::string help = Program({"--help"}).said;
+  std::size_t last = 0;
+  for (const char* text :
+       {"What it does.", "Usage: program [OPTIONS]", "\nOptions:\n", "  --preset NAME", "  --odometry, --no-odometry",
+        "\nEarlier runs:\n", "  --start X,Y,YAW", "\nLaser and odometry:\n", "  --range-max-m NUMBER",
+        "\nMatching and map:\n", "  --profile NAME", "\nProcesses and bus:\n", "  --lcm-url URL",
+        "\nHelp and configuration:\n", "  -h, --help", "  --config FILE"}) {
+    CAPTURE(text);
+    const std::size_t at = help.find(text);
+    CHECK(at != std::string::npos);
+    CHECK(at >= last);
+    last = at;
+  }
 }
 
 TEST_CASE("help lists the flags with their defaults, and the program ends well") {

@@ -276,6 +276,9 @@ TEST_CASE("a log without a laser is an error that lists its channels") {
   CHECK(ErrorOfLog(log).ends_with("; its channels: IMU (2), ODO?METRY (1)"));
   CHECK(ErrorOfLog(log + PlanarEvent(1, "FRONT"), {"REAR"})
             .ends_with(" on channel REAR; its channels: FRONT (1, laser), IMU (2), ODO?METRY (1)"));
+  CHECK(ErrorOfLog(log + PlanarEvent(1), {"LASR"}).ends_with("; did you mean LASER?"));
+  CHECK(ErrorOfLog(log + PlanarEvent(1), {"IMUS"}).ends_with("ODO?METRY (1)"));  // IMU is near, but no laser
+  CHECK(ErrorOfLog(PlanarEvent(1, "LA\nSER"), {"LASER"}).ends_with("; did you mean LA?SER?"));
   std::string many;
   for (int i = 0; i < 3000; ++i) many += Event("C" + std::to_string(10000 + i), "x");
   CHECK(ErrorOfLog(many).ends_with("C10019 (1), and 980 more"));

@@ -122,6 +122,8 @@ TEST_CASE("a world is loaded by its name or from its file") {
   CHECK(ErrorOf([&] { LoadWorld(wrong.path()); }).find(wrong.path() + ":1: ") == 0);
   CHECK(LoadWorldText(file.path()) == kRoom);
   CHECK(ErrorOf([] { LoadWorld("no_such"); }).ends_with("symmetric, twins, campus[:LENGTH_M[:NUMBER]]"));
+  CHECK(ErrorOf([] { LoadWorld("corridr"); }).ends_with("; did you mean sim:corridor?"));
+  CHECK(ErrorOf([] { LoadWorld("campsu"); }).ends_with("; did you mean sim:campus?"));
 }
 
 TEST_CASE("corners, people, wheels and options are read; most worlds have no wheels") {

@@ -156,6 +156,8 @@ TEST_CASE("a bag with several lasers, or none that is wanted, is an error that l
   CHECK(ErrorOfBag(other, {"/other"})
             .ends_with(" named /other; its topics: /im?age (sensor_msgs/Image in ros1), /scan (sensor_msgs/LaserScan "
                        "in ros1); it is cut short or damaged at its end"));  // as one of a recording that was killed
+  CHECK(ErrorOfBag(two, {"/raer"}).ends_with("; did you mean /rear?"));
+  CHECK(ErrorOfBag(other, {"/skan"}).ends_with("; did you mean /scan?"));
   CHECK(ErrorOfBag(Ros1Bytes("")).ends_with("its topics: none; it is cut short or damaged at its end"));
 }
 
