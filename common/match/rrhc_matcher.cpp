@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "common/match/expectation.hpp"
 #include "common/match/far_search.hpp"
 #include "common/match/global_search.hpp"
 #include "common/match/known_rays.hpp"
@@ -244,10 +243,7 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const InitialGuess& ini
     }
   }
   if (Explains(near.best)) return {near.best.pose, start, true, near.evaluations, near.best_evaluation};
-  if (!wide) {
-    const bool is_near_guess = expected.IsMetBy(near.best, true, rays.critical_hits_m, map_.cells());
-    return {near.best.pose, start, is_near_guess, near.evaluations, near.best_evaluation};
-  }
+  if (!wide) return TakeNearest(rays, start, near, near.evaluations, expected);
   return SearchFurther(rays, start, near, tracking, ComputeSteadiness(tracking.recent(), utime, constants_.prior),
                        random);
 }
@@ -276,6 +272,12 @@ RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& sta
       AgreementAt(wide.best.pose) >= least_agreement) {
     return {wide.best.pose, start, false, evaluations, near.evaluations + wide.best_evaluation};
   }
+  return TakeNearest(rays, start, near, evaluations, expected);
+}
+
+/// The best of a search near the guess, although it does not explain the scan. evaluations: of all searches.
+RrhcMatcher::Found RrhcMatcher::TakeNearest(const Rays& rays, const Pose2& start, const SearchResult& near,
+                                            int evaluations, const Expectation& expected) const {
   const bool is_near_guess = expected.IsMetBy(near.best, true, rays.critical_hits_m, map_.cells());
   return {near.best.pose, start, is_near_guess, evaluations, near.best_evaluation};
 }

@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 
+#include "common/match/expectation.hpp"
 #include "common/match/known_rays.hpp"
 #include "common/match/match_constants.hpp"
 #include "common/match/matcher.hpp"
@@ -69,6 +70,8 @@ class RrhcMatcher : public Matcher {
                bool wide) const;
   Found SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near, const TrackingState& tracking,
                       double steadiness, Random& random) const;
+  Found TakeNearest(const Rays& rays, const Pose2& start, const SearchResult& near, int evaluations,
+                    const Expectation& expected) const;
   RaysInCells SelectKnownNear(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis, KnownRays known) const;
   AxisHold FindHold(const Found& found, const InitialGuess& initial_guess, bool degenerate) const;
   Refined Refine(const Rays& rays, const Found& found, const InitialGuess& initial_guess, double steadiness) const;

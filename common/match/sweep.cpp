@@ -58,17 +58,14 @@ class SweepMatcher {
   }
 
   /// With all that the matcher does where nothing fits.
-  ScanMatch MatchAll(const Twist& twist) const {
-    ScanMatch match = matcher_.Match(Deskew(scan_, twist), tracking_, T_odom_robot_);
-    match.twist = twist;
-    return match;
-  }
+  ScanMatch MatchAll(const Twist& twist) const { return MatchBy(&Matcher::Match, twist); }
 
   double sweep_s() const { return sweep_s_; }
 
  private:
-  ScanMatch MatchNear(const Twist& twist) const {
-    ScanMatch match = matcher_.MatchNear(Deskew(scan_, twist), tracking_, T_odom_robot_);
+  ScanMatch MatchNear(const Twist& twist) const { return MatchBy(&Matcher::MatchNear, twist); }
+  ScanMatch MatchBy(decltype(&Matcher::Match) match_by, const Twist& twist) const {
+    ScanMatch match = (matcher_.*match_by)(Deskew(scan_, twist), tracking_, T_odom_robot_);
     match.twist = twist;
     return match;
   }

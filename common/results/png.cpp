@@ -8,16 +8,13 @@
 #include <new>
 #include <span>
 #include <stdexcept>
-#include <string_view>
+
+#include "common/logs/png_file.hpp"
 
 namespace crsm {
 namespace {
 
 constexpr int kStripRows = 64;
-
-// How bytes are filtered before they are compressed.
-constexpr std::uint8_t kAsTheyAre = 0;
-constexpr std::uint8_t kLessThoseAbove = 2;
 
 /// What makes a small file in little time, by measurement. Maps are flat from row to row; pictures are enlarged, and
 /// repeat themselves.
@@ -28,7 +25,7 @@ struct Compression {
 };
 
 Compression CompressionOf(int channels) {
-  return channels == 1 ? Compression{kLessThoseAbove, 1, Z_RLE} : Compression{kAsTheyAre, 3, Z_DEFAULT_STRATEGY};
+  return channels == 1 ? Compression{kPngLessThoseAbove, 1, Z_RLE} : Compression{kPngAsTheyAre, 3, Z_DEFAULT_STRATEGY};
 }
 
 /// A raw deflate stream of its own for each strip, which ends on a whole byte and is not the last of a file.
@@ -67,8 +64,8 @@ std::vector<std::uint8_t> Filter(std::span<const std::uint8_t> pixels, std::size
   filtered.reserve(pixels.size() + pixels.size() / row_bytes);
   for (std::size_t at = 0; at < pixels.size(); at += row_bytes) {
     const auto row = pixels.subspan(at, row_bytes);
-    const bool by_above = filter == kLessThoseAbove && at > 0;
-    filtered.push_back(by_above ? kLessThoseAbove : kAsTheyAre);
+    const bool by_above = filter == kPngLessThoseAbove && at > 0;
+    filtered.push_back(by_above ? kPngLessThoseAbove : kPngAsTheyAre);
     filtered.insert(filtered.end(), row.begin(), row.end());
     if (!by_above) continue;
     const auto above = pixels.subspan(at - row_bytes, row_bytes);
@@ -76,21 +73,6 @@ std::vector<std::uint8_t> Filter(std::span<const std::uint8_t> pixels, std::size
                    [](std::uint8_t byte, std::uint8_t other) { return static_cast<std::uint8_t>(byte - other); });
   }
   return filtered;
-}
-
-std::string BigEndian(unsigned long number) {
-  std::string bytes;
-  for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(number >> shift & 0xff);
-  return bytes;
-}
-
-void AppendChunk(std::string& file, std::string_view type, std::string_view data) {
-  file += BigEndian(data.size());
-  const std::size_t begin = file.size();
-  file += type;
-  file += data;
-  const auto* checked = reinterpret_cast<const Bytef*>(file.data() + begin);
-  file += BigEndian(crc32(0, checked, static_cast<uInt>(file.size() - begin)));
 }
 
 }  // namespace
@@ -104,13 +86,8 @@ std::string PngEncoder::Encode(const Pixels& pixels) {
   const std::size_t row_bytes = static_cast<std::size_t>(width_) * static_cast<std::size_t>(channels_);
   strips_.resize(static_cast<std::size_t>((pixels.height + kStripRows - 1) / kStripRows));
 
-  constexpr char kDepth = 8;
-  const char colour = channels_ == 1 ? 0 : 2;
-  std::string file = "\x89PNG\r\n\x1a\n";
-  AppendChunk(file, "IHDR",
-              BigEndian(static_cast<unsigned long>(width_)) + BigEndian(static_cast<unsigned long>(pixels.height)) +
-                  kDepth + colour + "\0\0\0"s);
-  AppendChunk(file, "IDAT", "\x78\x01");  // the head of the stream that the strips are
+  std::string file = BeginPng(pixels.width, pixels.height, channels_);
+  AppendPngChunk("IDAT", "\x78\x01", file);  // the head of the stream that the strips are
   unsigned long checksum = adler32(0, nullptr, 0);
   const Compression compression = CompressionOf(channels_);
   Deflater deflater(compression);
@@ -125,11 +102,12 @@ std::string PngEncoder::Encode(const Pixels& pixels) {
       strip.checksum = adler32(adler32(0, nullptr, 0), filtered.data(), static_cast<uInt>(filtered.size()));
       if (use_ == Use::kAgain) strip.pixels.assign(rows.begin(), rows.end());
     }
-    AppendChunk(file, "IDAT", strip.compressed);
+    AppendPngChunk("IDAT", strip.compressed, file);
     checksum = adler32_combine(checksum, strip.checksum, static_cast<z_off_t>(strip.num_bytes));
   }
-  AppendChunk(file, "IDAT", "\x03\0"s + BigEndian(checksum));  // an empty block, which is the last
-  AppendChunk(file, "IEND", "");
+  AppendPngChunk("IDAT", "\x03\0"s + BigEndian(static_cast<std::uint32_t>(checksum)),
+                 file);  // an empty block, which is the last
+  AppendPngChunk("IEND", "", file);
   return file;
 }
 

@@ -11,6 +11,7 @@ namespace crsm {
 
 inline constexpr std::size_t kMinBeams = 2;
 inline constexpr std::size_t kMaxBeams = 4096;
+inline constexpr float kLongestSweep_s = 2.0f;  ///< beams are measured no further from the utime of their scan
 
 /// Whether the beams of a scan are in different directions, and no more than a full turn apart. All lasers are; what
 /// is not was given in degrees, or is damaged.

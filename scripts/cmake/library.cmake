@@ -36,10 +36,11 @@ list(TRANSFORM LIBRARY_ROOMS REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/\\1/*.cpp" OU
 file(GLOB LIBRARY_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/common/*.cpp ${LIBRARY_GLOBS})
 # Of other rooms what knows nothing of programs.
 set(LIBRARY_FILES common/diagnosis/handedness common/diagnosis/run_statistics common/diagnosis/self_contradiction
-    common/diagnosis/verdict common/logs/regular_file common/logs/replacement common/metrics/format_trajectory common/logs/map_files
-    services/base/crc32 services/base/file_window services/base/identity services/base/printable services/base/say
-    services/wire/conversions services/wire/graph_messages services/wire/lcm_event services/wire/wire
-    services/journal/journal services/journal/journal_file services/journal/journal_reader)
+    common/diagnosis/verdict common/logs/crc32 common/logs/map_files common/logs/png_file common/logs/regular_file
+    common/logs/replacement common/metrics/format_trajectory services/base/file_window services/base/identity
+    services/base/printable services/base/say services/journal/journal services/journal/journal_file
+    services/journal/journal_reader services/wire/conversions services/wire/graph_messages services/wire/lcm_event
+    services/wire/wire)
 list(TRANSFORM LIBRARY_FILES REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/\\1.cpp" OUTPUT_VARIABLE LIBRARY_FILES)
 
 add_library(crsm_slam_objects OBJECT ${LIBRARY_SOURCES} ${LIBRARY_FILES})

@@ -4,7 +4,7 @@
 #include <random>
 #include <string>
 
-#include "services/base/crc32.hpp"
+#include "common/logs/crc32.hpp"
 
 namespace crsm {
 

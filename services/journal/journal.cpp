@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "services/base/crc32.hpp"
+#include "common/logs/crc32.hpp"
 #include "services/base/identity.hpp"
 #include "services/base/say.hpp"
 #include "services/base/version.hpp"
@@ -51,12 +51,8 @@ void CheckSubject(const std::string& path, const JournalSubject& found, const Jo
                   "{} belongs to a run that made a map: choose another folder for the journal of a localization", path)
             : fmt::format("{} belongs to a run that localised on the map of another folder: give that folder", path));
   }
-  for (const auto& [name, value] : wanted.parameters) {
-    const auto other = std::find_if(found.parameters.begin(), found.parameters.end(),
-                                    [&name = name](const auto& parameter) { return parameter.first == name; });
-    if (other == found.parameters.end() || other->second == value) continue;
-    throw std::runtime_error(
-        fmt::format("{}: its map was made with {} = {}, not with {}", path, name, other->second, value));
+  for (const auto& [key, other, value] : FindDifferences(found.parameters, wanted.parameters)) {
+    throw std::runtime_error(fmt::format("{}: its map was made with {} = {}, not with {}", path, key, other, value));
   }
 }
 
@@ -310,6 +306,15 @@ ParameterTexts ListTexts(const Parameters& parameters, const std::vector<Paramet
 ParameterTexts ListMapParameters(const Parameters& parameters) {
   using enum ParameterGroup;
   return ListTexts(parameters, {kLaser, kScan, kUpdate, kLoops, kAlgorithm});
+}
+
+std::vector<ParameterDifference> FindDifferences(const ParameterTexts& found, const ParameterTexts& wanted) {
+  std::vector<ParameterDifference> differences;
+  for (const auto& [key, value] : wanted) {
+    const auto other = std::ranges::find(found, key, &ParameterTexts::value_type::first);
+    if (other != found.end() && other->second != value) differences.push_back({key, other->second, value});
+  }
+  return differences;
 }
 
 void ThrowLoopsDoNotFit(const fs::path& journal) {

@@ -25,6 +25,15 @@ ParameterTexts ListTexts(const Parameters& parameters, const std::vector<Paramet
 /// drawn. How poses are searched is none of them, and may change from session to session.
 ParameterTexts ListMapParameters(const Parameters& parameters);
 
+/// A parameter that two lists have with different values.
+struct ParameterDifference {
+  std::string key;
+  std::string found;
+  std::string wanted;
+};
+/// All of them, in the order of `wanted`.
+std::vector<ParameterDifference> FindDifferences(const ParameterTexts& found, const ParameterTexts& wanted);
+
 /// What a journal is to be of; one of something else is refused.
 struct JournalSubject {
   bool finished_map = false;  ///< localization on the map of another journal; else the map is made of this one

@@ -4,7 +4,7 @@
 #include <span>
 #include <utility>
 
-#include "services/base/crc32.hpp"
+#include "common/logs/crc32.hpp"
 #include "services/wire/channels.hpp"
 #include "services/wire/conversions.hpp"
 #include "services/wire/lcm_event.hpp"

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "services/base/usage_error.hpp"
 
 namespace crsm {
@@ -20,14 +18,10 @@ void AdoptEarlierMapParameters(const std::string& resume, CommandLine& command_l
 void CheckLaserParameters(const std::filesystem::path& folder, const CommandLine& command_line) {
   const auto head = ReadHead(folder);
   if (!head) return;
-  const ParameterTexts& made_with = head->subject.parameters;
+  const auto wanted = ListTexts(command_line.parameters(), {ParameterGroup::kLaser, ParameterGroup::kScan});
   std::vector<std::string> wrong;
-  for (const auto& parameter : ListTexts(command_line.parameters(), {ParameterGroup::kLaser, ParameterGroup::kScan})) {
-    const auto found = std::find_if(made_with.begin(), made_with.end(),
-                                    [&](const auto& other) { return other.first == parameter.first; });
-    if (found != made_with.end() && *found != parameter) {
-      wrong.push_back(fmt::format("{} {}", FlagOf(found->first), found->second));
-    }
+  for (const auto& [key, made_with, value] : FindDifferences(head->subject.parameters, wanted)) {
+    wrong.push_back(fmt::format("{} {}", FlagOf(key), made_with));
   }
   if (wrong.empty()) return;
   throw UsageError(fmt::format(

@@ -3,27 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <string_view>
 #include <vector>
 
-#include "services/base/crc32.hpp"
+#include "common/logs/png_file.hpp"
 
 namespace crsm {
 namespace {
-
-using namespace std::string_literals;
-
-std::string BigEndian(std::uint32_t number) {
-  std::string bytes;
-  for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(number >> shift & 0xff);
-  return bytes;
-}
-
-void AppendChunk(const std::string& type, std::string_view data, std::string& file) {
-  file += BigEndian(static_cast<std::uint32_t>(data.size())) + type;
-  file += data;
-  file += BigEndian(Crc32(data, Crc32(type)));
-}
 
 /// One block of deflate with the codes that are fixed.
 class Deflater {
@@ -99,10 +84,9 @@ std::uint32_t Adler32(const std::vector<std::uint8_t>& bytes) {
 
 /// From the top row on, each with the filter before it: less the row above.
 std::vector<std::uint8_t> Filter(const DenseGrid& grid) {
-  constexpr std::uint8_t kLessThoseAbove = 2;
   std::vector<std::uint8_t> filtered;
   for (int row = grid.height_cells - 1; row >= 0; --row) {
-    filtered.push_back(kLessThoseAbove);
+    filtered.push_back(kPngLessThoseAbove);
     for (int column = 0; column < grid.width_cells; ++column) {
       const std::uint8_t above = row + 1 < grid.height_cells ? grid.cells[grid.IndexOf(column, row + 1)] : 0;
       filtered.push_back(static_cast<std::uint8_t>(grid.cells[grid.IndexOf(column, row)] - above));
@@ -121,11 +105,9 @@ std::string EncodePlainMap(const DenseGrid& grid) {
     deflater.AppendRun(*at, static_cast<std::size_t>(end - at));
     at = end;
   }
-  std::string file = "\x89PNG\r\n\x1a\n";
-  const auto Size = [](int cells) { return BigEndian(static_cast<std::uint32_t>(cells)); };
-  AppendChunk("IHDR", Size(grid.width_cells) + Size(grid.height_cells) + "\x08\0\0\0\0"s, file);  // 8 bits of grey
-  AppendChunk("IDAT", "\x78\x01" + deflater.Finish() + BigEndian(Adler32(filtered)), file);
-  AppendChunk("IEND", "", file);
+  std::string file = BeginPng(grid.width_cells, grid.height_cells, 1);
+  AppendPngChunk("IDAT", "\x78\x01" + deflater.Finish() + BigEndian(Adler32(filtered)), file);
+  AppendPngChunk("IEND", "", file);
   return file;
 }
 

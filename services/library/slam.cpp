@@ -119,18 +119,20 @@ void Check(const Scan& scan) {
   if (scan.times_s.size() != num_beams) {
     Refuse(std::to_string(scan.times_s.size()) + " times_s, must be none or " + std::to_string(num_beams));
   }
-  constexpr float kMost_s = 2.0f;
-  const auto IsTime = [](float time_s) { return std::abs(time_s) <= kMost_s; };
+  const auto IsTime = [](float time_s) { return std::abs(time_s) <= crsm::kLongestSweep_s; };
   if (!std::ranges::all_of(scan.times_s, IsTime)) Refuse("times_s must be within 2 s");
 }
 
 Pose ToPublic(const crsm::Pose2& pose) { return {pose.x_m, pose.y_m, pose.yaw_rad}; }
 
-std::optional<crsm::Pose2> FromPublic(const std::optional<Pose>& T_odom_robot) {
-  if (!T_odom_robot) return std::nullopt;
-  const auto pose = crsm::RoundOdometry({T_odom_robot->x_m, T_odom_robot->y_m, T_odom_robot->yaw_rad});
-  if (!pose) throw std::invalid_argument("T_odom_robot: its numbers must be finite and within 1e6");
-  return pose;
+/// name: of the argument.
+std::optional<crsm::Pose2> FromPublic(const std::optional<Pose>& pose, const char* name) {
+  if (!pose) return std::nullopt;
+  const crsm::Pose2 same{pose->x_m, pose->y_m, pose->yaw_rad};
+  if (!crsm::RoundOdometry(same)) {
+    throw std::invalid_argument(std::string(name) + ": its numbers must be finite and within 1e6");
+  }
+  return same;
 }
 
 }  // namespace
@@ -171,7 +173,7 @@ struct Slam::Impl {
   /// What `use` makes of the map.
   template <class Use>
   auto WithMap(Use&& use) {
-    return Await().closes_loops() ? use(slam.Finalize({}).map) : use(slam.map());
+    return Await().closes_loops() ? use(slam.DrawPiece(1)) : use(slam.map());
   }
   crsm::DenseGrid DrawGrid() {
     return WithMap([](const crsm::ByteMap& map) { return map.ToDenseGrid(); });
@@ -255,7 +257,8 @@ Slam& Slam::operator=(Slam&&) noexcept = default;
 
 Step Slam::Process(const Scan& scan, const std::optional<Pose>& T_odom_robot) {
   Check(scan);
-  const auto odometry = FromPublic(T_odom_robot);
+  const auto unrounded = FromPublic(T_odom_robot, "T_odom_robot");
+  const auto odometry = unrounded ? crsm::RoundOdometry(*unrounded) : std::nullopt;
   if (!impl_->utimes.insert(scan.utime).second) {
     throw std::invalid_argument("scan of utime " + std::to_string(scan.utime) + ": this utime was there before");
   }
@@ -393,12 +396,10 @@ Slam Slam::Load(const std::string& folder, const Settings& settings, const std::
   const auto head = crsm::ReadHead(journal);
   if (!head) throw std::runtime_error(folder + ": there is no scan in its journal");
   crsm::Parameters parameters = CheckedParameters(settings, head->subject.parameters);
-  if (T_map_laser) parameters.match.start = crsm::Pose2{T_map_laser->x_m, T_map_laser->y_m, T_map_laser->yaw_rad};
-  for (const auto& [key, text] : crsm::ListMapParameters(parameters)) {
-    for (const auto& [made_with, other] : head->subject.parameters) {
-      if (made_with != key || other == text) continue;
-      throw std::invalid_argument(key + ": the map in " + folder + " was made with " + other + ", not with " + text);
-    }
+  parameters.match.start = FromPublic(T_map_laser, "T_map_laser");
+  const auto differences = crsm::FindDifferences(head->subject.parameters, crsm::ListMapParameters(parameters));
+  for (const auto& [key, other, text] : differences) {
+    throw std::invalid_argument(key + ": the map in " + folder + " was made with " + other + ", not with " + text);
   }
   auto impl = std::make_unique<Impl>(parameters);
   const auto Restore = [&](const crsm::CriticalRays* scan, const crsm::ScanMatch& match) {

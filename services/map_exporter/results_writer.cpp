@@ -104,7 +104,7 @@ void ResultsWriter::TakeMap(const Snapshot& snapshot) {
   if (snapshot.begun_cell_size_m) map_.emplace(*snapshot.begun_cell_size_m);
   for (const auto& [index, cells] : snapshot.tiles) {
     const ByteMap::Tile* tile = map_->tiles().Find(index);
-    map_->Apply({index, PackRuns(tile ? tile->cells : ByteMap::Tile().cells, cells)});
+    map_->Apply({index, PackRuns(tile ? tile->cells : kUnexploredBytes, cells)});
   }
   drawn_.grid = map_->ToDenseGrid();
   explored_area_m2_ = ComputeExploredArea(drawn_.grid);

@@ -23,7 +23,6 @@ constexpr auto kMostBeams = static_cast<std::int32_t>(kMaxBeams);
 constexpr std::int32_t kMostParts = 4096;
 constexpr double kLargestCoordinate_m = 1e6;
 constexpr double kLargestVariance = 1e12;  // of a coordinate [m2]; fits into single precision, as the page has it
-constexpr float kLongestSweep_s = 2.0f;
 
 // The limits of common/ that the .lcm files state too.
 static_assert(MostOf(&bot_core::planar_lidar_t::nranges) == kMaxBeams);

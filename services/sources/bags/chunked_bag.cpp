@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "common/logs/crc32.hpp"
 #include "common/logs/stop_request.hpp"
-#include "services/base/crc32.hpp"
 #include "services/sources/bags/decompress.hpp"
 
 namespace crsm {

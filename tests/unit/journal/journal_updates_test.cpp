@@ -2,8 +2,8 @@
 #include <utility>
 
 #include "catch.hpp"
+#include "common/logs/crc32.hpp"
 #include "journal/journal_folder.hpp"
-#include "services/base/crc32.hpp"
 #include "services/journal/journal_reader.hpp"
 
 namespace crsm {

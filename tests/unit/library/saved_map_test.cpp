@@ -1,3 +1,4 @@
+#include <cmath>
 #include <crsm_slam/slam.hpp>
 #include <map>
 
@@ -78,6 +79,8 @@ TEST_CASE("a map takes the settings with it that it was made with, and no others
                     "cell_size_m: the map in " + folder.path().string() + " was made with 0.1, not with 0.05");
   CHECK_THROWS_AS(crsm_slam::Slam::Load(folder.path().string() + "/nothing"), std::runtime_error);
   CHECK_THROWS_AS(slam.Save("/proc/nowhere"), std::runtime_error);
+  CHECK_THROWS_AS(crsm_slam::Slam::Load(folder.path().string(), {}, crsm_slam::Pose{std::nan(""), 0.0, 0.0}),
+                  std::invalid_argument);
 }
 
 TEST_CASE("on a finished map scans are localised, where the start is told and where it is not") {

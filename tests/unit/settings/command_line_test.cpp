@@ -71,6 +71,16 @@ void CheckRefused(const Program& program, const std::string& text) {
   CHECK(std::count(program.said.begin(), program.said.end(), '\n') == 1);
 }
 
+/// What is said of a wrong command line; empty if it is right.
+std::string ParseErrorOf(CLI::App& app, const std::string& words) {
+  try {
+    app.parse(words);
+  } catch (const CLI::ParseError& error) {
+    return DescribeParseError(app, error);
+  }
+  return "";
+}
+
 }  // namespace
 
 TEST_CASE("without flags the defaults hold") {
@@ -338,14 +348,7 @@ TEST_CASE("an option that takes some names alone suggests the nearest one") {
   CLI::App app("What it does.", "program");
   std::vector<std::string> chosen;
   TakeOneOf(*app.add_option("--without", chosen, "what is left out"), {"loop_closer", "map_exporter"});
-  const auto ErrorOf = [&](const std::string& words) -> std::string {
-    try {
-      app.parse(words);
-    } catch (const CLI::ParseError& error) {
-      return DescribeParseError(app, error);
-    }
-    return "";
-  };
+  const auto ErrorOf = [&](const std::string& words) { return ParseErrorOf(app, words); };
   CHECK(ErrorOf("--without loop_closer").empty());
   CHECK(chosen == std::vector<std::string>{"loop_closer"});
   CHECK(ErrorOf("--without loop_closr") ==
@@ -357,14 +360,7 @@ TEST_CASE("a mistyped subcommand is answered with the nearest one, and its flags
   CLI::App app("What it does.", "program");
   app.require_subcommand(1);
   app.add_subcommand("summary", "what it prints")->add_flag("--csv");
-  const auto ErrorOf = [&](const std::string& words) -> std::string {
-    try {
-      app.parse(words);
-    } catch (const CLI::ParseError& error) {
-      return DescribeParseError(app, error);
-    }
-    return "";
-  };
+  const auto ErrorOf = [&](const std::string& words) { return ParseErrorOf(app, words); };
   CHECK(ErrorOf("sumary").ends_with("; did you mean summary? --help lists the flags"));
   CHECK(ErrorOf("summary --cvs").ends_with("--cvs; did you mean --csv? --help lists the flags"));
 }

@@ -1,4 +1,4 @@
-#include "services/base/crc32.hpp"
+#include "common/logs/crc32.hpp"
 
 #include <array>
 #include <bit>
