@@ -17,8 +17,7 @@ class CountFinder {
  public:
   template <class Message>
   void Visit(const Message& message) {
-    const auto visit = [&](const auto&... fields) { (VisitField(message, fields), ...); };
-    std::apply(visit, FieldsOf<Message>());
+    FieldsOf<Message>::Visit([&](const auto& field) { VisitField(message, field); });
   }
 
   const std::map<std::size_t, std::int32_t>& counts() const { return counts_; }  ///< by the place of their first byte

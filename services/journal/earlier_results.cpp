@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <stdexcept>
@@ -10,7 +9,6 @@
 #include "services/base/process.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/journal/journal.hpp"
-#include "services/settings/help.hpp"
 
 namespace crsm {
 namespace {
@@ -65,15 +63,13 @@ bool AreSame(const fs::path& one, const fs::path& other) {
 }  // namespace
 
 void AddFlags(CommandLine& command_line, EarlierResults& earlier) {
-  command_line.app()
-      .add_option("--resume", earlier.resume,
-                  "continue the map of an earlier run, whose --out may be this run's too; scans that are in the map "
-                  "already are skipped")
-      ->type_name("DIR")
-      ->group(kEarlierRunsHeading);
-  command_line.app()
-      .add_flag("--force", earlier.force, "move the results of an earlier run in --out to a folder below it")
-      ->group(kEarlierRunsHeading);
+  command_line.AddOption(
+      "--resume", earlier.resume,
+      "continue the map of an earlier run, whose --out may be this run's too; scans that are in the map already are "
+      "skipped",
+      {kEarlierRunsHeading, "DIR"});
+  command_line.AddFlag("--force", earlier.force, "move the results of an earlier run in --out to a folder below it",
+                       kEarlierRunsHeading);
 }
 
 void CheckEarlierResults(const EarlierResults& earlier, const std::string& source, const Settings& settings) {

@@ -3,7 +3,6 @@
 
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 
@@ -213,7 +212,7 @@ int main(int argc, char** argv) {
       "\"file://run.lcm?mode=w\" it writes them to an LCM log.",
       crsm::FlagsOfPublisher());
   std::string name;
-  command_line.app().add_option("SOURCE", name, crsm::DescribeSources())->required();
+  command_line.AddWord("SOURCE", name, crsm::DescribeSources());
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] {
     const crsm::Settings& settings = command_line.settings();

@@ -3,7 +3,6 @@
 
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
 #include <deque>
 #include <memory>
@@ -135,13 +134,13 @@ int main(int argc, char** argv) {
                                  "Shows the growing map in a browser, and in Foxglove and Lichtblick on the same port.",
                                  crsm::FlagsOfViewer());
   crsm::ViewerOptions options;
-  command_line.app().add_option(
+  command_line.AddOptionalWords(
       "DIR", options.folders,
       "folders (--out) of finished runs, shown side by side; without one, the live robot is shown");
-  command_line.app().add_option("--robots", options.robots,
-                                "channel prefixes of several robots on one bus, shown side by side: robot1/ robot2/");
-  command_line.app().add_option("--mcap", options.mcap,
-                                "write the run in DIR as an MCAP file for Foxglove and Lichtblick, and exit");
+  command_line.AddOption("--robots", options.robots,
+                         "channel prefixes of several robots on one bus, shown side by side: robot1/ robot2/");
+  command_line.AddOption("--mcap", options.mcap,
+                         "write the run in DIR as an MCAP file for Foxglove and Lichtblick, and exit");
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::Show(command_line, options); });
 }

@@ -11,9 +11,9 @@ namespace {
 
 constexpr std::size_t kMostMapBytes = 256 * 1024;  // of a message: a slow client is told of the robot in between
 
-enum Kind : std::uint8_t { kMap = 1, kRobot = 2, kPath = 3, kSamples = 4, kInfo = 5 };
+enum RecordKind : std::uint8_t { kMap = 1, kRobot = 2, kPath = 3, kSamples = 4, kInfo = 5 };
 
-void AppendRecord(std::string& message, Kind kind, const std::string& record) {
+void AppendRecord(std::string& message, RecordKind kind, const std::string& record) {
   Append(message, kind);
   Append(message, static_cast<std::uint32_t>(record.size()));
   message += record;

@@ -3,7 +3,6 @@
 
 #include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
@@ -40,28 +39,25 @@ constexpr const char* kFooter =
     "from which the map can be rebuilt.";
 
 void AddOwnFlags(CommandLine& command_line, StackOptions& options) {
-  CLI::App& app = command_line.app();
-  app.add_option(
-         "SOURCE", options.source,
-         DescribeSources() +
-             ";\nlive: scans from another program on the bus, such as a laser driver or lcm-logplayer, until Ctrl-C")
-      ->required();
+  command_line.AddWord(
+      "SOURCE", options.source,
+      DescribeSources() +
+          ";\nlive: scans from another program on the bus, such as a laser driver or lcm-logplayer, until Ctrl-C");
   AddFlags(command_line, options.earlier);
-  app.add_flag("--strict", options.strict, "fail if the map is not to be trusted");
-  app.add_flag("--view", options.view, "show the growing map in a browser; prints the address");
+  command_line.AddFlag("--strict", options.strict, "fail if the map is not to be trusted");
+  command_line.AddFlag("--view", options.view, "show the growing map in a browser; prints the address");
   std::vector<std::string> outputs;
   std::string help = "also publish pose and map for other programs";
   for (const Output& output : kOutputs) {
     outputs.emplace_back(output.name);
     help += fmt::format("; {}: {}", output.name, output.what);
   }
-  TakeOneOf(*app.add_option("--outputs", options.outputs, help)->group(kProcessHeading), outputs);
+  command_line.AddOption("--outputs", options.outputs, help, {kProcessHeading, "", outputs});
   std::vector<std::string> replaceable;
   for (const Replaceable& process : kReplaceable) replaceable.emplace_back(process.name);
-  TakeOneOf(*app.add_option("--without", options.without, "do not start this process; another process replaces it")
-                 ->group(kProcessHeading),
-            replaceable);
-  app.footer(kFooter);
+  command_line.AddOption("--without", options.without, "do not start this process; another process replaces it",
+                         {kProcessHeading, "", replaceable});
+  command_line.AddFooter(kFooter);
 }
 
 /// Flags that cannot be meant together, and those that are missing.

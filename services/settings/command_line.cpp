@@ -133,6 +133,11 @@ BuiltInChoice Choose(const std::string& key, const std::string& flag, const std:
   return {node->as_string()->get(), said_by};
 }
 
+void Describe(CLI::Option& option, const FlagHelp& help) {
+  option.group(help.heading)->type_name(help.type);
+  if (!help.one_of.empty()) TakeOneOf(option, help.one_of);
+}
+
 NamedValues ListSettings(const Settings& settings) {
   Settings copy = settings;
   NamedValues list;
@@ -183,6 +188,34 @@ CommandLine::CommandLine(const std::string& program, const std::string& descript
 }
 
 CommandLine::~CommandLine() = default;
+
+void CommandLine::AddWord(const std::string& name, std::string& word, const std::string& help) {
+  app_->add_option(name, word, help)->required();
+}
+
+void CommandLine::AddWord(const std::string& name, std::vector<std::string>& words, const std::string& help) {
+  app_->add_option(name, words, help)->required();
+}
+
+void CommandLine::AddOptionalWords(const std::string& name, std::vector<std::string>& words, const std::string& help) {
+  app_->add_option(name, words, help);
+}
+
+void CommandLine::AddOption(const std::string& flag, std::string& value, const std::string& help,
+                            const FlagHelp& flag_help) {
+  Describe(*app_->add_option(flag, value, help), flag_help);
+}
+
+void CommandLine::AddOption(const std::string& flag, std::vector<std::string>& values, const std::string& help,
+                            const FlagHelp& flag_help) {
+  Describe(*app_->add_option(flag, values, help), flag_help);
+}
+
+void CommandLine::AddFlag(const std::string& flag, bool& given, const std::string& help, const char* heading) {
+  app_->add_flag(flag, given, help)->group(heading);
+}
+
+void CommandLine::AddFooter(const std::string& text) { app_->footer(text); }
 
 template <class Key>
 bool CommandLine::Uses(const Key& key) const {

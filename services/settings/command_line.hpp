@@ -8,15 +8,23 @@
 #include <vector>
 
 #include "common/parameters.hpp"
+#include "services/settings/help.hpp"
 #include "services/settings/programs.hpp"
 #include "services/settings/settings.hpp"
 #include "services/wire/laser_types.hpp"
 
 namespace CLI {
-class App;  // its header takes six seconds to compile: only who adds flags of its own includes it
+class App;  // its header takes three seconds to compile
 }
 
 namespace crsm {
+
+/// How a flag of one program stands in --help, and what it takes.
+struct FlagHelp {
+  const char* heading = kOptionsHeading;
+  const char* type = "TEXT";
+  std::vector<std::string> one_of = {};  ///< the names that it takes; any text if there are none
+};
 
 /// The command line that all programs share: --help, --version, --preset, --profile, --config FILE, and a flag for each
 /// parameter and setting that the program uses.
@@ -32,8 +40,16 @@ class CommandLine {
   CommandLine(const std::string& program, const std::string& description, const ProgramFlags& flags);
   ~CommandLine();
 
-  /// For positional arguments and options of the program's own.
-  CLI::App& app() { return *app_; }
+  // What the program takes besides, before Parse: words of which there must be one, words of which there may be some,
+  // flags with a value (a list may be given more than once), flags without, and what --help says at its end.
+  void AddWord(const std::string& name, std::string& word, const std::string& help);
+  void AddWord(const std::string& name, std::vector<std::string>& words, const std::string& help);
+  void AddOptionalWords(const std::string& name, std::vector<std::string>& words, const std::string& help);
+  void AddOption(const std::string& flag, std::string& value, const std::string& help, const FlagHelp& flag_help = {});
+  void AddOption(const std::string& flag, std::vector<std::string>& values, const std::string& help,
+                 const FlagHelp& flag_help = {});
+  void AddFlag(const std::string& flag, bool& given, const std::string& help, const char* heading = kOptionsHeading);
+  void AddFooter(const std::string& text);
 
   /// The exit code where the program is to stop here: help was asked for, or something is wrong and was said.
   std::optional<int> Parse(int argc, const char* const* argv);

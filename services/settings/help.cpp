@@ -5,8 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iterator>
-#include <regex>
 #include <sstream>
+#include <string_view>
 
 #include "common/math/nearest_name.hpp"
 
@@ -120,8 +120,13 @@ void TakeOneOf(CLI::Option& option, const std::vector<std::string>& names) {
 }
 
 std::string DescribeParseError(const CLI::App& app, const CLI::ParseError& error) {
-  static const std::regex kMissingValue("(.*): 1 required (.*) missing");
-  std::string description = std::regex_replace(error.what(), kMissingValue, "$1: $2 is missing");
+  std::string description = error.what();
+  constexpr std::string_view kMissing = ": 1 required ";  // "--out: 1 required DIR missing"
+  const auto missing = description.find(kMissing);
+  if (missing != std::string::npos && description.ends_with(" missing")) {
+    description.replace(missing, kMissing.size(), ": ");
+    description.insert(description.size() - 7, "is ");
+  }
   const std::vector<std::string> known = ListKnownWords(app);
   for (const std::string& word : app.remaining(true)) {
     if (word.starts_with('-') || !app.get_subcommands({}).empty()) {

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
@@ -431,11 +430,11 @@ int main(int argc, char** argv) {
       {"lcm_url", "channel_prefix", "out", "laser_channel", "laser_frame", "odometry", "odometry_topic",
        "botlab_clockwise", "until_damage", "localize", "start"});
   std::vector<std::string> logs;
-  command_line.app().add_option("SOURCE", logs, crsm::DescribeSources())->required();
+  command_line.AddWord("SOURCE", logs, crsm::DescribeSources());
   crsm::EarlierResults earlier;
   crsm::AddFlags(command_line, earlier);
   bool strict = false;
-  command_line.app().add_flag("--strict", strict, "exit with 3 if the map is not to be trusted");
+  command_line.AddFlag("--strict", strict, "exit with 3 if the map is not to be trusted");
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   crsm::CatchSignals();
   return crsm::ReportErrors(command_line.program(), [&] {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <span>
 #include <stdexcept>
 #include <string_view>
 
@@ -16,12 +17,11 @@ namespace crsm {
 
 namespace {
 
-bool IsLaser(std::string_view data) { return FindLaserType(Bytes(data)) != nullptr; }
-bool IsPoseMessage(std::string_view data) { return IsPose(Bytes(data)); }
+bool IsLaser(std::span<const std::uint8_t> bytes) { return FindLaserType(bytes) != nullptr; }
 
 /// What is looked for in a log.
 struct Wanted {
-  bool (*is)(std::string_view data);
+  bool (*is)(std::span<const std::uint8_t> bytes);
   const char* word;
   std::string types;
 };
@@ -44,7 +44,7 @@ std::string FindChannel(const std::string& path, const std::string& channel, con
   std::map<std::string, std::int64_t> num_wanted;
   constexpr std::size_t kMaxChannels = 1000;  // a hostile log may have a name for each event
   while (const auto event = log.Next()) {
-    const bool is_wanted = wanted.is(event->data);
+    const bool is_wanted = wanted.is(Bytes(event->data));
     if (is_wanted && (channel.empty() || channel == event->channel)) return event->channel;
     if (num_events.size() >= kMaxChannels && !num_events.count(event->channel)) continue;
     ++num_events[event->channel];
@@ -112,10 +112,10 @@ bool LcmLogSource::ReadEvent() {
   if (!event) return false;
   if (event->channel == channel_) {
     TakeScan(event->data);
-  } else if (IsLaser(event->data)) {
+  } else if (IsLaser(Bytes(event->data))) {
     ++counts_["other_channel"];
     if (other_channel_.empty()) other_channel_ = event->channel;
-  } else if (IsPose(Bytes(event->data))) {
+  } else if (IsPoseMessage(Bytes(event->data))) {
     TakePose(event->channel, event->data);
   }
   return true;
@@ -134,7 +134,7 @@ void LcmLogSource::TakeScan(std::string_view data) {
   std::optional<LaserReading> reading = DecodeLaser(Bytes(data), messages_);
   if (!reading) {
     ++counts_["bad_message"];
-    if (first_refusal_.empty() && IsLaser(data)) first_refusal_ = DescribeRefusedLaser(Bytes(data));
+    if (first_refusal_.empty() && IsLaser(Bytes(data))) first_refusal_ = DescribeRefusedLaser(Bytes(data));
     return;
   }
   if (!frames_.Take(reading->frame)) {

@@ -14,7 +14,7 @@ bool ValuesInRange(const mbot_lcm_msgs::pose2D_t& pose) {
   return pose.utime >= 0 && std::abs(pose.theta) <= kMost && std::isfinite(pose.x) && std::isfinite(pose.y);
 }
 
-bool IsPose(std::span<const std::uint8_t> bytes) {
+bool IsPoseMessage(std::span<const std::uint8_t> bytes) {
   return Is<bot_core::pose_t>(bytes) || Is<mbot_lcm_msgs::pose2D_t>(bytes);
 }
 

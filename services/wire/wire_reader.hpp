@@ -5,17 +5,16 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 namespace crsm {
 
-/// The members of a message in the order of the wire, as std::tuple(&T::utime, &T::num, Array(&T::values, &T::num,
-/// 99)). The build makes one for each type from its .lcm file: <wire_fields/PACKAGE/TYPE.hpp>.
+/// FieldsOf<Message>::Visit(visit) calls visit with each member of a message, in the order of the wire: &T::utime, &T::num,
+/// Array(&T::values, &T::num, 99). The build makes one for each type from its .lcm file: <wire_fields/PACKAGE/TYPE.hpp>.
 template <class Message>
-constexpr auto FieldsOf();
+struct FieldsOf;
 
 /// Whether the values of a decoded message are in range: finite, possible, consistent. Each type has one, too.
 template <class Message>
@@ -39,12 +38,11 @@ constexpr ArrayField<Message, Element, Count> Array(std::vector<Element> Message
 template <class Message, class Count>
 constexpr std::size_t MostOf(Count Message::*count) {
   std::size_t most = 0;
-  const auto look = [&](const auto& field) {
+  FieldsOf<Message>::Visit([&](const auto& field) {
     if constexpr (requires { field.count == count; }) {
       if (field.count == count) most = field.most;
     }
-  };
-  std::apply([&](const auto&... fields) { (look(fields), ...); }, FieldsOf<Message>());
+  });
   return most;
 }
 
@@ -59,8 +57,7 @@ class WireReader {
   template <class Message>
   void WalkMessage() {
     Message message{};  // of which only the integers are filled in: some are counts
-    const auto walk = [&](const auto&... fields) { (WalkField(message, fields), ...); };
-    std::apply(walk, FieldsOf<Message>());
+    FieldsOf<Message>::Visit([&](const auto& field) { WalkField(message, field); });
   }
 
   /// Whether all of the message was walked over and nothing was wrong.

@@ -241,9 +241,8 @@ def take_what_is_built(clone):
     for name in ("bin", "python"):
         shutil.copytree(PROJECT / "build" / name, clone / "build" / name)
     (clone / "out/demo").mkdir(parents=True)
-    for command in ('build/bin/laser_publisher sim:demo --lcm-url "file://out/demo/demo.lcm?mode=w"',
-                    "build/bin/slam_offline out/demo/demo.lcm --out out/demo --force"):
-        subprocess.run(command, shell=True, cwd=clone, check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    subprocess.run(["build/bin/slam_offline", "sim:demo", "--out", "out/demo"], cwd=clone, check=True,
+                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
 def main(arguments):

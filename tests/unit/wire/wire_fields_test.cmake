@@ -24,7 +24,7 @@ file(WRITE ${folder}/a_t.lcm "package crsm;\nstruct a_t\n{\n    int32_t num_cell
      "    byte cells[num_cells];\n    robot.b_t b[2];  // two\n    const int8_t ONE = 1;\n}\n")
 crsm_make_wire_fields(${folder}/a_t.lcm ${folder})
 file(READ ${folder}/wire_fields/crsm/a_t.hpp header)
-foreach(expected "&T::num_cells, Array(&T::cells, &T::num_cells, 9), &T::b)" "#include <wire_fields/robot/b_t.hpp>")
+foreach(expected "visit(&T::num_cells)" "visit(Array(&T::cells, &T::num_cells, 9))" "visit(&T::b)" "#include <wire_fields/robot/b_t.hpp>")
   string(FIND "${header}" "${expected}" at)
   if(at EQUAL -1)
     message(FATAL_ERROR "${expected} is not in ${header}")

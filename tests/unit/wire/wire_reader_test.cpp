@@ -24,8 +24,7 @@ class RandomFiller {
   Message Make() {
     Message message{};
     Counts counts;
-    const auto fill = [&](const auto&... fields) { (FillField(message, fields, counts), ...); };
-    std::apply(fill, FieldsOf<Message>());
+    FieldsOf<Message>::Visit([&](const auto& field) { FillField(message, field, counts); });
     return message;
   }
 
