@@ -13,6 +13,7 @@
 #include "common/diagnosis/verdict.hpp"
 #include "common/graph/g2o.hpp"
 #include "common/logs/map_files.hpp"
+#include "common/math/format_number.hpp"
 #include "common/math/nearest_name.hpp"
 #include "common/metrics/trajectory.hpp"
 #include "common/scan/deskew.hpp"
@@ -106,21 +107,27 @@ void Check(const Scan& scan) {
     throw std::invalid_argument("scan of utime " + std::to_string(scan.utime) + ": " + what);
   };
   const std::size_t num_beams = scan.ranges_m.size();
-  if (scan.utime < 0) Refuse("must be 0 or later");
+  if (scan.utime < 0) Refuse("utime must be 0 or later");
   if (num_beams < crsm::kMinBeams || num_beams > crsm::kMaxBeams) {
     Refuse(std::to_string(num_beams) + " ranges, must be " + std::to_string(crsm::kMinBeams) + " to " +
            std::to_string(crsm::kMaxBeams));
   }
   const double sweep_rad = static_cast<double>(scan.angle_step_rad) * static_cast<double>(num_beams - 1);
-  if (!crsm::IsWithinFullTurn(scan.angle_min_rad)) Refuse("angle_min_rad must be within a full turn");
-  if (!crsm::IsWithinFullTurn(sweep_rad)) Refuse("angle_step_rad times its ranges must be within a full turn");
+  if (!crsm::IsWithinFullTurn(scan.angle_min_rad)) {
+    Refuse("angle_min_rad " + crsm::FormatNumber(scan.angle_min_rad) + " must be within a full turn: radians");
+  }
+  if (!crsm::IsWithinFullTurn(sweep_rad)) {
+    Refuse("angle_step_rad " + crsm::FormatNumber(scan.angle_step_rad) + " times its ranges, " +
+           std::to_string(num_beams) + ", must be within a full turn: radians");
+  }
   if (scan.angle_step_rad == 0.0f) Refuse("angle_step_rad must not be 0");
   if (scan.times_s.empty()) return;
   if (scan.times_s.size() != num_beams) {
     Refuse(std::to_string(scan.times_s.size()) + " times_s, must be none or " + std::to_string(num_beams));
   }
   const auto IsTime = [](float time_s) { return std::abs(time_s) <= crsm::kLongestSweep_s; };
-  if (!std::ranges::all_of(scan.times_s, IsTime)) Refuse("times_s must be within 2 s");
+  if (!std::ranges::all_of(scan.times_s, IsTime))
+    Refuse("times_s must be within 2 s of utime, from which they are counted");
 }
 
 Pose ToPublic(const crsm::Pose2& pose) { return {pose.x_m, pose.y_m, pose.yaw_rad}; }
@@ -260,7 +267,8 @@ Step Slam::Process(const Scan& scan, const std::optional<Pose>& T_odom_robot) {
   const auto unrounded = FromPublic(T_odom_robot, "T_odom_robot");
   const auto odometry = unrounded ? crsm::RoundOdometry(*unrounded) : std::nullopt;
   if (!impl_->utimes.insert(scan.utime).second) {
-    throw std::invalid_argument("scan of utime " + std::to_string(scan.utime) + ": this utime was there before");
+    throw std::invalid_argument("scan of utime " + std::to_string(scan.utime) +
+                                ": this utime was used before; each scan has its own");
   }
   const crsm::Pose2 T_local_map = impl_->slam.tracking().T_local_map();
   const crsm::Slam::Step step =
@@ -393,6 +401,9 @@ void Slam::Save(const std::string& folder) const {
 
 Slam Slam::Load(const std::string& folder, const Settings& settings, const std::optional<Pose>& T_map_laser) {
   const std::filesystem::path journal = crsm::JournalFolder(folder);
+  if (!std::filesystem::exists(crsm::JournalPath(journal))) {
+    throw std::runtime_error("there is no saved map in " + folder + ": it has no journal");
+  }
   const auto head = crsm::ReadHead(journal);
   if (!head) throw std::runtime_error(folder + ": there is no scan in its journal");
   crsm::Parameters parameters = CheckedParameters(settings, head->subject.parameters);

@@ -4,14 +4,15 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <chrono>
 #include <crsm_slam/slam.hpp>
-#include <cstring>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "services/python/arguments.hpp"
 #include "services/settings/command_line.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "services/sources/study_laser.hpp"
@@ -20,9 +21,9 @@ namespace py = pybind11;
 
 namespace {
 
+using crsm_python::Arguments;
 using crsm_slam::Pose;
-using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
-using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Floats = py::array_t<float>;
 
 // Rows of structured arrays.
 struct PoseRow {
@@ -40,39 +41,6 @@ struct LoopRow {
   double y_m;
   double yaw_rad;
 };
-
-/// How a flag or a file would say it.
-std::string TextOf(const py::handle& value) {
-  if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
-  return py::str(value);
-}
-
-crsm_slam::Settings ToSettings(const py::dict& keywords) {
-  crsm_slam::Settings settings;
-  for (const auto& [key, value] : keywords) {
-    const auto name = key.cast<std::string>();
-    if (value.is_none()) continue;
-    if (name == "preset") {
-      settings.preset = py::str(value);
-    } else if (name == "profile") {
-      settings.profile = py::str(value);
-    } else {
-      settings.values[name] = TextOf(value);
-    }
-  }
-  return settings;
-}
-
-std::vector<float> ToFloats(const Floats& array, const char* name) {
-  if (array.ndim() != 1) throw py::value_error(std::string(name) + ": must have one dimension");
-  return {array.data(), array.data() + array.size()};
-}
-
-std::optional<Pose> ToPose(const std::optional<Doubles>& array, const char* name) {
-  if (!array) return std::nullopt;
-  if (array->size() != 3) throw py::value_error(std::string(name) + ": must be x [m], y [m], yaw [rad]");
-  return Pose{array->data()[0], array->data()[1], array->data()[2]};
-}
 
 template <std::size_t N>
 py::array_t<double> ToArray(const std::array<double, N>& numbers) {
@@ -97,11 +65,16 @@ struct ScanWithOdometry {
   std::optional<Pose> T_odom_robot;
 };
 
-ScanWithOdometry MakeScan(const Floats& ranges_m, float angle_min_rad, float angle_step_rad, std::int64_t utime,
-                          const std::optional<Floats>& times_s, const std::optional<Doubles>& odometry) {
-  return {{utime, angle_min_rad, angle_step_rad, ToFloats(ranges_m, "ranges_m"),
-           times_s ? ToFloats(*times_s, "times_s") : std::vector<float>()},
-          ToPose(odometry, "odometry")};
+/// call: what Python calls.
+ScanWithOdometry MakeScan(const char* call, const py::args& words, const py::kwargs& keywords) {
+  const Arguments arguments(call, words, keywords,
+                            {"ranges_m", "angle_min_rad", "angle_step_rad", "utime", "times_s", "odometry"}, 4);
+  const py::object times_s = arguments["times_s"];
+  return {{crsm_python::ToUtime(arguments["utime"]), crsm_python::ToAngle(arguments["angle_min_rad"], "angle_min_rad"),
+           crsm_python::ToAngle(arguments["angle_step_rad"], "angle_step_rad"),
+           crsm_python::ToRanges(arguments["ranges_m"]),
+           times_s.is_none() ? std::vector<float>() : crsm_python::ToFloats(times_s, "times_s")},
+          crsm_python::ToPose(arguments["odometry"], "odometry")};
 }
 
 /// While it works other threads of Python run; of two that ask for the same object, one waits.
@@ -116,11 +89,26 @@ class PySlam {
     return work(slam_);
   }
 
-  crsm_slam::Step Process(const ScanWithOdometry& scan) {
+  /// Takes a Scan alone, or what makes one.
+  crsm_slam::Step Process(const py::args& words, const py::kwargs& keywords) {
+    const auto scan = ScanOf(words, keywords);
     return Do([&](crsm_slam::Slam& slam) { return slam.Process(scan.scan, scan.T_odom_robot); });
   }
 
  private:
+  static ScanWithOdometry ScanOf(const py::args& words, const py::kwargs& keywords) {
+    const bool is_named = words.empty() && keywords.contains("scan");
+    if (words.size() + keywords.size() == 1) {
+      const py::object only = is_named        ? py::object(keywords["scan"])
+                              : words.empty() ? py::none()
+                                              : py::object(words[0]);
+      if (py::isinstance<ScanWithOdometry>(only)) return only.cast<ScanWithOdometry>();
+    } else if (is_named || (!words.empty() && py::isinstance<ScanWithOdometry>(words[0]))) {
+      throw py::type_error("Slam.process() takes a Scan alone: what belongs to it is said where it is made");
+    }
+    return MakeScan("Slam.process", words, keywords);
+  }
+
   std::mutex mutex_;
   crsm_slam::Slam slam_;
 };
@@ -156,8 +144,8 @@ py::object ToPython(const crsm::ParameterValue& value) {
 class Log {
  public:
   Log(std::string name, const py::dict& keywords) : name_(std::move(name)) {
-    const crsm_slam::Settings settings = ToSettings(CheckedSettings(keywords));
-    const crsm_slam::Slam checks(settings);  // throws what is wrong with them
+    const crsm_slam::Slam checks(
+        crsm_python::ToSettings("Log", {}, keywords, kKeys));  // throws what is wrong with them
     std::vector<std::string> words{"crsm_slam"};
     for (const auto& [key, value] : keywords) AddFlag(key.cast<std::string>(), value, words);
     const py::gil_scoped_release release;
@@ -182,10 +170,10 @@ class Log {
   }
 
   ScanWithOdometry Next() {
-    std::optional<crsm::LaserScan> scan;
-    {
-      const py::gil_scoped_release release;
-      scan = source_->Next();
+    std::optional<crsm::LaserScan> scan = Read();
+    while (!scan && source_->IsLive()) {
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();  // Ctrl-C
+      scan = Read();
     }
     if (!scan) throw py::stop_iteration();
     std::optional<Pose> T_odom_robot;
@@ -202,6 +190,7 @@ class Log {
   }
 
   double progress() const { return source_->Progress(); }
+  const std::string& name() const { return name_; }
 
   py::dict settings() const {
     py::dict settings;
@@ -214,21 +203,22 @@ class Log {
   static inline const std::vector<std::string> kKeys{"laser_channel", "laser_frame", "odometry", "odometry_topic",
                                                      "botlab_clockwise"};
 
-  /// Those of the map.
-  static py::dict CheckedSettings(const py::dict& keywords) {
-    py::dict settings;
-    for (const auto& [key, value] : keywords) {
-      if (std::ranges::find(kKeys, key.cast<std::string>()) == kKeys.end()) settings[key] = value;
-    }
-    return settings;
+  std::optional<crsm::LaserScan> Read() {
+    constexpr std::chrono::milliseconds kPatience(200);  // until Ctrl-C is noticed
+    const py::gil_scoped_release release;
+    return source_->IsLive() ? source_->Poll(kPatience) : source_->Next();
   }
 
   static void AddFlag(const std::string& key, const py::handle& value, std::vector<std::string>& words) {
     if (value.is_none()) return;
-    if (!py::isinstance<py::bool_>(value)) {
-      words.insert(words.end(), {crsm::FlagOf(key), TextOf(value)});
+    const auto flag = crsm_python::ToBool(value);
+    if (!flag && (key == "odometry" || key == "botlab_clockwise")) {
+      throw py::type_error(key + ": is " + std::string(py::repr(value)) + ", must be True or False");
+    }
+    if (!flag) {
+      words.insert(words.end(), {crsm::FlagOf(key), crsm_python::ToText(value)});
     } else {
-      words.push_back(value.cast<bool>() ? crsm::FlagOf(key) : "--no" + crsm::FlagOf(key).substr(1));
+      words.push_back(*flag ? crsm::FlagOf(key) : "--no" + crsm::FlagOf(key).substr(1));
     }
   }
 
@@ -237,83 +227,151 @@ class Log {
   std::unique_ptr<crsm::LaserSource> source_;
 };
 
+py::module_ OwnModule() { return py::module_::import("crsm_slam._crsm_slam"); }
+
+// ---- what repr() shows
+std::string Text(double number) { return py::str(py::float_(number)); }
+
+py::object ToPython(crsm_slam::State state) { return OwnModule().attr("State")(static_cast<int>(state)); }
+py::object ToPython(crsm_slam::Trust trust) { return OwnModule().attr("Trust")(static_cast<int>(trust)); }
+
 std::string Describe(const crsm_slam::Step& step) {
-  return "Step(state=" + std::string(py::str(py::cast(step.state))) +
-         ", T_map_laser=" + std::string(py::str(ToArray(step.T_map_laser))) +
-         ", fitness=" + std::string(py::str(py::float_(step.fitness))) + ")";
+  return "Step(state=" + std::string(py::str(ToPython(step.state))) +
+         ", T_map_laser=" + std::string(py::str(ToArray(step.T_map_laser))) + ", fitness=" + Text(step.fitness) + ")";
+}
+std::string DescribeScan(const ScanWithOdometry& scan) {
+  return "Scan(utime=" + std::to_string(scan.scan.utime) + ", " + std::to_string(scan.scan.ranges_m.size()) +
+         " ranges, angle_min_rad=" + Text(scan.scan.angle_min_rad) +
+         ", angle_step_rad=" + Text(scan.scan.angle_step_rad) + ")";
+}
+std::string DescribeMap(const crsm_slam::Map& map) {
+  return "Map(" + std::to_string(map.width_cells) + " x " + std::to_string(map.height_cells) + " cells of " +
+         Text(map.cell_size_m) + " m)";
+}
+std::string DescribeVerdict(const crsm_slam::Verdict& verdict) {
+  return "Verdict(trust=" + std::string(py::str(ToPython(verdict.trust))) +
+         ", off_m=" + (verdict.off_m ? Text(*verdict.off_m) : "None") + ")";
 }
 
-void AddTypes(py::module_& module) {
-  PYBIND11_NUMPY_DTYPE(PoseRow, utime, x_m, y_m, yaw_rad, state, piece);
-  PYBIND11_NUMPY_DTYPE(LoopRow, older_utime, newer_utime, x_m, y_m, yaw_rad);
+/// An enum.IntEnum, whose members can be compared with the numbers in an array.
+template <class Enum>
+void AddEnum(py::module_& module, const char* name, const char* description,
+             const std::vector<std::pair<std::string, Enum>>& members) {
+  py::dict values;
+  for (const auto& [member, value] : members) values[member.c_str()] = static_cast<int>(value);
+  const py::module_ enums = py::module_::import("enum");
+  const py::object type = enums.attr("IntEnum")(name, values, py::arg("module") = "crsm_slam");
+  for (const char* text_of : {"__str__", "__format__"}) py::setattr(type, text_of, enums.attr("Enum").attr(text_of));
+  py::setattr(type, "__doc__", py::str(description));
+  module.attr(name) = type;
+}
 
-  py::enum_<crsm_slam::State>(module, "State", "How the pose of a scan was found.")
-      .value("FIRST", crsm_slam::State::kFirst, "a trajectory begins: the pose is the origin, or a guess")
-      .value("OK", crsm_slam::State::kOk, "matched to the map")
-      .value("LOST", crsm_slam::State::kLost, "no pose explains the scan: the pose is a guess")
-      .value("DEGENERATE", crsm_slam::State::kDegenerate, "matched, but one direction is open, as in a bare corridor");
-  py::enum_<crsm_slam::Trust>(module, "Trust", "Whether a map can be trusted.")
-      .value("GOOD", crsm_slam::Trust::kGood, "no check found a fault")
-      .value("DOUBTFUL", crsm_slam::Trust::kDoubtful, "look at the map before you rely on it")
-      .value("BAD", crsm_slam::Trust::kBad, "not to be trusted");
+void AddEnums(py::module_& module) {
+  using crsm_slam::State;
+  using crsm_slam::Trust;
+  AddEnum<State>(
+      module, "State",
+      "How the pose of a scan was found.\n\n"
+      "FIRST: a trajectory begins: the pose is the origin, or a guess. OK: matched to the map.\n"
+      "LOST: no pose explains the scan: the pose is a guess, and the scan is not in the map.\n"
+      "DEGENERATE: matched, but one direction is open, as in a bare corridor.",
+      {{"FIRST", State::kFirst}, {"OK", State::kOk}, {"LOST", State::kLost}, {"DEGENERATE", State::kDegenerate}});
+  AddEnum<Trust>(
+      module, "Trust",
+      "Whether a map can be trusted.\n\n"
+      "GOOD: no check found a fault. DOUBTFUL: look at the map before you rely on it. BAD: not to be trusted.",
+      {{"GOOD", Trust::kGood}, {"DOUBTFUL", Trust::kDoubtful}, {"BAD", Trust::kBad}});
+}
 
-  py::class_<ScanWithOdometry>(module, "Scan", "One sweep of a planar laser.")
-      .def(py::init(&MakeScan), py::arg("ranges_m"), py::kw_only(), py::arg("angle_min_rad"), py::arg("angle_step_rad"),
-           py::arg("utime"), py::arg("times_s") = py::none(), py::arg("odometry") = py::none(),
-           "ranges_m: (N,) [m], of 2 to 4096 beams; <= 0, NaN, inf or above the maximum range: no return.\n"
-           "angle_min_rad: angle of beam 0 from x, counter-clockwise. angle_step_rad: from a beam to the next.\n"
-           "utime: time of the scan [us], 0 or later; it identifies the scan. times_s: (N,), when each beam was\n"
-           "measured, from utime on [s]. odometry: x [m], y [m], yaw [rad] by the wheels.")
-      .def_property_readonly("ranges_m",
-                             [](const ScanWithOdometry& scan) {
-                               return Floats(static_cast<py::ssize_t>(scan.scan.ranges_m.size()),
-                                             scan.scan.ranges_m.data());
-                             })
+void AddScan(py::module_& module) {
+  py::class_<ScanWithOdometry>(
+      module, "Scan",
+      "Scan(ranges_m, *, angle_min_rad, angle_step_rad, utime, times_s=None, odometry=None)\n\n"
+      "One sweep of a planar laser. Beams are counted as the laser's angle goes, from angle_min_rad on.\n\n"
+      "  ranges_m: (N,), N from 2 to 4096, the range of each beam [m]. No return: 0 or less, NaN, inf,\n"
+      "      masked, or above the maximum range. Float32; other numbers are converted.\n"
+      "  angle_min_rad: angle of beam 0 from straight ahead (x), counter-clockwise [rad]\n"
+      "  angle_step_rad: angle from a beam to the next [rad]; negative for lasers that turn clockwise\n"
+      "  utime: time of the scan [us], a whole number from 0 on, another one for each scan. Of seconds:\n"
+      "      int(1e6 * seconds). Of a stamp of ROS 2: stamp.sec * 1000000 + stamp.nanosec // 1000.\n"
+      "  times_s: (N,), when each beam was measured, counted from utime [s], within 2 s: the scan is deskewed\n"
+      "      by that. These are seconds, and not shares of a sweep.\n"
+      "  odometry: (3,), the pose of the robot by its wheels: x [m], y [m], yaw [rad], in any fixed frame\n\n"
+      "Raises TypeError and ValueError, one line that names the argument.")
+      .def(py::init([](const py::args& words, const py::kwargs& keywords) {
+        return std::make_unique<ScanWithOdometry>(MakeScan("Scan", words, keywords));
+      }))
+      .def_property_readonly(
+          "ranges_m",
+          [](const ScanWithOdometry& scan) {
+            return Floats(static_cast<py::ssize_t>(scan.scan.ranges_m.size()), scan.scan.ranges_m.data());
+          },
+          "(N,), float32, a copy [m]")
       .def_property_readonly(
           "times_s",
           [](const ScanWithOdometry& scan) {
             return Floats(static_cast<py::ssize_t>(scan.scan.times_s.size()), scan.scan.times_s.data());
           },
-          "(N,) [s], or (0,) where that is not known")
-      .def_property_readonly("angle_min_rad", [](const ScanWithOdometry& scan) { return scan.scan.angle_min_rad; })
-      .def_property_readonly("angle_step_rad", [](const ScanWithOdometry& scan) { return scan.scan.angle_step_rad; })
-      .def_property_readonly("utime", [](const ScanWithOdometry& scan) { return scan.scan.utime; })
-      .def_property_readonly("odometry", [](const ScanWithOdometry& scan) -> py::object {
-        return scan.T_odom_robot ? py::object(ToArray(*scan.T_odom_robot)) : py::none();
-      });
+          "(N,), float32, a copy, from utime on [s]; or (0,) where that is not known")
+      .def_property_readonly(
+          "angle_min_rad", [](const ScanWithOdometry& scan) { return scan.scan.angle_min_rad; },
+          "angle of beam 0 from straight ahead, counter-clockwise [rad]")
+      .def_property_readonly(
+          "angle_step_rad", [](const ScanWithOdometry& scan) { return scan.scan.angle_step_rad; },
+          "angle from a beam to the next [rad]")
+      .def_property_readonly(
+          "utime", [](const ScanWithOdometry& scan) { return scan.scan.utime; }, "time of the scan [us]")
+      .def_property_readonly(
+          "odometry",
+          [](const ScanWithOdometry& scan) -> py::object {
+            return scan.T_odom_robot ? py::object(ToArray(*scan.T_odom_robot)) : py::none();
+          },
+          "(3,): x [m], y [m], yaw [rad], or None")
+      .def("__repr__", &DescribeScan);
+}
 
+void AddResults(py::module_& module) {
+  PYBIND11_NUMPY_DTYPE(PoseRow, utime, x_m, y_m, yaw_rad, state, piece);
+  PYBIND11_NUMPY_DTYPE(LoopRow, older_utime, newer_utime, x_m, y_m, yaw_rad);
   py::class_<crsm_slam::Step>(module, "Step", "The result of one scan.")
-      .def_readonly("state", &crsm_slam::Step::state)
+      .def_property_readonly(
+          "state", [](const crsm_slam::Step& step) { return ToPython(step.state); },
+          "a State: OK (matched to the map), LOST (the pose is a guess), FIRST, DEGENERATE")
       .def_property_readonly(
           "T_map_laser", [](const crsm_slam::Step& step) { return ToArray(step.T_map_laser); },
-          "(3,): x [m], y [m], yaw [rad]")
+          "(3,), float64: x [m], y [m], yaw [rad] of the laser in the map")
       .def_property_readonly(
           "T_local_laser", [](const crsm_slam::Step& step) { return ToArray(step.T_local_laser); },
-          "(3,): the same in a frame that drifts, without jumps")
+          "(3,), float64: the same in a frame that drifts: corrections of the map make no jump in it")
       .def_readonly("fitness", &crsm_slam::Step::fitness, "of the scan at that pose, 0 to 1")
       .def_property_readonly(
           "covariance", [](const crsm_slam::Step& step) { return ToMatrix(step.covariance); },
-          "(3, 3), of x [m], y [m], yaw [rad]")
+          "(3, 3), float64, of x [m], y [m], yaw [rad]; variances of 1e4: nothing is known of the pose")
       .def_property_readonly(
           "degenerate_axis", [](const crsm_slam::Step& step) { return ToArray(step.degenerate_axis); },
-          "(2,): unit vector, map frame, if the state is DEGENERATE; else 0")
+          "(2,), float64: unit vector, map frame, if the state is DEGENERATE; else 0")
       .def_readonly("drawn", &crsm_slam::Step::drawn, "the scan is in the map")
-      .def_readonly("loop_closed", &crsm_slam::Step::loop_closed, "map and trajectory were corrected")
-      .def_readonly("on_map", &crsm_slam::Step::on_map, "this part of the path is joined with the map")
+      .def_readonly("loop_closed", &crsm_slam::Step::loop_closed,
+                    "map and trajectory were corrected; the next T_map_laser may jump")
+      .def_readonly("on_map", &crsm_slam::Step::on_map,
+                    "this part of the path is joined with the map; if not, T_map_laser is in a frame of its own")
       .def("__repr__", &Describe);
 
-  py::class_<crsm_slam::Map>(module, "Map", "The smallest rectangle with all explored cells.")
+  py::class_<crsm_slam::Map>(
+      module, "Map",
+      "The smallest rectangle with all explored cells; (0, 0) cells before the first scan. To plot it:\n"
+      "pyplot.imshow(map.cells, cmap='gray', origin='lower', extent=map.extent_m)")
       .def_property_readonly(
           "cells",
           [](const crsm_slam::Map& map) { return ToCells(map.cells.data(), map.height_cells, map.width_cells); },
-          "(height, width), uint8, y up: 255 free .. 0 occupied, 127 unexplored")
-      .def_readonly("cell_size_m", &crsm_slam::Map::cell_size_m)
+          "(height, width), uint8, a copy, y up: 255 free .. 0 occupied, 127 unexplored")
+      .def_readonly("cell_size_m", &crsm_slam::Map::cell_size_m, "side of a cell [m]")
       .def_property_readonly(
           "origin_m",
           [](const crsm_slam::Map& map) {
             return ToArray(std::array<double, 2>{map.T_map_grid.x_m, map.T_map_grid.y_m});
           },
-          "(2,): x and y of the lower left corner, map frame [m]")
+          "(2,), float64: x and y of the lower left corner, map frame [m]")
       .def_property_readonly(
           "extent_m",
           [](const crsm_slam::Map& map) {
@@ -321,23 +379,29 @@ void AddTypes(py::module_& module) {
             return py::make_tuple(x_m, x_m + map.width_cells * map.cell_size_m, y_m,
                                   y_m + map.height_cells * map.cell_size_m);
           },
-          "left, right, bottom, top [m], as matplotlib.imshow takes it with origin='lower'");
+          "left, right, bottom, top [m], as matplotlib.imshow takes it with origin='lower'")
+      .def("__repr__", &DescribeMap);
 
   py::class_<crsm_slam::MapChanges::Tile>(module, "Tile", "A square of 64 x 64 cells.")
-      .def_readonly("x_cells", &crsm_slam::MapChanges::Tile::x_cells, "of its lower left cell, from the map's origin")
-      .def_readonly("y_cells", &crsm_slam::MapChanges::Tile::y_cells)
+      .def_readonly("x_cells", &crsm_slam::MapChanges::Tile::x_cells,
+                    "of its lower left cell; the corner of cell (0, 0) is the origin of the map")
+      .def_readonly("y_cells", &crsm_slam::MapChanges::Tile::y_cells, "likewise")
       .def_property_readonly(
           "cells", [](const crsm_slam::MapChanges::Tile& tile) { return ToCells(tile.cells.data(), 64, 64); },
-          "(64, 64), uint8, y up, as of Map");
+          "(64, 64), uint8, a copy, y up, as of Map");
   py::class_<crsm_slam::MapChanges>(module, "MapChanges", "What changed in a map.")
-      .def_readonly("version", &crsm_slam::MapChanges::version)
-      .def_readonly("cell_size_m", &crsm_slam::MapChanges::cell_size_m)
-      .def_readonly("tiles", &crsm_slam::MapChanges::tiles);
+      .def_readonly("version", &crsm_slam::MapChanges::version, "of the map with these changes, for the next call")
+      .def_readonly("cell_size_m", &crsm_slam::MapChanges::cell_size_m, "side of a cell [m]")
+      .def_readonly("tiles", &crsm_slam::MapChanges::tiles, "a list of each Tile that changed");
 
-  py::class_<crsm_slam::Verdict>(module, "Verdict", "What speaks for a map and against it.")
-      .def_readonly("trust", &crsm_slam::Verdict::trust)
-      .def_readonly("lines", &crsm_slam::Verdict::lines, "for people: what came of the scans, and the reasons")
+  py::class_<crsm_slam::Verdict>(module, "Verdict", "What speaks for a map and against it; print() shows the lines.")
+      .def_property_readonly(
+          "trust", [](const crsm_slam::Verdict& verdict) { return ToPython(verdict.trust); },
+          "a Trust: GOOD, DOUBTFUL or BAD")
+      .def_readonly("lines", &crsm_slam::Verdict::lines,
+                    "for people, a list of str: what came of the scans, and the reasons")
       .def_readonly("off_m", &crsm_slam::Verdict::off_m, "how far off parts of the map may be [m], or None")
+      .def("__repr__", &DescribeVerdict)
       .def("__str__", [](const crsm_slam::Verdict& verdict) {
         std::string text;
         for (const std::string& line : verdict.lines) text += (text.empty() ? "" : "\n") + line;
@@ -345,96 +409,132 @@ void AddTypes(py::module_& module) {
       });
 }
 
+std::string DescribeSlam() {
+  return "Slam(**settings)\n\n"
+         "Makes a map, scan by scan: Slam(preset='sick', cell_size_m=0.1, loops=False). Other threads run while\n"
+         "it works. Each setting overrides the preset. The defaults are for a laser with a range of 30 m:\n\n" +
+         crsm_python::DescribeSettings() +
+         "\nRaises ValueError, one line, for a setting that does not exist or has a wrong value.";
+}
+
 void AddSlam(py::module_& module) {
-  py::class_<PySlam>(module, "Slam",
-                     "Makes a map, scan by scan. Settings are keywords: preset, profile, and those of\n"
-                     "`slam_offline --help`, with _ for -: Slam(preset='sick', cell_size_m=0.1, loops=False).\n"
-                     "Other threads run while it works. Lengths are in metres, angles in radians.")
-      .def(py::init([](const py::kwargs& settings) {
-             return std::make_unique<PySlam>(crsm_slam::Slam(ToSettings(settings)));
-           }),
-           "Raises ValueError, one line, for a setting that does not exist or has a wrong value.")
+  static const std::string description = DescribeSlam();
+  py::class_<PySlam>(module, "Slam", description.c_str())
+      .def(py::init([](const py::args& words, const py::kwargs& keywords) {
+        return std::make_unique<PySlam>(crsm_slam::Slam(crsm_python::ToSettings("Slam", words, keywords)));
+      }))
       .def_static(
           "load",
-          [](const std::string& folder, const std::optional<Doubles>& start, const py::kwargs& keywords) {
-            const crsm_slam::Settings settings = ToSettings(keywords);
-            const auto T_map_laser = ToPose(start, "start");
+          [](const py::object& folder, const py::object& start, const py::kwargs& keywords) {
+            const crsm_slam::Settings settings = crsm_python::ToSettings("Slam.load", {}, keywords);
+            const std::string path = crsm_python::ToPath(folder, "folder");
+            const auto T_map_laser = crsm_python::ToPose(start, "start");
             const py::gil_scoped_release release;
-            return std::make_unique<PySlam>(crsm_slam::Slam::Load(folder, settings, T_map_laser));
+            return std::make_unique<PySlam>(crsm_slam::Slam::Load(path, settings, T_map_laser));
           },
           py::arg("folder"), py::arg("start") = py::none(),
+          "load(folder, start=None, **settings)\n\n"
           "A map that was saved, by slam_offline or run_stack too. The next scan goes on with it, or is localised\n"
-          "after finish_map(). start: x, y, yaw, about where the next scan is taken.")
-      .def("process", &PySlam::Process, py::arg("scan"),
-           "Finds the pose of a Scan, draws it into the map, and closes loops.")
-      .def(
-          "process",
-          [](PySlam& slam, const Floats& ranges_m, float angle_min_rad, float angle_step_rad, std::int64_t utime,
-             const std::optional<Floats>& times_s, const std::optional<Doubles>& odometry) {
-            return slam.Process(MakeScan(ranges_m, angle_min_rad, angle_step_rad, utime, times_s, odometry));
-          },
-          py::arg("ranges_m"), py::kw_only(), py::arg("angle_min_rad"), py::arg("angle_step_rad"), py::arg("utime"),
-          py::arg("times_s") = py::none(), py::arg("odometry") = py::none(),
-          "The same of ranges (N,) [m] and what Scan takes besides. Raises ValueError for an invalid scan and for a\n"
-          "utime that was used before; the map does not change then.")
+          "after finish_map(). It has its settings with it; others raise ValueError. folder: str or pathlib.Path.\n"
+          "start: (3,), x [m], y [m], yaw [rad], about where the next scan is taken. Raises RuntimeError if there\n"
+          "is no map in the folder, or if it is damaged.")
+      .def("process", &PySlam::Process,
+           "process(scan)\n"
+           "process(ranges_m, *, angle_min_rad, angle_step_rad, utime, times_s=None, odometry=None)\n\n"
+           "Finds the pose of a Scan, draws it into the map, and closes loops. Returns a Step. Takes a Scan, or what\n"
+           "Scan takes: ranges_m is (N,) [m], angles are in radians, utime is in microseconds; help(crsm_slam.Scan)\n"
+           "says more. Raises TypeError and ValueError for an invalid scan, and for a utime that was used before;\n"
+           "the map does not change then.")
       .def(
           "make_map", [](PySlam& slam) { return slam.Do([](const crsm_slam::Slam& of) { return of.MakeMap(); }); },
-          "The Map of all scans so far, corrected by all loop closures. Takes as long as some hundred scans.")
-      .def(
-          "trajectory", &TrajectoryOf,
-          "(scans,), with the fields utime [us], x_m, y_m, yaw_rad (T_map_laser, corrected), state (State), and piece\n"
-          "(1: on the map of make_map).")
+          "make_map()\n\n"
+          "The Map of all scans so far, corrected by all loop closures. Takes as long as some hundred scans: call it\n"
+          "once a second, not once a scan.")
+      .def("trajectory", &TrajectoryOf,
+           "trajectory()\n\n"
+           "The corrected pose of each scan so far: a structured array (scans,), with the fields utime [us], x_m,\n"
+           "y_m, yaw_rad (T_map_laser), state (to be compared with State.OK and others), and piece (1: on the map\n"
+           "of make_map). numpy.column_stack([path['x_m'], path['y_m']]) has the positions.")
       .def("loops", &LoopsOf,
-           "(loops,), with the fields older_utime, newer_utime [us], x_m, y_m, yaw_rad (T_older_newer).")
+           "loops()\n\n"
+           "The loop closures: a structured array (loops,), with the fields older_utime, newer_utime [us], x_m, y_m,\n"
+           "yaw_rad (T_older_newer).")
       .def(
           "changes_since",
           [](PySlam& slam, std::int64_t version) {
             return slam.Do([&](crsm_slam::Slam& of) { return of.ChangesSince(version); });
           },
-          py::arg("version") = 0, "MapChanges since a version of the map that a call before has named; 0: all of it.")
+          py::arg("version") = 0,
+          "changes_since(version=0)\n\n"
+          "MapChanges since a version of the map that a call before has named; 0: all of it.")
       .def(
           "judge", [](PySlam& slam) { return slam.Do([](const crsm_slam::Slam& of) { return of.Judge(); }); },
-          "The Verdict: whether the map can be trusted, and why.")
+          "judge()\n\n"
+          "The Verdict: whether the map, or the poses on a finished one, can be trusted, and why.")
       .def(
           "save",
-          [](PySlam& slam, const std::string& folder) { slam.Do([&](const crsm_slam::Slam& of) { of.Save(folder); }); },
+          [](PySlam& slam, const py::object& folder) {
+            const std::string path = crsm_python::ToPath(folder, "folder");
+            slam.Do([&](const crsm_slam::Slam& of) { of.Save(path); });
+          },
           py::arg("folder"),
-          "Writes map.png, map.pgm, map.yaml, trajectory.tum, graph.g2o, and journal/, of which load() and "
-          "slam_offline\n"
-          "make the map again.")
+          "save(folder)\n\n"
+          "Writes map.png, map.pgm, map.yaml, trajectory.tum, graph.g2o, and journal/, of which load() and\n"
+          "slam_offline make the map again. folder: str or pathlib.Path; it is made if need be.")
       .def(
           "begin_drive", [](PySlam& slam) { slam.Do([](crsm_slam::Slam& of) { of.BeginDrive(); }); },
+          "begin_drive()\n\n"
           "Another drive begins with the next scan: the robot may be anywhere.")
       .def(
           "finish_map", [](PySlam& slam) { slam.Do([](crsm_slam::Slam& of) { of.FinishMap(); }); },
-          "From now on scans are localised on the map, and change nothing.");
+          "finish_map()\n\n"
+          "From now on scans are localised on the map, and change nothing. Trajectory and verdict begin anew.");
 }
 
-}  // namespace
-
-PYBIND11_MODULE(_crsm_slam, module) {
-  AddTypes(module);
-  AddSlam(module);
+void AddLog(py::module_& module) {
   py::class_<Log>(
       module, "Log",
-      "A log that slam_offline reads (CARMEN, LCM, bags of ROS 1 and 2, MCAP, these compressed) or a\n"
-      "simulated world ('sim:demo'). It is looked at first, and one line on stderr says what the laser is:\n"
-      "`settings` are those for Slam(**log.settings). Iterating gives each Scan, from the first one on.")
-      .def(py::init([](const std::string& name, const py::kwargs& keywords) {
-             return std::make_unique<Log>(name, keywords);
+      "Log(name, *, laser_channel=None, laser_frame=None, odometry=False, odometry_topic=None, **settings)\n\n"
+      "A log that slam_offline reads (CARMEN, LCM, bags of ROS 1 and 2, MCAP, these compressed), a simulated\n"
+      "world ('sim:demo') or a laser ('rplidar:/dev/ttyUSB0'). Iterating gives each Scan: a loop over a log\n"
+      "begins with its first scan, so one loop at a time. It is looked at first, and one line on stderr says\n"
+      "what the laser is: `settings` are those for Slam(**log.settings).\n\n"
+      "  name: str or pathlib.Path\n"
+      "  laser_channel: channel or topic of the laser, where the log has several\n"
+      "  laser_frame: frame of the laser, where a topic has several\n"
+      "  odometry: True gives each scan the log's odometry, where it has some\n"
+      "  odometry_topic: channel or topic of the odometry, or its frame in TF, where the log has several\n"
+      "  settings: as of Slam\n\n"
+      "Raises RuntimeError, one line, if there is no such log, or if it has no laser.")
+      .def(py::init([](const py::object& name, const py::kwargs& keywords) {
+             return std::make_unique<Log>(crsm_python::ToPath(name, "name"), keywords);
            }),
-           py::arg("name"), "Keywords: settings as of Slam, and laser_channel, laser_frame, odometry, odometry_topic.")
-      .def("__iter__", &Log::Iterate, py::return_value_policy::reference_internal)
-      .def("__next__", &Log::Next)
+           py::arg("name"))
+      .def("__iter__", &Log::Iterate, py::return_value_policy::reference_internal, "The first Scan comes next.")
+      .def("__next__", &Log::Next, "The next Scan.")
+      .def("__repr__", [](const Log& log) { return "Log(" + std::string(py::repr(py::str(log.name()))) + ")"; })
       .def_property_readonly("settings", &Log::settings, "a dict, for Slam(**log.settings)")
-      .def_property_readonly("progress", &Log::progress, "how much has been read, 0 to 1")
+      .def_property_readonly("progress", &Log::progress,
+                             "how much has been read, 0 to 1; the number of scans is not known")
       .def_property_readonly(
           "true_pose",
           [](const Log& log) -> py::object {
             const auto pose = log.TruePose();
             return pose ? py::object(ToArray(*pose)) : py::none();
           },
-          "(3,): where the laser truly stood at the last scan, of simulated worlds; else None");
-  module.def("presets", &crsm_slam::Presets, "The names of the presets, one for each laser.");
-  module.def("version", &crsm_slam::Version);
+          "(3,), float64: where the laser truly stood at the last scan, of simulated worlds; else None");
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_crsm_slam, module) {
+  py::options options;
+  options.disable_function_signatures();  // they stand in the texts, as Python writes them
+  AddEnums(module);
+  AddScan(module);
+  AddResults(module);
+  AddSlam(module);
+  AddLog(module);
+  module.def("presets", &crsm_slam::Presets, "presets()\n\nThe names of the presets, one for each laser.");
+  module.def("version", &crsm_slam::Version, "version()\n\nThe version of the library: '0.1.0'.");
 }

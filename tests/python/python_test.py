@@ -6,6 +6,7 @@ Skipped (exit code 77) where the package was not built, or numpy is not there.
 """
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
@@ -93,6 +94,54 @@ class Python(unittest.TestCase):
                                 utime=scan.utime)
         self.assertNotEqual(step.state, crsm_slam.State.LOST)
 
+    def test_ranges_of_every_kind_of_number(self):
+        scan = self.scans[0]
+        where = dict(angle_min_rad=scan.angle_min_rad, angle_step_rad=scan.angle_step_rad, utime=np.int64(1))
+        masked = np.ma.array(scan.ranges_m, mask=scan.ranges_m > 2)
+        for ranges_m in (scan.ranges_m[::-1], list(scan.ranges_m), tuple(map(float, scan.ranges_m)), [1, 2, 3],
+                         np.arange(9, dtype=np.uint16), masked, scan.ranges_m.astype(np.float16), memoryview(scan.ranges_m)):
+            made = crsm_slam.Scan(ranges_m, **where)
+            self.assertEqual((made.ranges_m.dtype, made.utime), (np.float32, 1))
+            self.assertEqual(made.ranges_m.shape, (len(ranges_m),))
+        made = crsm_slam.Scan(masked, **where)
+        self.assertTrue(np.array_equal(np.isnan(made.ranges_m), masked.mask))
+        self.assertTrue(np.array_equal(made.ranges_m[~masked.mask], masked.compressed()))
+        named = crsm_slam.Slam().process(ranges_m=scan.ranges_m, **where)
+        self.assertEqual(named.state, crsm_slam.Slam().process(scan=made).state)
+
+    def test_states_are_compared_with_those_of_an_array(self):
+        path = self.slam.trajectory()
+        self.assertEqual(int((path["state"] == crsm_slam.State.FIRST).sum()),
+                         sum(step.state == crsm_slam.State.FIRST for step in self.steps))
+        self.assertEqual(path["state"][1], crsm_slam.State.OK)
+        self.assertIs(self.steps[1].state, crsm_slam.State.OK)
+        self.assertEqual((str(crsm_slam.State.OK), crsm_slam.State.OK.name), ("State.OK", "OK"))
+
+    def test_paths_are_text_or_of_pathlib(self):
+        log = crsm_slam.Log(pathlib.Path(CORRIDOR))
+        self.assertEqual(next(log).utime, self.scans[0].utime)
+        self.assertEqual(repr(log), f"Log({CORRIDOR!r})")
+        self.slam.save(self.work / "of_pathlib")
+        loaded = crsm_slam.Slam.load(self.work / "of_pathlib", start=np.zeros(3), **self.settings)
+        self.assertEqual(len(loaded.trajectory()), len(self.scans))
+
+    def test_what_a_log_and_numpy_say_are_settings_again(self):
+        settings = crsm_slam.Log(CORRIDOR, **{**self.settings, "sweep_s": np.float64(-0.1), "loops": np.bool_(False)}).settings
+        self.assertEqual((settings["sweep_s"], settings["loops"]), (-0.1, False))
+        self.assertEqual(crsm_slam.Log(CORRIDOR, **settings).settings, settings)
+
+    def test_results_show_what_they_are(self):
+        self.assertRegex(repr(self.scans[0]), r"^Scan\(utime=1000000, 240 ranges, angle_min_rad=-2\.09")
+        self.assertRegex(repr(self.steps[1]), r"^Step\(state=State\.OK, T_map_laser=\[.*\], fitness=0\.")
+        self.assertRegex(repr(self.slam.make_map()), r"^Map\(\d+ x \d+ cells of 0\.05 m\)$")
+        self.assertRegex(repr(self.slam.judge()), r"^Verdict\(trust=Trust\.GOOD, off_m=0\.")
+
+    def test_an_interrupt_ends_the_wait_for_a_laser(self):
+        log = crsm_slam.Log("rplidar:/nowhere/ttyUSB0")
+        threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        with self.assertRaises(KeyboardInterrupt):
+            next(log)
+
     def test_the_verdict_and_the_changes(self):
         verdict = self.slam.judge()
         self.assertEqual(verdict.trust, crsm_slam.Trust.GOOD)
@@ -150,29 +199,93 @@ class Python(unittest.TestCase):
         watcher.join()
         self.assertLess(longest_s[0], 0.5 * (time.monotonic() - begin))
 
-    def test_wrong_calls_say_what_would_be_right(self):
-        scan = self.scans[0]
-        good = dict(angle_min_rad=scan.angle_min_rad, angle_step_rad=scan.angle_step_rad, utime=1)
-        wrong = [
-            (lambda: crsm_slam.Slam(preset="sikc"), ValueError, "preset: 'sikc' is not one of"),
-            (lambda: crsm_slam.Slam(range_max=4), ValueError, "range_max: no such key"),
-            (lambda: crsm_slam.Slam(cell_size_m=5), ValueError, "cell_size_m: '5' is not a number from 0.005 to 1"),
-            (lambda: crsm_slam.Slam(loops="yes"), ValueError, "loops: 'yes' is not true or false"),
-            (lambda: crsm_slam.Slam().process(np.ones((2, 2)), **good), ValueError, "ranges_m: must have one dimension"),
-            (lambda: crsm_slam.Slam().process(np.ones(1), **good), ValueError, "1 ranges, must be 2 to 4096"),
-            (lambda: crsm_slam.Slam().process(np.ones(9), odometry=[1, 2], **good), ValueError, "odometry: must be x"),
-            (lambda: crsm_slam.Slam().process(np.ones(9), times_s=[1, 2], **good), ValueError, "2 times_s, must be"),
-            (lambda: crsm_slam.Slam().process(np.ones(9)), TypeError, "angle_min_rad"),
-            (lambda: crsm_slam.Slam.load("/nowhere"), RuntimeError, "/nowhere"),
-            (lambda: crsm_slam.Slam.load(str(self.work / "saved"), cell_size_m=0.2), ValueError, "was made with 0.05"),
-            (lambda: crsm_slam.Log("/nowhere"), RuntimeError, "/nowhere"),
-            (lambda: crsm_slam.Log(CORRIDOR, laser_channel="LASR"), RuntimeError, "LASR"),
-            (lambda: self.slam.save("/proc/nowhere"), RuntimeError, "/proc/nowhere"),
-        ]
-        for call, kind, text in wrong:
-            with self.assertRaises(kind) as raised:
+    def check_wrong(self, calls):
+        for call, kind, text in calls:
+            with self.assertRaises(kind, msg=text) as raised:
                 call()
             self.assertIn(text, str(raised.exception))
+            self.assertNotIn("\n", str(raised.exception))
+
+    def test_wrong_settings_and_files_say_what_would_be_right(self):
+        self.check_wrong([
+            (lambda: crsm_slam.Slam("sick"), TypeError, "Slam(preset='sick'"),
+            (lambda: crsm_slam.Slam({"preset": "sick"}), TypeError, "Slam(preset='sick'"),
+            (lambda: crsm_slam.Slam(preset="sikc"), ValueError, "preset: 'sikc' is not one of"),
+            (lambda: crsm_slam.Slam(range_max=4), ValueError, "range_max: no such key; there are preset, profile, range_min_m"),
+            (lambda: crsm_slam.Slam(cel_size_m=1), ValueError, "did you mean cell_size_m?"),
+            (lambda: crsm_slam.Slam(cell_size_m=5), ValueError, "cell_size_m: '5' is not a number from 0.005 to 1"),
+            (lambda: crsm_slam.Slam(loops="yes"), ValueError, "loops: 'yes' is not true or false"),
+            (lambda: crsm_slam.Slam.load("/nowhere"), RuntimeError, "there is no saved map in /nowhere"),
+            (lambda: crsm_slam.Slam.load(self.work / "saved/map.png"), RuntimeError, "there is no saved map in"),
+            (lambda: crsm_slam.Slam.load(self.work / "saved", cell_size_m=0.2), ValueError, "was made with 0.05"),
+            (lambda: crsm_slam.Slam.load(self.work / "saved", strat=[0, 0, 0]), ValueError, "strat: no such key"),
+            (lambda: crsm_slam.Slam.load(self.work / "saved", start=[0, 0]), ValueError, "start: must be x"),
+            (lambda: crsm_slam.Slam.load(self.work / "saved", start=np.eye(4)), ValueError, "of a matrix T these are T[0, -1]"),
+            (lambda: crsm_slam.Log("/nowhere"), RuntimeError, "/nowhere"),
+            (lambda: crsm_slam.Log(5), TypeError, "name: is of type int, must be text or a pathlib.Path"),
+            (lambda: crsm_slam.Log(CORRIDOR, laser_channel="LASR"), RuntimeError, "LASR"),
+            (lambda: crsm_slam.Log(CORRIDOR, odometry="yes"), TypeError, "odometry: is 'yes', must be True or False"),
+            (lambda: crsm_slam.Log(CORRIDOR, laser_topic="/scan"), ValueError, "laser_topic: no such key; there are"),
+            (lambda: crsm_slam.Log(CORRIDOR, laser_chanel="LASER"), ValueError, "did you mean laser_channel?"),
+            (lambda: self.slam.save("/proc/nowhere"), RuntimeError, "/proc/nowhere"),
+            (lambda: self.slam.save(""), ValueError, "folder: is empty"),
+        ])
+
+    def test_wrong_scans_say_what_would_be_right(self):
+        scan, slam = self.scans[0], crsm_slam.Slam()
+        good = dict(angle_min_rad=scan.angle_min_rad, angle_step_rad=scan.angle_step_rad, utime=1)
+
+        def process(ranges_m=np.ones(9), **others):
+            return lambda: slam.process(ranges_m, **{**good, **others})
+
+        self.check_wrong([
+            (process(np.ones((2, 2))), ValueError, "ranges_m: must have one dimension, has shape (2, 2)"),
+            (process(np.ones(1)), ValueError, "1 ranges, must be 2 to 4096"),
+            (process([]), ValueError, "0 ranges, must be 2 to 4096"),
+            (process(np.full(9, 3000)), ValueError, "ranges_m: has whole numbers up to 3000, must be metres"),
+            (process(np.ones(9, bool)), TypeError, "ranges_m: has dtype bool, must be an array of numbers"),
+            (process(np.ones(9, complex)), TypeError, "ranges_m: has dtype complex128"),
+            (process([1.0, None]), TypeError, "ranges_m: is of type list, must be an array of numbers"),
+            (process("123"), TypeError, "ranges_m: is of type str"),
+            (process(None), TypeError, "ranges_m: is of type NoneType"),
+            (process(odometry=[1, 2]), ValueError, "odometry: must be x [m], y [m], yaw [rad], has shape (2,)"),
+            (process(odometry=np.eye(4)), ValueError, "of a matrix T these are T[0, -1], T[1, -1]"),
+            (process(odometry=[np.nan, 0, 0]), ValueError, "odometry: [nan, 0.0, 0.0] must be finite"),
+            (process(times_s=[1, 2]), ValueError, "2 times_s, must be"),
+            (process(times_s=np.full(9, 1.7e9)), ValueError, "times_s must be within 2 s of utime"),
+            (process(angle_min_rad=-90), ValueError, "angle_min_rad -90 must be within a full turn: radians"),
+            (process(angle_step_rad=1), ValueError, "angle_step_rad 1 times its ranges, 9, must be within a full turn"),
+            (process(angle_min_rad="-1.5"), TypeError, "angle_min_rad: is of type str, must be a number of radians"),
+            (process(utime=1.5), TypeError, "utime: is of type float, must be a whole number of microseconds"),
+            (process(utime="1"), TypeError, "utime: is of type str"),
+            (process(utime=-1), ValueError, "utime: -1 is negative"),
+            (process(utime=-10**30), ValueError, "is negative"),
+            (process(utime=1700000000 * 10**9), ValueError, "nanoseconds // 1000"),
+            (process(utime=10**30), ValueError, "nanoseconds // 1000"),
+            (lambda: slam.process(np.ones(9)), TypeError, "Slam.process() needs angle_min_rad, angle_step_rad, utime"),
+            (lambda: slam.process(), TypeError, "Slam.process() needs ranges_m, angle_min_rad"),
+            (lambda: slam.process(np.ones(9), -1.5, 0.1, 1), TypeError, "name the others: angle_min_rad"),
+            (lambda: slam.process(scan, utime=1), TypeError, "takes a Scan alone"),
+            (lambda: slam.process(np.ones(9), ranges_m=np.ones(9), **good), TypeError, "got ranges_m twice"),
+            (process(angle_stp_rad=1), TypeError, "has no argument angle_stp_rad; it takes ranges_m, angle_min_rad"),
+            (process(angle_stp_rad=1), TypeError, "did you mean angle_step_rad?"),
+            (lambda: crsm_slam.Scan(np.ones(9), utime=1), TypeError, "Scan() needs angle_min_rad, angle_step_rad"),
+        ])
+        self.assertEqual(len(slam.trajectory()), 0)
+        slam.process(scan)
+        self.check_wrong([(lambda: slam.process(scan), ValueError, "this utime was used before; each scan has its own")])
+
+    def test_help_says_it_as_python_writes_it(self):
+        for kind in (crsm_slam.Scan, crsm_slam.Slam, crsm_slam.Log):
+            self.assertTrue(kind.__doc__.startswith(kind.__name__ + "("), kind)
+            self.assertEqual(kind.__module__, "crsm_slam")
+        for name in self.settings:
+            self.assertIn(f"\n  {name} = ", crsm_slam.Slam.__doc__)
+        for kind in (getattr(crsm_slam, name) for name in crsm_slam.__all__):
+            for name, member in vars(kind).items() if isinstance(kind, type) else ():
+                if not name.startswith("_") and not isinstance(member, kind):
+                    self.assertTrue(member.__doc__, f"{kind.__name__}.{name}")
+                    self.assertNotIn("_crsm_slam", member.__doc__)
 
     def test_what_the_stubs_promise_is_there(self):
         stubs = (pathlib.Path(crsm_slam.__file__).parent / "__init__.pyi").read_text()

@@ -9,10 +9,27 @@
     print(slam.judge())                         # whether the map can be trusted, and why
     slam.save("out/run")                        # map.png, map.yaml, trajectory.tum, and all that load() needs
 
+With arrays of your own:
+
+    slam = crsm_slam.Slam(range_max_m=12)
+    for seconds, ranges in my_scans:            # ranges: (N,), metres
+        step = slam.process(ranges, angle_min_rad=-numpy.pi, angle_step_rad=2 * numpy.pi / len(ranges),
+                            utime=int(1e6 * seconds))
+
+A map for later:
+
+    slam = crsm_slam.Slam.load("out/run")       # the next scan goes on with it, or
+    slam.finish_map()                           # is localised on it
+
 Lengths are in metres, angles in radians, counter-clockwise, times in microseconds where they are called utime. A pose is
 (x, y, yaw). T_a_b is the pose of frame b in frame a. `python3 -m crsm_slam LOG --out DIR` is the program slam_offline.
+A wrong call raises TypeError or ValueError, a file that cannot be read or written raises RuntimeError: one line that says
+what would be right.
 """
 from ._crsm_slam import Log, Map, MapChanges, Scan, Slam, State, Step, Tile, Trust, Verdict, presets, version
+
+for _kind in (Log, Map, MapChanges, Scan, Slam, Step, Tile, Verdict):
+    _kind.__module__ = __name__  # where users find it, as help() says
 
 __version__ = version()
 __all__ = ["Log", "Map", "MapChanges", "Scan", "Slam", "State", "Step", "Tile", "Trust", "Verdict", "presets", "version"]
