@@ -18,7 +18,7 @@ add_custom_target(man_pages ALL DEPENDS ${MAN_PAGES})
 install(DIRECTORY ${CMAKE_BINARY_DIR}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT programs
         FILES_MATCHING PATTERN "*.1.gz")
 
-# ---- lcm-spy's types and views
+# ---- lcm-spy's types and views: no library of others, and so not in share/java
 file(GLOB_RECURSE PLUGINS CONFIGURE_DEPENDS scripts/spy_plugins/*)
 set(JAR ${CMAKE_BINARY_DIR}/crsm_spy.jar)
 add_custom_command(
@@ -27,14 +27,25 @@ add_custom_command(
   DEPENDS ${PLUGINS} ${LCM_FILES}
   COMMENT "jar for lcm-spy")
 add_custom_target(spy_jar ALL DEPENDS ${JAR})
-install(FILES ${JAR} DESTINATION ${CMAKE_INSTALL_DATADIR}/java RENAME crsm-spy.jar COMPONENT programs)
+install(FILES ${JAR} DESTINATION ${CMAKE_INSTALL_DATADIR}/crsm_slam RENAME crsm-spy.jar COMPONENT programs)
 
 # ---- what every package has
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME crsm-slam)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libcrsm-slam${PROJECT_VERSION_MAJOR})
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libcrsm-slam-dev)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-crsm-slam)
-string(TIMESTAMP NOW "%a, %d %b %Y %H:%M:%S +0000" UTC)  # or SOURCE_DATE_EPOCH
+string(TIMESTAMP NOW "%a, %d %b %Y %H:%M:%S +0000" UTC)  # or SOURCE_DATE_EPOCH, the last commit
+# The licence as Debian's machine-readable format has it (DEP 5): lines indented, and a dot for an empty one.
+file(READ LICENSE LICENSE_TEXT)
+if(NOT LICENSE_TEXT MATCHES "^MIT License\n\nCopyright \\(c\\) ([^\n]+)\n\n(.*)\n$")
+  message(FATAL_ERROR "LICENSE must be that of MIT, which Debian calls Expat")
+endif()
+set(COPYRIGHT "${CMAKE_MATCH_1}")
+string(REGEX REPLACE "\n\n" "\n.\n" EXPAT "${CMAKE_MATCH_2}")
+string(REGEX REPLACE "\n" "\n " EXPAT "${EXPAT}")
+file(WRITE ${CMAKE_BINARY_DIR}/debian/copyright
+     "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\nUpstream-Name: ${PROJECT_NAME}\n\n"
+     "Files: *\nCopyright: ${COPYRIGHT}\nLicense: Expat\n ${EXPAT}\n")
 foreach(component PROGRAMS RUNTIME DEVELOPMENT PYTHON)
   set(package ${CPACK_DEBIAN_${component}_PACKAGE_NAME})
   string(TOLOWER ${component} lower)
@@ -44,7 +55,11 @@ foreach(component PROGRAMS RUNTIME DEVELOPMENT PYTHON)
   execute_process(COMMAND gzip -9nf ${changelog} COMMAND_ERROR_IS_FATAL ANY)
   set(doc ${CMAKE_INSTALL_DATADIR}/doc/${package})
   install(FILES ${changelog}.gz DESTINATION ${doc} COMPONENT ${lower})
-  install(FILES LICENSE DESTINATION ${doc} RENAME copyright COMPONENT ${lower})
+  install(FILES ${CMAKE_BINARY_DIR}/debian/copyright DESTINATION ${doc} COMPONENT ${lower})
+  set(overrides scripts/debian/${package}.lintian-overrides)
+  if(EXISTS ${CMAKE_SOURCE_DIR}/${overrides})
+    install(FILES ${overrides} DESTINATION ${CMAKE_INSTALL_DATADIR}/lintian/overrides RENAME ${package} COMPONENT ${lower})
+  endif()
 endforeach()
 
 set(CPACK_GENERATOR DEB)
