@@ -42,17 +42,10 @@ if(TARGET crsm_python)
   install(FILES ${PYTHON_FILES} DESTINATION ${PYTHON_DESTINATION} COMPONENT python)
 endif()
 
-# ---- the wire: the types, and what lcm-gen makes of them for Python
-set(PYTHON_TYPES ${CMAKE_BINARY_DIR}/python)
-add_custom_command(
-  OUTPUT ${PYTHON_TYPES}/stamp
-  COMMAND ${LCM_GEN} --python --ppath ${PYTHON_TYPES}/types ${LCM_FILES}
-  COMMAND ${CMAKE_COMMAND} -E touch ${PYTHON_TYPES}/stamp
-  DEPENDS ${LCM_FILES}
-  COMMENT "lcm-gen for Python")
-add_custom_target(crsm_python_types ALL DEPENDS ${PYTHON_TYPES}/stamp)
+# ---- the wire: the types, and what lcm-gen made of them for Python
 install(FILES ${LCM_FILES} DESTINATION ${CMAKE_INSTALL_DATADIR}/crsm_slam/lcmtypes COMPONENT development)
-install(DIRECTORY ${PYTHON_TYPES}/types/ DESTINATION ${CMAKE_INSTALL_DATADIR}/crsm_slam/python COMPONENT development)
+install(DIRECTORY ${LCM_PYTHON}/ DESTINATION ${CMAKE_INSTALL_DATADIR}/crsm_slam/python COMPONENT development
+        PATTERN crsm_slam EXCLUDE PATTERN __pycache__ EXCLUDE)
 
 if(CRSM_PACKAGES)
   include(scripts/cmake/packages.cmake)

@@ -16,8 +16,12 @@ PROJECT = HERE.parents[1]
 NAME = "crsm_slam"
 
 
+def of_project(pattern):
+    return re.search(pattern, (PROJECT / "CMakeLists.txt").read_text()).group(1)
+
+
 def version():
-    return re.search(r"VERSION (\d+\.\d+\.\d+)", (PROJECT / "CMakeLists.txt").read_text()).group(1)
+    return of_project(r"VERSION (\d+\.\d+\.\d+)")
 
 
 def tag():
@@ -39,8 +43,8 @@ def build(folder):
 
 
 def metadata():
-    return (f"Metadata-Version: 2.1\nName: crsm-slam\nVersion: {version()}\n"
-            "Summary: Maps buildings and localises a robot from a planar laser alone\n"
+    summary = of_project(r'DESCRIPTION "(.*)"')
+    return (f"Metadata-Version: 2.1\nName: crsm-slam\nVersion: {version()}\nSummary: {summary}\n"
             "License: MIT\nRequires-Python: >=3.8\nRequires-Dist: numpy\n")
 
 
