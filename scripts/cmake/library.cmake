@@ -43,6 +43,9 @@ set(LIBRARY_FILES common/diagnosis/handedness common/diagnosis/run_statistics co
     services/wire/wire)
 list(TRANSFORM LIBRARY_FILES REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/\\1.cpp" OUTPUT_VARIABLE LIBRARY_FILES)
 
+# Raised with every change after which programs must be linked anew. The test `abi` says when.
+set(CRSM_SLAM_SOVERSION 0)
+
 add_library(crsm_slam_objects OBJECT ${LIBRARY_SOURCES} ${LIBRARY_FILES})
 target_compile_features(crsm_slam_objects PUBLIC cxx_std_20)
 target_include_directories(crsm_slam_objects PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/services/library
@@ -62,7 +65,7 @@ function(crsm_library name)
   target_include_directories(${name} INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/services/library>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   set_target_properties(${name} PROPERTIES LINKER_LANGUAGE CXX OUTPUT_NAME crsm_slam
-                        VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR})
+                        VERSION ${PROJECT_VERSION} SOVERSION ${CRSM_SLAM_SOVERSION})
   get_target_property(type ${name} TYPE)
   if(type STREQUAL SHARED_LIBRARY)
     # Also what the compiler made of the standard library's templates is nobody else's.

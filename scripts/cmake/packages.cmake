@@ -31,7 +31,7 @@ install(FILES ${JAR} DESTINATION ${CMAKE_INSTALL_DATADIR}/crsm_slam RENAME crsm-
 
 # ---- what every package has
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_NAME crsm-slam)
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libcrsm-slam${PROJECT_VERSION_MAJOR})
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME libcrsm-slam${CRSM_SLAM_SOVERSION})
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libcrsm-slam-dev)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-crsm-slam)
 string(TIMESTAMP NOW "%a, %d %b %Y %H:%M:%S +0000" UTC)  # or SOURCE_DATE_EPOCH, the last commit
