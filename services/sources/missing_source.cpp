@@ -65,14 +65,6 @@ std::string FindNearestSource(const std::string& name) {
 
 }  // namespace
 
-std::string DescribeMissingPort(const DeviceKind& kind, const std::vector<std::string>& ports) {
-  if (kind.bauds.empty()) {
-    return fmt::format("{0}: the address of the laser is missing: give {0}:tcp://ADDRESS", kind.name);
-  }
-  return fmt::format("{0}: the port of the laser is missing: give {0}:{1}; {2}", kind.name,
-                     ports.empty() ? "/dev/NAME" : ports.front(), DescribeSerialPorts(ports));
-}
-
 void ThrowMissingSource(const std::string& name) {
   if (name == kLive) {
     throw UsageError("live: only run_stack maps the scans of another program: run_stack live --out DIR");

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "common/math/nearest_name.hpp"
 #include "common/math/trigonometry.hpp"
 #include "services/base/printable.hpp"
 #include "services/sources/bags/decompress.hpp"
@@ -72,6 +73,14 @@ std::string DescribePath(const std::vector<std::string>& path) {
   return fmt::format("TF does not have the laser's frame {}", path.front());
 }
 
+/// "; did you mean /odom?", of topics and frames.
+std::string SuggestOdometry(const std::string& wanted, const Topics& topics, std::vector<std::string> frames = {}) {
+  for (const BagTopic& topic : topics) {
+    if (IsPoseTopic(topic)) frames.push_back(topic.name);
+  }
+  return MakePrintable(SuggestName(wanted, frames));
+}
+
 std::string ListRobots(const std::vector<Transform>& robots) {
   std::vector<std::string> names;
   for (const Transform& robot : robots) names.push_back(fmt::format("{} in {}", robot.child, robot.parent));
@@ -107,7 +116,7 @@ BagOdometry::BagOdometry(const std::string& path, const Topics& topics, const Ba
     return;
   }
   const Survey survey = LookAhead(path);
-  FindRobot(survey, path);
+  FindRobot(survey, path, topics);
   if (refusal_.empty()) FindMounting(survey);
 }
 
@@ -121,8 +130,9 @@ void BagOdometry::Choose(const std::string& path, const Topics& topics) {
     if (named != odometries.end()) {
       topic_ = *named;
     } else if (transforms_.empty()) {
-      throw std::runtime_error(fmt::format("{} has no odometry {}; its topics of odometry: {}; it has no TF", path,
-                                           options_.topic, ListTopics(odometries)));
+      throw std::runtime_error(fmt::format("{} has no odometry {}; its topics of odometry: {}; it has no TF{}", path,
+                                           options_.topic, ListTopics(odometries),
+                                           SuggestOdometry(options_.topic, odometries)));
     }
     return;
   }
@@ -170,7 +180,7 @@ BagOdometry::Survey BagOdometry::LookAhead(const std::string& path) const {
   return survey;
 }
 
-void BagOdometry::FindRobot(const Survey& survey, const std::string& path) {
+void BagOdometry::FindRobot(const Survey& survey, const std::string& path, const Topics& topics) {
   if (topic_) {
     robot_frame_ = survey.robot_frame;
     return;
@@ -183,8 +193,9 @@ void BagOdometry::FindRobot(const Survey& survey, const std::string& path) {
   if (refusal_.empty() || options_.topic.empty() || !survey.tree.FindRobots().empty()) return;
   throw std::runtime_error(fmt::format(
       "{} has no odometry {}: neither a topic of nav_msgs/Odometry or geometry_msgs/PoseStamped, nor a frame of TF; "
-      "frames in which others stand: {}",
-      path, options_.topic, ListPrintable(survey.tree.ListParents())));
+      "frames in which others stand: {}{}",
+      path, options_.topic, ListPrintable(survey.tree.ListParents()),
+      SuggestOdometry(options_.topic, topics, survey.tree.ListParents())));
 }
 
 /// The robot on which the laser stands; where TF does not tell that, the only one.

@@ -50,7 +50,7 @@ class BagOdometry {
 
   void Choose(const std::string& path, const std::set<BagTopic>& topics);
   Survey LookAhead(const std::string& path) const;
-  void FindRobot(const Survey& survey, const std::string& path);
+  void FindRobot(const Survey& survey, const std::string& path, const std::set<BagTopic>& topics);
   void ChooseRobot(const Survey& survey);
   void FindMounting(const Survey& survey);
   std::int64_t TakeOdometry(std::string_view data, ScansWithOdometry& scans);

@@ -11,6 +11,7 @@
 #include "common/math/trigonometry.hpp"
 #include "services/base/process.hpp"
 #include "services/base/usage_error.hpp"
+#include "services/sources/devices/serial_ports.hpp"
 
 namespace crsm {
 namespace {
@@ -51,9 +52,7 @@ void ParseSerialPort(const std::string& name, std::string_view text, DeviceAddre
   address.path = std::string(baud ? text.substr(0, colon) : text);
   address.baud = baud.value_or(0);
   if (baud && (*baud < 50 || *baud > kFastest)) RefuseAddress(name, "its baud rate is not from 50 to 4000000");
-  if (!address.path.starts_with('/')) {
-    RefuseAddress(name, fmt::format("is neither {0}:/dev/NAME nor {0}:tcp://HOST:PORT", address.kind->name));
-  }
+  if (!address.path.starts_with('/')) throw UsageError(DescribeWrongPort(*address.kind, text, FindSerialPorts()));
   if (address.kind->bauds.empty()) {
     RefuseAddress(name, fmt::format("a serial port of this laser is not supported: use {}:tcp://HOST:{}",
                                     address.kind->name, address.kind->tcp_port));
@@ -88,6 +87,7 @@ std::optional<DeviceAddress> ParseDevice(const std::string& name) {
   for (const DeviceKind& kind : DeviceKinds()) {
     if (!name.starts_with(kind.name + ':')) continue;
     const std::string_view where = std::string_view(name).substr(kind.name.size() + 1);
+    if (where.empty()) throw UsageError(DescribeMissingPort(kind, FindSerialPorts()));
     DeviceAddress address{&kind, "", 0, "", ""};
     if (where.starts_with(kTcp)) {
       ParseTcp(name, where.substr(kTcp.size()), address);

@@ -69,6 +69,9 @@ TEST_CASE("live is for run_stack alone, and a laser needs its port") {
   CHECK_THROWS_AS(OpenLaserSource("rplidar", {}), UsageError);
   CHECK(RefusalOf("rplidar").find("rplidar: the port of the laser is missing: give rplidar:/dev/") == 0);
   CHECK(RefusalOf("sick") == "sick: the address of the laser is missing: give sick:tcp://ADDRESS");
+  CHECK_THROWS_AS(OpenLaserSource("rplidar:", {}), UsageError);
+  CHECK(RefusalOf("rplidar:") == RefusalOf("rplidar"));
+  CHECK(RefusalOf("sick:") == RefusalOf("sick"));
 }
 
 TEST_CASE("a missing port is answered with those that there are, the first of them in the command") {
@@ -77,6 +80,31 @@ TEST_CASE("a missing port is answered with those that there are, the first of th
   CHECK(DescribeMissingPort(KindOf("hokuyo"), {}) ==
         "hokuyo: the port of the laser is missing: give hokuyo:/dev/NAME; there is no port of a USB laser at all: does "
         "it have power, and is its cable plugged in?");
+}
+
+TEST_CASE("a port without /dev/, or an address without tcp://, is answered with the whole of it") {
+  const auto Check = [](const std::string& kind, const std::string& typed, const std::string& end) {
+    CAPTURE(kind, typed);
+    const std::string refusal = DescribeWrongPort(KindOf(kind), typed, {"/dev/ttyACM0", "/dev/ttyUSB1"});
+    CHECK(refusal.starts_with(kind + ':' + typed + ": is n"));
+    CHECK(refusal.ends_with(end));
+  };
+  Check("rplidar", "ttyUSB1",
+        "neither rplidar:/dev/NAME nor rplidar:tcp://HOST:PORT; did you mean rplidar:/dev/ttyUSB1?");
+  Check("rplidar", "ttyUSB1:115200", "; did you mean rplidar:/dev/ttyUSB1:115200?");
+  Check("rplidar", "dev/ttyUSB1", "; did you mean rplidar:/dev/ttyUSB1?");
+  Check("rplidar", "ttyusb0", "; did you mean rplidar:/dev/ttyUSB1?");  // which is there
+  Check("hokuyo", "ttyS0", "; did you mean hokuyo:/dev/ttyS0?");        // which may come
+  Check("hokuyo", "laser", "nor hokuyo:tcp://HOST:PORT; there are /dev/ttyACM0, /dev/ttyUSB1");
+  Check("hokuyo", "10.0.0.1", "; did you mean hokuyo:tcp://10.0.0.1?");
+  Check("hokuyo", "10.0.0.1:10940", "; did you mean hokuyo:tcp://10.0.0.1:10940?");
+  Check("hokuyo", "tcp:/10.0.0.1", "; did you mean hokuyo:tcp://10.0.0.1?");
+  Check("sick", "scanner", ": is not sick:tcp://HOST:PORT; did you mean sick:tcp://scanner?");
+  Check("sick", "ttyUSB1", ": is not sick:tcp://HOST:PORT");
+  Check("sick", "dev/ttyUSB1", ": is not sick:tcp://HOST:PORT");
+  Check("sick", "tcp:", "; did you mean sick:tcp://?");
+  CHECK(RefusalOf("rplidar:ttyUSB77").find("; did you mean rplidar:/dev/ttyUSB") != std::string::npos);
+  CHECK_THROWS_AS(OpenLaserSource("rplidar:ttyUSB77", {}), UsageError);
 }
 
 TEST_CASE("serial ports are those of USB, and those that udev names after the laser") {

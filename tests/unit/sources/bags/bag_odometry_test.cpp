@@ -216,6 +216,10 @@ TEST_CASE("odometry that is named and not there is an error that lists what ther
   CHECK(ErrorOfBag(WithTf().Tf({kMounting, {}}).Scan(0), {true, "/wheels"})
             .ends_with("; frames in which others stand: base_link, odom"));
   CHECK(ErrorOfBag(WithOdometry().Scan(0), {true, "/scan"}).find(" has no odometry /scan") != std::string::npos);
+  CHECK(ErrorOfBag(WithOdometry().Scan(0), {true, "/odo"}).ends_with("; it has no TF; did you mean /odom?"));
+  CHECK(ErrorOfBag(WithOdometry().Scan(0), {true, "/scam"}).ends_with("; it has no TF"));  // a laser is no odometry
+  CHECK(ErrorOfBag(WithTf().Tf({kMounting, {}}).Scan(0), {true, "odm"})
+            .ends_with("; frames in which others stand: base_link, odom; did you mean odom?"));
 }
 
 TEST_CASE("of several TF that of the laser's namespace is read") {
