@@ -1,7 +1,5 @@
 #include "services/python/arguments.hpp"
 
-#include <pybind11/stl.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -97,16 +97,12 @@ class PySlam {
 
  private:
   static ScanWithOdometry ScanOf(const py::args& words, const py::kwargs& keywords) {
-    const bool is_named = words.empty() && keywords.contains("scan");
-    if (words.size() + keywords.size() == 1) {
-      const py::object only = is_named        ? py::object(keywords["scan"])
-                              : words.empty() ? py::none()
-                                              : py::object(words[0]);
-      if (py::isinstance<ScanWithOdometry>(only)) return only.cast<ScanWithOdometry>();
-    } else if (is_named || (!words.empty() && py::isinstance<ScanWithOdometry>(words[0]))) {
-      throw py::type_error("Slam.process() takes a Scan alone: what belongs to it is said where it is made");
-    }
-    return MakeScan("Slam.process", words, keywords);
+    const py::object first = !words.empty()              ? py::object(words[0])
+                             : keywords.contains("scan") ? py::object(keywords["scan"])
+                                                         : py::none();
+    if (!py::isinstance<ScanWithOdometry>(first)) return MakeScan("Slam.process", words, keywords);
+    if (words.size() + keywords.size() == 1) return first.cast<ScanWithOdometry>();
+    throw py::type_error("Slam.process() takes a Scan alone: what belongs to it is said where it is made");
   }
 
   std::mutex mutex_;
