@@ -16,10 +16,10 @@ inline std::string EncodeMap(const DenseGrid& grid) {
   return EncodeMap(grid, encoder);
 }
 
-/// The map enlarged, with the trajectory from green to red, loops as lines between two discs, turquoise where they are
-/// closed, violet where one joined two pieces, and brown where they were rejected, breaks as crimson crosses, lost
-/// scans orange, the last scan's hits magenta, deskewed, and below it a strip with a scale bar, the number of scans and
-/// the meaning of the colours, as PNG bytes. At least one cell; all poses finite.
+/// The map enlarged, for people, as PNG bytes. On the floor, and under the walls, so that it hides none: the path from
+/// green to red, both ends of each loop joined by a line (of a rejected one by dashes), breaks as crosses, lost scans,
+/// and the last scan's hits, deskewed. What is not explored, around the map too, is grey blue. Below it are the verdict
+/// and its reasons, counts, a scale bar and a legend. At least one cell; all poses finite.
 std::string EncodeOverview(const Results& results, PngEncoder& encoder);
 inline std::string EncodeOverview(const Results& results) {
   PngEncoder encoder(PngEncoder::Use::kOnce);

@@ -56,6 +56,11 @@ bool IsNumber(const std::string& name) {
 
 }  // namespace
 
+std::string NameOfRun(const std::filesystem::path& dir) {
+  const std::filesystem::path path = std::filesystem::absolute(dir).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();  // "a/b/" has none
+}
+
 void WriteResults(const std::filesystem::path& dir, const Results& results) {
   CheckSize(results.grid);
   if (results.grid.cells.empty()) {
@@ -72,7 +77,7 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
   });
   if (!results.truth.empty()) files.Write("truth.tum", FormatTrajectory(results.truth));
   if (!results.graph_g2o.empty()) files.Write("graph.g2o", results.graph_g2o);
-  files.Write("summary.json", results.summary_json);
+  files.Write("summary.json", results.summary ? FormatSummary(*results.summary) : "{}\n");
   files.Rename();
 }
 

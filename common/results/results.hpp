@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,18 +14,19 @@
 #include "common/map/dense_grid.hpp"
 #include "common/metrics/trajectory.hpp"
 #include "common/results/match_sequence.hpp"
+#include "common/results/summary.hpp"
 #include "common/scan/critical_rays.hpp"
 
 namespace crsm {
 
 /// What a run leaves behind, or has so far.
 struct Results {
-  DenseGrid grid;              ///< may be empty
-  MatchSequence matches;       ///< of every scan, lost ones too
-  Trajectory truth;            ///< where the laser truly stood, from its first pose; empty if nobody knows
-  CriticalRays last_scan;      ///< as it was measured; drawn if `matches` has its pose
-  std::string summary_json;    ///< made by FormatSummary
-  std::string graph_g2o = {};  ///< made by FormatG2o; empty where there is no pose graph
+  DenseGrid grid;                       ///< may be empty
+  MatchSequence matches;                ///< of every scan, lost ones too
+  Trajectory truth;                     ///< where the laser truly stood, from its first pose; empty if nobody knows
+  CriticalRays last_scan;               ///< as it was measured; drawn if `matches` has its pose
+  std::optional<Summary> summary = {};  ///< for summary.json, and for the overview's caption
+  std::string graph_g2o = {};           ///< made by FormatG2o; empty where there is no pose graph
   /// Gives the text of trajectory.tum where it is made already, so that a long one is not made again for each writing;
   /// where this is empty it is made of `matches`.
   std::function<void(const Sink&)> trajectory_text = {};
@@ -33,18 +35,22 @@ struct Results {
   std::int64_t num_lost_left_out = 0;  ///< of these
   std::vector<PlacedLoop> loops = {};  ///< for the overview
   MapPieces pieces = {};               ///< likewise
+  std::string name = {};               ///< of the run, likewise; empty if it has none
 };
+
+/// The name of a run whose results are in this folder: the folder's.
+std::string NameOfRun(const std::filesystem::path& dir);
 
 /// Writes into `dir`, which is made if need be:
 /// - map.png: 8-bit grey, a pixel a cell, the cell's byte as it is, y up in the picture; equal grids give equal bytes
 ///   from one build. An empty grid gives one unexplored cell, of 1 m if the grid does not know its cell size.
 /// - map.pgm: the same picture, for tools that read no PNG
 /// - map.yaml: the map_server convention; origin is the lower left corner [m, m, rad]
-/// - overview.png: the map with trajectory, loops and last scan, for people
+/// - overview.png: the map with trajectory, loops, last scan and verdict, for people
 /// - trajectory.tum: T_map_laser of every scan
 /// - truth.tum: the true poses, if there are any
 /// - graph.g2o: the pose graph, if there is one
-/// - summary.json
+/// - summary.json: of the summary; {} where there is none
 ///
 /// Each file is replaced as a whole, so a reader never sees half of one, and none before all are written: where one
 /// cannot be, the older ones stay. A reader in the middle may see the new map.png beside the old map.yaml. Throws

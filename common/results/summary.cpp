@@ -136,7 +136,7 @@ std::string FormatSummary(const Summary& summary) {
                {"explored_area_m2", summary.explored_area_m2},
                {"mean_fitness", summary.mean_fitness},
                {"wall_s", summary.wall_s},
-               {"verdict", ToJson(summary.verdict)},
+               {"verdict", summary.verdict ? ToJson(*summary.verdict) : Json()},
                {"counts", Json::object()},
                {"timings", Json::object()},
                {"parameters", Json::object()}};

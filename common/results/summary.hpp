@@ -40,7 +40,7 @@ struct Summary {
   std::map<std::string, StageTiming> timings;  ///< by stage
   std::optional<MapPieces> pieces;             ///< where loops were looked for
   std::optional<WheelModel::Values> wheels;    ///< where there was odometry to learn from
-  Verdict verdict;                             ///< whether the map is to be trusted
+  std::optional<Verdict> verdict;              ///< whether the map is to be trusted; where somebody has judged it
 };
 
 /// Sums up a run match by match, however long it is.

@@ -199,7 +199,8 @@ class MapExporter {
     results.loops = map_follower_.replica().loops();
     const MapPieces pieces = map_follower_.replica().pieces().value_or(MapPieces());
     results.pieces = pieces;
-    results.summary_json = FormatSummary(Complete(Summarize(results.matches, results.grid)));
+    results.summary = Complete(Summarize(results.matches, results.grid));
+    results.name = NameOfRun(out);
     WriteResults(command_line_.settings().out, results);
     WritePieces(pieces);
   }
@@ -248,9 +249,10 @@ class MapExporter {
     const ByteMap no_map(1.0);
     summary.pieces = map_follower_.replica().pieces();
     summary.wheels = map_follower_.replica().tracking().wheels().Learned();
-    summary.verdict = Judge(statistics_, map_ ? *map_ : no_map, summary.pieces.value_or(MapPieces()));
-    if (summary.wheels) JudgeWheels(*summary.wheels, summary.verdict);
-    JudgeLeftOut(CountLeftOut(), summary.verdict);
+    Verdict verdict = Judge(statistics_, map_ ? *map_ : no_map, summary.pieces.value_or(MapPieces()));
+    if (summary.wheels) JudgeWheels(*summary.wheels, verdict);
+    JudgeLeftOut(CountLeftOut(), verdict);
+    summary.verdict = std::move(verdict);
     statuses_[service_.name()] = service_.MakeStatus();
     for (const auto& [name, status] : statuses_) {
       for (std::size_t i = 0; i < status.counter_name.size(); ++i) {

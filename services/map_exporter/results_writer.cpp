@@ -80,6 +80,8 @@ void ResultsWriter::Write(Snapshot& snapshot) {
   drawn_.last_scan = std::move(snapshot.last_scan);
   drawn_.loops = std::move(snapshot.loops);
   drawn_.pieces = std::move(snapshot.pieces);
+  drawn_.name = NameOfRun(dir_);
+  drawn_.summary = snapshot.summary;
 
   const std::uint64_t text_end = snapshot.text->num_bytes();
   const bool goes_on = TrajectoryGoesOn(snapshot);

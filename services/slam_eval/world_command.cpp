@@ -33,6 +33,7 @@ std::vector<ScanMatch> DriveAlong(const World& world) {
     ScanMatch match;
     match.utime = scan->utime;
     match.T_map_laser = *simulator.TruePose();
+    match.state = path.empty() ? MatchState::kFirst : MatchState::kOk;
     path.push_back(match);
   }
   return path;

@@ -245,10 +245,12 @@ Outcome WriteRun(const CommandLine& command_line, Run& run) {
   summary.counts["scan_cut"] = run.slam.num_scans_cut();
   summary.timings[command_line.program()] = {run.latency.Percentile(0.5), run.latency.Percentile(0.95),
                                              run.latency.Percentile(0.99), run.latency.max_ms()};
-  if (summary.wheels) JudgeWheels(*summary.wheels, summary.verdict);
-  JudgeLeftOut(run.num_left_out, summary.verdict);
-  results.summary_json = FormatSummary(summary);
+  Verdict& verdict = *summary.verdict;
+  if (summary.wheels) JudgeWheels(*summary.wheels, verdict);
+  JudgeLeftOut(run.num_left_out, verdict);
+  results.summary = summary;
   const std::string& out = command_line.settings().out;
+  results.name = NameOfRun(out);
   WriteResults(out, results);
   WritePieces(out, run, results.pieces);
   fmt::print("{} scans, {} lost, map of {:.0f} m2 in {}\n", summary.scans, summary.lost, summary.explored_area_m2, out);
@@ -257,12 +259,12 @@ Outcome WriteRun(const CommandLine& command_line, Run& run) {
                pieces->num_rejected);
   }
   PrintSessions(run);
-  for (const std::string& line : FormatVerdict(summary.verdict)) fmt::print("{}\n", line);
+  for (const std::string& line : FormatVerdict(verdict)) fmt::print("{}\n", line);
   const bool is_mapped = summary.explored_area_m2 > 0.0 || StopRequested();
   if (!is_mapped) {
-    Say(fmt::format("{}: no scan was mapped: {}", command_line.program(), fmt::join(summary.verdict.warnings, "; ")));
+    Say(fmt::format("{}: no scan was mapped: {}", command_line.program(), fmt::join(verdict.warnings, "; ")));
   }
-  return {summary.verdict.trust, is_mapped};
+  return {verdict.trust, is_mapped};
 }
 
 std::unique_ptr<LaserSource> Open(const CommandLine& command_line, const std::vector<std::string>& logs,

@@ -83,7 +83,7 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
   results.matches = matches;
   Summary summary = Summarize(results.matches, results.grid);
   summary.parameters["slam_offline"] = ListParameters(setup.parameters);
-  results.summary_json = FormatSummary(summary);
+  results.summary = summary;
 
   outcome.scans = static_cast<double>(summary.scans);
   outcome.mfv = summary.mean_fitness;

@@ -109,7 +109,7 @@ struct LongRun {
 };
 
 void FillDiskForASecond(const LongRun& run) {
-  constexpr std::uintmax_t kRoom_bytes = 40'000;  // map.png needs 16,000, the overview 120,000, a new scan 65
+  constexpr std::uintmax_t kRoom_bytes = 40'000;  // map.png needs 16,000, the overview 180,000, a new scan 65
   const TemporaryFolder& folder = run.folder;
   const Disk disk(folder / "full", 200'000);
   Process stack = run.Start("full/out");

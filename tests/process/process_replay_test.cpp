@@ -226,6 +226,14 @@ TEST_CASE("map_exporter writes the files that belong to a map whose owner it ask
   expected.grid = recording.map;
   expected.matches = recording.history;
   expected.last_scan = recording.steps.back().rays;
+  expected.summary = Summarize(expected.matches, expected.grid);
+  RunStatistics statistics;
+  for (const Step& step : recording.steps) {
+    statistics.Add(step.rays.utime, step.rays.rays);
+    statistics.Add(step.match);
+  }
+  expected.summary->verdict = Judge(statistics, owner.map);
+  expected.name = "out";
   WriteResults(folder / "expected", expected);
   for (const char* file : {"map.png", "map.yaml", "overview.png", "trajectory.tum"}) {
     INFO(file);

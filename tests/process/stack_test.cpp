@@ -15,6 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Results whose overview.png is to be that in offline/: it shows the folder's name.
+const std::string kNamedAlike = "stack/offline";
+
 /// A log of scans, and in offline/ what one process makes of it.
 std::string WriteMapped(const TemporaryFolder& folder, const std::vector<LaserScan>& scans,
                         const std::vector<std::string>& flags = {}, const std::string& name = "offline") {
@@ -29,10 +32,10 @@ TEST_CASE("five processes in lockstep make the files that one process makes, in 
   for (const std::string profile : {"default", "paper"}) {
     INFO(profile);
     const TemporaryFolder folder;
-    folder.MapWithStack(WriteMapped(folder, TakeScans("sim:demo", 250, 2), {"--profile", profile}), "out",
+    folder.MapWithStack(WriteMapped(folder, TakeScans("sim:demo", 250, 2), {"--profile", profile}), kNamedAlike,
                         {"--profile", profile});
-    folder.CheckSame("out", "offline", {"map.png", "map.yaml", "trajectory.tum", "overview.png"});
-    CHECK(CountLines(ReadFile(folder / "out/trajectory.tum")) == 250);
+    folder.CheckSame(kNamedAlike, "offline", {"map.png", "map.yaml", "trajectory.tum", "overview.png"});
+    CHECK(CountLines(ReadFile(folder / kNamedAlike / "trajectory.tum")) == 250);
   }
 }
 
@@ -50,8 +53,9 @@ TEST_CASE("five processes in lockstep make the files that one process makes from
   const auto log = FindRealLog("radish/fr079.clf.gz");
   if (!log) return;
   const TemporaryFolder folder;
-  folder.MapWithStack(WriteMapped(folder, TakeScans(*log, 400), {"--preset", "sick"}), "out", {"--preset", "sick"});
-  folder.CheckSame("out", "offline", {"map.png", "map.yaml", "trajectory.tum", "overview.png"});
+  folder.MapWithStack(WriteMapped(folder, TakeScans(*log, 400), {"--preset", "sick"}), kNamedAlike,
+                      {"--preset", "sick"});
+  folder.CheckSame(kNamedAlike, "offline", {"map.png", "map.yaml", "trajectory.tum", "overview.png"});
 }
 
 TEST_CASE(

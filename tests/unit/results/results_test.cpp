@@ -13,6 +13,7 @@
 #include <string>
 
 #include "catch.hpp"
+#include "common/results/pictures.hpp"
 #include "common/results/png.hpp"
 #include "common/results/summary.hpp"
 #include "scratch.hpp"
@@ -23,7 +24,8 @@ namespace fs = std::filesystem;
 namespace {
 
 using Colour = std::array<std::uint8_t, 3>;
-constexpr Colour kUnexplored{127, 127, 127};
+constexpr Colour kUnexplored{186, 199, 215};
+constexpr Colour kPaper{247, 242, 230};  // below the map
 
 struct Picture {
   std::size_t width = 0;
@@ -48,22 +50,35 @@ Picture ReadPng(const fs::path& path) {
   return picture;
 }
 
-// The colours of the overview.
-bool IsGreen(const Colour& c) { return c[1] > c[0] && c[1] > c[2]; }
-bool IsRed(const Colour& c) { return c[0] > c[1] && c[0] > c[2]; }
-bool IsBlue(const Colour& c) { return c[2] > c[0]; }
-bool IsOrange(const Colour& c) { return c[0] > c[1] && c[1] > c[2]; }
-bool IsMagenta(const Colour& c) { return c[0] > c[1] && c[2] > c[1]; }
-bool IsTurquoise(const Colour& c) { return c[1] > 2 * c[0] && c[2] > 2 * c[0]; }
-bool IsBrown(const Colour& c) { return c[0] > c[1] + 30 && c[1] > c[2] + 30; }
-bool IsViolet(const Colour& c) { return c[2] > c[0] + 50 && c[0] > c[1] + 30; }
-bool IsCrimson(const Colour& c) { return c[0] > c[2] + 50 && c[2] > c[1] + 50; }
+// The colours of the overview. Thin lines are mixed with what is below.
+bool IsGreen(const Colour& c) { return c[1] > c[0] + 50 && c[1] > c[2] + 50; }
+bool IsRed(const Colour& c) { return c[0] > c[1] + 60 && c[0] > c[2] + 60; }
+bool IsBlue(const Colour& c) { return c[2] > c[0] + 80; }
+bool IsOrange(const Colour& c) { return c[0] > c[1] + 50 && c[1] > c[2] + 50; }
+bool IsMagenta(const Colour& c) { return c[0] > c[1] + 50 && c[2] > c[1] + 50; }
+bool IsTurquoise(const Colour& c) { return c[1] > c[0] + 40 && c[2] > c[0] + 40 && std::abs(c[1] - c[2]) < 30; }
+bool IsBrown(const Colour& c) { return c[0] > c[1] + 20 && c[1] > c[2] + 5; }
+bool IsViolet(const Colour& c) { return c[2] > c[0] + 40 && c[0] > c[1] + 20; }
+bool IsCrimson(const Colour& c) { return c[0] > c[2] + 50 && c[2] > c[1] + 30; }
+bool IsDark(const Colour& c) { return c[0] < 60 && c[1] < 60 && c[2] < 60; }
+
+/// Of white: 1. Source: WCAG 2.1, relative luminance.
+double LuminanceOf(const Colour& colour) {
+  const auto Linear = [](std::uint8_t byte) {
+    const double share = byte / 255.0;
+    return share <= 0.04045 ? share / 12.92 : std::pow((share + 0.055) / 1.055, 2.4);
+  };
+  return 0.2126 * Linear(colour[0]) + 0.7152 * Linear(colour[1]) + 0.0722 * Linear(colour[2]);
+}
+
+double ContrastOf(const Colour& light, const Colour& dark) {
+  return (LuminanceOf(light) + 0.05) / (LuminanceOf(dark) + 0.05);
+}
 
 Results MakeResults(int width, int height) {
   Results results;
   results.grid = {width, height, -2, 3, 0.05, {}};
   for (int i = 0; i < width * height; ++i) results.grid.cells.push_back(static_cast<std::uint8_t>(i * 37 % 256));
-  results.summary_json = "{}\n";
   return results;
 }
 
@@ -78,7 +93,7 @@ Results Unexplored() {
   return results;
 }
 
-/// The overview of that: 16 pixels a cell, so a metre is 160 pixels.
+/// A picture that was made.
 class Overview {
  public:
   explicit Overview(const Results& results) {
@@ -86,26 +101,65 @@ class Overview {
     picture_ = ReadPng(folder_ / "overview.png");
   }
   const Picture& picture() const { return picture_; }
-  Colour At(double x_m, double y_m) const {
-    return picture_.At(static_cast<std::size_t>((x_m + 5.0) * 160), static_cast<std::size_t>((5.0 - y_m) * 160));
-  }
-  /// Whether the strip below the map, which explains the colours, has one. Letters are thin: their colours are mixed
-  /// with its white.
+
+  // Of Unexplored(): 16 pixels a cell, so a metre is 160 pixels, behind margins of 76 pixels on the left and 24 above.
+  static constexpr std::size_t kMapBottom = 1624;
+  static constexpr std::size_t kCaptionTop = 1664;
+
+  Colour At(double x_m, double y_m) const { return picture_.At(ColumnOf(x_m), RowOf(y_m)); }
+
+  /// Whether such a colour is within a pixel of a place: a line of one pixel may lie between two.
   template <class IsColour>
-  bool StripHas(IsColour&& is_colour) const {
-    for (std::size_t y = picture_.height - 44; y < picture_.height; ++y) {
-      for (std::size_t x = 0; x < picture_.width; ++x) {
-        const auto [red, green, blue] = picture_.At(x, y);
-        if (is_colour(red, green, blue)) return true;
+  bool HasNear(double x_m, double y_m, IsColour&& is_colour) const {
+    for (std::size_t row = RowOf(y_m) - 1; row <= RowOf(y_m) + 1; ++row) {
+      for (std::size_t column = ColumnOf(x_m) - 1; column <= ColumnOf(x_m) + 1; ++column) {
+        if (is_colour(picture_.At(column, row))) return true;
       }
     }
     return false;
   }
 
+  /// Along how much of a way from (-2.5, y) to (2.5, y) there is such a colour.
+  template <class IsColour>
+  double ShareAlong(double y_m, IsColour&& is_colour) const {
+    int num = 0;
+    for (int i = 0; i < 500; ++i) num += HasNear(-2.5 + 0.01 * i, y_m, is_colour) ? 1 : 0;
+    return num / 500.0;
+  }
+
+  /// Whether there is such a colour in the caption.
+  template <class IsColour>
+  bool CaptionHas(IsColour&& is_colour) const {
+    for (std::size_t y = kCaptionTop; y < picture_.height; ++y) {
+      for (std::size_t x = 0; x < picture_.width; ++x) {
+        if (is_colour(picture_.At(x, y))) return true;
+      }
+    }
+    return false;
+  }
+
+  /// Where the verdict stands, left of its letters.
+  Colour Badge() const { return picture_.At(22, kCaptionTop + 32); }
+
+  std::size_t caption_height() const { return picture_.height - kCaptionTop; }
+
  private:
+  static std::size_t ColumnOf(double x_m) { return static_cast<std::size_t>(76 + (x_m + 5.0) * 160); }
+  static std::size_t RowOf(double y_m) { return static_cast<std::size_t>(24 + (5.0 - y_m) * 160); }
+
   ScratchFolder folder_;
   Picture picture_;
 };
+
+/// As of a run that was judged.
+Summary Judged(Trust trust, std::vector<std::string> warnings = {}) {
+  Summary summary;
+  Verdict& verdict = summary.verdict.emplace();
+  verdict.trust = trust;
+  verdict.text = "3 of 3 scans mapped";
+  verdict.warnings = std::move(warnings);
+  return summary;
+}
 
 std::string ErrorOfWriting(const fs::path& dir, const Results& results) {
   return ErrorOf([&] { WriteResults(dir, results); });
@@ -193,12 +247,12 @@ TEST_CASE("a reader that has a file open keeps the whole old one") {
   Results results = MakeResults(4, 4);
   WriteResults(folder.path(), results);
   std::ifstream reader(folder / "summary.json");
-  results.summary_json = "{\"scans\": 1}\n";
+  results.summary.emplace().scans = 1;
   WriteResults(folder.path(), results);
   std::string text;
   std::getline(reader, text);
   CHECK(text == "{}");
-  CHECK(BytesOf(folder / "summary.json") == results.summary_json);
+  CHECK(BytesOf(folder / "summary.json") == FormatSummary(*results.summary));
 }
 
 TEST_CASE("an empty map is written as one unexplored cell") {
@@ -221,38 +275,81 @@ TEST_CASE("the overview shows start, path, end, lost scans and hits where they a
                      MakeMatch(3, {3.0, 0.0, kPi / 2}, 0.9, MatchState::kOk)};
   results.last_scan = {3, {{0.0f}, {2.0f}}, {}};  // looks up from (3, 0): a hit 2 m ahead
   const Overview overview(results);
-  REQUIRE(overview.picture().width == 1600);
-  REQUIRE(overview.picture().height > 1600);
+  REQUIRE(overview.picture().width == 1700);
+  REQUIRE(overview.picture().height > Overview::kCaptionTop);
   CHECK(IsGreen(overview.At(-3.0, 0.0)));
-  CHECK(IsBlue(overview.At(0.0, 0.0)));
+  CHECK(overview.HasNear(-1.0, 0.0, IsBlue));
   CHECK(IsRed(overview.At(3.0, 0.0)));
   CHECK(IsOrange(overview.At(2.0, 4.0)));
   CHECK(IsMagenta(overview.At(3.0, 2.0)));
   CHECK(overview.At(-2.0, 3.0) == kUnexplored);
   CHECK(overview.At(3.0, 3.0) == kUnexplored);
+  CHECK(overview.At(-1.0, 0.02) == kUnexplored);  // the path is thin
 }
 
-TEST_CASE("the overview shows loops that hold and loops that were rejected in colours that its strip explains") {
-  const auto IsTurquoiseLetter = [](int red, int green, int blue) {
-    return green > red + 60 && std::abs(green - blue) < 20;
-  };
-  const auto IsBrownLetter = [](int red, int green, int blue) {
-    return red < 200 && red > green + 25 && green > blue + 25;
-  };
+TEST_CASE("no path, loop, lost scan or hit hides a wall, at any size of the map") {
+  for (const int width_cells : {100, 2000, 9000}) {  // enlarged, as it is, shrunk
+    CAPTURE(width_cells);
+    const int wall_row = 50;
+    Results results;
+    results.grid = {width_cells, 100, 0, 0, 0.1, {}};
+    results.grid.cells.assign(static_cast<std::size_t>(width_cells) * 100, kFreeByte);
+    std::fill_n(results.grid.cells.begin() + wall_row * width_cells, width_cells, kOccupiedByte);
+    // All of it lies on the wall.
+    const double wall_m = 0.1 * (wall_row + 0.5);
+    const Pose2 from{0.0, wall_m, 0.0};
+    const Pose2 to{0.1 * width_cells, wall_m, kPi};
+    results.matches = {MakeMatch(1, from, 0.0, MatchState::kFirst),
+                       MakeMatch(2, {0.05 * width_cells, wall_m, 0.0}, 0.1, MatchState::kLost),
+                       MakeMatch(3, to, 0.9, MatchState::kOk)};
+    results.last_scan = {3, {{0.0f, 0.0f}, {3.0f, 5.0f}}, {}};
+    for (const auto& [rejected, joins] : {std::pair(false, false), {true, false}, {false, true}}) {
+      results.loops.push_back({from, to, rejected, joins});
+    }
+    const Picture picture = Overview(results).picture();
+    std::size_t most_dark = 0;
+    for (std::size_t y = 0; y < picture.height; ++y) {
+      std::size_t dark = 0;
+      for (std::size_t x = 0; x < picture.width; ++x) dark += IsDark(picture.At(x, y)) ? 1 : 0;
+      most_dark = std::max(most_dark, dark);
+    }
+    const int map_pixels = width_cells == 100 ? 1600 : std::min(width_cells, 4000);
+    CHECK(std::cmp_greater_equal(most_dark, map_pixels));
+  }
+}
+
+TEST_CASE("the overview joins both ends of each loop: closed ones by a line, rejected ones by dashes") {
   Results results = Unexplored();
-  CHECK_FALSE(Overview(results).StripHas(IsTurquoiseLetter));
+  CHECK_FALSE(Overview(results).CaptionHas(IsTurquoise));
   results.loops = {{{-3.0, 1.0, 0.0}, {3.0, 1.0, 0.0}, false}};
-  CHECK(Overview(results).StripHas(IsTurquoiseLetter));
-  CHECK_FALSE(Overview(results).StripHas(IsBrownLetter));
+  CHECK(Overview(results).CaptionHas(IsTurquoise));
+  CHECK_FALSE(Overview(results).CaptionHas(IsBrown));
   results.loops.push_back({{-3.0, -1.0, 0.0}, {3.0, -1.0, 0.0}, true});
+  results.loops.push_back({{4.0, -4.0, 0.0}, {4.0, -4.0, 0.0}, false});
   const Overview overview(results);
-  CHECK(IsTurquoise(overview.At(0.0, 1.0)));
-  CHECK(IsBrown(overview.At(0.0, -1.0)));
-  CHECK(overview.At(0.0, 0.0) == kUnexplored);
-  CHECK(overview.StripHas(IsTurquoiseLetter));
-  CHECK(overview.StripHas(IsBrownLetter));
-  results.grid = {2, 100, -1, -50, 0.1, std::vector<std::uint8_t>(200, kUnexploredByte)};
-  CHECK(Overview(results).StripHas(IsBrownLetter));  // the last words have room in a narrow picture too
+  CHECK(overview.ShareAlong(1.0, IsTurquoise) == 1.0);
+  CHECK(overview.ShareAlong(-1.0, IsBrown) == Approx(0.5).margin(0.25));  // round ends are longer than half
+  for (const double x_m : {-3.0, 3.0}) {
+    CHECK(IsTurquoise(overview.At(x_m, 1.0)));
+    CHECK(IsBrown(overview.At(x_m, -1.0)));
+  }
+  CHECK(IsTurquoise(overview.At(4.0, -4.0)));  // one whose ends are one place
+  CHECK(overview.At(-1.0, 0.0) == kUnexplored);
+  CHECK(overview.CaptionHas(IsTurquoise));
+  CHECK(overview.CaptionHas(IsBrown));
+}
+
+TEST_CASE("thousands of loops leave the map to be seen") {
+  Results results = Unexplored();
+  for (int i = 0; i < 5000; ++i) {
+    results.loops.push_back({{-3.0, -4.0 + 0.0016 * i, 0.0}, {3.0, -4.0 + 0.0016 * i, 0.0}, false});
+  }
+  std::fill(results.grid.cells.begin(), results.grid.cells.begin() + 5000, kFreeByte);  // the lower half
+  const Overview overview(results);
+  const Colour free = overview.At(1.0, -2.0);
+  CHECK(IsTurquoise(overview.At(1.0, 2.0)));
+  CHECK(free[0] > 150);  // of 255
+  CHECK(ContrastOf(free, overview.At(1.0, 2.0)) > 1.3);
 }
 
 TEST_CASE("the overview shows where the path breaks and where it is joined, and no scan of another piece") {
@@ -262,17 +359,145 @@ TEST_CASE("the overview shows where the path breaks and where it is joined, and 
                                  MakeMatch(2, {-3.0, -4.0, 0.0}, 0.9, MatchState::kOk),
                                  MakeMatch(3, {2.0, 3.0, 0.0}, 0.9, MatchState::kLost)};
   results.matches = matches;
-  CHECK(Overview(results).At(2.0, 3.0) != kUnexplored);
+  const Overview whole(results);
+  CHECK(whole.At(2.0, 3.0) != kUnexplored);
   matches.back().floating = true;  // as one of another piece comes
   results.matches = matches;
   results.pieces.num_pieces = 2;
   results.pieces.num_breaks = 1;
   results.pieces.breaks = {{3, 2, BreakReason::kGap, 9.0, {0.0, -2.0, 0.0}, 1, 2}};
   const Overview overview(results);
-  CHECK(IsViolet(overview.At(0.0, 1.0)));
+  CHECK(overview.ShareAlong(1.0, IsViolet) == 1.0);
   CHECK(IsCrimson(overview.At(0.0, -2.0)));
   CHECK(overview.At(0.04, -2.0) == kUnexplored);  // a cross
   CHECK(overview.At(2.0, 3.0) == kUnexplored);
+  CHECK(overview.caption_height() > whole.caption_height());  // it says so
+  // Beside the cross stands which piece goes on there, unless that is this one.
+  const auto HasLabel = [](const Overview& picture) {
+    for (double x_m = 0.15; x_m < 0.4; x_m += 0.01) {
+      if (picture.HasNear(x_m, -1.92, IsCrimson)) return true;
+    }
+    return false;
+  };
+  CHECK(HasLabel(overview));
+  results.pieces.num_pieces = 1;
+  results.pieces.breaks.front().piece = 1;
+  CHECK_FALSE(HasLabel(Overview(results)));
+}
+
+TEST_CASE("the overview draws no path over a break: how the robot came there is not known") {
+  Results results = Unexplored();
+  std::vector<ScanMatch> matches{MakeMatch(1, {-3.0, 3.0, 0.0}, 0.9, MatchState::kFirst),
+                                 MakeMatch(2, {3.0, 3.0, 0.0}, 0.9, MatchState::kOk)};
+  results.matches = matches;
+  CHECK(Overview(results).HasNear(0.0, 3.0, IsBlue));
+  matches.back().state = MatchState::kFirst;
+  results.matches = matches;
+  CHECK_FALSE(Overview(results).HasNear(0.0, 3.0, IsBlue));
+}
+
+TEST_CASE("the overview tells free, unexplored, walls and the caption apart, around the map too") {
+  Results results = Unexplored();
+  results.grid.cells[results.grid.IndexOf(20, 20)] = kFreeByte;
+  results.grid.cells[results.grid.IndexOf(30, 20)] = kOccupiedByte;
+  const Overview overview(results);
+  const Colour free = overview.At(-2.95, -2.95);
+  const Colour unexplored = overview.At(-1.0, 1.0);
+  CHECK(free == Colour{255, 255, 255});
+  CHECK(unexplored == kUnexplored);
+  CHECK(ContrastOf(free, unexplored) >= 1.6);
+  CHECK(ContrastOf(unexplored, overview.At(-1.95, -2.95)) >= 7.0);
+  const Picture& picture = overview.picture();
+  CHECK(picture.At(2, 2) == kUnexplored);
+  CHECK(picture.At(picture.width - 2, Overview::kMapBottom + 2) == kUnexplored);
+  CHECK(picture.At(picture.width - 2, picture.height - 2) == kPaper);
+  const Picture narrow = Overview(MakeResults(2, 3)).picture();
+  CHECK(narrow.At(100, 100) == kUnexplored);
+  CHECK(narrow.At(narrow.width - 100, 100) == kUnexplored);
+}
+
+TEST_CASE("the overview says the verdict where there is one, and else that there is none") {
+  Results results = Unexplored();
+  const Overview of_no_run(results);
+  results.summary.emplace();
+  const Overview unjudged(results);
+  for (const Overview* overview : {&of_no_run, &unjudged}) {
+    CHECK_FALSE((IsGreen(overview->Badge()) || IsRed(overview->Badge()) || IsOrange(overview->Badge())));
+  }
+  results.summary = Judged(Trust::kGood);
+  const Overview good(results);
+  CHECK(IsGreen(good.Badge()));
+  results.summary = Judged(Trust::kDoubtful);
+  CHECK(IsOrange(Overview(results).Badge()));
+  results.summary = Judged(Trust::kBad);
+  const Overview bad(results);
+  CHECK(IsRed(bad.Badge()));
+  results.summary = Judged(Trust::kBad, {"one room is drawn over another"});
+  const Overview warned(results);
+  CHECK(warned.caption_height() > bad.caption_height());
+  results.summary = Judged(Trust::kBad, {"one room is drawn over another one"});
+  CHECK((Overview(results).picture().samples != warned.picture().samples));
+  std::string words;
+  for (int i = 0; i < 100; ++i) words += "words ";
+  results.summary = Judged(Trust::kBad, {words});
+  CHECK(Overview(results).caption_height() > warned.caption_height());  // on several lines
+
+  results.summary = Judged(Trust::kGood);
+  results.summary->ended = false;
+  const Overview so_far(results);
+  CHECK(IsGreen(so_far.Badge()));
+  CHECK((so_far.picture().samples != good.picture().samples));
+  results.name = "killian";
+  CHECK((Overview(results).picture().samples != so_far.picture().samples));
+}
+
+TEST_CASE("the overview marks behind which place the map may be off, and not over walls") {
+  Results results = Unexplored();
+  results.grid.cells.assign(10000, kOccupiedByte);
+  std::fill(results.grid.cells.begin(), results.grid.cells.begin() + 5000, kFreeByte);  // the lower half
+  results.summary = Judged(Trust::kDoubtful);
+  results.summary->verdict->off_m = 2.0;
+  const auto IsRing = [](const Colour& colour) { return colour[0] > 200 && colour[2] < 60; };
+  CHECK_FALSE(Overview(results).CaptionHas(IsRing));
+  results.summary->verdict->off_at_m = Eigen::Vector2d(1.0, 0.0);
+  const Overview overview(results);
+  CHECK(overview.CaptionHas(IsRing));
+  CHECK(overview.HasNear(1.0, -22.0 / 160, IsRing));
+  CHECK(IsDark(overview.At(1.0, 22.0 / 160)));
+}
+
+TEST_CASE("the scale bar is as long as it says") {
+  // 160 pixels a metre: 100 pixels are less than a metre, and more than half a one.
+  const Picture picture = Overview(Unexplored()).picture();
+  int longest = 0;
+  for (std::size_t y = Overview::kCaptionTop; y < picture.height; ++y) {
+    int length = 0;
+    for (std::size_t x = 0; x < picture.width; ++x) {
+      length = IsDark(picture.At(x, y)) ? length + 1 : 0;
+      longest = std::max(longest, length);
+    }
+  }
+  CHECK(longest == Approx(160).margin(3));  // and the ticks at its ends
+}
+
+TEST_CASE("an overview that is made again has the bytes of one that is made at once") {
+  Results results = Unexplored();
+  PngEncoder encoder;
+  std::vector<ScanMatch> matches;
+  for (int i = 0; i < 3; ++i) {
+    matches.push_back(MakeMatch(i, {-3.0 + i, 0.5 * i, 0.0}, 0.9, MatchState::kOk));
+    results.matches = matches;
+    results.summary = Judged(i == 1 ? Trust::kDoubtful : Trust::kGood);
+    CHECK((EncodeOverview(results, encoder) == EncodeOverview(results)));
+  }
+}
+
+TEST_CASE("a run is named as the folder of its results") {
+  CHECK(NameOfRun("out/demo") == "demo");
+  CHECK(NameOfRun("out/demo/") == "demo");
+  CHECK(NameOfRun("out/./demo/../twins") == "twins");
+  CHECK(NameOfRun(".") == fs::current_path().filename().string());
+  CHECK(NameOfRun("/").empty());
 }
 
 TEST_CASE("pieces have maps of their own, and none of an earlier writing stays, but for what is the user's") {
@@ -301,6 +526,16 @@ TEST_CASE("pieces have maps of their own, and none of an earlier writing stays, 
   CHECK_FALSE(fs::exists(pieces / "2/map.png"));
 }
 
+TEST_CASE("the overview shows the last scan's hits on walls too, beside the wall's cell") {
+  Results results = Unexplored();
+  results.grid.cells[results.grid.IndexOf(60, 50)] = kOccupiedByte;  // around (1.05, 0.05)
+  results.last_scan = {1, {{0.0f}, {1.0f}}, {}};
+  results.matches = {MakeMatch(1, {0.05, 0.05, 0.0}, 0.9, MatchState::kOk)};
+  const Overview overview(results);
+  CHECK(IsDark(overview.At(1.05, 0.05)));
+  CHECK(IsMagenta(overview.At(1.05, 0.11)));
+}
+
 TEST_CASE("the overview shows the last scan deskewed by its match") {
   // The laser drives ahead at 2 m/s; 0.5 s before the scan's time it was 1 m further back and saw a wall 2 m ahead.
   Results results = Unexplored();
@@ -312,37 +547,29 @@ TEST_CASE("the overview shows the last scan deskewed by its match") {
   CHECK_FALSE(IsMagenta(Overview(results).At(2.0, 0.0)));
 }
 
-TEST_CASE("the overview is enlarged to about 1600 pixels and shrunk only above 4000") {
-  // 640 is the strip's least width.
-  for (const auto& [width_cells, pixels] : {std::pair(2, 640), {700, 1400}, {1600, 1600}, {3999, 3999}, {9000, 4000}}) {
+TEST_CASE("the map is enlarged to about 1600 pixels and shrunk only above 4000") {
+  // 1000 is the least width. Margins take 100 pixels for 1600 of the map.
+  for (const auto& [width_cells, pixels] :
+       {std::pair(2, 1000), {700, 1500}, {1600, 1700}, {3999, 4249}, {9000, 4250}}) {
     CHECK(Overview(MakeResults(width_cells, 3)).picture().width == static_cast<std::size_t>(pixels));
   }
 }
 
-TEST_CASE("the letters below a large picture are as large in it as below a small one") {
-  // The height of the strip's letters, which is where it is neither white nor the scale bar, over the picture's width.
-  const auto LetterShare = [](int width_cells) {
+TEST_CASE("words below a large picture are as large in it as below a small one") {
+  // The height of the verdict's badge over the picture's width.
+  const auto BadgeShare = [](int width_cells) {
     Results results = MakeResults(width_cells, 3);
-    results.matches = {MakeMatch(1, {0.0, 0.0, 0.0}, 0.0, MatchState::kFirst)};
+    results.summary = Judged(Trust::kGood);
     const Picture picture = Overview(results).picture();
-    std::size_t first = picture.height;
-    std::size_t last = 0;
-    for (std::size_t y = 10; y < picture.height; ++y) {
-      for (std::size_t x = 0; x < picture.width; ++x) {
-        const auto colour = picture.At(x, y);
-        if (colour[2] < colour[0] + 150 || colour[2] < colour[1] + 50) continue;  // the word "path", in its blue
-        first = std::min(first, y);
-        last = std::max(last, y);
-      }
-    }
-    REQUIRE(first < last);
-    return static_cast<double>(last - first + 1) / static_cast<double>(picture.width);
+    const std::size_t column = 22 * picture.width / 1700;
+    std::size_t num = 0;
+    for (std::size_t y = 0; y < picture.height; ++y) num += IsGreen(picture.At(column, y)) ? 1 : 0;
+    return static_cast<double>(num) / static_cast<double>(picture.width);
   };
-  const double small = LetterShare(1600);
-  CHECK(small > 0.006);  // 10 pixels
-  // The faint edges of small letters miss a row or two; letters that do not grow have 0.4 of the share.
-  CHECK(LetterShare(3999) == Approx(small).epsilon(0.3));
-  CHECK(LetterShare(9000) == Approx(small).epsilon(0.3));
+  const double small = BadgeShare(1600);
+  CHECK(small > 0.015);  // 26 pixels
+  CHECK(BadgeShare(3999) == Approx(small).epsilon(0.05));
+  CHECK(BadgeShare(9000) == Approx(small).epsilon(0.05));
 }
 
 TEST_CASE("poses far outside the map are drawn nowhere and harm nothing") {
@@ -396,7 +623,7 @@ TEST_CASE("a disk that fills up at the last file leaves all the old ones") {
   const rlimit limited{100000, unlimited.rlim_max};
   REQUIRE(setrlimit(RLIMIT_FSIZE, &limited) == 0);
   Results results = MakeResults(5, 7);
-  results.summary_json = std::string(200000, 'x');
+  results.summary.emplace().version = std::string(200000, 'x');
   const std::string error = ErrorOfWriting(folder.path(), results);
   setrlimit(RLIMIT_FSIZE, &unlimited);
   std::signal(SIGXFSZ, old_handler);
@@ -449,6 +676,7 @@ TEST_CASE("a summary becomes JSON with everything in it, parameters in their ord
   CHECK(json["map_version"] == 9);
   CHECK(json["path_length_m"] == 2.5);
   CHECK(json["mean_fitness"].is_null());
+  CHECK(json["verdict"].is_null());  // nothing has judged it
   CHECK(json["parameters"] == nlohmann::json{{"one",
                                               {{"z_first", 40},
                                                {"a_second", true},

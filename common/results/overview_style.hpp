@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cmath>
+#include <opencv2/core.hpp>
+
+namespace crsm {
+
+/// Red, green, blue. Floor, walls and what is unexplored differ in grey too, for those who print or see no colours.
+namespace overview_colour {
+inline const cv::Scalar kFree(255, 255, 255);
+inline const cv::Scalar kUnexplored(186, 199, 215);  // contrast to kFree 1.7 (WCAG 2.1)
+inline const cv::Scalar kWall(22, 26, 34);
+inline const cv::Scalar kPath(0, 102, 204);
+inline const cv::Scalar kStart(0, 140, 60);
+inline const cv::Scalar kEnd(215, 30, 40);
+inline const cv::Scalar kLost(240, 140, 0);
+inline const cv::Scalar kHit(225, 70, 200);
+inline const cv::Scalar kLoop(0, 150, 130);
+inline const cv::Scalar kRejected(165, 80, 20);
+inline const cv::Scalar kJoin(110, 40, 190);
+inline const cv::Scalar kBreak(190, 0, 80);
+inline const cv::Scalar kDoubt(225, 150, 0);  // where the map may be off
+inline const cv::Scalar kGood(20, 115, 60);
+inline const cv::Scalar kDoubtful(165, 95, 0);
+inline const cv::Scalar kBad(175, 25, 30);
+inline const cv::Scalar kRuler(70, 84, 104);
+inline const cv::Scalar kInk(30, 34, 44);
+inline const cv::Scalar kPaper(247, 242, 230);  // of the caption: nothing of the map has it
+}  // namespace overview_colour
+
+/// How large things are in the overview. Lines and letters of a large picture are as large in it as those of a smaller
+/// one: both are seen on one screen.
+struct OverviewScale {
+  double enlargement = 1.0;   ///< at least 1
+  double pixels_per_m = 1.0;  ///< of the map
+
+  int Enlarge(double pixels) const { return static_cast<int>(std::lround(pixels * enlargement)); }
+  /// Of the path and of loops, in pixels: as little as is still seen where a large picture is shrunk to a screen.
+  int ThinLine() const { return enlargement > 1.5 ? 2 : 1; }
+  /// 1, 2 or 5 times a power of ten metres, and at least 100 pixels, to be enlarged.
+  double StepM() const;
+};
+
+/// How pairs of places are drawn.
+struct PairStyle {
+  cv::Scalar colour;
+  double opacity = 1.0;     ///< (0, 1]
+  double dot_radius = 2.5;  ///< pixels, to be enlarged
+  bool dashed = false;
+};
+
+}  // namespace crsm
