@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <random>
 
 #include "common/math/parse_number.hpp"
 #include "services/base/usage_error.hpp"
@@ -80,11 +79,6 @@ HttpAddress ParseHttpAddress(const std::string& text) {
 std::string FormatAuthority(const HttpAddress& address) {
   return IsIpv6(address.address) ? fmt::format("[{}]:{}", address.address, address.port)
                                  : fmt::format("{}:{}", address.address, address.port);
-}
-
-std::string DrawToken() {
-  std::random_device device;
-  return fmt::format("{:08x}{:08x}{:08x}{:08x}", device(), device(), device(), device());
 }
 
 bool Access::AllowsHost(std::string_view text) const {

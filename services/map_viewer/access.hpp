@@ -21,9 +21,6 @@ HttpAddress ParseHttpAddress(const std::string& text);
 /// An address as it stands in a URL: [::1]:8765.
 std::string FormatAuthority(const HttpAddress& address);
 
-/// A token that nobody guesses: 32 hexadecimal digits.
-std::string DrawToken();
-
 /// Who may see the map. A browser runs the scripts of every site that it visits, and all of these can talk to this
 /// host: that a request comes from this host says nothing.
 ///

@@ -11,6 +11,7 @@
 
 #include "services/base/process.hpp"
 #include "services/base/usage_error.hpp"
+#include "services/base/viewer_token.hpp"
 #include "services/map_viewer/access.hpp"
 #include "services/map_viewer/finished_run.hpp"
 #include "services/map_viewer/live_robot.hpp"
@@ -28,12 +29,18 @@ struct ViewerOptions {
   std::string mcap;
 };
 
+/// A token that was handed over stays valid when a viewer is started again. Empty where none is needed.
+std::string ChooseToken(const HttpAddress& address) {
+  const auto given = ReadViewerToken();
+  return address.is_loopback ? "" : given.value_or(DrawViewerToken());
+}
+
 /// Scenes behind an address, which is said on stderr.
 class Window {
  public:
   Window(const CommandLine& command_line, std::vector<const Scene*> scenes, Counters& counters)
       : address_(ParseHttpAddress(command_line.settings().http)),
-        token_(address_.is_loopback ? "" : DrawToken()),
+        token_(ChooseToken(address_)),
         site_(std::move(scenes), Access(address_.is_loopback, token_)),
         server_(
             address_, [this](const WebRequest& request) { return site_.Answer(request); }, counters) {

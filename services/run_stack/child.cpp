@@ -42,8 +42,27 @@ void Take(Priority priority) {
   if (sched_setscheduler(0, SCHED_RR | SCHED_RESET_ON_FORK, &parameters) != 0) setpriority(PRIO_PROCESS, 0, kNiceFirst);
 }
 
+/// That of this process with `more` variables, which win.
+std::vector<std::string> MakeEnvironment(const std::map<std::string, std::string>& more) {
+  std::vector<std::string> variables;
+  for (const auto& [name, value] : more) variables.push_back(name + '=' + value);
+  for (char** variable = environ; *variable; ++variable) {
+    const std::string text = *variable;
+    if (more.count(text.substr(0, text.find('='))) == 0) variables.push_back(text);
+  }
+  return variables;
+}
+
+/// As execve takes them: they end with a null pointer.
+std::vector<char*> PointTo(std::vector<std::string>& texts) {
+  std::vector<char*> pointers;
+  for (std::string& text : texts) pointers.push_back(text.data());
+  pointers.push_back(nullptr);
+  return pointers;
+}
+
 /// Runs in the new process. Where the log cannot be written, what it says goes where ours goes.
-[[noreturn]] void Become(const char* program, char* const* arguments, const char* log, const Command& command,
+[[noreturn]] void Become(char* const* arguments, char* const* environment, const char* log, const Command& command,
                          pid_t supervisor) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != supervisor) _exit(kNotStarted);  // it died before the kernel knew of our wish
@@ -60,7 +79,7 @@ void Take(Priority priority) {
       dup2(file, STDERR_FILENO);
     }
   }
-  execv(program, arguments);
+  execve(arguments[0], arguments, environment);
   _exit(kNotStarted);
 }
 
@@ -69,13 +88,13 @@ void Take(Priority priority) {
 Child::Child(const Command& command) {
   std::vector<std::string> words{command.program.string()};
   words.insert(words.end(), command.arguments.begin(), command.arguments.end());
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
+  std::vector<std::string> variables = MakeEnvironment(command.environment);
+  const std::vector<char*> argv = PointTo(words);
+  const std::vector<char*> envp = PointTo(variables);
   const std::string log = command.log.string();
   const pid_t supervisor = getpid();
   pid_ = fork();
-  if (pid_ == 0) Become(words.front().c_str(), argv.data(), log.c_str(), command, supervisor);
+  if (pid_ == 0) Become(argv.data(), envp.data(), log.c_str(), command, supervisor);
   if (pid_ < 0) throw std::runtime_error(fmt::format("cannot start a process: {}", std::strerror(errno)));
 }
 

@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +24,7 @@ struct Command {
   std::filesystem::path log;     ///< what it says goes to the end of this file; empty: where ours goes
   std::optional<int> core = {};  ///< of the processor, on which alone it runs where the kernel grants that
   Priority priority = Priority::kUsual;
+  std::map<std::string, std::string> environment = {};  ///< variables, beside those of this process
 };
 
 /// A process that was started here. It has a session of its own, so that Ctrl-C in a terminal does not reach it, and is

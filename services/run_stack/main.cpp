@@ -13,6 +13,7 @@
 
 #include "services/base/process.hpp"
 #include "services/base/usage_error.hpp"
+#include "services/base/viewer_token.hpp"
 #include "services/bus/bus.hpp"
 #include "services/bus/bus_role.hpp"
 #include "services/journal/map_parameters.hpp"
@@ -143,6 +144,7 @@ void CheckRolesAreFree(const BusAddress& address, const StackOptions& options) {
 int RunStack(CommandLine& command_line, const StackOptions& options) {
   const BusAddress address{command_line.settings().lcm_url, command_line.settings().channel_prefix};
   CheckUsage(command_line, options);
+  if (options.view) ReadViewerToken();  // throws where it is none
   CheckBus(address.lcm_url);
   CheckInputs(command_line, options);
   AdoptEarlierMapParameters(options.earlier.resume, command_line);  // so that all processes are told the same

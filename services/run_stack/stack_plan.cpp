@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <iterator>
 
+#include "services/base/viewer_token.hpp"
 #include "services/sources/devices/live_laser.hpp"
 #include "services/wire/channels.hpp"
 
@@ -146,6 +147,8 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   if (options.view) {
     plan.services.push_back(planner.Plan("map_viewer", FlagsOfViewer(), {}));
     plan.services.back().is_needed = false;
+    // One token for all viewers that are started in this run, so that pages and links stay valid.
+    plan.services.back().command.environment[kViewerTokenVariable] = ReadViewerToken().value_or(DrawViewerToken());
   }
   for (const Output& output : kOutputs) {
     if (std::count(options.outputs.begin(), options.outputs.end(), output.name) > 0)

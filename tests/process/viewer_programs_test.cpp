@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -139,4 +140,22 @@ TEST_CASE("a viewer that cannot start does not stop the mapping", "[viewer]") {
         std::string::npos);
   CHECK(stack.errors.find("map_viewer: --http 192.0.2.1:8765: Cannot assign requested address") != std::string::npos);
   CHECK(folder.Summary("out")["scans"] > 0);
+}
+
+TEST_CASE("a viewer takes the token in its environment; what is none is refused", "[viewer]") {
+  const TemporaryFolder folder;
+  const std::string url = MakeBusUrl();
+  const std::string token = "00112233445566778899aabbccddeeff";
+  setenv("CRSM_VIEWER_TOKEN", token.c_str(), 1);
+  {
+    Viewer viewer({"--lcm-url", url, "--http", "0.0.0.0:0"}, folder);
+    REQUIRE(viewer.AwaitReady());
+    CHECK(viewer.process().errors().find("/#token=" + token) != std::string::npos);
+  }
+  setenv("CRSM_VIEWER_TOKEN", "secret", 1);
+  const std::string expected = "CRSM_VIEWER_TOKEN: is not a token of 32 hexadecimal digits in lower case";
+  folder.CheckRefused("map_viewer", {"--lcm-url", url}, expected);
+  folder.CheckRefused("run_stack", {"sim:demo", "--lcm-url", url, "--out", folder / "out", "--view"}, expected);
+  unsetenv("CRSM_VIEWER_TOKEN");
+  CHECK_FALSE(std::filesystem::exists(folder / "out"));
 }
