@@ -7,6 +7,7 @@
 #include <cctype>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -21,6 +22,7 @@
 #include "services/run_stack/results_folder.hpp"
 #include "services/run_stack/signals.hpp"
 #include "services/run_stack/stack_plan.hpp"
+#include "services/run_stack/stack_viewer.hpp"
 #include "services/run_stack/supervisor.hpp"
 #include "services/settings/command_line.hpp"
 #include "services/settings/help.hpp"
@@ -115,7 +117,6 @@ void AskLaser(const StackOptions& options, CommandLine& command_line) {
   constexpr int kSteadyAfter = 5;  // scans: a motor may have come up to speed a moment ago
   const auto device = ParseDevice(options.source);
   if (!device) return;
-  CatchSignals();
   LiveLaser laser(*device, [&](const std::string& line) {
     Say(fmt::format("{}: {}: {}", command_line.program(), options.source, line));
   });
@@ -154,13 +155,16 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   }
   const BusRole role(address, kStackRole);
   CheckRolesAreFree(address, options);
+  CatchSignals();
+  ResultsFolder folder(command_line.settings().out, options.earlier);
+  std::optional<StackViewer> viewer;
+  if (options.view) viewer.emplace(PlanViewer(command_line, options, folder));  // there before anything is waited for
   AskLaser(options, command_line);
   Signals signals;
-  ResultsFolder folder(command_line.settings().out, options.earlier);
   if (!options.is_live()) StudyLaser(options.source, command_line);
   StackPlan plan = PlanStack(command_line, options, folder);
   SayWhatIsMissing(plan.replaced);
-  const bool success = Supervisor(std::move(plan), folder, signals).Run();
+  const bool success = Supervisor(std::move(plan), viewer ? &*viewer : nullptr, folder, signals).Run();
   if (success) return ReportOutcome(folder.path(), options.strict);
   if (fs::exists(folder.summary())) {
     Say(fmt::format("run_stack: failed; {} has what was mapped until then, and no verdict is given on that",

@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "common/logs/stop_request.hpp"
+
 namespace crsm {
 namespace {
 
@@ -14,10 +16,11 @@ void SetDefaults() {
 }  // namespace
 
 Signals::Signals() {
-  SetDefaults();
   sigemptyset(&awaited_);
   for (const int number : kAwaited) sigaddset(&awaited_, number);
   sigprocmask(SIG_BLOCK, &awaited_, nullptr);
+  SetDefaults();
+  if (StopRequested()) CountInterrupt();
 }
 
 void Signals::Wait(std::chrono::milliseconds longest) {

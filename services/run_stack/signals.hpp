@@ -11,6 +11,7 @@ class Signals {
  public:
   /// From now on SIGINT, SIGTERM and SIGHUP are counted and do nothing else, also where whoever started this process
   /// had them ignored, as a shell does for what runs in the background.
+  /// A request that this process has caught before (StopRequested) counts.
   Signals();
 
   /// Waits until a signal comes, the end of a child process too, or the time is over.

@@ -109,6 +109,10 @@ void SetPriorities(StackPlan& plan) {
   if (plan.publisher) plan.publisher->command.priority = Priority::kFirst;
 }
 
+bool IsInLockstep(const StackOptions& options, const Settings& settings) {
+  return !options.is_live() && settings.rate == "max";
+}
+
 std::vector<std::string> operator+(std::vector<std::string> words, const std::vector<std::string>& more) {
   words.insert(words.end(), more.begin(), more.end());
   return words;
@@ -121,8 +125,8 @@ bool StackOptions::is_live() const { return !has_publisher() || ParseDevice(sour
 StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options, const ResultsFolder& folder) {
   const Settings& settings = command_line.settings();
   const Planner planner(command_line, folder);
+  const bool in_lockstep = IsInLockstep(options, settings);
   // A configuration file may say what is right for services that run alone.
-  const bool in_lockstep = !options.is_live() && settings.rate == "max";
   std::vector<std::string> lockstep;
   if (in_lockstep) {
     lockstep = {"--lockstep"};
@@ -144,12 +148,6 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
                                               [&](const auto& service) { return !options.IsWithout(service.name); });
   plan.replaced.assign(std::move_iterator(replaced), std::move_iterator(plan.services.end()));
   plan.services.erase(replaced, plan.services.end());
-  if (options.view) {
-    plan.services.push_back(planner.Plan("map_viewer", FlagsOfViewer(), {}));
-    plan.services.back().is_needed = false;
-    // One token for all viewers that are started in this run, so that pages and links stay valid.
-    plan.services.back().command.environment[kViewerTokenVariable] = ReadViewerToken().value_or(DrawViewerToken());
-  }
   for (const Output& output : kOutputs) {
     if (std::count(options.outputs.begin(), options.outputs.end(), output.name) > 0)
       plan.services.push_back(planner.Plan(output.program, output.flags(), {}));
@@ -177,6 +175,19 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   if (plan.resume) plan.earlier_journal_bytes += fs::file_size(FindJournal(options.earlier.resume));
   if (!settings.localize.empty()) plan.earlier_journal_bytes += fs::file_size(FindJournal(settings.localize));
   return plan;
+}
+
+PlannedService PlanViewer(const CommandLine& command_line, const StackOptions& options, const ResultsFolder& folder) {
+  const Settings& settings = command_line.settings();
+  ProgramFlags flags = FlagsOfViewer();
+  std::erase(flags.settings, "http");
+  PlannedService viewer = Planner(command_line, folder).Plan("map_viewer", flags, {});
+  viewer.command.arguments.insert(viewer.command.arguments.end(), {"--http", settings.http});
+  viewer.is_needed = false;
+  // One token for all viewers that are started in this run, so that pages and links stay valid.
+  viewer.command.environment[kViewerTokenVariable] = ReadViewerToken().value_or(DrawViewerToken());
+  if (!IsInLockstep(options, settings)) viewer.command.priority = Priority::kLast;
+  return viewer;
 }
 
 fs::path FindPrograms() {

@@ -79,6 +79,9 @@ struct StackPlan {
 /// Of this command line's flags each process gets those that belong to it.
 StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options, const ResultsFolder& folder);
 
+/// The viewer of this stack, which is planned apart: it starts before it is known how the others are to be started.
+PlannedService PlanViewer(const CommandLine& command_line, const StackOptions& options, const ResultsFolder& folder);
+
 /// Where the programs are: CRSM_BIN_DIR in the environment, or where this one is.
 std::filesystem::path FindPrograms();
 

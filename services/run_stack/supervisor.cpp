@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <deque>
 #include <fstream>
 #include <stdexcept>
 #include <utility>
@@ -30,45 +29,12 @@ constexpr int kMostDeaths = 5;       // while no scan is mapped: there is a reas
 /// For the map of a journal is made before all else: of 200 kB a second on the slowest machine.
 seconds TimeToMap(std::uintmax_t journal_bytes) { return seconds(journal_bytes / 200'000); }
 
-std::uintmax_t SizeOf(const std::filesystem::path& file) {
-  std::error_code error;
-  const auto size = std::filesystem::file_size(file, error);
-  return error ? 0 : size;
-}
-
-/// Of what a process has said; empty where somebody has put something else there: a FIFO would let us wait.
-std::ifstream OpenLog(const std::filesystem::path& path) {
-  std::error_code error;
-  return std::filesystem::is_regular_file(path, error) ? std::ifstream(path) : std::ifstream();
-}
-
-std::deque<std::string> LastLines(const std::filesystem::path& path) {
-  constexpr std::size_t kNumLines = 10;
-  std::deque<std::string> lines;
-  std::ifstream file = OpenLog(path);
-  for (std::string line; std::getline(file, line);) {
-    lines.push_back(line);
-    if (lines.size() > kNumLines) lines.pop_front();
-  }
-  return lines;
-}
-
 }  // namespace
 
-/// Whether it has said so since it was started.
-bool Supervisor::Member::IsReady() const {
-  std::ifstream file = OpenLog(plan.command.log);
-  file.seekg(static_cast<std::streamoff>(log_begin));
-  const std::string ready = plan.name + ": ready";
-  for (std::string line; std::getline(file, line);) {
-    if (line == ready) return true;
-  }
-  return false;
-}
-
-Supervisor::Supervisor(StackPlan plan, ResultsFolder& folder, Signals& signals)
-    : plan_(std::move(plan)), folder_(folder), signals_(signals) {
-  for (const PlannedService& service : plan_.services) services_.push_back({service});
+Supervisor::Supervisor(StackPlan plan, StackViewer* viewer, ResultsFolder& folder, Signals& signals)
+    : plan_(std::move(plan)), folder_(folder), signals_(signals), viewer_(viewer) {
+  for (const PlannedService& service : plan_.services) services_.push_back(&planned_.emplace_back(Member{service}));
+  if (viewer) services_.push_back(&viewer->member());
   if (plan_.publisher) publisher_ = Member{*plan_.publisher};
   for (const Member* member : All()) {
     const std::filesystem::path& log = member->plan.command.log;
@@ -83,12 +49,11 @@ Supervisor::Supervisor(StackPlan plan, ResultsFolder& folder, Signals& signals)
 bool Supervisor::Run() {
   signals_.Wait(milliseconds(0));
   if (IsInterrupted()) return true;  // before there is anything to finish
-  for (Member& service : services_) {
+  for (Member& service : planned_) {
     Start(service, plan_.resume, plan_.resume ? service.plan.when_resuming_first : std::vector<std::string>());
   }
   // Also when interrupted: a process that is asked to finish must have got so far as to understand.
   if (WaitUntilReady(kPatience + TimeToMap(plan_.earlier_journal_bytes)) && !IsInterrupted()) {
-    SayWhereToLook();
     if (publisher_) {
       Start(*publisher_, false);
     }
@@ -101,25 +66,22 @@ bool Supervisor::Run() {
 }
 
 void Supervisor::Start(Member& member, bool resume, const std::vector<std::string>& own) {
-  Command command = member.plan.command;
-  const auto& more = resume ? member.plan.when_resuming : member.plan.when_new;
-  command.arguments.insert(command.arguments.end(), more.begin(), more.end());
-  command.arguments.insert(command.arguments.end(), own.begin(), own.end());
-  member.log_begin = SizeOf(command.log);
-  member.child.emplace(command);
+  std::vector<std::string> more = resume ? member.plan.when_resuming : member.plan.when_new;
+  more.insert(more.end(), own.begin(), own.end());
+  member.Start(more);
 }
 
 bool Supervisor::WaitUntilReady(seconds patience) {
   constexpr milliseconds kLookOften(20);
   const auto give_up = Clock::now() + patience;
-  for (Member& service : services_) {
-    while (!service.IsReady() && service.child) {
-      if (!service.IsRunning()) {
-        Report(service, fmt::format("failed ({})", service.child->DescribeEnd()));
-        service.child.reset();
+  for (Member* service : services_) {
+    while (!service->IsReady() && service->child) {
+      if (!service->IsRunning()) {
+        Report(*service, fmt::format("failed ({})", service->child->DescribeEnd()));
+        service->child.reset();
       } else if (Clock::now() >= give_up) {
-        Report(service, fmt::format("was not ready within {} s", patience.count()));
-        if (!service.plan.is_needed) break;
+        Report(*service, fmt::format("was not ready within {} s", patience.count()));
+        if (!service->plan.is_needed) break;
       }
       if (failed_ || !CheckFolder()) return false;
       Wait(kLookOften);
@@ -139,8 +101,9 @@ void Supervisor::WaitForEnd() {
     if (!CheckFolder()) return;
     PassOnComplaints();
     PassOnNews();
-    for (Member& service : services_) {
-      if (service.HasEnded() && !StartAgain(service)) return;
+    if (viewer_) viewer_->SayAddresses();
+    for (Member* service : services_) {
+      if (service->HasEnded() && !StartAgain(*service)) return;
     }
     LookAtDisk();
     if (plan_.live) ShowProgress();
@@ -172,12 +135,13 @@ bool Supervisor::StartAgain(Member& member) {
 /// what it lacks.
 void Supervisor::ReviveAll() {
   bool all_run = true;
-  for (Member& service : services_) {
-    if (!service.HasEnded()) continue;
-    if (!StartAgain(service)) return;
+  for (Member* service : services_) {
+    if (!service->HasEnded()) continue;
+    if (!StartAgain(*service)) return;
     all_run = false;
   }
-  if (!all_run || !std::all_of(services_.begin(), services_.end(), [](const Member& m) { return m.IsReady(); })) {
+  if (!all_run ||
+      !std::all_of(services_.begin(), services_.end(), [](const Member* member) { return member->IsReady(); })) {
     WaitUntilReady(kEndPatience + TimeToMap(folder_.JournalBytes().value_or(0)));
   }
 }
@@ -186,8 +150,8 @@ void Supervisor::ReviveAll() {
 void Supervisor::StopAll() {
   if (publisher_) Stop({&*publisher_});
   std::vector<Member*> others;
-  for (Member& service : services_) {
-    service.plan.name == "map_exporter" ? Stop({&service}) : others.push_back(&service);
+  for (Member* service : services_) {
+    service->plan.name == "map_exporter" ? Stop({service}) : others.push_back(service);
   }
   Stop(others);
   PassOnNews();
@@ -247,10 +211,7 @@ void Supervisor::Report(const Member& member, const std::string& what) {
   failed_ = failed_ || member.plan.is_needed;
   Say(fmt::format("run_stack: {} {}{}", member.plan.name, what,
                   member.plan.is_needed ? "" : ": the mapping goes on without it"));
-  const auto lines = LastLines(member.plan.command.log);
-  if (lines.empty()) return;
-  Say(fmt::format("last lines of {}:", member.plan.command.log.string()));
-  for (const std::string& line : lines) Say(line);
+  SayLastLines(member.plan.command.log);
 }
 
 /// What the processes have to say of a disk that is full, or has become read-only, is in logs on it.
@@ -305,27 +266,15 @@ void Supervisor::PassOn(const std::string& name, const std::function<bool(const 
   }
 }
 
-/// With a viewer: the address that it has said.
-void Supervisor::SayWhereToLook() const {
-  constexpr std::string_view kAddress = "map_viewer: http://";
-  std::ifstream file = OpenLog(LogOf("map_viewer"));
-  std::string last;
-  for (std::string line; std::getline(file, line);) {
-    if (line.starts_with(kAddress)) last = line.substr(line.find("http://"));
-  }
-  if (!last.empty()) Say(fmt::format("run_stack: the map is at {}", last));
-}
-
 std::filesystem::path Supervisor::LogOf(const std::string& name) const {
-  for (const Member& service : services_) {
-    if (service.plan.name == name) return service.plan.command.log;
+  for (const Member* service : services_) {
+    if (service->plan.name == name) return service->plan.command.log;
   }
   return {};
 }
 
-std::vector<Supervisor::Member*> Supervisor::All() {
-  std::vector<Member*> all;
-  for (Member& service : services_) all.push_back(&service);
+std::vector<Member*> Supervisor::All() {
+  std::vector<Member*> all = services_;
   if (publisher_) all.push_back(&*publisher_);
   return all;
 }

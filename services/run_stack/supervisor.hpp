@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -9,35 +10,24 @@
 #include <string>
 #include <vector>
 
-#include "services/run_stack/child.hpp"
+#include "services/run_stack/member.hpp"
 #include "services/run_stack/results_folder.hpp"
 #include "services/run_stack/signals.hpp"
 #include "services/run_stack/stack_plan.hpp"
+#include "services/run_stack/stack_viewer.hpp"
 
 namespace crsm {
 
 /// Starts the processes of a stack, watches them, starts again those that die, and ends them in their turn.
 class Supervisor {
  public:
-  Supervisor(StackPlan plan, ResultsFolder& folder, Signals& signals);
+  /// viewer: was started already, and is watched and ended with the others; null for none.
+  Supervisor(StackPlan plan, StackViewer* viewer, ResultsFolder& folder, Signals& signals);
 
   /// Until the publisher has published all, or somebody asks to end. Whether all went well; if not, why was said.
   bool Run();
 
  private:
-  /// A process, and what became of it.
-  struct Member {
-    PlannedService plan;
-    std::optional<Child> child = std::nullopt;  ///< none once its end was dealt with
-    std::uintmax_t log_begin = 0;               ///< where its log was when it was last started [bytes]
-    int num_deaths = 0;                         ///< since a scan was mapped
-    std::optional<std::uintmax_t> journal_bytes_at_death = std::nullopt;
-
-    bool IsRunning() { return child && child->IsRunning(); }
-    bool HasEnded() { return child && !child->IsRunning(); }
-    bool IsReady() const;
-  };
-
   void Start(Member& member, bool resume, const std::vector<std::string>& own = {});
   bool WaitUntilReady(std::chrono::seconds patience);
   void WaitForEnd();
@@ -55,14 +45,15 @@ class Supervisor {
   void PassOnComplaints();
   void PassOnNews();
   void PassOn(const std::string& name, const std::function<bool(const std::string&)>& is_wanted);
-  void SayWhereToLook() const;
   std::filesystem::path LogOf(const std::string& name) const;
   std::vector<Member*> All();
 
   StackPlan plan_;
   ResultsFolder& folder_;
   Signals& signals_;
-  std::vector<Member> services_;
+  StackViewer* viewer_;
+  std::deque<Member> planned_;
+  std::vector<Member*> services_;  ///< those, and the viewer
   std::optional<Member> publisher_;
   bool failed_ = false;
   int num_interrupts_heeded_ = 0;
