@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
@@ -17,6 +18,7 @@
 #include "services/base/viewer_token.hpp"
 #include "services/bus/bus.hpp"
 #include "services/bus/bus_role.hpp"
+#include "services/journal/journal.hpp"
 #include "services/journal/map_parameters.hpp"
 #include "services/run_stack/outcome.hpp"
 #include "services/run_stack/results_folder.hpp"
@@ -48,7 +50,8 @@ void AddOwnFlags(CommandLine& command_line, StackOptions& options) {
           ";\nlive: scans from another program on the bus, such as a laser driver or lcm-logplayer, until Ctrl-C");
   AddFlags(command_line, options.earlier);
   command_line.AddFlag("--strict", options.strict, "fail if the map is not to be trusted");
-  command_line.AddFlag("--view", options.view, "show the growing map in a browser; prints the address");
+  command_line.AddFlag("--view", options.view,
+                       "show the growing map in a browser, and the finished one until Ctrl-C; prints the address");
   std::vector<std::string> outputs;
   std::string help = "also publish pose and map for other programs";
   for (const Output& output : kOutputs) {
@@ -142,6 +145,25 @@ void CheckRolesAreFree(const BusAddress& address, const StackOptions& options) {
   }
 }
 
+/// The last words on a run that succeeded or not, and its exit code.
+int ReportEnd(bool success, const ResultsFolder& folder, const StackOptions& options) {
+  if (success) return ReportOutcome(folder.path(), options.strict);
+  if (fs::exists(folder.summary())) {
+    Say(fmt::format("run_stack: failed; {} has what was mapped until then, and no verdict is given on that",
+                    folder.path().string()));
+  }
+  return EXIT_FAILURE;
+}
+
+/// Whether there is something that map_viewer can show of a finished run.
+bool HasScans(const ResultsFolder& folder) {
+  try {
+    return ReadHead(folder.journal_folder()).has_value();
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+}
+
 int RunStack(CommandLine& command_line, const StackOptions& options) {
   const BusAddress address{command_line.settings().lcm_url, command_line.settings().channel_prefix};
   CheckUsage(command_line, options);
@@ -153,7 +175,7 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
     throw std::runtime_error(fmt::format("no programs in {}: run scripts/build, or set CRSM_BIN_DIR to their folder",
                                          FindPrograms().string()));
   }
-  const BusRole role(address, kStackRole);
+  std::optional<BusRole> role(std::in_place, address, kStackRole);
   CheckRolesAreFree(address, options);
   CatchSignals();
   ResultsFolder folder(command_line.settings().out, options.earlier);
@@ -165,12 +187,13 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   StackPlan plan = PlanStack(command_line, options, folder);
   SayWhatIsMissing(plan.replaced);
   const bool success = Supervisor(std::move(plan), viewer ? &*viewer : nullptr, folder, signals).Run();
-  if (success) return ReportOutcome(folder.path(), options.strict);
-  if (fs::exists(folder.summary())) {
-    Say(fmt::format("run_stack: failed; {} has what was mapped until then, and no verdict is given on that",
-                    folder.path().string()));
+  role.reset();  // another stack may use the bus while this one only shows its map
+  const int exit_code = ReportErrors(command_line.program(), [&] { return ReportEnd(success, folder, options); });
+  std::fflush(stdout);
+  if (viewer && viewer->has_address() && !signals.is_terminated() && HasScans(folder)) {
+    viewer->ShowFinished(folder.path(), signals);
   }
-  return EXIT_FAILURE;
+  return exit_code;
 }
 
 }  // namespace

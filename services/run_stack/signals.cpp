@@ -20,7 +20,10 @@ Signals::Signals() {
   for (const int number : kAwaited) sigaddset(&awaited_, number);
   sigprocmask(SIG_BLOCK, &awaited_, nullptr);
   SetDefaults();
-  if (StopRequested()) CountInterrupt();
+  if (StopRequested()) {
+    CountInterrupt();
+    is_terminated_ = true;  // it may have been
+  }
 }
 
 void Signals::Wait(std::chrono::milliseconds longest) {
@@ -29,7 +32,9 @@ void Signals::Wait(std::chrono::milliseconds longest) {
   const timespec none{};
   for (int number = sigtimedwait(&awaited_, nullptr, &first); number > 0;
        number = sigtimedwait(&awaited_, nullptr, &none)) {
-    if (number != SIGCHLD) CountInterrupt();
+    if (number == SIGCHLD) continue;
+    CountInterrupt();
+    if (number != SIGINT) is_terminated_ = true;
   }
 }
 

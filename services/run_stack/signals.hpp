@@ -21,6 +21,9 @@ class Signals {
   /// signal to a process and to its group.
   int num_interrupts() const { return num_interrupts_; }
 
+  /// Whether one of them was no Ctrl-C: somebody who is not at the terminal wants an end, or the terminal is closed.
+  bool is_terminated() const { return is_terminated_; }
+
   /// For a child process, before it becomes another program: as if this process had never touched them.
   static void Restore();
 
@@ -29,6 +32,7 @@ class Signals {
 
   sigset_t awaited_{};
   int num_interrupts_ = 0;
+  bool is_terminated_ = false;
   std::chrono::steady_clock::time_point last_interrupt_;
 };
 

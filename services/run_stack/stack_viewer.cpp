@@ -1,6 +1,7 @@
 #include "services/run_stack/stack_viewer.hpp"
 
 #include <fmt/core.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <string_view>
@@ -53,12 +54,38 @@ StackViewer::StackViewer(const PlannedService& plan) : member_{plan} {
 void StackViewer::SayAddresses() {
   const std::vector<std::string> addresses = ReadAddresses(member_);
   if (addresses.empty()) return;
-  http() = http().substr(0, http().rfind(':') + 1) + PortOf(addresses.front());
+  address_ = addresses.front().substr(0, addresses.front().find(' '));
+  http() = http().substr(0, http().rfind(':') + 1) + PortOf(address_);
   for (const std::string& address : addresses) {
     if (said_.insert(address.substr(0, address.find(' '))).second) {
       Say(fmt::format("run_stack: the map is at {}", address));
     }
   }
+}
+
+void StackViewer::ShowFinished(const std::filesystem::path& out, Signals& signals) {
+  const int num_interrupts = signals.num_interrupts();
+  const auto IsInterrupted = [&] { return signals.num_interrupts() != num_interrupts; };
+  member_.plan.command.arguments = {out.string(), "--http", http()};
+  member_.Start();
+  while (!member_.IsReady() && member_.IsRunning() && !IsInterrupted()) signals.Wait(kLookAtViewerEvery);
+  if (member_.IsRunning() && !IsInterrupted()) {
+    const std::vector<std::string> addresses = ReadAddresses(member_);
+    if (!addresses.empty()) address_ = addresses.front().substr(0, addresses.front().find(' '));
+    Say(fmt::format("run_stack: the map stays at {} until Ctrl-C", address_));
+  }
+  while (member_.IsRunning() && !IsInterrupted()) signals.Wait(seconds(1));
+  if (member_.HasEnded()) {
+    Say(fmt::format("run_stack: map_viewer failed ({}): the finished map is not shown", member_.child->DescribeEnd()));
+    return SayLastLines(member_.plan.command.log);
+  }
+  member_.child->Signal(SIGTERM);
+  const auto give_up = Clock::now() + kViewerPatience;
+  const int num_then = signals.num_interrupts();
+  while (member_.IsRunning() && signals.num_interrupts() == num_then && Clock::now() < give_up) {
+    signals.Wait(kLookAtViewerEvery);
+  }
+  member_.child->Signal(SIGKILL);  // where it has not heeded the first one
 }
 
 /// The value of its flag.

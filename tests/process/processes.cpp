@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <fstream>
@@ -201,7 +202,9 @@ Ended TemporaryFolder::Map(const std::string& source, const std::string& out, st
 
 Ended TemporaryFolder::MapWithStack(const std::string& source, const std::string& out,
                                     std::vector<std::string> flags) const {
+  const bool view = std::find(flags.begin(), flags.end(), "--view") != flags.end();
   Process stack = StartStack(source, out, MakeBusUrl(), std::move(flags));
+  if (view && stack.AwaitSaid("run_stack: the map stays at ")) stack.Signal(SIGINT);
   const int exit_code = stack.AwaitExit(kLongRun);
   INFO(stack.errors());
   REQUIRE(exit_code == 0);

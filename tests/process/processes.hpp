@@ -102,7 +102,7 @@ class TemporaryFolder {
   /// Runs a program to its end. What it says is also in files in log/.
   Ended Run(const std::string& program, const std::vector<std::string>& arguments) const;
   /// Maps a log or a world in one process, or in the processes of run_stack on a bus of their own; the results are in
-  /// `out`. The test fails where that does.
+  /// `out`. The test fails where that does. With --view, the finished map is shown no longer than until it is there.
   Ended Map(const std::string& source, const std::string& out, std::vector<std::string> flags = {}) const;
   Ended MapWithStack(const std::string& source, const std::string& out, std::vector<std::string> flags = {}) const;
   /// run_stack, while it runs.

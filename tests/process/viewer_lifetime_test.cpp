@@ -1,4 +1,4 @@
-// The page of run_stack --view, from before the first scan on.
+// The page of run_stack --view, from before the first scan until after the end of the run.
 
 #include <signal.h>
 
@@ -16,6 +16,7 @@ using namespace crsm;
 namespace {
 
 constexpr const char* kIsAt = "run_stack: the map is at ";
+constexpr const char* kStaysAt = "run_stack: the map stays at ";
 
 struct Link {
   std::string text;
@@ -48,6 +49,13 @@ class ViewedStack {
   const std::string& url() const { return url_; }
   Link link() const { return FindLink(stack_.errors(), kIsAt); }
 
+  /// Where it stays; the test fails if it does not.
+  Link AwaitStays() {
+    INFO(stack_.errors());
+    REQUIRE(stack_.AwaitSaid(kStaysAt));
+    return FindLink(stack_.errors(), kStaysAt);
+  }
+
  private:
   static std::vector<std::string> WithView(std::vector<std::string> flags) {
     flags.push_back("--view");
@@ -75,6 +83,91 @@ std::string StatusOfUpgrade(const Link& link, const std::string& token) {
 }
 
 }  // namespace
+
+TEST_CASE("when a run has ended its page stays at the same address, and shows the finished run", "[viewer]") {
+  ViewedStack stack("sim:demo", {"--http", "0.0.0.0:0", "--rate", "60"});
+  const Link live = stack.link();
+  Page page(live.port, live.query());
+  REQUIRE(page.Await([&] { return page->complete && page->version > 20; }));
+  CHECK(page->info.value("live", true));
+
+  const Link finished = stack.AwaitStays();
+  CHECK(finished.text == live.text);
+  CHECK_FALSE(page.Await([] { return false; }));  // its connection has ended
+  const nlohmann::json summary = stack.folder().Summary("out");
+  CHECK(stack.process().output().find("see " + (stack.folder() / "out").string()) != std::string::npos);
+  Page late(finished.port, finished.query());
+  REQUIRE(late.Await([&] { return late->complete && !late->info.is_null(); }));
+  CHECK(late->version == summary["map_version"]);
+  CHECK(late->info["live"] == false);
+  CHECK(late->info["scans"] == summary["scans"]);
+  CHECK(StatusOfUpgrade(finished, std::string(32, '0')) == "HTTP/1.1 401 Unauthorized");
+
+  CHECK(stack.process().Interrupt() == 0);
+  CHECK_FALSE(IsServed(finished));
+}
+
+TEST_CASE("a page that has some of the live map, and connects again, gets the whole finished map", "[viewer]") {
+  ViewedStack stack("sim:block", {});
+  const Link link = stack.link();
+  std::string cursor;
+  {
+    Page page(link.port, link.query());
+    page.Await([&] {
+      if (page->complete && page->version > 0) {
+        cursor = "&epoch=" + std::to_string(page->epoch) + "&version=" + std::to_string(page->version);
+      }
+      return false;
+    });
+  }
+  REQUIRE_FALSE(cursor.empty());
+  stack.AwaitStays();
+  Page fresh(link.port, link.query());
+  Page returned(link.port, link.query() + cursor);
+  for (Page* page : {&fresh, &returned}) {
+    REQUIRE(page->Await([&] { return (*page)->complete && !(*page)->info.is_null(); }));
+  }
+  CHECK((returned->ExploredTiles() == fresh->ExploredTiles()));  // without printing them
+  CHECK(returned->version == fresh->version);
+  CHECK(stack.process().Interrupt() == 0);
+}
+
+TEST_CASE("Ctrl-C ends a live run, and once more the page; SIGTERM ends both at once", "[viewer]") {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    ViewedStack stack("sim:demo", {"--rate", "2"});
+    const Link link = stack.link();
+    Page page(link.port, link.query());
+    REQUIRE(page.Await([&] { return page->complete && page->version > 5; }));
+    stack.process().Signal(signal);
+    if (signal == SIGINT) {
+      stack.AwaitStays();
+      Page finished(link.port, link.query());
+      REQUIRE(finished.Await([&] { return finished->complete && !finished->info.is_null(); }));
+      stack.process().Signal(SIGINT);
+    }
+    CHECK(stack.process().AwaitExit() == 0);
+    CHECK(stack.folder().Summary("out")["scans"] > 0);
+    CHECK((stack.process().errors().find(kStaysAt) != std::string::npos) == (signal == SIGINT));
+  }
+}
+
+TEST_CASE("SIGTERM ends a page that stays, and the exit code is that of the run", "[viewer]") {
+  ViewedStack stack("sim:demo", {"--strict", "--range-max-m", "0.6"});  // a laser that sees hardly a wall
+  stack.AwaitStays();
+  INFO(stack.process().output());
+  stack.process().Signal(SIGTERM);
+  CHECK(stack.process().AwaitExit() == 3);
+}
+
+TEST_CASE("a run that has mapped nothing leaves no page", "[viewer]") {
+  ViewedStack stack("live", {});
+  Page page(stack.link().port);  // which is there before any scan
+  REQUIRE(page.Await([&] { return page->info.contains("services"); }));
+  REQUIRE(stack.process().AwaitSaid("run_stack: listening; Ctrl-C ends"));
+  CHECK(stack.process().Interrupt() == 0);
+  CHECK(stack.process().errors().find(kStaysAt) == std::string::npos);
+  CHECK(stack.process().errors().find("map_viewer failed") == std::string::npos);
+}
 
 TEST_CASE("the page is there before the laser is, and ends with run_stack", "[viewer]") {
   ViewedStack stack("hokuyo:tcp://127.0.0.1:1", {});

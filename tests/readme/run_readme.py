@@ -64,6 +64,7 @@ UNRUN = {  # by how a command begins, behind sudo and variables
     "sysctl": "is for the whole machine",
 }
 NEEDS_LASER = re.compile(r"\b(?:hokuyo|rplidar|sick):")
+STAYS = "run_stack: the map stays at "  # with --view, until it is interrupted once more
 SEVERAL_SHELLS = "export LCM_DEFAULT_URL="
 
 
@@ -100,7 +101,7 @@ class Shell:
                 process.wait(interrupt_after_s)
             process.send_signal(signal.SIGINT)
         try:
-            code = process.wait(TIME_LIMIT_S)
+            code = self.await_exit(process)
         except subprocess.TimeoutExpired:
             code = f"none within {TIME_LIMIT_S} s"
         process.output.seek(0)
@@ -112,6 +113,21 @@ class Shell:
             missing = [name for name in RESULTS if not (self.folder / out[1] / name).is_file()]
             if missing:
                 raise Failed(f"{process.place}: no {', '.join(missing)} in {out[1]}: {process.text}\n{said}")
+
+    def await_exit(self, process):
+        """The exit code of a process, which is interrupted when it only shows its finished map."""
+        give_up = time.monotonic() + TIME_LIMIT_S
+        shows_map = False
+        while True:
+            try:
+                return process.wait(1.0)
+            except subprocess.TimeoutExpired:
+                if time.monotonic() > give_up:
+                    raise
+            said = os.pread(process.output.fileno(), 1 << 20, 0)  # a seek would move the place where it writes
+            if not shows_map and STAYS.encode() in said:
+                shows_map = True
+                process.send_signal(signal.SIGINT)
 
     def close(self):
         for process in self.started:

@@ -61,10 +61,10 @@ def await_address(log, patience_s=30):
     sys.exit(f"film: run_stack said no address within {patience_s} s:\n{log.read_text(errors='replace')}")
 
 
-def film(browser, stack):
-    """Pictures of the page until the stack has mapped everything."""
+def film(browser, stack, log):
+    """Pictures of the page until the stack has mapped everything, and only shows the finished map."""
     pictures = []
-    while stack.poll() is None:
+    while stack.poll() is None and "the map stays at" not in log.read_text(errors="replace"):
         began = time.monotonic()
         if browser.execute_async_script(FIT):
             pictures.append(take_picture(browser))
@@ -89,10 +89,10 @@ def main():
         try:
             browser = open_browser()
             browser.get(await_address(said))
-            pictures = film(browser, stack)
+            pictures = film(browser, stack, said)
             browser.quit()
         finally:
-            stack.send_signal(signal.SIGINT)
+            stack.send_signal(signal.SIGTERM)  # which ends it also while it shows the finished map
             stack.wait()
     if not pictures:
         sys.exit("film: the run ended before there was a picture; a smaller --rate helps")
