@@ -38,10 +38,11 @@ std::string ChooseToken(const HttpAddress& address) {
 /// Scenes behind an address, which is said on stderr.
 class Window {
  public:
-  Window(const CommandLine& command_line, std::vector<const Scene*> scenes, Counters& counters)
+  Window(const CommandLine& command_line, const ViewerOptions& options, std::vector<const Scene*> scenes,
+         Counters& counters)
       : address_(ParseHttpAddress(command_line.settings().http)),
         token_(ChooseToken(address_)),
-        site_(std::move(scenes), Access(address_.is_loopback, token_)),
+        site_(std::move(scenes), Access(address_.is_loopback, token_), options.folders),
         server_(
             address_, [this](const WebRequest& request) { return site_.Answer(request); }, counters) {
     const bool is_another_port = address_.port != 0 && server_.address().port != address_.port;
@@ -73,20 +74,21 @@ std::unique_ptr<CommandLine> ForRobot(const CommandLine& command_line, const std
   return of_robot;
 }
 
-void ShowLive(const CommandLine& command_line, const std::vector<std::string>& channel_prefixes) {
+void ShowLive(const CommandLine& command_line, const ViewerOptions& options) {
   // Messages gather for as long while clients are served: to wake up for each alone costs more than to handle it.
   constexpr auto kGatherFor = std::chrono::milliseconds(8);
   constexpr int kPageWait_ms = 5;
   std::deque<std::unique_ptr<CommandLine>> command_lines;
   std::deque<LiveRobot> robots;
   std::vector<const Scene*> scenes;
-  for (const std::string& prefix : channel_prefixes) {
+  const bool are_several = !options.robots.empty();
+  for (const std::string& prefix : are_several ? options.robots : std::vector{command_line.settings().channel_prefix}) {
     command_lines.push_back(ForRobot(command_line, prefix));
     robots.emplace_back(*command_lines.back());
     robots.back().service().SetState("showing");
     scenes.push_back(&robots.back().scene());
   }
-  Window window(command_line, std::move(scenes), robots.front().service().counters());
+  Window window(command_line, options, std::move(scenes), robots.front().service().counters());
   robots.front().service().Run(
       [&] {
         bool is_fetching = false;
@@ -101,7 +103,7 @@ void ShowLive(const CommandLine& command_line, const std::vector<std::string>& c
       kPageWait_ms);
 }
 
-void ShowFinished(const CommandLine& command_line, const std::vector<std::string>& folders) {
+void ShowFinished(const CommandLine& command_line, const ViewerOptions& options) {
   constexpr auto kLookForSignals = std::chrono::milliseconds(100);
   for (const char* setting : {"lcm_url", "channel_prefix"}) {
     if (command_line.WasGiven(setting)) {
@@ -110,12 +112,12 @@ void ShowFinished(const CommandLine& command_line, const std::vector<std::string
   }
   std::vector<std::unique_ptr<Scene>> runs;
   std::vector<const Scene*> scenes;
-  for (const std::string& folder : folders) {
+  for (const std::string& folder : options.folders) {
     runs.push_back(ReadFinishedRun(folder));
     scenes.push_back(runs.back().get());
   }
   Counters counters;
-  Window window(command_line, std::move(scenes), counters);
+  Window window(command_line, options, std::move(scenes), counters);
   Say(command_line.program() + ": ready");
   while (!StopRequested()) window.server().Serve(kLookForSignals);
 }
@@ -128,9 +130,7 @@ void Show(const CommandLine& command_line, const ViewerOptions& options) {
     if (options.folders.size() != 1) throw UsageError("--mcap: needs the DIR of one finished run");
     return WriteMcap(options.folders.front(), options.mcap);
   }
-  if (!options.folders.empty()) return ShowFinished(command_line, options.folders);
-  if (!options.robots.empty()) return ShowLive(command_line, options.robots);
-  ShowLive(command_line, {command_line.settings().channel_prefix});
+  options.folders.empty() ? ShowLive(command_line, options) : ShowFinished(command_line, options);
 }
 
 }  // namespace

@@ -66,18 +66,19 @@ void CheckReplaceable(const std::filesystem::path& file) {
 
 void WriteMcap(const std::string& results, const std::filesystem::path& file) {
   CheckReplaceable(file);
-  Scene scene(results);
   Replacement replacement(file.has_parent_path() ? file.parent_path() : ".");
-  replacement.Write(file.filename(), [&](const Sink& sink) {
-    Recorder recorder(scene, sink);
-    ReplayRun(results, scene, [&] {
-      if (StopRequested())
-        throw std::runtime_error(fmt::format("--mcap {}: stopped; nothing was written", file.string()));
-      recorder.Record();
-    });
-    recorder.Finish();
-  });
+  replacement.Write(file.filename(), [&](const Sink& sink) { WriteMcap(results, sink, StopRequested); });
   replacement.Rename();
+}
+
+void WriteMcap(const std::string& results, const Sink& sink, const std::function<bool()>& is_stopped) {
+  Scene scene(results);
+  Recorder recorder(scene, sink);
+  ReplayRun(results, scene, [&] {
+    if (is_stopped()) throw std::runtime_error("stopped; nothing was written");
+    recorder.Record();
+  });
+  recorder.Finish();
 }
 
 }  // namespace crsm

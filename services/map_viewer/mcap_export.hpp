@@ -1,7 +1,10 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
+
+#include "common/logs/replacement.hpp"
 
 namespace crsm {
 
@@ -10,5 +13,9 @@ namespace crsm {
 /// Throws std::runtime_error as ReadFinishedRun, or if the file cannot be written; it is there as a whole or not at
 /// all.
 void WriteMcap(const std::string& results, const std::filesystem::path& file);
+
+/// The same piece by piece. Throws std::runtime_error once `is_stopped` says so, which is asked after each
+/// scan; also if `sink` throws.
+void WriteMcap(const std::string& results, const Sink& sink, const std::function<bool()>& is_stopped);
 
 }  // namespace crsm

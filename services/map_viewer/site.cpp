@@ -13,8 +13,7 @@ namespace crsm {
 namespace {
 
 constexpr const char* kLayout = "/foxglove-layout.json";
-
-WebPage Refuse(unsigned status, const std::string& why) { return {status, WebPage().content_type, why + "\n"}; }
+constexpr const char* kFiles = "/files";
 
 std::string ContentTypeOf(std::string_view name) {
   if (name.ends_with(".html")) return "text/html; charset=utf-8";
@@ -24,14 +23,20 @@ std::string ContentTypeOf(std::string_view name) {
   return "text/javascript; charset=utf-8";
 }
 
+std::string_view PathOf(const WebRequest& request) {
+  return std::string_view(request.target).substr(0, request.target.find('?'));
+}
+
 WebPage FindFile(const WebRequest& request) {
-  const std::string_view path = std::string_view(request.target).substr(0, request.target.find('?'));
+  const std::string_view path = PathOf(request);
   const std::string_view name = path == "/" ? "index.html" : path.substr(std::min<std::size_t>(1, path.size()));
   for (const PageFile& file : kPageFiles) {
     if (file.name == name) return {200, ContentTypeOf(name), std::string(file.text)};
   }
   return Refuse(404, "not found");
 }
+
+WebPage RefuseToken() { return Refuse(401, "token: missing or wrong; the viewer printed it when it started"); }
 
 /// 0 where the query has no such number.
 std::int64_t FindNumber(const WebRequest& request, std::string_view key) {
@@ -51,7 +56,26 @@ WebAnswer Site::Answer(const WebRequest& request) const {
     return Refuse(403, "Origin: not this viewer");
   if (request.method != "GET" && request.method != "HEAD") return Refuse(405, "method: only GET and HEAD are allowed");
   if (request.target == kLayout) return WebPage{200, ContentTypeOf(kLayout), MakeFoxgloveLayout(Prefixes())};
+  if (PathOf(request) == kFiles || PathOf(request).starts_with(std::string(kFiles) + '/')) return AnswerFiles(request);
   return FindFile(request);
+}
+
+/// What a run has measured is for those alone who may see its map.
+WebAnswer Site::AnswerFiles(const WebRequest& request) const {
+  // A browser may ask for a page of another site, without an Origin.
+  if (!request.fetch_site.empty() && request.fetch_site != "same-origin" && request.fetch_site != "none") {
+    return Refuse(403, "Sec-Fetch-Site: not this viewer");
+  }
+  if (!AllowsTokenOf(request)) return RefuseToken();
+  const auto robot = static_cast<std::uint64_t>(FindNumber(request, "robot"));
+  if (robot >= scenes_.size()) return Refuse(404, "robot: no robot has this number");
+  const std::string_view path = PathOf(request);
+  if (path == kFiles) return files_->List(robot);
+  return files_->Find(robot, path.substr(std::string_view(kFiles).size() + 1));
+}
+
+bool Site::AllowsTokenOf(const WebRequest& request) const {
+  return access_.AllowsToken(FindInQuery(request.target, "token").value_or(""));
 }
 
 /// Before the topics of each scene, in Foxglove's names.
@@ -74,9 +98,7 @@ WebAnswer Site::AnswerUpgrade(const WebRequest& request) const {
   if (request.origin && !Access::AllowsOrigin(*request.origin, request.host, !page)) {
     return Refuse(403, "Origin: neither this viewer nor one that it knows");
   }
-  if (!access_.AllowsToken(FindInQuery(request.target, "token").value_or(""))) {
-    return Refuse(401, "token: missing or wrong; the viewer printed it when it started");
-  }
+  if (!AllowsTokenOf(request)) return RefuseToken();
   for (const char* subprotocol : FoxgloveFeed::kSubprotocols) {
     if (!page && Knows(request, subprotocol)) return WebFeed{subprotocol, MakeFoxgloveFeed()};
   }

@@ -1,6 +1,7 @@
 #include "services/map_viewer/web_server.hpp"
 
 #include <fmt/core.h>
+#include <sys/socket.h>
 
 #include <algorithm>
 #include <boost/asio/any_io_executor.hpp>
@@ -36,28 +37,37 @@ constexpr const char* kContentSecurityPolicy =
 
 WebRequest Describe(const http::request<http::empty_body>& header) {
   const auto Text = [](beast::string_view view) { return std::string(view.data(), view.size()); };
-  WebRequest request{Text(header.method_string()), Text(header.target()), {}, {}, websocket::is_upgrade(header), {}};
+  WebRequest request{
+      Text(header.method_string()), Text(header.target()), {}, {}, websocket::is_upgrade(header), {}, {}};
   // Of two headers that contradict each other neither is to be believed.
   if (header.count(http::field::host) == 1) request.host = Text(header[http::field::host]);
   if (header.count(http::field::origin) > 0) {
     request.origin = header.count(http::field::origin) == 1 ? Text(header[http::field::origin]) : "";
   }
+  request.fetch_site = Text(header["Sec-Fetch-Site"]);
   for (const auto& word : http::token_list(header[http::field::sec_websocket_protocol])) {
     request.subprotocols.push_back(Text(word));
   }
   return request;
 }
 
-http::response<http::string_body> MakeResponse(WebPage page, const http::request<http::empty_body>& request) {
-  http::response<http::string_body> response(static_cast<http::status>(page.status), 11);
-  response.set(http::field::content_type, page.content_type);
+/// The header of every answer.
+template <class Body>
+http::response<Body> MakeHeader(unsigned status, const std::string& content_type, std::uint64_t size) {
+  http::response<Body> response(static_cast<http::status>(status), 11);
+  response.set(http::field::content_type, content_type);
   response.set("Content-Security-Policy", kContentSecurityPolicy);
   response.set("X-Content-Type-Options", "nosniff");
   response.set("Referrer-Policy", "no-referrer");
   response.set("Cross-Origin-Resource-Policy", "same-origin");
   response.set(http::field::cache_control, "no-store");
   response.keep_alive(false);
-  response.content_length(page.body.size());
+  response.content_length(size);
+  return response;
+}
+
+http::response<http::string_body> MakeResponse(WebPage page, const http::request<http::empty_body>& request) {
+  auto response = MakeHeader<http::string_body>(page.status, page.content_type, page.body.size());
   if (request.method() != http::verb::head) response.body() = std::move(page.body);
   return response;
 }
@@ -112,7 +122,64 @@ class Client : public std::enable_shared_from_this<Client> {
     if (parser_.content_length().value_or(0) > 0 || parser_.chunked()) return Respond({413, {}, "too large\n"});
     WebAnswer answer = answer_(Describe(parser_.get()));
     if (auto* page = std::get_if<WebPage>(&answer)) return Respond(std::move(*page));
+    if (auto* file = std::get_if<WebFile>(&answer)) return Respond(std::move(*file));
+    if (auto* later = std::get_if<WebLater>(&answer)) return AwaitReply(std::move(*later));
     Upgrade(std::get<WebFeed>(std::move(answer)));
+  }
+
+  /// Looks for a reply until it is there, or the client is gone.
+  void AwaitReply(WebLater later) {
+    constexpr auto kLookEvery = std::chrono::milliseconds(50);
+    stream().expires_never();
+    timer_.expires_after(kLookEvery);
+    timer_.async_wait([self = shared_from_this(), later = std::move(later)](beast::error_code error) mutable {
+      if (error || self->IsGone()) return;
+      auto reply = later.poll();
+      if (!reply) return self->AwaitReply(std::move(later));
+      std::visit([&](auto& answer) { self->Respond(std::move(answer)); }, *reply);
+    });
+  }
+
+  bool IsGone() {
+    char byte = 0;
+    auto& socket = stream().socket();
+    return !socket.is_open() || recv(socket.native_handle(), &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
+  }
+
+  void Respond(WebFile file) {
+    counters_.Add("files_served");
+    file_header_ = MakeHeader<http::empty_body>(200, file.content_type, file.bytes->size());
+    file_header_.set(http::field::content_disposition, fmt::format("attachment; filename=\"{}\"", file.name));
+    file_ = parser_.get().method() == http::verb::head ? nullptr : std::move(file.bytes);
+    serializer_.emplace(file_header_);
+    stream().expires_after(WebServer::kRequestPatience);
+    http::async_write_header(stream(), *serializer_, [self = shared_from_this()](beast::error_code error, std::size_t) {
+      error ? self->Close() : self->SendRestOfFile();
+    });
+  }
+
+  /// Piece by piece: a file need not fit into memory, and a slow client has time for each piece.
+  void SendRestOfFile() {
+    constexpr std::uint64_t kPieceBytes = 1 << 16;
+    if (!file_ || file_sent_ == file_->size()) return Shutdown();
+    outgoing_.resize(std::min(kPieceBytes, file_->size() - file_sent_));
+    try {
+      file_->Read(file_sent_, {reinterpret_cast<std::uint8_t*>(outgoing_.data()), outgoing_.size()});
+    } catch (const std::runtime_error&) {
+      return Close();  // the client sees that bytes are missing
+    }
+    file_sent_ += outgoing_.size();
+    counters_.Add("bytes_sent", static_cast<std::int64_t>(outgoing_.size()));
+    stream().expires_after(WebServer::kRequestPatience);
+    asio::async_write(stream(), asio::buffer(outgoing_),
+                      [self = shared_from_this()](beast::error_code error, std::size_t) {
+                        error ? self->Close() : self->SendRestOfFile();
+                      });
+  }
+
+  void Shutdown() {
+    beast::error_code ignored;
+    stream().socket().shutdown(asio::socket_base::shutdown_both, ignored);
   }
 
   void Respond(WebPage page) {
@@ -120,10 +187,8 @@ class Client : public std::enable_shared_from_this<Client> {
     if (page.content_type.empty()) page.content_type = WebPage().content_type;
     response_ = MakeResponse(std::move(page), parser_.get());
     stream().expires_after(WebServer::kRequestPatience);
-    http::async_write(stream(), response_, [self = shared_from_this()](beast::error_code, std::size_t) {
-      beast::error_code ignored;
-      self->stream().socket().shutdown(asio::socket_base::shutdown_both, ignored);
-    });
+    http::async_write(stream(), response_,
+                      [self = shared_from_this()](beast::error_code, std::size_t) { self->Shutdown(); });
   }
 
   void Upgrade(WebFeed accepted) {
@@ -187,6 +252,11 @@ class Client : public std::enable_shared_from_this<Client> {
   beast::flat_buffer buffer_{WebServer::kMostHeaderBytes + 1024};
   http::request_parser<http::empty_body> parser_;
   http::response<http::string_body> response_;
+  asio::steady_timer timer_{websocket_.get_executor()};
+  http::response<http::empty_body> file_header_;
+  std::optional<http::response_serializer<http::empty_body>> serializer_;
+  std::shared_ptr<const Download> file_;
+  std::uint64_t file_sent_ = 0;  ///< bytes
   std::unique_ptr<Feed> feed_;
   beast::flat_buffer incoming_;
   std::string outgoing_;

@@ -10,6 +10,7 @@
 
 #include "services/base/status.hpp"
 #include "services/map_viewer/access.hpp"
+#include "services/map_viewer/download.hpp"
 #include "services/map_viewer/feed.hpp"
 
 namespace crsm {
@@ -22,6 +23,7 @@ struct WebRequest {
   std::optional<std::string> origin;
   bool is_upgrade = false;                ///< to WebSocket
   std::vector<std::string> subprotocols;  ///< of it, that the client knows
+  std::string fetch_site = {};            ///< Sec-Fetch-Site, which says whose page asks; empty where it is not said
 };
 
 /// A page, a file of it, or what is wrong with a request.
@@ -31,13 +33,30 @@ struct WebPage {
   std::string body;
 };
 
+/// What is wrong with a request, in a line.
+inline WebPage Refuse(unsigned status, const std::string& why) { return {status, WebPage().content_type, why + "\n"}; }
+
 /// A client that is told things from now on, by WebSocket.
 struct WebFeed {
   std::string subprotocol;
   std::unique_ptr<Feed> feed;
 };
 
-using WebAnswer = std::variant<WebPage, WebFeed>;
+/// A file that a client is to keep.
+struct WebFile {
+  std::string name;
+  std::string content_type;
+  std::shared_ptr<const Download> bytes;
+};
+
+using WebReply = std::variant<WebPage, WebFile>;
+
+/// A reply that takes its time, and is made elsewhere. It is asked for now and then, as long as the client is there.
+struct WebLater {
+  std::function<std::optional<WebReply>()> poll;
+};
+
+using WebAnswer = std::variant<WebPage, WebFile, WebLater, WebFeed>;
 
 /// Serves pages by HTTP and feeds by WebSocket, on one port and in the thread that calls Serve. It believes nobody:
 /// connections, sizes and times are limited, and who does not take what is sent is told the newest later or is closed.

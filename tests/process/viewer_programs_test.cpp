@@ -36,6 +36,46 @@ TEST_CASE("run_stack --view says where the map is, and its folder is shown witho
   CHECK(viewer.process().Interrupt() == 0);
 }
 
+TEST_CASE("the files of a finished run come to a browser whole, and run.mcap is made for it", "[viewer]") {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  folder.Map("sim:demo", "out");
+  Viewer viewer({out}, folder);
+  REQUIRE(viewer.AwaitReady());
+  const auto Ask = [&](const std::string& target) { return AskHttp(viewer.port(), target); };
+  const auto BodyOf = [](const std::string& answer) { return answer.substr(answer.find("\r\n\r\n") + 4); };
+
+  const auto list = nlohmann::json::parse(BodyOf(Ask("/files?robot=0")));
+  std::vector<std::string> names;
+  for (const nlohmann::json& file : list) {
+    const std::string name = file["name"];
+    names.push_back(name);
+    if (name == "run.mcap") continue;
+    const std::string answer = Ask("/files/" + name + "?robot=0");
+    CHECK(answer.starts_with("HTTP/1.1 200 OK\r\n"));
+    CHECK(answer.find("\r\nContent-Disposition: attachment; filename=\"" + name + "\"\r\n") != std::string::npos);
+    CHECK((BodyOf(answer) == ReadFile(out + "/" + name)));  // without printing them
+    CHECK(file["bytes"] == std::filesystem::file_size(out + "/" + name));
+  }
+  CHECK(names == std::vector<std::string>{"map.png", "map.pgm", "map.yaml", "overview.png", "trajectory.tum",
+                                          "graph.g2o", "summary.json", "run.mcap"});
+
+  const std::string file = folder / "run.mcap";
+  REQUIRE(folder.Run("map_viewer", {out, "--mcap", file}).exit_code == 0);
+  const std::string mcap = ReadFile(file);
+  // Two at a time get the same one; the page is served meanwhile.
+  TcpClient first(viewer.port());
+  TcpClient second(viewer.port());
+  for (TcpClient* client : {&first, &second}) client->Send("GET /files/run.mcap HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  CHECK(Ask("/").starts_with("HTTP/1.1 200 OK\r\n"));
+  for (TcpClient* client : {&first, &second}) CHECK((BodyOf(client->ReceiveAll()) == mcap));
+  // Who leaves gets none, and is no burden to the next.
+  TcpClient(viewer.port()).Send("GET /files/run.mcap HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  CHECK((BodyOf(Ask("/files/run.mcap")) == mcap));
+  TcpClient(viewer.port()).Send("GET /files/run.mcap HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  CHECK(viewer.process().Interrupt() == 0);
+}
+
 TEST_CASE("a run on a finished map is shown on that map, with its own path alone", "[viewer]") {
   const TemporaryFolder folder;
   folder.Map("sim:demo", "map");
