@@ -2,6 +2,7 @@
 // does, and says nothing else on the bus.
 
 #include <fmt/core.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <deque>
@@ -14,8 +15,10 @@
 #include "services/base/viewer_token.hpp"
 #include "services/map_viewer/access.hpp"
 #include "services/map_viewer/finished_run.hpp"
+#include "services/map_viewer/links.hpp"
 #include "services/map_viewer/live_robot.hpp"
 #include "services/map_viewer/mcap_export.hpp"
+#include "services/map_viewer/qr_code.hpp"
 #include "services/map_viewer/site.hpp"
 #include "services/map_viewer/web_server.hpp"
 #include "services/settings/command_line.hpp"
@@ -27,6 +30,7 @@ struct ViewerOptions {
   std::vector<std::string> folders;
   std::vector<std::string> robots;
   std::string mcap;
+  bool qr_code = false;
 };
 
 /// A token that was handed over stays valid when a viewer is started again. Empty where none is needed.
@@ -46,9 +50,13 @@ class Window {
         server_(
             address_, [this](const WebRequest& request) { return site_.Answer(request); }, counters) {
     const bool is_another_port = address_.port != 0 && server_.address().port != address_.port;
-    Say(fmt::format("{}: http://{}/{}{}", command_line.program(), FormatAuthority(server_.address()),
-                    token_.empty() ? "" : "#token=" + token_,
-                    is_another_port ? fmt::format(" (port {} is in use)", address_.port) : ""));
+    const std::vector<std::string> links = MakeLinks(server_.address(), token_, ListInterfaceAddresses());
+    for (const std::string& link : links) {
+      Say(fmt::format("{}: {}{}", command_line.program(), link,
+                      is_another_port ? fmt::format(" (port {} is in use)", address_.port) : ""));
+    }
+    if (address_.is_loopback || !(options.qr_code || isatty(STDERR_FILENO))) return;
+    for (const std::string& line : DrawQrCode(links.front())) Say(line);
   }
 
   WebServer& server() { return server_; }
@@ -148,6 +156,8 @@ int main(int argc, char** argv) {
                          "channel prefixes of several robots on one bus, shown side by side: robot1/ robot2/");
   command_line.AddOption("--mcap", options.mcap,
                          "write the run in DIR as an MCAP file for Foxglove and Lichtblick, and exit");
+  command_line.AddFlag("--qr-code", options.qr_code,
+                       "draw the link that other hosts can use as a QR code, also where stderr is no terminal");
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   return crsm::RunMain(command_line.program(), [&] { crsm::Show(command_line, options); });
 }

@@ -1,6 +1,7 @@
 #include "services/run_stack/stack_plan.hpp"
 
 #include <sched.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -184,6 +185,7 @@ PlannedService PlanViewer(const CommandLine& command_line, const StackOptions& o
   PlannedService viewer = Planner(command_line, folder).Plan("map_viewer", flags, {});
   viewer.command.arguments.insert(viewer.command.arguments.end(), {"--http", settings.http});
   viewer.is_needed = false;
+  if (isatty(STDERR_FILENO)) viewer.when_new = {"--qr-code"};  // its own stderr is a log
   // One token for all viewers that are started in this run, so that pages and links stay valid.
   viewer.command.environment[kViewerTokenVariable] = ReadViewerToken().value_or(DrawViewerToken());
   if (!IsInLockstep(options, settings)) viewer.command.priority = Priority::kLast;

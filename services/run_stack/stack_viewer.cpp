@@ -33,6 +33,17 @@ std::vector<std::string> ReadAddresses(const Member& member) {
   return addresses;
 }
 
+/// The lines of a code, which begin with its light margin.
+std::vector<std::string> ReadQrCode(const Member& member) {
+  std::vector<std::string> code;
+  std::ifstream file = OpenLog(member.plan.command.log);
+  file.seekg(static_cast<std::streamoff>(member.log_begin));
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("\u2588") || line.starts_with("\u2580")) code.push_back(line);
+  }
+  return code;
+}
+
 /// Of "http://127.0.0.1:8765/#token=ab" or "http://[::1]:8765/".
 std::string PortOf(const std::string& address) {
   const auto end = address.find('/', std::string_view("http://").size());
@@ -44,11 +55,12 @@ std::string PortOf(const std::string& address) {
 
 StackViewer::StackViewer(const PlannedService& plan) : member_{plan} {
   const auto give_up = Clock::now() + kViewerPatience;
-  member_.Start();
+  member_.Start(plan.when_new);
   while (!member_.IsReady() && member_.IsRunning() && !StopRequested() && Clock::now() < give_up) {
     std::this_thread::sleep_for(kLookAtViewerEvery);
   }
   SayAddresses();
+  for (const std::string& line : ReadQrCode(member_)) Say(line);
 }
 
 void StackViewer::SayAddresses() {

@@ -91,10 +91,12 @@ TEST_CASE("every answer tells the browser to fetch nothing from elsewhere, and n
 }
 
 TEST_CASE("a viewer that is reached from elsewhere wants its token", "[viewer]") {
-  AloneViewer viewer({"--http", "0.0.0.0:0"});
+  AloneViewer viewer({"--http", "0.0.0.0:0", "--qr-code"});
   const std::string said = viewer.process().errors();
   const auto at = said.find("/#token=");
   REQUIRE(at != std::string::npos);
+  CHECK(said.find("http://0.0.0.0") == std::string::npos);                                // which leads nowhere
+  CHECK(said.find(std::string("\n") + "\u2588\u2588\u2588\u2588") != std::string::npos);  // the margin of a QR code
   const std::string token = said.substr(at + 8, 32);
   const auto Upgrade = [&](const std::string& query) {
     return WebSocketClient(viewer.port(), kPage + query, PageFeed::kSubprotocol).status();
