@@ -50,6 +50,16 @@ TrackingState TrackingState::OnFinishedMap(const MatchConstants& constants) {
   return state;
 }
 
+TrackingState TrackingState::MovedTo(const Pose2& T_map_laser) const {
+  TrackingState moved = *this;
+  if (recent_.empty()) return moved;
+  moved.recent_.erase(moved.recent_.begin(), moved.recent_.end() - 1);
+  moved.recent_.back().T_map_laser = T_map_laser;
+  moved.recent_.back().state = MatchState::kOk;
+  moved.num_lost_ = 0;
+  return moved;
+}
+
 void TrackingState::Add(const ScanMatch& match, const AfterMatch& after) {
   wheels_.Add(recent_, match);
   LearnMotionError(match);

@@ -53,6 +53,9 @@ class TrackingState {
   void BeginSession(Onset onset);
   /// The same; the robot stands near T_map_laser.
   void BeginSessionNear(const Pose2& T_map_laser);
+  /// The same state of a robot of which somebody says that it stands at T_map_laser, and stands still. Before the first
+  /// scan nothing changes.
+  TrackingState MovedTo(const Pose2& T_map_laser) const;
   Onset onset() const { return onset_; }
   /// With kNear the place that is known, with kAnywhere that of the last scan.
   const Pose2& T_map_guess() const { return T_map_guess_; }

@@ -6,7 +6,7 @@ enum Layer {
   PATH("Path", "the path of the laser, corrected by the loop closures so far"),
   HITS("Hits", "the hits of the last scan, at its matched pose"),
   CRITICAL_RAYS("Critical rays", "the critical rays; the colour shows what the map has at their ends"),
-  UNCERTAINTY("Uncertainty", "an ellipse of three standard deviations, and the degenerate direction"),
+  UNCERTAINTY("Uncertainty", "an ellipse that holds 95 %, and the degenerate direction"),
   TEXT("Text", "state, pose, and the meaning of the colours");
 
   final String title;

@@ -10,6 +10,7 @@ final class Robot {
 
   final MapReplica replica;
   private ScanMatch match;  // of the newest scan; null before the first
+  private long matched_ns;  // when that came
   private ScanRays rays;    // of the same scan; null where they did not come
   private final Map<Long, ScanRays> scans_by_utime = new LinkedHashMap<>();
   private long num_malformed = 0;
@@ -35,6 +36,7 @@ final class Robot {
       has_joined = false;
     }
     match = newest;
+    matched_ns = System.nanoTime();
     rays = scans_by_utime.get(newest.utime);
   }
 
@@ -44,6 +46,11 @@ final class Robot {
 
   ScanMatch match() {
     return match;
+  }
+
+  /** Since the last match came. */
+  double matchAgeS() {
+    return 1e-9 * (System.nanoTime() - matched_ns);
   }
 
   /** Whether its trajectory floated until a few seconds ago, and is on the map since. */

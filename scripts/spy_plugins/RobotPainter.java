@@ -19,7 +19,7 @@ final class RobotPainter {
   static final Color RAY_ON_WALL = new Color(0, 150, 70);
   static final Color RAY_IN_UNEXPLORED = new Color(235, 140, 0);
   static final Color RAY_ON_FREE = new Color(220, 30, 40);
-  private static final double STANDARD_DEVIATIONS = 3;
+  private static final double STANDARD_DEVIATIONS = Math.sqrt(5.991);  // that hold 95 % in two dimensions
 
   private final Graphics2D g;
   private final Viewport view;
@@ -104,14 +104,11 @@ final class RobotPainter {
   /** The eigenvectors of the position's covariance are the axes of the ellipse. */
   private void paintUncertainty(ScanMatch match) {
     if (match.isUnknown()) return;
-    double xx = match.covariance[0], xy = match.covariance[1], yy = match.covariance[3];
-    double middle = 0.5 * (xx + yy);
-    double spread = Math.hypot(0.5 * (xx - yy), xy);
-    double long_m = STANDARD_DEVIATIONS * Math.sqrt(middle + spread);
-    double short_m = STANDARD_DEVIATIONS * Math.sqrt(Math.max(0, middle - spread));
+    double long_m = STANDARD_DEVIATIONS * match.sigmaAlongM();
+    double short_m = STANDARD_DEVIATIONS * match.sigmaAcrossM();
     AffineTransform to_pixels = view.toPixels();
     to_pixels.translate(match.x_m, match.y_m);
-    to_pixels.rotate(0.5 * Math.atan2(2 * xy, xx - yy));
+    to_pixels.rotate(match.alongRad());
     g.setColor(colourOf(match));
     g.setStroke(new BasicStroke(1.5f));
     g.draw(to_pixels.createTransformedShape(new Ellipse2D.Double(-long_m, -short_m, 2 * long_m, 2 * short_m)));

@@ -73,12 +73,37 @@ final class ScanMatch {
     return covariance[0] >= UNKNOWN_M2;
   }
 
+  /** As map_viewer's page says it. */
   String describeState() {
-    switch (state) {
-      case scan_match_t.FIRST: return "FIRST";
-      case scan_match_t.OK: return "OK";
-      case scan_match_t.LOST: return "LOST";
-      default: return "DEGENERATE";
+    if (state == scan_match_t.LOST) return "LOST";
+    if (floating) return "FLOATING";
+    if (state == scan_match_t.DEGENERATE) {
+      return "DEGENERATE along " + toAxisDegrees(Math.atan2(degenerate_axis[1], degenerate_axis[0])) + "\u00b0";
     }
+    return state == scan_match_t.FIRST ? "START" : "OK";
+  }
+
+  /** Standard deviation in the direction in which the position is known worst [m]. */
+  double sigmaAlongM() {
+    return Math.sqrt(Math.max(0, 0.5 * (covariance[0] + covariance[3]) + spread()));
+  }
+
+  /** The same at right angles to it. */
+  double sigmaAcrossM() {
+    return Math.sqrt(Math.max(0, 0.5 * (covariance[0] + covariance[3]) - spread()));
+  }
+
+  /** Of the direction in which the position is known worst. */
+  double alongRad() {
+    return 0.5 * Math.atan2(2 * covariance[1], covariance[0] - covariance[3]);
+  }
+
+  private double spread() {
+    return Math.hypot(0.5 * (covariance[0] - covariance[3]), covariance[1]);
+  }
+
+  /** 0 to 179: an axis has no sign. */
+  static long toAxisDegrees(double angle_rad) {
+    return (Math.round(Math.toDegrees(angle_rad)) + 180) % 180;
   }
 }

@@ -19,6 +19,7 @@ final class TextPainter {
   private static final int LINE_PIXELS = 17;
   private static final int MARGIN_PIXELS = 10;
   private static final double LONG_UNANSWERED_S = 3;
+  private static final double LONGEST_PAUSE_S = 3;  // as on map_viewer's page
 
   private final Graphics2D g;
   private final int width_pixels;
@@ -36,7 +37,7 @@ final class TextPainter {
     Robot robot = follower.robot;
     ScanMatch match = robot.match();
     List<String> lines = new ArrayList<>();
-    lines.add(match == null ? "no SCAN_MATCH has come yet" : describe(match));
+    lines.add(match == null ? "waiting for a pose" : describe(match, robot.matchAgeS()));
     if (match != null) lines.add(describePose(match));
     if (match != null && match.floating) {
       lines.add(say("floating: not joined to the map yet (trajectory %d)", match.trajectory));
@@ -52,15 +53,17 @@ final class TextPainter {
     return String.format(Locale.ROOT, format, values);
   }
 
-  private static String describe(ScanMatch match) {
-    return say("%s    fitness %.2f    %d critical rays", match.describeState(), match.fitness, match.num_critical);
+  private static String describe(ScanMatch match, double age_s) {
+    if (age_s > LONGEST_PAUSE_S) return say("no pose for %d s", (long) age_s);
+    return say("%s    fitness %.3f    %d critical rays", match.describeState(), match.fitness, match.num_critical);
   }
 
   private static String describePose(ScanMatch match) {
-    String pose = say("x %.2f m    y %.2f m    yaw %.1f\u00b0", match.x_m, match.y_m, Math.toDegrees(match.yaw_rad));
+    String pose = say("x %.2f m    y %.2f m    heading %.1f\u00b0", match.x_m, match.y_m, Math.toDegrees(match.yaw_rad));
     if (match.isUnknown()) return pose + "    nothing is known of the place";
-    double sigma_m = Math.sqrt(match.covariance[0] + match.covariance[3]);
-    return pose + say("    \u00b1 %.3f m, %.2f\u00b0", sigma_m, Math.toDegrees(Math.sqrt(match.covariance[5])));
+    return pose + say("    \u00b1 along %d\u00b0 %.1f cm, across %.1f cm, heading %.2f\u00b0",
+                      ScanMatch.toAxisDegrees(match.alongRad()), 100 * match.sigmaAlongM(), 100 * match.sigmaAcrossM(),
+                      Math.toDegrees(Math.sqrt(match.covariance[5])));
   }
 
   private static List<String> describeMap(RobotFollower follower) {
@@ -69,11 +72,11 @@ final class TextPainter {
     if (replica.map().isEmpty()) {
       lines.add("no map has come yet");
     } else {
-      lines.add(say("map version %d    %d tiles    cells of %s m    %.1f m driven", replica.version(),
-                    replica.map().numTiles(), replica.map().cell_size_m, replica.path().lengthM()));
+      lines.add(say("%d scans    %.0f m driven    cells of %s m", replica.version(), replica.path().lengthM(),
+                    replica.map().cell_size_m));
     }
     if (follower.unansweredS() > LONG_UNANSWERED_S) {
-      lines.add(say("map_updater has not answered for %.0f s: does it run?", follower.unansweredS()));
+      lines.add(say("map_updater silent for %.0f s", follower.unansweredS()));
     }
     if (follower.robot.numMalformed() + replica.numRefusedTiles() > 0) {
       lines.add(say("%d malformed messages, %d refused tiles", follower.robot.numMalformed(),

@@ -16,10 +16,12 @@
 #include "common/results/json_text.hpp"
 #include "common/scan/deskew.hpp"
 #include "services/base/process.hpp"
+#include "services/diagnosis/break_news.hpp"
 #include "services/journal/earlier_results.hpp"
 #include "services/journal/journal.hpp"
 #include "services/journal/map_parameters.hpp"
 #include "services/map_viewer/join_news.hpp"
+#include "services/map_viewer/run_facts.hpp"
 #include "services/settings/command_line.hpp"
 
 namespace crsm {
@@ -75,8 +77,20 @@ class Run {
     scene.SetPath(path, true);
   }
 
+  /// The scan that was read last.
+  void AddTo(Timeline& timeline) const {
+    const bool is_kept = last_scan_.rays.size() > 0 && of_last_scan_ + 1 == matches_.size();
+    const CriticalRays scan = is_kept ? LastScan() : CriticalRays();
+    timeline.Add(matches_.back(), is_kept ? &scan : nullptr);
+  }
+
+  void ShowTimeline(Timeline timeline, Scene& scene) const {
+    for (std::size_t i = 0; i < matches_.size(); ++i) timeline.SetMatch(i, BestMatch(i));
+    scene.SetTimeline(std::move(timeline));
+  }
+
   /// All else that is to be seen of a run that has ended.
-  void ShowEnd(Scene& scene) const {
+  void ShowEnd(const std::filesystem::path& results, Scene& scene) const {
     for (const ScanMatch& match : matches_) {
       scene.AddSample({match.utime, static_cast<float>(match.fitness), match.state});
     }
@@ -87,7 +101,17 @@ class Run {
     }
     scene.SetLoops(mapper_->PlaceLoops());
     const PathSketch& path = scene.path();
-    const nlohmann::json info{{"live", false}, {"scans", path.num_matches()}, {"lost", path.num_lost()}};
+    const MapPieces pieces = mapper_->FindPieces();
+    nlohmann::json info = ReadRunFacts(results, matches_.size());
+    info.update({{"live", false},
+                 {"scans", path.num_matches()},
+                 {"lost", path.num_lost()},
+                 {"loops_closed", pieces.num_closed},
+                 {"localised", finished_map_.has_value()}});
+    if (!matches_.empty()) info["truth"] = ReadTruth(results, BestMatch(0));
+    for (const Break& at : pieces.breaks) {
+      info["breaks"].push_back({{"scan", at.scan}, {"text", DescribeBreak(at)}, {"joined", at.joined()}});
+    }
     scene.SetInfo(ToText(info));
   }
 
@@ -137,9 +161,11 @@ class Run {
 
 std::unique_ptr<Scene> ReadFinishedRun(const std::string& results) {
   auto scene = std::make_unique<Scene>(results);
-  const Run run(results, [](const Run&) {});
+  Timeline timeline;
+  const Run run(results, [&](const Run& so_far) { so_far.AddTo(timeline); });
   run.ShowMapAndPath(*scene);
-  run.ShowEnd(*scene);
+  run.ShowEnd(results, *scene);
+  run.ShowTimeline(std::move(timeline), *scene);
   return scene;
 }
 

@@ -32,12 +32,18 @@ LiveRobot::LiveRobot(const CommandLine& command_line)
                      [this](std::span<const TileChange> changes) { return Apply(changes); },
                      [this](const ScanMatch& match) { Add(match); }}) {
   Bus& bus = service_.bus();
-  bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel, kSelectorRole,
-                                      [this](const critical_rays_t& message) { scans_.Hold(FromMessage(message)); });
+  bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel, kSelectorRole, [this](const critical_rays_t& message) {
+    scan_heard_ = Clock::now();
+    scans_.Hold(FromMessage(message));
+  });
   bus.SubscribeToOne<scan_match_t>(kScanMatchChannel, kMatcherRole,
                                    [this](const scan_match_t& message) { Hear(message); });
   bus.SubscribeToOne<bot_core::pose_t>(kLocalPoseChannel, kMatcherRole,
                                        [this](const bot_core::pose_t& message) { Hear(message); });
+  scene_.SetStartHandler([this](const Pose2& T_map_laser) {
+    service_.counters().Add("start_told");
+    service_.bus().Publish(kStartPoseChannel, ToPoseMessage(0, T_map_laser));
+  });
   bus.Subscribe<service_status_t>(kEveryServiceStatus, [this](const service_status_t& status) { Keep(status); });
 }
 
@@ -67,6 +73,7 @@ void LiveRobot::Add(const ScanMatch& match) {
 }
 
 void LiveRobot::Hear(const scan_match_t& message) {
+  match_heard_ = Clock::now();
   last_match_ = FromMessage(message);
   if (last_match_->map_version == 0) ForgetRun();
   scene_.AddSample({last_match_->utime, static_cast<float>(last_match_->fitness), last_match_->state});
@@ -153,6 +160,9 @@ void LiveRobot::ShowInfo() {
   next_info_ = now + std::chrono::seconds(1);
   statuses_[service_.name()] = {service_.MakeStatus(), now};
   nlohmann::json info{{"live", true}, {"scans", path_.num_matches()}, {"lost", path_.num_lost()}};
+  for (const auto& [name, heard] : {std::pair("scan_age_s", scan_heard_), std::pair("match_age_s", match_heard_)}) {
+    if (heard) info[name] = std::chrono::duration<double>(now - *heard).count();
+  }
   if (const auto& pieces = map_follower_.replica().pieces()) info["loops_closed"] = pieces->num_closed;
   for (const auto& [name, heard] : statuses_) {
     info["services"].push_back(DescribeService(heard.status, std::chrono::duration<double>(now - heard.heard).count()));

@@ -85,6 +85,8 @@ class LiveRobot {
   HeldByUtime<LocalPose, 4096> local_poses_;
   std::optional<Pose2> T_best_local_;  ///< from the frame that never jumps onto the map that is shown
 
+  std::optional<Clock::time_point> scan_heard_;
+  std::optional<Clock::time_point> match_heard_;
   std::map<std::string, HeardStatus> statuses_;
   std::deque<StageTimes> stage_times_;  ///< once a second
   Clock::time_point next_info_{};

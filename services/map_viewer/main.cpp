@@ -1,5 +1,5 @@
-// map_viewer: what the others say -> a page in a browser, and Foxglove. Read-only: it asks for the map as an exporter
-// does, and says nothing else on the bus.
+// map_viewer: what the others say -> a page in a browser, and Foxglove. All that it says on the bus: it asks for the map as
+// an exporter does, and tells a robot that is localised where it is, when somebody points there.
 
 #include <fmt/core.h>
 #include <unistd.h>

@@ -1,8 +1,11 @@
 #include "services/map_viewer/page_feed.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
+#include "common/math/parse_number.hpp"
+#include "common/math/trigonometry.hpp"
 #include "common/results/json_text.hpp"
 #include "services/map_viewer/little_endian.hpp"
 
@@ -11,7 +14,7 @@ namespace {
 
 constexpr std::size_t kMostMapBytes = 256 * 1024;  // of a message: a slow client is told of the robot in between
 
-enum RecordKind : std::uint8_t { kMap = 1, kRobot = 2, kPath = 3, kSamples = 4, kInfo = 5 };
+enum RecordKind : std::uint8_t { kMap = 1, kRobot = 2, kPath = 3, kSamples = 4, kInfo = 5, kTimeline = 6 };
 
 void AppendRecord(std::string& message, RecordKind kind, const std::string& record) {
   Append(message, kind);
@@ -21,11 +24,15 @@ void AppendRecord(std::string& message, RecordKind kind, const std::string& reco
 
 float Narrow(double value) { return static_cast<float>(value); }
 
+std::uint8_t PathState(const ScanMatch& match) {
+  constexpr std::uint8_t kFloating = 4;  // lost or not: nothing is known of its place on the map that is shown
+  return match.floating ? kFloating : static_cast<std::uint8_t>(match.state);
+}
+
 void AppendPathPoint(std::string& record, const ScanMatch& match) {
   Append(record, Narrow(match.T_map_laser.x_m));
   Append(record, Narrow(match.T_map_laser.y_m));
-  constexpr std::uint8_t kFloating = 4;  // lost or not: nothing is known of its place on the map that is shown
-  Append(record, match.floating ? kFloating : static_cast<std::uint8_t>(match.state));
+  Append(record, PathState(match));
 }
 
 }  // namespace
@@ -38,7 +45,8 @@ PageFeed::PageFeed(const Scene& scene, std::vector<std::string> names, const Cur
 
 std::optional<Feed::Message> PageFeed::Next() {
   Message message;
-  if (robot_told_ != scene_.robot_change()) AddRobot(message.bytes);
+  if (timeline_told_ != scene_.timeline().size()) AddTimeline(message.bytes);
+  if (robot_told_ != scene_.robot_change() || scan_wanted_) AddRobot(message.bytes);
   if (samples_told_ != scene_.num_samples()) AddSamples(message.bytes);
   if (map_told_ != scene_.map().last_change()) AddMap(message.bytes);
   if (path_generation_ != scene_.path_generation() || path_told_ != scene_.path().kept().size()) {
@@ -86,7 +94,9 @@ void PageFeed::AddMap(std::string& message) {
 
 void PageFeed::AddRobot(std::string& message) {
   robot_told_ = scene_.robot_change();
-  const auto& [match, scan] = scene_.robot();
+  const auto wanted = std::exchange(scan_wanted_, std::nullopt);
+  const auto& [match, scan] =
+      wanted ? SceneRobot{scene_.timeline().match(*wanted), scene_.timeline().scan(*wanted)} : scene_.robot();
   std::string record;
   Append(record, match.utime);
   Append(record, static_cast<std::uint8_t>(match.state));
@@ -106,6 +116,52 @@ void PageFeed::AddRobot(std::string& message) {
   Append(record, static_cast<std::uint16_t>(scan.critical.size()));
   for (const int index : scan.critical) Append(record, static_cast<std::uint16_t>(index));
   AppendRecord(message, kRobot, record);
+}
+
+bool PageFeed::Hear(std::string_view message, bool is_text) {
+  constexpr std::string_view kScan = "scan ";
+  constexpr std::string_view kStart = "start ";
+  if (!is_text) return false;
+  if (message.starts_with(kScan)) return HearScan(message.substr(kScan.size()));
+  return message.starts_with(kStart) && HearStart(message.substr(kStart.size()));
+}
+
+bool PageFeed::HearScan(std::string_view text) {
+  const auto number = ParseNumber<std::size_t>(text);
+  if (!number || *number >= scene_.timeline().size()) return false;
+  scan_wanted_ = number;
+  return true;
+}
+
+bool PageFeed::HearStart(std::string_view text) const {
+  constexpr double kFurthest_m = 1e6;  // as wire.cpp takes poses
+  std::vector<double> numbers;
+  for (std::size_t at = 0; at <= text.size();) {
+    const std::size_t end = std::min(text.size(), text.find(' ', at));
+    const auto number = ParseNumber<double>(text.substr(at, end - at));
+    if (!number || numbers.size() == 3 || !(std::abs(*number) <= kFurthest_m)) return false;
+    numbers.push_back(*number);
+    at = end + 1;
+  }
+  return numbers.size() == 3 && scene_.StartAt({numbers[0], numbers[1], WrapAngle(numbers[2])});
+}
+
+void PageFeed::AddTimeline(std::string& message) {
+  const Timeline& timeline = scene_.timeline();
+  timeline_told_ = timeline.size();
+  std::string record;
+  Append(record, static_cast<std::uint32_t>(timeline.size()));
+  const auto AppendAll = [&](const auto& of_match) {
+    for (std::size_t i = 0; i < timeline.size(); ++i) Append(record, of_match(timeline.match(i)));
+  };
+  AppendAll([](const ScanMatch& match) { return static_cast<double>(match.utime) * 1e-6; });
+  AppendAll([](const ScanMatch& match) { return Narrow(match.T_map_laser.x_m); });
+  AppendAll([](const ScanMatch& match) { return Narrow(match.T_map_laser.y_m); });
+  AppendAll([](const ScanMatch& match) { return Narrow(match.T_map_laser.yaw_rad); });
+  AppendAll([](const ScanMatch& match) { return Narrow(match.fitness); });
+  AppendAll([](const ScanMatch& match) { return static_cast<std::int32_t>(match.trajectory); });
+  AppendAll(PathState);
+  AppendRecord(message, kTimeline, record);
 }
 
 void PageFeed::AddPath(std::string& message) {

@@ -23,6 +23,12 @@ namespace crsm {
 ///   3 path     generation u32, first point u32, number of points u32, of each x y f32 [m], state u8, or 4: it floats
 ///   4 samples  number u32, of each time f64 [s], fitness f32, state u8
 ///   5 info     JSON: names of all robots, loops, the newest news and how many there were, and Scene::info
+///   6 timeline of a run that has ended: number of scans u32, and of all of them time f64 [s], then of all x, y, yaw
+///   f32
+///              [m, m, rad], then fitness f32, trajectory i32, state u8 as of the path
+///
+/// A page may ask for one of these scans by the text "scan NUMBER": it comes as the robot. By "start X Y YAW" [m, m,
+/// rad] it says where a robot is that is localised on a finished map.
 class PageFeed : public Feed {
  public:
   static constexpr const char* kSubprotocol = "crsm.view.v1";
@@ -38,15 +44,17 @@ class PageFeed : public Feed {
 
   std::optional<Message> Next() override;
   bool has_more() const override { return has_more_; }
-  /// A page has nothing to say.
-  bool Hear(std::string_view, bool) override { return false; }
+  bool Hear(std::string_view message, bool is_text) override;
 
  private:
+  bool HearScan(std::string_view number);
+  bool HearStart(std::string_view pose) const;
   void AddMap(std::string& message);
   void AddRobot(std::string& message);
   void AddPath(std::string& message);
   void AddSamples(std::string& message);
   void AddInfo(std::string& message);
+  void AddTimeline(std::string& message);
 
   const Scene& scene_;
   std::vector<std::string> names_;
@@ -58,6 +66,8 @@ class PageFeed : public Feed {
   std::size_t path_told_ = 0;
   std::int64_t samples_told_ = 0;
   ChangeNumber info_told_ = 0;
+  std::size_t timeline_told_ = 0;           ///< scans
+  std::optional<std::size_t> scan_wanted_;  ///< of the timeline
 };
 
 }  // namespace crsm

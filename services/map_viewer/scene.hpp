@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "common/metrics/path_sketch.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
+#include "services/map_viewer/timeline.hpp"
 
 namespace crsm {
 
@@ -110,6 +112,10 @@ class Scene {
   /// How many there were: the last of samples() is the one before this number.
   std::int64_t num_samples() const { return num_samples_; }
 
+  /// Of a run that has ended: it does not change any more.
+  void SetTimeline(Timeline timeline) { timeline_ = std::move(timeline); }
+  const Timeline& timeline() const { return timeline_; }
+
   /// Those that hold are shown.
   void SetLoops(std::vector<PlacedLoop> loops);
   const std::vector<PlacedLoop>& loops() const { return loops_; }
@@ -118,6 +124,14 @@ class Scene {
   void AddNews(const std::vector<std::string>& lines);
   const std::string& newest_news() const { return newest_news_; }
   std::int64_t num_news() const { return num_news_; }
+
+  /// What is done when somebody says where the robot is; nothing can be where none was set.
+  void SetStartHandler(std::function<void(const Pose2&)> start_at) { start_at_ = std::move(start_at); }
+  /// False where nothing can be done.
+  bool StartAt(const Pose2& T_map_laser) const {
+    if (start_at_) start_at_(T_map_laser);
+    return start_at_ != nullptr;
+  }
 
   /// What else is to be told, as one JSON object: services, counts.
   void SetInfo(std::string json);
@@ -134,9 +148,11 @@ class Scene {
   ChangeNumber robot_change_ = 0;
   std::deque<SceneSample> samples_;
   std::int64_t num_samples_ = 0;
+  Timeline timeline_;
   std::vector<PlacedLoop> loops_;
   std::string newest_news_;
   std::int64_t num_news_ = 0;
+  std::function<void(const Pose2&)> start_at_;
   std::string info_ = "{}";
   ChangeNumber info_change_ = 1;
 };

@@ -49,6 +49,8 @@ MatcherStage::MatcherStage(const CommandLine& command_line, MakeMatcher make_mat
   service_.TakeRole(kMatcherRole);
   service_.bus().SubscribeToOne<critical_rays_t>(
       kCriticalRaysChannel, kSelectorRole, [this](const critical_rays_t& message) { Receive(FromMessage(message)); });
+  service_.bus().SubscribeBytes(kStartPoseChannel,
+                                [this](std::span<const std::uint8_t> bytes) { return ReceiveStart(bytes); });
   if (!settings_.odometry) return;
   const std::string channel = settings_.odometry_topic.empty() ? kOdometryChannel : settings_.odometry_topic;
   service_.bus().SubscribeBytes(channel, [this](std::span<const std::uint8_t> bytes) {
@@ -73,6 +75,23 @@ void MatcherStage::Run() {
 /// A scan whose match was lost on the way is answered at once, also while another one waits.
 void MatcherStage::Receive(CriticalRays scan) {
   if (!AnswerAgain(scan.utime)) scans_.Push(std::move(scan));
+}
+
+/// Somebody says where the robot is. While a map is made that would tear it.
+bool MatcherStage::ReceiveStart(std::span<const std::uint8_t> bytes) {
+  const auto told = DecodePose(bytes);
+  if (!told || !told->T_odom_robot) return false;
+  const TrackingState& tracking = map_.replica().tracking();
+  if (!tracking.on_finished_map() || tracking.empty()) {
+    service_.Complain("start_ignored",
+                      fmt::format("{}: START_POSE is ignored: it is for a robot that is localised on a "
+                                  "finished map, after its first scan",
+                                  service_.name()));
+    return true;
+  }
+  told_start_ = told->T_odom_robot;
+  service_.counters().Add("start_told");
+  return true;
 }
 
 bool MatcherStage::AnswerAgain(std::int64_t utime) {
@@ -213,6 +232,8 @@ void MatcherStage::Match(const CriticalRays& scan, const std::optional<Pose2>& T
   const MapReplica& replica = map_.replica();
   TrackingState tracking = replica.tracking();
   if (last_match_ && !WasAnswered(last_match_->utime)) tracking.Add(*last_match_);  // the map is late; this counts
+  const auto told_start = std::exchange(told_start_, std::nullopt);
+  if (told_start && tracking.on_finished_map()) tracking = tracking.MovedTo(*told_start);
   last_match_ = MatchScan(*matcher_, scan, tracking, T_odom_robot, matching_);
   last_match_->map_version = replica.version();
   T_local_map_ = tracking.T_local_map();

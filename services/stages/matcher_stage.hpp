@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "common/match/match_scan.hpp"
 #include "common/match/matcher.hpp"
@@ -20,7 +21,7 @@ namespace crsm {
 /// All that a match depends on comes with messages: the rays, their odometry, the map and the tracking state from the
 /// map's owner. A matcher that is started anew goes on where the last one stood. A scan that comes once more gets its
 /// last answer once more, before anything else; each new one waits for the map that the last one made: without an end
-/// in lockstep, else for a bounded time.
+/// in lockstep, else for a bounded time. On a finished map START_POSE tells where the next scan is searched.
 class MatcherStage {
  public:
   MatcherStage(const CommandLine& command_line, MakeMatcher make_matcher);
@@ -33,6 +34,7 @@ class MatcherStage {
 
  private:
   void Receive(CriticalRays scan);
+  bool ReceiveStart(std::span<const std::uint8_t> bytes);
   bool AnswerAgain(std::int64_t utime);
   bool Answer(const CriticalRays& scan);
   bool MapIsCurrent();
@@ -55,6 +57,7 @@ class MatcherStage {
   MakeMatcher make_matcher_;
   std::unique_ptr<Matcher> matcher_;  ///< none before the map's owner was heard
   MatchedMap map_;
+  std::optional<Pose2> told_start_;      ///< for the next scan on a finished map
   std::optional<ScanMatch> last_match_;  ///< sent once more when its scan comes once more
   Pose2 T_local_map_;                    ///< of the tracking state when that was found
   Clock::time_point last_match_time_{};

@@ -19,6 +19,7 @@ inline constexpr const char* kScanMatchChannel = "SCAN_MATCH";        // crsm.sc
 inline constexpr const char* kPoseChannel = "POSE";                   // bot_core.pose_t
 inline constexpr const char* kLocalPoseChannel = "POSE_LOCAL";        // bot_core.pose_t, in a frame that never jumps
 inline constexpr const char* kTruePoseChannel = "TRUE_POSE";          // bot_core.pose_t, of simulated worlds
+inline constexpr const char* kStartPoseChannel = "START_POSE";        // bot_core.pose_t, where a robot is told to stand
 inline constexpr const char* kMapDeltaChannel = "MAP_DELTA";          // crsm.map_delta_t
 inline constexpr const char* kMapRequestChannel = "MAP_REQUEST";      // crsm.map_request_t
 inline constexpr const char* kMapPageChannel = "MAP_PAGE";            // crsm.map_page_t, of what is matched to
@@ -38,11 +39,11 @@ inline bool IsOfStack(std::string_view process) {
   return std::find(kProcesses.begin(), kProcesses.end(), process) != kProcesses.end();
 }
 // On which no laser can be.
-inline constexpr const char* kChannelsOfStack[]{kOdometryChannel, kCriticalRaysChannel,    kScanMatchChannel,
-                                                kPoseChannel,     kLocalPoseChannel,       kTruePoseChannel,
-                                                kMapDeltaChannel, kMapRequestChannel,      kMapPageChannel,
-                                                kWholeMapChannel, kScanRequestChannel,     kScanAnswerChannel,
-                                                kKeyframeChannel, kKeyframeRequestChannel, kPoseGraphChannel};
+inline constexpr const char* kChannelsOfStack[]{
+    kOdometryChannel,   kCriticalRaysChannel, kScanMatchChannel,       kPoseChannel,
+    kLocalPoseChannel,  kTruePoseChannel,     kStartPoseChannel,       kMapDeltaChannel,
+    kMapRequestChannel, kMapPageChannel,      kWholeMapChannel,        kScanRequestChannel,
+    kScanAnswerChannel, kKeyframeChannel,     kKeyframeRequestChannel, kPoseGraphChannel};
 // In journals only.
 inline constexpr const char* kJournalHeadChannel = "JOURNAL_HEAD";    // crsm.journal_head_t, the first event
 inline constexpr const char* kJournalCheckChannel = "JOURNAL_CHECK";  // crsm.journal_check_t, behind each stretch

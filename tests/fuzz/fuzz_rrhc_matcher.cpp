@@ -1,7 +1,9 @@
-// MAP_DELTA, MAP_PAGE and CRITICAL_RAYS, as rrhc_matcher takes them: its answer must be one that map_updater believes.
+// MAP_DELTA, MAP_PAGE, CRITICAL_RAYS and START_POSE, as rrhc_matcher takes them: its answer must be one that map_updater
+// believes.
 
 #include "input.hpp"
 #include "matcher_replica.hpp"
+#include "services/wire/pose_types.hpp"
 
 namespace crsm {
 namespace {
@@ -25,11 +27,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace crsm;
   MatcherReplica matcher({.start = Pose2{}}, QuickConstants());  // what looks on the whole map has a target of its own
   MessageReader messages({data, size});
+  std::optional<Pose2> told_start;
   while (const auto bytes = messages.Next()) {
     matcher.Handle(*bytes);
+    if (const auto pose = DecodePose(*bytes)) told_start = pose->T_odom_robot;
     const auto scan = Decode<critical_rays_t>(*bytes);
     if (!scan || !matcher.has_map() || IsLostFromTheStart(matcher.tracking())) continue;
-    matcher.Match(*scan, matcher.tracking());
+    const TrackingState& tracking = matcher.tracking();
+    const bool is_told = told_start && tracking.on_finished_map() && !tracking.empty();
+    matcher.Match(*scan, is_told ? tracking.MovedTo(*told_start) : tracking);
+    told_start.reset();
   }
   return 0;
 }

@@ -1,5 +1,6 @@
 // SCAN_MATCH, CRITICAL_RAYS, WHOLE_MAP and SERVICE_STATUS, as map_viewer shows them: whatever came, what pages and
-// Foxglove's programs are told must be JSON that holds no number that is none (JSON writes it as null).
+// Foxglove's programs are told must be JSON that holds no number that is none (JSON writes it as null). And what a page
+// says.
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -43,6 +44,13 @@ void CheckPage(std::string_view message) {
 class View {
  public:
   View() {
+    ScanMatch match;
+    Timeline timeline;
+    for (match.utime = 0; match.utime < 20; ++match.utime) timeline.Add(match, nullptr);
+    scene_.SetTimeline(std::move(timeline));
+    scene_.SetStartHandler([](const Pose2& T_map_laser) {
+      if (!Decode<bot_core::pose_t>(Encode(ToPoseMessage(0, T_map_laser)))) std::abort();  // the matcher would refuse it
+    });
     foxglove_.Next();  // who it is
     foxglove_.Next();  // the channels
     std::string subscriptions;
@@ -53,6 +61,7 @@ class View {
   }
 
   void Handle(std::span<const std::uint8_t> bytes) {
+    page_.Hear({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, true);
     if (const auto rays = Decode<critical_rays_t>(bytes)) scan_ = FromMessage(*rays);
     if (const auto match = Decode<scan_match_t>(bytes)) Show(FromMessage(*match));
     if (auto page = Decode<map_page_t>(bytes)) HandleAsAsked(std::move(*page), replica_);

@@ -218,6 +218,18 @@ TEST_CASE("matches that are forged from the first scan on are refused, and the m
   course.CheckSameMap();
 }
 
+TEST_CASE("who says where the robot is while a map is made changes nothing in it, which is counted and said once") {
+  Course course;
+  TestBus bus(course.url);
+  REQUIRE(course.stack.StartPublisher(course.folder / "run.lcm", "max"));
+  CHECK(bus.Await([&] {
+    bus->Publish(kStartPoseChannel, ToPoseMessage(0, {5.0, 5.0, 1.0}));
+    return !course.stack["laser_publisher"].IsRunning();
+  }));
+  CHECK(CountOf("START_POSE is ignored", course.stack["rrhc_matcher"].errors()) == 1);
+  course.CheckSameMap();
+}
+
 TEST_CASE("who asks for the map without a pause is answered seldom, and does not keep the others from mapping") {
   Course course;
   TestBus bus(course.url);

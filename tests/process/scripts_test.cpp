@@ -97,7 +97,7 @@ TEST_CASE("scripts/packages names each of its steps, and shows how far the compi
        {"packages: 1 of 6: installing what is missing\nsetup --packages\n", "packages: 2 of 6: configuring",
         "packages: 3 of 6: compiling\n[1/2] Building CXX object\n",
         "packages: 4 of 6: making the packages\npackages: 5 of 6: making the tarball\n",
-        "packages: 6 of 6: checking the packages with lintian\nlintian --fail-on error out/packages/crsm-slam.deb\n",
+        "packages: 6 of 6: checking the packages with lintian\nlintian --fail-on error,warning out/packages/crsm-slam.deb\n",
         "\tout/packages/crsm-slam.deb\n"}) {
     CAPTURE(text);
     const std::size_t at = ended.output.find(text);

@@ -47,6 +47,7 @@ final class WireTest {
     test("a message that is cut anywhere, or too long, is malformed", WireTest::refuseCut);
     test("a message of another type is malformed", WireTest::refuseOtherType);
     test("a count that is hostile is malformed, and takes no memory", WireTest::refuseCounts);
+    test("a match is described by the words of the page", WireTest::describeMatch);
     test("values that are not finite or out of range are malformed", WireTest::refuseValues);
     test("of 300,000 messages with wrong bytes none does harm", WireTest::surviveWrongBytes);
   }
@@ -66,6 +67,26 @@ final class WireTest {
     check(Arrays.equals(read.twist, new double[] {0.5, 0, -3}), "twist");
     checkEqual(read.trajectory, 3, "trajectory");
     checkEqual(read.floating, true, "floating");
+  }
+
+  private static void describeMatch() {
+    ScanMatch match = new ScanMatch();
+    match.state = scan_match_t.FIRST;
+    checkEqual(match.describeState(), "START", "first");
+    match.state = scan_match_t.OK;
+    checkEqual(match.describeState(), "OK", "matched");
+    match.floating = true;
+    checkEqual(match.describeState(), "FLOATING", "floats");
+    match.state = scan_match_t.LOST;
+    checkEqual(match.describeState(), "LOST", "lost");
+    match.floating = false;
+    match.state = scan_match_t.DEGENERATE;
+    match.degenerate_axis[0] = match.degenerate_axis[1] = -Math.sqrt(0.5);
+    checkEqual(match.describeState(), "DEGENERATE along 45\u00b0", "degenerate");
+    double[] covariance = {4e-4, 0, 0, 9e-4, 0, 0};
+    System.arraycopy(covariance, 0, match.covariance, 0, 6);
+    check(Math.abs(match.sigmaAlongM() - 0.03) < 1e-12 && Math.abs(match.sigmaAcrossM() - 0.02) < 1e-12, "sigmas");
+    checkEqual(ScanMatch.toAxisDegrees(match.alongRad()), 90L, "the direction of the larger one");
   }
 
   private static void readRays() throws Exception {

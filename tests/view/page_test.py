@@ -7,7 +7,6 @@ Debian's chromium, chromium-driver and python3-selenium (scripts/setup --view). 
 reader of MCAP files look at a run as well.
 """
 
-import contextlib
 import json
 import os
 import pathlib
@@ -20,31 +19,18 @@ import tempfile
 import time
 
 SKIPPED = 77
-PATIENCE_S = 90
+HERE = pathlib.Path(__file__).parent
 WHOLE_WITHIN_S = 1.0  # what a late page may take
 
 try:
-    from browser import open_chromium
+    from harness import BIN, PATIENCE_S, Browser, Stack, await_that, check, free_port
     from selenium.webdriver import ActionChains
-except ImportError:
-    print("skipped: there is no Selenium (python3-selenium)")
+except ImportError as error:
+    print(f"skipped: {error} (python3-selenium)")
     sys.exit(SKIPPED)
 
-BIN = pathlib.Path(sys.argv[1]).resolve()
-PICTURES = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else None
-
-# What the page knows of its first robot.
-STATE = """
-const callback = arguments[0];
-import('/main.js').then(({robots}) => {
-  const {model} = robots[0];
-  callback({connected: model.connected, version: Number(model.cursor.version), epoch: String(model.cursor.epoch),
-            x_m: model.robot && model.robot.x_m, y_m: model.robot && model.robot.y_m, tiles: model.map.tiles.size,
-            loops: Number(document.getElementById('loops').textContent), path: model.path.length,
-            services: model.info.services.length, state: document.getElementById('state').textContent,
-            toast: document.getElementById('toast').textContent});
-});
-"""
+import states
+import timeline
 
 # The map alone, a pixel a cell: size and grey values from the upper left.
 MAP_PIXELS = """
@@ -62,7 +48,7 @@ SEEN = """
 const callback = arguments[0];
 import('/main.js').then(({robots}) => {
   const {model, view} = robots[0];
-  view.shows_rays = false;
+  view.layers.rays = false;
   view.fit();
   view.camera.px = 40;
   view.draw(performance.now());
@@ -163,120 +149,20 @@ import('/main.js').then(({robots}) => {
   const {setLineDash} = context;
   context.setLineDash = (dash) => { dashes.push(dash.length); setLineDash.call(context, dash); };
   model.take({...robot, kind: 'robot', floating: true, trajectory: 3});
+  model.take({...info, kind: 'info', services: [], scan_age_s: 0, match_age_s: 0});
   soon(() => {
-    const floats = text('floating');
+    const floats = text('why');
     const number = model.num_news + 1;
     model.take({...info, kind: 'info', news: {number, text: 'joined: trajectory 3 with the map'}});
     model.tell('corrected');
     model.take({...robot, kind: 'robot', floating: false, trajectory: 3});
     soon(() => {
       context.setLineDash = setLineDash;
-      callback({floats, is_dashed: dashes.includes(2), after: text('floating'), toast: text('toast')});
+      callback({floats, is_dashed: dashes.includes(2), after: text('why'), toast: text('toast')});
     });
   });
 });
 """
-
-
-def check(holds, what):
-    if not holds:
-        raise AssertionError(what)
-    print(f"  {what}", flush=True)
-
-
-def await_that(condition, what):
-    give_up = time.monotonic() + PATIENCE_S
-    while not condition():
-        if time.monotonic() > give_up:
-            raise AssertionError(f"not in {PATIENCE_S} s: {what}")
-        time.sleep(0.05)
-    print(f"  {what}", flush=True)
-
-
-def free_port(kind):
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
-
-
-class Stack:
-    """Processes on a bus of their own. Each can be killed and started again."""
-
-    def __init__(self, out):
-        self.out = out
-        self.url = f"udpm://239.255.76.67:{free_port(socket.SOCK_DGRAM)}?ttl=0"
-        self.http = f"127.0.0.1:{free_port(socket.SOCK_STREAM)}"
-        self.processes = {}
-
-    def start(self, name, *flags):
-        log = open(self.out / f"{name}.log", "a+", encoding="utf-8")
-        began = log.seek(0, os.SEEK_END)
-        process = subprocess.Popen([BIN / name, *flags, "--lcm-url", self.url], stdin=subprocess.DEVNULL, stdout=log,
-                                   stderr=log)
-        self.processes[name] = process
-
-        def is_ready():
-            log.seek(began)
-            return f"{name}: ready" in log.read()
-        await_that(is_ready, f"{name} is ready")
-
-    def start_all(self):
-        self.start_updater()
-        for name in ("loop_closer", "ray_selector", "rrhc_matcher"):
-            self.start(name)
-        self.start("map_exporter", "--out", self.out, "--export-period-s", "0.5")
-        self.start_viewer()
-
-    def start_updater(self, *flags):
-        self.start("map_updater", "--journal", self.out / "journal", *flags)
-
-    def start_viewer(self):
-        self.start("map_viewer", "--http", self.http)
-
-    def kill(self, name):
-        self.processes[name].kill()
-        self.processes[name].wait()
-
-    def end(self):
-        for process in self.processes.values():
-            with contextlib.suppress(ProcessLookupError):
-                process.send_signal(signal.SIGINT)
-        for process in self.processes.values():
-            process.wait(PATIENCE_S)
-
-
-class Browser:
-    def __init__(self, url, size="1440,960"):
-        self.driver = open_chromium(size, "--disable-gpu", logs={"browser": "ALL", "performance": "ALL"})
-        self.driver.set_script_timeout(30)
-        self.driver.get(url)
-
-    def run(self, script):
-        return self.driver.execute_async_script(script)
-
-    def state(self):
-        return self.run(STATE)
-
-    def errors(self):
-        """What the console has of errors, but for connections to a viewer that was killed."""
-        return [entry["message"] for entry in self.driver.get_log("browser")
-                if entry["level"] == "SEVERE" and "WebSocket connection to" not in entry["message"]]
-
-    def asked_for(self):
-        """All addresses that the page has asked for something."""
-        addresses = set()
-        for entry in self.driver.get_log("performance"):
-            message = json.loads(entry["message"])["message"]
-            if message["method"] == "Network.requestWillBeSent":
-                addresses.add(message["params"]["request"]["url"])
-            elif message["method"] == "Network.webSocketCreated":
-                addresses.add(message["params"]["url"])
-        return addresses
-
-    def picture(self, name):
-        if PICTURES:
-            PICTURES.mkdir(parents=True, exist_ok=True)
-            self.driver.save_screenshot(str(PICTURES / f"{name}.png"))
 
 
 def read_png(path):
@@ -393,7 +279,7 @@ def test_floating(browser):
     seen = browser.run(FLOATING)
     check(seen["floats"] == "floating: not joined to the map yet (trajectory 3)", "what floats is said")
     check(seen["is_dashed"], "and dashed")
-    check(seen["after"] == "" and seen["toast"] == "joined: trajectory 3 with the map", "and so is a join, for a while")
+    check("floating" not in seen["after"] and seen["toast"] == "joined: trajectory 3 with the map", "and so is a join, for a while")
 
 
 def test_phone(url):
@@ -444,6 +330,8 @@ def test_live(stack):
         check(browser.errors() == [], "the console has no errors")
         test_draws_whatever_comes(browser)
         test_phone(url)
+        states.test_every_state(url, read_axe_core())
+        states.test_fuzz(url)
         test_asks_nobody_else(stack, browser)
     finally:
         browser.driver.quit()
@@ -464,16 +352,24 @@ def install_packages(here):
     return packages if done.returncode == 0 else None
 
 
+def read_axe_core():
+    """The code of axe-core, which looks for what keeps people from reading a page; empty where npm does not bring it."""
+    packages = install_packages(HERE)
+    if not packages:
+        print("  skipped: npm is not here, or does not reach its registry: no axe-core")
+        return ""
+    return (packages / "node_modules/axe-core/axe.min.js").read_text()
+
+
 def test_foxglove(out, http):
     """By programs that others wrote, where npm brings them."""
-    here = pathlib.Path(__file__).parent
-    packages = install_packages(here)
+    packages = install_packages(HERE)
     if not packages:
         print("  skipped: npm is not here, or does not reach its registry: no client of Foxglove's own")
         return
     mcap = out / "run.mcap"
     subprocess.run([BIN / "map_viewer", out, "--mcap", mcap], check=True)
-    seen = subprocess.run(["node", here / "foxglove_client.mjs", http.rsplit(":", 1)[1], out / "map.png", mcap],
+    seen = subprocess.run(["node", HERE / "foxglove_client.mjs", http.rsplit(":", 1)[1], out / "map.png", mcap],
                           env={**os.environ, "NODE_MODULES": str(packages / "node_modules")}, capture_output=True,
                           text=True, check=False)
     check(seen.returncode == 0, f"Foxglove's client and MCAP's reader see the same map: {seen.stdout}{seen.stderr}")
@@ -502,6 +398,9 @@ def test_finished(out):
         await_that(lambda: browser.state()["version"] > 0, "is shown without a bus")
         compare_with_picture(browser, results / "map.png")
         test_path(browser)
+        timeline.test_timeline(browser, f"http://{http}/")
+        timeline.test_seen_afar(browser)
+        timeline.test_phone(f"http://{http}/")
         test_foxglove(results, http)
     finally:
         browser.driver.quit()
@@ -519,6 +418,8 @@ def main():
         try:
             test_finished(out)
             test_live(stack)
+            states.test_by_evidence()
+            states.test_start_pose()
         except AssertionError as error:
             print(f"FAILED: {error}")
             return 1

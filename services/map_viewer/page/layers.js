@@ -57,12 +57,12 @@ function traceLine(context, lists, floating, window_m, pixel) {
 }
 
 // tail: where the robot was seen behind the end of the path.
-export function drawPath(context, points, tail, window_m, pixel, colours) {
+export function drawPath(context, points, tail, window_m, pixel, colours, with_floating) {
   if (points.length === 0) return;
   context.lineWidth = 2 * pixel;
   context.lineJoin = "round";
   context.globalAlpha = 0.85;
-  for (const floating of [false, true]) {
+  for (const floating of with_floating ? [false, true] : [false]) {
     context.strokeStyle = floating ? colours.floating : colours.path;
     context.setLineDash(floating ? FLOATING_DASH_PX.map((px) => px * pixel) : []);
     context.beginPath();
@@ -78,6 +78,17 @@ export function drawPath(context, points, tail, window_m, pixel, colours) {
     context.fill();
   }
   drawMarker(context, points[0], pixel, colours.good);
+}
+
+// Where the robot of a simulated world really was.
+export function drawTruth(context, places, pixel, colours) {
+  context.strokeStyle = colours.good;
+  context.lineWidth = 1.5 * pixel;
+  context.setLineDash([2 * pixel, 4 * pixel]);
+  context.beginPath();
+  places.forEach(([x, y], index) => (index === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
+  context.stroke();
+  context.setLineDash([]);
 }
 
 export function drawMarker(context, {x_m, y_m}, pixel, colour) {
@@ -153,11 +164,11 @@ export function ellipseOf({xx, xy, yy}) {
 // Whether the covariance tells anything: not in the first scan of all, which is the origin, nor where nothing is known.
 export const isMeasured = ({xx}) => xx > 0 && xx < UNKNOWN_M2;
 
-export function drawRobot(context, robot, pixel, colours) {
+export function drawRobot(context, robot, pixel, colours, with_uncertainty) {
   const {long_m, short_m, angle_rad} = ellipseOf(robot.covariance);
   context.lineWidth = 1.5 * pixel;
   const colour = robot.floating ? colours.floating : colours.robot;
-  if (isMeasured(robot.covariance)) {
+  if (with_uncertainty && isMeasured(robot.covariance)) {
     context.strokeStyle = colour;
     context.fillStyle = colour;
     context.beginPath();
@@ -167,7 +178,7 @@ export function drawRobot(context, robot, pixel, colours) {
     context.globalAlpha = 1;
     context.stroke();
   }
-  if (robot.state === "DEGENERATE") drawAxis(context, robot, pixel, colours);
+  if (with_uncertainty && robot.state === "DEGENERATE") drawAxis(context, robot, pixel, colours);
   context.save();
   context.translate(robot.x_m, robot.y_m);
   context.rotate(robot.yaw_rad);
@@ -205,7 +216,27 @@ function drawAxis(context, {x_m, y_m, axis}, pixel, colours) {
   context.restore();
 }
 
-export function drawMeasure(context, [from, to], pixel, colours) {
+// A text beside a place, upright however the map is turned.
+function drawText(context, text, {x_m, y_m}, pixel, colours, angle_rad) {
+  context.save();
+  context.translate(x_m, y_m);
+  context.rotate(-angle_rad);
+  context.scale(pixel, -pixel);
+  context.font = "600 14px system-ui, sans-serif";
+  context.textAlign = "center";
+  const width = context.measureText(text).width + 16;
+  context.fillStyle = colours.ground;
+  context.globalAlpha = 0.85;
+  context.fillRect(-width / 2, -36, width, 24);
+  context.globalAlpha = 1;
+  context.fillStyle = colours.text;
+  context.fillText(text, 0, -19);
+  context.restore();
+}
+
+export const formatDistance = (metres) => `${metres.toFixed(metres < 10 ? 3 : 2)} m`;
+
+export function drawMeasure(context, [from, to], pixel, colours, angle_rad) {
   context.strokeStyle = colours.text;
   context.lineWidth = 2 * pixel;
   context.setLineDash([6 * pixel, 4 * pixel]);
@@ -215,4 +246,91 @@ export function drawMeasure(context, [from, to], pixel, colours) {
   context.stroke();
   context.setLineDash([]);
   for (const end of [from, to]) drawMarker(context, end, pixel, colours.path);
+  const distance_m = Math.hypot(to.x_m - from.x_m, to.y_m - from.y_m);
+  if (distance_m > 0) drawText(context, formatDistance(distance_m), to, pixel, colours, angle_rad);
+}
+
+// Where somebody says that the robot is, and where it looks.
+export function drawPlace(context, {x_m, y_m, yaw_rad}, pixel, colours) {
+  context.save();
+  context.translate(x_m, y_m);
+  context.rotate(yaw_rad);
+  context.strokeStyle = context.fillStyle = colours.good;
+  context.lineWidth = 4 * pixel;
+  context.beginPath();
+  context.moveTo(0, 0);
+  context.lineTo(60 * pixel, 0);
+  context.stroke();
+  context.beginPath();
+  context.moveTo(76 * pixel, 0);
+  context.lineTo(54 * pixel, 11 * pixel);
+  context.lineTo(54 * pixel, -11 * pixel);
+  context.fill();
+  context.restore();
+  drawMarker(context, {x_m, y_m}, pixel, colours.good);
+}
+
+const CHUNK_SCANS = 512;
+
+// The path of a run that has ended, in chunks of lines that are no finer than `step_m`.
+export class TimelinePath {
+  constructor(timeline, step_m) {
+    this.timeline = timeline;
+    this.step_m = step_m;
+    this.chunks = [];
+    for (let first = 0; first < timeline.num; first += CHUNK_SCANS) {
+      this.chunks.push({first, ...this.trace(first, Math.min(timeline.num, first + CHUNK_SCANS + 1))});
+    }
+  }
+
+  // The lines through the scans [first, end): those of the map, those that float, and where the robot was lost.
+  trace(first, end) {
+    const {timeline, step_m} = this;
+    const lines = {map: new Path2D(), floating: new Path2D(), lost: []};
+    const box = {x0: Infinity, y0: Infinity, x1: -Infinity, y1: -Infinity};
+    let last = null;
+    for (let i = first; i < end; ++i) {
+      const state = timeline.stateOf(i);
+      const [x, y] = [timeline.x_m[i], timeline.y_m[i]];
+      if (!Number.isFinite(x) || !Number.isFinite(y)) continue;
+      if (state === "LOST") {
+        lines.lost.push([x, y]);
+        continue;
+      }
+      const kind = state === "FLOATING" ? "floating" : "map";
+      const way_m = last ? Math.hypot(x - last.x, y - last.y) : 0;
+      if (last && way_m < step_m && i < end - 1 && kind === last.kind) continue;
+      if (last && kind === last.kind && way_m <= LONGEST_STEP_M) lines[kind].lineTo(x, y); else lines[kind].moveTo(x, y);
+      last = {x, y, kind};
+      Object.assign(box, {x0: Math.min(box.x0, x), y0: Math.min(box.y0, y), x1: Math.max(box.x1, x), y1: Math.max(box.y1, y)});
+    }
+    return {...lines, box};
+  }
+
+  // Up to the moment that is shown as a path, and pale what comes after it.
+  draw(context, {x0, y0, x1, y1}, pixel, colours, with_floating) {
+    const {at} = this.timeline;
+    context.lineWidth = 2 * pixel;
+    context.lineJoin = "round";
+    const stroke = ({map, floating, lost, box}, alpha) => {
+      if (box.x0 > x1 || box.x1 < x0 || box.y0 > y1 || box.y1 < y0) return;
+      context.globalAlpha = alpha;
+      context.strokeStyle = colours.path;
+      context.stroke(map);
+      context.strokeStyle = colours.floating;
+      context.setLineDash(FLOATING_DASH_PX.map((px) => px * pixel));
+      if (with_floating) context.stroke(floating);
+      context.setLineDash([]);
+      context.fillStyle = colours.bad;
+      for (const [x, y] of lost) context.fillRect(x - 2.5 * pixel, y - 2.5 * pixel, 5 * pixel, 5 * pixel);
+    };
+    for (const chunk of this.chunks) if (chunk.first + CHUNK_SCANS > at) stroke(chunk, 0.22);
+    for (const chunk of this.chunks) {
+      if (chunk.first > at) break;
+      stroke(chunk.first + CHUNK_SCANS <= at ? chunk : this.trace(chunk.first, at + 1), 0.9);
+    }
+    context.globalAlpha = 1;
+    const {x_m, y_m} = this.timeline;
+    drawMarker(context, {x_m: x_m[0], y_m: y_m[0]}, pixel, colours.good);
+  }
 }

@@ -1,42 +1,70 @@
 // The page: a map for each robot, the panel of the one that is chosen, and the tools.
 
+import {showDownloads} from "./downloads.js";
+import {formatDistance} from "./layers.js";
 import {MapView} from "./map_view.js";
-import {showPanel} from "./panel.js";
+import {showPanel, showState} from "./panel.js";
+import {composePicture, scaleOf} from "./picture.js";
+import {Player} from "./player.js";
 import {RobotModel} from "./robot_model.js";
 import {Connection} from "./wire.js";
 
 const $ = (id) => document.getElementById(id);
 const TOAST_MS = 3000;
 const NEWS_MS = 8000;
-const robots = [];  // {model, view, changed}
+const TROUBLE_MS = 1500;  // that an error is shown after the last one
+const STATE_MS = 250;  // between two looks at how long ago something came
+const LINK_MS = 500;   // between two changes of the address: browsers allow a hundred in half a minute
+const robots = [];  // {model, view, changed, connection}
 let chosen = 0;
+const player = new Player((number) => robots[chosen].model.goTo(number));
 
 function addRobot(index) {
   const parent = $("maps").appendChild(document.createElement("div"));
   parent.className = "map";
   const model = new RobotModel();
   const robot = {model, view: new MapView(parent, model), changed: new Set(), parent};
-  for (const type of ["connection", "map", "robot", "path", "samples", "info"]) {
+  for (const type of ["connection", "map", "robot", "path", "samples", "info", "timeline", "moment"]) {
     model.addEventListener(type, () => robot.changed.add(type));
   }
   model.addEventListener("corrected", () => toast("loop closed: the map was corrected"));
   model.addEventListener("news", ({detail}) => toast(detail, NEWS_MS));
   model.addEventListener("info", () => label(robot));
+  model.addEventListener("moment", ({detail}) => robot.connection.say(`scan ${detail}`));
+  model.addEventListener("timeline", () => openFinished(robot));
   robot.view.addEventListener("chosen", () => choose(index));
   robot.view.addEventListener("follows", () => showTools());
   robot.view.addEventListener("pointed", ({detail}) => showCursor(robot, detail));
+  robot.view.addEventListener("placed", ({detail: {x_m, y_m, yaw_rad}}) => {
+    robot.connection.say(`start ${x_m.toFixed(3)} ${y_m.toFixed(3)} ${yaw_rad.toFixed(4)}`);
+    toast("the matcher was told where the robot is");
+  });
+  robot.view.addEventListener("moment", ({detail}) => {
+    choose(index);
+    player.setPlaying(false);
+    player.goTo(detail);
+  });
   robots.push(robot);
-  new Connection(index, model);
+  robot.connection = new Connection(index, model);
 }
 
 // The first robot tells of the others.
 function label({model, parent}) {
   while (robots.length < model.info.robots.length) addRobot(robots.length);
+  document.body.classList.toggle("several", robots.length > 1);
   if (robots.length < 2 || parent.querySelector(".label")) return;
   const name = parent.appendChild(document.createElement("span"));
   name.className = "label";
   name.textContent = model.info.robot;
   choose(chosen);
+}
+
+// A run that has ended is seen as a whole, unless somebody looks at a place of it already.
+function openFinished({view, model}) {
+  if (!model.timeline) return;
+  if (view.follows && !view.is_linked) view.fit();
+  model.goTo(wanted_moment ?? model.timeline.at);
+  wanted_moment = null;
 }
 
 function choose(index) {
@@ -61,20 +89,23 @@ function toast(text, long_ms = TOAST_MS) {
 function showCursor({view}, {x_m, y_m}) {
   const distance_m = view.distance_m();
   $("cursor").textContent = `${x_m.toFixed(2)}, ${y_m.toFixed(2)} m` +
-    (distance_m === null ? "" : `   ·   ${distance_m.toFixed(distance_m < 10 ? 3 : 2)} m`);
+    (distance_m === null ? "" : `   ·   ${formatDistance(distance_m)}`);
 }
 
 function showScale({camera}) {
-  const metres = [0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200].find((length) => length * camera.px >= 60) ?? 500;
-  $("scale").firstElementChild.style.width = `${metres * camera.px}px`;
+  const {metres, width_px} = scaleOf(camera.px);
+  $("scale").firstElementChild.style.width = `${width_px}px`;
   $("scale").lastElementChild.textContent = `${metres} m`;
 }
 
 function showTools() {
-  const {follows, measures, shows_rays} = view();
+  const {follows, fits, measures, places, layers, camera} = view();
   $("follow").setAttribute("aria-pressed", follows);
+  $("fit").setAttribute("aria-pressed", fits);
   $("measure").setAttribute("aria-pressed", measures);
-  $("rays").setAttribute("aria-pressed", shows_rays);
+  $("place").setAttribute("aria-pressed", places);
+  $("turn").setAttribute("aria-pressed", camera.turn_rad !== 0);
+  for (const box of document.querySelectorAll("[data-layer]")) box.checked = layers[box.dataset.layer];
 }
 
 function saveCanvas(canvas, name) {
@@ -93,6 +124,22 @@ function setTheme(theme) {
     view.readTheme();
     changed.add("all");
   }
+  if (robots.length > 1) robots[0].view.showOver(robots[0].view.mode, robots[0].view.others);
+}
+
+// Several maps side by side, or all over the first one.
+function setMode(mode) {
+  document.body.dataset.mode = mode;
+  choose(0);
+  robots[0].view.showOver(mode, robots.slice(1).map(({model}) => model));
+  if (mode === "beside") for (const {view} of robots) view.readTheme();
+}
+
+function setLayer(layer, shown) {
+  for (const {view} of robots) {
+    view.layers[layer] = shown;
+    view.stale = true;
+  }
 }
 
 const TOOLS = {
@@ -101,22 +148,31 @@ const TOOLS = {
   zoom_in: () => view().zoomMiddle(1.4),
   zoom_out: () => view().zoomMiddle(1 / 1.4),
   measure: () => view().setMeasures(!view().measures),
-  rays: () => {
-    view().shows_rays = !view().shows_rays;
-    view().stale = true;
+  place: () => { if (document.body.classList.contains("localising")) view().setPlaces(!view().places); },
+  layers: () => {
+    const list = $("layer_list");
+    list.hidden = !list.hidden;
+    $("layers").setAttribute("aria-expanded", !list.hidden);
+    if (!list.hidden) list.querySelector("input").focus();
   },
+  turn: () => view().toggleTurn(),
+  screen: () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()),
   save: (event) => {
-    event.shiftKey ? saveCanvas(view().model.map.toCanvas(), "map") : saveCanvas(view().canvas, "view");
+    if (event.shiftKey) return saveCanvas(view().model.map.toCanvas(), "map");
+    saveCanvas(composePicture(view(), $("name").textContent, `${$("state").textContent}  ${$("counts").textContent}`), "view");
   },
   theme: () => {
     setTheme(document.documentElement.dataset.theme === "light" ? "dark" : "light");
     localStorage.setItem("theme", document.documentElement.dataset.theme);
   },
   help: () => $("key").showModal(),
-  fold: () => $("fold").setAttribute("aria-expanded", !$("panel").classList.toggle("folded")),
+  fold: () => {
+    $("fold").setAttribute("aria-expanded", !$("panel").classList.toggle("folded"));
+    for (const {view} of robots) if (view.fits) view.fit();
+  },
 };
-const KEYS = {f: "follow", a: "fit", "+": "zoom_in", "=": "zoom_in", "-": "zoom_out", m: "measure", r: "rays",
-              s: "save", t: "theme", p: "fold", "?": "help"};
+const KEYS = {f: "follow", a: "fit", "+": "zoom_in", "=": "zoom_in", "-": "zoom_out", m: "measure", o: "place", l: "layers", w: "turn",
+              x: "screen", s: "save", t: "theme", p: "fold", "?": "help"};
 const ARROWS = {ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60]};
 
 function use(tool, event) {
@@ -125,23 +181,97 @@ function use(tool, event) {
 }
 
 for (const tool of Object.keys(TOOLS)) $(tool).addEventListener("click", (event) => use(tool, event));
+$("mode").addEventListener("change", () => setMode($("mode").value));
+for (const box of document.querySelectorAll("[data-layer]")) {
+  box.addEventListener("change", () => setLayer(box.dataset.layer, box.checked));
+}
 addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || $("key").open) return;
-  const tool = KEYS[event.key.toLowerCase()];
-  if (tool) use(tool, event);
-  if (ARROWS[event.key]) view().move(...ARROWS[event.key]);
-  if (event.key === "Escape") view().setMeasures(false);
+  const in_field = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
+  const key = event.key.toLowerCase();
+  if (KEYS[key]) use(KEYS[key], event);
+  if (key === "r") setLayer("rays", !view().layers.rays);
+  if (key === "," || key === ".") player.step(key === "." ? 1 : -1);
+  if (key === " " && !in_field && !(event.target instanceof HTMLButtonElement)) player.setPlaying(!player.playing);
+  if (ARROWS[event.key] && !in_field) view().move(...ARROWS[event.key]);
+  if (event.key === "Escape") {
+    view().setMeasures(false);
+    view().setPlaces(false);
+    $("layer_list").hidden = true;
+    $("layers").setAttribute("aria-expanded", false);
+  }
+  showTools();
 });
+
+// Beside the token, the address keeps what is looked at: who opens it again, or elsewhere, sees the same.
+const wanted = new URLSearchParams(location.hash.slice(1));
+let wanted_moment = wanted.has("scan") ? Number(wanted.get("scan")) : null;
+
+function readLink(view) {
+  const {camera} = view;
+  const number = (key) => Number(wanted.get(key) ?? NaN);
+  if (![number("x"), number("y"), number("px")].every(Number.isFinite) || number("px") <= 0) return;
+  Object.assign(camera, {x_m: number("x"), y_m: number("y"), px: Math.min(400, Math.max(0.2, number("px"))),
+                         turn_rad: number("turn") || 0});
+  view.is_linked = true;
+  view.setFollows(false);
+}
+
+function writeLink() {
+  const {camera, follows, fits} = view();
+  const {timeline} = view().model;
+  const link = new URLSearchParams();
+  if (wanted.has("token")) link.set("token", wanted.get("token"));
+  if (!follows && !fits) {
+    link.set("x", camera.x_m.toFixed(2));
+    link.set("y", camera.y_m.toFixed(2));
+    link.set("px", camera.px.toPrecision(4));
+    if (camera.turn_rad) link.set("turn", camera.turn_rad.toFixed(4));
+    if (timeline && !timeline.is_at_end) link.set("scan", timeline.at);
+  }
+  const hash = link.size > 0 ? `#${link}` : "";
+  if (hash !== location.hash) history.replaceState(null, "", hash || location.pathname);
+}
+
+// Every map shows the place that the chosen one shows.
+function linkCameras() {
+  if (robots.length < 2 || !$("linked").checked) return;
+  const {camera} = view();
+  for (const {view: other} of robots) {
+    if (other === view() || Object.keys(camera).every((key) => camera[key] === other.camera[key])) continue;
+    Object.assign(other.camera, camera);
+    other.setFollows(false);
+    other.fits = false;
+    other.stale = true;
+  }
+}
 
 // Whatever a frame throws, the next one is drawn; the page says that something was not.
 function frame(now_ms) {
   requestAnimationFrame(frame);
-  for (const robot of robots) attempt(robot.model, () => robot.view.draw(now_ms));
   const {model, changed} = robots[chosen];
+  attempt(model, () => player.tick(now_ms));
+  linkCameras();
+  for (const robot of robots) attempt(robot.model, () => robot.view.draw(now_ms));
   if (changed.size > 0) {
     const shown = new Set(changed);
     changed.clear();
     attempt(model, () => showPanel(model, shown, shown.has("all") || shown.has("connection")));
+    if (["all", "timeline", "info"].some((type) => shown.has(type))) {
+      attempt(model, () => player.take(model.timeline, model.info));
+      for (const {view} of robots) if (view.fits) view.fit();  // around what is shown now
+      attempt(model, () => showDownloads(chosen, model));
+    }
+    frame.state_at_ms = 0;
+  }
+  if (!(now_ms - frame.state_at_ms < STATE_MS)) {
+    frame.state_at_ms = now_ms;
+    if (model.trouble && now_ms - model.trouble_at_ms > TROUBLE_MS) model.trouble = "";
+    attempt(model, () => showState(model, performance.now()));
+  }
+  if (!(now_ms - frame.link_at_ms < LINK_MS)) {
+    frame.link_at_ms = now_ms;
+    writeLink();
   }
   attempt(model, () => showScale(view()));
 }
@@ -150,6 +280,7 @@ function attempt(model, show) {
   try {
     show();
   } catch (error) {
+    model.trouble_at_ms = performance.now();
     if (model.trouble === error.message) return;
     console.error(error);
     model.trouble = error.message;
@@ -159,8 +290,10 @@ function attempt(model, show) {
 
 setTheme(localStorage.getItem("theme") ?? (matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark"));
 addRobot(0);
+readLink(robots[0].view);
 choose(0);
+if (matchMedia("(max-height: 520px)").matches) TOOLS.fold();  // a phone that lies: the map first
 addEventListener("resize", () => robots[chosen].changed.add("all"));
 requestAnimationFrame(frame);
 
-export {robots};
+export {robots, player};

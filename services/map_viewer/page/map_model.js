@@ -1,14 +1,18 @@
-// The map as the page holds it: tiles of cells, and pictures of them, a canvas for each block of 8 x 8 tiles.
+// The map as the page holds it: tiles of cells, and pictures of them: for each block of 8 x 8 tiles a canvas with a pixel
+// a cell, and smaller ones for who looks from afar, in which no wall is lost.
 
 import {unpackRuns} from "./wire.js";
 
 const TILE_CELLS = 64;
 const BLOCK_TILES = 8;
 export const BLOCK_CELLS = TILE_CELLS * BLOCK_TILES;
+export const REDUCTIONS = [1, 4, 16];  // cells beside each other that are one pixel
 const UNEXPLORED = 127;
+const WALL = 90;  // as map_server takes it: bytes below are occupied
 
-// 256 colours, by what a cell's byte is: 255 free .. 0 occupied.
-export function makePalette(free, wall) {
+// 256 colours, by what a cell's byte is: 255 free .. 0 occupied. free, wall: red, green, blue; least: how much is seen of
+// what is hardly known, and free_share of what is free, 0 to 1.
+export function makePalette(free, wall, {least = 0.25, free_share = 1} = {}) {
   const palette = new Uint32Array(256);
   const bytes = new Uint8Array(palette.buffer);
   for (let value = 0; value < 256; ++value) {
@@ -16,7 +20,7 @@ export function makePalette(free, wall) {
     const is_free = value > UNEXPLORED;
     const [colour, share] = is_free ? [free, (value - UNEXPLORED) / 128] : [wall, (UNEXPLORED - value) / 127];
     bytes.set(colour, 4 * value);
-    bytes[4 * value + 3] = Math.round(255 * Math.min(1, 0.25 + 0.75 * share));
+    bytes[4 * value + 3] = Math.round(255 * Math.min(1, least + (1 - least) * share) * (is_free ? free_share : 1));
   }
   return palette;
 }
@@ -33,7 +37,7 @@ export class MapModel {
 
   clear() {
     this.tiles = new Map();   // "x,y": {x, y, cells}
-    this.blocks = new Map();  // "x,y": {x, y, canvas}, made when drawn
+    this.blocks = new Map();  // "x,y": {x, y, pictures}, made when drawn
     this.stale = new Set();   // tiles whose picture is old
     this.bounds = null;       // in tiles: {x0, y0, x1, y1}, both ends included
     this.num_explored = 0;    // cells
@@ -94,10 +98,14 @@ export class MapModel {
     for (const key of this.stale) {
       const tile = this.tiles.get(key);
       const block = this.block(Math.floor(tile.x / BLOCK_TILES), Math.floor(tile.y / BLOCK_TILES));
-      const image = paintTile(tile.cells, this.palette);
-      const column = (tile.x - block.x * BLOCK_TILES) * TILE_CELLS;
-      const row = (BLOCK_TILES - 1 - (tile.y - block.y * BLOCK_TILES)) * TILE_CELLS;
-      block.context.putImageData(image, column, row);
+      let cells = tile.cells;
+      REDUCTIONS.forEach((reduction, level) => {
+        const side = TILE_CELLS / reduction;
+        if (level > 0) cells = reduce(cells, (side * reduction) / REDUCTIONS[level - 1], reduction / REDUCTIONS[level - 1]);
+        const column = (tile.x - block.x * BLOCK_TILES) * side;
+        const row = (BLOCK_TILES - 1 - (tile.y - block.y * BLOCK_TILES)) * side;
+        block.pictures[level].getContext("2d").putImageData(paintCells(cells, side, this.palette), column, row);
+      });
     }
     this.stale.clear();
   }
@@ -106,9 +114,11 @@ export class MapModel {
     const key = `${x},${y}`;
     let block = this.blocks.get(key);
     if (!block) {
-      const canvas = document.createElement("canvas");
-      canvas.width = canvas.height = BLOCK_CELLS;
-      block = {x, y, canvas, context: canvas.getContext("2d")};
+      block = {x, y, pictures: REDUCTIONS.map((reduction) => {
+        const canvas = document.createElement("canvas");
+        canvas.width = canvas.height = BLOCK_CELLS / reduction;
+        return canvas;
+      })};
       this.blocks.set(key, block);
     }
     return block;
@@ -124,7 +134,7 @@ export class MapModel {
     context.fillStyle = `rgb(${UNEXPLORED}, ${UNEXPLORED}, ${UNEXPLORED})`;
     context.fillRect(0, 0, canvas.width, canvas.height);
     for (const tile of this.tiles.values()) {
-      context.putImageData(paintTile(tile.cells, GREY), tile.x * TILE_CELLS - x0,
+      context.putImageData(paintCells(tile.cells, TILE_CELLS, GREY), tile.x * TILE_CELLS - x0,
                            y1 + 1 - (tile.y + 1) * TILE_CELLS);
     }
     return canvas;
@@ -147,15 +157,58 @@ export class MapModel {
   }
 }
 
-const tile_image = new ImageData(TILE_CELLS, TILE_CELLS);
-const tile_pixels = new Uint32Array(tile_image.data.buffer);
+const images = new Map(REDUCTIONS.map((reduction) => {
+  const side = TILE_CELLS / reduction;
+  return [side, new ImageData(side, side)];
+}));
 
-function paintTile(cells, palette) {
-  for (let row = 0; row < TILE_CELLS; ++row) {
-    const from = (TILE_CELLS - 1 - row) * TILE_CELLS;
-    for (let column = 0; column < TILE_CELLS; ++column) {
-      tile_pixels[row * TILE_CELLS + column] = palette[cells[from + column]];
+// The picture of side x side cells, the highest row first.
+function paintCells(cells, side, palette) {
+  const image = images.get(side);
+  const pixels = new Uint32Array(image.data.buffer);
+  for (let row = 0; row < side; ++row) {
+    const from = (side - 1 - row) * side;
+    for (let column = 0; column < side; ++column) pixels[row * side + column] = palette[cells[from + column]];
+  }
+  return image;
+}
+
+// One cell for each square of `factor` cells on a side: its wall if it has one, else what is most surely free.
+function reduce(cells, side, factor) {
+  const small = side / factor;
+  const reduced = new Uint8Array(small * small);
+  for (let y = 0; y < small; ++y) {
+    for (let x = 0; x < small; ++x) {
+      let [wall, free] = [UNEXPLORED, UNEXPLORED];
+      for (let dy = 0; dy < factor; ++dy) {
+        for (let dx = 0; dx < factor; ++dx) {
+          const cell = cells[(y * factor + dy) * side + x * factor + dx];
+          if (cell < wall) wall = cell; else if (cell > free) free = cell;
+        }
+      }
+      reduced[y * small + x] = wall < WALL ? wall : free;
     }
   }
-  return tile_image;
+  return reduced;
+}
+
+// The direction of most walls [rad], -45 to 45 degrees: 0 where they lie along the axes. Walls are where the cells change
+// most, and a wall and the one across it count together.
+export function findWalls(map) {
+  let [cos, sin] = [0, 0];
+  for (const {cells} of map.tiles.values()) {
+    for (let y = 1; y < TILE_CELLS - 1; ++y) {
+      for (let x = 1; x < TILE_CELLS - 1; ++x) {
+        const at = y * TILE_CELLS + x;
+        if (cells[at] >= WALL) continue;
+        const dx = cells[at + 1] - cells[at - 1] + (cells[at + 65] - cells[at - 65] + cells[at - 63] - cells[at + 63]) / 2;
+        const dy = cells[at + 64] - cells[at - 64] + (cells[at + 65] - cells[at - 65] + cells[at + 63] - cells[at - 63]) / 2;
+        const weight = dx * dx + dy * dy;
+        const angle = 4 * Math.atan2(dy, dx);
+        cos += weight * Math.cos(angle);
+        sin += weight * Math.sin(angle);
+      }
+    }
+  }
+  return Math.atan2(sin, cos) / 4;
 }

@@ -1,10 +1,13 @@
 // One robot's map on the screen: camera, pointers and the drawing of a frame.
 
-import {BLOCK_CELLS, makePalette} from "./map_model.js";
-import {drawGrid, drawLoops, drawMeasure, drawPath, drawRobot, drawScan} from "./layers.js";
+import {BLOCK_CELLS, REDUCTIONS, findWalls, makePalette} from "./map_model.js";
+import {TimelinePath, drawGrid, drawLoops, drawMeasure, drawPath, drawPlace, drawRobot, drawScan, drawTruth} from "./layers.js";
 
 const NEAREST_PX = 400;  // pixels of a metre
 const FURTHEST_PX = 0.2;
+const FINEST_CELL_PX = 0.8;  // where a cell is smaller, a wall of one cell would be hard to see
+const TAP_PX = 14;           // so near to the path is on it
+export const LAYERS = ["rays", "path", "floating", "loops", "uncertainty", "truth", "grid"];
 
 const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
 
@@ -12,7 +15,7 @@ const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
 function readColours() {
   const style = getComputedStyle(document.documentElement);
   const names = ["ground", "grid", "grid-strong", "free", "wall", "path", "ray-wall", "ray-new", "ray-free", "scan",
-                 "robot", "good", "warn", "bad", "loop", "floating", "text"];
+                 "robot", "good", "warn", "bad", "loop", "floating", "text", "panel"];
   return Object.fromEntries(names.map((name) => [name.replace("-", "_"), style.getPropertyValue(`--${name}`).trim()]));
 }
 
@@ -22,10 +25,15 @@ export class MapView extends EventTarget {
     this.model = model;
     this.canvas = parent.appendChild(document.createElement("canvas"));
     this.parent = parent;
-    this.camera = {x_m: 0, y_m: 0, px: 40};  // middle of the view, and pixels of a metre
+    this.camera = {x_m: 0, y_m: 0, px: 40, turn_rad: 0};  // middle, pixels of a metre, what points to the right
     this.follows = true;
-    this.shows_rays = true;
+    this.fits = false;  // the whole map stays in view
+    this.layers = Object.fromEntries(LAYERS.map((layer) => [layer, true]));
+    this.mode = "beside";
+    this.others = [];  // models whose maps are drawn over this one
     this.measures = false;
+    this.places = false;
+    this.placed = null;
     this.measured = [];  // ends of the distance that is measured
     this.pointers = new Map();
     this.loop_closed_at = -Infinity;
@@ -33,11 +41,28 @@ export class MapView extends EventTarget {
     new ResizeObserver(() => this.resize()).observe(parent);
     this.listen();
     model.addEventListener("corrected", () => { this.loop_closed_at = performance.now(); });
+    model.addEventListener("timeline", () => { this.timeline_path = null; });
+    model.addEventListener("whole", () => { if (this.fits) this.fit(); });
   }
 
   readTheme() {
     this.colours = readColours();
-    this.model.map.setPalette(makePalette(rgb(this.colours.free), rgb(this.colours.wall)));
+    const {free, wall} = this.colours;
+    this.model.map.setPalette(makePalette(rgb(free), rgb(wall)));
+    this.stale = true;
+  }
+
+  // Shows the maps of others over this one: "overlay", each in a colour of its own, or "difference", where all that is
+  // not the same is bright. Else "beside": this one alone.
+  showOver(mode, others) {
+    this.mode = mode;
+    this.others = mode === "beside" ? [] : others;
+    if (mode === "beside") return this.readTheme();
+    const {free, path, ray_free} = this.colours;
+    const paletteOf = (index) => (mode === "difference"
+      ? makePalette([70, 70, 70], [255, 255, 255], {least: 1})
+      : makePalette(rgb(free), rgb(index === 0 ? path : ray_free), {free_share: index === 0 ? 1 : 0.2}));
+    [this.model, ...this.others].forEach(({map}, index) => map.setPalette(paletteOf(index)));
     this.stale = true;
   }
 
@@ -47,38 +72,66 @@ export class MapView extends EventTarget {
     this.canvas.width = Math.round(width * this.ratio);
     this.canvas.height = Math.round(height * this.ratio);
     this.stale = true;
+    if (this.fits) this.fit();
   }
 
   // What of the view no panel covers [css pixels].
   clearArea() {
     const {width, height} = this.parent.getBoundingClientRect();
     const area = {x0: 0, y0: 0, x1: width, y1: height};
-    const panel = document.querySelector("#panel:not(.folded)");
-    if (!panel || document.querySelectorAll(".map").length > 1) return area;
-    const box = panel.getBoundingClientRect();
-    box.width < width / 2 ? (area.x1 = box.left) : (area.y1 = box.top);
+    const boxOf = (id) => document.getElementById(id).getBoundingClientRect();
+    area.y0 = boxOf("head").bottom;
+    const [panel, player, tools] = ["panel", "player", "tools"].map(boxOf);
+    if (player.height > 0) area.y1 = player.top;
+    if (this.mode === "beside" && document.querySelectorAll(".map").length > 1) return area;
+    panel.width < width / 2 ? (area.x1 = Math.min(width, panel.left)) : (area.y1 = Math.min(area.y1, panel.top));
+    if (tools.width < width / 5) tools.left < width / 2 ? (area.x0 = tools.right) : (area.x1 = tools.left);
     return area;
   }
 
-  // Shows all of the map in the part of the view that is clear.
+  // Shows all of the map in the part of the view that is clear, and goes on to while it grows.
   fit() {
     const extent = this.model.map.extent();
+    this.setFollows(false);
+    this.fits = true;
     if (!extent) return;
     const area = this.clearArea();
-    const margin = 48;
-    const px = Math.min((area.x1 - area.x0 - 2 * margin) / (extent.x1 - extent.x0),
-                        (area.y1 - area.y0 - 2 * margin) / (extent.y1 - extent.y0));
+    const margin = Math.min(48, (area.x1 - area.x0) / 12, (area.y1 - area.y0) / 12);
+    const corners = [[extent.x0, extent.y0], [extent.x0, extent.y1], [extent.x1, extent.y0], [extent.x1, extent.y1]]
+      .map(([x, y]) => this.turn(x, y));
+    const size = (of) => Math.max(...corners.map(of)) - Math.min(...corners.map(of));
+    const px = Math.min((area.x1 - area.x0 - 2 * margin) / size(({right_m}) => right_m),
+                        (area.y1 - area.y0 - 2 * margin) / size(({up_m}) => up_m));
     this.camera.px = Math.max(FURTHEST_PX, Math.min(NEAREST_PX, px));
     this.centre((extent.x0 + extent.x1) / 2, (extent.y0 + extent.y1) / 2);
-    this.setFollows(false);
+  }
+
+  // A direction of the map as the screen has it, and back.
+  turn(x_m, y_m) {
+    const {turn_rad} = this.camera;
+    return {right_m: x_m * Math.cos(turn_rad) + y_m * Math.sin(turn_rad),
+            up_m: y_m * Math.cos(turn_rad) - x_m * Math.sin(turn_rad)};
+  }
+  turnBack(right_m, up_m) {
+    const {turn_rad} = this.camera;
+    return {x_m: right_m * Math.cos(turn_rad) - up_m * Math.sin(turn_rad),
+            y_m: up_m * Math.cos(turn_rad) + right_m * Math.sin(turn_rad)};
+  }
+
+  // Turns the map so that its walls lie along the edges of the screen, or back.
+  toggleTurn() {
+    this.camera.turn_rad = this.camera.turn_rad === 0 ? findWalls(this.model.map) : 0;
+    this.stale = true;
+    if (this.fits) this.fit();
   }
 
   // Where the camera is to be, for a place to be in the middle of what is clear.
   cameraFor(x_m, y_m) {
     const {width, height} = this.parent.getBoundingClientRect();
     const area = this.clearArea();
-    return {x_m: x_m - (area.x0 + area.x1 - width) / 2 / this.camera.px,
-            y_m: y_m + (area.y0 + area.y1 - height) / 2 / this.camera.px};
+    const aside = this.turnBack((area.x0 + area.x1 - width) / 2 / this.camera.px,
+                                (height - area.y0 - area.y1) / 2 / this.camera.px);
+    return {x_m: x_m - aside.x_m, y_m: y_m - aside.y_m};
   }
 
   centre(x_m, y_m) {
@@ -100,6 +153,7 @@ export class MapView extends EventTarget {
   }
 
   setFollows(follows) {
+    if (follows) this.fits = false;
     if (this.follows === follows) return;
     this.follows = follows;
     this.dispatchEvent(new Event("follows"));
@@ -108,17 +162,30 @@ export class MapView extends EventTarget {
   setMeasures(measures) {
     this.measures = measures;
     this.measured = [];
-    this.parent.dataset.tool = measures ? "measure" : "";
+    if (measures) this.setPlaces(false);
+    this.showTool();
+  }
+
+  // Whether a press and a drag say where the robot is and looks.
+  setPlaces(places) {
+    this.places = places;
+    this.placed = null;  // {x_m, y_m, yaw_rad} while it is said
+    if (places) this.setMeasures(false);
+    this.showTool();
+  }
+
+  showTool() {
+    if (this.measures || this.places) this.parent.dataset.tool = this.measures ? "measure" : "place";
+    else delete this.parent.dataset.tool;
     this.stale = true;
   }
 
   // A place of the window on the map.
   toMap(client_x, client_y) {
     const box = this.canvas.getBoundingClientRect();
-    return {
-      x_m: this.camera.x_m + (client_x - box.left - box.width / 2) / this.camera.px,
-      y_m: this.camera.y_m - (client_y - box.top - box.height / 2) / this.camera.px,
-    };
+    const from_middle = this.turnBack((client_x - box.left - box.width / 2) / this.camera.px,
+                                      (box.top + box.height / 2 - client_y) / this.camera.px);
+    return {x_m: this.camera.x_m + from_middle.x_m, y_m: this.camera.y_m + from_middle.y_m};
   }
 
   // What lies there stays there, unless the robot is followed.
@@ -126,6 +193,7 @@ export class MapView extends EventTarget {
     const before = this.toMap(client_x, client_y);
     this.camera.px = Math.max(FURTHEST_PX, Math.min(NEAREST_PX, this.camera.px * factor));
     const after = this.toMap(client_x, client_y);
+    this.fits = false;
     if (!this.follows) {
       this.camera.x_m += before.x_m - after.x_m;
       this.camera.y_m += before.y_m - after.y_m;
@@ -140,8 +208,10 @@ export class MapView extends EventTarget {
 
   move(right_px, down_px) {
     this.setFollows(false);
-    this.camera.x_m -= right_px / this.camera.px;
-    this.camera.y_m += down_px / this.camera.px;
+    this.fits = false;
+    const way = this.turnBack(right_px / this.camera.px, -down_px / this.camera.px);
+    this.camera.x_m -= way.x_m;
+    this.camera.y_m -= way.y_m;
     this.stale = true;
   }
 
@@ -155,13 +225,18 @@ export class MapView extends EventTarget {
       canvas.setPointerCapture(event.pointerId);
       this.pointers.set(event.pointerId, {x: event.clientX, y: event.clientY, way_px: 0});
       this.dispatchEvent(new Event("chosen"));
+      if (this.places && this.pointers.size === 1) {
+        this.placed = {...this.toMap(event.clientX, event.clientY), yaw_rad: this.model.robot?.yaw_rad ?? 0};
+        this.stale = true;
+      }
     });
     canvas.addEventListener("pointermove", (event) => this.point(event));
     for (const type of ["pointerup", "pointercancel"]) {
       canvas.addEventListener(type, (event) => {
         const pointer = this.pointers.get(event.pointerId);
         this.pointers.delete(event.pointerId);
-        if (type === "pointerup" && pointer?.way_px < 5 && this.measures) this.mark(event);
+        if (this.placed) this.place(type === "pointerup");
+        else if (type === "pointerup" && pointer?.way_px < 5) this.tap(event);
       });
     }
   }
@@ -176,6 +251,7 @@ export class MapView extends EventTarget {
     }
     const pointer = this.pointers.get(event.pointerId);
     if (!pointer) return;
+    if (this.placed) return this.lookAt(place);
     const right = event.clientX - pointer.x;
     const down = event.clientY - pointer.y;
     const other = [...this.pointers.entries()].find(([id]) => id !== event.pointerId)?.[1];
@@ -190,11 +266,31 @@ export class MapView extends EventTarget {
     Object.assign(pointer, {x: event.clientX, y: event.clientY, way_px: pointer.way_px + Math.hypot(right, down)});
   }
 
-  mark(event) {
+  lookAt({x_m, y_m}) {
+    if (Math.hypot(x_m - this.placed.x_m, y_m - this.placed.y_m) * this.camera.px < 8) return;
+    this.placed.yaw_rad = Math.atan2(y_m - this.placed.y_m, x_m - this.placed.x_m);
+    this.stale = true;
+  }
+
+  place(is_meant) {
+    if (is_meant) this.dispatchEvent(new CustomEvent("placed", {detail: this.placed}));
+    this.setPlaces(false);
+    this.dispatchEvent(new Event("follows"));
+  }
+
+  // Marks an end of what is measured, or goes to the moment at which the robot was there.
+  tap(event) {
     const place = this.toMap(event.clientX, event.clientY);
+    if (this.measures) return this.mark(place);
+    const at = this.model.timeline?.nearest(place.x_m, place.y_m, TAP_PX / this.camera.px) ?? null;
+    if (at !== null) this.dispatchEvent(new CustomEvent("moment", {detail: at}));
+  }
+
+  mark(place) {
     const ends = this.measured.done ? [] : this.measured;
     this.measured = ends.length === 0 ? [place, place] : Object.assign([ends[0], place], {done: true});
     this.stale = true;
+    this.dispatchEvent(new CustomEvent("pointed", {detail: place}));
   }
 
   distance_m() {
@@ -207,9 +303,12 @@ export class MapView extends EventTarget {
     const {model} = this;
     this.follow();
     const loop_age_s = (now_ms - this.loop_closed_at) / 1000;
-    if (!(this.stale || model.changed || loop_age_s < 3.1)) return false;
-    this.stale = model.changed = false;
-    model.map.paint();
+    if (!(this.stale || [model, ...this.others].some(({changed}) => changed) || loop_age_s < 3.1)) return false;
+    this.stale = false;
+    for (const shown of [model, ...this.others]) {
+      shown.changed = false;
+      shown.map.paint();
+    }
     this.drawOn(this.canvas.getContext("2d"), loop_age_s);
     return true;
   }
@@ -220,35 +319,62 @@ export class MapView extends EventTarget {
     const scale = camera.px * this.ratio;
     const pixel = 1 / camera.px;
     context.setTransform(1, 0, 0, 1, 0, 0);
-    context.fillStyle = colours.ground;
+    context.fillStyle = this.mode === "difference" ? "#000" : colours.ground;
     context.fillRect(0, 0, width, height);
-    context.setTransform(scale, 0, 0, -scale, width / 2 - camera.x_m * scale, height / 2 + camera.y_m * scale);
-    const half = {x: width / 2 / scale, y: height / 2 / scale};
+    context.translate(width / 2, height / 2);
+    context.scale(scale, -scale);
+    context.rotate(-camera.turn_rad);
+    context.translate(-camera.x_m, -camera.y_m);
+    const [cos, sin] = [Math.abs(Math.cos(camera.turn_rad)), Math.abs(Math.sin(camera.turn_rad))];
+    const half = {x: (width * cos + height * sin) / 2 / scale, y: (width * sin + height * cos) / 2 / scale};
     const window_m = {x0: camera.x_m - half.x, x1: camera.x_m + half.x,
                       y0: camera.y_m - half.y, y1: camera.y_m + half.y};
-    drawGrid(context, window_m, pixel, colours);
-    this.drawMap(context, window_m);
-    drawPath(context, model.path, model.tail, window_m, pixel, colours);
-    drawLoops(context, model.info.loops, loop_age_s, pixel, colours);
+    const {layers} = this;
+    if (layers.grid && this.mode !== "difference") drawGrid(context, window_m, pixel, colours);
+    this.drawMap(context, model.map, window_m);
+    if (this.mode === "difference") context.globalCompositeOperation = "difference";
+    for (const {map} of this.others) this.drawMap(context, map, window_m);
+    context.globalCompositeOperation = "source-over";
+    if (layers.truth) drawTruth(context, model.info.truth ?? [], pixel, colours);
+    if (layers.path) this.drawPath(context, window_m, pixel);
+    if (layers.loops) drawLoops(context, model.info.loops, loop_age_s, pixel, colours);
     if (model.robot) {
-      if (this.shows_rays) drawScan(context, model.robot, model.map, pixel, colours);
-      drawRobot(context, model.robot, pixel, colours);
+      const scan = model.timeline ? model.scan : model.robot;
+      if (layers.rays && scan && this.isOfMoment(scan)) drawScan(context, scan, model.map, pixel, colours);
+      drawRobot(context, model.robot, pixel, colours, layers.uncertainty);
     }
-    if (this.measured.length === 2) drawMeasure(context, this.measured, pixel, colours);
+    if (this.placed) drawPlace(context, this.placed, pixel, colours);
+    if (this.measured.length === 2) drawMeasure(context, this.measured, pixel, colours, camera.turn_rad);
   }
 
-  drawMap(context, {x0, y0, x1, y1}) {
-    const {map} = this.model;
+  // A scan that was asked for while the run is played may come a moment late.
+  isOfMoment({utime}) {
+    const {timeline} = this.model;
+    return !timeline || Math.abs(Number(utime) * 1e-6 - timeline.time_s[timeline.at]) < 0.5;
+  }
+
+  drawPath(context, window_m, pixel) {
+    const {model, colours} = this;
+    const {floating} = this.layers;
+    if (!model.timeline) return drawPath(context, model.path, model.tail, window_m, pixel, colours, floating);
+    const step_m = 2 ** Math.floor(Math.log2(pixel));  // so that a turn of the wheel does not trace it anew
+    if (this.timeline_path?.step_m !== step_m) this.timeline_path = new TimelinePath(model.timeline, step_m);
+    this.timeline_path.draw(context, window_m, pixel, colours, floating);
+  }
+
+  drawMap(context, map, {x0, y0, x1, y1}) {
     const side_m = BLOCK_CELLS * map.cell_size_m;
-    context.imageSmoothingEnabled = this.camera.px * this.ratio * map.cell_size_m < 3;
-    for (const {x, y, canvas} of map.blocks.values()) {
+    const cell_px = this.camera.px * this.ratio * map.cell_size_m;
+    context.imageSmoothingEnabled = cell_px < 3 || this.camera.turn_rad !== 0;
+    const level = REDUCTIONS.findIndex((reduction) => cell_px * reduction >= FINEST_CELL_PX);
+    for (const {x, y, pictures} of map.blocks.values()) {
       const left = x * side_m;
       const bottom = y * side_m;
       if (left > x1 || left + side_m < x0 || bottom > y1 || bottom + side_m < y0) continue;
       context.save();
       context.translate(left, bottom + side_m);
       context.scale(1, -1);
-      context.drawImage(canvas, 0, 0, side_m, side_m);
+      context.drawImage(pictures.at(level), 0, 0, side_m, side_m);
       context.restore();
     }
   }

@@ -2,6 +2,8 @@
 
 import {drawFitness, drawTimes} from "./charts.js";
 import {ellipseOf, isMeasured} from "./layers.js";
+import {formatTime} from "./player.js";
+import {describeState, localises} from "./state.js";
 
 const CHI_95 = Math.sqrt(5.991);
 const SILENT_S = 3;  // three statuses are missing
@@ -16,25 +18,13 @@ function show(id, text) {
 // A number with so many digits behind the point; a dash for what is none.
 const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
 
-export function describeState({robot, connected, trouble}) {
-  if (trouble) return {state: "off", text: `page error: ${trouble}`};
-  if (!connected) return {state: "off", text: "no connection"};
-  if (!robot) return {state: "none", text: "waiting for scans"};
-  if (robot.state !== "DEGENERATE") return {state: robot.state, text: robot.state};
-  const axis_deg = Math.round((Math.atan2(robot.axis.y, robot.axis.x) * 180) / Math.PI + 180) % 180;
-  return {state: robot.state, text: `DEGENERATE along ${axis_deg}°`};
-}
-
-// What the robot's pose is worth on the map, where it is none of it; else nothing.
-export function describeFloating({robot}) {
-  return robot?.floating ? `floating: not joined to the map yet (trajectory ${robot.trajectory})` : "";
-}
-
 function showPose({robot}) {
   if (!robot) return;
   const degrees = (radians) => (radians * 180) / Math.PI;
-  const {long_m, short_m} = ellipseOf(robot.covariance);
+  const {long_m, short_m, angle_rad} = ellipseOf(robot.covariance);
   const known = isMeasured(robot.covariance);
+  const along_deg = (Math.round(degrees(angle_rad)) + 180) % 180;
+  show("along", known && long_m > 1.05 * short_m ? `± along ${along_deg}°` : "± along");
   show("x", fixed(robot.x_m, 2));
   show("y", fixed(robot.y_m, 2));
   show("yaw", fixed(degrees(robot.yaw_rad), 1));
@@ -54,10 +44,12 @@ function makeService(name) {
 }
 
 function showService(details, service) {
-  details.querySelector(".health").dataset.health = service.silent_s > SILENT_S ? "silent" : "well";
+  const has_ended = service.state === "finished";
+  const is_silent = service.silent_s > SILENT_S && !has_ended;
+  details.querySelector(".health").dataset.health = is_silent ? "silent" : has_ended ? "ended" : "well";
   details.querySelector(".took").textContent = service.max_ms > 0 ? `${fixed(service.p50_ms, 2)} ms` : "";
   details.querySelector(".said").textContent =
-    service.silent_s > SILENT_S ? `silent for ${fixed(service.silent_s, 0)} s` : service.state;
+    is_silent ? `silent for ${fixed(service.silent_s, 0)} s` : service.state;
   if (!details.open) return;
   const times_ms = [service.p50_ms, service.p99_ms, service.max_ms];
   const rows = [...Object.entries(service.counters).map(([name, count]) => [name, whole.format(count)]),
@@ -83,6 +75,15 @@ function showServices(services) {
   if (!same) list.replaceChildren(...wanted);
 }
 
+const SCANS_OF_CHART = 300;
+
+function showFitness({samples, timeline}) {
+  const shown = timeline ? timeline.samples(SCANS_OF_CHART) : samples.slice(-SCANS_OF_CHART);
+  drawFitness($("fitness_chart"), shown);
+  const seconds = shown.length > 1 ? shown.at(-1).time_s - shown[0].time_s : 0;
+  show("fitness_from", seconds > 0 ? `${formatTime(seconds)} ago` : "");
+}
+
 function showInfo(model) {
   const {info} = model;
   const times_ms = info.scan_times_ms ?? [];
@@ -90,21 +91,55 @@ function showInfo(model) {
   show("lost", whole.format(info.lost ?? 0));
   show("loops", whole.format(Math.max(info.loops.length, info.loops_closed ?? 0)));
   show("scan_time", times_ms.length ? `${fixed(times_ms.at(-1)[0], 2)} ms` : "–");
+  show("time_from", times_ms.length > 1 ? `${formatTime(times_ms.length)} ago` : "");
   drawTimes($("time_chart"), times_ms);
   showServices(info.services);
+  showVerdict(info.verdict);
+}
+
+function showVerdict(verdict) {
+  const lines = (verdict?.lines ?? []).map(String);
+  if ($("verdict").dataset.shown === lines.join("\n")) return;
+  $("verdict").dataset.shown = lines.join("\n");
+  $("verdict").replaceChildren(...lines.map((line) => {
+    const paragraph = document.createElement("p");
+    paragraph.textContent = line;
+    return paragraph;
+  }));
+}
+
+// How much of the run there is, in a line.
+function describeRun({info, way_m, map, timeline}) {
+  const scans = info.scans ?? 0;
+  const words = scans > 0 ? [`${whole.format(scans)} scans`] : [];
+  if (timeline) words.push(formatTime(timeline.duration_s));
+  const metres = info.way_m ?? way_m;
+  if (metres > 0) words.push(metres < 1000 ? `${fixed(metres, 0)} m` : `${fixed(metres / 1000, 2)} km`);
+  const area_m2 = map.area_m2();
+  if (area_m2 > 0) words.push(`${whole.format(Math.round(area_m2))} m²`);
+  return words.join(" · ");
+}
+
+// The badge, and the words beside it. Who cannot see it is told when it changes, not each second.
+export function showState(model, now_ms) {
+  const {tone, text, why} = describeState(model, now_ms);
+  $("state").dataset.tone = tone;
+  show("state", text);
+  show("why", why);
+  const spoken = `${text.replace(/ for .*/, "")}. ${why.replace(/ for \d.*/, "")}`;
+  show("spoken", spoken);
 }
 
 // Shows what has changed of a model; all of it where `all` says so.
 export function showPanel(model, changed, all) {
-  const {state, text} = describeState(model);
-  $("state").dataset.state = state;
-  show("state", text);
-  show("floating", describeFloating(model));
-  show("name", model.info.live === false ? `finished run ${model.info.robot}` : model.info.robot);
-  show("counts", model.cursor.version > 0n ? `map version ${whole.format(model.cursor.version)}` : "");
-  $("panel").classList.toggle("finished", model.info.live === false);
-  if (all || changed.has("robot")) showPose(model);
-  if (all || changed.has("samples")) drawFitness($("fitness_chart"), model.samples);
+  const {info} = model;
+  show("name", info.robot);
+  show("counts", describeRun(model));
+  $("panel").classList.toggle("finished", info.live === false);
+  document.body.classList.toggle("simulated", (info.truth ?? []).length > 0);
+  document.body.classList.toggle("localising", localises(model) && info.live !== false);
+  if (all || changed.has("robot") || changed.has("moment")) showPose(model);
+  if (all || changed.has("samples") || changed.has("moment") || changed.has("timeline")) showFitness(model);
   if (all || changed.has("info")) showInfo(model);
   if (all || changed.has("map")) show("area", whole.format(Math.round(model.map.area_m2())));
 }

@@ -1,6 +1,7 @@
 // All that the page knows of one robot, and who is to be told when it changes.
 
 import {MapModel} from "./map_model.js";
+import {Timeline} from "./timeline.js";
 
 const MOST_SAMPLES = 1024;
 const MOST_TAIL = 4000;
@@ -14,11 +15,16 @@ export class RobotModel extends EventTarget {
     this.robot = null;
     this.path = [];
     this.path_generation = 0;
+    this.way_m = 0;  // along the path
     this.tail = [];  // where the robot was seen since the path was told last
     this.samples = [];
+    this.timeline = null;  // of a run that has ended
+    this.scan = null;      // of the moment of the timeline, as robot
     this.info = {services: [], loops: [], robots: [""], robot: ""};
+    this.info_at_ms = 0;   // when it came
     this.num_news = null;  // that were told so far
     this.connected = false;
+    this.connection_at_ms = performance.now();  // when `connected` became what it is
     this.trouble = "";     // what the page could not show, if anything
     this.changed = true;  // since it was drawn
   }
@@ -29,9 +35,12 @@ export class RobotModel extends EventTarget {
   }
 
   setConnected(connected) {
+    if (connected !== this.connected) this.connection_at_ms = performance.now();
     this.connected = connected;
-    if (connected) this.samples = [];  // they come again
-    if (connected) this.trouble = "";
+    if (connected) {
+      this.samples = [];  // they come again
+      this.trouble = "";
+    }
     this.tell("connection");
   }
 
@@ -51,10 +60,16 @@ export class RobotModel extends EventTarget {
     const corrected = this.cursor.epoch !== 0n && epoch !== this.cursor.epoch;
     this.cursor = {epoch, version};
     if (corrected) this.tell("corrected");
+    this.tell("whole");
   }
 
   take_robot(robot) {
     if (![robot.x_m, robot.y_m, robot.yaw_rad].every(Number.isFinite)) return;  // it is nowhere
+    if (this.timeline) {
+      this.scan = robot;
+      if (this.timeline.isAt(robot)) this.robot = robot;
+      return;
+    }
     this.robot = robot;
     const last = this.tail.at(-1);
     if (robot.state === "LOST") return;
@@ -64,9 +79,17 @@ export class RobotModel extends EventTarget {
   }
 
   take_path({generation, first, points}) {
-    if (generation !== this.path_generation || first < this.path.length) this.path.length = 0;
+    if (generation !== this.path_generation || first < this.path.length) {
+      this.path.length = 0;
+      this.way_m = 0;
+    }
     this.path_generation = generation;
-    this.path.push(...points);
+    for (const point of points) {
+      const last = this.path.at(-1);
+      const step_m = last ? Math.hypot(point.x_m - last.x_m, point.y_m - last.y_m) : 0;
+      if (point.state !== "LOST" && step_m < 10) this.way_m += step_m;
+      this.path.push(point);
+    }
     const end = this.path.at(-1);
     if (!end) return;
     const ways_m = this.tail.map(({x_m, y_m}) => Math.hypot(x_m - end.x_m, y_m - end.y_m));
@@ -75,10 +98,27 @@ export class RobotModel extends EventTarget {
 
   take_samples({samples}) { this.samples = [...this.samples, ...samples].slice(-MOST_SAMPLES); }
 
+  take_timeline(record) {
+    this.timeline = record.num > 0 ? new Timeline(record) : null;
+    this.tail = [];
+    if (this.timeline) this.robot = this.timeline.robot();
+  }
+
   take_info(info) {
     this.info = {services: [], loops: [], ...info};
+    this.info_at_ms = performance.now();
+    if (this.info.live !== false) this.timeline = null;
     const {number, text} = info.news ?? {number: 0, text: ""};
     if (this.num_news !== null && number > this.num_news) this.tell("news", text);
     this.num_news = number;
+  }
+
+  // Shows the scan with this number of a run that has ended.
+  goTo(number) {
+    if (!this.timeline) return;
+    this.timeline.goTo(number);
+    this.robot = this.timeline.robot();
+    if (this.scan && this.timeline.isAt(this.scan)) this.robot = this.scan;
+    this.tell("moment", this.timeline.at);
   }
 }

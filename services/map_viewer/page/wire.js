@@ -19,6 +19,7 @@ class Reader {
   f32() { return this.view.getFloat32(this.skip(4), true); }
   f64() { return this.view.getFloat64(this.skip(8), true); }
   bytes(size) { return new Uint8Array(this.view.buffer, this.view.byteOffset + this.skip(size), size); }
+  copy(size) { return this.bytes(size).slice().buffer; }
   list(count, read) { return Array.from({length: count}, () => read()); }
 }
 
@@ -60,8 +61,17 @@ function readSamples(reader) {
   };
 }
 
+function readTimeline(reader) {
+  const num = reader.u32();
+  const f32 = () => new Float32Array(reader.copy(4 * num));
+  return {
+    kind: "timeline", num, time_s: new Float64Array(reader.copy(8 * num)), x_m: f32(), y_m: f32(), yaw_rad: f32(),
+    fitness: f32(), trajectory: new Int32Array(reader.copy(4 * num)), state: new Uint8Array(reader.copy(num)),
+  };
+}
+
 const READERS = {
-  1: readMap, 2: readRobot, 3: readPath, 4: readSamples,
+  1: readMap, 2: readRobot, 3: readPath, 4: readSamples, 6: readTimeline,
   5: (reader) => ({kind: "info", ...JSON.parse(new TextDecoder().decode(reader.bytes(reader.view.byteLength)))}),
 };
 
@@ -96,11 +106,17 @@ export class Connection {
     this.open();
   }
 
+  // Says something to the viewer, if it is there.
+  say(text) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(text);
+  }
+
   open() {
     const {epoch, version} = this.model.cursor;
     const token = new URLSearchParams(location.hash.slice(1)).get("token") ?? "";
     const query = new URLSearchParams({robot: this.robot, epoch, version, token});
     const socket = new WebSocket(`ws://${location.host}/live?${query}`, SUBPROTOCOL);
+    this.socket = socket;
     socket.binaryType = "arraybuffer";
     socket.onopen = () => {
       this.pause_ms = 250;

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -52,6 +53,10 @@ class PageClient {
   std::vector<PathPoint> path;
   std::vector<float> fitnesses;
   nlohmann::json info;
+  std::vector<double> timeline_time_s;
+  std::vector<float> timeline_x_m;
+  std::vector<std::int32_t> timeline_trajectory;
+  std::vector<std::uint8_t> timeline_state;
 
   /// Nothing but unexplored cells is no tile.
   std::map<TileIndex, TileBytes> ExploredTiles() const {
@@ -79,6 +84,7 @@ class PageClient {
     if (kind == 3) return TakePath(record);
     if (kind == 4) return TakeSamples(record);
     if (kind == 5) return void(info = nlohmann::json::parse(record.left));
+    if (kind == 6) return TakeTimeline(record);
     throw std::out_of_range("no such kind of record");
   }
 
@@ -114,6 +120,22 @@ class PageClient {
     robot_x_m = record.Read<double>();
     record.left.remove_prefix(2 * sizeof(double) + 7 * sizeof(float));
     num_rays = record.Read<std::uint16_t>();
+  }
+
+  void TakeTimeline(Reader& record) {
+    const auto num = record.Read<std::uint32_t>();
+    const auto ReadAll = [&](auto& values) {
+      values.clear();
+      for (std::uint32_t i = 0; i < num; ++i) {
+        values.push_back(record.Read<typename std::remove_reference_t<decltype(values)>::value_type>());
+      }
+    };
+    ReadAll(timeline_time_s);
+    ReadAll(timeline_x_m);
+    record.left.remove_prefix(num * 3 * sizeof(float));  // y, yaw, fitness
+    ReadAll(timeline_trajectory);
+    ReadAll(timeline_state);
+    if (!record.left.empty()) throw std::out_of_range("a time line is longer than its scans");
   }
 
   void TakePath(Reader& record) {

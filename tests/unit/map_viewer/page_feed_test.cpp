@@ -1,5 +1,7 @@
 #include "services/map_viewer/page_feed.hpp"
 
+#include <cmath>
+
 #include "catch.hpp"
 #include "page_client.hpp"
 
@@ -185,6 +187,77 @@ TEST_CASE("of the running curves no more is told than is kept, and no scan twice
   page.TakeAll();
   CHECK(page.fitnesses.size() == Scene::kMostSamples + 1);
   CHECK(page.fitnesses.back() == 3000.0F);
+}
+
+TEST_CASE("of a run that has ended all scans are told at once, and each of them when it is asked for") {
+  Page page;
+  Timeline timeline;
+  for (int i = 0; i < 5; ++i) {
+    ScanMatch match;
+    match.utime = 1'000'000 * (i + 1);
+    match.T_map_laser = {1.0 * i, 0.0, 0.0};
+    match.state = i == 1 ? MatchState::kLost : MatchState::kOk;
+    match.floating = i == 4;
+    match.trajectory = i / 3;
+    const CriticalRays scan{match.utime, {{0.0f, 0.5f}, {2.0f, 3.0f}}, {1}};
+    timeline.Add(match, i == 2 || i == 3 ? &scan : nullptr);
+  }
+  page.scene.SetTimeline(timeline);
+  page.TakeAll();
+  CHECK(page.timeline_time_s == std::vector{1.0, 2.0, 3.0, 4.0, 5.0});
+  CHECK(page.timeline_x_m == std::vector{0.0f, 1.0f, 2.0f, 3.0f, 4.0f});
+  CHECK(page.timeline_trajectory == std::vector{0, 0, 0, 1, 1});
+  CHECK(page.timeline_state == std::vector<std::uint8_t>{1, 2, 1, 1, 4});
+  const int num_robots = page.num_robots;
+  CHECK(page.feed.Hear("scan 2", true));
+  page.TakeAll();
+  CHECK((page.num_robots == num_robots + 1 && page.robot_utime == 3'000'000 && page.num_rays == 2));
+  CHECK(page.feed.Hear("scan 0", true));  // of which there are no rays
+  page.TakeAll();
+  CHECK((page.robot_utime == 1'000'000 && page.num_rays == 0));
+  CHECK_FALSE(page.feed.Next());
+  for (const char* text :
+       {"scan 5", "scan -1", "scan", "scan ", "scan 1 ", "scan 18446744073709551616", "", "start 1 2 3"}) {
+    CAPTURE(text);
+    CHECK_FALSE(page.feed.Hear(text, true));
+  }
+  CHECK_FALSE(page.feed.Hear("scan 1", false));
+}
+
+TEST_CASE("a scan that the run has not kept is shown by the one before it, as it is seen from its place") {
+  Timeline timeline;
+  ScanMatch match;
+  match.T_map_laser = {1.0, 2.0, 0.5};
+  const CriticalRays scan{0, {{0.25f, -3.0f}, {2.0f, 30.0f}}, {0}};
+  timeline.Add(match, &scan);
+  CHECK(timeline.scan(0).critical == std::vector{0});
+  CHECK(timeline.scan(0).rays.angle_rad[1] == Approx(-3.0).margin(1e-4));
+  CHECK(timeline.scan(0).rays.range_m[1] == Approx(30.0).margin(4e-3));
+  match.T_map_laser = {2.0, 2.0, 1.0};
+  timeline.Add(match, nullptr);
+  const CriticalRays seen = timeline.scan(1);
+  const double angle_rad = 1.0 + seen.rays.angle_rad[0];
+  CHECK(2.0 + seen.rays.range_m[0] * std::cos(angle_rad) == Approx(1.0 + 2.0 * std::cos(0.75)).margin(0.01));
+  CHECK(2.0 + seen.rays.range_m[0] * std::sin(angle_rad) == Approx(2.0 + 2.0 * std::sin(0.75)).margin(0.01));
+  match.trajectory = 1;
+  timeline.Add(match, nullptr);
+  CHECK(timeline.scan(2).rays.size() == 0);  // nobody knows where the one before was, seen from there
+}
+
+TEST_CASE("where a robot is may be said where somebody listens, in three numbers") {
+  Page page;
+  CHECK_FALSE(page.feed.Hear("start 1 2 0.5", true));  // nobody listens
+  std::vector<Pose2> told;
+  page.scene.SetStartHandler([&](const Pose2& T_map_laser) { told.push_back(T_map_laser); });
+  CHECK(page.feed.Hear("start 1 -2.5 0.5", true));
+  CHECK(told == std::vector<Pose2>{{1.0, -2.5, 0.5}});
+  for (const char* text : {"start", "start ", "start 1 2", "start 1 2 3 4", "start 1 2 ", "start 1  2", "start nan 2 3",
+                           "start 1 inf 3", "start 1e7 2 3", "start a b c", "stop 1 2 3"}) {
+    CAPTURE(text);
+    CHECK_FALSE(page.feed.Hear(text, true));
+  }
+  CHECK_FALSE(page.feed.Hear("start 1 2 3", false));
+  CHECK(told.size() == 1);
 }
 
 TEST_CASE("services, news and loops that hold are told as JSON, whatever their names are") {

@@ -24,6 +24,21 @@ TEST_CASE("before the first scan nothing is remembered") {
   CHECK(TrackingState::OnFinishedMap().on_finished_map());
 }
 
+TEST_CASE("a robot that is told where it is stands there, and is lost no more") {
+  TrackingState state = TrackingState::OnFinishedMap();
+  for (int i = 1; i < 5; ++i) state.Add(Match(i, 0.5, i < 3 ? MatchState::kOk : MatchState::kLost));
+  const TrackingState moved = state.MovedTo({7.0, 8.0, 0.5});
+  REQUIRE(moved.recent().size() == 1);
+  CHECK(moved.recent().back().T_map_laser == Pose2{7.0, 8.0, 0.5});
+  CHECK(moved.recent().back().state == MatchState::kOk);
+  CHECK(moved.recent().back().utime == 4);
+  CHECK(moved.num_lost() == 0);
+  CHECK(moved.baseline_fitness() == state.baseline_fitness());
+  CHECK((moved.on_finished_map() && moved.num_scans() == 4));
+  const TrackingState none = TrackingState::OnFinishedMap();
+  CHECK(none.MovedTo({7.0, 8.0, 0.5}) == none);
+}
+
 TEST_CASE("how a session begins holds until a scan is placed, and its place moves with the map") {
   TrackingState state;
   state.BeginSession(Onset::kResumed);

@@ -1,0 +1,33 @@
+// What a run that has ended has left, to be saved.
+
+const WHAT = {
+  "map.png": "map, a pixel a cell", "map.pgm": "map, for map_server", "map.yaml": "its resolution and origin",
+  "overview.png": "map, path and key", "trajectory.tum": "pose of each scan", "graph.g2o": "pose graph",
+  "summary.json": "figures and verdict", "run.mcap": "for Foxglove; it takes a while to be made",
+};
+
+const size = (bytes) =>
+  bytes === null ? "" : bytes < 1e5 ? `${Math.ceil(bytes / 1000)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
+
+// robot: its number. Asks the viewer once for each run.
+export async function showDownloads(robot, model) {
+  const list = document.getElementById("files");
+  const run = model.info.live === false ? `${robot} ${model.info.robot}` : "";
+  if (list.dataset.run === run) return;
+  list.dataset.run = run;
+  list.replaceChildren();
+  if (!run) return;
+  const token = new URLSearchParams(location.hash.slice(1)).get("token") ?? "";
+  const query = new URLSearchParams({robot, token});
+  const answer = await fetch(`files?${query}`);
+  const files = answer.ok ? await answer.json() : [];
+  list.replaceChildren(...files.map(({name, bytes}) => {
+    const link = document.createElement("a");
+    link.href = `files/${encodeURIComponent(name)}?${query}`;
+    link.download = name;
+    for (const text of [name, WHAT[name] ?? "", size(bytes)]) {
+      link.appendChild(document.createElement("span")).textContent = text;
+    }
+    return link;
+  }));
+}

@@ -1,0 +1,112 @@
+// The bar below a run that has ended: a slider over its scans, what happened when, and play.
+
+const $ = (id) => document.getElementById(id);
+const SPEEDS = [1, 4, 16, 64, 256];
+const WHOLE_S = 60;  // in which a run is played at first
+const MARKS = {LOST: "--bad", DEGENERATE: "--warn", FLOATING: "--floating"};
+
+export function formatTime(seconds) {
+  const whole = Math.max(0, Math.floor(seconds));
+  const two = (number) => String(number).padStart(2, "0");
+  const minutes = `${two(Math.floor(whole / 60) % 60)}:${two(whole % 60)}`;
+  return whole < 3600 ? minutes : `${Math.floor(whole / 3600)}:${minutes}`;
+}
+
+export class Player {
+  // show: called with the number of the scan that is to be shown.
+  constructor(show) {
+    this.show = show;
+    this.timeline = null;
+    this.playing = false;
+    this.clock_s = 0;
+    this.speed = 1;
+    $("play").addEventListener("click", () => this.setPlaying(!this.playing));
+    $("speed").addEventListener("click", () => this.setSpeed(SPEEDS[(SPEEDS.indexOf(this.speed) + 1) % SPEEDS.length]));
+    $("moment").addEventListener("input", () => this.goTo(Number($("moment").value)));
+  }
+
+  // Of another run, or of none.
+  take(timeline, info) {
+    if (timeline !== this.timeline) {
+      this.timeline = timeline;
+      this.setPlaying(false);
+      document.body.classList.toggle("finished", Boolean(timeline));
+      if (!timeline) return;
+      $("moment").max = timeline.num - 1;
+      this.setSpeed(SPEEDS.find((speed) => timeline.duration_s / speed <= WHOLE_S) ?? SPEEDS.at(-1));
+    }
+    if (timeline) this.drawMarks(timeline.marks(info));
+    this.tell();
+  }
+
+  setSpeed(speed) {
+    this.speed = speed;
+    $("speed").textContent = `${speed}×`;
+    $("speed").setAttribute("aria-label", `Speed: ${speed} times`);
+  }
+
+  setPlaying(playing) {
+    this.playing = playing && Boolean(this.timeline);
+    if (this.playing && this.timeline.is_at_end) this.goTo(0);
+    if (this.timeline) this.clock_s = this.timeline.clock_s[this.timeline.at];
+    this.last_ms = performance.now();
+    $("play").setAttribute("aria-label", this.playing ? "Pause" : "Play");
+    $("play").title = this.playing ? "Pause (space)" : "Play (space)";
+    $("play").classList.toggle("playing", this.playing);
+  }
+
+  goTo(number) {
+    if (!this.timeline) return;
+    this.show(number);
+    this.clock_s = this.timeline.clock_s[this.timeline.at];
+    this.tell();
+  }
+
+  step(scans) { if (this.timeline) this.goTo(this.timeline.at + scans); }
+
+  // To be called each frame.
+  tick(now_ms) {
+    if (!this.playing) return;
+    this.clock_s += ((now_ms - this.last_ms) / 1000) * this.speed;
+    this.last_ms = now_ms;
+    const at = this.timeline.find(this.clock_s);
+    if (at !== this.timeline.at) this.show(at);
+    this.tell();
+    if (this.timeline.is_at_end) this.setPlaying(false);
+  }
+
+  tell() {
+    const {timeline} = this;
+    if (!timeline) return;
+    const text = `${formatTime(timeline.clock_s[timeline.at])} / ${formatTime(timeline.duration_s)}`;
+    if ($("time").textContent === text && Number($("moment").value) === timeline.at) return;
+    $("moment").value = timeline.at;
+    $("moment").setAttribute("aria-valuetext", `${text}, scan ${timeline.at + 1} of ${timeline.num}`);
+    $("time").textContent = text;
+  }
+
+  // Bars where the robot was lost, floated or was held in one direction only; ticks at loops, breaks and joins.
+  drawMarks(marks) {
+    const canvas = $("marks");
+    const ratio = window.devicePixelRatio || 1;
+    const {width, height} = canvas.getBoundingClientRect();
+    canvas.width = Math.round(width * ratio);
+    canvas.height = Math.round(height * ratio);
+    const context = canvas.getContext("2d");
+    const style = getComputedStyle(document.documentElement);
+    const {timeline} = this;
+    const scale = canvas.width / Math.max(1, timeline.num - 1);
+    for (let i = 0; i < timeline.num; ++i) {
+      const colour = MARKS[timeline.stateOf(i)];
+      if (!colour) continue;
+      context.fillStyle = style.getPropertyValue(colour);
+      context.globalAlpha = colour === "--warn" ? 0.4 : 1;
+      context.fillRect(i * scale, canvas.height / 2, Math.max(1, scale), canvas.height / 2);
+    }
+    context.globalAlpha = 1;
+    for (const {at, kind} of marks) {
+      context.fillStyle = style.getPropertyValue(kind === "loop" ? "--loop" : kind === "break" ? "--bad" : "--good");
+      context.fillRect(Math.round(at * scale) - ratio, 0, (kind === "loop" ? 1.5 : 3) * ratio, canvas.height / 2);
+    }
+  }
+}

@@ -1,0 +1,100 @@
+// What the badge says of a robot, and what its evidence is: what came last, and how long ago that was.
+
+const SILENT_S = 3;     // three statuses are missing
+const NO_SCAN_S = 3;    // no laser is so slow
+const ON_THE_WAY = ["ray_selector", "rrhc_matcher", "map_updater"];  // of a scan
+const TRUST = {good: ["good", "GOOD"], doubtful: ["warn", "DOUBTFUL"], bad: ["bad", "BAD"], none: ["none", "FINISHED"]};
+
+const seconds = (age_s) => (age_s < 120 ? `${Math.floor(age_s)} s` : `${Math.floor(age_s / 60)} min`);
+
+// What the robot's pose is worth on the map, where it is none of it; else nothing.
+export const describeFloating = ({robot}) =>
+  robot?.floating ? `floating: not joined to the map yet (trajectory ${robot.trajectory})` : "";
+
+const describeAxis = ({axis}) => Math.round((Math.atan2(axis.y, axis.x) * 180) / Math.PI + 180) % 180;
+
+// How long the last scans have been in the state of the last one.
+function ageOfState(samples) {
+  const last = samples.at(-1);
+  if (!last) return 0;
+  let first = last;
+  for (let i = samples.length - 1; i >= 0 && samples[i].state === last.state; --i) first = samples[i];
+  return Math.max(0, last.time_s - first.time_s);
+}
+
+function describeRobot({robot, samples, timeline, info}) {
+  if (robot.state === "LOST") {
+    const age_s = timeline ? 0 : ageOfState(samples);
+    return {tone: "bad", text: age_s >= 1 ? `LOST for ${seconds(age_s)}` : "LOST",
+            why: "the scan fits nowhere on the map, and is not drawn"};
+  }
+  if (robot.floating) return {tone: "floating", text: "FLOATING", why: describeFloating({robot})};
+  if (robot.state === "DEGENERATE") {
+    return {tone: "warn", text: `DEGENERATE along ${describeAxis(robot)}°`,
+            why: "the scan does not fix the position in this direction"};
+  }
+  if (robot.state === "START") return {tone: "start", text: "START", why: ""};
+  return {tone: "good", text: localises({info}) ? "LOCALISED" : "OK", why: ""};
+}
+
+// Whether the map is a finished one, on which the robot is found.
+export const localises = ({info}) =>
+  Boolean(info.localised) || info.services.some(({state}) => /^localising/.test(state ?? ""));
+
+function describeFinished(model) {
+  const {timeline, info} = model;
+  if (timeline && !timeline.is_at_end && model.robot) return describeRobot(model);
+  const {trust = "none", lines = []} = info.verdict ?? {};
+  const [tone, text] = TRUST[trust] ?? TRUST.none;
+  return {tone, text, why: lines.find((line) => /map is|no verdict/.test(line)) ?? lines[0] ?? ""};
+}
+
+function describeLive(model, now_ms) {
+  const {info, robot} = model;
+  const since_s = Math.max(0, (now_ms - model.info_at_ms) / 1000);  // since the viewer said it
+  if (since_s > 5) return {tone: "bad", text: `map_viewer silent for ${seconds(since_s)}`, why: "it hangs, or the network does"};
+  const silent = info.services.filter(({silent_s}) => silent_s + since_s > SILENT_S);
+  const stopped = silent.find(({name}) => ON_THE_WAY.includes(name));
+  if (stopped) {
+    return {tone: "bad", text: `${stopped.name} silent for ${seconds(stopped.silent_s + since_s)}`,
+            why: "it was stopped, or it hangs: scans are not mapped"};
+  }
+  if (!(info.scan_age_s >= 0)) {
+    const missing = ON_THE_WAY.filter((name) => !info.services.some((service) => service.name === name));
+    return {tone: "none", text: "waiting for scans",
+            why: missing.length ? `${missing.join(", ")} not heard yet` : "no scan has come yet: is the driver of the laser running?"};
+  }
+  const publisher = info.services.find(({name}) => name === "laser_publisher");
+  const scan_age_s = info.scan_age_s + since_s;
+  if (scan_age_s > NO_SCAN_S && publisher?.state === "finished") {
+    return {tone: "none", text: "LOG ENDED", why: "all scans of the log are published"};
+  }
+  if (scan_age_s > NO_SCAN_S) {
+    return {tone: "bad", text: `no scan for ${seconds(scan_age_s)}`,
+            why: publisher && silent.includes(publisher) ? "laser_publisher is silent" : "laser unplugged, or its driver stopped?"};
+  }
+  const match_age_s = (info.match_age_s ?? Infinity) + since_s;
+  if (robot && match_age_s > scan_age_s + NO_SCAN_S) {
+    return {tone: "bad", text: `no pose for ${seconds(match_age_s)}`, why: "scans come, but none is matched"};
+  }
+  if (!robot) return {tone: "none", text: "waiting for a pose", why: "scans come, none is matched yet"};
+  const state = describeRobot(model);
+  if (silent.length === 0) return state;
+  const other = silent[0];
+  return {...state, tone: state.tone === "good" ? "warn" : state.tone,
+          why: [state.why, `${other.name} silent for ${seconds(other.silent_s + since_s)}`].filter(Boolean).join("; ")};
+}
+
+// tone: good, warn, bad, floating, start or none; text: of the badge; why: a few words more, which may be empty.
+export function describeState(model, now_ms) {
+  const {connected, trouble, info} = model;
+  if (trouble) return {tone: "bad", text: `page error: ${trouble}`, why: "reload the page"};
+  if (!connected) {
+    const age_s = (now_ms - model.connection_at_ms) / 1000;
+    return {tone: "bad", text: age_s < 1 ? "no connection" : `no connection for ${seconds(age_s)}`,
+            why: "is map_viewer running? The page connects again by itself"};
+  }
+  if (info.live === false) return describeFinished(model);
+  if (info.live === undefined) return {tone: "none", text: "waiting", why: "connected, nothing was told yet"};
+  return describeLive(model, now_ms);
+}

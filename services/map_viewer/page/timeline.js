@@ -1,0 +1,79 @@
+// A run that has ended, scan by scan, and the moment of it that is shown.
+
+import {STATES} from "./wire.js";
+
+const FLOATING = STATES.indexOf("FLOATING");
+const LONGEST_PAUSE_S = 1;  // of what is played: nobody waits through the night between two drives
+const NO_COVARIANCE = {xx: 0, xy: 0, yy: 0, yaw: 0};
+
+export class Timeline {
+  constructor(record) {
+    Object.assign(this, record);
+    this.at = this.num - 1;  // number of the scan that is shown
+    this.clock_s = new Float64Array(this.num);  // since the begin, without pauses
+    for (let i = 1; i < this.num; ++i) {
+      const step_s = this.time_s[i] - this.time_s[i - 1];
+      this.clock_s[i] = this.clock_s[i - 1] + Math.min(LONGEST_PAUSE_S, Math.max(0, Number.isFinite(step_s) ? step_s : 0));
+    }
+  }
+
+  get duration_s() { return this.clock_s[this.num - 1]; }
+  get is_at_end() { return this.at === this.num - 1; }
+
+  goTo(number) { this.at = Math.max(0, Math.min(this.num - 1, Math.round(number) || 0)); }
+
+  // The last scan that was taken when so much of the run was played.
+  find(clock_s) {
+    let [low, high] = [0, this.num - 1];
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      if (this.clock_s[middle] <= clock_s) low = middle; else high = middle - 1;
+    }
+    return low;
+  }
+
+  stateOf(number) { return STATES[this.state[number]]; }
+
+  // Whether a robot, as the viewer tells it, is that of the moment.
+  isAt({utime}) { return Math.abs(Number(utime) * 1e-6 - this.time_s[this.at]) < 1e-5; }
+
+  // What is known of the moment before its scan has come.
+  robot() {
+    const {at} = this;
+    const state = this.stateOf(at);
+    return {
+      utime: BigInt(Math.round(this.time_s[at] * 1e6)), state: state === "FLOATING" ? "OK" : state,
+      trajectory: this.trajectory[at], floating: this.state[at] === FLOATING, x_m: this.x_m[at], y_m: this.y_m[at],
+      yaw_rad: this.yaw_rad[at], fitness: this.fitness[at], covariance: NO_COVARIANCE, axis: {x: 0, y: 0}, rays: [],
+      critical: [],
+    };
+  }
+
+  // The fitness of the scans up to the moment, as samples.
+  samples(most) {
+    const first = Math.max(0, this.at + 1 - most);
+    return Array.from({length: this.at + 1 - first}, (_, i) => ({
+      time_s: this.time_s[first + i], fitness: this.fitness[first + i], state: this.stateOf(first + i),
+    }));
+  }
+
+  // The scan that was taken nearest to a place, if one was within so many metres.
+  nearest(x_m, y_m, within_m) {
+    let [nearest, nearest_m2] = [null, within_m * within_m];
+    for (let i = 0; i < this.num; ++i) {
+      const distance_m2 = (this.x_m[i] - x_m) ** 2 + (this.y_m[i] - y_m) ** 2;
+      if (distance_m2 < nearest_m2 && this.state[i] !== 2) [nearest, nearest_m2] = [i, distance_m2];
+    }
+    return nearest;
+  }
+
+  // Where something happened: {at, kind, text}.
+  marks(info) {
+    const marks = (info.breaks ?? []).map(({scan, text, joined}) => ({at: scan, kind: joined ? "joined" : "break", text}));
+    for (const [x0, y0, x1, y1] of info.loops) {
+      const at = this.nearest(x1, y1, 1);
+      if (at !== null) marks.push({at, kind: "loop", text: "loop closed"});
+    }
+    return marks;
+  }
+}

@@ -1,0 +1,76 @@
+#include "services/map_viewer/run_facts.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "common/logs/regular_file.hpp"
+#include "common/metrics/trajectory.hpp"
+
+namespace crsm {
+namespace {
+
+using nlohmann::json;
+
+json WithoutVerdict(const std::string& why) {
+  return {{"verdict", {{"trust", "none"}, {"lines", {"there is no verdict: " + why}}}}};
+}
+
+json ReadSummary(const std::filesystem::path& results) {
+  try {
+    return json::parse(ReadWholeFile(results / "summary.json"), nullptr, false);
+  } catch (const std::runtime_error&) {
+    return json();
+  }
+}
+
+}  // namespace
+
+json ReadTruth(const std::filesystem::path& results, const ScanMatch& first) {
+  constexpr std::size_t kMost = 5000;  // places: more would not be seen
+  json places = json::array();
+  Trajectory truth;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(results / "truth.tum", error)) return places;
+  try {
+    truth = ReadTrajectory((results / "truth.tum").string());
+  } catch (const std::runtime_error&) {
+    return places;
+  }
+  const auto same = std::ranges::find(truth, first.utime, &StampedPose::utime);
+  if (same == truth.end()) return places;
+  const Pose2 T_map_truth = first.T_map_laser * Inverse(same->T_map_laser);
+  const std::size_t step = truth.size() / kMost + 1;
+  for (std::size_t i = 0; i < truth.size(); i += step) {
+    const Pose2 there = T_map_truth * truth[i].T_map_laser;
+    places.push_back({there.x_m, there.y_m});
+  }
+  return places;
+}
+
+json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans) {
+  const json summary = ReadSummary(results);
+  if (!summary.is_object()) return WithoutVerdict("the folder has no summary.json that can be read");
+  if (!summary.value("ended", json(false)).is_boolean() || !summary.value("ended", false)) {
+    return WithoutVerdict("the run has not ended");
+  }
+  const json scans = summary.value("scans", json());
+  if (!scans.is_number_unsigned() || scans.get<std::size_t>() != num_scans) {
+    return WithoutVerdict("summary.json is of another number of scans");
+  }
+  const json found = summary.value("verdict", json::object());
+  const json trust = found.is_object() ? found.value("trust", json()) : json();
+  if (!trust.is_string()) return WithoutVerdict("summary.json has none");
+  json facts{{"verdict", {{"trust", trust}, {"lines", json::array()}}}};
+  for (const json& line : found.value("lines", json::array())) {
+    if (line.is_string()) facts["verdict"]["lines"].push_back(line);
+  }
+  for (const auto& [key, name] : {std::pair("path_length_m", "way_m"), std::pair("explored_area_m2", "area_m2")}) {
+    const json value = summary.value(key, json());
+    if (value.is_number()) facts[name] = value;
+  }
+  return facts;
+}
+
+}  // namespace crsm

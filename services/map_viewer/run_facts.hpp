@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "common/scan/scan_match.hpp"
+
+namespace crsm {
+
+/// What the summary.json of a run says of it: {"verdict": {"trust", "lines"}, "way_m", "area_m2"}. Without a verdict on
+/// all of its `num_scans` scans, `trust` is "none", and the line says why.
+nlohmann::json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans);
+
+/// Where the robot of a simulated world really was, as [[x, y], ...] on the map on which `first` is the pose of its
+/// first scan; empty where the run has no truth.tum that can be read.
+nlohmann::json ReadTruth(const std::filesystem::path& results, const ScanMatch& first);
+
+}  // namespace crsm

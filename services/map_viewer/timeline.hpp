@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/scan/critical_rays.hpp"
+#include "common/scan/scan_match.hpp"
+
+namespace crsm {
+
+/// A finished run scan by scan, by all that is known at its end. Scans are kept in four bytes a ray: angles to 0.1
+/// mrad, ranges to 4 mm and 262 m.
+class Timeline {
+ public:
+  /// scan: null where the run has not kept it.
+  void Add(const ScanMatch& match, const CriticalRays* scan);
+
+  void SetMatch(std::size_t number, const ScanMatch& match) { moments_[number].match = match; }
+
+  std::size_t size() const { return moments_.size(); }
+  const ScanMatch& match(std::size_t number) const { return moments_[number].match; }
+  /// Where the run has not kept it, because it was not drawn: the one before that was, as it is seen from here.
+  CriticalRays scan(std::size_t number) const;
+
+ private:
+  struct Ray {
+    std::int16_t angle = 0;
+    std::uint16_t range = 0;
+  };
+  struct Moment {
+    ScanMatch match;
+    std::size_t first_ray = 0;
+    std::size_t first_critical = 0;
+  };
+
+  std::size_t LastRay(std::size_t number) const;
+  CriticalRays Unpack(std::size_t number) const;
+
+  std::vector<Moment> moments_;
+  std::vector<Ray> rays_;
+  std::vector<std::uint16_t> critical_;
+};
+
+}  // namespace crsm

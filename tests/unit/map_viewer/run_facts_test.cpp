@@ -1,0 +1,45 @@
+#include "services/map_viewer/run_facts.hpp"
+
+#include <fstream>
+
+#include "catch.hpp"
+#include "scratch.hpp"
+
+namespace crsm {
+namespace {
+
+nlohmann::json FactsOf(const std::string& summary, std::size_t num_scans = 3) {
+  const ScratchFolder folder;
+  std::ofstream(folder.path() / "summary.json") << summary;
+  return ReadRunFacts(folder.path(), num_scans);
+}
+
+}  // namespace
+
+TEST_CASE("a run that has ended is shown with its verdict, its way and its area") {
+  const auto facts = FactsOf(R"({"ended": true, "scans": 3, "path_length_m": 1.5, "explored_area_m2": 2.5,
+                                 "verdict": {"trust": "doubtful", "lines": ["one", 2, "three"]}})");
+  CHECK(facts["verdict"]["trust"] == "doubtful");
+  CHECK(facts["verdict"]["lines"] == nlohmann::json{"one", "three"});
+  CHECK((facts["way_m"] == 1.5 && facts["area_m2"] == 2.5));
+}
+
+TEST_CASE("no verdict is shown but that of all scans of the run") {
+  for (const auto& [summary, why] :
+       {std::pair("", "no summary.json"), std::pair("[1]", "no summary.json"), std::pair("{", "no summary.json"),
+        std::pair(R"({"ended": false, "scans": 3, "verdict": {"trust": "good"}})", "has not ended"),
+        std::pair(R"({"ended": "yes", "scans": 3, "verdict": {"trust": "good"}})", "has not ended"),
+        std::pair(R"({"scans": 3, "verdict": {"trust": "good"}})", "has not ended"),
+        std::pair(R"({"ended": true, "scans": 4, "verdict": {"trust": "good"}})", "another number of scans"),
+        std::pair(R"({"ended": true, "scans": -3, "verdict": {"trust": "good"}})", "another number of scans"),
+        std::pair(R"({"ended": true, "scans": 3})", "has none"),
+        std::pair(R"({"ended": true, "scans": 3, "verdict": 7})", "has none"),
+        std::pair(R"({"ended": true, "scans": 3, "verdict": {"trust": 1}})", "has none")}) {
+    CAPTURE(summary);
+    const auto facts = FactsOf(summary);
+    CHECK(facts["verdict"]["trust"] == "none");
+    CHECK(facts["verdict"]["lines"][0].get<std::string>().find(why) != std::string::npos);
+  }
+}
+
+}  // namespace crsm

@@ -1,0 +1,310 @@
+"""What the badge says, by what came last: of processes that are stopped, and of every state in every size and theme."""
+
+import math
+import pathlib
+import signal
+import subprocess
+import tempfile
+
+from harness import BIN, PATIENCE_S, Browser, Stack, await_that, check
+
+SIZES = {"desktop": "1440,900", "phone": "412,915", "landscape": "915,512"}
+
+# Shows a state in a theme. Callback: what the badge and the words beside it say, whether they fit, and, where axe-core is
+# there, what it finds.
+SHOW = """
+const [theme, told, callback] = arguments;
+import('/main.js').then(async ({robots}) => {
+  const {model} = robots[0];
+  document.documentElement.dataset.theme !== theme && document.getElementById('theme').click();
+  document.activeElement.blur();
+  if (told.connected !== undefined) {
+    model.connected = told.connected;
+    model.connection_at_ms = performance.now() - 7000;
+    model.tell('connection');
+  } else {
+    model.connected = true;
+    model.samples = told.samples ?? [];
+    model.robot = null;
+    if (told.robot) model.take({kind: 'robot', utime: 0n, trajectory: 0, floating: false, x_m: 1, y_m: 1, yaw_rad: 0,
+        fitness: 0.5, covariance: {xx: 1e-3, xy: 0, yy: 1e-3, yaw: 1e-4}, axis: {x: 1, y: 1}, rays: [], critical: [],
+        ...told.robot});
+    model.take({kind: 'info', robots: [''], robot: 'robot1/', loops: [], live: true, scans: 1294, ...told.info});
+  }
+  await new Promise((resolve) => setTimeout(resolve, 100));
+  const box = (id) => document.getElementById(id).getBoundingClientRect();
+  const [badge, head] = [box('state'), box('head')];
+  const covers = ['tools', 'panel', 'player', 'foot'].filter((id) => {
+    const other = box(id);
+    return other.width > 0 && other.left < head.right && other.right > head.left && other.top < head.bottom &&
+           other.bottom > head.top;
+  });
+  const axe = window.axe ? await window.axe.run(document, {resultTypes: ['violations']}) : {violations: []};
+  callback({state: document.getElementById('state').textContent, why: document.getElementById('why').textContent,
+            tone: document.getElementById('state').dataset.tone, spoken: document.getElementById('spoken').textContent,
+            fits: badge.left >= 0 && badge.right <= head.right && head.right <= innerWidth, covers,
+            violations: axe.violations.map(({id, nodes}) => `${id}: ${nodes.map(({html}) => html).join(' ')}`)});
+});
+"""
+
+SERVICES = [{"name": name, "state": "at work", "silent_s": 0.5, "counters": {}, "max_ms": 1, "p50_ms": 1, "p99_ms": 1,
+             "resident_mb": 1, "pid": 1, "version": ""}
+            for name in ("ray_selector", "rrhc_matcher", "map_updater", "laser_publisher")]
+
+
+def silent(name, seconds):
+    return [{**service, "silent_s": seconds} if service["name"] == name else service for service in SERVICES]
+
+
+def well(**others):
+    return {"services": SERVICES, "scan_age_s": 0.1, "match_age_s": 0.1, **others}
+
+
+def is_in(state):
+    return {"state": state}
+
+
+# name: (what is told, how the badge begins, its tone, a part of the words beside it)
+STATES = {
+    "waiting": ({"info": {"services": SERVICES}}, "waiting for scans", "none", "no scan has come yet"),
+    "waiting_for_services": ({"info": {"services": SERVICES[1:]}}, "waiting for scans", "none", "ray_selector not heard"),
+    "ok": ({"info": well(), "robot": is_in("OK")}, "OK", "good", ""),
+    "degenerate": ({"info": well(), "robot": is_in("DEGENERATE")}, "DEGENERATE along 45°", "warn", "direction"),
+    "lost": ({"info": well(), "robot": is_in("LOST"), "samples": [
+        {"time_s": 1, "fitness": 0.9, "state": "OK"}, {"time_s": 2, "fitness": 0, "state": "LOST"},
+        {"time_s": 14, "fitness": 0, "state": "LOST"}]}, "LOST for 12 s", "bad", "fits nowhere"),
+    "floating": ({"info": well(), "robot": {"state": "OK", "floating": True, "trajectory": 3}}, "FLOATING", "floating",
+                 "trajectory 3"),
+    "localised": ({"info": well(services=[{**service, "state": "localising on a finished map"} for service in SERVICES]),
+                   "robot": is_in("OK")}, "LOCALISED", "good", ""),
+    "matcher_stopped": ({"info": well(services=silent("rrhc_matcher", 6.2), scan_age_s=0.1, match_age_s=6),
+                         "robot": is_in("OK")}, "rrhc_matcher silent for 6 s", "bad", "not mapped"),
+    "exporter_stopped": ({"info": well(services=[*SERVICES, {**SERVICES[0], "name": "map_exporter", "silent_s": 9}]),
+                          "robot": is_in("OK")}, "OK", "warn", "map_exporter silent for 9 s"),
+    "unplugged": ({"info": well(scan_age_s=6.3, match_age_s=6.3), "robot": is_in("OK")}, "no scan for 6 s", "bad",
+                  "laser unplugged"),
+    "no_pose": ({"info": well(match_age_s=8), "robot": is_in("OK")}, "no pose for 8 s", "bad", "none is matched"),
+    "log_ended": ({"info": well(scan_age_s=60, match_age_s=60, services=[
+        *SERVICES[:3], {**SERVICES[3], "state": "finished", "silent_s": 60}]), "robot": is_in("OK")}, "LOG ENDED", "none",
+                  "published"),
+    "finished_good": ({"info": {"live": False, "verdict": {"trust": "good", "lines": ["all", "the map is good"]}}}, "GOOD",
+                      "good", "the map is good"),
+    "finished_doubtful": ({"info": {"live": False, "verdict": {"trust": "doubtful", "lines": [
+        "all", "the map is doubtful: it may be"]}}}, "DOUBTFUL", "warn", "the map is doubtful"),
+    "finished_bad": ({"info": {"live": False, "verdict": {"trust": "bad", "lines": ["the map is bad"]}}}, "BAD", "bad", ""),
+    "finished_without": ({"info": {"live": False, "verdict": {"trust": "none", "lines": [
+        "there is no verdict: the run has not ended"]}}}, "FINISHED", "none", "has not ended"),
+    "no_connection": ({"connected": False}, "no connection for 7 s", "bad", "map_viewer"),
+}
+
+
+def cut_off(browser):
+    """From its viewer, so that only the test tells the page something."""
+    browser.run("""
+        const callback = arguments[0];
+        import('/main.js').then(({robots}) => {
+          const {connection} = robots[0];
+          connection.socket.onclose = connection.socket.onmessage = null;
+          connection.socket.close();
+          callback();
+        });""")
+
+
+def test_every_state(url, axe_core):
+    """Each state, told to a page that hears no viewer."""
+    for size, pixels in SIZES.items():
+        browser = Browser(url, pixels)
+        try:
+            await_that(lambda: browser.state()["connected"], f"{size}: the page is there")
+            cut_off(browser)
+            if axe_core:
+                browser.driver.execute_script(axe_core)
+            for name, (told, state, tone, why) in STATES.items():
+                for theme in ("dark", "light"):
+                    seen = browser.driver.execute_async_script(SHOW, theme, told)
+                    browser.picture(f"state_{name}_{size}_{theme}")
+                    wanted = seen["state"].startswith(state) and seen["tone"] == tone and why in seen["why"]
+                    if not (wanted and seen["fits"] and not seen["covers"] and not seen["violations"]):
+                        raise AssertionError(f"{size}, {theme}, {name}: {seen}")
+            browser.driver.find_element("tag name", "body").send_keys("?")
+            if axe_core:
+                found = browser.driver.execute_async_script("""
+                    const callback = arguments[0];
+                    axe.run(document, {resultTypes: ['violations']}).then(({violations}) => callback(
+                        violations.map(({id, nodes}) => `${id}: ${nodes.map(({html}) => html).join(' ')}`)));""")
+                check(found == [], f"{size}: axe-core finds nothing in {len(STATES)} states and the key: {found}")
+            errors = browser.errors()
+            check(errors == [], f"{size}: every state is said, fits, and nothing covers it: {errors}")
+        finally:
+            browser.driver.quit()
+
+
+def test_by_evidence():
+    """Processes that are stopped, killed or not there yet."""
+    with tempfile.TemporaryDirectory(prefix="crsm_view_") as folder:
+        stack = Stack(pathlib.Path(folder))
+        browser = None
+        try:
+            stack.start_viewer()
+            browser = Browser(f"http://{stack.http}/")
+
+            def says(begin, why, what):
+                def is_said():
+                    seen = browser.state()
+                    return seen["state"].startswith(begin) and why in seen["why"]
+                await_that(is_said, f"{what}: {begin}")
+            says("waiting for scans", "ray_selector", "before the services are there")
+            stack.start_updater()
+            stack.start("ray_selector")
+            stack.start("rrhc_matcher")
+            says("waiting for scans", "no scan has come yet", "before the first scan")
+            stack.start("laser_publisher", "sim:block", "--rate", "4")
+            says("OK", "", "while scans come")
+            stack.processes["rrhc_matcher"].send_signal(signal.SIGSTOP)
+            says("rrhc_matcher silent for", "", "a matcher that hangs")
+            stack.processes["rrhc_matcher"].send_signal(signal.SIGCONT)
+            says("OK", "", "and one that goes on")
+            stack.kill("laser_publisher")
+            says("no scan for", "silent", "a laser that is unplugged")
+            stack.start("laser_publisher", "sim:demo", "--rate", "max")
+            check(stack.processes.pop("laser_publisher").wait(PATIENCE_S) == 0, "a log is mapped")
+            says("LOG ENDED", "", "a log that has ended")
+            stack.kill("map_viewer")
+            says("no connection", "", "a viewer that was killed")
+            check(browser.errors() == [], "the console has no errors")
+        finally:
+            if browser:
+                browser.driver.quit()
+            stack.end()
+
+
+# Says with the tool of the page where the robot is: presses there, and drags to where it looks.
+PLACE = """
+const [x_m, y_m, yaw_rad, callback] = arguments;
+import('/main.js').then(({robots}) => {
+  const {view} = robots[0];
+  view.canvas.setPointerCapture = () => {};
+  view.setFollows(false);
+  Object.assign(view.camera, {x_m, y_m, px: 40});
+  document.getElementById('place').click();
+  const box = view.canvas.getBoundingClientRect();
+  const point = (type, right_px, up_px) => view.canvas.dispatchEvent(new PointerEvent(type, {
+      clientX: box.left + box.width / 2 + right_px, clientY: box.top + box.height / 2 - up_px, pointerId: 3,
+      pointerType: 'touch'}));
+  point('pointerdown', 0, 0);
+  point('pointermove', 80 * Math.cos(yaw_rad), 80 * Math.sin(yaw_rad));
+  point('pointerup', 80 * Math.cos(yaw_rad), 80 * Math.sin(yaw_rad));
+  callback(document.getElementById('toast').textContent);
+});
+"""
+
+
+def test_start_pose():
+    """A robot that is localised in the wrong place is told by a click where it is."""
+    with tempfile.TemporaryDirectory(prefix="crsm_view_") as folder:
+        out = pathlib.Path(folder)
+        subprocess.run([BIN / "slam_offline", "sim:demo", "--out", out / "map"], check=True, stdout=subprocess.DEVNULL,
+                       stderr=subprocess.DEVNULL)
+        stack = Stack(out)
+        browser = None
+        try:
+            stack.start("map_updater", "--localize", out / "map")
+            for name in ("ray_selector", "rrhc_matcher"):
+                stack.start(name)
+            stack.start_viewer()
+            browser = Browser(f"http://{stack.http}/")
+            stack.start("laser_publisher", "sim:demo", "--rate", "2")
+            await_that(lambda: browser.state()["state"] == "LOCALISED", "a robot is localised on a finished map")
+            there = robot_of(browser)
+            said = browser.driver.execute_async_script(PLACE, there["x_m"] + 3.0, there["y_m"] + 1.0, there["yaw_rad"] + 2.0)
+            check(said == "the matcher was told where the robot is", "a click and a drag say where it is")
+            await_that(lambda: distance(robot_of(browser), there) > 1.0, "it is searched there, though it is wrong")
+            here = robot_of(browser)
+            # The log goes on meanwhile: where the robot is by now, nobody knows but the simulator. It has hardly turned.
+            browser.driver.execute_async_script(PLACE, there["x_m"], there["y_m"], there["yaw_rad"])
+            await_that(lambda: browser.state()["state"] == "LOCALISED" and distance(robot_of(browser), there) < 2.0,
+                       f"and told better it is right again: {here}")
+            check(browser.errors() == [], "the console has no errors")
+        finally:
+            if browser:
+                browser.driver.quit()
+            stack.end()
+
+
+def robot_of(browser):
+    return browser.run("""
+        const callback = arguments[0];
+        import('/main.js').then(({robots}) => {
+          const {x_m, y_m, yaw_rad, state} = robots[0].model.robot;
+          callback({x_m, y_m, yaw_rad, state});
+        });""")
+
+
+def distance(a, b):
+    return math.hypot(a["x_m"] - b["x_m"], a["y_m"] - b["y_m"])
+
+
+# Tells the page what no viewer should: numbers that are none, words for numbers, lists for words, very many names.
+# Callback, after something well-formed: whether it still draws, and what the badge says.
+FUZZ = """
+const [seed, callback] = arguments;
+import('/main.js').then(async ({robots}) => {
+  const {model} = robots[0];
+  let random = seed;
+  const below = (number) => (random = (random * 1103515245 + 12345) % 2147483648) % number;
+  const STRANGE = [NaN, Infinity, -Infinity, -1, 1e308, 0, null, undefined, true, '', 'x'.repeat(20000), '<img src=x>', [], {},
+                   [[]], [null], {name: null}];
+  const any = () => STRANGE[below(STRANGE.length)];
+  const service = () => ({name: any(), state: any(), silent_s: any(), counters: any(), p50_ms: any(), p99_ms: any(),
+                          max_ms: any(), resident_mb: any(), pid: any(), version: any()});
+  const many = Array.from({length: 2000}, (_, i) => ({...service(), name: `name ${i}`, state: '', counters: {}}));
+  const info = () => ({kind: 'info', robots: [''], robot: any(), loops: below(2) ? [[NaN, 1, Infinity, 2]] : any(),
+                       services: below(3) ? Array.from({length: below(9)}, service) : any(), scans: any(), lost: any(),
+                       live: below(2) ? true : any(), scan_age_s: any(), match_age_s: any(), scan_times_ms: any(),
+                       news: any(), verdict: any(), breaks: any(), truth: any(), localised: any(), way_m: any()});
+  const robot = () => ({kind: 'robot', utime: 0n, state: any(), trajectory: any(), floating: any(), x_m: any(), y_m: any(),
+                        yaw_rad: any(), fitness: any(), covariance: below(2) ? {xx: any(), xy: any(), yy: any(), yaw: any()} : {},
+                        axis: {x: any(), y: any()}, rays: [{angle_rad: any(), range_m: any()}], critical: [0, 7]});
+  const path = () => ({kind: 'path', generation: below(3), first: below(9), points: [{x_m: any(), y_m: any(), state: any()}]});
+  const samples = () => ({kind: 'samples', samples: [{time_s: any(), fitness: any(), state: any()}]});
+  const frames = (number) => new Promise((then) => {
+    const count = () => (number-- > 0 ? requestAnimationFrame(count) : then());
+    count();
+  });
+  const {error} = console;
+  console.error = () => {};
+  for (let i = 0; i < 300; ++i) {
+    try {
+      model.take([info, robot, path, samples][below(4)]());
+    } catch {}
+    if (i % 10 === 9) await frames(1);
+  }
+  model.take({...info(), services: many, live: true, loops: [], news: null, verdict: null, breaks: [], truth: []});
+  await frames(2);
+  model.samples = [];
+  model.path = [];
+  model.take({kind: 'robot', utime: 0n, state: 'OK', trajectory: 0, floating: false, x_m: 1, y_m: 1, yaw_rad: 0, fitness: 0.5,
+              covariance: {xx: 1e-3, xy: 0, yy: 1e-3, yaw: 1e-4}, axis: {x: 1, y: 1}, rays: [], critical: []});
+  model.take({kind: 'info', robots: [''], robot: '', loops: [], live: true, scans: 1, services: [], scan_age_s: 0, match_age_s: 0});
+  await new Promise((then) => setTimeout(then, 2200));
+  model.take({kind: 'info', robots: [''], robot: '', loops: [], live: true, scans: 1, services: [], scan_age_s: 0, match_age_s: 0});
+  await frames(4);
+  console.error = error;
+  callback({state: document.getElementById('state').textContent, draws: !model.changed,
+            pictures: document.querySelectorAll('img').length});
+});
+"""
+
+
+def test_fuzz(url):
+    browser = Browser(url)
+    try:
+        await_that(lambda: browser.state()["connected"], "a page is there")
+        cut_off(browser)
+        for seed in range(1, 6):
+            seen = browser.driver.execute_async_script(FUZZ, seed)
+            if seen != {"state": "OK", "draws": True, "pictures": 0}:
+                raise AssertionError(f"strange messages, seed {seed}: {seen}")
+        print("  the page survives 1,500 strange messages")
+    finally:
+        browser.driver.quit()

@@ -1,0 +1,198 @@
+"""A finished run in time: the slider, play, clicks on the path, and links; on a phone, too."""
+
+from harness import Browser, await_that, check
+
+NUM_SCANS = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => callback(robots[0].model.timeline ? robots[0].model.timeline.num : 0));
+"""
+
+# Goes to a scan. Callback: where the robot is then, and how many rays are drawn.
+GO_TO = """
+const [number, callback] = arguments;
+import('/main.js').then(({robots, player}) => {
+  const {model} = robots[0];
+  player.goTo(number);
+  const {timeline} = model;
+  const soon = (tries) => {
+    if (!(model.scan && timeline.isAt(model.scan)) && tries > 0) return setTimeout(() => soon(tries - 1), 20);
+    callback({at: timeline.at, x_m: timeline.x_m[timeline.at], robot_x_m: model.robot.x_m, rays: model.scan.rays.length,
+              slider: Number(document.getElementById('moment').value), time: document.getElementById('time').textContent});
+  };
+  soon(100);
+});
+"""
+
+# Plays for two seconds. Callback: how far, and how many pictures a second.
+PLAY = """
+const callback = arguments[0];
+import('/main.js').then(({robots, player}) => {
+  player.goTo(0);
+  document.getElementById('play').click();
+  const began_ms = performance.now();
+  let frames = 0;
+  const count = (now_ms) => {
+    ++frames;
+    if (now_ms - began_ms < 2000) return requestAnimationFrame(count);
+    document.getElementById('play').click();
+    callback({frames: frames / 2, at: robots[0].model.timeline.at, playing: player.playing});
+  };
+  requestAnimationFrame(count);
+});
+"""
+
+# Taps the path where the robot was at a scan. Callback: the scan that is shown then.
+TAP = """
+const [number, callback] = arguments;
+import('/main.js').then(({robots}) => {
+  const {model, view} = robots[0];
+  const {timeline} = model;
+  const box = view.canvas.getBoundingClientRect();
+  const way = view.turn(timeline.x_m[number] - view.camera.x_m, timeline.y_m[number] - view.camera.y_m);
+  const place = {clientX: box.left + box.width / 2 + way.right_m * view.camera.px,
+                 clientY: box.top + box.height / 2 - way.up_m * view.camera.px, pointerId: 1, pointerType: 'touch'};
+  view.canvas.setPointerCapture = () => {};
+  for (const type of ['pointerdown', 'pointerup']) view.canvas.dispatchEvent(new PointerEvent(type, place));
+  requestAnimationFrame(() => callback({at: timeline.at, away_m: Math.hypot(
+      timeline.x_m[timeline.at] - timeline.x_m[number], timeline.y_m[timeline.at] - timeline.y_m[number])}));
+});
+"""
+
+# Measures between two places by touch. Callback: what is said, and the true distance.
+MEASURE = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => {
+  const {view} = robots[0];
+  document.getElementById('measure').click();
+  view.canvas.setPointerCapture = () => {};
+  const box = view.canvas.getBoundingClientRect();
+  const middle = {x: box.left + box.width / 2, y: box.top + box.height / 3};
+  for (const aside of [-60, 60]) {
+    const place = {clientX: middle.x + aside, clientY: middle.y, pointerId: 2, pointerType: 'touch'};
+    for (const type of ['pointerdown', 'pointerup']) view.canvas.dispatchEvent(new PointerEvent(type, place));
+  }
+  const said = [];
+  const context = view.canvas.getContext('2d');
+  const {fillText} = context;
+  context.fillText = (text, ...rest) => { said.push(text); fillText.call(context, text, ...rest); };
+  view.stale = true;
+  view.draw(performance.now());
+  context.fillText = fillText;
+  const cursor = document.getElementById('cursor').textContent;
+  document.getElementById('measure').click();
+  callback({said, cursor, distance_m: 120 / view.camera.px});
+});
+"""
+
+# Turns the map. Callback: by how much, and whether a place of the window is where it is drawn.
+TURN = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => {
+  const {view} = robots[0];
+  view.camera.turn_rad = 0.4;
+  const box = view.canvas.getBoundingClientRect();
+  const place = view.toMap(box.left + 100, box.top + 80);
+  const way = view.turn(place.x_m - view.camera.x_m, place.y_m - view.camera.y_m);
+  const there = [box.width / 2 + way.right_m * view.camera.px, box.height / 2 - way.up_m * view.camera.px];
+  view.camera.turn_rad = 0;
+  document.getElementById('turn').click();
+  const turned = view.camera.turn_rad;
+  document.getElementById('turn').click();
+  callback({there, turned, back: view.camera.turn_rad});
+});
+"""
+
+
+def test_timeline(browser, url):
+    num = browser.run(NUM_SCANS)
+    check(num > 1000, f"the page has all {num} scans")
+    middle = browser.driver.execute_async_script(GO_TO, num // 2)
+    check(middle["at"] == middle["slider"] == num // 2, f"it goes to one of them: {middle['time']}")
+    check(abs(middle["x_m"] - middle["robot_x_m"]) < 1e-3 and middle["rays"] > 100, "with the pose and the rays of then")
+    browser.picture("moment")
+    played = browser.run(PLAY)
+    check(played["at"] > 10 and not played["playing"], f"it plays, {played['frames']:.0f} pictures a second")
+    tapped = browser.driver.execute_async_script(TAP, num // 3)
+    check(tapped["away_m"] < 0.5, "a click on the path goes there")
+    turned = browser.run(TURN)
+    check(max(abs(turned["there"][0] - 100), abs(turned["there"][1] - 80)) < 1e-6 and turned["back"] == 0,
+          "the map turns, and a place of the window stays where it is drawn")
+    link_to_a_moment(browser, url, num // 4)
+
+
+def link_to_a_moment(browser, url, number):
+    browser.driver.get("about:blank")
+    browser.driver.get(f"{url}#x=1.00&y=2.00&px=33.00&scan={number}")
+    await_that(lambda: browser.run(NUM_SCANS) > 0, "a link is opened")
+    seen = browser.run("""
+        const callback = arguments[0];
+        import('/main.js').then(({robots}) => setTimeout(() => callback(
+            {...robots[0].view.camera, at: robots[0].model.timeline.at, hash: location.hash}), 1200));""")
+    check((seen["x_m"], seen["y_m"], seen["px"], seen["at"]) == (1, 2, 33, number), "it shows the same place and moment")
+    check(f"scan={number}" in seen["hash"] and "px=33" in seen["hash"], f"and keeps them: {seen['hash']}")
+
+
+def test_phone(url):
+    for name, size in (("upright", "412,915"), ("landscape", "915,512")):
+        phone = Browser(url, size)
+        try:
+            await_that(lambda: phone.run(NUM_SCANS) > 0, f"a phone, {name}, shows a finished run")
+            seen = phone.run(MEASURE)
+            wanted = f"{seen['distance_m']:.2f}"
+            check(any(text.startswith(wanted[:-1]) for text in seen["said"]) and " m" in seen["cursor"],
+                  f"a distance is measured by touch: {seen['said']}")
+            small = phone.driver.execute_script("""
+                return [...document.querySelectorAll('#tools button, #player button')].filter((button) => {
+                  const {width, height} = button.getBoundingClientRect();
+                  return width > 0 && Math.min(width, height) < 43.9;
+                }).map(({id}) => id);""")
+            check(small == [], f"no button is smaller than 44 px: {small}")
+            hidden = phone.driver.execute_script("""
+                const fold = document.getElementById('fold');
+                if (fold.getAttribute('aria-expanded') === 'true') fold.click();
+                return [...document.querySelectorAll('#panel section')].filter((section) =>
+                    section.checkVisibility({checkVisibilityCSS: true})).map(({className}) => className);""")
+            check(hidden == [], "a folded panel shows nothing of what it holds")
+            phone.picture(f"finished_{name}")
+            check(phone.errors() == [], "its console has no errors")
+        finally:
+            phone.driver.quit()
+
+
+# Contrast of free cells against unexplored ones in both themes, and whether a wall of one cell is in every picture.
+SEEN_AFAR = """
+const callback = arguments[0];
+Promise.all([import('/main.js'), import('/map_model.js')]).then(([, {MapModel, REDUCTIONS, makePalette}]) => {
+  const luminance = (hex) => {
+    const [red, green, blue] = [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255)
+      .map((value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4));
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+  };
+  const contrasts = ['dark', 'light'].map((theme) => {
+    document.documentElement.dataset.theme = theme;
+    const style = getComputedStyle(document.documentElement);
+    const [ground, free] = ['--ground', '--free'].map((name) => luminance(style.getPropertyValue(name).trim()));
+    return (Math.max(ground, free) + 0.05) / (Math.min(ground, free) + 0.05);
+  });
+  const map = new MapModel();
+  map.setPalette(makePalette([0, 255, 0], [255, 0, 0]));
+  const runs = new Uint8Array(4 + 4096).fill(255);
+  runs.set([0, 0, 16, 0]);
+  runs[4 + 64 * 20 + 37] = 0;
+  map.take({x: 0, y: 0, whole: true, runs});
+  map.paint();
+  const walls = REDUCTIONS.map((reduction, level) => {
+    const {data} = map.block(0, 0).pictures[level].getContext('2d').getImageData(0, 0, 512 / reduction, 512 / reduction);
+    let found = 0;
+    for (let at = 0; at < data.length; at += 4) found += data[at] > 200 && data[at + 1] < 50;
+    return found;
+  });
+  callback({contrasts, walls});
+});
+"""
+
+
+def test_seen_afar(browser):
+    seen = browser.run(SEEN_AFAR)
+    check(min(seen["contrasts"]) >= 2, f"free against unexplored: {', '.join(f'{c:.2f}' for c in seen['contrasts'])}")
+    check(seen["walls"] == [1, 1, 1], "a wall of one cell is in the picture of every zoom")
