@@ -18,8 +18,7 @@ final class TextPainter {
   private static final Color INK = new Color(40, 40, 40);
   private static final int LINE_PIXELS = 17;
   private static final int MARGIN_PIXELS = 10;
-  private static final double LONG_UNANSWERED_S = 3;
-  private static final double LONGEST_PAUSE_S = 3;  // as on map_viewer's page
+  private static final double SILENT_S = 3;  // as on map_viewer's page
 
   private final Graphics2D g;
   private final int width_pixels;
@@ -54,7 +53,7 @@ final class TextPainter {
   }
 
   private static String describe(ScanMatch match, double age_s) {
-    if (age_s > LONGEST_PAUSE_S) return say("no pose for %d s", (long) age_s);
+    if (age_s > SILENT_S) return say("no pose for %d s", (long) age_s);
     return say("%s    fitness %.3f    %d critical rays", match.describeState(), match.fitness, match.num_critical);
   }
 
@@ -75,7 +74,7 @@ final class TextPainter {
       lines.add(say("%d scans    %.0f m driven    cells of %s m", replica.version(), replica.path().lengthM(),
                     replica.map().cell_size_m));
     }
-    if (follower.unansweredS() > LONG_UNANSWERED_S) {
+    if (follower.unansweredS() > SILENT_S) {
       lines.add(say("map_updater silent for %.0f s", follower.unansweredS()));
     }
     if (follower.robot.numMalformed() + replica.numRefusedTiles() > 0) {

@@ -16,7 +16,6 @@
 #include "common/results/json_text.hpp"
 #include "common/scan/deskew.hpp"
 #include "services/base/process.hpp"
-#include "services/diagnosis/break_news.hpp"
 #include "services/journal/earlier_results.hpp"
 #include "services/journal/journal.hpp"
 #include "services/journal/map_parameters.hpp"
@@ -110,7 +109,7 @@ class Run {
                  {"localised", finished_map_.has_value()}});
     if (!matches_.empty()) info["truth"] = ReadTruth(results, BestMatch(0));
     for (const Break& at : pieces.breaks) {
-      info["breaks"].push_back({{"scan", at.scan}, {"text", DescribeBreak(at)}, {"joined", at.joined()}});
+      info["breaks"].push_back({{"scan", at.scan}, {"joined", at.joined()}});
     }
     scene.SetInfo(ToText(info));
   }

@@ -95,8 +95,9 @@ void PageFeed::AddMap(std::string& message) {
 void PageFeed::AddRobot(std::string& message) {
   robot_told_ = scene_.robot_change();
   const auto wanted = std::exchange(scan_wanted_, std::nullopt);
-  const auto& [match, scan] =
-      wanted ? SceneRobot{scene_.timeline().match(*wanted), scene_.timeline().scan(*wanted)} : scene_.robot();
+  SceneRobot then;
+  if (wanted) then = {scene_.timeline().match(*wanted), scene_.timeline().scan(*wanted)};
+  const auto& [match, scan] = wanted ? std::as_const(then) : scene_.robot();
   std::string record;
   Append(record, match.utime);
   Append(record, static_cast<std::uint8_t>(match.state));

@@ -52,9 +52,7 @@ json ReadTruth(const std::filesystem::path& results, const ScanMatch& first) {
 json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans) {
   const json summary = ReadSummary(results);
   if (!summary.is_object()) return WithoutVerdict("the folder has no summary.json that can be read");
-  if (!summary.value("ended", json(false)).is_boolean() || !summary.value("ended", false)) {
-    return WithoutVerdict("the run has not ended");
-  }
+  if (summary.value("ended", json()) != json(true)) return WithoutVerdict("the run has not ended");
   const json scans = summary.value("scans", json());
   if (!scans.is_number_unsigned() || scans.get<std::size_t>() != num_scans) {
     return WithoutVerdict("summary.json is of another number of scans");

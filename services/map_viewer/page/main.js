@@ -32,7 +32,7 @@ function addRobot(index) {
   model.addEventListener("info", () => label(robot));
   model.addEventListener("moment", ({detail}) => robot.connection.say(`scan ${detail}`));
   model.addEventListener("timeline", () => openFinished(robot));
-  robot.view.addEventListener("chosen", () => choose(index));
+  robot.view.addEventListener("chosen", () => { if (index !== chosen) choose(index); });
   robot.view.addEventListener("follows", () => showTools());
   robot.view.addEventListener("pointed", ({detail}) => showCursor(robot, detail));
   robot.view.addEventListener("placed", ({detail: {x_m, y_m, yaw_rad}}) => {
@@ -131,8 +131,8 @@ function setTheme(theme) {
 function setMode(mode) {
   document.body.dataset.mode = mode;
   choose(0);
+  for (const {view} of robots) view.readTheme();
   robots[0].view.showOver(mode, robots.slice(1).map(({model}) => model));
-  if (mode === "beside") for (const {view} of robots) view.readTheme();
 }
 
 function setLayer(layer, shown) {
@@ -208,11 +208,10 @@ const wanted = new URLSearchParams(location.hash.slice(1));
 let wanted_moment = wanted.has("scan") ? Number(wanted.get("scan")) : null;
 
 function readLink(view) {
-  const {camera} = view;
   const number = (key) => Number(wanted.get(key) ?? NaN);
   if (![number("x"), number("y"), number("px")].every(Number.isFinite) || number("px") <= 0) return;
-  Object.assign(camera, {x_m: number("x"), y_m: number("y"), px: Math.min(400, Math.max(0.2, number("px"))),
-                         turn_rad: number("turn") || 0});
+  Object.assign(view.camera, {x_m: number("x"), y_m: number("y"), turn_rad: number("turn") || 0});
+  view.setScale(number("px"));
   view.is_linked = true;
   view.setFollows(false);
 }

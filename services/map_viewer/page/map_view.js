@@ -7,7 +7,7 @@ const NEAREST_PX = 400;  // pixels of a metre
 const FURTHEST_PX = 0.2;
 const FINEST_CELL_PX = 0.8;  // where a cell is smaller, a wall of one cell would be hard to see
 const TAP_PX = 14;           // so near to the path is on it
-export const LAYERS = ["rays", "path", "floating", "loops", "uncertainty", "truth", "grid"];
+const LAYERS = ["rays", "path", "floating", "loops", "uncertainty", "truth", "grid"];
 
 const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
 
@@ -53,11 +53,11 @@ export class MapView extends EventTarget {
   }
 
   // Shows the maps of others over this one: "overlay", each in a colour of its own, or "difference", where all that is
-  // not the same is bright. Else "beside": this one alone.
+  // not the same is bright. Else "beside": this one alone, in the colours of readTheme.
   showOver(mode, others) {
     this.mode = mode;
     this.others = mode === "beside" ? [] : others;
-    if (mode === "beside") return this.readTheme();
+    if (mode === "beside") return;
     const {free, path, ray_free} = this.colours;
     const paletteOf = (index) => (mode === "difference"
       ? makePalette([70, 70, 70], [255, 255, 255], {least: 1})
@@ -102,9 +102,12 @@ export class MapView extends EventTarget {
     const size = (of) => Math.max(...corners.map(of)) - Math.min(...corners.map(of));
     const px = Math.min((area.x1 - area.x0 - 2 * margin) / size(({right_m}) => right_m),
                         (area.y1 - area.y0 - 2 * margin) / size(({up_m}) => up_m));
-    this.camera.px = Math.max(FURTHEST_PX, Math.min(NEAREST_PX, px));
+    this.setScale(px);
     this.centre((extent.x0 + extent.x1) / 2, (extent.y0 + extent.y1) / 2);
   }
+
+  // px: of a metre.
+  setScale(px) { this.camera.px = Math.max(FURTHEST_PX, Math.min(NEAREST_PX, px)); }
 
   // A direction of the map as the screen has it, and back.
   turn(x_m, y_m) {
@@ -191,7 +194,7 @@ export class MapView extends EventTarget {
   // What lies there stays there, unless the robot is followed.
   zoom(factor, client_x, client_y) {
     const before = this.toMap(client_x, client_y);
-    this.camera.px = Math.max(FURTHEST_PX, Math.min(NEAREST_PX, this.camera.px * factor));
+    this.setScale(this.camera.px * factor);
     const after = this.toMap(client_x, client_y);
     this.fits = false;
     if (!this.follows) {

@@ -3,10 +3,9 @@
 import {drawFitness, drawTimes} from "./charts.js";
 import {ellipseOf, isMeasured} from "./layers.js";
 import {formatTime} from "./player.js";
-import {describeState, localises} from "./state.js";
+import {SILENT_S, describeState, localises, toAxisDegrees} from "./state.js";
 
 const CHI_95 = Math.sqrt(5.991);
-const SILENT_S = 3;  // three statuses are missing
 const TROUBLE = /malformed|refused|dropped|failed|lost|missing|late|contradicted|cut|ignored|unknown/;
 const $ = (id) => document.getElementById(id);
 const whole = new Intl.NumberFormat("en");
@@ -23,8 +22,7 @@ function showPose({robot}) {
   const degrees = (radians) => (radians * 180) / Math.PI;
   const {long_m, short_m, angle_rad} = ellipseOf(robot.covariance);
   const known = isMeasured(robot.covariance);
-  const along_deg = (Math.round(degrees(angle_rad)) + 180) % 180;
-  show("along", known && long_m > 1.05 * short_m ? `± along ${along_deg}°` : "± along");
+  show("along", known && long_m > 1.05 * short_m ? `± along ${toAxisDegrees(angle_rad)}°` : "± along");
   show("x", fixed(robot.x_m, 2));
   show("y", fixed(robot.y_m, 2));
   show("yaw", fixed(degrees(robot.yaw_rad), 1));

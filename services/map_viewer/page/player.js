@@ -3,7 +3,7 @@
 const $ = (id) => document.getElementById(id);
 const SPEEDS = [1, 4, 16, 64, 256];
 const WHOLE_S = 60;  // in which a run is played at first
-const MARKS = {LOST: "--bad", DEGENERATE: "--warn", FLOATING: "--floating"};
+const COLOURS = {LOST: "--bad", DEGENERATE: "--warn", FLOATING: "--floating", loop: "--loop", break: "--bad", joined: "--good"};
 
 export function formatTime(seconds) {
   const whole = Math.max(0, Math.floor(seconds));
@@ -17,6 +17,8 @@ export class Player {
   constructor(show) {
     this.show = show;
     this.timeline = null;
+    this.info = null;  // with which the marks were made
+    this.marks = [];
     this.playing = false;
     this.clock_s = 0;
     this.speed = 1;
@@ -29,13 +31,16 @@ export class Player {
   take(timeline, info) {
     if (timeline !== this.timeline) {
       this.timeline = timeline;
+      this.info = null;
       this.setPlaying(false);
       document.body.classList.toggle("finished", Boolean(timeline));
       if (!timeline) return;
       $("moment").max = timeline.num - 1;
       this.setSpeed(SPEEDS.find((speed) => timeline.duration_s / speed <= WHOLE_S) ?? SPEEDS.at(-1));
     }
-    if (timeline) this.drawMarks(timeline.marks(info));
+    if (timeline && info !== this.info) this.marks = timeline.marks(info);
+    this.info = info;
+    if (timeline) this.drawMarks();
     this.tell();
   }
 
@@ -86,7 +91,7 @@ export class Player {
   }
 
   // Bars where the robot was lost, floated or was held in one direction only; ticks at loops, breaks and joins.
-  drawMarks(marks) {
+  drawMarks() {
     const canvas = $("marks");
     const ratio = window.devicePixelRatio || 1;
     const {width, height} = canvas.getBoundingClientRect();
@@ -94,18 +99,19 @@ export class Player {
     canvas.height = Math.round(height * ratio);
     const context = canvas.getContext("2d");
     const style = getComputedStyle(document.documentElement);
+    const colours = Object.fromEntries(Object.entries(COLOURS).map(([what, name]) => [what, style.getPropertyValue(name)]));
     const {timeline} = this;
     const scale = canvas.width / Math.max(1, timeline.num - 1);
     for (let i = 0; i < timeline.num; ++i) {
-      const colour = MARKS[timeline.stateOf(i)];
-      if (!colour) continue;
-      context.fillStyle = style.getPropertyValue(colour);
-      context.globalAlpha = colour === "--warn" ? 0.4 : 1;
+      const state = timeline.stateOf(i);
+      if (!colours[state]) continue;
+      context.fillStyle = colours[state];
+      context.globalAlpha = state === "DEGENERATE" ? 0.4 : 1;
       context.fillRect(i * scale, canvas.height / 2, Math.max(1, scale), canvas.height / 2);
     }
     context.globalAlpha = 1;
-    for (const {at, kind} of marks) {
-      context.fillStyle = style.getPropertyValue(kind === "loop" ? "--loop" : kind === "break" ? "--bad" : "--good");
+    for (const {at, kind} of this.marks) {
+      context.fillStyle = colours[kind];
       context.fillRect(Math.round(at * scale) - ratio, 0, (kind === "loop" ? 1.5 : 3) * ratio, canvas.height / 2);
     }
   }

@@ -1,7 +1,7 @@
 // What the badge says of a robot, and what its evidence is: what came last, and how long ago that was.
 
-const SILENT_S = 3;     // three statuses are missing
-const NO_SCAN_S = 3;    // no laser is so slow
+export const SILENT_S = 3;  // three statuses are missing
+const NO_SCAN_S = 3;        // no laser is so slow
 const ON_THE_WAY = ["ray_selector", "rrhc_matcher", "map_updater"];  // of a scan
 const TRUST = {good: ["good", "GOOD"], doubtful: ["warn", "DOUBTFUL"], bad: ["bad", "BAD"], none: ["none", "FINISHED"]};
 
@@ -11,7 +11,8 @@ const seconds = (age_s) => (age_s < 120 ? `${Math.floor(age_s)} s` : `${Math.flo
 export const describeFloating = ({robot}) =>
   robot?.floating ? `floating: not joined to the map yet (trajectory ${robot.trajectory})` : "";
 
-const describeAxis = ({axis}) => Math.round((Math.atan2(axis.y, axis.x) * 180) / Math.PI + 180) % 180;
+// 0 to 179: an axis has no sign.
+export const toAxisDegrees = (angle_rad) => (Math.round((angle_rad * 180) / Math.PI) + 180) % 180;
 
 // How long the last scans have been in the state of the last one.
 function ageOfState(samples) {
@@ -30,7 +31,7 @@ function describeRobot({robot, samples, timeline, info}) {
   }
   if (robot.floating) return {tone: "floating", text: "FLOATING", why: describeFloating({robot})};
   if (robot.state === "DEGENERATE") {
-    return {tone: "warn", text: `DEGENERATE along ${describeAxis(robot)}°`,
+    return {tone: "warn", text: `DEGENERATE along ${toAxisDegrees(Math.atan2(robot.axis.y, robot.axis.x))}°`,
             why: "the scan does not fix the position in this direction"};
   }
   if (robot.state === "START") return {tone: "start", text: "START", why: ""};

@@ -2,7 +2,7 @@
 
 import {STATES} from "./wire.js";
 
-const FLOATING = STATES.indexOf("FLOATING");
+const [LOST, FLOATING] = ["LOST", "FLOATING"].map((state) => STATES.indexOf(state));
 const LONGEST_PAUSE_S = 1;  // of what is played: nobody waits through the night between two drives
 const NO_COVARIANCE = {xx: 0, xy: 0, yy: 0, yaw: 0};
 
@@ -62,17 +62,17 @@ export class Timeline {
     let [nearest, nearest_m2] = [null, within_m * within_m];
     for (let i = 0; i < this.num; ++i) {
       const distance_m2 = (this.x_m[i] - x_m) ** 2 + (this.y_m[i] - y_m) ** 2;
-      if (distance_m2 < nearest_m2 && this.state[i] !== 2) [nearest, nearest_m2] = [i, distance_m2];
+      if (distance_m2 < nearest_m2 && this.state[i] !== LOST) [nearest, nearest_m2] = [i, distance_m2];
     }
     return nearest;
   }
 
-  // Where something happened: {at, kind, text}.
+  // Where something happened: {at, kind}.
   marks(info) {
-    const marks = (info.breaks ?? []).map(({scan, text, joined}) => ({at: scan, kind: joined ? "joined" : "break", text}));
+    const marks = (info.breaks ?? []).map(({scan, joined}) => ({at: scan, kind: joined ? "joined" : "break"}));
     for (const [x0, y0, x1, y1] of info.loops) {
       const at = this.nearest(x1, y1, 1);
-      if (at !== null) marks.push({at, kind: "loop", text: "loop closed"});
+      if (at !== null) marks.push({at, kind: "loop"});
     }
     return marks;
   }
