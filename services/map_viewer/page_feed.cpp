@@ -29,7 +29,9 @@ std::uint8_t PathState(const ScanMatch& match) {
   return match.floating ? kFloating : static_cast<std::uint8_t>(match.state);
 }
 
-void AppendPathPoint(std::string& record, const ScanMatch& match) {
+void AppendPathPoint(std::string& record, const PathSketch::Kept& kept) {
+  const ScanMatch& match = kept.match;
+  Append(record, static_cast<std::uint32_t>(kept.number));
   Append(record, Narrow(match.T_map_laser.x_m));
   Append(record, Narrow(match.T_map_laser.y_m));
   Append(record, PathState(match));
@@ -155,10 +157,15 @@ void PageFeed::AddTimeline(std::string& message) {
   const auto AppendAll = [&](const auto& of_match) {
     for (std::size_t i = 0; i < timeline.size(); ++i) Append(record, of_match(timeline.match(i)));
   };
+  const auto AppendFirst = [&](float Timeline::Position::*coordinate) {
+    for (std::size_t i = 0; i < timeline.size(); ++i) Append(record, timeline.first_position(i).*coordinate);
+  };
   AppendAll([](const ScanMatch& match) { return static_cast<double>(match.utime) * 1e-6; });
   AppendAll([](const ScanMatch& match) { return Narrow(match.T_map_laser.x_m); });
   AppendAll([](const ScanMatch& match) { return Narrow(match.T_map_laser.y_m); });
   AppendAll([](const ScanMatch& match) { return Narrow(match.T_map_laser.yaw_rad); });
+  AppendFirst(&Timeline::Position::x_m);
+  AppendFirst(&Timeline::Position::y_m);
   AppendAll([](const ScanMatch& match) { return Narrow(match.fitness); });
   AppendAll([](const ScanMatch& match) { return static_cast<std::int32_t>(match.trajectory); });
   AppendAll(PathState);
@@ -172,7 +179,7 @@ void PageFeed::AddPath(std::string& message) {
   Append(record, static_cast<std::uint32_t>(path_generation_));
   Append(record, static_cast<std::uint32_t>(path_told_));
   Append(record, static_cast<std::uint32_t>(kept.size() - path_told_));
-  for (std::size_t i = path_told_; i < kept.size(); ++i) AppendPathPoint(record, kept[i].match);
+  for (std::size_t i = path_told_; i < kept.size(); ++i) AppendPathPoint(record, kept[i]);
   path_told_ = kept.size();
   AppendRecord(message, kPath, record);
 }

@@ -13,19 +13,19 @@ namespace crsm {
 /// What the page of this viewer is told. Each message is binary, little-endian, and made of records: kind (1 byte),
 /// size of the rest (4 bytes), the rest. services/map_viewer/page/wire.js reads them.
 ///
-///   1 map      anew u8, epoch i64, version i64, complete u8, cell size f64 [m], number of tiles u16, and of each: x
-///   i16,
-///              y i16, whole u8, number of bytes u16, runs as in map_tile_t. anew: begins with an empty map; whole:
+///   1 map      anew u8, epoch i64, version i64, complete u8, cell size f64 [m], number of tiles u16, and of each:
+///              x y i16, whole u8, number of bytes u16, runs as in map_tile_t. anew: begins with an empty map; whole:
 ///              with an unexplored tile; complete: all of this epoch's version is there
 ///   2 robot    utime i64, state u8 as in scan_match_t, trajectory i32, floating u8, x y yaw f64 [m, m, rad],
 ///              fitness f32, covariance xx xy yy yaw yaw f32, degenerate axis x y f32, number of rays u16, of each
 ///              angle and range f32 [rad, m], number of critical rays u16, of each its index u16
-///   3 path     generation u32, first point u32, number of points u32, of each x y f32 [m], state u8, or 4: it floats
+///   3 path     generation u32, first point u32, number of points u32, of each its scan's number u32, x y f32 [m],
+///              state u8, or 4: it floats
 ///   4 samples  number u32, of each time f64 [s], fitness f32, state u8
 ///   5 info     JSON: names of all robots, loops, the newest news and how many there were, and Scene::info
-///   6 timeline of a run that has ended: number of scans u32, and of all of them time f64 [s], then of all x, y, yaw
-///   f32
-///              [m, m, rad], then fitness f32, trajectory i32, state u8 as of the path
+///   6 timeline of a run that has ended: number of scans u32, then of all scans time f64 [s], then of all x, then y,
+///              then yaw f32 [m, m, rad], then x, then y f32 [m] where it was matched first, NaN if nowhere, then
+///              fitness f32, then trajectory i32, then state u8 as of the path
 ///
 /// A page may ask for one of these scans by the text "scan NUMBER": it comes as the robot. By "start X Y YAW" [m, m,
 /// rad] it says where a robot is that is localised on a finished map.

@@ -15,7 +15,10 @@ constexpr double kRangeStep_m = 0.004;
 }  // namespace
 
 void Timeline::Add(const ScanMatch& match, const CriticalRays* scan) {
-  moments_.push_back({match, rays_.size(), critical_.size()});
+  moments_.push_back({match, {}, rays_.size(), critical_.size()});
+  if (match.state != MatchState::kLost && !match.floating) {
+    moments_.back().first = {static_cast<float>(match.T_map_laser.x_m), static_cast<float>(match.T_map_laser.y_m)};
+  }
   if (!scan) return;
   constexpr double kMost = std::numeric_limits<std::uint16_t>::max();
   for (std::size_t i = 0; i < scan->rays.size(); ++i) {

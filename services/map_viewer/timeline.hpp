@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "common/scan/critical_rays.hpp"
@@ -8,17 +9,25 @@
 
 namespace crsm {
 
-/// A finished run scan by scan, by all that is known at its end. Scans are kept in four bytes a ray: angles to 0.1
-/// mrad, ranges to 4 mm and 262 m.
+/// A finished run scan by scan, by all that is known at its end, and where each scan was matched first. Scans are kept
+/// in four bytes a ray: angles to 0.1 mrad, ranges to 4 mm and 262 m.
 class Timeline {
  public:
-  /// scan: null where the run has not kept it.
+  /// match: of that moment, before anything that came later moved it. scan: null where the run has not kept it.
   void Add(const ScanMatch& match, const CriticalRays* scan);
 
   void SetMatch(std::size_t number, const ScanMatch& match) { moments_[number].match = match; }
 
   std::size_t size() const { return moments_.size(); }
   const ScanMatch& match(std::size_t number) const { return moments_[number].match; }
+
+  struct Position {
+    float x_m = std::numeric_limits<float>::quiet_NaN();
+    float y_m = std::numeric_limits<float>::quiet_NaN();
+  };
+  /// Where the scan was matched first; NaN where it was lost, or floated.
+  Position first_position(std::size_t number) const { return moments_[number].first; }
+
   /// Where the run has not kept it, because it was not drawn: the one before that was, as it is seen from here.
   CriticalRays scan(std::size_t number) const;
 
@@ -29,6 +38,7 @@ class Timeline {
   };
   struct Moment {
     ScanMatch match;
+    Position first;
     std::size_t first_ray = 0;
     std::size_t first_critical = 0;
   };

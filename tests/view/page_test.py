@@ -164,6 +164,64 @@ import('/main.js').then(({robots}) => {
 });
 """
 
+# Tells the page of a correction that moves the path by 0.3 m; of a path that is only thinned; and of another map. What
+# is said, and how many places were moved each time.
+MOVED = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => {
+  const {model} = robots[0];
+  const kept = model.path.slice();
+  const take = (points) => model.take({kind: 'path', generation: ++model.path_generation + 1, first: 0, points});
+  model.moved = [];
+  take(kept.map((point) => ({...point, y_m: point.y_m + 0.3})));
+  const seen = {places: kept.length, moved: model.moved.length, toast: document.getElementById('toast').textContent};
+  take(model.path.filter((_, i) => i % 2 === 0));
+  seen.thinned = model.moved.length;
+  model.is_another_map = true;
+  take(kept);
+  seen.another = model.moved.length;
+  take(kept.map((point) => ({...point, x_m: point.x_m + 0.1})));
+  seen.again = model.moved.length;
+  callback(seen);
+});
+"""
+
+# Draws all maps over the first one. Callback: the names that are drawn there, with the layer of other robots and without,
+# and whether all of both maps is in view.
+OVER = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => {
+  const {view} = robots[0];
+  const mode = document.getElementById('mode');
+  const box = document.querySelector('[data-layer=robots]');
+  const context = view.canvas.getContext('2d');
+  const {fillText} = context;
+  const drawn = () => {
+    const names = [];
+    context.fillText = (text, ...rest) => { names.push(text); fillText.call(context, text, ...rest); };
+    view.stale = true;
+    view.draw(performance.now());
+    context.fillText = fillText;
+    return names;
+  };
+  const show = (value) => {
+    mode.value = value;
+    mode.dispatchEvent(new Event('change'));
+  };
+  const beside = drawn();
+  show('overlay');
+  document.getElementById('fit').click();
+  const over = drawn();
+  box.click();
+  const without = drawn();
+  box.click();
+  show('difference');
+  const difference = drawn();
+  show('beside');
+  callback({beside, over, without, difference, shown: robots.length});
+});
+"""
+
 
 def read_png(path):
     """Width, height and grey values of an 8-bit grey PNG."""
@@ -282,6 +340,13 @@ def test_floating(browser):
     check("floating" not in seen["after"] and seen["toast"] == "joined: trajectory 3 with the map", "and so is a join, for a while")
 
 
+def test_moved(browser):
+    seen = browser.run(MOVED)
+    check(seen["moved"] > 0.9 * seen["places"] > 10 and "by up to 0.30 m" in seen["toast"], f"what a loop moves is said: {seen['toast']}")
+    check(seen["thinned"] == seen["moved"] and seen["another"] == 0 and seen["again"] > 0,
+          f"and neither a path that is thinned nor one on another map is moved: {seen}")
+
+
 def test_phone(url):
     phone = Browser(url, "412,915")
     try:
@@ -326,6 +391,7 @@ def test_live(stack):
         compare_with_picture(browser, stack.out / "map.png")
         test_whole_soon(url)
         test_tools(browser)
+        test_moved(browser)
         test_floating(browser)
         check(browser.errors() == [], "the console has no errors")
         test_draws_whatever_comes(browser)
@@ -384,6 +450,31 @@ def test_path(browser):
     check(seen["afar"][0] == seen["num"] > seen["nearby"][0], "and from afar that is all of it")
 
 
+def test_several(results):
+    """Two runs on one page."""
+    http = f"127.0.0.1:{free_port(socket.SOCK_STREAM)}"
+    other = results.parent / "other"
+    shutil.copytree(results, other)
+    viewer = subprocess.Popen([BIN / "map_viewer", results, other, "--http", http], stderr=subprocess.DEVNULL)
+    browser = Browser("about:blank")
+    try:
+        await_that(lambda: socket.socket().connect_ex(("127.0.0.1", int(http.rsplit(":", 1)[1]))) == 0, "two runs")
+        browser.driver.get(f"http://{http}/")
+        await_that(lambda: browser.run("""
+            const callback = arguments[0];
+            import('/main.js').then(({robots}) => callback(
+                robots.length === 2 && robots.every(({model}) => model.timeline)));"""), "are side by side")
+        seen = browser.run(OVER)
+        named = [str(other)]
+        check((seen["beside"], seen["over"], seen["without"], seen["difference"]) == ([], named, [], named),
+              "one over the other, the other robot is drawn with its name")
+        check(browser.errors() == [], "the console has no errors")
+    finally:
+        browser.driver.quit()
+        viewer.send_signal(signal.SIGINT)
+        viewer.wait(PATIENCE_S)
+
+
 def test_finished(out):
     http = f"127.0.0.1:{free_port(socket.SOCK_STREAM)}"
     results = out / "finished"
@@ -402,6 +493,7 @@ def test_finished(out):
         timeline.test_seen_afar(browser)
         timeline.test_phone(f"http://{http}/")
         test_foxglove(results, http)
+        test_several(results)
     finally:
         browser.driver.quit()
         viewer.send_signal(signal.SIGINT)

@@ -102,6 +102,39 @@ import('/main.js').then(({robots}) => {
 });
 """
 
+# Moves the middle of the path by half a metre, as a loop would have. Callback: how much of the loops' colour is drawn
+# with the layer and without it, and at the begin.
+MOVED = """
+const callback = arguments[0];
+import('/main.js').then(({robots, player}) => {
+  const {model, view} = robots[0];
+  const {timeline} = model;
+  const [was, {loops}] = [timeline.first_y_m.slice(), model.info];
+  for (let i = Math.floor(timeline.num / 3); i < timeline.num / 2; ++i) timeline.first_y_m[i] = timeline.y_m[i] + 0.5;
+  const wanted = [1, 3, 5].map((at) => parseInt(view.colours.loop.slice(at, at + 2), 16));
+  const box = document.querySelector('[data-layer=moved]');
+  model.info.loops = [];
+  view.fit();
+  const count = (scan, shown) => {
+    if (box.checked !== shown) box.click();
+    player.goTo(scan);
+    view.timeline_path = null;
+    view.stale = true;
+    view.draw(performance.now());
+    const {data} = view.canvas.getContext('2d').getImageData(0, 0, view.canvas.width, view.canvas.height);
+    let found = 0;
+    for (let at = 0; at < data.length; at += 4) found += wanted.every((value, i) => Math.abs(value - data[at + i]) < 60);
+    return found;
+  };
+  const seen = {without: count(timeline.num - 1, false), all: count(timeline.num - 1, true), early: count(5, true)};
+  box.click();
+  timeline.first_y_m.set(was);
+  model.info.loops = loops;
+  view.timeline_path = null;
+  callback({...seen, moved: timeline.moved(0).length});
+});
+"""
+
 
 def test_timeline(browser, url):
     num = browser.run(NUM_SCANS)
@@ -114,6 +147,9 @@ def test_timeline(browser, url):
     check(played["at"] > 10 and not played["playing"], f"it plays, {played['frames']:.0f} pictures a second")
     tapped = browser.driver.execute_async_script(TAP, num // 3)
     check(tapped["away_m"] < 0.5, "a click on the path goes there")
+    moved = browser.run(MOVED)
+    check(moved["all"] > moved["without"] + 100 and moved["early"] <= moved["without"] + 20,
+          f"what loops moved is drawn up to the moment: {moved}")
     turned = browser.run(TURN)
     check(max(abs(turned["there"][0] - 100), abs(turned["there"][1] - 80)) < 1e-6 and turned["back"] == 0,
           "the map turns, and a place of the window stays where it is drawn")

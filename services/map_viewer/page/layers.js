@@ -2,6 +2,7 @@
 
 const TAU = 2 * Math.PI;
 const LONGEST_STEP_M = 10;  // of the path; behind a longer one something was not seen
+const MOVED_STEP_PX = 12;
 const FLOATING_DASH_PX = [7, 5];  // what is not joined to the map
 const UNKNOWN_M2 = 1e4;  // variance of a position of which nothing is known
 const CHI_95 = Math.sqrt(5.991);  // an ellipse of so many sigmas holds 95 % in two dimensions
@@ -78,6 +79,26 @@ export function drawPath(context, points, tail, window_m, pixel, colours, with_f
     context.fill();
   }
   drawMarker(context, points[0], pixel, colours.good);
+}
+
+// Where places of the path were believed to be: {from, to}, a line every few pixels.
+export function drawMoved(context, moved, window_m, pixel, colours) {
+  context.strokeStyle = colours.loop;
+  context.lineWidth = pixel;
+  context.globalAlpha = 0.7;
+  context.beginPath();
+  let last = null;
+  for (const {from, to} of moved) {
+    if (isBeside(from, to, window_m)) continue;
+    if (last && Math.hypot(to.x_m - last.x_m, to.y_m - last.y_m) < MOVED_STEP_PX * pixel) continue;
+    last = to;
+    context.moveTo(from.x_m, from.y_m);
+    context.lineTo(to.x_m, to.y_m);
+    context.moveTo(from.x_m + 2 * pixel, from.y_m);
+    context.arc(from.x_m, from.y_m, 2 * pixel, 0, TAU);
+  }
+  context.stroke();
+  context.globalAlpha = 1;
 }
 
 // Where the robot of a simulated world really was.
@@ -234,6 +255,9 @@ function drawText(context, text, {x_m, y_m}, pixel, colours, angle_rad) {
   context.restore();
 }
 
+export const drawName = (context, name, robot, pixel, colours, angle_rad) =>
+  drawText(context, name, robot, pixel, colours, angle_rad);
+
 export const formatDistance = (metres) => `${metres.toFixed(metres < 10 ? 3 : 2)} m`;
 
 export function drawMeasure(context, [from, to], pixel, colours, angle_rad) {
@@ -281,6 +305,12 @@ export class TimelinePath {
     for (let first = 0; first < timeline.num; first += CHUNK_SCANS) {
       this.chunks.push({first, ...this.trace(first, Math.min(timeline.num, first + CHUNK_SCANS + 1))});
     }
+  }
+
+  // What was moved of the scans up to the moment, no finer than it is drawn.
+  moved() {
+    this.all_moved ??= this.timeline.moved(MOVED_STEP_PX * this.step_m);
+    return this.all_moved.filter(({scan}) => scan <= this.timeline.at);
   }
 
   // The lines through the scans [first, end): those of the map, those that float, and where the robot was lost.

@@ -28,6 +28,7 @@ function addRobot(index) {
     model.addEventListener(type, () => robot.changed.add(type));
   }
   model.addEventListener("corrected", () => toast("loop closed: the map was corrected"));
+  model.addEventListener("moved", ({detail}) => toast(`loop closed: the map was corrected by up to ${detail.toFixed(2)} m`));
   model.addEventListener("news", ({detail}) => toast(detail, NEWS_MS));
   model.addEventListener("info", () => label(robot));
   model.addEventListener("moment", ({detail}) => robot.connection.say(`scan ${detail}`));

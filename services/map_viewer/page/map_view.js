@@ -1,13 +1,15 @@
 // One robot's map on the screen: camera, pointers and the drawing of a frame.
 
 import {BLOCK_CELLS, REDUCTIONS, findWalls, makePalette} from "./map_model.js";
-import {TimelinePath, drawGrid, drawLoops, drawMeasure, drawPath, drawPlace, drawRobot, drawScan, drawTruth} from "./layers.js";
+import {TimelinePath, drawGrid, drawLoops, drawMeasure, drawMoved, drawName, drawPath, drawPlace, drawRobot, drawScan,
+        drawTruth} from "./layers.js";
 
 const NEAREST_PX = 400;  // pixels of a metre
 const FURTHEST_PX = 0.2;
 const FINEST_CELL_PX = 0.8;  // where a cell is smaller, a wall of one cell would be hard to see
 const TAP_PX = 14;           // so near to the path is on it
-const LAYERS = ["rays", "path", "floating", "loops", "uncertainty", "truth", "grid"];
+const LAYERS = ["rays", "path", "floating", "loops", "moved", "uncertainty", "truth", "robots", "grid"];
+const POINTED_AT_S = 3.1;  // so long a correction of the map is
 
 const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
 
@@ -28,7 +30,7 @@ export class MapView extends EventTarget {
     this.camera = {x_m: 0, y_m: 0, px: 40, turn_rad: 0};  // middle, pixels of a metre, what points to the right
     this.follows = true;
     this.fits = false;  // the whole map stays in view
-    this.layers = Object.fromEntries(LAYERS.map((layer) => [layer, true]));
+    this.layers = Object.fromEntries(LAYERS.map((layer) => [layer, layer !== "moved"]));
     this.mode = "beside";
     this.others = [];  // models whose maps are drawn over this one
     this.measures = false;
@@ -91,19 +93,20 @@ export class MapView extends EventTarget {
 
   // Shows all of the map in the part of the view that is clear, and goes on to while it grows.
   fit() {
-    const extent = this.model.map.extent();
+    const extents = [this.model, ...this.others].map(({map}) => map.extent()).filter(Boolean);
     this.setFollows(false);
     this.fits = true;
-    if (!extent) return;
+    if (extents.length === 0) return;
+    const [x0, y0] = ["x0", "y0"].map((edge) => Math.min(...extents.map((extent) => extent[edge])));
+    const [x1, y1] = ["x1", "y1"].map((edge) => Math.max(...extents.map((extent) => extent[edge])));
     const area = this.clearArea();
     const margin = Math.min(48, (area.x1 - area.x0) / 12, (area.y1 - area.y0) / 12);
-    const corners = [[extent.x0, extent.y0], [extent.x0, extent.y1], [extent.x1, extent.y0], [extent.x1, extent.y1]]
-      .map(([x, y]) => this.turn(x, y));
+    const corners = [[x0, y0], [x0, y1], [x1, y0], [x1, y1]].map(([x, y]) => this.turn(x, y));
     const size = (of) => Math.max(...corners.map(of)) - Math.min(...corners.map(of));
     const px = Math.min((area.x1 - area.x0 - 2 * margin) / size(({right_m}) => right_m),
                         (area.y1 - area.y0 - 2 * margin) / size(({up_m}) => up_m));
     this.setScale(px);
-    this.centre((extent.x0 + extent.x1) / 2, (extent.y0 + extent.y1) / 2);
+    this.centre((x0 + x1) / 2, (y0 + y1) / 2);
   }
 
   // px: of a metre.
@@ -306,7 +309,7 @@ export class MapView extends EventTarget {
     const {model} = this;
     this.follow();
     const loop_age_s = (now_ms - this.loop_closed_at) / 1000;
-    if (!(this.stale || [model, ...this.others].some(({changed}) => changed) || loop_age_s < 3.1)) return false;
+    if (!(this.stale || [model, ...this.others].some(({changed}) => changed) || loop_age_s < POINTED_AT_S)) return false;
     this.stale = false;
     for (const shown of [model, ...this.others]) {
       shown.changed = false;
@@ -340,7 +343,9 @@ export class MapView extends EventTarget {
     context.globalCompositeOperation = "source-over";
     if (layers.truth) drawTruth(context, model.info.truth ?? [], pixel, colours);
     if (layers.path) this.drawPath(context, window_m, pixel);
+    if (layers.moved || (layers.loops && loop_age_s < POINTED_AT_S)) this.drawMoved(context, window_m, pixel);
     if (layers.loops) drawLoops(context, model.info.loops, loop_age_s, pixel, colours);
+    if (layers.robots) for (const other of this.others) this.drawOther(context, other, window_m, pixel);
     if (model.robot) {
       const scan = model.timeline ? model.scan : model.robot;
       if (layers.rays && scan && this.isOfMoment(scan)) drawScan(context, scan, model.map, pixel, colours);
@@ -360,9 +365,31 @@ export class MapView extends EventTarget {
     const {model, colours} = this;
     const {floating} = this.layers;
     if (!model.timeline) return drawPath(context, model.path, model.tail, window_m, pixel, colours, floating);
+    this.tracedPath(pixel).draw(context, window_m, pixel, colours, floating);
+  }
+
+  // Of a run that has ended, no finer than a pixel.
+  tracedPath(pixel) {
     const step_m = 2 ** Math.floor(Math.log2(pixel));  // so that a turn of the wheel does not trace it anew
-    if (this.timeline_path?.step_m !== step_m) this.timeline_path = new TimelinePath(model.timeline, step_m);
-    this.timeline_path.draw(context, window_m, pixel, colours, floating);
+    if (this.timeline_path?.step_m !== step_m) this.timeline_path = new TimelinePath(this.model.timeline, step_m);
+    return this.timeline_path;
+  }
+
+  drawMoved(context, window_m, pixel) {
+    const {model, colours} = this;
+    drawMoved(context, model.timeline ? this.tracedPath(pixel).moved() : model.moved, window_m, pixel, colours);
+  }
+
+  // The robot whose map is drawn over this one, in the colour of its walls.
+  drawOther(context, {robot, path, tail, timeline, info}, window_m, pixel) {
+    const {colours, camera} = this;
+    const other = this.mode === "difference" ? colours.text : colours.ray_free;
+    const own = {...colours, path: other, robot: other};
+    const points = timeline ? timeline.points(pixel) : path;
+    if (this.layers.path) drawPath(context, points, tail, window_m, pixel, own, this.layers.floating);
+    if (!robot) return;
+    drawRobot(context, robot, pixel, own, this.layers.uncertainty);
+    drawName(context, info.robot, robot, pixel, own, camera.turn_rad);
   }
 
   drawMap(context, map, {x0, y0, x1, y1}) {

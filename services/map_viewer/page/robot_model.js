@@ -1,7 +1,7 @@
 // All that the page knows of one robot, and who is to be told when it changes.
 
 import {MapModel} from "./map_model.js";
-import {Timeline} from "./timeline.js";
+import {LEAST_MOVE_M, Timeline} from "./timeline.js";
 
 const MOST_SAMPLES = 1024;
 const MOST_TAIL = 4000;
@@ -15,6 +15,8 @@ export class RobotModel extends EventTarget {
     this.robot = null;
     this.path = [];
     this.path_generation = 0;
+    this.is_another_map = false;  // than the one that the path lies on
+    this.moved = [];  // what the last correction moved: {from, to} of places of the path
     this.way_m = 0;  // along the path
     this.tail = [];  // where the robot was seen since the path was told last
     this.samples = [];
@@ -53,6 +55,7 @@ export class RobotModel extends EventTarget {
     if (anew) {
       this.map.clear();
       this.cursor = {epoch: 0n, version: 0n};
+      this.is_another_map = true;
     }
     this.map.cell_size_m = cell_size_m;
     for (const tile of tiles) this.map.take(tile);
@@ -79,8 +82,9 @@ export class RobotModel extends EventTarget {
   }
 
   take_path({generation, first, points}) {
+    const before = this.path;
     if (generation !== this.path_generation || first < this.path.length) {
-      this.path.length = 0;
+      this.path = [];
       this.way_m = 0;
     }
     this.path_generation = generation;
@@ -90,10 +94,29 @@ export class RobotModel extends EventTarget {
       if (point.state !== "LOST" && step_m < 10) this.way_m += step_m;
       this.path.push(point);
     }
+    if (this.path !== before) this.compare(before);
     const end = this.path.at(-1);
     if (!end) return;
     const ways_m = this.tail.map(({x_m, y_m}) => Math.hypot(x_m - end.x_m, y_m - end.y_m));
     this.tail.splice(0, 1 + ways_m.lastIndexOf(Math.min(...ways_m)));
+  }
+
+  // What of the path a correction has moved, by the numbers of the scans; on another map nothing is where it was.
+  compare(before) {
+    if (this.is_another_map) this.moved = [];
+    const moved = [];
+    for (let old = 0, now = 0; !this.is_another_map && old < before.length && now < this.path.length;) {
+      const [from, to] = [before[old], this.path[now]];
+      const is_moved = from.scan === to.scan && [from, to].every(({state}) => state !== "LOST" && state !== "FLOATING") &&
+                       Math.hypot(to.x_m - from.x_m, to.y_m - from.y_m) > LEAST_MOVE_M;
+      if (is_moved) moved.push({from, to});
+      if (from.scan <= to.scan) ++old;
+      if (to.scan <= from.scan) ++now;
+    }
+    this.is_another_map = false;
+    if (moved.length === 0) return;  // the path was thinned
+    this.moved = moved;
+    this.tell("moved", Math.max(...moved.map(({from, to}) => Math.hypot(to.x_m - from.x_m, to.y_m - from.y_m))));
   }
 
   take_samples({samples}) { this.samples = [...this.samples, ...samples].slice(-MOST_SAMPLES); }

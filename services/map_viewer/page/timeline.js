@@ -3,6 +3,7 @@
 import {STATES} from "./wire.js";
 
 const [LOST, FLOATING] = ["LOST", "FLOATING"].map((state) => STATES.indexOf(state));
+export const LEAST_MOVE_M = 0.05;  // a cell: less is not seen
 const LONGEST_PAUSE_S = 1;  // of what is played: nobody waits through the night between two drives
 const NO_COVARIANCE = {xx: 0, xy: 0, yy: 0, yaw: 0};
 
@@ -65,6 +66,33 @@ export class Timeline {
       if (distance_m2 < nearest_m2 && this.state[i] !== LOST) [nearest, nearest_m2] = [i, distance_m2];
     }
     return nearest;
+  }
+
+  // Where scans lie elsewhere than they were matched first: {scan, from, to}, one in so many metres.
+  moved(step_m) {
+    const moved = [];
+    let last = {x_m: Infinity, y_m: Infinity};
+    for (let scan = 0; scan < this.num; ++scan) {
+      const to = {x_m: this.x_m[scan], y_m: this.y_m[scan]};
+      const from = {x_m: this.first_x_m[scan], y_m: this.first_y_m[scan]};
+      const way_m = Math.hypot(to.x_m - from.x_m, to.y_m - from.y_m);  // NaN where it was matched nowhere
+      if (!(way_m > LEAST_MOVE_M) || this.state[scan] === LOST || this.state[scan] === FLOATING) continue;
+      if (Math.hypot(to.x_m - last.x_m, to.y_m - last.y_m) < step_m) continue;
+      moved.push({scan, from, to});
+      last = to;
+    }
+    return moved;
+  }
+
+  // The path up to the moment, as points that are so far apart.
+  points(step_m) {
+    const points = [];
+    for (let scan = 0; scan <= this.at; ++scan) {
+      const last = points.at(-1);
+      const point = {x_m: this.x_m[scan], y_m: this.y_m[scan], state: this.stateOf(scan)};
+      if (!last || Math.hypot(point.x_m - last.x_m, point.y_m - last.y_m) >= step_m) points.push(point);
+    }
+    return points;
   }
 
   // Where something happened: {at, kind}.

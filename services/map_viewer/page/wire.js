@@ -48,7 +48,9 @@ function readRobot(reader) {
 function readPath(reader) {
   return {
     kind: "path", generation: reader.u32(), first: reader.u32(),
-    points: reader.list(reader.u32(), () => ({x_m: reader.f32(), y_m: reader.f32(), state: STATES[reader.u8()]})),
+    points: reader.list(reader.u32(), () => ({
+      scan: reader.u32(), x_m: reader.f32(), y_m: reader.f32(), state: STATES[reader.u8()],
+    })),
   };
 }
 
@@ -66,7 +68,7 @@ function readTimeline(reader) {
   const f32 = () => new Float32Array(reader.copy(4 * num));
   return {
     kind: "timeline", num, time_s: new Float64Array(reader.copy(8 * num)), x_m: f32(), y_m: f32(), yaw_rad: f32(),
-    fitness: f32(), trajectory: new Int32Array(reader.copy(4 * num)), state: new Uint8Array(reader.copy(num)),
+    first_x_m: f32(), first_y_m: f32(), fitness: f32(), trajectory: new Int32Array(reader.copy(4 * num)), state: new Uint8Array(reader.copy(num)),
   };
 }
 

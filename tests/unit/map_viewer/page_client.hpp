@@ -19,6 +19,7 @@ namespace crsm {
 class PageClient {
  public:
   struct PathPoint {
+    std::uint32_t scan;
     float x_m;
     float y_m;
     int state;
@@ -55,6 +56,7 @@ class PageClient {
   nlohmann::json info;
   std::vector<double> timeline_time_s;
   std::vector<float> timeline_x_m;
+  std::vector<float> timeline_first_x_m;
   std::vector<std::int32_t> timeline_trajectory;
   std::vector<std::uint8_t> timeline_state;
 
@@ -132,7 +134,9 @@ class PageClient {
     };
     ReadAll(timeline_time_s);
     ReadAll(timeline_x_m);
-    record.left.remove_prefix(num * 3 * sizeof(float));  // y, yaw, fitness
+    record.left.remove_prefix(num * 2 * sizeof(float));  // y, yaw
+    ReadAll(timeline_first_x_m);
+    record.left.remove_prefix(num * 2 * sizeof(float));  // y of where it was matched first, fitness
     ReadAll(timeline_trajectory);
     ReadAll(timeline_state);
     if (!record.left.empty()) throw std::out_of_range("a time line is longer than its scans");
@@ -142,9 +146,10 @@ class PageClient {
     record.Read<std::uint32_t>();
     path.resize(record.Read<std::uint32_t>());
     for (auto left = record.Read<std::uint32_t>(); left > 0; --left) {
+      const auto scan = record.Read<std::uint32_t>();
       const auto x_m = record.Read<float>();
       const auto y_m = record.Read<float>();
-      path.push_back({x_m, y_m, record.Read<std::uint8_t>()});
+      path.push_back({scan, x_m, y_m, record.Read<std::uint8_t>()});
     }
   }
 

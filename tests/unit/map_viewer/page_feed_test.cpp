@@ -175,6 +175,7 @@ TEST_CASE("the path grows at its end, and is told anew when it is another one") 
   page.TakeAll();
   CHECK(page.path.size() == page.scene.path().kept().size());
   CHECK(page.path[1].x_m == static_cast<float>(page.scene.path().kept()[1].match.T_map_laser.x_m));
+  CHECK(page.path[1].scan == static_cast<std::uint32_t>(page.scene.path().kept()[1].number));
 }
 
 TEST_CASE("of the running curves no more is told than is kept, and no scan twice") {
@@ -202,10 +203,16 @@ TEST_CASE("of a run that has ended all scans are told at once, and each of them 
     const CriticalRays scan{match.utime, {{0.0f, 0.5f}, {2.0f, 3.0f}}, {1}};
     timeline.Add(match, i == 2 || i == 3 ? &scan : nullptr);
   }
+  ScanMatch corrected = timeline.match(2);
+  corrected.T_map_laser.x_m = 2.5;
+  timeline.SetMatch(2, corrected);
   page.scene.SetTimeline(timeline);
   page.TakeAll();
   CHECK(page.timeline_time_s == std::vector{1.0, 2.0, 3.0, 4.0, 5.0});
-  CHECK(page.timeline_x_m == std::vector{0.0f, 1.0f, 2.0f, 3.0f, 4.0f});
+  CHECK(page.timeline_x_m == std::vector{0.0f, 1.0f, 2.5f, 3.0f, 4.0f});
+  CHECK(
+      (page.timeline_first_x_m[0] == 0.0f && page.timeline_first_x_m[2] == 2.0f && page.timeline_first_x_m[3] == 3.0f));
+  for (const std::size_t lost_or_floating : {1UL, 4UL}) CHECK(std::isnan(page.timeline_first_x_m[lost_or_floating]));
   CHECK(page.timeline_trajectory == std::vector{0, 0, 0, 1, 1});
   CHECK(page.timeline_state == std::vector<std::uint8_t>{1, 2, 1, 1, 4});
   const int num_robots = page.num_robots;
