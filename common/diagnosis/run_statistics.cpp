@@ -9,6 +9,7 @@
 #include "common/match/global_search.hpp"
 #include "common/math/random.hpp"
 #include "common/scan/deskew.hpp"
+#include "common/scan/hits.hpp"
 
 namespace crsm {
 namespace {

@@ -12,6 +12,7 @@
 #include "common/math/median.hpp"
 #include "common/math/random.hpp"
 #include "common/math/trigonometry.hpp"
+#include "common/scan/hits.hpp"
 
 namespace crsm {
 namespace {

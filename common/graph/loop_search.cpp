@@ -11,6 +11,7 @@
 #include "common/match/optimum.hpp"
 #include "common/match/place_search.hpp"
 #include "common/match/scored_map.hpp"
+#include "common/scan/hits.hpp"
 
 namespace crsm {
 namespace {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/math/columns.hpp"
+#include "common/scan/hits.hpp"
 
 namespace crsm {
 namespace {

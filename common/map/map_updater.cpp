@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/scan/hits.hpp"
+
 namespace crsm {
 namespace {
 

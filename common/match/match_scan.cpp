@@ -12,6 +12,7 @@
 #include "common/math/median.hpp"
 #include "common/scan/clock_restart.hpp"
 #include "common/scan/deskew.hpp"
+#include "common/scan/hits.hpp"
 
 namespace crsm {
 namespace {

@@ -7,6 +7,7 @@
 #include "common/match/mutate.hpp"
 #include "common/match/optimum.hpp"
 #include "common/math/columns.hpp"
+#include "common/scan/hits.hpp"
 
 namespace crsm {
 

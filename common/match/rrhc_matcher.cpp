@@ -11,6 +11,7 @@
 #include "common/match/pose_uncertainty.hpp"
 #include "common/math/columns.hpp"
 #include "common/scan/contour.hpp"
+#include "common/scan/hits.hpp"
 
 namespace crsm {
 namespace {

@@ -12,6 +12,7 @@
 #include "common/results/overview_text.hpp"
 #include "common/results/png.hpp"
 #include "common/scan/deskew.hpp"
+#include "common/scan/hits.hpp"
 
 namespace crsm {
 

@@ -1,7 +1,5 @@
 #include "common/scan/thin_beams.hpp"
 
-#include <fmt/core.h>
-
 #include <vector>
 
 namespace crsm {
@@ -22,8 +20,8 @@ std::string ThinBeams(LaserScan& scan) {
   scan.ranges_m = TakeEveryNth(scan.ranges_m, n);
   scan.times_s = TakeEveryNth(scan.times_s, n);
   scan.angle_step_rad *= static_cast<float>(n);
-  return fmt::format("scans have {} beams, of which one in {} is used, because {} are the most", num_beams, n,
-                     kMaxBeams);
+  return "scans have " + std::to_string(num_beams) + " beams, of which one in " + std::to_string(n) +
+         " is used, because " + std::to_string(kMaxBeams) + " are the most";
 }
 
 }  // namespace crsm

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "common/parameters.hpp"
@@ -33,9 +32,6 @@ double LargestUsableRange(const ScanParameters& parameters, const ValidRayConsta
 /// `sweep_s` before.
 ValidRays FindValidRays(const LaserScan& scan, const ScanParameters& parameters,
                         const ValidRayConstants& constants = {});
-
-/// Where the rays end. 2 x N, laser frame, metres.
-Eigen::Matrix2Xd ComputeHits(const ValidRays& rays);
 
 /// Distance from each hit to the next [m], N - 1 of them, by the cosine law in the triangle with the laser (Eq. 2).
 /// The angle is the true one between the two rays, which is larger where beams between them were discarded.

@@ -1,5 +1,6 @@
-# The library: the algorithm and the journal, which need the headers of Eigen, fmt and LCM to compile, and nothing to
-# run. What it shows of itself is services/library/crsm_slam/slam.hpp.
+# The algorithm, which is compiled once for the library and for the programs here, and the library: the algorithm and the
+# journal, which need the headers of Eigen, fmt and LCM to compile, and nothing to run. What it shows of itself is
+# services/library/crsm_slam/slam.hpp.
 include(GNUInstallDirs)
 find_package(Eigen3 REQUIRED NO_MODULE)
 find_package(fmt REQUIRED)
@@ -31,10 +32,16 @@ configure_file(${PROJECT_SOURCE_DIR}/services/library/presets.hpp.in
 configure_file(${PROJECT_SOURCE_DIR}/services/base/version.hpp.in
                ${PROJECT_BINARY_DIR}/generated/services/base/version.hpp @ONLY)
 
-set(LIBRARY_ROOMS common/math common/scan common/map common/match common/graph services/library)
-list(TRANSFORM LIBRARY_ROOMS REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/\\1/*.cpp" OUTPUT_VARIABLE LIBRARY_GLOBS)
-file(GLOB LIBRARY_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/common/*.cpp ${LIBRARY_GLOBS})
+# What makes texts needs fmt, of which programs link the library, and the library compiles the headers.
+set(FORMATTING_SOURCES ${PROJECT_SOURCE_DIR}/common/parameters.cpp ${PROJECT_SOURCE_DIR}/common/graph/g2o.cpp)
+set(ALGORITHM_ROOMS math scan map match graph)
+list(TRANSFORM ALGORITHM_ROOMS REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/common/\\1/*.cpp" OUTPUT_VARIABLE ALGORITHM_GLOBS)
+file(GLOB ALGORITHM_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/common/slam.cpp ${ALGORITHM_GLOBS})
+list(REMOVE_ITEM ALGORITHM_SOURCES ${FORMATTING_SOURCES})
+add_library(crsm_algorithm OBJECT ${ALGORITHM_SOURCES})
+
 # Of other rooms what knows nothing of programs.
+file(GLOB LIBRARY_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/services/library/*.cpp)
 set(LIBRARY_FILES common/diagnosis/handedness common/diagnosis/run_statistics common/diagnosis/self_contradiction
     common/diagnosis/verdict common/logs/crc32 common/logs/map_files common/logs/png_file common/logs/regular_file
     common/logs/replacement common/metrics/format_trajectory services/base/file_window services/base/identity
@@ -46,19 +53,23 @@ list(TRANSFORM LIBRARY_FILES REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/\\1.cpp" OUTP
 # Raised with every change after which programs must be linked anew. The test `abi` says when.
 set(CRSM_SLAM_SOVERSION 0)
 
-add_library(crsm_slam_objects OBJECT ${LIBRARY_SOURCES} ${LIBRARY_FILES})
-target_compile_features(crsm_slam_objects PUBLIC cxx_std_20)
-target_include_directories(crsm_slam_objects PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_SOURCE_DIR}/services/library
+add_library(crsm_slam_objects OBJECT ${LIBRARY_SOURCES} ${LIBRARY_FILES} ${FORMATTING_SOURCES})
+target_include_directories(crsm_slam_objects PRIVATE ${PROJECT_SOURCE_DIR}/services/library
                            ${PROJECT_BINARY_DIR}/generated)
-target_link_libraries(crsm_slam_objects PRIVATE Eigen3::Eigen Threads::Threads fmt::fmt-header-only crsm_lcmtypes)
+target_link_libraries(crsm_slam_objects PRIVATE fmt::fmt-header-only crsm_lcmtypes)
 target_compile_definitions(crsm_slam_objects PRIVATE CRSM_SLAM_VERSION="${PROJECT_VERSION}")
-# No contraction into fused multiply-adds: the same map on every x86-64 machine.
-target_compile_options(crsm_slam_objects PRIVATE -ffp-contract=off)
-set_target_properties(crsm_slam_objects PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_EXTENSIONS OFF
-                      CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+foreach(target crsm_algorithm crsm_slam_objects)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${target} PRIVATE Eigen3::Eigen Threads::Threads)
+  # No contraction into fused multiply-adds: the same map on every x86-64 machine.
+  target_compile_options(${target} PRIVATE -ffp-contract=off)
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_EXTENSIONS OFF
+                        CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+endforeach()
 
 function(crsm_library name)
-  add_library(${name} ${ARGN} $<TARGET_OBJECTS:crsm_slam_objects>)
+  add_library(${name} ${ARGN} $<TARGET_OBJECTS:crsm_algorithm> $<TARGET_OBJECTS:crsm_slam_objects>)
   add_library(crsm_slam::${name} ALIAS ${name})
   target_compile_features(${name} PUBLIC cxx_std_20)
   target_link_libraries(${name} PRIVATE Threads::Threads)

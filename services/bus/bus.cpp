@@ -15,10 +15,12 @@
 #include <cstdlib>
 #include <cstring>
 #include <new>
-#include <regex>
+#include <optional>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
+#include "common/math/parse_number.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/bus/socket_filter.hpp"
 
@@ -32,24 +34,38 @@ constexpr int kQueueCapacity = 10000;
 // read does not keep it from its work.
 constexpr int kMostMessages = 1000;
 
+/// What is before the first such character, and what is behind it, if it is there.
+std::pair<std::string_view, std::optional<std::string_view>> SplitAt(std::string_view text, char separator) {
+  const std::size_t at = text.find(separator);
+  if (at == std::string_view::npos) return {text, std::nullopt};
+  return {text.substr(0, at), text.substr(at + 1)};
+}
+
 /// Where a udpm:// URL leads, if LCM will take all of it as it is meant: it passes over options that it does not know
 /// or cannot read.
-std::optional<MulticastAddress> ParseMulticastUrl(const std::string& url) {
-  static const std::regex kForm(R"(udpm://(?:(2(?:2[4-9]|3[0-9])(?:\.[0-9]{1,3}){3})(?::([0-9]{1,5}))?)?)"
-                                R"((?:\?(?:ttl|recv_buf_size)=[0-9]+(?:&(?:ttl|recv_buf_size)=[0-9]+)*)?)");
-  static const std::regex kBuffer("recv_buf_size=([0-9]{1,9})(?:&|$)");
-  static const std::regex kTtl("ttl=0*([0-9]{1,9})(?:&|$)");
-  std::smatch parts;
-  if (!std::regex_match(url, parts, kForm)) return std::nullopt;
+std::optional<MulticastAddress> ParseMulticastUrl(std::string_view url) {
+  constexpr std::string_view kScheme = "udpm://";
+  if (!url.starts_with(kScheme)) return std::nullopt;
+  auto [place, options] = SplitAt(url.substr(kScheme.size()), '?');
   MulticastAddress address;
-  if (parts[1].matched) address.group = parts[1];
-  if (parts[2].matched) address.port = std::stoi(parts[2]);
-  std::smatch buffer;
-  if (std::regex_search(url, buffer, kBuffer)) address.buffer_bytes = std::stoi(buffer[1]);
-  for (std::sregex_iterator ttl(url.begin(), url.end(), kTtl); ttl != std::sregex_iterator(); ++ttl) {
-    address.ttl = std::stoi((*ttl)[1]);  // LCM takes the last one, too
+  if (!place.empty()) {
+    const auto [group, port] = SplitAt(place, ':');
+    address.group = group;
+    in_addr parsed{};
+    if (inet_pton(AF_INET, address.group.c_str(), &parsed) != 1 || !IN_MULTICAST(ntohl(parsed.s_addr))) {
+      return std::nullopt;
+    }
+    if (port) address.port = ParseNumber<std::uint16_t>(*port).value_or(0);
   }
-  return address.port >= 1 && address.port <= 65535 ? std::optional(address) : std::nullopt;
+  while (options) {
+    const auto [option, others] = SplitAt(*options, '&');
+    const auto [key, value] = SplitAt(option, '=');
+    const auto number = ParseNumber<int>(value.value_or(""));
+    if ((key != "ttl" && key != "recv_buf_size") || !number || *number < 0) return std::nullopt;
+    (key == "ttl" ? address.ttl : address.buffer_bytes) = *number;  // LCM takes the last one, too
+    options = others;
+  }
+  return address.port > 0 ? std::optional(address) : std::nullopt;
 }
 
 /// The URL as LCM is to see it: checked, because LCM turns some mistakes into another transport in silence, and with

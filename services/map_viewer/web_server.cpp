@@ -15,6 +15,7 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 #include <list>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -27,6 +28,7 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using Protocol = asio::generic::stream_protocol;
 using Stream = beast::basic_stream<Protocol, asio::any_io_executor, beast::simple_rate_policy>;
+using WebSocket = websocket::stream<Stream, false>;  // it never compresses
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kLeastPause = std::chrono::milliseconds(16);  // between two messages: no screen shows more
@@ -52,10 +54,10 @@ WebRequest Describe(const http::request<http::empty_body>& header) {
   return request;
 }
 
-/// The header of every answer.
-template <class Body>
-http::response<Body> MakeHeader(unsigned status, const std::string& content_type, std::uint64_t size) {
-  http::response<Body> response(static_cast<http::status>(status), 11);
+/// The header of every answer. A file_name is one to save it by.
+std::string MakeHeader(unsigned status, const std::string& content_type, std::uint64_t size,
+                       const std::string& file_name = "") {
+  http::response<http::empty_body> response(static_cast<http::status>(status), 11);
   response.set(http::field::content_type, content_type);
   response.set("Content-Security-Policy", kContentSecurityPolicy);
   response.set("X-Content-Type-Options", "nosniff");
@@ -64,13 +66,12 @@ http::response<Body> MakeHeader(unsigned status, const std::string& content_type
   response.set(http::field::cache_control, "no-store");
   response.keep_alive(false);
   response.content_length(size);
-  return response;
-}
-
-http::response<http::string_body> MakeResponse(WebPage page, const http::request<http::empty_body>& request) {
-  auto response = MakeHeader<http::string_body>(page.status, page.content_type, page.body.size());
-  if (request.method() != http::verb::head) response.body() = std::move(page.body);
-  return response;
+  if (!file_name.empty()) {
+    response.set(http::field::content_disposition, fmt::format("attachment; filename=\"{}\"", file_name));
+  }
+  std::ostringstream text;
+  text << response.base();
+  return text.str();
 }
 
 }  // namespace
@@ -149,15 +150,12 @@ class Client : public std::enable_shared_from_this<Client> {
 
   void Respond(WebFile file) {
     counters_.Add("files_served");
-    file_header_ = MakeHeader<http::empty_body>(200, file.content_type, file.bytes->size());
-    file_header_.set(http::field::content_disposition, fmt::format("attachment; filename=\"{}\"", file.name));
-    file_ = parser_.get().method() == http::verb::head ? nullptr : std::move(file.bytes);
-    serializer_.emplace(file_header_);
-    stream().expires_after(WebServer::kRequestPatience);
-    http::async_write_header(stream(), *serializer_, [self = shared_from_this()](beast::error_code error, std::size_t) {
-      error ? self->Close() : self->SendRestOfFile();
-    });
+    outgoing_ = MakeHeader(200, file.content_type, file.bytes->size(), file.name);
+    if (!wants_header_only()) file_ = std::move(file.bytes);
+    Send();
   }
+
+  bool wants_header_only() const { return parser_.get().method() == http::verb::head; }
 
   /// Piece by piece: a file need not fit into memory, and a slow client has time for each piece.
   void SendRestOfFile() {
@@ -171,6 +169,11 @@ class Client : public std::enable_shared_from_this<Client> {
     }
     file_sent_ += outgoing_.size();
     counters_.Add("bytes_sent", static_cast<std::int64_t>(outgoing_.size()));
+    Send();
+  }
+
+  /// What is outgoing, and then what is left of a file.
+  void Send() {
     stream().expires_after(WebServer::kRequestPatience);
     asio::async_write(stream(), asio::buffer(outgoing_),
                       [self = shared_from_this()](beast::error_code error, std::size_t) {
@@ -186,10 +189,9 @@ class Client : public std::enable_shared_from_this<Client> {
   void Respond(WebPage page) {
     counters_.Add(page.status < 400 ? "pages_served" : "requests_refused");
     if (page.content_type.empty()) page.content_type = WebPage().content_type;
-    response_ = MakeResponse(std::move(page), parser_.get());
-    stream().expires_after(WebServer::kRequestPatience);
-    http::async_write(stream(), response_,
-                      [self = shared_from_this()](beast::error_code, std::size_t) { self->Shutdown(); });
+    outgoing_ = MakeHeader(page.status, page.content_type, page.body.size());
+    if (!wants_header_only()) outgoing_ += page.body;
+    Send();
   }
 
   void Upgrade(WebFeed accepted) {
@@ -247,15 +249,12 @@ class Client : public std::enable_shared_from_this<Client> {
 
   void End() { feed_.reset(); }
 
-  websocket::stream<Stream> websocket_;
+  WebSocket websocket_;
   const WebServer::Answer& answer_;
   Counters& counters_;
   beast::flat_buffer buffer_{WebServer::kMostHeaderBytes + 1024};
   http::request_parser<http::empty_body> parser_;
-  http::response<http::string_body> response_;
   asio::steady_timer timer_{websocket_.get_executor()};
-  http::response<http::empty_body> file_header_;
-  std::optional<http::response_serializer<http::empty_body>> serializer_;
   std::shared_ptr<const Download> file_;
   std::uint64_t file_sent_ = 0;  ///< bytes
   std::unique_ptr<Feed> feed_;

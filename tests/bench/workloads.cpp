@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <memory>
 
+#include "common/scan/hits.hpp"
 #include "unit/synthetic_scans.hpp"
 
 namespace crsm::bench {

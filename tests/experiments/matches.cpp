@@ -6,6 +6,7 @@
 #include "common/match/default_matcher.hpp"
 #include "common/match/scored_map.hpp"
 #include "common/math/random.hpp"
+#include "common/scan/hits.hpp"
 #include "common/slam.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "tests/experiments/outcome.hpp"

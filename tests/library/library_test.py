@@ -137,7 +137,7 @@ class Library(unittest.TestCase):
             """)
         build = self.work / "whole_build"
         said = run("cmake", "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_CXX_FLAGS=-O1", text=True)
-        self.assertIn("it has (crsm_lcmtypes_gen;crsm_lcmtypes;crsm_slam_objects;crsm_slam) () (options-NOTFOUND) ()", said)
+        self.assertIn("it has (crsm_lcmtypes_gen;crsm_lcmtypes;crsm_algorithm;crsm_slam_objects;crsm_slam) () (options-NOTFOUND) ()", said)
         self.check_map(self.build(build) / "map_log")
         prefix = self.work / "nothing"
         run("cmake", "--install", build, "--prefix", prefix)

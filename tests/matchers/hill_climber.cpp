@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/match/optimum.hpp"
+#include "common/scan/hits.hpp"
 
 namespace crsm {
 

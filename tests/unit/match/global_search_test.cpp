@@ -4,6 +4,7 @@
 
 #include "catch.hpp"
 #include "common/math/random.hpp"
+#include "common/scan/hits.hpp"
 #include "common/scan/ray_selection.hpp"
 #include "synthetic_scans.hpp"
 

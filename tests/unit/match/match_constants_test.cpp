@@ -14,6 +14,7 @@
 #include "common/match/pose_uncertainty.hpp"
 #include "common/match/rrhc_matcher.hpp"
 #include "common/match/sweep.hpp"
+#include "common/scan/hits.hpp"
 #include "common/slam.hpp"
 #include "synthetic_scans.hpp"
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "catch.hpp"
+#include "common/scan/hits.hpp"
 #include "common/slam.hpp"
 #include "common/worlds/simulator.hpp"
 #include "synthetic_scans.hpp"

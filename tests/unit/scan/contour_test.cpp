@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "catch.hpp"
+#include "common/scan/hits.hpp"
 
 namespace crsm {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "catch.hpp"
 #include "common/math/trigonometry.hpp"
+#include "common/scan/hits.hpp"
 
 namespace crsm {
 namespace {
