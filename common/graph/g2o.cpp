@@ -1,26 +1,29 @@
 #include "common/graph/g2o.hpp"
 
-#include <fmt/format.h>
-
-#include <iterator>
+#include "common/math/format_number.hpp"
 
 namespace crsm {
+namespace {
+
+std::string FormatPose(const Pose2& pose) {
+  constexpr int kDigits = 6;
+  return " " + FormatFixed(pose.x_m, kDigits) + " " + FormatFixed(pose.y_m, kDigits) + " " +
+         FormatFixed(pose.yaw_rad, kDigits);
+}
+
+}  // namespace
 
 std::string FormatG2o(const PoseGraph& graph) {
   std::string text;
-  const auto out = std::back_inserter(text);
   for (std::size_t i = 0; i < graph.poses().size(); ++i) {
-    const Pose2& pose = graph.poses()[i];
-    fmt::format_to(out, "VERTEX_SE2 {} {:.6f} {:.6f} {:.6f}\n", i, pose.x_m, pose.y_m, pose.yaw_rad);
+    text += "VERTEX_SE2 " + std::to_string(i) + FormatPose(graph.poses()[i]) + "\n";
   }
   if (!graph.poses().empty()) text += "FIX 0\n";
   for (const GraphEdge& edge : graph.edges()) {
-    const Pose2& motion = edge.T_from_to;
+    text += "EDGE_SE2 " + std::to_string(edge.from) + " " + std::to_string(edge.to) + FormatPose(edge.T_from_to);
     const Eigen::Matrix3d information = edge.sqrt_information.transpose() * edge.sqrt_information;
-    fmt::format_to(out, "EDGE_SE2 {} {} {:.6f} {:.6f} {:.6f}", edge.from, edge.to, motion.x_m, motion.y_m,
-                   motion.yaw_rad);
     for (int row = 0; row < 3; ++row) {
-      for (int column = row; column < 3; ++column) fmt::format_to(out, " {:.3f}", information(row, column));
+      for (int column = row; column < 3; ++column) text += " " + FormatFixed(information(row, column), 3);
     }
     text += "\n";
   }

@@ -32,17 +32,14 @@ configure_file(${PROJECT_SOURCE_DIR}/services/library/presets.hpp.in
 configure_file(${PROJECT_SOURCE_DIR}/services/base/version.hpp.in
                ${PROJECT_BINARY_DIR}/generated/services/base/version.hpp @ONLY)
 
-# What makes texts needs fmt, of which programs link the library, and the library compiles the headers.
-set(FORMATTING_SOURCES ${PROJECT_SOURCE_DIR}/common/parameters.cpp ${PROJECT_SOURCE_DIR}/common/graph/g2o.cpp)
 set(ALGORITHM_ROOMS math scan map match graph)
 list(TRANSFORM ALGORITHM_ROOMS REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/common/\\1/*.cpp" OUTPUT_VARIABLE ALGORITHM_GLOBS)
 file(GLOB ALGORITHM_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/common/slam.cpp ${ALGORITHM_GLOBS})
-list(REMOVE_ITEM ALGORITHM_SOURCES ${FORMATTING_SOURCES})
 add_library(crsm_algorithm OBJECT ${ALGORITHM_SOURCES})
 
 # Of other rooms what knows nothing of programs.
 file(GLOB LIBRARY_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/services/library/*.cpp)
-set(LIBRARY_FILES common/diagnosis/handedness common/diagnosis/run_statistics common/diagnosis/self_contradiction
+set(LIBRARY_FILES common/parameters common/diagnosis/handedness common/diagnosis/run_statistics common/diagnosis/self_contradiction
     common/diagnosis/verdict common/logs/crc32 common/logs/map_files common/logs/png_file common/logs/regular_file
     common/logs/replacement common/metrics/format_trajectory services/base/file_window services/base/identity
     services/base/printable services/base/say services/journal/journal services/journal/journal_file
@@ -53,7 +50,7 @@ list(TRANSFORM LIBRARY_FILES REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/\\1.cpp" OUTP
 # Raised with every change after which programs must be linked anew. The test `abi` says when.
 set(CRSM_SLAM_SOVERSION 0)
 
-add_library(crsm_slam_objects OBJECT ${LIBRARY_SOURCES} ${LIBRARY_FILES} ${FORMATTING_SOURCES})
+add_library(crsm_slam_objects OBJECT ${LIBRARY_SOURCES} ${LIBRARY_FILES})
 target_include_directories(crsm_slam_objects PRIVATE ${PROJECT_SOURCE_DIR}/services/library
                            ${PROJECT_BINARY_DIR}/generated)
 target_link_libraries(crsm_slam_objects PRIVATE fmt::fmt-header-only crsm_lcmtypes)

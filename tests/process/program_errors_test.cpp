@@ -93,9 +93,11 @@ TEST_CASE("a URL that is no bus stops every service") {
                                                        {"map_exporter", {"--out", files / "out"}},
                                                        {"map_viewer", {"--http", "127.0.0.1:0"}},
                                                        {"laser_publisher", {"sim:demo"}}}) {
-    for (const std::string url : {"garbage", "nosuch://239.255.76.67:7667", "udpm://no.such.host:7667",
-                                  "udpm://127.0.0.1:7667", "udpm://239.255.76.67:0", "udpm://239.255.76.67:99999",
-                                  "udpm://239.255.76.67:7667?ttl=abc", "udpm://239.255.76.67:7667?tll=1", "memq://"}) {
+    for (const std::string url :
+         {"garbage", "nosuch://239.255.76.67:7667", "udpm://no.such.host:7667", "udpm://127.0.0.1:7667",
+          "udpm://239.255.76.67:0", "udpm://239.255.76.67:99999", "udpm://239.255.76.67:7667?ttl=abc",
+          "udpm://239.255.76.67:7667?tll=1", "memq://", "udpm://239.255.76.67:7667?ttl=1&",
+          "udpm://239.255.76.67:7667?", "udpm://239.255.76.67:"}) {
       std::vector<std::string> arguments = own;
       arguments.insert(arguments.end(), {"--lcm-url", url});
       files.CheckRefused(program, arguments, "--lcm-url " + url + ": is no bus between processes");
