@@ -213,12 +213,14 @@ import('/main.js').then(({robots}) => {
   document.getElementById('fit').click();
   const over = drawn();
   box.click();
+  const labels = [...document.querySelectorAll('.label')].filter((label) => label.checkVisibility()).length;
+  const states = [...document.querySelectorAll('.label .badge')].map((badge) => badge.textContent);
   const without = drawn();
   box.click();
   show('difference');
   const difference = drawn();
   show('beside');
-  callback({beside, over, without, difference, shown: robots.length});
+  callback({beside, over, without, difference, labels, states, shown: robots.length});
 });
 """
 
@@ -468,7 +470,13 @@ def test_several(results):
         named = [str(other)]
         check((seen["beside"], seen["over"], seen["without"], seen["difference"]) == ([], named, [], named),
               "one over the other, the other robot is drawn with its name")
+        check(seen["labels"] == 2 and seen["states"] == ["GOOD", "GOOD"], f"and both are named, and how they are: {seen}")
         check(browser.errors() == [], "the console has no errors")
+        browser.driver.set_window_size(412, 915)
+        time.sleep(0.5)
+        covered = browser.run(timeline.COVERED)
+        check(covered["covers"] == [] and covered["is_inside"], f"on a phone nothing covers the map of either: {covered}")
+        browser.picture("two_phone")
     finally:
         browser.driver.quit()
         viewer.send_signal(signal.SIGINT)

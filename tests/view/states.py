@@ -39,9 +39,11 @@ import('/main.js').then(async ({robots}) => {
     return other.width > 0 && other.left < head.right && other.right > head.left && other.top < head.bottom &&
            other.bottom > head.top;
   });
+  const known = document.getElementById('last_known');
   const axe = window.axe ? await window.axe.run(document, {resultTypes: ['violations']}) : {violations: []};
   callback({state: document.getElementById('state').textContent, why: document.getElementById('why').textContent,
             tone: document.getElementById('state').dataset.tone, spoken: document.getElementById('spoken').textContent,
+            title: document.title, is_old: known.checkVisibility(), grey: model.is_old,
             fits: badge.left >= 0 && badge.right <= head.right && head.right <= innerWidth, covers,
             violations: axe.violations.map(({id, nodes}) => `${id}: ${nodes.map(({html}) => html).join(' ')}`)});
 });
@@ -96,6 +98,15 @@ STATES = {
         "there is no verdict: the run has not ended"]}}}, "FINISHED", "none", "has not ended"),
     "no_connection": ({"connected": False}, "no connection for 7 s", "bad", "map_viewer"),
 }
+WITHOUT_POSE = {"lost", "matcher_stopped", "unplugged", "no_pose"}  # where the numbers are not those of now
+
+
+# How far the legend is scrolled when it opens, and of how many tools it tells.
+LEGEND = """
+const entries = [...document.querySelectorAll('#tool_list button')];
+return {top: document.getElementById('key').scrollTop,
+        tools: entries.filter((entry) => entry.querySelector('svg') && entry.textContent).length};
+"""
 
 
 def cut_off(browser):
@@ -124,9 +135,14 @@ def test_every_state(url, axe_core):
                     seen = browser.driver.execute_async_script(SHOW, theme, told)
                     browser.picture(f"state_{name}_{size}_{theme}")
                     wanted = seen["state"].startswith(state) and seen["tone"] == tone and why in seen["why"]
+                    wanted &= seen["title"].startswith(seen["state"]) and seen["grey"] == (name in WITHOUT_POSE)
+                    if size != "landscape":  # where the panel is folded
+                        wanted &= seen["is_old"] == seen["grey"]
                     if not (wanted and seen["fits"] and not seen["covers"] and not seen["violations"]):
                         raise AssertionError(f"{size}, {theme}, {name}: {seen}")
             browser.driver.find_element("tag name", "body").send_keys("?")
+            legend = browser.driver.execute_script(LEGEND)
+            check(legend["top"] == 0 and legend["tools"] >= 10, f"{size}: the legend opens at its begin: {legend}")
             if axe_core:
                 found = browser.driver.execute_async_script("""
                     const callback = arguments[0];

@@ -136,6 +136,39 @@ import('/main.js').then(({robots, player}) => {
 """
 
 
+# Shows the whole map. What covers it, and whether all of it is in the view.
+COVERED = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => {
+  const {model, view, parent} = robots[0];
+  document.getElementById('fit').click();
+  const box = parent.getBoundingClientRect();
+  const {x0, y0, x1, y1} = model.map.extent();
+  const middle = {x: box.left + box.width / 2, y: box.top + box.height / 2};
+  const [left, right] = [x0, x1].map((x_m) => middle.x + (x_m - view.camera.x_m) * view.camera.px);
+  const [bottom, top] = [y0, y1].map((y_m) => middle.y - (y_m - view.camera.y_m) * view.camera.px);
+  const covers = ['head', 'tools', 'panel', 'player'].filter((id) => {
+    const other = document.getElementById(id).getBoundingClientRect();
+    return other.left < right && other.right > left && other.top < bottom && other.bottom > top;
+  });
+  const is_inside = left >= box.left && right <= box.right && top >= box.top && bottom <= box.bottom;
+  callback({covers, is_inside, pressed: document.getElementById('fit').getAttribute('aria-pressed')});
+});
+"""
+
+# Scrolls the panel. By how much its handle moves, and how high it is for a finger.
+HANDLE = """
+const [fold, numbers] = ['fold', 'numbers'].map((id) => document.getElementById(id));
+if (fold.getAttribute('aria-expanded') === 'false') fold.click();
+const before = fold.getBoundingClientRect();
+numbers.scrollTop = 150;
+const after = fold.getBoundingClientRect();
+const scrolled = numbers.scrollTop;
+numbers.scrollTop = 0;
+return {moved: after.top - before.top, scrolled, height: after.height};
+"""
+
+
 def test_timeline(browser, url):
     num = browser.run(NUM_SCANS)
     check(num > 1000, f"the page has all {num} scans")
@@ -183,6 +216,10 @@ def test_phone(url):
                   return width > 0 && Math.min(width, height) < 43.9;
                 }).map(({id}) => id);""")
             check(small == [], f"no button is smaller than 44 px: {small}")
+            handle = phone.driver.execute_script(HANDLE)
+            check(handle["moved"] == 0 < handle["scrolled"] and handle["height"] >= 44, f"the panel scrolls below its handle: {handle}")
+            covered = phone.run(COVERED)
+            check(covered == {"covers": [], "is_inside": True, "pressed": "true"}, f"nothing covers the whole map: {covered}")
             hidden = phone.driver.execute_script("""
                 const fold = document.getElementById('fold');
                 if (fold.getAttribute('aria-expanded') === 'true') fold.click();

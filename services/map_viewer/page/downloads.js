@@ -2,7 +2,7 @@
 
 const WHAT = {
   "map.png": "map, a pixel a cell", "map.pgm": "map, for map_server", "map.yaml": "its resolution and origin",
-  "overview.png": "map, path and key", "trajectory.tum": "pose of each scan", "graph.g2o": "pose graph",
+  "overview.png": "map, path and legend", "trajectory.tum": "pose of each scan", "graph.g2o": "pose graph",
   "summary.json": "figures and verdict", "run.mcap": "for Foxglove; it takes a while to be made",
 };
 

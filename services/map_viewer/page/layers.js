@@ -258,7 +258,7 @@ function drawText(context, text, {x_m, y_m}, pixel, colours, angle_rad) {
 export const drawName = (context, name, robot, pixel, colours, angle_rad) =>
   drawText(context, name, robot, pixel, colours, angle_rad);
 
-export const formatDistance = (metres) => `${metres.toFixed(metres < 10 ? 3 : 2)} m`;
+export const formatDistance = (metres) => `${metres.toFixed(2)} m`;
 
 export function drawMeasure(context, [from, to], pixel, colours, angle_rad) {
   context.strokeStyle = colours.text;

@@ -7,6 +7,7 @@ import {showPanel, showState} from "./panel.js";
 import {composePicture, scaleOf} from "./picture.js";
 import {Player} from "./player.js";
 import {RobotModel} from "./robot_model.js";
+import {describeState} from "./state.js";
 import {Connection} from "./wire.js";
 
 const $ = (id) => document.getElementById(id);
@@ -22,6 +23,7 @@ const player = new Player((number) => robots[chosen].model.goTo(number));
 function addRobot(index) {
   const parent = $("maps").appendChild(document.createElement("div"));
   parent.className = "map";
+  parent.style.setProperty("--index", index);
   const model = new RobotModel();
   const robot = {model, view: new MapView(parent, model), changed: new Set(), parent};
   for (const type of ["connection", "map", "robot", "path", "samples", "info", "timeline", "moment"]) {
@@ -54,10 +56,23 @@ function label({model, parent}) {
   while (robots.length < model.info.robots.length) addRobot(robots.length);
   document.body.classList.toggle("several", robots.length > 1);
   if (robots.length < 2 || parent.querySelector(".label")) return;
-  const name = parent.appendChild(document.createElement("span"));
-  name.className = "label";
-  name.textContent = model.info.robot;
+  const label = parent.appendChild(document.createElement("span"));
+  label.className = "label";
+  label.innerHTML = `<span class="name"><bdi></bdi></span><span class="badge"></span>`;
+  label.querySelector("bdi").textContent = model.info.robot;
   choose(chosen);
+}
+
+// How each robot is: on its map, where there are several, and by how it is drawn.
+function showHealth({model, parent}) {
+  const {tone, text} = describeState(model, performance.now());
+  const is_old = model.robot?.state === "LOST" || (tone === "bad" && model.info.live !== false);
+  if (is_old !== model.is_old) model.changed = true;
+  model.is_old = is_old;
+  const badge = parent.querySelector(".badge");
+  if (!badge || badge.textContent === text) return;
+  badge.textContent = text;
+  badge.dataset.tone = tone;
 }
 
 // A run that has ended is seen as a whole, unless somebody looks at a place of it already.
@@ -182,6 +197,19 @@ function use(tool, event) {
 }
 
 for (const tool of Object.keys(TOOLS)) $(tool).addEventListener("click", (event) => use(tool, event));
+$("screen").hidden = !document.fullscreenEnabled;  // an iPhone has none
+
+// The legend says what each tool is, as a finger cannot hover; and a small screen has some only there.
+for (const tool of $("tools").children) {
+  if (tool.id === "help" || tool.hidden) continue;
+  const entry = $("tool_list").appendChild(document.createElement("button"));
+  entry.className = tool.className;
+  entry.append(tool.firstElementChild.cloneNode(true), tool.title);
+  entry.addEventListener("click", (event) => {
+    $("key").close();
+    use(tool.id, event);
+  });
+}
 $("mode").addEventListener("change", () => setMode($("mode").value));
 for (const box of document.querySelectorAll("[data-layer]")) {
   box.addEventListener("change", () => setLayer(box.dataset.layer, box.checked));
@@ -227,8 +255,8 @@ function writeLink() {
     link.set("y", camera.y_m.toFixed(2));
     link.set("px", camera.px.toPrecision(4));
     if (camera.turn_rad) link.set("turn", camera.turn_rad.toFixed(4));
-    if (timeline && !timeline.is_at_end) link.set("scan", timeline.at);
   }
+  if (timeline && !timeline.is_at_end) link.set("scan", timeline.at);
   const hash = link.size > 0 ? `#${link}` : "";
   if (hash !== location.hash) history.replaceState(null, "", hash || location.pathname);
 }
@@ -267,6 +295,7 @@ function frame(now_ms) {
   if (!(now_ms - frame.state_at_ms < STATE_MS)) {
     frame.state_at_ms = now_ms;
     if (model.trouble && now_ms - model.trouble_at_ms > TROUBLE_MS) model.trouble = "";
+    for (const robot of robots) attempt(robot.model, () => showHealth(robot));
     attempt(model, () => showState(model, performance.now()));
   }
   if (!(now_ms - frame.link_at_ms < LINK_MS)) {

@@ -17,7 +17,7 @@ const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
 function readColours() {
   const style = getComputedStyle(document.documentElement);
   const names = ["ground", "grid", "grid-strong", "free", "wall", "path", "ray-wall", "ray-new", "ray-free", "scan",
-                 "robot", "good", "warn", "bad", "loop", "floating", "text", "panel"];
+                 "robot", "good", "warn", "bad", "loop", "floating", "text", "dim", "panel"];
   return Object.fromEntries(names.map((name) => [name.replace("-", "_"), style.getPropertyValue(`--${name}`).trim()]));
 }
 
@@ -77,25 +77,32 @@ export class MapView extends EventTarget {
     if (this.fits) this.fit();
   }
 
-  // What of the view no panel covers [css pixels].
+  // What of the view nothing covers, from its corner [css pixels].
   clearArea() {
-    const {width, height} = this.parent.getBoundingClientRect();
-    const area = {x0: 0, y0: 0, x1: width, y1: height};
-    const boxOf = (id) => document.getElementById(id).getBoundingClientRect();
-    area.y0 = boxOf("head").bottom;
-    const [panel, player, tools] = ["panel", "player", "tools"].map(boxOf);
-    if (player.height > 0) area.y1 = player.top;
-    if (this.mode === "beside" && document.querySelectorAll(".map").length > 1) return area;
-    panel.width < width / 2 ? (area.x1 = Math.min(width, panel.left)) : (area.y1 = Math.min(area.y1, panel.top));
-    if (tools.width < width / 5) tools.left < width / 2 ? (area.x0 = tools.right) : (area.x1 = tools.left);
+    const view = this.parent.getBoundingClientRect();
+    const area = {x0: 0, y0: 0, x1: view.width, y1: view.height};
+    const [head, player, panel, tools] = ["head", "player", "panel", "tools"].map((id) => {
+      const box = document.getElementById(id).getBoundingClientRect();
+      const covers = box.width > 0 && box.left < view.right && box.right > view.left && box.top < view.bottom &&
+                     box.bottom > view.top;
+      return covers ? box : null;
+    });
+    if (head) area.y0 = head.bottom - view.top;
+    const label = this.parent.querySelector(".label");
+    if (label) area.y0 = Math.max(area.y0, label.getBoundingClientRect().bottom - view.top);
+    if (player) area.y1 = player.top - view.top;
+    if (panel) panel.width < view.width / 2 ? (area.x1 = panel.left - view.left) : (area.y1 = Math.min(area.y1, panel.top - view.top));
+    if (tools && tools.width < view.width / 3) {
+      tools.left - view.left < view.width / 2 ? (area.x0 = tools.right - view.left) : (area.x1 = tools.left - view.left);
+    }
     return area;
   }
 
   // Shows all of the map in the part of the view that is clear, and goes on to while it grows.
   fit() {
     const extents = [this.model, ...this.others].map(({map}) => map.extent()).filter(Boolean);
-    this.setFollows(false);
     this.fits = true;
+    this.setFollows(false);
     if (extents.length === 0) return;
     const [x0, y0] = ["x0", "y0"].map((edge) => Math.min(...extents.map((extent) => extent[edge])));
     const [x1, y1] = ["x1", "y1"].map((edge) => Math.max(...extents.map((extent) => extent[edge])));
@@ -349,7 +356,7 @@ export class MapView extends EventTarget {
     if (model.robot) {
       const scan = model.timeline ? model.scan : model.robot;
       if (layers.rays && scan && this.isOfMoment(scan)) drawScan(context, scan, model.map, pixel, colours);
-      drawRobot(context, model.robot, pixel, colours, layers.uncertainty);
+      drawRobot(context, model.robot, pixel, {...colours, robot: model.is_old ? colours.dim : colours.robot}, layers.uncertainty);
     }
     if (this.placed) drawPlace(context, this.placed, pixel, colours);
     if (this.measured.length === 2) drawMeasure(context, this.measured, pixel, colours, camera.turn_rad);

@@ -3,7 +3,7 @@
 import {drawFitness, drawTimes} from "./charts.js";
 import {ellipseOf, isMeasured} from "./layers.js";
 import {formatTime} from "./player.js";
-import {SILENT_S, describeState, localises, toAxisDegrees} from "./state.js";
+import {SILENT_S, describeState, localises, seconds, toAxisDegrees} from "./state.js";
 
 const CHI_95 = Math.sqrt(5.991);
 const TROUBLE = /malformed|refused|dropped|failed|lost|missing|late|contradicted|cut|ignored|unknown/;
@@ -15,7 +15,9 @@ function show(id, text) {
 }
 
 // A number with so many digits behind the point; a dash for what is none.
-const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
+const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits).replace(/^-(0\.0+)$/, "$1") : "–");
+
+const milliseconds = (time_ms) => fixed(time_ms, time_ms < 10 ? 2 : 0);
 
 function showPose({robot}) {
   if (!robot) return;
@@ -34,8 +36,8 @@ function showPose({robot}) {
 
 function makeService(name) {
   const details = document.createElement("details");
-  details.innerHTML = `<summary><span class="health"></span><span class="title"></span><span class="took"></span>
-    <span class="said"></span></summary><table></table>`;
+  details.innerHTML = `<summary><span class="health"></span><span class="title"></span>
+    <span class="said"></span><span class="took"></span></summary><table></table>`;
   details.querySelector(".title").textContent = name;
   details.dataset.name = name;
   return details;
@@ -45,13 +47,13 @@ function showService(details, service) {
   const has_ended = service.state === "finished";
   const is_silent = service.silent_s > SILENT_S && !has_ended;
   details.querySelector(".health").dataset.health = is_silent ? "silent" : has_ended ? "ended" : "well";
-  details.querySelector(".took").textContent = service.max_ms > 0 ? `${fixed(service.p50_ms, 2)} ms` : "";
+  details.querySelector(".took").textContent = service.max_ms > 0 ? `${milliseconds(service.p50_ms)} ms` : "";
   details.querySelector(".said").textContent =
     is_silent ? `silent for ${fixed(service.silent_s, 0)} s` : service.state;
   if (!details.open) return;
   const times_ms = [service.p50_ms, service.p99_ms, service.max_ms];
-  const rows = [...Object.entries(service.counters).map(([name, count]) => [name, whole.format(count)]),
-                ["p50 / p99 / max [ms]", times_ms.map((time_ms) => fixed(time_ms, 2)).join(" / ")],
+  const rows = [["state", service.state], ...Object.entries(service.counters).map(([name, count]) => [name, whole.format(count)]),
+                ["median / 99 % / longest [ms]", times_ms.map(milliseconds).join(" / ")],
                 ["memory", `${fixed(service.resident_mb, 1)} MB`], ["process", `${service.pid}, ${service.version}`]];
   details.querySelector("table").replaceChildren(...rows.map(([name, value]) => {
     const row = document.createElement("tr");
@@ -78,8 +80,14 @@ const SCANS_OF_CHART = 300;
 function showFitness({samples, timeline}) {
   const shown = timeline ? timeline.samples(SCANS_OF_CHART) : samples.slice(-SCANS_OF_CHART);
   drawFitness($("fitness_chart"), shown);
-  const seconds = shown.length > 1 ? shown.at(-1).time_s - shown[0].time_s : 0;
-  show("fitness_from", seconds > 0 ? `${formatTime(seconds)} ago` : "");
+  const [from, to] = [shown[0], shown.at(-1)];
+  if (timeline) {
+    show("fitness_from", formatTime(timeline.clock_s[timeline.at + 1 - shown.length]));
+    show("fitness_to", formatTime(timeline.clock_s[timeline.at]));
+  } else {
+    show("fitness_from", to?.time_s > from?.time_s ? `${seconds(to.time_s - from.time_s)} ago` : "");
+    show("fitness_to", "now");
+  }
 }
 
 function showInfo(model) {
@@ -89,7 +97,7 @@ function showInfo(model) {
   show("lost", whole.format(info.lost ?? 0));
   show("loops", whole.format(Math.max(info.loops.length, info.loops_closed ?? 0)));
   show("scan_time", times_ms.length ? `${fixed(times_ms.at(-1)[0], 2)} ms` : "–");
-  show("time_from", times_ms.length > 1 ? `${formatTime(times_ms.length)} ago` : "");
+  show("time_from", times_ms.length > 1 ? `${seconds(times_ms.length)} ago` : "");
   drawTimes($("time_chart"), times_ms);
   showServices(info.services);
   showVerdict(info.verdict);
@@ -110,6 +118,7 @@ function showVerdict(verdict) {
 function describeRun({info, way_m, map, timeline}) {
   const scans = info.scans ?? 0;
   const words = scans > 0 ? [`${whole.format(scans)} scans`] : [];
+  if (timeline && !timeline.is_at_end) words[0] = `scan ${whole.format(timeline.at + 1)} of ${whole.format(timeline.num)}`;
   if (timeline) words.push(formatTime(timeline.duration_s));
   const metres = info.way_m ?? way_m;
   if (metres > 0) words.push(metres < 1000 ? `${fixed(metres, 0)} m` : `${fixed(metres / 1000, 2)} km`);
@@ -121,6 +130,9 @@ function describeRun({info, way_m, map, timeline}) {
 // The badge, and the words beside it. Who cannot see it is told when it changes, not each second.
 export function showState(model, now_ms) {
   const {tone, text, why} = describeState(model, now_ms);
+  const title = `${text} · ${model.info.robot || "CRSM map"}`;
+  if (document.title !== title) document.title = title;
+  $("last_known").hidden = !model.is_old;
   $("state").dataset.tone = tone;
   show("state", text);
   show("why", why);

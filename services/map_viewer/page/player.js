@@ -36,6 +36,7 @@ export class Player {
       document.body.classList.toggle("finished", Boolean(timeline));
       if (!timeline) return;
       $("moment").max = timeline.num - 1;
+      $("whole_time").textContent = `/ ${formatTime(timeline.duration_s)}`;
       this.setSpeed(SPEEDS.find((speed) => timeline.duration_s / speed <= WHOLE_S) ?? SPEEDS.at(-1));
     }
     if (timeline && info !== this.info) this.marks = timeline.marks(info);
@@ -83,14 +84,15 @@ export class Player {
   tell() {
     const {timeline} = this;
     if (!timeline) return;
-    const text = `${formatTime(timeline.clock_s[timeline.at])} / ${formatTime(timeline.duration_s)}`;
+    const text = formatTime(timeline.clock_s[timeline.at]);
     if ($("time").textContent === text && Number($("moment").value) === timeline.at) return;
     $("moment").value = timeline.at;
-    $("moment").setAttribute("aria-valuetext", `${text}, scan ${timeline.at + 1} of ${timeline.num}`);
+    $("moment").setAttribute("aria-valuetext", `${text} of ${formatTime(timeline.duration_s)}, scan ${timeline.at + 1} of ${timeline.num}`);
     $("time").textContent = text;
   }
 
-  // Bars where the robot was lost, floated or was held in one direction only; ticks at loops, breaks and joins.
+  // Bars where the robot was lost, floated or was held in one direction only, paler where few scans were; ticks at loops,
+  // breaks and joins.
   drawMarks() {
     const canvas = $("marks");
     const ratio = window.devicePixelRatio || 1;
@@ -102,12 +104,14 @@ export class Player {
     const colours = Object.fromEntries(Object.entries(COLOURS).map(([what, name]) => [what, style.getPropertyValue(name)]));
     const {timeline} = this;
     const scale = canvas.width / Math.max(1, timeline.num - 1);
-    for (let i = 0; i < timeline.num; ++i) {
-      const state = timeline.stateOf(i);
-      if (!colours[state]) continue;
+    for (const state of ["DEGENERATE", "FLOATING", "LOST"]) {
       context.fillStyle = colours[state];
-      context.globalAlpha = state === "DEGENERATE" ? 0.4 : 1;
-      context.fillRect(i * scale, canvas.height / 2, Math.max(1, scale), canvas.height / 2);
+      for (let x = 0; x < canvas.width; ++x) {
+        const share = timeline.shareOf(state, x / canvas.width, (x + 1) / canvas.width);
+        if (share === 0) continue;
+        context.globalAlpha = state === "DEGENERATE" ? Math.max(0.15, 0.7 * share) : 1;
+        context.fillRect(x, canvas.height / 2, state === "LOST" ? 2 * ratio : 1, canvas.height / 2);
+      }
     }
     context.globalAlpha = 1;
     for (const {at, kind} of this.marks) {

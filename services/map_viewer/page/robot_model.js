@@ -21,6 +21,7 @@ export class RobotModel extends EventTarget {
     this.tail = [];  // where the robot was seen since the path was told last
     this.samples = [];
     this.timeline = null;  // of a run that has ended
+    this.is_old = false;   // whether the robot is where it was known last, and nobody knows where it is
     this.scan = null;      // of the moment of the timeline, as robot
     this.info = {services: [], loops: [], robots: [""], robot: ""};
     this.info_at_ms = 0;   // when it came

@@ -5,7 +5,7 @@ const NO_SCAN_S = 3;        // no laser is so slow
 const ON_THE_WAY = ["ray_selector", "rrhc_matcher", "map_updater"];  // of a scan
 const TRUST = {good: ["good", "GOOD"], doubtful: ["warn", "DOUBTFUL"], bad: ["bad", "BAD"], none: ["none", "FINISHED"]};
 
-const seconds = (age_s) => (age_s < 120 ? `${Math.floor(age_s)} s` : `${Math.floor(age_s / 60)} min`);
+export const seconds = (age_s) => (age_s < 120 ? `${Math.floor(age_s)} s` : `${Math.floor(age_s / 60)} min`);
 
 // What the robot's pose is worth on the map, where it is none of it; else nothing.
 export const describeFloating = ({robot}) =>

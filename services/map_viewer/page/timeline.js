@@ -35,6 +35,16 @@ export class Timeline {
 
   stateOf(number) { return STATES[this.state[number]]; }
 
+  // How many of the scans in a part of the run, given by shares of it, were in a state: 0 to 1.
+  shareOf(state, from, to) {
+    const wanted = STATES.indexOf(state);
+    const first = Math.floor(from * this.num);
+    const end = Math.max(first + 1, Math.floor(to * this.num));
+    let found = 0;
+    for (let i = first; i < end; ++i) found += this.state[i] === wanted;
+    return found / (end - first);
+  }
+
   // Whether a robot, as the viewer tells it, is that of the moment.
   isAt({utime}) { return Math.abs(Number(utime) * 1e-6 - this.time_s[this.at]) < 1e-5; }
 
