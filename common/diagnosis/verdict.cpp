@@ -268,7 +268,7 @@ std::string DescribeMetres(const Verdict& verdict) {
   std::string text =
       fmt::format("parts of it may be off by up to {:.{}f} m", *verdict.off_m, *verdict.off_m < 1.0 ? 2 : 1);
   if (verdict.off_at_m) {
-    text += fmt::format(", behind x {:.0f} m, y {:.0f} m most likely", verdict.off_at_m->x(), verdict.off_at_m->y());
+    text += fmt::format(", most likely past x {:.0f} m, y {:.0f} m", verdict.off_at_m->x(), verdict.off_at_m->y());
   }
   return text;
 }

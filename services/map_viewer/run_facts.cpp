@@ -64,6 +64,9 @@ json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans) {
   for (const json& line : found.value("lines", json::array())) {
     if (line.is_string()) facts["verdict"]["lines"].push_back(line);
   }
+  const json x_m = found.value("off_x_m", json());
+  const json y_m = found.value("off_y_m", json());
+  if (x_m.is_number() && y_m.is_number()) facts["verdict"]["off_at_m"] = {x_m, y_m};
   for (const auto& [key, name] : {std::pair("path_length_m", "way_m"), std::pair("explored_area_m2", "area_m2")}) {
     const json value = summary.value(key, json());
     if (value.is_number()) facts[name] = value;

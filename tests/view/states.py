@@ -89,8 +89,9 @@ STATES = {
     "log_ended": ({"info": well(scan_age_s=60, match_age_s=60, services=[
         *SERVICES[:3], {**SERVICES[3], "state": "finished", "silent_s": 60}]), "robot": is_in("OK")}, "LOG ENDED", "none",
                   "published"),
-    "finished_good": ({"info": {"live": False, "verdict": {"trust": "good", "lines": ["all", "the map is good"]}}}, "GOOD",
-                      "good", "the map is good"),
+    "finished_good": ({"info": {"live": False, "verdict": {"trust": "good", "off_at_m": [1, 2], "lines": [
+        "all", "the map is good", "parts of it may be off by up to 2 m, most likely past x 1 m, y 2 m"]}}}, "GOOD", "good",
+                      "the map is good; parts of it may be off by up to 2 m"),
     "finished_doubtful": ({"info": {"live": False, "verdict": {"trust": "doubtful", "lines": [
         "all", "the map is doubtful: it may be"]}}}, "DOUBTFUL", "warn", "the map is doubtful"),
     "finished_bad": ({"info": {"live": False, "verdict": {"trust": "bad", "lines": ["the map is bad"]}}}, "BAD", "bad", ""),

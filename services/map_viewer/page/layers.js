@@ -101,6 +101,14 @@ export function drawMoved(context, moved, window_m, pixel, colours) {
   context.globalAlpha = 1;
 }
 
+// Past which place of the path the map is off most likely, if it is off.
+export function drawDoubt(context, [x_m, y_m], pixel, colours) {
+  context.strokeStyle = colours.warn;
+  context.lineWidth = 3 * pixel;
+  circle(context, x_m, y_m, 12 * pixel);
+  context.stroke();
+}
+
 // Where the robot of a simulated world really was.
 export function drawTruth(context, places, pixel, colours) {
   context.strokeStyle = colours.good;

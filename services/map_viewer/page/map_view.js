@@ -1,8 +1,8 @@
 // One robot's map on the screen: camera, pointers and the drawing of a frame.
 
 import {BLOCK_CELLS, REDUCTIONS, findWalls, makePalette} from "./map_model.js";
-import {TimelinePath, drawGrid, drawLoops, drawMeasure, drawMoved, drawName, drawPath, drawPlace, drawRobot, drawScan,
-        drawTruth} from "./layers.js";
+import {TimelinePath, drawDoubt, drawGrid, drawLoops, drawMeasure, drawMoved, drawName, drawPath, drawPlace, drawRobot,
+        drawScan, drawTruth} from "./layers.js";
 
 const NEAREST_PX = 400;  // pixels of a metre
 const FURTHEST_PX = 0.2;
@@ -351,6 +351,8 @@ export class MapView extends EventTarget {
     if (layers.truth) drawTruth(context, model.info.truth ?? [], pixel, colours);
     if (layers.path) this.drawPath(context, window_m, pixel);
     if (layers.moved || (layers.loops && loop_age_s < POINTED_AT_S)) this.drawMoved(context, window_m, pixel);
+    const doubt_m = model.info.verdict?.off_at_m;
+    if (layers.path && Array.isArray(doubt_m)) drawDoubt(context, doubt_m, pixel, colours);
     if (layers.loops) drawLoops(context, model.info.loops, loop_age_s, pixel, colours);
     if (layers.robots) for (const other of this.others) this.drawOther(context, other, window_m, pixel);
     if (model.robot) {

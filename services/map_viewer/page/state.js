@@ -47,7 +47,9 @@ function describeFinished(model) {
   if (timeline && !timeline.is_at_end && model.robot) return describeRobot(model);
   const {trust = "none", lines = []} = info.verdict ?? {};
   const [tone, text] = TRUST[trust] ?? TRUST.none;
-  return {tone, text, why: lines.find((line) => /map is|no verdict/.test(line)) ?? lines[0] ?? ""};
+  const why = lines.find((line) => /map is|no verdict/.test(line)) ?? lines[0] ?? "";
+  const off = lines.find((line) => /may be off by/.test(line)) ?? "";
+  return {tone, text, why: [why, off.replace(/,.*/, "")].filter(Boolean).join("; ")};
 }
 
 function describeLive(model, now_ms) {

@@ -18,8 +18,9 @@ nlohmann::json FactsOf(const std::string& summary, std::size_t num_scans = 3) {
 
 TEST_CASE("a run that has ended is shown with its verdict, its way and its area") {
   const auto facts = FactsOf(R"({"ended": true, "scans": 3, "path_length_m": 1.5, "explored_area_m2": 2.5,
-                                 "verdict": {"trust": "doubtful", "lines": ["one", 2, "three"]}})");
+                                 "verdict": {"trust": "doubtful", "off_x_m": 2, "off_y_m": -1.5, "lines": ["one", 2, "three"]}})");
   CHECK(facts["verdict"]["trust"] == "doubtful");
+  CHECK(facts["verdict"]["off_at_m"] == nlohmann::json{2, -1.5});
   CHECK(facts["verdict"]["lines"] == nlohmann::json{"one", "three"});
   CHECK((facts["way_m"] == 1.5 && facts["area_m2"] == 2.5));
 }
