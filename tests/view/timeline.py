@@ -102,6 +102,29 @@ import('/main.js').then(({robots}) => {
 });
 """
 
+# Callback: how much of the path's colour there is at the begin, at the end, and there without the path.
+PATH_SO_FAR = """
+const callback = arguments[0];
+import('/main.js').then(({robots, player}) => {
+  const {model, view} = robots[0];
+  const wanted = [1, 3, 5].map((at) => parseInt(view.colours.path.slice(at, at + 2), 16));
+  const count = (scan) => {
+    player.goTo(scan);
+    view.draw(performance.now());
+    const {data} = view.canvas.getContext('2d').getImageData(0, 0, view.canvas.width, view.canvas.height);
+    let found = 0;
+    for (let at = 0; at < data.length; at += 4) found += wanted.every((value, i) => Math.abs(value - data[at + i]) < 40);
+    return found;
+  };
+  const seen = {begin: count(0), end: count(model.timeline.num - 1)};
+  const box = document.querySelector('[data-layer=path]');
+  box.click();
+  seen.without = count(model.timeline.num - 1);
+  box.click();
+  callback(seen);
+});
+"""
+
 # Moves the middle of the path by half a metre, as a loop would have. Callback: how much of the loops' colour is drawn
 # with the layer and without it, and at the begin.
 MOVED = """
@@ -180,6 +203,8 @@ def test_timeline(browser, url):
     check(played["at"] > 10 and not played["playing"], f"it plays, {played['frames']:.0f} pictures a second")
     tapped = browser.driver.execute_async_script(TAP, num // 3)
     check(tapped["away_m"] < 0.5, "a click on the path goes there")
+    path = browser.run(PATH_SO_FAR)
+    check(path["end"] > path["begin"] + 300 and path["without"] <= path["begin"], f"the path is drawn up to the moment: {path}")
     moved = browser.run(MOVED)
     check(moved["all"] > moved["without"] + 100 and moved["early"] <= moved["without"] + 20,
           f"what loops moved is drawn up to the moment: {moved}")

@@ -303,6 +303,7 @@ export function drawPlace(context, {x_m, y_m, yaw_rad}, pixel, colours) {
 }
 
 const CHUNK_SCANS = 512;
+const [PLAIN, PALE] = [0.9, 0.22];
 
 // The path of a run that has ended, in chunks of lines that are no finer than `step_m`.
 export class TimelinePath {
@@ -345,30 +346,37 @@ export class TimelinePath {
     return {...lines, box};
   }
 
-  // Up to the moment that is shown as a path, and pale what comes after it.
-  draw(context, {x0, y0, x1, y1}, pixel, colours, with_floating) {
-    const {at} = this.timeline;
+  // The chunk of the moment that is shown.
+  get current() { return Math.floor(this.timeline.at / CHUNK_SCANS); }
+
+  // All chunks before the moment's as a path, and pale what comes after them. It changes with `current` only.
+  drawChunks(context, window_m, pixel, colours, with_floating) {
+    const {chunks, current} = this;
+    for (const chunk of chunks.slice(current)) this.stroke(context, chunk, PALE, window_m, pixel, colours, with_floating);
+    for (const chunk of chunks.slice(0, current)) this.stroke(context, chunk, PLAIN, window_m, pixel, colours, with_floating);
+  }
+
+  // The rest of the path up to the moment.
+  drawRest(context, window_m, pixel, colours, with_floating) {
+    const {at, x_m, y_m} = this.timeline;
+    const rest = this.trace(this.current * CHUNK_SCANS, at + 1);
+    this.stroke(context, rest, PLAIN, window_m, pixel, colours, with_floating);
+    drawMarker(context, {x_m: x_m[0], y_m: y_m[0]}, pixel, colours.good);
+  }
+
+  stroke(context, {map, floating, lost, box}, alpha, {x0, y0, x1, y1}, pixel, colours, with_floating) {
+    if (box.x0 > x1 || box.x1 < x0 || box.y0 > y1 || box.y1 < y0) return;
     context.lineWidth = 2 * pixel;
     context.lineJoin = "round";
-    const stroke = ({map, floating, lost, box}, alpha) => {
-      if (box.x0 > x1 || box.x1 < x0 || box.y0 > y1 || box.y1 < y0) return;
-      context.globalAlpha = alpha;
-      context.strokeStyle = colours.path;
-      context.stroke(map);
-      context.strokeStyle = colours.floating;
-      context.setLineDash(FLOATING_DASH_PX.map((px) => px * pixel));
-      if (with_floating) context.stroke(floating);
-      context.setLineDash([]);
-      context.fillStyle = colours.bad;
-      for (const [x, y] of lost) context.fillRect(x - 2.5 * pixel, y - 2.5 * pixel, 5 * pixel, 5 * pixel);
-    };
-    for (const chunk of this.chunks) if (chunk.first + CHUNK_SCANS > at) stroke(chunk, 0.22);
-    for (const chunk of this.chunks) {
-      if (chunk.first > at) break;
-      stroke(chunk.first + CHUNK_SCANS <= at ? chunk : this.trace(chunk.first, at + 1), 0.9);
-    }
+    context.globalAlpha = alpha;
+    context.strokeStyle = colours.path;
+    context.stroke(map);
+    context.strokeStyle = colours.floating;
+    context.setLineDash(FLOATING_DASH_PX.map((px) => px * pixel));
+    if (with_floating) context.stroke(floating);
+    context.setLineDash([]);
+    context.fillStyle = colours.bad;
+    for (const [x, y] of lost) context.fillRect(x - 2.5 * pixel, y - 2.5 * pixel, 5 * pixel, 5 * pixel);
     context.globalAlpha = 1;
-    const {x_m, y_m} = this.timeline;
-    drawMarker(context, {x_m: x_m[0], y_m: y_m[0]}, pixel, colours.good);
   }
 }

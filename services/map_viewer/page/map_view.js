@@ -39,11 +39,14 @@ export class MapView extends EventTarget {
     this.measured = [];  // ends of the distance that is measured
     this.pointers = new Map();
     this.loop_closed_at = -Infinity;
+    this.ground_canvas = document.createElement("canvas");  // below what changes when a run is played
+    this.ground = null;  // what is on it
     this.readTheme();
     new ResizeObserver(() => this.resize()).observe(parent);
     this.listen();
     model.addEventListener("corrected", () => { this.loop_closed_at = performance.now(); });
     model.addEventListener("timeline", () => { this.timeline_path = null; });
+    model.addEventListener("info", () => { this.ground = null; });
     model.addEventListener("whole", () => { if (this.fits) this.fit(); });
   }
 
@@ -317,6 +320,7 @@ export class MapView extends EventTarget {
     this.follow();
     const loop_age_s = (now_ms - this.loop_closed_at) / 1000;
     if (!(this.stale || [model, ...this.others].some(({changed}) => changed) || loop_age_s < POINTED_AT_S)) return false;
+    if (this.stale || model.map.stale.size > 0) this.ground = null;
     this.stale = false;
     for (const shown of [model, ...this.others]) {
       shown.changed = false;
@@ -326,29 +330,71 @@ export class MapView extends EventTarget {
     return true;
   }
 
-  drawOn(context, loop_age_s) {
-    const {model, camera, colours} = this;
+  // From here on the unit is a metre of the map.
+  useMetres(context) {
+    const {camera} = this;
     const {width, height} = this.canvas;
     const scale = camera.px * this.ratio;
-    const pixel = 1 / camera.px;
     context.setTransform(1, 0, 0, 1, 0, 0);
-    context.fillStyle = this.mode === "difference" ? "#000" : colours.ground;
-    context.fillRect(0, 0, width, height);
     context.translate(width / 2, height / 2);
     context.scale(scale, -scale);
     context.rotate(-camera.turn_rad);
     context.translate(-camera.x_m, -camera.y_m);
+  }
+
+  // What of the map is seen, and around it where it is turned.
+  windowOf() {
+    const {camera} = this;
+    const {width, height} = this.canvas;
+    const scale = camera.px * this.ratio;
     const [cos, sin] = [Math.abs(Math.cos(camera.turn_rad)), Math.abs(Math.sin(camera.turn_rad))];
     const half = {x: (width * cos + height * sin) / 2 / scale, y: (width * sin + height * cos) / 2 / scale};
-    const window_m = {x0: camera.x_m - half.x, x1: camera.x_m + half.x,
-                      y0: camera.y_m - half.y, y1: camera.y_m + half.y};
-    const {layers} = this;
+    return {x0: camera.x_m - half.x, x1: camera.x_m + half.x, y0: camera.y_m - half.y, y1: camera.y_m + half.y};
+  }
+
+  // Grid, maps, and the truth of a simulation.
+  drawMaps(context, window_m, pixel) {
+    const {model, colours, layers} = this;
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.fillStyle = this.mode === "difference" ? "#000" : colours.ground;
+    context.fillRect(0, 0, this.canvas.width, this.canvas.height);
+    this.useMetres(context);
     if (layers.grid && this.mode !== "difference") drawGrid(context, window_m, pixel, colours);
     this.drawMap(context, model.map, window_m);
     if (this.mode === "difference") context.globalCompositeOperation = "difference";
     for (const {map} of this.others) this.drawMap(context, map, window_m);
     context.globalCompositeOperation = "source-over";
     if (layers.truth) drawTruth(context, model.info.truth ?? [], pixel, colours);
+  }
+
+  // What is the same in most frames of a run that is played: maps, and the path but for its last piece.
+  drawGround(context, window_m, pixel) {
+    const {model, colours, layers} = this;
+    if (!model.timeline || this.mode !== "beside") {
+      this.drawMaps(context, window_m, pixel);
+      if (model.timeline && layers.path) this.tracedPath(pixel).drawChunks(context, window_m, pixel, colours, layers.floating);
+      return;
+    }
+    const path = this.tracedPath(pixel);
+    if (this.ground?.path !== path || this.ground.current !== path.current) {
+      const {width, height} = this.canvas;
+      const canvas = this.ground_canvas;
+      if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, {width, height});
+      const on_ground = canvas.getContext("2d", {alpha: false});
+      this.drawMaps(on_ground, window_m, pixel);
+      if (layers.path) path.drawChunks(on_ground, window_m, pixel, colours, layers.floating);
+      this.ground = {path, current: path.current};
+    }
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.drawImage(this.ground_canvas, 0, 0);
+    this.useMetres(context);
+  }
+
+  drawOn(context, loop_age_s) {
+    const {model, camera, colours, layers} = this;
+    const pixel = 1 / camera.px;
+    const window_m = this.windowOf();
+    this.drawGround(context, window_m, pixel);
     if (layers.path) this.drawPath(context, window_m, pixel);
     if (layers.moved || (layers.loops && loop_age_s < POINTED_AT_S)) this.drawMoved(context, window_m, pixel);
     const doubt_m = model.info.verdict?.off_at_m;
@@ -374,7 +420,7 @@ export class MapView extends EventTarget {
     const {model, colours} = this;
     const {floating} = this.layers;
     if (!model.timeline) return drawPath(context, model.path, model.tail, window_m, pixel, colours, floating);
-    this.tracedPath(pixel).draw(context, window_m, pixel, colours, floating);
+    this.tracedPath(pixel).drawRest(context, window_m, pixel, colours, floating);
   }
 
   // Of a run that has ended, no finer than a pixel.
