@@ -85,7 +85,7 @@ function showFitness({samples, timeline}) {
     show("fitness_from", formatTime(timeline.clock_s[timeline.at + 1 - shown.length]));
     show("fitness_to", formatTime(timeline.clock_s[timeline.at]));
   } else {
-    show("fitness_from", to?.time_s > from?.time_s ? `${seconds(to.time_s - from.time_s)} ago` : "");
+    show("fitness_from", to?.time_s > from?.time_s ? `−${seconds(to.time_s - from.time_s)}` : "");
     show("fitness_to", "now");
   }
 }
@@ -97,7 +97,7 @@ function showInfo(model) {
   show("lost", whole.format(info.lost ?? 0));
   show("loops", whole.format(Math.max(info.loops.length, info.loops_closed ?? 0)));
   show("scan_time", times_ms.length ? `${fixed(times_ms.at(-1)[0], 2)} ms` : "–");
-  show("time_from", times_ms.length > 1 ? `${seconds(times_ms.length)} ago` : "");
+  show("time_from", times_ms.length > 1 ? `−${seconds(times_ms.length)}` : "");
   drawTimes($("time_chart"), times_ms);
   showServices(info.services);
   showVerdict(info.verdict);
