@@ -137,9 +137,10 @@ TEST_CASE("the viewer and the owner of the map may be killed: the next page is w
   REQUIRE(viewer->AwaitReady());
   Page page(viewer->port());
   REQUIRE(page.Await([&] { return page->complete && page->version > 20; }));
-  CHECK(page->epoch == epoch);
+  const auto IsOfFirstOwner = [&] { return std::abs(page->epoch - epoch) < 100; };  // one counts its corrections
+  CHECK(IsOfFirstOwner());
   REQUIRE(stack.Start("map_updater"));  // with another map, since there is no journal
-  REQUIRE(page.Await([&] { return page->complete && page->epoch != epoch && page->version > 10; }));
+  REQUIRE(page.Await([&] { return page->complete && !IsOfFirstOwner() && page->version > 10; }));
   stack["laser_publisher"].Signal(SIGINT);
   REQUIRE(stack["laser_publisher"].AwaitExit() == 0);
   REQUIRE(page.Await([&] { return page->ExploredTiles() == AskOwner(url); }));
