@@ -5,21 +5,22 @@
 
 namespace crsm {
 
-/// Red, green, blue. Floor, walls and what is unexplored differ in grey too, for those who print or see no colours.
+/// Red, green, blue; of the path and what lies on it, as on the page of map_viewer. Floor, walls and what is unexplored
+/// differ in grey too, for those who print or see no colours.
 namespace overview_colour {
 inline const cv::Scalar kFree(255, 255, 255);
 inline const cv::Scalar kUnexplored(186, 199, 215);  // contrast to kFree 1.7 (WCAG 2.1)
 inline const cv::Scalar kWall(22, 26, 34);
 inline const cv::Scalar kPath(0, 102, 204);
 inline const cv::Scalar kStart(0, 140, 60);
-inline const cv::Scalar kEnd(215, 30, 40);
-inline const cv::Scalar kLost(240, 140, 0);
-inline const cv::Scalar kHit(225, 70, 200);
-inline const cv::Scalar kLoop(0, 150, 130);
+inline const cv::Scalar kEnd(224, 142, 0);
+inline const cv::Scalar kLost(192, 27, 48);
+inline const cv::Scalar kHit(0, 150, 129);
+inline const cv::Scalar kLoop(192, 27, 148);
 inline const cv::Scalar kRejected(165, 80, 20);
 inline const cv::Scalar kJoin(110, 40, 190);
-inline const cv::Scalar kBreak(190, 0, 80);
-inline const cv::Scalar kDoubt(225, 150, 0);  // where the map may be off
+inline const cv::Scalar kBreak(192, 27, 48);
+inline const cv::Scalar kDoubt(148, 88, 0);  // where the map may be off
 inline const cv::Scalar kGood(20, 115, 60);
 inline const cv::Scalar kDoubtful(165, 95, 0);
 inline const cv::Scalar kBad(175, 25, 30);

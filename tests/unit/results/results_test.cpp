@@ -59,7 +59,6 @@ bool IsMagenta(const Colour& c) { return c[0] > c[1] + 50 && c[2] > c[1] + 50; }
 bool IsTurquoise(const Colour& c) { return c[1] > c[0] + 40 && c[2] > c[0] + 40 && std::abs(c[1] - c[2]) < 30; }
 bool IsBrown(const Colour& c) { return c[0] > c[1] + 20 && c[1] > c[2] + 5; }
 bool IsViolet(const Colour& c) { return c[2] > c[0] + 40 && c[0] > c[1] + 20; }
-bool IsCrimson(const Colour& c) { return c[0] > c[2] + 50 && c[2] > c[1] + 30; }
 bool IsDark(const Colour& c) { return c[0] < 60 && c[1] < 60 && c[2] < 60; }
 
 /// Of white: 1. Source: WCAG 2.1, relative luminance.
@@ -279,9 +278,9 @@ TEST_CASE("the overview shows start, path, end, lost scans and hits where they a
   REQUIRE(overview.picture().height > Overview::kCaptionTop);
   CHECK(IsGreen(overview.At(-3.0, 0.0)));
   CHECK(overview.HasNear(-1.0, 0.0, IsBlue));
-  CHECK(IsRed(overview.At(3.0, 0.0)));
-  CHECK(IsOrange(overview.At(2.0, 4.0)));
-  CHECK(IsMagenta(overview.At(3.0, 2.0)));
+  CHECK(IsOrange(overview.At(3.0, 0.0)));
+  CHECK(IsRed(overview.At(2.0, 4.0)));
+  CHECK(IsTurquoise(overview.At(3.0, 2.0)));
   CHECK(overview.At(-2.0, 3.0) == kUnexplored);
   CHECK(overview.At(3.0, 3.0) == kUnexplored);
   CHECK(overview.At(-1.0, 0.02) == kUnexplored);  // the path is thin
@@ -320,22 +319,22 @@ TEST_CASE("no path, loop, lost scan or hit hides a wall, at any size of the map"
 
 TEST_CASE("the overview joins both ends of each loop: closed ones by a line, rejected ones by dashes") {
   Results results = Unexplored();
-  CHECK_FALSE(Overview(results).CaptionHas(IsTurquoise));
+  CHECK_FALSE(Overview(results).CaptionHas(IsMagenta));
   results.loops = {{{-3.0, 1.0, 0.0}, {3.0, 1.0, 0.0}, false}};
-  CHECK(Overview(results).CaptionHas(IsTurquoise));
+  CHECK(Overview(results).CaptionHas(IsMagenta));
   CHECK_FALSE(Overview(results).CaptionHas(IsBrown));
   results.loops.push_back({{-3.0, -1.0, 0.0}, {3.0, -1.0, 0.0}, true});
   results.loops.push_back({{4.0, -4.0, 0.0}, {4.0, -4.0, 0.0}, false});
   const Overview overview(results);
-  CHECK(overview.ShareAlong(1.0, IsTurquoise) == 1.0);
+  CHECK(overview.ShareAlong(1.0, IsMagenta) == 1.0);
   CHECK(overview.ShareAlong(-1.0, IsBrown) == Approx(0.5).margin(0.25));  // round ends are longer than half
   for (const double x_m : {-3.0, 3.0}) {
-    CHECK(IsTurquoise(overview.At(x_m, 1.0)));
+    CHECK(IsMagenta(overview.At(x_m, 1.0)));
     CHECK(IsBrown(overview.At(x_m, -1.0)));
   }
-  CHECK(IsTurquoise(overview.At(4.0, -4.0)));  // one whose ends are one place
+  CHECK(IsMagenta(overview.At(4.0, -4.0)));  // one whose ends are one place
   CHECK(overview.At(-1.0, 0.0) == kUnexplored);
-  CHECK(overview.CaptionHas(IsTurquoise));
+  CHECK(overview.CaptionHas(IsMagenta));
   CHECK(overview.CaptionHas(IsBrown));
 }
 
@@ -347,7 +346,7 @@ TEST_CASE("thousands of loops leave the map to be seen") {
   std::fill(results.grid.cells.begin(), results.grid.cells.begin() + 5000, kFreeByte);  // the lower half
   const Overview overview(results);
   const Colour free = overview.At(1.0, -2.0);
-  CHECK(IsTurquoise(overview.At(1.0, 2.0)));
+  CHECK(IsMagenta(overview.At(1.0, 2.0)));
   CHECK(free[0] > 150);  // of 255
   CHECK(ContrastOf(free, overview.At(1.0, 2.0)) > 1.3);
 }
@@ -368,14 +367,14 @@ TEST_CASE("the overview shows where the path breaks and where it is joined, and 
   results.pieces.breaks = {{3, 2, BreakReason::kGap, 9.0, {0.0, -2.0, 0.0}, 1, 2}};
   const Overview overview(results);
   CHECK(overview.ShareAlong(1.0, IsViolet) == 1.0);
-  CHECK(IsCrimson(overview.At(0.0, -2.0)));
+  CHECK(IsRed(overview.At(0.0, -2.0)));
   CHECK(overview.At(0.04, -2.0) == kUnexplored);  // a cross
   CHECK(overview.At(2.0, 3.0) == kUnexplored);
   CHECK(overview.caption_height() > whole.caption_height());  // it says so
   // Beside the cross stands which piece goes on there, unless that is this one.
   const auto HasLabel = [](const Overview& picture) {
     for (double x_m = 0.15; x_m < 0.4; x_m += 0.01) {
-      if (picture.HasNear(x_m, -1.92, IsCrimson)) return true;
+      if (picture.HasNear(x_m, -1.92, IsRed)) return true;
     }
     return false;
   };
@@ -451,13 +450,15 @@ TEST_CASE("the overview says the verdict where there is one, and else that there
   CHECK((Overview(results).picture().samples != so_far.picture().samples));
 }
 
-TEST_CASE("the overview marks behind which place the map may be off, and not over walls") {
+TEST_CASE("the overview marks past which place the map may be off, and not over walls") {
   Results results = Unexplored();
   results.grid.cells.assign(10000, kOccupiedByte);
   std::fill(results.grid.cells.begin(), results.grid.cells.begin() + 5000, kFreeByte);  // the lower half
   results.summary = Judged(Trust::kDoubtful);
   results.summary->verdict->off_m = 2.0;
-  const auto IsRing = [](const Colour& colour) { return colour[0] > 200 && colour[2] < 60; };
+  const auto IsRing = [](const Colour& colour) {
+    return std::abs(colour[0] - 148) < 12 && std::abs(colour[1] - 88) < 12;
+  };
   CHECK_FALSE(Overview(results).CaptionHas(IsRing));
   results.summary->verdict->off_at_m = Eigen::Vector2d(1.0, 0.0);
   const Overview overview(results);
@@ -533,7 +534,7 @@ TEST_CASE("the overview shows the last scan's hits on walls too, beside the wall
   results.matches = {MakeMatch(1, {0.05, 0.05, 0.0}, 0.9, MatchState::kOk)};
   const Overview overview(results);
   CHECK(IsDark(overview.At(1.05, 0.05)));
-  CHECK(IsMagenta(overview.At(1.05, 0.11)));
+  CHECK(IsTurquoise(overview.At(1.05, 0.11)));
 }
 
 TEST_CASE("the overview shows the last scan deskewed by its match") {
@@ -543,8 +544,8 @@ TEST_CASE("the overview shows the last scan deskewed by its match") {
   ScanMatch match = MakeMatch(1, {}, 0.9, MatchState::kOk);
   match.twist.x_m_s = 2.0;
   results.matches = {match};
-  CHECK(IsMagenta(Overview(results).At(1.0, 0.0)));
-  CHECK_FALSE(IsMagenta(Overview(results).At(2.0, 0.0)));
+  CHECK(IsTurquoise(Overview(results).At(1.0, 0.0)));
+  CHECK_FALSE(IsTurquoise(Overview(results).At(2.0, 0.0)));
 }
 
 TEST_CASE("the map is enlarged to about 1600 pixels and shrunk only above 4000") {
