@@ -24,7 +24,8 @@ std::string ShapeOf(const py::array& array) { return py::str(array.attr("shape")
 /// The numbers in it, as they are.
 py::array ToArray(const py::handle& value, const std::string& name, const std::string& expected) {
   py::object plain = py::reinterpret_borrow<py::object>(value);
-  const bool is_masked = py::hasattr(value, "filled") && py::hasattr(value, "mask");
+  const bool is_plain = TypeOf(value) == "numpy.ndarray";
+  const bool is_masked = !is_plain && py::hasattr(value, "filled") && py::hasattr(value, "mask");
   if (is_masked) plain = value.attr("astype")("float32").attr("filled")(std::numeric_limits<float>::quiet_NaN());
   const auto array = py::array::ensure(plain);
   if (!array) RefuseType(name, value, expected);
@@ -51,9 +52,9 @@ std::vector<std::string> ListKeys() {
 
 }  // namespace
 
-Arguments::Arguments(std::string call, const py::args& words, const py::kwargs& keywords,
-                     std::vector<std::string> names, std::size_t num_required)
-    : call_(std::move(call)), names_(std::move(names)) {
+Arguments::Arguments(const char* call, const py::args& words, const py::kwargs& keywords,
+                     const std::vector<std::string>& names, std::size_t num_required)
+    : call_(call), names_(names) {
   if (words.size() > 1) {
     const std::vector<std::string> others(names_.begin() + 1, names_.end());
     Refuse("takes one argument without a name; name the others: " + crsm::JoinNames(others));
@@ -75,7 +76,7 @@ void Arguments::Add(const std::string& name, const py::handle& value) {
   values_[name.c_str()] = value;
 }
 
-void Arguments::Refuse(const std::string& what) const { throw py::type_error(call_ + "() " + what); }
+void Arguments::Refuse(const std::string& what) const { throw py::type_error(std::string(call_) + "() " + what); }
 
 py::object Arguments::operator[](const char* name) const {
   return values_.contains(name) ? py::object(values_[name]) : py::none();

@@ -20,8 +20,8 @@ namespace py = pybind11;
 class Arguments {
  public:
   /// call: "Slam.process". Throws TypeError for arguments that are not among the names, and for missing ones: of
-  /// `names` the first `num_required` must be there.
-  Arguments(std::string call, const py::args& words, const py::kwargs& keywords, std::vector<std::string> names,
+  /// `names`, which must outlive this, the first `num_required` must be there.
+  Arguments(const char* call, const py::args& words, const py::kwargs& keywords, const std::vector<std::string>& names,
             std::size_t num_required);
 
   /// None if it is not there.
@@ -31,8 +31,8 @@ class Arguments {
   void Add(const std::string& name, const py::handle& value);
   [[noreturn]] void Refuse(const std::string& what) const;
 
-  std::string call_;
-  std::vector<std::string> names_;
+  const char* call_;
+  const std::vector<std::string>& names_;
   py::dict values_;
 };
 

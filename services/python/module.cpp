@@ -67,8 +67,9 @@ struct ScanWithOdometry {
 
 /// call: what Python calls.
 ScanWithOdometry MakeScan(const char* call, const py::args& words, const py::kwargs& keywords) {
-  const Arguments arguments(call, words, keywords,
-                            {"ranges_m", "angle_min_rad", "angle_step_rad", "utime", "times_s", "odometry"}, 4);
+  static const std::vector<std::string> kNames{"ranges_m", "angle_min_rad", "angle_step_rad",
+                                               "utime",    "times_s",       "odometry"};
+  const Arguments arguments(call, words, keywords, kNames, 4);
   const py::object times_s = arguments["times_s"];
   return {{crsm_python::ToUtime(arguments["utime"]), crsm_python::ToAngle(arguments["angle_min_rad"], "angle_min_rad"),
            crsm_python::ToAngle(arguments["angle_step_rad"], "angle_step_rad"),
