@@ -4,6 +4,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "common/graph/pieces.hpp"
@@ -64,8 +65,12 @@ class MapReplica {
   /// Pages that answer a question in this replica's name that it never asked: somebody forges MAP_REQUEST.
   std::int64_t num_forged() const { return num_forged_; }
 
-  /// There may be a newer version: the owner is to be asked.
-  void RequestUpdate() { synced_ = false; }
+  /// There may be a newer version: the owner is to be asked. What it has said before is no answer to that.
+  void RequestUpdate() {
+    if (!std::exchange(synced_, false)) return;
+    ++lacking_.question;
+    asked_ = lacking_;
+  }
   /// Likewise; and from now on wants answers of when loops have been looked for in all scans so far.
   void AwaitSettled() {
     lacking_.settled = 1;

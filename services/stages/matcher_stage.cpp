@@ -111,15 +111,15 @@ bool MatcherStage::AnswerAgain(std::int64_t utime) {
 /// Answers a scan if it can be answered now.
 bool MatcherStage::Answer(const CriticalRays& scan) {
   if (AnswerAgain(scan.utime)) return true;
-  if (!MapIsCurrent()) return false;
   const std::optional<bool> in_map = IsInMap(scan.utime);
   if (!in_map) return false;
-  if (*in_map) {  // in an earlier session, say
+  if (*in_map) {  // in an earlier session, say, or a packet that was under way for long
     service_.counters().Add("utime_repeated");
     SayLeftOut();
     service_.bus().Publish(kScanMatchChannel, ToMessage(*map_.AnswerAbout(scan.utime)->match));
     return true;
   }
+  if (!MapIsCurrent()) return false;
   ScanOdometry odometry;
   if (settings_.odometry) {
     odometry = FindOdometry(scan.utime);
@@ -158,7 +158,7 @@ bool MatcherStage::HasWaitedLong(std::int64_t utime) {
   return now - held_since_ > Seconds(settings_.map_wait_s);
 }
 
-/// Whether the map that the last match made is here, or has been waited for long enough.
+/// Whether the map that the last match made is here, or has been waited for long enough. To be asked for a new scan.
 bool MatcherStage::MapIsCurrent() {
   const MapReplica& replica = map_.replica();
   const auto now = Clock::now();

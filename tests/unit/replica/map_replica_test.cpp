@@ -175,6 +175,27 @@ TEST_CASE("what was answered before the loops were looked for is not taken as se
   CHECK(replica.replica.num_forged() == 0);
 }
 
+TEST_CASE("what was answered before an update was requested is no answer to that request") {
+  MapOwner owner;
+  TestReplica replica(GENERATE(true, false));
+  replica.Begin(owner);
+  replica.replica.RequestUpdate();
+  const map_request_t before = replica.replica.NextRequest().value();
+  const map_page_t old_page = owner.Page(before);
+  replica.replica.Handle(old_page);
+  REQUIRE(replica.replica.synced());
+  owner.Answer();
+  replica.replica.RequestUpdate();
+  for (int time = 0; time < 2; ++time) {  // before it is asked, and after
+    replica.replica.Handle(old_page);
+    CHECK_FALSE(replica.replica.synced());
+    CHECK(replica.replica.NextRequest()->question == before.question + 1);
+  }
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
+  CHECK(replica.replica.num_forged() == 0);
+}
+
 TEST_CASE("a page with cells of another size, or of another number of scans or matches, is not the owner's") {
   const bool wants_matches = GENERATE(true, false);
   using Spoil = void (*)(map_page_t&);
