@@ -102,17 +102,22 @@ struct LongRun {
     std::ofstream(folder / "often.toml") << "export_period_s = 0.1\n";
     folder.MapWithStack(log, "undisturbed");
   }
-  Process Start(const std::string& out) const { return folder.StartStack(log, out, MakeBusUrl(), flags); }
+  Process Start(const std::string& out, const std::string& url = MakeBusUrl()) const {
+    return folder.StartStack(log, out, url, flags);
+  }
   void AwaitResults(const std::string& out) const {
     REQUIRE(WaitUntil([&] { return fs::exists(folder / out / "summary.json"); }));
   }
 };
 
-void FillDiskForASecond(const LongRun& run) {
+/// For a second, or until the exporter has met it: it writes as seldom as that is dear.
+void FillDiskForAWhile(const LongRun& run) {
   constexpr std::uintmax_t kRoom_bytes = 40'000;  // map.png needs 16,000, the overview 180,000, a new scan 65
   const TemporaryFolder& folder = run.folder;
   const Disk disk(folder / "full", 200'000);
-  Process stack = run.Start("full/out");
+  const std::string url = MakeBusUrl();
+  TestBus bus(url);
+  Process stack = run.Start("full/out", url);
   run.AwaitResults("full/out");
   const fs::path out = folder / "full/out";
   std::map<std::string, pid_t> pids;
@@ -128,8 +133,10 @@ void FillDiskForASecond(const LongRun& run) {
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
   fs::resize_file(ballast, fs::file_size(ballast) - kRoom_bytes);
   FileNumbers numbers = NumbersOf(out);
-  for (int i = 0; i < 10; ++i) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  for (int i = 0; i < 10 || bus.Count("map_exporter.write_failed") == 0; ++i) {
+    REQUIRE(stack.IsRunning());
+    const auto next = std::chrono::steady_clock::now() + std::chrono::milliseconds(100);
+    REQUIRE(bus.Await([&] { return std::chrono::steady_clock::now() >= next; }));
     CheckWhole(out);
     if (!AreWrittenTogether(numbers, NumbersOf(out))) {  // they were just being replaced: not twice in a row
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -378,8 +385,8 @@ class Journals {
 TEST_CASE("files", "[.][fault][files]") {
   if (geteuid() != 0) return Skip("needs root, to mount small disks");
   const LongRun run;
-  FillDiskForASecond(run);
-  fmt::print("a disk of results, journal and logs that is full for 1 s: every service lives, same map\n");
+  FillDiskForAWhile(run);
+  fmt::print("a disk of results, journal and logs that is full for a while: every service lives, same map\n");
   const std::string log = run.folder.Write(TakeScans("sim:demo", 1'000'000), "short.lcm");
   run.folder.MapWithStack(log, "undisturbed_short");
   Random random(7);
