@@ -53,6 +53,8 @@ std::int64_t KernelDrops() {
   return std::stoll(of_udp.at(1).at(static_cast<std::size_t>(name - of_udp[0].begin())));
 }
 
+constexpr std::ptrdiff_t kFilesOfAnExport = 6;  // that are open while it writes
+
 // ---- soak
 
 // Rooms that a laser of few beams tells apart: what is counted is scans, not beams.
@@ -113,7 +115,7 @@ void Soak(bool stands, std::size_t num_scans) {
     INFO(program);
     CHECK(last.resident_mb - first.resident_mb <=
           MayGrow_mb(first.resident_mb) + (program == "map_exporter" ? kExporterWrites_mb : 0.0));
-    CHECK(last.num_files <= first.num_files + 6);  // while it writes
+    CHECK(last.num_files <= first.num_files + kFilesOfAnExport);
   }
 }
 
@@ -232,7 +234,7 @@ void Overload(const std::string& keys) {
     CHECK(peak_mb[name] - at_half.peak_mb <=
           MayGrow_mb(at_half.peak_mb) + kLcmMb +
               (keeps_keyframes ? kKeyframeMb * static_cast<double>(num_keyframes) : 0.0));
-    CHECK(CountOpenFiles(stack[name].pid()) == at_half.num_files);
+    CHECK(CountOpenFiles(stack[name].pid()) <= at_half.num_files + kFilesOfAnExport);
   }
   CHECK(stack.Finish());
 }
@@ -332,7 +334,7 @@ void MeasureLatency(const std::string& name, const std::vector<LaserScan>& scans
 }  // namespace
 
 TEST_CASE("soak", "[.][fault][soak]") {
-  const std::size_t num_scans = ByEffort<std::size_t>(40'000, 100'000, 1'000'000);
+  const std::size_t num_scans = ByEffort<std::size_t>(100'000, 200'000, 1'000'000);
   Soak(false, num_scans);
   Soak(true, 5 * num_scans);  // which take a moment each
 }
