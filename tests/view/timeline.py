@@ -84,6 +84,33 @@ import('/main.js').then(({robots}) => {
 });
 """
 
+# Two fingers that were 80 px apart are 160 px apart. Callback: how much larger the map is, and by how far the place
+# between them has moved [px].
+PINCH = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => {
+  const {view} = robots[0];
+  view.canvas.setPointerCapture = () => {};
+  view.setFollows(false);
+  const box = view.canvas.getBoundingClientRect();
+  const middle = {x: box.left + box.width / 2, y: box.top + box.height / 3};
+  const point = (type, pointerId, aside) => view.canvas.dispatchEvent(new PointerEvent(type, {
+      clientX: middle.x + aside, clientY: middle.y, pointerId, pointerType: 'touch'}));
+  const [before, {px}] = [view.toMap(middle.x, middle.y), view.camera];
+  point('pointerdown', 4, -40);
+  point('pointerdown', 5, 40);
+  for (let apart = 41; apart <= 80; ++apart) {
+    point('pointermove', 4, -apart);
+    point('pointermove', 5, apart);
+  }
+  point('pointerup', 4, -80);
+  point('pointerup', 5, 80);
+  const after = view.toMap(middle.x, middle.y);
+  callback({larger: view.camera.px / px,
+            moved_px: Math.hypot(after.x_m - before.x_m, after.y_m - before.y_m) * view.camera.px});
+});
+"""
+
 # Turns the map. Callback: by how much, and whether a place of the window is where it is drawn.
 TURN = """
 const callback = arguments[0];
@@ -235,6 +262,8 @@ def test_phone(url):
             wanted = f"{seen['distance_m']:.2f}"
             check(any(text.startswith(wanted[:-1]) for text in seen["said"]) and " m" in seen["cursor"],
                   f"a distance is measured by touch: {seen['said']}")
+            pinched = phone.run(PINCH)
+            check(abs(pinched["larger"] - 2) < 0.01 and pinched["moved_px"] < 2, f"two fingers pinch: {pinched}")
             small = phone.driver.execute_script("""
                 return [...document.querySelectorAll('#tools button, #player button')].filter((button) => {
                   const {width, height} = button.getBoundingClientRect();
