@@ -169,7 +169,8 @@ byte question_now = 0, asked_epoch = NONE, asked_base = NONE, asked_first = NONE
   has_doubted = false;                                                                 \
   have[0] = 0; have[1] = 0
 
-/* A question that is new goes out at once. */
+/* A question that is new goes out at once. In the code one that is asked again, because an update was requested, has a new
+ * number, too. Here that would be states without end: answers to the earlier one are taken, which the code leaves out. */
 #define ASK                                                                                                      \
   if                                                                                                             \
   :: !synced && (asked_epoch != r_epoch || asked_base != r_version || asked_first != r_first) ->                 \
