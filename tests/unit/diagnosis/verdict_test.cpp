@@ -180,7 +180,7 @@ TEST_CASE("a run is as good as its scans, and what speaks against it is said") {
   CHECK_FALSE(Mentions(Run().Add(100, Both(Stand, FitBadly)).Judged(), "angles"));
 }
 
-TEST_CASE("the longer the way that nothing told, the further off the map may be, and it is said behind where") {
+TEST_CASE("the longer the way that nothing told, the further off the map may be, and it is said past where") {
   const Verdict sure = Run().Add(100).Judged();
   CHECK(*sure.off_m < 0.05);
   CHECK_FALSE(sure.off_at_m);
@@ -191,7 +191,7 @@ TEST_CASE("the longer the way that nothing told, the further off the map may be,
   CHECK(*open.off_m > 0.1);
   REQUIRE(open.off_at_m);
   CHECK(open.off_at_m->x() == Approx(5.0));
-  CHECK(Mentions(open, "behind x 5 m, y 0 m"));
+  CHECK(Mentions(open, "most likely past x 5 m, y 0 m"));
   CHECK(*Run().Add(100).Add(25, Lose).Add(900).Judged().off_m > 20.0);
   CHECK_FALSE(Run().Add(100, FitBadly).Judged().off_m);
 }
