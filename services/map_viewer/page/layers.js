@@ -5,7 +5,7 @@ const LONGEST_STEP_M = 10;  // of the path; behind a longer one something was no
 const MOVED_STEP_PX = 12;
 const FLOATING_DASH_PX = [7, 5];  // what is not joined to the map
 const UNKNOWN_M2 = 1e4;  // variance of a position of which nothing is known
-const CHI_95 = Math.sqrt(5.991);  // an ellipse of so many sigmas holds 95 % in two dimensions
+export const CHI_95 = Math.sqrt(5.991);  // an ellipse of so many sigmas holds 95 % in two dimensions
 
 function circle(context, x, y, radius) {
   context.beginPath();
@@ -246,7 +246,7 @@ function drawAxis(context, {x_m, y_m, axis}, pixel, colours) {
 }
 
 // A text beside a place, upright however the map is turned.
-function drawText(context, text, {x_m, y_m}, pixel, colours, angle_rad) {
+export function drawText(context, text, {x_m, y_m}, pixel, colours, angle_rad) {
   context.save();
   context.translate(x_m, y_m);
   context.rotate(-angle_rad);
@@ -262,9 +262,6 @@ function drawText(context, text, {x_m, y_m}, pixel, colours, angle_rad) {
   context.fillText(text, 0, -19);
   context.restore();
 }
-
-export const drawName = (context, name, robot, pixel, colours, angle_rad) =>
-  drawText(context, name, robot, pixel, colours, angle_rad);
 
 export const formatDistance = (metres) => `${metres.toFixed(2)} m`;
 

@@ -56,10 +56,10 @@ function label({model, parent}) {
   while (robots.length < model.info.robots.length) addRobot(robots.length);
   document.body.classList.toggle("several", robots.length > 1);
   if (robots.length < 2 || parent.querySelector(".label")) return;
-  const label = parent.appendChild(document.createElement("span"));
-  label.className = "label";
-  label.innerHTML = `<span class="name"><bdi></bdi></span><span class="badge"></span>`;
-  label.querySelector("bdi").textContent = model.info.robot;
+  const shown = parent.appendChild(document.createElement("span"));
+  shown.className = "label";
+  shown.innerHTML = `<span class="name"><bdi></bdi></span><span class="badge"></span>`;
+  shown.querySelector("bdi").textContent = model.info.robot;
   choose(chosen);
 }
 

@@ -1,8 +1,8 @@
 // One robot's map on the screen: camera, pointers and the drawing of a frame.
 
 import {BLOCK_CELLS, REDUCTIONS, findWalls, makePalette} from "./map_model.js";
-import {TimelinePath, drawDoubt, drawGrid, drawLoops, drawMeasure, drawMoved, drawName, drawPath, drawPlace, drawRobot,
-        drawScan, drawTruth} from "./layers.js";
+import {TimelinePath, drawDoubt, drawGrid, drawLoops, drawMeasure, drawMoved, drawPath, drawPlace, drawRobot, drawScan,
+        drawText, drawTruth} from "./layers.js";
 
 const NEAREST_PX = 400;  // pixels of a metre
 const FURTHEST_PX = 0.2;
@@ -444,7 +444,7 @@ export class MapView extends EventTarget {
     if (this.layers.path) drawPath(context, points, tail, window_m, pixel, own, this.layers.floating);
     if (!robot) return;
     drawRobot(context, robot, pixel, own, this.layers.uncertainty);
-    drawName(context, info.robot, robot, pixel, own, camera.turn_rad);
+    drawText(context, info.robot, robot, pixel, own, camera.turn_rad);
   }
 
   drawMap(context, map, {x0, y0, x1, y1}) {

@@ -1,11 +1,10 @@
 // The numbers beside the map, of the robot that is chosen.
 
 import {drawFitness, drawTimes} from "./charts.js";
-import {ellipseOf, isMeasured} from "./layers.js";
+import {CHI_95, ellipseOf, isMeasured} from "./layers.js";
 import {formatTime} from "./player.js";
 import {SILENT_S, describeState, localises, seconds, toAxisDegrees} from "./state.js";
 
-const CHI_95 = Math.sqrt(5.991);
 const TROUBLE = /malformed|refused|dropped|failed|lost|missing|late|contradicted|cut|ignored|unknown/;
 const $ = (id) => document.getElementById(id);
 const whole = new Intl.NumberFormat("en");

@@ -106,18 +106,22 @@ export class RobotModel extends EventTarget {
   compare(before) {
     if (this.is_another_map) this.moved = [];
     const moved = [];
+    let most_m = 0;
     for (let old = 0, now = 0; !this.is_another_map && old < before.length && now < this.path.length;) {
       const [from, to] = [before[old], this.path[now]];
-      const is_moved = from.scan === to.scan && [from, to].every(({state}) => state !== "LOST" && state !== "FLOATING") &&
-                       Math.hypot(to.x_m - from.x_m, to.y_m - from.y_m) > LEAST_MOVE_M;
-      if (is_moved) moved.push({from, to});
+      const way_m = Math.hypot(to.x_m - from.x_m, to.y_m - from.y_m);
+      const has_place = [from, to].every(({state}) => state !== "LOST" && state !== "FLOATING");
+      if (from.scan === to.scan && has_place && way_m > LEAST_MOVE_M) {
+        moved.push({from, to});
+        most_m = Math.max(most_m, way_m);
+      }
       if (from.scan <= to.scan) ++old;
       if (to.scan <= from.scan) ++now;
     }
     this.is_another_map = false;
     if (moved.length === 0) return;  // the path was thinned
     this.moved = moved;
-    this.tell("moved", Math.max(...moved.map(({from, to}) => Math.hypot(to.x_m - from.x_m, to.y_m - from.y_m))));
+    this.tell("moved", most_m);
   }
 
   take_samples({samples}) { this.samples = [...this.samples, ...samples].slice(-MOST_SAMPLES); }
