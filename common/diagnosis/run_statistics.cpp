@@ -130,7 +130,7 @@ void RunStatistics::LengthenPath(const ScanMatch& match) {
   if (is_open && !is_known) values_.new_open_path_m += step_m;
   if (open_m_ > values_.longest_open_m) {
     values_.longest_open_m = open_m_;
-    values_.longest_open_ends_m = {match.T_map_laser.x_m, match.T_map_laser.y_m};
+    values_.longest_open_ends = {match.T_map_laser.x_m, match.T_map_laser.y_m};
   }
   T_map_on_path_ = match.T_map_laser;
 }
@@ -177,7 +177,7 @@ void RunStatistics::LookForJump(const ScanMatch& from, const ScanMatch& to) {
   if (from.trajectory != to.trajectory || step_m <= std::max(constants_.jump_m, constants_.jump_m_s * time_s)) return;
   if (step_m <= values_.longest_jump_m) return;
   values_.longest_jump_m = step_m;
-  values_.longest_jump_ends_m = {to.T_map_laser.x_m, to.T_map_laser.y_m};
+  values_.longest_jump_ends = {to.T_map_laser.x_m, to.T_map_laser.y_m};
 }
 
 std::optional<double> RunStatistics::Correlation::Compute(double least) const {

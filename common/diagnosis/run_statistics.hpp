@@ -40,18 +40,18 @@ class RunStatistics {
     std::int64_t steps = 0;         ///< pairs of scans in a row that were matched
     std::int64_t far_steps = 0;     ///< those between which the laser moved by more than 0.4 m or 0.25 rad
     double longest_jump_m = 0.0;    ///< longest step that no robot can make; 0 if there is none
-    Eigen::Vector2d longest_jump_ends_m = Eigen::Vector2d::Zero();  ///< where that ends, map frame
+    Point longest_jump_ends = {};   ///< where that ends, map frame
     std::int64_t longest_open = 0;  ///< most degenerate scans in a row, without odometry
     double path_m = 0.0;        ///< length of the path, by steps that are longer than a robot that stands seems to make
     double furthest_m = 0.0;    ///< of the matched poses from the first of their trajectory
     double furthest_rad = 0.0;  ///< the same of their yaw
     double open_path_m = 0.0;   ///< length of the path on degenerate scans, where no wheels tell it
     double new_path_m = 0.0;    ///< of path_m, without that through squares where the robot has been often
-    double new_open_path_m = 0.0;                                   ///< the same of open_path_m
-    double longest_open_m = 0.0;                                    ///< of that path, the longest piece
-    Eigen::Vector2d longest_open_ends_m = Eigen::Vector2d::Zero();  ///< where that ends, map frame
-    double mean_fitness = 0.0;  ///< of the matched scans, [0, 1]; 0 if there are none
-    bool finished_map = false;  ///< scans were localised, and changed nothing
+    double new_open_path_m = 0.0;  ///< the same of open_path_m
+    double longest_open_m = 0.0;   ///< of that path, the longest piece
+    Point longest_open_ends = {};  ///< where that ends, map frame
+    double mean_fitness = 0.0;     ///< of the matched scans, [0, 1]; 0 if there are none
+    bool finished_map = false;     ///< scans were localised, and changed nothing
     /// How the turns, and the ways, by odometry go with those by the laser, [-1, 1]; -1 where they are opposite.
     /// Nothing without odometry, or where the robot hardly moved.
     std::optional<double> turns_by_odometry;

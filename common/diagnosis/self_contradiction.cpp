@@ -150,7 +150,8 @@ SelfContradiction FindSelfContradiction(std::span<const PlacedRays> scans,
     const double share = static_cast<double>(there.num_contradict) / there.num_looks;
     if (there.num_looks < constants.square_looks_min || share <= found.worst_share) continue;
     found.worst_share = share;
-    found.worst_place_m = constants.square_m * (Eigen::Vector2d(square.first, square.second).array() + 0.5).matrix();
+    const auto Middle_m = [&](auto index) { return constants.square_m * (static_cast<double>(index) + 0.5); };
+    found.worst_place = {Middle_m(square.first), Middle_m(square.second)};
   }
   if (found.num_looks > 0) found.share = static_cast<double>(num_contradict) / static_cast<double>(found.num_looks);
   return found;

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <span>
 
 #include "common/diagnosis/diagnosis_constants.hpp"
+#include "common/math/point.hpp"
 #include "common/math/pose2.hpp"
 #include "common/scan/valid_rays.hpp"
 
@@ -22,7 +22,7 @@ struct SelfContradiction {
   std::int64_t num_looks = 0;  ///< scans that were compared with another one
   double share = 0.0;          ///< of those, how many contradict it, [0, 1]
   /// Where most contradict each other, among the squares of 2 m in which scans were compared often: map frame [m].
-  Eigen::Vector2d worst_place_m = Eigen::Vector2d::Zero();
+  Point worst_place;
   double worst_share = 0.0;  ///< there, [0, 1]; 0 where there is no such square
 };
 

@@ -152,7 +152,7 @@ void JudgeJumps(Verdict& verdict) {
       verdict, Trust::kDoubtful,
       fmt::format("the pose jumps by {:.1f} m from one scan to the next, to x {:.0f} m, y {:.0f} m, and no robot is so "
                   "fast: likely a wrong match, or another program that publishes poses on this bus",
-                  values.longest_jump_m, values.longest_jump_ends_m.x(), values.longest_jump_ends_m.y()));
+                  values.longest_jump_m, values.longest_jump_ends.x_m, values.longest_jump_ends.y_m));
 }
 
 void JudgeAxes(const Constants& constants, Verdict& verdict) {
@@ -184,7 +184,7 @@ void JudgeContradiction(const Constants& constants, Verdict& verdict) {
   std::string text = fmt::format(
       "{:.0f} % of the scans contradict others that were taken at about the same place before", 100.0 * found.share);
   if (found.worst_share > 0.0) {
-    text += fmt::format(", most of all near x {:.0f} m, y {:.0f} m", found.worst_place_m.x(), found.worst_place_m.y());
+    text += fmt::format(", most of all near x {:.0f} m, y {:.0f} m", found.worst_place.x_m, found.worst_place.y_m);
   }
   Warn(verdict, Trust::kDoubtful,
        text + ": check the map for doubled walls there; a loop may be missed (--odometry helps)");
@@ -222,9 +222,9 @@ void JudgeMetres(const Constants& constants, Verdict& verdict) {
   if (values.longest_lost >= constants.long_lost) off_m += error.much_of_path * path_m;
   verdict.off_m = off_m;
   if (contradicts && found.worst_share > 0.0) {
-    verdict.off_at_m = found.worst_place_m;
+    verdict.off_at = found.worst_place;
   } else if (values.longest_open_m > error.open_place_m) {
-    verdict.off_at_m = values.longest_open_ends_m;
+    verdict.off_at = values.longest_open_ends;
   }
 }
 
@@ -267,8 +267,8 @@ std::string Describe(const MapPieces& pieces, const Verdict& verdict) {
 std::string DescribeMetres(const Verdict& verdict) {
   std::string text =
       fmt::format("parts of it may be off by up to {:.{}f} m", *verdict.off_m, *verdict.off_m < 1.0 ? 2 : 1);
-  if (verdict.off_at_m) {
-    text += fmt::format(", most likely past x {:.0f} m, y {:.0f} m", verdict.off_at_m->x(), verdict.off_at_m->y());
+  if (verdict.off_at) {
+    text += fmt::format(", most likely past x {:.0f} m, y {:.0f} m", verdict.off_at->x_m, verdict.off_at->y_m);
   }
   return text;
 }

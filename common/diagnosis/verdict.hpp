@@ -26,10 +26,10 @@ struct Verdict {
   /// How far off parts of the map may be [m]: more in one map of twenty. Not of poses on a finished map, nor of a map
   /// that is bad.
   std::optional<double> off_m;
-  std::optional<Eigen::Vector2d> off_at_m;  ///< near where, map frame, if that is known
-  std::string text;                         ///< what came of the scans, in one line
-  std::vector<std::string> notes;           ///< a line each: what is good to know, and speaks against nothing
-  std::vector<std::string> warnings;        ///< a line each: what speaks against the map, and the likely cause
+  std::optional<Point> off_at;        ///< near where, map frame, if that is known
+  std::string text;                   ///< what came of the scans, in one line
+  std::vector<std::string> notes;     ///< a line each: what is good to know, and speaks against nothing
+  std::vector<std::string> warnings;  ///< a line each: what speaks against the map, and the likely cause
 };
 
 /// Judges a run by its statistics.

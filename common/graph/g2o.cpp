@@ -21,9 +21,12 @@ std::string FormatG2o(const PoseGraph& graph) {
   if (!graph.poses().empty()) text += "FIX 0\n";
   for (const GraphEdge& edge : graph.edges()) {
     text += "EDGE_SE2 " + std::to_string(edge.from) + " " + std::to_string(edge.to) + FormatPose(edge.T_from_to);
-    const Eigen::Matrix3d information = edge.sqrt_information.transpose() * edge.sqrt_information;
-    for (int row = 0; row < 3; ++row) {
-      for (int column = row; column < 3; ++column) text += " " + FormatFixed(information(row, column), 3);
+    const std::array<double, 9>& w = edge.sqrt_information;
+    for (std::size_t row = 0; row < 3; ++row) {
+      for (std::size_t column = row; column < 3; ++column) {
+        const double information = w[row] * w[column] + w[3 + row] * w[3 + column] + w[6 + row] * w[6 + column];
+        text += " " + FormatFixed(information, 3);
+      }
     }
     text += "\n";
   }

@@ -15,11 +15,11 @@ namespace {
 GraphEdge MakeMatchedEdge(int older, int index, const Pose2& T_older_this, const Keyframe& keyframe,
                           const GraphConstants::Edges& constants) {
   MotionSigma sigma = constants.motion;
-  Eigen::Vector2d axis = Eigen::Vector2d::UnitX();
+  std::array<double, 2> axis{1.0, 0.0};
   if (keyframe.degenerate_axis) {
     const auto [sin, cos] = ComputeSinCos(T_older_this.yaw_rad);
-    const Eigen::Vector2d& open = *keyframe.degenerate_axis;
-    axis = {cos * open.x() - sin * open.y(), sin * open.x() + cos * open.y()};
+    const auto& [x, y] = *keyframe.degenerate_axis;
+    axis = {cos * x - sin * y, sin * x + cos * y};
     sigma.x_m = constants.along_degenerate_axis_m;
   }
   if (keyframe.after_lost && older == index - 1) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <array>
 #include <compare>
 #include <cstdint>
 #include <optional>
@@ -48,7 +48,8 @@ struct Keyframe {
   bool after_lost = false;       ///< scans were lost between the two
   bool begins = false;           ///< a trajectory
   bool begins_anywhere = false;  ///< ... of another drive: nothing is known of its place
-  std::optional<Eigen::Vector2d> degenerate_axis = std::nullopt;  ///< laser frame: along it the walls did not tell
+  /// Unit vector, laser frame: along it the walls did not tell.
+  std::optional<std::array<double, 2>> degenerate_axis = std::nullopt;
   std::optional<ProximityConstraint> constraint = std::nullopt;
   bool constraint_wrong = false;                   ///< the map on which it was matched was found wrong since
   std::optional<KeyframeId> as_of = std::nullopt;  ///< keyframe of the last GraphUpdate in the map of its match

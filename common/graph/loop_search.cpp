@@ -10,6 +10,7 @@
 #include "common/match/global_search.hpp"
 #include "common/match/optimum.hpp"
 #include "common/match/place_search.hpp"
+#include "common/match/rays_in_cells.hpp"
 #include "common/match/scored_map.hpp"
 #include "common/scan/hits.hpp"
 
@@ -200,7 +201,8 @@ std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& find
     scans.push_back({graph.keyframe(at).rays, graph.Motion(finding.older, at)});
   }
   const ScoredMap map(DrawScans(drawing, scans));
-  const RaysInCells rays = map.InCells(CollectRecentPoints(graph, finding.newer, submaps.farthest_point_m, submaps));
+  const RaysInCells rays =
+      ToCells(CollectRecentPoints(graph, finding.newer, submaps.farthest_point_m, submaps), map.geometry());
   const auto Fitness = [&](const Pose2& at) { return map.Fitness(rays, at); };
   const auto SmoothFitness = [&](const Pose2& at) { return map.SmoothFitness(rays, at); };
   const Pose2 pose = FindOptimum(finding.T_older_newer, submaps.cell_m, submaps.optimum_rad, Fitness, SmoothFitness,

@@ -385,7 +385,7 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
   if (match.state == MatchState::kDegenerate) {
     const auto [sin, cos] = ComputeSinCos(match.T_map_laser.yaw_rad);
     const auto& [x, y] = match.degenerate_axis;
-    keyframe.degenerate_axis = Eigen::Vector2d(cos * x + sin * y, cos * y - sin * x);
+    keyframe.degenerate_axis = {cos * x + sin * y, cos * y - sin * x};
   }
   const Pose2 best_pose = before ? At(best_poses_, *before) * keyframe.T_previous_this : Pose2{};
   const bool begins_trajectory = keyframe.begins;

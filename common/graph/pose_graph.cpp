@@ -40,9 +40,11 @@ struct Linearised {
     Eigen::Matrix3d from_derivative, to_derivative;
     from_derivative << -cos, -sin, y_m, sin, -cos, -x_m, 0.0, 0.0, -1.0;
     to_derivative << cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0;
-    error = edge.sqrt_information * difference;
-    by_from = edge.sqrt_information * from_derivative;
-    by_to = edge.sqrt_information * to_derivative;
+    using ByRows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    const Eigen::Matrix3d w = Eigen::Map<const ByRows>(edge.sqrt_information.data());
+    error = w * difference;
+    by_from = w * from_derivative;
+    by_to = w * to_derivative;
   }
 };
 
@@ -114,14 +116,14 @@ std::vector<Pose2> Moved(std::vector<Pose2> poses, const Eigen::VectorXd& step) 
 }  // namespace
 
 GraphEdge GraphEdge::Make(int from, int to, const Pose2& T_from_to, const MotionSigma& sigma,
-                          const Eigen::Vector2d& x_axis) {
-  const double cos = x_axis.x();
-  const double sin = x_axis.y();
-  GraphEdge edge{from, to, T_from_to, Eigen::Matrix3d::Zero()};
-  edge.sqrt_information.row(0) << cos / sigma.x_m, sin / sigma.x_m, 0.0;
-  edge.sqrt_information.row(1) << -sin / sigma.y_m, cos / sigma.y_m, 0.0;
-  edge.sqrt_information(2, 2) = 1.0 / sigma.yaw_rad;
-  return edge;
+                          const std::array<double, 2>& x_axis) {
+  const auto& [cos, sin] = x_axis;
+  return {from,
+          to,
+          T_from_to,
+          {cos / sigma.x_m, sin / sigma.x_m, 0.0,   //
+           -sin / sigma.y_m, cos / sigma.y_m, 0.0,  //
+           0.0, 0.0, 1.0 / sigma.yaw_rad}};
 }
 
 int PoseGraph::AddPose(const Pose2& T_map_pose) {
@@ -135,7 +137,8 @@ void PoseGraph::AddEdge(const GraphEdge& edge) {
   if (!Known(edge.from) || !Known(edge.to) || edge.from == edge.to) {
     throw std::invalid_argument("PoseGraph: an edge leads from one pose of the graph to another");
   }
-  if (!IsFinite(edge.T_from_to) || !edge.sqrt_information.allFinite()) {
+  if (!IsFinite(edge.T_from_to) ||
+      !std::ranges::all_of(edge.sqrt_information, [](double w) { return std::isfinite(w); })) {
     throw std::invalid_argument("PoseGraph: an edge that is not finite");
   }
   edges_.push_back(edge);

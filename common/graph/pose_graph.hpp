@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "common/math/pose2.hpp"
@@ -33,13 +33,14 @@ struct GraphEdge {
   int from;
   int to;
   Pose2 T_from_to;
-  Eigen::Matrix3d sqrt_information;  ///< W: an error e = [x_m, y_m, yaw_rad] in the frame of `from` costs |W e|^2
-  bool may_be_wrong = false;         ///< a loop: the more it contradicts the others, the less it counts
+  /// W, row by row: an error e = [x_m, y_m, yaw_rad] in the frame of `from` costs |W e|^2.
+  std::array<double, 9> sqrt_information;
+  bool may_be_wrong = false;  ///< a loop: the more it contradicts the others, the less it counts
 
   /// With errors along a frame's axes that are independent of each other. x_axis: that of `sigma`, a unit vector in the
   /// frame of `from`, for a corridor that leaves its own direction open.
   static GraphEdge Make(int from, int to, const Pose2& T_from_to, const MotionSigma& sigma,
-                        const Eigen::Vector2d& x_axis = Eigen::Vector2d::UnitX());
+                        const std::array<double, 2>& x_axis = {1.0, 0.0});
 };
 
 /// What an optimisation did.

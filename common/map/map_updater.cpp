@@ -5,6 +5,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/map/paper_drawing.hpp"
+#include "common/map/scan_on_map.hpp"
+#include "common/map/surface_drawing.hpp"
 #include "common/scan/hits.hpp"
 
 namespace crsm {
@@ -96,10 +99,11 @@ void MapUpdater::Clear(BytesBefore& before) {
 }
 
 bool MapUpdater::HasRoomForPutOff() const {
-  if (put_off_cells_.isEmpty()) return true;
+  if (!put_off_within_) return true;
+  const auto& [low, high] = *put_off_within_;
   constexpr double kMarginTiles = 2.0;  // for what is marked behind and beside the hits
-  const Eigen::Array2d size_tiles = put_off_cells_.sizes().array() / kTileSide + 2.0 * kMarginTiles;
-  return size_tiles.prod() <= static_cast<double>(kMostTiles);
+  const auto ToTiles = [&](double length_m) { return geometry_.ToCells(length_m) / kTileSide + 2.0 * kMarginTiles; };
+  return ToTiles(high.x_m - low.x_m) * ToTiles(high.y_m - low.y_m) <= static_cast<double>(kMostTiles);
 }
 
 std::vector<TileChange> MapUpdater::DrawPutOff(std::span<const ScanBatch> batches) {
@@ -143,10 +147,12 @@ bool MapUpdater::MovedEnough(const Pose2& T_map_laser) const {
 bool MapUpdater::Draw(const ValidRays& rays, const Pose2& T_map_laser, BytesBefore* before) {
   if (rays.size() == 0 || !InLimits(rays, T_map_laser)) return false;
   if (put_off_) {
-    const Eigen::Vector2d at_m(T_map_laser.x_m, T_map_laser.y_m);
     const double reach_m = *std::max_element(rays.range_m.begin(), rays.range_m.end());
-    put_off_cells_.extend((at_m.array() - reach_m).matrix() / geometry_.cell_size_m());
-    put_off_cells_.extend((at_m.array() + reach_m).matrix() / geometry_.cell_size_m());
+    const auto& [x_m, y_m, yaw_rad] = T_map_laser;
+    if (!put_off_within_) put_off_within_ = {{x_m, y_m}, {x_m, y_m}};
+    auto& [low, high] = *put_off_within_;
+    low = {std::min(low.x_m, x_m - reach_m), std::min(low.y_m, y_m - reach_m)};
+    high = {std::max(high.x_m, x_m + reach_m), std::max(high.y_m, y_m + reach_m)};
     return true;
   }
   const Eigen::Matrix2Xd hits_m = ComputeHits(rays);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -8,11 +7,12 @@
 #include <utility>
 #include <vector>
 
+#include "common/map/drawing_constants.hpp"
 #include "common/map/map_delta.hpp"
 #include "common/map/map_geometry.hpp"
-#include "common/map/paper_drawing.hpp"
-#include "common/map/surface_drawing.hpp"
+#include "common/map/scan_drawing.hpp"
 #include "common/map/tile_canvas.hpp"
+#include "common/math/point.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/packed_rays.hpp"
@@ -103,6 +103,11 @@ class MapUpdater {
   std::optional<TileChange> TileSince(std::size_t tile, std::int64_t version) const;
 
  private:
+  struct Box {
+    Point low;
+    Point high;
+  };
+
   bool MovedEnough(const Pose2& T_map_laser) const;
   /// before: as of TileCanvas::Blend.
   bool Draw(const ValidRays& rays, const Pose2& T_map_laser, BytesBefore* before);
@@ -119,7 +124,7 @@ class MapUpdater {
   std::int64_t version_ = 0;
   bool finished_ = false;
   bool put_off_ = false;
-  Eigen::AlignedBox2d put_off_cells_;  ///< around all that was put off
+  std::optional<Box> put_off_within_;  ///< around all that was put off
   std::optional<Pose2> T_map_last_drawn_;
 };
 

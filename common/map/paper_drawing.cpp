@@ -2,13 +2,15 @@
 
 #include <algorithm>
 
+#include "common/map/scan_on_map.hpp"
+#include "common/map/tile_canvas.hpp"
 #include "common/map/walk_cells.hpp"
 
 namespace crsm {
 
 BlendIntensity PaperDrawing::Draw(const ScanOnMap& scan, TileCanvas& canvas) const {
   const Eigen::Matrix2Xd& hits_cells = scan.hits_cells;
-  for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) canvas.MarkFree(scan.laser_cells, hits_cells.col(i));
+  canvas.MarkFree(scan);
   for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) canvas.Mark(CellOf(hits_cells.col(i)), kOccupiedMark);
   const double intensity =
       std::clamp(ComputeMeanSparseness(scan.rays), constants_.intensity_min, constants_.intensity_max);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/map/walk_cells.hpp"
+#include "common/scan/surface.hpp"
 
 namespace crsm {
 namespace {
@@ -38,7 +39,7 @@ SurfaceDrawing::SurfaceDrawing(const DrawingConstants& constants)
 BlendIntensity SurfaceDrawing::Draw(const ScanOnMap& scan, TileCanvas& canvas) const {
   const Eigen::Matrix2Xd& hits_m = scan.hits_m;
   const Eigen::Matrix2Xd& hits_cells = scan.hits_cells;
-  for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) canvas.MarkFree(scan.laser_cells, hits_cells.col(i));
+  canvas.MarkFree(scan);
   for (Eigen::Index i = 0; i < hits_cells.cols(); ++i) MarkHit(hits_cells.col(i), canvas);
   const double near_m = constants_.near_hits_cells * scan.cell_size_m;
   const auto joined = Gaps(hits_m, constants_.surface).FindSurfaces(near_m, constants_.join_max_m);

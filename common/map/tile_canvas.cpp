@@ -3,13 +3,14 @@
 #include <utility>
 
 #include "common/map/dense_grid.hpp"
+#include "common/map/scan_on_map.hpp"
 #include "common/map/walk_cells.hpp"
 
 namespace crsm {
 
 TileCanvas::Cells::Cells() : bytes(kUnexploredBytes) { p_free.fill(0.5f); }
 
-void TileCanvas::MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells) {
+void TileCanvas::MarkFree(const ScanOnMap& scan) {
   constexpr Cell kNowhere{-2 * kMaxCell, kMaxCell};
   std::uint8_t* marks = nullptr;  // those of the tile in which the walk is ...
   Cell corner = kNowhere;         // ... and its first cell
@@ -22,7 +23,7 @@ void TileCanvas::MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector
     }
     if (marks) marks[OffsetInTile(cell)] = kFreeMark;
   };
-  WalkCells(from_cells, to_cells, [&](Cell cell, Cell next) {
+  const auto MarkTwo = [&](Cell cell, Cell next) {
     const Cell a{cell.x - corner.x, cell.y - corner.y};
     const Cell b{next.x - corner.x, next.y - corner.y};
     if (IsInside(a.x | b.x, a.y | b.y)) {
@@ -32,7 +33,9 @@ void TileCanvas::MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector
       MarkOne(cell);
       MarkOne(next);
     }
-  });
+  };
+  for (Eigen::Index i = 0; i < scan.hits_cells.cols(); ++i)
+    WalkCells(scan.laser_cells, scan.hits_cells.col(i), MarkTwo);
 }
 
 bool TileCanvas::IsExplored(Cell cell) const {

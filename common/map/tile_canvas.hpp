@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -13,6 +12,8 @@
 #include "common/map/tile_grid.hpp"
 
 namespace crsm {
+
+struct ScanOnMap;
 
 using BytesBefore = std::map<TileIndex, TileBytes>;  ///< tiles that were drawn into, as they were
 
@@ -38,8 +39,8 @@ class TileCanvas {
 
   TileCanvas() : blend_(FindBlendKernels().back()) {}
 
-  /// Marks the cells on a way as free. To be called before anything else is marked.
-  void MarkFree(const Eigen::Vector2d& from_cells, const Eigen::Vector2d& to_cells);
+  /// Marks the cells on all rays of a scan as free. To be called before anything else is marked.
+  void MarkFree(const ScanOnMap& scan);
 
   /// Each cell counts once a scan, by the largest share that an obstacle has in it.
   void Mark(Cell cell, std::uint8_t mark) {

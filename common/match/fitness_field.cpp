@@ -14,6 +14,7 @@
 #include <span>
 #include <utility>
 
+#include "common/match/rays_in_cells.hpp"
 #include "common/math/floor_to_int.hpp"
 
 namespace crsm {
@@ -104,23 +105,6 @@ void ComputeScores(const std::uint8_t* row, const std::uint8_t* beside, int x_lo
 }
 
 }  // namespace
-
-RaysInCells::RaysInCells(Eigen::ArrayXf x, Eigen::ArrayXf y, Eigen::ArrayXi weight)
-    : x_(std::move(x)),
-      y_(std::move(y)),
-      weight_(std::move(weight)),
-      total_weight_(weight_.cast<std::int64_t>().sum()),
-      all_alike_((weight_ == 1).all()) {}
-
-RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry, const Eigen::ArrayXi& weight) {
-  if (hits_m.cols() == 0) return {{}, {}, weight};  // no second row to point at
-  const Eigen::Matrix2Xf hits = (hits_m / geometry.cell_size_m()).cast<float>();
-  return {hits.row(0).transpose(), hits.row(1).transpose(), weight};
-}
-
-RaysInCells ToCells(const Eigen::Matrix2Xd& hits_m, const MapGeometry& geometry) {
-  return ToCells(hits_m, geometry, Eigen::ArrayXi::Ones(hits_m.cols()));
-}
 
 FitnessField::FitnessField(const MapGeometry& geometry, const ScoreRules& rules, FitnessKernel kernel)
     : geometry_(geometry),

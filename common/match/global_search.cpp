@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/match/optimum.hpp"
+#include "common/match/rays_in_cells.hpp"
 #include "common/math/columns.hpp"
 
 namespace crsm {
@@ -56,7 +57,7 @@ std::vector<Pose2> FindFreePlaces(const ByteMap& coarse) {
 std::vector<ScoredPose> TryEverywhere(const ScoredMap& coarse, const std::vector<Pose2>& places,
                                       const Eigen::Matrix2Xd& hits_m, const MatchConstants::GlobalSearch& constants,
                                       int& evaluations) {
-  const RaysInCells rays = coarse.InCells(hits_m);
+  const RaysInCells rays = ToCells(hits_m, coarse.geometry());
   const int num = constants.directions;
   std::vector<ScoredPose> best;
   std::vector<double> scores(static_cast<std::size_t>(num));
@@ -122,7 +123,7 @@ double ComputeAgreement(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, cons
 double ScorePlace(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser,
                   const MatchConstants& constants) {
   const Eigen::Matrix2Xd thinned_m = ThinColumns(hits_m, constants.global_search.most_rays);
-  return map.Fitness(map.InCells(thinned_m), T_map_laser) *
+  return map.Fitness(ToCells(thinned_m, map.geometry()), T_map_laser) *
          ComputeAgreement(map.cells(), thinned_m, T_map_laser, constants.agreement);
 }
 
@@ -144,7 +145,7 @@ GlobalMatch SearchWholeMap(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m,
   double step_rad = kPi / search.directions;
   const auto ClimbOn = [&](const ScoredMap& there, const Eigen::Matrix2Xd& seen_m, int num_halvings,
                            std::vector<ScoredPose>& climbers) {
-    const RaysInCells rays = there.InCells(seen_m);
+    const RaysInCells rays = ToCells(seen_m, there.geometry());
     for (ScoredPose& climber : climbers) {
       climber =
           ClimbToOptimum(climber.pose, there.geometry().cell_size_m(), step_rad, num_halvings, [&](const Pose2& pose) {

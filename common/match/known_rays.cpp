@@ -108,7 +108,7 @@ RaysInCells SelectRays(const ScoredMap& map, const Contour& contour, const Known
   for (Eigen::Index i = 0; i < rays.size(); ++i) {
     if (rays[i]) chosen.push_back(i);
   }
-  return map.InCells(contour.points_m(Eigen::all, chosen), contour.weights(chosen));
+  return ToCells(contour.points_m(Eigen::all, chosen), map.geometry(), contour.weights(chosen));
 }
 
 FitGain::FitGain(const ScoredMap& map, const Contour& contour, const DegenerateAxis& axis, const Pose2& from,

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "common/match/match_constants.hpp"
+#include "common/match/rays_in_cells.hpp"
 #include "common/match/scored_map.hpp"
 #include "common/math/pose2.hpp"
 #include "common/scan/contour.hpp"

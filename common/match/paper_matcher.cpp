@@ -6,6 +6,7 @@
 #include "common/match/motion_prediction.hpp"
 #include "common/match/mutate.hpp"
 #include "common/match/optimum.hpp"
+#include "common/match/rays_in_cells.hpp"
 #include "common/math/columns.hpp"
 #include "common/scan/hits.hpp"
 
@@ -23,7 +24,7 @@ ScanMatch PaperMatcher::Match(const CriticalRays& scan, const TrackingState& tra
   match.T_map_laser = guess;
   if (scan.critical.empty()) return match;
 
-  const RaysInCells rays = map_.InCells(SelectColumns(ComputeHits(scan.rays), scan.critical));
+  const RaysInCells rays = ToCells(SelectColumns(ComputeHits(scan.rays), scan.critical), map_.geometry());
   Random random(seed_, static_cast<std::uint64_t>(scan.utime));
   double highest = -HUGE_VAL;
   const auto Evaluate = [&](const Pose2& pose) {

@@ -9,6 +9,7 @@
 #include "common/match/objective.hpp"
 #include "common/match/optimum.hpp"
 #include "common/match/pose_uncertainty.hpp"
+#include "common/match/rays_in_cells.hpp"
 #include "common/math/columns.hpp"
 #include "common/scan/contour.hpp"
 #include "common/scan/hits.hpp"
@@ -59,9 +60,9 @@ struct RrhcMatcher::Rays {
         gaps(hits_m),
         normals(ComputeNormals(hits_m, gaps, map.geometry().cell_size_m(), constants.uncertainty)),
         critical_hits_m(SelectColumns(hits_m, scan.critical)),
-        critical(map.InCells(critical_hits_m)),
+        critical(ToCells(critical_hits_m, map.geometry())),
         contour(TraceContour(scan.rays, hits_m, gaps, constants.final_climb.spacing_max_m)),
-        all(map.InCells(contour.points_m, contour.weights)) {}
+        all(ToCells(contour.points_m, map.geometry(), contour.weights)) {}
 
   Eigen::Matrix2Xd hits_m;           ///< laser frame
   Gaps gaps;                         ///< between the hits

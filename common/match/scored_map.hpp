@@ -23,12 +23,6 @@ class ScoredMap {
   const ByteMap& cells() const { return cells_; }
   const MapGeometry& geometry() const { return cells_.geometry(); }
 
-  /// Hits in cells, ready for Fitness. hits_m: 2 x N, laser frame. weight: of N rays; without, all count alike.
-  RaysInCells InCells(const Eigen::Matrix2Xd& hits_m) const { return ToCells(hits_m, geometry()); }
-  RaysInCells InCells(const Eigen::Matrix2Xd& hits_m, const Eigen::ArrayXi& weight) const {
-    return ToCells(hits_m, geometry(), weight);
-  }
-
   /// How well rays fit when the laser stands at `T_map_laser`; as of FitnessField.
   double Fitness(const RaysInCells& rays, const Pose2& T_map_laser) const { return field_.Evaluate(rays, T_map_laser); }
 

@@ -87,7 +87,7 @@ std::vector<LegendItem> MakeLegend(const Results& results, const PathCounts& pat
     AddIf(std::ranges::any_of(results.loops, kind.holds), kind.sign, kind.style.colour, kind.name);
   AddIf(results.pieces.num_breaks > 0, Sign::kCross, kBreak, "break");
   const Verdict* verdict = FindVerdict(results);
-  AddIf(verdict && verdict->off_at_m, Sign::kRing, kDoubt, "past here it is most likely off");
+  AddIf(verdict && verdict->off_at, Sign::kRing, kDoubt, "past here it is most likely off");
   return legend;
 }
 

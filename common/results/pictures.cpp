@@ -107,7 +107,7 @@ Path DrawUnderWalls(const Results& results, MapPanel& panel) {
   }
   DrawBreaks(results.pieces, panel);
   const Verdict* verdict = FindVerdict(results);
-  if (verdict && verdict->off_at_m) panel.DrawRing({verdict->off_at_m->x(), verdict->off_at_m->y()});
+  if (verdict && verdict->off_at) panel.DrawRing({verdict->off_at->x_m, verdict->off_at->y_m});
   return path;
 }
 

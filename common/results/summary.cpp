@@ -17,8 +17,8 @@ Json ToJson(const SelfContradiction& found) {
   return {{"compared", found.num_looks},
           {"contradict", found.share},
           {"worst_share", found.worst_share},
-          {"worst_x_m", found.worst_place_m.x()},
-          {"worst_y_m", found.worst_place_m.y()}};
+          {"worst_x_m", found.worst_place.x_m},
+          {"worst_y_m", found.worst_place.y_m}};
 }
 
 /// "lines" is for people, and all that a program has to print.
@@ -30,8 +30,8 @@ Json ToJson(const Verdict& verdict) {
           {"revisits", ToJson(verdict.contradiction)},
           {"open_path_m", values.open_path_m},
           {"off_m", verdict.off_m ? Json(*verdict.off_m) : Json(nullptr)},
-          {"off_x_m", verdict.off_at_m ? Json(verdict.off_at_m->x()) : Json(nullptr)},
-          {"off_y_m", verdict.off_at_m ? Json(verdict.off_at_m->y()) : Json(nullptr)},
+          {"off_x_m", verdict.off_at ? Json(verdict.off_at->x_m) : Json(nullptr)},
+          {"off_y_m", verdict.off_at ? Json(verdict.off_at->y_m) : Json(nullptr)},
           {"without_rays", values.without_rays},
           {"longest_lost", values.longest_lost},
           {"far_steps", values.far_steps}};

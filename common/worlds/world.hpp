@@ -5,15 +5,11 @@
 #include <string>
 #include <vector>
 
+#include "common/math/point.hpp"
 #include "common/math/pose2.hpp"
 #include "common/math/trigonometry.hpp"
 
 namespace crsm {
-
-struct Point {
-  double x_m = 0.0;
-  double y_m = 0.0;
-};
 
 /// When something is there: by default always.
 struct Stay {

@@ -1,10 +1,10 @@
-# Release builds compile a room's files up to twelve at once, because most of a file's time goes into its headers. The
+# Release builds compile a room's files up to sixteen at once, because most of a file's time goes into its headers. The
 # other presets compile each file alone, and so notice a file that lacks an include.
 function(crsm_unity target)
   if(NOT CMAKE_BUILD_TYPE STREQUAL Release)
     return()
   endif()
-  set(most_at_once 12)
+  set(most_at_once 16)
   get_target_property(sources ${target} SOURCES)
   list(FILTER sources INCLUDE REGEX "[.]cpp$")
   list(SORT sources)

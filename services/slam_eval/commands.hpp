@@ -1,14 +1,14 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "services/settings/commands.hpp"
 
 namespace crsm {
 
-/// Each adds one command of slam_eval, which runs within `app.parse` and throws std::exception if it fails.
-void AddMapCommand(CLI::App& app);
-void AddRelationsCommand(CLI::App& app);
-void AddSummaryCommand(CLI::App& app);
-void AddTrajectoryCommand(CLI::App& app);
-void AddWorldCommand(CLI::App& app);
+/// Each adds one command of slam_eval, which throws std::exception if it fails.
+void AddMapCommand(Commands& commands);
+void AddRelationsCommand(Commands& commands);
+void AddSummaryCommand(Commands& commands);
+void AddTrajectoryCommand(Commands& commands);
+void AddWorldCommand(Commands& commands);
 
 }  // namespace crsm

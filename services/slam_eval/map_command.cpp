@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -61,13 +60,12 @@ void RunMap(const MapOptions& options) {
 
 }  // namespace
 
-void AddMapCommand(CLI::App& app) {
+void AddMapCommand(Commands& commands) {
   const auto options = std::make_shared<MapOptions>();
-  CLI::App* command = app.add_subcommand("map", "OMSE, CMSE and MFV of the map of a simulated world (section 3)");
-  command->add_option("RESULTS", options->results, "folder with map.png, map.yaml and summary.json")->required();
-  command->add_option("WORLD", options->world, "built-in world or world file")->required();
-  command->add_flag("--json", options->json, "print one JSON object");
-  command->callback([options] { RunMap(*options); });
+  commands.Add("map", "OMSE, CMSE and MFV of the map of a simulated world (section 3)", [options] { RunMap(*options); })
+      .AddWord("RESULTS", options->results, "folder with map.png, map.yaml and summary.json")
+      .AddWord("WORLD", options->world, "built-in world or world file")
+      .AddFlag("--json", options->json, "print one JSON object");
 }
 
 }  // namespace crsm

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -58,16 +57,16 @@ void RunRelations(const RelationsOptions& options) {
 
 }  // namespace
 
-void AddRelationsCommand(CLI::App& app) {
+void AddRelationsCommand(Commands& commands) {
   const auto options = std::make_shared<RelationsOptions>();
-  CLI::App* command =
-      app.add_subcommand("relations", "Error against known relations of the robot's poses (Kuemmerle et al. 2009)");
-  command->add_option("TRAJECTORY", options->trajectory, "TUM file, or a folder that holds trajectory.tum")->required();
-  command->add_option("RELATIONS", options->relations, "lines of t1 t2 x y z roll pitch yaw")->required();
-  command->add_option("--laser-x-m", options->laser_x_m,
-                      "how far the laser is mounted ahead of the robot's centre [m]; -0.04 for fr079");
-  command->add_flag("--json", options->json, "print one JSON object");
-  command->callback([options] { RunRelations(*options); });
+  commands
+      .Add("relations", "Error against known relations of the robot's poses (Kuemmerle et al. 2009)",
+           [options] { RunRelations(*options); })
+      .AddWord("TRAJECTORY", options->trajectory, "TUM file, or a folder that holds trajectory.tum")
+      .AddWord("RELATIONS", options->relations, "lines of t1 t2 x y z roll pitch yaw")
+      .AddOption("--laser-x-m", options->laser_x_m,
+                 "how far the laser is mounted ahead of the robot's centre [m]; -0.04 for fr079")
+      .AddFlag("--json", options->json, "print one JSON object");
 }
 
 }  // namespace crsm

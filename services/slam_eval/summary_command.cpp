@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -82,12 +81,13 @@ void RunSummaries(const SummaryOptions& options) {
 
 }  // namespace
 
-void AddSummaryCommand(CLI::App& app) {
+void AddSummaryCommand(Commands& commands) {
   const auto options = std::make_shared<SummaryOptions>();
-  CLI::App* command = app.add_subcommand("summary", "Prints one line for each run: its verdict and its main numbers");
-  command->add_option("RESULTS", options->folders, "folders with summary.json")->required();
-  command->add_flag("--csv", options->csv, "print comma-separated values");
-  command->callback([options] { RunSummaries(*options); });
+  commands
+      .Add("summary", "Prints one line for each run: its verdict and its main numbers",
+           [options] { RunSummaries(*options); })
+      .AddWords("RESULTS", options->folders, "folders with summary.json")
+      .AddFlag("--csv", options->csv, "print comma-separated values");
 }
 
 }  // namespace crsm

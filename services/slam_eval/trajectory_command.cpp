@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -39,14 +38,13 @@ void RunTrajectory(const TrajectoryOptions& options) {
 
 }  // namespace
 
-void AddTrajectoryCommand(CLI::App& app) {
+void AddTrajectoryCommand(Commands& commands) {
   const auto options = std::make_shared<TrajectoryOptions>();
-  CLI::App* command = app.add_subcommand("trajectory", "Absolute error against the true poses");
-  command->add_option("TRAJECTORY", options->trajectory, "TUM file, or a folder that holds trajectory.tum")->required();
-  command->add_option("TRUTH", options->truth, "TUM file; without it: truth.tum beside the trajectory");
-  command->add_flag("--align", options->align, "first align the whole trajectory to the true poses");
-  command->add_flag("--json", options->json, "print one JSON object");
-  command->callback([options] { RunTrajectory(*options); });
+  commands.Add("trajectory", "Absolute error against the true poses", [options] { RunTrajectory(*options); })
+      .AddWord("TRAJECTORY", options->trajectory, "TUM file, or a folder that holds trajectory.tum")
+      .AddOptionalWord("TRUTH", options->truth, "TUM file; without it: truth.tum beside the trajectory")
+      .AddFlag("--align", options->align, "first align the whole trajectory to the true poses")
+      .AddFlag("--json", options->json, "print one JSON object");
 }
 
 }  // namespace crsm

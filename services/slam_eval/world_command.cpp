@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cstring>
 #include <fstream>
 #include <memory>
@@ -61,15 +60,14 @@ void RunWorld(const WorldOptions& options) {
 
 }  // namespace
 
-void AddWorldCommand(CLI::App& app) {
+void AddWorldCommand(Commands& commands) {
   const auto options = std::make_shared<WorldOptions>();
-  CLI::App* command =
-      app.add_subcommand("world", "Prints the text of a simulated world, or draws the world and the laser's path");
-  command->add_option("WORLD", options->world, "world file, or one of " + DescribeBuiltInWorlds())->required();
-  command->add_option("--out", options->out, "PNG file for the drawing");
-  command->add_option("--cell-size-m", options->cell_size_m, "side of a cell of the picture [m]")
-      ->capture_default_str();
-  command->callback([options] { RunWorld(*options); });
+  commands
+      .Add("world", "Prints the text of a simulated world, or draws the world and the laser's path",
+           [options] { RunWorld(*options); })
+      .AddWord("WORLD", options->world, "world file, or one of " + DescribeBuiltInWorlds())
+      .AddOption("--out", options->out, "PNG file for the drawing")
+      .AddOption("--cell-size-m", options->cell_size_m, "side of a cell of the picture [m]");
 }
 
 }  // namespace crsm

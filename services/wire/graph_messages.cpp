@@ -1,5 +1,7 @@
 #include "services/wire/graph_messages.hpp"
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "services/wire/conversions.hpp"
@@ -110,8 +112,7 @@ keyframe_t ToMessage(const Keyframe& keyframe, const KeyframeHead& head) {
   message.begins_anywhere = keyframe.begins_anywhere ? 1 : 0;
   message.as_of = ToMessage(keyframe.as_of);
   if (keyframe.degenerate_axis) {
-    message.degenerate_axis[0] = keyframe.degenerate_axis->x();
-    message.degenerate_axis[1] = keyframe.degenerate_axis->y();
+    std::ranges::copy(*keyframe.degenerate_axis, message.degenerate_axis);
   }
   if (const auto& constraint = keyframe.constraint) {
     message.num_constraints = 1;
@@ -135,8 +136,8 @@ Keyframe FromMessage(const keyframe_t& message) {
   keyframe.begins_anywhere = message.begins_anywhere == 1;
   keyframe.begins = message.id.number == 0;
   keyframe.as_of = FromOptional(message.as_of);
-  const Eigen::Vector2d degenerate_axis(message.degenerate_axis);
-  if (!degenerate_axis.isZero(0.0)) keyframe.degenerate_axis = degenerate_axis;
+  const std::array<double, 2> axis = std::to_array(message.degenerate_axis);
+  if (axis != std::array{0.0, 0.0}) keyframe.degenerate_axis = axis;
   for (const proximity_constraint_t& constraint : message.constraints) {
     keyframe.constraint = ProximityConstraint{FromMessage(constraint.older), FromMessage(constraint.T_older_this)};
   }

@@ -82,7 +82,7 @@ double Site::Evaluate(const RaysInCells& rays) const { return map_.Fitness(rays,
 
 RaysInCells Site::PickRays(int num_rays) const {
   const Eigen::Matrix2Xd hits_m = ComputeHits(rays_.rays);
-  return map_.InCells(hits_m(Eigen::all, PickIndices(num_rays)));
+  return ToCells(hits_m(Eigen::all, PickIndices(num_rays)), map_.geometry());
 }
 
 std::vector<int> Site::PickIndices(int num_rays) const {

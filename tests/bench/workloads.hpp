@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "common/match/rays_in_cells.hpp"
 #include "common/match/rrhc_matcher.hpp"
 #include "common/match/scored_map.hpp"
 #include "common/slam.hpp"

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/match/default_matcher.hpp"
+#include "common/match/rays_in_cells.hpp"
 #include "common/match/scored_map.hpp"
 #include "common/math/random.hpp"
 #include "common/scan/hits.hpp"
@@ -32,7 +33,7 @@ class Matches {
     Eigen::Matrix2Xd hits_m(2, static_cast<Eigen::Index>(scan.critical.size()));
     for (Eigen::Index i = 0; i < hits_m.cols(); ++i)
       hits_m.col(i) = all_hits_m.col(scan.critical[static_cast<std::size_t>(i)]);
-    const RaysInCells seen = map_.InCells(hits_m);
+    const RaysInCells seen = ToCells(hits_m, map_.geometry());
     const auto Fitness = [&](const Pose2& pose) { return map_.Fitness(seen, pose); };
 
     const double last_fitness = Fitness(last);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/match/optimum.hpp"
+#include "common/match/rays_in_cells.hpp"
 #include "common/scan/hits.hpp"
 
 namespace crsm {
@@ -22,7 +23,7 @@ ScanMatch HillClimber::Match(const CriticalRays& scan, const TrackingState& trac
   if (scan.critical.empty()) return match;
 
   const Eigen::Matrix2Xd hits_m = ComputeHits(scan.rays);
-  const RaysInCells rays = map_.InCells(hits_m(Eigen::all, scan.critical));
+  const RaysInCells rays = ToCells(hits_m(Eigen::all, scan.critical), map_.geometry());
   constexpr double kFirstStep_m = 0.1;
   constexpr double kFirstStep_rad = 0.05;
   constexpr int kHalvings = 6;  // down to 2 mm

@@ -8,6 +8,7 @@
 
 #include "common/math/nearest_name.hpp"
 #include "services/base/printable.hpp"
+#include "services/sources/bags/bag_odometry.hpp"
 #include "services/sources/bags/decompress.hpp"
 #include "services/sources/bags/scan_messages.hpp"
 
@@ -89,11 +90,13 @@ BagSource::BagSource(const std::string& path, const Topics& topics, const LaserC
     : laser_(ChooseLaser(path, topics, laser.channel)),
       laser_parameters_(parameters),
       frames_(laser.frame),
-      odometry_(path, topics, {laser_, frames_.wanted()}, odometry),
-      bag_(OpenBag(path, [this](const BagTopic& met) { return met == laser_ || odometry_.Wants(met); })),
-      scans_(odometry_.LongestWait_us()) {
+      odometry_(std::make_unique<BagOdometry>(path, topics, BagLaser{laser_, frames_.wanted()}, odometry)),
+      bag_(OpenBag(path, [this](const BagTopic& met) { return met == laser_ || odometry_->Wants(met); })),
+      scans_(odometry_->LongestWait_us()) {
   CheckFrames(path, laser_, laser.frame);
 }
+
+BagSource::~BagSource() = default;
 
 std::optional<LaserScan> BagSource::Next() {
   while (!scans_.NextIsReady()) {
@@ -107,7 +110,7 @@ std::optional<LaserScan> BagSource::Next() {
 void BagSource::Take(const BagMessage& message) {
   const PlainMessage plain(message.data);
   if (message.topic == laser_.name) return TakeScan(plain.data());
-  if (const auto num_bad = odometry_.Take(message.topic, plain.data(), scans_)) counts_["bad_odometry"] += num_bad;
+  if (const auto num_bad = odometry_->Take(message.topic, plain.data(), scans_)) counts_["bad_odometry"] += num_bad;
 }
 
 void BagSource::TakeScan(std::string_view data) {
@@ -133,6 +136,8 @@ std::map<std::string, std::int64_t> BagSource::Counts() const {
   counts["truncated"] = damage.truncated ? 1 : 0;
   return counts;
 }
+
+std::vector<std::string> BagSource::OdometryNotes() const { return odometry_->Notes(scans_); }
 
 std::vector<std::string> BagSource::Complaints() const {
   std::vector<std::string> complaints = scans_.Complaints(laser_.name, Counts(), first_refusal_, "header.stamp");

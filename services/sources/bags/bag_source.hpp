@@ -1,19 +1,25 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/logs/laser_source.hpp"
+#include "common/parameters.hpp"
 #include "services/diagnosis/laser_frames.hpp"
-#include "services/sources/bags/bag_odometry.hpp"
 #include "services/sources/bags/bag_reader.hpp"
 #include "services/sources/laser_choice.hpp"
+#include "services/sources/odometry_options.hpp"
 #include "services/sources/scans_with_odometry.hpp"
 
 namespace crsm {
+
+class BagOdometry;
 
 /// Scans of a bag (OpenBag), in the order in which they stand in it: the recorder's own, whatever their stamps say.
 ///
@@ -29,13 +35,15 @@ class BagSource : public LaserSource {
   BagSource(const std::string& path, const LaserChoice& laser, const OdometryOptions& odometry = {},
             const ScanParameters& parameters = {});
 
+  ~BagSource() override;
+
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return scans_.T_odom_robot(); }
   std::string Channel() const override { return laser_.name; }
   double Progress() const override { return bag_->Progress(); }
   std::map<std::string, std::int64_t> Counts() const override;
   std::vector<std::string> Complaints() const override;
-  std::vector<std::string> OdometryNotes() const override { return odometry_.Notes(scans_); }
+  std::vector<std::string> OdometryNotes() const override;
 
  private:
   BagSource(const std::string& path, const std::set<BagTopic>& topics, const LaserChoice& laser,
@@ -46,7 +54,7 @@ class BagSource : public LaserSource {
   BagTopic laser_;
   ScanParameters laser_parameters_;  ///< as of FromRosScan
   LaserFrames frames_;
-  BagOdometry odometry_;
+  std::unique_ptr<BagOdometry> odometry_;
   std::unique_ptr<BagReader> bag_;
   std::map<std::string, std::int64_t> counts_;
   std::string first_refusal_;

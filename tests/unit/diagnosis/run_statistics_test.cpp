@@ -11,7 +11,7 @@ namespace {
 auto AllOf(const RunStatistics& statistics) {
   const RunStatistics::Values v = statistics.values();
   return std::tuple(v.scans, v.lost, v.degenerate, v.without_rays, v.longest_lost, v.steps, v.far_steps, v.mean_fitness,
-                    v.finished_map, v.path_m, v.open_path_m, v.longest_open_m, v.longest_open_ends_m.x(),
+                    v.finished_map, v.path_m, v.open_path_m, v.longest_open_m, v.longest_open_ends.x_m,
                     v.turns_by_odometry, v.ways_by_odometry);
 }
 

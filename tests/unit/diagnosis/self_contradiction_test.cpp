@@ -31,8 +31,8 @@ TEST_CASE("scans of one place that are placed rightly do not contradict each oth
   CHECK(wrong.num_looks >= 10);
   CHECK(wrong.share > 0.2);
   CHECK(wrong.worst_share > 0.2);
-  CHECK(std::abs(wrong.worst_place_m.x()) <= 2.0);
-  CHECK(std::abs(wrong.worst_place_m.y()) <= 2.0);
+  CHECK(std::abs(wrong.worst_place.x_m) <= 2.0);
+  CHECK(std::abs(wrong.worst_place.y_m) <= 2.0);
 }
 
 TEST_CASE("scans that are near along the path are not compared, nor is nothing") {

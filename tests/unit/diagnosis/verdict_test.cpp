@@ -183,14 +183,14 @@ TEST_CASE("a run is as good as its scans, and what speaks against it is said") {
 TEST_CASE("the longer the way that nothing told, the further off the map may be, and it is said past where") {
   const Verdict sure = Run().Add(100).Judged();
   CHECK(*sure.off_m < 0.05);
-  CHECK_FALSE(sure.off_at_m);
+  CHECK_FALSE(sure.off_at);
   CHECK(Mentions(sure, "parts of it may be off by up to 0.04 m"));
   // 3.75 m of 12.5 m, in two pieces.
   const Verdict open = Run{.step_m = 0.25}.Add(10).Add(10, Degenerate).Add(10).Add(5, Degenerate).Add(15).Judged();
   CHECK(open.trust == Trust::kGood);
   CHECK(*open.off_m > 0.1);
-  REQUIRE(open.off_at_m);
-  CHECK(open.off_at_m->x() == Approx(5.0));
+  REQUIRE(open.off_at);
+  CHECK(open.off_at->x_m == Approx(5.0));
   CHECK(Mentions(open, "most likely past x 5 m, y 0 m"));
   CHECK(*Run().Add(100).Add(25, Lose).Add(900).Judged().off_m > 20.0);
   CHECK_FALSE(Run().Add(100, FitBadly).Judged().off_m);

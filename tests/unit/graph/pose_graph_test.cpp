@@ -113,14 +113,14 @@ TEST_CASE("a motion that is open along an axis gives way along it") {
   PoseGraph graph;
   for (int i = 0; i < 3; ++i) graph.AddPose({1.0 * i, 0.0, 0.0});
   const double corridor_yaw_rad = 0.7;
-  const Eigen::Vector2d corridor(std::cos(corridor_yaw_rad), std::sin(corridor_yaw_rad));
+  const std::array corridor{std::cos(corridor_yaw_rad), std::sin(corridor_yaw_rad)};
   const MotionSigma open{0.5, 0.01, 0.001};
   graph.AddEdge(GraphEdge::Make(0, 1, {1.0, 0.0, 0.0}, open, corridor));
   graph.AddEdge(GraphEdge::Make(1, 2, {1.0, 0.0, 0.0}, kOdometry));
-  graph.AddEdge(GraphEdge::Make(0, 2, {2.0 + 0.2 * corridor.x(), 0.2 * corridor.y(), 0.0}, kLoop));
+  graph.AddEdge(GraphEdge::Make(0, 2, {2.0 + 0.2 * corridor[0], 0.2 * corridor[1], 0.0}, kLoop));
   graph.Optimise();
-  CHECK(graph.poses()[1].x_m == Approx(1.0 + 0.2 * corridor.x()).margin(0.005));
-  CHECK(graph.poses()[1].y_m == Approx(0.2 * corridor.y()).margin(0.005));
+  CHECK(graph.poses()[1].x_m == Approx(1.0 + 0.2 * corridor[0]).margin(0.005));
+  CHECK(graph.poses()[1].y_m == Approx(0.2 * corridor[1]).margin(0.005));
 }
 
 TEST_CASE("headings are compared across the seam of the circle") {

@@ -135,7 +135,7 @@ TEST_CASE("where a place is known the matches are checked, and a slip between tw
     auto keyframes = MakeKeyframes(walls, places, {}, 4);
     for (std::size_t i = kSlip; i < kSlipped; ++i) {  // the walls left it open how far the robot went
       keyframes[i].T_previous_this = keyframes[i].T_previous_this * Pose2{slip_m / (kSlipped - kSlip), 0.0, 0.0};
-      keyframes[i].degenerate_axis = Eigen::Vector2d::UnitX();
+      keyframes[i].degenerate_axis = {1.0, 0.0};
     }
     SubmapLoopCloser closer(kLoops, UpdateParameters{});
     std::optional<GraphUpdate> found;

@@ -1,5 +1,6 @@
 #include "common/map/map_updater.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <set>

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "catch.hpp"
+#include "common/match/rays_in_cells.hpp"
 #include "common/math/random.hpp"
 #include "synthetic_scans.hpp"
 

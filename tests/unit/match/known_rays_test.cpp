@@ -62,7 +62,7 @@ TEST_CASE("where the drawn walls end a robot does not fit better for standing ba
     for (const double y_m : {-0.975, 1.025}) points_m.emplace_back(x_m, y_m);
   }
   const Contour seen = Seen(points_m);
-  const RaysInCells all = map.InCells(seen.points_m, seen.weights);
+  const RaysInCells all = ToCells(seen.points_m, map.geometry(), seen.weights);
   const Pose2 here{4.0, 0.0, 0.0};
   const Pose2 back{3.0, 0.0, 0.0};
   REQUIRE(map.Fitness(all, back) > map.Fitness(all, here) + 0.05);

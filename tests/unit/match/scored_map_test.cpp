@@ -1,6 +1,7 @@
 #include "common/match/scored_map.hpp"
 
 #include "catch.hpp"
+#include "common/match/rays_in_cells.hpp"
 #include "common/math/random.hpp"
 #include "synthetic_scans.hpp"
 
@@ -14,7 +15,7 @@ RaysInCells RaysOn(const ScoredMap& map) {
   Random random(1);
   Eigen::Matrix2Xd hits_m(2, 500);
   for (int i = 0; i < 500; ++i) hits_m.col(i) << random.Uniform(-3.2, 6.4), random.Uniform(-3.2, 6.4);
-  return map.InCells(hits_m);
+  return ToCells(hits_m, map.geometry());
 }
 
 }  // namespace

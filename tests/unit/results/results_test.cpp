@@ -461,7 +461,7 @@ TEST_CASE("the overview marks past which place the map may be off, and not over 
     return std::abs(colour[0] - 148) < 12 && std::abs(colour[1] - 88) < 12;
   };
   CHECK_FALSE(Overview(results).CaptionHas(IsRing));
-  results.summary->verdict->off_at_m = Eigen::Vector2d(1.0, 0.0);
+  results.summary->verdict->off_at = {1.0, 0.0};
   const Overview overview(results);
   CHECK(overview.CaptionHas(IsRing));
   CHECK(overview.HasNear(1.0, -22.0 / 160, IsRing));

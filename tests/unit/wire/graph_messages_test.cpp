@@ -73,7 +73,7 @@ TEST_CASE("a keyframe comes over the wire to the last bit") {
   SECTION("with what is not known of its motion") {
     keyframe.after_lost = true;
     keyframe.as_of.reset();
-    keyframe.degenerate_axis = Eigen::Vector2d(std::cos(0.3), std::sin(0.3));
+    keyframe.degenerate_axis = {std::cos(0.3), std::sin(0.3)};
   }
   SECTION("with a constraint") { keyframe.constraint = ProximityConstraint{Nth(17), {0.1, -0.2, 1.0 / 3.0}}; }
   SECTION("with a constraint to the first keyframe, at its very place") {

@@ -6,6 +6,7 @@
 #include "catch.hpp"
 #include "packed.hpp"
 #include "services/sources/bags/decompress.hpp"
+#include "services/sources/bags/scan_messages.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "source_helpers.hpp"
 
