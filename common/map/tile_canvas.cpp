@@ -34,8 +34,9 @@ void TileCanvas::MarkFree(const ScanOnMap& scan) {
       MarkOne(next);
     }
   };
-  for (Eigen::Index i = 0; i < scan.hits_cells.cols(); ++i)
+  for (Eigen::Index i = 0; i < scan.hits_cells.cols(); ++i) {
     WalkCells(scan.laser_cells, scan.hits_cells.col(i), MarkTwo);
+  }
 }
 
 bool TileCanvas::IsExplored(Cell cell) const {

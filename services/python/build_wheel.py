@@ -1,4 +1,7 @@
-"""What pip calls to make a wheel from a clone (PEP 517): CMake builds the module and slam_offline, and they are packed."""
+"""What pip calls to make a wheel from a clone (PEP 517): CMake builds the module and slam_offline, and they are packed.
+
+As a program it only packs: build_wheel.py PACKAGE FOLDER (scripts/packages).
+"""
 import base64
 import hashlib
 import os
@@ -24,11 +27,6 @@ def version():
     return of_project(r"VERSION (\d+\.\d+\.\d+)")
 
 
-def tag():
-    abi = f"cp{sys.version_info.major}{sys.version_info.minor}"
-    return f"{abi}-{abi}-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
-
-
 def build(folder):
     """The files of the package, in folder/python/crsm_slam and folder/bin."""
     if not shutil.which("cmake") or not shutil.which("ninja"):
@@ -48,21 +46,19 @@ def metadata():
             "License: MIT\nRequires-Python: >=3.8\nRequires-Dist: numpy\n")
 
 
-def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
-    name = f"{NAME}-{version()}-{tag()}.whl"
-    with tempfile.TemporaryDirectory(prefix="crsm_wheel_") as temporary:
-        folder = pathlib.Path(os.environ.get("CRSM_WHEEL_BUILD", temporary))
-        build(folder)
-        info = f"{NAME}-{version()}.dist-info"
-        files = {f"{NAME}/{path.name}": path.read_bytes() for path in (folder / "python" / NAME).iterdir()
-                 if path.is_file()}
-        files[f"{NAME}/bin/slam_offline"] = (folder / "bin/slam_offline").read_bytes()
-        files[f"{info}/METADATA"] = metadata().encode()
-        files[f"{info}/LICENSE"] = (PROJECT / "LICENSE").read_bytes()
-        files[f"{info}/WHEEL"] = f"Wheel-Version: 1.0\nGenerator: {NAME}\nRoot-Is-Purelib: false\nTag: {tag()}\n".encode()
-    with zipfile.ZipFile(pathlib.Path(wheel_directory) / name, "w", zipfile.ZIP_DEFLATED) as wheel:
+def write_wheel(files, folder, platform):
+    """files: contents by path in the package crsm_slam. Returns the name of the wheel."""
+    python = f"cp{sys.version_info.major}{sys.version_info.minor}"
+    tag = f"{python}-{python}-{platform}"
+    name = f"{NAME}-{version()}-{tag}.whl"
+    info = f"{NAME}-{version()}.dist-info"
+    entries = {f"{NAME}/{path}": data for path, data in files.items()}
+    entries[f"{info}/METADATA"] = metadata().encode()
+    entries[f"{info}/LICENSE"] = (PROJECT / "LICENSE").read_bytes()
+    entries[f"{info}/WHEEL"] = f"Wheel-Version: 1.0\nGenerator: {NAME}\nRoot-Is-Purelib: false\nTag: {tag}\n".encode()
+    with zipfile.ZipFile(pathlib.Path(folder) / name, "w", zipfile.ZIP_DEFLATED) as wheel:
         record = []
-        for path, data in sorted(files.items()):
+        for path, data in sorted(entries.items()):
             entry = zipfile.ZipInfo(path)
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = (0o100755 if "/bin/" in path or path.endswith(".so") else 0o100644) << 16
@@ -71,3 +67,29 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
             record.append(f"{path},sha256={digest},{len(data)}")
         wheel.writestr(f"{info}/RECORD", "\n".join([*record, f"{info}/RECORD,,", ""]))
     return name
+
+
+def files_in(package):
+    """Contents by path in the package."""
+    return {str(path.relative_to(package)): path.read_bytes() for path in package.rglob("*")
+            if path.is_file() and "__pycache__" not in path.parts}
+
+
+def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
+    """A wheel for this system, whose libraries it uses."""
+    with tempfile.TemporaryDirectory(prefix="crsm_wheel_") as temporary:
+        folder = pathlib.Path(os.environ.get("CRSM_WHEEL_BUILD", temporary))
+        build(folder)
+        files = files_in(folder / "python" / NAME)
+        files["bin/slam_offline"] = (folder / "bin/slam_offline").read_bytes()
+    return write_wheel(files, wheel_directory, sysconfig.get_platform().replace("-", "_").replace(".", "_"))
+
+
+def pack_wheel(package, wheel_directory):
+    """A wheel of a package that has all its libraries in it, for any Linux whose C library is no older (PEP 600)."""
+    glibc = os.confstr("CS_GNU_LIBC_VERSION").split()[1].replace(".", "_")
+    return write_wheel(files_in(pathlib.Path(package)), wheel_directory, f"manylinux_{glibc}_{os.uname().machine}")
+
+
+if __name__ == "__main__":
+    print(pack_wheel(*sys.argv[1:]))

@@ -15,8 +15,8 @@ namespace {
 class Mbot {
  public:
   explicit Mbot(const std::string& url) : lcm_(url + "&recv_buf_size=2097152") {
-    lcm_.subscribe("SLAM_POSE", &Mbot::HearPose, this);
-    lcm_.subscribe("SLAM_MAP", &Mbot::HearMap, this);
+    lcm_.subscribe("SLAM_POSE", &Mbot::HearPose, this)->setQueueCapacity(0);  // none is left out on a busy machine
+    lcm_.subscribe("SLAM_MAP", &Mbot::HearMap, this)->setQueueCapacity(0);
   }
 
   bool Await(const std::function<bool()>& condition) {

@@ -80,9 +80,11 @@ TEST_CASE("scripts/packages names each of its steps, and shows how far the compi
   project.Write("scripts/setup", "echo setup $*");
   project.Write("bin/git", "echo 1700000000");
   project.Write("bin/cmake",
-                "[[ $1 == --build ]] && echo '[1/2] Building CXX object' || { mkdir -p build-packages/bin; "
-                "echo >build-packages/bin/slam_offline; }");
-  project.Write("bin/strip", "cp \"$3\" \"$2\"");
+                "[[ $1 == --build ]] && echo '[1/2] Building CXX object' || { "
+                "mkdir -p build-packages/bin build-packages/python/crsm_slam; "
+                "echo >build-packages/bin/slam_offline; echo >build-packages/python/crsm_slam/_crsm_slam.so; }");
+  project.Write("bin/strip", "[[ $1 != -o ]] || cp \"$3\" \"$2\"");
+  project.Write("bin/python3", "printf '%s\\n' \"$2\"/* \"$2\"/*/* >\"$3/crsm_slam.whl\"");
   project.Write("bin/ldd", "echo \"libfmt.so => $PWD/scripts/packages (0x0)\"");
   project.Write("bin/patchelf", "true");
   project.Write("CMakeLists.txt", "  VERSION 1.2.3");
@@ -93,12 +95,13 @@ TEST_CASE("scripts/packages names each of its steps, and shows how far the compi
   INFO(ended.errors);
   CHECK(ended.exit_code == 0);
   std::size_t last = 0;
-  for (const char* text :
-       {"packages: 1 of 6: installing what is missing\nsetup --packages\n", "packages: 2 of 6: configuring",
-        "packages: 3 of 6: compiling\n[1/2] Building CXX object\n",
-        "packages: 4 of 6: making the packages\npackages: 5 of 6: making the tarball\n",
-        "packages: 6 of 6: checking the packages with lintian\nlintian --fail-on error,warning out/packages/crsm-slam.deb\n",
-        "\tout/packages/crsm-slam.deb\n"}) {
+  for (const char* text : {"packages: 1 of 7: installing what is missing\nsetup --packages\n",
+                           "packages: 2 of 7: configuring", "packages: 3 of 7: compiling\n[1/2] Building CXX object\n",
+                           "packages: 4 of 7: making the packages\npackages: 5 of 7: making the tarball\npackages: 6 "
+                           "of 7: making the wheel\n",
+                           "packages: 7 of 7: checking the packages with lintian\nlintian --fail-on error,warning "
+                           "out/packages/crsm-slam.deb\n",
+                           "\tout/packages/crsm-slam.deb\n"}) {
     CAPTURE(text);
     const std::size_t at = ended.output.find(text);
     REQUIRE(at != std::string::npos);
@@ -108,4 +111,9 @@ TEST_CASE("scripts/packages names each of its steps, and shows how far the compi
   const Ended listed = project.RunTool("tar", {"-tzf", "out/packages/crsm-slam-1.2.3-linux-x86_64.tar.gz"});
   CHECK(listed.output.find("/bin/slam_offline") != std::string::npos);
   CHECK(listed.output.find("/lib/packages") != std::string::npos);
+  const std::string wheel = ReadFile(project / "out/packages/crsm_slam.whl");
+  for (const char* file :
+       {"/crsm_slam/_crsm_slam.so\n", "/crsm_slam/bin/slam_offline\n", "/crsm_slam/lib/packages\n"}) {
+    CHECK(wheel.find(file) != std::string::npos);
+  }
 }

@@ -1,4 +1,5 @@
 """The rooms of common/ and services/ use only rooms that stand above them in the tables of their READMEs."""
+import functools
 import pathlib
 import re
 import unittest
@@ -27,6 +28,35 @@ def find_includes(tree):
         name = path.relative_to(ROOT).as_posix()
         for included in INCLUDE.findall(path.read_text()):
             yield name, included
+
+
+# Whoever uses them hides them behind a header of its own.
+SLOW_HEADERS = {
+    "Eigen/": ("common/", "services/sources/bags/"),
+    "CLI/": "services/settings/",
+    "toml++/": "services/settings/",
+    "boost/": "services/map_viewer/web_server.cpp",
+    "opencv2/": "common/results/",
+    "pybind11/": "services/python/",
+}
+SOURCES = [path.relative_to(ROOT).as_posix() for tree in ("common", "services")
+           for path in sorted((ROOT / tree).rglob("*.cpp"))]
+
+
+@functools.lru_cache(maxsize=None)
+def includes_of(name):
+    path = ROOT / name
+    return re.findall(r'^#include [<"]([^>"]+)[>"]', path.read_text(), re.MULTILINE) if path.exists() else []
+
+
+def reach(name):
+    """All that a file includes, and what that includes."""
+    found, left = set(), [name]
+    while left:
+        new = set(includes_of(left.pop())) - found
+        found |= new
+        left += new
+    return found
 
 
 class Arrows(unittest.TestCase):
@@ -58,6 +88,12 @@ class Arrows(unittest.TestCase):
         rooms = read_rooms("services", "The rooms")
         self.assertGreater(len(rooms), 7)
         self.check("services", rooms, is_allowed_elsewhere=True)
+
+    def test_headers_that_take_compilers_long_reach_few_files(self):
+        for header, allowed in SLOW_HEADERS.items():
+            reached = [name for name in SOURCES if any(used.startswith(header) for used in reach(name))]
+            self.assertEqual([name for name in reached if not name.startswith(allowed)], [], header)
+            self.assertTrue(reached, header)
 
 
 if __name__ == "__main__":
