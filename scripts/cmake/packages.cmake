@@ -88,7 +88,8 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 math(EXPR NEXT_PYTHON "${Python_VERSION_MINOR} + 1")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
     "python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${NEXT_PYTHON}), python3-numpy")
-set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "crsm-slam, python3-matplotlib")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS crsm-slam)  # python3 -m crsm_slam
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS python3-matplotlib)
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_DEPENDS iproute2)  # crsm_bus.service
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_SUGGESTS "liblcm-bin, liblcm-java, default-jre")  # lcm-spy
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_EXTRA
