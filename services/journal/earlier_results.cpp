@@ -2,58 +2,17 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
-#include <array>
 #include <stdexcept>
 
 #include "services/base/process.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/journal/journal.hpp"
+#include "services/journal/move_aside.hpp"
 
 namespace crsm {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Everything that a run leaves in its folder.
-constexpr std::array kResults{"map.png",   "map.pgm",      "map.yaml", "overview.png", "trajectory.tum", "truth.tum",
-                              "graph.g2o", "summary.json", "journal",  "log",          "pieces"};
-
-/// Those of them that a run writes over.
-constexpr std::array kWrittenAnew{"map.png", "map.pgm", "map.yaml", "overview.png", "graph.g2o", "summary.json"};
-
-bool HasContent(const fs::path& file) {
-  std::error_code error;
-  const auto size = fs::file_size(file, error);
-  return error ? fs::exists(fs::symlink_status(file, error)) : size > 0;  // what is no file is not ours
-}
-
-/// A run that saw no scan leaves nothing that is worth keeping: no poses, and one unexplored cell. Without a trajectory
-/// such files are not of a run: somebody's own map.
-bool HoldsResults(const fs::path& out) {
-  if (HasContent(JournalPath(JournalFolder(out))) || HasContent(out / "trajectory.tum")) return true;
-  std::error_code error;
-  if (fs::exists(out / "trajectory.tum", error)) return false;
-  return std::ranges::any_of(kWrittenAnew, [&](const char* name) { return HasContent(out / name); });
-}
-
-/// The first of earlier.1, earlier.2 ... that is not there. Below the folder itself: beside it there may be another
-/// disk, or no right to write.
-fs::path FindPlaceAside(const fs::path& out) {
-  for (int number = 1;; ++number) {
-    fs::path place = out / fmt::format("earlier.{}", number);
-    if (!fs::exists(fs::symlink_status(place))) return place;
-  }
-}
-
-void MoveAside(const std::string& program, const fs::path& out) {
-  const fs::path place = FindPlaceAside(out);
-  fs::create_directory(place);
-  for (const char* name : kResults) {
-    if (fs::exists(fs::symlink_status(out / name))) fs::rename(out / name, place / name);
-  }
-  Say(fmt::format("{}: the earlier results in {} are now in {}", program, out.string(), place.string()));
-}
 
 bool AreSame(const fs::path& one, const fs::path& other) {
   std::error_code error;
@@ -99,7 +58,8 @@ void MakeRoom(const std::string& program, const fs::path& out, const EarlierResu
     if (!HoldsResults(out)) {
       RemoveJournal(out);  // which is empty
     } else if (earlier.force) {
-      MoveAside(program, out);
+      const fs::path place = MoveAside(out);
+      Say(fmt::format("{}: the earlier results in {} are now in {}", program, out.string(), place.string()));
     } else {
       throw std::runtime_error(
           fmt::format("--out {}: holds the results of an earlier run: --resume {} continues its map, --force moves "

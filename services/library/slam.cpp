@@ -20,6 +20,7 @@
 #include "common/set_parameter.hpp"
 #include "common/slam.hpp"
 #include "services/journal/journal.hpp"
+#include "services/journal/move_aside.hpp"
 #include "services/library/plain_png.hpp"
 #include "services/library/presets.hpp"
 
@@ -230,8 +231,9 @@ struct Slam::Impl {
   std::vector<std::pair<std::int64_t, crsm::GraphUpdate>> found;
   std::unordered_set<std::int64_t> utimes;
   crsm::RunStatistics statistics;
-  bool loop_closed = false;  ///< and not told yet
-  bool finished = false;     ///< the map
+  bool loop_closed = false;                     ///< and not told yet
+  bool finished = false;                        ///< the map
+  std::set<std::filesystem::path> own_folders;  ///< to which it was saved, or from which it was loaded
 
   /// The map as it was told, and since which version each tile is as it is.
   struct Told {
@@ -369,7 +371,7 @@ void Slam::FinishMap() {
 }
 
 void Slam::Save(const std::string& folder) const {
-  if (impl_->finished) throw std::logic_error("Save: the map is finished, and was saved before");
+  if (impl_->finished) throw std::logic_error("Save: the map is finished: it can only be saved before that");
   const crsm::Slam& slam = impl_->Await();
   crsm::DenseGrid grid = impl_->DrawGrid();
   if (grid.cells.empty()) grid = crsm::MakeUnexploredCell(grid.cell_size_m);
@@ -377,6 +379,8 @@ void Slam::Save(const std::string& folder) const {
   const fs::path journal = crsm::JournalFolder(folder);
   const fs::path half = fs::path(folder) / "journal.tmp";
   std::error_code error;
+  const fs::path own = fs::weakly_canonical(folder, error);
+  if (impl_->own_folders.insert(own).second && crsm::HoldsResults(folder)) crsm::MoveAside(folder);
   fs::create_directories(journal, error);
   if (error) throw std::runtime_error("Save: cannot make the folder " + folder + ": " + error.message());
   fs::remove(crsm::JournalPath(half), error);
@@ -430,6 +434,8 @@ Slam Slam::Load(const std::string& folder, const Settings& settings, const std::
   crsm::ReadJournal(journal, {false, head->subject.parameters}, crsm::OnDamage::kRefuse, {Restore, Update, Searched});
   impl->Await();
   impl->slam.Resume(parameters.match.start);
+  std::error_code error;
+  impl->own_folders.insert(std::filesystem::weakly_canonical(folder, error));
   Slam loaded;
   loaded.impl_ = std::move(impl);
   return loaded;

@@ -42,8 +42,10 @@ def build(folder):
 
 def metadata():
     summary = of_project(r'DESCRIPTION "(.*)"')
+    python = f"{sys.version_info.major}.{sys.version_info.minor}"
     return (f"Metadata-Version: 2.1\nName: crsm-slam\nVersion: {version()}\nSummary: {summary}\n"
-            "License: MIT\nRequires-Python: >=3.8\nRequires-Dist: numpy\n")
+            f"Author: CRSM SLAM authors\nLicense: MIT\nRequires-Python: =={python}.*\nRequires-Dist: numpy\n"
+            f"Description-Content-Type: text/markdown\n\n{(PROJECT / 'README.md').read_text()}")
 
 
 def write_wheel(files, folder, platform):
@@ -55,6 +57,7 @@ def write_wheel(files, folder, platform):
     entries = {f"{NAME}/{path}": data for path, data in files.items()}
     entries[f"{info}/METADATA"] = metadata().encode()
     entries[f"{info}/LICENSE"] = (PROJECT / "LICENSE").read_bytes()
+    entries[f"{info}/entry_points.txt"] = b"[console_scripts]\nslam_offline = crsm_slam.__main__:main\n"
     entries[f"{info}/WHEEL"] = f"Wheel-Version: 1.0\nGenerator: {NAME}\nRoot-Is-Purelib: false\nTag: {tag}\n".encode()
     with zipfile.ZipFile(pathlib.Path(folder) / name, "w", zipfile.ZIP_DEFLATED) as wheel:
         record = []

@@ -2,16 +2,21 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <crsm_slam/slam.hpp>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include "services/base/printable.hpp"
+#include "services/base/say.hpp"
 #include "services/python/arguments.hpp"
 #include "services/settings/command_line.hpp"
 #include "services/sources/open_laser_source.hpp"
@@ -59,6 +64,45 @@ py::array_t<std::uint8_t> ToCells(const std::uint8_t* cells, py::ssize_t height,
   return py::array_t<std::uint8_t>(std::vector<py::ssize_t>{height, width}, cells);
 }
 
+/// Other threads of Python run as long as this lives. Unlike py::gil_scoped_release it knows of Python's end: that
+/// waits for what daemon threads are at, and none of them goes on afterwards, when what they use is gone.
+class WithoutGil {
+ public:
+  WithoutGil() : state_(PyEval_SaveThread()) {
+    ++num_working_;
+    StopAtTheEnd();
+  }
+  ~WithoutGil() {
+    StopAtTheEnd();
+    PyEval_RestoreThread(state_);
+    --num_working_;
+  }
+  WithoutGil(const WithoutGil&) = delete;
+  WithoutGil& operator=(const WithoutGil&) = delete;
+
+  /// To be called once, by atexit.
+  static void End() {
+    const py::gil_scoped_release release;
+    ending_thread_ = std::this_thread::get_id();
+    is_ending_ = true;
+    while (num_working_ > 0 && getpid() == process_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+
+ private:
+  static void StopAtTheEnd() {
+    if (!is_ending_ || std::this_thread::get_id() == ending_thread_) return;
+    --num_working_;
+    for (;;) pause();
+  }
+
+  static inline std::atomic<int> num_working_ = 0;
+  static inline std::atomic<bool> is_ending_ = false;
+  static inline std::thread::id ending_thread_;   ///< which may still work: in other functions of atexit
+  static inline const pid_t process_ = getpid();  ///< a process that was forked from it lacks its threads
+
+  PyThreadState* state_;
+};
+
 /// A scan, and the odometry that came with it.
 struct ScanWithOdometry {
   crsm_slam::Scan scan;
@@ -81,13 +125,21 @@ ScanWithOdometry MakeScan(const char* call, const py::args& words, const py::kwa
 /// While it works other threads of Python run; of two that ask for the same object, one waits.
 class PySlam {
  public:
-  explicit PySlam(crsm_slam::Slam slam) : slam_(std::move(slam)) {}
+  explicit PySlam(crsm_slam::Slam slam) : slam_(std::make_unique<crsm_slam::Slam>(std::move(slam))) {}
+
+  /// A process that was forked has this object without its threads: nobody could wait for them.
+  ~PySlam() {
+    if (IsForked()) static_cast<void>(slam_.release());
+  }
 
   template <class Work>
   auto Do(Work&& work) {
-    const py::gil_scoped_release release;
+    if (IsForked()) {
+      throw std::runtime_error("this Slam is of the process that was forked: make or load one in the new process");
+    }
+    const WithoutGil release;
     const std::lock_guard lock(mutex_);
-    return work(slam_);
+    return work(*slam_);
   }
 
   /// Takes a Scan alone, or what makes one.
@@ -106,8 +158,11 @@ class PySlam {
     throw py::type_error("Slam.process() takes a Scan alone: what belongs to it is said where it is made");
   }
 
+  bool IsForked() const { return getpid() != process_; }
+
+  pid_t process_ = getpid();
   std::mutex mutex_;
-  crsm_slam::Slam slam_;
+  std::unique_ptr<crsm_slam::Slam> slam_;
 };
 
 py::array_t<PoseRow> TrajectoryOf(PySlam& slam) {
@@ -145,7 +200,7 @@ class Log {
         crsm_python::ToSettings("Log", {}, keywords, kKeys));  // throws what is wrong with them
     std::vector<std::string> words{"crsm_slam"};
     for (const auto& [key, value] : keywords) AddFlag(key.cast<std::string>(), value, words);
-    const py::gil_scoped_release release;
+    const WithoutGil release;
     using enum crsm::ParameterGroup;
     command_line_ = std::make_unique<crsm::CommandLine>(
         "crsm_slam", "", std::vector{kSeed, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops, kAlgorithm}, kKeys);
@@ -161,32 +216,35 @@ class Log {
 
   /// Begins anew.
   Log& Iterate() {
-    const py::gil_scoped_release release;
+    const WithoutGil release;
+    const std::lock_guard lock(mutex_);
     Rewind();
     return *this;
   }
 
   ScanWithOdometry Next() {
-    std::optional<crsm::LaserScan> scan = Read();
+    std::optional<ScanWithOdometry> scan = Read();
     while (!scan && source_->IsLive()) {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();  // Ctrl-C
       scan = Read();
     }
-    if (!scan) throw py::stop_iteration();
-    std::optional<Pose> T_odom_robot;
-    if (const auto odometry = source_->Odometry(); odometry && command_line_->settings().odometry)
-      T_odom_robot = Pose{odometry->x_m, odometry->y_m, odometry->yaw_rad};
-    return {
-        {scan->utime, scan->angle_min_rad, scan->angle_step_rad, std::move(scan->ranges_m), std::move(scan->times_s)},
-        T_odom_robot};
+    if (!scan) {
+      SayWhatWasLeftOut();
+      throw py::stop_iteration();
+    }
+    return *std::move(scan);
   }
 
   std::optional<Pose> TruePose() const {
+    const std::lock_guard lock(mutex_);
     const auto pose = source_->TruePose();
     return pose ? std::optional(Pose{pose->x_m, pose->y_m, pose->yaw_rad}) : std::nullopt;
   }
 
-  double progress() const { return source_->Progress(); }
+  double progress() const {
+    const std::lock_guard lock(mutex_);
+    return source_->Progress();
+  }
   const std::string& name() const { return name_; }
 
   py::dict settings() const {
@@ -200,10 +258,28 @@ class Log {
   static inline const std::vector<std::string> kKeys{"laser_channel", "laser_frame", "odometry", "odometry_topic",
                                                      "botlab_clockwise"};
 
-  std::optional<crsm::LaserScan> Read() {
+  std::optional<ScanWithOdometry> Read() {
     constexpr std::chrono::milliseconds kPatience(200);  // until Ctrl-C is noticed
-    const py::gil_scoped_release release;
-    return source_->IsLive() ? source_->Poll(kPatience) : source_->Next();
+    const WithoutGil release;
+    const std::lock_guard lock(mutex_);
+    auto scan = source_->IsLive() ? source_->Poll(kPatience) : source_->Next();
+    if (!scan) return std::nullopt;
+    std::optional<Pose> T_odom_robot;
+    if (const auto odometry = source_->Odometry(); odometry && command_line_->settings().odometry)
+      T_odom_robot = Pose{odometry->x_m, odometry->y_m, odometry->yaw_rad};
+    return ScanWithOdometry{
+        {scan->utime, scan->angle_min_rad, scan->angle_step_rad, std::move(scan->ranges_m), std::move(scan->times_s)},
+        T_odom_robot};
+  }
+
+  /// On stderr, as slam_offline does: it would not be seen in the map.
+  void SayWhatWasLeftOut() {
+    const std::lock_guard lock(mutex_);
+    for (const std::string& line : source_->Complaints()) {
+      crsm::Say("crsm_slam: " + name_ + ": " + crsm::MakePrintable(line));
+    }
+    if (!command_line_->settings().odometry) return;
+    for (const std::string& line : crsm::DescribeOdometry(name_, *source_)) crsm::Say("crsm_slam: " + line);
   }
 
   static void AddFlag(const std::string& key, const py::handle& value, std::vector<std::string>& words) {
@@ -222,6 +298,7 @@ class Log {
   std::string name_;
   std::unique_ptr<crsm::CommandLine> command_line_;
   std::unique_ptr<crsm::LaserSource> source_;
+  mutable std::mutex mutex_;  ///< of the source: threads may ask for scans beside each other
 };
 
 py::module_ OwnModule() { return py::module_::import("crsm_slam._crsm_slam"); }
@@ -426,7 +503,7 @@ void AddSlam(py::module_& module) {
             const crsm_slam::Settings settings = crsm_python::ToSettings("Slam.load", {}, keywords);
             const std::string path = crsm_python::ToPath(folder, "folder");
             const auto T_map_laser = crsm_python::ToPose(start, "start");
-            const py::gil_scoped_release release;
+            const WithoutGil release;
             return std::make_unique<PySlam>(crsm_slam::Slam::Load(path, settings, T_map_laser));
           },
           py::arg("folder"), py::arg("start") = py::none(),
@@ -477,7 +554,9 @@ void AddSlam(py::module_& module) {
           py::arg("folder"),
           "save(folder)\n\n"
           "Writes map.png, map.pgm, map.yaml, trajectory.tum, graph.g2o, and journal/, of which load() and\n"
-          "slam_offline make the map again. folder: str or pathlib.Path; it is made if need be.")
+          "slam_offline make the map again. folder: str or pathlib.Path; it is made if need be. What this map has\n"
+          "left there before is replaced; results of another one are moved into a folder below, earlier.1 say.\n"
+          "Raises RuntimeError on a finished map, which can only be saved before that.")
       .def(
           "begin_drive", [](PySlam& slam) { slam.Do([](crsm_slam::Slam& of) { of.BeginDrive(); }); },
           "begin_drive()\n\n"
@@ -485,7 +564,8 @@ void AddSlam(py::module_& module) {
       .def(
           "finish_map", [](PySlam& slam) { slam.Do([](crsm_slam::Slam& of) { of.FinishMap(); }); },
           "finish_map()\n\n"
-          "From now on scans are localised on the map, and change nothing. Trajectory and verdict begin anew.");
+          "From now on scans are localised on the map, and change nothing. Trajectory and verdict begin anew.\n"
+          "Save the map before: later it can't be.");
 }
 
 void AddLog(py::module_& module) {
@@ -532,6 +612,7 @@ PYBIND11_MODULE(_crsm_slam, module) {
   AddResults(module);
   AddSlam(module);
   AddLog(module);
+  py::module_::import("atexit").attr("register")(py::cpp_function(&WithoutGil::End));
   module.def("presets", &crsm_slam::Presets, "presets()\n\nThe names of the presets, one for each laser.");
   module.def("version", &crsm_slam::Version, "version()\n\nThe version of the library: '0.1.0'.");
 }

@@ -87,6 +87,7 @@ TEST_CASE("scripts/packages names each of its steps, and shows how far the compi
   project.Write("bin/python3", "printf '%s\\n' \"$2\"/* \"$2\"/*/* >\"$3/crsm_slam.whl\"");
   project.Write("bin/ldd", "echo \"libfmt.so => $PWD/scripts/packages (0x0)\"");
   project.Write("bin/patchelf", "true");
+  project.Write("bin/dpkg", "echo \"dpkg:amd64: $2\"");
   project.Write("CMakeLists.txt", "  VERSION 1.2.3");
   project.Write("LICENSE", "MIT");
   project.Write("bin/cpack", "echo package >\"$2/crsm-slam.deb\"");
@@ -113,7 +114,7 @@ TEST_CASE("scripts/packages names each of its steps, and shows how far the compi
   CHECK(listed.output.find("/lib/packages") != std::string::npos);
   const std::string wheel = ReadFile(project / "out/packages/crsm_slam.whl");
   for (const char* file :
-       {"/crsm_slam/_crsm_slam.so\n", "/crsm_slam/bin/slam_offline\n", "/crsm_slam/lib/packages\n"}) {
+       {"/crsm_slam/_crsm_slam.so\n", "/crsm_slam/bin/slam_offline\n", "/crsm_slam/lib/packages\n", "/crsm_slam/licenses/dpkg\n"}) {
     CHECK(wheel.find(file) != std::string::npos);
   }
 }

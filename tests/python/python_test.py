@@ -199,6 +199,86 @@ class Python(unittest.TestCase):
         watcher.join()
         self.assertLess(longest_s[0], 0.5 * (time.monotonic() - begin))
 
+    def run_python(self, text):
+        """Runs a program in a Python of its own. Returns its exit code, its output and its errors."""
+        head = f"import crsm_slam\nscans = list(crsm_slam.Log({CORRIDOR!r}))\n"
+        ended = subprocess.run([sys.executable, "-c", head + text], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               text=True, timeout=60, cwd=self.work)
+        return ended.returncode, ended.stdout, ended.stderr
+
+    def test_threads_share_the_scans_of_a_log(self):
+        log, counts = crsm_slam.Log(CORRIDOR), [0, 0]
+        loop = iter(log)
+
+        def count(thread):
+            while next(loop, None) is not None:
+                counts[thread] += 1
+
+        threads = [threading.Thread(target=count, args=(i,)) for i in (0, 1)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(sum(counts), len(self.scans))
+
+    def test_python_ends_while_daemon_threads_work(self):
+        code, output, errors = self.run_python("""
+import threading, time
+def work():
+    while True:
+        slam = crsm_slam.Slam()
+        for scan in scans: slam.process(scan)
+for _ in range(3): threading.Thread(target=work, daemon=True).start()
+time.sleep(0.3)
+print("the end")
+""")
+        self.assertEqual((code, output), (0, "the end\n"), errors)
+
+    def test_a_forked_process_makes_maps_of_its_own(self):
+        code, output, errors = self.run_python("""
+import os
+slam = crsm_slam.Slam()
+for scan in scans[:50]: slam.process(scan)
+if os.fork() == 0:
+    try: slam.process(scans[50])
+    except RuntimeError as error: print(error, flush=True)
+    del slam
+    slam = crsm_slam.Slam()
+    for scan in scans[:50]: slam.process(scan)
+    print("done", flush=True)
+    os._exit(0)
+os.wait()
+""")
+        self.assertEqual(code, 0, errors)
+        self.assertEqual(output, "this Slam is of the process that was forked: make or load one in the new process\ndone\n")
+
+    def test_results_of_another_map_are_moved_aside(self):
+        folder = self.work / "twice"
+        run_offline(CORRIDOR, "--out", folder)
+        before = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+        slam = crsm_slam.Slam(**self.settings)
+        for scan in self.scans[:50]:
+            slam.process(scan)
+        for _ in range(2):  # the second time it is its own
+            slam.save(folder)
+            self.assertFalse((folder / "summary.json").exists())
+            self.assertEqual(sorted(path.name for path in folder.glob("earlier*")), ["earlier.1"])
+        self.assertEqual({path.name: path.read_bytes() for path in (folder / "earlier.1").iterdir() if path.is_file()}, before)
+        self.assertEqual(len(crsm_slam.Slam.load(folder / "earlier.1").trajectory()), len(self.scans))
+        crsm_slam.Slam.load(folder).save(folder)  # it goes on with what it was loaded from
+        self.assertFalse((folder / "earlier.2").exists())
+
+    def test_what_of_a_log_is_left_out_is_said(self):
+        (self.work / "bad.clf").write_text(
+            "".join(f"FLASER 3 1 2 {'x' if i == 5 else 3} 0 0 0 0 0 0 {i}.5 host {i}.5\n" for i in range(1, 9)))
+        code, _, errors = self.run_python(f"for scan in crsm_slam.Log('bad.clf'): pass")
+        self.assertEqual(code, 0)
+        self.assertRegex(errors, "bad.clf: .*1 ")
+
+    def test_the_module_can_be_looked_at(self):
+        code, output, errors = self.run_python("import crsm_slam.__main__; print('still here')")
+        self.assertEqual((code, output), (0, "still here\n"), errors)
+
     def check_wrong(self, calls):
         for call, kind, text in calls:
             with self.assertRaises(kind, msg=text) as raised:

@@ -192,9 +192,10 @@ class CRSM_SLAM_PUBLIC Slam {
   void FinishMap();
 
   /// Writes into a folder, which is made if need be: map.png, map.pgm and map.yaml (as map_server reads them),
-  /// trajectory.tum, graph.g2o (with loops), and journal/, of which Load and slam_offline make the map again. What is
-  /// there already is replaced as a whole. Throws std::runtime_error if that fails, and std::logic_error on a finished
-  /// map, which is saved already.
+  /// trajectory.tum, graph.g2o (with loops), and journal/, of which Load and slam_offline make the map again. What
+  /// this map has left there before, or was loaded from, is replaced as a whole; results of another one are moved into a
+  /// folder below, earlier.1 say. Throws std::runtime_error if that fails, and std::logic_error on a finished map, which
+  /// can only be saved before that.
   void Save(const std::string& folder) const;
 
   /// A map that was saved, by slam_offline or run_stack too: the next scan goes on with it, or is localised after

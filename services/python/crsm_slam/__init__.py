@@ -26,10 +26,13 @@ Lengths are in metres, angles in radians, counter-clockwise, times in microsecon
 A wrong call raises TypeError or ValueError, a file that cannot be read or written raises RuntimeError: one line that says
 what would be right.
 """
+import numpy  # whoever lacks it is told so by its name
+
 from ._crsm_slam import Log, Map, MapChanges, Scan, Slam, State, Step, Tile, Trust, Verdict, presets, version
 
 for _kind in (Log, Map, MapChanges, Scan, Slam, Step, Tile, Verdict):
     _kind.__module__ = __name__  # where users find it, as help() says
+del _kind, numpy
 
 __version__ = version()
 __all__ = ["Log", "Map", "MapChanges", "Scan", "Slam", "State", "Step", "Tile", "Trust", "Verdict", "presets", "version"]

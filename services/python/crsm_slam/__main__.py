@@ -13,4 +13,5 @@ def main():
     os.execv(program, ["slam_offline", *sys.argv[1:]])
 
 
-main()
+if __name__ == "__main__":
+    main()

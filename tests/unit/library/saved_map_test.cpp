@@ -1,5 +1,6 @@
 #include <cmath>
 #include <crsm_slam/slam.hpp>
+#include <filesystem>
 #include <map>
 
 #include "catch.hpp"
@@ -54,6 +55,9 @@ TEST_CASE("a saved map is the same when it is loaded, and can be saved again, an
   CHECK(second.Trajectory().size() == num_first);
   CHECK(second.Loops().size() == first.Loops().size());
   second.Save(folder.path().string() + "/again");
+  CHECK_FALSE(std::filesystem::exists(path + "/earlier.1"));
+  crsm_slam::Slam().Save(path);  // of another map: what is there is kept
+  CHECK(crsm_slam::Slam::Load(path + "/earlier.1").Trajectory().size() == first.Trajectory().size());
   CheckSameMap(crsm_slam::Slam::Load(folder.path().string() + "/again").MakeMap(), first.MakeMap());
 
   int num_lost = 0;
