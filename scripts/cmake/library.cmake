@@ -40,11 +40,11 @@ add_library(crsm_algorithm OBJECT ${ALGORITHM_SOURCES})
 # Of other rooms what knows nothing of programs.
 file(GLOB LIBRARY_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/services/library/*.cpp)
 set(LIBRARY_FILES common/parameters common/diagnosis/handedness common/diagnosis/run_statistics
-    common/diagnosis/self_contradiction common/diagnosis/verdict common/logs/crc32 common/logs/map_files common/logs/png_file common/logs/regular_file
-    common/logs/replacement common/metrics/format_trajectory services/base/file_window services/base/identity
-    services/base/printable services/base/say services/journal/journal services/journal/journal_file
-    services/journal/journal_reader services/journal/move_aside services/wire/conversions services/wire/graph_messages services/wire/lcm_event
-    services/wire/wire)
+    common/diagnosis/self_contradiction common/diagnosis/verdict common/logs/crc32 common/logs/map_files
+    common/logs/png_file common/logs/regular_file common/logs/replacement common/metrics/format_trajectory
+    services/base/file_window services/base/identity services/base/printable services/base/say services/journal/journal
+    services/journal/journal_file services/journal/journal_reader services/journal/move_aside services/wire/conversions
+    services/wire/graph_messages services/wire/lcm_event services/wire/wire)
 list(TRANSFORM LIBRARY_FILES REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/\\1.cpp" OUTPUT_VARIABLE LIBRARY_FILES)
 
 # Raised with every change after which programs must be linked anew. The test `abi` says when.

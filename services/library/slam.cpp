@@ -379,8 +379,9 @@ void Slam::Save(const std::string& folder) const {
   const fs::path journal = crsm::JournalFolder(folder);
   const fs::path half = fs::path(folder) / "journal.tmp";
   std::error_code error;
-  const fs::path own = fs::weakly_canonical(folder, error);
-  if (impl_->own_folders.insert(own).second && crsm::HoldsResults(folder)) crsm::MoveAside(folder);
+  const fs::path canonical = fs::weakly_canonical(folder);
+  if (impl_->own_folders.count(canonical) == 0 && crsm::HoldsResults(folder)) crsm::MoveAside(folder);
+  impl_->own_folders.insert(canonical);
   fs::create_directories(journal, error);
   if (error) throw std::runtime_error("Save: cannot make the folder " + folder + ": " + error.message());
   fs::remove(crsm::JournalPath(half), error);
@@ -434,8 +435,7 @@ Slam Slam::Load(const std::string& folder, const Settings& settings, const std::
   crsm::ReadJournal(journal, {false, head->subject.parameters}, crsm::OnDamage::kRefuse, {Restore, Update, Searched});
   impl->Await();
   impl->slam.Resume(parameters.match.start);
-  std::error_code error;
-  impl->own_folders.insert(std::filesystem::weakly_canonical(folder, error));
+  impl->own_folders.insert(std::filesystem::weakly_canonical(folder));
   Slam loaded;
   loaded.impl_ = std::move(impl);
   return loaded;

@@ -13,9 +13,9 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
-#include "services/base/printable.hpp"
 #include "services/base/say.hpp"
 #include "services/python/arguments.hpp"
 #include "services/settings/command_line.hpp"
@@ -224,7 +224,7 @@ class Log {
 
   ScanWithOdometry Next() {
     std::optional<ScanWithOdometry> scan = Read();
-    while (!scan && source_->IsLive()) {
+    while (!scan && IsLive()) {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();  // Ctrl-C
       scan = Read();
     }
@@ -275,11 +275,17 @@ class Log {
   /// On stderr, as slam_offline does: it would not be seen in the map.
   void SayWhatWasLeftOut() {
     const std::lock_guard lock(mutex_);
-    for (const std::string& line : source_->Complaints()) {
-      crsm::Say("crsm_slam: " + name_ + ": " + crsm::MakePrintable(line));
+    std::vector<std::string> lines = crsm::DescribeComplaints(name_, *source_);
+    if (command_line_->settings().odometry) {
+      for (std::string& line : crsm::DescribeOdometry(name_, *source_)) lines.push_back(std::move(line));
     }
-    if (!command_line_->settings().odometry) return;
-    for (const std::string& line : crsm::DescribeOdometry(name_, *source_)) crsm::Say("crsm_slam: " + line);
+    if (std::string cut = crsm::DescribeCut(name_, *source_); !cut.empty()) lines.push_back(std::move(cut));
+    for (const std::string& line : lines) crsm::Say("crsm_slam: " + line);
+  }
+
+  bool IsLive() const {
+    const std::lock_guard lock(mutex_);
+    return source_->IsLive();
   }
 
   static void AddFlag(const std::string& key, const py::handle& value, std::vector<std::string>& words) {

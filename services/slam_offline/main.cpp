@@ -20,7 +20,6 @@
 #include "common/results/summary.hpp"
 #include "common/slam.hpp"
 #include "services/base/path_lock.hpp"
-#include "services/base/printable.hpp"
 #include "services/base/progress.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/base/version.hpp"
@@ -156,9 +155,7 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
 
 /// What of the log is not in the map, or not as it was meant.
 void SayWhatWasLeftOut(const std::string& program, const Session& session, const LaserSource& source) {
-  for (const std::string& complaint : source.Complaints()) {
-    Say(fmt::format("{}: {}: {}", program, session.log, MakePrintable(complaint)));
-  }
+  for (const std::string& line : DescribeComplaints(session.log, source)) Say(fmt::format("{}: {}", program, line));
   for (const std::string& line : DescribeOdometry(session.log, source)) Say(fmt::format("{}: {}", program, line));
   if (session.num_repeated > 0) {
     Say(fmt::format("{}: {}: {} scans were in the map already and were skipped (utime_repeated)", program, session.log,

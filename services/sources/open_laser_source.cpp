@@ -193,6 +193,14 @@ std::string DescribeCut(const std::string& name, const LaserSource& source) {
   return fmt::format("{} is cut short or damaged at its end: only the scans before that were read (truncated)", name);
 }
 
+std::vector<std::string> DescribeComplaints(const std::string& name, const LaserSource& source) {
+  std::vector<std::string> lines;
+  for (const std::string& complaint : source.Complaints()) {
+    lines.push_back(fmt::format("{}: {}", name, MakePrintable(complaint)));
+  }
+  return lines;
+}
+
 std::vector<std::string> DescribeOdometry(const std::string& name, const LaserSource& source) {
   std::vector<std::string> lines;
   for (const std::string& note : source.OdometryNotes())

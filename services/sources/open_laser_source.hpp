@@ -46,6 +46,9 @@ std::vector<std::string> FilesOfSource(const std::string& name);
 /// whole has been read.
 std::string DescribeCut(const std::string& name, const LaserSource& source);
 
+/// A line each about what of a log was left out, for who has read all of `source`.
+std::vector<std::string> DescribeComplaints(const std::string& name, const LaserSource& source);
+
 /// A line each about the odometry of a log, for who has read all of `source`: what is used, that it is there and is not
 /// used, or why it cannot be.
 std::vector<std::string> DescribeOdometry(const std::string& name, const LaserSource& source);

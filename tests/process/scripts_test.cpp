@@ -113,8 +113,8 @@ TEST_CASE("scripts/packages names each of its steps, and shows how far the compi
   CHECK(listed.output.find("/bin/slam_offline") != std::string::npos);
   CHECK(listed.output.find("/lib/packages") != std::string::npos);
   const std::string wheel = ReadFile(project / "out/packages/crsm_slam.whl");
-  for (const char* file :
-       {"/crsm_slam/_crsm_slam.so\n", "/crsm_slam/bin/slam_offline\n", "/crsm_slam/lib/packages\n", "/crsm_slam/licenses/dpkg\n"}) {
+  for (const char* file : {"/crsm_slam/_crsm_slam.so\n", "/crsm_slam/bin/slam_offline\n", "/crsm_slam/lib/packages\n",
+                           "/crsm_slam/licenses/dpkg\n"}) {
     CHECK(wheel.find(file) != std::string::npos);
   }
 }
