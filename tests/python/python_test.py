@@ -207,19 +207,21 @@ class Python(unittest.TestCase):
         return ended.returncode, ended.stdout, ended.stderr
 
     def test_threads_share_the_scans_of_a_log(self):
-        log, counts = crsm_slam.Log(CORRIDOR), [0, 0]
-        loop = iter(log)
-
-        def count(thread):
-            while next(loop, None) is not None:
-                counts[thread] += 1
-
-        threads = [threading.Thread(target=count, args=(i,)) for i in (0, 1)]
-        for thread in threads:
-            thread.start()
-        for thread in threads:
-            thread.join()
-        self.assertEqual(sum(counts), len(self.scans))
+        code, output, errors = self.run_python("""
+import threading
+open("shared.clf", "w").writelines(
+    f"FLASER 180 {'3.5 ' * 180}0 0 0 0 0 0 {i}.5 host {i}.5\\n" for i in range(1, 3001))
+log = crsm_slam.Log("shared.clf")
+for _ in range(3):
+    loop, utimes = iter(log), []
+    def take():
+        for scan in iter(lambda: next(loop, None), None): utimes.append(scan.utime)
+    threads = [threading.Thread(target=take) for _ in range(4)]
+    for thread in threads: thread.start()
+    for thread in threads: thread.join()
+    print(len(utimes), len(set(utimes)))
+""")
+        self.assertEqual((code, output), (0, "3000 3000\n" * 3), errors)
 
     def test_python_ends_while_daemon_threads_work(self):
         code, output, errors = self.run_python("""
