@@ -6,9 +6,7 @@ namespace crsm {
 namespace {
 
 std::string FormatPose(const Pose2& pose) {
-  constexpr int kDigits = 6;
-  return " " + FormatFixed(pose.x_m, kDigits) + " " + FormatFixed(pose.y_m, kDigits) + " " +
-         FormatFixed(pose.yaw_rad, kDigits);
+  return " " + FormatNumber(pose.x_m) + " " + FormatNumber(pose.y_m) + " " + FormatNumber(pose.yaw_rad);
 }
 
 }  // namespace
@@ -25,7 +23,7 @@ std::string FormatG2o(const PoseGraph& graph) {
     for (std::size_t row = 0; row < 3; ++row) {
       for (std::size_t column = row; column < 3; ++column) {
         const double information = w[row] * w[column] + w[3 + row] * w[3 + column] + w[6 + row] * w[6 + column];
-        text += " " + FormatFixed(information, 3);
+        text += " " + FormatNumber(information);
       }
     }
     text += "\n";
