@@ -156,6 +156,7 @@ struct DiagnosisConstants {
   struct LaserJudge {
     int window_steps = 20;          ///< last steps of the clock, 64 at most
     int enough = 10;                ///< of them, or scans in a row: a second of a slow laser
+    int steps_of_pace = 50;         ///< of the clock, which tell its unit
     int looked_at_first = 30;       ///< scans, and then ...
     int looked_at_one_in = 10;      ///< ... one in so many
     std::size_t valid_one_in = 10;  ///< in millimetres no more than one range in so many is one that the laser has

@@ -4,10 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include "common/scan/clock_restart.hpp"
+#include "common/scan/same_scan.hpp"
+#include "common/scan/utime_unit.hpp"
 #include "common/scan/valid_rays.hpp"
 
 namespace crsm {
@@ -86,11 +87,14 @@ std::string DescribeNoRays(const LaserScan& scan, const RangeCount& count, const
 }  // namespace
 
 std::vector<std::string> LaserJudge::Look(const LaserScan& scan) {
-  if (num_scans_ > 0 && IsResend(scan)) return {};
+  if (num_scans_ > 0 && IsSameScan(scan, last_)) return {};
   std::vector<std::string> found;
   if (num_scans_ > 0) {
     JudgeRestart(scan, found);
     JudgeClock(scan, found);
+    if (num_scans_ == constants_.steps_of_pace) JudgeUnit(scan, found);
+  } else {
+    first_utime_ = scan.utime;
   }
   const bool doubted = std::any_of(in_a_row_.begin(), in_a_row_.end(), [](const auto& row) { return row.second > 0; });
   const bool due = num_scans_ < constants_.looked_at_first || num_scans_ % constants_.looked_at_one_in == 0;
@@ -100,22 +104,18 @@ std::vector<std::string> LaserJudge::Look(const LaserScan& scan) {
   return found;
 }
 
-/// Bytes are compared, not numbers: NaN is no return as well.
-bool LaserJudge::IsResend(const LaserScan& scan) const {
-  return scan.utime == last_.utime && scan.ranges_m.size() == last_.ranges_m.size() &&
-         std::memcmp(scan.ranges_m.data(), last_.ranges_m.data(), scan.ranges_m.size() * sizeof(float)) == 0;
-}
-
 void LaserJudge::JudgeClock(const LaserScan& scan, std::vector<std::string>& found) {
   standing_steps_ <<= 1;
   standing_steps_[0] = scan.utime == last_.utime;
   backward_steps_ <<= 1;
   backward_steps_[0] = scan.utime < last_.utime;
   if (CountInWindow(standing_steps_) >= constants_.enough && IsNew(Fault::kClockStands)) {
-    found.push_back(
-        fmt::format("utime {} {}: all scans but one are lost, because utime identifies a scan: the driver must set it "
-                    "to the time of each scan [us]",
-                    scan.utime == 0 ? "is always" : "stands still at", scan.utime));
+    JudgeUnit(scan, found);
+    found.push_back(fmt::format(
+        "utime {} {}: {} are lost, because utime identifies a scan: the driver must set it to the time of each scan "
+        "[us]",
+        scan.utime == 0 ? "is always" : "stands still at", scan.utime,
+        scan.utime == first_utime_ ? "all scans but one" : "scans with the utime of another one"));
   }
   const int num_backward = CountInWindow(backward_steps_);
   if (num_backward >= constants_.enough && IsNew(Fault::kClockGoesBack)) {
@@ -124,6 +124,18 @@ void LaserJudge::JudgeClock(const LaserScan& scan, std::vector<std::string>& fou
                     "or is the driver's clock wrong?",
                     num_backward, constants_.window_steps, last_.utime, scan.utime));
   }
+}
+
+/// Where the clock shows one that is not microseconds.
+void LaserJudge::JudgeUnit(const LaserScan& scan, std::vector<std::string>& found) {
+  const double step = MeanStep(scan);
+  const auto unit = FindWrongUnit(scan.utime, step);
+  if (unit && IsNew(Fault::kUnit)) found.push_back(DescribeWrongUnit(*unit, scan.utime, step));
+}
+
+/// From the first scan to this one.
+double LaserJudge::MeanStep(const LaserScan& scan) const {
+  return (static_cast<double>(scan.utime) - static_cast<double>(first_utime_)) / static_cast<double>(num_scans_);
 }
 
 void LaserJudge::JudgeRestart(const LaserScan& scan, std::vector<std::string>& found) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "common/logs/left_out.hpp"
+#include "common/math/parse_number.hpp"
 #include "common/math/trigonometry.hpp"
 #include "common/scan/thin_beams.hpp"
 
@@ -15,6 +16,11 @@ namespace crsm {
 namespace {
 
 constexpr double kDegree = kPi / 180.0;
+
+struct Times {
+  std::int64_t utime;
+  std::optional<std::int64_t> logged_utime;  ///< where the logger wrote a time
+};
 
 /// The blank-separated fields of a line, one after the other. The first that is missing or wrong makes `good` false for
 /// good, so that a line is read straight through and judged at its end.
@@ -89,16 +95,16 @@ class Fields {
   }
 
   /// ipc_timestamp, host, logger_timestamp, and the line is over: a wrong number of beams shows here.
-  std::int64_t ReadUtimeAndEnd() {
+  Times ReadTimesAndEnd() {
     const std::optional<std::int64_t> utime = ParseUtime(Word());
     if (!utime) Refuse();
     Word();
-    Word();
+    const std::optional<std::int64_t> logged_utime = ParseUtime(Word());
     if (rest_.find_first_not_of(" \t\r") != std::string_view::npos) {
       Word();
       Refuse();
     }
-    return utime.value_or(0);
+    return {utime.value_or(0), logged_utime};
   }
 
  private:
@@ -129,6 +135,12 @@ double FlaserStep(std::size_t num_beams) {
 struct Line {
   LaserScan scan;
   Pose2 T_odom_robot;
+  std::optional<std::int64_t> logged_utime;
+
+  void Take(const Times& times) {
+    scan.utime = times.utime;
+    logged_utime = times.logged_utime;
+  }
 };
 
 Line ReadFlaser(Fields& fields) {
@@ -140,7 +152,7 @@ Line ReadFlaser(Fields& fields) {
   scan.ranges_m = fields.ReadRanges(num_beams);
   fields.SkipNumbers(3);  // the pose of the laser
   line.T_odom_robot = fields.ReadPose();
-  scan.utime = fields.ReadUtimeAndEnd();
+  line.Take(fields.ReadTimesAndEnd());
   return line;
 }
 
@@ -159,7 +171,7 @@ Line ReadRobotLaser(Fields& fields) {
   fields.SkipNumbers(3);                                    // the pose of the laser
   line.T_odom_robot = fields.ReadPose();
   fields.SkipNumbers(5);  // speeds, safety
-  scan.utime = fields.ReadUtimeAndEnd();
+  line.Take(fields.ReadTimesAndEnd());
 
   if (!(max_range_m > 0.0f)) max_range_m = std::numeric_limits<float>::infinity();  // the log does not know it
   std::replace_if(
@@ -187,7 +199,56 @@ std::optional<Line> ReadLaser(std::string_view kind, Fields& fields) {
   return fields.good() ? std::optional(std::move(line)) : std::nullopt;
 }
 
+/// Of the first scans of a log. What is wrong with lines is counted when they are read for good.
+LogClock StudyClock(const std::string& path) {
+  constexpr int kMostLines = 10'000;
+  LogClock clock;
+  GzipFile file(path);
+  for (int i = 0; i < kMostLines && !clock.HasStudiedEnough(); ++i) {
+    const auto line = file.ReadLine();
+    if (!line) break;
+    Fields fields(line->text);
+    const std::string_view kind = fields.Word();
+    if (line->too_long || !IsLaser(kind)) continue;
+    if (const auto laser = ReadLaser(kind, fields)) clock.Study(laser->scan, laser->logged_utime);
+  }
+  return clock;
+}
+
+/// Its digits without the point, and how many of them stand before it; nothing of a text that is no number.
+struct Decimal {
+  std::string digits;
+  int num_before_point;
+
+  /// 0 beyond what is written.
+  int Digit(int at) const {
+    return at >= 0 && at < static_cast<int>(digits.size()) ? digits[static_cast<std::size_t>(at)] - '0' : 0;
+  }
+};
+
+std::optional<Decimal> ParseDecimal(std::string_view text) {
+  constexpr int kMostExponent = 1000;
+  constexpr std::size_t kMostCharacters = 1000;
+  const std::size_t e = std::min(text.find_first_of("eE"), text.size());
+  std::string_view exponent = text.substr(std::min(e + 1, text.size()));
+  if (exponent.starts_with('+') && !exponent.starts_with("+-")) exponent.remove_prefix(1);  // which from_chars refuses
+  const std::optional<int> shift = e == text.size() ? 0 : ParseNumber<int>(exponent);
+  const std::string_view number = text.substr(0, e);
+  const std::size_t point = std::min(number.find('.'), number.size());
+  const std::string_view whole = number.substr(0, point);
+  const std::string_view fraction = point < number.size() ? number.substr(point + 1) : "0";
+  const auto IsDigits = [](std::string_view part) {
+    return !part.empty() && part.find_first_not_of("0123456789") == std::string_view::npos;
+  };
+  if (!IsDigits(whole) || !IsDigits(fraction) || text.size() > kMostCharacters) return std::nullopt;
+  if (!shift || *shift < -kMostExponent || *shift > kMostExponent) return std::nullopt;
+  return Decimal{std::string(whole) + std::string(fraction), static_cast<int>(whole.size()) + *shift};
+}
+
 }  // namespace
+
+CarmenLog::CarmenLog(const std::string& path, bool odometry_is_used)
+    : file_(path), clock_(StudyClock(path)), odometry_is_used_(odometry_is_used) {}
 
 std::optional<LaserScan> CarmenLog::Next() {
   while (const auto line = file_.ReadLine()) {
@@ -198,7 +259,10 @@ std::optional<LaserScan> CarmenLog::Next() {
     std::optional<Line> laser = line->too_long ? std::nullopt : ReadLaser(kind, fields);
     if (!laser) {
       if (++counts_["bad_line"] == 1) first_bad_ = "line " + std::to_string(num_lines_) + Describe(*line, fields);
-    } else if (const auto utime = utimes_.Add(laser->scan.utime); !utime) {
+      continue;
+    }
+    const auto time = clock_.TimeOf(laser->scan, laser->logged_utime);
+    if (const auto utime = time ? utimes_.Add(*time) : std::nullopt; !utime) {
       ++counts_["utime_repeated"];
     } else {
       laser->scan.utime = *utime;
@@ -243,6 +307,7 @@ std::vector<std::string> CarmenLog::Complaints() const {
   };
   Complain("bad_line", first_bad_);
   Complain("utime_repeated", "their ipc_timestamp repeats that of an earlier scan; each scan needs its own");
+  if (std::string stamps = clock_.Complaint("ipc_timestamp"); !stamps.empty()) complaints.push_back(std::move(stamps));
   return complaints;
 }
 
@@ -256,22 +321,18 @@ bool HasCarmenLaser(GzipFile& file, int max_lines) {
 }
 
 std::optional<std::int64_t> ParseUtime(std::string_view seconds) {
-  const std::size_t point = std::min(seconds.find('.'), seconds.size());
-  const std::string_view whole = seconds.substr(0, point);
-  const std::string_view fraction = point < seconds.size() ? seconds.substr(point + 1) : "0";
-  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
-  if (whole.empty() || fraction.empty()) return std::nullopt;
-  if (!std::all_of(whole.begin(), whole.end(), is_digit)) return std::nullopt;
-  if (!std::all_of(fraction.begin(), fraction.end(), is_digit)) return std::nullopt;
-
-  constexpr std::int64_t kMaxSeconds = 9'000'000'000'000;
+  constexpr std::int64_t kMost = 9'000'000'000'000'999'999;
+  constexpr int kDigitsOfMicrosecond = 6;
+  const auto decimal = ParseDecimal(seconds);
+  if (!decimal) return std::nullopt;
+  const int end = decimal->num_before_point + kDigitsOfMicrosecond;
   std::int64_t utime = 0;
-  for (const char digit : whole) {
-    utime = 10 * utime + (digit - '0');
-    if (utime > kMaxSeconds) return std::nullopt;
+  for (int i = 0; i < end; ++i) {
+    if (utime > kMost / 10) return std::nullopt;
+    utime = 10 * utime + decimal->Digit(i);
   }
-  for (std::size_t i = 0; i < 6; ++i) utime = 10 * utime + (i < fraction.size() ? fraction[i] - '0' : 0);
-  return utime + (fraction.size() > 6 && fraction[6] >= '5' ? 1 : 0);
+  if (utime > kMost) return std::nullopt;
+  return utime + (decimal->Digit(end) >= 5 ? 1 : 0);
 }
 
 }  // namespace crsm

@@ -9,6 +9,7 @@
 
 #include "common/logs/gzip_file.hpp"
 #include "common/logs/laser_source.hpp"
+#include "common/logs/log_clock.hpp"
 #include "common/logs/unique_utimes.hpp"
 
 namespace crsm {
@@ -18,8 +19,9 @@ namespace crsm {
 /// FLASER: beam 0 looks at -90 deg, counter-clockwise; the step is 1 deg for 180 or 181 beams, 0.5 deg for 360 or 361,
 /// 0.25 deg for 720 or 721, and 180 deg / (n - 1) for any other number. ROBOTLASER1: start angle and step stand in the
 /// line; a reading at or beyond its max_range, where that is positive, becomes 0 = no return.
-/// Both take the utime from ipc_timestamp, and the odometry from the robot's pose, which is that scan's. The laser's
-/// pose is not used: in logs that somebody corrected it is no odometry.
+/// Both take the utime from ipc_timestamp, and where that tells scans not apart (LogClock) from logger_timestamp or
+/// from their number; and the odometry from the robot's pose, which is that scan's. The laser's pose is not used: in
+/// logs that somebody corrected it is no odometry.
 ///
 /// Counted: "bad_line" (a number that is none, too few or too many fields, beams outside 2..65536, a line longer than
 /// 1 MiB, a last line cut short), "utime_repeated" (the utime of an earlier scan), "truncated" (the gzip stream is cut
@@ -29,8 +31,7 @@ class CarmenLog : public LaserSource {
  public:
   /// odometry_is_used: what OdometryNotes tells depends on it. Throws std::runtime_error if the file cannot be opened,
   /// or no temporary one be made.
-  explicit CarmenLog(const std::string& path, bool odometry_is_used = false)
-      : file_(path), odometry_is_used_(odometry_is_used) {}
+  explicit CarmenLog(const std::string& path, bool odometry_is_used = false);
 
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return T_odom_robot_; }
@@ -47,6 +48,7 @@ class CarmenLog : public LaserSource {
   std::string first_bad_;  ///< which line was the first that is bad, and what is wrong with it
   std::string thinned_;    ///< as of ThinBeams
   std::map<std::string, std::int64_t> counts_;
+  LogClock clock_;
   UniqueUtimes utimes_;                ///< given out so far
   std::optional<Pose2> T_odom_robot_;  ///< of the last scan given out
   bool odometry_is_used_;
@@ -57,9 +59,9 @@ class CarmenLog : public LaserSource {
 /// Whether one of the next `max_lines` lines of the file is a laser's.
 bool HasCarmenLaser(GzipFile& file, int max_lines);
 
-/// Microseconds from seconds in decimal notation ("976052905.167303"), exactly: the text never becomes a double, which
-/// holds hardly one such time exactly. Digits beyond the sixth are rounded, half up. Nothing if the text is
-/// not digits with at most one point between them, or beyond 9e12 s.
+/// Microseconds from seconds in decimal notation ("976052905.167303", "1.13486e+09"), exactly: the text never becomes a
+/// double, which holds hardly one such time exactly. What is beyond a microsecond is rounded, half up. Nothing if the
+/// text is not digits with at most one point between them and perhaps an exponent, or beyond 9e12 s.
 std::optional<std::int64_t> ParseUtime(std::string_view seconds);
 
 }  // namespace crsm

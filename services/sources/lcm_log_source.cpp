@@ -83,11 +83,11 @@ LcmLogSource::LcmLogSource(const std::string& path, const LaserChoice& laser, co
       frames_(laser.frame),
       odometry_is_used_(odometry.is_used),
       odometry_channel_(FindOdometryChannel(path, channel_, odometry)) {
-  CheckFrames(path, laser.frame);
+  StudyFirstScans(path, laser.frame);
 }
 
 /// Reads ahead. Throws where the first scans are of several lasers, or none of the log is of the one that is wanted.
-void LcmLogSource::CheckFrames(const std::string& path, const std::string& wanted) const {
+void LcmLogSource::StudyFirstScans(const std::string& path, const std::string& wanted) {
   constexpr int kMostEvents = 10'000;  // of a log with few scans, if there is nothing to look for
   LaserFrames frames(wanted);
   LcmEventLog log(path);
@@ -95,7 +95,8 @@ void LcmLogSource::CheckFrames(const std::string& path, const std::string& wante
     const auto event = log.Next();
     if (!event) break;
     if (event->channel != channel_) continue;
-    if (const auto reading = DecodeLaser(Bytes(event->data), messages_)) frames.Take(reading->frame);
+    const auto reading = DecodeLaser(Bytes(event->data), messages_);
+    if (reading && frames.Take(reading->frame)) clock_.Study(reading->scan, event->recorded_utime);
   }
   const std::string complaint = frames.Complaint();
   if (!complaint.empty()) throw std::runtime_error(fmt::format("{}: {}: {}", path, channel_, complaint));
@@ -111,7 +112,7 @@ bool LcmLogSource::ReadEvent() {
   const auto event = log_.Next();
   if (!event) return false;
   if (event->channel == channel_) {
-    TakeScan(event->data);
+    TakeScan(*event);
   } else if (IsLaser(Bytes(event->data))) {
     ++counts_["other_channel"];
     if (other_channel_.empty()) other_channel_ = event->channel;
@@ -124,32 +125,36 @@ bool LcmLogSource::ReadEvent() {
 void LcmLogSource::TakePose(const std::string& channel, std::string_view data) {
   constexpr std::size_t kMostChannels = 4;
   const bool is_odometry = channel == odometry_channel_;
-  const auto pose = DecodePose(Bytes(data));
+  auto pose = DecodePose(Bytes(data));
+  if (pose) pose->utime = clock_.ToMicroseconds(pose->utime);
   if (is_odometry && pose) scans_.Add(*pose);
   if (is_odometry && !pose) ++counts_["bad_odometry"];
   if (pose && (handedness_.size() < kMostChannels || handedness_.count(channel))) handedness_[channel].Add(*pose);
 }
 
-void LcmLogSource::TakeScan(std::string_view data) {
-  std::optional<LaserReading> reading = DecodeLaser(Bytes(data), messages_);
+void LcmLogSource::TakeScan(const LcmEventLog::Event& event) {
+  const std::span<const std::uint8_t> bytes = Bytes(event.data);
+  std::optional<LaserReading> reading = DecodeLaser(bytes, messages_);
   if (!reading) {
     ++counts_["bad_message"];
-    if (first_refusal_.empty() && IsLaser(Bytes(data))) first_refusal_ = DescribeRefusedLaser(Bytes(data));
+    if (first_refusal_.empty() && IsLaser(bytes)) first_refusal_ = DescribeRefusedLaser(bytes);
     return;
   }
   if (!frames_.Take(reading->frame)) {
     ++counts_["other_frame"];
     return;
   }
-  laser_ = FindLaserType(Bytes(data));
+  laser_ = FindLaserType(bytes);
   if (thinned_.empty()) thinned_ = reading->thinned;
+  const auto utime = clock_.TimeOf(reading->scan, event.recorded_utime);
+  reading->scan.utime = utime.value_or(reading->scan.utime);
   for (auto& [pose_channel, judge] : handedness_) judge.Add(reading->scan);
-  if (!scans_.Add(std::move(reading->scan))) ++counts_["utime_repeated"];
+  if (!utime || !scans_.Add(std::move(reading->scan))) ++counts_["utime_repeated"];
 }
 
 std::vector<std::string> LcmLogSource::Complaints() const {
   std::vector<std::string> complaints = scans_.Complaints(channel_, counts_, first_refusal_, "utime");
-  for (const std::string& complaint : {frames_.Complaint(), thinned_}) {
+  for (const std::string& complaint : {frames_.Complaint(), thinned_, clock_.Complaint("utime")}) {
     if (!complaint.empty()) complaints.push_back(fmt::format("{}: {}", channel_, complaint));
   }
   if (!other_channel_.empty()) {

@@ -9,6 +9,7 @@
 
 #include "common/diagnosis/handedness.hpp"
 #include "common/logs/laser_source.hpp"
+#include "common/logs/log_clock.hpp"
 #include "common/parameters.hpp"
 #include "services/diagnosis/laser_frames.hpp"
 #include "services/sources/laser_choice.hpp"
@@ -24,6 +25,9 @@ namespace crsm {
 ///
 /// Odometry: from the ODOMETRY messages (pose_types.hpp) on the channel with the laser's prefix, or from the channel
 /// that OdometryOptions names: that of the scan's own utime or between the two around it (ScansWithOdometry).
+///
+/// A scan has its utime where that can be microseconds and tells scans apart (LogClock); else the time at which it was
+/// recorded, or a number.
 ///
 /// Poses that others have left in the log, on whatever channel, tell whether the scans are mirrored: a complaint says
 /// so.
@@ -50,11 +54,11 @@ class LcmLogSource : public LaserSource {
   std::vector<std::string> OdometryNotes() const override;
 
  private:
-  void CheckFrames(const std::string& path, const std::string& wanted) const;
+  void StudyFirstScans(const std::string& path, const std::string& wanted);
   /// Takes what the next event says; false at the end of the log.
   bool ReadEvent();
   void TakePose(const std::string& channel, std::string_view data);
-  void TakeScan(std::string_view data);
+  void TakeScan(const LcmEventLog::Event& event);
 
   LaserMessageOptions messages_;
   LcmEventLog log_;
@@ -68,6 +72,7 @@ class LcmLogSource : public LaserSource {
   std::string thinned_;                                ///< as of ThinBeams
   const LaserType* laser_ = nullptr;                   ///< the type of the scans' messages
   std::map<std::string, HandednessJudge> handedness_;  ///< by the channel of the poses
+  LogClock clock_;
   ScansWithOdometry scans_;
 };
 

@@ -105,7 +105,9 @@ void PartsSource::SortByTime() {
     }
   }
   if (first_utimes.empty() && first_error) std::rethrow_exception(first_error);
-  if (first_utimes.size() < 2 || !std::ranges::is_sorted(first_utimes, std::greater<>())) return;
+  if (first_utimes.size() < 2) return;
+  const bool falls = std::ranges::adjacent_find(first_utimes, std::less_equal<>()) == first_utimes.end();
+  if (!falls) return;
   std::ranges::reverse(paths_);
   complaints_.push_back("the parts are read from the last to the first: their times go that way");
 }

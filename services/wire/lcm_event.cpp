@@ -4,6 +4,7 @@ namespace crsm {
 namespace {
 
 // Sync word, int64 number, int64 timestamp, int32 channel length, int32 data length, all big-endian.
+constexpr std::size_t kUtimeAt = 12;
 constexpr std::size_t kChannelLengthAt = 20;
 constexpr std::size_t kDataLengthAt = 24;
 constexpr std::uint64_t kMaxChannelBytes = 1000;
@@ -31,6 +32,10 @@ std::optional<EventExtent> ReadEventHeader(std::string_view bytes) {
   const std::uint64_t data_bytes = ReadBigEndian(bytes, kDataLengthAt, 4);
   if (channel_bytes == 0 || channel_bytes > kMaxChannelBytes || data_bytes > kMaxDataBytes) return std::nullopt;
   return EventExtent{channel_bytes, data_bytes};
+}
+
+std::int64_t ReadEventUtime(std::string_view bytes) {
+  return static_cast<std::int64_t>(ReadBigEndian(bytes, kUtimeAt, 8));
 }
 
 void AppendEventHeader(const EventHeader& header, std::size_t data_bytes, std::string& bytes) {

@@ -38,6 +38,9 @@ struct EventExtent {
 /// Of the event that begins `bytes`; nothing if that is no whole header.
 std::optional<EventExtent> ReadEventHeader(std::string_view bytes);
 
+/// When it was recorded [us], of the event that begins `bytes` with a whole header.
+std::int64_t ReadEventUtime(std::string_view bytes);
+
 struct EventHeader {
   std::int64_t number = 0;
   std::int64_t utime = 0;  ///< when it is played [us]

@@ -17,7 +17,8 @@ std::optional<LcmEventLog::Event> LcmEventLog::Next() {
       if (!another_inside && ahead.size() >= size) {
         file_.Skip(size);
         return Event{std::string(ahead.substr(kEventHeaderBytes, extent->channel_bytes)),
-                     ahead.substr(kEventHeaderBytes + extent->channel_bytes, extent->data_bytes)};
+                     ahead.substr(kEventHeaderBytes + extent->channel_bytes, extent->data_bytes),
+                     ReadEventUtime(ahead)};
       }
       if (!another_inside) {
         torn_tail_ = true;

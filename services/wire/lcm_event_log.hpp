@@ -19,7 +19,8 @@ class LcmEventLog {
  public:
   struct Event {
     std::string channel;
-    std::string_view data;  ///< valid until the next call
+    std::string_view data;            ///< valid until the next call
+    std::int64_t recorded_utime = 0;  ///< by the clock of who wrote the log
   };
 
   /// Throws std::runtime_error if the file cannot be opened.

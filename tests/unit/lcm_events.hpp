@@ -13,9 +13,9 @@ inline std::string BigEndian(std::uint64_t value, int count) {
 }
 
 /// An event of an LCM log.
-inline std::string Event(const std::string& channel, const std::string& data) {
-  return BigEndian(0xEDA1DA01, 4) + BigEndian(0, 8) + BigEndian(0, 8) + BigEndian(channel.size(), 4) +
-         BigEndian(data.size(), 4) + channel + data;
+inline std::string Event(const std::string& channel, const std::string& data, std::int64_t recorded_utime = 0) {
+  return BigEndian(0xEDA1DA01, 4) + BigEndian(0, 8) + BigEndian(static_cast<std::uint64_t>(recorded_utime), 8) +
+         BigEndian(channel.size(), 4) + BigEndian(data.size(), 4) + channel + data;
 }
 
 }  // namespace crsm

@@ -65,20 +65,6 @@ BagTopic ChooseLaser(const std::string& path, const Topics& topics, const std::s
   return *lasers.begin();
 }
 
-/// Reads ahead. Throws where the first scans are of several lasers, or none of the bag is of the one that is wanted.
-void CheckFrames(const std::string& path, const BagTopic& laser, const std::string& wanted) {
-  LaserFrames frames(wanted);
-  const auto bag = OpenBag(path, [&](const BagTopic& topic) { return topic == laser; });
-  while (!frames.AreKnown()) {
-    const auto message = bag->Next();
-    if (!message) break;
-    const PlainMessage plain(message->data);
-    if (const DecodedScan decoded = DecodeScan(laser, plain.data()); decoded.scan) frames.Take(decoded.frame);
-  }
-  const std::string complaint = frames.Complaint();
-  if (!complaint.empty()) throw std::runtime_error(fmt::format("{}: {}: {}", path, laser.name, complaint));
-}
-
 }  // namespace
 
 BagSource::BagSource(const std::string& path, const LaserChoice& laser, const OdometryOptions& odometry,
@@ -93,10 +79,25 @@ BagSource::BagSource(const std::string& path, const Topics& topics, const LaserC
       odometry_(std::make_unique<BagOdometry>(path, topics, BagLaser{laser_, frames_.wanted()}, odometry)),
       bag_(OpenBag(path, [this](const BagTopic& met) { return met == laser_ || odometry_->Wants(met); })),
       scans_(odometry_->LongestWait_us()) {
-  CheckFrames(path, laser_, laser.frame);
+  StudyFirstScans(path, laser.frame);
 }
 
 BagSource::~BagSource() = default;
+
+/// Reads ahead. Throws where the first scans are of several lasers, or none of the bag is of the one that is wanted.
+void BagSource::StudyFirstScans(const std::string& path, const std::string& wanted) {
+  LaserFrames frames(wanted);
+  const auto bag = OpenBag(path, [this](const BagTopic& topic) { return topic == laser_; });
+  while (!frames.AreKnown()) {
+    const auto message = bag->Next();
+    if (!message) break;
+    const PlainMessage plain(message->data);
+    const DecodedScan decoded = DecodeScan(laser_, plain.data(), laser_parameters_);
+    if (decoded.scan && frames.Take(decoded.frame)) clock_.Study(*decoded.scan);
+  }
+  const std::string complaint = frames.Complaint();
+  if (!complaint.empty()) throw std::runtime_error(fmt::format("{}: {}: {}", path, laser_.name, complaint));
+}
 
 std::optional<LaserScan> BagSource::Next() {
   while (!scans_.NextIsReady()) {
@@ -126,7 +127,9 @@ void BagSource::TakeScan(std::string_view data) {
     return;
   }
   if (thinned_.empty()) thinned_ = decoded.thinned;
-  if (!scans_.Add(std::move(*decoded.scan))) ++counts_["utime_repeated"];
+  const auto utime = clock_.TimeOf(*decoded.scan);
+  decoded.scan->utime = utime.value_or(decoded.scan->utime);
+  if (!utime || !scans_.Add(std::move(*decoded.scan))) ++counts_["utime_repeated"];
 }
 
 std::map<std::string, std::int64_t> BagSource::Counts() const {
@@ -141,7 +144,7 @@ std::vector<std::string> BagSource::OdometryNotes() const { return odometry_->No
 
 std::vector<std::string> BagSource::Complaints() const {
   std::vector<std::string> complaints = scans_.Complaints(laser_.name, Counts(), first_refusal_, "header.stamp");
-  for (const std::string& complaint : {frames_.Complaint(), thinned_}) {
+  for (const std::string& complaint : {frames_.Complaint(), thinned_, clock_.Complaint("header.stamp")}) {
     if (!complaint.empty()) complaints.push_back(fmt::format("{}: {}", laser_.name, complaint));
   }
   if (const auto num = bag_->damage().num_bad_chunks; num > 0) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/logs/laser_source.hpp"
+#include "common/logs/log_clock.hpp"
 #include "common/parameters.hpp"
 #include "services/diagnosis/laser_frames.hpp"
 #include "services/sources/bags/bag_reader.hpp"
@@ -48,6 +49,7 @@ class BagSource : public LaserSource {
  private:
   BagSource(const std::string& path, const std::set<BagTopic>& topics, const LaserChoice& laser,
             const OdometryOptions& odometry, const ScanParameters& parameters);
+  void StudyFirstScans(const std::string& path, const std::string& wanted);
   void Take(const BagMessage& message);
   void TakeScan(std::string_view data);
 
@@ -59,6 +61,7 @@ class BagSource : public LaserSource {
   std::map<std::string, std::int64_t> counts_;
   std::string first_refusal_;
   std::string thinned_;  ///< as of ThinBeams
+  LogClock clock_;
   ScansWithOdometry scans_;
 };
 

@@ -115,6 +115,23 @@ TEST_CASE("each fault of a laser is said once, in one line") {
     CHECK(said[0].find(expected) != std::string::npos);
     CHECK(said[0].find('\n') == std::string::npos);
   }
+  // Of a clock in another unit, and of one in seconds that scans are lost, too.
+  const auto Count = [](std::int64_t first, std::int64_t num_per_second) {
+    return Change([=](int number, LaserScan& scan) { scan.utime = first + number * num_per_second / 10; });
+  };
+  CHECK(Judge(50, Count(1'700'000'000'000, 1'000)).empty());
+  const Said milliseconds = Judge(1000, Count(1'700'000'000'000, 1'000));
+  REQUIRE(milliseconds.size() == 1);
+  CHECK(
+      milliseconds[0].starts_with("utime is in milliseconds, as 1700000005000 shows: times are 1,000 times too small"));
+  const Said nanoseconds = Judge(1000, Count(5'000, 1'000'000'000));
+  REQUIRE(nanoseconds.size() == 1);
+  CHECK(nanoseconds[0].starts_with("utime goes up by 1e+08 a scan, as if it were in nanoseconds"));
+  const Said seconds = Judge(1000, Count(1'700'000'000, 1));
+  REQUIRE(seconds.size() == 2);
+  CHECK(seconds[0].starts_with("utime is in seconds"));
+  CHECK(seconds[1].find("scans with the utime of another one are lost") != std::string::npos);
+  CHECK(Judge(1000, Count(1'700'000'000'000'000, 1'000'000)).empty());
   // Of a clock that begins anew each time; of two lasers with clocks a minute apart this once, and what is wrong.
   CHECK(Judge(1000, Clock([](int number) { return number / 200 * -60'000'000; })).size() == 4);
   CHECK(Judge(1000, Clock([](int number) { return number % 2 == 0 ? 60'000'000 : 0; })).size() == 2);

@@ -75,11 +75,49 @@ TEST_CASE("a timestamp becomes microseconds exactly") {
   CHECK(ParseUtime("1.0000004") == 1000000);
   CHECK(ParseUtime("1.0000005") == 1000001);
   CHECK(ParseUtime("1.99999951234") == 2000000);
+  // With exponents, as C++ writes doubles: exactly, too.
+  CHECK(ParseUtime("1.13486e+09") == 1134860000000000);
+  CHECK(ParseUtime("1e9") == 1000000000000000);
+  CHECK(ParseUtime("1.211520329E+3") == 1211520329);
+  CHECK(ParseUtime("12.5e-1") == 1250000);
+  CHECK(ParseUtime("1e-06") == 1);
+  CHECK(ParseUtime("5e-7") == 1);
+  CHECK(ParseUtime("4e-7") == 0);
+  CHECK(ParseUtime("1e-1000") == 0);
+  CHECK(ParseUtime("0e1000") == 0);
+  CHECK(ParseUtime("9e12") == 9000000000000000000);
 }
 
-TEST_CASE("a timestamp that is not plain decimal is none") {
-  for (const char* text : {"", ".", ".5", "5.", "-1.5", "+1", "1e9", "1.2.3", "nan", "inf", "0x10", "1,5", " 1",
-                           "9000000000001", "99999999999999999999999"}) {
+TEST_CASE("a timestamp that is no decimal number, or too large, is none") {
+  for (const char* text : {"",
+                           ".",
+                           ".5",
+                           "5.",
+                           "-1.5",
+                           "+1",
+                           "1.2.3",
+                           "nan",
+                           "inf",
+                           "0x10",
+                           "0x1p3",
+                           "1,5",
+                           " 1",
+                           "9000000000001",
+                           "99999999999999999999999",
+                           "e9",
+                           "1e",
+                           "1e+",
+                           "1e+-5",
+                           "1e++5",
+                           "1e5.5",
+                           "1.e5",
+                           "1e5e5",
+                           "1e400",
+                           "9.1e12",
+                           "1e1001",
+                           "1e-1001",
+                           "1e99999999999",
+                           "1e-2147483648"}) {
     CAPTURE(text);
     CHECK_FALSE(ParseUtime(text));
   }
@@ -176,6 +214,39 @@ TEST_CASE("where the clock begins anew, scans with the times of the first drive 
   CHECK(result.counts.at("utime_repeated") == 1);
 }
 
+TEST_CASE("numbers with exponents are numbers, wherever they stand") {
+  const Result result = Read("FLASER 3 1.5e+00 2e-1 8.183E+1 0 0 1.2e-16 -1.5e0 2.5e-1 1e-3 1.05e+01 gfs 1.05e+01\n");
+  REQUIRE(result.scans.size() == 1);
+  CHECK(result.scans[0].utime == 10500000);
+  CHECK(result.scans[0].ranges_m == std::vector<float>{1.5f, 0.2f, 81.83f});
+  CHECK(result.odometry.at(0) == Pose2{-1.5, 0.25, 0.001});
+  CHECK(result.counts.empty());
+}
+
+TEST_CASE("scans whose stamps are rounded to six digits, or are all 0, get times of their own, and that is said") {
+  for (const std::string stamp : {"0", "1.13486e+09"}) {
+    CAPTURE(stamp);
+    std::string log;
+    for (int i = 0; i < 237; ++i) log += Flaser(2, " 1 " + std::to_string(1000 + i), stamp);
+    std::string with_logger = log;
+    const std::string logger = "host 7.5";
+    for (std::size_t at = 0, i = 0; (at = with_logger.find(logger, at)) != std::string::npos; ++i, ++at) {
+      with_logger.replace(at, logger.size(), "host " + std::to_string(i) + ".25");
+    }
+    const Result numbered = Read(log);
+    REQUIRE(numbered.scans.size() == 237);
+    for (int i = 0; i < 237; ++i) {
+      CHECK(numbered.scans[static_cast<std::size_t>(i)].utime == *ParseUtime(stamp) + i * 100'000);
+    }
+    CHECK(numbered.complaints == Lines{"49 of the first 50 scans have the ipc_timestamp of the scan before: the scans "
+                                       "are numbered instead, 10 a second: times and speeds are not the true ones"});
+    const Result logged = Read(with_logger);
+    REQUIRE(logged.scans.size() == 237);
+    CHECK(logged.scans[3].utime == 3'250'000);
+    CHECK(logged.complaints.at(0).ends_with("the times at which the scans were recorded are used instead"));
+  }
+}
+
 TEST_CASE("scans that are left out are worth a word from ten or one in a hundred on, and no handful of many") {
   CHECK_FALSE(IsWorthSaying(9, 2000));
   CHECK(IsWorthSaying(10, 2000));
@@ -195,7 +266,8 @@ TEST_CASE("where many scans are left out it is said why, and which line is the f
       {good + no_time, "1 of 2 scans are left out: line 2 is wrong at 'nohost'"},
       {"# a log\n" + no_time, "1 of 1 scans are left out: line 2 is wrong at 'nohost'"},
       {good + no_time + no_time, "2 of 3 scans are left out: line 2 is wrong at 'nohost'"},
-      {ScanAt("1.01893e+09"), "1 of 1 scans are left out: line 1 is wrong at '1.01893e+09'"},
+      {ScanAt("1.01893e+99"), "1 of 1 scans are left out: line 1 is wrong at '1.01893e+99'"},
+      {ScanAt("0x1p3"), "1 of 1 scans are left out: line 1 is wrong at '0x1p3'"},
       {RobotLaser("-2 4.0 0 4.0", "2 1 1"), "1 of 1 scans are left out: line 1 is wrong at '0'"},
       {RobotLaser("50 4.0 0.5 4.0", "2 1 1"), "1 of 1 scans are left out: line 1 is wrong at '50'"},
       {RobotLaser("-2 4.0 2.2 4.0", "4 1 1 1 1"),

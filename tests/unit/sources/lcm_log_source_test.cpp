@@ -175,6 +175,40 @@ TEST_CASE("of several lasers the first one's scans are taken, or those of the ch
   CHECK(Read(log, {"REAR"}).counts.at("other_channel") == 2);
 }
 
+TEST_CASE("scans whose utimes tell nothing get the times at which they were recorded, or numbers, and that is said") {
+  const auto Log = [](std::int64_t period_us) {
+    std::string log;
+    for (int i = 0; i < 60; ++i) {
+      bot_core::planar_lidar_t lidar = PlanarLidar(1'700'000'000 * (period_us > 0 ? 1 : 0));
+      lidar.ranges[0] = 1.0f + 0.01f * static_cast<float>(i);
+      log += Event("LASER", Encode(lidar), 5'000'000 + i * period_us);
+    }
+    return log;
+  };
+  const Result recorded = Read(Log(50'000));
+  REQUIRE(recorded.scans.size() == 60);
+  CHECK(recorded.utimes()[59] == 5'000'000 + 59 * 50'000);
+  CHECK(recorded.complaints == Lines{"LASER: 49 of the first 50 scans have the utime of the scan before: the times at "
+                                     "which the scans were recorded are used instead"});
+  const Result numbered = Read(Log(0));
+  REQUIRE(numbered.scans.size() == 60);
+  CHECK(numbered.utimes()[59] == 59 * 100'000);
+  CHECK(numbered.complaints.at(0).find("the scans are numbered instead, 10 a second") != std::string::npos);
+}
+
+TEST_CASE("utimes in milliseconds since 1970 are corrected, and those of the odometry with them") {
+  std::string log;
+  for (int i = 0; i < 60; ++i) {
+    const std::int64_t utime_ms = 1'700'000'000'000 + 100 * i;
+    log += OdometryEvent(utime_ms, 0.5 * i) + PlanarEvent(utime_ms);
+  }
+  const Result result = Read(log);
+  REQUIRE(result.scans.size() == 60);
+  CHECK(result.utimes()[7] == 1'700'000'000'700'000);
+  CHECK(result.odometry_x_m[7] == 3.5);
+  CHECK(result.complaints == Lines{"LASER: utime is 1,000 times too small for a time since 1970: it is corrected"});
+}
+
 TEST_CASE("a repeated utime is skipped and counted, one that goes back is kept") {
   const Result result = Read(PlanarEvent(3) + PlanarEvent(1) + PlanarEvent(3) + PlanarEvent(2));
   CHECK(result.utimes() == Utimes{3, 1, 2});

@@ -65,6 +65,18 @@ TEST_CASE(
   CHECK(parts->Complaints()[0].starts_with("the parts are read from the last to the first"));
 }
 
+TEST_CASE("parts that begin at the same time are read in the order of their numbers") {
+  const ScratchFolder folder;
+  for (int part = 0; part < 3; ++part) {
+    folder.Write("run.log." + std::to_string(part), LineAt(0) + "FLASER 3 1 1 " + std::to_string(part) +
+                                                        " 0 0 0 0 0 0 " + std::to_string(part + 1) + " host 0\n");
+  }
+  const auto parts = OpenLaserSource((folder / "run.log.*").string(), {});
+  CHECK(parts->Next()->utime == 500'000);
+  CHECK(parts->Next()->utime == 1'000'000);
+  CHECK(parts->Complaints().empty());
+}
+
 TEST_CASE("all parts are of the laser of the first one, and a first part without one is left out") {
   const ScratchFolder folder;
   const auto ScanOn = [](const std::string& channel, std::int64_t utime) {

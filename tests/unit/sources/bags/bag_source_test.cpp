@@ -168,6 +168,19 @@ TEST_CASE("scans keep the order of the recording, whatever their stamps") {
   CHECK(result.counts.at("utime_repeated") == 1);
 }
 
+TEST_CASE("scans without stamps are numbered, and that is said") {
+  std::string records;
+  for (int i = 0; i < 60; ++i) {
+    records += Ros1Message(1, LaserMessage{.sec = 0, .ranges = {1.0f, 0.1f * static_cast<float>(i), 3.0f}}.Ros1());
+  }
+  const Result result = ReadRos1(records);
+  REQUIRE(result.scans.size() == 60);
+  CHECK(result.scans[59].utime == 59 * 100'000);
+  CHECK(result.complaints.at(0) ==
+        "/scan: 49 of the first 50 scans have the header.stamp of the scan before: the scans "
+        "are numbered instead, 10 a second: times and speeds are not the true ones");
+}
+
 TEST_CASE("of several odometries that of the laser's namespace is taken, or none, which is said") {
   const auto ReadWith = [](const std::string& odometry) {
     return ReadBag(Ros1Bytes(Ros1Connection(1, "/a/scan") + Ros1At(1) +
