@@ -109,13 +109,14 @@ std::optional<LaserScan> LcmLogSource::Next() {
 }
 
 bool LcmLogSource::ReadEvent() {
+  constexpr std::size_t kMostOtherChannels = 20;  // a hostile log may have a name for each event
   const auto event = log_.Next();
   if (!event) return false;
   if (event->channel == channel_) {
     TakeScan(*event);
   } else if (IsLaser(Bytes(event->data))) {
     ++counts_["other_channel"];
-    if (other_channel_.empty()) other_channel_ = event->channel;
+    if (other_channels_.size() < kMostOtherChannels) other_channels_.insert(event->channel);
   } else if (IsPoseMessage(Bytes(event->data))) {
     TakePose(event->channel, event->data);
   }
@@ -157,9 +158,11 @@ std::vector<std::string> LcmLogSource::Complaints() const {
   for (const std::string& complaint : {frames_.Complaint(), thinned_, clock_.Complaint("utime")}) {
     if (!complaint.empty()) complaints.push_back(fmt::format("{}: {}", channel_, complaint));
   }
-  if (!other_channel_.empty()) {
-    complaints.push_back(fmt::format("the scans are those on {}; there is a laser on {}, too: --laser-channel takes it",
-                                     channel_, other_channel_));
+  if (!other_channels_.empty()) {
+    const std::vector<std::string> others(other_channels_.begin(), other_channels_.end());
+    complaints.push_back(fmt::format("the scans are those on {}; there {} on {}, too: --laser-channel takes {}",
+                                     channel_, others.size() == 1 ? "is a laser" : "are lasers", ListPrintable(others),
+                                     others.size() == 1 ? "it" : "one of them"));
   }
   for (const auto& [pose_channel, judge] : handedness_) {
     if (judge.verdict() != HandednessJudge::Verdict::kMirrored) continue;

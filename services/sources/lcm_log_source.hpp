@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -67,7 +68,7 @@ class LcmLogSource : public LaserSource {
   bool odometry_is_used_;
   std::string odometry_channel_;
   std::map<std::string, std::int64_t> counts_;
-  std::string other_channel_;                          ///< the first that has a laser, too
+  std::set<std::string> other_channels_;               ///< that have a laser, too
   std::string first_refusal_;                          ///< what is wrong with the first bad message
   std::string thinned_;                                ///< as of ThinBeams
   const LaserType* laser_ = nullptr;                   ///< the type of the scans' messages

@@ -27,12 +27,11 @@ std::string DescribeDamage(const std::string& path) {
   return bag->damage().truncated ? "; it is cut short or damaged at its end" : "";
 }
 
-/// Those that have a message, at least two where there are as many; all where none has. Recorders declare topics on
-/// which nothing is sent.
+/// Those that have a message; all where none has. Recorders declare topics on which nothing is sent.
 Topics WithMessages(const std::string& path, Topics topics) {
   const auto bag = OpenBag(path, [&](const BagTopic& topic) { return topics.count(topic) > 0; });
   std::set<std::string> names;
-  while (names.size() < 2) {
+  while (names.size() < topics.size()) {
     const auto message = bag->Next();
     if (!message) break;
     names.insert(message->topic);

@@ -175,6 +175,22 @@ TEST_CASE("of several lasers the first one's scans are taken, or those of the ch
   CHECK(Read(log, {"REAR"}).counts.at("other_channel") == 2);
 }
 
+TEST_CASE("all other lasers of a log are named") {
+  const auto Said = [](const std::string& log) {
+    const Lines complaints = Read(log).complaints;
+    REQUIRE(complaints.size() == 1);
+    return complaints[0];
+  };
+  const std::string three = PlanarEvent(1, "FRONT") + PlanarEvent(1, "REAR") + PlanarEvent(1, "LEFT");
+  CHECK(Said(PlanarEvent(1, "FRONT") + PlanarEvent(2, "REAR")) ==
+        "the scans are those on FRONT; there is a laser on REAR, too: --laser-channel takes it");
+  CHECK(Said(three + PlanarEvent(2, "REAR")) ==
+        "the scans are those on FRONT; there are lasers on LEFT, REAR, too: --laser-channel takes one of them");
+  std::string many = PlanarEvent(1, "A");
+  for (int i = 0; i < 1000; ++i) many += PlanarEvent(i, "B" + std::to_string(i));
+  CHECK(Said(many).size() < 300);
+}
+
 TEST_CASE("scans whose utimes tell nothing get the times at which they were recorded, or numbers, and that is said") {
   const auto Log = [](std::int64_t period_us) {
     std::string log;
