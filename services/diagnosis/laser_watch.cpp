@@ -13,13 +13,9 @@
 namespace crsm {
 namespace {
 
-constexpr std::size_t kMostChannels = 20;  // that are told of: the names come from the network
-
-/// Whether a channel is one of the stack's own, on which no laser can be.
-bool IsOurs(const std::string& channel) {
-  return channel.find("SERVICE_STATUS/") != std::string::npos ||
-         std::any_of(std::begin(kChannelsOfStack), std::end(kChannelsOfStack),
-                     [&](const char* name) { return channel.ends_with(name); });
+/// "4.2 s".
+std::string FormatSeconds(LaserSilence::Time::duration duration) {
+  return fmt::format("{:.1f} s", std::chrono::duration<double>(duration).count());
 }
 
 }  // namespace
@@ -30,6 +26,7 @@ LaserWatch::LaserWatch(Service& service, const CommandLine& command_line, std::s
       messages_(LaserMessagesOf(command_line)),
       judge_(command_line.parameters().scan),
       silence_(Clock::now()),
+      search_(service_.bus(), channel_),
       study_(command_line.parameters()) {
   service_.bus().Subscribe<service_status_t>(
       ServiceStatusChannel("laser_publisher"),
@@ -44,7 +41,9 @@ LaserWatch::LaserWatch(Service& service, const CommandLine& command_line, std::s
 }
 
 void LaserWatch::Hear(const LaserScan& scan, const LaserType& type) {
-  silence_.Hear(Clock::now());
+  const auto now = Clock::now();
+  NoteArrival(now);
+  NoteSender(now);
   left_out_.Take();
   for (const std::string& complaint : judge_.Look(scan)) SayOf(complaint);
   if (handedness_) JudgeHandedness(scan, type);
@@ -63,7 +62,7 @@ void LaserWatch::JudgeHandedness(const LaserScan& scan, const LaserType& type) {
 
 void LaserWatch::Refuse(std::span<const std::uint8_t> bytes) {
   const auto now = Clock::now();
-  silence_.Hear(now);
+  NoteArrival(now);
   const auto news = left_out_.LeaveOut(now);
   if (!news) return;
   SayOf(fmt::format("{} of the last {} messages are left out: {}", news->num_left_out, news->num_all,
@@ -73,26 +72,30 @@ void LaserWatch::Refuse(std::span<const std::uint8_t> bytes) {
 void LaserWatch::Poll() {
   const auto now = Clock::now();
   for (const std::string& finding : study_.TakeFindings()) SayOf(finding);
-  switch (silence_.Look(now)) {
-    case LaserSilence::Verdict::kNothingYet:
-      return ListenToAll();
-    case LaserSilence::Verdict::kFellSilent:
-      return SayOf("no scan for 3 s: does the laser's driver still run, and is its cable plugged in?");
-    case LaserSilence::Verdict::kNone:
-      break;
+  if (silence_.Look(now) == LaserSilence::Verdict::kFellSilent) {
+    SaySeldom("no scan for 3 s: does the laser's driver still run, and is its cable plugged in?", now);
   }
-  if (!listen_until_) return;
-  while (all_channels_) {
-    const auto message = all_channels_->Receive();
-    if (!message) break;
-    const std::string channel(message->channel);
-    if (heard_.size() < kMostChannels && !IsOurs(channel)) heard_[channel] = Fingerprint(message->bytes);
-  }
-  if (silence_.ever_heard() || now >= *listen_until_) {
-    if (!silence_.ever_heard() && !others_came_) SayNothingCame();
-    listen_until_.reset();
-    all_channels_.reset();
-  }
+  if (!silence_.IsMissing(now) || others_came_) return search_.Rest();
+  for (const std::string& found : search_.Look(silence_.ever_heard(), now)) SayOf(found);
+}
+
+/// Something came on the laser's channel.
+void LaserWatch::NoteArrival(Clock::time_point now) {
+  const bool is_first = !silence_.ever_heard();
+  const auto silent = silence_.Hear(now);
+  if (!silent) return;
+  if (!is_first) return SaySeldom(fmt::format("the laser is back after {}", FormatSeconds(*silent)), now);
+  if (search_.has_said_so())
+    SaySeldom(fmt::format("the laser is there, {} after the start", FormatSeconds(*silent)), now);
+}
+
+/// Scans of two lasers become one map that is of neither.
+void LaserWatch::NoteSender(Clock::time_point now) {
+  const auto senders = senders_.Hear(service_.bus().sender(), now);
+  if (!senders) return;
+  SayOnce(
+      fmt::format("scans come by turns from two senders, {} and {}: stop one of them, or give it a channel of its own",
+                  senders->first.Describe(), senders->second.Describe()));
 }
 
 void LaserWatch::SayOnce(const std::string& complaint) {
@@ -101,46 +104,13 @@ void LaserWatch::SayOnce(const std::string& complaint) {
   SayOf(complaint);
 }
 
+/// What comes and goes.
+void LaserWatch::SaySeldom(const std::string& line, Clock::time_point now) {
+  if (const auto passed = coming_and_going_.Pass(line, now)) SayOf(*passed);
+}
+
 void LaserWatch::SayOf(const std::string& complaint) const {
   Say(fmt::format("{}: {}: {}", service_.name(), MakePrintable(channel_), complaint));
-}
-
-/// The sockets that we have hear no other channel. For a moment this one hears all.
-void LaserWatch::ListenToAll() {
-  constexpr auto kListenFor = std::chrono::milliseconds(1000);
-  listen_until_ = Clock::now() + kListenFor;
-  if (!service_.bus().multicast()) return;
-  MulticastAddress address = *service_.bus().multicast();
-  address.buffer_bytes = 100'000;  // which every kernel grants: what is lost of it comes again
-  all_channels_ = MulticastSocket::Open(address);
-  if (all_channels_ && !all_channels_->Listen({"*"})) all_channels_.reset();
-}
-
-void LaserWatch::SayNothingCame() { SayOf(fmt::format("nothing came since the start; {}", DescribeBus())); }
-
-/// A laser is there, but not where it was looked for.
-std::string LaserWatch::DescribeOtherChannel(const std::string& channel) const {
-  const std::string& prefix = service_.bus().prefix();
-  const std::string name = channel_.substr(prefix.size());
-  if (channel.ends_with(name)) {
-    return fmt::format("did you mean --channel-prefix \"{}\"?",
-                       MakePrintable(channel.substr(0, channel.size() - name.size())));
-  }
-  if (!channel.starts_with(prefix))
-    return fmt::format("did you mean {} without --channel-prefix?", MakePrintable(channel));
-  return fmt::format("did you mean --laser-channel \"{}\"?", MakePrintable(channel.substr(prefix.size())));
-}
-
-std::string LaserWatch::DescribeBus() const {
-  if (!all_channels_) return "does the laser's driver run with the same --lcm-url? lcm-spy shows what is on this bus";
-  if (heard_.empty()) return "no other channel is on this bus: does the laser's driver run with the same --lcm-url?";
-  std::vector<std::string> listed;
-  std::string mend = fmt::format("the laser's driver must publish on {}", MakePrintable(channel_));
-  for (const auto& [channel, fingerprint] : heard_) {
-    listed.push_back(fmt::format("{} ({})", MakePrintable(channel), NameOfType(fingerprint)));
-    if (FindLaserType(fingerprint)) mend = DescribeOtherChannel(channel);
-  }
-  return fmt::format("this bus has {}: {}", fmt::join(listed, ", "), mend);
 }
 
 }  // namespace crsm

@@ -1,8 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
-#include <memory>
 #include <optional>
 #include <set>
 #include <span>
@@ -10,19 +8,21 @@
 
 #include "common/diagnosis/handedness.hpp"
 #include "common/diagnosis/laser_judge.hpp"
-#include "services/bus/multicast_socket.hpp"
+#include "services/base/line_limit.hpp"
 #include "services/bus/service.hpp"
+#include "services/diagnosis/laser_search.hpp"
 #include "services/diagnosis/laser_silence.hpp"
 #include "services/diagnosis/left_out_news.hpp"
 #include "services/diagnosis/live_study.hpp"
+#include "services/diagnosis/several_senders.hpp"
 #include "services/wire/laser_types.hpp"
 
 namespace crsm {
 
 /// Says on stderr, in a line that names the mend, what is wrong with a live laser: nothing on its channel, messages of
 /// a wrong type or with angles in degrees, what LaserJudge and LiveStudy see in its scans, that they turn against the
-/// robot's odometry where there is some, and that it has fallen silent. Scans that a publisher of ours sends are not
-/// studied: who reads logs has done so.
+/// robot's odometry where there is some, that two senders send by turns, and that it has fallen silent or is
+/// back. Scans that a publisher of ours sends are not studied: who reads logs has done so.
 class LaserWatch {
  public:
   /// channel: of the laser, without prefix.
@@ -44,10 +44,9 @@ class LaserWatch {
  private:
   void JudgeHandedness(const LaserScan& scan, const LaserType& type);
   void SayOf(const std::string& complaint) const;
-  void ListenToAll();
-  void SayNothingCame();
-  std::string DescribeOtherChannel(const std::string& channel) const;
-  std::string DescribeBus() const;
+  void SaySeldom(const std::string& line, Clock::time_point now);
+  void NoteArrival(Clock::time_point now);
+  void NoteSender(Clock::time_point now);
 
   Service& service_;
   std::string channel_;  ///< with the prefix
@@ -56,15 +55,13 @@ class LaserWatch {
   std::optional<HandednessJudge> handedness_;  ///< from the first odometry until it has told
   bool handedness_told_ = false;
   LaserSilence silence_;
+  LaserSearch search_;
+  SeveralSenders senders_;
   LiveStudy study_;
   LeftOutNews left_out_;
   std::set<std::string> said_;  ///< by SayOnce
   bool others_came_ = false;    ///< scans of other lasers
-
-  // For a moment, while the bus is searched for the laser.
-  std::unique_ptr<MulticastSocket> all_channels_;
-  std::optional<Clock::time_point> listen_until_;
-  std::map<std::string, std::uint64_t> heard_;  ///< fingerprints by channel, of a few channels
+  LineLimit coming_and_going_;
 };
 
 }  // namespace crsm

@@ -206,12 +206,66 @@ TEST_CASE("a laser whose scans turn against the robot's odometry is said to be m
   }
 }
 
-TEST_CASE("a laser that falls silent is missed, once") {
+TEST_CASE("a laser that falls silent is missed, once, and told to be back, with how long it was away") {
   Driver driver;
   driver.PublishGood("LASER");
   CheckLine(driver.AwaitComplaint(), "LASER: no scan for 3 s", {"driver"});
   std::this_thread::sleep_for(std::chrono::seconds(4));
   CheckLine(driver.Complaints(), "LASER: no scan for 3 s", {});
+  driver.PublishGood("LASER");
+  REQUIRE(WaitUntil([&] { return CountOf("\n", driver.Complaints()) == 2; }, std::chrono::milliseconds(50)));
+  const std::string back = "ray_selector: LASER: the laser is back after ";
+  const std::size_t at = driver.Complaints().find(back);
+  REQUIRE(at != std::string::npos);
+  CHECK(std::stod(driver.Complaints().substr(at + back.size())) >= 7.0);  // 3 s and 4 s
+  for (int i = 0; i < 20; ++i) driver.PublishGood("LASER");
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  CHECK(CountOf("\n", driver.Complaints()) == 2);
+}
+
+TEST_CASE("a driver that begins later on another channel is named, once, while the laser is missed") {
+  Driver driver;
+  CheckLine(driver.AwaitComplaint(), "LASER: nothing came since the start; no other channel is on this bus", {});
+  const std::string named =
+      "ray_selector: LASER: there is a laser on LIDAR_FRONT (bot_core.planar_lidar_t): did you mean --laser-channel "
+      "\"LIDAR_FRONT\"?\n";
+  const auto PublishFor = [&](const std::function<bool()>& done) {
+    return WaitUntil(
+        [&] {
+          driver.PublishGood("LIDAR_FRONT");
+          return done();
+        },
+        std::chrono::milliseconds(50));
+  };
+  REQUIRE(PublishFor([&] { return driver.Complaints().find(named) != std::string::npos; }));
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(7);  // the bus is heard once more
+  REQUIRE(PublishFor([&] { return std::chrono::steady_clock::now() > end; }));
+  CHECK(CountOf("\n", driver.Complaints()) == 2);
+  driver.PublishGood("LASER");
+  CHECK(WaitUntil([&] { return driver.Complaints().find("LASER: the laser is there, ") != std::string::npos; },
+                  std::chrono::milliseconds(50)));
+}
+
+TEST_CASE("two drivers on the laser's channel are named, by where they send from") {
+  Driver driver;
+  lcm::LCM other(driver.url());
+  const std::vector<LaserScan> scans = TakeScans("sim:rooms", 20);
+  std::size_t next = 0;
+  const std::string said = driver.AwaitComplaint([&] {
+    driver.PublishGood("LASER");
+    const bot_core::planar_lidar_t message = ToMessage(scans[next++ % scans.size()]);
+    other.publish("LASER", &message);
+  });
+  CheckLine(said, "LASER: scans come by turns from two senders, ",
+            {":", " and ", ": stop one of them, or give it a channel of its own"});
+}
+
+TEST_CASE("a live laser whose utimes are milliseconds is told so") {
+  Driver driver;
+  std::int64_t utime_ms = 1'700'000'000'000;
+  const auto publish = [&](auto& scan) { scan.utime = utime_ms += 50; };
+  CheckLine(driver.AwaitComplaint([&] { driver.Publish("LASER", publish); }), "LASER: utime is in milliseconds, as 17",
+            {"times are 1,000 times too small", "the driver must set utime in microseconds"});
 }
 
 TEST_CASE("nothing is said while a publisher waits for a map that does not come, nor after the end of its log") {
@@ -251,7 +305,8 @@ TEST_CASE("slam_offline says of a log what is wrong with its laser, and nothing 
         for (float& range_m : scan.ranges_m) range_m *= 1000.0f;
       },
       ": ranges look like millimetres", 1);
-  Expect([](LaserScan& scan) { scan.utime = 0; }, ": 39 of 40 scans on LASER repeat the utime of an earlier scan", 0);
+  Expect([](LaserScan& scan) { scan.utime = 0; },
+         ": LASER: 39 of the first 40 scans have the utime of the scan before: the scans are numbered instead", 0);
   Expect([](LaserScan& scan) { scan.angle_min_rad = -90.0f; },
          " has no scans: 40 of 40 scans on LASER are left out: angles look like", 1);
   Expect([](LaserScan& scan) { scan.ranges_m.resize(1); },

@@ -31,6 +31,22 @@ TEST_CASE("a laser that falls silent is missed after 3 s, once for each silence"
   }
 }
 
+TEST_CASE("a laser that was missed is told to be back, once, and how long it was away") {
+  LaserSilence silence(kStart);
+  CHECK_FALSE(silence.IsMissing(kStart + 2s));
+  silence.Look(kStart + 2s);
+  CHECK(silence.IsMissing(kStart + 7s));
+  CHECK(silence.Hear(kStart + 7s) == 7s);
+  CHECK_FALSE(silence.IsMissing(kStart + 7s));
+  CHECK_FALSE(silence.Hear(kStart + 8s));
+  CHECK_FALSE(silence.Hear(kStart + 20s));  // nobody had looked
+  silence.Look(kStart + 24s);
+  silence.HearPublisher(kStart + 25s, "publishing");
+  CHECK_FALSE(silence.IsMissing(kStart + 26s));
+  CHECK(silence.IsMissing(kStart + 28s));
+  CHECK(silence.Hear(kStart + 30s) == 10s);
+}
+
 TEST_CASE("a publisher that lives is waited for, one that dies is missed") {
   LaserSilence silence(kStart);
   silence.Hear(kStart);
