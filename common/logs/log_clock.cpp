@@ -62,7 +62,7 @@ std::optional<std::int64_t> LogClock::TimeOf(const LaserScan& scan, std::optiona
   if (which == Time::kStampInOtherUnit) return ToMicroseconds(scan.utime);
   if (last_ && IsSameScan(*last_, scan)) return std::nullopt;
   last_ = scan;
-  if (which == Time::kRecorded) return recorded_utime;
+  if (which == Time::kRecorded) return recorded_utime.value_or(-1) < 0 ? std::nullopt : recorded_utime;
   constexpr std::int64_t kLatestStart = 9'000'000'000'000'000'000;
   return std::min(*stamps_.first, kLatestStart) + num_numbered_++ * constants_.period_us;
 }
@@ -85,8 +85,9 @@ std::string LogClock::Complaint(const std::string& stamp) const {
     case Time::kRecorded:
       return why + ": the times at which the scans were recorded are used instead";
     case Time::kNumber:
-      return fmt::format("{}: the scans are numbered instead, {:.3g} a second: times and speeds are not the true ones",
-                         why, 1e6 / static_cast<double>(constants_.period_us));
+      return fmt::format(
+          "{}: the scans are numbered instead, as if one came every {:.3g} s: times and speeds are not the true ones",
+          why, 1e-6 * static_cast<double>(constants_.period_us));
   }
   return "";
 }

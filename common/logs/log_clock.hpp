@@ -11,11 +11,13 @@ namespace crsm {
 
 /// When a log's stamps are not believed.
 struct LogClockConstants {
-  int num_studied = 50;              ///< first scans, which are read ahead
-  int enough_standing = 10;          ///< steps that stand still, and ...
-  double standing_share = 0.6;       ///< ... more than that share of all: half are two lasers that measure together
-  double recorded_standing = 0.1;    ///< the clock of a recorder stands still in no more of them
-  std::int64_t period_us = 100'000;  ///< between scans that are numbered: 10 Hz, as of many lasers
+  int num_studied = 50;            ///< first scans, which are read ahead
+  int enough_standing = 10;        ///< steps that stand still, and ...
+  double standing_share = 0.6;     ///< ... more than that share of all: half are two lasers that measure together
+  double recorded_standing = 0.1;  ///< the clock of a recorder stands still in no more of them
+  /// Between scans that are numbered. Thinned logs have about one a second; a shorter time would make their robot too
+  /// fast to be followed, and dense logs are mapped alike.
+  std::int64_t period_us = 1'000'000;
 };
 
 /// The time of each scan of a log, where the stamps do not tell it: zeros, times rounded to six digits ("1.13486e+09")
@@ -31,7 +33,8 @@ class LogClock {
   void Study(const LaserScan& scan, std::optional<std::int64_t> recorded_utime = std::nullopt);
   bool HasStudiedEnough() const { return num_studied_ >= constants_.num_studied; }
 
-  /// The utime of the next scan. Nothing where the stamps do not tell it and this is the last scan once more.
+  /// The utime of the next scan. Nothing where the stamps do not tell it and this is the last scan once more, or was
+  /// recorded before all time.
   std::optional<std::int64_t> TimeOf(const LaserScan& scan, std::optional<std::int64_t> recorded_utime = std::nullopt);
 
   /// Another stamp of the log, of odometry say, in microseconds.

@@ -63,7 +63,8 @@ void LaserSearch::Listen(Clock::time_point now) {
 }
 
 void LaserSearch::Hear() {
-  while (all_channels_) {
+  constexpr int kMostMessages = 1000;  // at once: who sends faster than they are read must not keep the laser waiting
+  for (int i = 0; all_channels_ && i < kMostMessages; ++i) {
     const auto message = all_channels_->Receive();
     if (!message) return;
     const std::string channel(message->channel);

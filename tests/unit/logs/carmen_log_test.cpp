@@ -236,10 +236,11 @@ TEST_CASE("scans whose stamps are rounded to six digits, or are all 0, get times
     const Result numbered = Read(log);
     REQUIRE(numbered.scans.size() == 237);
     for (int i = 0; i < 237; ++i) {
-      CHECK(numbered.scans[static_cast<std::size_t>(i)].utime == *ParseUtime(stamp) + i * 100'000);
+      CHECK(numbered.scans[static_cast<std::size_t>(i)].utime == *ParseUtime(stamp) + i * 1'000'000);
     }
-    CHECK(numbered.complaints == Lines{"49 of the first 50 scans have the ipc_timestamp of the scan before: the scans "
-                                       "are numbered instead, 10 a second: times and speeds are not the true ones"});
+    CHECK(numbered.complaints ==
+          Lines{"49 of the first 50 scans have the ipc_timestamp of the scan before: the scans "
+                "are numbered instead, as if one came every 1 s: times and speeds are not the true ones"});
     const Result logged = Read(with_logger);
     REQUIRE(logged.scans.size() == 237);
     CHECK(logged.scans[3].utime == 3'250'000);

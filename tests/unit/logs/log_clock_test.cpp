@@ -78,7 +78,8 @@ TEST_CASE("stamps that tell scans apart stay as they are, and nothing is said") 
   }
 }
 
-TEST_CASE("scans whose stamps are all alike, or rounded to many seconds, are numbered at 10 Hz from the first stamp") {
+TEST_CASE(
+    "scans whose stamps are all alike, or rounded to many seconds, are numbered by seconds from the first stamp") {
   const std::vector<std::pair<Clock, std::string>> rounded{
       {[](int) { return 0; }, "49 of the first 50 scans have the utime of the scan before"},
       {[](int) { return 1'134'860'000'000'000; }, "49 of the first 50 scans"},
@@ -88,10 +89,10 @@ TEST_CASE("scans whose stamps are all alike, or rounded to many seconds, are num
   for (const auto& [stamps, expected] : rounded) {
     CAPTURE(expected);
     const Result result = Read(stamps);
-    CHECK(result.utimes == UtimesOf([&](int i) { return stamps(0) + i * std::int64_t{100'000}; }));
+    CHECK(result.utimes == UtimesOf([&](int i) { return stamps(0) + i * std::int64_t{1'000'000}; }));
     CHECK(result.complaint.starts_with(expected));
     CHECK(result.complaint.ends_with(
-        "the scans are numbered instead, 10 a second: times and speeds are not the true ones"));
+        "the scans are numbered instead, as if one came every 1 s: times and speeds are not the true ones"));
   }
 }
 
@@ -104,7 +105,7 @@ TEST_CASE("where the recorder has times, scans that share stamps get those") {
   // A recorder whose own clock stands, or counts events, is of no use.
   for (const Clock& recorder : {Clock([](int) { return kNow_us; }), Clock([](int i) { return i; }),
                                 Clock([](int i) { return kNow_us + i / 4 * 400'000; })}) {
-    CHECK(Read([](int) { return 0; }, recorder).utimes == UtimesOf([](int i) { return i * 100'000; }));
+    CHECK(Read([](int) { return 0; }, recorder).utimes == UtimesOf([](int i) { return i * 1'000'000; }));
   }
 }
 
@@ -140,6 +141,12 @@ TEST_CASE("a scan that is sent again is no other one: it decides nothing, and ge
   CHECK(Read(std::vector<LaserScan>(60, ScanAt(0, 0)), nullptr).complaint.empty());
 }
 
+TEST_CASE("a scan whose recorder lost its time gets none") {
+  const Result result = Read([](int) { return 0; }, [](int i) { return i == 70 ? -5 : kRecorder(i); });
+  CHECK(result.utimes.size() == kNumScans - 1);
+  CHECK(result.num_repeated == 1);
+}
+
 TEST_CASE("few scans show nothing, none nothing either, and no stamp is too large") {
   CHECK(Read(std::vector<LaserScan>{}, nullptr).complaint.empty());
   std::vector<LaserScan> scans;
@@ -151,7 +158,7 @@ TEST_CASE("few scans show nothing, none nothing either, and no stamp is too larg
        {std::numeric_limits<std::int64_t>::max(), std::numeric_limits<std::int64_t>::min(), std::int64_t{-1}}) {
     const Result result = Read([&](int) { return utime; });
     CHECK(result.utimes.size() == kNumScans);
-    CHECK(result.utimes[1] - result.utimes[0] == 100'000);
+    CHECK(result.utimes[1] - result.utimes[0] == 1'000'000);
   }
 }
 

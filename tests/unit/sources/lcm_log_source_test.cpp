@@ -208,8 +208,9 @@ TEST_CASE("scans whose utimes tell nothing get the times at which they were reco
                                      "which the scans were recorded are used instead"});
   const Result numbered = Read(Log(0));
   REQUIRE(numbered.scans.size() == 60);
-  CHECK(numbered.utimes()[59] == 59 * 100'000);
-  CHECK(numbered.complaints.at(0).find("the scans are numbered instead, 10 a second") != std::string::npos);
+  CHECK(numbered.utimes()[59] == 59 * 1'000'000);
+  CHECK(numbered.complaints.at(0).find("the scans are numbered instead, as if one came every 1 s") !=
+        std::string::npos);
 }
 
 TEST_CASE("utimes in milliseconds since 1970 are corrected, and those of the odometry with them") {

@@ -183,10 +183,10 @@ TEST_CASE("scans without stamps are numbered, and that is said") {
   }
   const Result result = ReadRos1(records);
   REQUIRE(result.scans.size() == 60);
-  CHECK(result.scans[59].utime == 59 * 100'000);
+  CHECK(result.scans[59].utime == 59 * 1'000'000);
   CHECK(result.complaints.at(0) ==
         "/scan: 49 of the first 50 scans have the header.stamp of the scan before: the scans "
-        "are numbered instead, 10 a second: times and speeds are not the true ones");
+        "are numbered instead, as if one came every 1 s: times and speeds are not the true ones");
 }
 
 TEST_CASE("of several odometries that of the laser's namespace is taken, or none, which is said") {
