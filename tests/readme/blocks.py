@@ -10,6 +10,13 @@ ORDER = ("README.md", "services/run_stack/README.md", "services/README.md", "ser
 COMMAND = re.compile(r"    (?:[A-Z_]+=\S+ )*(?:(?:scripts|build/bin)/\w|(?:sudo|ip|sysctl|export|parallel|cp|echo|pip) )")
 
 
+SKIPPED = 77  # the exit code of a test that cannot run here
+
+
+class WithoutGit(Exception):
+    pass
+
+
 @dataclasses.dataclass(frozen=True)
 class Command:
     file: str  # the README, from the project's folder
@@ -28,8 +35,11 @@ class Command:
 
 def files_of(project):
     """All files of the project, from its folder: those of git, and those that are not committed yet."""
-    listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=project,
-                            check=True, stdout=subprocess.PIPE, text=True).stdout
+    try:
+        listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=project,
+                                check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout
+    except (OSError, subprocess.CalledProcessError):
+        raise WithoutGit(f"{project}: git does not say which files are the project's: is it a clone?") from None
     return sorted(set(listed.split("\0")[:-1]))
 
 

@@ -6,8 +6,8 @@ usage: tests/readme/check_readmes.py
   README.md has at most 120 lines. Its sentences, and those of all READMEs together, have at most 15 words in the median
   and at most 25 in nine of ten. Each relative link leads to a file or folder of the project, and its anchor to a heading.
   No path of one machine stands in a README or in tests/RESULTS.md. Of a link to a section of tests/RESULTS.md each number
-  in its text stands in that section. Of a table whose paragraph before it has such a link, the numbers of each row stand
-  in one row of that section that begins with the same cell.
+  in its text stands in that section. Of a table whose paragraph before it has such a link, each row stands in that
+  section, column by column. Behind such links stands whether the section was measured before the last change.
 usage: tests/readme/check_readmes.py --stats [--at COMMIT]
   prints the lines, words and figures of each README and how long its sentences are, as they are here or at a commit
 usage: tests/readme/check_readmes.py --long [N]
@@ -16,17 +16,17 @@ tests/readme/prose.py says what counts as a sentence, a word and a figure.
 """
 
 import pathlib
-import posixpath
 import re
 import subprocess
 import sys
 
 import prose
-from blocks import files_of, in_order
+from blocks import SKIPPED, WithoutGit, files_of, in_order
 from markdown import links_of, paragraphs_of, sections_of, tables_of
+from quotes import (RESULTS, anchor_in_results, columns_in, numbers_in, old_sections, quoted_tables, resolve, title_of,
+                    with_marks)
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
-RESULTS = "tests/RESULTS.md"
 MOST_LINES = 120
 MOST_WORDS_MEDIAN = 15
 MOST_WORDS_P90 = 25
@@ -65,14 +65,6 @@ def read_at(project, commit):
                  lambda file: git("show", f"{commit}:{file}"))
 
 
-def resolve(file, link):
-    """The file that a link of a README leads to, from the project's folder, and its anchor; None: it leads elsewhere."""
-    if re.match(r"[a-z][a-z0-9+.-]*:", link.target):
-        return None
-    path, _, anchor = link.target.partition("#")
-    return (posixpath.normpath(posixpath.join(posixpath.dirname(file), path)) if path else file), anchor
-
-
 def check_words(pages):
     failures = []
     statistics = {file: prose.count(text) for file, text in pages.readmes.items()}
@@ -91,7 +83,7 @@ def check_links(pages):
     for file, text in pages.texts.items():
         for link in links_of(text):
             place = f"{file}:{link.line}: {link.target}"
-            if (target := resolve(file, link)) is None:
+            if (target := resolve(file, link.target)) is None:
                 continue
             path, anchor = target
             if path not in pages.files | pages.folders:
@@ -106,22 +98,10 @@ def check_machine_paths(pages):
             for number, line in enumerate(text.splitlines(), start=1) for match in MACHINE_PATH.finditer(line)]
 
 
-def numbers_in(text):
-    """The numbers of a text as they are written, but for commas between thousands; none in code or in names."""
-    return {number.replace(",", "") for number in prose.NUMBER.findall(prose.plain(text, code="code"))}
-
-
-def measured(section):
-    """What a section says: its prose and its tables, without commands, and without its last lines of when and how."""
+def numbers_said(section):
+    """The numbers of its prose and its tables, without those of commands, and of its last lines, of when and how."""
     said = [paragraph.text for paragraph in paragraphs_of(section) if not paragraph.text.startswith("Measured ")]
-    return said, [row for table in tables_of(section) for row in table.rows]
-
-
-def results_section(pages, file, link):
-    """What the section of the results that a link leads to says; None: it leads elsewhere, or nowhere."""
-    path, anchor = resolve(file, link) or ("", "")
-    section = pages.sections_in(RESULTS).get(anchor) if path == RESULTS and RESULTS in pages.texts else None
-    return None if section is None else measured(section)
+    return numbers_in(" ".join(said + [cell for table in tables_of(section) for row in table.rows for cell in row.cells]))
 
 
 def check_figures(pages):
@@ -129,37 +109,38 @@ def check_figures(pages):
     failures = []
     for file, text in pages.readmes.items():
         for link in links_of(text):
-            if (section := results_section(pages, file, link)) is None:
+            anchor = anchor_in_results(file, link.target)
+            if anchor not in pages.sections_in(RESULTS):
                 continue
-            said, rows = section
-            there = numbers_in(" ".join(said + [cell for row in rows for cell in row.cells]))
-            for number in sorted(numbers_in(link.text) - there):
+            for number in sorted(numbers_in(link.text) - numbers_said(pages.sections_in(RESULTS)[anchor])):
                 failures.append(f"{file}:{link.line}: {number} stands nowhere in {link.target}")
     return failures
 
 
-def title_of(cells):
-    return prose.plain(cells[0].replace("`", "")) if cells else ""
-
-
 def check_tables(pages):
-    """That the rows of tables about the results are rows of the results."""
+    """That the rows of tables about the results are rows of the results, in the columns of the same names."""
     failures = []
     for file, text in pages.readmes.items():
-        for table in tables_of(text):
-            sections = [section for link in links_of(table.before) if (section := results_section(pages, file, link))]
-            if not sections:
-                continue
+        for table, anchors in quoted_tables(file, text):
+            there = [row for anchor in anchors for row in columns_in(pages.texts[RESULTS], anchor)]
             for row in table.rows:
-                there = [numbers_in(" | ".join(other.cells[1:])) for _, rows in sections for other in rows
-                         if title_of(other.cells) == title_of(row.cells)]
-                if not any(numbers_in(" | ".join(row.cells[1:])) <= numbers for numbers in there):
-                    failures.append(f"{file}:{row.line}: no row of the results begins with \"{title_of(row.cells)}\" and "
-                                    f"has all of {', '.join(sorted(numbers_in(' | '.join(row.cells[1:]))))}")
+                columns = dict(zip(table.head[1:], row.cells[1:]))
+                if not any(title_of(row.cells) == title and columns.items() <= known.items() for title, known in there):
+                    failures.append(f"{file}:{row.line}: no row of the results begins with \"{title_of(row.cells)}\" and has "
+                                    f"{', '.join(f'{name}: {cell}' for name, cell in columns.items())}; scripts/results "
+                                    "--mark writes what it has")
     return failures
 
 
-CHECKS = (check_words, check_links, check_machine_paths, check_figures, check_tables)
+def check_marks(pages):
+    """That figures which are older than the algorithm say so wherever they are quoted."""
+    old = old_sections(pages.texts.get(RESULTS, ""))
+    return [f"{file}: quotes figures of tests/RESULTS.md that were measured before the last change, and does not say so, or "
+            "says it of others; scripts/results --mark writes it"
+            for file, text in pages.readmes.items() if with_marks(file, text, old) != text]
+
+
+CHECKS = (check_words, check_links, check_machine_paths, check_figures, check_tables, check_marks)
 
 
 def print_statistics(pages):
@@ -201,4 +182,8 @@ def main(arguments):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except WithoutGit as error:
+        print(f"skipped: {error}")
+        sys.exit(SKIPPED)

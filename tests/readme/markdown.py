@@ -13,6 +13,7 @@ LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(([^()\s]+)(?:\s+\"[^\"]
 @dataclasses.dataclass(frozen=True)
 class Paragraph:
     line: int  # the first, from 1
+    end: int   # the last
     text: str
 
 
@@ -32,6 +33,7 @@ class Row:
 @dataclasses.dataclass(frozen=True)
 class Table:
     before: str  # the paragraph before it, or nothing
+    head: list   # the names of its columns
     rows: list   # without the two lines of its head
 
 
@@ -76,9 +78,9 @@ def paragraphs_of(text):
     before = None
     for number, (line, kind) in enumerate(zip(text.splitlines(), kinds_of(text)), start=1):
         if kind == "item" or kind == "prose" and before not in ("item", "prose"):
-            paragraphs.append(Paragraph(number, ITEM.sub("", line, count=1) if kind == "item" else line.strip("> ")))
+            paragraphs.append(Paragraph(number, number, ITEM.sub("", line, count=1) if kind == "item" else line.strip("> ")))
         elif kind == "prose":
-            paragraphs[-1] = Paragraph(paragraphs[-1].line, f"{paragraphs[-1].text} {line.strip('> ')}")
+            paragraphs[-1] = Paragraph(paragraphs[-1].line, number, f"{paragraphs[-1].text} {line.strip('> ')}")
         before = kind
     return paragraphs
 
@@ -134,11 +136,11 @@ def tables_of(text):
         latest = paragraphs.get(number, "" if kind in ("heading", "code") else latest)
         if kind == "table":
             if before != "table":
-                tables.append(Table(latest, []))
+                tables.append(Table(latest, [], []))
                 latest = ""
             tables[-1].rows.append(Row(number, cells_of(line)))
         before = kind
-    return [Table(table.before, table.rows[2:]) for table in tables]
+    return [Table(table.before, table.rows[0].cells, table.rows[2:]) for table in tables]
 
 
 def cells_of(line):

@@ -1,13 +1,18 @@
 #!/usr/bin/env python3
 """Whether what looks at the READMEs sees what is wrong with them."""
 
+import pathlib
+import subprocess
+import sys
+import tempfile
 import unittest
 
 import check_readmes
 import prose
 from blocks import blocks_of, in_order
-from check_readmes import check_figures, check_links, check_machine_paths, check_tables, check_words
+from check_readmes import check_figures, check_links, check_machine_paths, check_marks, check_tables, check_words
 from markdown import kinds_of, links_of, sections_of, tables_of
+from quotes import with_quotes
 
 RESULTS = """# Results
 
@@ -131,15 +136,20 @@ class Figures(unittest.TestCase):
             self.assertEqual(len(check_figures(pages(link))), 1, link)
 
     def table(self, *rows):
-        head = "See [the results](tests/RESULTS.md#logs).\n\n| log | error |\n|---|---|\n"
+        head = "See [the results](tests/RESULTS.md#logs).\n\n| log | path [km] | error, median [m] |\n|---|---|---|\n"
         return pages(head + "".join(f"{row}\n" for row in rows))
 
     def test_rows_of_a_table_are_rows_of_the_section(self):
-        self.assertEqual(check_tables(self.table("| fr079 | 0.4 km | 0.031 |", "| intel | 0.014 |")), [])
+        self.assertEqual(check_tables(self.table("| fr079 | 0.4 | 0.031 |", "| intel | 0.5 | 0.014 |")), [])
 
-    def test_numbers_of_another_row_and_unknown_rows_are_refused(self):
-        failures = check_tables(self.table("| fr079 | 0.4 | 0.014 |", "| aces | 0.031 |"))
-        self.assertEqual([failure.split(": ")[0] for failure in failures], ["README.md:5", "README.md:6"])
+    def test_numbers_of_another_row_or_column_and_unknown_rows_are_refused(self):
+        failures = check_tables(self.table("| fr079 | 0.4 | 0.014 |", "| intel | 0.014 | 0.5 |", "| aces | 0.4 | 0.031 |"))
+        self.assertEqual([failure.split(": ")[0] for failure in failures], ["README.md:5", "README.md:6", "README.md:7"])
+
+    def test_a_table_takes_its_figures_from_the_row_and_column_of_that_name(self):
+        wrong = self.table("| fr079 | 0.5 | 0.014 |", "| intel | 0.1 | 0.2 |").texts["README.md"]
+        self.assertEqual(with_quotes("README.md", wrong, RESULTS),
+                         self.table("| fr079 | 0.4 | 0.031 |", "| intel | 0.5 | 0.014 |").texts["README.md"])
 
     def test_other_tables_may_have_any_numbers(self):
         self.assertEqual(check_tables(pages("See [it](tests/RESULTS.md#logs).\n\nNo.\n\n| a | b |\n|---|---|\n| fr079 | 7 |\n")), [])
@@ -147,6 +157,52 @@ class Figures(unittest.TestCase):
     def test_bars_in_code_part_no_cells(self):
         table, = tables_of("a\n\n| `a | b` | c |\n|---|---|\n| x \\| y | z |\n")
         self.assertEqual(table.rows[0].cells, ["x \\| y", "z"])
+
+
+class Marks(unittest.TestCase):
+    OLD = RESULTS.replace("Measured at", "Measured before the last change, at")
+    MARKED = ("One [0.031](tests/RESULTS.md#logs) (measured before the last change), as it is.\n\n"
+              "- two\n- See [it](tests/RESULTS.md#logs), or [1,093](tests/RESULTS.md#costs) tiles.\n")
+    BARE = MARKED.replace(" (measured before the last change)", "")
+
+    def test_a_figure_of_an_old_section_is_marked_and_no_other(self):
+        self.assertEqual(with_quotes("README.md", self.BARE, self.OLD), self.MARKED)
+        self.assertEqual(with_quotes("README.md", self.MARKED, self.OLD), self.MARKED)
+        self.assertEqual(with_quotes("README.md", self.MARKED, RESULTS), self.BARE)
+
+    def test_a_figure_without_its_mark_and_one_with_a_mark_too_many_are_refused(self):
+        for readme, results, failures in ((self.MARKED, self.OLD, 0), (self.BARE, self.OLD, 1), (self.BARE, RESULTS, 0),
+                                          (self.MARKED, RESULTS, 1)):
+            self.assertEqual(len(check_marks(pages(readme, **{"tests/RESULTS.md": results}))), failures)
+
+    def test_the_link_before_a_table_of_figures_is_marked(self):
+        table = "\n\n| log | path [km] |\n|---|---|\n| fr079 | 0.4 |\n"
+        self.assertEqual(with_quotes("README.md", f"See [it](tests/RESULTS.md#logs):{table}", self.OLD),
+                         f"See [it](tests/RESULTS.md#logs) (measured before the last change):{table}")
+
+    def test_lines_stay_short_and_items_keep_their_indent(self):
+        for begin, indent in (("", ""), ("- ", "  "), ("  1. ", "     ")):
+            text = f"{begin}{'word ' * 15}[0.031](tests/RESULTS.md#logs) {'more ' * 30}"
+            lines = with_quotes("README.md", text, self.OLD).splitlines()
+            self.assertTrue(all(len(line) <= 120 for line in lines), lines)
+            self.assertTrue(lines[0].startswith(f"{begin}word"))
+            self.assertTrue(all(line.startswith(f"{indent}{line.strip()[0]}") for line in lines[1:]), lines)
+
+    def test_a_mark_over_two_lines_is_seen(self):
+        readme = "In [0.031 m](tests/RESULTS.md#logs) (measured before\nthe last change).\n"
+        self.assertEqual(with_quotes("README.md", readme, RESULTS), "In [0.031 m](tests/RESULTS.md#logs).\n")
+
+
+class WithoutGit(unittest.TestCase):
+    def test_a_folder_without_git_is_skipped_and_that_is_said(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("check_readmes.py", "blocks.py", "markdown.py", "prose.py", "quotes.py"):
+                there = pathlib.Path(folder) / "tests/readme" / name
+                there.parent.mkdir(parents=True, exist_ok=True)
+                there.write_text((check_readmes.PROJECT / "tests/readme" / name).read_text())
+            done = subprocess.run([sys.executable, "-B", there.parent / "check_readmes.py"], stdout=subprocess.PIPE, text=True)
+        self.assertEqual(done.returncode, 77)
+        self.assertRegex(done.stdout, "^skipped: .*: git does not say which files are the project's: is it a clone\\?\n$")
 
 
 if __name__ == "__main__":

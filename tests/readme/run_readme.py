@@ -23,7 +23,7 @@ import sys
 import tempfile
 import time
 
-from blocks import blocks_of, files_of, in_order
+from blocks import SKIPPED, WithoutGit, blocks_of, files_of, in_order
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 DATA = pathlib.Path(os.environ.get("CRSM_DATA", PROJECT.parent / "shared" / "data"))
@@ -282,4 +282,8 @@ def main(arguments):
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    try:
+        sys.exit(main(sys.argv[1:]))
+    except WithoutGit as error:
+        print(f"skipped: {error}")
+        sys.exit(SKIPPED)

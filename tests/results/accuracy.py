@@ -30,8 +30,8 @@ def measure_logs():
         timed = [map_radish(name, ["--seed", seed]) for seed in FRESH_SEEDS[:5]]  # nothing of ours beside them
         summary = timed[0].summary
         loops, none = errors(results, name, True), errors(results, name, False)
-        rows.append([name, f"{summary['path_length_m'] / 1000:.1f}", f"{summary['scans']:,}", f"{median(loops):.3f}",
-                     f"{max(loops):.3f}", f"{median(none):.3f}", f"{max(none):.3f}", CARTOGRAPHER[name],
+        rows.append([name, f"{summary['path_length_m'] / 1000:.1f}", f"{summary['scans']:,}",
+                     *(f"{pick(found):.4f}" for found in (loops, none) for pick in (median, max)), CARTOGRAPHER[name],
                      f"{median([run.timing_ms('p50_ms') for run in timed]):.2f}",
                      f"{median([run.timing_ms('p99_ms') for run in timed]):.1f}"])
     return table(["log", "path [km]", "scans", "error, median [m]", "error, worst [m]", "with `--no-loops`, median [m]",
@@ -76,7 +76,7 @@ def measure_few_scans():
     rows = []
     for name, share in dict.fromkeys(key[:2] for key in jobs):
         without, with_ = errors(results, name, share, False), errors(results, name, share, True)
-        rows.append([f"{name}, {share}", len(with_), *(f"{pick(values):.3f}" for values in (without, with_)
+        rows.append([f"{name}, {share}", len(with_), *(f"{pick(values):.4f}" for values in (without, with_)
                                                        for pick in (median, max))])
     return table(["log", "seeds", "without, median [m]", "without, worst [m]", "with odometry, median [m]",
                   "with odometry, worst [m]"], rows)

@@ -118,12 +118,12 @@ SECTIONS = [
             "map is drawn anew: in the three seconds after a loop has moved the poses. Killian's loop is closed 1.7 km from "
             "its start.", ["scripts/fault latency"], measure_live_latency, is_timed=True),
     Section("Viewer latency", 2, "How long after it was sent a match is on a page of `map_viewer`.",
-            ["build/bin/process_tests \"[.viewer_latency]\""], measure_viewer_latency, is_timed=True),
+            ["build/bin/process_tests \"[.viewer_latency]\""], measure_viewer_latency, is_timed=True, is_of_algorithm=False),
     Section("View", 22, "What `map_viewer` takes, and what it sends to each page that is open. Whole grids instead: what it "
             "would send if each change of the map sent all of it.",
             ["scripts/bench view fr079.clf.gz --preset sick --rate 40",
              "scripts/bench view killian.clf.gz --preset sick --runs 0 --pages 1 --chromium"], measure_view,
             (radish("fr079"), radish("killian")), is_timed=True),
     Section("Packages", 20, "What the Debian packages bring along on a bare Debian 12.",
-            ["scripts/packages --chroot bookworm"], measure_packages),
+            ["scripts/packages --chroot bookworm"], measure_packages, is_of_algorithm=False),
 ]

@@ -34,6 +34,7 @@ class Section:
     measure: object  # () -> the text below the commands
     logs: tuple = ()
     is_timed: bool = False  # another load on the machine changes its figures
+    is_of_algorithm: bool = True  # another algorithm may change them
 
     @property
     def name(self):

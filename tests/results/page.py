@@ -9,6 +9,8 @@ HEAD = """# Results
 
 What the READMEs quote, and more, each figure beside the command that measured it and wrote it here. `LOG` is a log of
 `$CRSM_DATA`, or `../shared/data`, and `DIR` a folder of results; `N` is a seed.
+
+A section *measured before the last change* is older than the algorithm of today. Its command may give other figures now.
 """
 
 

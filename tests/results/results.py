@@ -7,17 +7,19 @@ import pathlib
 import platform
 import subprocess
 import sys
-import textwrap
 import time
 
 import accuracy
+import age
 import costs
 import endurance
 import page
 import places
 from measure import PROJECT, Failed, progress
+from quotes import wrap
 
 SECTIONS = [*accuracy.SECTIONS, *places.SECTIONS, *costs.SECTIONS, *endurance.SECTIONS]
+RESULTS = PROJECT / "tests/RESULTS.md"
 BUSY_CORES = 0.2  # of other work, from which on a time is said to be measured beside it
 LOOK_S = 2.0       # at other work, before and behind a section
 
@@ -51,16 +53,13 @@ def cores_of_other_work():
 
 
 def say_when(section, busy_cores):
-    text = f"Measured at {commit()} on {datetime.date.today()}"
+    text = f"Measured at {commit()}{f' (algorithm {age.algorithm_of()})' if section.is_of_algorithm else ''}"
+    text += f" on {datetime.date.today()}"
     if section.is_timed:
         text += f", on {len(os.sched_getaffinity(0))} cores of {processor()}"
         if busy_cores > BUSY_CORES:
             text += f", beside other work, which kept {busy_cores:.1f} cores busy before or after it"
     return text + "."
-
-
-def wrap(text):
-    return textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False)
 
 
 def write_section(section, text, busy_cores, path):
@@ -81,10 +80,14 @@ def main():
     parser = argparse.ArgumentParser(prog="scripts/results")
     parser.add_argument("sections", nargs="*", metavar="SECTION")
     parser.add_argument("--list", action="store_true")
-    parser.add_argument("--file", type=pathlib.Path, default=PROJECT / "tests/RESULTS.md")
+    parser.add_argument("--mark", action="store_true")
+    parser.add_argument("--file", type=pathlib.Path, default=RESULTS)
     arguments = parser.parse_args()
     if arguments.list:
         return print_list()
+    if arguments.mark:
+        print("\n".join(age.mark(RESULTS, SECTIONS)) or "nothing changed")
+        return 0
     known = {section.name: section for section in SECTIONS}
     if unknown := [name for name in arguments.sections if name not in known]:
         parser.error(f"no section {unknown[0]}; there are: {', '.join(known)}")
@@ -99,6 +102,8 @@ def main():
             text = section.measure()
             write_section(section, text, max(busy_cores, cores_of_other_work()), arguments.file)
             progress(f"{section.name}: written after {(time.monotonic() - begin) / 60:.1f} minutes")
+            if arguments.file == RESULTS:
+                age.mark(RESULTS, SECTIONS)
         except Failed as failure:
             progress(f"{section.name}: left as it is: {failure}")
             failed = 1

@@ -6,6 +6,7 @@ import sys
 import tempfile
 import unittest
 
+import age
 import page
 import results
 from measure import PROJECT, Section
@@ -75,7 +76,52 @@ class Sections(unittest.TestCase):
             self.assertTrue(text.strip().startswith(results.wrap(known[title].about)), title)
             for command in [f"scripts/results {known[title].name}", *known[title].commands]:
                 self.assertIn(f"\n    {command}\n", text)
-            self.assertIn("\nMeasured at ", text)
+            self.assertRegex(text, "\nMeasured (at|before the last change, at) ")
+
+    def test_what_is_older_than_the_algorithm_says_so(self):
+        written = page.read(results.RESULTS)
+        for title, text in age.marked_sections(results.RESULTS, results.SECTIONS)[1].items():
+            self.assertEqual(written[1][title].strip(), text.strip(), f"{title}: scripts/results --mark writes how old it is")
+        self.assertEqual(written[0].strip(), page.HEAD.strip())
+
+
+class Age(unittest.TestCase):
+    SECTION = "Says what.\n\n| x |\n\nMeasured at 883d7f2 (algorithm 01234567) on 2026-11-25, on 2 cores.\n"
+    OLD = SECTION.replace("Measured at", "Measured before the last change, at")
+
+    def test_a_section_of_another_algorithm_is_marked_and_one_of_the_same_is_not(self):
+        for text in (self.SECTION, self.OLD):
+            self.assertEqual(age.with_age(text, "01234567"), self.SECTION)
+            self.assertEqual(age.with_age(text, "76543210"), self.OLD)
+
+    def test_a_section_that_names_no_algorithm_is_old(self):
+        self.assertIn("Measured before the last change, at", age.with_age("A.\n\nMeasured at 1 with changes on 2", "01234567"))
+
+    def test_a_section_that_is_measured_anew_is_of_the_algorithm_of_today(self):
+        text = f"A.\n\n{results.say_when(Section('New one', 1, 'A.', [], None), 0.0)}\n"
+        self.assertEqual(age.with_age(text, age.algorithm_of()), text)
+
+    def test_code_makes_another_algorithm_and_comments_do_not(self):
+        with tempfile.TemporaryDirectory() as folder:
+            common = pathlib.Path(folder) / "common"
+            for name in age.ALGORITHM:
+                (common / name).parent.mkdir(parents=True, exist_ok=True)
+                (common / name).write_text("") if "." in name else (common / name).mkdir()
+            file = common / "match/a.cpp"
+            known = []
+            for text in ("a = 1;\n", "a = 2;\n", "// Why.\n\n  a = 1;\n"):
+                file.write_text(text)
+                known.append(age.algorithm_of(pathlib.Path(folder)))
+            self.assertEqual((known[0] == known[1], known[0] == known[2]), (False, True))
+            file.rename(common / "graph/a.cpp")
+            self.assertNotEqual(age.algorithm_of(pathlib.Path(folder)), known[2])
+            (common / "graph/README.md").write_text("No code.")
+            file.write_text(text)
+            (common / "graph/a.cpp").unlink()
+            self.assertEqual(age.algorithm_of(pathlib.Path(folder)), known[2])
+
+    def test_every_room_that_decides_a_map_is_there(self):
+        self.assertEqual([name for name in age.ALGORITHM if not (PROJECT / "common" / name).exists()], [])
 
 
 if __name__ == "__main__":
