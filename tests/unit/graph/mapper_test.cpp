@@ -85,6 +85,12 @@ ByteMap DrawWhole(const Mapper& mapper) {
   return MapOf(whole.map());
 }
 
+bool HaveEqualTiles(const MapDelta& a, const MapDelta& b) {
+  return std::ranges::equal(a.tiles, b.tiles, [](const TileChange& one, const TileChange& other) {
+    return one.index == other.index && one.runs == other.runs;
+  });
+}
+
 std::vector<std::uint8_t> CellsOf(const ByteMap& map) { return map.ToDenseGrid().cells; }
 
 /// The tiles in which anything is explored: of a map whose corners are a kilometre apart it is the fastest look.
@@ -124,7 +130,7 @@ TEST_CASE("without loops a mapper draws what the map's owner draws, and keeps no
     const Mapper::Step step = mapper.Integrate(scan, driven.matches[i]);
     REQUIRE(step.delta.version == expected.version);
     REQUIRE(step.delta.drawn == expected.drawn);
-    REQUIRE(std::ranges::equal(step.delta.tiles, expected.tiles, {}, &TileChange::runs, &TileChange::runs));
+    REQUIRE(HaveEqualTiles(step.delta, expected));
     REQUIRE(step.keyframe == nullptr);
   }
   CHECK(CellsOf(LocalMap(mapper)) == CellsOf(MapOf(owner)));
@@ -365,10 +371,12 @@ TEST_CASE(
       }
       if (i < num_put_off) CHECK(put_off.local().num_tiles() == 0);
       if (i + 1 == num_put_off) Take(replica, put_off.DrawPutOff());
-      if (i + 1 < num_put_off) continue;
-      const auto explored = ExploredTiles(replica);
-      REQUIRE((explored == ExploredTiles(LocalMap(whole))));
-      REQUIRE((explored == ExploredTiles(LocalMap(put_off))));
+      if (i >= num_put_off) CHECK(HaveEqualTiles(step.delta, expected.delta));
+      if (i + 1 == num_put_off || i + 1 == num_scans) {
+        const auto explored = ExploredTiles(replica);
+        CHECK((explored == ExploredTiles(LocalMap(whole))));
+        CHECK((explored == ExploredTiles(LocalMap(put_off))));
+      }
     }
     CHECK(put_off.graph().poses() == whole.graph().poses());
     CHECK(put_off.local().num_scans_cut() == whole.local().num_scans_cut());

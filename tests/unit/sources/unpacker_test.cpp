@@ -111,8 +111,9 @@ TEST_CASE("a log or a bag is read as it is, whatever has compressed it, once or 
 }
 
 TEST_CASE("a compressed log that is cut short or damaged is read as far as it goes, and that is counted") {
-  std::string log;
-  for (int i = 0; i < 60'000; ++i) log += CarmenLines().substr(0, 33) + std::to_string(i * 7919) + ".5 host 0\n";
+  const std::string line = CarmenLines().substr(0, 33);  // up to its time
+  std::string log;  // of two blocks of bzip2, of which each comes back whole or not at all
+  for (int i = 0; i < 30'000; ++i) log += line + std::to_string(i * 7919) + ".5 host 0\n";
   for (const std::string compression : kCompressionNames) {
     CAPTURE(compression);
     const std::string packed = Pack(compression, log);
@@ -122,7 +123,9 @@ TEST_CASE("a compressed log that is cut short or damaged is read as far as it go
     CHECK(CountOf(*all, "truncated") == 0);
     const ScratchFile cut(packed.substr(0, packed.size() * 3 / 4));
     const auto some = OpenLaserSource(cut.path(), {});
-    CHECK(ReadAll(*some).size() < num);
+    const std::size_t num_of_some = ReadAll(*some).size();
+    CHECK(num_of_some > num / 2);
+    CHECK(num_of_some < num);
     CHECK(CountOf(*some, "truncated") == 1);
   }
 }
