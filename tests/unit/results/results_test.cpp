@@ -13,6 +13,7 @@
 #include <string>
 
 #include "catch.hpp"
+#include "common/logs/map_files.hpp"
 #include "common/results/pictures.hpp"
 #include "common/results/png.hpp"
 #include "common/results/summary.hpp"
@@ -238,7 +239,22 @@ TEST_CASE("the folder is made, holds the six files and no others, and a second r
   // The lower left corner in metres, and map_server's thresholds.
   CHECK(files["map.yaml"] ==
         "image: map.png\nresolution: 0.05\norigin: [-0.100000, 0.150000, 0.0]\n"
-        "negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n");
+        "negate: 0\noccupied_thresh: 0.504\nfree_thresh: 0.5\n");
+}
+
+TEST_CASE("map_server reads every byte of a map as this project does") {
+  const std::string yaml = FormatMapYaml(MakeUnexploredCell(0.05));
+  const auto ReadNumber = [&](const std::string& key) { return std::stod(yaml.substr(yaml.find(key) + key.size())); };
+  const double occupied_thresh = ReadNumber("occupied_thresh: ");
+  const double free_thresh = ReadNumber("free_thresh: ");
+  for (int byte = 0; byte < 256; ++byte) {
+    CAPTURE(byte);
+    const double occupied = (255 - byte) / 255.0;  // image_loader.cpp of map_server, and map_io.cpp of nav2_map_server
+    CHECK((occupied > occupied_thresh) == IsOccupied(static_cast<std::uint8_t>(byte)));
+    CHECK((occupied < free_thresh) == IsFree(static_cast<std::uint8_t>(byte)));
+    CHECK((static_cast<float>(occupied) > occupied_thresh) == IsOccupied(static_cast<std::uint8_t>(byte)));
+    CHECK((static_cast<float>(occupied) < free_thresh) == IsFree(static_cast<std::uint8_t>(byte)));
+  }
 }
 
 TEST_CASE("a reader that has a file open keeps the whole old one") {
