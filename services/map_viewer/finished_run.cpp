@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
@@ -21,6 +22,7 @@
 #include "services/journal/map_parameters.hpp"
 #include "services/map_viewer/join_news.hpp"
 #include "services/map_viewer/run_facts.hpp"
+#include "services/map_viewer/run_folder.hpp"
 #include "services/settings/command_line.hpp"
 
 namespace crsm {
@@ -37,17 +39,18 @@ Parameters ReadParameters(const std::filesystem::path& folder) {
 /// What a journal brings back.
 class Run {
  public:
-  /// after_scan: called after each.
-  Run(const std::string& results, const std::function<void(const Run&)>& after_scan) {
-    const std::filesystem::path folder = FindJournal(results).parent_path();
+  /// is_of_piece: for each scan whether it is shown; all are where it is empty. after_scan: called after each.
+  Run(const RunFolder& results, std::vector<bool> is_of_piece, const std::function<void(const Run&)>& after_scan)
+      : results_(results), is_of_piece_(std::move(is_of_piece)) {
+    const std::filesystem::path folder = FindJournal(results.run).parent_path();
     const auto head = ReadHead(folder);
-    if (!head) throw std::runtime_error(fmt::format("{}: its journal has no scans", results));
+    if (!head) throw std::runtime_error(fmt::format("{}: its journal has no scans", results.run.string()));
     epoch_ = head->epoch;
     const Parameters parameters = ReadParameters(folder);
     drawing_ = parameters.update;
     mapper_.emplace(parameters.update, parameters.loops);
     if (head->subject.finished_map) {
-      finished_map_ = ReadByteMap(results);
+      finished_map_ = ReadByteMap(results.run);
       mapper_->Finish();
     }
     const std::string notice =
@@ -58,6 +61,20 @@ class Run {
                      },
                      [this](const GraphUpdate& update) { return mapper_->Accept(update); }});
     if (!notice.empty()) Say(fmt::format("map_viewer: {}", notice));
+  }
+
+  /// For each scan whether it is of the piece of the folder.
+  std::vector<bool> FindScansOfPiece() const {
+    const int component = mapper_->FindComponent(results_.piece);
+    if (component < 0) {
+      throw std::runtime_error(fmt::format("{}: its map has {} pieces, and no piece {}", results_.run.string(),
+                                           mapper_->FindPieces().num_pieces, results_.piece));
+    }
+    std::vector<bool> is_of_piece(matches_.size());
+    for (const auto& [first, end] : mapper_->FindScans(component)) {
+      std::fill(is_of_piece.begin() + first, is_of_piece.begin() + end, true);
+    }
+    return is_of_piece;
   }
 
   std::size_t num_scans() const { return matches_.size(); }
@@ -72,25 +89,29 @@ class Run {
   void ShowMapAndPath(Scene& scene) const {
     ShowMap(scene.map());
     PathSketch path;
-    for (std::size_t i = 0; i < matches_.size(); ++i) path.Add(BestMatch(i));
+    for (const std::size_t scan : ShownScans()) path.Add(BestMatch(scan));
     scene.SetPath(path, true);
   }
 
   /// The scan that was read last.
   void AddTo(Timeline& timeline) const {
+    if (!IsShown(matches_.size() - 1)) return;
     const bool is_kept = last_scan_.rays.size() > 0 && of_last_scan_ + 1 == matches_.size();
     const CriticalRays scan = is_kept ? LastScan() : CriticalRays();
     timeline.Add(matches_.back(), is_kept ? &scan : nullptr);
   }
 
   void ShowTimeline(Timeline timeline, Scene& scene) const {
-    for (std::size_t i = 0; i < matches_.size(); ++i) timeline.SetMatch(i, BestMatch(i));
+    std::size_t number = 0;
+    for (const std::size_t scan : ShownScans()) timeline.SetMatch(number++, BestMatch(scan));
     scene.SetTimeline(std::move(timeline));
   }
 
   /// All else that is to be seen of a run that has ended.
-  void ShowEnd(const std::filesystem::path& results, Scene& scene) const {
-    for (const ScanMatch& match : matches_) {
+  void ShowEnd(Scene& scene) const {
+    const std::vector<std::size_t> shown = ShownScans();
+    for (const std::size_t scan : shown) {
+      const ScanMatch& match = matches_[scan];
       scene.AddSample({match.utime, static_cast<float>(match.fitness), match.state});
     }
     if (last_scan_.rays.size() > 0) {
@@ -98,18 +119,21 @@ class Run {
     } else if (!matches_.empty()) {
       ShowRobot(scene);
     }
-    scene.SetLoops(mapper_->PlaceLoops());
+    if (!is_piece()) scene.SetLoops(mapper_->PlaceLoops());
     const PathSketch& path = scene.path();
     const MapPieces pieces = mapper_->FindPieces();
-    nlohmann::json info = ReadRunFacts(results, matches_.size());
+    nlohmann::json info = is_piece() ? DescribePiece(results_, pieces) : ReadRunFacts(results_.run, matches_.size());
     info.update({{"live", false},
                  {"scans", path.num_matches()},
                  {"lost", path.num_lost()},
                  {"loops_closed", pieces.num_closed},
                  {"localised", finished_map_.has_value()}});
-    if (!matches_.empty()) info["truth"] = ReadTruth(results, BestMatch(0));
+    info["pieces"] = ListPieces(results_.run, pieces);
+    info["shown_piece"] = results_.piece;
+    if (!shown.empty()) info["truth"] = ReadTruth(results_.run, BestMatch(shown.front()));
     for (const Break& at : pieces.breaks) {
-      info["breaks"].push_back({{"scan", at.scan}, {"joined", at.joined()}});
+      const auto scan = std::ranges::find(shown, static_cast<std::size_t>(at.scan));
+      if (scan != shown.end()) info["breaks"].push_back({{"scan", scan - shown.begin()}, {"joined", at.joined()}});
     }
     scene.SetInfo(ToText(info));
   }
@@ -118,15 +142,34 @@ class Run {
   void Add(const CriticalRays* scan, const ScanMatch& match) {
     mapper_->Restore(scan, match);
     matches_.push_back(match);
-    if (!scan) return;
+    if (!scan || !IsShown(matches_.size() - 1)) return;
     last_scan_ = *scan;
     of_last_scan_ = matches_.size() - 1;
   }
 
+  bool is_piece() const { return !is_of_piece_.empty(); }
+  bool IsShown(std::size_t scan) const { return !is_piece() || is_of_piece_[scan]; }
+
+  std::vector<std::size_t> ShownScans() const {
+    std::vector<std::size_t> shown;
+    for (std::size_t scan = 0; scan < matches_.size(); ++scan) {
+      if (IsShown(scan)) shown.push_back(scan);
+    }
+    return shown;
+  }
+
   CriticalRays LastScan() const { return Deskew(last_scan_, matches_[of_last_scan_].twist); }
 
+  /// An axis turns with its scan.
   ScanMatch BestMatch(std::size_t scan) const {
-    return mapper_->BestMatch(static_cast<std::int64_t>(scan), matches_[scan]);
+    ScanMatch match = mapper_->BestMatch(static_cast<std::int64_t>(scan), matches_[scan]);
+    match.state = matches_[scan].state;
+    if (is_piece()) match.floating = false;
+    const double turn_rad = match.T_map_laser.yaw_rad - matches_[scan].T_map_laser.yaw_rad;
+    const auto [x, y] = match.degenerate_axis;
+    match.degenerate_axis = {x * std::cos(turn_rad) - y * std::sin(turn_rad),
+                             x * std::sin(turn_rad) + y * std::cos(turn_rad)};
+    return match;
   }
 
   void ShowMap(SceneMap& shown) const {
@@ -137,7 +180,11 @@ class Run {
       return shown.SetVersion(epoch_, local.version());
     }
     WholeMap whole(drawing_);
-    if (mapper_->closes_loops()) whole.Draw(*mapper_, kAll);
+    if (is_piece()) {
+      whole.Draw(*mapper_, mapper_->FindComponent(results_.piece), local.version(), kAll);
+    } else if (mapper_->closes_loops()) {
+      whole.Draw(*mapper_, kAll);
+    }
     const MapUpdater& drawn = mapper_->closes_loops() ? whole.map() : local;
     ByteMap map(drawn.geometry().cell_size_m());
     for (std::size_t tile = 0; tile < drawn.num_tiles(); ++tile) {
@@ -147,34 +194,44 @@ class Run {
     shown.SetVersion(epoch_, drawn.version());
   }
 
+  RunFolder results_;
+  std::vector<bool> is_of_piece_;  ///< by scan; none where all are shown
   std::int64_t epoch_ = 0;
   UpdateParameters drawing_;
   std::optional<Mapper> mapper_;
   std::optional<ByteMap> finished_map_;  ///< of another run, on which this one was localised
   std::vector<ScanMatch> matches_;
-  CriticalRays last_scan_;  ///< that was drawn
+  CriticalRays last_scan_;  ///< that was drawn, of those that are shown
   std::size_t of_last_scan_ = 0;
 };
 
 }  // namespace
 
 std::unique_ptr<Scene> ReadFinishedRun(const std::string& results) {
+  const RunFolder folder = FindRun(results);
+  std::vector<bool> is_of_piece;
+  if (folder.piece > 1) is_of_piece = Run(folder, {}, [](const Run&) {}).FindScansOfPiece();
   auto scene = std::make_unique<Scene>(results);
   Timeline timeline;
-  const Run run(results, [&](const Run& so_far) { so_far.AddTo(timeline); });
+  const Run run(folder, std::move(is_of_piece), [&](const Run& so_far) { so_far.AddTo(timeline); });
   run.ShowMapAndPath(*scene);
-  run.ShowEnd(results, *scene);
+  run.ShowEnd(*scene);
   run.ShowTimeline(std::move(timeline), *scene);
   return scene;
 }
 
 void ReplayRun(const std::string& results, Scene& scene, const std::function<void()>& changed) {
   constexpr std::size_t kTimes = 50;
-  const std::size_t num_scans = Run(results, [](const Run&) {}).num_scans();
+  const RunFolder folder = FindRun(results);
+  if (folder.piece > 1) {
+    throw std::runtime_error(fmt::format("{}: is a piece of a map, and has no journal: take the whole run, {}", results,
+                                         folder.run.string()));
+  }
+  const std::size_t num_scans = Run(folder, {}, [](const Run&) {}).num_scans();
   const std::size_t step = std::max<std::size_t>(1, num_scans / kTimes);
   JoinNews join_news;
   std::vector<int> told;  // components
-  const Run run(results, [&](const Run& so_far) {
+  const Run run(folder, {}, [&](const Run& so_far) {
     so_far.ShowRobot(scene);
     const std::vector<int>& components = so_far.mapper().best_components();
     const bool has_news = std::exchange(told, components) != components;

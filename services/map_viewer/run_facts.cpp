@@ -1,5 +1,7 @@
 #include "services/map_viewer/run_facts.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <stdexcept>
 #include <string>
@@ -47,6 +49,25 @@ json ReadTruth(const std::filesystem::path& results, const ScanMatch& first) {
     places.push_back({there.x_m, there.y_m});
   }
   return places;
+}
+
+json ListPieces(const std::filesystem::path& run, const MapPieces& pieces) {
+  json list = json::array();
+  for (std::size_t i = 0; i < pieces.pieces.size(); ++i) {
+    const std::filesystem::path folder = i == 0 ? run : run / "pieces" / std::to_string(i + 1);
+    list.push_back({{"piece", i + 1}, {"scans", pieces.pieces[i].scans}, {"way_m", pieces.pieces[i].way_m}});
+    std::error_code error;
+    if (std::filesystem::is_regular_file(folder / "map.png", error)) list.back()["folder"] = folder.string();
+  }
+  return list;
+}
+
+json DescribePiece(const RunFolder& results, const MapPieces& pieces) {
+  const auto index = static_cast<std::size_t>(results.piece) - 1;
+  json facts = WithoutVerdict(
+      fmt::format("this is piece {} of {}, and the verdict is on piece 1", results.piece, results.run.string()));
+  if (index < pieces.pieces.size()) facts["way_m"] = pieces.pieces[index].way_m;
+  return facts;
 }
 
 json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans) {

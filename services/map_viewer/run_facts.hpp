@@ -4,13 +4,22 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "common/graph/pieces.hpp"
 #include "common/scan/scan_match.hpp"
+#include "services/map_viewer/run_folder.hpp"
 
 namespace crsm {
 
 /// What the summary.json of a run says of it: {"verdict": {"trust", "lines"}, "way_m", "area_m2"}. Without a verdict on
 /// all of its `num_scans` scans, `trust` is "none", and the line says why.
 nlohmann::json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans);
+
+/// The pieces of the map of a run, the one that it shows first: [{"piece", "scans", "way_m", "folder"}, ...]; no
+/// "folder" where a piece has none.
+nlohmann::json ListPieces(const std::filesystem::path& run, const MapPieces& pieces);
+
+/// As ReadRunFacts, of a piece: there is no verdict on it. {"verdict": {"trust", "lines"}, "way_m"}.
+nlohmann::json DescribePiece(const RunFolder& results, const MapPieces& pieces);
 
 /// Where the robot of a simulated world really was, as [[x, y], ...] on the map on which `first` is the pose of its
 /// first scan; empty where the run has no truth.tum that can be read.

@@ -19,6 +19,7 @@
 #include "common/logs/stop_request.hpp"
 #include "common/logs/temporary_file.hpp"
 #include "services/map_viewer/mcap_export.hpp"
+#include "services/map_viewer/run_folder.hpp"
 
 namespace crsm {
 namespace {
@@ -109,7 +110,7 @@ WebPage RunFiles::List(std::size_t robot) const {
       const auto file = FindStored(std::filesystem::path(folders_[robot]) / kind.name);
       if (file) list.push_back({{"name", kind.name}, {"bytes", file->size()}});
     }
-    list.push_back({{"name", kMcap}, {"bytes", nullptr}});
+    if (FindRun(folders_[robot]).piece == 1) list.push_back({{"name", kMcap}, {"bytes", nullptr}});
   }
   return {200, "application/json", list.dump() + "\n"};
 }
