@@ -24,30 +24,47 @@ std::vector<int> FindOldest(const std::vector<int>& numbers) {
   return oldest;
 }
 
+/// Whether nothing of what was piece 1 is on it any more. before, now: by trajectory, numbers of pieces.
+bool IsAnotherPieceShown(const std::vector<int>& before, const std::vector<int>& now) {
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (before[i] == 1 && now[i] == 1) return false;
+  }
+  return std::ranges::count(before, 1) > 0;
+}
+
 }  // namespace
+
+bool IsFirstElsewhere(const MapPieces& pieces) { return ListPieces(pieces).front() != 1; }
 
 std::string DescribeFloating(std::int64_t trajectory) {
   return fmt::format("floating: not joined to the map yet (trajectory {})", trajectory);
 }
 
 std::vector<std::string> JoinNews::Look(const MapPieces& pieces) {
-  const std::vector<int> numbers = ListPieces(pieces);
-  const std::vector<int> told = std::exchange(components_, FindOldest(numbers));
+  const std::vector<int> before = std::exchange(numbers_, ListPieces(pieces));
+  const std::vector<int>& numbers = numbers_;
   const std::int64_t first = pieces.num_breaks - std::ssize(pieces.breaks);
-  const bool goes_on = !told.empty() && told.size() <= components_.size() && first == first_;
+  const bool goes_on = !before.empty() && before.size() <= numbers.size() && first == first_;
   first_ = first;
   if (!goes_on) return {};
+  const std::vector<int> told = FindOldest(before);
+  const std::vector<int> components = FindOldest(numbers);
   std::vector<std::string> news;
-  for (int i = 0; i < std::ssize(components_); ++i) {
+  if (IsAnotherPieceShown(before, numbers)) {
+    news.push_back(
+        fmt::format("another piece is the larger one now and is shown (trajectory {}); the one before floats",
+                    first + (std::ranges::find(numbers, 1) - numbers.begin())));
+  }
+  for (int i = 0; i < std::ssize(components); ++i) {
     const auto index = static_cast<std::size_t>(i);
     const bool is_new = index >= told.size();
     const bool was_joined = !is_new && told[index] != i;
-    const bool is_joined = components_[index] != i;
+    const bool is_joined = components[index] != i;
     const bool is_on_map = numbers[index] == 1;
     if (is_joined && !was_joined) {
       news.push_back(is_on_map ? fmt::format("joined: trajectory {} with the map", first + i)
                                : fmt::format("joined: trajectory {} with trajectory {}, both float", first + i,
-                                             first + components_[index]));
+                                             first + components[index]));
     } else if (was_joined && !is_joined) {
       news.push_back(fmt::format("a join was rejected: trajectory {} is a part of its own again", first + i));
     } else if (is_new && !is_on_map) {

@@ -146,6 +146,7 @@ void LiveRobot::ShowMap() {
   if (!replica.synced()) return;
   if (std::exchange(is_anew_, false)) shown.Replace(*map_, replica.version());
   if (shown.version() == replica.version() && shown.epoch() == replica.epoch()) return;
+  if (shown.epoch() != replica.epoch()) next_info_ = now;  // says why
   shown.SetVersion(replica.epoch(), replica.version());
   scene_.SetPath(path_, std::exchange(path_is_anew_, false));
   if (const LocalPose* local = last_known_ ? local_poses_.Find(last_known_->utime) : nullptr) {
@@ -163,7 +164,10 @@ void LiveRobot::ShowInfo() {
   for (const auto& [name, heard] : {std::pair("scan_age_s", scan_heard_), std::pair("match_age_s", match_heard_)}) {
     if (heard) info[name] = std::chrono::duration<double>(now - *heard).count();
   }
-  if (const auto& pieces = map_follower_.replica().pieces()) info["loops_closed"] = pieces->num_closed;
+  if (const auto& pieces = map_follower_.replica().pieces()) {
+    info["loops_closed"] = pieces->num_closed;
+    info["another_piece"] = IsFirstElsewhere(*pieces);
+  }
   for (const auto& [name, heard] : statuses_) {
     info["services"].push_back(DescribeService(heard.status, std::chrono::duration<double>(now - heard.heard).count()));
   }

@@ -1,7 +1,9 @@
 #include "services/map_viewer/page_feed.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "common/math/parse_number.hpp"
@@ -23,6 +25,11 @@ void AppendRecord(std::string& message, RecordKind kind, const std::string& reco
 }
 
 float Narrow(double value) { return static_cast<float>(value); }
+
+double AngleOf(const std::array<double, 2>& axis) {
+  const bool is_known = axis[0] != 0.0 || axis[1] != 0.0;
+  return is_known ? std::atan2(axis[1], axis[0]) : std::numeric_limits<double>::quiet_NaN();
+}
 
 std::uint8_t PathState(const ScanMatch& match) {
   constexpr std::uint8_t kFloating = 4;  // lost or not: nothing is known of its place on the map that is shown
@@ -167,6 +174,7 @@ void PageFeed::AddTimeline(std::string& message) {
   AppendFirst(&Timeline::Position::x_m);
   AppendFirst(&Timeline::Position::y_m);
   AppendAll([](const ScanMatch& match) { return Narrow(match.fitness); });
+  AppendAll([](const ScanMatch& match) { return Narrow(AngleOf(match.degenerate_axis)); });
   AppendAll([](const ScanMatch& match) { return static_cast<std::int32_t>(match.trajectory); });
   AppendAll(PathState);
   AppendRecord(message, kTimeline, record);

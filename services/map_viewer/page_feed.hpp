@@ -25,7 +25,8 @@ namespace crsm {
 ///   5 info     JSON: names of all robots, loops, the newest news and how many there were, and Scene::info
 ///   6 timeline of a run that has ended: number of scans u32, then of all scans time f64 [s], then of all x, then y,
 ///              then yaw f32 [m, m, rad], then x, then y f32 [m] where it was matched first, NaN if nowhere, then
-///              fitness f32, then trajectory i32, then state u8 as of the path
+///              fitness f32, then degenerate axis f32 [rad], NaN if there is none, then trajectory i32, then state u8
+///              as of the path
 ///
 /// A page may ask for one of these scans by the text "scan NUMBER": it comes as the robot. By "start X Y YAW" [m, m,
 /// rad] it says where a robot is that is localised on a finished map.

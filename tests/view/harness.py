@@ -16,6 +16,11 @@ PATIENCE_S = 90
 BIN = pathlib.Path(sys.argv[1]).resolve()
 PICTURES = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else None
 
+# For every script: `await drawn()` comes back when all that was told before is drawn, and the badges are of it.
+DRAWN = """
+const drawn = () => new Promise((then) => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(then)), 300));
+"""
+
 # What the page knows of its first robot.
 STATE = """
 const callback = arguments[0];
@@ -104,16 +109,18 @@ class Browser:
         self.driver.set_script_timeout(30)
         self.driver.get(url)
 
-    def run(self, script):
-        return self.driver.execute_async_script(script)
+    def run(self, script, *arguments):
+        return self.driver.execute_async_script(DRAWN + script, *arguments)
 
     def state(self):
         return self.run(STATE)
 
     def errors(self):
-        """What the console has of errors, but for connections to a viewer that was killed."""
+        """What the console has of errors, once the page is drawn, but for connections to a viewer that was killed."""
+        self.run("drawn().then(arguments[0]);")
         return [entry["message"] for entry in self.driver.get_log("browser")
-                if entry["level"] == "SEVERE" and "WebSocket connection to" not in entry["message"]]
+                if entry["level"] == "SEVERE" and "WebSocket connection to" not in entry["message"]
+                and "ERR_CONNECTION_REFUSED" not in entry["message"]]
 
     def asked_for(self):
         """All addresses that the page has asked for something."""

@@ -29,6 +29,7 @@ except ImportError as error:
     print(f"skipped: {error} (python3-selenium)")
     sys.exit(SKIPPED)
 
+import pieces
 import states
 import timeline
 
@@ -153,8 +154,8 @@ import('/main.js').then(({robots}) => {
   soon(() => {
     const floats = text('why');
     const number = model.num_news + 1;
+    model.is_corrected = true;
     model.take({...info, kind: 'info', news: {number, text: 'joined: trajectory 3 with the map'}});
-    model.tell('corrected');
     model.take({...robot, kind: 'robot', floating: false, trajectory: 3});
     soon(() => {
       context.setLineDash = setLineDash;
@@ -164,17 +165,30 @@ import('/main.js').then(({robots}) => {
 });
 """
 
-# Tells the page of a correction that moves the path by 0.3 m; of a path that is only thinned; and of another map. What
-# is said, and how many places were moved each time.
+# Tells the page of a loop that moves the path by 0.3 m; of a path that is only thinned; and of another map. What is
+# said, and how many places were moved each time. Then that the map is drawn anew and no loop was closed; and that another
+# piece is shown: what is said then, and by the badge.
 MOVED = """
 const callback = arguments[0];
-import('/main.js').then(({robots}) => {
+import('/main.js').then(async ({robots}) => {
   const {model} = robots[0];
+  const {socket} = robots[0].connection;
+  const {onmessage} = socket;
+  socket.onmessage = null;  // only the test tells it something
+  const toast = () => document.getElementById('toast').textContent;
+  const info = model.info;
+  const drawAnew = (told) => {
+    model.take({kind: 'map', anew: false, epoch: model.cursor.epoch + 1n, version: model.cursor.version, complete: true,
+                cell_size_m: model.map.cell_size_m, tiles: []});
+    model.cursor.epoch -= 1n;
+    model.take({...info, kind: 'info', services: [], scan_age_s: 0, match_age_s: 0, ...told});
+  };
   const kept = model.path.slice();
   const take = (points) => model.take({kind: 'path', generation: ++model.path_generation + 1, first: 0, points});
   model.moved = [];
   take(kept.map((point) => ({...point, y_m: point.y_m + 0.3})));
-  const seen = {places: kept.length, moved: model.moved.length, toast: document.getElementById('toast').textContent};
+  drawAnew({loops_closed: info.loops_closed + 1});
+  const seen = {places: kept.length, moved: model.moved.length, toast: toast()};
   take(model.path.filter((_, i) => i % 2 === 0));
   seen.thinned = model.moved.length;
   model.is_another_map = true;
@@ -182,21 +196,33 @@ import('/main.js').then(({robots}) => {
   seen.another = model.moved.length;
   take(kept.map((point) => ({...point, x_m: point.x_m + 0.1})));
   seen.again = model.moved.length;
+  drawAnew({loops_closed: info.loops_closed});
+  seen.no_loop = toast();
+  const news = {number: model.num_news + 1, text: 'another piece is the larger one now'};
+  drawAnew({another_piece: true, news});
+  model.take({...model.robot, kind: 'robot', state: 'OK', floating: false});
+  await drawn();
+  const state = document.getElementById('state');
+  Object.assign(seen, {switched: toast(), state: state.textContent, tone: state.dataset.tone});
+  model.take({...info, kind: 'info'});
+  take(kept);
+  socket.onmessage = onmessage;
   callback(seen);
 });
 """
 
-# Draws all maps over the first one. Callback: the names that are drawn there, with the layer of other robots and without,
-# and whether all of both maps is in view.
+# Draws all maps over the first one, and side by side again. Callback: the names that are drawn there, with the layer of
+# other robots and without, and how many labels are seen, and what the badges say, once each of these is drawn.
 OVER = """
 const callback = arguments[0];
-import('/main.js').then(({robots}) => {
+import('/main.js').then(async ({robots}) => {
   const {view} = robots[0];
   const mode = document.getElementById('mode');
+  const badges = () => [...document.querySelectorAll('.badge')].map((badge) => badge.textContent);
   const box = document.querySelector('[data-layer=robots]');
   const context = view.canvas.getContext('2d');
   const {fillText} = context;
-  const drawn = () => {
+  const names = () => {
     const names = [];
     context.fillText = (text, ...rest) => { names.push(text); fillText.call(context, text, ...rest); };
     view.stale = true;
@@ -204,22 +230,24 @@ import('/main.js').then(({robots}) => {
     context.fillText = fillText;
     return names;
   };
-  const show = (value) => {
+  const states = {};
+  const show = async (value) => {
     mode.value = value;
     mode.dispatchEvent(new Event('change'));
+    await drawn();
+    states[value] = badges();
   };
-  const beside = drawn();
-  show('overlay');
+  const beside = names();
+  await show('overlay');
   document.getElementById('fit').click();
-  const over = drawn();
+  const over = names();
   box.click();
   const labels = [...document.querySelectorAll('.label')].filter((label) => label.checkVisibility()).length;
-  const states = [...document.querySelectorAll('.label .badge')].map((badge) => badge.textContent);
-  const without = drawn();
+  const without = names();
   box.click();
-  show('difference');
-  const difference = drawn();
-  show('beside');
+  await show('difference');
+  const difference = names();
+  await show('beside');
   callback({beside, over, without, difference, labels, states, shown: robots.length});
 });
 """
@@ -347,6 +375,10 @@ def test_moved(browser):
     check(seen["moved"] > 0.9 * seen["places"] > 10 and "by up to 0.30 m" in seen["toast"], f"what a loop moves is said: {seen['toast']}")
     check(seen["thinned"] == seen["moved"] and seen["another"] == 0 and seen["again"] > 0,
           f"and neither a path that is thinned nor one on another map is moved: {seen}")
+    check(seen["toast"].startswith("loop closed") and seen["no_loop"] == "the map was corrected by up to 0.10 m",
+          "a loop is only said where one was closed")
+    check((seen["switched"], seen["state"], seen["tone"]) == ("another piece is the larger one now", "ANOTHER PIECE", "warn"),
+          "that another piece is shown is said, and is not OK")
 
 
 def test_phone(url):
@@ -470,7 +502,9 @@ def test_several(results):
         named = [str(other)]
         check((seen["beside"], seen["over"], seen["without"], seen["difference"]) == ([], named, [], named),
               "one over the other, the other robot is drawn with its name")
-        check(seen["labels"] == 2 and seen["states"] == ["GOOD", "GOOD"], f"and both are named, and how they are: {seen}")
+        check(seen["labels"] == 2, f"and both are named: {seen}")
+        for mode in ("overlay", "difference", "beside"):
+            check(seen["states"][mode] == ["GOOD"] * 3, f"and how they are, once they are drawn: {mode}")
         check(browser.errors() == [], "the console has no errors")
         browser.driver.set_window_size(412, 915)
         time.sleep(0.5)
@@ -517,6 +551,9 @@ def main():
         stack = Stack(out)
         try:
             test_finished(out)
+            pieces.test_pieces(out, compare_with_picture)
+            pieces.test_another_piece()
+            states.test_token(out / "finished")
             test_live(stack)
             states.test_by_evidence()
             states.test_start_pose()

@@ -1,12 +1,14 @@
 """What the badge says, by what came last: of processes that are stopped, and of every state in every size and theme."""
 
 import math
+import os
 import pathlib
 import signal
+import socket
 import subprocess
 import tempfile
 
-from harness import BIN, PATIENCE_S, Browser, Stack, await_that, check
+from harness import BIN, PATIENCE_S, Browser, Stack, await_that, check, free_port
 
 SIZES = {"desktop": "1440,900", "phone": "412,915", "landscape": "915,512"}
 
@@ -18,12 +20,8 @@ import('/main.js').then(async ({robots}) => {
   const {model} = robots[0];
   document.documentElement.dataset.theme !== theme && document.getElementById('theme').click();
   document.activeElement.blur();
-  if (told.connected !== undefined) {
-    model.connected = told.connected;
-    model.connection_at_ms = performance.now() - 7000;
-    model.tell('connection');
-  } else {
-    model.connected = true;
+  Object.assign(model, {connected: true, refusal: ''});
+  if (told.info) {
     model.samples = told.samples ?? [];
     model.robot = null;
     if (told.robot) model.take({kind: 'robot', utime: 0n, trajectory: 0, floating: false, x_m: 1, y_m: 1, yaw_rad: 0,
@@ -31,7 +29,11 @@ import('/main.js').then(async ({robots}) => {
         ...told.robot});
     model.take({kind: 'info', robots: [''], robot: 'robot1/', loops: [], live: true, scans: 1294, ...told.info});
   }
-  await new Promise((resolve) => setTimeout(resolve, 100));
+  if (told.connected !== undefined) {
+    model.setConnected(told.connected, told.refusal);
+    model.connection_at_ms = performance.now() - 7000;
+  }
+  await drawn();
   const box = (id) => document.getElementById(id).getBoundingClientRect();
   const [badge, head] = [box('state'), box('head')];
   const covers = ['tools', 'panel', 'player', 'foot'].filter((id) => {
@@ -40,18 +42,23 @@ import('/main.js').then(async ({robots}) => {
            other.bottom > head.top;
   });
   const known = document.getElementById('last_known');
-  const axe = window.axe ? await window.axe.run(document, {resultTypes: ['violations']}) : {violations: []};
-  callback({state: document.getElementById('state').textContent, why: document.getElementById('why').textContent,
+  const seen = {state: document.getElementById('state').textContent, why: document.getElementById('why').textContent,
             tone: document.getElementById('state').dataset.tone, spoken: document.getElementById('spoken').textContent,
+            tiles: Object.fromEntries([...document.querySelectorAll('.tiles div:not([hidden]) output')].map(
+                ({id, textContent}) => [id, textContent])),
             title: document.title, is_old: known.checkVisibility(), grey: model.is_old,
-            fits: badge.left >= 0 && badge.right <= head.right && head.right <= innerWidth, covers,
-            violations: axe.violations.map(({id, nodes}) => `${id}: ${nodes.map(({html}) => html).join(' ')}`)});
+            fits: badge.left >= 0 && badge.right <= head.right && head.right <= innerWidth, covers};
+  const axe = window.axe ? await window.axe.run(document, {resultTypes: ['violations']}) : {violations: []};  // takes a while
+  callback({...seen, violations: axe.violations.map(({id, nodes}) => `${id}: ${nodes.map(({html}) => html).join(' ')}`)});
 });
 """
 
 SERVICES = [{"name": name, "state": "at work", "silent_s": 0.5, "counters": {}, "max_ms": 1, "p50_ms": 1, "p99_ms": 1,
              "resident_mb": 1, "pid": 1, "version": ""}
             for name in ("ray_selector", "rrhc_matcher", "map_updater", "laser_publisher")]
+
+
+ENDED = [*SERVICES[:3], {**SERVICES[3], "state": "finished", "silent_s": 60}]
 
 
 def silent(name, seconds):
@@ -86,8 +93,10 @@ STATES = {
     "unplugged": ({"info": well(scan_age_s=6.3, match_age_s=6.3), "robot": is_in("OK")}, "no scan for 6 s", "bad",
                   "laser unplugged"),
     "no_pose": ({"info": well(match_age_s=8), "robot": is_in("OK")}, "no pose for 8 s", "bad", "none is matched"),
-    "log_ended": ({"info": well(scan_age_s=60, match_age_s=60, services=[
-        *SERVICES[:3], {**SERVICES[3], "state": "finished", "silent_s": 60}]), "robot": is_in("OK")}, "LOG ENDED", "none",
+    "another_piece": ({"info": well(another_piece=True), "robot": is_in("OK")}, "ANOTHER PIECE", "warn", "the larger one"),
+    "without_rays": ({"info": well(floating=3, without_rays=12, left_out=1234), "robot": is_in("NO RAYS")}, "NO RAYS", "bad",
+                     "measurement"),
+    "log_ended": ({"info": well(scan_age_s=60, match_age_s=60, services=ENDED), "robot": is_in("OK")}, "LOG ENDED", "none",
                   "published"),
     "finished_good": ({"info": {"live": False, "verdict": {"trust": "good", "off_at_m": [1, 2], "lines": [
         "all", "the map is good", "parts of it may be off by up to 2 m, most likely past x 1 m, y 2 m"]}}}, "GOOD", "good",
@@ -97,9 +106,12 @@ STATES = {
     "finished_bad": ({"info": {"live": False, "verdict": {"trust": "bad", "lines": ["the map is bad"]}}}, "BAD", "bad", ""),
     "finished_without": ({"info": {"live": False, "verdict": {"trust": "none", "lines": [
         "there is no verdict: the run has not ended"]}}}, "FINISHED", "none", "has not ended"),
-    "no_connection": ({"connected": False}, "no connection for 7 s", "bad", "map_viewer"),
+    "no_connection": ({"info": well(), "connected": False}, "no connection for 7 s", "bad", "map_viewer"),
+    "run_ended": ({"info": well(services=ENDED), "robot": is_in("OK"), "connected": False}, "LOG ENDED", "none",
+                  "in a moment"),
+    "token_missing": ({"info": {}, "connected": False, "refusal": "missing"}, "token missing", "bad", "#token="),
 }
-WITHOUT_POSE = {"lost", "matcher_stopped", "unplugged", "no_pose"}  # where the numbers are not those of now
+WITHOUT_POSE = {"lost", "without_rays", "matcher_stopped", "unplugged", "no_pose"}  # where the numbers are not those of now
 
 
 # How far the legend is scrolled when it opens, and of how many tools it tells.
@@ -133,7 +145,7 @@ def test_every_state(url, axe_core):
                 browser.driver.execute_script(axe_core)
             for name, (told, state, tone, why) in STATES.items():
                 for theme in ("dark", "light"):
-                    seen = browser.driver.execute_async_script(SHOW, theme, told)
+                    seen = browser.run(SHOW, theme, told)
                     browser.picture(f"state_{name}_{size}_{theme}")
                     wanted = seen["state"].startswith(state) and seen["tone"] == tone and why in seen["why"]
                     wanted &= seen["title"].startswith(seen["state"]) and seen["grey"] == (name in WITHOUT_POSE)
@@ -141,6 +153,10 @@ def test_every_state(url, axe_core):
                         wanted &= seen["is_old"] == seen["grey"]
                     if not (wanted and seen["fits"] and not seen["covers"] and not seen["violations"]):
                         raise AssertionError(f"{size}, {theme}, {name}: {seen}")
+            tiles = {name: browser.run(SHOW, "dark", STATES[name][0])["tiles"] for name in ("ok", "without_rays")}
+            check(set(tiles["ok"]) == {"scans", "lost", "loops", "area"}, f"{size}: a number that is 0 has no tile, but for these")
+            check({**tiles["without_rays"], "floating": "3", "without_rays": "12", "left_out": "1,234"} == tiles["without_rays"],
+                  f"{size}: what floats, what had no rays and what was left out are counted: {tiles['without_rays']}")
             browser.driver.find_element("tag name", "body").send_keys("?")
             legend = browser.driver.execute_script(LEGEND)
             check(legend["top"] == 0 and legend["tools"] >= 10, f"{size}: the legend opens at its begin: {legend}")
@@ -154,6 +170,28 @@ def test_every_state(url, axe_core):
             check(errors == [], f"{size}: every state is said, fits, and nothing covers it: {errors}")
         finally:
             browser.driver.quit()
+
+
+def test_token(results):
+    """A viewer for other hosts, opened without its token, with another one, and by a link that is pasted."""
+    port = free_port(socket.SOCK_STREAM)
+    token = "0123456789abcdef" * 2
+    viewer = subprocess.Popen([BIN / "map_viewer", results, "--http", f"0.0.0.0:{port}"], stderr=subprocess.DEVNULL,
+                              env={**os.environ, "CRSM_VIEWER_TOKEN": token})
+    browser = Browser("about:blank")
+    try:
+        await_that(lambda: socket.socket().connect_ex(("127.0.0.1", port)) == 0, "a viewer for other hosts")
+        browser.driver.get(f"http://127.0.0.1:{port}/")
+        await_that(lambda: browser.state()["state"] == "token missing" and "#token=" in browser.state()["why"],
+                   "says that its token is missing, and where it is")
+        browser.picture("token")
+        for pasted, state in (("1" * 32, "token wrong"), (token, "GOOD")):
+            browser.driver.execute_script(f"location.hash = 'token={pasted}';")
+            await_that(lambda: browser.state()["state"] == state, f"a link is pasted: {state}")
+    finally:
+        browser.driver.quit()
+        viewer.send_signal(signal.SIGINT)
+        viewer.wait(PATIENCE_S)
 
 
 def test_by_evidence():
@@ -319,7 +357,7 @@ def test_fuzz(url):
         await_that(lambda: browser.state()["connected"], "a page is there")
         cut_off(browser)
         for seed in range(1, 6):
-            seen = browser.driver.execute_async_script(FUZZ, seed)
+            seen = browser.run(FUZZ, seed)
             if seen != {"state": "OK", "draws": True, "pictures": 0}:
                 raise AssertionError(f"strange messages, seed {seed}: {seen}")
         print("  the page survives 1,500 strange messages")

@@ -1,6 +1,6 @@
 // Running curves.
 
-const BAD_STATES = {LOST: "--bad", DEGENERATE: "--warn"};
+const BAD_STATES = {LOST: "--bad", "NO RAYS": "--bad", DEGENERATE: "--warn"};
 
 function begin(canvas) {
   const ratio = window.devicePixelRatio || 1;

@@ -1,7 +1,9 @@
 // What a run that has ended has left, to be saved.
 
+import {readToken} from "./wire.js";
+
 const WHAT = {
-  "map.png": "map, a pixel a cell", "map.pgm": "map, for map_server", "map.yaml": "its resolution and origin",
+  "map.png": "map, a pixel a cell", "map.yaml": "for map_server, beside map.png", "map.pgm": "map, for tools that read no PNG",
   "overview.png": "map, path and legend", "trajectory.tum": "pose of each scan", "graph.g2o": "pose graph",
   "summary.json": "figures and verdict", "run.mcap": "for Foxglove; it takes a while to be made",
 };
@@ -17,8 +19,7 @@ export async function showDownloads(robot, model) {
   list.dataset.run = run;
   list.replaceChildren();
   if (!run) return;
-  const token = new URLSearchParams(location.hash.slice(1)).get("token") ?? "";
-  const query = new URLSearchParams({robot, token});
+  const query = new URLSearchParams({robot, token: readToken()});
   const answer = await fetch(`files?${query}`);
   const files = answer.ok ? await answer.json() : [];
   list.replaceChildren(...files.map(({name, bytes}) => {

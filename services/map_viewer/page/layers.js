@@ -1,5 +1,7 @@
 // What is drawn over the map. All lengths are metres: the context's unit is a metre, y up; `pixel` is a pixel's size.
 
+import {hasPose} from "./wire.js";
+
 const TAU = 2 * Math.PI;
 const LONGEST_STEP_M = 10;  // of the path; behind a longer one something was not seen
 const MOVED_STEP_PX = 12;
@@ -41,7 +43,7 @@ function traceLine(context, lists, floating, window_m, pixel) {
   let is_at_last = false;
   for (const points of lists) {
     for (const point of points) {
-      if (point.state === "LOST") continue;
+      if (!hasPose(point.state)) continue;
       if ((point.state === "FLOATING") !== floating) {
         last = null;  // nobody knows what lies between
         continue;
@@ -74,7 +76,7 @@ export function drawPath(context, points, tail, window_m, pixel, colours, with_f
   context.globalAlpha = 1;
   context.fillStyle = colours.bad;
   for (const {x_m, y_m, state} of points) {
-    if (state !== "LOST") continue;
+    if (hasPose(state)) continue;
     circle(context, x_m, y_m, 3 * pixel);
     context.fill();
   }
@@ -207,7 +209,7 @@ export function drawRobot(context, robot, pixel, colours, with_uncertainty) {
     context.globalAlpha = 1;
     context.stroke();
   }
-  if (with_uncertainty && robot.state === "DEGENERATE") drawAxis(context, robot, pixel, colours);
+  if (with_uncertainty && robot.state === "DEGENERATE" && isKnown(robot.axis)) drawAxis(context, robot, pixel, colours);
   context.save();
   context.translate(robot.x_m, robot.y_m);
   context.rotate(robot.yaw_rad);
@@ -218,13 +220,16 @@ export function drawRobot(context, robot, pixel, colours, with_uncertainty) {
   context.lineTo(-0.4 * size, 0);
   context.lineTo(-0.8 * size, -0.8 * size);
   context.closePath();
-  context.fillStyle = robot.floating ? colours.ground : robot.state === "LOST" ? colours.bad : colours.robot;
+  context.fillStyle = robot.floating ? colours.ground : !hasPose(robot.state) ? colours.bad : colours.robot;
   context.fill();
   context.strokeStyle = robot.floating ? colours.floating : colours.ground;
   context.lineWidth = (robot.floating ? 2.5 : 1.5) * pixel;
   context.stroke();
   context.restore();
 }
+
+// Whether an axis tells a direction.
+export const isKnown = ({x, y}) => Math.hypot(x, y) > 0;
 
 function drawAxis(context, {x_m, y_m, axis}, pixel, colours) {
   context.save();
@@ -329,7 +334,7 @@ export class TimelinePath {
       const state = timeline.stateOf(i);
       const [x, y] = [timeline.x_m[i], timeline.y_m[i]];
       if (!Number.isFinite(x) || !Number.isFinite(y)) continue;
-      if (state === "LOST") {
+      if (!hasPose(state)) {
         lines.lost.push([x, y]);
         continue;
       }

@@ -7,8 +7,8 @@ import {showPanel, showState} from "./panel.js";
 import {composePicture, scaleOf} from "./picture.js";
 import {Player} from "./player.js";
 import {RobotModel} from "./robot_model.js";
-import {describeState} from "./state.js";
-import {Connection} from "./wire.js";
+import {describeCorrection, describeState} from "./state.js";
+import {Connection, hasPose} from "./wire.js";
 
 const $ = (id) => document.getElementById(id);
 const TOAST_MS = 3000;
@@ -29,8 +29,7 @@ function addRobot(index) {
   for (const type of ["connection", "map", "robot", "path", "samples", "info", "timeline", "moment"]) {
     model.addEventListener(type, () => robot.changed.add(type));
   }
-  model.addEventListener("corrected", () => toast("loop closed: the map was corrected"));
-  model.addEventListener("moved", ({detail}) => toast(`loop closed: the map was corrected by up to ${detail.toFixed(2)} m`));
+  model.addEventListener("corrected", ({detail}) => toast(describeCorrection(detail)));
   model.addEventListener("news", ({detail}) => toast(detail, NEWS_MS));
   model.addEventListener("info", () => label(robot));
   model.addEventListener("moment", ({detail}) => robot.connection.say(`scan ${detail}`));
@@ -66,7 +65,7 @@ function label({model, parent}) {
 // How each robot is: on its map, where there are several, and by how it is drawn.
 function showHealth({model, parent}) {
   const {tone, text} = describeState(model, performance.now());
-  const is_old = model.robot?.state === "LOST" || (tone === "bad" && model.info.live !== false);
+  const is_old = Boolean(model.robot) && (!hasPose(model.robot.state) || (tone === "bad" && model.info.live !== false));
   if (is_old !== model.is_old) model.changed = true;
   model.is_old = is_old;
   const badge = parent.querySelector(".badge");
@@ -235,6 +234,8 @@ addEventListener("keydown", (event) => {
 // Beside the token, the address keeps what is looked at: who opens it again, or elsewhere, sees the same.
 const wanted = new URLSearchParams(location.hash.slice(1));
 let wanted_moment = wanted.has("scan") ? Number(wanted.get("scan")) : null;
+
+addEventListener("hashchange", () => location.reload());  // a link was pasted
 
 function readLink(view) {
   const number = (key) => Number(wanted.get(key) ?? NaN);

@@ -44,7 +44,7 @@ export class MapView extends EventTarget {
     this.readTheme();
     new ResizeObserver(() => this.resize()).observe(parent);
     this.listen();
-    model.addEventListener("corrected", () => { this.loop_closed_at = performance.now(); });
+    model.addEventListener("corrected", ({detail}) => { if (detail.is_loop) this.loop_closed_at = performance.now(); });
     model.addEventListener("timeline", () => { this.timeline_path = null; });
     model.addEventListener("info", () => { this.ground = null; });
     model.addEventListener("whole", () => { if (this.fits) this.fit(); });
@@ -314,9 +314,10 @@ export class MapView extends EventTarget {
     return from ? Math.hypot(to.x_m - from.x_m, to.y_m - from.y_m) : null;
   }
 
-  // Draws, if anything has changed. Whether it has.
+  // Draws, if anything has changed. Whether it has. A map that is drawn over another one has no room of its own.
   draw(now_ms) {
     const {model} = this;
+    if (this.canvas.width === 0 || this.canvas.height === 0) return false;
     this.follow();
     const loop_age_s = (now_ms - this.loop_closed_at) / 1000;
     if (!(this.stale || [model, ...this.others].some(({changed}) => changed) || loop_age_s < POINTED_AT_S)) return false;

@@ -92,14 +92,41 @@ function showFitness({samples, timeline}) {
 function showInfo(model) {
   const {info} = model;
   const times_ms = info.scan_times_ms ?? [];
-  show("scans", whole.format(info.scans ?? 0));
-  show("lost", whole.format(info.lost ?? 0));
+  showCounts(info);
   show("loops", whole.format(Math.max(info.loops.length, info.loops_closed ?? 0)));
   show("scan_time", times_ms.length ? `${fixed(times_ms.at(-1)[0], 2)} ms` : "–");
   show("time_from", times_ms.length > 1 ? `−${seconds(times_ms.length)}` : "");
   drawTimes($("time_chart"), times_ms);
   showServices(info.services);
   showVerdict(info.verdict);
+  showPieces(info);
+}
+
+// The numbers of summary.json by the same names. Who has none of these scans needs no word for them.
+function showCounts(info) {
+  show("scans", whole.format(info.scans ?? 0));
+  show("lost", whole.format(info.lost ?? 0));
+  for (const name of ["floating", "without_rays", "left_out"]) {
+    const count = info[name] ?? 0;
+    show(name, whole.format(count));
+    $(name).parentElement.hidden = !(count > 0);
+  }
+}
+
+// The pieces of the map of a run that has ended, and where they lie.
+function showPieces({pieces = [], shown_piece}) {
+  $("pieces").parentElement.hidden = pieces.length < 2;
+  const list = JSON.stringify([pieces, shown_piece]);
+  if ($("pieces").dataset.shown === list) return;
+  $("pieces").dataset.shown = list;
+  $("pieces").replaceChildren(...pieces.map(({piece, scans, way_m, folder}) => {
+    const row = document.createElement("li");
+    row.className = piece === shown_piece ? "shown" : "";
+    const texts = [`piece ${piece}${piece === shown_piece ? ", shown here" : ""}`,
+                   `${whole.format(scans)} scans · ${fixed(way_m, 0)} m`, folder ?? "too small: no folder"];
+    for (const text of texts) row.appendChild(document.createElement("span")).textContent = text;
+    return row;
+  }));
 }
 
 function showVerdict(verdict) {

@@ -1,9 +1,11 @@
 // The bar below a run that has ended: a slider over its scans, what happened when, and play.
 
+import {hasPose} from "./wire.js";
+
 const $ = (id) => document.getElementById(id);
 const SPEEDS = [1, 4, 16, 64, 256];
 const WHOLE_S = 60;  // in which a run is played at first
-const COLOURS = {LOST: "--bad", DEGENERATE: "--warn", FLOATING: "--floating", loop: "--loop", break: "--bad", joined: "--good"};
+const COLOURS = {LOST: "--bad", "NO RAYS": "--bad", DEGENERATE: "--warn", FLOATING: "--floating", loop: "--loop", break: "--bad", joined: "--good"};
 
 export function formatTime(seconds) {
   const whole = Math.max(0, Math.floor(seconds));
@@ -104,13 +106,13 @@ export class Player {
     const colours = Object.fromEntries(Object.entries(COLOURS).map(([what, name]) => [what, style.getPropertyValue(name)]));
     const {timeline} = this;
     const scale = canvas.width / Math.max(1, timeline.num - 1);
-    for (const state of ["DEGENERATE", "FLOATING", "LOST"]) {
+    for (const state of ["DEGENERATE", "FLOATING", "NO RAYS", "LOST"]) {
       context.fillStyle = colours[state];
       for (let x = 0; x < canvas.width; ++x) {
         const share = timeline.shareOf(state, x / canvas.width, (x + 1) / canvas.width);
         if (share === 0) continue;
         context.globalAlpha = state === "DEGENERATE" ? Math.max(0.15, 0.7 * share) : 1;
-        context.fillRect(x, canvas.height / 2, state === "LOST" ? 2 * ratio : 1, canvas.height / 2);
+        context.fillRect(x, canvas.height / 2, hasPose(state) ? 1 : 2 * ratio, canvas.height / 2);
       }
     }
     context.globalAlpha = 1;

@@ -2,6 +2,7 @@
 
 import {MapModel} from "./map_model.js";
 import {LEAST_MOVE_M, Timeline} from "./timeline.js";
+import {hasPose} from "./wire.js";
 
 const MOST_SAMPLES = 1024;
 const MOST_TAIL = 4000;
@@ -17,6 +18,9 @@ export class RobotModel extends EventTarget {
     this.path_generation = 0;
     this.is_another_map = false;  // than the one that the path lies on
     this.moved = [];  // what the last correction moved: {from, to} of places of the path
+    this.moved_m = 0;  // by how much at most, until it is told
+    this.is_corrected = false;  // and it is not told yet
+    this.loops_told = null;     // loops that were closed then
     this.way_m = 0;  // along the path
     this.tail = [];  // where the robot was seen since the path was told last
     this.samples = [];
@@ -28,6 +32,7 @@ export class RobotModel extends EventTarget {
     this.num_news = null;  // that were told so far
     this.connected = false;
     this.connection_at_ms = performance.now();  // when `connected` became what it is
+    this.refusal = "";  // "missing" or "wrong": the token, if that is why there is no connection
     this.trouble = "";     // what the page could not show, if anything
     this.changed = true;  // since it was drawn
   }
@@ -37,9 +42,10 @@ export class RobotModel extends EventTarget {
     this.dispatchEvent(new CustomEvent(type, {detail}));
   }
 
-  setConnected(connected) {
+  setConnected(connected, refusal = "") {
     if (connected !== this.connected) this.connection_at_ms = performance.now();
     this.connected = connected;
+    this.refusal = refusal;
     if (connected) {
       this.samples = [];  // they come again
       this.trouble = "";
@@ -57,13 +63,14 @@ export class RobotModel extends EventTarget {
       this.map.clear();
       this.cursor = {epoch: 0n, version: 0n};
       this.is_another_map = true;
+      this.loops_told = null;
     }
     this.map.cell_size_m = cell_size_m;
     for (const tile of tiles) this.map.take(tile);
     if (!complete) return;
     const corrected = this.cursor.epoch !== 0n && epoch !== this.cursor.epoch;
     this.cursor = {epoch, version};
-    if (corrected) this.tell("corrected");
+    this.is_corrected ||= corrected;  // what it was comes with the next info
     this.tell("whole");
   }
 
@@ -76,7 +83,7 @@ export class RobotModel extends EventTarget {
     }
     this.robot = robot;
     const last = this.tail.at(-1);
-    if (robot.state === "LOST") return;
+    if (!hasPose(robot.state)) return;
     if (last && Math.hypot(robot.x_m - last.x_m, robot.y_m - last.y_m) < TAIL_STEP_M) return;
     this.tail.push({x_m: robot.x_m, y_m: robot.y_m, state: robot.floating ? "FLOATING" : "OK"});
     if (this.tail.length > MOST_TAIL) this.tail.shift();
@@ -92,7 +99,7 @@ export class RobotModel extends EventTarget {
     for (const point of points) {
       const last = this.path.at(-1);
       const step_m = last ? Math.hypot(point.x_m - last.x_m, point.y_m - last.y_m) : 0;
-      if (point.state !== "LOST" && step_m < 10) this.way_m += step_m;
+      if (hasPose(point.state) && step_m < 10) this.way_m += step_m;
       this.path.push(point);
     }
     if (this.path !== before) this.compare(before);
@@ -110,7 +117,7 @@ export class RobotModel extends EventTarget {
     for (let old = 0, now = 0; !this.is_another_map && old < before.length && now < this.path.length;) {
       const [from, to] = [before[old], this.path[now]];
       const way_m = Math.hypot(to.x_m - from.x_m, to.y_m - from.y_m);
-      const has_place = [from, to].every(({state}) => state !== "LOST" && state !== "FLOATING");
+      const has_place = [from, to].every(({state}) => hasPose(state) && state !== "FLOATING");
       if (from.scan === to.scan && has_place && way_m > LEAST_MOVE_M) {
         moved.push({from, to});
         most_m = Math.max(most_m, way_m);
@@ -121,7 +128,7 @@ export class RobotModel extends EventTarget {
     this.is_another_map = false;
     if (moved.length === 0) return;  // the path was thinned
     this.moved = moved;
-    this.tell("moved", most_m);
+    this.moved_m = most_m;
   }
 
   take_samples({samples}) { this.samples = [...this.samples, ...samples].slice(-MOST_SAMPLES); }
@@ -136,9 +143,20 @@ export class RobotModel extends EventTarget {
     this.info = {services: [], loops: [], ...info};
     this.info_at_ms = performance.now();
     if (this.info.live !== false) this.timeline = null;
+    this.tellCorrection(info.loops_closed ?? 0);
     const {number, text} = info.news ?? {number: 0, text: ""};
     if (this.num_news !== null && number > this.num_news) this.tell("news", text);
     this.num_news = number;
+  }
+
+  // A map is drawn anew not only where a loop is closed: also where one is rejected, or another piece is shown.
+  tellCorrection(loops_closed) {
+    const [is_corrected, loops_before] = [this.is_corrected, this.loops_told];
+    if (is_corrected || loops_before === null) this.loops_told = loops_closed;
+    if (!is_corrected) return;
+    this.tell("corrected", {is_loop: loops_closed > loops_before, most_m: this.moved_m});
+    this.is_corrected = false;
+    this.moved_m = 0;
   }
 
   // Shows the scan with this number of a run that has ended.

@@ -1,15 +1,22 @@
 // What the badge says of a robot, and what its evidence is: what came last, and how long ago that was.
 
+import {isKnown} from "./layers.js";
+
 export const SILENT_S = 3;  // three statuses are missing
 const NO_SCAN_S = 3;        // no laser is so slow
+const RESULTS_S = 30;       // that a run which has ended may take until it is shown as a finished one
 const ON_THE_WAY = ["ray_selector", "rrhc_matcher", "map_updater"];  // of a scan
 const TRUST = {good: ["good", "GOOD"], doubtful: ["warn", "DOUBTFUL"], bad: ["bad", "BAD"], none: ["none", "FINISHED"]};
 
 export const seconds = (age_s) => (age_s < 120 ? `${Math.floor(age_s)} s` : `${Math.floor(age_s / 60)} min`);
 
-// What the robot's pose is worth on the map, where it is none of it; else nothing.
-export const describeFloating = ({robot}) =>
-  robot?.floating ? `floating: not joined to the map yet (trajectory ${robot.trajectory})` : "";
+// What the robot's pose is worth on the map, where it is none of it.
+const describeFloating = ({robot, timeline}) =>
+  `floating: ${timeline ? "on another piece than the one that is shown" : "not joined to the map yet"} (trajectory ${robot.trajectory})`;
+
+// Why the map was drawn anew. is_loop: a loop was closed; most_m: how far it moved the path.
+export const describeCorrection = ({is_loop, most_m}) =>
+  `${is_loop ? "loop closed: " : ""}the map was corrected${most_m > 0 ? ` by up to ${most_m.toFixed(2)} m` : ""}`;
 
 // 0 to 179: an axis has no sign.
 export const toAxisDegrees = (angle_rad) => (Math.round((angle_rad * 180) / Math.PI) + 180) % 180;
@@ -29,10 +36,15 @@ function describeRobot({robot, samples, timeline, info}) {
     return {tone: "bad", text: age_s >= 1 ? `LOST for ${seconds(age_s)}` : "LOST",
             why: "the scan fits nowhere on the map, and is not drawn"};
   }
-  if (robot.floating) return {tone: "floating", text: "FLOATING", why: describeFloating({robot})};
+  if (robot.state === "NO RAYS") return {tone: "bad", text: "NO RAYS", why: "nothing of the scan is a measurement"};
+  if (robot.floating) return {tone: "floating", text: "FLOATING", why: describeFloating({robot, timeline})};
   if (robot.state === "DEGENERATE") {
-    return {tone: "warn", text: `DEGENERATE along ${toAxisDegrees(Math.atan2(robot.axis.y, robot.axis.x))}°`,
+    const {axis} = robot;
+    return {tone: "warn", text: isKnown(axis) ? `DEGENERATE along ${toAxisDegrees(Math.atan2(axis.y, axis.x))}°` : "DEGENERATE",
             why: "the scan does not fix the position in this direction"};
+  }
+  if (info.another_piece) {
+    return {tone: "warn", text: "ANOTHER PIECE", why: "another piece is the larger one now and is shown; the first one floats"};
   }
   if (robot.state === "START") return {tone: "start", text: "START", why: ""};
   return {tone: "good", text: localises({info}) ? "LOCALISED" : "OK", why: ""};
@@ -69,7 +81,7 @@ function describeLive(model, now_ms) {
   }
   const publisher = info.services.find(({name}) => name === "laser_publisher");
   const scan_age_s = info.scan_age_s + since_s;
-  if (scan_age_s > NO_SCAN_S && publisher?.state === "finished") {
+  if (scan_age_s > NO_SCAN_S && hasEnded(info)) {
     return {tone: "none", text: "LOG ENDED", why: "all scans of the log are published"};
   }
   if (scan_age_s > NO_SCAN_S) {
@@ -88,12 +100,21 @@ function describeLive(model, now_ms) {
           why: [state.why, `${other.name} silent for ${seconds(other.silent_s + since_s)}`].filter(Boolean).join("; ")};
 }
 
+const hasEnded = ({services}) => services.some(({name, state}) => name === "laser_publisher" && state === "finished");
+
 // tone: good, warn, bad, floating, start or none; text: of the badge; why: a few words more, which may be empty.
 export function describeState(model, now_ms) {
-  const {connected, trouble, info} = model;
+  const {connected, refusal, trouble, info} = model;
   if (trouble) return {tone: "bad", text: `page error: ${trouble}`, why: "reload the page"};
+  if (refusal) {
+    return {tone: "bad", text: `token ${refusal}`,
+            why: "open the whole link, with #token=..., that map_viewer prints when it starts; run_stack --view keeps it in log/map_viewer.log"};
+  }
   if (!connected) {
     const age_s = (now_ms - model.connection_at_ms) / 1000;
+    if (hasEnded(info) && age_s < RESULTS_S) {
+      return {tone: "none", text: "LOG ENDED", why: "the results are written; the finished run is here in a moment"};
+    }
     return {tone: "bad", text: age_s < 1 ? "no connection" : `no connection for ${seconds(age_s)}`,
             why: "is map_viewer running? The page connects again by itself"};
   }

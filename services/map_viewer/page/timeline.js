@@ -1,8 +1,8 @@
 // A run that has ended, scan by scan, and the moment of it that is shown.
 
-import {STATES} from "./wire.js";
+import {STATES, hasPose} from "./wire.js";
 
-const [LOST, FLOATING] = ["LOST", "FLOATING"].map((state) => STATES.indexOf(state));
+const FLOATING = STATES.indexOf("FLOATING");
 export const LEAST_MOVE_M = 0.05;  // a cell: less is not seen
 const LONGEST_PAUSE_S = 1;  // of what is played: nobody waits through the night between two drives
 const NO_COVARIANCE = {xx: 0, xy: 0, yy: 0, yaw: 0};
@@ -52,11 +52,12 @@ export class Timeline {
   robot() {
     const {at} = this;
     const state = this.stateOf(at);
+    const axis_rad = this.axis_rad[at];  // NaN where there is none
     return {
       utime: BigInt(Math.round(this.time_s[at] * 1e6)), state: state === "FLOATING" ? "OK" : state,
       trajectory: this.trajectory[at], floating: this.state[at] === FLOATING, x_m: this.x_m[at], y_m: this.y_m[at],
-      yaw_rad: this.yaw_rad[at], fitness: this.fitness[at], covariance: NO_COVARIANCE, axis: {x: 0, y: 0}, rays: [],
-      critical: [],
+      yaw_rad: this.yaw_rad[at], fitness: this.fitness[at], covariance: NO_COVARIANCE,
+      axis: Number.isFinite(axis_rad) ? {x: Math.cos(axis_rad), y: Math.sin(axis_rad)} : {x: 0, y: 0}, rays: [], critical: [],
     };
   }
 
@@ -73,7 +74,7 @@ export class Timeline {
     let [nearest, nearest_m2] = [null, within_m * within_m];
     for (let i = 0; i < this.num; ++i) {
       const distance_m2 = (this.x_m[i] - x_m) ** 2 + (this.y_m[i] - y_m) ** 2;
-      if (distance_m2 < nearest_m2 && this.state[i] !== LOST) [nearest, nearest_m2] = [i, distance_m2];
+      if (distance_m2 < nearest_m2 && hasPose(this.stateOf(i))) [nearest, nearest_m2] = [i, distance_m2];
     }
     return nearest;
   }
@@ -86,7 +87,7 @@ export class Timeline {
       const to = {x_m: this.x_m[scan], y_m: this.y_m[scan]};
       const from = {x_m: this.first_x_m[scan], y_m: this.first_y_m[scan]};
       const way_m = Math.hypot(to.x_m - from.x_m, to.y_m - from.y_m);  // NaN where it was matched nowhere
-      if (!(way_m > LEAST_MOVE_M) || this.state[scan] === LOST || this.state[scan] === FLOATING) continue;
+      if (!(way_m > LEAST_MOVE_M) || !hasPose(this.stateOf(scan)) || this.state[scan] === FLOATING) continue;
       if (Math.hypot(to.x_m - last.x_m, to.y_m - last.y_m) < step_m) continue;
       moved.push({scan, from, to});
       last = to;

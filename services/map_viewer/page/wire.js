@@ -1,7 +1,10 @@
 // What the viewer tells a page, as services/map_viewer/page_feed.hpp describes it.
 
 export const SUBPROTOCOL = "crsm.view.v1";
-export const STATES = ["START", "OK", "LOST", "DEGENERATE", "FLOATING"];  // as of scan_match_t; the last of a path only
+export const STATES = ["START", "OK", "LOST", "DEGENERATE", "FLOATING", "NO RAYS"];  // as page_feed.hpp has them
+
+// Whether a scan in this state has a pose: a guess is none.
+export const hasPose = (state) => state !== "LOST" && state !== "NO RAYS";
 
 // Reads numbers one after the other.
 class Reader {
@@ -68,7 +71,8 @@ function readTimeline(reader) {
   const f32 = () => new Float32Array(reader.copy(4 * num));
   return {
     kind: "timeline", num, time_s: new Float64Array(reader.copy(8 * num)), x_m: f32(), y_m: f32(), yaw_rad: f32(),
-    first_x_m: f32(), first_y_m: f32(), fitness: f32(), trajectory: new Int32Array(reader.copy(4 * num)), state: new Uint8Array(reader.copy(num)),
+    first_x_m: f32(), first_y_m: f32(), fitness: f32(), axis_rad: f32(), trajectory: new Int32Array(reader.copy(4 * num)),
+    state: new Uint8Array(reader.copy(num)),
   };
 }
 
@@ -99,6 +103,14 @@ export function unpackRuns(runs, cells) {
   }
 }
 
+export const readToken = () => new URLSearchParams(location.hash.slice(1)).get("token") ?? "";
+
+// Why the viewer does not take a connection, which no browser tells: "missing" or "wrong", of the token; else nothing.
+async function findRefusal(token) {
+  const answer = await fetch(`files?${new URLSearchParams({token})}`).catch(() => null);
+  return answer?.status !== 401 ? "" : token ? "wrong" : "missing";
+}
+
 // Keeps a connection to the feed of a robot, and tells `model` what comes. After a loss it goes on where it was.
 export class Connection {
   constructor(robot, model) {
@@ -115,12 +127,14 @@ export class Connection {
 
   open() {
     const {epoch, version} = this.model.cursor;
-    const token = new URLSearchParams(location.hash.slice(1)).get("token") ?? "";
+    const token = readToken();
     const query = new URLSearchParams({robot: this.robot, epoch, version, token});
     const socket = new WebSocket(`ws://${location.host}/live?${query}`, SUBPROTOCOL);
     this.socket = socket;
     socket.binaryType = "arraybuffer";
+    let was_open = false;
     socket.onopen = () => {
+      was_open = true;
       this.pause_ms = 250;
       this.model.setConnected(true);
     };
@@ -132,8 +146,8 @@ export class Connection {
         socket.close();
       }
     };
-    socket.onclose = () => {
-      this.model.setConnected(false);
+    socket.onclose = async () => {
+      this.model.setConnected(false, was_open ? "" : await findRefusal(token));
       setTimeout(() => this.open(), this.pause_ms);
       this.pause_ms = Math.min(this.pause_ms * 1.5, 2000);
     };

@@ -33,13 +33,32 @@ TEST_CASE("a trajectory that begins floats, and is joined when it is") {
   CHECK(news.Look(Pieces({1, 1, 1, 1})) == Lines{"joined: trajectory 3 with the map"});  // at once
 }
 
-TEST_CASE("that another piece is the largest by now is no join; what floats together is one, and falls apart again") {
+TEST_CASE("what floats together is a join, and falls apart again") {
   JoinNews news;
   news.Look(Pieces({1, 2, 3}));
-  CHECK(news.Look(Pieces({2, 1, 3})).empty());
   CHECK(news.Look(Pieces({1, 2, 2})) == Lines{"joined: trajectory 2 with trajectory 1, both float"});
-  CHECK(news.Look(Pieces({2, 1, 1})).empty());
   CHECK(news.Look(Pieces({1, 2, 3})) == Lines{"a join was rejected: trajectory 2 is a part of its own again"});
+}
+
+TEST_CASE("that another piece is the larger one now is said, and is no join") {
+  const std::string other = "another piece is the larger one now and is shown (trajectory 1); the one before floats";
+  JoinNews news;
+  news.Look(Pieces({1, 2, 3}));
+  CHECK(news.Look(Pieces({2, 1, 3})) == Lines{other});
+  CHECK(news.Look(Pieces({3, 1, 2})).empty());  // of what is not shown the larger one
+  CHECK(news.Look(Pieces({2, 1, 1})) == Lines{"joined: trajectory 2 with the map"});
+  CHECK(news.Look(Pieces({2, 3, 1})).size() == 1);  // rejected: a part of what was shown is still shown
+  CHECK(news.Look(Pieces({2, 1, 1, 3})).size() == 2);
+  CHECK(news.Look(Pieces({1, 1, 1, 2})) == Lines{"joined: trajectory 1 with the map"});
+  JoinNews joined;
+  joined.Look(Pieces({1, 2, 3}));
+  CHECK(joined.Look(Pieces({2, 1, 1})) == Lines{other, "joined: trajectory 2 with the map"});
+}
+
+TEST_CASE("whether the map that is shown is the one that the run began with is known without having looked before") {
+  CHECK_FALSE(IsFirstElsewhere(Pieces({1})));
+  CHECK_FALSE(IsFirstElsewhere(Pieces({1, 2})));
+  CHECK(IsFirstElsewhere(Pieces({2, 1, 3})));
 }
 
 TEST_CASE("who looks late, at another map, or when an older break is told no more, learns no news") {

@@ -57,6 +57,7 @@ class PageClient {
   std::vector<double> timeline_time_s;
   std::vector<float> timeline_x_m;
   std::vector<float> timeline_first_x_m;
+  std::vector<float> timeline_axis_rad;
   std::vector<std::int32_t> timeline_trajectory;
   std::vector<std::uint8_t> timeline_state;
 
@@ -137,6 +138,7 @@ class PageClient {
     record.left.remove_prefix(num * 2 * sizeof(float));  // y, yaw
     ReadAll(timeline_first_x_m);
     record.left.remove_prefix(num * 2 * sizeof(float));  // y of where it was matched first, fitness
+    ReadAll(timeline_axis_rad);
     ReadAll(timeline_trajectory);
     ReadAll(timeline_state);
     if (!record.left.empty()) throw std::out_of_range("a time line is longer than its scans");

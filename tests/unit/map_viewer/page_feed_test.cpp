@@ -200,6 +200,7 @@ TEST_CASE("of a run that has ended all scans are told at once, and each of them 
     match.state = i == 1 ? MatchState::kLost : MatchState::kOk;
     match.floating = i == 4;
     match.trajectory = i / 3;
+    if (i == 3) match.degenerate_axis = {0.0, -1.0};
     const CriticalRays scan{match.utime, {{0.0f, 0.5f}, {2.0f, 3.0f}}, {1}};
     timeline.Add(match, i == 2 || i == 3 ? &scan : nullptr);
   }
@@ -213,6 +214,8 @@ TEST_CASE("of a run that has ended all scans are told at once, and each of them 
   CHECK(
       (page.timeline_first_x_m[0] == 0.0f && page.timeline_first_x_m[2] == 2.0f && page.timeline_first_x_m[3] == 3.0f));
   for (const std::size_t lost_or_floating : {1UL, 4UL}) CHECK(std::isnan(page.timeline_first_x_m[lost_or_floating]));
+  CHECK(page.timeline_axis_rad[3] == Approx(-1.5708).margin(1e-4));
+  for (const std::size_t of_no_axis : {0UL, 1UL, 2UL, 4UL}) CHECK(std::isnan(page.timeline_axis_rad[of_no_axis]));
   CHECK(page.timeline_trajectory == std::vector{0, 0, 0, 1, 1});
   CHECK(page.timeline_state == std::vector<std::uint8_t>{1, 2, 1, 1, 4});
   const int num_robots = page.num_robots;
