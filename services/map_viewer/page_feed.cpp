@@ -31,9 +31,20 @@ double AngleOf(const std::array<double, 2>& axis) {
   return is_known ? std::atan2(axis[1], axis[0]) : std::numeric_limits<double>::quiet_NaN();
 }
 
+/// States that are told beside those of scan_match_t.
+constexpr std::uint8_t kFloating = 4;
+constexpr std::uint8_t kWithoutRays = 5;
+
+/// Of the scan, on whichever piece it is.
+std::uint8_t StateOf(const ScanMatch& match) {
+  const bool is_guess = match.state == MatchState::kLost || match.state == MatchState::kFirst;
+  return is_guess && match.num_critical == 0 ? kWithoutRays : static_cast<std::uint8_t>(match.state);
+}
+
 std::uint8_t PathState(const ScanMatch& match) {
-  constexpr std::uint8_t kFloating = 4;  // lost or not: nothing is known of its place on the map that is shown
-  return match.floating ? kFloating : static_cast<std::uint8_t>(match.state);
+  const std::uint8_t state = StateOf(match);
+  const bool has_pose = state != kWithoutRays && match.state != MatchState::kLost;
+  return match.floating && has_pose ? kFloating : state;
 }
 
 void AppendPathPoint(std::string& record, const PathSketch::Kept& kept) {
@@ -109,7 +120,7 @@ void PageFeed::AddRobot(std::string& message) {
   const auto& [match, scan] = wanted ? std::as_const(then) : scene_.robot();
   std::string record;
   Append(record, match.utime);
-  Append(record, static_cast<std::uint8_t>(match.state));
+  Append(record, StateOf(match));
   Append(record, match.trajectory);
   Append(record, static_cast<std::uint8_t>(match.floating));
   Append(record, match.T_map_laser.x_m);

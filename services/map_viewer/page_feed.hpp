@@ -16,11 +16,12 @@ namespace crsm {
 ///   1 map      anew u8, epoch i64, version i64, complete u8, cell size f64 [m], number of tiles u16, and of each:
 ///              x y i16, whole u8, number of bytes u16, runs as in map_tile_t. anew: begins with an empty map; whole:
 ///              with an unexplored tile; complete: all of this epoch's version is there
-///   2 robot    utime i64, state u8 as in scan_match_t, trajectory i32, floating u8, x y yaw f64 [m, m, rad],
+///   2 robot    utime i64, state u8 as in scan_match_t, or 5: nothing of the scan was a measurement, trajectory i32,
+///   floating u8, x y yaw f64 [m, m, rad],
 ///              fitness f32, covariance xx xy yy yaw yaw f32, degenerate axis x y f32, number of rays u16, of each
 ///              angle and range f32 [rad, m], number of critical rays u16, of each its index u16
 ///   3 path     generation u32, first point u32, number of points u32, of each its scan's number u32, x y f32 [m],
-///              state u8, or 4: it floats
+///              state u8, or 4: it has a pose, but on another piece than the one that is shown
 ///   4 samples  number u32, of each time f64 [s], fitness f32, state u8
 ///   5 info     JSON: names of all robots, loops, the newest news and how many there were, and Scene::info
 ///   6 timeline of a run that has ended: number of scans u32, then of all scans time f64 [s], then of all x, then y,

@@ -47,6 +47,7 @@ class PageClient {
   int num_changed_tiles = 0;
   int num_robots = 0;
   std::int64_t robot_utime = 0;
+  int robot_state = 0;
   double robot_x_m = 0.0;
   std::int32_t robot_trajectory = 0;
   bool robot_floats = false;
@@ -117,7 +118,7 @@ class PageClient {
   void TakeRobot(Reader& record) {
     ++num_robots;
     robot_utime = record.Read<std::int64_t>();
-    record.Read<std::uint8_t>();
+    robot_state = record.Read<std::uint8_t>();
     robot_trajectory = record.Read<std::int32_t>();
     robot_floats = record.Read<std::uint8_t>() == 1;
     robot_x_m = record.Read<double>();

@@ -198,6 +198,7 @@ TEST_CASE("of a run that has ended all scans are told at once, and each of them 
     match.utime = 1'000'000 * (i + 1);
     match.T_map_laser = {1.0 * i, 0.0, 0.0};
     match.state = i == 1 ? MatchState::kLost : MatchState::kOk;
+    match.num_critical = 20;
     match.floating = i == 4;
     match.trajectory = i / 3;
     if (i == 3) match.degenerate_axis = {0.0, -1.0};
@@ -232,6 +233,36 @@ TEST_CASE("of a run that has ended all scans are told at once, and each of them 
     CHECK_FALSE(page.feed.Hear(text, true));
   }
   CHECK_FALSE(page.feed.Hear("scan 1", false));
+}
+
+TEST_CASE(
+    "a scan floats if it has a pose, is lost if it has none, and without rays if nothing of it was a measurement") {
+  Page page;
+  Timeline timeline;
+  PathSketch path;
+  for (const bool floating : {false, true}) {
+    for (const auto& [state, num_critical] : {std::pair(MatchState::kOk, 20), std::pair(MatchState::kDegenerate, 20),
+                                              std::pair(MatchState::kLost, 20), std::pair(MatchState::kLost, 0)}) {
+      ScanMatch match;
+      match.T_map_laser.x_m = static_cast<double>(timeline.size());
+      match.state = state;
+      match.num_critical = num_critical;
+      match.floating = floating;
+      timeline.Add(match, nullptr);
+      path.Add(match);
+    }
+  }
+  page.scene.SetTimeline(timeline);
+  page.scene.SetPath(path, true);
+  page.TakeAll();
+  CHECK(page.timeline_state == std::vector<std::uint8_t>{1, 3, 2, 5, 4, 4, 2, 5});
+  REQUIRE(page.path.size() == 8);
+  for (std::size_t i = 0; i < 8; ++i) CHECK(page.path[i].state == page.timeline_state[i]);
+  for (const auto& [scan, state] : {std::pair("scan 4", 1), std::pair("scan 5", 3), std::pair("scan 7", 5)}) {
+    page.feed.Hear(scan, true);
+    page.TakeAll();
+    CHECK((page.robot_state == state && page.robot_floats));
+  }
 }
 
 TEST_CASE("a scan that the run has not kept is shown by the one before it, as it is seen from its place") {
