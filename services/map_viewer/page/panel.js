@@ -122,7 +122,7 @@ function showPieces({pieces = [], shown_piece}) {
   $("pieces").replaceChildren(...pieces.map(({piece, scans, way_m, folder}) => {
     const row = document.createElement("li");
     row.className = piece === shown_piece ? "shown" : "";
-    const texts = [`piece ${piece}${piece === shown_piece ? ", shown here" : ""}`,
+    const texts = [`piece ${piece}${piece === shown_piece ? ", shown" : ""}`,
                    `${whole.format(scans)} scans · ${fixed(way_m, 0)} m`, folder ?? "too small: no folder"];
     for (const text of texts) row.appendChild(document.createElement("span")).textContent = text;
     return row;
