@@ -21,8 +21,14 @@ void Warn(Verdict& verdict, Trust trust, std::string text) {
   verdict.warnings.push_back(std::move(text));
 }
 
-constexpr const char* kTooFewScans =
-    "likely too few scans per second for the motion, scans out of order, or sweeps without deskewing (--sweep-s)";
+/// Two decimals, rounded down: what is below a threshold must not read as the threshold.
+double RoundDown(double share) { return std::floor(100.0 * share + 1e-9) / 100.0; }
+
+std::string TooFewScans(const RunStatistics::Values& values) {
+  const char* cause = "likely too few scans per second for the motion";
+  return values.deskewed ? fmt::format("{}, or scans out of order", cause)
+                         : fmt::format("{}, scans out of order, or sweeps without deskewing (--sweep-s)", cause);
+}
 
 void JudgeRays(const Constants& constants, Verdict& verdict) {
   const auto& values = verdict.values;
@@ -44,7 +50,7 @@ void JudgeStanding(const Constants& constants, Verdict& verdict) {
   if (values.mean_fitness >= constants.fair_fitness) return verdict.notes.push_back(std::move(text));
   Warn(verdict, Trust::kDoubtful,
        text + fmt::format(", and the low fitness ({:.2f}) tells nothing: drive, to have the map checked",
-                          values.mean_fitness));
+                          RoundDown(values.mean_fitness)));
 }
 
 bool IsStanding(const RunStatistics::Values& values, const Constants& constants) {
@@ -64,23 +70,23 @@ void JudgeFit(const Constants& constants, Verdict& verdict) {
   const bool agrees = verdict.agreement.value_or(0.0) >= constants.least_agreement;
   Warn(verdict, values.mean_fitness < constants.least_fitness && !agrees ? Trust::kBad : Trust::kDoubtful,
        fmt::format("the scans fit the map badly (mean fitness {:.2f}; correct maps have {} or more): {}",
-                   values.mean_fitness, constants.fair_fitness,
+                   RoundDown(values.mean_fitness), constants.fair_fitness,
                    Jumps(values, constants)
-                       ? fmt::format("{}, or angles in degrees", kTooFewScans)
+                       ? fmt::format("{}, or angles in degrees", TooFewScans(values))
                        : "likely wrong angles (--angle-scale), noisy ranges, or the preset of another laser"));
 }
 
 void JudgeAgreement(const Constants& constants, Verdict& verdict) {
   if (!verdict.agreement || *verdict.agreement >= constants.fair_agreement) return;
-  const char* cause = IsStanding(verdict.values, constants) ? "likely wrong ranges, or things that moved"
-                      : Jumps(verdict.values, constants)
-                          ? kTooFewScans
-                          : "likely wrong angles (--angle-scale), wrong ranges, or one room drawn over another after "
-                            "a wrong match";
+  const std::string cause = IsStanding(verdict.values, constants) ? "likely wrong ranges, or things that moved"
+                            : Jumps(verdict.values, constants)
+                                ? TooFewScans(verdict.values)
+                                : "likely wrong angles (--angle-scale), wrong ranges, or one room drawn over another "
+                                  "after a wrong match";
   Warn(verdict, *verdict.agreement < constants.least_agreement ? Trust::kBad : Trust::kDoubtful,
        fmt::format("the scans contradict the map: only {:.0f} % of their rays pass through free space and end at "
-                   "walls (correct maps have 58 % or more): {}",
-                   100.0 * *verdict.agreement, cause));
+                   "walls (correct maps have {:.0f} % or more): {}",
+                   100.0 * RoundDown(*verdict.agreement), 100.0 * constants.fair_agreement, cause));
 }
 
 /// Of all scans that were matched, those that are on the map.
@@ -131,7 +137,7 @@ void JudgeTrack(const MapPieces& pieces, const Constants& constants, Verdict& ve
   if (lost > (moves_far ? constants.most_lost_in_motion : constants.most_lost)) {
     Warn(verdict, Trust::kBad,
          fmt::format("{:.0f} % of the scans are lost, and the map after them may be metres off: {}", 100.0 * lost,
-                     moves_far ? kTooFewScans : "likely a wrong --preset, or a blocked view"));
+                     moves_far ? TooFewScans(values) : "likely a wrong --preset, or a blocked view"));
   } else if (values.longest_lost >= constants.long_lost && !IsInPieces(pieces, constants)) {
     Warn(verdict, Trust::kDoubtful,
          fmt::format("{} scans in a row were lost: the map after them may be metres off", values.longest_lost));
@@ -140,8 +146,8 @@ void JudgeTrack(const MapPieces& pieces, const Constants& constants, Verdict& ve
     Warn(verdict, Trust::kDoubtful,
          fmt::format(
              "in {:.0f} % of the steps the laser moved by more than 0.4 m or 0.25 rad from one scan to the next: check "
-             "the map for doubled or rotated walls; more scans per second or deskewing (--sweep-s) would help",
-             100.0 * far_steps));
+             "the map for doubled or rotated walls; more scans per second{} would help",
+             100.0 * far_steps, values.deskewed ? "" : " or deskewing (--sweep-s)"));
   }
 }
 
@@ -259,8 +265,9 @@ std::string Describe(const MapPieces& pieces, const Verdict& verdict) {
       fmt::format("{} of {} scans {}, ", found, values.scans, values.finished_map ? "found on the map" : "mapped");
   if (elsewhere > 0) text += fmt::format("{} on other pieces, ", elsewhere);
   text += fmt::format("{} lost, {} degenerate, mean fitness {:.2f}", values.lost - elsewhere, values.degenerate,
-                      values.mean_fitness);
-  if (verdict.agreement) text += fmt::format(", {:.0f} % of the rays agree with the map", 100.0 * *verdict.agreement);
+                      RoundDown(values.mean_fitness));
+  if (verdict.agreement)
+    text += fmt::format(", {:.0f} % of the rays agree with the map", 100.0 * RoundDown(*verdict.agreement));
   return text;
 }
 

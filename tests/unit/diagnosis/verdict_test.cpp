@@ -1,5 +1,7 @@
 #include "common/diagnosis/verdict.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -178,6 +180,65 @@ TEST_CASE("a run is as good as its scans, and what speaks against it is said") {
   CHECK(Run().Add(100).Judged().warnings.empty());
   CHECK(Run().Add(100, SeeNothing).Judged().warnings.size() == 1);  // nothing else is known
   CHECK_FALSE(Mentions(Run().Add(100, Both(Stand, FitBadly)).Judged(), "angles"));
+}
+
+TEST_CASE("what is just below a threshold does not read as the threshold, in any line") {
+  const auto JudgeAt = [](double fitness) {
+    return Run().Add(100, [=](ScanMatch& match) { match.fitness = fitness; }).Judged();
+  };
+  CHECK(Mentions(JudgeAt(0.5999), "(mean fitness 0.59; correct maps have 0.6 or more)"));
+  CHECK(Mentions(JudgeAt(0.5999), "0 degenerate, mean fitness 0.59"));
+  CHECK(JudgeAt(0.6).warnings.empty());
+  CHECK(Mentions(JudgeAt(0.6), "mean fitness 0.60"));
+}
+
+TEST_CASE("a warning of few rays that agree names the share that is asked for") {
+  // 99 of 200 scans agree with all of their rays.
+  Run run;
+  for (int i = 0; i < 200; ++i) {
+    ScanMatch match = run.Next();
+    match.T_map_laser = {0.0, 0.2 * (i % 2), 0.0};  // it drives to and fro
+    run.statistics.Add(match.utime, LookAhead(i < 101 ? 3.0f : 2.05f));
+    run.statistics.Add(match);
+  }
+  const auto Says = [&](double fair_agreement) {
+    DiagnosisConstants::Verdict constants;
+    constants.fair_agreement = fair_agreement;
+    const Verdict verdict = Judge(run.statistics, MakeWall(), {}, constants);
+    REQUIRE(verdict.agreement == Approx(0.495));
+    CHECK(Mentions(verdict, ", 49 % of the rays agree with the map"));
+    return Mentions(verdict, fmt::format("only 49 % of their rays pass through free space and end at walls (correct "
+                                         "maps have {:.0f} % or more)",
+                                         100.0 * fair_agreement));
+  };
+  CHECK(Says(0.5));
+  CHECK(Says(0.7));
+}
+
+TEST_CASE("who deskews is not told to deskew") {
+  const auto JudgeWith = [](bool has_times, void (*befalls)(ScanMatch&)) {
+    Run run;
+    ValidRays rays = LookAhead(2.05f);
+    if (has_times) rays.time_s.assign(rays.size(), 0.0f);
+    for (int i = 0; i < 100; ++i) {
+      ScanMatch match = run.Next();
+      befalls(match);
+      run.statistics.Add(match.utime, rays);
+      run.statistics.Add(match);
+    }
+    run.statistics.ForgetMatches();  // as where a loop was closed: the rays stay
+    run.utime = 0;
+    return run.Add(100, befalls).Judged();
+  };
+  const auto LoseSome = [](ScanMatch& match) {
+    Jump(match);
+    if (match.utime > 90) Lose(match);
+  };
+  for (void (*befalls)(ScanMatch&) : {TurnFar, static_cast<void (*)(ScanMatch&)>(LoseSome)}) {
+    CHECK(Mentions(JudgeWith(false, befalls), "deskewing (--sweep-s)"));
+    CHECK_FALSE(Mentions(JudgeWith(true, befalls), "deskew"));
+    CHECK(Mentions(JudgeWith(true, befalls), "scans per second"));
+  }
 }
 
 TEST_CASE("the longer the way that nothing told, the further off the map may be, and it is said past where") {
