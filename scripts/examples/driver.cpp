@@ -1,7 +1,4 @@
-// An example of a laser driver: it publishes scans on LASER as bot_core.planar_lidar_t.
-//
-// usage: example_driver [NUMBER OF SCANS]
-// It has no device: it simulates a room of 6 x 4 m, in which the laser turns on the spot by 0.2 rad/s.
+// An example of a laser driver: see kHelp.
 
 #include <algorithm>
 #include <bot_core/planar_lidar_t.hpp>
@@ -9,11 +6,19 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <lcm/lcm-cpp.hpp>
 #include <limits>
 #include <thread>
 
 namespace {
+
+constexpr const char* kHelp =
+    "An example of a laser driver: it publishes scans on LASER as bot_core.planar_lidar_t, ten a second.\n"
+    "It has no device: it simulates a room of 6 x 4 m, in which the laser turns on the spot by 0.2 rad/s.\n"
+    "\n"
+    "usage: example_driver [NUMBER OF SCANS]\n"
+    "Without a number it goes on until Ctrl-C. LCM_DEFAULT_URL in the environment names the bus.\n";
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr int kBeams = 360;
@@ -47,12 +52,17 @@ bot_core::planar_lidar_t ScanAt(double yaw_rad) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  const bool asks = argc == 2 && std::strcmp(argv[1], "--help") == 0;
+  const long num_scans = argc > 1 ? std::atol(argv[1]) : std::numeric_limits<long>::max();
+  if (argc > 2 || num_scans < 1) {
+    std::fputs(kHelp, asks ? stdout : stderr);
+    return asks ? EXIT_SUCCESS : 2;
+  }
   lcm::LCM lcm;  // where LCM_DEFAULT_URL says
   if (!lcm.good()) {
     std::fputs("example_driver: no bus: is there a route for multicast?\n", stderr);
     return EXIT_FAILURE;
   }
-  const long num_scans = argc > 1 ? std::atol(argv[1]) : std::numeric_limits<long>::max();
   for (long number = 0; number < num_scans; ++number) {
     const bot_core::planar_lidar_t scan = ScanAt(kTurn_rad_s * static_cast<double>(number) / kRate_hz);
     lcm.publish("LASER", &scan);

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """An example of a laser driver: it publishes scans on LASER as bot_core.planar_lidar_t.
 
-usage: scripts/examples/run driver.py [NUMBER OF SCANS]
 It has no device: it simulates a room of 6 x 4 m, in which the laser turns on the spot by 0.2 rad/s.
 """
 
+import argparse
 import math
 import sys
 import time
@@ -37,8 +37,10 @@ def scan_at(yaw_rad):
 
 
 def main():
+    parser = argparse.ArgumentParser(prog="scripts/examples/run driver.py", description=__doc__)
+    parser.add_argument("num_scans", type=int, nargs="?", default=sys.maxsize, help="without it: until Ctrl-C")
+    num_scans = parser.parse_args().num_scans
     bus = LcmBus()
-    num_scans = int(sys.argv[1]) if len(sys.argv) > 1 else sys.maxsize
     for number in range(num_scans):
         bus.publish("LASER", scan_at(TURN_RAD_S * number / RATE_HZ))
         time.sleep(1.0 / RATE_HZ)

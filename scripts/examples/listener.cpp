@@ -1,14 +1,19 @@
-// Prints the robot's pose from POSE: x y yaw, in metres and radians.
-//
-// usage: example_listener
+// An example of a listener: see kHelp.
 
 #include <bot_core/pose_t.hpp>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <lcm/lcm-cpp.hpp>
 
 namespace {
+
+constexpr const char* kHelp =
+    "Prints the robot's pose from POSE, until Ctrl-C: x y yaw, in metres and radians.\n"
+    "\n"
+    "usage: example_listener\n"
+    "LCM_DEFAULT_URL in the environment names the bus.\n";
 
 struct Listener {
   void Show(const lcm::ReceiveBuffer*, const std::string&, const bot_core::pose_t* pose) {
@@ -20,7 +25,12 @@ struct Listener {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  if (argc > 1) {
+    const bool asks = argc == 2 && std::strcmp(argv[1], "--help") == 0;
+    std::fputs(kHelp, asks ? stdout : stderr);
+    return asks ? EXIT_SUCCESS : 2;
+  }
   lcm::LCM lcm;  // where LCM_DEFAULT_URL says
   if (!lcm.good()) {
     std::fputs("example_listener: no bus: is there a route for multicast?\n", stderr);

@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
-"""Prints the robot's pose from POSE: x y yaw, in metres and radians.
+"""Prints the robot's pose from POSE, until Ctrl-C: x y yaw, in metres and radians."""
 
-usage: scripts/examples/run listener.py
-"""
-
+import argparse
 import math
 
 from bot_core import pose_t
@@ -17,6 +15,7 @@ def show(pose):
 
 
 def main():
+    argparse.ArgumentParser(prog="scripts/examples/run listener.py", description=__doc__).parse_args()
     bus = LcmBus()
     bus.subscribe("POSE", pose_t, show)
     while True:

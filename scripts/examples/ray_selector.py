@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """A replacement for ray_selector: it sends the valid rays of each scan, and marks every n-th of them as critical.
 
-usage: scripts/run_stack LOG --out DIR --without ray_selector &
-       scripts/examples/run ray_selector.py
-README.md beside this file says what a replacement must do.
+It needs a stack beside it: scripts/run_stack LOG --out DIR --without ray_selector. README.md beside this file says what a
+replacement must do.
 """
 
+import argparse
 import math
 
 from bot_core import planar_lidar_t
@@ -48,6 +48,7 @@ class RaySelector:
 
 
 def main():
+    argparse.ArgumentParser(prog="scripts/examples/run ray_selector.py", description=__doc__).parse_args()
     bus = LcmBus()
     RaySelector(bus)
     while True:

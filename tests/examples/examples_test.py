@@ -8,6 +8,7 @@ usage: PYTHONPATH=build/python tests/examples/examples_test.py [--out DIR]
 import os
 import pathlib
 import re
+import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -48,6 +49,20 @@ def check_live(case, driver, listener):
     for program in (laser, hearing, stack):
         program.interrupt()
     case.say(f"{driver} and {listener}: {len(seen)} poses, at most {off_m:.3f} m off")
+
+
+def check_help(case):
+    """Each says what it does, and sends and listens to nothing; a wrong call is refused, with the usage."""
+    environment = {**os.environ, "LCM_DEFAULT_URL": "no bus"}
+    examples = [[BIN / "example_driver"], [BIN / "example_listener"],
+                *([sys.executable, path] for path in sorted(EXAMPLES.rglob("*.py")) if path.name != "lcm_bus.py")]
+    for example in examples:
+        name = pathlib.Path(example[-1]).name
+        asked = subprocess.run([*example, "--help"], env=environment, capture_output=True, text=True, timeout=20)
+        check(asked.returncode == 0 and "usage: " in asked.stdout and not asked.stderr, f"{name} --help: {asked}")
+        wrong = subprocess.run([*example, "--nonesuch"], env=environment, capture_output=True, text=True, timeout=20)
+        check(wrong.returncode == 2 and "usage: " in wrong.stderr and not wrong.stdout, f"{name} --nonesuch: {wrong}")
+    case.say(f"{len(examples)} examples have a help")
 
 
 def read_path(folder):
@@ -113,6 +128,7 @@ def check_bus(case):
 
 
 def test(case):
+    check_help(case)
     check_bus(case)
     check_live(case, "driver", "listener.py")
     check_live(case, "driver.py", "listener")

@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
-"""Maps a log or a bag of any kind that slam_offline reads.
+"""Maps a log or a bag of any kind that slam_offline reads."""
+import argparse
 
-usage: map_log.py LOG FOLDER
-"""
-import sys
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("log")
+parser.add_argument("folder", help="for the results")
+arguments = parser.parse_args()
 
 import crsm_slam
 
-log = crsm_slam.Log(sys.argv[1])
+log = crsm_slam.Log(arguments.log)
 slam = crsm_slam.Slam(**log.settings)
 for scan in log:
     slam.process(scan)
 print(slam.judge())
-slam.save(sys.argv[2])
+slam.save(arguments.folder)

@@ -1,18 +1,20 @@
 #!/usr/bin/env python3
-"""Draws a saved map and its path with matplotlib, and shows it or writes it to a file.
+"""Draws a saved map and its path with matplotlib, and shows it or writes it to a file."""
+import argparse
 
-usage: plot_map.py FOLDER [PICTURE]
-"""
-import sys
+parser = argparse.ArgumentParser(description=__doc__)
+parser.add_argument("folder", help="of the results")
+parser.add_argument("picture", nargs="?", help="a file to write; without it a window opens")
+arguments = parser.parse_args()
 
 import crsm_slam
 import matplotlib
 
-if len(sys.argv) > 2:
+if arguments.picture:
     matplotlib.use("Agg")  # no window
 from matplotlib import pyplot
 
-slam = crsm_slam.Slam.load(sys.argv[1])
+slam = crsm_slam.Slam.load(arguments.folder)
 built = slam.make_map()
 path = slam.trajectory()
 path = path[path["piece"] == 1]
@@ -21,4 +23,4 @@ pyplot.plot(path["x_m"], path["y_m"], linewidth=1)
 pyplot.xlabel("x [m]")
 pyplot.ylabel("y [m]")
 pyplot.title(f"{len(path)} scans, {len(slam.loops())} loops")
-pyplot.savefig(sys.argv[2], dpi=150) if len(sys.argv) > 2 else pyplot.show()
+pyplot.savefig(arguments.picture, dpi=150) if arguments.picture else pyplot.show()
