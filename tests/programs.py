@@ -61,7 +61,7 @@ def run(test):
             test(Case(out.resolve()))
             print(f"PASS {name}, {time.monotonic() - begin:.0f} s")
         except Skipped as reason:
-            print(f"SKIPPED {name}: {reason}")
+            print(f"skipped: {reason}")
             sys.exit(SKIPPED)
         except Failure as reason:
             print(f"FAIL {name}: {reason}")

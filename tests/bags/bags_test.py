@@ -3,7 +3,7 @@
 
 usage: tests/bags/bags_test.py ros1|ros2 BIN_DIR
 ros1 needs Debian's python3-rosbag, python3-sensor-msgs and python3-nav-msgs; ros2 needs lz4 and zstd (scripts/setup
---bags), and npm with its registry. Exit code 77 where they are not there.
+--bags), and npm with its registry (--npm). Exit code 77 where they are not there.
 """
 
 import json
@@ -46,7 +46,7 @@ def python_with_rosbag():
     for python in (sys.executable, "/usr/bin/python3"):
         if run(python, "-c", "import rosbag, nav_msgs.msg, sensor_msgs.msg").returncode == 0:
             return python
-    raise Skip("there is no python3-rosbag (scripts/setup --bags)")
+    raise Skip("there is no python3-rosbag: scripts/setup --bags")
 
 
 class Drive:
@@ -149,14 +149,14 @@ def install_packages(bin_dir):
     shutil.copy(HERE / "package.json", packages)
     install = ["npm", "install", "--ignore-scripts", "--no-audit", "--no-fund", "--no-package-lock"]
     if not shutil.which("npm") or subprocess.run(install, cwd=packages, capture_output=True, check=False).returncode:
-        raise Skip("npm is not here, or does not reach its registry")
+        raise Skip("npm is not here, or does not reach its registry: scripts/setup --npm")
     return packages / "node_modules"
 
 
 def test_ros2(drive):
     for program in ("lz4", "zstd"):
         if not shutil.which(program):
-            raise Skip(f"there is no {program} (scripts/setup --bags)")
+            raise Skip(f"there is no {program}: scripts/setup --bags")
     modules = install_packages(drive.bin)
     out = drive.folder / "ros2"
     out.mkdir()

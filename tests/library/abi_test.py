@@ -145,7 +145,7 @@ def main():
     library, compiler = sys.argv[1:3]
     missing = [tool for tool in ("nm", "readelf") if not shutil.which(tool)]
     if missing or sys.maxsize < 2**32:
-        print(f"skipped: {' and '.join(missing)} of binutils is not there" if missing else "skipped: no 64-bit machine")
+        print(f"skipped: {' and '.join(missing)} of binutils is not there: scripts/setup" if missing else "skipped: no 64-bit machine")
         return SKIPPED
     now = describe(library, compiler)
     if not any(line.startswith("symbol ") for line in now) or not any(line.startswith("type Slam:") for line in now):

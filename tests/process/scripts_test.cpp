@@ -21,8 +21,8 @@ class ScriptFolder {
       fs::copy_file(fs::path(CRSM_SOURCE_DIR) / "scripts" / script, folder_ / "scripts" / script);
     }
     fs::create_directories(folder_ / "bin");
-    for (const char* tool : {"awk", "basename", "bash", "chmod", "cp", "dirname", "du", "grep", "gzip", "mkdir", "rm",
-                             "sed", "sort", "tar", "uname", "xargs"}) {
+    for (const char* tool : {"awk", "basename", "bash", "chmod", "cp", "dirname", "du", "env", "grep", "gzip", "mkdir",
+                             "paste", "rm", "sed", "sort", "cat", "tar", "uname", "xargs"}) {
       fs::create_symlink(fs::path("/usr/bin") / tool, folder_ / "bin" / tool);
     }
   }
@@ -117,4 +117,80 @@ TEST_CASE("scripts/packages names each of its steps, and shows how far the compi
                            "/crsm_slam/licenses/dpkg\n"}) {
     CHECK(wheel.find(file) != std::string::npos);
   }
+}
+
+TEST_CASE("scripts/setup says which packages it installs, and how much they are to download and on the disk") {
+  const ScriptFolder project({"functions.sh", "setup"});
+  project.Write("bin/dpkg-query", "exit 1");
+  project.Write("bin/sudo", "exec \"$@\"");
+  project.Write("bin/ip", "true");
+  project.Write(
+      "bin/apt-get",
+      "[[ $* != *--print-uris* ]] || "
+      "echo $'Need to get 150 MB of archives.\\nAfter this operation, 610 MB of additional disk space will be used.'");
+  const auto Installs = [&](const std::vector<std::string>& flags) {
+    const Ended ended = project.Run("setup", flags);
+    INFO(ended.errors);
+    CHECK(ended.exit_code == 0);
+    const std::string size = ": 150 MB to download, 610 MB on the disk, which takes some minutes\n";
+    REQUIRE(ended.output.ends_with(size));
+    REQUIRE(ended.output.starts_with("setup: installing g++ "));
+    return ended.output.substr(0, ended.output.size() - size.size()) + " ";
+  };
+  const std::string for_tests = Installs({"--tests"});
+  for (const char* package : {" catch2 ", " python3 ", " default-jre ", " xvfb ", " chromium ", " python3-rosbag ",
+                              " spin ", " doxygen ", " python3-numpy ", " python3-venv "}) {
+    CAPTURE(package);
+    CHECK(for_tests.find(package) != std::string::npos);
+  }
+  CHECK(for_tests.find(" npm ") == std::string::npos);  // not from Debian alone
+  CHECK(Installs({"--demo"}).find(" python3 ") == std::string::npos);
+  CHECK(Installs({"--npm"}).find(" npm ") != std::string::npos);
+  project.Write("bin/npm", "true");
+  CHECK(Installs({"--npm"}).find(" npm ") == std::string::npos);
+}
+
+TEST_CASE("scripts/build says before many steps how many there are and how long they take, and shows each") {
+  const ScriptFolder project({"functions.sh", "build"});
+  project.Write("bin/nproc", "echo 2");
+  const auto Says = [&](const std::string& of_ninja) {
+    project.Write("bin/cmake", "[[ $1 != --build ]] || printf '" + of_ninja + "'");
+    const Ended ended = project.Run("build", {});
+    CHECK(ended.exit_code == 0);
+    return ended.output;
+  };
+  CHECK(Says("[0/2] Re-checking globbed directories...\\n[1/302] Building a\\n[2/302] Linking b\\n") ==
+        "build: 302 steps, about 6 min on 2 processors\n[1/302] Building a\n[2/302] Linking b\n");
+  CHECK(Says("[1/2] Re-running CMake...\\n[1/11] Building a\\n") ==
+        "[1/2] Re-running CMake...\nbuild: 11 steps, about 1 min on 2 processors\n[1/11] Building a\n");
+  CHECK(Says("[1/2] Building a\\n[2/2] Linking b\\n") == "[1/2] Building a\n[2/2] Linking b\n");
+  CHECK(Says("ninja: no work to do.\\n").empty());
+}
+
+TEST_CASE(
+    "scripts/test runs every test with the tools that are there, and names at the end what was skipped, and why") {
+  const ScriptFolder project({"functions.sh", "test"});
+  project.Write("scripts/setup", "echo \"setup $*\"; [[ $* != --tests ]]");  // nobody is root
+  project.Write("scripts/build", "echo \"build $*\"");
+  project.Write("build/Testing/Temporary/LastTest.log", "1/1 Test: old\nskipped: long ago");
+  const auto Run = [&](const std::string& log) {
+    project.Write("bin/ctest", "echo \"ctest $*\"\n" + log + "\nexit 8");
+    return project.Run("test", {"-R", "s"});
+  };
+  const Ended ended =
+      Run("cat >Testing/Temporary/LastTest.log <<END\n"
+          "1/4 Testing: spy\n1/4 Test: spy\nskipped: no Java: scripts/setup --spy\nTest Passed.\n"
+          "2/4 Test: unit_logs\nskipped: no a.clf\nskipped: no b.clf\nTest Passed.\n"
+          "3/4 Test: view\n  skipped: no npm: scripts/setup --npm\n  skipped: no npm: scripts/setup --npm\n"
+          "  skipped: no room\nTest Failed.\n4/4 Test: unit\nit skipped: nothing\nTest Passed.\nEND");
+  const std::string begin =
+      "setup --tests\nsetup \nbuild --preset release\nctest --output-on-failure --parallel 4 -R s\n";
+  CHECK(ended.exit_code == 8);
+  CHECK(ended.errors == "test: continues with the tools that are installed\n");
+  CHECK(ended.output == begin +
+                            "skipped: spy: no Java: scripts/setup --spy\n"
+                            "skipped: unit_logs: no a.clf\n"
+                            "skipped: a part of view: no npm: scripts/setup --npm\n"
+                            "skipped: a part of view: no room\n");
+  CHECK(Run("").output == begin);
 }

@@ -20,7 +20,7 @@ std::vector<std::string> Isolated(const std::string& command) { return {"unshare
 /// Whether this user may make a network, and has the tool to set it up.
 bool MayIsolate(const TemporaryFolder& folder) {
   if (folder.Run("/usr/bin/env", Isolated("command -v ip")).exit_code == 0) return true;
-  std::printf("skipped: no network namespaces here (unshare -rn, ip)\n");
+  std::printf("  skipped: no network namespaces here (unshare -rn, ip)\n");
   return false;
 }
 

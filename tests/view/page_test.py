@@ -26,7 +26,7 @@ try:
     from harness import BIN, PATIENCE_S, Browser, Stack, await_that, check, free_port
     from selenium.webdriver import ActionChains
 except ImportError as error:
-    print(f"skipped: {error} (python3-selenium)")
+    print(f"skipped: {error}: scripts/setup --view")
     sys.exit(SKIPPED)
 
 import pieces
@@ -456,7 +456,7 @@ def read_axe_core():
     """The code of axe-core, which looks for what keeps people from reading a page; empty where npm does not bring it."""
     packages = install_packages(HERE)
     if not packages:
-        print("  skipped: npm is not here, or does not reach its registry: no axe-core")
+        print("  skipped: npm is not here, or does not reach its registry: no axe-core (scripts/setup --npm)")
         return ""
     return (packages / "node_modules/axe-core/axe.min.js").read_text()
 
@@ -465,7 +465,7 @@ def test_foxglove(out, http):
     """By programs that others wrote, where npm brings them."""
     packages = install_packages(HERE)
     if not packages:
-        print("  skipped: npm is not here, or does not reach its registry: no client of Foxglove's own")
+        print("  skipped: npm is not here, or does not reach its registry: no client of Foxglove's own (scripts/setup --npm)")
         return
     mcap = out / "run.mcap"
     subprocess.run([BIN / "map_viewer", out, "--mcap", mcap], check=True)
@@ -544,7 +544,7 @@ def test_finished(out):
 
 def main():
     if not (shutil.which("chromium") and shutil.which("chromedriver")):
-        print("skipped: there is no Chromium (chromium, chromium-driver)")
+        print("skipped: there is no Chromium: scripts/setup --view")
         return SKIPPED
     with tempfile.TemporaryDirectory(prefix="crsm_view_") as folder:
         out = pathlib.Path(folder)
