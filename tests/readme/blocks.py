@@ -4,10 +4,11 @@ import dataclasses
 import re
 import subprocess
 
-ORDER = ("README.md", "services/run_stack/README.md", "services/README.md", "services/map_viewer/README.md",
-         "services/sources/README.md", "scripts/README.md", "scripts/systemd/README.md", "common/README.md",
+ORDER = ("README.md", "services/run_stack/README.md", "services/diagnosis/README.md", "services/README.md",
+         "services/map_viewer/README.md", "services/sources/README.md", "scripts/README.md", "scripts/systemd/README.md", "common/README.md",
          "lcmtypes/README.md", "logs/README.md", "tests/README.md", "scripts/examples/README.md")
-COMMAND = re.compile(r"    (?:[A-Z_]+=\S+ )*(?:(?:scripts|build/bin)/\w|(?:sudo|ip|sysctl|export|parallel|cp|echo|pip) )")
+COMMAND = re.compile(r"    (?:[A-Z_]+=\S+ )*(?:(?:scripts|build/bin|out/venv)/\w|"
+                     r"(?:sudo|ip|sysctl|export|parallel|cp|echo|python3) )")
 
 
 SKIPPED = 77  # the exit code of a test that cannot run here

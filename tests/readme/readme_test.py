@@ -7,6 +7,7 @@ import sys
 import tempfile
 import unittest
 
+import check_flags
 import check_readmes
 import prose
 from blocks import blocks_of, in_order
@@ -203,6 +204,24 @@ class WithoutGit(unittest.TestCase):
             done = subprocess.run([sys.executable, "-B", there.parent / "check_readmes.py"], stdout=subprocess.PIPE, text=True)
         self.assertEqual(done.returncode, 77)
         self.assertRegex(done.stdout, "^skipped: .*: git does not say which files are the project's: is it a clone\\?\n$")
+class Flags(unittest.TestCase):
+    HELPS = {"slam_offline": {"--out", "--seed"}, "run_stack": {"--view"}, "venv": {"--system-site-packages"}}
+
+    def failures(self, text):
+        return [failure.split(": ")[1] for failure in check_flags.check_flags({"README.md": text}, self.HELPS)]
+
+    def test_a_flag_of_the_program_before_it_or_of_any(self):
+        self.assertEqual(self.failures("Give `--view` or `slam_offline sim:run_stack --out x`.\n\n"
+                                       "    build/bin/slam_offline x --out y      # --no such\n"), [])
+
+    def test_a_flag_of_no_program_of_another_one_or_in_a_block_is_named_with_its_line(self):
+        self.assertEqual(self.failures("A\n`--window-rad`\n\n    build/bin/slam_offline x --view\n\n| a | `x/run_stack --out` |\n"),
+                         ["slam_offline has no --view", "nothing has --window-rad", "run_stack has no --out"])
+        self.assertTrue(check_flags.check_flags({"a": "b\n`--no`"}, self.HELPS)[0].startswith("a:2: "))
+
+    def test_flags_of_other_peoples_programs_are_theirs_alone(self):
+        self.assertEqual(self.failures("`python3 -m venv --system-site-packages x`, `--now`"), [])
+        self.assertEqual(len(self.failures("`slam_offline --now`")), 1)
 
 
 if __name__ == "__main__":

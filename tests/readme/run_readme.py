@@ -12,6 +12,7 @@ commands about them are left out, and that is said.
 """
 
 import contextlib
+import importlib.util
 import os
 import pathlib
 import re
@@ -34,7 +35,6 @@ BEFORE_INTERRUPT_S = 1.0
 LIVE_S = 8.0
 RESULTS = ("map.png", "map.yaml", "overview.png", "trajectory.tum", "summary.json")
 
-RUN = ("scripts/setup", "scripts/build programs")  # these as they are, in spite of UNRUN
 UNRUN = {  # by how a command begins, behind sudo and variables
     "scripts/test": "it is what runs this",
     "scripts/packages": "scripts/packages --chroot does all of it, in clean Debians",
@@ -56,7 +56,7 @@ UNRUN = {  # by how a command begins, behind sudo and variables
     "build/bin/unit_tests": "scripts/test runs it",
     "build/bin/experiments": "scripts/experiments runs it",
     "apt": "as scripts/packages",
-    "pip": "builds once more; the test python uses the package as it is built here",
+    "out/venv/": "builds once more; the test python uses the package as it is built here",
     "dpkg": "as scripts/packages",
     "systemctl": "needs a running systemd; tests/process/systemd_test.cpp reads the units",
     "usermod": "is for the whole machine",
@@ -149,8 +149,6 @@ def program_of(command):
 
 def reason_not_to_run(command):
     program, text = program_of(command)
-    if text in RUN:
-        return None
     for begin, reason in UNRUN.items():
         if text.startswith(begin) if "/" in begin else program == begin:
             return reason
@@ -158,6 +156,8 @@ def reason_not_to_run(command):
         return "needs the laser; tests/emulators has one"
     if " --without " in text:
         return "waits for another process; tests/examples has one"
+    if " -m venv " in text and not importlib.util.find_spec("ensurepip"):
+        return "there is no python3-venv"
     if program == "parallel" and not shutil.which("parallel"):
         return "there is no GNU parallel"
     if re.search(r"\bLOG\b", prepare(command)):
@@ -207,7 +207,7 @@ def run(shell, block):
     for command in block:
         print(f"{command.place}: {command.text}", flush=True)
         if reason := reason_not_to_run(command):
-            print(f"  skipped: {reason}")
+            print(f"  not run: {reason}")
             check_is_there(command, shell.folder)
         else:
             runnable.append(command)
