@@ -128,6 +128,7 @@ TEST_CASE("scripts/setup says which packages it installs, and how much they are 
       "bin/apt-get",
       "[[ $* != *--print-uris* ]] || "
       "echo $'Need to get 150 MB of archives.\\nAfter this operation, 610 MB of additional disk space will be used.'");
+  project.Write("bin/apt-cache", "for package in \"${@:2}\"; do echo \"$package | 1.0 | http://a\"; done");
   const auto Installs = [&](const std::vector<std::string>& flags) {
     const Ended ended = project.Run("setup", flags);
     INFO(ended.errors);
@@ -148,6 +149,10 @@ TEST_CASE("scripts/setup says which packages it installs, and how much they are 
   CHECK(Installs({"--npm"}).find(" npm ") != std::string::npos);
   project.Write("bin/npm", "true");
   CHECK(Installs({"--npm"}).find(" npm ") == std::string::npos);
+  project.Write("bin/apt-cache", "echo 'spin | 1.0 | http://a'");  // what building needs is never left out
+  CHECK(Installs({"--protocol", "--docs"}).find(" spin ") != std::string::npos);
+  CHECK(Installs({"--protocol", "--docs"}).find(" doxygen ") == std::string::npos);
+  CHECK(project.Run("setup", {"--docs"}).errors == "setup: this system has no package doxygen: goes on without it\n");
 }
 
 TEST_CASE("scripts/build says before many steps how many there are and how long they take, and shows each") {
