@@ -1,6 +1,6 @@
 #pragma once
 
-// Catch2 version 3 (Ubuntu 24.04) and version 2 (Debian 12, Ubuntu 22.04) differ in where things live.
+// Catch2 version 3 (Debian 13, Ubuntu 24.04) and version 2 (Debian 12) differ in where things live.
 #if __has_include(<catch2/catch_all.hpp>)
 #include <catch2/catch_all.hpp>
 using Catch::Approx;
