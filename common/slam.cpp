@@ -43,23 +43,26 @@ bool Slam::Take(const Mapper::Step& step, const ScanMatch& match) {
 
 /// Has loops searched at the keyframes that are new to the loop closer, up to one of them, but for what an earlier
 /// session has found. update: of the last of them, by that session.
-void Slam::SearchUpTo(std::optional<KeyframeId> last, const GraphUpdate* update) {
+void Slam::SearchUpTo(std::optional<KeyframeId> last, const GraphUpdate* update,
+                      const BackgroundLoopCloser::GiveUp& give_up) {
   const KeyframeGraph& graph = mapper_.graph();
   while (given_ < last) {
-    given_ = given_ ? graph.After(*given_) : KeyframeId{};
-    auto earlier = mapper_.FindSearch(*given_);
+    const KeyframeId next = given_ ? *graph.After(*given_) : KeyframeId{};
+    auto earlier = mapper_.FindSearch(next);
+    if (earlier && update && next == last) earlier->update = std::make_shared<const GraphUpdate>(*update);
+    if (!loop_closer_->Add(graph.keyframe(next), earlier, give_up)) return;
     if (!earlier) ++num_searched_;
-    if (earlier && update && given_ == last) earlier->update = std::make_shared<const GraphUpdate>(*update);
-    loop_closer_->Add(graph.keyframe(*given_), earlier);
+    given_ = next;
   }
 }
 
 /// Tells the mapper what was found by all keyframes but the newest ones. Returns what it did not know.
-std::vector<GraphUpdate> Slam::AcceptFound(int num_left) {
-  SearchUpTo(mapper_.graph().newest());
+std::vector<GraphUpdate> Slam::AcceptFound(int num_left, const BackgroundLoopCloser::GiveUp& give_up) {
+  SearchUpTo(mapper_.graph().newest(), nullptr, give_up);
+  num_left = loop_closer_->Await(num_left, give_up);
   std::vector<GraphUpdate> found = loop_closer_->Take(num_left);
   std::erase_if(found, [&](const GraphUpdate& update) { return !mapper_.Accept(update); });
-  auto searched = mapper_.graph().newest();
+  auto searched = std::min(given_, mapper_.graph().newest());
   for (int i = 0; i < num_left && searched; ++i) searched = mapper_.graph().Before(*searched);
   if (searched) mapper_.NoteSearched(*searched);
   return found;
@@ -78,9 +81,9 @@ bool Slam::Restore(const GraphUpdate& update) {
 
 bool Slam::RestoreSearched(KeyframeId keyframe) { return mapper_.NoteSearched(keyframe); }
 
-std::vector<GraphUpdate> Slam::AwaitLoops() {
+std::vector<GraphUpdate> Slam::AwaitLoops(const BackgroundLoopCloser::GiveUp& give_up) {
   DrawRestored();
-  return AcceptFound(0);
+  return AcceptFound(0, give_up);
 }
 
 void Slam::Resume(const std::optional<Pose2>& T_map_laser) {
@@ -95,8 +98,8 @@ void Slam::BeginDrive() {
   }
 }
 
-void Slam::FinishMap() {
-  if (mapper_.searched() < mapper_.graph().newest()) AwaitLoops();
+void Slam::FinishMap(const BackgroundLoopCloser::GiveUp& give_up) {
+  if (mapper_.searched() < mapper_.graph().newest()) AwaitLoops(give_up);
   matcher_->Apply(mapper_.Finish());
   tracking_ = TrackingState::OnFinishedMap(matching_.constants);
 }

@@ -73,12 +73,13 @@ class Slam {
   bool RestoreSearched(KeyframeId keyframe);
 
   /// To be called where an earlier session ends, and where this one does: waits until all loops are found that the
-  /// scans so far close. What that brings to the graph.
-  std::vector<GraphUpdate> AwaitLoops();
+  /// scans so far close. What that brings to the graph. give_up: asked now and then; where it says so, what was found
+  /// until then is returned, and the rest is searched by the next call.
+  std::vector<GraphUpdate> AwaitLoops(const BackgroundLoopCloser::GiveUp& give_up = {});
 
   /// Finishes the map: from now on scans are localised on it and change nothing. Where the first of them was taken is
-  /// searched on the whole map.
-  void FinishMap();
+  /// searched on the whole map. give_up: as of AwaitLoops; the map lacks loops then.
+  void FinishMap(const BackgroundLoopCloser::GiveUp& give_up = {});
 
   /// Whether loops are looked for: not on a finished map.
   bool closes_loops() const { return mapper_.closes_loops(); }
@@ -114,8 +115,9 @@ class Slam {
  private:
   bool Take(const Mapper::Step& step, const ScanMatch& match);
   void DrawRestored();
-  void SearchUpTo(std::optional<KeyframeId> last, const GraphUpdate* update = nullptr);
-  std::vector<GraphUpdate> AcceptFound(int num_left);
+  void SearchUpTo(std::optional<KeyframeId> last, const GraphUpdate* update = nullptr,
+                  const BackgroundLoopCloser::GiveUp& give_up = {});
+  std::vector<GraphUpdate> AcceptFound(int num_left, const BackgroundLoopCloser::GiveUp& give_up = {});
 
   DrawingRules drawing_;
   MatchOptions matching_;

@@ -3,6 +3,7 @@
 #include <condition_variable>
 #include <deque>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -20,8 +21,15 @@ class BackgroundLoopCloser {
  public:
   explicit BackgroundLoopCloser(std::unique_ptr<LoopCloser> closer) : closer_(std::move(closer)) {}
 
-  /// The next keyframe. Waits while very many others wait.
-  void Add(Keyframe keyframe, const std::optional<EarlierSearch>& earlier);
+  /// Asked now and then by who waits: whether to wait no longer.
+  using GiveUp = std::function<bool()>;
+
+  /// The next keyframe. Waits while very many others wait. False, and nothing done, if `give_up` says so meanwhile.
+  bool Add(Keyframe keyframe, const std::optional<EarlierSearch>& earlier, const GiveUp& give_up = {});
+
+  /// Waits until all keyframes but the newest `num_left` ones were searched. How many are left: more where `give_up`
+  /// says so meanwhile.
+  int Await(int num_left, const GiveUp& give_up = {});
 
   /// The updates, not taken before, of all keyframes but the newest `num_left` ones. Waits until those were searched.
   /// Throws what the search has thrown.
@@ -38,6 +46,8 @@ class BackgroundLoopCloser {
   };
 
   void Run(const std::stop_token& stop);
+  template <class Condition>
+  bool Wait(std::unique_lock<std::mutex>& lock, const GiveUp& give_up, Condition condition);
 
   std::unique_ptr<LoopCloser> closer_;  ///< of the thread alone
   std::mutex mutex_;                    ///< of what follows, but for the thread itself

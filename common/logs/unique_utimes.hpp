@@ -15,6 +15,9 @@ class UniqueUtimes {
   /// The next scan is of another drive.
   void BeginDrive();
 
+  /// A utime that a scan of an earlier drive has already.
+  void AddTaken(std::int64_t utime) { utimes_.Add(utime); }
+
   /// utime: of the next scan, by its clock [us]. Returns its own utime; nothing if the drive has this utime already, or
   /// if a thousand microseconds from there on are taken.
   std::optional<std::int64_t> Add(std::int64_t utime);

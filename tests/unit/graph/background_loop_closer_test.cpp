@@ -1,5 +1,6 @@
 #include "common/graph/background_loop_closer.hpp"
 
+#include <atomic>
 #include <cmath>
 #include <stdexcept>
 
@@ -50,6 +51,39 @@ TEST_CASE("in the background the same is found, and given when as many keyframes
   BackgroundLoopCloser never_asked(MakeCloser());  // searches all the same
   for (const Keyframe& keyframe : keyframes) never_asked.Add(keyframe, {});
   CHECK(never_asked.Take(0) == expected);
+}
+
+TEST_CASE("who waits for a search may give up, and what was found until then is there") {
+  /// Searches the keyframe of a number until it is told to go on.
+  class Slow : public LoopCloser {
+   public:
+    explicit Slow(std::atomic<bool>& may_go_on) : may_go_on_(may_go_on) {}
+    std::optional<GraphUpdate> Add(Keyframe, const std::optional<EarlierSearch>&) override {
+      if (++num_ > 3) may_go_on_.wait(false);
+      return GraphUpdate{{0, num_ - 1}};
+    }
+    const KeyframeGraph& graph() const override { return graph_; }
+
+   private:
+    std::atomic<bool>& may_go_on_;
+    int num_ = 0;
+    KeyframeGraph graph_;
+  };
+  const std::vector<Keyframe> keyframes = MakeRound();
+  std::atomic<bool> may_go_on = false;
+  BackgroundLoopCloser closer(std::make_unique<Slow>(may_go_on));
+  int num_added = 0;
+  int num_asked = 0;
+  const auto GiveUp = [&] { return ++num_asked == 2; };
+  while (num_asked == 0 && closer.Add(keyframes[0], {}, GiveUp)) ++num_added;  // until very many wait
+  CHECK(num_added > 100);
+  num_asked = 0;
+  CHECK(closer.Await(0, GiveUp) == num_added - 3);
+  CHECK(closer.Take(num_added - 3).size() == 3);
+  may_go_on = true;
+  may_go_on.notify_all();
+  CHECK(closer.Await(0) == 0);
+  CHECK(closer.Take(0).size() == static_cast<std::size_t>(num_added - 3));
 }
 
 TEST_CASE("what a search throws, who takes its updates gets") {
