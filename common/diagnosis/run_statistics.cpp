@@ -61,6 +61,10 @@ void RunStatistics::Add(const ScanMatch& match) {
   previous_ = match;
 }
 
+void RunStatistics::ForgetRays(std::int64_t utime) {
+  if (Sampled* sampled = FindSampled(utime)) sampled->rays.reset();
+}
+
 void RunStatistics::ForgetMatches() {
   auto sampled = std::move(sampled_);
   for (auto& [hash, each] : sampled) each.T_map_laser.reset();
@@ -83,8 +87,8 @@ std::optional<double> RunStatistics::ComputeMeanAgreement(const ByteMap& map) co
   std::size_t num = 0;
   std::size_t num_asked = 0;
   for (const auto& [hash, sampled] : sampled_) {
-    if (num_asked++ == constants_.most_asked) break;
     if (!sampled.rays || !sampled.T_map_laser) continue;
+    if (num_asked++ == constants_.most_asked) break;
     const ValidRays rays = Deskew(Thin(*sampled.rays, constants_.most_rays_asked), sampled.twist);
     sum += ComputeAgreement(map, ComputeHits(rays), *sampled.T_map_laser);
     ++num;

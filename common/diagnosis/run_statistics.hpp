@@ -28,6 +28,9 @@ class RunStatistics {
   /// The next match.
   void Add(const ScanMatch& match);
 
+  /// Those that came with this utime were of another scan.
+  void ForgetRays(std::int64_t utime);
+
   /// All matches are to come again, where it is known better by now: the map was corrected. Rays stay.
   void ForgetMatches();
 

@@ -2,11 +2,16 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <stdexcept>
+#include <utility>
 
 namespace crsm {
 
@@ -53,6 +58,21 @@ void Replacement::Rename() {
 /// Bears the process id, so that two processes with the same folder never mix their bytes.
 std::filesystem::path Replacement::Temporary(const std::string& name) const {
   return dir_ / fmt::format(".{}.{}.tmp", name, getpid());
+}
+
+void RemoveLeftovers(const std::filesystem::path& dir) {
+  constexpr std::array<std::string_view, 6> kResults{"map", "overview", "trajectory", "truth", "graph", "summary"};
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(dir, error)) {
+    const std::string name = entry.path().filename().string();
+    char result[16];
+    int writer = 0;
+    int length = 0;
+    if (std::sscanf(name.c_str(), ".%15[a-z].%*[a-z2].%9d.tmp%n", result, &writer, &length) != 2) continue;
+    if (std::cmp_not_equal(length, name.size()) || writer < 1) continue;
+    if (std::ranges::find(kResults, result) == kResults.end()) continue;
+    if (kill(writer, 0) != 0 && errno == ESRCH) std::filesystem::remove(entry.path(), error);
+  }
 }
 
 void Replacement::Fail(const std::string& name, int error) const {

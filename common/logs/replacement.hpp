@@ -35,6 +35,9 @@ class Replacement {
   std::vector<std::string> names_;  ///< of temporary files
 };
 
+/// Removes files of results that a process which was killed while it wrote them (Replacement) has left in a folder.
+void RemoveLeftovers(const std::filesystem::path& dir);
+
 /// Writes all the bytes to an open file. False, with errno set, if that fails.
 bool WriteAll(int descriptor, std::string_view bytes);
 

@@ -38,7 +38,7 @@ RunSummary ReadSummary(const std::filesystem::path& dir) {
     json.at("mean_fitness").get_to(summary.mean_fitness);
     json.at("verdict").at("trust").get_to(summary.trust);
     if (json.contains("loops")) summary.loops = json["loops"].at("closed").get<std::int64_t>();
-    if (json.contains("wall_s")) summary.wall_s = json["wall_s"].get<double>();
+    if (json.contains("wall_s") && !json["wall_s"].is_null()) summary.wall_s = json["wall_s"].get<double>();
     return summary;
   } catch (const nlohmann::json::exception&) {
     throw std::runtime_error(

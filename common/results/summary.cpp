@@ -127,6 +127,7 @@ Summary Summarize(const MatchSequence& matches, const DenseGrid& grid) {
 
 std::string FormatSummary(const Summary& summary) {
   Json json = {{"version", summary.version},
+               {"identity", summary.identity.empty() ? Json() : Json(summary.identity)},
                {"ended", summary.ended},
                {"scans", summary.scans},
                {"lost", summary.lost},
@@ -135,7 +136,7 @@ std::string FormatSummary(const Summary& summary) {
                {"path_length_m", summary.path_length_m},
                {"explored_area_m2", summary.explored_area_m2},
                {"mean_fitness", summary.mean_fitness},
-               {"wall_s", summary.wall_s},
+               {"wall_s", summary.wall_s ? Json(*summary.wall_s) : Json()},
                {"verdict", summary.verdict ? ToJson(*summary.verdict) : Json()},
                {"counts", Json::object()},
                {"timings", Json::object()},

@@ -26,6 +26,7 @@ struct StageTiming {
 /// What a run came to, for summary.json.
 struct Summary {
   std::string version;
+  std::string identity;                           ///< of the map, as its journal has it; empty where nobody knows it
   bool ended = true;                              ///< false: written while the run goes on
   std::map<std::string, NamedValues> parameters;  ///< that each process used
   std::int64_t scans = 0;
@@ -34,7 +35,7 @@ struct Summary {
   std::int64_t map_version = 0;
   double path_length_m = 0.0;  ///< from each scan that was not lost to the next one
   double explored_area_m2 = 0.0;
-  double wall_s = 0.0;                         ///< that the run has taken by the clock
+  std::optional<double> wall_s;                ///< that the run has taken by the clock
   double mean_fitness = 0.0;                   ///< of the matched scans (the paper's MFV), [0, 1]; 0 if there are none
   std::map<std::string, std::int64_t> counts;  ///< drops, resends, bad messages ..., by name
   std::map<std::string, StageTiming> timings;  ///< by stage

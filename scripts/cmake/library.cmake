@@ -1,9 +1,10 @@
-# The algorithm, which is compiled once for the library and for the programs here, and the library: the algorithm and the
-# journal, which need the headers of Eigen, fmt and LCM to compile, and nothing to run. What it shows of itself is
-# services/library/crsm_slam/slam.hpp.
+# The algorithm, which is compiled once for the library and for the programs here, and the library: the algorithm, the
+# journal and the files of results, which need the headers of Eigen, fmt, nlohmann-json and LCM to compile, and nothing to
+# run. What it shows of itself is services/library/crsm_slam/slam.hpp.
 include(GNUInstallDirs)
 find_package(Eigen3 REQUIRED NO_MODULE)
 find_package(fmt REQUIRED)
+find_package(nlohmann_json REQUIRED)
 find_package(Threads REQUIRED)
 include(${CMAKE_CURRENT_LIST_DIR}/wire.cmake)
 
@@ -42,8 +43,10 @@ file(GLOB LIBRARY_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/services/libra
 set(LIBRARY_FILES common/parameters common/diagnosis/handedness common/diagnosis/run_statistics
     common/diagnosis/self_contradiction common/diagnosis/verdict common/logs/crc32 common/logs/map_files
     common/logs/png_file common/logs/regular_file common/logs/replacement common/metrics/format_trajectory
-    services/base/file_window services/base/identity services/base/printable services/base/say services/journal/journal
-    services/journal/journal_file services/journal/journal_reader services/journal/move_aside services/wire/conversions
+    common/results/result_files common/results/summary services/base/file_window services/base/identity
+    services/base/path_lock services/base/printable services/base/process_info services/base/say
+    services/journal/journal services/journal/journal_file services/journal/journal_reader services/journal/move_aside
+    services/journal/results_lock services/library/without_overview/overview services/wire/conversions
     services/wire/graph_messages services/wire/lcm_event services/wire/wire)
 list(TRANSFORM LIBRARY_FILES REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/\\1.cpp" OUTPUT_VARIABLE LIBRARY_FILES)
 
@@ -53,7 +56,7 @@ set(CRSM_SLAM_SOVERSION 0)
 add_library(crsm_slam_objects OBJECT ${LIBRARY_SOURCES} ${LIBRARY_FILES})
 target_include_directories(crsm_slam_objects PRIVATE ${PROJECT_SOURCE_DIR}/services/library
                            ${PROJECT_BINARY_DIR}/generated)
-target_link_libraries(crsm_slam_objects PRIVATE fmt::fmt-header-only crsm_lcmtypes)
+target_link_libraries(crsm_slam_objects PRIVATE fmt::fmt-header-only nlohmann_json::nlohmann_json crsm_lcmtypes)
 target_compile_definitions(crsm_slam_objects PRIVATE CRSM_SLAM_VERSION="${PROJECT_VERSION}")
 foreach(target crsm_algorithm crsm_slam_objects)
   target_compile_features(${target} PUBLIC cxx_std_20)

@@ -1,5 +1,7 @@
 #include "services/base/identity.hpp"
 
+#include <fmt/core.h>
+
 #include <fstream>
 #include <random>
 #include <string>
@@ -20,5 +22,7 @@ std::int64_t IdentityOfThisBoot(std::int64_t identity) {
   const auto mixed = static_cast<std::int64_t>(static_cast<std::uint64_t>(identity) ^ Crc32(boot));
   return mixed != 0 ? mixed : identity;
 }
+
+std::string FormatIdentity(std::int64_t identity) { return fmt::format("{:016x}", identity); }
 
 }  // namespace crsm

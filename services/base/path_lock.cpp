@@ -36,8 +36,15 @@ std::string FindLockHolder(const struct stat& file) {
 
 }  // namespace
 
-PathLock::PathLock(const std::string& flag, const std::filesystem::path& path)
-    : path_(path), descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {  // a FIFO would let us wait
+PathLock::PathLock(const std::string& flag, const std::filesystem::path& path) : path_(path) {
+  do {
+    Take(flag);
+  } while (!IsInPlace());  // another process had it, and has put another file in its place
+}
+
+void PathLock::Take(const std::string& flag) {
+  if (descriptor_ >= 0) close(descriptor_);
+  descriptor_ = open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);  // a FIFO would let us wait
   struct stat file {};
   std::string reason;
   if (descriptor_ < 0 || fstat(descriptor_, &file) != 0) {
@@ -49,7 +56,7 @@ PathLock::PathLock(const std::string& flag, const std::filesystem::path& path)
   }
   if (reason.empty()) return;
   if (descriptor_ >= 0) close(descriptor_);
-  throw std::runtime_error(fmt::format("{} {}: {}", flag, path.string(), reason));
+  throw std::runtime_error(fmt::format("{} {}: {}", flag, path_.string(), reason));
 }
 
 PathLock::~PathLock() { close(descriptor_); }

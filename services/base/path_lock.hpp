@@ -19,6 +19,8 @@ class PathLock {
   bool IsInPlace() const;
 
  private:
+  void Take(const std::string& flag);
+
   std::filesystem::path path_;
   int descriptor_ = -1;
 };

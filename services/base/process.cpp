@@ -5,39 +5,19 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <new>
 #include <stdexcept>
-#include <string_view>
-#include <utility>
 
+#include "common/logs/replacement.hpp"
 #include "services/base/usage_error.hpp"
 
 namespace crsm {
 namespace {
 
 void RequestStop(int) { stop_requested = true; }
-
-/// What a process that was killed while it wrote results (WriteResults) has left: .NAME.PID.tmp
-void RemoveLeftovers(const std::string& out) {
-  constexpr std::array<std::string_view, 5> kResults{"map", "overview", "trajectory", "truth", "summary"};
-  std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(out, error)) {
-    const std::string name = entry.path().filename().string();
-    char result[16];
-    int writer = 0;
-    int length = 0;
-    if (std::sscanf(name.c_str(), ".%15[a-z].%*[a-z].%9d.tmp%n", result, &writer, &length) != 2) continue;
-    if (std::cmp_not_equal(length, name.size()) || writer < 1) continue;
-    if (std::find(kResults.begin(), kResults.end(), result) == kResults.end()) continue;
-    if (kill(writer, 0) != 0 && errno == ESRCH) std::filesystem::remove(entry.path(), error);
-  }
-}
 
 }  // namespace
 

@@ -86,6 +86,11 @@ service_status_t Service::MakeStatus() const {
     status.parameter_name.push_back(name);
     status.parameter_value.push_back(value);
   }
+  if (!identity_.empty()) {
+    ++status.num_parameters;
+    status.parameter_name.emplace_back(kIdentityParameter);
+    status.parameter_value.push_back(identity_);
+  }
   status.num_latencies = latency_.num_recorded();
   status.latency_p50_ms = latency_.Percentile(0.5);
   status.latency_p95_ms = latency_.Percentile(0.95);

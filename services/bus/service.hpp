@@ -13,6 +13,9 @@
 
 namespace crsm {
 
+/// The parameter of SERVICE_STATUS that names the map.
+inline constexpr const char* kIdentityParameter = "identity";
+
 /// What to say when the map has no room for more tiles.
 inline constexpr const char* kMapIsFull =
     "the map has its largest size; everything beyond it is left out; larger cells (--cell-size-m) cover more";
@@ -34,6 +37,9 @@ class Service {
 
   /// What the process does or waits for, in words, for SERVICE_STATUS.
   void SetState(const std::string& state) { state_ = state; }
+  /// Which map a process owns, as the journal of the map has it (FormatIdentity), for SERVICE_STATUS; empty without
+  /// one.
+  void SetIdentity(const std::string& identity) { identity_ = identity; }
   /// How many scans the process got and could not use, for SERVICE_STATUS.
   void SetNumLeftOut(std::int64_t num) { num_left_out_ = num; }
   /// One message was worked on since `start`.
@@ -57,6 +63,7 @@ class Service {
   Counters counters_;
   Latency latency_;
   std::string state_ = "waiting for messages";
+  std::string identity_;
   std::int64_t num_left_out_ = 0;
   BusAddress address_;
   Bus bus_;

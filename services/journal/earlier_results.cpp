@@ -54,6 +54,7 @@ void CheckEarlierResults(const EarlierResults& earlier, const std::string& sourc
 }
 
 void MakeRoom(const std::string& program, const fs::path& out, const EarlierResults& earlier) {
+  RemoveHalfJournal(out);
   if (earlier.resume.empty() || !AreSame(earlier.resume, out)) {
     if (!HoldsResults(out)) {
       RemoveJournal(out);  // which is empty

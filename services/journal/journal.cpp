@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "common/logs/crc32.hpp"
-#include "services/base/identity.hpp"
 #include "services/base/say.hpp"
 #include "services/base/version.hpp"
 #include "services/journal/journal_reader.hpp"
@@ -171,7 +170,8 @@ fs::path KeepBeside(const fs::path& path) {
 
 }  // namespace
 
-Journal::Journal(const fs::path& folder, const JournalSubject& subject) : subject_(subject), epoch_(DrawIdentity()) {
+Journal::Journal(const fs::path& folder, const JournalSubject& subject, std::int64_t epoch)
+    : subject_(subject), epoch_(epoch) {
   const fs::path path = JournalPath(folder);
   if (fs::exists(path)) {
     throw std::runtime_error(
@@ -289,6 +289,23 @@ std::optional<JournalHead> ReadHead(const fs::path& folder) {
   return first ? std::optional(FromMessage(*first->head)) : std::nullopt;
 }
 
+bool IsCovered(const fs::path& folder, std::int64_t epoch, std::span<const ScanMatch> matches) {
+  std::size_t num_matches = 0;
+  try {
+    JournalReader reader(JournalPath(folder).string());
+    while (const auto stretch = reader.Next()) {
+      if (stretch->head && (stretch->head->epoch != epoch || stretch->head->finished_map != 0)) return false;
+      if (!stretch->match) continue;
+      if (num_matches == matches.size()) return false;
+      const ScanMatch& match = matches[num_matches++];
+      if (match.utime != stretch->match->utime || match.T_map_laser != stretch->match->T_map_laser) return false;
+    }
+    return num_matches > 0 && reader.whole_bytes() == reader.size();
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+}
+
 void TakeOverJournal(const fs::path& earlier, const fs::path& out) {
   const fs::path from = JournalPath(JournalFolder(earlier));
   const fs::path to = JournalPath(JournalFolder(out));
@@ -319,6 +336,12 @@ std::vector<ParameterDifference> FindDifferences(const ParameterTexts& found, co
 
 void ThrowLoopsDoNotFit(const fs::path& journal) {
   throw std::runtime_error(fmt::format("{}: its loop closures do not fit its scans", journal.string()));
+}
+
+void RemoveHalfJournal(const fs::path& out) {
+  std::error_code error;
+  fs::remove(JournalPath(HalfJournalFolder(out)), error);
+  fs::remove(HalfJournalFolder(out), error);
 }
 
 void RemoveJournal(const fs::path& out) { fs::remove(JournalPath(JournalFolder(out))); }

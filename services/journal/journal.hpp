@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "common/parameters.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
+#include "services/base/identity.hpp"
 #include "services/journal/journal_file.hpp"
 #include "services/wire/wire.hpp"
 
@@ -73,9 +75,9 @@ enum class OnDamage {
 /// second.
 class Journal {
  public:
-  /// Begins a new journal, of a new epoch. Throws std::runtime_error if there is one already, or if it cannot be
-  /// written.
-  Journal(const std::filesystem::path& folder, const JournalSubject& subject);
+  /// Begins a new journal, of a new epoch or of that of a map which is there already. Throws std::runtime_error if
+  /// there is one already, or if it cannot be written.
+  Journal(const std::filesystem::path& folder, const JournalSubject& subject, std::int64_t epoch = DrawIdentity());
 
   /// Reads the journal in `folder` from its beginning, then goes on writing at its end. What was torn there is cut off;
   /// so is what follows a damage, if that is allowed, and the file as it was is kept beside. Throws std::runtime_error
@@ -139,6 +141,10 @@ std::string ReadJournal(const std::filesystem::path& folder, const JournalSubjec
 /// std::runtime_error if there is no such file, or if it is no journal.
 std::optional<JournalHead> ReadHead(const std::filesystem::path& folder);
 
+/// Whether the journal in `folder` is of the map of that epoch, and has nothing but the first of its matches, in their
+/// order. Not where there is none, or where a byte of it cannot be read.
+bool IsCovered(const std::filesystem::path& folder, std::int64_t epoch, std::span<const ScanMatch> matches);
+
 /// Where run_stack and slam_offline keep the journal of a folder of results.
 inline std::filesystem::path JournalFolder(const std::filesystem::path& out) { return out / "journal"; }
 
@@ -151,5 +157,12 @@ void TakeOverJournal(const std::filesystem::path& earlier, const std::filesystem
 
 /// Makes room for a new journal in a folder of results.
 void RemoveJournal(const std::filesystem::path& out);
+
+/// The folder of a journal that is written for a folder of results as a whole, and takes the place of that which is
+/// there when it is done.
+inline std::filesystem::path HalfJournalFolder(const std::filesystem::path& out) { return out / "journal.tmp"; }
+
+/// Removes what is there, of a process that was killed.
+void RemoveHalfJournal(const std::filesystem::path& out);
 
 }  // namespace crsm

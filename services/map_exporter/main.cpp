@@ -22,6 +22,7 @@
 #include "services/map_exporter/results_writer.hpp"
 #include "services/replica/map_follower.hpp"
 #include "services/wire/conversions.hpp"
+#include "services/wire/graph_messages.hpp"
 
 namespace crsm {
 namespace {
@@ -37,9 +38,16 @@ class MapExporter {
                        [this](const ScanMatch& match) { Add(match); }}) {
     Bus& bus = service_.bus();
     bus.SubscribeToOne<critical_rays_t>(kCriticalRaysChannel, kSelectorRole, [this](const critical_rays_t& message) {
+      if (matches_.Find(message.utime)) return;  // of an earlier session, or sent again
       last_scan_ = FromMessage(message);
       statistics_.Add(last_scan_.utime, last_scan_.rays);
     });
+    // Of an earlier session nobody sends other rays.
+    bus.SubscribeToOne<keyframe_t>(kKeyframeChannel, kMapOwnerRole, [this](const keyframe_t& message) {
+      statistics_.Add(message.utime, FromMessage(message).rays.Unpack());
+    });
+    bus.SubscribeToOne<scan_answer_t>(kScanAnswerChannel, kMapOwnerRole,
+                                      [this](const scan_answer_t& answer) { Forget(answer); });
     bus.Subscribe<service_status_t>(kEveryServiceStatus, [this](const service_status_t& status) { Keep(status); });
   }
 
@@ -59,6 +67,14 @@ class MapExporter {
   }
 
  private:
+  /// Rays that came before all matches did are of a scan that was in the map already: it may be another one than that
+  /// which has its utime there.
+  void Forget(const scan_answer_t& answer) {
+    if (answer.num_matches == 0 || matches_.Find(answer.utime)) return;
+    statistics_.ForgetRays(answer.utime);
+    if (last_scan_.utime == answer.utime) last_scan_ = CriticalRays();
+  }
+
   void Keep(const service_status_t& status) {
     if (!MayKeepStatus(statuses_, status.name, "the summary", service_)) return;
     service_status_t& kept = statuses_[status.name];
@@ -263,6 +279,10 @@ class MapExporter {
       NamedValues& parameters = summary.parameters[name];
       for (std::size_t i = 0; i < status.parameter_name.size(); ++i) {
         const std::string& key = status.parameter_name[i];
+        if (key == kIdentityParameter) {
+          summary.identity = status.parameter_value[i];
+          continue;
+        }
         parameters.emplace_back(key, ReadValue(key, status.parameter_value[i]));
       }
     }

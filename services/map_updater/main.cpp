@@ -54,6 +54,7 @@ class MapUpdaterService {
     service_.Run([this] {
       if (settings_.lockstep) stall_watch_.Look(Awaited(), Clock::now());
       if (link_) link_->Poll(Clock::now());
+      LookAtJournal();
       for (const std::string& line : news_.Look(mapper_, Clock::now())) Say(fmt::format("map_updater: {}", line));
       whole_.Show(mapper_, {answered_, tracking_}, options_);
       if (matches_.empty() || !Answer(matches_.front())) return !whole_.is_asked();
@@ -274,8 +275,20 @@ class MapUpdaterService {
   /// Also against an owner of another bus.
   void LockJournal() { journal_lock_.emplace("--journal", JournalPath(settings_.journal)); }
 
+  /// What goes on in a file that was removed, or whose place another one has taken, nobody will find.
+  void LookAtJournal() {
+    if (!journal_ || Clock::now() < next_look_at_journal_) return;
+    next_look_at_journal_ = Clock::now() + std::chrono::seconds(1);
+    if (journal_lock_->IsInPlace()) return;
+    Keep([this] {
+      throw std::runtime_error(
+          fmt::format("{}: was removed, moved or replaced", JournalPath(settings_.journal).string()));
+    });
+  }
+
   /// The last answer may be asked for again.
   void SetEpoch(std::int64_t epoch) {
+    service_.SetIdentity(journal_ ? FormatIdentity(journal_->epoch()) : "");
     options_.epoch = epoch;
     for (map_delta_t& part : last_answer_) part.epoch = epoch;
     if (link_) link_->SetEpoch(epoch);
@@ -337,6 +350,7 @@ class MapUpdaterService {
   std::int64_t num_cut_ = 0;  ///< scans for which the map had no room
   std::optional<PathLock> journal_lock_;
   std::optional<Journal> journal_;
+  Clock::time_point next_look_at_journal_{};
   std::optional<std::int64_t> match_without_scan_;  ///< utime of a match that waits for its rays
   std::optional<std::int64_t> held_utime_;          ///< of the last rays that came, which wait for their match
   StallWatch stall_watch_{service_.name(), Say};

@@ -122,7 +122,8 @@ class Run {
     if (!is_piece()) scene.SetLoops(mapper_->PlaceLoops());
     const PathSketch& path = scene.path();
     const MapPieces pieces = mapper_->FindPieces();
-    nlohmann::json info = is_piece() ? DescribePiece(results_, pieces) : ReadRunFacts(results_.run, matches_.size());
+    nlohmann::json info = is_piece() ? DescribePiece(results_, pieces)
+                                     : ReadRunFacts(results_.run, matches_.size(), FormatIdentity(epoch_));
     info.update({{"live", false},
                  {"scans", path.num_matches()},
                  {"lost", path.num_lost()},

@@ -70,10 +70,13 @@ json DescribePiece(const RunFolder& results, const MapPieces& pieces) {
   return facts;
 }
 
-json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans) {
+json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans, const std::string& identity) {
   const json summary = ReadSummary(results);
   if (!summary.is_object()) return WithoutVerdict("the folder has no summary.json that can be read");
   if (summary.value("ended", json()) != json(true)) return WithoutVerdict("the run has not ended");
+  const json map = summary.value("identity", json());
+  if (map.is_string() && map != json(identity))
+    return WithoutVerdict("summary.json is of another map than the journal");
   const json scans = summary.value("scans", json());
   if (!scans.is_number_unsigned() || scans.get<std::size_t>() != num_scans) {
     return WithoutVerdict("summary.json is of another number of scans");

@@ -11,8 +11,8 @@
 namespace crsm {
 
 /// What the summary.json of a run says of it: {"verdict": {"trust", "lines"}, "way_m", "area_m2"}. Without a verdict on
-/// all of its `num_scans` scans, `trust` is "none", and the line says why.
-nlohmann::json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans);
+/// all of its `num_scans` scans, `trust` is "none", and the line says why. identity: of the map, as of FormatIdentity.
+nlohmann::json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans, const std::string& identity);
 
 /// The pieces of the map of a run, the one that it shows first: [{"piece", "scans", "way_m", "folder"}, ...]; no
 /// "folder" where a piece has none.

@@ -497,6 +497,20 @@ std::string DescribeSlam() {
          "\nRaises ValueError, one line, for a setting that does not exist or has a wrong value.";
 }
 
+/// What is missing of the map is a warning of Python.
+std::unique_ptr<PySlam> LoadSlam(const std::string& folder, const crsm_slam::Settings& settings,
+                                 const std::optional<Pose>& T_map_laser) {
+  std::string notice;
+  auto loaded = [&] {
+    const WithoutGil release;
+    crsm_slam::Slam slam = crsm_slam::Slam::Load(folder, settings, T_map_laser);
+    notice = slam.LoadNotice();
+    return std::make_unique<PySlam>(std::move(slam));
+  }();
+  if (!notice.empty() && PyErr_WarnEx(PyExc_RuntimeWarning, notice.c_str(), 1) != 0) throw py::error_already_set();
+  return loaded;
+}
+
 void AddSlam(py::module_& module) {
   static const std::string description = DescribeSlam();
   py::class_<PySlam>(module, "Slam", description.c_str())
@@ -509,15 +523,16 @@ void AddSlam(py::module_& module) {
             const crsm_slam::Settings settings = crsm_python::ToSettings("Slam.load", {}, keywords);
             const std::string path = crsm_python::ToPath(folder, "folder");
             const auto T_map_laser = crsm_python::ToPose(start, "start");
-            const WithoutGil release;
-            return std::make_unique<PySlam>(crsm_slam::Slam::Load(path, settings, T_map_laser));
+            return LoadSlam(path, settings, T_map_laser);
           },
           py::arg("folder"), py::arg("start") = py::none(),
           "load(folder, start=None, **settings)\n\n"
           "A map that was saved, by slam_offline or run_stack too. The next scan goes on with it, or is localised\n"
           "after finish_map(). It has its settings with it; others raise ValueError. folder: str or pathlib.Path.\n"
           "start: (3,), x [m], y [m], yaw [rad], about where the next scan is taken. Raises RuntimeError if there\n"
-          "is no map in the folder, or if it is damaged.")
+          "is no map in the folder, or if it is damaged in the middle. Where the end of its journal is missing it "
+          "loads\n"
+          "the scans before, with a RuntimeWarning (warnings.warn) that says how many.")
       .def("process", &PySlam::Process,
            "process(scan)\n"
            "process(ranges_m, *, angle_min_rad, angle_step_rad, utime, times_s=None, odometry=None)\n\n"
@@ -559,10 +574,12 @@ void AddSlam(py::module_& module) {
           },
           py::arg("folder"),
           "save(folder)\n\n"
-          "Writes map.png, map.pgm, map.yaml, trajectory.tum, graph.g2o, and journal/, of which load() and\n"
-          "slam_offline make the map again. folder: str or pathlib.Path; it is made if need be. What this map has\n"
-          "left there before is replaced; results of another one are moved into a folder below, earlier.1 say.\n"
-          "Raises RuntimeError on a finished map, which can only be saved before that.")
+          "Writes map.png, map.pgm, map.yaml, overview.png, trajectory.tum, graph.g2o, summary.json with the\n"
+          "verdict, pieces/, and journal/, of which load() and slam_offline make the map again. folder: str or\n"
+          "pathlib.Path; it is made if need be. Only an earlier state of this map is replaced there; all other "
+          "results\n"
+          "are moved into a folder below, earlier.1 say. Raises RuntimeError where a program or another Slam writes\n"
+          "there, and on a finished map, which can only be saved before that.")
       .def(
           "begin_drive", [](PySlam& slam) { slam.Do([](crsm_slam::Slam& of) { of.BeginDrive(); }); },
           "begin_drive()\n\n"

@@ -13,11 +13,13 @@
 #include <string_view>
 #include <utility>
 
+#include "common/scan/valid_rays.hpp"
 #include "services/base/process.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/base/viewer_token.hpp"
 #include "services/bus/bus.hpp"
 #include "services/bus/bus_role.hpp"
+#include "services/journal/earlier_scans.hpp"
 #include "services/journal/journal.hpp"
 #include "services/journal/map_parameters.hpp"
 #include "services/run_stack/outcome.hpp"
@@ -114,6 +116,26 @@ void CheckInputs(const CommandLine& command_line, const StackOptions& options) {
   if (!settings.localize.empty()) FindJournal(settings.localize);
 }
 
+/// The processes know a scan by its time: where the map that goes on has other scans of these times, they would take
+/// those for them.
+void CheckTimesAreNew(const CommandLine& command_line, const StackOptions& options) {
+  constexpr std::int64_t kEnough = 20;  // scans that are those of the map
+  const std::string& resume = options.earlier.resume;
+  if (options.is_live() || resume.empty()) return;
+  EarlierScans earlier = ReadEarlierScans(FindJournal(resume));
+  const auto source = OpenLaserSource(options.source, SourceOptionsOf(command_line));
+  while (const auto scan = source->Next()) {
+    earlier.Has(scan->utime, FindValidRays(*scan, command_line.parameters().scan));
+    if (earlier.is_another_drive()) {
+      throw std::runtime_error(fmt::format(
+          "{}: the map of {} has other scans of the same times, as of a simulated clock that begins at 0: "
+          "slam_offline {} --resume {} --out {} maps them, at times of their own",
+          options.source, resume, Quote(options.source), Quote(resume), Quote(command_line.settings().out)));
+    }
+    if (scan->utime > earlier.newest_utime() || earlier.num_same() >= kEnough) return;
+  }
+}
+
 /// A laser that is ours is asked how long it takes for a sweep, unless somebody has said that, or a map that goes on
 /// was made with another. Waits for the laser.
 void AskLaser(const StackOptions& options, CommandLine& command_line) {
@@ -171,6 +193,7 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   CheckBus(address.lcm_url);
   CheckInputs(command_line, options);
   AdoptEarlierMapParameters(options.earlier.resume, command_line);  // so that all processes are told the same
+  CheckTimesAreNew(command_line, options);
   if (!fs::exists(FindPrograms() / "map_updater")) {
     throw std::runtime_error(fmt::format("no programs in {}: run scripts/build, or set CRSM_BIN_DIR to their folder",
                                          FindPrograms().string()));

@@ -10,6 +10,7 @@
 #include "common/diagnosis/verdict.hpp"
 #include "common/logs/regular_file.hpp"
 #include "services/base/process.hpp"
+#include "services/journal/journal.hpp"
 
 namespace crsm {
 namespace {
@@ -36,6 +37,8 @@ std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary) {
   outcome.ended = json.value("ended", nlohmann::json(false)) == true;
   outcome.scans = CountOf("scans");
   outcome.lost = CountOf("lost");
+  const auto identity = json.find("identity");
+  if (identity != json.end() && identity->is_string()) outcome.identity = identity->get<std::string>();
   const auto verdict = json.find("verdict");
   if (verdict == json.end() || !verdict->is_object()) return std::nullopt;
   outcome.trusted = verdict->value("trust", nlohmann::json(Name(Trust::kBad))) != Name(Trust::kBad);
@@ -51,9 +54,27 @@ std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary) {
   return outcome;
 }
 
+namespace {
+
+/// Results and journal may have come from two places.
+void CheckAreOfOneMap(const std::filesystem::path& out, const Outcome& outcome) {
+  std::error_code error;
+  if (outcome.identity.empty()) return;
+  if (!std::filesystem::exists(JournalPath(JournalFolder(out)), error)) return;
+  const auto head = ReadHead(JournalFolder(out));
+  if (!head || FormatIdentity(head->epoch) == outcome.identity) return;
+  throw std::runtime_error(
+      fmt::format("{}: its summary.json is of another map than its journal: no verdict is given; "
+                  "map the log anew into another folder",
+                  out.string()));
+}
+
+}  // namespace
+
 int ReportOutcome(const std::filesystem::path& out, bool strict) {
   const std::filesystem::path summary = out / "summary.json";
   const auto outcome = ReadOutcome(summary);
+  if (outcome) CheckAreOfOneMap(out, *outcome);
   if (outcome && !outcome->ended) {
     throw std::runtime_error(fmt::format(
         "{} is of scan {}, when the run had not ended: its end could not be written, and there is no verdict "

@@ -60,7 +60,17 @@ std::string ResultsFolder::WhyNotWritable() const {
 bool ResultsFolder::IsInPlace() {
   const bool has_journal = JournalBytes().has_value();
   had_journal_ = had_journal_ || has_journal;
-  return log_lock_->IsInPlace() && has_journal == had_journal_;
+  return log_lock_->IsInPlace() && has_journal == had_journal_ && (!has_journal || HasOwnJournal());
+}
+
+bool ResultsFolder::HasOwnJournal() {
+  try {
+    const auto head = ReadHead(journal_folder());
+    if (!identity_ && head) identity_ = head->epoch;
+    return !identity_ || (head && head->epoch == *identity_);
+  } catch (const std::runtime_error&) {  // it was removed meanwhile
+    return false;
+  }
 }
 
 }  // namespace crsm

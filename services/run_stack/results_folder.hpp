@@ -33,15 +33,18 @@ class ResultsFolder {
   /// full, or has become read-only, has no place there either.
   std::string WhyNotWritable() const;
 
-  /// Whether nobody has removed or moved the folder, nor the journal once there was one.
+  /// Whether nobody has removed or moved the folder, nor the journal once there was one, nor put that of another map in
+  /// its place.
   bool IsInPlace();
 
  private:
+  bool HasOwnJournal();
   std::filesystem::path earlier_summary() const { return out_ / ".summary.earlier.json"; }
 
   std::filesystem::path out_;
   std::optional<PathLock> log_lock_;
   bool had_journal_ = false;
+  std::optional<std::int64_t> identity_;  ///< of the map, since the journal has a scan
 };
 
 }  // namespace crsm

@@ -62,6 +62,7 @@ bool Supervisor::Run() {
     if (!failed_) ReviveAll();
   }
   StopAll();
+  CheckFolder();
   return !failed_;
 }
 
@@ -199,7 +200,7 @@ void Supervisor::Wait(milliseconds longest) {
 bool Supervisor::CheckFolder() {
   if (folder_.IsInPlace()) return true;
   if (!failed_) {
-    Say(fmt::format("run_stack: --out {}: this folder or its journal was removed or moved: the run ends",
+    Say(fmt::format("run_stack: --out {}: this folder or its journal was removed, moved or replaced: the run ends",
                     folder_.path().string()));
   }
   failed_ = true;

@@ -19,7 +19,6 @@
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "common/slam.hpp"
-#include "services/base/path_lock.hpp"
 #include "services/base/progress.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/base/version.hpp"
@@ -27,16 +26,20 @@
 #include "services/diagnosis/break_news.hpp"
 #include "services/diagnosis/lost_news.hpp"
 #include "services/journal/earlier_results.hpp"
+#include "services/journal/earlier_scans.hpp"
 #include "services/journal/journal.hpp"
-#include "services/journal/journal_lock.hpp"
 #include "services/journal/map_parameters.hpp"
 #include "services/journal/match_store.hpp"
+#include "services/journal/results_lock.hpp"
 #include "services/sources/devices/live_laser.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "services/sources/study_laser.hpp"
 
 namespace crsm {
 namespace {
+
+/// Somebody asked the process to end while the map of an earlier run was made again: there is nothing new to write.
+struct Stopped {};
 
 /// What a log brought.
 struct Session {
@@ -51,9 +54,14 @@ struct Run {
   explicit Run(const Parameters& parameters) : slam(parameters) {}
 
   void Restore(const CriticalRays* scan, const ScanMatch& match) {
+    if (StopRequested()) throw Stopped();
     slam.Restore(scan, match);
     Add(match);
-    if (scan) last_scan = *scan;
+    earlier.Add(scan, match);
+    utimes.AddTaken(match.utime);
+    if (!scan) return;
+    last_scan = *scan;
+    statistics.Add(scan->utime, scan->rays);
   }
 
   void Add(const ScanMatch& match) {
@@ -85,7 +93,8 @@ struct Run {
   std::optional<ScanMatch> last_match;
   bool is_final = false;  ///< all loops are closed: poses follow the graph
   std::vector<Session> sessions;
-  UniqueUtimes utimes;  ///< of the scans of all logs
+  EarlierScans earlier;  ///< those of an earlier run whose map goes on
+  UniqueUtimes utimes;   ///< of the scans of all logs, and of those
   RunStatistics statistics;
   CriticalRays last_scan;
   Trajectory truth;
@@ -132,7 +141,9 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
   if (!resume.empty()) {
     auto journal = std::make_unique<Journal>(JournalFolder(settings.out), subject, on_damage, restore);
     SayNotice(command_line, journal->notice());
-    Keep(run.slam.AwaitLoops(), run, *journal);
+    Keep(run.slam.AwaitLoops(StopRequested), run, *journal);
+    if (StopRequested()) throw Stopped();
+    run.utimes.BeginDrive();
     run.slam.Resume(command_line.parameters().match.start);
     Say(fmt::format("{}: continues after {} scans from {}", command_line.program(), run.matches.size(), resume));
     return journal;
@@ -140,7 +151,8 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
   if (subject.finished_map) {
     SayNotice(command_line,
               ReadJournal(JournalFolder(settings.localize), {false, subject.parameters}, on_damage, restore));
-    run.slam.FinishMap();
+    run.slam.FinishMap(StopRequested);
+    if (StopRequested()) throw Stopped();
     if (run.slam.map().empty()) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings.localize));
     }
@@ -148,9 +160,18 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
                     settings.localize));
     run.matches = MatchStore();
     run.last_match.reset();
+    run.earlier = EarlierScans();
+    run.utimes = UniqueUtimes();
     run.statistics = RunStatistics();
   }
   return std::make_unique<Journal>(JournalFolder(settings.out), subject);
+}
+
+void SayOfAnotherDrive(const CommandLine& command_line, const Session& session) {
+  Say(
+      fmt::format("{}: {}: the map has other scans of the same times: another drive, whose times are moved by some "
+                  "microseconds",
+                  command_line.program(), session.log));
 }
 
 /// What of the log is not in the map, or not as it was meant.
@@ -225,14 +246,15 @@ struct Outcome {
   bool is_mapped;  ///< whether there is a map
 };
 
-/// Writes the results, and says whether the map is to be trusted.
-Outcome WriteRun(const CommandLine& command_line, Run& run) {
+/// Writes the results, and says whether the map is to be trusted. identity: of the map, as of its journal.
+Outcome WriteRun(const CommandLine& command_line, std::int64_t identity, Run& run) {
   Summary summary;
   Results results = Finalize(run, summary);
   results.matches = run.Matches();
   results.last_scan = run.last_scan;
   results.truth = run.truth;
   summary.version = kVersion;
+  summary.identity = FormatIdentity(identity);
   summary.parameters[command_line.program()] = command_line.UsedValues();
   summary.map_version = run.slam.map_version();
   summary.wheels = run.slam.tracking().wheels().Learned();
@@ -330,6 +352,7 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
   bool goes_on = false;
   const RangeLimit limit = run.sessions.size() > 1 ? StudyFurtherLog(session.log, command_line) : RangeLimit();
   LaserJudge judge(parameters);
+  run.earlier.BeginLog();
   bool has_scans = false;
   while (auto scan = source.Next()) {
     if (StopRequested()) break;
@@ -345,10 +368,12 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
     for (const std::string& complaint : judge.Look(*scan)) {
       Say(fmt::format("{}: {}: {}", command_line.program(), session.log, complaint));
     }
-    const auto utime = run.utimes.Add(scan->utime);
-    scan->utime = utime.value_or(scan->utime);
-    const bool is_in_map = utime && run.IsResumed() && run.matches.Find(*utime);
-    if (utime && !is_in_map) {
+    const bool was_another_drive = run.earlier.is_another_drive();
+    const bool is_in_map = run.IsResumed() && run.earlier.Has(scan->utime, FindValidRays(*scan, parameters));
+    if (!was_another_drive && run.earlier.is_another_drive()) SayOfAnotherDrive(command_line, session);
+    const auto utime = is_in_map ? std::nullopt : run.utimes.Add(scan->utime);
+    if (utime) {
+      scan->utime = *utime;
       if (is_first_scan) run.slam.BeginDrive();
       MapScan(*scan, command_line.settings().odometry ? source.Odometry() : std::nullopt, run, journal);
       SayIfLost(command_line, run);
@@ -360,7 +385,6 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
         goes_on = false;
       }
     } else {
-      run.statistics.Add(scan->utime, FindValidRays(*scan, parameters));  // as who hears CRITICAL_RAYS
       ++session.num_repeated;
     }
     is_first_scan = false;
@@ -375,6 +399,20 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
   run.counts["utime_repeated"] += session.num_repeated;
 }
 
+/// What was searched is in the journal, and need not be searched once more.
+Outcome SayStopped(const CommandLine& command_line, const std::string& resume, const Run& run) {
+  const std::string& folder = resume.empty() ? command_line.settings().localize : resume;
+  const KeyframeGraph& graph = run.slam.graph();
+  const auto searched = run.slam.mapper().searched();
+  const auto num_keyframes = std::ssize(graph.ids());
+  const std::int64_t num_left = searched ? graph.CountAfter(*searched) : num_keyframes;
+  Say(fmt::format(
+      "{}: stopped while the map of {} was made again: {} scans are read, and loops searched at {} of their {} "
+      "keyframes, which is kept; there is nothing new to write",
+      command_line.program(), folder, run.matches.size(), num_keyframes - num_left, num_keyframes));
+  return {Trust::kDoubtful, true};
+}
+
 /// Says whether the map is to be trusted. A log after the first one is a session of its own.
 Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs, const EarlierResults& earlier) {
   const Settings& settings = command_line.settings();
@@ -384,15 +422,19 @@ Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs,
   if (logs.size() > 1) CheckLogs(command_line, logs);
   auto source = Open(command_line, logs, 0);
   PrepareFolder(settings.out);
-  const PathLock lock("--out", settings.out);
-  JournalLock journal_lock(settings.out);
+  ResultsLock lock("--out", settings.out);
   MakeRoom(command_line.program(), settings.out, earlier);
   StudyLaser(logs.front(), command_line);
   source = Open(command_line, logs, 0);
 
   Run run(command_line.parameters());
-  const std::unique_ptr<Journal> journal = Begin(command_line, earlier.resume, run);
-  journal_lock.Renew();
+  std::unique_ptr<Journal> journal;
+  try {
+    journal = Begin(command_line, earlier.resume, run);
+  } catch (const Stopped&) {
+    return SayStopped(command_line, earlier.resume, run);
+  }
+  lock.Renew();
   BreakNews news;
   news.Skip(run.slam.mapper());
   Progress progress(command_line.program());
@@ -411,8 +453,8 @@ Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs,
   Keep(run.slam.AwaitLoops(), run, *journal);
   SayNews(command_line, run, news);
   if (run.slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", command_line.program(), kMapIsFull));
-  journal_lock.CheckIsInPlace();
-  return WriteRun(command_line, run);
+  lock.CheckIsInPlace();
+  return WriteRun(command_line, journal->epoch(), run);
 }
 
 }  // namespace

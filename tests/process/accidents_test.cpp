@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "catch.hpp"
 #include "processes.hpp"
@@ -76,8 +77,40 @@ TEST_CASE("a folder that is moved away in a run is said, and no results are writ
     REQUIRE(program.IsRunning());
   fs::rename(folder / "out", folder / "elsewhere");
   CHECK(program.AwaitExit() == 1);
-  CHECK(Has(program.errors(), "was removed or moved meanwhile: no results are written"));
+  CHECK(Has(program.errors(), "was removed, moved or replaced meanwhile: no results are written"));
   CHECK_FALSE(fs::exists(folder / "out/map.png"));
+}
+
+TEST_CASE("a run whose journal is replaced by that of another map ends, and says why") {
+  const TemporaryFolder folder;
+  folder.Map(folder.Write(TakeScans("sim:demo", 100), "other"), "other");
+  Process stack("run_stack",
+                {WriteLongDrive(folder), "--out", folder / "out", "--rate", "20", "--lcm-url", MakeBusUrl()},
+                folder / "log");
+  const fs::path journal = folder / "out/journal/journal.lcm";
+  while (!fs::exists(folder / "out/map.png")) REQUIRE(stack.IsRunning());
+  fs::copy_file(folder / "other/journal/journal.lcm", folder / "out/journal/copy");
+  fs::rename(folder / "out/journal/copy", journal);
+  const auto replaced = ReadFile(journal);
+  CHECK(stack.AwaitExit() == 1);
+  CHECK(Has(stack.errors(), "this folder or its journal was removed, moved or replaced: the run ends"));
+  CHECK(Has(stack.errors(), "no verdict is given"));
+  CHECK(ReadFile(journal) == replaced);
+}
+
+TEST_CASE("map_updater whose journal is replaced says so, and does not write into that of another map") {
+  const TemporaryFolder folder;
+  folder.Map(folder.Write(TakeScans("sim:demo", 100), "other"), "other");
+  const fs::path journal = folder / "own/journal.lcm";
+  Process owner("map_updater", {"--journal", folder / "own", "--lcm-url", MakeBusUrl()}, folder / "log");
+  REQUIRE(owner.AwaitReady());
+  fs::remove(journal);
+  fs::copy_file(folder / "other/journal/journal.lcm", journal);
+  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+  owner.Signal(SIGTERM);
+  CHECK(owner.AwaitExit() == 0);
+  CHECK(Has(owner.errors(), journal.string() + ": was removed, moved or replaced; mapping goes on without a journal"));
+  CHECK(ReadFile(journal) == ReadFile(folder / "other/journal/journal.lcm"));
 }
 
 TEST_CASE("a journal has one writer, be it begun or gone on with by map_updater or by slam_offline") {

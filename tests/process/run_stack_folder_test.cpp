@@ -23,7 +23,7 @@ TEST_CASE("run_stack whose folder is removed says so in one line and ends") {
   stack.Run("(" + AwaitEvent("map_exporter") + "sleep 2; rm -r $out) & timeout 30 $run_stack live --out $out");
   CHECK(stack.exit_code == 1);
   CHECK(stack.output == "run_stack: listening; Ctrl-C ends\nrun_stack: --out " + stack.Path("out") +
-                            ": this folder or its journal was removed or moved: the run ends\n");
+                            ": this folder or its journal was removed, moved or replaced: the run ends\n");
   CHECK(stack.Find("map_updater finished") > stack.Find("map_exporter finished"));
 }
 

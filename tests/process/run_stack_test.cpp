@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "scratch.hpp"
+#include "services/journal/journal.hpp"
 #include "stand_ins.hpp"
 
 namespace fs = std::filesystem;
@@ -298,9 +300,23 @@ TEST_CASE("run_stack --strict ends with the verdict on the map, and where there 
   CHECK(stack.exit_code == 1);
   CHECK_FALSE(stack.Said("7 of 7 scans mapped"));
   CHECK(stack.Said(stack.Path("out/summary.json") + " is of scan 7, when the run had not ended"));
-  Run(R"({"ended": true, "scans": 7})", "--strict");
-  CHECK(stack.exit_code == 1);
-  CHECK(stack.Said("run_stack: --strict: " + stack.Path("out/summary.json") + " has no verdict on the map"));
+}
+
+TEST_CASE("run_stack gives no verdict where the results are of another map than the journal") {
+  StandIns stack;
+  const crsm::ScratchFolder folder;
+  { crsm::Journal(folder.path(), {}, 0x2a).Append(nullptr, crsm::ScanMatch{1}); }
+  for (const auto& [identity, exit_code] : {std::pair("000000000000002b", 1), std::pair("000000000000002a", 0)}) {
+    const std::string summary = std::string(R"({"ended": true, "identity": ")") + identity +
+                                R"(", "verdict": {"trust": "good", "lines": ["7 of 7 scans mapped"]}})";
+    stack.Run("rm -rf $out; mkdir -p $out/journal; cp " + (folder / "journal.lcm").string() +
+                  " $out/journal; $run_stack sim:demo --out $out --resume $out",
+              "SUMMARY='" + summary + "'");
+    INFO(stack.output);
+    CHECK(stack.exit_code == exit_code);
+    CHECK(stack.Said("7 of 7 scans mapped") == (exit_code == 0));
+    CHECK(stack.Said("its summary.json is of another map than its journal") == (exit_code == 1));
+  }
 }
 
 TEST_CASE("run_stack refuses what it does not know, in one line") {

@@ -89,6 +89,36 @@ TEST_CASE("a run that ended before its log did is finished by the whole log with
   CHECK(folder.Summary("out")["counts"]["map_updater.utime_repeated"] == 299);
 }
 
+TEST_CASE("a drive whose clock gives the times of the map anew is mapped as one, and the map stays right") {
+  const TemporaryFolder folder;
+  const std::string first = WritePart(folder, TakeScans("sim:demo", 900, 2), 0, 900);
+  std::vector<LaserScan> scans = TakeScans("sim:demo", 1000, 1, 2);  // other noise, from elsewhere on, the same times
+  scans.erase(scans.begin(), scans.begin() + 300);
+  for (LaserScan& scan : scans) scan.utime -= 300 * 100'000;
+  const std::string second = folder.Write(scans, "second.lcm");
+  folder.Map(first, "map");
+  const std::string said = folder.Map(second, "both", {"--resume", folder / "map"}).errors;
+  CHECK(said.find(second + ": the map has other scans of the same times: another drive") != std::string::npos);
+  CHECK(folder.Summary("both")["scans"] == 1600);
+  CHECK(folder.Summary("both")["verdict"]["trust"] != "bad");
+
+  // Each of the two is known again.
+  for (const auto& [log, num] : {std::pair(first, "900"), std::pair(second, "700")}) {
+    const std::string again = folder.Map(log, std::string("again_") + num, {"--resume", folder / "both"}).errors;
+    CHECK(again.find(std::string(num) + " scans were in the map already and were skipped") != std::string::npos);
+    folder.CheckSame(std::string("again_") + num, "both");
+  }
+
+  // The processes know scans by their times alone: they are not led to mix them up.
+  const Ended stack = folder.Run(
+      "run_stack", {second, "--out", folder / "stack", "--resume", folder / "map", "--lcm-url", MakeBusUrl()});
+  CHECK(stack.exit_code == 1);
+  CHECK(stack.errors.find("run_stack: " + second + ": the map of " + (folder / "map").string() +
+                          " has other scans of the same times") == 0);
+  CHECK(stack.errors.find("slam_offline " + second + " --resume ") != std::string::npos);
+  CHECK_FALSE(fs::exists(folder / "stack"));
+}
+
 TEST_CASE("on a finished map the processes find the poses that one process finds, and the map stays as it is") {
   const TemporaryFolder folder;
   const std::string log = WritePart(folder, TakeScans("sim:demo", 1500, 2), 0, 1500);

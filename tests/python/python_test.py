@@ -4,6 +4,8 @@
 usage: PYTHONPATH=build/python CRSM_BIN_DIR=build/bin tests/python/python_test.py
 Skipped (exit code 77) where the package was not built, or numpy is not there.
 """
+import fcntl
+import json
 import os
 import pathlib
 import signal
@@ -13,6 +15,7 @@ import tempfile
 import threading
 import time
 import unittest
+import warnings
 
 try:
     import numpy as np
@@ -263,12 +266,49 @@ os.wait()
             slam.process(scan)
         for _ in range(2):  # the second time it is its own
             slam.save(folder)
-            self.assertFalse((folder / "summary.json").exists())
+            self.assertEqual(json.loads((folder / "summary.json").read_text())["scans"], 50)
             self.assertEqual(sorted(path.name for path in folder.glob("earlier*")), ["earlier.1"])
         self.assertEqual({path.name: path.read_bytes() for path in (folder / "earlier.1").iterdir() if path.is_file()}, before)
         self.assertEqual(len(crsm_slam.Slam.load(folder / "earlier.1").trajectory()), len(self.scans))
         crsm_slam.Slam.load(folder).save(folder)  # it goes on with what it was loaded from
         self.assertFalse((folder / "earlier.2").exists())
+
+    def test_a_map_that_another_one_has_replaced_is_there_still(self):
+        folder, maps = self.work / "in_turn", []
+        for num in (50, 30):
+            maps.append(crsm_slam.Slam(**self.settings))
+            for scan in self.scans[:num]:
+                maps[-1].process(scan)
+            maps[-1].save(folder)
+        maps[0].save(folder)
+        self.assertEqual([len(crsm_slam.Slam.load(folder / name).trajectory()) for name in ("", "earlier.1", "earlier.2")],
+                         [50, 50, 30])
+
+    def test_a_folder_to_which_a_program_writes_is_not_saved_to(self):
+        self.slam.save(self.work / "busy")
+        with open(self.work / "busy/journal/journal.lcm") as journal:
+            fcntl.flock(journal, fcntl.LOCK_EX)
+            self.check_wrong([(lambda: self.slam.save(self.work / "busy"), RuntimeError,
+                               f"process {os.getpid()} (")])
+
+    def test_a_saved_folder_is_that_of_a_run(self):
+        self.slam.save(self.work / "whole")
+        summary = json.loads((self.work / "whole/summary.json").read_text())
+        self.assertEqual(summary["verdict"]["lines"], self.slam.judge().lines)
+        self.assertEqual((summary["scans"], summary["ended"]), (len(self.scans), True))
+        self.assertTrue((self.work / "whole/overview.png").read_bytes().startswith(b"\x89PNG"))
+
+    def test_half_a_journal_is_loaded_with_a_warning(self):
+        self.slam.save(self.work / "half")
+        journal = self.work / "half/journal/journal.lcm"
+        os.truncate(journal, journal.stat().st_size // 2)
+        with self.assertWarnsRegex(RuntimeWarning, r"journal\.lcm: torn .* bytes are left out; \d+ scans remain"):
+            half = crsm_slam.Slam.load(self.work / "half")
+        self.assertLess(len(half.trajectory()), len(self.scans))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            self.assertRaises(RuntimeWarning, crsm_slam.Slam.load, self.work / "half")
+            crsm_slam.Slam.load(self.work / "saved")
 
     def test_what_of_a_log_is_left_out_is_said(self):
         (self.work / "bad.clf").write_text(

@@ -308,4 +308,28 @@ TEST_CASE("a journal is taken over whole by another folder, and by its own") {
   CHECK(fs::exists(folder / "c/journal/journal.lcm"));
 }
 
+TEST_CASE("a journal is covered by a map that is further on, and by no other") {
+  const ScratchFolder folder;
+  std::vector<ScanMatch> matches;
+  for (const Entry& entry : Scans(6)) matches.push_back(Match(entry.utime));
+  std::int64_t epoch = 0;
+  {
+    Journal journal(folder / "a", kMapping, 4711);
+    Append(journal, Scans(5));
+    epoch = journal.epoch();
+  }
+  CHECK(epoch == 4711);
+  CHECK(ReadHead(folder / "a")->epoch == epoch);
+  CHECK(IsCovered(folder / "a", epoch, matches));
+  CHECK(IsCovered(folder / "a", epoch, std::span(matches).first(5)));
+  CHECK_FALSE(IsCovered(folder / "a", epoch, std::span(matches).first(4)));  // it has more
+  CHECK_FALSE(IsCovered(folder / "a", epoch + 1, matches));
+  CHECK_FALSE(IsCovered(folder / "none", epoch, matches));
+  std::vector<ScanMatch> elsewhere = matches;
+  elsewhere[3].T_map_laser.y_m += 0.1;
+  CHECK_FALSE(IsCovered(folder / "a", epoch, elsewhere));
+  std::ofstream(folder / "a/journal.lcm", std::ios::app) << "1";  // nobody knows what this was
+  CHECK_FALSE(IsCovered(folder / "a", epoch, matches));
+}
+
 }  // namespace crsm

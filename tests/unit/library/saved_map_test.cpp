@@ -1,12 +1,18 @@
+#include <unistd.h>
+
+#include <algorithm>
 #include <cmath>
 #include <crsm_slam/slam.hpp>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "catch.hpp"
 #include "common/logs/read_map.hpp"
 #include "common/worlds/simulator.hpp"
 #include "scratch.hpp"
+#include "services/base/path_lock.hpp"
+#include "services/journal/journal.hpp"
 
 namespace crsm {
 namespace {
@@ -69,6 +75,105 @@ TEST_CASE("a saved map is the same when it is loaded, and can be saved again, an
   CHECK(DistanceOf(second.Trajectory().back().T_map_laser, drive.T_start_laser.back()) < 0.2);
   CHECK(second.Loops().empty() != with_loops);
   CHECK_THROWS_AS(second.Process(drive.scans[5]), std::invalid_argument);  // its utime is in the map
+}
+
+TEST_CASE("no map is saved over another one, and no other state of a map over a later one") {
+  const Drive drive = TakeDrive("demo", 90);
+  const ScratchFolder folder;
+  const std::string path = folder.path().string();
+  const auto NumScansIn = [&](const std::string& name) {
+    return crsm_slam::Slam::Load(path + name).Trajectory().size();
+  };
+  crsm_slam::Slam one({.preset = "sick"});
+  crsm_slam::Slam other({.preset = "sick"});
+  for (std::size_t i = 0; i < 60; ++i) one.Process(drive.scans[i]);
+  for (std::size_t i = 0; i < 30; ++i) other.Process(drive.scans[i]);
+  one.Save(path);
+  other.Save(path);
+  one.Save(path);
+  CHECK(NumScansIn("") == 60);
+  CHECK(NumScansIn("/earlier.1") == 60);
+  CHECK(NumScansIn("/earlier.2") == 30);
+
+  crsm_slam::Slam later = crsm_slam::Slam::Load(path);
+  for (std::size_t i = 60; i < 90; ++i) later.Process(drive.scans[i]);
+  later.Save(path);  // the same map, further on
+  CHECK_FALSE(std::filesystem::exists(path + "/earlier.3"));
+  one.Save(path);
+  CHECK(NumScansIn("") == 60);
+  CHECK(NumScansIn("/earlier.3") == 90);
+}
+
+TEST_CASE("a folder to which somebody writes is not saved to, and who it is is said") {
+  const Drive drive = TakeDrive("demo", 30);
+  const ScratchFolder folder;
+  const std::string path = folder.path().string();
+  crsm_slam::Slam slam({.preset = "sick"});
+  for (const auto& scan : drive.scans) slam.Process(scan);
+  slam.Save(path);
+  std::filesystem::create_directory(path + "/log");
+  for (const char* name : {"", "/journal/journal.lcm", "/log"}) {  // of slam_offline, map_updater, run_stack
+    const PathLock lock("--out", path + name);
+    const std::string error = ErrorOf([&] { crsm_slam::Slam().Save(path); });
+    CHECK(error.starts_with("Save: " + path + name + ": process " + std::to_string(getpid()) + " ("));
+    CHECK(error.ends_with(" writes there; stop it, or choose another path"));
+  }
+  CHECK(crsm_slam::Slam::Load(path).Trajectory().size() == 30);
+  CHECK_FALSE(std::filesystem::exists(path + "/earlier.1"));
+}
+
+TEST_CASE("a saved map has its verdict, its identity and its other pieces") {
+  Drive drive = TakeDrive("block", 700);
+  drive.scans.erase(drive.scans.begin() + 300, drive.scans.begin() + 600);
+  for (std::size_t i = 300; i < drive.scans.size(); ++i)
+    drive.scans[i].utime += 60'000'000;  // a minute later, elsewhere
+  const ScratchFolder folder;
+  crsm_slam::Slam slam({.preset = "sick"});
+  for (const auto& scan : drive.scans) slam.Process(scan);
+  slam.Save(folder.path().string());
+  const auto summary = nlohmann::json::parse(BytesOf(folder / "summary.json"));
+  const crsm_slam::Verdict verdict = slam.Judge();
+  CHECK(summary["verdict"]["lines"] == nlohmann::json(verdict.lines));
+  CHECK(summary["scans"] == 400);
+  CHECK(summary["ended"] == true);
+  CHECK(summary["identity"] == FormatIdentity(ReadHead(folder / "journal")->epoch));
+  CHECK(summary["pieces"]["count"] == 2);
+  CHECK(ReadMap(folder / "pieces/2").cells.size() > 1000);
+  const std::string path = BytesOf(folder / "pieces/2/trajectory.tum");
+  CHECK(std::count(path.begin(), path.end(), '\n') == 100);
+}
+
+TEST_CASE("a map whose journal is not whole says what is missing") {
+  const Drive drive = TakeDrive("demo", 60);
+  const ScratchFolder folder;
+  crsm_slam::Slam slam({.preset = "sick"});
+  for (const auto& scan : drive.scans) slam.Process(scan);
+  slam.Save(folder.path().string());
+  CHECK(crsm_slam::Slam::Load(folder.path().string()).LoadNotice().empty());
+  const std::filesystem::path journal = folder / "journal/journal.lcm";
+  std::filesystem::resize_file(journal, std::filesystem::file_size(journal) / 2);
+  const crsm_slam::Slam half = crsm_slam::Slam::Load(folder.path().string());
+  const std::size_t num_scans = half.Trajectory().size();
+  CHECK((num_scans > 10 && num_scans < 50));
+  CHECK(half.LoadNotice().starts_with(journal.string() + ": torn by a power cut or a kill at byte "));
+  CHECK(half.LoadNotice().ends_with(" bytes are left out; " + std::to_string(num_scans) + " scans remain"));
+  half.Save(folder.path().string());  // of what is left out somebody may still make something
+  CHECK(std::filesystem::exists(folder / "earlier.1/journal/journal.lcm"));
+}
+
+TEST_CASE("what a save that was killed has left is removed by the next") {
+  const Drive drive = TakeDrive("demo", 10);
+  const ScratchFolder folder;
+  crsm_slam::Slam slam({.preset = "sick"});
+  for (const auto& scan : drive.scans) slam.Process(scan);
+  std::filesystem::create_directory(folder / "journal.tmp");
+  folder.Write("journal.tmp/journal.lcm", "half");
+  for (const char* name : {".map.png.999999999.tmp", ".graph.g2o.999999999.tmp"}) folder.Write(name, "half");
+  slam.Save(folder.path().string());
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+    CAPTURE(entry.path().string());
+    CHECK(entry.path().string().find("tmp", folder.path().string().size()) == std::string::npos);
+  }
 }
 
 TEST_CASE("a map takes the settings with it that it was made with, and no others") {

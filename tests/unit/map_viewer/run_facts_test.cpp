@@ -11,7 +11,7 @@ namespace {
 nlohmann::json FactsOf(const std::string& summary, std::size_t num_scans = 3) {
   const ScratchFolder folder;
   std::ofstream(folder.path() / "summary.json") << summary;
-  return ReadRunFacts(folder.path(), num_scans);
+  return ReadRunFacts(folder.path(), num_scans, "2a");
 }
 
 }  // namespace
@@ -33,6 +33,7 @@ TEST_CASE("no verdict is shown but that of all scans of the run") {
         std::pair(R"({"scans": 3, "verdict": {"trust": "good"}})", "has not ended"),
         std::pair(R"({"ended": true, "scans": 4, "verdict": {"trust": "good"}})", "another number of scans"),
         std::pair(R"({"ended": true, "scans": -3, "verdict": {"trust": "good"}})", "another number of scans"),
+        std::pair(R"({"ended": true, "identity": "2b", "scans": 3, "verdict": {"trust": "good"}})", "of another map"),
         std::pair(R"({"ended": true, "scans": 3})", "has none"),
         std::pair(R"({"ended": true, "scans": 3, "verdict": 7})", "has none"),
         std::pair(R"({"ended": true, "scans": 3, "verdict": {"trust": 1}})", "has none")}) {
@@ -40,6 +41,14 @@ TEST_CASE("no verdict is shown but that of all scans of the run") {
     const auto facts = FactsOf(summary);
     CHECK(facts["verdict"]["trust"] == "none");
     CHECK(facts["verdict"]["lines"][0].get<std::string>().find(why) != std::string::npos);
+  }
+}
+
+TEST_CASE("a verdict on the map of the journal is shown, also one of which it is not said whose it is") {
+  for (const char* identity : {R"("2a")", "null"}) {
+    const auto facts = FactsOf(
+        std::string(R"({"ended": true, "scans": 3, "verdict": {"trust": "good"}, "identity": )") + identity + "}");
+    CHECK(facts["verdict"]["trust"] == "good");
   }
 }
 
