@@ -83,7 +83,7 @@ TEST_CASE("a folder that is moved away in a run is said, and no results are writ
 
 TEST_CASE("a run whose journal is replaced by that of another map ends, and says why") {
   const TemporaryFolder folder;
-  folder.Map(folder.Write(TakeScans("sim:demo", 100), "other"), "other");
+  folder.Map(folder.Write(TakeScans("sim:demo", 100), "other.lcm"), "other");
   Process stack("run_stack",
                 {WriteLongDrive(folder), "--out", folder / "out", "--rate", "20", "--lcm-url", MakeBusUrl()},
                 folder / "log");
@@ -100,7 +100,7 @@ TEST_CASE("a run whose journal is replaced by that of another map ends, and says
 
 TEST_CASE("map_updater whose journal is replaced says so, and does not write into that of another map") {
   const TemporaryFolder folder;
-  folder.Map(folder.Write(TakeScans("sim:demo", 100), "other"), "other");
+  folder.Map(folder.Write(TakeScans("sim:demo", 100), "other.lcm"), "other");
   const fs::path journal = folder / "own/journal.lcm";
   Process owner("map_updater", {"--journal", folder / "own", "--lcm-url", MakeBusUrl()}, folder / "log");
   REQUIRE(owner.AwaitReady());
