@@ -150,6 +150,10 @@ struct DiagnosisConstants {
   struct RangeStudy {
     double many_beams = 0.05;  ///< of all that were measured
     double all_over = 0.2;     ///< of the view: a wall straight ahead of a robot that stands is narrower
+
+    /// Where so many different beams have one range within so much of the largest, those are no hits.
+    double pile_m = 0.1;
+    std::size_t pile_beams = 10;
   };
 
   /// Whether a laser is set up wrongly.

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <set>
+#include <vector>
 
+#include "common/math/median.hpp"
 #include "common/scan/valid_rays.hpp"
 
 namespace crsm {
@@ -42,6 +45,32 @@ double RangeFinding::RangeMax() const {
   return (std::ceil(kDigits * static_cast<double>(*no_return_m) / LargestUsableRange(unit)) - 1.0) / kDigits;
 }
 
+double FindReach(std::span<const LaserScan> scans, const std::optional<float>& no_return_m,
+                 const DiagnosisConstants::RangeStudy& constants) {
+  const auto ForEach = [&](const auto& visit) {
+    for (const LaserScan& scan : scans) {
+      for (std::size_t beam = 0; beam < scan.ranges_m.size(); ++beam) {
+        const float range_m = scan.ranges_m[beam];
+        if (IsNumber(range_m) && range_m != no_return_m) visit(range_m, beam);
+      }
+    }
+  };
+  float largest_m = 0.0f;
+  ForEach([&](float range_m, std::size_t) { largest_m = std::max(largest_m, range_m); });
+  float below_m = 0.0f;
+  std::map<float, std::set<std::size_t>> beams_in_pile;  // by their range
+  ForEach([&](float range_m, std::size_t beam) {
+    if (range_m < largest_m - constants.pile_m) {
+      below_m = std::max(below_m, range_m);
+    } else {
+      beams_in_pile[range_m].insert(beam);
+    }
+  });
+  const bool is_pile =
+      std::ranges::any_of(beams_in_pile, [&](const auto& each) { return each.second.size() >= constants.pile_beams; });
+  return is_pile && below_m > 0.0f ? below_m : largest_m;
+}
+
 RangeFinding StudyRanges(std::span<const LaserScan> scans, const ScanParameters& parameters,
                          const DiagnosisConstants::RangeStudy& constants) {
   RangeFinding finding;
@@ -63,14 +92,18 @@ RangeFinding StudyRanges(std::span<const LaserScan> scans, const ScanParameters&
   finding.no_return_is_hit = finding.no_return_m && *finding.no_return_m <= usable_m;
   std::size_t num_hits = 0;
   std::size_t num_beyond = 0;
+  std::vector<double> hits_in_scans;
   for (const LaserScan& scan : scans) {
+    const std::size_t num_before = num_hits;
     for (const float range_m : scan.ranges_m) {
       if (!IsNumber(range_m) || range_m == finding.no_return_m) continue;
       ++num_hits;
       if (range_m > usable_m) ++num_beyond;
-      finding.reach_m = std::max(finding.reach_m, static_cast<double>(range_m));
     }
+    hits_in_scans.push_back(static_cast<double>(num_hits - num_before));
   }
+  finding.hits_a_scan = FindMedian(std::move(hits_in_scans));
+  finding.reach_m = FindReach(scans, finding.no_return_m, constants);
   if (num_hits > 0) finding.beyond_share = static_cast<double>(num_beyond) / static_cast<double>(num_hits);
   return finding;
 }

@@ -11,7 +11,8 @@ namespace crsm {
 
 /// What the ranges of a log's first scans tell of a laser.
 struct RangeFinding {
-  double reach_m = 0.0;              ///< the furthest hit; 0 without any
+  double reach_m = 0.0;              ///< the furthest hit, as of FindReach
+  double hits_a_scan = 0.0;          ///< median: some lasers say nothing in most of their beams
   std::optional<float> no_return_m;  ///< the range that the laser reports where it measures nothing
   double no_return_share = 0.0;      ///< of all beams
   bool no_return_is_hit = false;     ///< the parameters take it for one
@@ -20,6 +21,11 @@ struct RangeFinding {
   /// The largest range_max_m that takes no_return_m for no hit. Only where there is one.
   double RangeMax() const;
 };
+
+/// The furthest hit [m]; 0 without any. A few beams of which a laser says that they measured nothing are no hits,
+/// though they may be too few to tell more of them: as 50 m in one beam of seventy. no_return_m: as of RangeFinding.
+double FindReach(std::span<const LaserScan> scans, const std::optional<float>& no_return_m,
+                 const DiagnosisConstants::RangeStudy& constants = {});
 
 /// A range that many beams all over the view have exactly, and that none exceeds, is how the laser says that it
 /// measured nothing, as 8.19 m or 81.83 m. (Zero, infinity and NaN say so without a word.)

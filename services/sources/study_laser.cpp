@@ -32,15 +32,19 @@ std::vector<LaserScan> ReadFirstScans(const std::string& log, const CommandLine&
   return scans;
 }
 
-std::string DescribeBeams(const LaserScan& scan) {
-  return fmt::format("{} beams over {:.0f} degrees", scan.ranges_m.size(), ViewOf(scan) * 180.0 / kPi);
+/// hits_a_scan: of most scans. A driver may have more places for beams than the laser has beams.
+std::string DescribeBeams(const LaserScan& scan, double hits_a_scan) {
+  const std::size_t num_beams = scan.ranges_m.size();
+  std::string text = fmt::format("{} beams over {:.0f} degrees", num_beams, ViewOf(scan) * 180.0 / kPi);
+  const bool most_are_empty = 2.0 * hits_a_scan < static_cast<double>(num_beams);
+  if (most_are_empty) text += fmt::format(", of which about {:.0f} measure anything", hits_a_scan);
+  return text;
 }
 
 /// What became of the ranges, for the line.
-std::string StudyReach(std::span<const LaserScan> scans, CommandLine& command_line) {
+std::string DescribeReach(const RangeFinding& finding, CommandLine& command_line) {
   constexpr double kMany = 0.2;  // of all hits
   const ScanParameters& parameters = command_line.parameters().scan;
-  RangeFinding finding = StudyRanges(scans, parameters);
   std::string text = fmt::format("hits to {:.4g} m", finding.reach_m);
   if (finding.no_return_is_hit) {
     text += ", and " + DescribeNoReturn(finding);
@@ -82,7 +86,8 @@ void StudyLaser(const std::string& log, CommandLine& command_line) {
   if (ParseDevice(log)) return;
   const std::vector<LaserScan> scans = ReadFirstScans(log, command_line);
   if (scans.empty()) return;
-  std::string line = DescribeBeams(scans.front()) + ", " + StudyReach(scans, command_line);
+  const RangeFinding finding = StudyRanges(scans, command_line.parameters().scan);
+  std::string line = DescribeBeams(scans.front(), finding.hits_a_scan) + ", " + DescribeReach(finding, command_line);
   line += StudyTimes(scans, command_line);
   Say(fmt::format("{}: {}: {}", command_line.program(), log, line));
 }

@@ -1,5 +1,7 @@
 #include "common/diagnosis/range_study.hpp"
 
+#include <algorithm>
+#include <limits>
 #include <vector>
 
 #include "catch.hpp"
@@ -48,6 +50,35 @@ TEST_CASE("zero is no return without a word; a wall ahead of a robot that stands
   }
   CHECK_FALSE(StudyRanges(standing, {}).no_return_m);
   CHECK_FALSE(StudyRanges({}, {}).no_return_m);
+}
+
+TEST_CASE("what a few beams say where they measured nothing is no hit, though too few to be sure what it means") {
+  std::vector<LaserScan> scans = Drive(0.0f);
+  for (std::size_t i = 0; i < scans.size(); ++i) scans[i].ranges_m[7 * i % scans[i].ranges_m.size()] = 50.0f;
+  const RangeFinding finding = StudyRanges(scans, {});
+  CHECK_FALSE(finding.no_return_m);
+  CHECK(finding.reach_m == Approx(6.0).margin(0.1));
+  DiagnosisConstants::RangeStudy constants;
+  constants.pile_beams = 1000;
+  CHECK(StudyRanges(scans, {}, constants).reach_m == 50.0);
+  constants = {};
+  constants.pile_m = 100.0;  // nothing is left below it
+  CHECK(StudyRanges(scans, {}, constants).reach_m == 50.0);
+  std::vector<LaserScan> all_alike(20, scans.front());
+  for (LaserScan& scan : all_alike) std::ranges::fill(scan.ranges_m, 4.0f);
+  CHECK(FindReach(all_alike, std::nullopt) == 4.0);
+  CHECK(FindReach({}, std::nullopt) == 0.0);
+}
+
+TEST_CASE("how many beams of a scan measure anything is counted") {
+  std::vector<LaserScan> scans = Drive(0.0f);
+  scans.resize(9);
+  for (LaserScan& scan : scans) {
+    std::ranges::fill(scan.ranges_m, std::numeric_limits<float>::infinity());
+    for (std::size_t beam = 0; beam < 25; ++beam) scan.ranges_m[beam] = 2.0f + 0.01f * static_cast<float>(beam);
+  }
+  std::ranges::fill(scans.front().ranges_m, 2.0f);  // one is another
+  CHECK(StudyRanges(scans, {}).hits_a_scan == 25.0);
 }
 
 TEST_CASE("hits beyond what the parameters take for one are counted") {
