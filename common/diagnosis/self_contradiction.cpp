@@ -97,7 +97,19 @@ Square SquareOf(const Pose2& pose, double side_m) {
 struct Counted {
   int num_looks = 0;
   int num_contradict = 0;
+  std::vector<Point> contradicting = {};  ///< where those scans were taken
 };
+
+/// The one of some places that lies nearest to their mean: it is on the path, which the mean need not be.
+Point FindMiddle(const std::vector<Point>& places) {
+  Point mean;
+  for (const Point& place : places) {
+    mean.x_m += place.x_m / static_cast<double>(places.size());
+    mean.y_m += place.y_m / static_cast<double>(places.size());
+  }
+  const auto Away_m = [&](const Point& place) { return std::hypot(place.x_m - mean.x_m, place.y_m - mean.y_m); };
+  return *std::ranges::min_element(places, {}, Away_m);
+}
 
 /// Pairs of scans of one place, long apart along the path.
 std::vector<std::pair<const PlacedRays*, const PlacedRays*>> FindPairs(const std::vector<const PlacedRays*>& scans,
@@ -144,14 +156,14 @@ SelfContradiction FindSelfContradiction(std::span<const PlacedRays> scans,
       Counted& there = squares[SquareOf(later->T_map_laser, constants.square_m)];
       ++there.num_looks;
       there.num_contradict += contradicts;
+      if (contradicts) there.contradicting.push_back({later->T_map_laser.x_m, later->T_map_laser.y_m});
     }
   }
   for (const auto& [square, there] : squares) {
     const double share = static_cast<double>(there.num_contradict) / there.num_looks;
     if (there.num_looks < constants.square_looks_min || share <= found.worst_share) continue;
     found.worst_share = share;
-    const auto Middle_m = [&](auto index) { return constants.square_m * (static_cast<double>(index) + 0.5); };
-    found.worst_place = {Middle_m(square.first), Middle_m(square.second)};
+    found.worst_place = FindMiddle(there.contradicting);
   }
   if (found.num_looks > 0) found.share = static_cast<double>(num_contradict) / static_cast<double>(found.num_looks);
   return found;
