@@ -107,7 +107,7 @@ class Slam {
     KeyframeGraph graph;
     std::vector<PlacedLoop> loops;
   };
-  /// matches: of all scans, in their order; each is moved to where it belongs. Those of other components are lost.
+  /// matches: of all scans, in their order; each is moved to where it belongs. Those of other components float.
   Outcome Finalize(std::span<ScanMatch> matches);
   /// With loops, after Finalize: all that was seen on the piece of that number, as of Mapper::FindComponent.
   ByteMap DrawPiece(int number) const;

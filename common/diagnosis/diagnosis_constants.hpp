@@ -98,7 +98,7 @@ struct DiagnosisConstants {
 
     /// Of the matched scans. What is not on the map is missing: a room, say. Right: 1.
     double least_on_largest = 0.98;
-    double least_of_all = 0.25;  ///< so little of what was seen is no map of it
+    double least_of_all = 0.5;  ///< scans that measured anything: with less of what was seen it is no map of it
 
     /// Scans of about the same place, long apart along the path. Right by the mean of their errors: 0.041 at most, but
     /// for killian at 8 m with odometry (0.076), aces without loops (0.48) and the flat by 70 and 90 degrees (0.41).

@@ -34,16 +34,19 @@ void RunStatistics::Add(std::int64_t utime, const ValidRays& rays) {
 }
 
 void RunStatistics::Add(const ScanMatch& match) {
-  ++values_.scans;
-  if (match.num_critical == 0) ++values_.without_rays;
+  const ScanOutcome outcome = OutcomeOf(match);
+  if (values_.counts.scans() == 0) values_.first_utime = match.utime;
+  values_.counts.Add(match);
   if (match.state != MatchState::kFirst && match.map_version == 0) values_.finished_map = true;
-  if (match.state == MatchState::kLost) {
-    ++values_.lost;
-    values_.longest_lost = std::max(values_.longest_lost, ++num_lost_in_a_row_);
+  CountUnmatched(outcome);
+  if (outcome != ScanOutcome::kOnMap) {
     previous_.reset();
     return;
   }
-  num_lost_in_a_row_ = 0;
+  if (first_ && first_->trajectory != match.trajectory) {
+    first_.reset();
+    T_map_on_path_.reset();
+  }
   CountOpen(match);
   if (match.state != MatchState::kFirst) {
     fitness_sum_ += match.fitness;
@@ -120,6 +123,13 @@ RunStatistics::Sampled* RunStatistics::FindSampled(std::int64_t utime) {
   return &sampled_[hash];
 }
 
+/// What floats is not lost.
+void RunStatistics::CountUnmatched(ScanOutcome outcome) {
+  const bool is_unmatched = outcome == ScanOutcome::kLost || outcome == ScanOutcome::kWithoutRays;
+  num_unmatched_in_a_row_ = is_unmatched ? num_unmatched_in_a_row_ + 1 : 0;
+  values_.longest_unmatched = std::max(values_.longest_unmatched, num_unmatched_in_a_row_);
+}
+
 /// By steps that are longer than what a robot that stands seems to move.
 void RunStatistics::LengthenPath(const ScanMatch& match) {
   const double step_m = T_map_on_path_ ? Distance(*T_map_on_path_, match.T_map_laser) : 0.0;
@@ -142,7 +152,7 @@ void RunStatistics::LengthenPath(const ScanMatch& match) {
 }
 
 void RunStatistics::LookHowFar(const ScanMatch& match) {
-  if (!first_ || first_->trajectory != match.trajectory) first_ = match;
+  if (!first_) first_ = match;
   const Pose2 motion = Inverse(first_->T_map_laser) * match.T_map_laser;
   values_.furthest_m = std::max(values_.furthest_m, Length(motion));
   values_.furthest_rad = std::max(values_.furthest_rad, std::abs(motion.yaw_rad));

@@ -8,6 +8,7 @@
 #include "common/diagnosis/diagnosis_constants.hpp"
 #include "common/diagnosis/self_contradiction.hpp"
 #include "common/map/byte_map.hpp"
+#include "common/scan/scan_counts.hpp"
 #include "common/scan/scan_match.hpp"
 #include "common/scan/valid_rays.hpp"
 
@@ -16,7 +17,7 @@ namespace crsm {
 /// What tells whether a map is right, gathered while it is made, in memory that does not grow.
 ///
 /// Rays and matches may come in any order to each other, and rays may be missing; what comes out depends only on which
-/// came and on the order of the matches.
+/// came and on the order of the matches. All but the counts is of the scans on the map that is shown.
 class RunStatistics {
  public:
   RunStatistics() = default;
@@ -35,25 +36,26 @@ class RunStatistics {
   void ForgetMatches();
 
   struct Values {
-    std::int64_t scans = 0;
-    std::int64_t lost = 0;
+    ScanCounts counts = {};
+    std::int64_t first_utime = 0;  ///< of the first scan
     std::int64_t degenerate = 0;
-    std::int64_t without_rays = 0;  ///< nothing of the scan was a measurement
-    std::int64_t longest_lost = 0;  ///< most scans that were lost in a row
-    std::int64_t steps = 0;         ///< pairs of scans in a row that were matched
-    std::int64_t far_steps = 0;     ///< those between which the laser moved by more than 0.4 m or 0.25 rad
-    double longest_jump_m = 0.0;    ///< longest step that no robot can make; 0 if there is none
-    Point longest_jump_ends = {};   ///< where that ends, map frame
-    std::int64_t longest_open = 0;  ///< most degenerate scans in a row, without odometry
-    double path_m = 0.0;        ///< length of the path, by steps that are longer than a robot that stands seems to make
-    double furthest_m = 0.0;    ///< of the matched poses from the first of their trajectory
-    double furthest_rad = 0.0;  ///< the same of their yaw
-    double open_path_m = 0.0;   ///< length of the path on degenerate scans, where no wheels tell it
-    double new_path_m = 0.0;    ///< of path_m, without that through squares where the robot has been often
+    std::int64_t longest_unmatched = 0;  ///< most scans in a row that were lost or without rays
+    std::int64_t steps = 0;              ///< pairs of scans in a row that were matched
+    std::int64_t far_steps = 0;          ///< those between which the laser moved by more than 0.4 m or 0.25 rad
+    double longest_jump_m = 0.0;         ///< longest step that no robot can make; 0 if there is none
+    Point longest_jump_ends = {};        ///< where that ends, map frame
+    std::int64_t longest_open = 0;       ///< most degenerate scans in a row, without odometry
+    /// Length of the path, by steps that are longer than a robot that stands seems to make. How the robot came from one
+    /// trajectory to the next is not known, and is no path.
+    double path_m = 0.0;
+    double furthest_m = 0.0;       ///< of the matched poses from the first of their trajectory
+    double furthest_rad = 0.0;     ///< the same of their yaw
+    double open_path_m = 0.0;      ///< length of the path on degenerate scans, where no wheels tell it
+    double new_path_m = 0.0;       ///< of path_m, without that through squares where the robot has been often
     double new_open_path_m = 0.0;  ///< the same of open_path_m
     double longest_open_m = 0.0;   ///< of that path, the longest piece
     Point longest_open_ends = {};  ///< where that ends, map frame
-    double mean_fitness = 0.0;     ///< of the matched scans, [0, 1]; 0 if there are none
+    double mean_fitness = 0.0;     ///< of the matched scans (the paper's MFV), [0, 1]; 0 if there are none
     bool finished_map = false;     ///< scans were localised, and changed nothing
     bool deskewed = false;         ///< the beams have times, in the messages or by --sweep-s
     /// How the turns, and the ways, by odometry go with those by the laser, [-1, 1]; -1 where they are opposite.
@@ -88,6 +90,7 @@ class RunStatistics {
   };
 
   Sampled* FindSampled(std::int64_t utime);
+  void CountUnmatched(ScanOutcome outcome);
   void LengthenPath(const ScanMatch& match);
   void LookHowFar(const ScanMatch& match);
   void CountOpen(const ScanMatch& match);
@@ -98,7 +101,7 @@ class RunStatistics {
   Values values_;
   double fitness_sum_ = 0.0;
   std::int64_t num_fitnesses_ = 0;
-  std::int64_t num_lost_in_a_row_ = 0;
+  std::int64_t num_unmatched_in_a_row_ = 0;
   std::int64_t num_open_in_a_row_ = 0;
   std::int64_t num_since_open_ = 0;
   Correlation turns_;

@@ -32,8 +32,8 @@ std::string TooFewScans(const RunStatistics::Values& values) {
 
 void JudgeRays(const Constants& constants, Verdict& verdict) {
   const auto& values = verdict.values;
-  if (values.scans == 0) return Warn(verdict, Trust::kBad, "no scan came");
-  const double share = Share(values.without_rays, values.scans);
+  if (values.counts.scans() == 0) return Warn(verdict, Trust::kBad, "no scan came");
+  const double share = Share(values.counts.without_rays, values.counts.scans());
   if (share <= constants.most_lost) return;
   Warn(verdict, share > constants.mostly_blind ? Trust::kBad : Trust::kDoubtful,
        fmt::format("{:.0f} % of the scans have no rays: likely a wrong --preset or --range-max-m, or ranges that are "
@@ -89,13 +89,8 @@ void JudgeAgreement(const Constants& constants, Verdict& verdict) {
                    100.0 * RoundDown(*verdict.agreement), 100.0 * constants.fair_agreement, cause));
 }
 
-/// Of all scans that were matched, those that are on the map.
-double ShareOnLargest(const MapPieces& pieces) {
-  return pieces.num_matched > 0 ? Share(pieces.num_matched - pieces.num_elsewhere(), pieces.num_matched) : 1.0;
-}
-
-bool IsInPieces(const MapPieces& pieces, const Constants& constants) {
-  return pieces.num_pieces > 1 && ShareOnLargest(pieces) < constants.least_on_largest;
+bool IsInPieces(const ScanCounts& counts, const Constants& constants) {
+  return counts.floating > 0 && Share(counts.on_map, counts.on_map + counts.floating) < constants.least_on_largest;
 }
 
 void JudgeBridges(const MapPieces& pieces, Verdict& verdict) {
@@ -119,28 +114,31 @@ void JudgePieces(const MapPieces& pieces, const Constants& constants, Verdict& v
                           pieces.num_breaks));
     return;
   }
+  const ScanCounts& counts = verdict.values.counts;
+  const std::int64_t num_measured = counts.scans() - counts.without_rays;
   const std::size_t num_maps = pieces.OthersWithMap().size();
-  std::string text = fmt::format("the map is in {} pieces: the largest has {} of {} mapped scans", pieces.num_pieces,
-                                 pieces.num_matched - pieces.num_elsewhere(), pieces.num_matched);
+  std::string text = fmt::format(
+      "the map is in {} pieces: the largest, which is shown, has {:.0f} % of the scans that measured anything",
+      pieces.num_pieces, 100.0 * Share(counts.on_map, num_measured));
   if (num_maps > 0) text += fmt::format("; see pieces/ for {} more", num_maps);
-  if (!IsInPieces(pieces, constants)) return verdict.notes.push_back(text);
-  Warn(verdict, ShareOnLargest(pieces) < constants.least_of_all ? Trust::kBad : Trust::kDoubtful,
+  if (!IsInPieces(counts, constants)) return verdict.notes.push_back(text);
+  Warn(verdict, Share(counts.on_map, num_measured) < constants.least_of_all ? Trust::kBad : Trust::kDoubtful,
        text + "; how they lie to each other is not known: drive once more where the robot was before");
 }
 
-void JudgeTrack(const MapPieces& pieces, const Constants& constants, Verdict& verdict) {
+void JudgeTrack(const Constants& constants, Verdict& verdict) {
   const auto& values = verdict.values;
-  const std::int64_t num_lost = values.lost - values.without_rays - pieces.num_elsewhere();
-  const double lost = Share(std::max<std::int64_t>(0, num_lost), values.scans);
+  const double lost = Share(values.counts.lost, values.counts.scans());
   const double far_steps = Share(values.far_steps, values.steps);
   const bool moves_far = far_steps > constants.few_far_steps;
   if (lost > (moves_far ? constants.most_lost_in_motion : constants.most_lost)) {
     Warn(verdict, Trust::kBad,
          fmt::format("{:.0f} % of the scans are lost, and the map after them may be metres off: {}", 100.0 * lost,
                      moves_far ? TooFewScans(values) : "likely a wrong --preset, or a blocked view"));
-  } else if (values.longest_lost >= constants.long_lost && !IsInPieces(pieces, constants)) {
+  } else if (values.longest_unmatched >= constants.long_lost && !IsInPieces(values.counts, constants)) {
     Warn(verdict, Trust::kDoubtful,
-         fmt::format("{} scans in a row were lost: the map after them may be metres off", values.longest_lost));
+         fmt::format("{} scans in a row were lost{}: the map after them may be metres off", values.longest_unmatched,
+                     values.counts.without_rays > 0 ? " or had no rays" : ""));
   }
   if (far_steps > constants.many_far_steps) {
     Warn(verdict, Trust::kDoubtful,
@@ -163,7 +161,7 @@ void JudgeJumps(Verdict& verdict) {
 
 void JudgeAxes(const Constants& constants, Verdict& verdict) {
   const auto& values = verdict.values;
-  const double degenerate = Share(values.degenerate, values.scans);
+  const double degenerate = Share(values.degenerate, values.counts.scans());
   if (degenerate > constants.most_degenerate) {
     Warn(verdict, Trust::kBad,
          fmt::format("{:.0f} % of the scans are degenerate: they do not fix the position in one direction, and lengths "
@@ -190,7 +188,7 @@ void JudgeContradiction(const Constants& constants, Verdict& verdict) {
   std::string text = fmt::format(
       "{:.0f} % of the scans contradict others that were taken at about the same place before", 100.0 * found.share);
   if (found.worst_share > 0.0) {
-    text += fmt::format(", most of all near x {:.0f} m, y {:.0f} m", found.worst_place.x_m, found.worst_place.y_m);
+    text += fmt::format(", most of all near x {:.1f} m, y {:.1f} m", found.worst_place.x_m, found.worst_place.y_m);
   }
   Warn(verdict, Trust::kDoubtful,
        text + ": check the map for doubled walls there; a loop may be missed (--odometry helps)");
@@ -225,7 +223,7 @@ void JudgeMetres(const Constants& constants, Verdict& verdict) {
   if (contradicts) off_m += std::max(error.contradiction_m, error.much_of_path * open_path_m);
   if (!contradicts && !seen_twice && open_path_m > constants.long_open_path_m)
     off_m += error.much_of_path * open_path_m;
-  if (values.longest_lost >= constants.long_lost) off_m += error.much_of_path * path_m;
+  if (values.longest_unmatched >= constants.long_lost) off_m += error.much_of_path * path_m;
   verdict.off_m = off_m;
   if (contradicts && found.worst_share > 0.0) {
     verdict.off_at = found.worst_place;
@@ -249,7 +247,7 @@ void JudgeOdometry(const Constants& constants, Verdict& verdict) {
 
 /// On a finished map there is nothing to go wrong but the poses.
 void JudgeLocalization(const Constants& constants, Verdict& verdict) {
-  const double lost = Share(verdict.values.lost, verdict.values.scans);
+  const double lost = Share(verdict.values.counts.lost, verdict.values.counts.scans());
   if (lost <= constants.most_lost_on_map) return;
   Warn(verdict, lost > constants.mostly_lost_on_map ? Trust::kBad : Trust::kDoubtful,
        fmt::format("{:.0f} % of the scans were not found on the map: likely another building, an unmapped part of it, "
@@ -257,15 +255,13 @@ void JudgeLocalization(const Constants& constants, Verdict& verdict) {
                    100.0 * lost));
 }
 
-std::string Describe(const MapPieces& pieces, const Verdict& verdict) {
+/// What has become of the scans.
+std::string DescribeScans(const Verdict& verdict) {
   const auto& values = verdict.values;
-  const std::int64_t found = values.scans - std::max(values.lost, values.without_rays);
-  const std::int64_t elsewhere = std::min(pieces.num_elsewhere(), values.lost);
-  std::string text =
-      fmt::format("{} of {} scans {}, ", found, values.scans, values.finished_map ? "found on the map" : "mapped");
-  if (elsewhere > 0) text += fmt::format("{} on other pieces, ", elsewhere);
-  text += fmt::format("{} lost, {} degenerate, mean fitness {:.2f}", values.lost - elsewhere, values.degenerate,
-                      RoundDown(values.mean_fitness));
+  std::string text = fmt::format("{} of {} scans {}, {}", values.counts.on_map, values.counts.scans(),
+                                 values.finished_map ? "found on the map" : "mapped", DescribeOthers(values.counts));
+  if (verdict.left_out > 0) text += fmt::format(", {} more left out", verdict.left_out);
+  text += fmt::format(", {} degenerate, mean fitness {:.2f}", values.degenerate, RoundDown(values.mean_fitness));
   if (verdict.agreement)
     text += fmt::format(", {:.0f} % of the rays agree with the map", 100.0 * RoundDown(*verdict.agreement));
   return text;
@@ -275,7 +271,7 @@ std::string DescribeMetres(const Verdict& verdict) {
   std::string text =
       fmt::format("parts of it may be off by up to {:.{}f} m", *verdict.off_m, *verdict.off_m < 1.0 ? 2 : 1);
   if (verdict.off_at) {
-    text += fmt::format(", most likely past x {:.0f} m, y {:.0f} m", verdict.off_at->x_m, verdict.off_at->y_m);
+    text += fmt::format(", most likely past x {:.1f} m, y {:.1f} m", verdict.off_at->x_m, verdict.off_at->y_m);
   }
   return text;
 }
@@ -295,10 +291,10 @@ Verdict JudgeScans(const RunStatistics& statistics, const ByteMap& map, const Ma
   verdict.values = statistics.values();
   verdict.agreement = statistics.ComputeMeanAgreement(map);
   verdict.contradiction = statistics.FindContradiction();
-  verdict.text = Describe(pieces, verdict);
   JudgeRays(constants, verdict);
-  if (verdict.values.scans < constants.few_scans) {
-    if (verdict.values.scans > 0) Warn(verdict, Trust::kDoubtful, "too few scans to judge the map");
+  const std::int64_t num_scans = verdict.values.counts.scans();
+  if (num_scans < constants.few_scans) {
+    if (num_scans > 0) Warn(verdict, Trust::kDoubtful, "too few scans to judge the map");
     return verdict;
   }
   if (verdict.values.finished_map) {
@@ -308,7 +304,7 @@ Verdict JudgeScans(const RunStatistics& statistics, const ByteMap& map, const Ma
   const bool blind = verdict.trust == Trust::kBad;
   if (!blind) JudgeFit(constants, verdict);
   if (!blind) JudgeAgreement(constants, verdict);
-  if (!blind) JudgeTrack(pieces, constants, verdict);
+  if (!blind) JudgeTrack(constants, verdict);
   if (!blind) JudgeJumps(verdict);
   if (!blind) JudgeAxes(constants, verdict);
   if (!blind) JudgeOpenPath(constants, verdict);
@@ -338,12 +334,16 @@ void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict, const Diagn
     *verdict.off_m += constants.map_error.wheels_sigmas * wheels.way_per_m * std::sqrt(verdict.values.path_m);
 }
 
-void JudgeLeftOut(std::int64_t num_left_out, Verdict& verdict, const DiagnosisConstants::Verdict& constants) {
-  const std::int64_t num_all = verdict.values.scans + num_left_out;
-  if (verdict.values.scans == 0 || Share(num_left_out, num_all) <= constants.most_left_out) return;
+void JudgeLeftOut(const LeftOut& left_out, Verdict& verdict, const DiagnosisConstants::Verdict& constants) {
+  verdict.left_out = left_out.all;
+  const std::int64_t num_unusable = left_out.all - left_out.dropped;
+  const std::int64_t num_scans = verdict.values.counts.scans();
+  const std::int64_t num_all = num_scans + num_unusable;
+  if (num_scans == 0 || Share(num_unusable, num_all) <= constants.most_left_out) return;
   Warn(verdict, Trust::kDoubtful,
-       fmt::format("{} of {} scans of the recording are left out ({:.0f} %): what only they saw is not in the map",
-                   num_left_out, num_all, 100.0 * Share(num_left_out, num_all)));
+       fmt::format("{} of {} scans of the recording were refused or repeated ({:.0f} %): what only they saw is not in "
+                   "the map",
+                   num_unusable, num_all, 100.0 * Share(num_unusable, num_all)));
 }
 
 const char* Name(Trust trust) {
@@ -363,7 +363,7 @@ std::vector<std::string> FormatVerdict(const Verdict& verdict) {
                         : verdict.trust == Trust::kDoubtful ? "doubtful: look at the map before you rely on the result"
                                                             : "not to be trusted";
   const char* subject = verdict.values.finished_map ? "the poses are" : "the map is";
-  std::vector<std::string> lines{verdict.text, fmt::format("{} {}", subject, meaning)};
+  std::vector<std::string> lines{DescribeScans(verdict), fmt::format("{} {}", subject, meaning)};
   if (verdict.off_m) lines.push_back(DescribeMetres(verdict));
   lines.insert(lines.end(), verdict.notes.begin(), verdict.notes.end());
   for (const std::string& warning : verdict.warnings) lines.push_back("warning: " + warning);

@@ -27,7 +27,7 @@ struct Verdict {
   /// that is bad.
   std::optional<double> off_m;
   std::optional<Point> off_at;        ///< near where, map frame, if that is known
-  std::string text;                   ///< what came of the scans, in one line
+  std::int64_t left_out = 0;          ///< scans that were never tried
   std::vector<std::string> notes;     ///< a line each: what is good to know, and speaks against nothing
   std::vector<std::string> warnings;  ///< a line each: what speaks against the map, and the likely cause
 };
@@ -55,8 +55,8 @@ struct Verdict {
 /// Where the laser stood, a low fitness accuses nobody: one scan is drawn, and the beams of the others fall between its
 /// points. The map is doubtful then, because nothing has checked it.
 ///
-/// pieces: how the map hangs together; those scans count as lost in `statistics` that are on another piece than the
-/// largest. A map with less than 98 % of the matched scans on its largest piece is doubtful at best.
+/// pieces: how the map hangs together. A map with less than 98 % of the matched scans on its largest piece is doubtful
+/// at best, and with less than half of all that measured anything it is not to be trusted.
 ///
 /// A map is also doubtful whose loops were rejected again: of 90 runs on fr079, intel, aces and killian whose maps are
 /// right, three had such loops; simulated ones of kilometres that slipped in corridors had more of them than loops that
@@ -69,13 +69,20 @@ Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPiec
 /// while the robot turns, differs by 0.22 m.
 void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict, const DiagnosisConstants::Verdict& constants = {});
 
-/// Adds what scans say that never came so far as to be matched: a map without more than a tenth of the recording is
-/// doubtful at best.
-void JudgeLeftOut(std::int64_t num_left_out, Verdict& verdict, const DiagnosisConstants::Verdict& constants = {});
+/// Scans that were never tried.
+struct LeftOut {
+  std::int64_t all = 0;
+  std::int64_t dropped = 0;  ///< of these, because the machine was too slow; the others were refused or repeated
+};
+
+/// Adds what scans say that were never tried: a map without more than a tenth of the recording is doubtful at best.
+/// Scans are dropped one by one, between others that saw the same.
+void JudgeLeftOut(const LeftOut& left_out, Verdict& verdict, const DiagnosisConstants::Verdict& constants = {});
 
 const char* Name(Trust trust);
 
-/// For people, ready to be printed: the text, and a line for each note and each warning.
+/// For people, ready to be printed: what has become of the scans, the verdict, and a line for each note and each
+/// warning.
 std::vector<std::string> FormatVerdict(const Verdict& verdict);
 
 }  // namespace crsm

@@ -194,16 +194,9 @@ bool Mapper::IsScanOnMap(std::int64_t scan) const {
   return !anchor || IsKeyframeOnMap(anchor->keyframe);
 }
 
-ScanMatch Mapper::MoveToBest(std::int64_t scan, ScanMatch match) const {
+ScanMatch Mapper::BestMatch(std::int64_t scan, ScanMatch match) const {
   match.T_map_laser = BestPose(scan, match.T_map_laser);
   match.floating = !IsScanOnMap(scan);
-  return match;
-}
-
-ScanMatch Mapper::BestMatch(std::int64_t scan, ScanMatch match) const {
-  match = MoveToBest(scan, match);
-  const bool is_first_of_map = match.map_version == 0;
-  if (match.floating && !is_first_of_map) match.state = MatchState::kLost;
   return match;
 }
 
@@ -333,7 +326,8 @@ MapPieces Mapper::FindPieces() const {
     piece.way_m += graph_.path_m(graph_.LastOf(i));
     if (i == 0) continue;
     Break at = trajectories_.at(i).start;
-    at.T_map_before = At(best_poses_, graph_.LastOf(i - 1));
+    const TrajectoryLog::Trajectory& before = trajectories_.at(i - 1);
+    at.T_map_before = BestPose(before.last_matched, before.T_map_last);
     at.piece_before = OnPiece(i - 1);
     at.piece = OnPiece(i);
     const bool by_loops = components[static_cast<std::size_t>(i) - 1] == components[static_cast<std::size_t>(i)];

@@ -103,8 +103,6 @@ class Mapper {
   bool IsScanOnMap(std::int64_t scan) const;
   /// A match as it belongs on its component: moved, and floating if that is not the map that is shown. scan: as of
   /// BestPose.
-  ScanMatch MoveToBest(std::int64_t scan, ScanMatch match) const;
-  /// The same on the map that is shown: lost where it floats, because its place on this map is not known.
   ScanMatch BestMatch(std::int64_t scan, ScanMatch match) const;
   /// The newest loops by all that is known, those that hold first: only those on the map that is shown.
   std::vector<PlacedLoop> PlaceLoops() const;

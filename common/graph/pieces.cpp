@@ -39,12 +39,16 @@ std::vector<int> MapPieces::OthersWithMap(const GraphConstants::Pieces& constant
 }
 
 void TrajectoryLog::Add(const ScanMatch& match, int num_trajectories) {
-  if (num_trajectories > size()) trajectories_.push_back({MakeBreak(match), 0});
+  if (num_trajectories > size()) trajectories_.push_back({MakeBreak(match), 0, num_scans_, match.T_map_laser});
   const bool lost = match.state == MatchState::kLost;
   num_lost_ = lost ? num_lost_ + 1 : 0;
   last_utime_ = match.utime;
   if (!lost) last_match_utime_ = match.utime;
-  if (!lost && size() > 0) ++trajectories_.back().num_matched;
+  if (!lost && size() > 0) {
+    ++trajectories_.back().num_matched;
+    trajectories_.back().last_matched = num_scans_;
+    trajectories_.back().T_map_last = match.T_map_laser;
+  }
   ++num_scans_;
 }
 

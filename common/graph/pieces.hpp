@@ -31,7 +31,7 @@ struct Break {
   /// Since the last scan that was matched (lost), or since the last scan (gap, session); by how much the clock went
   /// back (clock). Never negative.
   double seconds = 0.0;
-  Pose2 T_map_before;    ///< last pose before it, corrected, in the frame of piece_before
+  Pose2 T_map_before;    ///< of the last scan before it that was matched, corrected, in the frame of piece_before
   int piece_before = 1;  ///< on which the trajectory before ended; 1 is the largest piece
   int piece = 1;         ///< on which the new trajectory is
   /// Whether both sides hang together by loops.
@@ -57,13 +57,11 @@ struct MapPieces {
   std::int64_t num_matched = 0;  ///< scans that were matched, in all pieces
   std::int64_t num_bridged = 0;  ///< breaks over which pieces hang together by the wheels alone
   std::int64_t num_keyframes = 0;
-  std::int64_t num_closed = 0;    ///< loops that hold
-  std::int64_t num_rejected = 0;  ///< loops that the others contradicted later
+  std::int64_t num_closed = 0;        ///< loops that hold
+  std::int64_t num_rejected = 0;      ///< loops that the others contradicted later
   std::vector<MapPiece> pieces = {};  ///< the first is the map that is shown, the others follow by size; kMostPieces
-  std::vector<Break> breaks = {};  ///< the newest ones, oldest first; kMostBreaks
+  std::vector<Break> breaks = {};     ///< the newest ones, oldest first; kMostBreaks
 
-  /// Matched scans of all pieces but the largest.
-  std::int64_t num_elsewhere() const { return pieces.empty() ? 0 : num_matched - pieces.front().scans; }
   /// Numbers of the pieces that get a map of their own beside that of piece 1.
   std::vector<int> OthersWithMap(const GraphConstants::Pieces& constants = {}) const;
   friend bool operator==(const MapPieces&, const MapPieces&) = default;
@@ -77,6 +75,8 @@ class TrajectoryLog {
   struct Trajectory {
     Break start;  ///< but for the pose and the pieces
     std::int64_t num_matched = 0;
+    std::int64_t last_matched = 0;  ///< scan, ...
+    Pose2 T_map_last;               ///< ... and where it was matched
   };
 
   /// The next scan. num_trajectories: how many there are with it.

@@ -12,8 +12,8 @@ constexpr std::size_t kMostRecent = 16;  // the last scan that was seen is one o
 }  // namespace
 
 void PathSketch::Add(const ScanMatch& match) {
-  const Kept next{num_matches_++, match};
-  if (match.state == MatchState::kLost && !match.floating) ++num_lost_;
+  const Kept next{num_matches(), match};
+  counts_.Add(match);
   recent_.push_back(next);
   if (recent_.size() > kMostRecent) recent_.pop_front();
   if (!TellsMore(match)) return;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "common/scan/scan_counts.hpp"
 #include "common/scan/scan_match.hpp"
 
 namespace crsm {
@@ -17,9 +18,9 @@ class PathSketch {
   /// In order of arrival; the last ones are all there.
   std::vector<ScanMatch> Matches() const;
 
-  std::int64_t num_matches() const { return num_matches_; }
-  /// But for those that float: they have a place, in a frame of their own.
-  std::int64_t num_lost() const { return num_lost_; }
+  std::int64_t num_matches() const { return counts_.scans(); }
+  /// Of all matches.
+  const ScanCounts& counts() const { return counts_; }
 
   struct Kept {
     std::int64_t number;  ///< of the match, from 0
@@ -39,8 +40,7 @@ class PathSketch {
   std::optional<Pose2> last_matched_;  ///< of kept_
   std::optional<Pose2> last_lost_;     ///< of kept_
   double spacing_m_ = 0.02;            ///< less than a pixel of most pictures
-  std::int64_t num_matches_ = 0;
-  std::int64_t num_lost_ = 0;
+  ScanCounts counts_;
   int num_thinnings_ = 0;
 };
 

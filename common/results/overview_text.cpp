@@ -41,8 +41,16 @@ std::string DescribeSize(const Results& results) {
   const double area_m2 = results.summary ? results.summary->explored_area_m2 : ComputeExploredArea(grid);
   std::string text = fmt::format("map of {:.0f} m2 within {:.0f} x {:.0f} m", area_m2,
                                  grid.width_cells * grid.cell_size_m, grid.height_cells * grid.cell_size_m);
-  if (results.summary) text += fmt::format(", way of {:.0f} m", results.summary->path_length_m);
+  if (results.summary) text += fmt::format(", way of {:.0f} m", results.summary->values.path_m);
   return text;
+}
+
+/// Nothing where nobody knows. Two runs of one log say the same: not when they were.
+std::string DescribeOrigin(const Summary& summary) {
+  if (summary.origin.made_from.empty()) return "";
+  const std::string recorded = FormatUtc(summary.values.first_utime).substr(0, 10);  // the day
+  return fmt::format("made from {}{}, by version {}", summary.origin.made_from,
+                     recorded.empty() ? "" : ", recorded on " + recorded, summary.version);
 }
 
 std::string DescribeLoops(const Results& results) {
@@ -57,17 +65,16 @@ std::string DescribeLoops(const Results& results) {
   return text;
 }
 
-void AddPieces(const Results& results, const PathCounts& path, OverviewCaption& caption) {
+void AddPieces(const Results& results, OverviewCaption& caption) {
   const MapPieces& pieces = results.pieces;
   if (pieces.num_breaks == 0) return;
   std::string text = fmt::format("the path breaks {} times, ", pieces.num_breaks);
   if (pieces.num_breaks == 1) text = "the path breaks once, ";
   text += pieces.num_pieces <= 1 ? "all joined: map in one piece"
-                                 : fmt::format("map in {} pieces: this is the largest", pieces.num_pieces);
-  if (path.num_elsewhere > 0) {
-    text += fmt::format("; {} scans are on other pieces, which float: where they lie beside this one is not known",
-                        path.num_elsewhere);
-  }
+                                 : fmt::format(
+                                       "map in {} pieces: this is the largest, and the others float: where "
+                                       "they lie beside this one is not known",
+                                       pieces.num_pieces);
   caption.lines.push_back(text);
 }
 
@@ -82,7 +89,7 @@ std::vector<LegendItem> MakeLegend(const Results& results, const PathCounts& pat
   AddIf(path.is_drawn, Sign::kDisc, kStart, "start");
   AddIf(path.is_drawn, Sign::kDisc, kEnd, "end");
   AddIf(path.has_last_scan, Sign::kDisc, kHit, "last scan");
-  AddIf(path.num_lost > 0, Sign::kDisc, kLost, "lost scan");
+  AddIf(path.has_lost, Sign::kDisc, kLost, "lost scan");
   for (const LoopKind& kind : LoopKinds())
     AddIf(std::ranges::any_of(results.loops, kind.holds), kind.sign, kind.style.colour, kind.name);
   AddIf(results.pieces.num_breaks > 0, Sign::kCross, kBreak, "break");
@@ -118,9 +125,11 @@ OverviewCaption DescribeRun(const Results& results, const PathCounts& path) {
   AddVerdict(verdict, caption);
   if (verdict && !results.summary->ended) caption.badge += " SO FAR";
   std::string text = DescribeSize(results) + DescribeLoops(results);
-  if (!verdict) text = fmt::format("{} scans, {} lost, ", path.num_scans, path.num_lost) + text;
+  if (!verdict) text = fmt::format("{} scans, {} lost, ", path.scans.scans(), path.scans.lost) + text;
   caption.lines.push_back(text);
-  AddPieces(results, path, caption);
+  AddPieces(results, caption);
+  const std::string origin = results.summary ? DescribeOrigin(*results.summary) : "";
+  if (!origin.empty()) caption.lines.push_back(origin);
   caption.legend = MakeLegend(results, path);
   return caption;
 }

@@ -1,18 +1,16 @@
 #pragma once
 
-#include <cstdint>
-
 #include "common/results/overview_caption.hpp"
 #include "common/results/results.hpp"
+#include "common/scan/scan_counts.hpp"
 
 namespace crsm {
 
 /// What there is of a path.
 struct PathCounts {
-  std::int64_t num_scans = 0;
-  std::int64_t num_lost = 0;
-  std::int64_t num_elsewhere = 0;  ///< on other pieces, lost ones too
+  ScanCounts scans = {};
   bool is_drawn = false;
+  bool has_lost = false;       ///< whether lost scans are drawn
   bool has_last_scan = false;  ///< whether that is drawn
 };
 

@@ -35,19 +35,12 @@ struct Path {
 Path DrawPath(const Results& results, MapPanel& panel) {
   Path path;
   PathCounts& counts = path.counts;
-  counts.num_scans = results.num_left_out;
-  counts.num_lost = results.num_lost_left_out;
   results.matches.ForEach([&](const ScanMatch& match) {
-    ++counts.num_scans;
-    if (match.floating) {
-      ++counts.num_elsewhere;
-      return;
-    }
+    counts.scans.Add(match);
+    if (match.floating) return;
     if (match.utime == results.last_scan.utime) path.last = match;
-    if (match.state == MatchState::kLost) {
-      ++counts.num_lost;
-      return;
-    }
+    counts.has_lost |= OutcomeOf(match) == ScanOutcome::kLost;
+    if (OutcomeOf(match) != ScanOutcome::kOnMap) return;
     path.end_m = PointOf(match.T_map_laser);
     if (!path.start_m) path.start_m = path.end_m;
     if (match.state == MatchState::kFirst) panel.BreakPath();  // how the robot came here is not known
@@ -95,10 +88,10 @@ Path DrawUnderWalls(const Results& results, MapPanel& panel) {
   const Path path = DrawPath(results, panel);
   for (const LoopKind& kind : LoopKinds()) panel.DrawPairs(Select(results.loops, kind), kind.style);
   const auto DrawIfLost = [&](const ScanMatch& match) {
-    if (match.state != MatchState::kLost || match.floating) return;
+    if (OutcomeOf(match) != ScanOutcome::kLost || match.floating) return;
     panel.DrawDisc(PointOf(match.T_map_laser), 2.5, overview_colour::kLost);
   };
-  if (path.counts.num_lost > 0) results.matches.ForEach(DrawIfLost);  // over the whole path
+  if (path.counts.has_lost) results.matches.ForEach(DrawIfLost);  // over the whole path
   if (path.last) DrawScan(Deskew(results.last_scan.rays, path.last->twist), path.last->T_map_laser, panel);
   panel.DrawOrigin();
   if (path.start_m) {

@@ -28,13 +28,26 @@ double ReadMeanFitness(const std::filesystem::path& dir) {
   return json["mean_fitness"].get<double>();
 }
 
+std::string ReadMadeFrom(const std::filesystem::path& dir) {
+  try {
+    const auto json = ReadSummaryJson(dir / "summary.json");
+    const auto found = json.find("made_from");
+    return found != json.end() && found->is_string() ? found->get<std::string>() : "";
+  } catch (const std::runtime_error&) {  // there is none
+    return "";
+  }
+}
+
 RunSummary ReadSummary(const std::filesystem::path& dir) {
   const std::filesystem::path path = dir / "summary.json";
   const auto json = ReadSummaryJson(path);
   try {
     RunSummary summary;
     json.at("scans").get_to(summary.scans);
+    json.at("floating").get_to(summary.floating);
     json.at("lost").get_to(summary.lost);
+    json.at("without_rays").get_to(summary.without_rays);
+    json.at("left_out").get_to(summary.left_out);
     json.at("mean_fitness").get_to(summary.mean_fitness);
     json.at("verdict").at("trust").get_to(summary.trust);
     if (json.contains("loops")) summary.loops = json["loops"].at("closed").get<std::int64_t>();
@@ -42,7 +55,9 @@ RunSummary ReadSummary(const std::filesystem::path& dir) {
     return summary;
   } catch (const nlohmann::json::exception&) {
     throw std::runtime_error(
-        fmt::format("{}: must have the numbers scans, lost and mean_fitness, and a verdict", path.string()));
+        fmt::format("{}: must have the numbers scans, floating, lost, without_rays, left_out and mean_fitness, and a "
+                    "verdict: is it of an older version?",
+                    path.string()));
   }
 }
 

@@ -14,12 +14,18 @@ double ReadMeanFitness(const std::filesystem::path& dir);
 /// What a summary.json tells of a run, where many are to be compared. What it does not tell is left out.
 struct RunSummary {
   std::int64_t scans = 0;
+  std::int64_t floating = 0;
   std::int64_t lost = 0;
+  std::int64_t without_rays = 0;
+  std::int64_t left_out = 0;
   std::optional<std::int64_t> loops;  ///< closed
   double mean_fitness = 0.0;
   std::string trust;  ///< as Name(Trust)
   std::optional<double> wall_s;
 };
+
+/// What the map in `dir` was made from, as of RunOrigin; empty where its summary.json does not say.
+std::string ReadMadeFrom(const std::filesystem::path& dir);
 
 /// Throws std::runtime_error as ReadMap.
 RunSummary ReadSummary(const std::filesystem::path& dir);

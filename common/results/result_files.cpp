@@ -23,6 +23,15 @@ void CheckSize(const DenseGrid& grid) {
   }
 }
 
+/// Those that are not of another piece.
+MatchSequence WithoutFloating(const MatchSequence& matches) {
+  return MatchSequence([&matches](const MatchSequence::Visit& visit) {
+    matches.ForEach([&](const ScanMatch& match) {
+      if (!match.floating) visit(match);
+    });
+  });
+}
+
 /// Piece by piece, however many matches there are.
 void FormatTrajectory(const MatchSequence& matches, const Sink& sink) {
   constexpr std::size_t kPieceBytes = std::size_t{1} << 16;
@@ -71,7 +80,7 @@ void AddResults(const Results& results, const Encoders& encoders, Replacement& f
   WriteMap(results.grid, encoders.map, files);
   if (encoders.overview) files.Write("overview.png", encoders.overview(results));
   files.Write("trajectory.tum", [&](const Sink& sink) {
-    results.trajectory_text ? results.trajectory_text(sink) : FormatTrajectory(results.matches, sink);
+    results.trajectory_text ? results.trajectory_text(sink) : FormatTrajectory(WithoutFloating(results.matches), sink);
   });
   if (!results.truth.empty()) files.Write("truth.tum", FormatTrajectory(results.truth));
   if (!results.graph_g2o.empty()) files.Write("graph.g2o", results.graph_g2o);

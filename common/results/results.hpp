@@ -22,7 +22,7 @@ namespace crsm {
 /// What a run leaves behind, or has so far.
 struct Results {
   DenseGrid grid;                       ///< may be empty
-  MatchSequence matches;                ///< of every scan, lost ones too
+  MatchSequence matches;                ///< of every scan, lost and floating ones too
   Trajectory truth;                     ///< where the laser truly stood, from its first pose; empty if nobody knows
   CriticalRays last_scan;               ///< as it was measured; drawn if `matches` has its pose
   std::optional<Summary> summary = {};  ///< for summary.json, and for the overview's caption
@@ -30,9 +30,6 @@ struct Results {
   /// Gives the text of trajectory.tum where it is made already, so that a long one is not made again for each writing;
   /// where this is empty it is made of `matches`.
   std::function<void(const Sink&)> trajectory_text = {};
-  /// Scans that `matches` leaves out because others show the path as well: they only count in the overview's caption.
-  std::int64_t num_left_out = 0;
-  std::int64_t num_lost_left_out = 0;  ///< of these
   std::vector<PlacedLoop> loops = {};  ///< for the overview
   MapPieces pieces = {};               ///< likewise
   std::string name = {};               ///< of the run, likewise; empty if it has none
@@ -47,7 +44,7 @@ std::string NameOfRun(const std::filesystem::path& dir);
 /// - map.pgm: the same picture, for tools that read no PNG
 /// - map.yaml: the map_server convention; origin is the lower left corner [m, m, rad]
 /// - overview.png: the map with trajectory, loops, last scan and verdict, for people
-/// - trajectory.tum: T_map_laser of every scan
+/// - trajectory.tum: T_map_laser of every scan but those that float: they have a frame of their own
 /// - truth.tum: the true poses, if there are any
 /// - graph.g2o: the pose graph, if there is one
 /// - summary.json: of the summary; {} where there is none

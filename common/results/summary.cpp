@@ -32,8 +32,7 @@ Json ToJson(const Verdict& verdict) {
           {"off_m", verdict.off_m ? Json(*verdict.off_m) : Json(nullptr)},
           {"off_x_m", verdict.off_at ? Json(verdict.off_at->x_m) : Json(nullptr)},
           {"off_y_m", verdict.off_at ? Json(verdict.off_at->y_m) : Json(nullptr)},
-          {"without_rays", values.without_rays},
-          {"longest_lost", values.longest_lost},
+          {"longest_unmatched", values.longest_unmatched},
           {"far_steps", values.far_steps}};
 }
 
@@ -90,52 +89,32 @@ void AddPieces(const MapPieces& pieces, Json& json) {
 
 }  // namespace
 
-void MatchSums::Add(const ScanMatch& match) {
-  ++summary_.scans;
-  if (match.state == MatchState::kLost) {
-    ++summary_.lost;
-    return;
-  }
-  if (match.state == MatchState::kDegenerate) ++summary_.degenerate;
-  const Pose2& pose = match.T_map_laser;
-  if (previous_) summary_.path_length_m += std::hypot(pose.x_m - previous_->x_m, pose.y_m - previous_->y_m);
-  previous_ = pose;
-  if (match.state == MatchState::kFirst) return;  // there was nothing to match
-  ++matched_;
-  fitness_sum_ += match.fitness;
-}
-
-Summary MatchSums::Sum() const {
-  Summary summary = summary_;
-  if (matched_ > 0) summary.mean_fitness = fitness_sum_ / static_cast<double>(matched_);
-  return summary;
-}
-
 double ComputeExploredArea(const DenseGrid& grid) {
   const auto unexplored = std::count(grid.cells.begin(), grid.cells.end(), kUnexploredByte);
   const auto explored = static_cast<std::ptrdiff_t>(grid.cells.size()) - unexplored;
   return static_cast<double>(explored) * grid.cell_size_m * grid.cell_size_m;
 }
 
-Summary Summarize(const MatchSequence& matches, const DenseGrid& grid) {
-  MatchSums sums;
-  matches.ForEach([&](const ScanMatch& match) { sums.Add(match); });
-  Summary summary = sums.Sum();
-  summary.explored_area_m2 = ComputeExploredArea(grid);
-  return summary;
-}
-
 std::string FormatSummary(const Summary& summary) {
+  const RunStatistics::Values& values = summary.values;
+  const auto OrNull = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
   Json json = {{"version", summary.version},
                {"identity", summary.identity.empty() ? Json() : Json(summary.identity)},
+               {"made_from", OrNull(summary.origin.made_from)},
+               {"recorded", OrNull(FormatUtc(values.first_utime))},
+               {"mapped", OrNull(summary.origin.mapped)},
                {"ended", summary.ended},
-               {"scans", summary.scans},
-               {"lost", summary.lost},
-               {"degenerate", summary.degenerate},
+               {"scans", values.counts.scans()},
+               {"on_map", values.counts.on_map},
+               {"floating", values.counts.floating},
+               {"lost", values.counts.lost},
+               {"without_rays", values.counts.without_rays},
+               {"left_out", summary.left_out},
+               {"degenerate", values.degenerate},
                {"map_version", summary.map_version},
-               {"path_length_m", summary.path_length_m},
+               {"path_length_m", values.path_m},
                {"explored_area_m2", summary.explored_area_m2},
-               {"mean_fitness", summary.mean_fitness},
+               {"mean_fitness", values.mean_fitness},
                {"wall_s", summary.wall_s ? Json(*summary.wall_s) : Json()},
                {"verdict", summary.verdict ? ToJson(*summary.verdict) : Json()},
                {"counts", Json::object()},
@@ -148,9 +127,9 @@ std::string FormatSummary(const Summary& summary) {
     json["timings"][stage] = {
         {"p50_ms", timing.p50_ms}, {"p95_ms", timing.p95_ms}, {"p99_ms", timing.p99_ms}, {"max_ms", timing.max_ms}};
   }
-  for (const auto& [process, values] : summary.parameters) {
+  for (const auto& [process, used] : summary.parameters) {
     Json& of_process = json["parameters"][process] = Json::object();
-    for (const auto& [key, value] : values) {
+    for (const auto& [key, value] : used) {
       std::visit([&of_process, &key = key](const auto& plain) { of_process[key] = plain; }, value);
     }
   }

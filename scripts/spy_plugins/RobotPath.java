@@ -11,15 +11,18 @@ final class RobotPath {
   private final float[] y_m = new float[MOST_POINTS];
   private final boolean[] floating = new boolean[MOST_POINTS];
   private int num_points = 0;
-  private double length_m = 0;
+  private double length_m = 0;   // on the map that is shown
+  private int last_trajectory = 0;
 
-  /** Lost scans have no place; those that float have one in a frame of their own, and are told as lost ones. */
+  /** Lost scans have no place; those that float have one in a frame of their own. */
   void add(ScanMatch match) {
-    if (match.isLost() && !match.floating) return;
-    if (num_points > 0 && match.floating == floating[num_points - 1]) {
+    if (match.isLost()) return;
+    boolean goes_on = match.trajectory == last_trajectory;  // how the robot came to another one is not known
+    last_trajectory = match.trajectory;
+    if (num_points > 0 && match.floating == floating[num_points - 1] && goes_on) {
       double step_m = Math.hypot(match.x_m - x_m[num_points - 1], match.y_m - y_m[num_points - 1]);
       if (step_m < spacing_m) return;
-      length_m += step_m;
+      if (!match.floating) length_m += step_m;
     }
     if (num_points == MOST_POINTS) thin();
     floating[num_points] = match.floating;

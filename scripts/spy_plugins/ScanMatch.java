@@ -75,7 +75,7 @@ final class ScanMatch {
 
   /** As map_viewer's page says it. */
   String describeState() {
-    if (state == scan_match_t.LOST) return "LOST";
+    if (state == scan_match_t.LOST) return num_critical == 0 ? "WITHOUT RAYS" : "LOST";
     if (floating) return "FLOATING";
     if (state == scan_match_t.DEGENERATE) {
       return "DEGENERATE along " + toAxisDegrees(Math.atan2(degenerate_axis[1], degenerate_axis[0])) + "\u00b0";

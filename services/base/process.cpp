@@ -21,6 +21,11 @@ void RequestStop(int) { stop_requested = true; }
 
 }  // namespace
 
+std::int64_t UtimeNow() {
+  const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(since_1970).count();
+}
+
 void CatchSignals() {
   struct sigaction action {};
   action.sa_handler = RequestStop;

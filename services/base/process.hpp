@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -11,6 +12,9 @@
 namespace crsm {
 
 using Clock = std::chrono::steady_clock;
+
+/// By the clock on the wall [us since 1970].
+std::int64_t UtimeNow();
 
 /// From now on SIGINT, SIGTERM and SIGHUP, the end of the terminal, only ask the process to finish: StopRequested.
 void CatchSignals();

@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "common/logs/left_out.hpp"
 #include "services/base/version.hpp"
 
 namespace crsm {
@@ -67,15 +68,13 @@ void Service::PublishStatus() {
 }
 
 service_status_t Service::MakeStatus() const {
-  using std::chrono::duration_cast;
-  using std::chrono::microseconds;
   service_status_t status;
-  status.utime = duration_cast<microseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  status.utime = UtimeNow();
   status.name = name_;
   status.version = kVersion;
   status.pid = getpid();
   status.state = state_;
-  status.num_left_out = num_left_out_;
+  status.num_left_out = num_left_out_ + FindCount(counters_.counts(), kDroppedOverload);
   status.num_counters = static_cast<std::int32_t>(counters_.counts().size());
   for (const auto& [name, count] : counters_.counts()) {
     status.counter_name.push_back(name);

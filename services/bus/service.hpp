@@ -41,6 +41,7 @@ class Service {
   /// one.
   void SetIdentity(const std::string& identity) { identity_ = identity; }
   /// How many scans the process got and could not use, for SERVICE_STATUS.
+  /// But for those that it was too slow for, which are counted anyway.
   void SetNumLeftOut(std::int64_t num) { num_left_out_ = num; }
   /// One message was worked on since `start`.
   void RecordLatency(Clock::time_point start);

@@ -5,20 +5,32 @@
 #include <utility>
 
 namespace crsm {
+namespace {
+
+/// "3 lost scans", "4 scans without rays", "3 lost scans and 4 without rays".
+std::string Describe(const ScanCounts& counts) {
+  if (counts.lost == 0) return fmt::format("{} scans without rays", counts.without_rays);
+  const std::string lost = fmt::format("{} lost scans", counts.lost);
+  return counts.without_rays == 0 ? lost : fmt::format("{} and {} without rays", lost, counts.without_rays);
+}
+
+}  // namespace
 
 std::optional<std::string> LostNews::Add(const ScanMatch& match, LineLimit::Clock::time_point now) {
-  if (match.state == MatchState::kLost) {
-    if (num_lost_++ == 0) first_utime_ = match.utime;
-    if (num_lost_ < next_) return std::nullopt;
+  const ScanOutcome outcome = OutcomeOf(match);
+  if (outcome == ScanOutcome::kLost || outcome == ScanOutcome::kWithoutRays) {
+    if (counts_.scans() == 0) first_utime_ = match.utime;
+    counts_.Add(match);
+    if (counts_.scans() < next_) return std::nullopt;
     next_ *= 2;
-    return limit_.Pass(fmt::format("{}{} scans since t = {:.3f} s, which are not in the map", kLostSince, num_lost_,
+    return limit_.Pass(fmt::format("{}{} since t = {:.3f} s, which are not in the map", kLostSince, Describe(counts_),
                                    1e-6 * static_cast<double>(first_utime_)),
                        now);
   }
   next_ = kEnough;
-  const std::int64_t num_lost = std::exchange(num_lost_, 0);
-  if (num_lost < kEnough) return std::nullopt;
-  return limit_.Pass(fmt::format("{} after {} lost scans", kFoundAgain, num_lost), now);
+  const ScanCounts counts = std::exchange(counts_, {});
+  if (counts.scans() < kEnough) return std::nullopt;
+  return limit_.Pass(fmt::format("{} after {}", kFoundAgain, Describe(counts)), now);
 }
 
 }  // namespace crsm

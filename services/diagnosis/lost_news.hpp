@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "common/scan/scan_counts.hpp"
 #include "common/scan/scan_match.hpp"
 #include "services/base/line_limit.hpp"
 
@@ -16,14 +17,14 @@ inline constexpr const char* kFoundAgain = "the robot is found again";
 /// Says on the terminal that the robot is lost, while it is, and that it is found again.
 class LostNews {
  public:
-  static constexpr std::int64_t kEnough = 10;  ///< lost scans in a row: a second of a slow laser
+  static constexpr std::int64_t kEnough = 10;  ///< scans in a row without a pose: a second of a slow laser
 
-  /// The next match, of a scan that came now. What is to be said, if anything: after ten lost scans, whenever their
-  /// number has doubled, and at their end.
+  /// The next match, of a scan that came now. What is to be said, if anything: after ten scans that are lost or without
+  /// rays, whenever their number has doubled, and at their end.
   std::optional<std::string> Add(const ScanMatch& match, LineLimit::Clock::time_point now);
 
  private:
-  std::int64_t num_lost_ = 0;     ///< in a row
+  ScanCounts counts_;             ///< of those without a pose, in a row
   std::int64_t first_utime_ = 0;  ///< of those
   std::int64_t next_ = kEnough;   ///< how many are said next
   LineLimit limit_;

@@ -61,8 +61,10 @@ crsm::Results Slam::Impl::MakeResults(const std::filesystem::path& folder) {
   results.name = crsm::NameOfRun(folder);
   const auto Describe = [&](const crsm::ByteMap& map) {
     results.grid = map.ToDenseGrid();
-    crsm::Summary summary = crsm::Summarize(results.matches, results.grid);
+    crsm::Summary summary;
+    summary.explored_area_m2 = crsm::ComputeExploredArea(results.grid);
     summary.verdict = Judge(map, results.pieces);
+    summary.values = summary.verdict->values;
     return summary;
   };
   crsm::Summary summary = WithMap(Describe);

@@ -10,6 +10,7 @@
 #include <thread>
 #include <utility>
 
+#include "common/logs/left_out.hpp"
 #include "common/map/byte_map.hpp"
 #include "common/metrics/path_sketch.hpp"
 #include "common/results/results.hpp"
@@ -104,7 +105,6 @@ class MapExporter {
     matches_ = MatchStore();
     trajectory_text_ = std::make_shared<TrajectoryText>();
     path_ = PathSketch();
-    sums_ = MatchSums();
     written_version_ = 0;
   }
 
@@ -112,9 +112,8 @@ class MapExporter {
     if (piece_) return piece_->matches.Append(match);
     matches_.Append(match);
     statistics_.Add(match);
-    trajectory_text_->Add(match);
+    if (!match.floating) trajectory_text_->Add(match);
     path_.Add(match);
-    sums_.Add(match);
   }
 
   bool Apply(std::span<const TileChange> changes) {
@@ -167,13 +166,11 @@ class MapExporter {
       if (const ByteMap::Tile* tile = map_->tiles().Find(index)) snapshot.tiles.emplace_back(index, tile->cells);
     }
     snapshot.path = path_.Matches();
-    snapshot.num_lost_in_path = std::count_if(snapshot.path.begin(), snapshot.path.end(),
-                                              [](const ScanMatch& match) { return match.state == MatchState::kLost; });
     snapshot.text = trajectory_text_;
     snapshot.last_scan = last_scan_;
     snapshot.loops = map_follower_.replica().loops();
     snapshot.pieces = map_follower_.replica().pieces().value_or(MapPieces());
-    snapshot.summary = Complete(sums_.Sum());
+    snapshot.summary = Summarize();
     snapshot.summary.ended = false;
     return snapshot;
   }
@@ -215,7 +212,8 @@ class MapExporter {
     results.loops = map_follower_.replica().loops();
     const MapPieces pieces = map_follower_.replica().pieces().value_or(MapPieces());
     results.pieces = pieces;
-    results.summary = Complete(Summarize(results.matches, results.grid));
+    results.summary = Summarize();
+    results.summary->explored_area_m2 = ComputeExploredArea(results.grid);
     results.name = NameOfRun(out);
     WriteResults(command_line_.settings().out, results);
     WritePieces(pieces);
@@ -250,16 +248,31 @@ class MapExporter {
     return map_follower_.replica().synced();
   }
 
-  /// Scans that never came so far as to be matched: of a log, or of another driver.
+  /// Scans that were never tried: of a log, or of another driver.
   std::int64_t CountLeftOut() const {
     std::int64_t num = 0;
     for (const auto& [name, status] : statuses_) num += status.num_left_out;
     return num;
   }
 
-  /// A summary with what is known besides poses and map.
-  Summary Complete(Summary summary) {
+  /// Of these, those that a process was too slow for.
+  std::int64_t CountDropped() const {
+    std::int64_t num = 0;
+    for (const auto& [name, status] : statuses_) {
+      const auto found = std::ranges::find(status.counter_name, kDroppedOverload);
+      if (found != status.counter_name.end())
+        num += status.counter_value[static_cast<std::size_t>(found - status.counter_name.begin())];
+    }
+    return num;
+  }
+
+  /// All but the explored area.
+  Summary Summarize() {
+    Summary summary;
+    summary.values = statistics_.values();
+    summary.left_out = CountLeftOut();
     summary.version = kVersion;
+    summary.origin = {command_line_.settings().made_from, FormatUtc(UtimeNow())};
     summary.wall_s = std::chrono::duration<double>(Clock::now() - begun_).count();
     summary.map_version = map_follower_.replica().version();
     const ByteMap no_map(1.0);
@@ -267,7 +280,7 @@ class MapExporter {
     summary.wheels = map_follower_.replica().tracking().wheels().Learned();
     Verdict verdict = Judge(statistics_, map_ ? *map_ : no_map, summary.pieces.value_or(MapPieces()));
     if (summary.wheels) JudgeWheels(*summary.wheels, verdict);
-    JudgeLeftOut(CountLeftOut(), verdict);
+    JudgeLeftOut({summary.left_out, CountDropped()}, verdict);
     summary.verdict = std::move(verdict);
     statuses_[service_.name()] = service_.MakeStatus();
     for (const auto& [name, status] : statuses_) {
@@ -300,9 +313,8 @@ class MapExporter {
   std::optional<OtherPiece> piece_;  ///< that is asked for, at the end
   std::optional<ByteMap> map_;       ///< none before the map's owner was heard
   MatchStore matches_;
-  std::shared_ptr<TrajectoryText> trajectory_text_;  ///< of the matches
+  std::shared_ptr<TrajectoryText> trajectory_text_;  ///< of the matches that do not float
   PathSketch path_;                                  ///< of the matches
-  MatchSums sums_;                                   ///< of the matches
   bool map_begun_ = false;                           ///< since the last snapshot
   std::set<TileIndex> changed_tiles_;                ///< since the last snapshot
   std::optional<ResultsWriter> writer_;

@@ -74,8 +74,6 @@ void ResultsWriter::Work() {
 void ResultsWriter::Write(Snapshot& snapshot) {
   if (snapshot.begun_cell_size_m || !snapshot.tiles.empty()) TakeMap(snapshot);
   snapshot.summary.explored_area_m2 = explored_area_m2_;
-  drawn_.num_left_out = snapshot.summary.scans - static_cast<std::int64_t>(snapshot.path.size());
-  drawn_.num_lost_left_out = snapshot.summary.lost - snapshot.num_lost_in_path;
   drawn_.matches = std::move(snapshot.path);
   drawn_.last_scan = std::move(snapshot.last_scan);
   drawn_.loops = std::move(snapshot.loops);

@@ -24,8 +24,7 @@ struct Snapshot {
   std::optional<double> begun_cell_size_m;             ///< a new map was begun since the last snapshot, with such cells
   std::vector<std::pair<TileIndex, TileBytes>> tiles;  ///< that have changed since
   std::vector<ScanMatch> path;                         ///< enough of the matches to draw it
-  std::int64_t num_lost_in_path = 0;                   ///< of these
-  std::shared_ptr<const TrajectoryText> text;          ///< of all of them; another one where a new map was begun
+  std::shared_ptr<const TrajectoryText> text;  ///< of all that do not float; another one where a new map was begun
   CriticalRays last_scan;
   std::vector<PlacedLoop> loops;
   MapPieces pieces;

@@ -20,17 +20,19 @@ class ToldScans {
 
   /// As it was matched, or as it belongs on the map. index: 0 to size() - 1.
   ScanMatch At(std::int64_t index) const {
-    if (!answered_.component) {
-      const ScanMatch match = answered_.matches.At(index);
-      return answered_.corrected ? answered_.corrected->BestMatch(index, match) : match;
-    }
-    auto run = runs_.begin();
-    for (; index >= run->end - run->first; ++run) index -= run->end - run->first;
-    const std::int64_t scan = run->first + index;
-    return answered_.corrected->MoveToBest(scan, answered_.matches.At(scan));
+    const std::int64_t scan = answered_.component ? ScanOf(index) : index;
+    const ScanMatch match = answered_.matches.At(scan);
+    return answered_.corrected ? answered_.corrected->BestMatch(scan, match) : match;
   }
 
  private:
+  /// Of the component.
+  std::int64_t ScanOf(std::int64_t index) const {
+    auto run = runs_.begin();
+    for (; index >= run->end - run->first; ++run) index -= run->end - run->first;
+    return run->first + index;
+  }
+
   const Answered& answered_;
   std::vector<Mapper::ScanRun> runs_;
   std::int64_t size_;

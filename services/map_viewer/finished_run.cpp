@@ -124,11 +124,8 @@ class Run {
     const MapPieces pieces = mapper_->FindPieces();
     nlohmann::json info = is_piece() ? DescribePiece(results_, pieces)
                                      : ReadRunFacts(results_.run, matches_.size(), FormatIdentity(epoch_));
-    info.update({{"live", false},
-                 {"scans", path.num_matches()},
-                 {"lost", path.num_lost()},
-                 {"loops_closed", pieces.num_closed},
-                 {"localised", finished_map_.has_value()}});
+    info.update({{"live", false}, {"loops_closed", pieces.num_closed}, {"localised", finished_map_.has_value()}});
+    info.update(DescribeCounts(path.counts()));
     info["pieces"] = ListPieces(results_.run, pieces);
     info["shown_piece"] = results_.piece;
     if (!shown.empty()) info["truth"] = ReadTruth(results_.run, BestMatch(shown.front()));
@@ -164,7 +161,6 @@ class Run {
   /// An axis turns with its scan.
   ScanMatch BestMatch(std::size_t scan) const {
     ScanMatch match = mapper_->BestMatch(static_cast<std::int64_t>(scan), matches_[scan]);
-    match.state = matches_[scan].state;
     if (is_piece()) match.floating = false;
     const double turn_rad = match.T_map_laser.yaw_rad - matches_[scan].T_map_laser.yaw_rad;
     const auto [x, y] = match.degenerate_axis;

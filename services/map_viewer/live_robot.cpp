@@ -9,6 +9,7 @@
 #include "common/results/json_text.hpp"
 #include "common/scan/deskew.hpp"
 #include "services/bus/known_statuses.hpp"
+#include "services/map_viewer/run_facts.hpp"
 #include "services/map_viewer/service_info.hpp"
 #include "services/wire/conversions.hpp"
 
@@ -160,7 +161,11 @@ void LiveRobot::ShowInfo() {
   const auto now = Clock::now();
   next_info_ = now + std::chrono::seconds(1);
   statuses_[service_.name()] = {service_.MakeStatus(), now};
-  nlohmann::json info{{"live", true}, {"scans", path_.num_matches()}, {"lost", path_.num_lost()}};
+  nlohmann::json info{{"live", true}};
+  info.update(DescribeCounts(path_.counts()));
+  std::int64_t num_left_out = 0;
+  for (const auto& [name, heard] : statuses_) num_left_out += heard.status.num_left_out;
+  info["left_out"] = num_left_out;
   for (const auto& [name, heard] : {std::pair("scan_age_s", scan_heard_), std::pair("match_age_s", match_heard_)}) {
     if (heard) info[name] = std::chrono::duration<double>(now - *heard).count();
   }

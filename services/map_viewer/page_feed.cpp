@@ -9,6 +9,7 @@
 #include "common/math/parse_number.hpp"
 #include "common/math/trigonometry.hpp"
 #include "common/results/json_text.hpp"
+#include "common/scan/scan_counts.hpp"
 #include "services/map_viewer/little_endian.hpp"
 
 namespace crsm {
@@ -37,14 +38,11 @@ constexpr std::uint8_t kWithoutRays = 5;
 
 /// Of the scan, on whichever piece it is.
 std::uint8_t StateOf(const ScanMatch& match) {
-  const bool is_guess = match.state == MatchState::kLost || match.state == MatchState::kFirst;
-  return is_guess && match.num_critical == 0 ? kWithoutRays : static_cast<std::uint8_t>(match.state);
+  return OutcomeOf(match) == ScanOutcome::kWithoutRays ? kWithoutRays : static_cast<std::uint8_t>(match.state);
 }
 
 std::uint8_t PathState(const ScanMatch& match) {
-  const std::uint8_t state = StateOf(match);
-  const bool has_pose = state != kWithoutRays && match.state != MatchState::kLost;
-  return match.floating && has_pose ? kFloating : state;
+  return OutcomeOf(match) == ScanOutcome::kFloating ? kFloating : StateOf(match);
 }
 
 void AppendPathPoint(std::string& record, const PathSketch::Kept& kept) {

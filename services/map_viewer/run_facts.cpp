@@ -29,6 +29,14 @@ json ReadSummary(const std::filesystem::path& results) {
 
 }  // namespace
 
+json DescribeCounts(const ScanCounts& counts) {
+  return {{"scans", counts.scans()},
+          {"on_map", counts.on_map},
+          {"floating", counts.floating},
+          {"lost", counts.lost},
+          {"without_rays", counts.without_rays}};
+}
+
 json ReadTruth(const std::filesystem::path& results, const ScanMatch& first) {
   constexpr std::size_t kMost = 5000;  // places: more would not be seen
   json places = json::array();
@@ -91,7 +99,8 @@ json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans, c
   const json x_m = found.value("off_x_m", json());
   const json y_m = found.value("off_y_m", json());
   if (x_m.is_number() && y_m.is_number()) facts["verdict"]["off_at_m"] = {x_m, y_m};
-  for (const auto& [key, name] : {std::pair("path_length_m", "way_m"), std::pair("explored_area_m2", "area_m2")}) {
+  for (const auto& [key, name] : {std::pair("path_length_m", "way_m"), std::pair("explored_area_m2", "area_m2"),
+                                  std::pair("left_out", "left_out")}) {
     const json value = summary.value(key, json());
     if (value.is_number()) facts[name] = value;
   }

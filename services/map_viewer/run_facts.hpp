@@ -5,13 +5,18 @@
 #include <nlohmann/json.hpp>
 
 #include "common/graph/pieces.hpp"
+#include "common/scan/scan_counts.hpp"
 #include "common/scan/scan_match.hpp"
 #include "services/map_viewer/run_folder.hpp"
 
 namespace crsm {
 
-/// What the summary.json of a run says of it: {"verdict": {"trust", "lines"}, "way_m", "area_m2"}. Without a verdict on
-/// all of its `num_scans` scans, `trust` is "none", and the line says why. identity: of the map, as of FormatIdentity.
+/// How many scans have become what: {"scans", "on_map", "floating", "lost", "without_rays"}.
+nlohmann::json DescribeCounts(const ScanCounts& counts);
+
+/// What the summary.json of a run says of it: {"verdict": {"trust", "lines"}, "way_m", "area_m2", "left_out"}. Without
+/// a verdict on all of its `num_scans` scans, `trust` is "none", and the line says why. identity: of the map, as of
+/// FormatIdentity.
 nlohmann::json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans, const std::string& identity);
 
 /// The pieces of the map of a run, the one that it shows first: [{"piece", "scans", "way_m", "folder"}, ...]; no

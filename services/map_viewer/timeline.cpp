@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "common/math/trigonometry.hpp"
+#include "common/scan/scan_counts.hpp"
 
 namespace crsm {
 namespace {
@@ -16,7 +17,7 @@ constexpr double kRangeStep_m = 0.004;
 
 void Timeline::Add(const ScanMatch& match, const CriticalRays* scan) {
   moments_.push_back({match, {}, rays_.size(), critical_.size()});
-  if (match.state != MatchState::kLost && !match.floating) {
+  if (OutcomeOf(match) == ScanOutcome::kOnMap) {
     moments_.back().first = {static_cast<float>(match.T_map_laser.x_m), static_cast<float>(match.T_map_laser.y_m)};
   }
   if (!scan) return;

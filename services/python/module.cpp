@@ -549,7 +549,8 @@ void AddSlam(py::module_& module) {
            "trajectory()\n\n"
            "The corrected pose of each scan so far: a structured array (scans,), with the fields utime [us], x_m,\n"
            "y_m, yaw_rad (T_map_laser), state (to be compared with State.OK and others), and piece (1: on the map\n"
-           "of make_map). numpy.column_stack([path['x_m'], path['y_m']]) has the positions.")
+           "of make_map; a scan that is not lost floats where it has another one). numpy.column_stack([path['x_m'], "
+           "path['y_m']]) has the positions.")
       .def("loops", &LoopsOf,
            "loops()\n\n"
            "The loop closures: a structured array (loops,), with the fields older_utime, newer_utime [us], x_m, y_m,\n"
@@ -574,12 +575,11 @@ void AddSlam(py::module_& module) {
           },
           py::arg("folder"),
           "save(folder)\n\n"
-          "Writes map.png, map.pgm, map.yaml, overview.png, trajectory.tum, graph.g2o, summary.json with the\n"
-          "verdict, pieces/, and journal/, of which load() and slam_offline make the map again. folder: str or\n"
-          "pathlib.Path; it is made if need be. Only an earlier state of this map is replaced there; all other "
-          "results\n"
-          "are moved into a folder below, earlier.1 say. Raises RuntimeError where a program or another Slam writes\n"
-          "there, and on a finished map, which can only be saved before that.")
+          "Writes map.png, map.pgm, map.yaml, overview.png, trajectory.tum (of the scans on that map), graph.g2o,\n"
+          "summary.json with the verdict, pieces/, and journal/, of which load() and slam_offline make the map again.\n"
+          "folder: str or pathlib.Path; it is made if need be. Only an earlier state of this map is replaced there;\n"
+          "all other results are moved into a folder below, earlier.1 say. Raises RuntimeError where a program or\n"
+          "another Slam writes there, and on a finished map, which can only be saved before that.")
       .def(
           "begin_drive", [](PySlam& slam) { slam.Do([](crsm_slam::Slam& of) { of.BeginDrive(); }); },
           "begin_drive()\n\n"

@@ -35,8 +35,10 @@ std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary) {
     return count != json.end() && count->is_number_integer() ? count->get<std::int64_t>() : 0;
   };
   outcome.ended = json.value("ended", nlohmann::json(false)) == true;
-  outcome.scans = CountOf("scans");
-  outcome.lost = CountOf("lost");
+  outcome.counts.on_map = CountOf("on_map");
+  outcome.counts.floating = CountOf("floating");
+  outcome.counts.lost = CountOf("lost");
+  outcome.counts.without_rays = CountOf("without_rays");
   const auto identity = json.find("identity");
   if (identity != json.end() && identity->is_string()) outcome.identity = identity->get<std::string>();
   const auto verdict = json.find("verdict");
@@ -79,7 +81,7 @@ int ReportOutcome(const std::filesystem::path& out, bool strict) {
     throw std::runtime_error(fmt::format(
         "{} is of scan {}, when the run had not ended: its end could not be written, and there is no verdict "
         "on the map; its journal has more: --resume {} goes on from there",
-        summary.string(), outcome->scans, out.string()));
+        summary.string(), outcome->counts.scans(), out.string()));
   }
   if (outcome) {
     for (const std::string& line : outcome->verdict) fmt::print("{}\n", line);

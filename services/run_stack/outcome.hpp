@@ -6,13 +6,14 @@
 #include <string>
 #include <vector>
 
+#include "common/scan/scan_counts.hpp"
+
 namespace crsm {
 
 /// What a run has come to, as its summary.json says.
 struct Outcome {
   bool ended = false;  ///< else it is of some scan on the way
-  std::int64_t scans = 0;
-  std::int64_t lost = 0;                  ///< of those
+  ScanCounts counts = {};
   std::vector<std::string> verdict = {};  ///< for people: the counts, and what speaks against the map
   bool trusted = false;
   std::int64_t dropped_overload = 0;  ///< scans, in all processes

@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <iterator>
 
+#include "common/results/read_results.hpp"
+#include "common/results/run_origin.hpp"
 #include "services/base/viewer_token.hpp"
 #include "services/sources/devices/live_laser.hpp"
 #include "services/wire/channels.hpp"
@@ -19,8 +21,8 @@ namespace fs = std::filesystem;
 
 /// What run_stack says to its processes itself, whatever it was told.
 bool IsSetByStack(const std::string& setting) {
-  constexpr std::array<std::string_view, 7> kSetByStack{"out",     "rate",   "position",   "lockstep",
-                                                        "journal", "resume", "new_session"};
+  constexpr std::array<std::string_view, 8> kSetByStack{"out",     "rate",   "position",    "lockstep",
+                                                        "journal", "resume", "new_session", "made_from"};
   return std::find(kSetByStack.begin(), kSetByStack.end(), setting) != kSetByStack.end();
 }
 
@@ -119,6 +121,12 @@ std::vector<std::string> operator+(std::vector<std::string> words, const std::ve
   return words;
 }
 
+/// What the results say that they were made from.
+std::string FindOrigin(const CommandLine& command_line, const StackOptions& options) {
+  const std::string& resume = options.earlier.resume;
+  return JoinOrigins(resume.empty() ? "" : ReadMadeFrom(resume), command_line.DescribeRun({options.source}));
+}
+
 }  // namespace
 
 bool StackOptions::is_live() const { return !has_publisher() || ParseDevice(source); }
@@ -141,7 +149,8 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   if (settings.resume) updater.when_new = {"--no-resume"};
   plan.services = {std::move(updater), PlanMatcher(planner, options, settings.odometry_topic, lockstep),
                    PlanSelector(planner, options, settings.laser_frame),
-                   planner.Plan("map_exporter", FlagsOfExporter(), {"--out", folder.path().string()})};
+                   planner.Plan("map_exporter", FlagsOfExporter(),
+                                {"--out", folder.path().string(), "--made-from", FindOrigin(command_line, options)})};
   if (command_line.parameters().loops.loops && settings.localize.empty()) {
     plan.services.push_back(planner.Plan("loop_closer", FlagsOfLoopCloser(), {"--out", folder.path().string()}));
   }

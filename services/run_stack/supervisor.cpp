@@ -233,9 +233,9 @@ void Supervisor::ShowProgress() {
   if (Clock::now() < next_progress_) return;
   next_progress_ = Clock::now() + seconds(5);
   const auto outcome = ReadOutcome(folder_.summary());
-  if (!outcome || outcome->scans == num_scans_shown_) return;
-  num_scans_shown_ = outcome->scans;
-  Say(fmt::format("run_stack: {} scans mapped, {} lost", outcome->scans - outcome->lost, outcome->lost));
+  if (!outcome || outcome->counts == counts_shown_) return;
+  counts_shown_ = outcome->counts;
+  Say(fmt::format("run_stack: {} scans mapped, {}", outcome->counts.on_map, DescribeOthers(outcome->counts)));
 }
 
 /// What the selector says of the laser must not wait in its log until somebody looks there.

@@ -57,7 +57,7 @@ class Supervisor {
   std::optional<Member> publisher_;
   bool failed_ = false;
   int num_interrupts_heeded_ = 0;
-  std::int64_t num_scans_shown_ = 0;
+  ScanCounts counts_shown_;
   std::map<std::string, std::streamoff> passed_on_;  ///< up to where the log of a service was passed on [bytes]
   std::chrono::steady_clock::time_point next_progress_{};
   std::chrono::steady_clock::time_point next_look_at_disk_{};

@@ -6,7 +6,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <map>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <type_traits>
@@ -153,6 +155,61 @@ NamedValues ListSettings(const Settings& settings) {
 
 }  // namespace
 
+namespace {
+
+/// "intel.clf.gz" of a file, "sim:my.world" of a world that is one, and what has no file as it is.
+std::string NameOfSource(const std::string& source) {
+  constexpr std::string_view kWorld = "sim:";
+  const std::size_t scheme = source.starts_with(kWorld) ? kWorld.size() : 0;
+  const std::filesystem::path path = source.substr(scheme);
+  std::error_code error;
+  return std::filesystem::exists(path, error) ? source.substr(0, scheme) + path.filename().string() : source;
+}
+
+/// "map" of "out/map/".
+std::string NameOfFolder(const std::string& folder) {
+  const std::filesystem::path path = std::filesystem::path(folder).lexically_normal();
+  return (path.has_filename() ? path : path.parent_path()).filename().string();
+}
+
+/// Whether what the user set by a flag changes the map or the poses, and not only how the program runs.
+bool MattersForMap(const std::string& key) {
+  static const std::set<std::string> kSettings{"laser_channel",    "laser_frame", "odometry", "odometry_topic",
+                                               "botlab_clockwise", "localize",    "start"};
+  if (kSettings.contains(key)) return true;
+  return std::ranges::any_of(ListParameters(Parameters()), [&](const auto& value) { return value.first == key; });
+}
+
+std::string Quote(const std::string& word) {
+  return word.find_first_of(" \t'\"") == std::string::npos ? word : "\"" + word + "\"";
+}
+
+}  // namespace
+
+std::string CommandLine::DescribeRun(const std::vector<std::string>& sources) const {
+  std::vector<std::string> words;
+  for (const std::string& source : sources) words.push_back(NameOfSource(source));
+  const auto AddNamed = [&](const char* flag, const std::string& value) {
+    if (!value.empty()) words.insert(words.end(), {flag, value});
+  };
+  AddNamed("--preset", preset_);
+  AddNamed("--profile", profile_);
+  AddNamed("--config", std::filesystem::path(config_).filename().string());
+  for (const auto& [key, text] : typed_) {
+    if (!MattersForMap(key)) continue;
+    const std::string flag = FlagOf(key);
+    if (text == "true") {
+      words.push_back(flag);
+    } else if (text == "false") {
+      words.push_back("--no" + flag.substr(1));
+    } else {
+      words.insert(words.end(), {flag, key == "localize" ? NameOfFolder(text) : text});
+    }
+  }
+  std::ranges::transform(words, words.begin(), Quote);
+  return fmt::format("{}", fmt::join(words, " "));
+}
+
 LaserMessageOptions LaserMessagesOf(const CommandLine& command_line) {
   return {command_line.parameters().scan, command_line.settings().botlab_clockwise};
 }
@@ -294,6 +351,7 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
   try {
     app_->parse(argc, argv);
     ApplyConfigs();
+    typed_ = flags_;
     for (const auto& [key, text] : flags_) {
       try {
         SetValue(key, {WrittenValue::Kind::kFlag, text}, parameters_, settings_);

@@ -76,6 +76,10 @@ class CommandLine {
   /// flags.
   std::vector<std::string> WordsFor(const ProgramFlags& program) const;
 
+  /// For people: `sources` by their names alone, and the flags that the map or the poses depend on, in the
+  /// order of --help.
+  std::string DescribeRun(const std::vector<std::string>& sources) const;
+
   const std::string& program() const { return program_; }
   const Parameters& parameters() const { return parameters_; }
   const Settings& settings() const { return settings_; }
@@ -100,6 +104,7 @@ class CommandLine {
   std::string profile_;
   std::string config_;
   std::vector<std::pair<std::string, std::string>> flags_;  ///< key and text, in the order given
+  std::vector<std::pair<std::string, std::string>> typed_;  ///< of these, what the user gave
   std::map<std::string, std::string> said_by_;              ///< who gave a key its value, as "--range-max-m 40"
   Parameters parameters_;
   Settings settings_;

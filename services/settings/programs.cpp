@@ -28,7 +28,7 @@ ProgramFlags FlagsOfUpdater() {
 
 ProgramFlags FlagsOfLoopCloser() { return {{kUpdate, kLoops, kAlgorithm}, {"lcm_url", "channel_prefix", "out"}}; }
 
-ProgramFlags FlagsOfExporter() { return {{}, {"lcm_url", "channel_prefix", "out", "export_period_s"}}; }
+ProgramFlags FlagsOfExporter() { return {{}, {"lcm_url", "channel_prefix", "out", "export_period_s", "made_from"}}; }
 
 ProgramFlags FlagsOfViewer() { return {{}, {"lcm_url", "channel_prefix", "http"}}; }
 

@@ -30,6 +30,7 @@ struct Settings {
   std::string start;
   int part_bytes = 32000;
   double export_period_s = 5.0;
+  std::string made_from;
   std::string http = "127.0.0.1:8765";
 };
 
@@ -86,6 +87,7 @@ void VisitSettings(Settings& s, Visitor&& visit) {
         s.part_bytes, 200, 48000);
   visit("export_period_s", "time between two writes of the results, at least [s]; a large map is written more seldom",
         s.export_period_s, 0.1, 3600.0);
+  visit("made_from", "what the map is made from, for people: the log, and the flags that matter", s.made_from);
   visit("http", "ADDRESS:PORT where map_viewer shows the map; browsers on other hosts need its token", s.http);
 }
 

@@ -20,16 +20,21 @@ struct SummaryOptions {
   bool csv = false;
 };
 
-using Row = std::array<std::string, 7>;
+using Row = std::array<std::string, 10>;
 constexpr std::size_t kNumTexts = 2;  ///< columns at the left that are no numbers
 
-Row MakeHead() { return {"run", "verdict", "scans", "lost", "loops", "fitness", "wall_s"}; }
+Row MakeHead() {
+  return {"run", "verdict", "scans", "floating", "lost", "without_rays", "left_out", "loops", "fitness", "wall_s"};
+}
 
 Row MakeRow(const std::string& folder, const RunSummary& summary) {
   return {folder,
           WithoutControls(summary.trust),
           fmt::format("{}", summary.scans),
+          fmt::format("{}", summary.floating),
           fmt::format("{}", summary.lost),
+          fmt::format("{}", summary.without_rays),
+          fmt::format("{}", summary.left_out),
           summary.loops ? fmt::format("{}", *summary.loops) : "-",
           fmt::format("{:.3f}", summary.mean_fitness),
           summary.wall_s ? fmt::format("{:.1f}", *summary.wall_s) : "-"};

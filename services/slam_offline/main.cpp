@@ -16,6 +16,7 @@
 #include "common/logs/left_out.hpp"
 #include "common/logs/unique_utimes.hpp"
 #include "common/match/match_constants.hpp"
+#include "common/results/read_results.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
 #include "common/slam.hpp"
@@ -98,6 +99,7 @@ struct Run {
   RunStatistics statistics;
   CriticalRays last_scan;
   Trajectory truth;
+  std::string made_from;  ///< as of RunOrigin
   Clock::time_point begun = Clock::now();
   std::map<std::string, std::int64_t> counts;  ///< of all logs
   std::int64_t num_left_out = 0;               ///< scans of all logs that could not be used
@@ -196,7 +198,6 @@ Results Correct(Run& run, Summary& summary) {
   results.grid = outcome.map.ToDenseGrid();
   results.loops = outcome.loops;
   results.graph_g2o = FormatG2o(outcome.graph.MakePoseGraph());
-  summary = Summarize(run.Matches(), results.grid);
   results.pieces = run.slam.mapper().FindPieces();
   summary.pieces = results.pieces;
   summary.verdict = Judge(run.statistics, outcome.map, results.pieces);
@@ -207,7 +208,6 @@ Results Finalize(Run& run, Summary& summary) {
   if (run.slam.closes_loops()) return Correct(run, summary);
   Results results;
   results.grid = run.slam.map().ToDenseGrid();
-  summary = Summarize(run.Matches(), results.grid);
   summary.verdict = Judge(run.statistics, run.slam.map());
   return results;
 }
@@ -233,10 +233,10 @@ void PrintSessions(const Run& run) {
       fmt::print("{}: none of its scans is new\n", session.log);
       continue;
     }
-    std::int64_t num_lost = 0;
+    ScanCounts counts;
     for (std::int64_t scan = session.first_match; scan < session.first_match + session.num_matches; ++scan)
-      num_lost += run.Match(scan).state == MatchState::kLost ? 1 : 0;
-    fmt::print("{}: {} of {} scans are on the map\n", session.log, session.num_matches - num_lost, session.num_matches);
+      counts.Add(run.Match(scan));
+    fmt::print("{}: {} of {} scans are on the map\n", session.log, counts.on_map, session.num_matches);
   }
 }
 
@@ -253,8 +253,12 @@ Outcome WriteRun(const CommandLine& command_line, std::int64_t identity, Run& ru
   results.matches = run.Matches();
   results.last_scan = run.last_scan;
   results.truth = run.truth;
+  summary.values = run.statistics.values();
+  summary.left_out = run.num_left_out;
+  summary.explored_area_m2 = ComputeExploredArea(results.grid);
   summary.version = kVersion;
   summary.identity = FormatIdentity(identity);
+  summary.origin = {run.made_from, FormatUtc(UtimeNow())};
   summary.parameters[command_line.program()] = command_line.UsedValues();
   summary.map_version = run.slam.map_version();
   summary.wheels = run.slam.tracking().wheels().Learned();
@@ -266,13 +270,13 @@ Outcome WriteRun(const CommandLine& command_line, std::int64_t identity, Run& ru
                                              run.latency.Percentile(0.99), run.latency.max_ms()};
   Verdict& verdict = *summary.verdict;
   if (summary.wheels) JudgeWheels(*summary.wheels, verdict);
-  JudgeLeftOut(run.num_left_out, verdict);
+  JudgeLeftOut({run.num_left_out}, verdict);
   results.summary = summary;
   const std::string& out = command_line.settings().out;
   results.name = NameOfRun(out);
   WriteResults(out, results);
   WritePieces(out, run, results.pieces);
-  fmt::print("{} scans, {} lost, map of {:.0f} m2 in {}\n", summary.scans, summary.lost, summary.explored_area_m2, out);
+  fmt::print("{} scans, map of {:.0f} m2 in {}\n", summary.values.counts.scans(), summary.explored_area_m2, out);
   if (const auto& pieces = summary.pieces) {
     fmt::print("{} loops closed between {} keyframes, {} rejected\n", pieces->num_closed, pieces->num_keyframes,
                pieces->num_rejected);
@@ -428,6 +432,8 @@ Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs,
   source = Open(command_line, logs, 0);
 
   Run run(command_line.parameters());
+  run.made_from =
+      JoinOrigins(earlier.resume.empty() ? "" : ReadMadeFrom(earlier.resume), command_line.DescribeRun(logs));
   std::unique_ptr<Journal> journal;
   try {
     journal = Begin(command_line, earlier.resume, run);

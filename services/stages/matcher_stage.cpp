@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/match/match_scan.hpp"
+#include "common/scan/scan_counts.hpp"
 #include "services/wire/pose_types.hpp"
 
 namespace crsm {
@@ -21,14 +22,14 @@ bool AreSame(ScanMatch a, const ScanMatch& b) {
   return a == b;
 }
 
-const char* Describe(MatchState state) {
-  switch (state) {
-    case MatchState::kLost:
+const char* Describe(const ScanMatch& match) {
+  switch (OutcomeOf(match)) {
+    case ScanOutcome::kLost:
       return "lost";
-    case MatchState::kDegenerate:
-      return "degenerate";
+    case ScanOutcome::kWithoutRays:
+      return "without rays";
     default:
-      return "matching";
+      return match.state == MatchState::kDegenerate ? "degenerate" : "matching";
   }
 }
 
@@ -245,9 +246,9 @@ void MatcherStage::Match(const CriticalRays& scan, const std::optional<Pose2>& T
   service_.RecordLatency(start);
   service_.counters().Add("handled");
   left_out_.Take();
-  if (last_match_->state == MatchState::kLost) service_.counters().Add("lost");
+  if (OutcomeOf(*last_match_) == ScanOutcome::kLost) service_.counters().Add("lost");
   if (last_match_->state == MatchState::kDegenerate) service_.counters().Add("degenerate");
-  service_.SetState(Describe(last_match_->state));
+  service_.SetState(Describe(*last_match_));
   Publish(*last_match_, T_local_map_);
 }
 

@@ -4,6 +4,7 @@
 #include <deque>
 #include <utility>
 
+#include "common/logs/left_out.hpp"
 #include "services/base/status.hpp"
 
 namespace crsm {
@@ -23,7 +24,7 @@ class ScanQueue {
     }
     while (items_.size() >= kCapacity) {
       items_.pop_front();
-      counters_.Add("dropped_overload");
+      counters_.Add(kDroppedOverload);
     }
     items_.push_back(std::move(item));
   }

@@ -81,12 +81,16 @@ Outcome Measure(const Run& run, const std::filesystem::path& radish, const std::
   Trajectory trajectory;
   for (const ScanMatch& match : matches) trajectory.push_back({match.utime, match.T_map_laser});
   results.matches = matches;
-  Summary summary = Summarize(results.matches, results.grid);
+  RunStatistics statistics;
+  for (const ScanMatch& match : matches) statistics.Add(match);
+  Summary summary;
+  summary.values = statistics.values();
+  summary.explored_area_m2 = ComputeExploredArea(results.grid);
   summary.parameters["slam_offline"] = ListParameters(setup.parameters);
   results.summary = summary;
 
-  outcome.scans = static_cast<double>(summary.scans);
-  outcome.mfv = summary.mean_fitness;
+  outcome.scans = static_cast<double>(matches.size());
+  outcome.mfv = summary.values.mean_fitness;
   outcome.rays = rays / outcome.scans;
   outcome.evaluations = evaluations / outcome.scans;
   outcome.cpu_ms = 1000.0 * cpu_s / outcome.scans;

@@ -41,10 +41,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   // The largest rectangle takes a good part of a second: more than there is to learn from it.
   const bool large = map.tiles().rectangle().num_places() > 2048;
   const DenseGrid grid = large ? DenseGrid{} : map.ToDenseGrid();
-  Summary of_map = Summarize(matches, grid);
-  of_map.counts = summary.counts;
-  of_map.timings = summary.timings;
-  of_map.parameters = summary.parameters;
-  FormatSummary(of_map);
+  RunStatistics statistics;
+  for (const ScanMatch& match : matches) statistics.Add(match);
+  summary.values = statistics.values();
+  summary.explored_area_m2 = ComputeExploredArea(grid);
+  FormatSummary(summary);
   return 0;
 }

@@ -84,9 +84,10 @@ void WriteExpected(const fs::path& out, const MapOwner& owner) {
   Results results;
   results.grid = owner.map.ToDenseGrid();
   results.matches = owner.history;
-  results.summary = Summarize(results.matches, results.grid);
   RunStatistics statistics;
   for (const ScanMatch& match : owner.history) statistics.Add(match);
+  results.summary.emplace().values = statistics.values();
+  results.summary->explored_area_m2 = ComputeExploredArea(results.grid);
   results.summary->verdict = Judge(statistics, owner.map);
   results.name = "out";
   WriteResults(out, results);

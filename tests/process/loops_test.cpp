@@ -60,6 +60,16 @@ class Jumps {
   double longest_m_ = 0.0;
 };
 
+/// Of 650 scans 200 are on another piece: each is counted once, and none of them is lost.
+void CheckApart(const nlohmann::json& summary) {
+  CHECK(summary["scans"] == 650);
+  CHECK(summary["on_map"] == 450);
+  CHECK(summary["floating"] == 200);
+  CHECK(summary["lost"] == 0);
+  CHECK(summary["path_length_m"] < 1.1 * summary["pieces"]["largest_first"][0]["way_m"].get<double>());
+  CHECK(summary["verdict"]["off_m"] < 1.0);
+}
+
 }  // namespace
 
 TEST_CASE("a run with loops that is cut short and resumed ends with the files of one in one go") {
@@ -114,9 +124,12 @@ TEST_CASE("pieces that are not joined with the map have maps of their own, the s
   const std::string log = course.Write(scans, "log_with_gap.lcm");
   const Ended ended = course.Map(log, "offline");
   CHECK(ended.errors.find("scan 450: no scan came for ") != std::string::npos);
-  CHECK(ended.output.find("warning: the map is in 2 pieces: the largest has 450 of 650 mapped scans; see pieces/") !=
-        std::string::npos);
+  CHECK(ended.output.find("450 of 650 scans mapped, 200 floating (on another piece), 0 lost, ") != std::string::npos);
+  CHECK(ended.output.find("warning: the map is in 2 pieces: the largest, which is shown, has 69 % of the scans that "
+                          "measured anything; see pieces/") != std::string::npos);
   const nlohmann::json summary = course.Summary("offline");
+  CheckApart(summary);
+  CHECK(CountLines(ReadFile(course / "offline/trajectory.tum")) == 450);
   CHECK(summary["pieces"]["count"] == 2);
   REQUIRE(summary["breaks"].size() == 1);
   CHECK(summary["breaks"][0]["scan"] == 450);
@@ -130,6 +143,8 @@ TEST_CASE("pieces that are not joined with the map have maps of their own, the s
   course.CheckSame("out", "offline", kLoopFiles);
   CHECK_FALSE(fs::exists(course / "out/pieces/7"));
   course.CheckSame("out/pieces/2", "offline/pieces/2", {"map.png", "map.pgm", "map.yaml", "trajectory.tum"});
+  CheckApart(course.Summary("out"));
+  CHECK(course.Summary("out")["path_length_m"] == summary["path_length_m"]);
   CHECK(course.Summary("out")["pieces"] == summary["pieces"]);
   CHECK(course.Summary("out")["breaks"] == summary["breaks"]);
   CHECK((stack.output + stack.errors).find("scan 450: no scan came for ") != std::string::npos);
@@ -198,7 +213,8 @@ TEST_CASE("a robot is localised on a map that was made with loops, as it was cor
   course.Map(course.WriteFirst(1600), "map");
   const std::string log = course.Write({course.scans.begin() + 1450, course.scans.begin() + 1500}, "again.lcm");
   const Ended localised = course.Map(log, "localised", {"--localize", course / "map"});
-  CHECK(localised.output.find("50 scans, 0 lost") == 0);
+  CHECK(localised.output.find("50 scans, map of ") == 0);
+  CHECK(localised.output.find("50 of 50 scans found on the map, 0 lost, ") != std::string::npos);
   CHECK_FALSE(fs::exists(course / "localised/graph.g2o"));
   CHECK_FALSE(course.Summary("localised").contains("loops"));
 

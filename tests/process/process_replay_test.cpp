@@ -226,12 +226,13 @@ TEST_CASE("map_exporter writes the files that belong to a map whose owner it ask
   expected.grid = recording.map;
   expected.matches = recording.history;
   expected.last_scan = recording.steps.back().rays;
-  expected.summary = Summarize(expected.matches, expected.grid);
   RunStatistics statistics;
   for (const Step& step : recording.steps) {
     statistics.Add(step.rays.utime, step.rays.rays);
     statistics.Add(step.match);
   }
+  expected.summary.emplace().values = statistics.values();
+  expected.summary->explored_area_m2 = ComputeExploredArea(expected.grid);
   expected.summary->verdict = Judge(statistics, owner.map);
   expected.name = "out";
   WriteResults(folder / "expected", expected);

@@ -264,13 +264,13 @@ TEST_CASE("run_stack --without leaves a process to somebody else, and says what 
   CHECK(stack.Find("laser_publisher started") == 3);
 }
 
-TEST_CASE("run_stack does not count lost scans as mapped while it runs") {
+TEST_CASE("run_stack counts neither lost scans nor those of other pieces as mapped while it runs") {
   StandIns stack;
   stack.Run("(" + AwaitEvent("map_exporter") +
-            R"(echo '{"scans": 12, "lost": 5, "verdict": {}}' >$out/summary.json) & )" +
-            "timeout --signal=INT 8 $run_stack live --out $out");
+            R"(echo '{"scans": 16, "on_map": 7, "floating": 3, "lost": 5, "without_rays": 1, "verdict": {}}' )" +
+            R"(>$out/summary.json) & )" + "timeout --signal=INT 8 $run_stack live --out $out");
   INFO(stack.output);
-  CHECK(stack.Said("run_stack: 7 scans mapped, 5 lost\n"));
+  CHECK(stack.Said("run_stack: 7 scans mapped, 3 floating (on another piece), 5 lost, 1 without rays\n"));
 }
 
 TEST_CASE("run_stack --strict ends with the verdict on the map, and where there is none says so") {
@@ -296,7 +296,7 @@ TEST_CASE("run_stack --strict ends with the verdict on the map, and where there 
   CHECK(stack.exit_code == 3);
   Run(R"({"ended": true, "verdict": {"lines": 7}})", "--strict");
   CHECK(stack.exit_code == 3);
-  Run(R"({"ended": false, "scans": 7, "verdict": {"trust": "good", "lines": ["7 of 7 scans mapped"]}})", "");
+  Run(R"({"ended": false, "on_map": 7, "verdict": {"trust": "good", "lines": ["7 of 7 scans mapped"]}})", "");
   CHECK(stack.exit_code == 1);
   CHECK_FALSE(stack.Said("7 of 7 scans mapped"));
   CHECK(stack.Said(stack.Path("out/summary.json") + " is of scan 7, when the run had not ended"));

@@ -105,11 +105,15 @@ TEST_CASE("slam_eval map and trajectory measure what slam_offline leaves of a si
 
 TEST_CASE("slam_eval summary prints a line for each run, and names the folders that have none") {
   const Fixture fixture;
-  for (const auto& [name, json] : std::map<std::string, std::string>{
-           {"a", R"({"scans": 4934, "lost": 2, "mean_fitness": 0.91349, "verdict": {"trust": "good"},
+  for (
+      const auto& [name, json] : std::map<std::string, std::string>{
+          {"a",
+           R"({"scans": 4934, "floating": 3, "lost": 2, "without_rays": 1, "left_out": 7, "mean_fitness": 0.91349, "verdict": {"trust": "good"},
                      "loops": {"closed": 12}, "wall_s": 3.14159})"},
-           {"long, name", R"({"scans": 5, "lost": 0, "mean_fitness": 0.5, "verdict": {"trust": "doubtful"}})"},
-           {"bad", R"({"scans": 5})"}}) {
+          {"long, name",
+           R"({"scans": 5, "floating": 0, "lost": 0, "without_rays": 0, "left_out": 0, "mean_fitness": 0.5,
+                             "verdict": {"trust": "doubtful"}})"},
+          {"bad", R"({"scans": 5})"}}) {
     fs::create_directories(fixture.folder / name);
     std::ofstream(fixture.folder / name / "summary.json") << json;
   }
@@ -120,19 +124,20 @@ TEST_CASE("slam_eval summary prints a line for each run, and names the folders t
   const Ended table = Run("a 'long, name'");
   CHECK(table.exit_code == 0);
   CHECK(table.output ==
-        "run         verdict   scans  lost  loops  fitness  wall_s\n"
-        "a           good       4934     2     12    0.913     3.1\n"
-        "long, name  doubtful      5     0      -    0.500       -\n");
+        "run         verdict   scans  floating  lost  without_rays  left_out  loops  fitness  wall_s\n"
+        "a           good       4934         3     2             1         7     12    0.913     3.1\n"
+        "long, name  doubtful      5         0     0             0         0      -    0.500       -\n");
   CHECK(Run("--csv 'long, name' a").output ==
-        "run,verdict,scans,lost,loops,fitness,wall_s\n"
-        "\"long, name\",doubtful,5,0,-,0.500,-\n"
-        "a,good,4934,2,12,0.913,3.1\n");
+        "run,verdict,scans,floating,lost,without_rays,left_out,loops,fitness,wall_s\n"
+        "\"long, name\",doubtful,5,0,0,0,0,-,0.500,-\n"
+        "a,good,4934,3,2,1,7,12,0.913,3.1\n");
   const Ended with_bad = Run("bad a nowhere");
   CHECK(with_bad.exit_code == 1);
   CHECK(with_bad.output == Run("a").output);
   CHECK(with_bad.errors ==
-        "slam_eval: 2 of 3 runs have no summary: bad/summary.json: must have the numbers scans, lost and mean_fitness, "
-        "and a verdict; cannot read nowhere/summary.json: No such file or directory\n");
+        "slam_eval: 2 of 3 runs have no summary: bad/summary.json: must have the numbers scans, floating, lost, "
+        "without_rays, left_out and mean_fitness, and a verdict: is it of an older version?; cannot read "
+        "nowhere/summary.json: No such file or directory\n");
 }
 
 TEST_CASE("slam_eval says what is wrong in one line, and exits 2 where the flags are") {

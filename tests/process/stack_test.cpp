@@ -102,9 +102,15 @@ TEST_CASE("a scan whose rays all measured nothing is answered, counted, and leav
   REQUIRE(stack.StartPublisher(log, "max"));
   CHECK(bus.Await([&] { return bus.Count("ray_selector.handled") == 20 && bus.Count("rrhc_matcher.handled") == 20; }));
   CHECK(bus.Count("ray_selector.scan_without_rays") == 1);
-  CHECK(bus.Count("rrhc_matcher.lost") == 1);
+  CHECK(bus.Count("rrhc_matcher.lost") == 0);
   CHECK(stack.Finish());
   folder.CheckSame("out", "offline");
+  for (const char* run : {"out", "offline"}) {
+    const nlohmann::json summary = folder.Summary(run);
+    CHECK(summary["without_rays"] == 1);
+    CHECK(summary["lost"] == 0);
+    CHECK(summary["on_map"] == 19);
+  }
 }
 
 TEST_CASE("a process that nobody answers asks for the map more and more seldom") {

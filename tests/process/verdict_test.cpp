@@ -35,7 +35,7 @@ TEST_CASE("a log of which half cannot be used is doubtful, and the reason is sai
   for (const Ended& ended : {folder.Map(log, "offline"), folder.MapWithStack(log, "stack")}) {
     CheckSaid(ended.errors, "30 of 60 scans on LASER are left out: scans have 1 rays");
     CheckSaid(ended.output, "the map is doubtful");
-    CheckSaid(ended.output, "30 of 60 scans of the recording are left out (50 %)");
+    CheckSaid(ended.output, "30 of 60 scans of the recording were refused or repeated (50 %)");
   }
   CHECK(folder.Summary("offline")["verdict"] == folder.Summary("stack")["verdict"]);
 }

@@ -21,6 +21,7 @@ final class ReplicaTest {
     test("a map comes whole through loss, doubles and delays while it grows", ReplicaTest::comesWhole);
     test("a map that grows while its pages travel is whole at their end", ReplicaTest::growsMeanwhile);
     test("a new map of the owner's takes the place of the old one, once it is whole", ReplicaTest::newMap);
+    test("the way driven has no jump to another piece or trajectory, and no part of it floats", ReplicaTest::brokenPath);
     test("an owner whose journal has lost its end is followed", ReplicaTest::lostEnd);
     test("a map keeps its cells: a page with others is not the owner's", ReplicaTest::otherCells);
     test("answers to earlier questions are not heard, nor any when nothing was asked", ReplicaTest::unasked);
@@ -177,6 +178,18 @@ final class ReplicaTest {
     check(map.isEmpty(), "something was changed");
     check(map.apply(change(0, 0, 0x0f, 0xff, 0, 1, 9)), "the last cell of a tile is refused");
     checkEqual(map.at(63, 63), 9, "the last cell");
+  }
+
+  private static void brokenPath() {
+    RobotPath path = new RobotPath();
+    for (int i = 0; i < 30; ++i) {
+      ScanMatch match = new ScanMatch();
+      match.trajectory = i / 10;
+      match.floating = match.trajectory == 1;
+      match.x_m = i + 100 * match.trajectory;
+      path.add(match);
+    }
+    checkEqual(path.lengthM(), 18.0, "its length");
   }
 
   private static void longPath() {

@@ -78,6 +78,8 @@ final class WireTest {
     match.floating = true;
     checkEqual(match.describeState(), "FLOATING", "floats");
     match.state = scan_match_t.LOST;
+    checkEqual(match.describeState(), "WITHOUT RAYS", "nothing of it was a measurement");
+    match.num_critical = 40;
     checkEqual(match.describeState(), "LOST", "lost");
     match.floating = false;
     match.state = scan_match_t.DEGENERATE;

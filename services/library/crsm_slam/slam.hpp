@@ -169,8 +169,8 @@ class CRSM_SLAM_PUBLIC Slam {
   /// whole map again, which takes as long as some hundred scans. Call it once a second, not once a scan.
   Map MakeMap() const;
 
-  /// The corrected poses of all scans so far, in the order of the scans, also of those that are lost or on another
-  /// piece than the map.
+  /// The corrected poses of all scans so far, in the order of the scans, also of those that are lost or floating: on
+  /// another piece than the map.
   std::vector<StampedPose> Trajectory() const;
 
   /// The loop closures that were accepted and not rejected later.
@@ -192,10 +192,11 @@ class CRSM_SLAM_PUBLIC Slam {
   void FinishMap();
 
   /// Writes into a folder, which is made if need be: map.png, map.pgm and map.yaml (as map_server reads them),
-  /// trajectory.tum, graph.g2o (with loops), summary.json with the verdict, pieces/, and journal/, of which Load and
-  /// slam_offline make the map again. Only an earlier state of this map is replaced there, as a whole; all other results
-  /// are moved into a folder below, earlier.1 say. Throws std::runtime_error if that fails, or if a program or another
-  /// object writes there, and std::logic_error on a finished map, which can only be saved before that.
+  /// trajectory.tum (of the scans on piece 1), graph.g2o (with loops), summary.json with the verdict, pieces/, and
+  /// journal/, of which Load and slam_offline make the map again. Only an earlier state of this map is replaced there, as
+  /// a whole; all other results are moved into a folder below, earlier.1 say. Throws std::runtime_error if that fails, or
+  /// if a program or another object writes there, and std::logic_error on a finished map, which can only be saved before
+  /// that.
   void Save(const std::string& folder) const;
 
   /// A map that was saved, by slam_offline or run_stack too: the next scan goes on with it, or is localised after

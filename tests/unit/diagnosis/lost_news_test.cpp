@@ -7,7 +7,7 @@ namespace {
 
 using Said = std::vector<std::string>;
 
-/// What is said of scans every 0.1 s, one letter each: 'l' of a lost one. From t = 100 s on.
+/// What is said of scans every 0.1 s, one letter each: 'l' of a lost one, 'b' of one without rays. From t = 100 s on.
 Said ListNews(const std::string& states) {
   LostNews news;
   Said said;
@@ -15,7 +15,8 @@ Said ListNews(const std::string& states) {
   ScanMatch match;
   match.utime = 100'000'000;
   for (const char state : states) {
-    match.state = state == 'l' ? MatchState::kLost : MatchState::kOk;
+    match.state = state == 'o' ? MatchState::kOk : MatchState::kLost;
+    match.num_critical = state == 'b' ? 0 : 70;
     if (const auto line = news.Add(match, now)) said.push_back(*line);
     match.utime += 100'000;
   }
@@ -28,10 +29,18 @@ std::string Lost(int num) { return std::string(static_cast<std::size_t>(num), 'l
 
 TEST_CASE("a robot that is lost is said after ten scans, each time that their number doubles, and when it is found") {
   CHECK(ListNews("ooo" + Lost(50) + "ooo") ==
-        Said{"the robot is lost: 10 scans since t = 100.300 s, which are not in the map",
-             "the robot is lost: 20 scans since t = 100.300 s, which are not in the map",
-             "the robot is lost: 40 scans since t = 100.300 s, which are not in the map",
+        Said{"the robot is lost: 10 lost scans since t = 100.300 s, which are not in the map",
+             "the robot is lost: 20 lost scans since t = 100.300 s, which are not in the map",
+             "the robot is lost: 40 lost scans since t = 100.300 s, which are not in the map",
              "the robot is found again after 50 lost scans"});
+}
+
+TEST_CASE("scans without rays are told apart from lost ones") {
+  CHECK(ListNews("o" + Lost(6) + "bbbbo") ==
+        Said{"the robot is lost: 6 lost scans and 4 without rays since t = 100.100 s, which are not in the map",
+             "the robot is found again after 6 lost scans and 4 without rays"});
+  CHECK(ListNews("obbbbbbbbbb") ==
+        Said{"the robot is lost: 10 scans without rays since t = 100.100 s, which are not in the map"});
 }
 
 TEST_CASE("a few lost scans are not said") {

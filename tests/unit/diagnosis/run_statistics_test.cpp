@@ -10,9 +10,9 @@ namespace {
 
 auto AllOf(const RunStatistics& statistics) {
   const RunStatistics::Values v = statistics.values();
-  return std::tuple(v.scans, v.lost, v.degenerate, v.without_rays, v.longest_lost, v.steps, v.far_steps, v.mean_fitness,
-                    v.finished_map, v.path_m, v.open_path_m, v.longest_open_m, v.longest_open_ends.x_m,
-                    v.turns_by_odometry, v.ways_by_odometry);
+  return std::tuple(v.counts.on_map, v.counts.lost, v.degenerate, v.counts.without_rays, v.longest_unmatched, v.steps,
+                    v.far_steps, v.mean_fitness, v.finished_map, v.path_m, v.open_path_m, v.longest_open_m,
+                    v.longest_open_ends.x_m, v.turns_by_odometry, v.ways_by_odometry);
 }
 
 /// The matches of a drive in which everything happens that is counted, ending in lost scans. far_m: by which all poses
@@ -25,7 +25,7 @@ void AddMatches(RunStatistics& statistics, double far_m, double fitness) {
     match.T_map_laser = {far_m, 0.5 * (i % 2), 0.06 * (i % 2)};
     match.T_odom_robot = Pose2{0.0, 0.4 * (i % 2), 0.05 * (i % 2)};
     match.fitness = fitness;
-    match.num_critical = i == 20 ? 0 : 70;
+    match.num_critical = i == 97 ? 0 : 70;
     match.map_version = 0;
     statistics.Add(match);
   }
@@ -51,6 +51,37 @@ TEST_CASE("matches that are forgotten leave nothing behind, and come again to th
   CHECK(AllOf(statistics) == AllOf(fresh));
   CHECK_FALSE(fresh.ComputeMeanAgreement(wall));
   CHECK(statistics.ComputeMeanAgreement(wall) > 0.9);
+}
+
+TEST_CASE("the path goes on over lost scans, but neither to another piece nor to another trajectory") {
+  RunStatistics statistics;
+  auto Add = [&, utime = std::int64_t{0}](double x_m, MatchState state, int trajectory, bool floating) mutable {
+    ScanMatch match;
+    match.utime = utime += 100'000;
+    match.T_map_laser = {x_m, 0.0, 0.0};
+    match.state = state;
+    match.fitness = floating ? 0.1 : 0.8;
+    match.num_critical = 70;
+    match.map_version = 1;
+    match.trajectory = trajectory;
+    match.floating = floating;
+    statistics.Add(match);
+  };
+  for (int i = 0; i <= 10; ++i) Add(0.5 * i, MatchState::kOk, 0, false);
+  Add(90.0, MatchState::kLost, 0, false);  // a guess
+  Add(6.0, MatchState::kOk, 0, false);
+  CHECK(statistics.values().path_m == Approx(6.0));
+  for (int i = 0; i < 30; ++i) Add(50.0 + i, i == 0 ? MatchState::kFirst : MatchState::kOk, 1, true);
+  CHECK(statistics.values().path_m == Approx(6.0));
+  CHECK(statistics.values().longest_unmatched == 1);
+  Add(20.0, MatchState::kFirst, 2, false);  // joined with the first one
+  Add(21.0, MatchState::kOk, 2, false);
+  const RunStatistics::Values values = statistics.values();
+  CHECK(values.path_m == Approx(7.0));
+  CHECK(values.furthest_m == Approx(6.0));
+  CHECK(values.longest_jump_m == 0.0);
+  CHECK(values.mean_fitness == Approx(0.8));
+  CHECK(values.counts == ScanCounts{14, 30, 1, 0});
 }
 
 TEST_CASE("the first match after all were forgotten is a step from nowhere") {

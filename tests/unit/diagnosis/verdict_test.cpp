@@ -58,6 +58,12 @@ bool Mentions(const Verdict& verdict, const std::string& words) {
 
 // What befalls a scan.
 void Lose(ScanMatch& match) { match.state = MatchState::kLost; }
+void Float(ScanMatch& match) {
+  match.floating = true;
+  match.trajectory = 1;
+  match.T_map_laser.x_m += 100.0;  // in a frame of its own
+}
+void SeeNoRays(ScanMatch& match) { match.num_critical = 0; }
 void Degenerate(ScanMatch& match) { match.state = MatchState::kDegenerate; }
 void FitBadly(ScanMatch& match) { match.fitness = 0.45; }
 void Jump(ScanMatch& match) { match.T_map_laser.y_m = match.utime % 2 == 0 ? 1.0 : 0.0; }
@@ -151,7 +157,12 @@ TEST_CASE("a run is as good as its scans, and what speaks against it is said") {
       {"4 % lost", Run().Add(96).Add(4, Lose), kGood},
       {"6 % lost", Run().Add(94).Add(6, Lose), kBad, "6 % of the scans are lost"},
       {"4 % lost among far steps", Run().Add(90).Add(6, Jump).Add(4, Lose), kBad, "too few scans"},
-      {"1 % lost, in a row", Run().Add(1000).Add(20, Lose).Add(1000), kDoubtful},
+      {"1 % lost, in a row", Run().Add(1000).Add(20, Lose).Add(1000), kDoubtful,
+       "20 scans in a row were lost: the map"},
+      {"1 % lost or without rays, in a row", Run().Add(1000).Add(10, Lose).Add(10, Both(Lose, SeeNoRays)).Add(1000),
+       kDoubtful, "20 scans in a row were lost or had no rays: the map after them"},
+      {"4 % without rays are not lost", Run().Add(96).Add(4, Both(Lose, SeeNoRays)), kGood,
+       "96 of 100 scans mapped, 0 lost, 4 without rays, 0 degenerate"},
       {"far turns", Run().Add(100, TurnFar), kDoubtful, "deskewing (--sweep-s)"},
       {"degenerate", Run().Add(10).Add(90, Degenerate), kBad, "do not fix the position in one direction"},
       {"300 degenerate, 3 fixed by chance", Slow().Add(200).Add(150, Degenerate).Add(3).Add(150, Degenerate), kGood},
@@ -252,21 +263,25 @@ TEST_CASE("the longer the way that nothing told, the further off the map may be,
   CHECK(*open.off_m > 0.1);
   REQUIRE(open.off_at);
   CHECK(open.off_at->x_m == Approx(5.0));
-  CHECK(Mentions(open, "most likely past x 5 m, y 0 m"));
+  CHECK(Mentions(open, "most likely past x 5.0 m, y 0.0 m"));
   CHECK(*Run().Add(100).Add(25, Lose).Add(900).Judged().off_m > 20.0);
   CHECK_FALSE(Run().Add(100, FitBadly).Judged().off_m);
 }
 
 TEST_CASE("a map without more than a tenth of the recording is not called good") {
-  const auto JudgeWithout = [](int num_left_out, const Run& run) {
+  const auto JudgeWithout = [](int num_left_out, const Run& run, int num_dropped = 0) {
     Verdict verdict = run.Judged();
-    JudgeLeftOut(num_left_out, verdict);
+    JudgeLeftOut({num_left_out, num_dropped}, verdict);
     return verdict;
   };
   CHECK(JudgeWithout(10, Run().Add(90)).trust == Trust::kGood);
+  CHECK(Mentions(JudgeWithout(10, Run().Add(90)), "90 of 90 scans mapped, 0 lost, 10 more left out, 0 degenerate"));
   CHECK(JudgeWithout(30, Run().Add(90)).trust == Trust::kDoubtful);
-  CHECK(Mentions(JudgeWithout(30, Run().Add(90)), "30 of 120 scans of the recording are left out (25 %)"));
-  CHECK_FALSE(Mentions(JudgeWithout(30, Run()), "left out"));  // nothing came: that is said
+  CHECK(Mentions(JudgeWithout(30, Run().Add(90)), "30 of 120 scans of the recording were refused or repeated (25 %)"));
+  CHECK_FALSE(Mentions(JudgeWithout(30, Run()), "refused"));  // nothing came: that is said
+  const Verdict slow = JudgeWithout(85, Run().Add(90), 80);  // 5 of 95 alone were refused
+  CHECK(slow.trust == Trust::kGood);
+  CHECK(Mentions(slow, "85 more left out"));
 }
 
 TEST_CASE("agreement is the share of rays that end at walls, in whatever order rays and matches come") {
@@ -362,26 +377,39 @@ TEST_CASE("a map in pieces is never good where more than a fiftieth of the match
                            .num_matched = on_largest + elsewhere,
                            .pieces = {{90, on_largest, 40.0}, {20, elsewhere - 1, 5.0}, {1, 1, 0.0}},
                            .breaks = {}};
-    // As lost come the scans of other pieces.
-    return Run().Add(static_cast<int>(on_largest)).Add(static_cast<int>(elsewhere), Lose).Judged(pieces);
+    return Run().Add(static_cast<int>(on_largest)).Add(static_cast<int>(elsewhere), Float).Judged(pieces);
   };
   const Verdict few = JudgeWith(990, 10);
   CHECK(few.trust == Trust::kGood);
-  CHECK(few.text.find("990 of 1000 scans mapped, 10 on other pieces, 0 lost") == 0);
-  CHECK(Mentions(few, "the map is in 3 pieces: the largest has 990 of 1000 mapped scans; see pieces/ for 1 more"));
+  CHECK(Mentions(few, "990 of 1000 scans mapped, 10 floating (on another piece), 0 lost, 0 degenerate"));
+  CHECK(Mentions(few,
+                 "the map is in 3 pieces: the largest, which is shown, has 99 % of the scans that measured "
+                 "anything; see pieces/ for 1 more"));
   const Verdict some = JudgeWith(970, 30);
   CHECK(some.trust == Trust::kDoubtful);
   CHECK(some.warnings.size() == 1);  // they are not lost
-  CHECK(Mentions(some, "warning: the map is in 3 pieces: the largest has 970 of 1000 mapped scans"));
-  CHECK(JudgeWith(600, 400).trust == Trust::kDoubtful);
-  CHECK(JudgeWith(300, 700).trust == Trust::kDoubtful);  // right in itself
-  CHECK(JudgeWith(200, 800).trust == Trust::kBad);
+  CHECK(Mentions(some, "warning: the map is in 3 pieces: the largest, which is shown, has 97 % of the scans"));
+  CHECK(some.off_m == JudgeWith(970, 0).off_m);  // what floats is no loss
+  CHECK(JudgeWith(500, 500).trust == Trust::kDoubtful);
+}
+
+TEST_CASE("a map with less than half of the scans that measured anything is not to be trusted") {
+  const auto JudgeWith = [](int on_map, int floating, int lost, int without_rays) {
+    const MapPieces pieces{.num_pieces = 2, .num_breaks = 1, .pieces = {{90, 0, 40.0}, {20, 0, 5.0}}, .breaks = {}};
+    Run run;
+    run.Add(on_map).Add(floating, Float).Add(lost, Lose).Add(without_rays, Both(Lose, SeeNoRays));
+    return run.Judged(pieces).trust;
+  };
+  CHECK(JudgeWith(500, 500, 0, 0) == Trust::kDoubtful);
+  CHECK(JudgeWith(490, 500, 10, 0) == Trust::kBad);
+  CHECK(JudgeWith(500, 490, 10, 40) == Trust::kDoubtful);  // those without rays measured nothing
+  CHECK(JudgeWith(300, 700, 0, 0) == Trust::kBad);
 }
 
 TEST_CASE("scans that are lost beside a piece are bad as ever") {
   const MapPieces pieces{
       .num_pieces = 2, .num_breaks = 1, .num_matched = 910, .pieces = {{90, 900, 40.0}, {2, 10, 1.0}}, .breaks = {}};
-  const Verdict verdict = Run().Add(900).Add(100, Lose).Judged(pieces);
+  const Verdict verdict = Run().Add(900).Add(10, Float).Add(90, Lose).Judged(pieces);
   CHECK(verdict.trust == Trust::kBad);
   CHECK(Mentions(verdict, "9 % of the scans are lost"));
 }
@@ -522,7 +550,7 @@ TEST_CASE("so do what is said of pieces, of scans that are left out, of wheels, 
   const Run run = Run{.step_m = 0.25}.Add(100);
   Verdict verdict = run.Judged({}, constants);
   CHECK(*verdict.off_m == Approx(*run.Judged().off_m + 1.0));
-  JudgeLeftOut(30, verdict, constants);
+  JudgeLeftOut({30}, verdict, constants);
   CHECK(verdict.trust == Trust::kGood);
 
   WheelModel::Values wheels;
@@ -536,12 +564,12 @@ TEST_CASE("so do what is said of pieces, of scans that are left out, of wheels, 
 
   const MapPieces pieces{
       .num_pieces = 2, .num_breaks = 1, .num_matched = 100, .pieces = {{9, 60, 9.0}, {9, 40, 9.0}}, .breaks = {}};
-  CHECK(Run().Add(60).Add(40, Lose).Judged(pieces).trust == Trust::kDoubtful);
-  CHECK(Run().Add(60).Add(40, Lose).Judged(pieces, constants).trust == Trust::kGood);
+  CHECK(Run().Add(60).Add(40, Float).Judged(pieces).trust == Trust::kDoubtful);
+  CHECK(Run().Add(60).Add(40, Float).Judged(pieces, constants).trust == Trust::kGood);
   const MapPieces many{
       .num_pieces = 9, .num_breaks = 8, .num_matched = 100, .pieces = {{9, 20, 9.0}, {9, 10, 9.0}}, .breaks = {}};
-  CHECK(Run().Add(20).Add(80, Lose).Judged(many).trust == Trust::kBad);
-  CHECK(Run().Add(20).Add(80, Lose).Judged(many, constants).trust == Trust::kDoubtful);
+  CHECK(Run().Add(20).Add(80, Float).Judged(many).trust == Trust::kBad);
+  CHECK(Run().Add(20).Add(80, Float).Judged(many, constants).trust == Trust::kDoubtful);
 }
 
 TEST_CASE("a threshold of agreement, or of contradiction, is the one that is given") {

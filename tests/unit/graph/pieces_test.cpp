@@ -17,6 +17,7 @@ constexpr LoopParameters kLoops{true, 30.0};
 UpdateParameters Drawing() {
   UpdateParameters drawing = TestParameters().update;
   drawing.update_distance_m = 0.2;
+  drawing.update_angle_rad = 0.2;
   return drawing;
 }
 
@@ -130,7 +131,6 @@ TEST_CASE("the pieces of a map are counted by size, and a join makes one of two"
   CHECK(apart.num_breaks == 3);
   CHECK(apart.num_matched == 124);
   CHECK(ScansOf(apart) == std::vector<std::int64_t>{60, 40, 20, 4});
-  CHECK(apart.num_elsewhere() == 64);
   CHECK(apart.pieces[0].way_m == Approx(59 * 0.25));
   CHECK(apart.OthersWithMap() == std::vector{2, 3});  // less than 3 m of way
   CHECK(apart.OthersWithMap({.least_way_m = 0.7}) == std::vector{2, 3, 4});
@@ -154,9 +154,21 @@ TEST_CASE("the pieces of a map are counted by size, and a join makes one of two"
   BrokenDrive elsewhere({20, 20, 60});
   REQUIRE(elsewhere.Join(0, 1));
   CHECK(elsewhere.mapper.PlaceLoops().empty());  // on the map that is shown
-  CHECK(drive.mapper.FindPieces().num_elsewhere() == 5);
+  CHECK(ScansOf(drive.mapper.FindPieces()) == std::vector<std::int64_t>{120, 5});
   CHECK(drive.mapper.FindPieces().breaks[0].joined());
   CHECK_FALSE(drive.mapper.FindPieces().breaks[2].joined());
+}
+
+TEST_CASE("a break is where the last scan before it was matched, be it drawn or not") {
+  BrokenDrive drive({20});
+  const std::vector<Wall> walls = MakeBlock(5);
+  const double last_m = 5.0 + 19 * 0.25 + 0.1;
+  drive.Add(walls, last_m, false);  // not as far from the one before as is drawn
+  CHECK(drive.mapper.graph().size() == 20);
+  drive.Add(walls, 30.0, true);
+  const Pose2 expected = Inverse(PlaceRoundBlock(5.0)) * PlaceRoundBlock(last_m);
+  REQUIRE(drive.mapper.FindPieces().breaks.size() == 1);
+  CHECK(Length(Inverse(expected) * drive.mapper.FindPieces().breaks[0].T_map_before) < 1e-9);
 }
 
 TEST_CASE("where the wheels bridge the breaks the map is one piece, and says how often it hangs on them alone") {
@@ -165,8 +177,7 @@ TEST_CASE("where the wheels bridge the breaks the map is one piece, and says how
   CHECK(bridged.num_pieces == 1);
   CHECK(bridged.num_breaks == 2);
   CHECK(bridged.num_bridged == 2);
-  CHECK(bridged.num_elsewhere() == 0);
-  CHECK_FALSE(drive.mapper.MoveToBest(119, drive.matches[119]).floating);
+  CHECK_FALSE(drive.mapper.BestMatch(119, drive.matches[119]).floating);
   const Keyframe& first = drive.mapper.graph().keyframe({1, 0});
   REQUIRE(first.by_wheels);
   CHECK(first.by_wheels->T_from_to.x_m > 0.2);

@@ -12,6 +12,7 @@ ScanMatch At(std::int64_t utime, double x_m, double y_m, MatchState state = Matc
   match.utime = utime;
   match.T_map_laser = {x_m, y_m, 0.0};
   match.state = state;
+  match.num_critical = 70;
   return match;
 }
 
@@ -35,14 +36,14 @@ TEST_CASE("a robot that stands is sketched by where it came to stand and by its 
   CHECK(matches.back().utime == 99999);
 }
 
-TEST_CASE("lost scans are counted, but for those of another piece") {
+TEST_CASE("all scans are counted by what has become of them, however few are kept") {
   PathSketch sketch;
   sketch.Add(At(1, 0.0, 0.0, MatchState::kLost));
-  ScanMatch afloat = At(2, 0.0, 0.0, MatchState::kLost);
+  ScanMatch afloat = At(2, 0.0, 0.0);
   afloat.floating = true;
-  sketch.Add(afloat);
-  CHECK(sketch.num_lost() == 1);
-  CHECK(sketch.num_matches() == 2);
+  for (int i = 0; i < 100; ++i) sketch.Add(afloat);
+  CHECK(sketch.counts() == ScanCounts{0, 100, 1, 0});
+  CHECK(sketch.num_matches() == 101);
 }
 
 TEST_CASE("however long a path is, its sketch is small, goes near all of it, and has its lost scans") {
@@ -60,7 +61,7 @@ TEST_CASE("however long a path is, its sketch is small, goes near all of it, and
   CHECK(matches.size() <= 8192 + 16);
   CHECK(matches.size() >= 2048);
   CHECK(sketch.num_matches() == kCount);
-  CHECK(sketch.num_lost() == kCount / 10);
+  CHECK(sketch.counts().lost == kCount / 10);
   std::int64_t num_lost = 0;
   for (std::size_t i = 1; i < matches.size(); ++i) {
     CHECK(matches[i].utime > matches[i - 1].utime);

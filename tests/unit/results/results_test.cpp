@@ -156,7 +156,7 @@ Summary Judged(Trust trust, std::vector<std::string> warnings = {}) {
   Summary summary;
   Verdict& verdict = summary.verdict.emplace();
   verdict.trust = trust;
-  verdict.text = "3 of 3 scans mapped";
+  verdict.values.counts.on_map = 3;
   verdict.warnings = std::move(warnings);
   return summary;
 }
@@ -262,7 +262,7 @@ TEST_CASE("a reader that has a file open keeps the whole old one") {
   Results results = MakeResults(4, 4);
   WriteResults(folder.path(), results);
   std::ifstream reader(folder / "summary.json");
-  results.summary.emplace().scans = 1;
+  results.summary.emplace().values.counts.on_map = 1;
   WriteResults(folder.path(), results);
   std::string text;
   std::getline(reader, text);
@@ -377,7 +377,7 @@ TEST_CASE("the overview shows where the path breaks and where it is joined, and 
   results.matches = matches;
   const Overview whole(results);
   CHECK(whole.At(2.0, 3.0) != kUnexplored);
-  matches.back().floating = true;  // as one of another piece comes
+  matches.back().floating = true;
   results.matches = matches;
   results.pieces.num_pieces = 2;
   results.pieces.num_breaks = 1;
@@ -464,7 +464,15 @@ TEST_CASE("the overview says the verdict where there is one, and else that there
   CHECK(IsGreen(so_far.Badge()));
   CHECK((so_far.picture().samples != good.picture().samples));
   results.name = "killian";
-  CHECK((Overview(results).picture().samples != so_far.picture().samples));
+  const Overview named(results);
+  CHECK((named.picture().samples != so_far.picture().samples));
+  results.summary->origin.made_from = "killian.clf.gz --preset sick";
+  const Overview with_log(results);
+  CHECK(with_log.caption_height() > named.caption_height());
+  results.summary->origin.mapped = "2026-11-28T03:00:00Z";  // two runs of one log give the same picture
+  CHECK((Overview(results).picture().samples == with_log.picture().samples));
+  results.summary->values.first_utime = 1'059'646'830'000'000;
+  CHECK((Overview(results).picture().samples != with_log.picture().samples));
 }
 
 TEST_CASE("the overview marks past which place the map may be off, and not over walls") {
@@ -650,32 +658,39 @@ TEST_CASE("a disk that fills up at the last file leaves all the old ones") {
   CHECK(FilesOf(folder.path()) == old_files);
 }
 
-TEST_CASE("a summary adds up path, fitness and explored area from poses and map") {
-  const DenseGrid grid{3, 2, 0, 0, 0.5, {127, 0, 255, 128, 126, 127}};  // four cells of 0.25 m2
-  // Lost scans are guesses: the path runs past them, 3-4-5 and then 1 m.
-  const std::vector<ScanMatch> matches{
-      MakeMatch(1, {0.0, 0.0, 0.0}, 0.0, MatchState::kFirst), MakeMatch(2, {90.0, 0.0, 0.0}, 0.1, MatchState::kLost),
-      MakeMatch(3, {3.0, 4.0, 0.0}, 0.5, MatchState::kOk), MakeMatch(4, {3.0, 5.0, 0.0}, 0.7, MatchState::kOk)};
-  const Summary summary = Summarize(matches, grid);
-  CHECK(summary.scans == 4);
-  CHECK(summary.lost == 1);
-  CHECK(summary.path_length_m == Approx(6.0));
-  CHECK(summary.mean_fitness == Approx(0.6));
-  CHECK(summary.explored_area_m2 == Approx(1.0));
+TEST_CASE("trajectory.tum has the poses of the piece that is shown, and none of another frame") {
+  const ScratchFolder folder;
+  Results results = MakeResults(4, 4);
+  std::vector<ScanMatch> matches;
+  for (int i = 0; i < 4; ++i) matches.push_back(MakeMatch(1000000 * i, {0.5 * i, 0.0, 0.0}, 0.9, MatchState::kOk));
+  matches[1].floating = true;
+  matches[2].floating = true;
+  matches[2].state = MatchState::kLost;
+  results.matches = matches;
+  WriteResults(folder.path(), results);
+  WritePiece(folder.path(), 2, results.grid, {matches[1], matches[2]});
+  const auto TimesIn = [&](const std::string& file) {
+    std::vector<std::int64_t> utimes;
+    for (const StampedPose& pose : ReadTrajectory((folder / file).string())) utimes.push_back(pose.utime);
+    return utimes;
+  };
+  CHECK(TimesIn("trajectory.tum") == std::vector<std::int64_t>{0, 3000000});
+  CHECK(TimesIn("pieces/2/trajectory.tum") == std::vector<std::int64_t>{1000000, 2000000});
+}
 
-  const Summary empty = Summarize({}, {});
-  CHECK(empty.scans == 0);
-  CHECK(empty.mean_fitness == 0.0);
-  CHECK(empty.explored_area_m2 == 0.0);
+TEST_CASE("the explored area is that of the cells that are not unexplored") {
+  CHECK(ComputeExploredArea({3, 2, 0, 0, 0.5, {127, 0, 255, 128, 126, 127}}) == Approx(1.0));  // four of 0.25 m2
+  CHECK(ComputeExploredArea({}) == 0.0);
 }
 
 TEST_CASE("a summary becomes JSON with everything in it, parameters in their order") {
   Summary summary;
   summary.version = "1.2.3";
-  summary.scans = 10;
+  summary.values.counts = {4, 3, 2, 1};
+  summary.left_out = 5;
   summary.map_version = 9;
-  summary.path_length_m = 2.5;
-  summary.mean_fitness = std::numeric_limits<double>::quiet_NaN();
+  summary.values.path_m = 2.5;
+  summary.values.mean_fitness = std::numeric_limits<double>::quiet_NaN();
   summary.parameters["one"] = {{"z_first", 40},
                                {"a_second", true},
                                {"size_m", 0.05},
@@ -690,7 +705,11 @@ TEST_CASE("a summary becomes JSON with everything in it, parameters in their ord
   const auto json = nlohmann::json::parse(text);
   CHECK(json["version"] == "1.2.3");
   CHECK(json["scans"] == 10);
-  CHECK(json["lost"] == 0);
+  CHECK(json["on_map"] == 4);
+  CHECK(json["floating"] == 3);
+  CHECK(json["lost"] == 2);
+  CHECK(json["without_rays"] == 1);
+  CHECK(json["left_out"] == 5);
   CHECK(json["map_version"] == 9);
   CHECK(json["path_length_m"] == 2.5);
   CHECK(json["mean_fitness"].is_null());

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <memory>
@@ -269,6 +270,21 @@ TEST_CASE("the words for another program are those that it knows, in the order o
                                                                             "--smooth-climb"});
   CHECK(program.line.WasGiven("seed"));
   CHECK_FALSE(program.line.WasGiven("range_min_m"));
+}
+
+TEST_CASE("of what a map is made is said by the names of its logs and the flags that it depends on") {
+  const ScratchFile log("a log");
+  const std::string name = std::filesystem::path(log.path()).filename().string();
+  Program program(
+      {"--seed", "7", "--lcm-url", "tcpq://", "--preset", "sick", "--no-loops", "--odometry-topic", "/my odom"});
+  program.line.Correct("sweep_s", "-0.1");  // by what the scans show
+  CHECK(program.line.DescribeRun({log.path(), "sim:" + log.path(), "sim:demo", "rplidar:/dev/ttyUSB0"}) ==
+        name + " sim:" + name +
+            " sim:demo rplidar:/dev/ttyUSB0 --preset sick --odometry-topic \"/my odom\" --seed 7 --no-loops");
+  CHECK(Program({}).line.DescribeRun({"live"}) == "live");
+  const ScratchFile config("seed = 3\n");
+  CHECK(Program({"--config", config.path()}).line.DescribeRun({"live"}) ==
+        "live --config " + std::filesystem::path(config.path()).filename().string());
 }
 
 TEST_CASE("a flag that is wrong is refused in one line that names it and the mend") {
