@@ -87,6 +87,8 @@ def test_pieces(out, compare_with_picture):
         counts = page.run(COUNTS)
         check(counts["states"]["FLOATING"] == floats and "LOST" not in counts["states"],
               f"{floats} scans float, and none of them is lost: {counts['states']}")
+        named = {name: summary[name] for name in ("scans", "lost", "floating", "without_rays", "left_out")}
+        check({name: counts["tiles"][name] for name in named} == named, f"the tiles have summary.json's numbers: {named}")
         check(counts["pieces"] == [f"piece 1, shown{shown:,} scans · {summary['pieces']['largest_first'][0]['way_m']:.0f} m{results}",
                                    f"piece 2{floats:,} scans · {summary['pieces']['largest_first'][1]['way_m']:.0f} m{results}/pieces/2"],
               f"the pieces are named, and where they lie: {counts['pieces']}")
