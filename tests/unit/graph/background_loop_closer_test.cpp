@@ -60,7 +60,9 @@ TEST_CASE("who waits for a search may give up, and what was found until then is 
     explicit Slow(std::atomic<bool>& may_go_on) : may_go_on_(may_go_on) {}
     std::optional<GraphUpdate> Add(Keyframe, const std::optional<EarlierSearch>&) override {
       if (++num_ > 3) may_go_on_.wait(false);
-      return GraphUpdate{{0, num_ - 1}};
+      GraphUpdate update;
+      update.keyframe = {0, num_ - 1};
+      return update;
     }
     const KeyframeGraph& graph() const override { return graph_; }
 
