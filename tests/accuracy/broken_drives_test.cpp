@@ -14,6 +14,7 @@
 #include "catch.hpp"
 #include "common/math/random.hpp"
 #include "common/metrics/trajectory_error.hpp"
+#include "common/scan/scan_counts.hpp"
 
 namespace crsm {
 namespace {
@@ -53,7 +54,7 @@ Pieces MapBroken(const Recording& recording, const Parameters& parameters) {
   const Outcome outcome = Map(recording, parameters);
   Trajectory placed;
   for (const ScanMatch& match : outcome.matches) {
-    if (match.state != MatchState::kLost) placed.push_back({match.utime, match.T_map_laser});
+    if (OutcomeOf(match) == ScanOutcome::kOnMap) placed.push_back({match.utime, match.T_map_laser});
   }
   const Trajectory aligned = Align(placed, recording.truth);
   Pieces pieces;

@@ -69,7 +69,9 @@ TEST_CASE("who looks late, at another map, or when an older break is told no mor
   CHECK(news.Look(Pieces({1, 2, 2})).size() == 1);
   CHECK(news.Look(Pieces({2, 2, 1}, 1)).empty());
   CHECK(news.Look(Pieces({2, 1}, 1)).empty());  // another map
-  CHECK(news.Look(Pieces({2, 2, 1}, 1)) == Lines{"joined: trajectory 2 with trajectory 1, both float"});
+  CHECK(news.Look(Pieces({2, 2, 1}, 1)) ==
+        Lines{"another piece is the larger one now and is shown (trajectory 3); the one before floats",
+              "joined: trajectory 2 with trajectory 1, both float"});
 }
 
 }  // namespace crsm

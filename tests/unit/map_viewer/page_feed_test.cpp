@@ -40,7 +40,8 @@ PathSketch PathOf(int num_matches, double step_m = 1.0) {
     ScanMatch match;
     match.utime = i;
     match.T_map_laser = {step_m * i, -1.0, 0.0};
-    match.state = i == 2 || i == 3 ? MatchState::kLost : MatchState::kOk;
+    match.num_critical = 60;
+    match.state = i == 2 ? MatchState::kLost : MatchState::kOk;
     match.floating = i == 3;
     path.Add(match);
   }
