@@ -103,7 +103,9 @@ double ResidentMb(pid_t pid) {
 pid_t FindChild(pid_t parent, const std::string& name) {
   std::ifstream children(fmt::format("/proc/{0}/task/{0}/children", parent));
   for (pid_t pid = 0; children >> pid;) {
-    const std::string state = ReadFile(fmt::format("/proc/{}/stat", pid));  // "pid (name) state ..."
+    std::ifstream stat(fmt::format("/proc/{}/stat", pid));
+    std::string state;  // "pid (name) state ..."; empty where the child has just ended
+    std::getline(stat, state);
     if (state.find(fmt::format("({}) ", name.substr(0, 15))) != std::string::npos &&
         state.find(") Z ") == std::string::npos) {
       return pid;
