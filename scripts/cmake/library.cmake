@@ -7,6 +7,7 @@ find_package(fmt REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(Threads REQUIRED)
 include(${CMAKE_CURRENT_LIST_DIR}/wire.cmake)
+include(${CMAKE_CURRENT_LIST_DIR}/unity.cmake)
 
 # Sets `variable` to entries of {name, key, text}, one for each line `key = value` of the files that match `pattern`.
 function(crsm_embed_values variable pattern)
@@ -66,7 +67,11 @@ foreach(target crsm_algorithm crsm_slam_objects)
   target_compile_options(${target} PRIVATE -ffp-contract=off)
   set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_EXTENSIONS OFF
                         CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  crsm_unity(${target})
 endforeach()
+# fitness_kernel.cpp has helpers of the same names.
+set_source_files_properties(${PROJECT_SOURCE_DIR}/common/match/fitness_kernel_avx2.cpp
+                            PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
 function(crsm_library name)
   add_library(${name} ${ARGN} $<TARGET_OBJECTS:crsm_algorithm> $<TARGET_OBJECTS:crsm_slam_objects>)

@@ -136,7 +136,8 @@ class Library(unittest.TestCase):
             message(STATUS "it has (${{targets}}) (${{tests}}) (${{options}}) (${{CMAKE_CXX_STANDARD}})")
             """)
         build = self.work / "whole_build"
-        said = run("cmake", "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_CXX_FLAGS=-O1", text=True)
+        said = run("cmake", "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
+                   "-DCMAKE_CXX_FLAGS_RELEASE=-O1 -DNDEBUG", text=True)
         self.assertIn("it has (crsm_lcmtypes_gen;crsm_lcmtypes;crsm_algorithm;crsm_slam_objects;crsm_slam) () (options-NOTFOUND) ()", said)
         self.check_map(self.build(build) / "map_log")
         prefix = self.work / "nothing"
