@@ -204,7 +204,10 @@ TEST_CASE("run_stack hands each process the flags that belong to it") {
         "map_updater started --no-lockstep --journal " + stack.Path("out/journal") + common +
             " --channel-prefix robot1/ --part-bytes 1400 --range-max-m 9 --cell-size-m 0.1 --no-resume");
   CHECK(stack.Event("map_exporter") ==
-        "map_exporter started --out " + stack.Path("out") + common + " --channel-prefix robot1/ --export-period-s 2");
+        "map_exporter started --out " + stack.Path("out") +
+            " --made-from sim:demo --profile paper --config out.toml --laser-channel FRONT --odometry --range-max-m 9 "
+            "--rays-max 70 --seed 7 --smooth-climb --cell-size-m 0.1" +
+            common + " --channel-prefix robot1/ --export-period-s 2");
   CHECK(stack.Event("map_viewer") == "map_viewer started" + common + " --channel-prefix robot1/ --http 127.0.0.1:8000");
 }
 
@@ -300,6 +303,9 @@ TEST_CASE("run_stack --strict ends with the verdict on the map, and where there 
   CHECK(stack.exit_code == 1);
   CHECK_FALSE(stack.Said("7 of 7 scans mapped"));
   CHECK(stack.Said(stack.Path("out/summary.json") + " is of scan 7, when the run had not ended"));
+  Run(R"({"ended": true, "on_map": 7})", "--strict");
+  CHECK(stack.exit_code == 1);
+  CHECK(stack.Said("run_stack: --strict: " + stack.Path("out/summary.json") + " has no verdict on the map"));
 }
 
 TEST_CASE("run_stack gives no verdict where the results are of another map than the journal") {

@@ -53,8 +53,8 @@ TEST_CASE("a robot that is lost is said while it runs, and when it is found, by 
        {std::pair(folder.Map(log, "offline", {"--no-loops"}).errors, "slam_offline"),
         std::pair(folder.MapWithStack(log, "stack", {"--no-loops"}).errors, "map_updater")}) {
     const std::string said = name + std::string(": the robot is ");
-    CheckSaid(errors, said + "lost: 10 scans since t = ");
-    CheckSaid(errors, said + "lost: 20 scans since t = ");
+    CheckSaid(errors, said + "lost: 10 lost scans since t = ");
+    CheckSaid(errors, said + "lost: 20 lost scans since t = ");
     CheckSaid(errors, said + "found again after 20 lost scans");
   }
 }
