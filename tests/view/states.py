@@ -213,7 +213,7 @@ def test_by_evidence():
             stack.start("ray_selector")
             stack.start("rrhc_matcher")
             says("waiting for scans", "no scan has come yet", "before the first scan")
-            stack.start("laser_publisher", "sim:block", "--rate", "4")
+            stack.start("laser_publisher", "sim:block", "--rate", "1")
             says("OK", "", "while scans come")
             stack.processes["rrhc_matcher"].send_signal(signal.SIGSTOP)
             says("rrhc_matcher silent for", "", "a matcher that hangs")
