@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "common/logs/regular_file.hpp"
+#include "common/results/read_results.hpp"
 #include "services/base/process.hpp"
 #include "services/journal/journal.hpp"
 
@@ -16,7 +17,8 @@ namespace crsm {
 
 namespace fs = std::filesystem;
 
-ResultsFolder::ResultsFolder(const fs::path& out, const EarlierResults& earlier) : out_(out) {
+ResultsFolder::ResultsFolder(const fs::path& out, const EarlierResults& earlier)
+    : out_(out), made_from_(earlier.resume.empty() ? "" : ReadMadeFrom(earlier.resume)) {
   PrepareFolder(out_.string());
   const PathLock out_lock("--out", out_);  // for the time being: map_exporter will want it
   std::error_code error;

@@ -26,6 +26,9 @@ class ResultsFolder {
   std::filesystem::path log_folder() const { return out_ / "log"; }
   std::filesystem::path summary() const { return out_ / "summary.json"; }
 
+  /// Of what the map is that goes on, as of RunOrigin; empty if none does.
+  const std::string& earlier_made_from() const { return made_from_; }
+
   /// Size of the journal [bytes]; nothing if there is none.
   std::optional<std::uintmax_t> JournalBytes() const;
 
@@ -42,6 +45,7 @@ class ResultsFolder {
   std::filesystem::path earlier_summary() const { return out_ / ".summary.earlier.json"; }
 
   std::filesystem::path out_;
+  std::string made_from_;
   std::optional<PathLock> log_lock_;
   bool had_journal_ = false;
   std::optional<std::int64_t> identity_;  ///< of the map, since the journal has a scan

@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <iterator>
 
-#include "common/results/read_results.hpp"
 #include "common/results/run_origin.hpp"
 #include "services/base/viewer_token.hpp"
 #include "services/sources/devices/live_laser.hpp"
@@ -121,12 +120,6 @@ std::vector<std::string> operator+(std::vector<std::string> words, const std::ve
   return words;
 }
 
-/// What the results say that they were made from.
-std::string FindOrigin(const CommandLine& command_line, const StackOptions& options) {
-  const std::string& resume = options.earlier.resume;
-  return JoinOrigins(resume.empty() ? "" : ReadMadeFrom(resume), command_line.DescribeRun({options.source}));
-}
-
 }  // namespace
 
 bool StackOptions::is_live() const { return !has_publisher() || ParseDevice(source); }
@@ -144,13 +137,15 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   }
   const std::vector<std::string> journal{"--journal", folder.journal_folder().string()};
 
+  const std::string made_from = JoinOrigins(folder.earlier_made_from(), command_line.DescribeRun({options.source}));
+
   StackPlan plan;
   PlannedService updater = PlanUpdater(planner, settings.start, lockstep + journal);
   if (settings.resume) updater.when_new = {"--no-resume"};
-  plan.services = {std::move(updater), PlanMatcher(planner, options, settings.odometry_topic, lockstep),
-                   PlanSelector(planner, options, settings.laser_frame),
-                   planner.Plan("map_exporter", FlagsOfExporter(),
-                                {"--out", folder.path().string(), "--made-from", FindOrigin(command_line, options)})};
+  plan.services = {
+      std::move(updater), PlanMatcher(planner, options, settings.odometry_topic, lockstep),
+      PlanSelector(planner, options, settings.laser_frame),
+      planner.Plan("map_exporter", FlagsOfExporter(), {"--out", folder.path().string(), "--made-from", made_from})};
   if (command_line.parameters().loops.loops && settings.localize.empty()) {
     plan.services.push_back(planner.Plan("loop_closer", FlagsOfLoopCloser(), {"--out", folder.path().string()}));
   }

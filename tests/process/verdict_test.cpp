@@ -25,6 +25,20 @@ TEST_CASE("five processes in lockstep judge a map as one process does") {
   CHECK(verdict["trust"] == "good");
   CHECK(verdict["agreement"] > 0.9);
   CHECK(verdict == folder.Summary("stack")["verdict"]);
+  for (const char* key : {"scans", "on_map", "floating", "lost", "without_rays", "left_out", "degenerate",
+                          "path_length_m", "mean_fitness", "made_from", "recorded"}) {
+    INFO(key);
+    CHECK(folder.Summary("offline")[key] == folder.Summary("stack")[key]);
+  }
+  CHECK(folder.Summary("stack")["made_from"] == "run.lcm");
+  CHECK(folder.Summary("stack")["mapped"].get<std::string>().ends_with("Z"));
+  const std::string other = folder.Write(TakeScans("sim:demo", 20, 2), "other.lcm");
+  for (const char* out : {"offline", "stack"}) {
+    folder.Map(other, out, {"--resume", folder / out, "--no-odometry"});
+    CHECK(folder.Summary(out)["made_from"] == "run.lcm; then other.lcm --no-odometry");
+  }
+  folder.MapWithStack(log, "stack", {"--resume", folder / "stack"});
+  CHECK(folder.Summary("stack")["made_from"] == "run.lcm; then other.lcm --no-odometry; then run.lcm");
 }
 
 TEST_CASE("a log of which half cannot be used is doubtful, and the reason is said, by one process and by many") {
@@ -38,6 +52,7 @@ TEST_CASE("a log of which half cannot be used is doubtful, and the reason is sai
     CheckSaid(ended.output, "30 of 60 scans of the recording were refused or repeated (50 %)");
   }
   CHECK(folder.Summary("offline")["verdict"] == folder.Summary("stack")["verdict"]);
+  for (const char* out : {"offline", "stack"}) CHECK(folder.Summary(out)["left_out"] == 30);
 }
 
 TEST_CASE("a robot that is lost is said while it runs, and when it is found, by one process and by many") {
