@@ -31,7 +31,13 @@ TEST_CASE("scans of one place that are placed rightly do not contradict each oth
   CHECK(wrong.num_looks >= 10);
   CHECK(wrong.share > 0.2);
   CHECK(wrong.worst_share > 0.2);
-  const std::vector<PlacedRays> scans = WalkToAndFro(0.8);
+}
+
+TEST_CASE("the place where scans contradict each other most is one of the path, which need not be straight") {
+  std::vector<PlacedRays> scans = WalkToAndFro(0.8);
+  for (std::size_t i = 0; i < scans.size(); ++i) scans[i].T_map_laser.y_m += i % 3 == 0 ? 0.1 : 0.0;
+  const SelfContradiction wrong = FindSelfContradiction(scans);
+  CHECK(wrong.worst_share > 0.2);
   const auto IsThere = [&](const PlacedRays& scan) {
     return scan.T_map_laser.x_m == wrong.worst_place.x_m && scan.T_map_laser.y_m == wrong.worst_place.y_m;
   };
