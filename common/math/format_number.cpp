@@ -15,7 +15,6 @@ std::string Format(Number number, How... how) {
 }  // namespace
 
 std::string FormatNumber(double number) { return Format(number, std::chars_format::fixed); }
-std::string FormatFixed(double number, int num_digits) { return Format(number, std::chars_format::fixed, num_digits); }
 std::string FormatNumber(int number) { return Format(number); }
 std::string FormatNumber(std::uint64_t number) { return Format(number); }
 

@@ -10,7 +10,4 @@ std::string FormatNumber(double number);
 std::string FormatNumber(int number);
 std::string FormatNumber(std::uint64_t number);
 
-/// A number with so many digits behind its point.
-std::string FormatFixed(double number, int num_digits);
-
 }  // namespace crsm

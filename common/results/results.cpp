@@ -6,19 +6,19 @@
 namespace crsm {
 namespace {
 
-std::string EncodeOnce(const DenseGrid& grid) { return EncodeMap(grid); }
+std::string EncodeWithOpenCv(const DenseGrid& grid) { return EncodeMap(grid); }
 
 }  // namespace
 
 void WriteResults(const std::filesystem::path& dir, const Results& results) {
   MakeFolder(dir);
   Replacement files(dir);
-  AddResults(results, {EncodeOnce, [](const Results& drawable) { return EncodeOverview(drawable); }}, files);
+  AddResults(results, {EncodeWithOpenCv, [](const Results& drawable) { return EncodeOverview(drawable); }}, files);
   files.Rename();
 }
 
 void WritePiece(const std::filesystem::path& dir, int number, const DenseGrid& grid, const MatchSequence& matches) {
-  WritePiece(dir, number, grid, matches, EncodeOnce);
+  WritePiece(dir, number, grid, matches, EncodeWithOpenCv);
 }
 
 }  // namespace crsm

@@ -99,7 +99,7 @@ std::string FormatSummary(const Summary& summary) {
   const RunStatistics::Values& values = summary.values;
   const auto OrNull = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
   Json json = {{"version", summary.version},
-               {"identity", summary.identity.empty() ? Json() : Json(summary.identity)},
+               {"identity", OrNull(summary.identity)},
                {"made_from", OrNull(summary.origin.made_from)},
                {"recorded", OrNull(FormatUtc(values.first_utime))},
                {"mapped", OrNull(summary.origin.mapped)},

@@ -27,7 +27,7 @@ struct StageTiming {
 /// What a run came to, for summary.json.
 struct Summary {
   std::string version;
-  std::string identity;                           ///< of the map, as its journal has it; empty where nobody knows it
+  std::string identity;  ///< of the map, as its journal has it; empty where nobody knows it
   RunOrigin origin;
   bool ended = true;                              ///< false: written while the run goes on
   std::map<std::string, NamedValues> parameters;  ///< that each process used

@@ -44,8 +44,8 @@ file(GLOB LIBRARY_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/services/libra
 set(LIBRARY_FILES common/parameters common/diagnosis/handedness common/diagnosis/run_statistics
     common/diagnosis/self_contradiction common/diagnosis/verdict common/logs/crc32 common/logs/map_files
     common/logs/png_file common/logs/regular_file common/logs/replacement common/metrics/format_trajectory
-    common/results/result_files common/results/run_origin common/results/summary services/base/file_window services/base/identity
-    services/base/path_lock services/base/printable services/base/process_info services/base/say
+    common/results/result_files common/results/run_origin common/results/summary services/base/file_window
+    services/base/identity services/base/path_lock services/base/printable services/base/process_info services/base/say
     services/journal/journal services/journal/journal_file services/journal/journal_reader services/journal/move_aside
     services/journal/results_lock services/library/without_overview/overview services/wire/conversions
     services/wire/graph_messages services/wire/lcm_event services/wire/wire)

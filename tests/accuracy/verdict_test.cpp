@@ -25,8 +25,8 @@ Verdict JudgeMapOf(const std::string& name, const Recording& recording, Paramete
   const Verdict verdict = Judge(statistics, *outcome.map);
   const auto& values = verdict.values;
   fmt::print("{:<34} {:<9} scans {:>5}  lost {:>5}  degenerate {:>5}  fitness {:.2f}  agreement {:.2f}  far {:>4}\n",
-             name, Name(verdict.trust), values.counts.scans(), values.counts.lost, values.degenerate, values.mean_fitness,
-             verdict.agreement.value_or(0.0), values.far_steps);
+             name, Name(verdict.trust), values.counts.scans(), values.counts.lost, values.degenerate,
+             values.mean_fitness, verdict.agreement.value_or(0.0), values.far_steps);
   std::fflush(stdout);
   return verdict;
 }

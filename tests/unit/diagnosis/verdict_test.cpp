@@ -279,7 +279,7 @@ TEST_CASE("a map without more than a tenth of the recording is not called good")
   CHECK(JudgeWithout(30, Run().Add(90)).trust == Trust::kDoubtful);
   CHECK(Mentions(JudgeWithout(30, Run().Add(90)), "30 of 120 scans of the recording were refused or repeated (25 %)"));
   CHECK_FALSE(Mentions(JudgeWithout(30, Run()), "refused"));  // nothing came: that is said
-  const Verdict slow = JudgeWithout(85, Run().Add(90), 80);  // 5 of 95 alone were refused
+  const Verdict slow = JudgeWithout(85, Run().Add(90), 80);   // 5 of 95 alone were refused
   CHECK(slow.trust == Trust::kGood);
   CHECK(Mentions(slow, "85 more left out"));
 }
