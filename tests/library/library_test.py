@@ -77,7 +77,7 @@ class Library(unittest.TestCase):
 
     def configure_and_build(self, source, *options):
         build = tempfile.mkdtemp(dir=self.work)
-        run("cmake", "-S", source, "-B", build, "-DCMAKE_BUILD_TYPE=Release", *options)
+        run("cmake", "-G", "Ninja", "-S", source, "-B", build, "-DCMAKE_BUILD_TYPE=Release", *options)
         return self.build(pathlib.Path(build))
 
     def build(self, folder):
