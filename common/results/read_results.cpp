@@ -52,6 +52,7 @@ RunSummary ReadSummary(const std::filesystem::path& dir) {
     json.at("verdict").at("trust").get_to(summary.trust);
     if (json.contains("loops")) summary.loops = json["loops"].at("closed").get<std::int64_t>();
     if (json.contains("wall_s") && !json["wall_s"].is_null()) summary.wall_s = json["wall_s"].get<double>();
+    if (json.contains("identity") && !json["identity"].is_null()) json["identity"].get_to(summary.identity);
     return summary;
   } catch (const nlohmann::json::exception&) {
     throw std::runtime_error(

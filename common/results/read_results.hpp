@@ -22,6 +22,7 @@ struct RunSummary {
   double mean_fitness = 0.0;
   std::string trust;  ///< as Name(Trust)
   std::optional<double> wall_s;
+  std::string identity;  ///< of the map, as that of its journal; empty where it has none
 };
 
 /// What the map in `dir` was made from, as of RunOrigin; empty where its summary.json does not say.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "common/logs/crc32.hpp"
+#include "services/base/identity.hpp"
 #include "services/base/say.hpp"
 #include "services/base/version.hpp"
 #include "services/journal/journal_reader.hpp"
@@ -287,6 +288,15 @@ std::optional<JournalHead> ReadHead(const fs::path& folder) {
   JournalReader reader(JournalPath(folder).string());
   const auto first = reader.Next();
   return first ? std::optional(FromMessage(*first->head)) : std::nullopt;
+}
+
+bool IsOfAnotherMap(const fs::path& folder, const std::string& identity) {
+  try {
+    const auto head = ReadHead(folder);
+    return head && FormatIdentity(head->epoch) != identity;
+  } catch (const std::runtime_error&) {
+    return false;
+  }
 }
 
 bool IsCovered(const fs::path& folder, std::int64_t epoch, std::span<const ScanMatch> matches) {

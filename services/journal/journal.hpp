@@ -141,6 +141,10 @@ std::string ReadJournal(const std::filesystem::path& folder, const JournalSubjec
 /// std::runtime_error if there is no such file, or if it is no journal.
 std::optional<JournalHead> ReadHead(const std::filesystem::path& folder);
 
+/// Whether the journal in `folder` is of another map than that of this identity, as of FormatIdentity. False where there
+/// is none, or one that cannot be read.
+bool IsOfAnotherMap(const std::filesystem::path& folder, const std::string& identity);
+
 /// Whether the journal in `folder` is of the map of that epoch, and has nothing but the first of its matches, in their
 /// order. Not where there is none, or where a byte of it cannot be read.
 bool IsCovered(const std::filesystem::path& folder, std::int64_t epoch, std::span<const ScanMatch> matches);

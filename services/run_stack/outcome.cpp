@@ -9,7 +9,6 @@
 
 #include "common/diagnosis/verdict.hpp"
 #include "common/logs/regular_file.hpp"
-#include "services/base/process.hpp"
 #include "services/journal/journal.hpp"
 
 namespace crsm {
@@ -60,11 +59,7 @@ namespace {
 
 /// Results and journal may have come from two places.
 void CheckAreOfOneMap(const std::filesystem::path& out, const Outcome& outcome) {
-  std::error_code error;
-  if (outcome.identity.empty()) return;
-  if (!std::filesystem::exists(JournalPath(JournalFolder(out)), error)) return;
-  const auto head = ReadHead(JournalFolder(out));
-  if (!head || FormatIdentity(head->epoch) == outcome.identity) return;
+  if (outcome.identity.empty() || !IsOfAnotherMap(JournalFolder(out), outcome.identity)) return;
   throw std::runtime_error(
       fmt::format("{}: its summary.json is of another map than its journal: no verdict is given; "
                   "map the log anew into another folder",

@@ -9,6 +9,7 @@
 
 #include "common/results/read_results.hpp"
 #include "services/base/printable.hpp"
+#include "services/journal/journal.hpp"
 #include "services/slam_eval/commands.hpp"
 
 namespace crsm {
@@ -27,9 +28,15 @@ Row MakeHead() {
   return {"run", "verdict", "scans", "floating", "lost", "without_rays", "left_out", "loops", "fitness", "wall_s"};
 }
 
+/// The verdict, unless it is on another map than that of the journal beside it.
+std::string DescribeTrust(const std::string& folder, const RunSummary& summary) {
+  const bool of_another = !summary.identity.empty() && IsOfAnotherMap(JournalFolder(folder), summary.identity);
+  return of_another ? "of another map than its journal" : WithoutControls(summary.trust);
+}
+
 Row MakeRow(const std::string& folder, const RunSummary& summary) {
   return {folder,
-          WithoutControls(summary.trust),
+          DescribeTrust(folder, summary),
           fmt::format("{}", summary.scans),
           fmt::format("{}", summary.floating),
           fmt::format("{}", summary.lost),

@@ -96,6 +96,10 @@ TEST_CASE("a run whose journal is replaced by that of another map ends, and says
   CHECK(Has(stack.errors(), "this folder or its journal was removed, moved or replaced: the run ends"));
   CHECK(Has(stack.errors(), "no verdict is given"));
   CHECK(ReadFile(journal) == replaced);
+  // What was written of the map until then is not taken for that of the other one.
+  const Ended summary = folder.Run("slam_eval", {"summary", folder / "out"});
+  INFO(summary.output);
+  CHECK(Has(summary.output, "of another map than its journal"));
 }
 
 TEST_CASE("map_updater whose journal is replaced says so, and does not write into that of another map") {
