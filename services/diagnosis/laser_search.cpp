@@ -16,9 +16,10 @@ namespace {
 
 constexpr std::size_t kMostChannels = 20;  // that are told of: the names come from the network
 
-/// Whether a channel is one of the stack's own, on which no laser can be.
-bool IsOurs(const std::string& channel) {
-  return channel.find("SERVICE_STATUS/") != std::string::npos ||
+/// Whether a channel is one of the stack's own, or LCM's, on which no laser can be.
+bool HasNoLaser(const std::string& channel) {
+  return channel == "LCM_SELF_TEST" ||  // on which each program that listens greets itself at its start
+         channel.find("SERVICE_STATUS/") != std::string::npos ||
          std::any_of(std::begin(kChannelsOfStack), std::end(kChannelsOfStack),
                      [&](const char* name) { return channel.ends_with(name); });
 }
@@ -68,7 +69,7 @@ void LaserSearch::Hear() {
     const auto message = all_channels_->Receive();
     if (!message) return;
     const std::string channel(message->channel);
-    if (channel == channel_ || IsOurs(channel)) continue;
+    if (channel == channel_ || HasNoLaser(channel)) continue;
     const std::uint64_t fingerprint = Fingerprint(message->bytes);
     auto& heard = FindLaserType(fingerprint) ? lasers_ : others_;
     if (heard.size() < kMostChannels) heard[channel] = fingerprint;

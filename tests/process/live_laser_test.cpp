@@ -108,7 +108,7 @@ TEST_CASE("what is wrong with the messages of a driver is said in one line that 
                           "LASER: nothing came since the start; this bus has ",
                           {"CAMERA (a type with fingerprint 0x0102030405060708)", "GPS (bot_core.pose_t)",
                            "robot1/LASER (bot_core.planar_lidar_t)", "--channel-prefix \"robot1/\"?"}},
-                         {[](Driver&) {},
+                         {[&](Driver& driver) { driver.lcm().publish("LCM_SELF_TEST", "lcm self test", 13); },
                           "robot7/LASER: nothing came since the start; no other channel is on this bus",
                           {"does the laser's driver run"},
                           {"--channel-prefix", "robot7/"}},

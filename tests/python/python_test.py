@@ -66,6 +66,12 @@ class Python(unittest.TestCase):
         self.assertEqual(module.returncode, 0)
         self.assertEqual((self.work / "module/map.png").read_bytes(), (self.work / "offline/map.png").read_bytes())
 
+    def test_the_module_is_the_program_of_its_build_where_the_path_has_none(self):
+        wanted = subprocess.run([BIN / "slam_offline", "--help"], stdout=subprocess.PIPE, check=True)
+        module = subprocess.run([sys.executable, "-m", "crsm_slam", "--help"], env={**os.environ, "PATH": "/nowhere"},
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.assertEqual((module.returncode, module.stdout, module.stderr), (0, wanted.stdout, b""))
+
     def test_arrays_come_and_go(self):
         slam = crsm_slam.Slam(**self.settings)
         for scan in self.scans[:40]:

@@ -252,6 +252,46 @@ import('/main.js').then(async ({robots}) => {
 });
 """
 
+# The maps alone, with only what differs: how bright the brightest pixel is, 0 to 255, from afar, from nearby and turned,
+# and once a tile of the other map is all wall.
+DIFFERENCE = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => {
+  const {view} = robots[0];
+  const {map} = robots[1].model;
+  const {truth} = view.layers;
+  const {width, height} = view.canvas;
+  const mode = document.getElementById('mode');
+  const show = (value) => {
+    mode.value = value;
+    mode.dispatchEvent(new Event('change'));
+  };
+  const context = view.canvas.getContext('2d');
+  const brightest = (zoom, turn_rad) => {
+    view.camera.turn_rad = turn_rad;
+    view.fit();
+    view.camera.px *= zoom;
+    view.draw(performance.now());
+    view.drawMaps(context, view.windowOf(), 1 / view.camera.px);
+    const {data} = context.getImageData(0, 0, width, height);
+    return data.reduce((most, value, i) => (i % 4 < 3 ? Math.max(most, value) : most), 0);
+  };
+  view.layers.truth = false;
+  show('difference');
+  const equal = [[0.4, 0], [1, 0], [3.7, 0], [20, 0], [1, 0.3], [3.7, 0.3]].map((at) => brightest(...at));
+  const [key, tile] = map.tiles.entries().next().value;
+  const cells = tile.cells.slice();
+  tile.cells.fill(0);
+  map.stale.add(key);
+  const changed = brightest(1, 0);
+  tile.cells.set(cells);
+  map.stale.add(key);
+  view.layers.truth = truth;
+  show('beside');
+  callback({equal, changed});
+});
+"""
+
 
 def read_png(path):
     """Width, height and grey values of an 8-bit grey PNG."""
@@ -503,6 +543,9 @@ def test_several(results):
         check(seen["labels"] == 2, f"and both are named: {seen}")
         for mode in ("overlay", "difference", "beside"):
             check(seen["states"][mode] == ["GOOD"] * 3, f"and how they are, once they are drawn: {mode}")
+        seen = browser.run(DIFFERENCE)
+        check(max(seen["equal"]) <= 2 and seen["changed"] > 200,  # 2: what rounding may do
+              f"with only what differs equal maps are black, and a wall that one lacks is bright: {seen}")
         check(browser.errors() == [], "the console has no errors")
         browser.driver.set_window_size(412, 915)
         time.sleep(0.5)

@@ -362,10 +362,26 @@ export class MapView extends EventTarget {
     this.useMetres(context);
     if (layers.grid && this.mode !== "difference") drawGrid(context, window_m, pixel, colours);
     this.drawMap(context, model.map, window_m);
-    if (this.mode === "difference") context.globalCompositeOperation = "difference";
-    for (const {map} of this.others) this.drawMap(context, map, window_m);
-    context.globalCompositeOperation = "source-over";
+    for (const {map} of this.others) {
+      if (this.mode === "difference") this.drawDifference(context, map, window_m);
+      else this.drawMap(context, map, window_m);
+    }
     if (layers.truth) drawTruth(context, model.info.truth ?? [], pixel, colours);
+  }
+
+  // Of the map that is drawn, only what differs from another one stays. That one is drawn on black first, too: the
+  // half-transparent pixels of its edges would not cancel what the same ones became on black.
+  drawDifference(context, map, window_m) {
+    const {width, height} = this.canvas;
+    const canvas = Object.assign(this.ground_canvas, {width, height});
+    const other = canvas.getContext("2d", {alpha: false});  // is black
+    this.useMetres(other);
+    this.drawMap(other, map, window_m);
+    context.globalCompositeOperation = "difference";
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.drawImage(canvas, 0, 0);
+    context.globalCompositeOperation = "source-over";
+    this.useMetres(context);
   }
 
   // What is the same in most frames of a run that is played: maps, and the path but for its last piece.

@@ -1,4 +1,4 @@
-"""python3 -m crsm_slam LOG --out DIR: the program slam_offline, of this package or else in the path."""
+"""python3 -m crsm_slam LOG --out DIR: the program slam_offline, of this package, or in the path, or of the same build."""
 import os
 import pathlib
 import shutil
@@ -6,8 +6,9 @@ import sys
 
 
 def main():
-    beside = pathlib.Path(__file__).resolve().parent / "bin" / "slam_offline"
-    program = str(beside) if beside.exists() else shutil.which("slam_offline")
+    package = pathlib.Path(__file__).resolve().parent
+    of_package, of_build = (str(folder / "bin" / "slam_offline") for folder in (package, package.parents[1]))
+    program = shutil.which(of_package) or shutil.which("slam_offline") or shutil.which(of_build)
     if not program:
         sys.exit("crsm_slam: there is no slam_offline in the path: install the package crsm-slam")
     os.execv(program, ["slam_offline", *sys.argv[1:]])
