@@ -291,11 +291,13 @@ std::optional<JournalHead> ReadHead(const fs::path& folder) {
 }
 
 bool IsOfAnotherMap(const fs::path& folder, const std::string& identity) {
+  std::error_code error;
+  if (!fs::exists(JournalPath(folder), error)) return false;
   try {
     const auto head = ReadHead(folder);
     return head && FormatIdentity(head->epoch) != identity;
   } catch (const std::runtime_error&) {
-    return false;
+    return true;
   }
 }
 

@@ -141,8 +141,8 @@ std::string ReadJournal(const std::filesystem::path& folder, const JournalSubjec
 /// std::runtime_error if there is no such file, or if it is no journal.
 std::optional<JournalHead> ReadHead(const std::filesystem::path& folder);
 
-/// Whether the journal in `folder` is of another map than that of this identity, as of FormatIdentity. False where there
-/// is none, or one that cannot be read.
+/// Whether the journal in `folder` is of another map than that of this identity, as of FormatIdentity, or is no journal
+/// that can be read. False where there is none, or an empty one.
 bool IsOfAnotherMap(const std::filesystem::path& folder, const std::string& identity);
 
 /// Whether the journal in `folder` is of the map of that epoch, and has nothing but the first of its matches, in their

@@ -288,7 +288,7 @@ class MapUpdaterService {
 
   /// The last answer may be asked for again.
   void SetEpoch(std::int64_t epoch) {
-    service_.SetIdentity(journal_ ? FormatIdentity(journal_->epoch()) : replaced_);
+    if (journal_) service_.SetIdentity(FormatIdentity(journal_->epoch()));
     options_.epoch = epoch;
     for (map_delta_t& part : last_answer_) part.epoch = epoch;
     if (link_) link_->SetEpoch(epoch);
@@ -307,16 +307,15 @@ class MapUpdaterService {
   }
 
   /// A journal that cannot be written is no reason to stop mapping, but it ends there: no map is made from one with a
-  /// hole. The map is another one from here on than the one that the journal will give.
+  /// hole. The map is another one from here on than the one that the journal will give. Beside a journal of another map
+  /// it is still known by its own, so that all who compare them see that they do not belong together.
   void Keep(const std::function<void()>& append) {
     try {
       append();
     } catch (const std::runtime_error& error) {
       Say(fmt::format("map_updater: {}; mapping goes on without a journal", error.what()));
       service_.counters().Add("journal_failed");
-      if (const std::string ours = FormatIdentity(journal_->epoch()); IsOfAnotherMap(settings_.journal, ours)) {
-        replaced_ = ours;
-      }
+      if (!IsOfAnotherMap(settings_.journal, FormatIdentity(journal_->epoch()))) service_.SetIdentity("");
       journal_.reset();
       SetEpoch(DrawIdentity());
     }
@@ -353,7 +352,6 @@ class MapUpdaterService {
   std::int64_t num_cut_ = 0;  ///< scans for which the map had no room
   std::optional<PathLock> journal_lock_;
   std::optional<Journal> journal_;
-  std::string replaced_;  ///< the identity of ours, where the folder has the journal of another map now: all compare them
   Clock::time_point next_look_at_journal_{};
   std::optional<std::int64_t> match_without_scan_;  ///< utime of a match that waits for its rays
   std::optional<std::int64_t> held_utime_;          ///< of the last rays that came, which wait for their match

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 #include <signal.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <thread>
 
 #include "catch.hpp"
 #include "processes.hpp"
@@ -106,11 +106,25 @@ TEST_CASE("map_updater whose journal is replaced says so, and does not write int
   const TemporaryFolder folder;
   folder.Map(folder.Write(TakeScans("sim:demo", 100), "other.lcm"), "other");
   const fs::path journal = folder / "own/journal.lcm";
-  Process owner("map_updater", {"--journal", folder / "own", "--lcm-url", MakeBusUrl()}, folder / "log");
+  const std::string url = MakeBusUrl();
+  TestBus bus(url);
+  std::string identity;
+  bool is_without_journal = false;
+  bus->Subscribe<service_status_t>("SERVICE_STATUS/map_updater", [&](const service_status_t& status) {
+    const auto found = std::ranges::find(status.parameter_name, "identity");
+    identity = found == status.parameter_name.end()
+                   ? ""
+                   : status.parameter_value[static_cast<std::size_t>(found - status.parameter_name.begin())];
+    is_without_journal = std::ranges::find(status.counter_name, "journal_failed") != status.counter_name.end();
+  });
+  Process owner("map_updater", {"--journal", folder / "own", "--lcm-url", url}, folder / "log");
   REQUIRE(owner.AwaitReady());
+  REQUIRE(bus.Await([&] { return !identity.empty(); }));
+  const std::string own_identity = identity;
   fs::remove(journal);
   fs::copy_file(folder / "other/journal/journal.lcm", journal);
-  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+  CHECK(bus.Await([&] { return is_without_journal; }));
+  CHECK(identity == own_identity);  // so that its map is not taken for that of the other one
   owner.Signal(SIGTERM);
   CHECK(owner.AwaitExit() == 0);
   CHECK(Has(owner.errors(), journal.string() + ": was removed, moved or replaced; mapping goes on without a journal"));

@@ -332,4 +332,15 @@ TEST_CASE("a journal is covered by a map that is further on, and by no other") {
   CHECK_FALSE(IsCovered(folder / "a", epoch, matches));
 }
 
+TEST_CASE("a journal is of another map by its identity, or where it cannot be read") {
+  const ScratchFolder folder;
+  CHECK_FALSE(IsOfAnotherMap(folder.path(), "000000000000002a"));  // there is none
+  { Journal(folder.path(), {}, 0x2a).Append(nullptr, {1, {}, 0.0, 0, 1, 0, MatchState::kFirst}); }
+  CHECK_FALSE(IsOfAnotherMap(folder.path(), "000000000000002a"));
+  CHECK(IsOfAnotherMap(folder.path(), "000000000000002b"));
+  std::filesystem::remove(JournalPath(folder.path()));
+  std::filesystem::create_directory(JournalPath(folder.path()));
+  CHECK(IsOfAnotherMap(folder.path(), "000000000000002a"));
+}
+
 }  // namespace crsm
