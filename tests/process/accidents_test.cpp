@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "catch.hpp"
 #include "processes.hpp"
+#include "services/journal/journal.hpp"
 
 using namespace crsm;
 
@@ -88,7 +90,9 @@ TEST_CASE("a run whose journal is replaced by that of another map ends, and says
                 {WriteLongDrive(folder), "--out", folder / "out", "--rate", "20", "--lcm-url", MakeBusUrl()},
                 folder / "log");
   const fs::path journal = folder / "out/journal/journal.lcm";
-  while (!fs::exists(folder / "out/map.png")) REQUIRE(stack.IsRunning());
+  const auto IsBegun = [&] { return fs::exists(folder / "out/map.png") && ReadHead(folder / "out/journal"); };
+  while (!IsBegun()) REQUIRE(stack.IsRunning());
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // run_stack has seen whose journal it is
   fs::copy_file(folder / "other/journal/journal.lcm", folder / "out/journal/copy");
   fs::rename(folder / "out/journal/copy", journal);
   const auto replaced = ReadFile(journal);
