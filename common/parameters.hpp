@@ -35,7 +35,6 @@ struct SelectionParameters {
 /// How the pose is searched. Source: section 5.
 struct MatchParameters {
   std::uint64_t seed = 1;
-  bool smooth_climb = false;
   std::optional<Pose2> start = std::nullopt;  ///< T_map_laser of the first scan on a finished map, if it is known
 };
 
@@ -62,7 +61,7 @@ struct Parameters {
 };
 
 /// Which programs a parameter concerns.
-enum class ParameterGroup { kSeed, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops, kAlgorithm };
+enum class ParameterGroup { kSeed, kLaser, kScan, kSelection, kUpdate, kLoops, kAlgorithm };
 
 struct ParameterInfo {
   ParameterGroup group;
@@ -93,9 +92,6 @@ void VisitParameters(Parameters& p, Visitor&& visit) {
          "most critical rays of a scan; fewer cost less, more are more accurate (the fewest are two thirds of them)"},
         p.selection.rays_max, 6, 4096);
   visit({kSeed, "seed", "seed of the random numbers"}, p.match.seed, std::uint64_t{0}, ~std::uint64_t{0});
-  visit({kMatch, "smooth_climb",
-         "more accurate between cells, for twice the time: pays where the laser's noise is far below a cell"},
-        p.match.smooth_climb);
   visit({kUpdate, "cell_size_m", "side of a map cell [m]"}, p.update.cell_size_m, 0.005, 1.0);
   visit({kUpdate, "update_distance_m", "a scan updates the map after this much motion [m] ..."},
         p.update.update_distance_m, 0.0, 10.0);

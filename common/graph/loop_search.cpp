@@ -203,10 +203,9 @@ std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& find
   const ScoredMap map(DrawScans(drawing, scans));
   const RaysInCells rays =
       ToCells(CollectRecentPoints(graph, finding.newer, submaps.farthest_point_m, submaps), map.geometry());
-  const auto Fitness = [&](const Pose2& at) { return map.Fitness(rays, at); };
-  const auto SmoothFitness = [&](const Pose2& at) { return map.SmoothFitness(rays, at); };
-  const Pose2 pose = FindOptimum(finding.T_older_newer, submaps.cell_m, submaps.optimum_rad, Fitness, SmoothFitness,
-                                 constants.match.optimum);
+  const Pose2 pose = FindOptimum(
+      finding.T_older_newer, submaps.cell_m, submaps.optimum_rad,
+      [&](const Pose2& at) { return map.Differentiate(rays, at); }, constants.match.optimum);
 
   const Eigen::Matrix2Xd newest_hits_m = ComputeHits(graph.keyframe(finding.newer).rays.Unpack());
   const bool told_by_rays = finding.by == LoopFinding::By::kSoon || finding.by == LoopFinding::By::kNearby;

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "common/match/match_constants.hpp"
-#include "common/match/optimum.hpp"
 #include "common/match/scored_map.hpp"
 #include "common/match/tracking_state.hpp"
 

@@ -14,6 +14,7 @@
 #include <span>
 #include <utility>
 
+#include "common/match/fitness_derivatives.hpp"
 #include "common/match/rays_in_cells.hpp"
 #include "common/math/floor_to_int.hpp"
 
@@ -242,51 +243,58 @@ void FitnessField::RefreshPairs(const ByteMap& map, TileIndex index, const CellR
   }
 }
 
-// Interpolation is between the centres of cells, which lie half a cell up and right of their corners. It begins at the
-// nearest 1/128 of a cell, where kernels round down: a bias of each match, however small, adds up from scan to scan. A
-// spline begins a whole cell left and below.
+// Interpolation is between the centres of cells, which lie half a cell up and right of their corners; a spline begins a
+// whole cell left and below. The bilinear one begins at the nearest 1/128 of a cell, where kernels round down: a bias
+// of each match, however small, adds up from scan to scan.
 
 double FitnessField::Evaluate(const RaysInCells& rays, const Pose2& T_map_laser) const {
+  if (rays.size() == 0) return 0.0;
+  constexpr std::int64_t kUnit = kFractions * kFractions;
   const double shift = interpolate_ ? 0.5 / kFractions - 0.5 : 0.0;
-  return MeanScore(kernel_.bilinear(MakeTask(rays, T_map_laser, shift, interpolate_)), rays);
+  const std::int64_t sum = kernel_.bilinear(MakeTask(rays, T_map_laser, shift, kFractions));
+  const std::int64_t unexplored_sum = unexplored_score_ * kUnit * rays.total_weight();
+  return static_cast<double>(sum + unexplored_sum) / static_cast<double>(kFullScore * kUnit * rays.total_weight());
 }
 
-double FitnessField::EvaluateSmooth(const RaysInCells& rays, const Pose2& T_map_laser) const {
-  return MeanScore(kernel_.spline(MakeTask(rays, T_map_laser, 0.5 / kFractions - 1.0, true)), rays);
+FitnessDerivatives FitnessField::Differentiate(const RaysInCells& rays, const Pose2& T_map_laser) const {
+  FitnessDerivatives fitness;
+  if (rays.size() == 0) return fitness;
+  const SplineSums sums = kernel_.spline(MakeTask(rays, T_map_laser, -1.0, 1));
+  const double weight = 1.0 / (static_cast<double>(kFullScore) * static_cast<double>(rays.total_weight()));
+  const double by_m = weight / geometry_.cell_size_m();
+  const double by_m2 = by_m / geometry_.cell_size_m();
+  fitness.value = weight * sums.value + static_cast<double>(unexplored_score_) / kFullScore;
+  fitness.gradient << by_m * sums.x, by_m * sums.y, weight * sums.yaw;
+  fitness.hessian << by_m2 * sums.xx, by_m2 * sums.xy, by_m * sums.x_yaw,  //
+      by_m2 * sums.xy, by_m2 * sums.yy, by_m * sums.y_yaw,                 //
+      by_m * sums.x_yaw, by_m * sums.y_yaw, weight * sums.yaw_yaw;
+  return fitness;
 }
 
-/// shift: of the score at which kernels begin from the cell in which a ray ends [cells]. between_cells: false: all of a
-/// cell scores alike.
-FitnessTask FitnessField::MakeTask(const RaysInCells& rays, const Pose2& T_map_laser, double shift,
-                                   bool between_cells) const {
+/// shift: of the score at which kernels begin from the cell in which a ray ends [cells]. units: in a cell, as the
+/// kernel counts them.
+FitnessTask FitnessField::MakeTask(const RaysInCells& rays, const Pose2& T_map_laser, double shift, int units) const {
   // Points are placed relative to the laser's cell, where single precision is exact to 1/128 of a cell.
   const SplitCoordinate laser_x = Split(geometry_.ToCells(T_map_laser.x_m));
   const SplitCoordinate laser_y = Split(geometry_.ToCells(T_map_laser.y_m));
   const SinCos rotation = ComputeSinCos(T_map_laser.yaw_rad);
+  const auto scale = static_cast<float>(units);
 
   FitnessTask task;
   task.x = rays.x().data();
   task.y = rays.y().data();
   task.weight = rays.all_alike() ? nullptr : rays.weight().data();
   task.num_rays = static_cast<int>(rays.size());
-  task.sin = static_cast<float>(rotation.sin) * kFractions;
-  task.cos = static_cast<float>(rotation.cos) * kFractions;
-  task.offset_x = static_cast<float>(laser_x.rest + shift) * kFractions;
-  task.offset_y = static_cast<float>(laser_y.rest + shift) * kFractions;
-  task.corner_x = (laser_x.cell - rectangle_.origin.x * kTileSide) * kFractions;
-  task.corner_y = (laser_y.cell - rectangle_.origin.y * kTileSide) * kFractions;
-  task.fraction_mask = between_cells ? kFractions - 1 : 0;
+  task.sin = static_cast<float>(rotation.sin) * scale;
+  task.cos = static_cast<float>(rotation.cos) * scale;
+  task.offset_x = static_cast<float>(laser_x.rest + shift) * scale;
+  task.offset_y = static_cast<float>(laser_y.rest + shift) * scale;
+  task.corner_x = (laser_x.cell - rectangle_.origin.x * kTileSide) * units;
+  task.corner_y = (laser_y.cell - rectangle_.origin.y * kTileSide) * units;
+  task.fraction_mask = interpolate_ ? kFractions - 1 : 0;
   task.tiles = rectangle_;
   task.pairs = pairs_.get();
   return task;
-}
-
-/// sum: of a kernel.
-double FitnessField::MeanScore(std::int64_t sum, const RaysInCells& rays) const {
-  if (rays.size() == 0) return 0.0;
-  constexpr std::int64_t kUnit = kFractions * kFractions;
-  const std::int64_t unexplored_sum = unexplored_score_ * kUnit * rays.total_weight();
-  return static_cast<double>(sum + unexplored_sum) / static_cast<double>(kFullScore * kUnit * rays.total_weight());
 }
 
 }  // namespace crsm

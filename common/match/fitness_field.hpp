@@ -12,6 +12,7 @@
 namespace crsm {
 
 class RaysInCells;
+struct FitnessDerivatives;
 
 /// What a ray scores between cells, and where nothing is known.
 struct ScoreRules {
@@ -38,9 +39,10 @@ class FitnessField {
   /// on every machine.
   double Evaluate(const RaysInCells& rays, const Pose2& T_map_laser) const;
 
-  /// The same by a quadratic B-spline between cells, whether or not the field interpolates: the mean of the bilinear
-  /// fitness over a cell around each point. It has no edges, but is lower on thin walls.
-  double EvaluateSmooth(const RaysInCells& rays, const Pose2& T_map_laser) const;
+  /// The fitness by a quadratic B-spline between cells, whether or not the field interpolates, and its derivatives. It
+  /// is the mean of the bilinear one over a cell around each point: it has no edges, but is lower on thin walls. The
+  /// same on every machine too.
+  FitnessDerivatives Differentiate(const RaysInCells& rays, const Pose2& T_map_laser) const;
 
  private:
   /// Frees address space that the system gave.
@@ -50,8 +52,7 @@ class FitnessField {
   };
   using Pairs = std::unique_ptr<ScorePair[], Unmap>;
 
-  FitnessTask MakeTask(const RaysInCells& rays, const Pose2& T_map_laser, double shift, bool between_cells) const;
-  double MeanScore(std::int64_t sum, const RaysInCells& rays) const;
+  FitnessTask MakeTask(const RaysInCells& rays, const Pose2& T_map_laser, double shift, int units) const;
   static Pairs MakeBlankTiles(const TileRectangle& rectangle);
   ScorePair* FindTile(TileIndex index) const { return pairs_.get() + rectangle_.Place(index) * kPairsInTile; }
   void MakeRoom(const ByteMap& map);

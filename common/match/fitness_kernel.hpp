@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -28,33 +30,43 @@ inline constexpr int kFractionBits = 7;
 inline constexpr int kFractions = 1 << kFractionBits;                 ///< a point is placed to 1/128 of a cell
 inline constexpr unsigned kFineTileBits = kTileBits + kFractionBits;  ///< in 1/128 cell, shifted by these: its tile
 
-/// Rays and the pose from which they are seen. Lengths are in cells, but for those in fractions of a cell.
+/// Rays and the pose from which they are seen. Lengths are in cells, but for those in the unit of the kernel: a
+/// fraction of a cell for `bilinear`, a cell for `spline`.
 struct FitnessTask {
   const float* x;     ///< where the rays end, laser frame
   const float* y;     ///< at most 2^22 from the laser
   const int* weight;  ///< nullptr: all are 1
   int num_rays;
 
-  float sin;  ///< of the laser's yaw, times kFractions
+  float sin;  ///< of the laser's yaw, times units in a cell
   float cos;
-  float offset_x;  ///< of the laser from the corner of its cell [1/128 cell]
+  float offset_x;  ///< of the laser from the corner of its cell [unit]
   float offset_y;
-  int corner_x;  ///< of that cell from the corner of the rectangle [1/128 cell]
+  int corner_x;  ///< of that cell from the corner of the rectangle [unit]
   int corner_y;
-  int fraction_mask;  ///< kFractions - 1: between cells; 0: the score of the cell alone
+  int fraction_mask;  ///< kFractions - 1: between cells; 0: the score of the cell alone. Of `bilinear`
 
   TileRectangle tiles;
   const ScorePair* pairs;  ///< tiles.num_places() x kPairsInTile
 };
 
-/// Sum of what the rays score, weighted, times kFractions^2.
-using SumOfScores = std::int64_t (*)(const FitnessTask&);
+/// What the rays score by a quadratic B-spline, weighted, and its derivatives by the laser's place [cells] and yaw
+/// [rad]: sums over the rays.
+struct SplineSums {
+  double value;
+  double x, y, yaw;
+  double xx, xy, yy, x_yaw, y_yaw, yaw_yaw;
+};
 
-/// Two ways to read the scores between cells. All kernels give the same sums: the way to a cell is made of the same
-/// roundings in the same order, and what follows is whole numbers.
+/// Two ways to read the scores between cells. All kernels give the same sums: those of `bilinear` are of whole numbers
+/// once the way to a cell is made of the same roundings in the same order; those of `spline` are of floats that are
+/// added up in a fixed order.
 struct FitnessKernel {
-  SumOfScores bilinear;  ///< between four scores, of which the task places the lower left one
-  SumOfScores spline;    ///< a quadratic B-spline of nine scores, of which it places the lower left one
+  /// Sum of what the rays score, weighted, times kFractions^2: between four scores, of which the task places the lower
+  /// left one.
+  std::int64_t (*bilinear)(const FitnessTask&);
+  /// Between nine scores, of which it places the lower left one.
+  SplineSums (*spline)(const FitnessTask&);
 };
 
 /// The one that defines what the others compute.
@@ -66,16 +78,17 @@ std::optional<FitnessKernel> Avx2FitnessKernel();
 /// Those that this processor can run, the fastest last.
 std::vector<FitnessKernel> FindFitnessKernels();
 
-// A quadratic B-spline is the mean of the bilinear one over a cell around the point. A point that lies the share f of a
-// cell right of the border of its cell weighs the columns of the cells left, here and right of it by (1 - f)^2 / 2, the
-// rest, and f^2 / 2, and their rows likewise.
-inline constexpr int kSplineBits = 12;  ///< weights are in 1/4096
-inline constexpr int kSplineUnit = 1 << kSplineBits;
+// For those who write kernels: the i-th ray is added up in lane i % kSplineLanes, and the lanes at the end.
+inline constexpr std::size_t kSplineSums = sizeof(SplineSums) / sizeof(double);
+inline constexpr std::size_t kSplineLanes = 8;
+using SplineLanes = std::array<std::array<float, kSplineLanes>, kSplineSums>;
 
-// By how many bits numbers are shortened on the way: half a square in 1/128^2 to a weight, the sum of a column, so that
-// 32 bits hold that of three weighted ones, and the latter to kFractions^2.
-inline constexpr int kSplineSquareShift = 2 * kFractionBits + 1 - kSplineBits;
-inline constexpr int kSplineColumnShift = 6;
-inline constexpr int kSplineSumShift = 2 * kSplineBits - kSplineColumnShift - 2 * kFractionBits;
+inline SplineSums AddLanes(const SplineLanes& lanes) {
+  std::array<double, kSplineSums> sums{};
+  for (std::size_t i = 0; i < kSplineSums; ++i) {
+    for (const float sum : lanes[i]) sums[i] += double{sum};
+  }
+  return {sums[0], sums[1], sums[2], sums[3], sums[4], sums[5], sums[6], sums[7], sums[8], sums[9]};
+}
 
 }  // namespace crsm

@@ -111,13 +111,11 @@ RaysInCells SelectRays(const ScoredMap& map, const Contour& contour, const Known
   return ToCells(contour.points_m(Eigen::all, chosen), map.geometry(), contour.weights(chosen));
 }
 
-FitGain::FitGain(const ScoredMap& map, const Contour& contour, const DegenerateAxis& axis, const Pose2& from,
-                 bool smooth)
+FitGain::FitGain(const ScoredMap& map, const Contour& contour, const DegenerateAxis& axis, const Pose2& from)
     : map_(map),
       contour_(contour),
       axis_(axis),
       from_(from),
-      smooth_(smooth),
       yaw_rad_(from.yaw_rad),
       rays_m_(Turn(contour.points_m, yaw_rad_)),
       known_from_(FindKnownOf(map.cells(), rays_m_, from, axis, KnownRays::Constant(rays_m_.cols(), true))) {}

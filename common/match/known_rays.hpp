@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 
+#include "common/match/fitness_derivatives.hpp"
 #include "common/match/match_constants.hpp"
 #include "common/match/rays_in_cells.hpp"
 #include "common/match/scored_map.hpp"
@@ -40,9 +41,8 @@ RaysInCells SelectRays(const ScoredMap& map, const Contour& contour, const Known
 /// How much better a scan fits at other poses than at one, by the rays that are known from both: a share of all rays.
 class FitGain {
  public:
-  /// smooth: by ScoredMap::SmoothFitness. Map and contour have to outlive it.
-  FitGain(const ScoredMap& map, const Contour& contour, const DegenerateAxis& axis, const Pose2& from,
-          bool smooth = false);
+  /// Map and contour have to outlive it.
+  FitGain(const ScoredMap& map, const Contour& contour, const DegenerateAxis& axis, const Pose2& from);
 
   double At(const Pose2& to);
   /// About the same, for a pose of the same heading: which rays are known from there is asked again only where the one
@@ -53,15 +53,12 @@ class FitGain {
 
  private:
   double Compare(const Pose2& to, KnownRays known_from_both);
-  double Fit(const Pose2& pose) const {
-    return smooth_ ? map_.SmoothFitness(*rays_, pose) : map_.Fitness(*rays_, pose);
-  }
+  double Fit(const Pose2& pose) const { return map_.Differentiate(*rays_, pose).value; }
 
   const ScoredMap& map_;
   const Contour& contour_;
   DegenerateAxis axis_;
   Pose2 from_;
-  bool smooth_;
   double yaw_rad_;           ///< of the last pose ...
   Eigen::Matrix2Xd rays_m_;  ///< ... and the contour, turned so
   KnownRays known_from_;

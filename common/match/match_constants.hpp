@@ -131,9 +131,10 @@ struct MatchConstants {
 
   /// The climb to the top of an optimum, to a fraction of a cell.
   struct Optimum {
-    double first_step_rad = 0.01;
-    int halvings = 6;          ///< of the step
-    int coarse_halvings = 2;   ///< of these: the last of them steps by half a cell
+    double longest_step_rad = 0.01;  ///< no further at a time, and no further than a cell
+    double shortest_step = 0.01;     ///< of these: a shorter one is the last
+    double least_damping = 0.01;     ///< of the steepest slope's change
+    int most_passes = 20;
     int widths = 4;            ///< that say where the middle of the yaw is
     double least_fall = 0.02;  ///< of fitness: an optimum as flat as this has no middle
   };
@@ -174,7 +175,8 @@ struct MatchConstants {
   struct FinalClimb {
     double spacing_max_m = 0.3;           ///< weight of a ray: the distance to its neighbours, at most this
     double optimum_rad = 0.02;            ///< half the width of the optimum in whose middle the yaw is
-    double look_along_m = 1.0;            ///< along a degenerate direction
+    double look_along_m = 0.4;            ///< along a degenerate direction: as far as a motion changes between scans
+    double look_along_unsteady_m = 0.6;   ///< ... and so much further where it is not steady
     double look_same_rays_cells = 4.0;    ///< so far on, about the same rays are known
     double look_gain = 0.02;              ///< least gain of fitness there ...
     double look_gain_steady = 0.03;       ///< ... and so much more where the motion is steady

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "common/match/fitness_derivatives.hpp"
 #include "common/match/scored_map.hpp"
 #include "common/math/pose2.hpp"
 
@@ -22,8 +23,17 @@ struct Objective {
 
   double operator()(const Pose2& pose) const { return map.Fitness(rays, pose) - Prior(pose); }
 
-  /// The same by the smooth fitness, for the last fraction of a cell.
-  double Smooth(const Pose2& pose) const { return map.SmoothFitness(rays, pose) - Prior(pose); }
+  /// The same by a spline between cells, with its derivatives.
+  FitnessDerivatives Differentiate(const Pose2& pose) const {
+    FitnessDerivatives fitness = map.Differentiate(rays, pose);
+    const Eigen::Vector2d way_m = WayFrom(initial_guess, pose);
+    const double along_m = way_m.dot(degenerate_axis);
+    fitness.value -= Prior(pose);
+    fitness.gradient.head<2>() -= 2.0 * (prior_per_m2 * way_m + degenerate_per_m2 * along_m * degenerate_axis);
+    fitness.hessian.topLeftCorner<2, 2>() -= 2.0 * (prior_per_m2 * Eigen::Matrix2d::Identity() +
+                                                    degenerate_per_m2 * degenerate_axis * degenerate_axis.transpose());
+    return fitness;
+  }
 
   /// What is taken off the fitness.
   double Prior(const Pose2& pose) const {

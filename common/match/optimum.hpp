@@ -1,18 +1,15 @@
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 
+#include "common/match/fitness_derivatives.hpp"
 #include "common/match/match_constants.hpp"
+#include "common/match/scored_map.hpp"
 #include "common/math/pose2.hpp"
 
 namespace crsm {
-
-/// A pose and how well the rays fit there.
-struct ScoredPose {
-  Pose2 pose;
-  double fitness = 0.0;
-};
 
 /// Climbs from a pose to the nearest optimum of its fitness, by steps along each axis that halve when none leads up.
 ///
@@ -82,18 +79,50 @@ Pose2 CentreYaw(const ScoredPose& top, double width_rad, Fitness&& fitness,
   return sum > 0.0 ? Turned(sum_of_turns / sum) : top.pose;
 }
 
-/// The optimum next to a pose, to a fraction of a cell: to half a cell by one fitness, on from there by another, which
-/// may cost more and be right between cells.
-template <class Fitness, class FineFitness>
-Pose2 FindOptimum(const Pose2& from, double cell_size_m, double width_rad, Fitness&& fitness, FineFitness&& fine,
+/// Climbs from a pose to the optimum next to it by Newton's method. Where the fitness is no hill, or a step leads down,
+/// the step is turned towards the gradient and shortened (Levenberg). No step is longer than a cell, or
+/// `longest_step_rad`.
+///
+/// differentiate: of a pose, FitnessDerivatives.
+template <class Differentiate>
+ScoredPose ClimbByNewton(const Pose2& from, double cell_size_m, Differentiate&& differentiate,
+                         const MatchConstants::Optimum& constants = {}) {
+  const Eigen::Vector3d unit(cell_size_m, cell_size_m, constants.longest_step_rad);
+  Pose2 pose = from;
+  FitnessDerivatives here = differentiate(pose);
+  double damping = 0.0;
+  for (int pass = 1; pass < constants.most_passes; ++pass) {
+    const Eigen::Matrix3d bend = -(unit.asDiagonal() * here.hessian * unit.asDiagonal());
+    const double steepest = std::max(bend.cwiseAbs().maxCoeff(), 1e-9);
+    Eigen::LLT<Eigen::Matrix3d> hill(bend + damping * steepest * Eigen::Matrix3d::Identity());
+    for (; hill.info() != Eigen::Success; hill.compute(bend + damping * steepest * Eigen::Matrix3d::Identity())) {
+      damping = std::max(4.0 * damping, constants.least_damping);
+    }
+    Eigen::Vector3d step = hill.solve(unit.cwiseProduct(here.gradient));
+    const double length = step.cwiseAbs().maxCoeff();
+    if (length > 1.0) step /= length;
+    const Eigen::Vector3d way = unit.cwiseProduct(step);
+    const Pose2 next{pose.x_m + way.x(), pose.y_m + way.y(), pose.yaw_rad + way.z()};
+    const FitnessDerivatives there = differentiate(next);
+    const bool leads_up = there.value > here.value;
+    if (leads_up) {
+      pose = next;
+      here = there;
+    }
+    if (length < constants.shortest_step) break;
+    damping = leads_up ? 0.25 * damping : std::max(4.0 * damping, constants.least_damping);
+  }
+  return {pose, here.value};
+}
+
+/// The optimum next to a pose, to a fraction of a cell, with the yaw in its middle: as of ClimbByNewton and CentreYaw.
+template <class Differentiate>
+Pose2 FindOptimum(const Pose2& from, double cell_size_m, double width_rad, Differentiate&& differentiate,
                   const MatchConstants::Optimum& constants = {}) {
-  const double step_rad = constants.first_step_rad;
-  const int coarse = constants.coarse_halvings;
-  const double left = 1.0 / (1 << coarse);  // of the first step
-  const ScoredPose near = ClimbToOptimum(from, cell_size_m, step_rad, coarse, fitness);
-  const ScoredPose top =
-      ClimbToOptimum(near.pose, left * cell_size_m, left * step_rad, constants.halvings - coarse, fine);
-  return width_rad > 0.0 ? CentreYaw(top, width_rad, fine, constants) : top.pose;
+  const ScoredPose top = ClimbByNewton(from, cell_size_m, differentiate, constants);
+  if (width_rad <= 0.0) return top.pose;
+  return CentreYaw(
+      top, width_rad, [&](const Pose2& at) { return differentiate(at).value; }, constants);
 }
 
 }  // namespace crsm

@@ -102,6 +102,7 @@ struct RrhcMatcher::Found {
   bool is_near_guess = true;  ///< false after the wide search, unless the robot goes on as before
   int evaluations = 0;
   int best_evaluation = 0;
+  double window_m = 0.0;  ///< of the wide search, to either side
 };
 
 /// Where the laser is held along an axis.
@@ -272,7 +273,7 @@ RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& sta
   if (wide.best.fitness > without_prior(near.best.pose) &&
       expected.IsMetBy(wide.best, false, rays.critical_hits_m, map_.cells()) &&
       AgreementAt(wide.best.pose) >= least_agreement) {
-    return {wide.best.pose, start, false, evaluations, near.evaluations + wide.best_evaluation};
+    return {wide.best.pose, start, false, evaluations, near.evaluations + wide.best_evaluation, window.x_m};
   }
   return TakeNearest(rays, start, near, evaluations, expected);
 }
@@ -316,16 +317,13 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
                                          double steadiness) const {
   Refined refined{found.pose, found.is_near_guess, {}, 0};
   const double cell_size_m = map_.geometry().cell_size_m();
-  const auto Counted = [&refined](const Objective& objective, bool smooth = false) {
-    return [&refined, objective, smooth](const Pose2& pose) {
-      ++refined.evaluations;
-      return smooth ? objective.Smooth(pose) : objective(pose);
-    };
-  };
-  const auto Fine = [&](const Objective& objective) { return Counted(objective, parameters_.smooth_climb); };
   const auto Climb = [&](const Pose2& from, const Objective& objective) {
-    refined.pose = FindOptimum(from, cell_size_m, constants_.final_climb.optimum_rad, Counted(objective),
-                               Fine(objective), constants_.optimum);
+    const auto Differentiate = [&](const Pose2& pose) {
+      ++refined.evaluations;
+      return objective.Differentiate(pose);
+    };
+    refined.pose =
+        FindOptimum(from, cell_size_m, constants_.final_climb.optimum_rad, Differentiate, constants_.optimum);
     refined.uncertainty =
         ComputeUncertainty(rays.hits_m, rays.normals, refined.pose, map_.cells(), constants_.uncertainty);
   };
@@ -346,8 +344,7 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
     const Objective held{
         map_, rays_there, hold.T_map_laser, with_prior.prior_per_m2, known.degenerate_axis, degenerate_per_m2};
     refined.evaluations += 2;
-    const double gain =
-        FitGain(map_, rays.contour, axis, refined.pose, parameters_.smooth_climb).At(back, known_from_back);
+    const double gain = FitGain(map_, rays.contour, axis, refined.pose).At(back, known_from_back);
     const bool fits_better = gain - held.Prior(back) + held.Prior(refined.pose) > 0.0;
     Climb(fits_better ? back : refined.pose, held);
   }
@@ -362,8 +359,11 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   const Pose2 here = refined.pose;
   const double as_known_within_m = (constants.look_same_rays_cells + 0.5) * cell_size_m;
   FitGain gain(map_, rays.contour, {known.degenerate_axis, by_wheels, constants_.known_rays}, here);
+  // As far as the motion may have changed; and found anywhere in the wide window, it may be anywhere in it.
+  const double changed_m = constants.look_along_m + constants.look_along_unsteady_m * (1.0 - steadiness);
+  const double reach_m = std::max(changed_m, 2.0 * found.window_m);
   const Pose2 better =
-      LookAlong(here, known.degenerate_axis, constants.look_along_m, cell_size_m, least_gain, [&](const Pose2& there) {
+      LookAlong(here, known.degenerate_axis, reach_m, cell_size_m, least_gain, [&](const Pose2& there) {
         refined.evaluations += 2;
         return gain.Near(there, as_known_within_m) - against_per_m * Distance(here, there);
       });

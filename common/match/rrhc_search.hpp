@@ -5,7 +5,7 @@
 
 #include "common/match/match_constants.hpp"
 #include "common/match/mutate.hpp"
-#include "common/match/optimum.hpp"
+#include "common/match/scored_map.hpp"
 
 namespace crsm {
 

@@ -3,6 +3,8 @@
 #include <utility>
 #include <vector>
 
+#include "common/match/fitness_derivatives.hpp"
+
 namespace crsm {
 
 ScoredMap::ScoredMap(ByteMap cells, const ScoreRules& rules)
@@ -20,6 +22,10 @@ bool ScoredMap::Apply(std::span<const TileChange> changes) {
   });
   field_.RefreshCells(cells_, changed);
   return all_applied;
+}
+
+FitnessDerivatives ScoredMap::Differentiate(const RaysInCells& rays, const Pose2& T_map_laser) const {
+  return field_.Differentiate(rays, T_map_laser);
 }
 
 }  // namespace crsm

@@ -7,6 +7,12 @@
 
 namespace crsm {
 
+/// A pose and how well the rays fit there.
+struct ScoredPose {
+  Pose2 pose;
+  double fitness = 0.0;
+};
+
 /// The map as the matcher holds it: its cells, their size, and what a ray scores that ends in each of them.
 class ScoredMap {
  public:
@@ -26,11 +32,9 @@ class ScoredMap {
   /// How well rays fit when the laser stands at `T_map_laser`; as of FitnessField.
   double Fitness(const RaysInCells& rays, const Pose2& T_map_laser) const { return field_.Evaluate(rays, T_map_laser); }
 
-  /// The same by a spline between cells. Fitness alone is bilinear between the centres of cells, so that the best place
-  /// of a wall along the cells is such a centre, up to half a cell from where it stands; this has no such edges.
-  double SmoothFitness(const RaysInCells& rays, const Pose2& T_map_laser) const {
-    return field_.EvaluateSmooth(rays, T_map_laser);
-  }
+  /// The same by a spline between cells, with its derivatives. The bilinear fitness has its optima at centres of cells,
+  /// up to half a cell from where a wall stands; this has no such edges.
+  FitnessDerivatives Differentiate(const RaysInCells& rays, const Pose2& T_map_laser) const;
 
  private:
   ByteMap cells_;

@@ -52,7 +52,7 @@ set(LIBRARY_FILES common/parameters common/diagnosis/handedness common/diagnosis
 list(TRANSFORM LIBRARY_FILES REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/\\1.cpp" OUTPUT_VARIABLE LIBRARY_FILES)
 
 # Raised with every change after which programs must be linked anew. The test `abi` says when.
-set(CRSM_SLAM_SOVERSION 0)
+set(CRSM_SLAM_SOVERSION 1)
 
 add_library(crsm_slam_objects OBJECT ${LIBRARY_SOURCES} ${LIBRARY_FILES})
 target_include_directories(crsm_slam_objects PRIVATE ${PROJECT_SOURCE_DIR}/services/library

@@ -1,4 +1,4 @@
-# Debian packages by CPack, one for each component: crsm-slam, libcrsm-slam0, libcrsm-slam-dev, python3-crsm-slam.
+# Debian packages by CPack, one for each component: crsm-slam, libcrsm-slam1, libcrsm-slam-dev, python3-crsm-slam.
 # scripts/packages makes them.
 set(CRSM_MAINTAINER "CRSM SLAM authors <crsm-slam@users.noreply.github.com>" CACHE STRING "Who packages are from")
 find_program(HELP2MAN help2man REQUIRED)

@@ -52,7 +52,6 @@ std::map<std::string, std::string> ListSingle(const Settings& settings) {
   Add("beam_times", settings.beam_times);
   AddWhole("rays_max", settings.rays_max);
   Add("seed", settings.seed);
-  Add("smooth_climb", settings.smooth_climb);
   Add("cell_size_m", settings.cell_size_m);
   Add("update_distance_m", settings.update_distance_m);
   Add("update_angle_rad", settings.update_angle_rad);

@@ -203,7 +203,7 @@ class Log {
     const WithoutGil release;
     using enum crsm::ParameterGroup;
     command_line_ = std::make_unique<crsm::CommandLine>(
-        "crsm_slam", "", std::vector{kSeed, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops, kAlgorithm}, kKeys);
+        "crsm_slam", "", std::vector{kSeed, kLaser, kScan, kSelection, kUpdate, kLoops, kAlgorithm}, kKeys);
     std::vector<const char*> arguments;
     for (const std::string& word : words) arguments.push_back(word.c_str());
     if (command_line_->Parse(static_cast<int>(arguments.size()), arguments.data()))
@@ -637,5 +637,5 @@ PYBIND11_MODULE(_crsm_slam, module) {
   AddLog(module);
   py::module_::import("atexit").attr("register")(py::cpp_function(&WithoutGil::End));
   module.def("presets", &crsm_slam::Presets, "presets()\n\nThe names of the presets, one for each laser.");
-  module.def("version", &crsm_slam::Version, "version()\n\nThe version of the library: '0.1.0'.");
+  module.def("version", &crsm_slam::Version, "version()\n\nThe version of the library: '0.2.0'.");
 }

@@ -16,7 +16,7 @@ ProgramFlags FlagsOfSelector() {
 }
 
 ProgramFlags FlagsOfMatcher() {
-  return {{kSeed, kMatch, kLoops, kAlgorithm},
+  return {{kSeed, kLoops, kAlgorithm},
           {"lcm_url", "channel_prefix", "odometry", "odometry_topic", "lockstep", "map_wait_s", "start"}};
 }
 

@@ -473,7 +473,7 @@ int main(int argc, char** argv) {
       "Maps logs or simulated worlds in one process. Several logs are drives of their own, whose starts are unknown: "
       "they are joined to one map where they come to the same places. Exit codes: 0 done, 1 failed or no scan mapped, "
       "2 usage, 3 with --strict: the map is not to be trusted.",
-      {kSeed, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops, kAlgorithm},
+      {kSeed, kLaser, kScan, kSelection, kUpdate, kLoops, kAlgorithm},
       {"lcm_url", "channel_prefix", "out", "laser_channel", "laser_frame", "odometry", "odometry_topic",
        "botlab_clockwise", "until_damage", "localize", "start"});
   std::vector<std::string> logs;

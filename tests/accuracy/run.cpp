@@ -81,7 +81,7 @@ Recording Record(const std::string& source, const Parameters& parameters, int ev
 Parameters ShippedParameters(const std::string& preset, std::uint64_t seed, const std::vector<std::string>& flags) {
   using enum ParameterGroup;
   CommandLine command_line("accuracy_tests", "",
-                           {kSeed, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops, kAlgorithm}, {});
+                           {kSeed, kLaser, kScan, kSelection, kUpdate, kLoops, kAlgorithm}, {});
   const std::string seed_text = std::to_string(seed);
   std::vector<const char*> arguments{"accuracy_tests", "--seed", seed_text.c_str()};
   if (!preset.empty()) arguments.insert(arguments.end(), {"--preset", preset.c_str()});

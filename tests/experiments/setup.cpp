@@ -51,7 +51,7 @@ Parameters ShippedParameters(const Run& run) {
   using enum ParameterGroup;
   const bool simulated = run.source.starts_with("env");
   const std::string preset = !simulated ? "sick" : run.source == "env4" ? "urg-04lx" : "paper";
-  CommandLine command_line("experiments", "", {kSeed, kScan, kSelection, kMatch, kUpdate, kLoops, kAlgorithm}, {});
+  CommandLine command_line("experiments", "", {kSeed, kScan, kSelection, kUpdate, kLoops, kAlgorithm}, {});
   const char* const arguments[] = {"experiments", "--profile", run.profile.c_str(), "--preset", preset.c_str()};
   if (command_line.Parse(std::size(arguments), arguments)) throw std::runtime_error(NameOf(run) + ": is refused");
   Parameters parameters = command_line.parameters();

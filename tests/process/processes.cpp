@@ -347,7 +347,7 @@ std::vector<LaserScan> TakeScans(const std::string& source_name, std::size_t cou
 
 Parameters ParametersOf(const std::vector<std::string>& flags) {
   using enum ParameterGroup;
-  CommandLine command_line("test", "", {kSeed, kScan, kSelection, kMatch, kUpdate, kAlgorithm}, {});
+  CommandLine command_line("test", "", {kSeed, kScan, kSelection, kUpdate, kAlgorithm}, {});
   std::vector<const char*> argv{"test"};
   for (const std::string& flag : flags) argv.push_back(flag.c_str());
   if (command_line.Parse(static_cast<int>(argv.size()), argv.data())) throw std::runtime_error("bad flags");

@@ -187,7 +187,7 @@ TEST_CASE("run_stack hands each process the flags that belong to it") {
   std::ofstream(stack.Path("out.toml")) << "preset = \"utm-30lx\"\nrate = \"2\"\nlockstep = true\nresume = true\n";
   stack.Run(
       "$run_stack sim:demo --out $out --config $out.toml --profile paper --seed 7 --odometry --range-max-m 9 "
-      "--rays-max 70 --cell-size-m 0.1 --smooth-climb --export-period-s 2 --resend-s 0.2 --map-wait-s 1 "
+      "--rays-max 70 --cell-size-m 0.1 --export-period-s 2 --resend-s 0.2 --map-wait-s 1 "
       "--part-bytes 1400 --channel-prefix robot1/ --laser-channel FRONT --view --http 127.0.0.1:8000");
   INFO(stack.output);
   CHECK(stack.exit_code == 0);
@@ -199,14 +199,14 @@ TEST_CASE("run_stack hands each process the flags that belong to it") {
                                            " --channel-prefix robot1/ --range-max-m 9 --rays-max 70");
   CHECK(stack.Event("rrhc_matcher") ==
         "rrhc_matcher started --no-lockstep" + common +
-            " --channel-prefix robot1/ --odometry --map-wait-s 1 --seed 7 --smooth-climb");
+            " --channel-prefix robot1/ --odometry --map-wait-s 1 --seed 7");
   CHECK(stack.Event("map_updater") ==
         "map_updater started --no-lockstep --journal " + stack.Path("out/journal") + common +
             " --channel-prefix robot1/ --part-bytes 1400 --range-max-m 9 --cell-size-m 0.1 --no-resume");
   CHECK(stack.Event("map_exporter") ==
         "map_exporter started --out " + stack.Path("out") +
             " --made-from sim:demo --profile paper --config out.toml --laser-channel FRONT --odometry --range-max-m 9 "
-            "--rays-max 70 --seed 7 --smooth-climb --cell-size-m 0.1" +
+            "--rays-max 70 --seed 7 --cell-size-m 0.1" +
             common + " --channel-prefix robot1/ --export-period-s 2");
   CHECK(stack.Event("map_viewer") == "map_viewer started" + common + " --channel-prefix robot1/ --http 127.0.0.1:8000");
 }

@@ -51,12 +51,13 @@ TEST_CASE("every key stands in the list once") {
 
 TEST_CASE("the list of some groups has their parameters and no others") {
   using enum ParameterGroup;
-  const auto list = ListParameters(Parameters(), {kSeed, kMatch});
-  REQUIRE(list.size() == 2);
+  const auto list = ListParameters(Parameters(), {kSeed, kLoops});
+  REQUIRE(list.size() == 3);
   CHECK(list[0].first == "seed");
-  CHECK(list[1].first == "smooth_climb");
+  CHECK(list[1].first == "loops");
+  CHECK(list[2].first == "local_map_m");
   CHECK(ListParameters(Parameters(), {}).empty());
-  CHECK(ListParameters(Parameters(), {kSeed, kLaser, kScan, kSelection, kMatch, kUpdate, kLoops, kAlgorithm}) ==
+  CHECK(ListParameters(Parameters(), {kSeed, kLaser, kScan, kSelection, kUpdate, kLoops, kAlgorithm}) ==
         ListParameters(Parameters()));
 }
 
@@ -64,7 +65,7 @@ TEST_CASE("the list gives each value as what it is") {
   Parameters parameters;
   parameters.match.seed = ~std::uint64_t{0};
   parameters.selection.rays_max = 123;
-  parameters.match.smooth_climb = true;
+  parameters.loops.loops = false;
   parameters.update.cell_size_m = 0.07;
   parameters.update.algorithm = Algorithm::kPaper;
   const auto list = ListParameters(parameters);
@@ -77,7 +78,7 @@ TEST_CASE("the list gives each value as what it is") {
   CHECK(Value("seed") == ParameterValue{~std::uint64_t{0}});
   CHECK(Value("rays_max") == ParameterValue{std::int64_t{123}});
   CHECK(Value("algorithm") == ParameterValue{std::string("paper")});
-  CHECK(Value("smooth_climb") == ParameterValue{true});
+  CHECK(Value("loops") == ParameterValue{false});
   CHECK(Value("cell_size_m") == ParameterValue{0.07});
 }
 

@@ -127,7 +127,6 @@ struct Settings {
   std::optional<bool> beam_times = {};     ///< believe Scan::times_s
   std::optional<int> rays_max = {};        ///< most critical rays of a scan
   std::optional<std::uint64_t> seed = {};  ///< of the random numbers
-  std::optional<bool> smooth_climb = {};   ///< more accurate between cells, for twice the time
   std::optional<double> cell_size_m = {};  ///< side of a map cell
   std::optional<double> update_distance_m = {};  ///< a scan updates the map after this much motion ...
   std::optional<double> update_angle_rad = {};   ///< ... or this much turning
@@ -141,7 +140,7 @@ struct Settings {
 /// The names of the presets, one for each laser: "sick", "utm-30lx" and others.
 CRSM_SLAM_PUBLIC std::vector<std::string> Presets();
 
-/// The version of the library: "0.1.0".
+/// The version of the library: "0.2.0".
 CRSM_SLAM_PUBLIC std::string Version();
 
 /// Makes a map, scan by scan.

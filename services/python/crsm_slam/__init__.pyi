@@ -93,7 +93,7 @@ class Verdict:
 class Slam:
     def __init__(self, *, preset: str = ..., profile: str = ..., range_min_m: float = ..., range_max_m: float = ...,
                  angle_scale: float = ..., sweep_s: float = ..., beam_times: bool = ..., rays_max: int = ...,
-                 seed: int = ..., smooth_climb: bool = ..., cell_size_m: float = ..., update_distance_m: float = ...,
+                 seed: int = ..., cell_size_m: float = ..., update_distance_m: float = ...,
                  update_angle_rad: float = ..., loops: bool = ..., local_map_m: float = ...,
                  algorithm: str = ...) -> None: ...
     @staticmethod

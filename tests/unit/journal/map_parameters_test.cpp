@@ -17,7 +17,7 @@ class Called {
   explicit Called(const std::vector<std::string>& flags)
       : command_line(
             "test", "",
-            {ParameterGroup::kScan, ParameterGroup::kMatch, ParameterGroup::kUpdate, ParameterGroup::kAlgorithm}, {}) {
+            {ParameterGroup::kSeed, ParameterGroup::kScan, ParameterGroup::kUpdate, ParameterGroup::kAlgorithm}, {}) {
     std::vector<const char*> argv{"test"};
     for (const std::string& flag : flags) argv.push_back(flag.c_str());
     REQUIRE_FALSE(command_line.Parse(static_cast<int>(argv.size()), argv.data()));
@@ -51,22 +51,22 @@ TEST_CASE(
   CHECK(by_key.at("angle_scale") == "1");
   CHECK(by_key.at("algorithm") == "paper");
   CHECK(by_key.at("cell_size_m") == "0.05");
-  for (const char* key : {"smooth_climb", "rays_max", "seed"}) CHECK_FALSE(by_key.contains(key));
+  for (const char* key : {"rays_max", "seed"}) CHECK_FALSE(by_key.contains(key));
 }
 
 TEST_CASE("the parameters of a map are taken over, to the last bit, where nobody says anything else") {
   const std::vector<std::string> flags{"--range-max-m", "81.9",  "--update-distance-m", "0.1000000000000001",
                                        "--algorithm",   "paper", "--cell-size-m",       "0.02"};
   const MadeWith map(flags);
-  for (std::vector<std::string> said : {std::vector<std::string>{}, {"--range-max-m", "81.90"}, {"--smooth-climb"}}) {
+  for (std::vector<std::string> said : {std::vector<std::string>{}, {"--range-max-m", "81.90"}, {"--seed", "3"}}) {
     Called called(said);
     AdoptMapParameters(map.folder, called.command_line);
     CHECK(ListMapParameters(called.command_line.parameters()) ==
           ListMapParameters(Called(flags).command_line.parameters()));
   }
-  Called called({"--smooth-climb"});
+  Called called({"--seed", "3"});
   AdoptMapParameters(map.folder, called.command_line);
-  CHECK(called.command_line.parameters().match.smooth_climb);
+  CHECK(called.command_line.parameters().match.seed == 3);
 }
 
 TEST_CASE("another value is refused by the name of who said it, also where it is the default") {
@@ -88,7 +88,7 @@ TEST_CASE("another value is refused by the name of who said it, also where it is
 }
 
 TEST_CASE("a parameter that this version does not know is refused, and one that the map's did not is left as it is") {
-  Called called({"--smooth-climb"});
+  Called called({"--seed", "3"});
   const auto Refused = [&](const ParameterTexts& of_map) {
     return ErrorOf([&] { called.command_line.Adopt(of_map, "MAP"); });
   };

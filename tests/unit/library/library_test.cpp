@@ -45,7 +45,7 @@ void CheckSame(const crsm_slam::Map& map, const DenseGrid& grid) {
 /// What a program uses that is called with these flags.
 Parameters ParametersOf(std::vector<const char*> flags) {
   using enum ParameterGroup;
-  CommandLine command_line("program", "", {kSeed, kScan, kSelection, kMatch, kUpdate, kLoops, kAlgorithm}, {});
+  CommandLine command_line("program", "", {kSeed, kScan, kSelection, kUpdate, kLoops, kAlgorithm}, {});
   flags.insert(flags.begin(), "program");
   REQUIRE_FALSE(command_line.Parse(static_cast<int>(flags.size()), flags.data()));
   return command_line.parameters();

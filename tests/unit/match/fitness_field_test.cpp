@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "catch.hpp"
+#include "common/match/fitness_derivatives.hpp"
 #include "common/match/rays_in_cells.hpp"
 #include "common/math/random.hpp"
 #include "synthetic_scans.hpp"
@@ -83,10 +84,12 @@ RaysInCells OneRayAround(double x, double y, Random& random) {
   return OneRay(around_x, Around(y));
 }
 
-/// Whether two fields give the same fitness, by the bilinear and by the smooth one.
+/// Whether two fields give the same fitness, by the bilinear and by the smooth one, and the same derivatives.
 bool Alike(const FitnessField& a, const FitnessField& b, const RaysInCells& rays, const Pose2& pose) {
-  return a.Evaluate(rays, pose) == b.Evaluate(rays, pose) &&
-         a.EvaluateSmooth(rays, pose) == b.EvaluateSmooth(rays, pose);
+  const FitnessDerivatives of_a = a.Differentiate(rays, pose);
+  const FitnessDerivatives of_b = b.Differentiate(rays, pose);
+  return a.Evaluate(rays, pose) == b.Evaluate(rays, pose) && of_a.value == of_b.value &&
+         of_a.gradient == of_b.gradient && of_a.hessian == of_b.hessian;
 }
 
 /// Lines 6 to 10 of section 5.2 for a ray that ends in this cell. unexplored_beside: what an unexplored neighbour
@@ -198,8 +201,41 @@ TEST_CASE("the smooth fitness of one ray is a quadratic B-spline of nine cells")
         }
       }
       CAPTURE(x, y);
-      // Weights are rounded to 1/4096.
-      CHECK(field.EvaluateSmooth(OneRayAround(x, y, random), {}) == Approx(expected).margin(0.0008));
+      CHECK(field.Differentiate(OneRay(static_cast<float>(x), static_cast<float>(y)), {}).value ==
+            Approx(expected).margin(1e-6));
+    }
+  }
+}
+
+TEST_CASE("the derivatives of the smooth fitness are its slopes, and add up to what changes on a way") {
+  const ByteMap map = Map(Noise);
+  const FitnessField field = Field(map, -100.0, true);
+  const RaysInCells rays = ToCells(DrawHits(203, 4.0, 3), kGeometry, Eigen::ArrayXi::LinSpaced(203, 1, 21));
+  Random random(5);
+  for (int i = 0; i < 20; ++i) {
+    const Eigen::Vector3d from(random.Uniform(-0.5, 0.5), random.Uniform(-0.5, 0.5), random.Uniform(-3.0, 3.0));
+    const auto At = [&](const Eigen::Vector3d& pose) {
+      return field.Differentiate(rays, {pose.x(), pose.y(), pose.z()});
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+      // A ray passes several cells on the way; where it does, the second derivative jumps.
+      const Eigen::Vector3d way = (axis == 2 ? 0.02 : 0.1) * Eigen::Vector3d::Unit(axis);
+      constexpr int kSteps = 400;
+      double value = 0.0;
+      Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
+      for (int k = 0; k < kSteps; ++k) {
+        const FitnessDerivatives here = At(from + (k + 0.5) / kSteps * way);
+        value += here.gradient.dot(way) / kSteps;
+        gradient += here.hessian * way / kSteps;
+        REQUIRE(here.hessian == here.hessian.transpose());
+      }
+      const FitnessDerivatives before = At(from);
+      const FitnessDerivatives after = At(from + way);
+      CAPTURE(i, axis);
+      CHECK(value == Approx(after.value - before.value).margin(1e-4));
+      for (int other = 0; other < 3; ++other) {
+        CHECK(gradient[other] == Approx(after.gradient[other] - before.gradient[other]).margin(0.02));
+      }
     }
   }
 }
@@ -356,7 +392,7 @@ TEST_CASE("all kernels sum the largest weights and scores without overflow") {
       for (const int weight : {1, 21, 500000}) {
         const RaysInCells rays = ToCells(hits_m, kGeometry, Eigen::ArrayXi::Constant(4096, weight));
         CHECK(field.Evaluate(rays, {1.0, 1.0, 0.5}) == 1.0);
-        CHECK(field.EvaluateSmooth(rays, {1.0, 1.0, 0.5}) == 1.0);
+        CHECK(field.Differentiate(rays, {1.0, 1.0, 0.5}).value == Approx(1.0).epsilon(1e-5));
       }
     }
   }

@@ -11,6 +11,7 @@
 #include "common/match/guess_covariance.hpp"
 #include "common/match/known_rays.hpp"
 #include "common/match/motion_prediction.hpp"
+#include "common/match/optimum.hpp"
 #include "common/match/pose_uncertainty.hpp"
 #include "common/match/rrhc_matcher.hpp"
 #include "common/match/sweep.hpp"
@@ -108,11 +109,14 @@ double NumMatchesOfSweep(const MatchConstants& constants) {
 /// Fitness evaluations of the climb to an optimum.
 double NumOfClimb(const MatchConstants& constants) {
   int num = 0;
-  const auto Fitness = [&](const Pose2& pose) {
-    ++num;
-    return -pose.x_m * pose.x_m - pose.y_m * pose.y_m - pose.yaw_rad * pose.yaw_rad;
-  };
-  FindOptimum({0.3, -0.2, 0.1}, 0.05, 0.0, Fitness, Fitness, constants.optimum);
+  ClimbByNewton(
+      {0.3, -0.2, 0.1}, 0.05,
+      [&](const Pose2& pose) {
+        ++num;
+        const Eigen::Vector3d at(pose.x_m, pose.y_m, pose.yaw_rad);
+        return FitnessDerivatives{-at.squaredNorm(), -2.0 * at, -2.0 * Eigen::Matrix3d::Identity()};
+      },
+      constants.optimum);
   return num;
 }
 
@@ -143,7 +147,7 @@ const std::vector<Case> kOfFunctions{
      }},
     {"contradiction", [](auto& c) { c.contradiction.free_cells = 4; },
      [](const auto& c) { return ComputeContradiction(MakeWall(), Eigen::Vector2d(2.82, 0.0), {}, c.contradiction); }},
-    {"optimum", [](auto& c) { c.optimum.halvings = 3; }, NumOfClimb},
+    {"optimum", [](auto& c) { c.optimum.most_passes = 3; }, NumOfClimb},
     {"uncertainty", [](auto& c) { c.uncertainty.unknown_m = 2.0; },
      [](const auto& c) {
        const Eigen::Matrix2Xd none(2, 0);
@@ -194,7 +198,7 @@ const std::vector<Case> kOfRuns{
      [](const auto& c) { return Run(c)[2].match.by_wheels->sigma_m; }},
     {"guess_window", [](auto& c) { c.guess_window.m = 0.9; },
      [](const auto& c) { return Run(c)[4].match.covariance[0]; }},
-    {"optimum", [](auto& c) { c.optimum.halvings = 3; }, [](const auto& c) { return Run(c)[2].match.evaluations; }},
+    {"optimum", [](auto& c) { c.optimum.widths = 1; }, [](const auto& c) { return Run(c)[2].match.evaluations; }},
     {"tracking", [](auto& c) { c.tracking.first_motion_error_m = 0.1; },
      [](const auto& c) { return Slam(Parameters{}, {}, {.match = c}).tracking().motion_error_m(); }},
     {"tracking on a finished map", [](auto& c) { c.tracking.first_motion_error_m = 0.1; },

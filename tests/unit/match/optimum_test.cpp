@@ -1,6 +1,8 @@
 #include "common/match/optimum.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 #include <stdexcept>
 
 #include "catch.hpp"
@@ -13,6 +15,16 @@ namespace {
 /// Another hill, 0.6 m along an axis from the first.
 const Eigen::Vector2d kAxis(0.8, -0.6);
 const Pose2 kOther{kTop.x_m + 0.6 * kAxis.x(), kTop.y_m + 0.6 * kAxis.y(), kTop.yaw_rad};
+
+/// A bell with its top at kTop: from a width on it is no hill.
+FitnessDerivatives DifferentiateBell(const Pose2& pose) {
+  const Eigen::Array3d width(0.3, 0.3, 0.15);
+  const Eigen::Array3d from_top(pose.x_m - kTop.x_m, pose.y_m - kTop.y_m, pose.yaw_rad - kTop.yaw_rad);
+  const double value = std::exp(-0.5 * (from_top / width).square().sum());
+  const Eigen::Vector3d slope = (-from_top / width.square()).matrix();
+  const Eigen::Matrix3d round = width.square().inverse().matrix().asDiagonal();
+  return {value, value * slope, value * (slope * slope.transpose() - round)};
+}
 
 }  // namespace
 
@@ -56,21 +68,35 @@ TEST_CASE("along an axis a higher hill is found within reach") {
   CHECK(Look({0.6, 0.8}, 1.0, 0.02) == kTop);        // not on the axis
 }
 
-TEST_CASE("an optimum is found to half a cell by one fitness, and on from there by a finer one") {
-  const Pose2 fine_top{kTop.x_m + 0.01, kTop.y_m - 0.01, kTop.yaw_rad + 0.002};  // a quarter of a cell away, together
-  int num_fine = 0;
-  const auto Fine = [&](const Pose2& pose) {
-    ++num_fine;
-    return Hill(pose, fine_top, 0.8);
-  };
-  CheckPose(FindOptimum({0.3, -0.2, 0.1}, 0.05, 0.0, OneHill, Fine), fine_top, 0.002);
-  int num_all = 0;
-  const auto Counted = [&](const Pose2& pose) {
-    ++num_all;
-    return Hill(pose, fine_top, 0.8);
-  };
-  FindOptimum({0.3, -0.2, 0.1}, 0.05, 0.0, Counted, Counted);
-  CHECK(num_fine < num_all);  // the long way there costs little
+TEST_CASE("Newton's method ends on the top of a hill within some passes, also from where it is no hill") {
+  for (const Pose2& from : {Pose2{0.3, -0.2, 0.1}, kTop, Pose2{kTop.x_m + 0.4, kTop.y_m, kTop.yaw_rad - 0.1}}) {
+    int num = 0;
+    const ScoredPose top = ClimbByNewton(from, 0.05, [&](const Pose2& pose) {
+      ++num;
+      return DifferentiateBell(pose);
+    });
+    CheckPose(top.pose, kTop, 1e-4);
+    CHECK(top.fitness == DifferentiateBell(top.pose).value);
+    CHECK(num <= 20);
+  }
+}
+
+TEST_CASE("no step of Newton's method is longer than a cell, or than a hundredth of a radian, nor leads down") {
+  double highest = -1.0;
+  std::optional<Pose2> best;
+  ClimbByNewton({kTop.x_m + 0.5, kTop.y_m - 0.5, kTop.yaw_rad + 0.2}, 0.05, [&](const Pose2& pose) {
+    if (best) {
+      CHECK(std::abs(pose.x_m - best->x_m) <= 0.05 + 1e-9);
+      CHECK(std::abs(pose.y_m - best->y_m) <= 0.05 + 1e-9);
+      CHECK(std::abs(pose.yaw_rad - best->yaw_rad) <= 0.01 + 1e-9);
+    }
+    const FitnessDerivatives here = DifferentiateBell(pose);
+    if (here.value > highest) {
+      highest = here.value;
+      best = pose;
+    }
+    return here;
+  });
 }
 
 TEST_CASE("on a plain a climb stays where it is, and ends") {
@@ -81,6 +107,13 @@ TEST_CASE("on a plain a climb stays where it is, and ends") {
   };
   CHECK(ClimbToOptimum(kTop, 0.05, 0.01, 6, Plain).pose == kTop);
   CHECK(num_asked == 1 + 6 * 6);  // two directions on each of three axes, at each of six steps
+  int num_passes = 0;
+  const ScoredPose top = ClimbByNewton(kTop, 0.05, [&](const Pose2&) {
+    ++num_passes;
+    return FitnessDerivatives{0.5, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero()};
+  });
+  CHECK(top.pose == kTop);
+  CHECK(num_passes <= 2);
 }
 
 TEST_CASE("an optimum that is flat in its midst has a middle if it falls by enough outside") {

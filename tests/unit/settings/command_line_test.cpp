@@ -25,7 +25,7 @@ class Program {
   explicit Program(const std::vector<std::string>& words,
                    std::vector<ParameterGroup> groups = {ParameterGroup::kSeed, ParameterGroup::kLaser,
                                                          ParameterGroup::kScan, ParameterGroup::kSelection,
-                                                         ParameterGroup::kMatch, ParameterGroup::kUpdate,
+                                                         ParameterGroup::kUpdate,
                                                          ParameterGroup::kLoops, ParameterGroup::kAlgorithm})
       : line("program", "What it does.", std::move(groups),
              {"lcm_url", "channel_prefix", "odometry", "odometry_topic", "lockstep", "map_wait_s", "start"}) {
@@ -100,7 +100,7 @@ TEST_CASE("a program tells the values of what it uses, and of nothing else") {
 }
 
 TEST_CASE("a value as text is the same value again, for every parameter and setting") {
-  Program program({"--algorithm", "paper", "--cell-size-m", "0.07", "--smooth-climb", "--seed", "18446744073709551615",
+  Program program({"--algorithm", "paper", "--cell-size-m", "0.07", "--no-loops", "--seed", "18446744073709551615",
                    "--lcm-url", "7"});
   for (const auto& [key, value] : program.line.UsedValues()) {
     INFO(key << ": " << FormatValue(value));
@@ -116,7 +116,7 @@ TEST_CASE("a text that is no value of its key, or of a key that is unknown, stay
 
 TEST_CASE("every kind of flag sets its value") {
   const Program program({"--cell-size-m", "0.07", "--rays-max=123", "--algorithm", "paper", "--no-beam-times",
-                         "--smooth-climb", "--seed", "18446744073709551615", "--lcm-url", "tcpq://localhost",
+                         "--no-loops", "--seed", "18446744073709551615", "--lcm-url", "tcpq://localhost",
                          "--lockstep", "--map-wait-s", "1.5", "--sweep-s", "-0.1"});
   CHECK_FALSE(program.exit_code);
   CHECK(program.said.empty());
@@ -124,7 +124,7 @@ TEST_CASE("every kind of flag sets its value") {
   CHECK(program.parameters().selection.rays_max == 123);
   CHECK(program.parameters().update.algorithm == Algorithm::kPaper);
   CHECK_FALSE(program.parameters().scan.beam_times);
-  CHECK(program.parameters().match.smooth_climb);
+  CHECK_FALSE(program.parameters().loops.loops);
   CHECK(program.parameters().match.seed == ~std::uint64_t{0});
   CHECK(program.parameters().scan.sweep_s == -0.1);
   CHECK(program.line.settings().lcm_url == "tcpq://localhost");
@@ -163,7 +163,7 @@ TEST_CASE("every preset and profile is well-formed") {
 
 TEST_CASE("a file may hold what is another program's, and it is checked all the same") {
   const ScratchFile good(
-      "# for all\nrays_max = 9\nexport_period_s = 2\nsmooth_climb = true\nalgorithm = \"paper\"\nout = \"a\"\n");
+      "# for all\nrays_max = 9\nexport_period_s = 2\nloops = true\nalgorithm = \"paper\"\nout = \"a\"\n");
   const Program program({"--config", good.path()}, {ParameterGroup::kScan});
   CHECK_FALSE(program.exit_code);
   CHECK(program.parameters().selection.rays_max == 9);
@@ -182,8 +182,8 @@ TEST_CASE("a file that is wrong is refused in one line that names the file, the 
       {"rays_max = 10.5\n", ":1: rays_max: '10.5' is not a whole number"},
       {"rays_max = 99999999999\n", ":1: rays_max: '99999999999' is not a whole number"},
       {"seed = -1\n", ":1: seed: '-1' is not a whole number from 0"},
-      {"smooth_climb = 1\n", ":1: smooth_climb: '1' is not true or false"},
-      {"smooth_climb = \"true\"\n", ":1: smooth_climb: 'true' is not true or false"},
+      {"loops = 1\n", ":1: loops: '1' is not true or false"},
+      {"loops = \"true\"\n", ":1: loops: 'true' is not true or false"},
       {"algorithm = \"best\"\n", ":1: algorithm: 'best' is not one of crsm, paper"},
       {"algorithm = 2\n", ":1: algorithm: '2' is not one of crsm, paper"},
       {"channel_prefix = 3\n", ":1: channel_prefix: '3' is not a string in quotes"},
@@ -261,13 +261,12 @@ TEST_CASE("odometry that is named is used, unless something said later turns it 
 }
 
 TEST_CASE("the words for another program are those that it knows, in the order of --help") {
-  const Program program({"--seed", "7", "--rays-max", "70", "--preset", "sick", "--smooth-climb", "--lockstep",
+  const Program program({"--seed", "7", "--rays-max", "70", "--preset", "sick", "--lockstep",
                          "--channel-prefix", "robot1/"});
   CHECK(program.line.WordsFor(FlagsOfSelector()) ==
         std::vector<std::string>{"--preset", "sick", "--channel-prefix", "robot1/", "--rays-max", "70"});
   CHECK(program.line.WordsFor(FlagsOfMatcher()) == std::vector<std::string>{"--preset", "sick", "--channel-prefix",
-                                                                            "robot1/", "--lockstep", "--seed", "7",
-                                                                            "--smooth-climb"});
+                                                                            "robot1/", "--lockstep", "--seed", "7"});
   CHECK(program.line.WasGiven("seed"));
   CHECK_FALSE(program.line.WasGiven("range_min_m"));
 }
