@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+
 #include "common/match/match_constants.hpp"
 #include "common/match/scored_map.hpp"
 #include "common/match/tracking_state.hpp"

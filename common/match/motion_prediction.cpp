@@ -3,47 +3,31 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numeric>
-#include <vector>
 
 namespace crsm {
-namespace {
-
-/// The mean without the `num_cut` smallest and largest values.
-double ComputeTrimmedMean(std::vector<double> values, std::size_t num_cut) {
-  if (num_cut > 0) std::ranges::sort(values);
-  const auto cut = static_cast<std::ptrdiff_t>(num_cut);
-  return std::accumulate(values.begin() + cut, values.end() - cut, 0.0) /
-         static_cast<double>(values.size() - 2 * num_cut);
-}
-
-}  // namespace
 
 Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchConstants::Prediction& constants) {
   // The way is the mean of some motions, because along a corridor no single one is known well. Where nothing seen holds
-  // the position, it is that of all that are remembered and not too old: an error of one motion, taken over into the
-  // next ones, would grow until the robot seemed to stand. There the smallest and the largest quarter count for
-  // nothing: a place along the corridor that was found again is no motion. The turn is the last one: it is always known
-  // well, and soon another.
+  // the position, it is the mean of all that are remembered and not too old: an error of one motion, taken over into
+  // the next ones, would grow until the robot seemed to stand. The turn is the last one: it is always known well, and
+  // soon another.
   const bool is_degenerate = recent.back().state == MatchState::kDegenerate;
   const std::size_t num_motions = is_degenerate ? constants.motions_degenerate : constants.motions;
-  std::vector<double> ways_x_m;
-  std::vector<double> ways_y_m;
-  double turn_rad = 0.0;
-  for (std::size_t num = 0; num < num_motions && num + 1 < recent.size(); ++num) {
+  Pose2 sum;
+  std::size_t num = 0;
+  for (; num < num_motions && num + 1 < recent.size(); ++num) {
     const ScanMatch& to = recent[recent.size() - 1 - num];
     const ScanMatch& from = recent[recent.size() - 2 - num];
     if (num >= constants.motions && recent.back().utime - from.utime > constants.oldest_us) break;
     if (!IsMotionMatched(from, to)) break;
     const Pose2 motion = Inverse(from.T_map_laser) * to.T_map_laser;
-    ways_x_m.push_back(motion.x_m);
-    ways_y_m.push_back(motion.y_m);
-    if (num == 0) turn_rad = motion.yaw_rad;
+    sum.x_m += motion.x_m;
+    sum.y_m += motion.y_m;
+    if (num == 0) sum.yaw_rad = motion.yaw_rad;
   }
-  if (ways_x_m.empty()) return recent.back().T_map_laser;
-  const std::size_t num_cut = is_degenerate ? ways_x_m.size() / 4 : 0;
-  return recent.back().T_map_laser *
-         Pose2{ComputeTrimmedMean(ways_x_m, num_cut), ComputeTrimmedMean(ways_y_m, num_cut), turn_rad};
+  if (num == 0) return recent.back().T_map_laser;
+  const double share = 1.0 / static_cast<double>(num);
+  return recent.back().T_map_laser * Pose2{share * sum.x_m, share * sum.y_m, sum.yaw_rad};
 }
 
 double ComputeSteadiness(std::span<const ScanMatch> recent, std::int64_t utime,

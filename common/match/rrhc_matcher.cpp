@@ -88,6 +88,7 @@ struct RrhcMatcher::InitialGuess {
   bool by_wheels = false;                   ///< it is the wheels' pose
   std::optional<Pose2> by_reliable_wheels;  ///< that pose, whether or not it is guessed
   std::optional<WheelMotion> way;           ///< of the wheels, as of Guess
+  bool by_first_scan = false;               ///< no motion is known yet
   bool known = true;                        ///< false: the robot may be anywhere, and was not found
   bool found_on_whole_map = false;          ///< nothing is left to be searched
   Pose2 if_lost;                            ///< the guess that a lost scan gets
@@ -187,6 +188,7 @@ RrhcMatcher::InitialGuess RrhcMatcher::MakeInitialGuess(const Rays& rays, const 
                                                         const TrackingState& tracking) const {
   InitialGuess initial_guess;
   initial_guess.T_map_laser = guess.by_motion;
+  initial_guess.by_first_scan = tracking.recent().size() < 2;
   initial_guess.degenerate_per_m2 = FindPriorWeight(tracking, constants_.prior);
   initial_guess.if_lost =
       tracking.empty() ? guess.by_motion : guess.by_wheels.value_or(tracking.recent().back().T_map_laser);
@@ -322,8 +324,16 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
       ++refined.evaluations;
       return objective.Differentiate(pose);
     };
+    // Newton's method climbs the hill on which it begins. In the wide window the search ends some cells beside it.
+    const auto Evaluate = [&](const Pose2& pose) {
+      ++refined.evaluations;
+      return objective(pose);
+    };
+    const Pose2 begin = found.is_near_guess
+                            ? from
+                            : ClimbToOptimum(from, cell_size_m, constants_.optimum.longest_step_rad, 1, Evaluate).pose;
     refined.pose =
-        FindOptimum(from, cell_size_m, constants_.final_climb.optimum_rad, Differentiate, constants_.optimum);
+        FindOptimum(begin, cell_size_m, constants_.final_climb.optimum_rad, Differentiate, constants_.optimum);
     refined.uncertainty =
         ComputeUncertainty(rays.hits_m, rays.normals, refined.pose, map_.cells(), constants_.uncertainty);
   };
@@ -360,7 +370,7 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   const double as_known_within_m = (constants.look_same_rays_cells + 0.5) * cell_size_m;
   FitGain gain(map_, rays.contour, {known.degenerate_axis, by_wheels, constants_.known_rays}, here);
   // As far as the motion may have changed; and found anywhere in the wide window, it may be anywhere in it.
-  const double changed_m = constants.look_along_m + constants.look_along_unsteady_m * (1.0 - steadiness);
+  const double changed_m = initial_guess.by_first_scan ? constants.look_along_first_m : constants.look_along_m;
   const double reach_m = std::max(changed_m, 2.0 * found.window_m);
   const Pose2 better =
       LookAlong(here, known.degenerate_axis, reach_m, cell_size_m, least_gain, [&](const Pose2& there) {
