@@ -51,7 +51,7 @@ std::optional<LoopFinding> JoinSearch::Search(const KeyframeGraph& graph, const 
     const Turns turns = FindBestTurns(submap.spectrum, spectrum, joins.num_turns);
     const Place place = FindPlace(submap.pyramid, points_m, {{}, joins.reach_m, kPi, turns},
                                   {farthest_m, best.LeastScore(joins.least_score), constants_.submaps.rival_share,
-                                   joins.most_evaluations, match_.place_search});
+                                   joins.most_evaluations, match_.map_search.other_place});
     if (place.evaluations <= joins.most_evaluations) best.Add(middle, place);
   };
   const auto [now, later] = TakeTurns(graph, middles, found_before);
@@ -89,9 +89,10 @@ std::optional<LoopFinding> JoinSearch::SearchNearby(const KeyframeGraph& graph) 
     const HitPyramid pyramid(CollectHits(graph, submap, window.centre, window.reach_m + joins.nearby_point_m),
                              constants_.submaps.cell_m,
                              CollectRays(graph, submap, joins.nearby_point_m, joins.shorter_m));
-    best.Add(middle, FindPlace(pyramid, points_m, window,
-                               {joins.nearby_point_m, best.LeastScore(joins.nearby_score),
-                                constants_.submaps.rival_share, joins.nearby_evaluations, match_.place_search}));
+    best.Add(middle,
+             FindPlace(pyramid, points_m, window,
+                       {joins.nearby_point_m, best.LeastScore(joins.nearby_score), constants_.submaps.rival_share,
+                        joins.nearby_evaluations, match_.map_search.other_place}));
   }
   auto found = best.Unrivalled();
   if (found) {

@@ -7,7 +7,7 @@
 
 #include "common/graph/draw_scans.hpp"
 #include "common/graph/submap.hpp"
-#include "common/match/global_search.hpp"
+#include "common/match/agreement.hpp"
 #include "common/match/optimum.hpp"
 #include "common/match/place_search.hpp"
 #include "common/match/rays_in_cells.hpp"
@@ -117,7 +117,7 @@ class PlaceFinder {
              int most_evaluations) const {
     return FindPlace(pyramid, points_m_, {GuessedIn(middle), drift.reach_m, drift.reach_rad},
                      {constants_.graph.submaps.farthest_point_m, least_score, constants_.graph.submaps.rival_share,
-                      most_evaluations, constants_.match.place_search});
+                      most_evaluations, constants_.match.map_search.other_place});
   }
 
   /// Of what the points may come to lie on in a window of that reach.

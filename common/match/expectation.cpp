@@ -41,7 +41,7 @@ Expectation::Expectation(const TrackingState& tracking, const MatchConstants& co
       followed_(IsFollowed(tracking, constants.finished_map)),
       goes_on_(tracking.num_lost() == 0 && !tracking.on_finished_map()) {
   if (unknown_) usual_ = constants.finished_map.baseline_fitness;
-  enough_ = usual_ > 0.0 ? constants.acceptance.good * usual_ : constants.search.highest;
+  enough_ = usual_ > 0.0 ? constants.acceptance.good * usual_ : 1.0;
   if (tracking.on_finished_map() && !followed_) usual_ = std::max(usual_, constants.finished_map.baseline_fitness_min);
 }
 

@@ -17,69 +17,45 @@ struct MatchConstants {
     double mutation_m = 0.1;    ///< mutation bound, +- in x and y
     double mutation_rad = 0.1;  ///< ... and in yaw
     int restart_draws = 6;      ///< random poses, on the best of which a climb begins again
-    int min_climbs = 3;         ///< one alone may end on an optimum beside the highest, and be good enough there
     double shrink = 0.9;        ///< of the bounds, for each child that fails to beat its parent
     double smallest = 0.02;     ///< share of the bounds at which a climb ends: 2 mm, and as many milliradians
-    double hopeless_at = 0.5;   ///< share of the bounds at which a climb gives up ...
-    double hopeless = 0.3;      ///< ... that is this far below the highest fitness
-    double highest = 1.0;       ///< fitness at which any search ends
   };
 
-  /// Where nothing fits near the initial guess.
-  struct WideSearch {
-    int num_evaluations = 10000;
-    double window_m = 0.6;             ///< +- in x and y
-    double window_rad = 1.2;           ///< +- in yaw
-    int draws = 30;                    ///< most poses in so wide a window are not worth a climb
-    std::int64_t lost_scans_min = 2;   ///< the window grows from here ...
-    std::int64_t lost_scans_max = 12;  ///< ... to here: 3.5 times as wide, 2 m to either side
-    double growth = 0.25;              ///< of the window, with each
-    double growth_unsteady = 0.5;      ///< of the window, where the motion is not steady
-    double agreement_min = 0.5;        ///< of rays, in a window that has grown
-    double far_gain = 1.1;             ///< by which a place of the far search must fit better
+  /// What is another place: so far away.
+  struct OtherPlace {
+    double m = 0.6;
+    double rad = 0.2;
   };
 
-  /// Where a robot may have gone further than random climbs find: logs with a scan a metre.
-  struct FarSearch {
-    double close_s = 0.5;  ///< between scans: where they follow closer, random climbs do
-    double least_m = 0.3;  ///< what a pose that is guessed right is off
-    double least_rad = 0.25;
+  /// Where a scan was taken, if nothing near the initial guess fits or nothing is known: branch and bound.
+  struct MapSearch {
+    double least_m = 0.6;  ///< of the window, to either side
+    double least_rad = 1.2;
     double faster_m_s = 0.4;  ///< that a robot becomes in a second
     double faster_rad_s = 0.6;
     double faster_most_m = 1.0;  ///< further, becoming faster does not bring it
     double most_m = 3.0;         ///< the largest window
     double most_rad = 1.6;
+    double close_s = 0.5;  ///< between scans: where they follow closer, what fits near the guess is the place
     double cell_m = 0.1;
+    double most_reach_cells = 1000.0;  ///< of a whole map, to either side: on a larger one cells are larger
     double farthest_m = 15.0;          ///< of a hit, from the laser
     std::ptrdiff_t most_points = 180;  ///< hits, evenly spread
     std::ptrdiff_t fewest_points = 20;
-    double least_score = 0.4;  ///< of the hits
-    double rival_share = 0.9;  ///< of the best score: as good as this, another place is a rival
-    int most_evaluations = 60'000;
-  };
-
-  /// Branch and bound in a window, for the far search and for loops.
-  struct PlaceSearch {
-    double other_m = 0.6;  ///< what is this far away is another place
-    double other_rad = 0.2;
-  };
-
-  /// Where on the whole map a scan was taken.
-  struct GlobalSearch {
-    double first_cell_m = 0.2;
-    int directions = 120;              ///< tried at each free place
-    std::size_t most_places = 10'000;  ///< more, and the first cells are larger
-    std::ptrdiff_t most_rays = 180;    ///< of a scan; more tell no more
-    std::size_t most_climbs = 5000;
-    std::size_t most_finalists = 50;
-    int halvings = 2;         ///< of the step, on each of the finer maps ...
-    int halvings_at_end = 4;  ///< ... and with all rays
-    double other_m = 0.5;     ///< in x or y: what is further away is another place
-    double other_rad = 0.26;
+    double least_score = 0.2;  ///< of the hits: a scan may look into the unknown
+    double rival_share = 0.9;  ///< of the best score: as good as this, another place is looked at closely
+    std::size_t most_places = 50;
+    int plateau_steps = 2;  ///< to either side: all that lies on the same coarse cells
+    int halvings = 4;       ///< of the steps of the climb there
+    int most_evaluations = 200'000;
+    int most_whole_evaluations = 20'000'000;  ///< on a whole map
     double runner_up_share = 0.8;  ///< of the best score: with more the other place may be it. Rooms may be alike
-    /// Less is no place of the scan. Of 780 searches for scans in maps of other buildings one was convincing; of 660 in
-    /// maps of their own 7 % of those that found the place scored less, and none was convincing elsewhere.
-    double least_score = 0.45;
+    /// As of ScorePlace: less is no place where a scan was found, when nothing was known. Of 780 searches for scans in
+    /// maps of other buildings one was convincing; of 660 in maps of their own 7 % of those that found the place scored
+    /// less, and none was convincing elsewhere.
+    double least_found_score = 0.45;
+    double gain = 1.1;  ///< by which a place must fit better than one near the guess that explains the scan
+    OtherPlace other_place = {};
   };
 
   /// Share of the rays that go through the map as they went through the building.
@@ -173,15 +149,14 @@ struct MatchConstants {
 
   /// The last climb, with all rays.
   struct FinalClimb {
-    double spacing_max_m = 0.3;           ///< weight of a ray: the distance to its neighbours, at most this
-    double optimum_rad = 0.02;            ///< half the width of the optimum in whose middle the yaw is
-    double look_along_m = 0.4;            ///< along a degenerate direction: as far as a motion changes between scans
-    double look_along_first_m = 1.0;      ///< ... and where no motion is known yet
-    double look_same_rays_cells = 4.0;    ///< so far on, about the same rays are known
-    double look_gain = 0.02;              ///< least gain of fitness there ...
-    double look_gain_steady = 0.02;       ///< ... and so much more where the motion is steady
-    double look_cost_wheels_per_m = 0.1;  ///< wheels slip little by little
-    double known_share_min = 0.8;         ///< of the weight of all rays: fewer do not say where the laser is
+    double spacing_max_m = 0.3;         ///< weight of a ray: the distance to its neighbours, at most this
+    double optimum_rad = 0.02;          ///< half the width of the optimum in whose middle the yaw is
+    double look_along_m = 0.4;          ///< along a degenerate direction: as far as a motion changes between scans
+    double look_along_first_m = 1.0;    ///< ... and where no motion is known yet
+    double look_same_rays_cells = 4.0;  ///< so far on, about the same rays are known
+    double look_gain = 0.02;            ///< least gain of fitness there ...
+    double look_gain_steady = 0.02;     ///< ... and so much more where the motion is steady
+    double known_share_min = 0.8;       ///< of the weight of all rays: fewer do not say where the laser is
   };
 
   /// When wheels are asked, and when they contradict a match.
@@ -303,10 +278,6 @@ struct MatchConstants {
     std::size_t motions = 4;
     std::size_t motions_degenerate = 9;  ///< an error of one motion would grow until the robot seemed to stand
     std::int64_t oldest_us = 2'000'000;
-    std::size_t lost_scans_max = 5;  ///< after a second the robot does something else
-    double onward_max_s = 6.0;
-    double onward_turn = 0.5;  ///< turns end sooner than drives
-    int onward_steps = 10;     ///< pieces of that way
 
     friend bool operator==(const Prediction&, const Prediction&) = default;
   };
@@ -337,10 +308,7 @@ struct MatchConstants {
   };
 
   Search search = {};
-  WideSearch wide_search = {};
-  FarSearch far_search = {};
-  PlaceSearch place_search = {};
-  GlobalSearch global_search = {};
+  MapSearch map_search = {};
   Agreement agreement = {};
   KnownRays known_rays = {};
   Contradiction contradiction = {};

@@ -152,10 +152,8 @@ ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const T
   const bool broken = (is_gap || HasClockRestarted(last.utime, scan.utime)) && !StoodStill(match, tracking, breaks);
   if (lost_for_long && match.by_wheels) return BeginByWheels(match, tracking, options.constants.wheels);
   if (!lost_for_long && !broken && !resumed_elsewhere) return match;
-  const Pose2 guess =
-      lost_for_long ? GuessOnward(tracking.recent(), scan.utime, options.constants.prediction) : last.T_map_laser;
   const auto found = FindFarAway(matcher, scan, last.T_map_laser, options.constants.guess_window.most_m);
-  ScanMatch first = Begin(match, found.value_or(guess));
+  ScanMatch first = Begin(match, found.value_or(last.T_map_laser));
   if (found) first.covariance = kUnknownCovariance;
   return first;
 }

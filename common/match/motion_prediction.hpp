@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <span>
 
 #include "common/match/match_constants.hpp"
@@ -20,15 +19,5 @@ Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchConstants::Predi
 /// which a robot becomes faster or slower. 1 if there was no match: the pose is not guessed from a motion.
 double ComputeSteadiness(std::span<const ScanMatch> recent, std::int64_t utime,
                          const MatchConstants::MotionPrior& constants = {});
-
-/// Where the robot is if it went on as before while its last scans were lost, five at most. Nothing if none was lost,
-/// or how it moved before that is not known.
-std::optional<Pose2> ContinueMotion(std::span<const ScanMatch> recent,
-                                    const MatchConstants::Prediction& constants = {});
-
-/// The same by time, however many scans were lost, for 6 s at most: as the robot moved between the last two scans that
-/// were matched one after the other, but straighter. The last pose where that is not known.
-Pose2 GuessOnward(std::span<const ScanMatch> recent, std::int64_t utime,
-                  const MatchConstants::Prediction& constants = {});
 
 }  // namespace crsm

@@ -6,6 +6,8 @@
 #include <queue>
 #include <tuple>
 
+#include "common/math/floor_to_int.hpp"
+
 namespace crsm {
 namespace {
 
@@ -89,15 +91,15 @@ class Lattice {
   }
 
   /// Whether all poses of a node are those of one place.
-  bool IsAt(const Node& node, const Node& place, const MatchConstants::PlaceSearch& constants) const {
+  bool IsAt(const Node& node, const Node& place, const MatchConstants::OtherPlace& other) const {
     const int size = 1 << node.level;
     const auto Far = [size](int at, int from) { return std::max(from - at, at + size - 1 - from); };
     const double far_m = pyramid_.cell_m() * std::max(Far(node.x, place.x), Far(node.y, place.y));
-    if (far_m >= constants.other_m) return false;
+    if (far_m >= other.m) return false;
     const int turn = static_cast<int>(std::lround(2.0 * kPi / step_rad_));  // in a wide window the ends meet
     const int far =
         std::min({Far(node.yaw, place.yaw), Far(node.yaw + turn, place.yaw), Far(node.yaw - turn, place.yaw)});
-    return step_rad_ * far < constants.other_rad;
+    return step_rad_ * far < other.rad;
   }
 
   /// The nodes whose halves are those of the highest level.
@@ -148,11 +150,48 @@ HitPyramid::HitPyramid(const Eigen::Matrix2Xd& hits_m, double cell_m, const Eige
     const auto y = static_cast<std::size_t>((hits_m(1, i) - origin_m_.y()) / cell_m);
     base.cells[y * static_cast<std::size_t>(base.width) + x] = 1;
   }
+  Build(base, rays_m.cols() > 0 ? DrawFree(base, rays_m) : Grid{});
+}
+
+HitPyramid::HitPyramid(const ByteMap& map, const Eigen::Vector2d& low_m, const Eigen::Vector2d& high_m, double cell_m)
+    : cell_m_(cell_m), origin_m_(low_m) {
+  const double map_cell_m = map.geometry().cell_size_m();
+  Grid hits;
+  hits.width = static_cast<int>((high_m.x() - low_m.x()) / cell_m) + 1;
+  hits.height = static_cast<int>((high_m.y() - low_m.y()) / cell_m) + 1;
+  hits.cells.assign(static_cast<std::size_t>(hits.width) * static_cast<std::size_t>(hits.height), 0);
+  Grid free = hits;
+  const TileIndex first = TileOf(map.geometry().CellAt(low_m.x(), low_m.y()));
+  const TileIndex last = TileOf(map.geometry().CellAt(high_m.x(), high_m.y()));
+  for (const auto& [index, tile] : map.tiles().entries()) {
+    if (index.x < first.x || index.x > last.x || index.y < first.y || index.y > last.y) continue;
+    const Cell corner = CellAt(index, 0);
+    for (int row = 0; row < kTileSide; ++row) {
+      const double y_m = (corner.y + row + 0.5) * map_cell_m - low_m.y();
+      const int y = FloorToInt(y_m / cell_m);
+      if (y < 1 || y >= hits.height - 1) continue;  // beyond the border nothing is known
+      const std::size_t begin = static_cast<std::size_t>(y) * static_cast<std::size_t>(hits.width);
+      for (int column = 0; column < kTileSide; ++column) {
+        const std::uint8_t byte = tile->cells[static_cast<std::size_t>(row * kTileSide + column)];
+        if (byte == kUnexploredByte) continue;
+        const int x = FloorToInt(((corner.x + column + 0.5) * map_cell_m - low_m.x()) / cell_m);
+        if (x < 1 || x >= hits.width - 1) continue;
+        const std::size_t at = begin + static_cast<std::size_t>(x);
+        (IsOccupied(byte) ? hits : free).cells[at] = 1;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < hits.cells.size(); ++i) free.cells[i] &= static_cast<std::uint8_t>(1 - hits.cells[i]);
+  Build(hits, free);
+}
+
+/// free: without cells if nothing is known of them.
+void HitPyramid::Build(const Grid& base, const Grid& free) {
   // What is occupied is not free: free are cells of which all, occupied those of which any are, so one is made as the
   // other, turned round.
-  const bool knows_free = rays_m.cols() > 0;
+  const bool knows_free = !free.cells.empty();
   Grid hits = Widen(base, 1);
-  Grid occupied = knows_free ? Widen(Invert(DrawFree(base, rays_m)), 1) : Grid{};
+  Grid occupied = knows_free ? Widen(Invert(free), 1) : Grid{};
   const auto Join = [&](const Grid& of_hits, int reach, int step) {
     return knows_free ? JoinFour(of_hits, Invert(reach == 0 ? occupied : Widen(occupied, reach)), step)
                       : JoinFour(of_hits, step);
@@ -323,43 +362,54 @@ std::array<int, 4> HitPyramid::Count(int level, const Eigen::ArrayXf& x_cells, c
   return counts;
 }
 
-Place FindPlace(const HitPyramid& pyramid, const Eigen::Matrix2Xd& points_m, const PlaceWindow& window,
-                const PlaceTerms& terms) {
-  if (points_m.cols() == 0) return {};
+Places FindPlaces(const HitPyramid& pyramid, const Eigen::Matrix2Xd& points_m, const PlaceWindow& window,
+                  const PlaceTerms& terms, std::size_t most) {
+  Places found;
+  if (points_m.cols() == 0) return found;
   const Lattice lattice(pyramid, points_m, window, terms.farthest_m);
   const auto num_points = static_cast<double>(points_m.cols());
   const auto Least = [](double count) { return static_cast<int>(std::ceil(count)); };
   int least = Least(terms.least_score * num_points);
-  Place place;
   std::priority_queue<Node> front;
   const auto Halve = [&](const Node& node) {
     lattice.VisitHalves(node, least, [&](const Node& part) {
-      ++place.evaluations;
+      ++found.evaluations;
       if (part.count >= least) front.push(part);
     });
   };
   lattice.VisitTop(Halve);
-  std::optional<Node> best;
-  while (!front.empty() && front.top().count >= least) {
+  std::vector<Node> known;
+  while (!front.empty() && front.top().count >= least && known.size() < most) {
     const Node node = front.top();
     front.pop();
-    if (place.evaluations > terms.most_evaluations) {  // too much is alike
-      place.rival = place.score = std::max(place.score, node.count / num_points);
+    if (found.evaluations > terms.most_evaluations) {
+      found.highest_left = node.count / num_points;
       break;
     }
-    if (best && lattice.IsAt(node, *best, terms.constants)) continue;
+    const auto IsAt = [&](const Node& place) { return lattice.IsAt(node, place, terms.other); };
+    if (std::any_of(known.begin(), known.end(), IsAt)) continue;
     if (node.level > 0) {
       Halve(node);
-    } else if (best) {
-      place.rival = node.count / num_points;
-      break;
-    } else {
-      best = node;
-      place.pose = lattice.PoseAt(node.x, node.y, node.yaw);
-      place.score = node.count / num_points;
-      least = Least(terms.rival_share * node.count);
+      continue;
     }
+    if (known.empty()) least = Least(terms.rival_share * node.count);
+    known.push_back(node);
+    found.places.push_back({lattice.PoseAt(node.x, node.y, node.yaw), node.count / num_points});
   }
+  return found;
+}
+
+Place FindPlace(const HitPyramid& pyramid, const Eigen::Matrix2Xd& points_m, const PlaceWindow& window,
+                const PlaceTerms& terms) {
+  const Places found = FindPlaces(pyramid, points_m, window, terms, 2);
+  Place place;
+  place.evaluations = found.evaluations;
+  if (!found.places.empty()) {
+    place.pose = found.places[0].pose;
+    place.score = found.places[0].fitness;
+  }
+  if (found.places.size() > 1) place.rival = found.places[1].fitness;
+  if (found.highest_left > 0.0) place.rival = place.score = std::max(place.score, found.highest_left);
   return place;
 }
 

@@ -6,8 +6,10 @@
 #include <optional>
 #include <vector>
 
+#include "common/map/byte_map.hpp"
 #include "common/match/line_spectrum.hpp"
 #include "common/match/match_constants.hpp"
+#include "common/match/scored_map.hpp"
 #include "common/math/pose2.hpp"
 
 namespace crsm {
@@ -25,6 +27,9 @@ class HitPyramid {
   /// stands, but where hits are.
   HitPyramid(const Eigen::Matrix2Xd& hits_m, double cell_m,
              const Eigen::Matrix4Xd& rays_m = Eigen::Matrix4Xd::Zero(4, 0));
+
+  /// Of a map, between two corners [m]: its occupied cells, and nothing stands where it is free.
+  HitPyramid(const ByteMap& map, const Eigen::Vector2d& low_m, const Eigen::Vector2d& high_m, double cell_m);
 
   double cell_m() const { return cell_m_; }
 
@@ -50,6 +55,7 @@ class HitPyramid {
     std::vector<std::uint8_t> cells;
   };
 
+  void Build(const Grid& hits, const Grid& free);
   static Grid Widen(const Grid& grid, int reach);
   static Grid Halve(const Grid& grid);
   static Grid Invert(Grid grid);
@@ -82,7 +88,7 @@ struct PlaceTerms {
   double least_score;    ///< of the best place
   double rival_share;    ///< of the best score: as good as this, another place is a rival
   int most_evaluations;  ///< more say that too much is alike
-  MatchConstants::PlaceSearch constants = {};
+  MatchConstants::OtherPlace other = {};
 };
 
 /// The best place of some points.
@@ -92,6 +98,17 @@ struct Place {
   double rival = 0.0;  ///< that of the best other place, if it is a rival
   int evaluations = 0;
 };
+
+/// The best places of some points, each far from those before it, best first.
+struct Places {
+  std::vector<ScoredPose> places;  ///< a fitness is as HitPyramid counts, of the number of points
+  double highest_left = 0.0;       ///< what another place may score: too much is alike, and the search was ended
+  int evaluations = 0;
+};
+
+/// The places in the window, `most` at most, that score at least as much as the terms say. As of FindPlace.
+Places FindPlaces(const HitPyramid& pyramid, const Eigen::Matrix2Xd& points_m, const PlaceWindow& window,
+                  const PlaceTerms& terms, std::size_t most);
 
 /// Finds the best place in the window, and whether there is another one as good, 0.6 m or 0.2 rad away, without looking
 /// everywhere: branch and bound. Source: Olson, "M3RSM: Many-to-many multi-resolution scan matching", ICRA 2015; Hess,

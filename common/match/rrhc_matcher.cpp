@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "common/match/far_search.hpp"
-#include "common/match/global_search.hpp"
+#include "common/match/agreement.hpp"
 #include "common/match/known_rays.hpp"
+#include "common/match/map_search.hpp"
 #include "common/match/motion_prediction.hpp"
 #include "common/match/objective.hpp"
 #include "common/match/optimum.hpp"
@@ -23,6 +23,14 @@ bool IsGlobalSearchDue(const TrackingState& tracking, const MatchConstants::Fini
   const std::int64_t every = constants.search_every;
   if (!tracking.on_finished_map() || tracking.num_lost() < std::min(tracking.num_scans(), every)) return false;
   return tracking.num_scans() < every || tracking.num_scans() % every == 0;
+}
+
+/// Whether scans follow each other so seldom that a robot may have gone further between them than random climbs find.
+bool IsSparse(std::span<const ScanMatch> recent, std::int64_t utime, const MatchConstants::MapSearch& constants) {
+  if (recent.size() < 2 || recent.back().state == MatchState::kLost) return false;
+  const auto Since = [](std::int64_t from, std::int64_t to) { return 1e-6 * static_cast<double>(to - from); };
+  const double usual_s = Since(recent.front().utime, recent.back().utime) / static_cast<double>(recent.size() - 1);
+  return Since(recent.back().utime, utime) >= constants.close_s && usual_s >= constants.close_s;
 }
 
 /// How strongly the wheels' pose holds along an axis that the walls leave open [1/m^2]: chance gains nearly 0.05 of
@@ -153,8 +161,8 @@ ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& trac
 
 std::optional<Pose2> RrhcMatcher::Locate(const CriticalRays& scan) const {
   const Eigen::Matrix2Xd hits_m = ComputeHits(scan.rays);
-  const GlobalMatch found = SearchWholeMap(map_, hits_m, SelectColumns(hits_m, scan.critical), constants_);
-  return found.IsConvincing(constants_.global_search) ? std::optional(found.T_map_laser) : std::nullopt;
+  const FoundOnMap found = SearchWholeMap(map_, hits_m, constants_);
+  return found.IsConvincing(constants_.map_search) ? std::optional(found.T_map_laser) : std::nullopt;
 }
 
 RrhcMatcher::Guess RrhcMatcher::GuessPose(const TrackingState& tracking, std::int64_t utime,
@@ -200,9 +208,9 @@ RrhcMatcher::InitialGuess RrhcMatcher::MakeInitialGuess(const Rays& rays, const 
   initial_guess.way = guess.way;
   const bool start_is_told = tracking.empty() && parameters_.start;
   if (IsGlobalSearchDue(tracking, constants_.finished_map) && !start_is_told) {
-    const GlobalMatch found = SearchWholeMap(map_, rays.hits_m, rays.critical_hits_m, constants_);
+    const FoundOnMap found = SearchWholeMap(map_, rays.hits_m, constants_);
     initial_guess.evaluations = found.evaluations;
-    initial_guess.known = initial_guess.found_on_whole_map = found.IsConvincing(constants_.global_search);
+    initial_guess.known = initial_guess.found_on_whole_map = found.IsConvincing(constants_.map_search);
     initial_guess.T_map_laser = found.T_map_laser;
   } else if (!tracking.empty() && Expectation(tracking, constants_).unknown()) {
     initial_guess.known = false;
@@ -229,61 +237,29 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const InitialGuess& ini
     return RrhcSearch(search, objective, random)
         .Run({around, window, search.restart_draws, search.num_evaluations, expected.enough()});
   };
-  SearchResult near = SearchAround(start);
-  const auto far_window =
-      initial_guess.by_wheels ? std::nullopt : FindFarWindow(tracking.recent(), utime, constants_.far_search);
-  if (far_window) {
-    if (const auto place = SearchFar(map_.cells(), rays.hits_m, start, *far_window, constants_)) {
-      const SearchResult far = SearchAround(*place);
-      near.evaluations += far.evaluations;
-      const bool better = far.best.fitness > constants_.wide_search.far_gain * near.best.fitness;
-      if (better) return {far.best.pose, *place, true, near.evaluations, near.evaluations};
+  const SearchResult near = SearchAround(start);
+  const bool explains = Explains(near.best);
+  const bool is_sparse = !initial_guess.by_wheels && IsSparse(tracking.recent(), utime, constants_.map_search);
+  const bool may_be_elsewhere = is_sparse && near.best.fitness < expected.enough();
+  if (explains && !may_be_elsewhere) return {near.best.pose, start, true, near.evaluations, near.best_evaluation};
+
+  // The robot turned, was pushed, or went further than random climbs find.
+  int evaluations = near.evaluations;
+  if (wide || is_sparse) {
+    const auto [reach_m, reach_rad] = FindReach(tracking.recent(), utime, constants_.map_search);
+    const FoundOnMap found = SearchMap(map_, rays.hits_m, {start, reach_m, reach_rad}, constants_);
+    evaluations += found.evaluations;
+    if (found.score > 0.0) {
+      const SearchResult there = SearchAround(found.T_map_laser);
+      evaluations += there.evaluations;
+      const double least = explains ? constants_.map_search.gain * near.best.fitness : near.best.fitness;
+      if (there.best.fitness > least && Explains(there.best)) {
+        return {there.best.pose, found.T_map_laser, false, evaluations, near.evaluations + there.best_evaluation,
+                reach_m};
+      }
     }
   }
-  if (const auto onward = ContinueMotion(tracking.recent(), constants_.prediction)) {
-    const SearchResult there = SearchAround(*onward);
-    if (there.best.fitness > near.best.fitness && Explains(there.best)) {
-      return {there.best.pose, *onward, true, near.evaluations + there.evaluations,
-              near.evaluations + there.best_evaluation};
-    }
-  }
-  if (Explains(near.best)) return {near.best.pose, start, true, near.evaluations, near.best_evaluation};
-  if (!wide) return TakeNearest(rays, start, near, near.evaluations, expected);
-  return SearchFurther(rays, start, near, tracking, ComputeSteadiness(tracking.recent(), utime, constants_.prior),
-                       random);
-}
-
-/// ... and where nothing fits there: the robot turned or was pushed. Presumes nothing. Lost for a scan or two, as when
-/// people pass close by, the robot cannot have gone far; lost for longer, it can, and by chance a third of the rays fit
-/// somewhere in so wide a window. Between scans a second apart it can go further, too.
-RrhcMatcher::Found RrhcMatcher::SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near,
-                                              const TrackingState& tracking, double steadiness, Random& random) const {
-  const MatchConstants::WideSearch& constants = constants_.wide_search;
-  const std::int64_t least = constants.lost_scans_min;
-  const auto num_lost = static_cast<double>(std::clamp(tracking.num_lost(), least, constants.lost_scans_max) - least);
-  const double growth = std::max(constants.growth * num_lost, constants.growth_unsteady * (1.0 - steadiness));
-  const MotionBounds window = (1.0 + growth) * MotionBounds{constants.window_m, constants.window_rad};
-  const Expectation expected(tracking, constants_);
-  const Objective without_prior{map_, rays.critical, start, 0.0};
-  const SearchResult wide = RrhcSearch(constants_.search, without_prior, random)
-                                .Run({start, window, constants.draws, constants.num_evaluations, expected.enough()});
-  const int evaluations = near.evaluations + wide.evaluations;
-  const auto AgreementAt = [&](const Pose2& pose) {
-    return ComputeAgreement(map_.cells(), rays.hits_m, pose, constants_.agreement);
-  };
-  const double least_agreement = std::max(num_lost > 0.0 ? constants.agreement_min : 0.0, AgreementAt(near.best.pose));
-  if (wide.best.fitness > without_prior(near.best.pose) &&
-      expected.IsMetBy(wide.best, false, rays.critical_hits_m, map_.cells()) &&
-      AgreementAt(wide.best.pose) >= least_agreement) {
-    return {wide.best.pose, start, false, evaluations, near.evaluations + wide.best_evaluation, window.x_m};
-  }
-  return TakeNearest(rays, start, near, evaluations, expected);
-}
-
-/// The best of a search near the guess, although it does not explain the scan. evaluations: of all searches.
-RrhcMatcher::Found RrhcMatcher::TakeNearest(const Rays& rays, const Pose2& start, const SearchResult& near,
-                                            int evaluations, const Expectation& expected) const {
-  const bool is_near_guess = expected.IsMetBy(near.best, true, rays.critical_hits_m, map_.cells());
+  const bool is_near_guess = explains || expected.IsMetBy(near.best, true, rays.critical_hits_m, map_.cells());
   return {near.best.pose, start, is_near_guess, evaluations, near.best_evaluation};
 }
 
@@ -364,7 +340,6 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   // In a bare corridor chance gains nearly 0.05; the longer ago the last match, the likelier is a gain that is true.
   const MatchConstants::FinalClimb& constants = constants_.final_climb;
   const double least_gain = constants.look_gain + constants.look_gain_steady * (hold.reliable ? 1.0 : steadiness);
-  const double against_per_m = by_wheels ? constants.look_cost_wheels_per_m : 0.0;
   const Objective free{map_, rays.all, found.initial_guess, 0.0};
   const Pose2 here = refined.pose;
   const double as_known_within_m = (constants.look_same_rays_cells + 0.5) * cell_size_m;
@@ -375,9 +350,9 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   const Pose2 better =
       LookAlong(here, known.degenerate_axis, reach_m, cell_size_m, least_gain, [&](const Pose2& there) {
         refined.evaluations += 2;
-        return gain.Near(there, as_known_within_m) - against_per_m * Distance(here, there);
+        return gain.Near(there, as_known_within_m);
       });
-  const bool surely = better != here && gain.At(better) - against_per_m * Distance(here, better) > least_gain;
+  const bool surely = better != here && gain.At(better) > least_gain;
   if (surely) Climb(better, free);
   return refined;
 }
@@ -418,7 +393,7 @@ void RrhcMatcher::Judge(const Rays& rays, const Guess& guess, const InitialGuess
   const auto Score = [&] { return ScorePlace(map_, rays.hits_m, refined.pose, constants_); };
   const bool explained =
       initial_guess.found_on_whole_map || expected.unknown()
-          ? Score() >= constants_.global_search.least_score
+          ? Score() >= constants_.map_search.least_found_score
           : expected.IsMetBy({refined.pose, fitness}, refined.is_near_guess, rays.critical_hits_m, map_.cells()) &&
                 (!tracking.on_finished_map() ||
                  Score() >= (expected.followed() && IsNear(initial_guess.if_lost, refined.pose, finished_map)

@@ -68,10 +68,6 @@ class RrhcMatcher : public Matcher {
   InitialGuess MakeInitialGuess(const Rays& rays, const Guess& guess, const TrackingState& tracking) const;
   Found Search(const Rays& rays, const InitialGuess& initial_guess, const TrackingState& tracking, std::int64_t utime,
                bool wide) const;
-  Found SearchFurther(const Rays& rays, const Pose2& start, const SearchResult& near, const TrackingState& tracking,
-                      double steadiness, Random& random) const;
-  Found TakeNearest(const Rays& rays, const Pose2& start, const SearchResult& near, int evaluations,
-                    const Expectation& expected) const;
   RaysInCells SelectKnownNear(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis, KnownRays known) const;
   AxisHold FindHold(const Found& found, const InitialGuess& initial_guess, bool degenerate) const;
   Refined Refine(const Rays& rays, const Found& found, const InitialGuess& initial_guess, double steadiness) const;

@@ -7,7 +7,7 @@ SearchResult RrhcSearch::Run(const SearchTask& task) {
   best_fitness_ = -HUGE_VAL;
   last_evaluation_ = task.num_evaluations;
   ScoredPose best = Climb(Evaluate(task.initial_guess));
-  for (int climbs = 1; !Finished(best) && (climbs < constants_.min_climbs || best.fitness < task.enough); ++climbs) {
+  while (!Finished(best) && best.fitness < task.enough) {
     const ScoredPose climbed = Climb(Draw(task.initial_guess, task.window, task.num_draws));
     if (climbed.fitness > best.fitness) best = climbed;
   }
@@ -24,8 +24,7 @@ ScoredPose RrhcSearch::Draw(const Pose2& pose, const MotionBounds& bounds, int n
   return best;
 }
 
-/// Mutates with smaller and smaller steps: each child that fails to beat its parent narrows the bounds. With steps half
-/// as long a climber that is far below the highest of the search will not get there any more, and gives up.
+/// Mutates with smaller and smaller steps: each child that fails to beat its parent narrows the bounds.
 ScoredPose RrhcSearch::Climb(ScoredPose climber) {
   const MotionBounds bounds{constants_.mutation_m, constants_.mutation_rad};
   for (double scale = 1.0; scale > constants_.smallest && !Finished(climber);) {
@@ -35,8 +34,6 @@ ScoredPose RrhcSearch::Climb(ScoredPose climber) {
       continue;
     }
     scale *= constants_.shrink;
-    const double below = best_fitness_ - climber.fitness;
-    if (scale < constants_.hopeless_at && below > constants_.hopeless * std::abs(best_fitness_)) break;
   }
   return climber;
 }
@@ -52,7 +49,7 @@ ScoredPose RrhcSearch::Evaluate(const Pose2& pose) {
 }
 
 bool RrhcSearch::Finished(const ScoredPose& best) const {
-  return evaluations_ >= last_evaluation_ || best.fitness >= constants_.highest;
+  return evaluations_ >= last_evaluation_ || best.fitness >= 1.0;
 }
 
 }  // namespace crsm

@@ -15,7 +15,7 @@ struct SearchTask {
   MotionBounds window;  ///< the later ones somewhere in here around it ...
   int num_draws;        ///< ... each from the best of so many random poses, >= 1
   int num_evaluations;  ///< the search ends when they are spent, >= 1 ...
-  double enough;        ///< ... or when the best of the first few climbs and all later ones is as good as this
+  double enough;        ///< ... or when the best of all climbs is as good as this
 };
 
 /// What a search has found, and how.

@@ -1,5 +1,5 @@
-// MAP_DELTA, MAP_PAGE, CRITICAL_RAYS and START_POSE, as rrhc_matcher takes them: its answer must be one that map_updater
-// believes.
+// MAP_DELTA, MAP_PAGE, CRITICAL_RAYS and START_POSE, as rrhc_matcher takes them: its answer must be one that
+// map_updater believes.
 
 #include "input.hpp"
 #include "matcher_replica.hpp"
@@ -11,7 +11,7 @@ namespace {
 MatchConstants QuickConstants() {
   MatchConstants constants;
   constants.search.num_evaluations = 30;
-  constants.wide_search.num_evaluations = 60;
+  constants.map_search.most_evaluations = 60;
   return constants;
 }
 

@@ -193,9 +193,9 @@ void WriteMessages(const Seeds& seeds) {
   finished.num_matches = 0;
   finished.matches.clear();
   finished.tracking[0] = ToMessage(TrackingState::OnFinishedMap());
-  seeds.Write("global_search", "finished", std::vector<Bytes>{Encode(finished), rays, Encode(CriticalRaysMessage())});
+  seeds.Write("map_search", "finished", std::vector<Bytes>{Encode(finished), rays, Encode(CriticalRaysMessage())});
   seeds.Write("rrhc_matcher", "scattered", std::vector<Bytes>{Encode(ScatteredPage()), rays});
-  seeds.Write("global_search", "scattered", std::vector<Bytes>{Encode(ScatteredPage()), rays});
+  seeds.Write("map_search", "scattered", std::vector<Bytes>{Encode(ScatteredPage()), rays});
   seeds.Write("view", "all",
               std::vector<Bytes>{Encode(CriticalRaysMessage()), Encode(ScanMatchMessage()), page,
                                  Encode(ServiceStatusMessage())});

@@ -54,7 +54,7 @@ TEST_CASE("a place is found where it was seen long ago") {
   CHECK(std::hypot(found.x_m - first.x_m, found.y_m - first.y_m) < 0.15);
 
   MatchConstants match;
-  match.place_search = {0.0, 0.0};  // each pose beside it is another place, and a rival
+  match.map_search.other_place = {0.0, 0.0};  // each pose beside it is another place, and a rival
   CHECK_FALSE(SearchLoop(graph, kLocalMap_m, false, {{}, match}));
 }
 

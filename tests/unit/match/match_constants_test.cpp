@@ -5,11 +5,11 @@
 #include <vector>
 
 #include "catch.hpp"
+#include "common/match/agreement.hpp"
 #include "common/match/contradiction.hpp"
-#include "common/match/far_search.hpp"
-#include "common/match/global_search.hpp"
 #include "common/match/guess_covariance.hpp"
 #include "common/match/known_rays.hpp"
+#include "common/match/map_search.hpp"
 #include "common/match/motion_prediction.hpp"
 #include "common/match/optimum.hpp"
 #include "common/match/pose_uncertainty.hpp"
@@ -60,7 +60,7 @@ ByteMap MakeWall() {
 double RivalOfTwo(const MatchConstants& constants) {
   const HitPyramid pyramid((Eigen::Matrix2Xd(2, 2) << 1.0, 2.2, 0.0, 0.0).finished(), 0.1);
   const Eigen::Matrix2Xd point_m = Eigen::Vector2d(1.0, 0.0);
-  return FindPlace(pyramid, point_m, {{}, 2.0, 0.0}, {15.0, 0.5, 0.9, 10'000, constants.place_search}).rival;
+  return FindPlace(pyramid, point_m, {{}, 2.0, 0.0}, {15.0, 0.5, 0.9, 10'000, constants.map_search.other_place}).rival;
 }
 
 const ScoredMap& Niche() {
@@ -121,18 +121,18 @@ double NumOfClimb(const MatchConstants& constants) {
 }
 
 const std::vector<Case> kOfFunctions{
-    {"far_search", [](auto& c) { c.far_search.least_m = 0.5; },
-     [](const auto& c) { return FindFarWindow(AfterDrive({}).recent(), 6 * kSecond_us, c.far_search)->reach_m; }},
-    {"far_search in SearchFar", [](auto& c) { c.far_search.fewest_points = 1000; },
+    {"map_search", [](auto& c) { c.map_search.least_m = 0.5; },
+     [](const auto& c) { return FindReach(AfterDrive({}).recent(), 6 * kSecond_us, c.map_search).reach_m; }},
+    {"map_search in SearchMap", [](auto& c) { c.map_search.fewest_points = 1000; },
      [](const auto& c) {
-       return SearchFar(Niche().cells(), NicheHits(), kPlace, {0.5, 0.1}, c).has_value() ? 1.0 : 0.0;
+       return SearchMap(Niche(), NicheHits(), {kPlace, 0.5, 0.1}, c).score;
      }},
-    {"place_search", [](auto& c) { c.place_search.other_m = 9.0; }, RivalOfTwo},
-    {"global_search", [](auto& c) { c.global_search.directions = 60; },
-     [](const auto& c) { return SearchWholeMap(Niche(), NicheHits(), NicheHits(), c).evaluations; }},
-    {"global_search of a convincing place", [](auto& c) { c.global_search.least_score = 0.7; },
+    {"map_search of another place", [](auto& c) { c.map_search.other_place.m = 9.0; }, RivalOfTwo},
+    {"map_search of a whole map", [](auto& c) { c.map_search.rival_share = 0.5; },
+     [](const auto& c) { return SearchWholeMap(Niche(), NicheHits(), c).evaluations; }},
+    {"map_search of a convincing place", [](auto& c) { c.map_search.least_found_score = 0.7; },
      [](const auto& c) {
-       return GlobalMatch{{}, 0.6, 0.0, 1}.IsConvincing(c.global_search) ? 1.0 : 0.0;
+       return FoundOnMap{{}, 0.6, 0.0, 1}.IsConvincing(c.map_search) ? 1.0 : 0.0;
      }},
     {"agreement", [](auto& c) { c.agreement.tolerance_m = 0.4; },
      [](const auto& c) { return ComputeAgreement(MakeWall(), Eigen::Vector2d(3.3, 0.0), {}, c.agreement); }},
@@ -169,11 +169,6 @@ const std::vector<Case> kOfFunctions{
     {"prediction in tracking", [](auto& c) { c.prediction.motions = 1; },
      [](const auto& c) { return AfterDrive(c).motion_error_m(); }},
     {"sweep", [](auto& c) { c.sweep.most_matches = 2; }, NumMatchesOfSweep},
-    {"prediction", [](auto& c) { c.prediction.onward_steps = 1; },
-     [](const auto& c) {
-       const std::vector<ScanMatch> turned{MatchedAt(0, {}), MatchedAt(kSecond_us, {1.0, 0.0, 1.0})};
-       return GuessOnward(turned, 3 * kSecond_us, c.prediction).y_m;
-     }},
     {"line_spectrum", [](auto& c) { c.line_spectrum.apart_m = 0.5; }, SpectrumAt90},
 };
 
