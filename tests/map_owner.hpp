@@ -8,7 +8,7 @@
 
 #include "common/map/byte_map.hpp"
 #include "common/map/map_updater.hpp"
-#include "common/match/tracking_state.hpp"
+#include "common/match/guess/tracking_state.hpp"
 #include "services/bus/bus.hpp"
 #include "services/wire/conversions.hpp"
 #include "unit/synthetic_scans.hpp"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/match/agreement.hpp"
+#include "common/match/judge/agreement.hpp"
 #include "common/math/random.hpp"
 #include "common/scan/deskew.hpp"
 #include "common/scan/hits.hpp"

@@ -7,7 +7,7 @@
 #include "common/diagnosis/diagnosis_constants.hpp"
 #include "common/diagnosis/run_statistics.hpp"
 #include "common/graph/pieces.hpp"
-#include "common/match/wheel_model.hpp"
+#include "common/match/guess/wheel_model.hpp"
 
 namespace crsm {
 

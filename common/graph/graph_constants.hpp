@@ -3,7 +3,7 @@
 #include <cstddef>
 
 #include "common/graph/pose_graph.hpp"
-#include "common/match/guess_covariance.hpp"
+#include "common/match/guess/guess_covariance.hpp"
 
 namespace crsm {
 

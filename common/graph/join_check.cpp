@@ -1,7 +1,7 @@
 #include "common/graph/join_check.hpp"
 
 #include "common/graph/submap.hpp"
-#include "common/match/place_search.hpp"
+#include "common/match/search/place_search.hpp"
 
 namespace crsm {
 

@@ -9,9 +9,9 @@
 #include "common/graph/graph_constants.hpp"
 #include "common/graph/keyframe_graph.hpp"
 #include "common/graph/loop_finding.hpp"
-#include "common/match/line_spectrum.hpp"
 #include "common/match/match_constants.hpp"
-#include "common/match/place_search.hpp"
+#include "common/match/search/line_spectrum.hpp"
+#include "common/match/search/place_search.hpp"
 
 namespace crsm {
 

@@ -4,7 +4,7 @@
 
 #include "common/graph/graph_constants.hpp"
 #include "common/graph/keyframe_graph.hpp"
-#include "common/match/place_search.hpp"
+#include "common/match/search/place_search.hpp"
 
 namespace crsm {
 

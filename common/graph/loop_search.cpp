@@ -7,11 +7,11 @@
 
 #include "common/graph/draw_scans.hpp"
 #include "common/graph/submap.hpp"
-#include "common/match/agreement.hpp"
-#include "common/match/optimum.hpp"
-#include "common/match/place_search.hpp"
-#include "common/match/rays_in_cells.hpp"
-#include "common/match/scored_map.hpp"
+#include "common/match/fit/optimum.hpp"
+#include "common/match/fit/rays_in_cells.hpp"
+#include "common/match/fit/scored_map.hpp"
+#include "common/match/judge/agreement.hpp"
+#include "common/match/search/place_search.hpp"
 #include "common/scan/hits.hpp"
 
 namespace crsm {

@@ -15,8 +15,8 @@
 #include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_updater.hpp"
+#include "common/match/guess/tracking_state.hpp"
 #include "common/match/match_constants.hpp"
-#include "common/match/tracking_state.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
 

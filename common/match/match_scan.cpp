@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "common/match/contradiction.hpp"
-#include "common/match/guess_covariance.hpp"
-#include "common/match/motion_prediction.hpp"
+#include "common/match/guess/guess_covariance.hpp"
+#include "common/match/guess/motion_prediction.hpp"
+#include "common/match/judge/contradiction.hpp"
 #include "common/match/sweep.hpp"
 #include "common/math/median.hpp"
 #include "common/scan/clock_restart.hpp"

@@ -1,8 +1,8 @@
 #pragma once
 
+#include "common/match/guess/tracking_state.hpp"
 #include "common/match/match_constants.hpp"
 #include "common/match/matcher.hpp"
-#include "common/match/tracking_state.hpp"
 #include "common/scan/critical_rays.hpp"
 
 namespace crsm {

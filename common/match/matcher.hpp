@@ -6,7 +6,7 @@
 #include <span>
 
 #include "common/map/byte_map.hpp"
-#include "common/match/tracking_state.hpp"
+#include "common/match/guess/tracking_state.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
 

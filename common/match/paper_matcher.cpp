@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/match/motion_prediction.hpp"
-#include "common/match/mutate.hpp"
-#include "common/match/optimum.hpp"
-#include "common/match/rays_in_cells.hpp"
+#include "common/match/fit/optimum.hpp"
+#include "common/match/fit/rays_in_cells.hpp"
+#include "common/match/guess/motion_prediction.hpp"
+#include "common/match/search/mutate.hpp"
 #include "common/math/columns.hpp"
 #include "common/scan/hits.hpp"
 

@@ -4,9 +4,9 @@
 #include <optional>
 #include <span>
 
+#include "common/match/fit/scored_map.hpp"
 #include "common/match/match_constants.hpp"
 #include "common/match/matcher.hpp"
-#include "common/match/scored_map.hpp"
 
 namespace crsm {
 

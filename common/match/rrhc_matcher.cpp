@@ -2,14 +2,14 @@
 
 #include <algorithm>
 
-#include "common/match/agreement.hpp"
-#include "common/match/known_rays.hpp"
-#include "common/match/map_search.hpp"
-#include "common/match/motion_prediction.hpp"
-#include "common/match/objective.hpp"
-#include "common/match/optimum.hpp"
-#include "common/match/pose_uncertainty.hpp"
-#include "common/match/rays_in_cells.hpp"
+#include "common/match/fit/objective.hpp"
+#include "common/match/fit/optimum.hpp"
+#include "common/match/fit/pose_uncertainty.hpp"
+#include "common/match/fit/rays_in_cells.hpp"
+#include "common/match/guess/motion_prediction.hpp"
+#include "common/match/judge/agreement.hpp"
+#include "common/match/judge/known_rays.hpp"
+#include "common/match/search/map_search.hpp"
 #include "common/math/columns.hpp"
 #include "common/scan/contour.hpp"
 #include "common/scan/hits.hpp"

@@ -3,12 +3,12 @@
 #include <optional>
 #include <span>
 
-#include "common/match/expectation.hpp"
-#include "common/match/known_rays.hpp"
+#include "common/match/fit/scored_map.hpp"
+#include "common/match/judge/expectation.hpp"
+#include "common/match/judge/known_rays.hpp"
 #include "common/match/match_constants.hpp"
 #include "common/match/matcher.hpp"
-#include "common/match/rrhc_search.hpp"
-#include "common/match/scored_map.hpp"
+#include "common/match/search/rrhc_search.hpp"
 #include "common/parameters.hpp"
 
 namespace crsm {

@@ -10,7 +10,7 @@
 #include "common/diagnosis/run_statistics.hpp"
 #include "common/diagnosis/verdict.hpp"
 #include "common/map/dense_grid.hpp"
-#include "common/match/wheel_model.hpp"
+#include "common/match/guess/wheel_model.hpp"
 #include "common/parameters.hpp"
 #include "common/results/run_origin.hpp"
 

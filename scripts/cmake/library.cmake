@@ -34,7 +34,7 @@ configure_file(${PROJECT_SOURCE_DIR}/services/library/presets.hpp.in
 configure_file(${PROJECT_SOURCE_DIR}/services/base/version.hpp.in
                ${PROJECT_BINARY_DIR}/generated/services/base/version.hpp @ONLY)
 
-set(ALGORITHM_ROOMS math scan map match graph)
+set(ALGORITHM_ROOMS math scan map match match/guess match/fit match/search match/judge graph)
 list(TRANSFORM ALGORITHM_ROOMS REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/common/\\1/*.cpp" OUTPUT_VARIABLE ALGORITHM_GLOBS)
 file(GLOB ALGORITHM_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/common/slam.cpp ${ALGORITHM_GLOBS})
 add_library(crsm_algorithm OBJECT ${ALGORITHM_SOURCES})
@@ -70,7 +70,7 @@ foreach(target crsm_algorithm crsm_slam_objects)
   crsm_unity(${target})
 endforeach()
 # fitness_kernel.cpp has helpers of the same names.
-set_source_files_properties(${PROJECT_SOURCE_DIR}/common/match/fitness_kernel_avx2.cpp
+set_source_files_properties(${PROJECT_SOURCE_DIR}/common/match/fit/fitness_kernel_avx2.cpp
                             PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
 function(crsm_library name)

@@ -4,7 +4,7 @@
 
 #include "common/graph/mapper.hpp"
 #include "common/map/map_updater.hpp"
-#include "common/match/tracking_state.hpp"
+#include "common/match/guess/tracking_state.hpp"
 #include "services/journal/match_store.hpp"
 #include "services/map_updater/growing_message.hpp"
 

@@ -10,7 +10,7 @@
 #include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_delta.hpp"
-#include "common/match/tracking_state.hpp"
+#include "common/match/guess/tracking_state.hpp"
 #include "common/scan/scan_match.hpp"
 #include "services/wire/wire.hpp"
 

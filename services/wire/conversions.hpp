@@ -8,7 +8,7 @@
 #include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_delta.hpp"
-#include "common/match/tracking_state.hpp"
+#include "common/match/guess/tracking_state.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/laser_scan.hpp"
 #include "common/scan/odometry_buffer.hpp"

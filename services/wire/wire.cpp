@@ -10,7 +10,7 @@
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_delta.hpp"
 #include "common/map/tile_grid.hpp"
-#include "common/match/tracking_state.hpp"
+#include "common/match/guess/tracking_state.hpp"
 #include "common/math/trigonometry.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/laser_scan.hpp"

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "common/match/rays_in_cells.hpp"
+#include "common/match/fit/rays_in_cells.hpp"
+#include "common/match/fit/scored_map.hpp"
 #include "common/match/rrhc_matcher.hpp"
-#include "common/match/scored_map.hpp"
 #include "common/slam.hpp"
 
 namespace crsm::bench {

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "common/match/default_matcher.hpp"
-#include "common/match/rays_in_cells.hpp"
-#include "common/match/scored_map.hpp"
+#include "common/match/fit/rays_in_cells.hpp"
+#include "common/match/fit/scored_map.hpp"
 #include "common/math/random.hpp"
 #include "common/scan/hits.hpp"
 #include "common/slam.hpp"

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "common/match/optimum.hpp"
-#include "common/match/rays_in_cells.hpp"
+#include "common/match/fit/optimum.hpp"
+#include "common/match/fit/rays_in_cells.hpp"
 #include "common/scan/hits.hpp"
 
 namespace crsm {

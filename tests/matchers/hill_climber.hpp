@@ -3,8 +3,8 @@
 #include <optional>
 #include <span>
 
+#include "common/match/fit/scored_map.hpp"
 #include "common/match/matcher.hpp"
-#include "common/match/scored_map.hpp"
 
 namespace crsm {
 

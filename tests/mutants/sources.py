@@ -11,6 +11,7 @@ SOURCES = [
     "common/scan/*.?pp",
     "common/map/*.?pp",
     "common/match/*.?pp",
+    "common/match/*/*.?pp",
     "common/slam.?pp",
     # the checks of what comes over the wire
     "services/wire/wire*.?pp",

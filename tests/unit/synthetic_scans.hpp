@@ -11,7 +11,7 @@
 #include "common/map/byte_map.hpp"
 #include "common/map/map_updater.hpp"
 #include "common/map/paper_drawing.hpp"
-#include "common/match/tracking_state.hpp"
+#include "common/match/guess/tracking_state.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/laser_scan.hpp"

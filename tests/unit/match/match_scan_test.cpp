@@ -4,7 +4,7 @@
 
 #include "catch.hpp"
 #include "check_pose.hpp"
-#include "common/match/guess_covariance.hpp"
+#include "common/match/guess/guess_covariance.hpp"
 #include "synthetic_scans.hpp"
 
 namespace crsm {

@@ -1,0 +1,109 @@
+#include "common/match/fit/pose_uncertainty.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace crsm {
+namespace {
+
+/// Whether a chord is too short to tell a direction. Most are by far, which shows without a square root.
+bool IsShort(const Eigen::Vector2d& chord_m, double least_m) {
+  const double squared_m2 = chord_m.squaredNorm();
+  return squared_m2 < 0.9 * least_m * least_m || std::sqrt(squared_m2) < least_m;
+}
+
+bool IsOnWall(const ByteMap& map, Cell cell) {
+  const int x = cell.x & kTileMask;
+  const int y = cell.y & kTileMask;
+  if (x > 0 && x < kTileMask && y > 0 && y < kTileMask) {  // all in one tile
+    const ByteMap::Tile* tile = map.tiles().Find(TileOf(cell));
+    if (!tile) return false;
+    const std::uint8_t* at = tile->cells.data() + OffsetInTile(cell);
+    return IsOccupied(at[0]) || IsOccupied(at[-1]) || IsOccupied(at[1]) || IsOccupied(at[-kTileSide]) ||
+           IsOccupied(at[kTileSide]);
+  }
+  const auto Occupied = [&](int dx, int dy) { return IsOccupied(map.At({cell.x + dx, cell.y + dy})); };
+  return Occupied(0, 0) || Occupied(-1, 0) || Occupied(1, 0) || Occupied(0, -1) || Occupied(0, 1);
+}
+
+/// Unit eigenvector of the smaller eigenvalue of a symmetric matrix, and that eigenvalue.
+std::pair<double, Eigen::Vector2d> FindWeakest(const Eigen::Matrix2d& a) {
+  const double mean = 0.5 * (a(0, 0) + a(1, 1));
+  const double half = 0.5 * (a(0, 0) - a(1, 1));
+  const double radius = std::sqrt(half * half + a(0, 1) * a(0, 1));
+  // Of the two ways to write the vector the one without cancellation.
+  const Eigen::Vector2d axis =
+      half > 0.0 ? Eigen::Vector2d(-a(0, 1), radius + half) : Eigen::Vector2d(radius - half, -a(0, 1));
+  const double norm = axis.norm();
+  return {mean - radius, norm > 0.0 ? Eigen::Vector2d(axis / norm) : Eigen::Vector2d::UnitX()};
+}
+
+}  // namespace
+
+Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, const Gaps& gaps, double cell_size_m,
+                                const MatchConstants::Uncertainty& constants) {
+  const std::vector<bool> joined =
+      gaps.FindSurfaces(constants.near_cells * cell_size_m, constants.largest_surface_gap_m);
+  const auto num = static_cast<int>(hits_m.cols());
+  Eigen::Matrix2Xd normals = Eigen::Matrix2Xd::Zero(2, num);
+  for (int i = 0; i < num; ++i) {
+    int first = i;
+    int last = i;
+    Eigen::Vector2d chord = Eigen::Vector2d::Zero();
+    for (bool grows = true; grows && IsShort(chord, constants.chord_m);) {
+      grows = false;
+      if (first > 0 && joined[static_cast<std::size_t>(first) - 1]) --first, grows = true;
+      if (last + 1 < num && joined[static_cast<std::size_t>(last)]) ++last, grows = true;
+      chord = hits_m.col(last) - hits_m.col(first);
+    }
+    if (last - first < constants.chord_gaps_min || IsShort(chord, constants.chord_m)) continue;
+    normals.col(i) = Eigen::Vector2d(-chord.y(), chord.x()).normalized();
+  }
+  return normals;
+}
+
+PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Eigen::Matrix2Xd& normals,
+                                   const Pose2& T_map_laser, const ByteMap& map,
+                                   const MatchConstants::Uncertainty& constants) {
+  const MapGeometry& geometry = map.geometry();
+  const auto [sin, cos] = ComputeSinCos(T_map_laser.yaw_rad);
+  Eigen::Matrix2d rotation;
+  rotation << cos, -sin, sin, cos;
+  const Eigen::Matrix2Xd normals_map = rotation * normals;
+  const Eigen::Matrix2Xd arms_m = rotation * hits_m;
+
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
+    const auto n = normals_map.col(i);
+    const auto p = arms_m.col(i);
+    if (n.isZero() || !IsOnWall(map, geometry.CellAt(T_map_laser.x_m + p.x(), T_map_laser.y_m + p.y()))) continue;
+    const Eigen::Vector3d row(n.x(), n.y(), p.x() * n.y() - p.y() * n.x());
+    information += row.lazyProduct(row.transpose());  // without a temporary matrix
+  }
+
+  // In units of one ray: what is told of the position when the yaw is not known either.
+  const double yaw_information = std::max(information(2, 2), 1e-9);
+  const Eigen::Vector2d coupling = information.topRightCorner<2, 1>();
+  const Eigen::Matrix2d position =
+      information.topLeftCorner<2, 2>() - coupling * coupling.transpose() / yaw_information;
+  const auto [weakest, axis] = FindWeakest(position);
+  PoseUncertainty uncertainty;
+  uncertainty.degenerate_axis = axis;
+  uncertainty.degeneracy =
+      (constants.few_rays + constants.noise_share * (position.trace() - weakest)) / std::max(weakest, 1e-9);
+
+  const double sigma_m = constants.ray_sigma_cells * geometry.cell_size_m();
+  Eigen::Matrix3d prior = Eigen::Matrix3d::Zero();
+  const double of_place = 1.0 / (constants.unknown_m * constants.unknown_m);
+  prior.diagonal() << of_place, of_place, 1.0 / (constants.unknown_rad * constants.unknown_rad);
+  uncertainty.covariance = (information / (sigma_m * sigma_m) + prior).inverse();
+  const double map_m = constants.map_cells * geometry.cell_size_m();
+  uncertainty.covariance.diagonal() +=
+      Eigen::Vector3d(map_m * map_m, map_m * map_m, constants.map_rad * constants.map_rad);
+  return uncertainty;
+}
+
+}  // namespace crsm

@@ -1,0 +1,58 @@
+#include "common/match/judge/expectation.hpp"
+
+#include <algorithm>
+
+namespace crsm {
+namespace {
+
+/// Whether the robot is followed on a finished map, by the last scans that were found: where it goes on, people may
+/// stand before walls, and doors be closed that were open.
+bool IsFollowed(const TrackingState& tracking, const MatchConstants::FinishedMap& constants) {
+  return tracking.on_finished_map() && tracking.fitnesses().size() == TrackingState::kUsual &&
+         tracking.baseline_fitness() >= constants.followed_fitness && tracking.num_lost() < constants.followed_lost_max;
+}
+
+/// The share of the baseline fitness below which a scan is lost.
+double ComputeAcceptable(const TrackingState& tracking, const MatchConstants::Acceptance& constants) {
+  double share = constants.lost;
+  if (tracking.on_finished_map()) return share;
+  const std::int64_t num = std::min(tracking.num_lost(), constants.relaxations_max);
+  for (std::int64_t i = 0; i < num; ++i) share *= constants.relaxation;
+  return share;
+}
+
+/// Share of the hits that lie in explored cells when the laser stands at `T_map_laser`.
+double ComputeExploredShare(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser) {
+  int num = 0;
+  for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
+    const Pose2 hit = T_map_laser * Pose2{hits_m(0, i), hits_m(1, i), 0.0};
+    if (map.At(map.geometry().CellAt(hit.x_m, hit.y_m)) != kUnexploredByte) ++num;
+  }
+  return static_cast<double>(num) / static_cast<double>(hits_m.cols());
+}
+
+}  // namespace
+
+Expectation::Expectation(const TrackingState& tracking, const MatchConstants& constants)
+    : constants_(constants.acceptance),
+      usual_(tracking.baseline_fitness()),
+      acceptable_(ComputeAcceptable(tracking, constants.acceptance)),
+      unknown_(tracking.on_finished_map() && usual_ == 0.0),
+      followed_(IsFollowed(tracking, constants.finished_map)),
+      goes_on_(tracking.num_lost() == 0 && !tracking.on_finished_map()) {
+  if (unknown_) usual_ = constants.finished_map.baseline_fitness;
+  enough_ = usual_ > 0.0 ? constants.acceptance.good * usual_ : 1.0;
+  if (tracking.on_finished_map() && !followed_) usual_ = std::max(usual_, constants.finished_map.baseline_fitness_min);
+}
+
+bool Expectation::IsMetBy(const ScoredPose& found, bool leniently, const Eigen::Matrix2Xd& critical_hits_m,
+                          const ByteMap& map) const {
+  // A scan that looks into nothing but the unknown has no match.
+  const double least_share = leniently && goes_on_ ? constants_.explored_min_near : constants_.explored_min;
+  const double explored = ComputeExploredShare(map, critical_hits_m, found.pose);
+  const double expected = usual_ * std::max(explored, least_share);
+  const double quality = expected > 0.0 ? found.fitness / expected : 1.0;
+  return quality >= acceptable_;
+}
+
+}  // namespace crsm
