@@ -111,7 +111,6 @@ struct RrhcMatcher::Found {
   bool is_near_guess = true;  ///< false after the wide search, unless the robot goes on as before
   int evaluations = 0;
   int best_evaluation = 0;
-  double window_m = 0.0;  ///< of the wide search, to either side
 };
 
 /// Where the laser is held along an axis.
@@ -254,8 +253,7 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const InitialGuess& ini
       evaluations += there.evaluations;
       const double least = explains ? constants_.map_search.gain * near.best.fitness : near.best.fitness;
       if (there.best.fitness > least && Explains(there.best)) {
-        return {there.best.pose, found.T_map_laser, false, evaluations, near.evaluations + there.best_evaluation,
-                reach_m};
+        return {there.best.pose, found.T_map_laser, false, evaluations, near.evaluations + there.best_evaluation};
       }
     }
   }
@@ -344,9 +342,7 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   const Pose2 here = refined.pose;
   const double as_known_within_m = (constants.look_same_rays_cells + 0.5) * cell_size_m;
   FitGain gain(map_, rays.contour, {known.degenerate_axis, by_wheels, constants_.known_rays}, here);
-  // As far as the motion may have changed; and found anywhere in the wide window, it may be anywhere in it.
-  const double changed_m = initial_guess.by_first_scan ? constants.look_along_first_m : constants.look_along_m;
-  const double reach_m = std::max(changed_m, 2.0 * found.window_m);
+  const double reach_m = initial_guess.by_first_scan ? constants.look_along_first_m : constants.look_along_m;
   const Pose2 better =
       LookAlong(here, known.degenerate_axis, reach_m, cell_size_m, least_gain, [&](const Pose2& there) {
         refined.evaluations += 2;
