@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "common/math/beam_angles.hpp"
+#include "common/math/trigonometry.hpp"
 
 namespace crsm {
 
@@ -51,7 +51,7 @@ std::vector<double> ComputeDisplacements(const ValidRays& rays) {
   for (std::size_t i = 0; i + 1 < rays.size(); ++i) {
     const double a = rays.range_m[i];
     const double b = rays.range_m[i + 1];
-    const double cos = LookUpSinCos(static_cast<double>(rays.angle_rad[i + 1]) - rays.angle_rad[i]).cos;
+    const double cos = ComputeSinCos(static_cast<double>(rays.angle_rad[i + 1]) - rays.angle_rad[i]).cos;
     displacements.push_back(std::sqrt(std::max(0.0, a * a + b * b - 2.0 * a * b * cos)));
   }
   return displacements;
