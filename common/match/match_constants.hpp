@@ -156,6 +156,7 @@ struct MatchConstants {
     double look_same_rays_cells = 4.0;  ///< so far on, about the same rays are known
     double look_gain = 0.02;            ///< least gain of fitness there ...
     double look_gain_steady = 0.02;     ///< ... and so much more where the motion is steady
+    double known_share_min = 0.8;       ///< of the weight of all rays: fewer do not say where the laser is
   };
 
   /// When wheels are asked, and when they contradict a match.

@@ -262,7 +262,8 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const InitialGuess& ini
 }
 
 /// The rays that are known from a pose, and from a cell before and behind it: a climb meets none that becomes known on
-/// the way. known: from the pose.
+/// the way. All rays where those are too few to say where the laser is.
+/// known: from the pose.
 RaysInCells RrhcMatcher::SelectKnownNear(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis,
                                          KnownRays known) const {
   const double cell_size_m = map_.geometry().cell_size_m();
@@ -270,7 +271,9 @@ RaysInCells RrhcMatcher::SelectKnownNear(const Rays& rays, const Pose2& pose, co
     const Pose2 there{pose.x_m + along_m * axis.direction.x(), pose.y_m + along_m * axis.direction.y(), pose.yaw_rad};
     known = FindKnownRays(map_.cells(), rays.contour.points_m, there, axis, known);
   }
-  return SelectRays(map_, rays.contour, known);
+  RaysInCells selected = SelectRays(map_, rays.contour, known);
+  const auto least = constants_.final_climb.known_share_min * static_cast<double>(rays.all.total_weight());
+  return static_cast<double>(selected.total_weight()) > least ? selected : rays.all;
 }
 
 /// What holds along an axis that the walls leave open: wheels that are reliable, if the search ended near them, or what
