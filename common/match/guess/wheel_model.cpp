@@ -147,7 +147,9 @@ std::optional<WheelMotion> FindWayByWheels(std::span<const ScanMatch> recent, co
 }
 
 WheelModel::WheelModel(const MatchConstants& constants)
-    : constants_(constants.wheel_model), prediction_(constants.prediction), values_(MakePriorValues(constants_)) {}
+    : constants_(constants.wheel_model), prediction_(constants.prediction) {
+  Solve();  // as where a state comes over the wire: the prior's values to the last bit
+}
 
 WheelModel::WheelModel(const State& state, const MatchConstants& constants) : WheelModel(constants) {
   state_ = state;

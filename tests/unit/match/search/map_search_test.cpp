@@ -172,7 +172,7 @@ TEST_CASE("the search takes a bounded number of evaluations on the largest place
   const TestMap field(
       -4, 3, [](Cell cell) { return cell.x % 50 == 0 ? kOccupiedByte : kFreeByte; }, 0.2);
   const FoundOnMap match = field.Search(ScanNiche({}));  // in 512 x 512 cells
-  CHECK(match.evaluations < 20'100'000);
+  CHECK(match.evaluations < 8'100'000);
   CHECK_FALSE(match.IsConvincing());
 }
 
