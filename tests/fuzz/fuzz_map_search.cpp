@@ -6,14 +6,16 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace crsm;
-  MatcherReplica matcher{MatchParameters{}};
+  MatchConstants constants;
+  constants.map_search.most_whole_evaluations = 200'000;  // more teach no more, and take long with the sanitizers
+  MatcherReplica matcher(MatchParameters{}, constants);
   MessageReader messages({data, size});
   while (const auto bytes = messages.Next()) {
     matcher.Handle(*bytes);
     const auto scan = Decode<critical_rays_t>(*bytes);
     if (!scan || !matcher.has_map()) continue;
     matcher.Match(*scan, TrackingState::OnFinishedMap());
-    break;  // it takes a second with the sanitizers, more of them would teach no more
+    break;
   }
   return 0;
 }

@@ -12,6 +12,7 @@ MatchConstants QuickConstants() {
   MatchConstants constants;
   constants.search.num_evaluations = 30;
   constants.map_search.most_evaluations = 60;
+  constants.map_search.most_whole_evaluations = 60;
   return constants;
 }
 
