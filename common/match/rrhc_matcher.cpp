@@ -108,7 +108,7 @@ struct RrhcMatcher::InitialGuess {
 struct RrhcMatcher::Found {
   Pose2 pose;
   Pose2 initial_guess;
-  bool is_near_guess = true;  ///< false after the wide search, unless the robot goes on as before
+  bool is_near_guess = true;  ///< false where a window was searched, unless what is near explains the scan
   int evaluations = 0;
   int best_evaluation = 0;
 };
@@ -217,8 +217,8 @@ RrhcMatcher::InitialGuess RrhcMatcher::MakeInitialGuess(const Rays& rays, const 
   return initial_guess;
 }
 
-/// Step 2. Section 5.3 with the critical rays, where the robot is guessed. While it is lost it stands still, or goes
-/// on as before.
+/// Step 2. Section 5.3 with the critical rays, where the robot is guessed; while it is lost it stands still. Where
+/// nothing fits there, a search of a window around it.
 RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const InitialGuess& initial_guess,
                                        const TrackingState& tracking, std::int64_t utime, bool wide) const {
   const Pose2& start = initial_guess.T_map_laser;

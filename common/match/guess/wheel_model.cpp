@@ -146,13 +146,10 @@ std::optional<WheelMotion> FindWayByWheels(std::span<const ScanMatch> recent, co
   return way;
 }
 
-WheelModel::WheelModel(const MatchConstants& constants)
-    : constants_(constants.wheel_model), prediction_(constants.prediction) {
-  Solve();  // as where a state comes over the wire: the prior's values to the last bit
-}
+WheelModel::WheelModel(const MatchConstants& constants) : WheelModel(State{}, constants) {}
 
-WheelModel::WheelModel(const State& state, const MatchConstants& constants) : WheelModel(constants) {
-  state_ = state;
+WheelModel::WheelModel(const State& state, const MatchConstants& constants)
+    : constants_(constants.wheel_model), prediction_(constants.prediction), state_(state) {
   Solve();
 }
 

@@ -56,13 +56,13 @@ FoundOnMap SearchPyramid(const HitPyramid& pyramid, const ScoredMap& map, const 
   const double step_m = pyramid.cell_m();
   const double step_rad = step_m / search.farthest_m;
   for (const ScoredPose& place : places) {
-    const ScoredPose top = ClimbToOptimum(FindBestAround(place.pose, step_m, step_rad, search.plateau_steps, Fitness),
-                                          0.5 * step_m, 0.5 * step_rad, search.halvings, Fitness);
-    const double score = top.fitness * ComputeAgreement(map.cells(), points_m, top.pose, constants.agreement);
+    const Pose2 around = FindBestAround(place.pose, step_m, step_rad, search.plateau_steps, Fitness);
+    const Pose2 top = ClimbToOptimum(around, 0.5 * step_m, 0.5 * step_rad, search.halvings, Fitness).pose;
+    const double score = ScorePlace(map, points_m, top, constants);
     if (score > found.score) {
       found.runner_up = found.score;
       found.score = score;
-      found.T_map_laser = top.pose;
+      found.T_map_laser = top;
     } else {
       found.runner_up = std::max(found.runner_up, score);
     }
