@@ -293,30 +293,33 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
                                          double steadiness) const {
   Refined refined{found.pose, found.is_near_guess, {}, 0};
   const double cell_size_m = map_.geometry().cell_size_m();
+  const auto Assess = [&] {
+    refined.uncertainty =
+        ComputeUncertainty(rays.hits_m, rays.normals, refined.pose, map_.cells(), constants_.uncertainty);
+  };
   const auto Climb = [&](const Pose2& from, const Objective& objective) {
     const auto Differentiate = [&](const Pose2& pose) {
       ++refined.evaluations;
       return objective.Differentiate(pose);
     };
+    refined.pose =
+        FindOptimum(from, cell_size_m, constants_.final_climb.optimum_rad, Differentiate, constants_.optimum);
+    Assess();
+  };
+  const Objective all_rays{map_, rays.all, found.initial_guess, found.is_near_guess ? constants_.prior.per_m2 : 0.0};
+  if (!found.is_near_guess) {
     // Newton's method climbs the hill on which it begins. In the wide window the search ends some cells beside it.
     const auto Evaluate = [&](const Pose2& pose) {
       ++refined.evaluations;
-      return objective(pose);
+      return all_rays(pose);
     };
-    const Pose2 begin = found.is_near_guess
-                            ? from
-                            : ClimbToOptimum(from, cell_size_m, constants_.optimum.longest_step_rad, 1, Evaluate).pose;
     refined.pose =
-        FindOptimum(begin, cell_size_m, constants_.final_climb.optimum_rad, Differentiate, constants_.optimum);
-    refined.uncertainty =
-        ComputeUncertainty(rays.hits_m, rays.normals, refined.pose, map_.cells(), constants_.uncertainty);
-  };
-  const Objective with_prior{map_, rays.all, found.initial_guess, found.is_near_guess ? constants_.prior.per_m2 : 0.0};
-  Climb(found.pose, with_prior);
-
-  const AxisHold hold = FindHold(found, initial_guess, refined.uncertainty.degenerate());
-  const bool by_wheels = hold.way.has_value();
+        ClimbToOptimum(found.pose, cell_size_m, constants_.optimum.longest_step_rad, 1, Evaluate).pose;
+  }
+  Assess();
   const PoseUncertainty& known = refined.uncertainty;
+  const AxisHold hold = FindHold(found, initial_guess, known.degenerate());
+  const bool by_wheels = hold.way.has_value();
   if (found.is_near_guess && known.degeneracy > constants_.prior.degeneracy_min) {
     const Pose2 back = MoveBackAlong(known.degenerate_axis, refined.pose, hold.T_map_laser);
     const double by_motion_per_m2 = steadiness * initial_guess.degenerate_per_m2;
@@ -326,11 +329,13 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
     const KnownRays known_from_back = FindKnownRays(map_.cells(), rays.contour.points_m, back, axis);
     const RaysInCells rays_there = SelectKnownNear(rays, back, axis, known_from_back);
     const Objective held{
-        map_, rays_there, hold.T_map_laser, with_prior.prior_per_m2, known.degenerate_axis, degenerate_per_m2};
+        map_, rays_there, hold.T_map_laser, all_rays.prior_per_m2, known.degenerate_axis, degenerate_per_m2};
     refined.evaluations += 2;
     const double gain = FitGain(map_, rays.contour, axis, refined.pose).At(back, known_from_back);
     const bool fits_better = gain - held.Prior(back) + held.Prior(refined.pose) > 0.0;
     Climb(fits_better ? back : refined.pose, held);
+  } else {
+    Climb(refined.pose, all_rays);
   }
   if (!known.degenerate()) return refined;
 
