@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "common/match/judge/agreement.hpp"
+#include "common/match/judge/census.hpp"
 #include "common/math/random.hpp"
 #include "common/scan/deskew.hpp"
 #include "common/scan/hits.hpp"
@@ -93,7 +93,7 @@ std::optional<double> RunStatistics::ComputeMeanAgreement(const ByteMap& map) co
     if (!sampled.rays || !sampled.T_map_laser) continue;
     if (num_asked++ == constants_.most_asked) break;
     const ValidRays rays = Deskew(Thin(*sampled.rays, constants_.most_rays_asked), sampled.twist);
-    sum += ComputeAgreement(map, ComputeHits(rays), *sampled.T_map_laser);
+    sum += CountRays(map, ComputeHits(rays), *sampled.T_map_laser).fits;
     ++num;
   }
   if (num < constants_.least_asked) return std::nullopt;

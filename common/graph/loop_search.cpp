@@ -10,7 +10,7 @@
 #include "common/match/fit/optimum.hpp"
 #include "common/match/fit/rays_in_cells.hpp"
 #include "common/match/fit/scored_map.hpp"
-#include "common/match/judge/agreement.hpp"
+#include "common/match/judge/census.hpp"
 #include "common/match/search/place_search.hpp"
 #include "common/scan/hits.hpp"
 
@@ -211,7 +211,7 @@ std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& find
   const bool told_by_rays = finding.by == LoopFinding::By::kSoon || finding.by == LoopFinding::By::kNearby;
   // The newest scan may see little of the submap.
   if (!told_by_rays &&
-      ComputeAgreement(map.cells(), newest_hits_m, pose, constants.match.agreement) < submaps.least_agreement) {
+      CountRays(map.cells(), newest_hits_m, pose, constants.match.census).fits < submaps.least_agreement) {
     return std::nullopt;
   }
   const auto nearest = std::min_element(scans.begin(), scans.end(), [&](const PlacedScan& a, const PlacedScan& b) {

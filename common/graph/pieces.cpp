@@ -66,8 +66,7 @@ Break TrajectoryLog::MakeBreak(const ScanMatch& match) const {
   } else if (begun.seconds > constants_.gap_max_s) {
     begun.reason = BreakReason::kGap;
   } else {
-    const bool soon = size() > 0 && std::cmp_less_equal(trajectories_.back().num_matched, constants_.hardly_matched);
-    begun.reason = soon ? BreakReason::kLost : BreakReason::kSession;
+    begun.reason = BreakReason::kSession;
   }
   return begun;
 }

@@ -54,40 +54,24 @@ struct MatchConstants {
     /// maps of other buildings one was convincing; of 660 in maps of their own 7 % of those that found the place scored
     /// less, and none was convincing elsewhere.
     double least_found_score = 0.45;
-    double gain = 1.1;  ///< by which a place must fit better than one near the guess that explains the scan
     OtherPlace other_place = {};
   };
 
-  /// Share of the rays that go through the map as they went through the building.
-  struct Agreement {
+  /// What a map says of the rays of a scan.
+  struct Census {
     double near_m = 0.3;           ///< what stands so near was there for a moment
-    double tolerance_m = 0.15;     ///< from the end of a ray to the occupied cell: this ...
+    double tolerance_m = 0.15;     ///< from the end of a ray to what stands there: this ...
     double tolerance_cells = 1.5;  ///< ... or this, the larger one
+    double before_end_m = 0.5;     ///< there a ray passes through nothing: a wall that is seen flat it may touch
+    int least_cells = 2;           ///< that it passes through: a single one may be an error of drawing
     double most_steps = 4000.0;    ///< along a ray: a longer one takes longer steps
   };
 
-  /// A ray through the map: whether something stands in its way.
-  struct RayWalk {
-    int least_cells = 2;         ///< occupied: a single one may be an error of drawing
-    double most_steps = 4000.0;  ///< along a ray: a longer one takes longer steps
-  };
-
-  /// Which rays a map tells anything of.
+  /// Which rays a map tells anything of, along an axis.
   struct KnownRays {
-    double before_end_m = 0.5;   ///< of a ray: along a wall that is seen flat it may touch it there
     int behind_wall_cells = 3;   ///< at most, from the wall to a place that is just behind it
     int beside_axis_cells = 2;   ///< of what stands across the axis, to either side ...
     int least_across_cells = 3;  ///< ... and of these five cells
-    RayWalk walk = {};
-  };
-
-  /// Which rays contradict a map.
-  struct Contradiction {
-    int free_cells = 2;                    ///< all so near to the end of a ray are free: nothing stands there
-    std::uint8_t surely_below = 80;        ///< a cell with a smaller byte surely stands
-    double passed_first_cells = 2.0;       ///< from the laser to where a ray begins to pass through what stands ...
-    double passed_before_end_cells = 4.0;  ///< ... and from there to its end
-    RayWalk walk = {};
   };
 
   /// What holds the pose at its initial guess.
@@ -96,13 +80,10 @@ struct MatchConstants {
     double degenerate_per_m2 = 7.0;  ///< ... along a degenerate direction, at least
     double degenerate_max_per_m2 = 40.0;
     double degenerate_per_m = 0.08;  ///< divided by the error of motions so far: who drives evenly is held more
-    double degeneracy_min = 0.2;     ///< below, the walls tell more than the prior
-    double chance_gain = 0.05;       ///< of fitness along a bare corridor ...
-    double chance_sigmas = 3.0;      ///< ... which so many standard deviations of the wheels outweigh
-    double wheels_sigma_min_m = 0.01;
-    double wheels_sigma_max_m = 0.03;
-    double wheels_near_m = 0.3;  ///< reliable wheels hold where the search ended so near to them
-    double steady_s = 0.3;       ///< after the last match: longer, and a robot becomes faster or slower
+    /// The same of the wheels, per squared standard deviation: chance gains nearly 0.05 in a bare corridor, which three
+    /// of them outweigh.
+    double wheels_per_sigma2 = 0.0056;
+    double steady_s = 0.3;  ///< after the last match: longer, and a robot becomes faster or slower
   };
 
   /// The climb to the top of an optimum, to a fraction of a cell.
@@ -152,21 +133,16 @@ struct MatchConstants {
     double spacing_max_m = 0.3;         ///< weight of a ray: the distance to its neighbours, at most this
     double optimum_rad = 0.02;          ///< half the width of the optimum in whose middle the yaw is
     double look_along_m = 0.4;          ///< along a degenerate direction: as far as a motion changes between scans
-    double look_along_first_m = 1.0;    ///< ... and where no motion is known yet
     double look_same_rays_cells = 4.0;  ///< so far on, about the same rays are known
-    double look_gain = 0.02;            ///< least gain of fitness there ...
-    double look_gain_steady = 0.02;     ///< ... and so much more where the motion is steady
+    double look_gain = 0.04;            ///< least gain of fitness there: in a bare corridor chance gains nearly 0.05
     double known_share_min = 0.8;       ///< of the weight of all rays: fewer do not say where the laser is
   };
 
   /// When wheels are asked, and when they contradict a match.
   struct Wheels {
-    double preferred_gain = 1.2;     ///< smaller ratios of fitness are within noise
     double contradict_sigmas = 5.0;  ///< and besides what a match may be off:
     double match_error_m = 0.1;
     double match_error_rad = 0.05;
-    double proven = 0.75;    ///< fitness that proves a match which they contradict
-    double rival = 0.85;     ///< fitness near the wheels' pose, of that of the match: places are alike
     double stands_m = 0.05;  ///< wheels that move less stand ...
     double stands_rad = 0.05;
     double lifted_s = 2.0;  ///< ... and nobody lifts a robot faster
@@ -217,7 +193,6 @@ struct MatchConstants {
     std::int64_t slips_by_chance = 2;
     std::int64_t steps_per_slip = 32;             ///< of right wheels at least: 45 in fr079, 69 in killian
     std::int64_t steps_since_slip_if_often = 40;  ///< else few_steps
-    double clearly = 0.7;  ///< of the velocity model's mean error: with less the wheels tell motions better
   };
 
   /// What is learned of how the robot drives.
@@ -290,10 +265,9 @@ struct MatchConstants {
 
   /// When a trajectory ends.
   struct Break {
-    int lost_scans_max = 3;          ///< in a row
-    std::size_t hardly_matched = 3;  ///< scans: a trajectory with fewer is no loss, one lost scan ends it
-    double gap_max_s = 8.0;          ///< between scans; only a robot that stood still goes on after it ...
-    double gap_periods = 8.0;        ///< ... and so many periods: a logger may take a scan a metre
+    int lost_scans_max = 3;    ///< in a row
+    double gap_max_s = 8.0;    ///< between scans; only a robot that stood still goes on after it ...
+    double gap_periods = 8.0;  ///< ... and so many periods: a logger may take a scan a metre
     double stood_still_m = 0.3;
     double stood_still_rad = 0.2;
     double stood_still_fitness = 0.9;
@@ -302,16 +276,15 @@ struct MatchConstants {
     /// A scan that fits worse than this is asked whether the map contradicts it: a robot that was carried stands where
     /// something fits by chance.
     double suspect_fitness = 0.75;
-    /// No scan of intel, fr079, aces and killian is so bad: one in a niche of aces has 0.416. Of six robots that were
-    /// carried in aces and killian to where a scan fits by chance, four had more than 0.38.
-    double contradiction_max = 0.42;
+    /// Of its rays. In intel, fr079, aces and killian 0.46 at most, in a niche; where a robot was carried in killian
+    /// and a scan fits by chance 0.59.
+    double contradiction_max = 0.5;
   };
 
   Search search = {};
   MapSearch map_search = {};
-  Agreement agreement = {};
+  Census census = {};
   KnownRays known_rays = {};
-  Contradiction contradiction = {};
   MotionPrior prior = {};
   Optimum optimum = {};
   Uncertainty uncertainty = {};

@@ -7,7 +7,7 @@
 
 #include "common/match/guess/guess_covariance.hpp"
 #include "common/match/guess/motion_prediction.hpp"
-#include "common/match/judge/contradiction.hpp"
+#include "common/match/judge/census.hpp"
 #include "common/match/sweep.hpp"
 #include "common/math/median.hpp"
 #include "common/scan/clock_restart.hpp"
@@ -48,9 +48,12 @@ bool StoodStill(const ScanMatch& match, const TrackingState& tracking, const Mat
 
 /// Whether a scan is found again after others were lost. In a window that has grown something fits by chance, and what
 /// lies beyond the map is not asked for: a wrong place costs the map, a new trajectory only time.
-bool IsConvincing(const ScanMatch& match, const TrackingState& tracking, const MatchConstants::Break& constants) {
-  return match.state == MatchState::kLost ||
-         match.fitness >= constants.found_again_fitness * tracking.baseline_fitness();
+bool IsConvincing(const ScanMatch& match, const TrackingState& tracking, const MatchConstants& constants) {
+  const Pose2 motion = Inverse(tracking.recent().back().T_map_laser) * match.T_map_laser;
+  const bool is_near =
+      Length(motion) < constants.search.window_m && std::abs(motion.yaw_rad) < constants.search.window_rad;
+  return match.state == MatchState::kLost || is_near ||
+         match.fitness >= constants.breaks.found_again_fitness * tracking.baseline_fitness();
 }
 
 /// Whether the map contradicts a scan that fits it much worse than scans do as a rule: the robot was carried, and
@@ -61,8 +64,8 @@ bool IsContradicted(const Matcher& matcher, const CriticalRays& scan, const Scan
   if (match.state == MatchState::kLost || tracking.fitnesses().size() < TrackingState::kUsual) return false;
   if (match.fitness >= breaks.suspect_fitness * tracking.baseline_fitness()) return false;
   const Eigen::Matrix2Xd hits_m = ComputeHits(Deskew(scan, match.twist).rays);
-  const double share = ComputeContradiction(matcher.map(), hits_m, match.T_map_laser, constants.contradiction);
-  return share > breaks.contradiction_max;
+  const Census census = CountRays(matcher.map(), hits_m, match.T_map_laser, constants.census);
+  return census.passes + census.contradicts > breaks.contradiction_max;
 }
 
 ScanMatch Lose(ScanMatch match, const Pose2& guess) {
@@ -71,12 +74,6 @@ ScanMatch Lose(ScanMatch match, const Pose2& guess) {
   match.covariance = {};
   match.degenerate_axis = {};
   return match;
-}
-
-/// After how many lost scans in a row a trajectory ends. One on which hardly anything was matched yet is no loss: there
-/// was a hand before the laser, say.
-std::int64_t FindPatience(const TrackingState& tracking, const MatchConstants::Break& constants) {
-  return tracking.fitnesses().size() < constants.hardly_matched ? 1 : constants.lost_scans_max;
 }
 
 /// Where the wheels lead from the last scan; there where they are not believed.
@@ -142,11 +139,10 @@ ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const T
   }
   if (!has_enough_rays) return match;
   const ScanMatch& last = tracking.recent().back();
-  const bool is_convincing = tracking.num_lost() == 0 || IsConvincing(match, tracking, breaks);
+  const bool is_convincing = tracking.num_lost() == 0 || IsConvincing(match, tracking, options.constants);
   if (!is_convincing || IsContradicted(matcher, scan, match, tracking, options.constants))
     match = Lose(match, GuessByWheels(match, last));
-  const bool lost_for_long =
-      match.state == MatchState::kLost && tracking.num_lost() + 1 >= FindPatience(tracking, breaks);
+  const bool lost_for_long = match.state == MatchState::kLost && tracking.num_lost() + 1 >= breaks.lost_scans_max;
   const bool resumed_elsewhere = match.state == MatchState::kLost && tracking.onset() == Onset::kResumed;
   const bool is_gap = IsGap(tracking, scan.utime, breaks) && !match.by_wheels;
   const bool broken = (is_gap || HasClockRestarted(last.utime, scan.utime)) && !StoodStill(match, tracking, breaks);

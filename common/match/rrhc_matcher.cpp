@@ -7,7 +7,7 @@
 #include "common/match/fit/pose_uncertainty.hpp"
 #include "common/match/fit/rays_in_cells.hpp"
 #include "common/match/guess/motion_prediction.hpp"
-#include "common/match/judge/agreement.hpp"
+#include "common/match/judge/census.hpp"
 #include "common/match/judge/known_rays.hpp"
 #include "common/match/search/map_search.hpp"
 #include "common/math/columns.hpp"
@@ -33,16 +33,14 @@ bool IsSparse(std::span<const ScanMatch> recent, std::int64_t utime, const Match
   return Since(recent.back().utime, utime) >= constants.close_s && usual_s >= constants.close_s;
 }
 
-/// How strongly the wheels' pose holds along an axis that the walls leave open [1/m^2]: chance gains nearly 0.05 of
-/// fitness there, which three standard deviations have to outweigh.
+/// How strongly the wheels hold along an axis that the walls leave open [1/m^2].
 double FindPriorWeight(const WheelMotion& way, const MatchConstants::MotionPrior& constants) {
-  const double sigma_m =
-      constants.chance_sigmas * std::clamp(way.sigma_m, constants.wheels_sigma_min_m, constants.wheels_sigma_max_m);
-  return constants.chance_gain / (sigma_m * sigma_m);
+  return constants.wheels_per_sigma2 / (way.sigma_m * way.sigma_m);
 }
 
-/// How strongly the velocity model holds there: the better it told the motions so far, the more. A robot that drives
-/// evenly would else seem to slow down in a corridor whose end no beam reaches.
+/// How strongly the velocity model holds along an axis that the walls leave open [1/m^2]: the better it told the
+/// motions so far, the more. A robot that drives evenly would else seem to slow down in a corridor whose end no beam
+/// reaches.
 double FindPriorWeight(const TrackingState& tracking, const MatchConstants::MotionPrior& constants) {
   const double by_error_per_m2 = constants.degenerate_per_m / std::max(tracking.motion_error_m(), 1e-6);
   return std::max(constants.degenerate_per_m2, std::min(by_error_per_m2, constants.degenerate_max_per_m2));
@@ -53,9 +51,9 @@ bool IsNear(const Pose2& from, const Pose2& to, const MatchConstants::FinishedMa
   return Distance(from, to) < constants.near_m && std::abs(WrapAngle(to.yaw_rad - from.yaw_rad)) < constants.near_rad;
 }
 
-/// The pose that is as far along an axis as the initial guess.
-Pose2 MoveBackAlong(const Eigen::Vector2d& axis, const Pose2& pose, const Pose2& initial_guess) {
-  const Eigen::Vector2d step_m = WayFrom(pose, initial_guess).dot(axis) * axis;
+/// The pose that is as far along an axis as the initial guess, or so large a share of that way.
+Pose2 MoveBackAlong(const Eigen::Vector2d& axis, const Pose2& pose, const Pose2& initial_guess, double share) {
+  const Eigen::Vector2d step_m = share * WayFrom(pose, initial_guess).dot(axis) * axis;
   return {pose.x_m + step_m.x(), pose.y_m + step_m.y(), pose.yaw_rad};
 }
 
@@ -96,7 +94,6 @@ struct RrhcMatcher::InitialGuess {
   bool by_wheels = false;                   ///< it is the wheels' pose
   std::optional<Pose2> by_reliable_wheels;  ///< that pose, whether or not it is guessed
   std::optional<WheelMotion> way;           ///< of the wheels, as of Guess
-  bool by_first_scan = false;               ///< no motion is known yet
   bool known = true;                        ///< false: the robot may be anywhere, and was not found
   bool found_on_whole_map = false;          ///< nothing is left to be searched
   Pose2 if_lost;                            ///< the guess that a lost scan gets
@@ -117,7 +114,6 @@ struct RrhcMatcher::Found {
 struct RrhcMatcher::AxisHold {
   Pose2 T_map_laser;
   std::optional<WheelMotion> way;  ///< where the wheels hold it
-  bool reliable = false;
 };
 
 struct RrhcMatcher::Refined {
@@ -147,11 +143,8 @@ ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& trac
   if (!initial_guess.known) return match;
 
   const Found found = Search(rays, initial_guess, tracking, scan.utime, wide);
-  Refined refined =
+  const Refined refined =
       Refine(rays, found, initial_guess, ComputeSteadiness(tracking.recent(), scan.utime, constants_.prior));
-  if (ContradictsWheels(guess, refined.pose, tracking)) {
-    if (const auto rival = FindRivalByWheels(rays, guess, initial_guess, refined)) refined = *rival;
-  }
   match.evaluations += found.evaluations + refined.evaluations;
   match.best_evaluation = found.best_evaluation;
   Judge(rays, guess, initial_guess, refined, tracking, match);
@@ -180,14 +173,11 @@ RrhcMatcher::Guess RrhcMatcher::GuessPose(const TrackingState& tracking, std::in
   return guess;
 }
 
-/// Whether the wheels' pose is guessed: where they have told the last motions better than the velocity model did, or
-/// the walls did not tell how far. The other one is where it fits clearly better, since the robot moves in another way.
+/// Whether the wheels' pose is guessed: where it fits no worse than that of the velocity model, or the walls did not
+/// tell how far the robot went before.
 bool RrhcMatcher::PrefersWheels(const Rays& rays, const Guess& guess, const TrackingState& tracking) const {
   if (tracking.recent().back().state != MatchState::kOk) return true;
-  const double gain = constants_.wheels.preferred_gain;
-  const double by_wheels = map_.Fitness(rays.critical, *guess.by_wheels);
-  const double by_motion = map_.Fitness(rays.critical, guess.by_motion);
-  return tracking.wheels().TellsBest() ? by_motion <= gain * by_wheels : by_wheels > gain * by_motion;
+  return map_.Fitness(rays.critical, *guess.by_wheels) >= map_.Fitness(rays.critical, guess.by_motion);
 }
 
 /// Step 1. "The presumed new robot transformation" of section 5.3, and on a finished map a search of all of it.
@@ -195,7 +185,6 @@ RrhcMatcher::InitialGuess RrhcMatcher::MakeInitialGuess(const Rays& rays, const 
                                                         const TrackingState& tracking) const {
   InitialGuess initial_guess;
   initial_guess.T_map_laser = guess.by_motion;
-  initial_guess.by_first_scan = tracking.recent().size() < 2;
   initial_guess.degenerate_per_m2 = FindPriorWeight(tracking, constants_.prior);
   initial_guess.if_lost =
       tracking.empty() ? guess.by_motion : guess.by_wheels.value_or(tracking.recent().back().T_map_laser);
@@ -251,8 +240,7 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const InitialGuess& ini
     if (found.score > 0.0) {
       const SearchResult there = SearchAround(found.T_map_laser);
       evaluations += there.evaluations;
-      const double least = explains ? constants_.map_search.gain * near.best.fitness : near.best.fitness;
-      if (there.best.fitness > least && Explains(there.best)) {
+      if (there.best.fitness > near.best.fitness && Explains(there.best)) {
         return {there.best.pose, found.T_map_laser, false, evaluations, near.evaluations + there.best_evaluation};
       }
     }
@@ -261,30 +249,22 @@ RrhcMatcher::Found RrhcMatcher::Search(const Rays& rays, const InitialGuess& ini
   return {near.best.pose, start, is_near_guess, evaluations, near.best_evaluation};
 }
 
-/// The rays that are known from a pose, and from a cell before and behind it: a climb meets none that becomes known on
-/// the way. All rays where those are too few to say where the laser is.
-/// known: from the pose.
-RaysInCells RrhcMatcher::SelectKnownNear(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis,
-                                         KnownRays known) const {
+/// The rays that are known around a pose; all rays where those are too few to say where the laser is.
+RaysInCells RrhcMatcher::SelectKnown(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis) const {
   const double cell_size_m = map_.geometry().cell_size_m();
-  for (const double along_m : {cell_size_m, -cell_size_m}) {
-    const Pose2 there{pose.x_m + along_m * axis.direction.x(), pose.y_m + along_m * axis.direction.y(), pose.yaw_rad};
-    known = FindKnownRays(map_.cells(), rays.contour.points_m, there, axis, known);
-  }
-  RaysInCells selected = SelectRays(map_, rays.contour, known);
+  RaysInCells selected =
+      SelectRays(map_, rays.contour, FindKnownRays(map_.cells(), rays.contour.points_m, pose, axis, cell_size_m));
   const auto least = constants_.final_climb.known_share_min * static_cast<double>(rays.all.total_weight());
   return static_cast<double>(selected.total_weight()) > least ? selected : rays.all;
 }
 
-/// What holds along an axis that the walls leave open: wheels that are reliable, if the search ended near them, or what
-/// was guessed.
+/// What holds along an axis that the walls leave open: wheels that are reliable, or what was guessed.
 RrhcMatcher::AxisHold RrhcMatcher::FindHold(const Found& found, const InitialGuess& initial_guess,
                                             bool degenerate) const {
   const auto& wheels = initial_guess.by_reliable_wheels;
-  if (degenerate && wheels && Distance(*wheels, found.pose) < constants_.prior.wheels_near_m)
-    return {*wheels, initial_guess.way, true};
+  if (degenerate && wheels) return {*wheels, initial_guess.way};
   const bool by_wheels = initial_guess.by_wheels && found.initial_guess == initial_guess.T_map_laser;
-  return {found.initial_guess, by_wheels ? initial_guess.way : std::nullopt, false};
+  return {found.initial_guess, by_wheels ? initial_guess.way : std::nullopt};
 }
 
 /// Step 3. A climb with all rays, weighted by their spacing, to a fraction of a cell. Along an axis that the walls
@@ -313,73 +293,50 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
       ++refined.evaluations;
       return all_rays(pose);
     };
-    refined.pose =
-        ClimbToOptimum(found.pose, cell_size_m, constants_.optimum.longest_step_rad, 1, Evaluate).pose;
+    refined.pose = ClimbToOptimum(found.pose, cell_size_m, constants_.optimum.longest_step_rad, 1, Evaluate).pose;
   }
   Assess();
   const PoseUncertainty& known = refined.uncertainty;
   const AxisHold hold = FindHold(found, initial_guess, known.degenerate());
-  const bool by_wheels = hold.way.has_value();
-  if (found.is_near_guess && known.degeneracy > constants_.prior.degeneracy_min) {
-    const Pose2 back = MoveBackAlong(known.degenerate_axis, refined.pose, hold.T_map_laser);
-    const double by_motion_per_m2 = steadiness * initial_guess.degenerate_per_m2;
-    const double degenerate_per_m2 =
-        std::min(known.degeneracy, 1.0) * (by_wheels ? FindPriorWeight(*hold.way, constants_.prior) : by_motion_per_m2);
-    const DegenerateAxis axis{known.degenerate_axis, by_wheels, constants_.known_rays};
-    const KnownRays known_from_back = FindKnownRays(map_.cells(), rays.contour.points_m, back, axis);
-    const RaysInCells rays_there = SelectKnownNear(rays, back, axis, known_from_back);
-    const Objective held{
-        map_, rays_there, hold.T_map_laser, all_rays.prior_per_m2, known.degenerate_axis, degenerate_per_m2};
-    refined.evaluations += 2;
-    const double gain = FitGain(map_, rays.contour, axis, refined.pose).At(back, known_from_back);
-    const bool fits_better = gain - held.Prior(back) + held.Prior(refined.pose) > 0.0;
-    Climb(fits_better ? back : refined.pose, held);
+  const DegenerateAxis axis{known.degenerate_axis, hold.way.has_value(), constants_.known_rays, constants_.census};
+  if (found.is_near_guess && Distance(found.pose, found.initial_guess) <= constants_.final_climb.look_along_m) {
+    const double openness = std::min(known.degeneracy, 1.0);
+    const double by_motion_per_m2 = initial_guess.degenerate_per_m2;
+    const double per_m2 = hold.way ? std::max(FindPriorWeight(*hold.way, constants_.prior), by_motion_per_m2)
+                                   : steadiness * by_motion_per_m2;
+    const Pose2 begin = MoveBackAlong(axis.direction, refined.pose, hold.T_map_laser, openness);
+    const RaysInCells known_rays = SelectKnown(rays, begin, axis);
+    Climb(begin, {map_, known_rays, hold.T_map_laser, constants_.prior.per_m2, axis.direction, openness * per_m2});
   } else {
     Climb(refined.pose, all_rays);
   }
   if (!known.degenerate()) return refined;
 
   // A robot that has become faster or slower is guessed at the wrong place, scan after scan: look without the prior.
-  // In a bare corridor chance gains nearly 0.05; the longer ago the last match, the likelier is a gain that is true.
   const MatchConstants::FinalClimb& constants = constants_.final_climb;
-  const double least_gain = constants.look_gain + constants.look_gain_steady * (hold.reliable ? 1.0 : steadiness);
   const Objective free{map_, rays.all, found.initial_guess, 0.0};
   const Pose2 here = refined.pose;
   const double as_known_within_m = (constants.look_same_rays_cells + 0.5) * cell_size_m;
-  FitGain gain(map_, rays.contour, {known.degenerate_axis, by_wheels, constants_.known_rays}, here);
-  const double reach_m = initial_guess.by_first_scan ? constants.look_along_first_m : constants.look_along_m;
-  const Pose2 better =
-      LookAlong(here, known.degenerate_axis, reach_m, cell_size_m, least_gain, [&](const Pose2& there) {
-        refined.evaluations += 2;
-        return gain.Near(there, as_known_within_m);
-      });
-  const bool surely = better != here && gain.At(better) > least_gain;
+  FitGain gain(map_, rays.contour,
+               {known.degenerate_axis, hold.way.has_value(), constants_.known_rays, constants_.census}, here);
+  const Pose2 better = LookAlong(here, known.degenerate_axis, constants.look_along_m, cell_size_m, constants.look_gain,
+                                 [&](const Pose2& there) {
+                                   refined.evaluations += 2;
+                                   return gain.Near(there, as_known_within_m);
+                                 });
+  const bool surely = better != here && gain.At(better) > constants.look_gain;
   if (surely) Climb(better, free);
   return refined;
 }
 
-/// Whether a match is far from where the wheels say, which were right so far.
+/// Whether a match is far from where the wheels say, which were right so far. One that fits about as scans do as a rule
+/// is right all the same.
 bool RrhcMatcher::ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking) const {
   const MatchConstants::Wheels& constants = constants_.wheels;
   if (!guess.way || !tracking.wheels().IsReliable()) return false;
   const Pose2 off = Inverse(*guess.by_wheels) * T_map_laser;
   return Length(off) > constants.contradict_sigmas * guess.way->sigma_m + constants.match_error_m ||
          std::abs(off.yaw_rad) > constants.contradict_sigmas * guess.way->sigma_rad + constants.match_error_rad;
-}
-
-/// Whether a match that the wheels contradict is better proven than they are: it fits about as scans do as a rule.
-bool RrhcMatcher::IsProven(const Rays& rays, const Pose2& T_map_laser, const TrackingState& tracking) const {
-  return map_.Fitness(rays.critical, T_map_laser) >= constants_.wheels.proven * tracking.baseline_fitness();
-}
-
-/// The pose near the wheels' one, where it fits nearly as well as another that they contradict: places are alike.
-std::optional<RrhcMatcher::Refined> RrhcMatcher::FindRivalByWheels(const Rays& rays, const Guess& guess,
-                                                                   const InitialGuess& initial_guess,
-                                                                   const Refined& refined) const {
-  const Refined rival = Refine(rays, {*guess.by_wheels, *guess.by_wheels, true, 0, 0}, initial_guess, 1.0);
-  const bool fits =
-      map_.Fitness(rays.critical, rival.pose) >= constants_.wheels.rival * map_.Fitness(rays.critical, refined.pose);
-  return fits ? std::optional(rival) : std::nullopt;
 }
 
 /// Step 4. What the critical rays say there decides; where nobody knew where the robot is, all rays and their ways. On
@@ -402,7 +359,7 @@ void RrhcMatcher::Judge(const Rays& rays, const Guess& guess, const InitialGuess
                                  : finished_map.least_tracked_score));
   match.T_map_laser = initial_guess.if_lost;
   if (!explained) return;
-  if (ContradictsWheels(guess, refined.pose, tracking) && !IsProven(rays, refined.pose, tracking)) return;
+  if (fitness < expected.enough() && ContradictsWheels(guess, refined.pose, tracking)) return;
 
   match.T_map_laser = {refined.pose.x_m, refined.pose.y_m, WrapAngle(refined.pose.yaw_rad)};
   const Eigen::Matrix3d& c = refined.uncertainty.covariance;

@@ -68,13 +68,10 @@ class RrhcMatcher : public Matcher {
   InitialGuess MakeInitialGuess(const Rays& rays, const Guess& guess, const TrackingState& tracking) const;
   Found Search(const Rays& rays, const InitialGuess& initial_guess, const TrackingState& tracking, std::int64_t utime,
                bool wide) const;
-  RaysInCells SelectKnownNear(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis, KnownRays known) const;
+  RaysInCells SelectKnown(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis) const;
   AxisHold FindHold(const Found& found, const InitialGuess& initial_guess, bool degenerate) const;
   Refined Refine(const Rays& rays, const Found& found, const InitialGuess& initial_guess, double steadiness) const;
   bool ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking) const;
-  bool IsProven(const Rays& rays, const Pose2& T_map_laser, const TrackingState& tracking) const;
-  std::optional<Refined> FindRivalByWheels(const Rays& rays, const Guess& guess, const InitialGuess& initial_guess,
-                                           const Refined& refined) const;
   void Judge(const Rays& rays, const Guess& guess, const InitialGuess& initial_guess, const Refined& refined,
              const TrackingState& tracking, ScanMatch& match) const;
 

@@ -206,10 +206,6 @@ bool WheelModel::IsReliable() const {
          state_.steps_since_slip >= (slip_often ? constants_.steps_since_slip_if_often : constants_.few_steps);
 }
 
-bool WheelModel::TellsBest() const {
-  return state_.steps >= constants_.few_steps && state_.wheels_error_m < constants_.clearly * state_.velocity_error_m;
-}
-
 void WheelModel::Add(std::span<const ScanMatch> recent, const ScanMatch& match) {
   const bool is_matched = !recent.empty() && IsMotionMatched(recent.back(), match);
   const double elapsed_s = recent.empty() ? 0.0 : Seconds(recent.back().utime, match.utime);

@@ -60,9 +60,6 @@ class WheelModel {
   std::optional<WheelMotion> Predict(std::span<const ScanMatch> recent, std::int64_t utime,
                                      const std::optional<Pose2>& T_odom_robot) const;
 
-  /// Whether the wheels tell the next scan better than the velocity model: so it was with the last ones.
-  bool TellsBest() const;
-
   /// Whether enough steps agree with the model: what contradicts the wheels is then likelier to be wrong than they are.
   /// Wheels that slip again and again have to agree for longer.
   bool IsReliable() const;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/match/judge/census.hpp"
+
 namespace crsm {
 namespace {
 
@@ -19,16 +21,6 @@ double ComputeAcceptable(const TrackingState& tracking, const MatchConstants::Ac
   const std::int64_t num = std::min(tracking.num_lost(), constants.relaxations_max);
   for (std::int64_t i = 0; i < num; ++i) share *= constants.relaxation;
   return share;
-}
-
-/// Share of the hits that lie in explored cells when the laser stands at `T_map_laser`.
-double ComputeExploredShare(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser) {
-  int num = 0;
-  for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
-    const Pose2 hit = T_map_laser * Pose2{hits_m(0, i), hits_m(1, i), 0.0};
-    if (map.At(map.geometry().CellAt(hit.x_m, hit.y_m)) != kUnexploredByte) ++num;
-  }
-  return static_cast<double>(num) / static_cast<double>(hits_m.cols());
 }
 
 }  // namespace
@@ -49,7 +41,7 @@ bool Expectation::IsMetBy(const ScoredPose& found, bool leniently, const Eigen::
                           const ByteMap& map) const {
   // A scan that looks into nothing but the unknown has no match.
   const double least_share = leniently && goes_on_ ? constants_.explored_min_near : constants_.explored_min;
-  const double explored = ComputeExploredShare(map, critical_hits_m, found.pose);
+  const double explored = 1.0 - FindUnexploredShare(map, critical_hits_m, found.pose);
   const double expected = usual_ * std::max(explored, least_share);
   const double quality = expected > 0.0 ? found.fitness / expected : 1.0;
   return quality >= acceptable_;

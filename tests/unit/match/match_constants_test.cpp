@@ -9,8 +9,7 @@
 #include "common/match/fit/pose_uncertainty.hpp"
 #include "common/match/guess/guess_covariance.hpp"
 #include "common/match/guess/motion_prediction.hpp"
-#include "common/match/judge/agreement.hpp"
-#include "common/match/judge/contradiction.hpp"
+#include "common/match/judge/census.hpp"
 #include "common/match/judge/known_rays.hpp"
 #include "common/match/rrhc_matcher.hpp"
 #include "common/match/search/map_search.hpp"
@@ -134,19 +133,22 @@ const std::vector<Case> kOfFunctions{
      [](const auto& c) {
        return FoundOnMap{{}, 0.6, 0.0, 1}.IsConvincing(c.map_search) ? 1.0 : 0.0;
      }},
-    {"agreement", [](auto& c) { c.agreement.tolerance_m = 0.4; },
-     [](const auto& c) { return ComputeAgreement(MakeWall(), Eigen::Vector2d(3.3, 0.0), {}, c.agreement); }},
-    {"agreement in ScorePlace", [](auto& c) { c.agreement.tolerance_m = 0.4; },
+    {"census", [](auto& c) { c.census.tolerance_m = 0.4; },
+     [](const auto& c) { return CountRays(MakeWall(), Eigen::Vector2d(3.3, 0.0), {}, c.census).fits; }},
+    {"census in ScorePlace", [](auto& c) { c.census.tolerance_m = 0.4; },
      [](const auto& c) {
        return ScorePlace(Niche(), NicheHits(), {0.8, 0.5, 1.0}, c);
      }},
-    {"known_rays", [](auto& c) { c.known_rays.walk.least_cells = 1; },
+    {"known_rays", [](auto& c) { c.known_rays.behind_wall_cells = 0; },
      [](const auto& c) {
-       const DegenerateAxis axis{{0.0, 1.0}, false, c.known_rays};
+       const DegenerateAxis axis{{0.0, 1.0}, false, c.known_rays, c.census};
+       return FindKnownRays(MakeWall(), Eigen::Vector2d(3.1, 0.1), {}, axis).count();
+     }},
+    {"census in known_rays", [](auto& c) { c.census.least_cells = 1; },
+     [](const auto& c) {
+       const DegenerateAxis axis{{0.0, 1.0}, false, c.known_rays, c.census};
        return FindKnownRays(MakeWall(), Eigen::Vector2d(5.0, 0.1), {}, axis).count();
      }},
-    {"contradiction", [](auto& c) { c.contradiction.free_cells = 4; },
-     [](const auto& c) { return ComputeContradiction(MakeWall(), Eigen::Vector2d(2.82, 0.0), {}, c.contradiction); }},
     {"optimum", [](auto& c) { c.optimum.most_passes = 3; }, NumOfClimb},
     {"uncertainty", [](auto& c) { c.uncertainty.unknown_m = 2.0; },
      [](const auto& c) {
