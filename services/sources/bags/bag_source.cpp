@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 #include "common/math/nearest_name.hpp"
 #include "services/base/printable.hpp"
@@ -126,6 +127,7 @@ void BagSource::TakeScan(std::string_view data) {
     return;
   }
   if (thinned_.empty()) thinned_ = decoded.thinned;
+  if (odometry_->laser_is_upside_down()) decoded.scan = Mirror(*std::move(decoded.scan));
   const auto utime = clock_.TimeOf(*decoded.scan);
   decoded.scan->utime = utime.value_or(decoded.scan->utime);
   if (!utime || !scans_.Add(std::move(*decoded.scan))) ++counts_["utime_repeated"];
@@ -145,6 +147,9 @@ std::vector<std::string> BagSource::Complaints() const {
   std::vector<std::string> complaints = scans_.Complaints(laser_.name, Counts(), first_refusal_, "header.stamp");
   for (const std::string& complaint : {frames_.Complaint(), thinned_, clock_.Complaint("header.stamp")}) {
     if (!complaint.empty()) complaints.push_back(fmt::format("{}: {}", laser_.name, complaint));
+  }
+  if (odometry_->laser_is_upside_down()) {
+    complaints.push_back(fmt::format("{}: the laser hangs upside down by TF: its scans are turned round", laser_.name));
   }
   if (const auto num = bag_->damage().num_bad_chunks; num > 0) {
     complaints.push_back(fmt::format("{} chunks are damaged; their messages are left out", num));

@@ -24,6 +24,8 @@ class BagOdometry;
 
 /// Scans of a bag (OpenBag), in the order in which they stand in it: the recorder's own, whatever their stamps say.
 ///
+/// Scans of a laser that hangs upside down by TF are turned round (Mirror); a complaint says so.
+///
 /// Odometry: from a topic of nav_msgs/Odometry or from TF (BagOdometry).
 ///
 /// Counted and skipped: "bad_message" (a message that is no sweep), "other_frame" (of another laser on the topic),

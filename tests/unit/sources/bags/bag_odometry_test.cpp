@@ -250,14 +250,39 @@ TEST_CASE("bad TF is counted where it is the odometry's, and passed over") {
   CHECK(result.num_bad == 2);
 }
 
-TEST_CASE("a laser that hangs upside down, and one that moves on the robot, are told") {
-  const Bag bag = WithTf().Tf({{.parent = "base_link", .child = "laser", .x_m = 0.2, .rotation = {1, 0, 0, 0}},
-                               {.y_m = 1.0, .rotation = {0, 0, kHalf, kHalf}}});
-  const Result down = Read(Bag(bag).Scan(0));
-  CHECK(down.poses == Poses{Pose2{0.0, -1.2, -1.570796}});
-  REQUIRE(down.notes.size() == 2);
-  CHECK(down.notes[1].starts_with("has a laser that hangs upside down by TF: "));
+TEST_CASE("the scans of a laser that hangs upside down by TF are turned round, with and without odometry") {
+  const TransformFields mounting{.parent = "base_link", .child = "laser", .x_m = 0.2, .rotation = {1, 0, 0, 0}};
+  const TransformFields upright{.parent = "base_link", .child = "laser", .x_m = 0.2, .rotation = {0, 0, 1, 0}};
+  const auto ReadFirst = [](const std::string& path, const OdometryOptions& options) {
+    BagSource source(path, {"/scan"}, options);
+    const LaserScan scan = *source.Next();
+    return std::pair(scan, source.Complaints());
+  };
+  for (const Connection topic : {kTf, kStatic}) {
+    const auto BagOf = [&](const TransformFields& fields) {
+      return WithTf()
+          .Topic(kStatic, "/tf_static", kTfType)
+          .Tf({fields}, topic)
+          .Tf({{.y_m = 1.0, .rotation = {0, 0, kHalf, kHalf}}})
+          .Scan(0);
+    };
+    const ScratchFile hangs(BagOf(mounting).bytes());
+    const ScratchFile stands(BagOf(upright).bytes());
+    for (const OdometryOptions& options : {OdometryOptions{}, OdometryOptions{true, ""}}) {
+      const auto [as_sent, no_complaints] = ReadFirst(stands.path(), options);
+      CHECK(no_complaints.empty());
+      const auto [turned, complaints] = ReadFirst(hangs.path(), options);
+      CHECK(complaints == Notes{"/scan: the laser hangs upside down by TF: its scans are turned round"});
+      CHECK(turned.angle_step_rad == -as_sent.angle_step_rad);
+      CHECK(Mirror(turned) == as_sent);
+    }
+    const Result down = Read(BagOf(mounting));
+    CHECK(down.poses == Poses{Pose2{0.0, 1.2, 1.570796}});
+    CHECK(down.notes.size() == 1);
+  }
+}
 
+TEST_CASE("a laser that moves on the robot is told") {
   const auto WithJointAt = [](double x_m) {
     return Read(WithTf()
                     .Tf({kMounting, {}})
