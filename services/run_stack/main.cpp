@@ -136,6 +136,10 @@ void CheckTimesAreNew(const CommandLine& command_line, const StackOptions& optio
   }
 }
 
+void StudyLog(const StackOptions& options, CommandLine& command_line) {
+  if (!options.is_live()) StudyLaser(options.source, command_line);
+}
+
 /// A laser that is ours is asked how long it takes for a sweep, unless somebody has said that, or a map that goes on
 /// was made with another. Waits for the laser.
 void AskLaser(const StackOptions& options, CommandLine& command_line) {
@@ -193,6 +197,8 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   CheckBus(address.lcm_url);
   CheckInputs(command_line, options);
   AdoptEarlierMapParameters(options.earlier.resume, command_line);  // so that all processes are told the same
+  const bool goes_on = !options.earlier.resume.empty();
+  if (goes_on) StudyLog(options, command_line);  // first: scans are in the map already if they are as they are mapped
   CheckTimesAreNew(command_line, options);
   if (!fs::exists(FindPrograms() / "map_updater")) {
     throw std::runtime_error(fmt::format("no programs in {}: run scripts/build, or set CRSM_BIN_DIR to their folder",
@@ -206,7 +212,7 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   if (options.view) viewer.emplace(PlanViewer(command_line, options, folder));  // there before anything is waited for
   AskLaser(options, command_line);
   Signals signals;
-  if (!options.is_live()) StudyLaser(options.source, command_line);
+  if (!goes_on) StudyLog(options, command_line);
   StackPlan plan = PlanStack(command_line, options, folder);
   SayWhatIsMissing(plan.replaced);
   const bool success = Supervisor(std::move(plan), viewer ? &*viewer : nullptr, folder, signals).Run();

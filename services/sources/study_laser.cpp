@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include "common/diagnosis/handedness.hpp"
 #include "common/diagnosis/range_study.hpp"
 #include "common/diagnosis/sweep_study.hpp"
 #include "common/math/trigonometry.hpp"
@@ -30,6 +32,36 @@ std::vector<LaserScan> ReadFirstScans(const std::string& log, const CommandLine&
     if (scans.size() >= (may_sweep ? DiagnosisConstants::SweepStudy{}.num_scans : kForRanges)) break;
   }
   return scans;
+}
+
+/// Whether the scans of a log turn against its odometry, whether or not that is used. Reads until that is known, and
+/// all where it never is, unless the first scans have no odometry.
+bool TurnAgainstOdometry(const std::string& log, const CommandLine& command_line) {
+  constexpr int kForOdometry = 300;  // scans
+  SourceOptions options = SourceOptionsOf(command_line);
+  if (!options.odometry.is_used) options.odometry = {true, ""};
+  const auto source = OpenLaserSource(log, options);
+  HandednessJudge judge;
+  bool has_odometry = false;
+  for (int i = 0; judge.verdict() == HandednessJudge::Verdict::kUnknown; ++i) {
+    const auto scan = source->Next();
+    if (!scan || (!has_odometry && i == kForOdometry)) break;
+    const auto T_odom_robot = source->Odometry();
+    has_odometry = has_odometry || T_odom_robot;
+    judge.Add(*scan);
+    judge.Add(Odometry{scan->utime, T_odom_robot});
+  }
+  return judge.verdict() == HandednessJudge::Verdict::kMirrored;
+}
+
+/// What became of mirrored scans, for the line.
+std::string StudyHandedness(const std::string& log, CommandLine& command_line) {
+  if (!TurnAgainstOdometry(log, command_line)) return "";
+  const bool was_mirrored = command_line.settings().mirrored;
+  const std::string text = "; the scans turn in the opposite direction to the odometry: ";
+  if (command_line.WasTyped("mirrored")) return text + (was_mirrored ? "remove --mirrored" : "remove --no-mirrored");
+  command_line.Correct("mirrored", was_mirrored ? "false" : "true");
+  return text + "they are turned round (--no-mirrored, if it is the odometry that is wrong)";
 }
 
 /// hits_a_scan: of most scans. A driver may have more places for beams than the laser has beams.
@@ -89,22 +121,33 @@ void StudyLaser(const std::string& log, CommandLine& command_line) {
   const RangeFinding finding = StudyRanges(scans, command_line.parameters().scan);
   std::string line = DescribeBeams(scans.front(), finding.hits_a_scan) + ", " + DescribeReach(finding, command_line);
   line += StudyTimes(scans, command_line);
+  line += StudyHandedness(log, command_line);
   Say(fmt::format("{}: {}: {}", command_line.program(), log, line));
 }
 
-void RangeLimit::Apply(LaserScan& scan) const {
+LaserScan ScanCorrection::Apply(LaserScan scan) const {
   std::ranges::replace_if(
       scan.ranges_m, [this](float each_m) { return each_m >= range_m; }, 0.0f);
+  return is_mirrored ? Mirror(std::move(scan)) : scan;
 }
 
-RangeLimit StudyFurtherLog(const std::string& log, const CommandLine& command_line) {
-  const std::vector<LaserScan> scans = ReadFirstScans(log, command_line);
-  if (scans.empty() || command_line.WasGiven("range_max_m")) return {};
-  const RangeFinding finding = StudyRanges(scans, command_line.parameters().scan);
-  if (!finding.no_return_is_hit) return {};
-  Say(fmt::format("{}: {}: {}: not taken for hits in this log", command_line.program(), log,
-                  DescribeNoReturn(finding)));
-  return {static_cast<float>(LargestUsableRange({.range_max_m = finding.RangeMax()}))};
+ScanCorrection StudyFurtherLog(const std::string& log, const CommandLine& command_line) {
+  ScanCorrection correction;
+  const auto SayOf = [&](const std::string& finding) {
+    Say(fmt::format("{}: {}: {} in this log", command_line.program(), log, finding));
+  };
+  if (!command_line.WasTyped("range_max_m")) {
+    const RangeFinding finding = StudyRanges(ReadFirstScans(log, command_line), command_line.parameters().scan);
+    if (finding.no_return_is_hit) {
+      correction.range_m = static_cast<float>(LargestUsableRange({.range_max_m = finding.RangeMax()}));
+      SayOf(DescribeNoReturn(finding) + ": not taken for hits");
+    }
+  }
+  if (!command_line.WasTyped("mirrored") && TurnAgainstOdometry(log, command_line)) {
+    correction.is_mirrored = true;
+    SayOf("read as the first log is, the scans turn in the opposite direction to the odometry: they are turned round");
+  }
+  return correction;
 }
 
 }  // namespace crsm

@@ -18,6 +18,7 @@ namespace crsm {
 struct LaserMessageOptions {
   ScanParameters scan = {};
   bool botlab_clockwise = true;  ///< the angles of a botlab.lidar_t run clockwise
+  bool mirrored = false;         ///< scans are mirror images, and are turned round
 };
 
 /// A scan as a laser's message has it.
