@@ -127,6 +127,7 @@ void BagSource::TakeScan(std::string_view data) {
     return;
   }
   if (thinned_.empty()) thinned_ = decoded.thinned;
+  if (contradiction_.empty()) contradiction_ = decoded.contradiction;
   if (odometry_->laser_is_upside_down()) decoded.scan = Mirror(*std::move(decoded.scan));
   const auto utime = clock_.TimeOf(*decoded.scan);
   decoded.scan->utime = utime.value_or(decoded.scan->utime);
@@ -145,7 +146,8 @@ std::vector<std::string> BagSource::OdometryNotes() const { return odometry_->No
 
 std::vector<std::string> BagSource::Complaints() const {
   std::vector<std::string> complaints = scans_.Complaints(laser_.name, Counts(), first_refusal_, "header.stamp");
-  for (const std::string& complaint : {frames_.Complaint(), thinned_, clock_.Complaint("header.stamp")}) {
+  for (const std::string& complaint :
+       {frames_.Complaint(), thinned_, contradiction_, clock_.Complaint("header.stamp")}) {
     if (!complaint.empty()) complaints.push_back(fmt::format("{}: {}", laser_.name, complaint));
   }
   if (odometry_->laser_is_upside_down()) {

@@ -62,7 +62,8 @@ class BagSource : public LaserSource {
   std::unique_ptr<BagReader> bag_;
   std::map<std::string, std::int64_t> counts_;
   std::string first_refusal_;
-  std::string thinned_;  ///< as of ThinBeams
+  std::string thinned_;        ///< as of ThinBeams
+  std::string contradiction_;  ///< in the header of the first scan that has one
   LogClock clock_;
   ScansWithOdometry scans_;
 };
