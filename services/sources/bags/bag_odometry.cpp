@@ -235,11 +235,6 @@ bool BagOdometry::Wants(const BagTopic& topic) const {
   return wants_transforms && transforms_.count(topic.name) > 0;
 }
 
-std::int64_t BagOdometry::LongestWait_us() const {
-  constexpr std::int64_t kTransforms_us = 1'000'000;  // recorders get TF up to 0.2 s after the scan
-  return topic_ ? OdometryConstants{}.furthest_us : kTransforms_us;
-}
-
 std::int64_t BagOdometry::Take(const std::string& topic, std::string_view data, ScansWithOdometry& scans) {
   if (topic_ && topic == topic_->name) return TakeOdometry(data, scans);
   if (!options_.is_used && !odometry_frame_.empty()) return 0;  // all is known

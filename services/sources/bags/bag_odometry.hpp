@@ -39,9 +39,6 @@ class BagOdometry {
   /// Whether messages of this topic are to be taken.
   bool Wants(const BagTopic& topic) const;
 
-  /// How long a scan is to wait for its odometry.
-  std::int64_t LongestWait_us() const;
-
   /// Gives `scans` the odometry of a message. Returns how much in it was malformed.
   std::int64_t Take(const std::string& topic, std::string_view data, ScansWithOdometry& scans);
 

@@ -77,8 +77,7 @@ BagSource::BagSource(const std::string& path, const Topics& topics, const LaserC
       laser_parameters_(parameters),
       frames_(laser.frame),
       odometry_(std::make_unique<BagOdometry>(path, topics, BagLaser{laser_, frames_.wanted()}, odometry)),
-      bag_(OpenBag(path, [this](const BagTopic& met) { return met == laser_ || odometry_->Wants(met); })),
-      scans_(odometry_->LongestWait_us()) {
+      bag_(OpenBag(path, [this](const BagTopic& met) { return met == laser_ || odometry_->Wants(met); })) {
   StudyFirstScans(path, laser.frame);
 }
 
