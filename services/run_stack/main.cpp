@@ -123,7 +123,9 @@ void CheckTimesAreNew(const CommandLine& command_line, const StackOptions& optio
   const std::string& resume = options.earlier.resume;
   if (options.is_live() || resume.empty()) return;
   EarlierScans earlier = ReadEarlierScans(FindJournal(resume));
-  const auto source = OpenLaserSource(options.source, SourceOptionsOf(command_line));
+  SourceOptions as_mapped = SourceOptionsOf(command_line);
+  as_mapped.messages.mirrored = FindMirrored(options.source, command_line);
+  const auto source = OpenLaserSource(options.source, as_mapped);
   while (const auto scan = source->Next()) {
     earlier.Has(scan->utime, FindValidRays(*scan, command_line.parameters().scan));
     if (earlier.is_another_drive()) {
@@ -134,10 +136,6 @@ void CheckTimesAreNew(const CommandLine& command_line, const StackOptions& optio
     }
     if (scan->utime > earlier.newest_utime() || earlier.num_same() >= kEnough) return;
   }
-}
-
-void StudyLog(const StackOptions& options, CommandLine& command_line) {
-  if (!options.is_live()) StudyLaser(options.source, command_line);
 }
 
 /// A laser that is ours is asked how long it takes for a sweep, unless somebody has said that, or a map that goes on
@@ -197,8 +195,6 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   CheckBus(address.lcm_url);
   CheckInputs(command_line, options);
   AdoptEarlierMapParameters(options.earlier.resume, command_line);  // so that all processes are told the same
-  const bool goes_on = !options.earlier.resume.empty();
-  if (goes_on) StudyLog(options, command_line);  // first: scans are in the map already if they are as they are mapped
   CheckTimesAreNew(command_line, options);
   if (!fs::exists(FindPrograms() / "map_updater")) {
     throw std::runtime_error(fmt::format("no programs in {}: run scripts/build, or set CRSM_BIN_DIR to their folder",
@@ -212,7 +208,7 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   if (options.view) viewer.emplace(PlanViewer(command_line, options, folder));  // there before anything is waited for
   AskLaser(options, command_line);
   Signals signals;
-  if (!goes_on) StudyLog(options, command_line);
+  if (!options.is_live()) StudyLaser(options.source, command_line);
   StackPlan plan = PlanStack(command_line, options, folder);
   SayWhatIsMissing(plan.replaced);
   const bool success = Supervisor(std::move(plan), viewer ? &*viewer : nullptr, folder, signals).Run();

@@ -54,6 +54,7 @@ class SourceAround : public LaserSource {
   std::string Channel() const override { return source_->Channel(); }
   std::optional<Pose2> TruePose() const override { return source_->TruePose(); }
   std::optional<Pose2> Odometry() const override { return source_->Odometry(); }
+  bool IsUpsideDown() const override { return source_->IsUpsideDown(); }
   double Progress() const override { return source_->Progress(); }
   std::map<std::string, std::int64_t> Counts() const override { return source_->Counts(); }
   std::vector<std::string> Complaints() const override { return source_->Complaints(); }

@@ -34,16 +34,25 @@ std::vector<LaserScan> ReadFirstScans(const std::string& log, const CommandLine&
   return scans;
 }
 
-/// Whether the scans of a log turn against its odometry, whether or not that is used. Reads until that is known, and
-/// all where it never is, unless the first scans have no odometry.
-bool TurnAgainstOdometry(const std::string& log, const CommandLine& command_line) {
+/// Whether the scans of a log are mirror images as they were sent.
+struct MirrorFinding {
+  std::optional<bool> is_mirrored = std::nullopt;  ///< nothing where nothing tells
+  std::string why = {};                            ///< in words for people, where something does
+  bool is_against_tf = false;
+};
+
+/// Odometry tells, whether or not it is used, and where it does not, TF. Reads until odometry has told, and all where
+/// it never does, unless the first scans have none.
+MirrorFinding StudyMirror(const std::string& log, const CommandLine& command_line) {
+  using Verdict = HandednessJudge::Verdict;
   constexpr int kForOdometry = 300;  // scans
   SourceOptions options = SourceOptionsOf(command_line);
+  options.messages.mirrored = false;
   if (!options.odometry.is_used) options.odometry = {true, ""};
   const auto source = OpenLaserSource(log, options);
   HandednessJudge judge;
   bool has_odometry = false;
-  for (int i = 0; judge.verdict() == HandednessJudge::Verdict::kUnknown; ++i) {
+  for (int i = 0; judge.verdict() == Verdict::kUnknown; ++i) {
     const auto scan = source->Next();
     if (!scan || (!has_odometry && i == kForOdometry)) break;
     const auto T_odom_robot = source->Odometry();
@@ -51,17 +60,31 @@ bool TurnAgainstOdometry(const std::string& log, const CommandLine& command_line
     judge.Add(*scan);
     judge.Add(Odometry{scan->utime, T_odom_robot});
   }
-  return judge.verdict() == HandednessJudge::Verdict::kMirrored;
+  const bool is_upside_down = source->IsUpsideDown();
+  switch (judge.verdict()) {
+    case Verdict::kMirrored:
+      return {true, "the scans turn in the opposite direction to the odometry"};
+    case Verdict::kRight:
+      return {false, fmt::format("the scans turn as the odometry does{}", is_upside_down ? ", against TF" : ""),
+              is_upside_down};
+    case Verdict::kUnknown:
+      break;
+  }
+  return is_upside_down ? MirrorFinding{true, "the scans are of a laser that hangs upside down by TF"}
+                        : MirrorFinding();
 }
 
 /// What became of mirrored scans, for the line.
 std::string StudyHandedness(const std::string& log, CommandLine& command_line) {
-  if (!TurnAgainstOdometry(log, command_line)) return "";
+  const MirrorFinding finding = StudyMirror(log, command_line);
   const bool was_mirrored = command_line.settings().mirrored;
-  const std::string text = "; the scans turn in the opposite direction to the odometry: ";
-  if (command_line.WasTyped("mirrored")) return text + (was_mirrored ? "remove --mirrored" : "remove --no-mirrored");
-  command_line.Correct("mirrored", was_mirrored ? "false" : "true");
-  return text + "they are turned round (--no-mirrored, if it is the odometry that is wrong)";
+  const bool is_mirrored = finding.is_mirrored.value_or(was_mirrored);
+  const bool is_typed = command_line.WasTyped("mirrored");
+  if (is_mirrored == was_mirrored && (is_typed || !finding.is_against_tf)) return "";
+  if (is_typed) return fmt::format("; {}: remove {}", finding.why, was_mirrored ? "--mirrored" : "--no-mirrored");
+  command_line.Correct("mirrored", is_mirrored ? "true" : "false");
+  return fmt::format("; {}: they are {}", finding.why,
+                     is_mirrored ? "turned round (--no-mirrored leaves them as they are)" : "left as they are");
 }
 
 /// hits_a_scan: of most scans. A driver may have more places for beams than the laser has beams.
@@ -125,6 +148,11 @@ void StudyLaser(const std::string& log, CommandLine& command_line) {
   Say(fmt::format("{}: {}: {}", command_line.program(), log, line));
 }
 
+bool FindMirrored(const std::string& log, const CommandLine& command_line) {
+  const bool is_set = command_line.settings().mirrored;
+  return command_line.WasTyped("mirrored") ? is_set : StudyMirror(log, command_line).is_mirrored.value_or(is_set);
+}
+
 LaserScan ScanCorrection::Apply(LaserScan scan) const {
   std::ranges::replace_if(
       scan.ranges_m, [this](float each_m) { return each_m >= range_m; }, 0.0f);
@@ -143,9 +171,12 @@ ScanCorrection StudyFurtherLog(const std::string& log, const CommandLine& comman
       SayOf(DescribeNoReturn(finding) + ": not taken for hits");
     }
   }
-  if (!command_line.WasTyped("mirrored") && TurnAgainstOdometry(log, command_line)) {
-    correction.is_mirrored = true;
-    SayOf("read as the first log is, the scans turn in the opposite direction to the odometry: they are turned round");
+  if (command_line.WasTyped("mirrored")) return correction;
+  const bool is_turned = command_line.settings().mirrored;  // as the first log is
+  const MirrorFinding finding = StudyMirror(log, command_line);
+  correction.is_mirrored = finding.is_mirrored.value_or(is_turned) != is_turned;
+  if (correction.is_mirrored) {
+    SayOf(fmt::format("{}: they are {}", finding.why, is_turned ? "left as they are" : "turned round"));
   }
   return correction;
 }

@@ -127,7 +127,6 @@ void BagSource::TakeScan(std::string_view data) {
   }
   if (thinned_.empty()) thinned_ = decoded.thinned;
   if (contradiction_.empty()) contradiction_ = decoded.contradiction;
-  if (odometry_->laser_is_upside_down()) decoded.scan = Mirror(*std::move(decoded.scan));
   const auto utime = clock_.TimeOf(*decoded.scan);
   decoded.scan->utime = utime.value_or(decoded.scan->utime);
   if (!utime || !scans_.Add(std::move(*decoded.scan))) ++counts_["utime_repeated"];
@@ -141,6 +140,8 @@ std::map<std::string, std::int64_t> BagSource::Counts() const {
   return counts;
 }
 
+bool BagSource::IsUpsideDown() const { return odometry_->laser_is_upside_down(); }
+
 std::vector<std::string> BagSource::OdometryNotes() const { return odometry_->Notes(scans_); }
 
 std::vector<std::string> BagSource::Complaints() const {
@@ -148,9 +149,6 @@ std::vector<std::string> BagSource::Complaints() const {
   for (const std::string& complaint :
        {frames_.Complaint(), thinned_, contradiction_, clock_.Complaint("header.stamp")}) {
     if (!complaint.empty()) complaints.push_back(fmt::format("{}: {}", laser_.name, complaint));
-  }
-  if (odometry_->laser_is_upside_down()) {
-    complaints.push_back(fmt::format("{}: the laser hangs upside down by TF: its scans are turned round", laser_.name));
   }
   if (const auto num = bag_->damage().num_bad_chunks; num > 0) {
     complaints.push_back(fmt::format("{} chunks are damaged; their messages are left out", num));

@@ -24,8 +24,6 @@ class BagOdometry;
 
 /// Scans of a bag (OpenBag), in the order in which they stand in it: the recorder's own, whatever their stamps say.
 ///
-/// Scans of a laser that hangs upside down by TF are turned round (Mirror); a complaint says so.
-///
 /// Odometry: from a topic of nav_msgs/Odometry or from TF (BagOdometry).
 ///
 /// Counted and skipped: "bad_message" (a message that is no sweep), "other_frame" (of another laser on the topic),
@@ -43,6 +41,7 @@ class BagSource : public LaserSource {
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return scans_.T_odom_robot(); }
   std::string Channel() const override { return laser_.name; }
+  bool IsUpsideDown() const override;
   double Progress() const override { return bag_->Progress(); }
   std::map<std::string, std::int64_t> Counts() const override;
   std::vector<std::string> Complaints() const override;
