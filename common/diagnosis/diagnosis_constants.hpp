@@ -146,8 +146,11 @@ struct DiagnosisConstants {
     double longest_share = 1.05;
   };
 
-  /// The range that stands for "no return".
+  /// The ranges that stand for "no return".
   struct RangeStudy {
+    /// Of the largest range: within it lie all of them. A SICK LMS 200 has the values 8183 to 8191 for the reasons why
+    /// nothing was measured, in millimetres or centimetres.
+    double pile_share = 0.001;
     double many_beams = 0.05;  ///< of all that were measured
     double all_over = 0.2;     ///< of the view: a wall straight ahead of a robot that stands is narrower
 

@@ -15,26 +15,44 @@ namespace {
 
 bool IsNumber(float range_m) { return range_m > 0.0f && std::isfinite(range_m); }
 
-/// Which beams have the largest range of all.
-struct Largest {
-  float range_m = 0.0f;
+bool IsHit(float range_m, const std::optional<float>& no_return_m) {
+  return IsNumber(range_m) && !(no_return_m && range_m >= *no_return_m);
+}
+
+template <class Visit>
+void ForEachNumber(std::span<const LaserScan> scans, const Visit& visit) {
+  for (const LaserScan& scan : scans) {
+    for (std::size_t beam = 0; beam < scan.ranges_m.size(); ++beam) {
+      if (IsNumber(scan.ranges_m[beam])) visit(scan, beam, scan.ranges_m[beam]);
+    }
+  }
+}
+
+/// The beams with ranges that are hardly below the largest of all.
+struct Pile {
+  float least_m = 0.0f;
   std::size_t count = 0;
+  double angle_rad = 0.0;  ///< that they fill in all scans together
   std::set<std::size_t> beams;
 };
 
-Largest FindLargest(std::span<const LaserScan> scans) {
-  Largest largest;
-  for (const LaserScan& scan : scans) {
-    for (std::size_t beam = 0; beam < scan.ranges_m.size(); ++beam) {
-      const float range_m = scan.ranges_m[beam];
-      if (!IsNumber(range_m) || range_m < largest.range_m) continue;
-      if (range_m > largest.range_m) largest = {range_m, 0, {}};
-      ++largest.count;
-      largest.beams.insert(beam);
-    }
-  }
-  return largest;
+Pile FindPile(std::span<const LaserScan> scans, double pile_share) {
+  float largest_m = 0.0f;
+  ForEachNumber(scans, [&](const LaserScan&, std::size_t, float range_m) { largest_m = std::max(largest_m, range_m); });
+  Pile pile;
+  pile.least_m = largest_m;
+  ForEachNumber(scans, [&](const LaserScan& scan, std::size_t beam, float range_m) {
+    if (static_cast<double>(range_m) < (1.0 - pile_share) * static_cast<double>(largest_m)) return;
+    pile.least_m = std::min(pile.least_m, range_m);
+    ++pile.count;
+    pile.angle_rad += std::abs(static_cast<double>(scan.angle_step_rad));
+    pile.beams.insert(beam);
+  });
+  return pile;
 }
+
+/// How much of the view a flat wall fills at most with ranges of one pile: it faces the laser squarely, r = d / cos(a).
+double WidestWall(double pile_share) { return 2.0 * std::acos(1.0 - pile_share); }
 
 }  // namespace
 
@@ -48,12 +66,9 @@ double RangeFinding::RangeMax() const {
 double FindReach(std::span<const LaserScan> scans, const std::optional<float>& no_return_m,
                  const DiagnosisConstants::RangeStudy& constants) {
   const auto ForEach = [&](const auto& visit) {
-    for (const LaserScan& scan : scans) {
-      for (std::size_t beam = 0; beam < scan.ranges_m.size(); ++beam) {
-        const float range_m = scan.ranges_m[beam];
-        if (IsNumber(range_m) && range_m != no_return_m) visit(range_m, beam);
-      }
-    }
+    ForEachNumber(scans, [&](const LaserScan&, std::size_t beam, float range_m) {
+      if (IsHit(range_m, no_return_m)) visit(range_m, beam);
+    });
   };
   float largest_m = 0.0f;
   ForEach([&](float range_m, std::size_t) { largest_m = std::max(largest_m, range_m); });
@@ -81,11 +96,12 @@ RangeFinding StudyRanges(std::span<const LaserScan> scans, const ScanParameters&
     widest = std::max(widest, scan.ranges_m.size());
   }
   if (num_beams == 0) return finding;
-  const Largest largest = FindLargest(scans);
-  const double share = static_cast<double>(largest.count) / static_cast<double>(num_beams);
+  const Pile pile = FindPile(scans, constants.pile_share);
+  const double share = static_cast<double>(pile.count) / static_cast<double>(num_beams);
   if (share >= constants.many_beams &&
-      static_cast<double>(largest.beams.size()) >= constants.all_over * static_cast<double>(widest)) {
-    finding.no_return_m = largest.range_m;
+      pile.angle_rad > WidestWall(constants.pile_share) * static_cast<double>(scans.size()) &&
+      static_cast<double>(pile.beams.size()) >= constants.all_over * static_cast<double>(widest)) {
+    finding.no_return_m = pile.least_m;
     finding.no_return_share = share;
   }
   const double usable_m = LargestUsableRange(parameters);
@@ -96,7 +112,7 @@ RangeFinding StudyRanges(std::span<const LaserScan> scans, const ScanParameters&
   for (const LaserScan& scan : scans) {
     const std::size_t num_before = num_hits;
     for (const float range_m : scan.ranges_m) {
-      if (!IsNumber(range_m) || range_m == finding.no_return_m) continue;
+      if (!IsHit(range_m, finding.no_return_m)) continue;
       ++num_hits;
       if (range_m > usable_m) ++num_beyond;
     }

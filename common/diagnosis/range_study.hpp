@@ -13,7 +13,7 @@ namespace crsm {
 struct RangeFinding {
   double reach_m = 0.0;              ///< the furthest hit, as of FindReach
   double hits_a_scan = 0.0;          ///< median: some lasers say nothing in most of their beams
-  std::optional<float> no_return_m;  ///< the range that the laser reports where it measures nothing
+  std::optional<float> no_return_m;  ///< from this range on the laser has measured nothing
   double no_return_share = 0.0;      ///< of all beams
   bool no_return_is_hit = false;     ///< the parameters take it for one
   double beyond_share = 0.0;         ///< of all hits: beyond what the parameters take for one
@@ -27,8 +27,9 @@ struct RangeFinding {
 double FindReach(std::span<const LaserScan> scans, const std::optional<float>& no_return_m,
                  const DiagnosisConstants::RangeStudy& constants = {});
 
-/// A range that many beams all over the view have exactly, and that none exceeds, is how the laser says that it
-/// measured nothing, as 8.19 m or 81.83 m. (Zero, infinity and NaN say so without a word.)
+/// Ranges that lie within a thousandth of the largest of all, of many beams all over the view, are how the laser says
+/// that it measured nothing, as 81.83 m, or 8.183 m and 8.191 m. (Zero, infinity and NaN say so without a word.) Hits
+/// spread wider: of a flat wall 5.1 degrees at most lie within a thousandth of its distance, and those near its foot.
 RangeFinding StudyRanges(std::span<const LaserScan> scans, const ScanParameters& parameters,
                          const DiagnosisConstants::RangeStudy& constants = {});
 

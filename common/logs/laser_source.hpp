@@ -39,6 +39,9 @@ class LaserSource {
   /// laser's pose instead (T_odom_laser).
   virtual std::optional<Pose2> Odometry() const { return std::nullopt; }
 
+  /// Whether the source says that the laser hangs upside down, as the TF of a bag may: its scans are mirror images.
+  virtual bool IsUpsideDown() const { return false; }
+
   /// How much of the source has been read, [0, 1].
   virtual double Progress() const = 0;
 

@@ -34,4 +34,11 @@ struct LaserScan {
   friend bool operator==(const LaserScan&, const LaserScan&) = default;
 };
 
+/// The mirror image of a scan: right where the laser hangs upside down, or counts its angles clockwise.
+inline LaserScan Mirror(LaserScan scan) {
+  scan.angle_min_rad = -scan.angle_min_rad;
+  scan.angle_step_rad = -scan.angle_step_rad;
+  return scan;
+}
+
 }  // namespace crsm

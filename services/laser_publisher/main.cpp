@@ -36,6 +36,13 @@ void PrintCounts(const std::string& program, const std::string& source_name, con
   for (const std::string& line : DescribeOdometry(source_name, source)) Say(fmt::format("{}: {}", program, line));
 }
 
+/// Who maps the scans later has no TF that tells.
+void SayIfUpsideDown(const CommandLine& command_line, const std::string& name, const LaserSource& source) {
+  if (!source.IsUpsideDown() || command_line.settings().mirrored || command_line.WasTyped("mirrored")) return;
+  Say(fmt::format("{}: {}: the laser hangs upside down by TF: --mirrored turns its scans round", command_line.program(),
+                  name));
+}
+
 /// What cannot be meant for a laser.
 void CheckNothingIsOfALog(const CommandLine& command_line) {
   for (const char* flag :
@@ -218,6 +225,7 @@ int main(int argc, char** argv) {
     const crsm::Settings& settings = command_line.settings();
     const auto source = crsm::OpenLaserSource(name, crsm::SourceOptionsOf(command_line));
     if (source->IsLive()) crsm::CheckNothingIsOfALog(command_line);
+    crsm::SayIfUpsideDown(command_line, name, *source);
     if (settings.lcm_url.rfind("file://", 0) == 0) {
       crsm::WriteLog(*source, name, settings.lcm_url, settings.channel_prefix, settings.odometry);
     } else {

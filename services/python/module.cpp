@@ -255,8 +255,8 @@ class Log {
   }
 
  private:
-  static inline const std::vector<std::string> kKeys{"laser_channel", "laser_frame", "odometry", "odometry_topic",
-                                                     "botlab_clockwise"};
+  static inline const std::vector<std::string> kKeys{"laser_channel",  "laser_frame",      "odometry",
+                                                     "odometry_topic", "botlab_clockwise", "mirrored"};
 
   std::optional<ScanWithOdometry> Read() {
     constexpr std::chrono::milliseconds kPatience(200);  // until Ctrl-C is noticed
@@ -291,7 +291,7 @@ class Log {
   static void AddFlag(const std::string& key, const py::handle& value, std::vector<std::string>& words) {
     if (value.is_none()) return;
     const auto flag = crsm_python::ToBool(value);
-    if (!flag && (key == "odometry" || key == "botlab_clockwise")) {
+    if (!flag && (key == "odometry" || key == "botlab_clockwise" || key == "mirrored")) {
       throw py::type_error(key + ": is " + std::string(py::repr(value)) + ", must be True or False");
     }
     if (!flag) {
@@ -594,7 +594,8 @@ void AddSlam(py::module_& module) {
 void AddLog(py::module_& module) {
   py::class_<Log>(
       module, "Log",
-      "Log(name, *, laser_channel=None, laser_frame=None, odometry=False, odometry_topic=None, **settings)\n\n"
+      "Log(name, *, laser_channel=None, laser_frame=None, odometry=False, odometry_topic=None, mirrored=None,\n"
+      "    **settings)\n\n"
       "A log that slam_offline reads (CARMEN, LCM, bags of ROS 1 and 2, MCAP, these compressed), a simulated\n"
       "world ('sim:demo') or a laser ('rplidar:/dev/ttyUSB0'). Iterating gives each Scan: a loop over a log\n"
       "begins with its first scan, so one loop at a time. It is looked at first, and one line on stderr says\n"
@@ -604,6 +605,7 @@ void AddLog(py::module_& module) {
       "  laser_frame: frame of the laser, where a topic has several\n"
       "  odometry: True gives each scan the log's odometry, where it has some\n"
       "  odometry_topic: channel or topic of the odometry, or its frame in TF, where the log has several\n"
+      "  mirrored: True turns scans round, False leaves them as they are; None: as the log's odometry shows\n"
       "  settings: as of Slam\n\n"
       "Raises RuntimeError, one line, if there is no such log, or if it has no laser.")
       .def(py::init([](const py::object& name, const py::kwargs& keywords) {

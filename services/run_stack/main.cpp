@@ -123,7 +123,9 @@ void CheckTimesAreNew(const CommandLine& command_line, const StackOptions& optio
   const std::string& resume = options.earlier.resume;
   if (options.is_live() || resume.empty()) return;
   EarlierScans earlier = ReadEarlierScans(FindJournal(resume));
-  const auto source = OpenLaserSource(options.source, SourceOptionsOf(command_line));
+  SourceOptions as_mapped = SourceOptionsOf(command_line);
+  as_mapped.messages.mirrored = FindMirrored(options.source, command_line);
+  const auto source = OpenLaserSource(options.source, as_mapped);
   while (const auto scan = source->Next()) {
     earlier.Has(scan->utime, FindValidRays(*scan, command_line.parameters().scan));
     if (earlier.is_another_drive()) {

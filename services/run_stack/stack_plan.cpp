@@ -51,12 +51,18 @@ class Planner {
 };
 
 /// A publisher of ours reads a log's --laser-channel and --laser-frame, and publishes on LASER, whose scans name no
-/// frame.
-PlannedService PlanSelector(const Planner& planner, const StackOptions& options, const std::string& laser_frame) {
+/// frame, and are turned round already where they were mirror images.
+PlannedService PlanSelector(const Planner& planner, const StackOptions& options, const Settings& settings) {
   ProgramFlags flags = FlagsOfSelector();
-  if (options.is_live()) return planner.Plan("ray_selector", flags, {});
-  std::vector<std::string> own{"--laser-channel", kLaserChannel};
-  if (!laser_frame.empty()) own.insert(own.end(), {"--laser-frame", ""});  // whatever a configuration file says
+  std::vector<std::string> own;
+  if (options.has_publisher()) {
+    std::erase(flags.settings, "mirrored");
+    if (settings.mirrored) own.emplace_back("--no-mirrored");  // whatever a configuration file says
+  }
+  if (options.is_live()) return planner.Plan("ray_selector", flags, std::move(own));
+  own.insert(own.end(), {"--laser-channel", kLaserChannel});
+  if (!settings.laser_frame.empty())
+    own.insert(own.end(), {"--laser-frame", ""});  // whatever a configuration file says
   std::erase(flags.settings, "laser_channel");
   std::erase(flags.settings, "laser_frame");
   return planner.Plan("ray_selector", flags, std::move(own));
@@ -144,7 +150,7 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   if (settings.resume) updater.when_new = {"--no-resume"};
   plan.services = {
       std::move(updater), PlanMatcher(planner, options, settings.odometry_topic, lockstep),
-      PlanSelector(planner, options, settings.laser_frame),
+      PlanSelector(planner, options, settings),
       planner.Plan("map_exporter", FlagsOfExporter(), {"--out", folder.path().string(), "--made-from", made_from})};
   if (command_line.parameters().loops.loops && settings.localize.empty()) {
     plan.services.push_back(planner.Plan("loop_closer", FlagsOfLoopCloser(), {"--out", folder.path().string()}));

@@ -64,6 +64,7 @@ SettingHelp HelpOf(const std::string& setting) {
                                                          {"laser_frame", {kLaserHeading, "NAME"}},
                                                          {"odometry_topic", {kLaserHeading, "NAME"}},
                                                          {"botlab_clockwise", {kLaserHeading}},
+                                                         {"mirrored", {kLaserHeading}},
                                                          {"lcm_url", {kProcessHeading, "URL"}},
                                                          {"http", {kProcessHeading, "ADDRESS:PORT"}},
                                                          {"journal", {kProcessHeading, "DIR"}},
@@ -175,7 +176,7 @@ std::string NameOfFolder(const std::string& folder) {
 /// Whether what the user set by a flag changes the map or the poses, and not only how the program runs.
 bool MattersForMap(const std::string& key) {
   static const std::set<std::string> kSettings{"laser_channel",    "laser_frame", "odometry", "odometry_topic",
-                                               "botlab_clockwise", "localize",    "start"};
+                                               "botlab_clockwise", "mirrored",    "localize", "start"};
   if (kSettings.contains(key)) return true;
   return std::ranges::any_of(ListParameters(Parameters()), [&](const auto& value) { return value.first == key; });
 }
@@ -211,7 +212,7 @@ std::string CommandLine::DescribeRun(const std::vector<std::string>& sources) co
 }
 
 LaserMessageOptions LaserMessagesOf(const CommandLine& command_line) {
-  return {command_line.parameters().scan, command_line.settings().botlab_clockwise};
+  return {command_line.parameters().scan, command_line.settings().botlab_clockwise, command_line.settings().mirrored};
 }
 
 std::string FlagOf(std::string key) {
@@ -454,6 +455,10 @@ bool CommandLine::Has(const std::string& key) const { return app_->get_option_no
 
 bool CommandLine::WasGiven(const std::string& key) const {
   return std::any_of(flags_.begin(), flags_.end(), [&](const auto& flag) { return flag.first == key; });
+}
+
+bool CommandLine::WasTyped(const std::string& key) const {
+  return std::any_of(typed_.begin(), typed_.end(), [&](const auto& flag) { return flag.first == key; });
 }
 
 std::vector<std::string> CommandLine::WordsFor(const ProgramFlags& program) const {

@@ -69,8 +69,11 @@ class CommandLine {
   /// Who gave a parameter its value, as "--range-max-m 40"; by default "range_max_m = 30".
   std::string WhoSaid(const std::string& key) const;
 
-  /// Whether a parameter or setting was a flag on this command line.
+  /// Whether a parameter or setting has the value of a flag, of this command line or as Correct and Adopt gave it.
   bool WasGiven(const std::string& key) const;
+
+  /// Whether the user gave it by a flag.
+  bool WasTyped(const std::string& key) const;
 
   /// Those of this command line's words that another program is to get too: --preset, --profile and --config, and its
   /// flags.

@@ -7,12 +7,12 @@ using enum ParameterGroup;
 ProgramFlags FlagsOfPublisher() {
   return {{kSeed, kLaser},
           {"lcm_url", "channel_prefix", "rate", "resend_s", "laser_channel", "laser_frame", "odometry",
-           "odometry_topic", "botlab_clockwise", "position"}};
+           "odometry_topic", "botlab_clockwise", "mirrored", "position"}};
 }
 
 ProgramFlags FlagsOfSelector() {
   return {{kLaser, kScan, kSelection, kAlgorithm},
-          {"lcm_url", "channel_prefix", "laser_channel", "laser_frame", "botlab_clockwise"}};
+          {"lcm_url", "channel_prefix", "laser_channel", "laser_frame", "botlab_clockwise", "mirrored"}};
 }
 
 ProgramFlags FlagsOfMatcher() {

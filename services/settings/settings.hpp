@@ -17,6 +17,7 @@ struct Settings {
   std::string laser_frame;
   bool odometry = false;
   bool botlab_clockwise = true;
+  bool mirrored = false;
   std::string odometry_topic;
   std::string position;
   bool lockstep = false;
@@ -57,6 +58,10 @@ void VisitSettings(Settings& s, Visitor&& visit) {
   visit("botlab_clockwise",
         "the angles of a botlab.lidar_t run clockwise; today's mbot driver needs --no-botlab-clockwise",
         s.botlab_clockwise);
+  visit("mirrored",
+        "the angles of the laser run the other way than its messages say, or it hangs upside down: turn its scans "
+        "round; a log with odometry shows it, if the flag is not given",
+        s.mirrored);
   visit("odometry_topic",
         "odometry to use, also without --odometry; bag: topic, or frame of TF; LCM log or live: channel; if empty: "
         "bag: the only topic, or odom beside the laser, or TF; LCM: ODOMETRY",

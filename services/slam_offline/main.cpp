@@ -354,14 +354,15 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
   constexpr std::int64_t kToFindOut = 5;  // scans: a log that does not go on where the last one ended is lost at once
   bool is_first_scan = run.sessions.size() > 1;  // the first log goes on where an earlier run ended
   bool goes_on = false;
-  const RangeLimit limit = run.sessions.size() > 1 ? StudyFurtherLog(session.log, command_line) : RangeLimit();
+  const ScanCorrection correction =
+      run.sessions.size() > 1 ? StudyFurtherLog(session.log, command_line) : ScanCorrection();
   LaserJudge judge(parameters);
   run.earlier.BeginLog();
   bool has_scans = false;
   while (auto scan = source.Next()) {
     if (StopRequested()) break;
     has_scans = true;
-    limit.Apply(*scan);
+    *scan = correction.Apply(*std::move(scan));
     if (is_first_scan && GoesOn(run, scan->utime)) {
       Say(fmt::format("{}: {}: goes on where the log before it ends: the same drive", command_line.program(),
                       session.log));
@@ -475,7 +476,7 @@ int main(int argc, char** argv) {
       "2 usage, 3 with --strict: the map is not to be trusted.",
       {kSeed, kLaser, kScan, kSelection, kUpdate, kLoops, kAlgorithm},
       {"lcm_url", "channel_prefix", "out", "laser_channel", "laser_frame", "odometry", "odometry_topic",
-       "botlab_clockwise", "until_damage", "localize", "start"});
+       "botlab_clockwise", "mirrored", "until_damage", "localize", "start"});
   std::vector<std::string> logs;
   command_line.AddWord("SOURCE", logs, crsm::DescribeSources());
   crsm::EarlierResults earlier;

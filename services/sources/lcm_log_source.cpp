@@ -147,6 +147,7 @@ void LcmLogSource::TakeScan(const LcmEventLog::Event& event) {
   }
   laser_ = FindLaserType(bytes);
   if (thinned_.empty()) thinned_ = reading->thinned;
+  if (contradiction_.empty()) contradiction_ = reading->contradiction;
   const auto utime = clock_.TimeOf(reading->scan, event.recorded_utime);
   reading->scan.utime = utime.value_or(reading->scan.utime);
   for (auto& [pose_channel, judge] : handedness_) judge.Add(reading->scan);
@@ -155,7 +156,7 @@ void LcmLogSource::TakeScan(const LcmEventLog::Event& event) {
 
 std::vector<std::string> LcmLogSource::Complaints() const {
   std::vector<std::string> complaints = scans_.Complaints(channel_, counts_, first_refusal_, "utime");
-  for (const std::string& complaint : {frames_.Complaint(), thinned_, clock_.Complaint("utime")}) {
+  for (const std::string& complaint : {frames_.Complaint(), thinned_, contradiction_, clock_.Complaint("utime")}) {
     if (!complaint.empty()) complaints.push_back(fmt::format("{}: {}", channel_, complaint));
   }
   if (!other_channels_.empty()) {

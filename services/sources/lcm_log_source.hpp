@@ -71,6 +71,7 @@ class LcmLogSource : public LaserSource {
   std::set<std::string> other_channels_;               ///< that have a laser, too
   std::string first_refusal_;                          ///< what is wrong with the first bad message
   std::string thinned_;                                ///< as of ThinBeams
+  std::string contradiction_;                          ///< in the first message that has one
   const LaserType* laser_ = nullptr;                   ///< the type of the scans' messages
   std::map<std::string, HandednessJudge> handedness_;  ///< by the channel of the poses
   LogClock clock_;

@@ -43,6 +43,62 @@ void ThrowIfStopped(const std::string& name) {
   if (StopRequested()) throw std::runtime_error(fmt::format("{}: stopped before its first scan was found", name));
 }
 
+/// Another source, but for what a child class changes.
+class SourceAround : public LaserSource {
+ public:
+  explicit SourceAround(std::unique_ptr<LaserSource> source) : source_(std::move(source)) {}
+
+  std::optional<LaserScan> Next() override { return source_->Next(); }
+  bool IsLive() const override { return source_->IsLive(); }
+  std::optional<LaserScan> Poll(std::chrono::milliseconds longest) override { return source_->Poll(longest); }
+  std::string Channel() const override { return source_->Channel(); }
+  std::optional<Pose2> TruePose() const override { return source_->TruePose(); }
+  std::optional<Pose2> Odometry() const override { return source_->Odometry(); }
+  bool IsUpsideDown() const override { return source_->IsUpsideDown(); }
+  double Progress() const override { return source_->Progress(); }
+  std::map<std::string, std::int64_t> Counts() const override { return source_->Counts(); }
+  std::vector<std::string> Complaints() const override { return source_->Complaints(); }
+  std::vector<std::string> OdometryNotes() const override { return source_->OdometryNotes(); }
+
+ private:
+  std::unique_ptr<LaserSource> source_;
+};
+
+/// A log whose compressed file is cut short or damaged.
+class CutSource : public SourceAround {
+ public:
+  using SourceAround::SourceAround;
+
+  std::map<std::string, std::int64_t> Counts() const override {
+    std::map<std::string, std::int64_t> counts = SourceAround::Counts();
+    counts["truncated"] = 1;
+    return counts;
+  }
+};
+
+/// One whose scans are mirror images, and are turned round.
+class MirroredSource : public SourceAround {
+ public:
+  using SourceAround::SourceAround;
+
+  std::optional<LaserScan> Next() override { return TurnRound(SourceAround::Next()); }
+  std::optional<LaserScan> Poll(std::chrono::milliseconds longest) override {
+    return TurnRound(SourceAround::Poll(longest));
+  }
+
+ private:
+  static std::optional<LaserScan> TurnRound(std::optional<LaserScan> scan) {
+    return scan ? std::optional(Mirror(*std::move(scan))) : std::nullopt;
+  }
+};
+
+template <class Source, class... Arguments>
+std::unique_ptr<LaserSource> Make(const SourceOptions& options, Arguments&&... arguments) {
+  auto source = std::make_unique<Source>(std::forward<Arguments>(arguments)...);
+  if (!options.messages.mirrored) return source;
+  return std::make_unique<MirroredSource>(std::move(source));
+}
+
 std::unique_ptr<LaserSource> OpenPlainLog(const std::string& name, const std::string& path,
                                           const SourceOptions& options) {
   constexpr std::size_t kSearchedBytes = std::size_t{1} << 16;
@@ -54,7 +110,7 @@ std::unique_ptr<LaserSource> OpenPlainLog(const std::string& name, const std::st
         fmt::format("{} is {}, must be {}", name, file.truncated() ? "a damaged gzip file" : "empty", kLog));
   }
   if (IsBag(start)) {
-    return std::make_unique<BagSource>(name, options.laser, options.odometry, options.messages.scan);
+    return Make<BagSource>(options, name, options.laser, options.odometry, options.messages.scan);
   }
   if (HasLcmSync(start)) {
     return std::make_unique<LcmLogSource>(path, options.laser, options.messages, options.odometry);
@@ -62,34 +118,13 @@ std::unique_ptr<LaserSource> OpenPlainLog(const std::string& name, const std::st
   if (HasCarmenLaser(file, kSearchedLines)) {
     CheckNoFrame(options, name + " is a CARMEN log, whose scans name no frame");
     CheckNoTopic(options, name + " is a CARMEN log, which has its odometry in the lines of the laser");
-    return std::make_unique<CarmenLog>(path, options.odometry.is_used);
+    return Make<CarmenLog>(options, path, options.odometry.is_used);
   }
   throw std::runtime_error(
       fmt::format("{} is neither a CARMEN log (no FLASER or ROBOTLASER1 line in its first {} lines) nor an LCM log, "
                   "nor a bag of ROS or MCAP",
                   name, kSearchedLines));
 }
-
-/// A log whose compressed file is cut short or damaged.
-class CutSource : public LaserSource {
- public:
-  explicit CutSource(std::unique_ptr<LaserSource> source) : source_(std::move(source)) {}
-
-  std::optional<LaserScan> Next() override { return source_->Next(); }
-  std::optional<Pose2> Odometry() const override { return source_->Odometry(); }
-  double Progress() const override { return source_->Progress(); }
-  std::string Channel() const override { return source_->Channel(); }
-  std::vector<std::string> Complaints() const override { return source_->Complaints(); }
-  std::vector<std::string> OdometryNotes() const override { return source_->OdometryNotes(); }
-  std::map<std::string, std::int64_t> Counts() const override {
-    std::map<std::string, std::int64_t> counts = source_->Counts();
-    counts["truncated"] = 1;
-    return counts;
-  }
-
- private:
-  std::unique_ptr<LaserSource> source_;
-};
 
 /// What gzip has compressed is read as it is; what others have, is unpacked first.
 std::unique_ptr<LaserSource> OpenLog(const std::string& name, const SourceOptions& options) {
@@ -127,13 +162,14 @@ std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const Sour
   if (name.starts_with(kSimulated)) {
     CheckNoFrame(options, "a simulated world has one laser");
     CheckNoTopic(options, "a simulated world has its odometry in its line 'wheels'");
-    return std::make_unique<Simulator>(LoadWorld(name.substr(kSimulated.size())), options.seed);
+    return Make<Simulator>(options, LoadWorld(name.substr(kSimulated.size())), options.seed);
   }
   if (const auto device = ParseDevice(name)) {
     CheckNoFrame(options, "a laser names no frame");
     CheckNoTopic(options, "a laser has no odometry");
-    return std::make_unique<LiveLaser>(*device, [prefix = fmt::format("{}: {}: ", options.program, name)](
-                                                    const std::string& line) { Say(prefix + line); });
+    return Make<LiveLaser>(
+        options, *device,
+        [prefix = fmt::format("{}: {}: ", options.program, name)](const std::string& line) { Say(prefix + line); });
   }
 
   std::error_code error;
@@ -149,7 +185,7 @@ std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const Sour
   }
   if (std::filesystem::is_directory(status)) {
     if (IsBagFolder(name)) {
-      return std::make_unique<BagSource>(name, options.laser, options.odometry, options.messages.scan);
+      return Make<BagSource>(options, name, options.laser, options.odometry, options.messages.scan);
     }
     throw std::runtime_error(fmt::format("{} is a directory without a bag of ROS 2, must be {}", name, kLog));
   }

@@ -117,6 +117,7 @@ void PartsSource::OpenNext() {
   try {
     part_ = open_(paths_[num_opened_], channel_);
     if (channel_.empty()) channel_ = part_->Channel();
+    is_upside_down_ = is_upside_down_ || part_->IsUpsideDown();
   } catch (const std::runtime_error& error) {
     counts_["truncated"] = 1;
     complaints_.emplace_back(error.what());

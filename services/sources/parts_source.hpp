@@ -29,6 +29,7 @@ class PartsSource : public LaserSource {
 
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return part_->Odometry(); }
+  bool IsUpsideDown() const override { return is_upside_down_; }
   double Progress() const override;
   std::map<std::string, std::int64_t> Counts() const override;
   std::vector<std::string> Complaints() const override;
@@ -43,6 +44,7 @@ class PartsSource : public LaserSource {
   std::string channel_;
   std::unique_ptr<LaserSource> part_;
   std::size_t num_opened_ = 0;
+  bool is_upside_down_ = false;  ///< by a part so far: the static TF of a bag may stand in its first part alone
   std::map<std::string, std::int64_t> counts_;  ///< of parts that have been read
   std::vector<std::string> complaints_;         ///< likewise
 };

@@ -17,9 +17,10 @@ bool ScansWithOdometry::Add(LaserScan scan) {
 
 bool ScansWithOdometry::NextIsReady() const {
   constexpr std::size_t kMostWaiting = 8;
+  constexpr std::int64_t kLongestWait_us = 1'000'000;
   if (waiting_.empty()) return false;
   const std::int64_t utime = waiting_.front().clock_utime;
-  return waiting_.size() > kMostWaiting || waiting_.back().clock_utime - utime > longest_wait_us_ ||
+  return waiting_.size() > kMostWaiting || waiting_.back().clock_utime - utime > kLongestWait_us ||
          odometry_.Find(utime).state != ScanOdometry::State::kAwaited;
 }
 
@@ -36,7 +37,7 @@ std::optional<LaserScan> ScansWithOdometry::Next() {
 
 std::string ScansWithOdometry::ExplainNoOdometry() const {
   if (2 * num_given_up_ > num_scans()) {
-    return "its messages stand too late in the recording, behind the next scan, or are too few";
+    return "its messages stand too late in the recording, behind eight more scans or a second, or are too few";
   }
   return "a scan needs a message within 0.1 s before it and one within 0.1 s after it, by their own times";
 }

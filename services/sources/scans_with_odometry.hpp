@@ -15,12 +15,9 @@ namespace crsm {
 
 /// The scans of a log in its order, each with the odometry of its own utime or what lies between the two around it
 /// (OdometryBuffer). For it a scan is held back until the odometry has come past it, another scan is later by more than
-/// `longest_wait_us`, or eight more scans wait.
+/// a second, or eight more scans wait: recorders get odometry and TF up to 0.2 s after the scan.
 class ScansWithOdometry {
  public:
-  explicit ScansWithOdometry(std::int64_t longest_wait_us = OdometryConstants{}.furthest_us)
-      : longest_wait_us_(longest_wait_us) {}
-
   /// False, and nothing done, if an earlier scan of the same drive has its utime; UniqueUtimes says what a drive is.
   bool Add(LaserScan scan);
   void Add(const Odometry& odometry) { odometry_.Add(odometry); }
@@ -52,7 +49,6 @@ class ScansWithOdometry {
     std::int64_t clock_utime;  ///< as the log says it; odometry is found by it
   };
 
-  std::int64_t longest_wait_us_;
   OdometryBuffer odometry_;
   UniqueUtimes utimes_;          ///< of all scans so far
   std::deque<Waiting> waiting_;  ///< for their odometry, in the log's order

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include "common/diagnosis/handedness.hpp"
 #include "common/diagnosis/range_study.hpp"
 #include "common/diagnosis/sweep_study.hpp"
 #include "common/math/trigonometry.hpp"
@@ -30,6 +32,59 @@ std::vector<LaserScan> ReadFirstScans(const std::string& log, const CommandLine&
     if (scans.size() >= (may_sweep ? DiagnosisConstants::SweepStudy{}.num_scans : kForRanges)) break;
   }
   return scans;
+}
+
+/// Whether the scans of a log are mirror images as they were sent.
+struct MirrorFinding {
+  std::optional<bool> is_mirrored = std::nullopt;  ///< nothing where nothing tells
+  std::string why = {};                            ///< in words for people, where something does
+  bool is_against_tf = false;
+};
+
+/// Odometry tells, whether or not it is used, and where it does not, TF. Reads until odometry has told, and all where
+/// it never does, unless the first scans have none.
+MirrorFinding StudyMirror(const std::string& log, const CommandLine& command_line) {
+  using Verdict = HandednessJudge::Verdict;
+  constexpr int kForOdometry = 300;  // scans
+  SourceOptions options = SourceOptionsOf(command_line);
+  options.messages.mirrored = false;
+  if (!options.odometry.is_used) options.odometry = {true, ""};
+  const auto source = OpenLaserSource(log, options);
+  HandednessJudge judge;
+  bool has_odometry = false;
+  for (int i = 0; judge.verdict() == Verdict::kUnknown; ++i) {
+    const auto scan = source->Next();
+    if (!scan || (!has_odometry && i == kForOdometry)) break;
+    const auto T_odom_robot = source->Odometry();
+    has_odometry = has_odometry || T_odom_robot;
+    judge.Add(*scan);
+    judge.Add(Odometry{scan->utime, T_odom_robot});
+  }
+  const bool is_upside_down = source->IsUpsideDown();
+  switch (judge.verdict()) {
+    case Verdict::kMirrored:
+      return {true, "the scans turn in the opposite direction to the odometry"};
+    case Verdict::kRight:
+      return {false, fmt::format("the scans turn as the odometry does{}", is_upside_down ? ", against TF" : ""),
+              is_upside_down};
+    case Verdict::kUnknown:
+      break;
+  }
+  return is_upside_down ? MirrorFinding{true, "the scans are of a laser that hangs upside down by TF"}
+                        : MirrorFinding();
+}
+
+/// What became of mirrored scans, for the line.
+std::string StudyHandedness(const std::string& log, CommandLine& command_line) {
+  const MirrorFinding finding = StudyMirror(log, command_line);
+  const bool was_mirrored = command_line.settings().mirrored;
+  const bool is_mirrored = finding.is_mirrored.value_or(was_mirrored);
+  const bool is_typed = command_line.WasTyped("mirrored");
+  if (is_mirrored == was_mirrored && (is_typed || !finding.is_against_tf)) return "";
+  if (is_typed) return fmt::format("; {}: remove {}", finding.why, was_mirrored ? "--mirrored" : "--no-mirrored");
+  command_line.Correct("mirrored", is_mirrored ? "true" : "false");
+  return fmt::format("; {}: they are {}", finding.why,
+                     is_mirrored ? "turned round (--no-mirrored leaves them as they are)" : "left as they are");
 }
 
 /// hits_a_scan: of most scans. A driver may have more places for beams than the laser has beams.
@@ -89,22 +144,41 @@ void StudyLaser(const std::string& log, CommandLine& command_line) {
   const RangeFinding finding = StudyRanges(scans, command_line.parameters().scan);
   std::string line = DescribeBeams(scans.front(), finding.hits_a_scan) + ", " + DescribeReach(finding, command_line);
   line += StudyTimes(scans, command_line);
+  line += StudyHandedness(log, command_line);
   Say(fmt::format("{}: {}: {}", command_line.program(), log, line));
 }
 
-void RangeLimit::Apply(LaserScan& scan) const {
-  std::ranges::replace_if(
-      scan.ranges_m, [this](float each_m) { return each_m >= range_m; }, 0.0f);
+bool FindMirrored(const std::string& log, const CommandLine& command_line) {
+  const bool is_set = command_line.settings().mirrored;
+  return command_line.WasTyped("mirrored") ? is_set : StudyMirror(log, command_line).is_mirrored.value_or(is_set);
 }
 
-RangeLimit StudyFurtherLog(const std::string& log, const CommandLine& command_line) {
-  const std::vector<LaserScan> scans = ReadFirstScans(log, command_line);
-  if (scans.empty() || command_line.WasGiven("range_max_m")) return {};
-  const RangeFinding finding = StudyRanges(scans, command_line.parameters().scan);
-  if (!finding.no_return_is_hit) return {};
-  Say(fmt::format("{}: {}: {}: not taken for hits in this log", command_line.program(), log,
-                  DescribeNoReturn(finding)));
-  return {static_cast<float>(LargestUsableRange({.range_max_m = finding.RangeMax()}))};
+LaserScan ScanCorrection::Apply(LaserScan scan) const {
+  std::ranges::replace_if(
+      scan.ranges_m, [this](float each_m) { return each_m >= range_m; }, 0.0f);
+  return is_mirrored ? Mirror(std::move(scan)) : scan;
+}
+
+ScanCorrection StudyFurtherLog(const std::string& log, const CommandLine& command_line) {
+  ScanCorrection correction;
+  const auto SayOf = [&](const std::string& finding) {
+    Say(fmt::format("{}: {}: {} in this log", command_line.program(), log, finding));
+  };
+  if (!command_line.WasTyped("range_max_m")) {
+    const RangeFinding finding = StudyRanges(ReadFirstScans(log, command_line), command_line.parameters().scan);
+    if (finding.no_return_is_hit) {
+      correction.range_m = static_cast<float>(LargestUsableRange({.range_max_m = finding.RangeMax()}));
+      SayOf(DescribeNoReturn(finding) + ": not taken for hits");
+    }
+  }
+  if (command_line.WasTyped("mirrored")) return correction;
+  const bool is_turned = command_line.settings().mirrored;  // as the first log is
+  const MirrorFinding finding = StudyMirror(log, command_line);
+  correction.is_mirrored = finding.is_mirrored.value_or(is_turned) != is_turned;
+  if (correction.is_mirrored) {
+    SayOf(fmt::format("{}: they are {}", finding.why, is_turned ? "left as they are" : "turned round"));
+  }
+  return correction;
 }
 
 }  // namespace crsm

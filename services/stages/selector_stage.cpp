@@ -50,6 +50,7 @@ SelectorStage::SelectorStage(const CommandLine& command_line, Select select)
                                     return true;
                                   }
                                   watch_.SayOnce(reading->thinned);
+                                  watch_.SayOnce(reading->contradiction);
                                   watch_.Hear(reading->scan, *FindLaserType(bytes));
                                   scans_.Push(std::move(reading->scan));
                                   return true;

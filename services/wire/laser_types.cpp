@@ -4,6 +4,7 @@
 
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 namespace crsm {
 namespace {
@@ -27,7 +28,9 @@ const LaserType* FindLaserType(std::span<const std::uint8_t> bytes) { return Fin
 
 std::optional<LaserReading> DecodeLaser(std::span<const std::uint8_t> bytes, const LaserMessageOptions& options) {
   const LaserType* type = FindLaserType(bytes);
-  return type ? type->decode(bytes, options) : std::nullopt;
+  auto reading = type ? type->decode(bytes, options) : std::nullopt;
+  if (reading && options.mirrored) reading->scan = Mirror(std::move(reading->scan));
+  return reading;
 }
 
 std::string LaserTypeNames() {

@@ -18,13 +18,15 @@ namespace crsm {
 struct LaserMessageOptions {
   ScanParameters scan = {};
   bool botlab_clockwise = true;  ///< the angles of a botlab.lidar_t run clockwise
+  bool mirrored = false;         ///< scans are mirror images, and are turned round
 };
 
 /// A scan as a laser's message has it.
 struct LaserReading {
-  LaserScan scan;            ///< its utime >= 0, with kMinBeams to kMaxBeams
-  std::string frame = {};    ///< of the laser; empty where the message names none
-  std::string thinned = {};  ///< as of ThinBeams
+  LaserScan scan;                  ///< its utime >= 0, with kMinBeams to kMaxBeams
+  std::string frame = {};          ///< of the laser; empty where the message names none
+  std::string thinned = {};        ///< as of ThinBeams
+  std::string contradiction = {};  ///< in the message, and what mends it; empty where there is none
 };
 
 /// A type of LCM message that a laser speaks: a file in services/wire/lasers/ for each type, or family of types,
@@ -54,17 +56,24 @@ std::string LaserTypeNames();
 /// of its fingerprint is known already.
 bool RegisterLaserType(std::uint64_t fingerprint, LaserType type);
 
+/// What the messages of a type tell besides their scan; nullptr where they do not.
+template <class Message>
+struct LaserHeader {
+  std::string (*frame_of)(const Message&) = nullptr;
+  std::string (*contradiction_of)(const Message&) = nullptr;  ///< as of LaserReading
+};
+
 /// The same for a type that lcm-gen made of a file in lcmtypes/. Its ValuesInRange says which values may be read, and
 /// to_scan makes of them metres, radians counter-clockwise from straight ahead, and 0 for no return.
-/// frame_of: where its messages name the laser's frame.
 template <class Message>
 bool RegisterLaserType(const std::string& name, LaserScan (*to_scan)(const Message&, const LaserMessageOptions&),
-                       std::string (*frame_of)(const Message&) = nullptr) {
-  const auto decode = [to_scan, frame_of](std::span<const std::uint8_t> bytes,
-                                          const LaserMessageOptions& options) -> std::optional<LaserReading> {
+                       const LaserHeader<Message>& header = {}) {
+  const auto decode = [to_scan, header](std::span<const std::uint8_t> bytes,
+                                        const LaserMessageOptions& options) -> std::optional<LaserReading> {
     const auto message = Decode<Message>(bytes);
     if (!message) return std::nullopt;
-    LaserReading reading{to_scan(*message, options), frame_of ? frame_of(*message) : ""};
+    LaserReading reading{to_scan(*message, options), header.frame_of ? header.frame_of(*message) : ""};
+    if (header.contradiction_of) reading.contradiction = header.contradiction_of(*message);
     reading.thinned = ThinBeams(reading.scan);
     return reading;
   };

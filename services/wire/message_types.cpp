@@ -86,7 +86,7 @@ std::string DescribeRefusedLaser(std::span<const std::uint8_t> bytes) {
 
 std::string DescribeMirrored(const std::string& pose_channel, const LaserType& laser,
                              const LaserMessageOptions& options) {
-  std::string mend = "the driver must reverse the sign of its angles";
+  std::string mend = options.mirrored ? "remove --mirrored" : "add --mirrored";
   if (laser.name.starts_with("botlab.")) {
     mend = options.botlab_clockwise ? "add --no-botlab-clockwise" : "remove --no-botlab-clockwise";
   }

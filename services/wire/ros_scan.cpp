@@ -1,5 +1,7 @@
 #include "services/wire/ros_scan.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -24,6 +26,22 @@ bool IsReturn(float range_m, const RosScan& scan) {
 }  // namespace
 
 std::int64_t ToUtime(const RosTime& time) { return (time.sec * kRosSecond_ns + time.nanosec + 500) / 1000; }
+
+std::string DescribeContradiction(const RosScan& scan) {
+  constexpr double kMostSteps = 1.5;  // apart: of a full turn some drivers tell the beam behind the last one
+  const double span_rad = static_cast<double>(scan.angle_max) - static_cast<double>(scan.angle_min);
+  const double step_rad = scan.angle_increment;
+  const double sweep_rad = step_rad * (static_cast<double>(scan.ranges.size()) - 1.0);
+  const bool are_opposite = span_rad * sweep_rad < 0.0;
+  // Else the view leads through pi.
+  const bool are_alike = std::abs(span_rad + sweep_rad) <= kMostSteps * std::abs(step_rad);
+  if (!are_opposite || !are_alike) return "";
+  return fmt::format(
+      "headers contradict themselves: angle_increment is {:.4f} rad, but angle_max {:.4f} rad is {} than angle_min "
+      "{:.4f} "
+      "rad: angle_increment counts; if the map is a mirror image, --mirrored turns the scans round",
+      scan.angle_increment, scan.angle_max, span_rad > 0.0 ? "more" : "less", scan.angle_min);
+}
 
 LaserScan FromRosScan(RosScan ros, const ScanParameters& parameters) {
   const double sweep_s = parameters.beam_times ? SweepTime(ros) : 0.0;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "common/parameters.hpp"
@@ -23,6 +24,7 @@ std::int64_t ToUtime(const RosTime& time);
 struct RosScan {
   RosTime stamp;  ///< of the first beam
   float angle_min = 0.0f;
+  float angle_max = 0.0f;
   float angle_increment = 0.0f;
   float time_increment = 0.0f;
   float range_min = 0.0f;
@@ -30,9 +32,12 @@ struct RosScan {
   std::vector<float> ranges;
 };
 
+/// Where angle_max and angle_increment tell opposite senses of rotation: that, and what mends it. Else empty.
+std::string DescribeContradiction(const RosScan& scan);
+
 /// The same as LASER has it. Its utime is that of the beam that was measured last, and each beam has its time, where
 /// time_increment tells; without it, and where a sweep would take more than a second, utime is the stamp. Negative
-/// increments are those of a laser that hangs upside down, whose driver turns its scans round.
+/// increments are those of a laser that hangs upside down, whose driver turns its scans round. angle_max is not used.
 ///
 /// Ranges outside of what the message calls its range, infinity and NaN are 0 = no return; so is one that is range_max
 /// itself, which simulators and older drivers set for it. Limits that cannot be, as 0 to 0, are none.

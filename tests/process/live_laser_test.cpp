@@ -201,7 +201,7 @@ TEST_CASE("a laser whose scans turn against the robot's odometry is said to be m
     } else {
       CheckLine(driver.AwaitComplaint(),
                 "LASER: scans turn in the opposite direction to the poses on ODOMETRY: the map is a mirror image: ",
-                {"the driver must reverse the sign of its angles"});
+                {"add --mirrored"});
     }
   }
 }

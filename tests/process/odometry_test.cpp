@@ -10,6 +10,7 @@
 #include "faults.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "services/wire/conversions.hpp"
+#include "services/wire/event_log_writer.hpp"
 
 using namespace crsm;
 
@@ -65,6 +66,40 @@ TEST_CASE(
   MapAndKill(folder, {"odometry", log, flags}, "out",
              {{0.2, "rrhc_matcher"}, {0.4, "ray_selector"}, {0.6, "rrhc_matcher"}}, JournalBytes(folder / "offline"));
   folder.CheckSame("out", "offline");
+}
+
+TEST_CASE("a log whose scans turn against its odometry gives the map of the log whose scans do not, in all processes") {
+  const TemporaryFolder folder;
+  for (const bool is_mirrored : {false, true}) {
+    EventLogWriter log((folder / (is_mirrored ? "mirrored.lcm" : "right.lcm")).string());
+    const auto source = OpenLaserSource("sim:demo", {1});
+    for (int k = 0; k < 300; ++k) {
+      const LaserScan scan = source->Next().value();
+      log.Write(kOdometryChannel, ToMessage(Odometry{scan.utime, RoundOdometry(source->TruePose().value())}));
+      log.Write(kLaserChannel, ToMessage(is_mirrored ? Mirror(scan) : scan));
+    }
+    log.Flush();
+  }
+  const std::string mirrored = folder / "mirrored.lcm";
+  folder.Map(folder / "right.lcm", "right");
+  const Ended ended = folder.Map(mirrored, "mirrored");
+  CHECK(ended.errors.find("; the scans turn in the opposite direction to the odometry: they are turned round (") !=
+        std::string::npos);
+  folder.CheckSame("mirrored", "right");
+  // A configuration file would tell each process to turn them round.
+  std::ofstream(folder / "mirrored.toml") << "mirrored = true\n";
+  folder.MapWithStack(mirrored, "out");
+  folder.CheckSame("out", "right");
+  folder.MapWithStack(mirrored, "configured", {"--config", folder / "mirrored.toml"});
+  folder.CheckSame("configured", "right");
+  // The earlier scans are known again.
+  const Ended resumed = folder.MapWithStack(mirrored, "out", {"--resume", folder / "out"});
+  CHECK(resumed.errors.find("other scans of the same times") == std::string::npos);
+  folder.CheckSame("out", "right");
+  // Who insists is told.
+  const Ended insists = folder.Map(mirrored, "insists", {"--no-mirrored"});
+  CHECK(insists.errors.find("the scans turn in the opposite direction to the odometry: remove --no-mirrored") !=
+        std::string::npos);
 }
 
 TEST_CASE("laser_publisher sends the odometry of a scan before each sending of the scan, and none unless asked") {

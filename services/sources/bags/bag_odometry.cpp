@@ -110,12 +110,13 @@ BagOdometry::BagOdometry(const std::string& path, const Topics& topics, const Ba
     : laser_(laser), options_(options), transforms_(ChooseTransforms(topics, laser.topic.name)) {
   if (!options_.is_used) options_.topic.clear();
   Choose(path, topics);
-  if (!options_.is_used || !refusal_.empty()) return;
   if (transforms_.empty()) {
     found_.refusal = "the bag has no TF";
     return;
   }
   const Survey survey = LookAhead(path);
+  laser_is_upside_down_ = survey.tree.IsUpsideDown(survey.robot_frame, survey.laser_frame);
+  if (!options_.is_used || !refusal_.empty()) return;
   FindRobot(survey, path, topics);
   if (refusal_.empty()) FindMounting(survey);
 }
@@ -234,11 +235,6 @@ bool BagOdometry::Wants(const BagTopic& topic) const {
   return wants_transforms && transforms_.count(topic.name) > 0;
 }
 
-std::int64_t BagOdometry::LongestWait_us() const {
-  constexpr std::int64_t kTransforms_us = 1'000'000;  // recorders get TF up to 0.2 s after the scan
-  return topic_ ? OdometryConstants{}.furthest_us : kTransforms_us;
-}
-
 std::int64_t BagOdometry::Take(const std::string& topic, std::string_view data, ScansWithOdometry& scans) {
   if (topic_ && topic == topic_->name) return TakeOdometry(data, scans);
   if (!options_.is_used && !odometry_frame_.empty()) return 0;  // all is known
@@ -294,7 +290,7 @@ void BagOdometry::CheckJoint(const Transform& transform) {
 
 void BagOdometry::Add(const Odometry& odometry, ScansWithOdometry& scans) const {
   const bool is_placed = found_.mounting && odometry.T_odom_robot;
-  scans.Add(is_placed ? Odometry{odometry.utime, RoundOdometry(found_.mounting->PlaceLaser(*odometry.T_odom_robot))}
+  scans.Add(is_placed ? Odometry{odometry.utime, RoundOdometry(*odometry.T_odom_robot * found_.mounting->T_robot_laser)}
                       : odometry);
 }
 
@@ -310,11 +306,6 @@ std::vector<std::string> BagOdometry::Notes(const ScansWithOdometry& scans) cons
   }
   std::vector<std::string> notes{fmt::format("gives odometry to {} of {} scans ({}): {}", scans.num_with_odometry(),
                                              scans.num_scans(), Describe(), DescribeMounting())};
-  if (found_.mounting && found_.mounting->is_upside_down) {
-    notes.push_back(
-        "has a laser that hangs upside down by TF: its scans and its odometry give a map that is a mirror "
-        "image; the driver must reverse the scans");
-  }
   if (!moved_joint_.empty()) {
     notes.push_back(
         fmt::format("has a laser that moves on the robot: {} turns or shifts in TF, and counts as it stood "

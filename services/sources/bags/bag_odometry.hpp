@@ -25,19 +25,19 @@ struct BagLaser {
 /// The odometry of a bag: from a topic of nav_msgs/Odometry, if it is the only one or `odom` in the laser's namespace;
 /// from TF where there is no such topic; or from what OdometryOptions names.
 ///
-/// Where it is used, TF is read ahead for the place of the laser on the robot, and odometry then says where the laser
-/// is: a laser off the centre moves when the robot turns on the spot. Without TF it says where the robot is.
+/// TF is read ahead for the place of the laser on the robot. Odometry that is used then says where the laser is: a
+/// laser off the centre moves when the robot turns on the spot. Without TF it says where the robot is.
 class BagOdometry {
  public:
   /// Throws std::runtime_error that lists what there is, if the bag has not what `options` name.
   BagOdometry(const std::string& path, const std::set<BagTopic>& topics, const BagLaser& laser,
               const OdometryOptions& options);
 
+  /// Whether the laser hangs upside down by the TF of the bag's first part, whether or not odometry is used.
+  bool laser_is_upside_down() const { return laser_is_upside_down_; }
+
   /// Whether messages of this topic are to be taken.
   bool Wants(const BagTopic& topic) const;
-
-  /// How long a scan is to wait for its odometry.
-  std::int64_t LongestWait_us() const;
 
   /// Gives `scans` the odometry of a message. Returns how much in it was malformed.
   std::int64_t Take(const std::string& topic, std::string_view data, ScansWithOdometry& scans);
@@ -69,9 +69,10 @@ class BagOdometry {
   std::string odometry_frame_;                  ///< of TF: where there is no topic
   std::string robot_frame_;                     ///< whose pose the odometry is
   FoundMounting found_;                         ///< where the laser stands on it
-  std::string moved_joint_;                     ///< the frame that has moved on the robot; empty for none
-  std::string refusal_;                         ///< why no odometry is used; empty where some is
-  bool must_be_named_ = false;                  ///< because several topics could be meant
+  bool laser_is_upside_down_ = false;
+  std::string moved_joint_;     ///< the frame that has moved on the robot; empty for none
+  std::string refusal_;         ///< why no odometry is used; empty where some is
+  bool must_be_named_ = false;  ///< because several topics could be meant
 };
 
 }  // namespace crsm

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 #include "common/math/nearest_name.hpp"
 #include "services/base/printable.hpp"
@@ -76,8 +77,7 @@ BagSource::BagSource(const std::string& path, const Topics& topics, const LaserC
       laser_parameters_(parameters),
       frames_(laser.frame),
       odometry_(std::make_unique<BagOdometry>(path, topics, BagLaser{laser_, frames_.wanted()}, odometry)),
-      bag_(OpenBag(path, [this](const BagTopic& met) { return met == laser_ || odometry_->Wants(met); })),
-      scans_(odometry_->LongestWait_us()) {
+      bag_(OpenBag(path, [this](const BagTopic& met) { return met == laser_ || odometry_->Wants(met); })) {
   StudyFirstScans(path, laser.frame);
 }
 
@@ -126,6 +126,7 @@ void BagSource::TakeScan(std::string_view data) {
     return;
   }
   if (thinned_.empty()) thinned_ = decoded.thinned;
+  if (contradiction_.empty()) contradiction_ = decoded.contradiction;
   const auto utime = clock_.TimeOf(*decoded.scan);
   decoded.scan->utime = utime.value_or(decoded.scan->utime);
   if (!utime || !scans_.Add(std::move(*decoded.scan))) ++counts_["utime_repeated"];
@@ -139,11 +140,14 @@ std::map<std::string, std::int64_t> BagSource::Counts() const {
   return counts;
 }
 
+bool BagSource::IsUpsideDown() const { return odometry_->laser_is_upside_down(); }
+
 std::vector<std::string> BagSource::OdometryNotes() const { return odometry_->Notes(scans_); }
 
 std::vector<std::string> BagSource::Complaints() const {
   std::vector<std::string> complaints = scans_.Complaints(laser_.name, Counts(), first_refusal_, "header.stamp");
-  for (const std::string& complaint : {frames_.Complaint(), thinned_, clock_.Complaint("header.stamp")}) {
+  for (const std::string& complaint :
+       {frames_.Complaint(), thinned_, contradiction_, clock_.Complaint("header.stamp")}) {
     if (!complaint.empty()) complaints.push_back(fmt::format("{}: {}", laser_.name, complaint));
   }
   if (const auto num = bag_->damage().num_bad_chunks; num > 0) {

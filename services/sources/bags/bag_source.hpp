@@ -41,6 +41,7 @@ class BagSource : public LaserSource {
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return scans_.T_odom_robot(); }
   std::string Channel() const override { return laser_.name; }
+  bool IsUpsideDown() const override;
   double Progress() const override { return bag_->Progress(); }
   std::map<std::string, std::int64_t> Counts() const override;
   std::vector<std::string> Complaints() const override;
@@ -60,7 +61,8 @@ class BagSource : public LaserSource {
   std::unique_ptr<BagReader> bag_;
   std::map<std::string, std::int64_t> counts_;
   std::string first_refusal_;
-  std::string thinned_;  ///< as of ThinBeams
+  std::string thinned_;        ///< as of ThinBeams
+  std::string contradiction_;  ///< in the header of the first scan that has one
   LogClock clock_;
   ScansWithOdometry scans_;
 };

@@ -32,11 +32,12 @@ DecodedScan MakeScan(RosScan raw, const ScanParameters& parameters) {
     return {{},
             fmt::format("scans have {} ranges: they must have {} to {}", raw.ranges.size(), kMinBeams, kMostBeamsRead)};
   }
+  std::string contradiction = DescribeContradiction(raw);
   LaserScan scan = FromRosScan(std::move(raw), parameters);
   std::string thinned = ThinBeams(scan);
   // What goes over the wire has to pass there.
   const bot_core::planar_lidar_t message = ToMessage(scan);
-  if (ValuesInRange(message)) return {std::move(scan), "", "", std::move(thinned)};
+  if (ValuesInRange(message)) return {std::move(scan), "", "", std::move(thinned), std::move(contradiction)};
   std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
   message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
   return {{}, DescribeRefusedLaser(bytes)};
@@ -79,7 +80,7 @@ DecodedScan DecodeRosScan(const BagTopic& topic, std::string_view data, const Sc
   RosHeader header = ReadHeader(*message);
   raw.stamp = header.stamp;
   raw.angle_min = reader.Read<float>();
-  reader.Read<float>();  // angle_max follows from the others
+  raw.angle_max = reader.Read<float>();
   raw.angle_increment = reader.Read<float>();
   raw.time_increment = reader.Read<float>();
   reader.Read<float>();  // time between scans
@@ -132,6 +133,7 @@ DecodedScan DecodeJsonScan(std::string_view data, const ScanParameters& paramete
   raw.angle_min = static_cast<float>(*start_rad);
   const double num_steps = ranges->empty() ? 1.0 : std::max(1.0, static_cast<double>(ranges->size() - 1));
   raw.angle_increment = static_cast<float>((*end_rad - *start_rad) / num_steps);
+  raw.angle_max = static_cast<float>(*end_rad);
   raw.ranges = std::move(*ranges);
   DecodedScan decoded = MakeScan(std::move(raw), parameters);
   if (const auto frame = json.find("frame_id"); frame != json.end() && frame->is_string()) {

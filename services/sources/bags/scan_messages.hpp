@@ -15,8 +15,9 @@ namespace crsm {
 struct DecodedScan {
   std::optional<LaserScan> scan;
   std::string refusal;
-  std::string frame = {};    ///< of the laser; empty where the message names none
-  std::string thinned = {};  ///< as of ThinBeams
+  std::string frame = {};          ///< of the laser; empty where the message names none
+  std::string thinned = {};        ///< as of ThinBeams
+  std::string contradiction = {};  ///< as of DescribeContradiction
 };
 
 /// Where the robot stood by its odometry, and which frame of TF this robot is.

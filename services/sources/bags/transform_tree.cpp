@@ -35,12 +35,6 @@ FoundMounting MakeMounting(const Eigen::Isometry3d& T_robot_laser, std::vector<T
 
 }  // namespace
 
-Pose2 Mounting::PlaceLaser(const Pose2& T_odom_robot) const {
-  const Pose2 T_odom_laser = T_odom_robot * T_robot_laser;
-  if (!is_upside_down) return T_odom_laser;
-  return {T_odom_laser.x_m, -T_odom_laser.y_m, -T_odom_laser.yaw_rad};
-}
-
 bool TransformTree::Add(const Transform& transform) {
   constexpr std::size_t kMostFrames = 4096;  // a robot has some dozens
   constexpr std::size_t kLongest = 256;
@@ -109,6 +103,12 @@ FoundMounting TransformTree::FindMounting(const std::string& robot, const std::s
   const Eigen::Isometry3d T_meeting_laser = Climb(from_laser);
   const Eigen::Isometry3d T_meeting_robot = Climb(from_robot);
   return MakeMounting(T_meeting_robot.inverse() * T_meeting_laser, std::move(joints));
+}
+
+bool TransformTree::IsUpsideDown(const std::string& robot, const std::string& laser) const {
+  FoundMounting found = FindMounting(robot, laser);
+  if (!found.mounting) found = FindMounting(FindPathOnRobot(laser).back(), laser);
+  return found.mounting && found.mounting->is_upside_down;
 }
 
 std::vector<std::string> TransformTree::ListParents() const {

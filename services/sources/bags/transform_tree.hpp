@@ -14,14 +14,8 @@ namespace crsm {
 /// Where the laser stands on the robot.
 struct Mounting {
   Pose2 T_robot_laser;            ///< its place, and the heading of its x axis
-  bool is_upside_down = false;    ///< its z axis points down
+  bool is_upside_down = false;    ///< its z axis points down: its scans are mirror images
   std::vector<Transform> joints;  ///< of which it is made
-
-  /// The laser's pose by the wheels, from that of the robot.
-  ///
-  /// Scans of a laser that hangs upside down turn the wrong way in the plane, and their map is a mirror image. Mirrored
-  /// too, the odometry agrees with these scans in all three coordinates: it is seen from below, as the laser sees.
-  Pose2 PlaceLaser(const Pose2& T_odom_robot) const;
 };
 
 /// A mounting, or why there is none: "TF does not lead from laser to base_link".
@@ -54,6 +48,10 @@ class TransformTree {
 
   /// Where a laser stands on a robot. No way leads through an odometry frame or a map, to which the robot moves.
   FoundMounting FindMounting(const std::string& robot, const std::string& laser) const;
+
+  /// Whether a laser hangs upside down on a robot, as far as TF tells. robot: empty where it is not known: the frame
+  /// counts in which all others stand that carry the laser.
+  bool IsUpsideDown(const std::string& robot, const std::string& laser) const;
 
   /// All frames that others stand in.
   std::vector<std::string> ListParents() const;

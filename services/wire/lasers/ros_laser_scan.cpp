@@ -20,21 +20,27 @@ bool ValuesInRange(const sensor_msgs::LaserScan& scan) {
 
 namespace {
 
-LaserScan ToScan(const sensor_msgs::LaserScan& m, const LaserMessageOptions& options) {
-  return FromRosScan({{m.header.stamp.sec, m.header.stamp.nsec},
-                      m.angle_min,
-                      m.angle_increment,
-                      m.time_increment,
-                      m.range_min,
-                      m.range_max,
-                      m.ranges},
-                     options.scan);
+RosScan ToRosScan(const sensor_msgs::LaserScan& m) {
+  return {{m.header.stamp.sec, m.header.stamp.nsec},
+          m.angle_min,
+          m.angle_max,
+          m.angle_increment,
+          m.time_increment,
+          m.range_min,
+          m.range_max,
+          m.ranges};
 }
 
-std::string FrameOf(const sensor_msgs::LaserScan& scan) { return scan.header.frame_id; }
+LaserScan ToScan(const sensor_msgs::LaserScan& message, const LaserMessageOptions& options) {
+  return FromRosScan(ToRosScan(message), options.scan);
+}
+
+std::string FrameOf(const sensor_msgs::LaserScan& message) { return message.header.frame_id; }
+
+std::string ContradictionOf(const sensor_msgs::LaserScan& message) { return DescribeContradiction(ToRosScan(message)); }
 
 [[maybe_unused]] const bool kRegistered =
-    RegisterLaserType<sensor_msgs::LaserScan>("sensor_msgs.LaserScan", &ToScan, &FrameOf);
+    RegisterLaserType<sensor_msgs::LaserScan>("sensor_msgs.LaserScan", &ToScan, {&FrameOf, &ContradictionOf});
 
 }  // namespace
 }  // namespace crsm

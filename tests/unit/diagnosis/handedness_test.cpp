@@ -21,12 +21,6 @@ std::vector<Wall> Room() {
       .walls;
 }
 
-LaserScan Mirror(LaserScan scan) {
-  scan.angle_min_rad = -scan.angle_min_rad;
-  scan.angle_step_rad = -scan.angle_step_rad;
-  return scan;
-}
-
 struct Motion {
   double turn_rad = 0.15;  ///< from a scan to the next
   int num_scans = 30;

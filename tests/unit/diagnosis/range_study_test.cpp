@@ -1,26 +1,52 @@
 #include "common/diagnosis/range_study.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
+#include <random>
 #include <vector>
 
 #include "catch.hpp"
+#include "common/logs/carmen_log.hpp"
+#include "common/math/trigonometry.hpp"
 #include "common/scan/valid_rays.hpp"
 #include "common/worlds/simulator.hpp"
+#include "real_logs.hpp"
 
 namespace crsm {
 namespace {
 
-/// A drive through the flat of a laser that reaches 6 m, and says `no_return_m` where it sees nothing.
-std::vector<LaserScan> Drive(float no_return_m) {
+/// A drive through a hall of a laser that reaches 6 m, and says `no_return()` where it sees nothing.
+std::vector<LaserScan> Drive(const std::function<float()>& no_return) {
   Simulator simulator(LoadWorld("hall"), 1);
   std::vector<LaserScan> scans;
   while (auto scan = simulator.Next()) {
     for (float& range_m : scan->ranges_m) {
-      if (range_m <= 0.0f || range_m > 6.0f) range_m = no_return_m;
+      if (range_m <= 0.0f || range_m > 6.0f) range_m = no_return();
     }
     scans.push_back(std::move(*scan));
     if (scans.size() == 200) break;
+  }
+  return scans;
+}
+
+std::vector<LaserScan> Drive(float no_return_m) {
+  return Drive([no_return_m] { return no_return_m; });
+}
+
+constexpr float kDegree = static_cast<float>(kPi) / 180.0f;
+
+/// A laser with a view of 60 degrees turns on the spot: at the end of a corridor, 8 m away, it sees a wall of so many
+/// degrees, and nearer things beside it.
+std::vector<LaserScan> TurnBeforeWall(int wall_deg) {
+  std::vector<LaserScan> scans;
+  for (int k = 0; k < 30; ++k) {
+    LaserScan scan{1'000'000 + 100'000 * k, -30.0f * kDegree, kDegree, std::vector<float>(60)};
+    for (int beam = 0; beam < 60; ++beam) {
+      const int from_wall_deg = std::max({0, k - beam, beam - (k + wall_deg - 1)});
+      scan.ranges_m[static_cast<std::size_t>(beam)] = 8.0f - 0.1f * static_cast<float>(from_wall_deg);
+    }
+    scans.push_back(std::move(scan));
   }
   return scans;
 }
@@ -39,6 +65,54 @@ TEST_CASE("a range that many beams have exactly, and none exceeds, is no return"
     CHECK(LargestUsableRange(corrected) < no_return_m);
     CHECK(LargestUsableRange(corrected) > 0.999 * no_return_m);
   }
+}
+
+TEST_CASE("ranges within a thousandth of the largest that many beams have are no return, whatever their digits") {
+  std::minstd_rand random(1);
+  const std::vector<float> codes_m{8.183f, 8.183001f, 8.187f, 8.191f};
+  const auto Code = [&] { return codes_m[random() % codes_m.size()]; };
+  const auto Between = [&] { return std::uniform_real_distribution<float>(8.183f, 8.191f)(random); };
+  const auto InCentimetres = [&] { return 10.0f * Code(); };
+  for (const std::function<float()>& no_return : std::vector<std::function<float()>>{Code, Between, InCentimetres}) {
+    const std::vector<LaserScan> scans = Drive(no_return);
+    float least_m = 100.0f;
+    for (const LaserScan& scan : scans) {
+      for (const float range_m : scan.ranges_m) {
+        if (range_m > 7.0f) least_m = std::min(least_m, range_m);
+      }
+    }
+    const RangeFinding finding = StudyRanges(scans, {});
+    REQUIRE(finding.no_return_m);
+    CHECK(*finding.no_return_m == least_m);
+    CHECK(finding.no_return_share > 0.05);
+    CHECK(finding.reach_m == Approx(6.0).margin(0.1));
+    CHECK(finding.beyond_share == 0.0);
+    ScanParameters corrected;
+    corrected.range_max_m = finding.RangeMax();
+    CHECK(LargestUsableRange(corrected) < least_m);
+  }
+  const auto Wider = [&] { return std::uniform_real_distribution<float>(8.12f, 8.2f)(random); };
+  CHECK_FALSE(StudyRanges(Drive(Wider), {}).no_return_m);
+  CHECK(StudyRanges(Drive(Wider), {}, {.pile_share = 0.01}).no_return_m);
+}
+
+TEST_CASE("a wall that fills no more of the view than one within a thousandth of its distance can is hit") {
+  CHECK_FALSE(StudyRanges(TurnBeforeWall(5), {}).no_return_m);  // 8 % of the beams, and each at some time
+  const RangeFinding finding = StudyRanges(TurnBeforeWall(6), {});
+  REQUIRE(finding.no_return_m);
+  CHECK(*finding.no_return_m == 8.0f);
+}
+
+TEST_CASE("in a real log the values of a SICK that measured nothing are no return", "[logs]") {
+  const auto path = FindRealLog("beyond/no_return_jitters.clf.gz");
+  if (!path) return;
+  std::vector<LaserScan> scans;
+  CarmenLog log(*path);
+  while (auto scan = log.Next()) scans.push_back(std::move(*scan));
+  const RangeFinding finding = StudyRanges(scans, {});
+  REQUIRE(finding.no_return_m);
+  CHECK(*finding.no_return_m == 8.183f);
+  CHECK(finding.no_return_is_hit);
 }
 
 TEST_CASE("zero is no return without a word; a wall ahead of a robot that stands is none") {

@@ -32,6 +32,7 @@ struct LaserMessage {
   std::uint32_t nanosec = 0;
   float angle_min = -1.0f;
   float angle_increment = 0.5f;
+  float angle_max = 0.0f;
   float time_increment = 0.0f;
   float range_min = 0.0f;
   float range_max = 10.0f;
@@ -41,7 +42,7 @@ struct LaserMessage {
 
   std::string Floats() const {
     std::string bytes;
-    for (const float number : {angle_min, 0.0f, angle_increment, time_increment, 0.0f, range_min, range_max}) {
+    for (const float number : {angle_min, angle_max, angle_increment, time_increment, 0.0f, range_min, range_max}) {
       bytes += Little(number);
     }
     bytes += Little(static_cast<std::uint32_t>(ranges.size()));

@@ -146,6 +146,18 @@ TEST_CASE("a topic on which nothing was sent is no laser, and what damage may ha
             .ends_with("its topics: none; 1 parts of it are damaged, and what stood in them is not known"));
 }
 
+TEST_CASE("a header that contradicts itself is complained of once") {
+  const LaserMessage message{.sec = 1, .angle_min = -0.5f, .angle_increment = -0.5f, .angle_max = 0.5f};
+  LaserMessage next = message;
+  next.sec = 2;
+  const ScratchFile bag(
+      Ros1Bytes(Ros1Connection(1, "/scan") + Ros1Message(1, message.Ros1()) + Ros1Message(1, next.Ros1())));
+  BagSource source(bag.path(), {});
+  CHECK(ReadAll(source).size() == 2);
+  REQUIRE(source.Complaints().size() == 1);
+  CHECK(source.Complaints()[0].starts_with("/scan: headers contradict themselves: angle_increment is -0.5000 rad"));
+}
+
 TEST_CASE("a bag with several lasers, or none that is wanted, is an error that lists its topics") {
   const std::string two = Ros1Bytes(Ros1Connection(1, "/front") + Ros1At(1) + Ros1Connection(2, "/rear") +
                                     Ros1Message(2, LaserMessage{.sec = 2}.Ros1()));

@@ -112,6 +112,30 @@ TEST_CASE("of more than 4096 beams every second is used, each with its own angle
   }
 }
 
+TEST_CASE("a header whose angle_max and angle_increment tell opposite senses is named, and angle_increment counts") {
+  const auto ContradictionIn = [](float from, float to, float increment, std::size_t num_beams) {
+    const DecodedScan decoded = DecodeScan(kCdr, LaserMessage{.angle_min = from,
+                                                              .angle_increment = increment,
+                                                              .angle_max = to,
+                                                              .ranges = std::vector<float>(num_beams, 1.0f)}
+                                                     .Cdr());
+    REQUIRE(decoded.scan);
+    CHECK(decoded.scan->angle_step_rad == increment);
+    return decoded.contradiction;
+  };
+  CHECK(
+      ContradictionIn(-1.5f, 1.5f, -0.5f, 7) ==
+      "headers contradict themselves: angle_increment is -0.5000 rad, but angle_max 1.5000 rad is more than angle_min "
+      "-1.5000 rad: angle_increment counts; if the map is a mirror image, --mirrored turns the scans round");
+  CHECK(ContradictionIn(1.5f, -1.5f, 0.5f, 7).find("is less than angle_min 1.5000 rad") != std::string::npos);
+  CHECK(ContradictionIn(-3.0f, 3.0f, -0.5f, 12) != "");  // of a full turn, with the beam behind the last one
+  CHECK(ContradictionIn(-1.5f, 1.5f, 0.5f, 7) == "");
+  CHECK(ContradictionIn(1.5f, -1.5f, -0.5f, 7) == "");
+  CHECK(ContradictionIn(3.0f, -3.0f, 0.05f, 7) == "");  // the view leads through pi
+  CHECK(ContradictionIn(-1.0f, 0.0f, 0.5f, 7) == "");
+  CHECK(ContradictionIn(1.0f, 1.0f, -0.5f, 3) == "");  // angle_max tells nothing
+}
+
 TEST_CASE("a scan whose angles or stamp cannot be is refused, with the reason") {
   CHECK(RefusalOf({.angle_increment = 0.0f}).find("radstep must not be 0") != std::string::npos);
   CHECK(RefusalOf({.angle_min = NAN}).find("must be finite") != std::string::npos);

@@ -1,6 +1,7 @@
 #include "services/sources/bags/transform_tree.hpp"
 
 #include "catch.hpp"
+#include "common/scan/laser_scan.hpp"
 
 namespace crsm {
 namespace {
@@ -89,31 +90,37 @@ TEST_CASE("the robot may be another frame than the one that the laser stands on"
   CheckPose(tree.FindMounting("laser", "laser").mounting->T_robot_laser, {});
 }
 
-TEST_CASE("a laser off the centre moves when the robot turns on the spot") {
-  const Mounting mounting = *MakeTree({At("base", "laser", {0.2, 0.0, kPi})}).FindMounting("base", "laser").mounting;
-  CheckPose(mounting.PlaceLaser({1.0, 2.0, 0.0}), {1.2, 2.0, kPi});
-  CheckPose(mounting.PlaceLaser({1.0, 2.0, kPi / 2}), {1.0, 2.2, -kPi / 2});
-}
-
-TEST_CASE("a laser that hangs upside down sees the robot turn the other way, and go to the other side") {
-  const auto found = MakeTree({At("base", "laser", {0.2, 0.0, 0.0}, kUpsideDown)}).FindMounting("base", "laser");
+TEST_CASE("the scans of a laser that hangs upside down show, turned round, the room as it is from the laser's pose") {
+  const auto found = MakeTree({At("base", "laser", {0.2, 0.1, 0.4}, kUpsideDown)}).FindMounting("base", "laser");
   REQUIRE(found.mounting);
   CHECK(found.mounting->is_upside_down);
-  // Motion of the laser in its own axes, worked out in space.
-  const auto InSpace = [](const Pose2& robot) {
-    Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-    T.translate(Eigen::Vector3d(robot.x_m, robot.y_m, 0.0));
-    T.rotate(Eigen::AngleAxisd(robot.yaw_rad, Eigen::Vector3d::UnitZ()));
-    T.translate(Eigen::Vector3d(0.2, 0.0, 0.3)).rotate(kUpsideDown);
-    return T;
-  };
-  const Pose2 from{1.0, 2.0, 0.3};
-  const Pose2 to{1.5, 2.4, 1.1};
-  const Eigen::Isometry3d motion = InSpace(from).inverse() * InSpace(to);
-  const Pose2 expected{motion.translation().x(), motion.translation().y(),
-                       std::atan2(motion.linear()(1, 0), motion.linear()(0, 0))};
-  CHECK(expected.yaw_rad < 0.0);  // the robot turns left
-  CheckPose(Inverse(found.mounting->PlaceLaser(from)) * found.mounting->PlaceLaser(to), expected);
+  // A hit in the laser's own axes, worked out in space and in the plane.
+  constexpr float kAngle_rad = 0.7f;
+  constexpr double kRange_m = 3.0;
+  Eigen::Isometry3d T_base_laser = Eigen::Isometry3d::Identity();
+  T_base_laser.translate(Eigen::Vector3d(0.2, 0.1, 0.3)).rotate(Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()));
+  T_base_laser.rotate(kUpsideDown);
+  const Eigen::Vector3d hit =
+      T_base_laser * Eigen::Vector3d(kRange_m * std::cos(kAngle_rad), kRange_m * std::sin(kAngle_rad), 0.0);
+  const LaserScan scan = Mirror({0, kAngle_rad, 0.1f, {3.0f, 3.0f}});
+  const Pose2& pose = found.mounting->T_robot_laser;
+  const double direction_rad = pose.yaw_rad + static_cast<double>(scan.angle_min_rad);
+  CHECK(pose.x_m + kRange_m * std::cos(direction_rad) == Approx(hit.x()).margin(1e-5));
+  CHECK(pose.y_m + kRange_m * std::sin(direction_rad) == Approx(hit.y()).margin(1e-5));
+}
+
+TEST_CASE("a laser hangs upside down by all joints that carry it, whether or not the robot's frame is known") {
+  const TransformTree tree = MakeTree({At("plate", "laser", {}, kUpsideDown), At("base", "plate"), At("odom", "base")});
+  for (const char* robot : {"base", "plate", "", "unknown"}) CHECK(tree.IsUpsideDown(robot, "laser"));
+  CHECK_FALSE(tree.IsUpsideDown("base", "plate"));
+  CHECK_FALSE(tree.IsUpsideDown("", ""));
+  CHECK_FALSE(TransformTree().IsUpsideDown("base", "laser"));
+  // Twice is upright.
+  const TransformTree twice = MakeTree({At("plate", "laser", {}, kUpsideDown), At("base", "plate", {}, kUpsideDown)});
+  CHECK_FALSE(twice.IsUpsideDown("base", "laser"));
+  CHECK_FALSE(twice.IsUpsideDown("", "laser"));
+  // A tree may lead from the laser to the robot.
+  CHECK(MakeTree({At("laser", "base", {}, kUpsideDown)}).IsUpsideDown("base", "laser"));
 }
 
 TEST_CASE("a laser that leans by more than 45 degrees has no place in the plane") {

@@ -44,7 +44,7 @@ TEST_CASE("a scan of ROS is found by the fingerprint that dimos has, and named")
   CHECK(type->name == "sensor_msgs.LaserScan");
 }
 
-TEST_CASE("a scan of ROS says whose it is, and more than 4096 beams are thinned") {
+TEST_CASE("a scan of ROS says whose it is and what in it contradicts itself, and more than 4096 beams are thinned") {
   sensor_msgs::LaserScan message = RosScan();
   message.ranges.assign(5520, 1.0f);
   message.ranges_length = 5520;
@@ -56,6 +56,12 @@ TEST_CASE("a scan of ROS says whose it is, and more than 4096 beams are thinned"
   CHECK(reading->scan.angle_step_rad == 0.002f);
   CHECK(reading->thinned == "scans have 5520 beams, of which one in 2 is used, because 4096 are the most");
   CHECK(DecodeLaser(Encode(RosScan()), {})->thinned.empty());
+  message.angle_min = 2.75f;
+  message.angle_max = 2.75f - 5.519f;
+  const std::string contradiction = DecodeLaser(Encode(message), {})->contradiction;
+  CHECK(
+      contradiction.starts_with("headers contradict themselves: angle_increment is 0.0010 rad, but angle_max -2.7690"));
+  CHECK(DecodeLaser(Encode(RosScan()), {})->contradiction.empty());
 }
 
 TEST_CASE("a scan of ROS has its stamp as utime, and no return where a range is at its upper limit or beyond") {
