@@ -205,6 +205,9 @@ TEST_CASE("after lost scans one that fits badly is lost too, and leaves nothing 
   CHECK(MatchAfter(After(2), bad).state == MatchState::kFirst);
   CHECK(MatchAfter(After(0), bad).state == MatchState::kDegenerate);
   CHECK(MatchAfter(After(1), Answer(MatchState::kOk, {4.0, 2.0, 0.5}, 0.49)).state == MatchState::kOk);
+  // So near to where it was last, no window has grown.
+  CHECK(MatchAfter(After(2), Answer(MatchState::kOk, {1.3, 2.0, 0.4}, 0.3)).state == MatchState::kOk);
+  CHECK(MatchAfter(After(1), Answer(MatchState::kOk, {1.3, 2.0, 0.9}, 0.3)).state == MatchState::kLost);
 }
 
 TEST_CASE("a scan that fits much worse than usual, and that the map contradicts, is lost") {

@@ -101,6 +101,27 @@ TEST_CASE("as shipped, a lost robot is where the wheels say, or where it was las
   }
 }
 
+TEST_CASE("as shipped, a match far from where reliable wheels say is believed where it fits as scans do as a rule") {
+  const auto StateAfter = [&](double usual_fitness, bool has_odometry) {
+    TrackingState tracking;
+    for (int k = 0; k < 30; ++k) {  // to and fro, as the wheels say
+      const Pose2 pose{k % 2 == 0 ? -1.0 : -0.2, 0.5, 0.4};
+      ScanMatch match = MatchedAt(k * 1'000'000, pose);
+      match.fitness = usual_fitness;
+      match.T_odom_robot = pose;
+      tracking.Add(match);
+    }
+    REQUIRE(tracking.wheels().IsReliable());
+    const Pose2& last = tracking.recent().back().T_map_laser;  // where they say that the robot still is
+    const auto odometry = has_odometry ? std::optional(last) : std::nullopt;
+    const LaserScan scan = ScanNiche({last.x_m - 0.6, last.y_m, last.yaw_rad}, 30 * 1'000'000);
+    return MatcherInNiche().Match(ShippedRays(scan), tracking, odometry).state;
+  };
+  CHECK(StateAfter(0.8, true) != MatchState::kLost);
+  CHECK(StateAfter(1.0, true) == MatchState::kLost);
+  CHECK(StateAfter(1.0, false) != MatchState::kLost);
+}
+
 TEST_CASE("as shipped, a start that is told is believed at little cost, and mended where it is somewhat wrong") {
   const Pose2 truth{-0.5, 0.8, 0.4};
   const auto MatchFrom = [&](const Pose2& start) {
