@@ -77,6 +77,7 @@ struct MatchConstants {
   /// What holds the pose at its initial guess.
   struct MotionPrior {
     double per_m2 = 0.5;             ///< fitness lost per squared distance
+    double degeneracy_min = 0.2;     ///< below, the walls tell more than what is guessed
     double degenerate_per_m2 = 7.0;  ///< ... along a degenerate direction, at least
     double degenerate_max_per_m2 = 40.0;
     double degenerate_per_m = 0.08;  ///< divided by the error of motions so far: who drives evenly is held more
@@ -273,12 +274,6 @@ struct MatchConstants {
     double stood_still_fitness = 0.9;
     double found_again_fitness = 0.6;  ///< in a wide window something fits by chance
     std::size_t fewest_rays = 20;      ///< less is no place to begin a map at
-    /// A scan that fits worse than this is asked whether the map contradicts it: a robot that was carried stands where
-    /// something fits by chance.
-    double suspect_fitness = 0.75;
-    /// Of its rays. In intel, fr079, aces and killian 0.46 at most, in a niche; where a robot was carried in killian
-    /// and a scan fits by chance 0.59.
-    double contradiction_max = 0.5;
   };
 
   Search search = {};

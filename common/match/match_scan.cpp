@@ -7,12 +7,9 @@
 
 #include "common/match/guess/guess_covariance.hpp"
 #include "common/match/guess/motion_prediction.hpp"
-#include "common/match/judge/census.hpp"
 #include "common/match/sweep.hpp"
 #include "common/math/median.hpp"
 #include "common/scan/clock_restart.hpp"
-#include "common/scan/deskew.hpp"
-#include "common/scan/hits.hpp"
 
 namespace crsm {
 namespace {
@@ -54,18 +51,6 @@ bool IsConvincing(const ScanMatch& match, const TrackingState& tracking, const M
       Length(motion) < constants.search.window_m && std::abs(motion.yaw_rad) < constants.search.window_rad;
   return match.state == MatchState::kLost || is_near ||
          match.fitness >= constants.breaks.found_again_fitness * tracking.baseline_fitness();
-}
-
-/// Whether the map contradicts a scan that fits it much worse than scans do as a rule: the robot was carried, and
-/// stands where something fits by chance.
-bool IsContradicted(const Matcher& matcher, const CriticalRays& scan, const ScanMatch& match,
-                    const TrackingState& tracking, const MatchConstants& constants) {
-  const MatchConstants::Break& breaks = constants.breaks;
-  if (match.state == MatchState::kLost || tracking.fitnesses().size() < TrackingState::kUsual) return false;
-  if (match.fitness >= breaks.suspect_fitness * tracking.baseline_fitness()) return false;
-  const Eigen::Matrix2Xd hits_m = ComputeHits(Deskew(scan, match.twist).rays);
-  const Census census = CountRays(matcher.map(), hits_m, match.T_map_laser, constants.census);
-  return census.passes + census.contradicts > breaks.contradiction_max;
 }
 
 ScanMatch Lose(ScanMatch match, const Pose2& guess) {
@@ -140,8 +125,7 @@ ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const T
   if (!has_enough_rays) return match;
   const ScanMatch& last = tracking.recent().back();
   const bool is_convincing = tracking.num_lost() == 0 || IsConvincing(match, tracking, options.constants);
-  if (!is_convincing || IsContradicted(matcher, scan, match, tracking, options.constants))
-    match = Lose(match, GuessByWheels(match, last));
+  if (!is_convincing) match = Lose(match, GuessByWheels(match, last));
   const bool lost_for_long = match.state == MatchState::kLost && tracking.num_lost() + 1 >= breaks.lost_scans_max;
   const bool resumed_elsewhere = match.state == MatchState::kLost && tracking.onset() == Onset::kResumed;
   const bool is_gap = IsGap(tracking, scan.utime, breaks) && !match.by_wheels;

@@ -51,9 +51,9 @@ bool IsNear(const Pose2& from, const Pose2& to, const MatchConstants::FinishedMa
   return Distance(from, to) < constants.near_m && std::abs(WrapAngle(to.yaw_rad - from.yaw_rad)) < constants.near_rad;
 }
 
-/// The pose that is as far along an axis as the initial guess, or so large a share of that way.
-Pose2 MoveBackAlong(const Eigen::Vector2d& axis, const Pose2& pose, const Pose2& initial_guess, double share) {
-  const Eigen::Vector2d step_m = share * WayFrom(pose, initial_guess).dot(axis) * axis;
+/// The pose that is as far along an axis as the initial guess.
+Pose2 MoveBackAlong(const Eigen::Vector2d& axis, const Pose2& pose, const Pose2& initial_guess) {
+  const Eigen::Vector2d step_m = WayFrom(pose, initial_guess).dot(axis) * axis;
   return {pose.x_m + step_m.x(), pose.y_m + step_m.y(), pose.yaw_rad};
 }
 
@@ -299,12 +299,14 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   const PoseUncertainty& known = refined.uncertainty;
   const AxisHold hold = FindHold(found, initial_guess, known.degenerate());
   const DegenerateAxis axis{known.degenerate_axis, hold.way.has_value(), constants_.known_rays, constants_.census};
-  if (found.is_near_guess && Distance(found.pose, found.initial_guess) <= constants_.final_climb.look_along_m) {
+  const bool holds = found.is_near_guess && known.degeneracy > constants_.prior.degeneracy_min &&
+                     Distance(found.pose, found.initial_guess) <= constants_.final_climb.look_along_m;
+  if (holds) {
     const double openness = std::min(known.degeneracy, 1.0);
     const double by_motion_per_m2 = initial_guess.degenerate_per_m2;
     const double per_m2 = hold.way ? std::max(FindPriorWeight(*hold.way, constants_.prior), by_motion_per_m2)
                                    : steadiness * by_motion_per_m2;
-    const Pose2 begin = MoveBackAlong(axis.direction, refined.pose, hold.T_map_laser, openness);
+    const Pose2 begin = MoveBackAlong(axis.direction, refined.pose, hold.T_map_laser);
     const RaysInCells known_rays = SelectKnown(rays, begin, axis);
     Climb(begin, {map_, known_rays, hold.T_map_laser, constants_.prior.per_m2, axis.direction, openness * per_m2});
   } else {

@@ -79,7 +79,7 @@ Census CountRays(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2
     ++num[static_cast<std::size_t>(reader.FindFate(T_map_laser, ray_m))];
   });
   const auto Share = [&](RayFate fate) { return ComputeShare(num[static_cast<std::size_t>(fate)], hits_m.cols()); };
-  return {Share(RayFate::kFits), Share(RayFate::kPasses), Share(RayFate::kUnknown), Share(RayFate::kContradicts)};
+  return {Share(RayFate::kFits), Share(RayFate::kPasses), Share(RayFate::kContradicts), Share(RayFate::kUnknown)};
 }
 
 double FindUnexploredShare(const ByteMap& map, const Eigen::Matrix2Xd& hits_m, const Pose2& T_map_laser) {

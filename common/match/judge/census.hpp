@@ -14,8 +14,8 @@ namespace crsm {
 enum class RayFate : std::int8_t {
   kFits,         ///< it ends where something stands, and nothing stands before that
   kPasses,       ///< it goes through what stands
-  kUnknown,      ///< none of these, and it ends in what is unexplored
-  kContradicts,  ///< none of these
+  kContradicts,  ///< none of these: it ends in what is explored, and nothing stands there
+  kUnknown,      ///< none of these: it ends in what is unexplored
 };
 
 /// Asks a map for rays. It has to outlive this, and to stay as it is.
@@ -50,8 +50,8 @@ class RayReader {
 struct Census {
   double fits = 0.0;  ///< the agreement of scan and map
   double passes = 0.0;
-  double unknown = 0.0;
   double contradicts = 0.0;
+  double unknown = 0.0;
 };
 
 /// hits_m: 2 x N, where the rays end, laser frame.

@@ -210,22 +210,6 @@ TEST_CASE("after lost scans one that fits badly is lost too, and leaves nothing 
   CHECK(MatchAfter(After(1), Answer(MatchState::kOk, {1.3, 2.0, 0.9}, 0.3)).state == MatchState::kLost);
 }
 
-TEST_CASE("a scan that fits much worse than usual, and that the map contradicts, is lost") {
-  ByteMap empty_room(0.05);  // the scan's walls are not there
-  for (int x = -200; x <= 200; ++x) {
-    for (int y = -200; y <= 200; ++y) empty_room.Set({x, y}, 255);
-  }
-  const TrackingState tracking = After(0);
-  const auto StateOf = [&](double fitness, const ByteMap& map) {
-    const ToldMatcher matcher(Answer(MatchState::kOk, kPlace, fitness), map);
-    return MatchScan(matcher, ScanAfter(tracking), tracking, std::nullopt, {}).state;
-  };
-  CHECK(StateOf(0.59, empty_room) == MatchState::kLost);  // of 0.8, less than 75 %
-  CHECK(StateOf(0.61, empty_room) == MatchState::kOk);
-  const ByteMap unexplored(0.05);
-  CHECK(StateOf(0.59, unexplored) == MatchState::kOk);  // what is unexplored contradicts nothing
-}
-
 TEST_CASE("after a gap, or where the clock begins anew, a trajectory does, unless the robot stands where it stood") {
   const ScanMatch elsewhere = Answer(MatchState::kOk, {1.0, 2.4, 0.5});
   const TrackingState tracking = After(0);
