@@ -134,6 +134,7 @@ struct MatchConstants {
     double spacing_max_m = 0.3;         ///< weight of a ray: the distance to its neighbours, at most this
     double optimum_rad = 0.02;          ///< half the width of the optimum in whose middle the yaw is
     double look_along_m = 0.4;          ///< along a degenerate direction: as far as a motion changes between scans
+    double look_along_first_m = 1.0;    ///< ... and where no motion is known yet
     double look_same_rays_cells = 4.0;  ///< so far on, about the same rays are known
     double look_gain = 0.04;            ///< least gain of fitness there: in a bare corridor chance gains nearly 0.05
     double known_share_min = 0.8;       ///< of the weight of all rays: fewer do not say where the laser is

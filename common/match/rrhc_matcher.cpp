@@ -94,6 +94,7 @@ struct RrhcMatcher::InitialGuess {
   bool by_wheels = false;                   ///< it is the wheels' pose
   std::optional<Pose2> by_reliable_wheels;  ///< that pose, whether or not it is guessed
   std::optional<WheelMotion> way;           ///< of the wheels, as of Guess
+  bool by_first_scan = false;               ///< no motion is known yet
   bool known = true;                        ///< false: the robot may be anywhere, and was not found
   bool found_on_whole_map = false;          ///< nothing is left to be searched
   Pose2 if_lost;                            ///< the guess that a lost scan gets
@@ -194,6 +195,7 @@ RrhcMatcher::InitialGuess RrhcMatcher::MakeInitialGuess(const Rays& rays, const 
   }
   if (guess.way && tracking.wheels().IsReliable()) initial_guess.by_reliable_wheels = guess.by_wheels;
   initial_guess.way = guess.way;
+  initial_guess.by_first_scan = tracking.recent().size() < 2;
   const bool start_is_told = tracking.empty() && parameters_.start;
   if (IsGlobalSearchDue(tracking, constants_.finished_map) && !start_is_told) {
     const FoundOnMap found = SearchWholeMap(map_, rays.hits_m, constants_);
@@ -268,15 +270,12 @@ RrhcMatcher::AxisHold RrhcMatcher::FindHold(const Found& found, const InitialGue
 }
 
 /// Step 3. A climb with all rays, weighted by their spacing, to a fraction of a cell. Along an axis that the walls
-/// leave open the initial guess holds, as far as the motion is steady, unless another look finds what they do tell.
+/// leave open the initial guess holds in a second one, as far as the motion is steady, unless another look finds what
+/// they do tell.
 RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, const InitialGuess& initial_guess,
                                          double steadiness) const {
   Refined refined{found.pose, found.is_near_guess, {}, 0};
   const double cell_size_m = map_.geometry().cell_size_m();
-  const auto Assess = [&] {
-    refined.uncertainty =
-        ComputeUncertainty(rays.hits_m, rays.normals, refined.pose, map_.cells(), constants_.uncertainty);
-  };
   const auto Climb = [&](const Pose2& from, const Objective& objective) {
     const auto Differentiate = [&](const Pose2& pose) {
       ++refined.evaluations;
@@ -284,7 +283,8 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
     };
     refined.pose =
         FindOptimum(from, cell_size_m, constants_.final_climb.optimum_rad, Differentiate, constants_.optimum);
-    Assess();
+    refined.uncertainty =
+        ComputeUncertainty(rays.hits_m, rays.normals, refined.pose, map_.cells(), constants_.uncertainty);
   };
   const Objective all_rays{map_, rays.all, found.initial_guess, found.is_near_guess ? constants_.prior.per_m2 : 0.0};
   if (!found.is_near_guess) {
@@ -295,7 +295,7 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
     };
     refined.pose = ClimbToOptimum(found.pose, cell_size_m, constants_.optimum.longest_step_rad, 1, Evaluate).pose;
   }
-  Assess();
+  Climb(refined.pose, all_rays);
   const PoseUncertainty& known = refined.uncertainty;
   const AxisHold hold = FindHold(found, initial_guess, known.degenerate());
   const DegenerateAxis axis{known.degenerate_axis, hold.way.has_value(), constants_.known_rays, constants_.census};
@@ -309,8 +309,6 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
     const Pose2 begin = MoveBackAlong(axis.direction, refined.pose, hold.T_map_laser);
     const RaysInCells known_rays = SelectKnown(rays, begin, axis);
     Climb(begin, {map_, known_rays, hold.T_map_laser, constants_.prior.per_m2, axis.direction, openness * per_m2});
-  } else {
-    Climb(refined.pose, all_rays);
   }
   if (!known.degenerate()) return refined;
 
@@ -321,11 +319,12 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   const double as_known_within_m = (constants.look_same_rays_cells + 0.5) * cell_size_m;
   FitGain gain(map_, rays.contour,
                {known.degenerate_axis, hold.way.has_value(), constants_.known_rays, constants_.census}, here);
-  const Pose2 better = LookAlong(here, known.degenerate_axis, constants.look_along_m, cell_size_m, constants.look_gain,
-                                 [&](const Pose2& there) {
-                                   refined.evaluations += 2;
-                                   return gain.Near(there, as_known_within_m);
-                                 });
+  const double reach_m = initial_guess.by_first_scan ? constants.look_along_first_m : constants.look_along_m;
+  const Pose2 better =
+      LookAlong(here, known.degenerate_axis, reach_m, cell_size_m, constants.look_gain, [&](const Pose2& there) {
+        refined.evaluations += 2;
+        return gain.Near(there, as_known_within_m);
+      });
   const bool surely = better != here && gain.At(better) > constants.look_gain;
   if (surely) Climb(better, free);
   return refined;
