@@ -84,7 +84,8 @@ struct MatchConstants {
     /// The same of the wheels, per squared standard deviation: chance gains nearly 0.05 in a bare corridor, which three
     /// of them outweigh.
     double wheels_per_sigma2 = 0.0056;
-    double steady_s = 0.3;  ///< after the last match: longer, and a robot becomes faster or slower
+    double wheels_near_m = 0.3;  ///< reliable wheels hold where the search ended so near to them
+    double steady_s = 0.3;       ///< after the last match: longer, and a robot becomes faster or slower
   };
 
   /// The climb to the top of an optimum, to a fraction of a cell.
@@ -145,6 +146,7 @@ struct MatchConstants {
     double contradict_sigmas = 5.0;  ///< and besides what a match may be off:
     double match_error_m = 0.1;
     double match_error_rad = 0.05;
+    double proven = 0.75;    ///< fitness that proves a match which they contradict
     double stands_m = 0.05;  ///< wheels that move less stand ...
     double stands_rad = 0.05;
     double lifted_s = 2.0;  ///< ... and nobody lifts a robot faster

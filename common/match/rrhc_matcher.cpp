@@ -260,11 +260,13 @@ RaysInCells RrhcMatcher::SelectKnown(const Rays& rays, const Pose2& pose, const 
   return static_cast<double>(selected.total_weight()) > least ? selected : rays.all;
 }
 
-/// What holds along an axis that the walls leave open: wheels that are reliable, or what was guessed.
+/// What holds along an axis that the walls leave open: wheels that are reliable, if the search ended near them, or what
+/// was guessed.
 RrhcMatcher::AxisHold RrhcMatcher::FindHold(const Found& found, const InitialGuess& initial_guess,
                                             bool degenerate) const {
   const auto& wheels = initial_guess.by_reliable_wheels;
-  if (degenerate && wheels) return {*wheels, initial_guess.way};
+  if (degenerate && wheels && Distance(*wheels, found.pose) < constants_.prior.wheels_near_m)
+    return {*wheels, initial_guess.way};
   const bool by_wheels = initial_guess.by_wheels && found.initial_guess == initial_guess.T_map_laser;
   return {found.initial_guess, by_wheels ? initial_guess.way : std::nullopt};
 }
@@ -330,8 +332,8 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   return refined;
 }
 
-/// Whether a match is far from where the wheels say, which were right so far. One that fits about as scans do as a rule
-/// is right all the same.
+/// Whether a match is far from where the wheels say, which were right so far. One that is proven is
+/// right all the same.
 bool RrhcMatcher::ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking) const {
   const MatchConstants::Wheels& constants = constants_.wheels;
   if (!guess.way || !tracking.wheels().IsReliable()) return false;
@@ -360,7 +362,8 @@ void RrhcMatcher::Judge(const Rays& rays, const Guess& guess, const InitialGuess
                                  : finished_map.least_tracked_score));
   match.T_map_laser = initial_guess.if_lost;
   if (!explained) return;
-  if (fitness < expected.enough() && ContradictsWheels(guess, refined.pose, tracking)) return;
+  const bool is_proven = fitness >= constants_.wheels.proven * tracking.baseline_fitness();
+  if (!is_proven && ContradictsWheels(guess, refined.pose, tracking)) return;
 
   match.T_map_laser = {refined.pose.x_m, refined.pose.y_m, WrapAngle(refined.pose.yaw_rad)};
   const Eigen::Matrix3d& c = refined.uncertainty.covariance;

@@ -101,7 +101,7 @@ TEST_CASE("as shipped, a lost robot is where the wheels say, or where it was las
   }
 }
 
-TEST_CASE("as shipped, a match far from where reliable wheels say is believed where it fits as scans do as a rule") {
+TEST_CASE("as shipped, a match far from where reliable wheels say is believed where it fits nearly as scans do") {
   const auto StateAfter = [&](double usual_fitness, bool has_odometry) {
     TrackingState tracking;
     for (int k = 0; k < 30; ++k) {  // to and fro, as the wheels say
@@ -118,8 +118,8 @@ TEST_CASE("as shipped, a match far from where reliable wheels say is believed wh
     return MatcherInNiche().Match(ShippedRays(scan), tracking, odometry).state;
   };
   CHECK(StateAfter(0.8, true) != MatchState::kLost);
-  CHECK(StateAfter(1.0, true) == MatchState::kLost);
-  CHECK(StateAfter(1.0, false) != MatchState::kLost);
+  CHECK(StateAfter(1.2, true) == MatchState::kLost);  // it fits with 0.88
+  CHECK(StateAfter(1.2, false) != MatchState::kLost);
 }
 
 TEST_CASE("as shipped, a start that is told is believed at little cost, and mended where it is somewhat wrong") {
