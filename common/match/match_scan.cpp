@@ -35,21 +35,25 @@ bool IsGap(const TrackingState& tracking, std::int64_t utime, const MatchConstan
   return periods.last_s > std::max(constants.gap_max_s, constants.gap_periods * periods.usual_s);
 }
 
+/// Whether a match is so near to where the last scan was taken.
+bool IsNearLast(const ScanMatch& match, const TrackingState& tracking, double within_m, double within_rad) {
+  const Pose2 motion = Inverse(tracking.recent().back().T_map_laser) * match.T_map_laser;
+  return Length(motion) < within_m && std::abs(motion.yaw_rad) < within_rad;
+}
+
 /// Whether a scan fits where the last one was taken, as well as scans do as a rule.
 bool StoodStill(const ScanMatch& match, const TrackingState& tracking, const MatchConstants::Break& constants) {
-  const Pose2 motion = Inverse(tracking.recent().back().T_map_laser) * match.T_map_laser;
-  return match.state != MatchState::kLost && Length(motion) < constants.stood_still_m &&
-         std::abs(motion.yaw_rad) < constants.stood_still_rad &&
+  return match.state != MatchState::kLost &&
+         IsNearLast(match, tracking, constants.stood_still_m, constants.stood_still_rad) &&
          match.fitness >= constants.stood_still_fitness * tracking.baseline_fitness();
 }
 
 /// Whether a scan is found again after others were lost. In a window that has grown something fits by chance, and what
-/// lies beyond the map is not asked for: a wrong place costs the map, a new trajectory only time.
+/// lies beyond the map is not asked for: a wrong place costs the map, a new trajectory only time. What is as near as
+/// the first search looks needs no such proof.
 bool IsConvincing(const ScanMatch& match, const TrackingState& tracking, const MatchConstants& constants) {
-  const Pose2 motion = Inverse(tracking.recent().back().T_map_laser) * match.T_map_laser;
-  const bool is_near =
-      Length(motion) < constants.search.window_m && std::abs(motion.yaw_rad) < constants.search.window_rad;
-  return match.state == MatchState::kLost || is_near ||
+  return match.state == MatchState::kLost ||
+         IsNearLast(match, tracking, constants.search.window_m, constants.search.window_rad) ||
          match.fitness >= constants.breaks.found_again_fitness * tracking.baseline_fitness();
 }
 

@@ -300,10 +300,13 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   Climb(refined.pose, all_rays);
   const PoseUncertainty& known = refined.uncertainty;
   const AxisHold hold = FindHold(found, initial_guess, known.degenerate());
-  const DegenerateAxis axis{known.degenerate_axis, hold.way.has_value(), constants_.known_rays, constants_.census};
+  const auto AxisNow = [&] {
+    return DegenerateAxis{known.degenerate_axis, hold.way.has_value(), constants_.known_rays, constants_.census};
+  };
   const bool holds = found.is_near_guess && known.degeneracy > constants_.prior.degeneracy_min &&
                      Distance(found.pose, found.initial_guess) <= constants_.final_climb.look_along_m;
   if (holds) {
+    const DegenerateAxis axis = AxisNow();
     const double openness = std::min(known.degeneracy, 1.0);
     const double by_motion_per_m2 = initial_guess.degenerate_per_m2;
     const double per_m2 = hold.way ? std::max(FindPriorWeight(*hold.way, constants_.prior), by_motion_per_m2)
@@ -319,8 +322,7 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   const Objective free{map_, rays.all, found.initial_guess, 0.0};
   const Pose2 here = refined.pose;
   const double as_known_within_m = (constants.look_same_rays_cells + 0.5) * cell_size_m;
-  FitGain gain(map_, rays.contour,
-               {known.degenerate_axis, hold.way.has_value(), constants_.known_rays, constants_.census}, here);
+  FitGain gain(map_, rays.contour, AxisNow(), here);
   const double reach_m = initial_guess.by_first_scan ? constants.look_along_first_m : constants.look_along_m;
   const Pose2 better =
       LookAlong(here, known.degenerate_axis, reach_m, cell_size_m, constants.look_gain, [&](const Pose2& there) {
@@ -332,8 +334,7 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   return refined;
 }
 
-/// Whether a match is far from where the wheels say, which were right so far. One that is proven is
-/// right all the same.
+/// Whether a match is far from where the wheels say, which were right so far.
 bool RrhcMatcher::ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking) const {
   const MatchConstants::Wheels& constants = constants_.wheels;
   if (!guess.way || !tracking.wheels().IsReliable()) return false;

@@ -173,6 +173,10 @@ std::string NameOfFolder(const std::string& folder) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
+bool HasKey(const std::vector<std::pair<std::string, std::string>>& flags, const std::string& key) {
+  return std::ranges::any_of(flags, [&](const auto& flag) { return flag.first == key; });
+}
+
 /// Whether what the user set by a flag changes the map or the poses, and not only how the program runs.
 bool MattersForMap(const std::string& key) {
   static const std::set<std::string> kSettings{"laser_channel",    "laser_frame", "odometry", "odometry_topic",
@@ -453,13 +457,9 @@ std::string CommandLine::WhoSaid(const std::string& key) const {
 
 bool CommandLine::Has(const std::string& key) const { return app_->get_option_no_throw(FlagOf(key)) != nullptr; }
 
-bool CommandLine::WasGiven(const std::string& key) const {
-  return std::any_of(flags_.begin(), flags_.end(), [&](const auto& flag) { return flag.first == key; });
-}
+bool CommandLine::WasGiven(const std::string& key) const { return HasKey(flags_, key); }
 
-bool CommandLine::WasTyped(const std::string& key) const {
-  return std::any_of(typed_.begin(), typed_.end(), [&](const auto& flag) { return flag.first == key; });
-}
+bool CommandLine::WasTyped(const std::string& key) const { return HasKey(typed_, key); }
 
 std::vector<std::string> CommandLine::WordsFor(const ProgramFlags& program) const {
   std::vector<std::string> words;

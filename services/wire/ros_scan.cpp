@@ -38,8 +38,7 @@ std::string DescribeContradiction(const RosScan& scan) {
   if (!are_opposite || !are_alike) return "";
   return fmt::format(
       "headers contradict themselves: angle_increment is {:.4f} rad, but angle_max {:.4f} rad is {} than angle_min "
-      "{:.4f} "
-      "rad: angle_increment counts; if the map is a mirror image, --mirrored turns the scans round",
+      "{:.4f} rad: angle_increment counts; if the map is a mirror image, --mirrored turns the scans round",
       scan.angle_increment, scan.angle_max, span_rad > 0.0 ? "more" : "less", scan.angle_min);
 }
 
