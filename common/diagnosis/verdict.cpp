@@ -325,6 +325,15 @@ Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPiec
 }
 
 void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict, const DiagnosisConstants::Verdict& constants) {
+  if (!wheels.have_moved) {
+    verdict.notes.emplace_back("the wheels never moved, and the laser did: they were not used");
+    return;
+  }
+  verdict.notes.push_back(
+      fmt::format("the wheels: a metre is {:.3f} m by the laser, to {:.3f} m, and a turn of 1 rad is {:.3f} rad, to "
+                  "{:.3f} rad; {} of {} "
+                  "steps slipped",
+                  wheels.scale, wheels.way_per_m, wheels.turn_scale, wheels.turn_per_rad, wheels.slips, wheels.steps));
   if (!wheels.ContradictLaser() || verdict.values.finished_map) return;
   Warn(verdict, Trust::kDoubtful,
        fmt::format("the wheels and the laser tell different ways, {:.2f} m apart after a metre and {:.2f} rad after a "
