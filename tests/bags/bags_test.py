@@ -111,8 +111,8 @@ class Drive:
 
 
 def without_odometry(log):
-    """What is not odometry."""
-    return [event for event in log.split(b"\xed\xa1\xda\x01") if b"ODOMETRY" not in event[:40]]
+    """What is not odometry, whatever its number in the log."""
+    return [event[8:] for event in log.split(b"\xed\xa1\xda\x01") if b"ODOMETRY" not in event[:40]]
 
 
 def is_same_pose(a, b):
