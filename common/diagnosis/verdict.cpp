@@ -171,7 +171,7 @@ void JudgeAxes(const Constants& constants, Verdict& verdict) {
   } else if (values.longest_open > constants.long_open) {
     Warn(verdict, Trust::kDoubtful,
          fmt::format("{} scans in a row are degenerate: unless the robot stood still, the length of its path there is "
-                     "unknown (--odometry helps)",
+                     "unknown (wheel odometry helps)",
                      values.longest_open));
   }
 }
@@ -191,7 +191,7 @@ void JudgeContradiction(const Constants& constants, Verdict& verdict) {
     text += fmt::format(", most of all near x {:.1f} m, y {:.1f} m", found.worst_place.x_m, found.worst_place.y_m);
   }
   Warn(verdict, Trust::kDoubtful,
-       text + ": check the map for doubled walls there; a loop may be missed (--odometry helps)");
+       text + ": check the map for doubled walls there; a loop may be missed (wheel odometry helps)");
 }
 
 /// How far the robot drove where the walls did not tell how far.
@@ -203,7 +203,7 @@ void JudgeOpenPath(const Constants& constants, Verdict& verdict) {
   Warn(verdict, Trust::kDoubtful,
        fmt::format(
            "along {:.0f} m of the path of {:.0f} m nothing in view told how far the robot drove{}: lengths there may "
-           "be off (--odometry, or a laser that sees further, would tell)",
+           "be off (wheel odometry, or a laser that sees further, would tell)",
            open_path_m, verdict.values.path_m, seen_twice ? "" : ", and hardly any place was seen twice"));
 }
 
@@ -325,10 +325,19 @@ Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPiec
 }
 
 void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict, const DiagnosisConstants::Verdict& constants) {
+  if (!wheels.have_moved) {
+    verdict.notes.emplace_back("the wheels never moved, and the laser did: they were not used");
+    return;
+  }
+  verdict.notes.push_back(
+      fmt::format("the wheels: a metre is {:.3f} m by the laser, to {:.3f} m, and a turn of 1 rad is {:.3f} rad, to "
+                  "{:.3f} rad; {} of {} "
+                  "steps slipped",
+                  wheels.scale, wheels.way_per_m, wheels.turn_scale, wheels.turn_per_rad, wheels.slips, wheels.steps));
   if (!wheels.ContradictLaser() || verdict.values.finished_map) return;
   Warn(verdict, Trust::kDoubtful,
        fmt::format("the wheels and the laser tell different ways, {:.2f} m apart after a metre and {:.2f} rad after a "
-                   "turn of 1 rad: one of the two is wrong; compare with a map without --odometry",
+                   "turn of 1 rad: one of the two is wrong; compare with a map made with --no-odometry",
                    wheels.way_per_m, wheels.turn_per_rad));
   if (verdict.off_m)
     *verdict.off_m += constants.map_error.wheels_sigmas * wheels.way_per_m * std::sqrt(verdict.values.path_m);

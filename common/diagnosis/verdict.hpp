@@ -64,7 +64,7 @@ struct Verdict {
 Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPieces& pieces = {},
               const DiagnosisConstants::Verdict& constants = {});
 
-/// Adds what the wheels say, where they were used: so far apart from the laser one of the two is wrong. In eight logs
+/// Adds a note of what was learned of the wheels, and a warning where they contradict the laser: so far apart from the laser one of the two is wrong. In eight logs
 /// with right maps they differ by 0.02 to 0.06 m after a metre; a depth camera that bends walls, and orbits before them
 /// while the robot turns, differs by 0.22 m.
 void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict, const DiagnosisConstants::Verdict& constants = {});

@@ -247,8 +247,7 @@ std::optional<Decimal> ParseDecimal(std::string_view text) {
 
 }  // namespace
 
-CarmenLog::CarmenLog(const std::string& path, bool odometry_is_used)
-    : file_(path), clock_(StudyClock(path)), odometry_is_used_(odometry_is_used) {}
+CarmenLog::CarmenLog(const std::string& path) : file_(path), clock_(StudyClock(path)) {}
 
 std::optional<LaserScan> CarmenLog::Next() {
   while (const auto line = file_.ReadLine()) {
@@ -267,7 +266,8 @@ std::optional<LaserScan> CarmenLog::Next() {
     } else {
       laser->scan.utime = *utime;
       if (const std::string thinned = ThinBeams(laser->scan); thinned_.empty()) thinned_ = thinned;
-      TakeOdometry(laser->T_odom_robot);
+      T_odom_robot_ = RoundOdometry(laser->T_odom_robot);
+      if (!T_odom_robot_) ++counts_["bad_odometry"];
       return std::move(laser->scan);
     }
   }
@@ -275,25 +275,10 @@ std::optional<LaserScan> CarmenLog::Next() {
   return std::nullopt;
 }
 
-void CarmenLog::TakeOdometry(const Pose2& T_odom_robot) {
-  T_odom_robot_ = RoundOdometry(T_odom_robot);
-  if (!T_odom_robot_) {
-    ++counts_["bad_odometry"];
-    return;
-  }
-  if (!T_odom_first_) T_odom_first_ = T_odom_robot_;
-  furthest_m_ = std::max(furthest_m_, Distance(*T_odom_first_, *T_odom_robot_));
-}
-
 std::vector<std::string> CarmenLog::OdometryNotes() const {
-  constexpr double kLeastWay_m = 1.0;  // lines without odometry have zeros there, or a pose that hardly changes
-  const std::string there = "has odometry (the robot's pose in its lines)";
-  const bool moves = furthest_m_ >= kLeastWay_m;
-  if (!odometry_is_used_) return moves ? std::vector{there + ": --odometry uses it"} : std::vector<std::string>();
-  if (!moves) return {there + ", but it never moves by 1 m"};
   const std::int64_t num_bad = FindCount(counts_, "bad_odometry");
   return {"gives odometry to " + std::to_string(utimes_.size() - num_bad) + " of " + std::to_string(utimes_.size()) +
-          " scans (the robot's pose in its lines)"};
+          " scans (" + OdometryName() + ")"};
 }
 
 std::vector<std::string> CarmenLog::Complaints() const {

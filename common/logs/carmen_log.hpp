@@ -29,20 +29,18 @@ namespace crsm {
 /// pose that is none; the scan is used). Other kinds of lines are no concern of ours.
 class CarmenLog : public LaserSource {
  public:
-  /// odometry_is_used: what OdometryNotes tells depends on it. Throws std::runtime_error if the file cannot be opened,
-  /// or no temporary one be made.
-  explicit CarmenLog(const std::string& path, bool odometry_is_used = false);
+  /// Throws std::runtime_error if the file cannot be opened, or no temporary one be made.
+  explicit CarmenLog(const std::string& path);
 
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return T_odom_robot_; }
+  std::string OdometryName() const override { return "the robot's pose in its lines"; }
   double Progress() const override { return file_.Progress(); }
   std::map<std::string, std::int64_t> Counts() const override { return counts_; }
   std::vector<std::string> Complaints() const override;
   std::vector<std::string> OdometryNotes() const override;
 
  private:
-  void TakeOdometry(const Pose2& T_odom_robot);
-
   GzipFile file_;
   std::int64_t num_lines_ = 0;
   std::string first_bad_;  ///< which line was the first that is bad, and what is wrong with it
@@ -51,9 +49,6 @@ class CarmenLog : public LaserSource {
   LogClock clock_;
   UniqueUtimes utimes_;                ///< given out so far
   std::optional<Pose2> T_odom_robot_;  ///< of the last scan given out
-  bool odometry_is_used_;
-  std::optional<Pose2> T_odom_first_;  ///< the first pose by the odometry
-  double furthest_m_ = 0.0;            ///< from there
 };
 
 /// Whether one of the next `max_lines` lines of the file is a laser's.

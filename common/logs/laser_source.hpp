@@ -35,9 +35,12 @@ class LaserSource {
   virtual std::optional<Pose2> TruePose() const { return std::nullopt; }
 
   /// Where the robot stood at the last scan given, by its wheels (T_odom_robot), as RoundOdometry leaves it; nothing
-  /// where the source has none. Where the source knows the laser's place on the robot and its odometry is used, the
-  /// laser's pose instead (T_odom_laser).
+  /// where the source has none. Where the source knows the laser's place on the robot, the laser's pose instead
+  /// (T_odom_laser).
   virtual std::optional<Pose2> Odometry() const { return std::nullopt; }
+
+  /// Which odometry that is: "base_link in /odom". Empty where there is none so far.
+  virtual std::string OdometryName() const { return ""; }
 
   /// Whether the source says that the laser hangs upside down, as the TF of a bag may: its scans are mirror images.
   virtual bool IsUpsideDown() const { return false; }
@@ -52,8 +55,8 @@ class LaserSource {
   /// accident (left_out.hpp), and what mends it; beams that were thinned.
   virtual std::vector<std::string> Complaints() const { return {}; }
 
-  /// What a user is to know of the odometry so far: that it is there and is not used, what is used, or why it cannot
-  /// be. Sentences that begin behind the name of the source: "has odometry (/odom): --odometry uses it".
+  /// What a user is to know of the odometry so far: how many scans have it, or why it cannot be used. Sentences that
+  /// begin behind the name of the source: "gives odometry to 3 of 3 scans (/odom)".
   virtual std::vector<std::string> OdometryNotes() const { return {}; }
 };
 

@@ -31,6 +31,7 @@ class Simulator : public LaserSource {
 
   /// T_odom_robot by the wheels, from the start as its origin; nothing in a world without wheels.
   std::optional<Pose2> Odometry() const override;
+  std::string OdometryName() const override { return world_.wheels ? "the wheels of the world" : ""; }
 
  private:
   /// A turn on the spot or a straight way.

@@ -82,7 +82,7 @@ final class MapPage {
     reader.readByte();  // floating
     for (int i = 0; i < WHEEL_SUMS; ++i) reader.readDouble(-1e15, 1e15);
     for (int i = 0; i < 3; ++i) reader.readLong(0);  // steps, slips, steps_since_slip
-    reader.readByte();  // has_start
+    for (int i = 0; i < 2; ++i) reader.readByte();  // have_moved, has_start
     for (int pose = 0; pose < 3; ++pose) reader.skipPose();
     reader.readDouble(0, Double.MAX_VALUE);  // motion_error_m
   }

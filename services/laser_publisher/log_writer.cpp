@@ -37,9 +37,11 @@ void WriteLog(LaserSource& source, const std::string& source_name, const std::st
   EventLogWriter log(path);
   Progress progress("laser_publisher");
   std::int64_t num_scans = 0;
+  bool has_odometry = false;  // so far
   while (const auto scan = source.Next()) {
     if (StopRequested()) break;
-    if (with_odometry) {
+    has_odometry |= with_odometry && source.Odometry();
+    if (has_odometry) {
       log.Write(channel_prefix + kOdometryChannel, ToMessage(Odometry{scan->utime, source.Odometry()}));
     }
     AsLaserMessage(*scan, [&](const auto& message) { log.Write(channel_prefix + kLaserChannel, message); });

@@ -1,4 +1,4 @@
-// laser_publisher: a log or a simulated world -> LASER, and ODOMETRY where it is asked for, in real time, N times that,
+// laser_publisher: a log or a simulated world -> LASER, and its ODOMETRY where it has some, in real time, N times that,
 // or in lockstep with the map; or a laser -> LASER, as it measures. With a file:// URL it writes an LCM log.
 
 #include <fmt/core.h>
@@ -24,7 +24,8 @@ namespace {
 
 constexpr double kAsFastAsMapped = 0.0;
 
-void PrintCounts(const std::string& program, const std::string& source_name, const LaserSource& source) {
+void PrintCounts(const CommandLine& command_line, const std::string& source_name, const LaserSource& source) {
+  const std::string& program = command_line.program();
   const std::string cut = DescribeCut(source_name, source);
   if (!cut.empty()) Say(fmt::format("{}: {}", program, cut));
   for (const auto& [name, count] : source.Counts()) {
@@ -33,6 +34,7 @@ void PrintCounts(const std::string& program, const std::string& source_name, con
   for (const std::string& complaint : source.Complaints()) {
     Say(fmt::format("{}: {}", program, MakePrintable(complaint)));
   }
+  if (!command_line.settings().odometry) return;
   for (const std::string& line : DescribeOdometry(source_name, source)) Say(fmt::format("{}: {}", program, line));
 }
 
@@ -146,9 +148,10 @@ class LaserPublisher {
     ++num_scans_;
   }
 
-  /// The odometry goes first: it is there when the rays of the scan come.
+  /// The odometry goes first: it is there when the rays of the scan come. In lockstep it is waited for.
   void Send(const LaserScan& scan) {
-    if (with_odometry_) service_.bus().Publish(kOdometryChannel, ToMessage(Odometry{scan.utime, source_.Odometry()}));
+    has_odometry_ |= with_odometry_ && (rate_ == kAsFastAsMapped || source_.Odometry());
+    if (has_odometry_) service_.bus().Publish(kOdometryChannel, ToMessage(Odometry{scan.utime, source_.Odometry()}));
     AsLaserMessage(scan, [this](const auto& message) { service_.bus().Publish(kLaserChannel, message); });
   }
 
@@ -196,6 +199,7 @@ class LaserPublisher {
   }
 
   bool with_odometry_;
+  bool has_odometry_ = false;  ///< so far; also where scans say that they have none
   double rate_;
   std::chrono::duration<double> resend_;
   LaserSource& source_;
@@ -231,6 +235,6 @@ int main(int argc, char** argv) {
     } else {
       crsm::LaserPublisher(command_line, *source).Run();
     }
-    crsm::PrintCounts(command_line.program(), name, *source);
+    crsm::PrintCounts(command_line, name, *source);
   });
 }

@@ -594,7 +594,7 @@ void AddSlam(py::module_& module) {
 void AddLog(py::module_& module) {
   py::class_<Log>(
       module, "Log",
-      "Log(name, *, laser_channel=None, laser_frame=None, odometry=False, odometry_topic=None, mirrored=None,\n"
+      "Log(name, *, laser_channel=None, laser_frame=None, odometry=True, odometry_topic=None, mirrored=None,\n"
       "    **settings)\n\n"
       "A log that slam_offline reads (CARMEN, LCM, bags of ROS 1 and 2, MCAP, these compressed), a simulated\n"
       "world ('sim:demo') or a laser ('rplidar:/dev/ttyUSB0'). Iterating gives each Scan: a loop over a log\n"
@@ -603,7 +603,7 @@ void AddLog(py::module_& module) {
       "  name: str or pathlib.Path\n"
       "  laser_channel: channel or topic of the laser, where the log has several\n"
       "  laser_frame: frame of the laser, where a topic has several\n"
-      "  odometry: True gives each scan the log's odometry, where it has some\n"
+      "  odometry: True gives each scan the log's odometry, where it has some; False leaves it out\n"
       "  odometry_topic: channel or topic of the odometry, or its frame in TF, where the log has several\n"
       "  mirrored: True turns scans round, False leaves them as they are; None: as the log's odometry shows\n"
       "  settings: as of Slam\n\n"

@@ -1,4 +1,4 @@
-// rrhc_matcher: CRITICAL_RAYS, the map so far and, with --odometry, ODOMETRY -> SCAN_MATCH and POSE.
+// rrhc_matcher: CRITICAL_RAYS, the map so far and ODOMETRY, if there is any -> SCAN_MATCH and POSE.
 
 #include "common/match/default_matcher.hpp"
 #include "services/stages/matcher_stage.hpp"

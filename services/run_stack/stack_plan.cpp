@@ -149,7 +149,7 @@ StackPlan PlanStack(const CommandLine& command_line, const StackOptions& options
   PlannedService updater = PlanUpdater(planner, settings.start, lockstep + journal);
   if (settings.resume) updater.when_new = {"--no-resume"};
   plan.services = {
-      std::move(updater), PlanMatcher(planner, options, settings.odometry_topic, lockstep),
+      std::move(updater), PlanMatcher(planner, options, settings.odometry ? settings.odometry_topic : "", lockstep),
       PlanSelector(planner, options, settings),
       planner.Plan("map_exporter", FlagsOfExporter(), {"--out", folder.path().string(), "--made-from", made_from})};
   if (command_line.parameters().loops.loops && settings.localize.empty()) {

@@ -365,7 +365,10 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
         throw std::runtime_error(FlagOf(key) + std::string(error.what()).substr(key.size()));
       }
     }
-    UseNamedOdometry();
+    if (WasGiven("odometry_topic") && !settings_.odometry) {
+      throw UsageError(fmt::format("--odometry-topic: names odometry that {} turns off: remove one of them",
+                                   WasGiven("odometry") ? "--no-odometry" : WhoSaid("odometry")));
+    }
     if (WasGiven("sweep_s")) SetUnlessSaid("beam_times", "false");  // who types it knows better than the messages
     ParseRate(settings_.rate);
     CheckPrefix(settings_.channel_prefix);
@@ -380,17 +383,6 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
     fmt::print(stderr, "{}: {}\n", program_, error.what());
   }
   return 2;
-}
-
-/// Who names odometry wants it used, unless something said later turns it off.
-void CommandLine::UseNamedOdometry() {
-  if (settings_.odometry_topic.empty() || settings_.odometry) return;
-  if (WasGiven("odometry_topic") && WasGiven("odometry")) {
-    throw UsageError("--odometry-topic: names odometry that --no-odometry turns off: remove one of them");
-  }
-  if (!WasGiven("odometry_topic") && said_by_.count("odometry") > 0) return;
-  settings_.odometry = true;
-  if (Has("odometry")) flags_.emplace_back("odometry", "true");  // for the programs that are told the same
 }
 
 /// The preset, the profile and the configuration file, which may name the two.

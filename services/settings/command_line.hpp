@@ -96,7 +96,6 @@ class CommandLine {
   bool Uses(const Key& key) const;
   void ApplyConfigs();
   void Apply(const std::string& toml, const std::string& name);
-  void UseNamedOdometry();
   bool Has(const std::string& key) const;
 
   std::string program_;

@@ -15,7 +15,7 @@ struct Settings {
   std::string rate = "1";
   std::string laser_channel;
   std::string laser_frame;
-  bool odometry = false;
+  bool odometry = true;
   bool botlab_clockwise = true;
   bool mirrored = false;
   std::string odometry_topic;
@@ -53,7 +53,9 @@ void VisitSettings(Settings& s, Visitor&& visit) {
         "frame_id of the laser, if several lasers share the channel or topic; for messages of ROS, which have one",
         s.laser_frame);
   visit("odometry",
-        "use the wheel odometry of the source, as far as it agrees with the laser; what it is worth is learned",
+        "use the wheel odometry of the source, where it has some, as far as it agrees with the laser; what it is worth "
+        "is "
+        "learned",
         s.odometry);
   visit("botlab_clockwise",
         "the angles of a botlab.lidar_t run clockwise; today's mbot driver needs --no-botlab-clockwise",
@@ -63,7 +65,7 @@ void VisitSettings(Settings& s, Visitor&& visit) {
         "round; a log with odometry shows it, if the flag is not given",
         s.mirrored);
   visit("odometry_topic",
-        "odometry to use, also without --odometry; bag: topic, or frame of TF; LCM log or live: channel; if empty: "
+        "odometry to use; bag: topic, or frame of TF; LCM log or live: channel; if empty: "
         "bag: the only topic, or odom beside the laser, or TF; LCM: ODOMETRY",
         s.odometry_topic);
   visit("position",

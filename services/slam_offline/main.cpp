@@ -177,9 +177,12 @@ void SayOfAnotherDrive(const CommandLine& command_line, const Session& session) 
 }
 
 /// What of the log is not in the map, or not as it was meant.
-void SayWhatWasLeftOut(const std::string& program, const Session& session, const LaserSource& source) {
+void SayWhatWasLeftOut(const CommandLine& command_line, const Session& session, const LaserSource& source) {
+  const std::string& program = command_line.program();
   for (const std::string& line : DescribeComplaints(session.log, source)) Say(fmt::format("{}: {}", program, line));
-  for (const std::string& line : DescribeOdometry(session.log, source)) Say(fmt::format("{}: {}", program, line));
+  if (command_line.settings().odometry) {
+    for (const std::string& line : DescribeOdometry(session.log, source)) Say(fmt::format("{}: {}", program, line));
+  }
   if (session.num_repeated > 0) {
     Say(fmt::format("{}: {}: {} scans were in the map already and were skipped (utime_repeated)", program, session.log,
                     session.num_repeated));
@@ -398,7 +401,7 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
   }
   if (!has_scans && !StopRequested()) ThrowNoScans(session.log, source);
   session.num_matches = run.matches.size() - session.first_match;
-  SayWhatWasLeftOut(command_line.program(), session, source);
+  SayWhatWasLeftOut(command_line, session, source);
   run.num_left_out += CountLeftOut(source.Counts());
   for (const auto& [name, count] : source.Counts()) run.counts[name] += count;
   run.counts["utime_repeated"] += session.num_repeated;

@@ -64,9 +64,9 @@ std::string FindLaserChannel(const std::string& path, const std::string& channel
 
 /// The one that is named; else "robot1/ODOMETRY" for "robot1/LASER".
 std::string FindOdometryChannel(const std::string& path, const std::string& laser_channel,
-                                const OdometryOptions& odometry) {
-  if (odometry.is_used && !odometry.topic.empty()) {
-    return FindChannel(path, odometry.topic, {IsPoseMessage, "pose", "bot_core.pose_t, mbot_lcm_msgs.pose2D_t"});
+                                const std::string& odometry) {
+  if (!odometry.empty()) {
+    return FindChannel(path, odometry, {IsPoseMessage, "pose", "bot_core.pose_t, mbot_lcm_msgs.pose2D_t"});
   }
   const std::string_view laser = kLaserChannel;
   const bool is_ours = laser_channel.ends_with(laser);
@@ -76,12 +76,11 @@ std::string FindOdometryChannel(const std::string& path, const std::string& lase
 }  // namespace
 
 LcmLogSource::LcmLogSource(const std::string& path, const LaserChoice& laser, const LaserMessageOptions& messages,
-                           const OdometryOptions& odometry)
+                           const std::string& odometry)
     : messages_(messages),
       log_(path),
       channel_(FindLaserChannel(path, laser.channel)),
       frames_(laser.frame),
-      odometry_is_used_(odometry.is_used),
       odometry_channel_(FindOdometryChannel(path, channel_, odometry)) {
   StudyFirstScans(path, laser.frame);
 }
@@ -176,10 +175,6 @@ std::vector<std::string> LcmLogSource::Complaints() const {
 
 std::vector<std::string> LcmLogSource::OdometryNotes() const {
   const std::int64_t num = scans_.num_with_odometry();
-  if (!odometry_is_used_) {
-    return num > 0 ? std::vector{fmt::format("has odometry ({}): --odometry uses it", odometry_channel_)}
-                   : std::vector<std::string>();
-  }
   if (num > 0)
     return {fmt::format("gives odometry to {} of {} scans ({})", num, scans_.num_scans(), odometry_channel_)};
   if (handedness_.count(odometry_channel_)) {
@@ -187,7 +182,10 @@ std::vector<std::string> LcmLogSource::OdometryNotes() const {
         fmt::format("has odometry ({}), but gives it to no scan: {}", odometry_channel_, scans_.ExplainNoOdometry())};
   }
   std::vector<std::string> others;
-  for (const auto& [pose_channel, judge] : handedness_) others.push_back(pose_channel);
+  for (const auto& [pose_channel, judge] : handedness_) {
+    if (pose_channel != kTruePoseChannel) others.push_back(pose_channel);
+  }
+  if (others.empty()) return {};
   return {
       fmt::format("has no odometry that can be used: there is no pose on {}; --odometry-topic may name another "
                   "channel with poses: {}",

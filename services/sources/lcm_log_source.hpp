@@ -14,7 +14,6 @@
 #include "common/parameters.hpp"
 #include "services/diagnosis/laser_frames.hpp"
 #include "services/sources/laser_choice.hpp"
-#include "services/sources/odometry_options.hpp"
 #include "services/sources/scans_with_odometry.hpp"
 #include "services/wire/laser_types.hpp"
 #include "services/wire/lcm_event_log.hpp"
@@ -25,7 +24,7 @@ namespace crsm {
 /// its channel; lasers/ has the types that are known.
 ///
 /// Odometry: from the ODOMETRY messages (pose_types.hpp) on the channel with the laser's prefix, or from the channel
-/// that OdometryOptions names: that of the scan's own utime or between the two around it (ScansWithOdometry).
+/// that is named: that of the scan's own utime or between the two around it (ScansWithOdometry).
 ///
 /// A scan has its utime where that can be microseconds and tells scans apart (LogClock); else the time at which it was
 /// recorded, or a number.
@@ -41,13 +40,14 @@ namespace crsm {
 class LcmLogSource : public LaserSource {
  public:
   /// laser: whose scans to take. Throws std::runtime_error that lists the channels if there is no such one, or the
-  /// frames of the scans if they do not tell which. odometry: throws too if no message on the channel that it names is
-  /// a pose.
+  /// frames of the scans if they do not tell which. odometry: its channel; empty for the usual one. Throws too if no
+  /// message on the channel that it names is a pose.
   LcmLogSource(const std::string& path, const LaserChoice& laser, const LaserMessageOptions& messages = {},
-               const OdometryOptions& odometry = {});
+               const std::string& odometry = "");
 
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return scans_.T_odom_robot(); }
+  std::string OdometryName() const override { return scans_.num_with_odometry() > 0 ? odometry_channel_ : ""; }
   double Progress() const override { return log_.Progress(); }
   std::string Channel() const override { return channel_; }
   std::map<std::string, std::int64_t> Counts() const override;
@@ -65,7 +65,6 @@ class LcmLogSource : public LaserSource {
   LcmEventLog log_;
   std::string channel_;
   LaserFrames frames_;
-  bool odometry_is_used_;
   std::string odometry_channel_;
   std::map<std::string, std::int64_t> counts_;
   std::set<std::string> other_channels_;               ///< that have a laser, too

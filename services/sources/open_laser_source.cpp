@@ -29,8 +29,8 @@ constexpr std::string_view kSimulated = "sim:";
 constexpr const char* kLog = "a CARMEN or LCM log, or a bag";
 
 void CheckNoTopic(const SourceOptions& options, const std::string& why) {
-  if (!options.odometry.is_used || options.odometry.topic.empty()) return;
-  throw std::runtime_error(fmt::format("--odometry-topic {}: {}; remove it", options.odometry.topic, why));
+  if (options.odometry_topic.empty()) return;
+  throw std::runtime_error(fmt::format("--odometry-topic {}: {}; remove it", options.odometry_topic, why));
 }
 
 void CheckNoFrame(const SourceOptions& options, const std::string& why) {
@@ -54,6 +54,7 @@ class SourceAround : public LaserSource {
   std::string Channel() const override { return source_->Channel(); }
   std::optional<Pose2> TruePose() const override { return source_->TruePose(); }
   std::optional<Pose2> Odometry() const override { return source_->Odometry(); }
+  std::string OdometryName() const override { return source_->OdometryName(); }
   bool IsUpsideDown() const override { return source_->IsUpsideDown(); }
   double Progress() const override { return source_->Progress(); }
   std::map<std::string, std::int64_t> Counts() const override { return source_->Counts(); }
@@ -110,15 +111,15 @@ std::unique_ptr<LaserSource> OpenPlainLog(const std::string& name, const std::st
         fmt::format("{} is {}, must be {}", name, file.truncated() ? "a damaged gzip file" : "empty", kLog));
   }
   if (IsBag(start)) {
-    return Make<BagSource>(options, name, options.laser, options.odometry, options.messages.scan);
+    return Make<BagSource>(options, name, options.laser, options.odometry_topic, options.messages.scan);
   }
   if (HasLcmSync(start)) {
-    return std::make_unique<LcmLogSource>(path, options.laser, options.messages, options.odometry);
+    return std::make_unique<LcmLogSource>(path, options.laser, options.messages, options.odometry_topic);
   }
   if (HasCarmenLaser(file, kSearchedLines)) {
     CheckNoFrame(options, name + " is a CARMEN log, whose scans name no frame");
     CheckNoTopic(options, name + " is a CARMEN log, which has its odometry in the lines of the laser");
-    return Make<CarmenLog>(options, path, options.odometry.is_used);
+    return Make<CarmenLog>(options, path);
   }
   throw std::runtime_error(
       fmt::format("{} is neither a CARMEN log (no FLASER or ROBOTLASER1 line in its first {} lines) nor an LCM log, "
@@ -149,7 +150,7 @@ SourceOptions SourceOptionsOf(const CommandLine& command_line) {
           {settings.laser_channel, settings.laser_frame},
           LaserMessagesOf(command_line),
           command_line.program(),
-          {settings.odometry, settings.odometry_topic}};
+          settings.odometry ? settings.odometry_topic : ""};
 }
 
 std::string DescribeSources() {
@@ -185,7 +186,7 @@ std::unique_ptr<LaserSource> OpenLaserSource(const std::string& name, const Sour
   }
   if (std::filesystem::is_directory(status)) {
     if (IsBagFolder(name)) {
-      return Make<BagSource>(options, name, options.laser, options.odometry, options.messages.scan);
+      return Make<BagSource>(options, name, options.laser, options.odometry_topic, options.messages.scan);
     }
     throw std::runtime_error(fmt::format("{} is a directory without a bag of ROS 2, must be {}", name, kLog));
   }

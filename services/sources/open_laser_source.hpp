@@ -9,7 +9,6 @@
 #include "common/parameters.hpp"
 #include "services/settings/command_line.hpp"
 #include "services/sources/laser_choice.hpp"
-#include "services/sources/odometry_options.hpp"
 
 namespace crsm {
 
@@ -17,8 +16,8 @@ struct SourceOptions {
   std::uint64_t seed = 0;  ///< of the simulator's noise
   LaserChoice laser = {};
   LaserMessageOptions messages = {};
-  std::string program = {};  ///< which says on stderr what becomes of a live laser
-  OdometryOptions odometry = {};
+  std::string program = {};         ///< which says on stderr what becomes of a live laser
+  std::string odometry_topic = {};  ///< topic, frame of TF or LCM channel; empty for the usual ones
 };
 
 /// As the flags of a program say.
@@ -49,8 +48,7 @@ std::string DescribeCut(const std::string& name, const LaserSource& source);
 /// A line each about what of a log was left out, for who has read all of `source`.
 std::vector<std::string> DescribeComplaints(const std::string& name, const LaserSource& source);
 
-/// A line each about the odometry of a log, for who has read all of `source`: what is used, that it is there and is not
-/// used, or why it cannot be.
+/// A line each about the odometry of a log, for who has read all of `source` and uses it: as of OdometryNotes.
 std::vector<std::string> DescribeOdometry(const std::string& name, const LaserSource& source);
 
 }  // namespace crsm

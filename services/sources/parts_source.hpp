@@ -29,6 +29,7 @@ class PartsSource : public LaserSource {
 
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return part_->Odometry(); }
+  std::string OdometryName() const override { return part_->OdometryName(); }
   bool IsUpsideDown() const override { return is_upside_down_; }
   double Progress() const override;
   std::map<std::string, std::int64_t> Counts() const override;

@@ -12,6 +12,7 @@
 #include "common/diagnosis/sweep_study.hpp"
 #include "common/math/trigonometry.hpp"
 #include "common/scan/valid_rays.hpp"
+#include "services/base/printable.hpp"
 #include "services/base/process.hpp"
 #include "services/diagnosis/study_text.hpp"
 #include "services/sources/devices/live_laser.hpp"
@@ -20,8 +21,13 @@
 namespace crsm {
 namespace {
 
+struct FirstScans {
+  std::vector<LaserScan> scans;
+  std::string odometry;  ///< as of LaserSource::OdometryName
+};
+
 /// Fewer where no scan has times for its beams.
-std::vector<LaserScan> ReadFirstScans(const std::string& log, const CommandLine& command_line) {
+FirstScans ReadFirstScans(const std::string& log, const CommandLine& command_line) {
   constexpr std::size_t kForRanges = 300;
   const bool has_sweep = command_line.parameters().scan.sweep_s != 0.0;
   const auto source = OpenLaserSource(log, SourceOptionsOf(command_line));
@@ -31,7 +37,7 @@ std::vector<LaserScan> ReadFirstScans(const std::string& log, const CommandLine&
     const bool may_sweep = has_sweep || !scans.front().times_s.empty();
     if (scans.size() >= (may_sweep ? DiagnosisConstants::SweepStudy{}.num_scans : kForRanges)) break;
   }
-  return scans;
+  return {std::move(scans), source->OdometryName()};
 }
 
 /// Whether the scans of a log are mirror images as they were sent.
@@ -48,7 +54,6 @@ MirrorFinding StudyMirror(const std::string& log, const CommandLine& command_lin
   constexpr int kForOdometry = 300;  // scans
   SourceOptions options = SourceOptionsOf(command_line);
   options.messages.mirrored = false;
-  if (!options.odometry.is_used) options.odometry = {true, ""};
   const auto source = OpenLaserSource(log, options);
   HandednessJudge judge;
   bool has_odometry = false;
@@ -139,11 +144,17 @@ std::string StudyTimes(std::span<const LaserScan> scans, CommandLine& command_li
 
 void StudyLaser(const std::string& log, CommandLine& command_line) {
   if (ParseDevice(log)) return;
-  const std::vector<LaserScan> scans = ReadFirstScans(log, command_line);
+  const auto [scans, odometry] = ReadFirstScans(log, command_line);
   if (scans.empty()) return;
   const RangeFinding finding = StudyRanges(scans, command_line.parameters().scan);
   std::string line = DescribeBeams(scans.front(), finding.hits_a_scan) + ", " + DescribeReach(finding, command_line);
   line += StudyTimes(scans, command_line);
+  if (odometry.empty()) {
+    line += "; its first scans have no odometry";
+  } else {
+    line += fmt::format("; its odometry ({}) is {}used", MakePrintable(odometry),
+                        command_line.settings().odometry ? "" : "not ");
+  }
   line += StudyHandedness(log, command_line);
   Say(fmt::format("{}: {}: {}", command_line.program(), log, line));
 }
@@ -165,7 +176,7 @@ ScanCorrection StudyFurtherLog(const std::string& log, const CommandLine& comman
     Say(fmt::format("{}: {}: {} in this log", command_line.program(), log, finding));
   };
   if (!command_line.WasTyped("range_max_m")) {
-    const RangeFinding finding = StudyRanges(ReadFirstScans(log, command_line), command_line.parameters().scan);
+    const RangeFinding finding = StudyRanges(ReadFirstScans(log, command_line).scans, command_line.parameters().scan);
     if (finding.no_return_is_hit) {
       correction.range_m = static_cast<float>(LargestUsableRange({.range_max_m = finding.RangeMax()}));
       SayOf(DescribeNoReturn(finding) + ": not taken for hits");

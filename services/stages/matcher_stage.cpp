@@ -57,6 +57,7 @@ MatcherStage::MatcherStage(const CommandLine& command_line, MakeMatcher make_mat
   service_.bus().SubscribeBytes(channel, [this](std::span<const std::uint8_t> bytes) {
     const auto odometry = DecodePose(bytes);
     if (odometry) odometry_.Add(*odometry);
+    expects_odometry_ |= odometry && odometry->T_odom_robot;
     return odometry.has_value();
   });
 }
@@ -127,11 +128,13 @@ bool MatcherStage::Answer(const CriticalRays& scan) {
     if (odometry.state == ScanOdometry::State::kAwaited && settings_.lockstep) {
       service_.counters().Add("odometry_awaited");  // it will be sent again, and the scan with it
       odometry_awaited_ = scan.utime;
-      service_.SetState("waiting for ODOMETRY: does the publisher run with --odometry?");
+      service_.SetState("waiting for ODOMETRY: does the publisher run with --no-odometry?");
       return true;
     }
-    if (odometry.state == ScanOdometry::State::kAwaited && !HasWaitedLong(scan.utime)) return false;
-    if (odometry.state != ScanOdometry::State::kKnown) service_.counters().Add("odometry_missing");
+    const bool is_awaited = odometry.state == ScanOdometry::State::kAwaited && expects_odometry_;
+    if (is_awaited && !HasWaitedLong(scan.utime)) return false;
+    if (odometry.state != ScanOdometry::State::kKnown && expects_odometry_) service_.counters().Add("odometry_missing");
+    if (is_awaited) expects_odometry_ = false;
   }
   Match(scan, odometry.T_odom_robot);
   return true;
@@ -210,7 +213,8 @@ StallWatch::Awaited MatcherStage::Awaited() const {
   const MapReplica& replica = map_.replica();
   if (!replica.synced() || (!last_match_ && replica.tracking().empty())) return {};
   if (last_match_ && !WasAnswered(last_match_->utime)) return {"version {} of the map", replica.version() + 1};
-  if (odometry_awaited_) return {"ODOMETRY of scan {} (does the publisher run with --odometry?)", *odometry_awaited_};
+  if (odometry_awaited_)
+    return {"ODOMETRY of scan {} (does the publisher run with --no-odometry?)", *odometry_awaited_};
   return {"CRITICAL_RAYS after those of scan {}", replica.tracking().recent().back().utime};
 }
 

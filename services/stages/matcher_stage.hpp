@@ -15,8 +15,8 @@
 
 namespace crsm {
 
-/// What a process is that matches scans, whatever matches them: CRITICAL_RAYS, the map so far and, with --odometry,
-/// ODOMETRY -> SCAN_MATCH, POSE and POSE_LOCAL.
+/// What a process is that matches scans, whatever matches them: CRITICAL_RAYS, the map so far and ODOMETRY, if there is
+/// any, -> SCAN_MATCH, POSE and POSE_LOCAL.
 ///
 /// All that a match depends on comes with messages: the rays, their odometry, the map and the tracking state from the
 /// map's owner. A matcher that is started anew goes on where the last one stood. A scan that comes once more gets its
@@ -54,6 +54,7 @@ class MatcherStage {
   Service service_;
   ScanQueue<CriticalRays> scans_;
   OdometryBuffer odometry_;
+  bool expects_odometry_ = false;  ///< live: it has come, and since then no scan has waited for it in vain
   MakeMatcher make_matcher_;
   std::unique_ptr<Matcher> matcher_;  ///< none before the map's owner was heard
   MatchedMap map_;

@@ -53,6 +53,7 @@ WheelModel::State FromMessage(const wheel_model_t& message) {
           message.steps,
           message.slips,
           message.steps_since_slip,
+          message.have_moved == 1,
           message.has_start == 1,
           FromMessage(message.T_map_start),
           FromMessage(message.T_odom_start),
@@ -72,6 +73,7 @@ wheel_model_t ToMessage(const WheelModel::State& state) {
   message.steps = state.steps;
   message.slips = state.slips;
   message.steps_since_slip = state.steps_since_slip;
+  message.have_moved = state.have_moved ? 1 : 0;
   message.has_start = state.has_start ? 1 : 0;
   message.T_map_start = ToMessage(state.T_map_start);
   message.T_odom_start = ToMessage(state.T_odom_start);

@@ -90,8 +90,8 @@ bool IsWheelModel(const wheel_model_t& model) {
   return AreSums(model.way_information) && AreSums(model.way_vector) && AreSums(model.turn) && AreSums(model.delay) &&
          AreSums(model.way_noise) && AreSums(model.turn_noise) && IsAmount(model.wheels_error_m) &&
          IsAmount(model.velocity_error_m) && model.steps >= 0 && model.slips >= 0 && model.slips <= model.steps &&
-         model.steps_since_slip >= 0 && IsFlag(model.has_start) && IsPose(model.T_map_start) &&
-         IsPose(model.T_odom_start) && IsPose(model.rate_at_start);
+         model.steps_since_slip >= 0 && IsFlag(model.have_moved) && IsFlag(model.has_start) &&
+         IsPose(model.T_map_start) && IsPose(model.T_odom_start) && IsPose(model.rate_at_start);
 }
 
 bool IsLoop(const loop_t& loop) {

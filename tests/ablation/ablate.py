@@ -52,33 +52,34 @@ inline Value Varied(const char* name, Value value) {
 """
 
 PLAIN_SEEDS = range(1, 6)
+NO_WHEELS = [*SICK, "--no-odometry"]
 RELATIONS, TRUTH, END, AGREEMENT = range(4)
 # Name, source, flags, and what the error is of: relations, a true path, where the way ends, how well
 # rays agree with the map.
 CASES = [
-    ("edmonton, wheels", "beyond/edmonton.clf.gz", [*SICK, "--odometry"], TRUTH, "beyond/edmonton.ref.tum.gz"),
-    ("edmonton", "beyond/edmonton.clf.gz", SICK, TRUTH, "beyond/edmonton.ref.tum.gz"),
-    ("seattle, wheels", "beyond/seattle.clf.gz", [*SICK, "--odometry"], TRUTH, "beyond/seattle.ref.tum.gz"),
-    ("seattle", "beyond/seattle.clf.gz", [], TRUTH, "beyond/seattle.ref.tum.gz"),
-    ("belgioioso, wheels", "beyond/belgioioso.clf.gz", [*SICK, "--odometry"], TRUTH, "beyond/belgioioso.ref.tum.gz"),
+    ("edmonton, wheels", "beyond/edmonton.clf.gz", SICK, TRUTH, "beyond/edmonton.ref.tum.gz"),
+    ("edmonton", "beyond/edmonton.clf.gz", NO_WHEELS, TRUTH, "beyond/edmonton.ref.tum.gz"),
+    ("seattle, wheels", "beyond/seattle.clf.gz", SICK, TRUTH, "beyond/seattle.ref.tum.gz"),
+    ("seattle", "beyond/seattle.clf.gz", NO_WHEELS, TRUTH, "beyond/seattle.ref.tum.gz"),
+    ("belgioioso, wheels", "beyond/belgioioso.clf.gz", SICK, TRUTH, "beyond/belgioioso.ref.tum.gz"),
     ("bare hallway", "beyond/hallway_bare.bag.gz", [], END, 17.1),
     ("race track", "beyond/race_track_4mps_10hz.lcm.gz", [], TRUTH, "beyond/race_track_4mps_10hz.ref.tum.gz"),
     ("sweep 20 Hz", "beyond/sweep_20hz_fast_turns_no_times.lcm.gz", [], TRUTH,
      "beyond/sweep_20hz_fast_turns_no_times.ref.tum.gz"),
     ("rover", "beyond/rplidar-rover3.bag.gz", ["--preset", "rplidar-a1"], AGREEMENT, None),
-    ("corridor, wheels", "beyond/bare_corridor_40m_wheels.world", ["--range-max-m", 10.6, "--odometry"], TRUTH, None),
+    ("corridor, wheels", "beyond/bare_corridor_40m_wheels.world", ["--range-max-m", 10.6], TRUTH, None),
     ("demo", "sim:demo", [], TRUTH, None),
 ]
 MORE = [
     ("arena", "beyond/ld19-arena.db3.gz", [], AGREEMENT, None),
-    ("aces at 8 m", "radish/aces.clf.gz", [*SICK, "--range-max-m", 8.42], RELATIONS, "radish/aces.relations"),
-    ("intel", "radish/intel.clf.gz", SICK, RELATIONS, "radish/intel.relations"),
-    ("fr079", "radish/fr079.clf.gz", SICK, RELATIONS, "radish/fr079.relations"),
-    ("aces", "radish/aces.clf.gz", SICK, RELATIONS, "radish/aces.relations"),
-    ("killian", "radish/killian.clf.gz", SICK, RELATIONS, "radish/killian.relations"),
-    ("fr-clinic, wheels", "radish/fr-clinic.clf.gz", [*SICK, "--odometry"], RELATIONS, "radish/fr-clinic.relations"),
-    ("fr-clinic", "radish/fr-clinic.clf.gz", SICK, RELATIONS, "radish/fr-clinic.relations"),
-    ("belgioioso", "beyond/belgioioso.clf.gz", [], TRUTH, "beyond/belgioioso.ref.tum.gz"),
+    ("aces at 8 m", "radish/aces.clf.gz", [*NO_WHEELS, "--range-max-m", 8.42], RELATIONS, "radish/aces.relations"),
+    ("intel", "radish/intel.clf.gz", NO_WHEELS, RELATIONS, "radish/intel.relations"),
+    ("fr079", "radish/fr079.clf.gz", NO_WHEELS, RELATIONS, "radish/fr079.relations"),
+    ("aces", "radish/aces.clf.gz", NO_WHEELS, RELATIONS, "radish/aces.relations"),
+    ("killian", "radish/killian.clf.gz", NO_WHEELS, RELATIONS, "radish/killian.relations"),
+    ("fr-clinic, wheels", "radish/fr-clinic.clf.gz", SICK, RELATIONS, "radish/fr-clinic.relations"),
+    ("fr-clinic", "radish/fr-clinic.clf.gz", NO_WHEELS, RELATIONS, "radish/fr-clinic.relations"),
+    ("belgioioso", "beyond/belgioioso.clf.gz", NO_WHEELS, TRUTH, "beyond/belgioioso.ref.tum.gz"),
     ("campus", "sim:campus:3000:{seed}", SICK, TRUTH, None),
 ]
 

@@ -280,8 +280,7 @@ class LasersTest(unittest.TestCase):
         run = Run(self, "hokuyo", starts=False)
         out = pathlib.Path(run.folder.name) / "map"
         with open(run.log, "ab") as log:
-            run.publisher = subprocess.Popen([BIN / "run_stack", run.source, "--out", out, "--lcm-url", run.url,
-                                              "--odometry"],  # of another driver on the bus
+            run.publisher = subprocess.Popen([BIN / "run_stack", run.source, "--out", out, "--lcm-url", run.url],
                                              stdout=log, stderr=log)
         run.await_scans()
         run.await_said("run_stack: mapping; Ctrl-C ends")

@@ -25,32 +25,32 @@ void CheckSays(const Ended& ended, const std::string& line) {
 
 }  // namespace
 
-TEST_CASE("slam_offline tells of odometry that it does not use, and which it uses") {
+TEST_CASE("slam_offline tells at its start which odometry it uses, or does not, and at its end what had it") {
   const TemporaryFolder folder;
   auto Map = [&, number = 0](const std::string& log, const std::vector<std::string>& flags) mutable {
     return folder.Map(log, std::to_string(number++), flags);
   };
   const std::string tf = "slam_offline: " + kTfBag;
   const std::string odom = "slam_offline: " + kOdomBag;
-  CheckSays(Map(kTfBag, {}), tf + " has odometry (the frame odom of TF): --odometry uses it\n");
-  CheckSays(Map(kTfBag, {"--odometry"}),
-            tf + " gives odometry to 3 of 3 scans (base_link in the frame odom of TF): " + kMounting);
-  CheckSays(Map(kOdomBag, {}), odom + " has odometry (/odom): --odometry uses it\n");
+  const Ended without = Map(kTfBag, {"--no-odometry"});
+  CheckSays(without, "; its odometry (base_link in the frame odom of TF) is not used\n");
+  CHECK(without.errors.find(" gives odometry to ") == std::string::npos);
+  CheckSays(Map(kTfBag, {}), "; its odometry (base_link in the frame odom of TF) is used\n");
+  CheckSays(Map(kTfBag, {}), tf + " gives odometry to 3 of 3 scans (base_link in the frame odom of TF): " + kMounting);
+  CheckSays(Map(kOdomBag, {}), "; its odometry (/odom) is used\n");
   CheckSays(Map(kOdomBag, {"--odometry-topic", "/odom"}),
             odom +
                 " gives odometry to 3 of 3 scans (/odom): where the laser stands on the robot is not known, as the "
                 "bag has no TF\n");
-  CHECK(Map("sim:" CRSM_SOURCE_DIR "/tests/bags/small.world", {}).errors.find("odometry") == std::string::npos);
+  CheckSays(Map("sim:" CRSM_SOURCE_DIR "/tests/bags/small.world", {}), "; its first scans have no odometry\n");
 }
 
 TEST_CASE("laser_publisher and run_stack tell the same") {
   const TemporaryFolder folder;
-  const std::string uses = " has odometry (the frame odom of TF): --odometry uses it\n";
   const std::string url = "file://" + (folder / "converted.lcm").string() + "?mode=w";
-  CheckSays(folder.Run("laser_publisher", {kTfBag, "--lcm-url", url}), "laser_publisher: " + kTfBag + uses);
-  CheckSays(folder.Run("laser_publisher", {kTfBag, "--odometry", "--lcm-url", url}), kMounting);
-  CheckSays(folder.Map(folder / "converted.lcm", "out"), "converted.lcm has odometry (ODOMETRY): --odometry uses it\n");
-  CheckSays(folder.MapWithStack(kTfBag, "stack"), kTfBag + uses);
+  CheckSays(folder.Run("laser_publisher", {kTfBag, "--lcm-url", url}), kMounting);
+  CheckSays(folder.Map(folder / "converted.lcm", "out"), "; its odometry (ODOMETRY) is used\n");
+  CheckSays(folder.MapWithStack(kTfBag, "stack"), "; its odometry (base_link in the frame odom of TF) is used\n");
   CheckSays(folder.MapWithStack(kTfBag, "stack2", {"--odometry-topic", "odom"}), kMounting);
 }
 

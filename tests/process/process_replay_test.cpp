@@ -92,7 +92,7 @@ TEST_CASE(
     const Recording recording = Record(TakeScans("sim:demo", 20, 10), parameters);
     const TemporaryFolder folder;
     const std::string url = MakeBusUrl();
-    Process matcher("rrhc_matcher", With({"--lcm-url", url, "--lockstep"}, profile), folder / "log");
+    Process matcher("rrhc_matcher", With({"--lcm-url", url, "--lockstep", "--no-odometry"}, profile), folder / "log");
     REQUIRE(matcher.AwaitReady());
     TestBus bus(url);
     MapOwner owner(parameters.update);
@@ -124,7 +124,7 @@ TEST_CASE("a matcher goes on where the owner has lost its last match again, and 
   const Recording recording = Record(TakeScans("sim:demo", 3, 10), {});
   const TemporaryFolder folder;
   const std::string url = MakeBusUrl();
-  Process matcher("rrhc_matcher", {"--lcm-url", url, "--lockstep"}, folder / "log");
+  Process matcher("rrhc_matcher", {"--lcm-url", url, "--lockstep", "--no-odometry"}, folder / "log");
   REQUIRE(matcher.AwaitReady());
   TestBus bus(url);
   MapOwner owner(Parameters().update);

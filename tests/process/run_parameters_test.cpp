@@ -12,9 +12,9 @@ TEST_CASE("the summary of a run of half a second tells what each process used, a
   Stack stack({.url = url,
                .out = folder / "out",
                .own_flags = {{"map_updater", {"--update-distance-m", "0.35"}},
-                             {"rrhc_matcher", {"--seed", "9", "--odometry"}},
+                             {"rrhc_matcher", {"--seed", "9", "--no-odometry"}},
                              {"ray_selector", {"--rays-max", "70"}},
-                             {"laser_publisher", {"--odometry"}}}});
+                             {"laser_publisher", {"--no-odometry"}}}});
   REQUIRE(stack.StartServices());
   REQUIRE(stack.StartPublisher(log, "max"));
   CHECK(stack.Finish());
@@ -22,11 +22,11 @@ TEST_CASE("the summary of a run of half a second tells what each process used, a
   const nlohmann::json used = folder.Summary("out")["parameters"];
   CAPTURE(used.dump(2));
   CHECK(used["rrhc_matcher"]["seed"] == 9);
-  CHECK(used["rrhc_matcher"]["odometry"] == true);
+  CHECK(used["rrhc_matcher"]["odometry"] == false);
   CHECK(used["rrhc_matcher"]["lockstep"] == true);
   CHECK(used["ray_selector"]["rays_max"] == 70);
   CHECK(used["map_updater"]["update_distance_m"] == 0.35);
-  CHECK(used["laser_publisher"]["odometry"] == true);
+  CHECK(used["laser_publisher"]["odometry"] == false);
   CHECK(used["laser_publisher"]["rate"] == "max");
   CHECK(used["map_exporter"]["out"] == (folder / "out").string());
   // Each tells what it uses, and nothing of the others'.
@@ -43,7 +43,7 @@ TEST_CASE("slam_offline tells all that it used") {
   REQUIRE(used.size() == 1);
   CHECK(used["slam_offline"]["seed"] == 5);
   CHECK(used["slam_offline"]["range_max_m"] == 20.0);
-  CHECK(used["slam_offline"]["odometry"] == false);
+  CHECK(used["slam_offline"]["odometry"] == true);
   CHECK(used["slam_offline"]["cell_size_m"] == 0.05);
   CHECK(used["slam_offline"]["out"] == (folder / "out").string());
 }
@@ -72,7 +72,7 @@ TEST_CASE("each process has a channel of its own for its status, which holds its
   };
   CHECK(heard.name == "rrhc_matcher");
   CHECK(Value("seed") == "7");
-  CHECK(Value("odometry") == "false");
+  CHECK(Value("odometry") == "true");
   CHECK(Value("channel_prefix") == "robot1/");
   CHECK(Value("start") == long_start.substr(0, 1000) + "...");
   CHECK(num_bytes < 8192);

@@ -186,7 +186,7 @@ TEST_CASE("run_stack hands each process the flags that belong to it") {
   StandIns stack;
   std::ofstream(stack.Path("out.toml")) << "preset = \"utm-30lx\"\nrate = \"2\"\nlockstep = true\nresume = true\n";
   stack.Run(
-      "$run_stack sim:demo --out $out --config $out.toml --profile paper --seed 7 --odometry --range-max-m 9 "
+      "$run_stack sim:demo --out $out --config $out.toml --profile paper --seed 7 --no-odometry --range-max-m 9 "
       "--rays-max 70 --cell-size-m 0.1 --export-period-s 2 --resend-s 0.2 --map-wait-s 1 "
       "--part-bytes 1400 --channel-prefix robot1/ --laser-channel FRONT --view --http 127.0.0.1:8000");
   INFO(stack.output);
@@ -194,20 +194,20 @@ TEST_CASE("run_stack hands each process the flags that belong to it") {
   const std::string common = " --config " + stack.Path("out.toml") + " --profile paper";
   CHECK(stack.Event("laser_publisher") ==
         "laser_publisher started sim:demo --rate 2 --position " + stack.Path("out/log/laser_publisher.position") +
-            common + " --channel-prefix robot1/ --laser-channel FRONT --odometry --resend-s 0.2 --seed 7");
+            common + " --channel-prefix robot1/ --laser-channel FRONT --no-odometry --resend-s 0.2 --seed 7");
   CHECK(stack.Event("ray_selector") == "ray_selector started --laser-channel LASER" + common +
                                            " --channel-prefix robot1/ --range-max-m 9 --rays-max 70");
-  CHECK(stack.Event("rrhc_matcher") ==
-        "rrhc_matcher started --no-lockstep" + common +
-            " --channel-prefix robot1/ --odometry --map-wait-s 1 --seed 7");
+  CHECK(stack.Event("rrhc_matcher") == "rrhc_matcher started --no-lockstep" + common +
+                                           " --channel-prefix robot1/ --no-odometry --map-wait-s 1 --seed 7");
   CHECK(stack.Event("map_updater") ==
         "map_updater started --no-lockstep --journal " + stack.Path("out/journal") + common +
             " --channel-prefix robot1/ --part-bytes 1400 --range-max-m 9 --cell-size-m 0.1 --no-resume");
-  CHECK(stack.Event("map_exporter") ==
-        "map_exporter started --out " + stack.Path("out") +
-            " --made-from sim:demo --profile paper --config out.toml --laser-channel FRONT --odometry --range-max-m 9 "
-            "--rays-max 70 --seed 7 --cell-size-m 0.1" +
-            common + " --channel-prefix robot1/ --export-period-s 2");
+  CHECK(
+      stack.Event("map_exporter") ==
+      "map_exporter started --out " + stack.Path("out") +
+          " --made-from sim:demo --profile paper --config out.toml --laser-channel FRONT --no-odometry --range-max-m 9 "
+          "--rays-max 70 --seed 7 --cell-size-m 0.1" +
+          common + " --channel-prefix robot1/ --export-period-s 2");
   CHECK(stack.Event("map_viewer") == "map_viewer started" + common + " --channel-prefix robot1/ --http 127.0.0.1:8000");
 }
 
@@ -227,12 +227,12 @@ TEST_CASE("what is of the laser, the odometry or the pace is for who reads the l
            {bag + " --laser-frame laser",
             {{"laser_publisher", " --laser-frame laser"},
              {"ray_selector", " started --laser-channel LASER --laser-frame "}}},
-           {"live --odometry-topic WHEELS", {{"rrhc_matcher", " started --odometry-topic WHEELS --odometry"}}},
+           {"live --odometry-topic WHEELS", {{"rrhc_matcher", " started --odometry-topic WHEELS"}}},
            {odom_bag + " --config $out.toml",
-            {{"rrhc_matcher", " started --lockstep --odometry-topic ODOMETRY --config $out.toml --odometry"}}},
+            {{"rrhc_matcher", " started --lockstep --odometry-topic ODOMETRY --config $out.toml"}}},
            {odom_bag + " --odometry-topic /odom",
-            {{"rrhc_matcher", " started --lockstep --odometry-topic ODOMETRY --odometry"},
-             {"laser_publisher", " --odometry-topic /odom --odometry"}}},
+            {{"rrhc_matcher", " started --lockstep --odometry-topic ODOMETRY"},
+             {"laser_publisher", " --odometry-topic /odom"}}},
            {"sim:demo --outputs mbot --channel-prefix robot1/",
             {{"mbot_publisher", " started --channel-prefix robot1/"}}}}) {
     StandIns stack;

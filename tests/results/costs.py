@@ -104,8 +104,8 @@ def measure_packages():
 
 SECTIONS = [
     Section("Cost of loops", 2, "The processor time of a scan with loops and without them, in one process; the seeds 1 to 5.",
-            ["build/bin/slam_offline LOG.clf.gz --preset sick --seed N --out DIR",
-             "build/bin/slam_offline LOG.clf.gz --preset sick --seed N --no-loops --out DIR"], measure_cost_of_loops,
+            ["build/bin/slam_offline LOG.clf.gz --preset sick --no-odometry --seed N --out DIR",
+             "build/bin/slam_offline LOG.clf.gz --preset sick --no-odometry --seed N --no-loops --out DIR"], measure_cost_of_loops,
             (radish("intel"), radish("killian")), is_timed=True),
     Section("Stack", 4, "The processor time of a scan in the processes, in lockstep, and in one process that does it all; "
             "medians of five runs.",

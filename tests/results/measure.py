@@ -110,9 +110,9 @@ def map_log(source, flags, relations=None, laser_x_m=0.0, align_truth=False):
         return Run(json.loads((pathlib.Path(out) / "summary.json").read_text()), error_m, usage.ru_utime + usage.ru_stime)
 
 
-def map_radish(name, flags, log=None):
+def map_radish(name, flags, log=None, odometry=False):
     """A log of the Radish repository, whole or another copy of it, and the error of its relations."""
-    return map_log(log or DATA / radish(name), [*SICK, *flags], DATA / f"radish/{name}.relations",
+    return map_log(log or DATA / radish(name), [*SICK, *([] if odometry else ["--no-odometry"]), *flags], DATA / f"radish/{name}.relations",
                    -0.04 if name == "fr079" else 0.0)
 
 

@@ -48,6 +48,7 @@ inline wheel_model_t WheelModelMessage() {
           2,
           7,
           1,
+          1,
           {1.0, 2.0, 0.5},
           {3.0, 4.0, -0.5},
           {0.5, 0.0, 0.25}};

@@ -70,6 +70,11 @@ std::optional<Pose2> FindWheels(std::span<const ScanMatch> recent, std::int64_t 
   return is_motion ? std::optional(motion) : std::nullopt;
 }
 
+/// Whether odometry tells another pose than at the newest of these scans.
+bool Moves(std::span<const ScanMatch> recent, const std::optional<Pose2>& T_odom_robot) {
+  return !recent.empty() && recent.back().T_odom_robot && T_odom_robot && *recent.back().T_odom_robot != *T_odom_robot;
+}
+
 /// The same in a second; 0 where that is not known, or the scans are far apart.
 Pose2 FindRate(const std::optional<Pose2>& wheels, double elapsed_s, const Constants& constants) {
   if (!wheels || elapsed_s <= 0.0 || elapsed_s > constants.longest_period_s) return {};
@@ -187,6 +192,7 @@ std::optional<WheelMotion> WheelModel::Predict(std::span<const ScanMatch> recent
                                                const std::optional<Pose2>& T_odom_robot) const {
   const auto wheels = FindWheels(recent, utime, T_odom_robot, constants_);
   if (!wheels || !AreBelieved()) return std::nullopt;
+  if (!state_.have_moved && !Moves(recent, T_odom_robot)) return std::nullopt;
   const double elapsed_s = Seconds(recent.back().utime, utime);
   return WithNoise(ToLaser(*wheels, FindRateBefore(recent, constants_), FindRate(wheels, elapsed_s, constants_)));
 }
@@ -194,7 +200,7 @@ std::optional<WheelMotion> WheelModel::Predict(std::span<const ScanMatch> recent
 /// Whether their last step was none that they slipped on, and they are not so noisy that they are frozen, or slip as
 /// they like. Before enough is learned, whether they told the last motions no worse than the velocity model.
 bool WheelModel::AreBelieved() const {
-  if (state_.steps < constants_.few_steps) {
+  if (!state_.have_moved || state_.steps < constants_.few_steps) {
     return state_.wheels_error_m <= state_.velocity_error_m + constants_.tolerance_m;
   }
   return state_.steps_since_slip > 0 && !values_.AreTooNoisy(constants_);
@@ -216,9 +222,14 @@ void WheelModel::Add(std::span<const ScanMatch> recent, const ScanMatch& match) 
     state_.T_odom_start = state_.has_start ? *match.T_odom_robot : Pose2{};
     state_.rate_at_start = state_.has_start ? rate : Pose2{};
   };
+  if (!state_.have_moved && Moves(recent, match.T_odom_robot)) {  // what went before says nothing
+    state_.have_moved = true;
+    state_.steps = 0;
+    Solve();
+  }
   if (!wheels) return Begin({});
   const Pose2 rate = FindRate(wheels, elapsed_s, constants_);
-  if (match.state == MatchState::kOk) {
+  if (match.state == MatchState::kOk && state_.have_moved) {
     LearnErrors(recent, match, *wheels, rate);
     LearnDelay(recent, match);
   }
@@ -230,7 +241,12 @@ void WheelModel::Add(std::span<const ScanMatch> recent, const ScanMatch& match) 
   };
   if (match.state == MatchState::kDegenerate) return Begin(rate);  // the way is not measured
   if (!IsStep(matched) && !IsStep(told)) return;
-  LearnStep(told, matched, rate);
+  if (state_.have_moved) {
+    LearnStep(told, matched, rate);
+  } else {
+    ++state_.steps;
+    Solve();
+  }
   Begin(rate);
 }
 
@@ -324,6 +340,7 @@ void WheelModel::Solve() {
   values_ = prior;
   values_.steps = state_.steps;
   values_.slips = state_.slips;
+  values_.have_moved = state_.have_moved;
 
   Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
   std::size_t at = 0;

@@ -41,6 +41,7 @@ class WheelModel {
     double turn_per_rad = 0.0;
     std::int64_t steps = 0;  ///< learned from
     std::int64_t slips = 0;  ///< of them: further from the model than five standard deviations
+    bool have_moved = true;  ///< else steps are those of the laser alone, and nothing was learned from them
 
     /// Whether they and the laser tell ways so different that they are no help.
     bool AreTooNoisy(const MatchConstants::WheelModel& constants = {}) const;
@@ -56,7 +57,8 @@ class WheelModel {
 
   /// The motion since the last scan. Nothing without odometry at either, where the wheels jump further than a robot
   /// drives in that time, after a slip, and where they are too noisy; until a few steps were learned from, where they
-  /// have told the last motions worse than PredictPose did.
+  /// have told the last motions worse than PredictPose did. Nor before the wheels move for the first time: a pose that
+  /// never changes may be that of a robot without wheels.
   std::optional<WheelMotion> Predict(std::span<const ScanMatch> recent, std::int64_t utime,
                                      const std::optional<Pose2>& T_odom_robot) const;
 
@@ -83,7 +85,8 @@ class WheelModel {
     std::int64_t steps = 0;
     std::int64_t slips = 0;
     std::int64_t steps_since_slip = 0;
-    bool has_start = false;  ///< of the step that goes on
+    bool have_moved = false;  ///< the wheels, ever
+    bool has_start = false;   ///< of the step that goes on
     Pose2 T_map_start;
     Pose2 T_odom_start;
     Pose2 rate_at_start;  ///< motion of the wheels in a second

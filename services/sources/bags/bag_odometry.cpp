@@ -105,10 +105,8 @@ struct BagOdometry::Survey {
   }
 };
 
-BagOdometry::BagOdometry(const std::string& path, const Topics& topics, const BagLaser& laser,
-                         const OdometryOptions& options)
-    : laser_(laser), options_(options), transforms_(ChooseTransforms(topics, laser.topic.name)) {
-  if (!options_.is_used) options_.topic.clear();
+BagOdometry::BagOdometry(const std::string& path, const Topics& topics, const BagLaser& laser, const std::string& named)
+    : laser_(laser), named_(named), transforms_(ChooseTransforms(topics, laser.topic.name)) {
   Choose(path, topics);
   if (transforms_.empty()) {
     found_.refusal = "the bag has no TF";
@@ -116,7 +114,7 @@ BagOdometry::BagOdometry(const std::string& path, const Topics& topics, const Ba
   }
   const Survey survey = LookAhead(path);
   laser_is_upside_down_ = survey.tree.IsUpsideDown(survey.robot_frame, survey.laser_frame);
-  if (!options_.is_used || !refusal_.empty()) return;
+  if (!refusal_.empty()) return;
   FindRobot(survey, path, topics);
   if (refusal_.empty()) FindMounting(survey);
 }
@@ -124,27 +122,23 @@ BagOdometry::BagOdometry(const std::string& path, const Topics& topics, const Ba
 void BagOdometry::Choose(const std::string& path, const Topics& topics) {
   Topics odometries;
   std::copy_if(topics.begin(), topics.end(), std::inserter(odometries, odometries.end()),
-               options_.topic.empty() ? IsOdometryTopic : IsPoseTopic);
-  if (!options_.topic.empty()) {
-    const auto named = std::find_if(odometries.begin(), odometries.end(),
-                                    [&](const BagTopic& topic) { return topic.name == options_.topic; });
+               named_.empty() ? IsOdometryTopic : IsPoseTopic);
+  if (!named_.empty()) {
+    const auto named =
+        std::find_if(odometries.begin(), odometries.end(), [&](const BagTopic& topic) { return topic.name == named_; });
     if (named != odometries.end()) {
       topic_ = *named;
     } else if (transforms_.empty()) {
       throw std::runtime_error(fmt::format("{} has no odometry {}; its topics of odometry: {}; it has no TF{}", path,
-                                           options_.topic, ListTopics(odometries),
-                                           SuggestOdometry(options_.topic, odometries)));
+                                           named_, ListTopics(odometries), SuggestOdometry(named_, odometries)));
     }
     return;
   }
   topic_ = ChooseOdometry(odometries, laser_.topic.name);
   if (topic_) return;
   if (!odometries.empty()) {
-    must_be_named_ = true;
     refusal_ = fmt::format("there is no topic {}, and several could be meant: --odometry-topic must name one of {}",
                            OdometryBeside(laser_.topic.name), ListTopics(odometries));
-  } else if (transforms_.empty()) {
-    refusal_ = "there is neither a topic of nav_msgs/Odometry nor TF";
   }
 }
 
@@ -152,7 +146,7 @@ void BagOdometry::Choose(const std::string& path, const Topics& topics) {
 BagOdometry::Survey BagOdometry::LookAhead(const std::string& path) const {
   constexpr int kMostScans = 500;
   constexpr int kMostMessages = 200'000;
-  Survey survey(options_.topic.empty() || topic_ ? "" : options_.topic);
+  Survey survey(named_.empty() || topic_ ? "" : named_);
   const auto bag = OpenBag(path, [&](const BagTopic& topic) {
     return topic == laser_.topic || topic == topic_ || transforms_.count(topic.name) > 0;
   });
@@ -191,12 +185,12 @@ void BagOdometry::FindRobot(const Survey& survey, const std::string& path, const
     refusal_ = fmt::format("the frame {} of TF moves {}, and that moves the robot: --odometry-topic {} is its odometry",
                            odometry_frame_, robot_frame_, robot_frame_);
   }
-  if (refusal_.empty() || options_.topic.empty() || !survey.tree.FindRobots().empty()) return;
+  if (refusal_.empty() || named_.empty() || !survey.tree.FindRobots().empty()) return;
   throw std::runtime_error(fmt::format(
       "{} has no odometry {}: neither a topic of nav_msgs/Odometry or geometry_msgs/PoseStamped, nor a frame of TF; "
       "frames in which others stand: {}{}",
-      path, options_.topic, ListPrintable(survey.tree.ListParents()),
-      SuggestOdometry(options_.topic, topics, survey.tree.ListParents())));
+      path, named_, ListPrintable(survey.tree.ListParents()),
+      SuggestOdometry(named_, topics, survey.tree.ListParents())));
 }
 
 /// The robot on which the laser stands; where TF does not tell that, the only one.
@@ -237,12 +231,7 @@ bool BagOdometry::Wants(const BagTopic& topic) const {
 
 std::int64_t BagOdometry::Take(const std::string& topic, std::string_view data, ScansWithOdometry& scans) {
   if (topic_ && topic == topic_->name) return TakeOdometry(data, scans);
-  if (!options_.is_used && !odometry_frame_.empty()) return 0;  // all is known
   const auto transforms = Decode(topic, data);
-  if (!options_.is_used) {
-    LookForFrame(transforms.value_or(std::vector<Transform>()));
-    return 0;
-  }
   return transforms ? TakeTransforms(*transforms, scans) : 1;
 }
 
@@ -272,14 +261,6 @@ std::int64_t BagOdometry::TakeTransforms(const std::vector<Transform>& transform
   return num_bad;
 }
 
-/// For who does not use it: whether there is odometry.
-void BagOdometry::LookForFrame(const std::vector<Transform>& transforms) {
-  const TransformTree tree;
-  for (const Transform& transform : transforms) {
-    if (transform.T_parent_child && tree.IsOdometryFrame(transform.parent)) odometry_frame_ = transform.parent;
-  }
-}
-
 void BagOdometry::CheckJoint(const Transform& transform) {
   if (!found_.mounting || !transform.T_parent_child || !moved_joint_.empty()) return;
   for (const Transform& joint : found_.mounting->joints) {
@@ -295,11 +276,7 @@ void BagOdometry::Add(const Odometry& odometry, ScansWithOdometry& scans) const 
 }
 
 std::vector<std::string> BagOdometry::Notes(const ScansWithOdometry& scans) const {
-  if (!options_.is_used) {
-    const bool is_there = topic_ ? scans.num_with_odometry() > 0 : !odometry_frame_.empty();
-    if (is_there) return {fmt::format("has odometry ({}): --odometry uses it", Describe())};
-    return must_be_named_ ? std::vector{"has odometry, but " + refusal_} : std::vector<std::string>();
-  }
+  if (!topic_ && transforms_.empty() && refusal_.empty()) return {};
   if (!refusal_.empty()) return {"has no odometry that can be used: " + refusal_};
   if (scans.num_with_odometry() == 0) {
     return {fmt::format("has odometry ({}), but gives it to no scan: {}", Describe(), scans.ExplainNoOdometry())};
@@ -315,8 +292,8 @@ std::vector<std::string> BagOdometry::Notes(const ScansWithOdometry& scans) cons
   return notes;
 }
 
-/// "base_link in /odom", "base_footprint in the frame odom of TF".
 std::string BagOdometry::Describe() const {
+  if (!refusal_.empty() || (!topic_ && odometry_frame_.empty())) return "";
   const std::string where = topic_ ? topic_->name : fmt::format("the frame {} of TF", odometry_frame_);
   return robot_frame_.empty() ? where : fmt::format("{} in {}", robot_frame_, where);
 }

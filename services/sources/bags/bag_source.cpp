@@ -67,12 +67,12 @@ BagTopic ChooseLaser(const std::string& path, const Topics& topics, const std::s
 
 }  // namespace
 
-BagSource::BagSource(const std::string& path, const LaserChoice& laser, const OdometryOptions& odometry,
+BagSource::BagSource(const std::string& path, const LaserChoice& laser, const std::string& odometry,
                      const ScanParameters& parameters)
     : BagSource(path, FindTopics(path), laser, odometry, parameters) {}
 
 BagSource::BagSource(const std::string& path, const Topics& topics, const LaserChoice& laser,
-                     const OdometryOptions& odometry, const ScanParameters& parameters)
+                     const std::string& odometry, const ScanParameters& parameters)
     : laser_(ChooseLaser(path, topics, laser.channel)),
       laser_parameters_(parameters),
       frames_(laser.frame),
@@ -141,6 +141,8 @@ std::map<std::string, std::int64_t> BagSource::Counts() const {
 }
 
 bool BagSource::IsUpsideDown() const { return odometry_->laser_is_upside_down(); }
+
+std::string BagSource::OdometryName() const { return odometry_->Describe(); }
 
 std::vector<std::string> BagSource::OdometryNotes() const { return odometry_->Notes(scans_); }
 

@@ -15,7 +15,6 @@
 #include "services/diagnosis/laser_frames.hpp"
 #include "services/sources/bags/bag_reader.hpp"
 #include "services/sources/laser_choice.hpp"
-#include "services/sources/odometry_options.hpp"
 #include "services/sources/scans_with_odometry.hpp"
 
 namespace crsm {
@@ -32,14 +31,16 @@ class BagOdometry;
 class BagSource : public LaserSource {
  public:
   /// laser: whose scans to take. Throws std::runtime_error that lists the topics, or the frames of the scans, where
-  /// that does not tell which. odometry: Throws std::runtime_error too if the bag has not what it names.
-  BagSource(const std::string& path, const LaserChoice& laser, const OdometryOptions& odometry = {},
+  /// that does not tell which. odometry: its topic, or frame of TF; empty for the usual ones. Throws std::runtime_error
+  /// too if the bag has not what it names.
+  BagSource(const std::string& path, const LaserChoice& laser, const std::string& odometry = "",
             const ScanParameters& parameters = {});
 
   ~BagSource() override;
 
   std::optional<LaserScan> Next() override;
   std::optional<Pose2> Odometry() const override { return scans_.T_odom_robot(); }
+  std::string OdometryName() const override;
   std::string Channel() const override { return laser_.name; }
   bool IsUpsideDown() const override;
   double Progress() const override { return bag_->Progress(); }
@@ -49,7 +50,7 @@ class BagSource : public LaserSource {
 
  private:
   BagSource(const std::string& path, const std::set<BagTopic>& topics, const LaserChoice& laser,
-            const OdometryOptions& odometry, const ScanParameters& parameters);
+            const std::string& odometry, const ScanParameters& parameters);
   void StudyFirstScans(const std::string& path, const std::string& wanted);
   void Take(const BagMessage& message);
   void TakeScan(std::string_view data);

@@ -363,6 +363,11 @@ TEST_CASE("wheels that tell another way than the laser make a map doubtful, and 
   CHECK(JudgeBy(0.06, 0.16, 100).trust == Trust::kGood);
   CHECK(JudgeBy(0.06, 0.16, 100).off_m == good.off_m);
   CHECK(JudgeBy(0.22, 0.1, 3).trust == Trust::kGood);  // too little was learned
+  CHECK(JudgeBy(0.06, 0.16, 100).notes.back().starts_with("the wheels: a metre is 1.000 m by the laser, to 0.060 m"));
+  Verdict standing = good;
+  JudgeWheels({.way_per_m = 0.22, .steps = 100, .have_moved = false}, standing);
+  CHECK(standing.trust == Trust::kGood);
+  CHECK(standing.notes.back() == "the wheels never moved, and the laser did: they were not used");
   for (const Verdict& verdict : {JudgeBy(0.22, 0.1, 8), JudgeBy(0.06, 0.3, 8)}) {
     CHECK(verdict.trust == Trust::kDoubtful);
     CHECK(Mentions(verdict, "the wheels and the laser tell different ways"));

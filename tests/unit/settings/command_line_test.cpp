@@ -25,8 +25,8 @@ class Program {
   explicit Program(const std::vector<std::string>& words,
                    std::vector<ParameterGroup> groups = {ParameterGroup::kSeed, ParameterGroup::kLaser,
                                                          ParameterGroup::kScan, ParameterGroup::kSelection,
-                                                         ParameterGroup::kUpdate,
-                                                         ParameterGroup::kLoops, ParameterGroup::kAlgorithm})
+                                                         ParameterGroup::kUpdate, ParameterGroup::kLoops,
+                                                         ParameterGroup::kAlgorithm})
       : line("program", "What it does.", std::move(groups),
              {"lcm_url", "channel_prefix", "odometry", "odometry_topic", "lockstep", "map_wait_s", "start"}) {
     std::vector<const char*> argv{"program"};
@@ -93,9 +93,8 @@ TEST_CASE("without flags the defaults hold") {
 
 TEST_CASE("a program tells the values of what it uses, and of nothing else") {
   const Program program({"--seed", "7", "--lockstep", "--map-wait-s", "0.5"}, {ParameterGroup::kSeed});
-  const NamedValues expected{{"seed", std::uint64_t{7}}, {"lcm_url", ""},        {"channel_prefix", ""},
-                             {"odometry", false},        {"odometry_topic", ""}, {"lockstep", true},
-                             {"map_wait_s", 0.5},        {"start", ""}};
+  const NamedValues expected{{"seed", std::uint64_t{7}}, {"lcm_url", ""},    {"channel_prefix", ""}, {"odometry", true},
+                             {"odometry_topic", ""},     {"lockstep", true}, {"map_wait_s", 0.5},    {"start", ""}};
   CHECK(program.line.UsedValues() == expected);
 }
 
@@ -116,8 +115,8 @@ TEST_CASE("a text that is no value of its key, or of a key that is unknown, stay
 
 TEST_CASE("every kind of flag sets its value") {
   const Program program({"--cell-size-m", "0.07", "--rays-max=123", "--algorithm", "paper", "--no-beam-times",
-                         "--no-loops", "--seed", "18446744073709551615", "--lcm-url", "tcpq://localhost",
-                         "--lockstep", "--map-wait-s", "1.5", "--sweep-s", "-0.1"});
+                         "--no-loops", "--seed", "18446744073709551615", "--lcm-url", "tcpq://localhost", "--lockstep",
+                         "--map-wait-s", "1.5", "--sweep-s", "-0.1"});
   CHECK_FALSE(program.exit_code);
   CHECK(program.said.empty());
   CHECK(program.parameters().update.cell_size_m == 0.07);
@@ -235,7 +234,8 @@ TEST_CASE("what contradicts itself is refused by name") {
   CHECK_FALSE(Program({"--start", "1,2,3"}).exit_code);  // of a program that has no --localize
 }
 
-TEST_CASE("odometry that is named is used, unless something said later turns it off") {
+TEST_CASE(
+    "odometry is used unless it is turned off; to name it and to turn it off are a contradiction on a command line") {
   const ScratchFile named("odometry_topic = '/odom'\n");
   const ScratchFile off("odometry = false\n");
   const ScratchFile both("odometry = false\nodometry_topic = '/odom'\n");
@@ -247,26 +247,24 @@ TEST_CASE("odometry that is named is used, unless something said later turns it 
   CHECK(Uses({"--odometry-topic", "/odom"}));
   CHECK(Uses({"--odometry-topic", "/odom", "--odometry"}));
   CHECK(Uses({"--config", named.path()}));
-  CHECK(Uses({"--config", off.path(), "--odometry-topic", "/odom"}));
+  CHECK_FALSE(Uses({"--config", off.path()}));
   CHECK_FALSE(Uses({"--config", named.path(), "--no-odometry"}));
   CHECK_FALSE(Uses({"--config", both.path()}));
-  CHECK_FALSE(Uses({}));
+  CHECK(Uses({}));
   CheckRefused(Program({"--odometry-topic", "/odom", "--no-odometry"}),
                "--odometry-topic: names odometry that --no-odometry turns off: remove one of them");
-
-  const Program told({"--odometry-topic", "/odom"});
-  CHECK(told.line.WordsFor({{}, {"odometry"}}) == std::vector<std::string>{"--odometry"});
-  const Program by_file({"--config", named.path()});
-  CHECK(by_file.line.WordsFor({{}, {"odometry"}}) == std::vector<std::string>{"--config", named.path(), "--odometry"});
+  CheckRefused(
+      Program({"--config", off.path(), "--odometry-topic", "/odom"}),
+      "--odometry-topic: names odometry that " + off.path() + ":1: odometry = false turns off: remove one of them");
 }
 
 TEST_CASE("the words for another program are those that it knows, in the order of --help") {
-  const Program program({"--seed", "7", "--rays-max", "70", "--preset", "sick", "--lockstep",
-                         "--channel-prefix", "robot1/"});
+  const Program program(
+      {"--seed", "7", "--rays-max", "70", "--preset", "sick", "--lockstep", "--channel-prefix", "robot1/"});
   CHECK(program.line.WordsFor(FlagsOfSelector()) ==
         std::vector<std::string>{"--preset", "sick", "--channel-prefix", "robot1/", "--rays-max", "70"});
-  CHECK(program.line.WordsFor(FlagsOfMatcher()) == std::vector<std::string>{"--preset", "sick", "--channel-prefix",
-                                                                            "robot1/", "--lockstep", "--seed", "7"});
+  CHECK(program.line.WordsFor(FlagsOfMatcher()) ==
+        std::vector<std::string>{"--preset", "sick", "--channel-prefix", "robot1/", "--lockstep", "--seed", "7"});
   CHECK(program.line.WasGiven("seed"));
   CHECK_FALSE(program.line.WasGiven("range_min_m"));
 }

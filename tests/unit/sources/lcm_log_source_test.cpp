@@ -64,7 +64,7 @@ struct Result {
 };
 
 Result Read(const std::string& log, const LaserChoice& laser = {}, const LaserMessageOptions& messages = {},
-            const OdometryOptions& odometry = {}) {
+            const std::string& odometry = "") {
   const ScratchFile file(log);
   LcmLogSource source(file.path(), laser, messages, odometry);
   Result result;
@@ -81,7 +81,7 @@ Result Read(const std::string& log, const LaserChoice& laser = {}, const LaserMe
 }
 
 /// What is wrong with a file, without its path.
-std::string ErrorOfLog(const std::string& log, const LaserChoice& laser = {}, const OdometryOptions& odometry = {}) {
+std::string ErrorOfLog(const std::string& log, const LaserChoice& laser = {}, const std::string& odometry = "") {
   const ScratchFile file(log);
   const std::string error = ErrorOf([&] { LcmLogSource(file.path(), laser, {}, odometry); });
   CHECK(error.starts_with(file.path()));
@@ -135,23 +135,20 @@ TEST_CASE("a scan has no odometry where there is none around it, none that can b
 
 TEST_CASE("odometry of any channel with poses is used if it is named, and its absence lists what there is") {
   const std::string log = OdometryEvent(1, 1.0) + OdometryEvent(1, 2.0, "VICON") + PlanarEvent(1);
-  CHECK(Read(log, {}, {}, {true, "VICON"}).odometry_x_m == Odometries{2.0});
-  CHECK(Read(log, {}, {}, {false, "VICON"}).odometry_x_m == Odometries{1.0});
-  CHECK(ErrorOfLog(log, {}, {true, "LASER"}) ==
+  CHECK(Read(log, {}, {}, "VICON").odometry_x_m == Odometries{2.0});
+  CHECK(ErrorOfLog(log, {}, "LASER") ==
         " has no pose messages (bot_core.pose_t, mbot_lcm_msgs.pose2D_t) on channel LASER; its channels: "
         "LASER (1), ODOMETRY (1, pose), VICON (1, pose)");
 }
 
-TEST_CASE("what is told of the odometry: that it is used or could be, or why not") {
-  const auto NotesOf = [](const std::string& log, bool is_used) { return Read(log, {}, {}, {is_used, ""}).notes; };
+TEST_CASE("what is told of the odometry: that it is used, or why not") {
   const std::string good = OdometryEvent(1, 1.0) + PlanarEvent(1) + PlanarEvent(300'000);
-  CHECK(NotesOf(good, true) == Lines{"gives odometry to 1 of 2 scans (ODOMETRY)"});
-  CHECK(NotesOf(good, false) == Lines{"has odometry (ODOMETRY): --odometry uses it"});
-  CHECK(NotesOf(PlanarEvent(1), false).empty());
-  CHECK(NotesOf(PlanarEvent(1) + OdometryEvent(1, 1.0, "VICON"), true).at(0).ends_with("channel with poses: VICON"));
+  CHECK(Read(good).notes == Lines{"gives odometry to 1 of 2 scans (ODOMETRY)"});
+  CHECK(Read(PlanarEvent(1)).notes.empty());
+  CHECK(Read(PlanarEvent(1) + OdometryEvent(1, 1.0, "TRUE_POSE")).notes.empty());
+  CHECK(Read(PlanarEvent(1) + OdometryEvent(1, 1.0, "VICON")).notes.at(0).ends_with("channel with poses: VICON"));
   const std::string far = OdometryEvent(5'000'000, 1.0) + PlanarEvent(1);
-  CHECK(NotesOf(far, true).at(0).starts_with("has odometry (ODOMETRY), but gives it to no scan: "));
-  CHECK(NotesOf(far, false).empty());
+  CHECK(Read(far).notes.at(0).starts_with("has odometry (ODOMETRY), but gives it to no scan: "));
 }
 
 TEST_CASE("odometry that is late is waited for, until eight more scans have come, or one that is a second later") {

@@ -30,10 +30,8 @@ TEST_CASE("the parts of a log are one log, in the order of their numbers, compre
     folder.Write("run.log." + std::to_string(part), part == 9 ? Pack("zstd", lines) : lines);
   }
   folder.Write("whole.log", whole);
-  SourceOptions options;
-  options.odometry.is_used = true;
-  const auto expected = OpenLaserSource((folder / "whole.log").string(), options);
-  const auto parts = OpenLaserSource((folder / "run.log.*").string(), options);
+  const auto expected = OpenLaserSource((folder / "whole.log").string(), {});
+  const auto parts = OpenLaserSource((folder / "run.log.*").string(), {});
   double progress = -1.0;
   for (int i = 0; i < 40; ++i) {
     const auto scan = parts->Next();
@@ -48,7 +46,7 @@ TEST_CASE("the parts of a log are one log, in the order of their numbers, compre
   CHECK(CountOf(*parts, "bad_line") == 1);
   REQUIRE(parts->Complaints().size() == 1);
   CHECK(parts->Complaints()[0].find((folder / "run.log.10").string() + ": 1 of 11 scans") == 0);
-  CHECK(ErrorOf([&] { OpenLaserSource((folder / "other.*").string(), options); }) ==
+  CHECK(ErrorOf([&] { OpenLaserSource((folder / "other.*").string(), {}); }) ==
         "there is no file " + (folder / "other.*").string());
 }
 

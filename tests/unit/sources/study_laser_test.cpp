@@ -92,7 +92,7 @@ LaserScan FirstScan(const std::string& log, const CommandLine& line) {
 TEST_CASE(
     "scans that turn against the odometry of their log are turned round, used or not, and however late they turn") {
   for (const int stands_for : {0, 500}) {
-    for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{{}, {"--odometry"}}) {
+    for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{{}, {"--no-odometry"}}) {
       const ScratchFile right(LogOf({.stands_for = stands_for}));
       const ScratchFile mirrored(LogOf({.is_mirrored = true, .stands_for = stands_for}));
       Program line(words);

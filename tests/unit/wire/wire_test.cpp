@@ -236,6 +236,7 @@ TEST_CASE("a tracking state counts what there can be, and remembers the last mat
   fields.Refuse(wheels.velocity_error_m, {NAN});
   fields.Refuse(wheels.steps, {-1});
   fields.Refuse(wheels.slips, {41});
+  fields.Refuse(wheels.have_moved, {2});
   fields.Refuse(wheels.has_start, {2});
   fields.Refuse(wheels.T_map_start.x_m, {NAN});
 }

@@ -176,6 +176,39 @@ TEST_CASE("wheels that slip again and again have to agree with the model for lon
   CHECK(WheelModel(state).IsReliable());
 }
 
+TEST_CASE("wheels that have never moved say nothing, and when they first do, what went before counts for nothing") {
+  TrackingState tracking;
+  Pose2 pose;
+  Pose2 told{3.0, 4.0, 0.5};
+  const auto Go = [&](int num, double way_m, double told_m) {
+    for (int k = 0; k < num; ++k) {
+      pose = pose * Pose2{way_m, 0.0, 0.0};
+      told = told * Pose2{told_m, 0.0, 0.0};
+      ScanMatch match = MatchedAt(NextTime(tracking), pose);
+      match.T_odom_robot = told;
+      tracking.Add(match);
+    }
+  };
+  tracking.Add([&] {
+    ScanMatch first = MatchedAt(0, pose);
+    first.T_odom_robot = told;
+    return first;
+  }());
+  CHECK_FALSE(PredictAfter(tracking, {}));
+  CHECK_FALSE(tracking.wheels().Learned());  // the laser has not moved either
+  Go(100, 0.01, 0.0);                        // too slowly for a mean error that would show it
+  CHECK_FALSE(PredictAfter(tracking, {}));
+  CHECK(PredictAfter(tracking, {0.01, 0.0, 0.0}));
+  REQUIRE(tracking.wheels().Learned());
+  CHECK_FALSE(tracking.wheels().Learned()->have_moved);
+  CHECK_FALSE(tracking.wheels().Learned()->ContradictLaser());
+  Go(100, 0.1, 0.1);
+  CHECK(tracking.wheels().Learned()->have_moved);
+  CHECK(tracking.wheels().Learned()->slips == 0);
+  CHECK(tracking.wheels().values().scale == Approx(1.0).margin(0.01));
+  CHECK(PredictAfter(tracking, {}));  // from now on they may stand
+}
+
 TEST_CASE("wheels that are frozen lose their say, and get it back") {
   TrackingState tracking = Drive(300, {});
   REQUIRE(tracking.wheels().IsReliable());

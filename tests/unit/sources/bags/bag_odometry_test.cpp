@@ -57,9 +57,9 @@ struct Result {
   Notes notes;
 };
 
-Result Read(const Bag& bag, const OdometryOptions& options = {true, ""}) {
+Result Read(const Bag& bag, const std::string& named = "") {
   const ScratchFile file(bag.bytes());
-  BagSource source(file.path(), {"/scan"}, options);
+  BagSource source(file.path(), {"/scan"}, named);
   Result result;
   while (source.Next()) result.poses.push_back(source.Odometry());
   result.num_bad = CountOf(source, "bad_odometry");
@@ -67,8 +67,8 @@ Result Read(const Bag& bag, const OdometryOptions& options = {true, ""}) {
   return result;
 }
 
-std::string ErrorOfBag(const Bag& bag, const OdometryOptions& options) {
-  return ErrorOf([&] { Read(bag, options); });
+std::string ErrorOfBag(const Bag& bag, const std::string& named) {
+  return ErrorOf([&] { Read(bag, named); });
 }
 
 const double kHalf = std::sqrt(0.5);
@@ -150,16 +150,18 @@ TEST_CASE("what another program corrects is no odometry: TF that leads to a map 
   CHECK(result.notes.at(0).ends_with("--odometry-topic may name another of its frames: base_link, map"));
 }
 
-TEST_CASE("odometry that is there and not used is told, and its flag; that there is none, if it is to be used") {
+TEST_CASE("which odometry is used is told from the start, and nothing of a bag that has none") {
+  const auto NameIn = [](const Bag& bag) {
+    const ScratchFile file(bag.bytes());
+    return BagSource(file.path(), {"/scan"}).OdometryName();
+  };
+  CHECK(NameIn(WithTf().Tf({{}, kMounting}).Scan(0)) == "base_link in the frame odom of TF");
+  CHECK(NameIn(WithOdometry().Topic(kTf, "/tf", kTfType).Odometry({}).Scan(0)) == "base_link in /odom");
+  CHECK(NameIn(WithOdometry().Odometry({}).Scan(0)) == "/odom");
+  CHECK(NameIn(WithTf().Tf({kMounting}).Scan(0)).empty());
   const Bag none = Bag().Topic(kScan, "/scan", "sensor_msgs/LaserScan").Scan(0);
-  const Result tf = Read(WithTf().Tf({{}, kMounting}).Scan(0), {});
-  CHECK(tf.notes == Notes{"has odometry (the frame odom of TF): --odometry uses it"});
-  CHECK(tf.poses == Poses{std::nullopt});
-  CHECK(Read(WithOdometry().Odometry({}).Scan(0), {}).notes == Notes{"has odometry (/odom): --odometry uses it"});
-  for (const Bag& bag : {none, WithTf().Tf({kMounting}).Scan(0), WithOdometry().Scan(0)}) {
-    CHECK(Read(bag, {}).notes.empty());
-  }
-  CHECK(Read(none).notes.at(0).ends_with("there is neither a topic of nav_msgs/Odometry nor TF"));
+  CHECK(NameIn(none).empty());
+  CHECK(Read(none).notes.empty());
 }
 
 TEST_CASE("odometry that no scan can have says why") {
@@ -192,11 +194,10 @@ TEST_CASE("a named topic is used, also one of poses, and one of several") {
                       .Add(kPose, Ros1Pose(RobotAt(3.0, 0)))
                       .Scan(0);
   CHECK(Read(bag).poses == Poses{Pose2{1.0, 0.0, 0.0}});
-  CHECK(Read(bag, {true, "/wheels"}).poses == Poses{Pose2{2.0, 0.0, 0.0}});
-  const Result poses = Read(bag, {true, "/vicon"});
+  CHECK(Read(bag, "/wheels").poses == Poses{Pose2{2.0, 0.0, 0.0}});
+  const Result poses = Read(bag, "/vicon");
   CHECK(poses.poses == Poses{Pose2{3.0, 0.0, 0.0}});
   CHECK(poses.notes.at(0).starts_with("gives odometry to 1 of 1 scans (/vicon): "));
-  CHECK(Read(bag, {false, "/wheels"}).poses == Poses{Pose2{1.0, 0.0, 0.0}});  // nothing is to be used
 }
 
 TEST_CASE("a named frame of TF is used, before a topic and whatever it is called") {
@@ -205,23 +206,23 @@ TEST_CASE("a named frame of TF is used, before a topic and whatever it is called
                       .Odometry(RobotAt(1.0, 0))
                       .Tf({kMounting, RobotAt(2.0, 0), {.parent = "map", .child = "odom", .x_m = 3.0}})
                       .Scan(0);
-  CHECK(Read(bag, {true, "odom"}).poses == Poses{Pose2{2.2, 0.0, 3.141592}});
+  CHECK(Read(bag, "odom").poses == Poses{Pose2{2.2, 0.0, 3.141592}});
   const Bag vicon = WithTf().Tf({kMounting, {.parent = "vicon", .x_m = 4.0}}).Scan(0);
-  CHECK(Read(vicon, {true, "vicon"}).poses == Poses{Pose2{4.2, 0.0, 3.141592}});
-  const Result map = Read(bag, {true, "map"});
+  CHECK(Read(vicon, "vicon").poses == Poses{Pose2{4.2, 0.0, 3.141592}});
+  const Result map = Read(bag, "map");
   CHECK(map.poses == Poses{std::nullopt});
   CHECK(map.notes.at(0).ends_with("--odometry-topic odom is its odometry"));
 }
 
 TEST_CASE("odometry that is named and not there is an error that lists what there is") {
-  CHECK(ErrorOfBag(WithOdometry().Scan(0), {true, "/wheels"})
+  CHECK(ErrorOfBag(WithOdometry().Scan(0), "/wheels")
             .ends_with("; its topics of odometry: /odom (nav_msgs/Odometry in ros1); it has no TF"));
-  CHECK(ErrorOfBag(WithTf().Tf({kMounting, {}}).Scan(0), {true, "/wheels"})
+  CHECK(ErrorOfBag(WithTf().Tf({kMounting, {}}).Scan(0), "/wheels")
             .ends_with("; frames in which others stand: base_link, odom"));
-  CHECK(ErrorOfBag(WithOdometry().Scan(0), {true, "/scan"}).find(" has no odometry /scan") != std::string::npos);
-  CHECK(ErrorOfBag(WithOdometry().Scan(0), {true, "/odo"}).ends_with("; it has no TF; did you mean /odom?"));
-  CHECK(ErrorOfBag(WithOdometry().Scan(0), {true, "/scam"}).ends_with("; it has no TF"));  // a laser is no odometry
-  CHECK(ErrorOfBag(WithTf().Tf({kMounting, {}}).Scan(0), {true, "odm"})
+  CHECK(ErrorOfBag(WithOdometry().Scan(0), "/scan").find(" has no odometry /scan") != std::string::npos);
+  CHECK(ErrorOfBag(WithOdometry().Scan(0), "/odo").ends_with("; it has no TF; did you mean /odom?"));
+  CHECK(ErrorOfBag(WithOdometry().Scan(0), "/scam").ends_with("; it has no TF"));  // a laser is no odometry
+  CHECK(ErrorOfBag(WithTf().Tf({kMounting, {}}).Scan(0), "odm")
             .ends_with("; frames in which others stand: base_link, odom; did you mean odom?"));
 }
 
@@ -237,7 +238,7 @@ TEST_CASE("of several TF that of the laser's namespace is read") {
                         .Tf({RobotAt(3.0, 0)}, kOther)
                         .Scan(0);
     const ScratchFile file(bag.bytes());
-    BagSource source(file.path(), {}, {true, ""});
+    BagSource source(file.path(), {});
     REQUIRE(source.Next());
     CHECK(source.Odometry() == Pose2{1.0, 0.0, 0.0});
   }
@@ -253,7 +254,7 @@ TEST_CASE("bad TF is counted where it is the odometry's, and passed over") {
   CHECK(result.num_bad == 2);
 }
 
-TEST_CASE("a laser that hangs upside down by TF is known as such, with and without odometry, and its scans stay") {
+TEST_CASE("a laser that hangs upside down by TF is known as such, and its scans stay") {
   const TransformFields mounting{.parent = "base_link", .child = "laser", .x_m = 0.2, .rotation = {1, 0, 0, 0}};
   const TransformFields upright{.parent = "base_link", .child = "laser", .x_m = 0.2, .rotation = {0, 0, 1, 0}};
   for (const Connection topic : {kTf, kStatic}) {
@@ -266,13 +267,11 @@ TEST_CASE("a laser that hangs upside down by TF is known as such, with and witho
     };
     const ScratchFile hangs(BagOf(mounting).bytes());
     const ScratchFile stands(BagOf(upright).bytes());
-    for (const OdometryOptions& options : {OdometryOptions{}, OdometryOptions{true, ""}}) {
-      BagSource hanging(hangs.path(), {"/scan"}, options);
-      BagSource standing(stands.path(), {"/scan"}, options);
-      CHECK(hanging.IsUpsideDown());
-      CHECK_FALSE(standing.IsUpsideDown());
-      CHECK(hanging.Next() == standing.Next());
-    }
+    BagSource hanging(hangs.path(), {"/scan"});
+    BagSource standing(stands.path(), {"/scan"});
+    CHECK(hanging.IsUpsideDown());
+    CHECK_FALSE(standing.IsUpsideDown());
+    CHECK(hanging.Next() == standing.Next());
     CHECK(Read(BagOf(mounting)).poses == Poses{Pose2{0.0, 1.2, 1.570796}});
   }
 }
@@ -292,7 +291,7 @@ TEST_CASE("a laser that moves on the robot is told") {
 TEST_CASE("bags that other programs wrote with TF alone give the drive of their laser") {
   for (const std::string name : {"tf.bag", "old_tf.bag", "tf.mcap", "tf.db3"}) {
     INFO(name);
-    const auto source = OpenLaserSource(DataPath(name), {0, {}, {}, "", {true, ""}});
+    const auto source = OpenLaserSource(DataPath(name), {});
     for (int i = 0; i < 3; ++i) {
       REQUIRE(source->Next());
       REQUIRE(source->Odometry());

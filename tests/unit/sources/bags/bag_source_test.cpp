@@ -210,7 +210,8 @@ TEST_CASE("of several odometries that of the laser's namespace is taken, or none
   };
   const Result beside = ReadWith("/a/odom");
   CHECK(beside.counts.at("bad_odometry") == 1);
-  CHECK(beside.notes.empty());
+  REQUIRE(beside.notes.size() == 1);
+  CHECK(beside.notes[0].starts_with("has odometry (/a/odom), but gives it to no scan: "));
   const Result unknown = ReadWith("/b/odom");
   CHECK(unknown.counts.count("bad_odometry") == 0);
   REQUIRE(unknown.notes.size() == 1);
