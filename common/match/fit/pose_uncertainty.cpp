@@ -29,6 +29,24 @@ bool IsOnWall(const ByteMap& map, Cell cell) {
   return Occupied(0, 0) || Occupied(-1, 0) || Occupied(1, 0) || Occupied(0, -1) || Occupied(0, 1);
 }
 
+/// Whether what stands at a cell stands alone: nothing else does at `reach_cells` from it, where most is known to be
+/// free. The end of a drawn wall has the unknown behind it.
+bool IsPost(const ByteMap& map, Cell cell, int reach_cells, double free_share) {
+  int num_free = 0;
+  for (int i = -reach_cells; i < reach_cells; ++i) {
+    const Cell side[] = {{cell.x + i, cell.y - reach_cells},
+                         {cell.x + reach_cells, cell.y + i},
+                         {cell.x - i, cell.y + reach_cells},
+                         {cell.x - reach_cells, cell.y - i}};
+    for (const Cell& at : side) {
+      const std::uint8_t byte = map.At(at);
+      if (IsOccupied(byte)) return false;
+      num_free += byte != kUnexploredByte;
+    }
+  }
+  return num_free >= free_share * 8 * reach_cells;
+}
+
 /// Unit eigenvector of the smaller eigenvalue of a symmetric matrix, and that eigenvalue.
 std::pair<double, Eigen::Vector2d> FindWeakest(const Eigen::Matrix2d& a) {
   const double mean = 0.5 * (a(0, 0) + a(1, 1));
@@ -75,13 +93,23 @@ PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Eigen::
   const Eigen::Matrix2Xd normals_map = rotation * normals;
   const Eigen::Matrix2Xd arms_m = rotation * hits_m;
 
+  const int post_cells = static_cast<int>(std::ceil(geometry.ToCells(constants.chord_m)));
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
   for (Eigen::Index i = 0; i < hits_m.cols(); ++i) {
     const auto n = normals_map.col(i);
     const auto p = arms_m.col(i);
-    if (n.isZero() || !IsOnWall(map, geometry.CellAt(T_map_laser.x_m + p.x(), T_map_laser.y_m + p.y()))) continue;
-    const Eigen::Vector3d row(n.x(), n.y(), p.x() * n.y() - p.y() * n.x());
-    information += row.lazyProduct(row.transpose());  // without a temporary matrix
+    const Cell cell = geometry.CellAt(T_map_laser.x_m + p.x(), T_map_laser.y_m + p.y());
+    if (!IsOnWall(map, cell)) continue;
+    const auto Tell = [&](double x, double y) {
+      const Eigen::Vector3d row(x, y, p.x() * y - p.y() * x);
+      information += row.lazyProduct(row.transpose());  // without a temporary matrix
+    };
+    if (!n.isZero()) {
+      Tell(n.x(), n.y());
+    } else if (IsPost(map, cell, post_cells, constants.post_free_share)) {
+      Tell(1.0, 0.0);
+      Tell(0.0, 1.0);
+    }
   }
 
   // In units of one ray: what is told of the position when the yaw is not known either.

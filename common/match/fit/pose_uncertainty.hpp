@@ -25,7 +25,8 @@ struct PoseUncertainty {
 Eigen::Matrix2Xd ComputeNormals(const Eigen::Matrix2Xd& hits_m, const Gaps& gaps, double cell_size_m,
                                 const MatchConstants::Uncertainty& constants = {});
 
-/// Each hit on a mapped wall tells how far the laser is from that wall: across it, not along it. The covariance is the
+/// Each hit on a mapped wall tells how far the laser is from that wall: across it, not along it. A hit on a post, of
+/// which no direction is known and beside which nothing stands on the map, tells both. The covariance is the
 /// inverse of what all of them tell together (Censi 2007), no less than what the map itself is good for. It is of the
 /// pose on this map; how far the map has drifted from the building since its start no scan can tell.
 ///

@@ -117,6 +117,40 @@ TEST_CASE("where one wall is seen to one side, errors of yaw and of position go 
   }
 }
 
+TEST_CASE("posts that stand in the open fix a pose, and hits far apart on a wall do not") {
+  // Seven posts around the laser, a cell each, and hits on them.
+  constexpr std::uint8_t kFree = 255;
+  Eigen::Matrix2Xd hits_m(2, 7);
+  for (int i = 0; i < hits_m.cols(); ++i) {
+    const double angle_rad = -2.8 + 0.9 * i;
+    hits_m.col(i) << (3.0 + 0.3 * i) * std::cos(angle_rad), (3.0 + 0.3 * i) * std::sin(angle_rad);
+  }
+  const auto IsPost = [&](Cell cell) {
+    const auto Cells = [](double length_m) { return static_cast<int>(std::floor(length_m / 0.05)); };
+    for (const auto& hit_m : hits_m.colwise()) {
+      if (cell == Cell{Cells(hit_m.x()), Cells(hit_m.y())}) return true;
+    }
+    return false;
+  };
+  const auto Open = [&](Cell cell) { return IsPost(cell) ? kOccupiedByte : kFree; };
+  const PoseUncertainty posts = UncertaintyOf(hits_m, {}, PaintMap(-2, 1, Open));
+  CHECK_FALSE(posts.degenerate());
+  CHECK(std::sqrt(posts.covariance(0, 0)) < 0.1);
+  CHECK(std::sqrt(posts.covariance(1, 1)) < 0.1);
+
+  // The same cells where half of what is around them is not known, as along a wall that is not drawn yet.
+  const auto HalfKnown = [&](Cell cell) {
+    return IsPost(cell) ? kOccupiedByte : cell.x % 2 == 0 ? kFree : kUnexploredByte;
+  };
+  CHECK(UncertaintyOf(hits_m, {}, PaintMap(-2, 1, HalfKnown)).degenerate());
+
+  // Hits on a wall, too far apart to be one surface.
+  Eigen::Matrix2Xd apart_m(2, 7);
+  for (int i = 0; i < apart_m.cols(); ++i) apart_m.col(i) << 1.0 + 0.85 * i, 2.01;
+  const auto Wall = [&](Cell cell) { return cell.y == 40 ? kOccupiedByte : kFree; };
+  CHECK(UncertaintyOf(apart_m, {}, PaintMap(-2, 1, Wall)).degenerate());
+}
+
 TEST_CASE("without hits, or where their walls are not on the map, nothing is known") {
   for (const PoseUncertainty& uncertainty :
        {UncertaintyInRoom({0.5, 0.3, 0.0}, ByteMap(0.05)), UncertaintyOf(Eigen::Matrix2Xd(2, 0), {}, RoomMap())}) {
