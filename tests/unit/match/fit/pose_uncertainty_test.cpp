@@ -140,7 +140,7 @@ TEST_CASE("posts that stand in the open fix a pose, and hits far apart on a wall
 
   // The same cells where half of what is around them is not known, as along a wall that is not drawn yet.
   const auto HalfKnown = [&](Cell cell) {
-    return IsPost(cell) ? kOccupiedByte : cell.x % 2 == 0 ? kFree : kUnexploredByte;
+    return IsPost(cell) ? kOccupiedByte : ((cell.x + cell.y) & 1) == 0 ? kFree : kUnexploredByte;
   };
   CHECK(UncertaintyOf(hits_m, {}, PaintMap(-2, 1, HalfKnown)).degenerate());
 
