@@ -42,25 +42,10 @@ struct DiagnosisConstants {
     double jump_m = 3.0;              ///< a step longer than this, and ...
     double jump_m_s = 10.0;           ///< ... faster, is of no robot
     std::int64_t most_by_chance = 3;  ///< scans in a row of an open way that something seems to hold
-    double square_m = 1.5;            ///< of the floor: a path through it adds no error to the map ...
-    int known_steps = 150;            ///< ... when it has so many steps: twenty passes, say
     double path_step_m = 0.2;         ///< of the path: longer than what a robot that stands seems to move
     double least_turns_rad2 = 0.1;    ///< that odometry is judged by: thirty turns of 0.06 rad
     double least_ways_m2 = 0.3;       ///< ... and thirty steps of 0.1 m
     SelfContradiction contradiction = {};
-  };
-
-  /// How far off parts of a map may be. Chosen on seeds 1, 2 and 4 of the simulated worlds and on the logs.
-  struct MapError {
-    double any_map_m = 0.04;
-    double per_path = 0.0003;         ///< for each metre of the path ...
-    double per_open_path = 0.01;      ///< ... of the open one, where places were seen twice ...
-    double per_unseen_path = 0.03;    ///< ... or where hardly any was ...
-    double per_doubtful_path = 0.05;  ///< ... and more of it where most of the way was open
-    double much_of_path = 0.5;     ///< of the open path where places contradict each other, of all of it after a loss
-    double contradiction_m = 0.5;  ///< at least, where places contradict each other
-    double wheels_sigmas = 3.0;    ///< of wheels that contradict the laser
-    double open_place_m = 2.0;     ///< where so much was open at once, the map is off most likely
   };
 
   /// Whether a map is to be trusted. With each threshold: the extremes of the maps that are right, and of those that
@@ -130,7 +115,10 @@ struct DiagnosisConstants {
     double most_lost_on_map = 0.1;
     double mostly_lost_on_map = 0.5;  ///< the poses are bad, not doubtful
 
-    MapError map_error = {};
+    // How far off a map may be and yet be of use: this, or so much of its size.
+    double far_off_m = 1.0;
+    double far_off_share = 0.01;
+    double off_place_m = 0.3;  ///< less is said without the place where it is most likely
   };
 
   /// By which sweep turning scans fit best.

@@ -135,19 +135,7 @@ void RunStatistics::LengthenPath(const ScanMatch& match) {
   const double step_m = T_map_on_path_ ? Distance(*T_map_on_path_, match.T_map_laser) : 0.0;
   if (T_map_on_path_ && step_m < constants_.path_step_m) return;
   values_.path_m += step_m;
-  const auto Round = [&](double value_m) { return static_cast<int>(std::floor(value_m / constants_.square_m)); };
-  int& num_steps = num_steps_in_[{Round(match.T_map_laser.x_m), Round(match.T_map_laser.y_m)}];
-  const bool is_known = num_steps >= constants_.known_steps;
-  if (!is_known) values_.new_path_m += step_m;
-  if (!is_known && T_map_on_path_) ++num_steps;
-  const bool is_open = match.state == MatchState::kDegenerate && !match.by_wheels;
-  open_m_ = is_open ? open_m_ + step_m : 0.0;
-  if (is_open) values_.open_path_m += step_m;
-  if (is_open && !is_known) values_.new_open_path_m += step_m;
-  if (open_m_ > values_.longest_open_m) {
-    values_.longest_open_m = open_m_;
-    values_.longest_open_ends = {match.T_map_laser.x_m, match.T_map_laser.y_m};
-  }
+  if (match.state == MatchState::kDegenerate && !match.by_wheels) values_.open_path_m += step_m;
   T_map_on_path_ = match.T_map_laser;
 }
 

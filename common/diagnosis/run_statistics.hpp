@@ -48,16 +48,12 @@ class RunStatistics {
     /// Length of the path, by steps that are longer than a robot that stands seems to make. How the robot came from one
     /// trajectory to the next is not known, and is no path.
     double path_m = 0.0;
-    double furthest_m = 0.0;       ///< of the matched poses from the first of their trajectory
-    double furthest_rad = 0.0;     ///< the same of their yaw
-    double open_path_m = 0.0;      ///< length of the path on degenerate scans, where no wheels tell it
-    double new_path_m = 0.0;       ///< of path_m, without that through squares where the robot has been often
-    double new_open_path_m = 0.0;  ///< the same of open_path_m
-    double longest_open_m = 0.0;   ///< of that path, the longest piece
-    Point longest_open_ends = {};  ///< where that ends, map frame
-    double mean_fitness = 0.0;     ///< of the matched scans (the paper's MFV), [0, 1]; 0 if there are none
-    bool finished_map = false;     ///< scans were localised, and changed nothing
-    bool deskewed = false;         ///< the beams have times, in the messages or by --sweep-s
+    double furthest_m = 0.0;    ///< of the matched poses from the first of their trajectory
+    double furthest_rad = 0.0;  ///< the same of their yaw
+    double open_path_m = 0.0;   ///< length of the path on degenerate scans, where no wheels tell it
+    double mean_fitness = 0.0;  ///< of the matched scans (the paper's MFV), [0, 1]; 0 if there are none
+    bool finished_map = false;  ///< scans were localised, and changed nothing
+    bool deskewed = false;      ///< the beams have times, in the messages or by --sweep-s
     /// How the turns, and the ways, by odometry go with those by the laser, [-1, 1]; -1 where they are opposite.
     /// Nothing without odometry, or where the robot hardly moved.
     std::optional<double> turns_by_odometry;
@@ -106,12 +102,10 @@ class RunStatistics {
   std::int64_t num_since_open_ = 0;
   Correlation turns_;
   Correlation ways_;
-  std::map<std::pair<int, int>, int> num_steps_in_;  ///< of the path, in each square; no more than known_steps
-  std::optional<Pose2> T_map_on_path_;               ///< up to which path_m is counted
-  double open_m_ = 0.0;                              ///< path on degenerate scans up to there
-  std::optional<ScanMatch> first_;                   ///< of the trajectory
-  std::optional<ScanMatch> previous_;                ///< if it was matched
-  std::map<std::uint64_t, Sampled> sampled_;         ///< by the hash of the utime: the scans of the smallest ones
+  std::optional<Pose2> T_map_on_path_;        ///< up to which path_m is counted
+  std::optional<ScanMatch> first_;            ///< of the trajectory
+  std::optional<ScanMatch> previous_;         ///< if it was matched
+  std::map<std::uint64_t, Sampled> sampled_;  ///< by the hash of the utime: the scans of the smallest ones
 };
 
 }  // namespace crsm

@@ -159,7 +159,7 @@ void JudgeJumps(Verdict& verdict) {
                   values.longest_jump_m, values.longest_jump_ends.x_m, values.longest_jump_ends.y_m));
 }
 
-void JudgeAxes(const Constants& constants, Verdict& verdict) {
+void JudgeAxes(const MapPieces& pieces, const Constants& constants, Verdict& verdict) {
   const auto& values = verdict.values;
   const double degenerate = Share(values.degenerate, values.counts.scans());
   if (degenerate > constants.most_degenerate) {
@@ -168,7 +168,7 @@ void JudgeAxes(const Constants& constants, Verdict& verdict) {
                      "in the map are unknown: likely a bare corridor, a wrong --preset or --range-max-m, or ranges "
                      "that are not in metres",
                      100.0 * degenerate));
-  } else if (values.longest_open > constants.long_open) {
+  } else if (!pieces.error && values.longest_open > constants.long_open) {
     Warn(verdict, Trust::kDoubtful,
          fmt::format("{} scans in a row are degenerate: unless the robot stood still, the length of its path there is "
                      "unknown (wheel odometry helps)",
@@ -194,7 +194,7 @@ void JudgeContradiction(const Constants& constants, Verdict& verdict) {
        text + ": check the map for doubled walls there; a loop may be missed (wheel odometry helps)");
 }
 
-/// How far the robot drove where the walls did not tell how far.
+/// How far the robot drove where the walls did not tell how far. With a pose graph that is known in metres.
 void JudgeOpenPath(const Constants& constants, Verdict& verdict) {
   const double open_path_m = verdict.values.open_path_m;
   if (open_path_m < constants.long_open_path_m) return;
@@ -207,29 +207,29 @@ void JudgeOpenPath(const Constants& constants, Verdict& verdict) {
            open_path_m, verdict.values.path_m, seen_twice ? "" : ", and hardly any place was seen twice"));
 }
 
-/// The longer the way along which nothing told how far the robot drove, the further off the map may be: less where
-/// places were seen twice and go together.
-void JudgeMetres(const Constants& constants, Verdict& verdict) {
-  const DiagnosisConstants::MapError& error = constants.map_error;
-  const auto& values = verdict.values;
-  const SelfContradiction& found = verdict.contradiction;
-  const double path_m = values.new_path_m;
-  const double open_path_m = values.new_open_path_m;
-  const bool seen_twice = found.num_looks >= constants.many_looks;
-  const bool contradicts = IsContradiction(found, constants);
-  double off_m = error.any_map_m + error.per_path * path_m +
-                 (seen_twice ? error.per_open_path : error.per_unseen_path) * open_path_m;
-  if (open_path_m > constants.most_open_path * path_m) off_m += error.per_doubtful_path * open_path_m;
-  if (contradicts) off_m += std::max(error.contradiction_m, error.much_of_path * open_path_m);
-  if (!contradicts && !seen_twice && open_path_m > constants.long_open_path_m)
-    off_m += error.much_of_path * open_path_m;
-  if (values.longest_unmatched >= constants.long_lost) off_m += error.much_of_path * path_m;
-  verdict.off_m = off_m;
-  if (contradicts && found.worst_share > 0.0) {
-    verdict.off_at = found.worst_place;
-  } else if (values.longest_open_m > error.open_place_m) {
-    verdict.off_at = values.longest_open_ends;
+/// The diagonal of the rectangle around a map [m].
+double FindSize(const ByteMap& map) {
+  TileIndex low{0, 0}, high{-1, -1};
+  for (const auto& [index, tile] : map.tiles().entries()) {
+    if (high.x < low.x) low = high = index;
+    low = {std::min(low.x, index.x), std::min(low.y, index.y)};
+    high = {std::max(high.x, index.x), std::max(high.y, index.y)};
   }
+  return map.geometry().cell_size_m() * kTileSide * std::hypot(high.x - low.x + 1, high.y - low.y + 1);
+}
+
+/// How far off the map may be, by its pose graph: a graph that is contradicted says nothing.
+void JudgeMetres(const ByteMap& map, const MapPieces& pieces, const Constants& constants, Verdict& verdict) {
+  if (!pieces.error || pieces.num_rejected > 0 || IsContradiction(verdict.contradiction, constants)) return;
+  const double size_m = FindSize(map);
+  verdict.off_m = std::min(pieces.error->most_m, size_m);
+  if (*verdict.off_m > constants.off_place_m) verdict.off_at = pieces.error->at;
+  if (*verdict.off_m <= std::max(constants.far_off_m, constants.far_off_share * size_m)) return;
+  Warn(
+      verdict, Trust::kDoubtful,
+      fmt::format("what the laser saw leaves the lengths of the path open by up to {:.1f} m: drive once more where the "
+                  "robot was before (wheel odometry, or a laser that sees further, would tell, too)",
+                  *verdict.off_m));
 }
 
 void JudgeOdometry(const Constants& constants, Verdict& verdict) {
@@ -306,12 +306,12 @@ Verdict JudgeScans(const RunStatistics& statistics, const ByteMap& map, const Ma
   if (!blind) JudgeAgreement(constants, verdict);
   if (!blind) JudgeTrack(constants, verdict);
   if (!blind) JudgeJumps(verdict);
-  if (!blind) JudgeAxes(constants, verdict);
-  if (!blind) JudgeOpenPath(constants, verdict);
+  if (!blind) JudgeAxes(pieces, constants, verdict);
+  if (!blind && !pieces.error) JudgeOpenPath(constants, verdict);
   if (!blind) JudgeContradiction(constants, verdict);
   JudgeOdometry(constants, verdict);
   JudgePieces(pieces, constants, verdict);
-  if (verdict.trust != Trust::kBad) JudgeMetres(constants, verdict);
+  if (verdict.trust != Trust::kBad) JudgeMetres(map, pieces, constants, verdict);
   return verdict;
 }
 
@@ -324,7 +324,7 @@ Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPiec
   return verdict;
 }
 
-void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict, const DiagnosisConstants::Verdict& constants) {
+void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict) {
   if (!wheels.have_moved) {
     verdict.notes.emplace_back("the wheels never moved, and the laser did: they were not used");
     return;
@@ -339,8 +339,8 @@ void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict, const Diagn
        fmt::format("the wheels and the laser tell different ways, {:.2f} m apart after a metre and {:.2f} rad after a "
                    "turn of 1 rad: one of the two is wrong; compare with a map made with --no-odometry",
                    wheels.way_per_m, wheels.turn_per_rad));
-  if (verdict.off_m)
-    *verdict.off_m += constants.map_error.wheels_sigmas * wheels.way_per_m * std::sqrt(verdict.values.path_m);
+  verdict.off_m.reset();
+  verdict.off_at.reset();
 }
 
 void JudgeLeftOut(const LeftOut& left_out, Verdict& verdict, const DiagnosisConstants::Verdict& constants) {

@@ -24,7 +24,7 @@ struct Verdict {
   std::optional<double> agreement;  ///< as of RunStatistics::ComputeMeanAgreement
   SelfContradiction contradiction;  ///< of scans where the robot was twice
   /// How far off parts of the map may be [m]: more in one map of twenty. Not of poses on a finished map, nor of a map
-  /// that is bad.
+  /// that is bad, was made without loops, or contradicts itself.
   std::optional<double> off_m;
   std::optional<Point> off_at;        ///< near where, map frame, if that is known
   std::int64_t left_out = 0;          ///< scans that were never tried
@@ -64,10 +64,10 @@ struct Verdict {
 Verdict Judge(const RunStatistics& statistics, const ByteMap& map, const MapPieces& pieces = {},
               const DiagnosisConstants::Verdict& constants = {});
 
-/// Adds a note of what was learned of the wheels, and a warning where they contradict the laser: so far apart from the laser one of the two is wrong. In eight logs
-/// with right maps they differ by 0.02 to 0.06 m after a metre; a depth camera that bends walls, and orbits before them
-/// while the robot turns, differs by 0.22 m.
-void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict, const DiagnosisConstants::Verdict& constants = {});
+/// Adds a note of what was learned of the wheels, and a warning where they contradict the laser: so far apart, one of
+/// the two is wrong, and nobody knows by how much. In eight logs with right maps they differ by 0.02 to 0.06 m after a
+/// metre; a depth camera that bends walls, and orbits before them while the robot turns, differs by 0.22 m.
+void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict);
 
 /// Scans that were never tried.
 struct LeftOut {

@@ -164,6 +164,22 @@ struct GraphConstants {
     double least_fitness = 0.55;  ///< of a scan that need not be drawn: in a lower one something may have changed
   };
 
+  /// How far off a map may be. Standard deviations of its motions, before its own residuals say how large they are.
+  /// Chosen on seeds 1 and 2 of twelve worlds seen by seven lasers, and of the logs.
+  struct MapError {
+    MotionSigma step{0.003, 0.003, 0.0005};  ///< of a match, besides what its walls leave open: how it was drawn
+    double walls = 0.7;                      ///< share of that: a scan is matched to what many before it have drawn
+    double uneven = 0.15;       ///< share of a way along a degenerate direction, by which the velocity model errs
+    double across_lost = 10.0;  ///< over lost scans so many times as much
+    MotionSigma proximity{0.06, 0.06, 0.006};
+    MotionSigma loop{0.1, 0.1, 0.01};
+    double prior_weight = 30.0;  ///< of all these: so many residuals of a kind count as much
+    int samples = 60;
+    double quantile = 0.95;  ///< of the samples
+    double factor = 2.5;     ///< of that: neighbouring matches err alike, and samples do not
+    double least_m = 0.05;   ///< a cell: no map is better
+  };
+
   int lag = 6;          ///< keyframes until what a loop has brought is taken up: so long it is searched ...
   int drawing_lag = 4;  ///< ... and so many more until it takes effect: so long the map is drawn anew beside
   Edges edges = {};
@@ -172,6 +188,7 @@ struct GraphConstants {
   Check check = {};
   Joins joins = {};
   LocalMap local_map = {};
+  MapError map_error = {};
   KnownGround known_ground = {};
 };
 

@@ -45,7 +45,8 @@ Mapper::Mapper(const DrawingRules& drawing, const LoopParameters& loops, const G
       constants_(constants),
       local_(drawing),
       graph_(constants.edges),
-      trajectories_(match.breaks) {}
+      trajectories_(match.breaks),
+      uncertainty_(match.uncertainty) {}
 
 Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match) {
   return Restore(IsOnKnownGround(match) ? nullptr : scan, match);
@@ -309,6 +310,12 @@ std::int64_t Mapper::CountScans(int component) const {
   return num;
 }
 
+std::optional<MapError> Mapper::EstimateError() const {
+  std::vector<bool> is_shown;
+  for (const int component : best_components_) is_shown.push_back(component == largest_);
+  return EstimateMapError(MakeBestGraph(), is_shown, wall_sigmas_, constants_.map_error);
+}
+
 MapPieces Mapper::FindPieces() const {
   const std::vector<int> numbers = FindPieceNumbers();
   const std::vector<int> components = graph_.FindComponents(loops_closed_);
@@ -383,8 +390,12 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
   }
   const Pose2 best_pose = before ? At(best_poses_, *before) * keyframe.T_previous_this : Pose2{};
   const bool begins_trajectory = keyframe.begins;
-  if (begins_trajectory) best_poses_.emplace_back();
+  if (begins_trajectory) {
+    best_poses_.emplace_back();
+    wall_sigmas_.emplace_back();
+  }
   best_poses_.back().push_back(best_pose);
+  wall_sigmas_.back().push_back(FindWallSigma(match, uncertainty_, local_.geometry().cell_size_m()));
   drawn_.push_back(graph_.Add(std::move(keyframe)));
   if (coming_) Follow(*before, drawn_.back());
   ++num_keyframes_at_[PlaceOf(match.T_map_laser)];

@@ -12,6 +12,7 @@
 #include "common/graph/background_drawing.hpp"
 #include "common/graph/keyframe_graph.hpp"
 #include "common/graph/loop_closer.hpp"
+#include "common/graph/map_error.hpp"
 #include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_updater.hpp"
@@ -109,6 +110,8 @@ class Mapper {
 
   /// How the map hangs together by all that is known.
   MapPieces FindPieces() const;
+  /// How far off the map that is shown may be, by all that is known. Takes as long as some optimisations of the graph.
+  std::optional<MapError> EstimateError() const;
   /// The component that is the piece of that number, its oldest trajectory; -1: there is none. 1 is the map that is
   /// shown.
   int FindComponent(int piece) const;
@@ -200,13 +203,15 @@ class Mapper {
   std::vector<Loop> loops_closed_;  ///< by them all
   std::vector<Loop> loops_rejected_;
   KeyframePoses best_poses_;
+  WallSigmas wall_sigmas_;          ///< of the matches of keyframes
   std::vector<KeyframeId> drawn_;   ///< keyframes in the local map
   std::deque<KeyframeId> missing_;  ///< that belong there, too, and are drawn on the way
   double looked_at_m_ = 0.0;        ///< where on the newest trajectory it was last looked which belong there
   std::optional<std::vector<PutOff>> put_off_;
-  bool floats_ = false;                   ///< the newest keyframe: it is not on the map that is shown
-  bool lost_since_ = false;               ///< scans were, since the newest keyframe
-  std::optional<WheelMotion> by_wheels_;  ///< since the newest keyframe, where the wheels are believed
+  bool floats_ = false;                      ///< the newest keyframe: it is not on the map that is shown
+  bool lost_since_ = false;                  ///< scans were, since the newest keyframe
+  std::optional<WheelMotion> by_wheels_;     ///< since the newest keyframe, where the wheels are believed
+  MatchConstants::Uncertainty uncertainty_;  ///< of matches
   std::vector<Anchor> anchors_;
   std::map<PlaceOnMap, int> num_keyframes_at_;  ///< where they were matched
 };

@@ -2,11 +2,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "common/graph/graph_constants.hpp"
 #include "common/match/match_constants.hpp"
+#include "common/math/point.hpp"
 #include "common/math/pose2.hpp"
 #include "common/scan/scan_match.hpp"
 
@@ -39,6 +41,13 @@ struct Break {
   friend bool operator==(const Break&, const Break&) = default;
 };
 
+/// How far off a map may be.
+struct MapError {
+  double most_m = 0.0;  ///< the place that is furthest off, when the map is laid on the building as well as it can be
+  Point at;             ///< near where that is likely, map frame
+  friend bool operator==(const MapError&, const MapError&) = default;
+};
+
 /// A part of the map that hangs together by loops, with a frame of its own.
 struct MapPiece {
   std::int64_t keyframes = 0;
@@ -61,6 +70,8 @@ struct MapPieces {
   std::int64_t num_rejected = 0;      ///< loops that the others contradicted later
   std::vector<MapPiece> pieces = {};  ///< the first is the map that is shown, the others follow by size; kMostPieces
   std::vector<Break> breaks = {};     ///< the newest ones, oldest first; kMostBreaks
+  /// Of the map that is shown; nothing where it is not known, or was not asked for.
+  std::optional<MapError> error = std::nullopt;
 
   /// Numbers of the pieces that get a map of their own beside that of piece 1.
   std::vector<int> OthersWithMap(const GraphConstants::Pieces& constants = {}) const;

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/math/random.hpp"
+
 namespace crsm {
 namespace {
 
@@ -72,19 +74,27 @@ class NormalEquations {
     AddBlock(edge.to, edge.to, weight * at.by_to.transpose() * at.by_to);
     AddBlock(edge.to, edge.from, weight * at.by_to.transpose() * at.by_from);
     AddBlock(edge.from, edge.to, weight * at.by_from.transpose() * at.by_to);
-    if (edge.from > 0) b_.segment<3>(3 * (edge.from - 1)) += weight * at.by_from.transpose() * at.error;
-    if (edge.to > 0) b_.segment<3>(3 * (edge.to - 1)) += weight * at.by_to.transpose() * at.error;
+    AddErrors(edge, at, weight * at.error);
   }
 
-  /// damping: added to the diagonal, as a share of it (Marquardt 1963). Empty where the equations have no solution.
-  Eigen::VectorXd Solve(double damping) {
+  /// damping: added to the diagonal, as a share of it (Marquardt 1963). False where the equations have no solution.
+  bool Factorise(double damping) {
     Eigen::SparseMatrix<double> h(b_.size(), b_.size());
     h.setFromTriplets(entries_.begin(), entries_.end());
     h.diagonal() *= 1.0 + damping;
     if (!std::exchange(analysed_, true)) cholesky_.analyzePattern(h);  // half of the work, and the same in every step
     cholesky_.factorize(h);
-    if (cholesky_.info() != Eigen::Success) return {};
-    return cholesky_.solve(-b_);
+    return cholesky_.info() == Eigen::Success;
+  }
+
+  /// After Factorise.
+  Eigen::VectorXd Solve() const { return cholesky_.solve(-b_); }
+
+  /// Other errors of the same edges, for another Solve.
+  void ClearErrors() { b_.setZero(); }
+  void AddErrors(const GraphEdge& edge, const Linearised& at, const Eigen::Vector3d& weighted_error) {
+    if (edge.from > 0) b_.segment<3>(3 * (edge.from - 1)) += at.by_from.transpose() * weighted_error;
+    if (edge.to > 0) b_.segment<3>(3 * (edge.to - 1)) += at.by_to.transpose() * weighted_error;
   }
 
  private:
@@ -166,6 +176,50 @@ GraphOptimisation PoseGraph::Optimise() {
   return result;
 }
 
+std::array<double, 3> PoseGraph::SquaredErrors(const GraphEdge& edge) const {
+  const Linearised at(edge, poses_[static_cast<std::size_t>(edge.from)], poses_[static_cast<std::size_t>(edge.to)]);
+  const double weight = Loss{constants_.doubt}.Weight(at.error.squaredNorm(), edge.may_be_wrong);
+  const Eigen::Vector3d squares = weight * at.error.cwiseAbs2();
+  return {squares[0], squares[1], squares[2]};
+}
+
+std::vector<std::array<double, 3>> PoseGraph::Sample(int num, std::uint64_t seed, const Visit& visit) const {
+  if (poses_.size() < 2 || num < 1) return {};
+  NormalEquations equations(poses_.size());
+  equations.Clear();
+  std::vector<Linearised> linearised;
+  for (const GraphEdge& edge : edges_) {
+    Linearised at(edge, poses_[static_cast<std::size_t>(edge.from)], poses_[static_cast<std::size_t>(edge.to)]);
+    const double root = std::sqrt(Loss{constants_.doubt}.Weight(at.error.squaredNorm(), edge.may_be_wrong));
+    at.by_from *= root;
+    at.by_to *= root;
+    equations.Add(edge, at, 1.0);
+    linearised.push_back(at);
+  }
+  if (!equations.Factorise(0.0)) return {};
+  std::vector<std::array<double, 3>> variances(edges_.size());
+  Random random(seed);
+  for (int sample = 0; sample < num; ++sample) {
+    equations.ClearErrors();
+    for (std::size_t i = 0; i < edges_.size(); ++i) {
+      const Eigen::Vector3d chance(random.Gaussian(), random.Gaussian(), random.Gaussian());
+      equations.AddErrors(edges_[i], linearised[i], chance);
+    }
+    const Eigen::VectorXd step = equations.Solve();
+    if (!step.allFinite()) return {};
+    const auto StepOf = [&](int pose) {
+      return pose > 0 ? Eigen::Vector3d(step.segment<3>(3 * (pose - 1))) : Eigen::Vector3d(Eigen::Vector3d::Zero());
+    };
+    for (std::size_t i = 0; i < edges_.size(); ++i) {
+      const Eigen::Vector3d error =
+          linearised[i].by_from * StepOf(edges_[i].from) + linearised[i].by_to * StepOf(edges_[i].to);
+      for (int row = 0; row < 3; ++row) variances[i][static_cast<std::size_t>(row)] += error[row] * error[row] / num;
+    }
+    visit(Moved(poses_, step));
+  }
+  return variances;
+}
+
 double PoseGraph::ComputeCost(const std::vector<Pose2>& poses, double doubt) const {
   double cost = 0.0;
   for (const GraphEdge& edge : edges_) cost += Loss{doubt}(ComputeSquaredError(edge, poses), edge.may_be_wrong);
@@ -185,7 +239,7 @@ int PoseGraph::Descend(double doubt, int most_iterations) {
       equations.Add(edge, at, Loss{doubt}.Weight(at.error.squaredNorm(), edge.may_be_wrong));
     }
     for (bool better = false; !better && !ended;) {  // smaller and smaller steps, until one leads down
-      const Eigen::VectorXd step = equations.Solve(damping);
+      const Eigen::VectorXd step = equations.Factorise(damping) ? equations.Solve() : Eigen::VectorXd();
       const bool solved = step.size() > 0 && step.allFinite();
       const std::vector<Pose2> moved = solved ? Moved(poses_, step) : poses_;
       const double moved_cost = ComputeCost(moved, doubt);

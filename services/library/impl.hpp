@@ -70,7 +70,13 @@ struct [[gnu::visibility("hidden")]] Slam::Impl {
     if (const auto wheels = slam.tracking().wheels().Learned()) crsm::JudgeWheels(*wheels, verdict);
     return verdict;
   }
-  crsm::MapPieces FindPieces() const { return slam.closes_loops() ? slam.mapper().FindPieces() : crsm::MapPieces(); }
+  crsm::MapPieces FindPieces() const {
+    crsm::MapPieces pieces;
+    if (!slam.closes_loops()) return pieces;
+    pieces = slam.mapper().FindPieces();
+    pieces.error = slam.mapper().EstimateError();
+    return pieces;
+  }
 
   /// By all that is known.
   crsm::ScanMatch BestMatch(std::int64_t scan) const {

@@ -202,6 +202,7 @@ Results Correct(Run& run, Summary& summary) {
   results.loops = outcome.loops;
   results.graph_g2o = FormatG2o(outcome.graph.MakePoseGraph());
   results.pieces = run.slam.mapper().FindPieces();
+  results.pieces.error = run.slam.mapper().EstimateError();
   summary.pieces = results.pieces;
   summary.verdict = Judge(run.statistics, outcome.map, results.pieces);
   return results;

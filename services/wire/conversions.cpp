@@ -161,6 +161,7 @@ MapPieces FromMessage(const map_pieces_t& message) {
   pieces.num_keyframes = message.num_keyframes;
   pieces.num_closed = message.num_closed;
   pieces.num_rejected = message.num_rejected;
+  if (message.off_m >= 0.0) pieces.error = MapError{message.off_m, {message.off_at_m[0], message.off_at_m[1]}};
   for (const map_piece_t& piece : message.pieces) pieces.pieces.push_back({piece.keyframes, piece.scans, piece.way_m});
   for (const map_break_t& at : message.breaks) {
     pieces.breaks.push_back({at.utime, at.scan, static_cast<BreakReason>(at.reason), at.seconds,
@@ -178,6 +179,12 @@ map_pieces_t ToMessage(const MapPieces& pieces) {
   message.num_keyframes = pieces.num_keyframes;
   message.num_closed = pieces.num_closed;
   message.num_rejected = pieces.num_rejected;
+  message.off_m = -1.0;
+  if (pieces.error) {
+    message.off_m = pieces.error->most_m;
+    message.off_at_m[0] = pieces.error->at.x_m;
+    message.off_at_m[1] = pieces.error->at.y_m;
+  }
   message.num_pieces = static_cast<std::int32_t>(pieces.pieces.size());
   for (const MapPiece& piece : pieces.pieces) message.pieces.push_back({piece.keyframes, piece.scans, piece.way_m});
   message.num_breaks = static_cast<std::int32_t>(pieces.breaks.size());

@@ -133,6 +133,8 @@ inline map_pieces_t MapPiecesMessage() {
           .num_keyframes = 9,
           .num_closed = 5,
           .num_rejected = 2,
+          .off_m = 0.75,
+          .off_at_m = {4.5, -2.5},
           .num_pieces = 2,
           .pieces = {{7, 60, 12.5}, {2, 30, 0.5}},
           .num_breaks = 1,

@@ -11,8 +11,7 @@ namespace {
 auto AllOf(const RunStatistics& statistics) {
   const RunStatistics::Values v = statistics.values();
   return std::tuple(v.counts.on_map, v.counts.lost, v.degenerate, v.counts.without_rays, v.longest_unmatched, v.steps,
-                    v.far_steps, v.mean_fitness, v.finished_map, v.path_m, v.open_path_m, v.longest_open_m,
-                    v.longest_open_ends.x_m, v.turns_by_odometry, v.ways_by_odometry);
+                    v.far_steps, v.mean_fitness, v.finished_map, v.path_m, v.open_path_m, v.turns_by_odometry, v.ways_by_odometry);
 }
 
 /// The matches of a drive in which everything happens that is counted, ending in lost scans. far_m: by which all poses
@@ -119,16 +118,6 @@ TEST_CASE("statistics are gathered by the constants that are given, also after m
             .values()
             .far_steps > 0);
   CHECK(Gather([](Constants& c) { c.path_step_m = 0.6; }).values().path_m == 0.0);
-  CHECK(usual.values().new_path_m == usual.values().path_m);
-  CHECK(usual.values().new_open_path_m == usual.values().open_path_m);
-  CHECK(Gather([](Constants& c) { c.known_steps = 10; }).values().new_path_m == Approx(10 * 0.5));
-  CHECK(Gather([](Constants& c) { c.known_steps = 10; }).values().new_open_path_m <= 10 * 0.5);
-  CHECK(Gather([](Constants& c) {
-          c.known_steps = 10;
-          c.square_m = 0.3;  // the path has two ends
-        })
-            .values()
-            .new_path_m == Approx(20 * 0.5));
   CHECK_FALSE(Gather([](Constants& c) { c.least_turns_rad2 = 99.0; }).values().turns_by_odometry);
   CHECK_FALSE(Gather([](Constants& c) { c.least_ways_m2 = 99.0; }).values().ways_by_odometry);
   CHECK(Agreement([](Constants&) {}));

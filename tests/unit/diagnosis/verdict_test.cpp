@@ -50,6 +50,8 @@ struct Run {
   }
 };
 
+ByteMap RoomMap() { return PaintMap(-2, 1, RoomByte); }
+
 bool Mentions(const Verdict& verdict, const std::string& words) {
   const auto lines = FormatVerdict(verdict);
   return std::any_of(lines.begin(), lines.end(),
@@ -252,20 +254,29 @@ TEST_CASE("who deskews is not told to deskew") {
   }
 }
 
-TEST_CASE("the longer the way that nothing told, the further off the map may be, and it is said past where") {
-  const Verdict sure = Run().Add(100).Judged();
-  CHECK(*sure.off_m < 0.05);
+TEST_CASE("how far off a map may be is what its pose graph says, and more than is of use makes it doubtful") {
+  const auto JudgeWith = [](double most_m, const Run& run, std::int64_t num_rejected = 0) {
+    return Judge(run.statistics, RoomMap(), {.num_rejected = num_rejected, .error = MapError{most_m, {5.0, -1.5}}});
+  };
+  const Verdict sure = JudgeWith(0.08, Run().Add(100));
+  CHECK(sure.trust == Trust::kGood);
+  CHECK(*sure.off_m == 0.08);
   CHECK_FALSE(sure.off_at);
-  CHECK(Mentions(sure, "parts of it may be off by up to 0.04 m"));
-  // 3.75 m of 12.5 m, in two pieces.
-  const Verdict open = Run{.step_m = 0.25}.Add(10).Add(10, Degenerate).Add(10).Add(5, Degenerate).Add(15).Judged();
-  CHECK(open.trust == Trust::kGood);
-  CHECK(*open.off_m > 0.1);
-  REQUIRE(open.off_at);
-  CHECK(open.off_at->x_m == Approx(5.0));
-  CHECK(Mentions(open, "most likely past x 5.0 m, y 0.0 m"));
-  CHECK(*Run().Add(100).Add(25, Lose).Add(900).Judged().off_m > 20.0);
-  CHECK_FALSE(Run().Add(100, FitBadly).Judged().off_m);
+  CHECK(Mentions(sure, "parts of it may be off by up to 0.08 m"));
+  const Verdict fair = JudgeWith(0.9, Run().Add(100));
+  CHECK(fair.trust == Trust::kGood);
+  CHECK(Mentions(fair, "may be off by up to 0.90 m, most likely past x 5.0 m, y -1.5 m"));
+  const Verdict open = JudgeWith(1.1, Run().Add(100));
+  CHECK(open.trust == Trust::kDoubtful);
+  CHECK(Mentions(open, "leaves the lengths of the path open by up to 1.1 m"));
+  CHECK(*JudgeWith(1e6, Run().Add(100)).off_m < 100.0);  // no further than the map is large
+  CHECK_FALSE(Run().Add(100).Judged().off_m);            // without loops nobody knows
+  CHECK_FALSE(JudgeWith(0.08, Run().Add(100, FitBadly)).off_m);
+  CHECK_FALSE(JudgeWith(0.08, Run().Add(100), 1).off_m);  // the graph contradicts itself
+  // What is open is known in metres then.
+  const Run corridor = Slow().Add(200).Add(400, Degenerate).Add(200);
+  CHECK(corridor.Judged().trust == Trust::kDoubtful);
+  CHECK(JudgeWith(0.08, corridor).trust == Trust::kGood);
 }
 
 TEST_CASE("a map without more than a tenth of the recording is not called good") {
@@ -348,8 +359,8 @@ TEST_CASE("loops that were rejected make a map doubtful, and never better than i
   CHECK(JudgeWith(3, Run()).trust == Trust::kBad);
 }
 
-TEST_CASE("wheels that tell another way than the laser make a map doubtful, and further off") {
-  const Verdict good = Run{.step_m = 0.25}.Add(100).Judged();
+TEST_CASE("wheels that tell another way than the laser make a map doubtful, and nobody knows how far off") {
+  const Verdict good = Run{.step_m = 0.25}.Add(100).Judged({.error = MapError{0.1, {}}});
   REQUIRE(good.off_m);
   const auto JudgeBy = [&good](double way_per_m, double turn_per_rad, std::int64_t steps) {
     Verdict verdict = good;
@@ -372,7 +383,7 @@ TEST_CASE("wheels that tell another way than the laser make a map doubtful, and 
     CHECK(verdict.trust == Trust::kDoubtful);
     CHECK(Mentions(verdict, "the wheels and the laser tell different ways"));
   }
-  CHECK(JudgeBy(0.22, 0.1, 8).off_m > good.off_m);
+  CHECK_FALSE(JudgeBy(0.22, 0.1, 8).off_m);
 }
 
 TEST_CASE("a map in pieces is never good where more than a fiftieth of the matched scans is on others") {
@@ -394,7 +405,6 @@ TEST_CASE("a map in pieces is never good where more than a fiftieth of the match
   CHECK(some.trust == Trust::kDoubtful);
   CHECK(some.warnings.size() == 1);  // they are not lost
   CHECK(Mentions(some, "warning: the map is in 3 pieces: the largest, which is shown, has 97 % of the scans"));
-  CHECK(some.off_m == JudgeWith(970, 0).off_m);  // what floats is no loss
   CHECK(JudgeWith(500, 500).trust == Trust::kDoubtful);
 }
 
@@ -429,7 +439,7 @@ TEST_CASE("breaks that were joined speak against nothing, those that the wheels 
                                    .breaks = {}});
   };
   CHECK(JudgeWith(4, 0).trust == Trust::kGood);
-  CHECK(FormatVerdict(JudgeWith(4, 0)).size() == 4);  // the scans, the verdict, its metres, and the breaks
+  CHECK(FormatVerdict(JudgeWith(4, 0)).size() == 3);  // the scans, the verdict, and the breaks
   CHECK(Mentions(JudgeWith(4, 0), "lost or interrupted 4 times, and all parts of the map were joined"));
   CHECK(Mentions(JudgeWith(1, 0), "lost or interrupted once, and the two parts"));
   CHECK(JudgeWith(3, 2).trust == Trust::kDoubtful);
@@ -544,28 +554,25 @@ TEST_CASE("a verdict goes by the constants that it is given") {
   }
 }
 
-TEST_CASE("so do what is said of pieces, of scans that are left out, of wheels, and how far off a map may be") {
+TEST_CASE("so do what is said of pieces, of scans that are left out, and how far off a map may be") {
   DiagnosisConstants::Verdict constants;
   constants.most_left_out = 0.3;
   constants.least_on_largest = 0.5;
   constants.long_lost = 100;
   constants.least_of_all = 0.05;
-  constants.map_error.any_map_m = 1.04;
-  constants.map_error.wheels_sigmas = 6.0;
+  constants.far_off_m = 3.0;
+  constants.off_place_m = 2.5;
   const Run run = Run{.step_m = 0.25}.Add(100);
-  Verdict verdict = run.Judged({}, constants);
-  CHECK(*verdict.off_m == Approx(*run.Judged().off_m + 1.0));
+  const MapPieces off{.error = MapError{2.0, {}}};
+  CHECK(Judge(run.statistics, RoomMap(), off).trust == Trust::kDoubtful);
+  CHECK(Judge(run.statistics, RoomMap(), off).off_at);
+  Verdict verdict = Judge(run.statistics, RoomMap(), off, constants);
+  CHECK_FALSE(verdict.off_at);
+  constants.far_off_m = 1.0;
+  constants.far_off_share = 1.0;
+  CHECK(Judge(run.statistics, RoomMap(), off, constants).trust == Trust::kGood);
   JudgeLeftOut({30}, verdict, constants);
   CHECK(verdict.trust == Trust::kGood);
-
-  WheelModel::Values wheels;
-  wheels.way_per_m = 0.22;
-  wheels.steps = 8;
-  Verdict usual = verdict;
-  JudgeWheels(wheels, usual);
-  JudgeWheels(wheels, verdict, constants);
-  CHECK(*verdict.off_m - *run.Judged({}, constants).off_m ==
-        Approx(2.0 * (*usual.off_m - *run.Judged({}, constants).off_m)));
 
   const MapPieces pieces{
       .num_pieces = 2, .num_breaks = 1, .num_matched = 100, .pieces = {{9, 60, 9.0}, {9, 40, 9.0}}, .breaks = {}};

@@ -1,0 +1,169 @@
+#include "common/graph/map_error.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "catch.hpp"
+
+namespace crsm {
+namespace {
+
+constexpr std::int64_t kSecond_us = 1'000'000;
+
+/// Keyframes 0.4 m and a second apart, straight on.
+struct Drive {
+  KeyframeGraph graph;
+  WallSigmas walls = {{}};
+  WallSigma told{{1.0, 0.0}, {0.01, 0.005, 0.002}, 0.01};
+
+  Keyframe Next() const {
+    Keyframe keyframe;
+    keyframe.utime = (graph.size() + 1) * kSecond_us;
+    if (graph.size() > 0) keyframe.T_previous_this = {0.4, 0.0, 0.0};
+    return keyframe;
+  }
+  template <class Change>
+  Drive& Add(int num, Change&& change) {
+    for (int i = 0; i < num; ++i) {
+      Keyframe keyframe = Next();
+      change(keyframe);
+      graph.Add(std::move(keyframe));
+      walls[0].push_back(told);
+    }
+    return *this;
+  }
+  Drive& Add(int num) {
+    return Add(num, [](Keyframe&) {});
+  }
+  /// Of a corridor, whose walls tell nothing along it.
+  Drive& AddOpen(int num, double step_m = 0.4, std::int64_t every_us = kSecond_us) {
+    told.along_m = std::numeric_limits<double>::infinity();
+    std::int64_t utime = graph.size() * kSecond_us;
+    return Add(num, [&](Keyframe& keyframe) {
+      keyframe.degenerate_axis = {1.0, 0.0};
+      keyframe.T_previous_this = {step_m, 0.0, 0.0};
+      keyframe.utime = utime += every_us;
+    });
+  }
+  Drive& Close(int older, int newer, double off_m = 0.0) {
+    graph.AddLoop({{0, older}, {0, newer}, {0.4 * (newer - older) + off_m, 0.0, 0.0}});
+    return *this;
+  }
+
+  double Most_m(const GraphConstants::MapError& constants = {}) const {
+    const auto error = EstimateMapError(graph, {true}, walls, constants);
+    REQUIRE(error);
+    return error->most_m;
+  }
+};
+
+ScanMatch MatchedWith(double x_m2, double xy_m2, double y_m2, double yaw_rad) {
+  ScanMatch match;
+  match.T_map_laser.yaw_rad = yaw_rad;
+  match.covariance = {0.0025 + x_m2, xy_m2, 0.0, 0.0025 + y_m2, 0.0, 0.000025 + 0.0004};
+  return match;
+}
+
+}  // namespace
+
+TEST_CASE("the longer a way that nothing crosses, the further off it may be, and a loop brings it back") {
+  const double shorter_m = Drive().Add(50).Most_m();
+  const double longer_m = Drive().Add(200).Most_m();
+  CHECK(shorter_m > 0.05);
+  CHECK(longer_m > 1.5 * shorter_m);
+  Drive closed = Drive().Add(200).Close(0, 199);
+  for (int i = 20; i < 200; i += 20) closed.Close(0, i);
+  CHECK(closed.Most_m() < 0.7 * longer_m);
+  CHECK_FALSE(EstimateMapError(KeyframeGraph(), {}, {{}}));
+  CHECK_FALSE(EstimateMapError(Drive().Add(50).graph, {false}, Drive().Add(50).walls));
+}
+
+TEST_CASE(
+    "along a corridor a map may be off by a share of the way, or by what a robot that stood there may have driven") {
+  const double known_m = Drive().Add(60).Most_m();
+  const double open_m = Drive().Add(30).AddOpen(30).Most_m();
+  CHECK(open_m > 2.0 * known_m);
+  // In a minute the robot goes 24 m as a rule.
+  const double stood_m = Drive().Add(30).AddOpen(2, 0.01, 60 * kSecond_us).Add(5).Most_m();
+  CHECK(stood_m > 10.0);
+  const auto error = [&] {
+    const Drive drive = Drive().Add(30).AddOpen(2, 0.01, 60 * kSecond_us).Add(5);
+    return *EstimateMapError(drive.graph, {true}, drive.walls);
+  }();
+  CHECK(error.at.x_m > 11.0);  // past the open piece
+  // Walls that tell a little bound it, whatever the time.
+  Drive told = Drive().Add(30);
+  told.told.along_m = 0.1;
+  told.Add(2, [](Keyframe& keyframe) {
+    keyframe.degenerate_axis = {1.0, 0.0};
+    keyframe.T_previous_this = {0.01, 0.0, 0.0};
+  });
+  CHECK(told.Most_m() < 2.0);
+}
+
+TEST_CASE("a robot that waits before its first step stands") {
+  const auto WaitFirst = [](std::int64_t waits_us) {
+    Drive drive;
+    drive.Add(1);
+    drive.AddOpen(1, 0.4, waits_us);
+    drive.told.along_m = 0.01;
+    return drive.Add(40, [&](Keyframe& keyframe) { keyframe.utime += waits_us; }).Most_m();
+  };
+  CHECK(WaitFirst(100 * kSecond_us) == Approx(WaitFirst(kSecond_us)).epsilon(0.05));
+}
+
+TEST_CASE("loops that agree with the motions say that these are better than was taken for granted, and others worse") {
+  const auto WithLoops = [](double off_m) {
+    Drive drive = Drive().Add(200);
+    for (int i = 0; i < 60; ++i) drive.Close(i, i + 100, i % 2 == 0 ? off_m : -off_m);
+    return drive.Most_m();
+  };
+  CHECK(WithLoops(0.2) > 1.2 * WithLoops(0.0));
+  Drive few = Drive().Add(200);
+  for (int i = 0; i < 60; ++i) few.Close(i, i + 100);
+  CHECK(few.Most_m({.prior_weight = 1e9}) > 1.3 * few.Most_m());
+}
+
+TEST_CASE("wheels bound what a corridor leaves open") {
+  const auto WithWheels = [](double sigma_m) {
+    Drive drive = Drive().Add(30);
+    drive.told.along_m = std::numeric_limits<double>::infinity();
+    drive.Add(30, [&](Keyframe& keyframe) {
+      keyframe.degenerate_axis = {1.0, 0.0};
+      keyframe.by_wheels = WheelMotion{{0.4, 0.0, 0.0}, sigma_m, 0.01};
+    });
+    return drive.Most_m();
+  };
+  CHECK(WithWheels(0.002) < 0.7 * WithWheels(0.5));
+}
+
+TEST_CASE("how far off a map may be goes by the constants") {
+  const Drive drive = Drive().Add(30).AddOpen(20);
+  const double usual_m = drive.Most_m();
+  CHECK(drive.Most_m({.factor = 5.0}) - 0.05 == Approx(2.0 * (usual_m - 0.05)));
+  CHECK(drive.Most_m({.least_m = 0.15}) == Approx(usual_m + 0.1));
+  CHECK(drive.Most_m({.uneven = 0.6}) > 1.5 * usual_m);
+  CHECK(drive.Most_m({.quantile = 0.2}) < usual_m);
+  const Drive known = Drive().Add(100);
+  CHECK(known.Most_m({.walls = 3.0}) > 1.5 * known.Most_m());
+  CHECK(known.Most_m({.step = {0.1, 0.1, 0.01}}) > 1.5 * known.Most_m());
+}
+
+TEST_CASE(
+    "what walls told of a match is along the axis of its covariance, laser frame, without what the map is good for") {
+  const WallSigma ahead = FindWallSigma(MatchedWith(0.04, 0.0, 0.0001, 0.0));
+  CHECK(std::abs(ahead.axis[0]) == Approx(1.0));
+  CHECK(ahead.sigma.x_m == Approx(0.2));
+  CHECK(ahead.sigma.y_m == Approx(0.01));
+  CHECK(ahead.sigma.yaw_rad == Approx(0.02));
+  const WallSigma turned = FindWallSigma(MatchedWith(0.04, 0.0, 0.0001, kPi / 2));
+  CHECK(std::abs(turned.axis[1]) == Approx(1.0));
+  const WallSigma aslant = FindWallSigma(MatchedWith(0.02, 0.019, 0.02, 0.0));
+  CHECK(aslant.axis[0] * aslant.axis[1] == Approx(0.5));
+  CHECK(aslant.sigma.x_m == Approx(std::sqrt(0.039)));
+  // 2 % of what is told across is the noise of the normals.
+  CHECK(FindWallSigma(MatchedWith(0.04, 0.0, 0.0001, 0.0)).along_m == HUGE_VAL);
+  CHECK(FindWallSigma(MatchedWith(0.04, 0.0, 0.01, 0.0)).along_m == Approx(1.0 / std::sqrt(24.0 - 0.02 * 99.0)));
+}
+
+}  // namespace crsm
