@@ -220,7 +220,7 @@ TEST_CASE("utimes in milliseconds since 1970 are corrected, and those of the odo
   REQUIRE(result.scans.size() == 60);
   CHECK(result.utimes()[7] == 1'700'000'000'700'000);
   CHECK(result.odometry_x_m[7] == 3.5);
-  CHECK(result.complaints == Lines{"LASER: utime is 1,000 times too small for a time since 1970: it is corrected"});
+  CHECK(result.complaints == Lines{"LASER: utime is in milliseconds: it is corrected"});
 }
 
 TEST_CASE("a repeated utime is skipped and counted, one that goes back is kept") {
