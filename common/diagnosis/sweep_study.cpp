@@ -14,42 +14,42 @@ namespace {
 /// What a sweep makes of a scan.
 struct Trial {
   double fitness = 0.0;  ///< 0 if it was lost
-  bool turns = false;    ///< the robot, in the sweep
+  bool tells = false;    ///< of the sweep: the robot turns meanwhile, or so fast that the scan was lost
 };
 
-/// What became of each scan, up to enough that turn in a time [s].
+/// What became of each scan, up to enough that turn in a time [s], or are lost.
 std::vector<Trial> Try(std::span<const LaserScan> scans, const Parameters& parameters, double within_s,
                        const DiagnosisConstants::SweepStudy& constants) {
   std::vector<Trial> trials;
   Slam slam(parameters);
   ScanMatch last;
-  int num_turning = 0;
+  int num_telling = 0;
   for (const LaserScan& scan : scans) {
     if (!trials.empty() && scan.utime <= last.utime) continue;
     const ScanMatch match = slam.Process(scan).match;
-    Trial trial;
-    if (match.state != MatchState::kLost) trial.fitness = match.fitness;
+    const bool is_lost = match.state == MatchState::kLost;
+    Trial trial{is_lost ? 0.0 : match.fitness, is_lost};
     if (!trials.empty() && IsMotionMatched(last, match)) {
       const double elapsed_s = 1e-6 * static_cast<double>(match.utime - last.utime);
       const double turned_rad = WrapAngle(match.T_map_laser.yaw_rad - last.T_map_laser.yaw_rad) * within_s / elapsed_s;
-      trial.turns = std::abs(turned_rad) > constants.turning_rad;
+      trial.tells = std::abs(turned_rad) > constants.turning_rad;
     }
     trials.push_back(trial);
     last = match;
-    num_turning += trial.turns;
-    if (num_turning == constants.enough_turning) break;
+    num_telling += trial.tells;
+    if (num_telling == constants.enough_turning) break;
   }
   return trials;
 }
 
 /// Whether turning scans fit better by one sweep than by another, so clearly that it is no chance.
-bool IsClearlyBetter(const std::vector<Trial>& one, const std::vector<Trial>& other, const std::vector<Trial>& turns,
+bool IsClearlyBetter(const std::vector<Trial>& one, const std::vector<Trial>& other,
                      const DiagnosisConstants::SweepStudy& constants) {
   double sum = 0.0;
   double squares = 0.0;
   double num = 0.0;
-  for (std::size_t i = 0; i < std::min({one.size(), other.size(), turns.size()}); ++i) {
-    if (!turns[i].turns) continue;
+  for (std::size_t i = 0; i < std::min(one.size(), other.size()); ++i) {
+    if (!one[i].tells && !other[i].tells) continue;
     const double better = one[i].fitness - other[i].fitness;
     sum += better;
     squares += better * better;
@@ -124,22 +124,24 @@ std::optional<SweepFinding> StudySweep(std::span<const LaserScan> scans, Paramet
   parameters.match.start.reset();
   parameters.update.algorithm = Algorithm::kCrsm;  // what is studied is the laser
   const double longest_s = std::max(std::abs(finding.sweep_s), likely_s);
-  std::vector<Trial> turns;
-  std::vector<Trial> best;
-  for (const double sweep_s : ListCandidates(finding.sweep_s, likely_s, constants)) {
+  const std::vector<double> sweeps_s = ListCandidates(finding.sweep_s, likely_s, constants);
+  std::vector<std::vector<Trial>> trials;
+  for (const double sweep_s : sweeps_s) {
     parameters.scan.beam_times = says_times && sweep_s == finding.said_s;
     parameters.scan.sweep_s = sweep_s;
-    std::vector<Trial> trials = Try(scans, parameters, longest_s, constants);
-    if (turns.empty()) {
-      turns = best = std::move(trials);
-      finding.num_turning = static_cast<int>(std::ranges::count_if(turns, &Trial::turns));
-      if (finding.num_turning < constants.few_turning) break;
-      scans = scans.first(std::min(scans.size(), turns.size()));
-    } else if (IsClearlyBetter(trials, best, turns, constants)) {
-      best = std::move(trials);
-      finding.sweep_s = sweep_s;
-    }
+    trials.push_back(Try(scans, parameters, longest_s, constants));
+    if (std::ranges::count_if(trials.front(), &Trial::tells) < constants.few_turning) break;
+    scans = scans.first(std::min(scans.size(), trials.back().size()));
   }
+  // In two sweeps that are both wrong a scan may fit better than in none: the wrong way round is to be worse, too.
+  std::size_t best = 0;
+  for (std::size_t i = 1; i < trials.size(); ++i) {
+    const auto opposite = static_cast<std::size_t>(std::ranges::find(sweeps_s, -sweeps_s[i]) - sweeps_s.begin());
+    const bool has_opposite = opposite != i && opposite < trials.size();
+    if (has_opposite && !IsClearlyBetter(trials[i], trials[opposite], constants)) continue;
+    if (IsClearlyBetter(trials[i], trials[best], constants)) best = i;
+  }
+  finding.sweep_s = sweeps_s[best];
   return finding;
 }
 

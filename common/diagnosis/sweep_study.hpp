@@ -15,7 +15,6 @@ struct SweepFinding {
   double period_s = 0.0;  ///< from a scan to the next; 0 where the clock stands
   bool can_be = true;     ///< the messages' sweep is a likely share of that period
   double sweep_s = 0.0;   ///< what fits best, as ScanParameters::sweep_s: said_s itself, or what is to win over it
-  int num_turning = 0;    ///< scans that were compared; with too few of them sweep_s is what is likely
 
   /// Whether what is said, or that nothing is, is to be believed.
   bool agrees() const { return sweep_s == said_s; }
@@ -28,8 +27,8 @@ double ViewOf(const LaserScan& scan);
 /// that its view is of a turn, both of them in either direction, and none. While the robot turns, what is right fits
 /// best. Few messages have times for their beams; of those that have, some are of another unit, longer than a turn of
 /// the laser, or in the wrong order: drivers of lasers that turn clockwise reverse their beams, and not the times. What
-/// is said stays, as does that nothing is, unless another sweep is clearly better. Where what is said cannot be, the
-/// share of the period takes its place.
+/// is said stays, as does that nothing is, unless another sweep is clearly better than it and than its own opposite.
+/// Where what is said cannot be, the share of the period takes its place.
 ///
 /// scans: of one laser, in their order. Where they have no times, parameters.scan.sweep_s is what is said. Nothing if
 /// that is 0, and the scans are too rare for a laser that turns, or see no more than half a turn.
