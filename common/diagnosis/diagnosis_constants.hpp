@@ -124,14 +124,16 @@ struct DiagnosisConstants {
   /// By which sweep turning scans fit best.
   struct SweepStudy {
     std::size_t num_scans = 1500;      ///< that may be looked at
-    double turning_rad = 0.03;         ///< in a sweep: a tenth of it is a cell at 10 m
-    int enough_turning = 60;           ///< scans
+    double turning_rad = 0.02;         ///< in a sweep: a cell at 2.5 m
+    int enough_turning = 120;          ///< scans, with those that are lost
     int few_turning = 12;              ///< fewer prove nothing
     double better_fitness_min = 0.01;  ///< by which one sweep is better than another ...
     double better_sigmas = 3.0;        ///< ... and that is no chance
-    double longest_period_s = 1.0;     ///< of scans whose sweep is guessed
+    double longest_period_s = 1.0;     ///< of scans whose sweep is guessed, and ...
+    double narrowest_view_rad = 3.5;   ///< ... their view: a SICK LMS, which sees half a turn, takes 0.007 s for it
     double shortest_share = 0.02;      ///< of the period: a likely sweep
     double longest_share = 1.05;
+    double alike_share = 0.25;  ///< sweeps that differ by less are tried as one
   };
 
   /// The ranges that stand for "no return".

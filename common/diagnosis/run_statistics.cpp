@@ -78,8 +78,6 @@ void RunStatistics::ForgetMatches() {
 RunStatistics::Values RunStatistics::values() const {
   Values values = values_;
   if (num_fitnesses_ > 0) values.mean_fitness = fitness_sum_ / static_cast<double>(num_fitnesses_);
-  values.deskewed = std::ranges::any_of(
-      sampled_, [](const auto& each) { return each.second.rays && !each.second.rays->time_s.empty(); });
   values.turns_by_odometry = turns_.Compute(constants_.least_turns_rad2);
   values.ways_by_odometry = ways_.Compute(constants_.least_ways_m2);
   return values;

@@ -53,7 +53,6 @@ class RunStatistics {
     double open_path_m = 0.0;   ///< length of the path on degenerate scans, where no wheels tell it
     double mean_fitness = 0.0;  ///< of the matched scans (the paper's MFV), [0, 1]; 0 if there are none
     bool finished_map = false;  ///< scans were localised, and changed nothing
-    bool deskewed = false;      ///< the beams have times, in the messages or by --sweep-s
     /// How the turns, and the ways, by odometry go with those by the laser, [-1, 1]; -1 where they are opposite.
     /// Nothing without odometry, or where the robot hardly moved.
     std::optional<double> turns_by_odometry;

@@ -24,11 +24,7 @@ void Warn(Verdict& verdict, Trust trust, std::string text) {
 /// Two decimals, rounded down: what is below a threshold must not read as the threshold.
 double RoundDown(double share) { return std::floor(100.0 * share + 1e-9) / 100.0; }
 
-std::string TooFewScans(const RunStatistics::Values& values) {
-  const char* cause = "likely too few scans per second for the motion";
-  return values.deskewed ? fmt::format("{}, or scans out of order", cause)
-                         : fmt::format("{}, scans out of order, or sweeps without deskewing (--sweep-s)", cause);
-}
+constexpr const char* kTooFewScans = "likely too few scans per second for the motion, or scans out of order";
 
 void JudgeRays(const Constants& constants, Verdict& verdict) {
   const auto& values = verdict.values;
@@ -72,7 +68,7 @@ void JudgeFit(const Constants& constants, Verdict& verdict) {
        fmt::format("the scans fit the map badly (mean fitness {:.2f}; correct maps have {} or more): {}",
                    RoundDown(values.mean_fitness), constants.fair_fitness,
                    Jumps(values, constants)
-                       ? fmt::format("{}, or angles in degrees", TooFewScans(values))
+                       ? fmt::format("{}, or angles in degrees", kTooFewScans)
                        : "likely wrong angles (--angle-scale), noisy ranges, or the preset of another laser"));
 }
 
@@ -80,7 +76,7 @@ void JudgeAgreement(const Constants& constants, Verdict& verdict) {
   if (!verdict.agreement || *verdict.agreement >= constants.fair_agreement) return;
   const std::string cause = IsStanding(verdict.values, constants) ? "likely wrong ranges, or things that moved"
                             : Jumps(verdict.values, constants)
-                                ? TooFewScans(verdict.values)
+                                ? kTooFewScans
                                 : "likely wrong angles (--angle-scale), wrong ranges, or one room drawn over another "
                                   "after a wrong match";
   Warn(verdict, *verdict.agreement < constants.least_agreement ? Trust::kBad : Trust::kDoubtful,
@@ -134,7 +130,7 @@ void JudgeTrack(const Constants& constants, Verdict& verdict) {
   if (lost > (moves_far ? constants.most_lost_in_motion : constants.most_lost)) {
     Warn(verdict, Trust::kBad,
          fmt::format("{:.0f} % of the scans are lost, and the map after them may be metres off: {}", 100.0 * lost,
-                     moves_far ? TooFewScans(values) : "likely a wrong --preset, or a blocked view"));
+                     moves_far ? kTooFewScans : "likely a wrong --preset, or a blocked view"));
   } else if (values.longest_unmatched >= constants.long_lost && !IsInPieces(values.counts, constants)) {
     Warn(verdict, Trust::kDoubtful,
          fmt::format("{} scans in a row were lost{}: the map after them may be metres off", values.longest_unmatched,
@@ -144,8 +140,8 @@ void JudgeTrack(const Constants& constants, Verdict& verdict) {
     Warn(verdict, Trust::kDoubtful,
          fmt::format(
              "in {:.0f} % of the steps the laser moved by more than 0.4 m or 0.25 rad from one scan to the next: check "
-             "the map for doubled or rotated walls; more scans per second{} would help",
-             100.0 * far_steps, values.deskewed ? "" : " or deskewing (--sweep-s)"));
+             "the map for doubled or rotated walls; more scans per second would help",
+             100.0 * far_steps));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/scan/same_scan.hpp"
 
@@ -41,11 +42,18 @@ bool LogClock::RecorderIsBelieved() const {
          recorded_.num_standing <= constants_.recorded_standing * recorded_.num_steps;
 }
 
+/// Whether stamps in a unit go on as the clock of the recorder does.
+bool LogClock::IsPaceOfRecorder(const UtimeUnit& unit) const {
+  if (!RecorderIsBelieved()) return false;
+  const double step_us = 1e6 * stamps_.MeanStep() / static_cast<double>(unit.num_per_second);
+  return std::abs(step_us - recorded_.MeanStep()) <= constants_.pace_difference * recorded_.MeanStep();
+}
+
 /// Only where it is certain.
 std::optional<UtimeUnit> LogClock::OtherUnit() const {
   if (stamps_.num_steps < constants_.enough_standing) return std::nullopt;
   const auto unit = FindWrongUnit(stamps_.last, stamps_.MeanStep());
-  return unit && unit->is_since_1970 ? unit : std::nullopt;
+  return unit && (unit->is_since_1970 || IsPaceOfRecorder(*unit)) ? unit : std::nullopt;
 }
 
 LogClock::Time LogClock::WhichTime() const {
@@ -74,7 +82,7 @@ std::int64_t LogClock::ToMicroseconds(std::int64_t stamp) const {
 
 std::string LogClock::Complaint(const std::string& stamp) const {
   const auto unit = OtherUnit();
-  const std::string why = unit ? fmt::format("{} is {} for a time since 1970", stamp, DescribeFactor(*unit))
+  const std::string why = unit ? fmt::format("{} is in {}", stamp, unit->name)
                                : fmt::format("{} of the first {} scans have the {} of the scan before",
                                              stamps_.num_standing, num_studied_, stamp);
   switch (WhichTime()) {

@@ -15,6 +15,7 @@ struct LogClockConstants {
   int enough_standing = 10;        ///< steps that stand still, and ...
   double standing_share = 0.6;     ///< ... more than that share of all: half are two lasers that measure together
   double recorded_standing = 0.1;  ///< the clock of a recorder stands still in no more of them
+  double pace_difference = 0.2;    ///< to the recorder's, of stamps in the right unit
   /// Between scans that are numbered. Thinned logs have about one a second; a shorter time would make their robot too
   /// fast to be followed, and dense logs are mapped alike.
   std::int64_t period_us = 1'000'000;
@@ -59,6 +60,7 @@ class LogClock {
 
   bool StampsStand() const;
   bool RecorderIsBelieved() const;
+  bool IsPaceOfRecorder(const UtimeUnit& unit) const;
   std::optional<UtimeUnit> OtherUnit() const;
   Time WhichTime() const;
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <limits>
 
 namespace crsm {
 namespace {
@@ -45,9 +46,11 @@ std::optional<UtimeUnit> FindWrongUnit(std::int64_t utime, double step, const Ut
 }
 
 std::int64_t ToMicroseconds(std::int64_t utime, const UtimeUnit& unit) {
-  if (!IsSince1970(utime, unit.num_per_second)) return utime;
-  return unit.num_per_second > kMicroseconds ? utime / (unit.num_per_second / kMicroseconds)
-                                             : utime * (kMicroseconds / unit.num_per_second);
+  if (unit.is_since_1970 && !IsSince1970(utime, unit.num_per_second)) return utime;
+  if (unit.num_per_second > kMicroseconds) return utime / (unit.num_per_second / kMicroseconds);
+  const std::int64_t factor = kMicroseconds / unit.num_per_second;
+  const std::int64_t largest = std::numeric_limits<std::int64_t>::max() / factor;
+  return utime >= -largest && utime <= largest ? utime * factor : utime;
 }
 
 std::string DescribeFactor(const UtimeUnit& unit) {

@@ -31,7 +31,8 @@ bool IsPaceOfLaser(double step_us, const UtimeUnitConstants& constants = {});
 /// utime: of one of its scans. step: from one scan to the next, the mean of many, in the same unit.
 std::optional<UtimeUnit> FindWrongUnit(std::int64_t utime, double step, const UtimeUnitConstants& constants = {});
 
-/// The moment in microseconds, of a utime that is a moment of 2001 to 2096 in a unit; any other utime as it is.
+/// A utime in microseconds. One that cannot be in the unit stays as it is: where the unit was found from moments of
+/// 2001 to 2096 any other, and what is too large for microseconds.
 std::int64_t ToMicroseconds(std::int64_t utime, const UtimeUnit& unit);
 
 /// What utimes in a unit are as microseconds: "1,000 times too small".

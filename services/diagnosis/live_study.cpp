@@ -17,10 +17,9 @@ std::string ComplainOfRanges(const RangeFinding& finding) {
   return fmt::format("{}, and is taken for hits: --range-max-m {:.4f}", DescribeNoReturn(finding), finding.RangeMax());
 }
 
-std::string ComplainOfSweep(const SweepFinding& finding) {
+std::string ComplainOfSweep(const SweepFinding& finding, const LaserScan& scan) {
   if (finding.agrees()) return "";
-  return fmt::format("the beams are said to take {:.3g} s, but {}: --no-beam-times --sweep-s {:.4f}", finding.said_s,
-                     ExplainSweep(finding, "otherwise"), finding.sweep_s);
+  return fmt::format("{}: --no-beam-times --sweep-s {:.4f}", DescribeSweep(finding, scan, "is said"), finding.sweep_s);
 }
 
 }  // namespace
@@ -29,7 +28,9 @@ std::vector<std::string> DescribeStudy(const std::vector<LaserScan>& first_scans
   std::vector<std::string> lines;
   if (first_scans.empty()) return lines;
   lines.push_back(ComplainOfRanges(StudyRanges(first_scans, parameters.scan)));
-  if (const auto finding = StudySweep(first_scans, parameters)) lines.push_back(ComplainOfSweep(*finding));
+  if (const auto finding = StudySweep(first_scans, parameters)) {
+    lines.push_back(ComplainOfSweep(*finding, first_scans.front()));
+  }
   std::erase(lines, "");
   return lines;
 }

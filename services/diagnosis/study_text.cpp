@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 namespace crsm {
 
 std::string DescribeNoReturn(const RangeFinding& finding) {
@@ -9,9 +11,21 @@ std::string DescribeNoReturn(const RangeFinding& finding) {
                      100.0 * finding.no_return_share);
 }
 
-std::string ExplainSweep(const SweepFinding& finding, const std::string& how) {
-  return finding.can_be ? fmt::format("{} scans that turn fit better {}", finding.num_turning, how)
-                        : fmt::format("a scan comes every {:.3g} s", finding.period_s);
+namespace {
+
+std::string DescribeTurn(double sweep_s, const LaserScan& scan) {
+  const bool is_clockwise = (sweep_s < 0.0) != (scan.angle_step_rad < 0.0f);
+  return fmt::format("{:.3g} s, {}", std::abs(sweep_s), is_clockwise ? "clockwise" : "counter-clockwise");
+}
+
+}  // namespace
+
+std::string DescribeSweep(const SweepFinding& finding, const LaserScan& scan, const std::string& who) {
+  std::string text = finding.sweep_s == 0.0 ? "the scans show no sweep"
+                                            : fmt::format("each scan takes {}", DescribeTurn(finding.sweep_s, scan));
+  if (finding.said_s == 0.0) return text;
+  return text + (finding.agrees() ? fmt::format(", as {}", who)
+                                  : fmt::format(", not as {} ({})", who, DescribeTurn(finding.said_s, scan)));
 }
 
 }  // namespace crsm

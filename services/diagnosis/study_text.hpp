@@ -12,7 +12,10 @@ namespace crsm {
 /// "8.19 m is no return (30 % of the beams)"; only where there is one.
 std::string DescribeNoReturn(const RangeFinding& finding);
 
-/// Why a sweep is not the one that was said: "24 scans that turn fit better HOW", or that the period is another.
-std::string ExplainSweep(const SweepFinding& finding, const std::string& how);
+/// What was found of a sweep: "each scan takes 0.182 s, clockwise", ", as its messages say" or ", not as its messages
+/// say (0.1 s, clockwise)"; of none "the scans show no sweep".
+///
+/// scan: any one of the laser. who: says what is said, "its messages say".
+std::string DescribeSweep(const SweepFinding& finding, const LaserScan& scan, const std::string& who);
 
 }  // namespace crsm

@@ -2,10 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <span>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
+#include "common/logs/sweep_stamps.hpp"
 #include "common/math/nearest_name.hpp"
 #include "services/base/printable.hpp"
 #include "services/wire/channels.hpp"
@@ -89,14 +94,24 @@ LcmLogSource::LcmLogSource(const std::string& path, const LaserChoice& laser, co
 void LcmLogSource::StudyFirstScans(const std::string& path, const std::string& wanted) {
   constexpr int kMostEvents = 10'000;  // of a log with few scans, if there is nothing to look for
   LaserFrames frames(wanted);
+  std::vector<std::pair<std::int64_t, std::int64_t>> stamps;  // of scans without times, and when they were recorded
   LcmEventLog log(path);
   for (int i = 0; !frames.AreKnown() && (i < kMostEvents || !wanted.empty()); ++i) {
     const auto event = log.Next();
     if (!event) break;
     if (event->channel != channel_) continue;
     const auto reading = DecodeLaser(Bytes(event->data), messages_);
-    if (reading && frames.Take(reading->frame)) clock_.Study(reading->scan, event->recorded_utime);
+    if (!reading || !frames.Take(reading->frame)) continue;
+    clock_.Study(reading->scan, event->recorded_utime);
+    const bool says_times = messages_.scan.beam_times && !reading->scan.times_s.empty();
+    if (!says_times) stamps.emplace_back(reading->scan.utime, event->recorded_utime);
   }
+  SweepStamps sweep_stamps;
+  for (const auto& [stamp, recorded_utime] : stamps) {
+    sweep_stamps.Study(clock_.ToMicroseconds(stamp), recorded_utime);
+  }
+  const double sweep_s = messages_.scan.sweep_s;
+  if (sweep_stamps.AreOfFirstBeam(sweep_s)) sweep_us_ = std::llround(1e6 * std::abs(sweep_s));
   const std::string complaint = frames.Complaint();
   if (!complaint.empty()) throw std::runtime_error(fmt::format("{}: {}: {}", path, channel_, complaint));
 }
@@ -148,7 +163,8 @@ void LcmLogSource::TakeScan(const LcmEventLog::Event& event) {
   if (thinned_.empty()) thinned_ = reading->thinned;
   if (contradiction_.empty()) contradiction_ = reading->contradiction;
   const auto utime = clock_.TimeOf(reading->scan, event.recorded_utime);
-  reading->scan.utime = utime.value_or(reading->scan.utime);
+  const std::int64_t latest = std::numeric_limits<std::int64_t>::max() - sweep_us_;
+  reading->scan.utime = std::min(utime.value_or(reading->scan.utime), latest) + sweep_us_;
   for (auto& [pose_channel, judge] : handedness_) judge.Add(reading->scan);
   if (!utime || !scans_.Add(std::move(reading->scan))) ++counts_["utime_repeated"];
 }
@@ -157,6 +173,11 @@ std::vector<std::string> LcmLogSource::Complaints() const {
   std::vector<std::string> complaints = scans_.Complaints(channel_, counts_, first_refusal_, "utime");
   for (const std::string& complaint : {frames_.Complaint(), thinned_, contradiction_, clock_.Complaint("utime")}) {
     if (!complaint.empty()) complaints.push_back(fmt::format("{}: {}", channel_, complaint));
+  }
+  if (sweep_us_ > 0) {
+    complaints.push_back(
+        fmt::format("{}: utime is that of a scan's first beam, as the times of recording show: {:.3g} s are added",
+                    channel_, 1e-6 * static_cast<double>(sweep_us_)));
   }
   if (!other_channels_.empty()) {
     const std::vector<std::string> others(other_channels_.begin(), other_channels_.end());

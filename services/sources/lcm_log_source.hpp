@@ -27,7 +27,8 @@ namespace crsm {
 /// that is named: that of the scan's own utime or between the two around it (ScansWithOdometry).
 ///
 /// A scan has its utime where that can be microseconds and tells scans apart (LogClock); else the time at which it was
-/// recorded, or a number.
+/// recorded, or a number. Where the beams have no times, and the times of recording show that a utime is that of the
+/// first beam of a sweep, it becomes that of the last one (SweepStamps).
 ///
 /// Poses that others have left in the log, on whatever channel, tell whether the scans are mirrored: a complaint says
 /// so.
@@ -74,6 +75,7 @@ class LcmLogSource : public LaserSource {
   const LaserType* laser_ = nullptr;                   ///< the type of the scans' messages
   std::map<std::string, HandednessJudge> handedness_;  ///< by the channel of the poses
   LogClock clock_;
+  std::int64_t sweep_us_ = 0;  ///< from the stamp to the last beam, where the stamp is that of the first one
   ScansWithOdometry scans_;
 };
 

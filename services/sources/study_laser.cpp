@@ -21,21 +21,19 @@
 namespace crsm {
 namespace {
 
+constexpr std::size_t kForRanges = 300;  // scans
+
 struct FirstScans {
   std::vector<LaserScan> scans;
   std::string odometry;  ///< as of LaserSource::OdometryName
 };
 
-/// Fewer where no scan has times for its beams.
-FirstScans ReadFirstScans(const std::string& log, const CommandLine& command_line) {
-  constexpr std::size_t kForRanges = 300;
-  const bool has_sweep = command_line.parameters().scan.sweep_s != 0.0;
+FirstScans ReadFirstScans(const std::string& log, const CommandLine& command_line, std::size_t most) {
   const auto source = OpenLaserSource(log, SourceOptionsOf(command_line));
   std::vector<LaserScan> scans;
   while (auto scan = source->Next()) {
     scans.push_back(std::move(*scan));
-    const bool may_sweep = has_sweep || !scans.front().times_s.empty();
-    if (scans.size() >= (may_sweep ? DiagnosisConstants::SweepStudy{}.num_scans : kForRanges)) break;
+    if (scans.size() >= most) break;
   }
   return {std::move(scans), source->OdometryName()};
 }
@@ -122,31 +120,36 @@ std::string DescribeReach(const RangeFinding& finding, CommandLine& command_line
   return text;
 }
 
-/// What became of the beams' times, for the line.
+/// What became of the beams' times, for the line. --sweep-s, --no-beam-times and what a map was made with stay.
 std::string StudyTimes(std::span<const LaserScan> scans, CommandLine& command_line) {
+  const ScanParameters& parameters = command_line.parameters().scan;
+  if (!command_line.WasGiven("sweep_s") && command_line.WasGiven("beam_times") && !parameters.beam_times &&
+      parameters.sweep_s == 0.0) {
+    return "";
+  }
   const auto finding = StudySweep(scans, command_line.parameters());
   if (!finding) return "";
-  const bool is_asked = !scans.front().times_s.empty();
-  const std::string who = is_asked ? "the messages say" : command_line.WhoSaid("sweep_s") + " says";
-  if (finding->agrees()) {
-    return fmt::format(", a sweep of {:.3g} s{}", finding->said_s,
-                       finding->num_turning > 0 ? ", as scans show that turn" : "");
+  const bool has_times = parameters.beam_times && !scans.front().times_s.empty();
+  const std::string who = has_times ? "its messages say" : command_line.WhoSaid("sweep_s") + " says";
+  const std::string text = "; " + DescribeSweep(*finding, scans.front(), who);
+  if (!finding->agrees() && command_line.WasGiven("sweep_s")) {
+    return text + fmt::format(": {} stays", command_line.WhoSaid("sweep_s"));
   }
-  const std::string text =
-      fmt::format("; {} a sweep of {:.3g} s, but {}: ", who, finding->said_s, ExplainSweep(*finding, "so"));
-  if (command_line.WasGiven("sweep_s")) return text + "remove --sweep-s";
-  command_line.Correct("sweep_s", fmt::format("{:.4f}", finding->sweep_s));
-  command_line.Correct("beam_times", "false");
-  return text + fmt::format("sweep_s {}", command_line.parameters().scan.sweep_s);
+  if (!finding->agrees()) {
+    command_line.Correct("sweep_s", fmt::format("{:.4f}", finding->sweep_s));
+    command_line.Correct("beam_times", "false");
+  }
+  return text + (finding->sweep_s == 0.0 ? ": not corrected" : ": corrected");
 }
 
 }  // namespace
 
 void StudyLaser(const std::string& log, CommandLine& command_line) {
   if (ParseDevice(log)) return;
-  const auto [scans, odometry] = ReadFirstScans(log, command_line);
+  const auto [scans, odometry] = ReadFirstScans(log, command_line, DiagnosisConstants::SweepStudy{}.num_scans);
   if (scans.empty()) return;
-  const RangeFinding finding = StudyRanges(scans, command_line.parameters().scan);
+  const RangeFinding finding =
+      StudyRanges(std::span(scans).first(std::min(scans.size(), kForRanges)), command_line.parameters().scan);
   std::string line = DescribeBeams(scans.front(), finding.hits_a_scan) + ", " + DescribeReach(finding, command_line);
   line += StudyTimes(scans, command_line);
   if (odometry.empty()) {
@@ -176,7 +179,8 @@ ScanCorrection StudyFurtherLog(const std::string& log, const CommandLine& comman
     Say(fmt::format("{}: {}: {} in this log", command_line.program(), log, finding));
   };
   if (!command_line.WasTyped("range_max_m")) {
-    const RangeFinding finding = StudyRanges(ReadFirstScans(log, command_line).scans, command_line.parameters().scan);
+    const RangeFinding finding =
+        StudyRanges(ReadFirstScans(log, command_line, kForRanges).scans, command_line.parameters().scan);
     if (finding.no_return_is_hit) {
       correction.range_m = static_cast<float>(LargestUsableRange({.range_max_m = finding.RangeMax()}));
       SayOf(DescribeNoReturn(finding) + ": not taken for hits");

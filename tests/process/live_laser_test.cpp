@@ -142,8 +142,8 @@ TEST_CASE("a laser whose beams are measured in the other order than the flags sa
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
   CheckLine(driver.AwaitComplaint([&] { driver.PublishAgain("LASER"); }),
-            "LASER: the beams are said to take -0.15 s, but ",
-            {"scans that turn fit better otherwise: --no-beam-times --sweep-s 0.15"});
+            "LASER: each scan takes 0.15 s, counter-clockwise, not as is said (0.15 s, clockwise): ",
+            {"--no-beam-times --sweep-s 0.15"});
 }
 
 TEST_CASE("two drivers on one channel are named by their frames, and one can be chosen") {

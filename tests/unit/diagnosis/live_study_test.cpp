@@ -51,8 +51,18 @@ TEST_CASE("a live laser whose beams run the other way than it is said is told so
   LiveStudy study(SayingSweep(-0.15));
   const std::vector<std::string> found = Follow(study, scans);
   REQUIRE(found.size() == 1);
-  CHECK(found[0].find("the beams are said to take -0.15 s, but ") == 0);
-  CHECK(found[0].find("--no-beam-times --sweep-s 0.1500") != std::string::npos);
+  CHECK(found[0] ==
+        "each scan takes 0.15 s, counter-clockwise, not as is said (0.15 s, clockwise): --no-beam-times --sweep-s "
+        "0.1500");
+}
+
+TEST_CASE("a live laser of whose sweep nothing is said is told it with the flags that are right") {
+  std::vector<LaserScan> scans = DriveArena();
+  const std::vector<std::string> found = DescribeStudy(scans, SayingSweep(0.0));
+  REQUIRE(found.size() == 1);
+  CHECK(found[0].find("each scan takes 0.151 s, counter-clockwise: --no-beam-times --sweep-s 0.151") == 0);
+  for (LaserScan& scan : scans) scan = Mirror(std::move(scan));
+  CHECK(DescribeStudy(scans, SayingSweep(0.0))[0].find("each scan takes 0.151 s, clockwise: ") == 0);
 }
 
 TEST_CASE("of a live laser whose beams are as they are said to be nothing is told") {
@@ -68,8 +78,7 @@ TEST_CASE(
     for (std::size_t i = 0; i < scan.ranges_m.size(); i += 3) scan.ranges_m[i] = 8.19f;
     for (float& range_m : scan.ranges_m) range_m = std::min(range_m, 8.19f);
   }
-  Parameters parameters;
-  parameters.scan.range_max_m = 12.0;
+  Parameters parameters = SayingSweep(0.15);
   const std::vector<std::string> found = DescribeStudy(scans, parameters);
   REQUIRE(found.size() == 1);
   CHECK(found[0].find("8.19 m is no return (") == 0);

@@ -165,7 +165,7 @@ TEST_CASE("a run is as good as its scans, and what speaks against it is said") {
        kDoubtful, "20 scans in a row were lost or had no rays: the map after them"},
       {"4 % without rays are not lost", Run().Add(96).Add(4, Both(Lose, SeeNoRays)), kGood,
        "96 of 100 scans mapped, 0 lost, 4 without rays, 0 degenerate"},
-      {"far turns", Run().Add(100, TurnFar), kDoubtful, "deskewing (--sweep-s)"},
+      {"far turns", Run().Add(100, TurnFar), kDoubtful, "more scans per second would help"},
       {"degenerate", Run().Add(10).Add(90, Degenerate), kBad, "do not fix the position in one direction"},
       {"300 degenerate, 3 fixed by chance", Slow().Add(200).Add(150, Degenerate).Add(3).Add(150, Degenerate), kGood},
       {"301 degenerate", Slow().Add(200).Add(150, Degenerate).Add(3).Add(151, Degenerate).Add(200), kDoubtful,
@@ -226,32 +226,6 @@ TEST_CASE("a warning of few rays that agree names the share that is asked for") 
   };
   CHECK(Says(0.5));
   CHECK(Says(0.7));
-}
-
-TEST_CASE("who deskews is not told to deskew") {
-  const auto JudgeWith = [](bool has_times, void (*befalls)(ScanMatch&)) {
-    Run run;
-    ValidRays rays = LookAhead(2.05f);
-    if (has_times) rays.time_s.assign(rays.size(), 0.0f);
-    for (int i = 0; i < 100; ++i) {
-      ScanMatch match = run.Next();
-      befalls(match);
-      run.statistics.Add(match.utime, rays);
-      run.statistics.Add(match);
-    }
-    run.statistics.ForgetMatches();  // as where a loop was closed: the rays stay
-    run.utime = 0;
-    return run.Add(100, befalls).Judged();
-  };
-  const auto LoseSome = [](ScanMatch& match) {
-    Jump(match);
-    if (match.utime > 90) Lose(match);
-  };
-  for (void (*befalls)(ScanMatch&) : {TurnFar, static_cast<void (*)(ScanMatch&)>(LoseSome)}) {
-    CHECK(Mentions(JudgeWith(false, befalls), "deskewing (--sweep-s)"));
-    CHECK_FALSE(Mentions(JudgeWith(true, befalls), "deskew"));
-    CHECK(Mentions(JudgeWith(true, befalls), "scans per second"));
-  }
 }
 
 TEST_CASE("how far off a map may be is what its pose graph says, and more than is of use makes it doubtful") {

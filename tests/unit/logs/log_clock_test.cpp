@@ -1,5 +1,8 @@
 #include "common/logs/log_clock.hpp"
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <vector>
@@ -113,20 +116,36 @@ TEST_CASE("times since 1970 in milliseconds or nanoseconds become microseconds, 
   const Clock right = [](int i) { return kNow_us + i * 100'000; };
   const Result milliseconds = Read([&](int i) { return right(i) / 1'000; }, kRecorder);
   CHECK(milliseconds.utimes == UtimesOf(right));
-  CHECK(milliseconds.complaint == "utime is 1,000 times too small for a time since 1970: it is corrected");
+  CHECK(milliseconds.complaint == "utime is in milliseconds: it is corrected");
   const Result nanoseconds = Read([&](int i) { return right(i) * 1'000; });
   CHECK(nanoseconds.utimes == UtimesOf(right));
-  CHECK(nanoseconds.complaint == "utime is 1,000 times too large for a time since 1970: it is corrected");
+  CHECK(nanoseconds.complaint == "utime is in nanoseconds: it is corrected");
   const Clock seconds = [&](int i) { return right(i) / 1'000'000; };
   CHECK(Read(seconds, kRecorder).utimes == UtimesOf(kRecorder));
-  CHECK(
-      Read(seconds, kRecorder).complaint.starts_with("utime is 1,000,000 times too small for a time since 1970: the"));
+  CHECK(Read(seconds, kRecorder).complaint.starts_with("utime is in seconds: the times at which"));
   CHECK(Read([](int i) { return 1'700'000'000 + 2 * i; }).utimes ==
         UtimesOf([](int i) { return kNow_us + i * 2'000'000; }));
   LogClock clock;
   for (int i = 0; i < 20; ++i) clock.Study(ScanAt(right(i) / 1'000, i));
   CHECK(clock.ToMicroseconds(right(5) / 1'000 + 7) == right(5) + 7'000);
   CHECK(clock.ToMicroseconds(123) == 123);
+}
+
+TEST_CASE("milliseconds or nanoseconds since any start become microseconds where the recorder's clock shows the pace") {
+  const Clock right = [](int i) { return 70'000'000 + i * std::int64_t{200'000}; };  // a minute after the start
+  const Clock milliseconds = [&](int i) { return right(i) / 1'000; };
+  const Clock nanoseconds = [&](int i) { return right(i) * 1'000; };
+  for (const auto& [stamps, name] : {std::pair(milliseconds, "milliseconds"), {nanoseconds, "nanoseconds"}}) {
+    const Result result = Read(stamps, kRecorder);
+    CHECK(result.utimes == UtimesOf(right));
+    CHECK(result.complaint == fmt::format("utime is in {}: it is corrected", name));
+    for (const double pace : {0.5, 2.0}) {  // of a log that was played at another pace
+      const Clock other = [&](int i) { return kNow_us + std::llround(pace * 200'000.0 * i); };
+      CHECK(Read(stamps, other).utimes == UtimesOf(stamps));
+    }
+    CHECK(Read(stamps, stamps).utimes == UtimesOf(stamps));  // written from the stamps
+    CHECK(Read(stamps).complaint.empty());
+  }
 }
 
 TEST_CASE("a scan that is sent again is no other one: it decides nothing, and gets no time") {

@@ -75,6 +75,17 @@ TEST_CASE("a time since 1970 becomes microseconds, and any other stays") {
   }
 }
 
+TEST_CASE("a time since another start becomes microseconds, unless it is too large for them") {
+  const UtimeUnit milliseconds = *FindWrongUnit(5'000, 100.0);
+  const UtimeUnit nanoseconds = *FindWrongUnit(5'000'000'000, 1e8);
+  CHECK(ToMicroseconds(5'100, milliseconds) == 5'100'000);
+  CHECK(ToMicroseconds(-1, milliseconds) == -1'000);
+  CHECK(ToMicroseconds(5'000'000'123, nanoseconds) == 5'000'000);
+  for (const std::int64_t huge : {std::numeric_limits<std::int64_t>::min(), std::numeric_limits<std::int64_t>::max()}) {
+    CHECK(ToMicroseconds(huge, milliseconds) == huge);
+  }
+}
+
 TEST_CASE("what is wrong with a unit is said in one line, with what it does and the mend") {
   const auto Describe = [](std::int64_t utime, double step) {
     return DescribeWrongUnit(*FindWrongUnit(utime, step), utime, step);

@@ -220,7 +220,32 @@ TEST_CASE("utimes in milliseconds since 1970 are corrected, and those of the odo
   REQUIRE(result.scans.size() == 60);
   CHECK(result.utimes()[7] == 1'700'000'000'700'000);
   CHECK(result.odometry_x_m[7] == 3.5);
-  CHECK(result.complaints == Lines{"LASER: utime is 1,000 times too small for a time since 1970: it is corrected"});
+  CHECK(result.complaints == Lines{"LASER: utime is in milliseconds: it is corrected"});
+}
+
+TEST_CASE(
+    "where scans are recorded a sweep after their utime, that is of the first beam, and becomes that of the last") {
+  const auto Log = [](std::int64_t lag_us) {
+    std::string log;
+    for (int i = 0; i < 60; ++i) {
+      const std::int64_t utime = 5'000'000 + 100'000 * i;
+      log += OdometryEvent(utime, 1e-6 * static_cast<double>(utime));
+      log += Event("LASER", Encode(PlanarLidar(utime)), utime + lag_us);
+    }
+    return log;
+  };
+  for (const double sweep_s : {0.1, -0.1}) {
+    const LaserMessageOptions messages{.scan = {.sweep_s = sweep_s}};
+    const Result first = Read(Log(104'000), {}, messages);
+    CHECK(first.utimes()[7] == 5'800'000);
+    CHECK(first.odometry_x_m[7] == Approx(5.8));
+    CHECK(first.complaints ==
+          Lines{"LASER: utime is that of a scan's first beam, as the times of recording show: 0.1 s are added"});
+    const Result last = Read(Log(4'000), {}, messages);
+    CHECK(last.utimes()[7] == 5'700'000);
+    CHECK(last.complaints.empty());
+  }
+  CHECK(Read(Log(104'000)).utimes()[7] == 5'700'000);  // no sweep is said
 }
 
 TEST_CASE("a repeated utime is skipped and counted, one that goes back is kept") {

@@ -3,6 +3,7 @@
 #include "bags/bag_bytes.hpp"
 #include "bags/transform_bytes.hpp"
 #include "catch.hpp"
+#include "common/worlds/simulator.hpp"
 #include "lcm_events.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "services/wire/conversions.hpp"
@@ -104,6 +105,22 @@ TEST_CASE(
       CHECK(FirstScan(mirrored.path(), line) == expected);
     }
   }
+}
+
+TEST_CASE("the sweep of a laser whose messages tell none is corrected, unless a flag says another one, or none") {
+  Simulator simulator(LoadWorld("arena"), 1);
+  std::string log;
+  while (const auto scan = simulator.Next()) log += Event("LASER", Encode(ToMessage(*scan)));
+  const ScratchFile arena(log);
+  const auto SweepOf = [&](const std::vector<std::string>& words) {
+    Program line(words);
+    StudyLaser(arena.path(), line);
+    return line.parameters().scan.sweep_s;
+  };
+  CHECK(SweepOf({}) == Approx(0.15).margin(0.002));
+  CHECK(SweepOf({"--sweep-s", "-0.1"}) == -0.1);
+  CHECK(SweepOf({"--sweep-s", "0"}) == 0.0);
+  CHECK(SweepOf({"--no-beam-times"}) == 0.0);
 }
 
 TEST_CASE("without odometry, or with a flag that says it, no scans are turned round by themselves") {
