@@ -44,6 +44,7 @@ Mapper::Mapper(const DrawingRules& drawing, const LoopParameters& loops, const G
       loops_(loops),
       constants_(constants),
       local_(drawing),
+      moving_objects_(drawing.constants),
       graph_(constants.edges),
       trajectories_(match.breaks),
       uncertainty_(match.uncertainty) {}
@@ -52,12 +53,24 @@ Mapper::Step Mapper::Integrate(const CriticalRays* scan, const ScanMatch& match)
   return Restore(IsOnKnownGround(match) ? nullptr : scan, match);
 }
 
+/// What may be drawn of a scan.
+CriticalRays Mapper::WithoutMoving(const CriticalRays& scan, const Pose2& T_map_laser) const {
+  if (rules_.parameters.algorithm == Algorithm::kPaper) return scan;
+  return {scan.utime, moving_objects_.Filter(scan.rays, T_map_laser), {}};
+}
+
 Mapper::Step Mapper::Restore(const CriticalRays* scan, const ScanMatch& match) {
   std::optional<CriticalRays> deskewed;
   if (scan && !scan->rays.time_s.empty()) scan = &deskewed.emplace(Deskew(*scan, match.twist));
   const bool begins = loops_.loops && scan && match.state == MatchState::kFirst && graph_.size() > 0 &&
                       scan->rays.size() > 0 && local_.InLimits(scan->rays, match.T_map_laser);
+  if (begins) moving_objects_.Clear();
+  const CriticalRays* const seen = scan;
+  std::optional<CriticalRays> still;
+  const bool may_be_drawn = scan && (begins || local_.MovedEnough(match.T_map_laser));
+  if (may_be_drawn) scan = &still.emplace(WithoutMoving(*scan, match.T_map_laser));
   Step step{scan && !begins ? local_.Update(*scan, match) : local_.UpdateWithoutScan()};
+  if (step.delta.drawn || begins) moving_objects_.Add(seen->rays, match.T_map_laser);
   if (!loops_.loops) return step;
   step.delta.drawn = step.delta.drawn || begins;
   if (match.state == MatchState::kLost) lost_since_ = true;
@@ -78,7 +91,10 @@ Mapper::Step Mapper::Restore(const CriticalRays* scan, const ScanMatch& match) {
     applied_update_ = taken_up_;
     floats_ = Floats();
   }
-  if (MatchedPose(newest) != before) step.after.T_new_old = MatchedPose(newest) * Inverse(before);
+  if (MatchedPose(newest) != before) {
+    step.after.T_new_old = MatchedPose(newest) * Inverse(before);
+    moving_objects_.Move(*step.after.T_new_old);
+  }
   step.after.floating = floats_;
   return step;
 }

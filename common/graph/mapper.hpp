@@ -13,6 +13,7 @@
 #include "common/graph/keyframe_graph.hpp"
 #include "common/graph/loop_closer.hpp"
 #include "common/graph/map_error.hpp"
+#include "common/graph/moving_objects.hpp"
 #include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_updater.hpp"
@@ -156,6 +157,7 @@ class Mapper {
   using PlaceOnMap = std::array<int, 4>;  ///< component, and which square and direction of it
 
   PlaceOnMap PlaceOf(const Pose2& T_map_laser) const;
+  CriticalRays WithoutMoving(const CriticalRays& scan, const Pose2& T_map_laser) const;
   bool IsOnKnownGround(const ScanMatch& match) const;
   std::vector<TileChange> FollowGraph(bool begins);
   void AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool begins);
@@ -186,6 +188,7 @@ class Mapper {
   LoopParameters loops_;
   GraphConstants constants_;
   MapUpdater local_;
+  MovingObjectFilter moving_objects_;
   KeyframeGraph graph_;
   std::deque<GraphUpdate> pending_;           ///< that were not taken up yet
   std::optional<KeyframeId> taken_up_;        ///< keyframe of the last one that the graph has

@@ -18,6 +18,19 @@ struct DrawingConstants {
   double near_hits_cells = 2.0;   ///< hits this close are neighbours in the map whatever they lie on
   double step_cells = 0.25;       ///< along a surface: no cell on the way gets less than 3/4 of its share
   SurfaceConstants surface = {};
+
+  /// What may be somebody who walks with the robot. Source: the size and the steps of people; checked on simulated
+  /// companions.
+  struct Moving {
+    double reach_m = 2.5;        ///< of the laser, and along the path: who walks with the robot is no further away
+    double width_max_m = 0.8;    ///< of what may move
+    double apart_m = 0.2;        ///< from one object to another
+    double same_m = 0.15;        ///< from a hit to an earlier one on the same object
+    double stood_m = 1.0;        ///< driven while it stands: more than a step, for so long a foot stands still
+    double beside_path_m = 0.5;  ///< from where the laser was: as broad as who walks behind it
+    double every_m = 0.25;       ///< driven between scans that are remembered
+  };
+  Moving moving = {};
 };
 
 /// What the text of the paper leaves open. Source: section 6.

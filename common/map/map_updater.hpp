@@ -83,6 +83,9 @@ class MapUpdater {
   /// Whether all of a scan that was taken there lies within the limits of the map.
   bool InLimits(const ValidRays& rays, const Pose2& T_map_laser) const;
 
+  /// Whether that is far enough from the last scan that was drawn to draw another.
+  bool MovedEnough(const Pose2& T_map_laser) const;
+
   /// Answers a match that has no scan: a version in which nothing changes.
   MapDelta UpdateWithoutScan();
 
@@ -108,7 +111,6 @@ class MapUpdater {
     Point high;
   };
 
-  bool MovedEnough(const Pose2& T_map_laser) const;
   /// before: as of TileCanvas::Blend.
   bool Draw(const ValidRays& rays, const Pose2& T_map_laser, BytesBefore* before);
   void DrawAll(std::span<const PlacedScan> scans, BytesBefore& before);

@@ -88,13 +88,41 @@ double Simulator::Progress() const {
   return std::min(static_cast<double>(num_scans_) / world_.laser.rate_hz / end_s_, 1.0);
 }
 
-/// T_world_laser on the leg of the next scan, or a little before it; before it starts the laser stands.
-Pose2 Simulator::PoseAt(double time_s) const {
+/// That of the next scan, or a little before it.
+std::size_t Simulator::LegAt(double time_s) const {
   std::size_t at = leg_;
   while (at > 0 && time_s < legs_[at].start_s) --at;
-  const Leg& leg = legs_[at];
+  return at;
+}
+
+/// T_world_laser on the leg of the next scan, or a little before it; before it starts the laser stands.
+Pose2 Simulator::PoseAt(double time_s) const {
+  const Leg& leg = legs_[LegAt(time_s)];
   const double done = std::clamp((time_s - leg.start_s) / leg.duration_s, 0.0, 1.0);
   return leg.T_world_from * Pose2{done * leg.T_from_to.x_m, 0.0, done * leg.T_from_to.yaw_rad};
+}
+
+Point Simulator::PlaceOf(const Companion& companion, double time_s) const {
+  const Pose2 T_world_laser = PoseAt(time_s);
+  std::size_t at = LegAt(time_s);
+  double along_m = (Inverse(legs_[at].T_world_from) * T_world_laser).x_m + companion.ahead_m;
+  while (along_m > legs_[at].T_from_to.x_m && at + 1 < legs_.size()) along_m -= legs_[at++].T_from_to.x_m;
+  while (along_m < 0.0 && at > 0) along_m += legs_[--at].T_from_to.x_m;
+  const Pose2 on_path = legs_[at].T_world_from * Pose2{along_m, 0.0, 0.0};
+  const Pose2 beside = Pose2{on_path.x_m, on_path.y_m, T_world_laser.yaw_rad} * Pose2{0.0, companion.left_m, 0.0};
+  return {beside.x_m, beside.y_m};
+}
+
+/// Where everybody is who is there.
+std::vector<Point> Simulator::PeopleAt(double time_s) const {
+  std::vector<Point> people;
+  for (const Person& person : world_.people) {
+    if (person.stay.Includes(time_s)) people.push_back(crsm::PlaceOf(person, time_s));
+  }
+  for (const Companion& companion : world_.companions) {
+    if (companion.stay.Includes(time_s)) people.push_back(PlaceOf(companion, time_s));
+  }
+  return people;
 }
 
 /// T_world_robot, of PoseAt.
@@ -123,10 +151,7 @@ LaserScan Simulator::Scan(double time_s) {
   LaserScan scan;
   scan.angle_min_rad = static_cast<float>(-laser.fov_rad / 2.0);
   scan.angle_step_rad = static_cast<float>(laser.fov_rad / laser.beams);
-  std::vector<Point> people;
-  for (const Person& person : world_.people) {
-    if (person.stay.Includes(time_s)) people.push_back(PlaceOf(person, time_s));
-  }
+  const std::vector<Point> people = PeopleAt(time_s);
   Pose2 T_world_laser = PoseAt(time_s);
   Point origin{T_world_laser.x_m, T_world_laser.y_m};
   const double reach_m =

@@ -43,7 +43,10 @@ class Simulator : public LaserSource {
   };
 
   void AddLeg(const Pose2& T_world_from, double forward_m, double turn_rad);
+  std::size_t LegAt(double time_s) const;
   Pose2 PoseAt(double time_s) const;
+  Point PlaceOf(const Companion& companion, double time_s) const;
+  std::vector<Point> PeopleAt(double time_s) const;
   Pose2 RobotAt(double time_s) const;
   void TurnWheels(double from_s, double to_s);
   LaserScan Scan(double time_s);

@@ -45,6 +45,7 @@ const Keys& KnownKeys() {
         {"x2_m", -kReach_m, kReach_m},
         {"y2_m", -kReach_m, kReach_m},
         {"speed_m_s", kSmallest, 10.0}}},
+      {"companion", {{"ahead_m", -kReach_m, kReach_m}, {"left_m", -kReach_m, kReach_m}}},
       {"laser",
        {{"fov_deg", 1.0, 360.0},
         {"beams", kMinBeams, kMaxBeams},
@@ -66,6 +67,7 @@ const Keys& KnownOptions() {
       {"wall", {{"from_s", 0.0, kLongest_s}, {"until_s", 0.0, kLongest_s}}},
       {"box", {{"from_s", 0.0, kLongest_s}, {"until_s", 0.0, kLongest_s}}},
       {"person", {{"from_s", 0.0, kLongest_s}, {"until_s", 0.0, kLongest_s}}},
+      {"companion", {{"from_s", 0.0, kLongest_s}, {"until_s", 0.0, kLongest_s}}},
       {"wheels", {{"x_m", -10.0, 10.0}, {"y_m", -10.0, 10.0}, {"yaw_deg", -180.0, 180.0}, {"delay_s", 0.0, 10.0}}},
   };
   return kOptions;
@@ -267,6 +269,8 @@ World ParseWorld(const std::string& text, const std::string& name) {
       world.corners.push_back({corner_name, {numbers[0], numbers[1]}});
     } else if (key == "person") {
       world.people.push_back({{numbers[0], numbers[1]}, {numbers[2], numbers[3]}, numbers[4], stay});
+    } else if (key == "companion") {
+      world.companions.push_back({numbers[0], numbers[1], stay});
     } else if (counts[key] > 1) {
       throw std::runtime_error(fmt::format("{}: a second '{}' line; there must be one", place, key));
     } else if (key == "laser") {

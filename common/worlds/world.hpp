@@ -43,6 +43,14 @@ struct Person {
   Stay stay = {};
 };
 
+/// Somebody who walks with the robot, as a disc: along its path, so far ahead of it, and so far to the left as it
+/// looks. Before the start and beyond the end the path goes straight on.
+struct Companion {
+  double ahead_m = 0.0;  ///< along the path; negative behind
+  double left_m = 0.0;   ///< negative to the right
+  Stay stay = {};
+};
+
 /// A flat world of straight walls, the laser in it and the path that it is driven along.
 struct World {
   struct Laser {
@@ -71,6 +79,7 @@ struct World {
   std::vector<Point> path;  ///< two points or more, each different from the one before; no leg touches a lasting wall
   std::vector<Corner> corners;
   std::vector<Person> people;
+  std::vector<Companion> companions;
   Laser laser;
   std::optional<Wheels> wheels;  ///< nothing: no odometry
   double linear_m_s = 0.0;
@@ -90,8 +99,9 @@ struct World {
 ///                                                        laser on the robot, and in `delay_s TIME`
 ///     corner NAME x_m y_m                                where walls meet, seen from both sides: what CMSE looks for
 ///     person x1_m y1_m x2_m y2_m speed_m_s               somebody who walks to and fro
+///     companion ahead_m left_m                           somebody who walks with the robot, as Companion
 ///
-/// Walls, boxes and people that are not there all the time end in `from_s TIME`, `until_s TIME` or both.
+/// Walls, boxes, people and companions that are not there all the time end in `from_s TIME`, `until_s TIME` or both.
 ///
 /// Throws std::runtime_error that names `name`, the line and what would be right.
 World ParseWorld(const std::string& text, const std::string& name);

@@ -47,6 +47,10 @@ struct Driven {
     matches[first].state = MatchState::kFirst;
   }
 
+  CriticalRays LeaveOutMoving(const MovingObjectFilter& filter, std::size_t i) const {
+    return {scans[i].utime, filter.Filter(scans[i].rays, matches[i].T_map_laser), {}};
+  }
+
   Mapper::Step IntegrateIn(Mapper& mapper, std::size_t i) const { return mapper.Integrate(&scans[i], matches[i]); }
 
   Mapper Mapped(const LoopParameters& loops = kLoops) const {
@@ -123,10 +127,13 @@ GraphUpdate Move(const Mapper& mapper, const Pose2& T_new_old, int first, int la
 TEST_CASE("without loops a mapper draws what the map's owner draws, and keeps no keyframes") {
   const Driven driven = Drive(45.0);
   MapUpdater owner(Drawing());
+  MovingObjectFilter filter;
   Mapper mapper(Drawing(), {false, 30.0});
   for (std::size_t i = 0; i < driven.scans.size(); ++i) {
     const CriticalRays* scan = i % 7 != 3 ? &driven.scans[i] : nullptr;
-    const MapDelta expected = scan ? owner.Update(*scan, driven.matches[i]) : owner.UpdateWithoutScan();
+    const CriticalRays still = driven.LeaveOutMoving(filter, i);
+    const MapDelta expected = scan ? owner.Update(still, driven.matches[i]) : owner.UpdateWithoutScan();
+    if (expected.drawn) filter.Add(driven.scans[i].rays, driven.matches[i].T_map_laser);
     const Mapper::Step step = mapper.Integrate(scan, driven.matches[i]);
     REQUIRE(step.delta.version == expected.version);
     REQUIRE(step.delta.drawn == expected.drawn);
@@ -140,12 +147,16 @@ TEST_CASE("without loops a mapper draws what the map's owner draws, and keeps no
 TEST_CASE("the local map leaves out what is far along the path; the whole map has it") {
   const Driven driven = Drive(88.0);  // nearly all round: what it saw first is near again, as the crow flies
   Mapper mapper(Drawing(), kLoops);
+  MovingObjectFilter filter;
   int num_drawn = 0;
   ByteMap replica(Drawing().cell_size_m);  // which hears nothing but the changes
   for (std::size_t i = 0; i < driven.scans.size(); ++i) {
     const Mapper::Step step = driven.IntegrateIn(mapper, i);
     REQUIRE(step.delta.drawn == (step.keyframe != nullptr));
-    if (step.keyframe) REQUIRE(step.keyframe->rays == driven.scans[i].rays);
+    if (step.keyframe) {
+      REQUIRE(step.keyframe->rays == driven.LeaveOutMoving(filter, i).rays);
+      filter.Add(driven.scans[i].rays, driven.matches[i].T_map_laser);
+    }
     num_drawn += step.delta.drawn;
     Take(replica, step.delta.tiles);
   }

@@ -201,6 +201,28 @@ TEST_CASE("somebody who walks to and fro stands in the way, and the truth knows 
   CHECK(Ahead() == Approx(first_m));
 }
 
+TEST_CASE("a companion walks along the path with the robot, straight on beyond its ends, and beside it as it looks") {
+  // Right for 1 m, then up; 1 cm a scan, and 16 scans of turning. The beams: behind, right, ahead, left.
+  const auto SeenAt = [](const std::string& companion, int scan) {
+    Simulator simulator(Room(kCorner + companion), 1);
+    for (int i = 0; i < scan; ++i) simulator.Next();
+    return simulator.Next()->ranges_m;
+  };
+  const float touch_m = static_cast<float>(0.5 - kPersonRadius_m);
+  CHECK(SeenAt("companion 0.5 0\n", 0)[2] == Approx(touch_m));
+  CHECK(SeenAt("companion 0.5 0\n", 50)[2] == Approx(touch_m));
+  CHECK(SeenAt("companion 0.4 0\n", 108)[2] > 1.5f);  // half turned: round the corner, beside the beam ahead
+  CHECK(SeenAt("companion 0.4 0\n", 116)[2] == Approx(0.2).epsilon(1e-3));  // all but turned: right ahead
+  CHECK(SeenAt("companion 0.5 0\n", 216)[2] == Approx(touch_m));            // beyond the end
+  CHECK(SeenAt("companion -0.5 0\n", 0)[0] == Approx(touch_m));             // before the start
+  CHECK(SeenAt("companion -0.5 0\n", 60)[0] == Approx(touch_m));
+  CHECK(SeenAt("companion -0.5 0\n", 186)[0] == Approx(touch_m));  // round the corner: 0.6 m up
+  CHECK(SeenAt("companion 0 0.5\n", 50)[3] == Approx(touch_m));
+  CHECK(SeenAt("companion 0 -0.5\n", 186)[1] == Approx(touch_m));
+  CHECK(SeenAt("companion 0.5 0 from_s 1 until_s 2\n", 9)[2] == Approx(2.91));
+  CHECK(SeenAt("companion 0.5 0 from_s 1 until_s 2\n", 10)[2] == Approx(touch_m));
+}
+
 TEST_CASE(
     "wheels without a fault tell where the laser truly is, from the start on, and a world without them tells nothing") {
   Simulator simulator(Room(kCorner + "wheels 1 1 0 0\n"), 1);

@@ -86,7 +86,8 @@ TEST_CASE("a world is read from its text, comments and all") {
 
 TEST_CASE("an error in a world names the file, the line and what would be right") {
   const std::vector<std::pair<std::string, std::string>> errors = {
-      {"wal 0 0 1 1\n" + kRoom, "w:1: 'wal' is none of box, corner, laser, person, speed, wall, waypoint, wheels"},
+      {"wal 0 0 1 1\n" + kRoom,
+       "w:1: 'wal' is none of box, companion, corner, laser, person, speed, wall, waypoint, wheels"},
       {"# one\nbox 0 0 4\n" + kRest, "w:2: 3 numbers after 'box', must be 4: box x_m y_m width_m height_m"},
       {"wall 0 0 1 2 3\n" + kRest, "w:1: 5 numbers after 'wall', must be 4: wall x1_m y1_m x2_m y2_m"},
       {"wall 0 0 1 nan\n" + kRest, "w:1: wall y2_m is 'nan', must be a number from -1000 to 1000"},
@@ -132,9 +133,10 @@ TEST_CASE("a world is loaded by its name or from its file") {
   CHECK(ErrorOf([] { LoadWorld("campsu"); }).ends_with("; did you mean sim:campus?"));
 }
 
-TEST_CASE("corners, people, wheels and options are read; most worlds have no wheels") {
+TEST_CASE("corners, people, companions, wheels and options are read; most worlds have no wheels") {
   const World world = ParseWorld(
       "box 0 0 4 3\nspeed 1 1\nwaypoint 1 1\nwaypoint 3 1\ncorner left 0 3\nperson 1 2 3 2.5 0.7\n"
+      "companion -1 0.2 until_s 5\n"
       "laser 180 181 8 10 0.01 quantum_m 0.005 dropout 0.1 angle_scale 0.99\n"
       "wheels 1.05 0.97 0.02 0.03 delay_s 0.1 yaw_deg 90 y_m -0.2 x_m 0.1\n",
       "w");
@@ -144,6 +146,10 @@ TEST_CASE("corners, people, wheels and options are read; most worlds have no whe
   REQUIRE(world.people.size() == 1);
   CHECK(world.people[0].to.y_m == 2.5);
   CHECK(world.people[0].speed_m_s == 0.7);
+  REQUIRE(world.companions.size() == 1);
+  CHECK(world.companions[0].ahead_m == -1.0);
+  CHECK(world.companions[0].left_m == 0.2);
+  CHECK(world.companions[0].stay.until_s == 5.0);
   CHECK(world.laser.noise_m == 0.01);
   CHECK(world.laser.dropout == 0.1);
   CHECK(world.laser.quantum_m == 0.005);
