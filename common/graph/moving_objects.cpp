@@ -36,6 +36,14 @@ bool MayMove(const Eigen::Ref<const Points>& hits_m, const DrawingConstants::Mov
          hits_m.colwise().norm().maxCoeff() < constants.reach_m;
 }
 
+/// Whether what is seen beside an object is further away than its ends: nothing hides a part of it.
+bool StandsOut(const ValidRays& rays, const Object& object) {
+  const auto first = static_cast<std::size_t>(object.first);
+  const auto end = static_cast<std::size_t>(object.first + object.size);
+  return (first == 0 || rays.range_m[first - 1] > rays.range_m[first]) &&
+         (end == rays.size() || rays.range_m[end] > rays.range_m[end - 1]);
+}
+
 /// How many of some points have one of the others within a distance.
 Eigen::Index CountNear(const Eigen::Ref<const Points>& points_m, const Points& others_m, double within_m) {
   Eigen::Index num = 0;
@@ -45,18 +53,33 @@ Eigen::Index CountNear(const Eigen::Ref<const Points>& points_m, const Points& o
   return num;
 }
 
+Points MovePoints(const Points& points_m, const Pose2& T_new_old) {
+  const auto [sin, cos] = ComputeSinCos(T_new_old.yaw_rad);
+  Eigen::Matrix2d rotation;
+  rotation << cos, -sin, sin, cos;
+  return (rotation * points_m).colwise() + Eigen::Vector2d(T_new_old.x_m, T_new_old.y_m);
+}
+
 }  // namespace
 
 ValidRays MovingObjectFilter::Filter(const ValidRays& rays, const Pose2& T_map_laser) const {
   const DrawingConstants::Moving& constants = constants_.moving;
   const Points hits_m = ComputeHits(rays);
-  const Points earlier_m = FindEarlierHits(T_map_laser);
-  const Points path_m = FindPath(T_map_laser);
+  const Drawn* earlier = FindEarlier();
+  const Points earlier_m =
+      earlier ? MovePoints(ComputeHits(earlier->rays), Inverse(T_map_laser) * earlier->T_map_laser) : Points(2, 0);
+  Points path_m = Points::Zero(2, std::ssize(drawn_) + 1);  // where the robot drove in the last metres, and where it is
+  for (Eigen::Index i = 0; i < std::ssize(drawn_); ++i) {
+    const Pose2 T_laser_then = Inverse(T_map_laser) * drawn_[static_cast<std::size_t>(i)].T_map_laser;
+    path_m.col(i) << T_laser_then.x_m, T_laser_then.y_m;
+  }
   ValidRays kept;
-  for (const auto& [first, size] : FindObjects(hits_m, constants_)) {
+  for (const Object& object : FindObjects(hits_m, constants_)) {
+    const auto& [first, size] = object;
     const auto object_m = hits_m.middleCols(first, size);
     if (CountNear(object_m, path_m, constants.beside_path_m) == size) continue;
-    if (MayMove(object_m, constants) && 2 * CountNear(object_m, earlier_m, constants.same_m) <= size) continue;
+    const bool may_move = MayMove(object_m, constants) && StandsOut(rays, object);
+    if (may_move && 2 * CountNear(object_m, earlier_m, constants.same_m) <= size) continue;
     for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(first + size); ++i) {
       kept.angle_rad.push_back(rays.angle_rad[i]);
       kept.range_m.push_back(rays.range_m[i]);
@@ -69,7 +92,7 @@ void MovingObjectFilter::Add(const ValidRays& rays, const Pose2& T_map_laser) {
   if (!drawn_.empty()) path_m_ += Distance(T_map_last_, T_map_laser);
   T_map_last_ = T_map_laser;
   if (!drawn_.empty() && path_m_ - drawn_.back().path_m < constants_.moving.every_m) return;
-  drawn_.push_back({path_m_, T_map_laser, ComputeHits(rays)});
+  drawn_.push_back({path_m_, T_map_laser, rays});
   while (path_m_ - drawn_.front().path_m > constants_.moving.reach_m) drawn_.pop_front();
 }
 
@@ -78,26 +101,11 @@ void MovingObjectFilter::Move(const Pose2& T_new_old) {
   for (Drawn& drawn : drawn_) drawn.T_map_laser = T_new_old * drawn.T_map_laser;
 }
 
-/// Those of a scan that was drawn some way ago, or else of the oldest. Laser frame; none if there is none.
-Points MovingObjectFilter::FindEarlierHits(const Pose2& T_map_laser) const {
-  if (drawn_.empty()) return Points(2, 0);
+const MovingObjectFilter::Drawn* MovingObjectFilter::FindEarlier() const {
+  if (drawn_.empty()) return nullptr;
   auto earlier = drawn_.rbegin();
   while (earlier + 1 != drawn_.rend() && path_m_ - earlier->path_m < constants_.moving.stood_m) ++earlier;
-  const Pose2 T_laser_then = Inverse(T_map_laser) * earlier->T_map_laser;
-  const auto [sin, cos] = ComputeSinCos(T_laser_then.yaw_rad);
-  Eigen::Matrix2d rotation;
-  rotation << cos, -sin, sin, cos;
-  return (rotation * earlier->hits_m).colwise() + Eigen::Vector2d(T_laser_then.x_m, T_laser_then.y_m);
-}
-
-/// Where the robot drove in the last metres, and where it is. Laser frame.
-Points MovingObjectFilter::FindPath(const Pose2& T_map_laser) const {
-  Points path_m = Points::Zero(2, std::ssize(drawn_) + 1);
-  for (Eigen::Index i = 0; i < std::ssize(drawn_); ++i) {
-    const Pose2 T_laser_then = Inverse(T_map_laser) * drawn_[static_cast<std::size_t>(i)].T_map_laser;
-    path_m.col(i) << T_laser_then.x_m, T_laser_then.y_m;
-  }
-  return path_m;
+  return &*earlier;
 }
 
 }  // namespace crsm

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <deque>
 
 #include "common/map/drawing_constants.hpp"
@@ -34,11 +33,11 @@ class MovingObjectFilter {
   struct Drawn {
     double path_m;  ///< driven up to it
     Pose2 T_map_laser;
-    Eigen::Matrix2Xd hits_m;  ///< laser frame
+    ValidRays rays;
   };
 
-  Eigen::Matrix2Xd FindEarlierHits(const Pose2& T_map_laser) const;
-  Eigen::Matrix2Xd FindPath(const Pose2& T_map_laser) const;
+  /// Of those that were drawn some way ago the newest, or else the oldest; nullptr: none was drawn.
+  const Drawn* FindEarlier() const;
 
   DrawingConstants constants_;
   std::deque<Drawn> drawn_;  ///< oldest first

@@ -101,6 +101,7 @@ final class MapPage {
   private static void skipLayout(MessageReader reader) throws MessageReader.Malformed {
     if (reader.readInt(0, 1) == 0) return;
     for (int i = 0; i < 7; ++i) reader.readLong(0);  // from num_all_pieces to num_rejected
+    for (int i = 0; i < 3; ++i) reader.readDouble(-Double.MAX_VALUE, Double.MAX_VALUE);  // off_m, off_at_m
     int num_pieces = reader.readInt(0, MOST_PIECES);
     for (int i = 0; i < num_pieces; ++i) {
       reader.readLong(0);  // keyframes

@@ -47,9 +47,9 @@ struct [[gnu::visibility("hidden")]] Slam::Impl {
     statistics.Add(match);
   }
 
-  /// Without loops nothing else keeps the rays.
+  /// Keyframes have only what may be drawn of them.
   void KeepRays(const crsm::CriticalRays& scan, const crsm::Twist& twist) {
-    if (!slam.closes_loops() && !finished) rays.emplace_back(crsm::Deskew(scan, twist).rays);
+    if (!finished) rays.emplace_back(crsm::Deskew(scan, twist).rays);
   }
 
   /// What `use` makes of the map.
@@ -95,7 +95,7 @@ struct [[gnu::visibility("hidden")]] Slam::Impl {
   crsm::Slam slam;
   std::vector<crsm::ScanMatch> matched;  ///< as they were matched
   std::vector<bool> drawn;               ///< which of them
-  std::vector<crsm::PackedRays> rays;    ///< of those that were drawn, without loops
+  std::vector<crsm::PackedRays> rays;    ///< of those that were drawn, whole
   /// What loops brought, and how many scans there were.
   std::vector<std::pair<std::int64_t, crsm::GraphUpdate>> found;
   std::unordered_set<std::int64_t> utimes;

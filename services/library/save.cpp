@@ -20,24 +20,18 @@ namespace crsm_slam {
 /// As slam_offline keeps it, from what is known of the scans.
 void Slam::Impl::WriteJournal(const std::filesystem::path& folder) const {
   crsm::Journal journal(folder, {false, crsm::ListMapParameters(parameters)}, epoch);
-  const crsm::KeyframeGraph& graph = slam.graph();
-  const std::vector<crsm::KeyframeId> keyframes = graph.ids();
   std::size_t num_drawn = 0;
   auto update = found.begin();
   for (std::size_t scan = 0; scan < matched.size(); ++scan) {
     for (; update != found.end() && std::cmp_less_equal(update->first, scan); ++update) Append(update->second, journal);
     crsm::CriticalRays rays_of_scan;
     rays_of_scan.utime = matched[scan].utime;
-    if (drawn[scan]) {
-      const auto& packed = keyframes.empty() ? rays[num_drawn] : graph.keyframe(keyframes[num_drawn]).rays;
-      rays_of_scan.rays = packed.Unpack();
-      ++num_drawn;
-    }
+    if (drawn[scan]) rays_of_scan.rays = rays[num_drawn++].Unpack();
     journal.Append(drawn[scan] ? &rays_of_scan : nullptr, matched[scan]);
   }
   for (; update != found.end(); ++update) Append(update->second, journal);
   if (const auto searched = slam.mapper().searched()) {
-    journal.AppendSearched(*searched, slam.mapper().last_update(), graph.keyframe(*searched).utime);
+    journal.AppendSearched(*searched, slam.mapper().last_update(), slam.graph().keyframe(*searched).utime);
   }
   journal.Finish();
 }

@@ -4,7 +4,7 @@
 #include <csignal>
 
 #include "catch.hpp"
-#include "common/map/map_updater.hpp"
+#include "common/graph/mapper.hpp"
 #include "common/match/default_matcher.hpp"
 #include "common/results/results.hpp"
 #include "common/scan/ray_selector.hpp"
@@ -35,13 +35,13 @@ Recording Record(const std::vector<LaserScan>& scans, const Parameters& paramete
   Recording recording;
   RaySelector selector(parameters);
   const auto matcher = DefaultMatcher(parameters)(parameters.update.cell_size_m);
-  MapUpdater updater(parameters.update);
+  Mapper mapper(parameters.update, parameters.loops);
   TrackingState tracking;
   for (const LaserScan& scan : scans) {
     const CriticalRays rays = selector.Select(scan);
     ScanMatch match = matcher->Match(rays, tracking, {});
-    match.map_version = updater.version();
-    const MapDelta delta = updater.Update(rays, match);
+    match.map_version = mapper.local().version();
+    const MapDelta delta = mapper.Integrate(&rays, match).delta;
     matcher->Apply(delta.tiles);
     tracking.Add(match);
     recording.history.push_back(match);
@@ -114,7 +114,7 @@ TEST_CASE(
         CHECK(poses.front().pos[0] == step.match.T_map_laser.x_m);
         CHECK(poses.front().pos[1] == step.match.T_map_laser.y_m);
       }
-      for (const map_delta_t& part : owner.Draw(step.rays, step.match)) bus->Publish(kMapDeltaChannel, part);
+      for (const map_delta_t& part : owner.Answer(step.match, step.delta.tiles)) bus->Publish(kMapDeltaChannel, part);
     }
     CHECK(matcher.Interrupt() == 0);
   }
@@ -216,7 +216,7 @@ TEST_CASE("map_exporter writes the files that belong to a map whose owner it ask
   REQUIRE(bus.Await([&] { return owner.num_pages > 0; }));
   for (const Step& step : recording.steps) {
     bus->Publish(kCriticalRaysChannel, ToMessage(step.rays));
-    owner.Draw(step.rays, step.match);
+    owner.Answer(step.match, step.delta.tiles);
   }
   exporter.Signal(SIGINT);
   REQUIRE(bus.Await([&] { return !exporter.IsRunning(); }));  // at the end it asks for what it may lack
