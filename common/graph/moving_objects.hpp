@@ -8,12 +8,11 @@
 
 namespace crsm {
 
-/// Keeps out of the map who walks with the robot, and parts of the robot itself. They leave a ghost at every step, and
+/// Keeps out of the map who follows the robot, and parts of the robot itself. They leave a ghost at every step, and
 /// hide it from the laser, so that nothing clears it.
 ///
-/// An object is a run of hits that are close to each other. It is not drawn if all of it is where the robot just drove:
-/// somebody follows. If it is small and near, it is drawn only if it stood there already a metre of driving ago. So a
-/// door that closes behind the robot is drawn at once: it is one with the wall beside it.
+/// An object is a run of hits that are close to each other. It is not drawn if all of it is where the robot just drove.
+/// So a door that closes behind the robot is drawn at once: it is one with the wall beside it.
 class MovingObjectFilter {
  public:
   explicit MovingObjectFilter(const DrawingConstants& constants = {}) : constants_(constants) {}
@@ -22,27 +21,23 @@ class MovingObjectFilter {
   /// one instant.
   ValidRays Filter(const ValidRays& rays, const Pose2& T_map_laser) const;
 
-  /// A scan was drawn. rays: as of Filter, before it.
-  void Add(const ValidRays& rays, const Pose2& T_map_laser);
+  /// A scan was drawn there.
+  void Add(const Pose2& T_map_laser);
   /// What was at T_old on the map is at T_new_old * T_old.
   void Move(const Pose2& T_new_old);
   /// The robot is somewhere else.
-  void Clear() { drawn_.clear(); }
+  void Clear() { driven_.clear(); }
 
  private:
-  struct Drawn {
+  struct Place {
     double path_m;  ///< driven up to it
     Pose2 T_map_laser;
-    ValidRays rays;
   };
 
-  /// Of those that were drawn some way ago the newest, or else the oldest; nullptr: none was drawn.
-  const Drawn* FindEarlier() const;
-
   DrawingConstants constants_;
-  std::deque<Drawn> drawn_;  ///< oldest first
-  double path_m_ = 0.0;      ///< along the scans that were drawn ...
-  Pose2 T_map_last_;         ///< ... up to this one
+  std::deque<Place> driven_;  ///< oldest first
+  double path_m_ = 0.0;       ///< along the scans that were drawn ...
+  Pose2 T_map_last_;          ///< ... up to this one
 };
 
 }  // namespace crsm

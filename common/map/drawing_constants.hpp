@@ -19,16 +19,12 @@ struct DrawingConstants {
   double step_cells = 0.25;       ///< along a surface: no cell on the way gets less than 3/4 of its share
   SurfaceConstants surface = {};
 
-  /// What may be somebody who walks with the robot. Source: the size and the steps of people; checked on simulated
-  /// companions.
+  /// What may be somebody who follows the robot. Source: the size of people; checked on simulated companions.
   struct Moving {
-    double reach_m = 2.5;        ///< of the laser, and along the path: who walks with the robot is no further away
-    double width_max_m = 0.8;    ///< of what may move
+    double reach_m = 2.5;        ///< along the path: who follows is no further away
     double apart_m = 0.2;        ///< from one object to another
-    double same_m = 0.15;        ///< from a hit to an earlier one on the same object
-    double stood_m = 1.0;        ///< driven while it stands: more than a step, for so long a foot stands still
     double beside_path_m = 0.5;  ///< from where the laser was: as broad as who walks behind it
-    double every_m = 0.25;       ///< driven between scans that are remembered
+    double every_m = 0.25;       ///< driven between places that are remembered
   };
   Moving moving = {};
 };

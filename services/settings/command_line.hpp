@@ -86,6 +86,8 @@ class CommandLine {
   const std::string& program() const { return program_; }
   const Parameters& parameters() const { return parameters_; }
   const Settings& settings() const { return settings_; }
+  /// From here on the laser is that of one channel, of several that --laser-channel names.
+  void ChooseLaserChannel(const std::string& channel) { settings_.laser_channel = channel; }
 
   /// The values of all parameters and settings that the program uses, by key.
   NamedValues UsedValues() const;

@@ -47,7 +47,7 @@ void VisitSettings(Settings& s, Visitor&& visit) {
         s.rate);
   visit("laser_channel",
         "channel or topic of the laser; if empty: LCM log: the first channel with a laser; bag: the only topic; live: "
-        "LASER",
+        "LASER. slam_offline takes several, 'A,B': drives of their own, of several robots in one log",
         s.laser_channel);
   visit("laser_frame",
         "frame_id of the laser, if several lasers share the channel or topic; for messages of ROS, which have one",

@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <sstream>
 
 #include "common/diagnosis/laser_judge.hpp"
 #include "common/graph/g2o.hpp"
@@ -44,7 +45,8 @@ struct Stopped {};
 
 /// What a log brought.
 struct Session {
-  std::string log;
+  std::string path;
+  std::string log;               ///< as it is called
   std::int64_t first_match = 0;  ///< of Run::matches
   std::int64_t num_matches = 0;
   std::int64_t num_repeated = 0;  ///< scans that were in the map already
@@ -294,11 +296,31 @@ Outcome WriteRun(const CommandLine& command_line, std::int64_t identity, Run& ru
   return {verdict.trust, is_mapped};
 }
 
-std::unique_ptr<LaserSource> Open(const CommandLine& command_line, const std::vector<std::string>& logs,
-                                  std::size_t number) {
+/// What one robot recorded.
+struct Drive {
+  std::string log;
+  std::string channel;  ///< of its laser; empty: the only one
+};
+
+/// Of each log and each of the channels that --laser-channel names, "A,B".
+std::vector<Drive> ListDrives(const std::vector<std::string>& logs, const std::string& channels) {
+  std::vector<Drive> drives;
+  for (const std::string& log : logs) {
+    std::istringstream names(channels);
+    std::string channel;
+    do {
+      std::getline(names, channel, ',');
+      drives.push_back({log, channel});
+    } while (names.good());
+  }
+  return drives;
+}
+
+std::unique_ptr<LaserSource> Open(CommandLine& command_line, const std::vector<Drive>& drives, std::size_t number) {
+  command_line.ChooseLaserChannel(drives[number].channel);
   SourceOptions options = SourceOptionsOf(command_line);
   options.seed += number;  // a world that is simulated twice has other noise the second time, as on another day
-  return OpenLaserSource(logs[number], options);
+  return OpenLaserSource(drives[number].log, options);
 }
 
 /// What cannot be meant for several logs.
@@ -323,10 +345,10 @@ void CheckSeveral(const CommandLine& command_line, const std::vector<std::string
 }
 
 /// Throws if one of several logs cannot be mapped, before any of them is.
-void CheckLogs(const CommandLine& command_line, const std::vector<std::string>& logs) {
-  for (std::size_t i = 0; i < logs.size(); ++i) {
-    const auto source = Open(command_line, logs, i);
-    if (!source->Next()) ThrowNoScans(logs[i], *source);
+void CheckDrives(CommandLine& command_line, const std::vector<Drive>& drives) {
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    const auto source = Open(command_line, drives, i);
+    if (!source->Next()) ThrowNoScans(drives[i].log, *source);
   }
 }
 
@@ -359,7 +381,7 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
   bool is_first_scan = run.sessions.size() > 1;  // the first log goes on where an earlier run ended
   bool goes_on = false;
   const ScanCorrection correction =
-      run.sessions.size() > 1 ? StudyFurtherLog(session.log, command_line) : ScanCorrection();
+      run.sessions.size() > 1 ? StudyFurtherLog(session.path, command_line) : ScanCorrection();
   LaserJudge judge(parameters);
   run.earlier.BeginLog();
   bool has_scans = false;
@@ -426,15 +448,17 @@ Outcome SayStopped(const CommandLine& command_line, const std::string& resume, c
 Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs, const EarlierResults& earlier) {
   const Settings& settings = command_line.settings();
   for (const std::string& log : logs) CheckEarlierResults(earlier, log, settings);
-  if (logs.size() > 1) CheckSeveral(command_line, logs);
+  const std::string channels = settings.laser_channel;
+  const std::vector<Drive> drives = ListDrives(logs, channels);
+  if (drives.size() > 1) CheckSeveral(command_line, logs);
   AdoptEarlierMapParameters(earlier.resume, command_line);
-  if (logs.size() > 1) CheckLogs(command_line, logs);
-  auto source = Open(command_line, logs, 0);
+  if (drives.size() > 1) CheckDrives(command_line, drives);
+  auto source = Open(command_line, drives, 0);
   PrepareFolder(settings.out);
   ResultsLock lock("--out", settings.out);
   MakeRoom(command_line.program(), settings.out, earlier);
   StudyLaser(logs.front(), command_line);
-  source = Open(command_line, logs, 0);
+  source = Open(command_line, drives, 0);
 
   Run run(command_line.parameters());
   run.made_from =
@@ -449,13 +473,14 @@ Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs,
   BreakNews news;
   news.Skip(run.slam.mapper());
   Progress progress(command_line.program());
-  for (std::size_t i = 0; i < logs.size() && !StopRequested(); ++i) {
-    if (i > 0) source = Open(command_line, logs, i);
-    run.sessions.push_back({logs[i]});
+  for (std::size_t i = 0; i < drives.size() && !StopRequested(); ++i) {
+    if (i > 0) source = Open(command_line, drives, i);
+    const std::string of_channel = drives.size() > logs.size() ? fmt::format(" ({})", drives[i].channel) : "";
+    run.sessions.push_back({drives[i].log, drives[i].log + of_channel});
     MapLog(command_line, *source, run, *journal, [&] {
       SayNews(command_line, run, news);
       const auto Share = [&] {
-        return (static_cast<double>(i) + source->Progress()) / static_cast<double>(logs.size());
+        return (static_cast<double>(i) + source->Progress()) / static_cast<double>(drives.size());
       };
       progress.Show(Share, run.latency.num_recorded());
     });
@@ -465,6 +490,7 @@ Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs,
   SayNews(command_line, run, news);
   if (run.slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", command_line.program(), kMapIsFull));
   lock.CheckIsInPlace();
+  command_line.ChooseLaserChannel(channels);
   return WriteRun(command_line, journal->epoch(), run);
 }
 

@@ -12,6 +12,8 @@
 #include "common/metrics/trajectory_error.hpp"
 #include "processes.hpp"
 #include "services/sources/open_laser_source.hpp"
+#include "services/wire/conversions.hpp"
+#include "services/wire/event_log_writer.hpp"
 
 using namespace crsm;
 
@@ -185,6 +187,32 @@ TEST_CASE("a log that begins soon behind another one, but elsewhere, is a drive 
   const auto [said, error_m] = MapBoth(first, second);
   CHECK(said.find("second: is not where the log before it ends: a drive of its own") != std::string::npos);
   CHECK(error_m < 0.05);
+}
+
+TEST_CASE(
+    "several robots in one log are drives of their own, as in logs of their own, where their channels are named") {
+  const TemporaryFolder folder;
+  const Drive one = TakeDrive(1, 0, 900);
+  const Drive other = TakeDrive(2, 100, 900);
+  const std::string both = folder / "both";
+  {
+    EventLogWriter log(both);
+    for (std::size_t i = 0; i < one.scans.size(); ++i) {
+      log.Write("ONE", ToMessage(one.scans[i]));
+      if (i < other.scans.size()) log.Write("OTHER", ToMessage(other.scans[i]));
+    }
+    log.Flush();
+  }
+  folder.Map(folder.Write(one.scans, "one"), "apart", {folder.Write(other.scans, "other")});
+  const Ended ended = folder.Map(both, "together", {"--laser-channel", "ONE,OTHER"});
+  CHECK(ended.output.find("both (ONE): 900 of 900 scans are on the map") != std::string::npos);
+  CHECK(ended.output.find("both (OTHER): ") != std::string::npos);
+  for (const char* name : {"map.pgm", "trajectory.tum"}) {
+    CHECK(ReadFile(folder / "together" / name) == ReadFile(folder / "apart" / name));
+  }
+  const Ended wrong = folder.Run("slam_offline", {both, "--laser-channel", "ONE,TWO", "--out", folder / "wrong"});
+  CHECK(wrong.exit_code == 1);
+  CHECK(wrong.errors.find("TWO") != std::string::npos);
 }
 
 TEST_CASE("each of several logs may have a number of its own for no return") {

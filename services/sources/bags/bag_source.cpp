@@ -59,8 +59,10 @@ BagTopic ChooseLaser(const std::string& path, const Topics& topics, const std::s
   }
   if (lasers.size() > 1) lasers = WithMessages(path, std::move(lasers));
   if (lasers.size() > 1) {
-    throw std::runtime_error(
-        fmt::format("{} has several laser topics: --laser-channel must name one of {}", path, ListTopics(lasers)));
+    throw std::runtime_error(fmt::format(
+        "{} has several laser topics: --laser-channel must name one of {}; slam_offline maps several robots by "
+        "'--laser-channel A,B'",
+        path, ListTopics(lasers)));
   }
   return *lasers.begin();
 }

@@ -50,7 +50,7 @@ Pose2 At(double x_m) { return {x_m, 0.0, 0.0}; }
 /// A scan as it may be drawn, which is drawn.
 ValidRays Draw(MovingObjectFilter& filter, const ValidRays& rays, const Pose2& T_map_laser) {
   ValidRays kept = filter.Filter(rays, T_map_laser);
-  filter.Add(rays, T_map_laser);
+  filter.Add(T_map_laser);
   return kept;
 }
 
@@ -61,9 +61,8 @@ void Drive(MovingObjectFilter& filter) {
 
 }  // namespace
 
-TEST_CASE("who walks behind, ahead of or beside the robot is never drawn, and the walls are as a whole") {
-  const auto [ahead_m, left_m] =
-      GENERATE(Point{-0.7, 0.0}, Point{-1.0, 0.1}, Point{-1.5, 0.0}, Point{1.0, 0.0}, Point{0.0, 0.6});
+TEST_CASE("who follows the robot is not drawn once it has come so far, and the walls are as a whole") {
+  const auto [ahead_m, left_m] = GENERATE(Point{-0.7, 0.0}, Point{-1.0, 0.1}, Point{-1.5, 0.0});
   CAPTURE(ahead_m, left_m);
   MovingObjectFilter filter;
   for (int i = 0; i <= 20; ++i) {
@@ -74,6 +73,7 @@ TEST_CASE("who walks behind, ahead of or beside the robot is never drawn, and th
     const int num_on_person = CountOn(person, rays, T_map_laser);
     REQUIRE(num_on_person > 10);
     const ValidRays kept = Draw(filter, rays, T_map_laser);
+    if (0.3 * i + ahead_m < 0.0) continue;  // the robot never was there
     CHECK(CountOn(person, kept, T_map_laser) == 0);
     CHECK(static_cast<int>(kept.size()) == kBeams - num_on_person);
   }
@@ -99,30 +99,6 @@ TEST_CASE("a part of the robot is not drawn") {
   }
 }
 
-TEST_CASE("a post that stands is drawn from the second scan on, and from far away at once") {
-  const Point post{2.0, 0.7};
-  MovingObjectFilter filter;
-  for (int i = 0; i <= 10; ++i) {
-    CAPTURE(i);
-    const ValidRays rays = See(Corridor(), {post}, At(0.3 * i));
-    CHECK((CountOn(post, Draw(filter, rays, At(0.3 * i)), At(0.3 * i)) > 0) == (i > 0));
-  }
-  filter.Clear();
-  CHECK(CountOn(post, filter.Filter(See(Corridor(), {post}, At(-1.0)), At(-1.0)), At(-1.0)) > 0);
-}
-
-TEST_CASE("somebody who stays behind is drawn when the robot has driven on for a metre") {
-  MovingObjectFilter filter;
-  Drive(filter);
-  const Point left_behind{3.0, -0.6};
-  for (int i = 1; i <= 6; ++i) {
-    CAPTURE(i);
-    const Pose2 T_map_laser = At(3.0 + 0.3 * i);
-    const ValidRays rays = See(Corridor(), {left_behind}, T_map_laser);
-    CHECK((CountOn(left_behind, Draw(filter, rays, T_map_laser), T_map_laser) > 0) == (i > 5));
-  }
-}
-
 TEST_CASE("a box that is put where the robot drove is drawn when the robot has driven on for three metres") {
   MovingObjectFilter filter;
   Drive(filter);
@@ -131,7 +107,8 @@ TEST_CASE("a box that is put where the robot drove is drawn when the robot has d
     const ValidRays rays = See(Corridor(), {{2.5, 0.0}}, At(3.0 + 0.3 * i));
     num_drawn.push_back(CountOn({2.5, 0.0}, Draw(filter, rays, At(3.0 + 0.3 * i)), At(3.0 + 0.3 * i)));
   }
-  CHECK(num_drawn[6] == 0);  // it stood already, and the robot was there a moment ago
+  CHECK(num_drawn[0] == 0);
+  CHECK(num_drawn[6] == 0);  // the robot was there a moment ago
   CHECK(num_drawn[9] > 0);
 }
 
@@ -143,26 +120,26 @@ TEST_CASE("a door that closes behind the robot is drawn at once") {
   CHECK(filter.Filter(See(closed, {}, At(3.3)), At(3.3)).size() == kBeams);
 }
 
-TEST_CASE("what stands is found again where the map was moved, and not where the robot is somewhere else") {
-  const Point post{1.0, 0.7};
+TEST_CASE("where the map was moved, the path was too, and there is none where the robot is somewhere else") {
   const Pose2 T_new_old{3.0, -2.0, 0.5};
   MovingObjectFilter filter;
-  Draw(filter, See(Corridor(), {post}, At(0.0)), At(0.0));
+  Drive(filter);
   filter.Move(T_new_old);
-  const ValidRays rays = See(Corridor(), {post}, At(0.3));
-  CHECK(filter.Filter(rays, T_new_old * At(0.3)).size() == kBeams);
-  CHECK(filter.Filter(rays, At(0.3)).size() < kBeams);
+  const ValidRays rays = See(Corridor(), {{2.3, 0.0}}, At(3.3));
+  CHECK(filter.Filter(rays, T_new_old * At(3.3)).size() < kBeams);
+  CHECK(filter.Filter(rays, At(3.3)).size() == kBeams);
+  filter.Clear();
+  CHECK(filter.Filter(rays, T_new_old * At(3.3)).size() == kBeams);
 }
 
-TEST_CASE("a scan that sees little but small and near things is drawn as a whole") {
+TEST_CASE("a scan that sees little but what is near is drawn as a whole") {
   MovingObjectFilter filter;
-  ValidRays posts;
+  ValidRays near;
   for (int i = 0; i < kBeams; i += 30) {
-    posts.angle_rad.push_back(static_cast<float>(-kPi + 2.0 * kPi * i / kBeams));
-    posts.range_m.push_back(2.0f);
+    near.angle_rad.push_back(static_cast<float>(-kPi + 2.0 * kPi * i / kBeams));
+    near.range_m.push_back(0.4f);
   }
-  CHECK(Draw(filter, posts, {}) == posts);
-  CHECK(Draw(filter, posts, {5.0, 0.0, 0.1}) == posts);  // none of which stood there
+  CHECK(Draw(filter, near, {}) == near);
 }
 
 TEST_CASE("a scan without rays stays one") {
