@@ -227,7 +227,9 @@ std::optional<MapError> EstimateMapError(const KeyframeGraph& graph, const std::
   const auto rank = static_cast<std::size_t>(constants.quantile * static_cast<double>(largest_m.size() - 1));
   const auto worst = static_cast<std::size_t>(std::ranges::max_element(sums_m2) - sums_m2.begin());
   const Pose2& at = poses.poses()[worst];
-  return MapError{constants.least_m + constants.factor * largest_m[rank], {at.x_m, at.y_m}};
+  const double most_m = constants.least_m + constants.factor * largest_m[rank];
+  constexpr double kFarthest_m = 1e5;  // no map is so large
+  return most_m < kFarthest_m ? std::optional(MapError{most_m, {at.x_m, at.y_m}}) : std::nullopt;
 }
 
 }  // namespace crsm

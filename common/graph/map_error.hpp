@@ -38,7 +38,8 @@ using WallSigmas = std::vector<std::vector<WallSigma>>;
 /// components: Foerstner 1979). The posterior of the graph is then sampled, and each sample laid on the poses as they
 /// are, as a true path would be.
 ///
-/// is_shown: by trajectory. Nothing for less than two keyframes, nor where the equations have no solution.
+/// is_shown: by trajectory. Nothing for less than two keyframes, where the equations have no solution, nor where that
+/// were more than any map is large.
 std::optional<MapError> EstimateMapError(const KeyframeGraph& graph, const std::vector<bool>& is_shown,
                                          const WallSigmas& walls, const GraphConstants::MapError& constants = {});
 

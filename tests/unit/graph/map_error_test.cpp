@@ -91,6 +91,8 @@ TEST_CASE(
     return *EstimateMapError(drive.graph, {true}, drive.walls);
   }();
   CHECK(error.at.x_m > 11.0);  // past the open piece
+  const Drive endless = Drive().Add(30).AddOpen(2, 0.01, 1'000'000'000 * kSecond_us).Add(5);
+  CHECK(endless.Most_m() < 1e5);
   // Walls that tell a little bound it, whatever the time.
   Drive told = Drive().Add(30);
   told.told.along_m = 0.1;
