@@ -13,7 +13,7 @@ namespace crsm {
 /// Reads a bag to its end. What it gives must be what the wire takes.
 inline void ReadBagFile(const std::string& path) {
   try {
-    BagSource source(path, {}, {true, ""});
+    BagSource source(path, {});
     while (const auto scan = source.Next()) {
       if (scan->ranges_m.size() < kMinBeams || scan->ranges_m.size() > kMaxBeams || scan->utime < 0) std::abort();
       const double progress = source.Progress();
