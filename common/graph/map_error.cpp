@@ -1,5 +1,6 @@
 #include "common/graph/map_error.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
