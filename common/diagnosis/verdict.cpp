@@ -205,13 +205,9 @@ void JudgeOpenPath(const Constants& constants, Verdict& verdict) {
 
 /// The diagonal of the rectangle around a map [m].
 double FindSize(const ByteMap& map) {
-  TileIndex low{0, 0}, high{-1, -1};
-  for (const auto& [index, tile] : map.tiles().entries()) {
-    if (high.x < low.x) low = high = index;
-    low = {std::min(low.x, index.x), std::min(low.y, index.y)};
-    high = {std::max(high.x, index.x), std::max(high.y, index.y)};
-  }
-  return map.geometry().cell_size_m() * kTileSide * std::hypot(high.x - low.x + 1, high.y - low.y + 1);
+  if (map.empty()) return 0.0;
+  const auto [low, high] = map.FindTiled();
+  return map.geometry().cell_size_m() * std::hypot(high.x - low.x + 1, high.y - low.y + 1);
 }
 
 /// How far off the map may be, by its pose graph: a graph that is contradicted says nothing.

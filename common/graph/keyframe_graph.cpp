@@ -17,9 +17,7 @@ GraphEdge MakeMatchedEdge(int older, int index, const Pose2& T_older_this, const
   MotionSigma sigma = constants.motion;
   std::array<double, 2> axis{1.0, 0.0};
   if (keyframe.degenerate_axis) {
-    const auto [sin, cos] = ComputeSinCos(T_older_this.yaw_rad);
-    const auto& [x, y] = *keyframe.degenerate_axis;
-    axis = {cos * x - sin * y, sin * x + cos * y};
+    axis = TurnAxis(*keyframe.degenerate_axis, T_older_this.yaw_rad);
     sigma.x_m = constants.along_degenerate_axis_m;
   }
   if (keyframe.after_lost && older == index - 1) {
@@ -65,11 +63,6 @@ GraphEdge MakeWheelEdge(int index, const WheelMotion& motion) {
       GraphEdge::Make(index - 1, index, motion.T_from_to, {motion.sigma_m, motion.sigma_m, motion.sigma_rad});
   edge.may_be_wrong = true;
   return edge;
-}
-
-/// Whether the wheels say something of a motion that its match does not know better.
-bool DoWheelsTell(const Keyframe& keyframe) {
-  return keyframe.by_wheels && !keyframe.begins && (keyframe.degenerate_axis || keyframe.after_lost);
 }
 
 /// From the keyframe before. Over a break that nothing bridges, the poses as they are.
@@ -310,7 +303,7 @@ PoseGraph KeyframeGraph::MakePoseGraph() const {
     if (index == 0) continue;
     const Keyframe& at = keyframe(id);
     graph.AddEdge(MakeMotionEdge(*this, id, index, constants_));
-    if (DoWheelsTell(at)) graph.AddEdge(MakeWheelEdge(index, *at.by_wheels));
+    if (at.DoWheelsTell()) graph.AddEdge(MakeWheelEdge(index, *at.by_wheels));
     if (!at.constraint || at.constraint_wrong || !HangTogether(at.constraint->keyframe, id)) continue;
     graph.AddEdge(
         MakeMatchedEdge(indices(at.constraint->keyframe), index, at.constraint->T_keyframe_this, at, constants_));

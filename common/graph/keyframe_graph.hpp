@@ -53,6 +53,9 @@ struct Keyframe {
   std::optional<ProximityConstraint> constraint = std::nullopt;
   bool constraint_wrong = false;                   ///< the map on which it was matched was found wrong since
   std::optional<KeyframeId> as_of = std::nullopt;  ///< keyframe of the last GraphUpdate in the map of its match
+
+  /// Whether the wheels say something of its motion that its match does not know better.
+  bool DoWheelsTell() const { return by_wheels && !begins && (degenerate_axis || after_lost); }
 };
 
 /// Two keyframes that saw the same place, far apart along the path or in two trajectories.

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <utility>
 
+#include "common/math/alignment.hpp"
 #include "common/math/median.hpp"
+#include "common/math/symmetric.hpp"
 
 namespace crsm {
 namespace {
@@ -111,8 +113,7 @@ class ErrorGraph {
     if (!before || IndexOf(*before) == kNotShown) return;
     const bool begins = id.number == 0;
     if (!begins) AddMatched(*before, id, at.T_previous_this, constants_.step, kWalls, poses);
-    const bool wheels_tell =
-        begins ? graph_.IsBridged(id.trajectory) : at.by_wheels && (at.degenerate_axis || at.after_lost);
+    const bool wheels_tell = begins ? graph_.IsBridged(id.trajectory) : at.DoWheelsTell();
     if (wheels_tell) {
       const auto& [T_from_to, sigma_m, sigma_rad] = *at.by_wheels;
       Add(*before, id, T_from_to, {sigma_m, sigma_m, sigma_rad}, {kWheels, kWheels, kWheels}, {1.0, 0.0}, poses);
@@ -138,9 +139,8 @@ class ErrorGraph {
       const double times = constants_.across_lost;
       sigma = {times * sigma.x_m, times * sigma.y_m, times * sigma.yaw_rad};
     }
-    const auto [sin, cos] = ComputeSinCos(T_older_this.yaw_rad);
     Add(older, id, T_older_this, sigma, {at.degenerate_axis ? kHabit : kind, kind, kind},
-        {cos * axis[0] - sin * axis[1], sin * axis[0] + cos * axis[1]}, poses);
+        TurnAxis(axis, T_older_this.yaw_rad), poses);
   }
 
   /// Along a degenerate direction: how the robot drives, and the little that its walls told. It starts from rest.
@@ -163,25 +163,16 @@ class ErrorGraph {
 
 /// Distances of poses from others, when they lie on these as well as they can [m].
 std::vector<double> FindDistances(const std::vector<Pose2>& poses, const std::vector<Pose2>& others) {
-  const auto Place = [](const Pose2& pose) { return Eigen::Vector2d(pose.x_m, pose.y_m); };
-  Eigen::Vector2d middle_m = Eigen::Vector2d::Zero();
-  Eigen::Vector2d middle_of_others_m = Eigen::Vector2d::Zero();
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    middle_m += Place(poses[i]) / static_cast<double>(poses.size());
-    middle_of_others_m += Place(others[i]) / static_cast<double>(poses.size());
-  }
-  Eigen::Vector2d turn = Eigen::Vector2d::Zero();
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Eigen::Vector2d a = Place(poses[i]) - middle_m;
-    const Eigen::Vector2d b = Place(others[i]) - middle_of_others_m;
-    turn += Eigen::Vector2d(a.dot(b), a.x() * b.y() - a.y() * b.x());
-  }
-  const Eigen::Vector2d cos_sin = turn.norm() > 0.0 ? Eigen::Vector2d(turn.normalized()) : Eigen::Vector2d::UnitX();
+  const Alignment alignment = FindAlignment(poses, others);
+  const double norm = std::hypot(alignment.sin, alignment.cos);
+  const double sin = norm > 0.0 ? alignment.sin / norm : 0.0;
+  const double cos = norm > 0.0 ? alignment.cos / norm : 1.0;
   std::vector<double> distances_m;
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    const Eigen::Vector2d a = Place(poses[i]) - middle_m;
-    const Eigen::Vector2d turned(cos_sin.x() * a.x() - cos_sin.y() * a.y(), cos_sin.y() * a.x() + cos_sin.x() * a.y());
-    distances_m.push_back((turned - (Place(others[i]) - middle_of_others_m)).norm());
+    const double x_m = poses[i].x_m - alignment.mean.x_m;
+    const double y_m = poses[i].y_m - alignment.mean.y_m;
+    distances_m.push_back(std::hypot(cos * x_m - sin * y_m - (others[i].x_m - alignment.others_mean.x_m),
+                                     sin * x_m + cos * y_m - (others[i].y_m - alignment.others_mean.y_m)));
   }
   return distances_m;
 }
@@ -191,18 +182,13 @@ std::vector<double> FindDistances(const std::vector<Pose2>& poses, const std::ve
 WallSigma FindWallSigma(const ScanMatch& match, const MatchConstants::Uncertainty& constants, double cell_size_m) {
   const std::array<double, 6>& c = match.covariance;
   const double map_m = constants.map_cells * cell_size_m;
-  const double x_m2 = c[0] - map_m * map_m;
-  const double y_m2 = c[3] - map_m * map_m;
-  const double mean_m2 = 0.5 * (x_m2 + y_m2);
-  const double half_m2 = std::hypot(0.5 * (x_m2 - y_m2), c[1]);
-  const double along_m2 = std::max(mean_m2 + half_m2, 1e-9);
-  const double across_m2 = std::max(mean_m2 - half_m2, 1e-9);
-  // The axis of the larger one, map frame: of the two ways to write it the one without cancellation.
-  Eigen::Vector2d axis = x_m2 > y_m2 ? Eigen::Vector2d(along_m2 - y_m2, c[1]) : Eigen::Vector2d(c[1], along_m2 - x_m2);
-  axis = axis.norm() > 0.0 ? Eigen::Vector2d(axis.normalized()) : Eigen::Vector2d::UnitX();
-  const auto [sin, cos] = ComputeSinCos(match.T_map_laser.yaw_rad);
+  Eigen::Matrix2d covariance;
+  covariance << c[0] - map_m * map_m, c[1], c[1], c[3] - map_m * map_m;
+  const auto [least, axis] = FindWeakest(-covariance);
+  const double along_m2 = std::max(-least, 1e-9);
+  const double across_m2 = std::max(covariance.trace() + least, 1e-9);
   WallSigma walls;
-  walls.axis = {cos * axis.x() + sin * axis.y(), cos * axis.y() - sin * axis.x()};
+  walls.axis = TurnAxis({axis.x(), axis.y()}, -match.T_map_laser.yaw_rad);
   walls.sigma = {std::sqrt(along_m2), std::sqrt(across_m2),
                  std::sqrt(std::max(c[5] - constants.map_rad * constants.map_rad, 0.0))};
   const double unknown = 1.0 / (constants.unknown_m * constants.unknown_m);

@@ -325,10 +325,15 @@ std::int64_t Mapper::CountScans(int component) const {
   return num;
 }
 
-std::optional<MapError> Mapper::EstimateError() const {
+MapPieces Mapper::FindPiecesAndError() const {
+  MapPieces pieces = FindPieces();
   std::vector<bool> is_shown;
   for (const int component : best_components_) is_shown.push_back(component == largest_);
-  return EstimateMapError(MakeBestGraph(), is_shown, wall_sigmas_, constants_.map_error);
+  const auto Estimate = [&](const KeyframeGraph& best) {
+    return EstimateMapError(best, is_shown, wall_sigmas_, constants_.map_error);
+  };
+  pieces.error = pending_.empty() ? Estimate(graph_) : Estimate(MakeBestGraph());
+  return pieces;
 }
 
 MapPieces Mapper::FindPieces() const {

@@ -111,8 +111,8 @@ class Mapper {
 
   /// How the map hangs together by all that is known.
   MapPieces FindPieces() const;
-  /// How far off the map that is shown may be, by all that is known. Takes as long as some optimisations of the graph.
-  std::optional<MapError> EstimateError() const;
+  /// The same, and how far off the map that is shown may be: takes as long as some optimisations of the graph.
+  MapPieces FindPiecesAndError() const;
   /// The component that is the piece of that number, its oldest trajectory; -1: there is none. 1 is the map that is
   /// shown.
   int FindComponent(int piece) const;

@@ -16,6 +16,12 @@ struct MotionSigma {
   double yaw_rad;
 };
 
+/// An axis of a pose's frame in another one, in which that pose has this yaw.
+inline std::array<double, 2> TurnAxis(const std::array<double, 2>& axis, double yaw_rad) {
+  const auto [sin, cos] = ComputeSinCos(yaw_rad);
+  return {cos * axis[0] - sin * axis[1], sin * axis[0] + cos * axis[1]};
+}
+
 /// How poses are found that agree best with all edges.
 struct OptimisationConstants {
   double doubt = 9.0;         ///< standard deviations, squared: three, of right loops hardly one has more

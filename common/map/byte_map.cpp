@@ -26,6 +26,17 @@ bool ByteMap::Apply(const TileChange& change) {
   return true;
 }
 
+CellRectangle ByteMap::FindTiled() const {
+  Cell low{INT_MAX, INT_MAX};
+  Cell high{INT_MIN, INT_MIN};
+  for (const auto& [index, tile] : tiles_.entries()) {
+    const auto [first, last] = CellsOf(index);
+    low = {std::min(low.x, first.x), std::min(low.y, first.y)};
+    high = {std::max(high.x, last.x), std::max(high.y, last.y)};
+  }
+  return {low, high};
+}
+
 /// Around all explored cells; its low end is beyond its high one if there are none.
 CellRectangle ByteMap::FindExplored() const {
   Cell low{INT_MAX, INT_MAX};

@@ -50,6 +50,9 @@ class ByteMap {
   bool empty() const { return tiles_.entries().empty(); }
   const TileGrid<Tile>& tiles() const { return tiles_; }
 
+  /// Around all tiles; its low end is beyond its high one if there are none.
+  CellRectangle FindTiled() const;
+
   /// The explored cells and the rectangle around them; empty (0 x 0) while nothing is explored. 2^28 cells at most.
   DenseGrid ToDenseGrid() const;
 

@@ -104,11 +104,11 @@ struct MatchConstants {
     /// Hits further apart tell no direction: those of a wall 8 m away at one beam a degree and 10 degrees from its
     /// plane.
     double largest_surface_gap_m = 0.8;
-    double chord_m = 0.4;          ///< a shorter piece of wall does not tell its direction: hits are a centimetre off
-    int chord_gaps_min = 2;        ///< between its hits: two hits alone tell no direction
+    double chord_m = 0.4;           ///< a shorter piece of wall does not tell its direction: hits are a centimetre off
+    int chord_gaps_min = 2;         ///< between its hits: two hits alone tell no direction
     double post_free_share = 0.85;  ///< of what is as far as a chord around a post; along a wall it is half
-    double ray_sigma_cells = 1.0;  ///< of one ray; neighbouring rays err alike
-    double map_cells = 1.0;        ///< what the map is good for
+    double ray_sigma_cells = 1.0;   ///< of one ray; neighbouring rays err alike
+    double map_cells = 1.0;         ///< what the map is good for
     double map_rad = 0.005;
     double unknown_m = 1.0;  ///< where nothing is told: as far as one gets between scans
     double unknown_rad = 0.3;

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "common/math/alignment.hpp"
+
 namespace crsm {
 namespace {
 
@@ -30,25 +32,14 @@ std::vector<PosePair> FindPairs(const Trajectory& trajectory, const Trajectory& 
 }  // namespace
 
 Trajectory Align(const Trajectory& trajectory, const Trajectory& truth) {
-  const std::vector<PosePair> pairs = FindPairs(trajectory, truth);
-  const auto num = static_cast<double>(pairs.size());
-  Pose2 mean;
-  Pose2 true_mean;
-  for (const auto& [pose, true_pose] : pairs) {
-    mean.x_m += pose.x_m / num;
-    mean.y_m += pose.y_m / num;
-    true_mean.x_m += true_pose.x_m / num;
-    true_mean.y_m += true_pose.y_m / num;
+  std::vector<Pose2> poses, true_poses;
+  for (const auto& [pose, true_pose] : FindPairs(trajectory, truth)) {
+    poses.push_back(pose);
+    true_poses.push_back(true_pose);
   }
-  double sin = 0.0;
-  double cos = 0.0;
-  for (const auto& [pose, true_pose] : pairs) {
-    const Pose2 from{pose.x_m - mean.x_m, pose.y_m - mean.y_m, 0.0};
-    const Pose2 to{true_pose.x_m - true_mean.x_m, true_pose.y_m - true_mean.y_m, 0.0};
-    sin += from.x_m * to.y_m - from.y_m * to.x_m;
-    cos += from.x_m * to.x_m + from.y_m * to.y_m;
-  }
-  const Pose2 T_truth_map = Pose2{true_mean.x_m, true_mean.y_m, std::atan2(sin, cos)} * Inverse(mean);
+  const auto [mean, true_mean, sin, cos] = FindAlignment(poses, true_poses);
+  const Pose2 T_truth_map =
+      Pose2{true_mean.x_m, true_mean.y_m, std::atan2(sin, cos)} * Inverse(Pose2{mean.x_m, mean.y_m, 0.0});
   Trajectory aligned = trajectory;
   for (StampedPose& stamped : aligned) stamped.T_map_laser = T_truth_map * stamped.T_map_laser;
   return aligned;

@@ -71,11 +71,7 @@ struct [[gnu::visibility("hidden")]] Slam::Impl {
     return verdict;
   }
   crsm::MapPieces FindPieces() const {
-    crsm::MapPieces pieces;
-    if (!slam.closes_loops()) return pieces;
-    pieces = slam.mapper().FindPieces();
-    pieces.error = slam.mapper().EstimateError();
-    return pieces;
+    return slam.closes_loops() ? slam.mapper().FindPiecesAndError() : crsm::MapPieces();
   }
 
   /// By all that is known.

@@ -47,9 +47,7 @@ void AddMatches(std::int32_t first, const Answered& answered, std::size_t most_b
   }
   page.message.next_match = static_cast<std::int32_t>(next);
   if (!answered.corrected || answered.component || next < scans.size()) return;
-  MapPieces pieces = answered.corrected->FindPieces();
-  pieces.error = answered.corrected->EstimateError();
-  page.Add(ToMessage(pieces), page.message.layout, page.message.num_layouts);
+  page.Add(ToMessage(answered.corrected->FindPiecesAndError()), page.message.layout, page.message.num_layouts);
   for (const PlacedLoop& loop : answered.corrected->PlaceLoops()) {
     page.Add(ToMessage(loop), page.message.loops, page.message.num_loops);
   }

@@ -203,8 +203,7 @@ Results Correct(Run& run, Summary& summary) {
   results.grid = outcome.map.ToDenseGrid();
   results.loops = outcome.loops;
   results.graph_g2o = FormatG2o(outcome.graph.MakePoseGraph());
-  results.pieces = run.slam.mapper().FindPieces();
-  results.pieces.error = run.slam.mapper().EstimateError();
+  results.pieces = run.slam.mapper().FindPiecesAndError();
   summary.pieces = results.pieces;
   summary.verdict = Judge(run.statistics, outcome.map, results.pieces);
   return results;

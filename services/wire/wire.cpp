@@ -142,8 +142,8 @@ bool IsLayout(const map_pieces_t& layout) {
   return layout.num_all_pieces >= layout.num_pieces && layout.num_all_breaks >= layout.num_breaks &&
          layout.num_matched >= 0 && layout.num_bridged >= 0 && layout.num_bridged <= layout.num_all_breaks &&
          (layout.off_m == -1.0 || IsAmount(layout.off_m)) && std::isfinite(layout.off_at_m[0]) &&
-         std::isfinite(layout.off_at_m[1]) && IsCount(layout.num_keyframes) && IsCount(layout.num_closed) && IsCount(layout.num_rejected) &&
-         std::all_of(layout.pieces.begin(), layout.pieces.end(), IsPiece) &&
+         std::isfinite(layout.off_at_m[1]) && IsCount(layout.num_keyframes) && IsCount(layout.num_closed) &&
+         IsCount(layout.num_rejected) && std::all_of(layout.pieces.begin(), layout.pieces.end(), IsPiece) &&
          std::all_of(layout.breaks.begin(), layout.breaks.end(), IsBreak);
 }
 

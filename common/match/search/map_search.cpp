@@ -108,14 +108,10 @@ FoundOnMap SearchWholeMap(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m, 
   const MatchConstants::MapSearch& search = constants.map_search;
   const Eigen::Matrix2Xd points_m = ThinOut(hits_m, search);
   if (points_m.cols() < search.fewest_points || map.cells().empty()) return {};
-  Eigen::Vector2d low_m = Eigen::Vector2d::Constant(HUGE_VAL);
-  Eigen::Vector2d high_m = -low_m;
-  const double tile_m = kTileSide * map.geometry().cell_size_m();
-  for (const auto& [index, tile] : map.cells().tiles().entries()) {
-    const Eigen::Vector2d corner_m(index.x * tile_m, index.y * tile_m);
-    low_m = low_m.cwiseMin(corner_m);
-    high_m = high_m.cwiseMax(corner_m + Eigen::Vector2d::Constant(tile_m));
-  }
+  const double cell_m = map.geometry().cell_size_m();
+  const auto [low, high] = map.cells().FindTiled();
+  const Eigen::Vector2d low_m = cell_m * Eigen::Vector2d(low.x, low.y);
+  const Eigen::Vector2d high_m = cell_m * Eigen::Vector2d(high.x + 1, high.y + 1);
   const Eigen::Vector2d middle_m = 0.5 * (low_m + high_m);
   const double reach_m = 0.5 * (high_m - low_m).maxCoeff();
   const HitPyramid pyramid(map.cells(), low_m, high_m, std::max(search.cell_m, reach_m / search.most_reach_cells));

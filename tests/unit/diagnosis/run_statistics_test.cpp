@@ -11,7 +11,8 @@ namespace {
 auto AllOf(const RunStatistics& statistics) {
   const RunStatistics::Values v = statistics.values();
   return std::tuple(v.counts.on_map, v.counts.lost, v.degenerate, v.counts.without_rays, v.longest_unmatched, v.steps,
-                    v.far_steps, v.mean_fitness, v.finished_map, v.path_m, v.open_path_m, v.turns_by_odometry, v.ways_by_odometry);
+                    v.far_steps, v.mean_fitness, v.finished_map, v.path_m, v.open_path_m, v.turns_by_odometry,
+                    v.ways_by_odometry);
 }
 
 /// The matches of a drive in which everything happens that is counted, ending in lost scans. far_m: by which all poses
