@@ -210,18 +210,38 @@ double FindSize(const ByteMap& map) {
   return map.geometry().cell_size_m() * std::hypot(high.x - low.x + 1, high.y - low.y + 1);
 }
 
+std::string DescribeWayBack(const std::optional<WayBack>& way_back) {
+  if (!way_back) return "drive once more where the robot was before";
+  const auto& [from, to, then_m] = *way_back;
+  return fmt::format(
+      "a drive from x {:.1f} m, y {:.1f} m to x {:.1f} m, y {:.1f} m, by another way than before, would "
+      "tell most, and leave about {:.1f} m",
+      from.x_m, from.y_m, to.x_m, to.y_m, then_m);
+}
+
 /// How far off the map may be, by its pose graph: a graph that is contradicted says nothing.
 void JudgeMetres(const ByteMap& map, const MapPieces& pieces, const Constants& constants, Verdict& verdict) {
   if (!pieces.error || pieces.num_rejected > 0 || IsContradiction(verdict.contradiction, constants)) return;
   const double size_m = FindSize(map);
   verdict.off_m = std::min(pieces.error->most_m, size_m);
   if (*verdict.off_m > constants.off_place_m) verdict.off_at = pieces.error->at;
+  verdict.doubts = pieces.error->doubts;
+  for (Doubt& doubt : verdict.doubts) doubt.off_m = std::min(doubt.off_m, *verdict.off_m);
+  verdict.way_back = pieces.error->way_back;
   if (*verdict.off_m <= std::max(constants.far_off_m, constants.far_off_share * size_m)) return;
-  Warn(
-      verdict, Trust::kDoubtful,
-      fmt::format("what the laser saw leaves the lengths of the path open by up to {:.1f} m: drive once more where the "
-                  "robot was before (wheel odometry, or a laser that sees further, would tell, too)",
-                  *verdict.off_m));
+  Warn(verdict, Trust::kDoubtful,
+       fmt::format("what the laser saw leaves the lengths of the path open by up to {:.1f} m: {} (wheel odometry, or a "
+                   "laser that sees further, would tell, too)",
+                   *verdict.off_m, DescribeWayBack(verdict.way_back)));
+}
+
+/// Of a step that loops have put right there is nothing to fear any more.
+void NoteSlip(const MapPieces& pieces, Verdict& verdict) {
+  if (!pieces.slip) return;
+  verdict.notes.push_back(
+      fmt::format("slip near x {:.1f} m, y {:.1f} m: one match was wrong by {:.1f} m, and loops "
+                  "have put it right",
+                  pieces.slip->at.x_m, pieces.slip->at.y_m, pieces.slip->off_m));
 }
 
 void JudgeOdometry(const Constants& constants, Verdict& verdict) {
@@ -304,6 +324,7 @@ Verdict JudgeScans(const RunStatistics& statistics, const ByteMap& map, const Ma
   JudgeOdometry(constants, verdict);
   JudgePieces(pieces, constants, verdict);
   if (verdict.trust != Trust::kBad) JudgeMetres(map, pieces, constants, verdict);
+  NoteSlip(pieces, verdict);
   return verdict;
 }
 
@@ -333,6 +354,8 @@ void JudgeWheels(const WheelModel::Values& wheels, Verdict& verdict) {
                    wheels.way_per_m, wheels.turn_per_rad));
   verdict.off_m.reset();
   verdict.off_at.reset();
+  verdict.doubts.clear();
+  verdict.way_back.reset();
 }
 
 void JudgeLeftOut(const LeftOut& left_out, Verdict& verdict, const DiagnosisConstants::Verdict& constants) {

@@ -27,6 +27,8 @@ struct Verdict {
   /// that is bad, was made without loops, or contradicts itself.
   std::optional<double> off_m;
   std::optional<Point> off_at;        ///< near where, map frame, if that is known
+  std::vector<Doubt> doubts;          ///< the same by places along the path, where off_m is known
+  std::optional<WayBack> way_back;    ///< the drive that would tell most, if one would help much
   std::int64_t left_out = 0;          ///< scans that were never tried
   std::vector<std::string> notes;     ///< a line each: what is good to know, and speaks against nothing
   std::vector<std::string> warnings;  ///< a line each: what speaks against the map, and the likely cause

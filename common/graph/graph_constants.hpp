@@ -13,17 +13,18 @@ namespace crsm {
 struct GraphConstants {
   /// How well motions and loops are known, and how poses are found that agree with them.
   struct Edges {
-    /// A match is good to a fifth of a cell of 0.05 m.
-    MotionSigma motion{0.01, 0.01, 0.0015};
-    /// Along a degenerate direction to a cell: there the motion before decides.
-    double along_degenerate_axis_m = 0.05;
-    /// Over lost scans so many times as much.
-    double across_lost = 10.0;
+    MotionSigma step{0.003, 0.003, 0.0005};  ///< of a match, besides what its walls leave open: how it was drawn
+    double walls = 0.7;                      ///< share of that: a scan is matched to what many before it have drawn
+    double uneven = 0.15;       ///< share of a way along a degenerate direction, by which the velocity model errs
+    double across_lost = 10.0;  ///< over lost scans so many times as much
+    /// Matches in a row err alike: to loops a chain of them gives way as if each variance were so many times as large.
+    double correlated = 2.0;
+    MotionSigma proximity{0.06, 0.06, 0.006};
+    /// A loop is matched on a map whose own parts have drifted.
+    MotionSigma loop{0.1, 0.1, 0.01};
     /// Over a break nobody knows anything. It keeps components that hang on nothing from drifting while others are
     /// solved.
     MotionSigma across_break{100.0, 100.0, 10.0};
-    /// A loop is matched on a map whose own parts have drifted.
-    MotionSigma loop{0.03, 0.03, 0.005};
     /// A loop's squared error, in standard deviations, above which the others contradict it: six of them.
     double contradicted = 36.0;
     /// [m] and [rad]: poses that an optimisation moves by less stay where they are, up to the first that moves by more.
@@ -164,20 +165,16 @@ struct GraphConstants {
     double least_fitness = 0.55;  ///< of a scan that need not be drawn: in a lower one something may have changed
   };
 
-  /// How far off a map may be. Standard deviations of its motions, before its own residuals say how large they are.
+  /// How far off a map may be.
   /// Chosen on seeds 1 and 2 of twelve worlds seen by seven lasers, and of the logs.
   struct MapError {
-    MotionSigma step{0.003, 0.003, 0.0005};  ///< of a match, besides what its walls leave open: how it was drawn
-    double walls = 0.7;                      ///< share of that: a scan is matched to what many before it have drawn
-    double uneven = 0.15;       ///< share of a way along a degenerate direction, by which the velocity model errs
-    double across_lost = 10.0;  ///< over lost scans so many times as much
-    MotionSigma proximity{0.06, 0.06, 0.006};
-    MotionSigma loop{0.1, 0.1, 0.01};
-    double prior_weight = 30.0;  ///< of all these: so many residuals of a kind count as much
+    double prior_weight = 30.0;  ///< of the errors of Edges: so many residuals of a kind count as much
     int samples = 60;
-    double quantile = 0.95;  ///< of the samples
-    double factor = 2.5;     ///< of that: neighbouring matches err alike, and samples do not
-    double least_m = 0.05;   ///< a cell: no map is better
+    double quantile = 0.95;   ///< of the samples
+    double factor = 2.5;      ///< of that: neighbouring matches err alike, and samples do not
+    double least_m = 0.05;    ///< a cell: no map is better
+    double way_back_m = 0.5;  ///< a map that may be further off is asked which drive would tell most
+    double slip_m = 0.3;      ///< of one step: less is drift
   };
 
   int lag = 6;          ///< keyframes until what a loop has brought is taken up: so long it is searched ...

@@ -8,24 +8,10 @@
 #include <set>
 #include <utility>
 
+#include "common/graph/keyframe_edges.hpp"
+
 namespace crsm {
 namespace {
-
-/// What the match of a keyframe tells of where it is, seen from an older one.
-GraphEdge MakeMatchedEdge(int older, int index, const Pose2& T_older_this, const Keyframe& keyframe,
-                          const GraphConstants::Edges& constants) {
-  MotionSigma sigma = constants.motion;
-  std::array<double, 2> axis{1.0, 0.0};
-  if (keyframe.degenerate_axis) {
-    axis = TurnAxis(*keyframe.degenerate_axis, T_older_this.yaw_rad);
-    sigma.x_m = constants.along_degenerate_axis_m;
-  }
-  if (keyframe.after_lost && older == index - 1) {
-    const double times = constants.across_lost;
-    sigma = {times * sigma.x_m, times * sigma.y_m, times * sigma.yaw_rad};
-  }
-  return GraphEdge::Make(older, index, T_older_this, sigma, axis);
-}
 
 /// Two trajectories hang together: those that hang together with either.
 void Unite(std::vector<int>& groups, int trajectory, int other) {
@@ -51,27 +37,15 @@ class PoseIndices {
   std::vector<int> first_of_;  ///< by trajectory
 };
 
-GraphEdge MakeLoopEdge(const Loop& loop, const PoseIndices& indices, const MotionSigma& sigma) {
-  GraphEdge edge = GraphEdge::Make(indices(loop.older), indices(loop.newer), loop.T_older_newer, sigma);
-  edge.may_be_wrong = true;
-  return edge;
-}
-
-/// From the keyframe before, by the wheels: they may slip.
-GraphEdge MakeWheelEdge(int index, const WheelMotion& motion) {
-  GraphEdge edge =
-      GraphEdge::Make(index - 1, index, motion.T_from_to, {motion.sigma_m, motion.sigma_m, motion.sigma_rad});
-  edge.may_be_wrong = true;
-  return edge;
-}
-
-/// From the keyframe before. Over a break that nothing bridges, the poses as they are.
-GraphEdge MakeMotionEdge(const KeyframeGraph& graph, KeyframeId id, int index, const GraphConstants::Edges& constants) {
-  const Keyframe& at = graph.keyframe(id);
-  if (id.number > 0) return MakeMatchedEdge(index - 1, index, at.T_previous_this, at, constants);
-  if (graph.IsBridged(id.trajectory)) return MakeWheelEdge(index, *at.by_wheels);
-  return GraphEdge::Make(index - 1, index, Inverse(graph.pose(*graph.Before(id))) * graph.pose(id),
-                         constants.across_break);
+GraphEdge ToGraphEdge(const KeyframeEdge& edge, const PoseIndices& indices, double correlated) {
+  MotionSigma sigma = edge.sigma;
+  if (edge.told_by[1] == ToldBy::kWalls || edge.told_by[1] == ToldBy::kProximity) {
+    const double times = std::sqrt(correlated);
+    sigma = {times * sigma.x_m, times * sigma.y_m, times * sigma.yaw_rad};
+  }
+  GraphEdge made = GraphEdge::Make(indices(edge.older), indices(edge.newer), edge.T_older_newer, sigma, edge.x_axis);
+  made.may_be_wrong = edge.may_be_wrong();
+  return made;
 }
 
 }  // namespace
@@ -104,7 +78,8 @@ KeyframeId KeyframeGraph::Add(Keyframe keyframe) {
 }
 
 void KeyframeGraph::AddLoop(const Loop& loop) {
-  loops_.push_back(loop);
+  const auto Names = [](const Loop& of) { return std::pair(of.newer, of.older); };
+  loops_.insert(std::ranges::upper_bound(loops_, Names(loop), {}, Names), loop);
   Link(loop.older, loop.newer, Length(loop.T_older_newer));
   if (loop.older.trajectory != loop.newer.trajectory) UpdateComponents();
 }
@@ -298,17 +273,15 @@ PoseGraph KeyframeGraph::MakePoseGraph() const {
   for (const std::vector<Pose2>& trajectory : poses_) {
     for (const Pose2& pose : trajectory) graph.AddPose(pose);
   }
-  for (const KeyframeId id : ids()) {
-    const int index = indices(id);
-    if (index == 0) continue;
-    const Keyframe& at = keyframe(id);
-    graph.AddEdge(MakeMotionEdge(*this, id, index, constants_));
-    if (at.DoWheelsTell()) graph.AddEdge(MakeWheelEdge(index, *at.by_wheels));
-    if (!at.constraint || at.constraint_wrong || !HangTogether(at.constraint->keyframe, id)) continue;
-    graph.AddEdge(
-        MakeMatchedEdge(indices(at.constraint->keyframe), index, at.constraint->T_keyframe_this, at, constants_));
+  for (const KeyframeEdge& edge : FindEdges(*this, constants_)) {
+    graph.AddEdge(ToGraphEdge(edge, indices, constants_.correlated));
   }
-  for (const Loop& loop : loops_) graph.AddEdge(MakeLoopEdge(loop, indices, constants_.loop));
+  for (int i = 1; i < num_trajectories(); ++i) {
+    if (IsBridged(i)) continue;
+    const KeyframeId first{i, 0}, before = LastOf(i - 1);
+    graph.AddEdge(
+        GraphEdge::Make(indices(before), indices(first), Inverse(pose(before)) * pose(first), constants_.across_break));
+  }
   return graph;
 }
 
@@ -324,11 +297,11 @@ std::vector<Loop> KeyframeGraph::Optimise() {
       ++solved;
     }
   }
-  const PoseIndices indices(*this);
   std::vector<Loop> contradicted;
+  const PoseIndices indices(*this);
   for (const Loop& loop : loops_) {
-    if (graph.SquaredError(MakeLoopEdge(loop, indices, constants_.loop)) > constants_.contradicted)
-      contradicted.push_back(loop);
+    const double error = graph.SquaredError(ToGraphEdge(MakeEdge(loop, constants_), indices, 1.0));
+    if (error > constants_.contradicted) contradicted.push_back(loop);
   }
   for (const Loop& loop : contradicted) DropLoop(loop);
   return contradicted;

@@ -9,6 +9,7 @@
 
 #include "common/graph/graph_constants.hpp"
 #include "common/graph/pose_graph.hpp"
+#include "common/graph/wall_sigma.hpp"
 #include "common/scan/packed_rays.hpp"
 #include "common/scan/wheel_motion.hpp"
 
@@ -50,6 +51,7 @@ struct Keyframe {
   bool begins_anywhere = false;  ///< ... of another drive: nothing is known of its place
   /// Unit vector, laser frame: along it the walls did not tell.
   std::optional<std::array<double, 2>> degenerate_axis = std::nullopt;
+  WallSigma walls = {};  ///< what they told of its match
   std::optional<ProximityConstraint> constraint = std::nullopt;
   bool constraint_wrong = false;                   ///< the map on which it was matched was found wrong since
   std::optional<KeyframeId> as_of = std::nullopt;  ///< keyframe of the last GraphUpdate in the map of its match
@@ -151,6 +153,7 @@ class KeyframeGraph {
   const Keyframe& keyframe(KeyframeId id) const { return of(id.trajectory).keyframes[Index(id)]; }
   const Pose2& pose(KeyframeId id) const { return At(poses_, id); }  ///< T_map_keyframe
   const KeyframePoses& poses() const { return poses_; }
+  /// By the names of their newer keyframes.
   const std::vector<Loop>& loops() const { return loops_; }
   std::int64_t num_loops_dropped() const { return num_loops_dropped_; }
   /// Along the trajectory, from its first keyframe [m].

@@ -1,164 +1,110 @@
 #include "common/graph/map_error.hpp"
 
-#include <Eigen/Core>
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <utility>
 
+#include "common/graph/keyframe_edges.hpp"
 #include "common/math/alignment.hpp"
-#include "common/math/median.hpp"
-#include "common/math/symmetric.hpp"
+#include "common/math/random.hpp"
 
 namespace crsm {
 namespace {
 
-using Constants = GraphConstants::MapError;
-
-/// What tells a motion. The errors of one kind are about alike.
-enum Kind : std::uint8_t { kWalls, kHabit, kProximity, kLoop, kWheels, kNumKinds };
-
 /// By how much the errors of each kind are larger than was taken for granted.
-using Scales = std::array<double, kNumKinds>;
-
-double Seconds(std::int64_t from, std::int64_t to) { return 1e-6 * static_cast<double>(to - from); }
+using Scales = std::array<double, kNumToldBy>;
 
 /// What is known of the motions of some trajectories.
 class ErrorGraph {
  public:
-  ErrorGraph(const KeyframeGraph& graph, const std::vector<bool>& is_shown, const WallSigmas& walls,
-             const Constants& constants)
-      : graph_(graph), walls_(walls), constants_(constants) {
+  ErrorGraph(const KeyframeGraph& graph, const std::vector<bool>& is_shown, const GraphConstants& constants)
+      : constants_(constants) {
+    const auto IsShown = [&](KeyframeId id) { return is_shown[static_cast<std::size_t>(id.trajectory)]; };
+    std::vector<int> first_of;
     for (int trajectory = 0; trajectory < graph.num_trajectories(); ++trajectory) {
-      const bool shown = is_shown[static_cast<std::size_t>(trajectory)];
-      first_of_.push_back(shown ? static_cast<int>(ids_.size()) : kNotShown);
-      for (int number = 0; shown && number < graph.size(trajectory); ++number) ids_.push_back({trajectory, number});
+      first_of.push_back(static_cast<int>(poses_.size()));
+      if (!IsShown({trajectory, 0})) continue;
+      const std::vector<Pose2>& poses = graph.poses()[static_cast<std::size_t>(trajectory)];
+      poses_.insert(poses_.end(), poses.begin(), poses.end());
     }
-    usual_m_s_ = FindUsualPace();
+    const auto Index = [&](KeyframeId id) { return first_of[static_cast<std::size_t>(id.trajectory)] + id.number; };
+    for (const KeyframeEdge& edge : FindEdges(graph, constants.edges)) {
+      if (IsShown(edge.older) && IsShown(edge.newer)) edges_.push_back({Index(edge.older), Index(edge.newer), edge});
+    }
     scales_.fill(1.0);
   }
 
   /// Takes the errors for what the residuals say, as far as these are redundant.
   void Calibrate() {
     const PoseGraph poses = Make();
-    const auto variances = poses.Sample(constants_.samples, kSeed, [](const std::vector<Pose2>&) {});
+    const auto variances = poses.Sample(constants_.map_error.samples, kSeed, [](const std::vector<Pose2>&) {});
     if (variances.empty()) return;
     Scales squares{}, redundancies{};
     for (std::size_t i = 0; i < variances.size(); ++i) {
       const std::array<double, 3> errors = poses.SquaredErrors(poses.edges()[i]);
       for (std::size_t row = 0; row < 3; ++row) {
-        squares[kinds_[i][row]] += errors[row];
-        redundancies[kinds_[i][row]] += std::max(0.0, 1.0 - variances[i][row]);
+        const auto told_by = static_cast<std::size_t>(edges_[i].edge.told_by[row]);
+        squares[told_by] += errors[row];
+        redundancies[told_by] += std::max(0.0, 1.0 - variances[i][row]);
       }
     }
-    const double prior = constants_.prior_weight;
-    for (std::size_t kind = 0; kind < kNumKinds; ++kind) {
-      scales_[kind] = std::sqrt((prior + squares[kind]) / (prior + redundancies[kind]));
+    const double prior = constants_.map_error.prior_weight;
+    for (std::size_t i = 0; i < kNumToldBy; ++i) {
+      scales_[i] = std::sqrt((prior + squares[i]) / (prior + redundancies[i]));
     }
   }
 
-  /// Poses of ids() and edges between them.
-  PoseGraph Make() {
-    PoseGraph poses;
-    kinds_.clear();
-    for (const KeyframeId id : ids_) poses.AddPose(graph_.pose(id));
-    for (const KeyframeId id : ids_) AddEdgesOf(id, poses);
-    for (const Loop& loop : graph_.loops()) {
-      if (IndexOf(loop.older) == kNotShown || IndexOf(loop.newer) == kNotShown) continue;
-      Add(loop.older, loop.newer, loop.T_older_newer, constants_.loop, {kLoop, kLoop, kLoop}, {1.0, 0.0}, poses);
+  PoseGraph Make() const {
+    PoseGraph graph;
+    for (const Pose2& pose : poses_) graph.AddPose(pose);
+    for (const auto& [from, to, edge] : edges_) {
+      const auto Scale = [&](std::size_t row) { return scales_[static_cast<std::size_t>(edge.told_by[row])]; };
+      const MotionSigma sigma{Scale(0) * edge.sigma.x_m, Scale(1) * edge.sigma.y_m, Scale(2) * edge.sigma.yaw_rad};
+      GraphEdge scaled = GraphEdge::Make(from, to, edge.T_older_newer, sigma, edge.x_axis);
+      scaled.may_be_wrong = edge.may_be_wrong();
+      graph.AddEdge(scaled);
     }
-    return poses;
+    return graph;
+  }
+
+  const std::vector<Pose2>& poses() const { return poses_; }
+
+  /// What a drive over a way tells, if the laser sees there what it has seen on the mapped ways, and the places at both
+  /// ends are found again.
+  MotionSigma FindSigmaOfDrive(double way_m) const {
+    const MotionSigma& loop = constants_.edges.loop;
+    double driven_m = 0.0, m2 = 0.0, rad2 = 0.0;
+    for (const auto& [from, to, edge] : edges_) {
+      if (to != from + 1 || edge.told_by[1] != ToldBy::kWalls) continue;
+      const auto Scaled = [&](std::size_t row, double sigma) {
+        return scales_[static_cast<std::size_t>(edge.told_by[row])] * sigma;
+      };
+      driven_m += Length(edge.T_older_newer);
+      m2 += std::pow(Scaled(0, edge.sigma.x_m), 2);
+      rad2 += std::pow(Scaled(2, edge.sigma.yaw_rad), 2);
+    }
+    const double share = driven_m > 0.0 ? way_m / driven_m : 0.0;
+    const double rad = std::sqrt(share * rad2);
+    const double m = std::hypot(std::sqrt(share * m2), 0.5 * way_m * rad);  // a turn half-way moves the end so far
+    return {std::hypot(m, loop.x_m), std::hypot(m, loop.y_m), std::hypot(rad, loop.yaw_rad)};
   }
 
   static constexpr std::uint64_t kSeed = 1;
 
  private:
-  static constexpr int kNotShown = -1;
+  struct Edge {
+    int from;
+    int to;
+    KeyframeEdge edge;
+  };
 
-  int IndexOf(KeyframeId id) const {
-    const int first = first_of_[static_cast<std::size_t>(id.trajectory)];
-    return first == kNotShown ? kNotShown : first + id.number;
-  }
-
-  double SecondsBefore(KeyframeId id) const {
-    return std::max(0.0, Seconds(graph_.keyframe(*graph_.Before(id)).utime, graph_.keyframe(id).utime));
-  }
-
-  /// The pace of the robot where walls told how far it went; of all motions, if they never did [m/s].
-  double FindUsualPace() const {
-    std::vector<double> told_m_s, all_m_s;
-    for (const KeyframeId id : ids_) {
-      if (id.number == 0 || SecondsBefore(id) == 0.0) continue;
-      const Keyframe& at = graph_.keyframe(id);
-      all_m_s.push_back(Length(at.T_previous_this) / SecondsBefore(id));
-      if (!at.degenerate_axis) told_m_s.push_back(all_m_s.back());
-    }
-    if (!told_m_s.empty()) all_m_s = std::move(told_m_s);
-    return all_m_s.empty() ? 0.0 : FindMedian(std::move(all_m_s));
-  }
-
-  void Add(KeyframeId from, KeyframeId to, const Pose2& T_from_to, const MotionSigma& sigma,
-           const std::array<Kind, 3>& kinds, const std::array<double, 2>& x_axis, PoseGraph& poses) {
-    const MotionSigma scaled{scales_[kinds[0]] * sigma.x_m, scales_[kinds[1]] * sigma.y_m,
-                             scales_[kinds[2]] * sigma.yaw_rad};
-    GraphEdge edge = GraphEdge::Make(IndexOf(from), IndexOf(to), T_from_to, scaled, x_axis);
-    edge.may_be_wrong = kinds[0] == kLoop || kinds[0] == kWheels;
-    poses.AddEdge(edge);
-    kinds_.push_back(kinds);
-  }
-
-  void AddEdgesOf(KeyframeId id, PoseGraph& poses) {
-    const Keyframe& at = graph_.keyframe(id);
-    const auto before = graph_.Before(id);
-    if (!before || IndexOf(*before) == kNotShown) return;
-    const bool begins = id.number == 0;
-    if (!begins) AddMatched(*before, id, at.T_previous_this, constants_.step, kWalls, poses);
-    const bool wheels_tell = begins ? graph_.IsBridged(id.trajectory) : at.DoWheelsTell();
-    if (wheels_tell) {
-      const auto& [T_from_to, sigma_m, sigma_rad] = *at.by_wheels;
-      Add(*before, id, T_from_to, {sigma_m, sigma_m, sigma_rad}, {kWheels, kWheels, kWheels}, {1.0, 0.0}, poses);
-    }
-    if (!at.constraint || at.constraint_wrong || IndexOf(at.constraint->keyframe) == kNotShown) return;
-    AddMatched(at.constraint->keyframe, id, at.constraint->T_keyframe_this, constants_.proximity, kProximity, poses);
-  }
-
-  /// What a match tells of where a keyframe is, seen from an older one.
-  void AddMatched(KeyframeId older, KeyframeId id, const Pose2& T_older_this, MotionSigma sigma, Kind kind,
-                  PoseGraph& poses) {
-    const Keyframe& at = graph_.keyframe(id);
-    const WallSigma& walls = walls_[static_cast<std::size_t>(id.trajectory)][static_cast<std::size_t>(id.number)];
-    const double share = constants_.walls;
-    sigma = {std::hypot(sigma.x_m, share * walls.sigma.x_m), std::hypot(sigma.y_m, share * walls.sigma.y_m),
-             std::hypot(sigma.yaw_rad, share * walls.sigma.yaw_rad)};
-    std::array<double, 2> axis = walls.axis;
-    if (at.degenerate_axis) {
-      axis = *at.degenerate_axis;
-      sigma.x_m = std::max(sigma.y_m, FindAlongSigma(id, walls));
-    }
-    if (at.after_lost) {
-      const double times = constants_.across_lost;
-      sigma = {times * sigma.x_m, times * sigma.y_m, times * sigma.yaw_rad};
-    }
-    Add(older, id, T_older_this, sigma, {at.degenerate_axis ? kHabit : kind, kind, kind},
-        TurnAxis(axis, T_older_this.yaw_rad), poses);
-  }
-
-  /// Along a degenerate direction: how the robot drives, and the little that its walls told. It starts from rest.
-  double FindAlongSigma(KeyframeId id, const WallSigma& walls) const {
-    const double way_m = Length(graph_.keyframe(id).T_previous_this);
-    const double differs_m = id.number > 1 ? std::abs(usual_m_s_ * SecondsBefore(id) - way_m) : 0.0;
-    const double by_habit_m = std::max(constants_.uneven * way_m, differs_m);
-    return 1.0 / std::hypot(1.0 / std::max(by_habit_m, 1e-9), 1.0 / walls.along_m);
-  }
-
-  const KeyframeGraph& graph_;
-  const WallSigmas& walls_;
-  const Constants& constants_;
-  std::vector<KeyframeId> ids_;  ///< in the order of the poses
-  std::vector<int> first_of_;    ///< by trajectory
-  double usual_m_s_ = 0.0;
+  const GraphConstants& constants_;
+  std::vector<Pose2> poses_;
+  std::vector<Edge> edges_;
   Scales scales_{};
-  std::vector<std::array<Kind, 3>> kinds_;  ///< of the errors of each edge
 };
 
 /// Distances of poses from others, when they lie on these as well as they can [m].
@@ -177,46 +123,182 @@ std::vector<double> FindDistances(const std::vector<Pose2>& poses, const std::ve
   return distances_m;
 }
 
-}  // namespace
-
-WallSigma FindWallSigma(const ScanMatch& match, const MatchConstants::Uncertainty& constants, double cell_size_m) {
-  const std::array<double, 6>& c = match.covariance;
-  const double map_m = constants.map_cells * cell_size_m;
-  Eigen::Matrix2d covariance;
-  covariance << c[0] - map_m * map_m, c[1], c[1], c[3] - map_m * map_m;
-  const auto [least, axis] = FindWeakest(-covariance);
-  const double along_m2 = std::max(-least, 1e-9);
-  const double across_m2 = std::max(covariance.trace() + least, 1e-9);
-  WallSigma walls;
-  walls.axis = TurnAxis({axis.x(), axis.y()}, -match.T_map_laser.yaw_rad);
-  walls.sigma = {std::sqrt(along_m2), std::sqrt(across_m2),
-                 std::sqrt(std::max(c[5] - constants.map_rad * constants.map_rad, 0.0))};
-  const double unknown = 1.0 / (constants.unknown_m * constants.unknown_m);
-  const double told = 1.0 / along_m2 - unknown - constants.noise_share * (1.0 / across_m2 - unknown);
-  walls.along_m = told > 0.0 ? 1.0 / std::sqrt(told) : HUGE_VAL;
-  return walls;
+/// Neighbouring matches err alike, and samples do not.
+double ToBound(double sample_m, const GraphConstants& constants) {
+  return constants.map_error.least_m + constants.map_error.factor * sample_m;
 }
 
+/// So far off is what is furthest off in most samples.
+double FindBound(std::vector<double> largest_m, const GraphConstants& constants) {
+  std::ranges::sort(largest_m);
+  const auto rank = static_cast<std::size_t>(constants.map_error.quantile * static_cast<double>(largest_m.size() - 1));
+  return ToBound(largest_m[rank], constants);
+}
+
+/// What samples say of a pose graph.
+struct Spread {
+  std::vector<double> largest_m;  ///< by sample
+  std::vector<double> sums_m2;    ///< of squared distances, by pose
+};
+
+Spread FindSpread(const PoseGraph& graph, const GraphConstants& constants) {
+  Spread spread;
+  spread.sums_m2.resize(graph.poses().size());
+  graph.Sample(constants.map_error.samples, ErrorGraph::kSeed, [&](const std::vector<Pose2>& sample) {
+    const std::vector<double> distances_m = FindDistances(sample, graph.poses());
+    for (std::size_t i = 0; i < distances_m.size(); ++i) spread.sums_m2[i] += distances_m[i] * distances_m[i];
+    spread.largest_m.push_back(*std::ranges::max_element(distances_m));
+  });
+  return spread;
+}
+
+/// Of each square the largest, in so few squares that they can be looked at.
+std::vector<Doubt> ThinOut(const std::vector<Pose2>& poses, const Spread& spread, const GraphConstants& constants) {
+  // Of a distance in two directions that err alike, at the quantile, as a multiple of the root mean square.
+  const double quantile = std::sqrt(-std::log(1.0 - constants.map_error.quantile));
+  std::map<std::pair<std::int64_t, std::int64_t>, Doubt> doubts;
+  for (double side_m = 1.0; doubts.empty() || doubts.size() > MapError::kMostDoubts; side_m *= 2.0) {
+    doubts.clear();
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      const double mean_m2 = spread.sums_m2[i] / static_cast<double>(spread.largest_m.size());
+      const double off_m = ToBound(quantile * std::sqrt(mean_m2), constants);
+      const auto Round = [&](double x_m) { return static_cast<std::int64_t>(std::floor(x_m / side_m)); };
+      Doubt& doubt = doubts[{Round(poses[i].x_m), Round(poses[i].y_m)}];
+      if (off_m > doubt.off_m) doubt = {{poses[i].x_m, poses[i].y_m}, off_m};
+    }
+  }
+  std::vector<Doubt> thinned;
+  for (const auto& [square, doubt] : doubts) thinned.push_back(doubt);
+  return thinned;
+}
+
+/// Tries drives between places of the path, one after the other.
+class WayBackSearch {
+ public:
+  WayBackSearch(const ErrorGraph& graph, const PoseGraph& poses, const GraphConstants& constants)
+      : graph_(graph), poses_(poses), constants_(constants) {
+    const auto num = poses.poses().size();
+    const std::size_t every = std::max<std::size_t>(1, num / kMostPlaces);
+    double way_m = 0.0;
+    for (std::size_t i = 0; i < num; ++i) {
+      if (i > 0) way_m += Distance(poses.poses()[i - 1], poses.poses()[i]);
+      if (i % every != 0) continue;
+      places_.push_back(i);
+      ways_m_.push_back(way_m);
+    }
+    poses.Sample(constants.map_error.samples, ErrorGraph::kSeed, [&](const std::vector<Pose2>& sample) {
+      samples_.emplace_back();
+      for (const std::size_t i : places_) samples_.back().push_back(sample[i]);
+    });
+    for (const std::size_t i : places_) at_.push_back(poses.poses()[i]);
+  }
+
+  /// Nothing if none would take a third off a bound.
+  std::optional<WayBack> Find(double most_m) {
+    std::pair<std::size_t, std::size_t> best;
+    double least_m = kHelps * most_m;
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      for (std::size_t k = i + 1; k < places_.size(); ++k) {
+        if (ways_m_[k] - ways_m_[i] < kDetour * Distance(at_[i], at_[k])) continue;  // there is no other way
+        const double then_m = BoundAfter(i, k);
+        if (then_m >= least_m) continue;
+        least_m = then_m;
+        best = {i, k};
+      }
+    }
+    if (best.second == 0) return std::nullopt;
+    const auto& [from, to] = std::pair(at_[best.first], at_[best.second]);
+    PoseGraph with = poses_;
+    with.AddEdge(GraphEdge::Make(static_cast<int>(places_[best.first]), static_cast<int>(places_[best.second]),
+                                 Inverse(from) * to, graph_.FindSigmaOfDrive(Distance(from, to))));
+    const Spread spread = FindSpread(with, constants_);
+    const double then_m = spread.largest_m.empty() ? most_m : FindBound(spread.largest_m, constants_);
+    if (then_m >= kHelps * most_m) return std::nullopt;
+    return WayBack{{to.x_m, to.y_m}, {from.x_m, from.y_m}, then_m};
+  }
+
+ private:
+  static constexpr std::size_t kMostPlaces = 40;
+  static constexpr double kDetour = 2.0;
+  static constexpr double kHelps = 2.0 / 3.0;
+
+  /// A measurement of where one place is, seen from another: the samples move by what they have in common with it
+  /// (ensemble Kalman filter: Evensen 1994).
+  double BoundAfter(std::size_t from, std::size_t to) const {
+    const Pose2 expected = Inverse(at_[from]) * at_[to];
+    const MotionSigma sigma = graph_.FindSigmaOfDrive(Length(expected));
+    const auto num = static_cast<Eigen::Index>(samples_.size());
+    Eigen::Matrix3Xd seen(3, num);
+    Eigen::MatrixXd moved(2 * std::ssize(at_), num);
+    for (Eigen::Index s = 0; s < num; ++s) {
+      const std::vector<Pose2>& sample = samples_[static_cast<std::size_t>(s)];
+      const Pose2 there = Inverse(sample[from]) * sample[to];
+      seen.col(s) << there.x_m - expected.x_m, there.y_m - expected.y_m, WrapAngle(there.yaw_rad - expected.yaw_rad);
+      for (std::size_t i = 0; i < at_.size(); ++i) {
+        moved.col(s).segment<2>(2 * static_cast<Eigen::Index>(i)) << sample[i].x_m - at_[i].x_m,
+            sample[i].y_m - at_[i].y_m;
+      }
+    }
+    Eigen::Matrix3d covariance = seen * seen.transpose() / static_cast<double>(num);
+    covariance.diagonal() += Eigen::Vector3d(sigma.x_m, sigma.y_m, sigma.yaw_rad).cwiseAbs2();
+    const Eigen::MatrixX3d gain = moved * seen.transpose() / static_cast<double>(num) * covariance.inverse();
+    Random random(ErrorGraph::kSeed);
+    std::vector<double> largest_m;
+    std::vector<Pose2> after = at_;
+    for (Eigen::Index s = 0; s < num; ++s) {
+      const Eigen::Vector3d noise(sigma.x_m * random.Gaussian(), sigma.y_m * random.Gaussian(),
+                                  sigma.yaw_rad * random.Gaussian());
+      const Eigen::VectorXd left = moved.col(s) - gain * (seen.col(s) + noise);
+      for (std::size_t i = 0; i < at_.size(); ++i) {
+        after[i].x_m = at_[i].x_m + left[2 * static_cast<Eigen::Index>(i)];
+        after[i].y_m = at_[i].y_m + left[2 * static_cast<Eigen::Index>(i) + 1];
+      }
+      const std::vector<double> distances_m = FindDistances(after, at_);
+      largest_m.push_back(*std::ranges::max_element(distances_m));
+    }
+    return FindBound(std::move(largest_m), constants_);
+  }
+
+  const ErrorGraph& graph_;
+  const PoseGraph& poses_;
+  const GraphConstants& constants_;
+  std::vector<std::size_t> places_;          ///< indices of poses, along the path
+  std::vector<double> ways_m_;               ///< how far along it
+  std::vector<Pose2> at_;                    ///< where they are
+  std::vector<std::vector<Pose2>> samples_;  ///< where they may be
+};
+
+}  // namespace
+
 std::optional<MapError> EstimateMapError(const KeyframeGraph& graph, const std::vector<bool>& is_shown,
-                                         const WallSigmas& walls, const Constants& constants) {
-  ErrorGraph error_graph(graph, is_shown, walls, constants);
+                                         const GraphConstants& constants) {
+  ErrorGraph error_graph(graph, is_shown, constants);
   error_graph.Calibrate();
   const PoseGraph poses = error_graph.Make();
-  std::vector<double> largest_m;
-  std::vector<double> sums_m2(poses.poses().size(), 0.0);
-  const auto variances = poses.Sample(constants.samples, ErrorGraph::kSeed, [&](const std::vector<Pose2>& sample) {
-    const std::vector<double> distances_m = FindDistances(sample, poses.poses());
-    for (std::size_t i = 0; i < distances_m.size(); ++i) sums_m2[i] += distances_m[i] * distances_m[i];
-    largest_m.push_back(*std::ranges::max_element(distances_m));
-  });
-  if (variances.empty()) return std::nullopt;
-  std::ranges::sort(largest_m);
-  const auto rank = static_cast<std::size_t>(constants.quantile * static_cast<double>(largest_m.size() - 1));
-  const auto worst = static_cast<std::size_t>(std::ranges::max_element(sums_m2) - sums_m2.begin());
-  const Pose2& at = poses.poses()[worst];
-  const double most_m = constants.least_m + constants.factor * largest_m[rank];
+  const Spread spread = FindSpread(poses, constants);
+  if (spread.largest_m.empty()) return std::nullopt;
+  MapError error;
+  error.most_m = FindBound(spread.largest_m, constants);
   constexpr double kFarthest_m = 1e5;  // no map is so large
-  return most_m < kFarthest_m ? std::optional(MapError{most_m, {at.x_m, at.y_m}}) : std::nullopt;
+  if (!(error.most_m < kFarthest_m)) return std::nullopt;
+  const auto worst = static_cast<std::size_t>(std::ranges::max_element(spread.sums_m2) - spread.sums_m2.begin());
+  error.at = {poses.poses()[worst].x_m, poses.poses()[worst].y_m};
+  error.doubts = ThinOut(poses.poses(), spread, constants);
+  if (error.most_m > constants.map_error.way_back_m)
+    error.way_back = WayBackSearch(error_graph, poses, constants).Find(error.most_m);
+  return error;
+}
+
+std::optional<Slip> FindSlip(const KeyframeGraph& graph, const std::vector<bool>& is_shown, double least_m) {
+  std::optional<Slip> slip;
+  for (const KeyframeId id : graph.ids()) {
+    if (id.number == 0 || !is_shown[static_cast<std::size_t>(id.trajectory)]) continue;
+    const Pose2& before = graph.pose({id.trajectory, id.number - 1});
+    const double off_m = Distance(before * graph.keyframe(id).T_previous_this, graph.pose(id));
+    if (off_m <= std::max(least_m, slip ? slip->off_m : 0.0)) continue;
+    slip = Slip{{graph.pose(id).x_m, graph.pose(id).y_m}, off_m};
+  }
+  return slip;
 }
 
 }  // namespace crsm

@@ -155,6 +155,7 @@ bool Mapper::Accept(const GraphUpdate& update) {
   if (!update.ChangesGraph()) return true;
   ++num_layouts_;
   loops_closed_.insert(loops_closed_.end(), update.closed.begin(), update.closed.end());
+  for (const Loop& loop : update.closed) std::erase(loops_rejected_, loop);
   for (const Loop& loop : update.rejected) std::erase(loops_closed_, loop);
   loops_rejected_.insert(loops_rejected_.end(), update.rejected.begin(), update.rejected.end());
   graph_.Correct(update, best_poses_);
@@ -330,9 +331,14 @@ MapPieces Mapper::FindPiecesAndError() const {
   std::vector<bool> is_shown;
   for (const int component : best_components_) is_shown.push_back(component == largest_);
   const auto Estimate = [&](const KeyframeGraph& best) {
-    return EstimateMapError(best, is_shown, wall_sigmas_, constants_.map_error);
+    pieces.error = EstimateMapError(best, is_shown, constants_);
+    pieces.slip = FindSlip(best, is_shown, constants_.map_error.slip_m);
   };
-  pieces.error = pending_.empty() ? Estimate(graph_) : Estimate(MakeBestGraph());
+  if (pending_.empty()) {
+    Estimate(graph_);
+  } else {
+    Estimate(MakeBestGraph());
+  }
   return pieces;
 }
 
@@ -397,6 +403,7 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
   keyframe.begins = begins || !before;
   keyframe.begins_anywhere = begins && match.covariance[0] >= kUnknownVariance;
   keyframe.as_of = applied_update_;
+  keyframe.walls = FindWallSigma(match, uncertainty_, local_.geometry().cell_size_m());
   if (before) keyframe.by_wheels = by_wheels_;
   by_wheels_.emplace();
   if (before) {
@@ -410,12 +417,8 @@ void Mapper::AddKeyframe(const ValidRays& rays, const ScanMatch& match, bool beg
   }
   const Pose2 best_pose = before ? At(best_poses_, *before) * keyframe.T_previous_this : Pose2{};
   const bool begins_trajectory = keyframe.begins;
-  if (begins_trajectory) {
-    best_poses_.emplace_back();
-    wall_sigmas_.emplace_back();
-  }
+  if (begins_trajectory) best_poses_.emplace_back();
   best_poses_.back().push_back(best_pose);
-  wall_sigmas_.back().push_back(FindWallSigma(match, uncertainty_, local_.geometry().cell_size_m()));
   drawn_.push_back(graph_.Add(std::move(keyframe)));
   if (coming_) Follow(*before, drawn_.back());
   ++num_keyframes_at_[PlaceOf(match.T_map_laser)];

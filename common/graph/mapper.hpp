@@ -206,7 +206,6 @@ class Mapper {
   std::vector<Loop> loops_closed_;  ///< by them all
   std::vector<Loop> loops_rejected_;
   KeyframePoses best_poses_;
-  WallSigmas wall_sigmas_;          ///< of the matches of keyframes
   std::vector<KeyframeId> drawn_;   ///< keyframes in the local map
   std::deque<KeyframeId> missing_;  ///< that belong there, too, and are drawn on the way
   double looked_at_m_ = 0.0;        ///< where on the newest trajectory it was last looked which belong there

@@ -41,11 +41,38 @@ struct Break {
   friend bool operator==(const Break&, const Break&) = default;
 };
 
-/// How far off a map may be.
+/// How far off a map may be there: more in one of twenty.
+struct Doubt {
+  Point at;  ///< map frame
+  double off_m = 0.0;
+  friend bool operator==(const Doubt&, const Doubt&) = default;
+};
+
+/// A drive that would tell most of what is not known of a map: from one place to another, by another way than the one
+/// that is mapped.
+struct WayBack {
+  Point from;  ///< map frame
+  Point to;
+  double then_m = 0.0;  ///< so far off the map may be after it
+  friend bool operator==(const WayBack&, const WayBack&) = default;
+};
+
+/// How far off a map may be, when it is laid on the building as well as it can be: more in one map of twenty.
 struct MapError {
-  double most_m = 0.0;  ///< the place that is furthest off, when the map is laid on the building as well as it can be
-  Point at;             ///< near where that is likely, map frame
+  static constexpr std::size_t kMostDoubts = 1000;
+
+  double most_m = 0.0;                             ///< the place that is furthest off
+  Point at;                                        ///< near where that is likely, map frame
+  std::vector<Doubt> doubts = {};                  ///< along the path, kMostDoubts
+  std::optional<WayBack> way_back = std::nullopt;  ///< nothing where none would help much
   friend bool operator==(const MapError&, const MapError&) = default;
+};
+
+/// A step of the path that its match told wrongly, as loops say.
+struct Slip {
+  Point at;            ///< map frame
+  double off_m = 0.0;  ///< by so much the loops corrected it
+  friend bool operator==(const Slip&, const Slip&) = default;
 };
 
 /// A part of the map that hangs together by loops, with a frame of its own.
@@ -72,6 +99,7 @@ struct MapPieces {
   std::vector<Break> breaks = {};     ///< the newest ones, oldest first; kMostBreaks
   /// Of the map that is shown; nothing where it is not known, or was not asked for.
   std::optional<MapError> error = std::nullopt;
+  std::optional<Slip> slip = std::nullopt;  ///< the largest one of the map that is shown, if it is one
 
   /// Numbers of the pieces that get a map of their own beside that of piece 1.
   std::vector<int> OthersWithMap(const GraphConstants::Pieces& constants = {}) const;

@@ -14,6 +14,7 @@ struct MotionSigma {
   double x_m;
   double y_m;
   double yaw_rad;
+  friend bool operator==(const MotionSigma&, const MotionSigma&) = default;
 };
 
 /// An axis of a pose's frame in another one, in which that pose has this yaw.

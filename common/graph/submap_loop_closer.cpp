@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <tuple>
 #include <utility>
 
@@ -70,6 +71,7 @@ std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe, const std::o
 /// Adds the loops that an update has closed, and moves the keyframes. earlier: that update, as it was found then.
 void SubmapLoopCloser::Solve(GraphUpdate& update, const GraphUpdate* earlier) {
   const KeyframePoses before = earlier ? KeyframePoses() : graph_.poses();
+  if (earlier) update.closed = earlier->closed;  // and what was rejected before
   for (const Loop& loop : update.closed) {
     if (!graph_.HangTogether(loop.older, loop.newer)) join_check_.Watch(graph_);
     graph_.Join(loop);
@@ -82,8 +84,37 @@ void SubmapLoopCloser::Solve(GraphUpdate& update, const GraphUpdate* earlier) {
     graph_.Move(update);
   } else {
     update.rejected = graph_.Optimise();
+    if (!update.rejected.empty()) JudgeTogether(update);
     update.moved = FindMoved(before, graph_.poses());
   }
+  for (const Loop& loop : update.closed) std::erase(contradicted_, loop);
+  std::ranges::copy(update.rejected, std::back_inserter(contradicted_));
+}
+
+/// One loop against the way between its ends may be wrong. Those that were rejected before, and say the same as one
+/// that is rejected now, are asked once more: several know better than a way on which one match has slipped.
+void SubmapLoopCloser::JudgeTogether(GraphUpdate& update) {
+  std::vector<Loop> others;
+  std::ranges::copy_if(contradicted_, std::back_inserter(others), [&](const Loop& loop) {
+    return std::ranges::any_of(update.rejected, [&](const Loop& rejected) { return SayTheSame(loop, rejected); });
+  });
+  if (others.empty()) return;
+  for (const Loop& loop : others) graph_.AddLoop(loop);
+  for (const Loop& loop : update.rejected) graph_.AddLoop(loop);
+  update.rejected = graph_.Optimise();
+  for (const Loop& loop : others) {
+    if (std::erase(update.rejected, loop) == 0) update.closed.push_back(loop);
+  }
+}
+
+/// Whether two loops would move what is newer alike.
+bool SubmapLoopCloser::SayTheSame(const Loop& loop, const Loop& other) const {
+  if (!graph_.HangTogether(loop.newer, other.newer) || !graph_.HangTogether(loop.older, other.older)) return false;
+  const auto NewFromOld = [&](const Loop& of) {
+    return graph_.pose(of.older) * of.T_older_newer * Inverse(graph_.pose(of.newer));
+  };
+  const Pose2& at = graph_.pose(other.newer);
+  return AreNear(NewFromOld(loop) * at, NewFromOld(other) * at, constants_.loops.agree_m, constants_.loops.agree_rad);
 }
 
 /// The newest trajectory hangs together with no other any more. The poses stay as they are.

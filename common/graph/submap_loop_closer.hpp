@@ -19,8 +19,8 @@ namespace crsm {
 ///
 /// A wrong loop is worse than none. A place has to fit, and clearly better than any other; then a second finding, some
 /// metres later, has to agree with the first one; in the graph a loop that contradicts all others counts for nothing
-/// (Geman and McClure's loss), and is rejected; and where what the robot sees next contradicts a join, the component
-/// falls apart again.
+/// (Geman and McClure's loss), and is rejected, until more that say the same outweigh them; and where what the robot
+/// sees next contradicts a join, the component falls apart again.
 class SubmapLoopCloser : public LoopCloser {
  public:
   SubmapLoopCloser(const LoopParameters& parameters, const DrawingRules& drawing, const GraphConstants& constants = {},
@@ -50,6 +50,8 @@ class SubmapLoopCloser : public LoopCloser {
   std::vector<Loop> Confirm(const LoopFinding& finding, const GraphUpdate* earlier);
   void TakeApart(GraphUpdate& update);
   void Solve(GraphUpdate& update, const GraphUpdate* earlier);
+  void JudgeTogether(GraphUpdate& update);
+  bool SayTheSame(const Loop& loop, const Loop& other) const;
   double ComputeWayElsewhere() const;
   std::vector<KeyframeId> PlacesFoundBefore() const;
   std::optional<LoopFinding> Search(const std::optional<EarlierSearch>& earlier);
@@ -62,6 +64,7 @@ class SubmapLoopCloser : public LoopCloser {
   JoinSearch joins_;
   JoinCheck join_check_;
   std::vector<Remembered> findings_;  ///< of the last metres
+  std::vector<Loop> contradicted_;    ///< loops that were rejected because all others contradict them
   double next_search_m_ = 0.0;        ///< on the newest trajectory
   double next_thorough_m_ = 0.0;
   double next_elsewhere_m_ = 0.0;

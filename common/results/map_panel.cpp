@@ -23,7 +23,8 @@ constexpr int kOtherMargin = 24;
 constexpr int kMinWidth = 1000;  // the caption is read without many breaks
 constexpr int kMinHeight = 280;
 constexpr int kRoomForCaption = 400;
-constexpr double kLetters = 0.45;  // times OpenCV's
+constexpr double kDeepestDoubt = 0.6;  // of its colour over the floor
+constexpr double kLetters = 0.45;      // times OpenCV's
 
 double ComputePixelsPerCell(const DenseGrid& grid) {
   const int longer_side = std::max(grid.width_cells, grid.height_cells);
@@ -116,6 +117,31 @@ void MapPanel::DrawFloor() {
     const std::uint8_t* row = floor.ptr<std::uint8_t>(y);
     std::transform(row, row + floor.cols, image_.ptr<Colour>(map_.br().y - 1 - y) + map_.x,
                    [&](std::uint8_t byte) { return colours[byte]; });
+  }
+}
+
+void MapPanel::DrawDoubts(const std::vector<Doubt>& doubts, double most_m) {
+  cv::Mat is_elsewhere(map_.size(), CV_8UC1, cv::Scalar(255));
+  const cv::Rect inside(cv::Point(0, 0), map_.size());
+  const auto PixelOf = [&](const Doubt& doubt) { return ToPixels({doubt.at.x_m, doubt.at.y_m}) - map_.tl(); };
+  for (const Doubt& doubt : doubts) {
+    if (inside.contains(PixelOf(doubt))) is_elsewhere.at<std::uint8_t>(PixelOf(doubt)) = 0;
+  }
+  cv::Mat distances, nearest;
+  cv::distanceTransform(is_elsewhere, distances, nearest, cv::DIST_L2, cv::DIST_MASK_5, cv::DIST_LABEL_PIXEL);
+  std::vector<int> shares(doubts.size() + 1, 0);  // by label, in 1/256
+  for (const Doubt& doubt : doubts) {
+    if (!inside.contains(PixelOf(doubt))) continue;
+    int& share = shares[static_cast<std::size_t>(nearest.at<int>(PixelOf(doubt)))];
+    share = std::max(share, static_cast<int>(256 * kDeepestDoubt * std::min(doubt.off_m / most_m, 1.0)));
+  }
+  const Colour unexplored = Mix(overview_colour::kUnexplored, overview_colour::kFree, 0.0);
+  const cv::Vec3i colour = ToIntegers(overview_colour::kDoubt);
+  for (int y = 0; y < map_.height; ++y) {
+    Colour* pixels = image_.ptr<Colour>(map_.y + y) + map_.x;
+    for (int x = 0; x < map_.width; ++x) {
+      if (pixels[x] != unexplored) Cover(colour, shares[static_cast<std::size_t>(nearest.at<int>(y, x))], pixels[x]);
+    }
   }
 }
 

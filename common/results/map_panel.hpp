@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/graph/pieces.hpp"
 #include "common/map/dense_grid.hpp"
 #include "common/map/map_geometry.hpp"
 #include "common/results/overview_style.hpp"
@@ -27,6 +28,9 @@ class MapPanel {
   const cv::Mat& image() const { return image_; }
   const OverviewScale& scale() const { return scale_; }
 
+  /// Lays a colour over the floor, the deeper, the further off the map may be at the nearest of some places. Before
+  /// anything else is drawn. most_m: where it is deepest, > 0.
+  void DrawDoubts(const std::vector<Doubt>& doubts, double most_m);
   /// Draws the path on to its next point, if that is elsewhere in the picture: a robot that stands costs nothing.
   void GoTo(const cv::Point2d& point_m);
   /// Where the path goes on after this is not joined with where it was.

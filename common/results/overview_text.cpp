@@ -94,6 +94,8 @@ std::vector<LegendItem> MakeLegend(const Results& results, const PathCounts& pat
     AddIf(std::ranges::any_of(results.loops, kind.holds), kind.sign, kind.style.colour, kind.name);
   AddIf(results.pieces.num_breaks > 0, Sign::kCross, kBreak, "break");
   const Verdict* verdict = FindVerdict(results);
+  AddIf(verdict && verdict->off_at && !verdict->doubts.empty(), Sign::kSquare, kDoubt, "the deeper, the further off");
+  AddIf(verdict && verdict->way_back, Sign::kDashes, kWayBackStyle.colour, "a drive that would tell");
   AddIf(verdict && verdict->off_at, Sign::kRing, kDoubt, "past here it is most likely off");
   return legend;
 }

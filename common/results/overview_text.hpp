@@ -25,6 +25,9 @@ struct LoopKind {
 /// Of which each loop has one.
 const std::vector<LoopKind>& LoopKinds();
 
+/// How the drive is shown that would tell most.
+inline const PairStyle kWayBackStyle{overview_colour::kDoubt, 1.0, 5.0, true};
+
 /// Null where nothing has judged the run.
 const Verdict* FindVerdict(const Results& results);
 

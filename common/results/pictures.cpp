@@ -85,6 +85,8 @@ void LabelBreaks(const MapPieces& pieces, MapPanel& panel) {
 
 /// What lies under the walls, so that it hides none.
 Path DrawUnderWalls(const Results& results, MapPanel& panel) {
+  const Verdict* verdict = FindVerdict(results);
+  if (verdict && verdict->off_at && !verdict->doubts.empty()) panel.DrawDoubts(verdict->doubts, *verdict->off_m);
   const Path path = DrawPath(results, panel);
   for (const LoopKind& kind : LoopKinds()) panel.DrawPairs(Select(results.loops, kind), kind.style);
   const auto DrawIfLost = [&](const ScanMatch& match) {
@@ -99,7 +101,10 @@ Path DrawUnderWalls(const Results& results, MapPanel& panel) {
     panel.DrawDisc(path.end_m, 6.0, overview_colour::kEnd);
   }
   DrawBreaks(results.pieces, panel);
-  const Verdict* verdict = FindVerdict(results);
+  if (verdict && verdict->way_back) {
+    const auto& [from, to, then_m] = *verdict->way_back;
+    panel.DrawPairs({{{from.x_m, from.y_m}, {to.x_m, to.y_m}}}, kWayBackStyle);
+  }
   if (verdict && verdict->off_at) panel.DrawRing({verdict->off_at->x_m, verdict->off_at->y_m});
   return path;
 }

@@ -21,6 +21,18 @@ Json ToJson(const SelfContradiction& found) {
           {"worst_y_m", found.worst_place.y_m}};
 }
 
+Json ToJson(const Point& point) { return {point.x_m, point.y_m}; }
+
+Json ToJson(const std::vector<Doubt>& doubts) {
+  Json list = Json::array();
+  for (const Doubt& doubt : doubts) list.push_back({doubt.at.x_m, doubt.at.y_m, doubt.off_m});
+  return list;
+}
+
+Json ToJson(const WayBack& way) {
+  return {{"from_m", ToJson(way.from)}, {"to_m", ToJson(way.to)}, {"then_off_m", way.then_m}};
+}
+
 /// "lines" is for people, and all that a program has to print.
 Json ToJson(const Verdict& verdict) {
   const RunStatistics::Values& values = verdict.values;
@@ -32,6 +44,8 @@ Json ToJson(const Verdict& verdict) {
           {"off_m", verdict.off_m ? Json(*verdict.off_m) : Json(nullptr)},
           {"off_x_m", verdict.off_at ? Json(verdict.off_at->x_m) : Json(nullptr)},
           {"off_y_m", verdict.off_at ? Json(verdict.off_at->y_m) : Json(nullptr)},
+          {"doubts", ToJson(verdict.doubts)},
+          {"way_back", verdict.way_back ? ToJson(*verdict.way_back) : Json(nullptr)},
           {"longest_unmatched", values.longest_unmatched},
           {"far_steps", values.far_steps}};
 }

@@ -10,6 +10,7 @@ final class MapPage {
   private static final int MOST_LOOPS = 200;
   private static final int MOST_PIECES = 50;
   private static final int MOST_BREAKS = 200;
+  private static final int MOST_DOUBTS = 1000;
   private static final int MOST_REMEMBERED = 10;
   private static final int WHEEL_SUMS = 30;  // of wheel_model_t, and its two errors
   private static final int MOST_RUN_BYTES = TileMap.TILE_CELLS + 4;
@@ -102,6 +103,9 @@ final class MapPage {
     if (reader.readInt(0, 1) == 0) return;
     for (int i = 0; i < 7; ++i) reader.readLong(0);  // from num_all_pieces to num_rejected
     for (int i = 0; i < 3; ++i) reader.readDouble(-Double.MAX_VALUE, Double.MAX_VALUE);  // off_m, off_at_m
+    int num_doubts = reader.readInt(0, MOST_DOUBTS);
+    for (int i = 0; i < 3 * num_doubts; ++i) reader.readDouble(-Double.MAX_VALUE, Double.MAX_VALUE);
+    for (int i = 0; i < 8; ++i) reader.readDouble(-Double.MAX_VALUE, Double.MAX_VALUE);  // way_back, slip
     int num_pieces = reader.readInt(0, MOST_PIECES);
     for (int i = 0; i < num_pieces; ++i) {
       reader.readLong(0);  // keyframes

@@ -78,6 +78,15 @@ json DescribePiece(const RunFolder& results, const MapPieces& pieces) {
   return facts;
 }
 
+namespace {
+
+bool AreNumbers(const json& list, std::size_t num) {
+  return list.is_array() && list.size() == num &&
+         std::ranges::all_of(list, [](const json& one) { return one.is_number(); });
+}
+
+}  // namespace
+
 json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans, const std::string& identity) {
   const json summary = ReadSummary(results);
   if (!summary.is_object()) return WithoutVerdict("the folder has no summary.json that can be read");
@@ -99,6 +108,15 @@ json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans, c
   const json x_m = found.value("off_x_m", json());
   const json y_m = found.value("off_y_m", json());
   if (x_m.is_number() && y_m.is_number()) facts["verdict"]["off_at_m"] = {x_m, y_m};
+  if (const json off_m = found.value("off_m", json()); off_m.is_number()) facts["verdict"]["off_m"] = off_m;
+  const json doubts = found.value("doubts", json());
+  if (doubts.is_array() && std::ranges::all_of(doubts, [](const json& one) { return AreNumbers(one, 3); }))
+    facts["verdict"]["doubts"] = doubts;
+  const json way_back = found.value("way_back", json());
+  if (way_back.is_object() && AreNumbers(way_back.value("from_m", json()), 2) &&
+      AreNumbers(way_back.value("to_m", json()), 2)) {
+    facts["verdict"]["way_back"] = way_back;
+  }
   for (const auto& [key, name] : {std::pair("path_length_m", "way_m"), std::pair("explored_area_m2", "area_m2"),
                                   std::pair("left_out", "left_out")}) {
     const json value = summary.value(key, json());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 
 namespace crsm {
 
@@ -161,7 +162,15 @@ MapPieces FromMessage(const map_pieces_t& message) {
   pieces.num_keyframes = message.num_keyframes;
   pieces.num_closed = message.num_closed;
   pieces.num_rejected = message.num_rejected;
-  if (message.off_m >= 0.0) pieces.error = MapError{message.off_m, {message.off_at_m[0], message.off_at_m[1]}};
+  if (message.off_m >= 0.0) {
+    MapError& error = pieces.error.emplace();
+    error.most_m = message.off_m;
+    error.at = {message.off_at_m[0], message.off_at_m[1]};
+    for (const map_doubt_t& doubt : message.doubts) error.doubts.push_back({{doubt.x_m, doubt.y_m}, doubt.off_m});
+    const auto& [from, to] = std::tie(message.way_back_from, message.way_back_to);
+    if (message.way_back_m >= 0.0) error.way_back = WayBack{{from[0], from[1]}, {to[0], to[1]}, message.way_back_m};
+  }
+  if (message.slip_m >= 0.0) pieces.slip = Slip{{message.slip_at_m[0], message.slip_at_m[1]}, message.slip_m};
   for (const map_piece_t& piece : message.pieces) pieces.pieces.push_back({piece.keyframes, piece.scans, piece.way_m});
   for (const map_break_t& at : message.breaks) {
     pieces.breaks.push_back({at.utime, at.scan, static_cast<BreakReason>(at.reason), at.seconds,
@@ -179,11 +188,22 @@ map_pieces_t ToMessage(const MapPieces& pieces) {
   message.num_keyframes = pieces.num_keyframes;
   message.num_closed = pieces.num_closed;
   message.num_rejected = pieces.num_rejected;
-  message.off_m = -1.0;
-  if (pieces.error) {
-    message.off_m = pieces.error->most_m;
-    message.off_at_m[0] = pieces.error->at.x_m;
-    message.off_at_m[1] = pieces.error->at.y_m;
+  message.off_m = message.way_back_m = message.slip_m = -1.0;
+  const auto Copy = [](const Point& point, double(&to)[2]) { to[0] = point.x_m, to[1] = point.y_m; };
+  if (const auto& error = pieces.error) {
+    message.off_m = error->most_m;
+    Copy(error->at, message.off_at_m);
+    for (const Doubt& doubt : error->doubts) message.doubts.push_back({doubt.at.x_m, doubt.at.y_m, doubt.off_m});
+    message.num_doubts = static_cast<std::int32_t>(message.doubts.size());
+    if (error->way_back) {
+      Copy(error->way_back->from, message.way_back_from);
+      Copy(error->way_back->to, message.way_back_to);
+      message.way_back_m = error->way_back->then_m;
+    }
+  }
+  if (pieces.slip) {
+    message.slip_m = pieces.slip->off_m;
+    Copy(pieces.slip->at, message.slip_at_m);
   }
   message.num_pieces = static_cast<std::int32_t>(pieces.pieces.size());
   for (const MapPiece& piece : pieces.pieces) message.pieces.push_back({piece.keyframes, piece.scans, piece.way_m});

@@ -34,6 +34,7 @@ static_assert(MostOf(&tracking_state_t::num_fitnesses) == TrackingState::kUsual)
 static_assert(MostOf(&tracking_state_t::num_recent) == TrackingState::kRecent);
 static_assert(MostOf(&map_pieces_t::num_pieces) == MapPieces::kMostPieces);
 static_assert(MostOf(&map_pieces_t::num_breaks) == MapPieces::kMostBreaks);
+static_assert(MostOf(&map_pieces_t::num_doubts) == MapError::kMostDoubts);
 static_assert(MostOf(&map_page_t::num_loops) == kMostPlacedLoops);
 
 bool IsShare(double value) { return value >= 0.0 && value <= 1.0; }  // false for NaN
@@ -138,11 +139,21 @@ bool IsBreak(const map_break_t& at) {
          at.piece_before >= 1 && at.piece >= 1 && at.reason >= map_break_t::LOST && at.reason <= map_break_t::SESSION;
 }
 
+bool IsDoubt(const map_doubt_t& doubt) {
+  return std::isfinite(doubt.x_m) && std::isfinite(doubt.y_m) && IsAmount(doubt.off_m);
+}
+
+bool IsAmountOrNone(double value) { return value == -1.0 || IsAmount(value); }
+
 bool IsLayout(const map_pieces_t& layout) {
+  const double places[] = {layout.off_at_m[0],      layout.off_at_m[1],    layout.way_back_from[0],
+                           layout.way_back_from[1], layout.way_back_to[0], layout.way_back_to[1],
+                           layout.slip_at_m[0],     layout.slip_at_m[1]};
   return layout.num_all_pieces >= layout.num_pieces && layout.num_all_breaks >= layout.num_breaks &&
          layout.num_matched >= 0 && layout.num_bridged >= 0 && layout.num_bridged <= layout.num_all_breaks &&
-         (layout.off_m == -1.0 || IsAmount(layout.off_m)) && std::isfinite(layout.off_at_m[0]) &&
-         std::isfinite(layout.off_at_m[1]) && IsCount(layout.num_keyframes) && IsCount(layout.num_closed) &&
+         IsAmountOrNone(layout.off_m) && IsAmountOrNone(layout.way_back_m) && IsAmountOrNone(layout.slip_m) &&
+         std::ranges::all_of(places, [](double place_m) { return std::isfinite(place_m); }) &&
+         std::ranges::all_of(layout.doubts, IsDoubt) && IsCount(layout.num_keyframes) && IsCount(layout.num_closed) &&
          IsCount(layout.num_rejected) && std::all_of(layout.pieces.begin(), layout.pieces.end(), IsPiece) &&
          std::all_of(layout.breaks.begin(), layout.breaks.end(), IsBreak);
 }
@@ -283,15 +294,17 @@ bool ValuesInRange(const scan_answer_t& message) {
 
 template <>
 bool ValuesInRange(const keyframe_t& message) {
-  const auto& [axis_x, axis_y] = message.degenerate_axis;
-  const double square = axis_x * axis_x + axis_y * axis_y;
-  const bool axis_in_range = square == 0.0 || std::abs(square - 1.0) <= 0.01;  // false for NaN
+  const auto SquaredLength = [](const auto& axis) { return axis[0] * axis[0] + axis[1] * axis[1]; };
+  const auto IsUnit = [](double square) { return std::abs(square - 1.0) <= 0.01; };  // false for NaN
+  const double degenerate = SquaredLength(message.degenerate_axis);
+  const bool axes_in_range = (degenerate == 0.0 || IsUnit(degenerate)) && IsUnit(SquaredLength(message.walls_axis)) &&
+                             std::ranges::all_of(message.walls_sigma, IsAmount) && IsAmount(message.walls_along_m);
   return message.utime >= 0 && message.epoch != 0 && IsKeyframe(message.id) && IsBefore(message.previous, message.id) &&
          (IsNone(message.last_update) || IsKeyframe(message.last_update)) &&
          AreRays(message.angle_rad, message.range_m) && IsPose(message.T_previous_this) &&
          AreWheelMotions(message.by_wheels) && IsFlag(message.after_lost) && IsFlag(message.begins_anywhere) &&
          (message.begins_anywhere == 0 || message.id.number == 0) && IsNoneOrOlder(message.as_of, message.id) &&
-         axis_in_range && AreConstraints(message.constraints, message.id) && IsFlag(message.searched) &&
+         axes_in_range && AreConstraints(message.constraints, message.id) && IsFlag(message.searched) &&
          message.num_findings <= message.searched && AreFindings(message.findings, message.id);
 }
 

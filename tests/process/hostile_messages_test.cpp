@@ -140,10 +140,10 @@ std::vector<Channel> MakeChannels() {
           kMapRequestChannel, MakeRequest(),
           {[](auto& request) { request.requester = 0; }, [](auto& request) { request.base_version = -1; },
            [](auto& request) { request.first_tile = -1; }, [](auto& request) { request.whole = 2; }}),
-      Hostile<keyframe_t>(
-          kKeyframeChannel, keyframe,
-          {[](auto& k) { k.epoch = 0; }, [](auto& k) { k.id.number = -1; }, [](auto& k) { k.range_m[0] = kNan; },
-           [](auto& k) { k.T_previous_this.x_m = kInfinity; }, [](auto& k) { k.degenerate_axis[0] = 0.5; }}),
+      Hostile<keyframe_t>(kKeyframeChannel, keyframe,
+                          {[](auto& k) { k.epoch = 0; }, [](auto& k) { k.id.number = -1; },
+                           [](auto& k) { k.range_m[0] = kNan; }, [](auto& k) { k.T_previous_this.x_m = kInfinity; },
+                           [](auto& k) { k.degenerate_axis[0] = 0.5; }, [](auto& k) { k.walls_sigma[1] = kNan; }}),
       Hostile<keyframe_request_t>(kKeyframeRequestChannel, {7, {-1, -1}, 20},
                                   {[](auto& r) { r.epoch = 0; }, [](auto& r) { r.num_keyframes = kMost; }}),
       Hostile<pose_graph_t>(

@@ -3,6 +3,7 @@ package crsm.spy;
 import crsm.critical_rays_t;
 import crsm.map_page_t;
 import crsm.map_break_t;
+import crsm.map_doubt_t;
 import crsm.map_loop_t;
 import crsm.map_piece_t;
 import crsm.map_pieces_t;
@@ -114,6 +115,8 @@ final class Tests {
     layout.num_all_breaks = layout.num_breaks = 1;
     layout.breaks = new map_break_t[] {new map_break_t()};
     layout.breaks[0].T_map_before = new pose2_t();
+    layout.num_doubts = 1;
+    layout.doubts = new map_doubt_t[] {new map_doubt_t()};
     layout.breaks[0].piece_before = layout.breaks[0].piece = 1;
     return layout;
   }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -135,6 +137,13 @@ inline map_pieces_t MapPiecesMessage() {
           .num_rejected = 2,
           .off_m = 0.75,
           .off_at_m = {4.5, -2.5},
+          .num_doubts = 1,
+          .doubts = {{4.5, -2.5, 0.5}},
+          .way_back_from = {1.0, 2.0},
+          .way_back_to = {-3.0, 4.0},
+          .way_back_m = 0.25,
+          .slip_at_m = {7.0, 8.0},
+          .slip_m = 0.375,
           .num_pieces = 2,
           .pieces = {{7, 60, 12.5}, {2, 30, 0.5}},
           .num_breaks = 1,
@@ -185,6 +194,9 @@ inline keyframe_t KeyframeMessage() {
   message.as_of = {1, 4};
   message.degenerate_axis[0] = 0.6;
   message.degenerate_axis[1] = -0.8;
+  message.walls_axis[1] = 1.0;
+  std::ranges::copy(std::array{0.02, 0.01, 0.005}, message.walls_sigma);
+  message.walls_along_m = 0.5;
   message.num_constraints = 1;
   message.constraints = {{{0, 2}, {1.5, 0.25, -0.5}}};
   message.searched = 1;

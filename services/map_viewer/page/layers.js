@@ -111,6 +111,45 @@ export function drawDoubt(context, [x_m, y_m], pixel, colours) {
   context.stroke();
 }
 
+const DOUBT_REACH_M = 2;  // of the path
+const DEEPEST_DOUBT = 0.55;
+const doubts_canvas = document.createElement("canvas");
+
+// Along the path, the deeper, the further off the map may be there. Discs that overlap do not add up.
+export function drawDoubts(context, verdict, colours) {
+  const {doubts, off_m} = verdict ?? {};
+  if (!Array.isArray(doubts) || !verdict.off_at_m) return;
+  const {width, height} = context.canvas;
+  Object.assign(doubts_canvas, {width, height});
+  const discs = doubts_canvas.getContext("2d");
+  discs.setTransform(context.getTransform());
+  for (const [x_m, y_m, there_m] of [...doubts].sort((a, b) => a[2] - b[2])) {
+    discs.fillStyle = `color-mix(in srgb, ${colours.warn} ${100 * Math.min(there_m / off_m, 1)}%, ${colours.free})`;
+    circle(discs, x_m, y_m, DOUBT_REACH_M);
+    discs.fill();
+  }
+  context.save();
+  context.setTransform(1, 0, 0, 1, 0, 0);
+  context.globalAlpha = DEEPEST_DOUBT;
+  context.drawImage(doubts_canvas, 0, 0);
+  context.restore();
+}
+
+// The drive that would tell most.
+export function drawWayBack(context, way, pixel, colours) {
+  if (!way) return;
+  const [from, to] = [way.from_m, way.to_m].map(([x_m, y_m]) => ({x_m, y_m}));
+  context.strokeStyle = colours.warn;
+  context.lineWidth = 2 * pixel;
+  context.setLineDash([8 * pixel, 6 * pixel]);
+  context.beginPath();
+  context.moveTo(from.x_m, from.y_m);
+  context.lineTo(to.x_m, to.y_m);
+  context.stroke();
+  context.setLineDash([]);
+  for (const end of [from, to]) drawMarker(context, end, pixel, colours.warn);
+}
+
 // Where the robot of a simulated world really was.
 export function drawTruth(context, places, pixel, colours) {
   context.strokeStyle = colours.good;

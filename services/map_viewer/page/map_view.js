@@ -1,14 +1,14 @@
 // One robot's map on the screen: camera, pointers and the drawing of a frame.
 
 import {BLOCK_CELLS, REDUCTIONS, findWalls, makePalette} from "./map_model.js";
-import {TimelinePath, drawDoubt, drawGrid, drawLoops, drawMeasure, drawMoved, drawPath, drawPlace, drawRobot, drawScan,
-        drawText, drawTruth} from "./layers.js";
+import {TimelinePath, drawDoubt, drawDoubts, drawGrid, drawLoops, drawMeasure, drawMoved, drawPath, drawPlace, drawRobot,
+        drawScan, drawText, drawTruth, drawWayBack} from "./layers.js";
 
 const NEAREST_PX = 400;  // pixels of a metre
 const FURTHEST_PX = 0.2;
 const FINEST_CELL_PX = 0.8;  // where a cell is smaller, a wall of one cell would be hard to see
 const TAP_PX = 14;           // so near to the path is on it
-const LAYERS = ["rays", "path", "floating", "loops", "moved", "uncertainty", "truth", "robots", "grid"];
+const LAYERS = ["doubts", "rays", "path", "floating", "loops", "moved", "uncertainty", "truth", "robots", "grid"];
 const POINTED_AT_S = 3.1;  // so long a correction of the map is
 
 const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
@@ -366,6 +366,7 @@ export class MapView extends EventTarget {
       if (this.mode === "difference") this.drawDifference(context, map, window_m);
       else this.drawMap(context, map, window_m);
     }
+    if (layers.doubts && this.mode === "beside") drawDoubts(context, model.info.verdict, colours);
     if (layers.truth) drawTruth(context, model.info.truth ?? [], pixel, colours);
   }
 
@@ -415,6 +416,7 @@ export class MapView extends EventTarget {
     if (layers.path) this.drawPath(context, window_m, pixel);
     if (layers.moved || (layers.loops && loop_age_s < POINTED_AT_S)) this.drawMoved(context, window_m, pixel);
     const doubt_m = model.info.verdict?.off_at_m;
+    if (layers.doubts) drawWayBack(context, model.info.verdict?.way_back, pixel, colours);
     if (layers.path && Array.isArray(doubt_m)) drawDoubt(context, doubt_m, pixel, colours);
     if (layers.loops) drawLoops(context, model.info.loops, loop_age_s, pixel, colours);
     if (layers.robots) for (const other of this.others) this.drawOther(context, other, window_m, pixel);

@@ -1,5 +1,6 @@
 #include "common/graph/map_error.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -13,7 +14,6 @@ constexpr std::int64_t kSecond_us = 1'000'000;
 /// Keyframes 0.4 m and a second apart, straight on.
 struct Drive {
   KeyframeGraph graph;
-  WallSigmas walls = {{}};
   WallSigma told{{1.0, 0.0}, {0.01, 0.005, 0.002}, 0.01};
 
   Keyframe Next() const {
@@ -27,8 +27,8 @@ struct Drive {
     for (int i = 0; i < num; ++i) {
       Keyframe keyframe = Next();
       change(keyframe);
+      keyframe.walls = told;
       graph.Add(std::move(keyframe));
-      walls[0].push_back(told);
     }
     return *this;
   }
@@ -50,8 +50,8 @@ struct Drive {
     return *this;
   }
 
-  double Most_m(const GraphConstants::MapError& constants = {}) const {
-    const auto error = EstimateMapError(graph, {true}, walls, constants);
+  double Most_m(const GraphConstants& constants = {}) const {
+    const auto error = EstimateMapError(graph, {true}, constants);
     REQUIRE(error);
     return error->most_m;
   }
@@ -74,8 +74,8 @@ TEST_CASE("the longer a way that nothing crosses, the further off it may be, and
   Drive closed = Drive().Add(200).Close(0, 199);
   for (int i = 20; i < 200; i += 20) closed.Close(0, i);
   CHECK(closed.Most_m() < 0.7 * longer_m);
-  CHECK_FALSE(EstimateMapError(KeyframeGraph(), {}, {{}}));
-  CHECK_FALSE(EstimateMapError(Drive().Add(50).graph, {false}, Drive().Add(50).walls));
+  CHECK_FALSE(EstimateMapError(KeyframeGraph(), {}));
+  CHECK_FALSE(EstimateMapError(Drive().Add(50).graph, {false}));
 }
 
 TEST_CASE(
@@ -88,7 +88,7 @@ TEST_CASE(
   CHECK(stood_m > 10.0);
   const auto error = [&] {
     const Drive drive = Drive().Add(30).AddOpen(2, 0.01, 60 * kSecond_us).Add(5);
-    return *EstimateMapError(drive.graph, {true}, drive.walls);
+    return *EstimateMapError(drive.graph, {true});
   }();
   CHECK(error.at.x_m > 11.0);  // past the open piece
   const Drive endless = Drive().Add(30).AddOpen(2, 0.01, 1'000'000'000 * kSecond_us).Add(5);
@@ -123,7 +123,7 @@ TEST_CASE("loops that agree with the motions say that these are better than was 
   CHECK(WithLoops(0.2) > 1.2 * WithLoops(0.0));
   Drive few = Drive().Add(200);
   for (int i = 0; i < 60; ++i) few.Close(i, i + 100);
-  CHECK(few.Most_m({.prior_weight = 1e9}) > 1.3 * few.Most_m());
+  CHECK(few.Most_m({.map_error = {.prior_weight = 1e9}}) > 1.3 * few.Most_m());
 }
 
 TEST_CASE("wheels bound what a corridor leaves open") {
@@ -142,13 +142,89 @@ TEST_CASE("wheels bound what a corridor leaves open") {
 TEST_CASE("how far off a map may be goes by the constants") {
   const Drive drive = Drive().Add(30).AddOpen(20);
   const double usual_m = drive.Most_m();
-  CHECK(drive.Most_m({.factor = 5.0}) - 0.05 == Approx(2.0 * (usual_m - 0.05)));
-  CHECK(drive.Most_m({.least_m = 0.15}) == Approx(usual_m + 0.1));
-  CHECK(drive.Most_m({.uneven = 0.6}) > 1.5 * usual_m);
-  CHECK(drive.Most_m({.quantile = 0.2}) < usual_m);
+  CHECK(drive.Most_m({.map_error = {.factor = 5.0}}) - 0.05 == Approx(2.0 * (usual_m - 0.05)));
+  CHECK(drive.Most_m({.map_error = {.least_m = 0.15}}) == Approx(usual_m + 0.1));
+  CHECK(drive.Most_m({.edges = {.uneven = 0.6}}) > 1.5 * usual_m);
+  CHECK(drive.Most_m({.map_error = {.quantile = 0.2}}) < usual_m);
   const Drive known = Drive().Add(100);
-  CHECK(known.Most_m({.walls = 3.0}) > 1.5 * known.Most_m());
-  CHECK(known.Most_m({.step = {0.1, 0.1, 0.01}}) > 1.5 * known.Most_m());
+  CHECK(known.Most_m({.edges = {.walls = 3.0}}) > 1.5 * known.Most_m());
+  CHECK(known.Most_m({.edges = {.step = {0.1, 0.1, 0.01}}}) > 1.5 * known.Most_m());
+}
+
+TEST_CASE("doubts are told along the path, few of them, and grow with the way that nothing crosses") {
+  const auto error = [](const Drive& drive) { return *EstimateMapError(drive.graph, {true}); };
+  const MapError open = error(Drive().Add(40).AddOpen(40));
+  REQUIRE(open.doubts.size() > 20);
+  const auto At = [&](double x_m) {
+    return std::ranges::min(open.doubts, {}, [&](const Doubt& doubt) { return std::abs(doubt.at.x_m - x_m); }).off_m;
+  };
+  CHECK(At(32.0) > 1.5 * At(12.0));  // a map is laid on the building by its middle
+  CHECK(std::ranges::max(open.doubts, {}, &Doubt::off_m).off_m == Approx(open.most_m).epsilon(0.5));
+  CHECK(error(Drive().Add(4000)).doubts.size() <= MapError::kMostDoubts);
+}
+
+namespace {
+
+/// Three sides of a square of 40 m. On the second the robot seemed to stand for ten seconds, and may have driven on.
+KeyframeGraph DriveRoundThreeSides(double along_m) {
+  KeyframeGraph graph;
+  std::int64_t utime = 0;
+  for (int i = 0; i <= 300; ++i) {
+    Keyframe keyframe;
+    keyframe.utime = utime += (i == 150 ? 10 : 1) * kSecond_us;
+    keyframe.walls.along_m = along_m;
+    if (i > 0) keyframe.T_previous_this = {0.4, 0.0, i == 100 || i == 200 ? kPi / 2 : 0.0};
+    if (i == 150) keyframe.degenerate_axis = {1.0, 0.0};
+    graph.Add(std::move(keyframe));
+  }
+  return graph;
+}
+
+}  // namespace
+
+TEST_CASE("the drive that would tell most leads across what is open, and a loop there leaves no more than it says") {
+  KeyframeGraph graph = DriveRoundThreeSides(HUGE_VAL);
+  GraphConstants constants;
+  constants.edges.step.yaw_rad = constants.edges.walls = 1e-5;  // nothing but the open side matters
+  const MapError error = *EstimateMapError(graph, {true}, constants);
+  REQUIRE(error.way_back);
+  const auto& [from, to, then_m] = *error.way_back;
+  CHECK(then_m < 0.67 * error.most_m);
+  const double drive_m = std::hypot(from.x_m - to.x_m, from.y_m - to.y_m);
+  CHECK(drive_m > 10.0);  // not along the open side once more
+  CHECK(drive_m < 60.0);
+  CHECK_FALSE(EstimateMapError(DriveRoundThreeSides(1e-3), {true}, constants)->way_back);  // nothing is open
+  GraphConstants none = constants;
+  none.map_error.way_back_m = 1e3;
+  CHECK_FALSE(EstimateMapError(graph, {true}, none)->way_back);
+  const auto Nearest = [&](const Point& place) {
+    return std::ranges::min(graph.ids(), {}, [&](KeyframeId id) {
+      return std::hypot(graph.pose(id).x_m - place.x_m, graph.pose(id).y_m - place.y_m);
+    });
+  };
+  const KeyframeId older = std::min(Nearest(from), Nearest(to)), newer = std::max(Nearest(from), Nearest(to));
+  graph.AddLoop({older, newer, Inverse(graph.pose(older)) * graph.pose(newer)});
+  CHECK(EstimateMapError(graph, {true}, constants)->most_m < then_m);
+}
+
+TEST_CASE("a slip is the step that loops moved most, on the map that is shown") {
+  KeyframeGraph graph;
+  for (int i = 0; i < 40; ++i) {
+    Keyframe keyframe;
+    keyframe.utime = (i + 1) * kSecond_us;
+    if (i > 0) keyframe.T_previous_this = {i == 20 ? 1.3 : 0.4, 0.0, 0.0};
+    if (i == 20) keyframe.degenerate_axis = {1.0, 0.0};
+    graph.Add(std::move(keyframe));
+  }
+  CHECK_FALSE(FindSlip(graph, {true}, 0.3));
+  for (const int i : {5, 10, 15}) graph.AddLoop({{0, i}, {0, i + 20}, {0.4 * 20, 0.0, 0.0}});
+  CHECK(graph.Optimise().empty());
+  const auto slip = FindSlip(graph, {true}, 0.3);
+  REQUIRE(slip);
+  CHECK(slip->off_m == Approx(0.9).margin(0.1));
+  CHECK(slip->at.x_m == Approx(8.0).margin(0.1));
+  CHECK_FALSE(FindSlip(graph, {false}, 0.3));
+  CHECK_FALSE(FindSlip(graph, {true}, 1.0));
 }
 
 TEST_CASE(

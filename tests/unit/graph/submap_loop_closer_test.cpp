@@ -165,6 +165,32 @@ TEST_CASE("where a place is known the matches are checked, and a slip between tw
   }
 }
 
+TEST_CASE("loops that are rejected one by one win together against a way on which one match has slipped") {
+  const std::vector<Pose2> places = DriveRoundBlock(5.0, 5.0 + 1.35 * kRoundBlock_m);
+  const std::vector<Pose2> truth = FromFirst(places);
+  auto keyframes = MakeKeyframes(MakeBlock(5), places, {}, 5);
+  for (Keyframe& keyframe : keyframes) keyframe.walls.sigma = {0.005, 0.005, 0.0001};
+  keyframes[120].T_previous_this = keyframes[120].T_previous_this * Pose2{1.0, 0.0, 0.0};
+  SubmapLoopCloser closer(kLoops, UpdateParameters{});
+  SubmapLoopCloser again(kLoops, UpdateParameters{});
+  std::vector<Loop> rejected;
+  int num_taken_back = 0;
+  for (const Keyframe& keyframe : keyframes) {
+    const auto update = closer.Add(keyframe, {});
+    EarlierSearch earlier{update ? update->finding : std::nullopt};
+    if (update) earlier.update = std::make_shared<const GraphUpdate>(*update);
+    REQUIRE(again.Add(keyframe, earlier) == update);
+    REQUIRE(again.graph().loops() == closer.graph().loops());
+    if (!update) continue;
+    for (const Loop& loop : update->closed) num_taken_back += static_cast<int>(std::erase(rejected, loop));
+    rejected.insert(rejected.end(), update->rejected.begin(), update->rejected.end());
+  }
+  CHECK(num_taken_back >= 2);
+  CHECK(rejected.empty());
+  CHECK(WorstLoop_m(closer.graph().loops(), truth) < 0.1);
+  CHECK(Distance_m(closer.graph().poses()[0].back(), truth.back()) < 0.3);
+}
+
 namespace {
 
 /// A second drive through the lower corridor of a block, as if the robot had been carried there: seen in `walls`.

@@ -22,7 +22,22 @@ TEST_CASE("a run that has ended is shown with its verdict, its way and its area"
   CHECK(facts["verdict"]["trust"] == "doubtful");
   CHECK(facts["verdict"]["off_at_m"] == nlohmann::json{2, -1.5});
   CHECK(facts["verdict"]["lines"] == nlohmann::json{"one", "three"});
+  CHECK_FALSE(facts["verdict"].contains("doubts"));
   CHECK((facts["way_m"] == 1.5 && facts["area_m2"] == 2.5));
+}
+
+TEST_CASE("how far off a map may be is shown along the path, with the drive that would tell, where they are numbers") {
+  const auto VerdictOf = [](const std::string& doubts, const std::string& to) {
+    return FactsOf(R"({"ended": true, "scans": 3, "verdict": {"trust": "doubtful", "off_m": 2.5, "doubts": )" + doubts +
+                   R"(, "way_back": {"from_m": [1, 2], "to_m": )" + to + R"(, "then_off_m": 0.5}}})")["verdict"];
+  };
+  const auto known = VerdictOf("[[1, 2, 0.5], [3, 4, 2.5]]", "[3, 4]");
+  CHECK(known["off_m"] == 2.5);
+  CHECK(known["doubts"][1] == nlohmann::json{3, 4, 2.5});
+  CHECK(known["way_back"]["to_m"] == nlohmann::json{3, 4});
+  for (const char* spoilt : {"7", "[7]", "[[1, 2]]", R"([[1, 2, "x"]])"})
+    CHECK_FALSE(VerdictOf(spoilt, "[3, 4]").contains("doubts"));
+  for (const char* spoilt : {"7", "[3]", "[3, null]"}) CHECK_FALSE(VerdictOf("[]", spoilt).contains("way_back"));
 }
 
 TEST_CASE("no verdict is shown but that of all scans of the run") {

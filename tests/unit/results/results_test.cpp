@@ -492,6 +492,27 @@ TEST_CASE("the overview marks past which place the map may be off, and not over 
   CHECK(IsDark(overview.At(1.0, 22.0 / 160)));
 }
 
+TEST_CASE("the overview colours the floor by how far off it may be, and draws the drive that would tell most") {
+  Results results = Unexplored();
+  std::fill(results.grid.cells.begin(), results.grid.cells.begin() + 5000, kFreeByte);  // the lower half
+  results.summary = Judged(Trust::kDoubtful);
+  Verdict& verdict = *results.summary->verdict;
+  verdict.off_m = 2.0;
+  verdict.off_at = {40.0, 40.0};  // beside the picture
+  const double x_m = results.grid.origin_x_cells * 0.05;
+  const double y_m = results.grid.origin_y_cells * 0.05 + 1.0;
+  verdict.doubts = {{{x_m + 0.5, y_m}, 0.0}, {{x_m + 4.5, y_m}, 2.0}, {{1e6, 0.0}, 9.0}};
+  const Overview overview(results);
+  const auto Blue = [&](double at_x_m, double at_y_m) { return static_cast<int>(overview.At(at_x_m, at_y_m)[2]); };
+  CHECK(Blue(x_m + 0.7, y_m) == 255);
+  CHECK(Blue(x_m + 4.3, y_m) < 130);
+  CHECK(Blue(x_m + 4.3, y_m + 2.0) == 215);
+  verdict.way_back = WayBack{{x_m + 0.5, y_m}, {x_m + 4.5, y_m}, 0.25};
+  const auto IsLine = [](const Colour& colour) { return std::abs(colour[0] - 148) < 12 && colour[2] < 12; };
+  CHECK_FALSE(overview.HasNear(x_m + 0.5, y_m, IsLine));
+  CHECK(Overview(results).HasNear(x_m + 0.5, y_m, IsLine));
+}
+
 TEST_CASE("the scale bar is as long as it says") {
   // 160 pixels a metre: 100 pixels are less than a metre, and more than half a one.
   const Picture picture = Overview(Unexplored()).picture();

@@ -182,9 +182,16 @@ TEST_CASE("a map has no more pieces and breaks than it says, and no more than ar
   fields.Refuse(m.num_matched, {-1});
   fields.Refuse(m.num_bridged, {-1, 5});
   for (auto* count : {&m.num_keyframes, &m.num_closed, &m.num_rejected}) fields.Refuse(*count, {-1, kMost64});
-  fields.Refuse(m.off_m, {-2.0, NAN});
-  CHECK(fields.After([](auto& message) { message.layout[0].off_m = -1.0; }));
-  for (double& at_m : m.off_at_m) fields.Refuse(at_m, {NAN});
+  for (double* amount : {&m.off_m, &m.way_back_m, &m.slip_m}) {
+    fields.Refuse(*amount, {-2.0, NAN});
+    fields.Accept(*amount, {-1.0});
+  }
+  for (auto* place : {&m.off_at_m, &m.way_back_from, &m.way_back_to, &m.slip_at_m}) {
+    for (double& at_m : *place) fields.Refuse(at_m, {NAN});
+  }
+  fields.Refuse(m.doubts[0].x_m, {NAN});
+  fields.Refuse(m.doubts[0].y_m, {NAN});
+  fields.Refuse(m.doubts[0].off_m, {-0.5, NAN});
   fields.Refuse(m.pieces[1].keyframes, {-1});
   fields.Refuse(m.pieces[1].scans, {-1});
   fields.Refuse(m.pieces[0].way_m, {NAN});
