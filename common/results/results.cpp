@@ -14,6 +14,7 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
   MakeFolder(dir);
   Replacement files(dir);
   AddResults(results, {EncodeWithOpenCv, [](const Results& drawable) { return EncodeOverview(drawable); }}, files);
+  FreeMapPicture(dir);
   files.Rename();
 }
 
