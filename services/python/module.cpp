@@ -665,9 +665,24 @@ void RefuseNew(const py::handle& type) {
   PyType_Modified(plain);
 }
 
+/// Errors that name a path, which need not be UTF-8.
+void TranslateError(std::exception_ptr error) {
+  try {
+    if (error) std::rethrow_exception(error);
+  } catch (const py::error_already_set&) {
+    throw;
+  } catch (const py::builtin_exception&) {
+    throw;
+  } catch (const std::runtime_error& plain) {
+    const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(plain.what()));
+    if (text) PyErr_SetObject(PyExc_RuntimeError, text.ptr());
+  }
+}
+
 PYBIND11_MODULE(_crsm_slam, module) {
   py::options options;
   options.disable_function_signatures();  // they stand in the texts, as Python writes them
+  py::register_exception_translator(&TranslateError);
   AddEnums(module);
   AddScan(module);
   AddResults(module);

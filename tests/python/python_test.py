@@ -299,6 +299,9 @@ os.wait()
         name = os.fsdecode(b"not UTF-8 \xff")
         slam.save(self.work / name)
         self.assertEqual(len(crsm_slam.Slam.load(self.work / name).trajectory()), 30)
+        missing = str(self.work / os.fsdecode(b"missing \xff"))
+        with self.assertRaisesRegex(RuntimeError, "there is no saved map in " + missing):
+            crsm_slam.Slam.load(missing)
         for call in (slam.save, crsm_slam.Slam.load, crsm_slam.Log):
             with self.assertRaisesRegex(ValueError, "null"):
                 call("a\0b")
