@@ -16,6 +16,7 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
   AddResults(results, {EncodeWithOpenCv, [](const Results& drawable) { return EncodeOverview(drawable); }}, files);
   FreeMapPicture(dir);
   files.Rename();
+  RemoveOldPictures(dir);
 }
 
 void WritePiece(const std::filesystem::path& dir, int number, const DenseGrid& grid, const MatchSequence& matches) {

@@ -272,7 +272,6 @@ class MapExporter {
     results.name = NameOfRun(out);
     WriteResults(command_line_.settings().out, results);
     WritePieces(pieces);
-    RemoveOldPictures(out);
   }
 
   /// At the end: the pieces that are not joined with the map, one after the other. A piece that does not come is left

@@ -299,7 +299,6 @@ Outcome WriteRun(const CommandLine& command_line, std::int64_t identity, Run& ru
   results.name = NameOfRun(out);
   WriteResults(out, results);
   WritePieces(out, run, results.pieces);
-  RemoveOldPictures(out);
   fmt::print("{} scans, map of {:.0f} m2 in {}\n", summary.values.counts.scans(), summary.explored_area_m2, out);
   if (const auto& pieces = summary.pieces) {
     fmt::print("{} loops closed between {} keyframes, {} rejected\n", pieces->num_closed, pieces->num_keyframes,
