@@ -311,6 +311,7 @@ Verdict JudgeScans(const RunStatistics& statistics, const ByteMap& map, const Ma
   }
   if (verdict.values.finished_map) {
     JudgeLocalization(constants, verdict);
+    JudgeJumps(verdict);
     return verdict;
   }
   const bool blind = verdict.trust == Trust::kBad;
@@ -368,6 +369,19 @@ void JudgeLeftOut(const LeftOut& left_out, Verdict& verdict, const DiagnosisCons
        fmt::format("{} of {} scans of the recording were refused or repeated ({:.0f} %): what only they saw is not in "
                    "the map",
                    num_unusable, num_all, 100.0 * Share(num_unusable, num_all)));
+}
+
+void JudgeToldStarts(std::int64_t num, Verdict& verdict) {
+  if (num == 0) return;
+  verdict.notes.push_back(
+      fmt::format("the robot was told where it is {} (START_POSE): the poses after that are right only if that was",
+                  num == 1 ? "once" : fmt::format("{} times", num)));
+}
+
+void JudgeUnsearched(Verdict& verdict) {
+  Warn(verdict, Trust::kDoubtful,
+       "the run was ended while loops were still searched: what they would correct is not judged; --resume searches "
+       "them");
 }
 
 const char* Name(Trust trust) {

@@ -81,6 +81,12 @@ struct LeftOut {
 /// Scans are dropped one by one, between others that saw the same.
 void JudgeLeftOut(const LeftOut& left_out, Verdict& verdict, const DiagnosisConstants::Verdict& constants = {});
 
+/// Adds a note that somebody has told a robot on a finished map so often where it is.
+void JudgeToldStarts(std::int64_t num, Verdict& verdict);
+
+/// Adds a warning that loops were still searched when the run was ended.
+void JudgeUnsearched(Verdict& verdict);
+
 const char* Name(Trust trust);
 
 /// For people, ready to be printed: what has become of the scans, the verdict, and a line for each note and each

@@ -9,6 +9,9 @@ namespace crsm {
 /// The counter of scans that a process was too slow for.
 inline constexpr const char* kDroppedOverload = "dropped_overload";
 
+/// The counter of scans that were in the map when its owner was started.
+inline constexpr const char* kScansBefore = "scans_before";
+
 /// Whether so many scans are left out that a user is told: ten, or one in a hundred of all. Fewer are an accident.
 inline bool IsWorthSaying(std::int64_t num_left_out, std::int64_t num_all) {
   constexpr std::int64_t kMany = 10;

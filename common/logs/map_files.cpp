@@ -8,17 +8,17 @@ DenseGrid MakeUnexploredCell(double cell_size_m) {
   return {1, 1, 0, 0, cell_size_m > 0.0 ? cell_size_m : 1.0, {kUnexploredByte}};
 }
 
-std::string FormatMapYaml(const DenseGrid& grid) {
+std::string FormatMapYaml(const DenseGrid& grid, const std::string& picture) {
   // map_server takes (255 - byte) / 255 for the probability that a cell is occupied, more than occupied_thresh for a
   // wall, less than free_thresh for free, and what is between for unknown: 127 alone, as IsOccupied and IsFree have it.
   return fmt::format(
-      "image: map.png\n"
+      "image: {}\n"
       "resolution: {}\n"
       "origin: [{:.6f}, {:.6f}, 0.0]\n"
       "negate: 0\n"
       "occupied_thresh: 0.504\n"
       "free_thresh: 0.5\n",
-      grid.cell_size_m, grid.origin_x_cells * grid.cell_size_m, grid.origin_y_cells * grid.cell_size_m);
+      picture, grid.cell_size_m, grid.origin_x_cells * grid.cell_size_m, grid.origin_y_cells * grid.cell_size_m);
 }
 
 void FormatPgm(const DenseGrid& grid, const Sink& sink) {

@@ -56,7 +56,7 @@ struct Png : png_image {
 DenseGrid ReadMap(const std::filesystem::path& dir) {
   constexpr std::int64_t kMostCells = kMostTilesInRectangle * kTileCells;
   DenseGrid grid = ReadPlace(dir / "map.yaml");
-  const std::string path = (dir / "map.png").string();
+  const std::string path = (dir / FindPicture(dir)).string();
   const std::string bytes = ReadWholeFile(path);
   Png png(bytes);
   if (png.failed()) throw std::runtime_error(fmt::format("{}: cannot be read as a picture: {}", path, png.message));

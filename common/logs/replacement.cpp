@@ -13,6 +13,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/logs/map_picture.hpp"
+
 namespace crsm {
 
 bool WriteAll(int descriptor, std::string_view bytes) {
@@ -68,11 +70,15 @@ void RemoveLeftovers(const std::filesystem::path& dir) {
     char result[16];
     int writer = 0;
     int length = 0;
-    if (std::sscanf(name.c_str(), ".%15[a-z].%*[a-z2].%9d.tmp%n", result, &writer, &length) != 2) continue;
+    const bool is_ours =
+        std::sscanf(name.c_str(), ".%15[a-z].%*[a-z2].%9d.tmp%n", result, &writer, &length) == 2 ||
+        std::sscanf(name.c_str(), ".%15[a-z].%*[0-9].%*[a-z].%9d.tmp%n", result, &writer, &length) == 2;
+    if (!is_ours) continue;
     if (std::cmp_not_equal(length, name.size()) || writer < 1) continue;
     if (std::ranges::find(kResults, result) == kResults.end()) continue;
     if (kill(writer, 0) != 0 && errno == ESRCH) std::filesystem::remove(entry.path(), error);
   }
+  RemoveOldPictures(dir);
 }
 
 void Replacement::Fail(const std::string& name, int error) const {

@@ -14,7 +14,9 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
   MakeFolder(dir);
   Replacement files(dir);
   AddResults(results, {EncodeWithOpenCv, [](const Results& drawable) { return EncodeOverview(drawable); }}, files);
+  FreeMapPicture(dir);
   files.Rename();
+  RemoveOldPictures(dir);
 }
 
 void WritePiece(const std::filesystem::path& dir, int number, const DenseGrid& grid, const MatchSequence& matches) {

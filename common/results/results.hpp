@@ -50,7 +50,8 @@ std::string NameOfRun(const std::filesystem::path& dir);
 /// - summary.json: of the summary; {} where there is none
 ///
 /// Each file is replaced as a whole, so a reader never sees half of one, and none before all are written: where one
-/// cannot be, the older ones stay. A reader in the middle may see the new map.png beside the old map.yaml. Throws
+/// cannot be, the older ones stay. Who reads map.yaml and then the picture that it names gets both of one map, or finds
+/// that the picture has gone (map_picture.hpp). Throws
 /// std::runtime_error that names the path and the reason, std::invalid_argument if the grid's size is not that of its
 /// cells or a pose is not finite.
 void WriteResults(const std::filesystem::path& dir, const Results& results);

@@ -43,7 +43,7 @@ add_library(crsm_algorithm OBJECT ${ALGORITHM_SOURCES})
 file(GLOB LIBRARY_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/services/library/*.cpp)
 set(LIBRARY_FILES common/parameters common/diagnosis/handedness common/diagnosis/run_statistics
     common/diagnosis/self_contradiction common/diagnosis/verdict common/logs/crc32 common/logs/map_files
-    common/logs/png_file common/logs/regular_file common/logs/replacement common/metrics/format_trajectory
+    common/logs/map_picture common/logs/png_file common/logs/regular_file common/logs/replacement common/metrics/format_trajectory
     common/results/result_files common/results/run_origin common/results/summary services/base/file_window
     services/base/identity services/base/path_lock services/base/printable services/base/process_info services/base/say
     services/journal/journal services/journal/journal_file services/journal/journal_reader services/journal/move_aside

@@ -5,8 +5,12 @@
 #include <signal.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <new>
 #include <stdexcept>
@@ -17,7 +21,47 @@
 namespace crsm {
 namespace {
 
-void RequestStop(int) { stop_requested = true; }
+constexpr std::array kToEnd{SIGINT, SIGTERM, SIGHUP};
+
+std::atomic<std::int64_t> first_request_ns = 0;
+std::atomic<bool> hurry_requested = false;
+static_assert(std::atomic<std::int64_t>::is_always_lock_free);  // or no signal handler might set it
+
+/// What comes within a moment is the same request: timeout(1) sends its signal to a process and to its group.
+void RequestStop(int) {
+  constexpr std::int64_t kMoment_ns = 200'000'000;
+  timespec time{};
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  const std::int64_t now_ns = std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+  if (!stop_requested.exchange(true)) {
+    first_request_ns = now_ns;
+  } else if (now_ns - first_request_ns > kMoment_ns) {
+    hurry_requested = true;
+  }
+}
+
+/// What EndAtOnce says. A signal handler may not make it.
+struct LastWords {
+  std::array<char, 1001> text;
+  std::size_t size;
+};
+LastWords last_words;
+
+void EndAtOnce(int) {
+  [[maybe_unused]] const auto ignored = write(STDERR_FILENO, last_words.text.data(), last_words.size);
+  _exit(EXIT_SUCCESS);
+}
+
+/// Where whoever started this process had SIGHUP ignored, as nohup does, it stays so.
+void Handle(void (*handler)(int)) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  for (const int number : kToEnd) {
+    struct sigaction before {};
+    const bool is_ignored = sigaction(number, nullptr, &before) == 0 && before.sa_handler == SIG_IGN;
+    if (number != SIGHUP || !is_ignored) sigaction(number, &action, nullptr);
+  }
+}
 
 }  // namespace
 
@@ -26,13 +70,25 @@ std::int64_t UtimeNow() {
   return std::chrono::duration_cast<std::chrono::microseconds>(since_1970).count();
 }
 
-void CatchSignals() {
-  struct sigaction action {};
-  action.sa_handler = RequestStop;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-  struct sigaction hangup {};
-  if (sigaction(SIGHUP, nullptr, &hangup) == 0 && hangup.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);
+void CatchSignals() { Handle(RequestStop); }
+
+bool HurryRequested() { return hurry_requested.load(std::memory_order_relaxed); }
+
+EndsAtOnce::EndsAtOnce(const std::string& line) {
+  last_words.size = std::min(line.size(), last_words.text.size() - 1);
+  std::copy_n(line.begin(), last_words.size, last_words.text.begin());
+  last_words.text[last_words.size++] = '\n';
+  for (std::size_t i = 0; i < kToEnd.size(); ++i) sigaction(kToEnd[i], nullptr, &before_[i]);
+  Handle(EndAtOnce);
+  if (StopRequested()) EndAtOnce(0);
+}
+
+EndsAtOnce::~EndsAtOnce() {
+  for (std::size_t i = 0; i < kToEnd.size(); ++i) {
+    struct sigaction now {};
+    sigaction(kToEnd[i], nullptr, &now);
+    if (now.sa_handler == EndAtOnce) sigaction(kToEnd[i], &before_[i], nullptr);
+  }
 }
 
 void PrepareProcess() {
@@ -60,6 +116,9 @@ void PrepareFolder(const std::string& out) {
 int ReportErrors(const std::string& program, const std::function<int()>& body) {
   try {
     return body();
+  } catch (const Stopped& stopped) {
+    Say(fmt::format("{}: {}", program, stopped.what()));
+    return EXIT_SUCCESS;
   } catch (const UsageError& error) {
     Say(fmt::format("{}: {}", program, error.what()));
     return 2;
@@ -73,7 +132,7 @@ int ReportErrors(const std::string& program, const std::function<int()>& body) {
 }
 
 int RunMain(const std::string& program, const std::function<void()>& body) {
-  CatchSignals();
+  const EndsAtOnce ends_at_once(program + ": stopped before it was ready: nothing was written");
   return ReportErrors(program, [&] { return body(), 0; });
 }
 

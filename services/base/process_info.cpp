@@ -10,35 +10,45 @@
 #include <sstream>
 #include <vector>
 
+#include "common/math/parse_number.hpp"
+
 namespace crsm {
 
 namespace {
 
-/// The inodes of the sockets at a port, by the kernel's table: a line for each, with the local address in its second
-/// word, "0100007F:1DF3", and the inode in its tenth.
-std::set<std::string> FindUdpInodes(std::uint16_t port) {
-  std::set<std::string> inodes;
+/// One word of each socket at a port, by the kernel's table: a line for each, with the local address in its second
+/// word, "0100007F:1DF3".
+std::set<std::string> FindInUdpTable(std::uint16_t port, std::size_t wanted) {
+  std::set<std::string> found;
   std::ifstream table("/proc/self/net/udp");
   const std::string ending = fmt::format(":{:04X}", port);
   for (std::string line; std::getline(table, line);) {
     std::istringstream words(line);
     const std::vector<std::string> word{std::istream_iterator<std::string>(words), {}};
-    if (word.size() >= 10 && word[1].ends_with(ending)) inodes.insert(fmt::format("socket:[{}]", word[9]));
+    if (word.size() > wanted && word[1].ends_with(ending)) found.insert(word[wanted]);
   }
-  return inodes;
+  return found;
 }
 
 }  // namespace
 
 std::optional<bool> HasUdpPort(pid_t pid, std::uint16_t port) {
-  const std::set<std::string> inodes = FindUdpInodes(port);
+  constexpr std::size_t kInode = 9;
+  std::set<std::string> links;
+  for (const std::string& inode : FindInUdpTable(port, kInode)) links.insert(fmt::format("socket:[{}]", inode));
   std::error_code error;
   const std::filesystem::path folder = fmt::format("/proc/{}/fd", pid);
   for (std::filesystem::directory_iterator file(folder, error), end; !error && file != end; file.increment(error)) {
     std::error_code closed_meanwhile;
-    if (inodes.count(std::filesystem::read_symlink(file->path(), closed_meanwhile)) > 0) return true;
+    if (links.count(std::filesystem::read_symlink(file->path(), closed_meanwhile)) > 0) return true;
   }
   return error ? std::nullopt : std::optional(false);
+}
+
+std::optional<uid_t> FindUdpUser(std::uint16_t port) {
+  constexpr std::size_t kUser = 7;
+  const std::set<std::string> users = FindInUdpTable(port, kUser);
+  return users.size() == 1 ? ParseNumber<uid_t>(*users.begin()) : std::nullopt;
 }
 
 std::string DescribeProcess(pid_t pid) {

@@ -14,4 +14,7 @@ std::string DescribeProcess(pid_t pid);
 /// Whether a process has a UDP socket at a port (IPv4). Nothing where this process may not see the other one's files.
 std::optional<bool> HasUdpPort(pid_t pid, std::uint16_t port);
 
+/// Whose the UDP sockets at a port are (IPv4). Nothing where there is none, or where they are of several users.
+std::optional<uid_t> FindUdpUser(std::uint16_t port);
+
 }  // namespace crsm

@@ -268,6 +268,13 @@ void Bus::FilterSockets() {
   }
 }
 
+bool Bus::MayHaveRole(const Sender& sender, const char* role) const {
+  if (!sender.known()) return true;
+  const RoleHolder holder = FindHolder(role, sender);
+  return holder == RoleHolder::kSender || holder == RoleHolder::kUnknown ||
+         (holder == RoleHolder::kNobody && !IsOfThisHost(sender));
+}
+
 void Bus::Together(const std::function<void()>& publish) {
   const auto Finish = [this](bool* gathers) {
     *gathers = false;

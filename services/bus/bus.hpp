@@ -70,9 +70,14 @@ class Bus {
   /// Who sent the message that is being handled.
   const Sender& sender() const { return sender_; }
   /// Whether a sender is known to be the process that has a role on this bus.
-  bool HasRole(const Sender& sender, const char* role) const {
-    return FindRole({url_, prefix_}, role, sender) == RoleHolder::kSender;
+  bool HasRole(const Sender& sender, const char* role) const { return FindHolder(role, sender) == RoleHolder::kSender; }
+  /// Who has a role on this bus, for a sender.
+  RoleHolder FindHolder(const char* role, const Sender& sender) const {
+    return FindRole({url_, prefix_}, role, sender);
   }
+  /// Whether a message is to be believed that only who has a role may send: from this host only its holder, as far as
+  /// that can be told. Of other hosts the roles are not known.
+  bool MayHaveRole(const Sender& sender, const char* role) const;
 
   /// A message that LCM cannot send is counted as publish_failed; why is said on stderr, the first time.
   template <class Message>

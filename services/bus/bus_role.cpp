@@ -49,9 +49,20 @@ int OpenSocket() {
 
 /// A process that has a role.
 struct Holder {
-  pid_t pid = 0;  ///< 0 where it cannot be seen
+  pid_t pid = 0;   ///< 0 where it cannot be seen
+  uid_t user = 0;  ///< likewise
   bool is_busy = false;
 };
+
+/// Whether the socket at a port is the holder's, where its open files are not seen: another user's socket is not. The
+/// same user's is, if each process has a user of its own, as the units of systemd have it.
+RoleHolder JudgeByUser(const Holder& holder, std::uint16_t port) {
+  constexpr uid_t kUnmapped = 65534;  // stands for all users that this process cannot name
+  const auto user = FindUdpUser(port);
+  if (holder.pid <= 0 || !user || *user == kUnmapped || holder.user == kUnmapped) return RoleHolder::kUnknown;
+  if (*user != holder.user) return RoleHolder::kAnother;
+  return holder.user == geteuid() ? RoleHolder::kUnknown : RoleHolder::kSender;
+}
 
 /// Nothing where none has it.
 std::optional<Holder> FindHolder(const BusAddress& address, const std::string& role) {
@@ -64,7 +75,7 @@ std::optional<Holder> FindHolder(const BusAddress& address, const std::string& r
   const bool known = connected && getsockopt(visitor, SOL_SOCKET, SO_PEERCRED, &holder, &size) == 0;
   close(visitor);
   if (!connected && !queue_full) return std::nullopt;
-  return Holder{known ? holder.pid : 0, queue_full};
+  return known ? Holder{holder.pid, holder.uid, queue_full} : Holder{0, 0, queue_full};
 }
 
 }  // namespace
@@ -107,10 +118,11 @@ std::optional<std::string> FindRoleHolder(const BusAddress& address, const std::
 RoleHolder FindRole(const BusAddress& address, const std::string& role, const Sender& sender) {
   const auto holder = FindHolder(address, role);
   if (!holder) return RoleHolder::kNobody;
+  if (!sender.known()) return RoleHolder::kUnknown;
   if (!IsOfThisHost(sender)) return RoleHolder::kAnother;
   if (holder->is_busy) return RoleHolder::kBusy;
   const auto has_port = holder->pid > 0 ? HasUdpPort(holder->pid, sender.port) : std::nullopt;
-  if (!has_port) return RoleHolder::kUnknown;
+  if (!has_port) return JudgeByUser(*holder, sender.port);
   return *has_port ? RoleHolder::kSender : RoleHolder::kAnother;
 }
 

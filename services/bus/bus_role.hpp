@@ -14,6 +14,7 @@ inline constexpr const char* kMatcherRole = "matcher";
 inline constexpr const char* kMapOwnerRole = "owner of a map";
 inline constexpr const char* kLoopCloserRole = "loop closer";
 inline constexpr const char* kStackRole = "stack";
+inline constexpr const char* kGuideRole = "guide";  // tells a robot where it is, by START_POSE
 
 /// A bus and a channel prefix on it.
 struct BusAddress {

@@ -48,6 +48,7 @@ void Service::RecordLatency(Clock::time_point start) {
 }
 
 void Service::Run(const std::function<bool()>& step, int period_ms) {
+  CatchSignals();
   Say(name_ + ": ready");
   bool idle = true;
   while (!StopRequested()) {

@@ -46,9 +46,9 @@ class Service {
   /// One message was worked on since `start`.
   void RecordLatency(Clock::time_point start);
 
-  /// Handles messages, and calls `step` after each batch, until a signal asks to end. A step that returns true has no
-  /// work left and is called again when messages have come, or after `period_ms`; else at once, after the messages that
-  /// have come meanwhile.
+  /// Catches signals, handles messages, and calls `step` after each batch, until a signal asks to end. A step that
+  /// returns true has no work left and is called again when messages have come, or after `period_ms`; else at once,
+  /// after the messages that have come meanwhile.
   void Run(const std::function<bool()>& step, int period_ms = 50);
 
   /// One turn of Run, for those with a loop of their own.

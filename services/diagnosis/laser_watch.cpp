@@ -43,7 +43,6 @@ LaserWatch::LaserWatch(Service& service, const CommandLine& command_line, std::s
 void LaserWatch::Hear(const LaserScan& scan, const LaserType& type) {
   const auto now = Clock::now();
   NoteArrival(now);
-  NoteSender(now);
   left_out_.Take();
   for (const std::string& complaint : judge_.Look(scan)) SayOf(complaint);
   if (handedness_) JudgeHandedness(scan, type);
@@ -89,13 +88,12 @@ void LaserWatch::NoteArrival(Clock::time_point now) {
     SaySeldom(fmt::format("the laser is there, {} after the start", FormatSeconds(*silent)), now);
 }
 
-/// Scans of two lasers become one map that is of neither.
-void LaserWatch::NoteSender(Clock::time_point now) {
-  const auto senders = senders_.Hear(service_.bus().sender(), now);
-  if (!senders) return;
-  SayOnce(
-      fmt::format("scans come by turns from two senders, {} and {}: stop one of them, or give it a channel of its own",
-                  senders->first.Describe(), senders->second.Describe()));
+/// Scans of two lasers would become one map that is of neither.
+void LaserWatch::RefuseSender(const Sender& refused, const std::optional<Sender>& used) {
+  SayOnce(fmt::format(
+      "scans come from {}, too, and are left out: those of {} are used: stop one of them, or give it a channel of its "
+      "own",
+      refused.Describe(), used ? used->Describe() : "the publisher"));
 }
 
 void LaserWatch::SayOnce(const std::string& complaint) {

@@ -14,14 +14,13 @@
 #include "services/diagnosis/laser_silence.hpp"
 #include "services/diagnosis/left_out_news.hpp"
 #include "services/diagnosis/live_study.hpp"
-#include "services/diagnosis/several_senders.hpp"
 #include "services/wire/laser_types.hpp"
 
 namespace crsm {
 
 /// Says on stderr, in a line that names the mend, what is wrong with a live laser: nothing on its channel, messages of
 /// a wrong type or with angles in degrees, what LaserJudge and LiveStudy see in its scans, that they turn against the
-/// robot's odometry where there is some, that two senders send by turns, and that it has fallen silent or is
+/// robot's odometry where there is some, that another sender sends, too, and that it has fallen silent or is
 /// back. Scans that a publisher of ours sends are not studied: who reads logs has done so.
 class LaserWatch {
  public:
@@ -32,6 +31,8 @@ class LaserWatch {
   void Hear(const LaserScan& scan, const LaserType& type);
   /// A scan of another laser came on the channel.
   void HearOther() { others_came_ = true; }
+  /// A scan came of another sender than that whose scans are used.
+  void RefuseSender(const Sender& refused, const std::optional<Sender>& used);
   /// A message came that is no scan.
   void Refuse(std::span<const std::uint8_t> bytes);
 
@@ -46,7 +47,6 @@ class LaserWatch {
   void SayOf(const std::string& complaint) const;
   void SaySeldom(const std::string& line, Clock::time_point now);
   void NoteArrival(Clock::time_point now);
-  void NoteSender(Clock::time_point now);
 
   Service& service_;
   std::string channel_;  ///< with the prefix
@@ -56,7 +56,6 @@ class LaserWatch {
   bool handedness_told_ = false;
   LaserSilence silence_;
   LaserSearch search_;
-  SeveralSenders senders_;
   LiveStudy study_;
   LeftOutNews left_out_;
   std::set<std::string> said_;  ///< by SayOnce

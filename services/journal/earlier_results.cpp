@@ -68,7 +68,10 @@ void MakeRoom(const std::string& program, const fs::path& out, const EarlierResu
                       out.string(), out.string(), FindPlaceAside(out).string()));
     }
   }
-  if (!earlier.resume.empty()) TakeOverJournal(earlier.resume, out);
+  if (earlier.resume.empty()) return;
+  const EndsAtOnce ends_at_once(
+      fmt::format("{}: stopped before the map of {} was made again: nothing was written", program, earlier.resume));
+  TakeOverJournal(earlier.resume, out);
 }
 
 fs::path FindJournal(const fs::path& results) {

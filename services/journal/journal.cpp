@@ -3,10 +3,12 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
 
 #include "common/logs/crc32.hpp"
+#include "common/logs/regular_file.hpp"
 #include "services/base/identity.hpp"
 #include "services/base/say.hpp"
 #include "services/base/version.hpp"
@@ -21,10 +23,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// A localization says on which map it is as if that were a parameter.
+constexpr const char* kFinishedMapName = "finished_map_name";
+
 JournalHead FromMessage(const journal_head_t& message) {
   JournalHead head{message.epoch, {message.finished_map != 0, {}}};
   for (std::size_t i = 0; i < message.parameter_name.size(); ++i) {
-    head.subject.parameters.emplace_back(message.parameter_name[i], message.parameter_value[i]);
+    if (message.parameter_name[i] == kFinishedMapName) {
+      head.subject.finished_map_name = message.parameter_value[i];
+    } else {
+      head.subject.parameters.emplace_back(message.parameter_name[i], message.parameter_value[i]);
+    }
   }
   return head;
 }
@@ -35,8 +44,10 @@ journal_head_t ToMessage(const JournalHead& head, std::int64_t utime) {
   message.epoch = head.epoch;
   message.finished_map = head.subject.finished_map;
   message.version = kVersion;
-  message.num_parameters = static_cast<std::int32_t>(head.subject.parameters.size());
-  for (const auto& [name, value] : head.subject.parameters) {
+  ParameterTexts texts = head.subject.parameters;
+  if (!head.subject.finished_map_name.empty()) texts.emplace_back(kFinishedMapName, head.subject.finished_map_name);
+  message.num_parameters = static_cast<std::int32_t>(texts.size());
+  for (const auto& [name, value] : texts) {
     message.parameter_name.push_back(name);
     message.parameter_value.push_back(value);
   }
@@ -50,6 +61,13 @@ void CheckSubject(const std::string& path, const JournalSubject& found, const Jo
             ? fmt::format(
                   "{} belongs to a run that made a map: choose another folder for the journal of a localization", path)
             : fmt::format("{} belongs to a run that localised on the map of another folder: give that folder", path));
+  }
+  const std::string& other_map = found.finished_map_name;
+  if (!wanted.finished_map_name.empty() && !other_map.empty() && other_map != wanted.finished_map_name) {
+    throw std::runtime_error(fmt::format(
+        "{}: its run localises on another map ({}) than the one that --localize names now ({}): the map was "
+        "replaced, or was continued: begin a new run",
+        path, other_map, wanted.finished_map_name));
   }
   for (const auto& [key, other, value] : FindDifferences(found.parameters, wanted.parameters)) {
     throw std::runtime_error(fmt::format("{}: its map was made with {} = {}, not with {}", path, key, other, value));
@@ -122,6 +140,7 @@ Contents Read(const std::string& path, const JournalSubject& subject, OnDamage o
     if (stretch->head) {
       contents.head = FromMessage(*stretch->head);
       CheckSubject(path, contents.head->subject, subject);
+      visit.head(*contents.head);
     }
     if (stretch->graph) {
       const bool changed = stretch->graph->changed == 1;
@@ -141,6 +160,17 @@ Contents Read(const std::string& path, const JournalSubject& subject, OnDamage o
   contents.last_utime = reader.last_utime();
   JudgeRest(path, reader, num_scans, on_damage, contents);
   return contents;
+}
+
+/// Of the map in a folder of results; empty where its summary.json does not say it.
+std::string ReadIdentity(const fs::path& results) {
+  try {
+    const auto json = nlohmann::json::parse(ReadWholeFile(results / "summary.json"), nullptr, false);
+    const auto found = json.is_object() ? json.find("identity") : json.end();
+    return found != json.end() && found->is_string() ? found->get<std::string>() : "";
+  } catch (const std::runtime_error&) {  // there is none
+    return "";
+  }
 }
 
 /// Copies a file as a whole: a copy that was cut short, by a power cut too, does not bear its name.
@@ -279,6 +309,10 @@ void Journal::WriteStretch(std::int64_t utime) {
   stretch_.clear();
 }
 
+std::string NameMap(std::int64_t epoch, std::int64_t num_scans) {
+  return fmt::format("{} of {} scans", FormatIdentity(epoch), num_scans);
+}
+
 std::string ReadJournal(const fs::path& folder, const JournalSubject& subject, OnDamage on_damage,
                         const VisitJournal& visit) {
   return Read(JournalPath(folder).string(), subject, on_damage, visit).notice;
@@ -299,6 +333,15 @@ bool IsOfAnotherMap(const fs::path& folder, const std::string& identity) {
   } catch (const std::runtime_error&) {
     return true;
   }
+}
+
+void CheckAreOfOneMap(const fs::path& results) {
+  const std::string identity = ReadIdentity(results);
+  if (identity.empty() || !IsOfAnotherMap(JournalFolder(results), identity)) return;
+  throw std::runtime_error(fmt::format(
+      "{0}: its summary.json is of another map than its journal: put the right journal back into {0}, or map "
+      "the log anew into another folder",
+      results.string()));
 }
 
 bool IsCovered(const fs::path& folder, std::int64_t epoch, std::span<const ScanMatch> matches) {

@@ -40,6 +40,9 @@ std::vector<ParameterDifference> FindDifferences(const ParameterTexts& found, co
 struct JournalSubject {
   bool finished_map = false;  ///< localization on the map of another journal; else the map is made of this one
   ParameterTexts parameters;  ///< of the map: ListMapParameters
+  /// Of a localization: which map it is on, as of NameMap. Empty where that is not to be compared, and in a journal of
+  /// version 0.2.0.
+  std::string finished_map_name = {};
 };
 
 /// What a journal says of itself at its beginning.
@@ -47,6 +50,9 @@ struct JournalHead {
   std::int64_t epoch = 0;
   JournalSubject subject;
 };
+
+/// A map as it is now, by its identity and the number of its scans: one that goes on is another one.
+std::string NameMap(std::int64_t epoch, std::int64_t num_scans);
 
 /// Called for the entries of a journal, in their order.
 struct VisitJournal {
@@ -56,6 +62,8 @@ struct VisitJournal {
   std::function<bool(const GraphUpdate& update)> update = [](const GraphUpdate&) { return true; };
   /// Loops were searched up to a keyframe. False if there is no such keyframe.
   std::function<bool(KeyframeId keyframe)> searched = [](KeyframeId) { return true; };
+  /// What the journal says of itself.
+  std::function<void(const JournalHead& head)> head = [](const JournalHead&) {};
 };
 
 /// What a journal is refused with where `update` or `searched` is false. Throws std::runtime_error that names it.
@@ -144,6 +152,10 @@ std::optional<JournalHead> ReadHead(const std::filesystem::path& folder);
 /// Whether the journal in `folder` is of another map than that of this identity, as of FormatIdentity, or is no journal
 /// that can be read. False where there is none, or an empty one.
 bool IsOfAnotherMap(const std::filesystem::path& folder, const std::string& identity);
+
+/// Throws std::runtime_error that names the folder of results where its summary.json is of another map than the journal
+/// beside it: results of two places were mixed.
+void CheckAreOfOneMap(const std::filesystem::path& results);
 
 /// Whether the journal in `folder` is of the map of that epoch, and has nothing but the first of its matches, in their
 /// order. Not where there is none, or where a byte of it cannot be read.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "common/logs/map_picture.hpp"
 #include "services/journal/journal.hpp"
 
 namespace crsm {
@@ -46,6 +47,9 @@ fs::path MoveAside(const fs::path& out) {
   fs::create_directory(place);
   for (const char* name : kResults) {
     if (fs::exists(fs::symlink_status(out / name))) fs::rename(out / name, place / name);
+  }
+  if (const std::string picture = FindPicture(place); picture != kMapPicture && fs::exists(out / picture)) {
+    fs::rename(out / picture, place / picture);
   }
   return place;
 }

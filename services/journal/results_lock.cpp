@@ -24,7 +24,7 @@ void ResultsLock::Renew() {
 }
 
 void ResultsLock::CheckIsInPlace() const {
-  if (journal_ && journal_->IsInPlace()) return;
+  if (folder_.IsInPlace() && journal_ && journal_->IsInPlace()) return;
   throw std::runtime_error(
       fmt::format("{} {}: this folder or its journal was removed, moved or replaced meanwhile: no results are written; "
                   "the journal has all scans",

@@ -34,6 +34,7 @@ void WriteLog(LaserSource& source, const std::string& source_name, const std::st
     if (!std::filesystem::equivalent(path, file, not_there)) continue;
     throw UsageError(fmt::format("--lcm-url {}: would overwrite {}, which is read; choose another file", url, file));
   }
+  CatchSignals();
   EventLogWriter log(path);
   Progress progress("laser_publisher");
   std::int64_t num_scans = 0;

@@ -76,6 +76,7 @@ class LaserPublisher {
   }
 
   void Run() {
+    CatchSignals();
     Say(service_.name() + ": ready");
     service_.SetState("publishing");
     source_.IsLive() ? RunLive() : RunLog();

@@ -105,15 +105,20 @@ void Slam::Save(const std::string& folder) const {
   crsm::AddResults(results, {crsm::EncodePlainMap, OverviewEncoder()}, files);
 
   // Nothing has changed so far. From here on the folder is of this map alone, whenever the process ends.
-  if (crsm::HoldsResults(folder) && !crsm::IsCovered(journal, impl_->epoch, impl_->matched)) crsm::MoveAside(folder);
+  if (crsm::HoldsResults(folder) && !crsm::IsCovered(journal, impl_->epoch, impl_->matched)) {
+    const fs::path place = crsm::MoveAside(folder);
+    impl_->load_notice = "the results of another map in " + folder + " are now in " + place.string();
+  }
   crsm::MakeFolder(journal);
   std::error_code error;
   fs::rename(crsm::JournalPath(half), crsm::JournalPath(journal), error);
   if (error) throw std::runtime_error("Save: cannot write " + journal.string() + ": " + error.message());
   crsm::SyncFolder(journal.string());
   crsm::RemoveHalfJournal(folder);
+  crsm::FreeMapPicture(folder);
   files.Rename();
   impl_->WritePieces(folder, results.pieces);
+  crsm::RemoveOldPictures(folder);
 }
 
 std::string Slam::LoadNotice() const { return impl_->load_notice; }
@@ -123,6 +128,7 @@ Slam Slam::Load(const std::string& folder, const Settings& settings, const std::
   if (!std::filesystem::exists(crsm::JournalPath(journal))) {
     throw std::runtime_error("there is no saved map in " + folder + ": it has no journal");
   }
+  crsm::CheckAreOfOneMap(folder);
   const auto head = crsm::ReadHead(journal);
   if (!head) throw std::runtime_error(folder + ": there is no scan in its journal");
   crsm::Parameters parameters = CheckedParameters(settings, head->subject.parameters);

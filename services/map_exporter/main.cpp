@@ -19,6 +19,8 @@
 #include "services/base/version.hpp"
 #include "services/bus/known_statuses.hpp"
 #include "services/bus/service.hpp"
+#include "services/diagnosis/laser_silence.hpp"
+#include "services/diagnosis/lost_news.hpp"
 #include "services/journal/match_store.hpp"
 #include "services/map_exporter/results_writer.hpp"
 #include "services/replica/map_follower.hpp"
@@ -27,6 +29,27 @@
 
 namespace crsm {
 namespace {
+
+constexpr const char* kGone = "this folder was removed, moved or replaced: no results are written";
+
+std::optional<std::int64_t> FindIfThere(const service_status_t& status, const char* name) {
+  const auto found = std::ranges::find(status.counter_name, name);
+  if (found == status.counter_name.end()) return std::nullopt;
+  return status.counter_value[static_cast<std::size_t>(found - status.counter_name.begin())];
+}
+
+std::int64_t FindCounter(const service_status_t& status, const char* name) {
+  return FindIfThere(status, name).value_or(0);
+}
+
+/// What a counter has grown by; one that was larger before is of a process that has ended.
+std::int64_t CountSince(const service_status_t& before, const service_status_t& now, const char* name) {
+  const std::int64_t num = FindCounter(now, name);
+  const std::int64_t num_before = FindCounter(before, name);
+  return num - (num_before > num ? 0 : num_before);
+}
+
+constexpr const char* kPublished = "published";
 
 class MapExporter {
  public:
@@ -55,6 +78,7 @@ class MapExporter {
   void Run() {
     PrepareFolder(command_line_.settings().out);
     const PathLock lock("--out", command_line_.settings().out);
+    lock_ = &lock;
     writer_.emplace(command_line_.settings().out);
     service_.Run([this] {
       map_follower_.Poll();
@@ -79,6 +103,10 @@ class MapExporter {
   void Keep(const service_status_t& status) {
     if (!MayKeepStatus(statuses_, status.name, "the summary", service_)) return;
     service_status_t& kept = statuses_[status.name];
+    for (auto& [counter, total] : totals_) total += CountSince(kept, status, counter.c_str());
+    if (const auto before = FindIfThere(status, kScansBefore)) {
+      scans_before_ = std::min(*before, scans_before_.value_or(*before));
+    }
     const std::int64_t num_left_out = std::max(kept.num_left_out, status.num_left_out);
     kept = status;
     kept.num_left_out = num_left_out;                               // who says less later, takes nothing back
@@ -130,11 +158,13 @@ class MapExporter {
     if (now < next_write_ || writer_->busy()) return;
     if (!std::exchange(asked_, true)) map_follower_.RequestUpdate();  // there will be more by now
     if (!replica.synced()) return;
+    was_whole_ = true;
     asked_ = false;
     const bool is_new = replica.version() != written_version_;
     const double period_s = command_line_.settings().export_period_s;
     Pause(now, is_new ? period_s : std::min(period_s, kNothingNew_s));
     if (!is_new) return;
+    if (!lock_->IsInPlace()) return NoteGone();
     writer_->Start(MakeSnapshot());
     service_.RecordLatency(now);  // so long messages waited
   }
@@ -158,6 +188,13 @@ class MapExporter {
     service_.SetState(outcome.error);
   }
 
+  /// What has come in the place of the folder is not ours to write to.
+  void NoteGone() {
+    const std::string why = fmt::format("--out {}: {}", command_line_.settings().out, kGone);
+    service_.Complain("write_failed", fmt::format("{}: {}", service_.name(), why));
+    service_.SetState(why);
+  }
+
   Snapshot MakeSnapshot() {
     Snapshot snapshot;
     snapshot.version = map_follower_.replica().version();
@@ -179,11 +216,16 @@ class MapExporter {
   void CatchUp() {
     constexpr auto kPatience = std::chrono::seconds(3);
     constexpr auto kOneStatus = std::chrono::milliseconds(1100);
-    const auto give_up = Clock::now() + 10 * kPatience;
+    constexpr auto kHurried = std::chrono::milliseconds(300);
+    auto give_up = Clock::now() + 10 * kPatience;
     last_change_ = Clock::now();
     map_follower_.AwaitSettled();
     std::optional<Clock::time_point> whole_since;
     while (Clock::now() < (whole_since ? *whole_since + kOneStatus : std::min(last_change_ + kPatience, give_up))) {
+      if (HurryRequested() && !map_follower_.replica().synced() && !std::exchange(is_hurried_, true)) {
+        map_follower_.AwaitNoLonger();
+        if (!was_whole_) give_up = Clock::now() + kHurried;
+      }
       map_follower_.Poll();
       service_.Spin(10);
       if (!whole_since && map_follower_.replica().synced()) whole_since = Clock::now();
@@ -197,6 +239,19 @@ class MapExporter {
   /// those of an earlier run, and stay.
   void Write() {
     const std::filesystem::path out = command_line_.settings().out;
+    if (!lock_->IsInPlace()) {
+      NoteGone();
+      throw std::runtime_error(service_.MakeStatus().state);
+    }
+    if (is_hurried_ && !was_whole_ && !map_follower_.replica().synced()) {
+      return Say(
+          fmt::format("{}: the map of the earlier run was not there yet: no results are written, and the journal "
+                      "has all scans",
+                      service_.name()));
+    }
+    if (is_hurried_) {
+      Say(service_.name() + ": loops are still searched: the results are without those that are not found yet");
+    }
     if (!map_ && std::filesystem::exists(out / "map.png")) {
       return Say(fmt::format("{}: no map came: the results in {} stay as they were", service_.name(), out.string()));
     }
@@ -258,19 +313,38 @@ class MapExporter {
   /// Of these, those that a process was too slow for.
   std::int64_t CountDropped() const {
     std::int64_t num = 0;
-    for (const auto& [name, status] : statuses_) {
-      const auto found = std::ranges::find(status.counter_name, kDroppedOverload);
-      if (found != status.counter_name.end())
-        num += status.counter_value[static_cast<std::size_t>(found - status.counter_name.begin())];
-    }
+    for (const auto& [name, status] : statuses_) num += FindCounter(status, kDroppedOverload);
     return num;
+  }
+
+  /// Scans that our publisher has sent and of which nobody knows what became: a process that was stopped or killed has
+  /// not heard them, say. Known when the publisher has ended, and not in lockstep, where they come again.
+  std::int64_t CountUnheard(std::int64_t num_scans, std::int64_t num_left_out) const {
+    const auto publisher = statuses_.find("laser_publisher");
+    const bool has_ended = publisher != statuses_.end() && publisher->second.state == kPublisherFinished;
+    if (!has_ended || !scans_before_ || IsInLockstep()) return 0;
+    std::int64_t num_known = num_scans - *scans_before_ + num_left_out - publisher->second.num_left_out;
+    const auto matcher = statuses_.find("rrhc_matcher");
+    if (matcher != statuses_.end()) num_known += FindCounter(matcher->second, "utime_repeated");
+    return std::max<std::int64_t>(0, totals_.at(kPublished) - num_known);
+  }
+
+  bool IsInLockstep() const {
+    return std::ranges::any_of(statuses_, [](const auto& named) {
+      const service_status_t& status = named.second;
+      const auto found = std::ranges::find(status.parameter_name, "lockstep");
+      return found != status.parameter_name.end() &&
+             status.parameter_value[static_cast<std::size_t>(found - status.parameter_name.begin())] == "true";
+    });
   }
 
   /// All but the explored area.
   Summary Summarize() {
     Summary summary;
     summary.values = statistics_.values();
-    summary.left_out = CountLeftOut();
+    const std::int64_t num_unheard = CountUnheard(summary.values.counts.scans(), CountLeftOut());
+    summary.left_out = CountLeftOut() + num_unheard;
+    if (num_unheard > 0) summary.counts["map_exporter.unheard"] = num_unheard;
     summary.version = kVersion;
     summary.origin = {command_line_.settings().made_from, FormatUtc(UtimeNow())};
     summary.wall_s = std::chrono::duration<double>(Clock::now() - begun_).count();
@@ -280,7 +354,9 @@ class MapExporter {
     summary.wheels = map_follower_.replica().tracking().wheels().Learned();
     Verdict verdict = Judge(statistics_, map_ ? *map_ : no_map, summary.pieces.value_or(MapPieces()));
     if (summary.wheels) JudgeWheels(*summary.wheels, verdict);
-    JudgeLeftOut({summary.left_out, CountDropped()}, verdict);
+    JudgeLeftOut({summary.left_out, CountDropped() + num_unheard}, verdict);
+    if (is_hurried_) JudgeUnsearched(verdict);
+    if (verdict.values.finished_map) JudgeToldStarts(totals_.at(kStartTold), verdict);
     summary.verdict = std::move(verdict);
     statuses_[service_.name()] = service_.MakeStatus();
     for (const auto& [name, status] : statuses_) {
@@ -317,11 +393,17 @@ class MapExporter {
   PathSketch path_;                                  ///< of the matches
   bool map_begun_ = false;                           ///< since the last snapshot
   std::set<TileIndex> changed_tiles_;                ///< since the last snapshot
+  const PathLock* lock_ = nullptr;                   ///< on the folder, from the beginning of Run on
   std::optional<ResultsWriter> writer_;
   RunStatistics statistics_;
   MapFollower map_follower_;
   CriticalRays last_scan_;
   std::map<std::string, service_status_t> statuses_;
+  bool was_whole_ = false;   ///< the map has come once: there are results of this run
+  bool is_hurried_ = false;  ///< the end is not to wait for loops
+  /// Of counters, also of processes that have ended since.
+  std::map<std::string, std::int64_t> totals_{{kStartTold, 0}, {kPublished, 0}};
+  std::optional<std::int64_t> scans_before_;  ///< this run, in the map
   std::int64_t written_version_ = 0;
   bool asked_ = false;  ///< for what is to be written next
   const Clock::time_point begun_ = Clock::now();

@@ -84,9 +84,14 @@ void ResultsWriter::Write(Snapshot& snapshot) {
   const std::uint64_t text_end = snapshot.text->num_bytes();
   const bool goes_on = TrajectoryGoesOn(snapshot);
   Replacement files(dir_);
+  const std::string before = FindPicture(dir_);
   if (!map_written_) {
-    files.Write("map.png", EncodeMap(drawn_.grid, map_encoder_));
-    files.Write("map.yaml", FormatMapYaml(drawn_.grid));
+    const std::string picture = EncodeMap(drawn_.grid, map_encoder_);
+    const std::string name = NameNextPicture(dir_);
+    files.Write(name, picture);
+    files.Write("map.yaml", FormatMapYaml(drawn_.grid, name));
+    // Here map.yaml does not name it any more, if it ever did: next time it is written.
+    if (before != kMapPicture || !std::filesystem::exists(dir_ / "map.yaml")) files.Write(kMapPicture, picture);
   }
   files.Write("overview.png", EncodeOverview(drawn_, overview_encoder_));
   if (!goes_on) {
@@ -95,6 +100,7 @@ void ResultsWriter::Write(Snapshot& snapshot) {
   files.Write("summary.json", FormatSummary(snapshot.summary));
   if (goes_on) AppendTrajectory(text_end);
   files.Rename();
+  if (!map_written_) RemoveOldPictures(dir_, before);
   map_written_ = true;
   text_ = snapshot.text;
   num_text_bytes_ = text_end;

@@ -5,6 +5,7 @@
 #include <fmt/core.h>
 
 #include "common/graph/mapper.hpp"
+#include "common/logs/left_out.hpp"
 #include "services/base/held_by_utime.hpp"
 #include "services/base/path_lock.hpp"
 #include "services/base/stall_watch.hpp"
@@ -36,6 +37,7 @@ class MapUpdaterService {
     service_.TakeRole(kMapOwnerRole);
     LoadFinishedMap();
     OpenJournal();
+    service_.counters().Set(kScansBefore, answered_.size());
     news_.Skip(mapper_);
     if (mapper_.closes_loops()) LinkToLoopCloser();
     Bus& bus = service_.bus();
@@ -196,8 +198,13 @@ class MapUpdaterService {
     if (settings_.localize.empty()) return;
     const std::filesystem::path folder = JournalFolder(settings_.localize);
     mapper_.PutOffDrawing();
-    const std::string notice = ReadJournal(folder, {false, map_parameters_}, on_damage_, VisitOfJournal(folder));
+    CheckAreOfOneMap(settings_.localize);
+    VisitJournal visit = VisitOfJournal(folder);
+    std::int64_t epoch = 0;
+    visit.head = [&epoch](const JournalHead& head) { epoch = head.epoch; };
+    const std::string notice = ReadJournal(folder, {false, map_parameters_}, on_damage_, visit);
     RestoreTail(folder);
+    finished_map_name_ = NameMap(epoch, answered_.size());
     if (!notice.empty()) Say(fmt::format("map_updater: {}", notice));
     mapper_.Finish();
     if (local().num_tiles() == 0) {
@@ -216,7 +223,7 @@ class MapUpdaterService {
         throw UsageError("--new-session needs --resume: it begins a session on an earlier map");
       return;
     }
-    const JournalSubject subject{!settings_.localize.empty(), map_parameters_};
+    const JournalSubject subject{!settings_.localize.empty(), map_parameters_, finished_map_name_};
     if (!settings_.resume) {
       journal_.emplace(settings_.journal, subject);
       LockJournal();
@@ -333,6 +340,7 @@ class MapUpdaterService {
   Service service_;
   ScanQueue<ScanMatch> matches_;
   ParameterTexts map_parameters_;
+  std::string finished_map_name_;  ///< as of JournalSubject
   OnDamage on_damage_ = settings_.until_damage ? OnDamage::kTakeWhatIsBefore : OnDamage::kRefuse;
   Mapper mapper_;
   WholeView whole_;

@@ -41,11 +41,25 @@ LiveRobot::LiveRobot(const CommandLine& command_line)
                                    [this](const scan_match_t& message) { Hear(message); });
   bus.SubscribeToOne<bot_core::pose_t>(kLocalPoseChannel, kMatcherRole,
                                        [this](const bot_core::pose_t& message) { Hear(message); });
+  TakeRole();
   scene_.SetStartHandler([this](const Pose2& T_map_laser) {
-    service_.counters().Add("start_told");
+    TakeRole();
+    service_.counters().Add("start_sent");
     service_.bus().Publish(kStartPoseChannel, ToPoseMessage(0, T_map_laser));
   });
   bus.Subscribe<service_status_t>(kEveryServiceStatus, [this](const service_status_t& status) { Keep(status); });
+}
+
+/// Of who may tell the robot where it is. Another viewer may have it, until it ends.
+void LiveRobot::TakeRole() {
+  if (has_role_) return;
+  try {
+    service_.TakeRole(kGuideRole);
+    has_role_ = true;
+  } catch (const std::runtime_error& error) {
+    service_.Complain("start_not_allowed",
+                      fmt::format("{}: the pin tells the robot nothing: {}", service_.name(), error.what()));
+  }
 }
 
 void LiveRobot::Step(bool is_watched) {

@@ -37,6 +37,7 @@ class LiveRobot {
   bool is_fetching() const { return !map_follower_.replica().synced() && map_follower_.replica().epoch() != 0; }
 
  private:
+  void TakeRole();
   struct LocalPose {
     std::int64_t utime = 0;
     Pose2 T_local_laser;
@@ -64,6 +65,7 @@ class LiveRobot {
   void ShowInfo();
 
   Service service_;
+  bool has_role_ = false;  ///< to tell the robot where it is
   Scene scene_;
   MapFollower map_follower_;
 

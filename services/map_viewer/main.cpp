@@ -1,5 +1,5 @@
-// map_viewer: what the others say -> a page in a browser, and Foxglove. All that it says on the bus: it asks for the map as
-// an exporter does, and tells a robot that is localised where it is, when somebody points there.
+// map_viewer: what the others say -> a page in a browser, and Foxglove. All that it says on the bus: it asks for the
+// map as an exporter does, and tells a robot that is localised where it is, when somebody points there.
 
 #include <fmt/core.h>
 #include <unistd.h>
@@ -126,6 +126,7 @@ void ShowFinished(const CommandLine& command_line, const ViewerOptions& options)
   }
   Counters counters;
   Window window(command_line, options, std::move(scenes), counters);
+  CatchSignals();
   Say(command_line.program() + ": ready");
   while (!StopRequested()) window.server().Serve(kLookForSignals);
 }

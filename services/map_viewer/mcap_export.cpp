@@ -66,6 +66,7 @@ void CheckReplaceable(const std::filesystem::path& file) {
 
 void WriteMcap(const std::string& results, const std::filesystem::path& file) {
   CheckReplaceable(file);
+  CatchSignals();
   Replacement replacement(file.has_parent_path() ? file.parent_path() : ".");
   replacement.Write(file.filename(), [&](const Sink& sink) { WriteMcap(results, sink, StopRequested); });
   replacement.Rename();

@@ -19,6 +19,12 @@ std::string TypeOf(const py::handle& value) { return Py_TYPE(value.ptr())->tp_na
   throw py::type_error(name + ": is of type " + TypeOf(value) + ", must be " + expected);
 }
 
+/// An error of the value's own code goes on as it is.
+void ClearTypeError() {
+  if (!PyErr_ExceptionMatches(PyExc_TypeError)) throw py::error_already_set();
+  PyErr_Clear();
+}
+
 std::string ShapeOf(const py::array& array) { return py::str(array.attr("shape")); }
 
 /// The numbers in it, as they are.
@@ -52,6 +58,13 @@ std::vector<std::string> ListKeys() {
 
 }  // namespace
 
+std::string ToUtf8(const py::handle& text) {
+  Py_ssize_t size = 0;
+  const char* bytes = PyUnicode_AsUTF8AndSize(text.ptr(), &size);
+  if (!bytes) throw py::error_already_set();
+  return {bytes, static_cast<std::size_t>(size)};
+}
+
 Arguments::Arguments(const char* call, const py::args& words, const py::kwargs& keywords,
                      const std::vector<std::string>& names, std::size_t num_required)
     : call_(call), names_(names) {
@@ -60,7 +73,7 @@ Arguments::Arguments(const char* call, const py::args& words, const py::kwargs& 
     Refuse("takes one argument without a name; name the others: " + crsm::JoinNames(others));
   }
   if (words.size() == 1) Add(names_.front(), words[0]);
-  for (const auto& [key, value] : keywords) Add(key.cast<std::string>(), value);
+  for (const auto& [key, value] : keywords) Add(ToUtf8(key), value);
   std::vector<std::string> missing;
   for (std::size_t i = 0; i < num_required; ++i) {
     if (!values_.contains(names_[i])) missing.push_back(names_[i]);
@@ -85,7 +98,7 @@ py::object Arguments::operator[](const char* name) const {
 float ToAngle(const py::handle& value, const char* name) {
   const double angle_rad = PyFloat_AsDouble(value.ptr());
   if (PyErr_Occurred()) {
-    PyErr_Clear();
+    ClearTypeError();
     RefuseType(name, value, "a number of radians");
   }
   return static_cast<float>(angle_rad);
@@ -97,6 +110,7 @@ std::int64_t ToUtime(const py::handle& value) {
     RefuseType("utime", value, "a whole number of microseconds: of seconds, int(1e6 * seconds)");
   }
   const auto index = py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr()));
+  if (!index) throw py::error_already_set();
   int overflow = 0;
   const std::int64_t utime = PyLong_AsLongLongAndOverflow(index.ptr(), &overflow);
   if (overflow > 0 || utime > kLatest_us) {
@@ -148,10 +162,12 @@ std::optional<crsm_slam::Pose> ToPose(const py::handle& value, const char* name)
 std::string ToPath(const py::handle& value, const char* name) {
   const auto path = py::reinterpret_steal<py::object>(PyOS_FSPath(value.ptr()));
   if (!path) {
-    PyErr_Clear();
+    ClearTypeError();
     RefuseType(name, value, "text or a pathlib.Path");
   }
-  auto text = path.cast<std::string>();
+  PyObject* encoded = nullptr;  // as the file system has it, which need not be UTF-8
+  if (PyUnicode_FSConverter(path.ptr(), &encoded) == 0) throw py::error_already_set();
+  std::string text = py::reinterpret_steal<py::bytes>(encoded);
   if (text.empty()) throw py::value_error(std::string(name) + ": is empty");
   return text;
 }
@@ -176,7 +192,7 @@ crsm_slam::Settings ToSettings(const char* call, const py::args& words, const py
   keys.insert(keys.end(), also.begin(), also.end());
   crsm_slam::Settings settings;
   for (const auto& [key, value] : keywords) {
-    const auto name = key.cast<std::string>();
+    const std::string name = ToUtf8(key);
     if (std::ranges::find(keys, name) == keys.end()) {
       throw py::value_error(name + ": no such key; there are " + crsm::JoinNames(keys) + crsm::SuggestName(name, keys));
     }

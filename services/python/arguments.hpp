@@ -13,6 +13,9 @@ namespace crsm_python {
 
 namespace py = pybind11;
 
+/// A str as UTF-8. Throws UnicodeEncodeError where it is none, as a file name that is not UTF-8 is in Python.
+std::string ToUtf8(const py::handle& text);
+
 // What Python gives as arguments. Each refusal is one line that names the argument and says what would be right:
 // TypeError where the type is wrong, ValueError where the value is.
 

@@ -169,9 +169,16 @@ py::array_t<PoseRow> TrajectoryOf(PySlam& slam) {
   const auto poses = slam.Do([](const crsm_slam::Slam& of) { return of.Trajectory(); });
   py::array_t<PoseRow> rows(static_cast<py::ssize_t>(poses.size()));
   PoseRow* row = rows.mutable_data();
+  std::memset(static_cast<void*>(row), 0,
+              poses.size() * sizeof *row);  // equal paths have equal bytes, between fields too
   for (const crsm_slam::StampedPose& pose : poses) {
-    const auto& [x_m, y_m, yaw_rad] = pose.T_map_laser;
-    *row++ = {pose.utime, x_m, y_m, yaw_rad, static_cast<std::uint8_t>(pose.state), pose.piece};
+    row->utime = pose.utime;
+    row->x_m = pose.T_map_laser.x_m;
+    row->y_m = pose.T_map_laser.y_m;
+    row->yaw_rad = pose.T_map_laser.yaw_rad;
+    row->state = static_cast<std::uint8_t>(pose.state);
+    row->piece = pose.piece;
+    ++row;
   }
   return rows;
 }
@@ -199,7 +206,7 @@ class Log {
     const crsm_slam::Slam checks(
         crsm_python::ToSettings("Log", {}, keywords, kKeys));  // throws what is wrong with them
     std::vector<std::string> words{"crsm_slam"};
-    for (const auto& [key, value] : keywords) AddFlag(key.cast<std::string>(), value, words);
+    for (const auto& [key, value] : keywords) AddFlag(crsm_python::ToUtf8(key), value, words);
     const WithoutGil release;
     using enum crsm::ParameterGroup;
     command_line_ = std::make_unique<crsm::CommandLine>(
@@ -497,6 +504,10 @@ std::string DescribeSlam() {
          "\nRaises ValueError, one line, for a setting that does not exist or has a wrong value.";
 }
 
+void Warn(const std::string& notice) {
+  if (!notice.empty() && PyErr_WarnEx(PyExc_RuntimeWarning, notice.c_str(), 1) != 0) throw py::error_already_set();
+}
+
 /// What is missing of the map is a warning of Python.
 std::unique_ptr<PySlam> LoadSlam(const std::string& folder, const crsm_slam::Settings& settings,
                                  const std::optional<Pose>& T_map_laser) {
@@ -507,7 +518,7 @@ std::unique_ptr<PySlam> LoadSlam(const std::string& folder, const crsm_slam::Set
     notice = slam.LoadNotice();
     return std::make_unique<PySlam>(std::move(slam));
   }();
-  if (!notice.empty() && PyErr_WarnEx(PyExc_RuntimeWarning, notice.c_str(), 1) != 0) throw py::error_already_set();
+  Warn(notice);
   return loaded;
 }
 
@@ -571,15 +582,21 @@ void AddSlam(py::module_& module) {
           "save",
           [](PySlam& slam, const py::object& folder) {
             const std::string path = crsm_python::ToPath(folder, "folder");
-            slam.Do([&](const crsm_slam::Slam& of) { of.Save(path); });
+            const auto [before, after] = slam.Do([&](const crsm_slam::Slam& of) {
+              const std::string notice = of.LoadNotice();
+              of.Save(path);
+              return std::pair(notice, of.LoadNotice());
+            });
+            if (after != before) Warn(after);
           },
           py::arg("folder"),
           "save(folder)\n\n"
           "Writes map.png, map.pgm, map.yaml, overview.png, trajectory.tum (of the scans on that map), graph.g2o,\n"
           "summary.json with the verdict, pieces/, and journal/, of which load() and slam_offline make the map again.\n"
           "folder: str or pathlib.Path; it is made if need be. Only an earlier state of this map is replaced there;\n"
-          "all other results are moved into a folder below, earlier.1 say. Raises RuntimeError where a program or\n"
-          "another Slam writes there, and on a finished map, which can only be saved before that.")
+          "all other results are moved into a folder below, earlier.1 say, with a RuntimeWarning that names it.\n"
+          "Raises RuntimeError where a program or another Slam writes there, and on a finished map, which can only be "
+          "saved before that.")
       .def(
           "begin_drive", [](PySlam& slam) { slam.Do([](crsm_slam::Slam& of) { of.BeginDrive(); }); },
           "begin_drive()\n\n"
@@ -629,14 +646,51 @@ void AddLog(py::module_& module) {
 
 }  // namespace
 
+/// Without this, TYPE.__new__(TYPE), which copy and pickle call too, gives an object whose value is whatever lies in
+/// memory. Classes of Python that are made from these are left as they are.
+void RefuseNew(const py::handle& type) {
+  auto* const plain = reinterpret_cast<PyTypeObject*>(type.ptr());
+  const py::cpp_function make([plain](const py::handle& wanted, const py::args&, const py::kwargs&) {
+    auto* const of = reinterpret_cast<PyTypeObject*>(wanted.ptr());
+    if (of == plain || !PyType_Check(wanted.ptr()) || PyType_IsSubtype(of, plain) == 0) {
+      throw py::type_error(std::string(plain->tp_name) + ": cannot be copied, pickled or made by __new__");
+    }
+    const auto object = py::reinterpret_steal<py::object>(plain->tp_new(of, py::tuple().ptr(), nullptr));
+    if (!object) throw py::error_already_set();
+    return object;
+  });
+  // In the dictionary alone: a call of the type still makes objects as it did.
+  const py::object method = py::reinterpret_steal<py::object>(PyStaticMethod_New(make.ptr()));
+  if (PyDict_SetItemString(plain->tp_dict, "__new__", method.ptr()) != 0) throw py::error_already_set();
+  PyType_Modified(plain);
+}
+
+/// Errors that name a path, which need not be UTF-8.
+void TranslateError(std::exception_ptr error) {
+  try {
+    if (error) std::rethrow_exception(error);
+  } catch (const py::error_already_set&) {
+    throw;
+  } catch (const py::builtin_exception&) {
+    throw;
+  } catch (const std::runtime_error& plain) {
+    const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(plain.what()));
+    if (text) PyErr_SetObject(PyExc_RuntimeError, text.ptr());
+  }
+}
+
 PYBIND11_MODULE(_crsm_slam, module) {
   py::options options;
   options.disable_function_signatures();  // they stand in the texts, as Python writes them
+  py::register_exception_translator(&TranslateError);
   AddEnums(module);
   AddScan(module);
   AddResults(module);
   AddSlam(module);
   AddLog(module);
+  for (const auto& [name, value] : module.attr("__dict__").cast<py::dict>()) {
+    if (PyType_Check(value.ptr()) && !py::hasattr(value, "__members__")) RefuseNew(value);
+  }
   py::module_::import("atexit").attr("register")(py::cpp_function(&WithoutGil::End));
   module.def("presets", &crsm_slam::Presets, "presets()\n\nThe names of the presets, one for each laser.");
   module.def("version", &crsm_slam::Version, "version()\n\nThe version of the library: '0.2.0'.");

@@ -28,6 +28,7 @@ class MapFollower {
   /// There may be a newer version: Poll asks for it.
   void RequestUpdate() { replica_.RequestUpdate(); }
   void AwaitSettled() { replica_.AwaitSettled(); }
+  void AwaitNoLonger() { replica_.AwaitNoLonger(); }
   void TurnTo(int piece) { replica_.TurnTo(piece); }
 
   /// Sends the request that is due, if any; to be called often.

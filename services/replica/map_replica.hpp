@@ -76,6 +76,12 @@ class MapReplica {
     lacking_.settled = 1;
     RequestUpdate();
   }
+  /// Does no longer: the owner is asked anew.
+  void AwaitNoLonger() {
+    lacking_.settled = 0;
+    ++lacking_.question;
+    asked_ = lacking_;
+  }
   /// From now on the whole map is that of another piece, by its number from 2 on: its own scans, its own versions.
   void TurnTo(int piece) {
     lacking_.piece = piece;

@@ -112,8 +112,11 @@ void CheckInputs(const CommandLine& command_line, const StackOptions& options) {
     const auto source = OpenLaserSource(options.source, SourceOptionsOf(command_line));
     if (!source->Next()) ThrowNoScans(options.source, *source);
   }
-  if (!options.earlier.resume.empty()) FindJournal(options.earlier.resume);
-  if (!settings.localize.empty()) FindJournal(settings.localize);
+  for (const std::string& earlier : {options.earlier.resume, settings.localize}) {
+    if (earlier.empty()) continue;
+    FindJournal(earlier);
+    CheckAreOfOneMap(earlier);
+  }
 }
 
 /// The processes know a scan by its time: where the map that goes on has other scans of these times, they would take
@@ -213,6 +216,11 @@ int RunStack(CommandLine& command_line, const StackOptions& options) {
   SayWhatIsMissing(plan.replaced);
   const bool success = Supervisor(std::move(plan), viewer ? &*viewer : nullptr, folder, signals).Run();
   role.reset();  // another stack may use the bus while this one only shows its map
+  if (success && signals.num_interrupts() > 0 && !fs::exists(folder.summary()) && folder.JournalBytes()) {
+    Say(fmt::format(
+        "run_stack: no new results are written, and no verdict is given; --resume {} goes on from its journal",
+        folder.path().string()));
+  }
   const int exit_code = ReportErrors(command_line.program(), [&] { return ReportEnd(success, folder, options); });
   std::fflush(stdout);
   if (viewer && viewer->has_address() && !signals.is_terminated() && HasScans(folder)) {

@@ -9,6 +9,7 @@
 
 #include "common/diagnosis/verdict.hpp"
 #include "common/logs/regular_file.hpp"
+#include "services/base/process.hpp"
 #include "services/journal/journal.hpp"
 
 namespace crsm {
@@ -55,23 +56,10 @@ std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary) {
   return outcome;
 }
 
-namespace {
-
-/// Results and journal may have come from two places.
-void CheckAreOfOneMap(const std::filesystem::path& out, const Outcome& outcome) {
-  if (outcome.identity.empty() || !IsOfAnotherMap(JournalFolder(out), outcome.identity)) return;
-  throw std::runtime_error(
-      fmt::format("{}: its summary.json is of another map than its journal: no verdict is given; "
-                  "map the log anew into another folder",
-                  out.string()));
-}
-
-}  // namespace
-
 int ReportOutcome(const std::filesystem::path& out, bool strict) {
   const std::filesystem::path summary = out / "summary.json";
   const auto outcome = ReadOutcome(summary);
-  if (outcome) CheckAreOfOneMap(out, *outcome);
+  CheckAreOfOneMap(out);
   if (outcome && !outcome->ended) {
     throw std::runtime_error(fmt::format(
         "{} is of scan {}, when the run had not ended: its end could not be written, and there is no verdict "

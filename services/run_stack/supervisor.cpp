@@ -22,9 +22,10 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr milliseconds kLookEvery(100);
-constexpr seconds kPatience(10);     // with a service that starts, ...
-constexpr seconds kEndPatience(60);  // ... and with one that is asked to end, or is needed at the end
-constexpr int kMostDeaths = 5;       // while no scan is mapped: there is a reason that stays
+constexpr seconds kPatience(10);           // with a service that starts, ...
+constexpr seconds kEndPatience(60);        // ... and with one that is asked to end, or is needed at the end
+constexpr milliseconds kHurryAfter(1000);  // with the same, after a Ctrl-C
+constexpr int kMostDeaths = 5;             // while no scan is mapped: there is a reason that stays
 
 /// For the map of a journal is made before all else: of 200 kB a second on the slowest machine.
 seconds TimeToMap(std::uintmax_t journal_bytes) { return seconds(journal_bytes / 200'000); }
@@ -52,8 +53,9 @@ bool Supervisor::Run() {
   for (Member& service : planned_) {
     Start(service, plan_.resume, plan_.resume ? service.plan.when_resuming_first : std::vector<std::string>());
   }
-  // Also when interrupted: a process that is asked to finish must have got so far as to understand.
-  if (WaitUntilReady(kPatience + TimeToMap(plan_.earlier_journal_bytes)) && !IsInterrupted()) {
+  is_ready_ = WaitUntilReady(kPatience + TimeToMap(plan_.earlier_journal_bytes));
+  if (!is_ready_ && IsInterrupted() && !failed_) Dismiss();
+  if (is_ready_ && !IsInterrupted()) {
     if (publisher_) {
       Start(*publisher_, false);
     }
@@ -85,6 +87,7 @@ bool Supervisor::WaitUntilReady(seconds patience) {
         if (!service->plan.is_needed) break;
       }
       if (failed_ || !CheckFolder()) return false;
+      if (IsInterrupted() && !is_ready_) return false;
       Wait(kLookOften);
     }
   }
@@ -147,6 +150,18 @@ void Supervisor::ReviveAll() {
   }
 }
 
+/// Nothing was mapped yet, and nothing is to be finished: what takes long, to make the map of a journal again, ends at
+/// once, as by a power cut, which a journal bears.
+void Supervisor::Dismiss() {
+  for (Member& service : planned_) {
+    if (!service.child) continue;
+    service.child->Signal(SIGKILL);
+    while (service.IsRunning()) signals_.Wait(kLookEvery);
+    service.child.reset();
+  }
+  Say("run_stack: stopped before the first scan was mapped: nothing was written");
+}
+
 /// The exporter goes before those that it asks for what it lacks.
 void Supervisor::StopAll() {
   if (publisher_) Stop({&*publisher_});
@@ -164,9 +179,17 @@ void Supervisor::Stop(const std::vector<Member*>& members) {
     if (member->child) member->child->Signal(SIGINT);
   }
   const auto give_up = Clock::now() + kEndPatience;
+  const auto hurry = Clock::now() + kHurryAfter;
+  bool is_hurried = !IsInterrupted();  // only who asked to end does not want to wait for loops that are still searched
   for (Member* member : members) {
     if (!member->child) continue;
     while (member->IsRunning()) {
+      if (!is_hurried && Clock::now() >= hurry) {
+        is_hurried = true;
+        for (const Member* other : members) {
+          if (other->child) other->child->Signal(SIGINT);
+        }
+      }
       if (Clock::now() >= give_up) {
         Report(*member, fmt::format("did not end within {} s: killed", kEndPatience.count()));
         member->child->Signal(SIGKILL);
@@ -194,7 +217,7 @@ void Supervisor::Wait(milliseconds longest) {
     std::_Exit(EXIT_FAILURE);
   }
   num_interrupts_heeded_ = signals_.num_interrupts();
-  Say("run_stack: finishing the map (Ctrl-C again: kill)");
+  if (is_ready_) Say("run_stack: finishing the map (Ctrl-C again: kill)");
 }
 
 bool Supervisor::CheckFolder() {
@@ -252,7 +275,7 @@ void Supervisor::PassOnNews() {
     });
   };
   PassOnLines("map_updater", {kNewTrajectory, kMappedFrom, kLostSince, kFoundAgain});
-  PassOnLines("rrhc_matcher", {kUtimeRepeated});
+  PassOnLines("rrhc_matcher", {kUtimeRepeated, kToldBy});
 }
 
 void Supervisor::PassOn(const std::string& name, const std::function<bool(const std::string&)>& is_wanted) {

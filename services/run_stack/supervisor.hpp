@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "common/scan/scan_counts.hpp"
 #include "services/run_stack/member.hpp"
 #include "services/run_stack/results_folder.hpp"
 #include "services/run_stack/signals.hpp"
@@ -33,6 +34,7 @@ class Supervisor {
   void WaitForEnd();
   bool StartAgain(Member& member);
   void ReviveAll();
+  void Dismiss();
   void StopAll();
   void Stop(const std::vector<Member*>& members);
 
@@ -55,6 +57,7 @@ class Supervisor {
   std::deque<Member> planned_;
   std::vector<Member*> services_;  ///< those, and the viewer
   std::optional<Member> publisher_;
+  bool is_ready_ = false;  ///< all of them are, or were
   bool failed_ = false;
   int num_interrupts_heeded_ = 0;
   ScanCounts counts_shown_;

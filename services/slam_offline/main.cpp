@@ -40,9 +40,6 @@
 namespace crsm {
 namespace {
 
-/// Somebody asked the process to end while the map of an earlier run was made again: there is nothing new to write.
-struct Stopped {};
-
 /// What a log brought.
 struct Session {
   std::string path;
@@ -57,7 +54,6 @@ struct Run {
   explicit Run(const Parameters& parameters) : slam(parameters) {}
 
   void Restore(const CriticalRays* scan, const ScanMatch& match) {
-    if (StopRequested()) throw Stopped();
     slam.Restore(scan, match);
     Add(match);
     earlier.Add(scan, match);
@@ -133,20 +129,42 @@ void SayIfLost(const CommandLine& command_line, Run& run) {
   if (line) Say(fmt::format("{}: {}", command_line.program(), *line));
 }
 
+/// Ends the process while loops are searched in the map of an earlier run. What was searched is in the journal, and
+/// need not be searched once more. The search at one keyframe, which may take long, is not waited for.
+[[noreturn]] void LeaveSearch(const CommandLine& command_line, const std::string& resume, const Run& run,
+                              std::unique_ptr<Journal> journal) {
+  const KeyframeGraph& graph = run.slam.graph();
+  const auto searched = run.slam.mapper().searched();
+  const auto num_keyframes = std::ssize(graph.ids());
+  const std::int64_t num_left = searched ? graph.CountAfter(*searched) : num_keyframes;
+  journal.reset();
+  Say(fmt::format(
+      "{}: stopped while the map of {} was made again: {} scans are read, and loops searched at {} of their {} "
+      "keyframes, which is kept; there is nothing new to write",
+      command_line.program(), resume, run.matches.size(), num_keyframes - num_left, num_keyframes));
+  std::_Exit(EXIT_SUCCESS);
+}
+
 /// Makes the map of an earlier run, where there is one to begin with, and opens the journal of this one, for which
 /// there is room.
 std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::string& resume, Run& run) {
   const Settings& settings = command_line.settings();
-  const JournalSubject subject{!settings.localize.empty(), ListMapParameters(command_line.parameters())};
+  JournalSubject subject{!settings.localize.empty(), ListMapParameters(command_line.parameters())};
   const OnDamage on_damage = settings.until_damage ? OnDamage::kTakeWhatIsBefore : OnDamage::kRefuse;
+  std::int64_t epoch = 0;
   const VisitJournal restore{[&](const CriticalRays* scan, const ScanMatch& match) { run.Restore(scan, match); },
                              [&](const GraphUpdate& update) { return run.slam.Restore(update); },
-                             [&](KeyframeId keyframe) { return run.slam.RestoreSearched(keyframe); }};
+                             [&](KeyframeId keyframe) { return run.slam.RestoreSearched(keyframe); },
+                             [&epoch](const JournalHead& head) { epoch = head.epoch; }};
+  std::optional<EndsAtOnce> ends_at_once(
+      std::in_place, fmt::format("{}: stopped while the map of {} was made again: there is nothing new to write",
+                                 command_line.program(), resume.empty() ? settings.localize : resume));
   if (!resume.empty()) {
     auto journal = std::make_unique<Journal>(JournalFolder(settings.out), subject, on_damage, restore);
+    ends_at_once.reset();
     SayNotice(command_line, journal->notice());
     Keep(run.slam.AwaitLoops(StopRequested), run, *journal);
-    if (StopRequested()) throw Stopped();
+    if (StopRequested()) LeaveSearch(command_line, resume, run, std::move(journal));
     run.utimes.BeginDrive();
     run.slam.Resume(command_line.parameters().match.start);
     Say(fmt::format("{}: continues after {} scans from {}", command_line.program(), run.matches.size(), resume));
@@ -155,8 +173,8 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
   if (subject.finished_map) {
     SayNotice(command_line,
               ReadJournal(JournalFolder(settings.localize), {false, subject.parameters}, on_damage, restore));
-    run.slam.FinishMap(StopRequested);
-    if (StopRequested()) throw Stopped();
+    subject.finished_map_name = NameMap(epoch, run.matches.size());
+    run.slam.FinishMap();
     if (run.slam.map().empty()) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings.localize));
     }
@@ -429,20 +447,6 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
   run.counts["utime_repeated"] += session.num_repeated;
 }
 
-/// What was searched is in the journal, and need not be searched once more.
-Outcome SayStopped(const CommandLine& command_line, const std::string& resume, const Run& run) {
-  const std::string& folder = resume.empty() ? command_line.settings().localize : resume;
-  const KeyframeGraph& graph = run.slam.graph();
-  const auto searched = run.slam.mapper().searched();
-  const auto num_keyframes = std::ssize(graph.ids());
-  const std::int64_t num_left = searched ? graph.CountAfter(*searched) : num_keyframes;
-  Say(fmt::format(
-      "{}: stopped while the map of {} was made again: {} scans are read, and loops searched at {} of their {} "
-      "keyframes, which is kept; there is nothing new to write",
-      command_line.program(), folder, run.matches.size(), num_keyframes - num_left, num_keyframes));
-  return {Trust::kDoubtful, true};
-}
-
 /// Says whether the map is to be trusted. A log after the first one is a session of its own.
 Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs, const EarlierResults& earlier) {
   const Settings& settings = command_line.settings();
@@ -453,6 +457,9 @@ Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs,
   AdoptEarlierMapParameters(earlier.resume, command_line);
   if (drives.size() > 1) CheckDrives(command_line, drives);
   auto source = Open(command_line, drives, 0);
+  for (const std::string& folder : {earlier.resume, settings.localize}) {
+    if (!folder.empty()) CheckAreOfOneMap(folder);
+  }
   PrepareFolder(settings.out);
   ResultsLock lock("--out", settings.out);
   MakeRoom(command_line.program(), settings.out, earlier);
@@ -462,12 +469,7 @@ Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs,
   Run run(command_line.parameters());
   run.made_from =
       JoinOrigins(earlier.resume.empty() ? "" : ReadMadeFrom(earlier.resume), command_line.DescribeRun(logs));
-  std::unique_ptr<Journal> journal;
-  try {
-    journal = Begin(command_line, earlier.resume, run);
-  } catch (const Stopped&) {
-    return SayStopped(command_line, earlier.resume, run);
-  }
+  const std::unique_ptr<Journal> journal = Begin(command_line, earlier.resume, run);
   lock.Renew();
   BreakNews news;
   news.Skip(run.slam.mapper());
@@ -485,6 +487,7 @@ Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs,
     });
   }
   progress.Finish(run.latency.num_recorded());
+  if (StopRequested()) Say(fmt::format("{}: finishing the map", command_line.program()));
   Keep(run.slam.AwaitLoops(), run, *journal);
   SayNews(command_line, run, news);
   if (run.slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", command_line.program(), kMapIsFull));

@@ -57,7 +57,7 @@ MirrorFinding StudyMirror(const std::string& log, const CommandLine& command_lin
   bool has_odometry = false;
   for (int i = 0; judge.verdict() == Verdict::kUnknown; ++i) {
     const auto scan = source->Next();
-    if (!scan || (!has_odometry && i == kForOdometry)) break;
+    if (!scan || StopRequested() || (!has_odometry && i == kForOdometry)) break;
     const auto T_odom_robot = source->Odometry();
     has_odometry = has_odometry || T_odom_robot;
     judge.Add(*scan);

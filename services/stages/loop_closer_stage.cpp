@@ -31,6 +31,7 @@ void LoopCloserStage::Run() {
 }
 
 void LoopCloserStage::Answer(const keyframe_t& message) {
+  if (StopRequested()) return;  // a search takes long, and more keyframes may wait: they come again
   const auto start = Clock::now();
   const int size_before = answers_.graph().size();
   for (const pose_graph_t& answer : answers_.Answer(message)) service_.bus().Publish(kPoseGraphChannel, answer);

@@ -7,6 +7,7 @@
 
 #include "common/match/match_scan.hpp"
 #include "common/scan/scan_counts.hpp"
+#include "services/diagnosis/lost_news.hpp"
 #include "services/wire/pose_types.hpp"
 
 namespace crsm {
@@ -91,8 +92,22 @@ bool MatcherStage::ReceiveStart(std::span<const std::uint8_t> bytes) {
                                   service_.name()));
     return true;
   }
+  const Sender sender = service_.bus().sender();
+  const auto now = Clock::now();
+  if (!start_looks_.MayLook(sender, now) || !service_.bus().MayHaveRole(sender, kGuideRole)) {
+    service_.Complain("start_refused", fmt::format("{}: START_POSE from {} is refused: only map_viewer, or another "
+                                                   "process with the role {}, may tell where the robot is",
+                                                   service_.name(), sender.Describe(), kGuideRole));
+    return true;
+  }
   told_start_ = told->T_odom_robot;
-  service_.counters().Add("start_told");
+  service_.counters().Add(kStartTold);
+  const auto line = start_lines_.Pass(
+      fmt::format("{}: {}{}: the robot is at x {:.2f} m, y {:.2f} m, yaw {:.2f} rad: the next scan is searched there",
+                  service_.name(), kToldBy, sender.Describe(), told_start_->x_m, told_start_->y_m,
+                  told_start_->yaw_rad),
+      now);
+  if (line) Say(*line);
   return true;
 }
 

@@ -7,6 +7,8 @@
 #include "common/match/match_scan.hpp"
 #include "common/match/matcher.hpp"
 #include "common/scan/odometry_buffer.hpp"
+#include "services/base/line_limit.hpp"
+#include "services/bus/look_limiter.hpp"
 #include "services/bus/service.hpp"
 #include "services/diagnosis/left_out_news.hpp"
 #include "services/replica/matched_map.hpp"
@@ -58,7 +60,9 @@ class MatcherStage {
   MakeMatcher make_matcher_;
   std::unique_ptr<Matcher> matcher_;  ///< none before the map's owner was heard
   MatchedMap map_;
-  std::optional<Pose2> told_start_;      ///< for the next scan on a finished map
+  std::optional<Pose2> told_start_;                         ///< for the next scan on a finished map
+  LookLimiter start_looks_{std::chrono::milliseconds(10)};  ///< at who tells it
+  LineLimit start_lines_;
   std::optional<ScanMatch> last_match_;  ///< sent once more when its scan comes once more
   Pose2 T_local_map_;                    ///< of the tracking state when that was found
   Clock::time_point last_match_time_{};

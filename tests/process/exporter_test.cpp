@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "catch.hpp"
+#include "common/logs/map_picture.hpp"
+#include "common/logs/read_map.hpp"
 #include "common/map/byte_map.hpp"
 #include "common/results/results.hpp"
 #include "map_owner.hpp"
@@ -122,7 +124,15 @@ TEST_CASE("map_exporter writes what has changed, adds to the trajectory what is 
   CHECK(NumberOf(out / "map.png") != map);
   CHECK(NumberOf(out / "trajectory.tum") == trajectory);
   WriteExpected(folder / "expected", owner);
-  folder.CheckSame("out", "expected");
+  folder.CheckSame("out", "expected", {"map.png", "trajectory.tum"});
+  const std::string picture = FindPicture(out);  // that nobody replaces while map.yaml names it
+  CHECK(picture != kMapPicture);
+  CHECK(ReadFile(out / picture) == ReadFile(out / "map.png"));
+  CHECK(ReadMap(out).cells == ReadMap(folder / "expected").cells);
+  owner.Answer(MatchOf(owner.version()), std::vector{TileAt({21, 20})});
+  AwaitWritten();
+  CHECK(FindPicture(out) != picture);
+  CHECK(fs::exists(out / picture));  // for who has read map.yaml before
 
   fs::remove(out / "trajectory.tum");  // by somebody
   owner.Advance();
@@ -137,7 +147,29 @@ TEST_CASE("map_exporter writes what has changed, adds to the trajectory what is 
   CHECK(exporter.AwaitExit() == 0);
   WriteExpected(folder / "expected", owner);
   folder.CheckSame("out", "expected", {"map.png", "map.yaml", "trajectory.tum", "overview.png"});
+  CHECK(NameNextPicture(out) == "map.1.png");  // the others are gone
   CHECK(ScansIn(out) == 701);
+}
+
+TEST_CASE("map_exporter writes nothing into what has come in the place of its folder, and says so") {
+  const TemporaryFolder folder;
+  const fs::path out = folder / "out";
+  const fs::path elsewhere = folder / "elsewhere";
+  fs::create_directories(elsewhere);
+  const std::string url = MakeBusUrl();
+  ForgedOwner owner(url, 10, 30);
+  Process exporter("map_exporter", {"--lcm-url", url, "--out", out, "--export-period-s", "0.1"}, folder / "log");
+  REQUIRE(exporter.AwaitReady());
+  REQUIRE(owner.bus().Await([&] { return ScansIn(out) == owner.version(); }));
+  fs::rename(out, folder / "moved");
+  fs::create_directory_symlink(elsewhere, out);
+  owner.Advance();
+  REQUIRE(
+      owner.bus().Await([&] { return exporter.errors().find("was removed, moved or replaced") != std::string::npos; }));
+  exporter.Signal(SIGINT);
+  REQUIRE(owner.bus().Await([&] { return !exporter.IsRunning(); }));
+  CHECK(exporter.AwaitExit() == 1);
+  CHECK(fs::is_empty(elsewhere));
 }
 
 TEST_CASE("map_exporter leaves earlier results as they are where no map comes") {

@@ -259,3 +259,28 @@ TEST_CASE("a stall in lockstep is said by those who wait, each what for, once") 
   stack["rrhc_matcher"].Signal(SIGCONT);
   CHECK(stack.Finish());
 }
+
+TEST_CASE("scans and junk that others send beside our publisher are no part of its recording, and are named") {
+  Course course;
+  TestBus bus(course.url);
+  std::int64_t num_forged = 0;
+  bus->Subscribe<bot_core::planar_lidar_t>(kLaserChannel, [&](const bot_core::planar_lidar_t& laser) {
+    if (laser.utime % 10 != 0) return;  // its own
+    bot_core::planar_lidar_t forged = laser;
+    forged.utime += 1;
+    for (float& range : forged.ranges) range *= 1.2f;
+    bus->Publish(kLaserChannel, forged);
+    bus->Publish(kLaserChannel, ToPoseMessage(laser.utime, {}));  // no scan
+    ++num_forged;
+  });
+  REQUIRE(course.stack.StartPublisher(course.folder / "run.lcm", "max"));
+  CHECK(bus.Await([&] { return !course.stack["laser_publisher"].IsRunning(); }));
+  CHECK(num_forged > 200);
+  CHECK(CountOf("LASER: scans come from ", course.stack["ray_selector"].errors()) == 1);
+  course.CheckSameMap();
+  const auto summary = course.folder.Summary("out");
+  CHECK(summary["left_out"] == 0);
+  CHECK(summary["verdict"]["trust"] == course.folder.Summary("offline")["verdict"]["trust"]);
+  CHECK(summary["counts"]["ray_selector.scans_refused"] > 200);
+  CHECK(summary["counts"]["ray_selector.messages_refused"] > 200);
+}

@@ -4,6 +4,7 @@
 usage: PYTHONPATH=build/python CRSM_BIN_DIR=build/bin tests/python/python_test.py
 Skipped (exit code 77) where the package was not built, or numpy is not there.
 """
+import copy
 import fcntl
 import json
 import os
@@ -278,6 +279,70 @@ os.wait()
         self.assertEqual(len(crsm_slam.Slam.load(folder / "earlier.1").trajectory()), len(self.scans))
         crsm_slam.Slam.load(folder).save(folder)  # it goes on with what it was loaded from
         self.assertFalse((folder / "earlier.2").exists())
+
+    def test_what_is_moved_aside_is_a_warning_that_names_it(self):
+        folder = self.work / "said"
+        for num in range(2):
+            slam = crsm_slam.Slam(**self.settings)
+            for scan in self.scans[:30]:
+                slam.process(scan)
+            if num == 0:
+                slam.save(folder)
+                continue
+            with self.assertWarnsRegex(RuntimeWarning, f"the results of another map in {folder} are now in {folder}/earlier.1"):
+                slam.save(folder)
+
+    def test_paths_are_those_of_the_file_system(self):
+        slam = crsm_slam.Slam(**self.settings)
+        for scan in self.scans[:30]:
+            slam.process(scan)
+        name = os.fsdecode(b"not UTF-8 \xff")
+        slam.save(self.work / name)
+        self.assertEqual(len(crsm_slam.Slam.load(self.work / name).trajectory()), 30)
+        missing = str(self.work / os.fsdecode(b"missing \xff"))
+        with self.assertRaisesRegex(RuntimeError, "there is no saved map in " + missing):
+            crsm_slam.Slam.load(missing)
+        for call in (slam.save, crsm_slam.Slam.load, crsm_slam.Log):
+            with self.assertRaisesRegex(ValueError, "null"):
+                call("a\0b")
+            with self.assertRaises(UnicodeEncodeError):
+                call("a\ud800")
+
+    def test_an_error_of_the_callers_own_code_comes_through(self):
+        class Own:
+            def __index__(self):
+                raise KeyError("own")
+            __float__ = __fspath__ = __index__
+
+        ranges = np.full(100, 3.0)
+        for arguments in ({"utime": Own(), "angle_min_rad": 0.0}, {"utime": 1, "angle_min_rad": Own()}):
+            with self.assertRaisesRegex(KeyError, "own"):
+                crsm_slam.Scan(ranges_m=ranges, angle_step_rad=0.01, **arguments)
+        with self.assertRaisesRegex(KeyError, "own"):
+            crsm_slam.Log(Own())
+        with self.assertRaises(UnicodeEncodeError):
+            crsm_slam.Slam(**{"a\ud800": 1})
+
+    def test_no_object_is_without_a_value(self):
+        for kind in (crsm_slam.Scan, crsm_slam.Slam, crsm_slam.Log, crsm_slam.Map, crsm_slam.Step, crsm_slam.Verdict):
+            with self.assertRaisesRegex(TypeError, "cannot be copied, pickled or made by __new__"):
+                kind.__new__(kind)
+        with self.assertRaises(TypeError):
+            copy.copy(self.scans[0])
+
+        class Own(crsm_slam.Slam):
+            pass
+
+        self.assertIsInstance(Own(preset="sick"), Own)
+
+    def test_equal_paths_have_equal_bytes(self):
+        slam = crsm_slam.Slam(**self.settings)
+        for scan in self.scans[:30]:
+            slam.process(scan)
+        first = slam.trajectory().tobytes()
+        for size in (1000, 3000, 100000):
+            np.full(size, 255, np.uint8)  # what lay in memory before
+            self.assertEqual(slam.trajectory().tobytes(), first)
 
     def test_a_map_that_another_one_has_replaced_is_there_still(self):
         folder, maps = self.work / "in_turn", []

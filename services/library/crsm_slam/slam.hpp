@@ -192,21 +192,23 @@ class CRSM_SLAM_PUBLIC Slam {
 
   /// Writes into a folder, which is made if need be: map.png, map.pgm and map.yaml (as map_server reads them),
   /// trajectory.tum (of the scans on piece 1), graph.g2o (with loops), summary.json with the verdict, pieces/, and
-  /// journal/, of which Load and slam_offline make the map again. Only an earlier state of this map is replaced there, as
-  /// a whole; all other results are moved into a folder below, earlier.1 say. Throws std::runtime_error if that fails, or
-  /// if a program or another object writes there, and std::logic_error on a finished map, which can only be saved before
-  /// that.
+  /// journal/, of which Load and slam_offline make the map again. Only an earlier state of this map is replaced there,
+  /// as a whole; all other results are moved into a folder below, earlier.1 say: see LoadNotice. Throws
+  /// std::runtime_error if that fails, or if a program or another object writes there, and std::logic_error on a
+  /// finished map, which can only be saved before that.
   void Save(const std::string& folder) const;
 
   /// A map that was saved, by slam_offline or run_stack too: the next scan goes on with it, or is localised after
   /// FinishMap. T_map_laser: about where the next scan is taken; without, where the last one was, or anywhere on a
   /// finished map. Settings that the map was made with are taken over; others than these throw std::invalid_argument.
-  /// Throws std::runtime_error if there is no map in the folder, or if it is damaged in the middle; see LoadNotice.
+  /// Throws std::runtime_error if there is no map in the folder, if it is damaged in the middle, or if summary.json is
+  /// of another map than the journal; see LoadNotice.
   static Slam Load(const std::string& folder, const Settings& settings = {},
                    const std::optional<Pose>& T_map_laser = std::nullopt);
 
   /// In one line, what Load has found wrong with the journal: that its end is missing, say, and how many scans remain.
-  /// Empty where all is as it was saved, and of a map that was not loaded.
+  /// After a Save that has moved other results aside, where these are now. Empty where all is as it was saved, and of a
+  /// map that was not loaded.
   std::string LoadNotice() const;
 
  private:

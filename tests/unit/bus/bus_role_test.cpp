@@ -1,6 +1,9 @@
 #include "services/bus/bus_role.hpp"
 
+#include <grp.h>
 #include <netinet/in.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <optional>
@@ -80,6 +83,64 @@ TEST_CASE("who has a role is busy, not unknown, while the queue of those who ask
   CHECK(FindRole(bus, kSelectorRole, sender) == RoleHolder::kBusy);
   role.DismissVisitors();
   CHECK(FindRole(bus, kSelectorRole, sender) == RoleHolder::kAnother);
+}
+
+TEST_CASE("a process of another user has its role by the user of its socket, and another user's process has not") {
+  if (geteuid() != 0) {
+    WARN("  skipped: users of roles: needs root");
+    return;
+  }
+  constexpr uid_t kFirstUser = 60001;
+  const BusAddress bus = OwnBus();
+  const auto Become = [](uid_t user) { return setgroups(0, nullptr) == 0 && setgid(user) == 0 && setuid(user) == 0; };
+  int ready[2];
+  int done[2];
+  REQUIRE(pipe(ready) == 0);
+  REQUIRE(pipe(done) == 0);
+  const auto Start = [&](uid_t user, bool has_role) {  // the port of its UDP socket
+    const pid_t child = fork();
+    if (child == 0) {
+      close(done[1]);
+      std::optional<BusRole> role;
+      if (!Become(user)) _exit(1);
+      if (has_role) role.emplace(bus, kMatcherRole);
+      const int opened = socket(AF_INET, SOCK_DGRAM, 0);
+      sockaddr_in address{};
+      socklen_t size = sizeof address;
+      address.sin_family = AF_INET;
+      address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+      if (bind(opened, reinterpret_cast<const sockaddr*>(&address), size) != 0) _exit(1);
+      getsockname(opened, reinterpret_cast<sockaddr*>(&address), &size);
+      char byte = 0;
+      if (write(ready[1], &address.sin_port, sizeof address.sin_port) > 0)
+        byte = static_cast<char>(read(done[0], &byte, 1));
+      _exit(byte);
+    }
+    in_port_t port = 0;
+    REQUIRE(read(ready[0], &port, sizeof port) == sizeof port);
+    return Sender{htonl(INADDR_LOOPBACK), ntohs(port)};
+  };
+  const Sender holder = Start(kFirstUser, true);
+  const Sender other = Start(kFirstUser + 1, false);
+  const pid_t judge = fork();
+  if (judge == 0) {
+    if (!Become(kFirstUser + 2)) _exit(1);
+    const bool right = FindRole(bus, kMatcherRole, holder) == RoleHolder::kSender &&
+                       FindRole(bus, kMatcherRole, other) == RoleHolder::kAnother;
+    _exit(right ? 0 : 2);
+  }
+  int status = 0;
+  waitpid(judge, &status, 0);
+  CHECK(WEXITSTATUS(status) == 0);
+  CHECK(FindRole(bus, kMatcherRole, holder) == RoleHolder::kSender);
+  close(done[1]);
+  while (wait(nullptr) > 0) {
+  }
+}
+
+TEST_CASE("of a sender that is not known nobody can tell whether it has a role") {
+  const BusRole role(OwnBus(), kMatcherRole);
+  CHECK(FindRole(OwnBus(), kMatcherRole, Sender()) == RoleHolder::kUnknown);
 }
 
 }  // namespace crsm

@@ -100,6 +100,11 @@ Run Localized(int num_lost) {
   return Run{.utime = 1}.Add(num_lost, Both(OnFinishedMap, Lose)).Add(100 - num_lost, OnFinishedMap);
 }
 
+/// One that is 5 m elsewhere from one scan to the next.
+Run Displaced() {
+  return Localized(0).Add(1, Both(OnFinishedMap, [](ScanMatch& match) { match.T_map_laser.y_m += 5.0; }));
+}
+
 Run Slow() { return Run{.step_m = 0.01}; }
 
 std::optional<double> AgreementOf(float range_m, int num_scans, bool rays_first = true) {
@@ -180,6 +185,7 @@ TEST_CASE("a run is as good as its scans, and what speaks against it is said") {
       {"wheels turn the other way", Run().Add(200, Turning(-1.0)), kDoubtful, "mirrored"},
       {"wheels drive backwards", Run().Add(200, DriveBackwards), kDoubtful, "mounted rotated"},
       {"localized", Localized(5), kGood},
+      {"localized, and elsewhere at once", Displaced(), kDoubtful, "no robot is so fast"},
       {"localized with many lost scans", Localized(30), kDoubtful},
       {"localized in another building", Localized(80), kBad, "another building"},
       {"poses, not a map", Localized(80), kBad, "the poses are not to be trusted"},
@@ -600,4 +606,17 @@ TEST_CASE("a threshold of agreement, or of contradiction, is the one that is giv
   constants = {};
   constants.most_contradict = constants.most_of_few_contradict = 1.0;
   CHECK_FALSE(Mentions(to_and_fro.Judged({}, constants), "contradict others"));
+}
+TEST_CASE("what a verdict cannot judge is said: loops that are still searched, and where a robot was told to be") {
+  Verdict verdict = Run().Add(200).Judged();
+  REQUIRE(verdict.trust == Trust::kGood);
+  JudgeToldStarts(0, verdict);
+  const std::size_t num_lines = FormatVerdict(verdict).size();
+  JudgeToldStarts(3, verdict);
+  CHECK(verdict.trust == Trust::kGood);
+  REQUIRE(FormatVerdict(verdict).size() == num_lines + 1);
+  CHECK(FormatVerdict(verdict).back().find("was told where it is 3 times (START_POSE)") != std::string::npos);
+  JudgeUnsearched(verdict);
+  CHECK(verdict.trust == Trust::kDoubtful);
+  CHECK(FormatVerdict(verdict).back().find("loops were still searched") != std::string::npos);
 }

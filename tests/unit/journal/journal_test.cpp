@@ -293,6 +293,49 @@ TEST_CASE("a journal of something else, missing or in the way is refused by name
   CHECK(Says(ErrorOf([&] { Journal(folder / "map", kMapping); }), "map/journal.lcm exists already"));
 }
 
+TEST_CASE("a localization goes on with its journal only on the map that it began on, which is named") {
+  const ScratchFolder folder;
+  JournalSubject subject{true, kMapping.parameters, NameMap(0x12, 300)};
+  {
+    Journal journal(folder / "a", subject);
+    Append(journal, {{100}});
+  }
+  CHECK(ReadHead(folder / "a")->subject.parameters == kMapping.parameters);
+  CHECK(ReadHead(folder / "a")->subject.finished_map_name == "0000000000000012 of 300 scans");
+  CHECK_NOTHROW(ReadJournal(folder / "a", subject, kRefuse, kIgnore));
+  CHECK_NOTHROW(ReadJournal(folder / "a", {true, {}}, kRefuse, kIgnore));      // which is not compared
+  for (const std::string& other : {NameMap(0x13, 300), NameMap(0x12, 301)}) {  // replaced, continued
+    subject.finished_map_name = other;
+    const std::string error = ErrorOf([&] { Journal(folder / "a", subject, kRefuse, kIgnore); });
+    CHECK(Says(
+        error,
+        "localises on another map (0000000000000012 of 300 scans) than the one that --localize names now (" + other));
+  }
+  {
+    Journal journal(folder / "old", {true, kMapping.parameters});  // as version 0.2.0 has written it
+    Append(journal, {{100}});
+  }
+  CHECK_NOTHROW(ReadJournal(folder / "old", subject, kRefuse, kIgnore));
+}
+
+TEST_CASE("a summary beside the journal of another map is named, one without an identity is not") {
+  const ScratchFolder folder;
+  Keep(folder / "journal", Scans(2));
+  CHECK_NOTHROW(CheckAreOfOneMap(folder.path()));
+  const auto Summarize = [&](const std::string& text) { std::ofstream(folder / "summary.json") << text; };
+  Summarize("{}");
+  CHECK_NOTHROW(CheckAreOfOneMap(folder.path()));
+  Summarize(R"({"identity": ")" + FormatIdentity(ReadHead(folder / "journal")->epoch) + R"("})");
+  CHECK_NOTHROW(CheckAreOfOneMap(folder.path()));
+  Summarize(R"({"identity": "0000000000000012"})");
+  CHECK(Says(ErrorOf([&] { CheckAreOfOneMap(folder.path()); }),
+             folder.path().string() + ": its summary.json is of another map than its journal"));
+  for (const char* text : {"[]", "{", R"({"identity": 5})"}) {
+    Summarize(text);
+    CHECK_NOTHROW(CheckAreOfOneMap(folder.path()));
+  }
+}
+
 TEST_CASE("a journal is taken over whole by another folder, and by its own") {
   const ScratchFolder folder;
   const std::string content = Keep(folder / "a/journal", Scans(2));

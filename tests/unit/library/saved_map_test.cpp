@@ -89,7 +89,9 @@ TEST_CASE("no map is saved over another one, and no other state of a map over a 
   for (std::size_t i = 0; i < 60; ++i) one.Process(drive.scans[i]);
   for (std::size_t i = 0; i < 30; ++i) other.Process(drive.scans[i]);
   one.Save(path);
+  CHECK(one.LoadNotice().empty());
   other.Save(path);
+  CHECK(other.LoadNotice() == "the results of another map in " + path + " are now in " + path + "/earlier.1");
   one.Save(path);
   CHECK(NumScansIn("") == 60);
   CHECK(NumScansIn("/earlier.1") == 60);
@@ -102,6 +104,21 @@ TEST_CASE("no map is saved over another one, and no other state of a map over a 
   one.Save(path);
   CHECK(NumScansIn("") == 60);
   CHECK(NumScansIn("/earlier.3") == 90);
+}
+
+TEST_CASE("a map whose summary is of another one is not loaded, and the folder is named") {
+  const Drive drive = TakeDrive("demo", 30);
+  const ScratchFolder folder;
+  const std::string path = folder.path().string();
+  crsm_slam::Slam slam({.preset = "sick"});
+  for (const auto& scan : drive.scans) slam.Process(scan);
+  slam.Save(path + "/one");
+  crsm_slam::Slam().Save(path + "/other");
+  std::filesystem::copy_file(path + "/other/summary.json", path + "/one/summary.json",
+                             std::filesystem::copy_options::overwrite_existing);
+  CHECK(ErrorOf([&] {
+          crsm_slam::Slam::Load(path + "/one");
+        }).starts_with(path + "/one: its summary.json is of another map than its journal"));
 }
 
 TEST_CASE("a folder to which somebody writes is not saved to, and who it is is said") {

@@ -175,6 +175,20 @@ TEST_CASE("what was answered before the loops were looked for is not taken as se
   CHECK(replica.replica.num_forged() == 0);
 }
 
+TEST_CASE("who does not wait any longer until loops are looked for asks anew") {
+  MapOwner owner;
+  TestReplica replica;
+  replica.Begin(owner);
+  replica.replica.AwaitSettled();
+  const map_request_t settled = replica.replica.NextRequest().value();
+  CHECK(settled.settled == 1);
+  replica.replica.AwaitNoLonger();
+  CHECK(replica.replica.NextRequest()->settled == 0);
+  CHECK(replica.replica.NextRequest()->question > settled.question);
+  replica.Ask(owner);
+  replica.CheckSameAs(owner);
+}
+
 TEST_CASE("what was answered before an update was requested is no answer to that request") {
   MapOwner owner;
   TestReplica replica(GENERATE(true, false));
