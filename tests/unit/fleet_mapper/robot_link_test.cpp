@@ -153,6 +153,40 @@ TEST_CASE("a robot whose host was started again goes on with its map, and one th
   }
 }
 
+TEST_CASE("on a network that loses a fifth of all messages, and is away for a minute, no keyframe is lost") {
+  Robot robot;
+  Random random(5);
+  int num_there = 0;
+  int num_taken = 0;
+  int num_sent = 0;
+  for (int tick = 0; num_taken < std::ssize(robot.keyframes); ++tick) {
+    REQUIRE(tick < 5000);
+    robot.now += 100ms;
+    const auto Passes = [&] {
+      ++num_sent;
+      const bool is_away = tick >= 100 && tick < 700;
+      return !is_away && random.Uniform(0.0, 1.0) > 0.2;
+    };
+    if (tick % 6 == 0 && num_there < std::ssize(robot.keyframes)) {  // one is drawn every 0.6 s
+      if (Passes()) robot.Hear(robot.Message(num_there, false));
+      const auto previous = num_there > 0 ? std::optional(KeyframeId{0, num_there - 1}) : std::nullopt;
+      if (Passes()) robot.link.Take(MakeUnchanged({0, num_there}, previous, 0, 7));
+      ++num_there;
+    }
+    if (const auto request = robot.link.NextRequest(robot.now); request && Passes()) {
+      const auto after = FromOptional(request->after);
+      const int first = request->epoch == 0 ? num_there - 1 : (after ? after->number + 1 : 0);
+      const int end = request->epoch == 0 ? num_there : std::min(num_there, first + request->num_keyframes);
+      for (int i = first; i < end; ++i) {
+        if (Passes()) robot.Hear(robot.Message(i, true));
+      }
+    }
+    num_taken += robot.TakeAll();
+  }
+  CHECK(num_taken == std::ssize(robot.keyframes));
+  CHECK(num_sent < 8 * num_taken);  // two each, and what was asked for
+}
+
 TEST_CASE("of keyframes that come without those before them no more wait than there is room for, and the first stay") {
   Robot robot;
   robot.Hear(robot.Message(0, true));
