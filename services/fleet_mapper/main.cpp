@@ -40,6 +40,7 @@ class FleetMapper {
         fleet_(command_line.parameters().loops, command_line.parameters().update),
         view_(fleet_, clock_, command_line.parameters().update) {
     service_.TakeRole(kMapOwnerRole);
+    OpenJournal();
     for (const std::string& robot : robots) {
       if (robot == kAuto) {
         finder_.emplace(settings_.lcm_url);
@@ -47,7 +48,6 @@ class FleetMapper {
         Follow(robot);
       }
     }
-    OpenJournal();
     service_.bus().Subscribe<map_request_t>(kMapRequestChannel,
                                             [this](const map_request_t& request) { Answer(request); });
   }
