@@ -15,4 +15,4 @@ _crsm_slam() {
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
 }
 complete -o default -F _crsm_slam laser_publisher ray_selector rrhc_matcher map_updater loop_closer map_exporter \
-  map_viewer mbot_publisher slam_offline slam_eval run_stack
+  map_viewer mbot_publisher fleet_mapper fleet_relay slam_offline slam_eval run_stack

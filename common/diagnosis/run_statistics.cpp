@@ -40,28 +40,25 @@ void RunStatistics::Add(const ScanMatch& match) {
   if (match.state != MatchState::kFirst && match.map_version == 0) values_.finished_map = true;
   CountUnmatched(outcome);
   if (outcome != ScanOutcome::kOnMap) {
-    previous_.reset();
+    if (const auto track = tracks_.find(match.trajectory); track != tracks_.end()) track->second.previous.reset();
     return;
   }
-  if (first_ && first_->trajectory != match.trajectory) {
-    first_.reset();
-    T_map_on_path_.reset();
-  }
+  Track& track = tracks_.try_emplace(match.trajectory, Track{{}, match, {}}).first->second;
   CountOpen(match);
   if (match.state != MatchState::kFirst) {
     fitness_sum_ += match.fitness;
     ++num_fitnesses_;
   }
-  LengthenPath(match);
-  LookHowFar(match);
+  LengthenPath(match, track);
+  LookHowFar(match, track.first);
   if (Sampled* sampled = FindSampled(match.utime)) {
     sampled->T_map_laser = match.T_map_laser;
     sampled->twist = match.twist;
     sampled->path_m = values_.path_m;
     sampled->degenerate = match.state == MatchState::kDegenerate;
   }
-  if (previous_) AddStep(*previous_, match);
-  previous_ = match;
+  if (track.previous) AddStep(*track.previous, match);
+  track.previous = match;
 }
 
 void RunStatistics::ForgetRays(std::int64_t utime) {
@@ -71,12 +68,15 @@ void RunStatistics::ForgetRays(std::int64_t utime) {
 void RunStatistics::ForgetMatches() {
   auto sampled = std::move(sampled_);
   for (auto& [hash, each] : sampled) each.T_map_laser.reset();
+  const bool of_keyframes = of_keyframes_;
   *this = RunStatistics(constants_);
+  of_keyframes_ = of_keyframes;
   sampled_ = std::move(sampled);
 }
 
 RunStatistics::Values RunStatistics::values() const {
   Values values = values_;
+  if (of_keyframes_) values.far_steps = 0;
   if (num_fitnesses_ > 0) values.mean_fitness = fitness_sum_ / static_cast<double>(num_fitnesses_);
   values.turns_by_odometry = turns_.Compute(constants_.least_turns_rad2);
   values.ways_by_odometry = ways_.Compute(constants_.least_ways_m2);
@@ -129,17 +129,16 @@ void RunStatistics::CountUnmatched(ScanOutcome outcome) {
 }
 
 /// By steps that are longer than what a robot that stands seems to move.
-void RunStatistics::LengthenPath(const ScanMatch& match) {
-  const double step_m = T_map_on_path_ ? Distance(*T_map_on_path_, match.T_map_laser) : 0.0;
-  if (T_map_on_path_ && step_m < constants_.path_step_m) return;
+void RunStatistics::LengthenPath(const ScanMatch& match, Track& track) {
+  const double step_m = track.T_map_on_path ? Distance(*track.T_map_on_path, match.T_map_laser) : 0.0;
+  if (track.T_map_on_path && step_m < constants_.path_step_m) return;
   values_.path_m += step_m;
   if (match.state == MatchState::kDegenerate && !match.by_wheels) values_.open_path_m += step_m;
-  T_map_on_path_ = match.T_map_laser;
+  track.T_map_on_path = match.T_map_laser;
 }
 
-void RunStatistics::LookHowFar(const ScanMatch& match) {
-  if (!first_) first_ = match;
-  const Pose2 motion = Inverse(first_->T_map_laser) * match.T_map_laser;
+void RunStatistics::LookHowFar(const ScanMatch& match, const ScanMatch& first) {
+  const Pose2 motion = Inverse(first.T_map_laser) * match.T_map_laser;
   values_.furthest_m = std::max(values_.furthest_m, Length(motion));
   values_.furthest_rad = std::max(values_.furthest_rad, std::abs(motion.yaw_rad));
 }
@@ -172,11 +171,10 @@ void RunStatistics::AddStep(const ScanMatch& from, const ScanMatch& to) {
   ways_.laser += motion.x_m * motion.x_m + motion.y_m * motion.y_m;
 }
 
-/// The place of another trajectory is not known so well.
 void RunStatistics::LookForJump(const ScanMatch& from, const ScanMatch& to) {
   const double step_m = Distance(from.T_map_laser, to.T_map_laser);
   const double time_s = 1e-6 * std::abs(static_cast<double>(to.utime) - static_cast<double>(from.utime));
-  if (from.trajectory != to.trajectory || step_m <= std::max(constants_.jump_m, constants_.jump_m_s * time_s)) return;
+  if (step_m <= std::max(constants_.jump_m, constants_.jump_m_s * time_s)) return;
   if (step_m <= values_.longest_jump_m) return;
   values_.longest_jump_m = step_m;
   values_.longest_jump_ends = {to.T_map_laser.x_m, to.T_map_laser.y_m};

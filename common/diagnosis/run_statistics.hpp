@@ -29,6 +29,9 @@ class RunStatistics {
   /// The next match.
   void Add(const ScanMatch& match);
 
+  /// What comes are the keyframes of a fleet alone: how far it is from one to the next tells nothing.
+  void BeOfKeyframes() { of_keyframes_ = true; }
+
   /// Those that came with this utime were of another scan.
   void ForgetRays(std::int64_t utime);
 
@@ -84,10 +87,17 @@ class RunStatistics {
     std::optional<double> Compute(double least) const;
   };
 
+  /// Of a trajectory: matches of several robots come in turn.
+  struct Track {
+    std::optional<Pose2> T_map_on_path;  ///< up to which path_m is counted
+    ScanMatch first;
+    std::optional<ScanMatch> previous;  ///< if it was matched
+  };
+
   Sampled* FindSampled(std::int64_t utime);
   void CountUnmatched(ScanOutcome outcome);
-  void LengthenPath(const ScanMatch& match);
-  void LookHowFar(const ScanMatch& match);
+  void LengthenPath(const ScanMatch& match, Track& track);
+  void LookHowFar(const ScanMatch& match, const ScanMatch& first);
   void CountOpen(const ScanMatch& match);
   void AddStep(const ScanMatch& from, const ScanMatch& to);
   void LookForJump(const ScanMatch& from, const ScanMatch& to);
@@ -101,9 +111,8 @@ class RunStatistics {
   std::int64_t num_since_open_ = 0;
   Correlation turns_;
   Correlation ways_;
-  std::optional<Pose2> T_map_on_path_;        ///< up to which path_m is counted
-  std::optional<ScanMatch> first_;            ///< of the trajectory
-  std::optional<ScanMatch> previous_;         ///< if it was matched
+  std::map<int, Track> tracks_;
+  bool of_keyframes_ = false;
   std::map<std::uint64_t, Sampled> sampled_;  ///< by the hash of the utime: the scans of the smallest ones
 };
 

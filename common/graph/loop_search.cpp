@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "common/graph/draw_scans.hpp"
-#include "common/graph/submap.hpp"
 #include "common/match/fit/optimum.hpp"
 #include "common/match/fit/rays_in_cells.hpp"
 #include "common/match/fit/scored_map.hpp"
@@ -194,20 +193,26 @@ std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_m
 
 std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& finding, const DrawingRules& drawing,
                              const LoopSearchConstants& constants) {
+  const Submap submap = MakeSubmap(graph, finding.older, finding.newer, constants.graph.submaps);
+  return MakeLoop({graph, submap, graph}, finding, drawing, constants);
+}
+
+std::optional<Loop> MakeLoop(const FoundIn& place, const LoopFinding& finding, const DrawingRules& drawing,
+                             const LoopSearchConstants& constants) {
   const GraphConstants::Submaps& submaps = constants.graph.submaps;
-  const Submap submap = MakeSubmap(graph, finding.older, finding.newer, submaps);
+  const auto& [older, submap, newer] = place;
   std::vector<PlacedScan> scans;
   for (KeyframeId at = submap.first; at <= submap.last; ++at.number) {
-    scans.push_back({graph.keyframe(at).rays, graph.Motion(finding.older, at)});
+    scans.push_back({older.keyframe(at).rays, older.Motion(finding.older, at)});
   }
   const ScoredMap map(DrawScans(drawing, scans));
   const RaysInCells rays =
-      ToCells(CollectRecentPoints(graph, finding.newer, submaps.farthest_point_m, submaps), map.geometry());
+      ToCells(CollectRecentPoints(newer, finding.newer, submaps.farthest_point_m, submaps), map.geometry());
   const Pose2 pose = FindOptimum(
       finding.T_older_newer, submaps.cell_m, submaps.optimum_rad,
       [&](const Pose2& at) { return map.Differentiate(rays, at); }, constants.match.optimum);
 
-  const Eigen::Matrix2Xd newest_hits_m = ComputeHits(graph.keyframe(finding.newer).rays.Unpack());
+  const Eigen::Matrix2Xd newest_hits_m = ComputeHits(newer.keyframe(finding.newer).rays.Unpack());
   const bool told_by_rays = finding.by == LoopFinding::By::kSoon || finding.by == LoopFinding::By::kNearby;
   // The newest scan may see little of the submap.
   if (!told_by_rays &&

@@ -6,6 +6,7 @@
 #include "common/graph/graph_constants.hpp"
 #include "common/graph/keyframe_graph.hpp"
 #include "common/graph/loop_finding.hpp"
+#include "common/graph/submap.hpp"
 #include "common/map/map_updater.hpp"
 #include "common/match/match_constants.hpp"
 
@@ -27,6 +28,17 @@ std::optional<LoopFinding> SearchLoop(const KeyframeGraph& graph, double local_m
 /// The loop of a finding, its pose refined on a map of the submap; nothing if the rays of the newest keyframe would run
 /// through walls there.
 std::optional<Loop> MakeLoop(const KeyframeGraph& graph, const LoopFinding& finding, const DrawingRules& drawing,
+                             const LoopSearchConstants& constants);
+
+/// Where something was found, and who found it: the graph of a submap, and that of the newer keyframe, which may be
+/// another one.
+struct FoundIn {
+  const KeyframeGraph& older;
+  const Submap& submap;
+  const KeyframeGraph& newer;
+};
+/// The same, of a finding between two graphs.
+std::optional<Loop> MakeLoop(const FoundIn& place, const LoopFinding& finding, const DrawingRules& drawing,
                              const LoopSearchConstants& constants);
 
 /// Whether a keyframe is of another trajectory than the newest one, or further back than `long_ago_m`.

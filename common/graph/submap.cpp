@@ -23,12 +23,17 @@ void VisitScans(const KeyframeGraph& graph, const Submap& submap, Visit&& visit)
 
 }  // namespace
 
+Submap MakeSubmapAround(const KeyframeGraph& graph, KeyframeId middle, const GraphConstants::Submaps& constants) {
+  const double middle_m = graph.path_m(middle);
+  return {middle, graph.FindByPath(middle.trajectory, middle_m - constants.reach_m),
+          graph.FindByPath(middle.trajectory, middle_m + constants.reach_m)};
+}
+
 Submap MakeSubmap(const KeyframeGraph& graph, KeyframeId middle, KeyframeId newest,
                   const GraphConstants::Submaps& constants) {
-  const double middle_m = graph.path_m(middle);
-  const KeyframeId latest = graph.FindByPath(newest.trajectory, graph.path_m(newest) - constants.long_ago_m);
-  return {middle, graph.FindByPath(middle.trajectory, middle_m - constants.reach_m),
-          std::min(graph.FindByPath(middle.trajectory, middle_m + constants.reach_m), latest)};
+  Submap submap = MakeSubmapAround(graph, middle, constants);
+  submap.last = std::min(submap.last, graph.FindByPath(newest.trajectory, graph.path_m(newest) - constants.long_ago_m));
+  return submap;
 }
 
 Eigen::Matrix2Xd CollectHits(const KeyframeGraph& graph, const Submap& submap, const Pose2& place, double farthest_m) {

@@ -16,7 +16,10 @@ struct Submap {
   KeyframeId last;
 };
 
-/// What is around a keyframe, but for what was driven just before the newest one.
+/// What is around a keyframe.
+Submap MakeSubmapAround(const KeyframeGraph& graph, KeyframeId middle, const GraphConstants::Submaps& constants);
+
+/// The same, but for what was driven just before the newest one.
 Submap MakeSubmap(const KeyframeGraph& graph, KeyframeId middle, KeyframeId newest,
                   const GraphConstants::Submaps& constants);
 

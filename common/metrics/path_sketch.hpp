@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -37,7 +38,7 @@ class PathSketch {
 
   std::vector<Kept> kept_;
   std::deque<Kept> recent_;
-  std::optional<Pose2> last_matched_;  ///< of kept_
+  std::map<int, Pose2> last_matched_;  ///< of kept_, by trajectory: several robots come in turn
   std::optional<Pose2> last_lost_;     ///< of kept_
   double spacing_m_ = 0.02;            ///< less than a pixel of most pictures
   ScanCounts counts_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 #include <set>
@@ -35,6 +36,8 @@ struct Path {
 Path DrawPath(const Results& results, MapPanel& panel) {
   Path path;
   PathCounts& counts = path.counts;
+  std::map<int, cv::Point2d> ends_m;  // by trajectory: those of several robots come in turn
+  int trajectory = 0;
   results.matches.ForEach([&](const ScanMatch& match) {
     counts.scans.Add(match);
     if (match.floating) return;
@@ -43,7 +46,12 @@ Path DrawPath(const Results& results, MapPanel& panel) {
     if (OutcomeOf(match) != ScanOutcome::kOnMap) return;
     path.end_m = PointOf(match.T_map_laser);
     if (!path.start_m) path.start_m = path.end_m;
-    if (match.state == MatchState::kFirst) panel.BreakPath();  // how the robot came here is not known
+    const auto end_m = ends_m.find(match.trajectory);
+    // How the robot came here is not known.
+    if (match.state == MatchState::kFirst || match.trajectory != trajectory) panel.BreakPath();
+    if (match.trajectory != trajectory && end_m != ends_m.end()) panel.GoTo(end_m->second);
+    trajectory = match.trajectory;
+    ends_m[trajectory] = path.end_m;
     panel.GoTo(path.end_m);
   });
   counts.is_drawn = path.start_m.has_value();

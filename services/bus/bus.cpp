@@ -68,27 +68,6 @@ std::optional<MulticastAddress> ParseMulticastUrl(std::string_view url) {
   return address.port > 0 ? std::optional(address) : std::nullopt;
 }
 
-/// The URL as LCM is to see it: checked, because LCM turns some mistakes into another transport in silence, and with
-/// the receive buffer that it asks for only when told.
-std::string CompleteUrl(std::string url) {
-  if (url.empty()) {
-    const char* environment = std::getenv("LCM_DEFAULT_URL");
-    url = environment && *environment ? environment : "udpm://239.255.76.67:7667?ttl=0";
-  }
-  const bool multicast = url.rfind("udpm://", 0) == 0;
-  if (multicast ? !ParseMulticastUrl(url) : url.rfind("tcpq://", 0) != 0) {
-    throw UsageError(
-        fmt::format("--lcm-url {}: is no bus between processes; use one like udpm://239.255.76.67:7667?ttl=0 or "
-                    "tcpq://localhost:7700",
-                    url));
-  }
-  if (multicast && url.find("recv_buf_size") == std::string::npos) {
-    url += (url.find('?') == std::string::npos ? "?" : "&") +
-           fmt::format("recv_buf_size={}", MulticastAddress().buffer_bytes);
-  }
-  return url;
-}
-
 /// LCM's own way to name a channel, or all that begin so: a regular expression.
 std::string ToRegex(const std::string& channel) {
   const bool all_that_begin_so = channel.ends_with('*');
@@ -156,6 +135,25 @@ std::string PrepareUrl(const std::string& url) {
 
 }  // namespace
 
+std::string CompleteUrl(std::string url) {
+  if (url.empty()) {
+    const char* environment = std::getenv("LCM_DEFAULT_URL");
+    url = environment && *environment ? environment : "udpm://239.255.76.67:7667?ttl=0";
+  }
+  const bool multicast = url.rfind("udpm://", 0) == 0;
+  if (multicast ? !ParseMulticastUrl(url) : url.rfind("tcpq://", 0) != 0) {
+    throw UsageError(
+        fmt::format("--lcm-url {}: is no bus between processes; use one like udpm://239.255.76.67:7667?ttl=0 or "
+                    "tcpq://localhost:7700",
+                    url));
+  }
+  if (multicast && url.find("recv_buf_size") == std::string::npos) {
+    url += (url.find('?') == std::string::npos ? "?" : "&") +
+           fmt::format("recv_buf_size={}", MulticastAddress().buffer_bytes);
+  }
+  return url;
+}
+
 std::string NameBus(const std::string& url) {
   const std::string complete = CompleteUrl(url);
   const auto multicast = ParseMulticastUrl(complete);
@@ -189,7 +187,7 @@ bool Bus::Subscription::Takes(std::string_view heard) const {
 void Bus::Subscription::ReceiveFromLcm(const lcm::ReceiveBuffer* buffer, const std::string&) {
   // LCM does not tell senders. Ours send whole messages, which come by the own socket; what LCM got before its socket
   // was filtered comes too early for anybody.
-  if (sole_sender && bus->own_socket_) return bus->counters_.Add(channel.substr(bus->prefix_.size()) + "_unattributed");
+  if (sole_sender && bus->own_socket_) return bus->counters_.Add(name + "_unattributed");
   Receive({}, {static_cast<const std::uint8_t*>(buffer->data), buffer->data_size});
 }
 
@@ -202,14 +200,14 @@ void Bus::Subscription::Receive(const Sender& sender, std::span<const std::uint8
 }
 
 void Bus::Subscription::Refuse(const Sender& refused) {
-  bus->counters_.Add(channel.substr(bus->prefix_.size()) + "_refused");
+  bus->counters_.Add(name + "_refused");
   if (std::exchange(refused_before, true)) return;
   fmt::print(stderr, "{} from {} is refused: another process sends it; stop one of the two\n", channel,
              refused.Describe());
 }
 
 void Bus::Subscription::SayChanged(const Sender& sender) {
-  bus->counters_.Add(channel.substr(bus->prefix_.size()) + "_sender_changed");
+  bus->counters_.Add(name + "_sender_changed");
   const auto line = changes.Pass(fmt::format("{} comes from another process now, {}: the one before has ended, or had "
                                              "not the role",
                                              channel, sender.Describe()),
@@ -238,18 +236,28 @@ void Bus::SubscribeBytes(const std::string& channel, std::function<bool(std::spa
   });
 }
 
-void Bus::SubscribeRaw(const std::string& channel, RawHandler handler) {
+void Bus::BelieveOnly(const std::string& prefix, const char* role) {
+  subscriptions_.back()->sole_sender.emplace([this, prefix, role](const Sender& sender) {
+    return FindRole({url_, prefix}, role, sender);
+  });
+  if (!own_socket_) counters_.Add("senders_unknown");
+}
+
+void Bus::SubscribeRaw(const std::string& channel, RawHandler handler, const std::optional<std::string>& prefix) {
+  const std::string whole = prefix.value_or(prefix_) + channel;
+
   const bool first = channels_.empty();
   const std::set<int> sockets_of_others = first && multicast_ ? FindUdpSockets(multicast_->port) : std::set<int>();
-  subscriptions_.push_back(std::make_unique<Subscription>(Subscription{prefix_ + channel, std::move(handler), this}));
+  subscriptions_.push_back(
+      std::make_unique<Subscription>(Subscription{whole, prefix.value_or("") + channel, std::move(handler), this}));
   lcm::Subscription* subscription =
-      lcm_.subscribe(ToRegex(prefix_ + channel), &Subscription::ReceiveFromLcm, subscriptions_.back().get());
+      lcm_.subscribe(ToRegex(whole), &Subscription::ReceiveFromLcm, subscriptions_.back().get());
   if (!subscription || lcm_.getFileno() < 0) {
     throw std::runtime_error(WhyUnreachable(url_, multicast_.has_value()));
   }
   subscription->setQueueCapacity(kQueueCapacity);
   if (first && multicast_) lcm_socket_ = FindNewSocket(multicast_->port, sockets_of_others);
-  channels_.push_back(prefix_ + channel);
+  channels_.push_back(whole);
   if (multicast_) FilterSockets();
 }
 

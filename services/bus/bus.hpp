@@ -28,6 +28,10 @@ std::string NameBus(const std::string& url);
 /// is no route for multicast.
 void CheckBus(const std::string& url);
 
+/// The URL as LCM is to see it: checked, because LCM turns some mistakes into another transport in silence, and with
+/// the receive buffer that it asks for only when told. Empty: LCM's default. Throws UsageError where it is of no bus.
+std::string CompleteUrl(std::string url);
+
 /// Who takes messages out of the kernel's buffer.
 enum class Reception {
   kByHandler,  ///< the thread that handles them, at the least cost: for those that handle messages all the time
@@ -49,6 +53,11 @@ class Bus {
   void Subscribe(const std::string& channel, std::function<void(const Message&)> handler) {
     SubscribeRaw(channel, MakeRawHandler(channel, std::move(handler)));
   }
+  /// The same of another channel prefix than this bus has.
+  template <class Message>
+  void SubscribeOf(const std::string& prefix, const std::string& channel, std::function<void(const Message&)> handler) {
+    SubscribeRaw(channel, MakeRawHandler(prefix + channel, std::move(handler)), prefix);
+  }
 
   /// The same of messages of whatever type: `handler` returns whether they are well-formed.
   void SubscribeBytes(const std::string& channel, std::function<bool(std::span<const std::uint8_t>)> handler);
@@ -61,10 +70,14 @@ class Bus {
   template <class Message>
   void SubscribeToOne(const char* channel, const char* role, std::function<void(const Message&)> handler) {
     SubscribeRaw(channel, MakeRawHandler(channel, std::move(handler)));
-    subscriptions_.back()->sole_sender.emplace([this, role](const Sender& sender) {
-      return FindRole({url_, prefix_}, role, sender);
-    });
-    if (!own_socket_) counters_.Add("senders_unknown");
+    BelieveOnly(prefix_, role);
+  }
+  /// The same of another channel prefix than this bus has.
+  template <class Message>
+  void SubscribeToOneOf(const std::string& prefix, const char* channel, const char* role,
+                        std::function<void(const Message&)> handler) {
+    SubscribeRaw(channel, MakeRawHandler(prefix + channel, std::move(handler)), prefix);
+    BelieveOnly(prefix, role);
   }
 
   /// Who sent the message that is being handled.
@@ -82,7 +95,12 @@ class Bus {
   /// A message that LCM cannot send is counted as publish_failed; why is said on stderr, the first time.
   template <class Message>
   void Publish(const char* channel, const Message& message) {
-    const std::string name = prefix_ + channel;
+    PublishOf(prefix_, channel, message);
+  }
+  /// The same with another channel prefix than this bus has.
+  template <class Message>
+  void PublishOf(const std::string& prefix, const char* channel, const Message& message) {
+    const std::string name = prefix + channel;
     const int size = message.getEncodedSize();
     if (own_sender_ && MulticastSender::Fits(name, static_cast<std::size_t>(size))) {
       message.encode(own_sender_->Add(name, static_cast<std::size_t>(size)).data(), 0, size);
@@ -108,6 +126,7 @@ class Bus {
   using RawHandler = std::function<void(std::span<const std::uint8_t>)>;
   struct Subscription {
     std::string channel;
+    std::string name;  ///< in counters: the channel without the prefix of this bus
     RawHandler handler;
     Bus* bus;
     bool failed_before = false;
@@ -139,7 +158,9 @@ class Bus {
     return channel.substr(0, channel.find_last_not_of("/*") + 1) + "_malformed";
   }
 
-  void SubscribeRaw(const std::string& channel, RawHandler handler);
+  /// prefix: nothing for that of this bus.
+  void SubscribeRaw(const std::string& channel, RawHandler handler, const std::optional<std::string>& prefix = {});
+  void BelieveOnly(const std::string& prefix, const char* role);
   void FilterSockets();
   void AwaitAny(int timeout_ms);
   void HandleWhole();

@@ -151,6 +151,16 @@ Contents Read(const std::string& path, const JournalSubject& subject, OnDamage o
         ThrowLoopsDoNotFit(path);
       }
     }
+    if (stretch->fleet_keyframe) {
+      if (!visit.fleet_keyframe(*stretch->fleet_keyframe)) {
+        throw std::runtime_error(
+            fmt::format("{} is the journal of a fleet, and not of one robot, or its keyframes do not fit each other: "
+                        "choose another "
+                        "folder",
+                        path));
+      }
+      ++num_scans;
+    }
     if (!stretch->match) continue;
     visit.match(stretch->scan ? &*stretch->scan : nullptr, *stretch->match);
     ++num_scans;
@@ -258,13 +268,24 @@ void Journal::AddEvent(const char* channel, const Message& message) {
 
 void Journal::Append(const CriticalRays* scan, const ScanMatch& match) {
   last_utime_ = std::max(last_utime_, match.utime);  // lcm-logplayer does not go back in time
-  if (!head_written_) AddEvent(kJournalHeadChannel, ToMessage({epoch_, subject_}, match.utime));
-  head_written_ = true;
+  AddHead(match.utime);
   if (scan) AddEvent(kCriticalRaysChannel, ToMessage(*scan));
   AddEvent(kScanMatchChannel, ToMessage(match));
   WriteStretch(match.utime);
   appended_ = true;
   if (scan) ++num_drawn_;
+}
+
+void Journal::AddHead(std::int64_t utime) {
+  if (!std::exchange(head_written_, true)) AddEvent(kJournalHeadChannel, ToMessage({epoch_, subject_}, utime));
+}
+
+void Journal::Append(const fleet_keyframe_t& keyframe) {
+  last_utime_ = std::max(last_utime_, keyframe.heard_utime);
+  AddHead(last_utime_);
+  AddEvent(kFleetKeyframeChannel, keyframe);
+  WriteStretch(last_utime_);
+  appended_ = true;
 }
 
 void Journal::Append(const GraphUpdate& update, std::int64_t utime) {

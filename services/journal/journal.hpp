@@ -64,6 +64,8 @@ struct VisitJournal {
   std::function<bool(KeyframeId keyframe)> searched = [](KeyframeId) { return true; };
   /// What the journal says of itself.
   std::function<void(const JournalHead& head)> head = [](const JournalHead&) {};
+  /// A keyframe of a fleet's map. False if the journal is not to be of a fleet, or if it does not fit those before.
+  std::function<bool(const fleet_keyframe_t& keyframe)> fleet_keyframe = [](const fleet_keyframe_t&) { return false; };
 };
 
 /// What a journal is refused with where `update` or `searched` is false. Throws std::runtime_error that names it.
@@ -79,8 +81,8 @@ enum class OnDamage {
 /// lcm-spy read too. First the head (JOURNAL_HEAD), then for every match the scan (CRITICAL_RAYS) if it was drawn, and
 /// the match (SCAN_MATCH), and between them, with loops, what was found, what that has brought to the graph, and up to
 /// which keyframe loops were searched (POSE_GRAPH, part by part); behind each of these a check (JOURNAL_CHECK) with a
-/// checksum of all bytes since the last one. A process that is killed loses nothing that was kept, a power cut the last
-/// second.
+/// checksum of all bytes since the last one. That of a fleet has a keyframe (FLEET_KEYFRAME) in the place of each
+/// match. A process that is killed loses nothing that was kept, a power cut the last second.
 class Journal {
  public:
   /// Begins a new journal, of a new epoch or of that of a map which is there already. Throws std::runtime_error if
@@ -115,6 +117,9 @@ class Journal {
   /// keyframe.
   void Append(const GraphUpdate& update, std::int64_t utime);
 
+  /// Keeps a keyframe of a fleet's map, in the same way: its scan as well.
+  void Append(const fleet_keyframe_t& keyframe);
+
   /// Keeps that loops were searched up to a keyframe, and that nothing was found since the update of `last_update`. It
   /// is written where the session ends, and before that for every tenth drawn scan: if the process is killed, those
   /// that came since are searched once more. utime: of the keyframe.
@@ -123,6 +128,7 @@ class Journal {
  private:
   template <class Message>
   void AddEvent(const char* channel, const Message& message);
+  void AddHead(std::int64_t utime);
   void WriteSearched();
   void WriteStretch(std::int64_t utime);
 

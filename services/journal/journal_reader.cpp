@@ -17,7 +17,8 @@ constexpr std::size_t kMostStretchBytes = std::size_t{1} << 17;
 
 /// By its type alone.
 bool IsOfJournal(std::span<const std::uint8_t> bytes) {
-  return Is<journal_head_t>(bytes) || Is<critical_rays_t>(bytes) || Is<scan_match_t>(bytes) || Is<pose_graph_t>(bytes);
+  return Is<journal_head_t>(bytes) || Is<critical_rays_t>(bytes) || Is<scan_match_t>(bytes) ||
+         Is<pose_graph_t>(bytes) || Is<fleet_keyframe_t>(bytes);
 }
 
 }  // namespace
@@ -48,9 +49,14 @@ std::optional<journal_check_t> JournalReader::CheckAt(std::uint64_t offset) {
 }
 
 bool JournalReader::TakeEvent(const Event& event, JournalStretch& stretch) const {
-  const bool first = num_events_ == 0 && !stretch.head && !stretch.scan && !stretch.match && !stretch.graph;
+  const bool is_whole = stretch.match || stretch.graph || stretch.fleet_keyframe;
+  const bool first = num_events_ == 0 && !stretch.head && !stretch.scan && !is_whole;
   if (first) return (stretch.head = Decode<journal_head_t>(Bytes(event.data))).has_value();
-  if (stretch.match || stretch.graph) return false;
+  if (is_whole) return false;
+  if (auto keyframe = Decode<fleet_keyframe_t>(Bytes(event.data))) {
+    stretch.fleet_keyframe = std::move(keyframe);
+    return !stretch.scan;
+  }
   if (const auto match = Decode<scan_match_t>(Bytes(event.data))) {
     stretch.match = FromMessage(*match);
     return !stretch.scan || stretch.scan->utime == match->utime;
@@ -84,7 +90,7 @@ std::optional<JournalStretch> JournalReader::Next() {
     whole_bytes_ = end;
     num_events_ += num_events;
     last_utime_ = std::max(last_utime_, check->utime);
-    ended_in_order_ = !stretch.match && !stretch.graph;
+    ended_in_order_ = !stretch.match && !stretch.graph && !stretch.fleet_keyframe;
     return stretch;
   }
   return std::nullopt;

@@ -17,7 +17,8 @@ struct JournalStretch {
   std::optional<journal_head_t> head;  ///< in the first one
   std::optional<CriticalRays> scan;    ///< if it was drawn
   std::optional<ScanMatch> match;
-  std::optional<pose_graph_t> graph;  ///< neither this nor a match where a session ended in order
+  std::optional<pose_graph_t> graph;
+  std::optional<fleet_keyframe_t> fleet_keyframe;  ///< none of the last three where a session ended in order
 };
 
 /// Reads a journal stretch by stretch, each only if its checksum holds and it is the one that belongs there.

@@ -109,8 +109,10 @@ class MapExporter {
     }
     const std::int64_t num_left_out = std::max(kept.num_left_out, status.num_left_out);
     kept = status;
-    kept.num_left_out = num_left_out;                               // who says less later, takes nothing back
-    if (status.name == "map_updater") last_change_ = Clock::now();  // it is there, and may wait for a loop closer
+    kept.num_left_out = num_left_out;  // who says less later, takes nothing back
+    if (status.name == "fleet_mapper") statistics_.BeOfKeyframes();
+    const bool is_owner = status.name == "map_updater" || status.name == "fleet_mapper";
+    if (is_owner) last_change_ = Clock::now();  // it is there, and may wait for a loop closer
   }
 
   /// Lets messages gather, none of which is urgent: to wake up for each alone costs more than to handle it. A replica

@@ -5,7 +5,7 @@
 #include "common/map/map_delta.hpp"
 #include "common/map/map_geometry.hpp"
 #include "common/match/guess/tracking_state.hpp"
-#include "services/map_updater/growing_message.hpp"
+#include "services/replica/growing_message.hpp"
 
 namespace crsm {
 

@@ -25,10 +25,12 @@ void LoopCloserLink::Send(KeyframeId id) {
 }
 
 void LoopCloserLink::Answer(const keyframe_request_t& request, const Sender& sender, Clock::time_point now) {
-  if (request.epoch != epoch_) return;
+  const bool is_unknown = request.epoch == 0;
+  if (!is_unknown && request.epoch != epoch_) return;
   if (!request_limiter_.Admit(sender, request.epoch, now)) return counters_.Add("keyframe_requests_refused");
   counters_.Add("keyframe_requests");
   const KeyframeGraph& graph = mapper_.graph();
+  if (is_unknown) return graph.newest() ? Send(*graph.newest()) : void();
   const auto after = FromOptional(request.after);
   if (after && !graph.Has(*after)) return;
   auto next = after ? graph.After(*after) : KeyframeId{};

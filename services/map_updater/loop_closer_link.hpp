@@ -6,7 +6,7 @@
 #include "common/graph/mapper.hpp"
 #include "services/base/backoff.hpp"
 #include "services/base/status.hpp"
-#include "services/map_updater/request_limiter.hpp"
+#include "services/replica/request_limiter.hpp"
 #include "services/wire/graph_messages.hpp"
 
 namespace crsm {

@@ -17,8 +17,8 @@
 #include "services/journal/map_parameters.hpp"
 #include "services/map_updater/delta_parts.hpp"
 #include "services/map_updater/loop_closer_link.hpp"
-#include "services/map_updater/request_limiter.hpp"
 #include "services/map_updater/whole_view.hpp"
+#include "services/replica/request_limiter.hpp"
 #include "services/stages/scan_queue.hpp"
 #include "services/wire/conversions.hpp"
 

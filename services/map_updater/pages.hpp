@@ -6,7 +6,7 @@
 #include "common/map/map_updater.hpp"
 #include "common/match/guess/tracking_state.hpp"
 #include "services/journal/match_store.hpp"
-#include "services/map_updater/growing_message.hpp"
+#include "services/replica/growing_message.hpp"
 
 namespace crsm {
 

@@ -13,6 +13,7 @@
 #include <string_view>
 #include <utility>
 
+#include "common/math/parse_number.hpp"
 #include "common/scan/valid_rays.hpp"
 #include "services/base/process.hpp"
 #include "services/base/usage_error.hpp"
@@ -22,6 +23,7 @@
 #include "services/journal/earlier_scans.hpp"
 #include "services/journal/journal.hpp"
 #include "services/journal/map_parameters.hpp"
+#include "services/run_stack/fleet_run.hpp"
 #include "services/run_stack/outcome.hpp"
 #include "services/run_stack/results_folder.hpp"
 #include "services/run_stack/signals.hpp"
@@ -45,11 +47,16 @@ constexpr const char* kFooter =
     "gets map.png, map.yaml, overview.png, trajectory.tum, summary.json, the log/ of each service, and the journal/ "
     "from which the map can be rebuilt.";
 
-void AddOwnFlags(CommandLine& command_line, StackOptions& options) {
+void AddOwnFlags(CommandLine& command_line, StackOptions& options, std::string& num_robots) {
   command_line.AddWord(
-      "SOURCE", options.source,
+      "SOURCE", options.sources,
       DescribeSources() +
           ";\nlive: scans from another program on the bus, such as a laser driver or lcm-logplayer, until Ctrl-C");
+  command_line.AddOption(
+      "--robots", num_robots,
+      "map N robots at a time, each by itself, and all on one common map; SOURCE is one for each, or "
+      "one for all",
+      {kOptionsHeading, "N"});
   AddFlags(command_line, options.earlier);
   command_line.AddFlag("--strict", options.strict, "fail if the map is not to be trusted");
   command_line.AddFlag("--view", options.view,
@@ -238,7 +245,19 @@ int main(int argc, char** argv) {
                                  "one LCM bus, five with --no-loops.",
                                  crsm::FlagsOfStack());
   crsm::StackOptions options;
-  crsm::AddOwnFlags(command_line, options);
+  std::string num_robots;
+  crsm::AddOwnFlags(command_line, options, num_robots);
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
-  return crsm::ReportErrors(command_line.program(), [&] { return crsm::RunStack(command_line, options); });
+  return crsm::ReportErrors(command_line.program(), [&] {
+    if (!num_robots.empty()) {
+      options.num_robots = crsm::ParseNumber<int>(num_robots).value_or(0);
+      return crsm::RunFleet(command_line, options);
+    }
+    if (options.sources.size() > 1) {
+      throw crsm::UsageError(
+          "several SOURCEs: are several robots: add --robots N; slam_offline maps drives of one robot");
+    }
+    options.source = options.sources.front();
+    return crsm::RunStack(command_line, options);
+  });
 }

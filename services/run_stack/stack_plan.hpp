@@ -41,7 +41,9 @@ inline constexpr Replaceable kReplaceable[]{
 
 /// What run_stack is told beside the flags that all programs share.
 struct StackOptions {
-  std::string source;  ///< a log, a simulated world, a laser, or kLive
+  std::string source;                ///< a log, a simulated world, a laser, or kLive
+  std::vector<std::string> sources;  ///< the same, of each robot
+  int num_robots = 0;                ///< 0: one robot, without a common map
   EarlierResults earlier;
   bool strict = false;
   bool view = false;                 ///< with map_viewer

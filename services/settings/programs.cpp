@@ -34,4 +34,13 @@ ProgramFlags FlagsOfViewer() { return {{}, {"lcm_url", "channel_prefix", "http"}
 
 ProgramFlags FlagsOfMbotPublisher() { return {{}, {"lcm_url", "channel_prefix"}}; }
 
+ProgramFlags FlagsOfFleetMapper() {
+  ProgramFlags flags{{kLaser, kScan, kUpdate, kLoops, kAlgorithm},
+                     {"lcm_url", "channel_prefix", "journal", "resume", "until_damage", "part_bytes"}};
+  flags.defaults.channel_prefix = "fleet/";
+  return flags;
+}
+
+ProgramFlags FlagsOfFleetRelay() { return {{}, {"lcm_url", "channel_prefix"}}; }
+
 }  // namespace crsm

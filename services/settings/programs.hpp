@@ -25,4 +25,8 @@ ProgramFlags FlagsOfExporter();
 ProgramFlags FlagsOfViewer();
 ProgramFlags FlagsOfMbotPublisher();
 
+/// Of the common map of several stacks.
+ProgramFlags FlagsOfFleetMapper();
+ProgramFlags FlagsOfFleetRelay();
+
 }  // namespace crsm

@@ -95,6 +95,11 @@ bool IsWheelModel(const wheel_model_t& model) {
          IsPose(model.T_map_start) && IsPose(model.T_odom_start) && IsPose(model.rate_at_start);
 }
 
+bool IsCovariance(const double (&covariance)[6]) {
+  return std::ranges::all_of(covariance, [](double value) { return std::abs(value) <= kLargestVariance; }) &&
+         covariance[0] >= 0.0 && covariance[3] >= 0.0 && covariance[5] >= 0.0;
+}
+
 bool IsLoop(const loop_t& loop) {
   return IsKeyframe(loop.older) && IsKeyframe(loop.newer) && IsOlder(loop.older, loop.newer) &&
          IsPose(loop.T_older_newer);
@@ -226,16 +231,12 @@ bool ValuesInRange(const critical_rays_t& message) {
 
 template <>
 bool ValuesInRange(const scan_match_t& message) {
-  const auto* covariance = message.covariance;
-  const bool covariance_in_range =
-      std::all_of(covariance, covariance + 6, [](double value) { return std::abs(value) <= kLargestVariance; }) &&
-      covariance[0] >= 0.0 && covariance[3] >= 0.0 && covariance[5] >= 0.0;
   const bool axis_in_range = std::abs(message.degenerate_axis[0]) <= 1.0 && std::abs(message.degenerate_axis[1]) <= 1.0;
   return message.utime >= 0 && std::abs(message.x_m) <= kLargestCoordinate_m &&
          std::abs(message.y_m) <= kLargestCoordinate_m && IsWithinFullTurn(message.yaw_rad) &&
          IsShare(message.fitness) && message.evaluations >= 0 && message.best_evaluation >= 0 &&
          message.num_critical >= 0 && message.num_critical <= kMostBeams && message.map_version >= 0 &&
-         covariance_in_range && axis_in_range && message.state >= scan_match_t::FIRST &&
+         IsCovariance(message.covariance) && axis_in_range && message.state >= scan_match_t::FIRST &&
          message.state <= scan_match_t::DEGENERATE && IsSpeed(message.twist_x_m_s) && IsSpeed(message.twist_y_m_s) &&
          IsSpeed(message.twist_yaw_rad_s) && IsFlag(message.has_odometry) &&
          std::abs(message.odometry_x_m) <= kLargestCoordinate_m &&
@@ -310,7 +311,8 @@ bool ValuesInRange(const keyframe_t& message) {
 
 template <>
 bool ValuesInRange(const keyframe_request_t& message) {
-  return message.epoch != 0 && (IsNone(message.after) || IsKeyframe(message.after)) && message.num_keyframes >= 1 &&
+  const bool after_in_range = IsNone(message.after) || (IsKeyframe(message.after) && message.epoch != 0);
+  return after_in_range && message.num_keyframes >= 1 &&
          std::cmp_less_equal(message.num_keyframes, kMostKeyframesAtOnce);
 }
 
@@ -328,6 +330,24 @@ bool ValuesInRange(const pose_graph_t& message) {
          std::all_of(message.closed.begin(), message.closed.end(), IsLoop) &&
          std::all_of(message.rejected.begin(), message.rejected.end(), IsLoop) &&
          std::all_of(message.moved.begin(), message.moved.end(), IsStretch);
+}
+
+template <>
+bool ValuesInRange(const fleet_keyframe_t& message) {
+  const auto IsFleetFinding = [](const fleet_finding_t& finding) {
+    return finding.map >= 0 && IsKeyframe(finding.keyframe) && IsPose(finding.T_keyframe_this) &&
+           IsShare(finding.score) && (finding.by == loop_finding_t::DRIFT || finding.by == loop_finding_t::ANYWHERE);
+  };
+  return message.heard_utime >= 0 && IsFlag(message.solved) && message.num_keyframes == 1 &&
+         AllInRange(message.keyframes) && std::all_of(message.findings.begin(), message.findings.end(), IsFleetFinding);
+}
+
+template <>
+bool ValuesInRange(const fleet_pose_t& message) {
+  return message.utime >= 0 && message.epoch != 0 && message.scan_utime >= 0 && message.num_keyframes >= 0 &&
+         IsPose(message.T_common_map) && IsCovariance(message.covariance) && IsFlag(message.floating) &&
+         message.piece >= 1 && IsFlag(message.heard) &&
+         std::all_of(message.trajectories.begin(), message.trajectories.end(), IsTrajectory);
 }
 
 template <>

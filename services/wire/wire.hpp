@@ -3,6 +3,9 @@
 #include <wire_fields/bot_core/planar_lidar_t.hpp>
 #include <wire_fields/bot_core/pose_t.hpp>
 #include <wire_fields/crsm/critical_rays_t.hpp>
+#include <wire_fields/crsm/fleet_finding_t.hpp>
+#include <wire_fields/crsm/fleet_keyframe_t.hpp>
+#include <wire_fields/crsm/fleet_pose_t.hpp>
 #include <wire_fields/crsm/journal_check_t.hpp>
 #include <wire_fields/crsm/journal_head_t.hpp>
 #include <wire_fields/crsm/keyframe_id_t.hpp>
@@ -63,6 +66,10 @@ template <>
 bool ValuesInRange(const keyframe_request_t& message);
 template <>
 bool ValuesInRange(const pose_graph_t& message);
+template <>
+bool ValuesInRange(const fleet_keyframe_t& message);
+template <>
+bool ValuesInRange(const fleet_pose_t& message);
 template <>
 bool ValuesInRange(const service_status_t& message);
 template <>

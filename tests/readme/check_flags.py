@@ -19,8 +19,8 @@ PROJECT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("CRSM_BIN_DIR", PROJECT / "build/bin"))
 FLAG = re.compile(r"(?<![\w-])--[a-z][\w-]*")
 PROGRAM = re.compile(r"(?<![\w/.:-])(?:[\w.-]+/)*([\w.-]+)(?=[\s`&]|$)")
-PROGRAMS = ("laser_publisher", "loop_closer", "map_exporter", "map_updater", "map_viewer", "mbot_publisher", "ray_selector",
-            "rrhc_matcher", "run_stack", "slam_eval", "slam_offline")
+PROGRAMS = ("fleet_mapper", "fleet_relay", "laser_publisher", "loop_closer", "map_exporter", "map_updater", "map_viewer",
+            "mbot_publisher", "ray_selector", "rrhc_matcher", "run_stack", "slam_eval", "slam_offline")
 SUBCOMMANDS = ("map", "trajectory", "relations", "summary", "world")  # of slam_eval
 PASS_ON = ("bench", "film")  # these give flags that they do not know to run_stack
 OTHERS = {  # by the program that has them

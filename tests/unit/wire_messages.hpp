@@ -227,6 +227,14 @@ inline pose_graph_t PoseGraphMessage() {
   return message;
 }
 
+inline fleet_pose_t FleetPoseMessage() {
+  return {5, "robot1/", 99, 7, 3, {1.0, 2.0, 0.5}, {0.5, 0.0, 0.0, 0.25, 0.0, 0.125}, 1, 2, 1, 2, {0, 3}};
+}
+
+inline fleet_keyframe_t FleetKeyframeMessage() {
+  return {"robot1/", 5, 1, 1, {KeyframeMessage()}, 1, {{2, {0, 9}, {1.0, 2.0, 0.5}, 0.75, loop_finding_t::ANYWHERE}}};
+}
+
 inline service_status_t ServiceStatusMessage() {
   return {5, "map_updater", "1.0", 42,  "",  3,   2, {"handled", "lost"}, {9, 1}, 1, {"seed"}, {"7"},
           9, 1.0,           1.5,   2.0, 3.0, 40.0};

@@ -22,6 +22,7 @@ TEST_CASE(
   CheckTypes(MapDeltaMessage(), MapPageMessage(), MapRequestMessage(), ScanRequestMessage(), ScanAnswerMessage());
   CheckTypes(KeyframeMessage(), KeyframeRequestMessage(), PoseGraphMessage());
   CheckTypes(ServiceStatusMessage(), JournalHeadMessage(), JournalCheckMessage());
+  CheckTypes(FleetPoseMessage(), FleetKeyframeMessage());
 }
 
 TEST_CASE("a sweep's beams have times within two seconds of its utime, and angles within a turn") {
@@ -277,6 +278,31 @@ TEST_CASE("a status is of a time that there can be") {
   for (double* amount : {&m.latency_p50_ms, &m.latency_p95_ms, &m.latency_p99_ms, &m.latency_max_ms, &m.resident_mb}) {
     fields.Refuse(*amount, {NAN, HUGE_VAL, -1.0, 1e300});
   }
+}
+
+TEST_CASE("a robot of a fleet has a piece, a covariance and trajectories, and its keyframes are whole") {
+  Fields pose(FleetPoseMessage());
+  fleet_pose_t& m = pose.message;
+  for (std::int64_t* value : {&m.utime, &m.scan_utime}) pose.Refuse(*value, {-1});
+  pose.Refuse(m.epoch, {0});
+  pose.Refuse(m.num_keyframes, {-1});
+  pose.Refuse(m.piece, {0, -1});
+  pose.AreFlags({&m.floating, &m.heard});
+  pose.Refuse(m.covariance[0], {NAN, -1.0, 1e13});
+  pose.Refuse(m.T_common_map.x_m, {NAN, 1e7});
+  pose.Refuse(m.trajectories[0], {-1, kMost32});
+  Fields keyframe(FleetKeyframeMessage());
+  fleet_keyframe_t& k = keyframe.message;
+  keyframe.Refuse(k.heard_utime, {-1});
+  keyframe.AreFlags({&k.solved});
+  keyframe.Refuse(k.keyframes[0].epoch, {0});
+  keyframe.Refuse(k.findings[0].map, {-1});
+  keyframe.Refuse(k.findings[0].keyframe.number, {-1});
+  keyframe.Refuse(k.findings[0].score, {NAN, -0.1, 1.1});
+  keyframe.Accept(k.findings[0].by, {loop_finding_t::DRIFT, loop_finding_t::ANYWHERE});
+  keyframe.Refuse(k.findings[0].by, {-1, loop_finding_t::CHECK, 5});
+  keyframe.Refuse(k.findings[0].T_keyframe_this.yaw_rad, {NAN, 100.0});
+  CHECK_FALSE(keyframe.After([](auto& message) { message.num_keyframes = 0, message.keyframes.clear(); }));
 }
 
 TEST_CASE("a journal's head has an epoch, and its check no place before the file's beginning") {

@@ -1,7 +1,6 @@
-#include "services/map_updater/request_limiter.hpp"
+#include "services/replica/request_limiter.hpp"
 
 #include "catch.hpp"
-#include "services/map_updater/request_limiter.cpp"  // in no library: it is map_updater's own
 
 using namespace crsm;
 using namespace std::chrono_literals;

@@ -1,4 +1,4 @@
-#include "services/map_updater/request_limiter.hpp"
+#include "services/replica/request_limiter.hpp"
 
 #include <algorithm>
 #include <utility>
