@@ -10,7 +10,7 @@ namespace crsm {
 
 WallSigma FindWallSigma(const ScanMatch& match, const MatchConstants::Uncertainty& constants, double cell_size_m) {
   const std::array<double, 6>& c = match.covariance;
-  const double map_m = constants.map_cells * cell_size_m;
+  const double map_m = constants.sigma_cells * cell_size_m;
   Eigen::Matrix2d covariance;
   covariance << c[0] - map_m * map_m, c[1], c[1], c[3] - map_m * map_m;
   const auto [least, axis] = FindWeakest(-covariance);

@@ -14,8 +14,7 @@ struct MatchConstants {
     int num_evaluations = 700;  ///< N_HC
     double window_m = 0.4;      ///< re-initialisation bound, +- in x and y
     double window_rad = 0.25;   ///< ... and in yaw
-    double mutation_m = 0.1;    ///< mutation bound, +- in x and y
-    double mutation_rad = 0.1;  ///< ... and in yaw
+    double mutation = 0.1;      ///< mutation bound, +- in x and y [m], and in yaw [rad]
     int restart_draws = 6;      ///< random poses, on the best of which a climb begins again
     double shrink = 0.9;        ///< of the bounds, for each child that fails to beat its parent
     double smallest = 0.02;     ///< share of the bounds at which a climb ends: 2 mm, and as many milliradians
@@ -41,9 +40,8 @@ struct MatchConstants {
     double most_reach_cells = 1000.0;  ///< of a whole map, to either side: on a larger one cells are larger
     double farthest_m = 15.0;          ///< of a hit, from the laser
     std::ptrdiff_t most_points = 180;  ///< hits, evenly spread
-    std::ptrdiff_t fewest_points = 20;
-    double least_score = 0.2;  ///< of the hits: a scan may look into the unknown
-    double rival_share = 0.9;  ///< of the best score: as good as this, another place is looked at closely
+    double least_score = 0.2;          ///< of the hits: a scan may look into the unknown
+    double rival_share = 0.9;          ///< of the best score: as good as this, another place is looked at closely
     std::size_t most_places = 50;
     int plateau_steps = 2;  ///< to either side: all that lies on the same coarse cells
     int halvings = 4;       ///< of the steps of the climb there
@@ -59,19 +57,16 @@ struct MatchConstants {
 
   /// What a map says of the rays of a scan.
   struct Census {
-    double near_m = 0.3;           ///< what stands so near was there for a moment
-    double tolerance_m = 0.15;     ///< from the end of a ray to what stands there: this ...
-    double tolerance_cells = 1.5;  ///< ... or this, the larger one
-    double before_end_m = 0.5;     ///< there a ray passes through nothing: a wall that is seen flat it may touch
-    int least_cells = 2;           ///< that it passes through: a single one may be an error of drawing
-    double most_steps = 4000.0;    ///< along a ray: a longer one takes longer steps
+    double tolerance_m = 0.15;   ///< from the end of a ray to what stands there; at least a cell
+    double before_end_m = 0.5;   ///< there a ray passes through nothing: a wall that is seen flat it may touch
+    int least_cells = 2;         ///< that it passes through: a single one may be an error of drawing
+    double most_steps = 4000.0;  ///< along a ray: a longer one takes longer steps
   };
 
   /// Which rays a map tells anything of, along an axis.
   struct KnownRays {
-    int behind_wall_cells = 3;   ///< at most, from the wall to a place that is just behind it
-    int beside_axis_cells = 2;   ///< of what stands across the axis, to either side ...
-    int least_across_cells = 3;  ///< ... and of these five cells
+    int behind_wall_cells = 3;  ///< at most, from the wall to a place that is just behind it
+    int beside_axis_cells = 2;  ///< of what stands across the axis, to either side: most of these five cells
   };
 
   /// What holds the pose at its initial guess.
@@ -107,8 +102,7 @@ struct MatchConstants {
     double chord_m = 0.4;           ///< a shorter piece of wall does not tell its direction: hits are a centimetre off
     int chord_gaps_min = 2;         ///< between its hits: two hits alone tell no direction
     double post_free_share = 0.85;  ///< of what is as far as a chord around a post; along a wall it is half
-    double ray_sigma_cells = 1.0;   ///< of one ray; neighbouring rays err alike
-    double map_cells = 1.0;         ///< what the map is good for
+    double sigma_cells = 1.0;       ///< of one ray, as neighbouring rays err alike, and of the map
     double map_rad = 0.005;
     double unknown_m = 1.0;  ///< where nothing is told: as far as one gets between scans
     double unknown_rad = 0.3;
@@ -128,15 +122,13 @@ struct MatchConstants {
     double rad_per_s = 0.1;
     double most_m = 4.0;       ///< the limit
     double sigma_share = 0.5;  ///< of the window: a standard deviation
-    double most_sigma_m = 50.0;
   };
 
   /// The last climb, with all rays.
   struct FinalClimb {
     double spacing_max_m = 0.3;         ///< weight of a ray: the distance to its neighbours, at most this
     double optimum_rad = 0.02;          ///< half the width of the optimum in whose middle the yaw is
-    double look_along_m = 0.4;          ///< along a degenerate direction: as far as a motion changes between scans
-    double look_along_first_m = 1.0;    ///< ... and where no motion is known yet
+    double look_along_first_m = 1.0;    ///< along a degenerate direction, where no motion is known yet
     double look_same_rays_cells = 4.0;  ///< so far on, about the same rays are known
     double look_gain = 0.04;            ///< least gain of fitness there: in a bare corridor chance gains nearly 0.05
     double known_share_min = 0.8;       ///< of the weight of all rays: fewer do not say where the laser is
@@ -144,13 +136,11 @@ struct MatchConstants {
 
   /// When wheels are asked, and when they contradict a match.
   struct Wheels {
-    double contradict_sigmas = 5.0;  ///< and besides what a match may be off:
-    double match_error_m = 0.1;
+    double match_error_m = 0.1;  ///< what a match may be off, besides what is a slip of the wheels
     double match_error_rad = 0.05;
     double proven = 0.75;    ///< fitness that proves a match which they contradict
-    double stands_m = 0.05;  ///< wheels that move less stand ...
-    double stands_rad = 0.05;
-    double lifted_s = 2.0;  ///< ... and nobody lifts a robot faster
+    double stands_m = 0.05;  ///< wheels that move less, turns at 1 m from the laser included, stand ...
+    double lifted_s = 2.0;   ///< ... and nobody lifts a robot faster
   };
 
   /// What the wheels are worth, learned from matched motions.
@@ -158,66 +148,43 @@ struct MatchConstants {
     // What is believed before anything was learned, and how strongly: as if so many steps had said so.
     double prior_scale = 0.2;    ///< standard deviations: of the scale, and of the mounting [rad] ...
     double prior_lever_m = 0.3;  ///< ... of the laser's place ...
-    double prior_turn = 0.1;     ///< ... of the turn's scale ...
-    double prior_delay_s = 0.05;
-    double prior_steps = 5.0;         ///< of the noise, which is:
-    double prior_way_per_m = 0.1;     ///< standard deviation of a way of a metre [m]
-    double prior_way_per_rad = 0.05;  ///< ... of a turn of a radian
-    double prior_turn_per_m = 0.05;   ///< standard deviation of the heading after a metre [rad]
-    double prior_turn_per_rad = 0.1;
+    double prior_turn = 0.1;     ///< ... of the turn's scale
+    double prior_steps = 5.0;    ///< of the noise, which is:
+    double prior_noise = 0.1;    ///< standard deviation of a way after a metre [m], and of a turn after a radian [rad]
+    double prior_cross_noise = 0.05;  ///< ... of a way after a radian of turning, and of the heading after a metre
 
-    double step_m = 0.5;  ///< a step ends that far from where it began
-    double step_rad = 0.5;
+    double step_m = 0.5;         ///< a step ends that far from where it began, or as far turned, at 1 m from the laser
     double forget = 0.995;       ///< with each step: a hundred metres count
     double huber = 2.0;          ///< standard deviations, from which on a residual counts less
     double most_residual = 4.0;  ///< ... as which a larger one counts
     double slip = 5.0;           ///< ... from which on it is a slip
-    double match_m = 0.01;       ///< of the matches at both ends of a step
-    double match_rad = 0.003;
-    double matched_heading_rad = 0.003;  ///< of one scan: for the delay
-    double longest_period_s = 0.5;       ///< between scans: over more, a delay of the stamps is nothing
-    double follow = 0.05;                ///< share of the newest motion in the mean errors
-    double tolerance_m = 0.02;           ///< what a good match may be off
+    double follow = 0.05;        ///< share of the newest motion in the mean errors
 
-    // Whether a robot can move so far: so many times the pace of its wheels, and faster. Stamps are not exact.
-    double times_pace = 2.0;
-    double faster_m_s = 1.0;
-    double faster_rad_s = 1.0;
-    double jump_m = 1.0;  ///< less is no jump in any time
+    double fastest = 5.0;  ///< that a robot drives [m/s] or turns [rad/s]: further, its odometry jumps
+    double jump_m = 1.0;   ///< less is no jump in any time: stamps are not exact
     double jump_rad = 1.5;
 
-    double least_noise = 0.005;  ///< per root metre, and per root radian: no wheels are better
-    double least_m = 0.003;      ///< standard deviation of any motion
-    double least_rad = 0.001;
-    double jitter_share = 0.5;    ///< of the mean error, in each motion: stamps are not exact
+    double least_sigma = 0.001;   ///< standard deviation of any motion [m and rad]
     double most_noise_m = 0.12;   ///< after a metre: more, and they are no help ...
     double most_noise_rad = 0.2;  ///< ... and after a radian
 
     std::int64_t few_steps = 5;    ///< learned from: with fewer nothing is said
     std::int64_t many_steps = 20;  ///< with these they are reliable
-    std::int64_t slips_by_chance = 2;
-    std::int64_t steps_per_slip = 32;             ///< of right wheels at least: 45 in fr079, 69 in killian
-    std::int64_t steps_since_slip_if_often = 40;  ///< else few_steps
   };
 
   /// What is learned of how the robot drives.
   struct Tracking {
     double first_motion_error_m = 0.02;  ///< of an uneven one
     double follow = 0.01;                ///< share of the newest motion in the mean error
-    double stands_m = 0.01;              ///< less is no motion
+    double match_m = 0.01;               ///< what a good match may be off: less is no motion
 
     friend bool operator==(const Tracking&, const Tracking&) = default;
   };
 
   /// Scans whose beams were measured one after the other.
   struct Sweep {
-    double longest_s = 0.5;     ///< between scans: longer ago, the motion tells nothing of this one
-    std::int64_t patience = 5;  ///< lost scans, after which nobody knows how the robot moves
-    double lever_m = 5.0;       ///< from the laser: there turns are counted as ways
+    double lever_m = 5.0;  ///< from the laser: there turns are counted as ways
     int most_matches = 4;
-    double enough_m = 0.01;  ///< apart: two twists that bring beams no further are the same
-    double good = 0.95;      ///< of the baseline fitness
-    double step_rad = 0.25;  ///< turned in a sweep: to half of it, the search of the matcher finds the rest
     double fastest_turn_rad_s = 5.0;
   };
 
@@ -229,6 +196,7 @@ struct MatchConstants {
     std::int64_t relaxations_max = 4;  ///< ... so many times. On a finished map it did not: the robot was carried
     double explored_min = 0.8;         ///< share of the hits that must fit in a scan that looks into the unknown
     double explored_min_near = 0.5;    ///< ... near the initial guess, where a short-sighted robot drives on
+    std::int64_t patience = 5;  ///< lost scans in a row, after which nobody knows where the robot is or how it moves
   };
 
   /// On a finished map.
@@ -238,11 +206,8 @@ struct MatchConstants {
     /// What is expected at least, or a place that was found wrongly would lower it. A `lost` of 0.7 of it asks for
     /// 0.53, which one scan of the building in twenty has not; at wrong places scans have 0.2 to 0.5.
     double baseline_fitness_min = 0.75;
-    double followed_fitness = 0.5;       ///< a robot is followed from here on: hardly ever reached at wrong places
-    std::int64_t followed_lost_max = 5;  ///< ... until so many scans are lost
+    double followed_fitness = 0.5;   ///< a robot is followed from here on: hardly ever reached at wrong places
     std::int64_t search_every = 10;  ///< lost scans between searches of the whole map: people walk on after a second
-    double near_m = 0.3;             ///< that a followed robot may have moved between scans
-    double near_rad = 0.25;
     /// A score, as of ScorePlace: less, and a scan is lost although it is near the place of the last one on a finished
     /// map. Where scans of the building are followed, 1 in 20 scores less than 0.42 on intel, 0.38 on aces and 0.26 on
     /// fr079, the last ones where the robot looks into rooms that are not on the map. Scans that were followed at wrong
@@ -256,7 +221,6 @@ struct MatchConstants {
   /// How the motion goes on. A mean of some motions: along a corridor no single one is known well.
   struct Prediction {
     std::size_t motions = 4;
-    std::size_t motions_degenerate = 9;  ///< an error of one motion would grow until the robot seemed to stand
     std::int64_t oldest_us = 2'000'000;
 
     friend bool operator==(const Prediction&, const Prediction&) = default;
@@ -273,11 +237,9 @@ struct MatchConstants {
     int lost_scans_max = 3;    ///< in a row
     double gap_max_s = 8.0;    ///< between scans; only a robot that stood still goes on after it ...
     double gap_periods = 8.0;  ///< ... and so many periods: a logger may take a scan a metre
-    double stood_still_m = 0.3;
-    double stood_still_rad = 0.2;
     double stood_still_fitness = 0.9;
     double found_again_fitness = 0.6;  ///< in a wide window something fits by chance
-    std::size_t fewest_rays = 20;      ///< less is no place to begin a map at
+    std::ptrdiff_t fewest_rays = 20;   ///< less is no place to begin a map at, and cannot be searched for
   };
 
   Search search = {};

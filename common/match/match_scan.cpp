@@ -35,25 +35,23 @@ bool IsGap(const TrackingState& tracking, std::int64_t utime, const MatchConstan
   return periods.last_s > std::max(constants.gap_max_s, constants.gap_periods * periods.usual_s);
 }
 
-/// Whether a match is so near to where the last scan was taken.
-bool IsNearLast(const ScanMatch& match, const TrackingState& tracking, double within_m, double within_rad) {
+/// Whether a match is as near to where the last scan was taken as the first search looks.
+bool IsNearLast(const ScanMatch& match, const TrackingState& tracking, const MatchConstants::Search& constants) {
   const Pose2 motion = Inverse(tracking.recent().back().T_map_laser) * match.T_map_laser;
-  return Length(motion) < within_m && std::abs(motion.yaw_rad) < within_rad;
+  return Length(motion) < constants.window_m && std::abs(motion.yaw_rad) < constants.window_rad;
 }
 
 /// Whether a scan fits where the last one was taken, as well as scans do as a rule.
-bool StoodStill(const ScanMatch& match, const TrackingState& tracking, const MatchConstants::Break& constants) {
-  return match.state != MatchState::kLost &&
-         IsNearLast(match, tracking, constants.stood_still_m, constants.stood_still_rad) &&
-         match.fitness >= constants.stood_still_fitness * tracking.baseline_fitness();
+bool StoodStill(const ScanMatch& match, const TrackingState& tracking, const MatchConstants& constants) {
+  return match.state != MatchState::kLost && IsNearLast(match, tracking, constants.search) &&
+         match.fitness >= constants.breaks.stood_still_fitness * tracking.baseline_fitness();
 }
 
 /// Whether a scan is found again after others were lost. In a window that has grown something fits by chance, and what
 /// lies beyond the map is not asked for: a wrong place costs the map, a new trajectory only time. What is as near as
 /// the first search looks needs no such proof.
 bool IsConvincing(const ScanMatch& match, const TrackingState& tracking, const MatchConstants& constants) {
-  return match.state == MatchState::kLost ||
-         IsNearLast(match, tracking, constants.search.window_m, constants.search.window_rad) ||
+  return match.state == MatchState::kLost || IsNearLast(match, tracking, constants.search) ||
          match.fitness >= constants.breaks.found_again_fitness * tracking.baseline_fitness();
 }
 
@@ -99,8 +97,7 @@ ScanMatch BeginByWheels(const ScanMatch& match, const TrackingState& tracking,
                         const MatchConstants::Wheels& constants) {
   const auto way = FindWayByWheels(tracking.recent(), match.by_wheels);
   ScanMatch first = Begin(match, match.T_map_laser);
-  const bool stands =
-      way && Length(way->T_from_to) < constants.stands_m && std::abs(way->T_from_to.yaw_rad) < constants.stands_rad;
+  const bool stands = way && Length(way->T_from_to) + std::abs(way->T_from_to.yaw_rad) < constants.stands_m;
   const bool is_carried = stands && FindSecondsLost(tracking.recent(), match.utime) >= constants.lifted_s;
   if (way && !is_carried) first.by_wheels = match.by_wheels;
   return first;
@@ -117,8 +114,8 @@ std::optional<Pose2> FindFarAway(const Matcher& matcher, const CriticalRays& sca
 ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
                        const std::optional<Pose2>& T_odom_robot, const MatchOptions& options) {
   const MatchConstants::Break& breaks = options.constants.breaks;
-  const bool has_enough_rays = scan.rays.size() >= breaks.fewest_rays;
-  ScanMatch match = MatchSweep(matcher, scan, tracking, T_odom_robot, options.constants.sweep);
+  const bool has_enough_rays = std::ssize(scan.rays.range_m) >= breaks.fewest_rays;
+  ScanMatch match = MatchSweep(matcher, scan, tracking, T_odom_robot, options.constants);
   match.by_wheels = tracking.wheels().Predict(tracking.recent(), scan.utime, match.T_odom_robot);
   match.trajectory = tracking.trajectory();
   match.floating = tracking.floating();
@@ -133,7 +130,8 @@ ScanMatch MatchOrBegin(const Matcher& matcher, const CriticalRays& scan, const T
   const bool lost_for_long = match.state == MatchState::kLost && tracking.num_lost() + 1 >= breaks.lost_scans_max;
   const bool resumed_elsewhere = match.state == MatchState::kLost && tracking.onset() == Onset::kResumed;
   const bool is_gap = IsGap(tracking, scan.utime, breaks) && !match.by_wheels;
-  const bool broken = (is_gap || HasClockRestarted(last.utime, scan.utime)) && !StoodStill(match, tracking, breaks);
+  const bool broken =
+      (is_gap || HasClockRestarted(last.utime, scan.utime)) && !StoodStill(match, tracking, options.constants);
   if (lost_for_long && match.by_wheels) return BeginByWheels(match, tracking, options.constants.wheels);
   if (!lost_for_long && !broken && !resumed_elsewhere) return match;
   const auto found = FindFarAway(matcher, scan, last.T_map_laser, options.constants.guess_window.most_m);

@@ -47,8 +47,9 @@ double FindPriorWeight(const TrackingState& tracking, const MatchConstants::Moti
 }
 
 /// Whether a robot that is followed may have come from one pose to another.
-bool IsNear(const Pose2& from, const Pose2& to, const MatchConstants::FinishedMap& constants) {
-  return Distance(from, to) < constants.near_m && std::abs(WrapAngle(to.yaw_rad - from.yaw_rad)) < constants.near_rad;
+bool IsNear(const Pose2& from, const Pose2& to, const MatchConstants::Search& constants) {
+  return Distance(from, to) < constants.window_m &&
+         std::abs(WrapAngle(to.yaw_rad - from.yaw_rad)) < constants.window_rad;
 }
 
 /// The pose that is as far along an axis as the initial guess.
@@ -304,7 +305,7 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
     return DegenerateAxis{known.degenerate_axis, hold.way.has_value(), constants_.known_rays, constants_.census};
   };
   const bool holds = found.is_near_guess && known.degeneracy > constants_.prior.degeneracy_min &&
-                     Distance(found.pose, found.initial_guess) <= constants_.final_climb.look_along_m;
+                     Distance(found.pose, found.initial_guess) <= constants_.search.window_m;
   if (holds) {
     const DegenerateAxis axis = AxisNow();
     const double openness = std::min(known.degeneracy, 1.0);
@@ -323,7 +324,7 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, c
   const Pose2 here = refined.pose;
   const double as_known_within_m = (constants.look_same_rays_cells + 0.5) * cell_size_m;
   FitGain gain(map_, rays.contour, AxisNow(), here);
-  const double reach_m = initial_guess.by_first_scan ? constants.look_along_first_m : constants.look_along_m;
+  const double reach_m = initial_guess.by_first_scan ? constants.look_along_first_m : constants_.search.window_m;
   const Pose2 better =
       LookAlong(here, known.degenerate_axis, reach_m, cell_size_m, constants.look_gain, [&](const Pose2& there) {
         refined.evaluations += 2;
@@ -339,8 +340,9 @@ bool RrhcMatcher::ContradictsWheels(const Guess& guess, const Pose2& T_map_laser
   const MatchConstants::Wheels& constants = constants_.wheels;
   if (!guess.way || !tracking.wheels().IsReliable()) return false;
   const Pose2 off = Inverse(*guess.by_wheels) * T_map_laser;
-  return Length(off) > constants.contradict_sigmas * guess.way->sigma_m + constants.match_error_m ||
-         std::abs(off.yaw_rad) > constants.contradict_sigmas * guess.way->sigma_rad + constants.match_error_rad;
+  const double sigmas = constants_.wheel_model.slip;
+  return Length(off) > sigmas * guess.way->sigma_m + constants.match_error_m ||
+         std::abs(off.yaw_rad) > sigmas * guess.way->sigma_rad + constants.match_error_rad;
 }
 
 /// Step 4. What the critical rays say there decides; where nobody knew where the robot is, all rays and their ways. On
@@ -358,7 +360,7 @@ void RrhcMatcher::Judge(const Rays& rays, const Guess& guess, const InitialGuess
           ? Score() >= constants_.map_search.least_found_score
           : expected.IsMetBy({refined.pose, fitness}, refined.is_near_guess, rays.critical_hits_m, map_.cells()) &&
                 (!tracking.on_finished_map() ||
-                 Score() >= (expected.followed() && IsNear(initial_guess.if_lost, refined.pose, finished_map)
+                 Score() >= (expected.followed() && IsNear(initial_guess.if_lost, refined.pose, constants_.search)
                                  ? finished_map.least_followed_score
                                  : finished_map.least_tracked_score));
   match.T_map_laser = initial_guess.if_lost;

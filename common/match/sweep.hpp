@@ -12,6 +12,6 @@ namespace crsm {
 /// matched once more. Where it does not fit as scans usually do, the laser may have stopped, or begun to turn: that is
 /// tried then. The match says by which twist the scan was deskewed. What was measured at once is matched, and no more.
 ScanMatch MatchSweep(const Matcher& matcher, const CriticalRays& scan, const TrackingState& tracking,
-                     const std::optional<Pose2>& T_odom_robot, const MatchConstants::Sweep& constants = {});
+                     const std::optional<Pose2>& T_odom_robot, const MatchConstants& constants = {});
 
 }  // namespace crsm

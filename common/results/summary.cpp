@@ -68,7 +68,6 @@ Json ToJson(const WheelModel::Values& wheels) {
           {"laser_x_m", wheels.laser_x_m},
           {"laser_y_m", wheels.laser_y_m},
           {"laser_yaw_rad", wheels.laser_yaw_rad},
-          {"delay_s", wheels.delay_s},
           {"way_noise_m_after_1_m", wheels.way_per_m},
           {"way_noise_m_after_1_rad", wheels.way_per_rad},
           {"turn_noise_rad_after_1_m", wheels.turn_per_m},

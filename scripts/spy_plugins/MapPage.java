@@ -12,7 +12,7 @@ final class MapPage {
   private static final int MOST_BREAKS = 200;
   private static final int MOST_DOUBTS = 1000;
   private static final int MOST_REMEMBERED = 10;
-  private static final int WHEEL_SUMS = 30;  // of wheel_model_t, and its two errors
+  private static final int WHEEL_SUMS = 28;  // of wheel_model_t, and its two errors
   private static final int MOST_RUN_BYTES = TileMap.TILE_CELLS + 4;
 
   /** Changed cells of one tile, in runs as crsm_map_tile_t.lcm describes them. */
@@ -84,7 +84,7 @@ final class MapPage {
     for (int i = 0; i < WHEEL_SUMS; ++i) reader.readDouble(-1e15, 1e15);
     for (int i = 0; i < 3; ++i) reader.readLong(0);  // steps, slips, steps_since_slip
     for (int i = 0; i < 2; ++i) reader.readByte();  // have_moved, has_start
-    for (int pose = 0; pose < 3; ++pose) reader.skipPose();
+    for (int pose = 0; pose < 2; ++pose) reader.skipPose();
     reader.readDouble(0, Double.MAX_VALUE);  // motion_error_m
   }
 

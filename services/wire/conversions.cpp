@@ -46,7 +46,6 @@ WheelModel::State FromMessage(const wheel_model_t& message) {
   return {std::to_array(message.way_information),
           std::to_array(message.way_vector),
           std::to_array(message.turn),
-          std::to_array(message.delay),
           std::to_array(message.way_noise),
           std::to_array(message.turn_noise),
           message.wheels_error_m,
@@ -57,8 +56,7 @@ WheelModel::State FromMessage(const wheel_model_t& message) {
           message.have_moved == 1,
           message.has_start == 1,
           FromMessage(message.T_map_start),
-          FromMessage(message.T_odom_start),
-          FromMessage(message.rate_at_start)};
+          FromMessage(message.T_odom_start)};
 }
 
 wheel_model_t ToMessage(const WheelModel::State& state) {
@@ -66,7 +64,6 @@ wheel_model_t ToMessage(const WheelModel::State& state) {
   std::ranges::copy(state.way_information, message.way_information);
   std::ranges::copy(state.way_vector, message.way_vector);
   std::ranges::copy(state.turn, message.turn);
-  std::ranges::copy(state.delay, message.delay);
   std::ranges::copy(state.way_noise, message.way_noise);
   std::ranges::copy(state.turn_noise, message.turn_noise);
   message.wheels_error_m = state.wheels_error_m;
@@ -78,7 +75,6 @@ wheel_model_t ToMessage(const WheelModel::State& state) {
   message.has_start = state.has_start ? 1 : 0;
   message.T_map_start = ToMessage(state.T_map_start);
   message.T_odom_start = ToMessage(state.T_odom_start);
-  message.rate_at_start = ToMessage(state.rate_at_start);
   return message;
 }
 

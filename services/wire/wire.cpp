@@ -88,11 +88,11 @@ bool IsWheelModel(const wheel_model_t& model) {
   const auto AreSums = [](const auto& sums) {
     return std::all_of(std::begin(sums), std::end(sums), [](double sum) { return std::abs(sum) <= kLargestSum; });
   };
-  return AreSums(model.way_information) && AreSums(model.way_vector) && AreSums(model.turn) && AreSums(model.delay) &&
+  return AreSums(model.way_information) && AreSums(model.way_vector) && AreSums(model.turn) &&
          AreSums(model.way_noise) && AreSums(model.turn_noise) && IsAmount(model.wheels_error_m) &&
          IsAmount(model.velocity_error_m) && model.steps >= 0 && model.slips >= 0 && model.slips <= model.steps &&
          model.steps_since_slip >= 0 && IsFlag(model.have_moved) && IsFlag(model.has_start) &&
-         IsPose(model.T_map_start) && IsPose(model.T_odom_start) && IsPose(model.rate_at_start);
+         IsPose(model.T_map_start) && IsPose(model.T_odom_start);
 }
 
 bool IsCovariance(const double (&covariance)[6]) {

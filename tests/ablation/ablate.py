@@ -5,7 +5,8 @@ usage: tests/ablation/ablate.py [--only TEXT] [--seeds 1,2,3] [--logs quick|all]
   --seeds       of the varied program; that as it is has 1 to 5
   --only TEXT   the constants whose name holds this, as Search.window_m
   --logs        quick: those of a second or two (default); all: all at hand
-  --out FILE    a line for each constant, added as soon as it is known; what is there already is not measured again
+  --out FILE    a line for each constant, added as soon as it is known; what is there already is not measured again.
+                scripts/results ablation goes on with the default one, and writes the table of RESULTS.md
 Builds a program of its own in build/ablation, whose constants are read from the environment. An error of a log is compared
 with those of the program as it is: by how many spreads of its seeds it is off. A constant by which no log is off by more
 than one earns nothing there.
@@ -26,10 +27,11 @@ HERE = pathlib.Path(__file__).resolve().parent
 PROJECT = HERE.parents[1]
 sys.path.insert(0, str(HERE.parent / "results"))
 BUILD = PROJECT / "build/ablation"
-os.environ["CRSM_BIN_DIR"] = str(BUILD / "build/bin")
+BIN = BUILD / "build/bin"
 
 import json  # noqa: E402
-from measure import BIN, DATA, SICK, Failed, call, map_all, progress  # noqa: E402
+from measure import DATA, SICK, Failed, Section, call, map_all, progress  # noqa: E402
+from page import table  # noqa: E402
 
 CONSTANTS = "common/match/match_constants.hpp"
 TUNABLE = re.compile(r"^(    (?:bool|int|float|double|std::\w+) )(\w+) = ([^;]+);", re.M)
@@ -51,14 +53,13 @@ inline Value Varied(const char* name, Value value) {
 }  // namespace crsm
 """
 
+OUT = PROJECT / "out/ablation.tsv"
 PLAIN_SEEDS = range(1, 6)
 NO_WHEELS = [*SICK, "--no-odometry"]
 RELATIONS, TRUTH, END, AGREEMENT = range(4)
 # Name, source, flags, and what the error is of: relations, a true path, where the way ends, how well
 # rays agree with the map.
 CASES = [
-    ("edmonton, wheels", "beyond/edmonton.clf.gz", SICK, TRUTH, "beyond/edmonton.ref.tum.gz"),
-    ("edmonton", "beyond/edmonton.clf.gz", NO_WHEELS, TRUTH, "beyond/edmonton.ref.tum.gz"),
     ("seattle, wheels", "beyond/seattle.clf.gz", SICK, TRUTH, "beyond/seattle.ref.tum.gz"),
     ("seattle", "beyond/seattle.clf.gz", NO_WHEELS, TRUTH, "beyond/seattle.ref.tum.gz"),
     ("belgioioso, wheels", "beyond/belgioioso.clf.gz", SICK, TRUTH, "beyond/belgioioso.ref.tum.gz"),
@@ -71,6 +72,8 @@ CASES = [
     ("demo", "sim:demo", [], TRUTH, None),
 ]
 MORE = [
+    ("edmonton, wheels", "beyond/edmonton.clf.gz", SICK, TRUTH, "beyond/edmonton.ref.tum.gz"),
+    ("edmonton", "beyond/edmonton.clf.gz", NO_WHEELS, TRUTH, "beyond/edmonton.ref.tum.gz"),
     ("arena", "beyond/ld19-arena.db3.gz", [], AGREEMENT, None),
     ("aces at 8 m", "radish/aces.clf.gz", [*NO_WHEELS, "--range-max-m", 8.42], RELATIONS, "radish/aces.relations"),
     ("intel", "radish/intel.clf.gz", NO_WHEELS, RELATIONS, "radish/intel.relations"),
@@ -108,8 +111,8 @@ def build():
     for line in path.read_text().splitlines():
         if begin := re.match(r"  struct (\w+) \{", line):
             struct = begin[1]
-        lines.append(TUNABLE.sub(lambda found: f'{found[1]}{found[2]} = Varied<{found[1].strip()}>'
-                                               f'("{struct}.{found[2]}", {found[3]});', line))
+        lines.append(TUNABLE.sub(lambda found: f'{found[1]}{found[2]} = [] {{ static const auto value = Varied<{found[1].strip()}>'
+                                               f'("{struct}.{found[2]}", {found[3]}); return value; }}();', line))
     path.write_text("\n".join(lines).replace("#include <cstdint>\n", "#include <cstdint>\n" + READ, 1) + "\n")
     for path in (source / "common").rglob("*.[ch]pp"):
         text = path.read_text()
@@ -147,7 +150,7 @@ def measure(case, seed, varied):
                                        *(truth or [out / "truth.tum"]), "--align", "--json"))["rmse_m"]
             summary = json.loads((out / "summary.json").read_text())
             if how == AGREEMENT:
-                return 1.0 - summary["agreement"]
+                return 1.0 - summary["verdict"]["agreement"]
             poses = [list(map(float, line.split()))
                      for line in (out / "trajectory.tum").read_text().splitlines() if line[:1] not in ("#", "")]
             return abs(math.dist(poses[0][1:3], poses[-1][1:3]) - reference)
@@ -172,26 +175,18 @@ def compare(plain, other):
     return worst
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--only", default="")
-    parser.add_argument("--seeds", default="1,2,3")
-    parser.add_argument("--logs", choices=("quick", "all"), default="quick")
-    parser.add_argument("--out", default=str(PROJECT / "out/ablation.tsv"))
-    arguments = parser.parse_args()
-    seeds = [int(seed) for seed in arguments.seeds.split(",")]
-    cases = [case for case in CASES + (MORE if arguments.logs == "all" else [])
-             if case[1].startswith("sim:") or (DATA / case[1]).exists()]
-    build()
-    out = pathlib.Path(arguments.out)
+def ablate(only, seeds, cases, out):
+    """A line for each constant: its name, its value, and by each of two others the log that is off most."""
     out.parent.mkdir(parents=True, exist_ok=True)
     known = {line.split("\t")[0] for line in out.read_text().splitlines()} if out.exists() else set()
+    asked = [(name, value) for name, value in read_tunables() if only in name and name not in known]
+    if not asked:
+        return
+    build()
     plain = measure_all(cases, PLAIN_SEEDS, "", "as it is")
     for name, errors in plain.items():
         progress(f"{name}: {' '.join(f'{error:.3f}' for error in errors)}")
-    for name, value in read_tunables():
-        if arguments.only not in name or name in known:
-            continue
+    for name, value in asked:
         number = eval(value.replace("'", ""), {})  # noqa: S307: of our own source
         texts = [name, value]
         for factor in (0.5, 2.0):
@@ -203,6 +198,44 @@ def main():
         with out.open("a") as file:
             file.write("\t".join(texts) + "\n")
         print("\t".join(texts), flush=True)
+
+
+def tabulate(out):
+    """The constants that there are, as the table of RESULTS.md."""
+    found = {}
+    for line in out.read_text().splitlines():
+        name, value, *others = line.split("\t")
+        found[name, value] = [other.replace(": ", "<br>", 1) for other in others]
+    return table(["constant", "value", "half of it", "twice it"],
+                 [[f"`{name}`", value, *found[name, value]] for name, value in read_tunables() if (name, value) in found])
+
+
+def at_hand(logs):
+    return [case for case in CASES + (MORE if logs == "all" else [])
+            if case[1].startswith("sim:") or (DATA / case[1]).exists()]
+
+
+def measure_section():
+    ablate("", [1], at_hand("quick"), OUT)
+    return tabulate(OUT)
+
+
+SECTIONS = [
+    Section("Ablation", 240, "What each constant of the matcher is worth: with half and with twice its value, the log or world "
+            "whose error is off most from its median over five seeds: by how many spreads of these, and from how many "
+            "metres to how many. A constant that is missing was not measured yet.", ["tests/ablation/ablate.py --seeds 1"], measure_section,
+            tuple(case[1] for case in CASES if not case[1].startswith("sim:"))),
+]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", default="")
+    parser.add_argument("--seeds", default="1,2,3")
+    parser.add_argument("--logs", choices=("quick", "all"), default="quick")
+    parser.add_argument("--out", type=pathlib.Path, default=OUT)
+    arguments = parser.parse_args()
+    ablate(arguments.only, [int(seed) for seed in arguments.seeds.split(",")], at_hand(arguments.logs), arguments.out)
 
 
 if __name__ == "__main__":

@@ -80,7 +80,7 @@ void Change(const std::string& name, const Parameters& other, Setup& setup) {
        [&] {
          for (MatchConstants::Prediction* prediction :
               {&constants.match.prediction, &constants.paper_match.prediction}) {
-           prediction->motions = prediction->motions_degenerate = 0;
+           prediction->motions = 0;
          }
        }},
       {"ray selection", [&] { setup.parts.select = DefaultSelection(other, constants.selection); }},

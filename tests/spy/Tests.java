@@ -133,7 +133,6 @@ final class Tests {
     tracking.wheels = new wheel_model_t();
     tracking.wheels.T_map_start = new pose2_t();
     tracking.wheels.T_odom_start = new pose2_t();
-    tracking.wheels.rate_at_start = new pose2_t();
     return tracking;
   }
 

@@ -112,14 +112,13 @@ PoseUncertainty ComputeUncertainty(const Eigen::Matrix2Xd& hits_m, const Eigen::
   uncertainty.degeneracy =
       (constants.few_rays + constants.noise_share * (position.trace() - weakest)) / std::max(weakest, 1e-9);
 
-  const double sigma_m = constants.ray_sigma_cells * geometry.cell_size_m();
+  const double sigma_m = constants.sigma_cells * geometry.cell_size_m();
   Eigen::Matrix3d prior = Eigen::Matrix3d::Zero();
   const double of_place = 1.0 / (constants.unknown_m * constants.unknown_m);
   prior.diagonal() << of_place, of_place, 1.0 / (constants.unknown_rad * constants.unknown_rad);
   uncertainty.covariance = (information / (sigma_m * sigma_m) + prior).inverse();
-  const double map_m = constants.map_cells * geometry.cell_size_m();
   uncertainty.covariance.diagonal() +=
-      Eigen::Vector3d(map_m * map_m, map_m * map_m, constants.map_rad * constants.map_rad);
+      Eigen::Vector3d(sigma_m * sigma_m, sigma_m * sigma_m, constants.map_rad * constants.map_rad);
   return uncertainty;
 }
 

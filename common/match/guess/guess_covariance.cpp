@@ -16,7 +16,8 @@ struct Spread {
   double rad;
 };
 
-constexpr double kMost_rad = kPi / 1.7320508075688772;  // a heading that may be any: uniform from -pi to pi
+const double kMost_m = 0.5 * std::sqrt(kUnknownVariance);  // half of what is said where nothing is known
+constexpr double kMost_rad = kPi / 1.7320508075688772;     // a heading that may be any: uniform from -pi to pi
 
 /// Per second, over the matches that are remembered and follow each other; 0 where there are none.
 Spread FindSpeed(std::span<const ScanMatch> recent) {
@@ -39,7 +40,7 @@ Spread FindGrowth(const ScanMatch& guess, std::span<const ScanMatch> recent,
                   const MatchConstants::GuessWindow& constants) {
   const ScanMatch& last = recent.back();
   if (guess.by_wheels) return {guess.by_wheels->sigma_m, guess.by_wheels->sigma_rad};
-  if (HasClockRestarted(last.utime, guess.utime)) return {constants.most_sigma_m, kMost_rad};
+  if (HasClockRestarted(last.utime, guess.utime)) return {kMost_m, kMost_rad};
   const double elapsed_s = std::max(0.0, 1e-6 * static_cast<double>(guess.utime - last.utime));
   const Spread speed = FindSpeed(recent);
   return {elapsed_s * std::max(constants.sigma_share * constants.m_per_s, speed.m),
@@ -64,7 +65,7 @@ std::array<double, 6> ComputeGuessCovariance(const ScanMatch& guess, const Track
     sigma.m += growth.m;
     sigma.rad += growth.rad;
   }
-  sigma = {std::min(sigma.m, constants.most_sigma_m), std::min(sigma.rad, kMost_rad)};
+  sigma = {std::min(sigma.m, kMost_m), std::min(sigma.rad, kMost_rad)};
   return {sigma.m * sigma.m, 0.0, 0.0, sigma.m * sigma.m, 0.0, sigma.rad * sigma.rad};
 }
 

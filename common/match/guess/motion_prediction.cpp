@@ -11,7 +11,7 @@ Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchConstants::Predi
   // the next ones, would grow until the robot seemed to stand. The turn is the last one: it is always known well, and
   // soon another.
   const bool is_degenerate = recent.back().state == MatchState::kDegenerate;
-  const std::size_t num_motions = is_degenerate ? constants.motions_degenerate : constants.motions;
+  const std::size_t num_motions = is_degenerate ? recent.size() : constants.motions;
   Pose2 sum;
   std::size_t num = 0;
   for (; num < num_motions && num + 1 < recent.size(); ++num) {

@@ -87,8 +87,8 @@ void TrackingState::LearnMotionError(const ScanMatch& match) {
   }
   const Pose2 predicted = PredictPose(recent_, prediction_);
   const Pose2& last = recent_.back().T_map_laser;
-  const double stands_m = constants_.stands_m;
-  if (Distance(last, match.T_map_laser) < stands_m && Distance(last, predicted) < stands_m) return;
+  const double match_m = constants_.match_m;
+  if (Distance(last, match.T_map_laser) < match_m && Distance(last, predicted) < match_m) return;
   motion_error_m_ += constants_.follow * (Distance(predicted, match.T_map_laser) - motion_error_m_);
 }
 

@@ -4,11 +4,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <tuple>
-#include <vector>
 
 #include "common/match/guess/motion_prediction.hpp"
-#include "common/math/median.hpp"
 
 namespace crsm {
 namespace {
@@ -30,35 +27,10 @@ double ComputeDistance(const Pose2& a, const Pose2& b) {
   return std::abs(a.x_m - b.x_m) + std::abs(a.y_m - b.y_m) + std::abs(WrapAngle(a.yaw_rad - b.yaw_rad));
 }
 
-/// How fast the wheels go: the median of their steps between the scans that are remembered, in the mean time between
-/// those. Some loggers stamp several scans at once.
-struct Pace {
-  double m_per_s = 0.0;
-  double rad_per_s = 0.0;
-};
-
-Pace FindPace(std::span<const ScanMatch> recent) {
-  std::vector<double> ways_m;
-  std::vector<double> turns_rad;
-  for (std::size_t i = 1; i < recent.size(); ++i) {
-    const auto& [from, to] = std::tie(recent[i - 1], recent[i]);
-    if (!from.T_odom_robot || !to.T_odom_robot) continue;
-    const Pose2 motion = Inverse(*from.T_odom_robot) * *to.T_odom_robot;
-    ways_m.push_back(Length(motion));
-    turns_rad.push_back(std::abs(motion.yaw_rad));
-  }
-  if (recent.size() < 2) return {};
-  const double period_s = Seconds(recent.front().utime, recent.back().utime) / static_cast<double>(recent.size() - 1);
-  if (period_s <= 0.0) return {};
-  return {FindMedian(ways_m) / period_s, FindMedian(turns_rad) / period_s};
-}
-
 /// Whether a robot can move so far in that time: odometry that was reset, or not sent for a while, jumps.
-bool IsMotion(const Pose2& motion, double elapsed_s, const Pace& pace, const Constants& constants) {
-  const double most_m_s = constants.times_pace * pace.m_per_s + constants.faster_m_s;
-  const double most_rad_s = constants.times_pace * pace.rad_per_s + constants.faster_rad_s;
-  return Length(motion) <= std::max(constants.jump_m, most_m_s * elapsed_s) &&
-         std::abs(motion.yaw_rad) <= std::max(constants.jump_rad, most_rad_s * elapsed_s);
+bool IsMotion(const Pose2& motion, double elapsed_s, const Constants& constants) {
+  return Length(motion) <= std::max(constants.jump_m, constants.fastest * elapsed_s) &&
+         std::abs(motion.yaw_rad) <= std::max(constants.jump_rad, constants.fastest * elapsed_s);
 }
 
 /// The motion of the wheels since the newest of these scans; nothing where one has none, or they jump.
@@ -66,28 +38,13 @@ std::optional<Pose2> FindWheels(std::span<const ScanMatch> recent, std::int64_t 
                                 const std::optional<Pose2>& T_odom_robot, const Constants& constants) {
   if (recent.empty() || !recent.back().T_odom_robot || !T_odom_robot) return std::nullopt;
   const Pose2 motion = Inverse(*recent.back().T_odom_robot) * *T_odom_robot;
-  const bool is_motion = IsMotion(motion, Seconds(recent.back().utime, utime), FindPace(recent), constants);
+  const bool is_motion = IsMotion(motion, Seconds(recent.back().utime, utime), constants);
   return is_motion ? std::optional(motion) : std::nullopt;
 }
 
 /// Whether odometry tells another pose than at the newest of these scans.
 bool Moves(std::span<const ScanMatch> recent, const std::optional<Pose2>& T_odom_robot) {
   return !recent.empty() && recent.back().T_odom_robot && T_odom_robot && *recent.back().T_odom_robot != *T_odom_robot;
-}
-
-/// The same in a second; 0 where that is not known, or the scans are far apart.
-Pose2 FindRate(const std::optional<Pose2>& wheels, double elapsed_s, const Constants& constants) {
-  if (!wheels || elapsed_s <= 0.0 || elapsed_s > constants.longest_period_s) return {};
-  return {wheels->x_m / elapsed_s, wheels->y_m / elapsed_s, wheels->yaw_rad / elapsed_s};
-}
-
-/// That of the wheels before the newest of these scans.
-Pose2 FindRateBefore(std::span<const ScanMatch> recent, const Constants& constants) {
-  if (recent.size() < 2) return {};
-  const auto before = recent.first(recent.size() - 1);
-  const ScanMatch& to = recent.back();
-  const auto wheels = FindWheels(before, to.utime, to.T_odom_robot, constants);
-  return FindRate(wheels, Seconds(before.back().utime, to.utime), constants);
 }
 
 /// Two variances, per metre and per radian, of which a sum makes that of a step: least squares, none negative.
@@ -108,8 +65,7 @@ Noise SolveNoise(const std::array<double, 5>& sums, double prior_per_m, double p
   Noise noise{(rr * vm - mr * vr) / determinant, (mm * vr - mr * vm) / determinant};
   if (noise.per_m < 0.0) noise = {0.0, vr / rr};
   if (noise.per_rad < 0.0) noise = {vm / mm, 0.0};
-  const double least = Square(constants.least_noise);
-  return {std::max(noise.per_m, least), std::max(noise.per_rad, least)};
+  return noise;
 }
 
 /// A step with that squared residual, of one axis.
@@ -122,10 +78,6 @@ void AddNoise(std::array<double, 5>& sums, double way_m, double turn_rad, double
   sums[4] += weight * turn_rad * squared;
 }
 
-double ComputeDelay(const std::array<double, 2>& sums, const Constants& constants) {
-  return sums[1] / (sums[0] + 1.0 / Square(constants.prior_delay_s));
-}
-
 /// Of a residual.
 double Weigh(double off, double sigma, const Constants& constants) {
   return std::min(1.0, constants.huber * sigma / std::max(off, 1e-9)) / Square(sigma);
@@ -134,10 +86,8 @@ double Weigh(double off, double sigma, const Constants& constants) {
 /// By what is believed before anything was learned.
 WheelModel::Values MakePriorValues(const Constants& constants) {
   WheelModel::Values values;
-  values.way_per_m = constants.prior_way_per_m;
-  values.way_per_rad = constants.prior_way_per_rad;
-  values.turn_per_m = constants.prior_turn_per_m;
-  values.turn_per_rad = constants.prior_turn_per_rad;
+  values.way_per_m = values.turn_per_rad = constants.prior_noise;
+  values.way_per_rad = values.turn_per_m = constants.prior_cross_noise;
   return values;
 }
 
@@ -154,30 +104,28 @@ std::optional<WheelMotion> FindWayByWheels(std::span<const ScanMatch> recent, co
 WheelModel::WheelModel(const MatchConstants& constants) : WheelModel(State{}, constants) {}
 
 WheelModel::WheelModel(const State& state, const MatchConstants& constants)
-    : constants_(constants.wheel_model), prediction_(constants.prediction), state_(state) {
+    : constants_(constants.wheel_model),
+      prediction_(constants.prediction),
+      match_m_(constants.tracking.match_m),
+      state_(state) {
   Solve();
 }
 
 /// The motion of the laser by what is known.
-Pose2 WheelModel::ToLaser(const Pose2& wheels, const Pose2& rate_before, const Pose2& rate_after) const {
-  const double delay_s = values_.delay_s;
-  const double x_m = wheels.x_m + delay_s * (rate_after.x_m - rate_before.x_m);
-  const double y_m = wheels.y_m + delay_s * (rate_after.y_m - rate_before.y_m);
-  const double turn_rad = values_.turn_scale * (wheels.yaw_rad + delay_s * (rate_after.yaw_rad - rate_before.yaw_rad));
+Pose2 WheelModel::ToLaser(const Pose2& wheels) const {
+  const double turn_rad = values_.turn_scale * wheels.yaw_rad;
   const auto [sin, cos] = ComputeSinCos(turn_rad);
-  return {way_[0] * x_m - way_[1] * y_m - (1.0 - cos) * way_[2] - sin * way_[3],
-          way_[1] * x_m + way_[0] * y_m + sin * way_[2] - (1.0 - cos) * way_[3], WrapAngle(turn_rad)};
+  return {way_[0] * wheels.x_m - way_[1] * wheels.y_m - (1.0 - cos) * way_[2] - sin * way_[3],
+          way_[1] * wheels.x_m + way_[0] * wheels.y_m + sin * way_[2] - (1.0 - cos) * way_[3], WrapAngle(turn_rad)};
 }
 
 WheelMotion WheelModel::WithNoise(const Pose2& T_from_to) const {
   const double way_m = Length(T_from_to);
   const double turn_rad = std::abs(T_from_to.yaw_rad);
   const Values& v = values_;
-  const double jitter_m = constants_.jitter_share * state_.wheels_error_m;  // it is no noise of the way
-  return {
-      T_from_to,
-      std::sqrt(Square(constants_.least_m + jitter_m) + Square(v.way_per_m) * way_m + Square(v.way_per_rad) * turn_rad),
-      std::sqrt(Square(constants_.least_rad) + Square(v.turn_per_m) * way_m + Square(v.turn_per_rad) * turn_rad)};
+  return {T_from_to,
+          std::sqrt(Square(constants_.least_sigma) + Square(v.way_per_m) * way_m + Square(v.way_per_rad) * turn_rad),
+          std::sqrt(Square(constants_.least_sigma) + Square(v.turn_per_m) * way_m + Square(v.turn_per_rad) * turn_rad)};
 }
 
 bool WheelModel::Values::AreTooNoisy(const Constants& constants) const {
@@ -193,61 +141,52 @@ std::optional<WheelMotion> WheelModel::Predict(std::span<const ScanMatch> recent
   const auto wheels = FindWheels(recent, utime, T_odom_robot, constants_);
   if (!wheels || !AreBelieved()) return std::nullopt;
   if (!state_.have_moved && !Moves(recent, T_odom_robot)) return std::nullopt;
-  const double elapsed_s = Seconds(recent.back().utime, utime);
-  return WithNoise(ToLaser(*wheels, FindRateBefore(recent, constants_), FindRate(wheels, elapsed_s, constants_)));
+  return WithNoise(ToLaser(*wheels));
 }
 
 /// Whether their last step was none that they slipped on, and they are not so noisy that they are frozen, or slip as
 /// they like. Before enough is learned, whether they told the last motions no worse than the velocity model.
 bool WheelModel::AreBelieved() const {
   if (!state_.have_moved || state_.steps < constants_.few_steps) {
-    return state_.wheels_error_m <= state_.velocity_error_m + constants_.tolerance_m;
+    return state_.wheels_error_m <= state_.velocity_error_m + match_m_;
   }
   return state_.steps_since_slip > 0 && !values_.AreTooNoisy(constants_);
 }
 
 bool WheelModel::IsReliable() const {
-  const bool slip_often = state_.slips > constants_.slips_by_chance + state_.steps / constants_.steps_per_slip;
-  return state_.steps >= constants_.many_steps &&
-         state_.steps_since_slip >= (slip_often ? constants_.steps_since_slip_if_often : constants_.few_steps);
+  return state_.steps >= constants_.many_steps && state_.steps_since_slip >= constants_.few_steps;
 }
 
 void WheelModel::Add(std::span<const ScanMatch> recent, const ScanMatch& match) {
   const bool is_matched = !recent.empty() && IsMotionMatched(recent.back(), match);
-  const double elapsed_s = recent.empty() ? 0.0 : Seconds(recent.back().utime, match.utime);
   const auto wheels = is_matched ? FindWheels(recent, match.utime, match.T_odom_robot, constants_) : std::nullopt;
-  const auto Begin = [&](const Pose2& rate) {
+  const auto Begin = [&] {
     state_.has_start = match.state != MatchState::kLost && match.T_odom_robot;
     state_.T_map_start = state_.has_start ? match.T_map_laser : Pose2{};
     state_.T_odom_start = state_.has_start ? *match.T_odom_robot : Pose2{};
-    state_.rate_at_start = state_.has_start ? rate : Pose2{};
   };
   if (!state_.have_moved && Moves(recent, match.T_odom_robot)) {  // what went before says nothing
     state_.have_moved = true;
     state_.steps = 0;
     Solve();
   }
-  if (!wheels) return Begin({});
-  const Pose2 rate = FindRate(wheels, elapsed_s, constants_);
-  if (match.state == MatchState::kOk && state_.have_moved) {
-    LearnErrors(recent, match, *wheels, rate);
-    LearnDelay(recent, match);
-  }
-  if (!state_.has_start) return Begin(rate);
+  if (!wheels) return Begin();
+  if (match.state == MatchState::kOk && state_.have_moved) LearnErrors(recent, match, *wheels);
+  if (!state_.has_start) return Begin();
   const Pose2 matched = Inverse(state_.T_map_start) * match.T_map_laser;
   const Pose2 told = Inverse(state_.T_odom_start) * *match.T_odom_robot;
   const auto IsStep = [this](const Pose2& motion) {
-    return Length(motion) >= constants_.step_m || std::abs(motion.yaw_rad) >= constants_.step_rad;
+    return std::max(Length(motion), std::abs(motion.yaw_rad)) >= constants_.step_m;
   };
-  if (match.state == MatchState::kDegenerate) return Begin(rate);  // the way is not measured
+  if (match.state == MatchState::kDegenerate) return Begin();  // the way is not measured
   if (!IsStep(matched) && !IsStep(told)) return;
   if (state_.have_moved) {
-    LearnStep(told, matched, rate);
+    LearnStep(told, matched);
   } else {
     ++state_.steps;
     Solve();
   }
-  Begin(rate);
+  Begin();
 }
 
 void WheelModel::Move(const Pose2& T_new_old) {
@@ -255,46 +194,20 @@ void WheelModel::Move(const Pose2& T_new_old) {
 }
 
 /// Which of the two tells motions better.
-void WheelModel::LearnErrors(std::span<const ScanMatch> recent, const ScanMatch& match, const Pose2& wheels,
-                             const Pose2& rate) {
+void WheelModel::LearnErrors(std::span<const ScanMatch> recent, const ScanMatch& match, const Pose2& wheels) {
   const ScanMatch& last = recent.back();
-  const Pose2 by_wheels = ToLaser(wheels, FindRateBefore(recent, constants_), rate);
   const Pose2 matched = Inverse(last.T_map_laser) * match.T_map_laser;
   const Pose2 by_velocity = Inverse(last.T_map_laser) * PredictPose(recent, prediction_);
   const auto Follow = [this](double& mean, double error) { mean += constants_.follow * (error - mean); };
-  Follow(state_.wheels_error_m, ComputeDistance(by_wheels, matched));
+  Follow(state_.wheels_error_m, ComputeDistance(ToLaser(wheels), matched));
   Follow(state_.velocity_error_m, ComputeDistance(by_velocity, matched));
 }
 
-/// A late stamp shows where the robot begins or ends to turn. By how much, the laser says: by the wheels their own
-/// noise would look like a delay.
-void WheelModel::LearnDelay(std::span<const ScanMatch> recent, const ScanMatch& match) {
-  if (recent.size() < 2 || !IsMotionMatched(recent[recent.size() - 2], recent.back())) return;
-  const ScanMatch& before = recent[recent.size() - 2];
-  const ScanMatch& last = recent.back();
-  const double before_s = Seconds(before.utime, last.utime);
-  const double elapsed_s = Seconds(last.utime, match.utime);
-  const auto IsShort = [this](double period_s) { return period_s > 0.0 && period_s <= constants_.longest_period_s; };
-  if (!IsShort(before_s) || !IsShort(elapsed_s)) return;
-  const double turn_rad = WrapAngle(match.T_map_laser.yaw_rad - last.T_map_laser.yaw_rad);
-  const double turn_before_rad = WrapAngle(last.T_map_laser.yaw_rad - before.T_map_laser.yaw_rad);
-  const double told_rad = values_.turn_scale * WrapAngle(match.T_odom_robot->yaw_rad - last.T_odom_robot->yaw_rad);
-  const double change_rad_s = turn_rad / elapsed_s - turn_before_rad / before_s;
-  const double late_rad = WrapAngle(turn_rad - told_rad);
-  const double sigma_rad = constants_.matched_heading_rad + values_.turn_per_rad * std::sqrt(std::abs(told_rad));
-  const double off_rad = std::abs(late_rad - values_.delay_s * change_rad_s);
-  const double weight = Weigh(off_rad, sigma_rad, constants_);
-  state_.delay[0] += weight * change_rad_s * change_rad_s;
-  state_.delay[1] += weight * change_rad_s * late_rad;
-  // At once: a model that is made of this state knows it, too.
-  values_.delay_s = ComputeDelay(state_.delay, constants_);
-}
-
-void WheelModel::LearnStep(const Pose2& wheels, const Pose2& matched, const Pose2& rate_after) {
-  const Pose2 told = ToLaser(wheels, state_.rate_at_start, rate_after);
+void WheelModel::LearnStep(const Pose2& wheels, const Pose2& matched) {
+  const Pose2 told = ToLaser(wheels);
   const WheelMotion noisy = WithNoise(told);
-  const double sigma_m = std::sqrt(Square(noisy.sigma_m) + Square(constants_.match_m));
-  const double sigma_rad = std::sqrt(Square(noisy.sigma_rad) + Square(constants_.match_rad));
+  const double sigma_m = std::sqrt(Square(noisy.sigma_m) + Square(match_m_));
+  const double sigma_rad = noisy.sigma_rad;
   const double off_m = Distance(told, matched) / std::sqrt(2.0);  // of one axis
   const double off_rad = std::abs(WrapAngle(told.yaw_rad - matched.yaw_rad));
 
@@ -303,12 +216,10 @@ void WheelModel::LearnStep(const Pose2& wheels, const Pose2& matched, const Pose
   state_.slips += slips ? 1 : 0;
   state_.steps_since_slip = slips ? 0 : state_.steps_since_slip + 1;
 
-  Forget(state_.delay, constants_.forget);
   Forget(state_.turn, constants_.forget);
   const double turn_weight = Weigh(off_rad, sigma_rad, constants_);
-  const double turned_rad = wheels.yaw_rad + values_.delay_s * (rate_after.yaw_rad - state_.rate_at_start.yaw_rad);
-  state_.turn[0] += turn_weight * turned_rad * turned_rad;
-  state_.turn[1] += turn_weight * turned_rad * (turned_rad + WrapAngle(matched.yaw_rad - turned_rad));
+  state_.turn[0] += turn_weight * wheels.yaw_rad * wheels.yaw_rad;
+  state_.turn[1] += turn_weight * wheels.yaw_rad * (wheels.yaw_rad + WrapAngle(matched.yaw_rad - wheels.yaw_rad));
 
   Forget(state_.way_information, constants_.forget);
   Forget(state_.way_vector, constants_.forget);
@@ -362,7 +273,6 @@ void WheelModel::Solve() {
 
   const double of_turn = 1.0 / Square(constants_.prior_turn);
   values_.turn_scale = (state_.turn[1] + of_turn) / (state_.turn[0] + of_turn);
-  values_.delay_s = ComputeDelay(state_.delay, constants_);
 
   const Noise of_way = SolveNoise(state_.way_noise, prior.way_per_m, prior.way_per_rad, constants_);
   const Noise of_heading = SolveNoise(state_.turn_noise, prior.turn_per_m, prior.turn_per_rad, constants_);

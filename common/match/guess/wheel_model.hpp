@@ -16,7 +16,7 @@ namespace crsm {
 std::optional<WheelMotion> FindWayByWheels(std::span<const ScanMatch> recent, const std::optional<WheelMotion>& step);
 
 /// What the wheels of a robot are worth, learned on the way from matched motions: their scale, where the laser sits on
-/// the robot, how late their stamps are, and their noise.
+/// the robot, and their noise.
 ///
 /// A motion of the robot by its wheels, d [m] and t [rad], is one of the laser by
 ///   turn: turn_scale * t,   way: scale * R(-mounting_rad) * d - (1 - R(turn)) * lever.
@@ -34,7 +34,6 @@ class WheelModel {
     double laser_x_m = 0.0;
     double laser_y_m = 0.0;
     double laser_yaw_rad = 0.0;
-    double delay_s = 0.0;      ///< by which the wheels' stamps are late
     double way_per_m = 0.0;    ///< standard deviation of a way of a metre [m]; it grows with the root of the way
     double way_per_rad = 0.0;  ///< ... of a turn of a radian
     double turn_per_m = 0.0;   ///< standard deviation of the heading after a metre [rad]
@@ -63,7 +62,6 @@ class WheelModel {
                                      const std::optional<Pose2>& T_odom_robot) const;
 
   /// Whether enough steps agree with the model: what contradicts the wheels is then likelier to be wrong than they are.
-  /// Wheels that slip again and again have to agree for longer.
   bool IsReliable() const;
 
   const Values& values() const { return values_; }
@@ -75,8 +73,7 @@ class WheelModel {
     /// Of scale cos, scale sin, lever x, lever y: the upper triangle, by rows.
     std::array<double, 10> way_information{};
     std::array<double, 4> way_vector{};
-    std::array<double, 2> turn{};   ///< sums of squares, and of products
-    std::array<double, 2> delay{};  ///< likewise
+    std::array<double, 2> turn{};  ///< sums of squares, and of products
     /// Sums: metres^2, metres radians, radians^2; variance metres, variance radians.
     std::array<double, 5> way_noise{};
     std::array<double, 5> turn_noise{};
@@ -89,7 +86,6 @@ class WheelModel {
     bool has_start = false;   ///< of the step that goes on
     Pose2 T_map_start;
     Pose2 T_odom_start;
-    Pose2 rate_at_start;  ///< motion of the wheels in a second
     friend bool operator==(const State&, const State&) = default;
   };
   const State& state() const { return state_; }
@@ -102,15 +98,15 @@ class WheelModel {
 
  private:
   bool AreBelieved() const;
-  Pose2 ToLaser(const Pose2& wheels, const Pose2& rate_before, const Pose2& rate_after) const;
+  Pose2 ToLaser(const Pose2& wheels) const;
   WheelMotion WithNoise(const Pose2& T_from_to) const;
-  void LearnErrors(std::span<const ScanMatch> recent, const ScanMatch& match, const Pose2& wheels, const Pose2& rate);
-  void LearnDelay(std::span<const ScanMatch> recent, const ScanMatch& match);
-  void LearnStep(const Pose2& wheels, const Pose2& matched, const Pose2& rate_after);
+  void LearnErrors(std::span<const ScanMatch> recent, const ScanMatch& match, const Pose2& wheels);
+  void LearnStep(const Pose2& wheels, const Pose2& matched);
   void Solve();
 
   MatchConstants::WheelModel constants_;
   MatchConstants::Prediction prediction_;  ///< of the velocity model
+  double match_m_;                         ///< what a match may be off
   State state_;
   Values values_;
   std::array<double, 4> way_{1.0, 0.0, 0.0, 0.0};  ///< what way_information is of

@@ -13,7 +13,7 @@ RayReader::RayReader(const ByteMap& map, const MatchConstants::Census& constants
     : map_(map),
       geometry_(map.geometry()),
       constants_(constants),
-      tolerance_m_(std::max(constants.tolerance_m, constants.tolerance_cells * geometry_.cell_size_m())),
+      tolerance_m_(std::max(constants.tolerance_m, geometry_.cell_size_m())),
       tile_(map.tiles().Find(index_)) {}
 
 RayFate RayReader::FindFate(const Pose2& laser, const Eigen::Vector2d& ray_m) {
@@ -21,25 +21,23 @@ RayFate RayReader::FindFate(const Pose2& laser, const Eigen::Vector2d& ray_m) {
   constexpr double kOne = static_cast<double>(std::int64_t{1} << kStepBits);
   const double range_m = std::sqrt(ray_m.squaredNorm());
   const double last_m = range_m + tolerance_m_;
-  const double first_m = std::min(constants_.near_m, range_m - tolerance_m_);
   const double step_m = std::max(geometry_.cell_size_m(), last_m / constants_.most_steps);
   const Eigen::Vector2d direction = ray_m / range_m;
   const Eigen::Vector2d laser_m(laser.x_m, laser.y_m);
-  const Eigen::Vector2d from_m = laser_m + first_m * direction;
   const Eigen::Vector2d to_m = laser_m + last_m * direction;
-  if (!geometry_.InLimits(from_m.x(), from_m.y(), 0.0) || !geometry_.InLimits(to_m.x(), to_m.y(), 0.0)) {
+  if (!geometry_.InLimits(laser.x_m, laser.y_m, 0.0) || !geometry_.InLimits(to_m.x(), to_m.y(), 0.0)) {
     return RayFate::kUnknown;
   }
   const auto Fixed = [&](double length_m) { return static_cast<std::int64_t>(geometry_.ToCells(length_m) * kOne); };
   const std::int64_t dx = Fixed(step_m * direction.x());
   const std::int64_t dy = Fixed(step_m * direction.y());
-  const std::int64_t x = Fixed(from_m.x());
-  const std::int64_t y = Fixed(from_m.y());
+  const std::int64_t x = Fixed(laser.x_m);
+  const std::int64_t y = Fixed(laser.y_m);
   const auto Stands = [&](int step) {
     return IsOccupied(
         At({static_cast<int>((x + step * dx) >> kStepBits), static_cast<int>((y + step * dy) >> kStepBits)}));
   };
-  const auto NumSteps = [&](double until_m) { return static_cast<int>(std::ceil((until_m - first_m) / step_m)); };
+  const auto NumSteps = [&](double until_m) { return static_cast<int>(std::ceil(until_m / step_m)); };
   // Along a wall that is seen flat it may touch it just before its end.
   const int before_end = NumSteps(range_m - constants_.before_end_m);
   const int at_end = NumSteps(range_m - tolerance_m_);

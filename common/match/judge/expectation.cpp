@@ -9,9 +9,10 @@ namespace {
 
 /// Whether the robot is followed on a finished map, by the last scans that were found: where it goes on, people may
 /// stand before walls, and doors be closed that were open.
-bool IsFollowed(const TrackingState& tracking, const MatchConstants::FinishedMap& constants) {
+bool IsFollowed(const TrackingState& tracking, const MatchConstants& constants) {
   return tracking.on_finished_map() && tracking.fitnesses().size() == TrackingState::kUsual &&
-         tracking.baseline_fitness() >= constants.followed_fitness && tracking.num_lost() < constants.followed_lost_max;
+         tracking.baseline_fitness() >= constants.finished_map.followed_fitness &&
+         tracking.num_lost() < constants.acceptance.patience;
 }
 
 /// The share of the baseline fitness below which a scan is lost.
@@ -30,7 +31,7 @@ Expectation::Expectation(const TrackingState& tracking, const MatchConstants& co
       usual_(tracking.baseline_fitness()),
       acceptable_(ComputeAcceptable(tracking, constants.acceptance)),
       unknown_(tracking.on_finished_map() && usual_ == 0.0),
-      followed_(IsFollowed(tracking, constants.finished_map)),
+      followed_(IsFollowed(tracking, constants)),
       goes_on_(tracking.num_lost() == 0 && !tracking.on_finished_map()) {
   if (unknown_) usual_ = constants.finished_map.baseline_fitness;
   enough_ = usual_ > 0.0 ? constants.acceptance.good * usual_ : 1.0;

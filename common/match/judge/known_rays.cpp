@@ -53,7 +53,7 @@ bool IsBehindWall(const ByteMap& map, RayReader& reader, const Eigen::Vector2d& 
     if (IsWall(0, i)) return true;
     int num_across = 0;
     for (int j = -width_cells; !axis.held_by_wheels && j <= width_cells; ++j) num_across += IsWall(i, j);
-    if (num_across >= axis.constants.least_across_cells) return true;
+    if (num_across > width_cells) return true;
   }
   return false;
 }

@@ -97,7 +97,7 @@ FoundOnMap SearchMap(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m, const
                      const MatchConstants& constants) {
   const MatchConstants::MapSearch& search = constants.map_search;
   const Eigen::Matrix2Xd points_m = ThinOut(hits_m, search);
-  if (points_m.cols() < search.fewest_points) return {};
+  if (points_m.cols() < constants.breaks.fewest_rays) return {};
   const Eigen::Vector2d middle_m(window.centre.x_m, window.centre.y_m);
   const Eigen::Vector2d reach_m = Eigen::Vector2d::Constant(window.reach_m + search.farthest_m);
   const HitPyramid pyramid(map.cells(), middle_m - reach_m, middle_m + reach_m, search.cell_m);
@@ -107,7 +107,7 @@ FoundOnMap SearchMap(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m, const
 FoundOnMap SearchWholeMap(const ScoredMap& map, const Eigen::Matrix2Xd& hits_m, const MatchConstants& constants) {
   const MatchConstants::MapSearch& search = constants.map_search;
   const Eigen::Matrix2Xd points_m = ThinOut(hits_m, search);
-  if (points_m.cols() < search.fewest_points || map.cells().empty()) return {};
+  if (points_m.cols() < constants.breaks.fewest_rays || map.cells().empty()) return {};
   const double cell_m = map.geometry().cell_size_m();
   const auto [low, high] = map.cells().FindTiled();
   const Eigen::Vector2d low_m = cell_m * Eigen::Vector2d(low.x, low.y);

@@ -26,7 +26,7 @@ ScoredPose RrhcSearch::Draw(const Pose2& pose, const MotionBounds& bounds, int n
 
 /// Mutates with smaller and smaller steps: each child that fails to beat its parent narrows the bounds.
 ScoredPose RrhcSearch::Climb(ScoredPose climber) {
-  const MotionBounds bounds{constants_.mutation_m, constants_.mutation_rad};
+  const MotionBounds bounds{constants_.mutation, constants_.mutation};
   for (double scale = 1.0; scale > constants_.smallest && !Finished(climber);) {
     const ScoredPose child = Evaluate(Mutate(climber.pose, scale * bounds, random_));
     if (child.fitness > climber.fitness) {

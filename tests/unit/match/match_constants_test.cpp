@@ -101,7 +101,7 @@ double NumMatchesOfSweep(const MatchConstants& constants) {
   TrackingState tracking;
   for (const std::int64_t tenths : {18, 19}) tracking.Add(MatchedAt(tenths * kSecond_us / 10, {}));
   const TurningMatcher matcher;
-  MatchSweep(matcher, scan, tracking, std::nullopt, constants.sweep);
+  MatchSweep(matcher, scan, tracking, std::nullopt, constants);
   return matcher.num_asked;
 }
 
@@ -122,7 +122,7 @@ double NumOfClimb(const MatchConstants& constants) {
 const std::vector<Case> kOfFunctions{
     {"map_search", [](auto& c) { c.map_search.least_m = 0.5; },
      [](const auto& c) { return FindReach(AfterDrive({}).recent(), 6 * kSecond_us, c.map_search).reach_m; }},
-    {"map_search in SearchMap", [](auto& c) { c.map_search.fewest_points = 1000; },
+    {"breaks in SearchMap", [](auto& c) { c.breaks.fewest_rays = 1000; },
      [](const auto& c) {
        return SearchMap(Niche(), NicheHits(), {kPlace, 0.5, 0.1}, c).score;
      }},
@@ -161,7 +161,7 @@ const std::vector<Case> kOfFunctions{
        lost.state = MatchState::kLost;
        return ComputeGuessCovariance(lost, AfterDrive({}), c.guess_window)[0];
      }},
-    {"wheel_model", [](auto& c) { c.wheel_model.prior_way_per_m = 0.2; },
+    {"wheel_model", [](auto& c) { c.wheel_model.prior_noise = 0.2; },
      [](const auto& c) {
        const TrackingState tracking = AfterDrive(c);
        return tracking.wheels().Predict(tracking.recent(), 6 * kSecond_us, Pose2{0.9, 0.0, 0.0})->sigma_m;
@@ -191,7 +191,7 @@ std::vector<Slam::Step> Run(const MatchConstants& constants) {
 const std::vector<Case> kOfRuns{
     {"uncertainty", [](auto& c) { c.uncertainty.map_rad = 0.05; },
      [](const auto& c) { return Run(c)[2].match.covariance[5]; }},
-    {"wheel_model", [](auto& c) { c.wheel_model.prior_way_per_m = 0.2; },
+    {"wheel_model", [](auto& c) { c.wheel_model.prior_noise = 0.2; },
      [](const auto& c) { return Run(c)[2].match.by_wheels->sigma_m; }},
     {"guess_window", [](auto& c) { c.guess_window.m = 0.9; },
      [](const auto& c) { return Run(c)[4].match.covariance[0]; }},

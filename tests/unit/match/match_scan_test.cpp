@@ -212,7 +212,7 @@ TEST_CASE("after lost scans one that fits badly is lost too, and leaves nothing 
 }
 
 TEST_CASE("after a gap, or where the clock begins anew, a trajectory does, unless the robot stands where it stood") {
-  const ScanMatch elsewhere = Answer(MatchState::kOk, {1.0, 2.4, 0.5});
+  const ScanMatch elsewhere = Answer(MatchState::kOk, {1.0, 2.45, 0.5});
   const TrackingState tracking = After(0);
   MatchOptions without_loops;
   without_loops.loops = false;

@@ -119,7 +119,7 @@ TEST_CASE("in a corridor a pose that was guessed too far back is found by the fe
     CheckPose(match.T_map_laser, {way_m, 0.0, 0.0}, 0.03);
   }
   MatchConstants constants;
-  constants.final_climb.look_along_m = 0.0;
+  constants.final_climb.look_gain = 1.0;
   CHECK(std::abs(MatchInCorridor(0.35, constants).T_map_laser.x_m) < 0.2);
 }
 

@@ -239,8 +239,8 @@ TEST_CASE("a tracking state counts what there can be, and remembers the last mat
   CHECK_FALSE(After([](State& s) { s.recent.assign(11, s.recent[0]), s.num_scans = 11, s.num_recent = 11; }));
 
   wheel_model_t& wheels = m.wheels;
-  for (double* sum : {&wheels.way_information[9], &wheels.way_vector[0], &wheels.turn[1], &wheels.delay[0],
-                      &wheels.way_noise[4], &wheels.turn_noise[0]}) {
+  for (double* sum : {&wheels.way_information[9], &wheels.way_vector[0], &wheels.turn[1], &wheels.way_noise[4],
+                      &wheels.turn_noise[0]}) {
     fields.Refuse(*sum, {NAN, HUGE_VAL, 1e16});
   }
   fields.Refuse(wheels.wheels_error_m, {-1.0});

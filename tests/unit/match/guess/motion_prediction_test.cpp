@@ -28,7 +28,7 @@ TEST_CASE("where nothing seen holds the position, the guessed way is the mean of
       {1, (10.0 - 0.1) / 9}, {400'000, (10.0 - 2.5) / 5}, {1'000'000, (10.0 - 3.6) / 4}};  // four in any case
   for (const auto& [step_us, way_m] : cases) {
     std::vector<ScanMatch> history;
-    for (int k = 0; k < 11; ++k) history.push_back(MatchedAt(k * step_us, {0.1 * k * k, 0.0, 0.0}));
+    for (int k = 1; k < 11; ++k) history.push_back(MatchedAt(k * step_us, {0.1 * k * k, 0.0, 0.0}));
     history.back().state = MatchState::kDegenerate;
     CheckPose(PredictPose(history), {10.0 + way_m, 0.0, 0.0}, 1e-9);
   }
