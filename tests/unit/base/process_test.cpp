@@ -3,6 +3,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <functional>
 #include <string>
@@ -55,8 +56,7 @@ TEST_CASE("what would leave nothing behind ends at once when a signal asks for i
     const auto [exit_code, said] = EndBySignal(signal, [] {
       const EndsAtOnce ends_at_once("stopped: nothing was written");
       SayThatItIsThere();
-      for (volatile int i = 0;; i = i + 1) {
-      }
+      for (std::atomic<int> work = 0;;) ++work;
     });
     CHECK(exit_code == 0);
     CHECK(said == "!stopped: nothing was written\n");
