@@ -326,12 +326,14 @@ std::int64_t Mapper::CountScans(int component) const {
   return num;
 }
 
-MapPieces Mapper::FindPiecesAndError() const {
+MapPieces Mapper::FindPiecesAndError(bool with_way_back) const {
   MapPieces pieces = FindPieces();
   std::vector<bool> is_shown;
   for (const int component : best_components_) is_shown.push_back(component == largest_);
+  GraphConstants constants = constants_;
+  if (!with_way_back) constants.map_error.way_back_m = HUGE_VAL;
   const auto Estimate = [&](const KeyframeGraph& best) {
-    pieces.error = EstimateMapError(best, is_shown, constants_);
+    pieces.error = EstimateMapError(best, is_shown, constants);
     pieces.slip = FindSlip(best, is_shown, constants_.map_error.slip_m);
   };
   if (pending_.empty()) {

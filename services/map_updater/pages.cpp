@@ -38,8 +38,8 @@ class ToldScans {
   std::int64_t size_;
 };
 
-/// Matches from `first` on, and what comes with the last of them.
-void AddMatches(std::int32_t first, const Answered& answered, std::size_t most_bytes, Page& page) {
+/// Matches from `first` on, and what comes with the last of them. settled: who asks wants what is known in the end.
+void AddMatches(std::int32_t first, bool settled, const Answered& answered, std::size_t most_bytes, Page& page) {
   const ToldScans scans(answered);
   std::int64_t next = std::min<std::int64_t>(first, scans.size());
   for (; next < scans.size() && page.size < most_bytes; ++next) {
@@ -47,7 +47,7 @@ void AddMatches(std::int32_t first, const Answered& answered, std::size_t most_b
   }
   page.message.next_match = static_cast<std::int32_t>(next);
   if (!answered.corrected || answered.component || next < scans.size()) return;
-  page.Add(ToMessage(answered.corrected->FindPiecesAndError()), page.message.layout, page.message.num_layouts);
+  page.Add(ToMessage(answered.corrected->FindPiecesAndError(settled)), page.message.layout, page.message.num_layouts);
   for (const PlacedLoop& loop : answered.corrected->PlaceLoops()) {
     page.Add(ToMessage(loop), page.message.loops, page.message.num_loops);
   }
@@ -81,7 +81,7 @@ map_page_t MakePage(const map_request_t& request, const MapUpdater& updater, con
   Page page(blank);
   const bool same_map = request.epoch == options.epoch;  // else everything, from the start
   if (request.first_match >= 0) {
-    AddMatches(same_map ? request.first_match : 0, answered, options.most_bytes / 2, page);
+    AddMatches(same_map ? request.first_match : 0, request.settled == 1, answered, options.most_bytes / 2, page);
   }
   AddTiles(same_map ? request.first_tile : 0, same_map ? request.base_version : 0, updater, answered,
            options.most_bytes, page);

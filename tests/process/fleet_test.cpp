@@ -118,8 +118,8 @@ TEST_CASE("two robots that start elsewhere in a flat end on one common map, and 
   // One of them has the frame of all, and the other one is known to be somewhere.
   CHECK((poses.last.at("robot1/").trajectories == std::vector{0} ||
          poses.last.at("robot2/").trajectories == std::vector{0}));
-  // 360 motions that are good to 0.01 m each, and loops with the other robot.
-  for (const auto& [robot, pose] : poses.last) CHECK(pose.covariance[0] < 0.04);
+  // 360 motions that are good to 0.011 m each, and loops with the other robot that are good to 0.1 m.
+  for (const auto& [robot, pose] : poses.last) CHECK(pose.covariance[0] < 0.055);
 
   const auto summary = drives.Summary("fleet");
   CHECK(summary["pieces"]["count"] == 1);

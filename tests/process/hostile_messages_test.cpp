@@ -145,7 +145,7 @@ std::vector<Channel> MakeChannels() {
                            [](auto& k) { k.range_m[0] = kNan; }, [](auto& k) { k.T_previous_this.x_m = kInfinity; },
                            [](auto& k) { k.degenerate_axis[0] = 0.5; }, [](auto& k) { k.walls_sigma[1] = kNan; }}),
       Hostile<keyframe_request_t>(kKeyframeRequestChannel, {7, {-1, -1}, 20},
-                                  {[](auto& r) { r.epoch = 0; }, [](auto& r) { r.num_keyframes = kMost; }}),
+                                  {[](auto& r) { r.num_keyframes = 0; }, [](auto& r) { r.num_keyframes = kMost; }}),
       Hostile<pose_graph_t>(
           kPoseGraphChannel, MakeParts(update, kUtime, 7).front(),
           {[](auto& g) { g.epoch = 0; }, [](auto& g) { g.num_parts = 0; },

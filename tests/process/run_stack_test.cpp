@@ -336,7 +336,7 @@ TEST_CASE("run_stack refuses what it does not know, in one line") {
     CHECK(stack.output == "run_stack: " + expected + "\n");
   };
   CheckRefused("sim:demo --out $out --ratio 3",
-               "The following arguments were not expected: 3 --ratio; did you mean --rate? --help lists the flags");
+               "The following argument was not expected: --ratio; did you mean --rate? --help lists the flags");
   CheckRefused("sim:demo --out $out --veiw",
                "The following argument was not expected: --veiw; did you mean --view? --help lists the flags");
   CheckRefused("sim:demo", "--out is missing: give the folder for the results");
