@@ -61,16 +61,12 @@ class ErrorGraph {
     PoseGraph graph;
     for (const Pose2& pose : poses_) graph.AddPose(pose);
     for (const auto& [from, to, edge] : edges_) {
-      const auto Scale = [&](std::size_t row) { return scales_[static_cast<std::size_t>(edge.told_by[row])]; };
-      const MotionSigma sigma{Scale(0) * edge.sigma.x_m, Scale(1) * edge.sigma.y_m, Scale(2) * edge.sigma.yaw_rad};
-      GraphEdge scaled = GraphEdge::Make(from, to, edge.T_older_newer, sigma, edge.x_axis);
+      GraphEdge scaled = GraphEdge::Make(from, to, edge.T_older_newer, FindSigma(edge), edge.x_axis);
       scaled.may_be_wrong = edge.may_be_wrong();
       graph.AddEdge(scaled);
     }
     return graph;
   }
-
-  const std::vector<Pose2>& poses() const { return poses_; }
 
   /// What a drive over a way tells, if the laser sees there what it has seen on the mapped ways, and the places at both
   /// ends are found again.
@@ -79,12 +75,10 @@ class ErrorGraph {
     double driven_m = 0.0, m2 = 0.0, rad2 = 0.0;
     for (const auto& [from, to, edge] : edges_) {
       if (to != from + 1 || edge.told_by[1] != ToldBy::kWalls) continue;
-      const auto Scaled = [&](std::size_t row, double sigma) {
-        return scales_[static_cast<std::size_t>(edge.told_by[row])] * sigma;
-      };
+      const MotionSigma sigma = FindSigma(edge);
       driven_m += Length(edge.T_older_newer);
-      m2 += std::pow(Scaled(0, edge.sigma.x_m), 2);
-      rad2 += std::pow(Scaled(2, edge.sigma.yaw_rad), 2);
+      m2 += sigma.x_m * sigma.x_m;
+      rad2 += sigma.yaw_rad * sigma.yaw_rad;
     }
     const double share = driven_m > 0.0 ? way_m / driven_m : 0.0;
     const double rad = std::sqrt(share * rad2);
@@ -95,6 +89,12 @@ class ErrorGraph {
   static constexpr std::uint64_t kSeed = 1;
 
  private:
+  /// By what the residuals say.
+  MotionSigma FindSigma(const KeyframeEdge& edge) const {
+    const auto Scale = [&](std::size_t row) { return scales_[static_cast<std::size_t>(edge.told_by[row])]; };
+    return {Scale(0) * edge.sigma.x_m, Scale(1) * edge.sigma.y_m, Scale(2) * edge.sigma.yaw_rad};
+  }
+
   struct Edge {
     int from;
     int to;

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "common/logs/map_picture.hpp"
 #include "common/logs/regular_file.hpp"
 
 namespace crsm {

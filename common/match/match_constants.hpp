@@ -47,7 +47,7 @@ struct MatchConstants {
     int halvings = 4;       ///< of the steps of the climb there
     int most_evaluations = 200'000;
     int most_whole_evaluations = 8'000'000;  ///< on a whole map: about a second
-    double runner_up_share = 0.8;  ///< of the best score: with more the other place may be it. Rooms may be alike
+    double runner_up_share = 0.75;  ///< of the best score: with more the other place may be it. Rooms may be alike
     /// As of ScorePlace: less is no place where a scan was found, when nothing was known. Of 780 searches for scans in
     /// maps of other buildings one was convincing; of 660 in maps of their own 7 % of those that found the place scored
     /// less, and none was convincing elsewhere.

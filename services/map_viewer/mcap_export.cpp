@@ -8,6 +8,7 @@
 #include "common/logs/replacement.hpp"
 #include "common/logs/stop_request.hpp"
 #include "services/base/file_window.hpp"
+#include "services/base/process.hpp"
 #include "services/map_viewer/finished_run.hpp"
 #include "services/map_viewer/foxglove_scene.hpp"
 #include "services/map_viewer/mcap_writer.hpp"

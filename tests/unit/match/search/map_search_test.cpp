@@ -218,8 +218,8 @@ TEST_CASE("a place convinces if it fits at all, and the next best one fits clear
   CHECK(Convinces(0.46, 0.0));
   CHECK_FALSE(Convinces(0.44, 0.0));
   for (const double score : {0.5, 0.7, 1.0}) {
-    CHECK(Convinces(score, 0.79 * score));
-    CHECK_FALSE(Convinces(score, 0.81 * score));
+    CHECK(Convinces(score, 0.74 * score));
+    CHECK_FALSE(Convinces(score, 0.76 * score));
   }
 }
 
