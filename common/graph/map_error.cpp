@@ -68,18 +68,30 @@ class ErrorGraph {
     return graph;
   }
 
-  /// What a drive over a way tells, if the laser sees there what it has seen on the mapped ways, and the places at both
-  /// ends are found again.
-  MotionSigma FindSigmaOfDrive(double way_m) const {
-    const MotionSigma& loop = constants_.edges.loop;
-    double driven_m = 0.0, m2 = 0.0, rad2 = 0.0;
+  /// What the mapped ways told.
+  struct Driven {
+    double driven_m = 0.0;
+    double m2 = 0.0;    ///< variance over them ...
+    double rad2 = 0.0;  ///< ... and of the turns
+  };
+
+  Driven SumDriven() const {
+    Driven sum;
     for (const auto& [from, to, edge] : edges_) {
       if (to != from + 1 || edge.told_by[1] != ToldBy::kWalls) continue;
       const MotionSigma sigma = FindSigma(edge);
-      driven_m += Length(edge.T_older_newer);
-      m2 += sigma.x_m * sigma.x_m;
-      rad2 += sigma.yaw_rad * sigma.yaw_rad;
+      sum.driven_m += Length(edge.T_older_newer);
+      sum.m2 += sigma.x_m * sigma.x_m;
+      sum.rad2 += sigma.yaw_rad * sigma.yaw_rad;
     }
+    return sum;
+  }
+
+  /// What a drive over a way tells, if the laser sees there what it has seen on the mapped ways, and the places at both
+  /// ends are found again.
+  MotionSigma FindSigmaOfDrive(double way_m, const Driven& driven) const {
+    const MotionSigma& loop = constants_.edges.loop;
+    const auto& [driven_m, m2, rad2] = driven;
     const double share = driven_m > 0.0 ? way_m / driven_m : 0.0;
     const double rad = std::sqrt(share * rad2);
     const double m = std::hypot(std::sqrt(share * m2), 0.5 * way_m * rad);  // a turn half-way moves the end so far
@@ -176,7 +188,7 @@ std::vector<Doubt> ThinOut(const std::vector<Pose2>& poses, const Spread& spread
 class WayBackSearch {
  public:
   WayBackSearch(const ErrorGraph& graph, const PoseGraph& poses, const GraphConstants& constants)
-      : graph_(graph), poses_(poses), constants_(constants) {
+      : graph_(graph), poses_(poses), constants_(constants), driven_(graph.SumDriven()) {
     const auto num = poses.poses().size();
     const std::size_t every = std::max<std::size_t>(1, num / kMostPlaces);
     double way_m = 0.0;
@@ -210,7 +222,7 @@ class WayBackSearch {
     const auto& [from, to] = std::pair(at_[best.first], at_[best.second]);
     PoseGraph with = poses_;
     with.AddEdge(GraphEdge::Make(static_cast<int>(places_[best.first]), static_cast<int>(places_[best.second]),
-                                 Inverse(from) * to, graph_.FindSigmaOfDrive(Distance(from, to))));
+                                 Inverse(from) * to, graph_.FindSigmaOfDrive(Distance(from, to), driven_)));
     const Spread spread = FindSpread(with, constants_);
     const double then_m = spread.largest_m.empty() ? most_m : FindBound(spread.largest_m, constants_);
     if (then_m >= kHelps * most_m) return std::nullopt;
@@ -226,7 +238,7 @@ class WayBackSearch {
   /// (ensemble Kalman filter: Evensen 1994).
   double BoundAfter(std::size_t from, std::size_t to) const {
     const Pose2 expected = Inverse(at_[from]) * at_[to];
-    const MotionSigma sigma = graph_.FindSigmaOfDrive(Length(expected));
+    const MotionSigma sigma = graph_.FindSigmaOfDrive(Length(expected), driven_);
     const auto num = static_cast<Eigen::Index>(samples_.size());
     Eigen::Matrix3Xd seen(3, num);
     Eigen::MatrixXd moved(2 * std::ssize(at_), num);
@@ -262,6 +274,7 @@ class WayBackSearch {
   const ErrorGraph& graph_;
   const PoseGraph& poses_;
   const GraphConstants& constants_;
+  ErrorGraph::Driven driven_;
   std::vector<std::size_t> places_;          ///< indices of poses, along the path
   std::vector<double> ways_m_;               ///< how far along it
   std::vector<Pose2> at_;                    ///< where they are
