@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "common/graph/keyframe_edges.hpp"
+
 namespace crsm {
 namespace {
 
@@ -174,6 +176,29 @@ PoseGraph FleetGraph::MakePoseGraph(const std::set<int>& maps, std::vector<int>&
     if (maps.contains(loop.older.map) && maps.contains(loop.newer.map)) graph.AddEdge(MakeEdge(loop, first_pose));
   }
   return graph;
+}
+
+KnownMotions FleetGraph::CollectMotions(int piece) const {
+  KnownMotions motions;
+  std::vector<std::vector<int>> first_poses(maps_.size());  // by map and trajectory
+  for (const int number : MapsOf(piece)) {
+    const Map& map = maps_[static_cast<std::size_t>(number)];
+    std::vector<bool> is_taken;
+    for (const int trajectory : map.trajectories) {
+      is_taken.push_back(pieces_[static_cast<std::size_t>(trajectory)] == piece);
+    }
+    first_poses[static_cast<std::size_t>(number)] =
+        motions.Add(*map.graph, map.poses, is_taken, constants_.graph.edges);
+  }
+  const auto Index = [&](const FleetKeyframeId& at) {
+    return first_poses[static_cast<std::size_t>(at.map)][static_cast<std::size_t>(at.id.trajectory)] + at.id.number;
+  };
+  for (const auto& [older, newer, T_older_newer] : loops_) {
+    if (this->piece(older) != piece) continue;
+    const Loop loop{older.id, newer.id, T_older_newer};
+    motions.edges.push_back({Index(older), Index(newer), crsm::MakeEdge(loop, constants_.graph.edges)});
+  }
+  return motions;
 }
 
 /// How well the newest keyframe of each map of a piece is known, as seen from the first of all.

@@ -9,6 +9,7 @@
 
 #include "common/fleet/fleet_constants.hpp"
 #include "common/graph/keyframe_graph.hpp"
+#include "common/graph/map_error.hpp"
 
 namespace crsm {
 
@@ -97,6 +98,9 @@ class FleetGraph {
   /// How well the newest keyframe of a map is known in the frame of its piece, as of the last Solve: all 0 where the
   /// frame is the map's own.
   const PoseCovariance& covariance(int map) const { return maps_[static_cast<std::size_t>(map)].covariance; }
+
+  /// What is known of the poses of a piece.
+  KnownMotions CollectMotions(int piece) const;
 
   /// Where the frame of a map lies in that of the piece of its newest keyframe.
   Pose2 FindFrame(int map) const;

@@ -17,23 +17,10 @@ namespace {
 /// By how much the errors of each kind are larger than was taken for granted.
 using Scales = std::array<double, kNumToldBy>;
 
-/// What is known of the motions of some trajectories.
+/// Motions, and how well they are known by what they say of each other.
 class ErrorGraph {
  public:
-  ErrorGraph(const KeyframeGraph& graph, const std::vector<bool>& is_shown, const GraphConstants& constants)
-      : constants_(constants) {
-    const auto IsShown = [&](KeyframeId id) { return is_shown[static_cast<std::size_t>(id.trajectory)]; };
-    std::vector<int> first_of;
-    for (int trajectory = 0; trajectory < graph.num_trajectories(); ++trajectory) {
-      first_of.push_back(static_cast<int>(poses_.size()));
-      if (!IsShown({trajectory, 0})) continue;
-      const std::vector<Pose2>& poses = graph.poses()[static_cast<std::size_t>(trajectory)];
-      poses_.insert(poses_.end(), poses.begin(), poses.end());
-    }
-    const auto Index = [&](KeyframeId id) { return first_of[static_cast<std::size_t>(id.trajectory)] + id.number; };
-    for (const KeyframeEdge& edge : FindEdges(graph, constants.edges)) {
-      if (IsShown(edge.older) && IsShown(edge.newer)) edges_.push_back({Index(edge.older), Index(edge.newer), edge});
-    }
+  ErrorGraph(const KnownMotions& motions, const GraphConstants& constants) : constants_(constants), motions_(motions) {
     scales_.fill(1.0);
   }
 
@@ -46,7 +33,7 @@ class ErrorGraph {
     for (std::size_t i = 0; i < variances.size(); ++i) {
       const std::array<double, 3> errors = poses.SquaredErrors(poses.edges()[i]);
       for (std::size_t row = 0; row < 3; ++row) {
-        const auto told_by = static_cast<std::size_t>(edges_[i].edge.told_by[row]);
+        const auto told_by = static_cast<std::size_t>(motions_.edges[i].edge.told_by[row]);
         squares[told_by] += errors[row];
         redundancies[told_by] += std::max(0.0, 1.0 - variances[i][row]);
       }
@@ -59,8 +46,8 @@ class ErrorGraph {
 
   PoseGraph Make() const {
     PoseGraph graph;
-    for (const Pose2& pose : poses_) graph.AddPose(pose);
-    for (const auto& [from, to, edge] : edges_) {
+    for (const Pose2& pose : motions_.poses) graph.AddPose(pose);
+    for (const auto& [from, to, edge] : motions_.edges) {
       GraphEdge scaled = GraphEdge::Make(from, to, edge.T_older_newer, FindSigma(edge), edge.x_axis);
       scaled.may_be_wrong = edge.may_be_wrong();
       graph.AddEdge(scaled);
@@ -77,7 +64,7 @@ class ErrorGraph {
 
   Driven SumDriven() const {
     Driven sum;
-    for (const auto& [from, to, edge] : edges_) {
+    for (const auto& [from, to, edge] : motions_.edges) {
       if (to != from + 1 || edge.told_by[1] != ToldBy::kWalls) continue;
       const MotionSigma sigma = FindSigma(edge);
       sum.driven_m += Length(edge.T_older_newer);
@@ -107,15 +94,8 @@ class ErrorGraph {
     return {Scale(0) * edge.sigma.x_m, Scale(1) * edge.sigma.y_m, Scale(2) * edge.sigma.yaw_rad};
   }
 
-  struct Edge {
-    int from;
-    int to;
-    KeyframeEdge edge;
-  };
-
   const GraphConstants& constants_;
-  std::vector<Pose2> poses_;
-  std::vector<Edge> edges_;
+  const KnownMotions& motions_;
   Scales scales_{};
 };
 
@@ -283,9 +263,25 @@ class WayBackSearch {
 
 }  // namespace
 
-std::optional<MapError> EstimateMapError(const KeyframeGraph& graph, const std::vector<bool>& is_shown,
-                                         const GraphConstants& constants) {
-  ErrorGraph error_graph(graph, is_shown, constants);
+std::vector<int> KnownMotions::Add(const KeyframeGraph& graph, const KeyframePoses& poses_of_graph,
+                                   const std::vector<bool>& is_taken, const GraphConstants::Edges& constants) {
+  const auto IsTaken = [&](KeyframeId id) { return is_taken[static_cast<std::size_t>(id.trajectory)]; };
+  std::vector<int> first_of;
+  for (std::size_t trajectory = 0; trajectory < poses_of_graph.size(); ++trajectory) {
+    first_of.push_back(static_cast<int>(poses.size()));
+    if (is_taken[trajectory])
+      poses.insert(poses.end(), poses_of_graph[trajectory].begin(), poses_of_graph[trajectory].end());
+  }
+  const auto Index = [&](KeyframeId id) { return first_of[static_cast<std::size_t>(id.trajectory)] + id.number; };
+  for (const KeyframeEdge& edge : FindEdges(graph, constants)) {
+    if (IsTaken(edge.older) && IsTaken(edge.newer)) edges.push_back({Index(edge.older), Index(edge.newer), edge});
+  }
+  return first_of;
+}
+
+std::optional<MapError> EstimateMapError(const KnownMotions& motions, const GraphConstants& constants,
+                                         bool with_way_back) {
+  ErrorGraph error_graph(motions, constants);
   error_graph.Calibrate();
   const PoseGraph poses = error_graph.Make();
   const Spread spread = FindSpread(poses, constants);
@@ -297,19 +293,21 @@ std::optional<MapError> EstimateMapError(const KeyframeGraph& graph, const std::
   const auto worst = static_cast<std::size_t>(std::ranges::max_element(spread.sums_m2) - spread.sums_m2.begin());
   error.at = {poses.poses()[worst].x_m, poses.poses()[worst].y_m};
   error.doubts = ThinOut(poses.poses(), spread, constants);
-  if (error.most_m > constants.map_error.way_back_m)
+  if (with_way_back && error.most_m > constants.map_error.way_back_m)
     error.way_back = WayBackSearch(error_graph, poses, constants).Find(error.most_m);
   return error;
 }
 
-std::optional<Slip> FindSlip(const KeyframeGraph& graph, const std::vector<bool>& is_shown, double least_m) {
+std::optional<Slip> FindSlip(const KeyframeGraph& graph, const KeyframePoses& poses, const std::vector<bool>& is_shown,
+                             double least_m) {
   std::optional<Slip> slip;
   for (const KeyframeId id : graph.ids()) {
     if (id.number == 0 || !is_shown[static_cast<std::size_t>(id.trajectory)]) continue;
-    const Pose2& before = graph.pose({id.trajectory, id.number - 1});
-    const double off_m = Distance(before * graph.keyframe(id).T_previous_this, graph.pose(id));
+    const Pose2& before = At(poses, {id.trajectory, id.number - 1});
+    const Pose2& at = At(poses, id);
+    const double off_m = Distance(before * graph.keyframe(id).T_previous_this, at);
     if (off_m <= std::max(least_m, slip ? slip->off_m : 0.0)) continue;
-    slip = Slip{{graph.pose(id).x_m, graph.pose(id).y_m}, off_m};
+    slip = Slip{{at.x_m, at.y_m}, off_m};
   }
   return slip;
 }

@@ -326,21 +326,31 @@ std::int64_t Mapper::CountScans(int component) const {
   return num;
 }
 
-MapPieces Mapper::FindPiecesAndError(bool with_way_back) const {
-  MapPieces pieces = FindPieces();
+/// The trajectories of the map that is shown.
+std::vector<bool> Mapper::FindShown() const {
   std::vector<bool> is_shown;
   for (const int component : best_components_) is_shown.push_back(component == largest_);
-  GraphConstants constants = constants_;
-  if (!with_way_back) constants.map_error.way_back_m = HUGE_VAL;
-  const auto Estimate = [&](const KeyframeGraph& best) {
-    pieces.error = EstimateMapError(best, is_shown, constants);
-    pieces.slip = FindSlip(best, is_shown, constants_.map_error.slip_m);
+  return is_shown;
+}
+
+KnownMotions Mapper::CollectMotions() const {
+  KnownMotions motions;
+  const auto Collect = [&](const KeyframeGraph& best) {
+    motions.Add(best, best_poses_, FindShown(), constants_.edges);
   };
-  if (pending_.empty()) {
-    Estimate(graph_);
-  } else {
-    Estimate(MakeBestGraph());
-  }
+  pending_.empty() ? Collect(graph_) : Collect(MakeBestGraph());
+  return motions;
+}
+
+MapPieces Mapper::FindPiecesAndSlip() const {
+  MapPieces pieces = FindPieces();
+  pieces.slip = FindSlip(graph_, best_poses_, FindShown(), constants_.map_error.slip_m);
+  return pieces;
+}
+
+MapPieces Mapper::FindPiecesAndError() const {
+  MapPieces pieces = FindPiecesAndSlip();
+  pieces.error = EstimateMapError(CollectMotions(), constants_);
   return pieces;
 }
 

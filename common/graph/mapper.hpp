@@ -111,9 +111,12 @@ class Mapper {
 
   /// How the map hangs together by all that is known.
   MapPieces FindPieces() const;
+  /// The same, and the slip that loops have put right.
+  MapPieces FindPiecesAndSlip() const;
   /// The same, and how far off the map that is shown may be: takes as long as some optimisations of the graph.
-  /// with_way_back: and which drive would tell most; that takes up to some tenths of a second more.
-  MapPieces FindPiecesAndError(bool with_way_back = true) const;
+  MapPieces FindPiecesAndError() const;
+  /// From which that follows.
+  KnownMotions CollectMotions() const;
   /// The component that is the piece of that number, its oldest trajectory; -1: there is none. 1 is the map that is
   /// shown.
   int FindComponent(int piece) const;
@@ -167,6 +170,7 @@ class Mapper {
   const Anchor* FindAnchor(std::int64_t scan) const;
   void CountComponents();
   std::vector<int> SortComponents() const;
+  std::vector<bool> FindShown() const;
   std::set<int> FindJoins() const;
   void CountNewest(bool begins);
   bool IsDue(int lag) const { return !pending_.empty() && graph_.CountAfter(pending_.front().keyframe) >= lag; }

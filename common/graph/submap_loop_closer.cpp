@@ -68,10 +68,25 @@ std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe, const std::o
   return update;
 }
 
+/// Whether loops say what the graph says already. They wait until others tell more, or until so many keyframes have
+/// come since it was solved that solving costs the same for each of them, however large the graph is.
+bool SubmapLoopCloser::CanWait(const std::vector<Loop>& loops) const {
+  const auto Agrees = [&](const Loop& loop) {
+    const Pose2 error = Inverse(graph_.pose(loop.older) * loop.T_older_newer) * graph_.pose(loop.newer);
+    const auto Share = [&](double value, double sigma) { return std::abs(value) / (constants_.loops.waits * sigma); };
+    const MotionSigma& sigma = constants_.edges.loop;
+    return graph_.HangTogether(loop.older, loop.newer) && Share(error.x_m, sigma.x_m) < 1.0 &&
+           Share(error.y_m, sigma.y_m) < 1.0 && Share(error.yaw_rad, sigma.yaw_rad) < 1.0;
+  };
+  const int num_new = graph_.size() - solved_size_;
+  return num_new < constants_.loops.waits_growth * graph_.size() && std::ranges::all_of(loops, Agrees);
+}
+
 /// Adds the loops that an update has closed, and moves the keyframes. earlier: that update, as it was found then.
 void SubmapLoopCloser::Solve(GraphUpdate& update, const GraphUpdate* earlier) {
   const KeyframePoses before = earlier ? KeyframePoses() : graph_.poses();
   if (earlier) update.closed = earlier->closed;  // and what was rejected before
+  const bool can_wait = CanWait(update.closed);
   for (const Loop& loop : update.closed) {
     if (!graph_.HangTogether(loop.older, loop.newer)) join_check_.Watch(graph_);
     graph_.Join(loop);
@@ -82,11 +97,12 @@ void SubmapLoopCloser::Solve(GraphUpdate& update, const GraphUpdate* earlier) {
     update.moved = earlier->moved;
     for (const Loop& loop : update.rejected) graph_.DropLoop(loop);
     graph_.Move(update);
-  } else {
+  } else if (!can_wait) {
     update.rejected = graph_.Optimise();
     if (!update.rejected.empty()) JudgeTogether(update);
     update.moved = FindMoved(before, graph_.poses());
   }
+  if (!can_wait) solved_size_ = graph_.size();
   for (const Loop& loop : update.closed) std::erase(contradicted_, loop);
   std::ranges::copy(update.rejected, std::back_inserter(contradicted_));
 }

@@ -49,6 +49,7 @@ class SubmapLoopCloser : public LoopCloser {
   bool Agree(const LoopFinding& earlier, const LoopFinding& later) const;
   std::vector<Loop> Confirm(const LoopFinding& finding, const GraphUpdate* earlier);
   void TakeApart(GraphUpdate& update);
+  bool CanWait(const std::vector<Loop>& loops) const;
   void Solve(GraphUpdate& update, const GraphUpdate* earlier);
   void JudgeTogether(GraphUpdate& update);
   bool SayTheSame(const Loop& loop, const Loop& other) const;
@@ -65,6 +66,7 @@ class SubmapLoopCloser : public LoopCloser {
   JoinCheck join_check_;
   std::vector<Remembered> findings_;  ///< of the last metres
   std::vector<Loop> contradicted_;    ///< loops that were rejected because all others contradict them
+  int solved_size_ = 0;               ///< keyframes, when the graph was last solved
   double next_search_m_ = 0.0;        ///< on the newest trajectory
   double next_thorough_m_ = 0.0;
   double next_elsewhere_m_ = 0.0;

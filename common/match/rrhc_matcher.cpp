@@ -18,11 +18,14 @@ namespace crsm {
 namespace {
 
 /// Whether a scan is to be looked for on all of a finished map: the first ones until one is found, later every tenth
-/// after ten were lost in a row.
+/// after ten were lost in a row. A robot that was not found in a hundred is likely nowhere on the map: it is searched
+/// more and more seldom.
 bool IsGlobalSearchDue(const TrackingState& tracking, const MatchConstants::FinishedMap& constants) {
-  const std::int64_t every = constants.search_every;
-  if (!tracking.on_finished_map() || tracking.num_lost() < std::min(tracking.num_scans(), every)) return false;
-  return tracking.num_scans() < every || tracking.num_scans() % every == 0;
+  if (!tracking.on_finished_map()) return false;
+  const std::int64_t every = constants.search_every, num_lost = tracking.num_lost();
+  if (tracking.num_scans() < every) return num_lost == tracking.num_scans();
+  const std::int64_t more_seldom = std::clamp<std::int64_t>(num_lost / (every * every), 1, every);
+  return num_lost > 0 && num_lost % (every * more_seldom) == 0;
 }
 
 /// Whether scans follow each other so seldom that a robot may have gone further between them than random climbs find.

@@ -91,7 +91,7 @@ map_page_t FleetView::MakePage(const map_request_t& request, const Told& told, c
     }
     page.message.next_match = static_cast<std::int32_t>(next);
     if (next == keyframes.size() && !told.only) {
-      page.Add(ToMessage(DescribePieces(fleet_, pieces_)), page.message.layout, page.message.num_layouts);
+      page.Add(ToMessage(FindLayout(request.settled == 1)), page.message.layout, page.message.num_layouts);
       for (const PlacedLoop& loop : PlaceLoops(fleet_.graph(), pieces_.empty() ? -1 : pieces_.front())) {
         page.Add(ToMessage(loop), page.message.loops, page.message.num_loops);
       }
@@ -105,6 +105,15 @@ map_page_t FleetView::MakePage(const map_request_t& request, const Told& told, c
   }
   page.message.next_tile = tile >= map.num_tiles() ? -1 : static_cast<std::int32_t>(tile);
   return std::move(page.message);
+}
+
+/// settled: who asks wants what is known in the end.
+MapPieces FleetView::FindLayout(bool settled) {
+  MapPieces layout = DescribePieces(fleet_, pieces_);
+  if (pieces_.empty()) return layout;
+  const auto Collect = [&] { return fleet_.graph().CollectMotions(pieces_.front()); };
+  layout.error = settled ? EstimateMapError(Collect()) : map_error_.Find(Collect);
+  return layout;
 }
 
 ScanMatch FleetView::MakeMatch(std::size_t keyframe, FleetDrawing& drawing) const {

@@ -6,6 +6,7 @@
 
 #include "common/fleet/fleet.hpp"
 #include "common/fleet/fleet_drawing.hpp"
+#include "common/graph/background_map_error.hpp"
 #include "common/logs/unique_utimes.hpp"
 #include "common/map/map_updater.hpp"
 #include "services/bus/sender.hpp"
@@ -47,6 +48,7 @@ class FleetView {
   };
 
   map_page_t MakePage(const map_request_t& request, const Told& told, const AnswerOptions& options);
+  MapPieces FindLayout(bool settled);
   ScanMatch MakeMatch(std::size_t keyframe, FleetDrawing& drawing) const;
   std::vector<std::size_t> ListKeyframes(std::optional<int> only) const;
 
@@ -58,6 +60,7 @@ class FleetView {
   std::vector<int> pieces_;
   std::int64_t num_layouts_ = -1;     ///< of the graph, as of what is drawn
   std::int64_t layout_ = 0;           ///< counts what is told as a map of its own
+  BackgroundMapError map_error_;
   UniqueUtimes unique_;               ///< robots' clocks may tell the same times
   std::vector<std::int64_t> utimes_;  ///< by which keyframes are told, in the order of all
   struct Asked {

@@ -38,6 +38,15 @@ class ToldScans {
   std::int64_t size_;
 };
 
+MapPieces FindLayout(const Answered& answered, bool settled) {
+  if (settled) return answered.corrected->FindPiecesAndError();
+  MapPieces pieces = answered.corrected->FindPiecesAndSlip();
+  if (answered.map_error) {
+    pieces.error = answered.map_error->Find([&] { return answered.corrected->CollectMotions(); });
+  }
+  return pieces;
+}
+
 /// Matches from `first` on, and what comes with the last of them. settled: who asks wants what is known in the end.
 void AddMatches(std::int32_t first, bool settled, const Answered& answered, std::size_t most_bytes, Page& page) {
   const ToldScans scans(answered);
@@ -47,7 +56,7 @@ void AddMatches(std::int32_t first, bool settled, const Answered& answered, std:
   }
   page.message.next_match = static_cast<std::int32_t>(next);
   if (!answered.corrected || answered.component || next < scans.size()) return;
-  page.Add(ToMessage(answered.corrected->FindPiecesAndError(settled)), page.message.layout, page.message.num_layouts);
+  page.Add(ToMessage(FindLayout(answered, settled)), page.message.layout, page.message.num_layouts);
   for (const PlacedLoop& loop : answered.corrected->PlaceLoops()) {
     page.Add(ToMessage(loop), page.message.loops, page.message.num_loops);
   }

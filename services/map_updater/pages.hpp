@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "common/graph/background_map_error.hpp"
 #include "common/graph/mapper.hpp"
 #include "common/map/map_updater.hpp"
 #include "common/match/guess/tracking_state.hpp"
@@ -18,6 +19,9 @@ struct Answered {
   const Mapper* corrected = nullptr;
   /// With `corrected`: the component whose scans alone are told; nothing: all scans.
   std::optional<int> component = std::nullopt;
+  /// With `corrected`: who estimates beside how far off its map may be; nullptr: it is told to those alone who want
+  /// what is known in the end.
+  BackgroundMapError* map_error = nullptr;
 };
 
 /// The next page of what a replica lacks: tiles that changed since its version, whole, and matches that it does not

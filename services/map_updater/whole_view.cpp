@@ -35,7 +35,7 @@ void WholeView::Show(const Mapper& mapper, const Answered& answered, AnswerOptio
   options.epoch += num_layouts_;  // what was seen is elsewhere now: another map
   if (piece != 0) return ShowPiece(piece, mapper, answered, options);
   if (!whole_.Draw(mapper, kScansAtOnce)) return;
-  AnswerWhoAskedFor(0, whole_.map(), {answered.matches, answered.tracking, &mapper}, options);
+  AnswerWhoAskedFor(0, whole_.map(), {answered.matches, answered.tracking, &mapper, std::nullopt, &map_error_}, options);
 }
 
 /// A piece is a map of its own: with its own epoch, and as many versions as it has scans. One that is not there has

@@ -35,6 +35,7 @@ class WholeView {
   WholeMap whole_;
   WholeMap piece_;                ///< of those who want to see another piece than the largest
   std::optional<int> component_;  ///< that is drawn there
+  BackgroundMapError map_error_;
   std::int64_t num_layouts_ = 0;  ///< of the mapper, as of what is drawn
   static constexpr std::size_t kMostWaiting = 64;
   struct Asked {

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
-#include <queue>
-#include <tuple>
+#include <cstdint>
 
 #include "common/math/floor_to_int.hpp"
 
@@ -32,6 +30,62 @@ constexpr std::array<std::uint64_t, 256> kCounts = [] {
   return counts;
 }();
 
+/// Points that are laid on a level's grid.
+struct Overlaying {
+  const std::uint8_t* cells;
+  int width;
+  int shift;  ///< a cell is 2^shift cells of the points wide
+  float x0;   ///< of the pose, in these, and its turn
+  float y0;
+  float cos;
+  float sin;
+  float x_end;  ///< of the grid; there and at 0 lies nothing
+  float y_end;
+  const float* x;
+  const float* y;
+  int num;
+  int least;  ///< as of HitPyramid::Count
+};
+
+__attribute__((always_inline)) inline float Clamp(float value, float most) {
+  const float positive = value > 0.0f ? value : 0.0f;
+  return positive < most ? positive : most;
+}
+
+/// Adds up kCounts.
+__attribute__((always_inline)) inline void CountOverlay(const Overlaying& task, std::array<int, 4>& counts) {
+  constexpr int kAtOnce = 64;
+  constexpr int kFreeWeight = HitPyramid::kFreeWeight;
+  const auto [cells, width, shift, x0, y0, cos, sin, x_end, y_end, px, py, num, least] = task;
+  std::array<int, kAtOnce> at;
+  for (int begin = 0; begin < num; begin += kAtOnce) {
+    const int here = std::min(kAtOnce, num - begin);
+    for (int i = 0; i < here; ++i) {
+      const int x = static_cast<int>(Clamp(x0 + cos * px[begin + i] - sin * py[begin + i], x_end)) >> shift;
+      const int y = static_cast<int>(Clamp(y0 + sin * px[begin + i] + cos * py[begin + i], y_end)) >> shift;
+      at[static_cast<std::size_t>(i)] = y * width + x;
+    }
+    std::uint64_t four = 0;
+    for (int i = 0; i < here; ++i) four += kCounts[cells[at[static_cast<std::size_t>(i)]]];
+    for (std::size_t i = 0; i < 4; ++i) counts[i] += static_cast<int>(four >> (16 * i) & 0xffff);
+    const int at_most = (kFreeWeight + 1) * (num - begin - here);
+    if (*std::max_element(counts.begin(), counts.end()) + at_most < least + kFreeWeight * num) break;
+  }
+}
+
+void CountOnAny(const Overlaying& task, std::array<int, 4>& counts) { CountOverlay(task, counts); }
+
+#ifdef __x86_64__
+/// The same, compiled for twice as many at a time.
+__attribute__((target("avx2"))) void CountAvx2(const Overlaying& task, std::array<int, 4>& counts) {
+  CountOverlay(task, counts);
+}
+bool HasAvx2() { return __builtin_cpu_supports("avx2"); }
+#else
+void CountAvx2(const Overlaying& task, std::array<int, 4>& counts) { CountOverlay(task, counts); }
+bool HasAvx2() { return false; }
+#endif
+
 /// Poses on a lattice: 2^level of them along each axis, from here on.
 struct Node {
   int count;
@@ -39,11 +93,47 @@ struct Node {
   int x;
   int y;
   int yaw;
+};
 
-  /// The order in which they are looked at: what promises most first.
-  friend bool operator<(const Node& a, const Node& b) {
-    return std::tie(a.count, b.level, a.x, a.y, a.yaw) < std::tie(b.count, a.level, b.x, b.y, b.yaw);
+/// Nodes that are still to be looked at, those that promise most first: by count, the lower level, x, y and yaw. There
+/// may be millions of them, and few counts and levels: each has a heap of its own.
+class Front {
+ public:
+  /// most: of a count.
+  explicit Front(int most) : heaps_(static_cast<std::size_t>(most + 1) * kLevels) {}
+
+  bool empty() const { return top_ < 0; }
+  /// Of the first one.
+  int count() const { return top_ / kLevels; }
+
+  /// Of a count from 0 on.
+  void Push(const Node& node) {
+    const int index = node.count * kLevels + kLevels - 1 - node.level;
+    std::vector<std::uint64_t>& heap = heaps_[static_cast<std::size_t>(index)];
+    heap.push_back(Pack(node.x) << (2 * kBits) | Pack(node.y) << kBits | Pack(node.yaw));
+    std::ranges::push_heap(heap);
+    top_ = std::max(top_, index);
   }
+
+  Node Pop() {
+    std::vector<std::uint64_t>& heap = heaps_[static_cast<std::size_t>(top_)];
+    std::ranges::pop_heap(heap);
+    const std::uint64_t at = heap.back();
+    heap.pop_back();
+    const Node node{count(), kLevels - 1 - top_ % kLevels, Unpack(at >> (2 * kBits)), Unpack(at >> kBits), Unpack(at)};
+    while (top_ >= 0 && heaps_[static_cast<std::size_t>(top_)].empty()) --top_;
+    return node;
+  }
+
+ private:
+  static constexpr int kLevels = HitPyramid::kLevels;
+  static constexpr int kBits = 21;
+  static constexpr int kZero = 1 << (kBits - 1);
+  static std::uint64_t Pack(int value) { return static_cast<std::uint64_t>(value + kZero); }
+  static int Unpack(std::uint64_t bits) { return static_cast<int>(bits & (2 * kZero - 1)) - kZero; }
+
+  std::vector<std::vector<std::uint64_t>> heaps_;  ///< by count and level
+  int top_ = -1;                                   ///< the first one that is not empty
 };
 
 /// The poses that are tried: cells apart, and turned by so little that no point moves by more than a cell.
@@ -338,27 +428,12 @@ std::array<int, 4> HitPyramid::Count(int level, const Eigen::ArrayXf& x_cells, c
   const auto y0 = static_cast<float>((pose.y_m - origin_m_.y()) / cell_m_ + offset + before * (1 << shift));
   const auto x_end = static_cast<float>((grid.width - 1) << shift);  // there and at 0 lies nothing
   const auto y_end = static_cast<float>((grid.height - 1) << shift);
-  constexpr Eigen::Index kAtOnce = 64;
-  std::array<int, kAtOnce> at;
-  const Eigen::Index num = x_cells.size();
-  for (Eigen::Index begin = 0; begin < num; begin += kAtOnce) {
-    const Eigen::Index here = std::min(kAtOnce, num - begin);
-    const float* px = x_cells.data() + begin;
-    const float* py = y_cells.data() + begin;
-    for (Eigen::Index i = 0; i < here; ++i) {
-      const int x = static_cast<int>(std::clamp(x0 + c * px[i] - s * py[i], 0.0f, x_end)) >> shift;
-      const int y = static_cast<int>(std::clamp(y0 + s * px[i] + c * py[i], 0.0f, y_end)) >> shift;
-      at[static_cast<std::size_t>(i)] = y * grid.width + x;
-    }
-    std::uint64_t four = 0;
-    for (Eigen::Index i = 0; i < here; ++i) {
-      four += kCounts[grid.cells[static_cast<std::size_t>(at[static_cast<std::size_t>(i)])]];
-    }
-    for (std::size_t i = 0; i < 4; ++i) counts[i] += static_cast<int>(four >> (16 * i) & 0xffff);
-    const int at_most = (kFreeWeight + 1) * static_cast<int>(num - begin - here);
-    if (*std::max_element(counts.begin(), counts.end()) + at_most < least + kFreeWeight * static_cast<int>(num)) break;
-  }
-  for (int& count : counts) count -= kFreeWeight * static_cast<int>(num);
+  const Overlaying task{grid.cells.data(), grid.width, shift, x0, y0, c, s, x_end, y_end, x_cells.data(),
+                        y_cells.data(), static_cast<int>(x_cells.size()), least};
+  static const bool has_avx2 = HasAvx2();
+  has_avx2 ? CountAvx2(task, counts) : CountOnAny(task, counts);
+  const auto num = static_cast<int>(x_cells.size());
+  for (int& count : counts) count -= kFreeWeight * num;
   return counts;
 }
 
@@ -370,18 +445,17 @@ Places FindPlaces(const HitPyramid& pyramid, const Eigen::Matrix2Xd& points_m, c
   const auto num_points = static_cast<double>(points_m.cols());
   const auto Least = [](double count) { return static_cast<int>(std::ceil(count)); };
   int least = Least(terms.least_score * num_points);
-  std::priority_queue<Node> front;
+  Front front(static_cast<int>(points_m.cols()));
   const auto Halve = [&](const Node& node) {
     lattice.VisitHalves(node, least, [&](const Node& part) {
       ++found.evaluations;
-      if (part.count >= least) front.push(part);
+      if (part.count >= least) front.Push(part);
     });
   };
   lattice.VisitTop(Halve);
   std::vector<Node> known;
-  while (!front.empty() && front.top().count >= least && known.size() < most) {
-    const Node node = front.top();
-    front.pop();
+  while (!front.empty() && front.count() >= least && known.size() < most) {
+    const Node node = front.Pop();
     if (found.evaluations > terms.most_evaluations) {
       found.highest_left = node.count / num_points;
       break;

@@ -81,6 +81,11 @@ TEST_CASE("two robots that start elsewhere are joined where their ways meet, and
     CHECK(course.WorstError_m(fleet, 1) < 0.8);
     CHECK(fleet.graph().covariance(0) != PoseCovariance{});  // the newest keyframe, as seen from the first
     const Pose2 frame = fleet.graph().FindFrame(1);
+    const auto error = EstimateMapError(fleet.graph().CollectMotions(fleet.graph().piece({0, {0, 0}})));
+    REQUIRE(error);
+    const double worst_m = std::max(course.WorstError_m(fleet, 0), course.WorstError_m(fleet, 1));
+    CHECK(error->most_m > 0.5 * worst_m);  // laid on the truth as a whole, and not at one keyframe, it is less off
+    CHECK(error->most_m < 20.0 * worst_m);
     CHECK(Distance(frame * fleet.graph().map(1).pose({0, 100}), fleet.graph().pose({1, {0, 100}})) < 0.2);
   }
 }

@@ -11,6 +11,13 @@ namespace {
 
 constexpr std::int64_t kSecond_us = 1'000'000;
 
+std::optional<MapError> Estimate(const KeyframeGraph& graph, const std::vector<bool>& is_shown,
+                                 const GraphConstants& constants = {}) {
+  KnownMotions motions;
+  motions.Add(graph, graph.poses(), is_shown, constants.edges);
+  return EstimateMapError(motions, constants);
+}
+
 /// Keyframes 0.4 m and a second apart, straight on.
 struct Drive {
   KeyframeGraph graph;
@@ -51,7 +58,7 @@ struct Drive {
   }
 
   double Most_m(const GraphConstants& constants = {}) const {
-    const auto error = EstimateMapError(graph, {true}, constants);
+    const auto error = Estimate(graph, {true}, constants);
     REQUIRE(error);
     return error->most_m;
   }
@@ -74,8 +81,8 @@ TEST_CASE("the longer a way that nothing crosses, the further off it may be, and
   Drive closed = Drive().Add(200).Close(0, 199);
   for (int i = 20; i < 200; i += 20) closed.Close(0, i);
   CHECK(closed.Most_m() < 0.7 * longer_m);
-  CHECK_FALSE(EstimateMapError(KeyframeGraph(), {}));
-  CHECK_FALSE(EstimateMapError(Drive().Add(50).graph, {false}));
+  CHECK_FALSE(Estimate(KeyframeGraph(), {}));
+  CHECK_FALSE(Estimate(Drive().Add(50).graph, {false}));
 }
 
 TEST_CASE(
@@ -88,7 +95,7 @@ TEST_CASE(
   CHECK(stood_m > 10.0);
   const auto error = [&] {
     const Drive drive = Drive().Add(30).AddOpen(2, 0.01, 60 * kSecond_us).Add(5);
-    return *EstimateMapError(drive.graph, {true});
+    return *Estimate(drive.graph, {true});
   }();
   CHECK(error.at.x_m > 11.0);  // past the open piece
   const Drive endless = Drive().Add(30).AddOpen(2, 0.01, 1'000'000'000 * kSecond_us).Add(5);
@@ -152,7 +159,7 @@ TEST_CASE("how far off a map may be goes by the constants") {
 }
 
 TEST_CASE("doubts are told along the path, few of them, and grow with the way that nothing crosses") {
-  const auto error = [](const Drive& drive) { return *EstimateMapError(drive.graph, {true}); };
+  const auto error = [](const Drive& drive) { return *Estimate(drive.graph, {true}); };
   const MapError open = error(Drive().Add(40).AddOpen(40));
   REQUIRE(open.doubts.size() > 20);
   const auto At = [&](double x_m) {
@@ -186,17 +193,17 @@ TEST_CASE("the drive that would tell most leads across what is open, and a loop 
   KeyframeGraph graph = DriveRoundThreeSides(HUGE_VAL);
   GraphConstants constants;
   constants.edges.step.yaw_rad = constants.edges.walls = 1e-5;  // nothing but the open side matters
-  const MapError error = *EstimateMapError(graph, {true}, constants);
+  const MapError error = *Estimate(graph, {true}, constants);
   REQUIRE(error.way_back);
   const auto& [from, to, then_m] = *error.way_back;
   CHECK(then_m < 0.67 * error.most_m);
   const double drive_m = std::hypot(from.x_m - to.x_m, from.y_m - to.y_m);
   CHECK(drive_m > 10.0);  // not along the open side once more
   CHECK(drive_m < 60.0);
-  CHECK_FALSE(EstimateMapError(DriveRoundThreeSides(1e-3), {true}, constants)->way_back);  // nothing is open
+  CHECK_FALSE(Estimate(DriveRoundThreeSides(1e-3), {true}, constants)->way_back);  // nothing is open
   GraphConstants none = constants;
   none.map_error.way_back_m = 1e3;
-  CHECK_FALSE(EstimateMapError(graph, {true}, none)->way_back);
+  CHECK_FALSE(Estimate(graph, {true}, none)->way_back);
   const auto Nearest = [&](const Point& place) {
     return std::ranges::min(graph.ids(), {}, [&](KeyframeId id) {
       return std::hypot(graph.pose(id).x_m - place.x_m, graph.pose(id).y_m - place.y_m);
@@ -204,7 +211,7 @@ TEST_CASE("the drive that would tell most leads across what is open, and a loop 
   };
   const KeyframeId older = std::min(Nearest(from), Nearest(to)), newer = std::max(Nearest(from), Nearest(to));
   graph.AddLoop({older, newer, Inverse(graph.pose(older)) * graph.pose(newer)});
-  CHECK(EstimateMapError(graph, {true}, constants)->most_m < then_m);
+  CHECK(Estimate(graph, {true}, constants)->most_m < then_m);
 }
 
 TEST_CASE("a slip is the step that loops moved most, on the map that is shown") {
@@ -216,15 +223,15 @@ TEST_CASE("a slip is the step that loops moved most, on the map that is shown") 
     if (i == 20) keyframe.degenerate_axis = {1.0, 0.0};
     graph.Add(std::move(keyframe));
   }
-  CHECK_FALSE(FindSlip(graph, {true}, 0.3));
+  CHECK_FALSE(FindSlip(graph, graph.poses(), {true}, 0.3));
   for (const int i : {5, 10, 15}) graph.AddLoop({{0, i}, {0, i + 20}, {0.4 * 20, 0.0, 0.0}});
   CHECK(graph.Optimise().empty());
-  const auto slip = FindSlip(graph, {true}, 0.3);
+  const auto slip = FindSlip(graph, graph.poses(), {true}, 0.3);
   REQUIRE(slip);
   CHECK(slip->off_m == Approx(0.9).margin(0.1));
   CHECK(slip->at.x_m == Approx(8.0).margin(0.1));
-  CHECK_FALSE(FindSlip(graph, {false}, 0.3));
-  CHECK_FALSE(FindSlip(graph, {true}, 1.0));
+  CHECK_FALSE(FindSlip(graph, graph.poses(), {false}, 0.3));
+  CHECK_FALSE(FindSlip(graph, graph.poses(), {true}, 1.0));
 }
 
 TEST_CASE(

@@ -1,7 +1,9 @@
 #include "services/map_updater/pages.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <limits>
+#include <thread>
 
 #include "catch.hpp"
 #include "synthetic_scans.hpp"
@@ -183,6 +185,19 @@ TEST_CASE("with the last matches who looks at the map is told its loops, and in 
   }
   CHECK(num_pages > 1);
   CHECK(MakePage(request, mapper.local(), {matches, tracking}, kOptions).num_loops == 0);  // of a matcher's map
+  const auto FindError = [&](bool settled, BackgroundMapError* beside) {
+    request.settled = settled ? 1 : 0;
+    const map_page_t page =
+        MakePage(request, mapper.local(), {matches, tracking, &mapper, std::nullopt, beside}, kOptions);
+    REQUIRE(page.num_layouts == 1);
+    return FromMessage(page.layout[0]).error;
+  };
+  BackgroundMapError beside;
+  CHECK(FindError(true, &beside));         // in the end
+  CHECK_FALSE(FindError(false, nullptr));  // meanwhile who maps does not wait for it
+  CHECK_FALSE(FindError(false, &beside));
+  for (int i = 0; i < 1000 && !FindError(false, &beside); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  CHECK(FindError(false, &beside));
 }
 
 TEST_CASE("who wants no matches gets none, and the tracking state with the last page") {

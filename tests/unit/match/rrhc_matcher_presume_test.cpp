@@ -137,7 +137,7 @@ TEST_CASE("as shipped, a start that is told is believed at little cost, and mend
   CheckPose(wrong.T_map_laser, truth, 0.025);  // half a cell
 }
 
-TEST_CASE("as shipped, a robot lost on a finished map is looked for everywhere at each tenth scan after ten losses") {
+TEST_CASE("as shipped, a robot lost on a finished map is looked for everywhere after ten losses, and after ten more") {
   // Of 57 scans on that map it was found at all; then it is carried away.
   TrackingState tracking = TrackingState::OnFinishedMap();
   for (int k = 0; k < 57; ++k) tracking.Add({k, {1.0, 1.0, 0.0}, kUsual, 1, 1, 0, MatchState::kOk});
@@ -149,7 +149,7 @@ TEST_CASE("as shipped, a robot lost on a finished map is looked for everywhere a
     if (match.evaluations > 100'000) looked_everywhere.push_back(k);  // 120 directions at each free place alone
     tracking.Add(match);
   }
-  CHECK(looked_everywhere == std::vector<int>{70, 80, 90});
+  CHECK(looked_everywhere == std::vector<int>{67, 77, 87});
 }
 
 }  // namespace crsm
