@@ -173,7 +173,7 @@ TEST_CASE("scripts/build says before many steps how many there are and how long 
 }
 
 TEST_CASE(
-    "scripts/test runs every test with the tools that are there, and names at the end what was skipped, and why") {
+    "scripts/test runs the tests with the tools that are there, and names what it leaves out, and what was skipped") {
   const ScriptFolder project({"functions.sh", "test"});
   project.Write("scripts/setup", "echo \"setup $*\"; [[ $* != --tests ]]");  // nobody is root
   project.Write("scripts/build", "echo \"build $*\"");
@@ -198,4 +198,12 @@ TEST_CASE(
                             "skipped: a part of view: no npm: scripts/setup --npm\n"
                             "skipped: a part of view: no room\n");
   CHECK(Run("").output == begin);
+  project.Write("bin/ctest",
+                "[[ $* == *--show-only* ]] && printf '  Test  #7: view\\n  Test #12: readme\\n' || echo \"ctest $*\"");
+  CHECK(project.Run("test", {}).output ==
+        "setup --tests\nsetup \nbuild --preset release\n"
+        "test: left out: view readme; --all runs them, too\n"
+        "ctest --output-on-failure --parallel 4 --label-exclude long\n");
+  CHECK(project.Run("test", {"--all"}).output ==
+        "setup --tests\nsetup \nbuild --preset release\nctest --output-on-failure --parallel 4\n");
 }
