@@ -391,6 +391,7 @@ void CommandLine::ApplyConfigs() {
   const toml::table file = ParseToml(text, config_);
   const BuiltInChoice preset = Choose("preset", preset_, config_, file);
   const BuiltInChoice profile = Choose("profile", profile_, config_, file);
+  preset_name_ = preset.name;
   if (!preset.name.empty()) Apply(FindBuiltIn(kPresets, preset), preset.name);
   if (!profile.name.empty()) Apply(FindBuiltIn(kProfiles, profile), profile.name);
   Apply(text, config_);
@@ -409,6 +410,11 @@ void CommandLine::Apply(const std::string& text, const std::string& name) {
   }
 }
 
+/// What a preset says of the sweep the scans of a log may contradict, and the map was made with what they say.
+bool CommandLine::IsStudied(const std::string& key, const std::string& said_by) const {
+  return (key == "sweep_s" || key == "beam_times") && said_by.starts_with(preset_name_ + ":");
+}
+
 void CommandLine::Adopt(const std::vector<std::pair<std::string, std::string>>& of_map, const std::string& map_name) {
   for (const auto& [key, text] : of_map) {
     Parameters adopted = parameters_;
@@ -418,7 +424,8 @@ void CommandLine::Adopt(const std::vector<std::pair<std::string, std::string>>& 
       throw UsageError(fmt::format("the map of {} was made with {} = {}: {}", map_name, key, text, error.what()));
     }
     const auto said_by = said_by_.find(key);
-    if (said_by != said_by_.end() && ListParameters(adopted) != ListParameters(parameters_)) {
+    if (said_by != said_by_.end() && !IsStudied(key, said_by->second) &&
+        ListParameters(adopted) != ListParameters(parameters_)) {
       throw UsageError(fmt::format("{}: the map of {} was made with {}; remove this setting, or set {} {}",
                                    said_by->second, map_name, text, FlagOf(key), text));
     }

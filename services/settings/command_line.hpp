@@ -99,12 +99,14 @@ class CommandLine {
   void ApplyConfigs();
   void Apply(const std::string& toml, const std::string& name);
   bool Has(const std::string& key) const;
+  bool IsStudied(const std::string& key, const std::string& said_by) const;
 
   std::string program_;
   std::vector<ParameterGroup> groups_;      ///< that the program uses
   std::vector<std::string> setting_names_;  ///< that the program uses
   std::unique_ptr<CLI::App> app_;
   std::string preset_;
+  std::string preset_name_;  ///< the same, where the configuration file names it, too
   std::string profile_;
   std::string config_;
   std::vector<std::pair<std::string, std::string>> flags_;  ///< key and text, in the order given

@@ -289,6 +289,17 @@ TEST_CASE("a map that is gone on with, or localised on, keeps its parameters, an
   folder.CheckRefused("map_updater", told, "--update-distance-m 0.4" + was + "0.2", 2);
 }
 
+TEST_CASE("where the scans contradicted the sweep of a preset, the map is localised on with the same preset") {
+  const TemporaryFolder folder;
+  const std::string log = WritePart(folder, TakeScans("sim:demo", 700), 0, 700);
+  folder.Map(log, "map", {"--preset", "rplidar-a1"});
+  REQUIRE(folder.Summary("map")["parameters"]["slam_offline"]["sweep_s"] == 0.0);
+  folder.Map(log, "localised", {"--preset", "rplidar-a1", "--localize", folder / "map"});
+  CHECK(folder.Summary("localised")["parameters"]["slam_offline"]["sweep_s"] == 0.0);
+  folder.CheckRefused("slam_offline", {log, "--out", folder / "x", "--localize", folder / "map", "--sweep-s", "0.15"},
+                      "--sweep-s 0.15: the map of", 2);
+}
+
 TEST_CASE("a journal with zeros at its end is gone on with, and one that is damaged in the middle when that is said") {
   const TemporaryFolder folder;
   const std::vector<LaserScan> scans = TakeScans("sim:demo", 60, 2);
