@@ -51,7 +51,7 @@ std::optional<FleetFinding> Fleet::Add(int map, Keyframe keyframe, const std::op
   const auto update = member(map).closer->Add(std::move(keyframe), EarlierSearch{own});
   graph_.AddNewest(map);
   keyframes_.push_back(graph_.newest(map));
-  if (update && update->ChangesGraph()) graph_.JoinOwn(map, update->closed);
+  if (update && update->ChangesGraph()) graph_.TakeOver(map, *update);
   if (IsContradicted(map)) {
     graph_.DropLoopsOf(graph_.newest(map));
     member(map).findings.clear();

@@ -45,8 +45,10 @@ void FleetGraph::AddNewest(int map) {
   if (newest.number == 0) FindPieces();
 }
 
-void FleetGraph::JoinOwn(int map, const std::vector<Loop>& closed) {
-  for (const Loop& loop : closed) Join({map, loop.older}, {map, loop.newer}, loop.T_older_newer);
+void FleetGraph::TakeOver(int map, const GraphUpdate& update) {
+  const std::int64_t num_layouts = num_layouts_;
+  for (const Loop& loop : update.closed) Join({map, loop.older}, {map, loop.newer}, loop.T_older_newer);
+  if (num_layouts_ == num_layouts && update.moved.empty() && update.rejected.empty()) return;
   Refresh();
 }
 

@@ -55,8 +55,8 @@ class FleetGraph {
   int AddMap(const KeyframeGraph& map);
   /// The map has a new keyframe, its newest one, and nothing else is new of it.
   void AddNewest(int map);
-  /// Of a map's own loops: they hold from now on.
-  void JoinOwn(int map, const std::vector<Loop>& closed);
+  /// What a map's own loop closer has found: its loops hold from now on. Poses are to move where those of the map did.
+  void TakeOver(int map, const GraphUpdate& update);
   /// Of a map's own loops some were rejected, or its poses have moved.
   void Refresh() {
     FindPieces();
