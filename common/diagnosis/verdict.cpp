@@ -74,6 +74,12 @@ void JudgeFit(const Constants& constants, Verdict& verdict) {
 
 void JudgeAgreement(const Constants& constants, Verdict& verdict) {
   if (!verdict.agreement || *verdict.agreement >= constants.fair_agreement) return;
+  if (verdict.values.finished_map) {
+    return Warn(verdict, Trust::kDoubtful,
+                fmt::format("the scans contradict the map: only {:.0f} % of their rays pass through free space and end "
+                            "at walls: likely much has changed there since, or the robot was found where it is not",
+                            100.0 * RoundDown(*verdict.agreement)));
+  }
   const std::string cause = IsStanding(verdict.values, constants) ? "likely wrong ranges, or things that moved"
                             : Jumps(verdict.values, constants)
                                 ? kTooFewScans
@@ -311,6 +317,7 @@ Verdict JudgeScans(const RunStatistics& statistics, const ByteMap& map, const Ma
   }
   if (verdict.values.finished_map) {
     JudgeLocalization(constants, verdict);
+    JudgeAgreement(constants, verdict);
     JudgeJumps(verdict);
     return verdict;
   }

@@ -309,18 +309,26 @@ TEST_CASE("lost scans and scans whose rays were not heard do not count for the a
   CHECK(statistics.ComputeMeanAgreement(MakeWall()) == 1.0);
 }
 
-TEST_CASE("scans that contradict the map are bad") {
-  Run run;
-  for (int i = 0; i < 50; ++i) {
-    ScanMatch match = run.Next();
-    match.T_map_laser = {};
-    run.statistics.Add(match.utime, LookAhead(i % 5 < 3 ? 3.0f : 2.05f));
-    run.statistics.Add(match);
-  }
-  const Verdict verdict = Judge(run.statistics, MakeWall());
-  CHECK(verdict.agreement == Approx(0.4));
-  CHECK(verdict.trust == Trust::kBad);
-  CHECK(Mentions(verdict, "contradict the map: only 40 %"));
+TEST_CASE("scans that contradict the map are bad, and where they are localised on it, doubtful") {
+  const auto JudgeScans = [](bool localised) {
+    Run run{.utime = localised ? 1 : 0};
+    for (int i = 0; i < 50; ++i) {
+      ScanMatch match = run.Next();
+      match.T_map_laser = {};
+      if (localised) OnFinishedMap(match);
+      run.statistics.Add(match.utime, LookAhead(i % 5 < 3 ? 3.0f : 2.05f));
+      run.statistics.Add(match);
+    }
+    return Judge(run.statistics, MakeWall());
+  };
+  const Verdict mapped = JudgeScans(false);
+  CHECK(mapped.agreement == Approx(0.4));
+  CHECK(mapped.trust == Trust::kBad);
+  CHECK(Mentions(mapped, "contradict the map: only 40 %"));
+  const Verdict localised = JudgeScans(true);
+  CHECK(localised.agreement == Approx(0.4));
+  CHECK(localised.trust == Trust::kDoubtful);
+  CHECK(Mentions(localised, "only 40 % of their rays pass through free space and end at walls: likely much has changed"));
 }
 
 TEST_CASE("scans that fit badly, but whose rays agree with the map, make it doubtful: as outdoors") {
