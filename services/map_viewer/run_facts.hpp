@@ -7,7 +7,7 @@
 #include "common/graph/pieces.hpp"
 #include "common/scan/scan_counts.hpp"
 #include "common/scan/scan_match.hpp"
-#include "services/map_viewer/run_folder.hpp"
+#include "services/journal/run_folder.hpp"
 
 namespace crsm {
 

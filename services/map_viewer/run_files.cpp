@@ -18,8 +18,8 @@
 #include "common/logs/regular_file.hpp"
 #include "common/logs/stop_request.hpp"
 #include "common/logs/temporary_file.hpp"
+#include "services/journal/run_folder.hpp"
 #include "services/map_viewer/mcap_export.hpp"
-#include "services/map_viewer/run_folder.hpp"
 
 namespace crsm {
 namespace {
