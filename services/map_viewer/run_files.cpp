@@ -30,12 +30,13 @@ struct Kind {
   std::string_view name;
   const char* content_type;
 };
-constexpr std::array<Kind, 7> kStoredFiles{{{"map.png", "image/png"},
+constexpr std::array<Kind, 8> kStoredFiles{{{"map.png", "image/png"},
                                             {"map.pgm", "image/x-portable-graymap"},
                                             {"map.yaml", "text/plain; charset=utf-8"},
                                             {"overview.png", "image/png"},
                                             {"trajectory.tum", "text/plain; charset=utf-8"},
                                             {"graph.g2o", "text/plain; charset=utf-8"},
+                                            {"changes.csv", "text/csv; charset=utf-8"},
                                             {"summary.json", "application/json"}}};
 
 /// A file in a folder.

@@ -24,11 +24,15 @@ def steps(a, b, every):
 
 @dataclasses.dataclass
 class Flat:
-    text: str     # of the world
+    text: str     # of the world, without what may come and go
+    person: str   # who walks in the corridor
     walls: list   # of (x, y), (x, y): all but what is in a doorway
     doors: list   # of (x, y): their middles
     rooms: list   # of x, y, width, height: between the faces of their walls
     start: tuple  # x, y, yaw of the laser at the first scan
+    furniture: list  # of x, y, width, height
+    place: object    # a function that draws a place for a box
+    num_rooms: int
 
 
 def cut(a, b, gaps):
@@ -79,32 +83,42 @@ def make_flat(seed):
         way += trip
     way += [(width - 0.6, hall * 0.5), (0.7, hall * 0.5)]
     way = [point for i, point in enumerate(way) if i == 0 or length(point, way[i - 1]) > 0.05]
+    def place(room, kind, draw, furniture):
+        """A box in a room, in the way of neither the robot nor other furniture; None where there is no room for it."""
+        left, right, near, far, out = boxes[room]
+        for _ in range(50):
+            if kind == "free":
+                w, d = draw.uniform(0.5, 0.9), draw.uniform(0.4, 0.8)
+                x = draw.uniform(left + 0.5, right - 0.5 - w)
+                y = draw.uniform(min(near, far) + 0.5, max(near, far) - 0.5 - d)
+            else:
+                w, d = draw.uniform(0.8, 1.6), draw.uniform(0.35, 0.6)
+                x, y = draw.uniform(left + 0.05, right - 0.05 - w), (far - d - 0.02 if out > 0 else far + 0.02)
+                if draw.random() < 0.5:
+                    w, d = d, w
+                    x, y = left + 0.02, draw.uniform(min(near, far) + 0.6, max(near, far) - 0.05 - d)
+            corners = [(x, y), (x + w, y), (x + w, y + d), (x, y + d)]
+            rim = [point for a, b in zip(corners, corners[1:] + corners[:1]) for point in steps(a, b, 0.1)]
+            clear = all(distance(point, a, b) > 0.4 for point in rim for a, b in zip(way, way[1:]))
+            apart = all(x > bx + bw + 0.3 or bx > x + w + 0.3 or y > by + bd + 0.3 or by > y + d + 0.3
+                        for bx, by, bw, bd in furniture)
+            if clear and apart:
+                return x, y, w, d
+        return None
+
     furniture = []
-    for left, right, near, far, out in boxes:
+    for room in range(len(boxes)):
         for kind in ("wall", "wall", "free"):
-            for _ in range(50):
-                if kind == "free":
-                    w, d = draw.uniform(0.5, 0.9), draw.uniform(0.4, 0.8)
-                    x = draw.uniform(left + 0.5, right - 0.5 - w)
-                    y = draw.uniform(min(near, far) + 0.5, max(near, far) - 0.5 - d)
-                else:
-                    w, d = draw.uniform(0.8, 1.6), draw.uniform(0.35, 0.6)
-                    x, y = draw.uniform(left + 0.05, right - 0.05 - w), (far - d - 0.02 if out > 0 else far + 0.02)
-                    if draw.random() < 0.5:
-                        w, d = d, w
-                        x, y = left + 0.02, draw.uniform(min(near, far) + 0.6, max(near, far) - 0.05 - d)
-                corners = [(x, y), (x + w, y), (x + w, y + d), (x, y + d)]
-                rim = [point for a, b in zip(corners, corners[1:] + corners[:1]) for point in steps(a, b, 0.1)]
-                clear = all(distance(point, a, b) > 0.4 for point in rim for a, b in zip(way, way[1:]))
-                apart = all(x > bx + bw + 0.3 or bx > x + w + 0.3 or y > by + bd + 0.3 or by > y + d + 0.3
-                            for bx, by, bw, bd in furniture)
-                if clear and apart:
-                    furniture.append((x, y, w, d))
-                    break
+            box = place(room, kind, draw, furniture)
+            if box:
+                furniture.append(box)
     text = ["laser 270 540 12 10 0.01", "speed 0.4 0.6"]
     text += [f"wall {a[0]:.4f} {a[1]:.4f} {b[0]:.4f} {b[1]:.4f}" for a, b in walls + lines]
-    text += [f"box {x:.4f} {y:.4f} {w:.4f} {d:.4f}" for x, y, w, d in furniture]
-    text += [f"person 1 {hall * 0.8:.3f} {width - 1:.3f} {hall * 0.8:.3f} 0.7"]
     text += [f"waypoint {x:.4f} {y:.4f}" for x, y in way]
+    person = f"person 1 {hall * 0.8:.3f} {width - 1:.3f} {hall * 0.8:.3f} 0.7\n"
     yaw = math.atan2(way[1][1] - start[1], way[1][0] - start[0])
-    return Flat("\n".join(text) + "\n", walls, doors, rooms, (*start, yaw))
+    return Flat("\n".join(text) + "\n", person, walls, doors, rooms, (*start, yaw), furniture, place, len(boxes))
+
+
+def list_boxes(furniture):
+    return "".join(f"box {x:.4f} {y:.4f} {w:.4f} {d:.4f}\n" for x, y, w, d in furniture)

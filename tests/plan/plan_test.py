@@ -7,6 +7,7 @@ import sys
 sys.path.insert(0, str(pathlib.Path(__file__).parents[1]))
 import flats
 import programs
+from plan_places import find_motion, move, read_path
 from programs import BIN, check
 
 SEEDS = range(101, 111)
@@ -34,30 +35,6 @@ def read_dxf(path):
     return found
 
 
-def read_path(path):
-    rows = [line.split() for line in path.read_text().splitlines() if not line.startswith("#")]
-    return {row[0]: (float(row[1]), float(row[2])) for row in rows}
-
-
-def find_motion(found, true):
-    """The rotation and shift that lay the found path on the true one best: cos, sin, x, y."""
-    pairs = [(found[time], true[time]) for time in found if time in true]
-    mean = [sum(pair[side][axis] for pair in pairs) / len(pairs) for side in (0, 1) for axis in (0, 1)]
-    dot = cross = 0.0
-    for (ax, ay), (bx, by) in pairs:
-        ax, ay, bx, by = ax - mean[0], ay - mean[1], bx - mean[2], by - mean[3]
-        dot += ax * bx + ay * by
-        cross += ax * by - ay * bx
-    yaw = math.atan2(cross, dot)
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    return cos, sin, mean[2] - cos * mean[0] + sin * mean[1], mean[3] - sin * mean[0] - cos * mean[1]
-
-
-def move(motion, point):
-    cos, sin, x, y = motion
-    return cos * point[0] - sin * point[1] + x, sin * point[0] + cos * point[1] + y
-
-
 def lies_on(point, yaw, wall, most_m, most_rad):
     a, b = wall
     of_wall = math.atan2(b[1] - a[1], b[0] - a[0])
@@ -77,7 +54,7 @@ def share_on(wall, others, most_m, most_rad):
 def judge(folder, seed):
     flat = flats.make_flat(seed)
     world, out = folder / f"{seed}.world", folder / f"{seed}"
-    world.write_text(flat.text)
+    world.write_text(flat.text + flats.list_boxes(flat.furniture) + flat.person)
     run(BIN / "slam_offline", f"sim:{world}", "--seed", seed, "--out", out)
     run(BIN / "slam_eval", "plan", out, "--out", folder / f"{seed}.dxf")
     plan = read_dxf(folder / f"{seed}.dxf")

@@ -197,7 +197,8 @@ TEST_CASE(
   const std::string run = folder / "run";
   REQUIRE(folder.Run("slam_offline", {CRSM_SOURCE_DIR "/logs/corridor.lcm", "--out", run}).exit_code == 0);
   std::ofstream(folder / "names") << "0.5 0 start\n";
-  for (const auto& [name, start] : {std::pair("a.svg", "<?xml"), {"a.pdf", "%PDF-"}, {"a.dxf", "0\nSECTION\n"}}) {
+  for (const auto& [name, start] :
+       {std::pair("a.svg", "<?xml"), std::pair("a.pdf", "%PDF-"), std::pair("a.dxf", "0\nSECTION\n")}) {
     const Ended ended = folder.Run("slam_eval", {"plan", run, "--out", folder / name, "--names", folder / "names"});
     CHECK(ended.exit_code == 0);
     CHECK(ended.errors == "");
