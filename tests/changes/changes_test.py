@@ -64,12 +64,14 @@ def judge(folder, seed):
     flat = flats.make_flat(seed)
     furniture, come, gone = edit(flat, seed)
     same = flat.text + flats.list_boxes(flat.furniture)
-    worlds = {"map": same, "changed": flat.text + flats.list_boxes(furniture), "same": same, "people": same + flat.person}
+    changed = flat.text + flats.list_boxes(furniture)
+    worlds = {"map": same, "changed": changed, "same": same, "people": same + flat.person}
     for number, (name, text) in enumerate(worlds.items()):
         world = folder / f"{name}.world"
         world.write_text(text)
         more = ["--localize", folder / "map"] if name != "map" else []
-        run(BIN / "slam_offline", f"sim:{world}", "--seed", seed + 1000 * number, "--force", "--out", folder / name, *more)
+        run(BIN / "slam_offline", f"sim:{world}", "--seed", seed + 1000 * number, "--force", "--out", folder / name,
+            *more)
     motion = find_motion(read_path(folder / "map/trajectory.tum"), read_path(folder / "map/truth.tum"))
     x, y, yaw = flat.start
 
@@ -89,20 +91,20 @@ def test(case):
     results = {}
     for seed in SEEDS:
         found = results[seed] = judge(case.folder(str(seed)), seed)
-        case.say(f"flat {seed}: {found['found']} of {found['of']} found, false {found['false']}, missed {found['missed']}; "
-                 f"unchanged {found['same']}; with people {found['people']}")
+        case.say(f"flat {seed}: {found['found']} of {found['of']} found, false {found['false']}, "
+                 f"missed {found['missed']}; unchanged {found['same']}; with people {found['people']}")
     num = {key: sum(found[key] for found in results.values()) for key in ("found", "of")}
     num_false = sorted(len(found["false"]) for found in results.values())
-    case.say(f"{len(results)} flats: {num['found']} of {num['of']} things found, {sum(num_false)} false (at most {num_false[-1]} "
-             f"a drive); {sum(len(found['same']) for found in results.values())} where nothing changed, "
+    case.say(f"{len(results)} flats: {num['found']} of {num['of']} things found, {sum(num_false)} false "
+             f"(at most {num_false[-1]} a drive); {sum(len(found['same']) for found in results.values())} where nothing changed, "
              f"{sum(len(found['people']) for found in results.values())} with people")
     check(num["found"] >= 0.95 * num["of"], "less than 95 % of the things were found")
     check(num_false[-1] <= 1, "more than one change of a drive is none")
     check(not any(found["same"] for found in results.values()), "something has changed where nothing has")
     check(not any(found["people"] for found in results.values()), "people who walk are changes")
     out = case.out / str(SEEDS[0])
-    run(BIN / "slam_offline", f"sim:{out / 'changed.world'}", "--localize", out / "map", "--out", out / "over", "--force",
-        "--changes-over", "0.1", code=4)
+    run(BIN / "slam_offline", f"sim:{out / 'changed.world'}", "--localize", out / "map", "--out", out / "over",
+        "--force", "--changes-over", "0.1", code=4)
     run(BIN / "slam_offline", f"sim:{out / 'same.world'}", "--localize", out / "map", "--out", out / "over", "--force",
         "--changes-over", "0.1")
 
@@ -113,8 +115,8 @@ def test(case):
 def in_processes(out):
     """The stack finds what one process finds, and says it by its exit code."""
     seed = SEEDS[0] + 1000
-    run(BIN / "run_stack", f"sim:{out / 'changed.world'}", "--seed", seed, "--localize", out / "map", "--out", out / "stack",
-        "--changes-over", "0.1", "--lcm-url", programs.bus_url(), code=4)
+    run(BIN / "run_stack", f"sim:{out / 'changed.world'}", "--seed", seed, "--localize", out / "map", "--out",
+        out / "stack", "--changes-over", "0.1", "--lcm-url", programs.bus_url(), code=4)
     for name in ("changes.csv", "trajectory.tum"):
         check((out / "stack" / name).read_bytes() == (out / "changed" / name).read_bytes(),
               f"{name} of the processes is not that of one process")

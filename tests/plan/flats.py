@@ -12,7 +12,8 @@ def distance(point, a, b):
     """From a point to the line from a to b."""
     way = (b[0] - a[0], b[1] - a[1])
     square = way[0] ** 2 + way[1] ** 2
-    share = 0.0 if square == 0 else max(0.0, min(1.0, ((point[0] - a[0]) * way[0] + (point[1] - a[1]) * way[1]) / square))
+    along = (point[0] - a[0]) * way[0] + (point[1] - a[1]) * way[1]
+    share = 0.0 if square == 0 else max(0.0, min(1.0, along / square))
     return length(point, (a[0] + share * way[0], a[1] + share * way[1]))
 
 

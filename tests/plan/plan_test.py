@@ -94,10 +94,11 @@ def test(case):
              for key in ("wall_m", "of_m", "rooms", "of_rooms", "doors", "of_doors", "drawn_rooms", "drawn_doors")}
     num_false = sum(len(found["false"]) for found in results.values())
     shares = sorted(found["wall_m"] / found["of_m"] for found in results.values())
-    case.say(f"{len(results)} flats: {100 * total['wall_m'] / total['of_m']:.1f} % of the walls within 2 cm and 0.5 degrees "
-             f"(median {100 * shares[len(shares) // 2]:.1f}, worst {100 * shares[0]:.1f} %), "
+    case.say(f"{len(results)} flats: {100 * total['wall_m'] / total['of_m']:.1f} % of the walls within 2 cm and "
+             f"0.5 degrees (median {100 * shares[len(shares) // 2]:.1f}, worst {100 * shares[0]:.1f} %), "
              f"{total['rooms']} of {total['of_rooms']} rooms within 3 % ({total['drawn_rooms']} drawn), "
-             f"{total['doors']} of {total['of_doors']} doors ({total['drawn_doors']} drawn), {num_false} walls that are none")
+             f"{total['doors']} of {total['of_doors']} doors ({total['drawn_doors']} drawn), "
+             f"{num_false} walls that are none")
     check(total["wall_m"] >= 0.95 * total["of_m"], "less than 95 % of the walls are right")
     check(total["rooms"] >= 0.9 * total["of_rooms"], "less than 90 % of the rooms are right")
     check(total["doors"] >= 0.9 * total["of_doors"], "less than 90 % of the doors are right")
