@@ -12,6 +12,7 @@
 
 #include "common/graph/mapper.hpp"
 #include "common/match/judge/census.hpp"
+#include "common/math/columns.hpp"
 #include "common/math/floor_to_int.hpp"
 #include "common/math/symmetric.hpp"
 #include "common/scan/hits.hpp"
@@ -32,7 +33,8 @@ class ChangeFinder::Votes {
   struct Ballot {
     std::vector<int> places;  ///< from which it was seen changed, rising
     int num_scans = 0;        ///< that did
-    int num_against = 0;      ///< that saw it unchanged since
+    int num_against = 0;      ///< that saw it unchanged since the last of them
+    int num_all_against = 0;  ///< ... since the first
     std::int64_t last_scan = -1;
     std::int64_t last_against = -1;
     std::int64_t first_utime = 0;
@@ -50,6 +52,7 @@ class ChangeFinder::Votes {
     bool Refute(std::int64_t scan, int enough) {
       if (last_against == scan || last_scan == scan) return false;
       last_against = scan;
+      ++num_all_against;
       return ++num_against >= enough;
     }
   };
@@ -89,11 +92,11 @@ class ChangeFinder::Votes {
   using Constants = DiagnosisConstants::Changes;
 
   Votes(const ByteMap& map, const Constants& constants)
-      : geometry_(map.geometry()), constants_(constants), reader_(map, CensusOf(constants)) {}
+      : map_(map), geometry_(map.geometry()), constants_(constants), reader_(map, CensusOf(constants)) {}
 
   void Add(const ValidRays& rays, const ScanMatch& match) {
     const Pose2& pose = match.T_map_laser;
-    if (match.state == MatchState::kLost || !Moved(match)) return;
+    if (match.state == MatchState::kLost || !Moved(match) || !Agrees(rays, pose)) return;
     last_ = {match.utime, pose};
     ++scan_;
     const auto& [xx, xy, xyaw, yy, yyaw, yawyaw] = match.covariance;
@@ -149,6 +152,12 @@ class ChangeFinder::Votes {
     const Pose2 motion = Inverse(last_->T_map_laser) * match.T_map_laser;
     return Length(motion) >= constants_.step_m || std::abs(motion.yaw_rad) >= constants_.step_rad ||
            std::abs(static_cast<double>(match.utime - last_->utime)) >= constants_.step_s * 1e6;
+  }
+
+  /// Whether the scan fits the map as those of a good run do: one that does not may have been matched to a wrong place.
+  bool Agrees(const ValidRays& rays, const Pose2& pose) {
+    const Census census = CountRays(map_, ThinColumns(ComputeHits(rays), constants_.most_asked), pose);
+    return census.fits >= constants_.least_agreement * (1.0 - census.unknown);
   }
 
   /// The number of the place of a pose: another one than those of poses that are further away, or look elsewhere.
@@ -286,7 +295,8 @@ class ChangeFinder::Votes {
     std::map<std::int64_t, bool> is_left;  // in an order that is the same everywhere
     for (const auto& [key, ballot] : ballots.all()) {
       const bool is_seen = static_cast<int>(ballot.places.size()) >= constants_.least_places &&
-                           ballot.num_scans >= constants_.least_scans;
+                           ballot.num_scans >= constants_.least_scans &&
+                           ballot.num_scans > constants_.majority * ballot.num_all_against;
       if (is_seen) is_left[key] = true;
     }
     const int reach = static_cast<int>(std::ceil(geometry_.ToCells(constants_.apart_m)));
@@ -350,8 +360,9 @@ class ChangeFinder::Votes {
       const double yaw = turn * 0.5 * kPi / kTurns;
       change.yaw_rad = size.x() >= size.y() ? yaw : yaw - 0.5 * kPi;
     }
-    const bool is_large =
-        change.length_m >= constants_.least_m && static_cast<int>(thing.size()) >= constants_.least_cells;
+    const bool is_large = change.length_m >= constants_.least_m &&
+                          static_cast<int>(thing.size()) >= constants_.least_cells &&
+                          change.num_places >= constants_.least_places_of_thing;
     return is_large ? std::optional(change) : std::nullopt;
   }
 
@@ -360,6 +371,7 @@ class ChangeFinder::Votes {
     Pose2 T_map_laser;
   };
 
+  const ByteMap& map_;
   MapGeometry geometry_;
   Constants constants_;
   RayReader reader_;

@@ -55,7 +55,7 @@ struct PlanConstants {
     double corner_depth_m = 0.7;  ///< ... or so deep in a corner of the room
     double beside_m = 0.4;        ///< and so much it may be wider than what it hides
     double corner_m = 0.15;       ///< an end this near to another wall ends at it
-    double structure_m = 2.5;     ///< what hangs together has to be so long or wide: furniture is not
+    double structure_m = 1.8;     ///< what hangs together has to be so long or wide: furniture is not
     int pierced_scans = 3;        ///< a wall through which so many scans looked has gone, or was none
     double pierced_share = 1.5;   ///< times those that saw it
   };

@@ -51,11 +51,16 @@ std::vector<NamedPlace> ReadNames(const std::string& path) {
   return names;
 }
 
+/// "1 room", "2 rooms".
+std::string CountOf(std::size_t num, const char* name) {
+  return fmt::format("{} {}{}", num, name, num == 1 ? "" : "s");
+}
+
 /// What a plan tells of itself, a line each.
 std::vector<std::string> MakeTitle(const std::string& results, const Plan& plan) {
   double area_m2 = 0.0;
   for (const PlanRoom& room : plan.rooms) area_m2 += room.area_m2;
-  std::vector<std::string> title{fmt::format("{} rooms, {:.1f} m2", plan.rooms.size(), area_m2)};
+  std::vector<std::string> title{fmt::format("{}, {:.1f} m2", CountOf(plan.rooms.size(), "room"), area_m2)};
   try {
     const RunSummary summary = ReadSummary(results);
     title.front() = (summary.made_from.empty() ? results : summary.made_from) + ": " + title.front();
@@ -120,8 +125,8 @@ void RunPlan(const PlanOptions& options) {
   replacement.Rename();
   double length_m = 0.0;
   for (const PlanWall& wall : plan.walls) length_m += wall.length_m;
-  fmt::print("{}: {} walls of {:.1f} m, {} doors, {} rooms{}\n", options.out, plan.walls.size(), length_m,
-             plan.doors.size(), plan.rooms.size(), scale);
+  fmt::print("{}: {} of {:.1f} m, {}, {}{}\n", options.out, CountOf(plan.walls.size(), "wall"), length_m,
+             CountOf(plan.doors.size(), "door"), CountOf(plan.rooms.size(), "room"), scale);
 }
 
 }  // namespace
