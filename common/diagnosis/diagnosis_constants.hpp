@@ -173,6 +173,34 @@ struct DiagnosisConstants {
     int enough_shared = 30;          ///< directions in which both scans saw something
     float most_difference_m = 0.5f;  ///< what stands free differs by more, and tells no more
   };
+
+  /// What has changed since a map was made. Source: chosen on simulated flats of the seeds 1 to 6, 303, 304 and 404, on
+  /// sim:demo, sim:rooms and fr079; checked on twenty other flats.
+  struct Changes {
+    double step_m = 0.1;  ///< a scan that was taken nearer to the last one, ...
+    double step_rad = 0.1;
+    double step_s = 1.0;           ///< ... and sooner after it, says nothing more
+    int most_asked = 90;           ///< rays of a scan, whether it fits the map, ...
+    double least_agreement = 0.7;  ///< ... of those that the map knows; else it was matched to a wrong place
+    double place_m = 0.5;          ///< places further apart than this are two, ...
+    double place_rad = 0.35;       ///< ... and so are those that look another way by 20 degrees
+    double range_sigma_m = 0.02;
+    double sigmas = 3.0;            ///< of pose and range, that explain a ray, ...
+    double tolerance_cells = 2.0;   ///< ... beside so many cells
+    double tolerance_max_m = 0.3;   ///< a ray that is known less well says nothing
+    double before_end_m = 0.2;      ///< what lies nearer to a ray's end it has not passed
+    double beside_m = 0.3;          ///< along a ray that is moved: as far it may meet the same thing
+    int enough_against = 3;         ///< scans that see a cell unchanged, after the last one that saw it changed
+    double behind_m = 1.0;          ///< so deep a thing may be that stands again
+    int enough_errors = 1;          ///< scans that the map was made from, which contradict it there
+    int least_places = 2;           ///< that saw a cell changed, ...
+    int least_places_of_thing = 3;  ///< ... and the whole of a thing
+    double majority = 2.0;  ///< so many times more scans saw a cell changed than unchanged since the first of them
+    int least_scans = 3;
+    double apart_m = 0.25;  ///< cells nearer than this are of one thing, which ...
+    double least_m = 0.2;   ///< ... is at least so long, ...
+    int least_cells = 5;    ///< ... and has so many cells
+  };
 };
 
 }  // namespace crsm

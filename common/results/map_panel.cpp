@@ -229,6 +229,24 @@ void MapPanel::DrawCross(const cv::Point2d& centre_m, const cv::Scalar& colour) 
   }
 }
 
+void MapPanel::DrawChange(const MapChange& change) {
+  const cv::Scalar& colour = change.kind == ChangeKind::kNew ? overview_colour::kNew : overview_colour::kGone;
+  const auto [sin, cos] = ComputeSinCos(change.yaw_rad);
+  const cv::Point2d along(0.5 * change.length_m * cos, 0.5 * change.length_m * sin);
+  const cv::Point2d across(-0.5 * change.width_m * sin, 0.5 * change.width_m * cos);
+  const cv::Point2d middle(change.middle.x_m, change.middle.y_m);
+  std::vector<cv::Point> corners;
+  for (const cv::Point2d& corner :
+       {middle + along + across, middle - along + across, middle - along - across, middle + along - across}) {
+    corners.push_back(ToSubpixels(corner));
+  }
+  cv::Mat mask = cv::Mat::zeros(image_.size(), CV_8UC1);
+  constexpr double kOpacity = 0.3;
+  cv::fillPoly(mask, std::vector{corners}, cv::Scalar(255), cv::LINE_AA, kSubpixelBits);
+  Cover(mask, colour, kOpacity, image_);
+  cv::polylines(image_, std::vector{corners}, true, colour, scale_.Enlarge(2), cv::LINE_AA, kSubpixelBits);
+}
+
 void MapPanel::DrawRing(const cv::Point2d& centre_m) {
   cv::circle(image_, ToSubpixels(centre_m), scale_.Enlarge(22) << kSubpixelBits, overview_colour::kDoubt,
              scale_.Enlarge(2), cv::LINE_AA, kSubpixelBits);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "common/diagnosis/changes.hpp"
 #include "common/graph/pieces.hpp"
 #include "common/map/dense_grid.hpp"
 #include "common/map/map_geometry.hpp"
@@ -43,6 +44,8 @@ class MapPanel {
   void DrawHit(const cv::Point2d& place_m);
   void DrawCross(const cv::Point2d& centre_m, const cv::Scalar& colour);
   void DrawRing(const cv::Point2d& centre_m);
+  /// A rectangle, lightly filled.
+  void DrawChange(const MapChange& change);
   /// Two arrows that show where the map's x and y point, from its origin.
   void DrawOrigin();
   void DrawWalls();

@@ -93,6 +93,12 @@ std::vector<LegendItem> MakeLegend(const Results& results, const PathCounts& pat
   for (const LoopKind& kind : LoopKinds())
     AddIf(std::ranges::any_of(results.loops, kind.holds), kind.sign, kind.style.colour, kind.name);
   AddIf(results.pieces.num_breaks > 0, Sign::kCross, kBreak, "break");
+  const auto HasChange = [&results](ChangeKind kind) {
+    return results.summary && results.summary->changes &&
+           std::ranges::count(*results.summary->changes, kind, &MapChange::kind) > 0;
+  };
+  AddIf(HasChange(ChangeKind::kNew), Sign::kSquare, kNew, "new since the map was made");
+  AddIf(HasChange(ChangeKind::kGone), Sign::kSquare, kGone, "gone since then");
   const Verdict* verdict = FindVerdict(results);
   AddIf(verdict && verdict->off_at && !verdict->doubts.empty(), Sign::kSquare, kDoubt, "the deeper, the further off");
   AddIf(verdict && verdict->way_back, Sign::kDashes, kWayBackStyle.colour, "a drive that would tell");

@@ -131,6 +131,9 @@ std::string EncodeOverview(const Results& results, PngEncoder& encoder) {
   MapPanel panel(results.grid);
   const Path path = DrawUnderWalls(results, panel);
   panel.DrawWalls();
+  if (results.summary && results.summary->changes) {
+    for (const MapChange& change : *results.summary->changes) panel.DrawChange(change);
+  }
   LabelBreaks(results.pieces, panel);
   panel.DrawRulers();
   cv::Mat picture = panel.image();

@@ -52,6 +52,14 @@ RunSummary ReadSummary(const std::filesystem::path& dir) {
     json.at("verdict").at("trust").get_to(summary.trust);
     if (json.contains("loops")) summary.loops = json["loops"].at("closed").get<std::int64_t>();
     if (json.contains("wall_s") && !json["wall_s"].is_null()) summary.wall_s = json["wall_s"].get<double>();
+    const auto TextOf = [&json](const char* key) {
+      return json.contains(key) && json[key].is_string() ? json[key].get<std::string>() : std::string();
+    };
+    summary.made_from = TextOf("made_from");
+    summary.recorded = TextOf("recorded");
+    summary.mapped = TextOf("mapped");
+    const auto& verdict = json["verdict"];
+    if (verdict.contains("off_m") && verdict["off_m"].is_number()) summary.off_m = verdict["off_m"].get<double>();
     if (json.contains("identity") && !json["identity"].is_null()) json["identity"].get_to(summary.identity);
     return summary;
   } catch (const nlohmann::json::exception&) {

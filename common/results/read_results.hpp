@@ -22,7 +22,11 @@ struct RunSummary {
   double mean_fitness = 0.0;
   std::string trust;  ///< as Name(Trust)
   std::optional<double> wall_s;
-  std::string identity;  ///< of the map, as that of its journal; empty where it has none
+  std::string made_from;        ///< as of RunOrigin; empty where nobody knows, and so are the next two
+  std::string recorded;         ///< as of FormatUtc
+  std::string mapped;           ///< likewise
+  std::optional<double> off_m;  ///< so far off the map may be
+  std::string identity;         ///< of the map, as that of its journal; empty where it has none
 };
 
 /// What the map in `dir` was made from, as of RunOrigin; empty where its summary.json does not say.

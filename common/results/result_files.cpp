@@ -84,6 +84,9 @@ void AddResults(const Results& results, const Encoders& encoders, Replacement& f
   });
   if (!results.truth.empty()) files.Write("truth.tum", FormatTrajectory(results.truth));
   if (!results.graph_g2o.empty()) files.Write("graph.g2o", results.graph_g2o);
+  if (results.summary && results.summary->changes) {
+    files.Write("changes.csv", FormatChangesCsv(*results.summary->changes));
+  }
   files.Write("summary.json", results.summary ? FormatSummary(*results.summary) : "{}\n");
 }
 

@@ -76,6 +76,12 @@ Json ToJson(const WheelModel::Values& wheels) {
           {"slips", wheels.slips}};
 }
 
+Json ToJson(const MapChange& change) {
+  return {{"kind", Name(change.kind)},   {"x_m", change.middle.x_m},          {"y_m", change.middle.y_m},
+          {"length_m", change.length_m}, {"width_m", change.width_m},         {"yaw_rad", change.yaw_rad},
+          {"area_m2", change.area_m2()}, {"first_utime", change.first_utime}, {"places", change.num_places}};
+}
+
 void AddPieces(const MapPieces& pieces, Json& json) {
   const std::vector<int> with_map = pieces.OthersWithMap();
   Json list = Json::array();
@@ -134,6 +140,10 @@ std::string FormatSummary(const Summary& summary) {
                {"timings", Json::object()},
                {"parameters", Json::object()}};
   if (summary.pieces) AddPieces(*summary.pieces, json);
+  if (summary.changes) {
+    json["changes"] = Json::array();
+    for (const MapChange& change : *summary.changes) json["changes"].push_back(ToJson(change));
+  }
   if (summary.wheels) json["wheels"] = ToJson(*summary.wheels);
   for (const auto& [name, count] : summary.counts) json["counts"][name] = count;
   for (const auto& [stage, timing] : summary.timings) {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/diagnosis/changes.hpp"
 #include "common/diagnosis/run_statistics.hpp"
 #include "common/diagnosis/verdict.hpp"
 #include "common/map/dense_grid.hpp"
@@ -35,12 +36,13 @@ struct Summary {
   std::int64_t left_out = 0;                      ///< scans that were never tried: refused, dropped or repeated
   std::int64_t map_version = 0;
   double explored_area_m2 = 0.0;
-  std::optional<double> wall_s;                ///< that the run has taken by the clock
-  std::map<std::string, std::int64_t> counts;  ///< drops, resends, bad messages ..., by name
-  std::map<std::string, StageTiming> timings;  ///< by stage
-  std::optional<MapPieces> pieces;             ///< where loops were looked for
-  std::optional<WheelModel::Values> wheels;    ///< where there was odometry to learn from
-  std::optional<Verdict> verdict;              ///< whether the map is to be trusted; where somebody has judged it
+  std::optional<double> wall_s;                   ///< that the run has taken by the clock
+  std::map<std::string, std::int64_t> counts;     ///< drops, resends, bad messages ..., by name
+  std::map<std::string, StageTiming> timings;     ///< by stage
+  std::optional<MapPieces> pieces;                ///< where loops were looked for
+  std::optional<WheelModel::Values> wheels;       ///< where there was odometry to learn from
+  std::optional<std::vector<MapChange>> changes;  ///< since the finished map was made on which this run localises
+  std::optional<Verdict> verdict;                 ///< whether the map is to be trusted; where somebody has judged it
 };
 
 /// How much of a map is explored [m^2].

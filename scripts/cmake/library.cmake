@@ -41,7 +41,7 @@ add_library(crsm_algorithm OBJECT ${ALGORITHM_SOURCES})
 
 # Of other rooms what knows nothing of programs.
 file(GLOB LIBRARY_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/services/library/*.cpp)
-set(LIBRARY_FILES common/parameters common/diagnosis/handedness common/diagnosis/run_statistics
+set(LIBRARY_FILES common/parameters common/diagnosis/format_changes common/diagnosis/handedness common/diagnosis/run_statistics
     common/diagnosis/self_contradiction common/diagnosis/verdict common/logs/crc32 common/logs/map_files
     common/logs/map_picture common/logs/png_file common/logs/regular_file common/logs/replacement common/metrics/format_trajectory
     common/results/result_files common/results/run_origin common/results/summary services/base/file_window

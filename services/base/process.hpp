@@ -51,6 +51,9 @@ void PrepareFolder(const std::string& out);
 /// With --strict, where the map is not to be trusted.
 inline constexpr int kUntrustedExitCode = 3;
 
+/// With --changes-over, where something as large has come or gone since the map was made.
+inline constexpr int kChangedExitCode = 4;
+
 /// Runs `body` and turns an exception into one line on stderr. Returns the exit code: that of `body`, 0 after Stopped,
 /// 2 after a UsageError, 1 after any other exception.
 int ReportErrors(const std::string& program, const std::function<int()>& body);

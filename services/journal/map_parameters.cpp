@@ -10,6 +10,13 @@ void AdoptMapParameters(const std::filesystem::path& folder, CommandLine& comman
   if (const auto head = ReadHead(folder)) command_line.Adopt(head->subject.parameters, folder.string());
 }
 
+Parameters ReadMapParameters(const std::filesystem::path& folder) {
+  using enum ParameterGroup;
+  CommandLine of_map("journal", "", {kScan, kUpdate, kLoops}, {});
+  AdoptMapParameters(folder, of_map);
+  return of_map.parameters();
+}
+
 void AdoptEarlierMapParameters(const std::string& resume, CommandLine& command_line) {
   const std::string& earlier = resume.empty() ? command_line.settings().localize : resume;
   if (!earlier.empty()) AdoptMapParameters(JournalFolder(earlier), command_line);

@@ -11,6 +11,9 @@ namespace crsm {
 /// names the flag, preset or line of a file that says something else, std::runtime_error as ReadHead.
 void AdoptMapParameters(const std::filesystem::path& folder, CommandLine& command_line);
 
+/// The parameters of the map whose journal is in `folder`; the others are the defaults. Throws as ReadHead.
+Parameters ReadMapParameters(const std::filesystem::path& folder);
+
 /// AdoptMapParameters of the earlier run, the --out of which `resume` or --localize names, if one of them does.
 void AdoptEarlierMapParameters(const std::string& resume, CommandLine& command_line);
 

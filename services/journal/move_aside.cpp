@@ -15,10 +15,11 @@ namespace fs = std::filesystem;
 
 /// Everything that a run leaves in its folder.
 constexpr std::array kResults{"map.png",   "map.pgm",      "map.yaml", "overview.png", "trajectory.tum", "truth.tum",
-                              "graph.g2o", "summary.json", "journal",  "log",          "pieces"};
+                              "graph.g2o", "summary.json", "journal",  "log",          "pieces",         "changes.csv"};
 
 /// Those of them that a run writes over.
-constexpr std::array kWrittenAnew{"map.png", "map.pgm", "map.yaml", "overview.png", "graph.g2o", "summary.json"};
+constexpr std::array kWrittenAnew{"map.png",   "map.pgm",      "map.yaml",   "overview.png",
+                                  "graph.g2o", "summary.json", "changes.csv"};
 
 bool HasContent(const fs::path& file) {
   std::error_code error;

@@ -72,6 +72,8 @@ class MapExporter {
     });
     bus.SubscribeToOne<scan_answer_t>(kScanAnswerChannel, kMapOwnerRole,
                                       [this](const scan_answer_t& answer) { Forget(answer); });
+    bus.SubscribeToOne<changes_t>(kChangesChannel, kMapOwnerRole,
+                                  [this](const changes_t& message) { changes_ = FromMessage(message); });
     bus.Subscribe<service_status_t>(kEveryServiceStatus, [this](const service_status_t& status) { Keep(status); });
   }
 
@@ -354,6 +356,7 @@ class MapExporter {
     const ByteMap no_map(1.0);
     summary.pieces = map_follower_.replica().pieces();
     summary.wheels = map_follower_.replica().tracking().wheels().Learned();
+    summary.changes = changes_;
     Verdict verdict = Judge(statistics_, map_ ? *map_ : no_map, summary.pieces.value_or(MapPieces()));
     if (summary.wheels) JudgeWheels(*summary.wheels, verdict);
     JudgeLeftOut({summary.left_out, CountDropped() + num_unheard}, verdict);
@@ -400,6 +403,7 @@ class MapExporter {
   RunStatistics statistics_;
   MapFollower map_follower_;
   CriticalRays last_scan_;
+  std::optional<std::vector<MapChange>> changes_;  ///< since the finished map was made, where there is one
   std::map<std::string, service_status_t> statuses_;
   bool was_whole_ = false;   ///< the map has come once: there are results of this run
   bool is_hurried_ = false;  ///< the end is not to wait for loops

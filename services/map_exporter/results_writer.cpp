@@ -97,6 +97,7 @@ void ResultsWriter::Write(Snapshot& snapshot) {
   if (!goes_on) {
     files.Write(kTrajectory, [&](const Sink& sink) { snapshot.text->Copy(0, text_end, sink); });
   }
+  if (snapshot.summary.changes) files.Write("changes.csv", FormatChangesCsv(*snapshot.summary.changes));
   files.Write("summary.json", FormatSummary(snapshot.summary));
   if (goes_on) AppendTrajectory(text_end);
   files.Rename();

@@ -4,8 +4,10 @@
 
 #include <fmt/core.h>
 
+#include "common/diagnosis/changes.hpp"
 #include "common/graph/mapper.hpp"
 #include "common/logs/left_out.hpp"
+#include "common/scan/deskew.hpp"
 #include "services/base/held_by_utime.hpp"
 #include "services/base/path_lock.hpp"
 #include "services/base/stall_watch.hpp"
@@ -58,6 +60,7 @@ class MapUpdaterService {
       if (link_) link_->Poll(Clock::now());
       LookAtJournal();
       for (const std::string& line : news_.Look(mapper_, Clock::now())) Say(fmt::format("map_updater: {}", line));
+      PublishChanges();
       whole_.Show(mapper_, {answered_, tracking_}, options_);
       if (matches_.empty() || !Answer(matches_.front())) return !whole_.is_asked();
       matches_.Pop();
@@ -161,6 +164,10 @@ class MapUpdaterService {
     if (scan && !local().InLimits(scan->rays, match.T_map_laser)) service_.counters().Add("match_out_of_limits");
     const bool drawn = PrepareAnswer(mapper_.Integrate(scan, match), match);
     if (journal_) Keep([&] { journal_->Append(drawn ? scan : nullptr, match); });
+    if (changes_ && scan) {
+      changes_->Add(Deskew(scan->rays, match.twist), match);
+      is_compared_ = true;
+    }
     scans_.DropThrough(match.utime);
     match_without_scan_.reset();
     if (held_utime_ == match.utime) held_utime_.reset();
@@ -214,6 +221,20 @@ class MapUpdaterService {
                     settings_.localize));
     answered_ = MatchStore();
     tracking_ = TrackingState::OnFinishedMap();
+    finished_map_.emplace(local().geometry().cell_size_m());
+    for (std::size_t tile = 0; tile < local().num_tiles(); ++tile) {
+      if (const auto change = local().TileSince(tile, -1)) finished_map_->Apply(*change);
+    }
+    changes_.emplace(MakeChangeFinder(mapper_, *finished_map_));
+  }
+
+  /// More often than once in the time that an exporter waits at the end.
+  void PublishChanges() {
+    constexpr auto kPause = std::chrono::milliseconds(500);
+    if (!changes_ || tracking_.empty() || Clock::now() < next_changes_) return;
+    next_changes_ = Clock::now() + kPause;
+    if (std::exchange(is_compared_, false)) found_changes_ = changes_->Find();
+    service_.bus().Publish(kChangesChannel, ToMessage(found_changes_, tracking_.newest_utime(), options_.epoch));
   }
 
   void OpenJournal() {
@@ -343,6 +364,11 @@ class MapUpdaterService {
   std::string finished_map_name_;  ///< as of JournalSubject
   OnDamage on_damage_ = settings_.until_damage ? OnDamage::kTakeWhatIsBefore : OnDamage::kRefuse;
   Mapper mapper_;
+  std::optional<ByteMap> finished_map_;   ///< with --localize
+  std::optional<ChangeFinder> changes_;   ///< since it was made
+  std::vector<MapChange> found_changes_;  ///< that were told last
+  bool is_compared_ = false;              ///< more of it since
+  Clock::time_point next_changes_{};
   WholeView whole_;
   BreakNews news_;
   LostNews lost_news_;

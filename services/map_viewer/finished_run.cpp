@@ -20,21 +20,12 @@
 #include "services/journal/earlier_results.hpp"
 #include "services/journal/journal.hpp"
 #include "services/journal/map_parameters.hpp"
+#include "services/journal/run_folder.hpp"
 #include "services/map_viewer/join_news.hpp"
 #include "services/map_viewer/run_facts.hpp"
-#include "services/map_viewer/run_folder.hpp"
-#include "services/settings/command_line.hpp"
 
 namespace crsm {
 namespace {
-
-/// Those that the map was made with; the others do not matter here.
-Parameters ReadParameters(const std::filesystem::path& folder) {
-  using enum ParameterGroup;
-  CommandLine of_map("map_viewer", "", {kScan, kUpdate, kLoops}, {});
-  AdoptMapParameters(folder, of_map);
-  return of_map.parameters();
-}
 
 /// What a journal brings back.
 class Run {
@@ -46,7 +37,7 @@ class Run {
     const auto head = ReadHead(folder);
     if (!head) throw std::runtime_error(fmt::format("{}: its journal has no scans", results.run.string()));
     epoch_ = head->epoch;
-    const Parameters parameters = ReadParameters(folder);
+    const Parameters parameters = ReadMapParameters(folder);
     drawing_ = parameters.update;
     mapper_.emplace(parameters.update, parameters.loops);
     if (head->subject.finished_map) {

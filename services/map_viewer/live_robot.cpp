@@ -41,6 +41,8 @@ LiveRobot::LiveRobot(const CommandLine& command_line)
                                    [this](const scan_match_t& message) { Hear(message); });
   bus.SubscribeToOne<bot_core::pose_t>(kLocalPoseChannel, kMatcherRole,
                                        [this](const bot_core::pose_t& message) { Hear(message); });
+  bus.SubscribeToOne<changes_t>(kChangesChannel, kMapOwnerRole,
+                                [this](const changes_t& message) { changes_ = FromMessage(message); });
   TakeRole();
   scene_.SetStartHandler([this](const Pose2& T_map_laser) {
     TakeRole();
@@ -116,6 +118,7 @@ void LiveRobot::ForgetRun() {
   local_poses_ = {};
   last_known_.reset();
   T_best_local_.reset();
+  changes_.clear();
 }
 
 void LiveRobot::Show(ScanMatch match) {
@@ -177,6 +180,7 @@ void LiveRobot::ShowInfo() {
   statuses_[service_.name()] = {service_.MakeStatus(), now};
   nlohmann::json info{{"live", true}};
   info.update(DescribeCounts(path_.counts()));
+  info["changes"] = DescribeChanges(changes_);
   std::int64_t num_left_out = 0;
   for (const auto& [name, heard] : statuses_) num_left_out += heard.status.num_left_out;
   info["left_out"] = num_left_out;

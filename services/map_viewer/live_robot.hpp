@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/diagnosis/changes.hpp"
 #include "common/map/byte_map.hpp"
 #include "common/metrics/path_sketch.hpp"
 #include "services/base/held_by_utime.hpp"
@@ -89,6 +90,7 @@ class LiveRobot {
 
   std::optional<Clock::time_point> scan_heard_;
   std::optional<Clock::time_point> match_heard_;
+  std::vector<MapChange> changes_;  ///< since the finished map was made, where there is one
   std::map<std::string, HeardStatus> statuses_;
   std::deque<StageTimes> stage_times_;  ///< once a second
   Clock::time_point next_info_{};

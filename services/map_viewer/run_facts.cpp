@@ -59,6 +59,20 @@ json ReadTruth(const std::filesystem::path& results, const ScanMatch& first) {
   return places;
 }
 
+json DescribeChanges(const std::vector<MapChange>& changes) {
+  json list = json::array();
+  for (const MapChange& change : changes) {
+    list.push_back({{"kind", Name(change.kind)},
+                    {"x_m", change.middle.x_m},
+                    {"y_m", change.middle.y_m},
+                    {"length_m", change.length_m},
+                    {"width_m", change.width_m},
+                    {"yaw_rad", change.yaw_rad},
+                    {"places", change.num_places}});
+  }
+  return list;
+}
+
 json ListPieces(const std::filesystem::path& run, const MapPieces& pieces) {
   json list = json::array();
   for (std::size_t i = 0; i < pieces.pieces.size(); ++i) {
@@ -79,6 +93,19 @@ json DescribePiece(const RunFolder& results, const MapPieces& pieces) {
 }
 
 namespace {
+
+/// What has changed since the map was made: all of it, or nothing where one of them is no change.
+json ReadChanges(const json& summary) {
+  const json changes = summary.value("changes", json::array());
+  if (!changes.is_array()) return json::array();
+  for (const json& change : changes) {
+    if (!change.is_object() || !change.value("kind", json()).is_string()) return json::array();
+    for (const char* key : {"x_m", "y_m", "length_m", "width_m", "yaw_rad", "places"}) {
+      if (!change.value(key, json()).is_number()) return json::array();
+    }
+  }
+  return changes;
+}
 
 bool AreNumbers(const json& list, std::size_t num) {
   return list.is_array() && list.size() == num &&
@@ -105,6 +132,7 @@ json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans, c
   for (const json& line : found.value("lines", json::array())) {
     if (line.is_string()) facts["verdict"]["lines"].push_back(line);
   }
+  facts["changes"] = ReadChanges(summary);
   const json x_m = found.value("off_x_m", json());
   const json y_m = found.value("off_y_m", json());
   if (x_m.is_number() && y_m.is_number()) facts["verdict"]["off_at_m"] = {x_m, y_m};

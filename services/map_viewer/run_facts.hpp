@@ -4,10 +4,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "common/diagnosis/changes.hpp"
 #include "common/graph/pieces.hpp"
 #include "common/scan/scan_counts.hpp"
 #include "common/scan/scan_match.hpp"
-#include "services/map_viewer/run_folder.hpp"
+#include "services/journal/run_folder.hpp"
 
 namespace crsm {
 
@@ -29,5 +30,8 @@ nlohmann::json DescribePiece(const RunFolder& results, const MapPieces& pieces);
 /// Where the robot of a simulated world really was, as [[x, y], ...] on the map on which `first` is the pose of its
 /// first scan; empty where the run has no truth.tum that can be read.
 nlohmann::json ReadTruth(const std::filesystem::path& results, const ScanMatch& first);
+
+/// What has changed since the map was made on which a robot localises, by the names of summary.json.
+nlohmann::json DescribeChanges(const std::vector<MapChange>& changes);
 
 }  // namespace crsm

@@ -18,8 +18,8 @@
 #include "common/logs/regular_file.hpp"
 #include "common/logs/stop_request.hpp"
 #include "common/logs/temporary_file.hpp"
+#include "services/journal/run_folder.hpp"
 #include "services/map_viewer/mcap_export.hpp"
-#include "services/map_viewer/run_folder.hpp"
 
 namespace crsm {
 namespace {
@@ -30,12 +30,13 @@ struct Kind {
   std::string_view name;
   const char* content_type;
 };
-constexpr std::array<Kind, 7> kStoredFiles{{{"map.png", "image/png"},
+constexpr std::array<Kind, 8> kStoredFiles{{{"map.png", "image/png"},
                                             {"map.pgm", "image/x-portable-graymap"},
                                             {"map.yaml", "text/plain; charset=utf-8"},
                                             {"overview.png", "image/png"},
                                             {"trajectory.tum", "text/plain; charset=utf-8"},
                                             {"graph.g2o", "text/plain; charset=utf-8"},
+                                            {"changes.csv", "text/csv; charset=utf-8"},
                                             {"summary.json", "application/json"}}};
 
 /// A file in a folder.

@@ -59,6 +59,7 @@ void AddOwnFlags(CommandLine& command_line, StackOptions& options, std::string& 
       {kOptionsHeading, "N"});
   AddFlags(command_line, options.earlier);
   command_line.AddFlag("--strict", options.strict, "fail if the map is not to be trusted");
+  options.changes_over.AddFlag(command_line);
   command_line.AddFlag("--view", options.view,
                        "show the growing map in a browser, and the finished one until Ctrl-C; prints the address");
   std::vector<std::string> outputs;
@@ -83,6 +84,10 @@ void CheckUsage(const CommandLine& command_line, const StackOptions& options) {
     if (options.is_live() && command_line.WasGiven(flag)) {
       throw UsageError(fmt::format("{}: applies to logs only; remove it for live scans", FlagOf(flag)));
     }
+  }
+  options.changes_over.Check(settings);
+  if (options.changes_over.was_given() && options.IsWithout("map_exporter")) {
+    throw UsageError("--changes-over: needs the results of map_exporter; remove --without map_exporter");
   }
   if (options.strict && options.IsWithout("map_exporter")) {
     throw UsageError("--strict: needs the verdict of map_exporter; remove --without map_exporter");
@@ -181,7 +186,7 @@ void CheckRolesAreFree(const BusAddress& address, const StackOptions& options) {
 
 /// The last words on a run that succeeded or not, and its exit code.
 int ReportEnd(bool success, const ResultsFolder& folder, const StackOptions& options) {
-  if (success) return ReportOutcome(folder.path(), options.strict);
+  if (success) return ReportOutcome(folder.path(), options.strict, options.changes_over);
   if (fs::exists(folder.summary())) {
     Say(fmt::format("run_stack: failed; {} has what was mapped until then, and no verdict is given on that",
                     folder.path().string()));

@@ -24,6 +24,24 @@ nlohmann::json ReadJson(const std::filesystem::path& path) {
   }
 }
 
+/// Nothing where one of them is no change.
+std::optional<std::vector<MapChange>> ReadChanges(const nlohmann::json& list) {
+  std::vector<MapChange> changes;
+  try {
+    for (const auto& one : list) {
+      MapChange& change = changes.emplace_back();
+      change.kind = one.at("kind") == Name(ChangeKind::kNew) ? ChangeKind::kNew : ChangeKind::kGone;
+      change.middle = {one.at("x_m").get<double>(), one.at("y_m").get<double>()};
+      change.length_m = one.at("length_m").get<double>();
+      change.width_m = one.at("width_m").get<double>();
+      change.num_places = one.at("places").get<std::int32_t>();
+    }
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
+  return changes;
+}
+
 }  // namespace
 
 std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary) {
@@ -41,6 +59,8 @@ std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary) {
   outcome.counts.without_rays = CountOf("without_rays");
   const auto identity = json.find("identity");
   if (identity != json.end() && identity->is_string()) outcome.identity = identity->get<std::string>();
+  const auto changes = json.find("changes");
+  if (changes != json.end() && changes->is_array()) outcome.changes = ReadChanges(*changes);
   const auto verdict = json.find("verdict");
   if (verdict == json.end() || !verdict->is_object()) return std::nullopt;
   outcome.trusted = verdict->value("trust", nlohmann::json(Name(Trust::kBad))) != Name(Trust::kBad);
@@ -56,7 +76,7 @@ std::optional<Outcome> ReadOutcome(const std::filesystem::path& summary) {
   return outcome;
 }
 
-int ReportOutcome(const std::filesystem::path& out, bool strict) {
+int ReportOutcome(const std::filesystem::path& out, bool strict, const ChangesOver& changes_over) {
   const std::filesystem::path summary = out / "summary.json";
   const auto outcome = ReadOutcome(summary);
   CheckAreOfOneMap(out);
@@ -67,6 +87,9 @@ int ReportOutcome(const std::filesystem::path& out, bool strict) {
         summary.string(), outcome->counts.scans(), out.string()));
   }
   if (outcome) {
+    if (outcome->changes) {
+      for (const std::string& line : FormatChanges(*outcome->changes)) fmt::print("{}\n", line);
+    }
     for (const std::string& line : outcome->verdict) fmt::print("{}\n", line);
     if (outcome->dropped_overload > 0)
       fmt::print("{} scans dropped: the machine is too slow\n", outcome->dropped_overload);
@@ -74,7 +97,12 @@ int ReportOutcome(const std::filesystem::path& out, bool strict) {
   } else if (strict) {
     throw std::runtime_error(fmt::format("--strict: {} has no verdict on the map", summary.string()));
   }
-  return strict && !outcome->trusted ? kUntrustedExitCode : EXIT_SUCCESS;
+  if (changes_over.was_given() && !(outcome && outcome->changes)) {
+    throw std::runtime_error(fmt::format("--changes-over: {} does not say what has changed", summary.string()));
+  }
+  if (strict && !outcome->trusted) return kUntrustedExitCode;
+  const bool has_changed = outcome && outcome->changes && changes_over.IsExceededBy(LargestArea(*outcome->changes));
+  return has_changed ? kChangedExitCode : EXIT_SUCCESS;
 }
 
 }  // namespace crsm

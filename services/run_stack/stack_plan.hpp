@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "services/bus/bus_role.hpp"
+#include "services/diagnosis/changes_over.hpp"
 #include "services/run_stack/child.hpp"
 #include "services/run_stack/results_folder.hpp"
 #include "services/settings/command_line.hpp"
@@ -46,6 +47,7 @@ struct StackOptions {
   int num_robots = 0;                ///< 0: one robot, without a common map
   EarlierResults earlier;
   bool strict = false;
+  ChangesOver changes_over;
   bool view = false;                 ///< with map_viewer
   std::vector<std::string> outputs;  ///< names of kOutputs
   std::vector<std::string> without;  ///< processes of kReplaceable that another one stands in for

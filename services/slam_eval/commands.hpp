@@ -6,6 +6,7 @@ namespace crsm {
 
 /// Each adds one command of slam_eval, which throws std::exception if it fails.
 void AddMapCommand(Commands& commands);
+void AddPlanCommand(Commands& commands);
 void AddRelationsCommand(Commands& commands);
 void AddSummaryCommand(Commands& commands);
 void AddTrajectoryCommand(Commands& commands);

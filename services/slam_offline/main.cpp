@@ -12,6 +12,7 @@
 #include <optional>
 #include <sstream>
 
+#include "common/diagnosis/changes.hpp"
 #include "common/diagnosis/laser_judge.hpp"
 #include "common/graph/g2o.hpp"
 #include "common/logs/left_out.hpp"
@@ -20,12 +21,14 @@
 #include "common/results/read_results.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
+#include "common/scan/deskew.hpp"
 #include "common/slam.hpp"
 #include "services/base/progress.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/base/version.hpp"
 #include "services/bus/service.hpp"
 #include "services/diagnosis/break_news.hpp"
+#include "services/diagnosis/changes_over.hpp"
 #include "services/diagnosis/lost_news.hpp"
 #include "services/journal/earlier_results.hpp"
 #include "services/journal/earlier_scans.hpp"
@@ -103,6 +106,7 @@ struct Run {
   std::int64_t num_left_out = 0;               ///< scans of all logs that could not be used
   Latency latency;
   LostNews lost_news;
+  std::optional<ChangeFinder> changes;  ///< since the finished map was made, where there is one
 };
 
 void Keep(const std::vector<GraphUpdate>& updates, const Run& run, Journal& journal) {
@@ -175,6 +179,7 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
               ReadJournal(JournalFolder(settings.localize), {false, subject.parameters}, on_damage, restore));
     subject.finished_map_name = NameMap(epoch, run.matches.size());
     run.slam.FinishMap();
+    run.changes.emplace(MakeChangeFinder(run.slam.mapper(), run.slam.map()));
     if (run.slam.map().empty()) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings.localize));
     }
@@ -266,7 +271,8 @@ void PrintSessions(const Run& run) {
 /// What a run came to.
 struct Outcome {
   Trust trust;
-  bool is_mapped;  ///< whether there is a map
+  double changed_m2;  ///< the largest thing that has come or gone
+  bool is_mapped;     ///< whether there is a map
 };
 
 /// Writes the results, and says whether the map is to be trusted. identity: of the map, as of its journal.
@@ -294,6 +300,7 @@ Outcome WriteRun(const CommandLine& command_line, std::int64_t identity, Run& ru
   Verdict& verdict = *summary.verdict;
   if (summary.wheels) JudgeWheels(*summary.wheels, verdict);
   JudgeLeftOut({run.num_left_out}, verdict);
+  if (run.changes) summary.changes = run.changes->Find();
   results.summary = summary;
   const std::string& out = command_line.settings().out;
   results.name = NameOfRun(out);
@@ -305,12 +312,16 @@ Outcome WriteRun(const CommandLine& command_line, std::int64_t identity, Run& ru
                pieces->num_rejected);
   }
   PrintSessions(run);
+  const std::vector<MapChange> changes = summary.changes.value_or(std::vector<MapChange>());
+  if (summary.changes) {
+    for (const std::string& line : FormatChanges(changes)) fmt::print("{}\n", line);
+  }
   for (const std::string& line : FormatVerdict(verdict)) fmt::print("{}\n", line);
   const bool is_mapped = summary.explored_area_m2 > 0.0 || StopRequested();
   if (!is_mapped) {
     Say(fmt::format("{}: no scan was mapped: {}", command_line.program(), fmt::join(verdict.warnings, "; ")));
   }
-  return {verdict.trust, is_mapped};
+  return {verdict.trust, LargestArea(changes), is_mapped};
 }
 
 /// What one robot recorded.
@@ -377,6 +388,7 @@ void MapScan(const LaserScan& scan, const std::optional<Pose2>& T_odom_robot, Ru
   Keep(step.updates, run, journal);
   run.statistics.Add(scan.utime, step.scan.rays);
   run.Add(step.match);
+  if (run.changes) run.changes->Add(Deskew(step.scan.rays, step.match.twist), step.match);
   run.last_scan = std::move(step.scan);
 }
 
@@ -505,7 +517,7 @@ int main(int argc, char** argv) {
       "slam_offline",
       "Maps logs or simulated worlds in one process. Several logs are drives of their own, whose starts are unknown: "
       "they are joined to one map where they come to the same places. Exit codes: 0 done, 1 failed or no scan mapped, "
-      "2 usage, 3 with --strict: the map is not to be trusted.",
+      "2 usage, 3 with --strict: the map is not to be trusted, 4 with --changes-over: the building has changed.",
       {kSeed, kLaser, kScan, kSelection, kUpdate, kLoops, kAlgorithm},
       {"lcm_url", "channel_prefix", "out", "laser_channel", "laser_frame", "odometry", "odometry_topic",
        "botlab_clockwise", "mirrored", "until_damage", "localize", "start"});
@@ -515,11 +527,15 @@ int main(int argc, char** argv) {
   crsm::AddFlags(command_line, earlier);
   bool strict = false;
   command_line.AddFlag("--strict", strict, "exit with 3 if the map is not to be trusted");
+  crsm::ChangesOver changes_over;
+  changes_over.AddFlag(command_line);
   if (const auto exit_code = command_line.Parse(argc, argv)) return *exit_code;
   crsm::CatchSignals();
   return crsm::ReportErrors(command_line.program(), [&] {
+    changes_over.Check(command_line.settings());
     const crsm::Outcome outcome = crsm::MapLogs(command_line, logs, earlier);
     if (strict && outcome.trust == crsm::Trust::kBad) return crsm::kUntrustedExitCode;
+    if (changes_over.IsExceededBy(outcome.changed_m2)) return crsm::kChangedExitCode;
     return outcome.is_mapped ? EXIT_SUCCESS : EXIT_FAILURE;
   });
 }

@@ -29,6 +29,7 @@ inline constexpr const char* kScanAnswerChannel = "SCAN_ANSWER";      // crsm.sc
 inline constexpr const char* kKeyframeChannel = "KEYFRAME";           // crsm.keyframe_t
 inline constexpr const char* kKeyframeRequestChannel = "KEYFRAME_REQUEST";  // crsm.keyframe_request_t
 inline constexpr const char* kPoseGraphChannel = "POSE_GRAPH";              // crsm.pose_graph_t
+inline constexpr const char* kChangesChannel = "CHANGES";                   // crsm.changes_t, of who localises
 inline constexpr const char* kFleetPoseChannel = "FLEET_POSE";              // crsm.fleet_pose_t, of each robot
 // crsm.service_status_t, a channel for each process: so each has a row of its own in lcm-spy.
 inline std::string ServiceStatusChannel(const std::string& process) { return "SERVICE_STATUS/" + process; }
@@ -44,7 +45,7 @@ inline constexpr const char* kChannelsOfStack[]{
     kOdometryChannel,  kCriticalRaysChannel, kScanMatchChannel,  kPoseChannel,       kLocalPoseChannel,
     kTruePoseChannel,  kStartPoseChannel,    kMapDeltaChannel,   kMapRequestChannel, kMapPageChannel,
     kWholeMapChannel,  kScanRequestChannel,  kScanAnswerChannel, kKeyframeChannel,   kKeyframeRequestChannel,
-    kPoseGraphChannel, kFleetPoseChannel};
+    kPoseGraphChannel, kFleetPoseChannel,    kChangesChannel};
 // In journals only.
 inline constexpr const char* kJournalHeadChannel = "JOURNAL_HEAD";      // crsm.journal_head_t, the first event
 inline constexpr const char* kJournalCheckChannel = "JOURNAL_CHECK";    // crsm.journal_check_t, behind each stretch

@@ -149,6 +149,34 @@ map_loop_t ToMessage(const PlacedLoop& loop) {
           static_cast<std::int8_t>(loop.joins ? 1 : 0)};
 }
 
+std::vector<MapChange> FromMessage(const changes_t& message) {
+  std::vector<MapChange> changes;
+  for (const change_t& change : message.changes) {
+    changes.push_back({static_cast<ChangeKind>(change.kind),
+                       {change.middle_m[0], change.middle_m[1]},
+                       change.length_m,
+                       change.width_m,
+                       change.yaw_rad,
+                       change.first_utime,
+                       change.num_places});
+  }
+  return changes;
+}
+
+changes_t ToMessage(const std::vector<MapChange>& changes, std::int64_t utime, std::int64_t epoch) {
+  changes_t message{utime, epoch, static_cast<std::int32_t>(changes.size()), {}};
+  for (const MapChange& change : changes) {
+    message.changes.push_back({static_cast<std::int8_t>(change.kind),
+                               {change.middle.x_m, change.middle.y_m},
+                               change.length_m,
+                               change.width_m,
+                               change.yaw_rad,
+                               change.first_utime,
+                               change.num_places});
+  }
+  return message;
+}
+
 MapPieces FromMessage(const map_pieces_t& message) {
   MapPieces pieces;
   pieces.num_pieces = message.num_all_pieces;

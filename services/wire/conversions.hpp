@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "common/diagnosis/changes.hpp"
 #include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_delta.hpp"
@@ -41,6 +42,9 @@ Pose2 FromMessage(const pose2_t& message);
 pose2_t ToMessage(const Pose2& pose);
 PlacedLoop FromMessage(const map_loop_t& message);
 map_loop_t ToMessage(const PlacedLoop& loop);
+std::vector<MapChange> FromMessage(const changes_t& message);
+/// utime: of the newest scan.
+changes_t ToMessage(const std::vector<MapChange>& changes, std::int64_t utime, std::int64_t epoch);
 MapPieces FromMessage(const map_pieces_t& message);
 map_pieces_t ToMessage(const MapPieces& pieces);
 

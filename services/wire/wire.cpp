@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "common/diagnosis/changes.hpp"
 #include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_delta.hpp"
@@ -32,6 +33,7 @@ static_assert(MostOf(&keyframe_t::num_rays) == kMaxBeams);
 static_assert(MostOf(&map_tile_t::num_bytes) == kMaxRunBytes);
 static_assert(MostOf(&tracking_state_t::num_fitnesses) == TrackingState::kUsual);
 static_assert(MostOf(&tracking_state_t::num_recent) == TrackingState::kRecent);
+static_assert(MostOf(&changes_t::num_changes) == ChangeFinder::kMost);
 static_assert(MostOf(&map_pieces_t::num_pieces) == MapPieces::kMostPieces);
 static_assert(MostOf(&map_pieces_t::num_breaks) == MapPieces::kMostBreaks);
 static_assert(MostOf(&map_pieces_t::num_doubts) == MapError::kMostDoubts);
@@ -348,6 +350,23 @@ bool ValuesInRange(const fleet_pose_t& message) {
          IsPose(message.T_common_map) && IsCovariance(message.covariance) && IsFlag(message.floating) &&
          message.piece >= 1 && IsFlag(message.heard) &&
          std::all_of(message.trajectories.begin(), message.trajectories.end(), IsTrajectory);
+}
+
+namespace {
+
+bool IsChange(const change_t& change) {
+  const auto IsSide = [](double side_m) { return IsAmount(side_m) && side_m > 0.0; };
+  return change.kind >= change_t::NEW && change.kind <= change_t::GONE &&
+         IsPose({change.middle_m[0], change.middle_m[1], change.yaw_rad}) && IsSide(change.length_m) &&
+         IsSide(change.width_m) && change.num_places >= 1;
+}
+
+}  // namespace
+
+template <>
+bool ValuesInRange(const changes_t& message) {
+  return message.utime >= 0 && message.epoch != 0 &&
+         std::all_of(message.changes.begin(), message.changes.end(), IsChange);
 }
 
 template <>

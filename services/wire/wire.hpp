@@ -2,6 +2,8 @@
 
 #include <wire_fields/bot_core/planar_lidar_t.hpp>
 #include <wire_fields/bot_core/pose_t.hpp>
+#include <wire_fields/crsm/change_t.hpp>
+#include <wire_fields/crsm/changes_t.hpp>
 #include <wire_fields/crsm/critical_rays_t.hpp>
 #include <wire_fields/crsm/fleet_finding_t.hpp>
 #include <wire_fields/crsm/fleet_keyframe_t.hpp>
@@ -70,6 +72,8 @@ template <>
 bool ValuesInRange(const fleet_keyframe_t& message);
 template <>
 bool ValuesInRange(const fleet_pose_t& message);
+template <>
+bool ValuesInRange(const changes_t& message);
 template <>
 bool ValuesInRange(const service_status_t& message);
 template <>

@@ -11,8 +11,9 @@
 
 namespace crsm {
 
-/// FieldsOf<Message>::Visit(visit) calls visit with each member of a message, in the order of the wire: &T::utime, &T::num,
-/// Array(&T::values, &T::num, 99). The build makes one for each type from its .lcm file: <wire_fields/PACKAGE/TYPE.hpp>.
+/// FieldsOf<Message>::Visit(visit) calls visit with each member of a message, in the order of the wire: &T::utime,
+/// &T::num, Array(&T::values, &T::num, 99). The build makes one for each type from its .lcm file:
+/// <wire_fields/PACKAGE/TYPE.hpp>.
 template <class Message>
 struct FieldsOf;
 

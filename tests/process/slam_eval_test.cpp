@@ -170,6 +170,12 @@ TEST_CASE("slam_eval says what is wrong in one line, and exits 2 where the flags
                          {{"world", "env1", "--out", "/no/such/folder/w.png"}, "cannot write /no/such/folder/w.png"},
                          {{"world", "env1", "--cell-size-m", "nan", "--out", "/dev/null"}, "--cell-size-m", 2},
                          {{"trajectory", trajectory}, "truth.tum"},
+                         {{"plan", folder / ""}, "--out is missing", 2},
+                         {{"plan", folder / "", "--out", folder / "plan.jpg"}, "must end in .svg, .pdf or .dxf", 2},
+                         {{"plan", folder / "", "--out", folder / "plan.svg"}, "journal"},
+                         {{"plan", folder / "", "--out", folder / "p.svg", "--paper", "a5"}, "must be a4 or a3", 2},
+                         {{"plan", folder / "", "--out", folder / "p.svg", "--scale", "nan"}, "--scale", 2},
+                         {{"plan", folder / "", "--out", folder / "p.svg", "--scale", "0.5"}, "whole number", 2},
                          {{"map", folder / "", "env1"}, "map.yaml"},
                          {{"map", no_origin, "env1"}, "map.yaml: must have lines"},
                          {{"map", no_png, "env1"}, "map.png: No such file or directory"},
@@ -183,4 +189,36 @@ TEST_CASE("slam_eval says what is wrong in one line, and exits 2 where the flags
     folder.CheckRefused("slam_eval", one.arguments, one.expected, one.exit_code);
   }
   CHECK(fixture.Eval({"relations", "--help"}).exit_code == 0);
+}
+
+TEST_CASE(
+    "slam_eval plan draws the plan of a finished run as SVG, PDF and DXF, with names, and refuses what does not fit") {
+  const TemporaryFolder folder;
+  const std::string run = folder / "run";
+  REQUIRE(folder.Run("slam_offline", {CRSM_SOURCE_DIR "/logs/corridor.lcm", "--out", run}).exit_code == 0);
+  std::ofstream(folder / "names") << "0.5 0 start\n";
+  for (const auto& [name, start] :
+       {std::pair("a.svg", "<?xml"), std::pair("a.pdf", "%PDF-"), std::pair("a.dxf", "0\nSECTION\n")}) {
+    const Ended ended = folder.Run("slam_eval", {"plan", run, "--out", folder / name, "--names", folder / "names"});
+    CHECK(ended.exit_code == 0);
+    CHECK(ended.errors == "");
+    CHECK(ended.output.find(std::string(name) + ": ") != std::string::npos);
+    CHECK(ended.output.find(" walls of ") != std::string::npos);
+    CHECK(ReadFile(folder / name).starts_with(start));
+  }
+  const auto Refuse = [&](const std::vector<std::string>& more, const std::string& expected, int exit_code) {
+    std::vector<std::string> arguments{"plan", run, "--out", folder / "b.svg"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    folder.CheckRefused("slam_eval", arguments, expected, exit_code);
+    CHECK_FALSE(fs::exists(folder / "b.svg"));
+  };
+  Refuse({"--scale", "1"}, "or smaller", 2);
+  std::ofstream(folder / "bad") << "1 here\n";
+  Refuse({"--names", folder / "bad"}, "bad line 1: must be a place", 1);
+  Refuse({"--names", folder / "none"}, "No such file", 1);
+  const std::string localised = folder / "localised";
+  REQUIRE(folder.Run("slam_offline", {CRSM_SOURCE_DIR "/logs/corridor.lcm", "--out", localised, "--localize", run})
+              .exit_code == 0);
+  folder.CheckRefused("slam_eval", {"plan", localised, "--out", folder / "b.svg"}, "give the folder of that run", 1);
+  folder.CheckRefused("slam_eval", {"plan", run, "--out", run}, "must end in", 2);
 }

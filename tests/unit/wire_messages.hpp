@@ -229,6 +229,8 @@ inline fleet_pose_t FleetPoseMessage() {
   return {5, "robot1/", 99, 7, 3, {1.0, 2.0, 0.5}, {0.5, 0.0, 0.0, 0.25, 0.0, 0.125}, 1, 2, 1, 2, {0, 3}};
 }
 
+inline changes_t ChangesMessage() { return {5, 99, 1, {{change_t::GONE, {1.0, -2.0}, 0.75, 0.5, 0.25, 4, 3}}}; }
+
 inline fleet_keyframe_t FleetKeyframeMessage() {
   return {"robot1/", 5, 1, 1, {KeyframeMessage()}, 1, {{2, {0, 9}, {1.0, 2.0, 0.5}, 0.75, loop_finding_t::ANYWHERE}}};
 }

@@ -29,6 +29,7 @@ except ImportError as error:
     print(f"skipped: {error}: scripts/setup --view")
     sys.exit(SKIPPED)
 
+import changes
 import pieces
 import states
 import timeline
@@ -592,6 +593,7 @@ def main():
         stack = Stack(out)
         try:
             test_finished(out)
+            changes.test_changes(out)
             pieces.test_pieces(out, compare_with_picture)
             pieces.test_another_piece()
             states.test_token(out / "finished")

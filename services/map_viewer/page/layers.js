@@ -136,6 +136,22 @@ export function drawDoubts(context, verdict, colours) {
 }
 
 // The drive that would tell most.
+// A rectangle around each thing that has come or gone since the map was made.
+export function drawChanges(context, changes, pixel, colours) {
+  for (const {kind, x_m, y_m, length_m, width_m, yaw_rad} of changes ?? []) {
+    context.save();
+    context.translate(x_m, y_m);
+    context.rotate(yaw_rad);
+    context.fillStyle = context.strokeStyle = kind === "new" ? colours.good : colours.bad;
+    context.lineWidth = 2 * pixel;
+    context.globalAlpha = 0.25;
+    context.fillRect(-length_m / 2, -width_m / 2, length_m, width_m);
+    context.globalAlpha = 1;
+    context.strokeRect(-length_m / 2, -width_m / 2, length_m, width_m);
+    context.restore();
+  }
+}
+
 export function drawWayBack(context, way, pixel, colours) {
   if (!way) return;
   const [from, to] = [way.from_m, way.to_m].map(([x_m, y_m]) => ({x_m, y_m}));

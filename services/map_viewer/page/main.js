@@ -50,6 +50,16 @@ function addRobot(index) {
   robot.connection = new Connection(index, model);
 }
 
+$("changes").addEventListener("click", ({target}) => {
+  const {x_m, y_m} = target.closest("button")?.dataset ?? {};
+  if (x_m === undefined) return;
+  const {view} = robots[chosen];
+  view.fits = false;
+  view.setFollows(false);
+  view.setScale(Math.max(view.camera.px, 60));
+  view.centre(Number(x_m), Number(y_m));
+});
+
 // The first robot tells of the others.
 function label({model, parent}) {
   while (robots.length < model.info.robots.length) addRobot(robots.length);

@@ -1,7 +1,7 @@
 // One robot's map on the screen: camera, pointers and the drawing of a frame.
 
 import {BLOCK_CELLS, REDUCTIONS, findWalls, makePalette} from "./map_model.js";
-import {TimelinePath, drawDoubt, drawDoubts, drawGrid, drawLoops, drawMeasure, drawMoved, drawPath, drawPlace, drawRobot,
+import {TimelinePath, drawChanges, drawDoubt, drawDoubts, drawGrid, drawLoops, drawMeasure, drawMoved, drawPath, drawPlace, drawRobot,
         drawScan, drawText, drawTruth, drawWayBack} from "./layers.js";
 
 const NEAREST_PX = 400;  // pixels of a metre
@@ -415,6 +415,7 @@ export class MapView extends EventTarget {
     this.drawGround(context, window_m, pixel);
     if (layers.path) this.drawPath(context, window_m, pixel);
     if (layers.moved || (layers.loops && loop_age_s < POINTED_AT_S)) this.drawMoved(context, window_m, pixel);
+    drawChanges(context, model.info.changes, pixel, colours);
     const doubt_m = model.info.verdict?.off_at_m;
     if (layers.doubts) drawWayBack(context, model.info.verdict?.way_back, pixel, colours);
     if (layers.path && Array.isArray(doubt_m)) drawDoubt(context, doubt_m, pixel, colours);

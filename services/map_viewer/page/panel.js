@@ -100,6 +100,7 @@ function showInfo(model) {
   showServices(info.services);
   showVerdict(info.verdict);
   showPieces(info);
+  showChanges(info);
 }
 
 // The numbers of summary.json by the same names. Who has none of these scans needs no word for them.
@@ -125,6 +126,22 @@ function showPieces({pieces = [], shown_piece}) {
     const texts = [`piece ${piece}${piece === shown_piece ? ", shown" : ""}`,
                    `${whole.format(scans)} scans · ${fixed(way_m, 0)} m`, folder ?? "too small: no folder"];
     for (const text of texts) row.appendChild(document.createElement("span")).textContent = text;
+    return row;
+  }));
+}
+
+// What has changed since the map was made, the largest first. A click goes there: main.js.
+function showChanges({changes = []}) {
+  $("changes").parentElement.hidden = changes.length === 0;
+  const list = JSON.stringify(changes);
+  if ($("changes").dataset.shown === list) return;
+  $("changes").dataset.shown = list;
+  $("changes").replaceChildren(...changes.map(({kind, x_m, y_m, length_m, width_m, places}) => {
+    const row = document.createElement("li");
+    const button = row.appendChild(document.createElement("button"));
+    Object.assign(button.dataset, {kind, x_m, y_m});
+    button.title = "Go there";
+    button.textContent = `${kind} · ${fixed(length_m, 1)} × ${fixed(width_m, 1)} m · ${whole.format(places)} places`;
     return row;
   }));
 }

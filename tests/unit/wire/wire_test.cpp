@@ -22,7 +22,7 @@ TEST_CASE(
   CheckTypes(MapDeltaMessage(), MapPageMessage(), MapRequestMessage(), ScanRequestMessage(), ScanAnswerMessage());
   CheckTypes(KeyframeMessage(), KeyframeRequestMessage(), PoseGraphMessage());
   CheckTypes(ServiceStatusMessage(), JournalHeadMessage(), JournalCheckMessage());
-  CheckTypes(FleetPoseMessage(), FleetKeyframeMessage());
+  CheckTypes(FleetPoseMessage(), FleetKeyframeMessage(), ChangesMessage());
 }
 
 TEST_CASE("a sweep's beams have times within two seconds of its utime, and angles within a turn") {
@@ -278,6 +278,20 @@ TEST_CASE("a status is of a time that there can be") {
   for (double* amount : {&m.latency_p50_ms, &m.latency_p95_ms, &m.latency_p99_ms, &m.latency_max_ms, &m.resident_mb}) {
     fields.Refuse(*amount, {NAN, HUGE_VAL, -1.0, 1e300});
   }
+}
+
+TEST_CASE("a change is a new thing or one that has gone, of some size at some place, seen from somewhere") {
+  Fields fields(ChangesMessage());
+  changes_t& m = fields.message;
+  change_t& change = m.changes[0];
+  fields.Refuse(m.utime, {-1});
+  fields.Refuse(m.epoch, {0});
+  fields.Accept(change.kind, {change_t::NEW, change_t::GONE});
+  fields.Refuse(change.kind, {-1, 2});
+  fields.Refuse(change.middle_m[0], {NAN, 1e7});
+  fields.Refuse(change.yaw_rad, {NAN, 100.0});
+  for (double* side_m : {&change.length_m, &change.width_m}) fields.Refuse(*side_m, {NAN, 0.0, -1.0, HUGE_VAL});
+  fields.Refuse(change.num_places, {0, -1});
 }
 
 TEST_CASE("a robot of a fleet has a piece, a covariance and trajectories, and its keyframes are whole") {

@@ -1,4 +1,4 @@
-#include "services/map_viewer/run_folder.hpp"
+#include "services/journal/run_folder.hpp"
 
 #include "common/math/parse_number.hpp"
 #include "services/journal/journal.hpp"
