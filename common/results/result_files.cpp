@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/metrics/trajectory.hpp"
+#include "common/results/mark_files.hpp"
 
 namespace crsm {
 
@@ -84,6 +85,7 @@ void AddResults(const Results& results, const Encoders& encoders, Replacement& f
   });
   if (!results.truth.empty()) files.Write("truth.tum", FormatTrajectory(results.truth));
   if (!results.graph_g2o.empty()) files.Write("graph.g2o", results.graph_g2o);
+  AddMarks(results.marks, files);
   files.Write("summary.json", results.summary ? FormatSummary(*results.summary) : "{}\n");
 }
 

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "common/results/mark_files.hpp"
 #include "common/results/pictures.hpp"
 #include "common/results/results.hpp"
 #include "services/base/cpu_seconds.hpp"
@@ -97,6 +98,7 @@ void ResultsWriter::Write(Snapshot& snapshot) {
   if (!goes_on) {
     files.Write(kTrajectory, [&](const Sink& sink) { snapshot.text->Copy(0, text_end, sink); });
   }
+  AddMarks(snapshot.marks, files);
   files.Write("summary.json", FormatSummary(snapshot.summary));
   if (goes_on) AppendTrajectory(text_end);
   files.Rename();

@@ -49,7 +49,8 @@ class View {
     for (match.utime = 0; match.utime < 20; ++match.utime) timeline.Add(match, nullptr);
     scene_.SetTimeline(std::move(timeline));
     scene_.SetStartHandler([](const Pose2& T_map_laser) {
-      if (!Decode<bot_core::pose_t>(Encode(ToPoseMessage(0, T_map_laser)))) std::abort();  // the matcher would refuse it
+      if (!Decode<bot_core::pose_t>(Encode(ToPoseMessage(0, T_map_laser))))
+        std::abort();  // the matcher would refuse it
     });
     foxglove_.Next();  // who it is
     foxglove_.Next();  // the channels

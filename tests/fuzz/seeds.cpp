@@ -161,6 +161,8 @@ void WriteMessages(const Seeds& seeds) {
                                                             {"scan_match", Encode(ScanMatchMessage())},
                                                             {"map_delta", Encode(MapDeltaMessage())},
                                                             {"map_page", Encode(MapPageMessage())},
+                                                            {"mark", Encode(MarkMessage())},
+                                                            {"kept_mark", Encode(KeptMarkMessage())},
                                                             {"map_request", Encode(MapRequestMessage())},
                                                             {"scan_request", Encode(ScanRequestMessage())},
                                                             {"scan_answer", Encode(ScanAnswerMessage())},

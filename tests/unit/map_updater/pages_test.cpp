@@ -201,4 +201,21 @@ TEST_CASE("who wants no matches gets none, and the tracking state with the last 
   }
 }
 
+TEST_CASE("marks come with the last matches, to those who want matches, and with no piece") {
+  Owner owner;
+  owner.Draw();
+  owner.Draw();
+  const std::vector<PlacedMark> marks{FromMessage(PlacedMarkMessage())};
+  const auto Page = [&](std::int32_t first_match, std::optional<int> component = {}) {
+    Mapper mapper(TestParameters().update, {});
+    return MakePage(Ask(0, 0, first_match), *owner.updater,
+                    {owner.matches, owner.tracking, component ? &mapper : nullptr, component, marks}, kOptions);
+  };
+  CHECK(Page(0).num_marks == 1);
+  CHECK(Page(2).num_marks == 1);
+  CHECK(Page(-1).num_marks == 0);
+  CHECK(Page(0, 7).num_marks == 0);
+  CHECK(FromMessage(Decode<map_page_t>(Encode(Page(0))).value().marks[0]) == marks[0]);
+}
+
 }  // namespace crsm
