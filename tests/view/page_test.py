@@ -29,6 +29,7 @@ except ImportError as error:
     print(f"skipped: {error}: scripts/setup --view")
     sys.exit(SKIPPED)
 
+import marks
 import pieces
 import states
 import timeline
@@ -598,6 +599,7 @@ def main():
             test_live(stack)
             states.test_by_evidence()
             states.test_start_pose()
+            marks.test_marks()
         except AssertionError as error:
             print(f"FAILED: {error}")
             return 1

@@ -3,6 +3,7 @@
 import {showDownloads} from "./downloads.js";
 import {formatDistance} from "./layers.js";
 import {MapView} from "./map_view.js";
+import {Marker} from "./marks.js";
 import {showPanel, showState} from "./panel.js";
 import {composePicture, scaleOf} from "./picture.js";
 import {Player} from "./player.js";
@@ -41,6 +42,7 @@ function addRobot(index) {
     robot.connection.say(`start ${x_m.toFixed(3)} ${y_m.toFixed(3)} ${yaw_rad.toFixed(4)}`);
     toast("the matcher was told where the robot is");
   });
+  robot.view.addEventListener("marked", ({detail}) => marker.take(detail));
   robot.view.addEventListener("moment", ({detail}) => {
     choose(index);
     player.setPlaying(false);
@@ -49,6 +51,8 @@ function addRobot(index) {
   robots.push(robot);
   robot.connection = new Connection(index, model);
 }
+
+const marker = new Marker(() => view(), (mark) => robots[chosen].connection.say(`mark ${JSON.stringify(mark)}`));
 
 // The first robot tells of the others.
 function label({model, parent}) {
@@ -83,6 +87,7 @@ function openFinished({view, model}) {
 }
 
 function choose(index) {
+  if (index !== chosen && marker.is_open) marker.toggle(false);
   chosen = index;
   robots.forEach(({parent}, i) => parent.classList.toggle("active", i === index));
   robots[index].changed.add("all");
@@ -119,6 +124,7 @@ function showTools() {
   $("fit").setAttribute("aria-pressed", fits);
   $("measure").setAttribute("aria-pressed", measures);
   $("place").setAttribute("aria-pressed", places);
+  if (marker.is_open && !view().marks) marker.toggle(false);
   $("turn").setAttribute("aria-pressed", camera.turn_rad !== 0);
   for (const box of document.querySelectorAll("[data-layer]")) box.checked = layers[box.dataset.layer];
 }
@@ -164,6 +170,7 @@ const TOOLS = {
   zoom_out: () => view().zoomMiddle(1 / 1.4),
   measure: () => view().setMeasures(!view().measures),
   place: () => { if (document.body.classList.contains("localising")) view().setPlaces(!view().places); },
+  mark: () => { if (view().model.info.live) marker.toggle(); },
   layers: () => {
     const list = $("layer_list");
     list.hidden = !list.hidden;
@@ -186,7 +193,7 @@ const TOOLS = {
     for (const {view} of robots) if (view.fits) view.fit();
   },
 };
-const KEYS = {f: "follow", a: "fit", "+": "zoom_in", "=": "zoom_in", "-": "zoom_out", m: "measure", o: "place", l: "layers", w: "turn",
+const KEYS = {f: "follow", a: "fit", "+": "zoom_in", "=": "zoom_in", "-": "zoom_out", m: "measure", o: "place", k: "mark", l: "layers", w: "turn",
               x: "screen", s: "save", t: "theme", p: "fold", "?": "help"};
 const ARROWS = {ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60]};
 
@@ -215,6 +222,7 @@ for (const box of document.querySelectorAll("[data-layer]")) {
 }
 addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || $("key").open) return;
+  if (event.target.closest?.("#mark_form") && event.key !== "Escape") return;  // it is typed
   const in_field = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
   const key = event.key.toLowerCase();
   if (KEYS[key]) use(KEYS[key], event);
@@ -225,6 +233,7 @@ addEventListener("keydown", (event) => {
   if (event.key === "Escape") {
     view().setMeasures(false);
     view().setPlaces(false);
+    view().setMarks(false);
     $("layer_list").hidden = true;
     $("layers").setAttribute("aria-expanded", false);
   }
@@ -286,6 +295,7 @@ function frame(now_ms) {
     const shown = new Set(changed);
     changed.clear();
     attempt(model, () => showPanel(model, shown, shown.has("all") || shown.has("connection")));
+    attempt(model, () => marker.show(model.info.marks, model.info.live === true));
     if (["all", "timeline", "info"].some((type) => shown.has(type))) {
       attempt(model, () => player.take(model.timeline, model.info));
       for (const {view} of robots) if (view.fits) view.fit();  // around what is shown now
