@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace crsm {
 namespace {
@@ -37,6 +38,10 @@ bool IsOnMap(const std::optional<KeyframeId>& keyframe, const Mapper& mapper) {
 
 int ComponentOf(const std::optional<KeyframeId>& keyframe, const Mapper& mapper) {
   return keyframe ? mapper.best_components()[static_cast<std::size_t>(keyframe->trajectory)] : -1;
+}
+
+bool IsOnMaps(const Point& point) {
+  return std::abs(point.x_m) <= Mark::kFarthest_m && std::abs(point.y_m) <= Mark::kFarthest_m;
 }
 
 /// All points in one frame, that of a keyframe or of the map.
@@ -162,51 +167,59 @@ std::vector<PlacedMark> MarkBook::Place(const Mapper& mapper) const {
   std::vector<PlacedMark> placed;
   for (const Entry& entry : entries_) {
     if (entry.removed) continue;
-    PlacedMark mark{entry.utime, entry.id, entry.kind, entry.name};
-    if (!entry.outline.empty()) {
-      mark.num_sightings = 1;
-      mark.covariance = {entry.radius_m * entry.radius_m, 0.0, entry.radius_m * entry.radius_m};
-      for (const auto& [keyframe, at] : entry.outline) {
-        mark.points.push_back(Apply(PoseOf(keyframe, mapper), at));
-        mark.floating |= !IsOnMap(keyframe, mapper);
-      }
-      placed.push_back(std::move(mark));
-      continue;
-    }
-    // Only what lies in one frame can be fused: that of the map that is shown, else that of the newest sighting.
-    mark.floating =
-        std::ranges::none_of(entry.groups, [&](const Group& group) { return IsOnMap(group.keyframe, mapper); });
-    const int component = ComponentOf(entry.groups.back().keyframe, mapper);
-    const auto Counts = [&](const Group& group) {
-      return mark.floating ? ComponentOf(group.keyframe, mapper) == component : IsOnMap(group.keyframe, mapper);
-    };
-    double weight = 0.0;
-    Point mean;
-    for (const Group& group : entry.groups) {
-      if (!Counts(group)) continue;
-      const Point at = Apply(PoseOf(group.keyframe, mapper), group.mean);
-      weight += group.weight;
-      mean = {mean.x_m + (at.x_m - mean.x_m) * group.weight / weight,
-              mean.y_m + (at.y_m - mean.y_m) * group.weight / weight};
-      mark.num_sightings += group.num;
-    }
-    // How far the sightings lie apart, in their standard deviations: it adds to what each says of itself.
-    std::array<double, 3> apart{};
-    for (const Group& group : entry.groups) {
-      if (!Counts(group)) continue;
-      const Point at = Apply(PoseOf(group.keyframe, mapper), group.mean);
-      const Point off{at.x_m - mean.x_m, at.y_m - mean.y_m};
-      apart[0] += group.weight * off.x_m * off.x_m + 0.5 * group.spread;
-      apart[1] += group.weight * off.x_m * off.y_m;
-      apart[2] += group.weight * off.y_m * off.y_m + 0.5 * group.spread;
-    }
-    const double others = std::max(1, mark.num_sightings - 1);
-    mark.covariance = {(1.0 + apart[0] / others) / weight, apart[1] / others / weight,
-                       (1.0 + apart[2] / others) / weight};
-    mark.points = {mean};
-    placed.push_back(std::move(mark));
+    PlacedMark mark = entry.outline.empty() ? PlacePoint(entry, mapper) : PlaceOutline(entry, mapper);
+    mark.utime = entry.utime;
+    mark.id = entry.id;
+    mark.kind = entry.kind;
+    mark.name = entry.name;
+    // What poses have carried beyond all maps nobody could be told.
+    if (std::ranges::all_of(mark.points, IsOnMaps)) placed.push_back(std::move(mark));
   }
   return placed;
+}
+
+PlacedMark MarkBook::PlaceOutline(const Entry& entry, const Mapper& mapper) {
+  PlacedMark mark;
+  mark.num_sightings = 1;
+  mark.covariance = {entry.radius_m * entry.radius_m, 0.0, entry.radius_m * entry.radius_m};
+  for (const auto& [keyframe, at] : entry.outline) {
+    mark.points.push_back(Apply(PoseOf(keyframe, mapper), at));
+    mark.floating |= !IsOnMap(keyframe, mapper);
+  }
+  return mark;
+}
+
+PlacedMark MarkBook::PlacePoint(const Entry& entry, const Mapper& mapper) {
+  PlacedMark mark;
+  // Only what lies in one frame can be fused: that of the map that is shown, else that of the newest sighting.
+  const auto IsShown = [&](const Group& group) { return IsOnMap(group.keyframe, mapper); };
+  mark.floating = std::ranges::none_of(entry.groups, IsShown);
+  const int component = ComponentOf(entry.groups.back().keyframe, mapper);
+  std::vector<std::pair<const Group*, Point>> fused;
+  double weight = 0.0;
+  Point mean;
+  for (const Group& group : entry.groups) {
+    if (mark.floating ? ComponentOf(group.keyframe, mapper) != component : !IsShown(group)) continue;
+    const Point at = Apply(PoseOf(group.keyframe, mapper), group.mean);
+    fused.emplace_back(&group, at);
+    weight += group.weight;
+    const double share = group.weight / weight;
+    mean = {mean.x_m + (at.x_m - mean.x_m) * share, mean.y_m + (at.y_m - mean.y_m) * share};
+    mark.num_sightings += group.num;
+  }
+  // How far the sightings lie apart, in their standard deviations: it adds to what each says of itself.
+  std::array<double, 3> apart{};
+  for (const auto& [group, at] : fused) {
+    const Point off{at.x_m - mean.x_m, at.y_m - mean.y_m};
+    apart[0] += group->weight * off.x_m * off.x_m + 0.5 * group->spread;
+    apart[1] += group->weight * off.x_m * off.y_m;
+    apart[2] += group->weight * off.y_m * off.y_m + 0.5 * group->spread;
+  }
+  const double others = std::max(1, mark.num_sightings - 1);
+  mark.covariance = {(1.0 + apart[0] / others) / weight, apart[1] / others / weight,
+                     (1.0 + apart[2] / others) / weight};
+  mark.points = {mean};
+  return mark;
 }
 
 const MarkBook::Entry* MarkBook::Find(const std::string& id) const {

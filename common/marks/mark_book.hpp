@@ -54,7 +54,8 @@ class MarkBook {
   /// not have, or does not have as many fixed points as points.
   bool Add(const FixedMark& fixed, const Mapper& mapper);
 
-  /// All places but those that were removed, in the order in which they came first.
+  /// All places but those that were removed, in the order in which they came first, and those beyond
+  /// Mark::kFarthest_m.
   std::vector<PlacedMark> Place(const Mapper& mapper) const;
 
   bool empty() const { return entries_.empty(); }
@@ -65,7 +66,7 @@ class MarkBook {
     std::optional<KeyframeId> keyframe;
     int num = 0;
     double weight = 0.0;  ///< sum of 1 / radius^2
-    Point mean;
+    Point mean = {};
     double spread = 0.0;  ///< sum of weight * squared distance from the mean
   };
   struct Entry {
@@ -80,6 +81,8 @@ class MarkBook {
     std::deque<std::int64_t> utimes = {};  ///< of the newest changes
   };
 
+  static PlacedMark PlacePoint(const Entry& entry, const Mapper& mapper);
+  static PlacedMark PlaceOutline(const Entry& entry, const Mapper& mapper);
   const Entry* Find(const std::string& id) const;
   Entry& FindOrMake(const std::string& id);
   std::size_t CountOutlinePoints() const;

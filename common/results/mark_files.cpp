@@ -22,7 +22,7 @@ constexpr const char* kCsv = "marks.csv";
 constexpr const char* kGeoJson = "marks.geojson";
 
 std::string Quote(const std::string& text) {
-  if (text.find_first_of(",\"") == std::string::npos) return text;
+  if (text.find_first_of(",\"") == std::string::npos && !text.starts_with('#')) return text;
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
   return quoted + "\"";

@@ -27,15 +27,15 @@ crsm::Mark FromPublic(const Mark& mark, crsm::MarkAction action) {
 
 /// The last scan up to a time, and the first one behind it.
 std::pair<std::optional<crsm::ScanAt>, std::optional<crsm::ScanAt>> Slam::Impl::FindScans(std::int64_t utime) const {
-  std::pair<std::optional<crsm::ScanAt>, std::optional<crsm::ScanAt>> found;
-  auto& [before, after] = found;
+  std::pair<std::optional<crsm::ScanAt>, std::optional<crsm::ScanAt>> around;
+  auto& [before, after] = around;
   for (std::int64_t scan = 0; scan < std::ssize(matched); ++scan) {
     const crsm::ScanMatch& match = matched[static_cast<std::size_t>(scan)];
     if (match.utime <= utime && (!before || match.utime > before->match.utime)) before = crsm::ScanAt{scan, match};
     if (match.utime > utime && (!after || match.utime < after->match.utime)) after = crsm::ScanAt{scan, match};
   }
   if (before && before->match.utime == utime) after.reset();
-  return found;
+  return around;
 }
 
 void Slam::Impl::Take(crsm::Mark mark) {

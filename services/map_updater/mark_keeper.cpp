@@ -17,26 +17,19 @@ MarkKeeper::MarkKeeper(Service& service, const Mapper& mapper, const MatchStore&
 }
 
 void MarkKeeper::Poll(Clock::time_point now) {
-  if (!held_.empty()) FixHeld(now);
+  constexpr std::size_t kAtOnce = 10;
+  constexpr auto kPeriod = std::chrono::milliseconds(50);
+  if (held_.empty() || now < next_fix_) return;
+  next_fix_ = now + kPeriod;
+  FixSome(kAtOnce, now);
 }
 
 void MarkKeeper::Hear(const mark_t& message) {
   Mark mark = FromMessage(message);
   if (!MayChange(mark)) return;
-  switch (const auto judgement = book_.Judge(mark)) {
-    case MarkBook::Judgement::kKnown:
-      return Answer(mark);
-    case MarkBook::Judgement::kNew:
-      break;
-    default:
-      return Refuse(mark, DescribeJudgement(judgement));
-  }
   const auto IsSame = [&](const Held& held) { return held.mark.id == mark.id && held.mark.utime == mark.utime; };
   if (std::ranges::any_of(held_, IsSame)) return;
-  if (held_.size() == kMostHeld) {
-    Refuse(held_.front().mark, "too many wait for their scans");
-    held_.pop_front();
-  }
+  if (held_.size() == kMostHeld) return Refuse(mark, "too many come at a time");
   held_.push_back({std::move(mark), Clock::now()});
 }
 
@@ -51,8 +44,13 @@ bool MarkKeeper::MayChange(const Mark& mark) {
   return false;
 }
 
-void MarkKeeper::FixHeld(Clock::time_point now) {
-  std::erase_if(held_, [&](const Held& held) { return Fix(held, now); });
+/// The first ones. Those that are still to be held come last then.
+void MarkKeeper::FixSome(std::size_t most, Clock::time_point now) {
+  for (std::size_t num = std::min(most, held_.size()); num > 0; --num) {
+    Held held = std::move(held_.front());
+    held_.pop_front();
+    if (!Fix(held, now)) held_.push_back(std::move(held));
+  }
 }
 
 /// Whether a mark need not be held any longer.
@@ -60,6 +58,7 @@ bool MarkKeeper::Fix(const Held& held, Clock::time_point now) {
   constexpr auto kPatience = std::chrono::seconds(1);  // for the scan behind it
   if (answered_.size() == 0) return false;
   const Mark& mark = held.mark;
+  if (!IsNew(mark, book_.Judge(mark))) return true;
   if (mark.action == MarkAction::kRemoved) {
     Take({mark, {}});
     return true;
@@ -78,18 +77,18 @@ bool MarkKeeper::Fix(const Held& held, Clock::time_point now) {
 }
 
 void MarkKeeper::Take(const FixedMark& fixed) {
-  switch (const auto judgement = book_.Judge(fixed)) {
-    case MarkBook::Judgement::kKnown:
-      return Answer(fixed.mark);
-    case MarkBook::Judgement::kNew:
-      break;
-    default:
-      return Refuse(fixed.mark, DescribeJudgement(judgement));
-  }
+  if (!IsNew(fixed.mark, book_.Judge(fixed))) return;
   keep_(fixed);
   book_.Add(fixed, mapper_);
   service_.counters().Add("marks_kept");
   Answer(fixed.mark);
+}
+
+/// Others are answered, or refused.
+bool MarkKeeper::IsNew(const Mark& mark, MarkBook::Judgement judgement) {
+  if (judgement == MarkBook::Judgement::kNew) return true;
+  judgement == MarkBook::Judgement::kKnown ? Answer(mark) : Refuse(mark, DescribeJudgement(judgement));
+  return false;
 }
 
 void MarkKeeper::Answer(const Mark& mark) { service_.bus().Publish(kMarkAnswerChannel, ToMessage(mark)); }

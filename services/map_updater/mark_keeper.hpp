@@ -13,6 +13,7 @@ namespace crsm {
 
 /// Hears MARK, and keeps the places with names of the map: a mark is fixed when the scans around it are in the map, and
 /// answered when it is kept. Whoever sees a place may say so; only who has the role of a guide moves or removes one.
+/// However many come, they take little of the owner's time: who was not answered sends again.
 class MarkKeeper {
  public:
   /// What the owner of the map does with a mark that is new: it goes into the journal.
@@ -28,7 +29,7 @@ class MarkKeeper {
   void Poll(Clock::time_point now);
 
   /// No more scans come: what waits for one behind it is fixed by the one before it.
-  void Finish() { FixHeld(Clock::time_point::max()); }
+  void Finish() { FixSome(held_.size(), Clock::time_point::max()); }
 
   std::vector<PlacedMark> Place() const { return book_.Place(mapper_); }
 
@@ -42,9 +43,10 @@ class MarkKeeper {
 
   void Hear(const mark_t& message);
   bool MayChange(const Mark& mark);
-  void FixHeld(Clock::time_point now);
+  void FixSome(std::size_t most, Clock::time_point now);
   bool Fix(const Held& held, Clock::time_point now);
   void Take(const FixedMark& fixed);
+  bool IsNew(const Mark& mark, MarkBook::Judgement judgement);
   void Answer(const Mark& mark);
   void Refuse(const Mark& mark, const char* why);
 
@@ -53,7 +55,8 @@ class MarkKeeper {
   const MatchStore& answered_;
   Keep keep_;
   MarkBook book_;
-  std::deque<Held> held_;  ///< whose scans are not in the map yet
+  std::deque<Held> held_;
+  Clock::time_point next_fix_{};
   LookLimiter looks_{std::chrono::milliseconds(20)};
 };
 

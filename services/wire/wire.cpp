@@ -171,9 +171,10 @@ bool IsLayout(const map_pieces_t& layout) {
 
 /// As a mark of its text and points has to be.
 bool IsPlacedMark(const placed_mark_t& mark) {
+  constexpr double kLargest = 1e14;  // where sightings lie 2e6 m apart along both axes, it is 8e12
   const auto& [xx, xy, yy] = mark.covariance;
   const bool is_covariance =
-      xx > 0.0 && xx <= kLargestVariance && yy > 0.0 && yy <= kLargestVariance && std::abs(xy) <= kLargestVariance;
+      xx > 0.0 && xx <= kLargest && yy > 0.0 && yy <= kLargest && std::abs(xy) <= kLargest;  // false for NaN
   const PlacedMark placed = FromMessage(mark);
   return mark.num_sightings >= 1 && is_covariance && IsFlag(mark.floating) &&
          DescribeFault({mark.utime, placed.id, placed.kind, placed.name, MarkAction::kSeen, true,

@@ -52,6 +52,9 @@ class View {
       if (!Decode<bot_core::pose_t>(Encode(ToPoseMessage(0, T_map_laser))))
         std::abort();  // the matcher would refuse it
     });
+    scene_.SetMarkHandler([](const Mark& mark) {
+      if (!Decode<mark_t>(Encode(ToMessage(mark)))) std::abort();  // the owner of the map would refuse it
+    });
     foxglove_.Next();  // who it is
     foxglove_.Next();  // the channels
     std::string subscriptions;
@@ -83,6 +86,7 @@ class View {
   void Tell() {
     constexpr int kMost = 100;
     scene_.SetLoops(replica_.loops());
+    scene_.SetMarks(replica_.marks());
     for (int i = 0; i < kMost; ++i) {
       const auto message = page_.Next();
       if (!message) break;

@@ -229,6 +229,19 @@ TEST_CASE("no sender fills the memory: places, outlines, keyframes and sightings
   CHECK(sightings.Place(drive.mapper).at(0).num_sightings == MarkBook::kMostOfGroup);
 }
 
+TEST_CASE("what poses carry beyond all maps is not told, and sightings from one end to the other can be") {
+  Drive drive(20);
+  MarkBook book;
+  drive.See(book, "far", 15, 1e6, 0.0);  // from 7.5 m on
+  CHECK(book.Place(drive.mapper).empty());
+  drive.See(book, "wide", 2, -1e6 + 2.0, -1e6, 0.001);
+  drive.See(book, "wide", 3, 1e6 - 2.0, 1e6, 0.001);
+  const auto placed = book.Place(drive.mapper);
+  REQUIRE(placed.size() == 1);
+  CHECK(placed[0].covariance[0] > 1e12);
+  CHECK(placed[0].covariance[0] < 1e14);  // as the wire takes it
+}
+
 TEST_CASE("a mark of a keyframe that is not there is refused, as one with other points than it says") {
   const Drive drive(6);
   MarkBook book;

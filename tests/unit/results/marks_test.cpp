@@ -126,6 +126,7 @@ struct Picture {
 
 TEST_CASE("what marks.csv says is read as a list again; marks.geojson gives back the same marks") {
   const ScratchFolder folder;
+  CHECK(ReadList(folder / "marks.csv", FormatMarksCsv({Victim("#1", {1.5, -2.25})})).size() == 1);
   const std::vector<PlacedMark> marks{Victim("v,1", {1.5, -2.25}),
                                       Zone(kKeepOutKind, {{0.0, 0.0}, {2.0, 0.0}, {1.0, 1.5}})};
   const std::string csv = FormatMarksCsv(marks);

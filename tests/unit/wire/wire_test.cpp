@@ -342,8 +342,8 @@ TEST_CASE("a kept mark has a fixed point for each of its points; a placed one a 
   Fields page(MapPageMessage());
   placed_mark_t& m = page.message.marks[0];
   page.Refuse(m.num_sightings, {0});
-  page.Refuse(m.covariance[0], {NAN, 0.0, -1.0, 1e13});
-  page.Refuse(m.covariance[1], {NAN, 1e13});
+  page.Refuse(m.covariance[0], {NAN, 0.0, -1.0, 1e15});
+  page.Refuse(m.covariance[1], {NAN, 1e15});
   page.AreFlags({&m.floating});
   page.Refuse(m.y_m[2], {NAN});
   page.Refuse(m.kind, {std::string()});
