@@ -79,6 +79,7 @@ void ResultsWriter::Write(Snapshot& snapshot) {
   drawn_.last_scan = std::move(snapshot.last_scan);
   drawn_.loops = std::move(snapshot.loops);
   drawn_.pieces = std::move(snapshot.pieces);
+  drawn_.marks = std::move(snapshot.marks);
   drawn_.name = NameOfRun(dir_);
   drawn_.summary = snapshot.summary;
 
@@ -98,7 +99,7 @@ void ResultsWriter::Write(Snapshot& snapshot) {
   if (!goes_on) {
     files.Write(kTrajectory, [&](const Sink& sink) { snapshot.text->Copy(0, text_end, sink); });
   }
-  AddMarks(snapshot.marks, files);
+  AddMarks(drawn_.marks, files);
   files.Write("summary.json", FormatSummary(snapshot.summary));
   if (goes_on) AppendTrajectory(text_end);
   files.Rename();

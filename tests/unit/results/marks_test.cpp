@@ -297,6 +297,22 @@ TEST_CASE(
   CHECK(picture.Area({0, 50, 140}) > 0.03);  // scale, axes, and the title
 }
 
+TEST_CASE("the overview shows places where they are, but none that floats, or that is far beyond all pictures") {
+  const ScratchFolder folder;
+  Results results;
+  results.grid = Hall();
+  WriteResults(folder / "without", results);
+  PlacedMark floating = Victim("f", {3.0, 3.0});
+  floating.floating = true;
+  results.marks = {floating, Victim("far", {9e5, 9e5})};
+  WriteResults(folder / "unseen", results);
+  CHECK(BytesOf(folder / "without/overview.png") == BytesOf(folder / "unseen/overview.png"));
+  results.marks.push_back(Victim("v", {3.0, 3.0}));
+  results.marks.push_back(Zone("room", {{2.5, 0.0}, {4.5, 0.0}, {4.5, 2.0}}));
+  WriteResults(folder / "seen", results);
+  CHECK(BytesOf(folder / "without/overview.png") != BytesOf(folder / "seen/overview.png"));
+}
+
 TEST_CASE("a building of a kilometre makes a map.tif that can be opened, whose walls are seen") {
   const ScratchFolder folder;
   Results results;
