@@ -84,6 +84,7 @@ class MapOwner {
       for (auto i = first; i < end; ++i) page.matches.push_back(ToMessage(history[static_cast<std::size_t>(i)]));
       page.next_match = static_cast<std::int32_t>(end);
       if (end == version()) page.loops = loops;
+      if (end == version()) page.marks = marks;
     }
     auto tile = same_map ? static_cast<std::size_t>(request.first_tile) : 0;
     for (; tile < tiles_.size() && page.tiles.size() < kTilesInPage; ++tile) {
@@ -98,6 +99,7 @@ class MapOwner {
     page.num_matches = static_cast<std::int32_t>(page.matches.size());
     page.num_tracking = static_cast<std::int32_t>(page.tracking.size());
     page.num_loops = static_cast<std::int32_t>(page.loops.size());
+    page.num_marks = static_cast<std::int32_t>(page.marks.size());
     return page;
   }
 
@@ -132,6 +134,7 @@ class MapOwner {
   std::vector<ScanMatch> history;
   TrackingState tracking;
   std::vector<map_loop_t> loops;
+  std::vector<placed_mark_t> marks;
   ByteMap map;  ///< what all deltas together make
   int num_pages = 0;
 

@@ -200,6 +200,11 @@ Pose2 Mapper::BestPose(std::int64_t scan, const Pose2& T_map_laser) const {
   return At(best_poses_, anchor->keyframe) * (Inverse(anchor->T_map_keyframe) * T_map_laser);
 }
 
+std::optional<KeyframeId> Mapper::FindKeyframe(std::int64_t scan) const {
+  const Anchor* anchor = loops_.loops ? FindAnchor(scan) : nullptr;
+  return anchor ? std::optional(anchor->keyframe) : std::nullopt;
+}
+
 bool Mapper::IsKeyframeOnMap(KeyframeId keyframe) const { return IsKeyframeOf(largest_, keyframe); }
 
 bool Mapper::IsKeyframeOf(int component, KeyframeId keyframe) const {

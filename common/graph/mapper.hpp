@@ -76,8 +76,6 @@ class Mapper {
   /// How often what is shown has changed other than by a new scan: keyframes were moved, or another component became
   /// the largest.
   std::int64_t num_layouts() const { return num_layouts_; }
-  /// In them all: loops that hold, and loops that others contradicted.
-
   /// The map is finished: it is all that was seen, and stays as it is. Returns what that changes.
   std::vector<TileChange> Finish();
 
@@ -99,6 +97,9 @@ class Mapper {
   /// T_map_laser of a scan by all that is known. scan: 0 for the first that was integrated. T_map_laser: where it was
   /// matched.
   Pose2 BestPose(std::int64_t scan, const Pose2& T_map_laser) const;
+  /// The keyframe on which a scan hangs: the newest one then; none where no keyframe came before it, and on a finished
+  /// map. scan: as of BestPose.
+  std::optional<KeyframeId> FindKeyframe(std::int64_t scan) const;
   /// Whether a keyframe is of the component with the most keyframes: the map that is shown. By all that is known.
   bool IsKeyframeOnMap(KeyframeId keyframe) const;
   /// The same of a scan's keyframe. scan: as of BestPose.

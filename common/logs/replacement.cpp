@@ -50,6 +50,8 @@ void Replacement::Write(const std::string& name, const std::function<void(const 
   if (error != 0) Fail(name, error);
 }
 
+bool Replacement::Has(const std::string& name) const { return std::ranges::find(names_, name) != names_.end(); }
+
 void Replacement::Rename() {
   for (const std::string& name : names_) {
     if (rename(Temporary(name).c_str(), (dir_ / name).c_str()) != 0) Fail(name, errno);
@@ -63,7 +65,8 @@ std::filesystem::path Replacement::Temporary(const std::string& name) const {
 }
 
 void RemoveLeftovers(const std::filesystem::path& dir) {
-  constexpr std::array<std::string_view, 6> kResults{"map", "overview", "trajectory", "truth", "graph", "summary"};
+  constexpr std::array<std::string_view, 9> kResults{"map",     "overview", "trajectory", "truth", "graph",
+                                                     "summary", "marks",    "keepout",    "slow"};
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(dir, error)) {
     const std::string name = entry.path().filename().string();

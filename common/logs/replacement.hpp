@@ -25,6 +25,9 @@ class Replacement {
   /// A file that is made piece by piece, so that it need not fit into memory.
   void Write(const std::string& name, const std::function<void(const Sink&)>& produce);
 
+  /// Whether a file was written that Rename has not renamed yet.
+  bool Has(const std::string& name) const;
+
   void Rename();
 
  private:

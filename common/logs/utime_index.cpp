@@ -46,6 +46,22 @@ std::int64_t UtimeIndex::FindNext(std::int64_t utime) const {
   return next;
 }
 
+std::optional<std::int64_t> UtimeIndex::FindLast(std::int64_t utime) const {
+  std::optional<std::int64_t> last;
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    const auto& [least, largest] = blocks_[i];
+    if (least > utime || largest <= last) continue;
+    if (largest <= utime) {
+      last = largest;
+      continue;
+    }
+    for (const std::int64_t other : ReadBlock(i)) {
+      if (other <= utime) last = std::max(last, std::optional(other));
+    }
+  }
+  return last;
+}
+
 std::vector<std::int64_t> UtimeIndex::ReadBlock(std::size_t number) const {
   const std::int64_t first = static_cast<std::int64_t>(number) * kBlock;
   std::vector<std::int64_t> utimes(static_cast<std::size_t>(std::min(kBlock, size_ - first)));

@@ -21,6 +21,9 @@ class UtimeIndex {
   /// The least utime that came and is larger; the largest number if there is none. Throws likewise.
   std::int64_t FindNext(std::int64_t utime) const;
 
+  /// The largest utime that came and is not larger; nothing if there is none. Throws likewise.
+  std::optional<std::int64_t> FindLast(std::int64_t utime) const;
+
   std::int64_t size() const { return size_; }
 
  private:

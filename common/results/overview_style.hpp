@@ -20,6 +20,7 @@ inline const cv::Scalar kLoop(192, 27, 148);
 inline const cv::Scalar kRejected(165, 80, 20);
 inline const cv::Scalar kJoin(110, 40, 190);
 inline const cv::Scalar kBreak(192, 27, 48);
+inline const cv::Scalar kMark(200, 10, 110);
 inline const cv::Scalar kDoubt(148, 88, 0);  // where the map may be off
 inline const cv::Scalar kNew(0, 150, 50);
 inline const cv::Scalar kGone(215, 25, 40);

@@ -91,6 +91,24 @@ void LabelBreaks(const MapPieces& pieces, MapPanel& panel) {
   }
 }
 
+/// Places with names, over the walls: each is small, or an outline.
+void DrawMarks(const std::vector<PlacedMark>& marks, MapPanel& panel) {
+  constexpr double kFarthest_m = 1e5;  // whole pixels count that far
+  const auto IsFar = [](const Point& at) { return std::abs(at.x_m) > kFarthest_m || std::abs(at.y_m) > kFarthest_m; };
+  for (const PlacedMark& mark : marks) {
+    if (mark.floating || std::ranges::any_of(mark.points, IsFar)) continue;
+    std::vector<PointPair> sides;
+    for (std::size_t i = 0; mark.is_outline() && i < mark.points.size(); ++i) {
+      const auto& [from, to] = std::pair(mark.points[i], mark.points[(i + 1) % mark.points.size()]);
+      sides.push_back({{from.x_m, from.y_m}, {to.x_m, to.y_m}});
+    }
+    panel.DrawPairs(sides, {overview_colour::kMark});
+    const Point middle = MiddleOf(mark);
+    if (!mark.is_outline()) panel.DrawDisc({middle.x_m, middle.y_m}, 5.0, overview_colour::kMark);
+    panel.DrawLabel({middle.x_m, middle.y_m}, mark.kind + " " + mark.name, overview_colour::kMark);
+  }
+}
+
 /// What lies under the walls, so that it hides none.
 Path DrawUnderWalls(const Results& results, MapPanel& panel) {
   const Verdict* verdict = FindVerdict(results);
@@ -135,6 +153,7 @@ std::string EncodeOverview(const Results& results, PngEncoder& encoder) {
     for (const MapChange& change : *results.summary->changes) panel.DrawChange(change);
   }
   LabelBreaks(results.pieces, panel);
+  DrawMarks(results.marks, panel);
   panel.DrawRulers();
   cv::Mat picture = panel.image();
   picture.push_back(DrawCaption(DescribeRun(results, path.counts), picture.cols, panel.scale()));

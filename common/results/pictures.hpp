@@ -18,8 +18,9 @@ inline std::string EncodeMap(const DenseGrid& grid) {
 
 /// The map enlarged, for people, as PNG bytes. On the floor, and under the walls, so that it hides none: the path from
 /// green to red, both ends of each loop joined by a line (of a rejected one by dashes), breaks as crosses, lost scans,
-/// and the last scan's hits, deskewed. What is not explored, around the map too, is grey blue. Below it are the verdict
-/// and its reasons, counts, a scale bar and a legend. At least one cell; all poses finite.
+/// and the last scan's hits, deskewed. Over the walls the places with names. What is not explored, around the map too,
+/// is grey blue. Below it are the verdict and its reasons, counts, a scale bar and a legend. At least one cell; all
+/// poses finite.
 std::string EncodeOverview(const Results& results, PngEncoder& encoder);
 inline std::string EncodeOverview(const Results& results) {
   PngEncoder encoder(PngEncoder::Use::kOnce);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/metrics/trajectory.hpp"
+#include "common/results/mark_files.hpp"
 
 namespace crsm {
 
@@ -87,6 +88,7 @@ void AddResults(const Results& results, const Encoders& encoders, Replacement& f
   if (results.summary && results.summary->changes) {
     files.Write("changes.csv", FormatChangesCsv(*results.summary->changes));
   }
+  AddMarks(results.marks, files);
   files.Write("summary.json", results.summary ? FormatSummary(*results.summary) : "{}\n");
 }
 

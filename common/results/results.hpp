@@ -12,6 +12,7 @@
 #include "common/logs/map_files.hpp"
 #include "common/logs/replacement.hpp"
 #include "common/map/dense_grid.hpp"
+#include "common/marks/mark.hpp"
 #include "common/metrics/trajectory.hpp"
 #include "common/results/match_sequence.hpp"
 #include "common/results/summary.hpp"
@@ -33,6 +34,8 @@ struct Results {
   std::vector<PlacedLoop> loops = {};  ///< for the overview
   MapPieces pieces = {};               ///< likewise
   std::string name = {};               ///< of the run, likewise; empty if it has none
+  std::vector<PlacedMark> marks = {};
+  std::string team = {};  ///< for map.tif; empty: there is none
 };
 
 /// The name of a run whose results are in this folder: the folder's.
@@ -48,6 +51,8 @@ std::string NameOfRun(const std::filesystem::path& dir);
 /// - truth.tum: the true poses, if there are any
 /// - graph.g2o: the pose graph, if there is one
 /// - summary.json: of the summary; {} where there is none
+/// - marks.csv, marks.geojson, keepout.png, slow.png and their yaml: of the marks, where there are such
+/// - map.tif: where there is a team, as of EncodeRescueMap
 ///
 /// Each file is replaced as a whole, so a reader never sees half of one, and none before all are written: where one
 /// cannot be, the older ones stay. Who reads map.yaml and then the picture that it names gets both of one map, or finds

@@ -34,7 +34,7 @@ configure_file(${PROJECT_SOURCE_DIR}/services/library/presets.hpp.in
 configure_file(${PROJECT_SOURCE_DIR}/services/base/version.hpp.in
                ${PROJECT_BINARY_DIR}/generated/services/base/version.hpp @ONLY)
 
-set(ALGORITHM_ROOMS math scan map match match/guess match/fit match/search match/judge graph)
+set(ALGORITHM_ROOMS math scan map match match/guess match/fit match/search match/judge graph marks)
 list(TRANSFORM ALGORITHM_ROOMS REPLACE "(.+)" "${PROJECT_SOURCE_DIR}/common/\\1/*.cpp" OUTPUT_VARIABLE ALGORITHM_GLOBS)
 file(GLOB ALGORITHM_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/common/slam.cpp ${ALGORITHM_GLOBS})
 add_library(crsm_algorithm OBJECT ${ALGORITHM_SOURCES})
@@ -44,7 +44,7 @@ file(GLOB LIBRARY_SOURCES CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/services/libra
 set(LIBRARY_FILES common/parameters common/diagnosis/format_changes common/diagnosis/handedness common/diagnosis/run_statistics
     common/diagnosis/self_contradiction common/diagnosis/verdict common/logs/crc32 common/logs/map_files
     common/logs/map_picture common/logs/png_file common/logs/regular_file common/logs/replacement common/metrics/format_trajectory
-    common/results/result_files common/results/run_origin common/results/summary services/base/file_window
+    common/results/mark_files common/results/result_files common/results/run_origin common/results/summary services/base/file_window
     services/base/identity services/base/path_lock services/base/printable services/base/process_info services/base/say
     services/journal/journal services/journal/journal_file services/journal/journal_reader services/journal/move_aside
     services/journal/results_lock services/library/without_overview/overview services/wire/conversions

@@ -11,6 +11,9 @@ final class MapPage {
   private static final int MOST_PIECES = 50;
   private static final int MOST_BREAKS = 200;
   private static final int MOST_DOUBTS = 1000;
+  private static final int MOST_MARKS = 200;
+  private static final int MOST_POINTS = 64;  // of a mark
+  private static final int MOST_TEXT_BYTES = 64;
   private static final int MOST_REMEMBERED = 10;
   private static final int WHEEL_SUMS = 28;  // of wheel_model_t, and its two errors
   private static final int MOST_RUN_BYTES = TileMap.TILE_CELLS + 4;
@@ -49,6 +52,7 @@ final class MapPage {
     if (reader.readInt(0, 1) == 1) skipTracking(reader);
     skipLoops(reader);
     skipLayout(reader);
+    skipMarks(reader);
     reader.end();
     return page;
   }
@@ -121,6 +125,20 @@ final class MapPage {
       reader.readInt(1, Integer.MAX_VALUE);  // piece_before
       reader.readInt(1, Integer.MAX_VALUE);  // piece
       reader.readByte();  // reason
+    }
+  }
+
+  /** Places with names, which the view does not show. */
+  private static void skipMarks(MessageReader reader) throws MessageReader.Malformed {
+    int num_marks = reader.readInt(0, MOST_MARKS);
+    for (int i = 0; i < num_marks; ++i) {
+      reader.readLong(0);  // utime
+      for (int text = 0; text < 3; ++text) reader.readBytes(reader.readInt(1, MOST_TEXT_BYTES));  // id, kind, name
+      reader.readInt(1, Integer.MAX_VALUE);  // num_sightings
+      for (int entry = 0; entry < 3; ++entry) reader.readDouble(-Double.MAX_VALUE, Double.MAX_VALUE);  // covariance
+      reader.readByte();  // floating
+      int num_points = reader.readInt(1, MOST_POINTS);
+      for (int at = 0; at < 2 * num_points; ++at) reader.readDouble(-1e6, 1e6);
     }
   }
 

@@ -13,6 +13,8 @@ namespace crsm {
 /// Counter of START_POSE that was believed, and what the line about each has, which others pass on.
 inline constexpr const char* kStartTold = "start_told";
 inline constexpr const char* kToldBy = "START_POSE from ";
+/// How a line begins about a place that is not taken in.
+inline constexpr const char* kMarkNews = "MARK ";
 
 /// In each line of LostNews: run_stack finds them in the log of map_updater by these.
 inline constexpr const char* kLostSince = "the robot is lost: ";

@@ -151,6 +151,9 @@ Contents Read(const std::string& path, const JournalSubject& subject, OnDamage o
         ThrowLoopsDoNotFit(path);
       }
     }
+    if (stretch->mark && !visit.mark(FromMessage(*stretch->mark))) {
+      throw std::runtime_error(fmt::format("{}: its marks do not fit its scans", path));
+    }
     if (stretch->fleet_keyframe) {
       if (!visit.fleet_keyframe(*stretch->fleet_keyframe)) {
         throw std::runtime_error(
@@ -278,6 +281,13 @@ void Journal::Append(const CriticalRays* scan, const ScanMatch& match) {
 
 void Journal::AddHead(std::int64_t utime) {
   if (!std::exchange(head_written_, true)) AddEvent(kJournalHeadChannel, ToMessage({epoch_, subject_}, utime));
+}
+
+void Journal::Append(const FixedMark& mark) {
+  AddHead(last_utime_);
+  AddEvent(kKeptMarkChannel, ToMessage(mark));
+  WriteStretch(last_utime_);
+  appended_ = true;
 }
 
 void Journal::Append(const fleet_keyframe_t& keyframe) {

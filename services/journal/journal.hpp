@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/graph/keyframe_graph.hpp"
+#include "common/marks/mark.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
@@ -66,6 +67,8 @@ struct VisitJournal {
   std::function<void(const JournalHead& head)> head = [](const JournalHead&) {};
   /// A keyframe of a fleet's map. False if the journal is not to be of a fleet, or if it does not fit those before.
   std::function<bool(const fleet_keyframe_t& keyframe)> fleet_keyframe = [](const fleet_keyframe_t&) { return false; };
+  /// A place with a name. False if it does not fit the scans before.
+  std::function<bool(const FixedMark& mark)> mark = [](const FixedMark&) { return true; };
 };
 
 /// What a journal is refused with where `update` or `searched` is false. Throws std::runtime_error that names it.
@@ -80,9 +83,10 @@ enum class OnDamage {
 /// Everything that a map is made of, on the disk as it happens: FOLDER/journal.lcm, an LCM log that lcm-logplayer and
 /// lcm-spy read too. First the head (JOURNAL_HEAD), then for every match the scan (CRITICAL_RAYS) if it was drawn, and
 /// the match (SCAN_MATCH), and between them, with loops, what was found, what that has brought to the graph, and up to
-/// which keyframe loops were searched (POSE_GRAPH, part by part); behind each of these a check (JOURNAL_CHECK) with a
-/// checksum of all bytes since the last one. That of a fleet has a keyframe (FLEET_KEYFRAME) in the place of each
-/// match. A process that is killed loses nothing that was kept, a power cut the last second.
+/// which keyframe loops were searched (POSE_GRAPH, part by part), and places with names (KEPT_MARK); behind each of
+/// these a check (JOURNAL_CHECK) with a checksum of all bytes since the last one. That of a fleet has a keyframe
+/// (FLEET_KEYFRAME) in the place of each match. A process that is killed loses nothing that was kept, a power cut the
+/// last second.
 class Journal {
  public:
   /// Begins a new journal, of a new epoch or of that of a map which is there already. Throws std::runtime_error if
@@ -116,6 +120,9 @@ class Journal {
   /// Keeps what loops have brought to the graph, in the same way: it was known before the next match. utime: of its
   /// keyframe.
   void Append(const GraphUpdate& update, std::int64_t utime);
+
+  /// Keeps a place with a name, in the same way.
+  void Append(const FixedMark& mark);
 
   /// Keeps a keyframe of a fleet's map, in the same way: its scan as well.
   void Append(const fleet_keyframe_t& keyframe);

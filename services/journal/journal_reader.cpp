@@ -18,7 +18,7 @@ constexpr std::size_t kMostStretchBytes = std::size_t{1} << 17;
 /// By its type alone.
 bool IsOfJournal(std::span<const std::uint8_t> bytes) {
   return Is<journal_head_t>(bytes) || Is<critical_rays_t>(bytes) || Is<scan_match_t>(bytes) ||
-         Is<pose_graph_t>(bytes) || Is<fleet_keyframe_t>(bytes);
+         Is<pose_graph_t>(bytes) || Is<kept_mark_t>(bytes) || Is<fleet_keyframe_t>(bytes);
 }
 
 }  // namespace
@@ -49,12 +49,16 @@ std::optional<journal_check_t> JournalReader::CheckAt(std::uint64_t offset) {
 }
 
 bool JournalReader::TakeEvent(const Event& event, JournalStretch& stretch) const {
-  const bool is_whole = stretch.match || stretch.graph || stretch.fleet_keyframe;
+  const bool is_whole = stretch.HasContent();
   const bool first = num_events_ == 0 && !stretch.head && !stretch.scan && !is_whole;
   if (first) return (stretch.head = Decode<journal_head_t>(Bytes(event.data))).has_value();
   if (is_whole) return false;
   if (auto keyframe = Decode<fleet_keyframe_t>(Bytes(event.data))) {
     stretch.fleet_keyframe = std::move(keyframe);
+    return !stretch.scan;
+  }
+  if (auto mark = Decode<kept_mark_t>(Bytes(event.data))) {
+    stretch.mark = std::move(mark);
     return !stretch.scan;
   }
   if (const auto match = Decode<scan_match_t>(Bytes(event.data))) {
@@ -90,7 +94,7 @@ std::optional<JournalStretch> JournalReader::Next() {
     whole_bytes_ = end;
     num_events_ += num_events;
     last_utime_ = std::max(last_utime_, check->utime);
-    ended_in_order_ = !stretch.match && !stretch.graph && !stretch.fleet_keyframe;
+    ended_in_order_ = !stretch.HasContent();
     return stretch;
   }
   return std::nullopt;

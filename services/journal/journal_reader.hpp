@@ -18,7 +18,10 @@ struct JournalStretch {
   std::optional<CriticalRays> scan;    ///< if it was drawn
   std::optional<ScanMatch> match;
   std::optional<pose_graph_t> graph;
-  std::optional<fleet_keyframe_t> fleet_keyframe;  ///< none of the last three where a session ended in order
+  std::optional<kept_mark_t> mark;
+  std::optional<fleet_keyframe_t> fleet_keyframe;
+  /// Of no session that ended in order.
+  bool HasContent() const { return match || graph || mark || fleet_keyframe; }
 };
 
 /// Reads a journal stretch by stretch, each only if its checksum holds and it is the one that belongs there.

@@ -35,6 +35,15 @@ std::optional<ScanMatch> MatchStore::Find(std::int64_t utime) const {
   return index ? std::optional(At(*index)) : std::nullopt;
 }
 
+std::optional<ScanAt> MatchStore::FindScan(std::optional<std::int64_t> utime) const {
+  const auto index = utime ? utimes_.Find(*utime) : std::nullopt;
+  return index ? std::optional(ScanAt{*index, At(*index)}) : std::nullopt;
+}
+
+std::optional<ScanAt> MatchStore::FindUpTo(std::int64_t utime) const { return FindScan(utimes_.FindLast(utime)); }
+
+std::optional<ScanAt> MatchStore::FindBehind(std::int64_t utime) const { return FindScan(utimes_.FindNext(utime)); }
+
 MatchSequence MatchStore::Sequence() const {
   return MatchSequence([this](const MatchSequence::Visit& visit) {
     constexpr std::int64_t kAtOnce = 256;

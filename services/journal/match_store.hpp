@@ -5,6 +5,7 @@
 
 #include "common/logs/temporary_file.hpp"
 #include "common/logs/utime_index.hpp"
+#include "common/marks/mark_book.hpp"
 #include "common/results/match_sequence.hpp"
 #include "common/scan/scan_match.hpp"
 
@@ -23,6 +24,10 @@ class MatchStore {
   /// The match of a scan; nothing if there is none.
   std::optional<ScanMatch> Find(std::int64_t utime) const;
 
+  /// Of all scans the last one up to a time, and the first one behind it; nothing if there is none.
+  std::optional<ScanAt> FindUpTo(std::int64_t utime) const;
+  std::optional<ScanAt> FindBehind(std::int64_t utime) const;
+
   /// The least utime of a match that is larger; the largest number if there is none.
   std::int64_t FindNext(std::int64_t utime) const { return utimes_.FindNext(utime); }
 
@@ -30,6 +35,8 @@ class MatchStore {
   MatchSequence Sequence() const;
 
  private:
+  std::optional<ScanAt> FindScan(std::optional<std::int64_t> utime) const;
+
   TemporaryFile file_;
   UtimeIndex utimes_;
   std::int64_t size_ = 0;

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "common/logs/map_picture.hpp"
+#include "common/results/mark_files.hpp"
 #include "services/journal/journal.hpp"
 
 namespace crsm {
@@ -15,7 +16,7 @@ namespace fs = std::filesystem;
 
 /// Everything that a run leaves in its folder.
 constexpr std::array kResults{"map.png",   "map.pgm",      "map.yaml", "overview.png", "trajectory.tum", "truth.tum",
-                              "graph.g2o", "summary.json", "journal",  "log",          "pieces",         "changes.csv"};
+                              "graph.g2o", "summary.json", "journal",  "log",          "pieces",         "changes.csv"};  // and kMarkFiles
 
 /// Those of them that a run writes over.
 constexpr std::array kWrittenAnew{"map.png",   "map.pgm",      "map.yaml",   "overview.png",
@@ -46,9 +47,11 @@ fs::path FindPlaceAside(const fs::path& out) {
 fs::path MoveAside(const fs::path& out) {
   fs::path place = FindPlaceAside(out);
   fs::create_directory(place);
-  for (const char* name : kResults) {
+  const auto Move = [&](const char* name) {
     if (fs::exists(fs::symlink_status(out / name))) fs::rename(out / name, place / name);
-  }
+  };
+  std::ranges::for_each(kResults, Move);
+  std::ranges::for_each(kMarkFiles, Move);
   if (const std::string picture = FindPicture(place); picture != kMapPicture && fs::exists(out / picture)) {
     fs::rename(out / picture, place / picture);
   }

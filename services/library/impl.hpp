@@ -11,6 +11,7 @@
 
 #include "common/diagnosis/run_statistics.hpp"
 #include "common/diagnosis/verdict.hpp"
+#include "common/marks/mark_book.hpp"
 #include "common/results/results.hpp"
 #include "common/scan/deskew.hpp"
 #include "common/slam.hpp"
@@ -80,6 +81,10 @@ struct [[gnu::visibility("hidden")]] Slam::Impl {
     return slam.closes_loops() ? slam.mapper().BestMatch(scan, match) : match;
   }
 
+  // ---- marks.cpp
+  void Take(crsm::Mark mark);
+  std::pair<std::optional<crsm::ScanAt>, std::optional<crsm::ScanAt>> FindScans(std::int64_t utime) const;
+
   // ---- save.cpp
   void WriteJournal(const std::filesystem::path& folder) const;
   void Append(const crsm::GraphUpdate& of_loop, crsm::Journal& journal) const;
@@ -94,6 +99,8 @@ struct [[gnu::visibility("hidden")]] Slam::Impl {
   std::vector<crsm::PackedRays> rays;    ///< of those that were drawn, whole
   /// What loops brought, and how many scans there were.
   std::vector<std::pair<std::int64_t, crsm::GraphUpdate>> found;
+  crsm::MarkBook book;
+  std::vector<crsm::FixedMark> marks;  ///< those in it, as they came
   std::unordered_set<std::int64_t> utimes;
   crsm::RunStatistics statistics;
   crsm::CriticalRays last_scan;

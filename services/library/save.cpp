@@ -6,6 +6,7 @@
 
 #include "common/graph/g2o.hpp"
 #include "common/logs/replacement.hpp"
+#include "common/results/mark_files.hpp"
 #include "common/results/result_files.hpp"
 #include "services/base/version.hpp"
 #include "services/journal/journal_file.hpp"
@@ -33,6 +34,7 @@ void Slam::Impl::WriteJournal(const std::filesystem::path& folder) const {
   if (const auto searched = slam.mapper().searched()) {
     journal.AppendSearched(*searched, slam.mapper().last_update(), slam.graph().keyframe(*searched).utime);
   }
+  for (const crsm::FixedMark& mark : marks) journal.Append(mark);
   journal.Finish();
 }
 
@@ -52,6 +54,7 @@ crsm::Results Slam::Impl::MakeResults(const std::filesystem::path& folder) {
   results.matches = Matches();
   results.pieces = FindPieces();
   results.last_scan = last_scan;
+  results.marks = book.Place(slam.mapper());
   results.name = crsm::NameOfRun(folder);
   const auto Describe = [&](const crsm::ByteMap& map) {
     results.grid = map.ToDenseGrid();
@@ -115,6 +118,7 @@ void Slam::Save(const std::string& folder) const {
   if (error) throw std::runtime_error("Save: cannot write " + journal.string() + ": " + error.message());
   crsm::SyncFolder(journal.string());
   crsm::RemoveHalfJournal(folder);
+  crsm::RemoveOldMarks(folder, files);
   crsm::FreeMapPicture(folder);
   files.Rename();
   impl_->WritePieces(folder, results.pieces);
@@ -154,8 +158,12 @@ Slam Slam::Load(const std::string& folder, const Settings& settings, const std::
     return true;
   };
   const auto Searched = [&](crsm::KeyframeId keyframe) { return impl->slam.RestoreSearched(keyframe); };
-  impl->load_notice = crsm::ReadJournal(journal, {false, head->subject.parameters}, crsm::OnDamage::kRefuse,
-                                        {Restore, Update, Searched});
+  crsm::VisitJournal visit{Restore, Update, Searched};
+  visit.mark = [&](const crsm::FixedMark& mark) {
+    impl->marks.push_back(mark);
+    return impl->book.Add(mark, impl->slam.mapper());
+  };
+  impl->load_notice = crsm::ReadJournal(journal, {false, head->subject.parameters}, crsm::OnDamage::kRefuse, visit);
   impl->Await();
   impl->slam.Resume(parameters.match.start);
   Slam loaded;

@@ -164,11 +164,12 @@ class MapExporter {
     if (!replica.synced()) return;
     was_whole_ = true;
     asked_ = false;
-    const bool is_new = replica.version() != written_version_;
+    const bool is_new = replica.version() != written_version_ || written_marks_ != replica.marks();
     const double period_s = command_line_.settings().export_period_s;
     Pause(now, is_new ? period_s : std::min(period_s, kNothingNew_s));
     if (!is_new) return;
     if (!lock_->IsInPlace()) return NoteGone();
+    written_marks_ = replica.marks();
     writer_->Start(MakeSnapshot());
     service_.RecordLatency(now);  // so long messages waited
   }
@@ -187,6 +188,7 @@ class MapExporter {
       if (outcome.text == trajectory_text_) written_version_ = outcome.version;
       return service_.SetState("exporting");
     }
+    written_marks_.reset();
     service_.counters().Add("write_failed");
     if (service_.MakeStatus().state != outcome.error) Say(fmt::format("{}: {}", service_.name(), outcome.error));
     service_.SetState(outcome.error);
@@ -211,6 +213,7 @@ class MapExporter {
     snapshot.last_scan = last_scan_;
     snapshot.loops = map_follower_.replica().loops();
     snapshot.pieces = map_follower_.replica().pieces().value_or(MapPieces());
+    snapshot.marks = map_follower_.replica().marks();
     snapshot.summary = Summarize();
     snapshot.summary.ended = false;
     return snapshot;
@@ -274,6 +277,8 @@ class MapExporter {
     results.summary = Summarize();
     results.summary->explored_area_m2 = ComputeExploredArea(results.grid);
     results.name = NameOfRun(out);
+    results.marks = map_follower_.replica().marks();
+    results.team = command_line_.settings().team;
     WriteResults(command_line_.settings().out, results);
     WritePieces(pieces);
   }
@@ -411,6 +416,7 @@ class MapExporter {
   std::map<std::string, std::int64_t> totals_{{kStartTold, 0}, {kPublished, 0}};
   std::optional<std::int64_t> scans_before_;  ///< this run, in the map
   std::int64_t written_version_ = 0;
+  std::optional<std::vector<PlacedMark>> written_marks_{std::in_place};
   bool asked_ = false;  ///< for what is to be written next
   const Clock::time_point begun_ = Clock::now();
   Clock::time_point next_write_{};

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "common/results/mark_files.hpp"
 #include "common/results/pictures.hpp"
 #include "common/results/results.hpp"
 #include "services/base/cpu_seconds.hpp"
@@ -78,6 +79,7 @@ void ResultsWriter::Write(Snapshot& snapshot) {
   drawn_.last_scan = std::move(snapshot.last_scan);
   drawn_.loops = std::move(snapshot.loops);
   drawn_.pieces = std::move(snapshot.pieces);
+  drawn_.marks = std::move(snapshot.marks);
   drawn_.name = NameOfRun(dir_);
   drawn_.summary = snapshot.summary;
 
@@ -98,6 +100,7 @@ void ResultsWriter::Write(Snapshot& snapshot) {
     files.Write(kTrajectory, [&](const Sink& sink) { snapshot.text->Copy(0, text_end, sink); });
   }
   if (snapshot.summary.changes) files.Write("changes.csv", FormatChangesCsv(*snapshot.summary.changes));
+  AddMarks(drawn_.marks, files);
   files.Write("summary.json", FormatSummary(snapshot.summary));
   if (goes_on) AppendTrajectory(text_end);
   files.Rename();

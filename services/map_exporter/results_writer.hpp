@@ -28,6 +28,7 @@ struct Snapshot {
   CriticalRays last_scan;
   std::vector<PlacedLoop> loops;
   MapPieces pieces;
+  std::vector<PlacedMark> marks;
   Summary summary;  ///< all but the explored area
 };
 

@@ -19,6 +19,7 @@
 #include "services/journal/map_parameters.hpp"
 #include "services/map_updater/delta_parts.hpp"
 #include "services/map_updater/loop_closer_link.hpp"
+#include "services/map_updater/mark_keeper.hpp"
 #include "services/map_updater/whole_view.hpp"
 #include "services/replica/request_limiter.hpp"
 #include "services/stages/scan_queue.hpp"
@@ -35,7 +36,10 @@ class MapUpdaterService {
         matches_(service_.counters()),
         map_parameters_(ListMapParameters(command_line.parameters())),
         mapper_(command_line.parameters().update, command_line.parameters().loops),
-        whole_(service_.bus(), command_line.parameters().update) {
+        whole_(service_.bus(), command_line.parameters().update),
+        marks_(service_, mapper_, answered_, [this](const FixedMark& mark) {
+          if (journal_) Keep([&] { journal_->Append(mark); });
+        }) {
     service_.TakeRole(kMapOwnerRole);
     LoadFinishedMap();
     OpenJournal();
@@ -61,11 +65,15 @@ class MapUpdaterService {
       LookAtJournal();
       for (const std::string& line : news_.Look(mapper_, Clock::now())) Say(fmt::format("map_updater: {}", line));
       PublishChanges();
-      whole_.Show(mapper_, {answered_, tracking_}, options_);
+      marks_.Poll(Clock::now());
+      if (whole_.is_asked()) {
+        whole_.Show(mapper_, {answered_, tracking_, nullptr, {}, marks_.Place()}, options_);
+      }
       if (matches_.empty() || !Answer(matches_.front())) return !whole_.is_asked();
       matches_.Pop();
       return matches_.empty() && !whole_.is_asked();
     });
+    marks_.Finish();
   }
 
  private:
@@ -282,7 +290,10 @@ class MapUpdaterService {
               tail_ = {scan ? std::optional(*scan) : std::nullopt, match};
             },
             [this](const GraphUpdate& update) { return Hold([this, update] { return mapper_.Accept(update); }); },
-            [this](KeyframeId keyframe) { return Hold([this, keyframe] { return mapper_.NoteSearched(keyframe); }); }};
+            [this](KeyframeId keyframe) { return Hold([this, keyframe] { return mapper_.NoteSearched(keyframe); }); },
+            [](const JournalHead&) {},
+            [](const fleet_keyframe_t&) { return false; },
+            [this](const FixedMark& mark) { return Hold([this, mark] { return marks_.Restore(mark); }); }};
   }
 
   /// False where there is no scan yet.
@@ -370,6 +381,8 @@ class MapUpdaterService {
   bool is_compared_ = false;              ///< more of it since
   Clock::time_point next_changes_{};
   WholeView whole_;
+  MatchStore answered_;
+  MarkKeeper marks_;
   BreakNews news_;
   LostNews lost_news_;
   std::optional<LoopCloserLink> link_;  ///< with loops, unless the map is finished
@@ -379,8 +392,7 @@ class MapUpdaterService {
   HeldByUtime<CriticalRays, 2048> scans_;
   RequestLimiter request_limiter_{
       [this](const Sender& sender) { return service_.bus().HasRole(sender, kMatcherRole); }};
-  MatchStore answered_;
-  TrackingState tracking_;  ///< after those
+  TrackingState tracking_;  ///< after those that were answered
   std::vector<map_delta_t> last_answer_;
   std::optional<Tail> tail_;  ///< while a journal is read
   std::int64_t num_cut_ = 0;  ///< scans for which the map had no room

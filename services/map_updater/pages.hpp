@@ -1,10 +1,12 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "common/graph/background_map_error.hpp"
 #include "common/graph/mapper.hpp"
 #include "common/map/map_updater.hpp"
+#include "common/marks/mark.hpp"
 #include "common/match/guess/tracking_state.hpp"
 #include "services/journal/match_store.hpp"
 #include "services/replica/growing_message.hpp"
@@ -19,6 +21,7 @@ struct Answered {
   const Mapper* corrected = nullptr;
   /// With `corrected`: the component whose scans alone are told; nothing: all scans.
   std::optional<int> component = std::nullopt;
+  std::vector<PlacedMark> marks = {};  ///< told to those who want matches, but of no component
   /// With `corrected`: who estimates beside how far off its map may be; nullptr: it is told to those alone who want
   /// what is known in the end.
   BackgroundMapError* map_error = nullptr;
@@ -26,7 +29,7 @@ struct Answered {
 
 /// The next page of what a replica lacks: tiles that changed since its version, whole, and matches that it does not
 /// have; everything, for a replica of another map. With the last tiles the tracking state, and with the last matches
-/// the loops, and how the map hangs together.
+/// the loops, how the map hangs together, and the places with names.
 map_page_t MakePage(const map_request_t& request, const MapUpdater& updater, const Answered& answered,
                     const AnswerOptions& options);
 

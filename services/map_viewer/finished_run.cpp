@@ -14,6 +14,7 @@
 #include "common/graph/whole_map.hpp"
 #include "common/logs/read_map.hpp"
 #include "common/map/byte_map.hpp"
+#include "common/marks/mark_book.hpp"
 #include "common/results/json_text.hpp"
 #include "common/scan/deskew.hpp"
 #include "services/base/process.hpp"
@@ -44,13 +45,15 @@ class Run {
       finished_map_ = ReadByteMap(results.run);
       mapper_->Finish();
     }
-    const std::string notice =
-        ReadJournal(folder, {head->subject.finished_map, ListMapParameters(parameters)}, OnDamage::kRefuse,
-                    {[&](const CriticalRays* scan, const ScanMatch& match) {
-                       Add(scan, match);
-                       after_scan(*this);
-                     },
-                     [this](const GraphUpdate& update) { return mapper_->Accept(update); }});
+    const std::string notice = ReadJournal(
+        folder, {head->subject.finished_map, ListMapParameters(parameters)}, OnDamage::kRefuse,
+        {[&](const CriticalRays* scan, const ScanMatch& match) {
+           Add(scan, match);
+           after_scan(*this);
+         },
+         [this](const GraphUpdate& update) { return mapper_->Accept(update); }, [](KeyframeId) { return true; },
+         [](const JournalHead&) {}, [](const fleet_keyframe_t&) { return false; },
+         [this](const FixedMark& mark) { return marks_.Add(mark, *mapper_); }});
     if (!notice.empty()) Say(fmt::format("map_viewer: {}", notice));
   }
 
@@ -110,7 +113,10 @@ class Run {
     } else if (!matches_.empty()) {
       ShowRobot(scene);
     }
-    if (!is_piece()) scene.SetLoops(mapper_->PlaceLoops());
+    if (!is_piece()) {
+      scene.SetLoops(mapper_->PlaceLoops());
+      scene.SetMarks(marks_.Place(*mapper_));
+    }
     const PathSketch& path = scene.path();
     const MapPieces pieces = mapper_->FindPieces();
     nlohmann::json info = is_piece() ? DescribePiece(results_, pieces)
@@ -187,6 +193,7 @@ class Run {
   std::int64_t epoch_ = 0;
   UpdateParameters drawing_;
   std::optional<Mapper> mapper_;
+  MarkBook marks_;
   std::optional<ByteMap> finished_map_;  ///< of another run, on which this one was localised
   std::vector<ScanMatch> matches_;
   CriticalRays last_scan_;  ///< that was drawn, of those that are shown

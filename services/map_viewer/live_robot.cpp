@@ -49,6 +49,14 @@ LiveRobot::LiveRobot(const CommandLine& command_line)
     service_.counters().Add("start_sent");
     service_.bus().Publish(kStartPoseChannel, ToPoseMessage(0, T_map_laser));
   });
+  scene_.SetMarkHandler([this](const Mark& mark) {
+    TakeRole();
+    if (sent_marks_.size() < kMostSentMarks) sent_marks_.push_back({mark, Clock::now()});
+  });
+  bus.SubscribeToOne<mark_t>(kMarkAnswerChannel, kMapOwnerRole, [this](const mark_t& answer) {
+    std::erase_if(sent_marks_,
+                  [&](const SentMark& sent) { return sent.mark.id == answer.id && sent.mark.utime == answer.utime; });
+  });
   bus.Subscribe<service_status_t>(kEveryServiceStatus, [this](const service_status_t& status) { Keep(status); });
 }
 
@@ -64,7 +72,26 @@ void LiveRobot::TakeRole() {
   }
 }
 
+/// In their order, each until it is answered.
+void LiveRobot::SendMarks() {
+  constexpr auto kPause = milliseconds(300);
+  constexpr int kMostTries = 40;
+  if (sent_marks_.empty()) return;
+  SentMark& sent = sent_marks_.front();
+  const auto now = Clock::now();
+  if (now < sent.next_try) return;
+  if (sent.tries++ == kMostTries) {
+    scene_.AddNews({fmt::format("{} was not kept: is map_updater running, and is there no other map_viewer?",
+                                sent.mark.name.empty() ? sent.mark.id : sent.mark.name)});
+    sent_marks_.pop_front();
+    return;
+  }
+  sent.next_try = now + kPause;
+  service_.bus().Publish(kMarkChannel, ToMessage(sent.mark));
+}
+
 void LiveRobot::Step(bool is_watched) {
+  SendMarks();
   AskNowAndThen(is_watched);
   map_follower_.Poll();
   ShowMap();
@@ -162,6 +189,7 @@ void LiveRobot::ShowMap() {
     if (const ByteMap::Tile* tile = map_->tiles().Find(index)) shown.Set(index, tile->cells, replica.version());
   }
   if (!replica.synced()) return;
+  scene_.SetMarks(replica.marks());
   if (std::exchange(is_anew_, false)) shown.Replace(*map_, replica.version());
   if (shown.version() == replica.version() && shown.epoch() == replica.epoch()) return;
   if (shown.epoch() != replica.epoch()) next_info_ = now;  // says why

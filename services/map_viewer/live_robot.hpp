@@ -61,6 +61,7 @@ class LiveRobot {
   void ForgetRun();
   void Keep(const service_status_t& status);
 
+  void SendMarks();
   void AskNowAndThen(bool is_watched);
   void ShowMap();
   void ShowInfo();
@@ -87,6 +88,15 @@ class LiveRobot {
   std::optional<ScanMatch> last_known_;  ///< on the map that is shown
   HeldByUtime<LocalPose, 4096> local_poses_;
   std::optional<Pose2> T_best_local_;  ///< from the frame that never jumps onto the map that is shown
+
+  /// Of the page, until the owner of the map has kept it.
+  struct SentMark {
+    Mark mark;
+    Clock::time_point next_try;
+    int tries = 0;
+  };
+  static constexpr std::size_t kMostSentMarks = 256;
+  std::deque<SentMark> sent_marks_;
 
   std::optional<Clock::time_point> scan_heard_;
   std::optional<Clock::time_point> match_heard_;

@@ -10,6 +10,7 @@
 #include "common/math/trigonometry.hpp"
 #include "common/results/json_text.hpp"
 #include "common/scan/scan_counts.hpp"
+#include "services/base/process.hpp"
 #include "services/map_viewer/little_endian.hpp"
 
 namespace crsm {
@@ -140,8 +141,10 @@ void PageFeed::AddRobot(std::string& message) {
 bool PageFeed::Hear(std::string_view message, bool is_text) {
   constexpr std::string_view kScan = "scan ";
   constexpr std::string_view kStart = "start ";
+  constexpr std::string_view kMark = "mark ";
   if (!is_text) return false;
   if (message.starts_with(kScan)) return HearScan(message.substr(kScan.size()));
+  if (message.starts_with(kMark)) return HearMark(message.substr(kMark.size()));
   return message.starts_with(kStart) && HearStart(message.substr(kStart.size()));
 }
 
@@ -163,6 +166,27 @@ bool PageFeed::HearStart(std::string_view text) const {
     at = end + 1;
   }
   return numbers.size() == 3 && scene_.StartAt({numbers[0], numbers[1], WrapAngle(numbers[2])});
+}
+
+bool PageFeed::HearMark(std::string_view text) const {
+  constexpr double kRadius_m = 0.1;  // of a click
+  const auto json = nlohmann::json::parse(text, nullptr, false);
+  Mark mark;
+  try {
+    json.at("id").get_to(mark.id);
+    json.at("kind").get_to(mark.kind);
+    json.at("name").get_to(mark.name);
+    for (const nlohmann::json& point : json.at("points")) {
+      mark.points.push_back({point.at(0).get<double>(), point.at(1).get<double>()});
+    }
+  } catch (const nlohmann::json::exception&) {
+    return false;
+  }
+  mark.action = mark.points.empty() ? MarkAction::kRemoved : MarkAction::kMoved;
+  mark.in_map_frame = true;
+  mark.radius_m = kRadius_m;
+  mark.utime = UtimeNow();
+  return DescribeFault(mark).empty() && scene_.TakeMark(mark);
 }
 
 void PageFeed::AddTimeline(std::string& message) {
@@ -226,6 +250,18 @@ void PageFeed::AddInfo(std::string& message) {
     const Pose2& older = loop.T_map_older;
     const Pose2& newer = loop.T_map_newer;
     info["loops"].push_back({older.x_m, older.y_m, newer.x_m, newer.y_m});
+  }
+  info["marks"] = nlohmann::json::array();
+  for (const PlacedMark& mark : scene_.marks()) {
+    nlohmann::json points;
+    for (const auto& [x_m, y_m] : mark.points) points.push_back({x_m, y_m});
+    info["marks"].push_back({{"id", mark.id},
+                             {"kind", mark.kind},
+                             {"name", mark.name},
+                             {"points", points},
+                             {"floating", mark.floating},
+                             {"sightings", mark.num_sightings},
+                             {"sigma_m", std::sqrt(std::max(mark.covariance[0], mark.covariance[2]))}});
   }
   AppendRecord(message, kInfo, ToText(info));
 }

@@ -23,14 +23,15 @@ namespace crsm {
 ///   3 path     generation u32, first point u32, number of points u32, of each its scan's number u32, x y f32 [m],
 ///              state u8, or 4: it has a pose, but on another piece than the one that is shown
 ///   4 samples  number u32, of each time f64 [s], fitness f32, state u8
-///   5 info     JSON: names of all robots, loops, the newest news and how many there were, and Scene::info
+///   5 info     JSON: names of all robots, loops, marks, the newest news and how many there were, and Scene::info
 ///   6 timeline of a run that has ended: number of scans u32, then of all scans time f64 [s], then of all x, then y,
 ///              then yaw f32 [m, m, rad], then x, then y f32 [m] where it was matched first, NaN if nowhere, then
 ///              fitness f32, then degenerate axis f32 [rad], NaN if there is none, then trajectory i32, then state u8
 ///              as of the path
 ///
 /// A page may ask for one of these scans by the text "scan NUMBER": it comes as the robot. By "start X Y YAW" [m, m,
-/// rad] it says where a robot is that is localised on a finished map.
+/// rad] it says where a robot is that is localised on a finished map, and by "mark JSON" that a place with a name lies
+/// somewhere: {"id", "kind", "name", "points": [[x, y], ...]} [m, map frame]; without points that it is removed.
 class PageFeed : public Feed {
  public:
   static constexpr const char* kSubprotocol = "crsm.view.v1";
@@ -51,6 +52,7 @@ class PageFeed : public Feed {
  private:
   bool HearScan(std::string_view number);
   bool HearStart(std::string_view pose) const;
+  bool HearMark(std::string_view json) const;
   void AddMap(std::string& message);
   void AddRobot(std::string& message);
   void AddPath(std::string& message);

@@ -30,14 +30,21 @@ struct Kind {
   std::string_view name;
   const char* content_type;
 };
-constexpr std::array<Kind, 8> kStoredFiles{{{"map.png", "image/png"},
-                                            {"map.pgm", "image/x-portable-graymap"},
-                                            {"map.yaml", "text/plain; charset=utf-8"},
-                                            {"overview.png", "image/png"},
-                                            {"trajectory.tum", "text/plain; charset=utf-8"},
-                                            {"graph.g2o", "text/plain; charset=utf-8"},
-                                            {"changes.csv", "text/csv; charset=utf-8"},
-                                            {"summary.json", "application/json"}}};
+constexpr std::array<Kind, 15> kStoredFiles{{{"map.png", "image/png"},
+                                             {"map.pgm", "image/x-portable-graymap"},
+                                             {"map.yaml", "text/plain; charset=utf-8"},
+                                             {"overview.png", "image/png"},
+                                             {"trajectory.tum", "text/plain; charset=utf-8"},
+                                             {"graph.g2o", "text/plain; charset=utf-8"},
+                                             {"changes.csv", "text/csv; charset=utf-8"},
+                                             {"summary.json", "application/json"},
+                                             {"marks.csv", "text/csv; charset=utf-8"},
+                                             {"marks.geojson", "application/geo+json"},
+                                             {"map.tif", "image/tiff"},
+                                             {"keepout.png", "image/png"},
+                                             {"keepout.yaml", "text/plain; charset=utf-8"},
+                                             {"slow.png", "image/png"},
+                                             {"slow.yaml", "text/plain; charset=utf-8"}}};
 
 /// A file in a folder.
 class StoredFile : public Download {

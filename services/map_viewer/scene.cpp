@@ -79,6 +79,12 @@ void Scene::SetLoops(std::vector<PlacedLoop> loops) {
   ++info_change_;
 }
 
+void Scene::SetMarks(std::vector<PlacedMark> marks) {
+  if (marks == marks_) return;
+  marks_ = std::move(marks);
+  ++info_change_;
+}
+
 void Scene::AddNews(const std::vector<std::string>& lines) {
   if (lines.empty()) return;
   newest_news_ = fmt::format("{}", fmt::join(lines, "; "));

@@ -12,6 +12,7 @@
 #include "common/map/byte_map.hpp"
 #include "common/map/dense_grid.hpp"
 #include "common/map/map_delta.hpp"
+#include "common/marks/mark.hpp"
 #include "common/metrics/path_sketch.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/scan_match.hpp"
@@ -120,6 +121,18 @@ class Scene {
   void SetLoops(std::vector<PlacedLoop> loops);
   const std::vector<PlacedLoop>& loops() const { return loops_; }
 
+  /// Places with names.
+  void SetMarks(std::vector<PlacedMark> marks);
+  const std::vector<PlacedMark>& marks() const { return marks_; }
+
+  /// What is done when somebody adds, moves or removes one; nothing can be where none was set.
+  void SetMarkHandler(std::function<void(const Mark&)> mark) { mark_ = std::move(mark); }
+  /// False where nothing can be done.
+  bool TakeMark(const Mark& mark) const {
+    if (mark_) mark_(mark);
+    return mark_ != nullptr;
+  }
+
   /// Lines about what has just happened; nothing if there are none.
   void AddNews(const std::vector<std::string>& lines);
   const std::string& newest_news() const { return newest_news_; }
@@ -136,7 +149,7 @@ class Scene {
   /// What else is to be told, as one JSON object: services, counts.
   void SetInfo(std::string json);
   const std::string& info() const { return info_; }
-  /// Of info, loops or news.
+  /// Of info, loops, marks or news.
   ChangeNumber info_change() const { return info_change_; }
 
  private:
@@ -150,6 +163,8 @@ class Scene {
   std::int64_t num_samples_ = 0;
   Timeline timeline_;
   std::vector<PlacedLoop> loops_;
+  std::vector<PlacedMark> marks_;
+  std::function<void(const Mark&)> mark_;
   std::string newest_news_;
   std::int64_t num_news_ = 0;
   std::function<void(const Pose2&)> start_at_;

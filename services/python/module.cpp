@@ -444,6 +444,34 @@ void AddResults(py::module_& module) {
                     "this part of the path is joined with the map; if not, T_map_laser is in a frame of its own")
       .def("__repr__", &Describe);
 
+  py::class_<crsm_slam::PlacedMark>(module, "PlacedMark", "A place with a name, by all that is known of the map.")
+      .def_readonly("id", &crsm_slam::PlacedMark::id, "str: names the place")
+      .def_readonly("kind", &crsm_slam::PlacedMark::kind, "str: 'victim' or another")
+      .def_readonly("name", &crsm_slam::PlacedMark::name, "str: for people")
+      .def_property_readonly(
+          "points_m",
+          [](const crsm_slam::PlacedMark& mark) {
+            py::array_t<double> points({mark.points_m.size(), std::size_t{2}});
+            for (std::size_t i = 0; i < 2 * mark.points_m.size(); ++i)
+              points.mutable_data()[i] = mark.points_m[i / 2][i % 2];
+            return points;
+          },
+          "(1, 2), or (corners, 2) of an outline, float64, map frame [m]")
+      .def_property_readonly(
+          "covariance",
+          [](const crsm_slam::PlacedMark& mark) {
+            const auto& [xx, xy, yy] = mark.covariance;
+            py::array_t<double> matrix({2, 2});
+            std::ranges::copy(std::array{xx, xy, xy, yy}, matrix.mutable_data());
+            return matrix;
+          },
+          "(2, 2), float64 [m^2], as the sightings have it, without that of the map")
+      .def_readonly("sightings", &crsm_slam::PlacedMark::sightings, "int: of which it is made")
+      .def_readonly("on_map", &crsm_slam::PlacedMark::on_map, "False: on another piece than the map of make_map()")
+      .def("__repr__", [](const crsm_slam::PlacedMark& mark) {
+        return "PlacedMark(id=" + std::string(py::repr(py::str(mark.id))) + ", kind='" + mark.kind + "')";
+      });
+
   py::class_<crsm_slam::Map>(
       module, "Map",
       "The smallest rectangle with all explored cells; (0, 0) cells before the first scan. To plot it:\n"
@@ -598,6 +626,36 @@ void AddSlam(py::module_& module) {
           "Raises RuntimeError where a program or another Slam writes there, and on a finished map, which can only be "
           "saved before that.")
       .def(
+          "mark",
+          [](PySlam& slam, const std::string& id, const std::string& kind, const std::optional<std::int64_t>& utime,
+             const std::vector<std::array<double, 2>>& points_m, const std::string& name, double radius_m, bool moves) {
+            const crsm_slam::Mark mark{id, kind, name, utime, points_m, radius_m};
+            slam.Do([&](crsm_slam::Slam& of) { moves ? of.MoveMark(mark) : of.AddMark(mark); });
+          },
+          py::arg("id"), py::arg("kind"), py::kw_only(), py::arg("utime") = py::none(),
+          py::arg("points_m") = std::vector<std::array<double, 2>>{{0.0, 0.0}}, py::arg("name") = "",
+          py::arg("radius_m") = 0.5, py::arg("moves") = false,
+          "mark(id, kind, *, utime=None, points_m=((0.0, 0.0),), name='', radius_m=0.5, moves=False)\n\n"
+          "Takes in a sighting of a place with a name. Those of one id are one place, which moves with the map.\n\n"
+          "  id: str that names the place, of up to 63 bytes\n"
+          "  kind: 'victim', 'hazard', 'keep-out', 'slow' or another str of a-z, 0-9 and -\n"
+          "  utime: when it was seen [us]: the points are in the frame of the laser then; None: in the map's frame\n"
+          "  points_m: (1, 2), or (3 to 64, 2) of an outline\n"
+          "  name: str, for people\n"
+          "  radius_m: standard deviation of each coordinate\n"
+          "  moves: True: the place is this alone, whatever was seen of it before\n\n"
+          "Raises ValueError, one line, if it cannot be taken in.")
+      .def(
+          "remove_mark",
+          [](PySlam& slam, const std::string& id) { slam.Do([&](crsm_slam::Slam& of) { of.RemoveMark(id); }); },
+          py::arg("id"),
+          "remove_mark(id)\n\n"
+          "What is seen of the place later says nothing. Raises ValueError if there is no such place.")
+      .def(
+          "marks", [](PySlam& slam) { return slam.Do([](const crsm_slam::Slam& of) { return of.Marks(); }); },
+          "marks()\n\n"
+          "All places with names, where they lie by now: a list of PlacedMark.")
+      .def(
           "begin_drive", [](PySlam& slam) { slam.Do([](crsm_slam::Slam& of) { of.BeginDrive(); }); },
           "begin_drive()\n\n"
           "Another drive begins with the next scan: the robot may be anywhere.")
@@ -693,5 +751,5 @@ PYBIND11_MODULE(_crsm_slam, module) {
   }
   py::module_::import("atexit").attr("register")(py::cpp_function(&WithoutGil::End));
   module.def("presets", &crsm_slam::Presets, "presets()\n\nThe names of the presets, one for each laser.");
-  module.def("version", &crsm_slam::Version, "version()\n\nThe version of the library: '0.2.0'.");
+  module.def("version", &crsm_slam::Version, "version()\n\nThe version of the library: '0.3.0'.");
 }

@@ -80,6 +80,8 @@ bool MapReplica::TakeMatches(const map_page_t& page) {
   if (page.next_match < page.version) return true;
   loops_.clear();
   for (const map_loop_t& loop : page.loops) loops_.push_back(FromMessage(loop));
+  marks_.clear();
+  for (const placed_mark_t& mark : page.marks) marks_.push_back(FromMessage(mark));
   pieces_.reset();
   if (!page.layout.empty()) pieces_ = FromMessage(page.layout.front());
   return true;
@@ -103,6 +105,7 @@ void MapReplica::Begin(std::int64_t epoch, double cell_size_m) {
   pages_version_.reset();
   tracking_ = TrackingState();
   loops_.clear();
+  marks_.clear();
   pieces_.reset();
 }
 

@@ -10,6 +10,7 @@
 #include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_delta.hpp"
+#include "common/marks/mark.hpp"
 #include "common/match/guess/tracking_state.hpp"
 #include "common/scan/scan_match.hpp"
 #include "services/wire/wire.hpp"
@@ -62,6 +63,8 @@ class MapReplica {
   const std::vector<PlacedLoop>& loops() const { return loops_; }
   /// How the map hangs together, likewise; nothing where loops are not looked for.
   const std::optional<MapPieces>& pieces() const { return pieces_; }
+  /// Places with names, likewise.
+  const std::vector<PlacedMark>& marks() const { return marks_; }
   /// Pages that answer a question in this replica's name that it never asked: somebody forges MAP_REQUEST.
   std::int64_t num_forged() const { return num_forged_; }
 
@@ -125,6 +128,7 @@ class MapReplica {
   TrackingState tracking_;
   std::vector<PlacedLoop> loops_;
   std::optional<MapPieces> pieces_;
+  std::vector<PlacedMark> marks_;
 };
 
 }  // namespace crsm

@@ -274,7 +274,7 @@ void Supervisor::PassOnNews() {
                          [&](const char* part) { return line.find(part) != std::string::npos; });
     });
   };
-  PassOnLines("map_updater", {kNewTrajectory, kMappedFrom, kLostSince, kFoundAgain});
+  PassOnLines("map_updater", {kNewTrajectory, kMappedFrom, kLostSince, kFoundAgain, kMarkNews});
   PassOnLines("rrhc_matcher", {kUtimeRepeated, kToldBy});
 }
 

@@ -67,6 +67,7 @@ SettingHelp HelpOf(const std::string& setting) {
                                                          {"mirrored", {kLaserHeading}},
                                                          {"lcm_url", {kProcessHeading, "URL"}},
                                                          {"http", {kProcessHeading, "ADDRESS:PORT"}},
+                                                         {"team", {kOptionsHeading, "NAME"}},
                                                          {"journal", {kProcessHeading, "DIR"}},
                                                          {"position", {kProcessHeading, "FILE"}}};
   const auto found = kHelps.find(setting);

@@ -28,7 +28,9 @@ ProgramFlags FlagsOfUpdater() {
 
 ProgramFlags FlagsOfLoopCloser() { return {{kUpdate, kLoops, kAlgorithm}, {"lcm_url", "channel_prefix", "out"}}; }
 
-ProgramFlags FlagsOfExporter() { return {{}, {"lcm_url", "channel_prefix", "out", "export_period_s", "made_from"}}; }
+ProgramFlags FlagsOfExporter() {
+  return {{}, {"lcm_url", "channel_prefix", "out", "export_period_s", "made_from", "team"}};
+}
 
 ProgramFlags FlagsOfViewer() { return {{}, {"lcm_url", "channel_prefix", "http"}}; }
 

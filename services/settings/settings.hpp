@@ -32,6 +32,7 @@ struct Settings {
   int part_bytes = 32000;
   double export_period_s = 5.0;
   std::string made_from;
+  std::string team;
   std::string http = "127.0.0.1:8765";
 };
 
@@ -95,6 +96,9 @@ void VisitSettings(Settings& s, Visitor&& visit) {
   visit("export_period_s", "time between two writes of the results, at least [s]; a large map is written more seldom",
         s.export_period_s, 0.1, 3600.0);
   visit("made_from", "what the map is made from, for people: the log, and the flags that matter", s.made_from);
+  visit("team",
+        "team that hands in the map: writes map.tif, a GeoTIFF as the RoboCup Rescue League wants it, with this name",
+        s.team);
   visit("http", "ADDRESS:PORT where map_viewer shows the map; browsers on other hosts need its token", s.http);
 }
 

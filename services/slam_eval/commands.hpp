@@ -5,6 +5,7 @@
 namespace crsm {
 
 /// Each adds one command of slam_eval, which throws std::exception if it fails.
+void AddExportCommand(Commands& commands);
 void AddMapCommand(Commands& commands);
 void AddPlanCommand(Commands& commands);
 void AddRelationsCommand(Commands& commands);

@@ -36,6 +36,7 @@
 #include "services/journal/map_parameters.hpp"
 #include "services/journal/match_store.hpp"
 #include "services/journal/results_lock.hpp"
+#include "services/slam_offline/take_marks.hpp"
 #include "services/sources/devices/live_laser.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "services/sources/study_laser.hpp"
@@ -92,6 +93,7 @@ struct Run {
 
   Slam slam;
   MatchStore matches;  ///< as they were found
+  MarkBook marks;
   std::optional<ScanMatch> last_match;
   bool is_final = false;  ///< all loops are closed: poses follow the graph
   std::vector<Session> sessions;
@@ -159,7 +161,9 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
   const VisitJournal restore{[&](const CriticalRays* scan, const ScanMatch& match) { run.Restore(scan, match); },
                              [&](const GraphUpdate& update) { return run.slam.Restore(update); },
                              [&](KeyframeId keyframe) { return run.slam.RestoreSearched(keyframe); },
-                             [&epoch](const JournalHead& head) { epoch = head.epoch; }};
+                             [&epoch](const JournalHead& head) { epoch = head.epoch; },
+                             [](const fleet_keyframe_t&) { return false; },
+                             [&](const FixedMark& mark) { return run.marks.Add(mark, run.slam.mapper()); }};
   std::optional<EndsAtOnce> ends_at_once(
       std::in_place, fmt::format("{}: stopped while the map of {} was made again: there is nothing new to write",
                                  command_line.program(), resume.empty() ? settings.localize : resume));
@@ -281,6 +285,8 @@ Outcome WriteRun(const CommandLine& command_line, std::int64_t identity, Run& ru
   Results results = Finalize(run, summary);
   results.matches = run.Matches();
   results.last_scan = run.last_scan;
+  results.marks = run.marks.Place(run.slam.mapper());
+  results.team = command_line.settings().team;
   results.truth = run.truth;
   summary.values = run.statistics.values();
   summary.left_out = run.num_left_out;
@@ -316,6 +322,7 @@ Outcome WriteRun(const CommandLine& command_line, std::int64_t identity, Run& ru
   if (summary.changes) {
     for (const std::string& line : FormatChanges(changes)) fmt::print("{}\n", line);
   }
+  if (!results.marks.empty()) fmt::print("{} places in marks.csv and marks.geojson\n", results.marks.size());
   for (const std::string& line : FormatVerdict(verdict)) fmt::print("{}\n", line);
   const bool is_mapped = summary.explored_area_m2 > 0.0 || StopRequested();
   if (!is_mapped) {
@@ -460,7 +467,8 @@ void MapLog(const CommandLine& command_line, LaserSource& source, Run& run, Jour
 }
 
 /// Says whether the map is to be trusted. A log after the first one is a session of its own.
-Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs, const EarlierResults& earlier) {
+Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs, const EarlierResults& earlier,
+                const MarksOfFile& marks) {
   const Settings& settings = command_line.settings();
   for (const std::string& log : logs) CheckEarlierResults(earlier, log, settings);
   const std::string channels = settings.laser_channel;
@@ -502,6 +510,10 @@ Outcome MapLogs(CommandLine& command_line, const std::vector<std::string>& logs,
   if (StopRequested()) Say(fmt::format("{}: finishing the map", command_line.program()));
   Keep(run.slam.AwaitLoops(), run, *journal);
   SayNews(command_line, run, news);
+  for (const std::string& line : TakeMarks(marks, run.slam.mapper(), run.matches, run.marks,
+                                           [&](const FixedMark& mark) { journal->Append(mark); })) {
+    Say(fmt::format("{}: {}", command_line.program(), line));
+  }
   if (run.slam.num_scans_cut() > 0) Say(fmt::format("{}: {}", command_line.program(), kMapIsFull));
   lock.CheckIsInPlace();
   command_line.ChooseLaserChannel(channels);
@@ -520,11 +532,17 @@ int main(int argc, char** argv) {
       "2 usage, 3 with --strict: the map is not to be trusted, 4 with --changes-over: the building has changed.",
       {kSeed, kLaser, kScan, kSelection, kUpdate, kLoops, kAlgorithm},
       {"lcm_url", "channel_prefix", "out", "laser_channel", "laser_frame", "odometry", "odometry_topic",
-       "botlab_clockwise", "mirrored", "until_damage", "localize", "start"});
+       "botlab_clockwise", "mirrored", "until_damage", "localize", "start", "team"});
   std::vector<std::string> logs;
   command_line.AddWord("SOURCE", logs, crsm::DescribeSources());
   crsm::EarlierResults earlier;
   crsm::AddFlags(command_line, earlier);
+  crsm::MarksOfFile marks;
+  command_line.AddOption(
+      "--marks", marks.path,
+      "CSV file of places with names: a header, then a line for each; columns: kind, and x_m and y_m "
+      "in the map's frame, or time_s",
+      {crsm::kOptionsHeading, "FILE"});
   bool strict = false;
   command_line.AddFlag("--strict", strict, "exit with 3 if the map is not to be trusted");
   crsm::ChangesOver changes_over;
@@ -533,7 +551,8 @@ int main(int argc, char** argv) {
   crsm::CatchSignals();
   return crsm::ReportErrors(command_line.program(), [&] {
     changes_over.Check(command_line.settings());
-    const crsm::Outcome outcome = crsm::MapLogs(command_line, logs, earlier);
+    if (!marks.path.empty()) marks.marks = crsm::ReadMarkList(marks.path);
+    const crsm::Outcome outcome = crsm::MapLogs(command_line, logs, earlier, marks);
     if (strict && outcome.trust == crsm::Trust::kBad) return crsm::kUntrustedExitCode;
     if (changes_over.IsExceededBy(outcome.changed_m2)) return crsm::kChangedExitCode;
     return outcome.is_mapped ? EXIT_SUCCESS : EXIT_FAILURE;

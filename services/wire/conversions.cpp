@@ -239,6 +239,90 @@ map_pieces_t ToMessage(const MapPieces& pieces) {
   return message;
 }
 
+namespace {
+
+template <class Message>
+std::vector<Point> PointsOf(const Message& message) {
+  std::vector<Point> points;
+  for (std::size_t i = 0; i < message.x_m.size(); ++i) points.push_back({message.x_m[i], message.y_m[i]});
+  return points;
+}
+
+template <class Message>
+void SetPoints(const std::vector<Point>& points, Message& message) {
+  message.num_points = static_cast<std::int32_t>(points.size());
+  for (const auto& [x_m, y_m] : points) {
+    message.x_m.push_back(x_m);
+    message.y_m.push_back(y_m);
+  }
+}
+
+}  // namespace
+
+Mark FromMessage(const mark_t& message) {
+  return {message.utime,
+          message.id,
+          message.kind,
+          message.name,
+          static_cast<MarkAction>(message.action),
+          message.in_map_frame == 1,
+          message.radius_m,
+          PointsOf(message)};
+}
+
+mark_t ToMessage(const Mark& mark) {
+  mark_t message{};
+  message.utime = mark.utime;
+  message.id = mark.id;
+  message.kind = mark.kind;
+  message.name = mark.name;
+  message.action = static_cast<std::int8_t>(mark.action);
+  message.in_map_frame = mark.in_map_frame ? 1 : 0;
+  message.radius_m = mark.radius_m;
+  SetPoints(mark.points, message);
+  return message;
+}
+
+FixedMark FromMessage(const kept_mark_t& message) {
+  FixedMark fixed{FromMessage(message.mark), {}};
+  for (const fixed_point_t& point : message.fixed) {
+    const KeyframeId id{point.keyframe.trajectory, point.keyframe.number};
+    fixed.points.push_back({id.trajectory < 0 ? std::nullopt : std::optional(id), {point.x_m, point.y_m}});
+  }
+  return fixed;
+}
+
+kept_mark_t ToMessage(const FixedMark& fixed) {
+  kept_mark_t message{};
+  message.mark = ToMessage(fixed.mark);
+  message.num_fixed = static_cast<std::int32_t>(fixed.points.size());
+  for (const auto& [keyframe, at] : fixed.points) {
+    const KeyframeId id = keyframe.value_or(KeyframeId{-1, -1});
+    message.fixed.push_back({{id.trajectory, id.number}, at.x_m, at.y_m});
+  }
+  return message;
+}
+
+PlacedMark FromMessage(const placed_mark_t& message) {
+  return {message.utime,         message.id,
+          message.kind,          message.name,
+          message.num_sightings, std::to_array(message.covariance),
+          message.floating == 1, PointsOf(message)};
+}
+
+placed_mark_t ToMessage(const PlacedMark& mark) {
+  placed_mark_t message{};
+  message.utime = mark.utime;
+  message.id = mark.id;
+  message.kind = mark.kind;
+  message.name = mark.name;
+  message.num_sightings = mark.num_sightings;
+  std::ranges::copy(mark.covariance, message.covariance);
+  message.floating = mark.floating ? 1 : 0;
+  SetPoints(mark.points, message);
+  return message;
+}
+
 pose2_t ToMessage(const Pose2& pose) { return {pose.x_m, pose.y_m, pose.yaw_rad}; }
 
 CriticalRays FromMessage(const critical_rays_t& message) {

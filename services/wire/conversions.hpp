@@ -9,6 +9,7 @@
 #include "common/graph/pieces.hpp"
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_delta.hpp"
+#include "common/marks/mark.hpp"
 #include "common/match/guess/tracking_state.hpp"
 #include "common/scan/critical_rays.hpp"
 #include "common/scan/laser_scan.hpp"
@@ -47,6 +48,13 @@ std::vector<MapChange> FromMessage(const changes_t& message);
 changes_t ToMessage(const std::vector<MapChange>& changes, std::int64_t utime, std::int64_t epoch);
 MapPieces FromMessage(const map_pieces_t& message);
 map_pieces_t ToMessage(const MapPieces& pieces);
+
+Mark FromMessage(const mark_t& message);
+mark_t ToMessage(const Mark& mark);
+FixedMark FromMessage(const kept_mark_t& message);
+kept_mark_t ToMessage(const FixedMark& fixed);
+PlacedMark FromMessage(const placed_mark_t& message);
+placed_mark_t ToMessage(const PlacedMark& mark);
 
 CriticalRays FromMessage(const critical_rays_t& message);
 critical_rays_t ToMessage(const CriticalRays& scan);

@@ -55,6 +55,7 @@ std::string NameOfType(std::uint64_t fingerprint) {
       {FingerprintOf<map_delta_t>(), "crsm.map_delta_t"},
       {FingerprintOf<map_page_t>(), "crsm.map_page_t"},
       {FingerprintOf<map_request_t>(), "crsm.map_request_t"},
+      {FingerprintOf<mark_t>(), "crsm.mark_t"},
       {FingerprintOf<pose_graph_t>(), "crsm.pose_graph_t"},
       {FingerprintOf<scan_answer_t>(), "crsm.scan_answer_t"},
       {FingerprintOf<scan_match_t>(), "crsm.scan_match_t"},

@@ -11,11 +11,13 @@
 #include "common/graph/placed_loop.hpp"
 #include "common/map/map_delta.hpp"
 #include "common/map/tile_grid.hpp"
+#include "common/marks/mark_book.hpp"
 #include "common/match/guess/tracking_state.hpp"
 #include "common/math/trigonometry.hpp"
 #include "common/parameters.hpp"
 #include "common/scan/laser_scan.hpp"
 #include "common/scan/scan_match.hpp"
+#include "services/wire/conversions.hpp"
 
 namespace crsm {
 namespace {
@@ -38,6 +40,10 @@ static_assert(MostOf(&map_pieces_t::num_pieces) == MapPieces::kMostPieces);
 static_assert(MostOf(&map_pieces_t::num_breaks) == MapPieces::kMostBreaks);
 static_assert(MostOf(&map_pieces_t::num_doubts) == MapError::kMostDoubts);
 static_assert(MostOf(&map_page_t::num_loops) == kMostPlacedLoops);
+static_assert(MostOf(&map_page_t::num_marks) == MarkBook::kMostMarks);
+static_assert(MostOf(&mark_t::num_points) == Mark::kMostPoints);
+static_assert(MostOf(&placed_mark_t::num_points) == Mark::kMostPoints);
+static_assert(MostOf(&kept_mark_t::num_fixed) == Mark::kMostPoints);
 
 bool IsShare(double value) { return value >= 0.0 && value <= 1.0; }  // false for NaN
 
@@ -165,6 +171,19 @@ bool IsLayout(const map_pieces_t& layout) {
          std::all_of(layout.breaks.begin(), layout.breaks.end(), IsBreak);
 }
 
+/// As a mark of its text and points has to be.
+bool IsPlacedMark(const placed_mark_t& mark) {
+  constexpr double kLargest = 1e14;  // where sightings lie 2e6 m apart along both axes, it is 8e12
+  const auto& [xx, xy, yy] = mark.covariance;
+  const bool is_covariance =
+      xx > 0.0 && xx <= kLargest && yy > 0.0 && yy <= kLargest && std::abs(xy) <= kLargest;  // false for NaN
+  const PlacedMark placed = FromMessage(mark);
+  return mark.num_sightings >= 1 && is_covariance && IsFlag(mark.floating) &&
+         DescribeFault({mark.utime, placed.id, placed.kind, placed.name, MarkAction::kSeen, true,
+                        Mark::kLargestRadius_m, placed.points})
+             .empty();
+}
+
 /// Of the valid rays of a scan, by their angles.
 bool AreRays(const std::vector<float>& angles_rad, const std::vector<float>& ranges_m) {
   const auto IsRange = [](float range_m) { return range_m > 0.0f && range_m <= kLongestRange_m; };
@@ -272,7 +291,8 @@ bool ValuesInRange(const map_page_t& message) {
          IsCellSize(message.cell_size_m) && message.next_tile >= -1 && message.next_match >= -1 &&
          AreInMap(message.tiles) && AllInRange(message.matches) && AllInRange(message.tracking) &&
          std::all_of(message.loops.begin(), message.loops.end(), IsPlacedLoop) &&
-         std::all_of(message.layout.begin(), message.layout.end(), IsLayout);
+         std::all_of(message.layout.begin(), message.layout.end(), IsLayout) &&
+         std::all_of(message.marks.begin(), message.marks.end(), IsPlacedMark);
 }
 
 template <>
@@ -367,6 +387,23 @@ template <>
 bool ValuesInRange(const changes_t& message) {
   return message.utime >= 0 && message.epoch != 0 &&
          std::all_of(message.changes.begin(), message.changes.end(), IsChange);
+}
+
+template <>
+bool ValuesInRange(const mark_t& message) {
+  return message.action >= mark_t::SEEN && message.action <= mark_t::REMOVED && IsFlag(message.in_map_frame) &&
+         DescribeFault(FromMessage(message)).empty();
+}
+
+template <>
+bool ValuesInRange(const kept_mark_t& message) {
+  constexpr double kFarthest_m = 4.0 * kLargestCoordinate_m;  // of a point of the map from one of its keyframes
+  const auto IsFixed = [](const fixed_point_t& point) {
+    return (IsNone(point.keyframe) || IsKeyframe(point.keyframe)) && std::abs(point.x_m) <= kFarthest_m &&
+           std::abs(point.y_m) <= kFarthest_m;
+  };
+  return ValuesInRange(message.mark) && message.num_fixed == message.mark.num_points &&
+         std::ranges::all_of(message.fixed, IsFixed);
 }
 
 template <>

@@ -5,11 +5,13 @@
 #include <wire_fields/crsm/change_t.hpp>
 #include <wire_fields/crsm/changes_t.hpp>
 #include <wire_fields/crsm/critical_rays_t.hpp>
+#include <wire_fields/crsm/fixed_point_t.hpp>
 #include <wire_fields/crsm/fleet_finding_t.hpp>
 #include <wire_fields/crsm/fleet_keyframe_t.hpp>
 #include <wire_fields/crsm/fleet_pose_t.hpp>
 #include <wire_fields/crsm/journal_check_t.hpp>
 #include <wire_fields/crsm/journal_head_t.hpp>
+#include <wire_fields/crsm/kept_mark_t.hpp>
 #include <wire_fields/crsm/keyframe_id_t.hpp>
 #include <wire_fields/crsm/keyframe_request_t.hpp>
 #include <wire_fields/crsm/keyframe_t.hpp>
@@ -21,6 +23,8 @@
 #include <wire_fields/crsm/map_piece_t.hpp>
 #include <wire_fields/crsm/map_pieces_t.hpp>
 #include <wire_fields/crsm/map_request_t.hpp>
+#include <wire_fields/crsm/mark_t.hpp>
+#include <wire_fields/crsm/placed_mark_t.hpp>
 #include <wire_fields/crsm/pose_graph_t.hpp>
 #include <wire_fields/crsm/pose_stretch_t.hpp>
 #include <wire_fields/crsm/scan_answer_t.hpp>
@@ -74,6 +78,10 @@ template <>
 bool ValuesInRange(const fleet_pose_t& message);
 template <>
 bool ValuesInRange(const changes_t& message);
+template <>
+bool ValuesInRange(const mark_t& message);
+template <>
+bool ValuesInRange(const kept_mark_t& message);
 template <>
 bool ValuesInRange(const service_status_t& message);
 template <>

@@ -55,6 +55,8 @@ class Owner {
     if (const auto rays = Decode<critical_rays_t>(bytes)) scan_ = FromMessage(*rays);
     if (const auto match = Decode<scan_match_t>(bytes)) Answer(FromMessage(*match));
     if (const auto part = Decode<pose_graph_t>(bytes)) Take(*part);
+    if (const auto mark = Decode<mark_t>(bytes)) Take(FromMessage(*mark));
+    if (const auto kept = Decode<kept_mark_t>(bytes)) marks_.Add(FromMessage(*kept), mapper_);
     if (const auto request = Decode<map_request_t>(bytes)) Answer(*request);
   }
 
@@ -74,6 +76,13 @@ class Owner {
     if (const auto update = parts_.Add(part)) mapper_.Accept(*update);
   }
 
+  void Take(const Mark& mark) {
+    const auto fixed =
+        mark.in_map_frame ? std::optional(FixOnMap(mark, mapper_))
+                          : FixByLaser(mark, answered_.FindUpTo(mark.utime), answered_.FindBehind(mark.utime), mapper_);
+    if (fixed && marks_.Judge(*fixed) == MarkBook::Judgement::kNew && !marks_.Add(*fixed, mapper_)) std::abort();
+  }
+
   void AnswerWithPiece(const map_request_t& request) const {
     const int component = mapper_.FindComponent(request.piece);
     std::int64_t num_scans = 0;
@@ -84,11 +93,14 @@ class Owner {
   }
 
   void Answer(const map_request_t& request) const {
-    if (!loops_ || request.whole == 0) return Check(MakePage(request, local(), {answered_, tracking_}, kOptions));
+    const std::vector<PlacedMark> marks = marks_.Place(mapper_);
+    if (!loops_ || request.whole == 0) {
+      return Check(MakePage(request, local(), {answered_, tracking_, nullptr, {}, marks}, kOptions));
+    }
     if (request.piece != 0) return AnswerWithPiece(request);
     WholeMap whole(UpdateParameters{});
     whole.Draw(mapper_, mapper_.graph().size());
-    Check(MakePage(request, whole.map(), {answered_, tracking_, &mapper_}, kOptions));
+    Check(MakePage(request, whole.map(), {answered_, tracking_, &mapper_, {}, marks}, kOptions));
   }
 
   const MapUpdater& local() const { return mapper_.local(); }
@@ -97,6 +109,7 @@ class Owner {
   Mapper mapper_;
   MatchStore answered_;
   TrackingState tracking_;
+  MarkBook marks_;
   GraphUpdateParts parts_;
   std::optional<CriticalRays> scan_;
 };

@@ -49,7 +49,11 @@ class View {
     for (match.utime = 0; match.utime < 20; ++match.utime) timeline.Add(match, nullptr);
     scene_.SetTimeline(std::move(timeline));
     scene_.SetStartHandler([](const Pose2& T_map_laser) {
-      if (!Decode<bot_core::pose_t>(Encode(ToPoseMessage(0, T_map_laser)))) std::abort();  // the matcher would refuse it
+      if (!Decode<bot_core::pose_t>(Encode(ToPoseMessage(0, T_map_laser))))
+        std::abort();  // the matcher would refuse it
+    });
+    scene_.SetMarkHandler([](const Mark& mark) {
+      if (!Decode<mark_t>(Encode(ToMessage(mark)))) std::abort();  // the owner of the map would refuse it
     });
     foxglove_.Next();  // who it is
     foxglove_.Next();  // the channels
@@ -82,6 +86,7 @@ class View {
   void Tell() {
     constexpr int kMost = 100;
     scene_.SetLoops(replica_.loops());
+    scene_.SetMarks(replica_.marks());
     for (int i = 0; i < kMost; ++i) {
       const auto message = page_.Next();
       if (!message) break;

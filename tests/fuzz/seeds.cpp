@@ -161,6 +161,8 @@ void WriteMessages(const Seeds& seeds) {
                                                             {"scan_match", Encode(ScanMatchMessage())},
                                                             {"map_delta", Encode(MapDeltaMessage())},
                                                             {"map_page", Encode(MapPageMessage())},
+                                                            {"mark", Encode(MarkMessage())},
+                                                            {"kept_mark", Encode(KeptMarkMessage())},
                                                             {"map_request", Encode(MapRequestMessage())},
                                                             {"scan_request", Encode(ScanRequestMessage())},
                                                             {"scan_answer", Encode(ScanAnswerMessage())},
@@ -199,6 +201,9 @@ void WriteMessages(const Seeds& seeds) {
   seeds.Write("view", "all",
               std::vector<Bytes>{Encode(CriticalRaysMessage()), Encode(ScanMatchMessage()), page,
                                  Encode(ServiceStatusMessage())});
+  seeds.Write("map_updater", "marks",
+              std::vector<Bytes>{Encode(CriticalRaysMessage()), Encode(ScanMatchMessage()), Encode(MarkMessage()),
+                                 Encode(MapRequestMessage())});
   seeds.Write("map_exporter", "status", std::vector<Bytes>{page, Encode(ServiceStatusMessage())});
   map_page_t anew = FirstPage();
   anew.epoch = 100;
@@ -408,6 +413,10 @@ void WriteLasers(const Seeds& seeds) {
 
 void WriteTexts(const Seeds& seeds) {
   for (const BuiltInWorld& world : kBuiltInWorlds) seeds.Write("world", std::string(world.name), world.text);
+  seeds.Write("view", "mark",
+              std::vector<Bytes>{BytesOf(R"(mark {"id":"v","kind":"door","name":"","points":[[1,2]]})"),
+                                 BytesOf(R"(mark {"id":"v","kind":"","name":"","points":[]})")});
+  seeds.Write("marks", "list", "# seen\ntime_s,x_m,y_m,kind,id,name\n1.5,,,victim,v,\"a, b\"\n,0;1;2,0;1;0,slow,,\n");
   for (const BuiltInConfig& preset : kPresets) seeds.Write("config", std::string(preset.name), preset.toml);
   for (const BuiltInConfig& profile : kProfiles) seeds.Write("config", std::string(profile.name), profile.toml);
   seeds.Write("config", "kinds", "seed = 7\nout = \"a\"\nlockstep = true\n[table]\nlist = [1, {a = 1979-05-27}]\n");

@@ -146,6 +146,34 @@ class Python(unittest.TestCase):
         self.assertRegex(repr(self.slam.make_map()), r"^Map\(\d+ x \d+ cells of 0\.05 m\)$")
         self.assertRegex(repr(self.slam.judge()), r"^Verdict\(trust=Trust\.GOOD, off_m=0\.")
 
+    def test_marks_are_kept_with_the_map(self):
+        slam = crsm_slam.Slam(**self.settings)
+        for scan in self.scans[:80]:
+            slam.process(scan)
+        slam.mark("v", "victim", utime=self.scans[50].utime, points_m=np.array([[1.0, 0.5]]), name="in the hall")
+        slam.mark("v", "victim", utime=self.scans[60].utime, points_m=[(1.0, 0.5)], radius_m=0.2)
+        slam.mark("zone", "keep-out", points_m=[(0, 0), (2, 0), (1, 1)])
+        victim, zone = slam.marks()
+        self.assertEqual((victim.id, victim.kind, victim.name, victim.sightings, victim.on_map),
+                         ("v", "victim", "in the hall", 2, True))
+        self.assertEqual((victim.points_m.shape, zone.points_m.shape, victim.covariance.shape), ((1, 2), (3, 2), (2, 2)))
+        self.assertTrue(np.allclose(zone.points_m, [[0, 0], [2, 0], [1, 1]]))
+        self.assertEqual(repr(victim), "PlacedMark(id='v', kind='victim')")
+        slam.save(self.work / "marked")
+        loaded = crsm_slam.Slam.load(self.work / "marked", **self.settings)
+        self.assertTrue(np.allclose(loaded.marks()[0].points_m, victim.points_m))
+        slam.mark("zone", "door", points_m=[(1, 1)], moves=True)
+        self.assertEqual(slam.marks()[1].kind, "door")
+        for id in ("v", "zone"):
+            slam.remove_mark(id)
+        self.assertEqual(slam.marks(), [])
+        for wrong in (lambda: slam.mark("v", "victim", utime=1), lambda: slam.mark("w", "A Victim"),
+                      lambda: slam.remove_mark("w")):
+            with self.assertRaisesRegex(ValueError, "^mark '[vw]': "):
+                wrong()
+        with self.assertRaises(TypeError):
+            slam.mark("w", "door", points_m=[(1, 2, 3)])
+
     def test_an_interrupt_ends_the_wait_for_a_laser(self):
         log = crsm_slam.Log("rplidar:/nowhere/ttyUSB0")
         threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT)).start()

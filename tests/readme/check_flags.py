@@ -21,7 +21,7 @@ FLAG = re.compile(r"(?<![\w-])--[a-z][\w-]*")
 PROGRAM = re.compile(r"(?<![\w/.:-])(?:[\w.-]+/)*([\w.-]+)(?=[\s`&]|$)")
 PROGRAMS = ("fleet_mapper", "fleet_relay", "laser_publisher", "loop_closer", "map_exporter", "map_updater", "map_viewer",
             "mbot_publisher", "ray_selector", "rrhc_matcher", "run_stack", "slam_eval", "slam_offline")
-SUBCOMMANDS = ("map", "trajectory", "relations", "plan", "summary", "world")  # of slam_eval
+SUBCOMMANDS = ("map", "trajectory", "relations", "plan", "summary", "world", "export")  # of slam_eval
 PASS_ON = ("bench", "film")  # these give flags that they do not know to run_stack
 OTHERS = {  # by the program that has them
     "cmake": {"--install", "--component"}, "systemctl": {"--now"}, "lcm-logger": {"--rotate"}, "GNU parallel": {"--sshlogin"},

@@ -9,6 +9,7 @@ import crsm.map_piece_t;
 import crsm.map_pieces_t;
 import crsm.map_request_t;
 import crsm.map_tile_t;
+import crsm.placed_mark_t;
 import crsm.pose2_t;
 import crsm.scan_match_t;
 import crsm.tracking_state_t;
@@ -108,6 +109,19 @@ final class Tests {
     return loop;
   }
 
+  static placed_mark_t mark() {
+    placed_mark_t mark = new placed_mark_t();
+    mark.id = "v1";
+    mark.kind = "victim";
+    mark.name = "";
+    mark.num_sightings = 1;
+    mark.covariance = new double[] {0.25, 0, 0.25};
+    mark.num_points = 1;
+    mark.x_m = new double[] {1.5};
+    mark.y_m = new double[] {-2.5};
+    return mark;
+  }
+
   static map_pieces_t layout() {
     map_pieces_t layout = new map_pieces_t();
     layout.num_all_pieces = layout.num_pieces = 1;
@@ -163,6 +177,8 @@ final class Tests {
     page.loops = new map_loop_t[] {loop(1, 0), loop(2, 1)};
     page.num_layouts = 1;
     page.layout = new map_pieces_t[] {layout()};
+    page.num_marks = 1;
+    page.marks = new placed_mark_t[] {mark()};
     return page;
   }
 

@@ -148,6 +148,14 @@ inline map_pieces_t MapPiecesMessage() {
           .breaks = {{9, 40, 1.5, {1.0, -2.0, 0.25}, 1, 2, map_break_t::SESSION}}};
 }
 
+inline mark_t MarkMessage() { return {5, "v1", "victim", "in the hall", mark_t::SEEN, 1, 0.25, 1, {1.5}, {-2.5}}; }
+
+inline kept_mark_t KeptMarkMessage() { return {MarkMessage(), 1, {{{1, 8}, 0.5, 0.25}}}; }
+
+inline placed_mark_t PlacedMarkMessage() {
+  return {5, "zone", "keep-out", "stairs", 1, {0.25, 0.0, 0.25}, 1, 3, {0.0, 2.0, 1.0}, {0.0, 0.0, 1.5}};
+}
+
 inline map_page_t MapPageMessage() {
   return {.request = MapRequestMessage(),
           .epoch = 99,
@@ -164,7 +172,9 @@ inline map_page_t MapPageMessage() {
           .num_loops = 2,
           .loops = {{{1.0, 2.0, 0.5}, {3.0, -4.0, 6.0}, 1, 0}, {{}, {}, 0, 1}},
           .num_layouts = 1,
-          .layout = {MapPiecesMessage()}};
+          .layout = {MapPiecesMessage()},
+          .num_marks = 1,
+          .marks = {PlacedMarkMessage()}};
 }
 
 inline scan_request_t ScanRequestMessage() { return {.utime = 5, .requester = 77}; }

@@ -30,6 +30,7 @@ except ImportError as error:
     sys.exit(SKIPPED)
 
 import changes
+import marks
 import pieces
 import states
 import timeline
@@ -600,6 +601,7 @@ def main():
             test_live(stack)
             states.test_by_evidence()
             states.test_start_pose()
+            marks.test_marks()
         except AssertionError as error:
             print(f"FAILED: {error}")
             return 1

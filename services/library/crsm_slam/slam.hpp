@@ -115,6 +115,28 @@ struct Verdict {
   std::optional<double> off_m;     ///< how far off parts of the map may be; more in one map of twenty
 };
 
+/// A place with a name, as somebody saw it: a victim, a room, a zone to keep out of.
+struct Mark {
+  std::string id;         ///< names the place: 1 to 63 bytes, without control characters
+  std::string kind;       ///< victim, hazard, keep-out, slow or any other: 1 to 31 of a-z, 0-9 and -
+  std::string name = {};  ///< for people: up to 63 bytes
+  /// When it was seen [us]: the points are in the frame of the laser then. Nothing: they are in the map's frame.
+  std::optional<std::int64_t> utime = {};
+  std::vector<std::array<double, 2>> points_m = {{0.0, 0.0}};  ///< one, or 3 to 64 of an outline
+  double radius_m = 0.5;                                       ///< standard deviation of each coordinate, 0.001 to 1000
+};
+
+/// A place with a name, by all that is known of the map.
+struct PlacedMark {
+  std::string id;                               ///< as of Mark; so are the next two
+  std::string kind;                             ///< victim or another
+  std::string name;                             ///< for people
+  std::vector<std::array<double, 2>> points_m;  ///< one, or those of an outline; map frame
+  std::array<double, 3> covariance{};           ///< xx, xy, yy [m^2], as the sightings have it, without that of the map
+  int sightings = 0;                            ///< of which it is made
+  bool on_map = true;                           ///< false: on another piece than the map, in a frame of its own
+};
+
 /// The settings of a map. The order is defaults, preset, profile, single ones, values; a later one overrides an earlier
 /// one. Nothing: as the preset says. `slam_offline --help` says what each does and its limits.
 struct Settings {
@@ -140,7 +162,7 @@ struct Settings {
 /// The names of the presets, one for each laser: "sick", "utm-30lx" and others.
 CRSM_SLAM_PUBLIC std::vector<std::string> Presets();
 
-/// The version of the library: "0.2.0".
+/// The version of the library: "0.3.0".
 CRSM_SLAM_PUBLIC std::string Version();
 
 /// Makes a map, scan by scan.
@@ -181,6 +203,17 @@ class CRSM_SLAM_PUBLIC Slam {
 
   /// Whether the map, or the poses on a finished one, can be trusted, and why. As costly as MakeMap.
   Verdict Judge() const;
+
+  /// Takes in a sighting of a place. Those of one id are one place, which moves with the map when loops are closed. A
+  /// sighting of the same id and utime counts once. Throws std::invalid_argument for a mark that is none, if no scan
+  /// was matched within half a second of its utime, for a place that was removed, and where there is no room for more.
+  void AddMark(const Mark& mark);
+  /// The place is this alone, whatever was seen of it before; also one that was removed. Throws likewise.
+  void MoveMark(const Mark& mark);
+  /// What is seen of the place later says nothing. Throws std::invalid_argument if there is no such place.
+  void RemoveMark(const std::string& id);
+  /// All places, where they lie by now.
+  std::vector<PlacedMark> Marks() const;
 
   /// Another drive begins with the next scan: the robot may be anywhere. Where it comes to known places, the two are
   /// joined.

@@ -3,6 +3,7 @@
 import {showDownloads} from "./downloads.js";
 import {formatDistance} from "./layers.js";
 import {MapView} from "./map_view.js";
+import {Marker} from "./marks.js";
 import {showPanel, showState} from "./panel.js";
 import {composePicture, scaleOf} from "./picture.js";
 import {Player} from "./player.js";
@@ -41,6 +42,7 @@ function addRobot(index) {
     robot.connection.say(`start ${x_m.toFixed(3)} ${y_m.toFixed(3)} ${yaw_rad.toFixed(4)}`);
     toast("the matcher was told where the robot is");
   });
+  robot.view.addEventListener("marked", ({detail}) => marker.take(detail));
   robot.view.addEventListener("moment", ({detail}) => {
     choose(index);
     player.setPlaying(false);
@@ -59,6 +61,7 @@ $("changes").addEventListener("click", ({target}) => {
   view.setScale(Math.max(view.camera.px, 60));
   view.centre(Number(x_m), Number(y_m));
 });
+const marker = new Marker(() => view(), (mark) => robots[chosen].connection.say(`mark ${JSON.stringify(mark)}`));
 
 // The first robot tells of the others.
 function label({model, parent}) {
@@ -93,6 +96,7 @@ function openFinished({view, model}) {
 }
 
 function choose(index) {
+  if (index !== chosen && marker.is_open) marker.toggle(false);
   chosen = index;
   robots.forEach(({parent}, i) => parent.classList.toggle("active", i === index));
   robots[index].changed.add("all");
@@ -129,6 +133,7 @@ function showTools() {
   $("fit").setAttribute("aria-pressed", fits);
   $("measure").setAttribute("aria-pressed", measures);
   $("place").setAttribute("aria-pressed", places);
+  if (marker.is_open && !view().marks) marker.toggle(false);
   $("turn").setAttribute("aria-pressed", camera.turn_rad !== 0);
   for (const box of document.querySelectorAll("[data-layer]")) box.checked = layers[box.dataset.layer];
 }
@@ -174,6 +179,7 @@ const TOOLS = {
   zoom_out: () => view().zoomMiddle(1 / 1.4),
   measure: () => view().setMeasures(!view().measures),
   place: () => { if (document.body.classList.contains("localising")) view().setPlaces(!view().places); },
+  mark: () => { if (view().model.info.live) marker.toggle(); },
   layers: () => {
     const list = $("layer_list");
     list.hidden = !list.hidden;
@@ -196,7 +202,7 @@ const TOOLS = {
     for (const {view} of robots) if (view.fits) view.fit();
   },
 };
-const KEYS = {f: "follow", a: "fit", "+": "zoom_in", "=": "zoom_in", "-": "zoom_out", m: "measure", o: "place", l: "layers", w: "turn",
+const KEYS = {f: "follow", a: "fit", "+": "zoom_in", "=": "zoom_in", "-": "zoom_out", m: "measure", o: "place", k: "mark", l: "layers", w: "turn",
               x: "screen", s: "save", t: "theme", p: "fold", "?": "help"};
 const ARROWS = {ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60]};
 
@@ -225,6 +231,7 @@ for (const box of document.querySelectorAll("[data-layer]")) {
 }
 addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || $("key").open) return;
+  if (event.target.closest?.("#mark_form") && event.key !== "Escape") return;  // it is typed
   const in_field = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
   const key = event.key.toLowerCase();
   if (KEYS[key]) use(KEYS[key], event);
@@ -235,6 +242,7 @@ addEventListener("keydown", (event) => {
   if (event.key === "Escape") {
     view().setMeasures(false);
     view().setPlaces(false);
+    view().setMarks(false);
     $("layer_list").hidden = true;
     $("layers").setAttribute("aria-expanded", false);
   }
@@ -296,6 +304,7 @@ function frame(now_ms) {
     const shown = new Set(changed);
     changed.clear();
     attempt(model, () => showPanel(model, shown, shown.has("all") || shown.has("connection")));
+    attempt(model, () => marker.show(model.info.marks, model.info.live === true));
     if (["all", "timeline", "info"].some((type) => shown.has(type))) {
       attempt(model, () => player.take(model.timeline, model.info));
       for (const {view} of robots) if (view.fits) view.fit();  // around what is shown now

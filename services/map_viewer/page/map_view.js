@@ -3,12 +3,13 @@
 import {BLOCK_CELLS, REDUCTIONS, findWalls, makePalette} from "./map_model.js";
 import {TimelinePath, drawChanges, drawDoubt, drawDoubts, drawGrid, drawLoops, drawMeasure, drawMoved, drawPath, drawPlace, drawRobot,
         drawScan, drawText, drawTruth, drawWayBack} from "./layers.js";
+import {drawDraft, drawMarks} from "./marks.js";
 
 const NEAREST_PX = 400;  // pixels of a metre
 const FURTHEST_PX = 0.2;
 const FINEST_CELL_PX = 0.8;  // where a cell is smaller, a wall of one cell would be hard to see
 const TAP_PX = 14;           // so near to the path is on it
-const LAYERS = ["doubts", "rays", "path", "floating", "loops", "moved", "uncertainty", "truth", "robots", "grid"];
+const LAYERS = ["doubts", "rays", "path", "floating", "loops", "moved", "uncertainty", "truth", "robots", "marks", "grid"];
 const POINTED_AT_S = 3.1;  // so long a correction of the map is
 
 const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
@@ -37,6 +38,8 @@ export class MapView extends EventTarget {
     this.places = false;
     this.placed = null;
     this.measured = [];  // ends of the distance that is measured
+    this.marks = false;  // whether a tap says where a place with a name is
+    this.draft = [];  // corners of an outline that is being made
     this.pointers = new Map();
     this.loop_closed_at = -Infinity;
     this.ground_canvas = document.createElement("canvas");  // below what changes when a run is played
@@ -178,7 +181,7 @@ export class MapView extends EventTarget {
   setMeasures(measures) {
     this.measures = measures;
     this.measured = [];
-    if (measures) this.setPlaces(false);
+    if (measures) this.setPlaces(false), this.setMarks(false);
     this.showTool();
   }
 
@@ -186,12 +189,20 @@ export class MapView extends EventTarget {
   setPlaces(places) {
     this.places = places;
     this.placed = null;  // {x_m, y_m, yaw_rad} while it is said
-    if (places) this.setMeasures(false);
+    if (places) this.setMeasures(false), this.setMarks(false);
+    this.showTool();
+  }
+
+  setMarks(marks) {
+    this.marks = marks;
+    this.draft = [];
+    if (marks) this.setMeasures(false), this.setPlaces(false);
     this.showTool();
   }
 
   showTool() {
-    if (this.measures || this.places) this.parent.dataset.tool = this.measures ? "measure" : "place";
+    const tool = this.measures ? "measure" : this.places ? "place" : this.marks ? "mark" : "";
+    if (tool) this.parent.dataset.tool = tool;
     else delete this.parent.dataset.tool;
     this.stale = true;
   }
@@ -298,6 +309,7 @@ export class MapView extends EventTarget {
   tap(event) {
     const place = this.toMap(event.clientX, event.clientY);
     if (this.measures) return this.mark(place);
+    if (this.marks) return this.dispatchEvent(new CustomEvent("marked", {detail: place}));
     const at = this.model.timeline?.nearest(place.x_m, place.y_m, TAP_PX / this.camera.px) ?? null;
     if (at !== null) this.dispatchEvent(new CustomEvent("moment", {detail: at}));
   }
@@ -426,6 +438,8 @@ export class MapView extends EventTarget {
       if (layers.rays && scan && this.isOfMoment(scan)) drawScan(context, scan, model.map, pixel, colours);
       drawRobot(context, model.robot, pixel, {...colours, robot: model.is_old ? colours.dim : colours.robot}, layers.uncertainty);
     }
+    if (layers.marks) drawMarks(context, model.info.marks, pixel, colours, camera.turn_rad);
+    if (this.draft.length > 0) drawDraft(context, this.draft, pixel, colours);
     if (this.placed) drawPlace(context, this.placed, pixel, colours);
     if (this.measured.length === 2) drawMeasure(context, this.measured, pixel, colours, camera.turn_rad);
   }

@@ -27,7 +27,7 @@ export class RobotModel extends EventTarget {
     this.timeline = null;  // of a run that has ended
     this.is_old = false;   // whether the robot is where it was known last, and nobody knows where it is
     this.scan = null;      // of the moment of the timeline, as robot
-    this.info = {services: [], loops: [], robots: [""], robot: ""};
+    this.info = {services: [], loops: [], marks: [], robots: [""], robot: ""};
     this.info_at_ms = 0;   // when it came
     this.num_news = null;  // that were told so far
     this.connected = false;
@@ -140,7 +140,7 @@ export class RobotModel extends EventTarget {
   }
 
   take_info(info) {
-    this.info = {services: [], loops: [], ...info};
+    this.info = {services: [], loops: [], marks: [], ...info};
     this.info_at_ms = performance.now();
     if (this.info.live !== false) this.timeline = null;
     this.tellCorrection(info.loops_closed ?? 0);

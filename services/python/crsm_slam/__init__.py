@@ -28,11 +28,11 @@ what would be right.
 """
 import numpy  # whoever lacks it is told so by its name
 
-from ._crsm_slam import Log, Map, MapChanges, Scan, Slam, State, Step, Tile, Trust, Verdict, presets, version
+from ._crsm_slam import Log, Map, MapChanges, PlacedMark, Scan, Slam, State, Step, Tile, Trust, Verdict, presets, version
 
-for _kind in (Log, Map, MapChanges, Scan, Slam, Step, Tile, Verdict):
+for _kind in (Log, Map, MapChanges, PlacedMark, Scan, Slam, Step, Tile, Verdict):
     _kind.__module__ = __name__  # where users find it, as help() says
 del _kind, numpy
 
 __version__ = version()
-__all__ = ["Log", "Map", "MapChanges", "Scan", "Slam", "State", "Step", "Tile", "Trust", "Verdict", "presets", "version"]
+__all__ = ["Log", "Map", "MapChanges", "PlacedMark", "Scan", "Slam", "State", "Step", "Tile", "Trust", "Verdict", "presets", "version"]

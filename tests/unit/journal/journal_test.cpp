@@ -386,4 +386,36 @@ TEST_CASE("a journal is of another map by its identity, or where it cannot be re
   CHECK(IsOfAnotherMap(folder.path(), "000000000000002a"));
 }
 
+TEST_CASE("a journal gives back marks where they came, and refuses those that do not fit") {
+  const ScratchFolder folder;
+  const FixedMark seen{{105, "v1", "victim", "in the hall", MarkAction::kSeen, false, 0.25, {{1.0, 2.0}}},
+                       {{KeyframeId{1, 3}, {1.5, 2.5}}}};
+  const FixedMark removed{{106, "v1", "", "", MarkAction::kRemoved, false, 0.5, {}}, {}};
+  {
+    Journal journal(folder / "a", kMapping);
+    Append(journal, {{100}});
+    journal.Append(seen);
+    Append(journal, {{101}});
+    journal.Append(removed);
+  }
+  std::vector<FixedMark> marks;
+  std::vector<std::size_t> scans_before;
+  Entries entries;
+  VisitJournal visit = NoteIn(entries);
+  visit.mark = [&](const FixedMark& mark) {
+    marks.push_back(mark);
+    scans_before.push_back(entries.size());
+    return true;
+  };
+  CHECK(ReadJournal(folder / "a", kMapping, kRefuse, visit).empty());
+  REQUIRE(marks.size() == 2);
+  CHECK(scans_before == std::vector<std::size_t>{1, 2});
+  CHECK(marks[0].mark.name == "in the hall");
+  CHECK(marks[0].points[0].keyframe == KeyframeId{1, 3});
+  CHECK(marks[0].points[0].at == Point{1.5, 2.5});
+  CHECK(marks[1].mark.action == MarkAction::kRemoved);
+  visit.mark = [](const FixedMark&) { return false; };
+  CHECK(Says(ErrorOf([&] { ReadJournal(folder / "a", kMapping, kRefuse, visit); }), "its marks do not fit its scans"));
+}
+
 }  // namespace crsm

@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdlib>
 #include <map>
@@ -9,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "catch.hpp"
 #include "source_helpers.hpp"
@@ -151,6 +153,24 @@ TEST_CASE("the temporary file has no name: nothing is left in its folder") {
   UtimeIndex index;
   for (std::int64_t utime = 0; utime < 3000; ++utime) index.Add(utime);
   CHECK(std::filesystem::is_empty(folder.path()));
+}
+
+TEST_CASE("the last utime up to another one is found wherever utimes step back") {
+  UtimeIndex index;
+  CHECK_FALSE(index.FindLast(kLargest));
+  std::mt19937 random(7);
+  std::vector<std::int64_t> all;
+  for (std::int64_t i = 0; i < 5000; ++i) {
+    all.push_back(1000 + 10 * i + static_cast<std::int64_t>(random() % 3000));
+    index.Add(all.back());
+  }
+  std::ranges::sort(all);
+  for (const std::int64_t utime : {std::int64_t{0}, all.front() - 1, all.front(), all[2500], all[2500] + 3, kLargest}) {
+    const auto behind = std::ranges::upper_bound(all, utime);
+    const auto last = index.FindLast(utime);
+    REQUIRE(last.has_value() == (behind != all.begin()));
+    if (last) CHECK(*last == *std::prev(behind));
+  }
 }
 
 }  // namespace crsm

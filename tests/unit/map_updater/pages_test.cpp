@@ -188,7 +188,7 @@ TEST_CASE("with the last matches who looks at the map is told its loops, and in 
   const auto FindError = [&](bool settled, BackgroundMapError* beside) {
     request.settled = settled ? 1 : 0;
     const map_page_t page =
-        MakePage(request, mapper.local(), {matches, tracking, &mapper, std::nullopt, beside}, kOptions);
+        MakePage(request, mapper.local(), {matches, tracking, &mapper, {}, {}, beside}, kOptions);
     REQUIRE(page.num_layouts == 1);
     return FromMessage(page.layout[0]).error;
   };
@@ -214,6 +214,23 @@ TEST_CASE("who wants no matches gets none, and the tracking state with the last 
     if (last) CHECK(FromMessage(page.tracking[0]) == owner.tracking);
     tile = page.next_tile;
   }
+}
+
+TEST_CASE("marks come with the last matches, to those who want matches, and with no piece") {
+  Owner owner;
+  owner.Draw();
+  owner.Draw();
+  const std::vector<PlacedMark> marks{FromMessage(PlacedMarkMessage())};
+  const auto Page = [&](std::int32_t first_match, std::optional<int> component = {}) {
+    Mapper mapper(TestParameters().update, {});
+    return MakePage(Ask(0, 0, first_match), *owner.updater,
+                    {owner.matches, owner.tracking, component ? &mapper : nullptr, component, marks}, kOptions);
+  };
+  CHECK(Page(0).num_marks == 1);
+  CHECK(Page(2).num_marks == 1);
+  CHECK(Page(-1).num_marks == 0);
+  CHECK(Page(0, 7).num_marks == 0);
+  CHECK(FromMessage(Decode<map_page_t>(Encode(Page(0))).value().marks[0]) == marks[0]);
 }
 
 }  // namespace crsm

@@ -45,6 +45,28 @@ TEST_CASE("a replica has the loops of the last page of matches, until it is told
   CHECK(replica.replica.loops().empty());
 }
 
+TEST_CASE("a replica has the marks of the owner, also those that come, move and go while the map stays as it is") {
+  MapOwner owner;
+  TestReplica replica;
+  replica.Begin(owner);
+  placed_mark_t mark = PlacedMarkMessage();
+  for (const auto& marks : {std::vector{mark}, {mark, mark}, {mark}, {}}) {
+    owner.marks = marks;
+    replica.replica.RequestUpdate();
+    replica.Ask(owner);
+    CHECK(replica.replica.marks().size() == marks.size());
+    if (!marks.empty()) CHECK(replica.replica.marks().back() == FromMessage(mark));
+  }
+  replica.CheckSameAs(owner);
+  owner.marks = {mark};
+  replica.replica.RequestUpdate();
+  replica.Ask(owner);
+  MapOwner another;
+  replica.replica.RequestUpdate();
+  replica.Ask(another);
+  CHECK(replica.replica.marks().empty());
+}
+
 TEST_CASE(
     "a late joiner gets the map page by page, whole in the end though it changes meanwhile, and then what is new") {
   MapOwner owner;

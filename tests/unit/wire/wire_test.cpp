@@ -319,6 +319,51 @@ TEST_CASE("a robot of a fleet has a piece, a covariance and trajectories, and it
   CHECK_FALSE(keyframe.After([](auto& message) { message.num_keyframes = 0, message.keyframes.clear(); }));
 }
 
+TEST_CASE("a mark has text that can be shown, a radius, and the points of a place or of an outline") {
+  Fields fields(MarkMessage());
+  mark_t& m = fields.message;
+  fields.Refuse(m.utime, {-1});
+  fields.Refuse(m.action, {-1, 3, mark_t::REMOVED});  // who removes says no more than the id
+  fields.AreFlags({&m.in_map_frame});
+  fields.Refuse(m.radius_m, {NAN, 0.0, -1.0, 1001.0, HUGE_VAL});
+  fields.Refuse(m.x_m[0], {NAN, HUGE_VAL, 1.1e6});
+  const std::string long_text(64, 'x');
+  for (std::string* text : {&m.id, &m.name}) {
+    fields.Refuse(*text, {long_text, std::string("a\nb"), std::string("a\x7f"), std::string("a\0b", 3)});
+  }
+  fields.Accept(m.name, {std::string(),
+                         std::string("K\xc3\xbc"
+                                     "che"),
+                         std::string(63, 'x')});
+  fields.Refuse(m.id, {std::string()});
+  fields.Refuse(m.kind, {std::string(), std::string("Victim"), std::string("a b"), std::string(32, 'x')});
+  CHECK(fields.After([](auto& mark) { mark = {5, "v1", "", "", mark_t::REMOVED, 0, 0.0, 0, {}, {}}; }));
+  for (const std::int32_t num : {0, 2, 65}) {
+    const auto n = static_cast<std::size_t>(num);
+    CHECK_FALSE(fields.After([&](auto& mark) { mark.num_points = num, mark.x_m.resize(n), mark.y_m.resize(n); }));
+  }
+  CHECK(fields.After([](auto& mark) { mark.num_points = 64, mark.x_m.resize(64), mark.y_m.resize(64); }));
+}
+
+TEST_CASE("a kept mark has a fixed point for each of its points; a placed one a covariance and sightings") {
+  Fields kept(KeptMarkMessage());
+  kept_mark_t& k = kept.message;
+  kept.Refuse(k.fixed[0].keyframe.number, {-1, -2});
+  kept.Accept(k.fixed[0].keyframe, {keyframe_id_t{-1, -1}});
+  kept.Refuse(k.fixed[0].x_m, {NAN, 5e6});
+  kept.Refuse(k.mark.radius_m, {0.0});
+  CHECK_FALSE(kept.After([](auto& message) { message.num_fixed = 0, message.fixed.clear(); }));
+  Fields page(MapPageMessage());
+  placed_mark_t& m = page.message.marks[0];
+  page.Refuse(m.num_sightings, {0});
+  page.Refuse(m.covariance[0], {NAN, 0.0, -1.0, 1e15});
+  page.Refuse(m.covariance[1], {NAN, 1e15});
+  page.AreFlags({&m.floating});
+  page.Refuse(m.y_m[2], {NAN});
+  page.Refuse(m.kind, {std::string()});
+  CHECK_FALSE(page.After([](auto& message) { message.num_marks = 201, message.marks.assign(201, message.marks[0]); }));
+}
+
 TEST_CASE("a journal's head has an epoch, and its check no place before the file's beginning") {
   Fields head(JournalHeadMessage());
   head.Refuse(head.message.epoch, {0});
