@@ -79,7 +79,8 @@ struct GraphConstants {
     double agree_rad = 0.04;
     double remembered_m = 20.0;  ///< a finding that waits for another
     double waits = 0.5;          ///< a loop that differs by so little of its standard deviations from the graph waits ...
-    double waits_growth = 0.01;  ///< ... until the graph has so much more keyframes, as a share
+    double waits_growth = 0.01;  ///< ... until the graph has so much more keyframes, as a share ...
+    int waits_from = 2000;       ///< ... if it has so many: a smaller one is solved in some milliseconds
   };
 
   /// Whether the robot is where the matches say.

@@ -79,7 +79,8 @@ bool SubmapLoopCloser::CanWait(const std::vector<Loop>& loops) const {
            Share(error.y_m, sigma.y_m) < 1.0 && Share(error.yaw_rad, sigma.yaw_rad) < 1.0;
   };
   const int num_new = graph_.size() - solved_size_;
-  return num_new < constants_.loops.waits_growth * graph_.size() && std::ranges::all_of(loops, Agrees);
+  return graph_.size() >= constants_.loops.waits_from && num_new < constants_.loops.waits_growth * graph_.size() &&
+         std::ranges::all_of(loops, Agrees);
 }
 
 /// Adds the loops that an update has closed, and moves the keyframes. earlier: that update, as it was found then.

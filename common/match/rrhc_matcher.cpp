@@ -204,11 +204,11 @@ RrhcMatcher::InitialGuess RrhcMatcher::MakeInitialGuess(const Rays& rays, const 
   if (IsGlobalSearchDue(tracking, constants_.finished_map) && !start_is_told) {
     const FoundOnMap found = SearchWholeMap(map_, rays.hits_m, constants_);
     initial_guess.evaluations = found.evaluations;
-    initial_guess.known = initial_guess.found_on_whole_map = found.IsConvincing(constants_.map_search);
-    initial_guess.T_map_laser = found.T_map_laser;
-  } else if (!tracking.empty() && Expectation(tracking, constants_).unknown()) {
-    initial_guess.known = false;
+    initial_guess.found_on_whole_map = found.IsConvincing(constants_.map_search);
+    if (initial_guess.found_on_whole_map) initial_guess.T_map_laser = found.T_map_laser;
   }
+  const bool is_placed = initial_guess.found_on_whole_map || start_is_told;
+  initial_guess.known = is_placed || !Expectation(tracking, constants_).unknown();
   return initial_guess;
 }
 

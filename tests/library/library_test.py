@@ -107,8 +107,8 @@ class Library(unittest.TestCase):
         source = self.work / "another"
         shutil.copytree(EXAMPLE, source)
         lists = source / "CMakeLists.txt"
-        lists.write_text(lists.read_text().replace("crsm_slam 0.2", "crsm_slam 0.1"))
-        with self.assertRaisesRegex(AssertionError, "0.1"):
+        lists.write_text(lists.read_text().replace("crsm_slam 0.3", "crsm_slam 0.2"))
+        with self.assertRaisesRegex(AssertionError, "0.2"):
             self.configure_and_build(source, f"-DCMAKE_PREFIX_PATH={self.work / 'usr'}")
 
     def test_pkg_config(self):

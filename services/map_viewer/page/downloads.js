@@ -5,8 +5,9 @@ import {readToken} from "./wire.js";
 const WHAT = {
   "map.png": "map, a pixel a cell", "map.yaml": "for map_server, beside map.png", "map.pgm": "map, for tools that read no PNG",
   "overview.png": "map, path and legend", "trajectory.tum": "pose of each scan", "graph.g2o": "pose graph",
-  "changes.csv": "what has come and gone", "summary.json": "figures and verdict", "marks.csv": "places", "marks.geojson": "places",
-  "map.tif": "GeoTIFF for RoboCup Rescue", "keepout.png": "zones to keep out of", "keepout.yaml": "for map_server",
+  "changes.csv": "what has come and gone", "summary.json": "figures and verdict",
+  "marks.csv": "places", "marks.geojson": "places", "map.tif": "GeoTIFF for RoboCup Rescue",
+  "keepout.png": "zones to keep out of", "keepout.yaml": "for map_server",
   "slow.png": "slow zones", "slow.yaml": "for map_server", "run.mcap": "for Foxglove; it takes a while to be made",
 };
 

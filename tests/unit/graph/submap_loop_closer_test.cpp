@@ -90,8 +90,7 @@ TEST_CASE("a drive round a block that has drifted is corrected when it comes bac
 
 TEST_CASE("a loop that says what the graph says is taken up, and moves nothing before others tell more") {
   const std::vector<Pose2> places = DriveRoundBlock(5.0, 5.0 + 1.4 * kRoundBlock_m);
-  // How many loops hold, and how many updates with loops have moved nothing. times: each round of keyframes counts as
-  // so much of the graph.
+  // How many updates with loops have moved nothing.
   const auto Count = [&](const Pose2& drift, const GraphConstants& constants) {
     SubmapLoopCloser closer(kLoops, UpdateParameters{}, constants);
     int num_waiting = 0;
@@ -104,11 +103,15 @@ TEST_CASE("a loop that says what the graph says is taken up, and moves nothing b
   };
   GraphConstants patient;
   patient.loops.waits_growth = 1.0;
+  patient.loops.waits_from = 0;
   CHECK(Count({}, patient) > 0);
   CHECK(Count({0.002, 0.0, 0.0008}, patient) < Count({}, patient));
-  GraphConstants impatient;
+  GraphConstants impatient = patient;
   impatient.loops.waits_growth = 0.0;
   CHECK(Count({}, impatient) == 0);
+  GraphConstants small = patient;
+  small.loops.waits_from = 2000;
+  CHECK(Count({}, small) == 0);
 }
 
 TEST_CASE("what was found before is not searched again, and gives the same updates, to the last bit") {

@@ -54,7 +54,7 @@ struct Drive {
     GraphUpdate update;
     update.previous = mapper.last_update();
     update.keyframe = Nth(mapper.graph().size() - 1);
-    PoseStretch& moved = update.moved.emplace_back(Nth(first));
+    PoseStretch& moved = update.moved.emplace_back(PoseStretch{Nth(first), {}});
     for (int k = first; k < mapper.graph().size(); ++k) {
       moved.poses.push_back(T_new_old * crsm::At(mapper.best_poses(), Nth(k)));
     }

@@ -107,7 +107,7 @@ TEST_CASE("a match is a finite pose with a fitness from 0 to 1, a covariance, an
   fields.Refuse(m.has_odometry, {2});
   fields.Refuse(m.floating, {2});
   for (double& covariance : m.covariance) fields.Refuse(covariance, {NAN, HUGE_VAL});
-  for (const std::size_t variance : {0, 3, 5}) fields.Refuse(m.covariance[variance], {-1e-9});
+  for (const std::size_t variance : {0U, 3U, 5U}) fields.Refuse(m.covariance[variance], {-1e-9});
   fields.Refuse(m.degenerate_axis[0], {1.1});
   fields.Refuse(m.degenerate_axis[1], {NAN});
 }
