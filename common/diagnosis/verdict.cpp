@@ -74,11 +74,12 @@ void JudgeFit(const Constants& constants, Verdict& verdict) {
 
 void JudgeAgreement(const Constants& constants, Verdict& verdict) {
   if (!verdict.agreement || *verdict.agreement >= constants.fair_agreement) return;
+  const std::string text = fmt::format(
+      "the scans contradict the map: only {:.0f} % of their rays pass through free space and end at walls",
+      100.0 * RoundDown(*verdict.agreement));
   if (verdict.values.finished_map) {
     return Warn(verdict, Trust::kDoubtful,
-                fmt::format("the scans contradict the map: only {:.0f} % of their rays pass through free space and end "
-                            "at walls: likely much has changed there since, or the robot was found where it is not",
-                            100.0 * RoundDown(*verdict.agreement)));
+                text + ": likely much has changed there since, or the robot was found where it is not");
   }
   const std::string cause = IsStanding(verdict.values, constants) ? "likely wrong ranges, or things that moved"
                             : Jumps(verdict.values, constants)
@@ -86,9 +87,7 @@ void JudgeAgreement(const Constants& constants, Verdict& verdict) {
                                 : "likely wrong angles (--angle-scale), wrong ranges, or one room drawn over another "
                                   "after a wrong match";
   Warn(verdict, *verdict.agreement < constants.least_agreement ? Trust::kBad : Trust::kDoubtful,
-       fmt::format("the scans contradict the map: only {:.0f} % of their rays pass through free space and end at "
-                   "walls (correct maps have {:.0f} % or more): {}",
-                   100.0 * RoundDown(*verdict.agreement), 100.0 * constants.fair_agreement, cause));
+       fmt::format("{} (correct maps have {:.0f} % or more): {}", text, 100.0 * constants.fair_agreement, cause));
 }
 
 bool IsInPieces(const ScanCounts& counts, const Constants& constants) {

@@ -5,17 +5,10 @@
 #include <iterator>
 
 #include "common/match/judge/census.hpp"
+#include "common/math/interpolate.hpp"
 #include "common/scan/hits.hpp"
 
 namespace crsm {
-namespace {
-
-Pose2 Interpolate(const Pose2& from, const Pose2& to, double share) {
-  const Pose2 motion = Inverse(from) * to;
-  return from * Pose2{share * motion.x_m, share * motion.y_m, share * motion.yaw_rad};
-}
-
-}  // namespace
 
 void FleetClock::Add(const FleetKeyframeId& keyframe, std::int64_t utime, std::int64_t heard_utime) {
   const auto index = static_cast<std::size_t>(keyframe.map);
@@ -96,9 +89,7 @@ ValidRays FleetDrawing::WithoutRobots(const Fleet& fleet, const FleetClock& cloc
 double FleetDrawing::ComputeAgreement(const Fleet& fleet, const FleetKeyframeId& keyframe) {
   if (bytes_version_ != map_.version()) {
     if (bytes_version_ < 0) bytes_.emplace(map_.geometry().cell_size_m());
-    for (std::size_t i = 0; i < map_.num_tiles(); ++i) {
-      if (const auto change = map_.TileSince(i, bytes_version_)) bytes_->Apply(*change);
-    }
+    map_.CopyTo(*bytes_, bytes_version_);
     bytes_version_ = map_.version();
   }
   const Eigen::Matrix2Xd hits_m = ComputeHits(fleet.graph().map(keyframe.map).keyframe(keyframe.id).rays.Unpack());

@@ -76,6 +76,7 @@ class Mapper {
   /// How often what is shown has changed other than by a new scan: keyframes were moved, or another component became
   /// the largest.
   std::int64_t num_layouts() const { return num_layouts_; }
+
   /// The map is finished: it is all that was seen, and stays as it is. Returns what that changes.
   std::vector<TileChange> Finish();
 

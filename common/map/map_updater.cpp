@@ -137,6 +137,12 @@ std::optional<TileChange> MapUpdater::TileSince(std::size_t tile, std::int64_t v
   return TileChange{entry.index, PackRuns(other, entry.tile->bytes())};
 }
 
+void MapUpdater::CopyTo(ByteMap& map, std::int64_t version) const {
+  for (std::size_t tile = 0; tile < num_tiles(); ++tile) {
+    if (const auto change = TileSince(tile, version)) map.Apply(*change);
+  }
+}
+
 bool MapUpdater::MovedEnough(const Pose2& T_map_laser) const {
   if (!T_map_last_drawn_) return true;
   const Pose2 motion = Inverse(*T_map_last_drawn_) * T_map_laser;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "common/map/byte_map.hpp"
 #include "common/map/drawing_constants.hpp"
 #include "common/map/map_delta.hpp"
 #include "common/map/map_geometry.hpp"
@@ -104,6 +105,8 @@ class MapUpdater {
 
   /// A whole tile, for a replica that lacks it; nothing if it has not changed since `version`.
   std::optional<TileChange> TileSince(std::size_t tile, std::int64_t version) const;
+  /// Brings a map of the same cells, as it was in a version, to what this is; -1: it is empty.
+  void CopyTo(ByteMap& map, std::int64_t version = -1) const;
 
  private:
   struct Box {

@@ -19,6 +19,10 @@ bool IsKind(const std::string& text) {
 
 }  // namespace
 
+bool IsOnMaps(const Point& point) {
+  return std::abs(point.x_m) <= Mark::kFarthest_m && std::abs(point.y_m) <= Mark::kFarthest_m;  // false for NaN
+}
+
 std::string DescribeFault(const Mark& mark) {
   if (mark.utime < 0) return "the time must be 0 or later";
   if (mark.id.empty() || mark.id.size() > Mark::kLongestText || HasControls(mark.id)) {
@@ -39,10 +43,7 @@ std::string DescribeFault(const Mark& mark) {
   if (mark.points.empty() || mark.points.size() == 2 || mark.points.size() > Mark::kMostPoints) {
     return "it has " + std::to_string(mark.points.size()) + " points: a place has 1, an outline 3 to 64";
   }
-  const auto IsNear = [](const Point& point) {
-    return std::abs(point.x_m) <= Mark::kFarthest_m && std::abs(point.y_m) <= Mark::kFarthest_m;
-  };
-  if (!std::ranges::all_of(mark.points, IsNear)) return "its points must be finite and within 1e6 m";
+  if (!std::ranges::all_of(mark.points, IsOnMaps)) return "its points must be finite and within 1e6 m";
   return "";
 }
 

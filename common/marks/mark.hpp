@@ -44,6 +44,9 @@ inline constexpr const char* kSlowKind = "slow";
 /// In one line, what is wrong with a mark and what would be right; empty if nothing is.
 std::string DescribeFault(const Mark& mark);
 
+/// Whether a point is on any map: it is finite, and within Mark::kFarthest_m.
+bool IsOnMaps(const Point& point);
+
 /// A point that moves with a keyframe.
 struct FixedPoint {
   std::optional<KeyframeId> keyframe;  ///< none: the point is in the map's frame

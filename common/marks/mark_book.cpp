@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "common/math/interpolate.hpp"
+
 namespace crsm {
 namespace {
 
@@ -21,12 +23,6 @@ double SecondsBetween(std::int64_t a, std::int64_t b) {
 
 bool IsMatched(const std::optional<ScanAt>& at) { return at && at->match.state != MatchState::kLost; }
 
-/// T_map_laser at a time between two scans, straight and evenly.
-Pose2 Interpolate(const Pose2& before, const Pose2& after, double share) {
-  const Pose2 step = Inverse(before) * after;
-  return before * Pose2{share * step.x_m, share * step.y_m, share * step.yaw_rad};
-}
-
 /// Where a keyframe, or the map's frame, lies by all that is known.
 Pose2 PoseOf(const std::optional<KeyframeId>& keyframe, const Mapper& mapper) {
   return keyframe ? At(mapper.best_poses(), *keyframe) : Pose2{};
@@ -38,10 +34,6 @@ bool IsOnMap(const std::optional<KeyframeId>& keyframe, const Mapper& mapper) {
 
 int ComponentOf(const std::optional<KeyframeId>& keyframe, const Mapper& mapper) {
   return keyframe ? mapper.best_components()[static_cast<std::size_t>(keyframe->trajectory)] : -1;
-}
-
-bool IsOnMaps(const Point& point) {
-  return std::abs(point.x_m) <= Mark::kFarthest_m && std::abs(point.y_m) <= Mark::kFarthest_m;
 }
 
 /// All points in one frame, that of a keyframe or of the map.

@@ -66,9 +66,7 @@ class MapUpdaterService {
       for (const std::string& line : news_.Look(mapper_, Clock::now())) Say(fmt::format("map_updater: {}", line));
       PublishChanges();
       marks_.Poll(Clock::now());
-      if (whole_.is_asked()) {
-        whole_.Show(mapper_, {answered_, tracking_, nullptr, {}, marks_.Place()}, options_);
-      }
+      whole_.Show(mapper_, {answered_, tracking_, nullptr, {}, [this] { return marks_.Place(); }}, options_);
       if (matches_.empty() || !Answer(matches_.front())) return !whole_.is_asked();
       matches_.Pop();
       return matches_.empty() && !whole_.is_asked();
@@ -230,9 +228,7 @@ class MapUpdaterService {
     answered_ = MatchStore();
     tracking_ = TrackingState::OnFinishedMap();
     finished_map_.emplace(local().geometry().cell_size_m());
-    for (std::size_t tile = 0; tile < local().num_tiles(); ++tile) {
-      if (const auto change = local().TileSince(tile, -1)) finished_map_->Apply(*change);
-    }
+    local().CopyTo(*finished_map_);
     changes_.emplace(MakeChangeFinder(mapper_, *finished_map_));
   }
 
@@ -285,15 +281,19 @@ class MapUpdaterService {
 
   /// Makes the map of a journal, but for its tail.
   VisitJournal VisitOfJournal(const std::filesystem::path& folder) {
-    return {[this, folder](const CriticalRays* scan, const ScanMatch& match) {
-              RestoreTail(folder);
-              tail_ = {scan ? std::optional(*scan) : std::nullopt, match};
-            },
-            [this](const GraphUpdate& update) { return Hold([this, update] { return mapper_.Accept(update); }); },
-            [this](KeyframeId keyframe) { return Hold([this, keyframe] { return mapper_.NoteSearched(keyframe); }); },
-            [](const JournalHead&) {},
-            [](const fleet_keyframe_t&) { return false; },
-            [this](const FixedMark& mark) { return Hold([this, mark] { return marks_.Restore(mark); }); }};
+    VisitJournal visit;
+    visit.match = [this, folder](const CriticalRays* scan, const ScanMatch& match) {
+      RestoreTail(folder);
+      tail_ = {scan ? std::optional(*scan) : std::nullopt, match};
+    };
+    visit.update = [this](const GraphUpdate& update) {
+      return Hold([this, update] { return mapper_.Accept(update); });
+    };
+    visit.searched = [this](KeyframeId keyframe) {
+      return Hold([this, keyframe] { return mapper_.NoteSearched(keyframe); });
+    };
+    visit.mark = [this](const FixedMark& mark) { return Hold([this, mark] { return marks_.Restore(mark); }); };
+    return visit;
   }
 
   /// False where there is no scan yet.

@@ -56,7 +56,9 @@ void AddMatches(std::int32_t first, bool settled, const Answered& answered, std:
   }
   page.message.next_match = static_cast<std::int32_t>(next);
   if (answered.component || next < scans.size()) return;
-  for (const PlacedMark& mark : answered.marks) page.Add(ToMessage(mark), page.message.marks, page.message.num_marks);
+  for (const PlacedMark& mark : answered.place_marks()) {
+    page.Add(ToMessage(mark), page.message.marks, page.message.num_marks);
+  }
   if (!answered.corrected) return;
   page.Add(ToMessage(FindLayout(answered, settled)), page.message.layout, page.message.num_layouts);
   for (const PlacedLoop& loop : answered.corrected->PlaceLoops()) {

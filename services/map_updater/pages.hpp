@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -21,7 +22,8 @@ struct Answered {
   const Mapper* corrected = nullptr;
   /// With `corrected`: the component whose scans alone are told; nothing: all scans.
   std::optional<int> component = std::nullopt;
-  std::vector<PlacedMark> marks = {};  ///< told to those who want matches, but of no component
+  /// Places with names, told to those who want matches, but of no component: asked for where they are told.
+  std::function<std::vector<PlacedMark>()> place_marks = [] { return std::vector<PlacedMark>(); };
   /// With `corrected`: who estimates beside how far off its map may be; nullptr: it is told to those alone who want
   /// what is known in the end.
   BackgroundMapError* map_error = nullptr;

@@ -24,8 +24,10 @@ void WholeView::Show(const Mapper& mapper, const Answered& answered, AnswerOptio
   if (asked_.empty()) return;
   const std::int32_t piece = asked_.front().request.piece;
   if (!mapper.closes_loops()) {  // there are no pieces
-    if (piece == 0)
-      AnswerWhoAskedFor(0, mapper.local(), {answered.matches, answered.tracking, nullptr, {}, answered.marks}, options);
+    if (piece == 0) {
+      AnswerWhoAskedFor(0, mapper.local(), {answered.matches, answered.tracking, nullptr, {}, answered.place_marks},
+                        options);
+    }
     std::erase_if(asked_, [&](const Asked& asked) { return asked.request.piece == piece; });
     return;
   }
@@ -37,7 +39,7 @@ void WholeView::Show(const Mapper& mapper, const Answered& answered, AnswerOptio
   if (piece != 0) return ShowPiece(piece, mapper, answered, options);
   if (!whole_.Draw(mapper, kScansAtOnce)) return;
   AnswerWhoAskedFor(0, whole_.map(),
-                    {answered.matches, answered.tracking, &mapper, {}, answered.marks, &map_error_}, options);
+                    {answered.matches, answered.tracking, &mapper, {}, answered.place_marks, &map_error_}, options);
 }
 
 /// A piece is a map of its own: with its own epoch, and as many versions as it has scans. One that is not there has

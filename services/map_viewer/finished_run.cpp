@@ -45,15 +45,15 @@ class Run {
       finished_map_ = ReadByteMap(results.run);
       mapper_->Finish();
     }
-    const std::string notice = ReadJournal(
-        folder, {head->subject.finished_map, ListMapParameters(parameters)}, OnDamage::kRefuse,
-        {[&](const CriticalRays* scan, const ScanMatch& match) {
-           Add(scan, match);
-           after_scan(*this);
-         },
-         [this](const GraphUpdate& update) { return mapper_->Accept(update); }, [](KeyframeId) { return true; },
-         [](const JournalHead&) {}, [](const fleet_keyframe_t&) { return false; },
-         [this](const FixedMark& mark) { return marks_.Add(mark, *mapper_); }});
+    VisitJournal visit;
+    visit.match = [&](const CriticalRays* scan, const ScanMatch& match) {
+      Add(scan, match);
+      after_scan(*this);
+    };
+    visit.update = [this](const GraphUpdate& update) { return mapper_->Accept(update); };
+    visit.mark = [this](const FixedMark& mark) { return marks_.Add(mark, *mapper_); };
+    const std::string notice =
+        ReadJournal(folder, {head->subject.finished_map, ListMapParameters(parameters)}, OnDamage::kRefuse, visit);
     if (!notice.empty()) Say(fmt::format("map_viewer: {}", notice));
   }
 
@@ -181,9 +181,7 @@ class Run {
     }
     const MapUpdater& drawn = mapper_->closes_loops() ? whole.map() : local;
     ByteMap map(drawn.geometry().cell_size_m());
-    for (std::size_t tile = 0; tile < drawn.num_tiles(); ++tile) {
-      if (const auto change = drawn.TileSince(tile, -1)) map.Apply(*change);
-    }
+    drawn.CopyTo(map);
     shown.Replace(map, drawn.version());
     shown.SetVersion(epoch_, drawn.version());
   }

@@ -158,12 +158,12 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
   JournalSubject subject{!settings.localize.empty(), ListMapParameters(command_line.parameters())};
   const OnDamage on_damage = settings.until_damage ? OnDamage::kTakeWhatIsBefore : OnDamage::kRefuse;
   std::int64_t epoch = 0;
-  const VisitJournal restore{[&](const CriticalRays* scan, const ScanMatch& match) { run.Restore(scan, match); },
-                             [&](const GraphUpdate& update) { return run.slam.Restore(update); },
-                             [&](KeyframeId keyframe) { return run.slam.RestoreSearched(keyframe); },
-                             [&epoch](const JournalHead& head) { epoch = head.epoch; },
-                             [](const fleet_keyframe_t&) { return false; },
-                             [&](const FixedMark& mark) { return run.marks.Add(mark, run.slam.mapper()); }};
+  VisitJournal restore;
+  restore.match = [&](const CriticalRays* scan, const ScanMatch& match) { run.Restore(scan, match); };
+  restore.update = [&](const GraphUpdate& update) { return run.slam.Restore(update); };
+  restore.searched = [&](KeyframeId keyframe) { return run.slam.RestoreSearched(keyframe); };
+  restore.head = [&epoch](const JournalHead& head) { epoch = head.epoch; };
+  restore.mark = [&](const FixedMark& mark) { return run.marks.Add(mark, run.slam.mapper()); };
   std::optional<EndsAtOnce> ends_at_once(
       std::in_place, fmt::format("{}: stopped while the map of {} was made again: there is nothing new to write",
                                  command_line.program(), resume.empty() ? settings.localize : resume));

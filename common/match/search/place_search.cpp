@@ -80,11 +80,17 @@ void CountOnAny(const Overlaying& task, std::array<int, 4>& counts) { CountOverl
 __attribute__((target("avx2"))) void CountAvx2(const Overlaying& task, std::array<int, 4>& counts) {
   CountOverlay(task, counts);
 }
-bool HasAvx2() { return __builtin_cpu_supports("avx2"); }
-#else
-void CountAvx2(const Overlaying& task, std::array<int, 4>& counts) { CountOverlay(task, counts); }
-bool HasAvx2() { return false; }
 #endif
+
+using CountKernel = void (*)(const Overlaying& task, std::array<int, 4>& counts);
+
+/// The fastest one on this machine.
+CountKernel FindCountKernel() {
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx2")) return CountAvx2;
+#endif
+  return CountOnAny;
+}
 
 /// Poses on a lattice: 2^level of them along each axis, from here on.
 struct Node {
@@ -430,8 +436,8 @@ std::array<int, 4> HitPyramid::Count(int level, const Eigen::ArrayXf& x_cells, c
   const auto y_end = static_cast<float>((grid.height - 1) << shift);
   const Overlaying task{grid.cells.data(), grid.width, shift, x0, y0, c, s, x_end, y_end, x_cells.data(),
                         y_cells.data(), static_cast<int>(x_cells.size()), least};
-  static const bool has_avx2 = HasAvx2();
-  has_avx2 ? CountAvx2(task, counts) : CountOnAny(task, counts);
+  static const CountKernel count_kernel = FindCountKernel();
+  count_kernel(task, counts);
   const auto num = static_cast<int>(x_cells.size());
   for (int& count : counts) count -= kFreeWeight * num;
   return counts;

@@ -188,7 +188,7 @@ TEST_CASE("with the last matches who looks at the map is told its loops, and in 
   const auto FindError = [&](bool settled, BackgroundMapError* beside) {
     request.settled = settled ? 1 : 0;
     const map_page_t page =
-        MakePage(request, mapper.local(), {matches, tracking, &mapper, {}, {}, beside}, kOptions);
+        MakePage(request, mapper.local(), {matches, tracking, &mapper, {}, [] { return std::vector<PlacedMark>(); }, beside}, kOptions);
     REQUIRE(page.num_layouts == 1);
     return FromMessage(page.layout[0]).error;
   };
@@ -224,7 +224,8 @@ TEST_CASE("marks come with the last matches, to those who want matches, and with
   const auto Page = [&](std::int32_t first_match, std::optional<int> component = {}) {
     Mapper mapper(TestParameters().update, {});
     return MakePage(Ask(0, 0, first_match), *owner.updater,
-                    {owner.matches, owner.tracking, component ? &mapper : nullptr, component, marks}, kOptions);
+                    {owner.matches, owner.tracking, component ? &mapper : nullptr, component, [&] { return marks; }},
+                    kOptions);
   };
   CHECK(Page(0).num_marks == 1);
   CHECK(Page(2).num_marks == 1);
