@@ -93,14 +93,14 @@ class Owner {
   }
 
   void Answer(const map_request_t& request) const {
-    const std::vector<PlacedMark> marks = marks_.Place(mapper_);
+    const auto place_marks = [this] { return marks_.Place(mapper_); };
     if (!loops_ || request.whole == 0) {
-      return Check(MakePage(request, local(), {answered_, tracking_, nullptr, {}, marks}, kOptions));
+      return Check(MakePage(request, local(), {answered_, tracking_, nullptr, {}, place_marks}, kOptions));
     }
     if (request.piece != 0) return AnswerWithPiece(request);
     WholeMap whole(UpdateParameters{});
     whole.Draw(mapper_, mapper_.graph().size());
-    Check(MakePage(request, whole.map(), {answered_, tracking_, &mapper_, {}, marks}, kOptions));
+    Check(MakePage(request, whole.map(), {answered_, tracking_, &mapper_, {}, place_marks}, kOptions));
   }
 
   const MapUpdater& local() const { return mapper_.local(); }
