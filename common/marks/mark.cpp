@@ -47,6 +47,24 @@ std::string DescribeFault(const Mark& mark) {
   return "";
 }
 
+std::string DescribeFault(const PlacedMark& mark) {
+  const auto Cut = [](std::string text) {
+    if (text.size() <= PlacedMark::kLongestText) text.resize(std::min(text.size(), Mark::kLongestText));
+    return text;
+  };
+  if (HasControls(mark.id) || HasControls(mark.name)) return "an id or a name has control characters";
+  return DescribeFault(Mark{mark.utime, Cut(mark.id), mark.kind, Cut(mark.name), MarkAction::kSeen, true,
+                            Mark::kLargestRadius_m, mark.points});
+}
+
+std::array<double, 3> TurnCovariance(const std::array<double, 3>& covariance, double yaw_rad) {
+  const auto& [xx, xy, yy] = covariance;
+  const double c = std::cos(yaw_rad);
+  const double s = std::sin(yaw_rad);
+  return {c * c * xx - 2.0 * c * s * xy + s * s * yy, c * s * (xx - yy) + (c * c - s * s) * xy,
+          s * s * xx + 2.0 * c * s * xy + c * c * yy};
+}
+
 Point MiddleOf(const PlacedMark& mark) {
   Point sum;
   for (const auto& [x_m, y_m] : mark.points) sum = {sum.x_m + x_m, sum.y_m + y_m};

@@ -71,9 +71,31 @@ struct PlacedMark {
   bool floating = false;      ///< on another piece than the map that is shown, in a frame of its own
   std::vector<Point> points;  ///< map frame
 
+  /// Of all robots of a fleet. One robot has fewer: MarkBook::kMostMarks.
+  static constexpr std::size_t kMostOnMap = 1000;
+  static constexpr std::size_t kLongestText = 127;  ///< bytes of an id or a name: a fleet's begin with the robot's
+
   bool is_outline() const { return points.size() > 1; }
   friend bool operator==(const PlacedMark&, const PlacedMark&) = default;
 };
+
+/// The same of a place: its texts may be as long as those of a fleet.
+std::string DescribeFault(const PlacedMark& mark);
+
+/// A place as the keyframes of its map have it: wherever they are moved, it moves along.
+struct AnchoredMark {
+  PlacedMark mark;  ///< without points; the covariance is in the frame of the laser at the first keyframe
+  struct Anchor {
+    KeyframeId keyframe;
+    Point at;  ///< in the frame of the laser there
+    friend bool operator==(const Anchor&, const Anchor&) = default;
+  };
+  std::vector<Anchor> points;
+  friend bool operator==(const AnchoredMark&, const AnchoredMark&) = default;
+};
+
+/// The covariance of a point, xx, xy, yy [m^2], in a frame that is turned against its own.
+std::array<double, 3> TurnCovariance(const std::array<double, 3>& covariance, double yaw_rad);
 
 /// The middle of a place, where its name stands.
 Point MiddleOf(const PlacedMark& mark);

@@ -170,6 +170,33 @@ std::vector<PlacedMark> MarkBook::Place(const Mapper& mapper) const {
   return placed;
 }
 
+std::vector<AnchoredMark> MarkBook::Anchor(const Mapper& mapper) const {
+  std::vector<AnchoredMark> anchored;
+  for (PlacedMark& mark : Place(mapper)) {
+    const Entry& entry = *Find(mark.id);
+    KeyframeId best;  // with the best sightings of a point
+    double most = 0.0;
+    for (const Group& group : entry.groups) {
+      if (IsOnMap(group.keyframe, mapper) == mark.floating || group.weight <= most) continue;
+      if (mark.floating && ComponentOf(group.keyframe, mapper) != ComponentOf(entry.groups.back().keyframe, mapper)) {
+        continue;
+      }
+      most = group.weight;
+      best = group.keyframe.value_or(KeyframeId{});
+    }
+    AnchoredMark& one = anchored.emplace_back();
+    for (std::size_t i = 0; i < mark.points.size(); ++i) {
+      const KeyframeId keyframe = entry.outline.empty() ? best : entry.outline[i].keyframe.value_or(KeyframeId{});
+      one.points.push_back({keyframe, Apply(Inverse(PoseOf(keyframe, mapper)), mark.points[i])});
+    }
+    mark.points.clear();
+    mark.floating = false;
+    mark.covariance = TurnCovariance(mark.covariance, -PoseOf(one.points.front().keyframe, mapper).yaw_rad);
+    one.mark = std::move(mark);
+  }
+  return anchored;
+}
+
 PlacedMark MarkBook::PlaceOutline(const Entry& entry, const Mapper& mapper) {
   PlacedMark mark;
   mark.num_sightings = 1;

@@ -58,6 +58,9 @@ class MarkBook {
   /// Mark::kFarthest_m.
   std::vector<PlacedMark> Place(const Mapper& mapper) const;
 
+  /// The same by the keyframes that they are fixed to, for a map with loops.
+  std::vector<AnchoredMark> Anchor(const Mapper& mapper) const;
+
   bool empty() const { return entries_.empty(); }
 
  private:

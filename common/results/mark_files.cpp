@@ -252,9 +252,7 @@ std::vector<PlacedMark> ReadMarks(const std::filesystem::path& dir) {
     const auto json = nlohmann::json::parse(ReadWholeFile(path, kMostBytes));
     for (const nlohmann::json& feature : json.at("features")) {
       marks.push_back(FromJson(feature));
-      const PlacedMark& mark = marks.back();
-      const std::string fault = DescribeFault(
-          {mark.utime, mark.id, mark.kind, mark.name, MarkAction::kSeen, true, Mark::kLargestRadius_m, mark.points});
+      const std::string fault = DescribeFault(marks.back());
       if (!fault.empty())
         throw std::runtime_error(fmt::format("{}: feature {}: {}", path.string(), marks.size(), fault));
     }

@@ -91,6 +91,9 @@ map_page_t FleetView::MakePage(const map_request_t& request, const Told& told, c
     }
     page.message.next_match = static_cast<std::int32_t>(next);
     if (next == keyframes.size() && !told.only) {
+      for (const PlacedMark& mark : marks_.Place(fleet_.graph(), pieces_.empty() ? -1 : pieces_.front())) {
+        page.Add(ToMessage(mark), page.message.marks, page.message.num_marks);
+      }
       page.Add(ToMessage(FindLayout(request.settled == 1)), page.message.layout, page.message.num_layouts);
       for (const PlacedLoop& loop : PlaceLoops(fleet_.graph(), pieces_.empty() ? -1 : pieces_.front())) {
         page.Add(ToMessage(loop), page.message.loops, page.message.num_loops);

@@ -1,5 +1,5 @@
-// fleet_mapper: KEYFRAME and POSE_GRAPH of several robots -> WHOLE_MAP and FLEET_POSE. Owns the common map: what each
-// robot's own stack has found is taken over, and where robots were in the same place is searched.
+// fleet_mapper: KEYFRAME, POSE_GRAPH and ROBOT_MARKS of several robots -> WHOLE_MAP and FLEET_POSE. Owns the common
+// map: what each robot's own stack has found is taken over, and where robots were in the same place is searched.
 
 #include <fmt/format.h>
 
@@ -12,6 +12,7 @@
 
 #include "common/fleet/fleet.hpp"
 #include "common/fleet/fleet_drawing.hpp"
+#include "common/fleet/fleet_marks.hpp"
 #include "services/base/path_lock.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/bus/service.hpp"
@@ -38,7 +39,7 @@ class FleetMapper {
         service_(command_line),
         subject_{false, ListMapParameters(command_line.parameters())},
         fleet_(command_line.parameters().loops, command_line.parameters().update),
-        view_(fleet_, clock_, command_line.parameters().update) {
+        view_(fleet_, clock_, marks_, command_line.parameters().update) {
     service_.TakeRole(kMapOwnerRole);
     OpenJournal();
     for (const std::string& robot : robots) {
@@ -115,6 +116,11 @@ class FleetMapper {
                                          Hear(*robot);
                                          robot->link.Take(message);
                                        });
+    bus.SubscribeToOneOf<robot_marks_t>(prefix, kRobotMarksChannel, kMapOwnerRole,
+                                        [this, robot](const robot_marks_t& message) {
+                                          Hear(*robot);
+                                          TakeMarks(*robot, message);
+                                        });
     bus.SubscribeOf<service_status_t>(prefix, ServiceStatusChannel("map_updater"),
                                       [this, robot](const service_status_t&) { Hear(*robot); });
     Say(fmt::format("fleet_mapper: listens to {}", prefix));
@@ -122,6 +128,24 @@ class FleetMapper {
   }
 
   void Hear(Robot& robot) { robot.last_heard = Clock::now(); }
+
+  void TakeMarks(Robot& robot, const robot_marks_t& message) {
+    const auto marks = robot.link.Take(message, Clock::now());
+    if (!marks) return;
+    SetMarks(robot, *marks);
+    if (journal_) Keep(*marks);
+    if (marks_.Count() > PlacedMark::kMostOnMap) {
+      service_.Complain("marks_left_out",
+                        fmt::format("fleet_mapper: the robots have {} places: the common map shows {}", marks_.Count(),
+                                    PlacedMark::kMostOnMap));
+    }
+  }
+
+  void SetMarks(Robot& robot, const fleet_marks_t& marks) {
+    std::string name = robot.link.prefix();
+    if (name.ends_with('/')) name.pop_back();
+    marks_.Set(marks.map, name, FromMessage(marks.marks));
+  }
 
   /// One keyframe, of the robots in turn. Whether there was any.
   bool TakeKeyframe() {
@@ -248,6 +272,7 @@ class FleetMapper {
                             std::ranges::count_if(robots_, [](const Robot& robot) { return robot.link.is_behind(); }));
     service_.counters().Set("keyframes", std::ssize(fleet_.keyframes()));
     service_.counters().Set("keyframes_searched", fleet_.num_searched());
+    service_.counters().Set("marks", static_cast<std::int64_t>(marks_.Count()));
     service_.counters().Set("pieces", std::ssize(view_.pieces()));
     service_.counters().Set("loops_between_robots", std::ssize(fleet_.graph().loops()));
     service_.counters().Set("loops_rejected", std::ssize(fleet_.graph().rejected()));
@@ -297,10 +322,15 @@ class FleetMapper {
   }
 
   /// Whether all that the robots have is on the common map, where they can be heard.
-  bool IsSettled() const {
-    return !fleet_.graph().needs_solving() && std::ranges::none_of(robots_, [](const Robot& robot) {
-      return robot.link.is_behind() && robot.IsHeard(Clock::now());
-    });
+  bool IsSettled() {
+    const auto now = Clock::now();
+    bool is_settled = !fleet_.graph().needs_solving();
+    for (Robot& robot : robots_) {
+      if (!robot.IsHeard(now)) continue;
+      const bool has_told_marks = robot.link.HasToldMarks(now);  // all are asked at the same time
+      is_settled = is_settled && has_told_marks && !robot.link.is_behind();
+    }
+    return is_settled;
   }
 
   void OpenJournal() {
@@ -320,6 +350,7 @@ class FleetMapper {
                         JournalPath(settings_.journal).string()));
       }};
       visit.fleet_keyframe = [this](const fleet_keyframe_t& keyframe) { return Restore(keyframe); };
+      visit.fleet_marks = [this](const fleet_marks_t& marks) { return Restore(marks); };
       journal_.emplace(settings_.journal, subject_, on_damage, visit);
       fleet_.Solve();
       has_solved_ = true;
@@ -344,9 +375,20 @@ class FleetMapper {
     return Add(*robot, begins ? std::nullopt : robot->link.map(), message, true);
   }
 
-  void Keep(const fleet_keyframe_t& keyframe) {
+  /// The places of a map of the journal.
+  bool Restore(const fleet_marks_t& marks) {
+    const auto robot = std::ranges::find_if(
+        robots_, [&](const Robot& one) { return std::ranges::count(one.link.maps(), marks.map) > 0; });
+    if (robot == robots_.end() || !FleetMarks::Fits(fleet_.graph(), marks.map, FromMessage(marks.marks))) return false;
+    robot->link.Hold(marks);
+    SetMarks(*robot, marks);
+    return true;
+  }
+
+  template <class Message>
+  void Keep(const Message& message) {
     try {
-      journal_->Append(keyframe);
+      journal_->Append(message);
     } catch (const std::runtime_error& error) {
       Say(fmt::format("fleet_mapper: {}; the common map goes on without a journal", error.what()));
       service_.counters().Add("journal_failed");
@@ -368,6 +410,7 @@ class FleetMapper {
   JournalSubject subject_;
   Fleet fleet_;
   FleetClock clock_;
+  FleetMarks marks_;
   FleetView view_;
   std::deque<Robot> robots_;
   std::optional<RobotFinder> finder_;
@@ -385,10 +428,11 @@ class FleetMapper {
 }  // namespace crsm
 
 int main(int argc, char** argv) {
-  crsm::CommandLine command_line("fleet_mapper",
-                                 "Makes one map of several robots, each of which maps for itself: KEYFRAME, POSE_GRAPH "
-                                 "-> WHOLE_MAP, FLEET_POSE.",
-                                 crsm::FlagsOfFleetMapper());
+  crsm::CommandLine command_line(
+      "fleet_mapper",
+      "Makes one map of several robots, each of which maps for itself: KEYFRAME, POSE_GRAPH, "
+      "ROBOT_MARKS -> WHOLE_MAP, FLEET_POSE.",
+      crsm::FlagsOfFleetMapper());
   std::vector<std::string> robots;
   command_line.AddOption("--robots", robots,
                          "channel prefixes of the robots: robot1/ robot2/; auto: of all that are heard");

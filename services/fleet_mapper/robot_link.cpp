@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "common/fleet/fleet_marks.hpp"
+#include "services/wire/conversions.hpp"
+
 namespace crsm {
 namespace {
 
@@ -56,6 +59,8 @@ void RobotLink::BeginEpoch(std::int64_t epoch) {
   given_.reset();
   known_.reset();
   waiting_.clear();
+  marks_told_.reset();
+  next_marks_ = {};
   backoff_.RestartAtOnce();
 }
 
@@ -87,6 +92,26 @@ void RobotLink::Take(const pose_graph_t& message) {
     waiting.message.findings = message.findings;
     waiting.message.num_findings = message.num_findings;
   }
+}
+
+std::optional<fleet_marks_t> RobotLink::Take(const robot_marks_t& message, Clock::time_point now) {
+  if (message.epoch != epoch_ || !is_identified_ || !map_) return std::nullopt;
+  std::int64_t& held = marks_held_[*map_];
+  const bool is_same = message.checksum == held;
+  const bool is_whole = message.num_marks > 0 || message.checksum == 0;  // else one for who holds what we do not
+  if (!is_same && (!is_whole || !FleetMarks::Fits(fleet_.graph(), *map_, FromMessage(message)))) return std::nullopt;
+  marks_told_ = now;
+  if (is_same) return std::nullopt;
+  held = message.checksum;
+  return fleet_marks_t{*map_, message};
+}
+
+bool RobotLink::HasToldMarks(Clock::time_point now) {
+  constexpr auto kMoment = std::chrono::seconds(1);
+  if (!map_ || (marks_told_ && now - *marks_told_ < kMoment)) return true;
+  constexpr auto kAgain = std::chrono::milliseconds(200);
+  if (next_marks_ > now + kAgain) next_marks_ = now;
+  return false;
 }
 
 std::optional<RobotLink::Told> RobotLink::Next(Clock::time_point now) {
@@ -121,18 +146,22 @@ bool RobotLink::waits_for_loop_closer() const {
 std::optional<keyframe_request_t> RobotLink::NextRequest(Clock::time_point now) {
   if (epoch_ == 0) {  // whichever map it has
     if (!backoff_.Due(now)) return std::nullopt;
-    return keyframe_request_t{0, ToMessage(std::optional<KeyframeId>()), 1};
+    return keyframe_request_t{0, ToMessage(std::optional<KeyframeId>()), 1, -1};
   }
   if (!is_identified_) {
     if (!backoff_.Due(now)) return std::nullopt;
-    return keyframe_request_t{epoch_, ToMessage(std::optional<KeyframeId>()), 1};
+    return keyframe_request_t{epoch_, ToMessage(std::optional<KeyframeId>()), 1, -1};
+  }
+  if (map_ && now >= next_marks_) {
+    next_marks_ = now + kMarksPeriod;
+    return keyframe_request_t{epoch_, ToMessage(given_), 1, marks_held_[*map_]};
   }
   if (!is_behind() && now >= next_probe_) {
     next_probe_ = now + kSilence;
-    return keyframe_request_t{0, ToMessage(std::optional<KeyframeId>()), 1};
+    return keyframe_request_t{0, ToMessage(std::optional<KeyframeId>()), 1, -1};
   }
   if (!is_behind() || !backoff_.Due(now)) return std::nullopt;
-  return keyframe_request_t{epoch_, ToMessage(given_), kAtOnce};
+  return keyframe_request_t{epoch_, ToMessage(given_), kAtOnce, -1};
 }
 
 }  // namespace crsm

@@ -16,7 +16,7 @@ namespace crsm {
 
 /// What one robot tells of its map: KEYFRAME and POSE_GRAPH come in, any of them may be lost, late or doubled;
 /// keyframes go out one by one in their order, each when it is known what the robot's own loop closer has found there.
-/// What is lacking is asked for (KEYFRAME_REQUEST), and nothing else.
+/// What is lacking is asked for (KEYFRAME_REQUEST), and every few seconds whether there are other places.
 ///
 /// A robot that was restarted goes on with its map, if that begins as the one before; else it has begun a new one.
 ///
@@ -34,6 +34,10 @@ class RobotLink {
 
   void Take(const keyframe_t& message, Clock::time_point now, std::int64_t utime_now);
   void Take(const pose_graph_t& message);
+  /// The places of the robot's map, where they are others than before, and those keyframes are there.
+  std::optional<fleet_marks_t> Take(const robot_marks_t& message, Clock::time_point now);
+  /// Those of a map are held, of an earlier session.
+  void Hold(const fleet_marks_t& marks) { marks_held_[marks.map] = marks.marks.checksum; }
 
   /// A keyframe that is the next of its map.
   struct Told {
@@ -54,6 +58,8 @@ class RobotLink {
   const std::vector<int>& maps() const { return maps_; }  ///< of this robot, the newest last
   /// Keyframes that the robot has, and that were not given out.
   bool is_behind() const { return known_ > given_; }
+  /// Whether its places were told a moment ago; else they are asked for at once. A robot without a map has none.
+  bool HasToldMarks(Clock::time_point now);
   /// Keyframes wait for nothing but the robot's loop closer.
   bool waits_for_loop_closer() const;
 
@@ -82,6 +88,10 @@ class RobotLink {
   /// A robot that stands sends nothing: it is asked now and then whether it has gone on while it was not heard.
   static constexpr auto kSilence = std::chrono::seconds(30);
   Clock::time_point next_probe_{};
+  static constexpr auto kMarksPeriod = std::chrono::seconds(5);
+  std::map<int, std::int64_t> marks_held_;  ///< checksums by map of the fleet
+  std::optional<Clock::time_point> marks_told_;
+  Clock::time_point next_marks_{};
 };
 
 }  // namespace crsm

@@ -25,6 +25,8 @@ class FleetRelay {
     robot.SubscribeToOne<pose_graph_t>(kPoseGraphChannel, kLoopCloserRole, [this](const pose_graph_t& message) {
       if (message.part == 0) Send(kPoseGraphChannel, WithoutPoses(message));
     });
+    robot.SubscribeToOne<robot_marks_t>(kRobotMarksChannel, kMapOwnerRole,
+                                        [this](const robot_marks_t& message) { Send(kRobotMarksChannel, message); });
     robot.Subscribe<service_status_t>(ServiceStatusChannel("map_updater"), [this](const service_status_t& message) {
       Send(ServiceStatusChannel("map_updater").c_str(), Shorten(message));
     });
@@ -91,10 +93,11 @@ class FleetRelay {
 }  // namespace crsm
 
 int main(int argc, char** argv) {
-  crsm::CommandLine command_line("fleet_relay",
-                                 "Passes on what fleet_mapper needs of a robot from the robot's bus to the network of "
-                                 "the fleet, and what it asks for back: KEYFRAME, POSE_GRAPH, POSE; KEYFRAME_REQUEST.",
-                                 crsm::FlagsOfFleetRelay());
+  crsm::CommandLine command_line(
+      "fleet_relay",
+      "Passes on what fleet_mapper needs of a robot from the robot's bus to the network of "
+      "the fleet, and what it asks for back: KEYFRAME, POSE_GRAPH, ROBOT_MARKS, POSE; KEYFRAME_REQUEST.",
+      crsm::FlagsOfFleetRelay());
   std::string fleet_url;
   command_line.AddOption("--fleet-url", fleet_url,
                          "URL of the fleet's LCM bus, on another port than the robot's: "

@@ -154,15 +154,16 @@ Contents Read(const std::string& path, const JournalSubject& subject, OnDamage o
     if (stretch->mark && !visit.mark(FromMessage(*stretch->mark))) {
       throw std::runtime_error(fmt::format("{}: its marks do not fit its scans", path));
     }
-    if (stretch->fleet_keyframe) {
-      if (!visit.fleet_keyframe(*stretch->fleet_keyframe)) {
+    if (stretch->fleet_keyframe || stretch->fleet_marks) {
+      if (stretch->fleet_keyframe ? !visit.fleet_keyframe(*stretch->fleet_keyframe)
+                                  : !visit.fleet_marks(*stretch->fleet_marks)) {
         throw std::runtime_error(
             fmt::format("{} is the journal of a fleet, and not of one robot, or its keyframes do not fit each other: "
                         "choose another "
                         "folder",
                         path));
       }
-      ++num_scans;
+      if (stretch->fleet_keyframe) ++num_scans;
     }
     if (!stretch->match) continue;
     visit.match(stretch->scan ? &*stretch->scan : nullptr, *stretch->match);
@@ -294,6 +295,13 @@ void Journal::Append(const fleet_keyframe_t& keyframe) {
   last_utime_ = std::max(last_utime_, keyframe.heard_utime);
   AddHead(last_utime_);
   AddEvent(kFleetKeyframeChannel, keyframe);
+  WriteStretch(last_utime_);
+  appended_ = true;
+}
+
+void Journal::Append(const fleet_marks_t& marks) {
+  AddHead(last_utime_);
+  AddEvent(kFleetMarksChannel, marks);
   WriteStretch(last_utime_);
   appended_ = true;
 }

@@ -67,6 +67,8 @@ struct VisitJournal {
   std::function<void(const JournalHead& head)> head = [](const JournalHead&) {};
   /// A keyframe of a fleet's map. False if the journal is not to be of a fleet, or if it does not fit those before.
   std::function<bool(const fleet_keyframe_t& keyframe)> fleet_keyframe = [](const fleet_keyframe_t&) { return false; };
+  /// The places of one of a fleet's maps. False likewise.
+  std::function<bool(const fleet_marks_t& marks)> fleet_marks = [](const fleet_marks_t&) { return false; };
   /// A place with a name. False if it does not fit the scans before.
   std::function<bool(const FixedMark& mark)> mark = [](const FixedMark&) { return true; };
 };
@@ -85,8 +87,8 @@ enum class OnDamage {
 /// the match (SCAN_MATCH), and between them, with loops, what was found, what that has brought to the graph, and up to
 /// which keyframe loops were searched (POSE_GRAPH, part by part), and places with names (KEPT_MARK); behind each of
 /// these a check (JOURNAL_CHECK) with a checksum of all bytes since the last one. That of a fleet has a keyframe
-/// (FLEET_KEYFRAME) in the place of each match. A process that is killed loses nothing that was kept, a power cut the
-/// last second.
+/// (FLEET_KEYFRAME) in the place of each match, and the places of each robot's map (FLEET_MARKS). A process that is
+/// killed loses nothing that was kept, a power cut the last second.
 class Journal {
  public:
   /// Begins a new journal, of a new epoch or of that of a map which is there already. Throws std::runtime_error if
@@ -126,6 +128,9 @@ class Journal {
 
   /// Keeps a keyframe of a fleet's map, in the same way: its scan as well.
   void Append(const fleet_keyframe_t& keyframe);
+
+  /// Keeps the places of one of a fleet's maps, in the same way.
+  void Append(const fleet_marks_t& marks);
 
   /// Keeps that loops were searched up to a keyframe, and that nothing was found since the update of `last_update`. It
   /// is written where the session ends, and before that for every tenth drawn scan: if the process is killed, those

@@ -18,7 +18,7 @@ constexpr std::size_t kMostStretchBytes = std::size_t{1} << 17;
 /// By its type alone.
 bool IsOfJournal(std::span<const std::uint8_t> bytes) {
   return Is<journal_head_t>(bytes) || Is<critical_rays_t>(bytes) || Is<scan_match_t>(bytes) ||
-         Is<pose_graph_t>(bytes) || Is<kept_mark_t>(bytes) || Is<fleet_keyframe_t>(bytes);
+         Is<pose_graph_t>(bytes) || Is<kept_mark_t>(bytes) || Is<fleet_keyframe_t>(bytes) || Is<fleet_marks_t>(bytes);
 }
 
 }  // namespace
@@ -55,6 +55,10 @@ bool JournalReader::TakeEvent(const Event& event, JournalStretch& stretch) const
   if (is_whole) return false;
   if (auto keyframe = Decode<fleet_keyframe_t>(Bytes(event.data))) {
     stretch.fleet_keyframe = std::move(keyframe);
+    return !stretch.scan;
+  }
+  if (auto marks = Decode<fleet_marks_t>(Bytes(event.data))) {
+    stretch.fleet_marks = std::move(marks);
     return !stretch.scan;
   }
   if (auto mark = Decode<kept_mark_t>(Bytes(event.data))) {

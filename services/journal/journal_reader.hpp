@@ -20,8 +20,9 @@ struct JournalStretch {
   std::optional<pose_graph_t> graph;
   std::optional<kept_mark_t> mark;
   std::optional<fleet_keyframe_t> fleet_keyframe;
+  std::optional<fleet_marks_t> fleet_marks;
   /// Of no session that ended in order.
-  bool HasContent() const { return match || graph || mark || fleet_keyframe; }
+  bool HasContent() const { return match || graph || mark || fleet_keyframe || fleet_marks; }
 };
 
 /// Reads a journal stretch by stretch, each only if its checksum holds and it is the one that belongs there.

@@ -30,6 +30,7 @@ void LoopCloserLink::Answer(const keyframe_request_t& request, const Sender& sen
   if (!request_limiter_.Admit(sender, request.epoch, now)) return counters_.Add("keyframe_requests_refused");
   counters_.Add("keyframe_requests");
   const KeyframeGraph& graph = mapper_.graph();
+  if (!is_unknown && request.marks_held >= 0) owner_.tell_marks(request.marks_held);
   if (is_unknown) return graph.newest() ? Send(*graph.newest()) : void();
   const auto after = FromOptional(request.after);
   if (after && !graph.Has(*after)) return;

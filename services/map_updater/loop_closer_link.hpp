@@ -24,6 +24,8 @@ class LoopCloserLink {
     std::function<void(const keyframe_t&)> send;
     std::function<void(const GraphUpdate&)> keep;   ///< gets each update that the mapper has taken
     std::function<void(KeyframeId)> keep_searched;  ///< gets keyframes of which, and before which, no more will come
+    /// Tells the places of the map; those of that checksum are held already.
+    std::function<void(std::int64_t marks_held)> tell_marks = [](std::int64_t) {};
     /// Whose questions come first.
     std::function<bool(const Sender&)> is_loop_closer = [](const Sender&) { return false; };
   };

@@ -82,6 +82,7 @@ class MapUpdaterService {
                       [&bus](const keyframe_t& keyframe) { bus.Publish(kKeyframeChannel, keyframe); },
                       [this](const GraphUpdate& update) { Keep(update); },
                       [this](KeyframeId keyframe) { KeepSearched(keyframe); },
+                      [this](std::int64_t held) { TellMarks(held); },
                       [&bus](const Sender& sender) { return bus.HasRole(sender, kLoopCloserRole); },
                   });
     link_->SetEpoch(options_.epoch);
@@ -90,6 +91,15 @@ class MapUpdaterService {
     bus.Subscribe<keyframe_request_t>(kKeyframeRequestChannel, [this, &bus](const keyframe_request_t& request) {
       link_->Answer(request, bus.sender(), Clock::now());
     });
+  }
+
+  void TellMarks(std::int64_t held) {
+    robot_marks_t marks = ToMessage(marks_.Anchor(), options_.epoch);
+    if (marks.checksum == held) {
+      marks.num_marks = 0;
+      marks.marks.clear();
+    }
+    service_.bus().Publish(kRobotMarksChannel, marks);
   }
 
   /// What waits for its match. One of a scan that was answered long ago waits in vain, and gives way to newer ones.

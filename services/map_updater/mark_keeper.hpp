@@ -31,6 +31,7 @@ class MarkKeeper {
   /// No more scans come: what waits for one behind it is fixed by the one before it.
   void Finish() { FixSome(held_.size(), Clock::time_point::max()); }
 
+  std::vector<AnchoredMark> Anchor() const { return book_.Anchor(mapper_); }
   std::vector<PlacedMark> Place() const { return book_.Place(mapper_); }
 
  private:

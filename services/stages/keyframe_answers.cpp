@@ -51,7 +51,7 @@ std::optional<keyframe_request_t> KeyframeAnswers::NextRequest() const {
   if (newest_ <= after) return std::nullopt;
   const std::size_t rays = after ? graph().keyframe(*after).rays.size() : kMaxBeams;
   const std::size_t num = std::clamp<std::size_t>(kMostRays / std::max<std::size_t>(1, rays), 1, kMostKeyframesAtOnce);
-  return keyframe_request_t{epoch_, ToMessage(after), static_cast<std::int32_t>(num)};
+  return keyframe_request_t{epoch_, ToMessage(after), static_cast<std::int32_t>(num), -1};
 }
 
 void KeyframeAnswers::Begin(std::int64_t epoch) {

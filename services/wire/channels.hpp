@@ -33,6 +33,7 @@ inline constexpr const char* kChangesChannel = "CHANGES";                   // c
 inline constexpr const char* kFleetPoseChannel = "FLEET_POSE";              // crsm.fleet_pose_t, of each robot
 inline constexpr const char* kMarkChannel = "MARK";                         // crsm.mark_t, of a place with a name
 inline constexpr const char* kMarkAnswerChannel = "MARK_ANSWER";            // crsm.mark_t, the same when it is kept
+inline constexpr const char* kRobotMarksChannel = "ROBOT_MARKS";  // crsm.robot_marks_t, of a robot's map, for a fleet
 // crsm.service_status_t, a channel for each process: so each has a row of its own in lcm-spy.
 inline std::string ServiceStatusChannel(const std::string& process) { return "SERVICE_STATUS/" + process; }
 inline constexpr const char* kEveryServiceStatus = "SERVICE_STATUS/*";
@@ -47,11 +48,13 @@ inline constexpr const char* kChannelsOfStack[]{
     kOdometryChannel,  kCriticalRaysChannel, kScanMatchChannel,  kPoseChannel,       kLocalPoseChannel,
     kTruePoseChannel,  kStartPoseChannel,    kMapDeltaChannel,   kMapRequestChannel, kMapPageChannel,
     kWholeMapChannel,  kScanRequestChannel,  kScanAnswerChannel, kKeyframeChannel,   kKeyframeRequestChannel,
-    kPoseGraphChannel, kFleetPoseChannel,    kChangesChannel,    kMarkChannel,       kMarkAnswerChannel};
+    kPoseGraphChannel, kFleetPoseChannel,    kChangesChannel,    kMarkChannel,       kMarkAnswerChannel,
+    kRobotMarksChannel};
 // In journals only.
 inline constexpr const char* kJournalHeadChannel = "JOURNAL_HEAD";      // crsm.journal_head_t, the first event
 inline constexpr const char* kJournalCheckChannel = "JOURNAL_CHECK";    // crsm.journal_check_t, behind each stretch
 inline constexpr const char* kFleetKeyframeChannel = "FLEET_KEYFRAME";  // crsm.fleet_keyframe_t
+inline constexpr const char* kFleetMarksChannel = "FLEET_MARKS";        // crsm.fleet_marks_t
 inline constexpr const char* kKeptMarkChannel = "KEPT_MARK";            // crsm.kept_mark_t
 
 }  // namespace crsm

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 #include <tuple>
+
+#include "common/logs/crc32.hpp"
 
 namespace crsm {
 
@@ -300,6 +303,51 @@ kept_mark_t ToMessage(const FixedMark& fixed) {
     const KeyframeId id = keyframe.value_or(KeyframeId{-1, -1});
     message.fixed.push_back({{id.trajectory, id.number}, at.x_m, at.y_m});
   }
+  return message;
+}
+
+std::vector<AnchoredMark> FromMessage(const robot_marks_t& message) {
+  std::vector<AnchoredMark> marks;
+  for (const robot_mark_t& one : message.marks) {
+    AnchoredMark& mark = marks.emplace_back();
+    mark.mark = {one.utime, one.id, one.kind, one.name, one.num_sightings, std::to_array(one.covariance), false, {}};
+    for (const fixed_point_t& point : one.points) {
+      mark.points.push_back({{point.keyframe.trajectory, point.keyframe.number}, {point.x_m, point.y_m}});
+    }
+  }
+  return marks;
+}
+
+robot_marks_t ToMessage(const std::vector<AnchoredMark>& marks, std::int64_t epoch) {
+  constexpr double kStepsPerMetre = 1e3;
+  constexpr double kStepsPerSquareMetre = 1e9;  // of radii from 0.001 m on
+  const auto Round = [](double value, double steps) { return std::round(value * steps) / steps; };
+  robot_marks_t message{};
+  message.num_marks = static_cast<std::int32_t>(marks.size());
+  std::uint32_t crc = 0;
+  for (const auto& [mark, points] : marks) {
+    robot_mark_t one{};
+    one.utime = mark.utime;
+    one.id = mark.id;
+    one.kind = mark.kind;
+    one.name = mark.name;
+    one.num_sightings = mark.num_sightings;
+    for (std::size_t i = 0; i < mark.covariance.size(); ++i) {
+      const double rounded = Round(mark.covariance[i], kStepsPerSquareMetre);
+      one.covariance[i] = rounded != 0.0 ? rounded : i == 1 ? 0.0 : 1.0 / kStepsPerSquareMetre;
+    }
+    one.num_points = static_cast<std::int32_t>(points.size());
+    for (const auto& [keyframe, at] : points) {
+      one.points.push_back(
+          {{keyframe.trajectory, keyframe.number}, Round(at.x_m, kStepsPerMetre), Round(at.y_m, kStepsPerMetre)});
+    }
+    std::string bytes(static_cast<std::size_t>(one.getEncodedSize()), '\0');
+    one.encode(bytes.data(), 0, one.getEncodedSize());
+    crc = Crc32(bytes, crc);
+    message.marks.push_back(std::move(one));
+  }
+  message.epoch = epoch;
+  message.checksum = marks.empty() ? 0 : std::max<std::int64_t>(1, crc);
   return message;
 }
 

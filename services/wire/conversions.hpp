@@ -53,6 +53,9 @@ Mark FromMessage(const mark_t& message);
 mark_t ToMessage(const Mark& mark);
 FixedMark FromMessage(const kept_mark_t& message);
 kept_mark_t ToMessage(const FixedMark& fixed);
+std::vector<AnchoredMark> FromMessage(const robot_marks_t& message);
+/// With their checksum. Points are told to a millimetre: what moves less is no other place.
+robot_marks_t ToMessage(const std::vector<AnchoredMark>& marks, std::int64_t epoch);
 PlacedMark FromMessage(const placed_mark_t& message);
 placed_mark_t ToMessage(const PlacedMark& mark);
 

@@ -57,6 +57,7 @@ std::string NameOfType(std::uint64_t fingerprint) {
       {FingerprintOf<map_request_t>(), "crsm.map_request_t"},
       {FingerprintOf<mark_t>(), "crsm.mark_t"},
       {FingerprintOf<pose_graph_t>(), "crsm.pose_graph_t"},
+      {FingerprintOf<robot_marks_t>(), "crsm.robot_marks_t"},
       {FingerprintOf<scan_answer_t>(), "crsm.scan_answer_t"},
       {FingerprintOf<scan_match_t>(), "crsm.scan_match_t"},
       {FingerprintOf<scan_request_t>(), "crsm.scan_request_t"},

@@ -40,7 +40,9 @@ static_assert(MostOf(&map_pieces_t::num_pieces) == MapPieces::kMostPieces);
 static_assert(MostOf(&map_pieces_t::num_breaks) == MapPieces::kMostBreaks);
 static_assert(MostOf(&map_pieces_t::num_doubts) == MapError::kMostDoubts);
 static_assert(MostOf(&map_page_t::num_loops) == kMostPlacedLoops);
-static_assert(MostOf(&map_page_t::num_marks) == MarkBook::kMostMarks);
+static_assert(MostOf(&map_page_t::num_marks) == PlacedMark::kMostOnMap);
+static_assert(MostOf(&robot_marks_t::num_marks) == MarkBook::kMostMarks);
+static_assert(MostOf(&robot_mark_t::num_points) == Mark::kMostPoints);
 static_assert(MostOf(&mark_t::num_points) == Mark::kMostPoints);
 static_assert(MostOf(&placed_mark_t::num_points) == Mark::kMostPoints);
 static_assert(MostOf(&kept_mark_t::num_fixed) == Mark::kMostPoints);
@@ -171,17 +173,38 @@ bool IsLayout(const map_pieces_t& layout) {
          std::all_of(layout.breaks.begin(), layout.breaks.end(), IsBreak);
 }
 
+bool IsPointCovariance(const double (&covariance)[3]) {
+  constexpr double kLargest = 1e14;  // where sightings lie 2e6 m apart along both axes, it is 8e12
+  const auto& [xx, xy, yy] = covariance;
+  return xx > 0.0 && xx <= kLargest && yy > 0.0 && yy <= kLargest && std::abs(xy) <= kLargest;  // false for NaN
+}
+
+bool IsFixedPoint(const fixed_point_t& point) {
+  constexpr double kFarthest_m = 4.0 * kLargestCoordinate_m;  // of a point of the map from one of its keyframes
+  return (IsNone(point.keyframe) || IsKeyframe(point.keyframe)) && std::abs(point.x_m) <= kFarthest_m &&
+         std::abs(point.y_m) <= kFarthest_m;
+}
+
+/// As a mark of its text has to be, and each point with a keyframe.
+bool IsRobotMark(const robot_mark_t& mark) {
+  const auto HasKeyframe = [](const fixed_point_t& point) { return IsFixedPoint(point) && !IsNone(point.keyframe); };
+  const Mark described{mark.utime,
+                       mark.id,
+                       mark.kind,
+                       mark.name,
+                       MarkAction::kSeen,
+                       false,
+                       Mark::kLargestRadius_m,
+                       std::vector<Point>(mark.points.size())};
+  return mark.num_sightings >= 1 && IsPointCovariance(mark.covariance) && DescribeFault(described).empty() &&
+         std::ranges::all_of(mark.points, HasKeyframe);
+}
+
 /// As a mark of its text and points has to be.
 bool IsPlacedMark(const placed_mark_t& mark) {
-  constexpr double kLargest = 1e14;  // where sightings lie 2e6 m apart along both axes, it is 8e12
-  const auto& [xx, xy, yy] = mark.covariance;
-  const bool is_covariance =
-      xx > 0.0 && xx <= kLargest && yy > 0.0 && yy <= kLargest && std::abs(xy) <= kLargest;  // false for NaN
   const PlacedMark placed = FromMessage(mark);
-  return mark.num_sightings >= 1 && is_covariance && IsFlag(mark.floating) &&
-         DescribeFault({mark.utime, placed.id, placed.kind, placed.name, MarkAction::kSeen, true,
-                        Mark::kLargestRadius_m, placed.points})
-             .empty();
+  return mark.num_sightings >= 1 && IsPointCovariance(mark.covariance) && IsFlag(mark.floating) &&
+         DescribeFault(placed).empty();
 }
 
 /// Of the valid rays of a scan, by their angles.
@@ -334,7 +357,7 @@ bool ValuesInRange(const keyframe_t& message) {
 template <>
 bool ValuesInRange(const keyframe_request_t& message) {
   const bool after_in_range = IsNone(message.after) || (IsKeyframe(message.after) && message.epoch != 0);
-  return after_in_range && message.num_keyframes >= 1 &&
+  return after_in_range && message.marks_held >= -1 && message.num_keyframes >= 1 &&
          std::cmp_less_equal(message.num_keyframes, kMostKeyframesAtOnce);
 }
 
@@ -397,13 +420,20 @@ bool ValuesInRange(const mark_t& message) {
 
 template <>
 bool ValuesInRange(const kept_mark_t& message) {
-  constexpr double kFarthest_m = 4.0 * kLargestCoordinate_m;  // of a point of the map from one of its keyframes
-  const auto IsFixed = [](const fixed_point_t& point) {
-    return (IsNone(point.keyframe) || IsKeyframe(point.keyframe)) && std::abs(point.x_m) <= kFarthest_m &&
-           std::abs(point.y_m) <= kFarthest_m;
-  };
   return ValuesInRange(message.mark) && message.num_fixed == message.mark.num_points &&
-         std::ranges::all_of(message.fixed, IsFixed);
+         std::ranges::all_of(message.fixed, IsFixedPoint);
+}
+
+template <>
+bool ValuesInRange(const robot_marks_t& message) {
+  constexpr std::int64_t kLargestChecksum = std::numeric_limits<std::uint32_t>::max();
+  return message.epoch != 0 && message.checksum >= 0 && message.checksum <= kLargestChecksum &&
+         (message.num_marks == 0 || message.checksum != 0) && std::ranges::all_of(message.marks, IsRobotMark);
+}
+
+template <>
+bool ValuesInRange(const fleet_marks_t& message) {
+  return message.map >= 0 && ValuesInRange(message.marks);
 }
 
 template <>

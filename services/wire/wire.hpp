@@ -8,6 +8,7 @@
 #include <wire_fields/crsm/fixed_point_t.hpp>
 #include <wire_fields/crsm/fleet_finding_t.hpp>
 #include <wire_fields/crsm/fleet_keyframe_t.hpp>
+#include <wire_fields/crsm/fleet_marks_t.hpp>
 #include <wire_fields/crsm/fleet_pose_t.hpp>
 #include <wire_fields/crsm/journal_check_t.hpp>
 #include <wire_fields/crsm/journal_head_t.hpp>
@@ -27,6 +28,7 @@
 #include <wire_fields/crsm/placed_mark_t.hpp>
 #include <wire_fields/crsm/pose_graph_t.hpp>
 #include <wire_fields/crsm/pose_stretch_t.hpp>
+#include <wire_fields/crsm/robot_marks_t.hpp>
 #include <wire_fields/crsm/scan_answer_t.hpp>
 #include <wire_fields/crsm/scan_match_t.hpp>
 #include <wire_fields/crsm/scan_request_t.hpp>
@@ -82,6 +84,10 @@ template <>
 bool ValuesInRange(const mark_t& message);
 template <>
 bool ValuesInRange(const kept_mark_t& message);
+template <>
+bool ValuesInRange(const robot_marks_t& message);
+template <>
+bool ValuesInRange(const fleet_marks_t& message);
 template <>
 bool ValuesInRange(const service_status_t& message);
 template <>

@@ -28,7 +28,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   DecodeAsEach<bot_core::planar_lidar_t, sweep_t, bot_core::pose_t, critical_rays_t, scan_match_t, tracking_state_t,
                map_delta_t, map_page_t, map_request_t, scan_request_t, scan_answer_t, keyframe_t, keyframe_request_t,
                pose_graph_t, service_status_t, journal_head_t, journal_check_t, changes_t, fleet_pose_t,
-               fleet_keyframe_t, mark_t, kept_mark_t>({data, size});
+               fleet_keyframe_t, mark_t, kept_mark_t, robot_marks_t, fleet_marks_t>({data, size});
   DescribeRefusedLaser({data, size});
   DecodePose({data, size});
   LaserMessageOptions counter_clockwise;

@@ -163,6 +163,8 @@ void WriteMessages(const Seeds& seeds) {
                                                             {"map_page", Encode(MapPageMessage())},
                                                             {"mark", Encode(MarkMessage())},
                                                             {"kept_mark", Encode(KeptMarkMessage())},
+                                                            {"robot_marks", Encode(RobotMarksMessage())},
+                                                            {"fleet_marks", Encode(FleetMarksMessage())},
                                                             {"map_request", Encode(MapRequestMessage())},
                                                             {"scan_request", Encode(ScanRequestMessage())},
                                                             {"scan_answer", Encode(ScanAnswerMessage())},

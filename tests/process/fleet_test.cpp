@@ -10,7 +10,9 @@
 #include <sstream>
 
 #include "catch.hpp"
+#include "common/results/mark_files.hpp"
 #include "processes.hpp"
+#include "services/journal/journal.hpp"
 #include "services/wire/conversions.hpp"
 
 using namespace crsm;
@@ -148,6 +150,52 @@ TEST_CASE("a fleet mapper that is killed goes on where it was, and the common ma
   const auto summary = drives.Summary("fleet");
   CHECK(summary["pieces"]["count"] == 1);
   CHECK(summary["scans"] == drives.CountKeyframes("fleet/robot1") + drives.CountKeyframes("fleet/robot2"));
+}
+
+TEST_CASE("the marks of two robots end on the common map, each once, though the fleet mapper is killed") {
+  const TwoDrives drives;
+  const std::string url = MakeBusUrl();
+  FleetPoses poses(url);
+  Process stack = drives.Start(url, {"--rate", "20"});
+  for (const char* robot : {"robot1/", "robot2/"}) {
+    TestBus bus(url, robot);
+    std::int64_t utime = -1;
+    bool is_kept = false;
+    bus->Subscribe<scan_match_t>(kScanMatchChannel, [&](const scan_match_t& match) { utime = match.utime; });
+    bus->Subscribe<mark_t>(kMarkAnswerChannel, [&](const mark_t&) { is_kept = true; });
+    REQUIRE(bus.Await([&] { return utime >= 0; }));
+    // Both where the first robot started, as each of them has it.
+    const Pose2 at = robot == std::string("robot1/") ? Pose2{} : Inverse(drives.T_first_second());
+    const Mark mark{utime, "v", "victim", "in the hall", MarkAction::kSeen, true, 0.3, {{at.x_m, at.y_m}}};
+    REQUIRE(bus.Await([&] {
+      if (!is_kept) bus->Publish(kMarkChannel, ToMessage(mark));
+      return is_kept;
+    }));
+  }
+  REQUIRE(poses.bus.Await([&] { return poses.bus.Count("fleet_mapper.marks") == 2; }));
+  kill(FindChild(stack.pid(), "fleet_mapper"), SIGKILL);
+  REQUIRE(stack.AwaitExit() == 0);
+  const auto marks = ReadMarks(drives / "fleet");
+  REQUIRE(marks.size() == 2);
+  CHECK(marks[0].id == "robot1/v");
+  CHECK(marks[0].name == "robot1: in the hall");
+  CHECK(marks[1].id == "robot2/v");
+  for (const PlacedMark& mark : marks) {
+    CHECK_FALSE(mark.floating);
+    CHECK(mark.num_sightings == 1);
+  }
+  // They lie at one place: the robots are joined to within a cell, and the far one is 0.01 rad off at 10 m.
+  CHECK(Distance(Pose2{marks[0].points[0].x_m, marks[0].points[0].y_m, 0.0},
+                 Pose2{marks[1].points[0].x_m, marks[1].points[0].y_m, 0.0}) < 0.15);
+  CHECK(ReadFile(drives / "fleet/marks.geojson").find("robot2/v") != std::string::npos);
+  // A fleet mapper that goes on has them without the robots.
+  const std::string later = MakeBusUrl();
+  TestBus bus(later, "fleet/");
+  const Process again("fleet_mapper",
+                      {"--lcm-url", later, "--channel-prefix", "fleet/", "--robots", "robot1/", "--resume", "--journal",
+                       JournalFolder(drives / "fleet").string()},
+                      drives / "again");
+  CHECK(bus.Await([&] { return bus.Count("fleet_mapper.marks") == 2; }));
 }
 
 TEST_CASE("fleets that there cannot be are refused in one line") {

@@ -144,7 +144,7 @@ std::vector<Channel> MakeChannels() {
                           {[](auto& k) { k.epoch = 0; }, [](auto& k) { k.id.number = -1; },
                            [](auto& k) { k.range_m[0] = kNan; }, [](auto& k) { k.T_previous_this.x_m = kInfinity; },
                            [](auto& k) { k.degenerate_axis[0] = 0.5; }, [](auto& k) { k.walls_sigma[1] = kNan; }}),
-      Hostile<keyframe_request_t>(kKeyframeRequestChannel, {7, {-1, -1}, 20},
+      Hostile<keyframe_request_t>(kKeyframeRequestChannel, {7, {-1, -1}, 20, -1},
                                   {[](auto& r) { r.num_keyframes = 0; }, [](auto& r) { r.num_keyframes = kMost; }}),
       Hostile<pose_graph_t>(
           kPoseGraphChannel, MakeParts(update, kUtime, 7).front(),

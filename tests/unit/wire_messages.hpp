@@ -152,6 +152,12 @@ inline mark_t MarkMessage() { return {5, "v1", "victim", "in the hall", mark_t::
 
 inline kept_mark_t KeptMarkMessage() { return {MarkMessage(), 1, {{{1, 8}, 0.5, 0.25}}}; }
 
+inline robot_marks_t RobotMarksMessage() {
+  return {99, 7, 1, {{5, "v1", "victim", "in the hall", 2, {0.25, 0.0, 0.25}, 1, {{{0, 3}, 1.5, -2.5}}}}};
+}
+
+inline fleet_marks_t FleetMarksMessage() { return {2, RobotMarksMessage()}; }
+
 inline placed_mark_t PlacedMarkMessage() {
   return {5, "zone", "keep-out", "stairs", 1, {0.25, 0.0, 0.25}, 1, 3, {0.0, 2.0, 1.0}, {0.0, 0.0, 1.5}};
 }
@@ -213,7 +219,7 @@ inline keyframe_t KeyframeMessage() {
   return message;
 }
 
-inline keyframe_request_t KeyframeRequestMessage() { return {99, {1, 3}, 40}; }
+inline keyframe_request_t KeyframeRequestMessage() { return {99, {1, 3}, 40, 7}; }
 
 inline pose_graph_t PoseGraphMessage() {
   pose_graph_t message{};

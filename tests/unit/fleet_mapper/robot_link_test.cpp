@@ -44,6 +44,27 @@ struct Robot {
     for (int i = first; i < std::min(num_keyframes, first + request.num_keyframes); ++i) Hear(Message(i, true));
   }
 
+  /// Questions for places are answered, with those that the robot has.
+  std::optional<keyframe_request_t> NextRequest(RobotLink::Clock::time_point at) {
+    auto request = link.NextRequest(at);
+    if (!request || request->marks_held < 0) return request;
+    ++num_asked_for_marks;
+    Tell(request->marks_held, at);
+    return link.NextRequest(at);
+  }
+
+  /// As map_updater does to who holds those of a checksum. What is new of it.
+  std::optional<fleet_marks_t> Tell(std::int64_t held, RobotLink::Clock::time_point at) {
+    robot_marks_t message = ToMessage(marks, 7);
+    if (message.checksum == held) message.num_marks = 0, message.marks.clear();
+    auto taken = link.Take(message, at);
+    if (taken) new_marks.push_back(*taken);
+    return taken;
+  }
+
+  std::vector<AnchoredMark> marks;
+  std::vector<fleet_marks_t> new_marks;  ///< of all that was told
+  int num_asked_for_marks = 0;
   std::vector<Keyframe> keyframes;
   Fleet fleet{{true, 40.0}, UpdateParameters{}};
   RobotLink link{"robot1/", fleet};
@@ -77,15 +98,15 @@ TEST_CASE("a keyframe waits until its robot's loop closer has said what it found
 
 TEST_CASE("what was lost is asked for, and nothing else") {
   Robot robot;
-  const auto first = robot.link.NextRequest(robot.now);
+  const auto first = robot.NextRequest(robot.now);
   REQUIRE(first);
   CHECK(first->epoch == 0);  // whichever map it has
-  CHECK_FALSE(robot.link.NextRequest(robot.now));
+  CHECK_FALSE(robot.NextRequest(robot.now));
   robot.Answer(*first, 30);
   CHECK(robot.TakeAll() == 0);  // the thirtieth alone
   int num_requests = 0;
   int num_taken = 0;
-  while (const auto request = robot.link.NextRequest(robot.now)) {
+  while (const auto request = robot.NextRequest(robot.now)) {
     CHECK(request->epoch == 7);
     CHECK(request->num_keyframes <= 8);
     robot.Answer(*request, 30);
@@ -95,13 +116,13 @@ TEST_CASE("what was lost is asked for, and nothing else") {
   CHECK(num_taken == 30);
   CHECK(num_requests == 5);  // the first one alone, which tells which map it is, and 29 by eight
   robot.now += 10s;
-  CHECK_FALSE(robot.link.NextRequest(robot.now));
+  CHECK_FALSE(robot.NextRequest(robot.now));
   robot.Hear(robot.Message(32, true));  // two were lost
-  const auto request = robot.link.NextRequest(robot.now);
+  const auto request = robot.NextRequest(robot.now);
   REQUIRE(request);
   CHECK(FromOptional(request->after) == KeyframeId{0, 29});
-  CHECK_FALSE(robot.link.NextRequest(robot.now + 100ms));
-  CHECK(robot.link.NextRequest(robot.now + 1s));  // was lost, too
+  CHECK_FALSE(robot.NextRequest(robot.now + 100ms));
+  CHECK(robot.NextRequest(robot.now + 1s));  // was lost, too
   robot.Answer(*request, 33);
   CHECK(robot.TakeAll() == 3);
 }
@@ -110,11 +131,60 @@ TEST_CASE("a robot that is silent is asked now and then whether it has gone on")
   Robot robot;
   for (int i = 0; i < 3; ++i) robot.Hear(robot.Message(i, true));
   CHECK(robot.TakeAll() == 3);
-  CHECK_FALSE(robot.link.NextRequest(robot.now + 29s));
-  const auto request = robot.link.NextRequest(robot.now + 31s);
+  CHECK_FALSE(robot.NextRequest(robot.now + 29s));
+  const auto request = robot.NextRequest(robot.now + 31s);
   REQUIRE(request);
   CHECK(request->epoch == 0);
-  CHECK_FALSE(robot.link.NextRequest(robot.now + 32s));
+  CHECK_FALSE(robot.NextRequest(robot.now + 32s));
+}
+
+TEST_CASE("the places of a robot are asked for every few seconds, and are new once") {
+  Robot robot;
+  for (int i = 0; i < 3; ++i) robot.Hear(robot.Message(i, true));
+  CHECK(robot.TakeAll() == 3);
+  CHECK_FALSE(robot.NextRequest(robot.now));
+  CHECK(robot.num_asked_for_marks == 1);
+  CHECK(robot.new_marks.empty());  // it has none
+  CHECK(robot.link.HasToldMarks(robot.now));
+  robot.marks = {{{5, "v", "victim", "", 1, {0.25, 0.0, 0.25}, false, {}}, {{{0, 2}, {1.5, 0.5}}}}};
+  CHECK_FALSE(robot.NextRequest(robot.now + 4s));
+  CHECK(robot.new_marks.empty());
+  CHECK_FALSE(robot.link.HasToldMarks(robot.now + 4s));  // who wants all has them asked for at once
+  CHECK_FALSE(robot.NextRequest(robot.now + 4s));
+  CHECK(robot.link.HasToldMarks(robot.now + 4s));
+  REQUIRE(robot.new_marks.size() == 1);
+  CHECK(robot.new_marks[0].map == 0);
+  CHECK(FromMessage(robot.new_marks[0].marks) == robot.marks);
+  for (int i = 1; i <= 5; ++i) CHECK_FALSE(robot.NextRequest(robot.now + i * 5s + 1s));
+  CHECK(robot.new_marks.size() == 1);
+  SECTION("those at a keyframe that is not there yet are asked for again") {
+    robot.marks[0].points[0].keyframe.number = 3;
+    CHECK_FALSE(robot.Tell(0, robot.now + 50s));
+    CHECK_FALSE(robot.link.HasToldMarks(robot.now + 50s));
+    robot.Hear(robot.Message(3, true));
+    CHECK(robot.TakeAll() == 1);
+    CHECK(robot.Tell(0, robot.now + 51s));
+  }
+  SECTION("a robot that has removed its last place has none") {
+    robot.marks.clear();
+    const auto taken = robot.Tell(robot.new_marks[0].marks.checksum, robot.now + 50s);
+    REQUIRE(taken);
+    CHECK(taken->marks.num_marks == 0);
+  }
+  SECTION("an answer to somebody else, who holds others, tells nothing") {
+    robot.marks[0].mark.name = "door";
+    CHECK_FALSE(robot.Tell(ToMessage(robot.marks, 7).checksum, robot.now + 50s));
+  }
+  SECTION("those of an earlier session are not new") {
+    Robot again;
+    for (int i = 0; i < 3; ++i) again.Hear(again.Message(i, true));
+    CHECK(again.TakeAll() == 3);
+    again.link.Hold(robot.new_marks[0]);
+    again.marks = robot.marks;
+    CHECK_FALSE(again.NextRequest(again.now));
+    CHECK(again.num_asked_for_marks == 1);
+    CHECK(again.new_marks.empty());
+  }
 }
 
 TEST_CASE("a robot whose host was started again goes on with its map, and one that begins anew has another") {
@@ -123,7 +193,7 @@ TEST_CASE("a robot whose host was started again goes on with its map, and one th
   CHECK(robot.TakeAll() == 10);
   SECTION("the same map, as of another boot") {
     robot.Hear(robot.Message(11, true, 8));
-    const auto request = robot.link.NextRequest(robot.now);
+    const auto request = robot.NextRequest(robot.now);
     REQUIRE(request);
     CHECK(FromOptional(request->after) == std::nullopt);
     robot.Hear(robot.Message(0, true, 8));
@@ -147,7 +217,7 @@ TEST_CASE("a robot whose host was started again goes on with its map, and one th
     keyframe_t changed = other.Message(5, true, 8);
     robot.Hear(changed);
     CHECK(robot.TakeAll() == 0);
-    const auto request = robot.link.NextRequest(robot.now);
+    const auto request = robot.NextRequest(robot.now);
     REQUIRE(request);
     CHECK(FromOptional(request->after) == std::nullopt);
   }
@@ -173,7 +243,7 @@ TEST_CASE("on a network that loses a fifth of all messages, and is away for a mi
       if (Passes()) robot.link.Take(MakeUnchanged({0, num_there}, previous, 0, 7));
       ++num_there;
     }
-    if (const auto request = robot.link.NextRequest(robot.now); request && Passes()) {
+    if (const auto request = robot.NextRequest(robot.now); request && Passes()) {
       const auto after = FromOptional(request->after);
       const int first = request->epoch == 0 ? num_there - 1 : (after ? after->number + 1 : 0);
       const int end = request->epoch == 0 ? num_there : std::min(num_there, first + request->num_keyframes);

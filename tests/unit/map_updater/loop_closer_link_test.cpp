@@ -318,7 +318,7 @@ TEST_CASE("what was found is kept, and told to who lacks the keyframe") {
   CHECK(owner.mapper.num_layouts() == 0);
   CHECK(owner.link.num_awaited() == 9);
   owner.sent.clear();
-  owner.link.Answer({kEpoch, ToMessage(Nth(15)), 6}, {}, owner.now);
+  owner.link.Answer({kEpoch, ToMessage(Nth(15)), 6, -1}, {}, owner.now);
   REQUIRE(owner.sent.size() == 6);
   for (int i = 0; i < 6; ++i) {
     CAPTURE(i);
@@ -330,7 +330,7 @@ TEST_CASE("what was found is kept, and told to who lacks the keyframe") {
 
 TEST_CASE("who lacks keyframes is given those that it asks for and there are, with the last update that is known") {
   Owner owner;
-  owner.link.Answer({kEpoch, ToMessage(NthOrNone(-1)), 64}, {}, owner.now);
+  owner.link.Answer({kEpoch, ToMessage(NthOrNone(-1)), 64, -1}, {}, owner.now);
   CHECK((owner.sent.empty() && owner.link.IsSettled()));  // the map is empty
   owner.DriveOn(30);
   owner.Hear(PartsOf(MoveAll(owner, 25, 0.5)));
@@ -339,27 +339,27 @@ TEST_CASE("who lacks keyframes is given those that it asks for and there are, wi
     owner.link.Answer(request, {}, owner.now);
     return owner.sent.size();
   };
-  REQUIRE(Given({kEpoch, ToMessage(Nth(2)), 5}) == 5);
+  REQUIRE(Given({kEpoch, ToMessage(Nth(2)), 5, -1}) == 5);
   for (int i = 0; i < 5; ++i) {
     const KeyframeHead head{kEpoch, Nth(3 + i), Nth(2 + i), Nth(25), EarlierSearch{}};
     CHECK(Encode(owner.sent[static_cast<std::size_t>(i)]) ==
           Encode(ToMessage(owner.mapper.graph().keyframe(Nth(3 + i)), head)));
   }
-  CHECK(Given({kEpoch, ToMessage(Nth(27)), 64}) == 2);
-  REQUIRE(Given({kEpoch, ToMessage(NthOrNone(-1)), 1}) == 1);
+  CHECK(Given({kEpoch, ToMessage(Nth(27)), 64, -1}) == 2);
+  REQUIRE(Given({kEpoch, ToMessage(NthOrNone(-1)), 1, -1}) == 1);
   CHECK(FromMessage(owner.sent[0].id) == Nth(0));
   CHECK_FALSE(FromOptional(owner.sent[0].previous));
-  CHECK(Given({kEpoch, ToMessage(Nth(29)), 64}) == 0);
-  CHECK(Given({kEpoch, ToMessage(Nth(1'000'000'000)), 64}) == 0);
-  CHECK(Given({kEpoch, {1'000'000'000, 0}, 64}) == 0);
-  CHECK(Given({kEpoch + 1, ToMessage(NthOrNone(-1)), 64}) == 0);
+  CHECK(Given({kEpoch, ToMessage(Nth(29)), 64, -1}) == 0);
+  CHECK(Given({kEpoch, ToMessage(Nth(1'000'000'000)), 64, -1}) == 0);
+  CHECK(Given({kEpoch, {1'000'000'000, 0}, 64, -1}) == 0);
+  CHECK(Given({kEpoch + 1, ToMessage(NthOrNone(-1)), 64, -1}) == 0);
 }
 
 TEST_CASE("who asks for keyframes without a pause is not answered more often than is of use") {
   Owner owner;
   owner.DriveOn(2);
   owner.sent.clear();
-  for (int i = 0; i < 1000; ++i) owner.link.Answer({kEpoch, ToMessage(Nth(0)), 1}, {1, 2}, owner.now);
+  for (int i = 0; i < 1000; ++i) owner.link.Answer({kEpoch, ToMessage(Nth(0)), 1, -1}, {1, 2}, owner.now);
   CHECK(std::ssize(owner.sent) == static_cast<std::int64_t>(RequestLimiter::kAtOnce));
   CHECK(owner.Counter("keyframe_requests_refused") == 1000 - std::ssize(owner.sent));
 }

@@ -101,6 +101,34 @@ TEST_CASE(
   CHECK_FALSE(mark.floating);
 }
 
+TEST_CASE("what a book tells by keyframes lies where it says that places lie, also when a loop has moved them") {
+  Drive drive(30);
+  MarkBook book;
+  drive.See(book, "v", 2, 3.0, 1.0, 0.4);
+  drive.See(book, "v", 22, 1.0, 1.0, 0.2);  // which tells more
+  REQUIRE(book.Add(FixOnMap(OnMap(1, "zone", {{0.5, 0.5}, {12.6, 0.5}, {12.6, 1.0}}), drive.mapper), drive.mapper));
+  for (const double moved_m : {0.0, 2.0}) {
+    if (moved_m > 0.0) drive.Move(20, {0.0, moved_m, 0.3});
+    const auto placed = book.Place(drive.mapper);
+    const auto anchored = book.Anchor(drive.mapper);
+    REQUIRE(anchored.size() == placed.size());
+    CHECK(anchored[0].points.at(0).keyframe == Nth(22));
+    for (std::size_t i = 0; i < placed.size(); ++i) {
+      CHECK(anchored[i].mark.id == placed[i].id);
+      CHECK(anchored[i].mark.num_sightings == placed[i].num_sightings);
+      REQUIRE(anchored[i].points.size() == placed[i].points.size());
+      for (std::size_t k = 0; k < placed[i].points.size(); ++k) {
+        const auto& [keyframe, at] = anchored[i].points[k];
+        const Pose2 lies = crsm::At(drive.mapper.best_poses(), keyframe) * Pose2{at.x_m, at.y_m, 0.0};
+        CheckAt(placed[i].points[k], lies.x_m, lies.y_m);
+      }
+      const double yaw_rad = crsm::At(drive.mapper.best_poses(), anchored[i].points[0].keyframe).yaw_rad;
+      const auto turned = TurnCovariance(anchored[i].mark.covariance, yaw_rad);
+      for (std::size_t k = 0; k < 3; ++k) CHECK(std::abs(turned[k] - placed[i].covariance[k]) < 1e-9);
+    }
+  }
+}
+
 TEST_CASE("sightings at one keyframe count as those at several do") {
   const Drive drive(6);
   MarkBook one;

@@ -125,6 +125,8 @@ TEST_CASE("keyframes are asked for after one that there can be, or none, up to 6
   fields.Accept(m.after, {{-1, -1}});
   fields.Refuse(m.after, {{1, -1}});
   fields.Refuse(m.epoch, {0});
+  fields.Accept(m.marks_held, {-1, 0});
+  fields.Refuse(m.marks_held, {-2});
 }
 
 TEST_CASE("a pose graph follows an older one, in parts that there are, of keyframes that there are") {

@@ -108,7 +108,7 @@ TEST_CASE(
   CheckTypes<bot_core::pose_t, mbot_lcm_msgs::pose2D_t, critical_rays_t, scan_match_t, map_delta_t, map_page_t>();
   CheckTypes<map_request_t, scan_request_t, scan_answer_t, keyframe_t, keyframe_request_t, pose_graph_t>();
   CheckTypes<service_status_t, journal_head_t, journal_check_t>();
-  CheckTypes<fleet_pose_t, fleet_keyframe_t, changes_t, mark_t, kept_mark_t>();
+  CheckTypes<fleet_pose_t, fleet_keyframe_t, changes_t, mark_t, kept_mark_t, robot_marks_t, fleet_marks_t>();
 }
 
 TEST_CASE("an array has the most elements that are allowed, and not one more although its bytes are there") {

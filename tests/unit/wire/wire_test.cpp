@@ -361,7 +361,25 @@ TEST_CASE("a kept mark has a fixed point for each of its points; a placed one a 
   page.AreFlags({&m.floating});
   page.Refuse(m.y_m[2], {NAN});
   page.Refuse(m.kind, {std::string()});
-  CHECK_FALSE(page.After([](auto& message) { message.num_marks = 201, message.marks.assign(201, message.marks[0]); }));
+  CHECK_FALSE(
+      page.After([](auto& message) { message.num_marks = 1001, message.marks.assign(1001, message.marks[0]); }));
+  page.Accept(m.id, {std::string(127, 'x')});
+  page.Refuse(m.id, {std::string(128, 'x'), std::string("a\nb"), std::string()});
+}
+
+TEST_CASE("the places of a robot have keyframes, a covariance and text that can be shown") {
+  Fields fields(FleetMarksMessage());
+  fleet_marks_t& m = fields.message;
+  fields.Refuse(m.map, {-1});
+  fields.Refuse(m.marks.epoch, {0});
+  fields.Refuse(m.marks.checksum, {0, -1, std::int64_t{1} << 32});  // 0: of no places
+  robot_mark_t& mark = m.marks.marks[0];
+  fields.Refuse(mark.num_sightings, {0});
+  fields.Refuse(mark.covariance[2], {NAN, 0.0, 1e15});
+  fields.Refuse(mark.id, {std::string(), std::string(64, 'x'), std::string("a\nb")});
+  fields.Refuse(mark.points[0].keyframe, {keyframe_id_t{-1, -1}, keyframe_id_t{0, -1}});
+  fields.Refuse(mark.points[0].x_m, {NAN, 5e6});
+  CHECK(fields.After([](auto& message) { message.marks.num_marks = 0, message.marks.marks.clear(); }));
 }
 
 TEST_CASE("a journal's head has an epoch, and its check no place before the file's beginning") {
