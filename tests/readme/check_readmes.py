@@ -8,16 +8,11 @@ usage: tests/readme/check_readmes.py
   No path of one machine stands in a README or in tests/RESULTS.md. Of a link to a section of tests/RESULTS.md each number
   in its text stands in that section. Of a table whose paragraph before it has such a link, each row stands in that
   section, column by column. Behind such links stands whether the section was measured before the last change.
-usage: tests/readme/check_readmes.py --stats [--at COMMIT]
-  prints the lines, words and figures of each README and how long its sentences are, as they are here or at a commit
-usage: tests/readme/check_readmes.py --long [N]
-  prints the sentences of more than N words (25), the longest first
-tests/readme/prose.py says what counts as a sentence, a word and a figure.
+tests/readme/prose.py says what counts as a sentence and a word.
 """
 
 import pathlib
 import re
-import subprocess
 import sys
 
 import prose
@@ -57,24 +52,16 @@ def read_here(project):
     return Pages(files, lambda file: (project / file).read_text())
 
 
-def read_at(project, commit):
-    def git(*arguments):
-        return subprocess.run(["git", *arguments], cwd=project, check=True, stdout=subprocess.PIPE, text=True).stdout
-
-    return Pages(git("ls-tree", "-r", "-z", "--name-only", commit).split("\0")[:-1],
-                 lambda file: git("show", f"{commit}:{file}"))
-
-
 def check_words(pages):
     failures = []
-    statistics = {file: prose.count(text) for file, text in pages.readmes.items()}
-    if (lines := statistics["README.md"].lines) > MOST_LINES:
+    if (lines := len(pages.texts["README.md"].splitlines())) > MOST_LINES:
         failures.append(f"README.md: {lines} lines, {MOST_LINES} at most")
-    for name, counted in (("README.md", statistics["README.md"]), ("all READMEs", prose.add(statistics.values()))):
-        for what, words, most in (("the median sentence", counted.median, MOST_WORDS_MEDIAN),
-                                  ("one in ten sentences", counted.p90, MOST_WORDS_P90)):
-            if words > most:
-                failures.append(f"{name}: {what} has {words} words{' or more' if 'ten' in what else ''}, {most} at most")
+    for name, texts in (("README.md", [pages.texts["README.md"]]), ("all READMEs", pages.readmes.values())):
+        lengths = [length for text in texts for length in prose.lengths_of(text)]
+        if (words := prose.percentile(lengths, 0.5)) > MOST_WORDS_MEDIAN:
+            failures.append(f"{name}: the median sentence has {words} words, {MOST_WORDS_MEDIAN} at most")
+        if (words := prose.percentile(lengths, 0.9)) > MOST_WORDS_P90:
+            failures.append(f"{name}: one in ten sentences has {words} words or more, {MOST_WORDS_P90} at most")
     return failures
 
 
@@ -143,42 +130,14 @@ def check_marks(pages):
 CHECKS = (check_words, check_links, check_machine_paths, check_figures, check_tables, check_marks)
 
 
-def print_statistics(pages):
-    statistics = {file: prose.count(text) for file, text in pages.readmes.items()}
-    statistics["all"] = prose.add(statistics.values())
-    print(f"{'':<32}{'lines':>7}{'words':>7}{'sentences':>11}{'median':>8}{'90 %':>6}{'figures':>9}{'linked':>8}")
-    for name, counted in statistics.items():
-        print(f"{name:<32}{counted.lines:>7}{counted.words:>7}{len(counted.sentence_words):>11}{counted.median:>8}"
-              f"{counted.p90:>6}{counted.figures:>9}{counted.linked_figures:>8}")
-
-
-def print_long(pages, least):
-    sentences = [(len(prose.words_of(sentence)), f"{file}:{line}", sentence) for file, text in pages.readmes.items()
-                 for line, sentence in prose.sentences_of(text)]
-    for words, place, sentence in sorted(sentences, reverse=True):
-        if words > least:
-            print(f"{words:4} {place}: {sentence}")
-
-
 def main(arguments):
-    match arguments:
-        case []:
-            pages = read_here(PROJECT)
-            failures = [failure for check in CHECKS for failure in check(pages)]
-            print("\n".join(failures) or f"{len(pages.readmes)} READMEs: all is well")
-            return 1 if failures else 0
-        case ["--stats"]:
-            print_statistics(read_here(PROJECT))
-        case ["--stats", "--at", commit]:
-            print_statistics(read_at(PROJECT, commit))
-        case ["--long"]:
-            print_long(read_here(PROJECT), MOST_WORDS_P90)
-        case ["--long", number] if number.isdigit():
-            print_long(read_here(PROJECT), int(number))
-        case _:
-            print(__doc__.strip())
-            return 0 if arguments == ["--help"] else 2
-    return 0
+    if arguments:
+        print(__doc__.strip())
+        return 0 if arguments == ["--help"] else 2
+    pages = read_here(PROJECT)
+    failures = [failure for check in CHECKS for failure in check(pages)]
+    print("\n".join(failures) or f"{len(pages.readmes)} READMEs: all is well")
+    return 1 if failures else 0
 
 
 if __name__ == "__main__":
