@@ -41,7 +41,6 @@ struct DiagnosisConstants {
     double far_rad = MatchConstants::Search{}.window_rad;
     double jump_m = 3.0;              ///< a step longer than this, and ...
     double jump_m_s = 10.0;           ///< ... faster, is of no robot
-    std::int64_t most_by_chance = 3;  ///< scans in a row of an open way that something seems to hold
     double path_step_m = 0.2;         ///< of the path: longer than what a robot that stands seems to move
     double least_turns_rad2 = 0.1;    ///< that odometry is judged by: thirty turns of 0.06 rad
     double least_ways_m2 = 0.3;       ///< ... and thirty steps of 0.1 m
@@ -77,10 +76,6 @@ struct DiagnosisConstants {
     /// Scans in a row. Right: 4. Tracks that were found again elsewhere: 10 to 770.
     std::int64_t long_lost = 20;
 
-    /// Scans in a row. Right: 244 at most (killian). A smooth corridor of 40 m, in which the robot seems to stand: 430
-    /// to 450.
-    std::int64_t long_open = 300;
-
     /// Of the matched scans. What is not on the map is missing: a room, say. Right: 1.
     double least_on_largest = 0.98;
     double least_of_all = 0.5;  ///< scans that measured anything: with less of what was seen it is no map of it
@@ -92,15 +87,6 @@ struct DiagnosisConstants {
     double most_contradict = 0.05;
     std::int64_t very_few_looks = 10;
     double most_of_few_contradict = 0.2;
-
-    /// Where next to nothing was seen twice nothing vouches for what degenerate scans leave open. Right: 6 m at most by
-    /// lasers that see 180 degrees and 5 m; those that see less are right with 72 m, and wrong from 9 m on.
-    std::int64_t many_looks = 200;
-    double long_open_path_m = 8.0;
-
-    /// Of the path. Right: 0.34 at most, and 0.45 of a laser that sees 3.5 m in rooms around a corridor. Wrong: 0.375
-    /// and more.
-    double most_open_path = 0.36;
 
     /// A laser that stands seems to move by 0.055 m and 0.023 rad (an RPLidar in a hall).
     double stands_within_m = 0.15;

@@ -44,7 +44,7 @@ void RunStatistics::Add(const ScanMatch& match) {
     return;
   }
   Track& track = tracks_.try_emplace(match.trajectory, Track{{}, match, {}}).first->second;
-  CountOpen(match);
+  if (match.state == MatchState::kDegenerate) ++values_.degenerate;
   if (match.state != MatchState::kFirst) {
     fitness_sum_ += match.fitness;
     ++num_fitnesses_;
@@ -133,7 +133,6 @@ void RunStatistics::LengthenPath(const ScanMatch& match, Track& track) {
   const double step_m = track.T_map_on_path ? Distance(*track.T_map_on_path, match.T_map_laser) : 0.0;
   if (track.T_map_on_path && step_m < constants_.path_step_m) return;
   values_.path_m += step_m;
-  if (match.state == MatchState::kDegenerate && !match.by_wheels) values_.open_path_m += step_m;
   track.T_map_on_path = match.T_map_laser;
 }
 
@@ -141,17 +140,6 @@ void RunStatistics::LookHowFar(const ScanMatch& match, const ScanMatch& first) {
   const Pose2 motion = Inverse(first.T_map_laser) * match.T_map_laser;
   values_.furthest_m = std::max(values_.furthest_m, Length(motion));
   values_.furthest_rad = std::max(values_.furthest_rad, std::abs(motion.yaw_rad));
-}
-
-void RunStatistics::CountOpen(const ScanMatch& match) {
-  const bool degenerate = match.state == MatchState::kDegenerate;
-  if (degenerate) ++values_.degenerate;
-  if (degenerate && !match.T_odom_robot) {
-    num_since_open_ = 0;
-    values_.longest_open = std::max(values_.longest_open, ++num_open_in_a_row_);
-  } else if (++num_since_open_ > constants_.most_by_chance) {
-    num_open_in_a_row_ = 0;
-  }
 }
 
 void RunStatistics::AddStep(const ScanMatch& from, const ScanMatch& to) {

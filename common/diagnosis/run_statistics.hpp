@@ -47,13 +47,11 @@ class RunStatistics {
     std::int64_t far_steps = 0;          ///< those between which the laser moved by more than 0.4 m or 0.25 rad
     double longest_jump_m = 0.0;         ///< longest step that no robot can make; 0 if there is none
     Point longest_jump_ends = {};        ///< where that ends, map frame
-    std::int64_t longest_open = 0;       ///< most degenerate scans in a row, without odometry
     /// Length of the path, by steps that are longer than a robot that stands seems to make. How the robot came from one
     /// trajectory to the next is not known, and is no path.
     double path_m = 0.0;
     double furthest_m = 0.0;    ///< of the matched poses from the first of their trajectory
     double furthest_rad = 0.0;  ///< the same of their yaw
-    double open_path_m = 0.0;   ///< length of the path on degenerate scans, where no wheels tell it
     double mean_fitness = 0.0;  ///< of the matched scans (the paper's MFV), [0, 1]; 0 if there are none
     bool finished_map = false;  ///< scans were localised, and changed nothing
     /// How the turns, and the ways, by odometry go with those by the laser, [-1, 1]; -1 where they are opposite.
@@ -98,7 +96,6 @@ class RunStatistics {
   void CountUnmatched(ScanOutcome outcome);
   void LengthenPath(const ScanMatch& match, Track& track);
   void LookHowFar(const ScanMatch& match, const ScanMatch& first);
-  void CountOpen(const ScanMatch& match);
   void AddStep(const ScanMatch& from, const ScanMatch& to);
   void LookForJump(const ScanMatch& from, const ScanMatch& to);
 
@@ -107,8 +104,6 @@ class RunStatistics {
   double fitness_sum_ = 0.0;
   std::int64_t num_fitnesses_ = 0;
   std::int64_t num_unmatched_in_a_row_ = 0;
-  std::int64_t num_open_in_a_row_ = 0;
-  std::int64_t num_since_open_ = 0;
   Correlation turns_;
   Correlation ways_;
   std::map<int, Track> tracks_;

@@ -160,21 +160,14 @@ void JudgeJumps(Verdict& verdict) {
                   values.longest_jump_m, values.longest_jump_ends.x_m, values.longest_jump_ends.y_m));
 }
 
-void JudgeAxes(const MapPieces& pieces, const Constants& constants, Verdict& verdict) {
-  const auto& values = verdict.values;
-  const double degenerate = Share(values.degenerate, values.counts.scans());
-  if (degenerate > constants.most_degenerate) {
-    Warn(verdict, Trust::kBad,
-         fmt::format("{:.0f} % of the scans are degenerate: they do not fix the position in one direction, and lengths "
-                     "in the map are unknown: likely a bare corridor, a wrong --preset or --range-max-m, or ranges "
-                     "that are not in metres",
-                     100.0 * degenerate));
-  } else if (!pieces.error && values.longest_open > constants.long_open) {
-    Warn(verdict, Trust::kDoubtful,
-         fmt::format("{} scans in a row are degenerate: unless the robot stood still, the length of its path there is "
-                     "unknown (wheel odometry helps)",
-                     values.longest_open));
-  }
+void JudgeAxes(const Constants& constants, Verdict& verdict) {
+  const double degenerate = Share(verdict.values.degenerate, verdict.values.counts.scans());
+  if (degenerate <= constants.most_degenerate) return;
+  Warn(verdict, Trust::kBad,
+       fmt::format("{:.0f} % of the scans are degenerate: they do not fix the position in one direction, and lengths "
+                   "in the map are unknown: likely a bare corridor, a wrong --preset or --range-max-m, or ranges "
+                   "that are not in metres",
+                   100.0 * degenerate));
 }
 
 bool IsContradiction(const SelfContradiction& found, const Constants& constants) {
@@ -195,19 +188,6 @@ void JudgeContradiction(const Constants& constants, Verdict& verdict) {
        text + ": check the map for doubled walls there; a loop may be missed (wheel odometry helps)");
 }
 
-/// How far the robot drove where the walls did not tell how far. With a pose graph that is known in metres.
-void JudgeOpenPath(const Constants& constants, Verdict& verdict) {
-  const double open_path_m = verdict.values.open_path_m;
-  if (open_path_m < constants.long_open_path_m) return;
-  const bool seen_twice = verdict.contradiction.num_looks >= constants.many_looks;
-  if (seen_twice && open_path_m <= constants.most_open_path * verdict.values.path_m) return;
-  Warn(verdict, Trust::kDoubtful,
-       fmt::format(
-           "along {:.0f} m of the path of {:.0f} m nothing in view told how far the robot drove{}: lengths there may "
-           "be off (wheel odometry, or a laser that sees further, would tell)",
-           open_path_m, verdict.values.path_m, seen_twice ? "" : ", and hardly any place was seen twice"));
-}
-
 /// The diagonal of the rectangle around a map [m].
 double FindSize(const ByteMap& map) {
   if (map.empty()) return 0.0;
@@ -226,6 +206,10 @@ std::string DescribeWayBack(const std::optional<WayBack>& way_back) {
 
 /// How far off the map may be, by its pose graph: a graph that is contradicted says nothing.
 void JudgeMetres(const ByteMap& map, const MapPieces& pieces, const Constants& constants, Verdict& verdict) {
+  if (pieces.num_pieces == 0) {
+    return Warn(verdict, Trust::kDoubtful,
+                "without loops (--no-loops) nothing tells how far off the map may be");
+  }
   if (!pieces.error || pieces.num_rejected > 0 || IsContradiction(verdict.contradiction, constants)) return;
   const double size_m = FindSize(map);
   verdict.off_m = std::min(pieces.error->most_m, size_m);
@@ -325,8 +309,7 @@ Verdict JudgeScans(const RunStatistics& statistics, const ByteMap& map, const Ma
   if (!blind) JudgeAgreement(constants, verdict);
   if (!blind) JudgeTrack(constants, verdict);
   if (!blind) JudgeJumps(verdict);
-  if (!blind) JudgeAxes(pieces, constants, verdict);
-  if (!blind && !pieces.error) JudgeOpenPath(constants, verdict);
+  if (!blind) JudgeAxes(constants, verdict);
   if (!blind) JudgeContradiction(constants, verdict);
   JudgeOdometry(constants, verdict);
   JudgePieces(pieces, constants, verdict);

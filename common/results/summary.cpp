@@ -40,7 +40,6 @@ Json ToJson(const Verdict& verdict) {
           {"lines", FormatVerdict(verdict)},
           {"agreement", verdict.agreement ? Json(*verdict.agreement) : Json(nullptr)},
           {"revisits", ToJson(verdict.contradiction)},
-          {"open_path_m", values.open_path_m},
           {"off_m", verdict.off_m ? Json(*verdict.off_m) : Json(nullptr)},
           {"off_x_m", verdict.off_at ? Json(verdict.off_at->x_m) : Json(nullptr)},
           {"off_y_m", verdict.off_at ? Json(verdict.off_at->y_m) : Json(nullptr)},

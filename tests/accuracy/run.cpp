@@ -45,6 +45,7 @@ void CloseLoops(Slam& slam, const Trajectory& truth, Outcome& outcome) {
   Slam::Outcome closed = slam.Finalize(outcome.matches);
   outcome.map = std::make_shared<ByteMap>(std::move(closed.map));
   outcome.graph = std::move(closed.graph);
+  outcome.pieces = slam.mapper().FindPiecesAndError();
   for (const Loop& loop : outcome.graph.loops()) {
     outcome.worst_loop_m = std::max(outcome.worst_loop_m, ErrorOf(loop, outcome.graph, truth).value_or(0.0));
   }

@@ -13,16 +13,14 @@
 namespace crsm {
 namespace {
 
-/// Maps a recording, prints a line of the table, and returns the verdict. Of a map as scans are matched to it: where
-/// loops are closed is not judged here.
-Verdict JudgeMapOf(const std::string& name, const Recording& recording, Parameters parameters) {
-  parameters.loops.loops = false;
+/// Maps a recording, prints a line of the table, and returns the verdict.
+Verdict JudgeMapOf(const std::string& name, const Recording& recording, const Parameters& parameters) {
   RunStatistics statistics;
   const Outcome outcome = Map(recording, parameters, [&](const Slam::Step& step) {
     statistics.Add(step.scan.utime, step.scan.rays);
-    statistics.Add(step.match);
   });
-  const Verdict verdict = Judge(statistics, *outcome.map);
+  for (const ScanMatch& match : outcome.matches) statistics.Add(match);
+  const Verdict verdict = Judge(statistics, *outcome.map, outcome.pieces);
   const auto& values = verdict.values;
   fmt::print("{:<34} {:<9} scans {:>5}  lost {:>5}  degenerate {:>5}  fitness {:.2f}  agreement {:.2f}  far {:>4}\n",
              name, Name(verdict.trust), values.counts.scans(), values.counts.lost, values.degenerate,

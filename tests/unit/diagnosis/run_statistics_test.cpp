@@ -11,8 +11,7 @@ namespace {
 auto AllOf(const RunStatistics& statistics) {
   const RunStatistics::Values v = statistics.values();
   return std::tuple(v.counts.on_map, v.counts.lost, v.degenerate, v.counts.without_rays, v.longest_unmatched, v.steps,
-                    v.far_steps, v.mean_fitness, v.finished_map, v.path_m, v.open_path_m, v.turns_by_odometry,
-                    v.ways_by_odometry);
+                    v.far_steps, v.mean_fitness, v.finished_map, v.path_m, v.turns_by_odometry, v.ways_by_odometry);
 }
 
 /// The matches of a drive in which everything happens that is counted, ending in lost scans. far_m: by which all poses
@@ -147,8 +146,6 @@ TEST_CASE("whether scans contradict each other, and what chance holds, goes by t
   CHECK(usual.FindContradiction().num_looks > 0);
   CHECK(Gather([](Constants& c) { c.contradiction.long_apart_m = 1e6; }).FindContradiction().num_looks == 0);
   CHECK(Gather([](Constants& c) { c.most_rays = 2; }).FindContradiction().num_looks == 0);
-  CHECK(usual.values().longest_open == 2);
-  CHECK(Gather([](Constants& c) { c.most_by_chance = 18; }).values().longest_open == 10);
 }
 
 }  // namespace crsm
