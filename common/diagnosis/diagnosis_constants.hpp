@@ -39,11 +39,11 @@ struct DiagnosisConstants {
     std::size_t least_asked = 20;                      ///< fewer scans tell nothing
     double far_m = MatchConstants::Search{}.window_m;  ///< a step beyond the window of the search is found by luck
     double far_rad = MatchConstants::Search{}.window_rad;
-    double jump_m = 3.0;              ///< a step longer than this, and ...
-    double jump_m_s = 10.0;           ///< ... faster, is of no robot
-    double path_step_m = 0.2;         ///< of the path: longer than what a robot that stands seems to move
-    double least_turns_rad2 = 0.1;    ///< that odometry is judged by: thirty turns of 0.06 rad
-    double least_ways_m2 = 0.3;       ///< ... and thirty steps of 0.1 m
+    double jump_m = 3.0;            ///< a step longer than this, and ...
+    double jump_m_s = 10.0;         ///< ... faster, is of no robot
+    double path_step_m = 0.2;       ///< of the path: longer than what a robot that stands seems to move
+    double least_turns_rad2 = 0.1;  ///< that odometry is judged by: thirty turns of 0.06 rad
+    double least_ways_m2 = 0.3;     ///< ... and thirty steps of 0.1 m
     SelfContradiction contradiction = {};
   };
 

@@ -74,9 +74,9 @@ void JudgeFit(const Constants& constants, Verdict& verdict) {
 
 void JudgeAgreement(const Constants& constants, Verdict& verdict) {
   if (!verdict.agreement || *verdict.agreement >= constants.fair_agreement) return;
-  const std::string text = fmt::format(
-      "the scans contradict the map: only {:.0f} % of their rays pass through free space and end at walls",
-      100.0 * RoundDown(*verdict.agreement));
+  const std::string text =
+      fmt::format("the scans contradict the map: only {:.0f} % of their rays pass through free space and end at walls",
+                  100.0 * RoundDown(*verdict.agreement));
   if (verdict.values.finished_map) {
     return Warn(verdict, Trust::kDoubtful,
                 text + ": likely much has changed there since, or the robot was found where it is not");
@@ -207,8 +207,7 @@ std::string DescribeWayBack(const std::optional<WayBack>& way_back) {
 /// How far off the map may be, by its pose graph: a graph that is contradicted says nothing.
 void JudgeMetres(const ByteMap& map, const MapPieces& pieces, const Constants& constants, Verdict& verdict) {
   if (pieces.num_pieces == 0) {
-    return Warn(verdict, Trust::kDoubtful,
-                "without loops (--no-loops) nothing tells how far off the map may be");
+    return Warn(verdict, Trust::kDoubtful, "without loops (--no-loops) nothing tells how far off the map may be");
   }
   if (!pieces.error || pieces.num_rejected > 0 || IsContradiction(verdict.contradiction, constants)) return;
   const double size_m = FindSize(map);

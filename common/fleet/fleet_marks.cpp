@@ -12,8 +12,7 @@ PlacedMark PlaceMark(const FleetGraph& graph, int map, const AnchoredMark& ancho
   placed.floating = false;
   for (const auto& [keyframe, at] : anchored.points) {
     const FleetKeyframeId id{map, keyframe};
-    const Pose2 point = graph.pose(id) * Pose2{at.x_m, at.y_m, 0.0};
-    placed.points.push_back({point.x_m, point.y_m});
+    placed.points.push_back(Apply(graph.pose(id), at));
     placed.floating |= graph.piece(id) != shown;
   }
   placed.covariance = TurnCovariance(placed.covariance, graph.pose({map, anchored.points.front().keyframe}).yaw_rad);

@@ -12,11 +12,6 @@ namespace {
 constexpr double kLongest_s = 0.5;       // between a mark and the scan that says where the laser was
 constexpr std::size_t kRemembered = 64;  // changes of a place that are known when they come again
 
-Point Apply(const Pose2& T_a_b, const Point& in_b) {
-  const Pose2 in_a = T_a_b * Pose2{in_b.x_m, in_b.y_m, 0.0};
-  return {in_a.x_m, in_a.y_m};
-}
-
 double SecondsBetween(std::int64_t a, std::int64_t b) {
   return std::abs(static_cast<double>(a) - static_cast<double>(b)) * 1e-6;
 }
@@ -174,19 +169,14 @@ std::vector<AnchoredMark> MarkBook::Anchor(const Mapper& mapper) const {
   std::vector<AnchoredMark> anchored;
   for (PlacedMark& mark : Place(mapper)) {
     const Entry& entry = *Find(mark.id);
-    KeyframeId best;  // with the best sightings of a point
-    double most = 0.0;
-    for (const Group& group : entry.groups) {
-      if (IsOnMap(group.keyframe, mapper) == mark.floating || group.weight <= most) continue;
-      if (mark.floating && ComponentOf(group.keyframe, mapper) != ComponentOf(entry.groups.back().keyframe, mapper)) {
-        continue;
-      }
-      most = group.weight;
-      best = group.keyframe.value_or(KeyframeId{});
+    std::optional<KeyframeId> best;  // with the best sightings of a point
+    if (entry.outline.empty()) {
+      const std::vector<const Group*> fused = FindFused(entry, mapper);
+      best = (*std::ranges::max_element(fused, {}, &Group::weight))->keyframe;
     }
     AnchoredMark& one = anchored.emplace_back();
     for (std::size_t i = 0; i < mark.points.size(); ++i) {
-      const KeyframeId keyframe = entry.outline.empty() ? best : entry.outline[i].keyframe.value_or(KeyframeId{});
+      const KeyframeId keyframe = (entry.outline.empty() ? best : entry.outline[i].keyframe).value_or(KeyframeId{});
       one.points.push_back({keyframe, Apply(Inverse(PoseOf(keyframe, mapper)), mark.points[i])});
     }
     mark.points.clear();
@@ -208,23 +198,30 @@ PlacedMark MarkBook::PlaceOutline(const Entry& entry, const Mapper& mapper) {
   return mark;
 }
 
+std::vector<const MarkBook::Group*> MarkBook::FindFused(const Entry& entry, const Mapper& mapper) {
+  const auto IsShown = [&](const Group& group) { return IsOnMap(group.keyframe, mapper); };
+  const bool floats = std::ranges::none_of(entry.groups, IsShown);
+  const int component = ComponentOf(entry.groups.back().keyframe, mapper);
+  std::vector<const Group*> fused;
+  for (const Group& group : entry.groups) {
+    if (floats ? ComponentOf(group.keyframe, mapper) == component : IsShown(group)) fused.push_back(&group);
+  }
+  return fused;
+}
+
 PlacedMark MarkBook::PlacePoint(const Entry& entry, const Mapper& mapper) {
   PlacedMark mark;
-  // Only what lies in one frame can be fused: that of the map that is shown, else that of the newest sighting.
-  const auto IsShown = [&](const Group& group) { return IsOnMap(group.keyframe, mapper); };
-  mark.floating = std::ranges::none_of(entry.groups, IsShown);
-  const int component = ComponentOf(entry.groups.back().keyframe, mapper);
   std::vector<std::pair<const Group*, Point>> fused;
   double weight = 0.0;
   Point mean;
-  for (const Group& group : entry.groups) {
-    if (mark.floating ? ComponentOf(group.keyframe, mapper) != component : !IsShown(group)) continue;
-    const Point at = Apply(PoseOf(group.keyframe, mapper), group.mean);
-    fused.emplace_back(&group, at);
-    weight += group.weight;
-    const double share = group.weight / weight;
+  for (const Group* group : FindFused(entry, mapper)) {
+    mark.floating = !IsOnMap(group->keyframe, mapper);  // all are, or none is
+    const Point at = Apply(PoseOf(group->keyframe, mapper), group->mean);
+    fused.emplace_back(group, at);
+    weight += group->weight;
+    const double share = group->weight / weight;
     mean = {mean.x_m + (at.x_m - mean.x_m) * share, mean.y_m + (at.y_m - mean.y_m) * share};
-    mark.num_sightings += group.num;
+    mark.num_sightings += group->num;
   }
   // How far the sightings lie apart, in their standard deviations: it adds to what each says of itself.
   std::array<double, 3> apart{};

@@ -84,6 +84,8 @@ class MarkBook {
     std::deque<std::int64_t> utimes = {};  ///< of the newest changes
   };
 
+  /// What can be fused, because it lies in one frame: that of the map that is shown, else that of the newest sighting.
+  static std::vector<const Group*> FindFused(const Entry& entry, const Mapper& mapper);
   static PlacedMark PlacePoint(const Entry& entry, const Mapper& mapper);
   static PlacedMark PlaceOutline(const Entry& entry, const Mapper& mapper);
   const Entry* Find(const std::string& id) const;

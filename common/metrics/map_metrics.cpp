@@ -49,16 +49,11 @@ Pose2 StartOf(const World& world) {
   return {world.path[0].x_m, world.path[0].y_m, std::atan2(dy_m, dx_m)};
 }
 
-Point ToMap(const Pose2& T_map_world, const Point& point) {
-  const Pose2 moved = T_map_world * Pose2{point.x_m, point.y_m, 0.0};
-  return {moved.x_m, moved.y_m};
-}
-
 std::vector<Wall> WallsInMap(const World& world) {
   const Pose2 T_map_world = Inverse(StartOf(world));
   std::vector<Wall> walls;
   for (const Wall& wall : world.walls) {
-    if (wall.stay.IsEndless()) walls.push_back({ToMap(T_map_world, wall.from), ToMap(T_map_world, wall.to)});
+    if (wall.stay.IsEndless()) walls.push_back({Apply(T_map_world, wall.from), Apply(T_map_world, wall.to)});
   }
   return walls;
 }
@@ -260,7 +255,7 @@ CornerError EvaluateCorners(const DenseGrid& map, const World& world, const Corn
   const Shades shades(map, constants);
   CornerError error;
   for (const Corner& corner : world.corners) {
-    const Patch patch = MakePatch(walls, ToMap(T_map_world, corner.at), geometry, constants);
+    const Patch patch = MakePatch(walls, Apply(T_map_world, corner.at), geometry, constants);
     const CornerMatch match = FindCorner(shades, patch, corner.name, geometry, constants);
     error.corners.push_back(match);
     if (match.found) {

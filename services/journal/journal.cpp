@@ -154,17 +154,14 @@ Contents Read(const std::string& path, const JournalSubject& subject, OnDamage o
     if (stretch->mark && !visit.mark(FromMessage(*stretch->mark))) {
       throw std::runtime_error(fmt::format("{}: its marks do not fit its scans", path));
     }
-    if (stretch->fleet_keyframe || stretch->fleet_marks) {
-      if (stretch->fleet_keyframe ? !visit.fleet_keyframe(*stretch->fleet_keyframe)
-                                  : !visit.fleet_marks(*stretch->fleet_marks)) {
-        throw std::runtime_error(
-            fmt::format("{} is the journal of a fleet, and not of one robot, or its keyframes do not fit each other: "
-                        "choose another "
-                        "folder",
-                        path));
-      }
-      if (stretch->fleet_keyframe) ++num_scans;
+    if ((stretch->fleet_keyframe && !visit.fleet_keyframe(*stretch->fleet_keyframe)) ||
+        (stretch->fleet_marks && !visit.fleet_marks(*stretch->fleet_marks))) {
+      throw std::runtime_error(
+          fmt::format("{} is the journal of a fleet, and not of one robot, or its keyframes do not fit each other: "
+                      "choose another folder",
+                      path));
     }
+    if (stretch->fleet_keyframe) ++num_scans;
     if (!stretch->match) continue;
     visit.match(stretch->scan ? &*stretch->scan : nullptr, *stretch->match);
     ++num_scans;
@@ -284,27 +281,22 @@ void Journal::AddHead(std::int64_t utime) {
   if (!std::exchange(head_written_, true)) AddEvent(kJournalHeadChannel, ToMessage({epoch_, subject_}, utime));
 }
 
-void Journal::Append(const FixedMark& mark) {
+template <class Message>
+void Journal::AppendAlone(const char* channel, const Message& message) {
   AddHead(last_utime_);
-  AddEvent(kKeptMarkChannel, ToMessage(mark));
+  AddEvent(channel, message);
   WriteStretch(last_utime_);
   appended_ = true;
 }
+
+void Journal::Append(const FixedMark& mark) { AppendAlone(kKeptMarkChannel, ToMessage(mark)); }
 
 void Journal::Append(const fleet_keyframe_t& keyframe) {
   last_utime_ = std::max(last_utime_, keyframe.heard_utime);
-  AddHead(last_utime_);
-  AddEvent(kFleetKeyframeChannel, keyframe);
-  WriteStretch(last_utime_);
-  appended_ = true;
+  AppendAlone(kFleetKeyframeChannel, keyframe);
 }
 
-void Journal::Append(const fleet_marks_t& marks) {
-  AddHead(last_utime_);
-  AddEvent(kFleetMarksChannel, marks);
-  WriteStretch(last_utime_);
-  appended_ = true;
-}
+void Journal::Append(const fleet_marks_t& marks) { AppendAlone(kFleetMarksChannel, marks); }
 
 void Journal::Append(const GraphUpdate& update, std::int64_t utime) {
   for (const pose_graph_t& part : MakeParts(update, utime, epoch_)) {

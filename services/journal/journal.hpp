@@ -141,6 +141,9 @@ class Journal {
   template <class Message>
   void AddEvent(const char* channel, const Message& message);
   void AddHead(std::int64_t utime);
+  /// A message that has a stretch of its own.
+  template <class Message>
+  void AppendAlone(const char* channel, const Message& message);
   void WriteSearched();
   void WriteStretch(std::int64_t utime);
 

@@ -45,7 +45,6 @@ void CloseLoops(Slam& slam, const Trajectory& truth, Outcome& outcome) {
   Slam::Outcome closed = slam.Finalize(outcome.matches);
   outcome.map = std::make_shared<ByteMap>(std::move(closed.map));
   outcome.graph = std::move(closed.graph);
-  outcome.pieces = slam.mapper().FindPiecesAndError();
   for (const Loop& loop : outcome.graph.loops()) {
     outcome.worst_loop_m = std::max(outcome.worst_loop_m, ErrorOf(loop, outcome.graph, truth).value_or(0.0));
   }
@@ -81,8 +80,7 @@ Recording Record(const std::string& source, const Parameters& parameters, int ev
 
 Parameters ShippedParameters(const std::string& preset, std::uint64_t seed, const std::vector<std::string>& flags) {
   using enum ParameterGroup;
-  CommandLine command_line("accuracy_tests", "",
-                           {kSeed, kLaser, kScan, kSelection, kUpdate, kLoops, kAlgorithm}, {});
+  CommandLine command_line("accuracy_tests", "", {kSeed, kLaser, kScan, kSelection, kUpdate, kLoops, kAlgorithm}, {});
   const std::string seed_text = std::to_string(seed);
   std::vector<const char*> arguments{"accuracy_tests", "--seed", seed_text.c_str()};
   if (!preset.empty()) arguments.insert(arguments.end(), {"--preset", preset.c_str()});
@@ -108,6 +106,7 @@ Outcome Map(const Recording& recording, const Parameters& parameters,
     if (look) look(step);
   }
   Outcome outcome = Summarize(matches);
+  outcome.slam = slam_owner;
   outcome.cpu_s = std::move(cpu_s);
   outcome.matches = std::move(matches);
   if (slam.closes_loops()) {

@@ -11,7 +11,6 @@
 #include "common/math/pose2.hpp"
 #include "common/metrics/trajectory.hpp"
 #include "common/parameters.hpp"
-#include "common/graph/pieces.hpp"
 #include "common/slam.hpp"
 
 namespace crsm {
@@ -57,7 +56,7 @@ struct Outcome {
   std::vector<ScanMatch> matches;  ///< where loops have moved them to
   std::shared_ptr<const ByteMap> map;
   KeyframeGraph graph;
-  MapPieces pieces;
+  std::shared_ptr<const Slam> slam;  ///< which made it
 };
 
 /// How far a loop is from the truth [m]; nothing where that is not known.

@@ -235,16 +235,17 @@ TEST_CASE("how far off a map may be is what its pose graph says, and more than i
   CHECK(open.trust == Trust::kDoubtful);
   CHECK(Mentions(open, "leaves the lengths of the path open by up to 1.1 m"));
   CHECK(Mentions(open, "drive once more where the robot was before"));
-  const MapPieces helped{.num_pieces = 1,
-                         .error =
-                             MapError{3.0, {5.0, -1.5}, {{{1.0, 2.0}, 9.0}}, WayBack{{3.0, 40.0}, {60.0, 41.0}, 0.4}}};
+  const MapPieces helped{
+      .num_pieces = 1,
+      .error = MapError{3.0, {5.0, -1.5}, {{{1.0, 2.0}, 9.0}}, WayBack{{3.0, 40.0}, {60.0, 41.0}, 0.4}}};
   const Verdict told = Judge(Run().Add(100).statistics, RoomMap(), helped);
   CHECK(Mentions(told, "a drive from x 3.0 m, y 40.0 m to x 60.0 m, y 41.0 m, by another way than before"));
   CHECK(Mentions(told, "leave about 0.4 m"));
   CHECK(told.way_back == helped.error->way_back);
   REQUIRE(told.doubts.size() == 1);
   CHECK(told.doubts[0].off_m == *told.off_m);  // a place is no further off than the map
-  const Verdict slipped = Judge(Run().Add(100).statistics, RoomMap(), {.num_pieces = 1, .slip = Slip{{4.0, -2.0}, 0.9}});
+  const Verdict slipped =
+      Judge(Run().Add(100).statistics, RoomMap(), {.num_pieces = 1, .slip = Slip{{4.0, -2.0}, 0.9}});
   CHECK(slipped.trust == Trust::kGood);
   CHECK(Mentions(slipped, "slip near x 4.0 m, y -2.0 m: one match was wrong by 0.9 m"));
   CHECK(*JudgeWith(1e6, Run().Add(100)).off_m < 100.0);  // no further than the map is large
@@ -313,7 +314,8 @@ TEST_CASE("scans that contradict the map are bad, and where they are localised o
   const Verdict localised = JudgeScans(true);
   CHECK(localised.agreement == Approx(0.4));
   CHECK(localised.trust == Trust::kDoubtful);
-  CHECK(Mentions(localised, "only 40 % of their rays pass through free space and end at walls: likely much has changed"));
+  CHECK(
+      Mentions(localised, "only 40 % of their rays pass through free space and end at walls: likely much has changed"));
 }
 
 TEST_CASE("scans that fit badly, but whose rays agree with the map, make it doubtful: as outdoors") {
