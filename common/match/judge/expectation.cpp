@@ -19,7 +19,7 @@ bool IsFollowed(const TrackingState& tracking, const MatchConstants& constants) 
 double ComputeAcceptable(const TrackingState& tracking, const MatchConstants::Acceptance& constants) {
   double share = constants.lost;
   if (tracking.on_finished_map()) return share;
-  const std::int64_t num = std::min(tracking.num_lost(), constants.relaxations_max);
+  const std::int64_t num = std::min(tracking.num_lost(), constants.patience);
   for (std::int64_t i = 0; i < num; ++i) share *= constants.relaxation;
   return share;
 }
