@@ -20,6 +20,12 @@ const textOf = ({crop_m, erase = [], turn_deg = 0}) =>
 
 const EMPTY = textOf({});
 
+const HINTS = {
+  crop: "Drag a rectangle around what is to stay.",
+  free: "Outline what people left: click its corners, and the first one again. Walls in it become free.",
+  unexplored: "Outline what is not there, as behind glass: click its corners, and the first one again.",
+};
+
 const cornersOf = (crop_m) => {
   if (crop_m.length !== 2) return crop_m;
   const [[x0, y0], [x1, y1]] = crop_m;
@@ -99,8 +105,11 @@ export class Editor {
     this.told = null;
     this.undone = [];
     this.redone = [];
-    if (!open) this.view().edits = null;
-    else this.setDraft([]);
+    if (!open) return (this.view().edits = null);
+    const {turn_deg} = this.edits;
+    if (turn_deg !== 0 && this.view().camera.turn_rad === 0) this.view().camera.turn_rad = -turn_deg * Math.PI / 180;
+    if (this.view().fits) this.view().fit();
+    this.setDraft([]);
   }
 
   setDraft(corners) {
@@ -187,6 +196,7 @@ export class Editor {
     const {state, why} = view.model.info.edits ?? {};
     view.edits = edits;
     view.stale = true;
+    $("edit_hint").textContent = HINTS[$("edit_tool").value];
     $("edit_done").hidden = this.crops;
     $("edit_done").disabled = view.draft.length < LEAST_CORNERS;
     $("edit_turn").setAttribute("aria-pressed", edits.turn_deg !== 0);

@@ -93,7 +93,7 @@ export class MapView extends EventTarget {
   clearArea() {
     const view = this.parent.getBoundingClientRect();
     const area = {x0: 0, y0: 0, x1: view.width, y1: view.height};
-    const [head, player, panel, tools] = ["head", "player", "panel", "tools"].map((id) => {
+    const [head, player, panel, tools, form] = ["head", "player", "panel", "tools", "edit_form"].map((id) => {
       const box = document.getElementById(id).getBoundingClientRect();
       const covers = box.width > 0 && box.left < view.right && box.right > view.left && box.top < view.bottom &&
                      box.bottom > view.top;
@@ -107,6 +107,8 @@ export class MapView extends EventTarget {
     if (tools && tools.width < view.width / 3) {
       tools.left - view.left < view.width / 2 ? (area.x0 = tools.right - view.left) : (area.x1 = tools.left - view.left);
     }
+    if (form && form.width > view.width / 2) area.y1 = Math.min(area.y1, form.top - view.top);
+    else if (form) area.x0 = Math.max(area.x0, form.right - view.left);
     return area;
   }
 
@@ -415,7 +417,7 @@ export class MapView extends EventTarget {
     if (layers.marks) drawMarks(context, model.info.marks, pixel, colours, camera.turn_rad);
     const draft = this.boxed ? boxCorners(this, this.boxed.from, this.boxed.to) : this.draft;
     if (draft.length > 0) drawDraft(context, draft, pixel, colours);
-    if (this.marks && this.by_keys) drawAim(context, this.aim(), pixel, colours);
+    if (this.marks && this.by_keys) drawAim(context, this.aim(), pixel, colours, camera.turn_rad);
     if (this.placed) drawPlace(context, this.placed, pixel, colours);
     if (this.measured.length === 2) drawMeasure(context, this.measured, pixel, colours, camera.turn_rad);
   }

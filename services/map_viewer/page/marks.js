@@ -63,14 +63,15 @@ export function drawDraft(context, draft, pixel, colours) {
 }
 
 // What Enter points at.
-export function drawAim(context, {x_m, y_m}, pixel, colours) {
+export function drawAim(context, {x_m, y_m}, pixel, colours, angle_rad) {
+  const [right, up] = [Math.cos(angle_rad) * pixel, Math.sin(angle_rad) * pixel];
   for (const [colour, width] of [[colours.panel, 4], [colours.text, 1.5]]) {
     context.strokeStyle = colour;
     context.lineWidth = width * pixel;
     context.beginPath();
-    for (const [x, y] of [[1, 0], [0, 1], [-1, 0], [0, -1]]) {
-      context.moveTo(x_m + 4 * x * pixel, y_m + 4 * y * pixel);
-      context.lineTo(x_m + 14 * x * pixel, y_m + 14 * y * pixel);
+    for (const [x, y] of [[right, up], [-up, right], [-right, -up], [up, -right]]) {
+      context.moveTo(x_m + 4 * x, y_m + 4 * y);
+      context.lineTo(x_m + 14 * x, y_m + 14 * y);
     }
     context.stroke();
   }
