@@ -192,7 +192,8 @@ def test_edits(out, read_png):
         check(page.run(EDITS)["draft"] == 1, "undo takes back a corner")
         press(page, Keys.ESCAPE)
         check(not page.run(EDITS)["open"], "Escape ends it")
-        press(page, "e")
+        page.driver.execute_script("document.getElementById('edit').focus()")
+        press(page, Keys.ENTER)
         choose(page, "unexplored")
         aims = [page.run(EDITS)["aim"]]
         press(page, Keys.ENTER)

@@ -206,11 +206,12 @@ export class Editor {
     const parts = [edits.crop_m && "cropped", edits.erase.length > 0 && `${edits.erase.length} erased`,
                    edits.turn_deg !== 0 && `turned by ${edits.turn_deg.toFixed(1)}°`].filter(Boolean);
     const is_written = state === "written" && !this.told;
-    $("edit_state").textContent = this.is_straight ? "The walls lie along the axes already."
+    const text = this.is_straight ? "The walls lie along the axes already."
       : this.is_full ? "There is no room for more edits."
       : state === "failed" ? why
       : parts.length === 0 ? "Nothing is changed. The map itself always stays as it is."
       : `${parts.join(", ")}; ${is_written ? "map_edited.png is beside the map" : "is being written"}`;
+    if ($("edit_state").textContent !== text) $("edit_state").textContent = text;  // a reader of screens says it once
     $("edit_state").dataset.tone = state === "failed" || this.is_full ? "bad" : "";
     const link = $("edit_download");
     link.hidden = !(is_written && parts.length > 0);

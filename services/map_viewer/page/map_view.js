@@ -29,6 +29,7 @@ export class MapView extends EventTarget {
     super();
     this.model = model;
     this.canvas = parent.appendChild(document.createElement("canvas"));
+    this.canvas.tabIndex = -1;  // Enter is for the map then, and not for the tool that was chosen
     this.parent = parent;
     this.camera = {x_m: 0, y_m: 0, px: 40, turn_rad: 0};  // middle, pixels of a metre, what points to the right
     this.follows = true;
@@ -206,7 +207,7 @@ export class MapView extends EventTarget {
     this.draft = [];
     this.boxes = false;
     this.boxed = null;
-    if (marks) this.setMeasures(false), this.setPlaces(false);
+    if (marks) this.setMeasures(false), this.setPlaces(false), this.canvas.focus({preventScroll: true});
     this.showTool();
   }
 
