@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import tarfile
+import urllib.parse
 import urllib.request
 
 from selenium.webdriver.common.action_chains import ActionChains
@@ -267,8 +268,27 @@ def test_who_may(results):
         await_that(lambda: page.state()["version"] > 0, "who may only look sees the map")
         press(page, "e")
         seen = page.run(EDITS)
-        check(seen["looks"] and not seen["offered"] and not seen["open"], "the tool is not offered")
-        check("map_edited.tar" in seen["files"], "and what was made is there to take along")
+        check(seen["looks"] and seen["open"] and "map_edited.tar" in seen["files"], "and what was made is there to take along")
+        check(seen["text"].startswith("cropped, 1 erased, turned") and "this browser keeps it" in seen["text"],
+              f"what this one edits only the browser keeps: {seen['text']}")
+        click(page, "edit_turn")
+        await_text(page, "^cropped, 1 erased; this browser", "another edit")
+        link = page.run(EDITS)["link"]
+        check(json.loads(urllib.parse.unquote(link.split(",", 1)[1]))["turn_deg"] == 0, "is a file for slam_eval export --edits")
+        page.driver.refresh()
+        await_that(lambda: page.state()["version"] > 0, "loaded again")
+        press(page, "e")
+        await_text(page, "^cropped, 1 erased; this browser", "it is there")
+        page.driver.execute_script("""
+            for (const key of Object.keys(localStorage).filter((key) => key.startsWith('edits'))) {
+              localStorage.setItem(key, '{"erase": [{"outline_m": [[null, "<img>"]]}], "turn_deg": 0}');
+            }""")
+        click(page, "edit_done")
+        page.driver.refresh()
+        await_that(lambda: page.state()["version"] > 0, "loaded once more")
+        press(page, "e")
+        await_text(page, "^cropped, 1 erased, turned", "edits that somebody has spoilt are none")
+        check((results / "edits.json").read_bytes() == written, "beside the map nothing has changed")
         page.run("""
             const callback = arguments[0];
             import('/main.js').then(({robots}) => {
@@ -280,7 +300,8 @@ def test_who_may(results):
         page.driver.get("about:blank")
         page.driver.get(f"http://127.0.0.1:{port}/#token={whole}")
         await_that(lambda: page.state()["version"] > 0, "who has the whole link")
-        check(page.run(EDITS)["offered"], "may edit it")
+        press(page, "e")
+        await_text(page, "^cropped, 1 erased, turned by .*map_edited", "may edit it")
     finally:
         if page:
             page.driver.quit()

@@ -20,6 +20,20 @@ const textOf = ({crop_m, erase = [], turn_deg = 0}) =>
 
 const EMPTY = textOf({});
 
+const isOutline = (points) => Array.isArray(points) && points.length <= MOST_CORNERS &&
+  points.every((point) => Array.isArray(point) && point.length === 2 && point.every(Number.isFinite));
+
+// Of what this browser has kept, which another page of this address may have written. Null where it is none.
+function readKept(key) {
+  try {
+    const edits = JSON.parse(localStorage.getItem(key));
+    const outlines = [edits.crop_m ?? [], ...edits.erase.map(({outline_m}) => outline_m)];
+    return outlines.every(isOutline) && Number.isFinite(edits.turn_deg) ? textOf(edits) : null;
+  } catch {
+    return null;
+  }
+}
+
 const HINTS = {
   crop: "Drag a rectangle around what is to stay.",
   free: "Outline what people left: click its corners, and the first one again. Walls in it become free.",
@@ -91,8 +105,17 @@ export class Editor {
   get is_open() { return !$("edit_form").hidden; }
   get crops() { return $("edit_tool").value === "crop"; }
 
+  // Under which this browser keeps the edits, where the viewer takes none: one may only look, or the folder is not to be
+  // written. Empty where it takes them.
+  get key() {
+    const {info, cursor} = this.view().model;
+    return info.edits && !info.looks ? "" : `edits ${info.robot} ${cursor.epoch}`;
+  }
+
   // What the viewer was told last, or what it says.
   get edits() {
+    const kept = this.key && readKept(this.key);
+    if (kept) return JSON.parse(kept);
     const said = textOf(this.view().model.info.edits?.edits ?? {});
     if (said === this.told || !(performance.now() - this.told_at_ms < ANSWER_MS)) this.told = null;
     return JSON.parse(this.told ?? said);
@@ -169,6 +192,7 @@ export class Editor {
 
   tell(text) {
     this.is_straight = this.is_full = false;
+    if (this.key) return localStorage.setItem(this.key, text);
     this.told = text;
     this.told_at_ms = performance.now();
     this.send(`edits ${text}`);
@@ -205,16 +229,20 @@ export class Editor {
     $("edit_reset").disabled = textOf(edits) === EMPTY;
     const parts = [edits.crop_m && "cropped", edits.erase.length > 0 && `${edits.erase.length} erased`,
                    edits.turn_deg !== 0 && `turned by ${edits.turn_deg.toFixed(1)}°`].filter(Boolean);
+    const is_kept = Boolean(this.key);
     const is_written = state === "written" && !this.told;
     const text = this.is_straight ? "The walls lie along the axes already."
       : this.is_full ? "There is no room for more edits."
-      : state === "failed" ? why
+      : state === "failed" && !is_kept ? why
       : parts.length === 0 ? "Nothing is changed. The map itself always stays as it is."
+      : is_kept ? `${parts.join(", ")}; this browser keeps it. slam_eval export --edits edits.json makes the map of it.`
       : `${parts.join(", ")}; ${is_written ? "map_edited.png is beside the map" : "is being written"}`;
     if ($("edit_state").textContent !== text) $("edit_state").textContent = text;  // a reader of screens says it once
-    $("edit_state").dataset.tone = state === "failed" || this.is_full ? "bad" : "";
+    $("edit_state").dataset.tone = (state === "failed" && !is_kept) || this.is_full ? "bad" : "";
     const link = $("edit_download");
-    link.hidden = !(is_written && parts.length > 0);
-    link.href = `files/map_edited.tar?${new URLSearchParams({robot: this.robot(), token: readToken()})}`;
+    link.hidden = !((is_written || is_kept) && parts.length > 0);
+    link.textContent = is_kept ? "Download edits" : "Download edited map";
+    link.download = is_kept ? "edits.json" : "map_edited.tar";
+    link.href = is_kept ? `data:application/json,${encodeURIComponent(textOf(edits))}` : `files/map_edited.tar?${new URLSearchParams({robot: this.robot(), token: readToken()})}`;
   }
 }

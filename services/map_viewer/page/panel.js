@@ -191,7 +191,7 @@ export function showPanel(model, changed, all) {
   $("panel").classList.toggle("finished", info.live === false);
   document.body.classList.toggle("simulated", (info.truth ?? []).length > 0);
   document.body.classList.toggle("marking", info.live === true && !info.looks);
-  document.body.classList.toggle("editing", Boolean(info.edits) && !info.looks);
+  document.body.classList.toggle("editing", info.live === false);
   document.body.classList.toggle("localising", localises(model) && info.live !== false && !info.looks);
   if (all || changed.has("robot") || changed.has("moment")) showPose(model);
   if (all || changed.has("samples") || changed.has("moment") || changed.has("timeline")) showFitness(model);
