@@ -66,7 +66,6 @@ export function drawEdits(context, {crop_m, erase = []}, {x0, x1, y0, y1}, pixel
   }
   if (!crop_m) return;
   const corners = cornersOf(crop_m);
-  context.beginPath();
   const outside = new Path2D();
   outside.rect(x0, y0, x1 - x0, y1 - y0);
   corners.forEach(([x, y], index) => (index === 0 ? outside.moveTo(x, y) : outside.lineTo(x, y)));

@@ -259,8 +259,7 @@ TEST_CASE("edits that leave nothing, or far too much, are refused by their key")
   DenseGrid stripe{40000, 1, 0, 0, kCell_m, std::vector<std::uint8_t>(40000, kFreeByte)};
   MapEdits turned;
   turned.turn_deg = 45.0;
-  CHECK_THROWS_WITH(ApplyEdits(stripe, turned),
-                    Catch::Matchers::StartsWith("turn_deg: the turned map has 2828"));
+  CHECK_THROWS_WITH(ApplyEdits(stripe, turned), Catch::Matchers::StartsWith("turn_deg: the turned map has 2828"));
   turned.crop = {{0.0, -1.0}, {10.0, 1.0}};
   CHECK(ApplyEdits(stripe, turned).width_cells < 150);
 }
