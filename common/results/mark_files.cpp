@@ -234,8 +234,8 @@ void AddMarks(const std::vector<PlacedMark>& marks, Replacement& files) {
   files.Write(kGeoJson, FormatMarksGeoJson(marks));
 }
 
-void RemoveOldMarks(const std::filesystem::path& dir, const Replacement& files) {
-  for (const char* name : kMarkFiles) {
+void RemoveOldFiles(const std::filesystem::path& dir, std::span<const char* const> names, const Replacement& files) {
+  for (const char* name : names) {
     std::error_code error;
     if (!files.Has(name)) std::filesystem::remove(dir / name, error);
     if (error) throw std::runtime_error(fmt::format("cannot remove {}: {}", (dir / name).string(), error.message()));

@@ -43,7 +43,8 @@ cv::Mat DrawMask(const DenseGrid& grid, const std::vector<const PlacedMark*>& zo
 
 }  // namespace
 
-void AddMasks(const DenseGrid& grid, const std::vector<PlacedMark>& marks, Replacement& files) {
+void AddMasks(const DenseGrid& grid, const std::vector<PlacedMark>& marks, Replacement& files,
+              const std::string& suffix) {
   for (const Mask& mask : kMasks) {
     std::vector<const PlacedMark*> zones;
     for (const PlacedMark& mark : marks) {
@@ -51,7 +52,7 @@ void AddMasks(const DenseGrid& grid, const std::vector<PlacedMark>& marks, Repla
     }
     if (zones.empty()) continue;
     const cv::Mat picture = DrawMask(grid, zones, mask);
-    const std::string name = mask.name;
+    const std::string name = mask.name + suffix;
     files.Write(name + ".png", EncodePng({picture.cols, picture.rows, 1, picture.data}));
     files.Write(name + ".yaml", fmt::format("image: {}.png\n"
                                             "mode: {}\n"

@@ -16,6 +16,8 @@ inline constexpr int kSlowPercent = 50;
 /// are some of kSlowKind: masks of navigation2's costmap filters with the cells of the map, which map_server reads.
 /// Mode `scale`: a zone to keep out of is 100, all else 0. Mode `raw`: the pixel is the percentage of the speed, 0
 /// where nothing limits it. A cell that an outline touches belongs to the zone. grid: at least one cell.
-void AddMasks(const DenseGrid& grid, const std::vector<PlacedMark>& marks, Replacement& files);
+/// suffix: of the names, before their ends.
+void AddMasks(const DenseGrid& grid, const std::vector<PlacedMark>& marks, Replacement& files,
+              const std::string& suffix = "");
 
 }  // namespace crsm

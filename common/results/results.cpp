@@ -1,5 +1,6 @@
 #include "common/results/results.hpp"
 
+#include "common/results/map_edits.hpp"
 #include "common/results/mark_files.hpp"
 #include "common/results/mark_masks.hpp"
 #include "common/results/pictures.hpp"
@@ -32,7 +33,8 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
   Replacement files(dir);
   AddResults(results, {EncodeWithOpenCv, [](const Results& drawable) { return EncodeOverview(drawable); }}, files);
   AddMarkPictures(results, files);
-  RemoveOldMarks(dir, files);
+  RemoveOldFiles(dir, kMarkFiles, files);
+  RemoveOldFiles(dir, kEditedFiles, files);
   FreeMapPicture(dir);
   files.Rename();
   RemoveOldPictures(dir);

@@ -53,6 +53,7 @@ std::string NameOfRun(const std::filesystem::path& dir);
 /// - summary.json: of the summary; {} where there is none
 /// - marks.csv, marks.geojson, keepout.png, slow.png and their yaml: of the marks, where there are such
 /// - map.tif: where there is a team, as of EncodeRescueMap
+/// What was made of an earlier map and edits.json is removed.
 ///
 /// Each file is replaced as a whole, so a reader never sees half of one, and none before all are written: where one
 /// cannot be, the older ones stay. Who reads map.yaml and then the picture that it names gets both of one map, or finds

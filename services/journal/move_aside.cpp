@@ -6,6 +6,7 @@
 #include <array>
 
 #include "common/logs/map_picture.hpp"
+#include "common/results/map_edits.hpp"
 #include "common/results/mark_files.hpp"
 #include "services/journal/journal.hpp"
 
@@ -15,8 +16,9 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Everything that a run leaves in its folder.
-constexpr std::array kResults{"map.png",   "map.pgm",      "map.yaml", "overview.png", "trajectory.tum", "truth.tum",
-                              "graph.g2o", "summary.json", "journal",  "log",          "pieces",         "changes.csv"};  // and kMarkFiles
+constexpr std::array kResults{"map.png",   "map.pgm",    "map.yaml",     "overview.png", "trajectory.tum",
+                              "truth.tum", "graph.g2o",  "summary.json", "journal",      "log",
+                              "pieces",    "changes.csv"};  // and those of marks and edits
 
 /// Those of them that a run writes over.
 constexpr std::array kWrittenAnew{"map.png",   "map.pgm",      "map.yaml",   "overview.png",
@@ -52,6 +54,8 @@ fs::path MoveAside(const fs::path& out) {
   };
   std::ranges::for_each(kResults, Move);
   std::ranges::for_each(kMarkFiles, Move);
+  std::ranges::for_each(kEditedFiles, Move);
+  Move(kEditsFile);
   if (const std::string picture = FindPicture(place); picture != kMapPicture && fs::exists(out / picture)) {
     fs::rename(out / picture, place / picture);
   }

@@ -6,6 +6,7 @@
 
 #include "common/graph/g2o.hpp"
 #include "common/logs/replacement.hpp"
+#include "common/results/map_edits.hpp"
 #include "common/results/mark_files.hpp"
 #include "common/results/result_files.hpp"
 #include "services/base/version.hpp"
@@ -118,7 +119,8 @@ void Slam::Save(const std::string& folder) const {
   if (error) throw std::runtime_error("Save: cannot write " + journal.string() + ": " + error.message());
   crsm::SyncFolder(journal.string());
   crsm::RemoveHalfJournal(folder);
-  crsm::RemoveOldMarks(folder, files);
+  crsm::RemoveOldFiles(folder, crsm::kMarkFiles, files);
+  crsm::RemoveOldFiles(folder, crsm::kEditedFiles, files);
   crsm::FreeMapPicture(folder);
   files.Rename();
   impl_->WritePieces(folder, results.pieces);

@@ -58,6 +58,16 @@ bool IsLoopback(const std::string& host) {
   return host == "localhost" || host == "::1" || (IsIpv4(host) && host.starts_with("127."));
 }
 
+/// Looks at every byte of `expected`.
+bool IsSame(std::string_view token, std::string_view expected) {
+  unsigned difference = token.size() == expected.size() ? 0 : 1;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    const char given = i < token.size() ? token[i] : '\0';
+    difference |= static_cast<unsigned char>(given ^ expected[i]);
+  }
+  return difference == 0;
+}
+
 std::string NameOfThisHost() {
   std::array<char, 256> name{};
   if (gethostname(name.data(), name.size() - 1) != 0) return "localhost";
@@ -99,14 +109,10 @@ bool Access::AllowsOrigin(std::string_view origin, std::string_view host, bool f
 }
 
 bool Access::AllowsToken(std::string_view token) const {
-  if (token_.empty()) return true;
-  unsigned difference = token.size() == token_.size() ? 0 : 1;
-  for (std::size_t i = 0; i < token_.size(); ++i) {
-    const char given = i < token.size() ? token[i] : '\0';
-    difference |= static_cast<unsigned char>(given ^ token_[i]);
-  }
-  return difference == 0;
+  return AllowsChange(token) || IsSame(token, ToLookToken(token_));
 }
+
+bool Access::AllowsChange(std::string_view token) const { return token_.empty() || IsSame(token, token_); }
 
 std::optional<std::string_view> FindInQuery(std::string_view target, std::string_view key) {
   const auto question = target.find('?');

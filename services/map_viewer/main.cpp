@@ -1,5 +1,6 @@
 // map_viewer: what the others say -> a page in a browser, and Foxglove. All that it says on the bus: it asks for the
-// map as an exporter does, and tells a robot that is localised where it is, when somebody points there.
+// map as an exporter does, and tells a robot that is localised where it is, when somebody points there. All that it
+// writes: edits of a finished map, beside it.
 
 #include <fmt/core.h>
 #include <unistd.h>
@@ -17,6 +18,7 @@
 #include "services/map_viewer/finished_run.hpp"
 #include "services/map_viewer/links.hpp"
 #include "services/map_viewer/live_robot.hpp"
+#include "services/map_viewer/map_editor.hpp"
 #include "services/map_viewer/mcap_export.hpp"
 #include "services/map_viewer/qr_code.hpp"
 #include "services/map_viewer/site.hpp"
@@ -54,6 +56,10 @@ class Window {
     for (const std::string& link : links) {
       Say(fmt::format("{}: {}{}", command_line.program(), link,
                       is_another_port ? fmt::format(" (port {} is in use)", address_.port) : ""));
+    }
+    if (!token_.empty()) {
+      Say(fmt::format("{}: to look, and change nothing: {}", command_line.program(),
+                      MakeLinks(server_.address(), ToLookToken(token_), ListInterfaceAddresses()).front()));
     }
     if (address_.is_loopback || !(options.qr_code || isatty(STDERR_FILENO))) return;
     for (const std::string& line : DrawQrCode(links.front())) Say(line);
@@ -120,15 +126,20 @@ void ShowFinished(const CommandLine& command_line, const ViewerOptions& options)
   }
   std::vector<std::unique_ptr<Scene>> runs;
   std::vector<const Scene*> scenes;
+  std::deque<MapEditor> editors;
   for (const std::string& folder : options.folders) {
     runs.push_back(ReadFinishedRun(folder));
     scenes.push_back(runs.back().get());
+    editors.emplace_back(folder, *runs.back());
   }
   Counters counters;
   Window window(command_line, options, std::move(scenes), counters);
   CatchSignals();
   Say(command_line.program() + ": ready");
-  while (!StopRequested()) window.server().Serve(kLookForSignals);
+  while (!StopRequested()) {
+    window.server().Serve(kLookForSignals);
+    for (MapEditor& editor : editors) editor.Step();
+  }
 }
 
 void Show(const CommandLine& command_line, const ViewerOptions& options) {

@@ -56,8 +56,8 @@ void AppendPathPoint(std::string& record, const PathSketch::Kept& kept) {
 
 }  // namespace
 
-PageFeed::PageFeed(const Scene& scene, std::vector<std::string> names, const Cursor& cursor)
-    : scene_(scene), names_(std::move(names)) {
+PageFeed::PageFeed(const Scene& scene, std::vector<std::string> names, const Cursor& cursor, bool may_change)
+    : scene_(scene), names_(std::move(names)), may_change_(may_change) {
   map_told_ = scene.map().FindVersion(cursor.epoch, cursor.version);
   if (map_told_ > 0) map_generation_ = scene.map().generation();
 }
@@ -142,8 +142,11 @@ bool PageFeed::Hear(std::string_view message, bool is_text) {
   constexpr std::string_view kScan = "scan ";
   constexpr std::string_view kStart = "start ";
   constexpr std::string_view kMark = "mark ";
+  constexpr std::string_view kEdits = "edits ";
   if (!is_text) return false;
   if (message.starts_with(kScan)) return HearScan(message.substr(kScan.size()));
+  if (!may_change_) return false;
+  if (message.starts_with(kEdits)) return scene_.TakeEdits(message.substr(kEdits.size()));
   if (message.starts_with(kMark)) return HearMark(message.substr(kMark.size()));
   return message.starts_with(kStart) && HearStart(message.substr(kStart.size()));
 }
@@ -244,6 +247,8 @@ void PageFeed::AddInfo(std::string& message) {
   nlohmann::json info = nlohmann::json::parse(scene_.info());
   info["robots"] = names_;
   info["robot"] = scene_.name();
+  info["looks"] = !may_change_;
+  if (!scene_.edits().empty()) info["edits"] = nlohmann::json::parse(scene_.edits());
   info["news"] = {{"number", scene_.num_news()}, {"text", scene_.newest_news()}};
   info["loops"] = nlohmann::json::array();
   for (const PlacedLoop& loop : scene_.loops()) {

@@ -23,15 +23,18 @@ namespace crsm {
 ///   3 path     generation u32, first point u32, number of points u32, of each its scan's number u32, x y f32 [m],
 ///              state u8, or 4: it has a pose, but on another piece than the one that is shown
 ///   4 samples  number u32, of each time f64 [s], fitness f32, state u8
-///   5 info     JSON: names of all robots, loops, marks, the newest news and how many there were, and Scene::info
-///   6 timeline of a run that has ended: number of scans u32, then of all scans time f64 [s], then of all x, then y,
+///   5 info     JSON: names of all robots, whether the page may only look, loops, marks, edits, the newest news and how
+///   many there were, and Scene::info 6 timeline of a run that has ended: number of scans u32, then of all scans time
+///   f64 [s], then of all x, then y,
 ///              then yaw f32 [m, m, rad], then x, then y f32 [m] where it was matched first, NaN if nowhere, then
 ///              fitness f32, then degenerate axis f32 [rad], NaN if there is none, then trajectory i32, then state u8
 ///              as of the path
 ///
 /// A page may ask for one of these scans by the text "scan NUMBER": it comes as the robot. By "start X Y YAW" [m, m,
 /// rad] it says where a robot is that is localised on a finished map, and by "mark JSON" that a place with a name lies
-/// somewhere: {"id", "kind", "name", "points": [[x, y], ...]} [m, map frame]; without points that it is removed.
+/// somewhere: {"id", "kind", "name", "points": [[x, y], ...]} [m, map frame]; without points that it is removed. By
+/// "edits JSON" it says all that is changed in a copy of a finished map, as ParseMapEdits reads it. Who may only look
+/// is sent away if he says anything but "scan".
 class PageFeed : public Feed {
  public:
   static constexpr const char* kSubprotocol = "crsm.view.v1";
@@ -43,7 +46,7 @@ class PageFeed : public Feed {
   };
 
   /// names: of all robots that can be asked for, of which `scene` is one.
-  PageFeed(const Scene& scene, std::vector<std::string> names, const Cursor& cursor);
+  PageFeed(const Scene& scene, std::vector<std::string> names, const Cursor& cursor, bool may_change = true);
 
   std::optional<Message> Next() override;
   bool has_more() const override { return has_more_; }
@@ -62,6 +65,7 @@ class PageFeed : public Feed {
 
   const Scene& scene_;
   std::vector<std::string> names_;
+  bool may_change_;
   bool has_more_ = false;
   std::optional<int> map_generation_;  ///< that the page holds
   ChangeNumber map_told_ = 0;

@@ -10,6 +10,7 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <ctime>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -18,6 +19,7 @@
 #include "common/logs/regular_file.hpp"
 #include "common/logs/stop_request.hpp"
 #include "common/logs/temporary_file.hpp"
+#include "common/results/map_edits.hpp"
 #include "services/journal/run_folder.hpp"
 #include "services/map_viewer/mcap_export.hpp"
 
@@ -97,6 +99,37 @@ WebFile MakeFile(const Kind& kind, std::shared_ptr<const Download> bytes) {
   return {std::string(kind.name), kind.content_type, std::move(bytes)};
 }
 
+/// Appends a file of less than 8 GiB: a block that says what it is, then its blocks. Source: POSIX pax, "ustar
+/// Interchange Format".
+void AppendToTar(const char* name, const Download& file, TemporaryFile& tar) {
+  constexpr std::size_t kBlock = 512;
+  std::string head(kBlock, '\0');
+  const auto Put = [&](std::size_t at, const std::string& text) { head.replace(at, text.size(), text); };
+  Put(0, name);
+  Put(100, "0000644");                                   // mode
+  Put(108, "0000000");                                   // owner
+  Put(116, "0000000");                                   // group
+  Put(124, fmt::format("{:011o}", file.size()));         // bytes
+  Put(136, fmt::format("{:011o}", std::time(nullptr)));  // of the last change
+  Put(148, "        ");                                  // checksum, until it is known
+  Put(156, "0");                                         // a regular file
+  Put(257, std::string("ustar\0"
+                       "00",
+                       8));
+  unsigned checksum = 0;
+  for (const char c : head) checksum += static_cast<unsigned char>(c);
+  Put(148, fmt::format("{:06o}", checksum) + '\0');
+  tar.Append({reinterpret_cast<const std::uint8_t*>(head.data()), head.size()});
+  std::vector<std::uint8_t> piece;
+  for (std::uint64_t at = 0; at < file.size(); at += piece.size()) {
+    constexpr std::uint64_t kPieceBytes = 128 * kBlock;
+    const auto num = static_cast<std::size_t>(std::min(kPieceBytes, file.size() - at));
+    piece.assign((num + kBlock - 1) / kBlock * kBlock, 0);
+    file.Read(at, std::span(piece).first(num));
+    tar.Append(piece);
+  }
+}
+
 }  // namespace
 
 /// A run.mcap on its way. `file` and `error` belong to the thread until it is done.
@@ -118,6 +151,9 @@ WebPage RunFiles::List(std::size_t robot) const {
       const auto file = FindStored(std::filesystem::path(folders_[robot]) / kind.name);
       if (file) list.push_back({{"name", kind.name}, {"bytes", file->size()}});
     }
+    if (FindStored(std::filesystem::path(folders_[robot]) / kEditedFiles.front())) {
+      list.push_back({{"name", kEditedMap}, {"bytes", nullptr}});
+    }
     if (FindRun(folders_[robot]).piece == 1) list.push_back({{"name", kMcap}, {"bytes", nullptr}});
   }
   return {200, "application/json", list.dump() + "\n"};
@@ -126,9 +162,11 @@ WebPage RunFiles::List(std::size_t robot) const {
 WebAnswer RunFiles::Find(std::size_t robot, std::string_view name) {
   const auto* kind =
       std::find_if(kStoredFiles.begin(), kStoredFiles.end(), [&](const Kind& known) { return known.name == name; });
-  if (kind == kStoredFiles.end() && name != kMcap) return Refuse(404, "no file of a run has this name");
+  if (kind == kStoredFiles.end() && name != kMcap && name != kEditedMap)
+    return Refuse(404, "no file of a run has this name");
   if (robot >= folders_.size()) return Refuse(404, fmt::format("{}: there when the run has ended", name));
   if (name == kMcap) return MakeMcap(robot);
+  if (name == kEditedMap) return MakeEditedMap(robot);
   std::shared_ptr<const StoredFile> file = FindStored(std::filesystem::path(folders_[robot]) / name);
   if (!file) return Refuse(404, fmt::format("{}: this run has no such file", name));
   if (file->size() > most_bytes_) {
@@ -136,6 +174,27 @@ WebAnswer RunFiles::Find(std::size_t robot, std::string_view name) {
                                    name, file->size(), most_bytes_));
   }
   return MakeFile(*kind, std::move(file));
+}
+
+WebAnswer RunFiles::MakeEditedMap(std::size_t robot) const {
+  TemporaryFile tar;
+  std::vector<const char*> names(kEditedFiles.begin(), kEditedFiles.end());
+  names.push_back(kEditsFile);
+  try {
+    for (const char* name : names) {
+      const auto file = FindStored(std::filesystem::path(folders_[robot]) / name);
+      if (!file && name == kEditedFiles.front()) return Refuse(404, "the map of this run is not edited");
+      if (!file) continue;
+      if (tar.size() + file->size() > most_bytes_) return Refuse(500, "the edited map is larger than what is sent");
+      AppendToTar(name, *file, tar);
+    }
+    constexpr std::array<std::uint8_t, 1024> kEndOfTar{};
+    tar.Append(kEndOfTar);
+    tar.Flush();
+  } catch (const std::runtime_error& error) {
+    return Refuse(500, fmt::format("{}: {}", kEditedMap, error.what()));
+  }
+  return MakeFile({kEditedMap, "application/x-tar"}, std::make_shared<MadeFile>(std::move(tar)));
 }
 
 WebAnswer RunFiles::MakeMcap(std::size_t robot) {

@@ -17,6 +17,7 @@ namespace crsm {
 class RunFiles {
  public:
   static constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;  ///< of a file
+  static constexpr std::string_view kEditedMap = "map_edited.tar";     ///< edits.json and kEditedFiles
 
   /// folders: one for each robot; none where robots are live. most_bytes: larger files are refused.
   explicit RunFiles(std::vector<std::string> folders, std::uint64_t most_bytes = kMostBytes)
@@ -34,6 +35,7 @@ class RunFiles {
 
  private:
   struct Job;
+  WebAnswer MakeEditedMap(std::size_t robot) const;
   WebAnswer MakeMcap(std::size_t robot);
 
   std::vector<std::string> folders_;

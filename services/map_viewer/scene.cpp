@@ -92,6 +92,12 @@ void Scene::AddNews(const std::vector<std::string>& lines) {
   ++info_change_;
 }
 
+void Scene::SetEdits(std::string json, bool is_written) {
+  edits_ = std::move(json);
+  writes_edits_ = is_written;
+  ++info_change_;
+}
+
 void Scene::SetInfo(std::string json) {
   info_ = std::move(json);
   ++info_change_;

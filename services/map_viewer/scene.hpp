@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/graph/placed_loop.hpp"
@@ -146,10 +147,20 @@ class Scene {
     return start_at_ != nullptr;
   }
 
+  /// What somebody changes in a copy of the map, and what became of it, as one JSON object; empty where nobody can.
+  /// is_written: files of it are being replaced at the moment.
+  void SetEdits(std::string json, bool is_written);
+  const std::string& edits() const { return edits_; }
+  bool writes_edits() const { return writes_edits_; }
+
+  /// What is done with edits: false where they are none. Nothing can be where no handler was set.
+  void SetEditsHandler(std::function<bool(std::string_view)> take_edits) { take_edits_ = std::move(take_edits); }
+  bool TakeEdits(std::string_view json) const { return take_edits_ && take_edits_(json); }
+
   /// What else is to be told, as one JSON object: services, counts.
   void SetInfo(std::string json);
   const std::string& info() const { return info_; }
-  /// Of info, loops, marks or news.
+  /// Of info, loops, marks, edits or news.
   ChangeNumber info_change() const { return info_change_; }
 
  private:
@@ -168,6 +179,9 @@ class Scene {
   std::string newest_news_;
   std::int64_t num_news_ = 0;
   std::function<void(const Pose2&)> start_at_;
+  std::string edits_;
+  bool writes_edits_ = false;
+  std::function<bool(std::string_view)> take_edits_;
   std::string info_ = "{}";
   ChangeNumber info_change_ = 1;
 };

@@ -71,7 +71,11 @@ WebAnswer Site::AnswerFiles(const WebRequest& request) const {
   if (robot >= scenes_.size()) return Refuse(404, "robot: no robot has this number");
   const std::string_view path = PathOf(request);
   if (path == kFiles) return files_->List(robot);
-  return files_->Find(robot, path.substr(std::string_view(kFiles).size() + 1));
+  const std::string_view name = path.substr(std::string_view(kFiles).size() + 1);
+  if (name == RunFiles::kEditedMap && scenes_[robot]->writes_edits()) {
+    return Refuse(503, "the edited map is being written; try again in a moment");
+  }
+  return files_->Find(robot, name);
 }
 
 bool Site::AllowsTokenOf(const WebRequest& request) const {
@@ -108,7 +112,9 @@ WebAnswer Site::AnswerUpgrade(const WebRequest& request) const {
   std::vector<std::string> names;
   for (const Scene* scene : scenes_) names.push_back(scene->name());
   const PageFeed::Cursor cursor{FindNumber(request, "epoch"), FindNumber(request, "version")};
-  return WebFeed{PageFeed::kSubprotocol, std::make_unique<PageFeed>(*scenes_[robot], std::move(names), cursor)};
+  const bool may_change = access_.AllowsChange(FindInQuery(request.target, "token").value_or(""));
+  return WebFeed{PageFeed::kSubprotocol,
+                 std::make_unique<PageFeed>(*scenes_[robot], std::move(names), cursor, may_change)};
 }
 
 }  // namespace crsm

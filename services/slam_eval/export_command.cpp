@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <string>
 
 #include "common/logs/read_map.hpp"
 #include "common/metrics/trajectory.hpp"
+#include "common/results/map_edits.hpp"
 #include "common/results/mark_files.hpp"
 #include "common/results/mark_masks.hpp"
 #include "common/results/rescue_map.hpp"
@@ -21,6 +23,7 @@ struct ExportOptions {
   std::string results;
   std::string out;
   std::string team = "team";
+  std::string edits;
 };
 
 void RunExport(const ExportOptions& options) {
@@ -34,11 +37,17 @@ void RunExport(const ExportOptions& options) {
   AddMarks(map.marks, files);
   AddMasks(grid, map.marks, files);
   files.Write("map.tif", EncodeRescueMap(map));
-  RemoveOldMarks(out, files);
-  std::string names;
-  for (const char* name : kMarkFiles) {
-    if (files.Has(name)) names += fmt::format("{}{}", names.empty() ? "" : ", ", name);
+  RemoveOldFiles(out, kMarkFiles, files);
+  if (!options.edits.empty()) {
+    AddEditedMap(grid, map.marks, ReadMapEdits(options.edits), files);
+    RemoveOldFiles(out, kEditedFiles, files);
   }
+  std::string names;
+  const auto AddName = [&](const char* name) {
+    if (files.Has(name)) names += fmt::format("{}{}", names.empty() ? "" : ", ", name);
+  };
+  std::ranges::for_each(kMarkFiles, AddName);
+  std::ranges::for_each(kEditedFiles, AddName);
   files.Rename();
   fmt::print("{} places; in {}: {}\n", map.marks.size(), out.string(), names);
 }
@@ -52,7 +61,9 @@ void AddExportCommand(Commands& commands) {
            [options] { RunExport(*options); })
       .AddWord("RESULTS", options->results, "folder with map.png, map.yaml, trajectory.tum and maybe marks.geojson")
       .AddOption("--out", options->out, "folder to write to; if empty: RESULTS")
-      .AddOption("--team", options->team, "name in the picture");
+      .AddOption("--team", options->team, "name in the picture")
+      .AddOption("--edits", options->edits,
+                 "file that says how to crop, erase and turn a copy of the map, as the page writes edits.json");
 }
 
 }  // namespace crsm

@@ -418,6 +418,9 @@ void WriteTexts(const Seeds& seeds) {
   seeds.Write("view", "mark",
               std::vector<Bytes>{BytesOf(R"(mark {"id":"v","kind":"door","name":"","points":[[1,2]]})"),
                                  BytesOf(R"(mark {"id":"v","kind":"","name":"","points":[]})")});
+  seeds.Write(
+      "edits", "all",
+      R"({"crop_m": [[0, 0], [1, 1]], "erase": [{"becomes": "free", "outline_m": [[0,0],[1,0],[0,1]]}], "turn_deg": 3})");
   seeds.Write("marks", "list", "# seen\ntime_s,x_m,y_m,kind,id,name\n1.5,,,victim,v,\"a, b\"\n,0;1;2,0;1;0,slow,,\n");
   for (const BuiltInConfig& preset : kPresets) seeds.Write("config", std::string(preset.name), preset.toml);
   for (const BuiltInConfig& profile : kProfiles) seeds.Write("config", std::string(profile.name), profile.toml);

@@ -165,6 +165,24 @@ TEST_CASE("slam_offline and the processes fix the same marks to the same places;
     CHECK(fs::exists(folder / "export" / name));
   CHECK(ReadFile(folder / "export/marks.geojson") == ReadFile(folder / "offline/marks.geojson"));
   folder.CheckRefused("slam_eval", {"export", folder / "nowhere"}, "nowhere", 1);
+
+  const std::string edits = folder / "my_edits.json";
+  std::ofstream(edits)
+      << R"({"crop_m": [[-1, -1], [3, 3]], "erase": [{"outline_m": [[0,0],[1,0],[1,1]]}], "turn_deg": 20})";
+  const std::string map = ReadFile(folder / "offline/map.png");
+  const Ended edited = folder.Run("slam_eval", {"export", folder / "offline", "--edits", edits});
+  CHECK(edited.exit_code == 0);
+  CHECK(edited.output.find("map_edited.png, map_edited.yaml, keepout_edited.png, keepout_edited.yaml\n") !=
+        std::string::npos);
+  CHECK(ReadFile(folder / "offline/map.png") == map);
+  CHECK(ReadFile(folder / "offline/map_edited.png") != map);
+  CHECK(ReadFile(folder / "offline/map_edited.yaml").find("\nimage: map_edited.png\n") != std::string::npos);
+  CHECK(ReadFile(folder / "offline/edits.json").find("\"T_edited_map\"") != std::string::npos);
+  std::ofstream(edits) << R"({"crop_m": [[-1, -1], [3, "NaN"]]})";
+  const std::string before = ReadFile(folder / "offline/map_edited.png");
+  folder.CheckRefused("slam_eval", {"export", folder / "offline", "--edits", edits}, "my_edits.json: crop_m[1]: ", 1);
+  folder.CheckRefused("slam_eval", {"export", folder / "offline", "--edits", "/no/such.json"}, "/no/such.json", 1);
+  CHECK(ReadFile(folder / "offline/map_edited.png") == before);
   std::ofstream(folder / "bad.csv") << "kind,colour\n";
   folder.CheckRefused("slam_offline", {log, "--out", folder / "bad", "--marks", folder / "bad.csv"},
                       "bad.csv:1: 'colour'", 1);

@@ -6,6 +6,9 @@ import socket
 import subprocess
 import tempfile
 
+from selenium.webdriver.common.action_chains import ActionChains
+from selenium.webdriver.common.keys import Keys
+
 from harness import BIN, PATIENCE_S, Browser, Stack, await_that, check
 
 # Taps the map at places of it [m]. Callback: whether the tool was on.
@@ -42,6 +45,15 @@ import('/main.js').then(({robots}) => {
             rows: [...document.querySelectorAll('#places li .jump')].map((row) => row.textContent),
             removes: document.querySelectorAll('#places .remove').length,
             is_offered: getComputedStyle(document.getElementById('mark')).display !== 'none'});
+});
+"""
+
+# Callback: at what a key points.
+AIM = """
+const callback = arguments[0];
+import('/main.js').then(({robots}) => {
+  const {x_m, y_m} = robots[0].view.aim();
+  callback([x_m, y_m]);
 });
 """
 
@@ -107,6 +119,18 @@ def test_marks():
             await_that(lambda: names() == ["keep-out stairs"], "a place is removed")
             click("mark_undo")
             await_that(lambda: len(names()) == 2, "and undo brings it back")
+            press = lambda *keys: ActionChains(browser.driver).send_keys(*keys).perform()
+            browser.driver.execute_script("document.getElementById('mark_kind').value = 'dock'; document.activeElement.blur()")
+            press(Keys.ARROW_RIGHT)
+            press(Keys.ENTER)
+            await_that(lambda: names()[2:] == ["dock"], "Enter adds a place at the middle of the view")
+            aim, there = browser.run(AIM), browser.run(MARKS)["marks"][2]["points"][0]
+            check(abs(aim[0] - there[0]) < 0.02 and abs(aim[1] - there[1]) < 0.02, f"where the cross is: {aim}, {there}")
+            check(browser.driver.execute_script("return document.querySelectorAll('#places .icon path').length") == 3,
+                  "kinds have signs in the list")
+            browser.picture("marks_signs")
+            click("mark_undo")
+            await_that(lambda: len(names()) == 2, "and undo takes it back")
             stack.kill("map_updater")
             tap(browser, [[1.5, 0.0]], "door")
             stack.start_updater("--resume")

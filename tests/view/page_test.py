@@ -30,6 +30,7 @@ except ImportError as error:
     sys.exit(SKIPPED)
 
 import changes
+import edits
 import marks
 import pieces
 import states
@@ -595,6 +596,7 @@ def main():
         try:
             test_finished(out)
             changes.test_changes(out)
+            edits.test_edits(out, read_png)
             pieces.test_pieces(out, compare_with_picture)
             pieces.test_another_piece()
             states.test_token(out / "finished")

@@ -8,7 +8,8 @@ const WHAT = {
   "changes.csv": "what has come and gone", "summary.json": "figures and verdict",
   "marks.csv": "places", "marks.geojson": "places", "map.tif": "GeoTIFF for RoboCup Rescue",
   "keepout.png": "zones to keep out of", "keepout.yaml": "for map_server",
-  "slow.png": "slow zones", "slow.yaml": "for map_server", "run.mcap": "for Foxglove; it takes a while to be made",
+  "slow.png": "slow zones", "slow.yaml": "for map_server", "map_edited.tar": "edited map, for map_server",
+  "run.mcap": "for Foxglove; it takes a while to be made",
 };
 
 const size = (bytes) =>
@@ -17,7 +18,7 @@ const size = (bytes) =>
 // robot: its number. Asks the viewer once for each run.
 export async function showDownloads(robot, model) {
   const list = document.getElementById("files");
-  const run = model.info.live === false ? `${robot} ${model.info.robot}` : "";
+  const run = model.info.live === false ? `${robot} ${model.info.robot} ${model.info.edits?.state}` : "";
   if (list.dataset.run === run) return;
   list.dataset.run = run;
   list.replaceChildren();

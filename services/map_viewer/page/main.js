@@ -1,6 +1,7 @@
 // The page: a map for each robot, the panel of the one that is chosen, and the tools.
 
 import {showDownloads} from "./downloads.js";
+import {Editor} from "./edits.js";
 import {formatDistance} from "./layers.js";
 import {MapView} from "./map_view.js";
 import {Marker} from "./marks.js";
@@ -42,7 +43,8 @@ function addRobot(index) {
     robot.connection.say(`start ${x_m.toFixed(3)} ${y_m.toFixed(3)} ${yaw_rad.toFixed(4)}`);
     toast("the matcher was told where the robot is");
   });
-  robot.view.addEventListener("marked", ({detail}) => marker.take(detail));
+  robot.view.addEventListener("marked", ({detail}) => (editor.is_open ? editor : marker).take(detail));
+  robot.view.addEventListener("boxed", ({detail: {from, to}}) => editor.crop(from, to));
   robot.view.addEventListener("moment", ({detail}) => {
     choose(index);
     player.setPlaying(false);
@@ -62,6 +64,8 @@ $("changes").addEventListener("click", ({target}) => {
   view.centre(Number(x_m), Number(y_m));
 });
 const marker = new Marker(() => view(), (mark) => robots[chosen].connection.say(`mark ${JSON.stringify(mark)}`));
+
+const editor = new Editor(() => view(), (text) => robots[chosen].connection.say(text), () => chosen);
 
 // The first robot tells of the others.
 function label({model, parent}) {
@@ -97,6 +101,7 @@ function openFinished({view, model}) {
 
 function choose(index) {
   if (index !== chosen && marker.is_open) marker.toggle(false);
+  if (index !== chosen && editor.is_open) editor.toggle(false);
   chosen = index;
   robots.forEach(({parent}, i) => parent.classList.toggle("active", i === index));
   robots[index].changed.add("all");
@@ -134,6 +139,7 @@ function showTools() {
   $("measure").setAttribute("aria-pressed", measures);
   $("place").setAttribute("aria-pressed", places);
   if (marker.is_open && !view().marks) marker.toggle(false);
+  if (editor.is_open && !view().marks) editor.toggle(false);
   $("turn").setAttribute("aria-pressed", camera.turn_rad !== 0);
   for (const box of document.querySelectorAll("[data-layer]")) box.checked = layers[box.dataset.layer];
 }
@@ -179,7 +185,8 @@ const TOOLS = {
   zoom_out: () => view().zoomMiddle(1 / 1.4),
   measure: () => view().setMeasures(!view().measures),
   place: () => { if (document.body.classList.contains("localising")) view().setPlaces(!view().places); },
-  mark: () => { if (view().model.info.live) marker.toggle(); },
+  mark: () => { if (document.body.classList.contains("marking")) marker.toggle(); },
+  edit: () => { if (document.body.classList.contains("editing")) editor.toggle(); },
   layers: () => {
     const list = $("layer_list");
     list.hidden = !list.hidden;
@@ -202,7 +209,7 @@ const TOOLS = {
     for (const {view} of robots) if (view.fits) view.fit();
   },
 };
-const KEYS = {f: "follow", a: "fit", "+": "zoom_in", "=": "zoom_in", "-": "zoom_out", m: "measure", o: "place", k: "mark", l: "layers", w: "turn",
+const KEYS = {f: "follow", a: "fit", "+": "zoom_in", "=": "zoom_in", "-": "zoom_out", m: "measure", o: "place", k: "mark", e: "edit", l: "layers", w: "turn",
               x: "screen", s: "save", t: "theme", p: "fold", "?": "help"};
 const ARROWS = {ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60]};
 
@@ -231,14 +238,16 @@ for (const box of document.querySelectorAll("[data-layer]")) {
 }
 addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || $("key").open) return;
-  if (event.target.closest?.("#mark_form") && event.key !== "Escape") return;  // it is typed
+  if (event.target.closest?.("#mark_form, #edit_form select") && event.key !== "Escape") return;  // it is typed
   const in_field = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
   const key = event.key.toLowerCase();
   if (KEYS[key]) use(KEYS[key], event);
+  if (view().marks) view().by_keys = view().stale = true;
+  if (event.key === "Enter" && !event.target.closest?.("button, a, input, select, summary")) view().takeAim();
   if (key === "r") setLayer("rays", !view().layers.rays);
   if (key === "," || key === ".") player.step(key === "." ? 1 : -1);
   if (key === " " && !in_field && !(event.target instanceof HTMLButtonElement)) player.setPlaying(!player.playing);
-  if (ARROWS[event.key] && !in_field) view().move(...ARROWS[event.key]);
+  if (ARROWS[event.key] && !in_field) view().move(...ARROWS[event.key].map((px) => (event.shiftKey ? px / 10 : px)));
   if (event.key === "Escape") {
     view().setMeasures(false);
     view().setPlaces(false);
@@ -304,7 +313,8 @@ function frame(now_ms) {
     const shown = new Set(changed);
     changed.clear();
     attempt(model, () => showPanel(model, shown, shown.has("all") || shown.has("connection")));
-    attempt(model, () => marker.show(model.info.marks, model.info.live === true));
+    attempt(model, () => marker.show(model.info.marks, model.info.live === true && !model.info.looks));
+    attempt(model, () => editor.show());
     if (["all", "timeline", "info"].some((type) => shown.has(type))) {
       attempt(model, () => player.take(model.timeline, model.info));
       for (const {view} of robots) if (view.fits) view.fit();  // around what is shown now

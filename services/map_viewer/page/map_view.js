@@ -3,7 +3,9 @@
 import {BLOCK_CELLS, REDUCTIONS, findWalls, makePalette} from "./map_model.js";
 import {TimelinePath, drawChanges, drawDoubt, drawDoubts, drawGrid, drawLoops, drawMeasure, drawMoved, drawPath, drawPlace, drawRobot,
         drawScan, drawText, drawTruth, drawWayBack} from "./layers.js";
-import {drawDraft, drawMarks} from "./marks.js";
+import {drawEdits, boxCorners} from "./edits.js";
+import {drawAim, drawDraft, drawMarks} from "./marks.js";
+import {listenToPointers} from "./pointers.js";
 
 const NEAREST_PX = 400;  // pixels of a metre
 const FURTHEST_PX = 0.2;
@@ -27,6 +29,7 @@ export class MapView extends EventTarget {
     super();
     this.model = model;
     this.canvas = parent.appendChild(document.createElement("canvas"));
+    this.canvas.tabIndex = -1;  // Enter is for the map then, and not for the tool that was chosen
     this.parent = parent;
     this.camera = {x_m: 0, y_m: 0, px: 40, turn_rad: 0};  // middle, pixels of a metre, what points to the right
     this.follows = true;
@@ -40,13 +43,17 @@ export class MapView extends EventTarget {
     this.measured = [];  // ends of the distance that is measured
     this.marks = false;  // whether a tap says where a place with a name is
     this.draft = [];  // corners of an outline that is being made
+    this.edits = null;  // of a copy of the map, while somebody edits it
+    this.boxes = false;  // whether a drag spans a rectangle, ...
+    this.boxed = null;   // ... from one place to another one
+    this.by_keys = false;  // whether the middle of the view is pointed at, and no pointer
     this.pointers = new Map();
     this.loop_closed_at = -Infinity;
     this.ground_canvas = document.createElement("canvas");  // below what changes when a run is played
     this.ground = null;  // what is on it
     this.readTheme();
     new ResizeObserver(() => this.resize()).observe(parent);
-    this.listen();
+    listenToPointers(this);
     model.addEventListener("corrected", ({detail}) => { if (detail.is_loop) this.loop_closed_at = performance.now(); });
     model.addEventListener("timeline", () => { this.timeline_path = null; });
     model.addEventListener("info", () => { this.ground = null; });
@@ -87,7 +94,7 @@ export class MapView extends EventTarget {
   clearArea() {
     const view = this.parent.getBoundingClientRect();
     const area = {x0: 0, y0: 0, x1: view.width, y1: view.height};
-    const [head, player, panel, tools] = ["head", "player", "panel", "tools"].map((id) => {
+    const [head, player, panel, tools, form] = ["head", "player", "panel", "tools", "edit_form"].map((id) => {
       const box = document.getElementById(id).getBoundingClientRect();
       const covers = box.width > 0 && box.left < view.right && box.right > view.left && box.top < view.bottom &&
                      box.bottom > view.top;
@@ -101,6 +108,8 @@ export class MapView extends EventTarget {
     if (tools && tools.width < view.width / 3) {
       tools.left - view.left < view.width / 2 ? (area.x0 = tools.right - view.left) : (area.x1 = tools.left - view.left);
     }
+    if (form && form.width > view.width / 2) area.y1 = Math.min(area.y1, form.top - view.top);
+    else if (form) area.x0 = Math.max(area.x0, form.right - view.left);
     return area;
   }
 
@@ -196,7 +205,9 @@ export class MapView extends EventTarget {
   setMarks(marks) {
     this.marks = marks;
     this.draft = [];
-    if (marks) this.setMeasures(false), this.setPlaces(false);
+    this.boxes = false;
+    this.boxed = null;
+    if (marks) this.setMeasures(false), this.setPlaces(false), this.canvas.focus({preventScroll: true});
     this.showTool();
   }
 
@@ -242,57 +253,6 @@ export class MapView extends EventTarget {
     this.stale = true;
   }
 
-  listen() {
-    const canvas = this.canvas;
-    canvas.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      this.zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.0015)), event.clientX, event.clientY);
-    }, {passive: false});
-    canvas.addEventListener("pointerdown", (event) => {
-      canvas.setPointerCapture(event.pointerId);
-      this.pointers.set(event.pointerId, {x: event.clientX, y: event.clientY, way_px: 0});
-      this.dispatchEvent(new Event("chosen"));
-      if (this.places && this.pointers.size === 1) {
-        this.placed = {...this.toMap(event.clientX, event.clientY), yaw_rad: this.model.robot?.yaw_rad ?? 0};
-        this.stale = true;
-      }
-    });
-    canvas.addEventListener("pointermove", (event) => this.point(event));
-    for (const type of ["pointerup", "pointercancel"]) {
-      canvas.addEventListener(type, (event) => {
-        const pointer = this.pointers.get(event.pointerId);
-        this.pointers.delete(event.pointerId);
-        if (this.placed) this.place(type === "pointerup");
-        else if (type === "pointerup" && pointer?.way_px < 5) this.tap(event);
-      });
-    }
-  }
-
-  // A pointer has moved: one drags, two pinch.
-  point(event) {
-    const place = this.toMap(event.clientX, event.clientY);
-    this.dispatchEvent(new CustomEvent("pointed", {detail: place}));
-    if (this.measures && this.measured.length === 2 && !this.measured.done) {
-      this.measured[1] = place;
-      this.stale = true;
-    }
-    const pointer = this.pointers.get(event.pointerId);
-    if (!pointer) return;
-    if (this.placed) return this.lookAt(place);
-    const right = event.clientX - pointer.x;
-    const down = event.clientY - pointer.y;
-    const other = [...this.pointers.entries()].find(([id]) => id !== event.pointerId)?.[1];
-    if (other) {
-      const before = Math.hypot(pointer.x - other.x, pointer.y - other.y);
-      const after = Math.hypot(event.clientX - other.x, event.clientY - other.y);
-      if (before > 0) this.zoom(after / before, (event.clientX + other.x) / 2, (event.clientY + other.y) / 2);
-      this.move(right / 2, down / 2);
-    } else if (pointer.way_px + Math.hypot(right, down) >= 5) {
-      this.move(right, down);
-    }
-    Object.assign(pointer, {x: event.clientX, y: event.clientY, way_px: pointer.way_px + Math.hypot(right, down)});
-  }
-
   lookAt({x_m, y_m}) {
     if (Math.hypot(x_m - this.placed.x_m, y_m - this.placed.y_m) * this.camera.px < 8) return;
     this.placed.yaw_rad = Math.atan2(y_m - this.placed.y_m, x_m - this.placed.x_m);
@@ -303,6 +263,22 @@ export class MapView extends EventTarget {
     if (is_meant) this.dispatchEvent(new CustomEvent("placed", {detail: this.placed}));
     this.setPlaces(false);
     this.dispatchEvent(new Event("follows"));
+  }
+
+  // What a key points at: what is in the middle of the part of the view that is clear.
+  aim() {
+    const {x_m, y_m} = this.cameraFor(0, 0);
+    return {x_m: this.camera.x_m - x_m, y_m: this.camera.y_m - y_m};
+  }
+
+  takeAim() {
+    if (this.marks) this.dispatchEvent(new CustomEvent("marked", {detail: this.aim()}));
+  }
+
+  takeBox(is_meant) {
+    if (is_meant) this.dispatchEvent(new CustomEvent("boxed", {detail: this.boxed}));
+    this.boxed = null;
+    this.stale = true;
   }
 
   // Marks an end of what is measured, or goes to the moment at which the robot was there.
@@ -438,8 +414,11 @@ export class MapView extends EventTarget {
       if (layers.rays && scan && this.isOfMoment(scan)) drawScan(context, scan, model.map, pixel, colours);
       drawRobot(context, model.robot, pixel, {...colours, robot: model.is_old ? colours.dim : colours.robot}, layers.uncertainty);
     }
+    if (this.edits) drawEdits(context, this.edits, window_m, pixel, colours);
     if (layers.marks) drawMarks(context, model.info.marks, pixel, colours, camera.turn_rad);
-    if (this.draft.length > 0) drawDraft(context, this.draft, pixel, colours);
+    const draft = this.boxed ? boxCorners(this, this.boxed.from, this.boxed.to) : this.draft;
+    if (draft.length > 0) drawDraft(context, draft, pixel, colours);
+    if (this.marks && this.by_keys) drawAim(context, this.aim(), pixel, colours, camera.turn_rad);
     if (this.placed) drawPlace(context, this.placed, pixel, colours);
     if (this.measured.length === 2) drawMeasure(context, this.measured, pixel, colours, camera.turn_rad);
   }

@@ -1,11 +1,13 @@
 // Places with names: drawn on the map, listed in the panel, and added, moved or removed by a click or a touch.
 
+import {drawIcon, makeIcon} from "./icons.js";
 import {drawText} from "./layers.js";
 
 const $ = (id) => document.getElementById(id);
 const KINDS = ["victim", "hazard", "door", "room", "dock", "keep-out", "slow"];
-const LEAST_CORNERS = 3;
-const MOST_CORNERS = 64;
+export const LEAST_CORNERS = 3;
+export const MOST_CORNERS = 64;
+const NEAR_PX = 8;  // so near to a corner is on it
 
 const colourOf = ({kind, floating}, colours) =>
   floating ? colours.floating : {victim: colours.bad, hazard: colours.warn, "keep-out": colours.bad, slow: colours.warn}[kind] ?? colours.path;
@@ -16,7 +18,11 @@ const titleOf = ({kind, name}) => (name ? `${kind} ${name}` : kind);
 const middleOf = ({points}) => ({x_m: points.reduce((sum, [x]) => sum + x, 0) / points.length,
                                  y_m: points.reduce((sum, [, y]) => sum + y, 0) / points.length});
 
-function drawOutline(context, points, is_closed) {
+// Whether a place ends an outline: it is its first corner, or the last one once more.
+export const endsOutline = (draft, {x_m, y_m}, px) => draft.length >= LEAST_CORNERS &&
+  [draft[0], draft.at(-1)].some(([x, y]) => Math.hypot(x - x_m, y - y_m) * px < NEAR_PX);
+
+export function drawOutline(context, points, is_closed) {
   context.beginPath();
   points.forEach(([x, y], index) => (index === 0 ? context.moveTo(x, y) : context.lineTo(x, y)));
   if (is_closed) context.closePath();
@@ -34,15 +40,13 @@ export function drawMarks(context, marks, pixel, colours, angle_rad) {
       context.stroke();
     } else {
       const [x, y] = mark.points[0];
-      context.beginPath();
-      context.arc(x, y, 7 * pixel, 0, 2 * Math.PI);
-      context.fill();
-      if (mark.sigma_m > 7 * pixel) {  // standard deviation of the place
+      if (mark.sigma_m > 11 * pixel) {  // standard deviation of the place
         context.beginPath();
         context.arc(x, y, mark.sigma_m, 0, 2 * Math.PI);
         context.stroke();
       }
     }
+    drawIcon(context, mark.kind, middleOf(mark), pixel, colourOf(mark, colours), colours.panel, angle_rad);
     drawText(context, titleOf(mark), middleOf(mark), pixel, colours, angle_rad);
   }
 }
@@ -58,6 +62,21 @@ export function drawDraft(context, draft, pixel, colours) {
   for (const [x, y] of draft) context.fillRect(x - 4 * pixel, y - 4 * pixel, 8 * pixel, 8 * pixel);
 }
 
+// What Enter points at.
+export function drawAim(context, {x_m, y_m}, pixel, colours, angle_rad) {
+  const [right, up] = [Math.cos(angle_rad) * pixel, Math.sin(angle_rad) * pixel];
+  for (const [colour, width] of [[colours.panel, 4], [colours.text, 1.5]]) {
+    context.strokeStyle = colour;
+    context.lineWidth = width * pixel;
+    context.beginPath();
+    for (const [x, y] of [[right, up], [-up, right], [-right, -up], [up, -right]]) {
+      context.moveTo(x_m + 4 * x, y_m + 4 * y);
+      context.lineTo(x_m + 14 * x, y_m + 14 * y);
+    }
+    context.stroke();
+  }
+}
+
 // The form that adds places to the robot that is chosen, and the list of those that are there. view: () => its MapView;
 // send: (mark) tells the viewer; without points a place is removed.
 export class Marker {
@@ -69,7 +88,10 @@ export class Marker {
     $("mark_done").addEventListener("click", () => this.finishOutline());
     $("mark_undo").addEventListener("click", () => this.undo());
     $("mark_outline").addEventListener("change", () => this.setDraft([]));
-    $("mark_form").addEventListener("submit", (event) => event.preventDefault());
+    $("mark_form").addEventListener("submit", (event) => {
+      event.preventDefault();
+      document.activeElement.blur();  // from now on Enter says where it is
+    });
   }
 
   get is_open() { return !$("mark_form").hidden; }
@@ -98,6 +120,7 @@ export class Marker {
   take({x_m, y_m}) {
     const point = [Number(x_m.toFixed(3)), Number(y_m.toFixed(3))];
     if (!$("mark_outline").checked) return this.add([point]);
+    if (endsOutline(this.view().draft, {x_m, y_m}, this.view().camera.px)) return this.finishOutline();
     if (this.view().draft.length < MOST_CORNERS) this.setDraft([...this.view().draft, point]);
   }
 
@@ -140,7 +163,7 @@ export class Marker {
       row.dataset.id = mark.id;
       const jump = row.appendChild(document.createElement("button"));
       jump.className = "jump";
-      jump.textContent = titleOf(mark);
+      jump.append(makeIcon(mark.kind), titleOf(mark));
       jump.title = "Show it on the map";
       jump.addEventListener("click", () => {
         const {x_m, y_m} = middleOf(mark);

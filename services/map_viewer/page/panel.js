@@ -190,8 +190,9 @@ export function showPanel(model, changed, all) {
   show("counts", describeRun(model));
   $("panel").classList.toggle("finished", info.live === false);
   document.body.classList.toggle("simulated", (info.truth ?? []).length > 0);
-  document.body.classList.toggle("marking", info.live === true);
-  document.body.classList.toggle("localising", localises(model) && info.live !== false);
+  document.body.classList.toggle("marking", info.live === true && !info.looks);
+  document.body.classList.toggle("editing", info.live === false);
+  document.body.classList.toggle("localising", localises(model) && info.live !== false && !info.looks);
   if (all || changed.has("robot") || changed.has("moment")) showPose(model);
   if (all || changed.has("samples") || changed.has("moment") || changed.has("timeline")) showFitness(model);
   if (all || changed.has("info")) showInfo(model);

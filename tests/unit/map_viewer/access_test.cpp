@@ -71,6 +71,18 @@ TEST_CASE("only the whole token is the token") {
   CHECK(Access(true, "").AllowsToken("whatever"));
 }
 
+TEST_CASE("half of the token is enough to look, and for nothing else") {
+  const Access access(false, "0123abcd");
+  CHECK(access.AllowsToken("0123"));
+  CHECK_FALSE(access.AllowsChange("0123"));
+  CHECK(access.AllowsChange("0123abcd"));
+  for (const char* token : {"", "abcd", "012", "01230123"}) {
+    CHECK_FALSE(access.AllowsToken(token));
+    CHECK_FALSE(access.AllowsChange(token));
+  }
+  CHECK(Access(true, "").AllowsChange(""));
+}
+
 TEST_CASE("a key is found in a query by its whole name") {
   CHECK(FindInQuery("/live?robot=1&token=ab", "token") == "ab");
   CHECK(FindInQuery("/live?robot=1&token=ab", "robot") == "1");
