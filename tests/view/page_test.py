@@ -30,6 +30,7 @@ except ImportError as error:
     sys.exit(SKIPPED)
 
 import changes
+import fleet
 import marks
 import pieces
 import states
@@ -602,6 +603,7 @@ def main():
             states.test_by_evidence()
             states.test_start_pose()
             marks.test_marks()
+            fleet.test_fleet(read_axe_core())
         except AssertionError as error:
             print(f"FAILED: {error}")
             return 1
