@@ -198,7 +198,7 @@ const TOOLS = {
   measure: () => view().setMeasures(!view().measures),
   place: () => { if (document.body.classList.contains("localising")) view().setPlaces(!view().places); },
   mark: () => {
-    if (isFleet(view().model)) return toast(NO_MARKS);
+    if (isFleet(view().model)) return toast(NO_MARKS, NEWS_MS);
     if (view().model.info.live) marker.toggle();
   },
   layers: () => {
