@@ -38,7 +38,7 @@ std::string FleetRobots::NameOf(std::int64_t trajectory) const {
   return owner ? owner->pose.robot : fmt::format("trajectory {}", trajectory);
 }
 
-/// A join is told of the robot that did not float before no more than of the map.
+/// A join is told of the robot that floated before: the other one was on the map that is shown.
 std::string FleetRobots::DescribeJoin(const JoinEvent& event) {
   const auto Floated = [&](const Robot* robot) {
     const ScanMatch* before = robot ? FindNewest(*robot, shown_before_) : nullptr;
