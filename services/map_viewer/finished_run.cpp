@@ -230,7 +230,7 @@ void ReplayRun(const std::string& results, Scene& scene, const std::function<voi
     const bool has_news = std::exchange(told, components) != components;
     const bool is_time = so_far.num_scans() % step == 0 || so_far.num_scans() == num_scans;
     if (has_news || is_time) so_far.ShowMapAndPath(scene);
-    if (has_news) scene.AddNews(join_news.Look(so_far.mapper().FindPieces()));
+    if (has_news) scene.AddNews(Describe(join_news.Look(so_far.mapper().FindPieces())));
     changed();
   });
 }

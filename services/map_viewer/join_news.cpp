@@ -36,11 +36,32 @@ bool IsAnotherPieceShown(const std::vector<int>& before, const std::vector<int>&
 
 bool IsFirstElsewhere(const MapPieces& pieces) { return ListPieces(pieces).front() != 1; }
 
-std::string DescribeFloating(std::int64_t trajectory) {
-  return fmt::format("floating: not joined to the map yet (trajectory {})", trajectory);
+std::string Describe(const JoinEvent& event, const std::function<std::string(std::int64_t trajectory)>& name) {
+  using Kind = JoinEvent::Kind;
+  const std::string it = name(event.trajectory);
+  switch (event.kind) {
+    case Kind::kAnotherPiece:
+      return fmt::format("another piece is the larger one now and is shown ({}); the one before floats", it);
+    case Kind::kJoined:
+      return fmt::format("joined: {} with the map", it);
+    case Kind::kJoinedFloating:
+      return fmt::format("joined: {} with {}, both float", it, name(event.other));
+    case Kind::kRejected:
+      return fmt::format("a join was rejected: {} is a part of its own again", it);
+    case Kind::kFloats:
+      return fmt::format("floating: not joined to the map yet ({})", it);
+  }
+  return "";
 }
 
-std::vector<std::string> JoinNews::Look(const MapPieces& pieces) {
+std::vector<std::string> Describe(const std::vector<JoinEvent>& events) {
+  std::vector<std::string> lines;
+  for (const JoinEvent& event : events) lines.push_back(Describe(event));
+  return lines;
+}
+
+std::vector<JoinEvent> JoinNews::Look(const MapPieces& pieces) {
+  using Kind = JoinEvent::Kind;
   const std::vector<int> before = std::exchange(numbers_, ListPieces(pieces));
   const std::vector<int>& numbers = numbers_;
   const std::int64_t first = pieces.num_breaks - std::ssize(pieces.breaks);
@@ -49,11 +70,9 @@ std::vector<std::string> JoinNews::Look(const MapPieces& pieces) {
   if (!goes_on) return {};
   const std::vector<int> told = FindOldest(before);
   const std::vector<int> components = FindOldest(numbers);
-  std::vector<std::string> news;
+  std::vector<JoinEvent> news;
   if (IsAnotherPieceShown(before, numbers)) {
-    news.push_back(
-        fmt::format("another piece is the larger one now and is shown (trajectory {}); the one before floats",
-                    first + (std::ranges::find(numbers, 1) - numbers.begin())));
+    news.push_back({Kind::kAnotherPiece, first + (std::ranges::find(numbers, 1) - numbers.begin())});
   }
   for (int i = 0; i < std::ssize(components); ++i) {
     const auto index = static_cast<std::size_t>(i);
@@ -62,13 +81,11 @@ std::vector<std::string> JoinNews::Look(const MapPieces& pieces) {
     const bool is_joined = components[index] != i;
     const bool is_on_map = numbers[index] == 1;
     if (is_joined && !was_joined) {
-      news.push_back(is_on_map ? fmt::format("joined: trajectory {} with the map", first + i)
-                               : fmt::format("joined: trajectory {} with trajectory {}, both float", first + i,
-                                             first + components[index]));
+      news.push_back({is_on_map ? Kind::kJoined : Kind::kJoinedFloating, first + i, first + components[index]});
     } else if (was_joined && !is_joined) {
-      news.push_back(fmt::format("a join was rejected: trajectory {} is a part of its own again", first + i));
+      news.push_back({Kind::kRejected, first + i});
     } else if (is_new && !is_on_map) {
-      news.push_back(DescribeFloating(first + i));
+      news.push_back({Kind::kFloats, first + i});
     }
   }
   return news;

@@ -8,6 +8,7 @@
 
 #include "common/results/json_text.hpp"
 #include "common/scan/deskew.hpp"
+#include "services/base/printable.hpp"
 #include "services/bus/known_statuses.hpp"
 #include "services/map_viewer/run_facts.hpp"
 #include "services/map_viewer/service_info.hpp"
@@ -41,6 +42,8 @@ LiveRobot::LiveRobot(const CommandLine& command_line)
                                    [this](const scan_match_t& message) { Hear(message); });
   bus.SubscribeToOne<bot_core::pose_t>(kLocalPoseChannel, kMatcherRole,
                                        [this](const bot_core::pose_t& message) { Hear(message); });
+  bus.SubscribeToOne<fleet_pose_t>(kFleetPoseChannel, kMapOwnerRole,
+                                   [this](const fleet_pose_t& message) { Hear(message); });
   bus.SubscribeToOne<changes_t>(kChangesChannel, kMapOwnerRole,
                                 [this](const changes_t& message) { changes_ = FromMessage(message); });
   TakeRole();
@@ -104,6 +107,7 @@ void LiveRobot::Begin(double cell_size_m) {
   is_anew_ = true;
   path_ = PathSketch();
   path_is_anew_ = true;
+  fleet_.Begin();
 }
 
 bool LiveRobot::Apply(std::span<const TileChange> changes) {
@@ -113,6 +117,7 @@ bool LiveRobot::Apply(std::span<const TileChange> changes) {
 /// Where a scan of the path was taken, by all that is known now.
 void LiveRobot::Add(const ScanMatch& match) {
   path_.Add(match);
+  fleet_.Add(match);
   last_known_ = match;
 }
 
@@ -137,6 +142,13 @@ void LiveRobot::Hear(const bot_core::pose_t& message) {
   match.T_map_laser = *T_best_local_ * *local.T_odom_robot;
   if (last_known_ && last_known_->trajectory == match.trajectory) match.floating = last_known_->floating;
   Show(std::move(match));
+}
+
+void LiveRobot::Hear(const fleet_pose_t& pose) {
+  if (fleet_.Hear(pose, Clock::now())) return;
+  service_.Complain("fleet_poses_ignored",
+                    fmt::format("{}: FLEET_POSE is of more than {} robots, or of none: the page leaves out {}",
+                                service_.name(), FleetRobots::kMost, MakePrintable(pose.robot)));
 }
 
 /// Another run begins, on a map of its own or on a finished one: what is known of scans by their utimes may be of
@@ -199,7 +211,10 @@ void LiveRobot::ShowMap() {
     T_best_local_ = last_known_->T_map_laser * Inverse(local->T_local_laser);
   }
   scene_.SetLoops(replica.loops());
-  if (replica.pieces()) scene_.AddNews(join_news_.Look(*replica.pieces()));
+  fleet_.Show();
+  if (!replica.pieces()) return;
+  const std::vector<JoinEvent> news = join_news_.Look(*replica.pieces());
+  scene_.AddNews(fleet_.empty() ? Describe(news) : fleet_.DescribeNews(news));
 }
 
 void LiveRobot::ShowInfo() {
@@ -219,6 +234,7 @@ void LiveRobot::ShowInfo() {
     info["loops_closed"] = pieces->num_closed;
     info["another_piece"] = IsFirstElsewhere(*pieces);
   }
+  if (!fleet_.empty()) info["fleet"] = fleet_.Describe(now);
   for (const auto& [name, heard] : statuses_) {
     info["services"].push_back(DescribeService(heard.status, std::chrono::duration<double>(now - heard.heard).count()));
   }

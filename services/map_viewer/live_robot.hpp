@@ -12,13 +12,14 @@
 #include "common/metrics/path_sketch.hpp"
 #include "services/base/held_by_utime.hpp"
 #include "services/bus/service.hpp"
+#include "services/map_viewer/fleet_robots.hpp"
 #include "services/map_viewer/join_news.hpp"
 #include "services/map_viewer/scene.hpp"
 #include "services/replica/map_follower.hpp"
 
 namespace crsm {
 
-/// Hears a robot's stack on the bus, and makes a scene of it.
+/// Hears a robot's stack on the bus, or the mapper of a fleet, and makes a scene of it.
 ///
 /// The map and the path are asked for as an exporter does, all that was seen where it belongs by all that is known, and
 /// so seldom that the owner spends no more than a twentieth of its time on the answers. What is drawn over them, the
@@ -57,6 +58,7 @@ class LiveRobot {
   void Add(const ScanMatch& match);
   void Hear(const scan_match_t& match);
   void Hear(const bot_core::pose_t& local_pose);
+  void Hear(const fleet_pose_t& pose);
   void Show(ScanMatch match);
   void ForgetRun();
   void Keep(const service_status_t& status);
@@ -78,6 +80,7 @@ class LiveRobot {
   PathSketch path_;
   bool path_is_anew_ = true;
   JoinNews join_news_;
+  FleetRobots fleet_;  ///< empty where this is one robot
   std::optional<Clock::time_point> asked_;
   Clock::time_point next_ask_{};
   Clock::time_point next_glimpse_{};

@@ -52,6 +52,7 @@ void AppendPathPoint(std::string& record, const PathSketch::Kept& kept) {
   Append(record, Narrow(match.T_map_laser.x_m));
   Append(record, Narrow(match.T_map_laser.y_m));
   Append(record, PathState(match));
+  Append(record, static_cast<std::int32_t>(match.trajectory));
 }
 
 }  // namespace

@@ -21,7 +21,7 @@ namespace crsm {
 ///              fitness f32, covariance xx xy yy yaw yaw f32, degenerate axis x y f32, number of rays u16, of each
 ///              angle and range f32 [rad, m], number of critical rays u16, of each its index u16
 ///   3 path     generation u32, first point u32, number of points u32, of each its scan's number u32, x y f32 [m],
-///              state u8, or 4: it has a pose, but on another piece than the one that is shown
+///              state u8, or 4: it has a pose, but on another piece than the one that is shown, trajectory i32
 ///   4 samples  number u32, of each time f64 [s], fitness f32, state u8
 ///   5 info     JSON: names of all robots, whether the page may only look, loops, marks, edits, the newest news and how
 ///   many there were, and Scene::info 6 timeline of a run that has ended: number of scans u32, then of all scans time

@@ -97,7 +97,7 @@ TEST_CASE("a run on a finished map is shown on that map, with its own path alone
   CHECK(today->robot_utime == path.back().utime);
   CHECK(today->robot_x_m == Approx(path.back().T_map_laser.x_m).margin(1e-6));  // as the file is rounded
   REQUIRE(today->path.size() > 100);
-  for (const auto& [scan, x_m, y_m, state] : today->path) {
+  for (const auto& [scan, x_m, y_m, state, trajectory] : today->path) {
     const auto IsThere = [x = x_m, y = y_m](const StampedPose& pose) {
       return std::hypot(pose.T_map_laser.x_m - x, pose.T_map_laser.y_m - y) < 1e-5;
     };

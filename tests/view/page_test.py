@@ -31,6 +31,7 @@ except ImportError as error:
 
 import changes
 import edits
+import fleet
 import marks
 import pieces
 import states
@@ -604,6 +605,7 @@ def main():
             states.test_by_evidence()
             states.test_start_pose()
             marks.test_marks()
+            fleet.test_fleet(read_axe_core())
         except AssertionError as error:
             print(f"FAILED: {error}")
             return 1

@@ -316,11 +316,12 @@ import('/main.js').then(async ({robots}) => {
   const info = () => ({kind: 'info', robots: [''], robot: any(), loops: below(2) ? [[NaN, 1, Infinity, 2]] : any(),
                        services: below(3) ? Array.from({length: below(9)}, service) : any(), scans: any(), lost: any(),
                        live: below(2) ? true : any(), scan_age_s: any(), match_age_s: any(), scan_times_ms: any(),
-                       news: any(), verdict: any(), breaks: any(), truth: any(), localised: any(), way_m: any(), edits: any(), looks: below(2)});
+                       news: any(), verdict: any(), breaks: any(), truth: any(), localised: any(), way_m: any(), edits: any(),
+                       looks: below(2), fleet: below(4) ? undefined : any()});
   const robot = () => ({kind: 'robot', utime: 0n, state: any(), trajectory: any(), floating: any(), x_m: any(), y_m: any(),
                         yaw_rad: any(), fitness: any(), covariance: below(2) ? {xx: any(), xy: any(), yy: any(), yaw: any()} : {},
                         axis: {x: any(), y: any()}, rays: [{angle_rad: any(), range_m: any()}], critical: [0, 7]});
-  const path = () => ({kind: 'path', generation: below(3), first: below(9), points: [{x_m: any(), y_m: any(), state: any()}]});
+  const path = () => ({kind: 'path', generation: below(3), first: below(9), points: [{x_m: any(), y_m: any(), state: any(), trajectory: any()}]});
   const samples = () => ({kind: 'samples', samples: [{time_s: any(), fitness: any(), state: any()}]});
   const frames = (number) => new Promise((then) => {
     const count = () => (number-- > 0 ? requestAnimationFrame(count) : then());

@@ -2,6 +2,7 @@
 
 import {showDownloads} from "./downloads.js";
 import {Editor} from "./edits.js";
+import {NO_MARKS, isFleet, lookAtFleets, showFleet} from "./fleet.js";
 import {formatDistance} from "./layers.js";
 import {MapView} from "./map_view.js";
 import {Marker} from "./marks.js";
@@ -33,7 +34,10 @@ function addRobot(index) {
   }
   model.addEventListener("corrected", ({detail}) => toast(describeCorrection(detail)));
   model.addEventListener("news", ({detail}) => toast(detail, NEWS_MS));
-  model.addEventListener("info", () => label(robot));
+  model.addEventListener("info", () => {
+    label(robot);
+    openFleet(robot, index);
+  });
   model.addEventListener("moment", ({detail}) => robot.connection.say(`scan ${detail}`));
   model.addEventListener("timeline", () => openFinished(robot));
   robot.view.addEventListener("chosen", () => { if (index !== chosen) choose(index); });
@@ -77,6 +81,19 @@ function label({model, parent}) {
   shown.innerHTML = `<span class="name"><bdi></bdi></span><span class="badge"></span>`;
   shown.querySelector("bdi").textContent = model.info.robot;
   choose(chosen);
+}
+
+// The page of a fleet comes first, alone: the maps of its robots have other frames.
+function openFleet(robot, index) {
+  if (robot.is_open_fleet || !isFleet(robot.model)) return;
+  robot.is_open_fleet = true;
+  $("linked").checked = false;
+  $("mode").value = "alone";
+  const named = robot.model.info.robots.indexOf(wanted.get("robot"));
+  choose(named < 0 ? index : named);
+  setMode("alone");
+  if (named >= 0) readLink(view());
+  if (!robot.view.is_linked) robot.view.fit();
 }
 
 // How each robot is: on its map, where there are several, and by how it is drawn.
@@ -138,6 +155,7 @@ function showTools() {
   $("fit").setAttribute("aria-pressed", fits);
   $("measure").setAttribute("aria-pressed", measures);
   $("place").setAttribute("aria-pressed", places);
+  $("mark").setAttribute("aria-disabled", isFleet(view().model));
   if (marker.is_open && !view().marks) marker.toggle(false);
   if (editor.is_open && !view().marks) editor.toggle(false);
   $("turn").setAttribute("aria-pressed", camera.turn_rad !== 0);
@@ -166,9 +184,9 @@ function setTheme(theme) {
 // Several maps side by side, or all over the first one.
 function setMode(mode) {
   document.body.dataset.mode = mode;
-  choose(0);
+  choose(mode === "alone" ? chosen : 0);
   for (const {view} of robots) view.readTheme();
-  robots[0].view.showOver(mode, robots.slice(1).map(({model}) => model));
+  robots[0].view.showOver(mode === "alone" ? "beside" : mode, robots.slice(1).map(({model}) => model));
 }
 
 function setLayer(layer, shown) {
@@ -185,7 +203,10 @@ const TOOLS = {
   zoom_out: () => view().zoomMiddle(1 / 1.4),
   measure: () => view().setMeasures(!view().measures),
   place: () => { if (document.body.classList.contains("localising")) view().setPlaces(!view().places); },
-  mark: () => { if (document.body.classList.contains("marking")) marker.toggle(); },
+  mark: () => {
+    if (isFleet(view().model)) return toast(NO_MARKS, NEWS_MS);
+    if (document.body.classList.contains("marking")) marker.toggle();
+  },
   edit: () => { if (document.body.classList.contains("editing")) editor.toggle(); },
   layers: () => {
     const list = $("layer_list");
@@ -285,6 +306,7 @@ function writeLink() {
     if (camera.turn_rad) link.set("turn", camera.turn_rad.toFixed(4));
   }
   if (timeline && !timeline.is_at_end) link.set("scan", timeline.at);
+  if (document.body.dataset.mode === "alone") link.set("robot", view().model.info.robot);
   const hash = link.size > 0 ? `#${link}` : "";
   if (hash !== location.hash) history.replaceState(null, "", hash || location.pathname);
 }
@@ -308,13 +330,15 @@ function frame(now_ms) {
   const {model, changed} = robots[chosen];
   attempt(model, () => player.tick(now_ms));
   linkCameras();
+  attempt(model, () => lookAtFleets(robots.map((robot) => robot.model), now_ms));
   for (const robot of robots) attempt(robot.model, () => robot.view.draw(now_ms));
   if (changed.size > 0) {
     const shown = new Set(changed);
     changed.clear();
     attempt(model, () => showPanel(model, shown, shown.has("all") || shown.has("connection")));
-    attempt(model, () => marker.show(model.info.marks, model.info.live === true && !model.info.looks));
+    attempt(model, () => marker.show(model.info.marks, model.info.live === true && !model.info.looks && !isFleet(model)));
     attempt(model, () => editor.show());
+    attempt(model, () => showFleet(model, robots.map((robot) => robot.model), choose));
     if (["all", "timeline", "info"].some((type) => shown.has(type))) {
       attempt(model, () => player.take(model.timeline, model.info));
       for (const {view} of robots) if (view.fits) view.fit();  // around what is shown now
@@ -349,7 +373,7 @@ function attempt(model, show) {
 
 setTheme(localStorage.getItem("theme") ?? (matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark"));
 addRobot(0);
-readLink(robots[0].view);
+if (!wanted.has("robot")) readLink(robots[0].view);
 choose(0);
 if (matchMedia("(max-height: 520px)").matches) TOOLS.fold();  // a phone that lies: the map first
 addEventListener("resize", () => robots[chosen].changed.add("all"));

@@ -39,7 +39,6 @@ export class MapModel {
     this.tiles = new Map();   // "x,y": {x, y, cells}
     this.blocks = new Map();  // "x,y": {x, y, pictures}, made when drawn
     this.stale = new Set();   // tiles whose picture is old
-    this.bounds = null;       // in tiles: {x0, y0, x1, y1}, both ends included
     this.num_explored = 0;    // cells
   }
 
@@ -54,8 +53,6 @@ export class MapModel {
     if (!tile) {
       tile = {x, y, cells: new Uint8Array(TILE_CELLS * TILE_CELLS).fill(UNEXPLORED), num_explored: 0};
       this.tiles.set(key, tile);
-      const {x0, y0, x1, y1} = this.bounds ?? {x0: x, y0: y, x1: x, y1: y};
-      this.bounds = {x0: Math.min(x0, x), y0: Math.min(y0, y), x1: Math.max(x1, x), y1: Math.max(y1, y)};
     } else if (whole) {
       tile.cells.fill(UNEXPLORED);
     }
@@ -85,10 +82,14 @@ export class MapModel {
 
   // Explored rectangle [m]; null while nothing is.
   extent() {
-    if (!this.bounds) return null;
     const size = TILE_CELLS * this.cell_size_m;
-    const {x0, y0, x1, y1} = this.bounds;
-    return {x0: x0 * size, y0: y0 * size, x1: (x1 + 1) * size, y1: (y1 + 1) * size};
+    let extent = null;
+    for (const {x, y, num_explored} of this.tiles.values()) {
+      if (num_explored === 0) continue;  // of a piece that was shown before
+      const {x0, y0, x1, y1} = extent ?? {x0: Infinity, y0: Infinity, x1: -Infinity, y1: -Infinity};
+      extent = {x0: Math.min(x0, x * size), y0: Math.min(y0, y * size), x1: Math.max(x1, (x + 1) * size), y1: Math.max(y1, (y + 1) * size)};
+    }
+    return extent;
   }
 
   area_m2() { return this.num_explored * this.cell_size_m ** 2; }

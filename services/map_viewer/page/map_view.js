@@ -4,6 +4,7 @@ import {BLOCK_CELLS, REDUCTIONS, findWalls, makePalette} from "./map_model.js";
 import {TimelinePath, drawChanges, drawDoubt, drawDoubts, drawGrid, drawLoops, drawMeasure, drawMoved, drawPath, drawPlace, drawRobot,
         drawScan, drawText, drawTruth, drawWayBack} from "./layers.js";
 import {drawEdits, boxCorners} from "./edits.js";
+import {drawFleet} from "./fleet.js";
 import {drawAim, drawDraft, drawMarks} from "./marks.js";
 import {listenToPointers} from "./pointers.js";
 
@@ -20,7 +21,7 @@ const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
 function readColours() {
   const style = getComputedStyle(document.documentElement);
   const names = ["ground", "grid", "grid-strong", "free", "wall", "path", "ray-wall", "ray-new", "ray-free", "scan",
-                 "robot", "good", "warn", "bad", "loop", "floating", "text", "dim", "panel"];
+                 "robot", "good", "warn", "bad", "loop", "floating", "text", "dim", "panel", ...Array.from({length: 8}, (_, i) => `fleet-${i}`)];
   return Object.fromEntries(names.map((name) => [name.replace("-", "_"), style.getPropertyValue(`--${name}`).trim()]));
 }
 
@@ -315,7 +316,7 @@ export class MapView extends EventTarget {
       shown.changed = false;
       shown.map.paint();
     }
-    this.drawOn(this.canvas.getContext("2d"), loop_age_s);
+    this.drawOn(this.canvas.getContext("2d"), loop_age_s, now_ms);
     return true;
   }
 
@@ -396,12 +397,13 @@ export class MapView extends EventTarget {
     this.useMetres(context);
   }
 
-  drawOn(context, loop_age_s) {
+  drawOn(context, loop_age_s, now_ms) {
     const {model, camera, colours, layers} = this;
     const pixel = 1 / camera.px;
     const window_m = this.windowOf();
     this.drawGround(context, window_m, pixel);
-    if (layers.path) this.drawPath(context, window_m, pixel);
+    if (model.fleet) drawFleet(context, model, window_m, pixel, colours, layers, camera.turn_rad, now_ms);
+    else if (layers.path) this.drawPath(context, window_m, pixel);
     if (layers.moved || (layers.loops && loop_age_s < POINTED_AT_S)) this.drawMoved(context, window_m, pixel);
     drawChanges(context, model.info.changes, pixel, colours);
     const doubt_m = model.info.verdict?.off_at_m;
@@ -430,8 +432,7 @@ export class MapView extends EventTarget {
   }
 
   drawPath(context, window_m, pixel) {
-    const {model, colours} = this;
-    const {floating} = this.layers;
+    const {model, colours, layers: {floating}} = this;
     if (!model.timeline) return drawPath(context, model.path, model.tail, window_m, pixel, colours, floating);
     this.tracedPath(pixel).drawRest(context, window_m, pixel, colours, floating);
   }
@@ -466,8 +467,7 @@ export class MapView extends EventTarget {
     context.imageSmoothingEnabled = cell_px < 3 || this.camera.turn_rad !== 0;
     const level = REDUCTIONS.findIndex((reduction) => cell_px * reduction >= FINEST_CELL_PX);
     for (const {x, y, pictures} of map.blocks.values()) {
-      const left = x * side_m;
-      const bottom = y * side_m;
+      const [left, bottom] = [x * side_m, y * side_m];
       if (left > x1 || left + side_m < x0 || bottom > y1 || bottom + side_m < y0) continue;
       context.save();
       context.translate(left, bottom + side_m);

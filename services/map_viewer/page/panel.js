@@ -2,6 +2,7 @@
 
 import {drawFitness, drawTimes} from "./charts.js";
 import {CHI_95, ellipseOf, isMeasured} from "./layers.js";
+import {isFleet} from "./fleet.js";
 import {formatTime} from "./player.js";
 import {SILENT_S, describeState, localises, seconds, toAxisDegrees} from "./state.js";
 
@@ -160,7 +161,7 @@ function showVerdict(verdict) {
 // How much of the run there is, in a line.
 function describeRun({info, way_m, map, timeline}) {
   const scans = info.scans ?? 0;
-  const words = scans > 0 ? [`${whole.format(scans)} scans`] : [];
+  const words = scans > 0 ? [`${whole.format(scans)} ${isFleet({info}) ? "keyframes" : "scans"}`] : [];
   if (timeline && !timeline.is_at_end) words[0] = `scan ${whole.format(timeline.at + 1)} of ${whole.format(timeline.num)}`;
   if (timeline) words.push(formatTime(timeline.duration_s));
   const metres = info.way_m ?? way_m;
@@ -190,6 +191,7 @@ export function showPanel(model, changed, all) {
   show("counts", describeRun(model));
   $("panel").classList.toggle("finished", info.live === false);
   document.body.classList.toggle("simulated", (info.truth ?? []).length > 0);
+  document.body.classList.toggle("fleet", isFleet(model));
   document.body.classList.toggle("marking", info.live === true && !info.looks);
   document.body.classList.toggle("editing", info.live === false);
   document.body.classList.toggle("localising", localises(model) && info.live !== false && !info.looks);

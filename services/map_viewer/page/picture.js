@@ -3,6 +3,7 @@
 const HEAD_PX = 64;
 const FOOT_PX = 48;
 const KEY = [["wall", "wall"], ["free", "free"], ["path", "path"], ["floating", "not joined"], ["loop", "loop"], ["bad", "lost"]];
+const keyOf = ({fleet}) => (fleet ? [...KEY.slice(0, 2), ...fleet.map(({colour, name}) => [`fleet_${colour}`, name])] : KEY);
 
 // A round length that is between 60 and 150 pixels long.
 export function scaleOf(px) {
@@ -30,7 +31,7 @@ export function composePicture(view, title, text) {
   context.fillRect(16, height + 30, width_px, 4);
   context.fillText(`${metres} m`, 16, height + 22);
   let x = 16 + Math.max(width_px, 60) + 32;
-  for (const [colour, word] of KEY) {
+  for (const [colour, word] of keyOf(view.model)) {
     context.fillStyle = colours[colour];
     context.fillRect(x, height + 16, 22, 14);
     context.strokeStyle = colours.text;

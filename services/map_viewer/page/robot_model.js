@@ -22,6 +22,7 @@ export class RobotModel extends EventTarget {
     this.is_corrected = false;  // and it is not told yet
     this.loops_told = null;     // loops that were closed then
     this.way_m = 0;  // along the path
+    this.ends = new Map();  // of the path, by trajectory: robots of a fleet come in turn
     this.tail = [];  // where the robot was seen since the path was told last
     this.samples = [];
     this.timeline = null;  // of a run that has ended
@@ -29,6 +30,9 @@ export class RobotModel extends EventTarget {
     this.scan = null;      // of the moment of the timeline, as robot
     this.info = {services: [], loops: [], marks: [], robots: [""], robot: ""};
     this.info_at_ms = 0;   // when it came
+    this.fleet = null;     // its robots, if it is one: fleet.js
+    this.num_joins = 0;    // of them that were told so far
+    this.joined_at_ms = -Infinity;
     this.num_news = null;  // that were told so far
     this.connected = false;
     this.connection_at_ms = performance.now();  // when `connected` became what it is
@@ -94,13 +98,15 @@ export class RobotModel extends EventTarget {
     if (generation !== this.path_generation || first < this.path.length) {
       this.path = [];
       this.way_m = 0;
+      this.ends.clear();
     }
     this.path_generation = generation;
     for (const point of points) {
-      const last = this.path.at(-1);
+      const last = this.ends.get(point.trajectory);
       const step_m = last ? Math.hypot(point.x_m - last.x_m, point.y_m - last.y_m) : 0;
       if (hasPose(point.state) && step_m < 10) this.way_m += step_m;
       this.path.push(point);
+      this.ends.set(point.trajectory, point);
     }
     if (this.path !== before) this.compare(before);
     const end = this.path.at(-1);

@@ -52,7 +52,7 @@ function readPath(reader) {
   return {
     kind: "path", generation: reader.u32(), first: reader.u32(),
     points: reader.list(reader.u32(), () => ({
-      scan: reader.u32(), x_m: reader.f32(), y_m: reader.f32(), state: STATES[reader.u8()],
+      scan: reader.u32(), x_m: reader.f32(), y_m: reader.f32(), state: STATES[reader.u8()], trajectory: reader.i32(),
     })),
   };
 }

@@ -23,6 +23,7 @@ class PageClient {
     float x_m;
     float y_m;
     int state;
+    std::int32_t trajectory;
   };
 
   /// Throws std::out_of_range where a message is shorter than it says.
@@ -152,7 +153,8 @@ class PageClient {
       const auto scan = record.Read<std::uint32_t>();
       const auto x_m = record.Read<float>();
       const auto y_m = record.Read<float>();
-      path.push_back({scan, x_m, y_m, record.Read<std::uint8_t>()});
+      const auto state = record.Read<std::uint8_t>();
+      path.push_back({scan, x_m, y_m, state, record.Read<std::int32_t>()});
     }
   }
 

@@ -43,6 +43,7 @@ PathSketch PathOf(int num_matches, double step_m = 1.0) {
     match.num_critical = 60;
     match.state = i == 2 ? MatchState::kLost : MatchState::kOk;
     match.floating = i == 3;
+    match.trajectory = i == 3 ? 1 : 0;
     path.Add(match);
   }
   return path;
@@ -162,6 +163,7 @@ TEST_CASE("the path grows at its end, and is told anew when it is another one") 
   REQUIRE(page.path.size() == 5);
   CHECK(page.path[2].state == 2);
   CHECK(page.path[3].state == 4);  // it floats
+  CHECK((page.path[2].trajectory == 0 && page.path[3].trajectory == 1));
   page.scene.SetPath(PathOf(6), false);
   const auto more = page.feed.Next();
   REQUIRE(more);
