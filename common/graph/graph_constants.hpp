@@ -14,8 +14,10 @@ struct GraphConstants {
   /// How well motions and loops are known, and how poses are found that agree with them.
   struct Edges {
     MotionSigma step{0.003, 0.003, 0.0005};  ///< of a match, besides what its walls leave open: how it was drawn
-    double walls = 0.7;                      ///< share of that: a scan is matched to what many before it have drawn
-    double uneven = 0.15;       ///< share of a way along a degenerate direction, by which the velocity model errs
+    double walls = 0.5;                      ///< share of that: a scan is matched to what many before it have drawn
+    double uneven = 0.5;     ///< share of a way along a degenerate direction, by which the velocity model errs
+    double normals = 0.004;  ///< share of what walls tell across a degenerate direction, that the noise of their
+                             ///< normals seems to tell along it
     double across_lost = 10.0;  ///< over lost scans so many times as much
     /// Matches in a row err alike: to loops a chain of them gives way as if each variance were so many times as large.
     double correlated = 2.0;
@@ -78,7 +80,7 @@ struct GraphConstants {
     double agree_m = 0.3;        ///< two findings
     double agree_rad = 0.04;
     double remembered_m = 20.0;  ///< a finding that waits for another
-    double waits = 0.5;          ///< a loop that differs by so little of its standard deviations from the graph waits ...
+    double waits = 0.5;  ///< a loop that differs by so little of its standard deviations from the graph waits ...
     double waits_growth = 0.01;  ///< ... until the graph has so much more keyframes, as a share ...
     int waits_from = 2000;       ///< ... if it has so many: a smaller one is solved in some milliseconds
   };
@@ -168,13 +170,10 @@ struct GraphConstants {
     double least_fitness = 0.55;  ///< of a scan that need not be drawn: in a lower one something may have changed
   };
 
-  /// How far off a map may be.
-  /// Chosen on seeds 1 and 2 of twelve worlds seen by seven lasers, and of the logs.
+  /// How far off a map may be: no factor, the motions are taken to be as uncertain as Edges says.
   struct MapError {
-    double prior_weight = 30.0;  ///< of the errors of Edges: so many residuals of a kind count as much
     int samples = 60;
     double quantile = 0.95;   ///< of the samples
-    double factor = 2.5;      ///< of that: neighbouring matches err alike, and samples do not
     double least_m = 0.05;    ///< a cell: no map is better
     double way_back_m = 0.5;  ///< a map that may be further off is asked which drive would tell most
     double slip_m = 0.3;      ///< of one step: less is drift

@@ -47,12 +47,11 @@ class EdgeFinder {
     const auto before = graph_.Before(id);
     if (!before) return;
     const bool begins = id.number == 0;
-    if (!begins) AddMatched(*before, id, at.T_previous_this, constants_.step, ToldBy::kWalls);
+    if (!begins) AddMatched(*before, id, at.T_previous_this, constants_.step, ToldBy::kMatch);
     const bool wheels_tell = begins ? graph_.IsBridged(id.trajectory) : at.DoWheelsTell();
     if (wheels_tell) {
       const auto& [T_from_to, sigma_m, sigma_rad] = *at.by_wheels;
-      edges_.push_back(
-          {*before, id, T_from_to, {sigma_m, sigma_m, sigma_rad}, {ToldBy::kWheels, ToldBy::kWheels, ToldBy::kWheels}});
+      edges_.push_back({*before, id, T_from_to, {sigma_m, sigma_m, sigma_rad}, ToldBy::kWheels});
     }
     if (!at.constraint || at.constraint_wrong || !graph_.HangTogether(at.constraint->keyframe, id)) return;
     AddMatched(at.constraint->keyframe, id, at.constraint->T_keyframe_this, constants_.proximity, ToldBy::kProximity);
@@ -68,11 +67,7 @@ class EdgeFinder {
       const double times = constants_.across_lost;
       sigma = {times * sigma.x_m, times * sigma.y_m, times * sigma.yaw_rad};
     }
-    edges_.push_back({older,
-                      id,
-                      T_older_this,
-                      sigma,
-                      {at.degenerate_axis ? ToldBy::kHabit : told_by, told_by, told_by},
+    edges_.push_back({older, id, T_older_this, sigma, told_by,
                       TurnAxis(at.degenerate_axis.value_or(at.walls.axis), T_older_this.yaw_rad)});
   }
 
@@ -82,7 +77,14 @@ class EdgeFinder {
     const bool drives = id.number > 1 && usual_m_s_ > 0.0;
     const double differs_m = drives ? std::abs(usual_m_s_ * SecondsBefore(graph_, id) - way_m) : 0.0;
     const double by_habit_m = std::max(constants_.uneven * way_m, differs_m);
-    return 1.0 / Add(1.0 / std::max(by_habit_m, 1e-9), 1.0 / graph_.keyframe(id).walls.along_m);
+    return 1.0 / std::sqrt(1.0 / std::max(by_habit_m * by_habit_m, 1e-18) + FindToldAlong(graph_.keyframe(id).walls));
+  }
+
+  /// What walls tell along a degenerate direction, without what the noise of their normals seems to tell [1/m^2].
+  double FindToldAlong(const WallSigma& walls) const {
+    const auto Told = [](double sigma_m) { return 1.0 / (sigma_m * sigma_m); };
+    const double unknown_m = MatchConstants::Uncertainty().unknown_m;
+    return std::max(0.0, Told(walls.sigma.x_m) - Told(unknown_m) - constants_.normals * Told(walls.sigma.y_m));
   }
 
   const KeyframeGraph& graph_;
@@ -94,7 +96,7 @@ class EdgeFinder {
 }  // namespace
 
 KeyframeEdge MakeEdge(const Loop& loop, const GraphConstants::Edges& constants) {
-  return {loop.older, loop.newer, loop.T_older_newer, constants.loop, {ToldBy::kLoop, ToldBy::kLoop, ToldBy::kLoop}};
+  return {loop.older, loop.newer, loop.T_older_newer, constants.loop, ToldBy::kLoop};
 }
 
 std::vector<KeyframeEdge> FindEdges(const KeyframeGraph& graph, const GraphConstants::Edges& constants) {

@@ -8,21 +8,19 @@
 
 namespace crsm {
 
-/// What tells an error of an edge. The errors of one kind are about alike.
-enum class ToldBy : std::uint8_t { kWalls, kHabit, kProximity, kLoop, kWheels };
-inline constexpr std::size_t kNumToldBy = 5;
+enum class ToldBy : std::uint8_t { kMatch, kProximity, kLoop, kWheels };
 
 /// Where a keyframe is, seen from an older one.
 struct KeyframeEdge {
   KeyframeId older;
   KeyframeId newer;
   Pose2 T_older_newer;
-  MotionSigma sigma;                          ///< along x_axis, across it, and of the yaw
-  std::array<ToldBy, 3> told_by;              ///< the same
+  MotionSigma sigma;  ///< along x_axis, across it, and of the yaw
+  ToldBy told_by;
   std::array<double, 2> x_axis = {1.0, 0.0};  ///< unit vector, frame of `older`
 
   /// A loop may be of another place, and wheels slip.
-  bool may_be_wrong() const { return told_by[0] == ToldBy::kLoop || told_by[0] == ToldBy::kWheels; }
+  bool may_be_wrong() const { return told_by == ToldBy::kLoop || told_by == ToldBy::kWheels; }
 };
 
 KeyframeEdge MakeEdge(const Loop& loop, const GraphConstants::Edges& constants);

@@ -39,7 +39,7 @@ class PoseIndices {
 
 GraphEdge ToGraphEdge(const KeyframeEdge& edge, const PoseIndices& indices, double correlated) {
   MotionSigma sigma = edge.sigma;
-  if (edge.told_by[1] == ToldBy::kWalls || edge.told_by[1] == ToldBy::kProximity) {
+  if (!edge.may_be_wrong()) {
     const double times = std::sqrt(correlated);
     sigma = {times * sigma.x_m, times * sigma.y_m, times * sigma.yaw_rad};
   }

@@ -14,89 +14,43 @@
 namespace crsm {
 namespace {
 
-/// By how much the errors of each kind are larger than was taken for granted.
-using Scales = std::array<double, kNumToldBy>;
+constexpr std::uint64_t kSeed = 1;
 
-/// Motions, and how well they are known by what they say of each other.
-class ErrorGraph {
- public:
-  ErrorGraph(const KnownMotions& motions, const GraphConstants& constants) : constants_(constants), motions_(motions) {
-    scales_.fill(1.0);
+/// The poses, and how well each motion between them is known.
+PoseGraph MakePoseGraph(const KnownMotions& motions) {
+  PoseGraph graph;
+  for (const Pose2& pose : motions.poses) graph.AddPose(pose);
+  for (const auto& [from, to, edge] : motions.edges) {
+    GraphEdge made = GraphEdge::Make(from, to, edge.T_older_newer, edge.sigma, edge.x_axis);
+    made.may_be_wrong = edge.may_be_wrong();
+    graph.AddEdge(made);
+  }
+  return graph;
+}
+
+/// What the mapped ways told.
+struct Driven {
+  double driven_m = 0.0;
+  double m2 = 0.0;    ///< variance over them ...
+  double rad2 = 0.0;  ///< ... and of the turns
+
+  explicit Driven(const KnownMotions& motions) {
+    for (const auto& [from, to, edge] : motions.edges) {
+      if (edge.told_by != ToldBy::kMatch) continue;
+      driven_m += Length(edge.T_older_newer);
+      m2 += edge.sigma.x_m * edge.sigma.x_m;
+      rad2 += edge.sigma.yaw_rad * edge.sigma.yaw_rad;
+    }
   }
 
-  /// Takes the errors for what the residuals say, as far as these are redundant.
-  void Calibrate() {
-    const PoseGraph poses = Make();
-    const auto variances = poses.Sample(constants_.map_error.samples, kSeed, [](const std::vector<Pose2>&) {});
-    if (variances.empty()) return;
-    Scales squares{}, redundancies{};
-    for (std::size_t i = 0; i < variances.size(); ++i) {
-      const std::array<double, 3> errors = poses.SquaredErrors(poses.edges()[i]);
-      for (std::size_t row = 0; row < 3; ++row) {
-        const auto told_by = static_cast<std::size_t>(motions_.edges[i].edge.told_by[row]);
-        squares[told_by] += errors[row];
-        redundancies[told_by] += std::max(0.0, 1.0 - variances[i][row]);
-      }
-    }
-    const double prior = constants_.map_error.prior_weight;
-    for (std::size_t i = 0; i < kNumToldBy; ++i) {
-      scales_[i] = std::sqrt((prior + squares[i]) / (prior + redundancies[i]));
-    }
-  }
-
-  PoseGraph Make() const {
-    PoseGraph graph;
-    for (const Pose2& pose : motions_.poses) graph.AddPose(pose);
-    for (const auto& [from, to, edge] : motions_.edges) {
-      GraphEdge scaled = GraphEdge::Make(from, to, edge.T_older_newer, FindSigma(edge), edge.x_axis);
-      scaled.may_be_wrong = edge.may_be_wrong();
-      graph.AddEdge(scaled);
-    }
-    return graph;
-  }
-
-  /// What the mapped ways told.
-  struct Driven {
-    double driven_m = 0.0;
-    double m2 = 0.0;    ///< variance over them ...
-    double rad2 = 0.0;  ///< ... and of the turns
-  };
-
-  Driven SumDriven() const {
-    Driven sum;
-    for (const auto& [from, to, edge] : motions_.edges) {
-      if (to != from + 1 || edge.told_by[1] != ToldBy::kWalls) continue;
-      const MotionSigma sigma = FindSigma(edge);
-      sum.driven_m += Length(edge.T_older_newer);
-      sum.m2 += sigma.x_m * sigma.x_m;
-      sum.rad2 += sigma.yaw_rad * sigma.yaw_rad;
-    }
-    return sum;
-  }
-
-  /// What a drive over a way tells, if the laser sees there what it has seen on the mapped ways, and the places at both
-  /// ends are found again.
-  MotionSigma FindSigmaOfDrive(double way_m, const Driven& driven) const {
-    const MotionSigma& loop = constants_.edges.loop;
-    const auto& [driven_m, m2, rad2] = driven;
+  /// What a drive over a way tells, if the laser sees there what it has seen on these, and the places at both ends are
+  /// found again.
+  MotionSigma FindSigmaOfDrive(double way_m, const MotionSigma& loop) const {
     const double share = driven_m > 0.0 ? way_m / driven_m : 0.0;
     const double rad = std::sqrt(share * rad2);
     const double m = std::hypot(std::sqrt(share * m2), 0.5 * way_m * rad);  // a turn half-way moves the end so far
     return {std::hypot(m, loop.x_m), std::hypot(m, loop.y_m), std::hypot(rad, loop.yaw_rad)};
   }
-
-  static constexpr std::uint64_t kSeed = 1;
-
- private:
-  /// By what the residuals say.
-  MotionSigma FindSigma(const KeyframeEdge& edge) const {
-    const auto Scale = [&](std::size_t row) { return scales_[static_cast<std::size_t>(edge.told_by[row])]; };
-    return {Scale(0) * edge.sigma.x_m, Scale(1) * edge.sigma.y_m, Scale(2) * edge.sigma.yaw_rad};
-  }
-
-  const GraphConstants& constants_;
-  const KnownMotions& motions_;
-  Scales scales_{};
 };
 
 /// Distances of poses from others, when they lie on these as well as they can [m].
@@ -115,16 +69,11 @@ std::vector<double> FindDistances(const std::vector<Pose2>& poses, const std::ve
   return distances_m;
 }
 
-/// Neighbouring matches err alike, and samples do not.
-double ToBound(double sample_m, const GraphConstants& constants) {
-  return constants.map_error.least_m + constants.map_error.factor * sample_m;
-}
-
 /// So far off is what is furthest off in most samples.
 double FindBound(std::vector<double> largest_m, const GraphConstants& constants) {
   std::ranges::sort(largest_m);
   const auto rank = static_cast<std::size_t>(constants.map_error.quantile * static_cast<double>(largest_m.size() - 1));
-  return ToBound(largest_m[rank], constants);
+  return constants.map_error.least_m + largest_m[rank];
 }
 
 /// What samples say of a pose graph.
@@ -136,7 +85,7 @@ struct Spread {
 Spread FindSpread(const PoseGraph& graph, const GraphConstants& constants) {
   Spread spread;
   spread.sums_m2.resize(graph.poses().size());
-  graph.Sample(constants.map_error.samples, ErrorGraph::kSeed, [&](const std::vector<Pose2>& sample) {
+  graph.Sample(constants.map_error.samples, kSeed, [&](const std::vector<Pose2>& sample) {
     const std::vector<double> distances_m = FindDistances(sample, graph.poses());
     for (std::size_t i = 0; i < distances_m.size(); ++i) spread.sums_m2[i] += distances_m[i] * distances_m[i];
     spread.largest_m.push_back(*std::ranges::max_element(distances_m));
@@ -153,7 +102,7 @@ std::vector<Doubt> ThinOut(const std::vector<Pose2>& poses, const Spread& spread
     doubts.clear();
     for (std::size_t i = 0; i < poses.size(); ++i) {
       const double mean_m2 = spread.sums_m2[i] / static_cast<double>(spread.largest_m.size());
-      const double off_m = ToBound(quantile * std::sqrt(mean_m2), constants);
+      const double off_m = constants.map_error.least_m + quantile * std::sqrt(mean_m2);
       const auto Round = [&](double x_m) { return static_cast<std::int64_t>(std::floor(x_m / side_m)); };
       Doubt& doubt = doubts[{Round(poses[i].x_m), Round(poses[i].y_m)}];
       if (off_m > doubt.off_m) doubt = {{poses[i].x_m, poses[i].y_m}, off_m};
@@ -167,8 +116,8 @@ std::vector<Doubt> ThinOut(const std::vector<Pose2>& poses, const Spread& spread
 /// Tries drives between places of the path, one after the other.
 class WayBackSearch {
  public:
-  WayBackSearch(const ErrorGraph& graph, const PoseGraph& poses, const GraphConstants& constants)
-      : graph_(graph), poses_(poses), constants_(constants), driven_(graph.SumDriven()) {
+  WayBackSearch(const KnownMotions& motions, const PoseGraph& poses, const GraphConstants& constants)
+      : poses_(poses), constants_(constants), driven_(motions) {
     const auto num = poses.poses().size();
     const std::size_t every = std::max<std::size_t>(1, num / kMostPlaces);
     double way_m = 0.0;
@@ -178,7 +127,7 @@ class WayBackSearch {
       places_.push_back(i);
       ways_m_.push_back(way_m);
     }
-    poses.Sample(constants.map_error.samples, ErrorGraph::kSeed, [&](const std::vector<Pose2>& sample) {
+    poses.Sample(constants.map_error.samples, kSeed, [&](const std::vector<Pose2>& sample) {
       samples_.emplace_back();
       for (const std::size_t i : places_) samples_.back().push_back(sample[i]);
     });
@@ -202,7 +151,7 @@ class WayBackSearch {
     const auto& [from, to] = std::pair(at_[best.first], at_[best.second]);
     PoseGraph with = poses_;
     with.AddEdge(GraphEdge::Make(static_cast<int>(places_[best.first]), static_cast<int>(places_[best.second]),
-                                 Inverse(from) * to, graph_.FindSigmaOfDrive(Distance(from, to), driven_)));
+                                 Inverse(from) * to, FindSigmaOfDrive(Distance(from, to))));
     const Spread spread = FindSpread(with, constants_);
     const double then_m = spread.largest_m.empty() ? most_m : FindBound(spread.largest_m, constants_);
     if (then_m >= kHelps * most_m) return std::nullopt;
@@ -214,11 +163,13 @@ class WayBackSearch {
   static constexpr double kDetour = 2.0;
   static constexpr double kHelps = 2.0 / 3.0;
 
+  MotionSigma FindSigmaOfDrive(double way_m) const { return driven_.FindSigmaOfDrive(way_m, constants_.edges.loop); }
+
   /// A measurement of where one place is, seen from another: the samples move by what they have in common with it
   /// (ensemble Kalman filter: Evensen 1994).
   double BoundAfter(std::size_t from, std::size_t to) const {
     const Pose2 expected = Inverse(at_[from]) * at_[to];
-    const MotionSigma sigma = graph_.FindSigmaOfDrive(Length(expected), driven_);
+    const MotionSigma sigma = FindSigmaOfDrive(Length(expected));
     const auto num = static_cast<Eigen::Index>(samples_.size());
     Eigen::Matrix3Xd seen(3, num);
     Eigen::MatrixXd moved(2 * std::ssize(at_), num);
@@ -234,7 +185,7 @@ class WayBackSearch {
     Eigen::Matrix3d covariance = seen * seen.transpose() / static_cast<double>(num);
     covariance.diagonal() += Eigen::Vector3d(sigma.x_m, sigma.y_m, sigma.yaw_rad).cwiseAbs2();
     const Eigen::MatrixX3d gain = moved * seen.transpose() / static_cast<double>(num) * covariance.inverse();
-    Random random(ErrorGraph::kSeed);
+    Random random(kSeed);
     std::vector<double> largest_m;
     std::vector<Pose2> after = at_;
     for (Eigen::Index s = 0; s < num; ++s) {
@@ -251,10 +202,9 @@ class WayBackSearch {
     return FindBound(std::move(largest_m), constants_);
   }
 
-  const ErrorGraph& graph_;
   const PoseGraph& poses_;
   const GraphConstants& constants_;
-  ErrorGraph::Driven driven_;
+  Driven driven_;
   std::vector<std::size_t> places_;          ///< indices of poses, along the path
   std::vector<double> ways_m_;               ///< how far along it
   std::vector<Pose2> at_;                    ///< where they are
@@ -281,9 +231,7 @@ std::vector<int> KnownMotions::Add(const KeyframeGraph& graph, const KeyframePos
 
 std::optional<MapError> EstimateMapError(const KnownMotions& motions, const GraphConstants& constants,
                                          bool with_way_back) {
-  ErrorGraph error_graph(motions, constants);
-  error_graph.Calibrate();
-  const PoseGraph poses = error_graph.Make();
+  const PoseGraph poses = MakePoseGraph(motions);
   const Spread spread = FindSpread(poses, constants);
   if (spread.largest_m.empty()) return std::nullopt;
   MapError error;
@@ -294,7 +242,7 @@ std::optional<MapError> EstimateMapError(const KnownMotions& motions, const Grap
   error.at = {poses.poses()[worst].x_m, poses.poses()[worst].y_m};
   error.doubts = ThinOut(poses.poses(), spread, constants);
   if (with_way_back && error.most_m > constants.map_error.way_back_m)
-    error.way_back = WayBackSearch(error_graph, poses, constants).Find(error.most_m);
+    error.way_back = WayBackSearch(motions, poses, constants).Find(error.most_m);
   return error;
 }
 

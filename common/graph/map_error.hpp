@@ -30,9 +30,7 @@ struct KnownMotions {
 /// How far off trajectories that hang together may be, by all that is known of their motions: more in one map of
 /// twenty.
 ///
-/// How much worse or better each kind of edge is than FindEdges takes for granted, the residuals of the graph say, as
-/// far as loops and proximity constraints tell the same motions twice (variance components: Foerstner 1979). The
-/// posterior of the graph is then sampled, and each sample laid on the poses as they are, as a true path would be.
+/// The posterior of the graph is sampled, and each sample laid on the poses as they are, as a true path would be.
 ///
 /// Nothing for less than two keyframes, where the equations have no solution, nor where that were more than any map is
 /// large. with_way_back: also which drive would tell most, where the map may be far off; takes some tenths of a second.

@@ -176,15 +176,8 @@ GraphOptimisation PoseGraph::Optimise() {
   return result;
 }
 
-std::array<double, 3> PoseGraph::SquaredErrors(const GraphEdge& edge) const {
-  const Linearised at(edge, poses_[static_cast<std::size_t>(edge.from)], poses_[static_cast<std::size_t>(edge.to)]);
-  const double weight = Loss{constants_.doubt}.Weight(at.error.squaredNorm(), edge.may_be_wrong);
-  const Eigen::Vector3d squares = weight * at.error.cwiseAbs2();
-  return {squares[0], squares[1], squares[2]};
-}
-
-std::vector<std::array<double, 3>> PoseGraph::Sample(int num, std::uint64_t seed, const Visit& visit) const {
-  if (poses_.size() < 2 || num < 1) return {};
+bool PoseGraph::Sample(int num, std::uint64_t seed, const Visit& visit) const {
+  if (poses_.size() < 2 || num < 1) return false;
   NormalEquations equations(poses_.size());
   equations.Clear();
   std::vector<Linearised> linearised;
@@ -196,8 +189,7 @@ std::vector<std::array<double, 3>> PoseGraph::Sample(int num, std::uint64_t seed
     equations.Add(edge, at, 1.0);
     linearised.push_back(at);
   }
-  if (!equations.Factorise(0.0)) return {};
-  std::vector<std::array<double, 3>> variances(edges_.size());
+  if (!equations.Factorise(0.0)) return false;
   Random random(seed);
   for (int sample = 0; sample < num; ++sample) {
     equations.ClearErrors();
@@ -206,18 +198,10 @@ std::vector<std::array<double, 3>> PoseGraph::Sample(int num, std::uint64_t seed
       equations.AddErrors(edges_[i], linearised[i], chance);
     }
     const Eigen::VectorXd step = equations.Solve();
-    if (!step.allFinite()) return {};
-    const auto StepOf = [&](int pose) {
-      return pose > 0 ? Eigen::Vector3d(step.segment<3>(3 * (pose - 1))) : Eigen::Vector3d(Eigen::Vector3d::Zero());
-    };
-    for (std::size_t i = 0; i < edges_.size(); ++i) {
-      const Eigen::Vector3d error =
-          linearised[i].by_from * StepOf(edges_[i].from) + linearised[i].by_to * StepOf(edges_[i].to);
-      for (int row = 0; row < 3; ++row) variances[i][static_cast<std::size_t>(row)] += error[row] * error[row] / num;
-    }
+    if (!step.allFinite()) return false;
     visit(Moved(poses_, step));
   }
-  return variances;
+  return true;
 }
 
 double PoseGraph::ComputeCost(const std::vector<Pose2>& poses, double doubt) const {

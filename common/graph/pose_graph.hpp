@@ -86,18 +86,13 @@ class PoseGraph {
   /// wrong adds no more than a bound (Geman and McClure's loss). Costs a sparse factorisation a step.
   GraphOptimisation Optimise();
 
-  /// The squares of an edge's three errors, in standard deviations; of one that may be wrong by its weight.
-  std::array<double, 3> SquaredErrors(const GraphEdge& edge) const;
-
   using Visit = std::function<void(const std::vector<Pose2>&)>;
 
   /// Poses as they may be as well: `num` samples of what the edges leave open around where the poses are, which is to
   /// be where Optimise leaves them. One factorisation, and a solution for each sample: with whitened derivatives A,
-  /// H = A^T A and z of variance 1, the step of H step = A^T z has the covariance H^-1.
-  ///
-  /// Returns for each edge the variance of its three errors in the samples: 1 where nothing but the edge itself tells,
-  /// near 0 where others tell much more. Empty where the equations have no solution.
-  std::vector<std::array<double, 3>> Sample(int num, std::uint64_t seed, const Visit& visit) const;
+  /// H = A^T A and z of variance 1, the step of H step = A^T z has the covariance H^-1. Whether the equations have a
+  /// solution.
+  bool Sample(int num, std::uint64_t seed, const Visit& visit) const;
 
  private:
   double ComputeCost(const std::vector<Pose2>& poses, double doubt) const;

@@ -20,9 +20,6 @@ WallSigma FindWallSigma(const ScanMatch& match, const MatchConstants::Uncertaint
   walls.axis = TurnAxis({axis.x(), axis.y()}, -match.T_map_laser.yaw_rad);
   walls.sigma = {std::sqrt(along_m2), std::sqrt(across_m2),
                  std::sqrt(std::max(c[5] - constants.map_rad * constants.map_rad, 0.0))};
-  const double unknown = 1.0 / (constants.unknown_m * constants.unknown_m);
-  const double told = 1.0 / along_m2 - unknown - constants.noise_share * (1.0 / across_m2 - unknown);
-  walls.along_m = told > 0.0 ? 1.0 / std::sqrt(told) : std::numeric_limits<double>::infinity();
   return walls;
 }
 

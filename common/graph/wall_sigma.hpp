@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <limits>
 
 #include "common/graph/pose_graph.hpp"
 #include "common/match/match_constants.hpp"
@@ -13,9 +12,6 @@ namespace crsm {
 struct WallSigma {
   std::array<double, 2> axis{1.0, 0.0};  ///< unit vector, laser frame: along it they told least
   MotionSigma sigma{0.01, 0.01, 0.002};  ///< along that axis, across it, and of the yaw; as it is where walls are near
-  /// Along a degenerate direction without what the noise of the normals makes of straight walls; infinite if that was
-  /// all.
-  double along_m = std::numeric_limits<double>::infinity();
   friend bool operator==(const WallSigma&, const WallSigma&) = default;
 };
 

@@ -74,11 +74,13 @@ struct MatchConstants {
     double per_m2 = 0.5;             ///< fitness lost per squared distance
     double degeneracy_min = 0.2;     ///< below, the walls tell more than what is guessed
     double degenerate_per_m2 = 7.0;  ///< ... along a degenerate direction, at least
+    double degenerate_max_per_m2 = 40.0;
     double degenerate_per_m = 0.08;  ///< divided by the error of motions so far: who drives evenly is held more
     /// The same of the wheels, per squared standard deviation: chance gains nearly 0.05 in a bare corridor, which three
     /// of them outweigh.
     double wheels_per_sigma2 = 0.0056;
     double wheels_near_m = 0.3;  ///< reliable wheels hold where the search ended so near to them
+    double steady_s = 0.3;       ///< after the last match: longer, and a robot becomes faster or slower
   };
 
   /// The climb to the top of an optimum, to a fraction of a cell.
@@ -188,11 +190,11 @@ struct MatchConstants {
 
   /// Which fitness is enough, and which is too little.
   struct Acceptance {
-    double good = 0.95;         ///< the search stops here
-    double lost = 0.7;          ///< below, the wide window is searched, and then the scan is lost
-    double relaxation = 0.9;    ///< of that, after each loss in a row up to `patience`: the scene may have changed.
-                                ///< On a finished map it did not: the robot was carried
-    double explored_min = 0.8;  ///< share of the hits that must fit in a scan that looks into the unknown
+    double good = 0.95;              ///< the search stops here
+    double lost = 0.7;               ///< below, the wide window is searched, and then the scan is lost
+    double relaxation = 0.9;         ///< of that, after each consecutive loss up to `patience`: the scene may have
+                                     ///< changed. On a finished map it did not: the robot was carried
+    double explored_min = 0.8;       ///< share of the hits that must fit in a scan that looks into the unknown
     double explored_min_near = 0.5;  ///< ... near the initial guess, where a short-sighted robot drives on
     std::int64_t patience = 5;  ///< lost scans in a row, after which nobody knows where the robot is or how it moves
   };
@@ -219,6 +221,7 @@ struct MatchConstants {
   /// How the motion goes on. A mean of some motions: along a corridor no single one is known well.
   struct Prediction {
     std::size_t motions = 4;
+    std::int64_t oldest_us = 2'000'000;
 
     friend bool operator==(const Prediction&, const Prediction&) = default;
   };

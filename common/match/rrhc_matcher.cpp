@@ -45,7 +45,8 @@ double FindPriorWeight(const WheelMotion& way, const MatchConstants::MotionPrior
 /// motions so far, the more. A robot that drives evenly would else seem to slow down in a corridor whose end no beam
 /// reaches.
 double FindPriorWeight(const TrackingState& tracking, const MatchConstants::MotionPrior& constants) {
-  return std::max(constants.degenerate_per_m2, constants.degenerate_per_m / std::max(tracking.motion_error_m(), 1e-6));
+  const double by_error_per_m2 = constants.degenerate_per_m / std::max(tracking.motion_error_m(), 1e-6);
+  return std::max(constants.degenerate_per_m2, std::min(by_error_per_m2, constants.degenerate_max_per_m2));
 }
 
 /// Whether a robot that is followed may have come from one pose to another.
@@ -147,7 +148,8 @@ ScanMatch RrhcMatcher::Match(const CriticalRays& scan, const TrackingState& trac
   if (!initial_guess.known) return match;
 
   const Found found = Search(rays, initial_guess, tracking, scan.utime, wide);
-  const Refined refined = Refine(rays, found, initial_guess);
+  const Refined refined =
+      Refine(rays, found, initial_guess, ComputeSteadiness(tracking.recent(), scan.utime, constants_.prior));
   match.evaluations += found.evaluations + refined.evaluations;
   match.best_evaluation = found.best_evaluation;
   Judge(rays, guess, initial_guess, refined, tracking, match);
@@ -274,9 +276,10 @@ RrhcMatcher::AxisHold RrhcMatcher::FindHold(const Found& found, const InitialGue
 }
 
 /// Step 3. A climb with all rays, weighted by their spacing, to a fraction of a cell. Along an axis that the walls
-/// leave open the initial guess holds in a second one, unless another look finds what they do tell.
-RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found,
-                                         const InitialGuess& initial_guess) const {
+/// leave open the initial guess holds in a second one, as far as the motion is steady, unless another look finds what
+/// they do tell.
+RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found, const InitialGuess& initial_guess,
+                                         double steadiness) const {
   Refined refined{found.pose, found.is_near_guess, {}, 0};
   const double cell_size_m = map_.geometry().cell_size_m();
   const auto Climb = [&](const Pose2& from, const Objective& objective) {
@@ -310,8 +313,8 @@ RrhcMatcher::Refined RrhcMatcher::Refine(const Rays& rays, const Found& found,
     const DegenerateAxis axis = AxisNow();
     const double openness = std::min(known.degeneracy, 1.0);
     const double by_motion_per_m2 = initial_guess.degenerate_per_m2;
-    const double per_m2 =
-        hold.way ? std::max(FindPriorWeight(*hold.way, constants_.prior), by_motion_per_m2) : by_motion_per_m2;
+    const double per_m2 = hold.way ? std::max(FindPriorWeight(*hold.way, constants_.prior), by_motion_per_m2)
+                                   : steadiness * by_motion_per_m2;
     const Pose2 begin = MoveBackAlong(axis.direction, refined.pose, hold.T_map_laser);
     const RaysInCells known_rays = SelectKnown(rays, begin, axis);
     Climb(begin, {map_, known_rays, hold.T_map_laser, constants_.prior.per_m2, axis.direction, openness * per_m2});

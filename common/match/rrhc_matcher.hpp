@@ -70,7 +70,7 @@ class RrhcMatcher : public Matcher {
                bool wide) const;
   RaysInCells SelectKnown(const Rays& rays, const Pose2& pose, const DegenerateAxis& axis) const;
   AxisHold FindHold(const Found& found, const InitialGuess& initial_guess, bool degenerate) const;
-  Refined Refine(const Rays& rays, const Found& found, const InitialGuess& initial_guess) const;
+  Refined Refine(const Rays& rays, const Found& found, const InitialGuess& initial_guess, double steadiness) const;
   bool ContradictsWheels(const Guess& guess, const Pose2& T_map_laser, const TrackingState& tracking) const;
   void Judge(const Rays& rays, const Guess& guess, const InitialGuess& initial_guess, const Refined& refined,
              const TrackingState& tracking, ScanMatch& match) const;

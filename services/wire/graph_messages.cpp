@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <utility>
 
 #include "services/wire/conversions.hpp"
@@ -115,10 +114,9 @@ keyframe_t ToMessage(const Keyframe& keyframe, const KeyframeHead& head) {
   if (keyframe.degenerate_axis) {
     std::ranges::copy(*keyframe.degenerate_axis, message.degenerate_axis);
   }
-  const auto& [axis, sigma, along_m] = keyframe.walls;
+  const auto& [axis, sigma] = keyframe.walls;
   std::ranges::copy(axis, message.walls_axis);
   std::ranges::copy(std::array{sigma.x_m, sigma.y_m, sigma.yaw_rad}, message.walls_sigma);
-  message.walls_along_m = std::isfinite(along_m) ? along_m : 0.0;
   if (const auto& constraint = keyframe.constraint) {
     message.num_constraints = 1;
     message.constraints = {{ToMessage(constraint->keyframe), ToMessage(constraint->T_keyframe_this)}};
@@ -144,8 +142,7 @@ Keyframe FromMessage(const keyframe_t& message) {
   const std::array<double, 2> axis = std::to_array(message.degenerate_axis);
   if (axis != std::array{0.0, 0.0}) keyframe.degenerate_axis = axis;
   const auto& [sigma_x_m, sigma_y_m, sigma_yaw_rad] = message.walls_sigma;
-  const double along_m = message.walls_along_m > 0.0 ? message.walls_along_m : WallSigma().along_m;
-  keyframe.walls = {std::to_array(message.walls_axis), {sigma_x_m, sigma_y_m, sigma_yaw_rad}, along_m};
+  keyframe.walls = {std::to_array(message.walls_axis), {sigma_x_m, sigma_y_m, sigma_yaw_rad}};
   for (const proximity_constraint_t& constraint : message.constraints) {
     keyframe.constraint = ProximityConstraint{FromMessage(constraint.older), FromMessage(constraint.T_older_this)};
   }

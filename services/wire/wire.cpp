@@ -344,7 +344,7 @@ bool ValuesInRange(const keyframe_t& message) {
   const auto IsUnit = [](double square) { return std::abs(square - 1.0) <= 0.01; };  // false for NaN
   const double degenerate = SquaredLength(message.degenerate_axis);
   const bool axes_in_range = (degenerate == 0.0 || IsUnit(degenerate)) && IsUnit(SquaredLength(message.walls_axis)) &&
-                             std::ranges::all_of(message.walls_sigma, IsAmount) && IsAmount(message.walls_along_m);
+                             std::ranges::all_of(message.walls_sigma, IsAmount);
   return message.utime >= 0 && message.epoch != 0 && IsKeyframe(message.id) && IsBefore(message.previous, message.id) &&
          (IsNone(message.last_update) || IsKeyframe(message.last_update)) &&
          AreRays(message.angle_rad, message.range_m) && IsPose(message.T_previous_this) &&

@@ -210,7 +210,6 @@ inline keyframe_t KeyframeMessage() {
   message.degenerate_axis[1] = -0.8;
   message.walls_axis[1] = 1.0;
   std::ranges::copy(std::array{0.02, 0.01, 0.005}, message.walls_sigma);
-  message.walls_along_m = 0.5;
   message.num_constraints = 1;
   message.constraints = {{{0, 2}, {1.5, 0.25, -0.5}}};
   message.searched = 1;

@@ -15,4 +15,9 @@ namespace crsm {
 /// guess and tells no speed.
 Pose2 PredictPose(std::span<const ScanMatch> recent, const MatchConstants::Prediction& constants = {});
 
+/// How steady a motion is until `utime`: 1 up to 0.3 s after the last match, later less with the square of the time, in
+/// which a robot becomes faster or slower. 1 if there was no match: the pose is not guessed from a motion.
+double ComputeSteadiness(std::span<const ScanMatch> recent, std::int64_t utime,
+                         const MatchConstants::MotionPrior& constants = {});
+
 }  // namespace crsm

@@ -191,7 +191,7 @@ TEST_CASE("poses are optimised by the constants that are given") {
   CHECK(Optimise({.damping_min = 1e12, .damping_max = 1e13}) > 1.5 * usual_m);  // steps of nothing
 }
 
-TEST_CASE("samples of a chain spread as its motions do, and each edge alone tells its motion") {
+TEST_CASE("samples of a chain spread as its motions do") {
   PoseGraph graph;
   graph.AddPose({});
   constexpr int kSteps = 50;
@@ -201,20 +201,17 @@ TEST_CASE("samples of a chain spread as its motions do, and each edge alone tell
   }
   constexpr int kNum = 400;
   double x_m2 = 0.0, y_m2 = 0.0;
-  const auto variances = graph.Sample(kNum, 1, [&](const std::vector<Pose2>& poses) {
+  const bool solved = graph.Sample(kNum, 1, [&](const std::vector<Pose2>& poses) {
     CHECK(poses[0] == Pose2{});
     x_m2 += std::pow(poses[kSteps].x_m - 0.4 * kSteps, 2) / kNum;
     y_m2 += std::pow(poses[kSteps].y_m, 2) / kNum;
   });
   CHECK(std::sqrt(x_m2) == Approx(0.02 * std::sqrt(kSteps)).epsilon(0.1));
   CHECK(std::sqrt(y_m2) == Approx(0.01 * std::sqrt(kSteps)).epsilon(0.1));
-  REQUIRE(variances.size() == kSteps);
-  for (const auto& of_edge : variances) {
-    for (const double variance : of_edge) CHECK(variance == Approx(1.0).epsilon(0.3));
-  }
+  CHECK(solved);
 }
 
-TEST_CASE("what two edges tell alike is half of what each tells, and a loop that is wrong tells nothing") {
+TEST_CASE("what two edges tell alike is open by half of the variance of each, and a loop that is wrong tells nothing") {
   PoseGraph graph;
   graph.AddPose({});
   graph.AddPose({0.4, 0.0, 0.0});
@@ -222,13 +219,10 @@ TEST_CASE("what two edges tell alike is half of what each tells, and a loop that
   GraphEdge wrong = GraphEdge::Make(0, 1, {9.0, 0.0, 0.0}, kOdometry);
   wrong.may_be_wrong = true;
   graph.AddEdge(wrong);
-  const auto variances = graph.Sample(400, 1, [](const std::vector<Pose2>&) {});
-  REQUIRE(variances.size() == 3);
-  for (const double variance : variances[0]) CHECK(variance == Approx(0.5).epsilon(0.2));
-  for (const double variance : variances[2]) CHECK(variance < 1e-3);
-  CHECK(graph.SquaredErrors(wrong)[0] < 1e-3);
-  CHECK(graph.SquaredErrors(GraphEdge::Make(0, 1, {0.42, 0.0, 0.0}, kOdometry))[0] == Approx(4.0));
-  CHECK(PoseGraph().Sample(10, 1, [](const std::vector<Pose2>&) {}).empty());
+  double x_m2 = 0.0;
+  CHECK(graph.Sample(400, 1, [&](const auto& poses) { x_m2 += std::pow(poses[1].x_m - 0.4, 2) / 400.0; }));
+  CHECK(x_m2 == Approx(0.5 * kOdometry.x_m * kOdometry.x_m).epsilon(0.2));
+  CHECK_FALSE(PoseGraph().Sample(10, 1, [](const std::vector<Pose2>&) {}));
 }
 
 }  // namespace crsm

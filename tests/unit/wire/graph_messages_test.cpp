@@ -75,7 +75,7 @@ TEST_CASE("a keyframe comes over the wire to the last bit") {
     keyframe.after_lost = true;
     keyframe.as_of.reset();
     keyframe.degenerate_axis = {std::cos(0.3), std::sin(0.3)};
-    keyframe.walls = {{std::cos(0.4), std::sin(0.4)}, {0.3, 0.01, 0.002}, 0.7};
+    keyframe.walls = {{std::cos(0.4), std::sin(0.4)}, {0.3, 0.01, 0.002}};
   }
   SECTION("with a constraint") { keyframe.constraint = ProximityConstraint{Nth(17), {0.1, -0.2, 1.0 / 3.0}}; }
   SECTION("with a constraint to the first keyframe, at its very place") {

@@ -69,8 +69,6 @@ TEST_CASE(
   CHECK_FALSE(WithRays(4097));
   fields.Refuse(m.walls_axis[0], {0.5, NAN});
   fields.Refuse(m.walls_sigma[2], {-0.1, NAN});
-  fields.Accept(m.walls_along_m, {0.0});
-  fields.Refuse(m.walls_along_m, {-0.1, NAN});
   const auto WithAxis = [&](double x, double y) {
     return fields.After([=](keyframe_t& changed) { changed.degenerate_axis[0] = x, changed.degenerate_axis[1] = y; });
   };

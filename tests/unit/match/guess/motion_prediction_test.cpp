@@ -23,11 +23,15 @@ TEST_CASE("the guessed way is the mean of the last four, and no motion through a
   CheckPose(PredictPose(history), history.back().T_map_laser, 1e-9);
 }
 
-TEST_CASE("where nothing seen holds the position, the guessed way is the mean of nine motions") {
-  std::vector<ScanMatch> history;
-  for (int k = 1; k < 11; ++k) history.push_back(MatchedAt(k, {0.1 * k * k, 0.0, 0.0}));
-  history.back().state = MatchState::kDegenerate;
-  CheckPose(PredictPose(history), {10.0 + (10.0 - 0.1) / 9, 0.0, 0.0}, 1e-9);
+TEST_CASE("where nothing seen holds the position, the guessed way is the mean of nine motions within two seconds") {
+  const std::pair<std::int64_t, double> cases[] = {
+      {1, (10.0 - 0.1) / 9}, {400'000, (10.0 - 2.5) / 5}, {1'000'000, (10.0 - 3.6) / 4}};  // four in any case
+  for (const auto& [step_us, way_m] : cases) {
+    std::vector<ScanMatch> history;
+    for (int k = 1; k < 11; ++k) history.push_back(MatchedAt(k * step_us, {0.1 * k * k, 0.0, 0.0}));
+    history.back().state = MatchState::kDegenerate;
+    CheckPose(PredictPose(history), {10.0 + way_m, 0.0, 0.0}, 1e-9);
+  }
 }
 
 TEST_CASE("the guessed turn is the last one alone, and a robot that drives round a circle is guessed on the circle") {
@@ -37,6 +41,14 @@ TEST_CASE("the guessed turn is the last one alone, and a robot that drives round
   std::vector<ScanMatch> circle{MatchedAt(0, {})};
   for (int k = 1; k < 9; ++k) circle.push_back(MatchedAt(k, circle.back().T_map_laser * Pose2{0.1, 0.02, 0.3}));
   CheckPose(PredictPose({circle.data(), 8}), circle.back().T_map_laser, 1e-9);
+}
+
+TEST_CASE("a motion is the less steady the longer ago the last match") {
+  const std::vector<ScanMatch> history{MatchedAt(5'000'000, {})};
+  CHECK(ComputeSteadiness({}, 5'000'000) == 1.0);
+  const std::pair<std::int64_t, double> cases[] = {
+      {5'000'000, 1.0}, {5'300'000, 1.0}, {5'600'000, 0.25}, {8'000'000, 0.01}};
+  for (const auto& [utime, steadiness] : cases) CHECK(ComputeSteadiness(history, utime) == Approx(steadiness));
 }
 
 }  // namespace crsm
