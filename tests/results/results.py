@@ -13,6 +13,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "ablation")
 import ablate
 import accuracy
 import age
+import bounds
 import costs
 import endurance
 import page
@@ -20,7 +21,7 @@ import places
 from measure import PROJECT, Failed, progress
 from quotes import wrap
 
-SECTIONS = [*accuracy.SECTIONS, *places.SECTIONS, *ablate.SECTIONS, *costs.SECTIONS, *endurance.SECTIONS]
+SECTIONS = [*accuracy.SECTIONS, *bounds.SECTIONS, *places.SECTIONS, *ablate.SECTIONS, *costs.SECTIONS, *endurance.SECTIONS]
 RESULTS = PROJECT / "tests/RESULTS.md"
 BUSY_CORES = 0.2  # of other work, from which on a time is said to be measured beside it
 LOOK_S = 2.0       # at other work, before and behind a section
