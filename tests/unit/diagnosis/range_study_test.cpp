@@ -162,11 +162,4 @@ TEST_CASE("hits beyond what the parameters take for one are counted") {
   CHECK(StudyRanges(Drive(0.0f), parameters).beyond_share > 0.2);
 }
 
-TEST_CASE("which range is no return goes by the constants that are given") {
-  const std::vector<LaserScan> scans = Drive(8.19f);
-  CHECK(StudyRanges(scans, {}).no_return_m);
-  CHECK_FALSE(StudyRanges(scans, {}, {.many_beams = 1.0}).no_return_m);
-  CHECK_FALSE(StudyRanges(scans, {}, {.all_over = 1.1}).no_return_m);
-}
-
 }  // namespace crsm

@@ -160,25 +160,4 @@ TEST_CASE("of a robot that does not turn, what the messages say stays, also if t
   CHECK(StudySweep(scans, preset)->said_s == 0.1);
 }
 
-TEST_CASE("a sweep is studied by the constants that are given") {
-  using Constants = DiagnosisConstants::SweepStudy;
-  const std::vector<LaserScan> scans = DriveArena([](double share) { return -kSweep_s * share; });
-  const auto StudyBy = [&](void (*change)(Constants&)) {
-    Constants constants;
-    change(constants);
-    return Study(scans, constants);
-  };
-  CHECK(StudyBy([](Constants& c) { c.num_scans = 5; }).agrees());
-  CHECK(StudyBy([](Constants& c) { c.turning_rad = 9.0; }).agrees());
-  CHECK(StudyBy([](Constants& c) { c.enough_turning = 5; }).agrees());
-  CHECK(StudyBy([](Constants& c) { c.few_turning = 10'000; }).agrees());
-  CHECK(StudyBy([](Constants& c) { c.alike_share = 9.0; }).agrees());
-  CHECK(StudyBy([](Constants& c) { c.better_fitness_min = 1.0; }).agrees());
-  CHECK(StudyBy([](Constants& c) { c.better_sigmas = 1e6; }).agrees());
-  CHECK_FALSE(StudyBy([](Constants& c) { c.longest_share = 0.1; }).can_be);
-  CHECK_FALSE(StudyBy([](Constants& c) { c.shortest_share = 2.0; }).can_be);
-  CHECK(StudyBy([](Constants& c) { c.longest_share = c.longest_period_s = 0.1; }).sweep_s == 0.0);
-  CHECK(StudyBy([](Constants& c) { c.longest_share = 0.1, c.narrowest_view_rad = 9.0; }).sweep_s == 0.0);
-}
-
 }  // namespace crsm

@@ -198,15 +198,4 @@ TEST_CASE("metrics that have nothing to measure say so") {
         "the world names no corner, so there is no CMSE");
 }
 
-TEST_CASE("corners are looked for by the constants that are given") {
-  const World world = ParseWorld(kRoom, "room");
-  const DenseGrid map = DrawMoved(world, {-1.31, 0.02, 0.0});
-  CHECK(EvaluateCorners(map, world, {.reaches_m = {0.5, 1.0, 1.5}}).num_missing == 0);
-  const DenseGrid near = DrawMoved(world, {0.013, -0.027, 0.0});
-  CHECK(EvaluateCorners(near, world, {.likeness_min = 1.0}).num_missing == 3);
-  const double usual = EvaluateCorners(near, world).corners[0].likeness;
-  CHECK(EvaluateCorners(near, world, {.patch_m = 0.1}).corners[0].likeness != usual);
-  CHECK(EvaluateCorners(near, world, {.shade_px2 = 1.0}).corners[0].likeness < usual);
-}
-
 }  // namespace crsm
