@@ -166,26 +166,6 @@ TEST_CASE("Ctrl-C in the middle of run_stack leaves all files, and the map of th
   CHECK(folder.Summary("out")["scans"] == num_mapped);
 }
 
-TEST_CASE("run_stack survives the death of its publisher: nothing is lost, nothing doubled, same files") {
-  const TemporaryFolder folder;
-  const std::string log = WriteMapped(folder, TakeScans("sim:demo", 1500));
-  const std::string url = MakeBusUrl();
-  MapWatcher watcher(url);
-  Process run_stack = folder.StartStack(log, "out", url);
-  for (const std::int64_t version : {100, 400, 700}) {
-    REQUIRE(watcher.AwaitVersion(version));
-    const pid_t publisher = FindChild(run_stack.pid(), "laser_publisher");
-    REQUIRE(publisher != 0);
-    kill(publisher, SIGKILL);
-  }
-  CHECK(run_stack.AwaitExit() == 0);
-  INFO(run_stack.errors());
-  CHECK(CountOf("laser_publisher ended unexpectedly (signal 9): restarted", run_stack.errors()) == 3);
-  CHECK(run_stack.errors().find("laser_publisher: continues after") != std::string::npos);
-  folder.CheckSame("out", "offline");
-  CHECK(folder.Summary("out")["scans"] == 1500);
-}
-
 TEST_CASE("laser_publisher goes on where its --position says, and refuses one that says nothing") {
   const TemporaryFolder folder;
   const std::string log = folder.Write(TakeScans("sim:demo", 30), "run.lcm");
