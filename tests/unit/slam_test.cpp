@@ -150,6 +150,15 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("constants of a slam reach what they are of") {
+  const auto NumRays = [](const Slam::Constants& constants) {
+    Slam slam(TestParameters(), {}, constants);
+    return slam.Process(ScanRoom(TruePose(0), 1000, 180)).scan.rays.size();
+  };
+  CHECK(NumRays({}) == 180);
+  CHECK(NumRays({.selection = {.valid_rays = {.usable_share = 0.1}}}) < 90);  // 2 m in a room of 7 x 5 m
+}
+
 TEST_CASE("what loops have brought is told once, one keyframe before it is taken up, also to a session that goes on") {
   Parameters parameters;
   parameters.scan.range_max_m = 50.0;

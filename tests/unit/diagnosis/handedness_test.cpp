@@ -61,7 +61,8 @@ TEST_CASE("scans that turn as their headings do are right, those that turn again
 TEST_CASE(
     "nothing is known of a robot that stands, of few scans, without headings, or where none or all ranges are alike") {
   CHECK(Judge({.turn_rad = 0.0}) == Verdict::kUnknown);
-  CHECK(Judge({.num_scans = 10}) == Verdict::kUnknown);  // nine pairs
+  CHECK(Judge({.turn_rad = 0.005, .num_scans = 300}) == Verdict::kUnknown);  // 0.05 rad in the ten scans of a pair
+  CHECK(Judge({.num_scans = 10}) == Verdict::kUnknown);                      // nine pairs
   CHECK(Judge({.num_scans = 20}) == Verdict::kRight);
   CHECK(Judge({.every = 1000}) == Verdict::kUnknown);
   CHECK(Judge({}, [](LaserScan scan) {

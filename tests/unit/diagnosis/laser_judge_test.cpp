@@ -146,6 +146,11 @@ TEST_CASE("a fault is found out within ten scans that show it, and within twenty
     CHECK(Judge(9, fault).empty());
     CHECK(Judge(10, fault).size() == 1);
   }
+  CHECK(Judge(15,
+              [](int number, LaserScan& scan) {  // one in ten is looked at of the later ones alone
+                if (number > 0) SetAll(scan, 0.0f);
+              })
+            .size() == 1);
   CHECK(Judge(10, kStands).empty());  // nine steps between them
   CHECK(Judge(11, kStands).size() == 1);
   for (const int wrong_from : {36'000, 36'001}) {  // a scan that is looked at anyway, and the one after it

@@ -83,6 +83,32 @@ TEST_CASE("the path goes on over lost scans, but neither to another piece nor to
   CHECK(values.counts == ScanCounts{14, 30, 1, 0});
 }
 
+TEST_CASE("a step beyond the window of the search is far, and one that the noise may make adds nothing to the path") {
+  struct Case {
+    Pose2 step;
+    std::int64_t num_far;
+    double path_m;
+  };
+  for (const auto& [step, num_far, path_m] : {Case{{0.1, 0.0, 0.0}, 0, 0.0},
+                                              {{0.3, 0.0, 0.0}, 0, 0.3},
+                                              {{0.39, 0.0, 0.24}, 0, 0.39},
+                                              {{0.0, 0.41, 0.0}, 1, 0.41},
+                                              {{0.0, 0.0, -0.26}, 1, 0.0}}) {
+    CAPTURE(step.x_m, step.y_m, step.yaw_rad);
+    RunStatistics statistics;
+    for (const auto& [utime, pose] : {std::pair(100'000, Pose2{}), std::pair(200'000, step)}) {
+      ScanMatch match;
+      match.utime = utime;
+      match.T_map_laser = pose;
+      match.state = MatchState::kOk;
+      match.num_critical = 70;
+      statistics.Add(match);
+    }
+    CHECK(statistics.values().far_steps == num_far);
+    CHECK(statistics.values().path_m == Approx(path_m));
+  }
+}
+
 TEST_CASE("the first match after all were forgotten is a step from nowhere") {
   RunStatistics statistics;
   AddMatches(statistics, 0.0, 0.5);

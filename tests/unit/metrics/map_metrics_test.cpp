@@ -145,6 +145,9 @@ TEST_CASE("the world's own map has no error") {
 
 TEST_CASE("corners are found where the map has them, to a part of a cell") {
   const World world = ParseWorld(kRoom, "room");
+  const DenseGrid near = DrawMoved(world, {0.013, -0.027, 0.0});  // whose lines may be a cell off, and like the world's
+  CHECK(EvaluateCorners(near, world).corners[0].likeness >
+        EvaluateCorners(near, world, {.shade_px2 = 1.0}).corners[0].likeness);
   // Up to 0.25, 0.5 and 1 m away: one of each ring of the search. All cells are whole or parts.
   const std::vector<Pose2> shifts = {
       {0.013, -0.027, 0.0}, {0.206, 0.184, 0.0}, {-0.43, 0.33, 0.0}, {0.71, -0.83, 0.0}, {0.02, 0.01, 0.03}};
