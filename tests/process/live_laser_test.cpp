@@ -302,25 +302,6 @@ TEST_CASE("slam_offline says of a log what is wrong with its laser, and nothing 
          " has no scans: 40 of 40 scans on LASER are left out: scans have 1 rays", 1);
 }
 
-TEST_CASE("run_stack passes on at once what its selector says of a live laser") {
-  const TemporaryFolder folder;
-  const std::string url = MakeBusUrl();
-  Process stack = folder.StartStack("live", "out", url);
-  REQUIRE(stack.AwaitSaid("listening"));
-  lcm::LCM lcm(url);
-  const std::vector<LaserScan> scans = TakeScans("sim:demo", 60);
-  std::size_t next = 0;
-  const auto Told = [&] {
-    bot_core::planar_lidar_t message = ToMessage(scans[next++ % scans.size()]);
-    for (float& range : message.ranges) range *= 1000.0f;
-    lcm.publish("LASER", &message);
-    return stack.errors().find("\nray_selector: LASER: ranges look like millimetres") != std::string::npos;
-  };
-  CHECK(WaitUntil(Told, std::chrono::milliseconds(50)));
-  CHECK(stack.errors().find("ray_selector: ready") == std::string::npos);
-  stack.Interrupt();
-}
-
 TEST_CASE("run_stack says of a live laser whose clock went back that scans are left out") {
   const TemporaryFolder folder;
   const std::string url = MakeBusUrl();

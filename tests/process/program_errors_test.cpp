@@ -181,6 +181,8 @@ TEST_CASE("a flag that is unknown or out of range is named") {
   for (const Case& one : std::vector<Case>{
            {"ray_selector", {"--nonesuch"}, "--nonesuch"},
            {"ray_selector", {"stray"}, "stray"},
+           {"ray_selector", {"--laser-channel", "LIDAR*"}, "--laser-channel LIDAR*: must name one channel"},
+           {"ray_selector", {"--laser-channel", Repeat("x", 64)}, Repeat("x", 64) + ": must name one channel"},
            {"ray_selector", {"--rays-max", "1"}, "--rays-max: '1' is not a whole number from 6 to 4096"},
            {"ray_selector", {"--range-min-m", "5", "--range-max-m", "4"}, "range_min_m: 5 is more than range_max_m, 4"},
            {"map_updater", {"--resume", "--lcm-url", MakeBusUrl()}, "--resume needs --journal DIR"},

@@ -39,16 +39,6 @@ TEST_CASE("five processes in lockstep make the files that one process makes, in 
   }
 }
 
-TEST_CASE("slam_offline takes what the services are told of their bus, and what it maps is the same") {
-  const TemporaryFolder folder;
-  std::ofstream(folder / "all.toml") << "seed = 3\nlcm_url = \"tcpq://localhost\"\nchannel_prefix = \"robot1/\"\n"
-                                        "rate = \"max\"\nlockstep = true\nexport_period_s = 2.0\n";
-  const std::vector<LaserScan> scans = TakeScans("sim:demo", 50);
-  const std::string log = WriteMapped(folder, scans, {"--seed", "3"});
-  folder.Map(log, "told", {"--config", folder / "all.toml", "--lcm-url", MakeBusUrl(), "--channel-prefix", "robot2/"});
-  folder.CheckSame("told", "offline");
-}
-
 TEST_CASE("five processes in lockstep make the files that one process makes from a real log", "[logs]") {
   const auto log = FindRealLog("radish/fr079.clf.gz");
   if (!log) return;
