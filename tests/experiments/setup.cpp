@@ -3,12 +3,11 @@
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <stdexcept>
 
 #include "common/match/default_matcher.hpp"
 #include "common/scan/paper_selection.hpp"
 #include "common/scan/ray_selection.hpp"
-#include "services/settings/command_line.hpp"
+#include "tests/parameters_of.hpp"
 
 namespace crsm {
 namespace {
@@ -48,12 +47,8 @@ SelectCritical MakeSelection(const std::string& method) {
 }
 
 Parameters ShippedParameters(const Run& run) {
-  using enum ParameterGroup;
-  const std::string preset = run.world == "env4" ? "urg-04lx" : "paper";
-  CommandLine command_line("experiments", "", {kSeed, kScan, kSelection, kUpdate, kLoops, kAlgorithm}, {});
-  const char* const arguments[] = {"experiments", "--profile", run.profile.c_str(), "--preset", preset.c_str()};
-  if (command_line.Parse(std::size(arguments), arguments)) throw std::runtime_error(NameOf(run) + ": is refused");
-  Parameters parameters = command_line.parameters();
+  Parameters parameters =
+      ParametersOf({"--profile", run.profile, "--preset", run.world == "env4" ? "urg-04lx" : "paper"});
   parameters.match.seed = static_cast<std::uint64_t>(run.seed);
   if (run.world == "env4") parameters.update.cell_size_m = 0.02;  // the paper's, as in the other environments
   return parameters;

@@ -9,9 +9,9 @@
 #include "common/set_parameter.hpp"
 #include "common/slam.hpp"
 #include "common/worlds/simulator.hpp"
+#include "parameters_of.hpp"
 #include "scratch.hpp"
 #include "services/library/presets.hpp"
-#include "services/settings/command_line.hpp"
 #include "source_helpers.hpp"
 
 namespace crsm {
@@ -30,15 +30,6 @@ void CheckSame(const crsm_slam::Map& map, const DenseGrid& grid) {
   CHECK(map.T_map_grid.x_m == grid.origin_x_cells * grid.cell_size_m);
   CHECK(map.T_map_grid.y_m == grid.origin_y_cells * grid.cell_size_m);
   CHECK(map.cells == grid.cells);
-}
-
-/// What a program uses that is called with these flags.
-Parameters ParametersOf(std::vector<const char*> flags) {
-  using enum ParameterGroup;
-  CommandLine command_line("program", "", {kSeed, kScan, kSelection, kUpdate, kLoops, kAlgorithm}, {});
-  flags.insert(flags.begin(), "program");
-  REQUIRE_FALSE(command_line.Parse(static_cast<int>(flags.size()), flags.data()));
-  return command_line.parameters();
 }
 
 }  // namespace
