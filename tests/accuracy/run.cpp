@@ -9,8 +9,8 @@
 
 #include "common/metrics/relations.hpp"
 #include "common/metrics/trajectory_error.hpp"
+#include "parameters_of.hpp"
 #include "services/base/cpu_seconds.hpp"
-#include "services/settings/command_line.hpp"
 #include "services/sources/open_laser_source.hpp"
 
 namespace crsm {
@@ -79,16 +79,10 @@ Recording Record(const std::string& source, const Parameters& parameters, int ev
 }
 
 Parameters ShippedParameters(const std::string& preset, std::uint64_t seed, const std::vector<std::string>& flags) {
-  using enum ParameterGroup;
-  CommandLine command_line("accuracy_tests", "", {kSeed, kLaser, kScan, kSelection, kUpdate, kLoops, kAlgorithm}, {});
-  const std::string seed_text = std::to_string(seed);
-  std::vector<const char*> arguments{"accuracy_tests", "--seed", seed_text.c_str()};
-  if (!preset.empty()) arguments.insert(arguments.end(), {"--preset", preset.c_str()});
-  for (const std::string& flag : flags) arguments.push_back(flag.c_str());
-  if (command_line.Parse(static_cast<int>(arguments.size()), arguments.data())) {
-    throw std::runtime_error(fmt::format("preset {} with {} is refused", preset, fmt::join(flags, " ")));
-  }
-  return command_line.parameters();
+  std::vector<std::string> words{"--seed", std::to_string(seed)};
+  if (!preset.empty()) words.insert(words.end(), {"--preset", preset});
+  words.insert(words.end(), flags.begin(), flags.end());
+  return ParametersOf(words);
 }
 
 Outcome Map(const Recording& recording, const Parameters& parameters,

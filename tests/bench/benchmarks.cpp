@@ -8,38 +8,10 @@
 namespace crsm::bench {
 namespace {
 
-void FitnessByRays(benchmark::State& state) {
-  const Site site(1, 1);
-  const RaysInCells rays = site.PickRays(static_cast<int>(state.range(0)));
-  for (auto _ : state) benchmark::DoNotOptimize(site.Evaluate(rays));
-  state.SetItemsProcessed(state.iterations() * state.range(0));
-  state.SetComplexityN(state.range(0));
-}
-BENCHMARK(FitnessByRays)->RangeMultiplier(2)->Range(10, 1080)->Complexity(benchmark::oN);
-
-void MatchByEvaluations(benchmark::State& state) {
-  const Site site(1, static_cast<int>(state.range(0)));
-  for (auto _ : state) benchmark::DoNotOptimize(site.Match(40));
-  state.SetItemsProcessed(state.iterations() * state.range(0));
-  state.SetComplexityN(state.range(0));
-}
-BENCHMARK(MatchByEvaluations)->RangeMultiplier(10)->Range(100, 100000)->Complexity(benchmark::oN);
-
-/// Match, update and the matcher's copy of the map: constant whatever the map's size.
-void ScanByRoomsInMap(benchmark::State& state) {
-  Site site(static_cast<int>(state.range(0)), 2000);
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(site.Match(80));
-    site.Apply(site.Update());
-  }
-  state.SetComplexityN(state.range(0));
-}
-BENCHMARK(ScanByRoomsInMap)->RangeMultiplier(4)->Range(1, 256)->Complexity(benchmark::o1);
-
 /// A drive on which every scan explores tiles, from so many on: the mean is to be the same for all, and the longest
 /// scan no pause.
 void ScanByTilesExplored(benchmark::State& state) {
-  Site site(1, 2000);
+  Site site(2000);
   while (site.Explore() < static_cast<std::size_t>(state.range(0))) {
   }
   double max_ms = 0.0;

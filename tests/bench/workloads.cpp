@@ -18,7 +18,6 @@ const Pose2 kPose{0.13, -0.08, 0.05};
 MatchConstants BenchConstants(int num_evaluations) {
   MatchConstants constants;
   constants.search.num_evaluations = num_evaluations;
-  constants.search.highest = 10.0;  // never reached: all evaluations are spent
   return constants;
 }
 
@@ -26,21 +25,17 @@ ByteMap PaintRoom() { return PaintMap(-2, 1, RoomByte); }
 
 }  // namespace
 
-Site::Site(int num_rooms, int num_evaluations)
+Site::Site(int num_evaluations)
     : matcher_({}, kCell_m, BenchConstants(num_evaluations)),
       updater_(TestParameters().update),
       map_(kCell_m),
       scan_(ScanRoom(kPose, 1, kBeams)),
       rays_(AllRays(scan_)) {
-  constexpr int kRoomsInRow = 16;
-  for (int room = 0; room < num_rooms; ++room) {
-    ScanMatch match;
-    match.utime = 1;
-    match.T_map_laser = {room % kRoomsInRow * kRoomPitch_m, room / kRoomsInRow * kRoomPitch_m, 0.0};
-    const MapDelta delta = updater_.Update(AllRays(ScanRoom({}, 1, kBeams)), match);
-    Apply(delta);
-    map_.Apply(delta.tiles);
-  }
+  ScanMatch match;
+  match.utime = 1;
+  const MapDelta delta = updater_.Update(AllRays(ScanRoom({}, 1, kBeams)), match);
+  Apply(delta);
+  map_.Apply(delta.tiles);
 }
 
 std::vector<int> Site::Select() const { return SelectRays(rays_.rays, SelectionParameters{}.rays_max); }
@@ -92,13 +87,13 @@ std::vector<int> Site::PickIndices(int num_rays) const {
 }
 
 std::vector<Workload> MakeWorkloads() {
-  const auto site = std::make_shared<Site>(1, 10000);
+  const auto site = std::make_shared<Site>(10000);
   const auto tile = std::make_shared<TileBytes>(PaintRoom().tiles().Find({0, 0})->cells);
   const auto blank = std::make_shared<TileBytes>();
   blank->fill(kUnexploredByte);
   const auto change = std::make_shared<TileChange>(TileChange{{0, 0}, PackRuns(*blank, *tile)});
   const auto map = std::make_shared<ByteMap>(0.05);
-  const auto delta = std::make_shared<MapDelta>(Site(1, 1).Update());
+  const auto delta = std::make_shared<MapDelta>(Site(1).Update());
   return {
       {"selection", [=] { site->Select(); }},
       {"fitness_40_rays", [=, rays = site->PickRays(40)] { site->Evaluate(rays); }},

@@ -11,12 +11,12 @@
 
 namespace crsm::bench {
 
-/// Rooms side by side with a scan taken in the middle of each, the first one's at the origin: a map of any size on
+/// A room with a scan taken in its middle, the origin, and others like it as they are explored: a map of any size on
 /// which the work for one scan stays the same.
 class Site {
  public:
-  /// num_rooms: >= 1. num_evaluations: spent on the search of every match, no more and no fewer.
-  Site(int num_rooms, int num_evaluations);
+  /// num_evaluations: spent on the search of every match, no more and no fewer.
+  explicit Site(int num_evaluations);
 
   /// What the pipeline does for one scan, each step alone. All at a pose a little off the origin.
   std::vector<int> Select() const;

@@ -4,13 +4,8 @@
 
 namespace crsm {
 
-/// The default profile beside the paper's best figures, as the README quotes it; then both profiles.
-void WriteSummary(Page& page);
-
-/// Which of the paper's conclusions about its selection methods hold, computed from the figures of the run.
-void WriteClaims(Page& page);
-
-/// Where the paper profile does worse than the paper prints, by how much, and why: single matches and the ablation.
-void WriteShortfall(Page& page);
+/// The text of results.md: the default profile beside the paper's best figures; which of the paper's conclusions hold;
+/// where the paper profile does worse than the paper prints, and why.
+std::string WriteFindings(const Plan& plan, const Outcomes& outcomes);
 
 }  // namespace crsm

@@ -1,6 +1,5 @@
 // Single matches whose true pose is known: whether the search misses it, or the map misleads it.
 
-#include <algorithm>
 #include <cmath>
 
 #include "common/match/default_matcher.hpp"
@@ -49,13 +48,11 @@ class Matches {
     if (off) (found_fitness < true_fitness ? missed_ : misled_) += 1.0;
     way_m_ += (found.x_m * motion.x_m + found.y_m * motion.y_m) / length_m;
     true_way_m_ += length_m;
-    const double bin = std::floor(std::log10(std::max(error_m, 1e-9) / 0.001) / 0.15);
-    ++outcome_.bins.at(static_cast<std::size_t>(std::clamp(bin, 0.0, kNumBins - 1.0)));
     if (std::fmod(num_++, 50.0) == 0.0) Draw(Fitness, last, last_fitness, static_cast<std::uint64_t>(match.utime));
   }
 
   Outcome Result() const {
-    Outcome outcome = outcome_;
+    Outcome outcome;
     outcome.last_fitness = last_fitness_ / num_;
     outcome.true_fitness = true_fitness_ / num_;
     outcome.found_fitness = found_fitness_ / num_;
@@ -83,7 +80,6 @@ class Matches {
   }
 
   ScoredMap map_;
-  Outcome outcome_;
   double num_ = 0.0;
   double last_fitness_ = 0.0;
   double true_fitness_ = 0.0;
@@ -100,7 +96,7 @@ class Matches {
 
 Outcome MeasureMatches(const Run& run) {
   const auto& [parameters, parts, constants] = SetUp(run);
-  const auto source = OpenLaserSource("sim:" + run.source, {static_cast<std::uint64_t>(run.seed)});
+  const auto source = OpenLaserSource("sim:" + run.world, {static_cast<std::uint64_t>(run.seed)});
   const double cell_size_m = parameters.update.cell_size_m;
   RaySelector selector(parameters.scan, parts.select ? parts.select : DefaultSelection(parameters));
   const auto matcher = DefaultMatcher(parameters, constants.match, constants.paper_match)(cell_size_m);

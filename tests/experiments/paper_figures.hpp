@@ -80,8 +80,4 @@ inline const std::map<std::string, std::map<std::string, PaperTime>> kPaperTimes
       {"density", {55.16, 33.82}},
       {"segments", {86.78, 54.04}}}}};
 
-/// Fig. 25, by which adjustments of the map update are on, in environment 2.
-inline const std::map<std::string, PaperRow> kPaperByUpdate = {
-    {"both", {-1, 17.56, 14.16}}, {"none", {-1, 21.97, 31.09}}, {"sparseness", {-1, 27.59, 411.9}}};
-
 }  // namespace crsm

@@ -3,12 +3,11 @@
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <stdexcept>
 
 #include "common/match/default_matcher.hpp"
 #include "common/scan/paper_selection.hpp"
 #include "common/scan/ray_selection.hpp"
-#include "services/settings/command_line.hpp"
+#include "tests/parameters_of.hpp"
 
 namespace crsm {
 namespace {
@@ -48,27 +47,11 @@ SelectCritical MakeSelection(const std::string& method) {
 }
 
 Parameters ShippedParameters(const Run& run) {
-  using enum ParameterGroup;
-  const bool simulated = run.source.starts_with("env");
-  const std::string preset = !simulated ? "sick" : run.source == "env4" ? "urg-04lx" : "paper";
-  CommandLine command_line("experiments", "", {kSeed, kScan, kSelection, kUpdate, kLoops, kAlgorithm}, {});
-  const char* const arguments[] = {"experiments", "--profile", run.profile.c_str(), "--preset", preset.c_str()};
-  if (command_line.Parse(std::size(arguments), arguments)) throw std::runtime_error(NameOf(run) + ": is refused");
-  Parameters parameters = command_line.parameters();
+  Parameters parameters =
+      ParametersOf({"--profile", run.profile, "--preset", run.world == "env4" ? "urg-04lx" : "paper"});
   parameters.match.seed = static_cast<std::uint64_t>(run.seed);
-  if (run.source == "env4") parameters.update.cell_size_m = 0.02;  // the paper's, as in the other environments
+  if (run.world == "env4") parameters.update.cell_size_m = 0.02;  // the paper's, as in the other environments
   return parameters;
-}
-
-/// The adjustments of section 6 that a run does without.
-void LeaveOutAdjustments(const std::string& update, Slam::Constants& constants) {
-  constexpr double kFixedIntensity = 0.1;
-  const auto LeaveOut = [&](auto& drawing) {
-    if (update != "both") drawing.occupied_density = 1.0;
-    if (update == "none") drawing.intensity_min = drawing.intensity_max = kFixedIntensity;
-  };
-  LeaveOut(constants.drawing);
-  LeaveOut(constants.paper_drawing);
 }
 
 /// Puts one thing of the other profile into a run, or takes it out.
@@ -117,7 +100,6 @@ Setup SetUp(const Run& run) {
   Slam::Constants& constants = setup.constants;
   constants.match.search.num_evaluations = constants.paper_match.num_evaluations = run.num_evaluations;
   if (run.method != "segments") setup.parts.select = MakeSelection(run.method);
-  LeaveOutAdjustments(run.update, constants);
   if (run.changed.empty()) return setup;
   Run other = run;
   other.profile = run.profile == "paper" ? "default" : "paper";

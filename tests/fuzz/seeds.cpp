@@ -3,8 +3,6 @@
 
 #include <zlib.h>
 
-#include <botlab/lidar_nranges_t.hpp>
-#include <botlab/lidar_t.hpp>
 #include <filesystem>
 #include <iostream>
 #include <mbot_lcm_msgs/pose2D_t.hpp>
@@ -50,21 +48,6 @@ class Seeds {
  private:
   std::filesystem::path folder_;
 };
-
-/// A sweep of the student robots, whose count of beams has had two names.
-template <class BotlabLidar>
-BotlabLidar BotlabMessage(std::int32_t BotlabLidar::*count) {
-  BotlabLidar message{};
-  message.utime = 5;
-  message.*count = 2;
-  message.ranges = {1.0f, 2.0f};
-  message.thetas = {0.0f, 6.0f};
-  message.times = {1, 2};
-  message.intensities = {3.0f, 4.0f};
-  return message;
-}
-botlab::lidar_t BotlabLidarMessage() { return BotlabMessage(&botlab::lidar_t::num_ranges); }
-botlab::lidar_nranges_t BotlabLidarNrangesMessage() { return BotlabMessage(&botlab::lidar_nranges_t::nranges); }
 
 LaserScan Scan(std::int64_t utime, int num_beams = 90) { return ScanRoom({0.1, 0.2, 0.3}, utime, num_beams); }
 

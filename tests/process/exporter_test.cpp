@@ -1,6 +1,5 @@
 // map_exporter beside an owner of a map that is forged: what it writes while a run goes on, and at its end.
 
-#include <fmt/core.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -23,7 +22,6 @@ using namespace crsm;
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
 /// The match of the `number`-th scan: a robot on a spiral that is lost now and then.
 ScanMatch MatchOf(std::int64_t number) {
@@ -182,34 +180,4 @@ TEST_CASE("map_exporter leaves earlier results as they are where no map comes") 
   CHECK(exporter.Interrupt() == 0);
   for (const char* name : {"map.png", "trajectory.tum"}) CHECK(ReadFile(out / name) == "of an earlier run");
   CHECK(exporter.errors().find("map_exporter: no map came: the results in ") != std::string::npos);
-}
-
-// Prints figures, which a busy machine makes larger; not of the usual tests: process_tests "[large]"
-TEST_CASE("map_exporter never stands still for long, at half a million scans and 5,000 m2", "[.large]") {
-  const TemporaryFolder folder;
-  const fs::path out = folder / "out";
-  const std::string url = MakeBusUrl();
-  ForgedOwner owner(url, 500000, 489);
-  Process exporter("map_exporter", {"--lcm-url", url, "--out", out, "--export-period-s", "1"}, folder / "log");
-  REQUIRE(exporter.AwaitReady());
-  REQUIRE(owner.bus().Await([&] { return ScansIn(out) == 500000; }));
-  const double before_mb = exporter.ResidentMb();
-
-  double longest_ms = 0.0;
-  owner.bus()->Subscribe<service_status_t>(ServiceStatusChannel("map_exporter"),
-                                           [&](const service_status_t& status) { longest_ms = status.latency_max_ms; });
-  for (int i = 0; i < 1500; ++i) {  // a scan every 20 ms
-    const auto next = Clock::now() + std::chrono::milliseconds(20);
-    owner.Advance();
-    if (i % 25 == 1) owner.Change(TileAt({i % 23 - 11, 0}));
-    owner.bus().Await([&] { return Clock::now() >= next; });
-  }
-  fmt::print(
-      "half a million scans, 5,000 m2: messages waited for {:.0f} ms at most; memory {:.1f} MB, {:.1f} MB after 30 s\n",
-      longest_ms, before_mb, exporter.ResidentMb());
-  const auto asked = Clock::now();
-  exporter.Signal(SIGINT);
-  REQUIRE(owner.bus().Await([&] { return !exporter.IsRunning(); }));
-  fmt::print("written at the end within {:.1f} s\n", std::chrono::duration<double>(Clock::now() - asked).count());
-  CHECK(std::cmp_equal(CountLines(ReadFile(out / "trajectory.tum")), owner.version()));
 }

@@ -8,14 +8,11 @@
 #include <algorithm>
 #include <csignal>
 #include <fstream>
-#include <regex>
 #include <thread>
 
 #include "catch.hpp"
 #include "common/math/random.hpp"
 #include "faults.hpp"
-#include "services/wire/channels.hpp"
-#include "services/wire/lcm_event_log.hpp"
 
 using namespace crsm;
 
@@ -24,8 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 const std::vector<std::string> kFiles{"map.png", "trajectory.tum"};
-
-// ---- files
 
 /// A small disk of its own.
 class Disk {
@@ -265,121 +260,6 @@ void RefuseUnwritable(const TemporaryFolder& folder) {
   CHECK(fs::exists(missing + "/out/map.png"));
 }
 
-// ---- journal
-
-const std::vector<std::string> kDamages{"a flipped bit",
-                                        "cut short",
-                                        "zeros",
-                                        "a repeated block instead of another",
-                                        "a repeated block between others",
-                                        "zeros at the end",
-                                        "garbage at the end"};
-
-std::string Damage(const std::string& whole, std::size_t kind, Random& random) {
-  const auto Below = [&](std::size_t end) { return static_cast<std::size_t>(random.Next() % end); };
-  const std::size_t at = Below(whole.size());
-  const std::size_t size = std::min(1 + Below(4096), whole.size() - at);
-  const std::string block = whole.substr(Below(whole.size() - size + 1), size);
-  std::string damaged = whole;
-  switch (kind) {
-    case 0:
-      damaged[at] = static_cast<char>(damaged[at] ^ (1 << Below(8)));
-      return damaged;
-    case 1:
-      return damaged.substr(0, at);
-    case 2:
-      return damaged.replace(at, size, size, '\0');
-    case 3:
-      return damaged.replace(at, size, block);
-    case 4:
-      return damaged.insert(at, block);
-    default:
-      break;
-  }
-  std::string tail(size, '\0');
-  if (kind == 6) std::generate(tail.begin(), tail.end(), [&] { return static_cast<char>(random.Next()); });
-  return (random.Next() % 2 ? damaged.substr(0, at) : damaged) + tail;
-}
-
-/// Where in a journal each scan is whole: behind its check.
-std::vector<std::size_t> EndsOfScans(const std::string& journal) {
-  std::vector<std::size_t> ends;
-  std::string_view last_channel;
-  for (std::string_view rest = journal; const auto extent = ReadEventHeader(rest);) {
-    const std::string_view channel = rest.substr(kEventHeaderBytes, extent->channel_bytes);
-    rest.remove_prefix(extent->size());
-    if (channel == kJournalCheckChannel && last_channel == kScanMatchChannel)
-      ends.push_back(journal.size() - rest.size());
-    last_channel = channel;
-  }
-  return ends;
-}
-
-/// Goes on with journals, with a log of one scan that is in all maps but the empty one.
-class Journals {
- public:
-  static constexpr std::size_t kNumScans = 60;
-
-  Journals() {
-    const std::vector<LaserScan> scans = TakeScans("sim:demo", kNumScans, 4);
-    one_ = folder_.Write({scans[0]}, "one.lcm");
-    folder_.Map(folder_.Write(scans, "all.lcm"), "first");
-    whole_ = ReadFile(folder_ / "first/journal/journal.lcm");
-    ends_ = EndsOfScans(whole_);
-    REQUIRE(ends_.size() == kNumScans);
-  }
-
-  const std::string& whole() const { return whole_; }
-
-  /// What became of it: "the same map", "cut off" or "refused".
-  std::string GoOnWith(const std::string& journal) {
-    Ended ended = GoOn(journal, "damaged");
-    INFO(ended.errors);
-    std::smatch found;
-    if (ended.exit_code == 0) {
-      const bool is_cut = std::regex_search(ended.errors, found, std::regex("([0-9]+) scans (remain|are complete)"));
-      const std::size_t num_scans = is_cut ? std::stoul(found[1]) : kNumScans;
-      CheckMap(num_scans);
-      return num_scans == kNumScans ? "the same map" : "cut off";
-    }
-    CHECK(ended.exit_code == 1);
-    CHECK(CountOf("journal.lcm", ended.errors) == 1);
-    CHECK((ReadFile(folder_ / "damaged/journal/journal.lcm") == journal));
-    if (ended.errors.find("--until-damage") == std::string::npos) return "refused";
-    REQUIRE(std::regex_search(ended.errors, found, std::regex("first ([0-9]+) scans")));
-    const std::size_t num_scans = std::stoul(found[1]);
-    REQUIRE(GoOn(journal, "damaged", {"--until-damage"}).exit_code == 0);
-    CheckMap(num_scans);
-    CHECK((ReadFile(folder_ / "damaged/journal/journal.lcm.damaged") == journal));
-    return "refused";
-  }
-
- private:
-  Ended GoOn(const std::string& journal, const std::string& out, const std::vector<std::string>& flags = {}) {
-    fs::remove_all(folder_ / out);
-    fs::create_directories(folder_ / out / "journal");
-    std::ofstream(folder_ / out / "journal/journal.lcm", std::ios::binary) << journal;
-    std::vector<std::string> arguments{one_, "--out", folder_ / out, "--resume", folder_ / out};
-    arguments.insert(arguments.end(), flags.begin(), flags.end());
-    return folder_.Run("slam_offline", arguments);
-  }
-
-  /// Whether the map is that of the first scans, from a journal that was never longer.
-  void CheckMap(std::size_t num_scans) {
-    const std::string expected = "map_" + std::to_string(num_scans);
-    if (!fs::exists(folder_ / expected)) {
-      REQUIRE(GoOn(whole_.substr(0, num_scans == 0 ? 0 : ends_[num_scans - 1]), expected).exit_code == 0);
-      REQUIRE(folder_.Summary(expected)["scans"] == std::max<std::size_t>(1, num_scans));
-    }
-    folder_.CheckSame("damaged", expected, kFiles);
-  }
-
-  TemporaryFolder folder_;
-  std::string one_;
-  std::string whole_;
-  std::vector<std::size_t> ends_;
-};
-
 }  // namespace
 
 TEST_CASE("files", "[.][fault][files]") {
@@ -405,18 +285,4 @@ TEST_CASE("files", "[.][fault][files]") {
   fmt::print("an exporter that is killed while it writes: files always whole, same map\n");
   RefuseUnwritable(run.folder);
   fmt::print("folders that cannot be written are refused, those that are missing are made\n");
-}
-
-TEST_CASE("journal", "[.][fault][journal]") {
-  Journals journals;
-  Random random(14);
-  std::map<std::string, std::map<std::string, int>> counts;
-  for (std::size_t i = 0; i < ByEffort(140, 1000); ++i) {
-    const std::string& kind = kDamages[i % kDamages.size()];
-    INFO("damage " << i << ", " << kind);
-    ++counts[kind][journals.GoOnWith(Damage(journals.whole(), i % kDamages.size(), random))];
-  }
-  for (const auto& [kind, outcomes] : counts) {
-    for (const auto& [outcome, count] : outcomes) fmt::print("{}: {} {}\n", kind, count, outcome);
-  }
 }

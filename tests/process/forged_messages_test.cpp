@@ -208,16 +208,6 @@ TEST_CASE("requests that are forged in another's name leave no hole in its map; 
   }
 }
 
-TEST_CASE("matches that are forged from the first scan on are refused, and the map is the right one") {
-  Course course;
-  TestBus bus(course.url);
-  ForgeMatches(bus);
-  REQUIRE(course.stack.StartPublisher(course.folder / "run.lcm", "max"));
-  CHECK(bus.Await([&] { return !course.stack["laser_publisher"].IsRunning(); }));
-  CHECK(course.stack["map_updater"].errors().find("is refused: another process") != std::string::npos);
-  course.CheckSameMap();
-}
-
 TEST_CASE("who says where the robot is while a map is made changes nothing in it, which is counted and said once") {
   Course course;
   TestBus bus(course.url);

@@ -92,6 +92,7 @@ TEST_CASE("what is wrong with the messages of a driver is said in one line that 
   const bot_core::pose_t pose{5, {}, {}, {1.0, 0.0, 0.0, 0.0}, {}, {}};
   const std::vector<std::uint8_t> unknown{1, 2, 3, 4, 5, 6, 7, 8, 9};
   int num_messages = 0;
+  std::int64_t utime_ms = 1'700'000'000'000;
   const auto Changed = [](auto change) { return [=](Driver& driver) { driver.Publish("LASER", change); }; };
   struct Case {
     std::function<void(Driver&)> publish;
@@ -122,6 +123,9 @@ TEST_CASE("what is wrong with the messages of a driver is said in one line that 
                           }),
                           "LASER: ranges look like millimetres"},
                          {Changed([](auto& scan) { scan.utime = 0; }), "LASER: utime is always 0"},
+                         {Changed([&](auto& scan) { scan.utime = utime_ms += 50; }),
+                          "LASER: utime is in milliseconds, as 17",
+                          {"times are 1,000 times too small", "the driver must set utime in microseconds"}},
                          {Changed([](auto& scan) {
                             for (float& range : scan.ranges) range += 50.0f;
                           }),
@@ -206,21 +210,13 @@ TEST_CASE("a laser whose scans turn against the robot's odometry is said to be m
   }
 }
 
-TEST_CASE("a laser that falls silent is missed, once, and told to be back, with how long it was away") {
+TEST_CASE("a laser that falls silent is missed, and told to be back") {
   Driver driver;
   driver.PublishGood("LASER");
   CheckLine(driver.AwaitComplaint(), "LASER: no scan for 3 s", {"driver"});
-  std::this_thread::sleep_for(std::chrono::seconds(4));
-  CheckLine(driver.Complaints(), "LASER: no scan for 3 s", {});
   driver.PublishGood("LASER");
-  REQUIRE(WaitUntil([&] { return CountOf("\n", driver.Complaints()) == 2; }, std::chrono::milliseconds(50)));
-  const std::string back = "ray_selector: LASER: the laser is back after ";
-  const std::size_t at = driver.Complaints().find(back);
-  REQUIRE(at != std::string::npos);
-  CHECK(std::stod(driver.Complaints().substr(at + back.size())) >= 7.0);  // 3 s and 4 s
-  for (int i = 0; i < 20; ++i) driver.PublishGood("LASER");
-  std::this_thread::sleep_for(std::chrono::milliseconds(500));
-  CHECK(CountOf("\n", driver.Complaints()) == 2);
+  CHECK(WaitUntil([&] { return CountOf("LASER: the laser is back after ", driver.Complaints()) == 1; },
+                  std::chrono::milliseconds(50)));
 }
 
 TEST_CASE("a driver that begins later on another channel is named, once, while the laser is missed") {
@@ -259,14 +255,6 @@ TEST_CASE("of two drivers on the laser's channel one is used, and both are named
   CheckLine(
       said, "LASER: scans come from ",
       {":", ", too, and are left out: those of ", " are used: stop one of them, or give it a channel of its own"});
-}
-
-TEST_CASE("a live laser whose utimes are milliseconds is told so") {
-  Driver driver;
-  std::int64_t utime_ms = 1'700'000'000'000;
-  const auto publish = [&](auto& scan) { scan.utime = utime_ms += 50; };
-  CheckLine(driver.AwaitComplaint([&] { driver.Publish("LASER", publish); }), "LASER: utime is in milliseconds, as 17",
-            {"times are 1,000 times too small", "the driver must set utime in microseconds"});
 }
 
 TEST_CASE("nothing is said while a publisher waits for a map that does not come, nor after the end of its log") {
@@ -312,25 +300,6 @@ TEST_CASE("slam_offline says of a log what is wrong with its laser, and nothing 
          " has no scans: 40 of 40 scans on LASER are left out: angles look like", 1);
   Expect([](LaserScan& scan) { scan.ranges_m.resize(1); },
          " has no scans: 40 of 40 scans on LASER are left out: scans have 1 rays", 1);
-}
-
-TEST_CASE("run_stack passes on at once what its selector says of a live laser") {
-  const TemporaryFolder folder;
-  const std::string url = MakeBusUrl();
-  Process stack = folder.StartStack("live", "out", url);
-  REQUIRE(stack.AwaitSaid("listening"));
-  lcm::LCM lcm(url);
-  const std::vector<LaserScan> scans = TakeScans("sim:demo", 60);
-  std::size_t next = 0;
-  const auto Told = [&] {
-    bot_core::planar_lidar_t message = ToMessage(scans[next++ % scans.size()]);
-    for (float& range : message.ranges) range *= 1000.0f;
-    lcm.publish("LASER", &message);
-    return stack.errors().find("\nray_selector: LASER: ranges look like millimetres") != std::string::npos;
-  };
-  CHECK(WaitUntil(Told, std::chrono::milliseconds(50)));
-  CHECK(stack.errors().find("ray_selector: ready") == std::string::npos);
-  stack.Interrupt();
 }
 
 TEST_CASE("run_stack says of a live laser whose clock went back that scans are left out") {

@@ -188,23 +188,3 @@ TEST_CASE("slam_offline and the processes fix the same marks to the same places;
                       "bad.csv:1: 'colour'", 1);
   CHECK_FALSE(fs::exists(folder / "bad"));
 }
-
-TEST_CASE(
-    "who floods the bus with marks changes nothing in the map, and fills it with no more than there is room for") {
-  const TemporaryFolder folder;
-  const std::vector<LaserScan> scans = TakeScans("sim:demo", 300, 2);
-  const std::string log = folder.Write(scans, "run.lcm");
-  folder.Map(log, "offline");
-  const std::string url = MakeBusUrl();
-  TestBus bus(url);
-  Process stack = folder.StartStack(log, "out", url);
-  std::int64_t num = 0;
-  CHECK(bus.Await([&] {
-    for (int i = 0; i < 50; ++i, ++num) bus->Publish(kMarkChannel, Seen(scans[0].utime, std::to_string(num), 1.0));
-    return !stack.IsRunning();
-  }));
-  CHECK(stack.AwaitExit() == 0);
-  folder.CheckSame("out", "offline");
-  CHECK(ReadMarks(folder / "out").size() <= 200);
-  CHECK(folder.Summary("out")["scans"] == 300);
-}

@@ -6,6 +6,7 @@
 #include "common/logs/read_map.hpp"
 #include "common/results/results.hpp"
 #include "common/slam.hpp"
+#include "parameters_of.hpp"
 #include "processes.hpp"
 #include "tests/matchers/nearby_loop_closer.hpp"
 

@@ -8,6 +8,7 @@
 #include "common/results/results.hpp"
 #include "common/slam.hpp"
 #include "common/worlds/simulator.hpp"
+#include "parameters_of.hpp"
 #include "processes.hpp"
 #include "tests/matchers/hill_climber.hpp"
 

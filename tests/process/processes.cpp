@@ -18,7 +18,6 @@
 #include <thread>
 
 #include "catch.hpp"
-#include "services/settings/command_line.hpp"
 #include "services/sources/open_laser_source.hpp"
 #include "services/wire/conversions.hpp"
 #include "services/wire/event_log_writer.hpp"
@@ -343,15 +342,6 @@ std::vector<LaserScan> TakeScans(const std::string& source_name, std::size_t cou
     if (i % step == 0) scans.push_back(std::move(*scan));
   }
   return scans;
-}
-
-Parameters ParametersOf(const std::vector<std::string>& flags) {
-  using enum ParameterGroup;
-  CommandLine command_line("test", "", {kSeed, kScan, kSelection, kUpdate, kAlgorithm}, {});
-  std::vector<const char*> argv{"test"};
-  for (const std::string& flag : flags) argv.push_back(flag.c_str());
-  if (command_line.Parse(static_cast<int>(argv.size()), argv.data())) throw std::runtime_error("bad flags");
-  return command_line.parameters();
 }
 
 }  // namespace crsm

@@ -13,7 +13,6 @@
 #include <string>
 #include <vector>
 
-#include "common/parameters.hpp"
 #include "common/scan/laser_scan.hpp"
 #include "services/bus/bus.hpp"
 #include "wire_messages.hpp"
@@ -193,8 +192,5 @@ class Stack {
 /// Every `step`-th of the first scans of a source, `count` of them or what there is.
 std::vector<LaserScan> TakeScans(const std::string& source, std::size_t count, std::size_t step = 1,
                                  std::uint64_t seed = 1);
-
-/// What the programs compute with when they are started with these flags.
-Parameters ParametersOf(const std::vector<std::string>& flags);
 
 }  // namespace crsm

@@ -51,13 +51,6 @@ TEST_CASE("processes that are killed in the middle of a run are started again: n
   CHECK(folder.Summary("out")["scans"] == 1500);
 }
 
-TEST_CASE("a log mapped in three sessions, by one process or by many in turn, gives the files of one session") {
-  const TemporaryFolder folder;
-  const std::vector<LaserScan> scans = TakeScans("sim:demo", 240, 2);
-  folder.Map(folder.Write(scans, "whole.lcm"), "demo");
-  MapInThreeSessions(folder, {"demo", ""}, scans, {0, 90, 150, 240}, {"161", "616"});
-}
-
 TEST_CASE("kill", "[.][fault][kill]") {
   const TemporaryFolder folder;
   const int num_runs = ByEffort(3, 20, 20);

@@ -70,12 +70,3 @@ TEST_CASE("several exporters of one bus write to folders of their own, and not t
   CHECK(one.Interrupt() == 0);
   CHECK(two.Interrupt() == 0);
 }
-
-TEST_CASE("a journal has one owner, on whatever bus") {
-  const TemporaryFolder folder;
-  Process one("map_updater", {"--lcm-url", MakeBusUrl(), "--journal", folder / "journal"}, folder / "log");
-  REQUIRE(one.AwaitReady());
-  CheckRefused(folder, "map_updater", {"--lcm-url", MakeBusUrl(), "--journal", folder / "journal", "--resume"},
-               {"--journal ", "process " + std::to_string(one.pid()), "writes there"});
-  CHECK(one.Interrupt() == 0);
-}

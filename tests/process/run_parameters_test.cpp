@@ -36,18 +36,6 @@ TEST_CASE("the summary of a run of half a second tells what each process used, a
   CHECK(used.size() == 6);
 }
 
-TEST_CASE("slam_offline tells all that it used") {
-  const TemporaryFolder folder;
-  folder.Map(folder.Write(TakeScans("sim:demo", 3), "run.lcm"), "out", {"--seed", "5", "--range-max-m", "20"});
-  const nlohmann::json used = folder.Summary("out")["parameters"];
-  REQUIRE(used.size() == 1);
-  CHECK(used["slam_offline"]["seed"] == 5);
-  CHECK(used["slam_offline"]["range_max_m"] == 20.0);
-  CHECK(used["slam_offline"]["odometry"] == true);
-  CHECK(used["slam_offline"]["cell_size_m"] == 0.05);
-  CHECK(used["slam_offline"]["out"] == (folder / "out").string());
-}
-
 TEST_CASE("each process has a channel of its own for its status, which holds its parameters and stays small") {
   const TemporaryFolder folder;
   const std::string url = MakeBusUrl();

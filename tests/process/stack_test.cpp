@@ -39,16 +39,6 @@ TEST_CASE("five processes in lockstep make the files that one process makes, in 
   }
 }
 
-TEST_CASE("slam_offline takes what the services are told of their bus, and what it maps is the same") {
-  const TemporaryFolder folder;
-  std::ofstream(folder / "all.toml") << "seed = 3\nlcm_url = \"tcpq://localhost\"\nchannel_prefix = \"robot1/\"\n"
-                                        "rate = \"max\"\nlockstep = true\nexport_period_s = 2.0\n";
-  const std::vector<LaserScan> scans = TakeScans("sim:demo", 50);
-  const std::string log = WriteMapped(folder, scans, {"--seed", "3"});
-  folder.Map(log, "told", {"--config", folder / "all.toml", "--lcm-url", MakeBusUrl(), "--channel-prefix", "robot2/"});
-  folder.CheckSame("told", "offline");
-}
-
 TEST_CASE("five processes in lockstep make the files that one process makes from a real log", "[logs]") {
   const auto log = FindRealLog("radish/fr079.clf.gz");
   if (!log) return;
@@ -164,26 +154,6 @@ TEST_CASE("Ctrl-C in the middle of run_stack leaves all files, and the map of th
   folder.CheckSame("out", "offline");
   CHECK(fs::file_size(folder / "out/overview.png") > 0);
   CHECK(folder.Summary("out")["scans"] == num_mapped);
-}
-
-TEST_CASE("run_stack survives the death of its publisher: nothing is lost, nothing doubled, same files") {
-  const TemporaryFolder folder;
-  const std::string log = WriteMapped(folder, TakeScans("sim:demo", 1500));
-  const std::string url = MakeBusUrl();
-  MapWatcher watcher(url);
-  Process run_stack = folder.StartStack(log, "out", url);
-  for (const std::int64_t version : {100, 400, 700}) {
-    REQUIRE(watcher.AwaitVersion(version));
-    const pid_t publisher = FindChild(run_stack.pid(), "laser_publisher");
-    REQUIRE(publisher != 0);
-    kill(publisher, SIGKILL);
-  }
-  CHECK(run_stack.AwaitExit() == 0);
-  INFO(run_stack.errors());
-  CHECK(CountOf("laser_publisher ended unexpectedly (signal 9): restarted", run_stack.errors()) == 3);
-  CHECK(run_stack.errors().find("laser_publisher: continues after") != std::string::npos);
-  folder.CheckSame("out", "offline");
-  CHECK(folder.Summary("out")["scans"] == 1500);
 }
 
 TEST_CASE("laser_publisher goes on where its --position says, and refuses one that says nothing") {

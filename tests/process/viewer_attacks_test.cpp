@@ -58,8 +58,7 @@ TEST_CASE("a viewer answers only who calls it by its name, and only pages of its
     return StatusOf(AskHttp(viewer.port(), "/main.js", headers));
   };
   CHECK(Ask(fmt::format("127.0.0.1:{}", viewer.port()), "") == "HTTP/1.1 200 OK");
-  CHECK(Ask("localhost:1", "http://localhost:1") == "HTTP/1.1 200 OK");         // as behind a tunnel of ssh
-  CHECK(Ask("localhost:1", "http://localhost:2") == "HTTP/1.1 403 Forbidden");  // a page of another program
+  CHECK(Ask("localhost:1", "http://localhost:1") == "HTTP/1.1 200 OK");  // as behind a tunnel of ssh
   CHECK(Ask("evil.example", "") == "HTTP/1.1 403 Forbidden");
   CHECK(Ask("localhost", "http://evil.example") == "HTTP/1.1 403 Forbidden");
   CHECK(Ask("localhost\r\nHost: localhost", "") == "HTTP/1.1 403 Forbidden");  // which of them?
@@ -71,9 +70,7 @@ TEST_CASE("a viewer answers only who calls it by its name, and only pages of its
   CHECK(Upgrade("") == "HTTP/1.1 101 Switching Protocols");
   const std::string own = fmt::format("Origin: http://localhost:{}\r\n", viewer.port());
   CHECK(Upgrade(own) == "HTTP/1.1 101 Switching Protocols");
-  CHECK(Upgrade("Origin: http://localhost:9\r\n") == "HTTP/1.1 403 Forbidden");
   CHECK(Upgrade("Origin: http://evil.example\r\n") == "HTTP/1.1 403 Forbidden");
-  CHECK(Upgrade("Origin: null\r\n") == "HTTP/1.1 403 Forbidden");
   CHECK(Upgrade(own + "Origin: http://evil.example\r\n") == "HTTP/1.1 403 Forbidden");
 }
 

@@ -5,8 +5,6 @@ usage: PYTHONPATH=build/python CRSM_BIN_DIR=build/bin tests/python/python_test.p
 Skipped (exit code 77) where the package was not built, or numpy is not there.
 """
 import copy
-import fcntl
-import json
 import os
 import pathlib
 import signal
@@ -94,15 +92,6 @@ class Python(unittest.TestCase):
         self.assertEqual(list(path["utime"]), [scan.utime for scan in self.scans])
         self.assertEqual(set(path.dtype.names), {"utime", "x_m", "y_m", "yaw_rad", "state", "piece"})
         self.assertEqual(self.slam.loops().dtype.names[0], "older_utime")
-
-    def test_ranges_that_are_none(self):
-        slam = crsm_slam.Slam(**self.settings)
-        for scan in self.scans[:10]:
-            ranges_m = scan.ranges_m.copy()
-            ranges_m[3:6] = np.nan, np.inf, -1.0
-            step = slam.process(ranges_m, angle_min_rad=scan.angle_min_rad, angle_step_rad=scan.angle_step_rad,
-                                utime=scan.utime)
-        self.assertNotEqual(step.state, crsm_slam.State.LOST)
 
     def test_ranges_of_every_kind_of_number(self):
         scan = self.scans[0]
@@ -292,22 +281,6 @@ os.wait()
         self.assertEqual(code, 0, errors)
         self.assertEqual(output, "this Slam is of the process that was forked: make or load one in the new process\ndone\n")
 
-    def test_results_of_another_map_are_moved_aside(self):
-        folder = self.work / "twice"
-        run_offline(CORRIDOR, "--out", folder)
-        before = {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
-        slam = crsm_slam.Slam(**self.settings)
-        for scan in self.scans[:50]:
-            slam.process(scan)
-        for _ in range(2):  # the second time it is its own
-            slam.save(folder)
-            self.assertEqual(json.loads((folder / "summary.json").read_text())["scans"], 50)
-            self.assertEqual(sorted(path.name for path in folder.glob("earlier*")), ["earlier.1"])
-        self.assertEqual({path.name: path.read_bytes() for path in (folder / "earlier.1").iterdir() if path.is_file()}, before)
-        self.assertEqual(len(crsm_slam.Slam.load(folder / "earlier.1").trajectory()), len(self.scans))
-        crsm_slam.Slam.load(folder).save(folder)  # it goes on with what it was loaded from
-        self.assertFalse((folder / "earlier.2").exists())
-
     def test_what_is_moved_aside_is_a_warning_that_names_it(self):
         folder = self.work / "said"
         for num in range(2):
@@ -371,31 +344,6 @@ os.wait()
         for size in (1000, 3000, 100000):
             np.full(size, 255, np.uint8)  # what lay in memory before
             self.assertEqual(slam.trajectory().tobytes(), first)
-
-    def test_a_map_that_another_one_has_replaced_is_there_still(self):
-        folder, maps = self.work / "in_turn", []
-        for num in (50, 30):
-            maps.append(crsm_slam.Slam(**self.settings))
-            for scan in self.scans[:num]:
-                maps[-1].process(scan)
-            maps[-1].save(folder)
-        maps[0].save(folder)
-        self.assertEqual([len(crsm_slam.Slam.load(folder / name).trajectory()) for name in ("", "earlier.1", "earlier.2")],
-                         [50, 50, 30])
-
-    def test_a_folder_to_which_a_program_writes_is_not_saved_to(self):
-        self.slam.save(self.work / "busy")
-        with open(self.work / "busy/journal/journal.lcm") as journal:
-            fcntl.flock(journal, fcntl.LOCK_EX)
-            self.check_wrong([(lambda: self.slam.save(self.work / "busy"), RuntimeError,
-                               f"process {os.getpid()} (")])
-
-    def test_a_saved_folder_is_that_of_a_run(self):
-        self.slam.save(self.work / "whole")
-        summary = json.loads((self.work / "whole/summary.json").read_text())
-        self.assertEqual(summary["verdict"]["lines"], self.slam.judge().lines)
-        self.assertEqual((summary["scans"], summary["ended"]), (len(self.scans), True))
-        self.assertTrue((self.work / "whole/overview.png").read_bytes().startswith(b"\x89PNG"))
 
     def test_half_a_journal_is_loaded_with_a_warning(self):
         self.slam.save(self.work / "half")

@@ -5,7 +5,7 @@ import pathlib
 import re
 import tempfile
 
-from measure import (BIN, DATA, PROJECT, SICK, Section, call, call_tests, map_all, map_log, map_radish, median,
+from measure import (BIN, DATA, SICK, Section, call, call_tests, map_all, map_log, map_radish, median,
                      radish)
 from page import table
 
@@ -130,18 +130,9 @@ def measure_simulated():
 
 def measure_paper_worlds():
     with tempfile.TemporaryDirectory(prefix="crsm_results_") as folder:
-        call(PROJECT / "scripts/setup", "--plots")
         call(BIN / "experiments", "--out", folder)
         text = (pathlib.Path(folder) / "results.md").read_text()
-    parts = re.split(r"^## ", text, flags=re.MULTILINE)
-    kept = [part.split("\n", 1) for part in parts if part.startswith(("Summary\n", "What the paper ", "Where the paper "))]
-    return "\n\n".join(f"### {title}\n\n{without_pictures(body)}" for title, body in kept)
-
-
-def without_pictures(text):
-    """The paragraphs but for pictures, which stay in the experiments' own folder, and what is said of their curves."""
-    paragraphs = [part for part in text.strip().split("\n\n") if not part.startswith("![") and "red curve" not in part]
-    return "\n\n".join(paragraphs)
+    return text.partition("\n\n")[2].replace("## ", "### ").replace("#### ", "### ")  # parts of a section
 
 
 SECTIONS = [
@@ -174,7 +165,6 @@ SECTIONS = [
     Section("Simulated drives", 1, "The distance from the true pose, over some seeds of each simulated world with the preset "
             "of its laser. `scripts/test` fails where a figure passes its bound.",
             ["build/bin/accuracy_tests \"simulated drives*\""], measure_simulated),
-    Section("Paper worlds", 25, "The worlds, metrics and methods of the paper. OMSE and CMSE are in cells of 0.02 m, squared. The "
-            "other tables and the figures are in the `results.md` that the script leaves.",
+    Section("Paper worlds", 25, "The worlds, metrics and methods of the paper. OMSE and CMSE are in cells of 0.02 m, squared.",
             ["scripts/experiments"], measure_paper_worlds, is_timed=True),
 ]

@@ -12,6 +12,14 @@ inline std::string BigEndian(std::uint64_t value, int count) {
   return bytes;
 }
 
+/// The bytes of a message, as they stand in an event.
+template <class Message>
+std::string DataOf(const Message& message) {
+  std::string bytes(static_cast<std::size_t>(message.getEncodedSize()), '\0');
+  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
+  return bytes;
+}
+
 /// An event of an LCM log.
 inline std::string Event(const std::string& channel, const std::string& data, std::int64_t recorded_utime = 0) {
   return BigEndian(0xEDA1DA01, 4) + BigEndian(0, 8) + BigEndian(static_cast<std::uint64_t>(recorded_utime), 8) +

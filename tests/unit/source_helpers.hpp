@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/logs/laser_source.hpp"
+#include "common/worlds/simulator.hpp"
 #include "packed.hpp"
 #include "scratch.hpp"
 
@@ -13,10 +15,21 @@ namespace crsm {
 /// What gzip makes of `content`.
 inline std::string Compress(const std::string& content) { return Pack("gzip", content); }
 
-inline std::vector<LaserScan> ReadAll(LaserSource& source) {
+/// The scans of a source, or the first of them.
+inline std::vector<LaserScan> ReadAll(LaserSource& source, std::size_t most = SIZE_MAX) {
   std::vector<LaserScan> scans;
-  while (auto scan = source.Next()) scans.push_back(*scan);
+  while (scans.size() < most) {
+    auto scan = source.Next();
+    if (!scan) break;
+    scans.push_back(std::move(*scan));
+  }
   return scans;
+}
+
+/// The scans of a simulated drive, or the first of them.
+inline std::vector<LaserScan> ScansOf(const World& world, std::uint64_t seed = 1, std::size_t most = SIZE_MAX) {
+  Simulator simulator(world, seed);
+  return ReadAll(simulator, most);
 }
 
 inline std::vector<std::int64_t> UtimesOf(const std::vector<LaserScan>& scans) {

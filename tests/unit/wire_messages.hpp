@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <botlab/lidar_nranges_t.hpp>
+#include <botlab/lidar_t.hpp>
 #include <cstdint>
+#include <sensor_msgs/LaserScan.hpp>
 #include <vector>
 
 #include "services/wire/wire.hpp"
@@ -23,6 +26,34 @@ std::vector<std::uint8_t> Encode(const Message& message) {
 
 inline bot_core::planar_lidar_t LidarMessage() {
   return {5, 3, {1.0f, 0.0f, 2.5f}, 3, {7.0f, 8.0f, 9.0f}, -1.5f, 0.25f};
+}
+
+/// A sweep of the student robots, whose count of beams has had two names.
+template <class BotlabLidar>
+BotlabLidar BotlabMessage(std::int32_t BotlabLidar::*count) {
+  BotlabLidar message{};
+  message.utime = 5;
+  message.*count = 2;
+  message.ranges = {1.0f, 2.0f};
+  message.thetas = {0.0f, 6.0f};
+  message.times = {1, 2};
+  message.intensities = {3.0f, 4.0f};
+  return message;
+}
+inline botlab::lidar_t BotlabLidarMessage() { return BotlabMessage(&botlab::lidar_t::num_ranges); }
+inline botlab::lidar_nranges_t BotlabLidarNrangesMessage() { return BotlabMessage(&botlab::lidar_nranges_t::nranges); }
+
+inline sensor_msgs::LaserScan RosScanMessage() {
+  sensor_msgs::LaserScan scan{};
+  scan.header = {7, {100, 250'000'900}, "laser"};
+  scan.angle_min = -0.5f;
+  scan.angle_max = 0.25f;
+  scan.angle_increment = 0.25f;
+  scan.range_min = 0.5f;
+  scan.range_max = 10.0f;
+  scan.ranges = {0.5f, 0.25f, 11.0f, 10.0f};
+  scan.ranges_length = 4;
+  return scan;
 }
 
 inline sweep_t SweepMessage() { return {5, 3, {1.0f, 0.0f, 2.5f}, {-0.1f, -0.05f, 0.0f}, -1.5f, 0.25f}; }

@@ -21,8 +21,8 @@ using Change = std::function<void(int number, LaserScan&)>;
 using Said = std::vector<std::string>;
 
 /// What is said of `num_scans` scans, each changed before it is judged.
-Said Judge(int num_scans, const Change& change, const DiagnosisConstants::LaserJudge& constants = {}) {
-  LaserJudge judge(ScanParameters{}, constants);
+Said Judge(int num_scans, const Change& change) {
+  LaserJudge judge(ScanParameters{});
   Said said;
   for (int number = 0; number < num_scans; ++number) {
     LaserScan scan = RoomScan(number);
@@ -146,6 +146,11 @@ TEST_CASE("a fault is found out within ten scans that show it, and within twenty
     CHECK(Judge(9, fault).empty());
     CHECK(Judge(10, fault).size() == 1);
   }
+  CHECK(Judge(15,
+              [](int number, LaserScan& scan) {  // one in ten is looked at of the later ones alone
+                if (number > 0) SetAll(scan, 0.0f);
+              })
+            .size() == 1);
   CHECK(Judge(10, kStands).empty());  // nine steps between them
   CHECK(Judge(11, kStands).size() == 1);
   for (const int wrong_from : {36'000, 36'001}) {  // a scan that is looked at anyway, and the one after it
@@ -194,37 +199,6 @@ TEST_CASE("nothing is said of the real logs", "[logs]") {
     CAPTURE(log);
     if (const auto path = FindRealLog(log)) CHECK(JudgeSource(*path, preset) == std::vector<std::string>{});
   }
-}
-
-TEST_CASE("a laser is judged by the constants that are given") {
-  using Constants = DiagnosisConstants::LaserJudge;
-  const auto JudgeBy = [](int num_scans, const Change& change, void (*vary)(Constants&)) {
-    Constants constants;
-    vary(constants);
-    return Judge(num_scans, change, constants);
-  };
-  const auto to_and_fro = Clock([](int number) { return number % 2 == 0 ? 5'000'000 : 0; });
-  const auto two_clocks = Clock([](int number) { return number % 25 == 24 ? 60'000'000 : 0; });
-  const auto blind_later = [](int number, LaserScan& scan) {
-    if (number > 0) SetAll(scan, 0.0f);
-  };
-  CHECK(JudgeBy(5, kNoReturn, [](Constants& c) { c.enough = 5; }).size() == 1);
-  CHECK(JudgeBy(6, kStands, [](Constants& c) { c.enough = 5; }).size() == 1);
-  CHECK(JudgeBy(99, to_and_fro, [](Constants& c) { c.window_steps = 18; }).empty());
-  CHECK(JudgeBy(99, to_and_fro, [](Constants& c) { c.window_steps = 64; }).size() == 1);
-  CHECK(Judge(99, two_clocks).size() == 3);
-  CHECK(JudgeBy(99, two_clocks, [](Constants& c) { c.window_steps = 30; }).size() == 1);
-  CHECK(Judge(50, blind_later).size() == 1);
-  CHECK(JudgeBy(50, blind_later, [](Constants& c) { c.looked_at_first = 0; }).size() == 1);
-  CHECK(JudgeBy(15, blind_later, [](Constants& c) { c.looked_at_first = 0; }).empty());
-  CHECK(JudgeBy(50, blind_later, [](Constants& c) { c.looked_at_first = 0, c.looked_at_one_in = 99; }).empty());
-  const auto Mentions = [&](const Change& change, void (*vary)(Constants&)) {
-    const Said said = JudgeBy(99, change, vary);
-    return !said.empty() && said[0].find("millimetres") != std::string::npos;
-  };
-  CHECK_FALSE(Mentions(Millimetres, [](Constants& c) { c.millimetres_median_min = 1e5f; }));
-  CHECK_FALSE(Mentions(Millimetres, [](Constants& c) { c.millimetres_median_max = 100.0f; }));
-  CHECK_FALSE(Mentions(MillimetresOfHokuyo, [](Constants& c) { c.valid_one_in = 1000; }));
 }
 
 }  // namespace crsm

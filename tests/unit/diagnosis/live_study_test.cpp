@@ -4,19 +4,14 @@
 #include <thread>
 
 #include "catch.hpp"
-#include "common/worlds/simulator.hpp"
+#include "source_helpers.hpp"
 
 using namespace crsm;
 
 namespace {
 
 /// Scans of a robot that turns fast, and of a laser whose beams take 0.15 s.
-std::vector<LaserScan> DriveArena() {
-  Simulator simulator(LoadWorld("arena"), 1);
-  std::vector<LaserScan> scans;
-  while (auto scan = simulator.Next()) scans.push_back(std::move(*scan));
-  return scans;
-}
+std::vector<LaserScan> DriveArena() { return ScansOf(LoadWorld("arena")); }
 
 Parameters SayingSweep(double sweep_s) {
   Parameters parameters;

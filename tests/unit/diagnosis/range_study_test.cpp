@@ -10,22 +10,19 @@
 #include "common/logs/carmen_log.hpp"
 #include "common/math/trigonometry.hpp"
 #include "common/scan/valid_rays.hpp"
-#include "common/worlds/simulator.hpp"
 #include "real_logs.hpp"
+#include "source_helpers.hpp"
 
 namespace crsm {
 namespace {
 
 /// A drive through a hall of a laser that reaches 6 m, and says `no_return()` where it sees nothing.
 std::vector<LaserScan> Drive(const std::function<float()>& no_return) {
-  Simulator simulator(LoadWorld("hall"), 1);
-  std::vector<LaserScan> scans;
-  while (auto scan = simulator.Next()) {
-    for (float& range_m : scan->ranges_m) {
+  std::vector<LaserScan> scans = ScansOf(LoadWorld("hall"), 1, 200);
+  for (LaserScan& scan : scans) {
+    for (float& range_m : scan.ranges_m) {
       if (range_m <= 0.0f || range_m > 6.0f) range_m = no_return();
     }
-    scans.push_back(std::move(*scan));
-    if (scans.size() == 200) break;
   }
   return scans;
 }
@@ -106,10 +103,8 @@ TEST_CASE("a wall that fills no more of the view than one within a thousandth of
 TEST_CASE("in a real log the values of a SICK that measured nothing are no return", "[logs]") {
   const auto path = FindRealLog("beyond/no_return_jitters.clf.gz");
   if (!path) return;
-  std::vector<LaserScan> scans;
   CarmenLog log(*path);
-  while (auto scan = log.Next()) scans.push_back(std::move(*scan));
-  const RangeFinding finding = StudyRanges(scans, {});
+  const RangeFinding finding = StudyRanges(ReadAll(log), {});
   REQUIRE(finding.no_return_m);
   CHECK(*finding.no_return_m == 8.183f);
   CHECK(finding.no_return_is_hit);
@@ -160,13 +155,6 @@ TEST_CASE("hits beyond what the parameters take for one are counted") {
   CHECK(StudyRanges(Drive(0.0f), parameters).beyond_share == 0.0);
   parameters.range_max_m = 3.0;
   CHECK(StudyRanges(Drive(0.0f), parameters).beyond_share > 0.2);
-}
-
-TEST_CASE("which range is no return goes by the constants that are given") {
-  const std::vector<LaserScan> scans = Drive(8.19f);
-  CHECK(StudyRanges(scans, {}).no_return_m);
-  CHECK_FALSE(StudyRanges(scans, {}, {.many_beams = 1.0}).no_return_m);
-  CHECK_FALSE(StudyRanges(scans, {}, {.all_over = 1.1}).no_return_m);
 }
 
 }  // namespace crsm

@@ -83,6 +83,32 @@ TEST_CASE("the path goes on over lost scans, but neither to another piece nor to
   CHECK(values.counts == ScanCounts{14, 30, 1, 0});
 }
 
+TEST_CASE("a step beyond the window of the search is far, and one that the noise may make adds nothing to the path") {
+  struct Case {
+    Pose2 step;
+    std::int64_t num_far;
+    double path_m;
+  };
+  for (const auto& [step, num_far, path_m] : {Case{{0.1, 0.0, 0.0}, 0, 0.0},
+                                              {{0.3, 0.0, 0.0}, 0, 0.3},
+                                              {{0.39, 0.0, 0.24}, 0, 0.39},
+                                              {{0.0, 0.41, 0.0}, 1, 0.41},
+                                              {{0.0, 0.0, -0.26}, 1, 0.0}}) {
+    CAPTURE(step.x_m, step.y_m, step.yaw_rad);
+    RunStatistics statistics;
+    for (const auto& [utime, pose] : {std::pair(100'000, Pose2{}), std::pair(200'000, step)}) {
+      ScanMatch match;
+      match.utime = utime;
+      match.T_map_laser = pose;
+      match.state = MatchState::kOk;
+      match.num_critical = 70;
+      statistics.Add(match);
+    }
+    CHECK(statistics.values().far_steps == num_far);
+    CHECK(statistics.values().path_m == Approx(path_m));
+  }
+}
+
 TEST_CASE("the first match after all were forgotten is a step from nowhere") {
   RunStatistics statistics;
   AddMatches(statistics, 0.0, 0.5);
@@ -93,59 +119,6 @@ TEST_CASE("the first match after all were forgotten is a step from nowhere") {
   statistics.ForgetMatches();
   statistics.Add(match);
   CHECK(statistics.values().steps == 0);
-}
-
-TEST_CASE("statistics are gathered by the constants that are given, also after matches were forgotten") {
-  using Constants = DiagnosisConstants::Statistics;
-  const auto Gather = [](void (*change)(Constants&)) {
-    Constants constants;
-    change(constants);
-    RunStatistics statistics(constants);
-    for (int i = 0; i < 100; ++i) statistics.Add(i, LookAhead(2.05f));
-    AddMatches(statistics, 9.0, 0.5);
-    statistics.ForgetMatches();
-    AddMatches(statistics, 0.0, 0.75);
-    return statistics;
-  };
-  const auto Agreement = [&](void (*change)(Constants&)) { return Gather(change).ComputeMeanAgreement(MakeWall()); };
-  const RunStatistics usual = Gather([](Constants&) {});
-  CHECK(usual.values().far_steps > 0);
-  CHECK(Gather([](Constants& c) { c.far_m = 0.6; }).values().far_steps == 0);
-  CHECK(Gather([](Constants& c) {
-          c.far_rad = 0.01;
-          c.far_m = 0.6;
-        })
-            .values()
-            .far_steps > 0);
-  CHECK(Gather([](Constants& c) { c.path_step_m = 0.6; }).values().path_m == 0.0);
-  CHECK_FALSE(Gather([](Constants& c) { c.least_turns_rad2 = 99.0; }).values().turns_by_odometry);
-  CHECK_FALSE(Gather([](Constants& c) { c.least_ways_m2 = 99.0; }).values().ways_by_odometry);
-  CHECK(Agreement([](Constants&) {}));
-  CHECK_FALSE(Agreement([](Constants& c) { c.least_asked = 101; }));
-  CHECK_FALSE(Agreement([](Constants& c) { c.most_asked = 10; }));
-  CHECK_FALSE(Agreement([](Constants& c) { c.most_sampled = 10; }));
-}
-
-TEST_CASE("whether scans contradict each other, and what chance holds, goes by the constants, too") {
-  using Constants = DiagnosisConstants::Statistics;
-  const auto Gather = [](void (*change)(Constants&)) {
-    Constants constants;
-    change(constants);
-    RunStatistics statistics(constants);
-    for (int i = 0; i < 100; ++i) {  // to and fro over a metre, a scan every 0.2 m
-      ScanMatch match;
-      match.utime = i;
-      match.state = i % 20 < 2 ? MatchState::kDegenerate : MatchState::kOk;
-      match.T_map_laser = {0.2 * (i % 10 < 5 ? i % 10 : 9 - i % 10), 0.0, 0.5 * (i % 2)};
-      statistics.Add(i, LookAhead(2.05f));
-      statistics.Add(match);
-    }
-    return statistics;
-  };
-  const RunStatistics usual = Gather([](Constants&) {});
-  CHECK(usual.FindContradiction().num_looks > 0);
-  CHECK(Gather([](Constants& c) { c.contradiction.long_apart_m = 1e6; }).FindContradiction().num_looks == 0);
-  CHECK(Gather([](Constants& c) { c.most_rays = 2; }).FindContradiction().num_looks == 0);
 }
 
 }  // namespace crsm

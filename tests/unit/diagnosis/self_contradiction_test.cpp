@@ -54,28 +54,4 @@ TEST_CASE("scans that are near along the path are not compared, nor is nothing")
   CHECK(FindSelfContradiction(without_rays).num_looks == 0);
 }
 
-TEST_CASE("contradictions are looked for by the constants that are given") {
-  using Constants = DiagnosisConstants::SelfContradiction;
-  const std::vector<PlacedRays> wrong = WalkToAndFro(0.8);
-  const auto Find = [&](void (*change)(Constants&)) {
-    Constants constants;
-    change(constants);
-    return FindSelfContradiction(wrong, constants);
-  };
-  const SelfContradiction usual = FindSelfContradiction(wrong);
-  CHECK(Find([](Constants& c) { c.long_apart_m = 100.0; }).num_looks == 0);
-  CHECK(Find([](Constants& c) { c.same_place_m = 0.1; }).num_looks < usual.num_looks);
-  CHECK(Find([](Constants& c) { c.apart_m = 0.0; }).num_looks > usual.num_looks);
-  CHECK(Find([](Constants& c) { c.most_pairs = 2; }).num_looks == 4);
-  CHECK(Find([](Constants& c) { c.most_hits = 9; }).num_looks == 0);
-  CHECK(Find([](Constants& c) { c.least_seen = 91; }).num_looks == 0);
-  CHECK(Find([](Constants& c) { c.beam_gap = 0.5; }).num_looks == 0);
-  CHECK(Find([](Constants& c) { c.nearest_m = 100.0; }).num_looks == 0);
-  CHECK(Find([](Constants& c) { c.tolerance_m = 9.0; }).share == 0.0);
-  CHECK(Find([](Constants& c) { c.tolerance_per_m = 9.0; }).share == 0.0);
-  CHECK(Find([](Constants& c) { c.contradicting_share = 1.0; }).share == 0.0);
-  CHECK(Find([](Constants& c) { c.square_looks_min = 10'000; }).worst_share == 0.0);
-  CHECK(Find([](Constants& c) { c.square_m = 100.0; }).worst_share == usual.share);  // all in one
-}
-
 }  // namespace crsm

@@ -7,19 +7,12 @@
 #include <vector>
 
 #include "catch.hpp"
-#include "common/worlds/simulator.hpp"
+#include "source_helpers.hpp"
 
 namespace crsm {
 namespace {
 
 constexpr double kSweep_s = 0.15;  // of the arena's laser, whose scans are as far apart
-
-std::vector<LaserScan> Drive(const World& world, std::uint64_t seed = 1) {
-  Simulator simulator(world, seed);
-  std::vector<LaserScan> scans;
-  while (auto scan = simulator.Next()) scans.push_back(std::move(*scan));
-  return scans;
-}
 
 /// A world with a laser that takes 0.2 s for a scan, and a robot that turns too fast for that.
 World TurnFastIn(const std::string& name) {
@@ -41,7 +34,7 @@ std::vector<LaserScan> ReverseBeams(std::vector<LaserScan> scans) {
 }
 
 /// A drive whose robot turns by 3 rad/s.
-std::vector<LaserScan> DriveArena() { return Drive(LoadWorld("arena")); }
+std::vector<LaserScan> DriveArena() { return ScansOf(LoadWorld("arena")); }
 
 /// The same with times. time_of: by the messages, of a beam behind that share of a sweep [s].
 template <class TimeOf>
@@ -105,7 +98,7 @@ TEST_CASE("a laser that sees a part of its turn takes that share of the period f
   World world = LoadWorld("arena");
   world.laser.fov_rad = 1.5 * kPi;
   world.laser.sweep_s = 0.75 * kSweep_s;
-  CHECK(Study(Drive(world)).sweep_s == Approx(0.75 * kSweep_s).margin(0.002));
+  CHECK(Study(ScansOf(world)).sweep_s == Approx(0.75 * kSweep_s).margin(0.002));
 }
 
 TEST_CASE("a laser whose beams are measured at once has no sweep, whatever is likely") {
@@ -114,7 +107,7 @@ TEST_CASE("a laser whose beams are measured at once has no sweep, whatever is li
   DiagnosisConstants::SweepStudy constants;
   constants.enough_turning = 30;  // to save time
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
-    CHECK(Study(Drive(world, seed), constants).sweep_s == 0.0);
+    CHECK(Study(ScansOf(world, seed), constants).sweep_s == 0.0);
   }
 }
 
@@ -122,15 +115,15 @@ TEST_CASE("scans that are lost where a sweep is not corrected tell of it as thos
   DiagnosisConstants::SweepStudy constants;
   constants.num_scans = 1000;
   constants.few_turning = 70;  // 102 tell of it, 47 of which are lost
-  CHECK(Study(Drive(TurnFastIn("rooms")), constants).sweep_s == Approx(0.2).margin(0.002));
+  CHECK(Study(ScansOf(TurnFastIn("rooms")), constants).sweep_s == Approx(0.2).margin(0.002));
 }
 
 TEST_CASE("where two opposite sweeps are both better than none, but not clearly apart, neither is taken") {
   World world = TurnFastIn("env1");
   world.linear_m_s = 0.5;
   world.angular_rad_s = 2.0;
-  CHECK(Study(Drive(world)).sweep_s == 0.0);
-  CHECK(Study(ReverseBeams(Drive(world))).sweep_s == 0.0);
+  CHECK(Study(ScansOf(world)).sweep_s == 0.0);
+  CHECK(Study(ReverseBeams(ScansOf(world))).sweep_s == 0.0);
 }
 
 TEST_CASE("a sweep that could be, but is a third of what it is said to be, is corrected") {
@@ -145,7 +138,7 @@ TEST_CASE("scans that are too rare for a laser that turns, or see half a turn, a
   CHECK_FALSE(StudySweep(scans, Parameters{}));
   World world = LoadWorld("arena");
   world.laser.fov_rad = kPi;
-  CHECK_FALSE(StudySweep(Drive(world), Parameters{}));
+  CHECK_FALSE(StudySweep(ScansOf(world), Parameters{}));
 }
 
 TEST_CASE("of a robot that does not turn, what the messages say stays, also if they say nothing") {
@@ -158,27 +151,6 @@ TEST_CASE("of a robot that does not turn, what the messages say stays, also if t
   Parameters preset;
   preset.scan.sweep_s = 0.1;
   CHECK(StudySweep(scans, preset)->said_s == 0.1);
-}
-
-TEST_CASE("a sweep is studied by the constants that are given") {
-  using Constants = DiagnosisConstants::SweepStudy;
-  const std::vector<LaserScan> scans = DriveArena([](double share) { return -kSweep_s * share; });
-  const auto StudyBy = [&](void (*change)(Constants&)) {
-    Constants constants;
-    change(constants);
-    return Study(scans, constants);
-  };
-  CHECK(StudyBy([](Constants& c) { c.num_scans = 5; }).agrees());
-  CHECK(StudyBy([](Constants& c) { c.turning_rad = 9.0; }).agrees());
-  CHECK(StudyBy([](Constants& c) { c.enough_turning = 5; }).agrees());
-  CHECK(StudyBy([](Constants& c) { c.few_turning = 10'000; }).agrees());
-  CHECK(StudyBy([](Constants& c) { c.alike_share = 9.0; }).agrees());
-  CHECK(StudyBy([](Constants& c) { c.better_fitness_min = 1.0; }).agrees());
-  CHECK(StudyBy([](Constants& c) { c.better_sigmas = 1e6; }).agrees());
-  CHECK_FALSE(StudyBy([](Constants& c) { c.longest_share = 0.1; }).can_be);
-  CHECK_FALSE(StudyBy([](Constants& c) { c.shortest_share = 2.0; }).can_be);
-  CHECK(StudyBy([](Constants& c) { c.longest_share = c.longest_period_s = 0.1; }).sweep_s == 0.0);
-  CHECK(StudyBy([](Constants& c) { c.longest_share = 0.1, c.narrowest_view_rad = 9.0; }).sweep_s == 0.0);
 }
 
 }  // namespace crsm

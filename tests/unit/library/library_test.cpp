@@ -9,26 +9,16 @@
 #include "common/set_parameter.hpp"
 #include "common/slam.hpp"
 #include "common/worlds/simulator.hpp"
+#include "parameters_of.hpp"
 #include "scratch.hpp"
 #include "services/library/presets.hpp"
-#include "services/settings/command_line.hpp"
+#include "source_helpers.hpp"
 
 namespace crsm {
 namespace {
 
 crsm_slam::Scan ToPublic(const LaserScan& scan) {
   return {scan.utime, scan.angle_min_rad, scan.angle_step_rad, scan.ranges_m};
-}
-
-/// The first scans of a simulated drive.
-std::vector<LaserScan> TakeScans(const std::string& world, std::size_t most) {
-  Simulator simulator(LoadWorld(world), 1);
-  std::vector<LaserScan> scans;
-  while (const auto scan = simulator.Next()) {
-    if (scans.size() == most) break;
-    scans.push_back(*scan);
-  }
-  return scans;
 }
 
 void CheckSame(const crsm_slam::Pose& a, const Pose2& b) { CHECK(Pose2{a.x_m, a.y_m, a.yaw_rad} == b); }
@@ -42,21 +32,13 @@ void CheckSame(const crsm_slam::Map& map, const DenseGrid& grid) {
   CHECK(map.cells == grid.cells);
 }
 
-/// What a program uses that is called with these flags.
-Parameters ParametersOf(std::vector<const char*> flags) {
-  using enum ParameterGroup;
-  CommandLine command_line("program", "", {kSeed, kScan, kSelection, kUpdate, kLoops, kAlgorithm}, {});
-  flags.insert(flags.begin(), "program");
-  REQUIRE_FALSE(command_line.Parse(static_cast<int>(flags.size()), flags.data()));
-  return command_line.parameters();
-}
-
 }  // namespace
 
 TEST_CASE("the library's map, poses and loops are those of the algorithm, whoever looks at them in between") {
   const bool with_loops = GENERATE(true, false);
   CAPTURE(with_loops);
-  const std::vector<LaserScan> scans = TakeScans("block", with_loops ? 1600 : 300);  // round a block, and back
+  const std::vector<LaserScan> scans =
+      ScansOf(LoadWorld("block"), 1, with_loops ? 1600 : 300);  // round a block, and back
   Slam slam(ParametersOf({"--preset", "sick", with_loops ? "--loops" : "--no-loops"}));
   crsm_slam::Slam library({.preset = "sick", .values = {{"loops", with_loops ? "true" : "false"}}});
   std::vector<ScanMatch> matches;
@@ -97,7 +79,7 @@ TEST_CASE("the library's map, poses and loops are those of the algorithm, whoeve
 }
 
 TEST_CASE("the library knows of a loop as soon as it is asked, and says with the next scan that there is one") {
-  const std::vector<LaserScan> scans = TakeScans("block", 1600);
+  const std::vector<LaserScan> scans = ScansOf(LoadWorld("block"), 1, 1600);
   Slam slam(ParametersOf({"--preset", "sick"}));
   crsm_slam::Slam library({.preset = "sick"});
   std::size_t next = 0;
@@ -111,7 +93,7 @@ TEST_CASE("the library knows of a loop as soon as it is asked, and says with the
 }
 
 TEST_CASE("the library says which scans are on its map, and on which piece the others are") {
-  std::vector<LaserScan> scans = TakeScans("block", 700);
+  std::vector<LaserScan> scans = ScansOf(LoadWorld("block"), 1, 700);
   scans.erase(scans.begin() + 300, scans.begin() + 600);
   for (std::size_t i = 300; i < scans.size(); ++i) scans[i].utime += 60'000'000;  // a minute later, elsewhere
   crsm_slam::Slam library({.preset = "sick"});
@@ -148,7 +130,7 @@ TEST_CASE("the library's presets and profiles are those of the programs") {
 }
 
 TEST_CASE("the library uses the preset, the profile and the values that it is told, the later before the earlier") {
-  const std::vector<LaserScan> scans = TakeScans("demo", 3);
+  const std::vector<LaserScan> scans = ScansOf(LoadWorld("demo"), 1, 3);
   const auto CellSize = [&](const crsm_slam::Settings& settings) {
     crsm_slam::Slam library(settings);
     for (const LaserScan& scan : scans) library.Process(ToPublic(scan));
@@ -175,7 +157,7 @@ TEST_CASE("a setting of the library that is none is refused in one line that say
 }
 
 TEST_CASE("the library refuses what is no scan, and goes on as if it had not been there") {
-  const std::vector<LaserScan> scans = TakeScans("demo", 20);
+  const std::vector<LaserScan> scans = ScansOf(LoadWorld("demo"), 1, 20);
   crsm_slam::Slam library;
   crsm_slam::Slam undisturbed;
   CHECK(library.MakeMap().cells.empty());
@@ -212,7 +194,7 @@ TEST_CASE("the library refuses what is no scan, and goes on as if it had not bee
 
 TEST_CASE("a scan of the library may have ranges that are none, and no range at all") {
   crsm_slam::Slam library;
-  for (const LaserScan& scan : TakeScans("demo", 10)) {
+  for (const LaserScan& scan : ScansOf(LoadWorld("demo"), 1, 10)) {
     crsm_slam::Scan spoilt = ToPublic(scan);
     spoilt.ranges_m[3] = std::numeric_limits<float>::quiet_NaN();
     spoilt.ranges_m[4] = std::numeric_limits<float>::infinity();

@@ -94,15 +94,6 @@ TEST_CASE("utimes that step back, below zero too, are found as the ones that the
   CHECK(index.Find(kLargest) == 5001);
 }
 
-TEST_CASE("a utime that was added again is still the first one") {
-  UtimeIndex index;
-  for (int round = 0; round < 3; ++round) {
-    for (std::int64_t utime = 0; utime < 1500; ++utime) index.Add(utime);
-  }
-  CHECK(index.size() == 4500);
-  for (std::int64_t utime = 0; utime < 1500; utime += 13) CHECK(index.Find(utime) == utime);
-}
-
 TEST_CASE("random utimes are found as a map in memory finds them") {
   UtimeIndex index;
   std::map<std::int64_t, std::int64_t> expected;

@@ -376,21 +376,4 @@ TEST_CASE("a finished map answers and does not change, and its versions start ov
   map.CheckWholeTiles();
 }
 
-TEST_CASE("which hits are drawn as one surface goes by the drawing's constants") {
-  LaserScan scan{1, -0.3f, 0.1f, {}};  // the wall x = 3.001 m, a hit every six cells
-  for (int i = 0; i < 7; ++i) scan.ranges_m.push_back(static_cast<float>(2.981 / std::cos(-0.3 + 0.1 * i)));
-  const auto CountOccupied = [&](const SurfaceConstants& surface) {
-    DrawingConstants constants = kPlain;
-    constants.surface = surface;
-    TestMap map(constants);
-    map.Draw(scan, kInCell);
-    int num_occupied = 0;
-    for (int y = -30; y <= 30; ++y) num_occupied += map.At(60, y) == kOccupiedOnce;
-    return num_occupied;
-  };
-  CHECK(CountOccupied({}) == 38);
-  CHECK(CountOccupied({.growth_max = 0.5}) == 8);
-  CHECK(CountOccupied({.along_beam_sine = 1.1}) == 8);
-}
-
 }  // namespace crsm

@@ -54,6 +54,18 @@ class FarMatcher : public AskedMatcher {
   double least_turn_rad_s_;
 };
 
+/// Says each time that the laser turned by 0.05 rad more.
+class TurningMatcher : public AskedMatcher {
+ public:
+  ScanMatch Match(const CriticalRays& scan, const TrackingState& tracking,
+                  const std::optional<Pose2>& T_odom_robot) const override {
+    ScanMatch match = AskedMatcher::Match(scan, tracking, T_odom_robot);
+    match.T_map_laser.yaw_rad = 0.05 * num_asked;
+    match.fitness = 1.0;
+    return match;
+  }
+};
+
 TrackingState Standing() {
   TrackingState tracking;
   for (std::int64_t utime : {100'000, 200'000}) tracking.Add({utime, {}, 0.99, 1, 1, 1, MatchState::kOk});
@@ -86,6 +98,13 @@ TEST_CASE("a sweep is searched far away only where nothing fits nearby, and unti
   const FarMatcher lost(9.0);
   CHECK(MatchSweep(lost, scan, Standing(), std::nullopt).state == MatchState::kLost);
   CHECK(MatchSweep(lost, scan, Standing(), std::nullopt).twist == Twist{});
+}
+
+TEST_CASE("a sweep whose matches do not come to agree is matched four times") {
+  const CriticalRays scan{300'000, {{0.0f, 1.0f}, {2.0f, 2.0f}, {-0.1f, 0.0f}}, {0, 1}};
+  const TurningMatcher matcher;
+  MatchSweep(matcher, scan, Standing(), std::nullopt);
+  CHECK(matcher.num_asked == 4);
 }
 
 TEST_CASE("speeds that no robot has, by utimes that are wrong, are not believed") {

@@ -725,13 +725,9 @@ TEST_CASE("a summary becomes JSON with everything in it, parameters in their ord
   CHECK(text.find("z_first") < text.find("a_second"));
   const auto json = nlohmann::json::parse(text);
   CHECK(json["version"] == "1.2.3");
-  CHECK(json["scans"] == 10);
-  CHECK(json["on_map"] == 4);
-  CHECK(json["floating"] == 3);
-  CHECK(json["lost"] == 2);
-  CHECK(json["without_rays"] == 1);
-  CHECK(json["left_out"] == 5);
-  CHECK(json["map_version"] == 9);
+  const std::map<std::string, int> numbers{{"scans", 10},   {"on_map", 4},       {"floating", 3},   {"lost", 2},
+                                           {"left_out", 5}, {"without_rays", 1}, {"map_version", 9}};
+  for (const auto& [key, number] : numbers) CHECK(json[key] == number);
   CHECK(json["path_length_m"] == 2.5);
   CHECK(json["mean_fitness"].is_null());
   CHECK(json["verdict"].is_null());  // nothing has judged it

@@ -19,10 +19,9 @@ ValidRays WallSeenAt(const std::vector<double>& xs_m) {
   return rays;
 }
 
-Contour Trace(const ValidRays& rays, double cap_m, const ContourConstants& constants = {},
-              const SurfaceConstants& surface = {}) {
+Contour Trace(const ValidRays& rays, double cap_m) {
   const Eigen::Matrix2Xd hits_m = ComputeHits(rays);
-  return TraceContour(rays, hits_m, Gaps(hits_m, surface), cap_m, constants);
+  return TraceContour(rays, hits_m, Gaps(hits_m), cap_m);
 }
 
 }  // namespace
@@ -61,13 +60,6 @@ TEST_CASE("there is nothing between a near edge and what lies behind it") {
   const Contour contour = Trace(rays, 0.3);
   CHECK(contour.points_m.cols() == 17);
   CHECK(contour.weights[7] == 1 + 10 + 3);  // the whole cap on one side all the same
-}
-
-TEST_CASE("a contour is traced by the constants that are given") {
-  const ValidRays rays = WallSeenAt({10.0, 6.0, 3.5, 2.5});
-  CHECK(Trace(rays, 0.5, {.most_pieces = 2}).points_m.cols() == 4 + 3);
-  CHECK(Trace(rays, 0.5, {}, {.growth_max = 1.0}).points_m.cols() == 4);
-  CHECK(Trace(rays, 0.5, {.most_of_gap = 40.0}).weights.sum() == Approx(4 + 3 * 40).margin(6));  // rounded
 }
 
 }  // namespace crsm

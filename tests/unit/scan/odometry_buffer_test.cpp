@@ -3,7 +3,6 @@
 #include <limits>
 
 #include "catch.hpp"
-#include "common/scan/clock_restart.hpp"
 
 namespace crsm {
 namespace {
@@ -141,18 +140,6 @@ TEST_CASE("utimes at the ends of what a number can hold do no harm") {
   CheckNotKnown(buffer.Find(0), State::kNone);
   CheckKnown(buffer.Find(kLargest), kPose);
   CheckKnown(buffer.Find(kLeast), kPose);
-}
-
-TEST_CASE("how far a sample may be from a scan is told") {
-  OdometryBuffer buffer(1024, {.furthest_us = 10});
-  for (const std::int64_t utime : {0, 10, 30}) buffer.Add({utime, kPose});
-  CHECK(buffer.Find(5).state == State::kKnown);
-  CHECK(buffer.Find(19).state == State::kNone);
-}
-
-TEST_CASE("by how much a clock steps back by accident is told") {
-  CHECK_FALSE(HasClockRestarted(9 * kSecond, kSecond));
-  CHECK(HasClockRestarted(9 * kSecond, kSecond, {.hiccup_us = 7'999'999}));
 }
 
 }  // namespace crsm

@@ -127,15 +127,4 @@ TEST_CASE("the laser itself is on no surface: the first two hits, in line with i
   }
 }
 
-TEST_CASE("what is one surface goes by the constants that are given") {
-  const auto straight = Hits({{1.0, 0.0}, {1.0, 0.09}, {1.0, 0.37}});
-  const auto bent = Hits({{1.0, 0.0}, {1.2, 0.0}, {1.4, 0.03}});
-  CHECK_FALSE(FindSurfaces(straight, kNearM, kMaxM)[1]);
-  CHECK(FindSurfaces(straight, kNearM, kMaxM, {.growth_max = 4.0})[1]);
-  CHECK(FindSurfaces(bent, kNearM, kMaxM)[1]);
-  CHECK_FALSE(FindSurfaces(bent, kNearM, kMaxM, {.cosine_min = 0.999})[1]);
-  CHECK_FALSE(FindSurfaces(bent, kNearM, kMaxM, {.beside_max_m = 0.02})[1]);
-  CHECK_FALSE(IsAlongBeam({1.0, 0.0}, {2.0, 0.15}, {.along_beam_sine = 0.05}));
-}
-
 }  // namespace crsm

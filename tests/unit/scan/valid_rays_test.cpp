@@ -110,10 +110,4 @@ TEST_CASE("the mean sparseness on a circle is the chord between two beams") {
   CHECK(ComputeMeanSparseness(FindValidRays(scan, kLaser)) == Approx(2.0 * 2.0 * std::sin(0.0625)));
 }
 
-TEST_CASE("how much of the longest range counts is told") {
-  const LaserScan scan = Scan({4.0f, 6.0f, 9.0f});
-  CHECK(FindValidRays(scan, kLaser, {.usable_share = 0.5}).range_m == std::vector<float>{4.0f});
-  CHECK(LargestUsableRange(kLaser, {.usable_share = 0.5}) == 5.0);
-}
-
 }  // namespace crsm

@@ -24,13 +24,6 @@ using Utimes = std::vector<std::int64_t>;
 using Lines = std::vector<std::string>;
 using Odometries = std::vector<std::optional<double>>;
 
-template <class Message>
-std::string Encode(const Message& message) {
-  std::string bytes(static_cast<std::size_t>(message.getEncodedSize()), '\0');
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
-
 bot_core::planar_lidar_t PlanarLidar(std::int64_t utime) {
   bot_core::planar_lidar_t lidar;
   lidar.utime = utime;
@@ -44,12 +37,12 @@ bot_core::planar_lidar_t PlanarLidar(std::int64_t utime) {
 }
 
 std::string PlanarEvent(std::int64_t utime, const std::string& channel = "LASER") {
-  return Event(channel, Encode(PlanarLidar(utime)));
+  return Event(channel, DataOf(PlanarLidar(utime)));
 }
 
 std::string OdometryEvent(std::int64_t utime, std::optional<double> x_m, const std::string& channel = "ODOMETRY") {
   const auto pose = x_m ? std::optional(Pose2{*x_m, 2.0, -3.0}) : std::nullopt;
-  return Event(channel, Encode(ToMessage(Odometry{utime, pose})));
+  return Event(channel, DataOf(ToMessage(Odometry{utime, pose})));
 }
 
 /// All that a log gives.
@@ -107,7 +100,7 @@ TEST_CASE("a scan has the odometry of its own utime, or what lies between the tw
 
 TEST_CASE("odometry of an mbot is odometry, rounded as all is") {
   const auto MbotEvent = [](std::int64_t utime, float x_m, float theta_rad = -3.0f) {
-    return Event("ODOMETRY", Encode(mbot_lcm_msgs::pose2D_t{utime, x_m, 2.0f, theta_rad}));
+    return Event("ODOMETRY", DataOf(mbot_lcm_msgs::pose2D_t{utime, x_m, 2.0f, theta_rad}));
   };
   CHECK(Read(MbotEvent(1'000'000, 1.0f) + PlanarEvent(1'000'000) + PlanarEvent(1'010'000) + MbotEvent(1'020'000, 2.0f))
             .odometry_x_m == Odometries{1.0, 1.5});
@@ -194,7 +187,7 @@ TEST_CASE("scans whose utimes tell nothing get the times at which they were reco
     for (int i = 0; i < 60; ++i) {
       bot_core::planar_lidar_t lidar = PlanarLidar(1'700'000'000 * (period_us > 0 ? 1 : 0));
       lidar.ranges[0] = 1.0f + 0.01f * static_cast<float>(i);
-      log += Event("LASER", Encode(lidar), 5'000'000 + i * period_us);
+      log += Event("LASER", DataOf(lidar), 5'000'000 + i * period_us);
     }
     return log;
   };
@@ -230,7 +223,7 @@ TEST_CASE(
     for (int i = 0; i < 60; ++i) {
       const std::int64_t utime = 5'000'000 + 100'000 * i;
       log += OdometryEvent(utime, 1e-6 * static_cast<double>(utime));
-      log += Event("LASER", Encode(PlanarLidar(utime)), utime + lag_us);
+      log += Event("LASER", DataOf(PlanarLidar(utime)), utime + lag_us);
     }
     return log;
   };
@@ -271,8 +264,8 @@ TEST_CASE("where the clock begins anew, scans and odometry are those of the seco
 TEST_CASE("a bad laser message is counted and skipped") {
   bot_core::planar_lidar_t bad = PlanarLidar(2);
   bad.radstep = 0.0f;
-  const std::string good = Encode(PlanarLidar(2));
-  for (const std::string& message : {Encode(bad), good.substr(0, good.size() - 1), std::string()}) {
+  const std::string good = DataOf(PlanarLidar(2));
+  for (const std::string& message : {DataOf(bad), good.substr(0, good.size() - 1), std::string()}) {
     const Result result = Read(PlanarEvent(1) + Event("LASER", message) + PlanarEvent(3));
     CHECK(result.utimes() == Utimes{1, 3});
     CHECK(result.counts.at("bad_message") == 1);
@@ -386,7 +379,7 @@ TEST_CASE("two drivers of ROS on one channel are told apart by their frames, and
     scan.angle_increment = 0.5f;
     scan.ranges = {1.0f, 2.0f, 3.0f};
     scan.ranges_length = 3;
-    log += Event("SCAN", Encode(scan));
+    log += Event("SCAN", DataOf(scan));
   }
   CHECK(ErrorOfLog(log) == ": SCAN: the scans are of several lasers: --laser-frame must name one of front, rear");
   CHECK(ErrorOfLog(log, {"", "font"}).starts_with(": SCAN: no scan has the frame font"));
@@ -447,8 +440,8 @@ TEST_CASE("a log whose scans turn against its own poses is complained of, with t
       lidar.intensities.resize(300);
       const mbot_lcm_msgs::pose2D_t pose{lidar.utime, 0.0f, 0.0f, static_cast<float>(yaw_rad)};
       const auto odometry = ToMessage(Odometry{lidar.utime, Pose2{0.0, 0.0, yaw_rad}});
-      log += Event("LIDAR", Encode(lidar)) +
-             (poses_of_mbot ? Event("SLAM_POSE", Encode(pose)) : Event("ODOMETRY", Encode(odometry)));
+      log += Event("LIDAR", DataOf(lidar)) +
+             (poses_of_mbot ? Event("SLAM_POSE", DataOf(pose)) : Event("ODOMETRY", DataOf(odometry)));
     }
     const ScratchFile file(log);
     LcmLogSource source(file.path(), {}, messages);

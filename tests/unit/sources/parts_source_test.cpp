@@ -83,9 +83,7 @@ TEST_CASE("all parts are of the laser of the first one, and a first part without
     scan.nranges = 3;
     scan.ranges = {1.0f, 2.0f, 3.0f};
     scan.radstep = 0.5f;
-    std::string data(static_cast<std::size_t>(scan.getEncodedSize()), char{});
-    scan.encode(data.data(), 0, static_cast<int>(data.size()));
-    return Event(channel, data);
+    return Event(channel, DataOf(scan));
   };
   folder.Write("run.lcm.0", Event("OTHER", "nothing"));
   folder.Write("run.lcm.1", ScanOn("FRONT", 1) + ScanOn("REAR", 2));

@@ -13,13 +13,6 @@
 namespace crsm {
 namespace {
 
-template <class Message>
-std::string Encode(const Message& message) {
-  std::string bytes(static_cast<std::size_t>(message.getEncodedSize()), '\0');
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
-
 /// What a robot does that stands for some scans and then turns, and what its log has of that.
 struct Drive {
   bool is_mirrored = false;
@@ -46,8 +39,8 @@ std::vector<std::pair<LaserScan, Pose2>> ScansOf(const Drive& drive) {
 std::string LogOf(const Drive& drive) {
   std::string log;
   for (const auto& [scan, pose] : ScansOf(drive)) {
-    if (drive.has_odometry) log += Event("ODOMETRY", Encode(ToMessage(Odometry{scan.utime, pose})));
-    log += Event("LASER", Encode(ToMessage(scan)));
+    if (drive.has_odometry) log += Event("ODOMETRY", DataOf(ToMessage(Odometry{scan.utime, pose})));
+    log += Event("LASER", DataOf(ToMessage(scan)));
   }
   return log;
 }
@@ -110,7 +103,7 @@ TEST_CASE(
 TEST_CASE("the sweep of a laser whose messages tell none is corrected, unless a flag says another one, or none") {
   Simulator simulator(LoadWorld("arena"), 1);
   std::string log;
-  while (const auto scan = simulator.Next()) log += Event("LASER", Encode(ToMessage(*scan)));
+  while (const auto scan = simulator.Next()) log += Event("LASER", DataOf(ToMessage(*scan)));
   const ScratchFile arena(log);
   const auto SweepOf = [&](const std::vector<std::string>& words) {
     Program line(words);

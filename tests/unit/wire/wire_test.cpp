@@ -2,6 +2,9 @@
 
 #include <cmath>
 #include <limits>
+#include <wire_fields/botlab/lidar_nranges_t.hpp>
+#include <wire_fields/botlab/lidar_t.hpp>
+#include <wire_fields/sensor_msgs/LaserScan.hpp>
 
 #include "catch.hpp"
 #include "check_wire.hpp"
@@ -23,6 +26,8 @@ TEST_CASE(
   CheckTypes(KeyframeMessage(), KeyframeRequestMessage(), PoseGraphMessage());
   CheckTypes(ServiceStatusMessage(), JournalHeadMessage(), JournalCheckMessage());
   CheckTypes(FleetPoseMessage(), FleetKeyframeMessage(), ChangesMessage());
+  CheckTypes(MarkMessage(), KeptMarkMessage(), RobotMarksMessage(), FleetMarksMessage());
+  CheckTypes(BotlabLidarMessage(), BotlabLidarNrangesMessage(), RosScanMessage());
 }
 
 TEST_CASE("a sweep's beams have times within two seconds of its utime, and angles within a turn") {

@@ -35,10 +35,9 @@ std::vector<TileIndex> AllTiles(const ByteMap& map) {
 
 /// Of this process.
 double ResidentMb() {
-  std::ifstream pages("/proc/self/statm");
   double all = 0.0;
   double resident = 0.0;
-  pages >> all >> resident;
+  std::ifstream("/proc/self/statm") >> all >> resident;
   return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) * 1e-6;
 }
 
@@ -46,6 +45,17 @@ FitnessField Field(const ByteMap& map, double unexplored_score, bool interpolate
   FitnessField field(map.geometry(), {unexplored_score, interpolate});
   field.Refresh(map, AllTiles(map));
   return field;
+}
+
+/// Changes a tile of a map, and tells a field that follows it.
+template <class Paint>
+void PaintOver(ByteMap& map, FitnessField& field, TileIndex index, Paint&& paint) {
+  TileBytes before = kUnexploredBytes;
+  if (const ByteMap::Tile* tile = map.tiles().Find(index)) before = tile->cells;
+  TileBytes after;
+  for (int k = 0; k < kTileCells; ++k) after[static_cast<std::size_t>(k)] = paint(CellAt(index, k));
+  REQUIRE(map.Apply({index, PackRuns(before, after)}));
+  field.RefreshCells(map, {CellsOf(index)});
 }
 
 /// Rays of up to `reach_m` to all sides.
@@ -289,11 +299,7 @@ TEST_CASE("a field that makes room for tiles far away loses none") {
     for (int y = 0; y < 2; ++y) {
       const TileIndex index{far.x, far.y + y};
       const auto Paint = [&](Cell cell) { return TileOf(cell) == TileIndex{0, 0} ? kOccupiedByte : Noise(cell); };
-      TileBytes before, after;
-      before.fill(kUnexploredByte);
-      for (int k = 0; k < kTileCells; ++k) after[static_cast<std::size_t>(k)] = Paint(CellAt(index, k));
-      REQUIRE(map.Apply({index, PackRuns(before, after)}));
-      following.RefreshCells(map, {CellsOf(index)});
+      PaintOver(map, following, index, Paint);
     }
     const FitnessField anew = Field(map, -100.0, true);
     for (const auto& entry : map.tiles().entries()) {
@@ -307,14 +313,6 @@ TEST_CASE("a field that makes room for tiles far away loses none") {
 
 TEST_CASE("where nothing is explored any more, rays score as in the unexplored, and the memory goes back") {
   constexpr int kSide = 24;  // tiles
-  const auto PaintOver = [](ByteMap& map, FitnessField& field, TileIndex index, auto&& paint) {
-    TileBytes before = kUnexploredBytes;
-    if (const ByteMap::Tile* tile = map.tiles().Find(index)) before = tile->cells;
-    TileBytes after;
-    for (int k = 0; k < kTileCells; ++k) after[static_cast<std::size_t>(k)] = paint(CellAt(index, k));
-    REQUIRE(map.Apply({index, PackRuns(before, after)}));
-    field.RefreshCells(map, {CellsOf(index)});
-  };
   const auto IsKept = [](TileIndex index) { return index == TileIndex{3, 7} || index == TileIndex{4, 8}; };
   ByteMap map(0.05);
   FitnessField field(kGeometry, {-100.0, true});
@@ -399,11 +397,6 @@ TEST_CASE("all kernels sum the largest weights and scores without overflow") {
 }
 
 TEST_CASE("a field takes memory for what is explored, however far apart that lies") {
-  const auto ResidentMb = [] {
-    long total_pages = 0, resident_pages = 0;
-    std::ifstream("/proc/self/statm") >> total_pages >> resident_pages;
-    return static_cast<double>(resident_pages * sysconf(_SC_PAGESIZE)) / 1e6;
-  };
   ByteMap map(0.05);
   for (const int corner : {0, 255}) {  // of the largest rectangle
     for (const TileChange& change : PaintTiles(corner, corner, Noise)) REQUIRE(map.Apply(change));

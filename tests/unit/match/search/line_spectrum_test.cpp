@@ -41,6 +41,13 @@ TEST_CASE("the lines of a room tell how it is turned, wherever it stands") {
   }
 }
 
+TEST_CASE("points that are 0.2 m apart across a direction are on two lines of it, nearer ones may be on one") {
+  const auto AlongX = [](double aside_m) {
+    return ComputeLineSpectrum((Eigen::Matrix2Xd(2, 3) << 0.0, 1.0, 2.0, 0.0, aside_m, 0.0).finished())[90];
+  };
+  CHECK(AlongX(0.3) < 0.5f * AlongX(0.1));
+}
+
 TEST_CASE("of no points, and of points all around, there are no lines") {
   CHECK(ComputeLineSpectrum(Eigen::Matrix2Xd(2, 0)) == LineSpectrum{});
   CHECK(FindBestTurns(LineSpectrum{}, LineSpectrum{}, 1000).all());

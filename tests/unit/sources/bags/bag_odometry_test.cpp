@@ -175,16 +175,6 @@ TEST_CASE("odometry that no scan can have says why") {
         start + "its messages stand too late in the recording, behind eight more scans or a second, or are too few");
 }
 
-TEST_CASE("odometry and TF that are recorded late are waited for, up to a second") {
-  CHECK(Read(WithOdometry().Scan(0).Scan(999'000'000).Odometry(RobotAt(1.0, 0))).poses.at(0) == Pose2{1.0, 0.0, 0.0});
-  const auto PoseOf = [](std::uint32_t next_nanosec) {
-    return Read(WithTf().Scan(0).Scan(next_nanosec).Tf({RobotAt(1.0, 0)})).poses.at(0);
-  };
-  CHECK(PoseOf(999'000'000) == Pose2{1.0, 0.0, 0.0});
-  CHECK(Read(WithTf().Scan(0).Add(kScan, LaserMessage{.sec = 102, .frame = "laser"}.Ros1()).Tf({RobotAt(1.0, 0)}))
-            .poses.at(0) == std::nullopt);
-}
-
 TEST_CASE("a named topic is used, also one of poses, and one of several") {
   const Bag bag = WithOdometry()
                       .Topic(kOther, "/wheels", "nav_msgs/Odometry")

@@ -182,12 +182,6 @@ TEST_CASE("a bag with several lasers, or none that is wanted, is an error that l
   CHECK(ErrorOfBag(Ros1Bytes("")).ends_with("its topics: none; it is cut short or damaged at its end"));
 }
 
-TEST_CASE("scans keep the order of the recording, whatever their stamps") {
-  const Result result = ReadRos1(Ros1At(5) + Ros1At(3) + Ros1At(4) + Ros1At(3));
-  CHECK(SecondsOf(result) == Seconds{5, 3, 4});
-  CHECK(result.counts.at("utime_repeated") == 1);
-}
-
 TEST_CASE("scans without stamps are numbered, and that is said") {
   std::string records;
   for (int i = 0; i < 60; ++i) {

@@ -51,7 +51,7 @@ TEST_CASE("the stamp of a LaserScan is that of its first beam, the utime that of
   const LaserScan turned = ScanOf({.time_increment = -0.25f});  // its driver has measured the first beam last
   CHECK(turned.utime == 100'000'000);
   CHECK(turned.times_s == std::vector<float>{0.0f, -0.25f, -0.5f});
-  for (const float cannot_be : {NAN, INFINITY, 1000.0f}) {
+  for (const float cannot_be : {NAN, INFINITY, 0.51f, 1000.0f}) {  // more than a second is no sweep
     CHECK(ScanOf({.time_increment = cannot_be}).utime == 100'000'000);
     CHECK(ScanOf({.time_increment = cannot_be}).times_s.empty());
   }
@@ -79,8 +79,9 @@ TEST_CASE("what is outside of a laser's range is no return") {
 }
 
 TEST_CASE("a laser that does not know its range has any") {
-  for (const float unknown : {0.0f, NAN}) {
-    const LaserMessage message{.range_min = unknown, .range_max = unknown, .ranges = {0.01f, 500.0f}};
+  for (const auto& [least_m, most_m] :
+       {std::pair(0.0f, 0.0f), {NAN, NAN}, {5.0f, 5.0f}, {0.0f, NAN}, {9.0f, -1.0f}, {0.0f, INFINITY}}) {
+    const LaserMessage message{.range_min = least_m, .range_max = most_m, .ranges = {0.01f, 500.0f}};
     CHECK(ScanOf(message).ranges_m == message.ranges);
   }
 }
