@@ -38,6 +38,7 @@ void RunStatistics::Add(const ScanMatch& match) {
   if (values_.counts.scans() == 0) values_.first_utime = match.utime;
   values_.counts.Add(match);
   if (match.state != MatchState::kFirst && match.map_version == 0) values_.finished_map = true;
+  const bool was_lost = num_unmatched_in_a_row_ > 0;
   CountUnmatched(outcome);
   if (outcome != ScanOutcome::kOnMap) {
     if (const auto track = tracks_.find(match.trajectory); track != tracks_.end()) track->second.previous.reset();
@@ -58,7 +59,8 @@ void RunStatistics::Add(const ScanMatch& match) {
     sampled->degenerate = match.state == MatchState::kDegenerate;
   }
   if (track.previous) AddStep(*track.previous, match);
-  track.previous = match;
+  if (was_lost && last_on_map_) LookForJump(*last_on_map_, match);
+  track.previous = last_on_map_ = match;
 }
 
 void RunStatistics::ForgetRays(std::int64_t utime) {

@@ -45,8 +45,8 @@ class RunStatistics {
     std::int64_t longest_unmatched = 0;  ///< most scans in a row that were lost or without rays
     std::int64_t steps = 0;              ///< pairs of scans in a row that were matched
     std::int64_t far_steps = 0;          ///< those between which the laser moved by more than 0.4 m or 0.25 rad
-    double longest_jump_m = 0.0;         ///< longest step that no robot can make; 0 if there is none
-    Point longest_jump_ends = {};        ///< where that ends, map frame
+    double longest_jump_m = 0.0;   ///< longest step that no robot can make, lost between or not; 0 if there is none
+    Point longest_jump_ends = {};  ///< where that ends, map frame
     /// Length of the path, by steps that are longer than a robot that stands seems to make. How the robot came from one
     /// trajectory to the next is not known, and is no path.
     double path_m = 0.0;
@@ -107,6 +107,7 @@ class RunStatistics {
   Correlation turns_;
   Correlation ways_;
   std::map<int, Track> tracks_;
+  std::optional<ScanMatch> last_on_map_;
   bool of_keyframes_ = false;
   std::map<std::uint64_t, Sampled> sampled_;  ///< by the hash of the utime: the scans of the smallest ones
 };

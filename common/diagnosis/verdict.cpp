@@ -153,11 +153,11 @@ void JudgeTrack(const Constants& constants, Verdict& verdict) {
 void JudgeJumps(Verdict& verdict) {
   const auto& values = verdict.values;
   if (values.longest_jump_m == 0.0) return;
-  Warn(
-      verdict, Trust::kDoubtful,
-      fmt::format("the pose jumps by {:.1f} m from one scan to the next, to x {:.0f} m, y {:.0f} m, and no robot is so "
-                  "fast: likely a wrong match, or another program that publishes poses on this bus",
-                  values.longest_jump_m, values.longest_jump_ends.x_m, values.longest_jump_ends.y_m));
+  Warn(verdict, Trust::kDoubtful,
+       fmt::format(
+           "the pose jumps by {:.1f} m, to x {:.0f} m, y {:.0f} m, and no robot is so fast: likely a wrong match or "
+           "join, or another program that publishes poses on this bus",
+           values.longest_jump_m, values.longest_jump_ends.x_m, values.longest_jump_ends.y_m));
 }
 
 void JudgeAxes(const Constants& constants, Verdict& verdict) {
