@@ -33,7 +33,7 @@ using MethodFigure = std::function<double(const std::string& world, const std::s
 /// What speaks against a claim; "" if nothing does.
 using Objection = std::function<std::string(const std::string& world)>;
 
-std::string Verdict(const std::vector<std::string>& worlds, const MethodFigure& figure, const Objection& objection) {
+std::string Verdict(const std::vector<std::string>& worlds, const Objection& objection) {
   std::string objections;
   for (const std::string& world : worlds) {
     const std::string found = objection(world);
@@ -44,7 +44,7 @@ std::string Verdict(const std::vector<std::string>& worlds, const MethodFigure& 
 }
 
 std::string JudgeLeast(const MethodFigure& figure) {
-  return Verdict(kMapped, figure, [&](const std::string& world) -> std::string {
+  return Verdict(kMapped, [&](const std::string& world) -> std::string {
     const auto Less = [&](const std::string& a, const std::string& b) { return figure(world, a) < figure(world, b); };
     const std::string best = *std::min_element(kSelectionMethods.begin(), kSelectionMethods.end(), Less);
     if (std::isinf(figure(world, best))) return "all lost";
@@ -54,7 +54,7 @@ std::string JudgeLeast(const MethodFigure& figure) {
 }
 
 std::string JudgeDensity(const MethodFigure& cmse_px2) {
-  return Verdict({"env2", "env3"}, cmse_px2, [&](const std::string& world) -> std::string {
+  return Verdict({"env2", "env3"}, [&](const std::string& world) -> std::string {
     if (cmse_px2(world, "density") > kFailedCmse_px2 && cmse_px2(world, "segments") <= kFailedCmse_px2) return "";
     return fmt::format("density {}, segments {}", Show(cmse_px2(world, "density"), 2),
                        Show(cmse_px2(world, "segments"), 2));
@@ -62,7 +62,7 @@ std::string JudgeDensity(const MethodFigure& cmse_px2) {
 }
 
 std::string JudgeSlowest(const std::vector<std::string>& worlds, const MethodFigure& ms) {
-  return Verdict(worlds, ms, [&](const std::string& world) -> std::string {
+  return Verdict(worlds, [&](const std::string& world) -> std::string {
     const auto Less = [&](const std::string& a, const std::string& b) { return ms(world, a) < ms(world, b); };
     const std::string slowest = *std::max_element(kSelectionMethods.begin(), kSelectionMethods.end(), Less);
     if (!Less("all", slowest)) return "";
@@ -71,7 +71,7 @@ std::string JudgeSlowest(const std::vector<std::string>& worlds, const MethodFig
 }
 
 std::string JudgeBand(const std::vector<std::string>& worlds, const MethodFigure& rays, int low, int high) {
-  return Verdict(worlds, rays, [&](const std::string& world) -> std::string {
+  return Verdict(worlds, [&](const std::string& world) -> std::string {
     const double mean = rays(world, "segments");
     return mean >= low && mean <= high ? "" : Show(mean, 2);
   });
