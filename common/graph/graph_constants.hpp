@@ -15,7 +15,7 @@ struct GraphConstants {
   struct Edges {
     MotionSigma step{0.003, 0.003, 0.0005};  ///< of a match, besides what its walls leave open: how it was drawn
     double walls = 0.5;                      ///< share of that: a scan is matched to what many before it have drawn
-    double uneven = 0.5;     ///< share of a way along a degenerate direction, by which the velocity model errs
+    double uneven = 0.4;     ///< share of a way along a degenerate direction, by which the velocity model errs
     double normals = 0.004;  ///< share of what walls tell across a degenerate direction, that the noise of their
                              ///< normals seems to tell along it
     double across_lost = 10.0;  ///< over lost scans so many times as much

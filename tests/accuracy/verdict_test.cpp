@@ -70,12 +70,13 @@ TEST_CASE("maps of spoilt scans of simulated worlds are called bad") {
 }
 
 TEST_CASE("maps of real logs that are right are called good", "[logs]") {
-  if (const auto log = FindRealLog("radish/fr079.clf.gz")) CheckGood("fr079", *log, "sick", 1);
-  if (const auto log = FindRealLog("radish/killian.clf.gz")) CheckGood("killian", *log, "sick", 1);
+  for (const char* name : {"fr079", "intel", "aces", "killian"}) {
+    if (const auto log = FindRealLog(fmt::format("radish/{}.clf.gz", name))) CheckGood(name, *log, "sick", 1);
+  }
 }
 
-TEST_CASE("a map of corridors that look alike, driven once, is doubtful") {  // it comes out 0.3 m too long
-  CheckDoubtful("twins", "sim:twins", "");
+TEST_CASE("maps of corridors that look alike, driven once, are good") {  // right to 0.15 m, and say up to 0.9 m
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) CheckGood("twins", "sim:twins", "", seed);
 }
 
 TEST_CASE("maps of drives of which a third is on degenerate scans, without a loop, are doubtful", "[logs]") {

@@ -205,7 +205,7 @@ TEST_CASE("where a corridor left the position open, and where scans were lost, a
   const auto Information = [&](std::size_t i) { return w[i] * w[i] + w[3 + i] * w[3 + i]; };
   const double correlated = GraphConstants::Edges().correlated;
   CHECK(Information(0) == Approx(1.0 / correlated / (0.003 * 0.003 + 0.005 * 0.005)));  // across, as everywhere
-  CHECK(Information(1) == Approx(1.0 / correlated / (0.5 * 0.5)).epsilon(0.01));        // along: a share of the metre
+  CHECK(Information(1) == Approx(1.0 / correlated / (0.4 * 0.4)).epsilon(0.01));        // along: a share of the metre
 }
 
 TEST_CASE("what another graph has learned is taken over, and later keyframes follow by their motions") {

@@ -155,7 +155,7 @@ TEST_CASE("where a place is known the matches are checked, and a slip between tw
   const std::vector<Pose2> truth = FromFirst(places);
   constexpr int kSlip = 130;  // after 65 m, where the first ties are 9 m old
   constexpr int kSlipped = 138;
-  // Eight motions of half a metre along a degenerate direction are known to half of each.
+  // Eight motions of half a metre along a degenerate direction are known to two fifths of each.
   for (const double slip_m : {0.0, 0.6}) {
     CAPTURE(slip_m);
     auto keyframes = MakeKeyframes(walls, places, {}, 4);
