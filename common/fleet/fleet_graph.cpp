@@ -225,11 +225,9 @@ void FleetGraph::EstimateCovariances(const PoseGraph& solved, int piece, const s
 }
 
 GraphEdge FleetGraph::MakeEdge(const FleetLoop& loop, const std::vector<int>& first_pose) const {
-  GraphEdge edge = GraphEdge::Make(IndexOf(loop.older, map(loop.older.map), first_pose),
-                                   IndexOf(loop.newer, map(loop.newer.map), first_pose), loop.T_older_newer,
-                                   constants_.graph.edges.loop);
-  edge.may_be_wrong = true;
-  return edge;
+  const auto Index = [&](const FleetKeyframeId& at) { return IndexOf(at, map(at.map), first_pose); };
+  return ToGraphEdge(crsm::MakeEdge({loop.older.id, loop.newer.id, loop.T_older_newer}, constants_.graph.edges),
+                     Index(loop.older), Index(loop.newer));
 }
 
 /// Whether any was.

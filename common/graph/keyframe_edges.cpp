@@ -99,6 +99,12 @@ KeyframeEdge MakeEdge(const Loop& loop, const GraphConstants::Edges& constants) 
   return {loop.older, loop.newer, loop.T_older_newer, constants.loop, ToldBy::kLoop};
 }
 
+GraphEdge ToGraphEdge(const KeyframeEdge& edge, int from, int to) {
+  GraphEdge made = GraphEdge::Make(from, to, edge.T_older_newer, edge.sigma, edge.x_axis);
+  made.may_be_wrong = edge.may_be_wrong();
+  return made;
+}
+
 std::vector<KeyframeEdge> FindEdges(const KeyframeGraph& graph, const GraphConstants::Edges& constants) {
   return EdgeFinder(graph, constants).FindAll();
 }

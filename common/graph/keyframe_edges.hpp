@@ -25,6 +25,9 @@ struct KeyframeEdge {
 
 KeyframeEdge MakeEdge(const Loop& loop, const GraphConstants::Edges& constants);
 
+/// from, to: where a pose graph has the older keyframe, and the newer one.
+GraphEdge ToGraphEdge(const KeyframeEdge& edge, int from, int to);
+
 /// All that a graph knows of its motions, but for breaks that nothing bridges: by the names of the newer keyframes, and
 /// the loops behind them.
 ///

@@ -37,15 +37,10 @@ class PoseIndices {
   std::vector<int> first_of_;  ///< by trajectory
 };
 
-GraphEdge ToGraphEdge(const KeyframeEdge& edge, const PoseIndices& indices, double correlated) {
-  MotionSigma sigma = edge.sigma;
-  if (!edge.may_be_wrong()) {
-    const double times = std::sqrt(correlated);
-    sigma = {times * sigma.x_m, times * sigma.y_m, times * sigma.yaw_rad};
-  }
-  GraphEdge made = GraphEdge::Make(indices(edge.older), indices(edge.newer), edge.T_older_newer, sigma, edge.x_axis);
-  made.may_be_wrong = edge.may_be_wrong();
-  return made;
+/// Matches in a row err alike.
+MotionSigma Correlate(const MotionSigma& sigma, double correlated) {
+  const double times = std::sqrt(correlated);
+  return {times * sigma.x_m, times * sigma.y_m, times * sigma.yaw_rad};
 }
 
 }  // namespace
@@ -273,8 +268,9 @@ PoseGraph KeyframeGraph::MakePoseGraph() const {
   for (const std::vector<Pose2>& trajectory : poses_) {
     for (const Pose2& pose : trajectory) graph.AddPose(pose);
   }
-  for (const KeyframeEdge& edge : FindEdges(*this, constants_)) {
-    graph.AddEdge(ToGraphEdge(edge, indices, constants_.correlated));
+  for (KeyframeEdge& edge : FindEdges(*this, constants_)) {
+    if (!edge.may_be_wrong()) edge.sigma = Correlate(edge.sigma, constants_.correlated);
+    graph.AddEdge(ToGraphEdge(edge, indices(edge.older), indices(edge.newer)));
   }
   for (int i = 1; i < num_trajectories(); ++i) {
     if (IsBridged(i)) continue;
@@ -300,7 +296,8 @@ std::vector<Loop> KeyframeGraph::Optimise() {
   std::vector<Loop> contradicted;
   const PoseIndices indices(*this);
   for (const Loop& loop : loops_) {
-    const double error = graph.SquaredError(ToGraphEdge(MakeEdge(loop, constants_), indices, 1.0));
+    const double error =
+        graph.SquaredError(ToGraphEdge(MakeEdge(loop, constants_), indices(loop.older), indices(loop.newer)));
     if (error > constants_.contradicted) contradicted.push_back(loop);
   }
   for (const Loop& loop : contradicted) DropLoop(loop);

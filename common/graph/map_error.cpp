@@ -20,11 +20,7 @@ constexpr std::uint64_t kSeed = 1;
 PoseGraph MakePoseGraph(const KnownMotions& motions) {
   PoseGraph graph;
   for (const Pose2& pose : motions.poses) graph.AddPose(pose);
-  for (const auto& [from, to, edge] : motions.edges) {
-    GraphEdge made = GraphEdge::Make(from, to, edge.T_older_newer, edge.sigma, edge.x_axis);
-    made.may_be_wrong = edge.may_be_wrong();
-    graph.AddEdge(made);
-  }
+  for (const auto& [from, to, edge] : motions.edges) graph.AddEdge(ToGraphEdge(edge, from, to));
   return graph;
 }
 

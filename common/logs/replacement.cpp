@@ -52,6 +52,14 @@ void Replacement::Write(const std::string& name, const std::function<void(const 
 
 bool Replacement::Has(const std::string& name) const { return std::ranges::find(names_, name) != names_.end(); }
 
+void Replacement::RemoveOthers(std::span<const char* const> names) const {
+  for (const char* name : names) {
+    std::error_code error;
+    if (!Has(name)) std::filesystem::remove(dir_ / name, error);
+    if (error) throw std::runtime_error(fmt::format("cannot remove {}: {}", (dir_ / name).string(), error.message()));
+  }
+}
+
 void Replacement::Rename() {
   for (const std::string& name : names_) {
     if (rename(Temporary(name).c_str(), (dir_ / name).c_str()) != 0) Fail(name, errno);

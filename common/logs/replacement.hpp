@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,9 @@ class Replacement {
 
   /// Whether a file was written that Rename has not renamed yet.
   bool Has(const std::string& name) const;
+
+  /// Removes those of the folder's `names` that were not written: they are of an earlier map.
+  void RemoveOthers(std::span<const char* const> names) const;
 
   void Rename();
 

@@ -234,14 +234,6 @@ void AddMarks(const std::vector<PlacedMark>& marks, Replacement& files) {
   files.Write(kGeoJson, FormatMarksGeoJson(marks));
 }
 
-void RemoveOldFiles(const std::filesystem::path& dir, std::span<const char* const> names, const Replacement& files) {
-  for (const char* name : names) {
-    std::error_code error;
-    if (!files.Has(name)) std::filesystem::remove(dir / name, error);
-    if (error) throw std::runtime_error(fmt::format("cannot remove {}: {}", (dir / name).string(), error.message()));
-  }
-}
-
 std::vector<PlacedMark> ReadMarks(const std::filesystem::path& dir) {
   const std::filesystem::path path = dir / kGeoJson;
   constexpr std::size_t kMostBytes = std::size_t{1} << 22;

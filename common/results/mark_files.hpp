@@ -2,7 +2,6 @@
 
 #include <array>
 #include <filesystem>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -25,10 +24,6 @@ std::string FormatMarksGeoJson(const std::vector<PlacedMark>& marks);
 
 /// Adds marks.csv and marks.geojson, where there are marks.
 void AddMarks(const std::vector<PlacedMark>& marks, Replacement& files);
-
-/// Removes from a folder of results those of `names`, of kMarkFiles say, that are of an earlier map or its marks: all
-/// but what `files` will replace. Throws std::runtime_error if that fails.
-void RemoveOldFiles(const std::filesystem::path& dir, std::span<const char* const> names, const Replacement& files);
 
 /// The places in the results of a run, from `dir`'s marks.geojson; none where it is not there. Throws
 /// std::runtime_error that names the file if it is something else.

@@ -33,8 +33,8 @@ void WriteResults(const std::filesystem::path& dir, const Results& results) {
   Replacement files(dir);
   AddResults(results, {EncodeWithOpenCv, [](const Results& drawable) { return EncodeOverview(drawable); }}, files);
   AddMarkPictures(results, files);
-  RemoveOldFiles(dir, kMarkFiles, files);
-  RemoveOldFiles(dir, kEditedFiles, files);
+  files.RemoveOthers(kMarkFiles);
+  files.RemoveOthers(kEditedFiles);
   FreeMapPicture(dir);
   files.Rename();
   RemoveOldPictures(dir);

@@ -119,8 +119,8 @@ void Slam::Save(const std::string& folder) const {
   if (error) throw std::runtime_error("Save: cannot write " + journal.string() + ": " + error.message());
   crsm::SyncFolder(journal.string());
   crsm::RemoveHalfJournal(folder);
-  crsm::RemoveOldFiles(folder, crsm::kMarkFiles, files);
-  crsm::RemoveOldFiles(folder, crsm::kEditedFiles, files);
+  files.RemoveOthers(crsm::kMarkFiles);
+  files.RemoveOthers(crsm::kEditedFiles);
   crsm::FreeMapPicture(folder);
   files.Rename();
   impl_->WritePieces(folder, results.pieces);

@@ -20,8 +20,8 @@ namespace fs = std::filesystem;
 void WriteEdits(const fs::path& folder, const MapEdits& edits) {
   Replacement files(folder);
   if (!edits.IsEmpty()) AddEditedMap(ReadMap(folder), ReadMarks(folder), edits, files);
-  RemoveOldFiles(folder, kEditedFiles, files);
-  RemoveOldFiles(folder, std::array{kEditsFile}, files);
+  files.RemoveOthers(kEditedFiles);
+  files.RemoveOthers(std::array{kEditsFile});
   files.Rename();
 }
 

@@ -17,15 +17,15 @@ namespace crsm {
 ///              x y i16, whole u8, number of bytes u16, runs as in map_tile_t. anew: begins with an empty map; whole:
 ///              with an unexplored tile; complete: all of this epoch's version is there
 ///   2 robot    utime i64, state u8 as in scan_match_t, or 5: nothing of the scan was a measurement, trajectory i32,
-///   floating u8, x y yaw f64 [m, m, rad],
-///              fitness f32, covariance xx xy yy yaw yaw f32, degenerate axis x y f32, number of rays u16, of each
-///              angle and range f32 [rad, m], number of critical rays u16, of each its index u16
+///              floating u8, x y yaw f64 [m, m, rad], fitness f32, covariance xx xy yy yaw yaw f32, degenerate axis x y
+///              f32, number of rays u16, of each angle and range f32 [rad, m], number of critical rays u16, of each its
+///              index u16
 ///   3 path     generation u32, first point u32, number of points u32, of each its scan's number u32, x y f32 [m],
 ///              state u8, or 4: it has a pose, but on another piece than the one that is shown, trajectory i32
 ///   4 samples  number u32, of each time f64 [s], fitness f32, state u8
 ///   5 info     JSON: names of all robots, whether the page may only look, loops, marks, edits, the newest news and how
-///   many there were, and Scene::info 6 timeline of a run that has ended: number of scans u32, then of all scans time
-///   f64 [s], then of all x, then y,
+///              many there were, and Scene::info
+///   6 timeline of a run that has ended: number of scans u32, then of all scans time f64 [s], then of all x, then y,
 ///              then yaw f32 [m, m, rad], then x, then y f32 [m] where it was matched first, NaN if nowhere, then
 ///              fitness f32, then degenerate axis f32 [rad], NaN if there is none, then trajectory i32, then state u8
 ///              as of the path

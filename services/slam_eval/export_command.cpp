@@ -37,10 +37,10 @@ void RunExport(const ExportOptions& options) {
   AddMarks(map.marks, files);
   AddMasks(grid, map.marks, files);
   files.Write("map.tif", EncodeRescueMap(map));
-  RemoveOldFiles(out, kMarkFiles, files);
+  files.RemoveOthers(kMarkFiles);
   if (!options.edits.empty()) {
     AddEditedMap(grid, map.marks, ReadMapEdits(options.edits), files);
-    RemoveOldFiles(out, kEditedFiles, files);
+    files.RemoveOthers(kEditedFiles);
   }
   std::string names;
   const auto AddName = [&](const char* name) {

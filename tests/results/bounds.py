@@ -1,12 +1,11 @@
 """Whether maps are off by no more than they say: simulated worlds, by lasers of many kinds, with and without wheels."""
 
 import dataclasses
-import json
 import math
 import pathlib
 import tempfile
 
-from measure import BIN, PROJECT, Section, call, map_all, median, run_measured
+from measure import PROJECT, Section, map_all, map_log, median
 from page import table
 
 PICTURE = PROJECT / "tests/results/bounds.svg"
@@ -43,11 +42,9 @@ class Mapped:
 
 def map_source(laser, source, seed):
     """Maps a source without a flag, as a stranger would. The error is that of the worst pose."""
-    with tempfile.TemporaryDirectory(prefix="crsm_bounds_") as out:
-        run_measured([BIN / "slam_offline", source, "--seed", seed, "--out", out, "--force"])
-        verdict = json.loads((pathlib.Path(out) / "summary.json").read_text())["verdict"]
-        error_m = json.loads(call(BIN / "slam_eval", "trajectory", out, "--align", "--json"))["max_m"]
-    return Mapped(laser, error_m, verdict.get("off_m"), verdict["trust"])
+    run = map_log(source, ["--seed", seed], align_truth=True)
+    verdict = run.summary["verdict"]
+    return Mapped(laser, run.worst_m, verdict.get("off_m"), verdict["trust"])
 
 
 def write_world(folder, world, laser, seed):

@@ -78,6 +78,7 @@ class Run:
 
     summary: dict
     error_m: float       # nan where there is nothing to compare with
+    worst_m: float       # of the poses, beside their truth; else nan
     processor_s: float   # of the process and of the kernel for it
 
     def timing_ms(self, which):
@@ -101,13 +102,14 @@ def map_log(source, flags, relations=None, laser_x_m=0.0, align_truth=False):
     """Maps a log in a folder that goes afterwards. The error is that of the relations, or of the path from its truth."""
     with tempfile.TemporaryDirectory(prefix="crsm_results_") as out:
         usage = run_measured([BIN / "slam_offline", source, "--out", out, "--force", *flags])
-        error_m = float("nan")
+        error_m = worst_m = float("nan")
         if relations:
             error_m = json.loads(call(BIN / "slam_eval", "relations", out, relations, "--laser-x-m", laser_x_m,
                                       "--json"))["translation_m"]["mean"]
         elif align_truth:
-            error_m = json.loads(call(BIN / "slam_eval", "trajectory", out, "--align", "--json"))["rmse_m"]
-        return Run(json.loads((pathlib.Path(out) / "summary.json").read_text()), error_m, usage.ru_utime + usage.ru_stime)
+            errors = json.loads(call(BIN / "slam_eval", "trajectory", out, "--align", "--json"))
+            error_m, worst_m = errors["rmse_m"], errors["max_m"]
+        return Run(json.loads((pathlib.Path(out) / "summary.json").read_text()), error_m, worst_m, usage.ru_utime + usage.ru_stime)
 
 
 def map_radish(name, flags, log=None, odometry=False):

@@ -5,12 +5,13 @@ import {hasPose} from "./wire.js";
 
 const $ = (id) => document.getElementById(id);
 const TAU = 2 * Math.PI;
-const NUM_COLOURS = 8;  // --fleet-0 and so on of the style sheet; a ninth robot has the first one again
 const JOIN_MS = 8000;   // that a join is pointed at, as its news are shown
 const MOST_NAMES = 4;   // of robots in a line
 const [NAME_PX, LINE_PX] = [4.5, 25];  // half of a letter, and a line of drawText
 const MOST_LAYOUTS = 1000000n;  // of a map: each adds one to its epoch
 const whole = new Intl.NumberFormat("en");
+// Of the style sheet; a ninth robot has the first one again.
+export const COLOURS = Array.from({length: 8}, (_, i) => `fleet-${i}`);
 export const NO_MARKS = "places are added on the page of a robot: the fleet hears of them from there";
 
 export const isFleet = ({info}) => Boolean(info.fleet);
@@ -45,7 +46,7 @@ export function lookAtFleets(models, now_ms) {
     }
     const {robots, joins} = model.info.fleet;
     model.fleet = robots.map((told, index) => ({
-      ...told, state: stateOf(told), colour: index % NUM_COLOURS, at: placeByPose(told, models) ?? placeByKeyframe(told)}));
+      ...told, state: stateOf(told), colour: index % COLOURS.length, at: placeByPose(told, models) ?? placeByKeyframe(told)}));
     if (before && joins.number > model.num_joins) model.joined_at_ms = now_ms;
     model.num_joins = joins.number;
     const places = (list) => JSON.stringify(list?.map(({at}) => at));
@@ -57,13 +58,8 @@ const isPointedAt = ({joined_at_ms}, now_ms) => now_ms - joined_at_ms < JOIN_MS 
 
 export const colourOf = ({colour}, colours) => colours[`fleet_${colour}`];
 
-function drawPaths(context, {fleet, path}, window_m, pixel, colours, with_floating) {
+function drawPaths(context, {fleet, lines}, window_m, pixel, colours, with_floating) {
   const owners = new Map(fleet.flatMap((robot) => robot.trajectories.map((trajectory) => [trajectory, robot])));
-  const lines = new Map();
-  for (const point of path) {
-    if (!lines.has(point.trajectory)) lines.set(point.trajectory, []);
-    lines.get(point.trajectory).push(point);
-  }
   for (const [trajectory, points] of lines) {
     if (!with_floating && points[0].state === "FLOATING") continue;
     const robot = owners.get(trajectory);

@@ -4,7 +4,7 @@ import {BLOCK_CELLS, REDUCTIONS, findWalls, makePalette} from "./map_model.js";
 import {TimelinePath, drawChanges, drawDoubt, drawDoubts, drawGrid, drawLoops, drawMeasure, drawMoved, drawPath, drawPlace, drawRobot,
         drawScan, drawText, drawTruth, drawWayBack} from "./layers.js";
 import {drawEdits, boxCorners} from "./edits.js";
-import {drawFleet} from "./fleet.js";
+import {COLOURS as FLEET_COLOURS, drawFleet} from "./fleet.js";
 import {drawAim, drawDraft, drawMarks} from "./marks.js";
 import {listenToPointers} from "./pointers.js";
 
@@ -21,7 +21,7 @@ const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
 function readColours() {
   const style = getComputedStyle(document.documentElement);
   const names = ["ground", "grid", "grid-strong", "free", "wall", "path", "ray-wall", "ray-new", "ray-free", "scan",
-                 "robot", "good", "warn", "bad", "loop", "floating", "text", "dim", "panel", ...Array.from({length: 8}, (_, i) => `fleet-${i}`)];
+                 "robot", "good", "warn", "bad", "loop", "floating", "text", "dim", "panel", ...FLEET_COLOURS];
   return Object.fromEntries(names.map((name) => [name.replace("-", "_"), style.getPropertyValue(`--${name}`).trim()]));
 }
 

@@ -22,7 +22,7 @@ export class RobotModel extends EventTarget {
     this.is_corrected = false;  // and it is not told yet
     this.loops_told = null;     // loops that were closed then
     this.way_m = 0;  // along the path
-    this.ends = new Map();  // of the path, by trajectory: robots of a fleet come in turn
+    this.lines = new Map();  // the same by trajectory: robots of a fleet come in turn
     this.tail = [];  // where the robot was seen since the path was told last
     this.samples = [];
     this.timeline = null;  // of a run that has ended
@@ -98,15 +98,17 @@ export class RobotModel extends EventTarget {
     if (generation !== this.path_generation || first < this.path.length) {
       this.path = [];
       this.way_m = 0;
-      this.ends.clear();
+      this.lines.clear();
     }
     this.path_generation = generation;
     for (const point of points) {
-      const last = this.ends.get(point.trajectory);
+      if (!this.lines.has(point.trajectory)) this.lines.set(point.trajectory, []);
+      const line = this.lines.get(point.trajectory);
+      const last = line.at(-1);
       const step_m = last ? Math.hypot(point.x_m - last.x_m, point.y_m - last.y_m) : 0;
       if (hasPose(point.state) && step_m < 10) this.way_m += step_m;
       this.path.push(point);
-      this.ends.set(point.trajectory, point);
+      line.push(point);
     }
     if (this.path !== before) this.compare(before);
     const end = this.path.at(-1);

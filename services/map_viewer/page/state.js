@@ -6,7 +6,7 @@ import {isKnown} from "./layers.js";
 export const SILENT_S = 3;  // three statuses are missing
 const NO_SCAN_S = 3;        // no laser is so slow
 const RESULTS_S = 30;       // that a run which has ended may take until it is shown as a finished one
-const ON_THE_WAY = ["ray_selector", "rrhc_matcher", "map_updater", "fleet_mapper"];  // of a scan
+const ON_THE_WAY = ["ray_selector", "rrhc_matcher", "map_updater"];  // of a scan
 const TRUST = {good: ["good", "GOOD"], doubtful: ["warn", "DOUBTFUL"], bad: ["bad", "BAD"], none: ["none", "FINISHED"]};
 
 export const seconds = (age_s) => (age_s < 120 ? `${Math.floor(age_s)} s` : `${Math.floor(age_s / 60)} min`);
@@ -70,14 +70,14 @@ function describeLive(model, now_ms) {
   const since_s = Math.max(0, (now_ms - model.info_at_ms) / 1000);  // since the viewer said it
   if (since_s > 5) return {tone: "bad", text: `map_viewer silent for ${seconds(since_s)}`, why: "it hangs, or the network does"};
   const silent = info.services.filter(({silent_s}) => silent_s + since_s > SILENT_S);
-  const stopped = silent.find(({name}) => ON_THE_WAY.includes(name));
+  const stopped = silent.find(({name}) => [...ON_THE_WAY, "fleet_mapper"].includes(name));
   if (stopped) {
     return {tone: "bad", text: `${stopped.name} silent for ${seconds(stopped.silent_s + since_s)}`,
             why: "it was stopped, or it hangs: scans are not mapped"};
   }
   if (isFleet(model)) return describeFleet(model);
   if (!(info.scan_age_s >= 0)) {
-    const missing = ON_THE_WAY.filter((name) => name !== "fleet_mapper" && !info.services.some((service) => service.name === name));
+    const missing = ON_THE_WAY.filter((name) => !info.services.some((service) => service.name === name));
     return {tone: "none", text: "waiting for scans",
             why: missing.length ? `${missing.join(", ")} not heard yet` : "no scan has come yet: is the driver of the laser running?"};
   }
