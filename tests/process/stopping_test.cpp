@@ -16,10 +16,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A journal that takes some seconds to be read: a hundred thousand scans of a robot that stands.
+/// A journal that takes some seconds to be read: four hundred thousand scans of a robot that stands.
 void MakeLongJournal(const fs::path& folder) {
   Journal journal(folder, {false, ListMapParameters({})});
-  for (std::int64_t scan = 0; scan < 100'000; ++scan) {
+  for (std::int64_t scan = 0; scan < 400'000; ++scan) {
     journal.Append(nullptr, {1'000'000 + scan, {}, 0.9, 1, 1, 0, scan == 0 ? MatchState::kFirst : MatchState::kOk});
   }
   journal.Finish();
