@@ -95,8 +95,6 @@ struct GraphConstants {
     int nearby_evaluations = 5000;  ///< a place that takes longer is like others
     double far_m = 6.0;             ///< window where it does not fit
     double far_rad = 0.2;
-    double agrees_m = 0.3;  ///< with the graph
-    double agrees_rad = 0.1;
   };
 
   /// Between components. Chosen on fr-clinic and carried drives in sim:demo (seeds 1 to 12), checked on other seeds,

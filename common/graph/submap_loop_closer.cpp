@@ -50,7 +50,7 @@ std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe, const std::o
   if (!finding) return std::nullopt;
   update.previous = std::exchange(update_, update.keyframe);
   const bool checked = finding->by == LoopFinding::By::kCheck;
-  if (checked && AgreesWithGraph(*finding)) {
+  if (checked && AgreesWithGraph(finding->older, finding->newer, finding->T_older_newer, 1.0)) {
     verified_ = update.keyframe;
     return update;
   }
@@ -72,11 +72,8 @@ std::optional<GraphUpdate> SubmapLoopCloser::Add(Keyframe keyframe, const std::o
 /// come since it was solved that solving costs the same for each of them, however large the graph is.
 bool SubmapLoopCloser::CanWait(const std::vector<Loop>& loops) const {
   const auto Agrees = [&](const Loop& loop) {
-    const Pose2 error = Inverse(graph_.pose(loop.older) * loop.T_older_newer) * graph_.pose(loop.newer);
-    const auto Share = [&](double value, double sigma) { return std::abs(value) / (constants_.loops.waits * sigma); };
-    const MotionSigma& sigma = constants_.edges.loop;
-    return graph_.HangTogether(loop.older, loop.newer) && Share(error.x_m, sigma.x_m) < 1.0 &&
-           Share(error.y_m, sigma.y_m) < 1.0 && Share(error.yaw_rad, sigma.yaw_rad) < 1.0;
+    return graph_.HangTogether(loop.older, loop.newer) &&
+           AgreesWithGraph(loop.older, loop.newer, loop.T_older_newer, constants_.loops.waits);
   };
   const int num_new = graph_.size() - solved_size_;
   return graph_.size() >= constants_.loops.waits_from && num_new < constants_.loops.waits_growth * graph_.size() &&
@@ -183,9 +180,12 @@ std::vector<KeyframeId> SubmapLoopCloser::PlacesFoundBefore() const {
   return places;
 }
 
-bool SubmapLoopCloser::AgreesWithGraph(const LoopFinding& finding) const {
-  const Pose2 expected = Inverse(graph_.pose(finding.older)) * graph_.pose(finding.newer);
-  return AreNear(expected, finding.T_older_newer, constants_.check.agrees_m, constants_.check.agrees_rad);
+/// Whether a loop would say what the graph says already, but for some of its standard deviations.
+bool SubmapLoopCloser::AgreesWithGraph(KeyframeId older, KeyframeId newer, const Pose2& T_older_newer,
+                                       double sigmas) const {
+  const MotionSigma& sigma = constants_.edges.loop;
+  const Pose2 expected = Inverse(graph_.pose(older)) * graph_.pose(newer);
+  return AreNear(expected, T_older_newer, sigmas * sigma.x_m, sigmas * sigma.yaw_rad);
 }
 
 /// Whether the wheels say that the robot is elsewhere: rooms and corridors are alike, and wheels that were right so far

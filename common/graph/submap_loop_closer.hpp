@@ -44,7 +44,7 @@ class SubmapLoopCloser : public LoopCloser {
   };
 
   bool ContradictsBridges(const LoopFinding& finding) const;
-  bool AgreesWithGraph(const LoopFinding& finding) const;
+  bool AgreesWithGraph(KeyframeId older, KeyframeId newer, const Pose2& T_older_newer, double sigmas) const;
   bool AreApart(const LoopFinding& earlier, const LoopFinding& later) const;
   bool Agree(const LoopFinding& earlier, const LoopFinding& later) const;
   std::vector<Loop> Confirm(const LoopFinding& finding, const GraphUpdate* earlier);

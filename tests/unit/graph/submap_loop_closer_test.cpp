@@ -80,10 +80,10 @@ TEST_CASE("a drive round a block that has drifted is corrected when it comes bac
     CHECK(WorstLoop_m(closed, truth) < 0.1);  // two cells of the map on which they are refined
     // What is left is how the first round is bent, for which the loops at its ends cannot vouch.
     CHECK(LargestDistance_m(closer.graph().poses()[0], truth) < 0.5 * before_m);
-    // The second time round fits onto the first: 0.3 m is what a check takes for agreement.
+    // The second time round fits onto the first: the standard deviation of a loop is what a check takes for agreement.
     const auto at = [&](std::size_t i) { return closer.graph().poses()[0][i]; };
     for (std::size_t i = 200; i < places.size(); ++i) {
-      REQUIRE(Distance_m(Inverse(at(i - 176)) * at(i), Inverse(truth[i - 176]) * truth[i]) < 0.3);
+      REQUIRE(Distance_m(Inverse(at(i - 176)) * at(i), Inverse(truth[i - 176]) * truth[i]) < 0.15);
     }
   }
 }
@@ -156,7 +156,7 @@ TEST_CASE("where a place is known the matches are checked, and a slip between tw
   constexpr int kSlip = 130;  // after 65 m, where the first ties are 9 m old
   constexpr int kSlipped = 138;
   // Eight motions of half a metre along a degenerate direction are known to two fifths of each.
-  for (const double slip_m : {0.0, 0.6}) {
+  for (const double slip_m : {0.0, 0.25, 0.6}) {
     CAPTURE(slip_m);
     auto keyframes = MakeKeyframes(walls, places, {}, 4);
     for (std::size_t i = kSlip; i < kSlipped; ++i) {  // the walls left it open how far the robot went
@@ -180,8 +180,8 @@ TEST_CASE("where a place is known the matches are checked, and a slip between tw
     REQUIRE(found.has_value() == (slip_m > 0.0));
     if (!found) continue;
     REQUIRE(found->constraints_wrong_from);
-    CHECK(*found->constraints_wrong_from <= Nth(kSlipped));  // half of a slip is what a check takes for agreement
-    CHECK(*found->constraints_wrong_from > Nth(110));        // what was checked before it stays
+    CHECK(*found->constraints_wrong_from <= Nth(kSlipped));
+    CHECK(*found->constraints_wrong_from > Nth(110));  // what was checked before it stays
     CHECK(WorstLoop_m(found->closed, truth) < 0.1);
     const KeyframeId last = std::min(Nth(found->keyframe.number + kLag), *closer.graph().newest());
     for (KeyframeId id = *found->constraints_wrong_from; id <= last; ++id.number) {
