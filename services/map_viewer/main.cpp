@@ -7,13 +7,16 @@
 
 #include <chrono>
 #include <deque>
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "services/base/process.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/base/viewer_token.hpp"
+#include "services/journal/run_folder.hpp"
 #include "services/map_viewer/access.hpp"
 #include "services/map_viewer/finished_run.hpp"
 #include "services/map_viewer/links.hpp"
@@ -45,10 +48,10 @@ std::string ChooseToken(const HttpAddress& address) {
 class Window {
  public:
   Window(const CommandLine& command_line, const ViewerOptions& options, std::vector<const Scene*> scenes,
-         Counters& counters)
+         std::vector<ShownPiece> pieces, Counters& counters)
       : address_(ParseHttpAddress(command_line.settings().http)),
         token_(ChooseToken(address_)),
-        site_(std::move(scenes), Access(address_.is_loopback, token_), options.folders),
+        site_(std::move(scenes), Access(address_.is_loopback, token_), options.folders, std::move(pieces)),
         server_(
             address_, [this](const WebRequest& request) { return site_.Answer(request); }, counters) {
     const bool is_another_port = address_.port != 0 && server_.address().port != address_.port;
@@ -102,7 +105,7 @@ void ShowLive(const CommandLine& command_line, const ViewerOptions& options) {
     robots.back().service().SetState("showing");
     scenes.push_back(&robots.back().scene());
   }
-  Window window(command_line, options, std::move(scenes), robots.front().service().counters());
+  Window window(command_line, options, std::move(scenes), {}, robots.front().service().counters());
   robots.front().service().Run(
       [&] {
         bool is_fetching = false;
@@ -124,16 +127,20 @@ void ShowFinished(const CommandLine& command_line, const ViewerOptions& options)
       throw UsageError(fmt::format("{}: applies to live robots only; remove it for a finished run", FlagOf(setting)));
     }
   }
-  std::vector<std::unique_ptr<Scene>> runs;
+  std::vector<std::map<int, std::unique_ptr<Scene>>> runs;
   std::vector<const Scene*> scenes;
+  std::vector<ShownPiece> pieces;
   std::deque<MapEditor> editors;
   for (const std::string& folder : options.folders) {
     runs.push_back(ReadFinishedRun(folder));
-    scenes.push_back(runs.back().get());
-    editors.emplace_back(folder, *runs.back());
+    scenes.push_back(runs.back().at(FindRun(folder).piece).get());
+    for (const auto& [piece, scene] : runs.back()) {
+      pieces.push_back({runs.size() - 1, piece, scene.get()});
+      editors.emplace_back(scene->name(), *scene);
+    }
   }
   Counters counters;
-  Window window(command_line, options, std::move(scenes), counters);
+  Window window(command_line, options, std::move(scenes), std::move(pieces), counters);
   CatchSignals();
   Say(command_line.program() + ": ready");
   while (!StopRequested()) {

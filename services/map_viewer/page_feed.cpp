@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -84,10 +85,10 @@ void PageFeed::AddMap(std::string& message) {
   const ChangeNumber had = map_told_;
   std::string tiles;
   std::uint16_t num_tiles = 0;
-  has_more_ = false;
+  std::ptrdiff_t num_left = 0;
   for (auto change = map.changes().upper_bound(had); change != map.changes().end(); ++change) {
     if (tiles.size() > kMostMapBytes) {
-      has_more_ = true;
+      num_left = std::distance(change, map.changes().end());
       break;
     }
     const SceneMap::Tile& tile = map.tiles().at(change->second);
@@ -101,12 +102,13 @@ void PageFeed::AddMap(std::string& message) {
     ++num_tiles;
     map_told_ = change->first;
   }
+  has_more_ = num_left > 0;
   if (!has_more_) map_told_ = map.last_change();
   std::string record;
   Append(record, static_cast<std::uint8_t>(anew));
   Append(record, map.epoch());
   Append(record, map.version());
-  Append(record, static_cast<std::uint8_t>(!has_more_));
+  Append(record, static_cast<std::uint32_t>(num_left));
   Append(record, map.cell_size_m());
   Append(record, num_tiles);
   AppendRecord(message, kMap, record + tiles);

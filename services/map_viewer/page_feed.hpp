@@ -13,9 +13,9 @@ namespace crsm {
 /// What the page of this viewer is told. Each message is binary, little-endian, and made of records: kind (1 byte),
 /// size of the rest (4 bytes), the rest. services/map_viewer/page/wire.js reads them.
 ///
-///   1 map      anew u8, epoch i64, version i64, complete u8, cell size f64 [m], number of tiles u16, and of each:
+///   1 map      anew u8, epoch i64, version i64, tiles left u32, cell size f64 [m], number of tiles u16, and of each:
 ///              x y i16, whole u8, number of bytes u16, runs as in map_tile_t. anew: begins with an empty map; whole:
-///              with an unexplored tile; complete: all of this epoch's version is there
+///              with an unexplored tile; tiles left: of this epoch's version, which come in other messages
 ///   2 robot    utime i64, state u8 as in scan_match_t, or 5: nothing of the scan was a measurement, trajectory i32,
 ///              floating u8, x y yaw f64 [m, m, rad], fitness f32, covariance xx xy yy yaw yaw f32, degenerate axis x y
 ///              f32, number of rays u16, of each angle and range f32 [rad, m], number of critical rays u16, of each its

@@ -73,10 +73,14 @@ json DescribeChanges(const std::vector<MapChange>& changes) {
   return list;
 }
 
+std::filesystem::path FolderOf(const std::filesystem::path& run, int piece) {
+  return piece == 1 ? run : run / "pieces" / std::to_string(piece);
+}
+
 json ListPieces(const std::filesystem::path& run, const MapPieces& pieces) {
   json list = json::array();
   for (std::size_t i = 0; i < pieces.pieces.size(); ++i) {
-    const std::filesystem::path folder = i == 0 ? run : run / "pieces" / std::to_string(i + 1);
+    const std::filesystem::path folder = FolderOf(run, static_cast<int>(i) + 1);
     list.push_back({{"piece", i + 1}, {"scans", pieces.pieces[i].scans}, {"way_m", pieces.pieces[i].way_m}});
     std::error_code error;
     if (std::filesystem::is_regular_file(folder / "map.png", error)) list.back()["folder"] = folder.string();

@@ -20,6 +20,9 @@ nlohmann::json DescribeCounts(const ScanCounts& counts);
 /// FormatIdentity.
 nlohmann::json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans, const std::string& identity);
 
+/// The folder of a piece of the map of a run.
+std::filesystem::path FolderOf(const std::filesystem::path& run, int piece);
+
 /// The pieces of the map of a run, the one that it shows first: [{"piece", "scans", "way_m", "folder"}, ...]; no
 /// "folder" where a piece has none.
 nlohmann::json ListPieces(const std::filesystem::path& run, const MapPieces& pieces);

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "common/scan/critical_rays.hpp"
@@ -17,6 +18,9 @@ class Timeline {
   void Add(const ScanMatch& match, const CriticalRays* scan);
 
   void SetMatch(std::size_t number, const ScanMatch& match) { moments_[number].match = match; }
+
+  /// These scans alone.
+  Timeline Pick(std::span<const std::size_t> numbers) const;
 
   std::size_t size() const { return moments_.size(); }
   const ScanMatch& match(std::size_t number) const { return moments_[number].match; }
@@ -44,6 +48,7 @@ class Timeline {
   };
 
   std::size_t LastRay(std::size_t number) const;
+  std::size_t LastCritical(std::size_t number) const;
   CriticalRays Unpack(std::size_t number) const;
 
   std::vector<Moment> moments_;

@@ -48,7 +48,7 @@ Promise.all([import('/main.js'), import('/wire.js')]).then(async ([{robots}, {ST
   }
   callback({num: timeline.num, states, tiles,
             degenerate: [...timeline.state.keys()].filter((scan) => timeline.stateOf(scan) === 'DEGENERATE'),
-            pieces: [...document.querySelectorAll('#pieces li')].map((row) => row.textContent),
+            pieces: [...document.querySelectorAll('#pieces li')].map((row) => row.textContent), hash: location.hash,
             files: Object.fromEntries([...document.querySelectorAll('#files a')].map((link) => [
                 link.children[0].textContent, link.children[1].textContent]))});
 });
@@ -106,7 +106,20 @@ def test_pieces(out, compare_with_picture):
                   f"their direction is known while the run is played: {before['state']}")
         check(counts["files"]["map.pgm"] == "map, for tools that read no PNG" and "map.png" in counts["files"]["map.yaml"],
               "what map_server reads is called so")
-        check(page.errors() == [], "the console has no errors")
+        for piece, folder, num in ((2, results / "pieces/2", floats), (1, results, shown + floats)):
+            page.driver.find_element("css selector", "#pieces button").click()
+            await_that(lambda: f"piece {piece}, shown" in " ".join(page.run(COUNTS)["pieces"]), f"a click shows piece {piece}")
+            compare_with_picture(page, folder / "map.png")
+            counts = page.run(COUNTS)
+            check(counts["num"] == num and f"piece={piece}" in counts["hash"] and ("summary.json" in counts["files"]) == (piece == 1),
+                  f"with its {num} scans, a link, and its own files: {counts['hash']}")
+        link = page.driver.current_url.split("#")[0]
+        for piece, state in ((9, "no such piece"), (2, "FINISHED")):
+            page.driver.get("about:blank")
+            page.driver.get(f"{link}#piece={piece}")
+            await_that(lambda: page.state()["state"] == state, f"a link to piece {piece}: {state}")
+        check("piece 2, shown" in " ".join(page.run(COUNTS)["pieces"]), "shows it")
+        check([error for error in page.errors() if "404" not in error] == [], "the console has no errors")
     with Viewer(results / "pieces/2") as page:
         compare_with_picture(page, results / "pieces/2/map.png")
         counts = page.run(COUNTS)

@@ -33,6 +33,8 @@ import('/main.js').then(async ({robots}) => {
     model.setConnected(told.connected, told.refusal);
     model.connection_at_ms = performance.now() - 7000;
   }
+  Object.assign(model, {num_loaded: 1, num_left: told.left ?? 0});
+  if (told.left) model.cursor = {epoch: 0n, version: 0n};
   await drawn();
   const box = (id) => document.getElementById(id).getBoundingClientRect();
   const [badge, head] = [box('state'), box('head')];
@@ -109,7 +111,8 @@ STATES = {
     "no_connection": ({"info": well(), "connected": False}, "no connection for 7 s", "bad", "map_viewer"),
     "run_ended": ({"info": well(services=ENDED), "robot": is_in("OK"), "connected": False}, "LOG ENDED", "none",
                   "in a moment"),
-    "token_missing": ({"info": {}, "connected": False, "refusal": "missing"}, "token missing", "bad", "#token="),
+    "loading": ({"info": {"live": False}, "left": 3}, "loading, 25 %", "none", ""),
+    "token_missing": ({"info": {}, "connected": False, "refusal": "token missing"}, "token missing", "bad", "#token="),
 }
 WITHOUT_POSE = {"lost", "without_rays", "matcher_stopped", "unplugged", "no_pose"}  # where the numbers are not those of now
 

@@ -243,14 +243,31 @@ def test_timeline(browser, url):
 
 def link_to_a_moment(browser, url, number):
     browser.driver.get("about:blank")
-    browser.driver.get(f"{url}#x=1.00&y=2.00&px=33.00&scan={number}")
+    link = f"scan={number}&x=1.00&y=2.00&px=33.00&turn=0.1000&layers=path+grid&theme=light"
+    browser.driver.get(f"{url}#{link}")
     await_that(lambda: browser.run(NUM_SCANS) > 0, "a link is opened")
     seen = browser.run("""
         const callback = arguments[0];
         import('/main.js').then(({robots}) => setTimeout(() => callback(
-            {...robots[0].view.camera, at: robots[0].model.timeline.at, hash: location.hash}), 1200));""")
-    check((seen["x_m"], seen["y_m"], seen["px"], seen["at"]) == (1, 2, 33, number), "it shows the same place and moment")
-    check(f"scan={number}" in seen["hash"] and "px=33" in seen["hash"], f"and keeps them: {seen['hash']}")
+            {...robots[0].view.camera, at: robots[0].model.timeline.at, hash: location.hash, theme: document.documentElement.dataset.theme,
+             layers: Object.entries(robots[0].view.layers).filter(([, shown]) => shown).map(([layer]) => layer)}), 1200));""")
+    check((seen["x_m"], seen["y_m"], seen["px"], seen["turn_rad"], seen["at"]) == (1, 2, 33, 0.1, number), "it shows the same place and moment")
+    check((seen["layers"], seen["theme"]) == (["path", "grid"], "light"), "with the same layers, as light")
+    check(seen["hash"] == f"#{link}", f"and keeps all of it: {seen['hash']}")
+    browser.driver.execute_script("location.hash = 'view=follow&px=50.00&theme=dark&scan=-x&layers=%00&turn=NaN&mode=1'")
+    await_that(lambda: browser.run("""
+        const callback = arguments[0];
+        import('/main.js').then(({robots: [{view, model}]}) => callback(
+            Boolean(model.timeline) && view.follows && view.camera.px === 50 && model.timeline.at === 0));"""),
+               "one is pasted that follows the robot; what is no number there changes nothing")
+    browser.driver.execute_script("location.hash = 'theme=dark'")
+    await_that(lambda: browser.run(NUM_SCANS) > 0, "and one of the run alone")
+    playing = "import('/main.js').then(({player}) => arguments[0](player.playing));"
+    for what in ("theme", "theme", "layers", "layers", "speed"):
+        browser.driver.find_element("id", what).click()
+    for wanted in (True, False):
+        browser.driver.switch_to.active_element.send_keys(" ")
+        check(browser.run(playing) == wanted, f"space after clicks: playing {wanted}")
 
 
 def test_phone(url):

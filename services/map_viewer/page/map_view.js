@@ -12,7 +12,9 @@ const NEAREST_PX = 400;  // pixels of a metre
 const FURTHEST_PX = 0.2;
 const FINEST_CELL_PX = 0.8;  // where a cell is smaller, a wall of one cell would be hard to see
 const TAP_PX = 14;           // so near to the path is on it
+export const DEFAULT_PX = 40;  // of a metre
 const LAYERS = ["doubts", "rays", "path", "floating", "loops", "moved", "uncertainty", "truth", "robots", "marks", "grid"];
+export const DEFAULT_LAYERS = LAYERS.filter((layer) => layer !== "moved");
 const POINTED_AT_S = 3.1;  // so long a correction of the map is
 
 const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
@@ -32,10 +34,10 @@ export class MapView extends EventTarget {
     this.canvas = parent.appendChild(document.createElement("canvas"));
     this.canvas.tabIndex = -1;  // Enter is for the map then, and not for the tool that was chosen
     this.parent = parent;
-    this.camera = {x_m: 0, y_m: 0, px: 40, turn_rad: 0};  // middle, pixels of a metre, what points to the right
+    this.camera = {x_m: 0, y_m: 0, px: DEFAULT_PX, turn_rad: 0};  // middle, pixels of a metre, what points to the right
     this.follows = true;
     this.fits = false;  // the whole map stays in view
-    this.layers = Object.fromEntries(LAYERS.map((layer) => [layer, layer !== "moved"]));
+    this.layers = Object.fromEntries(LAYERS.map((layer) => [layer, DEFAULT_LAYERS.includes(layer)]));
     this.mode = "beside";
     this.others = [];  // models whose maps are drawn over this one
     this.measures = false;

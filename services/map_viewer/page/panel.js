@@ -115,7 +115,7 @@ function showCounts(info) {
   }
 }
 
-// The pieces of the map of a run that has ended, and where they lie.
+// The pieces of the map of a run that has ended, and where they lie. A click shows one: main.js.
 function showPieces({pieces = [], shown_piece}) {
   $("pieces").parentElement.hidden = pieces.length < 2;
   const list = JSON.stringify([pieces, shown_piece]);
@@ -124,9 +124,12 @@ function showPieces({pieces = [], shown_piece}) {
   $("pieces").replaceChildren(...pieces.map(({piece, scans, way_m, folder}) => {
     const row = document.createElement("li");
     row.className = piece === shown_piece ? "shown" : "";
+    const can_be_shown = folder && piece !== shown_piece;
+    row.innerHTML = `<${can_be_shown ? "button" : "span"}></${can_be_shown ? "button" : "span"}><span></span><span></span>`;
     const texts = [`piece ${piece}${piece === shown_piece ? ", shown" : ""}`,
                    `${whole.format(scans)} scans · ${fixed(way_m, 0)} m`, folder ?? "too small: no folder"];
-    for (const text of texts) row.appendChild(document.createElement("span")).textContent = text;
+    texts.forEach((text, i) => { row.children[i].textContent = text; });
+    row.children[0].dataset.piece = piece;
     return row;
   }));
 }

@@ -13,6 +13,8 @@ export class RobotModel extends EventTarget {
     super();
     this.map = new MapModel();
     this.cursor = {epoch: 0n, version: 0n};
+    this.num_loaded = 0;   // tiles, of the map as it was at first
+    this.num_left = 0;     // of them, still to come
     this.robot = null;
     this.path = [];
     this.path_generation = 0;
@@ -36,7 +38,7 @@ export class RobotModel extends EventTarget {
     this.num_news = null;  // that were told so far
     this.connected = false;
     this.connection_at_ms = performance.now();  // when `connected` became what it is
-    this.refusal = "";  // "missing" or "wrong": the token, if that is why there is no connection
+    this.refusal = "";  // why the viewer takes no connection, if it says so
     this.trouble = "";     // what the page could not show, if anything
     this.changed = true;  // since it was drawn
   }
@@ -62,7 +64,14 @@ export class RobotModel extends EventTarget {
     this.tell(record.kind);
   }
 
-  take_map({anew, epoch, version, complete, cell_size_m, tiles}) {
+  // How much of the map has come, 0 to 1; null where all has, or nothing.
+  loadedShare() {
+    return this.cursor.version === 0n && this.num_left > 0 ? this.num_loaded / (this.num_loaded + this.num_left) : null;
+  }
+
+  take_map({anew, epoch, version, num_left, cell_size_m, tiles}) {
+    this.num_loaded = (anew ? 0 : this.num_loaded) + tiles.length;
+    this.num_left = num_left;
     if (anew) {
       this.map.clear();
       this.cursor = {epoch: 0n, version: 0n};
@@ -71,7 +80,7 @@ export class RobotModel extends EventTarget {
     }
     this.map.cell_size_m = cell_size_m;
     for (const tile of tiles) this.map.take(tile);
-    if (!complete) return;
+    if (num_left > 0) return;
     const corrected = this.cursor.epoch !== 0n && epoch !== this.cursor.epoch;
     this.cursor = {epoch, version};
     this.is_corrected ||= corrected;  // what it was comes with the next info

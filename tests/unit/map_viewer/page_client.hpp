@@ -42,6 +42,7 @@ class PageClient {
   std::int64_t epoch = 0;
   std::int64_t version = 0;
   bool complete = false;
+  int num_left = 0;  ///< tiles
   int num_map_records = 0;
   int num_begun = 0;        ///< with an empty map
   int num_whole_tiles = 0;  ///< that came
@@ -101,7 +102,8 @@ class PageClient {
     }
     epoch = record.Read<std::int64_t>();
     version = record.Read<std::int64_t>();
-    complete = record.Read<std::uint8_t>() == 1;
+    num_left = static_cast<int>(record.Read<std::uint32_t>());
+    complete = num_left == 0;
     record.Read<double>();
     for (auto left = record.Read<std::uint16_t>(); left > 0; --left) {
       const int x = record.Read<std::int16_t>();

@@ -93,6 +93,7 @@ TEST_CASE("no message is much larger than 256 KB, and the robot is told of betwe
     CHECK(message->bytes.size() < 300 * 1024);
     page.Take(message->bytes);
     CHECK(page.complete == !page.feed.has_more());
+    CHECK(page.num_whole_tiles + page.num_left == 400);
     page.scene.SetRobot({});
     if (++num_messages == 20) break;
   }
