@@ -65,9 +65,11 @@ class Run {
     scene.SetRobot({matches_.back(), of_last_scan_ + 1 == matches_.size() ? LastScan() : CriticalRays()});
   }
 
-  /// All that is known of the map and the path.
-  void ShowMapAndPath(Scene& scene) const {
-    ShowMap(scene.map(), 1);
+  WholeMap MakeWholeMap() const { return WholeMap(drawing_); }
+
+  /// All that is known of the map and the path. whole: what was drawn of it so far.
+  void ShowMapAndPath(WholeMap& whole, Scene& scene) const {
+    ShowMap(1, whole, scene.map());
     PathSketch path;
     for (std::size_t scan = 0; scan < matches_.size(); ++scan) path.Add(BestMatch(scan, 1));
     scene.SetPath(path, true);
@@ -117,7 +119,8 @@ class Run {
                                    const Timeline& all) const {
     const std::vector<std::size_t> shown = FindScans(piece);
     auto scene = std::make_unique<Scene>(FolderOf(results_.run, piece).string());
-    ShowMap(scene->map(), piece);
+    WholeMap whole(drawing_);
+    ShowMap(piece, whole, scene->map());
     Timeline timeline = all.Pick(shown);
     PathSketch path;
     for (std::size_t number = 0; number < shown.size(); ++number) {
@@ -169,14 +172,13 @@ class Run {
     return match;
   }
 
-  void ShowMap(SceneMap& shown, int piece) const {
+  void ShowMap(int piece, WholeMap& whole, SceneMap& shown) const {
     constexpr int kAll = 1 << 30;
     const MapUpdater& local = mapper_->local();
     if (finished_map_) {
       shown.Replace(*finished_map_, local.version());
       return shown.SetVersion(epoch_, local.version());
     }
-    WholeMap whole(drawing_);
     if (piece > 1) {
       whole.Draw(*mapper_, mapper_->FindComponent(piece), local.version(), kAll);
     } else if (mapper_->closes_loops()) {
@@ -207,26 +209,36 @@ std::map<int, std::unique_ptr<Scene>> ReadFinishedRun(const std::string& results
   return Run(FindRun(results), [&](const Run& so_far) { so_far.AddTo(timeline); }).MakeScenes(timeline);
 }
 
-void ReplayRun(const std::string& results, Scene& scene, const std::function<void()>& changed) {
-  constexpr std::size_t kTimes = 50;
+std::size_t CountScans(const std::string& results) {
+  return Run(FindRun(results), [](const Run&) {}).num_scans();
+}
+
+void ReplayRun(const std::string& results, std::size_t step, Scene& scene,
+               const std::function<void(const Mapper& so_far)>& changed) {
   const RunFolder folder = FindRun(results);
   if (folder.piece > 1) {
     throw std::runtime_error(fmt::format("{}: is a piece of a map, and has no journal: take the whole run, {}", results,
                                          folder.run.string()));
   }
-  const std::size_t num_scans = Run(folder, [](const Run&) {}).num_scans();
-  const std::size_t step = std::max<std::size_t>(1, num_scans / kTimes);
   JoinNews join_news;
   std::vector<int> told;  // components
+  std::optional<WholeMap> whole;
+  std::int64_t layout = 0;  // that was drawn
+  const auto Show = [&](const Run& so_far) {
+    const std::int64_t newest = so_far.mapper().num_layouts();
+    if (!whole || std::exchange(layout, newest) != newest) whole = so_far.MakeWholeMap();
+    so_far.ShowMapAndPath(*whole, scene);
+  };
   const Run run(folder, [&](const Run& so_far) {
     so_far.ShowRobot(scene);
     const std::vector<int>& components = so_far.mapper().best_components();
     const bool has_news = std::exchange(told, components) != components;
-    const bool is_time = so_far.num_scans() % step == 0 || so_far.num_scans() == num_scans;
-    if (has_news || is_time) so_far.ShowMapAndPath(scene);
+    if (has_news || so_far.num_scans() % step == 0) Show(so_far);
     if (has_news) scene.AddNews(Describe(join_news.Look(so_far.mapper().FindPieces())));
-    changed();
+    changed(so_far.mapper());
   });
+  Show(run);
+  changed(run.mapper());
 }
 
 }  // namespace crsm

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <memory>
 #include <string>
 
+#include "common/graph/mapper.hpp"
 #include "services/map_viewer/scene.hpp"
 
 namespace crsm {
@@ -17,8 +19,12 @@ namespace crsm {
 /// piece is not there.
 std::map<int, std::unique_ptr<Scene>> ReadFinishedRun(const std::string& results);
 
-/// The same as it came to be: `changed` is called after each scan, and `scene` is then as it was known at that time;
-/// its map and path are brought up to date fifty times and at the end. Throws as ReadFinishedRun.
-void ReplayRun(const std::string& results, Scene& scene, const std::function<void()>& changed);
+/// Throws as ReadFinishedRun.
+std::size_t CountScans(const std::string& results);
+
+/// The same as it came to be: `changed` is called after each scan and at the end, and `scene` is then as it was known
+/// at that time; its map and path are brought up to date every `step` scans and at the end. Throws as ReadFinishedRun.
+void ReplayRun(const std::string& results, std::size_t step, Scene& scene,
+               const std::function<void(const Mapper& so_far)>& changed);
 
 }  // namespace crsm

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <map>
 #include <stdexcept>
 
@@ -74,9 +75,11 @@ void WriteMcap(const std::string& results, const std::filesystem::path& file) {
 }
 
 void WriteMcap(const std::string& results, const Sink& sink, const std::function<bool()>& is_stopped) {
+  constexpr std::size_t kTimes = 50;  // that the map is written
   Scene scene(results);
   Recorder recorder(scene, sink);
-  ReplayRun(results, scene, [&] {
+  const std::size_t step = std::max<std::size_t>(1, CountScans(results) / kTimes);
+  ReplayRun(results, step, scene, [&](const Mapper&) {
     if (is_stopped()) throw std::runtime_error("stopped; nothing was written");
     recorder.Record();
   });

@@ -18,7 +18,8 @@ constexpr double kRangeStep_m = 0.004;
 void Timeline::Add(const ScanMatch& match, const CriticalRays* scan) {
   moments_.push_back({match, {}, rays_.size(), critical_.size()});
   if (OutcomeOf(match) == ScanOutcome::kOnMap) {
-    moments_.back().first = {static_cast<float>(match.T_map_laser.x_m), static_cast<float>(match.T_map_laser.y_m)};
+    moments_.back().first = {static_cast<float>(match.T_map_laser.x_m), static_cast<float>(match.T_map_laser.y_m),
+                             static_cast<float>(match.T_map_laser.yaw_rad)};
   }
   if (!scan) return;
   constexpr double kMost = std::numeric_limits<std::uint16_t>::max();

@@ -28,6 +28,7 @@ class Timeline {
   struct Position {
     float x_m = std::numeric_limits<float>::quiet_NaN();
     float y_m = std::numeric_limits<float>::quiet_NaN();
+    float yaw_rad = std::numeric_limits<float>::quiet_NaN();
   };
   /// Where the scan was matched first; NaN where it was lost, or floated.
   Position first_position(std::size_t number) const { return moments_[number].first; }

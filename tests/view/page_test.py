@@ -581,7 +581,7 @@ def test_finished(out):
     try:
         port = int(http.rsplit(":", 1)[1])
         await_that(lambda: socket.socket().connect_ex(("127.0.0.1", port)) == 0, "a finished run")
-        browser.driver.get(f"http://{http}/")
+        browser.driver.get(f"http://{http}/#map=last")
         await_that(lambda: browser.state()["version"] > 0, "is shown without a bus")
         compare_with_picture(browser, results / "map.png")
         test_path(browser)

@@ -243,7 +243,7 @@ def test_timeline(browser, url):
 
 def link_to_a_moment(browser, url, number):
     browser.driver.get("about:blank")
-    link = f"scan={number}&x=1.00&y=2.00&px=33.00&turn=0.1000&layers=path+grid&theme=light"
+    link = f"scan={number}&map=last&x=1.00&y=2.00&px=33.00&turn=0.1000&layers=path+grid&theme=light"
     browser.driver.get(f"{url}#{link}")
     await_that(lambda: browser.run(NUM_SCANS) > 0, "a link is opened")
     seen = browser.run("""

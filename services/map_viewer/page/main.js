@@ -30,17 +30,23 @@ function addRobot(index) {
   parent.style.setProperty("--index", index);
   const model = new RobotModel();
   const is_linked = index === (wanted.has("robot") ? robots[0]?.model.info.robots.indexOf(wanted.get("robot")) : 0);
+  model.wants_then = wanted.get("map") !== "last";
   const robot = {model, view: new MapView(parent, model), changed: new Set(), parent, is_linked};
-  for (const type of ["connection", "map", "robot", "path", "samples", "info", "timeline", "moment"]) {
+  for (const type of ["connection", "map", "robot", "path", "samples", "info", "timeline", "moment", "then"]) {
     model.addEventListener(type, () => robot.changed.add(type));
   }
   model.addEventListener("corrected", ({detail}) => toast(describeCorrection(detail)));
   model.addEventListener("news", ({detail}) => toast(detail, NEWS_MS));
   model.addEventListener("info", () => {
+    if (model.shows_then && !model.then) model.goTo(model.timeline.at);  // since now it is known
     label(robot);
     openFleet(robot, index);
   });
-  model.addEventListener("moment", ({detail}) => robot.connection.say(`scan ${detail}`));
+  model.addEventListener("moment", ({detail}) => {
+    robot.connection.say(`scan ${detail}`);
+    if (model.shows_then || model.then) robot.connection.say(`then ${model.shows_then ? detail : model.timeline.num - 1}`);
+  });
+  model.addEventListener("connection", () => { if (model.connected) model.goTo(model.timeline?.at); });
   model.addEventListener("timeline", () => openFinished(robot));
   robot.view.addEventListener("chosen", () => { if (index !== chosen) choose(index); });
   robot.view.addEventListener("follows", () => showTools());
@@ -173,6 +179,7 @@ function showTools() {
   $("follow").setAttribute("aria-pressed", follows);
   $("fit").setAttribute("aria-pressed", fits);
   $("measure").setAttribute("aria-pressed", measures);
+  $("then").setAttribute("aria-pressed", view().model.wants_then);
   $("place").setAttribute("aria-pressed", places);
   $("mark").setAttribute("aria-disabled", isFleet(view().model));
   if (marker.is_open && !view().marks) marker.toggle(false);
@@ -234,6 +241,12 @@ const TOOLS = {
     if (!list.hidden && !(event.detail > 0)) list.querySelector("input").focus();
   },
   turn: () => view().toggleTurn(),
+  then: () => {
+    for (const {model} of robots) {
+      model.wants_then = !model.wants_then;
+      model.goTo(model.timeline?.at);
+    }
+  },
   screen: () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()),
   save: (event) => {
     if (event.shiftKey) return saveCanvas(view().model.map.toCanvas(), "map");
@@ -250,7 +263,7 @@ const TOOLS = {
     for (const {view} of robots) if (view.fits) view.fit();
   },
 };
-const KEYS = {f: "follow", a: "fit", "+": "zoom_in", "=": "zoom_in", "-": "zoom_out", m: "measure", o: "place", k: "mark", e: "edit", l: "layers", w: "turn",
+const KEYS = {h: "then", f: "follow", a: "fit", "+": "zoom_in", "=": "zoom_in", "-": "zoom_out", m: "measure", o: "place", k: "mark", e: "edit", l: "layers", w: "turn",
               x: "screen", s: "save", t: "theme", p: "fold", "?": "help"};
 const ARROWS = {ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60]};
 
@@ -338,6 +351,7 @@ function writeLink() {
   if (chosen > 0) link.set("robot", info.robots[chosen]);
   if (robots[chosen].connection.piece > 0) link.set("piece", robots[chosen].connection.piece);
   if (timeline && !timeline.is_at_end) link.set("scan", timeline.at);
+  if (!view().model.wants_then) link.set("map", "last");
   if (!follows && !fits) {
     link.set("x", camera.x_m.toFixed(2));
     link.set("y", camera.y_m.toFixed(2));

@@ -289,7 +289,7 @@ export class MapView extends EventTarget {
     const place = this.toMap(event.clientX, event.clientY);
     if (this.measures) return this.mark(place);
     if (this.marks) return this.dispatchEvent(new CustomEvent("marked", {detail: place}));
-    const at = this.model.timeline?.nearest(place.x_m, place.y_m, TAP_PX / this.camera.px) ?? null;
+    const at = this.model.timeline?.nearest(place.x_m, place.y_m, TAP_PX / this.camera.px, this.model.shows_then) ?? null;
     if (at !== null) this.dispatchEvent(new CustomEvent("moment", {detail: at}));
   }
 
@@ -357,7 +357,7 @@ export class MapView extends EventTarget {
       if (this.mode === "difference") this.drawDifference(context, map, window_m);
       else this.drawMap(context, map, window_m);
     }
-    if (layers.doubts && this.mode === "beside") drawDoubts(context, model.info.verdict, colours);
+    if (layers.doubts && this.mode === "beside" && !model.then) drawDoubts(context, model.info.verdict, colours);
     if (layers.truth) drawTruth(context, model.info.truth ?? [], pixel, colours);
   }
 
@@ -379,9 +379,9 @@ export class MapView extends EventTarget {
   // What is the same in most frames of a run that is played: maps, and the path but for its last piece.
   drawGround(context, window_m, pixel) {
     const {model, colours, layers} = this;
-    if (!model.timeline || this.mode !== "beside") {
+    if (!model.timeline || model.then || this.mode !== "beside") {
       this.drawMaps(context, window_m, pixel);
-      if (model.timeline && layers.path) this.tracedPath(pixel).drawChunks(context, window_m, pixel, colours, layers.floating);
+      if (model.timeline && !model.then && layers.path) this.tracedPath(pixel).drawChunks(context, window_m, pixel, colours, layers.floating);
       return;
     }
     const path = this.tracedPath(pixel);
@@ -406,12 +406,12 @@ export class MapView extends EventTarget {
     this.drawGround(context, window_m, pixel);
     if (model.fleet) drawFleet(context, model, window_m, pixel, colours, layers, camera.turn_rad, now_ms);
     else if (layers.path) this.drawPath(context, window_m, pixel);
-    if (layers.moved || (layers.loops && loop_age_s < POINTED_AT_S)) this.drawMoved(context, window_m, pixel);
+    if ((layers.moved && !model.then) || (layers.loops && loop_age_s < POINTED_AT_S)) this.drawMoved(context, window_m, pixel);
     drawChanges(context, model.info.changes, pixel, colours);
-    const doubt_m = model.info.verdict?.off_at_m;
-    if (layers.doubts) drawWayBack(context, model.info.verdict?.way_back, pixel, colours);
+    const {off_at_m: doubt_m, way_back} = (!model.then && model.info.verdict) || {};
+    if (layers.doubts) drawWayBack(context, way_back, pixel, colours);
     if (layers.path && Array.isArray(doubt_m)) drawDoubt(context, doubt_m, pixel, colours);
-    if (layers.loops) drawLoops(context, model.info.loops, loop_age_s, pixel, colours);
+    if (layers.loops) drawLoops(context, (model.then ?? model.info).loops, loop_age_s, pixel, colours);
     if (layers.robots) for (const other of this.others) this.drawOther(context, other, window_m, pixel);
     if (model.robot) {
       const scan = model.timeline ? model.scan : model.robot;
@@ -435,6 +435,7 @@ export class MapView extends EventTarget {
 
   drawPath(context, window_m, pixel) {
     const {model, colours, layers: {floating}} = this;
+    if (model.then) return drawPath(context, model.pathThen(), [], window_m, pixel, colours, floating);
     if (!model.timeline) return drawPath(context, model.path, model.tail, window_m, pixel, colours, floating);
     this.tracedPath(pixel).drawRest(context, window_m, pixel, colours, floating);
   }

@@ -92,14 +92,15 @@ function showFitness({samples, timeline}) {
 
 function showInfo(model) {
   const {info} = model;
+  const facts = {...info, ...(model.then && model.factsThen())};
   const times_ms = info.scan_times_ms ?? [];
-  showCounts(info);
-  show("loops", whole.format(Math.max(info.loops.length, info.loops_closed ?? 0)));
+  showCounts(facts);
+  show("loops", whole.format(Math.max(facts.loops.length, facts.loops_closed ?? 0)));
   show("scan_time", times_ms.length ? `${fixed(times_ms.at(-1)[0], 2)} ms` : "–");
   show("time_from", times_ms.length > 1 ? `−${seconds(times_ms.length)}` : "");
   drawTimes($("time_chart"), times_ms);
   showServices(info.services);
-  showVerdict(info.verdict);
+  showVerdict(model.then ? null : info.verdict);
   showPieces(info);
   showChanges(info);
 }
@@ -162,12 +163,13 @@ function showVerdict(verdict) {
 }
 
 // How much of the run there is, in a line.
-function describeRun({info, way_m, map, timeline}) {
+function describeRun(model) {
+  const {info, way_m, map, timeline} = model;
   const scans = info.scans ?? 0;
   const words = scans > 0 ? [`${whole.format(scans)} ${isFleet({info}) ? "keyframes" : "scans"}`] : [];
   if (timeline && !timeline.is_at_end) words[0] = `scan ${whole.format(timeline.at + 1)} of ${whole.format(timeline.num)}`;
   if (timeline) words.push(formatTime(timeline.duration_s));
-  const metres = info.way_m ?? way_m;
+  const metres = model.then ? model.factsThen().way_m : info.way_m ?? way_m;
   if (metres > 0) words.push(metres < 1000 ? `${fixed(metres, 0)} m` : `${fixed(metres / 1000, 2)} km`);
   const area_m2 = map.area_m2();
   if (area_m2 > 0) words.push(`${whole.format(Math.round(area_m2))} m²`);
@@ -196,10 +198,11 @@ export function showPanel(model, changed, all) {
   document.body.classList.toggle("simulated", (info.truth ?? []).length > 0);
   document.body.classList.toggle("fleet", isFleet(model));
   document.body.classList.toggle("marking", info.live === true && !info.looks);
+  document.body.classList.toggle("knows_then", Boolean(info.knows_then));
   document.body.classList.toggle("editing", info.live === false);
   document.body.classList.toggle("localising", localises(model) && info.live !== false && !info.looks);
   if (all || changed.has("robot") || changed.has("moment")) showPose(model);
   if (all || changed.has("samples") || changed.has("moment") || changed.has("timeline")) showFitness(model);
-  if (all || changed.has("info")) showInfo(model);
+  if (all || changed.has("info") || changed.has("then") || (model.then && changed.has("moment"))) showInfo(model);
   if (all || changed.has("map")) show("area", whole.format(Math.round(model.map.area_m2())));
 }

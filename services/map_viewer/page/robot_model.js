@@ -5,8 +5,20 @@ import {LEAST_MOVE_M, Timeline} from "./timeline.js";
 import {hasPose} from "./wire.js";
 
 const MOST_SAMPLES = 1024;
+const LONGEST_STEP_M = 10;  // of the way: what is longer is none
 const MOST_TAIL = 4000;
 const TAIL_STEP_M = 0.1;
+
+function wayOf(points) {
+  let [way_m, last] = [0, null];
+  for (const point of points) {
+    if (!hasPose(point.state)) continue;
+    const step_m = last?.trajectory === point.trajectory ? Math.hypot(point.x_m - last.x_m, point.y_m - last.y_m) : 0;
+    if (step_m < LONGEST_STEP_M) way_m += step_m;
+    last = point;
+  }
+  return way_m;
+}
 
 export class RobotModel extends EventTarget {
   constructor() {
@@ -30,6 +42,8 @@ export class RobotModel extends EventTarget {
     this.timeline = null;  // of a run that has ended
     this.is_old = false;   // whether the robot is where it was known last, and nobody knows where it is
     this.scan = null;      // of the moment of the timeline, as robot
+    this.wants_then = true;  // whether the map is to be as it was known at the moment
+    this.then = null;        // {loops, loops_closed, points} as they were known then; null where the last ones are shown
     this.info = {services: [], loops: [], marks: [], robots: [""], robot: ""};
     this.info_at_ms = 0;   // when it came
     this.fleet = null;     // its robots, if it is one: fleet.js
@@ -73,6 +87,7 @@ export class RobotModel extends EventTarget {
     this.num_loaded = (anew ? 0 : this.num_loaded) + tiles.length;
     this.num_left = num_left;
     if (anew) {
+      this.then = null;
       this.map.clear();
       this.cursor = {epoch: 0n, version: 0n};
       this.is_another_map = true;
@@ -90,8 +105,8 @@ export class RobotModel extends EventTarget {
   take_robot(robot) {
     if (![robot.x_m, robot.y_m, robot.yaw_rad].every(Number.isFinite)) return;  // it is nowhere
     if (this.timeline) {
-      this.scan = robot;
-      if (this.timeline.isAt(robot)) this.robot = robot;
+      this.scan = {...robot, ...(this.shows_then && this.timeline.isAt(robot) && this.timeline.placeThen())};
+      if (this.timeline.isAt(robot)) this.robot = this.scan;
       return;
     }
     this.robot = robot;
@@ -115,7 +130,7 @@ export class RobotModel extends EventTarget {
       const line = this.lines.get(point.trajectory);
       const last = line.at(-1);
       const step_m = last ? Math.hypot(point.x_m - last.x_m, point.y_m - last.y_m) : 0;
-      if (hasPose(point.state) && step_m < 10) this.way_m += step_m;
+      if (hasPose(point.state) && step_m < LONGEST_STEP_M) this.way_m += step_m;
       this.path.push(point);
       line.push(point);
     }
@@ -176,12 +191,31 @@ export class RobotModel extends EventTarget {
     this.moved_m = 0;
   }
 
+  // Whether what was known at the moment is shown, and not what is known at the end.
+  get shows_then() { return Boolean(this.timeline && this.info.knows_then && this.wants_then && !this.timeline.is_at_end); }
+
+  take_then({is_end, ...then}) { this.then = is_end ? null : then; }
+
+  // The path up to the moment as it was known then; its last scans are where they were matched.
+  pathThen() {
+    const {points} = this.then;
+    return [...points, ...this.timeline.pointsThen((points.at(-1)?.scan ?? -1) + 1)];
+  }
+
+  // How many scans up to the moment have become what, by the names of summary.json, and what else was known then.
+  factsThen() {
+    const counts = Object.fromEntries(["LOST", "FLOATING", "NO RAYS"].map((state) => [state, 0]));
+    for (let i = 0; i <= this.timeline.at; ++i) ++counts[this.timeline.stateThen(i)];
+    return {scans: this.timeline.at + 1, lost: counts.LOST, floating: counts.FLOATING, without_rays: counts["NO RAYS"],
+            loops_closed: this.then.loops_closed, loops: this.then.loops, way_m: wayOf(this.pathThen())};
+  }
+
   // Shows the scan with this number of a run that has ended.
   goTo(number) {
     if (!this.timeline) return;
     this.timeline.goTo(number);
-    this.robot = this.timeline.robot();
-    if (this.scan && this.timeline.isAt(this.scan)) this.robot = this.scan;
+    this.robot = {...this.timeline.robot(), ...(this.shows_then && this.timeline.placeThen())};
+    if (this.scan && this.timeline.isAt(this.scan)) this.take_robot(this.scan);
     this.tell("moment", this.timeline.at);
   }
 }

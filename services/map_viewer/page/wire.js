@@ -48,12 +48,16 @@ function readRobot(reader) {
   };
 }
 
-function readPath(reader) {
+const readPoints = (reader) => reader.list(reader.u32(), () => ({
+  scan: reader.u32(), x_m: reader.f32(), y_m: reader.f32(), state: STATES[reader.u8()], trajectory: reader.i32(),
+}));
+
+const readPath = (reader) => ({kind: "path", generation: reader.u32(), first: reader.u32(), points: readPoints(reader)});
+
+function readThen(reader) {
   return {
-    kind: "path", generation: reader.u32(), first: reader.u32(),
-    points: reader.list(reader.u32(), () => ({
-      scan: reader.u32(), x_m: reader.f32(), y_m: reader.f32(), state: STATES[reader.u8()], trajectory: reader.i32(),
-    })),
+    kind: "then", is_end: reader.u8() === 1, loops_closed: reader.u32(),
+    loops: reader.list(reader.u16(), () => [reader.f32(), reader.f32(), reader.f32(), reader.f32()]), points: readPoints(reader),
   };
 }
 
@@ -71,13 +75,13 @@ function readTimeline(reader) {
   const f32 = () => new Float32Array(reader.copy(4 * num));
   return {
     kind: "timeline", num, time_s: new Float64Array(reader.copy(8 * num)), x_m: f32(), y_m: f32(), yaw_rad: f32(),
-    first_x_m: f32(), first_y_m: f32(), fitness: f32(), axis_rad: f32(), trajectory: new Int32Array(reader.copy(4 * num)),
+    first_x_m: f32(), first_y_m: f32(), first_yaw_rad: f32(), fitness: f32(), axis_rad: f32(), trajectory: new Int32Array(reader.copy(4 * num)),
     state: new Uint8Array(reader.copy(num)),
   };
 }
 
 const READERS = {
-  1: readMap, 2: readRobot, 3: readPath, 4: readSamples, 6: readTimeline,
+  1: readMap, 2: readRobot, 3: readPath, 4: readSamples, 6: readTimeline, 7: readThen,
   5: (reader) => ({kind: "info", ...JSON.parse(new TextDecoder().decode(reader.bytes(reader.view.byteLength)))}),
 };
 
@@ -141,7 +145,7 @@ export class Connection {
   }
 
   open() {
-    const query = this.query(this.model.cursor);
+    const query = this.query(this.model.then ? {epoch: 0n, version: 0n} : this.model.cursor);
     const socket = new WebSocket(`ws://${location.host}/live?${query}`, SUBPROTOCOL);
     this.socket = socket;
     socket.binaryType = "arraybuffer";
