@@ -137,6 +137,9 @@ json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans, c
     if (line.is_string()) facts["verdict"]["lines"].push_back(line);
   }
   facts["changes"] = ReadChanges(summary);
+  for (const char* name : {"made_from", "recorded", "version"}) {
+    if (const json value = summary.value(name, json()); value.is_string()) facts[name] = value;
+  }
   const json x_m = found.value("off_x_m", json());
   const json y_m = found.value("off_y_m", json());
   if (x_m.is_number() && y_m.is_number()) facts["verdict"]["off_at_m"] = {x_m, y_m};

@@ -7,7 +7,7 @@ import {formatDistance} from "./layers.js";
 import {DEFAULT_LAYERS, DEFAULT_PX, MapView} from "./map_view.js";
 import {Marker} from "./marks.js";
 import {showPanel, showState} from "./panel.js";
-import {composePicture, scaleOf} from "./picture.js";
+import {composeFigure, composePicture, scaleOf} from "./picture.js";
 import {Player} from "./player.js";
 import {RobotModel} from "./robot_model.js";
 import {describeCorrection, describeState} from "./state.js";
@@ -188,15 +188,15 @@ function showTools() {
   for (const box of document.querySelectorAll("[data-layer]")) box.checked = layers[box.dataset.layer];
 }
 
-function saveCanvas(canvas, name) {
-  canvas.toBlob((blob) => {
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(blob);
-    link.download = `${name}.png`;
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-  });
+function saveBlob(blob, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
 }
+
+const describeView = () => `${$("state").textContent}  ${$("counts").textContent}`;
 
 function setTheme(theme) {
   document.documentElement.dataset.theme = theme;
@@ -249,9 +249,10 @@ const TOOLS = {
   },
   screen: () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen()),
   save: (event) => {
-    if (event.shiftKey) return saveCanvas(view().model.map.toCanvas(), "map");
-    saveCanvas(composePicture(view(), $("name").textContent, `${$("state").textContent}  ${$("counts").textContent}`), "view");
+    const [canvas, name] = event.shiftKey ? [view().model.map.toCanvas(), "map.png"] : [composePicture(view(), describeView()), "view.png"];
+    canvas.toBlob((blob) => saveBlob(blob, name));
   },
+  figure: () => saveBlob(composeFigure(view(), describeView(), performance.now()), "view.svg"),
   theme: () => {
     chosen_theme = document.documentElement.dataset.theme === "light" ? "dark" : "light";
     setTheme(chosen_theme);
@@ -264,7 +265,7 @@ const TOOLS = {
   },
 };
 const KEYS = {h: "then", f: "follow", a: "fit", "+": "zoom_in", "=": "zoom_in", "-": "zoom_out", m: "measure", o: "place", k: "mark", e: "edit", l: "layers", w: "turn",
-              x: "screen", s: "save", t: "theme", p: "fold", "?": "help"};
+              x: "screen", s: "save", v: "figure", t: "theme", p: "fold", "?": "help"};
 const ARROWS = {ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60]};
 
 function use(tool, event) {

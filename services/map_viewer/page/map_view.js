@@ -379,9 +379,9 @@ export class MapView extends EventTarget {
   // What is the same in most frames of a run that is played: maps, and the path but for its last piece.
   drawGround(context, window_m, pixel) {
     const {model, colours, layers} = this;
-    if (!model.timeline || model.then || this.mode !== "beside") {
+    if (!model.timeline || model.then || this.mode !== "beside" || context.is_figure) {
       this.drawMaps(context, window_m, pixel);
-      if (model.timeline && !model.then && layers.path) this.tracedPath(pixel).drawChunks(context, window_m, pixel, colours, layers.floating);
+      if (model.timeline && !model.then && !context.is_figure && layers.path) this.tracedPath(pixel).drawChunks(context, window_m, pixel, colours, layers.floating);
       return;
     }
     const path = this.tracedPath(pixel);
@@ -418,7 +418,7 @@ export class MapView extends EventTarget {
       if (layers.rays && scan && this.isOfMoment(scan)) drawScan(context, scan, model.map, pixel, colours);
       drawRobot(context, model.robot, pixel, {...colours, robot: model.is_old ? colours.dim : colours.robot}, layers.uncertainty);
     }
-    if (this.edits) drawEdits(context, this.edits, window_m, pixel, colours);
+    if (this.edits && !context.is_figure) drawEdits(context, this.edits, window_m, pixel, colours);
     if (layers.marks) drawMarks(context, model.info.marks, pixel, colours, camera.turn_rad);
     const draft = this.boxed ? boxCorners(this, this.boxed.from, this.boxed.to) : this.draft;
     if (draft.length > 0) drawDraft(context, draft, pixel, colours);
@@ -437,6 +437,7 @@ export class MapView extends EventTarget {
     const {model, colours, layers: {floating}} = this;
     if (model.then) return drawPath(context, model.pathThen(), [], window_m, pixel, colours, floating);
     if (!model.timeline) return drawPath(context, model.path, model.tail, window_m, pixel, colours, floating);
+    if (context.is_figure) return drawPath(context, model.timeline.points(pixel), [], window_m, pixel, colours, floating);
     this.tracedPath(pixel).drawRest(context, window_m, pixel, colours, floating);
   }
 
@@ -468,7 +469,7 @@ export class MapView extends EventTarget {
     const side_m = BLOCK_CELLS * map.cell_size_m;
     const cell_px = this.camera.px * this.ratio * map.cell_size_m;
     context.imageSmoothingEnabled = cell_px < 3 || this.camera.turn_rad !== 0;
-    const level = REDUCTIONS.findIndex((reduction) => cell_px * reduction >= FINEST_CELL_PX);
+    const level = context.is_figure ? 0 : REDUCTIONS.findIndex((reduction) => cell_px * reduction >= FINEST_CELL_PX);
     for (const {x, y, pictures} of map.blocks.values()) {
       const [left, bottom] = [x * side_m, y * side_m];
       if (left > x1 || left + side_m < x0 || bottom > y1 || bottom + side_m < y0) continue;
