@@ -17,6 +17,7 @@ const $ = (id) => document.getElementById(id);
 const TOAST_MS = 3000;
 const NEWS_MS = 8000;
 const TROUBLE_MS = 1500;  // that an error is shown after the last one
+const SCANS_OF_PIN = 20;  // in which a robot is found near it, or not
 const STATE_MS = 250;  // between two looks at how long ago something came
 const LINK_MS = 500;   // between two changes of the address: browsers allow a hundred in half a minute
 const robots = [];  // {model, view, changed, connection}
@@ -54,7 +55,9 @@ function addRobot(index) {
   robot.view.addEventListener("placed", ({detail: {x_m, y_m, yaw_rad}}) => {
     robot.connection.say(`start ${x_m.toFixed(3)} ${y_m.toFixed(3)} ${yaw_rad.toFixed(4)}`);
     toast("the matcher was told where the robot is");
+    robot.pinned = {x_m, y_m, num_scans: 0};
   });
+  model.addEventListener("robot", () => tellPinned(robot));
   robot.view.addEventListener("marked", ({detail}) => (editor.is_open ? editor : marker).take(detail));
   robot.view.addEventListener("boxed", ({detail: {from, to}}) => editor.crop(from, to));
   robot.view.addEventListener("moment", ({detail}) => {
@@ -65,6 +68,18 @@ function addRobot(index) {
   robots.push(robot);
   robot.connection = new Connection(index, is_linked ? Number(wanted.get("piece")) || 0 : 0, model);
   Object.assign(robot.view.layers, robots[0].view.layers);
+}
+
+// What came of a pin. The first scan after it may have been on its way before.
+function tellPinned(robot) {
+  const {pinned, model: {robot: found}} = robot;
+  if (!pinned || ++pinned.num_scans < 2) return;
+  const is_found = hasPose(found.state);
+  if (!is_found && pinned.num_scans < SCANS_OF_PIN) return;
+  robot.pinned = null;
+  const off_m = Math.hypot(found.x_m - pinned.x_m, found.y_m - pinned.y_m);
+  toast(is_found ? `found at ${found.x_m.toFixed(1)}, ${found.y_m.toFixed(1)} m, ${formatDistance(off_m)} from the pin` :
+        "not found there: no scan since then fits the map near the pin", NEWS_MS);
 }
 
 $("changes").addEventListener("click", ({target}) => {
@@ -409,6 +424,7 @@ function frame(now_ms) {
     if (model.trouble && now_ms - model.trouble_at_ms > TROUBLE_MS) model.trouble = "";
     for (const robot of robots) attempt(robot.model, () => showHealth(robot));
     attempt(model, () => showState(model, performance.now()));
+    for (const robot of robots) attempt(robot.model, () => robot.view.describe());
   }
   if (!(now_ms - frame.link_at_ms < LINK_MS)) {
     frame.link_at_ms = now_ms;

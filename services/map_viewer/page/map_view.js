@@ -32,6 +32,7 @@ export class MapView extends EventTarget {
     super();
     this.model = model;
     this.canvas = parent.appendChild(document.createElement("canvas"));
+    this.canvas.setAttribute("role", "img");
     this.canvas.tabIndex = -1;  // Enter is for the map then, and not for the tool that was chosen
     this.parent = parent;
     this.camera = {x_m: 0, y_m: 0, px: DEFAULT_PX, turn_rad: 0};  // middle, pixels of a metre, what points to the right
@@ -61,6 +62,14 @@ export class MapView extends EventTarget {
     model.addEventListener("timeline", () => { this.timeline_path = null; });
     model.addEventListener("info", () => { this.ground = null; });
     model.addEventListener("whole", () => { if (this.fits) this.fit(); });
+  }
+
+  // For who does not see it.
+  describe() {
+    const {robot, map, info, is_nowhere} = this.model;
+    const where = robot && !is_nowhere ? `; the robot is at x ${robot.x_m.toFixed(1)} m, y ${robot.y_m.toFixed(1)} m` : "";
+    const text = `Map of ${info.robot || "the robot"}: ${Math.round(map.area_m2())} square metres${where}`;
+    if (this.canvas.getAttribute("aria-label") !== text) this.canvas.setAttribute("aria-label", text);
   }
 
   readTheme() {
@@ -173,7 +182,7 @@ export class MapView extends EventTarget {
   // Glides after the robot; a robot that is far off is jumped to.
   follow() {
     const {robot} = this.model;
-    if (!this.follows || !robot) return;
+    if (!this.follows || !robot || this.model.is_nowhere) return;
     const wanted = this.cameraFor(robot.x_m, robot.y_m);
     const behind_px = Math.hypot(wanted.x_m - this.camera.x_m, wanted.y_m - this.camera.y_m) * this.camera.px;
     if (behind_px < 0.5) return;
@@ -413,7 +422,7 @@ export class MapView extends EventTarget {
     if (layers.path && Array.isArray(doubt_m)) drawDoubt(context, doubt_m, pixel, colours);
     if (layers.loops) drawLoops(context, (model.then ?? model.info).loops, loop_age_s, pixel, colours);
     if (layers.robots) for (const other of this.others) this.drawOther(context, other, window_m, pixel);
-    if (model.robot) {
+    if (model.robot && !model.is_nowhere) {
       const scan = model.timeline ? model.scan : model.robot;
       if (layers.rays && scan && this.isOfMoment(scan)) drawScan(context, scan, model.map, pixel, colours);
       drawRobot(context, model.robot, pixel, {...colours, robot: model.is_old ? colours.dim : colours.robot}, layers.uncertainty);

@@ -19,7 +19,10 @@ const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits)
 
 const milliseconds = (time_ms) => fixed(time_ms, time_ms < 10 ? 2 : 0);
 
-function showPose({robot}) {
+const NOWHERE = {x_m: NaN, y_m: NaN, yaw_rad: NaN, fitness: NaN, covariance: {xx: 0, xy: 0, yy: 0, yaw: 0}};
+
+function showPose(model) {
+  const robot = model.is_nowhere ? NOWHERE : model.robot;
   if (!robot) return;
   const degrees = (radians) => (radians * 180) / Math.PI;
   const {long_m, short_m, angle_rad} = ellipseOf(robot.covariance);
@@ -181,7 +184,7 @@ export function showState(model, now_ms) {
   const {tone, text, why} = describeState(model, now_ms);
   const title = `${text} · ${model.info.robot || "CRSM map"}`;
   if (document.title !== title) document.title = title;
-  $("last_known").hidden = !model.is_old;
+  $("last_known").hidden = !model.is_old || model.is_nowhere;
   $("state").dataset.tone = tone;
   show("state", text);
   show("why", why);
@@ -192,7 +195,8 @@ export function showState(model, now_ms) {
 // Shows what has changed of a model; all of it where `all` says so.
 export function showPanel(model, changed, all) {
   const {info} = model;
-  show("name", info.robot);
+  if ($("name").textContent !== info.robot) $("name").firstElementChild.textContent = info.robot;
+  $("name").hidden = !info.robot;
   show("counts", describeRun(model));
   $("panel").classList.toggle("finished", info.live === false);
   document.body.classList.toggle("simulated", (info.truth ?? []).length > 0);

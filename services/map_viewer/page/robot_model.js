@@ -28,6 +28,7 @@ export class RobotModel extends EventTarget {
     this.num_loaded = 0;   // tiles, of the map as it was at first
     this.num_left = 0;     // of them, still to come
     this.robot = null;
+    this.was_found = false;  // whether it ever had a pose
     this.path = [];
     this.path_generation = 0;
     this.is_another_map = false;  // than the one that the path lies on
@@ -110,11 +111,18 @@ export class RobotModel extends EventTarget {
       return;
     }
     this.robot = robot;
+    this.was_found ||= hasPose(robot.state);
     const last = this.tail.at(-1);
     if (!hasPose(robot.state)) return;
     if (last && Math.hypot(robot.x_m - last.x_m, robot.y_m - last.y_m) < TAIL_STEP_M) return;
     this.tail.push({x_m: robot.x_m, y_m: robot.y_m, state: robot.floating ? "FLOATING" : "OK"});
     if (this.tail.length > MOST_TAIL) this.tail.shift();
+  }
+
+  // Whether nobody has ever known where the robot is: its pose is none.
+  get is_nowhere() {
+    const {robot, timeline, samples} = this;
+    return Boolean(robot && !timeline && !this.was_found && !hasPose(robot.state)) && !samples.some(({state}) => hasPose(state));
   }
 
   take_path({generation, first, points}) {

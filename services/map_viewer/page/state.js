@@ -31,7 +31,11 @@ function ageOfState(samples) {
   return Math.max(0, last.time_s - first.time_s);
 }
 
-function describeRobot({robot, samples, timeline, info}) {
+function describeRobot(model) {
+  const {robot, samples, timeline, info} = model;
+  if (model.is_nowhere && localises(model)) {
+    return {tone: "bad", text: "NOT LOCALISED", why: "no scan fits the map so far: with the pin (O) you say where the robot is"};
+  }
   if (robot.state === "LOST") {
     const age_s = timeline ? 0 : ageOfState(samples);
     return {tone: "bad", text: age_s >= 1 ? `LOST for ${seconds(age_s)}` : "LOST",
