@@ -18,4 +18,8 @@ std::string FormatNumber(double number) { return Format(number, std::chars_forma
 std::string FormatNumber(int number) { return Format(number); }
 std::string FormatNumber(std::uint64_t number) { return Format(number); }
 
+std::string FormatCount(std::int64_t num, std::string_view noun) {
+  return std::to_string(num) + " " + std::string(noun) + (num == 1 ? "" : "s");
+}
+
 }  // namespace crsm

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "common/math/format_number.hpp"
+
 namespace crsm {
 namespace {
 
@@ -59,7 +61,7 @@ std::string DescribeLoops(const Results& results) {
   const auto all_rejected = std::max<std::int64_t>(num_rejected, results.pieces.num_rejected);
   const auto all_closed = std::max<std::int64_t>(std::ssize(results.loops) - num_rejected, results.pieces.num_closed);
   if (all_closed + all_rejected == 0) return "";
-  std::string text = fmt::format(", {} loops closed, {} rejected", all_closed, all_rejected);
+  std::string text = fmt::format(", {} closed, {} rejected", FormatCount(all_closed, "loop"), all_rejected);
   if (all_closed + all_rejected > std::ssize(results.loops))
     text += fmt::format(" ({} of them drawn)", results.loops.size());
   return text;
@@ -133,7 +135,7 @@ OverviewCaption DescribeRun(const Results& results, const PathCounts& path) {
   AddVerdict(verdict, caption);
   if (verdict && !results.summary->ended) caption.badge += " SO FAR";
   std::string text = DescribeSize(results) + DescribeLoops(results);
-  if (!verdict) text = fmt::format("{} scans, {} lost, ", path.scans.scans(), path.scans.lost) + text;
+  if (!verdict) text = fmt::format("{}, {} lost, ", FormatCount(path.scans.scans(), "scan"), path.scans.lost) + text;
   caption.lines.push_back(text);
   AddPieces(results, caption);
   const std::string origin = results.summary ? DescribeOrigin(*results.summary) : "";

@@ -4,13 +4,15 @@
 
 #include <utility>
 
+#include "common/math/format_number.hpp"
+
 namespace crsm {
 namespace {
 
-/// "3 lost scans", "4 scans without rays", "3 lost scans and 4 without rays".
+/// "3 lost scans", "1 scan without rays", "3 lost scans and 4 without rays".
 std::string Describe(const ScanCounts& counts) {
-  if (counts.lost == 0) return fmt::format("{} scans without rays", counts.without_rays);
-  const std::string lost = fmt::format("{} lost scans", counts.lost);
+  if (counts.lost == 0) return FormatCount(counts.without_rays, "scan") + " without rays";
+  const std::string lost = FormatCount(counts.lost, "lost scan");
   return counts.without_rays == 0 ? lost : fmt::format("{} and {} without rays", lost, counts.without_rays);
 }
 

@@ -7,6 +7,7 @@
 #include "common/diagnosis/changes.hpp"
 #include "common/graph/mapper.hpp"
 #include "common/logs/left_out.hpp"
+#include "common/math/format_number.hpp"
 #include "common/scan/deskew.hpp"
 #include "services/base/held_by_utime.hpp"
 #include "services/base/path_lock.hpp"
@@ -233,7 +234,7 @@ class MapUpdaterService {
     if (local().num_tiles() == 0) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings_.localize));
     }
-    Say(fmt::format("map_updater: localises on the finished map of {} scans from {}", answered_.size(),
+    Say(fmt::format("map_updater: localises on the finished map of {} from {}", FormatCount(answered_.size(), "scan"),
                     settings_.localize));
     answered_ = MatchStore();
     tracking_ = TrackingState::OnFinishedMap();
@@ -272,7 +273,8 @@ class MapUpdaterService {
     SetEpoch(IdentityOfThisBoot(journal_->epoch()));
     BeginSession();
     if (!journal_->notice().empty()) Say(fmt::format("map_updater: {}", journal_->notice()));
-    Say(fmt::format("map_updater: continues after {} scans from {}", answered_.size(), settings_.journal));
+    Say(fmt::format("map_updater: continues after {} from {}", FormatCount(answered_.size(), "scan"),
+                    settings_.journal));
   }
 
   void BeginSession() {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -31,9 +32,8 @@ namespace {
 /// What a journal brings back.
 class Run {
  public:
-  /// is_of_piece: for each scan whether it is shown; all are where it is empty. after_scan: called after each.
-  Run(const RunFolder& results, std::vector<bool> is_of_piece, const std::function<void(const Run&)>& after_scan)
-      : results_(results), is_of_piece_(std::move(is_of_piece)) {
+  /// after_scan: called after each.
+  Run(const RunFolder& results, const std::function<void(const Run&)>& after_scan) : results_(results) {
     const std::filesystem::path folder = FindJournal(results.run).parent_path();
     const auto head = ReadHead(folder);
     if (!head) throw std::runtime_error(fmt::format("{}: its journal has no scans", results.run.string()));
@@ -57,20 +57,6 @@ class Run {
     if (!notice.empty()) Say(fmt::format("map_viewer: {}", notice));
   }
 
-  /// For each scan whether it is of the piece of the folder.
-  std::vector<bool> FindScansOfPiece() const {
-    const int component = mapper_->FindComponent(results_.piece);
-    if (component < 0) {
-      throw std::runtime_error(fmt::format("{}: its map has {} pieces, and no piece {}", results_.run.string(),
-                                           mapper_->FindPieces().num_pieces, results_.piece));
-    }
-    std::vector<bool> is_of_piece(matches_.size());
-    for (const auto& [first, end] : mapper_->FindScans(component)) {
-      std::fill(is_of_piece.begin() + first, is_of_piece.begin() + end, true);
-    }
-    return is_of_piece;
-  }
-
   std::size_t num_scans() const { return matches_.size(); }
   const Mapper& mapper() const { return *mapper_; }
 
@@ -79,86 +65,106 @@ class Run {
     scene.SetRobot({matches_.back(), of_last_scan_ + 1 == matches_.size() ? LastScan() : CriticalRays()});
   }
 
-  /// All that is known of the map and the path.
-  void ShowMapAndPath(Scene& scene) const {
-    ShowMap(scene.map());
+  WholeMap MakeWholeMap() const { return WholeMap(drawing_); }
+
+  /// All that is known of the map and the path. whole: what was drawn of it so far.
+  void ShowMapAndPath(WholeMap& whole, Scene& scene) const {
+    ShowMap(1, whole, scene.map());
     PathSketch path;
-    for (const std::size_t scan : ShownScans()) path.Add(BestMatch(scan));
+    for (std::size_t scan = 0; scan < matches_.size(); ++scan) path.Add(BestMatch(scan, 1));
     scene.SetPath(path, true);
   }
 
   /// The scan that was read last.
   void AddTo(Timeline& timeline) const {
-    if (!IsShown(matches_.size() - 1)) return;
     const bool is_kept = last_scan_.rays.size() > 0 && of_last_scan_ + 1 == matches_.size();
     const CriticalRays scan = is_kept ? LastScan() : CriticalRays();
     timeline.Add(matches_.back(), is_kept ? &scan : nullptr);
   }
 
-  void ShowTimeline(Timeline timeline, Scene& scene) const {
-    std::size_t number = 0;
-    for (const std::size_t scan : ShownScans()) timeline.SetMatch(number++, BestMatch(scan));
-    scene.SetTimeline(std::move(timeline));
+  /// The scans that are seen with a piece: of the first one all.
+  std::vector<std::size_t> FindScans(int piece) const {
+    std::vector<std::size_t> scans;
+    if (piece == 1) {
+      scans.resize(matches_.size());
+      std::iota(scans.begin(), scans.end(), 0);
+      return scans;
+    }
+    const int component = mapper_->FindComponent(piece);
+    if (component < 0) {
+      throw std::runtime_error(fmt::format("{}: its map has {} pieces, and no piece {}", results_.run.string(),
+                                           mapper_->FindPieces().num_pieces, piece));
+    }
+    for (const auto& [first, end] : mapper_->FindScans(component)) {
+      for (std::int64_t scan = first; scan < end; ++scan) scans.push_back(static_cast<std::size_t>(scan));
+    }
+    return scans;
   }
 
-  /// All else that is to be seen of a run that has ended.
-  void ShowEnd(Scene& scene) const {
-    const std::vector<std::size_t> shown = ShownScans();
-    for (const std::size_t scan : shown) {
-      const ScanMatch& match = matches_[scan];
-      scene.AddSample({match.utime, static_cast<float>(match.fitness), match.state});
-    }
-    if (last_scan_.rays.size() > 0) {
-      scene.SetRobot({BestMatch(of_last_scan_), LastScan()});
-    } else if (!matches_.empty()) {
-      ShowRobot(scene);
-    }
-    if (!is_piece()) {
-      scene.SetLoops(mapper_->PlaceLoops());
-      scene.SetMarks(marks_.Place(*mapper_));
-    }
-    const PathSketch& path = scene.path();
+  /// The pieces that have a folder, and the one that was asked for.
+  std::map<int, std::unique_ptr<Scene>> MakeScenes(const Timeline& timeline) const {
     const MapPieces pieces = mapper_->FindPieces();
-    nlohmann::json info = is_piece() ? DescribePiece(results_, pieces)
-                                     : ReadRunFacts(results_.run, matches_.size(), FormatIdentity(epoch_));
+    const nlohmann::json list = ListPieces(results_.run, pieces);
+    std::map<int, std::unique_ptr<Scene>> scenes;
+    const auto Make = [&](int piece) { scenes[piece] = MakeScene(piece, pieces, list, timeline); };
+    Make(results_.piece);
+    for (const nlohmann::json& one : list) {
+      if (one.contains("folder") && one["piece"] != results_.piece) Make(one["piece"].get<int>());
+    }
+    return scenes;
+  }
+
+ private:
+  std::unique_ptr<Scene> MakeScene(int piece, const MapPieces& pieces, const nlohmann::json& list,
+                                   const Timeline& all) const {
+    const std::vector<std::size_t> shown = FindScans(piece);
+    auto scene = std::make_unique<Scene>(FolderOf(results_.run, piece).string());
+    WholeMap whole(drawing_);
+    ShowMap(piece, whole, scene->map());
+    Timeline timeline = all.Pick(shown);
+    PathSketch path;
+    for (std::size_t number = 0; number < shown.size(); ++number) {
+      const ScanMatch match = BestMatch(shown[number], piece);
+      timeline.SetMatch(number, match);
+      path.Add(match);
+      scene->AddSample({match.utime, static_cast<float>(match.fitness), match.state});
+    }
+    scene->SetPath(path, true);
+    if (!shown.empty()) scene->SetRobot({timeline.match(shown.size() - 1), timeline.scan(shown.size() - 1)});
+    if (piece == 1) {
+      scene->SetLoops(mapper_->PlaceLoops());
+      scene->SetMarks(marks_.Place(*mapper_));
+    }
+    nlohmann::json info = piece > 1 ? DescribePiece({results_.run, piece}, pieces)
+                                    : ReadRunFacts(results_.run, matches_.size(), FormatIdentity(epoch_));
     info.update({{"live", false}, {"loops_closed", pieces.num_closed}, {"localised", finished_map_.has_value()}});
     info.update(DescribeCounts(path.counts()));
-    info["pieces"] = ListPieces(results_.run, pieces);
-    info["shown_piece"] = results_.piece;
-    if (!shown.empty()) info["truth"] = ReadTruth(results_.run, BestMatch(shown.front()));
+    info["pieces"] = list;
+    info["shown_piece"] = piece;
+    if (!shown.empty()) info["truth"] = ReadTruth(results_.run, timeline.match(0));
     for (const Break& at : pieces.breaks) {
       const auto scan = std::ranges::find(shown, static_cast<std::size_t>(at.scan));
       if (scan != shown.end()) info["breaks"].push_back({{"scan", scan - shown.begin()}, {"joined", at.joined()}});
     }
-    scene.SetInfo(ToText(info));
+    scene->SetInfo(ToText(info));
+    scene->SetTimeline(std::move(timeline));
+    return scene;
   }
 
- private:
   void Add(const CriticalRays* scan, const ScanMatch& match) {
     mapper_->Restore(scan, match);
     matches_.push_back(match);
-    if (!scan || !IsShown(matches_.size() - 1)) return;
+    if (!scan) return;
     last_scan_ = *scan;
     of_last_scan_ = matches_.size() - 1;
-  }
-
-  bool is_piece() const { return !is_of_piece_.empty(); }
-  bool IsShown(std::size_t scan) const { return !is_piece() || is_of_piece_[scan]; }
-
-  std::vector<std::size_t> ShownScans() const {
-    std::vector<std::size_t> shown;
-    for (std::size_t scan = 0; scan < matches_.size(); ++scan) {
-      if (IsShown(scan)) shown.push_back(scan);
-    }
-    return shown;
   }
 
   CriticalRays LastScan() const { return Deskew(last_scan_, matches_[of_last_scan_].twist); }
 
   /// An axis turns with its scan.
-  ScanMatch BestMatch(std::size_t scan) const {
+  ScanMatch BestMatch(std::size_t scan, int piece) const {
     ScanMatch match = mapper_->BestMatch(static_cast<std::int64_t>(scan), matches_[scan]);
-    if (is_piece()) match.floating = false;
+    if (piece > 1) match.floating = false;
     const double turn_rad = match.T_map_laser.yaw_rad - matches_[scan].T_map_laser.yaw_rad;
     const auto [x, y] = match.degenerate_axis;
     match.degenerate_axis = {x * std::cos(turn_rad) - y * std::sin(turn_rad),
@@ -166,16 +172,15 @@ class Run {
     return match;
   }
 
-  void ShowMap(SceneMap& shown) const {
+  void ShowMap(int piece, WholeMap& whole, SceneMap& shown) const {
     constexpr int kAll = 1 << 30;
     const MapUpdater& local = mapper_->local();
     if (finished_map_) {
       shown.Replace(*finished_map_, local.version());
       return shown.SetVersion(epoch_, local.version());
     }
-    WholeMap whole(drawing_);
-    if (is_piece()) {
-      whole.Draw(*mapper_, mapper_->FindComponent(results_.piece), local.version(), kAll);
+    if (piece > 1) {
+      whole.Draw(*mapper_, mapper_->FindComponent(piece), local.version(), kAll);
     } else if (mapper_->closes_loops()) {
       whole.Draw(*mapper_, kAll);
     }
@@ -187,52 +192,53 @@ class Run {
   }
 
   RunFolder results_;
-  std::vector<bool> is_of_piece_;  ///< by scan; none where all are shown
   std::int64_t epoch_ = 0;
   UpdateParameters drawing_;
   std::optional<Mapper> mapper_;
   MarkBook marks_;
   std::optional<ByteMap> finished_map_;  ///< of another run, on which this one was localised
   std::vector<ScanMatch> matches_;
-  CriticalRays last_scan_;  ///< that was drawn, of those that are shown
+  CriticalRays last_scan_;  ///< that was drawn
   std::size_t of_last_scan_ = 0;
 };
 
 }  // namespace
 
-std::unique_ptr<Scene> ReadFinishedRun(const std::string& results) {
-  const RunFolder folder = FindRun(results);
-  std::vector<bool> is_of_piece;
-  if (folder.piece > 1) is_of_piece = Run(folder, {}, [](const Run&) {}).FindScansOfPiece();
-  auto scene = std::make_unique<Scene>(results);
+std::map<int, std::unique_ptr<Scene>> ReadFinishedRun(const std::string& results) {
   Timeline timeline;
-  const Run run(folder, std::move(is_of_piece), [&](const Run& so_far) { so_far.AddTo(timeline); });
-  run.ShowMapAndPath(*scene);
-  run.ShowEnd(*scene);
-  run.ShowTimeline(std::move(timeline), *scene);
-  return scene;
+  return Run(FindRun(results), [&](const Run& so_far) { so_far.AddTo(timeline); }).MakeScenes(timeline);
 }
 
-void ReplayRun(const std::string& results, Scene& scene, const std::function<void()>& changed) {
-  constexpr std::size_t kTimes = 50;
+std::size_t CountScans(const std::string& results) {
+  return Run(FindRun(results), [](const Run&) {}).num_scans();
+}
+
+void ReplayRun(const std::string& results, std::size_t step, Scene& scene,
+               const std::function<void(const Mapper& so_far)>& changed) {
   const RunFolder folder = FindRun(results);
   if (folder.piece > 1) {
     throw std::runtime_error(fmt::format("{}: is a piece of a map, and has no journal: take the whole run, {}", results,
                                          folder.run.string()));
   }
-  const std::size_t num_scans = Run(folder, {}, [](const Run&) {}).num_scans();
-  const std::size_t step = std::max<std::size_t>(1, num_scans / kTimes);
   JoinNews join_news;
   std::vector<int> told;  // components
-  const Run run(folder, {}, [&](const Run& so_far) {
+  std::optional<WholeMap> whole;
+  std::int64_t layout = 0;  // that was drawn
+  const auto Show = [&](const Run& so_far) {
+    const std::int64_t newest = so_far.mapper().num_layouts();
+    if (!whole || std::exchange(layout, newest) != newest) whole = so_far.MakeWholeMap();
+    so_far.ShowMapAndPath(*whole, scene);
+  };
+  const Run run(folder, [&](const Run& so_far) {
     so_far.ShowRobot(scene);
     const std::vector<int>& components = so_far.mapper().best_components();
     const bool has_news = std::exchange(told, components) != components;
-    const bool is_time = so_far.num_scans() % step == 0 || so_far.num_scans() == num_scans;
-    if (has_news || is_time) so_far.ShowMapAndPath(scene);
+    if (has_news || so_far.num_scans() % step == 0) Show(so_far);
     if (has_news) scene.AddNews(Describe(join_news.Look(so_far.mapper().FindPieces())));
-    changed();
+    changed(so_far.mapper());
   });
+  Show(run);
+  changed(run.mapper());
 }
 
 }  // namespace crsm

@@ -3,19 +3,26 @@
 // writes: edits of a finished map, beside it.
 
 #include <fmt/core.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <deque>
+#include <future>
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "common/logs/stop_request.hpp"
 #include "services/base/process.hpp"
 #include "services/base/usage_error.hpp"
 #include "services/base/viewer_token.hpp"
+#include "services/journal/run_folder.hpp"
 #include "services/map_viewer/access.hpp"
 #include "services/map_viewer/finished_run.hpp"
+#include "services/map_viewer/history.hpp"
 #include "services/map_viewer/links.hpp"
 #include "services/map_viewer/live_robot.hpp"
 #include "services/map_viewer/map_editor.hpp"
@@ -45,10 +52,10 @@ std::string ChooseToken(const HttpAddress& address) {
 class Window {
  public:
   Window(const CommandLine& command_line, const ViewerOptions& options, std::vector<const Scene*> scenes,
-         Counters& counters)
+         std::vector<ShownPiece> pieces, Counters& counters)
       : address_(ParseHttpAddress(command_line.settings().http)),
         token_(ChooseToken(address_)),
-        site_(std::move(scenes), Access(address_.is_loopback, token_), options.folders),
+        site_(std::move(scenes), Access(address_.is_loopback, token_), options.folders, std::move(pieces)),
         server_(
             address_, [this](const WebRequest& request) { return site_.Answer(request); }, counters) {
     const bool is_another_port = address_.port != 0 && server_.address().port != address_.port;
@@ -102,7 +109,7 @@ void ShowLive(const CommandLine& command_line, const ViewerOptions& options) {
     robots.back().service().SetState("showing");
     scenes.push_back(&robots.back().scene());
   }
-  Window window(command_line, options, std::move(scenes), robots.front().service().counters());
+  Window window(command_line, options, std::move(scenes), {}, robots.front().service().counters());
   robots.front().service().Run(
       [&] {
         bool is_fetching = false;
@@ -117,6 +124,32 @@ void ShowLive(const CommandLine& command_line, const ViewerOptions& options) {
       kPageWait_ms);
 }
 
+/// The history of a run, read in a thread while the run is shown already.
+class ComingHistory {
+ public:
+  explicit ComingHistory(Scene& scene)
+      : scene_(scene), history_(std::async(std::launch::async, [&scene]() -> std::shared_ptr<const History> {
+          constexpr int kNice = 10;
+          setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);  // those who look go first
+          try {
+            return ReadHistory(scene, StopRequested);
+          } catch (const std::exception&) {  // the page shows what the run has come to
+            return nullptr;
+          }
+        })) {}
+
+  /// Shows it when it is there.
+  void Step() {
+    if (history_.valid() && history_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+      scene_.SetHistory(history_.get());
+    }
+  }
+
+ private:
+  Scene& scene_;
+  std::future<std::shared_ptr<const History>> history_;
+};
+
 void ShowFinished(const CommandLine& command_line, const ViewerOptions& options) {
   constexpr auto kLookForSignals = std::chrono::milliseconds(100);
   for (const char* setting : {"lcm_url", "channel_prefix"}) {
@@ -124,21 +157,30 @@ void ShowFinished(const CommandLine& command_line, const ViewerOptions& options)
       throw UsageError(fmt::format("{}: applies to live robots only; remove it for a finished run", FlagOf(setting)));
     }
   }
-  std::vector<std::unique_ptr<Scene>> runs;
+  std::vector<std::map<int, std::unique_ptr<Scene>>> runs;
   std::vector<const Scene*> scenes;
+  std::vector<ShownPiece> pieces;
   std::deque<MapEditor> editors;
   for (const std::string& folder : options.folders) {
     runs.push_back(ReadFinishedRun(folder));
-    scenes.push_back(runs.back().get());
-    editors.emplace_back(folder, *runs.back());
+    scenes.push_back(runs.back().at(FindRun(folder).piece).get());
+    for (const auto& [piece, scene] : runs.back()) {
+      pieces.push_back({runs.size() - 1, piece, scene.get()});
+      editors.emplace_back(scene->name(), *scene);
+    }
   }
   Counters counters;
-  Window window(command_line, options, std::move(scenes), counters);
+  Window window(command_line, options, std::move(scenes), std::move(pieces), counters);
   CatchSignals();
   Say(command_line.program() + ": ready");
+  std::deque<ComingHistory> histories;
+  for (const auto& run : runs) {
+    if (run.contains(1)) histories.emplace_back(*run.at(1));
+  }
   while (!StopRequested()) {
     window.server().Serve(kLookForSignals);
     for (MapEditor& editor : editors) editor.Step();
+    for (ComingHistory& history : histories) history.Step();
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <map>
 #include <stdexcept>
 
@@ -9,6 +10,7 @@
 #include "common/logs/stop_request.hpp"
 #include "services/base/file_window.hpp"
 #include "services/base/process.hpp"
+#include "services/base/progress.hpp"
 #include "services/map_viewer/finished_run.hpp"
 #include "services/map_viewer/foxglove_scene.hpp"
 #include "services/map_viewer/mcap_writer.hpp"
@@ -69,15 +71,30 @@ void WriteMcap(const std::string& results, const std::filesystem::path& file) {
   CheckReplaceable(file);
   CatchSignals();
   Replacement replacement(file.has_parent_path() ? file.parent_path() : ".");
-  replacement.Write(file.filename(), [&](const Sink& sink) { WriteMcap(results, sink, StopRequested); });
+  Progress progress("map_viewer");
+  std::int64_t num_written = 0;
+  replacement.Write(file.filename(), [&](const Sink& sink) {
+    WriteMcap(results, sink, [&](std::int64_t num_scans, double share) {
+      progress.Show([share] { return share; }, num_written = num_scans);
+      return StopRequested();
+    });
+  });
+  progress.Finish(num_written);
   replacement.Rename();
 }
 
-void WriteMcap(const std::string& results, const Sink& sink, const std::function<bool()>& is_stopped) {
+void WriteMcap(const std::string& results, const Sink& sink,
+               const std::function<bool(std::int64_t num_scans, double share)>& is_stopped) {
+  constexpr std::size_t kTimes = 50;  // that the map is written
   Scene scene(results);
   Recorder recorder(scene, sink);
-  ReplayRun(results, scene, [&] {
-    if (is_stopped()) throw std::runtime_error("stopped; nothing was written");
+  const std::size_t num_scans = CountScans(results);
+  const std::size_t step = std::max<std::size_t>(1, num_scans / kTimes);
+  std::size_t done = 0;
+  ReplayRun(results, step, scene, [&](const Mapper&) {
+    done = std::min(done + 1, num_scans);  // the end is told as well
+    if (is_stopped(static_cast<std::int64_t>(done), static_cast<double>(done) / static_cast<double>(num_scans)))
+      throw std::runtime_error("stopped; nothing was written");
     recorder.Record();
   });
   recorder.Finish();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -15,7 +16,8 @@ namespace crsm {
 void WriteMcap(const std::string& results, const std::filesystem::path& file);
 
 /// The same piece by piece. Throws std::runtime_error once `is_stopped` says so, which is asked after each
-/// scan; also if `sink` throws.
-void WriteMcap(const std::string& results, const Sink& sink, const std::function<bool()>& is_stopped);
+/// scan, with how many there were and what share of all they are; also if `sink` throws.
+void WriteMcap(const std::string& results, const Sink& sink,
+               const std::function<bool(std::int64_t num_scans, double share)>& is_stopped);
 
 }  // namespace crsm

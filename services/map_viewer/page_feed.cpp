@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "common/results/json_text.hpp"
 #include "common/scan/scan_counts.hpp"
 #include "services/base/process.hpp"
+#include "services/map_viewer/history.hpp"
 #include "services/map_viewer/little_endian.hpp"
 
 namespace crsm {
@@ -18,7 +20,7 @@ namespace {
 
 constexpr std::size_t kMostMapBytes = 256 * 1024;  // of a message: a slow client is told of the robot in between
 
-enum RecordKind : std::uint8_t { kMap = 1, kRobot = 2, kPath = 3, kSamples = 4, kInfo = 5, kTimeline = 6 };
+enum RecordKind : std::uint8_t { kMap = 1, kRobot = 2, kPath = 3, kSamples = 4, kInfo = 5, kTimeline = 6, kThen = 7 };
 
 void AppendRecord(std::string& message, RecordKind kind, const std::string& record) {
   Append(message, kind);
@@ -46,16 +48,36 @@ std::uint8_t PathState(const ScanMatch& match) {
   return OutcomeOf(match) == ScanOutcome::kFloating ? kFloating : StateOf(match);
 }
 
-void AppendPathPoint(std::string& record, const PathSketch::Kept& kept) {
-  const ScanMatch& match = kept.match;
-  Append(record, static_cast<std::uint32_t>(kept.number));
-  Append(record, Narrow(match.T_map_laser.x_m));
-  Append(record, Narrow(match.T_map_laser.y_m));
-  Append(record, PathState(match));
-  Append(record, static_cast<std::int32_t>(match.trajectory));
+void AppendTile(std::string& tiles, TileIndex index, bool whole, const std::vector<std::uint8_t>& runs) {
+  Append(tiles, static_cast<std::int16_t>(index.x));
+  Append(tiles, static_cast<std::int16_t>(index.y));
+  Append(tiles, static_cast<std::uint8_t>(whole));
+  Append(tiles, static_cast<std::uint16_t>(runs.size()));
+  tiles.append(runs.begin(), runs.end());
+}
+
+/// x y of both ends, f32.
+void AppendLoop(std::string& record, const PlacedLoop& loop) {
+  for (const Pose2& end : {loop.T_map_older, loop.T_map_newer}) {
+    Append(record, Narrow(end.x_m));
+    Append(record, Narrow(end.y_m));
+  }
 }
 
 }  // namespace
+
+std::string PackPath(std::span<const PathSketch::Kept> points) {
+  std::string packed;
+  Append(packed, static_cast<std::uint32_t>(points.size()));
+  for (const auto& [number, match] : points) {
+    Append(packed, static_cast<std::uint32_t>(number));
+    Append(packed, Narrow(match.T_map_laser.x_m));
+    Append(packed, Narrow(match.T_map_laser.y_m));
+    Append(packed, PathState(match));
+    Append(packed, static_cast<std::int32_t>(match.trajectory));
+  }
+  return packed;
+}
 
 PageFeed::PageFeed(const Scene& scene, std::vector<std::string> names, const Cursor& cursor, bool may_change)
     : scene_(scene), names_(std::move(names)), may_change_(may_change) {
@@ -68,7 +90,11 @@ std::optional<Feed::Message> PageFeed::Next() {
   if (timeline_told_ != scene_.timeline().size()) AddTimeline(message.bytes);
   if (robot_told_ != scene_.robot_change() || scan_wanted_) AddRobot(message.bytes);
   if (samples_told_ != scene_.num_samples()) AddSamples(message.bytes);
-  if (map_told_ != scene_.map().last_change()) AddMap(message.bytes);
+  if (map_told_ != scene_.map().last_change()) {
+    AddMap(message.bytes);
+  } else if (moment_changed_) {
+    AddThen(message.bytes);
+  }
   if (path_generation_ != scene_.path_generation() || path_told_ != scene_.path().kept().size()) {
     AddPath(message.bytes);
   }
@@ -84,32 +110,22 @@ void PageFeed::AddMap(std::string& message) {
   const ChangeNumber had = map_told_;
   std::string tiles;
   std::uint16_t num_tiles = 0;
-  has_more_ = false;
+  std::ptrdiff_t num_left = 0;
   for (auto change = map.changes().upper_bound(had); change != map.changes().end(); ++change) {
     if (tiles.size() > kMostMapBytes) {
-      has_more_ = true;
+      num_left = std::distance(change, map.changes().end());
       break;
     }
     const SceneMap::Tile& tile = map.tiles().at(change->second);
     const bool whole = tile.changed_before == 0 || tile.changed_before > had;
     const std::vector<std::uint8_t> runs = whole ? PackRuns(SceneMap::Tile().cells, tile.cells) : tile.last_runs;
-    Append(tiles, static_cast<std::int16_t>(change->second.x));
-    Append(tiles, static_cast<std::int16_t>(change->second.y));
-    Append(tiles, static_cast<std::uint8_t>(whole));
-    Append(tiles, static_cast<std::uint16_t>(runs.size()));
-    tiles.append(runs.begin(), runs.end());
+    AppendTile(tiles, change->second, whole, runs);
     ++num_tiles;
     map_told_ = change->first;
   }
+  has_more_ = num_left > 0;
   if (!has_more_) map_told_ = map.last_change();
-  std::string record;
-  Append(record, static_cast<std::uint8_t>(anew));
-  Append(record, map.epoch());
-  Append(record, map.version());
-  Append(record, static_cast<std::uint8_t>(!has_more_));
-  Append(record, map.cell_size_m());
-  Append(record, num_tiles);
-  AppendRecord(message, kMap, record + tiles);
+  AppendMap(message, anew, num_left, num_tiles, tiles);
 }
 
 void PageFeed::AddRobot(std::string& message) {
@@ -141,11 +157,13 @@ void PageFeed::AddRobot(std::string& message) {
 
 bool PageFeed::Hear(std::string_view message, bool is_text) {
   constexpr std::string_view kScan = "scan ";
+  constexpr std::string_view kThen = "then ";
   constexpr std::string_view kStart = "start ";
   constexpr std::string_view kMark = "mark ";
   constexpr std::string_view kEdits = "edits ";
   if (!is_text) return false;
   if (message.starts_with(kScan)) return HearScan(message.substr(kScan.size()));
+  if (message.starts_with(kThen)) return HearThen(message.substr(kThen.size()));
   if (!may_change_) return false;
   if (message.starts_with(kEdits)) return scene_.TakeEdits(message.substr(kEdits.size()));
   if (message.starts_with(kMark)) return HearMark(message.substr(kMark.size()));
@@ -156,6 +174,15 @@ bool PageFeed::HearScan(std::string_view text) {
   const auto number = ParseNumber<std::size_t>(text);
   if (!number || *number >= scene_.timeline().size()) return false;
   scan_wanted_ = number;
+  return true;
+}
+
+bool PageFeed::HearThen(std::string_view text) {
+  const auto number = ParseNumber<std::size_t>(text);
+  if (!scene_.history() || !number || *number >= scene_.timeline().size()) return false;
+  const std::size_t moment = scene_.history()->FindMoment(*number);
+  moment_changed_ = moment_changed_ || moment_ != moment;
+  moment_ = moment;
   return true;
 }
 
@@ -210,11 +237,63 @@ void PageFeed::AddTimeline(std::string& message) {
   AppendAll([](const ScanMatch& match) { return Narrow(match.T_map_laser.yaw_rad); });
   AppendFirst(&Timeline::Position::x_m);
   AppendFirst(&Timeline::Position::y_m);
+  AppendFirst(&Timeline::Position::yaw_rad);
   AppendAll([](const ScanMatch& match) { return Narrow(match.fitness); });
   AppendAll([](const ScanMatch& match) { return Narrow(AngleOf(match.degenerate_axis)); });
   AppendAll([](const ScanMatch& match) { return static_cast<std::int32_t>(match.trajectory); });
   AppendAll(PathState);
   AppendRecord(message, kTimeline, record);
+}
+
+void PageFeed::AddThen(std::string& message) {
+  const History& history = *scene_.history();
+  has_more_ = AddTilesOfMoment(message);
+  if (has_more_) return;
+  moment_changed_ = false;
+  const History::Moment& moment = history.moment(*moment_);
+  std::string record;
+  Append(record, static_cast<std::uint8_t>(history.is_end(*moment_)));
+  Append(record, moment.num_closed);
+  Append(record, static_cast<std::uint16_t>(moment.loops.size()));
+  for (const PlacedLoop& loop : moment.loops) AppendLoop(record, loop);
+  AppendRecord(message, kThen, record + moment.path);
+}
+
+/// Whether there are more.
+bool PageFeed::AddTilesOfMoment(std::string& message) {
+  const auto& stories = scene_.history()->tiles();
+  if (held_.empty()) {
+    for (const auto& [index, changes] : stories) held_.push_back(changes.size());
+  }
+  std::string tiles;
+  std::uint16_t num_tiles = 0;
+  bool has_more = false;
+  auto held = held_.begin();
+  for (const auto& [index, changes] : stories) {
+    std::size_t& num_held = *held++;
+    const std::size_t num = History::CountChanges(changes, *moment_);
+    if (num == num_held) continue;
+    has_more = tiles.size() > kMostMapBytes;
+    if (has_more) break;
+    num_held = num;
+    AppendTile(tiles, index, true, num == 0 ? std::vector<std::uint8_t>() : changes[num - 1].runs);
+    ++num_tiles;
+  }
+  AppendMap(message, false, has_more ? 1 : 0, num_tiles, tiles);
+  return has_more;
+}
+
+void PageFeed::AppendMap(std::string& message, bool anew, std::ptrdiff_t num_left, std::uint16_t num_tiles,
+                         const std::string& tiles) const {
+  const SceneMap& map = scene_.map();
+  std::string record;
+  Append(record, static_cast<std::uint8_t>(anew));
+  Append(record, map.epoch());
+  Append(record, map.version());
+  Append(record, static_cast<std::uint32_t>(num_left));
+  Append(record, map.cell_size_m());
+  Append(record, num_tiles);
+  AppendRecord(message, kMap, record + tiles);
 }
 
 void PageFeed::AddPath(std::string& message) {
@@ -223,8 +302,7 @@ void PageFeed::AddPath(std::string& message) {
   std::string record;
   Append(record, static_cast<std::uint32_t>(path_generation_));
   Append(record, static_cast<std::uint32_t>(path_told_));
-  Append(record, static_cast<std::uint32_t>(kept.size() - path_told_));
-  for (std::size_t i = path_told_; i < kept.size(); ++i) AppendPathPoint(record, kept[i]);
+  record += PackPath(std::span(kept).subspan(path_told_));
   path_told_ = kept.size();
   AppendRecord(message, kPath, record);
 }
@@ -249,6 +327,7 @@ void PageFeed::AddInfo(std::string& message) {
   info["robots"] = names_;
   info["robot"] = scene_.name();
   info["looks"] = !may_change_;
+  info["knows_then"] = scene_.history() != nullptr;
   if (!scene_.edits().empty()) info["edits"] = nlohmann::json::parse(scene_.edits());
   info["news"] = {{"number", scene_.num_news()}, {"text", scene_.newest_news()}};
   info["loops"] = nlohmann::json::array();

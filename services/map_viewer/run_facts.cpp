@@ -73,10 +73,14 @@ json DescribeChanges(const std::vector<MapChange>& changes) {
   return list;
 }
 
+std::filesystem::path FolderOf(const std::filesystem::path& run, int piece) {
+  return piece == 1 ? run : run / "pieces" / std::to_string(piece);
+}
+
 json ListPieces(const std::filesystem::path& run, const MapPieces& pieces) {
   json list = json::array();
   for (std::size_t i = 0; i < pieces.pieces.size(); ++i) {
-    const std::filesystem::path folder = i == 0 ? run : run / "pieces" / std::to_string(i + 1);
+    const std::filesystem::path folder = FolderOf(run, static_cast<int>(i) + 1);
     list.push_back({{"piece", i + 1}, {"scans", pieces.pieces[i].scans}, {"way_m", pieces.pieces[i].way_m}});
     std::error_code error;
     if (std::filesystem::is_regular_file(folder / "map.png", error)) list.back()["folder"] = folder.string();
@@ -133,6 +137,9 @@ json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans, c
     if (line.is_string()) facts["verdict"]["lines"].push_back(line);
   }
   facts["changes"] = ReadChanges(summary);
+  for (const char* name : {"made_from", "recorded", "version"}) {
+    if (const json value = summary.value(name, json()); value.is_string()) facts[name] = value;
+  }
   const json x_m = found.value("off_x_m", json());
   const json y_m = found.value("off_y_m", json());
   if (x_m.is_number() && y_m.is_number()) facts["verdict"]["off_at_m"] = {x_m, y_m};

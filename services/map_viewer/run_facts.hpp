@@ -15,10 +15,13 @@ namespace crsm {
 /// How many scans have become what: {"scans", "on_map", "floating", "lost", "without_rays"}.
 nlohmann::json DescribeCounts(const ScanCounts& counts);
 
-/// What the summary.json of a run says of it: {"verdict": {"trust", "lines"}, "way_m", "area_m2", "left_out"}. Without
-/// a verdict on all of its `num_scans` scans, `trust` is "none", and the line says why. identity: of the map, as of
-/// FormatIdentity.
+/// What the summary.json of a run says of it: {"verdict": {"trust", "lines"}, "way_m", "area_m2", "left_out", and what
+/// the map was made from: "made_from", "recorded", "version"}. Without a verdict on all of its `num_scans` scans,
+/// `trust` is "none", and the line says why. identity: of the map, as of FormatIdentity.
 nlohmann::json ReadRunFacts(const std::filesystem::path& results, std::size_t num_scans, const std::string& identity);
+
+/// The folder of a piece of the map of a run.
+std::filesystem::path FolderOf(const std::filesystem::path& run, int piece);
 
 /// The pieces of the map of a run, the one that it shows first: [{"piece", "scans", "way_m", "folder"}, ...]; no
 /// "folder" where a piece has none.

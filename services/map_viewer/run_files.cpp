@@ -220,7 +220,7 @@ WebAnswer RunFiles::MakeMcap(std::size_t robot) {
           file.Append({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
           return true;
         };
-        WriteMcap(folder, Append, [&] { return StopRequested() || job.use_count() == 1; });
+        WriteMcap(folder, Append, [&](std::int64_t, double) { return StopRequested() || job.use_count() == 1; });
         file.Flush();
         job->file = std::make_shared<MadeFile>(std::move(file));
       } catch (const std::exception& error) {

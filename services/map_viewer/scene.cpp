@@ -72,6 +72,11 @@ void Scene::AddSample(const SceneSample& sample) {
   if (samples_.size() > kMostSamples) samples_.pop_front();
 }
 
+void Scene::SetHistory(std::shared_ptr<const History> history) {
+  history_ = std::move(history);
+  ++info_change_;
+}
+
 void Scene::SetLoops(std::vector<PlacedLoop> loops) {
   std::erase_if(loops, [](const PlacedLoop& loop) { return loop.rejected; });
   if (loops == loops_) return;

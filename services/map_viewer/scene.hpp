@@ -5,6 +5,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -85,6 +86,8 @@ struct SceneSample {
   MatchState state = MatchState::kFirst;
 };
 
+class History;
+
 /// All that there is to see of one robot. It is filled by who hears the robot, or reads its journal, and read by feeds,
 /// each of which remembers what it has told already.
 class Scene {
@@ -117,6 +120,10 @@ class Scene {
   /// Of a run that has ended: it does not change any more.
   void SetTimeline(Timeline timeline) { timeline_ = std::move(timeline); }
   const Timeline& timeline() const { return timeline_; }
+
+  /// How it was known at moments of the run; null while that is not there.
+  void SetHistory(std::shared_ptr<const History> history);
+  const std::shared_ptr<const History>& history() const { return history_; }
 
   /// Those that hold are shown.
   void SetLoops(std::vector<PlacedLoop> loops);
@@ -173,6 +180,7 @@ class Scene {
   std::deque<SceneSample> samples_;
   std::int64_t num_samples_ = 0;
   Timeline timeline_;
+  std::shared_ptr<const History> history_;
   std::vector<PlacedLoop> loops_;
   std::vector<PlacedMark> marks_;
   std::function<void(const Mark&)> mark_;

@@ -38,6 +38,8 @@ WebPage FindFile(const WebRequest& request) {
 
 WebPage RefuseToken() { return Refuse(401, "token: missing or wrong; the viewer printed it when it started"); }
 
+WebPage RefuseRobot() { return Refuse(404, "robot, piece: nothing has this number"); }
+
 /// 0 where the query has no such number.
 std::int64_t FindNumber(const WebRequest& request, std::string_view key) {
   return ParseNumber<std::int64_t>(FindInQuery(request.target, key).value_or("")).value_or(0);
@@ -48,6 +50,16 @@ bool Knows(const WebRequest& request, std::string_view subprotocol) {
 }
 
 }  // namespace
+
+Site::Site(std::vector<const Scene*> scenes, Access access, std::vector<std::string> folders,
+           std::vector<ShownPiece> pieces)
+    : scenes_(std::move(scenes)), num_robots_(scenes_.size()), pieces_(std::move(pieces)), access_(std::move(access)) {
+  for (const ShownPiece& shown : pieces_) {
+    scenes_.push_back(shown.scene);
+    folders.push_back(shown.scene->name());
+  }
+  files_ = std::make_unique<RunFiles>(std::move(folders));
+}
 
 WebAnswer Site::Answer(const WebRequest& request) const {
   if (!access_.AllowsHost(request.host)) return Refuse(403, "Host: not a name of this viewer");
@@ -67,15 +79,26 @@ WebAnswer Site::AnswerFiles(const WebRequest& request) const {
     return Refuse(403, "Sec-Fetch-Site: not this viewer");
   }
   if (!AllowsTokenOf(request)) return RefuseToken();
-  const auto robot = static_cast<std::uint64_t>(FindNumber(request, "robot"));
-  if (robot >= scenes_.size()) return Refuse(404, "robot: no robot has this number");
+  const auto scene = FindScene(request);
+  if (!scene) return RefuseRobot();
   const std::string_view path = PathOf(request);
-  if (path == kFiles) return files_->List(robot);
+  if (path == kFiles) return files_->List(*scene);
   const std::string_view name = path.substr(std::string_view(kFiles).size() + 1);
-  if (name == RunFiles::kEditedMap && scenes_[robot]->writes_edits()) {
+  if (name == RunFiles::kEditedMap && scenes_[*scene]->writes_edits()) {
     return Refuse(503, "the edited map is being written; try again in a moment");
   }
-  return files_->Find(robot, name);
+  return files_->Find(*scene, name);
+}
+
+/// Its number among scenes_. Without a piece, or with piece 0, it is what is shown of the robot first.
+std::optional<std::size_t> Site::FindScene(const WebRequest& request) const {
+  const auto robot = static_cast<std::uint64_t>(FindNumber(request, "robot"));
+  const std::int64_t piece = FindNumber(request, "piece");
+  if (piece == 0) return robot < num_robots_ ? std::optional(robot) : std::nullopt;
+  const auto found = std::ranges::find_if(
+      pieces_, [&](const ShownPiece& shown) { return shown.robot == robot && shown.piece == piece; });
+  if (found == pieces_.end()) return std::nullopt;
+  return num_robots_ + static_cast<std::size_t>(found - pieces_.begin());
 }
 
 bool Site::AllowsTokenOf(const WebRequest& request) const {
@@ -84,16 +107,19 @@ bool Site::AllowsTokenOf(const WebRequest& request) const {
 
 /// Before the topics of each scene, in Foxglove's names.
 std::vector<std::string> Site::Prefixes() const {
-  if (scenes_.size() == 1) return {""};
+  if (num_robots_ == 1) return {""};
   std::vector<std::string> prefixes;
-  for (const Scene* scene : scenes_) prefixes.push_back(scene->name() + (scene->name().ends_with('/') ? "" : "/"));
+  for (std::size_t i = 0; i < num_robots_; ++i) {
+    const std::string& name = scenes_[i]->name();
+    prefixes.push_back(name + (name.ends_with('/') ? "" : "/"));
+  }
   return prefixes;
 }
 
 std::unique_ptr<Feed> Site::MakeFoxgloveFeed() const {
   const std::vector<std::string> prefixes = Prefixes();
   std::vector<FoxgloveScene> scenes;
-  for (std::size_t i = 0; i < scenes_.size(); ++i) scenes.emplace_back(*scenes_[i], prefixes[i]);
+  for (std::size_t i = 0; i < num_robots_; ++i) scenes.emplace_back(*scenes_[i], prefixes[i]);
   return std::make_unique<FoxgloveFeed>(std::move(scenes));
 }
 
@@ -107,14 +133,14 @@ WebAnswer Site::AnswerUpgrade(const WebRequest& request) const {
     if (!page && Knows(request, subprotocol)) return WebFeed{subprotocol, MakeFoxgloveFeed()};
   }
   if (!page) return Refuse(400, "Sec-WebSocket-Protocol: none that this viewer supports");
-  const auto robot = static_cast<std::uint64_t>(FindNumber(request, "robot"));
-  if (robot >= scenes_.size()) return Refuse(404, "robot: no robot has this number");
+  const auto scene = FindScene(request);
+  if (!scene) return RefuseRobot();
   std::vector<std::string> names;
-  for (const Scene* scene : scenes_) names.push_back(scene->name());
+  for (std::size_t i = 0; i < num_robots_; ++i) names.push_back(scenes_[i]->name());
   const PageFeed::Cursor cursor{FindNumber(request, "epoch"), FindNumber(request, "version")};
   const bool may_change = access_.AllowsChange(FindInQuery(request.target, "token").value_or(""));
   return WebFeed{PageFeed::kSubprotocol,
-                 std::make_unique<PageFeed>(*scenes_[robot], std::move(names), cursor, may_change)};
+                 std::make_unique<PageFeed>(*scenes_[*scene], std::move(names), cursor, may_change)};
 }
 
 }  // namespace crsm

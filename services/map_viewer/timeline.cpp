@@ -18,7 +18,8 @@ constexpr double kRangeStep_m = 0.004;
 void Timeline::Add(const ScanMatch& match, const CriticalRays* scan) {
   moments_.push_back({match, {}, rays_.size(), critical_.size()});
   if (OutcomeOf(match) == ScanOutcome::kOnMap) {
-    moments_.back().first = {static_cast<float>(match.T_map_laser.x_m), static_cast<float>(match.T_map_laser.y_m)};
+    moments_.back().first = {static_cast<float>(match.T_map_laser.x_m), static_cast<float>(match.T_map_laser.y_m),
+                             static_cast<float>(match.T_map_laser.yaw_rad)};
   }
   if (!scan) return;
   constexpr double kMost = std::numeric_limits<std::uint16_t>::max();
@@ -28,6 +29,21 @@ void Timeline::Add(const ScanMatch& match, const CriticalRays* scan) {
          static_cast<std::uint16_t>(std::lround(std::min(kMost, scan->rays.range_m[i] / kRangeStep_m)))});
   }
   for (const int index : scan->critical) critical_.push_back(static_cast<std::uint16_t>(index));
+}
+
+Timeline Timeline::Pick(std::span<const std::size_t> numbers) const {
+  Timeline picked;
+  for (const std::size_t number : numbers) {
+    const Moment& moment = moments_[number];
+    picked.moments_.push_back({moment.match, moment.first, picked.rays_.size(), picked.critical_.size()});
+    const auto Copy = [](const auto& from, std::size_t first, std::size_t end, auto& to) {
+      to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(first),
+                from.begin() + static_cast<std::ptrdiff_t>(end));
+    };
+    Copy(rays_, moment.first_ray, LastRay(number), picked.rays_);
+    Copy(critical_, moment.first_critical, LastCritical(number), picked.critical_);
+  }
+  return picked;
 }
 
 CriticalRays Timeline::scan(std::size_t number) const {
@@ -53,17 +69,19 @@ std::size_t Timeline::LastRay(std::size_t number) const {
   return number + 1 == moments_.size() ? rays_.size() : moments_[number + 1].first_ray;
 }
 
+std::size_t Timeline::LastCritical(std::size_t number) const {
+  return number + 1 == moments_.size() ? critical_.size() : moments_[number + 1].first_critical;
+}
+
 CriticalRays Timeline::Unpack(std::size_t number) const {
   const Moment& moment = moments_[number];
   const std::size_t last_ray = LastRay(number);
-  const std::size_t last_critical =
-      number + 1 == moments_.size() ? critical_.size() : moments_[number + 1].first_critical;
   CriticalRays scan{moment.match.utime, {}, {}};
   for (std::size_t i = moment.first_ray; i < last_ray; ++i) {
     scan.rays.angle_rad.push_back(static_cast<float>(rays_[i].angle * kAngleStep_rad));
     scan.rays.range_m.push_back(static_cast<float>(rays_[i].range * kRangeStep_m));
   }
-  for (std::size_t i = moment.first_critical; i < last_critical; ++i) scan.critical.push_back(critical_[i]);
+  for (std::size_t i = moment.first_critical; i < LastCritical(number); ++i) scan.critical.push_back(critical_[i]);
   return scan;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "common/scan/critical_rays.hpp"
@@ -18,12 +19,16 @@ class Timeline {
 
   void SetMatch(std::size_t number, const ScanMatch& match) { moments_[number].match = match; }
 
+  /// These scans alone.
+  Timeline Pick(std::span<const std::size_t> numbers) const;
+
   std::size_t size() const { return moments_.size(); }
   const ScanMatch& match(std::size_t number) const { return moments_[number].match; }
 
   struct Position {
     float x_m = std::numeric_limits<float>::quiet_NaN();
     float y_m = std::numeric_limits<float>::quiet_NaN();
+    float yaw_rad = std::numeric_limits<float>::quiet_NaN();
   };
   /// Where the scan was matched first; NaN where it was lost, or floated.
   Position first_position(std::size_t number) const { return moments_[number].first; }
@@ -44,6 +49,7 @@ class Timeline {
   };
 
   std::size_t LastRay(std::size_t number) const;
+  std::size_t LastCritical(std::size_t number) const;
   CriticalRays Unpack(std::size_t number) const;
 
   std::vector<Moment> moments_;

@@ -9,6 +9,7 @@
 
 #include "common/diagnosis/verdict.hpp"
 #include "common/logs/regular_file.hpp"
+#include "common/math/format_number.hpp"
 #include "services/base/process.hpp"
 #include "services/journal/journal.hpp"
 
@@ -92,7 +93,7 @@ int ReportOutcome(const std::filesystem::path& out, bool strict, const ChangesOv
     }
     for (const std::string& line : outcome->verdict) fmt::print("{}\n", line);
     if (outcome->dropped_overload > 0)
-      fmt::print("{} scans dropped: the machine is too slow\n", outcome->dropped_overload);
+      fmt::print("{} dropped: the machine is too slow\n", FormatCount(outcome->dropped_overload, "scan"));
     fmt::print("see {}\n", out.string());
   } else if (strict) {
     throw std::runtime_error(fmt::format("--strict: {} has no verdict on the map", summary.string()));

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "common/math/format_number.hpp"
 #include "services/base/process.hpp"
 #include "services/diagnosis/break_news.hpp"
 #include "services/diagnosis/left_out_news.hpp"
@@ -258,7 +259,8 @@ void Supervisor::ShowProgress() {
   const auto outcome = ReadOutcome(folder_.summary());
   if (!outcome || outcome->counts == counts_shown_) return;
   counts_shown_ = outcome->counts;
-  Say(fmt::format("run_stack: {} scans mapped, {}", outcome->counts.on_map, DescribeOthers(outcome->counts)));
+  Say(fmt::format("run_stack: {} mapped, {}", FormatCount(outcome->counts.on_map, "scan"),
+                  DescribeOthers(outcome->counts)));
 }
 
 /// What the selector says of the laser must not wait in its log until somebody looks there.

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/logs/read_map.hpp"
+#include "common/math/format_number.hpp"
 #include "common/metrics/trajectory.hpp"
 #include "common/results/map_edits.hpp"
 #include "common/results/mark_files.hpp"
@@ -49,7 +50,7 @@ void RunExport(const ExportOptions& options) {
   std::ranges::for_each(kMarkFiles, AddName);
   std::ranges::for_each(kEditedFiles, AddName);
   files.Rename();
-  fmt::print("{} places; in {}: {}\n", map.marks.size(), out.string(), names);
+  fmt::print("{}; in {}: {}\n", FormatCount(std::ssize(map.marks), "place"), out.string(), names);
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "common/logs/left_out.hpp"
 #include "common/logs/unique_utimes.hpp"
 #include "common/match/match_constants.hpp"
+#include "common/math/format_number.hpp"
 #include "common/results/read_results.hpp"
 #include "common/results/results.hpp"
 #include "common/results/summary.hpp"
@@ -175,7 +176,8 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
     if (StopRequested()) LeaveSearch(command_line, resume, run, std::move(journal));
     run.utimes.BeginDrive();
     run.slam.Resume(command_line.parameters().match.start);
-    Say(fmt::format("{}: continues after {} scans from {}", command_line.program(), run.matches.size(), resume));
+    Say(fmt::format("{}: continues after {} from {}", command_line.program(), FormatCount(run.matches.size(), "scan"),
+                    resume));
     return journal;
   }
   if (subject.finished_map) {
@@ -187,8 +189,8 @@ std::unique_ptr<Journal> Begin(const CommandLine& command_line, const std::strin
     if (run.slam.map().empty()) {
       throw std::runtime_error(fmt::format("--localize {}: its map is empty", settings.localize));
     }
-    Say(fmt::format("{}: localises on the finished map of {} scans from {}", command_line.program(), run.matches.size(),
-                    settings.localize));
+    Say(fmt::format("{}: localises on the finished map of {} from {}", command_line.program(),
+                    FormatCount(run.matches.size(), "scan"), settings.localize));
     run.matches = MatchStore();
     run.last_match.reset();
     run.earlier = EarlierScans();
@@ -312,17 +314,19 @@ Outcome WriteRun(const CommandLine& command_line, std::int64_t identity, Run& ru
   results.name = NameOfRun(out);
   WriteResults(out, results);
   WritePieces(out, run, results.pieces);
-  fmt::print("{} scans, map of {:.0f} m2 in {}\n", summary.values.counts.scans(), summary.explored_area_m2, out);
+  fmt::print("{}, map of {:.0f} m2 in {}\n", FormatCount(summary.values.counts.scans(), "scan"),
+             summary.explored_area_m2, out);
   if (const auto& pieces = summary.pieces) {
-    fmt::print("{} loops closed between {} keyframes, {} rejected\n", pieces->num_closed, pieces->num_keyframes,
-               pieces->num_rejected);
+    fmt::print("{} closed between {}, {} rejected\n", FormatCount(pieces->num_closed, "loop"),
+               FormatCount(pieces->num_keyframes, "keyframe"), pieces->num_rejected);
   }
   PrintSessions(run);
   const std::vector<MapChange> changes = summary.changes.value_or(std::vector<MapChange>());
   if (summary.changes) {
     for (const std::string& line : FormatChanges(changes)) fmt::print("{}\n", line);
   }
-  if (!results.marks.empty()) fmt::print("{} places in marks.csv and marks.geojson\n", results.marks.size());
+  if (!results.marks.empty())
+    fmt::print("{} in marks.csv and marks.geojson\n", FormatCount(std::ssize(results.marks), "place"));
   for (const std::string& line : FormatVerdict(verdict)) fmt::print("{}\n", line);
   const bool is_mapped = summary.explored_area_m2 > 0.0 || StopRequested();
   if (!is_mapped) {

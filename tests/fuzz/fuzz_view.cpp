@@ -9,6 +9,7 @@
 #include "input.hpp"
 #include "matcher_replica.hpp"
 #include "services/map_viewer/foxglove_feed.hpp"
+#include "services/map_viewer/history.hpp"
 #include "services/map_viewer/page_feed.hpp"
 #include "services/map_viewer/service_info.hpp"
 
@@ -48,6 +49,10 @@ class View {
     Timeline timeline;
     for (match.utime = 0; match.utime < 20; ++match.utime) timeline.Add(match, nullptr);
     scene_.SetTimeline(std::move(timeline));
+    auto history = std::make_shared<History>();
+    history->Add(scene_, 1);
+    history->Finish(scene_.map(), scene_.timeline().size());
+    scene_.SetHistory(std::move(history));
     scene_.SetStartHandler([](const Pose2& T_map_laser) {
       if (!Decode<bot_core::pose_t>(Encode(ToPoseMessage(0, T_map_laser))))
         std::abort();  // the matcher would refuse it

@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import urllib.parse
 
 SKIPPED = 77
 HERE = pathlib.Path(__file__).parent
@@ -385,7 +386,8 @@ def test_tools(browser):
     body.send_keys("?")
     check(browser.driver.find_element("id", "key").is_displayed(), "the key opens")
     browser.picture("key")
-    browser.driver.find_element("css selector", "#key button").click()
+    browser.driver.switch_to.active_element.send_keys("?")
+    check(not browser.driver.find_element("id", "key").is_displayed(), "and closes by the same key")
     body.send_keys("m")
     measure = browser.driver.find_element("id", "measure")
     check(measure.get_attribute("aria-pressed") == "true", "distances are measured")
@@ -551,6 +553,13 @@ def test_several(results):
         check(max(seen["equal"]) <= 2 and seen["changed"] > 200,  # 2: what rounding may do
               f"with only what differs equal maps are black, and a wall that one lacks is bright: {seen}")
         check(browser.errors() == [], "the console has no errors")
+        for link, mode, names in (("mode=difference", "difference", [str(results)]),
+                                  (f"robot={urllib.parse.quote(str(other), '')}", "beside", [str(other)]),
+                                  ("mode=beside", "beside", [str(results)])):
+            browser.driver.execute_script(f"location.hash = '{link}';")
+            await_that(lambda: browser.driver.execute_script("""
+                return [document.body.dataset.mode ?? 'beside', document.getElementById('name').textContent];""") == [mode, *names],
+                       f"a link shows what it says: {link}")
         browser.driver.set_window_size(412, 915)
         time.sleep(0.5)
         covered = browser.run(timeline.COVERED)
@@ -572,7 +581,7 @@ def test_finished(out):
     try:
         port = int(http.rsplit(":", 1)[1])
         await_that(lambda: socket.socket().connect_ex(("127.0.0.1", port)) == 0, "a finished run")
-        browser.driver.get(f"http://{http}/")
+        browser.driver.get(f"http://{http}/#map=last")
         await_that(lambda: browser.state()["version"] > 0, "is shown without a bus")
         compare_with_picture(browser, results / "map.png")
         test_path(browser)

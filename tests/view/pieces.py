@@ -48,9 +48,29 @@ Promise.all([import('/main.js'), import('/wire.js')]).then(async ([{robots}, {ST
   }
   callback({num: timeline.num, states, tiles,
             degenerate: [...timeline.state.keys()].filter((scan) => timeline.stateOf(scan) === 'DEGENERATE'),
-            pieces: [...document.querySelectorAll('#pieces li')].map((row) => row.textContent),
+            pieces: [...document.querySelectorAll('#pieces li')].map((row) => row.textContent), hash: location.hash,
             files: Object.fromEntries([...document.querySelectorAll('#files a')].map((link) => [
                 link.children[0].textContent, link.children[1].textContent]))});
+});
+"""
+
+
+KNOWS_THEN = "import('/main.js').then(({robots}) => arguments[0](robots[0].model.info.knows_then));"
+
+# Goes to a scan, and shows what was known then. Callback: how the page says that it was.
+THEN = """
+const [number, callback] = arguments;
+import('/main.js').then(async ({robots, player}) => {
+  const {model} = robots[0];
+  if (!model.wants_then) document.getElementById('then').click();
+  await drawn();
+  player.goTo(number);
+  await new Promise((told) => model.addEventListener('then', told, {once: true}));
+  await drawn();
+  callback({state: document.getElementById('state').textContent, area: model.map.area_m2(), way_m: model.factsThen().way_m,
+            verdict: document.getElementById('verdict').textContent,
+            tiles: Object.fromEntries([...document.querySelectorAll('.tiles output')].map(
+                ({id, textContent}) => [id, Number(textContent.replaceAll(',', ''))]))});
 });
 """
 
@@ -64,7 +84,7 @@ class Viewer:
         self.page = Browser("about:blank")
         await_that(lambda: socket.socket().connect_ex(("127.0.0.1", int(http.rsplit(":", 1)[1]))) == 0,
                    f"{results.name} is shown")
-        self.page.driver.get(f"http://{http}/")
+        self.page.driver.get(f"http://{http}/#map=last")
         await_that(lambda: self.page.state()["version"] > 0, "and its map is there")
 
     def __enter__(self):
@@ -97,6 +117,23 @@ def test_pieces(out, compare_with_picture):
             check(seen[when]["state"] == "FLOATING" and "on another piece" in seen[when]["why"],
                   f"a scan of the other piece floats: {seen[when]['why']}")
         page.picture("floating")
+        await_that(lambda: page.run(KNOWS_THEN), "what was known then is read")
+        then = page.run(THEN, floats - 1)
+        check(then["state"] == "OK" and then["tiles"]["floating"] == 0 and then["tiles"]["scans"] == floats and then["verdict"] == "",
+              f"what floats at the end was the map then, and there was no verdict: {then}")
+        alone = results.parent / "alone"
+        subprocess.run([BIN / "slam_offline", "sim:demo", "--out", alone], check=True, capture_output=True)
+        facts = json.loads((alone / "summary.json").read_text())
+        for name, wanted, off in (("area", facts["explored_area_m2"], 0.01), ("way_m", facts["path_length_m"], 0.05)):  # the path jitters
+            check(abs(then[name] - wanted) < off * wanted, f"it is that of a run that ended there: {name} {then[name]:.1f}, {wanted:.1f}")
+        check(then["tiles"]["loops"] == facts["loops"]["closed"], f"with its loops: {facts['loops']}")
+        page.picture("then")
+        early = page.run(THEN, floats // 4)
+        check(early["area"] < 0.9 * then["area"] and early["way_m"] < 0.5 * then["way_m"], f"and before it was smaller: {early}")
+        page.driver.find_element("id", "then").click()
+        compare_with_picture(page, results / "map.png")
+        counts = page.run(COUNTS)
+        check({name: counts["tiles"][name] for name in named} == named, "one click away is the last map, with its numbers")
         check(len(counts["degenerate"]) > 10, "some scans are degenerate")
         for scan in counts["degenerate"][::15]:
             seen = page.run(BADGES, scan)
@@ -106,7 +143,20 @@ def test_pieces(out, compare_with_picture):
                   f"their direction is known while the run is played: {before['state']}")
         check(counts["files"]["map.pgm"] == "map, for tools that read no PNG" and "map.png" in counts["files"]["map.yaml"],
               "what map_server reads is called so")
-        check(page.errors() == [], "the console has no errors")
+        for piece, folder, num in ((2, results / "pieces/2", floats), (1, results, shown + floats)):
+            page.driver.find_element("css selector", "#pieces button").click()
+            await_that(lambda: f"piece {piece}, shown" in " ".join(page.run(COUNTS)["pieces"]), f"a click shows piece {piece}")
+            compare_with_picture(page, folder / "map.png")
+            counts = page.run(COUNTS)
+            check(counts["num"] == num and f"piece={piece}" in counts["hash"] and ("summary.json" in counts["files"]) == (piece == 1),
+                  f"with its {num} scans, a link, and its own files: {counts['hash']}")
+        link = page.driver.current_url.split("#")[0]
+        for piece, state in ((9, "no such piece"), (2, "FINISHED")):
+            page.driver.get("about:blank")
+            page.driver.get(f"{link}#piece={piece}")
+            await_that(lambda: page.state()["state"] == state, f"a link to piece {piece}: {state}")
+        check("piece 2, shown" in " ".join(page.run(COUNTS)["pieces"]), "shows it")
+        check([error for error in page.errors() if "404" not in error] == [], "the console has no errors")
     with Viewer(results / "pieces/2") as page:
         compare_with_picture(page, results / "pieces/2/map.png")
         counts = page.run(COUNTS)

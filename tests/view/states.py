@@ -24,6 +24,7 @@ import('/main.js').then(async ({robots}) => {
   if (told.info) {
     model.samples = told.samples ?? [];
     model.robot = null;
+    model.was_found = told.was_found ?? true;
     if (told.robot) model.take({kind: 'robot', utime: 0n, trajectory: 0, floating: false, x_m: 1, y_m: 1, yaw_rad: 0,
         fitness: 0.5, covariance: {xx: 1e-3, xy: 0, yy: 1e-3, yaw: 1e-4}, axis: {x: 1, y: 1}, rays: [], critical: [],
         ...told.robot});
@@ -33,6 +34,8 @@ import('/main.js').then(async ({robots}) => {
     model.setConnected(told.connected, told.refusal);
     model.connection_at_ms = performance.now() - 7000;
   }
+  Object.assign(model, {num_loaded: 1, num_left: told.left ?? 0});
+  if (told.left) model.cursor = {epoch: 0n, version: 0n};
   await drawn();
   const box = (id) => document.getElementById(id).getBoundingClientRect();
   const [badge, head] = [box('state'), box('head')];
@@ -47,7 +50,8 @@ import('/main.js').then(async ({robots}) => {
             tiles: Object.fromEntries([...document.querySelectorAll('.tiles div:not([hidden]) output')].map(
                 ({id, textContent}) => [id, textContent])),
             title: document.title, is_old: known.checkVisibility(), grey: model.is_old,
-            fits: badge.left >= 0 && badge.right <= head.right && head.right <= innerWidth, covers};
+            label: document.querySelector('.map canvas').getAttribute('aria-label'),
+            fits: badge.left >= 0 && badge.right <= head.right && head.right <= innerWidth && box('counts').right <= head.right, covers};
   const axe = window.axe ? await window.axe.run(document, {resultTypes: ['violations']}) : {violations: []};  // takes a while
   callback({...seen, violations: axe.violations.map(({id, nodes}) => `${id}: ${nodes.map(({html}) => html).join(' ')}`)});
 });
@@ -86,6 +90,8 @@ STATES = {
                  "trajectory 3"),
     "localised": ({"info": well(services=[{**service, "state": "localising on a finished map"} for service in SERVICES]),
                    "robot": is_in("OK")}, "LOCALISED", "good", ""),
+    "never_localised": ({"info": well(services=[{**service, "state": "localising on a finished map"} for service in SERVICES]),
+                         "robot": is_in("LOST"), "was_found": False}, "NOT LOCALISED", "bad", "the pin"),
     "matcher_stopped": ({"info": well(services=silent("rrhc_matcher", 6.2), scan_age_s=0.1, match_age_s=6),
                          "robot": is_in("OK")}, "rrhc_matcher silent for 6 s", "bad", "not mapped"),
     "exporter_stopped": ({"info": well(services=[*SERVICES, {**SERVICES[0], "name": "map_exporter", "silent_s": 9}]),
@@ -109,9 +115,10 @@ STATES = {
     "no_connection": ({"info": well(), "connected": False}, "no connection for 7 s", "bad", "map_viewer"),
     "run_ended": ({"info": well(services=ENDED), "robot": is_in("OK"), "connected": False}, "LOG ENDED", "none",
                   "in a moment"),
-    "token_missing": ({"info": {}, "connected": False, "refusal": "missing"}, "token missing", "bad", "#token="),
+    "loading": ({"info": {"live": False}, "left": 3}, "loading, 25 %", "none", ""),
+    "token_missing": ({"info": {}, "connected": False, "refusal": "token missing"}, "token missing", "bad", "#token="),
 }
-WITHOUT_POSE = {"lost", "without_rays", "matcher_stopped", "unplugged", "no_pose"}  # where the numbers are not those of now
+WITHOUT_POSE = {"lost", "never_localised", "without_rays", "matcher_stopped", "unplugged", "no_pose"}  # where the numbers are not those of now
 
 
 # How far the legend is scrolled when it opens, and of how many tools it tells.
@@ -150,7 +157,9 @@ def test_every_state(url, axe_core):
                     wanted = seen["state"].startswith(state) and seen["tone"] == tone and why in seen["why"]
                     wanted &= seen["title"].startswith(seen["state"]) and seen["grey"] == (name in WITHOUT_POSE)
                     if size != "landscape":  # where the panel is folded
-                        wanted &= seen["is_old"] == seen["grey"]
+                        wanted &= seen["is_old"] == (seen["grey"] and name != "never_localised")
+                    wanted &= seen["label"].startswith("Map of ") and ("robot is at" in seen["label"]) == (
+                        "robot" in STATES[name][0] and name != "never_localised")
                     if not (wanted and seen["fits"] and not seen["covers"] and not seen["violations"]):
                         raise AssertionError(f"{size}, {theme}, {name}: {seen}")
             tiles = {name: browser.run(SHOW, "dark", STATES[name][0])["tiles"] for name in ("ok", "without_rays")}
@@ -279,6 +288,7 @@ def test_start_pose():
             browser.driver.execute_async_script(PLACE, there["x_m"], there["y_m"], there["yaw_rad"])
             await_that(lambda: browser.state()["state"] == "LOCALISED" and distance(robot_of(browser), there) < 2.0,
                        f"and told better it is right again: {here}")
+            await_that(lambda: browser.state()["toast"].startswith("found at "), "which is said")
             check(browser.errors() == [], "the console has no errors")
         finally:
             if browser:

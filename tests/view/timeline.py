@@ -1,5 +1,7 @@
 """A finished run in time: the slider, play, clicks on the path, and links; on a phone, too."""
 
+import xml.etree.ElementTree
+
 from harness import Browser, await_that, check
 
 NUM_SCANS = """
@@ -219,6 +221,48 @@ return {moved: after.top - before.top, scrolled, height: after.height};
 """
 
 
+# Callback: the view as an SVG, and as a picture.
+FIGURE = """
+const callback = arguments[0];
+Promise.all([import('/main.js'), import('/picture.js')]).then(async ([{robots}, {composeFigure, composePicture}]) => {
+  const {view, model} = robots[0];
+  model.info.made_from = 'a<b>&"c" --preset sick';
+  view.fit();
+  await drawn();
+  callback([await composeFigure(view, 'as it is', performance.now()).text(), composePicture(view, 'as it is').toDataURL()]);
+});
+"""
+
+# Callback: how many pixels of them differ, as a share.
+COMPARED = """
+const [svg, picture, callback] = arguments;
+const pixelsOf = async (address) => {
+  const image = Object.assign(new Image(), {src: address});
+  await image.decode();
+  const context = Object.assign(document.createElement('canvas'), {width: image.width, height: image.height}).getContext('2d');
+  context.drawImage(image, 0, 0);
+  return context.getImageData(0, 0, image.width, image.height).data;
+};
+Promise.all([`data:image/svg+xml,${encodeURIComponent(svg)}`, picture].map(pixelsOf)).then(([a, b]) => {
+  let differ = 0;
+  for (let at = 0; at < a.length; at += 4) differ += Math.abs(a[at] - b[at]) + Math.abs(a[at + 1] - b[at + 1]) > 120;
+  callback(a.length === b.length ? 4 * differ / a.length : 1);
+});
+"""
+
+
+def test_figure(browser):
+    svg, picture = browser.run(FIGURE)
+    words = [text.text for text in xml.etree.ElementTree.fromstring(svg).iter("{http://www.w3.org/2000/svg}text")]
+    check(words[:2] == ["finished", "as it is"] and words[2].startswith('made from a<b>&"c" --preset sick') and "2 m" in words and "path" in words,
+          f"an SVG has the run's name, its origin, a scale and a legend: {words}")
+    errors = browser.errors()
+    check(errors == [], f"the console has no errors: {errors}")
+    browser.driver.get("about:blank")
+    differ = browser.run(COMPARED, svg, picture)
+    check(differ < 0.01, f"and is what is seen, but for {differ:.2%} of the pixels")
+
+
 def test_timeline(browser, url):
     num = browser.run(NUM_SCANS)
     check(num > 1000, f"the page has all {num} scans")
@@ -238,19 +282,37 @@ def test_timeline(browser, url):
     turned = browser.run(TURN)
     check(max(abs(turned["there"][0] - 100), abs(turned["there"][1] - 80)) < 1e-6 and turned["back"] == 0,
           "the map turns, and a place of the window stays where it is drawn")
+    test_figure(browser)
     link_to_a_moment(browser, url, num // 4)
 
 
 def link_to_a_moment(browser, url, number):
     browser.driver.get("about:blank")
-    browser.driver.get(f"{url}#x=1.00&y=2.00&px=33.00&scan={number}")
+    link = f"scan={number}&map=last&x=1.00&y=2.00&px=33.00&turn=0.1000&layers=path+grid&theme=light"
+    browser.driver.get(f"{url}#{link}")
     await_that(lambda: browser.run(NUM_SCANS) > 0, "a link is opened")
     seen = browser.run("""
         const callback = arguments[0];
         import('/main.js').then(({robots}) => setTimeout(() => callback(
-            {...robots[0].view.camera, at: robots[0].model.timeline.at, hash: location.hash}), 1200));""")
-    check((seen["x_m"], seen["y_m"], seen["px"], seen["at"]) == (1, 2, 33, number), "it shows the same place and moment")
-    check(f"scan={number}" in seen["hash"] and "px=33" in seen["hash"], f"and keeps them: {seen['hash']}")
+            {...robots[0].view.camera, at: robots[0].model.timeline.at, hash: location.hash, theme: document.documentElement.dataset.theme,
+             layers: Object.entries(robots[0].view.layers).filter(([, shown]) => shown).map(([layer]) => layer)}), 1200));""")
+    check((seen["x_m"], seen["y_m"], seen["px"], seen["turn_rad"], seen["at"]) == (1, 2, 33, 0.1, number), "it shows the same place and moment")
+    check((seen["layers"], seen["theme"]) == (["path", "grid"], "light"), "with the same layers, as light")
+    check(seen["hash"] == f"#{link}", f"and keeps all of it: {seen['hash']}")
+    browser.driver.execute_script("location.hash = 'view=follow&px=50.00&theme=dark&scan=-x&layers=%00&turn=NaN&mode=1'")
+    await_that(lambda: browser.run("""
+        const callback = arguments[0];
+        import('/main.js').then(({robots: [{view, model}]}) => callback(
+            Boolean(model.timeline) && view.follows && view.camera.px === 50 && model.timeline.at === 0));"""),
+               "one is pasted that follows the robot; what is no number there changes nothing")
+    browser.driver.execute_script("location.hash = 'theme=dark'")
+    await_that(lambda: browser.run(NUM_SCANS) > 0, "and one of the run alone")
+    playing = "import('/main.js').then(({player}) => arguments[0](player.playing));"
+    for what in ("theme", "theme", "layers", "layers", "speed"):
+        browser.driver.find_element("id", what).click()
+    for wanted in (True, False):
+        browser.driver.switch_to.active_element.send_keys(" ")
+        check(browser.run(playing) == wanted, f"space after clicks: playing {wanted}")
 
 
 def test_phone(url):

@@ -1,7 +1,5 @@
 // What a run that has ended has left, to be saved.
 
-import {readToken} from "./wire.js";
-
 const WHAT = {
   "map.png": "map, a pixel a cell", "map.yaml": "for map_server, beside map.png", "map.pgm": "map, for tools that read no PNG",
   "overview.png": "map, path and legend", "trajectory.tum": "pose of each scan", "graph.g2o": "pose graph",
@@ -15,15 +13,15 @@ const WHAT = {
 const size = (bytes) =>
   bytes === null ? "" : bytes < 1e5 ? `${Math.ceil(bytes / 1000)} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
 
-// robot: its number. Asks the viewer once for each run.
-export async function showDownloads(robot, model) {
+// Asks the viewer once for each run.
+export async function showDownloads({model, connection}) {
   const list = document.getElementById("files");
-  const run = model.info.live === false ? `${robot} ${model.info.robot} ${model.info.edits?.state}` : "";
+  const run = model.info.live === false ? `${connection.robot} ${model.info.robot} ${model.info.edits?.state}` : "";
   if (list.dataset.run === run) return;
   list.dataset.run = run;
   list.replaceChildren();
   if (!run) return;
-  const query = new URLSearchParams({robot, token: readToken()});
+  const query = connection.query();
   const answer = await fetch(`files?${query}`);
   const files = answer.ok ? await answer.json() : [];
   list.replaceChildren(...files.map(({name, bytes}) => {

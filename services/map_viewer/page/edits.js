@@ -81,10 +81,10 @@ export function drawEdits(context, {crop_m, erase = []}, {x0, x1, y0, y1}, pixel
 
 // The form that edits the map of the run that is chosen. view: () => its MapView; send: (text) tells the viewer.
 export class Editor {
-  constructor(view, send, robot) {
+  constructor(view, send, query) {
     this.view = view;
     this.send = send;
-    this.robot = robot;  // () => its number
+    this.query = query;  // () => which run it is, for a request
     this.undone = [];  // edits as they were, the last before now at the end
     this.redone = [];
     $("edit_tool").addEventListener("change", () => this.setDraft([]));
@@ -242,6 +242,6 @@ export class Editor {
     link.hidden = !((is_written || is_kept) && parts.length > 0);
     link.textContent = is_kept ? "Download edits" : "Download edited map";
     link.download = is_kept ? "edits.json" : "map_edited.tar";
-    link.href = is_kept ? `data:application/json,${encodeURIComponent(textOf(edits))}` : `files/map_edited.tar?${new URLSearchParams({robot: this.robot(), token: readToken()})}`;
+    link.href = is_kept ? `data:application/json,${encodeURIComponent(textOf(edits))}` : `files/map_edited.tar?${this.query()}`;
   }
 }

@@ -29,7 +29,7 @@ export function drawIcon(context, kind, {x_m, y_m}, pixel, fill, line, angle_rad
   context.scale(0.66, 0.66);
   context.translate(-12, -12);
   Object.assign(context, {lineWidth: 2.4, lineCap: "round", lineJoin: "round"});
-  context.stroke(new Path2D(pathOf(kind)));
+  context.stroke(Object.assign(new Path2D(pathOf(kind)), {d: pathOf(kind)}));
   context.restore();
 }
 

@@ -12,7 +12,9 @@ const NEAREST_PX = 400;  // pixels of a metre
 const FURTHEST_PX = 0.2;
 const FINEST_CELL_PX = 0.8;  // where a cell is smaller, a wall of one cell would be hard to see
 const TAP_PX = 14;           // so near to the path is on it
+export const DEFAULT_PX = 40;  // of a metre
 const LAYERS = ["doubts", "rays", "path", "floating", "loops", "moved", "uncertainty", "truth", "robots", "marks", "grid"];
+export const DEFAULT_LAYERS = LAYERS.filter((layer) => layer !== "moved");
 const POINTED_AT_S = 3.1;  // so long a correction of the map is
 
 const rgb = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
@@ -30,12 +32,13 @@ export class MapView extends EventTarget {
     super();
     this.model = model;
     this.canvas = parent.appendChild(document.createElement("canvas"));
+    this.canvas.setAttribute("role", "img");
     this.canvas.tabIndex = -1;  // Enter is for the map then, and not for the tool that was chosen
     this.parent = parent;
-    this.camera = {x_m: 0, y_m: 0, px: 40, turn_rad: 0};  // middle, pixels of a metre, what points to the right
+    this.camera = {x_m: 0, y_m: 0, px: DEFAULT_PX, turn_rad: 0};  // middle, pixels of a metre, what points to the right
     this.follows = true;
     this.fits = false;  // the whole map stays in view
-    this.layers = Object.fromEntries(LAYERS.map((layer) => [layer, layer !== "moved"]));
+    this.layers = Object.fromEntries(LAYERS.map((layer) => [layer, DEFAULT_LAYERS.includes(layer)]));
     this.mode = "beside";
     this.others = [];  // models whose maps are drawn over this one
     this.measures = false;
@@ -59,6 +62,14 @@ export class MapView extends EventTarget {
     model.addEventListener("timeline", () => { this.timeline_path = null; });
     model.addEventListener("info", () => { this.ground = null; });
     model.addEventListener("whole", () => { if (this.fits) this.fit(); });
+  }
+
+  // For who does not see it.
+  describe() {
+    const {robot, map, info, is_nowhere} = this.model;
+    const where = robot && !is_nowhere ? `; the robot is at x ${robot.x_m.toFixed(1)} m, y ${robot.y_m.toFixed(1)} m` : "";
+    const text = `Map of ${info.robot || "the robot"}: ${Math.round(map.area_m2())} square metres${where}`;
+    if (this.canvas.getAttribute("aria-label") !== text) this.canvas.setAttribute("aria-label", text);
   }
 
   readTheme() {
@@ -171,7 +182,7 @@ export class MapView extends EventTarget {
   // Glides after the robot; a robot that is far off is jumped to.
   follow() {
     const {robot} = this.model;
-    if (!this.follows || !robot) return;
+    if (!this.follows || !robot || this.model.is_nowhere) return;
     const wanted = this.cameraFor(robot.x_m, robot.y_m);
     const behind_px = Math.hypot(wanted.x_m - this.camera.x_m, wanted.y_m - this.camera.y_m) * this.camera.px;
     if (behind_px < 0.5) return;
@@ -287,7 +298,7 @@ export class MapView extends EventTarget {
     const place = this.toMap(event.clientX, event.clientY);
     if (this.measures) return this.mark(place);
     if (this.marks) return this.dispatchEvent(new CustomEvent("marked", {detail: place}));
-    const at = this.model.timeline?.nearest(place.x_m, place.y_m, TAP_PX / this.camera.px) ?? null;
+    const at = this.model.timeline?.nearest(place.x_m, place.y_m, TAP_PX / this.camera.px, this.model.shows_then) ?? null;
     if (at !== null) this.dispatchEvent(new CustomEvent("moment", {detail: at}));
   }
 
@@ -355,7 +366,7 @@ export class MapView extends EventTarget {
       if (this.mode === "difference") this.drawDifference(context, map, window_m);
       else this.drawMap(context, map, window_m);
     }
-    if (layers.doubts && this.mode === "beside") drawDoubts(context, model.info.verdict, colours);
+    if (layers.doubts && this.mode === "beside" && !model.then) drawDoubts(context, model.info.verdict, colours);
     if (layers.truth) drawTruth(context, model.info.truth ?? [], pixel, colours);
   }
 
@@ -377,9 +388,9 @@ export class MapView extends EventTarget {
   // What is the same in most frames of a run that is played: maps, and the path but for its last piece.
   drawGround(context, window_m, pixel) {
     const {model, colours, layers} = this;
-    if (!model.timeline || this.mode !== "beside") {
+    if (!model.timeline || model.then || this.mode !== "beside" || context.is_figure) {
       this.drawMaps(context, window_m, pixel);
-      if (model.timeline && layers.path) this.tracedPath(pixel).drawChunks(context, window_m, pixel, colours, layers.floating);
+      if (model.timeline && !model.then && !context.is_figure && layers.path) this.tracedPath(pixel).drawChunks(context, window_m, pixel, colours, layers.floating);
       return;
     }
     const path = this.tracedPath(pixel);
@@ -404,19 +415,19 @@ export class MapView extends EventTarget {
     this.drawGround(context, window_m, pixel);
     if (model.fleet) drawFleet(context, model, window_m, pixel, colours, layers, camera.turn_rad, now_ms);
     else if (layers.path) this.drawPath(context, window_m, pixel);
-    if (layers.moved || (layers.loops && loop_age_s < POINTED_AT_S)) this.drawMoved(context, window_m, pixel);
+    if ((layers.moved && !model.then) || (layers.loops && loop_age_s < POINTED_AT_S)) this.drawMoved(context, window_m, pixel);
     drawChanges(context, model.info.changes, pixel, colours);
-    const doubt_m = model.info.verdict?.off_at_m;
-    if (layers.doubts) drawWayBack(context, model.info.verdict?.way_back, pixel, colours);
+    const {off_at_m: doubt_m, way_back} = (!model.then && model.info.verdict) || {};
+    if (layers.doubts) drawWayBack(context, way_back, pixel, colours);
     if (layers.path && Array.isArray(doubt_m)) drawDoubt(context, doubt_m, pixel, colours);
-    if (layers.loops) drawLoops(context, model.info.loops, loop_age_s, pixel, colours);
+    if (layers.loops) drawLoops(context, (model.then ?? model.info).loops, loop_age_s, pixel, colours);
     if (layers.robots) for (const other of this.others) this.drawOther(context, other, window_m, pixel);
-    if (model.robot) {
+    if (model.robot && !model.is_nowhere) {
       const scan = model.timeline ? model.scan : model.robot;
       if (layers.rays && scan && this.isOfMoment(scan)) drawScan(context, scan, model.map, pixel, colours);
       drawRobot(context, model.robot, pixel, {...colours, robot: model.is_old ? colours.dim : colours.robot}, layers.uncertainty);
     }
-    if (this.edits) drawEdits(context, this.edits, window_m, pixel, colours);
+    if (this.edits && !context.is_figure) drawEdits(context, this.edits, window_m, pixel, colours);
     if (layers.marks) drawMarks(context, model.info.marks, pixel, colours, camera.turn_rad);
     const draft = this.boxed ? boxCorners(this, this.boxed.from, this.boxed.to) : this.draft;
     if (draft.length > 0) drawDraft(context, draft, pixel, colours);
@@ -433,7 +444,9 @@ export class MapView extends EventTarget {
 
   drawPath(context, window_m, pixel) {
     const {model, colours, layers: {floating}} = this;
+    if (model.then) return drawPath(context, model.pathThen(), [], window_m, pixel, colours, floating);
     if (!model.timeline) return drawPath(context, model.path, model.tail, window_m, pixel, colours, floating);
+    if (context.is_figure) return drawPath(context, model.timeline.points(pixel), [], window_m, pixel, colours, floating);
     this.tracedPath(pixel).drawRest(context, window_m, pixel, colours, floating);
   }
 
@@ -465,7 +478,7 @@ export class MapView extends EventTarget {
     const side_m = BLOCK_CELLS * map.cell_size_m;
     const cell_px = this.camera.px * this.ratio * map.cell_size_m;
     context.imageSmoothingEnabled = cell_px < 3 || this.camera.turn_rad !== 0;
-    const level = REDUCTIONS.findIndex((reduction) => cell_px * reduction >= FINEST_CELL_PX);
+    const level = context.is_figure ? 0 : REDUCTIONS.findIndex((reduction) => cell_px * reduction >= FINEST_CELL_PX);
     for (const {x, y, pictures} of map.blocks.values()) {
       const [left, bottom] = [x * side_m, y * side_m];
       if (left > x1 || left + side_m < x0 || bottom > y1 || bottom + side_m < y0) continue;

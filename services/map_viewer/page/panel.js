@@ -19,7 +19,10 @@ const fixed = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits)
 
 const milliseconds = (time_ms) => fixed(time_ms, time_ms < 10 ? 2 : 0);
 
-function showPose({robot}) {
+const NOWHERE = {x_m: NaN, y_m: NaN, yaw_rad: NaN, fitness: NaN, covariance: {xx: 0, xy: 0, yy: 0, yaw: 0}};
+
+function showPose(model) {
+  const robot = model.is_nowhere ? NOWHERE : model.robot;
   if (!robot) return;
   const degrees = (radians) => (radians * 180) / Math.PI;
   const {long_m, short_m, angle_rad} = ellipseOf(robot.covariance);
@@ -92,14 +95,15 @@ function showFitness({samples, timeline}) {
 
 function showInfo(model) {
   const {info} = model;
+  const facts = {...info, ...(model.then && model.factsThen())};
   const times_ms = info.scan_times_ms ?? [];
-  showCounts(info);
-  show("loops", whole.format(Math.max(info.loops.length, info.loops_closed ?? 0)));
+  showCounts(facts);
+  show("loops", whole.format(Math.max(facts.loops.length, facts.loops_closed ?? 0)));
   show("scan_time", times_ms.length ? `${fixed(times_ms.at(-1)[0], 2)} ms` : "–");
   show("time_from", times_ms.length > 1 ? `−${seconds(times_ms.length)}` : "");
   drawTimes($("time_chart"), times_ms);
   showServices(info.services);
-  showVerdict(info.verdict);
+  showVerdict(model.then ? null : info.verdict);
   showPieces(info);
   showChanges(info);
 }
@@ -115,7 +119,7 @@ function showCounts(info) {
   }
 }
 
-// The pieces of the map of a run that has ended, and where they lie.
+// The pieces of the map of a run that has ended, and where they lie. A click shows one: main.js.
 function showPieces({pieces = [], shown_piece}) {
   $("pieces").parentElement.hidden = pieces.length < 2;
   const list = JSON.stringify([pieces, shown_piece]);
@@ -124,9 +128,12 @@ function showPieces({pieces = [], shown_piece}) {
   $("pieces").replaceChildren(...pieces.map(({piece, scans, way_m, folder}) => {
     const row = document.createElement("li");
     row.className = piece === shown_piece ? "shown" : "";
+    const can_be_shown = folder && piece !== shown_piece;
+    row.innerHTML = `<${can_be_shown ? "button" : "span"}></${can_be_shown ? "button" : "span"}><span></span><span></span>`;
     const texts = [`piece ${piece}${piece === shown_piece ? ", shown" : ""}`,
                    `${whole.format(scans)} scans · ${fixed(way_m, 0)} m`, folder ?? "too small: no folder"];
-    for (const text of texts) row.appendChild(document.createElement("span")).textContent = text;
+    texts.forEach((text, i) => { row.children[i].textContent = text; });
+    row.children[0].dataset.piece = piece;
     return row;
   }));
 }
@@ -159,12 +166,13 @@ function showVerdict(verdict) {
 }
 
 // How much of the run there is, in a line.
-function describeRun({info, way_m, map, timeline}) {
+function describeRun(model) {
+  const {info, way_m, map, timeline} = model;
   const scans = info.scans ?? 0;
   const words = scans > 0 ? [`${whole.format(scans)} ${isFleet({info}) ? "keyframes" : "scans"}`] : [];
   if (timeline && !timeline.is_at_end) words[0] = `scan ${whole.format(timeline.at + 1)} of ${whole.format(timeline.num)}`;
   if (timeline) words.push(formatTime(timeline.duration_s));
-  const metres = info.way_m ?? way_m;
+  const metres = model.then ? model.factsThen().way_m : info.way_m ?? way_m;
   if (metres > 0) words.push(metres < 1000 ? `${fixed(metres, 0)} m` : `${fixed(metres / 1000, 2)} km`);
   const area_m2 = map.area_m2();
   if (area_m2 > 0) words.push(`${whole.format(Math.round(area_m2))} m²`);
@@ -176,7 +184,7 @@ export function showState(model, now_ms) {
   const {tone, text, why} = describeState(model, now_ms);
   const title = `${text} · ${model.info.robot || "CRSM map"}`;
   if (document.title !== title) document.title = title;
-  $("last_known").hidden = !model.is_old;
+  $("last_known").hidden = !model.is_old || model.is_nowhere;
   $("state").dataset.tone = tone;
   show("state", text);
   show("why", why);
@@ -187,16 +195,18 @@ export function showState(model, now_ms) {
 // Shows what has changed of a model; all of it where `all` says so.
 export function showPanel(model, changed, all) {
   const {info} = model;
-  show("name", info.robot);
+  if ($("name").textContent !== info.robot) $("name").firstElementChild.textContent = info.robot;
+  $("name").hidden = !info.robot;
   show("counts", describeRun(model));
   $("panel").classList.toggle("finished", info.live === false);
   document.body.classList.toggle("simulated", (info.truth ?? []).length > 0);
   document.body.classList.toggle("fleet", isFleet(model));
   document.body.classList.toggle("marking", info.live === true && !info.looks);
+  document.body.classList.toggle("knows_then", Boolean(info.knows_then));
   document.body.classList.toggle("editing", info.live === false);
   document.body.classList.toggle("localising", localises(model) && info.live !== false && !info.looks);
   if (all || changed.has("robot") || changed.has("moment")) showPose(model);
   if (all || changed.has("samples") || changed.has("moment") || changed.has("timeline")) showFitness(model);
-  if (all || changed.has("info")) showInfo(model);
+  if (all || changed.has("info") || changed.has("then") || (model.then && changed.has("moment"))) showInfo(model);
   if (all || changed.has("map")) show("area", whole.format(Math.round(model.map.area_m2())));
 }

@@ -5,15 +5,30 @@ import {LEAST_MOVE_M, Timeline} from "./timeline.js";
 import {hasPose} from "./wire.js";
 
 const MOST_SAMPLES = 1024;
+const LONGEST_STEP_M = 10;  // of the way: what is longer is none
 const MOST_TAIL = 4000;
 const TAIL_STEP_M = 0.1;
+
+function wayOf(points) {
+  let [way_m, last] = [0, null];
+  for (const point of points) {
+    if (!hasPose(point.state)) continue;
+    const step_m = last?.trajectory === point.trajectory ? Math.hypot(point.x_m - last.x_m, point.y_m - last.y_m) : 0;
+    if (step_m < LONGEST_STEP_M) way_m += step_m;
+    last = point;
+  }
+  return way_m;
+}
 
 export class RobotModel extends EventTarget {
   constructor() {
     super();
     this.map = new MapModel();
     this.cursor = {epoch: 0n, version: 0n};
+    this.num_loaded = 0;   // tiles, of the map as it was at first
+    this.num_left = 0;     // of them, still to come
     this.robot = null;
+    this.was_found = false;  // whether it ever had a pose
     this.path = [];
     this.path_generation = 0;
     this.is_another_map = false;  // than the one that the path lies on
@@ -28,6 +43,8 @@ export class RobotModel extends EventTarget {
     this.timeline = null;  // of a run that has ended
     this.is_old = false;   // whether the robot is where it was known last, and nobody knows where it is
     this.scan = null;      // of the moment of the timeline, as robot
+    this.wants_then = true;  // whether the map is to be as it was known at the moment
+    this.then = null;        // {loops, loops_closed, points} as they were known then; null where the last ones are shown
     this.info = {services: [], loops: [], marks: [], robots: [""], robot: ""};
     this.info_at_ms = 0;   // when it came
     this.fleet = null;     // its robots, if it is one: fleet.js
@@ -36,7 +53,7 @@ export class RobotModel extends EventTarget {
     this.num_news = null;  // that were told so far
     this.connected = false;
     this.connection_at_ms = performance.now();  // when `connected` became what it is
-    this.refusal = "";  // "missing" or "wrong": the token, if that is why there is no connection
+    this.refusal = "";  // why the viewer takes no connection, if it says so
     this.trouble = "";     // what the page could not show, if anything
     this.changed = true;  // since it was drawn
   }
@@ -62,8 +79,16 @@ export class RobotModel extends EventTarget {
     this.tell(record.kind);
   }
 
-  take_map({anew, epoch, version, complete, cell_size_m, tiles}) {
+  // How much of the map has come, 0 to 1; null where all has, or nothing.
+  loadedShare() {
+    return this.cursor.version === 0n && this.num_left > 0 ? this.num_loaded / (this.num_loaded + this.num_left) : null;
+  }
+
+  take_map({anew, epoch, version, num_left, cell_size_m, tiles}) {
+    this.num_loaded = (anew ? 0 : this.num_loaded) + tiles.length;
+    this.num_left = num_left;
     if (anew) {
+      this.then = null;
       this.map.clear();
       this.cursor = {epoch: 0n, version: 0n};
       this.is_another_map = true;
@@ -71,7 +96,7 @@ export class RobotModel extends EventTarget {
     }
     this.map.cell_size_m = cell_size_m;
     for (const tile of tiles) this.map.take(tile);
-    if (!complete) return;
+    if (num_left > 0) return;
     const corrected = this.cursor.epoch !== 0n && epoch !== this.cursor.epoch;
     this.cursor = {epoch, version};
     this.is_corrected ||= corrected;  // what it was comes with the next info
@@ -81,16 +106,23 @@ export class RobotModel extends EventTarget {
   take_robot(robot) {
     if (![robot.x_m, robot.y_m, robot.yaw_rad].every(Number.isFinite)) return;  // it is nowhere
     if (this.timeline) {
-      this.scan = robot;
-      if (this.timeline.isAt(robot)) this.robot = robot;
+      this.scan = {...robot, ...(this.shows_then && this.timeline.isAt(robot) && this.timeline.placeThen())};
+      if (this.timeline.isAt(robot)) this.robot = this.scan;
       return;
     }
     this.robot = robot;
+    this.was_found ||= hasPose(robot.state);
     const last = this.tail.at(-1);
     if (!hasPose(robot.state)) return;
     if (last && Math.hypot(robot.x_m - last.x_m, robot.y_m - last.y_m) < TAIL_STEP_M) return;
     this.tail.push({x_m: robot.x_m, y_m: robot.y_m, state: robot.floating ? "FLOATING" : "OK"});
     if (this.tail.length > MOST_TAIL) this.tail.shift();
+  }
+
+  // Whether nobody has ever known where the robot is: its pose is none.
+  get is_nowhere() {
+    const {robot, timeline, samples} = this;
+    return Boolean(robot && !timeline && !this.was_found && !hasPose(robot.state)) && !samples.some(({state}) => hasPose(state));
   }
 
   take_path({generation, first, points}) {
@@ -106,7 +138,7 @@ export class RobotModel extends EventTarget {
       const line = this.lines.get(point.trajectory);
       const last = line.at(-1);
       const step_m = last ? Math.hypot(point.x_m - last.x_m, point.y_m - last.y_m) : 0;
-      if (hasPose(point.state) && step_m < 10) this.way_m += step_m;
+      if (hasPose(point.state) && step_m < LONGEST_STEP_M) this.way_m += step_m;
       this.path.push(point);
       line.push(point);
     }
@@ -167,12 +199,31 @@ export class RobotModel extends EventTarget {
     this.moved_m = 0;
   }
 
+  // Whether what was known at the moment is shown, and not what is known at the end.
+  get shows_then() { return Boolean(this.timeline && this.info.knows_then && this.wants_then && !this.timeline.is_at_end); }
+
+  take_then({is_end, ...then}) { this.then = is_end ? null : then; }
+
+  // The path up to the moment as it was known then; its last scans are where they were matched.
+  pathThen() {
+    const {points} = this.then;
+    return [...points, ...this.timeline.pointsThen((points.at(-1)?.scan ?? -1) + 1)];
+  }
+
+  // How many scans up to the moment have become what, by the names of summary.json, and what else was known then.
+  factsThen() {
+    const counts = Object.fromEntries(["LOST", "FLOATING", "NO RAYS"].map((state) => [state, 0]));
+    for (let i = 0; i <= this.timeline.at; ++i) ++counts[this.timeline.stateThen(i)];
+    return {scans: this.timeline.at + 1, lost: counts.LOST, floating: counts.FLOATING, without_rays: counts["NO RAYS"],
+            loops_closed: this.then.loops_closed, loops: this.then.loops, way_m: wayOf(this.pathThen())};
+  }
+
   // Shows the scan with this number of a run that has ended.
   goTo(number) {
     if (!this.timeline) return;
     this.timeline.goTo(number);
-    this.robot = this.timeline.robot();
-    if (this.scan && this.timeline.isAt(this.scan)) this.robot = this.scan;
+    this.robot = {...this.timeline.robot(), ...(this.shows_then && this.timeline.placeThen())};
+    if (this.scan && this.timeline.isAt(this.scan)) this.take_robot(this.scan);
     this.tell("moment", this.timeline.at);
   }
 }

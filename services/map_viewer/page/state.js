@@ -31,7 +31,11 @@ function ageOfState(samples) {
   return Math.max(0, last.time_s - first.time_s);
 }
 
-function describeRobot({robot, samples, timeline, info}) {
+function describeRobot(model) {
+  const {robot, samples, timeline, info} = model;
+  if (model.is_nowhere && localises(model)) {
+    return {tone: "bad", text: "NOT LOCALISED", why: "no scan fits the map so far: with the pin (O) you say where the robot is"};
+  }
   if (robot.state === "LOST") {
     const age_s = timeline ? 0 : ageOfState(samples);
     return {tone: "bad", text: age_s >= 1 ? `LOST for ${seconds(age_s)}` : "LOST",
@@ -107,10 +111,12 @@ const hasEnded = ({services}) => services.some(({name, state}) => name === "lase
 // tone: good, warn, bad, floating, start or none; text: of the badge; why: a few words more, which may be empty.
 export function describeState(model, now_ms) {
   const {connected, refusal, trouble, info} = model;
+  const loaded = model.loadedShare();
   if (trouble) return {tone: "bad", text: `page error: ${trouble}`, why: "reload the page"};
   if (refusal) {
-    return {tone: "bad", text: `token ${refusal}`,
-            why: "open the whole link, with #token=..., that map_viewer prints when it starts; run_stack --view keeps it in log/map_viewer.log"};
+    return {tone: "bad", text: refusal, why: refusal.startsWith("token") ?
+            "open the whole link, with #token=..., that map_viewer prints when it starts; run_stack --view keeps it in log/map_viewer.log" :
+            "of this number; remove it from the link"};
   }
   if (!connected) {
     const age_s = (now_ms - model.connection_at_ms) / 1000;
@@ -120,6 +126,7 @@ export function describeState(model, now_ms) {
     return {tone: "bad", text: age_s < 1 ? "no connection" : `no connection for ${seconds(age_s)}`,
             why: "is map_viewer running? The page connects again by itself"};
   }
+  if (loaded !== null) return {tone: "none", text: `loading, ${Math.floor(100 * loaded)} %`, why: ""};
   if (info.live === false) return describeFinished(model);
   if (info.live === undefined) return {tone: "none", text: "waiting", why: "connected, nothing was told yet"};
   return describeLive(model, now_ms);

@@ -61,6 +61,32 @@ export class Timeline {
     };
   }
 
+  // In which state a scan was when it was matched: what floated may be joined later, and another piece shown.
+  stateThen(number) {
+    const state = this.stateOf(number);
+    if (hasPose(state) && !Number.isFinite(this.first_x_m[number])) return "FLOATING";
+    return state === "FLOATING" ? "OK" : state;
+  }
+
+  // Where the robot was known to be at the moment: where it was matched, or the last scan before that was.
+  placeThen() {
+    let {at} = this;
+    while (at > 0 && !Number.isFinite(this.first_x_m[at])) --at;
+    if (!Number.isFinite(this.first_x_m[at])) return {};
+    return {x_m: this.first_x_m[at], y_m: this.first_y_m[at], yaw_rad: this.first_yaw_rad[at],
+            floating: this.stateThen(this.at) === "FLOATING"};
+  }
+
+  // Scans up to the moment, from one of them on, where they were matched.
+  pointsThen(first) {
+    const points = [];
+    for (let scan = first; scan <= this.at; ++scan) {
+      if (!Number.isFinite(this.first_x_m[scan])) continue;
+      points.push({scan, x_m: this.first_x_m[scan], y_m: this.first_y_m[scan], state: "OK", trajectory: this.trajectory[scan]});
+    }
+    return points;
+  }
+
   // The fitness of the scans up to the moment, as samples.
   samples(most) {
     const first = Math.max(0, this.at + 1 - most);
@@ -70,10 +96,11 @@ export class Timeline {
   }
 
   // The scan that was taken nearest to a place, if one was within so many metres.
-  nearest(x_m, y_m, within_m) {
+  nearest(x_m, y_m, within_m, is_then = false) {
+    const [xs, ys] = is_then ? [this.first_x_m, this.first_y_m] : [this.x_m, this.y_m];
     let [nearest, nearest_m2] = [null, within_m * within_m];
     for (let i = 0; i < this.num; ++i) {
-      const distance_m2 = (this.x_m[i] - x_m) ** 2 + (this.y_m[i] - y_m) ** 2;
+      const distance_m2 = (xs[i] - x_m) ** 2 + (ys[i] - y_m) ** 2;
       if (distance_m2 < nearest_m2 && hasPose(this.stateOf(i))) [nearest, nearest_m2] = [i, distance_m2];
     }
     return nearest;

@@ -28,7 +28,7 @@ class Reader {
 
 function readMap(reader) {
   return {
-    kind: "map", anew: reader.u8() === 1, epoch: reader.i64(), version: reader.i64(), complete: reader.u8() === 1,
+    kind: "map", anew: reader.u8() === 1, epoch: reader.i64(), version: reader.i64(), num_left: reader.u32(),
     cell_size_m: reader.f64(),
     tiles: reader.list(reader.u16(), () => ({
       x: reader.i16(), y: reader.i16(), whole: reader.u8() === 1, runs: reader.bytes(reader.u16()),
@@ -48,12 +48,16 @@ function readRobot(reader) {
   };
 }
 
-function readPath(reader) {
+const readPoints = (reader) => reader.list(reader.u32(), () => ({
+  scan: reader.u32(), x_m: reader.f32(), y_m: reader.f32(), state: STATES[reader.u8()], trajectory: reader.i32(),
+}));
+
+const readPath = (reader) => ({kind: "path", generation: reader.u32(), first: reader.u32(), points: readPoints(reader)});
+
+function readThen(reader) {
   return {
-    kind: "path", generation: reader.u32(), first: reader.u32(),
-    points: reader.list(reader.u32(), () => ({
-      scan: reader.u32(), x_m: reader.f32(), y_m: reader.f32(), state: STATES[reader.u8()], trajectory: reader.i32(),
-    })),
+    kind: "then", is_end: reader.u8() === 1, loops_closed: reader.u32(),
+    loops: reader.list(reader.u16(), () => [reader.f32(), reader.f32(), reader.f32(), reader.f32()]), points: readPoints(reader),
   };
 }
 
@@ -71,13 +75,13 @@ function readTimeline(reader) {
   const f32 = () => new Float32Array(reader.copy(4 * num));
   return {
     kind: "timeline", num, time_s: new Float64Array(reader.copy(8 * num)), x_m: f32(), y_m: f32(), yaw_rad: f32(),
-    first_x_m: f32(), first_y_m: f32(), fitness: f32(), axis_rad: f32(), trajectory: new Int32Array(reader.copy(4 * num)),
+    first_x_m: f32(), first_y_m: f32(), first_yaw_rad: f32(), fitness: f32(), axis_rad: f32(), trajectory: new Int32Array(reader.copy(4 * num)),
     state: new Uint8Array(reader.copy(num)),
   };
 }
 
 const READERS = {
-  1: readMap, 2: readRobot, 3: readPath, 4: readSamples, 6: readTimeline,
+  1: readMap, 2: readRobot, 3: readPath, 4: readSamples, 6: readTimeline, 7: readThen,
   5: (reader) => ({kind: "info", ...JSON.parse(new TextDecoder().decode(reader.bytes(reader.view.byteLength)))}),
 };
 
@@ -105,16 +109,19 @@ export function unpackRuns(runs, cells) {
 
 export const readToken = () => new URLSearchParams(location.hash.slice(1)).get("token") ?? "";
 
-// Why the viewer does not take a connection, which no browser tells: "missing" or "wrong", of the token; else nothing.
-async function findRefusal(token) {
-  const answer = await fetch(`files?${new URLSearchParams({token})}`).catch(() => null);
-  return answer?.status !== 401 ? "" : token ? "wrong" : "missing";
+// Why the viewer does not take a connection, which no browser tells: the token, or no such piece; else nothing.
+async function findRefusal(query) {
+  const answer = await fetch(`files?${query}`).catch(() => null);
+  if (answer?.status === 404) return "no such piece";
+  return answer?.status !== 401 ? "" : query.get("token") ? "token wrong" : "token missing";
 }
 
 // Keeps a connection to the feed of a robot, and tells `model` what comes. After a loss it goes on where it was.
 export class Connection {
-  constructor(robot, model) {
+  // piece: of the map of a finished run; 0 is the one that the viewer shows.
+  constructor(robot, piece, model) {
     this.robot = robot;
+    this.piece = piece;
     this.model = model;
     this.pause_ms = 250;
     this.open();
@@ -125,10 +132,20 @@ export class Connection {
     if (this.socket.readyState === WebSocket.OPEN) this.socket.send(text);
   }
 
+  // Of what is looked at, for a request.
+  query(others = {}) { return new URLSearchParams({robot: this.robot, piece: this.piece, token: readToken(), ...others}); }
+
+  // Goes on with another piece.
+  showPiece(piece) {
+    this.piece = piece;
+    this.model.cursor = {epoch: 0n, version: 0n};
+    this.socket.onclose = null;
+    this.socket.close();
+    this.open();
+  }
+
   open() {
-    const {epoch, version} = this.model.cursor;
-    const token = readToken();
-    const query = new URLSearchParams({robot: this.robot, epoch, version, token});
+    const query = this.query(this.model.then ? {epoch: 0n, version: 0n} : this.model.cursor);
     const socket = new WebSocket(`ws://${location.host}/live?${query}`, SUBPROTOCOL);
     this.socket = socket;
     socket.binaryType = "arraybuffer";
@@ -147,7 +164,7 @@ export class Connection {
       }
     };
     socket.onclose = async () => {
-      this.model.setConnected(false, was_open ? "" : await findRefusal(token));
+      this.model.setConnected(false, was_open ? "" : await findRefusal(query));
       setTimeout(() => this.open(), this.pause_ms);
       this.pause_ms = Math.min(this.pause_ms * 1.5, 2000);
     };

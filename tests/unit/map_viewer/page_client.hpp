@@ -42,6 +42,7 @@ class PageClient {
   std::int64_t epoch = 0;
   std::int64_t version = 0;
   bool complete = false;
+  int num_left = 0;  ///< tiles
   int num_map_records = 0;
   int num_begun = 0;        ///< with an empty map
   int num_whole_tiles = 0;  ///< that came
@@ -56,6 +57,10 @@ class PageClient {
   std::vector<PathPoint> path;
   std::vector<float> fitnesses;
   nlohmann::json info;
+  int num_then = 0;
+  bool then_is_end = false;
+  std::uint32_t then_num_closed = 0;
+  std::vector<float> then_loop_x_m;
   std::vector<double> timeline_time_s;
   std::vector<float> timeline_x_m;
   std::vector<float> timeline_first_x_m;
@@ -90,6 +95,7 @@ class PageClient {
     if (kind == 4) return TakeSamples(record);
     if (kind == 5) return void(info = nlohmann::json::parse(record.left));
     if (kind == 6) return TakeTimeline(record);
+    if (kind == 7) return TakeThen(record);
     throw std::out_of_range("no such kind of record");
   }
 
@@ -101,7 +107,8 @@ class PageClient {
     }
     epoch = record.Read<std::int64_t>();
     version = record.Read<std::int64_t>();
-    complete = record.Read<std::uint8_t>() == 1;
+    num_left = static_cast<int>(record.Read<std::uint32_t>());
+    complete = num_left == 0;
     record.Read<double>();
     for (auto left = record.Read<std::uint16_t>(); left > 0; --left) {
       const int x = record.Read<std::int16_t>();
@@ -139,16 +146,33 @@ class PageClient {
     ReadAll(timeline_x_m);
     record.left.remove_prefix(num * 2 * sizeof(float));  // y, yaw
     ReadAll(timeline_first_x_m);
-    record.left.remove_prefix(num * 2 * sizeof(float));  // y of where it was matched first, fitness
+    record.left.remove_prefix(num * 3 * sizeof(float));  // y, yaw of where it was matched first, fitness
     ReadAll(timeline_axis_rad);
     ReadAll(timeline_trajectory);
     ReadAll(timeline_state);
     if (!record.left.empty()) throw std::out_of_range("a time line is longer than its scans");
   }
 
+  void TakeThen(Reader& record) {
+    ++num_then;
+    then_is_end = record.Read<std::uint8_t>() == 1;
+    then_num_closed = record.Read<std::uint32_t>();
+    then_loop_x_m.clear();
+    for (auto left = record.Read<std::uint16_t>(); left > 0; --left) {
+      then_loop_x_m.push_back(record.Read<float>());
+      record.left.remove_prefix(3 * sizeof(float));
+    }
+    path.clear();
+    TakePoints(record);
+  }
+
   void TakePath(Reader& record) {
     record.Read<std::uint32_t>();
     path.resize(record.Read<std::uint32_t>());
+    TakePoints(record);
+  }
+
+  void TakePoints(Reader& record) {
     for (auto left = record.Read<std::uint32_t>(); left > 0; --left) {
       const auto scan = record.Read<std::uint32_t>();
       const auto x_m = record.Read<float>();

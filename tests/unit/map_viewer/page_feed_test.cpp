@@ -4,6 +4,7 @@
 
 #include "catch.hpp"
 #include "page_client.hpp"
+#include "services/map_viewer/history.hpp"
 
 namespace crsm {
 namespace {
@@ -93,6 +94,7 @@ TEST_CASE("no message is much larger than 256 KB, and the robot is told of betwe
     CHECK(message->bytes.size() < 300 * 1024);
     page.Take(message->bytes);
     CHECK(page.complete == !page.feed.has_more());
+    CHECK(page.num_whole_tiles + page.num_left == 400);
     page.scene.SetRobot({});
     if (++num_messages == 20) break;
   }
@@ -236,6 +238,54 @@ TEST_CASE("of a run that has ended all scans are told at once, and each of them 
     CHECK_FALSE(page.feed.Hear(text, true));
   }
   CHECK_FALSE(page.feed.Hear("scan 1", false));
+}
+
+TEST_CASE(
+    "a page is told how a finished run was known at a moment, by the tiles that differ, and goes back to the end") {
+  Page page;
+  History history;
+  Scene then("");
+  const auto Add = [&](int num_scans, std::size_t num_closed) {
+    then.SetPath(PathOf(num_scans), true);
+    then.SetLoops({num_closed, PlacedLoop{{2.0, 0.0, 0.0}, {}}});
+    history.Add(then, num_closed);
+  };
+  then.map().Set({0, 0}, Filled(200), 1);
+  Add(10, 0);
+  then.map().Set({1, 0}, Filled(200), 2);
+  Add(20, 1);
+  page.scene.map().Set({0, 0}, Filled(100), 3);
+  page.scene.map().Set({2, 0}, Filled(100), 3);
+  page.scene.map().SetVersion(3, 3);
+  history.Finish(page.scene.map(), 30);
+  Timeline timeline;
+  for (int i = 0; i < 30; ++i) timeline.Add({}, nullptr);
+  page.scene.SetTimeline(std::move(timeline));
+  page.TakeAll();
+  CHECK((page.info["knows_then"] == false && !page.feed.Hear("then 5", true)));
+  page.scene.SetHistory(std::make_shared<const History>(std::move(history)));
+  page.TakeAll();
+  CHECK((page.info["knows_then"] == true && page.num_then == 0));
+  const auto last = page.ExploredTiles();
+
+  using Tiles = std::map<TileIndex, TileBytes>;
+  const auto Ask = [&](int scan) {
+    page.num_whole_tiles = 0;
+    CHECK(page.feed.Hear("then " + std::to_string(scan), true));
+    page.TakeAll();
+  };
+  for (const int scan : {0, 9, 18}) {
+    Ask(scan);
+    CHECK((page.ExploredTiles() == Tiles{{{0, 0}, Filled(200)}} && page.path.size() == PathOf(10).kept().size() &&
+           page.then_loop_x_m.empty()));
+    CHECK(page.num_whole_tiles == (scan == 0 ? 3 : 0));  // all that there ever were
+  }
+  Ask(19);
+  CHECK(page.ExploredTiles() == Tiles{{{0, 0}, Filled(200)}, {{1, 0}, Filled(200)}});
+  CHECK((page.then_num_closed == 1 && page.then_loop_x_m == std::vector{2.0F} && !page.then_is_end));
+  Ask(29);
+  CHECK((page.ExploredTiles() == last && page.then_is_end && page.path.empty() && page.version == 3));
+  for (const char* text : {"then 30", "then -1", "then", "then x"}) CHECK_FALSE(page.feed.Hear(text, true));
 }
 
 TEST_CASE(

@@ -22,8 +22,9 @@ constexpr const char* kToken = "0123456789abcdef0123456789abcdef";
 class TwoRuns {
  public:
   TwoRuns() {
-    for (const fs::path& folder : {one(), two()}) fs::create_directories(folder);
+    for (const fs::path& folder : {one(), two() / "pieces/2"}) fs::create_directories(folder);
     std::ofstream(one() / "map.png") << "a picture";
+    std::ofstream(two() / "pieces/2/map.png") << "a piece";
     std::ofstream(one() / "trajectory.tum") << "0 0 0 0 0 0 0 1\n";
     std::ofstream(one() / "secret.txt") << "of somebody else";
     fs::create_symlink(one() / "secret.txt", one() / "graph.g2o");
@@ -47,7 +48,8 @@ class TwoRuns {
   ScratchFolder scratch_;
   Scene first_{"one"};
   Scene second_{"two"};
-  Site site_{{&first_, &second_}, Access(false, kToken), {one(), two()}};
+  Scene piece_{two() / "pieces/2"};
+  Site site_{{&first_, &second_}, Access(false, kToken), {one(), two()}, {{1, 2, &piece_}}};
 };
 
 WebPage PageOf(const WebAnswer& answer) {
@@ -87,7 +89,8 @@ TEST_CASE("a finished run's files are listed and sent, each of its own robot") {
   CHECK(std::get<WebFile>(picture).content_type == "image/png");
   CHECK(TextOf(runs.Get("/files/trajectory.tum")) == "0 0 0 0 0 0 0 1\n");
   CHECK(PageOf(runs.Get("/files/map.png", "1")).status == 404);
-  CHECK(PageOf(runs.Get("/files/map.png", "2")).body == "robot: no robot has this number\n");
+  CHECK(TextOf(runs.Get("/files/map.png", "1&piece=2")) == "a piece");
+  CHECK(PageOf(runs.Get("/files/map.png", "2")).body == "robot, piece: nothing has this number\n");
   CHECK(PageOf(runs.Get("/files", "2")).status == 404);
 }
 

@@ -26,7 +26,8 @@ class TestSite {
  private:
   Scene one_{"robot1/"};
   Scene two_{"robot2/"};
-  Site site_{{&one_, &two_}, Access(true, "")};
+  Scene piece_{"robot2/pieces/3"};
+  Site site_{{&one_, &two_}, Access(true, ""), {}, {{1, 1, &two_}, {1, 3, &piece_}}};
 };
 
 }  // namespace
@@ -65,6 +66,11 @@ TEST_CASE("a feed is of a robot that is there, in a language that is spoken here
   CHECK(site.StatusOf(Live("/live?robot=1&epoch=99999999999999999999&version=x")) == 101);
   CHECK(site.StatusOf(Live("/live?robot=2")) == 404);
   CHECK(site.StatusOf(Live("/live?robot=-1")) == 404);
+  CHECK(site.StatusOf(Live("/live?robot=1&piece=3")) == 101);
+  for (const char* other : {"robot=0&piece=1", "robot=1&piece=2", "robot=1&piece=-3", "robot=3", "robot=4"}) {
+    INFO(other);
+    CHECK(site.StatusOf(Live(std::string("/live?") + other)) == 404);
+  }
   WebRequest other = Live("/live?robot=0");
   other.subprotocols = {"crsm.view.v2", "mqtt"};
   CHECK(site.StatusOf(other) == 400);
